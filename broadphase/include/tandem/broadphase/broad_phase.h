@@ -1,0 +1,45 @@
+#pragma once
+#include <cstddef>
+#include <memory>
+#include <string_view>
+
+#include "tandem/broadphase/box_array.h"
+#include "tandem/broadphase/pair.h"
+
+namespace tandem {
+
+/// The methods; `automatic` picks one from the number of boxes and how their sizes spread.
+enum class BroadPhaseKind : std::uint8_t { brute, sweep, grid, bvh, automatic };
+
+std::string_view name(BroadPhaseKind kind);
+
+/// Boxes in, candidate pairs out, from scratch each step: every pair whose boxes overlap, each exactly once.
+///
+/// A method is a short list of stages. A stage is a number of blocks that may run in any order and on any threads;
+/// stage s + 1 starts when all blocks of stage s are done. The last stage emits pairs. Nothing here knows a
+/// scheduler: an executor drives it, and the set of pairs does not depend on how.
+class BroadPhase {
+ public:
+  virtual ~BroadPhase() = default;
+
+  /// Starts a step. `boxes` must outlive it; its bounds may still be written until stage 0 runs, its size is fixed.
+  /// Returns the number of stages, at least 1. Not thread-safe, like all but `run` and `emit`.
+  virtual std::size_t begin(const BoxArray& boxes) = 0;
+  /// Blocks of a stage; known once the stages before it are done. Zero is possible.
+  virtual std::size_t blocks(std::size_t stage) const = 0;
+  /// Runs one block of a stage that is not the last.
+  virtual void run(std::size_t stage, std::size_t block) = 0;
+  /// Runs one block of the last stage. Calls `sink.put` from the calling thread only.
+  virtual void emit(std::size_t block, PairSink& sink) = 0;
+
+  /// The method at work in this step: differs from what was asked for only with `automatic`. The text says why.
+  virtual BroadPhaseKind kind() const = 0;
+  virtual std::string_view reason() const { return {}; }
+};
+
+std::unique_ptr<BroadPhase> make_broad_phase(BroadPhaseKind kind);
+
+/// All pairs of a broad phase on the calling thread, sorted. For tests and small uses.
+std::vector<Pair> find_pairs(BroadPhase& method, const BoxArray& boxes, const PairFilter& filter = {});
+
+}  // namespace tandem

@@ -1,0 +1,56 @@
+#pragma once
+#include <compare>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace tandem {
+
+/// Two bodies by index, a < b.
+struct Pair {
+  std::uint32_t a = 0;
+  std::uint32_t b = 0;
+  friend auto operator<=>(const Pair&, const Pair&) = default;
+};
+
+/// Which pairs exist at all. Applied before a pair is made, so that what is filtered costs no narrow phase.
+/// Arrays are empty (no filter of that sort) or one element a body.
+struct PairFilter {
+  std::span<const std::uint32_t> group;    ///< bits of the groups a body is in
+  std::span<const std::uint32_t> mask;     ///< bits of the groups it may meet; a pair needs both directions
+  std::span<const std::uint8_t> is_static; ///< two static bodies make no pair
+
+  bool allows(std::uint32_t a, std::uint32_t b) const {
+    if (!is_static.empty() && (is_static[a] & is_static[b]) != 0) return false;
+    return group.empty() || ((group[a] & mask[b]) != 0 && (group[b] & mask[a]) != 0);
+  }
+};
+
+/// A user's own filter, called for whole batches: moves the pairs to keep to the front, in their order, and returns
+/// how many there are. Called from several threads at once. May throw; the step then ends with that exception.
+using PairPredicate = std::function<std::size_t(std::span<Pair>)>;
+
+/// Where a broad phase puts the pairs it finds: a fixed buffer that is handed on when it is full.
+class PairSink {
+ public:
+  virtual ~PairSink() = default;
+  /// Takes one candidate, in any order of the two; a != b.
+  void put(std::uint32_t a, std::uint32_t b) {
+    if (!filter_->allows(a, b)) return;
+    buffer_[count_++] = a < b ? Pair{a, b} : Pair{b, a};
+    if (count_ == capacity_) full();
+  }
+
+ protected:
+  /// Called with count_ == capacity_; must set buffer_, capacity_ and count_ so that there is room again.
+  virtual void full() = 0;
+
+  const PairFilter* filter_ = nullptr;
+  Pair* buffer_ = nullptr;
+  std::size_t capacity_ = 0;
+  std::size_t count_ = 0;
+};
+
+}  // namespace tandem

@@ -1,0 +1,71 @@
+#pragma once
+#include <memory>
+#include <span>
+#include <stop_token>
+#include <string_view>
+
+#include "tandem/broadphase/broad_phase.h"
+#include "tandem/engine/scene.h"
+#include "tandem/flowgraph/contact_list.h"
+#include "tandem/flowgraph/report.h"
+#include "tandem/flowgraph/timeline.h"
+
+namespace tandem {
+
+/// How steps are run. The answer depends on request, tolerance and margin alone.
+struct PipelineOptions {
+  ExecutorKind executor = ExecutorKind::flowgraph;
+  int threads = 0;             ///< in all, the caller counted, [0, 1024]; 0 asks oneTBB. Capped by the process's limit.
+  Split split;                 ///< fixed split, both >= 1 with sum `threads`; default dynamic
+  BalanceRule balance = BalanceRule::busy;
+  bool strict_split = false;   ///< flowgraph: no help across phases, as in the paper; default: work is conserved
+  BroadPhaseKind broad_phase = BroadPhaseKind::automatic;
+  Request request = Request::contacts;
+  double tolerance = 0;        ///< relative to the bodies' size, [0, 0.1]; 0: to rounding
+  double margin = 0;           ///< metres, >= 0: contacts with gaps up to this are reported, with negative depth
+  std::size_t batch_pairs = 128;   ///< candidate pairs a batch, [1, 65536]
+  std::size_t queue_capacity = 0;  ///< batches waiting at most; 0: max(16, 4 threads)
+  double small_step_ms = 0.3;  ///< flowgraph, barrier: below this much work a step stays on the caller; 0: never
+  PairPredicate predicate;     ///< a user's own filter, by batches; empty: none
+};
+
+/// What one step found and did.
+struct StepReport {
+  std::uint64_t step = 0;      ///< counted from 0 by the pipeline
+  std::size_t bodies = 0;
+  std::uint64_t colliding_pairs = 0;
+  std::uint64_t contacts = 0;
+  std::uint64_t contact_hash = 0;
+  double max_depth = 0;        ///< metres, 0 without contacts
+  BroadPhaseKind broad_phase = BroadPhaseKind::brute;  ///< the one that ran
+  std::string_view broad_phase_reason;
+  ExecutionReport execution;
+};
+
+/// Detects collisions in a scene, step by step. Starts no thread of its own (but for ExecutorKind::threads) and runs
+/// in the calling thread's arena and limits. One step at a time a pipeline; pipelines are independent of each other.
+class Pipeline {
+ public:
+  /// Throws std::invalid_argument that names the option, its value and what is allowed.
+  explicit Pipeline(PipelineOptions options = {});
+  ~Pipeline();
+  Pipeline(Pipeline&&) noexcept;
+  Pipeline& operator=(Pipeline&&) noexcept;
+
+  /// Throws only what the predicate throws; the pipeline is ready for the next step then. When `stop` is requested
+  /// the step ends early with an empty answer.
+  StepReport step(const Scene& scene, std::stop_token stop = {});
+
+  /// The last step's answer; valid until the next step.
+  const ContactList& contacts() const;
+  const PipelineOptions& options() const;
+
+  /// Slices and counters of the steps that follow, until null; `timeline` must outlive them.
+  void record_to(Timeline* timeline);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tandem

@@ -1,0 +1,92 @@
+#pragma once
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "tandem/narrowphase/narrow_phase.h"
+#include "tandem/narrowphase/shape.h"
+
+namespace tandem {
+
+/// Names a body. Safe to keep: an id of a removed body is found out, it never names a newer one.
+/// Zero-initialised means "no body".
+struct BodyId {
+  std::uint32_t slot_plus_one = 0;
+  std::uint32_t generation = 0;
+  std::uint32_t index() const { return slot_plus_one - 1; }  ///< as in contacts and pairs
+  friend bool operator==(BodyId, BodyId) = default;
+};
+
+/// Names a shape of a scene.
+struct ShapeId {
+  std::uint32_t index_plus_one = 0;
+  friend bool operator==(ShapeId, ShapeId) = default;
+};
+
+struct BodyOptions {
+  ShapeId shape;
+  Pose pose;
+  Vec3 velocity = Vec3::Zero();          ///< m/s, of the shape's origin's body (centre of mass)
+  Vec3 angular_velocity = Vec3::Zero();  ///< rad/s, world axes
+  double density = 1000;                 ///< kg/m^3, finite, > 0; not used when is_static
+  bool is_static = false;                ///< never moved by a response; two static bodies make no pair
+  std::uint32_t group = 1;               ///< bits of the groups this body is in
+  std::uint32_t mask = 0xffffffffu;      ///< bits of the groups it meets; a pair needs both directions
+};
+
+/// Bodies and their shapes: what a pipeline looks at and a response moves. Plain data with checks at the door; not
+/// thread-safe while it is changed. A body's index stays the same until it is removed; freed indices are used again.
+class Scene {
+ public:
+  ShapeId add_shape(Shape shape, std::string name = {});
+  /// Throws std::invalid_argument that names the body, field and value: a bad pose or number, an unknown shape, a
+  /// half-space that is not static, or a pair of kinds that no solver covers.
+  BodyId add_body(const BodyOptions& options);
+  /// Throws std::invalid_argument for an id that names no body (any more); so do all calls that take an id.
+  void remove_body(BodyId id);
+  void set_pose(BodyId id, const Pose& pose);
+  void set_velocity(BodyId id, const Vec3& velocity, const Vec3& angular_velocity);
+
+  const Pose& pose(BodyId id) const;
+  std::size_t bodies() const { return count_; }     ///< alive
+  std::size_t indices() const { return poses_.size(); }  ///< one past the largest index in use
+  bool alive(std::uint32_t index) const { return alive_[index] != 0; }
+  BodyId id(std::uint32_t index) const;
+
+  std::span<const Shape> shapes() const { return shapes_; }
+  std::span<const std::string> shape_names() const { return shape_names_; }
+  const Shape& shape_of(std::uint32_t index) const { return shapes_[shape_[index]]; }
+
+  /// One element an index; those of removed bodies are stale.
+  std::span<const std::uint32_t> shape_indices() const { return shape_; }
+  std::span<const Pose> poses() const { return poses_; }
+  std::span<const Vec3> velocities() const { return velocities_; }
+  std::span<const Vec3> angular_velocities() const { return angular_velocities_; }
+  std::span<const double> densities() const { return densities_; }
+  std::span<const std::uint8_t> is_static() const { return is_static_; }
+  std::span<const std::uint32_t> groups() const { return groups_; }
+  std::span<const std::uint32_t> masks() const { return masks_; }
+
+  /// For a response: moves a body without the checks of set_pose; the caller keeps the rotation orthonormal.
+  void move(std::uint32_t index, const Pose& pose, const Vec3& velocity, const Vec3& angular_velocity);
+
+  std::string name;
+  Vec3 gravity{0, 0, -9.81};   ///< m/s^2
+  double dt = 1.0 / 60;        ///< s, of one step
+  Request request = Request::contacts;
+
+ private:
+  std::uint32_t checked(BodyId id) const;
+
+  std::vector<Shape> shapes_;
+  std::vector<std::string> shape_names_;
+  std::vector<std::uint32_t> shape_, generation_, groups_, masks_, free_;
+  std::vector<Pose> poses_;
+  std::vector<Vec3> velocities_, angular_velocities_;
+  std::vector<double> densities_;
+  std::vector<std::uint8_t> is_static_, alive_;
+  std::size_t count_ = 0;
+};
+
+}  // namespace tandem

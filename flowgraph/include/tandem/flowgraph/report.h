@@ -1,0 +1,78 @@
+#pragma once
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tandem {
+
+/// Four ways to run the same step; one answer.
+enum class ExecutorKind : std::uint8_t { sequential, barrier, threads, flowgraph };
+std::string_view name(ExecutorKind kind);
+
+/// Threads for the broad and the narrow phase; both 0 means "dynamic".
+struct Split {
+  int broad = 0;
+  int narrow = 0;
+  bool dynamic() const { return broad == 0 && narrow == 0; }
+  friend bool operator==(Split, Split) = default;
+};
+
+/// How a dynamic split is found.
+enum class BalanceRule : std::uint8_t {
+  paper,  ///< one thread moves at a time, from the phase that ends first to the one that ends last
+  busy,   ///< in proportion to the phases' busy times, verified on time per unit of work
+};
+std::string_view name(BalanceRule rule);
+
+/// What the balancer did after a step.
+enum class BalanceAction : std::uint8_t {
+  none,     ///< between two control steps, or the split is fixed
+  keep,     ///< looked and changed nothing
+  change,   ///< moved threads; the next control step verifies it
+  confirm,  ///< the change made it faster and stays
+  revert,   ///< the change did not make it faster and was taken back
+};
+std::string_view name(BalanceAction action);
+
+/// One decision with the times behind it (ms).
+struct BalanceDecision {
+  std::uint64_t step = 0;
+  BalanceAction action = BalanceAction::none;
+  Split before, after;
+  int control_step = 0;  ///< steps until the next look
+  double broad_ms = 0;   ///< what the rule compared: phase end times (paper) or busy times (busy)
+  double narrow_ms = 0;
+  double measure = 0;    ///< detect time (paper) or detect time per unit of work (busy): what verification compares
+  double measure_before = 0;  ///< the same before the change, when one is being verified
+  std::string_view reason;
+};
+
+/// Bits: what went short in a step.
+enum class StepIssue : std::uint32_t {
+  none = 0,
+  inexact = 1u << 0,      ///< the tolerance was not reached for some pair: see PairAnswer::error_bound
+  pool_grew = 1u << 1,    ///< the batch pool had to grow (once in a while is fine)
+  ran_on_caller = 1u << 2 ///< too little work to share: the step stayed on the calling thread
+};
+constexpr std::uint32_t bit(StepIssue issue) { return static_cast<std::uint32_t>(issue); }
+
+/// What one step measured (ms; busy times are summed over threads, waiting excluded).
+struct ExecutionReport {
+  std::uint64_t candidate_pairs = 0;
+  std::uint64_t batches = 0;
+  std::uint64_t queue_high_water = 0;  ///< batches waiting at most
+  double update_ms = 0;   ///< wall: poses to boxes
+  double broad_ms = 0;    ///< busy: the broad phase's stages
+  double narrow_ms = 0;   ///< busy
+  double broad_end_ms = 0;   ///< wall, from the start of the shared phase to the last broad block
+  double narrow_end_ms = 0;  ///< wall, to the last narrow batch
+  double join_ms = 0;     ///< wall: putting the results in order
+  double detect_ms = 0;   ///< wall, all of the above
+  int threads = 1;        ///< in all, the caller counted
+  Split split;            ///< in force in this step; 1-1 on one thread
+  std::uint32_t issues = 0;  ///< StepIssue bits
+  BalanceDecision decision;  ///< taken after this step
+};
+
+}  // namespace tandem

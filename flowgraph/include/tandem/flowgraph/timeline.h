@@ -1,0 +1,58 @@
+#pragma once
+#include <chrono>
+#include <cstdint>
+#include <iosfwd>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+namespace tandem {
+
+/// Slices and counters of steps, for a trace viewer. A thread writes to a lane of its own, so recording takes no
+/// lock but for the first slice of a thread in a step.
+class Timeline {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  struct Slice {
+    std::string_view name;  ///< a literal
+    Clock::time_point begin, end;
+    std::uint64_t step = 0;
+    std::uint64_t id = 0;     ///< block or batch
+    std::uint64_t pairs = 0;
+  };
+  struct Lane {
+    std::thread::id thread;
+    std::vector<Slice> slices;
+  };
+  struct Counter {
+    std::string_view name;
+    Clock::time_point at;
+    double value = 0;
+  };
+  struct Note {
+    Clock::time_point at;
+    std::string text;
+  };
+
+  Timeline() : start_(Clock::now()) {}
+  /// The calling thread's lane; stays valid.
+  Lane& lane();
+  void count(std::string_view name, double value);
+  void note(std::string text);
+
+  /// Chrome's trace-event format, one JSON object (opens in Perfetto). Not while a step runs.
+  void write(std::ostream& out) const;
+
+ private:
+  Clock::time_point start_;
+  mutable std::mutex mutex_;
+  std::vector<std::unique_ptr<Lane>> lanes_;
+  std::vector<Counter> counters_;
+  std::vector<Note> notes_;
+};
+
+}  // namespace tandem

@@ -1,0 +1,93 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tandem/narrowphase/shape.h"
+
+namespace tandem {
+
+/// What is computed for a pair; nothing more is.
+enum class Request : std::uint8_t {
+  collide,   ///< yes or no, closed sets: touching counts
+  distance,  ///< signed distance, witness points, normal
+  contacts,  ///< the contact manifold
+};
+std::string_view name(Request request);
+
+enum class Status : std::uint8_t {
+  ok,
+  inexact,  ///< the tolerance could not be reached; error_bound says what was
+};
+
+/// One point of a contact manifold, in world coordinates.
+struct Contact {
+  Vec3 point;             ///< midway between the two surfaces
+  Vec3 normal;            ///< unit, from A to B: moving B by depth along it separates them here
+  double depth = 0;       ///< >= 0 overlap; < 0 a gap within the margin asked for
+  std::uint32_t feature = 0;  ///< names the features that touch; orders a pair's contacts, the same in the next step
+};
+
+struct PairAnswer {
+  bool collide = false;
+  /// Set by Request::distance and Request::contacts (there: of the deepest contact, if any).
+  /// > 0 gap, < 0 minus the penetration depth, the shortest translation that separates.
+  double signed_distance = 0;
+  Vec3 point_a = Vec3::Zero();  ///< on A, world
+  Vec3 point_b = Vec3::Zero();  ///< on B, world
+  Vec3 normal = Vec3::Zero();   ///< unit, world, from A to B
+  Status status = Status::ok;
+  double error_bound = 0;       ///< metres, on signed_distance; 0 = rounding
+};
+
+struct NarrowPhaseOptions {
+  /// Error the user accepts, relative to the bodies' size, [0, 0.1]; 0: to rounding. The cheapest solver of the
+  /// table that meets it is taken.
+  double tolerance = 0;
+  /// Request::contacts also reports gaps up to this, as negative depths (metres, finite, >= 0).
+  double margin = 0;
+  /// Forces the solver of that name (`solvers()` lists them) wherever it covers the pair; empty: the table's choice.
+  std::string solver;
+};
+
+/// One row of the solver table.
+struct SolverInfo {
+  std::string_view name;         ///< "closed", "sat", "gjk", "fcl", "libccd", "bvh", ...
+  std::string_view description;  ///< one line, with its source
+};
+
+/// The dispatcher (paper, section 3.3): a table over the two shapes' kinds. Every unordered pair of kinds has a
+/// solver. Const and safe from any number of threads at once; the answer depends on nothing but the arguments.
+class NarrowPhase {
+ public:
+  /// Throws std::invalid_argument for a bad option (an unknown solver name is answered with the list).
+  explicit NarrowPhase(NarrowPhaseOptions options = {});
+
+  static const std::vector<SolverInfo>& solvers();
+
+  /// Empty if the pair can be solved; else why not, naming both kinds.
+  std::string refuses(const Shape& a, const Shape& b, Request request) const;
+
+  /// Solves one pair. Poses must be valid. With Request::contacts the manifold is appended to `contacts`, in
+  /// canonical order (by feature). Bounded work, no NaN; swapping A and B swaps the answer.
+  PairAnswer solve(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
+                   std::vector<Contact>* contacts = nullptr) const;
+
+  /// All intersecting pairs of triangles [i of A, j of B], sorted; both shapes a triangle or a mesh (else throws
+  /// std::invalid_argument). Closed triangles; exact for the real numbers R v + t.
+  std::vector<std::array<std::uint32_t, 2>> intersecting_triangles(const Shape& a, const Pose& pose_a, const Shape& b,
+                                                                   const Pose& pose_b) const;
+
+  /// First time in [0, tmax] at which they touch when A and B translate with constant velocities; empty if never.
+  /// Conservative advancement on the signed distance; never late by more than 1e-12 of the path.
+  std::optional<double> time_of_impact(const Shape& a, const Pose& pose_a, const Vec3& velocity_a, const Shape& b,
+                                       const Pose& pose_b, const Vec3& velocity_b, double tmax) const;
+
+ private:
+  NarrowPhaseOptions options_;
+};
+
+}  // namespace tandem

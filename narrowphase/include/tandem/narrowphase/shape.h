@@ -1,0 +1,96 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#include "tandem/narrowphase/pose.h"
+
+namespace tandem {
+
+/// Shapes as a user gives them, each in its own frame, SI units.
+struct Sphere { double radius = 0; };                      ///< radius >= 0; 0 is a point
+struct Box { Vec3 size = Vec3::Zero(); };                  ///< full edge lengths > 0, centred
+struct Capsule { double radius = 0; double length = 0; };  ///< radius > 0; core segment of length >= 0 along z, centred
+struct Cylinder { double radius = 0; double length = 0; }; ///< radius > 0, full height > 0 along z, centred
+struct Cone { double radius = 0; double length = 0; };     ///< base at z = -length/2, apex at z = +length/2
+struct Ellipsoid { Vec3 radii = Vec3::Zero(); };           ///< radii > 0
+struct HalfSpace { Vec3 normal = Vec3::UnitZ(); double offset = 0; };  ///< normal . x <= offset; any length but 0
+struct Convex { std::vector<Vec3> vertices; };             ///< the hull of one or more points; may be flat
+struct Triangle { std::array<Vec3, 3> vertices; };         ///< may have no area
+struct Mesh {
+  std::vector<Vec3> vertices;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  bool solid = false;  ///< true: the inside counts too; every edge must then join two triangles in opposite sense
+};
+
+enum class ShapeKind : std::uint8_t {
+  sphere, box, capsule, cylinder, cone, ellipsoid, halfspace, convex, triangle, mesh
+};
+inline constexpr std::size_t shape_kinds = 10;
+
+std::string_view name(ShapeKind kind);
+
+struct Hull;       // narrowphase/hull.h
+struct MeshModel;  // narrowphase/mesh_model.h
+
+/// Box in doubles, world axes.
+struct Bounds {
+  Vec3 lo;
+  Vec3 hi;
+};
+
+/// What a body weighs with density 1, about its centre of mass, in the shape's frame. For shapes without a volume
+/// of their own (triangle, open mesh, flat hull) it is that of the bounding box, widened to a hundredth of its size.
+struct MassProperties {
+  double volume;   ///< m^3
+  Vec3 centre;     ///< m
+  Mat3 inertia;    ///< m^5: multiply by density
+};
+
+/// A checked shape, ready for queries; immutable, cheap to copy, safe to share between threads.
+/// Every constructor throws std::invalid_argument that names the field, its value and what is allowed.
+class Shape {
+ public:
+  Shape(const Sphere&);
+  Shape(const Box&);
+  Shape(const Capsule&);
+  Shape(const Cylinder&);
+  Shape(const Cone&);
+  Shape(const Ellipsoid&);
+  Shape(const HalfSpace&);  ///< normal and offset are divided by the normal's length
+  Shape(const Convex&);
+  Shape(const Triangle&);
+  Shape(Mesh);
+
+  ShapeKind kind() const { return kind_; }
+  bool is_convex() const { return kind_ != ShapeKind::mesh; }
+  bool is_bounded() const { return kind_ != ShapeKind::halfspace; }
+
+  /// Parameters; each is defined for the kinds that have it, see the structs above.
+  double radius() const { return param_[0]; }
+  double length() const { return param_[1]; }
+  Vec3 half_size() const { return {param_[0], param_[1], param_[2]}; }  ///< box
+  Vec3 radii() const { return {param_[0], param_[1], param_[2]}; }      ///< ellipsoid
+  Vec3 normal() const { return {param_[0], param_[1], param_[2]}; }     ///< halfspace, unit
+  double offset() const { return param_[3]; }                           ///< halfspace
+  const Hull& hull() const { return *hull_; }                           ///< convex, triangle
+  const MeshModel& mesh() const { return *mesh_; }                      ///< mesh
+
+  /// Smallest box in world axes that holds the posed shape (a half-space: +-1e300 on open sides).
+  Bounds bounds(const Pose& pose) const;
+  /// Diagonal of the box in the shape's frame; the unit of relative errors. A half-space has 0, a point too.
+  double size() const { return size_; }
+  const MassProperties& mass() const { return *mass_; }
+
+ private:
+  ShapeKind kind_;
+  std::array<double, 4> param_{};
+  double size_ = 0;
+  std::shared_ptr<const Hull> hull_;
+  std::shared_ptr<const MeshModel> mesh_;
+  std::shared_ptr<const MassProperties> mass_;
+};
+
+}  // namespace tandem
