@@ -6,6 +6,7 @@ function(tandem_library name)
   set_target_properties(tandem_${name} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)
   target_compile_features(tandem_${name} PUBLIC cxx_std_20)
   target_sources(tandem_${name} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${arg_HEADERS})
+  target_include_directories(tandem_${name} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
   tandem_flags(tandem_${name})
   install(TARGETS tandem_${name} EXPORT tandemTargets
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}

@@ -1,0 +1,18 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+#include "tandem/broadphase/box_array.h"
+
+namespace tandem {
+
+/// Tests `box` against boxes[begin, end) and writes the indices of those it overlaps to `out`, ascending; returns
+/// how many. `out` needs room for end - begin + BoxArray::padding elements. The kernel is chosen at run time from
+/// the widest instruction set of the processor (SSE2 to AVX-512); they all give the same answer.
+///
+/// It stays out of line on purpose: with the pair output inlined into the vector loop the same work took up to twice
+/// as long. Hits are compress-stored here and turned into pairs by the caller.
+std::size_t overlap_row(const BoxArray& boxes, std::size_t begin, std::size_t end, const Aabb& box,
+                        std::uint32_t* out);
+
+}  // namespace tandem
