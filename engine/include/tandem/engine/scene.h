@@ -27,7 +27,7 @@ struct ShapeId {
 struct BodyOptions {
   ShapeId shape;
   Pose pose;
-  Vec3 velocity = Vec3::Zero();          ///< m/s, of the shape's origin's body (centre of mass)
+  Vec3 velocity = Vec3::Zero();          ///< m/s, of the centre of mass, which need not be the shape's origin
   Vec3 angular_velocity = Vec3::Zero();  ///< rad/s, world axes
   double density = 1000;                 ///< kg/m^3, finite, > 0; not used when is_static
   bool is_static = false;                ///< never moved by a response; two static bodies make no pair
@@ -49,10 +49,10 @@ class Scene {
   void set_velocity(BodyId id, const Vec3& velocity, const Vec3& angular_velocity);
 
   const Pose& pose(BodyId id) const;
-  std::size_t bodies() const { return count_; }     ///< alive
-  std::size_t indices() const { return poses_.size(); }  ///< one past the largest index in use
+  std::size_t bodies() const { return count_; }          ///< alive
+  std::size_t indices() const { return poses_.size(); }  ///< one past the largest index ever used
   bool alive(std::uint32_t index) const { return alive_[index] != 0; }
-  BodyId id(std::uint32_t index) const;
+  BodyId id(std::uint32_t index) const;  ///< throws std::invalid_argument unless a body is alive there
 
   std::span<const Shape> shapes() const { return shapes_; }
   std::span<const std::string> shape_names() const { return shape_names_; }
@@ -72,15 +72,22 @@ class Scene {
   void move(std::uint32_t index, const Pose& pose, const Vec3& velocity, const Vec3& angular_velocity);
 
   std::string name;
-  Vec3 gravity{0, 0, -9.81};   ///< m/s^2
-  double dt = 1.0 / 60;        ///< s, of one step
+  Vec3 gravity{0, 0, -9.81};  ///< m/s^2
+  double dt = 1.0 / 60;       ///< s, of one step
   Request request = Request::contacts;
 
  private:
+  struct ShapeUses {
+    std::uint32_t moving = 0;
+    std::uint32_t fixed = 0;
+  };
+
   std::uint32_t checked(BodyId id) const;
+  void require_solvable(std::uint32_t shape, bool is_static, const std::string& what) const;
 
   std::vector<Shape> shapes_;
   std::vector<std::string> shape_names_;
+  std::vector<ShapeUses> uses_;  // a shape: bodies that have it
   std::vector<std::uint32_t> shape_, generation_, groups_, masks_, free_;
   std::vector<Pose> poses_;
   std::vector<Vec3> velocities_, angular_velocities_;
