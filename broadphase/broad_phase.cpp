@@ -16,9 +16,12 @@ std::string_view name(BroadPhaseKind kind) {
 
 std::unique_ptr<BroadPhase> make_broad_phase(BroadPhaseKind kind) {
   switch (kind) {
-    case BroadPhaseKind::brute: return std::make_unique<BruteForce>();
-    case BroadPhaseKind::sweep: return std::make_unique<Sweep>();
-    default: throw std::invalid_argument("broad phase: no such kind");
+    case BroadPhaseKind::brute:
+      return std::make_unique<BruteForce>();
+    case BroadPhaseKind::sweep:
+      return std::make_unique<Sweep>();
+    default:
+      throw std::invalid_argument("broad phase: no such kind");
   }
 }
 

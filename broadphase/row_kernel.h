@@ -12,7 +12,6 @@ namespace tandem {
 ///
 /// It stays out of line on purpose: with the pair output inlined into the vector loop the same work took up to twice
 /// as long. Hits are compress-stored here and turned into pairs by the caller.
-std::size_t overlap_row(const BoxArray& boxes, std::size_t begin, std::size_t end, const Aabb& box,
-                        std::uint32_t* out);
+std::size_t overlap_row(const BoxArray& boxes, std::size_t begin, std::size_t end, const Aabb& box, std::uint32_t* out);
 
 }  // namespace tandem

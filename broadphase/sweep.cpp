@@ -70,8 +70,7 @@ int Sweep::axis() const {
   }
   if (all.count == 0) return 0;
   std::array<double, 3> variance;
-  for (std::size_t k = 0; k < 3; ++k)
-    variance[k] = all.sum_of_squares[k] - all.sum[k] * (all.sum[k] / all.count);
+  for (std::size_t k = 0; k < 3; ++k) variance[k] = all.sum_of_squares[k] - all.sum[k] * (all.sum[k] / all.count);
   return static_cast<int>(std::max_element(variance.begin(), variance.end()) - variance.begin());
 }
 
@@ -97,8 +96,10 @@ void Sweep::merge(std::size_t round, std::size_t block) {
     std::size_t low = taken > right_size ? taken - right_size : 0, high = std::min(taken, left_size);
     while (low < high) {
       const std::size_t guess = (low + high) / 2;
-      if (left[guess] < right[taken - guess - 1]) low = guess + 1;
-      else high = guess;
+      if (left[guess] < right[taken - guess - 1])
+        low = guess + 1;
+      else
+        high = guess;
     }
     return low;
   };

@@ -15,7 +15,7 @@ class Sweep final : public BroadPhase {
   BroadPhaseKind kind() const override { return BroadPhaseKind::sweep; }
 
  private:
-  static constexpr std::size_t chunk = 2048;      // boxes a statistics, sort, merge or gather block
+  static constexpr std::size_t chunk = 2048;  // boxes a statistics, sort, merge or gather block
   static constexpr std::size_t rows_a_block = 64;
   struct Spread {
     std::array<double, 3> sum{}, sum_of_squares{};

@@ -26,6 +26,7 @@ struct PipelineOptions {
   std::size_t batch_pairs = 128;   ///< candidate pairs a batch, [1, 65536]
   std::size_t queue_capacity = 0;  ///< batches waiting at most; 0: max(16, 4 threads)
   double small_step_ms = 0.3;  ///< flowgraph, barrier: below this much work a step stays on the caller; 0: never
+  bool contact_hash = false;   ///< fill StepReport::contact_hash (some 10 ns a contact, outside detect_ms)
   PairPredicate predicate;     ///< a user's own filter, by batches; empty: none
 };
 
@@ -35,7 +36,7 @@ struct StepReport {
   std::size_t bodies = 0;
   std::uint64_t colliding_pairs = 0;
   std::uint64_t contacts = 0;
-  std::uint64_t contact_hash = 0;
+  std::uint64_t contact_hash = 0;  ///< of pairs and contacts, in order; 0 unless asked for
   double max_depth = 0;        ///< metres, 0 without contacts
   BroadPhaseKind broad_phase = BroadPhaseKind::brute;  ///< the one that ran
   std::string_view broad_phase_reason;

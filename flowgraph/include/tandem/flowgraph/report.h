@@ -43,7 +43,7 @@ struct BalanceDecision {
   int control_step = 0;  ///< steps until the next look
   double broad_ms = 0;   ///< what the rule compared: phase end times (paper) or busy times (busy)
   double narrow_ms = 0;
-  double measure = 0;    ///< detect time (paper) or detect time per unit of work (busy): what verification compares
+  double measure = 0;  ///< detect time (paper) or detect time per unit of work (busy): what verification compares
   double measure_before = 0;  ///< the same before the change, when one is being verified
   std::string_view reason;
 };
@@ -51,9 +51,9 @@ struct BalanceDecision {
 /// Bits: what went short in a step.
 enum class StepIssue : std::uint32_t {
   none = 0,
-  inexact = 1u << 0,      ///< the tolerance was not reached for some pair: see PairAnswer::error_bound
-  pool_grew = 1u << 1,    ///< the batch pool had to grow (once in a while is fine)
-  ran_on_caller = 1u << 2 ///< too little work to share: the step stayed on the calling thread
+  inexact = 1u << 0,       ///< the tolerance was not reached for some pair: see PairAnswer::error_bound
+  pool_grew = 1u << 1,     ///< the batch pool had to grow (once in a while is fine)
+  ran_on_caller = 1u << 2  ///< too little work to share: the step stayed on the calling thread
 };
 constexpr std::uint32_t bit(StepIssue issue) { return static_cast<std::uint32_t>(issue); }
 
@@ -62,17 +62,17 @@ struct ExecutionReport {
   std::uint64_t candidate_pairs = 0;
   std::uint64_t batches = 0;
   std::uint64_t queue_high_water = 0;  ///< batches waiting at most
-  double update_ms = 0;   ///< wall: poses to boxes
-  double broad_ms = 0;    ///< busy: the broad phase's stages
-  double narrow_ms = 0;   ///< busy
-  double broad_end_ms = 0;   ///< wall, from the start of the shared phase to the last broad block
-  double narrow_end_ms = 0;  ///< wall, to the last narrow batch
-  double join_ms = 0;     ///< wall: putting the results in order
-  double detect_ms = 0;   ///< wall, all of the above
-  int threads = 1;        ///< in all, the caller counted
-  Split split;            ///< in force in this step; 1-1 on one thread
-  std::uint32_t issues = 0;  ///< StepIssue bits
-  BalanceDecision decision;  ///< taken after this step
+  double update_ms = 0;                ///< wall: poses to boxes
+  double broad_ms = 0;                 ///< busy: the broad phase's stages
+  double narrow_ms = 0;                ///< busy
+  double broad_end_ms = 0;             ///< wall, from the start of the shared phase to the last broad block
+  double narrow_end_ms = 0;            ///< wall, to the last narrow batch
+  double join_ms = 0;                  ///< wall: putting the results in order
+  double detect_ms = 0;                ///< wall, all of the above
+  int threads = 1;                     ///< in all, the caller counted
+  Split split;                         ///< in force in this step; 1-1 on one thread
+  std::uint32_t issues = 0;            ///< StepIssue bits
+  BalanceDecision decision;            ///< taken after this step
 };
 
 }  // namespace tandem

@@ -11,8 +11,8 @@
 
 namespace tandem {
 
-/// Slices and counters of steps, for a trace viewer. A thread writes to a lane of its own, so recording takes no
-/// lock but for the first slice of a thread in a step.
+/// Slices and counters of steps, for a trace viewer: a lane a thread. Recording a slice looks the thread's lane up
+/// under a lock (some 50 ns, beside tasks of 10 us) and then appends to memory that is the thread's own.
 class Timeline {
  public:
   using Clock = std::chrono::steady_clock;
@@ -21,7 +21,7 @@ class Timeline {
     std::string_view name;  ///< a literal
     Clock::time_point begin, end;
     std::uint64_t step = 0;
-    std::uint64_t id = 0;     ///< block or batch
+    std::uint64_t id = 0;  ///< block or batch
     std::uint64_t pairs = 0;
   };
   struct Lane {

@@ -1,0 +1,107 @@
+#include "tandem/flowgraph/balancer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+namespace tandem {
+namespace {
+
+constexpr int longest_control_step = 64;
+// Phases closer than this are in balance: one thread more or less would overshoot (paper rule).
+constexpr double balanced = 1.05;
+
+}  // namespace
+
+Balancer::Balancer(int threads, Split fixed, BalanceRule rule)
+    : threads_(threads), fixed_(!fixed.dynamic()), rule_(rule), split_(fixed) {
+  if (!fixed_) split_ = {std::max(1, threads / 2), threads - std::max(1, threads / 2)};
+}
+
+void Balancer::clear_window() {
+  steps_ = 0;
+  broad_ = narrow_ = detect_ = 0;
+}
+
+int Balancer::wanted_broad() const {
+  const int most = threads_ - 1;
+  if (rule_ == BalanceRule::paper) {
+    const double broad = broad_ / split_.broad, narrow = narrow_ / split_.narrow;
+    if (broad > balanced * narrow) return std::min(split_.broad + 1, most);
+    if (narrow > balanced * broad) return std::max(split_.broad - 1, 1);
+    return split_.broad;
+  }
+  const double work = broad_ + narrow_;
+  if (work <= 0) return split_.broad;
+  const int wanted = std::clamp(static_cast<int>(std::ceil(threads_ * broad_ / work)), 1, most);
+  // Rounding up favours the broad phase, which feeds the other; a step of one down is within that rounding.
+  return wanted > split_.broad || wanted < split_.broad - 1 ? wanted : split_.broad;
+}
+
+BalanceDecision Balancer::after_step(std::uint64_t step, const ExecutionReport& report) {
+  BalanceDecision decision;
+  decision.step = step;
+  decision.before = decision.after = split_;
+  decision.control_step = control_step_;
+  if (fixed_) {
+    decision.control_step = 0;
+    decision.reason = "the split is fixed";
+    return decision;
+  }
+  if ((report.issues & bit(StepIssue::ran_on_caller)) != 0) {
+    decision.reason = "the step stayed on the caller";
+    return decision;
+  }
+  ++steps_;
+  broad_ += report.broad_ms;
+  narrow_ += report.narrow_ms;
+  detect_ += report.detect_ms;
+
+  const bool paper = rule_ == BalanceRule::paper;
+  const double work = broad_ + narrow_;
+  decision.broad_ms = paper ? broad_ / split_.broad / steps_ : broad_ / steps_;
+  decision.narrow_ms = paper ? narrow_ / split_.narrow / steps_ : narrow_ / steps_;
+  decision.measure = paper ? detect_ / steps_ : (work > 0 ? detect_ / work : 0);
+
+  // A load that turned round between two looks is not waited out.
+  const bool urgent = !paper && !verifying_ && std::abs(wanted_broad() - split_.broad) >= std::max(2, threads_ / 4);
+  if (steps_ < control_step_ && !urgent) {
+    decision.reason = "between two control steps";
+    return decision;
+  }
+
+  if (verifying_) {
+    verifying_ = false;
+    decision.measure_before = measure_before_;
+    if (decision.measure < measure_before_) {
+      decision.action = BalanceAction::confirm;
+      decision.reason = "the change made it faster";
+      control_step_ = 1;
+    } else {
+      decision.action = BalanceAction::revert;
+      decision.reason = "the change did not make it faster";
+      split_ = before_;
+      control_step_ = std::min(2 * control_before_, longest_control_step);
+    }
+  } else if (const int wanted = wanted_broad(); wanted != split_.broad) {
+    decision.action = BalanceAction::change;
+    decision.reason =
+        wanted > split_.broad ? "the broad phase is the longer one" : "the narrow phase is the longer one";
+    before_ = split_;
+    measure_before_ = decision.measure;
+    control_before_ = control_step_;
+    split_ = {wanted, threads_ - wanted};
+    verifying_ = true;
+    control_step_ = 1;
+  } else {
+    decision.action = BalanceAction::keep;
+    decision.reason = threads_ == 2 ? "two threads have one split" : "the phases are in balance";
+    control_step_ = std::min(2 * control_step_, longest_control_step);
+  }
+  clear_window();
+  decision.after = split_;
+  decision.control_step = control_step_;
+  return decision;
+}
+
+}  // namespace tandem

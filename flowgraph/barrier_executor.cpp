@@ -1,0 +1,94 @@
+#include <oneapi/tbb/enumerable_thread_specific.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include "executors.h"
+
+namespace tandem {
+namespace {
+
+/// Both phases parallel with oneTBB, a barrier after every stage and between broad and narrow phase.
+class BarrierExecutor final : public Executor {
+ public:
+  explicit BarrierExecutor(const ExecutorOptions& options)
+      : wished_(options.split.dynamic() ? options.threads : options.split.broad + options.split.narrow),
+        batch_size_(options.batch_pairs),
+        small_(options.small_step_ms) {}
+
+  void run(StepWork& work, ContactList& contacts, ExecutionReport& report, std::stop_token stop,
+           Timeline* timeline) override {
+    const int threads = tbb_threads(wished_);
+    state_.begin(work, contacts, batch_size_.get(), std::move(stop), timeline);
+    if (threads == 1 || small_.stays_on_caller()) {
+      run_on_caller(state_);
+      if (threads > 1) report.issues |= bit(StepIssue::ran_on_caller);
+    } else if (threads == tbb::this_task_arena::max_concurrency()) {
+      run_stages();
+    } else {
+      if (!arena_ || arena_->max_concurrency() != threads) arena_ = std::make_unique<tbb::task_arena>(threads);
+      arena_->execute([this] { run_stages(); });
+    }
+    report.threads = threads;
+    report.split = {threads, threads};
+    report.decision.reason = "both phases have all threads";
+    small_.learn(state_.work_ms());
+    state_.end(report);
+    batch_size_.learn(report);
+  }
+
+ private:
+  struct Shelf final : Delivery {
+    void deliver(Batch&) override {}  // the pool knows all batches; they are processed after the barrier
+  };
+
+  // Every block is one task: they are made about 10 us long. The context is not bound to the caller's, whose
+  // cancellation would leave blocks undone.
+  template <class Body>
+  static void for_each(std::size_t n, const Body& body) {
+    tbb::task_group_context context(tbb::task_group_context::isolated);
+    tbb::parallel_for(std::size_t{0}, n, body, tbb::simple_partitioner(), context);
+  }
+
+  void run_stages() {
+    while (!state_.finished()) {
+      const std::size_t stage = state_.stage();
+      if (stage == state_.shared_stage()) {
+        run_shared();
+        continue;
+      }
+      for_each(state_.blocks(stage), [&](std::size_t) {
+        if (std::size_t block; state_.take(stage, block)) state_.run(stage, block);
+      });
+    }
+  }
+
+  void run_shared() {
+    Shelf shelf;
+    tbb::enumerable_thread_specific<BatchWriter> writers([&] { return BatchWriter(state_, shelf); });
+    const std::size_t stage = state_.shared_stage();
+    for_each(state_.blocks(stage), [&](std::size_t) {
+      if (std::size_t tile; state_.take(stage, tile)) state_.run_tile(tile, writers.local());
+    });
+    // Counting each filled batch as open keeps the stage open until the last one is processed.
+    for (BatchWriter& writer : writers) writer.flush();
+    ready_.clear();
+    for (Batch* batch : state_.batches())
+      if (batch->count != 0) ready_.push_back(batch);
+    for_each(ready_.size(), [&](std::size_t i) { state_.process(*ready_[i]); });
+  }
+
+  int wished_;
+  BatchSize batch_size_;
+  SmallStep small_;
+  std::unique_ptr<tbb::task_arena> arena_;
+  StepState state_;
+  std::vector<Batch*> ready_;
+};
+
+}  // namespace
+
+std::unique_ptr<Executor> make_barrier_executor(const ExecutorOptions& options) {
+  return std::make_unique<BarrierExecutor>(options);
+}
+
+}  // namespace tandem

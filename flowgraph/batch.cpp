@@ -1,0 +1,13 @@
+#include "tandem/flowgraph/batch.h"
+
+namespace tandem {
+
+void Batch::clear(std::size_t capacity) {
+  if (pairs.size() < capacity) pairs.resize(capacity);
+  count = 0;
+  results.clear();
+  contacts.clear();
+  inexact = false;
+}
+
+}  // namespace tandem

@@ -1,0 +1,81 @@
+#include "tandem/flowgraph/executor.h"
+
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/info.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+#include "executors.h"
+
+namespace tandem {
+namespace {
+
+void require(bool good, const std::string& message) {
+  if (!good) throw std::invalid_argument(message);
+}
+
+std::string text(Split split) { return std::to_string(split.broad) + "-" + std::to_string(split.narrow); }
+
+}  // namespace
+
+std::unique_ptr<Executor> make_executor(const ExecutorOptions& options) {
+  require(options.threads >= 0 && options.threads <= 1024,
+          "threads: " + std::to_string(options.threads) + ", allowed: 0 (ask the runtime) to 1024");
+  if (!options.split.dynamic()) {
+    require(options.split.broad >= 1 && options.split.narrow >= 1,
+            "split: " + text(options.split) + ", allowed: at least one thread for each phase");
+    require(options.threads == 0 || options.split.broad + options.split.narrow == options.threads,
+            "split: " + text(options.split) + ", allowed: two numbers that add up to the threads, " +
+                std::to_string(options.threads));
+    require(options.split.broad + options.split.narrow <= 1024,
+            "split: " + text(options.split) + ", allowed: at most 1024 threads in all");
+  }
+  require(options.batch_pairs >= 1 && options.batch_pairs <= 65536,
+          "batch_pairs: " + std::to_string(options.batch_pairs) + ", allowed: 1 to 65536");
+  require(options.queue_capacity <= 1u << 20,
+          "queue_capacity: " + std::to_string(options.queue_capacity) + ", allowed: 0 (chosen) to 1048576");
+  require(options.small_step_ms >= 0 && options.small_step_ms <= 1e6,
+          "small_step_ms: " + std::to_string(options.small_step_ms) + ", allowed: 0 (never) to 1e6");
+  switch (options.kind) {
+    case ExecutorKind::sequential:
+      return make_sequential_executor(options);
+    case ExecutorKind::barrier:
+      return make_barrier_executor(options);
+    case ExecutorKind::threads:
+      return make_threads_executor(options);
+    case ExecutorKind::flowgraph:
+      return make_flowgraph_executor(options);
+  }
+  throw std::invalid_argument("executor: no such kind");
+}
+
+int tbb_threads(int wished) {
+  // Counts processors from the affinity mask on first use; asking early keeps a later pinned caller from hiding them.
+  tbb::info::default_concurrency();
+  const auto limit = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+  const int most = static_cast<int>(std::min<std::size_t>(limit, 1024));
+  return std::max(1, std::min(wished == 0 ? tbb::this_task_arena::max_concurrency() : wished, most));
+}
+
+void BatchSize::learn(const ExecutionReport& report) {
+  if (report.candidate_pairs == 0) return;
+  constexpr double target_ms = 0.015;
+  const double pair_ms = report.narrow_ms / static_cast<double>(report.candidate_pairs);
+  const double wanted = pair_ms > 0 ? target_ms / pair_ms : static_cast<double>(most_);
+  size_ = static_cast<std::size_t>(std::clamp(wanted, 1.0, static_cast<double>(most_)));
+}
+
+void balance(Balancer& balancer, std::uint64_t step, ExecutionReport& report, Timeline* timeline) {
+  report.decision = balancer.after_step(step, report);
+  if (timeline == nullptr) return;
+  timeline->count("split: broad threads", report.split.broad);
+  if (report.decision.action == BalanceAction::none) return;
+  timeline->note("step " + std::to_string(step) + ": " + std::string(name(report.decision.action)) + " " +
+                 text(report.decision.before) + " -> " + text(report.decision.after) + ", " +
+                 std::string(report.decision.reason));
+}
+
+}  // namespace tandem

@@ -1,0 +1,44 @@
+#pragma once
+#include <cstdint>
+
+#include "tandem/flowgraph/report.h"
+
+namespace tandem {
+
+/// Moves threads between the two phases from measured times (paper, section 4). Looks at its control steps: these
+/// are short at first, grow while the split stays, and become frequent again after a change. Every change is verified
+/// at the next look: if it did not make the step faster, it is taken back.
+///
+/// BalanceRule::paper compares the phases' times (computing time a thread of the phase) and moves one thread to the
+/// longer one; verified on the step's time. BalanceRule::busy aims at threads in proportion to busy times, and
+/// verifies on time per unit of work, so that a rising load does not count against a good change.
+class Balancer {
+ public:
+  /// `fixed` dynamic: starts at half of `threads` each. threads >= 2.
+  Balancer(int threads, Split fixed, BalanceRule rule);
+
+  Split split() const { return split_; }
+  /// Takes one step's measurements; the split it returns in `after` is in force from the next step on.
+  BalanceDecision after_step(std::uint64_t step, const ExecutionReport& report);
+
+ private:
+  int wanted_broad() const;
+  void clear_window();
+
+  int threads_;
+  bool fixed_;
+  BalanceRule rule_;
+  Split split_;
+
+  // Sums over the steps since the last look.
+  int steps_ = 0;
+  double broad_ = 0, narrow_ = 0, detect_ = 0;
+
+  int control_step_ = 1;
+  bool verifying_ = false;
+  Split before_;
+  double measure_before_ = 0;
+  int control_before_ = 1;
+};
+
+}  // namespace tandem

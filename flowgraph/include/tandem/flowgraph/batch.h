@@ -1,0 +1,22 @@
+#pragma once
+#include <cstddef>
+#include <vector>
+
+#include "tandem/broadphase/pair.h"
+#include "tandem/flowgraph/contact_list.h"
+
+namespace tandem {
+
+/// What travels from the broad to the narrow phase: candidate pairs, and the slot for what becomes of them.
+struct Batch {
+  std::vector<Pair> pairs;  ///< room; the first `count` are candidates
+  std::size_t count = 0;
+  std::vector<PairResult> results;  ///< first_contact counts within this batch
+  std::vector<Contact> contacts;
+  bool inexact = false;  ///< some answer did not reach the tolerance
+
+  /// Empty, with room for `capacity` pairs.
+  void clear(std::size_t capacity);
+};
+
+}  // namespace tandem

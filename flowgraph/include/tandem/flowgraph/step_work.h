@@ -1,0 +1,34 @@
+#pragma once
+#include <cstddef>
+#include <span>
+
+#include "tandem/broadphase/pair.h"
+#include "tandem/flowgraph/batch.h"
+
+namespace tandem {
+
+/// The work of one step, described once for all executors. Stages of independent blocks: the first turns poses into
+/// boxes, the last emits candidate pairs, those between prepare the broad phase. Within a stage blocks run in any
+/// order on any thread; a stage starts when the one before it is done. Batches of emitted pairs may go to `narrow`
+/// while the last stage still runs.
+class StepWork {
+ public:
+  virtual ~StepWork() = default;
+
+  /// Starts a step; returns the number of stages, at least 2.
+  virtual std::size_t begin() = 0;
+  /// Blocks of a stage; asked for once the stages before it are done.
+  virtual std::size_t blocks(std::size_t stage) const = 0;
+  virtual void run(std::size_t stage, std::size_t block) = 0;
+  virtual void emit(std::size_t block, PairSink& sink) = 0;
+
+  virtual const PairFilter& filter() const = 0;
+  /// The user's predicate on a batch of candidates; see PairPredicate.
+  virtual std::size_t keep(std::span<Pair> pairs) const = 0;
+  /// Fills the batch's results from its pairs. From many threads at once, on different batches.
+  virtual void narrow(Batch& batch) const = 0;
+  /// One past the largest body index.
+  virtual std::size_t bodies() const = 0;
+};
+
+}  // namespace tandem

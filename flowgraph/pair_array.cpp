@@ -1,0 +1,63 @@
+#include "pair_array.h"
+
+#include <algorithm>
+#include <bit>
+#include <thread>
+
+namespace tandem {
+
+PairArray::~PairArray() {
+  for (auto& segment : segments_) delete[] segment.load();
+}
+
+// Segment k holds the indices [first (2^k - 1), first (2^(k+1) - 1)).
+PairArray::Slot& PairArray::slot(std::size_t index) {
+  const std::size_t group = index / first_segment + 1;
+  const auto segment = static_cast<std::size_t>(std::bit_width(group)) - 1;
+  const std::size_t size = first_segment << segment;
+  const std::size_t offset = index - (size - first_segment);
+  Slot* slots = segments_[segment].load(std::memory_order_acquire);
+  if (slots == nullptr) {
+    auto fresh = std::make_unique<Slot[]>(size);
+    if (segments_[segment].compare_exchange_strong(slots, fresh.get(), std::memory_order_acq_rel))
+      slots = fresh.release();
+  }
+  return slots[offset];
+}
+
+void PairArray::begin() {
+  const std::size_t used = std::max(tail_.load(), head_.load());
+  for (std::size_t i = 0; i < used; ++i) slot(i).store(nullptr, std::memory_order_relaxed);
+  tail_.store(0);
+  head_.store(0);
+  closed_.store(false);
+}
+
+void PairArray::put(Batch& batch) {
+  slot(tail_.fetch_add(1, std::memory_order_relaxed)).store(&batch, std::memory_order_release);
+  changes_.fetch_add(1, std::memory_order_release);
+  changes_.notify_all();
+}
+
+void PairArray::close() {
+  closed_.store(true, std::memory_order_release);
+  changes_.fetch_add(1, std::memory_order_release);
+  changes_.notify_all();
+}
+
+Batch* PairArray::take() {
+  Slot& mine = slot(head_.fetch_add(1, std::memory_order_relaxed));
+  constexpr int spins = 200;
+  for (int i = 0;; ++i) {
+    const std::uint32_t changes = changes_.load(std::memory_order_acquire);
+    const bool closed = closed_.load(std::memory_order_acquire);  // before the slot: all puts come before the close
+    if (Batch* batch = mine.load(std::memory_order_acquire)) return batch;
+    if (closed) return nullptr;
+    if (i < spins)
+      std::this_thread::yield();
+    else
+      changes_.wait(changes, std::memory_order_acquire);
+  }
+}
+
+}  // namespace tandem

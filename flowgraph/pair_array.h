@@ -1,0 +1,38 @@
+#pragma once
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <memory>
+
+#include "tandem/flowgraph/batch.h"
+
+namespace tandem {
+
+/// The paper's shared structure of pairs (section 4.1): an array into which the broad phase only puts and from which
+/// the narrow phase only takes, so that neither ever waits for the other's lock. It holds batches and never gets
+/// full: segments of doubling size are added as needed and kept from step to step.
+class PairArray {
+ public:
+  ~PairArray();
+
+  /// Empties it; not while threads put or take.
+  void begin();
+  void put(Batch& batch);
+  /// Nothing more will be put. Call once, after the last put.
+  void close();
+  /// The next batch, or null when all are taken and it is closed. Sleeps while there is none.
+  Batch* take();
+
+ private:
+  static constexpr std::size_t first_segment = 256;
+  using Slot = std::atomic<Batch*>;
+  Slot& slot(std::size_t index);
+
+  alignas(64) std::atomic<std::size_t> tail_{0};
+  alignas(64) std::atomic<std::size_t> head_{0};
+  alignas(64) std::atomic<std::uint32_t> changes_{0};  // puts and the close; sleepers wait on it
+  std::atomic<bool> closed_{false};
+  std::array<std::atomic<Slot*>, 40> segments_{};
+};
+
+}  // namespace tandem

@@ -1,0 +1,19 @@
+#include "tandem/flowgraph/report.h"
+
+#include <array>
+
+namespace tandem {
+
+std::string_view name(ExecutorKind kind) {
+  constexpr std::array<std::string_view, 4> names{"sequential", "barrier", "threads", "flowgraph"};
+  return names[static_cast<std::size_t>(kind)];
+}
+
+std::string_view name(BalanceRule rule) { return rule == BalanceRule::paper ? "paper" : "busy"; }
+
+std::string_view name(BalanceAction action) {
+  constexpr std::array<std::string_view, 5> names{"none", "keep", "change", "confirm", "revert"};
+  return names[static_cast<std::size_t>(action)];
+}
+
+}  // namespace tandem

@@ -1,0 +1,309 @@
+#include "step_state.h"
+
+#include <algorithm>
+#include <thread>
+#include <utility>
+
+#if defined(__x86_64__) || defined(__i386__)
+#include <immintrin.h>
+#endif
+
+namespace tandem {
+namespace {
+
+void pause() {
+#if defined(__x86_64__) || defined(__i386__)
+  _mm_pause();
+#else
+  std::this_thread::yield();
+#endif
+}
+
+std::int64_t ns(Clock::duration d) { return std::chrono::duration_cast<std::chrono::nanoseconds>(d).count(); }
+
+/// Time that the calling thread spends on batches; it is taken out of the tile in which a full queue made it help.
+thread_local std::int64_t narrow_ns_of_this_thread = 0;
+
+}  // namespace
+
+double to_ms(std::int64_t ns) { return 1e-6 * static_cast<double>(ns); }
+
+// ---- BatchPool
+
+void BatchPool::begin(std::size_t batch_pairs) {
+  std::move(grown_.begin(), grown_.end(), std::back_inserter(batches_));
+  grown_.clear();
+  batch_pairs_ = batch_pairs;
+  next_.store(0, std::memory_order_relaxed);
+}
+
+Batch& BatchPool::take() {
+  const std::size_t index = next_.fetch_add(1, std::memory_order_relaxed);
+  Batch* batch = nullptr;
+  if (index < batches_.size()) {
+    batch = batches_[index].get();
+  } else {
+    const std::scoped_lock lock(mutex_);
+    batch = grown_.emplace_back(std::make_unique<Batch>()).get();
+  }
+  batch->clear(batch_pairs_);
+  return *batch;
+}
+
+std::span<Batch* const> BatchPool::taken() {
+  taken_.clear();
+  const std::size_t old = std::min(next_.load(std::memory_order_relaxed), batches_.size());
+  for (std::size_t i = 0; i < old; ++i) taken_.push_back(batches_[i].get());
+  for (const auto& batch : grown_) taken_.push_back(batch.get());
+  return taken_;
+}
+
+// ---- BatchWriter
+
+void BatchWriter::open() {
+  if (batch_ != nullptr) return;
+  state_.open_work_.fetch_add(1, std::memory_order_relaxed);
+  batch_ = &state_.pool_.take();
+  filter_ = &state_.work_->filter();
+  buffer_ = batch_->pairs.data();
+  capacity_ = state_.batch_pairs_;
+  count_ = 0;
+}
+
+void BatchWriter::hand_on() {
+  state_.candidates_.fetch_add(count_, std::memory_order_relaxed);
+  const std::size_t kept = state_.work_->keep({buffer_, count_});
+  Batch& batch = *std::exchange(batch_, nullptr);
+  batch.count = kept;
+  count_ = 0;
+  if (kept == 0)
+    state_.close_work();
+  else
+    delivery_.deliver(batch);
+}
+
+void BatchWriter::full() {
+  hand_on();
+  open();
+}
+
+void BatchWriter::flush() {
+  if (batch_ == nullptr) return;
+  if (state_.failed()) return drop();
+  try {
+    hand_on();
+  } catch (...) {
+    state_.capture();
+    drop();
+  }
+}
+
+void BatchWriter::drop() {
+  if (std::exchange(batch_, nullptr) == nullptr) return;
+  count_ = 0;
+  state_.close_work();
+}
+
+// ---- StepState
+
+void StepState::begin(StepWork& work, ContactList& contacts, std::size_t batch_pairs, std::stop_token stop,
+                      Timeline* timeline) {
+  start_ = Clock::now();
+  work_ = &work;
+  contacts_ = &contacts;
+  batch_pairs_ = batch_pairs;
+  stop_ = std::move(stop);
+  timeline_ = timeline;
+  for (auto* counter :
+       {&update_ns_, &broad_ns_, &join_ns_, &narrow_ns_, &update_end_ns_, &broad_end_ns_, &narrow_end_ns_})
+    counter->store(0, std::memory_order_relaxed);
+  candidates_.store(0, std::memory_order_relaxed);
+  queue_high_water_.store(0, std::memory_order_relaxed);
+  failed_.store(false, std::memory_order_relaxed);
+  inexact_.store(false, std::memory_order_relaxed);
+  error_ = nullptr;
+  pool_.begin(batch_pairs);
+  joiner_.begin(work.bodies(), contacts);
+  const std::size_t stages = work.begin();
+  shared_ = stages - 1;
+  end_ = stages + Joiner::stages;
+  blocks_.assign(end_, 0);
+  open_stage(0);
+}
+
+// Called by one thread at a time: the one that finished the stage before.
+void StepState::open_stage(std::size_t stage) {
+  for (; stage != end_; ++stage) {
+    if (stage == 1) update_end_ns_.store(ns(Clock::now() - start_), std::memory_order_relaxed);
+    if (stage == shared_) shared_start_ = Clock::now();
+    if (stage == shared_ + 1) {
+      if (narrow_end_ns_.load(std::memory_order_relaxed) == 0)
+        narrow_end_ns_.store(ns(Clock::now() - shared_start_), std::memory_order_relaxed);
+      joiner_.take(pool_.taken());
+    }
+    // After an error what earlier stages should have prepared may be missing: nothing more is asked of the work.
+    if (failed() || stop_.stop_requested()) {
+      cancel();
+      continue;
+    }
+    try {
+      blocks_[stage] = stage <= shared_ ? work_->blocks(stage) : joiner_.blocks(stage - shared_ - 1);
+    } catch (...) {
+      capture();
+      continue;
+    }
+    if (blocks_[stage] != 0) break;
+  }
+  done_.store(0, std::memory_order_relaxed);
+  if (stage == shared_) {
+    tiles_left_.store(blocks_[stage], std::memory_order_relaxed);
+    open_work_.store(blocks_[stage], std::memory_order_relaxed);
+  }
+  ticket_.store(std::uint64_t{stage} << 32, std::memory_order_release);
+  opened_.fetch_add(1, std::memory_order_release);
+  opened_.notify_all();
+}
+
+bool StepState::take(std::size_t stage, std::size_t& block) {
+  std::uint64_t ticket = ticket_.load(std::memory_order_acquire);
+  do {
+    if (ticket >> 32 != stage) return false;
+    block = ticket & 0xffffffffu;
+    if (block >= blocks_[stage]) return false;
+  } while (!ticket_.compare_exchange_weak(ticket, ticket + 1, std::memory_order_acquire));
+  return true;
+}
+
+template <class Body>
+Clock::duration StepState::timed(std::string_view name, std::uint64_t id, const std::uint64_t* pairs, Body&& body) {
+  const Clock::time_point begin = Clock::now();
+  try {
+    body();
+  } catch (...) {
+    capture();
+  }
+  const Clock::time_point end = Clock::now();
+  if (timeline_ != nullptr)
+    timeline_->lane().slices.push_back({name, begin, end, step_, id, pairs != nullptr ? *pairs : 0});
+  return end - begin;
+}
+
+void StepState::run(std::size_t stage, std::size_t block) {
+  if (!failed()) {
+    const bool joining = stage > shared_;
+    const auto time = timed(joining      ? "join"
+                            : stage == 0 ? "update"
+                                         : "broad prepare",
+                            block, nullptr, [&] {
+                              if (joining)
+                                joiner_.run(stage - shared_ - 1, block);
+                              else
+                                work_->run(stage, block);
+                            });
+    (joining ? join_ns_ : stage == 0 ? update_ns_ : broad_ns_).fetch_add(ns(time), std::memory_order_relaxed);
+  }
+  if (done_.fetch_add(1, std::memory_order_acq_rel) + 1 == blocks_[stage]) open_stage(stage + 1);
+}
+
+void StepState::run_tile(std::size_t tile, BatchWriter& writer) {
+  if (stop_.stop_requested()) cancel();
+  if (!failed()) {
+    const std::int64_t narrow_before = narrow_ns_of_this_thread;
+    const auto time = timed("broad", tile, nullptr, [&] {
+      writer.open();
+      work_->emit(tile, writer);
+    });
+    if (failed()) writer.drop();
+    broad_ns_.fetch_add(ns(time) - (narrow_ns_of_this_thread - narrow_before), std::memory_order_relaxed);
+  }
+  if (tiles_left_.fetch_sub(1, std::memory_order_acq_rel) == 1)
+    broad_end_ns_.store(ns(Clock::now() - shared_start_), std::memory_order_relaxed);
+  close_work();
+}
+
+void StepState::process(Batch& batch) {
+  if (!failed()) {
+    const std::uint64_t pairs = batch.count;
+    const auto time = timed("narrow", 0, &pairs, [&] { work_->narrow(batch); });
+    narrow_ns_of_this_thread += ns(time);
+    narrow_ns_.fetch_add(ns(time), std::memory_order_relaxed);
+    if (batch.inexact) inexact_.store(true, std::memory_order_relaxed);
+  }
+  close_work();
+}
+
+void StepState::close_work() {
+  if (open_work_.fetch_sub(1, std::memory_order_acq_rel) == 1) open_stage(shared_ + 1);
+}
+
+void StepState::wait_while(std::size_t stage) const {
+  constexpr int spins = 1000;  // about 20-50 us: what a sleeping thread would need to wake
+  for (int i = 0; i < spins; ++i) {
+    if (this->stage() != stage) return;
+    pause();
+  }
+  for (;;) {
+    const std::uint32_t opened = opened_.load(std::memory_order_acquire);
+    if (this->stage() != stage) return;
+    opened_.wait(opened, std::memory_order_acquire);
+  }
+}
+
+void StepState::count_queue(std::size_t length) {
+  std::size_t high = queue_high_water_.load(std::memory_order_relaxed);
+  while (length > high && !queue_high_water_.compare_exchange_weak(high, length, std::memory_order_relaxed)) {
+  }
+  if (timeline_ != nullptr) timeline_->count("queue", static_cast<double>(length));
+}
+
+void StepState::capture() noexcept {
+  const std::scoped_lock lock(error_mutex_);
+  if (!error_) error_ = std::current_exception();
+  failed_.store(true, std::memory_order_relaxed);
+}
+
+double StepState::work_ms() const {
+  return to_ms(update_ns_.load(std::memory_order_relaxed) + broad_ns_.load(std::memory_order_relaxed) +
+               narrow_ns_.load(std::memory_order_relaxed) + join_ns_.load(std::memory_order_relaxed));
+}
+
+void StepState::end(ExecutionReport& report) {
+  const auto batches = pool_.taken();
+  if (failed()) {
+    contacts_->pairs.clear();
+    contacts_->contacts.clear();
+  }
+  report.candidate_pairs = candidates_.load(std::memory_order_relaxed);
+  report.batches = batches.size();
+  report.queue_high_water = queue_high_water_.load(std::memory_order_relaxed);
+  report.update_ms = to_ms(update_end_ns_.load(std::memory_order_relaxed));
+  report.broad_ms = to_ms(broad_ns_.load(std::memory_order_relaxed));
+  report.narrow_ms = to_ms(narrow_ns_.load(std::memory_order_relaxed));
+  report.broad_end_ms = to_ms(broad_end_ns_.load(std::memory_order_relaxed));
+  report.narrow_end_ms = to_ms(narrow_end_ns_.load(std::memory_order_relaxed));
+  const std::int64_t total = ns(Clock::now() - start_);
+  report.detect_ms = to_ms(total);
+  report.join_ms = to_ms(total - ns(shared_start_ - start_)) - report.narrow_end_ms;
+  report.issues |= (inexact_.load(std::memory_order_relaxed) ? bit(StepIssue::inexact) : 0u) |
+                   (pool_.grew() ? bit(StepIssue::pool_grew) : 0u);
+  ++step_;
+  if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
+}
+
+void run_on_caller(StepState& state) {
+  struct : Delivery {
+    void deliver(Batch& batch) override { ready.push_back(&batch); }
+    std::vector<Batch*> ready;
+  } shelf;
+  take_part(
+      state, [](std::size_t) { return true; },
+      [&] {
+        BatchWriter writer(state, shelf);
+        for (std::size_t tile; state.take(state.shared_stage(), tile);) state.run_tile(tile, writer);
+        writer.flush();
+        for (Batch* batch : shelf.ready) state.process(*batch);
+        return true;
+      });
+}
+
+}  // namespace tandem

@@ -1,0 +1,167 @@
+#pragma once
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <stop_token>
+#include <vector>
+
+#include "joiner.h"
+#include "tandem/flowgraph/batch.h"
+#include "tandem/flowgraph/report.h"
+#include "tandem/flowgraph/step_work.h"
+#include "tandem/flowgraph/timeline.h"
+
+namespace tandem {
+
+using Clock = std::chrono::steady_clock;
+
+/// Batches, kept from step to step. Taking one is an atomic increment unless the pool has to grow.
+class BatchPool {
+ public:
+  void begin(std::size_t batch_pairs);
+  Batch& take();
+  /// All batches taken since begin(); not while some thread may take one.
+  std::span<Batch* const> taken();
+  bool grew() const { return !grown_.empty(); }
+
+ private:
+  std::size_t batch_pairs_ = 0;
+  std::vector<std::unique_ptr<Batch>> batches_, grown_;
+  std::vector<Batch*> taken_;
+  std::atomic<std::size_t> next_{0};
+  std::mutex mutex_;
+};
+
+class StepState;
+
+/// Where a filled batch goes; what differs between executors.
+class Delivery {
+ public:
+  virtual ~Delivery() = default;
+  virtual void deliver(Batch& batch) = 0;
+};
+
+/// One thread's end of the broad phase: fills a batch, over several tiles if need be, and hands it on when full.
+class BatchWriter final : public PairSink {
+ public:
+  BatchWriter(StepState& state, Delivery& delivery) : state_(state), delivery_(delivery) {}
+  BatchWriter(const BatchWriter&) = delete;
+  BatchWriter& operator=(const BatchWriter&) = delete;
+
+  /// Ready to take pairs. The batch in hand counts as open work until it is delivered and processed, or dropped.
+  void open();
+  /// Hands on what is there; a no-op with nothing in hand.
+  void flush();
+  /// Forgets the pairs in hand.
+  void drop();
+
+ private:
+  void full() override;
+  void hand_on();
+
+  StepState& state_;
+  Delivery& delivery_;
+  Batch* batch_ = nullptr;
+};
+
+/// The state of one step that the threads working on it share. Threads take blocks of the current stage until it is
+/// used up; whoever finishes the last one opens the next stage. No thread waits for another to arrive, only for
+/// blocks that are being worked on, so any number of threads gets the step done, one included.
+///
+/// Stages: those of the work (the last one is the shared phase: tiles that emit and batches that are narrowed), then
+/// the joiner's. After an error or a stop request the rest of the blocks are counted off without being run.
+class StepState {
+ public:
+  void begin(StepWork& work, ContactList& contacts, std::size_t batch_pairs, std::stop_token stop, Timeline* timeline);
+  /// Collects what was measured; throws the first error of the step.
+  void end(ExecutionReport& report);
+
+  std::size_t stage() const { return ticket_.load(std::memory_order_acquire) >> 32; }
+  bool finished() const { return stage() == end_; }
+  std::size_t end_stage() const { return end_; }
+  std::size_t shared_stage() const { return shared_; }
+  bool is_broad(std::size_t stage) const { return stage > 0 && stage <= shared_; }
+
+  /// Takes a block (a tile in the shared stage); false when the stage has none left or is over.
+  bool take(std::size_t stage, std::size_t& block);
+  /// Runs a taken block of a stage other than the shared one.
+  void run(std::size_t stage, std::size_t block);
+  /// Runs a taken tile.
+  void run_tile(std::size_t tile, BatchWriter& writer);
+  /// Narrow phase of a batch.
+  void process(Batch& batch);
+  bool tiles_left() const { return tiles_left_.load(std::memory_order_acquire) != 0; }
+
+  /// Returns when the stage is over: spins for about as long as a short block lasts, then sleeps.
+  void wait_while(std::size_t stage) const;
+  void count_queue(std::size_t length);
+  void cancel() { failed_.store(true, std::memory_order_relaxed); }
+
+  // For executors that drive the stages themselves.
+  std::size_t blocks(std::size_t stage) const { return blocks_[stage]; }
+  std::span<Batch* const> batches() { return pool_.taken(); }
+  double work_ms() const;  ///< busy time so far, all stages
+
+ private:
+  friend class BatchWriter;
+
+  bool failed() const { return failed_.load(std::memory_order_relaxed); }
+  void capture() noexcept;
+  void open_stage(std::size_t stage);
+  void close_work();
+  template <class Body>
+  Clock::duration timed(std::string_view name, std::uint64_t id, const std::uint64_t* pairs, Body&& body);
+
+  StepWork* work_ = nullptr;
+  ContactList* contacts_ = nullptr;
+  Timeline* timeline_ = nullptr;
+  std::stop_token stop_;
+  std::size_t batch_pairs_ = 0;
+  std::uint64_t step_ = 0;
+  std::size_t shared_ = 0, end_ = 0;
+  std::vector<std::size_t> blocks_;
+  Joiner joiner_;
+  BatchPool pool_;
+  Clock::time_point start_, shared_start_;
+
+  // Stage in the high half, next block in the low half: a block can only be taken of the stage it belongs to.
+  alignas(64) std::atomic<std::uint64_t> ticket_{0};
+  alignas(64) std::atomic<std::size_t> done_{0};
+  alignas(64) std::atomic<std::uint32_t> opened_{0};   // changes with each stage; sleepers wait on it
+  alignas(64) std::atomic<std::size_t> open_work_{0};  // of the shared stage: unfinished tiles and open batches
+  alignas(64) std::atomic<std::size_t> tiles_left_{0};
+  alignas(64) std::atomic<std::int64_t> update_ns_{0};
+  std::atomic<std::int64_t> broad_ns_{0}, join_ns_{0};
+  alignas(64) std::atomic<std::int64_t> narrow_ns_{0};
+  std::atomic<std::uint64_t> candidates_{0};
+  std::atomic<std::size_t> queue_high_water_{0};
+  std::atomic<bool> failed_{false}, inexact_{false};
+  std::atomic<std::int64_t> update_end_ns_{0}, broad_end_ns_{0}, narrow_end_ns_{0};
+  std::mutex error_mutex_;
+  std::exception_ptr error_;
+};
+
+/// Takes part in a step until it is finished, or until `shared` says to leave. `may_run(stage)` tells which stages
+/// this thread helps with; `shared()` is its part in the shared phase and returns whether to stay.
+template <class MayRun, class Shared>
+void take_part(StepState& state, MayRun&& may_run, Shared&& shared) {
+  for (std::size_t stage = state.stage(); stage != state.end_stage(); stage = state.stage()) {
+    if (stage == state.shared_stage()) {
+      if (!shared()) return;
+    } else if (may_run(stage)) {
+      for (std::size_t block; state.take(stage, block);) state.run(stage, block);
+    }
+    state.wait_while(stage);
+  }
+}
+
+/// The whole step on the calling thread: broad, then narrow.
+void run_on_caller(StepState& state);
+
+double to_ms(std::int64_t ns);
+
+}  // namespace tandem

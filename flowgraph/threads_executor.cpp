@@ -1,0 +1,130 @@
+#include <atomic>
+#include <thread>
+#include <vector>
+
+#include "executors.h"
+#include "pair_array.h"
+
+namespace tandem {
+namespace {
+
+/// The paper's own design on std::thread alone, as the baseline: a control thread for each phase (the caller for the
+/// broad one) with workers of its own, the shared array of pairs between them, and a split that is balanced from
+/// measured times. Threads of one phase never help the other; between steps they sleep.
+class ThreadsExecutor final : public Executor {
+ public:
+  explicit ThreadsExecutor(const ExecutorOptions& options)
+      : threads_(count(options)),
+        batch_size_(options.batch_pairs),
+        balancer_(std::max(2, threads_), options.split, options.balance) {}
+
+  ~ThreadsExecutor() override {
+    leaving_.store(true, std::memory_order_relaxed);
+    start_.fetch_add(1, std::memory_order_release);
+    start_.notify_all();
+  }
+
+  void run(StepWork& work, ContactList& contacts, ExecutionReport& report, std::stop_token stop,
+           Timeline* timeline) override {
+    state_.begin(work, contacts, batch_size_.get(), std::move(stop), timeline);
+    report.threads = threads_;
+    if (threads_ == 1) {
+      run_on_caller(state_);
+      report.split = {1, 0};
+      report.decision.reason = "one thread does both phases";
+      state_.end(report);
+      return;
+    }
+    split_ = balancer_.split();
+    report.split = split_;
+    array_.begin();
+    broad_running_.store(split_.broad, std::memory_order_relaxed);
+    while (static_cast<int>(workers_.size()) < threads_ - 1) {
+      const int index = static_cast<int>(workers_.size()) + 1;
+      workers_.emplace_back([this, index, seen = start_.load()] { serve(index, seen); });
+    }
+    running_.store(threads_ - 1, std::memory_order_relaxed);
+    start_.fetch_add(1, std::memory_order_release);
+    start_.notify_all();
+    take_part_as(0);
+    for (int left = running_.load(std::memory_order_acquire); left != 0;
+         left = running_.load(std::memory_order_acquire))
+      running_.wait(left, std::memory_order_acquire);
+    const std::uint64_t step = step_++;
+    try {
+      state_.end(report);
+    } catch (...) {
+      report.decision.reason = "the step failed";
+      throw;
+    }
+    batch_size_.learn(report);
+    balance(balancer_, step, report, timeline);
+  }
+
+ private:
+  static int count(const ExecutorOptions& options) {
+    if (!options.split.dynamic()) return options.split.broad + options.split.narrow;
+    if (options.threads != 0) return options.threads;
+    return static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 1024u));
+  }
+
+  struct ArrayDelivery final : Delivery {
+    explicit ArrayDelivery(PairArray& array) : array(array) {}
+    void deliver(Batch& batch) override { array.put(batch); }
+    PairArray& array;
+  };
+
+  void serve(int index, std::uint32_t seen) {
+    for (;;) {
+      start_.wait(seen, std::memory_order_acquire);
+      seen = start_.load(std::memory_order_acquire);
+      if (leaving_.load(std::memory_order_relaxed)) return;
+      take_part_as(index);
+      if (running_.fetch_sub(1, std::memory_order_acq_rel) == 1) running_.notify_one();
+    }
+  }
+
+  // Threads [0, X) are the broad phase's, the others the narrow phase's. Poses to boxes and the joining of results
+  // belong to neither: all of them take part.
+  void take_part_as(int index) {
+    const bool broad = index < split_.broad;
+    take_part(
+        state_, [&](std::size_t stage) { return broad || !state_.is_broad(stage); },
+        [&] {
+          if (broad)
+            emit();
+          else
+            while (Batch* batch = array_.take()) state_.process(*batch);
+          return true;
+        });
+  }
+
+  void emit() {
+    ArrayDelivery delivery(array_);
+    BatchWriter writer(state_, delivery);
+    for (std::size_t tile; state_.take(state_.shared_stage(), tile);) state_.run_tile(tile, writer);
+    writer.flush();
+    if (broad_running_.fetch_sub(1, std::memory_order_acq_rel) == 1) array_.close();
+  }
+
+  int threads_;
+  BatchSize batch_size_;
+  Balancer balancer_;
+  StepState state_;
+  PairArray array_;
+  Split split_;
+  std::uint64_t step_ = 0;
+  alignas(64) std::atomic<std::uint32_t> start_{0};
+  alignas(64) std::atomic<int> running_{0};
+  alignas(64) std::atomic<int> broad_running_{0};
+  std::atomic<bool> leaving_{false};
+  std::vector<std::jthread> workers_;  // last: they join before what they use goes
+};
+
+}  // namespace
+
+std::unique_ptr<Executor> make_threads_executor(const ExecutorOptions& options) {
+  return std::make_unique<ThreadsExecutor>(options);
+}
+
+}  // namespace tandem
