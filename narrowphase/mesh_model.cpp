@@ -1,0 +1,283 @@
+#include "mesh_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+
+#include "hull.h"
+
+namespace tandem {
+namespace {
+
+constexpr std::uint32_t leaf_triangles = 2;
+constexpr int bins = 16;
+// Below this, splits are by the median, so that no input makes the tree deeper than this plus log2 of its triangles.
+constexpr int last_binned_level = 24;
+
+[[noreturn]] void refuse(const std::string& why) { throw std::invalid_argument("mesh: " + why); }
+
+std::string text(const Vec3& v) {
+  std::ostringstream out;
+  out.precision(17);
+  out << "(" << v.x() << ", " << v.y() << ", " << v.z() << ")";
+  return out.str();
+}
+
+// The first of the vertices with the same coordinates, for each vertex. Files often repeat vertices.
+std::vector<std::uint32_t> weld(const std::vector<Vec3>& vertices) {
+  const auto less = [&](std::uint32_t i, std::uint32_t j) {
+    const Vec3 &p = vertices[i], &q = vertices[j];
+    if (p.x() != q.x()) return p.x() < q.x();
+    if (p.y() != q.y()) return p.y() < q.y();
+    if (p.z() != q.z()) return p.z() < q.z();
+    return i < j;
+  };
+  std::vector<std::uint32_t> order(vertices.size()), first(vertices.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(), less);
+  for (std::size_t k = 0; k < order.size(); ++k)
+    first[order[k]] = k > 0 && vertices[order[k]] == vertices[order[k - 1]] ? first[order[k - 1]] : order[k];
+  return first;
+}
+
+struct Side {
+  std::uint32_t lo, hi;  // welded ends
+  bool up;               // runs from lo to hi
+  std::uint32_t triangle;
+  std::uint8_t corner;
+};
+
+// Pairs sides of opposite sense. For a solid mesh every side must find its partner.
+void join_triangles(MeshModel& mesh) {
+  const std::vector<std::uint32_t> first = weld(mesh.vertices);
+  std::vector<Side> sides;
+  sides.reserve(3 * mesh.triangles.size());
+  mesh.neighbours.assign(mesh.triangles.size(), {no_index, no_index, no_index});
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i)
+    for (std::uint8_t k = 0; k < 3; ++k) {
+      const std::uint32_t p = first[mesh.triangles[i][k]], q = first[mesh.triangles[i][(k + 1) % 3]];
+      if (p != q) sides.push_back({std::min(p, q), std::max(p, q), p < q, i, k});
+    }
+  std::stable_sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+    return a.lo != b.lo ? a.lo < b.lo : a.hi != b.hi ? a.hi < b.hi : a.up < b.up;
+  });
+  for (std::size_t begin = 0, end; begin < sides.size(); begin = end) {
+    for (end = begin; end < sides.size() && sides[end].lo == sides[begin].lo && sides[end].hi == sides[begin].hi;)
+      ++end;
+    std::size_t middle = begin;
+    while (middle < end && !sides[middle].up) ++middle;
+    if (mesh.solid && middle - begin != end - middle)
+      refuse("solid, but the edge from vertex " + std::to_string(sides[begin].lo) + " " +
+             text(mesh.vertices[sides[begin].lo]) + " to vertex " + std::to_string(sides[begin].hi) + " " +
+             text(mesh.vertices[sides[begin].hi]) + " (triangle " + std::to_string(sides[begin].triangle) +
+             ") is used " + std::to_string(end - middle) + " times in one sense and " + std::to_string(middle - begin) +
+             " in the other; both must be as many (a closed, oriented surface)");
+    for (std::size_t i = begin, j = middle; i < middle && j < end; ++i, ++j) {
+      mesh.neighbours[sides[i].triangle][sides[i].corner] = sides[j].triangle;
+      mesh.neighbours[sides[j].triangle][sides[j].corner] = sides[i].triangle;
+    }
+  }
+}
+
+void require_outward(const MeshModel& mesh) {
+  double six_volumes = 0;
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    const auto [p, q, r] = mesh.corners(i);
+    six_volumes += (p - mesh.centre).dot((q - mesh.centre).cross(r - mesh.centre));
+  }
+  if (six_volumes < -1e-12 * mesh.half.squaredNorm() * mesh.half.norm())
+    refuse("solid, but its volume is " + std::to_string(six_volumes / 6) +
+           "; it must not be negative (triangles counterclockwise seen from outside)");
+}
+
+struct Extent {
+  Vec3 lo = Vec3::Constant(std::numeric_limits<double>::infinity());
+  Vec3 hi = Vec3::Constant(-std::numeric_limits<double>::infinity());
+
+  void add(const Vec3& p) { lo = lo.cwiseMin(p), hi = hi.cwiseMax(p); }
+  void add(const Extent& e) { lo = lo.cwiseMin(e.lo), hi = hi.cwiseMax(e.hi); }
+  double area() const {
+    const Vec3 s = (hi - lo).cwiseMax(0);
+    return s.x() * s.y() + s.y() * s.z() + s.z() * s.x();
+  }
+};
+
+class HierarchyBuilder {
+ public:
+  explicit HierarchyBuilder(MeshModel& mesh) : mesh_(mesh), boxes_(mesh.triangles.size()) {
+    for (std::uint32_t i = 0; i < boxes_.size(); ++i)
+      // In units about the centre: the difference is rounded here once, and padded for it in store().
+      for (const Vec3& p : mesh.corners(i)) boxes_[i].add((p - mesh.centre) / mesh.unit);
+    mesh.order.resize(boxes_.size());
+    std::iota(mesh.order.begin(), mesh.order.end(), 0u);
+    build({0, static_cast<std::uint32_t>(boxes_.size())}, 1);
+  }
+
+ private:
+  struct Range {
+    std::uint32_t begin, end;
+    std::uint32_t size() const { return end - begin; }
+  };
+
+  Vec3 mid(std::uint32_t i) const { return boxes_[i].lo + boxes_[i].hi; }  // twice the middle: only compared
+
+  Extent extent(Range r) const {
+    Extent e;
+    for (std::uint32_t k = r.begin; k < r.end; ++k) e.add(boxes_[mesh_.order[k]]);
+    return e;
+  }
+
+  std::uint32_t build(Range range, int level) {
+    const auto self = static_cast<std::uint32_t>(mesh_.nodes.size());
+    mesh_.nodes.emplace_back();
+    mesh_.depth = std::max(mesh_.depth, level);
+    std::array<Range, 4> part{range};
+    std::uint32_t lanes = 1;
+    while (lanes < 4) {
+      std::uint32_t largest = 0;
+      for (std::uint32_t k = 1; k < lanes; ++k)
+        if (part[k].size() > part[largest].size()) largest = k;
+      if (part[largest].size() <= leaf_triangles) break;
+      const std::uint32_t middle = split(part[largest], level);
+      part[lanes++] = {middle, part[largest].end};
+      part[largest].end = middle;
+    }
+    std::array<std::uint32_t, 4> child{}, count{};
+    for (std::uint32_t k = 0; k < lanes; ++k) {
+      const bool leaf = part[k].size() <= leaf_triangles;
+      if (leaf) std::sort(mesh_.order.begin() + part[k].begin, mesh_.order.begin() + part[k].end);
+      child[k] = leaf ? part[k].begin : build(part[k], level + 1);
+      count[k] = leaf ? part[k].size() : 0;
+    }
+    MeshNode& node = mesh_.nodes[self];  // only now: building children moves the nodes
+    node.lanes = lanes;
+    for (std::uint32_t k = 0; k < 4; ++k) {
+      node.child[k] = child[k];
+      node.count[k] = count[k];
+      store(node, k, k < lanes ? extent(part[k]) : Extent());
+    }
+    return self;
+  }
+
+  void store(MeshNode& node, std::uint32_t lane, const Extent& e) const {
+    for (int axis = 0; axis < 3; ++axis) {
+      const bool used = e.lo[axis] <= e.hi[axis];
+      const float mid = used ? static_cast<float>((e.lo[axis] + e.hi[axis]) / 2) : 0.0f;
+      const double pad = 1e-15 * (1 + std::abs(mesh_.centre[axis]) / mesh_.unit);
+      const double half = std::max(e.hi[axis] - mid, mid - e.lo[axis]) + pad;
+      node.mid[axis][lane] = mid;
+      node.half[axis][lane] =
+          used ? std::nextafter(static_cast<float>(half), std::numeric_limits<float>::infinity()) : -1e30f;
+    }
+  }
+
+  // Surface area heuristic over bins of the centroids; the median where that brings nothing.
+  std::uint32_t split(Range r, int level) {
+    Extent centres;
+    for (std::uint32_t k = r.begin; k < r.end; ++k) centres.add(mid(mesh_.order[k]));
+    const Vec3 width = centres.hi - centres.lo;
+    int best_axis = -1, best_bin = 0;
+    double best_cost = std::numeric_limits<double>::infinity();
+    const auto bin_of = [&](std::uint32_t triangle, int axis) {
+      const double x = (mid(triangle)[axis] - centres.lo[axis]) / width[axis];
+      return std::clamp(static_cast<int>(x * bins), 0, bins - 1);
+    };
+    for (int axis = 0; axis < 3 && level < last_binned_level; ++axis) {
+      if (!(width[axis] > 1e-12)) continue;
+      std::array<Extent, bins> box;
+      std::array<std::uint32_t, bins> count{};
+      for (std::uint32_t k = r.begin; k < r.end; ++k) {
+        const int b = bin_of(mesh_.order[k], axis);
+        box[b].add(boxes_[mesh_.order[k]]);
+        ++count[b];
+      }
+      std::array<double, bins> right{};
+      Extent e;
+      std::uint32_t n = 0;
+      for (int b = bins - 1; b > 0; --b) {
+        e.add(box[b]);
+        n += count[b];
+        right[b] = n > 0 ? e.area() * n : 0;
+      }
+      e = {};
+      n = 0;
+      for (int b = 1; b < bins; ++b) {
+        e.add(box[b - 1]);
+        n += count[b - 1];
+        if (n == 0 || n == r.size()) continue;
+        if (const double cost = e.area() * n + right[b]; cost < best_cost)
+          best_cost = cost, best_axis = axis, best_bin = b;
+      }
+    }
+    const auto begin = mesh_.order.begin() + r.begin, end = mesh_.order.begin() + r.end;
+    if (best_axis >= 0)
+      return r.begin +
+             static_cast<std::uint32_t>(
+                 std::stable_partition(begin, end, [&](auto t) { return bin_of(t, best_axis) < best_bin; }) - begin);
+    int axis;
+    width.maxCoeff(&axis);
+    const auto middle = begin + r.size() / 2;
+    std::nth_element(begin, middle, end, [&](auto i, auto j) {
+      return mid(i)[axis] != mid(j)[axis] ? mid(i)[axis] < mid(j)[axis] : i < j;
+    });
+    return r.begin + r.size() / 2;
+  }
+
+  MeshModel& mesh_;
+  std::vector<Extent> boxes_;
+};
+
+}  // namespace
+
+MeshModel build_mesh(Mesh mesh) {
+  if (mesh.triangles.empty()) refuse("triangles is empty; at least one is needed");
+  if (mesh.triangles.size() > 0x3fffffff)
+    refuse("triangles holds " + std::to_string(mesh.triangles.size()) + "; at most 2^30 - 1 are allowed");
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
+    if (!mesh.vertices[i].allFinite())
+      refuse("vertices[" + std::to_string(i) + "] is " + text(mesh.vertices[i]) + "; it must be finite");
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
+    for (int k = 0; k < 3; ++k)
+      if (mesh.triangles[i][k] >= mesh.vertices.size())
+        refuse("triangles[" + std::to_string(i) + "][" + std::to_string(k) + "] is " +
+               std::to_string(mesh.triangles[i][k]) + "; it must be below the number of vertices, " +
+               std::to_string(mesh.vertices.size()));
+
+  MeshModel model;
+  model.vertices = std::move(mesh.vertices);
+  model.triangles = std::move(mesh.triangles);
+  model.solid = mesh.solid;
+
+  // Vertices that no triangle uses are no part of the surface.
+  std::vector<std::uint8_t> used(model.vertices.size(), 0);
+  for (const auto& t : model.triangles)
+    for (const std::uint32_t v : t) used[v] = 1;
+  Extent box;
+  std::vector<Vec3> points;
+  std::vector<std::uint32_t> point_of;
+  for (std::uint32_t v = 0; v < used.size(); ++v)
+    if (used[v]) {
+      box.add(model.vertices[v]);
+      points.push_back(model.vertices[v]);
+      point_of.push_back(v);
+    }
+  model.centre = box.lo + (box.hi - box.lo) / 2;
+  model.half = (box.hi - model.centre).cwiseMax(model.centre - box.lo);
+  if (const double most = model.half.maxCoeff(); most > 0) model.unit = std::exp2(std::ceil(std::log2(most)) + 1);
+
+  const Hull hull = build_hull(points);
+  // The hull keeps its vertices in the order given, each with the bits given.
+  for (std::size_t i = 0, k = 0; i < points.size() && k < hull.vertices.size(); ++i)
+    if (points[i] == hull.vertices[k]) model.extreme.push_back(point_of[i]), ++k;
+
+  join_triangles(model);
+  if (model.solid) require_outward(model);
+  HierarchyBuilder{model};
+  return model;
+}
+
+}  // namespace tandem

@@ -1,0 +1,50 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "tandem/narrowphase/shape.h"
+
+namespace tandem {
+
+inline constexpr std::uint32_t no_index = 0xffffffffu;
+
+/// Four boxes of the hierarchy side by side, so that one instruction tests a bound of all four: floats rounded
+/// outward, about MeshModel::centre, in units of MeshModel::unit. An unused lane has half = -1e30 and touches nothing.
+struct alignas(16) MeshNode {
+  float mid[3][4];
+  float half[3][4];
+  /// Inner child: its node. Leaf: its triangles are order[child, child + count).
+  std::uint32_t child[4];
+  std::uint32_t count[4];  ///< 0 for inner children
+  std::uint32_t lanes;     ///< in use, 1..4
+};
+
+/// A checked mesh with what queries need of it, built once. Immutable.
+struct MeshModel {
+  std::vector<Vec3> vertices;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  bool solid = false;
+  /// Triangle on the other side of edge k, from corner k to corner k + 1; no_index on a border. Corners with equal
+  /// coordinates are one vertex here.
+  std::vector<std::array<std::uint32_t, 3>> neighbours;
+  std::vector<std::uint32_t> extreme;  ///< vertices of the convex hull: enough for bounds (to 1e-12 of the size)
+
+  Vec3 centre = Vec3::Zero();        ///< of the bounding box
+  Vec3 half = Vec3::Zero();          ///< of the bounding box
+  double unit = 1;                   ///< power of two, at least the largest half
+  std::vector<MeshNode> nodes;       ///< the root is nodes[0]
+  std::vector<std::uint32_t> order;  ///< triangles in the leaves' order
+  int depth = 0;                     ///< levels of nodes: bounds every traversal's stack
+
+  std::array<Vec3, 3> corners(std::uint32_t triangle) const {
+    const auto& t = triangles[triangle];
+    return {vertices[t[0]], vertices[t[1]], vertices[t[2]]};
+  }
+};
+
+/// Throws std::invalid_argument naming the mesh's first fault: no triangles, a vertex that is not finite, an index
+/// out of range, or for a solid mesh an edge that does not join triangles in opposite sense.
+MeshModel build_mesh(Mesh mesh);
+
+}  // namespace tandem
