@@ -4,7 +4,10 @@
 #include <array>
 #include <stdexcept>
 
+#include "automatic.h"
 #include "brute_force.h"
+#include "bvh.h"
+#include "grid.h"
 #include "sweep.h"
 
 namespace tandem {
@@ -20,6 +23,12 @@ std::unique_ptr<BroadPhase> make_broad_phase(BroadPhaseKind kind) {
       return std::make_unique<BruteForce>();
     case BroadPhaseKind::sweep:
       return std::make_unique<Sweep>();
+    case BroadPhaseKind::grid:
+      return std::make_unique<Grid>();
+    case BroadPhaseKind::bvh:
+      return std::make_unique<Bvh>();
+    case BroadPhaseKind::automatic:
+      return std::make_unique<Automatic>();
     default:
       throw std::invalid_argument("broad phase: no such kind");
   }

@@ -1,0 +1,274 @@
+#include "grid.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "row_kernel.h"
+#include "spatial_sample.h"
+
+namespace tandem {
+namespace {
+
+/// The share of sampled boxes that overlap on an axis, out of all pairs of them.
+double share_that_overlaps(const std::vector<Aabb>& sample, std::size_t axis) {
+  const std::size_t n = std::min<std::size_t>(sample.size(), 64);
+  std::size_t hits = 0;
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = i + 1; j < n; ++j)
+      hits += sample[i].lo[axis] <= sample[j].hi[axis] && sample[j].lo[axis] <= sample[i].hi[axis] ? 1 : 0;
+  return n < 2 ? 1 : (static_cast<double>(hits) + 1) / (static_cast<double>(n * (n - 1) / 2) + 1);
+}
+
+}  // namespace
+
+std::uint32_t Grid::Slices::at(float x) const {
+  // 0 first in max, so that 0 * inf counts as 0.
+  const float place = std::max(0.0f, (x - origin) * inverse_width);
+  return static_cast<std::uint32_t>(std::min(place, static_cast<float>(count - 1)));
+}
+
+Grid::Touched Grid::touched(const Aabb& box) const {
+  return {u_.at(box.lo[u_.axis]), u_.at(box.hi[u_.axis]), v_.at(box.lo[v_.axis]), v_.at(box.hi[v_.axis])};
+}
+
+// Stages: choose the columns, count, plan, scatter, the tree's stages, emit.
+std::size_t Grid::begin(const BoxArray& boxes) {
+  boxes_ = &boxes;
+  size_ = boxes.size();
+  boxes_a_block_ = std::max<std::size_t>(4096, (size_ + 63) / 64);
+  parts_ = (size_ + boxes_a_block_ - 1) / boxes_a_block_;
+  large_of_part_.resize(parts_);
+  is_large_.resize(size_);
+  groups_.clear();
+  large_.clear();
+  crowded_ = false;
+  longest_column_ = 0;
+  return stages;
+}
+
+std::size_t Grid::blocks(std::size_t stage) const {
+  if (stage == 0 || stage == 2) return 1;
+  if (stage == 1) return parts_;
+  if (stage == 3) return crowded_ ? 0 : parts_;
+  const std::size_t tree_stage = stage - first_tree_stage;
+  if (tree_stage < BoxTree::build_stages) return use_tree() ? tree_.blocks(tree_stage) : 0;
+  const std::size_t large_blocks =
+      crowded_ || large_.empty() ? 0 : (size_ + boxes_a_large_block - 1) / boxes_a_large_block;
+  return groups_.size() + large_blocks + (use_tree() ? tree_.self_blocks() : 0);
+}
+
+void Grid::run(std::size_t stage, std::size_t block) {
+  switch (stage) {
+    case 0:
+      return choose_columns();
+    case 1:
+      return count(block);
+    case 2:
+      return plan();
+    case 3:
+      return scatter(block);
+    default:
+      return tree_.run(stage - first_tree_stage, block);
+  }
+}
+
+void Grid::choose_columns() {
+  const std::vector<Aabb> sample = sample_boxes(*boxes_);
+  const std::array<Extent, 3> extents{bulk(sample, 0), bulk(sample, 1), bulk(sample, 2)};
+  const auto length = [&](std::size_t axis) { return extents[axis].hi - extents[axis].lo; };
+
+  // Columns along the middle extent: then worlds that are a plane or a line are still cut along what they have.
+  std::array<std::size_t, 3> axes{0, 1, 2};
+  std::sort(axes.begin(), axes.end(),
+            [&](std::size_t a, std::size_t b) { return length(a) != length(b) ? length(a) < length(b) : a < b; });
+  along_ = axes[1];
+  u_ = {axes[2], static_cast<float>(extents[axes[2]].lo), 0, 1};
+  v_ = {axes[0], static_cast<float>(extents[axes[0]].lo), 0, 1};
+  overlap_along_ = share_that_overlaps(sample, along_);
+
+  // Nanoseconds a box, fitted to measurements; what matters is where the minimum lies, which is flat.
+  constexpr double entry_cost = 14, vector_cost = 1.5, large_row_cost = 0.3, large_tree_cost = 60, count_cost = 0.6;
+  const auto n = static_cast<double>(size_);
+  const double max_columns = std::clamp(n / 8, 1.0, 16384.0);
+  const std::size_t judged = std::min<std::size_t>(sample.size(), 96);
+  const double length_u = length(u_.axis), length_v = length(v_.axis);
+  double best = std::numeric_limits<double>::infinity();
+  for (double cuts = 1; cuts <= max_columns && length_u > 0; cuts *= 1.3) {
+    const double count_u = std::floor(cuts), width = length_u / count_u;
+    const double count_v = std::max(1.0, std::floor(length_v / width)), width_v = length_v / count_v;
+    if (count_u * count_v > max_columns) break;
+    double entries = 0, large = 0;
+    for (std::size_t i = 0; i < judged; ++i) {
+      const auto span = [&](std::size_t axis, double slice, double count) {
+        return count == 1 ? 1.0
+                          : std::min(count, 1 + (double{sample[i].hi[axis]} - double{sample[i].lo[axis]}) / slice);
+      };
+      const double touched = span(u_.axis, width, count_u) * span(v_.axis, width_v, count_v);
+      if (touched > max_columns_a_box)
+        ++large;
+      else
+        entries += touched;
+    }
+    entries /= static_cast<double>(judged);
+    large *= n / static_cast<double>(judged);
+    const double column_size = n * entries / (count_u * count_v);
+    const double candidates = 0.5 + column_size * overlap_along_ / 2;
+    const double cost = entries * (entry_cost + vector_cost * (1 + candidates / 8)) +
+                        std::min(large * large_row_cost, large_tree_cost) +
+                        count_cost * count_u * count_v * static_cast<double>(parts_) / n;
+    if (cost >= best) continue;
+    best = cost;
+    const auto inverse = [](double w) { return static_cast<float>(std::min(1 / w, 1e38)); };
+    u_.count = static_cast<std::uint32_t>(count_u);
+    v_.count = static_cast<std::uint32_t>(count_v);
+    u_.inverse_width = count_u > 1 ? inverse(width) : 0;
+    v_.inverse_width = count_v > 1 ? inverse(width_v) : 0;
+  }
+  offsets_.assign(parts_ * columns(), 0);
+}
+
+void Grid::count(std::size_t block) {
+  std::uint32_t* counts = offsets_.data() + block * columns();
+  std::vector<std::uint32_t>& large = large_of_part_[block];
+  large.clear();
+  for (std::size_t i = block * boxes_a_block_, end = std::min(size_, i + boxes_a_block_); i < end; ++i) {
+    const Aabb box = (*boxes_)[i];
+    is_large_[i] = 0;
+    if (box.lo[0] > box.hi[0]) continue;
+    const Touched t = touched(box);
+    if (t.count() > max_columns_a_box) {
+      is_large_[i] = 1;
+      large.push_back(static_cast<std::uint32_t>(i));
+      continue;
+    }
+    for (std::uint32_t v = t.v0; v <= t.v1; ++v)
+      for (std::uint32_t u = t.u0; u <= t.u1; ++u) ++counts[std::size_t{v} * u_.count + u];
+  }
+}
+
+void Grid::plan() {
+  column_begin_.resize(columns() + 1);
+  std::uint32_t sum = 0;
+  double tests = 0;
+  for (std::size_t column = 0; column < columns(); ++column) {
+    column_begin_[column] = sum;
+    for (std::size_t part = 0; part < parts_; ++part) sum += std::exchange(offsets_[part * columns() + column], sum);
+    const std::size_t entries = sum - column_begin_[column];
+    longest_column_ = std::max(longest_column_, entries);
+    tests += static_cast<double>(entries) * static_cast<double>(entries) / 2 * overlap_along_;
+  }
+  column_begin_[columns()] = sum;
+  for (const auto& part : large_of_part_) large_.insert(large_.end(), part.begin(), part.end());
+
+  // The tree takes the time of some 500 tests a box.
+  constexpr double max_tests_a_box = 500;
+  constexpr std::size_t max_entries_a_column = 32768;
+  crowded_ = tests > max_tests_a_box * static_cast<double>(size_) || longest_column_ > max_entries_a_column;
+  if (crowded_) large_.clear();
+  if (use_tree()) tree_.begin(*boxes_, crowded_ ? nullptr : &large_);
+  if (crowded_) return;
+
+  records_.resize(sum);
+  constexpr std::size_t entries_a_block = 1024;
+  for (std::size_t first = 0; first < columns();) {
+    std::size_t last = first + 1;
+    while (last < columns() && column_begin_[last + 1] - column_begin_[first] <= entries_a_block) ++last;
+    if (column_begin_[last] > column_begin_[first]) groups_.push_back({first, last});
+    first = last;
+  }
+}
+
+void Grid::scatter(std::size_t block) {
+  std::uint32_t* place = offsets_.data() + block * columns();
+  for (std::size_t i = block * boxes_a_block_, end = std::min(size_, i + boxes_a_block_); i < end; ++i) {
+    const Aabb box = (*boxes_)[i];
+    if (box.lo[0] > box.hi[0] || is_large_[i] != 0) continue;
+    const Touched t = touched(box);
+    for (std::uint32_t v = t.v0; v <= t.v1; ++v) {
+      for (std::uint32_t u = t.u0; u <= t.u1; ++u) {
+        const std::uint32_t first = (u == t.u0 ? 1u : 0u) | (v == t.v0 ? 2u : 0u);
+        records_[place[std::size_t{v} * u_.count + u]++] = {box, static_cast<std::uint32_t>(i), first};
+      }
+    }
+  }
+}
+
+void Grid::emit(std::size_t block, PairSink& sink) {
+  if (block < groups_.size()) {
+    const ScratchPool<Scratch>::Lease scratch(scratch_);
+    for (std::size_t column = groups_[block].begin; column < groups_[block].end; ++column)
+      emit_column(column, *scratch, sink);
+    return;
+  }
+  block -= groups_.size();
+  const std::size_t self_blocks = use_tree() ? tree_.self_blocks() : 0;
+  if (block < self_blocks) return tree_.self_pairs(block, sink);
+  emit_large(block - self_blocks, sink);
+}
+
+void Grid::emit_column(std::size_t column, Scratch& s, PairSink& sink) const {
+  const Record* records = records_.data() + column_begin_[column];
+  const std::size_t size = column_begin_[column + 1] - column_begin_[column];
+  if (size < 2) return;
+
+  // A counting sort into about as many thin cells as there are entries.
+  const std::size_t cells = std::bit_ceil(size);
+  float lo = records[0].box.lo[along_], hi = lo;
+  for (std::size_t i = 1; i < size; ++i) {
+    lo = std::min(lo, records[i].box.lo[along_]);
+    hi = std::max(hi, records[i].box.lo[along_]);
+  }
+  const double width = (double{hi} - double{lo}) / static_cast<double>(cells);
+  const Slices thin{along_, lo, width > 0 ? static_cast<float>(std::min(1 / width, 1e38)) : 0,
+                    static_cast<std::uint32_t>(cells)};
+  s.cell.resize(size);
+  s.cell_begin.assign(cells + 1, 0);
+  for (std::size_t i = 0; i < size; ++i) ++s.cell_begin[s.cell[i] = thin.at(records[i].box.lo[along_])];
+  std::uint32_t sum = 0;
+  for (std::uint32_t& begin : s.cell_begin) sum += std::exchange(begin, sum);
+
+  const std::size_t padded = size + BoxArray::padding;
+  for (auto* values : {&s.index, &s.first, &s.end})
+    if (values->size() < padded) values->resize(padded);
+  s.boxes.resize(size);
+  for (std::size_t i = 0; i < size; ++i) {
+    const std::uint32_t row = s.cell_begin[s.cell[i]]++;
+    s.boxes.set(row, records[i].box);
+    s.index[row] = records[i].index;
+    s.first[row] = records[i].first;
+    s.end[row] = thin.at(records[i].box.hi[along_]);
+  }
+  // Each begin has become the end of its cell.
+  for (std::size_t row = 0; row < size; ++row) s.end[row] = s.cell_begin[s.end[row]];
+
+  const std::size_t room = std::max<std::size_t>(1024, 2 * padded);
+  if (s.a.size() < room) {
+    s.a.resize(room);
+    s.b.resize(room);
+  }
+  const Column rows{&s.boxes, s.index.data(), s.first.data(), s.end.data(), size};
+  for (std::size_t row = 0; row < size;) {
+    const std::size_t found = overlap_column(rows, row, s.a.data(), s.b.data(), s.a.size());
+    for (std::size_t k = 0; k < found; ++k) sink.put(s.a[k], s.b[k]);
+  }
+}
+
+void Grid::emit_large(std::size_t block, PairSink& sink) const {
+  const std::size_t first = block * boxes_a_large_block, last = std::min(size_, first + boxes_a_large_block);
+  if (use_tree()) {
+    for (std::size_t i = first; i < last; ++i)
+      if (is_large_[i] == 0) tree_.query((*boxes_)[i], static_cast<std::uint32_t>(i), sink);
+    return;
+  }
+  std::vector<std::uint32_t> hits(boxes_a_large_block + BoxArray::padding);
+  for (const std::uint32_t large : large_) {
+    const std::size_t count = overlap_row(*boxes_, first, last, (*boxes_)[large], hits.data());
+    for (std::size_t k = 0; k < count; ++k)
+      if (is_large_[hits[k]] == 0 || hits[k] > large) sink.put(large, hits[k]);
+  }
+}
+
+}  // namespace tandem

@@ -1,0 +1,100 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "box_tree.h"
+#include "column_kernel.h"
+#include "scratch_pool.h"
+#include "tandem/broadphase/broad_phase.h"
+
+namespace tandem {
+
+/// A uniform grid of columns. Each box is entered in every column that it touches by one counting sort; a column is
+/// then sorted into thin cells along its axis, so that the candidates of an entry are one contiguous row for the SIMD
+/// kernel. The width of a column is the cheapest by a cost estimate from a sample of the boxes.
+///
+/// What breaks uniform grids is kept apart: boxes that touch many columns are tested against all others, one after
+/// the other while they are few, by a BoxTree when they are many; far outliers fall into the columns at the border,
+/// which no more than slows these; and where a few columns would hold too much (tight clusters in an empty world)
+/// the step is left to the tree. Memory is at most `max_columns_a_box` entries a box.
+class Grid final : public BroadPhase {
+ public:
+  std::size_t begin(const BoxArray& boxes) override;
+  std::size_t blocks(std::size_t stage) const override;
+  void run(std::size_t stage, std::size_t block) override;
+  void emit(std::size_t block, PairSink& sink) override;
+  BroadPhaseKind kind() const override { return BroadPhaseKind::grid; }
+
+  /// What the last complete step had to leave to the tree; zero before the first.
+  struct Unfit {
+    bool crowded = false;            ///< columns held too much: the tree did everything
+    std::size_t longest_column = 0;  ///< entries
+    std::size_t large = 0;           ///< boxes that touch many columns
+  };
+  Unfit unfit() const { return {crowded_, longest_column_, large_.size()}; }
+
+ private:
+  static constexpr std::size_t first_tree_stage = 4;
+  static constexpr std::size_t stages = first_tree_stage + BoxTree::build_stages + 1;
+  static constexpr std::uint32_t max_columns_a_box = 16;
+
+  /// Maps a coordinate to a column, monotonically; what lies outside falls into the first or last.
+  struct Slices {
+    std::size_t axis = 0;
+    float origin = 0, inverse_width = 0;
+    std::uint32_t count = 1;
+    std::uint32_t at(float x) const;
+  };
+  struct Record {
+    Aabb box;
+    std::uint32_t index;
+    std::uint32_t first;  // see Column
+  };
+  struct Touched {
+    std::uint32_t u0, u1, v0, v1;
+    std::uint32_t count() const { return (u1 - u0 + 1) * (v1 - v0 + 1); }
+  };
+  struct Range {
+    std::size_t begin, end;
+  };
+  struct Scratch {
+    BoxArray boxes;
+    std::vector<std::uint32_t> cell, cell_begin, index, first, end, a, b;
+  };
+
+  void choose_columns();
+  void count(std::size_t block);
+  void plan();
+  void scatter(std::size_t block);
+  Touched touched(const Aabb& box) const;
+  void emit_column(std::size_t column, Scratch& scratch, PairSink& sink) const;
+  void emit_large(std::size_t block, PairSink& sink) const;
+  std::size_t columns() const { return std::size_t{u_.count} * v_.count; }
+  bool use_tree() const { return crowded_ || large_.size() > max_large_by_row; }
+
+  // A large box costs a row test of all boxes, 0.3 ns each; the tree costs each box a query, about 40 ns.
+  static constexpr std::size_t max_large_by_row = 64;
+  static constexpr std::size_t boxes_a_large_block = 8192;
+
+  const BoxArray* boxes_ = nullptr;
+  std::size_t size_ = 0;
+  std::size_t boxes_a_block_ = 1, parts_ = 0;
+  std::size_t along_ = 0;  // the axis of the columns
+  Slices u_, v_;           // the two others
+  double overlap_along_ = 1;
+  bool crowded_ = false;
+  std::size_t longest_column_ = 0;
+  std::vector<std::uint32_t> offsets_;  // one a part and column: counts, then where the part writes
+  std::vector<std::vector<std::uint32_t>> large_of_part_;
+  std::vector<std::uint8_t> is_large_;
+  std::vector<std::uint32_t> large_;
+  std::vector<std::size_t> column_begin_;
+  std::vector<Range> groups_;  // of columns: the blocks of the last stage
+  std::vector<Record> records_;
+  BoxTree tree_;
+  ScratchPool<Scratch> scratch_;
+};
+
+}  // namespace tandem
