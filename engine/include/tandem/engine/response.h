@@ -8,12 +8,13 @@ namespace tandem {
 
 /// What a response needs to know beyond the scene. Defaults suit metre-sized rigid bodies at 60 Hz.
 struct ResponseOptions {
-  int substeps = 4;                 ///< [1, 64]; more is stiffer
-  double friction = 0.5;            ///< Coulomb, >= 0
-  double rolling_resistance = 0.02; ///< torque over normal force and body radius, >= 0
-  double contact_hertz = 30;        ///< stiffness of a contact, > 0, below a quarter of the sub-step rate
-  double contact_damping_ratio = 10;
-  double max_push_out = 3;          ///< m/s at which overlap is undone
+  int substeps = 4;                   ///< [1, 64]; more is stiffer
+  double friction = 0.5;              ///< Coulomb, >= 0
+  double rolling_resistance = 0.02;   ///< torque over normal force and body radius, >= 0; also against twisting
+  double contact_hertz = 30;          ///< stiffness of a contact, > 0; held below a quarter of the sub-step rate
+  double contact_damping_ratio = 10;  ///< > 0
+  double max_push_out = 3;            ///< m/s at which overlap is undone, > 0
+  double max_speed = 500;             ///< m/s, > 0: faster bodies are slowed to this
 };
 
 struct ResponseReport {
@@ -23,13 +24,18 @@ struct ResponseReport {
 };
 
 /// Moves the bodies of a scene by one `dt`: gravity, contacts with friction, no restitution. Soft-constraint
-/// sequential impulses with sub-steps (Catto, "Soft Step", 2024; Macklin et al., "Small Steps", SCA 2019).
-/// The order of everything follows the contact list, so the motion is the same bits for any executor.
+/// sequential impulses with sub-steps (Catto, "Soft Step", 2024; Macklin et al., "Small Steps", SCA 2019), warm started
+/// from the step before. One response a scene. The order of everything follows the contact list, so the motion is the
+/// same bits for any executor. A body without weight (a point) or too heavy for a number stays where it is.
 class Response {
  public:
+  /// Throws std::invalid_argument that names the option, its value and what is allowed.
   explicit Response(ResponseOptions options = {});
   ~Response();
+  Response(Response&&) noexcept;
+  Response& operator=(Response&&) noexcept;
   /// Detection must have run on these poses; contacts with negative depth (gaps) are used to stop in time.
+  /// Throws std::invalid_argument if the scene's dt is not finite and > 0 or its gravity is not finite.
   ResponseReport step(Scene& scene, const ContactList& contacts);
 
  private:

@@ -1,0 +1,196 @@
+#include "contact_solver.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+namespace tandem {
+namespace {
+
+void apply(const Vec3& impulse, const Vec3& arm_a, const Vec3& arm_b, SolverBody& a, SolverBody& b) {
+  a.velocity -= a.inverse_mass * impulse;
+  a.angular_velocity.noalias() -= a.inverse_inertia * arm_a.cross(impulse);
+  b.velocity += b.inverse_mass * impulse;
+  b.angular_velocity.noalias() += b.inverse_inertia * arm_b.cross(impulse);
+}
+
+Vec3 relative_velocity(const Vec3& arm_a, const Vec3& arm_b, const SolverBody& a, const SolverBody& b) {
+  return b.velocity + b.angular_velocity.cross(arm_b) - a.velocity - a.angular_velocity.cross(arm_a);
+}
+
+Vec3 any_perpendicular(const Vec3& unit) {
+  int smallest = 0;
+  unit.cwiseAbs().minCoeff(&smallest);
+  return unit.cross(Vec3::Unit(smallest)).normalized();
+}
+
+}  // namespace
+
+void ContactSolver::prepare_point(Point& point, const Contact& contact, const SolverBody& a,
+                                  const SolverBody& b) const {
+  point.arm_a = contact.point - a.centre;
+  point.arm_b = contact.point - b.centre;
+  point.normal = contact.normal;
+  point.tangent = any_perpendicular(contact.normal);
+  point.bitangent = contact.normal.cross(point.tangent);
+  point.gap = -contact.depth;
+  point.feature = contact.feature;
+  point.normal_impulse = point.tangent_impulse = point.bitangent_impulse = 0;
+
+  const auto response = [&](const Vec3& along, const Vec3& pushed) {
+    const Vec3 turn_a = a.inverse_inertia * point.arm_a.cross(pushed);
+    const Vec3 turn_b = b.inverse_inertia * point.arm_b.cross(pushed);
+    return (a.inverse_mass + b.inverse_mass) * along.dot(pushed) + turn_a.dot(point.arm_a.cross(along)) +
+           turn_b.dot(point.arm_b.cross(along));
+  };
+  point.normal_mass = 1 / response(point.normal, point.normal);
+  const double tt = response(point.tangent, point.tangent), tb = response(point.tangent, point.bitangent),
+               bb = response(point.bitangent, point.bitangent), determinant = tt * bb - tb * tb;
+  point.tangent_mass = bb / determinant;
+  point.mixed_mass = -tb / determinant;
+  point.bitangent_mass = tt / determinant;
+}
+
+void ContactSolver::prepare(const ContactList& contacts, const std::vector<SolverBody>& bodies,
+                            const ResponseOptions& options) {
+  friction_ = options.friction;
+  rolling_resistance_ = options.rolling_resistance;
+  max_push_out_ = options.max_push_out;
+  std::swap(points_, points_before_);
+  std::swap(pairs_, pairs_before_);
+  points_.clear();
+  pairs_.clear();
+  for (const PairResult& found : contacts.pairs) {
+    const SolverBody &a = bodies[found.a], &b = bodies[found.b];
+    if (found.contact_count == 0 || (a.inverse_mass == 0 && b.inverse_mass == 0)) continue;
+    Pair& pair = pairs_.emplace_back();
+    pair.a = found.a;
+    pair.b = found.b;
+    pair.first = static_cast<std::uint32_t>(points_.size());
+    for (const Contact& contact : contacts.of(found)) prepare_point(points_.emplace_back(), contact, a, b);
+    pair.end = static_cast<std::uint32_t>(points_.size());
+    pair.rolling_mass = (a.inverse_inertia + b.inverse_inertia).inverse();
+    pair.rolling_impulse.setZero();
+    pair.rolling_radius = a.inverse_mass == 0   ? b.radius
+                          : b.inverse_mass == 0 ? a.radius
+                                                : std::min(a.radius, b.radius);
+  }
+  keep_impulses();
+}
+
+// Both lists are sorted by (a, b), a pair's points by feature.
+void ContactSolver::keep_impulses() {
+  auto old_pair = pairs_before_.begin();
+  for (Pair& pair : pairs_) {
+    const std::pair key(pair.a, pair.b);
+    while (old_pair != pairs_before_.end() && std::pair(old_pair->a, old_pair->b) < key) ++old_pair;
+    if (old_pair == pairs_before_.end()) return;
+    if (std::pair(old_pair->a, old_pair->b) != key) continue;
+    pair.rolling_impulse = old_pair->rolling_impulse;
+    std::uint32_t old = old_pair->first;
+    for (std::uint32_t i = pair.first; i < pair.end; ++i) {
+      Point& point = points_[i];
+      while (old < old_pair->end && points_before_[old].feature < point.feature) ++old;
+      if (old == old_pair->end) break;
+      const Point& before = points_before_[old];
+      if (before.feature != point.feature) continue;
+      // The normal may have turned since: what is left of the old friction within the new plane.
+      const Vec3 rubbing = before.tangent_impulse * before.tangent + before.bitangent_impulse * before.bitangent;
+      point.normal_impulse = before.normal_impulse;
+      point.tangent_impulse = rubbing.dot(point.tangent);
+      point.bitangent_impulse = rubbing.dot(point.bitangent);
+      ++old;
+    }
+  }
+}
+
+void ContactSolver::begin_substeps(double h, const ResponseOptions& options) {
+  inverse_h_ = 1 / h;
+  const double omega = 2 * std::numbers::pi * std::min(options.contact_hertz, 0.25 * inverse_h_);
+  const double a1 = 2 * options.contact_damping_ratio + h * omega;
+  const double a2 = h * omega * a1;
+  bias_rate_ = omega / a1;
+  mass_scale_ = a2 / (1 + a2);
+  impulse_scale_ = 1 / (1 + a2);
+}
+
+void ContactSolver::warm_start(std::vector<SolverBody>& bodies) const {
+  for (const Pair& pair : pairs_) {
+    SolverBody &a = bodies[pair.a], &b = bodies[pair.b];
+    for (std::uint32_t i = pair.first; i < pair.end; ++i) {
+      const Point& p = points_[i];
+      apply(p.normal_impulse * p.normal + p.tangent_impulse * p.tangent + p.bitangent_impulse * p.bitangent, p.arm_a,
+            p.arm_b, a, b);
+    }
+    a.angular_velocity.noalias() -= a.inverse_inertia * pair.rolling_impulse;
+    b.angular_velocity.noalias() += b.inverse_inertia * pair.rolling_impulse;
+  }
+}
+
+void ContactSolver::solve(std::vector<SolverBody>& bodies, Overlap overlap) {
+  for (Pair& pair : pairs_) solve_pair(pair, bodies[pair.a], bodies[pair.b], overlap);
+}
+
+// Friction first, overlap last: what comes last holds best.
+void ContactSolver::solve_pair(Pair& pair, SolverBody& a, SolverBody& b, Overlap overlap) {
+  double pressed = 0;
+  for (std::uint32_t i = pair.first; i < pair.end; ++i) pressed += points_[i].normal_impulse;
+
+  const double most_rolling = rolling_resistance_ * pair.rolling_radius * pressed;
+  if (most_rolling > 0) {
+    Vec3 total = pair.rolling_impulse - pair.rolling_mass * (b.angular_velocity - a.angular_velocity);
+    const double length = total.norm();
+    if (length > most_rolling) total *= most_rolling / length;
+    const Vec3 change = total - pair.rolling_impulse;
+    pair.rolling_impulse = total;
+    a.angular_velocity.noalias() -= a.inverse_inertia * change;
+    b.angular_velocity.noalias() += b.inverse_inertia * change;
+  } else {
+    a.angular_velocity.noalias() += a.inverse_inertia * pair.rolling_impulse;
+    b.angular_velocity.noalias() -= b.inverse_inertia * pair.rolling_impulse;
+    pair.rolling_impulse.setZero();
+  }
+
+  for (std::uint32_t i = pair.first; i < pair.end; ++i) {
+    Point& p = points_[i];
+    if (p.normal_impulse == 0 && p.tangent_impulse == 0 && p.bitangent_impulse == 0) continue;
+    const Vec3 slip = relative_velocity(p.arm_a, p.arm_b, a, b);
+    const double along = slip.dot(p.tangent), across = slip.dot(p.bitangent);
+    double tangent = p.tangent_impulse - (p.tangent_mass * along + p.mixed_mass * across);
+    double bitangent = p.bitangent_impulse - (p.mixed_mass * along + p.bitangent_mass * across);
+    const double most = friction_ * p.normal_impulse, length = std::sqrt(tangent * tangent + bitangent * bitangent);
+    if (length > most) {
+      tangent *= most / length;
+      bitangent *= most / length;
+    }
+    apply((tangent - p.tangent_impulse) * p.tangent + (bitangent - p.bitangent_impulse) * p.bitangent, p.arm_a, p.arm_b,
+          a, b);
+    p.tangent_impulse = tangent;
+    p.bitangent_impulse = bitangent;
+  }
+
+  const Vec3 moved = b.moved - a.moved;
+  for (std::uint32_t i = pair.first; i < pair.end; ++i) {
+    Point& p = points_[i];
+    const double gap = p.gap + p.normal.dot(moved + b.turned.cross(p.arm_b) - a.turned.cross(p.arm_a));
+    double bias = 0, mass_scale = 1, impulse_scale = 0;
+    if (gap > 0) {
+      bias = gap * inverse_h_;
+    } else if (overlap == Overlap::push_out) {
+      bias = std::max(bias_rate_ * gap, -max_push_out_);
+      mass_scale = mass_scale_;
+      impulse_scale = impulse_scale_;
+    }
+    const double approach = p.normal.dot(relative_velocity(p.arm_a, p.arm_b, a, b));
+    const double wanted =
+        p.normal_impulse - p.normal_mass * mass_scale * (approach + bias) - impulse_scale * p.normal_impulse;
+    const double total = std::max(wanted, 0.0);
+    const double change = total - p.normal_impulse;
+    if (change == 0) continue;
+    p.normal_impulse = total;
+    apply(change * p.normal, p.arm_a, p.arm_b, a, b);
+  }
+}
+
+}  // namespace tandem

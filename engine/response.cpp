@@ -1,0 +1,175 @@
+#include "tandem/engine/response.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+
+#include "contact_solver.h"
+
+namespace tandem {
+namespace {
+
+void require(bool allowed, const char* field, double value, const char* range) {
+  if (allowed) return;
+  std::ostringstream message;
+  message.precision(17);
+  message << "response: " << field << " is " << value << ", allowed: " << range;
+  throw std::invalid_argument(message.str());
+}
+
+bool is_positive(double x) { return std::isfinite(x) && x > 0; }
+bool is_not_negative(double x) { return std::isfinite(x) && x >= 0; }
+
+void limit(Vec3& v, double most) {
+  if (!(v.squaredNorm() <= most * most)) v = most * v.stableNormalized();
+}
+
+/// First order in the turn, then made a unit again; good for turns of a few tenths of a radian.
+void turn(Quat& orientation, const Vec3& rotation) {
+  const Quat rate(0, rotation.x(), rotation.y(), rotation.z());
+  orientation.coeffs() += 0.5 * (rate * orientation).coeffs();
+  orientation.normalize();
+}
+
+/// With density 1, in the shape's frame.
+struct ShapeMass {
+  double volume = 0;
+  Vec3 centre;
+  Mat3 inertia, inverse_inertia;
+  double radius = 0;
+};
+
+/// A radius for any body: a ball's own.
+double mean_radius(const Shape& shape) { return shape.size() / std::sqrt(12.0); }
+
+}  // namespace
+
+struct Response::Impl {
+  ResponseOptions options;
+  ContactSolver solver;
+  std::vector<ShapeMass> shapes;
+  std::vector<SolverBody> bodies;  // one an index of the scene
+  std::vector<Quat> orientations;  // the same
+  std::vector<std::uint32_t> moving;
+
+  void prepare_bodies(const Scene& scene);
+  void accelerate(const Vec3& change);
+  void advance(double h);
+  double put_back(Scene& scene) const;
+};
+
+void Response::Impl::prepare_bodies(const Scene& scene) {
+  shapes.clear();
+  for (const Shape& shape : scene.shapes()) {
+    const MassProperties& mass = shape.mass();
+    shapes.push_back({mass.volume, mass.centre, mass.inertia, mass.inertia.inverse(), mean_radius(shape)});
+  }
+  bodies.resize(scene.indices());
+  orientations.resize(scene.indices());
+  moving.clear();
+  for (std::uint32_t i = 0; i < scene.indices(); ++i) {
+    if (!scene.alive(i)) continue;
+    SolverBody& body = bodies[i];
+    body = {};
+    const Pose& pose = scene.poses()[i];
+    const ShapeMass& shape = shapes[scene.shape_indices()[i]];
+    body.centre = scene.is_static()[i] ? pose.translation : pose * shape.centre;
+    if (scene.is_static()[i]) continue;
+    const double density = scene.densities()[i];
+    const Mat3 inverse_inertia = pose.rotation * shape.inverse_inertia * pose.rotation.transpose() / density;
+    const double mass = shape.volume * density;
+    if (!is_positive(mass) || !inverse_inertia.allFinite() || !(inverse_inertia.diagonal().minCoeff() > 0)) continue;
+    body.inverse_mass = 1 / mass;
+    body.inverse_inertia = inverse_inertia;
+    body.velocity = scene.velocities()[i];
+    body.angular_velocity = scene.angular_velocities()[i];
+    body.radius = shape.radius;
+    orientations[i] = Quat(pose.rotation);
+    moving.push_back(i);
+  }
+}
+
+void Response::Impl::accelerate(const Vec3& change) {
+  for (const std::uint32_t i : moving) bodies[i].velocity += change;
+}
+
+void Response::Impl::advance(double h) {
+  const double fastest_turn = std::numbers::pi / 4 / h;
+  for (const std::uint32_t i : moving) {
+    SolverBody& body = bodies[i];
+    limit(body.velocity, options.max_speed);
+    limit(body.angular_velocity, fastest_turn);
+    body.moved += h * body.velocity;
+    const Vec3 rotation = h * body.angular_velocity;
+    body.turned += rotation;
+    turn(orientations[i], rotation);
+  }
+}
+
+/// Returns the kinetic energy.
+double Response::Impl::put_back(Scene& scene) const {
+  double energy = 0;
+  for (const std::uint32_t i : moving) {
+    const SolverBody& body = bodies[i];
+    const ShapeMass& shape = shapes[scene.shape_indices()[i]];
+    const Mat3 before = scene.poses()[i].rotation;
+    Pose pose;
+    pose.rotation = orientations[i].toRotationMatrix();
+    pose.translation = body.centre + body.moved - pose.rotation * shape.centre;
+    // While a body turns its angular momentum stays, not its angular velocity: that is the gyroscopic torque, and in
+    // this form it cannot blow up.
+    const Vec3 momentum = before * (shape.inertia * (before.transpose() * body.angular_velocity));
+    const Vec3 own_momentum = pose.rotation.transpose() * momentum;
+    const Vec3 own_velocity = shape.inverse_inertia * own_momentum;
+    scene.move(i, pose, body.velocity, pose.rotation * own_velocity);
+    energy +=
+        0.5 * scene.densities()[i] * (shape.volume * body.velocity.squaredNorm() + own_velocity.dot(own_momentum));
+  }
+  return energy;
+}
+
+Response::Response(ResponseOptions options) : impl_(std::make_unique<Impl>()) {
+  require(options.substeps >= 1 && options.substeps <= 64, "substeps", options.substeps, "1 to 64");
+  require(is_not_negative(options.friction), "friction", options.friction, "finite, >= 0");
+  require(is_not_negative(options.rolling_resistance), "rolling_resistance", options.rolling_resistance,
+          "finite, >= 0");
+  require(is_positive(options.contact_hertz), "contact_hertz", options.contact_hertz, "finite, > 0");
+  require(is_positive(options.contact_damping_ratio), "contact_damping_ratio", options.contact_damping_ratio,
+          "finite, > 0");
+  require(is_positive(options.max_push_out), "max_push_out", options.max_push_out, "finite, > 0");
+  require(is_positive(options.max_speed), "max_speed", options.max_speed, "finite, > 0");
+  impl_->options = options;
+}
+
+Response::~Response() = default;
+Response::Response(Response&&) noexcept = default;
+Response& Response::operator=(Response&&) noexcept = default;
+
+ResponseReport Response::step(Scene& scene, const ContactList& contacts) {
+  const auto start = std::chrono::steady_clock::now();
+  require(is_positive(scene.dt), "dt", scene.dt, "finite, > 0 s");
+  require(scene.gravity.allFinite(), "gravity", scene.gravity.norm(), "finite");
+  Impl& own = *impl_;
+  own.prepare_bodies(scene);
+  own.solver.prepare(contacts, own.bodies, own.options);
+  const double h = scene.dt / own.options.substeps;
+  own.solver.begin_substeps(h, own.options);
+  for (int substep = 0; substep < own.options.substeps; ++substep) {
+    own.accelerate(h * scene.gravity);
+    own.solver.warm_start(own.bodies);
+    own.solver.solve(own.bodies, ContactSolver::Overlap::push_out);
+    own.advance(h);
+    own.solver.solve(own.bodies, ContactSolver::Overlap::leave);
+  }
+  ResponseReport report;
+  report.kinetic_energy = own.put_back(scene);
+  for (const Contact& contact : contacts.contacts) report.max_depth = std::max(report.max_depth, contact.depth);
+  report.ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  return report;
+}
+
+}  // namespace tandem
