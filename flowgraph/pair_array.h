@@ -18,7 +18,7 @@ class PairArray {
   /// Empties it; not while threads put or take.
   void begin();
   void put(Batch& batch);
-  /// Nothing more will be put. Call once, after the last put.
+  /// Nothing more will be put. After the last put; more than once does no harm.
   void close();
   /// The next batch, or null when all are taken and it is closed. Sleeps while there is none.
   Batch* take();

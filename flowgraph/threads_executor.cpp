@@ -38,7 +38,6 @@ class ThreadsExecutor final : public Executor {
     split_ = balancer_.split();
     report.split = split_;
     array_.begin();
-    broad_running_.store(split_.broad, std::memory_order_relaxed);
     while (static_cast<int>(workers_.size()) < threads_ - 1) {
       const int index = static_cast<int>(workers_.size()) + 1;
       workers_.emplace_back([this, index, seen = start_.load()] { serve(index, seen); });
@@ -99,12 +98,15 @@ class ThreadsExecutor final : public Executor {
         });
   }
 
+  // The array is closed by the last writer to leave once no tile is left; a thread that the system held up until
+  // then is not waited for.
   void emit() {
+    writers_.fetch_add(1);
     ArrayDelivery delivery(array_);
     BatchWriter writer(state_, delivery);
     for (std::size_t tile; state_.take(state_.shared_stage(), tile);) state_.run_tile(tile, writer);
     writer.flush();
-    if (broad_running_.fetch_sub(1, std::memory_order_acq_rel) == 1) array_.close();
+    if (writers_.fetch_sub(1) == 1 && !state_.tiles_left()) array_.close();
   }
 
   int threads_;
@@ -116,7 +118,7 @@ class ThreadsExecutor final : public Executor {
   std::uint64_t step_ = 0;
   alignas(64) std::atomic<std::uint32_t> start_{0};
   alignas(64) std::atomic<int> running_{0};
-  alignas(64) std::atomic<int> broad_running_{0};
+  alignas(64) std::atomic<int> writers_{0};
   std::atomic<bool> leaving_{false};
   std::vector<std::jthread> workers_;  // last: they join before what they use goes
 };

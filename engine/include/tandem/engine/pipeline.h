@@ -16,7 +16,7 @@ namespace tandem {
 struct PipelineOptions {
   ExecutorKind executor = ExecutorKind::flowgraph;
   int threads = 0;             ///< in all, the caller counted, [0, 1024]; 0 asks oneTBB. Capped by the process's limit.
-  Split split;                 ///< fixed split, both >= 1 with sum `threads`; default dynamic
+  Split split{};               ///< fixed split, both >= 1 with sum `threads`; default dynamic
   BalanceRule balance = BalanceRule::busy;
   bool strict_split = false;   ///< flowgraph: no help across phases, as in the paper; default: work is conserved
   BroadPhaseKind broad_phase = BroadPhaseKind::automatic;
@@ -27,7 +27,7 @@ struct PipelineOptions {
   std::size_t queue_capacity = 0;  ///< batches waiting at most; 0: max(16, 4 threads)
   double small_step_ms = 0.3;  ///< flowgraph, barrier: below this much work a step stays on the caller; 0: never
   bool contact_hash = false;   ///< fill StepReport::contact_hash (some 10 ns a contact, outside detect_ms)
-  PairPredicate predicate;     ///< a user's own filter, by batches; empty: none
+  PairPredicate predicate{};    ///< a user's own filter, by batches; empty: none
 };
 
 /// What one step found and did.

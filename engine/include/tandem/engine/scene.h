@@ -25,8 +25,8 @@ struct ShapeId {
 };
 
 struct BodyOptions {
-  ShapeId shape;
-  Pose pose;
+  ShapeId shape{};
+  Pose pose{};
   Vec3 velocity = Vec3::Zero();          ///< m/s, of the centre of mass, which need not be the shape's origin
   Vec3 angular_velocity = Vec3::Zero();  ///< rad/s, world axes
   double density = 1000;                 ///< kg/m^3, finite, > 0; not used when is_static

@@ -10,8 +10,9 @@ namespace tandem {
 /// at the next look: if it did not make the step faster, it is taken back.
 ///
 /// BalanceRule::paper compares the phases' times (computing time a thread of the phase) and moves one thread to the
-/// longer one; verified on the step's time. BalanceRule::busy aims at threads in proportion to busy times, and
-/// verifies on time per unit of work, so that a rising load does not count against a good change.
+/// longer one; verified on the step's time. BalanceRule::busy goes at once to the split that serves the busy times
+/// best, at once too when they turn round between two looks, and verifies on time per unit of work, so that a rising
+/// load does not count against a good change.
 class Balancer {
  public:
   /// `fixed` dynamic: starts at half of `threads` each. threads >= 2.
@@ -23,6 +24,7 @@ class Balancer {
 
  private:
   int wanted_broad() const;
+  int best_broad(double broad, double narrow) const;
   void clear_window();
 
   int threads_;

@@ -14,7 +14,7 @@ namespace tandem {
 struct ExecutorOptions {
   ExecutorKind kind = ExecutorKind::flowgraph;
   int threads = 0;  ///< in all, the caller counted, [0, 1024]; 0 asks the runtime
-  Split split;      ///< fixed, both >= 1; default dynamic
+  Split split{};    ///< fixed, both >= 1; default dynamic
   BalanceRule balance = BalanceRule::busy;
   bool strict_split = false;       ///< flowgraph: no help across phases
   std::size_t batch_pairs = 128;   ///< at most; fewer where a pair is costly, so that a batch stays 10-20 us of work

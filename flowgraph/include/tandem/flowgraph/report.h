@@ -21,7 +21,7 @@ struct Split {
 /// How a dynamic split is found.
 enum class BalanceRule : std::uint8_t {
   paper,  ///< one thread moves at a time, from the phase that ends first to the one that ends last
-  busy,   ///< in proportion to the phases' busy times, verified on time per unit of work
+  busy,   ///< at once to the split that the phases' busy times ask for, verified on time per unit of work
 };
 std::string_view name(BalanceRule rule);
 
@@ -41,7 +41,7 @@ struct BalanceDecision {
   BalanceAction action = BalanceAction::none;
   Split before, after;
   int control_step = 0;  ///< steps until the next look
-  double broad_ms = 0;   ///< what the rule compared: phase end times (paper) or busy times (busy)
+  double broad_ms = 0;   ///< what the rule compared: computing time a thread of the phase (paper), busy times (busy)
   double narrow_ms = 0;
   double measure = 0;  ///< detect time (paper) or detect time per unit of work (busy): what verification compares
   double measure_before = 0;  ///< the same before the change, when one is being verified

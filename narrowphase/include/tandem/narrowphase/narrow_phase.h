@@ -50,7 +50,7 @@ struct NarrowPhaseOptions {
   /// Request::contacts also reports gaps up to this, as negative depths (metres, finite, >= 0).
   double margin = 0;
   /// Forces the solver of that name (`solvers()` lists them) wherever it covers the pair; empty: the table's choice.
-  std::string solver;
+  std::string solver{};
 };
 
 /// One row of the solver table.

@@ -1,0 +1,297 @@
+#include "tandem/flowgraph/executor.h"
+
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <thread>
+
+#include "synthetic_work.h"
+
+using namespace tandem;
+
+namespace {
+
+constexpr ExecutorKind kinds[] = {ExecutorKind::sequential, ExecutorKind::barrier, ExecutorKind::threads,
+                                  ExecutorKind::flowgraph};
+
+// A small machine caps oneTBB at its core count; without this the cases of more threads test nothing new.
+struct ManyThreads {
+  tbb::global_control allow{tbb::global_control::max_allowed_parallelism, 16};
+};
+
+std::vector<Split> splits(int threads) {
+  std::vector<Split> all{{}};
+  if (threads > 1)
+    for (int broad = 1; broad < threads; broad = broad == 1 && threads > 3 ? threads / 2
+                                                 : threads == broad + 1    ? threads
+                                                                           : threads - 1)
+      all.push_back({broad, threads - broad});
+  return all;
+}
+
+void check_equal(const ContactList& list, const ContactList& expected) {
+  REQUIRE(list.pairs.size() == expected.pairs.size());
+  REQUIRE(list.contacts.size() == expected.contacts.size());
+  bool same = true;
+  for (std::size_t i = 0; i < list.pairs.size(); ++i)
+    same &= list.pairs[i].a == expected.pairs[i].a && list.pairs[i].b == expected.pairs[i].b &&
+            list.pairs[i].first_contact == expected.pairs[i].first_contact &&
+            list.pairs[i].contact_count == expected.pairs[i].contact_count;
+  for (std::size_t i = 0; i < list.contacts.size(); ++i)
+    same &= list.contacts[i].point == expected.contacts[i].point &&
+            list.contacts[i].feature == expected.contacts[i].feature &&
+            list.contacts[i].depth == expected.contacts[i].depth;
+  CHECK(same);
+  CHECK(hash(list) == hash(expected));
+}
+
+}  // namespace
+
+TEST_CASE("every executor, thread count and split gives the answer of a double loop") {
+  const ManyThreads many;
+  for (const BroadPhaseKind broad : {BroadPhaseKind::brute, BroadPhaseKind::sweep})
+    for (const std::size_t n : {0u, 1u, 2u, 300u, 3000u}) {
+      SyntheticWork work(n, 12.0f, 5, broad);
+      const ContactList expected = work.expected();
+      if (n == 3000) REQUIRE(expected.pairs.size() > 5000);
+      for (const ExecutorKind kind : kinds)
+        for (const int threads : {1, 2, 3, 8})
+          for (const Split split : splits(threads))
+            for (const bool strict : {false, true}) {
+              if (strict && kind != ExecutorKind::flowgraph) continue;
+              CAPTURE(name(broad), n, name(kind), threads, split.broad, split.narrow, strict);
+              const auto executor = make_executor(
+                  {.kind = kind, .threads = threads, .split = split, .strict_split = strict, .small_step_ms = 0});
+              for (int step = 0; step < 3; ++step) {
+                ContactList contacts;
+                ExecutionReport report;
+                executor->run(work, contacts, report, {}, nullptr);
+                check_equal(contacts, expected);
+                CHECK(report.threads == (kind == ExecutorKind::sequential ? 1 : threads));
+                if (n == 3000) CHECK(report.candidate_pairs > expected.pairs.size());
+              }
+            }
+    }
+}
+
+TEST_CASE("batch size and queue capacity change nothing") {
+  const ManyThreads many;
+  SyntheticWork work(2000, 10.0f, 9);
+  const ContactList expected = work.expected();
+  for (const ExecutorKind kind : kinds)
+    for (const std::size_t batch : {1u, 7u, 128u, 65536u})
+      for (const std::size_t capacity : {1u, 2u, 512u})
+        for (const bool strict : {false, true}) {
+          CAPTURE(name(kind), batch, capacity, strict);
+          const auto executor = make_executor({.kind = kind,
+                                               .threads = 4,
+                                               .strict_split = strict,
+                                               .batch_pairs = batch,
+                                               .queue_capacity = capacity,
+                                               .small_step_ms = 0});
+          ContactList contacts;
+          ExecutionReport report;
+          executor->run(work, contacts, report, {}, nullptr);
+          check_equal(contacts, expected);
+        }
+}
+
+TEST_CASE("a hundred runs with a moving balance have one hash") {
+  const ManyThreads many;
+  SyntheticWork work(1500, 9.0f, 2);
+  const std::uint64_t expected = hash(work.expected());
+  for (const ExecutorKind kind : {ExecutorKind::barrier, ExecutorKind::threads, ExecutorKind::flowgraph})
+    for (const BalanceRule rule : {BalanceRule::paper, BalanceRule::busy}) {
+      CAPTURE(name(kind), name(rule));
+      const auto executor = make_executor({.kind = kind, .threads = 6, .balance = rule, .small_step_ms = 0});
+      ContactList contacts;
+      int different = 0;
+      for (int run = 0; run < 100; ++run) {
+        // The load turns round every 20 steps, so that threads do move.
+        work.on_tile = nullptr;
+        work.on_pair = nullptr;
+        if (run / 20 % 2 == 0)
+          work.on_tile = [](std::size_t) { std::this_thread::sleep_for(std::chrono::microseconds(20)); };
+        ExecutionReport report;
+        executor->run(work, contacts, report, {}, nullptr);
+        different += hash(contacts) != expected;
+      }
+      CHECK(different == 0);
+    }
+}
+
+TEST_CASE("under a process limit of one thread every executor still ends") {
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  SyntheticWork work(1500, 9.0f, 2);
+  const ContactList expected = work.expected();
+  for (const ExecutorKind kind : kinds)
+    for (const bool strict : {false, true}) {
+      CAPTURE(name(kind), strict);
+      const auto executor = make_executor({.kind = kind,
+                                           .threads = 4,
+                                           .split = {2, 2},
+                                           .strict_split = strict,
+                                           .queue_capacity = 1,
+                                           .small_step_ms = 0});
+      ContactList contacts;
+      ExecutionReport report;
+      executor->run(work, contacts, report, {}, nullptr);
+      check_equal(contacts, expected);
+    }
+}
+
+TEST_CASE("a limit that shrinks or grows between steps is followed") {
+  SyntheticWork work(1500, 9.0f, 2);
+  const ContactList expected = work.expected();
+  const auto executor =
+      make_executor({.kind = ExecutorKind::flowgraph, .threads = 6, .split = {4, 2}, .small_step_ms = 0});
+  for (const std::size_t limit : {6u, 1u, 3u, 2u, 8u}) {
+    const tbb::global_control control(tbb::global_control::max_allowed_parallelism, limit);
+    const auto allowed =
+        std::min<std::size_t>(6, tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
+    ContactList contacts;
+    ExecutionReport report;
+    executor->run(work, contacts, report, {}, nullptr);
+    check_equal(contacts, expected);
+    CHECK(report.threads == static_cast<int>(allowed));
+  }
+}
+
+TEST_CASE("inside a host's arena, from several of its tasks at once") {
+  const ManyThreads many;
+  tbb::task_arena host(4);
+  std::atomic<int> wrong{0};
+  host.execute([&] {
+    tbb::parallel_for(0, 8, [&](int i) {
+      SyntheticWork work(800, 7.0f, static_cast<unsigned>(i));
+      const std::uint64_t expected = hash(work.expected());
+      for (const ExecutorKind kind : kinds) {
+        const auto executor = make_executor({.kind = kind, .threads = i % 2 == 0 ? 3 : 0, .small_step_ms = 0});
+        for (int step = 0; step < 5; ++step) {
+          ContactList contacts;
+          ExecutionReport report;
+          executor->run(work, contacts, report, {}, nullptr);
+          wrong += hash(contacts) != expected;
+        }
+      }
+    });
+  });
+  CHECK(wrong == 0);
+}
+
+TEST_CASE("what a callback throws ends the step, comes out once, and the next step is right") {
+  const ManyThreads many;
+  SyntheticWork work(2000, 10.0f, 9);
+  const ContactList expected = work.expected();
+  for (const ExecutorKind kind : kinds)
+    for (const int threads : {1, 2, 5})
+      for (const bool strict : {false, true})
+        for (const int where : {0, 1, 2}) {
+          CAPTURE(name(kind), threads, strict, where);
+          const auto executor = make_executor({.kind = kind,
+                                               .threads = threads,
+                                               .strict_split = strict,
+                                               .batch_pairs = 16,
+                                               .queue_capacity = 2,
+                                               .small_step_ms = 0});
+          for (int round = 0; round < 2; ++round) {
+            if (where == 0)
+              work.on_tile = [](std::size_t tile) {
+                if (tile == 5) throw std::runtime_error("tile");
+              };
+            if (where == 1)
+              work.on_pair = [](Pair pair) {
+                if (pair.a % 100 == 7) throw std::runtime_error("pair");
+              };
+            if (where == 2) work.on_keep = [](std::span<Pair>) -> std::size_t { throw std::runtime_error("keep"); };
+            ContactList contacts;
+            ExecutionReport report;
+            CHECK_THROWS_AS(executor->run(work, contacts, report, {}, nullptr), std::runtime_error);
+            CHECK(contacts.pairs.empty());
+            work.on_tile = nullptr;
+            work.on_pair = nullptr;
+            work.on_keep = nullptr;
+            executor->run(work, contacts, report, {}, nullptr);
+            check_equal(contacts, expected);
+          }
+        }
+}
+
+TEST_CASE("a requested stop ends the step early, with an empty answer") {
+  const ManyThreads many;
+  SyntheticWork work(2000, 10.0f, 9);
+  const ContactList expected = work.expected();
+  for (const ExecutorKind kind : kinds) {
+    CAPTURE(name(kind));
+    const auto executor = make_executor({.kind = kind, .threads = 3, .small_step_ms = 0});
+    ContactList contacts;
+    ExecutionReport report;
+    std::stop_source before;
+    before.request_stop();
+    executor->run(work, contacts, report, before.get_token(), nullptr);
+    CHECK(contacts.pairs.empty());
+    std::stop_source within;
+    work.on_tile = [&](std::size_t tile) {
+      if (tile == 3) within.request_stop();
+    };
+    executor->run(work, contacts, report, within.get_token(), nullptr);
+    CHECK(contacts.pairs.empty());
+    work.on_tile = nullptr;
+    executor->run(work, contacts, report, {}, nullptr);
+    check_equal(contacts, expected);
+  }
+}
+
+TEST_CASE("a predicate that drops pairs is applied to each once") {
+  const ManyThreads many;
+  SyntheticWork work(2000, 10.0f, 9);
+  const ContactList all = work.expected();
+  work.on_keep = [](std::span<Pair> pairs) {
+    return static_cast<std::size_t>(
+        std::stable_partition(pairs.begin(), pairs.end(), [](Pair p) { return p.b % 2 == 0; }) - pairs.begin());
+  };
+  const auto kept = std::count_if(all.pairs.begin(), all.pairs.end(), [](const PairResult& p) { return p.b % 2 == 0; });
+  for (const ExecutorKind kind : kinds) {
+    const auto executor = make_executor({.kind = kind, .threads = 3, .batch_pairs = 10, .small_step_ms = 0});
+    ContactList contacts;
+    ExecutionReport report;
+    executor->run(work, contacts, report, {}, nullptr);
+    CHECK(contacts.pairs.size() == static_cast<std::size_t>(kept));
+    work.on_keep = [](std::span<Pair>) { return std::size_t{0}; };
+    executor->run(work, contacts, report, {}, nullptr);
+    CHECK(contacts.pairs.empty());
+    work.on_keep = [](std::span<Pair> pairs) {
+      return static_cast<std::size_t>(
+          std::stable_partition(pairs.begin(), pairs.end(), [](Pair p) { return p.b % 2 == 0; }) - pairs.begin());
+    };
+  }
+}
+
+TEST_CASE("a small step stays on the caller and says so") {
+  const ManyThreads many;
+  SyntheticWork work(20, 3.0f, 1);
+  for (const ExecutorKind kind : {ExecutorKind::barrier, ExecutorKind::flowgraph}) {
+    const auto executor = make_executor({.kind = kind, .threads = 2, .small_step_ms = 1000});
+    ContactList contacts;
+    ExecutionReport first, second;
+    executor->run(work, contacts, first, {}, nullptr);
+    executor->run(work, contacts, second, {}, nullptr);
+    CHECK((first.issues & bit(StepIssue::ran_on_caller)) == 0);
+    CHECK((second.issues & bit(StepIssue::ran_on_caller)) != 0);
+    check_equal(contacts, work.expected());
+  }
+}
+
+TEST_CASE("bad executor options are refused with what was found and what is allowed") {
+  using Catch::Matchers::Contains;
+  CHECK_THROWS_WITH(make_executor({.threads = -1}), Contains("threads: -1") && Contains("1024"));
+  CHECK_THROWS_WITH(make_executor({.threads = 4096}), Contains("threads: 4096"));
+  CHECK_THROWS_WITH(make_executor({.threads = 4, .split = {1, 2}}), Contains("split: 1-2") && Contains("4"));
+  CHECK_THROWS_WITH(make_executor({.threads = 4, .split = {4, 0}}), Contains("split: 4-0"));
+  CHECK_THROWS_WITH(make_executor({.batch_pairs = 0}), Contains("batch_pairs: 0"));
+  CHECK_THROWS_WITH(make_executor({.small_step_ms = -1}), Contains("small_step_ms"));
+}
