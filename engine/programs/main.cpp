@@ -1,0 +1,77 @@
+#include <fcntl.h>
+
+#include <algorithm>
+#include <cctype>
+#include <csignal>
+#include <cstdio>
+#include <iostream>
+#include <sstream>
+
+#include "commands.h"
+#include "option_text.h"
+
+namespace tandem {
+namespace {
+
+enum Status { done = 0, work_failed = 1, request_wrong = 2 };
+
+// A descriptor that is closed would be given to the first file opened, which then receives what is meant for stdout.
+void occupy_standard_descriptors() {
+  for (int descriptor = 0; descriptor <= 2; ++descriptor)
+    if (::fcntl(descriptor, F_GETFD) == -1 && ::open("/dev/null", O_RDONLY) != descriptor) return;
+}
+
+int complain(std::string what, Status status) {
+  for (char& c : what)
+    if (std::iscntrl(static_cast<unsigned char>(c)) != 0) c = ' ';
+  std::cerr << "tandem: " << what << '\n';
+  return status;
+}
+
+int run_program(int count, char** arguments) {
+  CLI::App program("Collision detection: broad and narrow phase at once.", "tandem");
+  program.set_version_flag("--version", "tandem " TANDEM_VERSION);
+  DescriptorBuffer out(1, "stdout");
+  int status = done;
+  add_run_command(program, out, status);
+  add_query_command(program, out, status);
+  add_scenes_command(program, out, status);
+  program.footer("COMMAND --help tells its options.");
+  try {
+    const std::string first = count > 1 ? arguments[1] : "";
+    if (first.empty() || first[0] != '-') {
+      const auto commands = program.get_subcommands([](const CLI::App*) { return true; });
+      if (std::none_of(commands.begin(), commands.end(), [&](const auto* c) { return c->get_name() == first; }))
+        refuse_option("COMMAND", first, "run, query, scenes, --help");
+    }
+    program.parse(count, arguments);
+  } catch (const CLI::Success& asked) {
+    std::ostringstream help, unused;
+    program.exit(asked, help, unused);
+    out.append(help.str());
+  } catch (const CLI::ParseError& error) {
+    throw RequestError(error.what() + std::string(", allowed: what --help tells"));
+  }
+  out.flush();
+  return status;
+}
+
+}  // namespace
+}  // namespace tandem
+
+int main(int count, char** arguments) {
+  using namespace tandem;
+  occupy_standard_descriptors();
+  std::signal(SIGPIPE, SIG_IGN);  // a write then fails, and temporary files are removed
+  try {
+    return run_program(count, arguments);
+  } catch (const ReaderGone&) {
+    return work_failed;
+  } catch (const std::invalid_argument& error) {
+    return complain(error.what(), request_wrong);
+  } catch (const std::bad_alloc&) {
+    return complain("out of memory", work_failed);
+  } catch (const std::exception& error) {
+    return complain(error.what(), work_failed);
+  }
+}

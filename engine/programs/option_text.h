@@ -1,0 +1,35 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace tandem {
+
+/// A request that is wrong: one line that names the option, the value found and what is allowed. Exit status 2.
+class RequestError : public std::invalid_argument {
+ public:
+  using std::invalid_argument::invalid_argument;
+};
+
+[[noreturn]] void refuse_option(std::string_view option, std::string_view found, std::string_view allowed);
+
+/// The whole number in [least, most] that the text says. Throws RequestError.
+std::uint64_t whole_option(std::string_view option, std::string_view text, std::uint64_t least, std::uint64_t most);
+
+/// The number in [least, most] that the text says; finite.
+double number_option(std::string_view option, std::string_view text, double least, double most);
+
+/// The value whose name(...) the text is.
+template <typename Enum, std::size_t n>
+Enum named_option(std::string_view option, std::string_view text, const Enum (&values)[n]) {
+  std::string list;
+  for (const Enum value : values) {
+    if (name(value) == text) return value;
+    list += (list.empty() ? "" : ", ") + std::string(name(value));
+  }
+  refuse_option(option, text, list);
+}
+
+}  // namespace tandem

@@ -1,0 +1,114 @@
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <iostream>
+#include <memory>
+
+#include "commands.h"
+#include "option_text.h"
+#include "pair_record.h"
+#include "progress.h"
+
+namespace tandem {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  std::string file, solver, tolerance = "0", meshes;
+  bool list_solvers = false, time = false;
+};
+
+int list_solvers(DescriptorBuffer& out) {
+  for (const SolverInfo& solver : NarrowPhase::solvers()) {
+    std::string name(solver.name);
+    name.resize(std::max<std::size_t>(name.size() + 1, 16), ' ');
+    out.append(name + std::string(solver.description) + '\n');
+  }
+  return 0;
+}
+
+std::vector<fs::path> mesh_folders(const Options& options) {
+  std::vector<fs::path> folders;
+  if (!options.meshes.empty()) {
+    std::error_code ignored;
+    if (!fs::is_directory(options.meshes, ignored)) refuse_option("--meshes", options.meshes, "a folder");
+    folders.push_back(options.meshes);
+  }
+  if (const fs::path beside = fs::path(options.file).parent_path(); !beside.empty()) folders.push_back(beside);
+  folders.push_back(".");
+  return folders;
+}
+
+int answer_all(std::istream& in, const std::string& source, std::uint64_t bytes, const Options& options,
+               const QueryOptions& query, DescriptorBuffer& out) {
+  const bool live = options.file == "-";  // whoever writes the records may wait for the answer
+  ShapeReader shapes(mesh_folders(options));
+  Progress progress("query", bytes);
+  std::uint64_t done = 0;
+  bool all_good = true;
+  std::string line;
+  for (std::size_t number = 1; std::getline(in, line); ++number) {
+    done += line.size() + 1;
+    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
+    const AnsweredLine answered = answer_line(line, number, shapes, query);
+    all_good = all_good && answered.ok;
+    out.append(answered.text + '\n');
+    if (live) out.flush();
+    progress.at(std::min(done, bytes));
+  }
+  if (in.bad()) throw std::runtime_error(source + ": " + std::strerror(errno));
+  return all_good ? 0 : 1;
+}
+
+int query(const Options& options, DescriptorBuffer& out) {
+  QueryOptions query;
+  query.narrow_phase.solver = options.solver;
+  query.narrow_phase.tolerance = number_option("--tolerance", options.tolerance, 0, 0.1);
+  query.time = options.time;
+  if (!options.solver.empty()) {
+    std::string names;
+    bool known = false;
+    for (const SolverInfo& solver : NarrowPhase::solvers()) {
+      known = known || solver.name == options.solver;
+      names += (names.empty() ? "" : ", ") + std::string(solver.name);
+    }
+    if (!known) refuse_option("--solver", options.solver, names);
+  }
+  if (options.file == "-") return answer_all(std::cin, "stdin", 0, options, query, out);
+  std::error_code no_size;
+  if (fs::is_directory(options.file, no_size)) refuse_option("FILE", options.file, "a file of pair records, or -");
+  std::ifstream in(options.file, std::ios::binary);
+  if (!in)
+    refuse_option("FILE", options.file, std::string("a file of pair records, or -; this one: ") + std::strerror(errno));
+  const std::uintmax_t bytes = fs::is_regular_file(options.file, no_size) ? fs::file_size(options.file, no_size) : 0;
+  return answer_all(in, options.file, bytes, options, query, out);
+}
+
+}  // namespace
+
+void add_query_command(CLI::App& program, DescriptorBuffer& out, int& status) {
+  CLI::App* command = program.add_subcommand("query", "answer pair records, one JSON object a line");
+  const auto options = std::make_shared<Options>();
+  command->add_option("FILE", options->file, "pair records; - is stdin");
+  command->add_option("--solver", options->solver, "use this solver wherever it covers the pair");
+  command->add_flag("--list-solvers", options->list_solvers, "list the solvers");
+  command->add_option("--tolerance", options->tolerance, "error accepted, relative to the bodies' size, 0 to 0.1")
+      ->capture_default_str();
+  command->add_flag("--time", options->time, "add ns per query: the mean over 2 ms of repeats");
+  command->add_option("--meshes", options->meshes,
+                      "folder of mesh files; those not in it are looked for beside FILE, then in the working folder");
+  command->footer(
+      "A bad record is answered with its error and the next one is read.\n"
+      "Exit status: 0 all answered, 1 a record was bad, 2 the request was wrong.");
+  command->callback([options, &out, &status] {
+    if (options->list_solvers) {
+      status = list_solvers(out);
+      return;
+    }
+    if (options->file.empty()) refuse_option("FILE", "", "a file of pair records, or -");
+    status = query(*options, out);
+  });
+}
+
+}  // namespace tandem

@@ -1,0 +1,61 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "output_file.h"
+#include "tandem/engine/scene.h"
+#include "tandem/flowgraph/contact_list.h"
+
+namespace tandem {
+
+/// What a contact looks like in a record: for looking at. The poses give it again exactly.
+struct RecordedContact {
+  std::uint32_t a, b;  ///< body indices
+  float point[3], normal[3], depth;
+};
+
+/// One step: the poses that detection saw, and what it found.
+struct RecordedStep {
+  std::uint64_t step = 0;
+  std::uint64_t contact_hash = 0;
+  std::vector<std::pair<std::uint32_t, Pose>> poses;  ///< of the bodies that are not static, by index
+  std::vector<RecordedContact> contacts;
+};
+
+/// Writes a record, as docs/record-format.md describes it.
+class RecordWriter {
+ public:
+  RecordWriter(OutputFile& file, const Scene& scene);
+  /// The scene as detection saw it. Throws OutputError.
+  void step(std::uint64_t step, std::uint64_t contact_hash, const Scene& scene, const ContactList& contacts);
+
+ private:
+  OutputFile& file_;
+  std::string block_;
+};
+
+/// Reads a record step by step.
+class RecordReader {
+ public:
+  /// Throws InputError "FILE: ..." for a file that is missing, no record or cut off; so does `next`, with the byte.
+  explicit RecordReader(const std::filesystem::path& path);
+  /// As it was before the first step.
+  const Scene& scene() const { return scene_; }
+  /// False at the end.
+  bool next(RecordedStep& step);
+
+ private:
+  template <typename T>
+  T take();
+
+  std::string file_;
+  std::string data_;
+  std::size_t at_ = 0;
+  Scene scene_;
+};
+
+}  // namespace tandem

@@ -1,0 +1,371 @@
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <sstream>
+
+#include "commands.h"
+#include "option_text.h"
+#include "progress.h"
+#include "record_file.h"
+#include "scene_file.h"
+#include "tandem/engine/builtin_scenes.h"
+#include "tandem/engine/pipeline.h"
+#include "tandem/engine/response.h"
+
+namespace tandem {
+namespace {
+
+namespace fs = std::filesystem;
+
+// As typed; empty: not given.
+struct Options {
+  std::string scene, steps = "300", bodies, seed, executor = "flowgraph", threads = "0", split = "dynamic";
+  std::string balance = "busy", broad_phase = "auto", request, tolerance = "0", margin = "0";
+  std::string json, contacts, trace, record;
+  bool strict = false;
+};
+
+// A signal is the one thing that reaches a handler by no other way.
+volatile std::sig_atomic_t interrupted = 0;
+
+// While it lives, an interrupt ends the run between two steps, so that no temporary file stays behind.
+class InterruptGuard {
+ public:
+  InterruptGuard() {
+    interrupted = 0;
+    before_int_ = std::signal(SIGINT, note);
+    before_term_ = std::signal(SIGTERM, note);
+  }
+  ~InterruptGuard() {
+    std::signal(SIGINT, before_int_);
+    std::signal(SIGTERM, before_term_);
+  }
+  InterruptGuard(const InterruptGuard&) = delete;
+  InterruptGuard& operator=(const InterruptGuard&) = delete;
+
+ private:
+  static void note(int) { interrupted = 1; }
+  void (*before_int_)(int);
+  void (*before_term_)(int);
+};
+
+Split read_split(const std::string& text) {
+  if (text == "dynamic") return {};
+  constexpr std::string_view allowed = "dynamic, or X-Y with X and Y from 1, at most 1024 together";
+  const std::size_t dash = text.find('-');
+  if (dash == std::string::npos) refuse_option("--split", text, allowed);
+  Split split;
+  try {
+    split.broad = static_cast<int>(whole_option("", text.substr(0, dash), 1, 1023));
+    split.narrow = static_cast<int>(whole_option("", text.substr(dash + 1), 1, 1023));
+  } catch (const RequestError&) {
+    refuse_option("--split", text, allowed);
+  }
+  if (split.broad + split.narrow > 1024) refuse_option("--split", text, allowed);
+  return split;
+}
+
+std::string written(Split split) { return std::to_string(split.broad) + '-' + std::to_string(split.narrow); }
+
+PipelineOptions pipeline_options(const Options& options) {
+  constexpr ExecutorKind executors[] = {ExecutorKind::sequential, ExecutorKind::barrier, ExecutorKind::threads,
+                                        ExecutorKind::flowgraph};
+  constexpr BalanceRule rules[] = {BalanceRule::paper, BalanceRule::busy};
+  constexpr BroadPhaseKind broad_phases[] = {BroadPhaseKind::brute, BroadPhaseKind::sweep, BroadPhaseKind::grid,
+                                             BroadPhaseKind::bvh, BroadPhaseKind::automatic};
+  PipelineOptions out;
+  out.executor = named_option("--executor", options.executor, executors);
+  out.threads = static_cast<int>(whole_option("--threads", options.threads, 0, 1024));
+  out.balance = named_option("--balance", options.balance, rules);
+  out.strict_split = options.strict;
+  out.broad_phase = named_option("--broadphase", options.broad_phase, broad_phases);
+  out.tolerance = number_option("--tolerance", options.tolerance, 0, 0.1);
+  out.margin = number_option("--margin", options.margin, 0, 1e6);
+  const Split split = read_split(options.split);
+  if (!split.dynamic()) {
+    const int sum = split.broad + split.narrow;
+    if (out.threads != 0 && out.threads != sum)
+      refuse_option("--split", options.split, "X-Y with X + Y = " + options.threads + ", the --threads");
+    // The other two executors have one group of threads for both phases.
+    const bool divides = out.executor == ExecutorKind::threads || out.executor == ExecutorKind::flowgraph;
+    out.threads = sum;
+    if (divides) out.split = split;
+  }
+  return out;
+}
+
+Scene load_scene(const Options& options) {
+  const auto known = builtin_scenes();
+  const bool builtin = std::any_of(known.begin(), known.end(), [&](const auto& s) { return s.name == options.scene; });
+  if (builtin) {
+    const auto bodies = options.bodies.empty() ? 0 : whole_option("--bodies", options.bodies, 1, 1'000'000);
+    const auto seed = options.seed.empty() ? 1 : whole_option("--seed", options.seed, 0, UINT64_MAX);
+    return make_builtin_scene(options.scene, bodies, seed);
+  }
+  std::error_code ignored;
+  if (!fs::exists(options.scene, ignored)) {
+    std::string names;
+    for (const BuiltinScene& scene : known) names += std::string(scene.name) + ", ";
+    refuse_option("SCENE", options.scene, names + "or a scene file");
+  }
+  if (!options.bodies.empty()) refuse_option("--bodies", options.bodies, "with a built-in scene only");
+  if (!options.seed.empty()) refuse_option("--seed", options.seed, "with a built-in scene only");
+  return read_scene_file(options.scene);
+}
+
+std::string hex(std::uint64_t x) {
+  char text[17];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(x));
+  return text;
+}
+
+struct IssueName {
+  StepIssue issue;
+  std::string_view name;
+};
+constexpr IssueName issue_names[] = {
+    {StepIssue::inexact, "inexact"}, {StepIssue::pool_grew, "pool_grew"}, {StepIssue::ran_on_caller, "ran_on_caller"}};
+
+struct StepTimes {
+  double detect_ms, response_ms;
+};
+
+void write_step(JsonWriter& out, const PipelineOptions& options, const StepReport& report,
+                const ResponseReport& response, const StepTimes& times) {
+  const ExecutionReport& execution = report.execution;
+  out.begin_object()
+      .member("step", report.step)
+      .member("bodies", report.bodies)
+      .member("candidate_pairs", execution.candidate_pairs)
+      .member("colliding_pairs", report.colliding_pairs)
+      .member("contacts", report.contacts)
+      .member("contact_hash", std::string_view(hex(report.contact_hash)))
+      .member("split", std::string_view(written(execution.split)))
+      .member("control_step", execution.decision.control_step)
+      .member("max_depth", report.max_depth)
+      .member("kinetic_energy", response.kinetic_energy);
+  out.key("ms")
+      .begin_object()
+      .member("update", execution.update_ms)
+      .member("broad", execution.broad_ms)
+      .member("narrow", execution.narrow_ms)
+      .member("detect", execution.detect_ms)
+      .member("response", times.response_ms)
+      .member("step", times.detect_ms + times.response_ms)
+      .member("broad_end", execution.broad_end_ms)
+      .member("narrow_end", execution.narrow_end_ms)
+      .member("join", execution.join_ms)
+      .end_object();
+  out.member("executor", name(options.executor))
+      .member("threads", execution.threads)
+      .member("broadphase", name(report.broad_phase))
+      .member("broadphase_reason", report.broad_phase_reason)
+      .member("batches", execution.batches)
+      .member("queue_high_water", execution.queue_high_water);
+  out.key("issues").begin_array();
+  for (const auto& [issue, issue_name] : issue_names)
+    if ((execution.issues & bit(issue)) != 0) out.value(issue_name);
+  out.end_array();
+  const BalanceDecision& decision = execution.decision;
+  out.key("decision")
+      .begin_object()
+      .member("action", name(decision.action))
+      .member("reason", decision.reason)
+      .member("before", std::string_view(written(decision.before)))
+      .member("after", std::string_view(written(decision.after)))
+      .member("broad_ms", decision.broad_ms)
+      .member("narrow_ms", decision.narrow_ms)
+      .member("measure", decision.measure)
+      .member("measure_before", decision.measure_before)
+      .end_object();
+  out.end_object();
+}
+
+void write_contacts(JsonWriter& out, std::uint64_t step, const ContactList& list) {
+  out.begin_object().member("step", step).key("contacts").begin_array();
+  for (const PairResult& pair : list.pairs)
+    for (const Contact& contact : list.of(pair))
+      out.begin_object()
+          .member("a", pair.a)
+          .member("b", pair.b)
+          .member("point", contact.point)
+          .member("normal", contact.normal)
+          .member("depth", contact.depth)
+          .end_object();
+  out.end_array().end_object();
+}
+
+void append_line(OutputFile& file, JsonWriter& line) {
+  file.append(line.text());
+  file.append("\n");
+  line.clear();
+}
+
+// The files of a run; all are opened before the first step, and get their names when the last is done.
+struct Outputs {
+  std::optional<OutputFile> json, contacts, trace, record;
+
+  explicit Outputs(const Options& options) {
+    require_different({{"SCENE", options.scene},
+                       {"--json", options.json},
+                       {"--contacts", options.contacts},
+                       {"--trace", options.trace},
+                       {"--record", options.record}});
+    if (!options.json.empty()) json.emplace("--json", options.json);
+    if (!options.contacts.empty()) contacts.emplace("--contacts", options.contacts);
+    if (!options.trace.empty()) trace.emplace("--trace", options.trace);
+    if (!options.record.empty()) record.emplace("--record", options.record);
+  }
+  void commit() {
+    for (auto* file : {&json, &contacts, &trace, &record})
+      if (*file) (*file)->commit();
+  }
+};
+
+// What the table at the end is made from.
+class Summary {
+ public:
+  void add(const StepReport& report, const StepTimes& times) {
+    const ExecutionReport& execution = report.execution;
+    update_.push_back(execution.update_ms);
+    broad_.push_back(execution.broad_ms);
+    narrow_.push_back(execution.narrow_ms);
+    detect_.push_back(execution.detect_ms);
+    response_.push_back(times.response_ms);
+    step_.push_back(times.detect_ms + times.response_ms);
+    for (std::size_t i = 0; i < std::size(issue_names); ++i)
+      issues_[i] += (execution.issues & bit(issue_names[i].issue)) != 0;
+    last_ = report;
+  }
+
+  std::string table(const Scene& scene, const PipelineOptions& options) const {
+    const ExecutionReport& execution = last_.execution;
+    std::ostringstream out;
+    out << "scene            " << scene.name << ", " << last_.bodies << " bodies, " << step_.size() << " steps\n"
+        << "run by           " << name(options.executor) << ", " << execution.threads << " threads, split "
+        << (options.split.dynamic() ? "dynamic" : "fixed") << ", last " << written(execution.split) << '\n'
+        << "broad phase      " << name(last_.broad_phase);
+    if (!last_.broad_phase_reason.empty()) out << ": " << last_.broad_phase_reason;
+    out << "\n"
+        << "request          " << name(options.request) << '\n'
+        << "last step        " << execution.candidate_pairs << " candidate pairs, " << last_.colliding_pairs
+        << " colliding, " << last_.contacts << " contacts, largest depth " << last_.max_depth << " m\n"
+        << "contact hash     " << hex(last_.contact_hash) << '\n';
+    out.precision(3);
+    out << std::fixed << "ms, medians      update " << median(update_) << ", broad " << median(broad_) << ", narrow "
+        << median(narrow_) << ", detect " << median(detect_) << ", response " << median(response_) << ", step "
+        << median(step_) << '\n';
+    for (std::size_t i = 0; i < std::size(issue_names); ++i)
+      if (issues_[i] > 0) out << "issue            " << issue_names[i].name << " in " << issues_[i] << " steps\n";
+    return out.str();
+  }
+
+ private:
+  static double median(std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+  }
+
+  std::vector<double> update_, broad_, narrow_, detect_, response_, step_;
+  std::size_t issues_[std::size(issue_names)] = {};
+  StepReport last_;
+};
+
+double ms_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+}
+
+int run(const Options& options, DescriptorBuffer& out) {
+  const std::uint64_t steps = whole_option("--steps", options.steps, 1, 1'000'000'000);
+  PipelineOptions how = pipeline_options(options);
+  std::optional<Request> request;
+  if (!options.request.empty()) request = named_option("--request", options.request, requests);
+  Scene scene = load_scene(options);
+  if (request) scene.request = *request;
+  how.request = scene.request;
+  const bool responds = scene.request == Request::contacts;
+  if (!options.contacts.empty() && !responds)
+    refuse_option("--contacts", options.contacts,
+                  "with the request 'contacts'; this one is '" + std::string(name(scene.request)) + "'");
+  Pipeline pipeline(how);
+  Outputs outputs(options);
+  Timeline timeline;
+  if (outputs.trace) pipeline.record_to(&timeline);
+  std::optional<RecordWriter> record;
+  if (outputs.record) record.emplace(*outputs.record, scene);
+  Response response;
+  const ContactList none;  // without contacts a response lets the bodies fly
+  Summary summary;
+  JsonWriter line;
+  {
+    const InterruptGuard guard;
+    Progress progress("run", steps);
+    for (std::uint64_t step = 0; step < steps; ++step) {
+      if (interrupted != 0) throw std::runtime_error("interrupted before step " + std::to_string(step));
+      const auto begin = std::chrono::steady_clock::now();
+      const StepReport report = pipeline.step(scene);
+      StepTimes times{ms_since(begin), 0};
+      const ContactList& found = pipeline.contacts();
+      if (record) record->step(report.step, report.contact_hash, scene, found);
+      if (outputs.contacts) {
+        write_contacts(line, report.step, found);
+        append_line(*outputs.contacts, line);
+      }
+      const auto response_begin = std::chrono::steady_clock::now();
+      const ResponseReport moved = response.step(scene, responds ? found : none);
+      times.response_ms = ms_since(response_begin);
+      if (outputs.json) {
+        write_step(line, how, report, moved, times);
+        append_line(*outputs.json, line);
+      }
+      summary.add(report, times);
+      progress.at(step + 1);
+    }
+  }
+  if (outputs.trace) timeline.write(outputs.trace->stream());
+  outputs.commit();
+  out.append(summary.table(scene, how));
+  return 0;
+}
+
+}  // namespace
+
+void add_run_command(CLI::App& program, DescriptorBuffer& out, int& status) {
+  CLI::App* command = program.add_subcommand("run", "simulate a scene");
+  const auto o = std::make_shared<Options>();
+  command->add_option("SCENE", o->scene, "a built-in scene (tandem scenes) or a scene file");
+  const auto add = [&](const char* option, std::string& value, const char* text) {
+    command->add_option(option, value, text)->capture_default_str();
+  };
+  add("--steps", o->steps, "simulation steps");
+  add("--bodies", o->bodies, "bodies of a built-in scene; default: the paper's number");
+  add("--seed", o->seed, "what a built-in scene's random numbers start from; default 1");
+  add("--executor", o->executor, "sequential, barrier, threads or flowgraph");
+  add("--threads", o->threads, "threads in all, 0 to 1024, the caller counted; 0 asks the runtime");
+  add("--split", o->split, "X-Y threads for broad and narrow phase (threads, flowgraph), or dynamic");
+  add("--balance", o->balance, "how a dynamic split is found: paper or busy");
+  command->add_flag("--strict", o->strict, "flowgraph: no help across the two phases, as in the paper");
+  add("--broadphase", o->broad_phase, "brute, sweep, grid, bvh or auto");
+  add("--request", o->request, "collide, distance or contacts; default: the scene's");
+  add("--tolerance", o->tolerance, "error accepted, relative to the bodies' size, 0 to 0.1");
+  add("--margin", o->margin, "report gaps up to this as contacts of negative depth, metres");
+  add("--json", o->json, "write a report a step to this FILE");
+  add("--contacts", o->contacts, "write the contacts of every step to this FILE");
+  add("--trace", o->trace, "write a timeline to this FILE, for Perfetto");
+  add("--record", o->record, "write poses and contacts of every step to this FILE (docs/record-format.md)");
+  command->footer(
+      "Bodies collide when the request is contacts; with collide and distance they only fly.\n"
+      "A file gets its name when the run is done.\n"
+      "Exit status: 0 done, 1 the work failed, 2 the request was wrong.");
+  command->callback([o, &out, &status] {
+    if (o->scene.empty()) refuse_option("SCENE", "", "a built-in scene (tandem scenes) or a scene file");
+    status = run(*o, out);
+  });
+}
+
+}  // namespace tandem
