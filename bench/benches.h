@@ -1,0 +1,29 @@
+#pragma once
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "results.h"
+
+namespace tandem::bench {
+
+/// What a bench is asked for; 0 or empty: the bench's own choice.
+struct Settings {
+  std::vector<std::string> scenes;  ///< built-in names
+  std::vector<int> threads;
+  int steps = 0;
+  int repeat = 0;
+  std::size_t bodies = 0;
+  bool quick = false;
+};
+
+/// Prints its tables to stdout and returns its rows. Throws std::invalid_argument for a setting it cannot use,
+/// std::runtime_error when contestants disagree.
+using Bench = std::vector<Row> (*)(const Settings&);
+
+/// The paper's four scenes by executor: ms a step, ratio to sequential, contact hash.
+std::vector<Row> scenes_bench(const Settings& settings);
+/// The paper's Figures 5 and 7.
+std::vector<Row> figures_bench(const Settings& settings);
+
+}  // namespace tandem::bench

@@ -1,0 +1,119 @@
+#include <fmt/format.h>
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/info.h>
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <cstdio>
+#include <iostream>
+#include <optional>
+#include <sstream>
+
+#include "benches.h"
+#include "option_text.h"
+#include "output_file.h"
+#include "tandem/engine/builtin_scenes.h"
+
+namespace tandem::bench {
+namespace {
+
+// As typed; empty: not given.
+struct Options {
+  std::string json, scenes, threads, steps, repeat, bodies;
+  bool quick = false;
+};
+
+std::vector<std::string> split_list(const std::string& text) {
+  std::vector<std::string> parts;
+  std::istringstream in(text);
+  for (std::string part; std::getline(in, part, ',');) parts.push_back(part);
+  return parts;
+}
+
+Settings read(const Options& options) {
+  Settings settings;
+  settings.scenes = split_list(options.scenes);
+  std::string known;
+  for (const BuiltinScene& scene : builtin_scenes()) known += (known.empty() ? "" : ", ") + std::string(scene.name);
+  for (const std::string& name : settings.scenes) {
+    const auto scenes = builtin_scenes();
+    if (std::none_of(scenes.begin(), scenes.end(), [&](const BuiltinScene& scene) { return scene.name == name; }))
+      refuse_option("--scene", name, known);
+  }
+  for (const std::string& part : split_list(options.threads))
+    settings.threads.push_back(static_cast<int>(whole_option("--threads", part, 1, 1024)));
+  if (!options.steps.empty()) settings.steps = static_cast<int>(whole_option("--steps", options.steps, 1, 1'000'000));
+  if (!options.repeat.empty()) settings.repeat = static_cast<int>(whole_option("--repeat", options.repeat, 1, 10'000));
+  if (!options.bodies.empty()) settings.bodies = whole_option("--bodies", options.bodies, 1, 1'000'000);
+  settings.quick = options.quick;
+  return settings;
+}
+
+void run(Bench bench, const Options& options) {
+  const Settings settings = read(options);
+  std::optional<OutputFile> json;
+  if (!options.json.empty()) json.emplace("--json", options.json);
+  // More threads than cores are measured when they are asked for.
+  const int most = settings.threads.empty() ? 1 : *std::max_element(settings.threads.begin(), settings.threads.end());
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                  static_cast<std::size_t>(std::max(most, tbb::info::default_concurrency())));
+  const std::vector<Row> rows = bench(settings);
+  if (json) {
+    json->append(to_json(rows).dump(1) + "\n");
+    json->commit();
+    fmt::print("\nResults: {}\n", options.json);
+  }
+}
+
+void add(CLI::App& program, const char* name, const char* text, Bench bench) {
+  CLI::App* command = program.add_subcommand(name, text);
+  const auto o = std::make_shared<Options>();
+  command->add_option("--json", o->json, "write rows to this FILE");
+  command->add_option("--scene", o->scenes, "built-in scenes, a comma between them");
+  command->add_option("--threads", o->threads, "numbers of threads, a comma between them; default: the cores");
+  command->add_option("--steps", o->steps, "simulation steps");
+  command->add_option("--repeat", o->repeat, "rounds a step");
+  command->add_option("--bodies", o->bodies, "bodies of each scene; default: the paper's number");
+  command->add_flag("--quick", o->quick, "fewer steps");
+  command->callback([bench, o] { run(bench, *o); });
+}
+
+int complain(std::string what, int status) {
+  std::replace_if(
+      what.begin(), what.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }, ' ');
+  std::cerr << "tandem-bench: " << what << '\n';
+  return status;
+}
+
+int run_program(int count, char** arguments) {
+  CLI::App program("Measures tandem: contestants in turn in one process, medians with spread, hashes beside times.",
+                   "tandem-bench");
+  program.set_version_flag("--version", "tandem-bench " TANDEM_VERSION);
+  program.require_subcommand(1);
+  add(program, "scenes", "the paper's four scenes by executor", scenes_bench);
+  add(program, "figures", "the paper's Figures 5 and 7", figures_bench);
+  program.footer("WHAT --help tells its options.\nExit status: 0 done, 1 the work failed, 2 the request was wrong.");
+  try {
+    program.parse(count, arguments);
+  } catch (const CLI::Success& asked) {
+    program.exit(asked);
+  } catch (const CLI::ParseError& error) {
+    refuse_option("command line", error.what(), "what --help tells");
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace tandem::bench
+
+int main(int count, char** arguments) {
+  using tandem::bench::complain;
+  std::signal(SIGPIPE, SIG_IGN);
+  try {
+    return tandem::bench::run_program(count, arguments);
+  } catch (const std::invalid_argument& error) {
+    return complain(error.what(), 2);
+  } catch (const std::exception& error) {
+    return complain(error.what(), 1);
+  }
+}

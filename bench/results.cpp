@@ -1,0 +1,43 @@
+#include "results.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace tandem::bench {
+
+double Samples::quantile(double q) const {
+  if (values_.empty()) return 0;
+  std::vector<double> sorted = values_;
+  const auto nth =
+      sorted.begin() + static_cast<std::ptrdiff_t>(std::lround(q * static_cast<double>(sorted.size() - 1)));
+  std::nth_element(sorted.begin(), nth, sorted.end());
+  return *nth;
+}
+
+double Samples::sum() const { return std::accumulate(values_.begin(), values_.end(), 0.0); }
+
+std::string hex(std::uint64_t value) { return fmt::format("{:016x}", value); }
+
+nlohmann::json to_json(const std::vector<Row>& rows) {
+  nlohmann::json out{{"machine", machine()}, {"rows", nlohmann::json::array()}};
+  for (const Row& row : rows) {
+    nlohmann::json line{{"bench", row.bench},
+                        {"workload", row.workload},
+                        {"contestant", row.contestant},
+                        {"threads", row.threads},
+                        {"n", row.n},
+                        {"samples", row.time.size()},
+                        {"median_ns", row.time.median()},
+                        {"p10_ns", row.time.quantile(0.1)},
+                        {"p90_ns", row.time.quantile(0.9)},
+                        {"hash", hex(row.hash)}};
+    line.update(row.more);
+    out["rows"].push_back(std::move(line));
+  }
+  return out;
+}
+
+}  // namespace tandem::bench

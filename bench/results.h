@@ -1,0 +1,42 @@
+#pragma once
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tandem::bench {
+
+/// Times of one contestant, in ns.
+class Samples {
+ public:
+  void add(double ns) { values_.push_back(ns); }
+  std::size_t size() const { return values_.size(); }
+  /// Quantile q in [0, 1]; 0 without samples.
+  double quantile(double q) const;
+  double median() const { return quantile(0.5); }
+  double sum() const;
+
+ private:
+  std::vector<double> values_;
+};
+
+/// One row of a result: a contestant on a workload.
+struct Row {
+  std::string bench, workload, contestant;
+  int threads = 1;
+  std::uint64_t n = 0;  ///< bodies
+  Samples time;
+  std::uint64_t hash = 0;                          ///< of the answer
+  nlohmann::json more = nlohmann::json::object();  ///< further members
+};
+
+/// {"machine": ..., "rows": [...]}, a row a contestant, workload, size and thread count.
+nlohmann::json to_json(const std::vector<Row>& rows);
+
+/// CPU, cores, memory, compiler, flags and the versions of every library.
+nlohmann::json machine();
+
+std::string hex(std::uint64_t value);
+
+}  // namespace tandem::bench

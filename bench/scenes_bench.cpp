@@ -1,0 +1,65 @@
+#include <fmt/format.h>
+
+#include "benches.h"
+#include "contest.h"
+#include "progress.h"
+#include "tandem/engine/builtin_scenes.h"
+
+namespace tandem::bench {
+namespace {
+
+std::vector<Contestant> contestants(int threads) {
+  PipelineOptions papers;
+  papers.broad_phase = BroadPhaseKind::brute;
+  std::vector<Contestant> all = executors(threads, papers);
+  Contestant product{"flowgraph, auto", {}};
+  product.options.threads = threads;
+  all.push_back(std::move(product));
+  return all;
+}
+
+}  // namespace
+
+std::vector<Row> scenes_bench(const Settings& settings) {
+  std::vector<std::string> scenes = settings.scenes;
+  if (scenes.empty())
+    for (const BuiltinScene& scene : builtin_scenes().first(4)) scenes.emplace_back(scene.name);
+  const int steps = settings.steps != 0 ? settings.steps : settings.quick ? 40 : 300;
+  const std::vector<int> thread_counts = settings.threads.empty() ? std::vector<int>{0} : settings.threads;
+
+  std::vector<Row> rows;
+  fmt::print("Detection, contacts computed. The first four use the paper's brute-force broad phase.\n");
+  fmt::print("{:<16} {:<16} {:>7} {:>9} {:>9} {:>9} {:>7}  {}\n", "scene", "executor", "threads", "ms/step", "p10",
+             "p90", "ratio", "contact hash, last step");
+  for (const std::string& name : scenes)
+    for (const int threads : thread_counts) {
+      const auto all = contestants(threads);
+      std::vector<Row> scene_rows;
+      Scene scene = make_builtin_scene(name, settings.bodies);
+      for (const Contestant& contestant : all)
+        scene_rows.push_back({"scenes", name, contestant.name, 1, scene.bodies(), {}, 0, {{"steps", steps}}});
+      Progress progress(name, static_cast<std::uint64_t>(steps));
+      contest(
+          std::move(scene), all, steps, std::max(1, settings.repeat),
+          [&](const Turn& turn) {
+            Row& row = scene_rows[turn.contestant];
+            row.threads = turn.report.execution.threads;
+            row.time.add(1e6 * turn.report.execution.detect_ms);
+            row.hash = turn.report.contact_hash;
+          },
+          [&](int step) { progress.at(static_cast<std::uint64_t>(step) + 1); });
+      const double sequential = scene_rows.front().time.median();
+      for (Row& row : scene_rows) {
+        const double ratio = sequential / row.time.median();
+        row.more["ratio_to_sequential"] = ratio;
+        row.more["ratio_of_sums"] = scene_rows.front().time.sum() / row.time.sum();
+        fmt::print("{:<16} {:<16} {:>7} {:>9.3f} {:>9.3f} {:>9.3f} {:>6.2f}x  {}\n", name, row.contestant, row.threads,
+                   1e-6 * row.time.median(), 1e-6 * row.time.quantile(0.1), 1e-6 * row.time.quantile(0.9), ratio,
+                   hex(row.hash));
+      }
+      rows.insert(rows.end(), scene_rows.begin(), scene_rows.end());
+    }
+  return rows;
+}
+
+}  // namespace tandem::bench

@@ -1,0 +1,31 @@
+#!/usr/bin/env bash
+# Installs what the build and the tests need, by name, from the system's package manager. Does nothing, quickly, when
+# all of it is there.
+set -euo pipefail
+
+packages=(
+  g++ cmake ninja-build ca-certificates
+  libtbb-dev libeigen3-dev libfcl-dev libccd-dev libhwy-dev libqhull-dev
+  nlohmann-json3-dev libcli11-dev libfmt-dev libtinyobjloader-dev
+  catch2 libboost-dev
+)
+
+if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
+  echo "tandem: this system has no apt; please install the equivalents of: ${packages[*]}" >&2
+  exit 1
+fi
+missing=()
+for package in "${packages[@]}"; do
+  dpkg-query -W -f '${db:Status-Status}\n' "$package" 2>/dev/null | grep -qx installed || missing+=("$package")
+done
+[ ${#missing[@]} -gt 0 ] || exit 0
+
+sudo=()
+if [ "$(id -u)" -ne 0 ]; then
+  command -v sudo >/dev/null || { echo "tandem: run as root, or install: ${missing[*]}" >&2; exit 1; }
+  sudo=(sudo)
+fi
+echo "tandem: installing ${missing[*]}" >&2
+export DEBIAN_FRONTEND=noninteractive
+"${sudo[@]}" apt-get update -qq >&2
+"${sudo[@]}" apt-get install -y -qq --no-install-recommends "${missing[@]}" >&2

@@ -1,0 +1,175 @@
+#include "tandem/engine/pipeline.h"
+
+#include <oneapi/tbb/flow_graph.h>
+#include <oneapi/tbb/global_control.h>
+
+#include <catch2/catch.hpp>
+
+#include "tandem/engine/builtin_scenes.h"
+#include "tandem/engine/response.h"
+
+using namespace tandem;
+
+namespace {
+
+std::vector<PipelineOptions> all_ways(const PipelineOptions& base) {
+  std::vector<PipelineOptions> ways;
+  for (const ExecutorKind kind :
+       {ExecutorKind::sequential, ExecutorKind::barrier, ExecutorKind::threads, ExecutorKind::flowgraph})
+    for (const int threads : {1, 2, 3, 8}) {
+      PipelineOptions options = base;
+      options.executor = kind;
+      options.threads = threads;
+      options.small_step_ms = 0;
+      options.contact_hash = true;
+      ways.push_back(options);
+      if (kind == ExecutorKind::sequential) break;
+      if (kind == ExecutorKind::barrier || threads == 1) continue;
+      for (const int broad : {1, threads / 2, threads - 1}) {
+        options.split = {broad, threads - broad};
+        ways.push_back(options);
+        options.strict_split = true;
+        if (kind == ExecutorKind::flowgraph) ways.push_back(options);
+        options.strict_split = false;
+      }
+    }
+  return ways;
+}
+
+}  // namespace
+
+TEST_CASE("every executor, thread count and split gives the sequential contacts on every scene") {
+  // A small machine caps oneTBB at its core count; without this the cases of more threads test nothing new.
+  const tbb::global_control many(tbb::global_control::max_allowed_parallelism, 8);
+  for (const BuiltinScene& builtin : builtin_scenes()) {
+    CAPTURE(builtin.name);
+    Scene scene = make_builtin_scene(builtin.name, 60);
+    const auto ways = all_ways({});
+    std::vector<Pipeline> pipelines;
+    for (const PipelineOptions& way : ways) pipelines.emplace_back(way);
+    Response response;
+    std::uint64_t contacts = 0;
+    for (int step = 0; step < 80; ++step) {
+      const bool compare = step % 8 == 0;
+      std::uint64_t expected = 0;
+      for (std::size_t i = 0; i < ways.size(); ++i) {
+        const StepReport report = pipelines[i].step(scene);
+        if (i == 0) expected = report.contact_hash, contacts += report.contacts;
+        CAPTURE(step, name(ways[i].executor), ways[i].threads, ways[i].split.broad, ways[i].strict_split);
+        if (report.contact_hash != expected) FAIL_CHECK("other contacts than sequential");
+        if (!compare) break;
+      }
+      response.step(scene, pipelines.front().contacts());
+    }
+    // A test on nothing would pass too.
+    if (builtin.name != "falling-apart") CHECK(contacts > 100);
+  }
+}
+
+TEST_CASE("every broad phase and every request: one answer for all executors") {
+  const tbb::global_control many(tbb::global_control::max_allowed_parallelism, 8);
+  Scene scene = make_builtin_scene("tori-and-cubes", 120);
+  Pipeline mover;
+  Response response;
+  for (int step = 0; step < 60; ++step) {
+    mover.step(scene);
+    response.step(scene, mover.contacts());
+  }
+  for (const Request request : {Request::collide, Request::distance, Request::contacts}) {
+    std::uint64_t expected = 0;
+    for (const BroadPhaseKind broad : {BroadPhaseKind::brute, BroadPhaseKind::sweep, BroadPhaseKind::grid,
+                                       BroadPhaseKind::bvh, BroadPhaseKind::automatic}) {
+      PipelineOptions base;
+      base.broad_phase = broad;
+      base.request = request;
+      for (const PipelineOptions& way : all_ways(base)) {
+        Pipeline pipeline(way);
+        const StepReport report = pipeline.step(scene);
+        CAPTURE(name(request), name(broad), name(way.executor), way.threads);
+        if (expected == 0) {
+          expected = report.contact_hash;
+          REQUIRE(report.colliding_pairs > 20);
+        }
+        CHECK(report.contact_hash == expected);
+      }
+    }
+  }
+}
+
+TEST_CASE("a step as a node of the host's own flow graph") {
+  const tbb::global_control many(tbb::global_control::max_allowed_parallelism, 4);
+  Scene scene = make_builtin_scene("cubes-on-plane", 100);
+  Pipeline reference({.executor = ExecutorKind::sequential, .contact_hash = true});
+  const std::uint64_t expected = reference.step(scene).contact_hash;
+  Pipeline pipeline({.threads = 3, .small_step_ms = 0, .contact_hash = true});
+  std::vector<std::uint64_t> hashes;
+  tbb::flow::graph host;
+  tbb::flow::function_node<int> node(host, tbb::flow::serial,
+                                     [&](int) { hashes.push_back(pipeline.step(scene).contact_hash); });
+  for (int i = 0; i < 10; ++i) node.try_put(i);
+  host.wait_for_all();
+  CHECK(hashes == std::vector<std::uint64_t>(10, expected));
+}
+
+TEST_CASE("groups, masks and a predicate keep pairs away from the narrow phase") {
+  Scene scene;
+  const ShapeId ball = scene.add_shape(Sphere{1});
+  for (int i = 0; i < 20; ++i)
+    scene.add_body(
+        {.shape = ball, .pose = Pose::at(0.1 * i, 0, 0), .is_static = i < 5, .group = i % 2 ? 1u : 2u, .mask = 1u});
+  Pipeline pipeline;
+  const StepReport report = pipeline.step(scene);
+  // Bodies of group 1 meet each other, but for the static among them: 10 odd ones, 2 of them (1, 3) static.
+  CHECK(report.execution.candidate_pairs == 10 * 9 / 2 - 1);
+  CHECK(report.colliding_pairs == 10 * 9 / 2 - 1);
+  for (const PairResult& pair : pipeline.contacts().pairs) CHECK((pair.a % 2 == 1 && pair.b % 2 == 1));
+
+  Pipeline none({.predicate = [](std::span<Pair>) { return std::size_t{0}; }});
+  CHECK(none.step(scene).colliding_pairs == 0);
+  Pipeline wrong({.predicate = [](std::span<Pair> pairs) { return pairs.size() + 1; }});
+  CHECK_THROWS_WITH(wrong.step(scene), Catch::Matchers::Contains("predicate"));
+}
+
+TEST_CASE("an empty scene, removed bodies and bodies added between steps") {
+  Scene scene;
+  Pipeline pipeline({.small_step_ms = 0});
+  CHECK(pipeline.step(scene).contacts == 0);
+  const ShapeId ball = scene.add_shape(Sphere{1});
+  const BodyId first = scene.add_body({.shape = ball});
+  const BodyId second = scene.add_body({.shape = ball, .pose = Pose::at(1.5, 0, 0)});
+  CHECK(pipeline.step(scene).colliding_pairs == 1);
+  REQUIRE(pipeline.contacts().contacts.size() == 1);
+  CHECK(pipeline.contacts().contacts[0].depth == Approx(0.5));
+  CHECK(pipeline.contacts().contacts[0].normal.x() == Approx(1));
+  scene.remove_body(first);
+  CHECK(pipeline.step(scene).colliding_pairs == 0);
+  scene.add_body({.shape = ball, .pose = Pose::at(3, 0, 0)});
+  CHECK(pipeline.step(scene).colliding_pairs == 1);
+  scene.remove_body(second);
+  CHECK(pipeline.step(scene).bodies == 1);
+}
+
+TEST_CASE("the margin reports gaps as negative depths, and no further") {
+  Scene scene;
+  const ShapeId ball = scene.add_shape(Sphere{1});
+  scene.add_body({.shape = ball});
+  scene.add_body({.shape = ball, .pose = Pose::at(2.05, 0, 0)});
+  Pipeline exact;
+  CHECK(exact.step(scene).contacts == 0);
+  Pipeline near({.margin = 0.1});
+  const StepReport report = near.step(scene);
+  REQUIRE(report.contacts == 1);
+  CHECK(report.colliding_pairs == 0);
+  CHECK(near.contacts().contacts[0].depth == Approx(-0.05));
+  Pipeline nearer({.margin = 0.01});
+  CHECK(nearer.step(scene).contacts == 0);
+}
+
+TEST_CASE("bad pipeline options are refused with what was found and what is allowed") {
+  using Catch::Matchers::Contains;
+  CHECK_THROWS_WITH(Pipeline({.threads = 5000}), Contains("threads: 5000") && Contains("1024"));
+  CHECK_THROWS_WITH(Pipeline({.threads = 4, .split = {1, 1}}), Contains("split: 1-1"));
+  CHECK_THROWS_WITH(Pipeline({.tolerance = -1}), Contains("tolerance"));
+  CHECK_THROWS_WITH(Pipeline({.margin = std::nan("")}), Contains("margin"));
+  CHECK_THROWS_WITH(Pipeline({.batch_pairs = 0}), Contains("batch_pairs"));
+}

@@ -1,0 +1,22 @@
+# Installs a build to a folder, and builds and runs a small consumer against it by find_package, and against the
+# source tree by add_subdirectory. Variables: BUILD, SOURCE, WORK, GENERATOR, MODE (package or subdirectory), CXX.
+function(step)
+  execute_process(COMMAND ${ARGV} RESULT_VARIABLE status OUTPUT_VARIABLE out ERROR_VARIABLE out)
+  if(NOT status EQUAL 0)
+    message(FATAL_ERROR "failed: ${ARGV}\n${out}")
+  endif()
+endfunction()
+
+set(work ${WORK}/${MODE})
+file(REMOVE_RECURSE ${work})
+if(MODE STREQUAL package)
+  step(${CMAKE_COMMAND} --install ${BUILD} --prefix ${work}/prefix)
+  set(where -DCMAKE_PREFIX_PATH=${work}/prefix)
+else()
+  set(where -DTANDEM_SOURCE=${SOURCE})
+endif()
+step(${CMAKE_COMMAND} -S ${SOURCE}/tests/install/consumer -B ${work}/build -G ${GENERATOR} ${where}
+     -DCMAKE_CXX_COMPILER=${CXX} -DCMAKE_CXX_FLAGS=${CXX_FLAGS})
+step(${CMAKE_COMMAND} --build ${work}/build)
+step(${work}/build/consumer)
+step(${work}/build/distance)
