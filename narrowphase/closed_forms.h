@@ -1,0 +1,31 @@
+#pragma once
+#include "support.h"
+
+namespace tandem {
+
+/// Signed distance of a point to a shape, in the shape's frame.
+struct PointDistance {
+  double signed_distance;
+  Vec3 nearest;  ///< on the surface
+  Vec3 normal;   ///< unit, outward: the way from the surface to a point outside
+};
+
+/// `shape` is a sphere, box, capsule, cylinder, cone, half-space or triangle (of zero thickness: never inside).
+PointDistance point_distance(const ConvexView& shape, const Vec3& p);
+
+/// Closest points of two segments, centre +- half, and the normal from the first to the second, also where they cross.
+struct SegmentDistance {
+  double distance;
+  Vec3 point_a;
+  Vec3 point_b;
+  Vec3 normal;
+};
+SegmentDistance segment_distance(const Vec3& centre_a, const Vec3& half_a, const Vec3& centre_b, const Vec3& half_b);
+
+/// Boxes by their 15 axes, exact for overlap: depth and normal are the least over all of them, faces and edges alike.
+/// Where they are apart, signed_distance > 0 is only a lower bound.
+LocalAnswer box_box_separation(const ConvexView& a, const ConvexView& b, const RelativePose& pose);
+/// The verdict only; leaves at the first axis that separates.
+bool box_box_collide(const ConvexView& a, const ConvexView& b, const RelativePose& pose);
+
+}  // namespace tandem

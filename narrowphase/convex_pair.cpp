@@ -1,0 +1,216 @@
+#include "convex_pair.h"
+
+#include <array>
+
+#include "closed_forms.h"
+#include "gjk.h"
+#include "manifold.h"
+
+namespace tandem {
+namespace {
+
+/// Half-spaces, then spheres, come first: their closed forms are written from their side only.
+int rank(ShapeKind kind) {
+  if (kind == ShapeKind::halfspace) return 0;
+  return kind == ShapeKind::sphere ? 1 : 2 + static_cast<int>(kind);
+}
+
+bool has_point_distance(ShapeKind kind) {
+  return kind != ShapeKind::ellipsoid && kind != ShapeKind::convex && kind != ShapeKind::mesh;
+}
+
+void finish(const LocalAnswer& local, const Pose& pose_a, double tolerance, PairAnswer& answer) {
+  answer.signed_distance = local.signed_distance;
+  answer.collide = local.signed_distance <= 0;
+  answer.normal = pose_a.rotation * local.normal;
+  answer.point_a = pose_a * local.point_a;
+  answer.point_b = pose_a * local.point_b;
+  answer.error_bound = local.gap;
+  answer.status = local.gap <= tolerance ? Status::ok : Status::inexact;
+}
+
+void append_single(const PairAnswer& answer, double margin, std::vector<Contact>* contacts) {
+  if (contacts != nullptr && answer.signed_distance <= margin)
+    contacts->push_back({0.5 * (answer.point_a + answer.point_b), answer.normal, -answer.signed_distance, 0});
+}
+
+PairAnswer sphere_sphere(double ra, const Vec3& a, double rb, const Vec3& b) {
+  const Vec3 d = b - a;
+  const double length = d.norm();
+  PairAnswer r;
+  r.normal = length > 0 ? Vec3(d / length) : Vec3::UnitX();
+  r.signed_distance = length - ra - rb;
+  r.collide = r.signed_distance <= 0;
+  r.point_a = a + ra * r.normal;
+  r.point_b = b - rb * r.normal;
+  return r;
+}
+
+PairAnswer sphere_with(double radius, const Vec3& centre, const ConvexView& b, const Pose& pose_b) {
+  const PointDistance d = point_distance(b, pose_b.rotation.transpose() * (centre - pose_b.translation));
+  PairAnswer r;
+  r.normal = -(pose_b.rotation * d.normal);
+  r.signed_distance = d.signed_distance - radius;
+  r.collide = r.signed_distance <= 0;
+  r.point_a = centre + radius * r.normal;
+  r.point_b = pose_b * d.nearest;
+  return r;
+}
+
+PairAnswer halfspace_with(const ConvexView& a, const Pose& pose_a, const ConvexView& b, const Pose& pose_b,
+                          Request request, const NarrowPhaseOptions& options, std::vector<Contact>* contacts) {
+  const Vec3 in_a{a.param[0], a.param[1], a.param[2]};
+  const Vec3 n = pose_b.rotation.transpose() * (pose_a.rotation * in_a);
+  const double offset = a.param[3] - in_a.dot(pose_a.rotation.transpose() * (pose_b.translation - pose_a.translation));
+  const Vec3 lowest = core_support(b, -n) - core_radius(b) * n;
+  PairAnswer r;
+  r.signed_distance = n.dot(lowest) - offset;
+  r.collide = r.signed_distance <= 0;
+  r.normal = pose_a.rotation * in_a;
+  r.point_b = pose_b * lowest;
+  r.point_a = r.point_b - r.signed_distance * r.normal;
+  if (request == Request::contacts && contacts != nullptr && r.signed_distance <= options.margin)
+    append_halfspace_manifold(b, pose_b, n, offset, options.margin, *contacts);
+  return r;
+}
+
+LocalAnswer capsule_capsule(const ConvexView& a, const ConvexView& b, const RelativePose& pose) {
+  const SegmentDistance d = segment_distance(Vec3::Zero(), {0, 0, 0.5 * a.param[1]}, pose.translation,
+                                             0.5 * b.param[1] * pose.rotation.col(2));
+  const double ra = a.param[0], rb = b.param[0];
+  return {d.distance - ra - rb, d.point_a + ra * d.normal, d.point_b - rb * d.normal, d.normal, 0};
+}
+
+LocalAnswer box_box(const ConvexView& a, const ConvexView& b, const RelativePose& pose, double tolerance) {
+  const LocalAnswer s = box_box_separation(a, b, pose);
+  if (s.signed_distance <= 0) return s;
+  LocalAnswer g = gjk_signed_distance({a, b, pose}, tolerance);
+  // Nearly touching faces: the separating axis is exact where the direction between nearest points is noise.
+  if (s.signed_distance >= g.signed_distance - 1e-9 * (a.size + b.size)) g.normal = s.normal;
+  if (s.signed_distance > g.signed_distance) g.signed_distance = s.signed_distance;
+  return g;
+}
+
+std::optional<bool> collide_by(Method method, const ConvexView& a, const Pose& pose_a, const ConvexView& b,
+                               const Pose& pose_b, double tolerance) {
+  switch (method) {
+    case Method::fcl:
+      return fcl_collide(a, pose_a, b, pose_b);
+    case Method::libccd:
+      return ccd_collide(a, b, relative(pose_a, pose_b), false);
+    case Method::mpr:
+      return ccd_collide(a, b, relative(pose_a, pose_b), true);
+    case Method::sat:
+      return box_box_collide(a, b, relative(pose_a, pose_b));
+    case Method::closed:
+      return capsule_capsule(a, b, relative(pose_a, pose_b)).signed_distance <= 0;
+    default:
+      return gjk_collide({a, b, relative(pose_a, pose_b)}, tolerance);
+  }
+}
+
+std::optional<LocalAnswer> distance_by(Method method, const ConvexView& a, const ConvexView& b,
+                                       const RelativePose& pose, double tolerance) {
+  switch (method) {
+    case Method::fcl:
+      return fcl_signed_distance(a, b, pose);
+    case Method::libccd:
+      return ccd_depth(a, b, pose, false);
+    case Method::mpr:
+      return ccd_depth(a, b, pose, true);
+    case Method::sat:
+      return box_box(a, b, pose, tolerance);
+    case Method::closed:
+      return capsule_capsule(a, b, pose);
+    default:
+      return gjk_signed_distance({a, b, pose}, tolerance);
+  }
+}
+
+}  // namespace
+
+std::optional<Method> find_method(std::string_view solver) {
+  const auto& rows = NarrowPhase::solvers();
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    if (rows[i].name == solver) return static_cast<Method>(i);
+  return std::nullopt;
+}
+
+bool covers(Method method, ShapeKind a, ShapeKind b) {
+  if (a == ShapeKind::mesh || b == ShapeKind::mesh) return method == Method::bvh;
+  if (rank(a) > rank(b)) std::swap(a, b);
+  switch (method) {
+    case Method::closed:
+      return a == ShapeKind::halfspace || (a == ShapeKind::sphere && has_point_distance(b)) ||
+             (a == ShapeKind::capsule && b == ShapeKind::capsule);
+    case Method::sat:
+      return a == ShapeKind::box && b == ShapeKind::box;
+    case Method::bvh:
+      return false;
+    default:
+      return a != ShapeKind::halfspace;
+  }
+}
+
+Method best_method(ShapeKind a, ShapeKind b) {
+  for (const Method m : {Method::closed, Method::sat})
+    if (covers(m, a, b)) return m;
+  return Method::gjk;
+}
+
+void swap_answer(PairAnswer& answer, std::vector<Contact>* contacts, std::size_t first) {
+  std::swap(answer.point_a, answer.point_b);
+  answer.normal = -answer.normal;
+  if (contacts == nullptr) return;
+  for (std::size_t i = first; i < contacts->size(); ++i) (*contacts)[i].normal = -(*contacts)[i].normal;
+}
+
+PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexView& b, const Pose& pose_b,
+                        Request request, const NarrowPhaseOptions& options, std::vector<Contact>* contacts) {
+  if (rank(a.kind) > rank(b.kind)) {
+    const std::size_t first = contacts != nullptr ? contacts->size() : 0;
+    PairAnswer answer = solve_convex(b, pose_b, a, pose_a, request, options, contacts);
+    swap_answer(answer, contacts, first);
+    return answer;
+  }
+  Method method = best_method(a.kind, b.kind);
+  if (!options.solver.empty())
+    if (const auto forced = find_method(options.solver); forced && covers(*forced, a.kind, b.kind)) method = *forced;
+
+  if (method == Method::closed) {
+    if (a.kind == ShapeKind::halfspace) return halfspace_with(a, pose_a, b, pose_b, request, options, contacts);
+    if (a.kind == ShapeKind::sphere) {
+      const PairAnswer answer = b.kind == ShapeKind::sphere
+                                    ? sphere_sphere(a.param[0], pose_a.translation, b.param[0], pose_b.translation)
+                                    : sphere_with(a.param[0], pose_a.translation, b, pose_b);
+      if (request == Request::contacts) append_single(answer, options.margin, contacts);
+      return answer;
+    }
+  }
+
+  const double size = a.size + b.size;
+  const double accepted = std::max(options.tolerance, 1e-9) * size;
+  PairAnswer answer;
+  if (request == Request::collide) {
+    std::optional<bool> collide = collide_by(method, a, pose_a, b, pose_b, options.tolerance);
+    if (!collide) {  // a third party gave up: answer all the same, and say so
+      collide = collide_by(Method::gjk, a, pose_a, b, pose_b, options.tolerance);
+      answer.status = Status::inexact;
+      answer.error_bound = size;
+    }
+    answer.collide = *collide;
+    return answer;
+  }
+  const RelativePose pose = relative(pose_a, pose_b);
+  std::optional<LocalAnswer> local = distance_by(method, a, b, pose, options.tolerance);
+  if (!local) {
+    local = gjk_signed_distance({a, b, pose}, options.tolerance);
+    local->gap = std::max(local->gap, size);
+  }
+  finish(*local, pose_a, accepted, answer);
+  if (request == Request::contacts && contacts != nullptr)
+    append_manifold(a, b, pose, *local, options.margin, pose_a, *contacts);
+  return answer;
+}
+
+}  // namespace tandem

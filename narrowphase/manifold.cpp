@@ -1,0 +1,355 @@
+#include "manifold.h"
+
+#include <limits>
+
+#include "hull.h"
+
+namespace tandem {
+namespace {
+
+constexpr int max_corners = 16;  // of a face that is clipped; circles have this many
+constexpr int max_clipped = 3 * max_corners;
+constexpr double aligned = 1 - 1e-8;  // cosine: a face within 1e-4 rad of the contact plane lies in it
+constexpr double flush = 1e-6;        // an edge within this angle of the contact plane lies in it
+
+/// A face (3 or more corners, counterclockwise from outside), an edge or a point of a shape, in some frame.
+struct Feature {
+  Vec3 corner[max_corners];
+  int count = 0;
+  Vec3 normal = Vec3::Zero();  ///< unit, of a face
+  std::uint32_t id = 0;
+
+  void add(const Vec3& p) { corner[count++] = p; }
+};
+
+void add_circle(Feature& f, double radius, double z, const Vec3& towards, bool counterclockwise) {
+  // Starts at the deepest point, so that a tilted disc's contact is exact.
+  const double rho = std::sqrt(towards[0] * towards[0] + towards[1] * towards[1]);
+  double c = rho > 1e-12 ? towards[0] / rho : 1.0, s = rho > 1e-12 ? towards[1] / rho : 0.0;
+  constexpr double cos_step = 0.92387953251128675613, sin_step = 0.38268343236508977173;  // pi / 8
+  const double turn = counterclockwise ? sin_step : -sin_step;
+  for (int i = 0; i < max_corners; ++i) {
+    f.add({radius * c, radius * s, z});
+    const double next = c * cos_step - s * turn;
+    s = s * cos_step + c * turn;
+    c = next;
+  }
+}
+
+/// The face that looks most along d, or the edge or point that stands for it on round shapes.
+Feature best_face(const ConvexView& v, const Vec3& d) {
+  Feature f;
+  switch (v.kind) {
+    case ShapeKind::box: {
+      int k = 0;
+      for (int i = 1; i < 3; ++i)
+        if (std::abs(d[i]) > std::abs(d[k])) k = i;
+      const int u = (k + 1) % 3, w = (k + 2) % 3;
+      const double side = std::copysign(1.0, d[k]);
+      f.normal[k] = side;
+      constexpr double su[4] = {1, -1, -1, 1}, sw[4] = {1, 1, -1, -1};
+      for (int i = 0; i < 4; ++i) {
+        Vec3 p;
+        const int at = side > 0 ? i : 3 - i;
+        p[k] = side * v.param[static_cast<std::size_t>(k)];
+        p[u] = su[at] * v.param[static_cast<std::size_t>(u)];
+        p[w] = sw[at] * v.param[static_cast<std::size_t>(w)];
+        f.add(p);
+      }
+      f.id = static_cast<std::uint32_t>(2 * k + (side > 0 ? 0 : 1));
+      return f;
+    }
+    case ShapeKind::capsule: {
+      const double h = 0.5 * v.param[1];
+      f.add(Vec3(0, 0, h) + v.param[0] * d);
+      f.add(Vec3(0, 0, -h) + v.param[0] * d);
+      return f;
+    }
+    case ShapeKind::cylinder: {
+      const double h = 0.5 * v.param[1], rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
+      if (std::abs(d[2]) > rho) {
+        f.normal = {0, 0, std::copysign(1.0, d[2])};
+        add_circle(f, v.param[0], std::copysign(h, d[2]), d, d[2] > 0);
+        f.id = d[2] > 0 ? 1 : 2;
+      } else {
+        const double x = v.param[0] * d[0] / rho, y = v.param[0] * d[1] / rho;
+        f.add({x, y, h});
+        f.add({x, y, -h});
+      }
+      return f;
+    }
+    case ShapeKind::cone: {
+      const double r = v.param[0], length = v.param[1], rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
+      const double side = (length * rho + r * d[2]) / std::sqrt(r * r + length * length);
+      if (-d[2] >= side) {
+        f.normal = {0, 0, -1};
+        add_circle(f, r, -0.5 * length, d, false);
+        f.id = 1;
+      } else {
+        f.add({0, 0, 0.5 * length});
+        if (rho > 0) f.add({r * d[0] / rho, r * d[1] / rho, -0.5 * length});
+      }
+      return f;
+    }
+    case ShapeKind::convex:
+    case ShapeKind::triangle: {
+      if (v.hull != nullptr && !v.hull->faces.empty()) {
+        std::size_t best = 0;
+        for (std::size_t i = 1; i < v.hull->faces.size(); ++i)
+          if (v.hull->faces[i].normal.dot(d) > v.hull->faces[best].normal.dot(d)) best = i;
+        const Hull::Face& face = v.hull->faces[best];
+        f.normal = face.normal;
+        f.id = static_cast<std::uint32_t>(best);
+        // A face with more corners than fit is thinned evenly.
+        const std::uint32_t kept = std::min<std::uint32_t>(face.count, max_corners);
+        for (std::uint32_t i = 0; i < kept; ++i) f.add(v.vertices[v.hull->loop[face.first + i * face.count / kept]]);
+        return f;
+      }
+      if (v.vertices.size() == 3) {
+        const Vec3 n = (v.vertices[1] - v.vertices[0]).cross(v.vertices[2] - v.vertices[0]);
+        const double length = n.norm();
+        if (length > 0) {
+          const bool front = n.dot(d) >= 0;
+          f.normal = (front ? n : Vec3(-n)) / length;
+          for (std::size_t i = 0; i < 3; ++i) f.add(v.vertices[front ? i : 2 - i]);
+          f.id = front ? 0 : 1;
+          return f;
+        }
+      }
+      for (std::size_t i = 0; i < v.vertices.size() && i < 2; ++i) f.add(v.vertices[i]);
+      return f;
+    }
+    default:
+      f.add(core_support(v, d) + core_radius(v) * d);
+      return f;
+  }
+}
+
+/// The edge that lies in the contact plane with outward normal d; none (count 0) if it is not an edge.
+Feature flush_edge(const ConvexView& v, const Vec3& d) {
+  Feature f;
+  switch (v.kind) {
+    case ShapeKind::box: {
+      int along = -1, flat = 0;
+      for (int k = 0; k < 3; ++k)
+        if (std::abs(d[k]) <= flush) along = k, ++flat;
+      if (flat != 1) return f;
+      Vec3 p = core_support(v, d);
+      f.id = static_cast<std::uint32_t>(along);
+      p[along] = v.param[static_cast<std::size_t>(along)];
+      f.add(p);
+      p[along] = -p[along];
+      f.add(p);
+      return f;
+    }
+    case ShapeKind::capsule:
+    case ShapeKind::cylinder:
+      if (std::abs(d[2]) <= flush) return best_face(v, d);
+      return f;
+    case ShapeKind::cone: {
+      const double r = v.param[0], length = v.param[1], rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
+      if (std::abs(length * d[2] - r * rho) <= flush * std::sqrt(r * r + length * length)) return best_face(v, d);
+      return f;
+    }
+    case ShapeKind::convex:
+    case ShapeKind::triangle: {
+      double most = -std::numeric_limits<double>::infinity();
+      for (const Vec3& p : v.vertices) most = std::max(most, p.dot(d));
+      for (const Vec3& p : v.vertices)
+        if (p.dot(d) >= most - flush * v.size) {
+          if (f.count == 2) {
+            f.count = 0;
+            return f;
+          }
+          f.add(p);
+        }
+      if (f.count != 2) f.count = 0;
+      return f;
+    }
+    default:
+      return f;
+  }
+}
+
+void move(Feature& f, const RelativePose& pose) {
+  for (int i = 0; i < f.count; ++i) f.corner[i] = pose.rotation * f.corner[i] + pose.translation;
+  f.normal = pose.rotation * f.normal;
+}
+
+/// A polygon being clipped; `edge` labels the side that leaves each corner: the incident face's sides by number,
+/// the reference face's from max_corners on. Two labels name a corner, the same way in the next step.
+struct Clipped {
+  Vec3 corner[max_clipped];
+  std::uint32_t edge[max_clipped];
+  int count = 0;
+  bool open = false;  ///< a segment
+
+  void add(const Vec3& p, std::uint32_t label) {
+    if (count < max_clipped) corner[count] = p, edge[count++] = label;
+  }
+};
+
+/// Keeps what lies on the inner side of the plane normal . x <= offset.
+void clip(Clipped& c, const Vec3& normal, double offset, std::uint32_t label) {
+  Clipped out;
+  out.open = c.open;
+  for (int i = 0; i < c.count; ++i) {
+    const int j = (i + 1) % c.count;
+    const double di = normal.dot(c.corner[i]) - offset, dj = normal.dot(c.corner[j]) - offset;
+    if (di <= 0) out.add(c.corner[i], c.edge[i]);
+    if (c.open && j == 0) break;  // a segment has no way back
+    if ((di <= 0) != (dj <= 0)) {
+      const double t = di / (di - dj);
+      out.add(c.corner[i] + t * (c.corner[j] - c.corner[i]), di <= 0 ? label : c.edge[i]);
+    }
+  }
+  c = out;
+}
+
+struct Point {
+  Vec3 at;  ///< midway between the surfaces
+  double depth;
+  std::uint32_t feature;
+};
+
+/// Up to 4 of the points: the deepest, the farthest from it, then those that widen the patch most to either side.
+int reduce(Point* p, int count, const Vec3& normal) {
+  if (count <= 4) return count;
+  const auto bring = [&](int place, auto&& score) {
+    int best = -1;
+    double most = 0;
+    for (int i = place; i < count; ++i) {
+      const double s = score(p[i]);
+      if (best < 0 || s > most) best = i, most = s;
+    }
+    std::swap(p[place], p[best]);
+    return most;
+  };
+  bring(0, [](const Point& x) { return x.depth; });
+  bring(1, [&](const Point& x) { return (x.at - p[0].at).squaredNorm(); });
+  const Vec3 side = normal.cross(p[1].at - p[0].at);
+  bring(2, [&](const Point& x) { return std::abs(side.dot(x.at - p[0].at)); });
+  // The fourth: outside the triangle of the three by most.
+  const double turn = side.dot(p[2].at - p[0].at) >= 0 ? 1.0 : -1.0;
+  const double gain = bring(3, [&](const Point& x) {
+    double out = 0;
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 &from = p[k].at, &to = p[(k + 1) % 3].at;
+      out = std::max(out, -turn * normal.cross(to - from).dot(x.at - from));
+    }
+    return out;
+  });
+  return gain > 0 ? 4 : 3;
+}
+
+void emit(Point* p, int count, const Pose& pose, const Vec3& normal, std::vector<Contact>& contacts) {
+  std::sort(p, p + count, [](const Point& x, const Point& y) {
+    return x.feature != y.feature ? x.feature < y.feature : x.depth > y.depth;
+  });
+  for (int i = 0; i < count; ++i)
+    contacts.push_back({pose * p[i].at, pose.rotation * normal, p[i].depth, p[i].feature});
+}
+
+std::uint32_t feature_number(const Feature& reference, bool of_b, std::uint32_t in, std::uint32_t out) {
+  return (of_b ? 1u << 31 : 0u) | ((reference.id & 0xfffffu) << 11) | (in << 5 & 0x7e0u) | (out & 0x1fu);
+}
+
+/// Points of `incident` over `reference`, by depth along `normal` (from the reference's shape outward).
+int clip_faces(const Feature& reference, const Feature& incident, const Vec3& outward, bool of_b, double margin,
+               Point* points) {
+  Clipped c;
+  c.open = incident.count == 2;
+  for (int i = 0; i < incident.count; ++i) c.add(incident.corner[i], static_cast<std::uint32_t>(i));
+  for (int i = 0; i < reference.count && c.count > 0; ++i) {
+    const Vec3 &from = reference.corner[i], &to = reference.corner[(i + 1) % reference.count];
+    const Vec3 side = (to - from).cross(reference.normal);
+    clip(c, side, side.dot(from), static_cast<std::uint32_t>(max_corners + i));
+  }
+  const double slant = reference.normal.dot(outward);
+  int count = 0;
+  for (int i = 0; i < c.count; ++i) {
+    const double depth = reference.normal.dot(reference.corner[0] - c.corner[i]) / slant;
+    if (depth < -margin) continue;
+    const std::uint32_t in = c.edge[(i + c.count - 1) % c.count];
+    points[count++] = {c.corner[i] + 0.5 * depth * outward, depth, feature_number(reference, of_b, in, c.edge[i])};
+  }
+  return count;
+}
+
+/// The stretch where two parallel edges lie side by side.
+int overlap_edges(const Feature& a, const Feature& b, const LocalAnswer& answer, Point* points) {
+  const Vec3 along = a.corner[1] - a.corner[0], other = b.corner[1] - b.corner[0];
+  const double length2 = along.squaredNorm();
+  if (!(length2 > 0) || along.cross(other).squaredNorm() > flush * flush * length2 * other.squaredNorm()) return 0;
+  double t0 = along.dot(b.corner[0] - a.corner[0]) / length2, t1 = along.dot(b.corner[1] - a.corner[0]) / length2;
+  if (t0 > t1) std::swap(t0, t1);
+  const double lo = std::max(t0, 0.0), hi = std::min(t1, 1.0);
+  if (!(hi > lo)) return 0;
+  const double depth = -answer.signed_distance;
+  const Vec3 middle = -0.5 * depth * answer.normal;
+  points[0] = {a.corner[0] + lo * along + middle, depth, feature_number(a, false, 0, t0 > 0 ? 1 : 2)};
+  points[1] = {a.corner[0] + hi * along + middle, depth, feature_number(a, false, 1, t1 < 1 ? 1 : 2)};
+  return 2;
+}
+
+}  // namespace
+
+void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePose& relative, const LocalAnswer& answer,
+                     double margin, const Pose& pose_a, std::vector<Contact>& contacts) {
+  if (answer.signed_distance > margin) return;
+  const Vec3& n = answer.normal;
+  Point points[max_clipped + 1];
+  int count = 0;
+  const bool point_like = a.kind == ShapeKind::sphere || b.kind == ShapeKind::sphere ||
+                          a.kind == ShapeKind::ellipsoid || b.kind == ShapeKind::ellipsoid;
+  if (!point_like) {
+    const Vec3 towards_a = -(relative.rotation.transpose() * n);
+    Feature fa = best_face(a, n), fb = best_face(b, towards_a);
+    move(fb, relative);
+    const double flat_a = fa.count >= 3 ? fa.normal.dot(n) : 0, flat_b = fb.count >= 3 ? -fb.normal.dot(n) : 0;
+    if (flat_a >= aligned && flat_a + 1e-12 >= flat_b) {
+      count = clip_faces(fa, fb, n, false, margin, points);
+    } else if (flat_b >= aligned) {
+      count = clip_faces(fb, fa, -n, true, margin, points);
+    } else {
+      fa = flush_edge(a, n);
+      fb = flush_edge(b, towards_a);
+      move(fb, relative);
+      if (fa.count == 2 && fb.count == 2) count = overlap_edges(fa, fb, answer, points);
+    }
+    // The clipped circles are polygons, and a slanting face may not hold the deepest point: never lose that one.
+    double deepest = -std::numeric_limits<double>::infinity();
+    for (int i = 0; i < count; ++i) deepest = std::max(deepest, points[i].depth);
+    if (count > 0 && deepest + 1e-9 * (a.size + b.size) >= -answer.signed_distance) {
+      count = reduce(points, count, n);
+      emit(points, count, pose_a, n, contacts);
+      return;
+    }
+  }
+  points[count++] = {0.5 * (answer.point_a + answer.point_b), -answer.signed_distance, 0xffffffffu};
+  count = reduce(points, count, n);
+  emit(points, count, pose_a, n, contacts);
+}
+
+void append_halfspace_manifold(const ConvexView& shape, const Pose& pose, const Vec3& normal, double offset,
+                               double margin, std::vector<Contact>& contacts) {
+  const Feature f = best_face(shape, -normal);
+  Point points[max_corners + 1];
+  int count = 0;
+  double deepest = -std::numeric_limits<double>::infinity();
+  for (int i = 0; i < f.count; ++i) {
+    const double depth = offset - normal.dot(f.corner[i]);
+    deepest = std::max(deepest, depth);
+    if (depth < -margin) continue;
+    points[count++] = {f.corner[i] + 0.5 * depth * normal, depth,
+                       (f.id << 8 & 0x7fffff00u) | static_cast<std::uint32_t>(i)};
+  }
+  const Vec3 lowest = core_support(shape, -normal) - core_radius(shape) * normal;
+  const double depth = offset - normal.dot(lowest);
+  if (depth > deepest + 1e-9 * shape.size && depth >= -margin)
+    points[count++] = {lowest + 0.5 * depth * normal, depth, 0x80000000u};
+  count = reduce(points, count, normal);
+  emit(points, count, pose, normal, contacts);
+}
+
+}  // namespace tandem

@@ -1,0 +1,95 @@
+#include "tandem/narrowphase/narrow_phase.h"
+
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include "convex_pair.h"
+#include "convex_view.h"
+#include "mesh_pair.h"
+#include "solvers.h"
+
+namespace tandem {
+namespace {
+
+bool triangular(const Shape& s) { return s.kind() == ShapeKind::triangle || s.kind() == ShapeKind::mesh; }
+
+bool both_halfspaces(const Shape& a, const Shape& b) {
+  return a.kind() == ShapeKind::halfspace && b.kind() == ShapeKind::halfspace;
+}
+
+/// Two half-spaces miss each other only where their normals are opposite.
+bool halfspaces_collide(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
+  const Vec3 na = pose_a.rotation * a.normal(), nb = pose_b.rotation * b.normal();
+  if (na != -nb) return true;
+  return a.offset() + b.offset() >= na.dot(pose_b.translation - pose_a.translation);
+}
+
+}  // namespace
+
+std::string_view name(Request request) {
+  switch (request) {
+    case Request::collide:
+      return "collide";
+    case Request::distance:
+      return "distance";
+    default:
+      return "contacts";
+  }
+}
+
+NarrowPhase::NarrowPhase(NarrowPhaseOptions options) : options_(std::move(options)) {
+  if (!(options_.tolerance >= 0 && options_.tolerance <= 0.1))
+    throw std::invalid_argument("tolerance: " + std::to_string(options_.tolerance) + " is not in [0, 0.1]");
+  if (!(options_.margin >= 0) || !std::isfinite(options_.margin))
+    throw std::invalid_argument("margin: " + std::to_string(options_.margin) + " is not finite and >= 0");
+  if (!options_.solver.empty() && !find_method(options_.solver)) {
+    std::string known;
+    for (const SolverInfo& s : solvers()) known += (known.empty() ? "" : ", ") + std::string(s.name);
+    throw std::invalid_argument("solver: \"" + options_.solver + "\" is none of " + known);
+  }
+}
+
+const std::vector<SolverInfo>& NarrowPhase::solvers() {
+  // In the order of Method.
+  static const std::vector<SolverInfo> rows = {
+      {"closed", "closed forms: a sphere or half-space with any simple shape, two capsules"},
+      {"sat", "two boxes by their 15 separating axes (Gottschalk 1996), apart: GJK"},
+      {"gjk", "GJK on the shapes' cores (1988), expanding polytope for the depth (van den Bergen 2001)"},
+      {"fcl", "FCL 0.7, collide and signed distance"},
+      {"libccd", "libccd, GJK and EPA; only touching pairs have a distance, the others' is by gjk"},
+      {"mpr", "libccd, MPR (Snethen 2008); depth along the portal, an upper bound; apart: gjk"},
+      {"bvh", "triangle meshes by their hierarchy of boxes, exact triangle predicates"},
+  };
+  return rows;
+}
+
+std::string NarrowPhase::refuses(const Shape& a, const Shape& b, Request request) const {
+  if (!both_halfspaces(a, b) || request == Request::collide) return {};
+  return "halfspace with halfspace: " + std::string(tandem::name(request)) +
+         " is not defined, no finite translation separates them unless their normals are opposite";
+}
+
+PairAnswer NarrowPhase::solve(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
+                              std::vector<Contact>* contacts) const {
+  if (a.is_convex() && b.is_convex()) {
+    if (!both_halfspaces(a, b)) return solve_convex(view(a), pose_a, view(b), pose_b, request, options_, contacts);
+    if (const std::string why = refuses(a, b, request); !why.empty()) throw std::invalid_argument(why);
+    PairAnswer answer;
+    answer.collide = halfspaces_collide(a, pose_a, b, pose_b);
+    return answer;
+  }
+  return solve_mesh(a, pose_a, b, pose_b, request, options_, contacts);
+}
+
+std::vector<std::array<std::uint32_t, 2>> NarrowPhase::intersecting_triangles(const Shape& a, const Pose& pose_a,
+                                                                              const Shape& b,
+                                                                              const Pose& pose_b) const {
+  for (const Shape* s : {&a, &b})
+    if (!triangular(*s))
+      throw std::invalid_argument("intersecting_triangles: " + std::string(tandem::name(s->kind())) +
+                                  " has no triangles, a triangle or a mesh is needed");
+  return mesh_triangle_pairs(a, pose_a, b, pose_b);
+}
+
+}  // namespace tandem

@@ -1,0 +1,206 @@
+#include "closed_forms.h"
+
+namespace tandem {
+namespace {
+
+PointDistance to_ball(const Vec3& centre, const Vec3& p, double radius) {
+  const Vec3 d = p - centre;
+  const double length = d.norm();
+  const Vec3 n = length > 0 ? Vec3(d / length) : Vec3::UnitX();
+  return {length - radius, centre + radius * n, n};
+}
+
+PointDistance to_box(const Vec3& half, const Vec3& p) {
+  const Vec3 clamped = p.cwiseMax(-half).cwiseMin(half);
+  const Vec3 d = p - clamped;
+  const double length = d.norm();
+  if (length > 0) return {length, clamped, d / length};
+  int axis = 0;
+  for (int i = 1; i < 3; ++i)
+    if (half[i] - std::abs(p[i]) < half[axis] - std::abs(p[axis])) axis = i;
+  PointDistance r{std::abs(p[axis]) - half[axis], p, Vec3::Zero()};
+  r.normal[axis] = std::copysign(1.0, p[axis]);
+  r.nearest[axis] = r.normal[axis] * half[axis];
+  return r;
+}
+
+/// A solid of revolution about z from its half profile: x is the distance from the axis.
+struct Profile {
+  double signed_distance, x, z, nx, nz;
+};
+
+PointDistance revolve(const Vec3& p, double rho, const Profile& f) {
+  const double cx = rho > 0 ? p[0] / rho : 1.0, cy = rho > 0 ? p[1] / rho : 0.0;
+  return {f.signed_distance, {f.x * cx, f.x * cy, f.z}, {f.nx * cx, f.nx * cy, f.nz}};
+}
+
+PointDistance to_cylinder(double radius, double half, const Vec3& p) {
+  const double rho = std::sqrt(p[0] * p[0] + p[1] * p[1]);
+  const double out = rho - radius, up = std::abs(p[2]) - half, side = std::copysign(1.0, p[2]);
+  if (out <= 0 && up <= 0) {
+    if (up >= out) return revolve(p, rho, {up, rho, side * half, 0, side});
+    return revolve(p, rho, {out, radius, p[2], 1, 0});
+  }
+  if (out <= 0) return revolve(p, rho, {up, rho, side * half, 0, side});
+  if (up <= 0) return revolve(p, rho, {out, radius, p[2], 1, 0});
+  const double d = std::sqrt(out * out + up * up);
+  return revolve(p, rho, {d, radius, side * half, out / d, side * up / d});
+}
+
+PointDistance to_cone(double radius, double length, const Vec3& p) {
+  const double rho = std::sqrt(p[0] * p[0] + p[1] * p[1]), h = 0.5 * length;
+  const double slant = std::sqrt(radius * radius + length * length);
+  const double nx = length / slant, nz = radius / slant;  // outward normal of the side
+  const double below = -h - p[2];
+  const double off = nx * rho + nz * (p[2] - h);  // above the side
+  if (below <= 0 && off <= 0) {
+    if (below >= off) return revolve(p, rho, {below, rho, -h, 0, -1});
+    return revolve(p, rho, {off, rho - off * nx, p[2] - off * nz, nx, nz});
+  }
+  // Outside: the base, the rim, the side or the apex is nearest.
+  if (below >= 0 && rho <= radius) return revolve(p, rho, {below, rho, -h, 0, -1});
+  const double t = nz * rho - nx * (p[2] - h);  // distance down the side from the apex, in [0, slant] on it
+  if (t <= 0 || t >= slant) {
+    const double x = t <= 0 ? 0 : radius, z = t <= 0 ? h : -h;
+    const double dx = rho - x, dz = p[2] - z, d = std::sqrt(dx * dx + dz * dz);
+    if (!(d > 0)) return revolve(p, rho, {0, x, z, nx, nz});
+    return revolve(p, rho, {d, x, z, dx / d, dz / d});
+  }
+  return revolve(p, rho, {off, rho - off * nx, p[2] - off * nz, nx, nz});
+}
+
+Vec3 nearest_on_segment(const Vec3& a, const Vec3& b, const Vec3& p) {
+  const Vec3 ab = b - a;
+  const double length2 = ab.squaredNorm();
+  const double t = length2 > 0 ? std::clamp((p - a).dot(ab) / length2, 0.0, 1.0) : 0.0;
+  return t <= 0.5 ? Vec3(a + t * ab) : Vec3(b - (1 - t) * ab);
+}
+
+PointDistance to_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p) {
+  const Vec3 pa = a - p, pb = b - p, pc = c - p;
+  const Vec3 ab = b - a, ac = c - a, bc = c - b;
+  const double ab2 = ab.squaredNorm(), ac2 = ac.squaredNorm(), bc2 = bc.squaredNorm();
+  const double longest = std::max({ab2, ac2, bc2});
+  const Vec3 n = longest == bc2 ? Vec3(ab.cross(ac)) : longest == ac2 ? Vec3(ab.cross(bc)) : Vec3(ac.cross(bc));
+  const double length = n.norm();
+  if (length > 1e-14 * longest) {
+    if (n.dot(pb.cross(pc)) >= 0 && n.dot(pc.cross(pa)) >= 0 && n.dot(pa.cross(pb)) >= 0) {
+      const Vec3 unit = n / length;
+      const double above = -unit.dot(pa);
+      const Vec3 normal = above >= 0 ? unit : Vec3(-unit);
+      return {std::abs(above), p - above * unit, normal};
+    }
+  }
+  PointDistance best{};
+  bool any = false;
+  const Vec3* edge[3][2] = {{&a, &b}, {&b, &c}, {&c, &a}};
+  for (const auto& e : edge) {
+    const Vec3 q = nearest_on_segment(*e[0], *e[1], p);
+    const Vec3 d = p - q;
+    const double distance = d.norm();
+    if (any && distance >= best.signed_distance) continue;
+    any = true;
+    const Vec3 along = *e[1] - *e[0];
+    Vec3 normal = Vec3::UnitX();
+    if (distance > 0)
+      normal = d / distance;
+    else if (length > 0)
+      normal = n / length;
+    else if (along.squaredNorm() > 0)
+      normal = any_perpendicular(along);
+    best = {distance, q, normal};
+  }
+  return best;
+}
+
+}  // namespace
+
+PointDistance point_distance(const ConvexView& s, const Vec3& p) {
+  switch (s.kind) {
+    case ShapeKind::box:
+      return to_box({s.param[0], s.param[1], s.param[2]}, p);
+    case ShapeKind::capsule: {
+      const double h = 0.5 * s.param[1];
+      const Vec3 on_axis{0, 0, std::clamp(p[2], -h, h)};
+      return to_ball(on_axis, p, s.param[0]);
+    }
+    case ShapeKind::cylinder:
+      return to_cylinder(s.param[0], 0.5 * s.param[1], p);
+    case ShapeKind::cone:
+      return to_cone(s.param[0], s.param[1], p);
+    case ShapeKind::halfspace: {
+      const Vec3 n{s.param[0], s.param[1], s.param[2]};
+      const double above = n.dot(p) - s.param[3];
+      return {above, p - above * n, n};
+    }
+    case ShapeKind::triangle: {
+      // A triangle of no area may keep fewer corners in its hull.
+      const std::size_t last = s.vertices.size() - 1;
+      return to_triangle(s.vertices[0], s.vertices[std::min<std::size_t>(1, last)],
+                         s.vertices[std::min<std::size_t>(2, last)], p);
+    }
+    default:
+      return to_ball(Vec3::Zero(), p, s.param[0]);
+  }
+}
+
+SegmentDistance segment_distance(const Vec3& centre_a, const Vec3& half_a, const Vec3& centre_b, const Vec3& half_b) {
+  // Minimise |r + s u - t v| over s, t in [-1, 1].
+  const Vec3 r = centre_a - centre_b;
+  const double uu = half_a.squaredNorm(), vv = half_b.squaredNorm(), uv = half_a.dot(half_b);
+  const double ru = r.dot(half_a), rv = r.dot(half_b);
+  const Vec3 cross = half_a.cross(half_b);
+  const double det = cross.squaredNorm();  // uu vv - uv^2 without its cancellation
+  const auto best_s = [&](double t) { return uu > 0 ? std::clamp((t * uv - ru) / uu, -1.0, 1.0) : 0.0; };
+  const auto best_t = [&](double s) { return vv > 0 ? std::clamp((s * uv + rv) / vv, -1.0, 1.0) : 0.0; };
+  double s = 0, t = 0;
+  bool interior = false;
+  if (det > 1e-24 * uu * vv && det > 0) {
+    // Both parameters from cross products: exact to rounding also for nearly parallel segments.
+    const Vec3 x = half_b.cross(cross), y = half_a.cross(cross);
+    s = -r.dot(x) / half_a.dot(x);
+    t = r.dot(y) / half_b.dot(y);
+    interior = std::abs(s) <= 1 && std::abs(t) <= 1;
+  }
+  if (!interior) {
+    // The minimum lies on the boundary of the square: try its four sides.
+    double least = -1;
+    for (int side = 0; side < 4; ++side) {
+      const double end = side % 2 == 0 ? 1.0 : -1.0;
+      const double cs = side < 2 ? end : best_s(end), ct = side < 2 ? best_t(end) : end;
+      const double d2 = (r + cs * half_a - ct * half_b).squaredNorm();
+      if (least < 0 || d2 < least) least = d2, s = cs, t = ct;
+    }
+    if (det <= 1e-24 * uu * vv && uu > 0 && vv > 0) {
+      // Parallel: the middle of the stretch where they run side by side.
+      const double length = std::sqrt(uu), reach = std::sqrt(vv), offset = -ru / length;
+      const double lo = std::max(-length, offset - reach), hi = std::min(length, offset + reach);
+      if (lo < hi) {
+        s = 0.5 * (lo + hi) / length;
+        t = best_t(s);
+      }
+    }
+  }
+  SegmentDistance d;
+  d.point_a = centre_a + s * half_a;
+  d.point_b = centre_b + t * half_b;
+  const Vec3 gap = t * half_b - s * half_a - r;
+  d.distance = gap.norm();
+  if (interior) {
+    // Both inside: the common perpendicular, defined also where they cross.
+    const Vec3 n = cross / std::sqrt(det);
+    const double along = n.dot(-r);
+    d.distance = std::abs(along);
+    d.normal = along >= 0 ? n : Vec3(-n);
+  } else if (d.distance > 0) {
+    d.normal = gap / d.distance;
+  } else if (det > 0) {
+    d.normal = cross / std::sqrt(det);
+    if (d.normal.dot(r) > 0) d.normal = -d.normal;
+  } else {
+    d.normal = uu > 0 ? any_perpendicular(half_a) : vv > 0 ? any_perpendicular(half_b) : Vec3::UnitX();
+  }
+  return d;
+}
+
+}  // namespace tandem

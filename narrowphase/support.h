@@ -1,0 +1,93 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "convex_view.h"
+
+namespace tandem {
+
+/// Every bounded convex shape is a core and a ball about each of its points: spheres are a point, capsules a segment,
+/// all others their own core with radius 0. Solvers work on cores: rounding never needs iterations.
+inline double core_radius(const ConvexView& v) {
+  return v.kind == ShapeKind::sphere || v.kind == ShapeKind::capsule ? v.param[0] : 0.0;
+}
+
+inline bool is_polytope(ShapeKind kind) {
+  return kind != ShapeKind::cylinder && kind != ShapeKind::cone && kind != ShapeKind::ellipsoid;
+}
+
+/// A point of the core farthest along d (any length, not zero for a definite answer), in the shape's frame.
+inline Vec3 core_support(const ConvexView& v, const Vec3& d) {
+  switch (v.kind) {
+    case ShapeKind::box:
+      return {std::copysign(v.param[0], d[0]), std::copysign(v.param[1], d[1]), std::copysign(v.param[2], d[2])};
+    case ShapeKind::capsule:
+      return {0, 0, std::copysign(0.5 * v.param[1], d[2])};
+    case ShapeKind::cylinder: {
+      const double rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
+      const double s = rho > 0 ? v.param[0] / rho : 0.0;
+      return {d[0] * s, d[1] * s, std::copysign(0.5 * v.param[1], d[2])};
+    }
+    case ShapeKind::cone: {
+      const double rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
+      if (d[2] * v.param[1] > rho * v.param[0]) return {0, 0, 0.5 * v.param[1]};
+      const double s = rho > 0 ? v.param[0] / rho : 0.0;
+      return {d[0] * s, d[1] * s, -0.5 * v.param[1]};
+    }
+    case ShapeKind::ellipsoid: {
+      const Vec3 r{v.param[0], v.param[1], v.param[2]};
+      const Vec3 q = r.cwiseProduct(d);
+      const double length = q.norm();
+      return length > 0 ? Vec3(r.cwiseProduct(q) / length) : Vec3(r[0], 0, 0);
+    }
+    case ShapeKind::convex:
+    case ShapeKind::triangle: {
+      std::size_t best = 0;
+      double most = v.vertices[0].dot(d);
+      for (std::size_t i = 1; i < v.vertices.size(); ++i) {
+        const double along = v.vertices[i].dot(d);
+        if (along > most) most = along, best = i;
+      }
+      return v.vertices[best];
+    }
+    default:
+      return Vec3::Zero();
+  }
+}
+
+/// The middle of the shape's core, in its frame: inside it for every kind.
+inline Vec3 core_centre(const ConvexView& v) {
+  if (v.vertices.empty()) return Vec3::Zero();
+  Vec3 sum = Vec3::Zero();
+  for (const Vec3& p : v.vertices) sum += p;
+  return sum / static_cast<double>(v.vertices.size());
+}
+
+/// Any unit vector at right angles to v (v not zero).
+inline Vec3 any_perpendicular(const Vec3& v) {
+  int least = 0;
+  for (int i = 1; i < 3; ++i)
+    if (std::abs(v[i]) < std::abs(v[least])) least = i;
+  return v.cross(Vec3::Unit(least)).normalized();
+}
+
+/// B as A sees it. Subtracting the translations before rotating keeps far-away pairs as exact as near ones.
+struct RelativePose {
+  Mat3 rotation;
+  Vec3 translation;
+};
+inline RelativePose relative(const Pose& a, const Pose& b) {
+  return {a.rotation.transpose() * b.rotation, a.rotation.transpose() * (b.translation - a.translation)};
+}
+
+/// What a solver finds, in A's frame. gap = upper - lower bound of the signed distance, 0 where exact to rounding.
+struct LocalAnswer {
+  double signed_distance = 0;
+  Vec3 point_a = Vec3::Zero();
+  Vec3 point_b = Vec3::Zero();
+  Vec3 normal = Vec3::UnitZ();  ///< from A to B
+  double gap = 0;
+};
+
+}  // namespace tandem
