@@ -37,6 +37,7 @@ JsonWriter& JsonWriter::key(std::string_view name) {
 
 JsonWriter& JsonWriter::value(double number) {
   if (!std::isfinite(number)) throw std::runtime_error("a number in the answer is not finite");
+  if (number == 0 && std::signbit(number)) return raw("-0.0");  // "-0" reads as the whole number 0
   char text[32];
   const auto end = std::to_chars(text, text + sizeof text, number).ptr;
   return raw({text, static_cast<std::size_t>(end - text)});

@@ -82,27 +82,34 @@ OutputFile::OutputFile(std::string_view option, const fs::path& path)
 }
 
 OutputFile::~OutputFile() {
-  if (descriptor_ < 0) return;
-  ::close(descriptor_);
+  if (descriptor_ >= 0) ::close(descriptor_);
   if (!temporary_.empty()) ::unlink(temporary_.c_str());
 }
 
-void OutputFile::commit() {
+void OutputFile::finish() {
   buffer_.flush();
   const int closed = ::close(descriptor_);
   descriptor_ = -1;
-  if (closed == 0 && (temporary_.empty() || ::rename(temporary_.c_str(), target_.c_str()) == 0)) return;
-  const std::string message = what_ + ": " + std::strerror(errno);
-  if (!temporary_.empty()) ::unlink(temporary_.c_str());
-  throw OutputError(message);
+  if (closed != 0) throw OutputError(what_ + ": " + std::strerror(errno));
+}
+
+void OutputFile::commit() {
+  if (descriptor_ >= 0) finish();
+  if (temporary_.empty()) return;
+  if (::rename(temporary_.c_str(), target_.c_str()) != 0) throw OutputError(what_ + ": " + std::strerror(errno));
+  temporary_.clear();
 }
 
 void require_different(const std::vector<std::pair<std::string_view, fs::path>>& files) {
-  for (std::size_t i = 0; i < files.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j)
-      if (!files[i].second.empty() && resolved(files[i].second) == resolved(files[j].second))
-        throw std::invalid_argument(shown(files[i].first, files[i].second) + ": the same file as " +
-                                    std::string(files[j].first) + ", allowed: another one");
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const auto& [option, path] = files[i];
+      const auto& [other_option, other_path] = files[j];
+      if (path.empty() || other_path.empty() || resolved(path) != resolved(other_path)) continue;
+      throw std::invalid_argument(shown(option, path) + ": the same file as " + std::string(other_option) +
+                                  ", allowed: another one");
+    }
+  }
 }
 
 }  // namespace tandem

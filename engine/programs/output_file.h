@@ -55,7 +55,9 @@ class OutputFile {
   void append(std::string_view bytes) { buffer_.append(bytes); }
   void write(const void* bytes, std::size_t count) { append({static_cast<const char*>(bytes), count}); }
   std::ostream& stream() { return stream_; }
-  /// Throws OutputError.
+  /// All bytes are on their way and none was refused; nothing can be appended any more. Throws OutputError.
+  void finish();
+  /// Finishes, if that is still to do, and gives the file its name. Throws OutputError.
   void commit();
 
  private:

@@ -220,7 +220,10 @@ struct Outputs {
     if (!options.trace.empty()) trace.emplace("--trace", options.trace);
     if (!options.record.empty()) record.emplace("--record", options.record);
   }
+  // All or none: the first gets its name when the last is known to be complete.
   void commit() {
+    for (auto* file : {&json, &contacts, &trace, &record})
+      if (*file) (*file)->finish();
     for (auto* file : {&json, &contacts, &trace, &record})
       if (*file) (*file)->commit();
   }
@@ -288,6 +291,7 @@ int run(const Options& options, DescriptorBuffer& out) {
   Scene scene = load_scene(options);
   if (request) scene.request = *request;
   how.request = scene.request;
+  how.contact_hash = true;
   const bool responds = scene.request == Request::contacts;
   if (!options.contacts.empty() && !responds)
     refuse_option("--contacts", options.contacts,

@@ -1,0 +1,133 @@
+#include "pair_record.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <iostream>
+
+using namespace tandem;
+
+namespace {
+
+Json ask_line(std::string_view line, const QueryOptions& options = {}) {
+  ShapeReader shapes;
+  const AnsweredLine answered = answer_line(line, 7, shapes, options);
+  const Json json = parse_json(answered.text);
+  CHECK(answered.ok == (json.at("status") != "error"));
+  return json;
+}
+
+std::vector<std::string> keys(const Json& object) {
+  std::vector<std::string> out;
+  for (const auto& [key, value] : object.items()) out.push_back(key);
+  return out;
+}
+
+// Two unit spheres, the second at x.
+std::string spheres(double x, const std::string& rest) {
+  return R"({"id":"s","note":"passed over","shapeA":{"kind":"sphere","radius":1},"poseA":{"t":[0,0,0]},)"
+         R"("shapeB":{"kind":"sphere","radius":1},"poseB":{"t":[)" +
+         std::to_string(x) + R"(,0,0]},)" + rest + "}";
+}
+
+using Keys = std::vector<std::string>;
+
+}  // namespace
+
+TEST_CASE("pair record: the answer has what was asked and nothing else") {
+  CHECK(keys(ask_line(spheres(3, R"("ask":["collide"])"))) == Keys{"id", "status", "collide"});
+  CHECK(keys(ask_line(spheres(3, R"("ask":["distance"])"))) == Keys{"id", "status", "signed_distance", "points"});
+  CHECK(keys(ask_line(spheres(1, R"("ask":["normal"])"))) == Keys{"id", "status", "normal"});
+  CHECK(keys(ask_line(spheres(1, R"("ask":["contacts"])"))) == Keys{"id", "status", "contacts"});
+  CHECK(keys(ask_line(spheres(1, R"("ask":["toi"],"tmax":1)"))) == Keys{"id", "status", "toi"});
+  CHECK(keys(ask_line(spheres(1, R"("ask":["collide"])"), {.narrow_phase = {}, .time = true})) ==
+        Keys{"id", "status", "collide", "ns"});
+}
+
+TEST_CASE("pair record: two spheres") {
+  const Json apart = ask_line(spheres(3, R"("ask":["collide","distance","normal"])"));
+  CHECK(apart["collide"] == false);
+  CHECK(apart["signed_distance"] == 1.0);
+  CHECK(apart["points"] == parse_json("[[1,0,0],[2,0,0]]"));
+  CHECK(apart["normal"] == parse_json("[1,0,0]"));
+  CHECK(ask_line(spheres(2, R"("ask":["collide"])"))["collide"] == true);  // touching counts
+  const Json deep = ask_line(spheres(1, R"("ask":["penetration","contacts"])"));
+  CHECK(deep["signed_distance"] == -1.0);
+  REQUIRE(deep["contacts"].size() == 1);
+  CHECK(deep["contacts"][0]["depth"] == 1.0);
+  CHECK(keys(deep["contacts"][0]) == Keys{"point", "normal", "depth"});
+}
+
+TEST_CASE("pair record: a margin reports gaps as contacts") {
+  CHECK(ask_line(spheres(2.5, R"("ask":["contacts"])"))["contacts"].empty());
+  const Json near = ask_line(spheres(2.5, R"("ask":["contacts","collide"],"margin":0.6)"));
+  CHECK(near["contacts"].size() == 1);
+  CHECK(near["contacts"][0]["depth"].get<double>() == Approx(-0.5));
+  CHECK(near["collide"] == false);
+}
+
+TEST_CASE("pair record: time of impact, null when they never touch") {
+  const Json hit = ask_line(spheres(4, R"("ask":["toi"],"velA":[1,0,0],"velB":[-1,0,0],"tmax":2)"));
+  CHECK(hit["toi"].get<double>() == Approx(1).margin(1e-10));
+  CHECK(ask_line(spheres(4, R"("ask":["toi"],"velA":[1,0,0],"tmax":1)"))["toi"].is_null());
+  CHECK(ask_line(spheres(4, R"("ask":["toi"])"))["error"] ==
+        "/tmax: missing, allowed: a number >= 0, as toi is asked for");
+}
+
+TEST_CASE("pair record: triangles that intersect are named by number") {
+  const std::string a = R"("shapeA":{"kind":"triangle","vertices":[[0,0,0],[2,0,0],[0,2,0]]},"poseA":{"t":[0,0,0]},)";
+  const std::string b = R"("shapeB":{"kind":"triangle","vertices":[[0,0,-1],[0,0,1],[1,1,0]]},)";
+  const std::string ask = R"("ask":["triangles_intersect"]})";
+  CHECK(ask_line("{" + a + b + R"("poseB":{"t":[0,0,0]},)" + ask)["triangles"] == parse_json("[[0,0]]"));
+  CHECK(ask_line("{" + a + b + R"("poseB":{"t":[9,0,0]},)" + ask)["triangles"] == Json::array());
+  CHECK(ask_line(spheres(1, R"("ask":["triangles_intersect"])"))["error"] ==
+        R"(/ask/0: "triangles_intersect", allowed: for triangles and meshes only)");
+}
+
+TEST_CASE("pair record: a bad one is answered with its id, line and error") {
+  const Json bad = ask_line(spheres(1, R"("ask":["colide"])"));
+  CHECK(keys(bad) == Keys{"id", "line", "status", "error"});
+  CHECK(bad["id"] == "s");
+  CHECK(bad["line"] == 7);
+  CHECK(bad["error"] ==
+        R"(/ask/0: "colide", allowed: collide, distance, penetration, normal, contacts, triangles_intersect, toi)");
+  const Json garbage = ask_line("{\"id\":5,");
+  CHECK(garbage["id"].is_null());
+  CHECK_THAT(garbage["error"].get<std::string>(), Catch::Contains("syntax error"));
+  CHECK(ask_line("[1]")["error"] == "document: [1], allowed: an object");
+  CHECK(ask_line(spheres(1, R"("ask":[])"))["status"] == "error");
+  CHECK(ask_line(spheres(1, R"("ask":"collide")"))["status"] == "error");
+  CHECK(ask_line(spheres(1, R"("ask":["collide"],"margin":-1)"))["error"] == "/margin: -1, allowed: >= 0");
+  CHECK(ask_line(R"({"id":{"x":1},"shapeA":{"kind":"box","size":[1,-1,1]}})")["error"] ==
+        "/shapeA/size/1: -1, allowed: > 0");
+  CHECK(ask_line(R"({"shapeA":{"kind":"sphere","radius":1}})")["error"] == "/shapeB: missing, allowed: a value");
+  const std::string half = R"({"kind":"halfspace","normal":[0,0,1],"offset":0})";
+  CHECK(ask_line(R"({"shapeA":)" + half + R"(,"shapeB":)" + half +
+                 R"(,"poseA":{"t":[0,0,0]},"poseB":{"t":[0,0,0]},"ask":["distance"]})")["status"] == "error");
+}
+
+TEST_CASE("pair record: the shared cases, all answered, verdicts and distances as expected") {
+  const char* shared = std::getenv("TANDEM_SHARED");
+  if (shared == nullptr) {
+    std::cout << "skipped: TANDEM_SHARED is not set\n";
+    return;
+  }
+  std::ifstream in(std::string(shared) + "/cases/pairs.jsonl");
+  REQUIRE(in);
+  std::size_t records = 0;
+  for (std::string line; std::getline(in, line); ++records) {
+    const Json asked = parse_json(line), found = ask_line(line);
+    CAPTURE(asked["id"]);
+    REQUIRE(found["status"] != "error");
+    CHECK(found["id"] == asked["id"]);
+    const Json& expect = asked["expect"];
+    if (found.contains("collide") && expect.contains("collide") && expect["collide"].is_boolean())
+      CHECK(found["collide"] == expect["collide"]);
+    if (found.contains("signed_distance") && expect.contains("signed_distance")) {
+      const double right = expect["signed_distance"];
+      CHECK(std::abs(found["signed_distance"].get<double>() - right) <= 1e-5 * std::max(1.0, std::abs(right)));
+    }
+  }
+  CHECK(records > 0);
+}

@@ -1,0 +1,331 @@
+// Runs the program `tandem` as a user's script does. TANDEM_PROGRAM in the environment, or TANDEM_PROGRAM_PATH given by
+// the build, tells where it lies.
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstdlib>
+
+#include "json_reader.h"
+#include "temporary_folder.h"
+
+using namespace tandem;
+
+namespace {
+
+std::string program() {
+  if (const char* path = std::getenv("TANDEM_PROGRAM")) return path;
+#ifdef TANDEM_PROGRAM_PATH
+  return TANDEM_PROGRAM_PATH;
+#else
+  throw std::runtime_error("TANDEM_PROGRAM is not set");
+#endif
+}
+
+struct Ended {
+  int status = -1;  // 128 + the signal if one ended it
+  std::string out, err;
+};
+
+struct Streams {
+  std::string in = "/dev/null";
+  std::string out = {};  // empty: collected in Ended::out
+  bool close_out = false;
+};
+
+Ended tandem_program(const std::vector<std::string>& arguments, const Streams& streams = {}) {
+  const TemporaryFolder folder;
+  const std::string out = streams.out.empty() ? (folder / "out").string() : streams.out;
+  const std::string err = (folder / "err").string();
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, 0, streams.in.c_str(), O_RDONLY, 0);
+  if (streams.close_out)
+    posix_spawn_file_actions_addclose(&actions, 1);
+  else
+    posix_spawn_file_actions_addopen(&actions, 1, out.c_str(), O_WRONLY | O_CREAT, 0600);
+  posix_spawn_file_actions_addopen(&actions, 2, err.c_str(), O_WRONLY | O_CREAT, 0600);
+  std::vector<std::string> words{program()};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  ::pid_t child = 0;
+  const int failed = ::posix_spawn(&child, words[0].c_str(), &actions, nullptr, argv.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (failed != 0) throw std::runtime_error(words[0] + " does not start");
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  Ended ended;
+  ended.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  if (streams.out.empty() && !streams.close_out) ended.out = read_file(out);
+  ended.err = read_file(err);
+  return ended;
+}
+
+std::vector<Json> json_lines(const std::string& text) {
+  std::vector<Json> out;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = text.find('\n', begin);
+    REQUIRE(end != std::string::npos);
+    out.push_back(parse_json(std::string_view(text).substr(begin, end - begin)));
+    begin = end + 1;
+  }
+  return out;
+}
+
+std::vector<std::string> names_in(const TemporaryFolder& folder) {
+  std::vector<std::string> out;
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
+    out.push_back(entry.path().filename().string());
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+// A refusal: the status, one line that holds what it must name, no result.
+void check_refused(const std::vector<std::string>& arguments, std::initializer_list<std::string> named,
+                   int status = 2) {
+  const Ended ended = tandem_program(arguments);
+  CAPTURE(arguments);
+  CHECK(ended.status == status);
+  CHECK(ended.out.empty());
+  CHECK(std::count(ended.err.begin(), ended.err.end(), '\n') == 1);
+  for (const std::string& part : named) CHECK_THAT(ended.err, Catch::Contains(part));
+}
+
+const std::vector<std::string> small_run{"run", "spheres-on-plane", "--bodies", "20", "--steps", "3"};
+
+std::vector<std::string> small_run_with(std::initializer_list<std::string> more) {
+  std::vector<std::string> out = small_run;
+  out.insert(out.end(), more.begin(), more.end());
+  return out;
+}
+
+std::string record(const std::string& id, const std::string& shape, const std::string& pose = R"({"t":[0,0,0]})") {
+  return R"({"id":")" + id + R"(","shapeA":)" + shape + R"(,"poseA":)" + pose +
+         R"(,"shapeB":{"kind":"sphere","radius":1},"poseB":{"t":[0,0,0]},"ask":["collide"]})" + "\n";
+}
+
+}  // namespace
+
+TEST_CASE("program: help, version and lists come on stdout") {
+  for (const auto& arguments : std::vector<std::vector<std::string>>{{"--help"},
+                                                                     {"run", "--help"},
+                                                                     {"query", "--help"},
+                                                                     {"scenes", "--help"},
+                                                                     {"--version"},
+                                                                     {"scenes"},
+                                                                     {"query", "--list-solvers"}}) {
+    const Ended ended = tandem_program(arguments);
+    CAPTURE(arguments);
+    CHECK(ended.status == 0);
+    CHECK_FALSE(ended.out.empty());
+    CHECK(ended.err.empty());
+  }
+  CHECK_THAT(tandem_program({"scenes"}).out, Catch::Contains("spheres-on-plane"));
+  CHECK_THAT(tandem_program({"run", "--help"}).out, Catch::Contains("--executor"));
+}
+
+TEST_CASE("program: a wrong request is one line that names the option, the value and what is allowed") {
+  check_refused({}, {"run", "query", "scenes"});
+  check_refused({"fly"}, {"'fly'", "run, query, scenes"});
+  check_refused({"run"}, {"SCENE"});
+  check_refused({"run", "no-such-scene"}, {"'no-such-scene'", "spheres-on-plane", "tori-on-cones"});
+  check_refused({"run", "line\nbreak"}, {"spheres-on-plane"});
+  check_refused(small_run_with({"--fast"}), {"--fast"});
+  check_refused(small_run_with({"--seed"}), {"--seed"});
+  check_refused(small_run_with({"--threads", "-1"}), {"--threads", "'-1'", "0 to 1024"});
+  check_refused(small_run_with({"--threads", "1025"}), {"--threads", "'1025'", "0 to 1024"});
+  check_refused(small_run_with({"--threads", "99999999999999999999"}), {"--threads", "0 to 1024"});
+  check_refused(small_run_with({"--threads", "two"}), {"--threads", "'two'"});
+  check_refused(small_run_with({"--threads", "4", "--split", "1-2"}), {"--split", "'1-2'", "4"});
+  for (const std::string split : {"0-2", "2-0", "1", "1-2-3", "-", "a-b", "1000-1000", "1- 1"})
+    check_refused(small_run_with({"--split", split}), {"--split", "'" + split + "'", "X-Y"});
+  check_refused(small_run_with({"--executor", "gpu"}), {"--executor", "'gpu'", "sequential, barrier"});
+  check_refused(small_run_with({"--broadphase", "octree"}), {"--broadphase", "'octree'", "brute, sweep"});
+  check_refused(small_run_with({"--request", "all"}), {"--request", "'all'", "collide, distance, contacts"});
+  check_refused(small_run_with({"--balance", "x"}), {"--balance", "'x'", "paper, busy"});
+  for (const std::string tolerance : {"nan", "inf", "-1", "1", "1e999", ""})
+    check_refused(small_run_with({"--tolerance", tolerance}), {"--tolerance", "'" + tolerance + "'", "0 to 0.1"});
+  check_refused(small_run_with({"--margin", "nan"}), {"--margin", "'nan'"});
+  check_refused({"run", "spheres-on-plane", "--steps", "0"}, {"--steps", "'0'"});
+  check_refused({"run", "spheres-on-plane", "--bodies", "0"}, {"--bodies", "'0'"});
+  check_refused({"run", "spheres-on-plane", "--bodies", "100000000"}, {"--bodies", "1000000"});
+  check_refused({"query"}, {"FILE"});
+  check_refused({"query", "/no/such/file"}, {"/no/such/file", "No such file"});
+  check_refused({"query", "/tmp"}, {"/tmp"});
+  check_refused({"query", "-", "--solver", "magic"}, {"--solver", "'magic'", "allowed: "});
+  check_refused({"query", "-", "--tolerance", "2"}, {"--tolerance", "'2'"});
+  check_refused({"query", "-", "--meshes", "/no/such/folder"}, {"--meshes"});
+  check_refused({"scenes", "spheres-on-plane"}, {"--write"});
+  check_refused({"scenes", "nothing", "--write", "/dev/null"}, {"nothing", "spheres-on-plane"});
+}
+
+TEST_CASE("program: a bad scene file is one line with file and pointer") {
+  const TemporaryFolder folder;
+  const auto refused = [&](std::string_view text, std::initializer_list<std::string> named) {
+    check_refused({"run", folder.write("s.json", text).string()}, named);
+  };
+  const std::string ball = R"("shapes":{"ball":{"kind":"sphere","radius":1}},)";
+  refused("{" + ball + R"("bodies":[{"shape":"ball","pose":{"t":[NaN,0,0]}}]})", {"s.json", "/bodies/0/pose/t/0"});
+  refused("{" + ball + R"("bodies":[{"shape":"ball","pose":{"t":[1e999,0,0]}}]})", {"/bodies/0/pose/t/0: 1e999"});
+  refused("{" + ball + R"("bodies":[{"shape":"ball","pose":{"t":[0,0,0],"R":[[1,1,0],[0,1,0],[0,0,1]]}}]})",
+          {"/bodies/0/pose"});
+  refused("{" + ball + R"("bodies":[{"shape":"ball","colour":1}]})", {"/bodies/0/colour: unknown key"});
+  refused(R"({"shapes":{"a":{"kind":"sphere","radius":-1}}})", {"/shapes/a/radius: -1, allowed: >= 0"});
+  refused(R"({"shapes":{"a":{"kind":"box","size":[1,0,1]}}})", {"/shapes/a/size/1: 0, allowed: > 0"});
+  refused(R"({"shapes":{"a":{"kind":"convex","vertices":[]}}})", {"/shapes/a/vertices: []"});
+  refused(R"({"shapes":{"a":{"kind":"mesh","vertices":[[0,0,0]],"triangles":[[0,0,1]]}}})",
+          {"/shapes/a/triangles/0/2: 1"});
+  refused(R"({"shapes":{"a":{"kind":"mesh","vertices":[],"triangles":[]}}})", {"/shapes/a/vertices: []"});
+  refused(R"({"shapes":{"a":{"kind":"sphere","radius":1},"a":{"kind":"sphere","radius":1}}})",
+          {"/shapes/a: the key stands twice"});
+  refused(R"({"shapes":)", {"s.json: ", "syntax error"});
+  refused("", {"s.json: "});
+  check_refused({"run", folder.path().string()}, {"a directory"});
+  const std::string good = folder.write("good.json", "{" + ball + R"("bodies":[{"shape":"ball"}]})").string();
+  check_refused({"run", good, "--bodies", "5"}, {"--bodies", "built-in"});
+  check_refused({"run", good, "--seed", "5"}, {"--seed", "built-in"});
+}
+
+TEST_CASE("program: an unused shape and no bodies run") {
+  const TemporaryFolder folder;
+  for (const char* text : {"{}", R"({"shapes":{"unused":{"kind":"sphere","radius":1}},"bodies":[]})"}) {
+    const Ended ended = tandem_program({"run", folder.write("s.json", text).string(), "--steps", "2"});
+    CHECK(ended.status == 0);
+    CHECK(ended.err.empty());
+    CHECK_THAT(ended.out, Catch::Contains("0 bodies"));
+  }
+}
+
+TEST_CASE("program: a run writes its four files, with the same contacts for any executor") {
+  const TemporaryFolder folder;
+  std::vector<std::string> hashes;
+  for (const std::string executor : {"sequential", "barrier", "threads", "flowgraph"}) {
+    CAPTURE(executor);
+    const std::string json = (folder / (executor + ".jsonl")).string();
+    const Ended ended =
+        tandem_program({"run", "complex-in-contact", "--bodies", "4", "--steps", "3", "--executor", executor,
+                        "--threads", "2", "--json", json, "--contacts", (folder / "contacts.jsonl").string(), "--trace",
+                        (folder / "trace.json").string(), "--record", (folder / "run.record").string()});
+    REQUIRE(ended.status == 0);
+    CHECK(ended.err.empty());
+    const std::vector<Json> steps = json_lines(read_file(json));
+    const std::vector<Json> contacts = json_lines(read_file(folder / "contacts.jsonl"));
+    REQUIRE(steps.size() == 3);
+    REQUIRE(contacts.size() == 3);
+    std::string run_hashes;
+    for (std::size_t i = 0; i < 3; ++i) {
+      std::vector<std::string> keys;
+      for (const auto& [key, value] : steps[i].items()) keys.push_back(key);
+      keys.resize(11);
+      CHECK(keys == std::vector<std::string>{"step", "bodies", "candidate_pairs", "colliding_pairs", "contacts",
+                                             "contact_hash", "split", "control_step", "max_depth", "kinetic_energy",
+                                             "ms"});
+      CHECK(steps[i]["step"] == i);
+      CHECK(contacts[i]["step"] == i);
+      CHECK(contacts[i]["contacts"].size() == steps[i]["contacts"].get<std::size_t>());
+      run_hashes += steps[i]["contact_hash"].get<std::string>();
+    }
+    CHECK(steps[0]["contacts"].get<int>() > 0);
+    CHECK_THAT(ended.out, Catch::Contains(steps[2]["contact_hash"].get<std::string>()));
+    hashes.push_back(run_hashes);
+    CHECK(parse_json(read_file(folder / "trace.json")).is_object());
+  }
+  CHECK(std::count(hashes.begin(), hashes.end(), hashes[0]) == 4);
+  CHECK(names_in(folder) == std::vector<std::string>{"barrier.jsonl", "contacts.jsonl", "flowgraph.jsonl", "run.record",
+                                                     "sequential.jsonl", "threads.jsonl", "trace.json"});
+}
+
+TEST_CASE("program: a scene that was written runs as the built-in one does") {
+  const TemporaryFolder folder;
+  const std::string file = (folder / "s.json").string();
+  REQUIRE(tandem_program({"scenes", "cubes-on-plane", "--bodies", "30", "--write", file}).status == 0);
+  const Ended from_file = tandem_program({"run", file, "--steps", "30"});
+  const Ended built_in = tandem_program({"run", "cubes-on-plane", "--bodies", "30", "--steps", "30"});
+  const auto hash = [](const Ended& ended) { return ended.out.substr(ended.out.find("contact hash"), 33); };
+  CHECK(from_file.status == 0);
+  CHECK(hash(from_file) == hash(built_in));
+}
+
+TEST_CASE("program: output that cannot be written fails before or after the work, with nothing half-written") {
+  const TemporaryFolder folder;
+  const std::string old = folder.write("old.jsonl", "old").string();
+  for (const std::string option : {"--json", "--contacts", "--trace", "--record"}) {
+    check_refused(small_run_with({option, folder.path().string()}), {option, "a directory"});
+    check_refused(small_run_with({option, (folder / "no/such/folder").string()}), {option, "No such file"});
+    check_refused(small_run_with({option, "/dev/full"}), {option, "/dev/full: No space left on device"}, 1);
+    // The other file was fine, but the run as a whole was not.
+    check_refused(small_run_with({option == "--json" ? "--contacts" : "--json", old, option, "/dev/full"}),
+                  {option, "/dev/full"}, 1);
+  }
+  check_refused(small_run_with({"--json", old, "--contacts", folder.path().string() + "/./old.jsonl"}),
+                {"--contacts", "the same file as --json"});
+  check_refused(small_run_with({"--request", "collide", "--contacts", old}), {"--contacts", "'collide'"});
+  const std::string scene = folder.write("s.json", "{}").string();
+  check_refused({"run", scene, "--json", scene}, {"--json", "the same file as SCENE"});
+  check_refused({"scenes", "cubes-on-plane", "--write", "/dev/full"}, {"No space left"}, 1);
+  CHECK(read_file(old) == "old");
+  CHECK(names_in(folder) == std::vector<std::string>{"old.jsonl", "s.json"});
+}
+
+TEST_CASE("program: a full disk behind stdout is a failure of one line") {
+  const TemporaryFolder folder;
+  const std::string records = folder.write("r.jsonl", record("a", R"({"kind":"sphere","radius":1})")).string();
+  for (const auto& arguments :
+       std::vector<std::vector<std::string>>{{"scenes"}, {"--help"}, {"query", records}, small_run}) {
+    const Ended ended = tandem_program(arguments, {.out = "/dev/full"});
+    CAPTURE(arguments);
+    CHECK(ended.status == 1);
+    CHECK(ended.err == "tandem: stdout: No space left on device\n");
+  }
+}
+
+TEST_CASE("program: a closed stdout brings no crash and no results in a wrong file") {
+  const TemporaryFolder folder;
+  const std::string json = (folder / "steps.jsonl").string();
+  const Ended ended = tandem_program(small_run_with({"--json", json}), {.close_out = true});
+  CHECK(ended.status == 1);
+  CHECK(std::count(ended.err.begin(), ended.err.end(), '\n') == 1);
+  CHECK(json_lines(read_file(json)).size() == 3);
+}
+
+TEST_CASE("program: query answers in order, bad records with their error, and ends with status 1") {
+  const TemporaryFolder folder;
+  const std::string sphere = R"({"kind":"sphere","radius":1})";
+  const std::string text = record("good", sphere) + record("nan", sphere, R"({"t":[NaN,0,0]})") + "\n" +
+                           record("mirror", sphere, R"({"t":[0,0,0],"R":[[1,0,0],[0,1,0],[0,0,-1]]})") +
+                           record("negative", R"({"kind":"box","size":[1,-1,1]})") +
+                           record("index", R"({"kind":"mesh","vertices":[[0,0,0]],"triangles":[[0,0,1]]})") +
+                           record("empty", R"({"kind":"convex","vertices":[]})") +
+                           record("file", R"({"kind":"mesh","file":"none.obj"})") + record("last", sphere);
+  for (const bool from_stdin : {false, true}) {
+    const std::string file = folder.write("r.jsonl", text).string();
+    const Ended ended = from_stdin ? tandem_program({"query", "-"}, {.in = file}) : tandem_program({"query", file});
+    CHECK(ended.status == 1);
+    CHECK(ended.err.empty());
+    const std::vector<Json> answers = json_lines(ended.out);
+    REQUIRE(answers.size() == 8);
+    CHECK(answers[0]["collide"] == true);
+    CHECK(answers[7]["id"] == "last");
+    CHECK(answers[7]["collide"] == true);
+    const std::string expected[] = {"/poseA/t/0",
+                                    "/poseA",
+                                    "/shapeA/size/1: -1, allowed: > 0",
+                                    "/shapeA/triangles/0/2: 1, allowed: ",
+                                    "/shapeA/vertices: [], allowed: ",
+                                    "/shapeA/file: "};
+    const int lines[] = {2, 4, 5, 6, 7, 8};
+    for (std::size_t i = 0; i < 6; ++i) {
+      CHECK(answers[i + 1]["status"] == "error");
+      CHECK(answers[i + 1]["line"] == lines[i]);
+      CHECK_THAT(answers[i + 1]["error"].get<std::string>(), Catch::Contains(expected[i]));
+    }
+  }
+  const std::string good = folder.write("good.jsonl", record("a", sphere)).string();
+  CHECK(tandem_program({"query", good}).status == 0);
+  CHECK(json_lines(tandem_program({"query", good, "--time"}).out)[0]["ns"].get<double>() > 0);
+}
