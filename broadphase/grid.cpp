@@ -12,9 +12,16 @@
 namespace tandem {
 namespace {
 
-/// The share of sampled boxes that overlap on an axis, out of all pairs of them.
+/// At most `wanted` of the sample, evenly.
+std::vector<Aabb> thin_out(const std::vector<Aabb>& sample, std::size_t wanted) {
+  std::vector<Aabb> some(std::min(sample.size(), wanted));
+  for (std::size_t i = 0; i < some.size(); ++i) some[i] = sample[i * sample.size() / some.size()];
+  return some;
+}
+
+/// The share of pairs of sampled boxes that overlap on an axis; never 0.
 double share_that_overlaps(const std::vector<Aabb>& sample, std::size_t axis) {
-  const std::size_t n = std::min<std::size_t>(sample.size(), 64);
+  const std::size_t n = sample.size();
   std::size_t hits = 0;
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t j = i + 1; j < n; ++j)
@@ -26,7 +33,7 @@ double share_that_overlaps(const std::vector<Aabb>& sample, std::size_t axis) {
 
 std::uint32_t Grid::Slices::at(float x) const {
   // 0 first in max, so that 0 * inf counts as 0.
-  const float place = std::max(0.0f, (x - origin) * inverse_width);
+  const float place = std::max(0.0f, (0.5f * x - half_origin) * inverse_half_width);
   return static_cast<std::uint32_t>(std::min(place, static_cast<float>(count - 1)));
 }
 
@@ -85,15 +92,15 @@ void Grid::choose_columns() {
   std::sort(axes.begin(), axes.end(),
             [&](std::size_t a, std::size_t b) { return length(a) != length(b) ? length(a) < length(b) : a < b; });
   along_ = axes[1];
-  u_ = {axes[2], static_cast<float>(extents[axes[2]].lo), 0, 1};
-  v_ = {axes[0], static_cast<float>(extents[axes[0]].lo), 0, 1};
-  overlap_along_ = share_that_overlaps(sample, along_);
+  u_ = {axes[2], static_cast<float>(0.5 * extents[axes[2]].lo), 0, 1};
+  v_ = {axes[0], static_cast<float>(0.5 * extents[axes[0]].lo), 0, 1};
+  const std::vector<Aabb> judged = thin_out(sample, 96);
+  overlap_along_ = share_that_overlaps(judged, along_);
 
   // Nanoseconds a box, fitted to measurements; what matters is where the minimum lies, which is flat.
   constexpr double entry_cost = 14, vector_cost = 1.5, large_row_cost = 0.3, large_tree_cost = 60, count_cost = 0.6;
   const auto n = static_cast<double>(size_);
   const double max_columns = std::clamp(n / 8, 1.0, 16384.0);
-  const std::size_t judged = std::min<std::size_t>(sample.size(), 96);
   const double length_u = length(u_.axis), length_v = length(v_.axis);
   double best = std::numeric_limits<double>::infinity();
   for (double cuts = 1; cuts <= max_columns && length_u > 0; cuts *= 1.3) {
@@ -101,10 +108,9 @@ void Grid::choose_columns() {
     const double count_v = std::max(1.0, std::floor(length_v / width)), width_v = length_v / count_v;
     if (count_u * count_v > max_columns) break;
     double entries = 0, large = 0;
-    for (std::size_t i = 0; i < judged; ++i) {
+    for (const Aabb& box : judged) {
       const auto span = [&](std::size_t axis, double slice, double count) {
-        return count == 1 ? 1.0
-                          : std::min(count, 1 + (double{sample[i].hi[axis]} - double{sample[i].lo[axis]}) / slice);
+        return count == 1 ? 1.0 : std::min(count, 1 + (double{box.hi[axis]} - double{box.lo[axis]}) / slice);
       };
       const double touched = span(u_.axis, width, count_u) * span(v_.axis, width_v, count_v);
       if (touched > max_columns_a_box)
@@ -112,8 +118,8 @@ void Grid::choose_columns() {
       else
         entries += touched;
     }
-    entries /= static_cast<double>(judged);
-    large *= n / static_cast<double>(judged);
+    entries /= static_cast<double>(judged.size());
+    large *= n / static_cast<double>(judged.size());
     const double column_size = n * entries / (count_u * count_v);
     const double candidates = 0.5 + column_size * overlap_along_ / 2;
     const double cost = entries * (entry_cost + vector_cost * (1 + candidates / 8)) +
@@ -121,11 +127,11 @@ void Grid::choose_columns() {
                         count_cost * count_u * count_v * static_cast<double>(parts_) / n;
     if (cost >= best) continue;
     best = cost;
-    const auto inverse = [](double w) { return static_cast<float>(std::min(1 / w, 1e38)); };
+    const auto inverse = [](double w) { return static_cast<float>(std::min(2 / w, 1e38)); };
     u_.count = static_cast<std::uint32_t>(count_u);
     v_.count = static_cast<std::uint32_t>(count_v);
-    u_.inverse_width = count_u > 1 ? inverse(width) : 0;
-    v_.inverse_width = count_v > 1 ? inverse(width_v) : 0;
+    u_.inverse_half_width = count_u > 1 ? inverse(width) : 0;
+    v_.inverse_half_width = count_v > 1 ? inverse(width_v) : 0;
   }
   offsets_.assign(parts_ * columns(), 0);
 }
@@ -165,7 +171,8 @@ void Grid::plan() {
 
   // The tree takes the time of some 500 tests a box.
   constexpr double max_tests_a_box = 500;
-  constexpr std::size_t max_entries_a_column = 32768;
+  // A column is one block's work: longer ones would leave the other threads idle.
+  const std::size_t max_entries_a_column = std::clamp<std::size_t>(size_ / 32, 8192, 32768);
   crowded_ = tests > max_tests_a_box * static_cast<double>(size_) || longest_column_ > max_entries_a_column;
   if (crowded_) large_.clear();
   if (use_tree()) tree_.begin(*boxes_, crowded_ ? nullptr : &large_);
@@ -222,7 +229,7 @@ void Grid::emit_column(std::size_t column, Scratch& s, PairSink& sink) const {
     hi = std::max(hi, records[i].box.lo[along_]);
   }
   const double width = (double{hi} - double{lo}) / static_cast<double>(cells);
-  const Slices thin{along_, lo, width > 0 ? static_cast<float>(std::min(1 / width, 1e38)) : 0,
+  const Slices thin{along_, 0.5f * lo, width > 0 ? static_cast<float>(std::min(2 / width, 1e38)) : 0,
                     static_cast<std::uint32_t>(cells)};
   s.cell.resize(size);
   s.cell_begin.assign(cells + 1, 0);

@@ -43,7 +43,7 @@ class Grid final : public BroadPhase {
   /// Maps a coordinate to a column, monotonically; what lies outside falls into the first or last.
   struct Slices {
     std::size_t axis = 0;
-    float origin = 0, inverse_width = 0;
+    float half_origin = 0, inverse_half_width = 0;  // halves, so that differences are finite for all floats
     std::uint32_t count = 1;
     std::uint32_t at(float x) const;
   };

@@ -1,0 +1,59 @@
+#include <catch2/catch.hpp>
+
+#include "box_worlds.h"
+
+using namespace tandem;
+
+namespace {
+
+const BoxArray& boxes_of(const std::vector<BoxWorld>& worlds, const std::string& name) {
+  return std::find_if(worlds.begin(), worlds.end(), [&](const BoxWorld& w) { return w.name == name; })->boxes;
+}
+
+}  // namespace
+
+TEST_CASE("automatic: the pairs of brute force whatever it chooses") {
+  const auto method = make_broad_phase(BroadPhaseKind::automatic);
+  for (const std::size_t n : {0u, 1u, 2u, 9u, 255u, 256u, 1023u, 1024u, 3000u, 64u})
+    for (const BoxWorld& world : hard_worlds(n)) {
+      CAPTURE(world.name, n);
+      CHECK(find_pairs(*method, world.boxes) == overlapping_pairs(world.boxes));
+      CHECK_FALSE(method->reason().empty());
+    }
+}
+
+TEST_CASE("automatic: chooses by number, then by what the grid met, and says so") {
+  const auto method = make_broad_phase(BroadPhaseKind::automatic);
+  const auto kind_for = [&](const BoxArray& boxes) {
+    (void)find_pairs(*method, boxes);
+    return method->kind();
+  };
+  CHECK(kind_for(hard_worlds(100)[0].boxes) == BroadPhaseKind::brute);
+  CHECK(method->reason() == "brute: 100 boxes, fewer than 256");
+  CHECK(kind_for(hard_worlds(500)[0].boxes) == BroadPhaseKind::sweep);
+
+  const auto worlds = hard_worlds(20000);
+  const BoxArray& even = boxes_of(worlds, "random");
+  const BoxArray& clusters = boxes_of(worlds, "two tight clusters, far apart");
+  for (int step = 0; step < 3; ++step) CHECK(kind_for(even) == BroadPhaseKind::grid);
+  CHECK(kind_for(clusters) == BroadPhaseKind::grid);  // it sees a step's boxes only when the step runs
+  CHECK(kind_for(clusters) == BroadPhaseKind::bvh);
+  CHECK(method->reason().substr(0, 20) == "bvh: boxes cluster, ");
+
+  // A world that has become even again gets its grid back, in a bounded number of steps.
+  int steps = 0;
+  while (kind_for(even) != BroadPhaseKind::grid && steps < 100) ++steps;
+  CHECK(steps < 100);
+  CHECK(kind_for(even) == BroadPhaseKind::grid);
+}
+
+TEST_CASE("automatic: a crowd and a small world in turn do not carry over") {
+  const auto method = make_broad_phase(BroadPhaseKind::automatic);
+  const auto crowd = hard_worlds(20000), few = hard_worlds(64);
+  const BoxArray& clusters = boxes_of(crowd, "two tight clusters, far apart");
+  for (int turn = 0; turn < 3; ++turn) {
+    CHECK(find_pairs(*method, clusters).size() > 1000);
+    CHECK(find_pairs(*method, few[0].boxes) == overlapping_pairs(few[0].boxes));
+    CHECK(method->kind() == BroadPhaseKind::brute);
+  }
+}

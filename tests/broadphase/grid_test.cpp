@@ -1,0 +1,97 @@
+#include "grid.h"
+
+#include <catch2/catch.hpp>
+
+#include "box_worlds.h"
+#include "spatial_sample.h"
+
+using namespace tandem;
+
+TEST_CASE("grid: worlds that break broad phases, small and odd sizes") {
+  const auto method =
+      make_broad_phase(BroadPhaseKind::grid);  // one object for all: nothing may stay from a step before
+  for (const std::size_t n : {0u, 1u, 2u, 7u, 8u, 9u, 63u, 64u, 65u, 513u, 3000u, 1000u})
+    for (const BoxWorld& world : hard_worlds(n)) {
+      CAPTURE(world.name, n);
+      CHECK(find_pairs(*method, world.boxes) == overlapping_pairs(world.boxes));
+    }
+}
+
+TEST_CASE("grid: boxes that only touch are paired") {
+  const int n = 20;
+  for (const float cell : {1.0f, 0.1f, 1e-20f, 3e7f}) {
+    CAPTURE(cell);
+    const BoxArray boxes = touching_cells(n, cell);
+    const auto pairs = find_pairs(*make_broad_phase(BroadPhaseKind::grid), boxes);
+    CHECK(pairs.size() == touching_cells_pairs(n));
+    CHECK(pairs == overlapping_pairs(boxes));
+  }
+}
+
+TEST_CASE("grid: the same pairs from the same blocks in any order and on threads") {
+  // 20000 boxes give several blocks in every stage; the worlds use the columns, rows of large boxes and the tree.
+  for (const BoxWorld& world : hard_worlds(20000)) {
+    if (world.name != "random" && world.name != "an unbounded ground" && world.name != "two tight clusters, far apart")
+      continue;
+    CAPTURE(world.name);
+    const auto method = make_broad_phase(BroadPhaseKind::grid);
+    const auto forward = pairs_of_blocks(*method, world.boxes, Order::forward);
+    CHECK(forward.size() > 8);
+    CHECK(sorted_pairs(forward) == overlapping_pairs(world.boxes));
+    for (const Order order : {Order::reversed, Order::shuffled, Order::threads, Order::forward})
+      CHECK((pairs_of_blocks(*method, world.boxes, order) == forward));
+  }
+}
+
+TEST_CASE("grid: leaves to the tree what columns are wrong for, and only that") {
+  Grid grid;
+  bool saw_crowded = false;
+  for (const BoxWorld& world : hard_worlds(20000)) {
+    CAPTURE(world.name);
+    (void)find_pairs(grid, world.boxes);
+    if (world.name == "random" || world.name == "sparse" || world.name == "plane" || world.name == "line") {
+      CHECK_FALSE(grid.unfit().crowded);
+      CHECK(grid.unfit().large == 0);
+    }
+    if (world.name == "an unbounded ground") CHECK(grid.unfit().large >= 1);
+    if (world.name == "two tight clusters, far apart") CHECK(grid.unfit().crowded);
+    saw_crowded = saw_crowded || grid.unfit().crowded;
+  }
+  CHECK(saw_crowded);
+}
+
+TEST_CASE("grid: large boxes in rows while few, by the tree when many") {
+  for (const std::size_t large : {5u, 64u, 65u, 100u}) {
+    CAPTURE(large);
+    auto boxes = hard_worlds(20000)[0].boxes;  // a cube of edge 54
+    // None of them is in the sample that the widths are chosen from: else a few wide columns may be the better choice.
+    BoxArray numbered;
+    numbered.resize(boxes.size());
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      const auto x = static_cast<float>(i);
+      numbered.set(i, {{x, x, x}, {x, x, x}});
+    }
+    std::vector<bool> sampled(boxes.size());
+    for (const Aabb& box : sample_boxes(numbered)) sampled[static_cast<std::size_t>(box.lo[0])] = true;
+    for (std::size_t i = 0, made = 0; made < large; i += 37) {
+      if (sampled[i]) continue;
+      const auto at = static_cast<float>(made++ % 20);
+      boxes.set(i, {{at, at, at}, {at + 50, at + 50, at + 50}});
+    }
+    Grid grid;
+    const auto found = pairs_of_blocks(grid, boxes, Order::forward);
+    CHECK(grid.unfit().large == large);
+    CHECK_FALSE(grid.unfit().crowded);
+    CHECK(sorted_pairs(found) == overlapping_pairs(boxes));
+    CHECK((pairs_of_blocks(grid, boxes, Order::threads) == found));
+  }
+}
+
+TEST_CASE("grid: identical boxes make every pair once") {
+  BoxArray boxes;
+  boxes.resize(1500);
+  for (std::size_t i = 0; i < boxes.size(); ++i) boxes.set(i, {{1, 2, 3}, {2, 3, 4}});
+  const auto pairs = find_pairs(*make_broad_phase(BroadPhaseKind::grid), boxes);
+  CHECK(pairs.size() == 1500 * 1499 / 2);
+  CHECK(std::adjacent_find(pairs.begin(), pairs.end()) == pairs.end());
+}
