@@ -83,6 +83,23 @@ void join_triangles(MeshModel& mesh) {
   }
 }
 
+void find_parts(MeshModel& mesh) {
+  std::vector<std::uint8_t> seen(mesh.triangles.size(), 0);
+  std::vector<std::uint32_t> stack;
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    if (seen[i]) continue;
+    mesh.parts.push_back(mesh.triangles[i][0]);
+    seen[i] = 1;
+    stack.push_back(i);
+    while (!stack.empty()) {
+      const std::uint32_t t = stack.back();
+      stack.pop_back();
+      for (const std::uint32_t n : mesh.neighbours[t])
+        if (n != no_index && !seen[n]) seen[n] = 1, stack.push_back(n);
+    }
+  }
+}
+
 void require_outward(const MeshModel& mesh) {
   double six_volumes = 0;
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
@@ -235,8 +252,8 @@ class HierarchyBuilder {
 
 MeshModel build_mesh(Mesh mesh) {
   if (mesh.triangles.empty()) refuse("triangles is empty; at least one is needed");
-  if (mesh.triangles.size() > 0x3fffffff)
-    refuse("triangles holds " + std::to_string(mesh.triangles.size()) + "; at most 2^30 - 1 are allowed");
+  if (mesh.triangles.size() > 0x0fffffff)
+    refuse("triangles holds " + std::to_string(mesh.triangles.size()) + "; at most 2^28 - 1 are allowed");
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
     if (!mesh.vertices[i].allFinite())
       refuse("vertices[" + std::to_string(i) + "] is " + text(mesh.vertices[i]) + "; it must be finite");
@@ -275,6 +292,7 @@ MeshModel build_mesh(Mesh mesh) {
     if (points[i] == hull.vertices[k]) model.extreme.push_back(point_of[i]), ++k;
 
   join_triangles(model);
+  find_parts(model);
   if (model.solid) require_outward(model);
   HierarchyBuilder{model};
   return model;

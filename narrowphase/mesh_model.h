@@ -30,6 +30,8 @@ struct MeshModel {
   std::vector<std::array<std::uint32_t, 3>> neighbours;
   std::vector<std::uint32_t> extreme;  ///< vertices of the convex hull: enough for bounds (to 1e-12 of the size)
 
+  std::vector<std::uint32_t> parts;  ///< one vertex of each part that hangs together by edges
+
   Vec3 centre = Vec3::Zero();        ///< of the bounding box
   Vec3 half = Vec3::Zero();          ///< of the bounding box
   double unit = 1;                   ///< power of two, at least the largest half

@@ -1,0 +1,447 @@
+#include "mesh_contacts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+
+namespace tandem {
+namespace {
+
+constexpr std::size_t flood_limit = 4096;  // triangles inside the other mesh that are looked at, a mesh
+constexpr std::size_t ray_limit = 512;     // triangles a depth is measured against, a patch and mesh
+
+// Where a curve enters or leaves a triangle: an edge of one mesh through the inside of a triangle of the other.
+struct Piercing {
+  Vec3 point;
+  bool edge_of_a;
+  std::uint32_t triangle, corner;  // the edge: from this corner to the next
+  std::uint32_t from, to;          // its vertices
+  double part;                     // how far along it, 0..1
+  bool from_inside;                // `from` is on the inner side there
+};
+
+struct Crossing {
+  Piercing end[2];  // in the curve's sense: A's inside part to the left, seen from outside A
+};
+
+struct Posed {
+  const MeshModel& a;
+  const MeshModel& b;
+  const TriangleTest& frame;
+  std::array<Vec3, 3> corners(bool of_a, std::uint32_t t) const {
+    if (of_a) return a.corners(t);
+    auto c = b.corners(t);
+    for (Vec3& v : c) v = frame.in_a(v);
+    return c;
+  }
+  Vec3 vertex(bool of_a, std::uint32_t v) const { return of_a ? a.vertices[v] : frame.in_a(b.vertices[v]); }
+  const MeshModel& mesh(bool of_a) const { return of_a ? a : b; }
+};
+
+struct Cut {
+  Piercing at[2];
+  double t[2];
+};
+
+// The two edges of a triangle that cross the other's plane, by where they do so along the line both planes share.
+bool cut(const std::array<Vec3, 3>& p, const Vec3& normal, const Vec3& on_plane, const Vec3& line, bool of_a,
+         std::uint32_t triangle, const std::array<std::uint32_t, 3>& index, Cut& out) {
+  std::array<double, 3> d;
+  for (int k = 0; k < 3; ++k) d[k] = normal.dot(p[k] - on_plane);
+  int n = 0;
+  for (std::uint32_t k = 0; k < 3 && n < 2; ++k) {
+    const std::uint32_t next = (k + 1) % 3;
+    if ((d[k] >= 0) == (d[next] >= 0)) continue;
+    const double part = d[k] / (d[k] - d[next]);
+    const Vec3 point = p[k] + part * (p[next] - p[k]);
+    out.at[n] = {point, of_a, triangle, k, index[k], index[next], part, d[k] < 0};
+    out.t[n++] = line.dot(point);
+  }
+  if (n < 2) return false;
+  if (out.t[1] < out.t[0]) std::swap(out.t[0], out.t[1]), std::swap(out.at[0], out.at[1]);
+  return true;
+}
+
+bool crossing(const Posed& m, std::uint32_t i, std::uint32_t j, Crossing& out) {
+  const auto p = m.corners(true, i), q = m.corners(false, j);
+  const Vec3 normal_a = (p[1] - p[0]).cross(p[2] - p[0]), normal_b = (q[1] - q[0]).cross(q[2] - q[0]);
+  const Vec3 line = normal_a.cross(normal_b);
+  Cut a, b;
+  if (!cut(p, normal_b, q[0], line, true, i, m.a.triangles[i], a)) return false;
+  if (!cut(q, normal_a, p[0], line, false, j, m.b.triangles[j], b)) return false;
+  const int first = a.t[0] >= b.t[0] ? 0 : 1, last = a.t[1] <= b.t[1] ? 0 : 1;
+  out.end[0] = first == 0 ? a.at[0] : b.at[0];
+  out.end[1] = last == 0 ? a.at[1] : b.at[1];
+  return true;
+}
+
+class Groups {
+ public:
+  explicit Groups(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0u); }
+  std::uint32_t find(std::uint32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void join(std::uint32_t i, std::uint32_t j) {
+    i = find(i), j = find(j);
+    parent_[std::max(i, j)] = std::min(i, j);
+  }
+
+ private:
+  std::vector<std::uint32_t> parent_;
+};
+
+// A point of one mesh inside the other, and what it is called.
+struct Candidate {
+  Vec3 point;
+  bool of_a;
+  std::uint32_t feature;
+};
+
+constexpr std::uint32_t feature_of(std::uint32_t kind, std::uint32_t index) {
+  return kind << 30 | (index & 0x3fffffffu);
+}
+
+struct Patch {
+  std::vector<std::uint32_t> crossings;
+  std::vector<Candidate> vertices;                      // inside the other mesh
+  std::array<std::vector<std::uint32_t>, 2> triangles;  // of B, of A: crossed or inside the other mesh
+};
+
+class PatchFinder {
+ public:
+  PatchFinder(const Posed& m, std::span<const std::array<std::uint32_t, 2>> pairs) : m_(m), groups_(pairs.size()) {
+    for (const auto& [i, j] : pairs)
+      if (Crossing c; crossing(m, i, j, c)) {
+        crossings_.push_back(c);
+        pairs_.push_back({i, j});
+      }
+    for (const bool of_a : {true, false}) join_and_flood(of_a);
+    collect();
+  }
+
+  const std::vector<Crossing>& crossings() const { return crossings_; }
+  std::vector<Patch>& patches() { return patches_; }
+
+ private:
+  struct Inner {
+    double part = std::numeric_limits<double>::infinity();
+    bool inside = false;
+    std::uint32_t crossing = 0;
+  };
+
+  // Curves that share a triangle bound one patch, and so do curves between which the surface lies inside.
+  void join_and_flood(bool of_a) {
+    const MeshModel& mesh = m_.mesh(of_a);
+    std::map<std::uint32_t, std::uint32_t> crossed;     // triangle -> a crossing of it
+    std::map<std::uint32_t, Inner> inner;               // end of a crossed edge -> its nearest piercing
+    std::map<std::uint32_t, std::uint32_t> open_edges;  // triangle -> bits of its crossed edges
+    for (std::uint32_t c = 0; c < crossings_.size(); ++c) {
+      const std::uint32_t t = pairs_[c][of_a ? 0 : 1];
+      const auto [it, fresh] = crossed.emplace(t, c);
+      if (!fresh) groups_.join(it->second, c);
+      for (const Piercing& p : crossings_[c].end) {
+        if (p.edge_of_a != of_a) continue;
+        open_edges[p.triangle] |= 1u << p.corner;
+        // Which side the end of an edge is on, the piercing nearest to it tells.
+        for (const bool start : {true, false}) {
+          Inner& n = inner[start ? p.from : p.to];
+          const double length = (m_.vertex(of_a, p.to) - m_.vertex(of_a, p.from)).norm();
+          const double away = (start ? p.part : 1 - p.part) * length;
+          if (away < n.part) n = {away, p.from_inside == start, c};
+        }
+      }
+    }
+    for (const auto& [vertex, n] : inner)
+      if (n.inside) inside_.push_back({vertex, of_a, n.crossing});
+    // From crossed triangles over edges whose ends are inside into those that are inside as a whole.
+    std::map<std::uint32_t, std::uint32_t> reached;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> stack;
+    const auto visit = [&](std::uint32_t t, std::uint32_t c) {
+      if (t == no_index || reached.size() >= flood_limit) return;
+      if (const auto hit = crossed.find(t); hit != crossed.end()) return groups_.join(hit->second, c);
+      if (const auto [it, fresh] = reached.emplace(t, c); fresh)
+        stack.emplace_back(t, c);
+      else
+        groups_.join(it->second, c);
+    };
+    for (const auto& [t, c] : crossed) {
+      const auto bits = open_edges.find(t);
+      for (std::uint32_t k = 0; k < 3; ++k) {
+        if (bits != open_edges.end() && (bits->second >> k & 1u)) continue;
+        const auto from = inner.find(mesh.triangles[t][k]), to = inner.find(mesh.triangles[t][(k + 1) % 3]);
+        if (from != inner.end() && to != inner.end() && from->second.inside && to->second.inside)
+          visit(mesh.neighbours[t][k], c);
+      }
+      while (!stack.empty()) {
+        const auto [next, origin] = stack.back();
+        stack.pop_back();
+        for (std::uint32_t k = 0; k < 3; ++k) {
+          if (!inner.contains(mesh.triangles[next][k])) {
+            inner[mesh.triangles[next][k]] = {0, true, origin};
+            inside_.push_back({mesh.triangles[next][k], of_a, origin});
+          }
+          visit(mesh.neighbours[next][k], origin);
+        }
+      }
+    }
+    for (const auto& [t, c] : crossed) touched_.push_back({t, of_a, c});
+    for (const auto& [t, c] : reached) touched_.push_back({t, of_a, c});
+  }
+
+  void collect() {
+    std::vector<std::uint32_t> place(crossings_.size(), no_index);
+    const auto patch_of = [&](std::uint32_t c) -> Patch& {
+      const std::uint32_t root = groups_.find(c);
+      if (place[root] == no_index) place[root] = static_cast<std::uint32_t>(patches_.size()), patches_.emplace_back();
+      return patches_[place[root]];
+    };
+    for (std::uint32_t c = 0; c < crossings_.size(); ++c) patch_of(c).crossings.push_back(c);
+    for (const auto& v : inside_)
+      patch_of(v.crossing)
+          .vertices.push_back({m_.vertex(v.of_a, v.index), v.of_a, feature_of(v.of_a ? 0 : 1, v.index)});
+    for (const auto& t : touched_) {
+      auto& list = patch_of(t.crossing).triangles[t.of_a ? 1 : 0];
+      if (list.size() < ray_limit) list.push_back(t.index);
+    }
+  }
+
+  struct Found {
+    std::uint32_t index;
+    bool of_a;
+    std::uint32_t crossing;
+  };
+
+  const Posed& m_;
+  Groups groups_;
+  std::vector<Crossing> crossings_;
+  std::vector<std::array<std::uint32_t, 2>> pairs_;  // of each crossing
+  std::vector<Found> inside_, touched_;
+  std::vector<Patch> patches_;
+};
+
+// The patch's normal, unit, from A to B; zero if it has none.
+Vec3 normal_of(const Posed& m, const Patch& patch, const std::vector<Crossing>& crossings,
+               std::span<const std::array<std::uint32_t, 2>>) {
+  const Vec3 base = crossings[patch.crossings[0]].end[0].point;
+  Vec3 area = Vec3::Zero(), open = Vec3::Zero(), sides = Vec3::Zero();
+  double length = 0;
+  for (const std::uint32_t c : patch.crossings) {
+    const Vec3 p = crossings[c].end[0].point - base, q = crossings[c].end[1].point - base;
+    area += p.cross(q) / 2;
+    open += q - p;
+    length += (q - p).norm();
+  }
+  // A curve that closes has an area; a slit or an open curve (of a surface with a border) does not say which way.
+  if (open.norm() <= 1e-6 * length && area.norm() > 1e-3 * length * length) return area.normalized();
+  for (const std::uint32_t t : patch.triangles[1]) {
+    const auto p = m.corners(true, t);
+    sides += (p[1] - p[0]).cross(p[2] - p[0]).stableNormalized();
+  }
+  for (const std::uint32_t t : patch.triangles[0]) {
+    const auto p = m.corners(false, t);
+    sides -= (p[1] - p[0]).cross(p[2] - p[0]).stableNormalized();
+  }
+  return sides.norm() > 1e-6 ? sides.normalized() : Vec3::Zero();
+}
+
+// How far `point` of one mesh lies beyond the other's surface, measured along `n` (from A to B); negative if nothing of
+// that surface is there.
+class DepthProbe {
+ public:
+  DepthProbe(const Posed& m, const Patch& patch, const Vec3& n) : n_(n) {
+    u_ = n.unitOrthogonal();
+    v_ = n.cross(u_);
+    for (const bool of_a : {true, false})
+      for (const std::uint32_t t : patch.triangles[of_a ? 1 : 0]) {
+        const auto p = m.corners(of_a, t);
+        // Only the sides that face each other.
+        if ((p[1] - p[0]).cross(p[2] - p[0]).dot(n) * (of_a ? 1 : -1) <= 0) continue;
+        Flat f;
+        for (int k = 0; k < 3; ++k) f.x[k] = u_.dot(p[k]), f.y[k] = v_.dot(p[k]), f.z[k] = n.dot(p[k]);
+        flats_[of_a ? 1 : 0].push_back(f);
+      }
+  }
+
+  double operator()(const Candidate& c) const {
+    const double x = u_.dot(c.point), y = v_.dot(c.point), z = n_.dot(c.point);
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Flat& f : flats_[c.of_a ? 0 : 1]) {
+      const double ax = f.x[1] - f.x[0], ay = f.y[1] - f.y[0], bx = f.x[2] - f.x[0], by = f.y[2] - f.y[0];
+      const double det = ax * by - ay * bx;
+      if (det == 0) continue;
+      const double px = x - f.x[0], py = y - f.y[0];
+      const double s = (px * by - py * bx) / det, t = (ax * py - ay * px) / det;
+      constexpr double edge = 1e-9;  // a point on an edge belongs to both sides
+      if (!(s >= -edge && t >= -edge && s + t <= 1 + edge)) continue;
+      const double height = f.z[0] + s * (f.z[1] - f.z[0]) + t * (f.z[2] - f.z[0]);
+      const double depth = c.of_a ? z - height : height - z;
+      if (depth >= 0) nearest = std::min(nearest, depth);
+    }
+    return std::isfinite(nearest) ? nearest : -1;
+  }
+
+  const Vec3& u() const { return u_; }
+  const Vec3& v() const { return v_; }
+
+ private:
+  struct Flat {
+    std::array<double, 3> x, y, z;
+  };
+  Vec3 n_, u_, v_;
+  std::array<std::vector<Flat>, 2> flats_;
+};
+
+// The candidates farthest out in eight directions along the patch, and the farthest beyond it.
+void choose(const std::vector<Candidate>& all, const Vec3& n, const Vec3& u, const Vec3& v,
+            std::vector<Candidate>& chosen) {
+  if (all.empty()) return;
+  const auto add_extreme = [&](const Vec3& d, bool along_normal) {
+    const Candidate* best = nullptr;
+    double most = 0;
+    for (const Candidate& c : all) {
+      const double x = along_normal ? (c.of_a ? d.dot(c.point) : -d.dot(c.point)) : d.dot(c.point);
+      if (along_normal && c.of_a != all.front().of_a) continue;
+      if (!best || x > most) best = &c, most = x;
+    }
+    chosen.push_back(*best);
+  };
+  for (const Vec3& d : {u, v, Vec3(u + v), Vec3(u - v)}) add_extreme(d, false), add_extreme(-d, false);
+  add_extreme(n, true);
+}
+
+void add_patch(const Posed& m, const Patch& patch, const std::vector<Crossing>& crossings,
+               std::span<const std::array<std::uint32_t, 2>> pairs, std::vector<Contact>& contacts) {
+  const Vec3 n = normal_of(m, patch, crossings, pairs);
+  if (n.isZero()) return;
+  const DepthProbe depth(m, patch, n);
+  std::array<std::vector<Candidate>, 2> vertices, edges;
+  for (const Candidate& c : patch.vertices) vertices[c.of_a ? 1 : 0].push_back(c);
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<const Piercing*>> pierced[2];
+  for (const std::uint32_t k : patch.crossings)
+    for (const Piercing& p : crossings[k].end) {
+      edges[p.edge_of_a ? 1 : 0].push_back(
+          {p.point, p.edge_of_a, feature_of(p.edge_of_a ? 2 : 3, 3 * p.triangle + p.corner)});
+      pierced[p.edge_of_a ? 1 : 0][{p.triangle, p.corner}].push_back(&p);
+    }
+  // An edge through a ridge of the other mesh has neither end inside: its middle inside is the deepest.
+  for (const int of_a : {0, 1})
+    for (const auto& [edge, list] : pierced[of_a])
+      if (list.size() == 2 && list[0]->from_inside != list[1]->from_inside)
+        edges[of_a].push_back({(list[0]->point + list[1]->point) / 2, of_a == 1,
+                               feature_of(of_a == 1 ? 2 : 3, 3 * edge.first + edge.second)});
+  std::vector<Candidate> chosen;
+  for (const int of_a : {1, 0}) {
+    choose(vertices[of_a], n, depth.u(), depth.v(), chosen);
+    choose(edges[of_a], n, depth.u(), depth.v(), chosen);
+  }
+  const std::size_t first = contacts.size();
+  double most = 0;
+  for (const Candidate& c : chosen) {
+    const double d = depth(c);
+    if (d < 0) continue;
+    const Vec3 point = c.point - n * (c.of_a ? d / 2 : -d / 2);
+    const bool known = std::any_of(contacts.begin() + static_cast<std::ptrdiff_t>(first), contacts.end(),
+                                   [&](const Contact& o) { return (o.point - point).squaredNorm() < 1e-20; });
+    if (known) continue;
+    contacts.push_back({point, n, d, c.feature});
+    most = std::max(most, d);
+  }
+  // Where the surfaces cross the depth is nothing: such points say little beside the deep ones.
+  const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
+  contacts.erase(std::remove_if(begin, contacts.end(), [&](const Contact& c) { return c.depth < most / 4; }),
+                 contacts.end());
+  keep_four(contacts, first);
+}
+
+// Surfaces that only touch, or lie in each other's planes, cross along no curve: the direction of least overlap of the
+// two hulls, with points of the triangles that meet.
+void add_touching(const Posed& m, std::span<const std::array<std::uint32_t, 2>> pairs, std::vector<Contact>& contacts) {
+  std::vector<Vec3> directions;
+  Vec3 sides = Vec3::Zero();
+  for (const auto& [i, j] : pairs) {
+    const auto p = m.corners(true, i), q = m.corners(false, j);
+    sides += (p[1] - p[0]).cross(p[2] - p[0]).stableNormalized() - (q[1] - q[0]).cross(q[2] - q[0]).stableNormalized();
+  }
+  directions.push_back(sides.stableNormalized());
+  const Vec3 between = m.frame.in_a(m.b.centre) - m.a.centre;
+  directions.push_back(between.stableNormalized());
+  for (int k = 0; k < 3; ++k)
+    for (const double s : {1.0, -1.0}) {
+      directions.push_back(s * Vec3::Unit(k));
+      directions.push_back(s * m.frame.map().col(k).normalized());
+    }
+  const auto overlap = [&](const Vec3& d) {
+    double high = -std::numeric_limits<double>::infinity(), low = -high;
+    for (const std::uint32_t v : m.a.extreme) high = std::max(high, d.dot(m.vertex(true, v)));
+    for (const std::uint32_t v : m.b.extreme) low = std::min(low, d.dot(m.vertex(false, v)));
+    return std::pair(high - low, (high + low) / 2);
+  };
+  Vec3 n = Vec3::UnitZ();
+  std::pair<double, double> least(std::numeric_limits<double>::infinity(), 0);
+  for (const Vec3& d : directions)
+    if (d.norm() > 0.5)
+      if (const auto o = overlap(d); o.first < least.first) least = o, n = d;
+  const double depth = std::max(0.0, least.first);
+
+  Vec3 low = m.a.centre - m.a.half, high = m.a.centre + m.a.half;
+  const Vec3 centre_b = m.frame.in_a(m.b.centre), half_b = m.frame.map().cwiseAbs() * m.b.half;
+  const double slack = 1e-9 * (m.a.half.norm() + half_b.norm());
+  low = low.cwiseMax(centre_b - half_b) - Vec3::Constant(slack);
+  high = high.cwiseMin(centre_b + half_b) + Vec3::Constant(slack);
+  const std::size_t first = contacts.size();
+  std::map<std::uint32_t, Vec3> points;
+  for (const auto& pair : pairs)
+    for (const bool of_a : {true, false}) {
+      const std::uint32_t t = pair[of_a ? 0 : 1];
+      const auto p = m.corners(of_a, t);
+      for (int k = 0; k < 3; ++k)
+        if ((p[k] - low).minCoeff() >= 0 && (high - p[k]).minCoeff() >= 0)
+          points.emplace(feature_of(of_a ? 0 : 1, m.mesh(of_a).triangles[t][k]), p[k]);
+    }
+  if (points.empty()) points.emplace(0u, (low + high) / 2);
+  for (const auto& [feature, p] : points) contacts.push_back({p + n * (least.second - n.dot(p)), n, depth, feature});
+  keep_four(contacts, first);
+}
+
+}  // namespace
+
+void keep_four(std::vector<Contact>& contacts, std::size_t first) {
+  const std::size_t n = contacts.size() - first;
+  if (n <= 4) return;
+  const auto at = [&](std::size_t i) -> const Contact& { return contacts[first + i]; };
+  const auto best = [&](auto&& score) {
+    std::size_t winner = 0;
+    for (std::size_t i = 1; i < n; ++i)
+      if (score(at(i)) > score(at(winner))) winner = i;
+    return winner;
+  };
+  std::array<std::size_t, 4> kept{};
+  kept[0] = best([](const Contact& c) { return c.depth; });
+  const Vec3 p = at(kept[0]).point, axis = at(kept[0]).normal;
+  kept[1] = best([&](const Contact& c) { return (c.point - p).squaredNorm(); });
+  const Vec3 side = axis.cross(at(kept[1]).point - p);
+  kept[2] = best([&](const Contact& c) { return side.dot(c.point - p); });
+  kept[3] = best([&](const Contact& c) { return -side.dot(c.point - p); });
+  std::sort(kept.begin(), kept.end());
+  std::size_t out = first;
+  for (std::size_t k = 0; k < 4; ++k)
+    if (k == 0 || kept[k] != kept[k - 1]) contacts[out++] = contacts[first + kept[k]];
+  contacts.resize(out);
+}
+
+std::vector<Contact> patch_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
+                                    std::span<const std::array<std::uint32_t, 2>> pairs) {
+  const Posed m{a, b, frame};
+  std::vector<Contact> contacts;
+  PatchFinder finder(m, pairs);
+  for (const Patch& patch : finder.patches()) add_patch(m, patch, finder.crossings(), pairs, contacts);
+  if (contacts.empty()) add_touching(m, pairs, contacts);
+  std::stable_sort(contacts.begin(), contacts.end(),
+                   [](const Contact& x, const Contact& y) { return x.feature < y.feature; });
+  return contacts;
+}
+
+}  // namespace tandem

@@ -1,0 +1,24 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "mesh_model.h"
+#include "predicates.h"
+#include "tandem/narrowphase/narrow_phase.h"
+
+namespace tandem {
+
+/// Contacts of two meshes whose triangles `pairs` meet (not empty), in A's frame: one patch for each connected curve
+/// along which the surfaces cross, at most 4 points a patch. A patch's normal is the area vector of its curve, which
+/// equals the integral of A's normals over the part of A inside B; its depth is how far those parts of A and B that
+/// lie inside the other reach past each other along it. Normals from A to B. At least one contact.
+std::vector<Contact> patch_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
+                                    std::span<const std::array<std::uint32_t, 2>> pairs);
+
+/// At most 4 of the contacts from `first` on: the deepest, and those that span the widest patch with it. Keeps their
+/// order.
+void keep_four(std::vector<Contact>& contacts, std::size_t first);
+
+}  // namespace tandem

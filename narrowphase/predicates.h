@@ -1,0 +1,35 @@
+#pragma once
+#include <array>
+
+#include "tandem/narrowphase/pose.h"
+
+namespace tandem {
+
+/// Do closed triangles of two posed meshes meet? Exact for the real numbers R v + t: coplanar, touching and zero-area
+/// triangles (a segment, a point) included. Doubles with an error bound decide; only what lies within the bound is
+/// computed again in exact arithmetic.
+class TriangleTest {
+ public:
+  /// `reach_b`: an upper bound on the coordinates of B's vertices in B's frame, absolute.
+  TriangleTest(const Pose& pose_a, const Pose& pose_b, double reach_b);
+
+  /// A point of B in A's frame, within delta() of the exact place in every coordinate.
+  Vec3 in_a(const Vec3& v) const { return map_ * v + shift_; }
+  const Mat3& map() const { return map_; }
+  const Vec3& shift() const { return shift_; }
+  double delta() const { return delta_; }
+
+  /// Triangle `a` in A's frame, `b` in B's, and the same corners of B through in_a().
+  bool operator()(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b, const std::array<Vec3, 3>& b_in_a) const;
+
+  /// The same by exact arithmetic alone.
+  bool exact(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b) const;
+
+ private:
+  Pose pose_a_, pose_b_;
+  Mat3 map_;    // RA^-1 RB
+  Vec3 shift_;  // RA^-1 (tB - tA)
+  double delta_;
+};
+
+}  // namespace tandem
