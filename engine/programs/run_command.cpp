@@ -251,9 +251,8 @@ class Summary {
     out << "scene            " << scene.name << ", " << last_.bodies << " bodies, " << step_.size() << " steps\n"
         << "run by           " << name(options.executor) << ", " << execution.threads << " threads, split "
         << (options.split.dynamic() ? "dynamic" : "fixed") << ", last " << written(execution.split) << '\n'
-        << "broad phase      " << name(last_.broad_phase);
-    if (!last_.broad_phase_reason.empty()) out << ": " << last_.broad_phase_reason;
-    out << "\n"
+        << "broad phase      "
+        << (last_.broad_phase_reason.empty() ? name(last_.broad_phase) : last_.broad_phase_reason) << '\n'
         << "request          " << name(options.request) << '\n'
         << "last step        " << execution.candidate_pairs << " candidate pairs, " << last_.colliding_pairs
         << " colliding, " << last_.contacts << " contacts, largest depth " << last_.max_depth << " m\n"
@@ -342,26 +341,26 @@ int run(const Options& options, DescriptorBuffer& out) {
 void add_run_command(CLI::App& program, DescriptorBuffer& out, int& status) {
   CLI::App* command = program.add_subcommand("run", "simulate a scene");
   const auto o = std::make_shared<Options>();
-  command->add_option("SCENE", o->scene, "a built-in scene (tandem scenes) or a scene file");
-  const auto add = [&](const char* option, std::string& value, const char* text) {
-    command->add_option(option, value, text)->capture_default_str();
+  command->add_option("SCENE", o->scene, "a built-in scene (tandem scenes) or a scene file")->type_name("");
+  const auto add = [&](const char* option, const char* type, std::string& value, const char* text) {
+    command->add_option(option, value, text)->type_name(type)->capture_default_str();
   };
-  add("--steps", o->steps, "simulation steps");
-  add("--bodies", o->bodies, "bodies of a built-in scene; default: the paper's number");
-  add("--seed", o->seed, "what a built-in scene's random numbers start from; default 1");
-  add("--executor", o->executor, "sequential, barrier, threads or flowgraph");
-  add("--threads", o->threads, "threads in all, 0 to 1024, the caller counted; 0 asks the runtime");
-  add("--split", o->split, "X-Y threads for broad and narrow phase (threads, flowgraph), or dynamic");
-  add("--balance", o->balance, "how a dynamic split is found: paper or busy");
+  add("--steps", "N", o->steps, "simulation steps");
+  add("--bodies", "N", o->bodies, "bodies of a built-in scene; default: the paper's number");
+  add("--seed", "N", o->seed, "what a built-in scene's random numbers start from; default 1");
+  add("--executor", "NAME", o->executor, "sequential, barrier, threads or flowgraph");
+  add("--threads", "P", o->threads, "threads in all, 0 to 1024, the caller counted; 0 asks the runtime");
+  add("--split", "X-Y", o->split, "threads for broad and narrow phase (threads, flowgraph), or dynamic");
+  add("--balance", "NAME", o->balance, "how a dynamic split is found: paper or busy");
   command->add_flag("--strict", o->strict, "flowgraph: no help across the two phases, as in the paper");
-  add("--broadphase", o->broad_phase, "brute, sweep, grid, bvh or auto");
-  add("--request", o->request, "collide, distance or contacts; default: the scene's");
-  add("--tolerance", o->tolerance, "error accepted, relative to the bodies' size, 0 to 0.1");
-  add("--margin", o->margin, "report gaps up to this as contacts of negative depth, metres");
-  add("--json", o->json, "write a report a step to this FILE");
-  add("--contacts", o->contacts, "write the contacts of every step to this FILE");
-  add("--trace", o->trace, "write a timeline to this FILE, for Perfetto");
-  add("--record", o->record, "write poses and contacts of every step to this FILE (docs/record-format.md)");
+  add("--broadphase", "NAME", o->broad_phase, "brute, sweep, grid, bvh or auto");
+  add("--request", "NAME", o->request, "collide, distance or contacts; default: the scene's");
+  add("--tolerance", "T", o->tolerance, "error accepted, relative to the bodies' size, 0 to 0.1");
+  add("--margin", "M", o->margin, "report gaps up to this as contacts of negative depth, metres");
+  add("--json", "FILE", o->json, "write a report a step to this FILE");
+  add("--contacts", "FILE", o->contacts, "write the contacts of every step to this FILE");
+  add("--trace", "FILE", o->trace, "write a timeline to this FILE, for Perfetto");
+  add("--record", "FILE", o->record, "write poses and contacts of every step to this FILE (docs/record-format.md)");
   command->footer(
       "Bodies collide when the request is contacts; with collide and distance they only fly.\n"
       "A file gets its name when the run is done.\n"
