@@ -93,10 +93,8 @@ BodyOptions tumbled(const Kind& kind, const Vec3& cell_middle, double spacing, R
   return body;
 }
 
-/// How far apart cells are, in diameters of the largest body.
-constexpr double loose = 1.04;
-
-double spacing_for(std::initializer_list<Kind> kinds) {
+/// Distance of cells in diameters of the largest body: what is more than 1 is room for jitter.
+double spacing_for(std::initializer_list<Kind> kinds, double loose = 1.04) {
   double radius = 0;
   for (const Kind& kind : kinds) radius = std::max(radius, kind.radius);
   return loose * 2 * radius;
@@ -148,19 +146,20 @@ Scene tori_on_cones(std::size_t bodies, Random& random) {
   return scene;
 }
 
-Scene dropped_on_plane(Kind (*add_kind)(Scene&), std::size_t layers_high, std::size_t bodies, Random& random) {
+Scene dropped_on_plane(Kind (*add_kind)(Scene&), double loose, std::size_t bodies, Random& random) {
   Scene scene;
   add_ground(scene);
   const Kind kind = add_kind(scene);
-  const Layers layers{.spacing = spacing_for({kind}), .layers = layers_high, .bottom = 0.05};
+  const Layers layers{.spacing = spacing_for({kind}, loose), .layers = 2, .bottom = 0.05};
   for (std::size_t k = 0; k < bodies; ++k)
     scene.add_body(tumbled(kind, layers.cell(k, bodies), layers.spacing, random));
   return scene;
 }
 
-Scene cubes_on_plane(std::size_t bodies, Random& random) { return dropped_on_plane(add_cube, 2, bodies, random); }
-Scene spheres_on_plane(std::size_t bodies, Random& random) { return dropped_on_plane(add_sphere, 2, bodies, random); }
-Scene tori_on_plane(std::size_t bodies, Random& random) { return dropped_on_plane(add_torus, 2, bodies, random); }
+Scene cubes_on_plane(std::size_t bodies, Random& random) { return dropped_on_plane(add_cube, 1.04, bodies, random); }
+// Spheres need more jitter, or they balance on each other.
+Scene spheres_on_plane(std::size_t bodies, Random& random) { return dropped_on_plane(add_sphere, 1.3, bodies, random); }
+Scene tori_on_plane(std::size_t bodies, Random& random) { return dropped_on_plane(add_torus, 1.04, bodies, random); }
 
 Scene tori_and_cubes(std::size_t bodies, Random& random) {
   Scene scene;
@@ -219,7 +218,7 @@ Scene make_builtin_scene(std::string_view name, std::size_t bodies, std::uint64_
   const auto found = std::find_if(table.begin(), table.end(), [&](const BuiltinScene& s) { return s.name == name; });
   if (found == table.end()) {
     std::string message = "scene is '" + std::string(name) + "', allowed:";
-    for (const BuiltinScene& known : table) message += " " + std::string(known.name);
+    for (const BuiltinScene& known : table) message.append(" ").append(known.name);
     throw std::invalid_argument(message);
   }
   if (bodies > most_bodies)

@@ -10,7 +10,7 @@ namespace tandem {
 struct ResponseOptions {
   int substeps = 4;                   ///< [1, 64]; more is stiffer
   double friction = 0.5;              ///< Coulomb, >= 0
-  double rolling_resistance = 0.02;   ///< torque over normal force and body radius, >= 0; also against twisting
+  double rolling_resistance = 0.05;   ///< torque over normal force and body radius, >= 0; also against twisting
   double contact_hertz = 30;          ///< stiffness of a contact, > 0; held below a quarter of the sub-step rate
   double contact_damping_ratio = 10;  ///< > 0
   double max_push_out = 3;            ///< m/s at which overlap is undone, > 0
