@@ -24,8 +24,8 @@ class Automatic final : public BroadPhase {
   // Measured on one core with AVX2, ms a step, brute | sweep | grid | bvh, for 500, 1000 and 2000 unit boxes that
   // overlap about one other each: .041 | .030 | .050 | .048, .137 | .090 | .093 | .152, .394 | .183 | .131 | .272; a
   // pile of them: .075 | .051 | .061 | .111, .265 | .207 | .184 | .317, .660 | .455 | .313 | .576. From there on the
-  // grid is ahead everywhere but in worlds that it leaves to the tree. Brute force has one stage to schedule, the
-  // sweep five, the grid twelve: where times are near, few stages win.
+  // grid is ahead, or level with the tree (a flat world on a ground), but in worlds that it leaves to the tree. Brute
+  // force has one stage to schedule, the sweep five, the grid twelve: where times are near, few stages win.
   static constexpr std::size_t brute_below = 256;
   static constexpr std::size_t sweep_below = 1024;
   // How long to stay with the tree before the grid is asked again. Asking costs about a tenth of a step.

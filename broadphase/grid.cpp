@@ -97,7 +97,7 @@ void Grid::choose_columns() {
   const std::vector<Aabb> judged = thin_out(sample, 96);
   overlap_along_ = share_that_overlaps(judged, along_);
 
-  // Nanoseconds a box, fitted to measurements; what matters is where the minimum lies, which is flat.
+  // Rough nanoseconds a box, by order of magnitude, not fitted: they only have to find a minimum that is flat.
   constexpr double entry_cost = 14, vector_cost = 1.5, large_row_cost = 0.3, large_tree_cost = 60, count_cost = 0.6;
   const auto n = static_cast<double>(size_);
   const double max_columns = std::clamp(n / 8, 1.0, 16384.0);
@@ -169,7 +169,7 @@ void Grid::plan() {
   column_begin_[columns()] = sum;
   for (const auto& part : large_of_part_) large_.insert(large_.end(), part.begin(), part.end());
 
-  // The tree takes the time of some 500 tests a box.
+  // By estimate the tree takes the time of some 500 tests a box.
   constexpr double max_tests_a_box = 500;
   // A column is one block's work: longer ones would leave the other threads idle.
   const std::size_t max_entries_a_column = std::clamp<std::size_t>(size_ / 32, 8192, 32768);

@@ -74,7 +74,7 @@ class Grid final : public BroadPhase {
   std::size_t columns() const { return std::size_t{u_.count} * v_.count; }
   bool use_tree() const { return crowded_ || large_.size() > max_large_by_row; }
 
-  // A large box costs a row test of all boxes, 0.3 ns each; the tree costs each box a query, about 40 ns.
+  // A large box costs a row test of all boxes, the tree costs each box a query; estimated, not measured, to break even.
   static constexpr std::size_t max_large_by_row = 64;
   static constexpr std::size_t boxes_a_large_block = 8192;
 
