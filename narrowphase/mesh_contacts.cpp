@@ -5,11 +5,13 @@
 #include <limits>
 #include <map>
 #include <numeric>
+#include <optional>
 
 namespace tandem {
 namespace {
 
 constexpr std::size_t flood_limit = 4096;  // triangles inside the other mesh that are looked at, a mesh
+constexpr std::size_t span_limit = 16;     // edges of a patch that are held against those of the other mesh
 constexpr std::size_t ray_limit = 512;     // triangles a depth is measured against, a patch and mesh
 
 // Where a curve enters or leaves a triangle: an edge of one mesh through the inside of a triangle of the other.
@@ -235,7 +237,9 @@ Vec3 normal_of(const Posed& m, const Patch& patch, const std::vector<Crossing>& 
     length += (q - p).norm();
   }
   // A curve that closes has an area; a slit or an open curve (of a surface with a border) does not say which way.
-  if (open.norm() <= 1e-6 * length && area.norm() > 1e-3 * length * length) return area.normalized();
+  // Two edges that cross make a sliver with the right normal, however thin; a wide patch that thin is noise.
+  const double least = patch.vertices.empty() ? 1e-7 : 1e-3;
+  if (open.norm() <= 1e-6 * length && area.norm() > least * length * length) return area.normalized();
   for (const std::uint32_t t : patch.triangles[1]) {
     const auto p = m.corners(true, t);
     sides += (p[1] - p[0]).cross(p[2] - p[0]).stableNormalized();
@@ -294,22 +298,34 @@ class DepthProbe {
   std::array<std::vector<Flat>, 2> flats_;
 };
 
-// The candidates farthest out in eight directions along the patch, and the farthest beyond it.
+// The stretch of an edge inside the other mesh.
+struct Span {
+  Vec3 p, q;
+  std::uint32_t feature;
+};
+
+// How far two such stretches, of A and of B, reach past each other where they cross as seen along n.
+std::optional<double> over(const Span& a, const Span& b, const Vec3& n, Vec3& point) {
+  const Vec3 d = a.q - a.p, e = b.q - b.p, r = b.p - a.p;
+  const double det = n.dot(d.cross(e));
+  if (det == 0) return std::nullopt;
+  const double s = n.dot(r.cross(e)) / det, t = n.dot(r.cross(d)) / det;
+  if (!(s >= 0 && s <= 1 && t >= 0 && t <= 1)) return std::nullopt;
+  const Vec3 on_a = a.p + s * d, on_b = b.p + t * e;
+  point = (on_a + on_b) / 2;
+  const double depth = n.dot(on_a - on_b);
+  return depth >= 0 ? std::optional(depth) : std::nullopt;
+}
+
+// The candidates, all of one mesh, farthest out in eight directions along the patch, and the farthest beyond it.
 void choose(const std::vector<Candidate>& all, const Vec3& n, const Vec3& u, const Vec3& v,
             std::vector<Candidate>& chosen) {
   if (all.empty()) return;
-  const auto add_extreme = [&](const Vec3& d, bool along_normal) {
-    const Candidate* best = nullptr;
-    double most = 0;
-    for (const Candidate& c : all) {
-      const double x = along_normal ? (c.of_a ? d.dot(c.point) : -d.dot(c.point)) : d.dot(c.point);
-      if (along_normal && c.of_a != all.front().of_a) continue;
-      if (!best || x > most) best = &c, most = x;
-    }
-    chosen.push_back(*best);
-  };
-  for (const Vec3& d : {u, v, Vec3(u + v), Vec3(u - v)}) add_extreme(d, false), add_extreme(-d, false);
-  add_extreme(n, true);
+  for (const Vec3& d :
+       {u, v, Vec3(u + v), Vec3(u - v), Vec3(-u), Vec3(-v), Vec3(-u - v), Vec3(v - u), Vec3(all.front().of_a ? n : -n)})
+    chosen.push_back(*std::max_element(all.begin(), all.end(), [&](const Candidate& x, const Candidate& y) {
+      return d.dot(x.point) < d.dot(y.point);
+    }));
 }
 
 void add_patch(const Posed& m, const Patch& patch, const std::vector<Crossing>& crossings,
@@ -326,12 +342,12 @@ void add_patch(const Posed& m, const Patch& patch, const std::vector<Crossing>& 
           {p.point, p.edge_of_a, feature_of(p.edge_of_a ? 2 : 3, 3 * p.triangle + p.corner)});
       pierced[p.edge_of_a ? 1 : 0][{p.triangle, p.corner}].push_back(&p);
     }
-  // An edge through a ridge of the other mesh has neither end inside: its middle inside is the deepest.
+  std::array<std::vector<Span>, 2> spans;
   for (const int of_a : {0, 1})
     for (const auto& [edge, list] : pierced[of_a])
       if (list.size() == 2 && list[0]->from_inside != list[1]->from_inside)
-        edges[of_a].push_back({(list[0]->point + list[1]->point) / 2, of_a == 1,
-                               feature_of(of_a == 1 ? 2 : 3, 3 * edge.first + edge.second)});
+        spans[of_a].push_back(
+            {list[0]->point, list[1]->point, feature_of(of_a == 1 ? 2 : 3, 3 * edge.first + edge.second)});
   std::vector<Candidate> chosen;
   for (const int of_a : {1, 0}) {
     choose(vertices[of_a], n, depth.u(), depth.v(), chosen);
@@ -339,16 +355,18 @@ void add_patch(const Posed& m, const Patch& patch, const std::vector<Crossing>& 
   }
   const std::size_t first = contacts.size();
   double most = 0;
-  for (const Candidate& c : chosen) {
-    const double d = depth(c);
-    if (d < 0) continue;
-    const Vec3 point = c.point - n * (c.of_a ? d / 2 : -d / 2);
+  const auto add = [&](const Vec3& point, double d, std::uint32_t feature) {
     const bool known = std::any_of(contacts.begin() + static_cast<std::ptrdiff_t>(first), contacts.end(),
                                    [&](const Contact& o) { return (o.point - point).squaredNorm() < 1e-20; });
-    if (known) continue;
-    contacts.push_back({point, n, d, c.feature});
+    if (known) return;
+    contacts.push_back({point, n, d, feature});
     most = std::max(most, d);
-  }
+  };
+  for (const Candidate& c : chosen)
+    if (const double d = depth(c); d >= 0) add(c.point - n * (c.of_a ? d / 2 : -d / 2), d, c.feature);
+  for (std::size_t i = 0; i < std::min(spans[1].size(), span_limit); ++i)
+    for (std::size_t j = 0; j < std::min(spans[0].size(), span_limit); ++j)
+      if (Vec3 point; const auto d = over(spans[1][i], spans[0][j], n, point)) add(point, *d, spans[1][i].feature);
   // Where the surfaces cross the depth is nothing: such points say little beside the deep ones.
   const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
   contacts.erase(std::remove_if(begin, contacts.end(), [&](const Contact& c) { return c.depth < most / 4; }),
