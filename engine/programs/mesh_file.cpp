@@ -171,7 +171,7 @@ Mesh read_ascii_stl(const std::string& file, std::string_view text) {
   Words words(file, text);
   const auto expect = [&](std::string_view wanted) {
     const std::string_view word = words.next();
-    if (word != wanted) words.fail(word.empty() ? "end of file" : word, "'" + std::string(wanted) + "'");
+    if (word != wanted) words.fail(word.empty() ? "end of file" : word, wanted);
   };
   for (std::string_view word = words.next(); !word.empty(); word = words.next()) {
     if (word != "solid") words.fail(word, "'solid'");
