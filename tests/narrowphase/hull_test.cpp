@@ -1,0 +1,157 @@
+#include "hull.h"
+
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <fstream>
+#include <iostream>
+#include <set>
+#include <thread>
+
+#include "mesh_samples.h"
+
+using namespace tandem;
+using namespace tandem::test;
+
+namespace {
+
+double size_of(const std::vector<Vec3>& points) {
+  Vec3 lo = points[0], hi = points[0];
+  for (const Vec3& p : points) lo = lo.cwiseMin(p), hi = hi.cwiseMax(p);
+  return (hi - lo).norm();
+}
+
+// Everything a hull promises, for those with faces.
+void check(const Hull& hull, const std::vector<Vec3>& points) {
+  const double size = size_of(points);
+  const auto v = static_cast<long>(hull.vertices.size()), e = static_cast<long>(hull.edges.size()),
+             f = static_cast<long>(hull.faces.size());
+  CHECK(v - e + f == 2);
+  double outside = 0, bent = 0;
+  std::set<std::array<std::uint32_t, 2>> sides;
+  for (std::uint32_t i = 0; i < hull.faces.size(); ++i) {
+    const Hull::Face& face = hull.faces[i];
+    CHECK(face.normal.norm() == Approx(1).epsilon(1e-12));
+    CHECK(face.count >= 3);
+    for (const Vec3& p : points) outside = std::max(outside, face.normal.dot(p) - face.offset);
+    for (std::uint32_t k = 0; k < face.count; ++k) {
+      const std::uint32_t a = hull.loop[face.first + k], b = hull.loop[face.first + (k + 1) % face.count];
+      CHECK(sides.insert({a, b}).second);
+      bent = std::max(bent, face.offset - face.normal.dot(hull.vertices[a]));
+    }
+  }
+  CHECK(outside <= 1e-12 * size);
+  CHECK(bent <= 1e-9 * size);
+  for (const auto& s : sides) CHECK(sides.count({s[1], s[0]}) == 1);
+}
+
+}  // namespace
+
+TEST_CASE("hull of a cube with points inside and on its faces has 8 vertices, 12 edges and 6 faces") {
+  std::vector<Vec3> points;
+  for (int x = 0; x <= 4; ++x)
+    for (int y = 0; y <= 4; ++y)
+      for (int z = 0; z <= 4; ++z) points.emplace_back(x, y, z);
+  const Hull hull = build_hull(points);
+  CHECK(hull.dimension == 3);
+  CHECK(hull.vertices.size() == 8);
+  CHECK(hull.edges.size() == 12);
+  CHECK(hull.faces.size() == 6);
+  check(hull, points);
+  for (const auto& face : hull.faces) CHECK(face.normal.cwiseAbs().maxCoeff() == 1);
+}
+
+TEST_CASE("hull of a point, a segment and a flat polygon") {
+  const Vec3 p(1, 2, 3);
+  CHECK(build_hull(std::vector<Vec3>{p, p, p}).dimension == 0);
+  CHECK(build_hull(std::vector<Vec3>{p, p}).vertices == std::vector<Vec3>{p});
+  CHECK_THROWS_AS(build_hull(std::vector<Vec3>{}), std::invalid_argument);
+
+  const Vec3 along(0.1, -0.7, 0.3);
+  std::vector<Vec3> line;
+  for (const double s : {0.5, 0.0, 1.0, 0.25, 0.75}) line.push_back(p + s * along);
+  const Hull segment = build_hull(line);
+  CHECK(segment.dimension == 1);
+  CHECK(segment.vertices == std::vector<Vec3>{line[1], line[2]});
+  REQUIRE(segment.edges.size() == 1);
+
+  std::mt19937_64 random(3);
+  const Mat3 turn = random_turn(random).toRotationMatrix();
+  std::vector<Vec3> flat;
+  for (int x = 0; x <= 3; ++x)
+    for (int y = 0; y <= 3; ++y) flat.push_back(p + turn * Vec3(x, y, 0));
+  const Hull polygon = build_hull(flat);
+  CHECK(polygon.dimension == 2);
+  CHECK(polygon.faces.size() == 2);
+  // Points rounded off an edge may stay; the corners must.
+  for (const int corner : {0, 3, 12, 15})
+    CHECK(std::count(polygon.vertices.begin(), polygon.vertices.end(), flat[static_cast<std::size_t>(corner)]) == 1);
+  check(polygon, flat);
+}
+
+TEST_CASE("hulls of plates, needles, tiny, huge and distant clouds hold all their points") {
+  std::mt19937_64 random(4);
+  for (const Vec3& scale : {Vec3(1, 1, 1), Vec3(1, 1, 1e-4), Vec3(1, 1, 1e-10), Vec3(1, 1e-4, 1e-4),
+                            Vec3(1e-30, 1e-30, 1e-30), Vec3(1e30, 1e30, 1e30), Vec3(1, 1e-6, 1e-11)})
+    for (const double far : {0.0, 1e6}) {
+      if (far > 0 && scale.maxCoeff() != 1) continue;
+      const Mat3 turn = random_turn(random).toRotationMatrix();
+      std::vector<Vec3> points;
+      for (int i = 0; i < 60; ++i)
+        points.push_back(turn * random_point(random, 1).cwiseProduct(scale) + Vec3::Constant(far));
+      CAPTURE(scale.transpose());
+      CAPTURE(far);
+      const Hull hull = build_hull(points);
+      REQUIRE(hull.dimension >= 2);
+      const double size = size_of(points);
+      double outside = 0;
+      for (const auto& face : hull.faces)
+        for (const Vec3& p : points)
+          outside = std::max(outside, face.normal.dot(p - hull.inside) - (face.offset - face.normal.dot(hull.inside)));
+      CHECK(outside <= 1e-12 * size + 1e-15 * far);
+    }
+}
+
+TEST_CASE("every point of a sphere is a vertex, and hulls built on threads at once are the same") {
+  std::mt19937_64 random(5);
+  std::vector<Vec3> points;
+  for (int i = 0; i < 500; ++i) points.push_back(random_point(random, 1).normalized());
+  const Hull hull = build_hull(points);
+  CHECK(hull.vertices == points);
+  check(hull, points);
+  std::array<Hull, 4> others;
+  {
+    std::vector<std::jthread> threads;
+    for (Hull& other : others) threads.emplace_back([&] { other = build_hull(points); });
+  }
+  for (const Hull& other : others) CHECK(other.loop == hull.loop);
+}
+
+TEST_CASE("6,755 clouds that were hard for a hull builder") {
+  const char* shared = std::getenv("TANDEM_SHARED");
+  if (!shared) {
+    std::cout << "skipped: TANDEM_SHARED is not set\n";
+    return;
+  }
+  std::ifstream file(std::string(shared) + "/meshes/jolt_convex_hulls.bin", std::ios::binary);
+  REQUIRE(file);
+  std::uint32_t n = 0;
+  int clouds = 0, flat = 0;
+  double worst = 0;
+  while (file.read(reinterpret_cast<char*>(&n), 4)) {
+    std::vector<float> raw(3 * static_cast<std::size_t>(n));
+    REQUIRE(file.read(reinterpret_cast<char*>(raw.data()), static_cast<std::streamsize>(4 * raw.size())));
+    std::vector<Vec3> points;
+    for (std::size_t i = 0; i < n; ++i) points.push_back(Eigen::Map<Eigen::Vector3f>(&raw[3 * i]).cast<double>());
+    const Hull hull = build_hull(points);
+    REQUIRE(hull.dimension >= 2);
+    flat += hull.dimension == 2;
+    if (hull.dimension == 3) REQUIRE(hull.vertices.size() + hull.faces.size() == hull.edges.size() + 2);
+    const double size = size_of(points);
+    for (const auto& face : hull.faces)
+      for (const Vec3& p : points) worst = std::max(worst, (face.normal.dot(p) - face.offset) / size);
+    ++clouds;
+  }
+  CHECK(clouds == 6755);
+  CHECK(flat < 50);
+  CHECK(worst <= 1e-12);
+}

@@ -1,0 +1,65 @@
+#pragma once
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "tandem/narrowphase/shape.h"
+
+namespace tandem::test {
+
+/// A closed torus about z of 2 * segments * sides triangles.
+inline Mesh torus(double ring, double tube, int segments, int sides) {
+  Mesh mesh;
+  mesh.solid = true;
+  for (int i = 0; i < segments; ++i)
+    for (int j = 0; j < sides; ++j) {
+      const double u = 2 * std::numbers::pi * i / segments, v = 2 * std::numbers::pi * j / sides;
+      const double r = ring + tube * std::cos(v);
+      mesh.vertices.emplace_back(r * std::cos(u), r * std::sin(u), tube * std::sin(v));
+      const auto at = [&](int a, int b) { return static_cast<std::uint32_t>(a % segments * sides + b % sides); };
+      mesh.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+      mesh.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+    }
+  return mesh;
+}
+
+/// A closed box with its centre at the origin, every face cut into n x n squares.
+inline Mesh box_mesh(const Vec3& size, int n = 1) {
+  Mesh mesh;
+  mesh.solid = true;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const int side : {-1, 1})
+      for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) {
+          const auto corner = [&](int a, int b) {
+            Vec3 p;
+            p[axis] = side * 0.5;
+            p[(axis + 1) % 3] = static_cast<double>(a) / n - 0.5;
+            p[(axis + 2) % 3] = static_cast<double>(b) / n - 0.5;
+            mesh.vertices.push_back(p.cwiseProduct(size));
+            return static_cast<std::uint32_t>(mesh.vertices.size() - 1);
+          };
+          const auto a = corner(i, j), b = corner(i + 1, j), c = corner(i + 1, j + 1), d = corner(i, j + 1);
+          if (side > 0) {
+            mesh.triangles.push_back({a, b, c});
+            mesh.triangles.push_back({a, c, d});
+          } else {
+            mesh.triangles.push_back({a, c, b});
+            mesh.triangles.push_back({a, d, c});
+          }
+        }
+  return mesh;
+}
+
+/// A random rotation.
+inline Quat random_turn(std::mt19937_64& random) {
+  std::normal_distribution<double> normal;
+  return Quat(normal(random), normal(random), normal(random), normal(random)).normalized();
+}
+
+inline Vec3 random_point(std::mt19937_64& random, double reach) {
+  std::uniform_real_distribution<double> uniform(-reach, reach);
+  return {uniform(random), uniform(random), uniform(random)};
+}
+
+}  // namespace tandem::test

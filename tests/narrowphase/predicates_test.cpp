@@ -1,0 +1,137 @@
+#include "predicates.h"
+
+#include <boost/multiprecision/cpp_int.hpp>
+#include <catch2/catch.hpp>
+#include <vector>
+
+#include "exact_number.h"
+#include "mesh_samples.h"
+
+using namespace tandem;
+using namespace tandem::test;
+
+namespace {
+
+using Rational = boost::multiprecision::cpp_rational;
+using Corners = std::array<Vec3, 3>;
+using Exact = std::array<Rational, 3>;
+
+// An oracle of another kind: two triangles meet if and only if no direction separates them strictly, and among the
+// directions it is enough to try the normals of both, the products of their edges, and for triangles in one plane or
+// without area the normals to edges in that plane and the edges themselves.
+Exact sub(const Exact& a, const Exact& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+Exact cross(const Exact& a, const Exact& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+Rational dot(const Exact& a, const Exact& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+std::array<Exact, 3> place(const Corners& t, const Pose& pose) {
+  std::array<Exact, 3> out;
+  for (int c = 0; c < 3; ++c)
+    for (int i = 0; i < 3; ++i) {
+      out[c][i] = Rational(pose.translation[i]);
+      for (int j = 0; j < 3; ++j) out[c][i] += Rational(pose.rotation(i, j)) * Rational(t[c][j]);
+    }
+  return out;
+}
+
+bool oracle(const Corners& ta, const Pose& pa, const Corners& tb, const Pose& pb) {
+  const auto a = place(ta, pa), b = place(tb, pb);
+  std::vector<Exact> edges, directions;
+  for (const auto* t : {&a, &b})
+    for (int k = 0; k < 3; ++k) edges.push_back(sub((*t)[(k + 1) % 3], (*t)[k]));
+  for (const auto& p : a)
+    for (const auto& q : b) edges.push_back(sub(p, q));
+  for (const auto& e : edges) directions.push_back(e);
+  for (std::size_t i = 0; i < edges.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) directions.push_back(cross(edges[i], edges[j]));
+  for (std::size_t i = 0; i < 6; ++i)
+    for (std::size_t j = 0; j < edges.size(); ++j) directions.push_back(cross(edges[i], cross(edges[i], edges[j])));
+  for (const auto& d : directions) {
+    Rational lo_a = dot(d, a[0]), hi_a = lo_a, lo_b = dot(d, b[0]), hi_b = lo_b;
+    for (int k = 1; k < 3; ++k) {
+      lo_a = std::min<Rational>(lo_a, dot(d, a[k])), hi_a = std::max<Rational>(hi_a, dot(d, a[k]));
+      lo_b = std::min<Rational>(lo_b, dot(d, b[k])), hi_b = std::max<Rational>(hi_b, dot(d, b[k]));
+    }
+    if (hi_a < lo_b || hi_b < lo_a) return false;
+  }
+  return true;
+}
+
+bool fast(const Corners& a, const Pose& pa, const Corners& b, const Pose& pb, double reach) {
+  const TriangleTest test(pa, pb, reach);
+  return test(a, b, {test.in_a(b[0]), test.in_a(b[1]), test.in_a(b[2])});
+}
+
+}  // namespace
+
+TEST_CASE("triangles on a small grid, where touching, coplanar and zero-area are common, agree with rationals") {
+  std::mt19937_64 random(11);
+  std::uniform_int_distribution<int> cell(-1, 1);
+  int hits = 0, flat = 0;
+  for (int i = 0; i < 4000; ++i) {
+    Corners a, b;
+    for (Corners* t : {&a, &b})
+      for (Vec3& v : *t) v = Vec3(cell(random), cell(random), i % 3 == 0 ? 0 : cell(random));
+    const Pose pose;
+    const bool want = oracle(a, pose, b, pose);
+    hits += want;
+    flat += (a[1] - a[0]).cross(a[2] - a[0]).isZero();
+    CAPTURE(i);
+    REQUIRE(fast(a, pose, b, pose, 1) == want);
+    REQUIRE(fast(b, pose, a, pose, 1) == want);
+  }
+  CHECK(hits > 1000);
+  CHECK(hits < 3900);
+  CHECK(flat > 200);
+}
+
+TEST_CASE("triangles in random poses, a rounding apart from touching, agree with rationals") {
+  std::mt19937_64 random(12);
+  int hits = 0;
+  for (int i = 0; i < 1000; ++i) {
+    Corners a, b;
+    for (Vec3& v : a) v = random_point(random, 1);
+    for (Vec3& v : b) v = random_point(random, 1);
+    const double far = i % 2 ? 0 : 1e6;
+    Pose pa = Pose::from(random_turn(random), random_point(random, 1) + Vec3::Constant(far));
+    Pose pb = Pose::from(random_turn(random), random_point(random, 1) + Vec3::Constant(far));
+    // Bring a vertex of B onto a point of A, as nearly as doubles can.
+    const Vec3 target = pa * (0.2 * a[0] + 0.3 * a[1] + 0.5 * a[2]);
+    pb.translation += target - pb * b[i % 3];
+    const bool want = oracle(a, pa, b, pb);
+    hits += want;
+    CAPTURE(i);
+    REQUIRE(fast(a, pa, b, pb, 1) == want);
+    REQUIRE(fast(b, pb, a, pa, 1) == want);
+  }
+  CHECK(hits > 100);
+  CHECK(hits < 1000);
+}
+
+TEST_CASE("triangles with coordinates beyond the range of expansions are still decided exactly") {
+  const Corners a{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)};
+  const Pose pose;
+  for (const double tiny : {1e-60, 1e-99}) {
+    const Corners above{Vec3(0.2, 0.2, tiny), Vec3(0.3, 0.2, 1), Vec3(0.2, 0.3, 1)};
+    const Corners through{Vec3(0.2, 0.2, -tiny), Vec3(0.3, 0.2, 1), Vec3(0.2, 0.3, 1)};
+    CHECK_FALSE(fast(a, pose, above, pose, 1));
+    CHECK(fast(a, pose, through, pose, 1));
+  }
+}
+
+TEST_CASE("expansions hold sums and products exactly") {
+  std::mt19937_64 random(13);
+  std::uniform_real_distribution<double> mantissa(-1, 1);
+  std::uniform_int_distribution<int> exponent(-80, 80);
+  const auto draw = [&] { return std::ldexp(mantissa(random), exponent(random)); };
+  for (int i = 0; i < 500; ++i) {
+    const double a = draw(), b = draw(), c = draw(), d = draw();
+    const Expansion ab = Expansion::product(a, b), cd = Expansion::product(c, d);
+    const Expansion e = (ab + cd) * (ab - cd), f = ab * ab - cd * cd;
+    CHECK((e - f).sign() == 0);
+    CHECK((e - f + Expansion(1e-300)).sign() == 1);
+    const Rational r = Rational(a) * Rational(b) - Rational(c) * Rational(d);
+    CHECK((ab - cd).sign() == r.sign());
+  }
+}

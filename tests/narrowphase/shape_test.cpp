@@ -1,0 +1,205 @@
+#include "tandem/narrowphase/shape.h"
+
+#include <catch2/catch.hpp>
+#include <functional>
+
+#include "hull.h"
+#include "mesh_model.h"
+#include "mesh_samples.h"
+
+using namespace tandem;
+using namespace tandem::test;
+using Catch::Matchers::Contains;
+
+namespace {
+
+Shape tetrahedron() { return Convex{{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 2, 0), Vec3(0, 0, 3)}}; }
+
+// Is a point in the shape, by its definition? For the kinds with a closed form.
+bool holds(const Shape& s, const Vec3& p) {
+  const double across = p.head<2>().norm();
+  switch (s.kind()) {
+    case ShapeKind::sphere:
+      return p.norm() <= s.radius();
+    case ShapeKind::box:
+      return (p.cwiseAbs() - s.half_size()).maxCoeff() <= 0;
+    case ShapeKind::capsule:
+      return (p - Vec3(0, 0, std::clamp(p.z(), -s.length() / 2, s.length() / 2))).norm() <= s.radius();
+    case ShapeKind::cylinder:
+      return across <= s.radius() && std::abs(p.z()) <= s.length() / 2;
+    case ShapeKind::cone:
+      return std::abs(p.z()) <= s.length() / 2 && across <= s.radius() * (0.5 - p.z() / s.length());
+    case ShapeKind::ellipsoid:
+      return p.cwiseQuotient(s.radii()).norm() <= 1;
+    default: {
+      for (const auto& face : s.hull().faces)
+        if (face.normal.dot(p) > face.offset) return false;
+      return true;
+    }
+  }
+}
+
+}  // namespace
+
+TEST_CASE("shapes refuse what they cannot be, by the field's name") {
+  const double nan = std::nan(""), inf = std::numeric_limits<double>::infinity();
+  CHECK_THROWS_WITH(Shape(Sphere{-1}), Contains("sphere: radius is -1"));
+  CHECK_THROWS_WITH(Shape(Sphere{nan}), Contains("radius"));
+  CHECK_THROWS_WITH(Shape(Box{Vec3(1, 0, 1)}), Contains("box: size[1] is 0"));
+  CHECK_THROWS_WITH(Shape(Box{Vec3(1, 1, inf)}), Contains("size[2]"));
+  CHECK_THROWS_WITH(Shape(Capsule{0, 1}), Contains("capsule: radius"));
+  CHECK_THROWS_WITH(Shape(Capsule{1, -1}), Contains("capsule: length"));
+  CHECK_THROWS_WITH(Shape(Cylinder{1, 0}), Contains("cylinder: length"));
+  CHECK_THROWS_WITH(Shape(Cone{1, nan}), Contains("cone: length"));
+  CHECK_THROWS_WITH(Shape(Ellipsoid{Vec3(1, 2, -3)}), Contains("ellipsoid: radii[2] is -3"));
+  CHECK_THROWS_WITH(Shape(HalfSpace{Vec3::Zero(), 1}), Contains("halfspace: length of normal"));
+  CHECK_THROWS_WITH(Shape(HalfSpace{Vec3::UnitX(), inf}), Contains("halfspace: offset"));
+  CHECK_THROWS_WITH(Shape(Convex{}), Contains("convex: vertices is empty"));
+  CHECK_THROWS_WITH(Shape(Convex{{Vec3(0, 0, 0), Vec3(0, nan, 0)}}), Contains("convex: vertices[1][1]"));
+  CHECK_THROWS_WITH(Shape(Triangle{{Vec3(0, 0, 0), Vec3(0, 0, 0), Vec3(0, 0, inf)}}),
+                    Contains("triangle: vertices[2][2]"));
+  CHECK_NOTHROW(Shape(Sphere{0}));
+  CHECK_NOTHROW(Shape(Capsule{1, 0}));
+  CHECK_NOTHROW(Shape(Triangle{{Vec3(1, 1, 1), Vec3(1, 1, 1), Vec3(1, 1, 1)}}));
+}
+
+TEST_CASE("poses: rotations of float precision pass, others do not") {
+  std::mt19937_64 random(1);
+  for (int i = 0; i < 200; ++i) {
+    Pose pose = Pose::from(random_turn(random), random_point(random, 10));
+    pose.rotation = pose.rotation.cast<float>().cast<double>();
+    CHECK_NOTHROW(require_valid(pose, "body 3"));
+  }
+  Pose scaled;
+  scaled.rotation *= 1 + 1e-5;
+  CHECK_THROWS_WITH(require_valid(scaled, "body 3"), Contains("body 3: rotation is off"));
+  Pose mirrored;
+  mirrored.rotation(2, 2) = -1;
+  CHECK_THROWS_WITH(require_valid(mirrored, "body 3"), Contains("determinant"));
+  Pose lost;
+  lost.translation.y() = std::nan("");
+  CHECK_THROWS_WITH(require_valid(lost, "body 3"), Contains("translation[1]"));
+  Pose bent;
+  bent.rotation(0, 1) = std::nan("");
+  CHECK_THROWS_WITH(require_valid(bent, "body 3"), Contains("rotation(0, 1)"));
+}
+
+TEST_CASE("bounds hold the shape and touch it on all six sides") {
+  std::mt19937_64 random(2);
+  const std::vector<Shape> shapes{Sphere{0.7},        Box{Vec3(1, 2, 3)}, Capsule{0.3, 1.2},
+                                  Cylinder{0.5, 1.5}, Cone{0.6, 1.1},     Ellipsoid{Vec3(0.2, 0.9, 1.4)},
+                                  tetrahedron()};
+  for (const Shape& shape : shapes)
+    for (int i = 0; i < 3; ++i) {
+      const Pose pose = Pose::from(random_turn(random), random_point(random, 5));
+      const Bounds b = shape.bounds(pose);
+      Vec3 lo = Vec3::Constant(1e9), hi = -lo;
+      for (int k = 0; k < 40000; ++k) {
+        // Push random points out to the surface along a ray from an inner point.
+        const Vec3 d = random_point(random, 1).normalized();
+        const Vec3 from = shape.kind() == ShapeKind::convex ? shape.hull().inside : Vec3(0, 0, 0);
+        double in = 0, out = shape.size();
+        for (int step = 0; step < 30; ++step) (holds(shape, from + (in + out) / 2 * d) ? in : out) = (in + out) / 2;
+        const Vec3 p = pose * Vec3(from + in * d);
+        lo = lo.cwiseMin(p);
+        hi = hi.cwiseMax(p);
+      }
+      CAPTURE(name(shape.kind()));
+      CHECK((lo - b.lo).minCoeff() >= -1e-6);
+      CHECK((b.hi - hi).minCoeff() >= -1e-6);
+      CHECK((lo - b.lo).maxCoeff() <= 0.2 * shape.size());
+      CHECK((b.hi - hi).maxCoeff() <= 0.2 * shape.size());
+    }
+  const Mesh mesh = torus(1, 0.3, 12, 9);
+  const Pose pose = Pose::from(random_turn(random), random_point(random, 5));
+  Vec3 lo = Vec3::Constant(1e9), hi = -lo;
+  for (const Vec3& v : mesh.vertices) lo = lo.cwiseMin(pose * v), hi = hi.cwiseMax(pose * v);
+  const Bounds b = Shape(mesh).bounds(pose);
+  CHECK((b.lo - lo).norm() < 1e-14);
+  CHECK((b.hi - hi).norm() < 1e-14);
+  const Bounds ground = Shape(HalfSpace{Vec3(0, 0, 2), 3}).bounds(Pose::at(0, 0, 1));
+  CHECK(ground.hi.z() == 2.5);
+  CHECK(ground.lo.z() == -1e300);
+  CHECK(ground.hi.x() == 1e300);
+}
+
+TEST_CASE("mass properties agree with sampling") {
+  const std::vector<Shape> shapes{Sphere{0.7},        Box{Vec3(1, 2, 3)}, Capsule{0.3, 1.2},
+                                  Cylinder{0.5, 1.5}, Cone{0.6, 1.1},     Ellipsoid{Vec3(0.2, 0.9, 1.4)},
+                                  tetrahedron()};
+  for (const Shape& shape : shapes) {
+    const Bounds b = shape.bounds(Pose{});
+    const int n = 60;
+    const Vec3 step = (b.hi - b.lo) / n;
+    double volume = 0;
+    Vec3 first = Vec3::Zero();
+    Mat3 second = Mat3::Zero();
+    for (int x = 0; x < n; ++x)
+      for (int y = 0; y < n; ++y)
+        for (int z = 0; z < n; ++z) {
+          const Vec3 p = b.lo + step.cwiseProduct(Vec3(x + 0.5, y + 0.5, z + 0.5));
+          if (!holds(shape, p)) continue;
+          volume += 1, first += p, second += p * p.transpose();
+        }
+    const double cell = step.prod();
+    const Vec3 centre = first / volume;
+    const Mat3 spread = (second - volume * centre * centre.transpose()) * cell;
+    const Mat3 inertia = spread.trace() * Mat3::Identity() - spread;
+    const MassProperties& m = shape.mass();
+    CAPTURE(name(shape.kind()));
+    CHECK(m.volume == Approx(volume * cell).epsilon(0.02));
+    CHECK((m.centre - centre).norm() < 0.01 * shape.size());
+    CHECK((m.inertia - inertia).norm() < 0.03 * inertia.norm());
+  }
+  const MassProperties cube = Shape(box_mesh(Vec3(1, 2, 3), 2)).mass(), box = Shape(Box{Vec3(1, 2, 3)}).mass();
+  CHECK(cube.volume == Approx(box.volume));
+  CHECK((cube.inertia - box.inertia).norm() < 1e-12);
+  const MassProperties flat = Shape(Triangle{{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)}}).mass();
+  CHECK(flat.volume == Approx(std::sqrt(2.0) / 100));
+  CHECK(Shape(Mesh{torus(1, 0.3, 64, 64)}).mass().volume ==
+        Approx(2 * std::numbers::pi * std::numbers::pi * 0.09).epsilon(0.01));
+}
+
+TEST_CASE("meshes refuse what they cannot be, by the field's name") {
+  Mesh mesh = box_mesh(Vec3(1, 1, 1));
+  CHECK_NOTHROW(Shape(mesh));
+  Mesh empty;
+  CHECK_THROWS_WITH(Shape(empty), Contains("triangles is empty"));
+  Mesh wild = mesh;
+  wild.triangles[3][1] = 99;
+  CHECK_THROWS_WITH(Shape(wild), Contains("triangles[3][1] is 99"));
+  Mesh lost = mesh;
+  lost.vertices[2].x() = std::nan("");
+  CHECK_THROWS_WITH(Shape(lost), Contains("mesh: vertices[2][0]"));
+  Mesh open = mesh;
+  open.triangles.pop_back();
+  CHECK_THROWS_WITH(Shape(open), Contains("the edge from vertex"));
+  open.solid = false;
+  CHECK_NOTHROW(Shape(open));
+  Mesh turned = mesh;
+  std::swap(turned.triangles[0][0], turned.triangles[0][1]);
+  CHECK_THROWS_WITH(Shape(turned), Contains("the edge from vertex"));
+  Mesh inward = mesh;
+  for (auto& t : inward.triangles) std::swap(t[0], t[1]);
+  CHECK_THROWS_WITH(Shape(inward), Contains("volume"));
+}
+
+TEST_CASE("a mesh's hierarchy holds every triangle once, in boxes around it") {
+  Mesh input = torus(1, 0.3, 24, 24);
+  for (Vec3& v : input.vertices) v += Vec3(1e6, 0, -3);
+  const MeshModel mesh = build_mesh(input);
+  std::vector<int> seen(mesh.triangles.size(), 0);
+  for (const MeshNode& node : mesh.nodes)
+    for (std::uint32_t k = 0; k < node.lanes; ++k)
+      for (std::uint32_t i = 0; i < node.count[k]; ++i) {
+        const std::uint32_t t = mesh.order[node.child[k] + i];
+        ++seen[t];
+        for (const Vec3& p : mesh.corners(t))
+          for (int axis = 0; axis < 3; ++axis)
+            CHECK(std::abs((p[axis] - mesh.centre[axis]) / mesh.unit - static_cast<double>(node.mid[axis][k])) <=
+                  static_cast<double>(node.half[axis][k]));
+      }
+  CHECK(std::all_of(seen.begin(), seen.end(), [](int n) { return n == 1; }));
+  for (const auto& n : mesh.neighbours)
+    for (const std::uint32_t t : n) CHECK(t != no_index);
+}
