@@ -66,7 +66,7 @@ int Polytope::span(const Simplex& start) {
       farther(distance(p.w), p, best, at);
     }
   };
-  MinkowskiPoint at{};
+  MinkowskiPoint at = start.p[0];
   const double thin = 1e-9 * (d_.scale() + reach);  // prefer the start's points unless they lie this close
 
   const auto from_point = [&](const Vec3& w) { return (w - vertex[0].w).norm(); };

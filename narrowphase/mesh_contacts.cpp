@@ -366,7 +366,7 @@ void add_patch(const Posed& m, const Patch& patch, const std::vector<Crossing>& 
     if (const double d = depth(c); d >= 0) add(c.point - n * (c.of_a ? d / 2 : -d / 2), d, c.feature);
   for (std::size_t i = 0; i < std::min(spans[1].size(), span_limit); ++i)
     for (std::size_t j = 0; j < std::min(spans[0].size(), span_limit); ++j)
-      if (Vec3 point; const auto d = over(spans[1][i], spans[0][j], n, point)) add(point, *d, spans[1][i].feature);
+      if (Vec3 point = Vec3::Zero(); const auto d = over(spans[1][i], spans[0][j], n, point)) add(point, *d, spans[1][i].feature);
   // Where the surfaces cross the depth is nothing: such points say little beside the deep ones.
   const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
   contacts.erase(std::remove_if(begin, contacts.end(), [&](const Contact& c) { return c.depth < most / 4; }),
