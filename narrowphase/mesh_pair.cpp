@@ -408,9 +408,8 @@ class MeshConvex {
     if (deepest.certain < 0) {
       const PairAnswer r = nearest();
       if (!inside()) return r;
+      // The convex leaves through the nearest wall; the normal points from there to its inside.
       deepest = {r.signed_distance, -r.normal, (r.point_a + r.point_b) / 2};
-      // The convex leaves through the nearest wall, away from its inside.
-      deepest.normal = r.normal;
     }
     return with_depth(mesh_, convex_, deepest, model_.solid, [&](const Vec3& move) {
       const Pose moved{convex_.pose.rotation, convex_.pose.translation + move};

@@ -1,0 +1,414 @@
+#include <fcl/narrowphase/collision.h>
+
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "mesh_inside.h"
+#include "mesh_model.h"
+#include "mesh_pair.h"
+#include "mesh_samples.h"
+#include "predicates.h"
+#include "tandem/narrowphase/narrow_phase.h"
+
+using namespace tandem;
+using namespace tandem::test;
+using Json = nlohmann::json;
+using Pairs = std::vector<std::array<std::uint32_t, 2>>;
+
+namespace {
+
+Pose moved(const Pose& pose, const Vec3& by) { return {pose.rotation, pose.translation + by}; }
+
+bool collide(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb) {
+  return NarrowPhase().solve(a, pa, b, pb, Request::collide).collide;
+}
+
+std::vector<Contact> contacts_of(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb, double margin = 0) {
+  std::vector<Contact> contacts;
+  NarrowPhase({.margin = margin}).solve(a, pa, b, pb, Request::contacts, &contacts);
+  for (const Contact& c : contacts) {
+    CHECK(c.point.allFinite());
+    CHECK(c.normal.norm() == Approx(1));
+    CHECK(std::isfinite(c.depth));
+    CHECK(c.depth >= -margin);
+  }
+  return contacts;
+}
+
+// How far B must go along d from where it is until the two no longer touch, to 1e-12; they touch now.
+double way_out(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb, const Vec3& d) {
+  double in = 0, out = a.size() + b.size();
+  for (int i = 0; i < 50; ++i) (collide(a, pa, b, moved(pb, (in + out) / 2 * d)) ? in : out) = (in + out) / 2;
+  return out;
+}
+
+fcl::BVHModel<fcl::OBBRSSd> fcl_model(const Mesh& mesh) {
+  std::vector<fcl::Vector3d> vertices(mesh.vertices.begin(), mesh.vertices.end());
+  std::vector<fcl::Triangle> triangles;
+  for (const auto& t : mesh.triangles) triangles.emplace_back(t[0], t[1], t[2]);
+  fcl::BVHModel<fcl::OBBRSSd> model;
+  model.beginModel();
+  model.addSubModel(vertices, triangles);
+  model.endModel();
+  return model;
+}
+
+fcl::Transform3d fcl_pose(const Pose& pose) {
+  fcl::Transform3d t = fcl::Transform3d::Identity();
+  t.linear() = pose.rotation;
+  t.translation() = pose.translation;
+  return t;
+}
+
+Mesh read_mesh(const std::filesystem::path& path) {
+  Mesh mesh;
+  std::ifstream in(path, std::ios::binary);
+  REQUIRE(in);
+  if (path.extension() == ".stl") {
+    for (std::string word; in >> word;)
+      if (word == "vertex") {
+        Vec3 v;
+        in >> v.x() >> v.y() >> v.z();
+        mesh.vertices.push_back(v);
+      }
+    for (std::uint32_t i = 0; i + 2 < mesh.vertices.size(); i += 3) mesh.triangles.push_back({i, i + 1, i + 2});
+    return mesh;
+  }
+  for (std::string line; std::getline(in, line);) {
+    std::istringstream words(line);
+    std::string key;
+    words >> key;
+    if (key == "v") {
+      Vec3 v;
+      words >> v.x() >> v.y() >> v.z();
+      mesh.vertices.push_back(v);
+    } else if (key == "f") {
+      std::vector<std::uint32_t> polygon;
+      for (std::string word; words >> word;) polygon.push_back(static_cast<std::uint32_t>(std::stoul(word)) - 1);
+      for (std::size_t i = 2; i < polygon.size(); ++i)
+        mesh.triangles.push_back({polygon[0], polygon[i - 1], polygon[i]});
+    }
+  }
+  return mesh;
+}
+
+Pose read_pose(const Json& json) {
+  Pose pose;
+  for (int i = 0; i < 3; ++i) {
+    pose.translation[i] = json["t"][static_cast<std::size_t>(i)];
+    for (int j = 0; j < 3; ++j)
+      pose.rotation(i, j) = json["R"][static_cast<std::size_t>(i)][static_cast<std::size_t>(j)];
+  }
+  return pose;
+}
+
+Shape read_shape(const Json& json, const std::filesystem::path& meshes) {
+  if (json.contains("file")) return read_mesh(meshes / json["file"].get<std::string>());
+  Mesh mesh;
+  for (const Json& v : json["vertices"]) mesh.vertices.emplace_back(v[0], v[1], v[2]);
+  if (json["kind"] == "triangle") return Triangle{{mesh.vertices[0], mesh.vertices[1], mesh.vertices[2]}};
+  for (const Json& t : json["triangles"]) mesh.triangles.push_back({t[0], t[1], t[2]});
+  return mesh;
+}
+
+}  // namespace
+
+TEST_CASE("all intersecting triangle pairs of two meshes are those of all against all") {
+  const Mesh input_a = torus(1, 0.4, 14, 9), input_b = box_mesh(Vec3(1.3, 0.9, 1.7), 4);
+  const Shape a(input_a), b(input_b);
+  std::mt19937_64 random(21);
+  std::size_t found = 0;
+  for (int i = 0; i < 30; ++i) {
+    // Every third in the same frame: edges and faces then lie in each other.
+    const Pose pa = i % 3 ? Pose::from(random_turn(random), random_point(random, 1)) : Pose{};
+    const Pose pb = i % 3 ? Pose::from(random_turn(random), random_point(random, 1)) : Pose::at(0.25 * (i % 5), 0, 0);
+    const TriangleTest test(pa, pb, 2);
+    Pairs want;
+    for (std::uint32_t x = 0; x < input_a.triangles.size(); ++x)
+      for (std::uint32_t y = 0; y < input_b.triangles.size(); ++y) {
+        const auto p = a.mesh().corners(x), q = b.mesh().corners(y);
+        if (test(p, q, {test.in_a(q[0]), test.in_a(q[1]), test.in_a(q[2])})) want.push_back({x, y});
+      }
+    CAPTURE(i);
+    REQUIRE(mesh_triangle_pairs(a, pa, b, pb) == want);
+    for (auto& pair : want) std::swap(pair[0], pair[1]);
+    std::sort(want.begin(), want.end());
+    REQUIRE(mesh_triangle_pairs(b, pb, a, pa) == want);
+    found += want.size();
+  }
+  CHECK(found > 1000);
+}
+
+TEST_CASE("mesh verdicts agree with FCL's") {
+  const Mesh mesh = torus(0.6, 0.25, 24, 24);
+  const Shape shape(mesh);
+  const auto model = fcl_model(mesh);
+  std::mt19937_64 random(22);
+  int hits = 0;
+  for (int i = 0; i < 300; ++i) {
+    const Pose pa = Pose::from(random_turn(random), random_point(random, 0.8));
+    const Pose pb = Pose::from(random_turn(random), random_point(random, 0.8));
+    fcl::CollisionResultd result;
+    const bool want = fcl::collide(&model, fcl_pose(pa), &model, fcl_pose(pb), fcl::CollisionRequestd(), result) > 0;
+    CAPTURE(i);
+    REQUIRE(collide(shape, pa, shape, pb) == want);
+    hits += want;
+  }
+  CHECK(hits > 50);
+  CHECK(hits < 250);
+}
+
+TEST_CASE("real meshes and hard triangles: every intersecting pair, exactly") {
+  const char* shared = std::getenv("TANDEM_SHARED");
+  if (!shared) {
+    std::cout << "skipped: TANDEM_SHARED is not set\n";
+    return;
+  }
+  const std::filesystem::path root(shared);
+  int files = 0, records = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(root / "cases" / "mesh_pairs")) {
+    const Json json = Json::parse(std::ifstream(entry.path()));
+    const Pairs pairs = mesh_triangle_pairs(read_shape(json["shapeA"], root / "meshes"), read_pose(json["poseA"]),
+                                            read_shape(json["shapeB"], root / "meshes"), read_pose(json["poseB"]));
+    CAPTURE(entry.path());
+    const Json& expect = json["expect"];
+    CHECK(pairs.size() == expect["intersecting_pairs"].get<std::size_t>());
+    const Pairs listed = expect["pairs"].get<Pairs>();
+    for (const auto& pair : listed) CHECK(std::binary_search(pairs.begin(), pairs.end(), pair));
+    if (!expect["truncated"].get<bool>()) CHECK(pairs.size() == listed.size());
+    ++files;
+  }
+  CHECK(files == 8);
+  std::ifstream lines(root / "cases" / "pairs.jsonl");
+  for (std::string line; std::getline(lines, line);) {
+    const Json json = Json::parse(line);
+    if (!json["expect"].contains("triangles_intersect")) continue;
+    const Shape a = read_shape(json["shapeA"], root / "meshes"), b = read_shape(json["shapeB"], root / "meshes");
+    CAPTURE(json["id"]);
+    const bool hit =
+        !NarrowPhase().intersecting_triangles(a, read_pose(json["poseA"]), b, read_pose(json["poseB"])).empty();
+    CHECK(hit == json["expect"]["triangles_intersect"].get<bool>());
+    ++records;
+  }
+  CHECK(records == 28);
+}
+
+TEST_CASE("a point is inside a torus by its formula") {
+  const MeshModel mesh = build_mesh(torus(1, 0.4, 96, 64));
+  std::mt19937_64 random(23);
+  int inside = 0;
+  for (int i = 0; i < 3000; ++i) {
+    // Many in planes that hold edges of the mesh.
+    Vec3 p = random_point(random, 1.5);
+    if (i % 2) p[i % 3] = 0;
+    const double from_core = std::hypot(p.head<2>().norm() - 1, p.z());
+    if (std::abs(from_core - 0.4) < 0.002) continue;
+    CAPTURE(p.transpose());
+    REQUIRE(is_inside(mesh, p) == (from_core < 0.4));
+    inside += from_core < 0.4;
+  }
+  CHECK(inside > 300);
+}
+
+TEST_CASE("solid meshes collide when one holds the other; surfaces do not") {
+  Mesh shell = torus(2, 0.8, 24, 24), small = box_mesh(Vec3(0.1, 0.1, 0.1));
+  const Pose in = Pose::at(2, 0, 0), out;
+  for (const bool solid : {true, false}) {
+    shell.solid = solid;
+    const Shape outer(shell);
+    for (const Shape& inner : {Shape(small), Shape(Box{Vec3(0.1, 0.1, 0.1)}), Shape(Sphere{0.05}),
+                               Shape(Convex{{Vec3(0, 0, 0), Vec3(0.1, 0, 0)}})}) {
+      CAPTURE(name(inner.kind()));
+      CHECK(collide(outer, Pose{}, inner, in) == solid);
+      CHECK(collide(inner, in, outer, Pose{}) == solid);
+      CHECK_FALSE(collide(outer, Pose{}, inner, out));
+      const PairAnswer r = NarrowPhase().solve(outer, Pose{}, inner, in, Request::distance);
+      CHECK((r.signed_distance < 0) == solid);
+      if (solid) {
+        // Moving the inner one out takes the tube's radius at least; the bound must hold the truth.
+        CHECK(-r.signed_distance > 0.6);
+        CHECK(-r.signed_distance - way_out(outer, Pose{}, inner, in, r.normal) > -1e-6);
+        CHECK_FALSE(contacts_of(outer, Pose{}, inner, in).empty());
+      }
+    }
+  }
+}
+
+TEST_CASE("distance of disjoint meshes is that of all triangles against all") {
+  const Mesh ring = torus(1, 0.3, 10, 8), cube = box_mesh(Vec3(1, 1, 1), 2);
+  const Shape a(ring), b(cube), box(Box{Vec3(1, 1, 1)});
+  std::mt19937_64 random(24);
+  for (int i = 0; i < 20; ++i) {
+    const Pose pa = Pose::from(random_turn(random), random_point(random, 1));
+    const Pose pb = Pose::from(random_turn(random), Vec3(2.6, 0, 0) + random_point(random, 1));
+    if (collide(a, pa, b, pb)) continue;
+    double want = 1e9;
+    for (std::uint32_t x = 0; x < ring.triangles.size(); ++x)
+      want = std::min(
+          want, NarrowPhase().solve(Triangle{a.mesh().corners(x)}, pa, box, pb, Request::distance).signed_distance);
+    const PairAnswer meshes = NarrowPhase().solve(a, pa, b, pb, Request::distance);
+    const PairAnswer convex = NarrowPhase().solve(a, pa, box, pb, Request::distance);
+    const PairAnswer swapped = NarrowPhase().solve(b, pb, a, pa, Request::distance);
+    CAPTURE(i);
+    CHECK(meshes.signed_distance == Approx(want).margin(1e-12));
+    CHECK(convex.signed_distance == Approx(want).margin(1e-12));
+    CHECK(swapped.signed_distance == meshes.signed_distance);
+    CHECK(swapped.point_a == meshes.point_b);
+    CHECK(swapped.normal == -meshes.normal);
+    CHECK((meshes.point_b - meshes.point_a).norm() == Approx(want).margin(1e-12));
+    CHECK((meshes.point_b - meshes.point_a).dot(meshes.normal) == Approx(want).margin(1e-12));
+  }
+}
+
+TEST_CASE("signed distance of overlapping meshes: the bounds hold the truth") {
+  const Shape cube(box_mesh(Vec3(1, 1, 1), 3)), box(Box{Vec3(1, 1, 1)});
+  std::mt19937_64 random(25);
+  int overlaps = 0, certain = 0;
+  for (int i = 0; i < 60; ++i) {
+    const Pose pa = Pose::from(random_turn(random), random_point(random, 0.5));
+    const Pose pb = Pose::from(random_turn(random), random_point(random, 0.5));
+    // The depth of two boxes is known from the solver of boxes.
+    const double want = -NarrowPhase().solve(box, pa, box, pb, Request::distance).signed_distance;
+    if (want <= 0) continue;
+    ++overlaps;
+    for (const Shape& other : {cube, box}) {
+      const PairAnswer r = NarrowPhase().solve(cube, pa, other, pb, Request::distance);
+      CAPTURE(i);
+      CHECK(r.collide);
+      CHECK(-r.signed_distance >= want - 1e-9);
+      CHECK(-r.signed_distance - r.error_bound <= want + 1e-9);
+      CHECK((r.status == Status::ok) == (r.error_bound == 0));
+      certain += r.status == Status::ok;
+    }
+  }
+  CHECK(overlaps > 20);
+  CHECK(certain > 0);
+}
+
+TEST_CASE("contacts of shallow solid meshes separate them, with few points") {
+  struct Sample {
+    const char* what;
+    Shape a, b;
+    double depth, least;  // share of poses that the deepest contact alone sets free
+  };
+  const Shape ring(torus(0.6, 0.25, 24, 24)), cube(box_mesh(Vec3(1, 1, 1), 3));
+  for (const Sample& s : {Sample{"tori, barely", ring, ring, 1e-6, 0.95}, Sample{"tori", ring, ring, 0.01, 0.4},
+                          Sample{"boxes, barely", cube, cube, 1e-6, 0.95}, Sample{"boxes", cube, cube, 0.01, 0.7},
+                          Sample{"torus and box", ring, cube, 1e-6, 0.95}}) {
+    std::mt19937_64 random(26);
+    int free = 0;
+    for (int i = 0; i < 60; ++i) {
+      const Pose pa = Pose::from(random_turn(random), Vec3(0, 0, 0));
+      Pose pb = Pose::from(random_turn(random), Vec3(0, 0, 0));
+      const Vec3 d = random_point(random, 1).normalized();
+      pb.translation = d * (way_out(s.a, pa, s.b, pb, d) - s.depth);
+      const auto contacts = contacts_of(s.a, pa, s.b, pb);
+      CAPTURE(s.what);
+      CAPTURE(i);
+      REQUIRE_FALSE(contacts.empty());
+      CHECK(contacts.size() <= 12);
+      const auto& deepest = *std::max_element(contacts.begin(), contacts.end(),
+                                              [](const Contact& x, const Contact& y) { return x.depth < y.depth; });
+      CHECK(deepest.normal.dot(d) > 0);
+      CHECK(deepest.depth <= 1.2 * s.depth + 1e-9);
+      free += !collide(s.a, pa, s.b, moved(pb, deepest.normal * (1.01 * deepest.depth + 1e-9)));
+
+      const auto swapped = contacts_of(s.b, pb, s.a, pa);
+      REQUIRE(swapped.size() == contacts.size());
+      for (std::size_t k = 0; k < contacts.size(); ++k) {
+        CHECK(swapped[k].normal == -contacts[k].normal);
+        CHECK(swapped[k].point == contacts[k].point);
+        CHECK(swapped[k].depth == contacts[k].depth);
+        CHECK(swapped[k].feature == contacts[k].feature);
+      }
+    }
+    CAPTURE(free);
+    CHECK(free >= s.least * 60);
+  }
+}
+
+TEST_CASE("a mesh box standing on others has four contacts straight up, of the depth it sank in") {
+  const Shape cube(box_mesh(Vec3(1, 1, 1), 3)), slab(box_mesh(Vec3(4, 4, 1), 1));
+  const double sunk = 0.01;
+  const Pose below, above = Pose::from(Quat(Eigen::AngleAxisd(0.3, Vec3::UnitZ())), Vec3(0.2, -0.1, 1 - sunk));
+  for (const Shape& ground : {slab, Shape(Box{Vec3(4, 4, 1)}), Shape(HalfSpace{Vec3::UnitZ(), 0.5})}) {
+    CAPTURE(name(ground.kind()));
+    const auto contacts = contacts_of(ground, below, cube, above);
+    CHECK(contacts.size() == 4);
+    double low_x = 9, high_x = -9;
+    for (const Contact& c : contacts) {
+      CHECK(c.normal.z() == Approx(1));
+      CHECK(c.depth == Approx(sunk));
+      CHECK(c.point.z() == Approx(0.5 - sunk / 2));
+      low_x = std::min(low_x, c.point.x());
+      high_x = std::max(high_x, c.point.x());
+    }
+    CHECK(high_x - low_x > 0.9);
+  }
+}
+
+TEST_CASE("margins give contacts across a gap for half-spaces and convex shapes") {
+  const Shape cube(box_mesh(Vec3(1, 1, 1), 2));
+  const Pose above = Pose::at(0, 0, 1.05);
+  for (const Shape& ground : {Shape(Box{Vec3(4, 4, 1)}), Shape(HalfSpace{Vec3::UnitZ(), 0.5})}) {
+    CHECK(contacts_of(ground, Pose{}, cube, above).empty());
+    const auto contacts = contacts_of(ground, Pose{}, cube, above, 0.1);
+    CHECK_FALSE(contacts.empty());
+    for (const Contact& c : contacts) CHECK(c.depth == Approx(-0.05));
+  }
+}
+
+TEST_CASE("identical, touching and zero-area meshes have finite answers") {
+  Mesh sick = torus(1, 0.3, 8, 6);
+  sick.solid = false;
+  sick.triangles.push_back({0, 0, 0});
+  sick.triangles.push_back({0, 1, 1});
+  sick.triangles.push_back({5, 9, 5});
+  const Shape ring(torus(1, 0.3, 8, 6)), cube(box_mesh(Vec3(1, 1, 1))), ill(sick);
+  const std::vector<Shape> shapes{ring,
+                                  cube,
+                                  ill,
+                                  Sphere{0},
+                                  Sphere{0.5},
+                                  Box{Vec3(1, 1, 1)},
+                                  Capsule{0.3, 1},
+                                  Cylinder{0.5, 1},
+                                  Cone{0.5, 1},
+                                  Ellipsoid{Vec3(0.5, 0.6, 0.7)},
+                                  HalfSpace{Vec3::UnitX(), 0},
+                                  Convex{{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)}},
+                                  Triangle{{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)}},
+                                  Triangle{{Vec3(0.5, 0, 0), Vec3(0.5, 0, 0), Vec3(0.5, 0, 0)}}};
+  for (const Shape& mesh : {ring, cube, ill})
+    for (const Shape& other : shapes)
+      for (const Vec3& at : {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(1, 1, 0), Vec3(1, 1, 1), Vec3(5, 0, 0)}) {
+        const Pose pose{Mat3::Identity(), at};
+        CAPTURE(name(mesh.kind()));
+        CAPTURE(name(other.kind()));
+        CAPTURE(at.transpose());
+        const PairAnswer d = NarrowPhase().solve(mesh, Pose{}, other, pose, Request::distance);
+        CHECK(std::isfinite(d.signed_distance));
+        CHECK(std::isfinite(d.error_bound));
+        CHECK(d.point_a.allFinite());
+        CHECK(d.point_b.allFinite());
+        CHECK(d.normal.norm() == Approx(1));
+        const bool hit = collide(mesh, Pose{}, other, pose);
+        CHECK(hit == collide(other, pose, mesh, Pose{}));
+        if (std::abs(d.signed_distance) > 1e-9) CHECK(hit == (d.signed_distance < 0));
+        const auto contacts = contacts_of(mesh, Pose{}, other, pose);
+        CHECK((hit || contacts.empty()));
+        // Of boxes that share a face, all the same.
+        if (hit && other.kind() == ShapeKind::mesh && &other == &shapes[1] && mesh.mesh().triangles.size() == 12 &&
+            at == Vec3(1, 0, 0))
+          for (const Contact& c : contacts) {
+            CHECK(c.depth == Approx(0).margin(1e-9));
+            CHECK(c.normal.x() == Approx(1));
+          }
+      }
+}
