@@ -6,7 +6,7 @@ set -euo pipefail
 packages=(
   g++ cmake ninja-build ca-certificates
   libtbb-dev libeigen3-dev libfcl-dev libccd-dev libhwy-dev libqhull-dev
-  nlohmann-json3-dev libcli11-dev libfmt-dev libtinyobjloader-dev
+  nlohmann-json3-dev libcli11-dev libfmt-dev
   catch2 libboost-dev
 )
 

@@ -1,3 +1,6 @@
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/info.h>
+
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -295,6 +298,9 @@ int run(const Options& options, DescriptorBuffer& out) {
   if (!options.contacts.empty() && !responds)
     refuse_option("--contacts", options.contacts,
                   "with the request 'contacts'; this one is '" + std::string(name(scene.request)) + "'");
+  // The threads that were asked for, also where that is more than there are cores.
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                  static_cast<std::size_t>(std::max(how.threads, tbb::info::default_concurrency())));
   Pipeline pipeline(how);
   Outputs outputs(options);
   Timeline timeline;

@@ -70,7 +70,7 @@ struct ExecutionReport {
   double join_ms = 0;                  ///< wall: putting the results in order
   double detect_ms = 0;                ///< wall, all of the above
   int threads = 1;                     ///< in all, the caller counted
-  Split split;                         ///< in force in this step; 1-1 on one thread
+  Split split;                         ///< in force in this step; 1-0 when one thread did both
   std::uint32_t issues = 0;            ///< StepIssue bits
   BalanceDecision decision;            ///< taken after this step
 };
