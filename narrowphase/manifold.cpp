@@ -9,8 +9,9 @@ namespace {
 
 constexpr int max_corners = 16;  // of a face that is clipped; circles have this many
 constexpr int max_clipped = 3 * max_corners;
-constexpr double aligned = 1 - 1e-8;  // cosine: a face within 1e-4 rad of the contact plane lies in it
-constexpr double flush = 1e-6;        // an edge within this angle of the contact plane lies in it
+constexpr double aligned = 0.9998;  // cosine: a face within 1.1 degrees of the contact plane carries the patch
+constexpr double thin = 0.005;      // width of a contact patch to its length
+constexpr double flush = 1e-6;      // an edge within this angle of the contact plane lies in it
 
 /// A face (3 or more corners, counterclockwise from outside), an edge or a point of a shape, in some frame.
 struct Feature {
@@ -214,7 +215,7 @@ struct Point {
 
 /// Up to 4 of the points: the deepest, the farthest from it, then those that widen the patch most to either side.
 int reduce(Point* p, int count, const Vec3& normal) {
-  if (count <= 4) return count;
+  if (count <= 2) return count;
   const auto bring = [&](int place, auto&& score) {
     int best = -1;
     double most = 0;
@@ -228,7 +229,10 @@ int reduce(Point* p, int count, const Vec3& normal) {
   bring(0, [](const Point& x) { return x.depth; });
   bring(1, [&](const Point& x) { return (x.at - p[0].at).squaredNorm(); });
   const Vec3 side = normal.cross(p[1].at - p[0].at);
-  bring(2, [&](const Point& x) { return std::abs(side.dot(x.at - p[0].at)); });
+  const double width2 = bring(2, [&](const Point& x) { return std::abs(side.dot(x.at - p[0].at)); });
+  // A strip this thin is an edge: more points only say the same again.
+  if (width2 <= thin * (p[1].at - p[0].at).squaredNorm()) return 2;
+  if (count == 3) return 3;
   // The fourth: outside the triangle of the three by most.
   const double turn = side.dot(p[2].at - p[0].at) >= 0 ? 1.0 : -1.0;
   const double gain = bring(3, [&](const Point& x) {
@@ -256,7 +260,7 @@ std::uint32_t feature_number(const Feature& reference, bool of_b, std::uint32_t 
 
 /// Points of `incident` over `reference`, by depth along `normal` (from the reference's shape outward).
 int clip_faces(const Feature& reference, const Feature& incident, const Vec3& outward, bool of_b, double margin,
-               Point* points) {
+               double deepest, Point* points) {
   Clipped c;
   c.open = incident.count == 2;
   for (int i = 0; i < incident.count; ++i) c.add(incident.corner[i], static_cast<std::uint32_t>(i));
@@ -268,7 +272,8 @@ int clip_faces(const Feature& reference, const Feature& incident, const Vec3& ou
   const double slant = reference.normal.dot(outward);
   int count = 0;
   for (int i = 0; i < c.count; ++i) {
-    const double depth = reference.normal.dot(reference.corner[0] - c.corner[i]) / slant;
+    // Moving by the pair's depth separates them everywhere, so nowhere is it more.
+    const double depth = std::min(deepest, reference.normal.dot(reference.corner[0] - c.corner[i]) / slant);
     if (depth < -margin) continue;
     const std::uint32_t in = c.edge[(i + c.count - 1) % c.count];
     points[count++] = {c.corner[i] + 0.5 * depth * outward, depth, feature_number(reference, of_b, in, c.edge[i])};
@@ -308,9 +313,9 @@ void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePos
     move(fb, relative);
     const double flat_a = fa.count >= 3 ? fa.normal.dot(n) : 0, flat_b = fb.count >= 3 ? -fb.normal.dot(n) : 0;
     if (flat_a >= aligned && flat_a + 1e-12 >= flat_b) {
-      count = clip_faces(fa, fb, n, false, margin, points);
+      count = clip_faces(fa, fb, n, false, margin, -answer.signed_distance, points);
     } else if (flat_b >= aligned) {
-      count = clip_faces(fb, fa, -n, true, margin, points);
+      count = clip_faces(fb, fa, -n, true, margin, -answer.signed_distance, points);
     } else {
       fa = flush_edge(a, n);
       fb = flush_edge(b, towards_a);

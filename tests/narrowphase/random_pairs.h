@@ -1,0 +1,94 @@
+#pragma once
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "tandem/narrowphase/narrow_phase.h"
+
+namespace tandem::test {
+
+/// Numbers that are the same on every machine.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : state_(seed) {}
+  double unit() {
+    state_ += 0x9e3779b97f4a7c15u;
+    std::uint64_t z = state_;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-53;
+  }
+  double in(double lo, double hi) { return lo + (hi - lo) * unit(); }
+  Vec3 vec(double lo, double hi) {
+    const double x = in(lo, hi), y = in(lo, hi);
+    return {x, y, in(lo, hi)};
+  }
+  Vec3 direction() {
+    for (;;) {
+      const Vec3 v = vec(-1, 1);
+      const double n = v.norm();
+      if (n > 0.1 && n < 1) return v / n;
+    }
+  }
+  Mat3 rotation() { return Eigen::AngleAxisd(in(0, 6.28), direction()).toRotationMatrix(); }
+
+ private:
+  std::uint64_t state_;
+};
+
+inline constexpr ShapeKind bounded_convex[] = {ShapeKind::sphere,   ShapeKind::box,     ShapeKind::capsule,
+                                               ShapeKind::cylinder, ShapeKind::cone,    ShapeKind::ellipsoid,
+                                               ShapeKind::convex,   ShapeKind::triangle};
+
+/// A shape of the kind, about 1 in size.
+inline Shape random_shape(ShapeKind kind, Random& r) {
+  switch (kind) {
+    case ShapeKind::sphere:
+      return Shape(Sphere{r.in(0.2, 0.8)});
+    case ShapeKind::box:
+      return Shape(Box{r.vec(0.3, 1.5)});
+    case ShapeKind::capsule: {
+      const double radius = r.in(0.1, 0.5);
+      return Shape(Capsule{radius, r.in(0.1, 1.5)});
+    }
+    case ShapeKind::cylinder: {
+      const double radius = r.in(0.2, 0.8);
+      return Shape(Cylinder{radius, r.in(0.2, 1.5)});
+    }
+    case ShapeKind::cone: {
+      const double radius = r.in(0.2, 0.8);
+      return Shape(Cone{radius, r.in(0.2, 1.5)});
+    }
+    case ShapeKind::ellipsoid:
+      return Shape(Ellipsoid{r.vec(0.2, 0.9)});
+    case ShapeKind::halfspace: {
+      const Vec3 n = r.direction();
+      return Shape(HalfSpace{n, r.in(-0.5, 0.5)});
+    }
+    case ShapeKind::convex: {
+      Convex c;
+      const int n = 4 + static_cast<int>(r.in(0, 28));
+      for (int i = 0; i < n; ++i) c.vertices.push_back(0.7 * r.direction());
+      return Shape(c);
+    }
+    case ShapeKind::triangle: {
+      const Vec3 p = r.vec(-0.8, 0.8), q = r.vec(-0.8, 0.8);
+      return Shape(Triangle{{p, q, r.vec(-0.8, 0.8)}});
+    }
+    default: {
+      Mesh m;
+      m.vertices = {{-0.5, -0.5, -0.5}, {0.7, -0.4, -0.3}, {0, 0.6, -0.4}, {0, 0, 0.6}};
+      m.triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+      return Shape(std::move(m));
+    }
+  }
+}
+
+inline Pose random_pose(Random& r, double reach) {
+  Pose p;
+  p.rotation = r.rotation();
+  p.translation = r.vec(-reach, reach);
+  return p;
+}
+
+}  // namespace tandem::test
