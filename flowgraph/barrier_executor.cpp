@@ -29,8 +29,8 @@ class BarrierExecutor final : public Executor {
       arena_->execute([this] { run_stages(); });
     }
     report.threads = threads;
-    report.split = {threads, threads};
-    report.decision.reason = "both phases have all threads";
+    report.split = threads == 1 ? Split{1, 0} : Split{threads, threads};
+    report.decision.reason = threads == 1 ? "one thread does both phases" : "both phases have all threads";
     small_.learn(state_.work_ms());
     state_.end(report);
     batch_size_.learn(report);
