@@ -32,6 +32,8 @@ double to_ms(std::int64_t ns) { return 1e-6 * static_cast<double>(ns); }
 
 void BatchPool::begin(std::size_t batch_pairs) {
   std::move(grown_.begin(), grown_.end(), std::back_inserter(batches_));
+  if (!grown_.empty())  // some to spare: a load that rises would else grow the pool at every step
+    for (std::size_t more = batches_.size() / 2 + 8; more > 0; --more) batches_.push_back(std::make_unique<Batch>());
   grown_.clear();
   batch_pairs_ = batch_pairs;
   next_.store(0, std::memory_order_relaxed);
