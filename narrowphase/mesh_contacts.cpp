@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numeric>
 #include <optional>
+
+#include "index_map.h"
 
 namespace tandem {
 namespace {
@@ -137,20 +138,23 @@ class PatchFinder {
   // Curves that share a triangle bound one patch, and so do curves between which the surface lies inside.
   void join_and_flood(bool of_a) {
     const MeshModel& mesh = m_.mesh(of_a);
-    std::map<std::uint32_t, std::uint32_t> crossed;     // triangle -> a crossing of it
-    std::map<std::uint32_t, Inner> inner;               // end of a crossed edge -> its nearest piercing
-    std::map<std::uint32_t, std::uint32_t> open_edges;  // triangle -> bits of its crossed edges
+    struct Crossed {
+      std::uint32_t crossing;  // one of them
+      std::uint32_t edges;     // bits of the edges crossed
+    };
+    IndexMap<Crossed> crossed;  // triangles
+    IndexMap<Inner> inner;      // ends of crossed edges, each with its nearest piercing
     for (std::uint32_t c = 0; c < crossings_.size(); ++c) {
       const std::uint32_t t = pairs_[c][of_a ? 0 : 1];
-      const auto [it, fresh] = crossed.emplace(t, c);
-      if (!fresh) groups_.join(it->second, c);
+      const auto [entry, fresh] = crossed.emplace(t, {c, 0});
+      if (!fresh) groups_.join(entry.crossing, c);
       for (const Piercing& p : crossings_[c].end) {
         if (p.edge_of_a != of_a) continue;
-        open_edges[p.triangle] |= 1u << p.corner;
+        entry.edges |= 1u << p.corner;
         // Which side the end of an edge is on, the piercing nearest to it tells.
+        const double length = (mesh.vertices[p.to] - mesh.vertices[p.from]).norm();
         for (const bool start : {true, false}) {
-          Inner& n = inner[start ? p.from : p.to];
-          const double length = (m_.vertex(of_a, p.to) - m_.vertex(of_a, p.from)).norm();
+          Inner& n = inner.emplace(start ? p.from : p.to, Inner()).first;
           const double away = (start ? p.part : 1 - p.part) * length;
           if (away < n.part) n = {away, p.from_inside == start, c};
         }
@@ -159,37 +163,32 @@ class PatchFinder {
     for (const auto& [vertex, n] : inner)
       if (n.inside) inside_.push_back({vertex, of_a, n.crossing});
     // From crossed triangles over edges whose ends are inside into those that are inside as a whole.
-    std::map<std::uint32_t, std::uint32_t> reached;
+    IndexMap<std::uint32_t> reached;
     std::vector<std::pair<std::uint32_t, std::uint32_t>> stack;
     const auto visit = [&](std::uint32_t t, std::uint32_t c) {
       if (t == no_index || reached.size() >= flood_limit) return;
-      if (const auto hit = crossed.find(t); hit != crossed.end()) return groups_.join(hit->second, c);
-      if (const auto [it, fresh] = reached.emplace(t, c); fresh)
-        stack.emplace_back(t, c);
-      else
-        groups_.join(it->second, c);
+      if (const Crossed* hit = crossed.find(t)) return groups_.join(hit->crossing, c);
+      const auto [origin, fresh] = reached.emplace(t, c);
+      fresh ? stack.emplace_back(t, c) : groups_.join(origin, c);
     };
-    for (const auto& [t, c] : crossed) {
-      const auto bits = open_edges.find(t);
+    for (const auto& [t, hit] : crossed) {
       for (std::uint32_t k = 0; k < 3; ++k) {
-        if (bits != open_edges.end() && (bits->second >> k & 1u)) continue;
-        const auto from = inner.find(mesh.triangles[t][k]), to = inner.find(mesh.triangles[t][(k + 1) % 3]);
-        if (from != inner.end() && to != inner.end() && from->second.inside && to->second.inside)
-          visit(mesh.neighbours[t][k], c);
+        if (hit.edges >> k & 1u) continue;
+        const Inner* from = inner.find(mesh.triangles[t][k]);
+        const Inner* to = inner.find(mesh.triangles[t][(k + 1) % 3]);
+        if (from && to && from->inside && to->inside) visit(mesh.neighbours[t][k], hit.crossing);
       }
       while (!stack.empty()) {
         const auto [next, origin] = stack.back();
         stack.pop_back();
         for (std::uint32_t k = 0; k < 3; ++k) {
-          if (!inner.contains(mesh.triangles[next][k])) {
-            inner[mesh.triangles[next][k]] = {0, true, origin};
+          if (inner.emplace(mesh.triangles[next][k], {0, true, origin}).second)
             inside_.push_back({mesh.triangles[next][k], of_a, origin});
-          }
           visit(mesh.neighbours[next][k], origin);
         }
       }
     }
-    for (const auto& [t, c] : crossed) touched_.push_back({t, of_a, c});
+    for (const auto& [t, hit] : crossed) touched_.push_back({t, of_a, hit.crossing});
     for (const auto& [t, c] : reached) touched_.push_back({t, of_a, c});
   }
 
@@ -225,8 +224,7 @@ class PatchFinder {
 };
 
 // The patch's normal, unit, from A to B; zero if it has none.
-Vec3 normal_of(const Posed& m, const Patch& patch, const std::vector<Crossing>& crossings,
-               std::span<const std::array<std::uint32_t, 2>>) {
+Vec3 normal_of(const Posed& m, const Patch& patch, const std::vector<Crossing>& crossings) {
   const Vec3 base = crossings[patch.crossings[0]].end[0].point;
   Vec3 area = Vec3::Zero(), open = Vec3::Zero(), sides = Vec3::Zero();
   double length = 0;
@@ -304,6 +302,11 @@ struct Span {
   std::uint32_t feature;
 };
 
+struct Pierced {
+  const Piercing* first = nullptr;
+  int times = 0;
+};
+
 // How far two such stretches, of A and of B, reach past each other where they cross as seen along n.
 std::optional<double> over(const Span& a, const Span& b, const Vec3& n, Vec3& point) {
   const Vec3 d = a.q - a.p, e = b.q - b.p, r = b.p - a.p;
@@ -329,25 +332,24 @@ void choose(const std::vector<Candidate>& all, const Vec3& n, const Vec3& u, con
 }
 
 void add_patch(const Posed& m, const Patch& patch, const std::vector<Crossing>& crossings,
-               std::span<const std::array<std::uint32_t, 2>> pairs, std::vector<Contact>& contacts) {
-  const Vec3 n = normal_of(m, patch, crossings, pairs);
+               std::vector<Contact>& contacts) {
+  const Vec3 n = normal_of(m, patch, crossings);
   if (n.isZero()) return;
   const DepthProbe depth(m, patch, n);
   std::array<std::vector<Candidate>, 2> vertices, edges;
   for (const Candidate& c : patch.vertices) vertices[c.of_a ? 1 : 0].push_back(c);
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<const Piercing*>> pierced[2];
+  std::array<std::vector<Span>, 2> spans;
+  std::array<IndexMap<Pierced>, 2> pierced;
   for (const std::uint32_t k : patch.crossings)
     for (const Piercing& p : crossings[k].end) {
-      edges[p.edge_of_a ? 1 : 0].push_back(
-          {p.point, p.edge_of_a, feature_of(p.edge_of_a ? 2 : 3, 3 * p.triangle + p.corner)});
-      pierced[p.edge_of_a ? 1 : 0][{p.triangle, p.corner}].push_back(&p);
+      const std::size_t of_a = p.edge_of_a ? 1 : 0;
+      const std::uint32_t edge = 3 * p.triangle + p.corner, feature = feature_of(p.edge_of_a ? 2 : 3, edge);
+      edges[of_a].push_back({p.point, p.edge_of_a, feature});
+      Pierced& e = pierced[of_a].emplace(edge, {}).first;
+      if (++e.times == 1) e.first = &p;
+      if (e.times == 2 && e.first->from_inside != p.from_inside)
+        spans[of_a].push_back({e.first->point, p.point, feature});
     }
-  std::array<std::vector<Span>, 2> spans;
-  for (const int of_a : {0, 1})
-    for (const auto& [edge, list] : pierced[of_a])
-      if (list.size() == 2 && list[0]->from_inside != list[1]->from_inside)
-        spans[of_a].push_back(
-            {list[0]->point, list[1]->point, feature_of(of_a == 1 ? 2 : 3, 3 * edge.first + edge.second)});
   std::vector<Candidate> chosen;
   for (const int of_a : {1, 0}) {
     choose(vertices[of_a], n, depth.u(), depth.v(), chosen);
@@ -366,7 +368,8 @@ void add_patch(const Posed& m, const Patch& patch, const std::vector<Crossing>& 
     if (const double d = depth(c); d >= 0) add(c.point - n * (c.of_a ? d / 2 : -d / 2), d, c.feature);
   for (std::size_t i = 0; i < std::min(spans[1].size(), span_limit); ++i)
     for (std::size_t j = 0; j < std::min(spans[0].size(), span_limit); ++j)
-      if (Vec3 point = Vec3::Zero(); const auto d = over(spans[1][i], spans[0][j], n, point)) add(point, *d, spans[1][i].feature);
+      if (Vec3 point = Vec3::Zero(); const auto d = over(spans[1][i], spans[0][j], n, point))
+        add(point, *d, spans[1][i].feature);
   // Where the surfaces cross the depth is nothing: such points say little beside the deep ones.
   const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
   contacts.erase(std::remove_if(begin, contacts.end(), [&](const Contact& c) { return c.depth < most / 4; }),
@@ -410,7 +413,7 @@ void add_touching(const Posed& m, std::span<const std::array<std::uint32_t, 2>> 
   low = low.cwiseMax(centre_b - half_b) - Vec3::Constant(slack);
   high = high.cwiseMin(centre_b + half_b) + Vec3::Constant(slack);
   const std::size_t first = contacts.size();
-  std::map<std::uint32_t, Vec3> points;
+  IndexMap<Vec3> points;
   for (const auto& pair : pairs)
     for (const bool of_a : {true, false}) {
       const std::uint32_t t = pair[of_a ? 0 : 1];
@@ -419,7 +422,7 @@ void add_touching(const Posed& m, std::span<const std::array<std::uint32_t, 2>> 
         if ((p[k] - low).minCoeff() >= 0 && (high - p[k]).minCoeff() >= 0)
           points.emplace(feature_of(of_a ? 0 : 1, m.mesh(of_a).triangles[t][k]), p[k]);
     }
-  if (points.empty()) points.emplace(0u, (low + high) / 2);
+  if (points.size() == 0) points.emplace(0u, (low + high) / 2);
   for (const auto& [feature, p] : points) contacts.push_back({p + n * (least.second - n.dot(p)), n, depth, feature});
   keep_four(contacts, first);
 }
@@ -455,7 +458,7 @@ std::vector<Contact> patch_contacts(const MeshModel& a, const MeshModel& b, cons
   const Posed m{a, b, frame};
   std::vector<Contact> contacts;
   PatchFinder finder(m, pairs);
-  for (const Patch& patch : finder.patches()) add_patch(m, patch, finder.crossings(), pairs, contacts);
+  for (const Patch& patch : finder.patches()) add_patch(m, patch, finder.crossings(), contacts);
   if (contacts.empty()) add_touching(m, pairs, contacts);
   std::stable_sort(contacts.begin(), contacts.end(),
                    [](const Contact& x, const Contact& y) { return x.feature < y.feature; });

@@ -46,9 +46,15 @@ double reach(const MeshModel& mesh) { return (mesh.centre.cwiseAbs() + mesh.half
 // Calls visit(i, j) for the pairs of triangles that meet, exactly, until it returns true.
 template <class Visit>
 void each_meeting_pair(const MeshModel& a, const MeshModel& b, const TriangleTest& test, Visit&& visit) {
+  std::uint32_t last = no_index;
+  Corners q, q_in_a;
   MeshTraversal(a, b, test)([&](std::uint32_t i, std::uint32_t j) {
-    const Corners p = a.corners(i), q = b.corners(j);
-    return test(p, q, {test.in_a(q[0]), test.in_a(q[1]), test.in_a(q[2])}) && visit(i, j);
+    if (j != last) {
+      last = j;
+      q = b.corners(j);
+      for (int k = 0; k < 3; ++k) q_in_a[k] = test.in_a(q[k]);
+    }
+    return test(a.corners(i), q, q_in_a) && visit(i, j);
   });
 }
 

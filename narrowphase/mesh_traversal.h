@@ -10,8 +10,8 @@
 namespace tandem {
 
 /// Simultaneous traversal of two hierarchies: calls visit(i, j) for every triangle i of `a` and j of `b` that may meet,
-/// never leaving one out that does, in an order that depends on the arguments only. Stops when visit returns true.
-/// Boxes are compared along the axes of both meshes. Wants a.unit >= b.unit.
+/// never leaving one out that does, in an order that depends on the arguments only, the same j in a row. Stops when
+/// visit returns true. Boxes are compared along the axes of both meshes. Wants a.unit >= b.unit.
 class MeshTraversal {
  public:
   MeshTraversal(const MeshModel& a, const MeshModel& b, const TriangleTest& frame) : a_(a), b_(b) {
@@ -44,8 +44,8 @@ class MeshTraversal {
       if (is_leaf(ra) && is_leaf(rb)) {
         const auto [first_a, last_a] = triangles(a_, ra);
         const auto [first_b, last_b] = triangles(b_, rb);
-        for (std::uint32_t i = first_a; i < last_a; ++i)
-          for (std::uint32_t j = first_b; j < last_b; ++j)
+        for (std::uint32_t j = first_b; j < last_b; ++j)
+          for (std::uint32_t i = first_a; i < last_a; ++i)
             if (visit(a_.order[i], b_.order[j])) return;
         continue;
       }

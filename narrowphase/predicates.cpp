@@ -223,8 +223,10 @@ bool TriangleTest::exact(const Corners& a, const Corners& b) const {
 // Guigue and Devillers, Fast and robust triangle-triangle overlap test using orientation predicates, 2003.
 bool TriangleTest::operator()(const Corners& a, const Corners& b, const Corners& b_in_a) const {
   const Corners& c = b_in_a;
-  const Vec3 low = a[0].cwiseMin(a[1]).cwiseMin(a[2]).cwiseMin(c[0]).cwiseMin(c[1]).cwiseMin(c[2]);
-  const Vec3 high = a[0].cwiseMax(a[1]).cwiseMax(a[2]).cwiseMax(c[0]).cwiseMax(c[1]).cwiseMax(c[2]);
+  const Vec3 low_a = a[0].cwiseMin(a[1]).cwiseMin(a[2]), high_a = a[0].cwiseMax(a[1]).cwiseMax(a[2]);
+  const Vec3 low_c = c[0].cwiseMin(c[1]).cwiseMin(c[2]), high_c = c[0].cwiseMax(c[1]).cwiseMax(c[2]);
+  if ((low_a - high_c).cwiseMax(low_c - high_a).maxCoeff() > delta_) return false;
+  const Vec3 low = low_a.cwiseMin(low_c), high = high_a.cwiseMax(high_c);
   // Every difference is at most `span`, and wrong by 2 delta plus its rounding. A determinant of them is then wrong by
   // less than 6 span^2 (6 delta + 10 u span), u = 2^-53.
   const double span = (high - low).maxCoeff();
