@@ -169,7 +169,10 @@ class PatchFinder {
       if (t == no_index || reached.size() >= flood_limit) return;
       if (const Crossed* hit = crossed.find(t)) return groups_.join(hit->crossing, c);
       const auto [origin, fresh] = reached.emplace(t, c);
-      fresh ? stack.emplace_back(t, c) : groups_.join(origin, c);
+      if (fresh)
+        stack.emplace_back(t, c);
+      else
+        groups_.join(origin, c);
     };
     for (const auto& [t, hit] : crossed) {
       for (std::uint32_t k = 0; k < 3; ++k) {
