@@ -265,6 +265,11 @@ EpaResult expand(const MinkowskiDifference& d, const Simplex& start, double tole
     if (!p.add(nearest, p.vertices)) break;
     ++p.vertices;
   }
+  if (r.upper == infinity) {  // nothing but slivers: the widest plane there is
+    r.normal = any_perpendicular(p.vertex[1].w - p.vertex[0].w);
+    r.upper = r.normal.dot(d.support(r.normal).w);
+    r.lower = 0;
+  }
   // Witness points: the origin's projection on the best face, in its vertices.
   const MinkowskiPoint &a = p.vertex[best_face[0]], &b = p.vertex[best_face[1]], &c = p.vertex[best_face[2]];
   const Vec3 q = r.upper * r.normal;

@@ -232,14 +232,15 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance) 
     answer.point_a = e.point_a;
     answer.point_b = e.point_b;
     answer.gap = std::max(0.0, e.upper - e.lower);
-    if (r.end == GjkResult::End::near && r.lower > core && r.lower > 0) {
-      // Apart, by a vertex or an edge that no face of the polytope stands for.
+    const bool polytopes = is_polytope(d.a.kind) && is_polytope(d.b.kind);
+    if (r.end == GjkResult::End::near && (r.lower > core || polytopes) && std::max(r.lower, core) > 0) {
+      // Apart, and maybe by a corner or an edge that no face of the polytope stands for.
+      if (r.lower > core) answer.normal = -r.v / r.upper;
+      answer.gap = r.upper - std::max(r.lower, core);
       core = r.upper;
-      answer.normal = -r.v / r.upper;
       answer.point_a.setZero();
       for (int i = 0; i < r.simplex.count; ++i) answer.point_a += r.simplex.weight[i] * r.simplex.p[i].a;
       answer.point_b = answer.point_a - r.v;
-      answer.gap = r.upper - r.lower;
     }
   }
   answer.signed_distance = core - ra - rb;

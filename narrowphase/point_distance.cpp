@@ -186,15 +186,17 @@ SegmentDistance segment_distance(const Vec3& centre_a, const Vec3& half_a, const
   d.point_b = centre_b + t * half_b;
   const Vec3 gap = t * half_b - s * half_a - r;
   d.distance = gap.norm();
+  const double rounding = 1e-15 * (r.norm() + std::sqrt(uu) + std::sqrt(vv));
   if (interior) {
     // Both inside: the common perpendicular, defined also where they cross.
     const Vec3 n = cross / std::sqrt(det);
     const double along = n.dot(-r);
     d.distance = std::abs(along);
     d.normal = along >= 0 ? n : Vec3(-n);
-  } else if (d.distance > 0) {
+  } else if (d.distance > rounding) {
     d.normal = gap / d.distance;
-  } else if (det > 0) {
+  } else if (det > 1e-24 * uu * vv && det > 0) {
+    // They meet: the normal of the plane of both is right, and the direction of the gap would be noise.
     d.normal = cross / std::sqrt(det);
     if (d.normal.dot(r) > 0) d.normal = -d.normal;
   } else {

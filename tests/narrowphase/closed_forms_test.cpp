@@ -1,0 +1,82 @@
+#include "closed_forms.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "gjk.h"
+#include "random_pairs.h"
+
+using namespace tandem;
+using namespace tandem::test;
+
+TEST_CASE("closed forms agree with the iterative solver, which shares no formula with them") {
+  Random r(5);
+  const NarrowPhase table;
+  const NarrowPhase iterative({.tolerance = 0, .margin = 0, .solver = "gjk"});
+  const std::pair<ShapeKind, ShapeKind> pairs[] = {
+      {ShapeKind::sphere, ShapeKind::sphere},   {ShapeKind::sphere, ShapeKind::box},
+      {ShapeKind::sphere, ShapeKind::capsule},  {ShapeKind::sphere, ShapeKind::cylinder},
+      {ShapeKind::sphere, ShapeKind::cone},     {ShapeKind::sphere, ShapeKind::triangle},
+      {ShapeKind::capsule, ShapeKind::capsule}, {ShapeKind::box, ShapeKind::box}};
+  for (const auto& [ka, kb] : pairs)
+    for (int i = 0; i < 300; ++i) {
+      const Shape a = random_shape(ka, r), b = random_shape(kb, r);
+      const Pose pa = random_pose(r, 0.6), pb = random_pose(r, 0.6);
+      CAPTURE(name(ka), name(kb), i);
+      const PairAnswer closed = table.solve(a, pa, b, pb, Request::distance);
+      const PairAnswer other = iterative.solve(a, pa, b, pb, Request::distance);
+      const bool smooth = kb == ShapeKind::cylinder || kb == ShapeKind::cone;
+      CHECK(std::abs(closed.signed_distance - other.signed_distance) < (smooth ? 1e-7 : 1e-11));
+    }
+}
+
+TEST_CASE("spheres: distance along the centres, a point is a sphere") {
+  const NarrowPhase n;
+  const auto answer =
+      n.solve(Shape(Sphere{0}), Pose::at(1, 2, 3), Shape(Sphere{0}), Pose::at(1, 2, 3), Request::distance);
+  CHECK(answer.collide);
+  CHECK(answer.signed_distance == 0);
+  CHECK(answer.normal.norm() == 1);
+  const auto far = n.solve(Shape(Sphere{1}), Pose::at(0, 0, 0), Shape(Sphere{2}), Pose::at(3, 4, 0), Request::distance);
+  CHECK(far.signed_distance == 2);
+  CHECK(far.point_a.isApprox(Vec3(0.6, 0.8, 0), 1e-15));
+  const double e = 1e-15;
+  CHECK(n.solve(Shape(Sphere{1}), Pose::at(0, 0, 0), Shape(Sphere{1}), Pose::at(2, 0, 0), Request::collide).collide);
+  CHECK_FALSE(
+      n.solve(Shape(Sphere{1}), Pose::at(0, 0, 0), Shape(Sphere{1}), Pose::at(2 + 4 * e, 0, 0), Request::collide)
+          .collide);
+}
+
+TEST_CASE("crossing capsules: depth is the radii, the normal their common perpendicular") {
+  const NarrowPhase n;
+  Pose turned;
+  turned.rotation = Eigen::AngleAxisd(1.0, Vec3::UnitX()).toRotationMatrix();
+  for (const double off : {0.0, 1e-14, -1e-9}) {
+    turned.translation = {off, 0, 0};
+    const auto answer = n.solve(Shape(Capsule{0.5, 4}), Pose{}, Shape(Capsule{0.25, 4}), turned, Request::distance);
+    CHECK(std::abs(answer.signed_distance - (std::abs(off) - 0.75)) < 1e-15);
+    CHECK(std::abs(std::abs(answer.normal.x()) - 1) < 1e-12);
+  }
+}
+
+TEST_CASE("half-space with everything: the lowest point decides") {
+  Random r(9);
+  const NarrowPhase n;
+  for (const ShapeKind k : bounded_convex)
+    for (int i = 0; i < 50; ++i) {
+      const Shape h = random_shape(ShapeKind::halfspace, r), s = random_shape(k, r);
+      const Pose ph = random_pose(r, 1), ps = random_pose(r, 1);
+      std::vector<Contact> contacts;
+      const PairAnswer answer = n.solve(h, ph, s, ps, Request::contacts, &contacts);
+      CAPTURE(name(k), i);
+      CHECK(answer.normal.isApprox(ph.rotation * h.normal(), 1e-12));
+      CHECK(contacts.empty() == !answer.collide);
+      Pose moved = ps;
+      moved.translation -= answer.signed_distance * answer.normal;  // now it touches
+      CHECK(std::abs(n.solve(h, ph, s, moved, Request::distance).signed_distance) < 1e-14);
+      double deepest = -1;
+      for (const Contact& c : contacts) deepest = std::max(deepest, c.depth);
+      if (answer.collide) CHECK(std::abs(deepest + answer.signed_distance) < 1e-9);
+      CHECK(n.solve(s, ps, h, ph, Request::distance).normal == -answer.normal);
+    }
+}

@@ -1,0 +1,91 @@
+#include <catch2/catch.hpp>
+#include <stdexcept>
+
+#include "random_pairs.h"
+
+using namespace tandem;
+using namespace tandem::test;
+
+namespace {
+
+std::vector<Shape> one_of_each() {
+  Random r(1);
+  std::vector<Shape> list;
+  for (std::size_t k = 0; k < shape_kinds; ++k) list.push_back(random_shape(static_cast<ShapeKind>(k), r));
+  return list;
+}
+
+}  // namespace
+
+TEST_CASE("dispatcher: every pair of kinds answers every request, or refuses by name") {
+  const auto shapes = one_of_each();
+  const NarrowPhase n;
+  for (const Shape& a : shapes)
+    for (const Shape& b : shapes)
+      for (const Request q : {Request::collide, Request::distance, Request::contacts}) {
+        CAPTURE(name(a.kind()), name(b.kind()), name(q));
+        const std::string why = n.refuses(a, b, q);
+        const bool halfspaces = a.kind() == ShapeKind::halfspace && b.kind() == ShapeKind::halfspace;
+        CHECK(why.empty() == !(halfspaces && q != Request::collide));
+        std::vector<Contact> contacts;
+        if (!why.empty()) {
+          CHECK(why.find("halfspace") != std::string::npos);
+          CHECK_THROWS_AS(n.solve(a, Pose{}, b, Pose{}, q), std::invalid_argument);
+          continue;
+        }
+        const PairAnswer answer = n.solve(a, Pose{}, b, Pose::at(0.1, 0.2, 0.1), q, &contacts);
+        CHECK(answer.collide == n.solve(a, Pose{}, b, Pose::at(0.1, 0.2, 0.1), Request::collide).collide);
+        // A triangle lies off the centre and may miss; whatever is solid overlaps here.
+        if (a.kind() != ShapeKind::triangle && b.kind() != ShapeKind::triangle) CHECK(answer.collide);
+        CHECK(contacts.empty() == !(q == Request::contacts && answer.collide));
+        if (q == Request::distance) CHECK(answer.collide == (answer.signed_distance <= 0));
+      }
+}
+
+TEST_CASE("dispatcher: opposite half-spaces meet or miss by their offsets") {
+  const NarrowPhase n;
+  const Shape below(HalfSpace{{0, 0, 1}, 1}), above(HalfSpace{{0, 0, -1}, -2});
+  CHECK_FALSE(n.solve(below, Pose{}, above, Pose{}, Request::collide).collide);
+  CHECK(n.solve(below, Pose::at(0, 0, 1), above, Pose{}, Request::collide).collide);
+  CHECK(n.solve(below, Pose{}, Shape(HalfSpace{{0, 1e-9, -1}, -2}), Pose{}, Request::collide).collide);
+}
+
+TEST_CASE("dispatcher: named solvers agree on plain pairs, unknown names are answered with the list") {
+  const auto shapes = one_of_each();
+  const NarrowPhase table;
+  int covered = 0;
+  for (const SolverInfo& info : NarrowPhase::solvers()) {
+    const NarrowPhase forced({.tolerance = 0, .margin = 0, .solver = std::string(info.name)});
+    for (const Shape& a : shapes)
+      for (const Shape& b : shapes) {
+        if (!table.refuses(a, b, Request::distance).empty()) continue;
+        CAPTURE(info.name, name(a.kind()), name(b.kind()));
+        const Pose far = Pose::at(9, 7, 8);
+        const auto expected = table.solve(a, Pose{}, b, far, Request::distance);
+        const auto got = forced.solve(a, Pose{}, b, far, Request::distance);
+        if (got.status == Status::ok) {
+          CHECK(std::abs(got.signed_distance - expected.signed_distance) < 2e-3);
+          ++covered;
+        }
+        CHECK(forced.solve(a, Pose{}, b, far, Request::collide).collide == expected.collide);
+      }
+  }
+  CHECK(covered > 300);
+  CHECK_THROWS_WITH(NarrowPhase({.tolerance = 0, .margin = 0, .solver = "magic"}),
+                    Catch::Matchers::Contains("magic") && Catch::Matchers::Contains("libccd"));
+  CHECK_THROWS_AS(NarrowPhase({.tolerance = 0.2, .margin = 0, .solver = {}}), std::invalid_argument);
+  CHECK_THROWS_AS(NarrowPhase({.tolerance = 0, .margin = -1, .solver = {}}), std::invalid_argument);
+}
+
+TEST_CASE("dispatcher: a margin reports gaps as negative depths") {
+  const Shape box(Box{{1, 1, 1}});
+  std::vector<Contact> contacts;
+  const NarrowPhase wide({.tolerance = 0, .margin = 0.1, .solver = {}});
+  const auto answer = wide.solve(box, Pose{}, box, Pose::at(0, 0, 1.05), Request::contacts, &contacts);
+  CHECK_FALSE(answer.collide);
+  REQUIRE(contacts.size() == 4);
+  for (const Contact& c : contacts) CHECK(std::abs(c.depth + 0.05) < 1e-12);
+  contacts.clear();
+  NarrowPhase().solve(box, Pose{}, box, Pose::at(0, 0, 1.05), Request::contacts, &contacts);
+  CHECK(contacts.empty());
+}
