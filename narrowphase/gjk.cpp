@@ -206,7 +206,9 @@ void polish(const MinkowskiDifference& d, Vec3& n, double& h, Vec3& point_a, Vec
 LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance) {
   const double infinity = std::numeric_limits<double>::infinity();
   const double ra = core_radius(d.a), rb = core_radius(d.b);
-  const GjkResult r = gjk(d, std::max(tolerance, 1e-14), infinity, -infinity);
+  // Round surfaces are approached step by step: the last digits cost more steps than they are worth.
+  const double least = is_polytope(d.a.kind) && is_polytope(d.b.kind) ? 1e-14 : 2e-10;
+  const GjkResult r = gjk(d, std::max(tolerance, least), infinity, -infinity);
   LocalAnswer answer;
   double core;  // signed distance of the cores
   if (r.end == GjkResult::End::separated) {
@@ -217,7 +219,7 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance) 
     answer.gap = r.upper - std::max(r.lower, 0.0);
   } else {
     const double scale = d.scale();
-    EpaResult e = expand(d, r.simplex, std::max(tolerance, 1e-14) * scale);
+    EpaResult e = expand(d, r.simplex, std::max(tolerance, least) * scale);
     if (e.upper - e.lower > 1e-13 * scale && !(is_polytope(d.a.kind) && is_polytope(d.b.kind))) {
       Vec3 w = e.point_a - e.point_b, on_a = e.point_a;
       const double before = e.upper;
