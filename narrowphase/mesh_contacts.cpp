@@ -52,7 +52,7 @@ struct Cut {
 bool cut(const std::array<Vec3, 3>& p, const Vec3& normal, const Vec3& on_plane, const Vec3& line, bool of_a,
          std::uint32_t triangle, const std::array<std::uint32_t, 3>& index, Cut& out) {
   std::array<double, 3> d;
-  for (int k = 0; k < 3; ++k) d[k] = normal.dot(p[k] - on_plane);
+  for (std::size_t k = 0; k < 3; ++k) d[k] = normal.dot(p[k] - on_plane);
   int n = 0;
   for (std::uint32_t k = 0; k < 3 && n < 2; ++k) {
     const std::uint32_t next = (k + 1) % 3;
@@ -265,7 +265,7 @@ class DepthProbe {
         // Only the sides that face each other.
         if ((p[1] - p[0]).cross(p[2] - p[0]).dot(n) * (of_a ? 1 : -1) <= 0) continue;
         Flat f;
-        for (int k = 0; k < 3; ++k) f.x[k] = u_.dot(p[k]), f.y[k] = v_.dot(p[k]), f.z[k] = n.dot(p[k]);
+        for (std::size_t k = 0; k < 3; ++k) f.x[k] = u_.dot(p[k]), f.y[k] = v_.dot(p[k]), f.z[k] = n.dot(p[k]);
         flats_[of_a ? 1 : 0].push_back(f);
       }
   }
@@ -354,7 +354,7 @@ void add_patch(const Posed& m, const Patch& patch, const std::vector<Crossing>& 
         spans[of_a].push_back({e.first->point, p.point, feature});
     }
   std::vector<Candidate> chosen;
-  for (const int of_a : {1, 0}) {
+  for (const std::size_t of_a : {std::size_t{1}, std::size_t{0}}) {
     choose(vertices[of_a], n, depth.u(), depth.v(), chosen);
     choose(edges[of_a], n, depth.u(), depth.v(), chosen);
   }
@@ -421,7 +421,7 @@ void add_touching(const Posed& m, std::span<const std::array<std::uint32_t, 2>> 
     for (const bool of_a : {true, false}) {
       const std::uint32_t t = pair[of_a ? 0 : 1];
       const auto p = m.corners(of_a, t);
-      for (int k = 0; k < 3; ++k)
+      for (std::size_t k = 0; k < 3; ++k)
         if ((p[k] - low).minCoeff() >= 0 && (high - p[k]).minCoeff() >= 0)
           points.emplace(feature_of(of_a ? 0 : 1, m.mesh(of_a).triangles[t][k]), p[k]);
     }

@@ -33,7 +33,7 @@ std::optional<int> winding(const MeshModel& mesh, const Vec3& p, const Vec3& d) 
         auto c = mesh.corners(mesh.order[n.child[k] + i]);
         for (Vec3& v : c) v = (v - p) / mesh.unit;
         int positive = 0, negative = 0;
-        for (int e = 0; e < 3; ++e) {
+        for (std::size_t e = 0; e < 3; ++e) {
           const Vec3 &u = c[e], &w = c[(e + 1) % 3];
           const double volume = d.dot(u.cross(w));
           const double bound = 1e-14 * (u.lpNorm<1>() * w.lpNorm<1>());

@@ -14,7 +14,7 @@ namespace tandem {
 namespace {
 
 constexpr std::uint32_t leaf_triangles = 2;
-constexpr int bins = 16;
+constexpr std::size_t bins = 16;
 // Below this, splits are by the median, so that no input makes the tree deeper than this plus log2 of its triangles.
 constexpr int last_binned_level = 24;
 
@@ -197,32 +197,33 @@ class HierarchyBuilder {
     Extent centres;
     for (std::uint32_t k = r.begin; k < r.end; ++k) centres.add(mid(mesh_.order[k]));
     const Vec3 width = centres.hi - centres.lo;
-    int best_axis = -1, best_bin = 0;
+    int best_axis = -1;
+    std::size_t best_bin = 0;
     double best_cost = std::numeric_limits<double>::infinity();
     const auto bin_of = [&](std::uint32_t triangle, int axis) {
       const double x = (mid(triangle)[axis] - centres.lo[axis]) / width[axis];
-      return std::clamp(static_cast<int>(x * bins), 0, bins - 1);
+      return std::min(static_cast<std::size_t>(x * static_cast<double>(bins)), bins - 1);
     };
     for (int axis = 0; axis < 3 && level < last_binned_level; ++axis) {
       if (!(width[axis] > 1e-12)) continue;
       std::array<Extent, bins> box;
       std::array<std::uint32_t, bins> count{};
       for (std::uint32_t k = r.begin; k < r.end; ++k) {
-        const int b = bin_of(mesh_.order[k], axis);
+        const std::size_t b = bin_of(mesh_.order[k], axis);
         box[b].add(boxes_[mesh_.order[k]]);
         ++count[b];
       }
       std::array<double, bins> right{};
       Extent e;
       std::uint32_t n = 0;
-      for (int b = bins - 1; b > 0; --b) {
+      for (std::size_t b = bins - 1; b > 0; --b) {
         e.add(box[b]);
         n += count[b];
         right[b] = n > 0 ? e.area() * n : 0;
       }
       e = {};
       n = 0;
-      for (int b = 1; b < bins; ++b) {
+      for (std::size_t b = 1; b < bins; ++b) {
         e.add(box[b - 1]);
         n += count[b - 1];
         if (n == 0 || n == r.size()) continue;
@@ -258,7 +259,7 @@ MeshModel build_mesh(Mesh mesh) {
     if (!mesh.vertices[i].allFinite())
       refuse("vertices[" + std::to_string(i) + "] is " + text(mesh.vertices[i]) + "; it must be finite");
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
-    for (int k = 0; k < 3; ++k)
+    for (std::size_t k = 0; k < 3; ++k)
       if (mesh.triangles[i][k] >= mesh.vertices.size())
         refuse("triangles[" + std::to_string(i) + "][" + std::to_string(k) + "] is " +
                std::to_string(mesh.triangles[i][k]) + "; it must be below the number of vertices, " +

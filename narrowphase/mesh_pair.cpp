@@ -52,7 +52,7 @@ void each_meeting_pair(const MeshModel& a, const MeshModel& b, const TriangleTes
     if (j != last) {
       last = j;
       q = b.corners(j);
-      for (int k = 0; k < 3; ++k) q_in_a[k] = test.in_a(q[k]);
+      for (std::size_t k = 0; k < 3; ++k) q_in_a[k] = test.in_a(q[k]);
     }
     return test(a.corners(i), q, q_in_a) && visit(i, j);
   });
@@ -238,10 +238,11 @@ void vertex_nearest(const Vec3& v, const Corners& t, bool v_of_a, Nearest& best)
 }
 
 void triangles_nearest(const Corners& p, const Corners& q, Nearest& best) {
-  for (int i = 0; i < 3; ++i) {
+  for (std::size_t i = 0; i < 3; ++i) {
     vertex_nearest(p[i], q, true, best);
     vertex_nearest(q[i], p, false, best);
-    for (int j = 0; j < 3; ++j) segments_nearest(p[i], p[(i + 1) % 3] - p[i], q[j], q[(j + 1) % 3] - q[j], best);
+    for (std::size_t j = 0; j < 3; ++j)
+      segments_nearest(p[i], p[(i + 1) % 3] - p[i], q[j], q[(j + 1) % 3] - q[j], best);
   }
 }
 
@@ -273,7 +274,7 @@ Nearest meshes_nearest(const Posed& a, const Posed& b) {
       each_triangle(ma, top.a, [&](std::uint32_t i) {
         each_triangle(mb, top.b, [&](std::uint32_t j) {
           Corners p = ma.corners(i), q = mb.corners(j);
-          for (int k = 0; k < 3; ++k) p[k] = ra * p[k], q[k] = rb * q[k] + between;
+          for (std::size_t k = 0; k < 3; ++k) p[k] = ra * p[k], q[k] = rb * q[k] + between;
           triangles_nearest(p, q, best);
         });
       });

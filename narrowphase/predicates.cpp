@@ -33,6 +33,8 @@ Rational times<Rational>(double x, double y) {
 template <class Number>
 using Point = std::array<Number, 3>;
 
+constexpr std::size_t no_axis = 3;
+
 template <class N>
 Point<N> operator-(const Point<N>& p, const Point<N>& q) {
   return {p[0] - q[0], p[1] - q[1], p[2] - q[2]};
@@ -49,10 +51,10 @@ N dot(const Point<N>& u, const Point<N>& v) {
 }
 
 template <class N>
-int axis_of(const Point<N>& n) {  // the first axis along which n is not zero, or -1
-  for (int k = 0; k < 3; ++k)
+std::size_t axis_of(const Point<N>& n) {  // the first axis along which n is not zero, or no_axis
+  for (std::size_t k = 0; k < 3; ++k)
     if (sign(n[k]) != 0) return k;
-  return -1;
+  return no_axis;
 }
 
 template <class N>
@@ -62,8 +64,8 @@ int orient(const Point<N>& a, const Point<N>& b, const Point<N>& c, const Point<
 
 // The same points without coordinate `drop`.
 template <class N>
-int orient2(const Point<N>& a, const Point<N>& b, const Point<N>& c, int drop) {
-  const int i = (drop + 1) % 3, j = (drop + 2) % 3;
+int orient2(const Point<N>& a, const Point<N>& b, const Point<N>& c, std::size_t drop) {
+  const std::size_t i = (drop + 1) % 3, j = (drop + 2) % 3;
   return sign((b[i] - a[i]) * (c[j] - a[j]) - (b[j] - a[j]) * (c[i] - a[i]));
 }
 
@@ -75,13 +77,13 @@ bool intervals_meet(const N& p, const N& q, const N& r, const N& s) {
 
 // Closed segments in a plane that projects one to one along `drop`. Either may be a point.
 template <class N>
-bool segments_meet2(const Point<N>& p, const Point<N>& q, const Point<N>& r, const Point<N>& s, int drop) {
+bool segments_meet2(const Point<N>& p, const Point<N>& q, const Point<N>& r, const Point<N>& s, std::size_t drop) {
   const int o1 = orient2(p, q, r, drop), o2 = orient2(p, q, s, drop);
   if (o1 * o2 > 0) return false;
   const int o3 = orient2(r, s, p, drop), o4 = orient2(r, s, q, drop);
   if (o3 * o4 > 0) return false;
   if (o1 != 0 || o2 != 0 || o3 != 0 || o4 != 0) return true;
-  const int i = (drop + 1) % 3, j = (drop + 2) % 3;
+  const std::size_t i = (drop + 1) % 3, j = (drop + 2) % 3;
   return intervals_meet(p[i], q[i], r[i], s[i]) && intervals_meet(p[j], q[j], r[j], s[j]);
 }
 
@@ -89,9 +91,10 @@ template <class N>
 bool segments_meet(const Point<N>& p, const Point<N>& q, const Point<N>& r, const Point<N>& s) {
   const Point<N> pq = q - p, pr = r - p, ps = s - p, qr = r - q, qs = s - q;
   for (const Point<N>& n : {cross(pq, pr), cross(pq, ps), cross(pr, ps), cross(qr, qs)})
-    if (const int drop = axis_of(n); drop >= 0) return orient(p, q, r, s) == 0 && segments_meet2(p, q, r, s, drop);
+    if (const std::size_t drop = axis_of(n); drop != no_axis)
+      return orient(p, q, r, s) == 0 && segments_meet2(p, q, r, s, drop);
   // All on one line, or one point.
-  for (int k = 0; k < 3; ++k)
+  for (std::size_t k = 0; k < 3; ++k)
     if (!intervals_meet(p[k], q[k], r[k], s[k])) return false;
   return true;
 }
@@ -100,20 +103,20 @@ template <class N>
 struct ExactTriangle {
   std::array<Point<N>, 3> p;
   Point<N> normal;
-  int drop;  // -1: no area
+  std::size_t drop;  // no_axis: no area
 
   explicit ExactTriangle(const std::array<Point<N>, 3>& corners)
       : p(corners), normal(cross(p[1] - p[0], p[2] - p[0])), drop(axis_of(normal)) {}
 
   std::array<int, 3> sides(const ExactTriangle& other) const {
     std::array<int, 3> s{};
-    if (drop >= 0)
-      for (int k = 0; k < 3; ++k) s[k] = sign(dot(normal, other.p[k] - p[0]));
+    if (drop != no_axis)
+      for (std::size_t k = 0; k < 3; ++k) s[k] = sign(dot(normal, other.p[k] - p[0]));
     return s;
   }
   bool holds_coplanar(const Point<N>& q) const {
     int low = 0, high = 0;
-    for (int k = 0; k < 3; ++k) {
+    for (std::size_t k = 0; k < 3; ++k) {
       const int o = orient2(p[k], p[(k + 1) % 3], q, drop);
       low = std::min(low, o);
       high = std::max(high, o);
@@ -122,21 +125,21 @@ struct ExactTriangle {
   }
   bool meets_coplanar(const Point<N>& q, const Point<N>& r) const {
     if (holds_coplanar(q) || holds_coplanar(r)) return true;
-    for (int k = 0; k < 3; ++k)
+    for (std::size_t k = 0; k < 3; ++k)
       if (segments_meet2(q, r, p[k], p[(k + 1) % 3], drop)) return true;
     return false;
   }
   // Segment q r, whose ends lie on sides sq and sr of the plane.
   bool meets(const Point<N>& q, const Point<N>& r, int sq, int sr) const {
-    if (drop < 0) {
-      for (int k = 0; k < 3; ++k)
+    if (drop == no_axis) {
+      for (std::size_t k = 0; k < 3; ++k)
         if (segments_meet(q, r, p[k], p[(k + 1) % 3])) return true;
       return false;
     }
     if (sq * sr > 0) return false;
     if (sq == 0 && sr == 0) return meets_coplanar(q, r);
     int low = 0, high = 0;
-    for (int k = 0; k < 3; ++k) {
+    for (std::size_t k = 0; k < 3; ++k) {
       const int o = orient(q, r, p[k], p[(k + 1) % 3]);
       low = std::min(low, o);
       high = std::max(high, o);
@@ -155,8 +158,8 @@ bool exact_meet(const ExactTriangle<N>& a, const ExactTriangle<N>& b) {
   if (one_side(side_a)) return false;
   const auto side_b = a.sides(b);
   if (one_side(side_b)) return false;
-  for (int k = 0; k < 3; ++k) {
-    const int n = (k + 1) % 3;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t n = (k + 1) % 3;
     if (b.meets(a.p[k], a.p[n], side_a[k], side_a[n])) return true;
     if (a.meets(b.p[k], b.p[n], side_b[k], side_b[n])) return true;
   }
@@ -166,11 +169,11 @@ bool exact_meet(const ExactTriangle<N>& a, const ExactTriangle<N>& b) {
 template <class N>
 ExactTriangle<N> place(const Corners& corners, const Pose& pose) {
   std::array<Point<N>, 3> world;
-  for (int c = 0; c < 3; ++c)
+  for (std::size_t c = 0; c < 3; ++c)
     for (int i = 0; i < 3; ++i) {
       N x(pose.translation[i]);
       for (int j = 0; j < 3; ++j) x = x + times<N>(pose.rotation(i, j), corners[c][j]);
-      world[c][i] = x;
+      world[c][static_cast<std::size_t>(i)] = x;
     }
   return ExactTriangle<N>(world);
 }
@@ -198,7 +201,7 @@ double det(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) { return 
 
 // Brings the corner that is alone on its side to the front, keeping the sense.
 Corners alone_first(const Corners& t, const std::array<int, 3>& s) {
-  const int k = s[1] == s[2] ? 0 : s[0] == s[2] ? 1 : 2;
+  const std::size_t k = s[1] == s[2] ? 0 : s[0] == s[2] ? 1 : 2;
   return {t[k], t[(k + 1) % 3], t[(k + 2) % 3]};
 }
 
@@ -234,10 +237,10 @@ bool TriangleTest::operator()(const Corners& a, const Corners& b, const Corners&
 
   const Vec3 normal_b = (c[1] - c[0]).cross(c[2] - c[0]);
   std::array<int, 3> side_a, side_b;
-  for (int k = 0; k < 3; ++k) side_a[k] = certain_sign(normal_b.dot(a[k] - c[0]), bound);
+  for (std::size_t k = 0; k < 3; ++k) side_a[k] = certain_sign(normal_b.dot(a[k] - c[0]), bound);
   if (one_side(side_a)) return false;
   const Vec3 normal_a = (a[1] - a[0]).cross(a[2] - a[0]);
-  for (int k = 0; k < 3; ++k) side_b[k] = certain_sign(normal_a.dot(c[k] - a[0]), bound);
+  for (std::size_t k = 0; k < 3; ++k) side_b[k] = certain_sign(normal_a.dot(c[k] - a[0]), bound);
   if (one_side(side_b)) return false;
   if (side_a[0] * side_a[1] * side_a[2] == 0 || side_b[0] * side_b[1] * side_b[2] == 0) return exact(a, b);
 

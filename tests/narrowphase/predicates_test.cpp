@@ -27,10 +27,11 @@ Rational dot(const Exact& a, const Exact& b) { return a[0] * b[0] + a[1] * b[1] 
 
 std::array<Exact, 3> place(const Corners& t, const Pose& pose) {
   std::array<Exact, 3> out;
-  for (int c = 0; c < 3; ++c)
+  for (std::size_t c = 0; c < 3; ++c)
     for (int i = 0; i < 3; ++i) {
-      out[c][i] = Rational(pose.translation[i]);
-      for (int j = 0; j < 3; ++j) out[c][i] += Rational(pose.rotation(i, j)) * Rational(t[c][j]);
+      Rational x(pose.translation[i]);
+      for (int j = 0; j < 3; ++j) x += Rational(pose.rotation(i, j)) * Rational(t[c][j]);
+      out[c][static_cast<std::size_t>(i)] = x;
     }
   return out;
 }
@@ -39,7 +40,7 @@ bool oracle(const Corners& ta, const Pose& pa, const Corners& tb, const Pose& pb
   const auto a = place(ta, pa), b = place(tb, pb);
   std::vector<Exact> edges, directions;
   for (const auto* t : {&a, &b})
-    for (int k = 0; k < 3; ++k) edges.push_back(sub((*t)[(k + 1) % 3], (*t)[k]));
+    for (std::size_t k = 0; k < 3; ++k) edges.push_back(sub((*t)[(k + 1) % 3], (*t)[k]));
   for (const auto& p : a)
     for (const auto& q : b) edges.push_back(sub(p, q));
   for (const auto& e : edges) directions.push_back(e);
@@ -49,7 +50,7 @@ bool oracle(const Corners& ta, const Pose& pa, const Corners& tb, const Pose& pb
     for (std::size_t j = 0; j < edges.size(); ++j) directions.push_back(cross(edges[i], cross(edges[i], edges[j])));
   for (const auto& d : directions) {
     Rational lo_a = dot(d, a[0]), hi_a = lo_a, lo_b = dot(d, b[0]), hi_b = lo_b;
-    for (int k = 1; k < 3; ++k) {
+    for (std::size_t k = 1; k < 3; ++k) {
       lo_a = std::min<Rational>(lo_a, dot(d, a[k])), hi_a = std::max<Rational>(hi_a, dot(d, a[k]));
       lo_b = std::min<Rational>(lo_b, dot(d, b[k])), hi_b = std::max<Rational>(hi_b, dot(d, b[k]));
     }
@@ -98,7 +99,7 @@ TEST_CASE("triangles in random poses, a rounding apart from touching, agree with
     Pose pb = Pose::from(random_turn(random), random_point(random, 1) + Vec3::Constant(far));
     // Bring a vertex of B onto a point of A, as nearly as doubles can.
     const Vec3 target = pa * (0.2 * a[0] + 0.3 * a[1] + 0.5 * a[2]);
-    pb.translation += target - pb * b[i % 3];
+    pb.translation += target - pb * b[static_cast<std::size_t>(i) % 3];
     const bool want = oracle(a, pa, b, pb);
     hits += want;
     CAPTURE(i);
