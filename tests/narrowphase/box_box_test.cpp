@@ -7,8 +7,8 @@
 using namespace tandem;
 using namespace tandem::test;
 
-TEST_CASE("box-box: an edge contact a little shallower than the faces is not taken for a face contact") {
-  // Two edges that cross at a right angle, deepest by 0.02; the faces overlap by 0.0205 or more.
+TEST_CASE("box-box: two edges that cross touch in one point, with the depth between the edges") {
+  // Each cube stands on an edge; the two edges cross at a right angle and overlap by 0.02.
   const Mat3 ra = Eigen::AngleAxisd(0.25 * M_PI, Vec3::UnitX()).toRotationMatrix();
   const Mat3 rb = Eigen::AngleAxisd(0.25 * M_PI, Vec3::UnitY()).toRotationMatrix();
   const Shape box(Box{{1, 1, 1}});
