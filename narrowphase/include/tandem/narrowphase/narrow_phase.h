@@ -34,7 +34,9 @@ struct Contact {
 struct PairAnswer {
   bool collide = false;
   /// Set by Request::distance and Request::contacts (there: of the deepest contact, if any).
-  /// > 0 gap, < 0 minus the penetration depth, the shortest translation that separates.
+  /// > 0 gap, < 0 minus the penetration depth, the shortest translation that separates. With a mesh the depth is
+  /// exact (Status::ok) where moving by the largest depth of a single triangle separates the two; else inexact with a
+  /// rigorous bound, a surface mesh giving the lower end of what is known and a solid one the upper.
   double signed_distance = 0;
   Vec3 point_a = Vec3::Zero();  ///< on A, world
   Vec3 point_b = Vec3::Zero();  ///< on B, world
@@ -47,7 +49,8 @@ struct NarrowPhaseOptions {
   /// Error the user accepts, relative to the bodies' size, [0, 0.1]; 0: to rounding. The cheapest solver of the
   /// table that meets it is taken.
   double tolerance = 0;
-  /// Request::contacts also reports gaps up to this, as negative depths (metres, finite, >= 0).
+  /// Request::contacts also reports gaps up to this, as negative depths (metres, finite, >= 0). Not used between two
+  /// meshes, which report what intersects.
   double margin = 0;
   /// Forces the solver of that name (`solvers()` lists them) wherever it covers the pair; empty: the table's choice.
   std::string solver{};
