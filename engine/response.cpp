@@ -28,6 +28,9 @@ void limit(Vec3& v, double most) {
   if (!(v.squaredNorm() <= most * most)) v = most * v.stableNormalized();
 }
 
+/// Beyond an eighth of a turn in a time step a direction of turning means little.
+double fastest_turn(double time_step) { return std::numbers::pi / 4 / time_step; }
+
 /// First order in the turn, then made a unit again; good for turns of a few tenths of a radian.
 void turn(Quat& orientation, const Vec3& rotation) {
   const Quat rate(0, rotation.x(), rotation.y(), rotation.z());
@@ -53,7 +56,8 @@ struct Response::Impl {
   ContactSolver solver;
   std::vector<ShapeMass> shapes;
   std::vector<SolverBody> bodies;  // one an index of the scene
-  std::vector<Quat> orientations;  // the same
+  std::vector<Quat> orientations;  // the same, and so are the rotations half a step ahead
+  std::vector<Mat3> half_turned;
   std::vector<std::uint32_t> moving;
 
   void prepare_bodies(const Scene& scene);
@@ -70,6 +74,7 @@ void Response::Impl::prepare_bodies(const Scene& scene) {
   }
   bodies.resize(scene.indices());
   orientations.resize(scene.indices());
+  half_turned.resize(scene.indices());
   moving.clear();
   for (std::uint32_t i = 0; i < scene.indices(); ++i) {
     if (!scene.alive(i)) continue;
@@ -80,15 +85,25 @@ void Response::Impl::prepare_bodies(const Scene& scene) {
     body.centre = scene.is_static()[i] ? pose.translation : pose * shape.centre;
     if (scene.is_static()[i]) continue;
     const double density = scene.densities()[i];
-    const Mat3 inverse_inertia = pose.rotation * shape.inverse_inertia * pose.rotation.transpose() / density;
+    orientations[i] = Quat(pose.rotation);
+    // While a body turns its angular momentum stays, not its angular velocity: that is the gyroscopic torque. With the
+    // inertia of half a step ahead it is kept exactly, impulses included, and the energy to second order.
+    Vec3 spin = scene.angular_velocities()[i];
+    limit(spin, fastest_turn(scene.dt));
+    Quat half = orientations[i];
+    turn(half, scene.dt / 2 * spin);
+    half_turned[i] = half.toRotationMatrix();
+    const Mat3& to_world = half_turned[i];
+    const Mat3 inverse_inertia = to_world * shape.inverse_inertia * to_world.transpose() / density;
     const double mass = shape.volume * density;
     if (!is_positive(mass) || !inverse_inertia.allFinite() || !(inverse_inertia.diagonal().minCoeff() > 0)) continue;
     body.inverse_mass = 1 / mass;
     body.inverse_inertia = inverse_inertia;
     body.velocity = scene.velocities()[i];
-    body.angular_velocity = scene.angular_velocities()[i];
+    const Vec3 own_momentum = shape.inertia * (pose.rotation.transpose() * spin);
+    const Vec3 momentum = pose.rotation * own_momentum;
+    body.angular_velocity = to_world * (shape.inverse_inertia * (to_world.transpose() * momentum));
     body.radius = shape.radius;
-    orientations[i] = Quat(pose.rotation);
     moving.push_back(i);
   }
 }
@@ -98,11 +113,11 @@ void Response::Impl::accelerate(const Vec3& change) {
 }
 
 void Response::Impl::advance(double h) {
-  const double fastest_turn = std::numbers::pi / 4 / h;
+  const double fastest = fastest_turn(h);
   for (const std::uint32_t i : moving) {
     SolverBody& body = bodies[i];
     limit(body.velocity, options.max_speed);
-    limit(body.angular_velocity, fastest_turn);
+    limit(body.angular_velocity, fastest);
     body.moved += h * body.velocity;
     const Vec3 rotation = h * body.angular_velocity;
     body.turned += rotation;
@@ -116,13 +131,11 @@ double Response::Impl::put_back(Scene& scene) const {
   for (const std::uint32_t i : moving) {
     const SolverBody& body = bodies[i];
     const ShapeMass& shape = shapes[scene.shape_indices()[i]];
-    const Mat3 before = scene.poses()[i].rotation;
     Pose pose;
     pose.rotation = orientations[i].toRotationMatrix();
     pose.translation = body.centre + body.moved - pose.rotation * shape.centre;
-    // While a body turns its angular momentum stays, not its angular velocity: that is the gyroscopic torque, and in
-    // this form it cannot blow up.
-    const Vec3 momentum = before * (shape.inertia * (before.transpose() * body.angular_velocity));
+    const Mat3& to_world = half_turned[i];
+    const Vec3 momentum = to_world * (shape.inertia * (to_world.transpose() * body.angular_velocity));
     const Vec3 own_momentum = pose.rotation.transpose() * momentum;
     const Vec3 own_velocity = shape.inverse_inertia * own_momentum;
     scene.move(i, pose, body.velocity, pose.rotation * own_velocity);

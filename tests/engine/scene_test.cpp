@@ -1,0 +1,173 @@
+#include "tandem/engine/scene.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <vector>
+
+#include "message_of.h"
+
+using namespace tandem;
+using Catch::Matchers::Contains;
+
+namespace {
+
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+constexpr double infinite = std::numeric_limits<double>::infinity();
+
+struct Fixture {
+  Scene scene;
+  ShapeId ball = scene.add_shape(Shape(Sphere{1}), "ball");
+  ShapeId ground = scene.add_shape(Shape(HalfSpace{}), "ground");
+
+  BodyOptions body() const {
+    BodyOptions options;
+    options.shape = ball;
+    return options;
+  }
+  std::string refusal(const BodyOptions& options) {
+    const std::size_t before = scene.bodies();
+    CHECK_THROWS_AS(scene.add_body(options), std::invalid_argument);
+    const std::string message = message_of([&] { scene.add_body(options); });
+    CHECK(scene.bodies() == before);
+    CHECK(scene.indices() == before);
+    return message;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("scene: a body that cannot be is refused with its number, field and value") {
+  Fixture f;
+  f.scene.add_body(f.body());
+  BodyOptions bad = f.body();
+  SECTION("no shape") {
+    bad.shape = {};
+    CHECK_THAT(f.refusal(bad), Contains("body 1") && Contains("shape"));
+  }
+  SECTION("a shape of nobody") {
+    bad.shape = {3};
+    CHECK_THAT(f.refusal(bad), Contains("body 1") && Contains("shape") && Contains("3"));
+  }
+  SECTION("a position that is no number") {
+    bad.pose.translation.y() = not_a_number;
+    CHECK_THAT(f.refusal(bad), Contains("body 1") && Contains("nan"));
+  }
+  SECTION("a rotation that mirrors") {
+    bad.pose.rotation = Vec3(1, 1, -1).asDiagonal();
+    CHECK_THAT(f.refusal(bad), Contains("body 1") && Contains("rotation"));
+  }
+  SECTION("a rotation that stretches") {
+    bad.pose.rotation *= 1.00001;
+    CHECK_THAT(f.refusal(bad), Contains("body 1") && Contains("rotation"));
+  }
+  SECTION("velocity") {
+    bad.velocity.x() = infinite;
+    CHECK_THAT(f.refusal(bad), Contains("body 1: velocity") && Contains("inf"));
+  }
+  SECTION("angular velocity") {
+    bad.angular_velocity.z() = not_a_number;
+    CHECK_THAT(f.refusal(bad), Contains("body 1: angular_velocity") && Contains("nan"));
+  }
+  SECTION("density") {
+    for (const double density : {0.0, -1.0, not_a_number, infinite}) {
+      bad.density = density;
+      CHECK_THAT(f.refusal(bad), Contains("body 1: density") && Contains("> 0"));
+    }
+  }
+  SECTION("a half-space that moves") {
+    bad.shape = f.ground;
+    CHECK_THAT(f.refusal(bad), Contains("body 1: is_static") && Contains("half-space"));
+  }
+}
+
+TEST_CASE("scene: a static body's density is not looked at, and a half-space may be one") {
+  Fixture f;
+  BodyOptions fixed = f.body();
+  fixed.is_static = true;
+  fixed.density = not_a_number;
+  CHECK_NOTHROW(f.scene.add_body(fixed));
+  fixed.shape = f.ground;
+  CHECK_NOTHROW(f.scene.add_body(fixed));
+  CHECK_NOTHROW(f.scene.add_body(fixed));
+  CHECK_NOTHROW(f.scene.add_body(f.body()));
+  CHECK(f.scene.bodies() == 4);
+}
+
+TEST_CASE("scene: changes are checked as bodies are, and a refused one changes nothing") {
+  Fixture f;
+  const BodyId id = f.scene.add_body(f.body());
+  Pose bad = Pose::at(1, 2, 3);
+  bad.rotation(0, 0) = 2;
+  CHECK_THROWS_AS(f.scene.set_pose(id, bad), std::invalid_argument);
+  CHECK(f.scene.pose(id).translation == Vec3::Zero());
+  CHECK_THROWS_AS(f.scene.set_velocity(id, {0, 0, not_a_number}, Vec3::Zero()), std::invalid_argument);
+  CHECK_THROWS_AS(f.scene.set_velocity(id, {1, 0, 0}, {infinite, 0, 0}), std::invalid_argument);
+  CHECK(f.scene.velocities()[0] == Vec3::Zero());
+  f.scene.set_pose(id, Pose::at(1, 2, 3));
+  f.scene.set_velocity(id, {4, 5, 6}, {7, 8, 9});
+  CHECK(f.scene.pose(id).translation == Vec3(1, 2, 3));
+  CHECK(f.scene.velocities()[0] == Vec3(4, 5, 6));
+  CHECK(f.scene.angular_velocities()[0] == Vec3(7, 8, 9));
+}
+
+TEST_CASE("scene: an id of a removed body never names a newer one") {
+  Fixture f;
+  const BodyId first = f.scene.add_body(f.body()), second = f.scene.add_body(f.body());
+  f.scene.remove_body(first);
+  CHECK(f.scene.bodies() == 1);
+  CHECK_FALSE(f.scene.alive(0));
+  CHECK(f.scene.alive(1));
+  CHECK_THROWS_AS(f.scene.pose(first), std::invalid_argument);
+  CHECK_THROWS_AS(f.scene.id(0), std::invalid_argument);
+
+  BodyOptions newer = f.body();
+  newer.pose = Pose::at(5, 0, 0);
+  newer.group = 2;
+  newer.mask = 4;
+  newer.density = 7;
+  const BodyId third = f.scene.add_body(newer);
+  CHECK(third.index() == 0);
+  CHECK(f.scene.indices() == 2);
+  CHECK(third != first);
+  CHECK(f.scene.id(0) == third);
+  CHECK(f.scene.groups()[0] == 2);
+  CHECK(f.scene.masks()[0] == 4);
+  CHECK(f.scene.densities()[0] == 7);
+  CHECK_THROWS_AS(f.scene.set_pose(first, {}), std::invalid_argument);
+  CHECK_THROWS_AS(f.scene.set_velocity(first, Vec3::Zero(), Vec3::Zero()), std::invalid_argument);
+  CHECK_THROWS_AS(f.scene.remove_body(first), std::invalid_argument);
+  CHECK(f.scene.pose(third).translation == Vec3(5, 0, 0));
+  CHECK(f.scene.pose(second).translation == Vec3::Zero());
+  CHECK_THAT(message_of([&] { f.scene.pose(first); }), Contains("body 0") && Contains("removed"));
+}
+
+TEST_CASE("scene: no body has the id that nobody gave") {
+  Fixture f;
+  CHECK_THROWS_AS(f.scene.pose(BodyId{}), std::invalid_argument);
+  const BodyId id = f.scene.add_body(f.body());
+  CHECK_FALSE(id == BodyId{});
+  CHECK_THROWS_AS(f.scene.pose(BodyId{}), std::invalid_argument);
+  CHECK_THROWS_AS(f.scene.pose(BodyId{2, id.generation}), std::invalid_argument);
+  CHECK_THROWS_AS(f.scene.id(1), std::invalid_argument);
+}
+
+TEST_CASE("scene: freed indices are all used before new ones, again and again") {
+  Fixture f;
+  std::vector<BodyId> ids;
+  for (int i = 0; i < 10; ++i) ids.push_back(f.scene.add_body(f.body()));
+  std::vector<BodyId> all = ids;
+  for (int round = 0; round < 20; ++round) {
+    for (const int i : {2, 7, 3}) f.scene.remove_body(ids[static_cast<std::size_t>(i)]);
+    CHECK(f.scene.bodies() == 7);
+    for (int i = 0; i < 3; ++i) {
+      const BodyId id = f.scene.add_body(f.body());
+      for (const BodyId old : all) REQUIRE_FALSE(id == old);
+      all.push_back(id);
+      ids[id.index()] = id;
+    }
+    CHECK(f.scene.bodies() == 10);
+    CHECK(f.scene.indices() == 10);
+  }
+}
