@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <sstream>
 #include <stdexcept>
@@ -143,6 +144,13 @@ double Response::Impl::put_back(Scene& scene) const {
         0.5 * scene.densities()[i] * (shape.volume * body.velocity.squaredNorm() + own_velocity.dot(own_momentum));
   }
   return energy;
+}
+
+double recommended_margin(const Scene& scene) {
+  double smallest = std::numeric_limits<double>::infinity();
+  for (std::uint32_t i = 0; i < scene.indices(); ++i)
+    if (scene.alive(i) && !scene.is_static()[i]) smallest = std::min(smallest, scene.shape_of(i).size());
+  return std::isfinite(smallest) ? std::min(6 * scene.dt, smallest / 10) : 0;
 }
 
 Response::Response(ResponseOptions options) : impl_(std::make_unique<Impl>()) {

@@ -131,6 +131,19 @@ TEST_CASE("response: options that make no sense are refused by name") {
   CHECK_THROWS_AS(response.step(scene, {}), std::invalid_argument);
 }
 
+TEST_CASE("response: the margin that is recommended follows speed, time step and the smallest moving body") {
+  Scene scene;
+  CHECK(recommended_margin(scene) == 0);
+  add(scene, Shape(Sphere{0.001}), {}, true);
+  CHECK(recommended_margin(scene) == 0);
+  add(scene, Shape(Box{{1, 1, 1}}), {});
+  CHECK(recommended_margin(scene) == Approx(0.1));
+  const BodyId small = add(scene, Shape(Box{{0.03, 0.04, 0.12}}), {});
+  CHECK(recommended_margin(scene) == Approx(0.013));
+  scene.remove_body(small);
+  CHECK(recommended_margin(scene) == Approx(0.1));
+}
+
 TEST_CASE("response: free fall is gravity's, exact in velocity, within a sub-step in height") {
   Scene scene;
   const BodyId ball = add(scene, Shape(Sphere{0.5}), Pose::at(0, 0, 100));

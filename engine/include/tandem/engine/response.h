@@ -23,6 +23,10 @@ struct ResponseReport {
   double ms = 0;              ///< wall
 };
 
+/// How wide gaps detection should report (PipelineOptions::margin) for a response to stop bodies in time, metres: what
+/// 6 m/s cover in a step, but at most a tenth of the smallest moving body's size. 0 if nothing moves.
+double recommended_margin(const Scene& scene);
+
 /// Moves the bodies of a scene by one `dt`: gravity, contacts with friction, no restitution. Soft-constraint
 /// sequential impulses with sub-steps (Catto, "Soft Step", 2024; Macklin et al., "Small Steps", SCA 2019), warm started
 /// from the step before. One response a scene. The order of everything follows the contact list, so the motion is the
