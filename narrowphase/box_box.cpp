@@ -1,6 +1,7 @@
 #include <limits>
 
 #include "closed_forms.h"
+#include "gjk.h"
 
 namespace tandem {
 namespace {
@@ -29,7 +30,10 @@ constexpr double parallel2 = 1e-20;
 // Below this the short formulas lose digits: the axis is projected in full.
 constexpr double slow2 = 1e-6;
 
-/// Calls f(i, j, squared length, separation x length) for the edge axes a_i x b_j.
+// Points closer than this to where they should be, squared and relative.
+constexpr double rounding2 = 1e-24;
+
+/// Separation along the edge axis a_i x b_j, times its length.
 inline double edge_numerator(const Boxes& x, int i, int j) {
   const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
   const double centre = std::abs(x.t[i2] * x.r(i1, j) - x.t[i1] * x.r(i2, j));
@@ -42,6 +46,8 @@ inline double edge_length2(const Boxes& x, int i, int j) {
   const int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
   return x.r(i1, j) * x.r(i1, j) + x.r(i2, j) * x.r(i2, j);
 }
+
+bool holds(const Vec3& half, const Vec3& p) { return ((p.cwiseAbs() - half).array() <= 1e-12 * half.sum()).all(); }
 
 }  // namespace
 
@@ -98,12 +104,15 @@ LocalAnswer box_box_separation(const ConvexView& va, const ConvexView& vb, const
 
   // Witness points: the deepest corner of the shape whose face it is not, or the two edges' nearest points.
   const Vec3& n = answer.normal;
+  bool paired = true;
   if (axis < 3) {
     answer.point_b = x.t + x.r * core_support(vb, -(x.r.transpose() * n));
     answer.point_a = answer.point_b - best * n;
+    paired = holds(x.a, answer.point_a);
   } else if (axis < 6) {
     answer.point_a = core_support(va, n);
     answer.point_b = answer.point_a + best * n;
+    paired = holds(x.b, x.r.transpose() * (answer.point_b - x.t));
   } else {
     const int i = (axis - 6) / 3, j = (axis - 6) % 3;
     Vec3 ca = core_support(va, n), cb = core_support(vb, -(x.r.transpose() * n));
@@ -112,7 +121,10 @@ LocalAnswer box_box_separation(const ConvexView& va, const ConvexView& vb, const
     const SegmentDistance d = segment_distance(ca, x.a[i] * Vec3::Unit(i), x.t + x.r * cb, x.b[j] * x.r.col(j));
     answer.point_a = d.point_a;
     answer.point_b = d.point_a + best * n;
+    paired = (d.point_b - answer.point_b).squaredNorm() <= rounding2 * (x.a + x.b).squaredNorm();
   }
+  // Parallel faces and edges: many corners are equally deep, and not all of them lie over the other box.
+  if (best <= 0 && !paired) pair_points({va, vb, pose}, answer);
   return answer;
 }
 

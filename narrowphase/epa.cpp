@@ -239,8 +239,10 @@ EpaResult expand(const MinkowskiDifference& d, const Simplex& start, double tole
     const bool flip = opposite < h;
     if (flip) r.normal = -r.normal;
     r.upper = r.lower = flip ? opposite : h;
-    for (int i = 0; i < start.count; ++i) r.point_a += start.weight[i] * start.p[i].a;
-    r.point_b = r.point_a - r.upper * r.normal;
+    for (int i = 0; i < start.count; ++i) {
+      r.point_a += start.weight[i] * start.p[i].a;
+      r.point_b += start.weight[i] * (start.p[i].a - start.p[i].w);
+    }
     return r;
   }
   p.close_tetrahedron();
@@ -277,13 +279,10 @@ EpaResult expand(const MinkowskiDifference& d, const Simplex& start, double tole
   double wa = n.dot((b.w - q).cross(c.w - q)), wb = n.dot((c.w - q).cross(a.w - q)),
          wc = n.dot((a.w - q).cross(b.w - q));
   wa = std::max(wa, 0.0), wb = std::max(wb, 0.0), wc = std::max(wc, 0.0);
-  const double sum = wa + wb + wc;
-  if (sum > 0) {
-    r.point_a = (wa * a.a + wb * b.a + wc * c.a) / sum;
-  } else {
-    r.point_a = a.a;
-  }
-  r.point_b = r.point_a - q;
+  double sum = wa + wb + wc;
+  if (!(sum > 0)) wa = sum = 1;
+  r.point_a = (wa * a.a + wb * b.a + wc * c.a) / sum;
+  r.point_b = r.point_a - (wa * a.w + wb * b.w + wc * c.w) / sum;
   return r;
 }
 

@@ -7,8 +7,8 @@ struct EpaResult {
   Vec3 normal;       ///< unit, outward of A - B: from A to B
   double upper = 0;  ///< the depth of the cores is at most this (negative: they are apart by at least minus this)
   double lower = 0;  ///< and at least this, while they overlap
-  Vec3 point_a = Vec3::Zero();
-  Vec3 point_b = Vec3::Zero();
+  Vec3 point_a = Vec3::Zero();  ///< of A, and of B: upper * normal apart only where the chosen face holds the
+  Vec3 point_b = Vec3::Zero();  ///< origin's projection (of coplanar faces, another one may)
 };
 
 /// Expanding polytope (van den Bergen 2001) from the simplex where GJK stopped, in or near the origin. Offsets of

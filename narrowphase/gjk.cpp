@@ -203,6 +203,29 @@ void polish(const MinkowskiDifference& d, Vec3& n, double& h, Vec3& point_a, Vec
 
 }  // namespace
 
+void pair_points(const MinkowskiDifference& d, LocalAnswer& answer) {
+  const double infinity = std::numeric_limits<double>::infinity();
+  const bool polytopes = is_polytope(d.a.kind) && is_polytope(d.b.kind);
+  const double out = (polytopes ? 1.0 : 0.01) * d.scale();
+  MinkowskiDifference apart = d;
+  for (int round = 0;; ++round) {
+    apart.pose.translation = d.pose.translation + (out - answer.signed_distance) * answer.normal;
+    const GjkResult r = gjk(apart, 1e-14, infinity, -infinity);
+    answer.point_a.setZero();
+    for (int i = 0; i < r.simplex.count; ++i) answer.point_a += r.simplex.weight[i] * r.simplex.p[i].a;
+    if (polytopes || round == 8 || !(r.upper > 0)) break;
+    // From outside, the way to a curved surface turns towards the shortest one from inside.
+    const Vec3 n = -r.v / r.upper;
+    const double change = (n - answer.normal).squaredNorm();
+    const double depth = n.dot(d.support(n).w);
+    if (!(depth < -answer.signed_distance)) break;
+    answer.signed_distance = -depth;
+    answer.normal = n;
+    if (change < 1e-16) break;
+  }
+  answer.point_b = answer.point_a + answer.signed_distance * answer.normal;
+}
+
 LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance) {
   const double infinity = std::numeric_limits<double>::infinity();
   const double ra = core_radius(d.a), rb = core_radius(d.b);
@@ -226,7 +249,7 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance) 
       polish(d, e.normal, e.upper, on_a, w);
       if (e.upper < before) {
         e.point_a = on_a;
-        e.point_b = on_a - e.upper * e.normal;
+        e.point_b = on_a - w;
       }
     }
     core = -e.upper;
@@ -243,6 +266,12 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance) 
       answer.point_a.setZero();
       for (int i = 0; i < r.simplex.count; ++i) answer.point_a += r.simplex.weight[i] * r.simplex.p[i].a;
       answer.point_b = answer.point_a - r.v;
+    } else if ((e.point_a - e.point_b - e.upper * e.normal).squaredNorm() >
+               (polytopes ? 1e-24 : 1e-16) * scale * scale) {
+      answer.signed_distance = core;
+      pair_points(d, answer);
+      core = answer.signed_distance;
+      answer.gap = std::max(0.0, -core - e.lower);
     }
   }
   answer.signed_distance = core - ra - rb;

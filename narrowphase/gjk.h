@@ -43,6 +43,11 @@ struct GjkResult {
 /// tolerance x distance. `near`: so close to touching that the depth solver must decide.
 GjkResult gjk(const MinkowskiDifference& d, double tolerance, double beyond, double within);
 
+/// Sets the points of the answer from its signed distance (of the cores, < 0) and normal: B is moved out along the
+/// normal, where the nearest points are the pair sought, whichever of its faces, edges and corners touch. On curved
+/// surfaces it also improves the normal and the distance.
+void pair_points(const MinkowskiDifference& d, LocalAnswer& answer);
+
 /// Signed distance, normal, witness points of two bounded convex shapes: GJK on the cores, and the depth solver
 /// where they overlap or nearly do. `tolerance` is relative to the shapes' size, 0: to rounding.
 LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance);

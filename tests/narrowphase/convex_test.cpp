@@ -3,6 +3,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "closed_forms.h"
+#include "hull.h"
 #include "random_pairs.h"
 #include "support.h"
 
@@ -44,7 +46,59 @@ double tolerance(const Shape& a, const Shape& b) {
   return round(a.kind()) || round(b.kind()) ? 1e-6 : 1e-9;
 }
 
+/// How far a point in world coordinates lies off the surface of a shape.
+double off_surface(const Shape& s, const Pose& pose, const Vec3& world) {
+  const Vec3 p = pose.rotation.transpose() * (world - pose.translation);
+  if (s.kind() == ShapeKind::ellipsoid) {
+    const double f = p.cwiseQuotient(s.radii()).norm();
+    return std::abs(f - 1) * f / p.cwiseQuotient(s.radii().cwiseProduct(s.radii())).norm();
+  }
+  if (s.kind() == ShapeKind::convex) {
+    double out = -1e300;
+    for (const Hull::Face& face : s.hull().faces) out = std::max(out, face.normal.dot(p) - face.offset);
+    return std::abs(out);
+  }
+  return std::abs(point_distance(view(s), p).signed_distance);
+}
+
+/// Holds the answer's two points to what the header says of them.
+void check_points(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb, double eps) {
+  const PairAnswer answer = NarrowPhase().solve(a, pa, b, pb, Request::distance);
+  CAPTURE(answer.signed_distance, answer.normal.transpose(), answer.point_a.transpose(), answer.point_b.transpose());
+  CHECK((answer.point_b - answer.point_a - answer.signed_distance * answer.normal).norm() < eps);
+  CHECK(off_surface(a, pa, answer.point_a) < eps);
+  CHECK(off_surface(b, pb, answer.point_b) < eps);
+}
+
 }  // namespace
+
+TEST_CASE("convex: the witness points lie on both surfaces, the signed distance apart along the normal") {
+  Random r(31);
+  // Half-turned and aligned poses too: parallel edges and faces, where many points are equally deep.
+  const auto aligned = [&] {
+    Mat3 m = Mat3::Identity();
+    for (int k = 0; k < 3; ++k)
+      if (r.unit() < 0.5) m = Eigen::AngleAxisd(0.5 * M_PI, Vec3::Unit(k)).toRotationMatrix() * m;
+    return m;
+  };
+  std::vector<ShapeKind> kinds(std::begin(bounded_convex), std::end(bounded_convex));
+  kinds.push_back(ShapeKind::halfspace);
+  for (const ShapeKind ka : kinds)
+    for (const ShapeKind kb : kinds) {
+      if (ka == ShapeKind::halfspace && kb == ShapeKind::halfspace) continue;
+      for (int i = 0; i < 60; ++i) {
+        const Shape a = random_shape(ka, r), b = random_shape(kb, r);
+        Pose pa = random_pose(r, 0.5), pb = random_pose(r, i % 2 == 0 ? 0.5 : 1.2);
+        CAPTURE(name(ka), name(kb), i);
+        check_points(a, pa, b, pb, 2 * tolerance(a, b));
+        // The same with parallel faces and edges, in a turned world, and tilted by next to nothing.
+        pb.rotation = pa.rotation * aligned();
+        check_points(a, pa, b, pb, 2 * tolerance(a, b));
+        pb.rotation = pb.rotation * Eigen::AngleAxisd(std::pow(10.0, r.in(-16, -3)), r.direction()).toRotationMatrix();
+        check_points(a, pa, b, pb, 2 * tolerance(a, b));
+      }
+    }
+}
 
 TEST_CASE("convex: the normal certifies the distance, no direction separates better") {
   Random r(7);
