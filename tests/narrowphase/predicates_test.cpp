@@ -70,7 +70,7 @@ TEST_CASE("triangles on a small grid, where touching, coplanar and zero-area are
   std::mt19937_64 random(11);
   std::uniform_int_distribution<int> cell(-1, 1);
   int hits = 0, flat = 0;
-  for (int i = 0; i < 4000; ++i) {
+  for (int i = 0; i < 1500; ++i) {
     Corners a, b;
     for (Corners* t : {&a, &b})
       for (Vec3& v : *t) v = Vec3(cell(random), cell(random), i % 3 == 0 ? 0 : cell(random));
@@ -82,15 +82,15 @@ TEST_CASE("triangles on a small grid, where touching, coplanar and zero-area are
     REQUIRE(fast(a, pose, b, pose, 1) == want);
     REQUIRE(fast(b, pose, a, pose, 1) == want);
   }
-  CHECK(hits > 1000);
-  CHECK(hits < 3900);
-  CHECK(flat > 200);
+  CHECK(hits > 375);
+  CHECK(hits < 1460);
+  CHECK(flat > 75);
 }
 
 TEST_CASE("triangles in random poses, a rounding apart from touching, agree with rationals") {
   std::mt19937_64 random(12);
   int hits = 0;
-  for (int i = 0; i < 1000; ++i) {
+  for (int i = 0; i < 150; ++i) {
     Corners a, b;
     for (Vec3& v : a) v = random_point(random, 1);
     for (Vec3& v : b) v = random_point(random, 1);
@@ -106,8 +106,8 @@ TEST_CASE("triangles in random poses, a rounding apart from touching, agree with
     REQUIRE(fast(a, pa, b, pb, 1) == want);
     REQUIRE(fast(b, pb, a, pa, 1) == want);
   }
-  CHECK(hits > 100);
-  CHECK(hits < 1000);
+  CHECK(hits > 15);
+  CHECK(hits < 150);
 }
 
 TEST_CASE("triangles with coordinates beyond the range of expansions are still decided exactly") {
