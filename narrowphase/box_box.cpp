@@ -30,6 +30,8 @@ constexpr double parallel2 = 1e-20;
 // Below this the short formulas lose digits: the axis is projected in full.
 constexpr double slow2 = 1e-6;
 
+// An edge or face within this angle of the other's face lies in it.
+constexpr double flat = 1e-11;
 // Points closer than this to where they should be, squared and relative.
 constexpr double rounding2 = 1e-24;
 
@@ -47,7 +49,50 @@ inline double edge_length2(const Boxes& x, int i, int j) {
   return x.r(i1, j) * x.r(i1, j) + x.r(i2, j) * x.r(i2, j);
 }
 
-bool holds(const Vec3& half, const Vec3& p) { return ((p.cwiseAbs() - half).array() <= 1e-12 * half.sum()).all(); }
+/// A point of a box (half sizes b, at r, t) that lies over the face n = +-e_axis of the box with half sizes a at the
+/// origin, among the points of b deepest against n: a corner, or one of an edge or a face where they lie flat.
+/// False where rounding finds none.
+bool over_face(const Vec3& a, int axis, const Vec3& n, const Vec3& b, const Mat3& r, const Vec3& t, Vec3& point) {
+  const Vec3 m = r.transpose() * n;
+  Vec3 corner;
+  int free[3], frees = 0;
+  for (int k = 0; k < 3; ++k) {
+    corner[k] = -std::copysign(b[k], m[k]);
+    if (std::abs(m[k]) <= flat) free[frees++] = k;
+  }
+  const int u = (axis + 1) % 3, w = (axis + 2) % 3;
+  const double slack = 1e-12 * (a.sum() + b.sum());
+  point = t + r * corner;
+  if (std::abs(point[u]) <= a[u] && std::abs(point[w]) <= a[w]) return true;
+  if (frees == 0) return std::abs(point[u]) <= a[u] + slack && std::abs(point[w]) <= a[w] + slack;
+  for (int i = 0; i < frees * frees; ++i) {  // the edge, or the face's four
+    const int k = free[i % frees], other = free[frees - 1 - i % frees];
+    Vec3 middle = corner;
+    if (i >= frees) middle[other] = -middle[other];
+    middle[k] = 0;
+    const Vec3 from = t + r * middle, along = b[k] * r.col(k);
+    double lo = -1, hi = 1;
+    for (const int e : {u, w}) {
+      if (std::abs(along[e]) > slack) {
+        const double s = (-a[e] - from[e]) / along[e], q = (a[e] - from[e]) / along[e];
+        lo = std::max(lo, std::min(s, q));
+        hi = std::min(hi, std::max(s, q));
+      } else if (std::abs(from[e]) > a[e]) {
+        hi = -2;
+      }
+    }
+    if (lo <= hi) {
+      point = from + 0.5 * (lo + hi) * along;
+      return true;
+    }
+  }
+  if (frees == 1) return false;
+  // No edge of b's face crosses a's: one lies within the other, or they miss by rounding.
+  const double height = point[axis];
+  point.setZero();
+  point[axis] = height;
+  return ((r.transpose() * (point - t)).cwiseAbs().array() <= b.array() + slack).all();
+}
 
 }  // namespace
 
@@ -106,13 +151,14 @@ LocalAnswer box_box_separation(const ConvexView& va, const ConvexView& vb, const
   const Vec3& n = answer.normal;
   bool paired = true;
   if (axis < 3) {
-    answer.point_b = x.t + x.r * core_support(vb, -(x.r.transpose() * n));
+    paired = over_face(x.a, axis, n, x.b, x.r, x.t, answer.point_b);
     answer.point_a = answer.point_b - best * n;
-    paired = holds(x.a, answer.point_a);
   } else if (axis < 6) {
-    answer.point_a = core_support(va, n);
+    const Mat3 back = x.r.transpose();
+    Vec3 in_b;
+    paired = over_face(x.b, axis - 3, -(back * n), x.a, back, -(back * x.t), in_b);
+    answer.point_a = x.t + x.r * in_b;
     answer.point_b = answer.point_a + best * n;
-    paired = holds(x.b, x.r.transpose() * (answer.point_b - x.t));
   } else {
     const int i = (axis - 6) / 3, j = (axis - 6) % 3;
     Vec3 ca = core_support(va, n), cb = core_support(vb, -(x.r.transpose() * n));

@@ -191,9 +191,9 @@ struct Clipped {
 };
 
 /// Keeps what lies on the inner side of the plane normal . x <= offset.
-void clip(Clipped& c, const Vec3& normal, double offset, std::uint32_t label) {
-  Clipped out;
+void clip(const Clipped& c, const Vec3& normal, double offset, std::uint32_t label, Clipped& out) {
   out.open = c.open;
+  out.count = 0;
   for (int i = 0; i < c.count; ++i) {
     const int j = (i + 1) % c.count;
     const double di = normal.dot(c.corner[i]) - offset, dj = normal.dot(c.corner[j]) - offset;
@@ -204,7 +204,6 @@ void clip(Clipped& c, const Vec3& normal, double offset, std::uint32_t label) {
       out.add(c.corner[i] + t * (c.corner[j] - c.corner[i]), di <= 0 ? label : c.edge[i]);
     }
   }
-  c = out;
 }
 
 struct Point {
@@ -250,8 +249,8 @@ void emit(Point* p, int count, const Pose& pose, const Vec3& normal, std::vector
   std::sort(p, p + count, [](const Point& x, const Point& y) {
     return x.feature != y.feature ? x.feature < y.feature : x.depth > y.depth;
   });
-  for (int i = 0; i < count; ++i)
-    contacts.push_back({pose * p[i].at, pose.rotation * normal, p[i].depth, p[i].feature});
+  const Vec3 world_normal = pose.rotation * normal;
+  for (int i = 0; i < count; ++i) contacts.push_back({pose * p[i].at, world_normal, p[i].depth, p[i].feature});
 }
 
 std::uint32_t feature_number(const Feature& reference, bool of_b, std::uint32_t in, std::uint32_t out) {
@@ -261,14 +260,17 @@ std::uint32_t feature_number(const Feature& reference, bool of_b, std::uint32_t 
 /// Points of `incident` over `reference`, by depth along `normal` (from the reference's shape outward).
 int clip_faces(const Feature& reference, const Feature& incident, const Vec3& outward, bool of_b, double margin,
                double deepest, Point* points) {
-  Clipped c;
-  c.open = incident.count == 2;
-  for (int i = 0; i < incident.count; ++i) c.add(incident.corner[i], static_cast<std::uint32_t>(i));
-  for (int i = 0; i < reference.count && c.count > 0; ++i) {
+  Clipped buffer[2];
+  int last = 0;
+  buffer[0].open = incident.count == 2;
+  for (int i = 0; i < incident.count; ++i) buffer[0].add(incident.corner[i], static_cast<std::uint32_t>(i));
+  for (int i = 0; i < reference.count && buffer[last].count > 0; ++i) {
     const Vec3 &from = reference.corner[i], &to = reference.corner[(i + 1) % reference.count];
     const Vec3 side = (to - from).cross(reference.normal);
-    clip(c, side, side.dot(from), static_cast<std::uint32_t>(max_corners + i));
+    clip(buffer[last], side, side.dot(from), static_cast<std::uint32_t>(max_corners + i), buffer[1 - last]);
+    last = 1 - last;
   }
+  const Clipped& c = buffer[last];
   const double slant = reference.normal.dot(outward);
   int count = 0;
   for (int i = 0; i < c.count; ++i) {
