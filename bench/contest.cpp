@@ -25,6 +25,7 @@ void contest(Scene scene, const std::vector<Contestant>& contestants, int steps,
   for (const Contestant& contestant : contestants) {
     PipelineOptions options = contestant.options;
     options.contact_hash = true;
+    options.margin = recommended_margin(scene);
     pipelines.emplace_back(std::move(options));
   }
   Response response;

@@ -24,7 +24,7 @@ struct Turn {
 /// Simulates a scene and lets every contestant detect on each step's poses in turn, in one process; the order
 /// rotates; `repeat` rounds a step. The first contestant's contacts move the bodies. Between turns the caller works for
 /// a moment, as a simulation would, so that no contestant starts on the threads that the one before left spinning.
-/// Throws std::runtime_error when two contestants disagree on the contacts of a step.
+/// The margin is the one that the response needs. Throws std::runtime_error when two contestants disagree on the contacts of a step.
 void contest(Scene scene, const std::vector<Contestant>& contestants, int steps, int repeat,
              const std::function<void(const Turn&)>& on_turn, const std::function<void(int)>& on_step);
 

@@ -130,8 +130,10 @@ StepReport Pipeline::step(const Scene& scene, std::stop_token stop) {
   impl.work.look_at(scene);
   impl.executor->run(impl.work, impl.contacts, report.execution, std::move(stop), impl.timeline);
   for (const PairResult& pair : impl.contacts.pairs) report.colliding_pairs += pair.answer.collide ? 1 : 0;
-  for (const Contact& contact : impl.contacts.contacts) report.max_depth = std::max(report.max_depth, contact.depth);
-  report.contacts = impl.contacts.contacts.size();
+  for (const Contact& contact : impl.contacts.contacts) {
+    report.max_depth = std::max(report.max_depth, contact.depth);
+    ++(contact.depth < 0 ? report.gaps : report.contacts);
+  }
   report.broad_phase = impl.work.broad_phase().kind();
   report.broad_phase_reason = impl.work.broad_phase().reason();
   if (impl.options.contact_hash) report.contact_hash = hash(impl.contacts);

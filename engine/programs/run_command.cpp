@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 // As typed; empty: not given.
 struct Options {
   std::string scene, steps = "300", bodies, seed, executor = "flowgraph", threads = "0", split = "dynamic";
-  std::string balance = "busy", broad_phase = "auto", request, tolerance = "0", margin = "0";
+  std::string balance = "busy", broad_phase = "auto", request, tolerance = "0", margin;
   std::string json, contacts, trace, record;
   bool strict = false;
 };
@@ -87,7 +87,7 @@ PipelineOptions pipeline_options(const Options& options) {
   out.strict_split = options.strict;
   out.broad_phase = named_option("--broadphase", options.broad_phase, broad_phases);
   out.tolerance = number_option("--tolerance", options.tolerance, 0, 0.1);
-  out.margin = number_option("--margin", options.margin, 0, 1e6);
+  if (!options.margin.empty()) out.margin = number_option("--margin", options.margin, 0, 1e6);
   const Split split = read_split(options.split);
   if (!split.dynamic()) {
     const int sum = split.broad + split.narrow;
@@ -163,7 +163,9 @@ void write_step(JsonWriter& out, const PipelineOptions& options, const StepRepor
       .member("narrow_end", execution.narrow_end_ms)
       .member("join", execution.join_ms)
       .end_object();
-  out.member("executor", name(options.executor))
+  out.member("gaps", report.gaps)
+      .member("margin", options.margin)
+      .member("executor", name(options.executor))
       .member("threads", execution.threads)
       .member("broadphase", name(report.broad_phase))
       .member("broadphase_reason", report.broad_phase_reason)
@@ -188,10 +190,11 @@ void write_step(JsonWriter& out, const PipelineOptions& options, const StepRepor
   out.end_object();
 }
 
-void write_contacts(JsonWriter& out, std::uint64_t step, const ContactList& list) {
+void write_contacts(JsonWriter& out, std::uint64_t step, const ContactList& list, bool gaps) {
   out.begin_object().member("step", step).key("contacts").begin_array();
   for (const PairResult& pair : list.pairs)
-    for (const Contact& contact : list.of(pair))
+    for (const Contact& contact : list.of(pair)) {
+      if (contact.depth < 0 && !gaps) continue;
       out.begin_object()
           .member("a", pair.a)
           .member("b", pair.b)
@@ -199,6 +202,7 @@ void write_contacts(JsonWriter& out, std::uint64_t step, const ContactList& list
           .member("normal", contact.normal)
           .member("depth", contact.depth)
           .end_object();
+    }
   out.end_array().end_object();
 }
 
@@ -294,6 +298,8 @@ int run(const Options& options, DescriptorBuffer& out) {
   if (request) scene.request = *request;
   how.request = scene.request;
   how.contact_hash = true;
+  // A response stops bodies in time by the gaps it is told of; they are written only where they were asked for.
+  if (options.margin.empty() && scene.request == Request::contacts) how.margin = recommended_margin(scene);
   const bool responds = scene.request == Request::contacts;
   if (!options.contacts.empty() && !responds)
     refuse_option("--contacts", options.contacts,
@@ -322,7 +328,7 @@ int run(const Options& options, DescriptorBuffer& out) {
       const ContactList& found = pipeline.contacts();
       if (record) record->step(report.step, report.contact_hash, scene, found);
       if (outputs.contacts) {
-        write_contacts(line, report.step, found);
+        write_contacts(line, report.step, found, !options.margin.empty());
         append_line(*outputs.contacts, line);
       }
       const auto response_begin = std::chrono::steady_clock::now();

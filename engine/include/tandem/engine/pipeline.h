@@ -35,7 +35,8 @@ struct StepReport {
   std::uint64_t step = 0;      ///< counted from 0 by the pipeline
   std::size_t bodies = 0;
   std::uint64_t colliding_pairs = 0;
-  std::uint64_t contacts = 0;
+  std::uint64_t contacts = 0;  ///< that touch or overlap
+  std::uint64_t gaps = 0;      ///< contacts of negative depth, within the margin
   std::uint64_t contact_hash = 0;  ///< of pairs and contacts, in order; 0 unless asked for
   double max_depth = 0;        ///< metres, 0 without contacts
   BroadPhaseKind broad_phase = BroadPhaseKind::brute;  ///< the one that ran
