@@ -128,13 +128,15 @@ LocalAnswer box_box_separation(const ConvexView& va, const ConvexView& vb, const
     const double s = std::abs(t_in_b[j]) - x.b[j] - x.q.col(j).dot(x.a);
     if (s > best) best = s, axis = 3 + j;
   }
+  // An edge axis that is a face's too must not win by its rounding: the face's formula is the more exact one.
+  const double least = 1e-15 * (x.a.sum() + x.b.sum());
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) {
       const double length2 = edge_length2(x, i, j);
       if (!(length2 > parallel2)) continue;
       const double length = std::sqrt(length2);
       const double s = length2 > slow2 ? edge_numerator(x, i, j) / length : x.along(edge_axis(x, i, j) / length);
-      if (s > best) best = s, axis = 6 + 3 * i + j;
+      if (s > best + (axis < 6 ? least : 0.0)) best = s, axis = 6 + 3 * i + j;
     }
   LocalAnswer answer;
   answer.signed_distance = best;

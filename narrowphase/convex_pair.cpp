@@ -10,12 +10,12 @@ namespace tandem {
 namespace {
 
 /// Half-spaces, then spheres, come first: their closed forms are written from their side only.
-int rank(ShapeKind kind) {
+constexpr int rank(ShapeKind kind) {
   if (kind == ShapeKind::halfspace) return 0;
   return kind == ShapeKind::sphere ? 1 : 2 + static_cast<int>(kind);
 }
 
-bool has_point_distance(ShapeKind kind) {
+constexpr bool has_point_distance(ShapeKind kind) {
   return kind != ShapeKind::ellipsoid && kind != ShapeKind::convex && kind != ShapeKind::mesh;
 }
 
@@ -34,10 +34,14 @@ void append_single(const PairAnswer& answer, double margin, std::vector<Contact>
     contacts->push_back({0.5 * (answer.point_a + answer.point_b), answer.normal, -answer.signed_distance, 0});
 }
 
-PairAnswer sphere_sphere(double ra, const Vec3& a, double rb, const Vec3& b) {
+PairAnswer sphere_sphere(double ra, const Vec3& a, double rb, const Vec3& b, Request request) {
   const Vec3 d = b - a;
   const double length = d.norm();
   PairAnswer r;
+  if (request == Request::collide) {
+    r.collide = length - ra - rb <= 0;
+    return r;
+  }
   r.normal = length > 0 ? Vec3(d / length) : Vec3::UnitX();
   r.signed_distance = length - ra - rb;
   r.collide = r.signed_distance <= 0;
@@ -136,7 +140,9 @@ std::optional<Method> find_method(std::string_view solver) {
   return std::nullopt;
 }
 
-bool covers(Method method, ShapeKind a, ShapeKind b) {
+namespace {
+
+constexpr bool covered(Method method, ShapeKind a, ShapeKind b) {
   if (a == ShapeKind::mesh || b == ShapeKind::mesh) return method == Method::bvh;
   if (rank(a) > rank(b)) std::swap(a, b);
   switch (method) {
@@ -152,10 +158,24 @@ bool covers(Method method, ShapeKind a, ShapeKind b) {
   }
 }
 
+constexpr auto best_methods = [] {
+  std::array<std::array<Method, shape_kinds>, shape_kinds> table{};
+  for (std::size_t a = 0; a < shape_kinds; ++a)
+    for (std::size_t b = 0; b < shape_kinds; ++b) {
+      const auto ka = static_cast<ShapeKind>(a), kb = static_cast<ShapeKind>(b);
+      table[a][b] = covered(Method::closed, ka, kb) ? Method::closed
+                    : covered(Method::sat, ka, kb)  ? Method::sat
+                                                    : Method::gjk;
+    }
+  return table;
+}();
+
+}  // namespace
+
+bool covers(Method method, ShapeKind a, ShapeKind b) { return covered(method, a, b); }
+
 Method best_method(ShapeKind a, ShapeKind b) {
-  for (const Method m : {Method::closed, Method::sat})
-    if (covers(m, a, b)) return m;
-  return Method::gjk;
+  return best_methods[static_cast<std::size_t>(a)][static_cast<std::size_t>(b)];
 }
 
 void swap_answer(PairAnswer& answer, std::vector<Contact>* contacts, std::size_t first) {
@@ -163,6 +183,18 @@ void swap_answer(PairAnswer& answer, std::vector<Contact>* contacts, std::size_t
   answer.normal = -answer.normal;
   if (contacts == nullptr) return;
   for (std::size_t i = first; i < contacts->size(); ++i) (*contacts)[i].normal = -(*contacts)[i].normal;
+}
+
+PairAnswer solve_spheres(double radius_a, const Vec3& a, double radius_b, const Vec3& b, Request request,
+                         const NarrowPhaseOptions& options, std::vector<Contact>* contacts) {
+  const PairAnswer answer = sphere_sphere(radius_a, a, radius_b, b, request);
+  if (request == Request::contacts) append_single(answer, options.margin, contacts);
+  return answer;
+}
+
+bool sphere_box_collide(double radius, const Vec3& centre, const Vec3& half, const Pose& pose) {
+  const Vec3 p = pose.rotation.transpose() * (centre - pose.translation);
+  return (p.cwiseAbs() - half).cwiseMax(0.0).norm() <= radius;
 }
 
 PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexView& b, const Pose& pose_b,
@@ -173,16 +205,16 @@ PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexVie
     swap_answer(answer, contacts, first);
     return answer;
   }
-  Method method = best_method(a.kind, b.kind);
+  Method method = best_methods[static_cast<std::size_t>(a.kind)][static_cast<std::size_t>(b.kind)];
   if (!options.solver.empty())
     if (const auto forced = find_method(options.solver); forced && covers(*forced, a.kind, b.kind)) method = *forced;
 
   if (method == Method::closed) {
     if (a.kind == ShapeKind::halfspace) return halfspace_with(a, pose_a, b, pose_b, request, options, contacts);
     if (a.kind == ShapeKind::sphere) {
-      const PairAnswer answer = b.kind == ShapeKind::sphere
-                                    ? sphere_sphere(a.param[0], pose_a.translation, b.param[0], pose_b.translation)
-                                    : sphere_with(a.param[0], pose_a.translation, b, pose_b);
+      const PairAnswer answer = b.kind == ShapeKind::sphere ? sphere_sphere(a.param[0], pose_a.translation, b.param[0],
+                                                                            pose_b.translation, request)
+                                                            : sphere_with(a.param[0], pose_a.translation, b, pose_b);
       if (request == Request::contacts) append_single(answer, options.margin, contacts);
       return answer;
     }

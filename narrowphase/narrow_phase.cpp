@@ -72,6 +72,16 @@ std::string NarrowPhase::refuses(const Shape& a, const Shape& b, Request request
 
 PairAnswer NarrowPhase::solve(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                               std::vector<Contact>* contacts) const {
+  // Straight to the answer for the pairs that cost less than their preparation.
+  if (a.kind() == ShapeKind::sphere && options_.solver.empty()) {
+    if (b.kind() == ShapeKind::sphere)
+      return solve_spheres(a.radius(), pose_a.translation, b.radius(), pose_b.translation, request, options_, contacts);
+    if (b.kind() == ShapeKind::box && request == Request::collide) {
+      PairAnswer answer;
+      answer.collide = sphere_box_collide(a.radius(), pose_a.translation, b.half_size(), pose_b);
+      return answer;
+    }
+  }
   if (a.is_convex() && b.is_convex()) {
     if (!both_halfspaces(a, b)) return solve_convex(view(a), pose_a, view(b), pose_b, request, options_, contacts);
     if (const std::string why = refuses(a, b, request); !why.empty()) throw std::invalid_argument(why);

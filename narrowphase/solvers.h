@@ -11,6 +11,11 @@ namespace tandem {
 PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexView& b, const Pose& pose_b,
                         Request request, const NarrowPhaseOptions& options, std::vector<Contact>* contacts);
 
+/// The same for two spheres, and the verdict alone for a sphere with a box: granular scenes are made of these.
+PairAnswer solve_spheres(double radius_a, const Vec3& a, double radius_b, const Vec3& b, Request request,
+                         const NarrowPhaseOptions& options, std::vector<Contact>* contacts);
+bool sphere_box_collide(double radius, const Vec3& centre, const Vec3& half, const Pose& pose);
+
 /// A mesh against anything (either or both may be the mesh; never two half-spaces).
 PairAnswer solve_mesh(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                       const NarrowPhaseOptions& options, std::vector<Contact>* contacts);
