@@ -100,9 +100,8 @@ bool box_box_collide(const ConvexView& va, const ConvexView& vb, const RelativeP
   const Boxes x(va, vb, pose);
   for (int i = 0; i < 3; ++i)
     if (std::abs(x.t[i]) - x.a[i] - x.q.row(i).dot(x.b) > 0) return false;
-  const Vec3 t_in_b = x.r.transpose() * x.t;
   for (int j = 0; j < 3; ++j)
-    if (std::abs(t_in_b[j]) - x.b[j] - x.q.col(j).dot(x.a) > 0) return false;
+    if (std::abs(x.r.col(j).dot(x.t)) - x.b[j] - x.q.col(j).dot(x.a) > 0) return false;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) {
       const double length2 = edge_length2(x, i, j);

@@ -78,7 +78,13 @@ struct RelativePose {
   Vec3 translation;
 };
 inline RelativePose relative(const Pose& a, const Pose& b) {
-  return {a.rotation.transpose() * b.rotation, a.rotation.transpose() * (b.translation - a.translation)};
+  RelativePose r;
+  const Vec3 d = b.translation - a.translation;
+  for (int i = 0; i < 3; ++i) {
+    r.translation[i] = a.rotation.col(i).dot(d);
+    for (int j = 0; j < 3; ++j) r.rotation(i, j) = a.rotation.col(i).dot(b.rotation.col(j));
+  }
+  return r;
 }
 
 /// What a solver finds, in A's frame. gap = upper - lower bound of the signed distance, 0 where exact to rounding.
