@@ -24,7 +24,7 @@ std::vector<Row> scenes_bench(const Settings& settings) {
   std::vector<std::string> scenes = settings.scenes;
   if (scenes.empty())
     for (const BuiltinScene& scene : builtin_scenes().first(4)) scenes.emplace_back(scene.name);
-  const int steps = settings.steps != 0 ? settings.steps : settings.quick ? 40 : 300;
+  const int steps = settings.steps != 0 ? settings.steps : settings.quick ? 40 : 200;
   const std::vector<int> thread_counts = settings.threads.empty() ? std::vector<int>{0} : settings.threads;
 
   std::vector<Row> rows;

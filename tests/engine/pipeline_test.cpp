@@ -49,8 +49,8 @@ TEST_CASE("every executor, thread count and split gives the sequential contacts 
     for (const PipelineOptions& way : ways) pipelines.emplace_back(way);
     Response response;
     std::uint64_t contacts = 0;
-    for (int step = 0; step < 80; ++step) {
-      const bool compare = step % 8 == 0;
+    for (int step = 0; step < 61; ++step) {
+      const bool compare = step % 15 == 0;
       std::uint64_t expected = 0;
       for (std::size_t i = 0; i < ways.size(); ++i) {
         const StepReport report = pipelines[i].step(scene);
