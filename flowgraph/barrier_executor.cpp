@@ -18,12 +18,12 @@ class BarrierExecutor final : public Executor {
   void run(StepWork& work, ContactList& contacts, ExecutionReport& report, std::stop_token stop,
            Timeline* timeline) override {
     const int threads = tbb_threads(wished_);
-    state_.begin(work, contacts, batch_size_.get(), std::move(stop), timeline);
+    state_.begin(work, contacts, batch_size_.get(), std::move(stop), timeline, host_cancellation());
     if (threads == 1 || small_.stays_on_caller()) {
       run_on_caller(state_);
       if (threads > 1) report.issues |= bit(StepIssue::ran_on_caller);
     } else if (threads == tbb::this_task_arena::max_concurrency()) {
-      run_stages();
+      tbb::this_task_arena::isolate([this] { run_stages(); });  // while it waits, no other task of the host
     } else {
       if (!arena_ || arena_->max_concurrency() != threads) arena_ = std::make_unique<tbb::task_arena>(threads);
       arena_->execute([this] { run_stages(); });
@@ -46,7 +46,9 @@ class BarrierExecutor final : public Executor {
   template <class Body>
   static void for_each(std::size_t n, const Body& body) {
     tbb::task_group_context context(tbb::task_group_context::isolated);
-    tbb::parallel_for(std::size_t{0}, n, body, tbb::simple_partitioner(), context);
+    // Nor may a user's callback that waits for tasks of its own be given another block of this loop.
+    const auto alone = [&](std::size_t i) { tbb::this_task_arena::isolate([&] { body(i); }); };
+    tbb::parallel_for(std::size_t{0}, n, alone, tbb::simple_partitioner(), context);
   }
 
   void run_stages() {

@@ -2,7 +2,9 @@
 
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/info.h>
+#include <oneapi/tbb/task.h>
 #include <oneapi/tbb/task_arena.h>
+#include <oneapi/tbb/task_group.h>
 
 #include <algorithm>
 #include <stdexcept>
@@ -58,6 +60,12 @@ int tbb_threads(int wished) {
   const auto limit = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
   const int most = static_cast<int>(std::min<std::size_t>(limit, 1024));
   return std::max(1, std::min(wished == 0 ? tbb::this_task_arena::max_concurrency() : wished, most));
+}
+
+std::function<bool()> host_cancellation() {
+  tbb::task_group_context* context = tbb::task::current_context();
+  if (context == nullptr) return {};
+  return [context] { return context->is_group_execution_cancelled(); };
 }
 
 void BatchSize::learn(const ExecutionReport& report) {

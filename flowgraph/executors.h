@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <memory>
 
 #include "step_state.h"
@@ -14,6 +15,9 @@ std::unique_ptr<Executor> make_flowgraph_executor(const ExecutorOptions& options
 
 /// Threads that oneTBB may give to the caller: the wish (0: the arena it is in), capped by the process's limit.
 int tbb_threads(int wished);
+
+/// Asks whether the task group that the calling task belongs to has been cancelled; valid while that task runs.
+std::function<bool()> host_cancellation();
 
 /// Chooses the batch size: 10 to 20 us of narrow work by the last step's cost of a pair, at most what the user allows.
 class BatchSize {

@@ -28,7 +28,9 @@ class Phase {
     arena_.execute([&] {
       graph_.emplace(context_);
       node_.emplace(*graph_, unlimited, [body](Runner) noexcept {
-        body();
+        // A user's callback may wait for tasks of its own; it must not be given another runner meanwhile, which would
+        // wait for the tile that this one holds.
+        tbb::this_task_arena::isolate(body);
         return continue_msg();
       });
     });
@@ -77,7 +79,7 @@ class FlowGraphExecutor final : public Executor, private Delivery {
     const int threads = tbb_threads(fixed.dynamic() ? options_.threads : fixed.broad + fixed.narrow);
     const bool shared = threads > 1 && !small_.stays_on_caller();
     report.threads = threads;
-    state_.begin(work, contacts, batch_size_.get(), std::move(stop), timeline);
+    state_.begin(work, contacts, batch_size_.get(), std::move(stop), timeline, host_cancellation());
     if (shared) {
       prepare(threads);
       report.split = split_;
@@ -222,7 +224,11 @@ class FlowGraphExecutor final : public Executor, private Delivery {
     state_.count_queue(static_cast<std::size_t>(std::max<std::ptrdiff_t>(queue_.size(), 0)));
     if (!options_.strict_split) return;  // runners that take both tiles and batches stay to the end
     std::atomic_thread_fence(std::memory_order_seq_cst);
-    if (present_.load() < split_.narrow) narrow_->put_runner();
+    try {
+      if (present_.load() < split_.narrow) narrow_->put_runner();
+    } catch (...) {
+      state_.capture();  // the batch is in the queue all the same
+    }
   }
 
   ExecutorOptions options_;

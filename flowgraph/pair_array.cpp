@@ -10,24 +10,42 @@ PairArray::~PairArray() {
   for (auto& segment : segments_) delete[] segment.load();
 }
 
+namespace {
+
+struct Place {
+  std::size_t segment, size, offset;
+};
+
 // Segment k holds the indices [first (2^k - 1), first (2^(k+1) - 1)).
+Place place(std::size_t index, std::size_t first) {
+  const auto segment = static_cast<std::size_t>(std::bit_width(index / first + 1)) - 1;
+  const std::size_t size = first << segment;
+  return {segment, size, index - (size - first)};
+}
+
+}  // namespace
+
 PairArray::Slot& PairArray::slot(std::size_t index) {
-  const std::size_t group = index / first_segment + 1;
-  const auto segment = static_cast<std::size_t>(std::bit_width(group)) - 1;
-  const std::size_t size = first_segment << segment;
-  const std::size_t offset = index - (size - first_segment);
-  Slot* slots = segments_[segment].load(std::memory_order_acquire);
+  const Place at = place(index, first_segment);
+  Slot* slots = segments_[at.segment].load(std::memory_order_acquire);
   if (slots == nullptr) {
-    auto fresh = std::make_unique<Slot[]>(size);
-    if (segments_[segment].compare_exchange_strong(slots, fresh.get(), std::memory_order_acq_rel))
+    auto fresh = std::make_unique<Slot[]>(at.size);
+    if (segments_[at.segment].compare_exchange_strong(slots, fresh.get(), std::memory_order_acq_rel))
       slots = fresh.release();
   }
-  return slots[offset];
+  return slots[at.offset];
+}
+
+PairArray::Slot* PairArray::existing(std::size_t index) const {
+  const Place at = place(index, first_segment);
+  Slot* slots = segments_[at.segment].load(std::memory_order_acquire);
+  return slots == nullptr ? nullptr : slots + at.offset;
 }
 
 void PairArray::begin() {
   const std::size_t used = std::max(tail_.load(), head_.load());
-  for (std::size_t i = 0; i < used; ++i) slot(i).store(nullptr, std::memory_order_relaxed);
+  for (std::size_t i = 0; i < used; ++i)
+    if (Slot* slot = existing(i)) slot->store(nullptr, std::memory_order_relaxed);
   tail_.store(0);
   head_.store(0);
   closed_.store(false);
@@ -46,12 +64,13 @@ void PairArray::close() {
 }
 
 Batch* PairArray::take() {
-  Slot& mine = slot(head_.fetch_add(1, std::memory_order_relaxed));
+  const std::size_t index = head_.fetch_add(1, std::memory_order_relaxed);
   constexpr int spins = 200;
   for (int i = 0;; ++i) {
     const std::uint32_t changes = changes_.load(std::memory_order_acquire);
     const bool closed = closed_.load(std::memory_order_acquire);  // before the slot: all puts come before the close
-    if (Batch* batch = mine.load(std::memory_order_acquire)) return batch;
+    if (Slot* mine = existing(index))
+      if (Batch* batch = mine->load(std::memory_order_acquire)) return batch;
     if (closed) return nullptr;
     if (i < spins)
       std::this_thread::yield();

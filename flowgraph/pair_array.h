@@ -2,6 +2,7 @@
 #include <array>
 #include <atomic>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 
 #include "tandem/flowgraph/batch.h"
@@ -26,7 +27,8 @@ class PairArray {
  private:
   static constexpr std::size_t first_segment = 256;
   using Slot = std::atomic<Batch*>;
-  Slot& slot(std::size_t index);
+  Slot& slot(std::size_t index);            ///< makes its segment if need be; may throw
+  Slot* existing(std::size_t index) const;  ///< null without a segment
 
   alignas(64) std::atomic<std::size_t> tail_{0};
   alignas(64) std::atomic<std::size_t> head_{0};

@@ -64,8 +64,8 @@ std::span<Batch* const> BatchPool::taken() {
 
 void BatchWriter::open() {
   if (batch_ != nullptr) return;
+  batch_ = &state_.pool_.take();  // may throw: counted only once it is there
   state_.open_work_.fetch_add(1, std::memory_order_relaxed);
-  batch_ = &state_.pool_.take();
   filter_ = &state_.work_->filter();
   buffer_ = batch_->pairs.data();
   capacity_ = state_.batch_pairs_;
@@ -78,10 +78,13 @@ void BatchWriter::hand_on() {
   Batch& batch = *std::exchange(batch_, nullptr);
   batch.count = kept;
   count_ = 0;
-  if (kept == 0)
-    state_.close_work();
-  else
+  if (kept == 0) return state_.close_work();
+  try {
     delivery_.deliver(batch);
+  } catch (...) {
+    state_.close_work();  // nobody has it
+    throw;
+  }
 }
 
 void BatchWriter::full() {
@@ -109,8 +112,9 @@ void BatchWriter::drop() {
 // ---- StepState
 
 void StepState::begin(StepWork& work, ContactList& contacts, std::size_t batch_pairs, std::stop_token stop,
-                      Timeline* timeline) {
+                      Timeline* timeline, std::function<bool()> host_cancelled) {
   start_ = Clock::now();
+  host_cancelled_ = std::move(host_cancelled);
   work_ = &work;
   contacts_ = &contacts;
   batch_pairs_ = batch_pairs;
@@ -141,14 +145,11 @@ void StepState::open_stage(std::size_t stage) {
     if (stage == shared_ + 1) {
       if (narrow_end_ns_.load(std::memory_order_relaxed) == 0)
         narrow_end_ns_.store(ns(Clock::now() - shared_start_), std::memory_order_relaxed);
-      joiner_.take(pool_.taken());
     }
     // After an error what earlier stages should have prepared may be missing: nothing more is asked of the work.
-    if (failed() || stop_.stop_requested()) {
-      cancel();
-      continue;
-    }
+    if (stop_requested()) continue;
     try {
+      if (stage == shared_ + 1) joiner_.take(pool_.taken());
       blocks_[stage] = stage <= shared_ ? work_->blocks(stage) : joiner_.blocks(stage - shared_ - 1);
     } catch (...) {
       capture();
@@ -179,14 +180,15 @@ bool StepState::take(std::size_t stage, std::size_t& block) {
 template <class Body>
 Clock::duration StepState::timed(std::string_view name, std::uint64_t id, const std::uint64_t* pairs, Body&& body) {
   const Clock::time_point begin = Clock::now();
+  Clock::time_point end = begin;
   try {
     body();
+    end = Clock::now();
+    if (timeline_ != nullptr)
+      timeline_->lane().slices.push_back({name, begin, end, step_, id, pairs != nullptr ? *pairs : 0});
   } catch (...) {
     capture();
   }
-  const Clock::time_point end = Clock::now();
-  if (timeline_ != nullptr)
-    timeline_->lane().slices.push_back({name, begin, end, step_, id, pairs != nullptr ? *pairs : 0});
   return end - begin;
 }
 
@@ -208,8 +210,7 @@ void StepState::run(std::size_t stage, std::size_t block) {
 }
 
 void StepState::run_tile(std::size_t tile, BatchWriter& writer) {
-  if (stop_.stop_requested()) cancel();
-  if (!failed()) {
+  if (!stop_requested()) {
     const std::int64_t narrow_before = narrow_ns_of_this_thread;
     const auto time = timed("broad", tile, nullptr, [&] {
       writer.open();
@@ -251,11 +252,20 @@ void StepState::wait_while(std::size_t stage) const {
   }
 }
 
-void StepState::count_queue(std::size_t length) {
+void StepState::count_queue(std::size_t length) noexcept {
   std::size_t high = queue_high_water_.load(std::memory_order_relaxed);
   while (length > high && !queue_high_water_.compare_exchange_weak(high, length, std::memory_order_relaxed)) {
   }
-  if (timeline_ != nullptr) timeline_->count("queue", static_cast<double>(length));
+  try {
+    if (timeline_ != nullptr) timeline_->count("queue", static_cast<double>(length));
+  } catch (...) {
+    capture();
+  }
+}
+
+bool StepState::stop_requested() {
+  if (!failed() && (stop_.stop_requested() || (host_cancelled_ && host_cancelled_()))) cancel();
+  return failed();
 }
 
 void StepState::capture() noexcept {

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <exception>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <stop_token>
@@ -76,7 +77,9 @@ class BatchWriter final : public PairSink {
 /// the joiner's. After an error or a stop request the rest of the blocks are counted off without being run.
 class StepState {
  public:
-  void begin(StepWork& work, ContactList& contacts, std::size_t batch_pairs, std::stop_token stop, Timeline* timeline);
+  /// `host_cancelled` is polled between blocks, like `stop`, by whatever thread is about to run one.
+  void begin(StepWork& work, ContactList& contacts, std::size_t batch_pairs, std::stop_token stop, Timeline* timeline,
+             std::function<bool()> host_cancelled = {});
   /// Collects what was measured; throws the first error of the step.
   void end(ExecutionReport& report);
 
@@ -98,8 +101,10 @@ class StepState {
 
   /// Returns when the stage is over: spins for about as long as a short block lasts, then sleeps.
   void wait_while(std::size_t stage) const;
-  void count_queue(std::size_t length);
-  void cancel() { failed_.store(true, std::memory_order_relaxed); }
+  void count_queue(std::size_t length) noexcept;
+
+  /// Notes the exception being handled, if it is the first: the rest of the step is counted off.
+  void capture() noexcept;
 
   // For executors that drive the stages themselves.
   std::size_t blocks(std::size_t stage) const { return blocks_[stage]; }
@@ -110,7 +115,9 @@ class StepState {
   friend class BatchWriter;
 
   bool failed() const { return failed_.load(std::memory_order_relaxed); }
-  void capture() noexcept;
+  void cancel() { failed_.store(true, std::memory_order_relaxed); }
+  /// True when no more blocks are to be run: after an error, a stop request or the host's cancellation.
+  bool stop_requested();
   void open_stage(std::size_t stage);
   void close_work();
   template <class Body>
@@ -120,6 +127,7 @@ class StepState {
   ContactList* contacts_ = nullptr;
   Timeline* timeline_ = nullptr;
   std::stop_token stop_;
+  std::function<bool()> host_cancelled_;
   std::size_t batch_pairs_ = 0;
   std::uint64_t step_ = 0;
   std::size_t shared_ = 0, end_ = 0;

@@ -3,6 +3,7 @@
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
+#include <oneapi/tbb/task_group.h>
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -268,6 +269,55 @@ TEST_CASE("a predicate that drops pairs is applied to each once") {
       return static_cast<std::size_t>(
           std::stable_partition(pairs.begin(), pairs.end(), [](Pair p) { return p.b % 2 == 0; }) - pairs.begin());
     };
+  }
+}
+
+TEST_CASE("a predicate that uses oneTBB itself neither hangs nor re-enters a tile") {
+  const ManyThreads many;
+  SyntheticWork work(2500, 10.0f, 9);
+  const ContactList expected = work.expected();
+  std::atomic<int> inner{0};
+  work.on_keep = [&](std::span<Pair> pairs) {
+    tbb::parallel_for(0, 8, [&](int) { inner.fetch_add(1); });
+    return pairs.size();
+  };
+  for (const ExecutorKind kind : kinds)
+    for (const int threads : {2, 4, 16})
+      for (const bool strict : {false, true}) {
+        CAPTURE(name(kind), threads, strict);
+        const auto executor = make_executor(
+            {.kind = kind, .threads = threads, .strict_split = strict, .batch_pairs = 16, .small_step_ms = 0});
+        for (int step = 0; step < 5; ++step) {
+          ContactList contacts;
+          ExecutionReport report;
+          executor->run(work, contacts, report, {}, nullptr);
+          check_equal(contacts, expected);
+        }
+      }
+  CHECK(inner > 1000);
+}
+
+TEST_CASE("the host's cancellation ends a step early, with an empty answer") {
+  const ManyThreads many;
+  SyntheticWork work(2000, 10.0f, 9);
+  for (const ExecutorKind kind : {ExecutorKind::barrier, ExecutorKind::flowgraph}) {
+    CAPTURE(name(kind));
+    const auto executor = make_executor({.kind = kind, .threads = 3, .small_step_ms = 0});
+    ContactList contacts;
+    tbb::task_group group;
+    work.on_tile = [&](std::size_t tile) {
+      if (tile == 3) group.cancel();
+    };
+    group.run([&] {
+      ExecutionReport report;
+      executor->run(work, contacts, report, {}, nullptr);
+    });
+    group.wait();
+    CHECK(contacts.pairs.empty());
+    work.on_tile = nullptr;
+    ExecutionReport report;
+    executor->run(work, contacts, report, {}, nullptr);
+    check_equal(contacts, work.expected());
   }
 }
 
