@@ -94,6 +94,11 @@ int run_program(int count, char** arguments) {
   add(program, "figures", "the paper's Figures 5 and 7", figures_bench);
   program.footer("WHAT --help tells its options.\nExit status: 0 done, 1 the work failed, 2 the request was wrong.");
   try {
+    const std::string first = count > 1 ? arguments[1] : "";
+    const auto commands = program.get_subcommands([](const CLI::App*) { return true; });
+    if ((first.empty() || first[0] != '-') &&
+        std::none_of(commands.begin(), commands.end(), [&](const auto* c) { return c->get_name() == first; }))
+      refuse_option("WHAT", first, "scenes, figures, --help");
     program.parse(count, arguments);
   } catch (const CLI::Success& asked) {
     program.exit(asked);
@@ -108,6 +113,7 @@ int run_program(int count, char** arguments) {
 
 int main(int count, char** arguments) {
   using tandem::bench::complain;
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large fails to be written, as on a full disk
   std::signal(SIGPIPE, SIG_IGN);
   try {
     return tandem::bench::run_program(count, arguments);

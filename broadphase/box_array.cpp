@@ -1,14 +1,18 @@
 #include "tandem/broadphase/box_array.h"
 
 #include <algorithm>
-#include <cmath>
+#include <bit>
 
 namespace tandem {
 
 float round_up(double x) {
   constexpr float largest = std::numeric_limits<float>::max();
   const float nearest = static_cast<float>(std::clamp(x, -double{largest}, double{largest}));
-  return nearest >= x || nearest == largest ? nearest : std::nextafter(nearest, largest);
+  if (nearest >= x || nearest == largest) return nearest;
+  // The next float above, by its bits: std::nextafter is a call into the C library, and there are six a box.
+  if (nearest == 0) return std::numeric_limits<float>::denorm_min();
+  const auto bits = std::bit_cast<std::uint32_t>(nearest);
+  return std::bit_cast<float>(nearest > 0 ? bits + 1 : bits - 1);
 }
 
 float round_down(double x) { return -round_up(-x); }

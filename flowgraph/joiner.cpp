@@ -35,15 +35,25 @@ void Joiner::begin(std::size_t bodies, ContactList& out) {
   }
 }
 
+void Joiner::count(const Batch& batch) {
+  const auto& results = batch.results;
+  for (std::size_t i = 0; i < results.size();) {
+    // Pairs of one a mostly come together: one addition for all of them keeps threads off each other's counters.
+    std::uint32_t run = 0;
+    const std::uint32_t a = results[i].a;
+    for (; i < results.size() && results[i].a == a; ++i, ++run) next(cursor_b_[results[i].b]);
+    cursor_a_[a].fetch_add(run, std::memory_order_relaxed);
+  }
+}
+
 std::size_t Joiner::blocks(std::size_t stage) const {
   switch (stage) {
     case 0:
     case 2:
-      return (batches_.size() + batches_a_block - 1) / batches_a_block;
-    case 1:
-    case 3:
-    case 5:
+    case 4:
       return 1;
+    case 1:
+      return (batches_.size() + batches_a_block - 1) / batches_a_block;
     default:
       return (total_ + pairs_a_block - 1) / pairs_a_block;
   }
@@ -52,28 +62,18 @@ std::size_t Joiner::blocks(std::size_t stage) const {
 void Joiner::run(std::size_t stage, std::size_t block) {
   switch (stage) {
     case 0:
-      return count(block);
-    case 1:
       return prefix();
-    case 2:
+    case 1:
       return scatter_by_b(block);
-    case 3:
+    case 2:
       return scatter_by_a();
-    case 4:
+    case 3:
       return count_contacts(block);
-    case 5:
+    case 4:
       return prefix_contacts();
     default:
       return copy(block);
   }
-}
-
-void Joiner::count(std::size_t block) {
-  for (std::size_t i = block * batches_a_block, end = std::min(batches_.size(), i + batches_a_block); i < end; ++i)
-    for (const PairResult& result : batches_[i]->results) {
-      next(cursor_a_[result.a]);
-      next(cursor_b_[result.b]);
-    }
 }
 
 void Joiner::prefix() {
@@ -82,7 +82,7 @@ void Joiner::prefix() {
   by_b_.resize(total_);
   sorted_.resize(total_);
   out_->pairs.resize(total_);
-  block_contacts_.resize(blocks(4));
+  block_contacts_.resize(blocks(3));
 }
 
 void Joiner::scatter_by_b(std::size_t block) {
@@ -90,7 +90,7 @@ void Joiner::scatter_by_b(std::size_t block) {
     const auto& results = batches_[i]->results;
     for (std::size_t k = 0; k < results.size(); ++k)
       by_b_[next(cursor_b_[results[k].b])] = {results[k].a, static_cast<std::uint32_t>(i),
-                                              static_cast<std::uint32_t>(k)};
+                                              static_cast<std::uint32_t>(k), results[k].contact_count};
   }
 }
 
@@ -102,7 +102,7 @@ void Joiner::scatter_by_a() {
 void Joiner::count_contacts(std::size_t block) {
   std::uint32_t sum = 0;
   for (std::size_t i = block * pairs_a_block, end = std::min(total_, i + pairs_a_block); i < end; ++i)
-    sum += result(sorted_[i]).contact_count;
+    sum += sorted_[i].contacts;
   block_contacts_[block] = sum;
 }
 

@@ -227,7 +227,10 @@ void StepState::run_tile(std::size_t tile, BatchWriter& writer) {
 void StepState::process(Batch& batch) {
   if (!failed()) {
     const std::uint64_t pairs = batch.count;
-    const auto time = timed("narrow", 0, &pairs, [&] { work_->narrow(batch); });
+    const auto time = timed("narrow", 0, &pairs, [&] {
+      work_->narrow(batch);
+      joiner_.count(batch);
+    });
     narrow_ns_of_this_thread += ns(time);
     narrow_ns_.fetch_add(ns(time), std::memory_order_relaxed);
     if (batch.inexact) inexact_.store(true, std::memory_order_relaxed);

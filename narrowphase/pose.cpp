@@ -1,26 +1,37 @@
 #include "tandem/narrowphase/pose.h"
 
 #include <cmath>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 
 namespace tandem {
 
+namespace {
+
+std::string written(double x) {
+  std::ostringstream out;
+  out.precision(17);
+  out << x;
+  return out.str();
+}
+
+}  // namespace
+
 void require_valid(const Pose& pose, std::string_view what) {
   const auto refuse = [&](const std::string& why) { throw std::invalid_argument(std::string(what) + ": " + why); };
   for (int i = 0; i < 3; ++i) {
-    // Written so that NaN fails too. Beyond 1e100 squares of lengths would overflow.
-    if (!(std::abs(pose.translation[i]) <= 1e100))
-      refuse("translation[" + std::to_string(i) + "] is " + std::to_string(pose.translation[i]) +
-             "; it must be finite and at most 1e100 in size");
+    // Written so that NaN fails too.
+    if (!(std::abs(pose.translation[i]) <= 1e30))
+      refuse("translation[" + std::to_string(i) + "] is " + written(pose.translation[i]) +
+             "; it must be finite and at most 1e30 in size");
     for (int j = 0; j < 3; ++j)
       if (!std::isfinite(pose.rotation(i, j)))
-        refuse("rotation(" + std::to_string(i) + ", " + std::to_string(j) + ") is " +
-               std::to_string(pose.rotation(i, j)) + "; it must be finite");
+        refuse("rotation(" + std::to_string(i) + ", " + std::to_string(j) + ") is " + written(pose.rotation(i, j)) +
+               "; it must be finite");
   }
   const double off = (pose.rotation.transpose() * pose.rotation - Mat3::Identity()).cwiseAbs().maxCoeff();
-  if (!(off <= 1e-6))
-    refuse("rotation is off from orthonormal by " + std::to_string(off) + "; at most 1e-6 is allowed");
+  if (!(off <= 1e-6)) refuse("rotation is off from orthonormal by " + written(off) + "; at most 1e-6 is allowed");
   if (!(pose.rotation.determinant() > 0)) refuse("rotation has determinant -1; it must be +1, not a reflection");
 }
 

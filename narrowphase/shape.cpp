@@ -13,8 +13,10 @@
 namespace tandem {
 namespace {
 
-// Beyond this, squares and volumes would overflow.
-constexpr double longest = 1e100;
+// Outside these bounds the solvers' products of several lengths would leave the range of a double. A length may be 0
+// where the kind allows it.
+constexpr double longest = 1e30;
+constexpr double shortest = 1e-30;
 constexpr double open_side = 1e300;
 constexpr double pi = std::numbers::pi;
 
@@ -26,15 +28,15 @@ constexpr double pi = std::numbers::pi;
 }
 
 void require_positive(std::string_view field, double value) {
-  if (!(value > 0 && value <= longest)) refuse(field, value, "finite, > 0 and at most 1e100");
+  if (!(value >= shortest && value <= longest)) refuse(field, value, "> 0, from 1e-30 to 1e30");
 }
 
 void require_not_negative(std::string_view field, double value) {
-  if (!(value >= 0 && value <= longest)) refuse(field, value, "finite, >= 0 and at most 1e100");
+  if (!(value == 0 || (value >= shortest && value <= longest))) refuse(field, value, "0, or from 1e-30 to 1e30");
 }
 
 void require_number(std::string_view field, double value) {
-  if (!(std::abs(value) <= longest)) refuse(field, value, "finite and at most 1e100 in size");
+  if (!(std::abs(value) <= longest)) refuse(field, value, "finite and at most 1e30 in size");
 }
 
 void require_vertices(std::string_view what, std::span<const Vec3> vertices) {
@@ -43,6 +45,11 @@ void require_vertices(std::string_view what, std::span<const Vec3> vertices) {
       if (!(std::abs(vertices[i][k]) <= longest))
         require_number(std::string(what) + ": vertices[" + std::to_string(i) + "][" + std::to_string(k) + "]",
                        vertices[i][k]);
+}
+
+/// Points may coincide, but not lie apart by less than can be reckoned with.
+void require_extent(std::string_view what, double size) {
+  if (size > 0 && size < shortest) refuse(std::string(what) + ": extent of the vertices", size, "0, or at least 1e-30");
 }
 
 MassProperties symmetric(double volume, double xx, double yy, double zz, double z = 0) {
@@ -208,6 +215,7 @@ Shape::Shape(const Convex& s) : kind_(ShapeKind::convex) {
   hull_ = std::make_shared<Hull>(build_hull(s.vertices));
   const Bounds b = bounds_of(hull_->vertices);
   size_ = (b.hi - b.lo).norm();
+  require_extent("convex", size_);
   mass_ = std::make_shared<MassProperties>(hull_mass(*hull_));
 }
 
@@ -217,6 +225,7 @@ Shape::Shape(const Triangle& s) : kind_(ShapeKind::triangle) {
   // Queries that name triangles treat it as a mesh of one.
   mesh_ = std::make_shared<MeshModel>(build_mesh({{s.vertices.begin(), s.vertices.end()}, {{0, 1, 2}}, false}));
   size_ = 2 * mesh_->half.norm();
+  require_extent("triangle", size_);
   mass_ = std::make_shared<MassProperties>(hull_mass(*hull_));
 }
 
@@ -224,6 +233,7 @@ Shape::Shape(Mesh s) : kind_(ShapeKind::mesh) {
   require_vertices("mesh", s.vertices);
   mesh_ = std::make_shared<MeshModel>(build_mesh(std::move(s)));
   size_ = 2 * mesh_->half.norm();
+  require_extent("mesh", size_);
   mass_ = std::make_shared<MassProperties>(mesh_mass(*mesh_));
 }
 

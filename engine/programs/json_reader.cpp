@@ -182,6 +182,18 @@ double JsonRef::number_at_least(double bound) const {
   return value_->get<double>();
 }
 
+double JsonRef::number_up_to(double most) const {
+  const double value = number_at_least(0);
+  if (value > most) refuse("0 to " + shown(most));
+  return value;
+}
+
+Vec3 JsonRef::vec3_up_to(double most) const {
+  const Vec3 value = vec3();
+  if (value.cwiseAbs().maxCoeff() > most) refuse("three numbers of at most " + shown(most) + " in size");
+  return value;
+}
+
 std::uint32_t JsonRef::whole(std::uint32_t most) const {
   if (!value_->is_number_unsigned() || value_->get<std::uint64_t>() > most)
     refuse("a whole number, 0 to " + std::to_string(most));

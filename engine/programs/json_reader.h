@@ -51,6 +51,8 @@ class JsonRef {
   double number() const;
   double number_above(double bound) const;     ///< > bound
   double number_at_least(double bound) const;  ///< >= bound
+  double number_up_to(double most) const;      ///< from 0
+  Vec3 vec3_up_to(double most) const;          ///< each at most this in size
   std::uint32_t whole(std::uint32_t most) const;
   bool flag() const;
   const std::string& text() const;

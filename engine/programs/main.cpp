@@ -62,6 +62,7 @@ int run_program(int count, char** arguments) {
 int main(int count, char** arguments) {
   using namespace tandem;
   occupy_standard_descriptors();
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large fails to be written, as on a full disk
   std::signal(SIGPIPE, SIG_IGN);  // a write then fails, and temporary files are removed
   try {
     return run_program(count, arguments);

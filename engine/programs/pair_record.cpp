@@ -41,7 +41,7 @@ Ask read_ask(const JsonRef& json, const Shape& a, const Shape& b) {
 
 Vec3 velocity(const JsonRef& record, std::string_view key) {
   const auto json = record.find(key);
-  return json ? json->vec3() : Vec3::Zero();
+  return json ? json->vec3_up_to(1e30) : Vec3::Zero();
 }
 
 void note_status(PairRecordAnswer& out, const PairAnswer& answer) {
@@ -78,11 +78,11 @@ PairRecord read_pair_record(const Json& json, ShapeReader& shapes) {
                  .pose_b = pose("poseB"),
                  .ask = {}};
   out.ask = read_ask(record.at("ask"), out.shape_a, out.shape_b);
-  if (const auto margin = record.find("margin")) out.margin = margin->number_at_least(0);
+  if (const auto margin = record.find("margin")) out.margin = margin->number_up_to(1e30);
   out.velocity_a = velocity(record, "velA");
   out.velocity_b = velocity(record, "velB");
   if (const auto tmax = record.find("tmax"))
-    out.tmax = tmax->number_at_least(0);
+    out.tmax = tmax->number_up_to(1e30);
   else if (out.ask.toi)
     throw InputError("/tmax: missing, allowed: a number >= 0, as toi is asked for");
   return out;

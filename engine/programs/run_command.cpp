@@ -42,10 +42,12 @@ class InterruptGuard {
     interrupted = 0;
     before_int_ = std::signal(SIGINT, note);
     before_term_ = std::signal(SIGTERM, note);
+    before_hup_ = std::signal(SIGHUP, note);
   }
   ~InterruptGuard() {
     std::signal(SIGINT, before_int_);
     std::signal(SIGTERM, before_term_);
+    std::signal(SIGHUP, before_hup_);
   }
   InterruptGuard(const InterruptGuard&) = delete;
   InterruptGuard& operator=(const InterruptGuard&) = delete;
@@ -54,6 +56,7 @@ class InterruptGuard {
   static void note(int) { interrupted = 1; }
   void (*before_int_)(int);
   void (*before_term_)(int);
+  void (*before_hup_)(int);
 };
 
 Split read_split(const std::string& text) {

@@ -6,6 +6,10 @@
 namespace tandem {
 namespace {
 
+// What a file may say so that a simulation's numbers stay numbers: m/s (and rad/s, m/s^2), kg/m^3.
+constexpr double fastest = 1e9;
+constexpr double densest = 1e15;
+
 using ShapeIds = std::map<std::string, ShapeId, std::less<>>;
 
 BodyOptions read_body(const JsonRef& json, const ShapeIds& shapes) {
@@ -16,11 +20,14 @@ BodyOptions read_body(const JsonRef& json, const ShapeIds& shapes) {
   if (found == shapes.end()) shape.refuse("a name in /shapes");
   body.shape = found->second;
   if (const auto pose = json.find("pose")) body.pose = read_pose(*pose);
-  if (const auto velocity = json.find("velocity")) body.velocity = velocity->vec3();
-  if (const auto velocity = json.find("angular_velocity")) body.angular_velocity = velocity->vec3();
+  if (const auto velocity = json.find("velocity")) body.velocity = velocity->vec3_up_to(fastest);
+  if (const auto velocity = json.find("angular_velocity")) body.angular_velocity = velocity->vec3_up_to(fastest);
   const auto density = json.find("density"), is_static = json.find("static");
   if (density && is_static) throw InputError(json.pointer() + ": both density and static, allowed: one of them");
-  if (density) body.density = density->number_above(0);
+  if (density) {
+    body.density = density->number_above(0);
+    if (body.density > densest) density->refuse("> 0, at most 1e15 kg/m^3");
+  }
   if (is_static) body.is_static = is_static->flag();
   constexpr std::uint32_t all = 0xffffffffu;
   if (const auto group = json.find("group")) body.group = group->whole(all);
@@ -34,8 +41,11 @@ Scene read_scene(const JsonRef& json, ShapeReader& shape_reader) {
   json.require_keys({"name", "gravity", "dt", "request", "shapes", "bodies"});
   Scene scene;
   if (const auto text = json.find("name")) scene.name = text->text();
-  if (const auto gravity = json.find("gravity")) scene.gravity = gravity->vec3();
-  if (const auto dt = json.find("dt")) scene.dt = dt->number_above(0);
+  if (const auto gravity = json.find("gravity")) scene.gravity = gravity->vec3_up_to(fastest);
+  if (const auto dt = json.find("dt")) {
+    scene.dt = dt->number_above(0);
+    if (scene.dt > 1e3) dt->refuse("> 0, at most 1000 s");
+  }
   if (const auto request = json.find("request")) {
     const auto known = by_name(request->text(), requests);
     if (!known) request->refuse("collide, distance, contacts");

@@ -62,6 +62,15 @@ TEST_CASE("rounding outward: the float is never inside the double") {
     CHECK(std::isfinite(round_up(x)));
     CHECK(std::isfinite(round_down(x)));
   }
+  constexpr float inf = std::numeric_limits<float>::infinity();
+  for (const float f : {1.0f, -1.0f, 3.7e-39f, -3.7e-39f, 1e-45f, -1e-45f, 1e38f, -1e38f, 0.5f, -2.0f})
+    for (const double off : {-1e-10, 0.0, 1e-10}) {
+      const double x = double{f} * (1 + off);
+      const float nearest = static_cast<float>(x);
+      CAPTURE(x);
+      CHECK(round_up(x) == (double{nearest} >= x ? nearest : std::nextafter(nearest, inf)));
+      CHECK(round_down(x) == (double{nearest} <= x ? nearest : std::nextafter(nearest, -inf)));
+    }
   CHECK(round_up(1.0) == 1.0f);
   CHECK(round_up(0.1) > round_down(0.1));
 }

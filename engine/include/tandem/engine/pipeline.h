@@ -54,7 +54,8 @@ class Pipeline {
   Pipeline(Pipeline&&) noexcept;
   Pipeline& operator=(Pipeline&&) noexcept;
 
-  /// Throws only what the predicate throws; the pipeline is ready for the next step then. When `stop` is requested
+  /// Throws only what the predicate throws, or std::bad_alloc; the pipeline is ready for the next step then. When
+  /// `stop` is requested, or the task group of the calling oneTBB task is cancelled (executors barrier and flowgraph),
   /// the step ends early with an empty answer.
   StepReport step(const Scene& scene, std::stop_token stop = {});
 

@@ -19,7 +19,7 @@ struct Pose {
   static Pose from(const Quat& q, const Vec3& t) { return {q.normalized().toRotationMatrix(), t}; }
 };
 
-/// Throws std::invalid_argument unless every number is finite and the rotation is one: orthonormal within 1e-6
+/// Throws std::invalid_argument unless every number is finite, translations at most 1e30, and the rotation is one: orthonormal within 1e-6
 /// and of determinant +1. `what` opens the message, e.g. "body 3".
 void require_valid(const Pose& pose, std::string_view what);
 

@@ -9,7 +9,7 @@
 
 namespace tandem {
 
-/// Shapes as a user gives them, each in its own frame, SI units.
+/// Shapes as a user gives them, each in its own frame, SI units. Lengths are 0 (where it says so) or 1e-30 to 1e30.
 struct Sphere { double radius = 0; };                      ///< radius >= 0; 0 is a point
 struct Box { Vec3 size = Vec3::Zero(); };                  ///< full edge lengths > 0, centred
 struct Capsule { double radius = 0; double length = 0; };  ///< radius > 0; core segment of length >= 0 along z, centred
