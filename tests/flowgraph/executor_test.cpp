@@ -278,7 +278,11 @@ TEST_CASE("a predicate that uses oneTBB itself neither hangs nor re-enters a til
   const ContactList expected = work.expected();
   std::atomic<int> inner{0};
   work.on_keep = [&](std::span<Pair> pairs) {
-    tbb::parallel_for(0, 8, [&](int) { inner.fetch_add(1); });
+    // Long enough that the one who waits looks around for other tasks.
+    tbb::parallel_for(0, 8, [&](int) {
+      std::this_thread::sleep_for(std::chrono::microseconds(50));
+      inner.fetch_add(1);
+    });
     return pairs.size();
   };
   for (const ExecutorKind kind : kinds)
@@ -286,7 +290,7 @@ TEST_CASE("a predicate that uses oneTBB itself neither hangs nor re-enters a til
       for (const bool strict : {false, true}) {
         CAPTURE(name(kind), threads, strict);
         const auto executor = make_executor(
-            {.kind = kind, .threads = threads, .strict_split = strict, .batch_pairs = 16, .small_step_ms = 0});
+            {.kind = kind, .threads = threads, .strict_split = strict, .batch_pairs = 256, .small_step_ms = 0});
         for (int step = 0; step < 5; ++step) {
           ContactList contacts;
           ExecutionReport report;
