@@ -1,0 +1,22 @@
+#pragma once
+#include "tandem/narrowphase/shape.h"
+
+namespace tandem::reference {
+
+/// The signed distance of two posed convex shapes as it is, for judging solvers. Independent of them, for the real
+/// numbers R v + t, in 113-bit arithmetic.
+struct Truth {
+  double signed_distance;  ///< > 0 gap, < 0 minus the depth; attained along `normal`
+  double error;            ///< certified: |true - signed_distance| <= error
+  Vec3 normal;             ///< unit, from A to B
+  bool normal_unique;      ///< no other normal comes within 1e-9 of the size
+};
+
+/// Every pair of convex kinds but two half-spaces; poses valid. Where round shapes overlap in many directions at
+/// once the error may stay large: signed_distance is then still a lower bound, and the best of all directions tried.
+Truth signed_distance(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b);
+
+/// Separation along a direction from A to B (not zero): the signed distance is at least this, whatever the direction.
+double separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, const Vec3& direction);
+
+}  // namespace tandem::reference
