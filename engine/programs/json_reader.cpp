@@ -115,9 +115,14 @@ std::string shown(double bound) {
 
 }  // namespace
 
-Json parse_json(std::string_view text) {
+Json parse_json(std::string_view text, Json* before_error) {
   Builder builder;
-  Json::sax_parse(text.begin(), text.end(), &builder);
+  try {
+    Json::sax_parse(text.begin(), text.end(), &builder);
+  } catch (const InputError&) {
+    if (before_error != nullptr) *before_error = builder.take();
+    throw;
+  }
   return builder.take();
 }
 
@@ -173,18 +178,18 @@ double JsonRef::number() const {
 }
 
 double JsonRef::number_above(double bound) const {
-  if (!value_->is_number() || !(value_->get<double>() > bound)) refuse("> " + shown(bound));
+  if (!value_->is_number() || !(value_->get<double>() > bound)) refuse("a number > " + shown(bound));
   return value_->get<double>();
 }
 
 double JsonRef::number_at_least(double bound) const {
-  if (!value_->is_number() || !(value_->get<double>() >= bound)) refuse(">= " + shown(bound));
+  if (!value_->is_number() || !(value_->get<double>() >= bound)) refuse("a number >= " + shown(bound));
   return value_->get<double>();
 }
 
 double JsonRef::number_up_to(double most) const {
   const double value = number_at_least(0);
-  if (value > most) refuse("0 to " + shown(most));
+  if (value > most) refuse("a number, 0 to " + shown(most));
   return value;
 }
 

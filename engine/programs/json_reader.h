@@ -15,8 +15,8 @@ namespace tandem {
 using Json = nlohmann::ordered_json;
 
 /// Parses one JSON value. Throws InputError for anything that is not JSON, a number too large for a double, or a key
-/// that stands twice in an object.
-Json parse_json(std::string_view text);
+/// that stands twice in an object; `before_error` (if given) then receives what was read so far.
+Json parse_json(std::string_view text, Json* before_error = nullptr);
 
 /// A value together with where it stands, so that every refusal can say it as a JSON pointer. Refers to its parent,
 /// which must outlive it.

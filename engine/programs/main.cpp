@@ -28,6 +28,17 @@ int complain(std::string what, Status status) {
   return status;
 }
 
+/// What was not expected, and what the command would take.
+[[noreturn]] void refuse_extras(const CLI::App& program) {
+  const auto used = program.get_subcommands();
+  const CLI::App& command = used.empty() ? program : *used.front();
+  const std::vector<std::string> extras = command.remaining();
+  std::string names;
+  for (const CLI::Option* option : command.get_options())
+    names += (names.empty() ? "" : ", ") + option->get_name(false, false);
+  refuse_option("argument of " + command.get_name(), extras.empty() ? "" : extras.front(), names);
+}
+
 int run_program(int count, char** arguments) {
   CLI::App program("Collision detection: broad and narrow phase at once.", "tandem");
   program.set_version_flag("--version", "tandem " TANDEM_VERSION);
@@ -49,6 +60,8 @@ int run_program(int count, char** arguments) {
     std::ostringstream help, unused;
     program.exit(asked, help, unused);
     out.append(help.str());
+  } catch (const CLI::ExtrasError&) {
+    refuse_extras(program);
   } catch (const CLI::ParseError& error) {
     throw RequestError(error.what() + std::string(", allowed: what --help tells"));
   }

@@ -169,10 +169,13 @@ void write_answer(JsonWriter& out, const Json& id, const PairRecordAnswer& answe
 
 AnsweredLine answer_line(std::string_view line, std::size_t line_number, ShapeReader& shapes,
                          const QueryOptions& options) {
-  Json id;
-  try {
-    const Json json = parse_json(line);
+  Json json, id;
+  const auto find_id = [&] {
     if (json.is_object() && json.contains("id")) id = json["id"];
+  };
+  try {
+    json = parse_json(line, &json);
+    find_id();
     const PairRecord record = read_pair_record(json, shapes);
     const PairRecordAnswer found = answer(record, options.narrow_phase);
     std::optional<double> nanoseconds;
@@ -181,6 +184,7 @@ AnsweredLine answer_line(std::string_view line, std::size_t line_number, ShapeRe
     write_answer(out, id, found, nanoseconds);
     return {out.text(), true};
   } catch (const std::exception& error) {
+    find_id();  // a line that breaks off later still says whose it is
     JsonWriter out;
     out.begin_object().key("id").raw(id.dump()).member("line", line_number).member("status", "error");
     out.member("error", std::string_view(error.what())).end_object();
