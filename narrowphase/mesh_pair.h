@@ -1,14 +1,63 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <functional>
+#include <limits>
 #include <vector>
 
-#include "tandem/narrowphase/shape.h"
+#include "mesh_model.h"
+#include "tandem/narrowphase/narrow_phase.h"
 
 namespace tandem {
 
 /// All pairs of triangles [i of A, j of B] that meet, sorted; each shape a mesh or a triangle. Exact.
 std::vector<std::array<std::uint32_t, 2>> mesh_triangle_pairs(const Shape& a, const Pose& pose_a, const Shape& b,
                                                               const Pose& pose_b);
+
+/// A shape where it is.
+struct Posed {
+  const Shape& shape;
+  const Pose& pose;
+};
+
+inline bool has_triangles(const Shape& s) { return s.kind() == ShapeKind::mesh || s.kind() == ShapeKind::triangle; }
+
+/// Fixed roles for two with triangles, whichever way round they came: the same pair is then solved with the same
+/// rounding. The one that goes first has the larger unit.
+bool goes_first(const Posed& a, const Posed& b);
+
+/// The solvers by what the other shape is; the mesh comes first. Contacts are appended for Request::contacts only.
+PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const NarrowPhaseOptions& options,
+                        std::vector<Contact>* contacts);  ///< both have triangles, goes_first(a, b)
+PairAnswer solve_mesh_halfspace(const Posed& mesh, const Posed& half, Request request,
+                                const NarrowPhaseOptions& options, std::vector<Contact>* contacts);
+PairAnswer solve_mesh_convex(const Posed& mesh, const Posed& convex, Request request, const NarrowPhaseOptions& options,
+                             std::vector<Contact>* contacts);  ///< bounded
+
+// ---- What these have in common ----
+
+using Corners = std::array<Vec3, 3>;
+
+/// Largest absolute coordinate of a vertex, or a little more.
+inline double reach(const MeshModel& mesh) { return (mesh.centre.cwiseAbs() + mesh.half).maxCoeff(); }
+
+/// The options for the triangles of a mesh: a solver that was named is one for meshes.
+NarrowPhaseOptions for_triangles(const NarrowPhaseOptions& options);
+
+/// What is known of an overlap.
+struct Depth {
+  double certain = 0;  ///< no shorter translation separates
+  Vec3 normal = Vec3::UnitZ();
+  Vec3 point = Vec3::Zero();
+};
+
+/// Completes the answer for an overlap of which a lower bound is known: if moving B by it along the normal separates
+/// the two, it is the depth; else the bound above comes from bisection along the same direction. `collide_moved`: do
+/// they touch with B moved by this?
+PairAnswer with_depth(const Posed& a, const Posed& b, const Depth& d, bool solid,
+                      const std::function<bool(const Vec3&)>& collide_moved);
+
+/// The answer of the deepest of the contacts from `first` on.
+PairAnswer from_deepest(const std::vector<Contact>& contacts, std::size_t first);
 
 }  // namespace tandem

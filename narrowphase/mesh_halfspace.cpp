@@ -1,0 +1,38 @@
+#include <limits>
+
+#include "mesh_contacts.h"
+#include "mesh_model.h"
+#include "mesh_pair.h"
+
+namespace tandem {
+
+PairAnswer solve_mesh_halfspace(const Posed& mesh, const Posed& half, Request request,
+                                const NarrowPhaseOptions& options, std::vector<Contact>* contacts) {
+  const MeshModel& m = mesh.shape.mesh();
+  const Vec3 up = (half.pose.rotation * half.shape.normal()).normalized();
+  const Vec3 between = mesh.pose.translation - half.pose.translation;
+  const Vec3 local = mesh.pose.rotation.transpose() * up;
+  const double level = half.shape.offset() - up.dot(between);
+  PairAnswer answer;
+  double lowest = std::numeric_limits<double>::infinity();
+  std::uint32_t at = 0;
+  const std::size_t first = contacts ? contacts->size() : 0;
+  const auto world = [&](std::uint32_t v) { return mesh.pose * m.vertices[v]; };
+  // The vertices that span the part below the plane are vertices of the hull.
+  for (const std::uint32_t v : m.extreme) {
+    const double height = local.dot(m.vertices[v]) - level;
+    if (height < lowest) lowest = height, at = v;
+    if (request == Request::contacts && height <= options.margin)
+      contacts->push_back({world(v) - up * (height / 2), -up, -height, v});
+  }
+  if (request == Request::contacts) keep_four(*contacts, first);
+  answer.collide = lowest <= 0;
+  if (request == Request::collide || (request == Request::contacts && contacts->size() == first)) return answer;
+  answer.signed_distance = lowest;
+  answer.point_a = world(at);
+  answer.point_b = answer.point_a - up * lowest;
+  answer.normal = -up;
+  return answer;
+}
+
+}  // namespace tandem
