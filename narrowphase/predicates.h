@@ -6,8 +6,8 @@
 namespace tandem {
 
 /// Do closed triangles of two posed meshes meet? Exact for the real numbers R v + t: coplanar, touching and zero-area
-/// triangles (a segment, a point) included. Doubles with an error bound decide; only what lies within the bound is
-/// computed again in exact arithmetic.
+/// triangles (a segment, a point) included. Doubles with an error bound decide; only the signs that lie within the
+/// bound are computed again, in integers.
 class TriangleTest {
  public:
   /// `reach_b`: an upper bound on the coordinates of B's vertices in B's frame, absolute.
@@ -24,6 +24,10 @@ class TriangleTest {
 
   /// The same by exact arithmetic alone.
   bool exact(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b) const;
+
+  /// Frames for exact arithmetic: those given, or none where both are the same.
+  const Pose& pose_a() const { return pose_a_; }
+  const Pose& pose_b() const { return pose_b_; }
 
  private:
   Pose pose_a_, pose_b_;

@@ -2,6 +2,7 @@
 
 #include <boost/multiprecision/cpp_int.hpp>
 #include <catch2/catch.hpp>
+#include <tuple>
 #include <vector>
 
 #include "exact_number.h"
@@ -121,18 +122,64 @@ TEST_CASE("triangles with coordinates beyond the range of expansions are still d
   }
 }
 
-TEST_CASE("expansions hold sums and products exactly") {
+TEST_CASE("triangles in one plane, with common corners, needles and far out: filtered, exact and rationals agree") {
+  std::mt19937_64 random(14);
+  std::uniform_int_distribution<int> cell(-2, 2);
+  int hits = 0;
+  for (int i = 0; i < 6000; ++i) {
+    Corners a, b;
+    const double stretch = i % 4 == 1 ? 1e4 : 1, size = i % 5 == 2 ? 1e-4 : 1;
+    for (Vec3& v : a) v = Vec3(stretch * cell(random), cell(random), i % 7 == 3 ? cell(random) : 0) / 3;
+    for (Vec3& v : b) v = size * Vec3(stretch * cell(random), cell(random), i % 7 == 3 ? cell(random) : 0) / 3;
+    if (i % 3 == 0) b[0] = a[1];
+    Pose pa, pb;
+    if (i % 2) pa = Pose::from(random_turn(random), random_point(random, i % 8 == 1 ? 1e6 : 1));
+    pb = pa;
+    // Along the plane, as nearly as doubles can.
+    if (i % 6 == 1) pb.translation += pb.rotation * Vec3(stretch * cell(random), cell(random), 0) / 3;
+    if (i % 12 == 7) pb.rotation *= Eigen::AngleAxisd(0.5, Vec3::UnitZ()).toRotationMatrix();
+    const bool want = TriangleTest(pa, pb, 1e4).exact(a, b);
+    hits += want;
+    CAPTURE(i);
+    if (i % 40 < 2) REQUIRE(oracle(a, pa, b, pb) == want);
+    REQUIRE(fast(a, pa, b, pb, 2 * stretch) == want);
+    REQUIRE(fast(b, pb, a, pa, 2 * stretch) == want);
+  }
+  CHECK(hits > 1500);
+  CHECK(hits < 5000);
+}
+
+TEST_CASE("wide integers add, subtract and multiply as integers without a limit do") {
+  using boost::multiprecision::cpp_int;
   std::mt19937_64 random(13);
-  std::uniform_real_distribution<double> mantissa(-1, 1);
-  std::uniform_int_distribution<int> exponent(-80, 80);
-  const auto draw = [&] { return std::ldexp(mantissa(random), exponent(random)); };
-  for (int i = 0; i < 500; ++i) {
-    const double a = draw(), b = draw(), c = draw(), d = draw();
-    const Expansion ab = Expansion::product(a, b), cd = Expansion::product(c, d);
-    const Expansion e = (ab + cd) * (ab - cd), f = ab * ab - cd * cd;
-    CHECK((e - f).sign() == 0);
-    CHECK((e - f + Expansion(1e-300)).sign() == 1);
-    const Rational r = Rational(a) * Rational(b) - Rational(c) * Rational(d);
-    CHECK((ab - cd).sign() == r.sign());
+  const auto value = [](const auto& x, std::size_t limbs) {
+    cpp_int r = 0;
+    for (std::size_t i = limbs; i-- > 0;) r = (r << 64) + x.limb(i);
+    return x.sign() < 0 ? cpp_int(r - (cpp_int(1) << (64 * limbs))) : r;
+  };
+  for (int i = 0; i < 2000; ++i) {
+    const auto draw = [&](unsigned most) {
+      const Uint128 magnitude = (Uint128{random()} << 64 | random()) >> (random() % 127 + 1);
+      return std::tuple(magnitude, static_cast<unsigned>(random() % (most + 1)), random() % 2 == 0);
+    };
+    const auto exact = [](const auto& t) {
+      const cpp_int x = cpp_int(std::get<0>(t)) << std::get<1>(t);
+      return std::get<2>(t) ? cpp_int(-x) : x;
+    };
+    const auto tx = draw(120), ty = draw(120), tz = draw(0);
+    const auto x = std::make_from_tuple<WideInt<4>>(tx), y = std::make_from_tuple<WideInt<4>>(ty);
+    const auto z = std::make_from_tuple<WideInt<2>>(tz);
+    CAPTURE(i);
+    REQUIRE(value(x, 4) == exact(tx));
+    REQUIRE(value(x + y, 4) == exact(tx) + exact(ty));
+    REQUIRE(value(x - y, 4) == exact(tx) - exact(ty));
+    REQUIRE(value(x * y, 8) == exact(tx) * exact(ty));
+    REQUIRE(value(x * z, 6) == exact(tx) * exact(tz));
+    REQUIRE(value(z * y, 6) == exact(tz) * exact(ty));
+    REQUIRE((x - y).sign() == (exact(tx) - exact(ty)).sign());
+  }
+  for (const double d : {0.0, 1.0, -0.75, 3e300, 5e-324, -2.5e-310, 0.1}) {
+    const Dyadic r(d);
+    CHECK(std::ldexp(static_cast<double>(r.mantissa), r.exponent) * (r.negative ? -1 : 1) == d);
   }
 }
