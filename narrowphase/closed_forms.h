@@ -22,10 +22,19 @@ struct SegmentDistance {
 };
 SegmentDistance segment_distance(const Vec3& centre_a, const Vec3& half_a, const Vec3& centre_b, const Vec3& half_b);
 
-/// Boxes by their 15 axes, exact for overlap: depth and normal are the least over all of them, faces and edges alike.
-/// Where they are apart, signed_distance > 0 is only a lower bound.
-LocalAnswer box_box_separation(const ConvexView& a, const ConvexView& b, const RelativePose& pose);
-/// The verdict only; leaves at the first axis that separates.
-bool box_box_collide(const ConvexView& a, const ConvexView& b, const RelativePose& pose);
+/// The x in [-reach, reach] that brings middle + x along nearest to the box of half sizes `half` at the origin: the
+/// distance is convex and piecewise quadratic in x. `along` is a unit vector, `start` in the interval.
+double nearest_on_line(const Vec3& half, const Vec3& middle, const Vec3& along, double reach, double start);
+
+/// Two boxes by half sizes: the verdict by their 15 axes (Gottschalk 1996), which leaves where one separates.
+bool box_box_collide(const Vec3& a, const Pose& pose_a, const Vec3& b, const Pose& pose_b);
+
+struct BoxAnswer {
+  LocalAnswer local;
+  int axis = -1;  ///< of the normal: 0-2 A's faces, 3-5 B's, 6 + 3 i + j: a_i x b_j; -1: none, nearest points
+};
+/// Signed distance of two boxes: overlapping, depth and normal are the least over all axes, faces and edges alike;
+/// apart, the nearest points, found by exact line searches from the best axis (by GJK where these take too long).
+BoxAnswer box_box_distance(const Vec3& a, const Pose& pose_a, const Vec3& b, const Pose& pose_b);
 
 }  // namespace tandem

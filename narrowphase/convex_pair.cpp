@@ -1,10 +1,12 @@
 #include "convex_pair.h"
 
 #include <array>
+#include <utility>
 
 #include "closed_forms.h"
 #include "gjk.h"
 #include "manifold.h"
+#include "simple_pairs.h"
 
 namespace tandem {
 namespace {
@@ -19,6 +21,8 @@ constexpr bool has_point_distance(ShapeKind kind) {
   return kind != ShapeKind::ellipsoid && kind != ShapeKind::convex && kind != ShapeKind::mesh;
 }
 
+Vec3 half(const ConvexView& box) { return {box.param[0], box.param[1], box.param[2]}; }
+
 void finish(const LocalAnswer& local, const Pose& pose_a, double tolerance, PairAnswer& answer) {
   answer.signed_distance = local.signed_distance;
   answer.collide = local.signed_distance <= 0;
@@ -32,22 +36,6 @@ void finish(const LocalAnswer& local, const Pose& pose_a, double tolerance, Pair
 void append_single(const PairAnswer& answer, double margin, std::vector<Contact>* contacts) {
   if (contacts != nullptr && answer.signed_distance <= margin)
     contacts->push_back({0.5 * (answer.point_a + answer.point_b), answer.normal, -answer.signed_distance, 0});
-}
-
-PairAnswer sphere_sphere(double ra, const Vec3& a, double rb, const Vec3& b, Request request) {
-  const Vec3 d = b - a;
-  const double length = d.norm();
-  PairAnswer r;
-  if (request == Request::collide) {
-    r.collide = length - ra - rb <= 0;
-    return r;
-  }
-  r.normal = length > 0 ? Vec3(d / length) : Vec3::UnitX();
-  r.signed_distance = length - ra - rb;
-  r.collide = r.signed_distance <= 0;
-  r.point_a = a + ra * r.normal;
-  r.point_b = b - rb * r.normal;
-  return r;
 }
 
 PairAnswer sphere_with(double radius, const Vec3& centre, const ConvexView& b, const Pose& pose_b) {
@@ -78,23 +66,6 @@ PairAnswer halfspace_with(const ConvexView& a, const Pose& pose_a, const ConvexV
   return r;
 }
 
-LocalAnswer capsule_capsule(const ConvexView& a, const ConvexView& b, const RelativePose& pose) {
-  const SegmentDistance d = segment_distance(Vec3::Zero(), {0, 0, 0.5 * a.param[1]}, pose.translation,
-                                             0.5 * b.param[1] * pose.rotation.col(2));
-  const double ra = a.param[0], rb = b.param[0];
-  return {d.distance - ra - rb, d.point_a + ra * d.normal, d.point_b - rb * d.normal, d.normal, 0};
-}
-
-LocalAnswer box_box(const ConvexView& a, const ConvexView& b, const RelativePose& pose, double tolerance) {
-  const LocalAnswer s = box_box_separation(a, b, pose);
-  if (s.signed_distance <= 0) return s;
-  LocalAnswer g = gjk_signed_distance({a, b, pose}, tolerance);
-  // Nearly touching faces: the separating axis is exact where the direction between nearest points is noise.
-  if (s.signed_distance >= g.signed_distance - 1e-9 * (a.size + b.size)) g.normal = s.normal;
-  if (s.signed_distance > g.signed_distance) g.signed_distance = s.signed_distance;
-  return g;
-}
-
 std::optional<bool> collide_by(Method method, const ConvexView& a, const Pose& pose_a, const ConvexView& b,
                                const Pose& pose_b, double tolerance) {
   switch (method) {
@@ -104,10 +75,6 @@ std::optional<bool> collide_by(Method method, const ConvexView& a, const Pose& p
       return ccd_collide(a, b, relative(pose_a, pose_b), false);
     case Method::mpr:
       return ccd_collide(a, b, relative(pose_a, pose_b), true);
-    case Method::sat:
-      return box_box_collide(a, b, relative(pose_a, pose_b));
-    case Method::closed:
-      return capsule_capsule(a, b, relative(pose_a, pose_b)).signed_distance <= 0;
     default:
       return gjk_collide({a, b, relative(pose_a, pose_b)}, tolerance);
   }
@@ -122,10 +89,6 @@ std::optional<LocalAnswer> distance_by(Method method, const ConvexView& a, const
       return ccd_depth(a, b, pose, false);
     case Method::mpr:
       return ccd_depth(a, b, pose, true);
-    case Method::sat:
-      return box_box(a, b, pose, tolerance);
-    case Method::closed:
-      return capsule_capsule(a, b, pose);
     default:
       return gjk_signed_distance({a, b, pose}, tolerance);
   }
@@ -185,23 +148,15 @@ void swap_answer(PairAnswer& answer, std::vector<Contact>* contacts, std::size_t
   for (std::size_t i = first; i < contacts->size(); ++i) (*contacts)[i].normal = -(*contacts)[i].normal;
 }
 
-PairAnswer solve_spheres(double radius_a, const Vec3& a, double radius_b, const Vec3& b, Request request,
-                         const NarrowPhaseOptions& options, std::vector<Contact>* contacts) {
-  const PairAnswer answer = sphere_sphere(radius_a, a, radius_b, b, request);
-  if (request == Request::contacts) append_single(answer, options.margin, contacts);
-  return answer;
-}
-
-bool sphere_box_collide(double radius, const Vec3& centre, const Vec3& half, const Pose& pose) {
-  const Vec3 p = pose.rotation.transpose() * (centre - pose.translation);
-  return (p.cwiseAbs() - half).cwiseMax(0.0).norm() <= radius;
-}
-
 PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexView& b, const Pose& pose_b,
-                        Request request, const NarrowPhaseOptions& options, std::vector<Contact>* contacts) {
+                        Request request, const NarrowPhaseOptions& options, std::vector<Contact>* contacts,
+                        WarmStart* warm) {
   if (rank(a.kind) > rank(b.kind)) {
     const std::size_t first = contacts != nullptr ? contacts->size() : 0;
-    PairAnswer answer = solve_convex(b, pose_b, a, pose_a, request, options, contacts);
+    WarmStart other;
+    if (warm != nullptr) other.direction = -(pose_b.rotation.transpose() * (pose_a.rotation * warm->direction));
+    PairAnswer answer = solve_convex(b, pose_b, a, pose_a, request, options, contacts, &other);
+    if (warm != nullptr) warm->direction = -(pose_a.rotation.transpose() * (pose_b.rotation * other.direction));
     swap_answer(answer, contacts, first);
     return answer;
   }
@@ -209,15 +164,21 @@ PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexVie
   if (!options.solver.empty())
     if (const auto forced = find_method(options.solver); forced && covers(*forced, a.kind, b.kind)) method = *forced;
 
+  if (method == Method::sat) return solve_boxes(half(a), pose_a, half(b), pose_b, request, options.margin, contacts);
   if (method == Method::closed) {
     if (a.kind == ShapeKind::halfspace) return halfspace_with(a, pose_a, b, pose_b, request, options, contacts);
-    if (a.kind == ShapeKind::sphere) {
-      const PairAnswer answer = b.kind == ShapeKind::sphere ? sphere_sphere(a.param[0], pose_a.translation, b.param[0],
-                                                                            pose_b.translation, request)
-                                                            : sphere_with(a.param[0], pose_a.translation, b, pose_b);
-      if (request == Request::contacts) append_single(answer, options.margin, contacts);
-      return answer;
-    }
+    if (a.kind == ShapeKind::capsule)
+      return solve_capsules(a.param[0], a.param[1], pose_a, b.param[0], b.param[1], pose_b, request, options.margin,
+                            contacts);
+    const double radius = a.param[0];
+    const Vec3& centre = pose_a.translation;
+    if (b.kind == ShapeKind::sphere)
+      return solve_spheres(radius, centre, b.param[0], pose_b.translation, request, options.margin, contacts);
+    if (b.kind == ShapeKind::box)
+      return solve_sphere_box(radius, centre, half(b), pose_b, request, options.margin, contacts);
+    const PairAnswer answer = sphere_with(radius, centre, b, pose_b);
+    if (request == Request::contacts) append_single(answer, options.margin, contacts);
+    return answer;
   }
 
   const double size = a.size + b.size;
@@ -239,6 +200,7 @@ PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexVie
     local = gjk_signed_distance({a, b, pose}, options.tolerance);
     local->gap = std::max(local->gap, size);
   }
+  if (warm != nullptr && method == Method::gjk) warm->direction = local->normal;
   finish(*local, pose_a, accepted, answer);
   if (request == Request::contacts && contacts != nullptr)
     append_manifold(a, b, pose, *local, options.margin, pose_a, *contacts);

@@ -33,6 +33,14 @@ ConvexView view(const Shape& shape) {
   return v;
 }
 
+ConvexView view_box(const Vec3& half) {
+  return {.kind = ShapeKind::box,
+          .param = {half[0], half[1], half[2], 0},
+          .vertices = {},
+          .hull = nullptr,
+          .size = 2 * half.norm()};
+}
+
 ConvexView view_triangle(const std::array<Vec3, 3>& vertices) {
   const Vec3 lo = vertices[0].cwiseMin(vertices[1]).cwiseMin(vertices[2]);
   const Vec3 hi = vertices[0].cwiseMax(vertices[1]).cwiseMax(vertices[2]);

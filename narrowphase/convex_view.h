@@ -17,6 +17,7 @@ struct ConvexView {
 };
 
 ConvexView view(const Shape& shape);                           ///< shape.is_convex()
+ConvexView view_box(const Vec3& half);
 ConvexView view_triangle(const std::array<Vec3, 3>& vertices); ///< must outlive the view
 
 }  // namespace tandem

@@ -9,9 +9,9 @@ namespace {
 
 constexpr int max_corners = 16;  // of a face that is clipped; circles have this many
 constexpr int max_clipped = 3 * max_corners;
-constexpr double aligned = 0.9998;  // cosine: a face within 1.1 degrees of the contact plane carries the patch
-constexpr double thin = 0.005;      // width of a contact patch to its length
-constexpr double flush = 1e-6;      // an edge within this angle of the contact plane lies in it
+constexpr int max_patch = max_clipped + 1;
+constexpr double thin = 0.005;  // width of a contact patch to its length
+constexpr double flush = 1e-6;  // an edge within this angle of the contact plane lies in it
 
 /// A face (3 or more corners, counterclockwise from outside), an edge or a point of a shape, in some frame.
 struct Feature {
@@ -206,60 +206,13 @@ void clip(const Clipped& c, const Vec3& normal, double offset, std::uint32_t lab
   }
 }
 
-struct Point {
-  Vec3 at;  ///< midway between the surfaces
-  double depth;
-  std::uint32_t feature;
-};
-
-/// Up to 4 of the points: the deepest, the farthest from it, then those that widen the patch most to either side.
-int reduce(Point* p, int count, const Vec3& normal) {
-  if (count <= 2) return count;
-  const auto bring = [&](int place, auto&& score) {
-    int best = -1;
-    double most = 0;
-    for (int i = place; i < count; ++i) {
-      const double s = score(p[i]);
-      if (best < 0 || s > most) best = i, most = s;
-    }
-    std::swap(p[place], p[best]);
-    return most;
-  };
-  bring(0, [](const Point& x) { return x.depth; });
-  bring(1, [&](const Point& x) { return (x.at - p[0].at).squaredNorm(); });
-  const Vec3 side = normal.cross(p[1].at - p[0].at);
-  const double width2 = bring(2, [&](const Point& x) { return std::abs(side.dot(x.at - p[0].at)); });
-  // A strip this thin is an edge: more points only say the same again.
-  if (width2 <= thin * (p[1].at - p[0].at).squaredNorm()) return 2;
-  if (count == 3) return 3;
-  // The fourth: outside the triangle of the three by most.
-  const double turn = side.dot(p[2].at - p[0].at) >= 0 ? 1.0 : -1.0;
-  const double gain = bring(3, [&](const Point& x) {
-    double out = 0;
-    for (int k = 0; k < 3; ++k) {
-      const Vec3 &from = p[k].at, &to = p[(k + 1) % 3].at;
-      out = std::max(out, -turn * normal.cross(to - from).dot(x.at - from));
-    }
-    return out;
-  });
-  return gain > 0 ? 4 : 3;
-}
-
-void emit(Point* p, int count, const Pose& pose, const Vec3& normal, std::vector<Contact>& contacts) {
-  std::sort(p, p + count, [](const Point& x, const Point& y) {
-    return x.feature != y.feature ? x.feature < y.feature : x.depth > y.depth;
-  });
-  const Vec3 world_normal = pose.rotation * normal;
-  for (int i = 0; i < count; ++i) contacts.push_back({pose * p[i].at, world_normal, p[i].depth, p[i].feature});
-}
-
 std::uint32_t feature_number(const Feature& reference, bool of_b, std::uint32_t in, std::uint32_t out) {
   return (of_b ? 1u << 31 : 0u) | ((reference.id & 0xfffffu) << 11) | (in << 5 & 0x7e0u) | (out & 0x1fu);
 }
 
 /// Points of `incident` over `reference`, by depth along `normal` (from the reference's shape outward).
 int clip_faces(const Feature& reference, const Feature& incident, const Vec3& outward, bool of_b, double margin,
-               double deepest, Point* points) {
+               double deepest, PatchPoint* points) {
   Clipped buffer[2];
   int last = 0;
   buffer[0].open = incident.count == 2;
@@ -284,7 +237,7 @@ int clip_faces(const Feature& reference, const Feature& incident, const Vec3& ou
 }
 
 /// The stretch where two parallel edges lie side by side.
-int overlap_edges(const Feature& a, const Feature& b, const LocalAnswer& answer, Point* points) {
+int overlap_edges(const Feature& a, const Feature& b, const LocalAnswer& answer, PatchPoint* points) {
   const Vec3 along = a.corner[1] - a.corner[0], other = b.corner[1] - b.corner[0];
   const double length2 = along.squaredNorm();
   if (!(length2 > 0) || along.cross(other).squaredNorm() > flush * flush * length2 * other.squaredNorm()) return 0;
@@ -301,11 +254,67 @@ int overlap_edges(const Feature& a, const Feature& b, const LocalAnswer& answer,
 
 }  // namespace
 
+int span_patch(PatchPoint* p, int count, const Vec3& normal, double size) {
+  std::sort(p, p + count, [](const PatchPoint& x, const PatchPoint& y) {
+    return x.feature != y.feature ? x.feature < y.feature : x.depth > y.depth;
+  });
+  if (count <= 2) return count;
+  // The best of those not taken; a later one must be better by more than the slack.
+  const double slack = alike * size;
+  bool taken[max_patch] = {};
+  double most;
+  const auto choose = [&](auto&& score) {
+    int best = -1;
+    most = 0;
+    for (int i = 0; i < count; ++i) {
+      if (taken[i]) continue;
+      const double s = score(p[i]);
+      if (best < 0 || s > most + slack) best = i, most = s;
+    }
+    taken[best] = true;
+    return best;
+  };
+  const PatchPoint first = p[choose([](const PatchPoint& x) { return x.depth; })];
+  const auto from_first = [&first](const PatchPoint& x) { return (x.at - first.at).norm(); };
+  const int second = choose(from_first);
+  const double length = most;
+  const Vec3 along = p[second].at - first.at, side = normal.cross(along / std::max(length, 1e-300));
+  const int third = choose([&](const PatchPoint& x) { return std::abs(side.dot(x.at - first.at)); });
+  if (most <= thin * length) {
+    // A strip this thin is an edge: its deepest end, and the deepest at the other.
+    taken[second] = taken[third] = false;
+    choose([&](const PatchPoint& x) { return from_first(x) >= 0.9 * length ? size + x.depth : 0; });
+  } else if (count > 4) {
+    // The fourth: outside the triangle of the three by most.
+    const double turn = side.dot(p[third].at - first.at) >= 0 ? 1.0 : -1.0;
+    const Vec3 corner[4] = {first.at, p[second].at, p[third].at, first.at};
+    Vec3 outward[3];
+    for (int k = 0; k < 3; ++k) outward[k] = -turn * normal.cross(corner[k + 1] - corner[k]).normalized();
+    const int fourth = choose([&](const PatchPoint& x) {
+      double out = 0;
+      for (int k = 0; k < 3; ++k) out = std::max(out, outward[k].dot(x.at - corner[k]));
+      return out;
+    });
+    if (!(most > slack)) taken[fourth] = false;
+  } else {
+    return count;
+  }
+  int kept = 0;
+  for (int i = 0; i < count; ++i)
+    if (taken[i]) p[kept++] = p[i];
+  return kept;
+}
+
+void append_points(const PatchPoint* points, int count, const Pose& pose, const Vec3& normal,
+                   std::vector<Contact>& contacts) {
+  for (int i = 0; i < count; ++i) contacts.push_back({pose * points[i].at, normal, points[i].depth, points[i].feature});
+}
+
 void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePose& relative, const LocalAnswer& answer,
                      double margin, const Pose& pose_a, std::vector<Contact>& contacts) {
   if (answer.signed_distance > margin) return;
   const Vec3& n = answer.normal;
-  Point points[max_clipped + 1];
+  PatchPoint points[max_clipped + 1];
   int count = 0;
   const bool point_like = a.kind == ShapeKind::sphere || b.kind == ShapeKind::sphere ||
                           a.kind == ShapeKind::ellipsoid || b.kind == ShapeKind::ellipsoid;
@@ -314,9 +323,9 @@ void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePos
     Feature fa = best_face(a, n), fb = best_face(b, towards_a);
     move(fb, relative);
     const double flat_a = fa.count >= 3 ? fa.normal.dot(n) : 0, flat_b = fb.count >= 3 ? -fb.normal.dot(n) : 0;
-    if (flat_a >= aligned && flat_a + 1e-12 >= flat_b) {
+    if (flat_a >= carries_patch && flat_a + 1e-12 >= flat_b) {
       count = clip_faces(fa, fb, n, false, margin, -answer.signed_distance, points);
-    } else if (flat_b >= aligned) {
+    } else if (flat_b >= carries_patch) {
       count = clip_faces(fb, fa, -n, true, margin, -answer.signed_distance, points);
     } else {
       fa = flush_edge(a, n);
@@ -328,20 +337,41 @@ void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePos
     double deepest = -std::numeric_limits<double>::infinity();
     for (int i = 0; i < count; ++i) deepest = std::max(deepest, points[i].depth);
     if (count > 0 && deepest + 1e-9 * (a.size + b.size) >= -answer.signed_distance) {
-      count = reduce(points, count, n);
-      emit(points, count, pose_a, n, contacts);
+      count = span_patch(points, count, n, a.size + b.size);
+      append_points(points, count, pose_a, pose_a.rotation * n, contacts);
       return;
     }
   }
   points[count++] = {0.5 * (answer.point_a + answer.point_b), -answer.signed_distance, 0xffffffffu};
-  count = reduce(points, count, n);
-  emit(points, count, pose_a, n, contacts);
+  count = span_patch(points, count, n, a.size + b.size);
+  append_points(points, count, pose_a, pose_a.rotation * n, contacts);
+}
+
+bool append_parallel_capsules(const SegmentDistance& axes, double radius_a, double length_a, const Pose& pose_a,
+                              double radius_b, double length_b, const Pose& pose_b, std::vector<Contact>& contacts) {
+  const Vec3 along = pose_a.rotation.col(2), other = pose_b.rotation.col(2);
+  if (along.cross(other).squaredNorm() > flush * flush || std::abs(axes.normal.dot(along)) > flush) return false;
+  // From A's centre along its axis.
+  const double centre = along.dot(pose_b.translation - pose_a.translation), sense = along.dot(other) >= 0 ? 0.5 : -0.5;
+  const double ha = 0.5 * length_a, hb = 0.5 * length_b;
+  const double lo = std::max(-ha, centre - hb), hi = std::min(ha, centre + hb);
+  if (!(hi - lo > flush * (length_a + length_b))) return false;
+  const double depth = radius_a + radius_b - axes.distance;
+  // The gap of the axes at A's centre, and how it changes along them: each end has its own place midway.
+  for (const double end : {lo, hi}) {
+    const Vec3 on_a = end * along;
+    const Vec3 on_b = pose_b.translation - pose_a.translation + (end - centre) * (2 * sense) * other;
+    const double here = radius_a + radius_b - axes.normal.dot(on_b - on_a);
+    const Vec3 at = 0.5 * ((on_a + radius_a * axes.normal) + (on_b - radius_b * axes.normal));
+    contacts.push_back({pose_a.translation + at, axes.normal, std::min(here, depth), end == lo ? 0u : 1u});
+  }
+  return true;
 }
 
 void append_halfspace_manifold(const ConvexView& shape, const Pose& pose, const Vec3& normal, double offset,
                                double margin, std::vector<Contact>& contacts) {
   const Feature f = best_face(shape, -normal);
-  Point points[max_corners + 1];
+  PatchPoint points[max_corners + 1];
   int count = 0;
   double deepest = -std::numeric_limits<double>::infinity();
   for (int i = 0; i < f.count; ++i) {
@@ -355,8 +385,8 @@ void append_halfspace_manifold(const ConvexView& shape, const Pose& pose, const 
   const double depth = offset - normal.dot(lowest);
   if (depth > deepest + 1e-9 * shape.size && depth >= -margin)
     points[count++] = {lowest + 0.5 * depth * normal, depth, 0x80000000u};
-  count = reduce(points, count, normal);
-  emit(points, count, pose, normal, contacts);
+  count = span_patch(points, count, normal, shape.size);
+  append_points(points, count, pose, pose.rotation * normal, contacts);
 }
 
 }  // namespace tandem

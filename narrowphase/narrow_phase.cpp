@@ -7,6 +7,7 @@
 #include "convex_pair.h"
 #include "convex_view.h"
 #include "mesh_pair.h"
+#include "simple_pairs.h"
 #include "solvers.h"
 
 namespace tandem {
@@ -54,7 +55,7 @@ const std::vector<SolverInfo>& NarrowPhase::solvers() {
   // In the order of Method.
   static const std::vector<SolverInfo> rows = {
       {"closed", "closed forms: a sphere or half-space with any simple shape, two capsules"},
-      {"sat", "two boxes by their 15 separating axes (Gottschalk 1996), apart: GJK"},
+      {"sat", "two boxes by their 15 separating axes (Gottschalk 1996), apart by line searches from the best"},
       {"gjk", "GJK on the shapes' cores (1988), expanding polytope for the depth (van den Bergen 2001)"},
       {"fcl", "FCL 0.7, collide and signed distance"},
       {"libccd", "libccd, GJK and EPA; only touching pairs have a distance, the others' is by gjk"},
@@ -71,19 +72,12 @@ std::string NarrowPhase::refuses(const Shape& a, const Shape& b, Request request
 }
 
 PairAnswer NarrowPhase::solve(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
-                              std::vector<Contact>* contacts) const {
-  // Straight to the answer for the pairs that cost less than their preparation.
-  if (a.kind() == ShapeKind::sphere && options_.solver.empty()) {
-    if (b.kind() == ShapeKind::sphere)
-      return solve_spheres(a.radius(), pose_a.translation, b.radius(), pose_b.translation, request, options_, contacts);
-    if (b.kind() == ShapeKind::box && request == Request::collide) {
-      PairAnswer answer;
-      answer.collide = sphere_box_collide(a.radius(), pose_a.translation, b.half_size(), pose_b);
-      return answer;
-    }
-  }
+                              std::vector<Contact>* contacts, WarmStart* warm) const {
+  if (options_.solver.empty())
+    if (const SimpleSolver solver = simple_solver(a.kind(), b.kind()))
+      return solver(a, pose_a, b, pose_b, request, options_.margin, contacts);
   if (a.is_convex() && b.is_convex()) {
-    if (!both_halfspaces(a, b)) return solve_convex(view(a), pose_a, view(b), pose_b, request, options_, contacts);
+    if (!both_halfspaces(a, b)) return solve_convex(view(a), pose_a, view(b), pose_b, request, options_, contacts, warm);
     if (const std::string why = refuses(a, b, request); !why.empty()) throw std::invalid_argument(why);
     PairAnswer answer;
     answer.collide = halfspaces_collide(a, pose_a, b, pose_b);

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <vector>
 
 #include "posed_core.h"
@@ -30,5 +31,10 @@ Interval outside_distance(const Difference& difference, Real tolerance);
 /// Signed distance with the origin inside or on the surface, by an inner polytope that expands (van den Bergen 2001):
 /// its nearest face bounds the depth from below, its support from above. Stops at `tolerance` or `most_vertices`.
 Interval inside_distance(const Difference& difference, Real tolerance, std::size_t most_vertices);
+
+/// Bounds of the signed distance where two round shapes (nearly) share an axis, and every direction across it is
+/// (nearly) as good: their profiles' depth in the plane, give or take how far they are off the axis. The normal is not
+/// set. Only with the origin inside; empty where the shapes have no axis or it is not shared to a thousandth.
+std::optional<Interval> axial_bounds(const Difference& difference, Real tolerance);
 
 }  // namespace tandem::reference

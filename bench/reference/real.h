@@ -42,4 +42,12 @@ inline Vec cross(const Vec& a, const Vec& b) {
 }
 inline Real norm(const Vec& a) { return sqrt(dot(a, a)); }
 
+/// Some unit vector at right angles to v (not zero).
+inline Vec perpendicular(const Vec& v) {
+  Vec least = abs(v.x) < abs(v.y) ? Vec{1, 0, 0} : Vec{0, 1, 0};
+  if (abs(v.z) < abs(dot(least, v))) least = {0, 0, 1};
+  const Vec p = cross(v, least);
+  return p / norm(p);
+}
+
 }  // namespace tandem::reference

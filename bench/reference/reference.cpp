@@ -1,5 +1,6 @@
 #include "reference.h"
 
+#include <limits>
 #include <stdexcept>
 
 #include "minkowski.h"
@@ -7,7 +8,7 @@
 namespace tandem::reference {
 namespace {
 
-constexpr std::size_t most_vertices = 1500;
+constexpr std::size_t most_vertices = 700;
 
 struct Plane {
   Vec normal;  ///< unit, world
@@ -24,10 +25,6 @@ Plane posed_plane(const Shape& shape, const Pose& pose, const Vec3& origin) {
   return {m / length, (Real(shape.offset()) + dot(m, Vec(pose.translation) - Vec(origin))) / length};
 }
 
-Real separation_of(const Difference& d, const Vec& unit) {
-  return -dot(unit, d.support(unit)) - d.a.radius() - d.b.radius();
-}
-
 /// How far the shape lies above the plane.
 Real above(const Plane& plane, const PosedCore& core) {
   return dot(plane.normal, core.support(-plane.normal)) - core.radius() - plane.offset;
@@ -40,10 +37,7 @@ Real newton_step(const Difference& difference, Vec& n, Real& depth) {
     const Vec unit = direction / norm(direction);
     return dot(unit, difference.support(unit));
   };
-  const Vec least = abs(n.x) < abs(n.y) ? (abs(n.x) < abs(n.z) ? Vec{1, 0, 0} : Vec{0, 0, 1})
-                                        : (abs(n.y) < abs(n.z) ? Vec{0, 1, 0} : Vec{0, 0, 1});
-  Vec u = cross(n, least);
-  u = u / norm(u);
+  const Vec u = perpendicular(n);
   const Vec v = cross(n, u);
   const Real h = 1e-9;
   const Real pu = depth_at(n + h * u), mu = depth_at(n - h * u), pv = depth_at(n + h * v), mv = depth_at(n - h * v);
@@ -81,6 +75,11 @@ Interval cores_distance(const Difference& difference, Real tolerance) {
     for (int i = 0; i < 30; ++i)
       if (!(newton_step(difference, inside.normal, depth) > tolerance)) break;
     inside.lower = max(inside.lower, -depth);
+    if (const auto axial = axial_bounds(difference, tolerance)) {
+      inside.upper = min(inside.upper, axial->upper);
+      const Real along = -dot(axial->normal, difference.support(axial->normal));
+      if (along > inside.lower) inside.lower = along, inside.normal = axial->normal;
+    }
   }
   if (outside.lower > inside.lower) inside.lower = outside.lower, inside.normal = outside.normal;
   return inside;
@@ -91,8 +90,14 @@ Interval cores_distance(const Difference& difference, Real tolerance) {
 double separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, const Vec3& direction) {
   Vec unit(direction);
   unit = unit / norm(unit);
+  if (!a.is_bounded() || !b.is_bounded()) {
+    const Truth t = signed_distance(a, pose_a, b, pose_b);
+    return norm(unit - Vec(t.normal)) <= Real(2e-15) ? t.signed_distance : -std::numeric_limits<double>::infinity();
+  }
   const Vec3& origin = pose_a.translation;
-  return static_cast<double>(separation_of({PosedCore(a, pose_a, origin), PosedCore(b, pose_b, origin)}, unit));
+  const PosedCore core_a(a, pose_a, origin), core_b(b, pose_b, origin);
+  const Difference difference{core_a, core_b};
+  return static_cast<double>(-dot(unit, difference.support(unit)) - core_a.radius() - core_b.radius());
 }
 
 Truth signed_distance(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {

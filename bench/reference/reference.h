@@ -17,6 +17,7 @@ struct Truth {
 Truth signed_distance(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b);
 
 /// Separation along a direction from A to B (not zero): the signed distance is at least this, whatever the direction.
+/// From a half-space only its own normal (within 2e-15) separates: minus infinity along any other.
 double separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, const Vec3& direction);
 
 }  // namespace tandem::reference

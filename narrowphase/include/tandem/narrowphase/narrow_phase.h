@@ -45,6 +45,12 @@ struct PairAnswer {
   double error_bound = 0;       ///< metres, on signed_distance; 0 = rounding
 };
 
+/// What the last step learnt about a pair, kept by the caller and given back in the next: solvers that iterate begin
+/// there and need fewer steps. It changes no answer beyond rounding. Zero: nothing is known.
+struct WarmStart {
+  Vec3 direction = Vec3::Zero();  ///< from A to B, in A's frame; any length
+};
+
 struct NarrowPhaseOptions {
   /// Error the user accepts, relative to the bodies' size, [0, 0.1]; 0: to rounding. The cheapest solver of the
   /// table that meets it is taken.
@@ -75,9 +81,10 @@ class NarrowPhase {
   std::string refuses(const Shape& a, const Shape& b, Request request) const;
 
   /// Solves one pair. Poses must be valid. With Request::contacts the manifold is appended to `contacts`, in
-  /// canonical order (by feature). Bounded work, no NaN; swapping A and B swaps the answer.
+  /// canonical order (by feature). Bounded work, no NaN; swapping A and B swaps the answer. `warm` is read and written
+  /// where the pair's solver iterates, and left alone where it does not.
   PairAnswer solve(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
-                   std::vector<Contact>* contacts = nullptr) const;
+                   std::vector<Contact>* contacts = nullptr, WarmStart* warm = nullptr) const;
 
   /// All intersecting pairs of triangles [i of A, j of B], sorted; both shapes a triangle or a mesh (else throws
   /// std::invalid_argument). Closed triangles; exact for the real numbers R v + t.

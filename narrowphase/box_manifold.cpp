@@ -1,0 +1,142 @@
+#include "manifold.h"
+
+namespace tandem {
+namespace {
+
+/// A point of the face plane: its two coordinates in the plane, and its height above the box's centre.
+struct PlanePoint {
+  double u, w, height;
+};
+PlanePoint operator+(const PlanePoint& p, const PlanePoint& q) { return {p.u + q.u, p.w + q.w, p.height + q.height}; }
+PlanePoint operator*(double s, const PlanePoint& p) { return {s * p.u, s * p.w, s * p.height}; }
+
+// The sides of a rectangle's corners, counterclockwise.
+constexpr double side_u[4] = {1, -1, -1, 1}, side_w[4] = {1, 1, -1, -1};
+
+// What meets in a point: the reference body's corner or edge first, then the incident one's. Face, then corner or edge
+// of the face by number; the two bodies are told apart by place, so that a name says the same in the next step.
+enum class Meeting : std::uint32_t { incident_corner = 0, reference_corner = 1, edges = 2 };
+std::uint32_t feature_name(int reference_face, int incident_face, Meeting meeting, int of_reference, int of_incident,
+                           bool reference_is_b) {
+  return (reference_is_b ? 1u << 31 : 0u) | static_cast<std::uint32_t>(meeting) << 16 |
+         static_cast<std::uint32_t>(reference_face) << 12 | static_cast<std::uint32_t>(incident_face) << 8 |
+         static_cast<std::uint32_t>(of_reference) << 4 | static_cast<std::uint32_t>(of_incident);
+}
+
+}  // namespace
+
+void append_box_manifold(const Vec3& a, const Pose& pose_a, const Vec3& b, const Pose& pose_b, const BoxAnswer& answer,
+                         double margin, std::vector<Contact>& contacts) {
+  // The reference box carries the face; the other is seen from it.
+  bool of_b = answer.axis >= 3;
+  int axis = answer.axis % 3;
+  // Of two faces that lie on each other either will do, and which is deepest by more is left to rounding: A's.
+  if (of_b)
+    for (int i = 0; i < 3; ++i)
+      if (std::abs(pose_a.rotation.col(i).dot(pose_b.rotation.col(axis))) > 1 - 1e-12) {
+        of_b = false;
+        axis = i;
+        break;
+      }
+  const int iu = (axis + 1) % 3, iw = (axis + 2) % 3;
+  const Vec3 &reference = of_b ? b : a, &incident = of_b ? a : b;
+  const Pose &pose = of_b ? pose_b : pose_a, &other = of_b ? pose_a : pose_b;
+  const Vec3 world_normal = pose_a.rotation * answer.local.normal;
+  const Vec3 d = other.translation - pose.translation;
+  const auto row = [&](int i, const Vec3& v) { return pose.rotation.col(i).dot(v); };
+  const double side = row(axis, d) >= 0 ? 1.0 : -1.0;
+  const Vec3 outward = side * pose.rotation.col(axis);
+
+  // The incident face looks against the normal most; where two do alike, the first.
+  const double size = reference.sum() + incident.sum();
+  int k = 0;
+  double facing = std::abs(outward.dot(other.rotation.col(0)));
+  for (int j = 1; j < 3; ++j) {
+    const double f = std::abs(outward.dot(other.rotation.col(j)));
+    if (f > facing + alike) facing = f, k = j;
+  }
+  const int k1 = (k + 1) % 3, k2 = (k + 2) % 3;
+  const double towards = outward.dot(other.rotation.col(k)) > 0 ? -1.0 : 1.0;
+  const auto in_plane = [&](const Vec3& v) { return PlanePoint{row(iu, v), row(iw, v), outward.dot(v)}; };
+  const PlanePoint centre = in_plane(d + towards * incident[k] * other.rotation.col(k));
+  const PlanePoint e1 = in_plane(incident[k1] * other.rotation.col(k1));
+  const PlanePoint e2 = in_plane(incident[k2] * other.rotation.col(k2));
+  const double au = reference[iu], aw = reference[iw], top = reference[axis];
+  const double near = alike * size;
+  const int reference_face = 2 * axis + (side > 0 ? 0 : 1), incident_face = 2 * k + (towards > 0 ? 0 : 1);
+
+  PatchPoint points[24];
+  int count = 0;
+  const auto add = [&](const PlanePoint& p, Meeting meeting, int of_reference, int of_incident) {
+    // Moving by the pair's depth separates them everywhere, so nowhere is it more; rounding alone keeps a point of a
+    // face that touches from touching.
+    const double depth = std::min(top - p.height, -answer.local.signed_distance);
+    if (depth < -margin - near) return;
+    const double kept = std::max(depth, -margin);
+    PatchPoint& point = points[count++];
+    point.at[iu] = std::clamp(p.u, -au, au);
+    point.at[iw] = std::clamp(p.w, -aw, aw);
+    point.at[axis] = side * (top - 0.5 * kept);
+    point.depth = kept;
+    point.feature = feature_name(reference_face, incident_face, meeting, of_reference, of_incident, of_b);
+  };
+
+  PlanePoint corner[4];
+  bool inside[4];
+  int inner = 0;
+  for (int i = 0; i < 4; ++i) {
+    corner[i] = centre + (side_u[i] * e1 + side_w[i] * e2);
+    inside[i] = std::abs(corner[i].u) <= au + near && std::abs(corner[i].w) <= aw + near;
+    inner += inside[i] ? 1 : 0;
+  }
+  for (int i = 0; i < 4; ++i)
+    if (inside[i]) add(corner[i], Meeting::incident_corner, 0, i);
+  if (inner < 4) {
+    const double det = e1.u * e2.w - e1.w * e2.u;  // the incident face is no steeper than a cube's on its corner
+    const double near1 = near / incident[k1], near2 = near / incident[k2];
+    int covered = 0;
+    for (int i = 0; i < 4; ++i) {
+      const double u = side_u[i] * au - centre.u, w = side_w[i] * aw - centre.w;
+      const double x = (u * e2.w - w * e2.u) / det, y = (e1.u * w - e1.w * u) / det;
+      if (std::abs(x) > 1 + near1 || std::abs(y) > 1 + near2) continue;
+      ++covered;
+      if (std::abs(x) >= 1 - near1 && std::abs(y) >= 1 - near2) continue;  // the incident corner stands for it
+      PlanePoint p = centre + (x * e1 + y * e2);
+      p.u = side_u[i] * au;
+      p.w = side_w[i] * aw;
+      add(p, Meeting::reference_corner, i, 0);
+    }
+    if (covered < 4) {
+      for (int i = 0; i < 4; ++i) {
+        const PlanePoint &from = corner[i], &to = corner[(i + 1) % 4];
+        const double du = to.u - from.u, dw = to.w - from.w;
+        for (int line = 0; line < 4; ++line) {
+          // Lines 0, 1: u = au, -au; 2, 3: w = aw, -aw.
+          const bool on_u = line < 2;
+          const double at = (line % 2 == 0 ? 1.0 : -1.0) * (on_u ? au : aw);
+          const double start = on_u ? from.u : from.w, across = on_u ? du : dw;
+          const double before = at - start, after = at - start - across;
+          // Crossed well between its ends; nearer, the corner stands for the crossing.
+          if (!(before > near ? after < -near : before < -near && after > near)) continue;
+          const double s = before / across;
+          const double along = on_u ? from.w + s * dw : from.u + s * du;
+          if (std::abs(along) > (on_u ? aw : au) - near) continue;
+          PlanePoint p{on_u ? at : along, on_u ? along : at, from.height + s * (to.height - from.height)};
+          add(p, Meeting::edges, line, i);
+        }
+      }
+    }
+  }
+  if (count == 0) {
+    const Vec3 middle = 0.5 * (answer.local.point_a + answer.local.point_b);
+    contacts.push_back({pose_a * middle, world_normal, -answer.local.signed_distance,
+                        feature_name(reference_face, incident_face, Meeting::edges, 15, 15, of_b)});
+    return;
+  }
+  Vec3 normal = Vec3::Zero();
+  normal[axis] = side;
+  count = span_patch(points, count, normal, size);
+  append_points(points, count, pose, world_normal, contacts);
+}
+
+}  // namespace tandem

@@ -1,0 +1,234 @@
+#include "simple_pairs.h"
+
+#include "closed_forms.h"
+#include "manifold.h"
+#include "solvers.h"
+
+namespace tandem {
+namespace {
+
+void append_single(const PairAnswer& answer, double margin, std::vector<Contact>* contacts) {
+  if (contacts != nullptr && answer.signed_distance <= margin)
+    contacts->push_back({0.5 * (answer.point_a + answer.point_b), answer.normal, -answer.signed_distance, 0});
+}
+
+/// length - reach <= 0 from the squared length: a root only where rounding could decide.
+bool within(double length2, double reach) {
+  const double reach2 = reach * reach;
+  constexpr double close = 1e-15;
+  if (length2 < reach2 * (1 - close)) return true;
+  if (length2 > reach2 * (1 + close)) return false;
+  return std::sqrt(length2) - reach <= 0;
+}
+
+void place(const LocalAnswer& local, const Pose& pose_a, PairAnswer& answer) {
+  answer.signed_distance = local.signed_distance;
+  answer.collide = local.signed_distance <= 0;
+  answer.normal = pose_a.rotation * local.normal;
+  answer.point_a = pose_a * local.point_a;
+  answer.point_b = pose_a * local.point_b;
+}
+
+/// Compares parameter by parameter: the first difference.
+template <std::size_t n>
+double difference(const double (&a)[n], const double (&b)[n]) {
+  for (std::size_t i = 0; i < n; ++i)
+    if (a[i] != b[i]) return a[i] - b[i];
+  return 0;
+}
+
+SegmentDistance axes_distance(const Pose& pose_a, double length_a, const Pose& pose_b, double length_b) {
+  // About A's centre, in world directions: far from the origin nothing is lost.
+  return segment_distance(Vec3::Zero(), 0.5 * length_a * pose_a.rotation.col(2),
+                          pose_b.translation - pose_a.translation, 0.5 * length_b * pose_b.rotation.col(2));
+}
+
+/// Two edges touch across each other, and no face of either lies near their plane.
+bool edges_meet_alone(const Pose& pose_a, const Pose& pose_b, const BoxAnswer& answer) {
+  const int i = (answer.axis - 6) / 3, j = (answer.axis - 6) % 3;
+  const Vec3 along_a = pose_a.rotation.col(i), along_b = pose_b.rotation.col(j);
+  if (std::abs(along_a.dot(along_b)) > 0.999) return false;
+  const Vec3 n = pose_a.rotation * answer.local.normal;
+  double facing = 0;
+  for (int k = 0; k < 3; ++k)
+    facing = std::max({facing, std::abs(n.dot(pose_a.rotation.col(k))), std::abs(n.dot(pose_b.rotation.col(k)))});
+  return facing < carries_patch;
+}
+
+}  // namespace
+
+bool reversed(double parameters, const Pose& pose_a, const Pose& pose_b) {
+  if (parameters != 0) return parameters > 0;
+  // A direction in no way special, so that bodies side by side or stacked are far from a tie.
+  const Vec3 d = pose_b.translation - pose_a.translation;
+  const double along = 0.5377 * d[0] + 0.3412 * d[1] + 0.7711 * d[2];
+  if (along != 0) return along < 0;
+  for (int i = 0; i < 3; ++i)
+    if (d[i] != 0) return d[i] < 0;
+  for (int i = 0; i < 9; ++i) {
+    const double turn = pose_b.rotation.data()[i] - pose_a.rotation.data()[i];
+    if (turn != 0) return turn < 0;
+  }
+  return false;
+}
+
+PairAnswer solve_spheres(double radius_a, const Vec3& a, double radius_b, const Vec3& b, Request request, double margin,
+                         std::vector<Contact>* contacts) {
+  const Vec3 d = b - a;
+  const double length2 = d.squaredNorm(), reach = radius_a + radius_b;
+  PairAnswer r;
+  if (request == Request::collide) {
+    r.collide = within(length2, reach);
+    return r;
+  }
+  const double length = std::sqrt(length2);
+  r.normal = length > 0 ? Vec3(d / length) : Vec3(radius_a > radius_b ? -1.0 : 1.0, 0, 0);
+  r.signed_distance = length - reach;
+  r.collide = r.signed_distance <= 0;
+  r.point_a = a + radius_a * r.normal;
+  r.point_b = b - radius_b * r.normal;
+  if (request == Request::contacts) append_single(r, margin, contacts);
+  return r;
+}
+
+PairAnswer solve_sphere_box(double radius, const Vec3& centre, const Vec3& half, const Pose& pose, Request request,
+                            double margin, std::vector<Contact>* contacts) {
+  const Vec3 d = centre - pose.translation;
+  Vec3 p, out;
+  for (int i = 0; i < 3; ++i) {
+    p[i] = pose.rotation.col(i).dot(d);
+    out[i] = p[i] - std::clamp(p[i], -half[i], half[i]);
+  }
+  const double length2 = out.squaredNorm();
+  PairAnswer r;
+  if (request == Request::collide) {
+    r.collide = within(length2, radius);
+    return r;
+  }
+  double distance;  // of the centre
+  Vec3 nearest;     // of the box, from its centre in world directions
+  if (length2 > 0) {
+    distance = std::sqrt(length2);
+    const Vec3 way = pose.rotation * out;
+    r.normal = way / -distance;
+    nearest = d - way;
+  } else {
+    int axis = 0;
+    for (int i = 1; i < 3; ++i)
+      if (half[i] - std::abs(p[i]) < half[axis] - std::abs(p[axis])) axis = i;
+    distance = std::abs(p[axis]) - half[axis];
+    r.normal = std::copysign(1.0, -p[axis]) * pose.rotation.col(axis);
+    nearest = d + distance * r.normal;
+  }
+  r.signed_distance = distance - radius;
+  r.collide = r.signed_distance <= 0;
+  r.point_a = centre + radius * r.normal;
+  r.point_b = pose.translation + nearest;
+  if (request == Request::contacts) append_single(r, margin, contacts);
+  return r;
+}
+
+PairAnswer solve_capsules(double radius_a, double length_a, const Pose& pose_a, double radius_b, double length_b,
+                          const Pose& pose_b, Request request, double margin, std::vector<Contact>* contacts) {
+  const double parameters = difference({radius_a, length_a}, {radius_b, length_b});
+  if (reversed(parameters, pose_a, pose_b)) {
+    const std::size_t first = contacts != nullptr ? contacts->size() : 0;
+    PairAnswer r = solve_capsules(radius_b, length_b, pose_b, radius_a, length_a, pose_a, request, margin, contacts);
+    swap_answer(r, contacts, first);
+    return r;
+  }
+  const SegmentDistance s = axes_distance(pose_a, length_a, pose_b, length_b);
+  PairAnswer r;
+  r.signed_distance = s.distance - radius_a - radius_b;
+  r.collide = r.signed_distance <= 0;
+  if (request == Request::collide) {
+    r.signed_distance = 0;
+    return r;
+  }
+  r.normal = s.normal;
+  r.point_a = pose_a.translation + (s.point_a + radius_a * s.normal);
+  r.point_b = pose_a.translation + (s.point_b - radius_b * s.normal);
+  if (request != Request::contacts || contacts == nullptr || r.signed_distance > margin) return r;
+  if (!append_parallel_capsules(s, radius_a, length_a, pose_a, radius_b, length_b, pose_b, *contacts))
+    append_single(r, margin, contacts);
+  return r;
+}
+
+PairAnswer solve_boxes(const Vec3& half_a, const Pose& pose_a, const Vec3& half_b, const Pose& pose_b, Request request,
+                       double margin, std::vector<Contact>* contacts) {
+  const double parameters = difference({half_a[0], half_a[1], half_a[2]}, {half_b[0], half_b[1], half_b[2]});
+  if (reversed(parameters, pose_a, pose_b)) {
+    const std::size_t first = contacts != nullptr ? contacts->size() : 0;
+    PairAnswer r = solve_boxes(half_b, pose_b, half_a, pose_a, request, margin, contacts);
+    swap_answer(r, contacts, first);
+    return r;
+  }
+  PairAnswer r;
+  if (request == Request::collide) {
+    r.collide = box_box_collide(half_a, pose_a, half_b, pose_b);
+    return r;
+  }
+  const BoxAnswer answer = box_box_distance(half_a, pose_a, half_b, pose_b);
+  place(answer.local, pose_a, r);
+  if (request != Request::contacts || contacts == nullptr || r.signed_distance > margin) return r;
+  if (answer.axis >= 0 && answer.axis < 6) {
+    append_box_manifold(half_a, pose_a, half_b, pose_b, answer, margin, *contacts);
+  } else if (answer.axis >= 6 && edges_meet_alone(pose_a, pose_b, answer)) {
+    append_single(r, margin, contacts);
+  } else {
+    const ConvexView a = view_box(half_a), b = view_box(half_b);
+    append_manifold(a, b, relative(pose_a, pose_b), answer.local, margin, pose_a, *contacts);
+  }
+  return r;
+}
+
+namespace {
+
+PairAnswer spheres(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
+                   double margin, std::vector<Contact>* contacts) {
+  return solve_spheres(a.radius(), pose_a.translation, b.radius(), pose_b.translation, request, margin, contacts);
+}
+PairAnswer sphere_box(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
+                      double margin, std::vector<Contact>* contacts) {
+  return solve_sphere_box(a.radius(), pose_a.translation, b.half_size(), pose_b, request, margin, contacts);
+}
+PairAnswer capsules(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
+                    double margin, std::vector<Contact>* contacts) {
+  return solve_capsules(a.radius(), a.length(), pose_a, b.radius(), b.length(), pose_b, request, margin, contacts);
+}
+PairAnswer boxes(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request, double margin,
+                 std::vector<Contact>* contacts) {
+  return solve_boxes(a.half_size(), pose_a, b.half_size(), pose_b, request, margin, contacts);
+}
+
+template <SimpleSolver solver>
+PairAnswer exchanged(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
+                     double margin, std::vector<Contact>* contacts) {
+  const std::size_t first = contacts != nullptr ? contacts->size() : 0;
+  PairAnswer r = solver(b, pose_b, a, pose_a, request, margin, contacts);
+  if (request != Request::collide) swap_answer(r, contacts, first);
+  return r;
+}
+
+using Table = std::array<std::array<SimpleSolver, shape_kinds>, shape_kinds>;
+
+constexpr Table table = [] {
+  Table t{};
+  const auto at = [&t](ShapeKind a, ShapeKind b) -> SimpleSolver& {
+    return t[static_cast<std::size_t>(a)][static_cast<std::size_t>(b)];
+  };
+  at(ShapeKind::sphere, ShapeKind::sphere) = spheres;
+  at(ShapeKind::sphere, ShapeKind::box) = sphere_box;
+  at(ShapeKind::box, ShapeKind::sphere) = exchanged<sphere_box>;
+  at(ShapeKind::capsule, ShapeKind::capsule) = capsules;
+  at(ShapeKind::box, ShapeKind::box) = boxes;
+  return t;
+}();
+
+}  // namespace
+
+SimpleSolver simple_solver(ShapeKind a, ShapeKind b) {
+  return table[static_cast<std::size_t>(a)][static_cast<std::size_t>(b)];
+}
+
+}  // namespace tandem

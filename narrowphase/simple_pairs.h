@@ -1,0 +1,29 @@
+#pragma once
+#include <vector>
+
+#include "tandem/narrowphase/narrow_phase.h"
+
+namespace tandem {
+
+/// Pairs that cost less than preparing them for a general solver: straight from the shapes to the answer, and only
+/// what is asked for. Null where a pair of kinds has none. Both bounded and convex.
+using SimpleSolver = PairAnswer (*)(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
+                                    Request request, double margin, std::vector<Contact>* contacts);
+SimpleSolver simple_solver(ShapeKind a, ShapeKind b);
+
+/// The same by parameters.
+PairAnswer solve_spheres(double radius_a, const Vec3& a, double radius_b, const Vec3& b, Request request, double margin,
+                         std::vector<Contact>* contacts);
+PairAnswer solve_sphere_box(double radius, const Vec3& centre, const Vec3& half, const Pose& pose, Request request,
+                            double margin, std::vector<Contact>* contacts);
+PairAnswer solve_capsules(double radius_a, double length_a, const Pose& pose_a, double radius_b, double length_b,
+                          const Pose& pose_b, Request request, double margin, std::vector<Contact>* contacts);
+PairAnswer solve_boxes(const Vec3& half_a, const Pose& pose_a, const Vec3& half_b, const Pose& pose_b, Request request,
+                       double margin, std::vector<Contact>* contacts);
+
+/// Does B come before A? Two bodies of one kind are solved in an order that their content decides, so that the answer
+/// is the same, bit for bit, whichever is named first. `parameters` compares the shapes: < 0 if A's come first, 0 if
+/// they are alike; then the poses decide.
+bool reversed(double parameters, const Pose& pose_a, const Pose& pose_b);
+
+}  // namespace tandem
