@@ -10,10 +10,12 @@ namespace tandem::bench {
 /// What a bench is asked for; 0 or empty: the bench's own choice.
 struct Settings {
   std::vector<std::string> scenes;  ///< built-in names
+  std::vector<std::string> kinds;   ///< of pairs
   std::vector<int> threads;
   int steps = 0;
   int repeat = 0;
   std::size_t bodies = 0;
+  std::size_t poses = 0;
   bool quick = false;
 };
 
@@ -25,5 +27,7 @@ using Bench = std::vector<Row> (*)(const Settings&);
 std::vector<Row> scenes_bench(const Settings& settings);
 /// The paper's Figures 5 and 7.
 std::vector<Row> figures_bench(const Settings& settings);
+/// Speed against error of the narrow phase and of other libraries, by kind of pair and how the two lie to each other.
+std::vector<Row> narrowphase_bench(const Settings& settings);
 
 }  // namespace tandem::bench

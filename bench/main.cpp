@@ -19,7 +19,7 @@ namespace {
 
 // As typed; empty: not given.
 struct Options {
-  std::string json, scenes, threads, steps, repeat, bodies;
+  std::string json, scenes, threads, steps, repeat, bodies, kinds, poses;
   bool quick = false;
 };
 
@@ -45,6 +45,8 @@ Settings read(const Options& options) {
   if (!options.steps.empty()) settings.steps = static_cast<int>(whole_option("--steps", options.steps, 1, 1'000'000));
   if (!options.repeat.empty()) settings.repeat = static_cast<int>(whole_option("--repeat", options.repeat, 1, 10'000));
   if (!options.bodies.empty()) settings.bodies = whole_option("--bodies", options.bodies, 1, 1'000'000);
+  settings.kinds = split_list(options.kinds);
+  if (!options.poses.empty()) settings.poses = whole_option("--poses", options.poses, 1, 100'000);
   settings.quick = options.quick;
   return settings;
 }
@@ -65,17 +67,35 @@ void run(Bench bench, const Options& options) {
   }
 }
 
-void add(CLI::App& program, const char* name, const char* text, Bench bench) {
-  CLI::App* command = program.add_subcommand(name, text);
+struct Command {
+  CLI::App* app;
+  std::shared_ptr<Options> options;
+};
+
+Command add(CLI::App& program, const char* name, const char* text, Bench bench) {
+  CLI::App* app = program.add_subcommand(name, text);
   const auto o = std::make_shared<Options>();
-  command->add_option("--json", o->json, "write rows to this FILE");
-  command->add_option("--scene", o->scenes, "built-in scenes, a comma between them");
-  command->add_option("--threads", o->threads, "numbers of threads, a comma between them; default: the cores");
-  command->add_option("--steps", o->steps, "simulation steps");
-  command->add_option("--repeat", o->repeat, "rounds a step");
-  command->add_option("--bodies", o->bodies, "bodies of each scene; default: the paper's number");
-  command->add_flag("--quick", o->quick, "fewer steps");
-  command->callback([bench, o] { run(bench, *o); });
+  app->add_option("--json", o->json, "write rows to this FILE");
+  app->add_flag("--quick", o->quick, "a short look");
+  app->callback([bench, o] { run(bench, *o); });
+  return {app, o};
+}
+
+void add_simulation(CLI::App& program, const char* name, const char* text, Bench bench) {
+  const auto [app, o] = add(program, name, text, bench);
+  app->add_option("--scene", o->scenes, "built-in scenes, a comma between them");
+  app->add_option("--threads", o->threads, "numbers of threads, a comma between them; default: the cores");
+  app->add_option("--steps", o->steps, "simulation steps");
+  app->add_option("--repeat", o->repeat, "rounds a step");
+  app->add_option("--bodies", o->bodies, "bodies of each scene; default: the paper's number");
+}
+
+void add_narrowphase(CLI::App& program) {
+  const auto [app, o] =
+      add(program, "narrowphase", "speed against error, beside FCL, libccd and Bullet", narrowphase_bench);
+  app->add_option("--kind", o->kinds, "kinds of pairs, as box-box, a comma between them; default: all");
+  app->add_option("--poses", o->poses, "queries of each kind and class; default: 400");
+  app->add_option("--repeat", o->repeat, "samples of each contestant's time; default: 15");
 }
 
 int complain(std::string what, int status) {
@@ -90,15 +110,16 @@ int run_program(int count, char** arguments) {
                    "tandem-bench");
   program.set_version_flag("--version", "tandem-bench " TANDEM_VERSION);
   program.require_subcommand(1);
-  add(program, "scenes", "the paper's four scenes by executor", scenes_bench);
-  add(program, "figures", "the paper's Figures 5 and 7", figures_bench);
+  add_simulation(program, "scenes", "the paper's four scenes by executor", scenes_bench);
+  add_simulation(program, "figures", "the paper's Figures 5 and 7", figures_bench);
+  add_narrowphase(program);
   program.footer("WHAT --help tells its options.\nExit status: 0 done, 1 the work failed, 2 the request was wrong.");
   try {
     const std::string first = count > 1 ? arguments[1] : "";
     const auto commands = program.get_subcommands([](const CLI::App*) { return true; });
     if ((first.empty() || first[0] != '-') &&
         std::none_of(commands.begin(), commands.end(), [&](const auto* c) { return c->get_name() == first; }))
-      refuse_option("WHAT", first, "scenes, figures, --help");
+      refuse_option("WHAT", first, "scenes, figures, narrowphase, --help");
     program.parse(count, arguments);
   } catch (const CLI::Success& asked) {
     program.exit(asked);

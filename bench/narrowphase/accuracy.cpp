@@ -1,0 +1,92 @@
+#include "accuracy.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <tuple>
+
+#include "shape_json.h"
+
+namespace tandem::bench {
+namespace {
+
+struct Verdict {
+  bool failed = false, wrong = false, wrong_normal = false;
+  double error = 0;
+  /// Failures first, then wrong verdicts, then by error.
+  bool worse_than(const Verdict& other) const {
+    return std::tuple(failed, wrong, error) > std::tuple(other.failed, other.wrong, other.error);
+  }
+};
+
+Verdict judge(const Found& found, const reference::Truth& truth, double size, Request request) {
+  Verdict v;
+  v.failed = found.failed || (found.measured && !std::isfinite(found.signed_distance)) || !found.normal.allFinite();
+  if (v.failed) return v;
+  const double gap = std::abs(truth.signed_distance);
+  if (found.collide != (truth.signed_distance <= 0) && gap > 1e-15 * size + truth.error) {
+    v.wrong = true;
+    v.error = gap / size;
+    return v;
+  }
+  // What misses has no contacts, and some libraries measure only what touches.
+  if (request == Request::collide || !found.measured) return v;
+  v.error = std::max(0.0, std::abs(found.signed_distance - truth.signed_distance) - truth.error) / size;
+  v.wrong_normal = truth.normal_unique && !found.normal.isZero() && (found.normal - truth.normal).norm() > 1e-3;
+  return v;
+}
+
+}  // namespace
+
+Accuracy judge(const Workload& work, Request request, std::span<const Found> found) {
+  Accuracy out;
+  out.hash = 0xcbf29ce484222325u;  // FNV-1a
+  std::vector<double> errors;
+  Verdict worst;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const Found& f = found[i];
+    const Verdict v = judge(f, work.truths[i], size(work.pairs[i]), request);
+    for (const std::uint64_t word : {std::uint64_t{f.failed} << 1 | std::uint64_t{f.collide},
+                                     std::bit_cast<std::uint64_t>(f.measured ? f.signed_distance : 0)})
+      out.hash = (out.hash ^ word) * 0x100000001b3u;
+    out.failed += v.failed;
+    out.wrong += v.wrong;
+    out.normals += v.wrong_normal;
+    out.unmeasured += request == Request::distance && !v.failed && !f.measured;
+    if (v.worse_than(worst)) worst = v, out.worst = i;
+    const bool judged = request == Request::collide || f.measured || v.wrong;
+    if (!v.failed && judged) errors.push_back(v.error);
+  }
+  std::sort(errors.begin(), errors.end());
+  if (!errors.empty()) {
+    const auto at = [&](double q) {
+      return errors[static_cast<std::size_t>(std::ceil(q * static_cast<double>(errors.size() - 1)))];
+    };
+    out.error_p50 = at(0.5), out.error_p99 = at(0.99), out.error_max = errors.back();
+  }
+  return out;
+}
+
+nlohmann::json query_record(const Workload& work, Request request, std::size_t i) {
+  const reference::PosedPair& pair = work.pairs[i];
+  JsonWriter out;
+  out.begin_object().member("id", fmt::format("{}/{}/{}", work.kind, work.pair_class, i));
+  write_shape(out.key("shapeA"), pair.a);
+  write_pose(out.key("poseA"), pair.pose_a);
+  write_shape(out.key("shapeB"), pair.b);
+  write_pose(out.key("poseB"), pair.pose_b);
+  out.key("ask").begin_array().value(name(request)).end_array();
+  out.key("expect").begin_object();
+  out.member("signed_distance", work.truths[i].signed_distance).member("error", work.truths[i].error);
+  out.end_object().end_object();
+  return nlohmann::json::parse(out.text());
+}
+
+nlohmann::json to_json(const Accuracy& a) {
+  return {{"error_p50", a.error_p50}, {"error_p99", a.error_p99},   {"error_max", a.error_max},   {"wrong", a.wrong},
+          {"failed", a.failed},       {"wrong_normals", a.normals}, {"unmeasured", a.unmeasured}, {"right", a.right()}};
+}
+
+}  // namespace tandem::bench

@@ -1,0 +1,21 @@
+#pragma once
+#include <fcl/geometry/collision_geometry.h>
+
+#include <memory>
+
+#include "tandem/narrowphase/shape.h"
+
+namespace tandem::bench {
+
+/// FCL's shape for ours, meshes as BVHModel<OBBRSS>. A triangle is a flat fcl::Convex: FCL's own triangle has no
+/// queries.
+std::shared_ptr<fcl::CollisionGeometryd> fcl_shape(const Shape& shape);
+
+inline fcl::Transform3d fcl_pose(const Pose& pose) {
+  fcl::Transform3d t = fcl::Transform3d::Identity();
+  t.linear() = pose.rotation;
+  t.translation() = pose.translation;
+  return t;
+}
+
+}  // namespace tandem::bench

@@ -1,0 +1,85 @@
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "pair_classes.h"
+#include "tandem/narrowphase/narrow_phase.h"
+
+namespace tandem::bench {
+
+/// What a solver says of one pair, in any contestant's words.
+struct Found {
+  bool failed = false;         ///< an exception, an error code, a refusal
+  bool collide = false;        ///< Request::contacts: there is a contact
+  bool measured = false;       ///< signed_distance is set
+  double signed_distance = 0;  ///< Request::contacts: minus the depth of the deepest
+  Vec3 normal = Vec3::Zero();  ///< unit, from A to B; zero: none given
+};
+
+/// What all contestants are asked. The pairs outlive them.
+struct Question {
+  std::span<const reference::PosedPair> pairs;
+  Request request = Request::collide;
+  std::size_t tracks = 0;  ///< > 0: pair i + tracks is pair i a moment later
+};
+
+/// A library set up for a question as a careful user would: its shapes built, nothing allocated per query that the
+/// library does not allocate itself.
+class PairSolver {
+ public:
+  virtual ~PairSolver() = default;
+  /// Answers every pair of the question, in order. This is what is timed.
+  virtual void answer(std::span<Found> out) = 0;
+  virtual void answer_one(std::size_t pair) = 0;
+  /// Pairs with a nonzero mark are failures from now on and not asked for again. Empty: none.
+  void leave_out(std::vector<char> pairs) { left_out_ = std::move(pairs); }
+
+ protected:
+  bool left_out(std::size_t pair) const { return !left_out_.empty() && left_out_[pair] != 0; }
+
+ private:
+  std::vector<char> left_out_;
+};
+
+struct Entrant {
+  std::string name;
+  /// Null where the library has no answer to the question.
+  std::function<std::unique_ptr<PairSolver>(const Question&)> enter;
+};
+
+std::vector<Entrant> tandem_entrants();
+std::vector<Entrant> fcl_entrants();
+std::vector<Entrant> ccd_entrants();
+std::vector<Entrant> bullet_entrants();
+
+/// A solver from a function of the pair's number; it may throw.
+template <typename One>
+std::unique_ptr<PairSolver> each_pair(One one) {
+  class EachPair final : public PairSolver {
+   public:
+    explicit EachPair(One&& one) : one_(std::move(one)) {}
+    void answer(std::span<Found> out) override {
+      for (std::size_t i = 0; i < out.size(); ++i) out[i] = left_out(i) ? Found{.failed = true} : guarded(i);
+    }
+    void answer_one(std::size_t pair) override { guarded(pair); }
+
+   private:
+    Found guarded(std::size_t i) {
+      try {
+        return one_(i);
+      } catch (const std::exception&) {
+        return {.failed = true};
+      }
+    }
+
+    One one_;
+  };
+  return std::make_unique<EachPair>(std::move(one));
+}
+
+}  // namespace tandem::bench

@@ -1,0 +1,44 @@
+#include "race.h"
+
+#include <algorithm>
+#include <chrono>
+
+namespace tandem::bench {
+namespace {
+
+double run(const std::function<void()>& pass, int times) {
+  const auto start = std::chrono::steady_clock::now();
+  for (int i = 0; i < times; ++i) pass();
+  return std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count();
+}
+
+}  // namespace
+
+std::vector<Samples> race(const std::vector<Runner>& runners, int rounds) {
+  constexpr double sample_ns = 1e5, budget_ns = 2e8;
+  struct Plan {
+    int passes, rounds;
+  };
+  std::vector<Plan> plans;
+  for (const Runner& runner : runners) {
+    double once = run(runner.pass, 1);
+    if (once < sample_ns) once = std::max(run(runner.pass, 1), 1.0);  // the first filled the caches
+    const int passes = std::max(1, static_cast<int>(sample_ns / once));
+    const auto affordable = static_cast<int>(std::min(budget_ns / (once * (passes + 1)), 1e6));
+    plans.push_back({passes, runner.queries == 0 ? 0 : std::clamp(affordable, 1, rounds)});
+  }
+  std::vector<Samples> out(runners.size());
+  for (int round = 0; round < rounds; ++round)
+    for (std::size_t turn = 0; turn < runners.size(); ++turn) {
+      const std::size_t who = (turn + static_cast<std::size_t>(round)) % runners.size();
+      const auto& [passes, most] = plans[who];
+      if (round >= most) continue;
+      const auto& [pass, queries] = runners[who];
+      // A long pass fills the caches by itself.
+      if (passes > 1) pass();
+      out[who].add(run(pass, passes) / (static_cast<double>(passes) * static_cast<double>(queries)));
+    }
+  return out;
+}
+
+}  // namespace tandem::bench

@@ -1,0 +1,19 @@
+#pragma once
+#include <functional>
+#include <vector>
+
+#include "results.h"
+
+namespace tandem::bench {
+
+struct Runner {
+  std::function<void()> pass;
+  std::size_t queries;  ///< answered by a pass
+};
+
+/// Times passes over one array of queries, the runners in turn in this thread, the order rotating: ns a query.
+/// A sample is as many passes as fill 100 us, after one that is not measured; slow runners get fewer rounds. No samples
+/// for one that answers nothing.
+std::vector<Samples> race(const std::vector<Runner>& runners, int rounds);
+
+}  // namespace tandem::bench

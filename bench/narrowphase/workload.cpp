@@ -1,0 +1,48 @@
+#include "workload.h"
+
+#include <oneapi/tbb/parallel_for.h>
+
+#include <algorithm>
+#include <optional>
+
+namespace tandem::bench {
+namespace {
+
+template <typename Make>
+void fill(Workload& work, std::size_t n, const Make& make) {
+  std::vector<std::optional<reference::PosedPair>> pairs(n);
+  work.truths.resize(n);
+  tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) {
+    const reference::PosedPair& p = pairs[i].emplace(make(i));
+    work.truths[i] = reference::signed_distance(p.a, p.pose_a, p.b, p.pose_b);
+  });
+  for (auto& pair : pairs) work.pairs.push_back(std::move(*pair));
+}
+
+}  // namespace
+
+Workload make_workload(reference::PairKind kind, reference::PairClass pair_class, std::size_t n) {
+  Workload work{std::string(name(kind)), std::string(name(pair_class)), {}, {}, 0};
+  fill(work, n, [&](std::size_t i) { return reference::make_pair(kind, pair_class, i); });
+  return work;
+}
+
+Workload make_motion(reference::PairKind kind, std::size_t n) {
+  constexpr std::size_t steps = 20;
+  Workload work{std::string(name(kind)), "motion", {}, {}, std::max<std::size_t>(1, n / steps)};
+  fill(work, work.tracks * steps, [&](std::size_t i) {
+    reference::PosedPair pair = reference::make_pair(kind, reference::PairClass::separated, i % work.tracks);
+    const auto step = static_cast<double>(i / work.tracks);
+    // Towards A, but not straight at its middle.
+    const Vec3 way = pair.pose_a.translation - pair.pose_b.translation;
+    const Vec3 axis = pair.pose_b.rotation.col(2).cross(Vec3(0.3, 0.5, 0.8)) + Vec3(0.1, 0.2, 0.3);
+    const double size = pair.b.is_bounded() ? pair.b.size() : pair.a.size();
+    if (way.norm() > 0) pair.pose_b.translation += 0.02 * size * step / way.norm() * way;
+    const Vec3 turn = 0.01 * step / axis.norm() * axis;
+    pair.pose_b.rotation = Quat(1, turn.x(), turn.y(), turn.z()).normalized().toRotationMatrix() * pair.pose_b.rotation;
+    return pair;
+  });
+  return work;
+}
+
+}  // namespace tandem::bench

@@ -1,0 +1,25 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "pair_classes.h"
+#include "reference.h"
+
+namespace tandem::bench {
+
+/// Pairs of one kind that lie to each other in one way, and what is true of them.
+struct Workload {
+  std::string kind, pair_class;
+  std::vector<reference::PosedPair> pairs;
+  std::vector<reference::Truth> truths;
+  std::size_t tracks = 0;  ///< > 0: pair i + tracks is pair i a moment later
+};
+
+/// The first `n` pairs of a class. Uses every thread of the arena; the same bits on any number.
+Workload make_workload(reference::PairKind kind, reference::PairClass pair_class, std::size_t n);
+
+/// About n pairs: tracks of 20 steps on which B drifts and turns by 2 % of its size and 0.02 rad a step, from a gap of
+/// about a tenth of its size through A.
+Workload make_motion(reference::PairKind kind, std::size_t n);
+
+}  // namespace tandem::bench

@@ -1,0 +1,219 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "benches.h"
+#include "narrowphase/player.h"
+#include "narrowphase/race.h"
+#include "option_text.h"
+#include "progress.h"
+
+namespace tandem::bench {
+namespace {
+
+using reference::PairClass;
+using reference::PairKind;
+
+constexpr Request requests[] = {Request::collide, Request::distance, Request::contacts};
+
+std::vector<std::string> known_kinds() {
+  std::vector<std::string> out;
+  for (std::size_t k = 0; k < reference::pair_kinds; ++k) out.emplace_back(name(static_cast<PairKind>(k)));
+  out.emplace_back(torus_kind);
+  return out;
+}
+
+std::vector<std::string> chosen_kinds(const Settings& settings) {
+  const std::vector<std::string> known = known_kinds();
+  for (const std::string& kind : settings.kinds)
+    if (std::find(known.begin(), known.end(), kind) == known.end())
+      refuse_option("--kind", kind, fmt::format("{}", fmt::join(known, ", ")));
+  return settings.kinds.empty() ? known : settings.kinds;
+}
+
+/// What one contestant did in a game.
+struct Measured {
+  Row row;
+  Accuracy accuracy;
+  std::string pair_class, request;
+};
+
+std::vector<Measured> play(Game game, int rounds) {
+  std::vector<Runner> runners;
+  for (const Player& player : game.players) runners.push_back({player.pass, player.queries});
+  const std::vector<Samples> times = race(runners, rounds);
+  std::vector<Measured> out;
+  for (std::size_t i = 0; i < game.players.size(); ++i) {
+    const Accuracy accuracy = game.players[i].judge();
+    Row row{"narrowphase",        fmt::format("{}/{}/{}", game.kind, game.pair_class, game.request),
+            game.players[i].name, 1,
+            game.queries,         times[i],
+            accuracy.hash,        to_json(accuracy)};
+    row.more["kind"] = game.kind;
+    row.more["class"] = game.pair_class;
+    row.more["request"] = game.request;
+    // A hull of hundreds of points is named only: with its kind, class and number it is made anew.
+    constexpr std::size_t longest = 6000;
+    if (game.record && !accuracy.right()) {
+      nlohmann::json worst = game.record(accuracy.worst);
+      if (worst.dump().size() > longest) worst = {{"id", worst["id"]}};
+      row.more["worst"] = std::move(worst);
+    }
+    out.push_back({std::move(row), accuracy, game.pair_class, game.request});
+  }
+  return out;
+}
+
+std::string time_text(double ns) {
+  if (ns >= 1e5) return fmt::format("{:.0f}k", 1e-3 * ns);
+  return fmt::format("{:.{}f}", ns, ns < 9.95 ? 1 : 0);
+}
+
+std::string cell(const Measured& m) {
+  const Accuracy& a = m.accuracy;
+  std::string text = fmt::format("{}; ", time_text(m.row.time.median()));
+  text += a.error_p99 > 0 ? fmt::format("{:.0e}", a.error_p99) : "0";
+  text += fmt::format("; {}W", a.wrong);
+  if (a.failed > 0) text += fmt::format(" {}F", a.failed);
+  if (a.normals > 0) text += fmt::format(" {}N", a.normals);
+  return text;
+}
+
+/// Keeps the order in which texts came first.
+class Order {
+ public:
+  void add(const std::string& text) {
+    if (std::find(texts_.begin(), texts_.end(), text) == texts_.end()) texts_.push_back(text);
+  }
+  auto begin() const { return texts_.begin(); }
+  auto end() const { return texts_.end(); }
+
+ private:
+  std::vector<std::string> texts_;
+};
+
+void print_kind(const std::string& kind, const std::vector<Measured>& all) {
+  Order lines, classes;
+  std::map<std::pair<std::string, std::string>, std::string> cells;  // by line and class
+  for (const Measured& m : all) {
+    const std::string line = fmt::format("{:<10} {:<24}", m.request, m.row.contestant);
+    lines.add(line), classes.add(m.pair_class);
+    cells[{line, m.pair_class}] = cell(m);
+  }
+  fmt::print("\n{}, {} queries a class\n{:<35}", kind, all.front().row.n, "");
+  for (const std::string& c : classes) fmt::print(" {:<21}", c);
+  fmt::print("\n");
+  for (const std::string& line : lines) {
+    fmt::print("{}", line);
+    for (const std::string& c : classes) fmt::print(" {:<21}", cells[{line, c}]);
+    fmt::print("\n");
+  }
+}
+
+bool is_rival(const Measured& m) { return !m.row.contestant.starts_with("tandem"); }
+
+/// How tandem's time compares with the fastest of the others that is right.
+struct Standing {
+  double ratio = 0;   ///< below 1: tandem is faster; 0: nobody else is right
+  std::string rival;  ///< empty: nobody else is right
+  bool right = false;
+  std::string text() const {
+    const std::string mark = right ? "" : "!";
+    return rival.empty() ? mark + "alone" : fmt::format("{}{:.2f} {}", mark, ratio, rival.substr(0, rival.find(',')));
+  }
+};
+
+Standing standing(std::span<const Measured> game) {
+  Standing out;
+  const auto own =
+      std::find_if(game.begin(), game.end(), [](const Measured& m) { return m.row.contestant == "tandem"; });
+  out.right = own->accuracy.right();
+  double best = 0;
+  for (const Measured& m : game)
+    if (is_rival(m) && m.accuracy.right() && (out.rival.empty() || m.row.time.median() < best))
+      best = m.row.time.median(), out.rival = m.row.contestant;
+  if (!out.rival.empty()) out.ratio = own->row.time.median() / best;
+  return out;
+}
+
+struct SummaryLine {
+  std::string kind, request;
+  std::map<std::string, std::string> by_class;
+};
+
+void print_summary(const std::vector<SummaryLine>& lines) {
+  Order classes;
+  for (const SummaryLine& line : lines)
+    for (const auto& [c, text] : line.by_class) classes.add(c);
+  fmt::print(
+      "\ntandem's time over that of the fastest other contestant that is right (no wrong verdict, no failure, no error "
+      "above 1e-9 of the size).\nBelow 1 tandem is faster; alone: no other is right; !: tandem is not right itself.\n");
+  fmt::print("{:<20} {:<10}", "", "");
+  constexpr const char* order[] = {"separated", "near", "shallow", "deep", "hard", "motion"};
+  for (const char* c : order) fmt::print(" {:<20}", c);
+  fmt::print("\n");
+  for (const SummaryLine& line : lines) {
+    fmt::print("{:<20} {:<10}", line.kind, line.request);
+    for (const char* c : order) {
+      const auto found = line.by_class.find(c);
+      fmt::print(" {:<20}", found == line.by_class.end() ? "" : found->second);
+    }
+    fmt::print("\n");
+  }
+}
+
+/// Every class of the kind and what is asked of it; `on_game` takes them as they come.
+void for_each_game(const std::string& kind, std::size_t n, const std::function<void(Game)>& on_game) {
+  if (kind == torus_kind) {
+    for (const PairClass c : reference::all_pair_classes)
+      for (Game& game : torus_games(name(c), std::max<std::size_t>(5, n / 8))) on_game(std::move(game));
+    return;
+  }
+  const std::vector<std::string> known = known_kinds();
+  const auto k = static_cast<PairKind>(std::find(known.begin(), known.end(), kind) - known.begin());
+  for (const PairClass c : reference::all_pair_classes) {
+    const Workload work = make_workload(k, c, n);
+    for (const Request request : requests) on_game(make_game(work, request));
+  }
+  const Workload motion = make_motion(k, n);
+  for (const Request request : requests) on_game(make_game(motion, request));
+}
+
+}  // namespace
+
+std::vector<Row> narrowphase_bench(const Settings& settings) {
+  const std::vector<std::string> kinds = chosen_kinds(settings);
+  const std::size_t n = settings.poses != 0 ? settings.poses : settings.quick ? 10 : 400;
+  const int rounds = settings.repeat != 0 ? settings.repeat : settings.quick ? 3 : 15;
+  fmt::print(
+      "ns a query in the median; p99 of the error relative to the size; W wrong verdicts, XX thread, contestants in "
+      "turn; collide: an error is how far from touching a wrong verdict's "
+      "pair is;\ncontacts: of the deepest contact's depth; libccd measures only what touches.\n");
+  std::vector<Row> rows;
+  std::vector<SummaryLine> summary;
+  Progress progress("narrowphase", kinds.size());
+  for (std::size_t k = 0; k < kinds.size(); ++k) {
+    std::vector<Measured> all;
+    std::map<std::string, std::size_t> lines;  // of the summary, by request
+    for_each_game(kinds[k], n, [&](Game game) {
+      const std::string request = game.request, pair_class = game.pair_class;
+      std::vector<Measured> played = play(std::move(game), rounds);
+      const Standing stands = standing(played);
+      for (Measured& m : played) {
+        if (m.row.contestant == "tandem" && !stands.rival.empty())
+          m.row.more["fastest_right_rival"] = stands.rival, m.row.more["ratio_to_rival"] = stands.ratio;
+        rows.push_back(m.row);
+      }
+      if (lines.emplace(request, summary.size()).second) summary.push_back({kinds[k], request, {}});
+      summary[lines[request]].by_class[pair_class] = stands.text();
+      std::move(played.begin(), played.end(), std::back_inserter(all));
+    });
+    print_kind(kinds[k], all);
+    progress.at(k + 1);
+  }
+  print_summary(summary);
+  return rows;
+}
+
+}  // namespace tandem::bench
