@@ -6,6 +6,7 @@
 #include "closed_forms.h"
 #include "gjk.h"
 #include "manifold.h"
+#include "round_pair.h"
 #include "simple_pairs.h"
 
 namespace tandem {
@@ -75,6 +76,8 @@ std::optional<bool> collide_by(Method method, const ConvexView& a, const Pose& p
       return ccd_collide(a, b, relative(pose_a, pose_b), false);
     case Method::mpr:
       return ccd_collide(a, b, relative(pose_a, pose_b), true);
+    case Method::newton:
+      return round_collide({a, b, relative(pose_a, pose_b)}, tolerance);
     default:
       return gjk_collide({a, b, relative(pose_a, pose_b)}, tolerance);
   }
@@ -89,6 +92,8 @@ std::optional<LocalAnswer> distance_by(Method method, const ConvexView& a, const
       return ccd_depth(a, b, pose, false);
     case Method::mpr:
       return ccd_depth(a, b, pose, true);
+    case Method::newton:
+      return round_signed_distance({a, b, pose}, tolerance);
     default:
       return gjk_signed_distance({a, b, pose}, tolerance);
   }
@@ -114,6 +119,9 @@ constexpr bool covered(Method method, ShapeKind a, ShapeKind b) {
              (a == ShapeKind::capsule && b == ShapeKind::capsule);
     case Method::sat:
       return a == ShapeKind::box && b == ShapeKind::box;
+    case Method::newton:
+      if (a == ShapeKind::sphere) return b == ShapeKind::ellipsoid;
+      return a != ShapeKind::halfspace && !(is_polytope(a) && is_polytope(b));
     case Method::bvh:
       return false;
     default:
@@ -128,6 +136,7 @@ constexpr auto best_methods = [] {
       const auto ka = static_cast<ShapeKind>(a), kb = static_cast<ShapeKind>(b);
       table[a][b] = covered(Method::closed, ka, kb) ? Method::closed
                     : covered(Method::sat, ka, kb)  ? Method::sat
+                    : covered(Method::newton, ka, kb) ? Method::newton
                                                     : Method::gjk;
     }
   return table;

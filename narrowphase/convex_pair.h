@@ -9,7 +9,7 @@
 namespace tandem {
 
 /// The rows of the solver table, cheapest first. `bvh` is the one for meshes.
-enum class Method : std::uint8_t { closed, sat, gjk, fcl, libccd, mpr, bvh };
+enum class Method : std::uint8_t { closed, sat, gjk, newton, fcl, libccd, mpr, bvh };
 
 std::optional<Method> find_method(std::string_view solver);
 

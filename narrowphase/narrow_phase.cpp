@@ -57,6 +57,7 @@ const std::vector<SolverInfo>& NarrowPhase::solvers() {
       {"closed", "closed forms: a sphere or half-space with any simple shape, two capsules"},
       {"sat", "two boxes by their 15 separating axes (Gottschalk 1996), apart by line searches from the best"},
       {"gjk", "GJK on the shapes' cores (1988), expanding polytope for the depth (van den Bergen 2001)"},
+      {"newton", "cylinder, cone or ellipsoid with any convex shape: Newton's method on the support functions"},
       {"fcl", "FCL 0.7, collide and signed distance"},
       {"libccd", "libccd, GJK and EPA; only touching pairs have a distance, the others' is by gjk"},
       {"mpr", "libccd, MPR (Snethen 2008); depth along the portal, an upper bound; apart: gjk"},

@@ -13,7 +13,7 @@ inline double core_radius(const ConvexView& v) {
   return v.kind == ShapeKind::sphere || v.kind == ShapeKind::capsule ? v.param[0] : 0.0;
 }
 
-inline bool is_polytope(ShapeKind kind) {
+constexpr bool is_polytope(ShapeKind kind) {
   return kind != ShapeKind::cylinder && kind != ShapeKind::cone && kind != ShapeKind::ellipsoid;
 }
 

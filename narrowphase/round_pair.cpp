@@ -1,0 +1,61 @@
+#include "round_pair.h"
+
+#include <limits>
+
+#include "round_depth.h"
+
+namespace tandem {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+
+RoundPair round_pair(const MinkowskiDifference& d) {
+  return {{RoundBody(d.a, Mat3::Identity(), Vec3::Zero()), RoundBody(d.b, -d.pose.rotation, -d.pose.translation)},
+          d.scale()};
+}
+
+Vec3 inside(const ConvexView& v) { return v.hull != nullptr ? v.hull->inside : core_centre(v); }
+
+Vec3 between_centres(const MinkowskiDifference& d) {
+  const Vec3 n = d.pose.rotation * inside(d.b) + d.pose.translation - inside(d.a);
+  const double length = n.norm();
+  return length > 0 ? Vec3(n / length) : Vec3::UnitX();
+}
+
+}  // namespace
+
+LocalAnswer round_signed_distance(const MinkowskiDifference& d, double tolerance) {
+  const RoundPair pair = round_pair(d);
+  Support s = walk(pair, between_centres(d), -infinity);
+  double gap = 0;
+  if (s.h >= 0) {
+    const Depth depth = least_depth(pair, s);
+    s = depth.best;
+    gap = depth.gap;
+  }
+  if (!s.optimal) return gjk_signed_distance(d, tolerance);
+  const double ra = core_radius(d.a), rb = core_radius(d.b);
+  LocalAnswer answer;
+  answer.normal = s.n;
+  answer.signed_distance = -s.h - ra - rb;
+  answer.point_a = s.point[0] + ra * s.n;
+  answer.point_b = -s.point[1] - rb * s.n;
+  answer.gap = gap <= 1e-13 * pair.scale ? 0 : gap;
+  return answer;
+}
+
+bool round_collide(const MinkowskiDifference& d, double tolerance) {
+  const RoundPair pair = round_pair(d);
+  const double rounding = core_radius(d.a) + core_radius(d.b);
+  const Support s = walk(pair, between_centres(d), -rounding - 4 * epsilon * pair.scale);
+  if (s.h < -rounding || s.optimal) {
+    if (s.h < 0) return -s.h <= rounding;
+  }
+  const GjkResult r = gjk(d, std::max(tolerance, 1e-14), rounding, rounding);
+  if (r.end == GjkResult::End::inside) return true;
+  if (r.end == GjkResult::End::separated || r.lower > rounding) return r.lower <= rounding && r.upper <= rounding;
+  return round_signed_distance(d, tolerance).signed_distance <= 0;
+}
+
+}  // namespace tandem

@@ -1,0 +1,371 @@
+#include "round_walk.h"
+
+#include <limits>
+
+namespace tandem {
+namespace {
+
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+constexpr int max_steps = 64;
+constexpr int capacity = 4;  // pieces of a body that meet: a face of a box
+
+struct Flat {
+  double x, y;
+  int i, j;  ///< of the first body's point i and the second's j
+};
+
+/// The point nearest the origin of the hull of points in the plane, and the at most three that carry it.
+struct NearestFlat {
+  double x = 0, y = 0;
+  int index[3] = {0, 0, 0};
+  double weight[3] = {1, 0, 0};
+  int count = 1;
+};
+
+NearestFlat nearest_flat(const Flat* p, int count) {
+  NearestFlat best;
+  best.x = p[0].x, best.y = p[0].y;
+  if (count == 1) return best;
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < count; ++i)
+    for (int j = i + 1; j < count; ++j) {
+      const double dx = p[j].x - p[i].x, dy = p[j].y - p[i].y, length2 = dx * dx + dy * dy;
+      const double t = length2 > 0 ? std::clamp(-(p[i].x * dx + p[i].y * dy) / length2, 0.0, 1.0) : 0.0;
+      // From the nearer end: less cancellation.
+      const double x = t <= 0.5 ? p[i].x + t * dx : p[j].x - (1 - t) * dx;
+      const double y = t <= 0.5 ? p[i].y + t * dy : p[j].y - (1 - t) * dy;
+      const double squared = x * x + y * y;
+      if (!(squared < least)) continue;
+      least = squared;
+      best = {x, y, {t < 1 ? i : j, j, 0}, {t < 1 ? 1 - t : 1.0, t, 0}, t > 0 && t < 1 ? 2 : 1};
+    }
+  for (int i = 0; i < count; ++i)
+    for (int j = i + 1; j < count; ++j)
+      for (int k = j + 1; k < count; ++k) {
+        const double a = p[j].x * p[k].y - p[j].y * p[k].x, b = p[k].x * p[i].y - p[k].y * p[i].x,
+                     c = p[i].x * p[j].y - p[i].y * p[j].x;
+        const double sum = a + b + c;
+        if (sum != 0 && a / sum >= 0 && b / sum >= 0 && c / sum >= 0)
+          return {0, 0, {i, j, k}, {a / sum, b / sum, c / sum}, 3};
+      }
+  return best;
+}
+
+/// Is the origin inside the hull of the points, and not on its rim?
+bool surrounded(const Flat* p, int count, double tolerance) {
+  for (int i = 0; i < count; ++i) {
+    const double length = std::sqrt(p[i].x * p[i].x + p[i].y * p[i].y);
+    if (length <= tolerance) continue;
+    bool left = false, right = false;
+    for (int j = 0; j < count; ++j) {
+      const double side = (p[i].x * p[j].y - p[i].y * p[j].x) / length;
+      left = left || side > tolerance;
+      right = right || side < -tolerance;
+    }
+    if (!left || !right) return false;
+  }
+  return count > 2;
+}
+
+/// Where two circles meet, on n's side; false where they are (nearly) the same.
+bool meet(const Circle& a, const Circle& b, Vec3& n) {
+  const Vec3 c = a.axis.cross(b.axis);
+  const double det = c.squaredNorm();
+  if (det < 1e-24) return false;
+  const double d = a.axis.dot(b.axis);
+  const double x = (a.height - d * b.height) / det, y = (b.height - d * a.height) / det;
+  const double rest = std::max(0.0, 1 - x * a.height - y * b.height);
+  n = (x * a.axis + y * b.axis + std::copysign(std::sqrt(rest / det), c.dot(n)) * c).normalized();
+  return true;
+}
+
+struct Active {
+  int piece[capacity];
+  int count = 1;
+
+  void add(const RoundBody& body, int from, int other) {
+    if (body.kind() == ShapeKind::box && count == 2) {
+      // The whole face: a box has no diagonals.
+      const int bit = from ^ other, first = piece[0], second = piece[1];
+      piece[2] = first ^ bit, piece[3] = second ^ bit;
+      count = 4;
+      return;
+    }
+    if (count == capacity) return;
+    piece[count++] = other;
+  }
+};
+
+class Walker {
+ public:
+  Walker(const RoundPair& pair, const Vec3& start, double below) : pair_(pair), below_(below) {
+    at_.n = start;
+    for (int b = 0; b < 2; ++b) active_[b].piece[0] = pair.body[b].support_piece(start);
+  }
+
+  Support run();
+
+ private:
+  struct Trial {
+    Vec3 n;
+    double h;
+    int body = -1;  ///< whose piece `other` takes over from `from` at n; -1: none
+    int from = 0, other = 0;
+  };
+
+  void weigh();
+  bool at_disc();
+  bool step_freely();
+  bool step_along(const Circle& circle);
+  bool go(const Arc& arc, double t, double slope);
+  Trial follow(const Arc& arc, double t) const;
+  double reach(const Vec3& n) const {
+    return n.dot(pair_.body[0].point(active_[0].piece[0], n) + pair_.body[1].point(active_[1].piece[0], n));
+  }
+  double small() const { return 8 * epsilon * pair_.scale; }
+
+  const RoundPair& pair_;
+  double below_;
+  Support at_;
+  Active active_[2];
+  Vec3 u_, v_;               // tangents at n
+  double zx_ = 0, zy_ = 0;   // the least subgradient of h in them
+  bool checked_[2][2] = {};  // discs known not to be a minimum
+  bool steepest_ = false;    // the last step was stopped at once: follow the subgradient itself
+  int kicks_ = 0;
+  double last_ = std::numeric_limits<double>::infinity();  // |z| of the step before, where h no longer tells
+};
+
+/// Points, h and the least subgradient at n; keeps the pieces that carry it.
+void Walker::weigh() {
+  Vec3 p[2][capacity];
+  for (int b = 0; b < 2; ++b)
+    for (int i = 0; i < active_[b].count; ++i) p[b][i] = pair_.body[b].point(active_[b].piece[i], at_.n);
+  const Vec3 sum = p[0][0] + p[1][0];
+  at_.h = at_.n.dot(sum);
+  at_.optimal = false;
+  u_ = any_perpendicular(at_.n);
+  v_ = at_.n.cross(u_);
+  if (active_[0].count == 1 && active_[1].count == 1) {
+    zx_ = u_.dot(sum), zy_ = v_.dot(sum);
+    at_.point[0] = p[0][0], at_.point[1] = p[1][0];
+    return;
+  }
+  Flat flat[capacity * capacity];
+  int count = 0;
+  for (int i = 0; i < active_[0].count; ++i)
+    for (int j = 0; j < active_[1].count; ++j) {
+      const Vec3 w = p[0][i] + p[1][j];
+      flat[count++] = {u_.dot(w), v_.dot(w), i, j};
+    }
+  const NearestFlat z = nearest_flat(flat, count);
+  zx_ = z.x, zy_ = z.y;
+  at_.optimal = zx_ * zx_ + zy_ * zy_ <= small() * small() && surrounded(flat, count, small());
+  double weight[2][capacity] = {};
+  for (int k = 0; k < z.count; ++k) {
+    weight[0][flat[z.index[k]].i] += z.weight[k];
+    weight[1][flat[z.index[k]].j] += z.weight[k];
+  }
+  for (int b = 0; b < 2; ++b) {
+    at_.point[b].setZero();
+    int kept = 0;
+    Active& active = active_[b];
+    for (int i = 0; i < active.count; ++i) {
+      if (!(weight[b][i] > 0)) continue;
+      at_.point[b] += weight[b][i] * p[b][i];
+      active.piece[kept++] = active.piece[i];
+    }
+    active.count = kept;
+  }
+}
+
+/// Near the axis of a rim: its disc may be the minimum.
+bool Walker::at_disc() {
+  for (int b = 0; b < 2; ++b) {
+    const RoundBody& body = pair_.body[b];
+    const int piece = active_[b].piece[0];
+    if (active_[b].count > 1 || !body.is_rim(piece)) continue;
+    const double side = body.facing(piece);
+    bool& checked = checked_[b][side > 0 ? 0 : 1];
+    if (checked || side * at_.n.dot(body.axis()) < 0.8) continue;
+    checked = true;
+    const Support disc = facing_disc(pair_, b, side);
+    if (!disc.optimal || disc.h > at_.h + small()) continue;
+    at_ = disc;
+    return true;
+  }
+  return false;
+}
+
+Walker::Trial Walker::follow(const Arc& arc, double t) const {
+  Trial r;
+  double end = t;
+  for (int b = 0; b < 2; ++b)
+    pair_.body[b].first_crossing(arc, end, active_[b].piece, active_[b].count, [&](double at, int from, int other) {
+      if (r.body >= 0 && !(at < end)) return;
+      end = at;
+      r.body = b, r.from = from, r.other = other;
+    });
+  r.n = arc.at(end);
+  return r;
+}
+
+/// Along the arc by t, or less: until h decreases or a piece is met. False where rounding lets nothing more be gained.
+bool Walker::go(const Arc& arc, double t, double slope) {
+  for (int halving = 0; halving < 40; ++halving, t *= 0.4) {
+    Trial trial = follow(arc, t);
+    trial.n.normalize();
+    trial.h = reach(trial.n);
+    if (trial.h > at_.h + small()) continue;
+    if (trial.h > at_.h - small() && slope * t < 1e-6 * pair_.scale && trial.body < 0) {
+      // h is known to rounding: only the subgradient still tells.
+      if (slope >= 0.5 * last_) {
+        at_.optimal = slope <= 1e-9 * pair_.scale;
+        return false;
+      }
+      last_ = slope;
+    }
+    steepest_ = trial.body >= 0 && (trial.n - at_.n).squaredNorm() < 1e-28;
+    at_.n = trial.n;
+    if (trial.body >= 0) {
+      const RoundBody& body = pair_.body[trial.body];
+      Active& active = active_[trial.body];
+      active.add(body, trial.from, trial.other);
+      // Exactly onto the circles.
+      Circle circles[2];
+      int count = 0;
+      for (int b = 0; b < 2; ++b)
+        for (int i = 1; i < active_[b].count && count < 2; ++i) {
+          const Circle c = pair_.body[b].circle(active_[b].piece[0], active_[b].piece[i]);
+          if (count == 1 && c.axis.cross(circles[0].axis).squaredNorm() < 1e-24) continue;
+          circles[count++] = c;
+        }
+      if (count == 2) {
+        meet(circles[0], circles[1], at_.n);
+      } else if (count == 1) {
+        const Circle& c = circles[0];
+        const Vec3 across = at_.n - at_.n.dot(c.axis) * c.axis;
+        at_.n = c.height * c.axis + std::sqrt(1 - c.height * c.height) * across.normalized();
+      }
+    }
+    return true;
+  }
+  return false;
+}
+
+bool Walker::step_freely() {
+  double w[3] = {-at_.h, 0, -at_.h};
+  for (int b = 0; b < 2; ++b) pair_.body[b].add_curvature(active_[b].piece[0], at_.n, u_, v_, w);
+  // Eigenvalues and vectors of the Hessian of h on the sphere.
+  const double mean = 0.5 * (w[0] + w[2]), half = 0.5 * (w[0] - w[2]);
+  const double spread = std::sqrt(half * half + w[1] * w[1]);
+  const double high = mean + spread, low = mean - spread;
+  double c = 1, s = 0;  // of `high`
+  if (spread > 0) {
+    if (half >= 0) {
+      c = half + spread, s = w[1];
+    } else {
+      c = w[1], s = spread - half;
+    }
+    const double length = std::sqrt(c * c + s * s);
+    c /= length, s /= length;
+  }
+  const double z = std::sqrt(zx_ * zx_ + zy_ * zy_);
+  double x, y, length;
+  if (z <= small()) {
+    if (at_.h <= 0 || low >= -1e-9 * pair_.scale || kicks_++ > 2) {
+      at_.optimal = true;
+      return false;
+    }
+    x = -s, y = c, length = 0.3;  // a saddle or a maximum
+  } else {
+    const double least = 1e-14 * pair_.scale;
+    double gh = (zx_ * c + zy_ * s) / std::max(std::abs(high), least),
+           gl = (-zx_ * s + zy_ * c) / std::max(std::abs(low), least);
+    if (steepest_) gh = (zx_ * c + zy_ * s) / z, gl = (-zx_ * s + zy_ * c) / z;
+    x = -(gh * c - gl * s), y = -(gh * s + gl * c);
+    length = std::sqrt(x * x + y * y);
+    x /= length, y /= length;
+    length = std::min(length, 1.0);
+  }
+  const Vec3 along = x * u_ + y * v_;
+  return go({at_.n, 2 * along, -at_.n}, 0.5 * length, z);
+}
+
+bool Walker::step_along(const Circle& circle) {
+  const double radius = std::sqrt(1 - circle.height * circle.height);
+  const Vec3 out = (at_.n - circle.height * circle.axis) / radius;
+  Vec3 along = circle.axis.cross(out);
+  const double du = along.dot(u_), dv = along.dot(v_);
+  double slope = du * zx_ + dv * zy_;
+  if (slope > 0) along = -along;
+  slope = std::abs(slope);
+  double w[3] = {0, 0, 0};
+  Vec3 sum = Vec3::Zero();
+  for (int b = 0; b < 2; ++b) {
+    pair_.body[b].add_curvature(active_[b].piece[0], at_.n, u_, v_, w);
+    sum += pair_.body[b].point(active_[b].piece[0], at_.n);
+  }
+  const double bend = radius * (w[0] * du * du + 2 * w[1] * du * dv + w[2] * dv * dv) - sum.dot(out);
+  double angle;
+  if (slope <= small()) {
+    if (at_.h <= 0 || bend >= -1e-9 * pair_.scale || kicks_++ > 2) {
+      at_.optimal = true;
+      return false;
+    }
+    angle = 0.3;
+  } else {
+    angle = std::min(slope / std::max(std::abs(bend), 1e-14 * pair_.scale), 1.0);
+  }
+  const Vec3 base = circle.height * circle.axis, side = radius * out;
+  return go({base + side, 2 * radius * along, base - side}, 0.5 * angle, slope);
+}
+
+Support Walker::run() {
+  for (int step = 0; step < max_steps; ++step) {
+    weigh();
+    if (at_.h < below_ || at_.optimal) return at_;
+    if (at_disc()) return at_;
+    const int edges = active_[0].count + active_[1].count - 2;
+    if (edges == 0) {
+      if (!step_freely()) break;
+      continue;
+    }
+    const int b = active_[0].count > 1 ? 0 : 1;
+    if (!step_along(pair_.body[b].circle(active_[b].piece[0], active_[b].piece[1]))) break;
+  }
+  return at_;
+}
+
+}  // namespace
+
+Support walk(const RoundPair& pair, const Vec3& n, double below) { return Walker(pair, n, below).run(); }
+
+Support facing_disc(const RoundPair& pair, int which, double side) {
+  constexpr int corners = 16;
+  const RoundBody &body = pair.body[which], &other = pair.body[1 - which];
+  Support r;
+  r.n = side * body.axis();
+  const Vec3 centre = body.rim_centre(body.support_piece(r.n));
+  Vec3 points[corners];
+  double disc = 0;
+  const int count = other.face(r.n, 8 * epsilon * pair.scale, points, corners, disc);
+  const Vec3 u = any_perpendicular(r.n), v = r.n.cross(u);
+  Flat flat[corners];
+  for (int i = 0; i < count; ++i) {
+    const Vec3 w = centre + points[i];
+    flat[i] = {u.dot(w), v.dot(w), i, 0};
+  }
+  const NearestFlat z = nearest_flat(flat, count);
+  const double apart = std::sqrt(z.x * z.x + z.y * z.y);
+  r.h = r.n.dot(centre + points[0]);
+  r.optimal = apart <= body.radius() + disc;
+  const double reach = body.radius() + disc;
+  const Vec3 off = (r.optimal ? 1.0 : reach / apart) * (z.x * u + z.y * v);
+  r.point[which] = centre - body.radius() / reach * off;
+  for (int k = 0; k < z.count; ++k) r.point[1 - which] += z.weight[k] * points[z.index[k]];
+  r.point[1 - which] -= disc / reach * off;
+  return r;
+}
+
+}  // namespace tandem

@@ -1,0 +1,30 @@
+#pragma once
+#include "round_body.h"
+
+namespace tandem {
+
+/// A - B as the sum of two bodies, in A's frame.
+struct RoundPair {
+  RoundBody body[2];
+  double scale;  ///< the unit of absolute rounding errors
+};
+
+/// A direction and what supports A - B there.
+struct Support {
+  Vec3 n = Vec3::UnitX();  ///< unit
+  double h = 0;            ///< how far A - B reaches along n: the depth along n, or minus the separation
+  Vec3 point[2] = {Vec3::Zero(), Vec3::Zero()};  ///< of the two bodies; their sum is h n where `optimal`
+  bool optimal = false;                          ///< no direction near n reaches less far
+};
+
+/// Goes downhill on h over the unit sphere from direction n, by Newton steps within a cell of the sphere where each
+/// body has one smooth piece, and along the circles where the cells meet. Ends at a local minimum, which is the
+/// distance where h < 0 (Cameron and Culley 1986: the least translation; Newton with an active set), or as soon as
+/// h < below.
+Support walk(const RoundPair& pair, const Vec3& n, double below);
+
+/// The disc of body `which` that faces `side` times its axis as the supporting face: optimal where it meets the other
+/// body's face.
+Support facing_disc(const RoundPair& pair, int which, double side);
+
+}  // namespace tandem
