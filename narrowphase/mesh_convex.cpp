@@ -1,14 +1,17 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <queue>
+#include <span>
 
+#include "closed_forms.h"
 #include "hull.h"
-#include "mesh_contacts.h"
+#include "manifold.h"
 #include "mesh_inside.h"
 #include "mesh_model.h"
 #include "mesh_pair.h"
-#include "mesh_walk.h"
+#include "mesh_patches.h"
+#include "mesh_query.h"
+#include "mesh_rim.h"
 #include "solvers.h"
 
 namespace tandem {
@@ -16,6 +19,13 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
+// What two pieces of rounding may make of nothing, relative to the size.
+constexpr double rounding = 1e-13;
+
+Vec3 area_vector(const Corners& p) { return (p[1] - p[0]).cross(p[2] - p[0]); }
+
+// A mesh and a bounded convex shape. Everything is computed with the mesh's axes about the convex's origin: far from
+// the origin of either frame, nothing is lost.
 class MeshConvex {
  public:
   MeshConvex(const Posed& mesh, const Posed& convex, const NarrowPhaseOptions& options)
@@ -23,65 +33,47 @@ class MeshConvex {
         convex_(convex),
         model_(mesh.shape.mesh()),
         view_(view(convex.shape)),
-        options_(for_triangles(options)) {
-    const Mat3 inverse = mesh.pose.rotation.inverse();
-    box_ = convex.shape.bounds(
-        {inverse * convex.pose.rotation, inverse * (convex.pose.translation - mesh.pose.translation)});
-    const double slack = 1e-5 * (convex.shape.size() + 1e-6 * reach(model_));
-    box_.lo -= Vec3::Constant(slack);
-    box_.hi += Vec3::Constant(slack);
+        options_(for_triangles(options)),
+        size_(mesh.shape.size() + convex.shape.size()),
+        radius_(core_radius(view_)) {
+    const RelativePose r = relative(mesh.pose, convex.pose);
+    turn_.rotation = r.rotation;
+    shift_ = r.translation;
+    const Bounds own = convex.shape.bounds(Pose{});
+    own_mid_ = (own.lo + own.hi) / 2;
+    own_half_ = (own.hi - own.lo) / 2;
+    mid_ = turn_.rotation * own_mid_;
+    aligned_ = convex.shape.bounds(turn_);
   }
 
   bool collide() const {
     bool hit = false;
-    each_near(0, [&](std::uint32_t t) { return hit = solve(t, Request::collide, nullptr).collide; });
+    query().each_near(0, [&](std::uint32_t t) { return hit = touches(corners(t)); });
     return hit || inside();
   }
 
   PairAnswer distance() const {
-    Depth deepest;
-    deepest.certain = -1;
-    each_near(0, [&](std::uint32_t t) {
-      const PairAnswer r = solve(t, Request::distance, nullptr);
-      if (r.collide && -r.signed_distance > deepest.certain)
-        deepest = {-r.signed_distance, r.normal, (r.point_a + r.point_b) / 2};
-      return false;
-    });
-    if (deepest.certain < 0) {
-      const PairAnswer r = nearest();
-      if (!inside()) return r;
-      // The convex leaves through the nearest wall; the normal points from there to its inside.
-      deepest = {r.signed_distance, -r.normal, (r.point_a + r.point_b) / 2};
-    }
-    return with_depth(mesh_, convex_, deepest, model_.solid, [&](const Vec3& move) {
-      const Pose moved{convex_.pose.rotation, convex_.pose.translation + move};
-      return MeshConvex(mesh_, {convex_.shape, moved}, options_).collide();
-    });
+    std::uint32_t first = no_index;
+    const PairAnswer near = nearest(first);
+    if (near.signed_distance > 0 && !inside()) return in_world(near);
+    return in_world(overlap(near));
   }
 
   PairAnswer contacts(std::vector<Contact>& out) const {
-    std::vector<Contact> all, good;
-    std::vector<Contact> one;
-    each_near(options_.margin, [&](std::uint32_t t) {
-      one.clear();
-      solve(t, Request::contacts, &one);
-      const Corners p = model_.corners(t);
-      const Vec3 face = (mesh_.pose.rotation * (p[1] - p[0]).cross(p[2] - p[0])).stableNormalized();
-      for (std::uint32_t k = 0; k < one.size(); ++k) {
-        Contact c = one[k];
-        c.feature = t * 4 + std::min(k, 3u);
-        all.push_back(c);
-        // From inside a solid only its outer side pushes; a triangle's border that the solid goes on beyond does not.
-        if (!model_.solid || c.normal.dot(face) > 0.5) good.push_back(c);
-      }
+    PatchCollector patches(size_);
+    query().each_near(options_.margin, [&](std::uint32_t t) {
+      add_contacts(t, patches);
       return false;
     });
-    if (good.empty()) good = all;
     const std::size_t first = out.size();
-    merge(good, out);
+    patches.finish(centre(), model_.solid, out);
+    for (std::size_t i = first; i < out.size(); ++i) {
+      out[i].point = to_world(out[i].point);
+      out[i].normal = turned(out[i].normal);
+    }
     PairAnswer answer;
     if (out.size() == first) {
-      if (!inside()) return answer;
+      if (!collide()) return answer;
       answer = distance();
       out.push_back({(answer.point_a + answer.point_b) / 2, answer.normal, -answer.signed_distance, 0});
       return answer;
@@ -90,99 +82,336 @@ class MeshConvex {
   }
 
  private:
-  PairAnswer solve(std::uint32_t t, Request request, std::vector<Contact>* contacts) const {
-    const Corners p = model_.corners(t);
-    return solve_convex(view_triangle(p), mesh_.pose, view_, convex_.pose, request, options_, contacts);
+  // ---- Frames ----
+
+  Corners corners(std::uint32_t t) const {
+    const auto& v = model_.triangles[t];
+    return {model_.vertices[v[0]] - shift_, model_.vertices[v[1]] - shift_, model_.vertices[v[2]] - shift_};
+  }
+  Vec3 to_world(const Vec3& p) const { return mesh_.pose.rotation * p + convex_.pose.translation; }
+  Vec3 turned(const Vec3& n) const { return (mesh_.pose.rotation * n).normalized(); }
+  PairAnswer in_world(PairAnswer r) const {
+    r.point_a = to_world(r.point_a);
+    r.point_b = to_world(r.point_b);
+    r.normal = turned(r.normal);
+    return r;
+  }
+  Vec3 own_centre() const {
+    return convex_.shape.kind() == ShapeKind::convex ? convex_.shape.hull().inside : Vec3(0, 0, 0);
+  }
+  Vec3 centre() const { return turn_.rotation * own_centre(); }
+
+  // The point of the convex farthest along d (unit).
+  Vec3 support(const Vec3& d) const {
+    return turn_.rotation * core_support(view_, turn_.rotation.transpose() * d) + radius_ * d;
   }
 
-  double gap(const BoxOf& b) const {
-    const Vec3 lo = b.mid - b.half, hi = b.mid + b.half;
-    return (box_.lo - hi).cwiseMax(lo - box_.hi).cwiseMax(0).norm();
-  }
+  BoxQuery query() const { return {model_, shifted(aligned_, shift_), mid_ + shift_, own_half_, turn_.rotation}; }
+  static Bounds shifted(const Bounds& b, const Vec3& by) { return {b.lo + by, b.hi + by}; }
 
-  // Triangles whose boxes come within `margin` of the convex's, until visit returns true.
-  template <class Visit>
-  void each_near(double margin, Visit&& visit) const {
-    const double reach = margin * (1 + 1e-5);
-    if (gap(BoxOf(model_, whole)) > reach) return;
-    std::vector<std::uint32_t> stack{whole};
-    bool done = false;
-    while (!stack.empty() && !done) {
-      const std::uint32_t ref = stack.back();
-      stack.pop_back();
-      if (is_leaf(model_, ref))
-        each_triangle(model_, ref, [&](std::uint32_t t) { done = done || visit(t); });
-      else
-        each_child(model_, ref, [&](std::uint32_t c) {
-          if (gap(BoxOf(model_, c)) <= reach) stack.push_back(c);
-        });
+  // ---- One triangle ----
+
+  PairAnswer solve(const Corners& p, Request request, std::vector<Contact>* contacts) const {
+    if (view_.kind == ShapeKind::sphere && request != Request::contacts) {
+      const PointDistance d = point_distance(view_triangle(p), Vec3::Zero());
+      PairAnswer r;
+      r.signed_distance = d.signed_distance - radius_;
+      r.collide = r.signed_distance <= 0;
+      r.normal = d.normal;
+      r.point_a = d.nearest;
+      r.point_b = -radius_ * d.normal;
+      return r;
     }
+    return solve_convex(view_triangle(p), Pose{}, view_, turn_, request, options_, contacts);
   }
 
-  PairAnswer nearest() const {
+  // How far the convex keeps from the triangle's plane; a lower bound of the distance.
+  double plane_gap(const Corners& p) const {
+    const Vec3 n = area_vector(p);
+    const double length = n.norm();
+    if (!(length > 0)) return 0;
+    const Vec3 u = n / length;
+    const double level = u.dot(p[0]), off = level - u.dot(mid_);
+    const double extent = (turn_.rotation.transpose() * u).cwiseAbs().dot(own_half_);
+    if (std::abs(off) > extent || view_.kind == ShapeKind::box || view_.kind == ShapeKind::convex)
+      return std::abs(off) - extent;
+    return off > 0 ? level - u.dot(support(u)) : u.dot(support(-u)) - level;
+  }
+
+  bool touches(const Corners& p) const {
+    if (view_.kind != ShapeKind::sphere) {
+      if (plane_gap(p) > rounding * size_) return false;
+      if (view_.kind == ShapeKind::box) {
+        const double gap = box_gap(p);
+        if (std::abs(gap) > rounding * size_) return gap < 0;
+      }
+    }
+    return solve(p, Request::distance, nullptr).signed_distance <= 0;
+  }
+
+  // Largest separation of box and triangle along their 13 axes (Akenine-Moeller, Fast 3D triangle-box overlap testing,
+  // 2001): < 0 says that they overlap, a positive one that they are apart.
+  double box_gap(const Corners& p) const {
+    const Mat3 to_box = turn_.rotation.transpose();
+    const Corners q{to_box * p[0], to_box * p[1], to_box * p[2]};
+    double gap = (q[0].cwiseMin(q[1]).cwiseMin(q[2]) - own_half_)
+                     .cwiseMax(-own_half_ - q[0].cwiseMax(q[1]).cwiseMax(q[2]))
+                     .maxCoeff();
+    if (gap > rounding * size_) return gap;
+    for (std::size_t e = 0; e < 3; ++e) {
+      const Vec3 edge = q[(e + 1) % 3] - q[e];
+      for (int i = 0; i < 3; ++i) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        // Axis i x edge: (.., -edge[k], edge[j]).
+        const double length = std::hypot(edge[j], edge[k]);
+        if (!(length > 1e-9 * size_)) continue;
+        const double extent = own_half_[j] * std::abs(edge[k]) + own_half_[k] * std::abs(edge[j]);
+        const auto at = [&](const Vec3& v) { return edge[j] * v[k] - edge[k] * v[j]; };
+        const double a = at(q[e]), b = at(q[(e + 2) % 3]);
+        gap = std::max(gap, (std::max(std::min(a, b), -std::max(a, b)) - extent) / length);
+        if (gap > rounding * size_) return gap;
+      }
+    }
+    return std::max(gap, plane_gap(p));
+  }
+
+  // ---- All of them ----
+
+  // The nearest triangle's answer; any that overlaps will do.
+  PairAnswer nearest(std::uint32_t& which) const {
     PairAnswer best;
     best.signed_distance = infinity;
-    std::priority_queue<Item> queue;
-    queue.push({0, whole, 0});
-    while (!queue.empty() && queue.top().bound * (1 - 1e-5) < best.signed_distance) {
-      const std::uint32_t ref = queue.top().a;
-      queue.pop();
-      if (is_leaf(model_, ref))
-        each_triangle(model_, ref, [&](std::uint32_t t) {
-          if (const PairAnswer r = solve(t, Request::distance, nullptr); r.signed_distance < best.signed_distance)
-            best = r;
-        });
-      else
-        each_child(model_, ref, [&](std::uint32_t c) { queue.push({gap(BoxOf(model_, c)), c, 0}); });
-    }
+    double low = -infinity;  // least of the convex along the best answer's normal
+    query().nearest_first(infinity, [&](std::uint32_t t) {
+      if (best.signed_distance <= 0) return -1.0;
+      const Corners p = corners(t);
+      if (std::isfinite(low)) {
+        const double high = std::max({best.normal.dot(p[0]), best.normal.dot(p[1]), best.normal.dot(p[2])});
+        if (low - high >= best.signed_distance || plane_gap(p) >= best.signed_distance) return best.signed_distance;
+      }
+      const PairAnswer r = solve(p, Request::distance, nullptr);
+      if (r.signed_distance < best.signed_distance) {
+        best = r;
+        which = t;
+        low = best.normal.dot(support(-best.normal));
+      }
+      return best.signed_distance;
+    });
     return best;
   }
 
-  // For a convex that no triangle meets: inside the solid as a whole?
-  bool inside() const {
-    if (!model_.solid) return false;
-    const Vec3 local = convex_.shape.kind() == ShapeKind::convex ? convex_.shape.hull().inside : Vec3(0, 0, 0);
-    const Vec3 world = convex_.pose.rotation * local + (convex_.pose.translation - mesh_.pose.translation);
-    return is_inside(model_, mesh_.pose.rotation.inverse() * world);
+  bool inside() const { return model_.solid && is_inside(model_, mesh_.pose, own_centre(), convex_.pose); }
+
+  // ---- Overlap ----
+
+  Pose moved(const Vec3& by) const {
+    return {convex_.pose.rotation, convex_.pose.translation + mesh_.pose.rotation * by};
   }
 
-  // Contacts of one direction are one patch: at most four of them, the deepest first choice.
-  static void merge(const std::vector<Contact>& all, std::vector<Contact>& out) {
-    std::vector<std::size_t> order(all.size());
-    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-    std::sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) {
-      return all[i].depth != all[j].depth ? all[i].depth > all[j].depth : all[i].feature < all[j].feature;
-    });
-    std::vector<std::vector<Contact>> patches;
-    for (const std::size_t i : order) {
-      const auto same = std::find_if(patches.begin(), patches.end(), [&](const std::vector<Contact>& p) {
-        return p.front().normal.dot(all[i].normal) > 0.9;
+  // Least way along d (unit) that was found to separate, as planes across d push the convex off one layer of triangles
+  // after the other; infinity if it comes to more than `most`.
+  double way_out(const Vec3& d, double most) const {
+    constexpr int layers = 64;
+    const double low = d.dot(support(-d)), step = rounding * size_;
+    double way = 0;
+    for (int i = 0; i < layers; ++i) {
+      const Pose at = moved(way * d);
+      const MeshConvex there(mesh_, {convex_.shape, at}, options_);
+      double next = -infinity;
+      there.query().each_near(0, [&](std::uint32_t t) {
+        const Corners p = there.corners(t);
+        const double level = std::max({d.dot(p[0]), d.dot(p[1]), d.dot(p[2])}) - low;
+        if (level > next && there.touches(p)) next = level;
+        return false;
       });
-      if (same == patches.end())
-        patches.push_back({all[i]});
-      else
-        same->push_back(all[i]);
+      if (next == -infinity) {
+        if (!there.inside()) return way;
+        const double ahead = first_crossing(model_, there.shift_ + there.centre(), d);
+        if (!std::isfinite(ahead)) return infinity;
+        next = ahead;
+      }
+      way += std::max(next, step);
+      if (way > most) return infinity;
     }
-    const std::size_t first = out.size();
-    for (auto& patch : patches) {
-      keep_four(patch, 0);
-      out.insert(out.end(), patch.begin(), patch.end());
+    return infinity;
+  }
+
+  // A depth no translation can be less than: how deep points of the convex lie in the solid, each with a ball of the
+  // convex about it.
+  double deep_at(const Vec3& p, double ball) const {
+    const Vec3 local = p + shift_;
+    const double distance = surface_distance(model_, local);
+    return is_inside(model_, local) ? distance + ball : ball - distance;
+  }
+
+  double inner_ball() const {
+    const double r = view_.param[0], h = view_.param[1];
+    switch (view_.kind) {
+      case ShapeKind::box:
+      case ShapeKind::ellipsoid:
+        return std::min({r, h, view_.param[2]});
+      case ShapeKind::cylinder:
+        return std::min(r, h / 2);
+      case ShapeKind::cone:
+        return std::min(h / 2, r * h / 2 / std::hypot(r, h));
+      case ShapeKind::convex: {
+        if (view_.hull->dimension < 3) return 0;
+        double least = infinity;
+        for (const Hull::Face& f : view_.hull->faces)
+          least = std::min(least, f.offset - f.normal.dot(view_.hull->inside));
+        return std::max(least, 0.0);
+      }
+      default:
+        return r;
     }
-    std::sort(out.begin() + static_cast<std::ptrdiff_t>(first), out.end(),
-              [](const Contact& x, const Contact& y) { return x.feature < y.feature; });
+  }
+
+  double certain_depth(const Vec3& normal) const {
+    constexpr std::size_t most_corners = 32;
+    double certain = deep_at(centre(), inner_ball());
+    if (view_.kind == ShapeKind::sphere) return certain;
+    certain = std::max(certain, deep_at(support(-normal), 0));
+    if (view_.kind == ShapeKind::capsule)
+      for (const double s : {-0.5, 0.5})
+        certain = std::max(certain, deep_at(turn_.rotation.col(2) * (s * view_.param[1]), radius_));
+    if (view_.kind == ShapeKind::box)
+      for (unsigned i = 0; i < 8; ++i) {
+        const Vec3 s(i & 1u ? 1 : -1, i & 2u ? 1 : -1, i & 4u ? 1 : -1);
+        certain = std::max(certain, deep_at(turn_.rotation * s.cwiseProduct(own_half_), 0));
+      }
+    if (view_.kind == ShapeKind::convex && view_.vertices.size() <= most_corners)
+      for (const Vec3& v : view_.vertices) certain = std::max(certain, deep_at(turn_.rotation * v, 0));
+    return certain;
+  }
+
+  // The answer in local coordinates for an overlap; `near` is the nearest triangle's.
+  PairAnswer overlap(const PairAnswer& near) const {
+    constexpr std::size_t most_directions = 12;
+    PairAnswer deepest = near;
+    std::vector<Vec3> directions;
+    const auto suggest = [&](const Vec3& d) {
+      if (!(d.norm() > 0.5) || directions.size() >= most_directions) return;
+      const bool known =
+          std::any_of(directions.begin(), directions.end(), [&](const Vec3& o) { return o.dot(d) > 0.9999; });
+      if (!known) directions.push_back(d);
+    };
+    double certain = 0;
+    if (near.signed_distance > 0) {
+      suggest(-near.normal);  // out through the nearest wall
+      certain = near.signed_distance;
+    } else {
+      std::vector<Vec3> faces;
+      query().each_near(0, [&](std::uint32_t t) {
+        const Corners p = corners(t);
+        if (plane_gap(p) > 0) return false;
+        const PairAnswer r = solve(p, Request::distance, nullptr);
+        if (r.signed_distance > 0) return false;
+        if (-r.signed_distance >= certain) certain = -r.signed_distance, deepest = r;
+        const Vec3 n = area_vector(p).stableNormalized();
+        faces.push_back(model_.solid || n.dot(centre() - p[0]) >= 0 ? n : Vec3(-n));
+        return false;
+      });
+      suggest(deepest.normal);
+      for (const Vec3& n : faces) suggest(n);
+    }
+    if (model_.hull.dimension == 3) {
+      const ConvexView hull = view_hull(mesh_.shape);
+      suggest(mesh_.pose.rotation.transpose() *
+              solve_convex(hull, mesh_.pose, view_, convex_.pose, Request::distance, options_, nullptr).normal);
+    }
+    double way = infinity;
+    Vec3 normal = deepest.normal;
+    const double enough = rounding * 10 * size_;
+    for (const Vec3& d : directions) {
+      const double w = way_out(d, way);
+      if (w < way) way = w, normal = d;
+      if (way <= certain + enough) break;
+    }
+    if (way > certain + enough && model_.solid) certain = std::max(certain, certain_depth(normal));
+    // Where it comes free, the surfaces' normal is a better way out.
+    constexpr int most_turns = 8;
+    for (int i = 0; i < most_turns && way > certain + enough; ++i) {
+      const Pose at = moved((way + 1e-4 * size_) * normal);
+      std::uint32_t which = no_index;
+      const PairAnswer r = MeshConvex(mesh_, {convex_.shape, at}, options_).nearest(which);
+      if (!(r.signed_distance > 0) || r.normal.dot(normal) > 1 - 1e-14) break;
+      const double w = way_out(r.normal, way);
+      if (!(w < way * (1 - 1e-9))) break;
+      way = w;
+      normal = r.normal;
+    }
+    PairAnswer answer;
+    answer.collide = true;
+    if (!std::isfinite(way)) {  // no way tried was free: beyond the whole mesh it is
+      way = -infinity;
+      for (const std::uint32_t v : model_.extreme) way = std::max(way, normal.dot(model_.vertices[v] - shift_));
+      way -= normal.dot(support(-normal));
+    }
+    way = std::max(way, certain);
+    answer.signed_distance = -way;
+    answer.normal = normal;
+    if (way > certain + enough) {
+      answer.status = Status::inexact;
+      answer.error_bound = way - certain;
+    }
+    // Where they part: on the mesh there, and the same point of the convex where it is now.
+    std::uint32_t which = no_index;
+    const PairAnswer r = MeshConvex(mesh_, {convex_.shape, moved(way * normal)}, options_).nearest(which);
+    answer.point_a = r.point_a + way * normal;
+    answer.point_b = answer.point_a - way * normal;
+    return answer;
+  }
+
+  // ---- Contacts ----
+
+  void add_contacts(std::uint32_t t, PatchCollector& patches) const {
+    const Corners p = corners(t);
+    if (plane_gap(p) > options_.margin) return;
+    std::vector<Contact>& found = patches.scratch();
+    found.clear();
+    const PairAnswer r = solve(p, Request::contacts, &found);
+    if (found.empty()) return;
+    const Vec3 n = area_vector(p).stableNormalized();
+    const bool outward = !model_.solid || r.normal.dot(n) > -1e-6;
+    if (n.isZero() || (outward && bears(model_, t, r.normal))) {
+      patches.add(t, found);
+      return;
+    }
+    // Not a way the surface pushes: its neighbours lie there. What the triangle's face bears counts.
+    const double side = n.dot(centre() - p[0]);
+    const Vec3 face = model_.solid || side > 0 || (side == 0 && n.dot(r.normal) >= 0) ? n : Vec3(-n);
+    const Vec3 low = support(-face);
+    const double depth = face.dot(p[0] - low);
+    if (depth < -options_.margin) return;
+    found.clear();
+    const LocalAnswer along_face{-depth, low + depth * face, low, face, 0};
+    append_manifold(view_triangle(p), view_, {turn_.rotation, Vec3::Zero()}, along_face, options_.margin, Pose{},
+                    found);
+    const bool over = point_distance(view_triangle(p), along_face.point_a).signed_distance <= 1e-9 * size_;
+    if (!over) std::erase_if(found, [&](const Contact& c) { return c.feature == 0xffffffffu; });
+    patches.add(t, found);
   }
 
   const Posed mesh_, convex_;
   const MeshModel& model_;
   const ConvexView view_;
   const NarrowPhaseOptions options_;
-  Bounds box_;  // of the convex, in the mesh's frame
+  const double size_, radius_;
+  Pose turn_;                      // of the convex; its origin is the origin
+  Vec3 shift_;                     // of the mesh's frame: subtract it from vertices
+  Bounds aligned_;                 // of the convex along the mesh's axes
+  Vec3 mid_, own_mid_, own_half_;  // of its box, along its own axes
 };
 
 }  // namespace
 
 PairAnswer solve_mesh_convex(const Posed& mesh, const Posed& convex, Request request, const NarrowPhaseOptions& options,
                              std::vector<Contact>* contacts) {
+  const MeshModel& model = mesh.shape.mesh();
+  constexpr std::size_t small_hull = 64;
+  if (model.convex && (model.hull.vertices.size() <= small_hull || request == Request::contacts))
+    return solve_convex(view_hull(mesh.shape), mesh.pose, view(convex.shape), convex.pose, request,
+                        for_triangles(options), contacts);
   const MeshConvex pair(mesh, convex, options);
   if (request == Request::contacts) return pair.contacts(*contacts);
   if (request == Request::distance) return pair.distance();

@@ -1,84 +1,199 @@
 #include "mesh_inside.h"
 
+#include <algorithm>
+#include <boost/multiprecision/cpp_int.hpp>
 #include <cmath>
-#include <numbers>
-#include <optional>
+#include <limits>
+#include <vector>
 
 namespace tandem {
 namespace {
 
-// Crossings outward less crossings inward of the ray from p along d; nothing where it passes too near an edge to tell.
-std::optional<int> winding(const MeshModel& mesh, const Vec3& p, const Vec3& d) {
-  int sum = 0;
-  const Vec3 from = (p - mesh.centre) / mesh.unit, inverse = d.cwiseInverse();
-  std::vector<std::uint32_t> stack{0};
-  while (!stack.empty()) {
-    const MeshNode& n = mesh.nodes[stack.back()];
-    stack.pop_back();
-    for (std::uint32_t k = 0; k < n.lanes; ++k) {
-      double enter = 0, leave = std::numeric_limits<double>::infinity();
-      for (int i = 0; i < 3; ++i) {
-        const double mid = static_cast<double>(n.mid[i][k]) - from[i];
-        const double half = static_cast<double>(n.half[i][k]) * (1 + 1e-9) + 1e-12;
-        const double x = (mid - half) * inverse[i], y = (mid + half) * inverse[i];
-        enter = std::max(enter, std::min(x, y));
-        leave = std::min(leave, std::max(x, y));
-      }
-      if (enter > leave) continue;
-      if (n.count[k] == 0) {
-        stack.push_back(n.child[k]);
-        continue;
-      }
-      for (std::uint32_t i = 0; i < n.count[k]; ++i) {
-        auto c = mesh.corners(mesh.order[n.child[k] + i]);
-        for (Vec3& v : c) v = (v - p) / mesh.unit;
-        int positive = 0, negative = 0;
-        for (std::size_t e = 0; e < 3; ++e) {
-          const Vec3 &u = c[e], &w = c[(e + 1) % 3];
-          const double volume = d.dot(u.cross(w));
-          const double bound = 1e-14 * (u.lpNorm<1>() * w.lpNorm<1>());
-          if (volume > bound) ++positive;
-          if (volume < -bound) ++negative;
+using Rational = boost::multiprecision::cpp_rational;
+
+int sign(double x) { return x > 0 ? 1 : x < 0 ? -1 : 0; }
+int sign(const Rational& x) { return x.sign(); }
+
+// The ray from a point along the mesh's z axis. Where it meets an edge or a corner, it is the ray from the point moved
+// by (e, e^2, 0), e as small as need be, that counts: it crosses every edge on one side. No point of the surface being
+// at the place itself, the winding number there is the same (Edelsbrunner and Muecke, Simulation of simplicity, 1990).
+class Ray {
+ public:
+  Ray(const MeshModel& mesh, const Pose& pose, const Vec3& p, const Pose& pose_p)
+      : mesh_(mesh), pose_(pose), pose_p_(pose_p), p_(p) {
+    const Mat3 inverse = pose.rotation.inverse();
+    const Vec3 between = pose_p.translation - pose.translation;
+    from_ = inverse * (pose_p.rotation * p + between);
+    const bool same_frame = pose.rotation == pose_p.rotation && pose.translation == pose_p.translation;
+    if (same_frame) from_ = p;
+    delta_ = same_frame ? 0 : 64 * std::numeric_limits<double>::epsilon() * (3 * p.lpNorm<1>() + between.lpNorm<1>());
+  }
+
+  bool inside() const {
+    const Vec3 away = (from_ - mesh_.centre).cwiseAbs() - mesh_.half;
+    const double slack = delta_ + 1e-15 * (mesh_.centre.cwiseAbs() + mesh_.half).maxCoeff();
+    if (away.maxCoeff() > slack) return false;
+    // In units about the centre, as the boxes are.
+    const Vec3 at = (from_ - mesh_.centre) / mesh_.unit;
+    const double pad = slack / mesh_.unit + 1e-12;
+    int sum = 0;
+    std::vector<std::uint32_t> stack{0};
+    while (!stack.empty()) {
+      const MeshNode& n = mesh_.nodes[stack.back()];
+      stack.pop_back();
+      for (std::uint32_t k = 0; k < n.lanes; ++k) {
+        const auto gap = [&](int axis) {
+          return std::abs(static_cast<double>(n.mid[axis][k]) - at[axis]) - static_cast<double>(n.half[axis][k]);
+        };
+        const bool behind = at.z() > static_cast<double>(n.mid[2][k]) + static_cast<double>(n.half[2][k]) + pad;
+        if (behind || gap(0) > pad || gap(1) > pad) continue;
+        if (n.count[k] == 0) {
+          stack.push_back(n.child[k]);
+          continue;
         }
-        if (positive > 0 && negative > 0) continue;
-        const Vec3 normal = (c[1] - c[0]).cross(c[2] - c[0]);
-        const double height = normal.dot(c[0]), slope = normal.dot(d);
-        if (positive < 3 && negative < 3) {
-          // On the line of an edge, or a triangle without area. Behind the point it does not matter.
-          if (c[0].dot(d) < 0 && c[1].dot(d) < 0 && c[2].dot(d) < 0) continue;
-          return std::nullopt;
+        for (std::uint32_t i = 0; i < n.count[k]; ++i) {
+          const Crossing c = cross(mesh_.corners(mesh_.order[n.child[k] + i]));
+          if (c.on_surface) return true;
+          sum += c.count;
         }
-        if (height * slope > 0) sum += slope > 0 ? 1 : -1;
       }
     }
+    return sum != 0;
   }
-  return sum;
-}
 
-// Sum of the solid angles of all triangles: no direction to choose, but every triangle is looked at.
-// Van Oosterom and Strackee, The solid angle of a plane triangle, 1983.
-double solid_angle(const MeshModel& mesh, const Vec3& p) {
-  double sum = 0;
-  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-    auto c = mesh.corners(t);
-    for (Vec3& v : c) v = (v - p) / mesh.unit;
-    const double x = c[0].norm(), y = c[1].norm(), z = c[2].norm();
-    sum += 2 * std::atan2(c[0].dot(c[1].cross(c[2])),
-                          x * y * z + c[0].dot(c[1]) * z + c[1].dot(c[2]) * x + c[2].dot(c[0]) * y);
+ private:
+  using Corners = std::array<Vec3, 3>;
+  using Point = std::array<Rational, 3>;
+  struct Crossing {
+    int count = 0;
+    bool on_surface = false;
+  };
+
+  // Signs of a triangle as the point sees it: of the volume, and of the three areas along z.
+  struct Signs {
+    int volume = 0;
+    std::array<int, 3> area{};
+    bool certain = true;
+    bool on_it = false;
+  };
+
+  Crossing cross(const Corners& corners) const {
+    Signs s = filtered(corners);
+    if (!s.certain) s = exact(corners);
+    if (s.on_it) return {0, true};
+    int turns = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 &a = corners[k], &b = corners[(k + 1) % 3];
+      // The area changes with the point by -(b - a).y e + (b - a).x e^2.
+      int turn = s.area[k];
+      if (turn == 0) turn = sign(a.y() - b.y());
+      if (turn == 0) turn = sign(b.x() - a.x());
+      turns += turn;
+    }
+    if (turns != 3 && turns != -3) return {};
+    // Counterclockwise seen from above: its outside is up, and the volume positive where it lies above the point.
+    const bool above = turns > 0 ? s.volume > 0 : s.volume < 0;
+    return {above ? turns / 3 : 0, false};
   }
-  return sum;
-}
+
+  Signs filtered(const Corners& corners) const {
+    const Vec3 a = corners[0] - from_, b = corners[1] - from_, c = corners[2] - from_;
+    const double span = std::max({a.cwiseAbs().maxCoeff(), b.cwiseAbs().maxCoeff(), c.cwiseAbs().maxCoeff()});
+    // Every difference is wrong by delta and its rounding at most.
+    const double off = delta_ + 2.3e-16 * span;
+    const double flat = span * (8 * off + 1e-15 * span) + std::numeric_limits<double>::min();
+    const double solid = span * span * (24 * off + 4e-15 * span) + std::numeric_limits<double>::min();
+    Signs s;
+    const auto decide = [&](double x, double bound) {
+      if (!(std::abs(x) > bound)) s.certain = false;
+      return sign(x);
+    };
+    const auto area = [](const Vec3& u, const Vec3& v) { return u.x() * v.y() - u.y() * v.x(); };
+    const std::array<double, 3> areas{area(a, b), area(b, c), area(c, a)};
+    bool left = false, right = false;
+    for (std::size_t k = 0; k < 3; ++k) {
+      s.area[k] = decide(areas[k], flat);
+      left = left || areas[k] > flat;
+      right = right || areas[k] < -flat;
+    }
+    // Clearly beside the triangle: nothing else matters, the point is not on it either.
+    if (left && right) {
+      s.certain = true;
+      return s;
+    }
+    s.volume = decide(a.dot(b.cross(c)), solid);
+    return s;
+  }
+
+  // In the world: the rotation's determinant is positive, so signs are those of the mesh's frame.
+  Signs exact(const Corners& corners) const {
+    std::array<Point, 3> v;
+    for (std::size_t c = 0; c < 3; ++c)
+      for (int i = 0; i < 3; ++i) {
+        Rational x = Rational(pose_.translation[i]) - Rational(pose_p_.translation[i]);
+        for (int j = 0; j < 3; ++j)
+          x += Rational(pose_.rotation(i, j)) * Rational(corners[c][j]) -
+               Rational(pose_p_.rotation(i, j)) * Rational(p_[j]);
+        v[c][static_cast<std::size_t>(i)] = x;
+      }
+    const auto det = [](const Point& a, const Point& b, const Point& c) {
+      const Point n = crossed(b, c);
+      return sign(a[0] * n[0] + a[1] * n[1] + a[2] * n[2]);
+    };
+    const Point up{Rational(pose_.rotation(0, 2)), Rational(pose_.rotation(1, 2)), Rational(pose_.rotation(2, 2))};
+    Signs s;
+    s.volume = det(v[0], v[1], v[2]);
+    for (std::size_t k = 0; k < 3; ++k) s.area[k] = det(up, v[k], v[(k + 1) % 3]);
+    s.on_it = s.volume == 0 && holds_origin(v);
+    return s;
+  }
+
+  static Point crossed(const Point& a, const Point& b) {
+    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+  }
+
+  // Is the origin in the closed triangle, in whose plane (or on whose line, if it has no area) it lies?
+  static bool holds_origin(const std::array<Point, 3>& v) {
+    // Each edge spans a parallelogram with the origin; from inside all three turn the same way. One that vanishes has
+    // the origin on its line.
+    const std::array<Point, 3> n{crossed(v[0], v[1]), crossed(v[1], v[2]), crossed(v[2], v[0])};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::array<int, 3> s{sign(n[0][i]), sign(n[1][i]), sign(n[2][i])};
+      const auto [low, high] = std::minmax_element(s.begin(), s.end());
+      if (*low < 0 && *high > 0) return false;
+    }
+    bool on_line = false;
+    for (std::size_t k = 0; k < 3; ++k)
+      if (sign(n[k][0]) == 0 && sign(n[k][1]) == 0 && sign(n[k][2]) == 0) {
+        if (between(v[k], v[(k + 1) % 3])) return true;
+        on_line = true;
+      }
+    return !on_line;
+  }
+
+  // Is the origin, on the line of a and b, between them?
+  static bool between(const Point& a, const Point& b) {
+    for (std::size_t i = 0; i < 3; ++i)
+      if (sign(a[i]) * sign(b[i]) > 0) return false;
+    return true;
+  }
+
+  const MeshModel& mesh_;
+  const Pose &pose_, &pose_p_;
+  const Vec3 p_;
+  Vec3 from_;  // the point in the mesh's frame, within delta_ in every coordinate
+  double delta_;
+};
 
 }  // namespace
 
+bool is_inside(const MeshModel& mesh, const Pose& pose, const Vec3& p, const Pose& pose_p) {
+  return Ray(mesh, pose, p, pose_p).inside();
+}
+
 bool is_inside(const MeshModel& mesh, const Vec3& p) {
-  if (((p - mesh.centre).cwiseAbs() - mesh.half).maxCoeff() > 0) return false;
-  // Directions that meshes made by hand have no edges along.
-  static constexpr double directions[4][3] = {
-      {0.8017, 0.3571, 0.4793}, {-0.2918, 0.9104, 0.2931}, {0.1237, -0.4729, 0.8723}, {-0.6131, -0.5273, -0.5883}};
-  for (const auto& d : directions)
-    if (const auto w = winding(mesh, p, {d[0], d[1], d[2]})) return *w != 0;
-  return std::abs(solid_angle(mesh, p)) > 2 * std::numbers::pi;
+  const Pose same;
+  return Ray(mesh, same, p, same).inside();
 }
 
 }  // namespace tandem

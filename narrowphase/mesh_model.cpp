@@ -111,6 +111,45 @@ void require_outward(const MeshModel& mesh) {
            "; it must not be negative (triangles counterclockwise seen from outside)");
 }
 
+// Is the closed surface that of its hull? All vertices then lie on the hull, no edge is concave, and the area says that
+// the hull is covered once.
+bool is_own_hull(const MeshModel& mesh) {
+  const Hull& hull = mesh.hull;
+  if (hull.dimension < 3) return false;
+  const double flat = 1e-13 * 2 * mesh.half.norm();
+  double of_hull = 0, of_mesh = 0;
+  for (const Hull::Face& f : hull.faces)
+    for (std::uint32_t k = 2; k < f.count; ++k)
+      of_hull += (hull.vertices[hull.loop[f.first + k - 1]] - hull.vertices[hull.loop[f.first]])
+                     .cross(hull.vertices[hull.loop[f.first + k]] - hull.vertices[hull.loop[f.first]])
+                     .norm();
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    const auto [p, q, r] = mesh.corners(i);
+    const Vec3 n = (q - p).cross(r - p);
+    const double area = n.norm();
+    of_mesh += area;
+    if (area <= flat * mesh.half.norm()) continue;
+    for (const std::uint32_t t : mesh.neighbours[i]) {
+      if (t == no_index) continue;
+      for (const Vec3& v : mesh.corners(t))
+        if (n.dot(v - p) > flat * area) return false;
+    }
+  }
+  if (!(std::abs(of_mesh - of_hull) <= 1e-9 * of_hull)) return false;
+  std::vector<std::uint8_t> known(mesh.vertices.size(), 0);
+  for (const std::uint32_t v : mesh.extreme) known[v] = 1;
+  for (const auto& t : mesh.triangles)
+    for (const std::uint32_t v : t) {
+      if (known[v]) continue;
+      known[v] = 1;
+      const Vec3& p = mesh.vertices[v];
+      const bool on_it = std::any_of(hull.faces.begin(), hull.faces.end(),
+                                     [&](const Hull::Face& f) { return f.offset - f.normal.dot(p) <= flat; });
+      if (!on_it) return false;
+    }
+  return true;
+}
+
 struct Extent {
   Vec3 lo = Vec3::Constant(std::numeric_limits<double>::infinity());
   Vec3 hi = Vec3::Constant(-std::numeric_limits<double>::infinity());
@@ -287,7 +326,8 @@ MeshModel build_mesh(Mesh mesh) {
   model.half = (box.hi - model.centre).cwiseMax(model.centre - box.lo);
   if (const double most = model.half.maxCoeff(); most > 0) model.unit = std::exp2(std::ceil(std::log2(most)) + 1);
 
-  const Hull hull = build_hull(points);
+  model.hull = build_hull(points);
+  const Hull& hull = model.hull;
   // The hull keeps its vertices in the order given, each with the bits given.
   for (std::size_t i = 0, k = 0; i < points.size() && k < hull.vertices.size(); ++i)
     if (points[i] == hull.vertices[k]) model.extreme.push_back(point_of[i]), ++k;
@@ -295,6 +335,7 @@ MeshModel build_mesh(Mesh mesh) {
   join_triangles(model);
   find_parts(model);
   if (model.solid) require_outward(model);
+  model.convex = model.solid && is_own_hull(model);
   HierarchyBuilder{model};
   return model;
 }

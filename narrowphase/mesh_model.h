@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "hull.h"
 #include "tandem/narrowphase/shape.h"
 
 namespace tandem {
@@ -29,6 +30,10 @@ struct MeshModel {
   /// coordinates are one vertex here.
   std::vector<std::array<std::uint32_t, 3>> neighbours;
   std::vector<std::uint32_t> extreme;  ///< vertices of the convex hull: enough for bounds (to 1e-12 of the size)
+
+  Hull hull;  ///< of all vertices in use
+  /// A solid whose surface is that of its hull, to 1e-13 of the size: it is solved as one.
+  bool convex = false;
 
   std::vector<std::uint32_t> parts;  ///< one vertex of each part that hangs together by edges
 

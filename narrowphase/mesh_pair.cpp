@@ -50,6 +50,11 @@ bool goes_first(const Posed& a, const Posed& b) {
                                        before);
 }
 
+ConvexView view_hull(const Shape& mesh) {
+  const Hull& hull = mesh.mesh().hull;
+  return {.kind = ShapeKind::convex, .param = {}, .vertices = hull.vertices, .hull = &hull, .size = mesh.size()};
+}
+
 NarrowPhaseOptions for_triangles(const NarrowPhaseOptions& options) {
   NarrowPhaseOptions o = options;
   o.solver.clear();  // the name was that of a solver for meshes

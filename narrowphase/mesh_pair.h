@@ -5,6 +5,7 @@
 #include <limits>
 #include <vector>
 
+#include "convex_view.h"
 #include "mesh_model.h"
 #include "tandem/narrowphase/narrow_phase.h"
 
@@ -40,6 +41,9 @@ using Corners = std::array<Vec3, 3>;
 
 /// Largest absolute coordinate of a vertex, or a little more.
 inline double reach(const MeshModel& mesh) { return (mesh.centre.cwiseAbs() + mesh.half).maxCoeff(); }
+
+/// The mesh's hull as a convex shape.
+ConvexView view_hull(const Shape& mesh);
 
 /// The options for the triangles of a mesh: a solver that was named is one for meshes.
 NarrowPhaseOptions for_triangles(const NarrowPhaseOptions& options);

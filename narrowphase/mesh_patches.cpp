@@ -1,0 +1,112 @@
+#include "mesh_patches.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace tandem {
+namespace {
+
+constexpr double one_patch = 0.9;  // cosine of the angle between normals
+constexpr double opposing = -0.7;
+constexpr double same_point = 1e-9;     // of the size
+constexpr double worth_keeping = 1e-6;  // of the size: a point this much deeper than the corners of its patch
+constexpr double thin = 0.005;          // width of a patch to its length: an edge
+
+// At most four of the points, wherever they came from: the extremes of the patch, and the deepest if it is none of
+// them. Equal depths are equal but for rounding, so none of them leads.
+void keep_widest(std::vector<Contact>& p, double size) {
+  if (p.size() <= 1) return;
+  const Vec3 axis = p.front().normal;
+  const Vec3 start = axis.cross(Vec3(0.36, 0.48, 0.8));
+  const auto best = [&](auto&& score) {
+    std::size_t winner = 0;
+    for (std::size_t i = 1; i < p.size(); ++i)
+      if (score(p[i]) > score(p[winner]) + 1e-9 * size) winner = i;
+    return winner;
+  };
+  std::vector<std::size_t> kept{best([&](const Contact& c) { return start.dot(c.point); })};
+  const Vec3 from = p[kept[0]].point;
+  kept.push_back(best([&](const Contact& c) { return (c.point - from).norm(); }));
+  const Vec3 along = p[kept[1]].point - from;
+  const double length = along.norm();
+  if (length > same_point * size) {
+    const Vec3 side = axis.cross(along).normalized();
+    for (const double s : {1.0, -1.0}) {
+      const std::size_t k = best([&](const Contact& c) { return s * side.dot(c.point - from); });
+      if (s * side.dot(p[k].point - from) > thin * length) kept.push_back(k);
+    }
+  } else {
+    kept.pop_back();
+  }
+  const std::size_t deepest = best([](const Contact& c) { return c.depth; });
+  double most = p[kept[0]].depth;
+  for (const std::size_t k : kept) most = std::max(most, p[k].depth);
+  if (p[deepest].depth > most + worth_keeping * size) {
+    if (kept.size() < 4) {
+      kept.push_back(deepest);
+    } else {
+      // It stands for the one nearest to it.
+      *std::min_element(kept.begin(), kept.end(), [&](std::size_t i, std::size_t j) {
+        return (p[i].point - p[deepest].point).squaredNorm() < (p[j].point - p[deepest].point).squaredNorm();
+      }) = deepest;
+    }
+  }
+  std::sort(kept.begin(), kept.end());
+  kept.erase(std::unique(kept.begin(), kept.end()), kept.end());
+  std::vector<Contact> few;
+  for (const std::size_t k : kept) few.push_back(p[k]);
+  p = std::move(few);
+}
+
+}  // namespace
+
+void PatchCollector::add(std::uint32_t t, std::span<const Contact> contacts) {
+  for (std::uint32_t k = 0; k < contacts.size(); ++k) {
+    Contact c = contacts[k];
+    c.feature = t * 4 + std::min(k, 3u);
+    all_.push_back(c);
+  }
+}
+
+void PatchCollector::finish(const Vec3& centre, bool solid, std::vector<Contact>& out) {
+  // Deeper ones found patches; of equals (to rounding) the one whose triangle comes first.
+  std::sort(all_.begin(), all_.end(), [](const Contact& x, const Contact& y) { return x.feature < y.feature; });
+  std::stable_sort(all_.begin(), all_.end(), [&](const Contact& x, const Contact& y) {
+    return std::floor(x.depth / (worth_keeping * size_)) > std::floor(y.depth / (worth_keeping * size_));
+  });
+  std::vector<std::vector<Contact>> patches;
+  for (const Contact& c : all_) {
+    const auto same = std::find_if(patches.begin(), patches.end(), [&](const std::vector<Contact>& p) {
+      return p.front().normal.dot(c.normal) > one_patch;
+    });
+    if (same == patches.end()) {
+      patches.push_back({c});
+      continue;
+    }
+    // A point on an edge belongs to the triangles of both sides.
+    const auto twin = std::find_if(same->begin(), same->end(),
+                                   [&](const Contact& o) { return (o.point - c.point).norm() <= same_point * size_; });
+    if (twin == same->end()) same->push_back(c);
+  }
+  if (solid) {
+    std::vector<std::uint8_t> far(patches.size(), 0);
+    const auto behind = [&](const Contact& c) { return c.normal.dot(centre - c.point) < 0; };
+    for (std::size_t i = 0; i < patches.size(); ++i)
+      for (const auto& other : patches)
+        if (patches[i].front().normal.dot(other.front().normal) < opposing && behind(patches[i].front()) &&
+            !behind(other.front()))
+          far[i] = 1;
+    std::size_t i = 0;
+    std::erase_if(patches, [&](const auto&) { return far[i++] != 0; });
+  }
+  const std::size_t first = out.size();
+  for (auto& patch : patches) {
+    keep_widest(patch, size_);
+    out.insert(out.end(), patch.begin(), patch.end());
+  }
+  std::sort(out.begin() + static_cast<std::ptrdiff_t>(first), out.end(),
+            [](const Contact& x, const Contact& y) { return x.feature < y.feature; });
+}
+
+}  // namespace tandem

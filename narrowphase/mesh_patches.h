@@ -1,0 +1,30 @@
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "tandem/narrowphase/narrow_phase.h"
+
+namespace tandem {
+
+/// Gathers the contacts of a mesh's triangles with one convex shape into patches: those of about one normal, at most
+/// four, that span the patch.
+class PatchCollector {
+ public:
+  explicit PatchCollector(double size) : size_(size) {}
+
+  /// Of triangle t; their normals point from the mesh.
+  void add(std::uint32_t t, std::span<const Contact> contacts);
+
+  /// Appends what is kept, by feature. Patches of a solid whose normals oppose each other are two sides of one wall
+  /// that the shape with this centre has gone through: the far one does not push.
+  void finish(const Vec3& centre, bool solid, std::vector<Contact>& out);
+
+  std::vector<Contact>& scratch() { return scratch_; }
+
+ private:
+  double size_;
+  std::vector<Contact> all_, scratch_;
+};
+
+}  // namespace tandem

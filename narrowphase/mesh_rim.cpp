@@ -1,0 +1,81 @@
+#include "mesh_rim.h"
+
+#include "closed_forms.h"
+#include "mesh_query.h"
+
+namespace tandem {
+namespace {
+
+constexpr double flush = 1e-6;       // sine of an angle that is none
+constexpr int most_neighbours = 64;  // about a corner
+
+// Does a triangle around corner k of t reach farther along n than that corner? Walks from edge to edge.
+bool overtopped(const MeshModel& mesh, std::uint32_t t, std::size_t k, const Vec3& n) {
+  const Vec3 corner = mesh.corners(t)[k];
+  for (const bool forth : {true, false}) {
+    std::uint32_t at = t;
+    std::size_t c = k;
+    for (int i = 0; i < most_neighbours; ++i) {
+      const std::uint32_t next = mesh.neighbours[at][forth ? (c + 2) % 3 : c];
+      if (next == no_index || next == t) break;
+      const auto p = mesh.corners(next);
+      std::size_t same = 3;
+      for (std::size_t j = 0; j < 3; ++j) {
+        if (p[j] == corner) same = j;
+        const Vec3 away = p[j] - corner;
+        if (n.dot(away) > flush * away.norm()) return true;
+      }
+      if (same == 3) break;
+      at = next;
+      c = same;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+bool bears(const MeshModel& mesh, std::uint32_t t, const Vec3& n) {
+  const auto p = mesh.corners(t);
+  std::array<double, 3> height;
+  for (std::size_t k = 0; k < 3; ++k) height[k] = n.dot(p[k] - p[0]);
+  const double top = *std::max_element(height.begin(), height.end());
+  const double longest = std::max({(p[1] - p[0]).norm(), (p[2] - p[0]).norm(), (p[2] - p[1]).norm()});
+  std::array<bool, 3> high;
+  for (std::size_t k = 0; k < 3; ++k) high[k] = height[k] >= top - flush * longest;
+  if (high[0] && high[1] && high[2]) return true;
+  for (std::size_t k = 0; k < 3; ++k)
+    if (high[k] && overtopped(mesh, t, k, n)) return false;
+  return true;
+}
+
+double surface_distance(const MeshModel& mesh, const Vec3& p) {
+  double best = std::numeric_limits<double>::infinity();
+  BoxQuery(mesh, {p, p}, p, Vec3::Zero(), Mat3::Identity()).nearest_first(best, [&](std::uint32_t t) {
+    const auto c = mesh.corners(t);
+    return best = std::min(best, point_distance(view_triangle(c), p).signed_distance);
+  });
+  return best;
+}
+
+double first_crossing(const MeshModel& mesh, const Vec3& p, const Vec3& d) {
+  double first = std::numeric_limits<double>::infinity();
+  const double reach = 4 * (mesh.half.norm() + (p - mesh.centre).norm());
+  const Vec3 end = p + reach * d, u = d.unitOrthogonal();
+  Mat3 axes;
+  axes << d, u, d.cross(u);
+  const BoxQuery query(mesh, {p.cwiseMin(end), p.cwiseMax(end)}, (p + end) / 2, Vec3(reach / 2, 0, 0), axes);
+  query.each_near(0, [&](std::uint32_t t) {
+    // Moeller and Trumbore, Fast, minimum storage ray-triangle intersection, 1997; edges belong to both sides.
+    const auto c = mesh.corners(t);
+    const Vec3 e = c[1] - c[0], f = c[2] - c[0], h = d.cross(f), r = p - c[0], q = r.cross(e);
+    const double det = e.dot(h);
+    if (det == 0) return false;
+    const double s = r.dot(h) / det, w = d.dot(q) / det, at = f.dot(q) / det;
+    if (s >= -1e-9 && w >= -1e-9 && s + w <= 1 + 1e-9 && at > 0) first = std::min(first, at);
+    return false;
+  });
+  return first;
+}
+
+}  // namespace tandem

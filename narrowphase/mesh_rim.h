@@ -1,0 +1,16 @@
+#pragma once
+#include "mesh_model.h"
+
+namespace tandem {
+
+/// Does the surface about triangle t push along n (unit, mesh's frame)? It does if no triangle beside the feature of t
+/// that lies farthest along n (its face, an edge, a corner) reaches farther: on a flat or hollow surface only faces
+/// push, not the edges between them.
+bool bears(const MeshModel& mesh, std::uint32_t t, const Vec3& n);
+
+/// Distance of a point from the surface, and of the first crossing along d (unit) from p, infinity if there is none;
+/// in the mesh's frame.
+double surface_distance(const MeshModel& mesh, const Vec3& p);
+double first_crossing(const MeshModel& mesh, const Vec3& p, const Vec3& d);
+
+}  // namespace tandem
