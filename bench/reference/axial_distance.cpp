@@ -65,6 +65,10 @@ Interval plane_depth(const Difference& difference, Real tolerance) {
     add(e.from, w);
     add(w, e.to);
   }
+  const Real close = -r.lower + Real(1e-9) * difference.scale();
+  r.unique = abs(r.normal.x) < Real(1e-3);  // else every turn of it is as good
+  for (; !queue.empty() && queue.top().offset <= close; queue.pop())
+    if (norm(queue.top().normal - r.normal) > Real(1e-3)) r.unique = false;
   return r;
 }
 

@@ -67,15 +67,25 @@ Real newton_step(const Difference& difference, Vec& n, Real& depth) {
 
 Interval cores_distance(const Difference& difference, Real tolerance) {
   Interval outside = outside_distance(difference, tolerance);
-  if (outside.lower > 0) return outside;
-  Interval inside = inside_distance(difference, tolerance, most_vertices);
+  if (outside.lower > 0) {
+    // At a touching corner or edge, any normal of its cone comes as close.
+    outside.unique = outside.lower > Real(1e-9) * difference.scale();
+    return outside;
+  }
+  const auto axial = axial_bounds(difference, tolerance);
+  if (axial) {
+    Interval r = *axial;
+    r.lower = -dot(r.normal, difference.support(r.normal));
+    if (r.upper - r.lower < Real(1e-14) * difference.scale()) return r;
+  }
+  Interval inside = inside_distance(difference, tolerance, axial ? most_vertices / 4 : most_vertices);
   if (inside.upper > 0) inside.upper = max(inside.lower, outside.upper);  // the origin was not reached
   if (inside.upper - inside.lower > tolerance) {
     Real depth = -inside.lower;
     for (int i = 0; i < 30; ++i)
       if (!(newton_step(difference, inside.normal, depth) > tolerance)) break;
     inside.lower = max(inside.lower, -depth);
-    if (const auto axial = axial_bounds(difference, tolerance)) {
+    if (axial) {
       inside.upper = min(inside.upper, axial->upper);
       const Real along = -dot(axial->normal, difference.support(axial->normal));
       if (along > inside.lower) inside.lower = along, inside.normal = axial->normal;
