@@ -117,56 +117,191 @@ void keep(Simplex& s, const Nearest& n) {
   s = r;
 }
 
-}  // namespace
+/// The point of a simplex nearest the origin, where the last point was added to the nearest feature of the others, so
+/// that the nearest feature holds the last point. Keeps that feature's points, the last one last.
+class Descent {
+ public:
+  explicit Descent(Simplex& s) : s_(s) {}
 
-GjkResult gjk(const MinkowskiDifference& d, double tolerance, double beyond, double within) {
-  GjkResult r;
-  Vec3 direction = d.pose.rotation * core_centre(d.b) + d.pose.translation - core_centre(d.a);
-  if (!(direction.squaredNorm() > 0)) direction = Vec3::UnitX();
-  Simplex& s = r.simplex;
-  s.p[0] = d.support(direction);
-  s.weight[0] = 1;
-  s.count = 1;
-  r.v = s.p[0].w;
-  const double scale = d.scale() + r.v.norm();
-  const double near = 1e-7 * scale;
-  r.lower = -std::numeric_limits<double>::infinity();
-  r.end = GjkResult::End::near;
-  for (int iteration = 0; iteration < max_iterations; ++iteration) {
-    const double length = r.v.norm();
-    r.upper = length;
-    if (length <= 4 * epsilon * scale) return r;
-    const MinkowskiPoint p = d.support(-r.v);
-    r.lower = std::max(r.lower, r.v.dot(p.w) / length);
-    if (r.lower > beyond || r.upper <= within) break;
-    if (r.upper - r.lower <= tolerance * r.upper + 2 * epsilon * scale) break;
-    bool known = false;
-    for (int i = 0; i < s.count; ++i) known = known || p.w == s.p[i].w;
-    if (known) break;
-    const Simplex before = s;
-    s.p[s.count++] = p;
-    const Nearest n = nearest(s);
-    if (n.inside) {
-      r.end = GjkResult::End::inside;
-      r.upper = 0;
-      return r;
+  enum class Step { moved, inside, lost };
+  Step step(Vec3& v) {
+    switch (s_.count) {
+      case 1:
+        v = s_.p[0].w;
+        return Step::moved;
+      case 2:
+        on_segment(s_.p[1].w, s_.p[0].w);
+        break;
+      case 3:
+        on_triangle(2, 0, 1);
+        break;
+      default:
+        if (in_tetrahedron()) return Step::inside;
     }
-    if (!(n.squared < length * length)) {  // rounding: no nearer point can be found
-      s = before;
-      break;
-    }
-    keep(s, n);
-    r.v = n.v;
+    if (!(squared_ < v.squaredNorm())) return Step::lost;
+    v = v_;
+    const MinkowskiPoint last = s_.p[s_.count - 1];
+    int count = 0;
+    for (int i = 0; i + 1 < s_.count; ++i)
+      if (keep_ >> i & 1u) {
+        if (i != count) s_.p[count] = s_.p[i];
+        ++count;
+      }
+    s_.p[count++] = last;
+    s_.count = count;
+    return Step::moved;
   }
+
+ private:
+  void take(const Vec3& v, unsigned keep) {
+    const double squared = v.squaredNorm();
+    if (squared < squared_) v_ = v, squared_ = squared, keep_ = keep;
+  }
+  static Vec3 point_on(const Vec3& p, const Vec3& q, const Vec3& pq, double t, double length2) {
+    // From the end that is nearer: less cancellation.
+    const double s = t / length2;
+    return s <= 0.5 ? Vec3(p + s * pq) : Vec3(q - ((length2 - t) / length2) * pq);
+  }
+  void on_segment(const Vec3& p, const Vec3& q) {
+    const Vec3 pq = q - p;
+    const double t = -p.dot(pq), length2 = pq.squaredNorm();
+    if (!(t > 0)) return take(p, 0);
+    take(t >= length2 ? q : point_on(p, q, pq, t, length2), 1);
+  }
+  void on_triangle(int ip, int iq, int ir) {
+    const Vec3 &p = s_.p[ip].w, &q = s_.p[iq].w, &r = s_.p[ir].w;
+    const Vec3 a = q - p, b = r - p;
+    const double aa = a.squaredNorm(), bb = b.squaredNorm(), ab = a.dot(b);
+    const double da = -p.dot(a), db = -p.dot(b);
+    const double beyond_a = da * ab - db * aa, beyond_b = db * ab - da * bb;
+    if (!(beyond_a > 0) && !(beyond_b > 0)) {
+      const Vec3 n = a.cross(b);
+      const double n2 = n.squaredNorm();
+      if (n2 > 1e-24 * aa * bb) return take(n * (n.dot(p) / n2), 1u << iq | 1u << ir);
+    }
+    const bool on_a = da > 0, on_b = db > 0;
+    if (!on_a && !on_b) return take(p, 0);
+    if (on_a) take(da >= aa ? q : point_on(p, q, a, da, aa), 1u << iq);
+    if (on_b) take(db >= bb ? r : point_on(p, r, b, db, bb), 1u << ir);
+  }
+  bool in_tetrahedron() {
+    const Vec3& p = s_.p[3].w;
+    const Vec3 a = s_.p[0].w - p, b = s_.p[1].w - p, c = s_.p[2].w - p;
+    const Vec3 ab = a.cross(b), bc = b.cross(c), ca = c.cross(a);
+    const double volume = ab.dot(c);
+    const double flat =
+        1e-14 * std::sqrt(std::max({ab.squaredNorm() * c.squaredNorm(), bc.squaredNorm() * a.squaredNorm()}));
+    const bool thin = std::abs(volume) <= flat;
+    const double sign = volume > 0 ? 1 : -1;
+    const bool out_ab = thin || sign * p.dot(ab) > 0, out_bc = thin || sign * p.dot(bc) > 0,
+               out_ca = thin || sign * p.dot(ca) > 0;
+    if (!out_ab && !out_bc && !out_ca) return true;
+    if (out_ab) on_triangle(3, 0, 1);
+    if (out_bc) on_triangle(3, 1, 2);
+    if (out_ca) on_triangle(3, 2, 0);
+    return false;
+  }
+
+  Simplex& s_;
+  Vec3 v_;
+  double squared_ = std::numeric_limits<double>::infinity();
+  unsigned keep_ = 0;  ///< of the points before the last
+};
+
+bool same(const MinkowskiPoint& p, const MinkowskiPoint& q, bool polytopes) {
+  return polytopes ? p.vertex_a == q.vertex_a && p.vertex_b == q.vertex_b : p.w == q.w;
+}
+
+GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond, double within, const Vec3* start) {
+  GjkResult r;
+  Vec3 v =
+      start != nullptr ? -*start : Vec3(core_centre(d.a) - d.pose.rotation * core_centre(d.b) - d.pose.translation);
+  if (!(v.squaredNorm() > 0)) v = -Vec3::UnitX();
+  const bool polytopes = d.polytopes();
+  const double scale = d.scale();
+  const double rounding = 2 * epsilon * scale;
+  Simplex& s = r.simplex;
+  r.upper = std::numeric_limits<double>::infinity();
+  r.lower = -r.upper;
+  double length = v.norm();
+  for (int iteration = 0; iteration < max_iterations; ++iteration) {
+    const MinkowskiPoint p = d.support(-v);
+    r.lower = std::max(r.lower, v.dot(p.w) / length);
+    if (r.lower > beyond || (s.count > 0 && r.upper - r.lower <= tolerance * r.upper + rounding)) break;
+    bool known = false;
+    for (int i = 0; i < s.count; ++i) known = known || same(p, s.p[i], polytopes);
+    if (known) break;
+    s.p[s.count++] = p;
+    if (s.count == 1) {
+      v = p.w;
+    } else {
+      const auto step = Descent(s).step(v);
+      if (step == Descent::Step::inside) {
+        r.end = GjkResult::End::inside;
+        r.v = v;
+        r.upper = 0;
+        return r;
+      }
+      if (step == Descent::Step::lost) {
+        // Rounding hides the nearest feature: search all of them.
+        const Nearest n = nearest(s);
+        if (n.inside) {
+          r.end = GjkResult::End::inside;
+          r.v = v;
+          r.upper = 0;
+          return r;
+        }
+        if (!(n.squared < v.squaredNorm())) {
+          --s.count;
+          break;
+        }
+        keep(s, n);
+        v = n.v;
+      }
+    }
+    length = v.norm();
+    if (s.count == 2 && length < 1e-4 * scale && polytopes) {
+      // The cancellation that makes v short leaves it askew: square to the edge it is exact where it matters.
+      const Vec3 e = s.p[1].w - s.p[0].w;
+      v -= (v.dot(e) / e.squaredNorm()) * e;
+      length = v.norm();
+    }
+    r.upper = length;
+    if (r.upper <= within || length <= rounding) break;
+  }
+  r.v = v;
+  // Polytopes: what is certified to rounding needs no second opinion.
+  const double near = polytopes
+                          ? (r.upper - r.lower <= 8 * rounding + tolerance * r.upper ? 16 * rounding : 1e-7 * scale)
+                          : 1e-7 * scale;
   r.end = r.upper > near ? GjkResult::End::separated : GjkResult::End::near;
   return r;
 }
 
+/// The weights of the simplex's at most 3 points for the point nearest the origin.
+void weigh(Simplex& s) {
+  Simplex all = s;
+  const Nearest n = nearest(s);
+  if (n.inside) return;
+  keep(all, n);
+  s = all;
+}
+
+}  // namespace
+
+GjkResult gjk(const MinkowskiDifference& d, double tolerance, double beyond, double within, const Vec3* start) {
+  GjkResult r = descend(d, tolerance, beyond, within, start);
+  if (r.simplex.count > 0) weigh(r.simplex);
+  return r;
+}
+
 bool gjk_collide(const MinkowskiDifference& d, double tolerance) {
-  const double rounding = core_radius(d.a) + core_radius(d.b);
-  const GjkResult r = gjk(d, std::max(tolerance, 1e-14), rounding, rounding);
-  if (r.end == GjkResult::End::inside) return true;
-  if (r.end == GjkResult::End::separated || r.lower > rounding) return r.lower <= rounding && r.upper <= rounding;
+  const double radius = core_radius(d.a) + core_radius(d.b);
+  const double rounding = 16 * epsilon * d.scale();
+  const GjkResult r = descend(d, std::max(tolerance, 1e-14), radius + rounding, radius - rounding, nullptr);
+  if (r.lower > radius + rounding) return false;
+  if (r.end == GjkResult::End::inside && r.v.squaredNorm() > rounding * rounding) return true;
+  if (r.upper < radius - rounding) return true;
   return gjk_signed_distance(d, tolerance).signed_distance <= 0;
 }
 

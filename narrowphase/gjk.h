@@ -3,10 +3,13 @@
 
 namespace tandem {
 
-/// A point of the Minkowski difference A - B and the point of A it comes from.
+/// A point of the Minkowski difference A - B and the point of A it comes from. For polytopes the vertices of A and B
+/// are numbered.
 struct MinkowskiPoint {
   Vec3 w;
   Vec3 a;
+  std::uint32_t vertex_a = 0;
+  std::uint32_t vertex_b = 0;
 };
 
 /// A - B of two cores in A's frame.
@@ -14,12 +17,23 @@ struct MinkowskiDifference {
   const ConvexView& a;
   const ConvexView& b;
   RelativePose pose;
+  SupportKernel kernel = support_kernel();
 
   MinkowskiPoint support(const Vec3& d) const {
-    const Vec3 pa = core_support(a, d);
-    const Vec3 pb = pose.rotation * core_support(b, -(pose.rotation.transpose() * d)) + pose.translation;
-    return {pa - pb, pa};
+    const Mat3& r = pose.rotation;
+    const Vec3 back(-(r(0, 0) * d[0] + r(1, 0) * d[1] + r(2, 0) * d[2]),
+                    -(r(0, 1) * d[0] + r(1, 1) * d[1] + r(2, 1) * d[2]),
+                    -(r(0, 2) * d[0] + r(1, 2) * d[1] + r(2, 2) * d[2]));
+    const SupportPoint pa = core_support_point(a, d, kernel);
+    const SupportPoint pb = core_support_point(b, back, kernel);
+    return {pa.p - (r * pb.p + pose.translation), pa.p, pa.vertex, pb.vertex};
   }
+  /// p - q of two points of polytopes: exact to the length of the edges it is made of, not to that of p and q.
+  Vec3 edge(const MinkowskiPoint& p, const MinkowskiPoint& q) const {
+    return (core_vertex(a, p.vertex_a) - core_vertex(a, q.vertex_a)) -
+           pose.rotation * (core_vertex(b, p.vertex_b) - core_vertex(b, q.vertex_b));
+  }
+  bool polytopes() const { return is_polytope(a.kind) && is_polytope(b.kind); }
   /// The unit of absolute rounding errors.
   double scale() const { return a.size + b.size + pose.translation.norm(); }
 };
@@ -33,15 +47,17 @@ struct Simplex {
 /// Where GJK stopped (Gilbert, Johnson, Keerthi 1988; the duality gap bounds the error).
 struct GjkResult {
   enum class End { separated, near, inside } end;
-  double upper = 0;  ///< distance of `v`: the cores are no farther apart
-  double lower = 0;  ///< the cores are at least this far apart; <= 0 says nothing
-  Vec3 v = Vec3::Zero();
+  double upper = 0;       ///< distance of `v`: the cores are no farther apart
+  double lower = 0;       ///< the cores are at least this far apart; <= 0 says nothing
+  Vec3 v = Vec3::Zero();  ///< the last nearest point; -v is the direction to start a similar query from
   Simplex simplex;
 };
 
 /// Distance of the cores. Stops as soon as the distance is known to be > beyond or <= within, or the gap is below
-/// tolerance x distance. `near`: so close to touching that the depth solver must decide.
-GjkResult gjk(const MinkowskiDifference& d, double tolerance, double beyond, double within);
+/// tolerance x distance. `near`: so close to touching that the depth solver must decide. `start`: a direction from A
+/// to B, in A's frame, not zero; without it the one between the centres.
+GjkResult gjk(const MinkowskiDifference& d, double tolerance, double beyond, double within,
+              const Vec3* start = nullptr);
 
 /// Sets the points of the answer from its signed distance (of the cores, < 0) and normal: B is moved out along the
 /// normal, where the nearest points are the pair sought, whichever of its faces, edges and corners touch. On curved

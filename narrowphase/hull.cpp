@@ -236,6 +236,7 @@ Hull assemble(std::span<const Vec3> p, int dimension, const std::vector<std::uin
   if (dimension == 1) hull.edges.push_back({{0, 1}, {0, 0}});
   if (dimension >= 2) add_edges(hull);
   add_neighbours(hull);
+  if (hull.vertices.size() > 4) hull.support = SupportMap(hull.vertices);
   return hull;
 }
 

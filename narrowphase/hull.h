@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "tandem/narrowphase/pose.h"
+#include "support_map.h"
 
 namespace tandem {
 
@@ -32,6 +32,7 @@ struct Hull {
   std::vector<std::uint32_t> neighbour_first;  ///< of vertex i: neighbours[neighbour_first[i], neighbour_first[i + 1])
   std::vector<std::uint32_t> neighbours;       ///< ascending
   Vec3 inside = Vec3::Zero();                  ///< a point of the hull: the mean of its vertices
+  SupportMap support;                          ///< of the vertices; empty where there are at most 4
 };
 
 /// Hull of one or more finite points, through Qhull. Every point lies within 1e-12 of the cloud's size of it.

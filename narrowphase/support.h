@@ -4,6 +4,8 @@
 #include <cstdint>
 
 #include "convex_view.h"
+#include "hull.h"
+#include "support_kernel.h"
 
 namespace tandem {
 
@@ -17,47 +19,80 @@ constexpr bool is_polytope(ShapeKind kind) {
   return kind != ShapeKind::cylinder && kind != ShapeKind::cone && kind != ShapeKind::ellipsoid;
 }
 
-/// A point of the core farthest along d (any length, not zero for a definite answer), in the shape's frame.
-inline Vec3 core_support(const ConvexView& v, const Vec3& d) {
+/// A point of a core and, for polytopes, which of its vertices it is: equal numbers mean equal points.
+struct SupportPoint {
+  Vec3 p;
+  std::uint32_t vertex = 0;
+};
+
+/// The vertex of a polytope's core with the number that `core_support` gave it, in the shape's frame.
+inline Vec3 core_vertex(const ConvexView& v, std::uint32_t vertex) {
   switch (v.kind) {
     case ShapeKind::box:
-      return {std::copysign(v.param[0], d[0]), std::copysign(v.param[1], d[1]), std::copysign(v.param[2], d[2])};
+      return {vertex & 1u ? -v.param[0] : v.param[0], vertex & 2u ? -v.param[1] : v.param[1],
+              vertex & 4u ? -v.param[2] : v.param[2]};
     case ShapeKind::capsule:
-      return {0, 0, std::copysign(0.5 * v.param[1], d[2])};
-    case ShapeKind::cylinder: {
-      const double rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
-      const double s = rho > 0 ? v.param[0] / rho : 0.0;
-      return {d[0] * s, d[1] * s, std::copysign(0.5 * v.param[1], d[2])};
-    }
-    case ShapeKind::cone: {
-      const double rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
-      if (d[2] * v.param[1] > rho * v.param[0]) return {0, 0, 0.5 * v.param[1]};
-      const double s = rho > 0 ? v.param[0] / rho : 0.0;
-      return {d[0] * s, d[1] * s, -0.5 * v.param[1]};
-    }
-    case ShapeKind::ellipsoid: {
-      const Vec3 r{v.param[0], v.param[1], v.param[2]};
-      const Vec3 q = r.cwiseProduct(d);
-      const double length = q.norm();
-      return length > 0 ? Vec3(r.cwiseProduct(q) / length) : Vec3(r[0], 0, 0);
-    }
+      return {0, 0, vertex != 0 ? -0.5 * v.param[1] : 0.5 * v.param[1]};
     case ShapeKind::convex:
-    case ShapeKind::triangle: {
-      std::size_t best = 0;
-      double most = v.vertices[0].dot(d);
-      for (std::size_t i = 1; i < v.vertices.size(); ++i) {
-        const double along = v.vertices[i].dot(d);
-        if (along > most) most = along, best = i;
-      }
-      return v.vertices[best];
-    }
+    case ShapeKind::triangle:
+      return v.vertices[vertex];
     default:
       return Vec3::Zero();
   }
 }
 
+/// A point of the core farthest along d (any length, not zero for a definite answer), in the shape's frame.
+inline SupportPoint core_support_point(const ConvexView& v, const Vec3& d, SupportKernel kernel) {
+  const auto negative = [&](int k) { return std::signbit(d[k]) ? 1u : 0u; };
+  switch (v.kind) {
+    case ShapeKind::box: {
+      return {{std::copysign(v.param[0], d[0]), std::copysign(v.param[1], d[1]), std::copysign(v.param[2], d[2])},
+              negative(0) | negative(1) << 1 | negative(2) << 2};
+    }
+    case ShapeKind::capsule:
+      return {{0, 0, std::copysign(0.5 * v.param[1], d[2])}, negative(2)};
+    case ShapeKind::cylinder: {
+      const double rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
+      const double s = rho > 0 ? v.param[0] / rho : 0.0;
+      return {{d[0] * s, d[1] * s, std::copysign(0.5 * v.param[1], d[2])}};
+    }
+    case ShapeKind::cone: {
+      const double rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
+      if (d[2] * v.param[1] > rho * v.param[0]) return {{0, 0, 0.5 * v.param[1]}};
+      const double s = rho > 0 ? v.param[0] / rho : 0.0;
+      return {{d[0] * s, d[1] * s, -0.5 * v.param[1]}};
+    }
+    case ShapeKind::ellipsoid: {
+      const Vec3 r{v.param[0], v.param[1], v.param[2]};
+      const Vec3 q = r.cwiseProduct(d);
+      const double length = q.norm();
+      return {length > 0 ? Vec3(r.cwiseProduct(q) / length) : Vec3(r[0], 0, 0)};
+    }
+    case ShapeKind::convex:
+    case ShapeKind::triangle: {
+      if (v.vertices.size() > 4) {
+        const SupportMap& map = v.hull->support;
+        const SupportMap::Range& range = map.candidates(d);
+        const std::uint32_t best = kernel(map.xyz(range), map.index(range), range.blocks, d.data());
+        return {v.vertices[best], best};
+      }
+      std::uint32_t best = 0;
+      double most = v.vertices[0].dot(d);
+      for (std::uint32_t i = 1; i < v.vertices.size(); ++i) {
+        const double along = v.vertices[i].dot(d);
+        if (along > most) most = along, best = i;
+      }
+      return {v.vertices[best], best};
+    }
+    default:
+      return {Vec3::Zero()};
+  }
+}
+inline Vec3 core_support(const ConvexView& v, const Vec3& d) { return core_support_point(v, d, support_kernel()).p; }
+
 /// The middle of the shape's core, in its frame: inside it for every kind.
 inline Vec3 core_centre(const ConvexView& v) {
+  if (v.hull != nullptr) return v.hull->inside;
   if (v.vertices.empty()) return Vec3::Zero();
   Vec3 sum = Vec3::Zero();
   for (const Vec3& p : v.vertices) sum += p;

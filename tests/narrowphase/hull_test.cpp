@@ -8,6 +8,8 @@
 #include <thread>
 
 #include "mesh_samples.h"
+#include "random_pairs.h"
+#include "support.h"
 
 using namespace tandem;
 using namespace tandem::test;
@@ -154,4 +156,37 @@ TEST_CASE("6,755 clouds that were hard for a hull builder") {
   CHECK(clouds == 6755);
   CHECK(flat < 50);
   CHECK(worst <= 1e-12);
+}
+
+TEST_CASE("the support map finds the vertex that a scan of all finds, the first among equals") {
+  Random r(21);
+  std::vector<std::vector<Vec3>> clouds(9);
+  for (int i = 0; i < 400; ++i) {
+    const Vec3 d = r.direction();
+    if (i < 32) clouds[0].push_back(d);
+    if (i < 256) clouds[1].push_back(1e-6 * d);
+    if (i < 100) clouds[2].push_back(d.cwiseProduct(Vec3(1, 1e-4, 1e-4)));
+    if (i < 100) clouds[3].push_back(d.cwiseProduct(Vec3(1, 1, 1e-4)) + Vec3(0, 0, 3));
+    if (i < 60) clouds[4].emplace_back(std::cos(0.1 * i), std::sin(0.1 * i), 0);
+    clouds[5].push_back(d + Vec3(1e3, 0, 0));
+    if (i < 64) clouds[6].emplace_back(i % 4, i / 4 % 4, i / 16);
+    if (i < 60) clouds[7].emplace_back(std::cos(0.1 * i), std::sin(0.1 * i), i % 2);
+    if (i < 6) clouds[8].push_back(d);
+  }
+  for (const auto& cloud : clouds) {
+    const Hull hull = build_hull(cloud);
+    const ConvexView v{.kind = ShapeKind::convex, .param = {}, .vertices = hull.vertices, .hull = &hull, .size = 1};
+    for (int i = 0; i < 4000; ++i) {
+      Vec3 d = r.direction();
+      if (i % 3 == 1) d = Vec3(i / 3 % 3 - 1, i / 9 % 3 - 1, i / 27 % 3 - 1);  // along the chambers' edges
+      if (i % 3 == 2) d[i / 3 % 3] = i % 2 == 0 ? 0.0 : -0.0;
+      if (d == Vec3::Zero()) continue;
+      std::uint32_t best = 0;
+      for (std::uint32_t k = 1; k < hull.vertices.size(); ++k) {
+        const auto along = [&](const Vec3& p) { return p[0] * d[0] + p[1] * d[1] + p[2] * d[2]; };
+        if (along(hull.vertices[k]) > along(hull.vertices[best])) best = k;
+      }
+      REQUIRE(core_support_point(v, d, support_kernel()).vertex == best);
+    }
+  }
 }
