@@ -1,52 +1,98 @@
 #include "epa.h"
 
 #include <limits>
+#include <memory>
 
 namespace tandem {
 namespace {
 
-constexpr int max_vertices = 160;
-constexpr int max_faces = 2 * max_vertices;  // a closed triangulation has 2 v - 4
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 struct Face {
   int v[3];
-  int next[3];  ///< the face across the edge v[i] -> v[i + 1]; -1: the slot is free
-  Vec3 normal;  ///< unit, outward
+  int next[3];  ///< the face across the edge v[i] -> v[i + 1]
+  int back[3];  ///< which edge of that face it is
+  int place;    ///< among the candidates; -1: none
+  bool seen;    ///< by a point added: no more a face
+  Vec3 normal;  ///< unit, outward; zero for a sliver
+  double offset;
+};
+
+struct HorizonEdge {
+  int face, edge;  ///< the unseen face's
+};
+
+/// Room for a polytope of a number of vertices. Faces are numbered in order of birth and never reused.
+template <int Vertices>
+struct Workspace {
+  static constexpr int max_vertices = Vertices, max_faces = 7 * Vertices;
+  MinkowskiPoint vertex[max_vertices];
+  Face face[max_faces];
+  double candidate_offset[max_faces];
+  int candidate[max_faces];
+  HorizonEdge horizon[2 * max_vertices];
+  int pending[3 * max_faces];
+};
+
+/// What a workspace holds, whatever its size.
+struct Room {
+  template <int Vertices>
+  explicit Room(Workspace<Vertices>& w)
+      : max_vertices(w.max_vertices),
+        max_faces(w.max_faces),
+        vertex(w.vertex),
+        face(w.face),
+        candidate_offset(w.candidate_offset),
+        candidate(w.candidate),
+        horizon(w.horizon),
+        pending(w.pending) {}
+  int max_vertices, max_faces;
+  MinkowskiPoint* vertex;
+  Face* face;
+  double* candidate_offset;
+  int* candidate;
+  HorizonEdge* horizon;
+  int* pending;
 };
 
 class Polytope {
  public:
-  explicit Polytope(const MinkowskiDifference& d) : d_(d) {}
+  Polytope(const MinkowskiDifference& d, const Room& room) : vertex(room.vertex), d_(d), room_(room) {}
 
   int vertices = 0;
-  MinkowskiPoint vertex[max_vertices];
+  MinkowskiPoint* vertex;
+  Vec3 flat_normal;  ///< after span() < 3: a normal of the flat, line or point
 
   /// Four points that span a volume, from the start's and supports; returns the dimension reached (3: all is well).
   int span(const Simplex& start);
   void close_tetrahedron();
-  /// The face whose plane is nearest the origin along its outward normal.
+  /// The face whose plane is nearest the origin along its outward normal, among those below the limit; -1: none.
   int nearest_face() const;
-  /// Adds vertex `added`, seen by `face`. False if the horizon is not one loop: rounding has the last word.
-  bool add(int face, int added);
-  void retire(int face) { offset_[face] = infinity; }
+  /// Faces whose offset is not below can not be the nearest any more.
+  void limit(double upper) { limit_ = std::min(limit_, upper); }
 
-  const Face& face(int i) const { return face_[i]; }
-  double offset(int i) const { return offset_[i]; }
+  enum class Added { yes, full, torn };  ///< torn: the horizon is not one loop, rounding has the last word
+  /// Adds vertex number `vertices`, which lies beyond `face`.
+  Added add(int face);
+
+  const Face& face(int i) const { return room_.face[i]; }
   double rounding() const { return rounding_; }
-  Vec3 flat_normal;  ///< after span() < 3: a normal of the flat, line or point
 
  private:
   int new_face(int a, int b, int c);
-  void free_face(int i);
+  void link(int f, int i, int g, int j) {
+    room_.face[f].next[i] = g, room_.face[f].back[i] = j;
+    room_.face[g].next[j] = f, room_.face[g].back[j] = i;
+  }
+  void drop(int face);
 
   const MinkowskiDifference& d_;
+  Room room_;
   double rounding_ = 0;
-  int faces_ = 0;  ///< slots in use or free below this
-  int free_ = -1;
-  double offset_[max_faces];
-  Face face_[max_faces];
+  double limit_ = infinity;
+  int faces_ = 0;
+  int candidates_ = 0;
 };
 
 int Polytope::span(const Simplex& start) {
@@ -55,6 +101,16 @@ int Polytope::span(const Simplex& start) {
   double reach = 0;
   for (int i = 0; i < start.count; ++i) reach = std::max(reach, start.p[i].w.norm());
   rounding_ = 8 * epsilon * (d_.scale() + reach);
+  if (start.count == 4) {
+    const Vec3 a = start.p[1].w - start.p[0].w, b = start.p[2].w - start.p[0].w, c = start.p[3].w - start.p[0].w;
+    const Vec3 n = a.cross(b);
+    const double solid = 1e-6 * (d_.scale() + reach);
+    if (a.squaredNorm() > solid * solid && n.squaredNorm() > solid * solid * a.squaredNorm() &&
+        std::abs(n.dot(c)) > solid * n.norm()) {
+      for (; vertices < 4; ++vertices) vertex[vertices] = start.p[vertices];
+      return 3;
+    }
+  }
   vertex[vertices++] = start.p[0];
 
   const auto farther = [](double distance, const MinkowskiPoint& p, double& best, MinkowskiPoint& at) {
@@ -109,36 +165,38 @@ int Polytope::span(const Simplex& start) {
 }
 
 int Polytope::new_face(int a, int b, int c) {
-  int i = free_;
-  if (i >= 0) {
-    free_ = face_[i].v[0];
-  } else {
-    if (faces_ == max_faces) return -1;
-    i = faces_++;
-  }
-  Face& f = face_[i];
+  const int i = faces_++;
+  Face& f = room_.face[i];
   f.v[0] = a, f.v[1] = b, f.v[2] = c;
+  f.place = -1;
+  f.seen = false;
   const Vec3 &p = vertex[a].w, &q = vertex[b].w, &r = vertex[c].w;
-  const Vec3 pq = q - p, qr = r - q, rp = p - r;
-  const double pq2 = pq.squaredNorm(), qr2 = qr.squaredNorm(), rp2 = rp.squaredNorm();
-  const double longest = std::max({pq2, qr2, rp2});
-  const Vec3 n = longest == qr2 ? Vec3(rp.cross(pq)) : longest == rp2 ? Vec3(pq.cross(qr)) : Vec3(qr.cross(rp));
-  const double length = n.norm();
-  if (length > rounding_ * std::sqrt(longest)) {
-    f.normal = n / length;
-    offset_[i] = f.normal.dot(p.squaredNorm() <= q.squaredNorm() ? p : q);
+  const Vec3 rp = p - r, rq = q - r;
+  const Vec3 n = rp.cross(rq);
+  const double length2 = n.squaredNorm();
+  const double longest2 = std::max(rp.squaredNorm(), rq.squaredNorm());
+  if (length2 > rounding_ * rounding_ * longest2) {
+    f.normal = n / std::sqrt(length2);
+    f.offset = f.normal.dot(r);
+    if (f.offset < limit_) {
+      f.place = candidates_;
+      room_.candidate[candidates_] = i;
+      room_.candidate_offset[candidates_++] = f.offset;
+    }
   } else {
     f.normal.setZero();  // a sliver has no plane: it is never nearest and never seen
-    offset_[i] = infinity;
+    f.offset = infinity;
   }
   return i;
 }
 
-void Polytope::free_face(int i) {
-  offset_[i] = infinity;
-  face_[i].next[0] = -1;
-  face_[i].v[0] = free_;
-  free_ = i;
+void Polytope::drop(int face) {
+  const int place = room_.face[face].place;
+  if (place < 0) return;
+  --candidates_;
+  room_.candidate[place] = room_.candidate[candidates_];
+  room_.candidate_offset[place] = room_.candidate_offset[candidates_];
+  room_.face[room_.candidate[place]].place = place;
 }
 
 void Polytope::close_tetrahedron() {
@@ -149,89 +207,86 @@ void Polytope::close_tetrahedron() {
   new_face(0, 3, 1);
   new_face(1, 3, 2);
   new_face(2, 3, 0);
-  constexpr int next[4][3] = {{1, 2, 3}, {3, 2, 0}, {1, 3, 0}, {2, 1, 0}};
-  for (int i = 0; i < 4; ++i) std::copy(next[i], next[i] + 3, face_[i].next);
+  link(0, 0, 1, 2);
+  link(0, 1, 2, 2);
+  link(0, 2, 3, 2);
+  link(1, 0, 3, 1);
+  link(1, 1, 2, 0);
+  link(2, 1, 3, 0);
 }
 
 int Polytope::nearest_face() const {
-  int best = 0;
-  for (int i = 1; i < faces_; ++i)
-    if (offset_[i] < offset_[best]) best = i;
-  return offset_[best] < infinity ? best : -1;
+  double least = limit_;
+  int best = -1;
+  for (int i = 0; i < candidates_; ++i)
+    if (room_.candidate_offset[i] < least) least = room_.candidate_offset[i], best = i;
+  return best < 0 ? -1 : room_.candidate[best];
 }
 
-bool Polytope::add(int face, int added) {
-  const Vec3& w = vertex[added].w;
-  int seen[max_faces];
-  int seen_count = 0;
-  bool is_seen[max_faces];
-  std::fill(is_seen, is_seen + faces_, false);
-  seen[seen_count++] = face;
-  is_seen[face] = true;
-  // Faces in the new point's plane are seen too, so that no new face is a sliver along an old edge.
-  for (int k = 0; k < seen_count; ++k)
-    for (const int other : face_[seen[k]].next) {
-      if (is_seen[other]) continue;
-      const Face& f = face_[other];
-      if (f.normal.dot(w - vertex[f.v[0]].w) > -rounding_ && f.normal != Vec3::Zero()) {
-        is_seen[other] = true;
-        seen[seen_count++] = other;
-      }
-    }
-  struct Edge {
-    int from, to, outer;
-  } horizon[max_faces];
-  int edges = 0;
-  for (int k = 0; k < seen_count; ++k)
-    for (int i = 0; i < 3; ++i) {
-      const Face& f = face_[seen[k]];
-      if (!is_seen[f.next[i]]) {
-        if (edges == max_faces) return false;
-        horizon[edges++] = {f.v[i], f.v[(i + 1) % 3], f.next[i]};
-      }
-    }
-  if (edges < 3) return false;
-  // One loop: follow it, each vertex once.
-  for (int k = 0; k + 1 < edges; ++k) {
-    int found = -1;
-    for (int j = k + 1; j < edges; ++j)
-      if (horizon[j].from == horizon[k].to) {
-        if (found >= 0) return false;
-        found = j;
-      }
-    if (found < 0) return false;
-    std::swap(horizon[k + 1], horizon[found]);
-  }
-  if (horizon[edges - 1].to != horizon[0].from) return false;
-  if (faces_ + edges - seen_count > max_faces) return false;
-
-  for (int k = 0; k < seen_count; ++k) free_face(seen[k]);
-  int first = -1, last = -1;
-  for (int k = 0; k < edges; ++k) {
-    const auto [from, to, outer] = horizon[k];
-    const int i = new_face(from, to, added);
-    if (i < 0) return false;
-    face_[i].next[0] = outer;
-    for (int j = 0; j < 3; ++j)
-      if (face_[outer].v[j] == to && face_[outer].v[(j + 1) % 3] == from) face_[outer].next[j] = i;
-    if (last >= 0) {
-      face_[last].next[1] = i;
-      face_[i].next[2] = last;
+Polytope::Added Polytope::add(int face) {
+  if (vertices + 1 >= room_.max_vertices) return Added::full;
+  const Vec3& w = vertex[vertices].w;
+  // Depth first, edge after edge in the faces' sense: the horizon comes out in order. Faces in the new point's plane
+  // are seen too, so that no new face is a sliver along an old edge.
+  Face* const faces = room_.face;
+  int* const pending = room_.pending;
+  int stack = 0, edges = 0;
+  const auto enter = [&](int f, int from) {
+    faces[f].seen = true;
+    drop(f);
+    for (const int i : {(from + 2) % 3, (from + 1) % 3}) pending[stack++] = 4 * faces[f].next[i] + faces[f].back[i];
+  };
+  enter(face, 0);
+  pending[stack++] = 4 * faces[face].next[0] + faces[face].back[0];
+  while (stack > 0) {
+    const int f = pending[--stack] / 4, i = pending[stack] % 4;
+    if (faces[f].seen) continue;
+    if (faces[f].normal.dot(w) > faces[f].offset - rounding_) {
+      enter(f, i);
     } else {
-      first = i;
+      if (edges == 2 * room_.max_vertices) return Added::full;
+      room_.horizon[edges++] = {f, i};
     }
-    last = i;
   }
-  face_[last].next[1] = first;
-  face_[first].next[2] = last;
-  return true;
+  if (edges < 3) return Added::torn;
+  if (faces_ + edges > room_.max_faces) return Added::full;
+  const auto from = [&](int k) {  // along the new face's sense
+    const HorizonEdge& e = room_.horizon[k];
+    return faces[e.face].v[(e.edge + 1) % 3];
+  };
+  for (int k = 0; k < edges; ++k) {
+    const HorizonEdge& e = room_.horizon[k];
+    if (faces[e.face].v[e.edge] != from(k + 1 < edges ? k + 1 : 0)) return Added::torn;
+  }
+  const int first = faces_;
+  for (int k = 0; k < edges; ++k) {
+    const HorizonEdge e = room_.horizon[k];
+    const int i = new_face(from(k), faces[e.face].v[e.edge], vertices);
+    link(i, 0, e.face, e.edge);
+    if (k > 0) link(i - 1, 1, i, 2);
+  }
+  link(first + edges - 1, 1, first, 2);
+  ++vertices;
+  return Added::yes;
 }
 
-}  // namespace
+/// The origin's projection on a face: the weights of its vertices, clamped to the face.
+void set_points(const MinkowskiPoint& a, const MinkowskiPoint& b, const MinkowskiPoint& c, EpaResult& r) {
+  const Vec3 q = r.upper * r.normal;
+  const Vec3 n = (b.w - a.w).cross(c.w - a.w);
+  double wa = n.dot((b.w - q).cross(c.w - q)), wb = n.dot((c.w - q).cross(a.w - q)),
+         wc = n.dot((a.w - q).cross(b.w - q));
+  wa = std::max(wa, 0.0), wb = std::max(wb, 0.0), wc = std::max(wc, 0.0);
+  double sum = wa + wb + wc;
+  if (!(sum > 0)) wa = sum = 1;
+  r.point_a = (wa * a.a + wb * b.a + wc * c.a) / sum;
+  r.point_b = r.point_a - (wa * a.w + wb * b.w + wc * c.w) / sum;
+}
 
-EpaResult expand(const MinkowskiDifference& d, const Simplex& start, double tolerance) {
-  EpaResult r;
-  Polytope p(d);
+/// False where the room was too small; the result then is the best so far.
+bool expand_in(const Room& room, const MinkowskiDifference& d, const Simplex& start, double tolerance, EpaResult& r) {
+  r = {};
+  Polytope p(d, room);
   if (p.span(start) < 3) {
     r.normal = p.flat_normal;
     const MinkowskiPoint up = d.support(r.normal), down = d.support(-r.normal);
@@ -243,46 +298,68 @@ EpaResult expand(const MinkowskiDifference& d, const Simplex& start, double tole
       r.point_a += start.weight[i] * start.p[i].a;
       r.point_b += start.weight[i] * (start.p[i].a - start.p[i].w);
     }
-    return r;
+    return true;
   }
   p.close_tetrahedron();
   r.upper = infinity;
-  int best_face[3] = {0, 1, 2};
+  const bool polytopes = d.polytopes();
+  int best[3] = {0, 1, 2};
+  auto added = Polytope::Added::yes;
   for (;;) {
     const int nearest = p.nearest_face();
-    if (nearest < 0) break;
-    r.lower = p.offset(nearest);
+    if (nearest < 0) {  // no face is nearer than the depth found
+      r.lower = r.upper < infinity ? r.upper : 0;
+      break;
+    }
+    const Face& f = p.face(nearest);
+    r.lower = f.offset;
     if (r.lower >= r.upper - tolerance) break;
-    const Face f = p.face(nearest);
-    const MinkowskiPoint w = d.support(f.normal);
+    p.vertex[p.vertices] = d.support(f.normal);
+    const MinkowskiPoint& w = p.vertex[p.vertices];
     const double h = f.normal.dot(w.w);
     if (h < r.upper) {
       r.upper = h;
       r.normal = f.normal;
-      std::copy(f.v, f.v + 3, best_face);
+      std::copy(f.v, f.v + 3, best);
+      p.limit(h);
     }
     if (h - r.lower <= std::max(tolerance, p.rounding())) break;
-    if (p.vertices == max_vertices) break;
-    p.vertex[p.vertices] = w;
-    if (!p.add(nearest, p.vertices)) break;
-    ++p.vertices;
+    if (polytopes) {
+      bool own = false;
+      for (const int v : f.v) own = own || (p.vertex[v].vertex_a == w.vertex_a && p.vertex[v].vertex_b == w.vertex_b);
+      if (own) break;
+    }
+    added = p.add(nearest);
+    if (added != Polytope::Added::yes) break;
   }
   if (r.upper == infinity) {  // nothing but slivers: the widest plane there is
     r.normal = any_perpendicular(p.vertex[1].w - p.vertex[0].w);
     r.upper = r.normal.dot(d.support(r.normal).w);
     r.lower = 0;
   }
-  // Witness points: the origin's projection on the best face, in its vertices.
-  const MinkowskiPoint &a = p.vertex[best_face[0]], &b = p.vertex[best_face[1]], &c = p.vertex[best_face[2]];
-  const Vec3 q = r.upper * r.normal;
-  const Vec3 n = (b.w - a.w).cross(c.w - a.w);
-  double wa = n.dot((b.w - q).cross(c.w - q)), wb = n.dot((c.w - q).cross(a.w - q)),
-         wc = n.dot((a.w - q).cross(b.w - q));
-  wa = std::max(wa, 0.0), wb = std::max(wb, 0.0), wc = std::max(wc, 0.0);
-  double sum = wa + wb + wc;
-  if (!(sum > 0)) wa = sum = 1;
-  r.point_a = (wa * a.a + wb * b.a + wc * c.a) / sum;
-  r.point_b = r.point_a - (wa * a.w + wb * b.w + wc * c.w) / sum;
+  const MinkowskiPoint &a = p.vertex[best[0]], &b = p.vertex[best[1]], &c = p.vertex[best[2]];
+  if (polytopes) {
+    // The plane again, from the shapes' own edges.
+    const Vec3 n = d.edge(a, c).cross(d.edge(b, c));
+    const double length = n.norm();
+    if (length > 0) {
+      const Vec3 m = n / length;
+      const double h = m.dot(d.support(m).w);
+      if (h <= r.upper + p.rounding()) r.upper = h, r.normal = m;
+    }
+  }
+  set_points(a, b, c, r);
+  return added != Polytope::Added::full;
+}
+
+}  // namespace
+
+EpaResult expand(const MinkowskiDifference& d, const Simplex& start, double tolerance) {
+  EpaResult r;
+  Workspace<128> small;
+  if (expand_in(Room(small), d, start, tolerance, r)) return r;
+  const auto large = std::make_unique_for_overwrite<Workspace<4096>>();
+  expand_in(Room(*large), d, start, tolerance, r);
   return r;
 }
 

@@ -4,7 +4,7 @@
 namespace tandem {
 
 struct EpaResult {
-  Vec3 normal;       ///< unit, outward of A - B: from A to B
+  Vec3 normal = Vec3::UnitX();  ///< unit, outward of A - B: from A to B
   double upper = 0;  ///< the depth of the cores is at most this (negative: they are apart by at least minus this)
   double lower = 0;  ///< and at least this, while they overlap
   Vec3 point_a = Vec3::Zero();  ///< of A, and of B: upper * normal apart only where the chosen face holds the
@@ -13,7 +13,7 @@ struct EpaResult {
 
 /// Expanding polytope (van den Bergen 2001) from the simplex where GJK stopped, in or near the origin. Offsets of
 /// faces are signed, so an origin a rounding error outside is as good as one inside. Flat and pointlike differences
-/// have depth 0. Bounded work; stops when upper - lower <= tolerance.
+/// have depth 0. Bounded work; stops when upper - lower <= tolerance. Allocates only beyond 128 vertices.
 EpaResult expand(const MinkowskiDifference& d, const Simplex& start, double tolerance);
 
 }  // namespace tandem

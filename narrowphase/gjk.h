@@ -8,8 +8,8 @@ namespace tandem {
 struct MinkowskiPoint {
   Vec3 w;
   Vec3 a;
-  std::uint32_t vertex_a = 0;
-  std::uint32_t vertex_b = 0;
+  std::uint32_t vertex_a;
+  std::uint32_t vertex_b;
 };
 
 /// A - B of two cores in A's frame.

@@ -22,7 +22,7 @@ constexpr bool is_polytope(ShapeKind kind) {
 /// A point of a core and, for polytopes, which of its vertices it is: equal numbers mean equal points.
 struct SupportPoint {
   Vec3 p;
-  std::uint32_t vertex = 0;
+  std::uint32_t vertex;
 };
 
 /// The vertex of a polytope's core with the number that `core_support` gave it, in the shape's frame.
@@ -54,19 +54,19 @@ inline SupportPoint core_support_point(const ConvexView& v, const Vec3& d, Suppo
     case ShapeKind::cylinder: {
       const double rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
       const double s = rho > 0 ? v.param[0] / rho : 0.0;
-      return {{d[0] * s, d[1] * s, std::copysign(0.5 * v.param[1], d[2])}};
+      return {{d[0] * s, d[1] * s, std::copysign(0.5 * v.param[1], d[2])}, 0};
     }
     case ShapeKind::cone: {
       const double rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
-      if (d[2] * v.param[1] > rho * v.param[0]) return {{0, 0, 0.5 * v.param[1]}};
+      if (d[2] * v.param[1] > rho * v.param[0]) return {{0, 0, 0.5 * v.param[1]}, 0};
       const double s = rho > 0 ? v.param[0] / rho : 0.0;
-      return {{d[0] * s, d[1] * s, -0.5 * v.param[1]}};
+      return {{d[0] * s, d[1] * s, -0.5 * v.param[1]}, 0};
     }
     case ShapeKind::ellipsoid: {
       const Vec3 r{v.param[0], v.param[1], v.param[2]};
       const Vec3 q = r.cwiseProduct(d);
       const double length = q.norm();
-      return {length > 0 ? Vec3(r.cwiseProduct(q) / length) : Vec3(r[0], 0, 0)};
+      return {length > 0 ? Vec3(r.cwiseProduct(q) / length) : Vec3(r[0], 0, 0), 0};
     }
     case ShapeKind::convex:
     case ShapeKind::triangle: {
@@ -85,7 +85,7 @@ inline SupportPoint core_support_point(const ConvexView& v, const Vec3& d, Suppo
       return {v.vertices[best], best};
     }
     default:
-      return {Vec3::Zero()};
+      return {Vec3::Zero(), 0};
   }
 }
 inline Vec3 core_support(const ConvexView& v, const Vec3& d) { return core_support_point(v, d, support_kernel()).p; }
