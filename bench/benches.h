@@ -9,8 +9,10 @@ namespace tandem::bench {
 
 /// What a bench is asked for; 0 or empty: the bench's own choice.
 struct Settings {
-  std::vector<std::string> scenes;  ///< built-in names
+  std::vector<std::string> scenes;  ///< built-in names, or the bench's own
   std::vector<std::string> kinds;   ///< of pairs
+  std::vector<std::string> contestants;
+  std::vector<std::size_t> sizes;  ///< numbers of boxes
   std::vector<int> threads;
   int steps = 0;
   int repeat = 0;
@@ -29,5 +31,9 @@ std::vector<Row> scenes_bench(const Settings& settings);
 std::vector<Row> figures_bench(const Settings& settings);
 /// Speed against error of the narrow phase and of other libraries, by kind of pair and how the two lie to each other.
 std::vector<Row> narrowphase_bench(const Settings& settings);
+/// Boxes in, overlapping pairs out: our methods and other libraries on typical worlds and on those made to break them.
+std::vector<Row> broadphase_bench(const Settings& settings);
+/// What it calls its worlds.
+std::vector<std::string> broadphase_scenes();
 
 }  // namespace tandem::bench

@@ -19,7 +19,7 @@ namespace {
 
 // As typed; empty: not given.
 struct Options {
-  std::string json, scenes, threads, steps, repeat, bodies, kinds, poses;
+  std::string json, scenes, threads, steps, repeat, bodies, kinds, poses, sizes, contestants;
   bool quick = false;
 };
 
@@ -30,16 +30,19 @@ std::vector<std::string> split_list(const std::string& text) {
   return parts;
 }
 
-Settings read(const Options& options) {
+std::vector<std::string> builtin_names() {
+  std::vector<std::string> names;
+  for (const BuiltinScene& scene : builtin_scenes()) names.emplace_back(scene.name);
+  return names;
+}
+
+/// `scenes`: the names that --scene may say.
+Settings read(const Options& options, const std::vector<std::string>& scenes) {
   Settings settings;
   settings.scenes = split_list(options.scenes);
-  std::string known;
-  for (const BuiltinScene& scene : builtin_scenes()) known += (known.empty() ? "" : ", ") + std::string(scene.name);
-  for (const std::string& name : settings.scenes) {
-    const auto scenes = builtin_scenes();
-    if (std::none_of(scenes.begin(), scenes.end(), [&](const BuiltinScene& scene) { return scene.name == name; }))
-      refuse_option("--scene", name, known);
-  }
+  for (const std::string& name : settings.scenes)
+    if (std::find(scenes.begin(), scenes.end(), name) == scenes.end())
+      refuse_option("--scene", name, fmt::format("{}", fmt::join(scenes, ", ")));
   for (const std::string& part : split_list(options.threads))
     settings.threads.push_back(static_cast<int>(whole_option("--threads", part, 1, 1024)));
   if (!options.steps.empty()) settings.steps = static_cast<int>(whole_option("--steps", options.steps, 1, 1'000'000));
@@ -47,12 +50,15 @@ Settings read(const Options& options) {
   if (!options.bodies.empty()) settings.bodies = whole_option("--bodies", options.bodies, 1, 1'000'000);
   settings.kinds = split_list(options.kinds);
   if (!options.poses.empty()) settings.poses = whole_option("--poses", options.poses, 1, 100'000);
+  for (const std::string& part : split_list(options.sizes))
+    settings.sizes.push_back(whole_option("--sizes", part, 1, 10'000'000));
+  settings.contestants = split_list(options.contestants);
   settings.quick = options.quick;
   return settings;
 }
 
-void run(Bench bench, const Options& options) {
-  const Settings settings = read(options);
+void run(Bench bench, const Options& options, const std::vector<std::string>& scenes = builtin_names()) {
+  const Settings settings = read(options, scenes);
   std::optional<OutputFile> json;
   if (!options.json.empty()) json.emplace("--json", options.json);
   // More threads than cores are measured when they are asked for.
@@ -98,6 +104,19 @@ void add_narrowphase(CLI::App& program) {
   app->add_option("--repeat", o->repeat, "samples of each contestant's time; default: 15");
 }
 
+void add_broadphase(CLI::App& program) {
+  const auto [app, o] = add(program, "broadphase",
+                            "overlapping boxes, beside FCL, Embree, Bullet and CGAL where installed", broadphase_bench);
+  const std::vector<std::string> worlds = broadphase_scenes();
+  app->add_option("--scene", o->scenes,
+                  fmt::format("worlds of boxes, a comma between them: {}", fmt::join(worlds, ", ")));
+  app->add_option("--sizes", o->sizes, "numbers of boxes, a comma between them");
+  app->add_option("--contestant", o->contestants, "who takes part, a comma between them; default: all");
+  app->add_option("--threads", o->threads, "numbers of threads, a comma between them; default: 1,2");
+  app->add_option("--steps", o->steps, "steps after the first");
+  app->callback([o = o, worlds] { run(broadphase_bench, *o, worlds); });
+}
+
 int complain(std::string what, int status) {
   std::replace_if(
       what.begin(), what.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }, ' ');
@@ -113,13 +132,14 @@ int run_program(int count, char** arguments) {
   add_simulation(program, "scenes", "the paper's four scenes by executor", scenes_bench);
   add_simulation(program, "figures", "the paper's Figures 5 and 7", figures_bench);
   add_narrowphase(program);
+  add_broadphase(program);
   program.footer("WHAT --help tells its options.\nExit status: 0 done, 1 the work failed, 2 the request was wrong.");
   try {
     const std::string first = count > 1 ? arguments[1] : "";
     const auto commands = program.get_subcommands([](const CLI::App*) { return true; });
     if ((first.empty() || first[0] != '-') &&
         std::none_of(commands.begin(), commands.end(), [&](const auto* c) { return c->get_name() == first; }))
-      refuse_option("WHAT", first, "scenes, figures, narrowphase, --help");
+      refuse_option("WHAT", first, "scenes, figures, narrowphase, broadphase, --help");
     program.parse(count, arguments);
   } catch (const CLI::Success& asked) {
     program.exit(asked);

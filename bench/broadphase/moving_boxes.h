@@ -1,0 +1,42 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tandem/broadphase/box_array.h"
+
+namespace tandem::bench {
+
+/// Boxes that move: each call of `move` is a step. Deterministic by name, number and step.
+class MovingBoxes {
+ public:
+  virtual ~MovingBoxes() = default;
+  const BoxArray& boxes() const { return boxes_; }
+  void move() { move(++step_); }
+
+ protected:
+  virtual void move(int step) = 0;
+  BoxArray boxes_;
+
+ private:
+  int step_ = 0;
+};
+
+struct BoxWorkload {
+  std::string_view name;
+  std::string_view text;
+  std::size_t most = 0;   ///< boxes at most, where all pairs overlap; 0: any number
+  bool breaking = false;  ///< made to break broad phases, not to be typical
+};
+
+/// W1 to W4, then those that break broad phases.
+std::span<const BoxWorkload> box_workloads();
+
+/// Throws std::invalid_argument for an unknown name.
+std::unique_ptr<MovingBoxes> make_moving_boxes(std::string_view name, std::size_t n);
+
+}  // namespace tandem::bench

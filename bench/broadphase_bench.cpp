@@ -1,0 +1,232 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+#include <set>
+#include <stdexcept>
+
+#include "benches.h"
+#include "broadphase/contestant.h"
+#include "broadphase/moving_boxes.h"
+#include "option_text.h"
+#include "progress.h"
+
+namespace tandem::bench {
+namespace {
+
+struct Entrant {
+  std::unique_ptr<BoxContestant> contestant;
+  bool ours = false;
+  Row row{};
+  Samples first_batch{};
+  double first_step = 0, longest = 0;  // ns
+  std::size_t reported = 0, pairs = 0;
+  bool agrees = true;
+};
+
+std::vector<Entrant> entrants(const std::vector<int>& thread_counts) {
+  std::vector<Entrant> all;
+  for (const int threads : thread_counts) {
+    for (const BroadPhaseKind kind : {BroadPhaseKind::automatic, BroadPhaseKind::grid, BroadPhaseKind::bvh,
+                                      BroadPhaseKind::sweep, BroadPhaseKind::brute})
+      all.push_back({tandem_contestant(kind, threads), true});
+    if (threads == 1) all.push_back({fcl_contestant()});
+#ifdef TANDEM_HAS_EMBREE
+    all.push_back({embree_contestant(true, threads)});
+    all.push_back({embree_contestant(false, threads)});
+#endif
+#ifdef TANDEM_HAS_BULLET
+    if (threads == 1) all.push_back({bullet_contestant()});
+#endif
+#ifdef TANDEM_HAS_CGAL
+    if (threads == 1) all.push_back({cgal_contestant()});
+#endif
+  }
+  return all;
+}
+
+/// The pairs that truly overlap, each once.
+void make_exact(const BoxArray& boxes, std::vector<Pair>& pairs) {
+  std::erase_if(pairs, [&](const Pair p) { return !overlap(boxes[p.a], boxes[p.b]); });
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+}
+
+/// Independent of the order; a pair that is there twice changes it. The mixer is SplitMix64's (Steele et al. 2014).
+std::uint64_t hash_of(const std::vector<Pair>& pairs) {
+  std::uint64_t sum = pairs.size();
+  for (const Pair p : pairs) {
+    std::uint64_t z = (std::uint64_t{p.a} << 32 | p.b) + 0x9e3779b97f4a7c15;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111eb;
+    sum += z ^ (z >> 31);
+  }
+  return sum;
+}
+
+int default_steps(std::size_t n, bool quick) { return quick ? 4 : n <= 20'000 ? 40 : n <= 200'000 ? 16 : 6; }
+
+/// All steps of one workload and size; every step each entrant in turn, the order rotates.
+void race(MovingBoxes& world, int steps, std::vector<Entrant>& all, Progress& progress) {
+  const std::size_t n = all.size();
+  PairList list;
+  for (int step = 0; step < steps; ++step) {
+    if (step != 0) world.move();
+    std::vector<std::optional<std::uint64_t>> hashes(n);
+    for (std::size_t turn = 0; turn < n; ++turn) {
+      const std::size_t who = (turn + static_cast<std::size_t>(step)) % n;
+      Entrant& entrant = all[who];
+      list.clear();
+      const Clock::time_point begin = Clock::now();
+      entrant.contestant->step(world.boxes(), list);
+      const double ns = std::chrono::duration<double, std::nano>(Clock::now() - begin).count();
+      if (step == 0) {
+        entrant.first_step = ns;
+      } else {
+        entrant.row.time.add(ns);
+        entrant.longest = std::max(entrant.longest, ns);
+      }
+      if (list.first_batch() != Clock::time_point{})
+        entrant.first_batch.add(std::chrono::duration<double, std::nano>(list.first_batch() - begin).count());
+      entrant.reported = list.pairs().size();
+      const bool exact = entrant.contestant->exact();
+      if (!exact && step != 0 && step + 1 != steps) continue;  // filtering takes longer than the race
+      if (!exact) make_exact(world.boxes(), list.pairs());
+      hashes[who] = hash_of(list.pairs());
+      entrant.row.hash = *hashes[who];
+      entrant.pairs = list.pairs().size();
+    }
+    for (std::size_t who = 0; who < n; ++who) {
+      if (!hashes[who] || *hashes[who] == *hashes[0]) continue;
+      all[who].agrees = false;
+      if (all[who].ours)
+        throw std::runtime_error(fmt::format("step {}: {} and {} found different pairs", step,
+                                             all[0].contestant->name(), all[who].contestant->name()));
+    }
+    progress.at(static_cast<std::uint64_t>(step) + 1);
+  }
+}
+
+void finish(std::string_view workload, std::size_t boxes, int steps, std::vector<Entrant>& all) {
+  for (Entrant& entrant : all) {
+    Row& row = entrant.row;
+    row.bench = "broadphase";
+    row.workload = workload;
+    row.contestant = entrant.contestant->name();
+    row.threads = entrant.contestant->threads();
+    row.n = boxes;
+    row.more = {{"steps", steps},
+                {"pairs", entrant.pairs},
+                {"reported", entrant.reported},
+                {"first_step_ns", entrant.first_step},
+                {"max_ns", entrant.longest},
+                {"agrees", entrant.agrees}};
+    if (entrant.first_batch.size() != 0) row.more["first_batch_ns"] = entrant.first_batch.median();
+    if (const std::string note = entrant.contestant->note(); !note.empty()) row.more["note"] = note;
+  }
+  // Ratios within the same number of threads.
+  for (Entrant& entrant : all) {
+    double best = std::numeric_limits<double>::infinity(), peer = best;
+    for (const Entrant& other : all) {
+      if (other.row.threads != entrant.row.threads) continue;
+      double& least = other.ours ? best : peer;
+      if (other.ours || other.agrees) least = std::min(least, other.row.time.median());
+      if (other.row.contestant == "FCL tree")
+        entrant.row.more["fcl_ratio"] = other.row.time.median() / entrant.row.time.median();
+    }
+    if (std::isfinite(peer)) entrant.row.more["peer_ratio"] = peer / entrant.row.time.median();
+    if (std::isfinite(best)) entrant.row.more["best_ratio"] = entrant.row.time.median() / best;
+  }
+}
+
+void print(const Entrant& entrant) {
+  const Row& row = entrant.row;
+  const auto ms = [](double ns) { return 1e-6 * ns; };
+  const auto number = [&](const char* key) { return row.more.contains(key) ? row.more[key].get<double>() : 0.0; };
+  fmt::print(
+      "{:<10} {:>8} {:<15} {:>2} {:>10.3f} {:>10.3f} {:>10.3f} {:>10.3f} {:>10.3f} {:>9.3f} {:>6.2f} {:>7.2f} {:>7.2f} "
+      "{:>9}  {}{}{}\n",
+      row.workload, row.n, row.contestant, row.threads, ms(row.time.median()), ms(row.time.quantile(0.1)),
+      ms(row.time.quantile(0.9)), ms(entrant.longest), ms(entrant.first_step), ms(number("first_batch_ns")),
+      number("best_ratio"), number("peer_ratio"), number("fcl_ratio"), entrant.reported, hex(row.hash),
+      entrant.agrees ? "" : " wrong pairs",
+      entrant.ours                  ? ""
+      : entrant.contestant->exact() ? ""
+                                    : " *");
+}
+
+}  // namespace
+
+std::vector<std::string> broadphase_scenes() {
+  std::vector<std::string> names;
+  for (const BoxWorkload& workload : box_workloads()) names.emplace_back(workload.name);
+  return names;
+}
+
+std::vector<Row> broadphase_bench(const Settings& settings) {
+  const std::vector<int> thread_counts = !settings.threads.empty() ? settings.threads
+                                         : settings.quick          ? std::vector<int>{1}
+                                                                   : std::vector<int>{1, 2};
+  std::set<std::string> known;
+  for (const Entrant& entrant : entrants(thread_counts)) known.insert(entrant.contestant->name());
+  for (const std::string& name : settings.contestants)
+    if (!known.contains(name)) refuse_option("--contestant", name, fmt::format("{}", fmt::join(known, ", ")));
+
+  fmt::print(
+      "ms a step on boxes that are given anew: update, report every overlapping pair. longest: of all steps but the\n"
+      "first; batch: until the first {} pairs. best: times our fastest; peer, FCL: how many times faster than the\n"
+      "fastest peer, than FCL's tree, each on as many threads. A * reports too many pairs: filtered outside the "
+      "time.\n\n",
+      PairList::batch);
+  fmt::print("{:<10} {:>8} {:<15} {:>2} {:>10} {:>10} {:>10} {:>10} {:>10} {:>9} {:>6} {:>7} {:>7} {:>9}  {}\n",
+             "boxes", "n", "contestant", "t", "median", "p10", "p90", "longest", "first", "batch", "best", "peer",
+             "FCL", "reported", "hash");
+  std::vector<Row> rows;
+  for (const BoxWorkload& workload : box_workloads()) {
+    if (!settings.scenes.empty() &&
+        std::find(settings.scenes.begin(), settings.scenes.end(), workload.name) == settings.scenes.end())
+      continue;
+    std::vector<std::size_t> sizes = settings.sizes;
+    if (sizes.empty() && settings.quick) sizes = {300};
+    if (sizes.empty() && workload.breaking) sizes = {10'000, 100'000};
+    if (sizes.empty()) sizes = {1'000, 10'000, 100'000, 1'000'000};
+    for (std::size_t& n : sizes)
+      if (workload.most != 0) n = std::min(n, workload.most);
+    sizes.erase(std::unique(sizes.begin(), sizes.end()), sizes.end());
+
+    // Who would take longer than this at the next size, by what it took at the one before, stays out.
+    constexpr double longest_step = 1.5e9;
+    std::map<std::string, double> per_box;  // ns at the size before
+    for (const std::size_t n : sizes) {
+      std::vector<Entrant> all = entrants(thread_counts);
+      std::erase_if(all, [&](const Entrant& entrant) {
+        const std::string name = entrant.contestant->name();
+        if (!settings.contestants.empty() &&
+            std::find(settings.contestants.begin(), settings.contestants.end(), name) == settings.contestants.end())
+          return true;
+        if (name == "tandem brute" && n > 10'000) return true;
+        const auto before = per_box.find(name);
+        return before != per_box.end() && before->second * 2 * static_cast<double>(n) > longest_step;
+      });
+      const int steps = settings.steps != 0 ? settings.steps + 1 : default_steps(n, settings.quick);
+      const auto world = make_moving_boxes(workload.name, n);
+      Progress progress(workload.name, static_cast<std::uint64_t>(steps));
+      race(*world, steps, all, progress);
+      finish(workload.name, n, steps, all);
+      for (const Entrant& entrant : all) {
+        print(entrant);
+        double& worst = per_box[entrant.contestant->name()];
+        worst = std::max(entrant.row.time.median(), 0.5 * entrant.first_step) / static_cast<double>(n);
+        rows.push_back(entrant.row);
+      }
+      fmt::print("\n");
+      std::fflush(stdout);
+    }
+  }
+  return rows;
+}
+
+}  // namespace tandem::bench
