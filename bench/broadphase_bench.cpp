@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <time.h>
 
 #include <algorithm>
 #include <cmath>
@@ -21,11 +22,21 @@ struct Entrant {
   std::unique_ptr<BoxContestant> contestant;
   bool ours = false;
   Row row{};
+  Samples cpu{};  // of the calling thread
   Samples first_batch{};
   double first_step = 0, longest = 0;  // ns
   std::size_t reported = 0, pairs = 0;
   bool agrees = true;
+
+  /// What is compared, ns: on one thread its processor time, which others on the machine disturb less.
+  double score() const { return row.threads == 1 ? cpu.median() : row.time.median(); }
 };
+
+double thread_cpu_ns() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e9 * static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec);
+}
 
 std::vector<Entrant> entrants(const std::vector<int>& thread_counts) {
   std::vector<Entrant> all;
@@ -81,12 +92,15 @@ void race(MovingBoxes& world, int steps, std::vector<Entrant>& all, Progress& pr
       Entrant& entrant = all[who];
       list.clear();
       const Clock::time_point begin = Clock::now();
+      const double cpu_begin = thread_cpu_ns();
       entrant.contestant->step(world.boxes(), list);
+      const double cpu = thread_cpu_ns() - cpu_begin;
       const double ns = std::chrono::duration<double, std::nano>(Clock::now() - begin).count();
       if (step == 0) {
         entrant.first_step = ns;
       } else {
         entrant.row.time.add(ns);
+        entrant.cpu.add(cpu);
         entrant.longest = std::max(entrant.longest, ns);
       }
       if (list.first_batch() != Clock::time_point{})
@@ -123,6 +137,8 @@ void finish(std::string_view workload, std::size_t boxes, int steps, std::vector
                 {"reported", entrant.reported},
                 {"first_step_ns", entrant.first_step},
                 {"max_ns", entrant.longest},
+                {"cpu_median_ns", entrant.cpu.median()},
+                {"cpu_p10_ns", entrant.cpu.quantile(0.1)},
                 {"agrees", entrant.agrees}};
     if (entrant.first_batch.size() != 0) row.more["first_batch_ns"] = entrant.first_batch.median();
     if (const std::string note = entrant.contestant->note(); !note.empty()) row.more["note"] = note;
@@ -133,12 +149,11 @@ void finish(std::string_view workload, std::size_t boxes, int steps, std::vector
     for (const Entrant& other : all) {
       if (other.row.threads != entrant.row.threads) continue;
       double& least = other.ours ? best : peer;
-      if (other.ours || other.agrees) least = std::min(least, other.row.time.median());
-      if (other.row.contestant == "FCL tree")
-        entrant.row.more["fcl_ratio"] = other.row.time.median() / entrant.row.time.median();
+      if (other.ours || other.agrees) least = std::min(least, other.score());
+      if (other.row.contestant == "FCL tree") entrant.row.more["fcl_ratio"] = other.score() / entrant.score();
     }
-    if (std::isfinite(peer)) entrant.row.more["peer_ratio"] = peer / entrant.row.time.median();
-    if (std::isfinite(best)) entrant.row.more["best_ratio"] = entrant.row.time.median() / best;
+    if (std::isfinite(peer)) entrant.row.more["peer_ratio"] = peer / entrant.score();
+    if (std::isfinite(best)) entrant.row.more["best_ratio"] = entrant.score() / best;
   }
 }
 
@@ -146,16 +161,13 @@ void print(const Entrant& entrant) {
   const Row& row = entrant.row;
   const auto ms = [](double ns) { return 1e-6 * ns; };
   const auto number = [&](const char* key) { return row.more.contains(key) ? row.more[key].get<double>() : 0.0; };
-  fmt::print(
-      "{:<10} {:>8} {:<15} {:>2} {:>10.3f} {:>10.3f} {:>10.3f} {:>10.3f} {:>10.3f} {:>9.3f} {:>6.2f} {:>7.2f} {:>7.2f} "
-      "{:>9}  {}{}{}\n",
-      row.workload, row.n, row.contestant, row.threads, ms(row.time.median()), ms(row.time.quantile(0.1)),
-      ms(row.time.quantile(0.9)), ms(entrant.longest), ms(entrant.first_step), ms(number("first_batch_ns")),
-      number("best_ratio"), number("peer_ratio"), number("fcl_ratio"), entrant.reported, hex(row.hash),
-      entrant.agrees ? "" : " wrong pairs",
-      entrant.ours                  ? ""
-      : entrant.contestant->exact() ? ""
-                                    : " *");
+  fmt::print("{:<10} {:>8} {:<15} {:>2}", row.workload, row.n, row.contestant, row.threads);
+  for (const double ns : {row.time.median(), row.time.quantile(0.1), row.time.quantile(0.9), entrant.cpu.median(),
+                          entrant.longest, entrant.first_step, number("first_batch_ns")})
+    fmt::print(" {:>9.3f}", ms(ns));
+  for (const char* key : {"best_ratio", "peer_ratio", "fcl_ratio"}) fmt::print(" {:>6.2f}", number(key));
+  fmt::print(" {:>9}{} {}{}\n", entrant.reported, entrant.contestant->exact() ? " " : "*", hex(row.hash),
+             entrant.agrees ? "" : " wrong pairs");
 }
 
 }  // namespace
@@ -176,14 +188,14 @@ std::vector<Row> broadphase_bench(const Settings& settings) {
     if (!known.contains(name)) refuse_option("--contestant", name, fmt::format("{}", fmt::join(known, ", ")));
 
   fmt::print(
-      "ms a step on boxes that are given anew: update, report every overlapping pair. longest: of all steps but the\n"
-      "first; batch: until the first {} pairs. best: times our fastest; peer, FCL: how many times faster than the\n"
-      "fastest peer, than FCL's tree, each on as many threads. A * reports too many pairs: filtered outside the "
-      "time.\n\n",
+      "ms a step on boxes that are given anew: update, report every overlapping pair. cpu: processor time of the\n"
+      "calling thread, median; longest: of all steps but the first; batch: until the first {} pairs. best: times our\n"
+      "fastest; peer, FCL: how many times faster than the fastest peer, than FCL's tree, on as many threads, on one\n"
+      "thread by processor time. A * reports too many pairs: filtered outside the time.\n\n",
       PairList::batch);
-  fmt::print("{:<10} {:>8} {:<15} {:>2} {:>10} {:>10} {:>10} {:>10} {:>10} {:>9} {:>6} {:>7} {:>7} {:>9}  {}\n",
-             "boxes", "n", "contestant", "t", "median", "p10", "p90", "longest", "first", "batch", "best", "peer",
-             "FCL", "reported", "hash");
+  fmt::print("{:<10} {:>8} {:<15} {:>2}", "boxes", "n", "contestant", "t");
+  for (const char* head : {"median", "p10", "p90", "cpu", "longest", "first", "batch"}) fmt::print(" {:>9}", head);
+  fmt::print(" {:>6} {:>6} {:>6} {:>9}  {}\n", "best", "peer", "FCL", "reported", "hash");
   std::vector<Row> rows;
   for (const BoxWorkload& workload : box_workloads()) {
     if (!settings.scenes.empty() &&
