@@ -187,9 +187,10 @@ std::vector<Row> narrowphase_bench(const Settings& settings) {
   const std::size_t n = settings.poses != 0 ? settings.poses : settings.quick ? 10 : 400;
   const int rounds = settings.repeat != 0 ? settings.repeat : settings.quick ? 3 : 15;
   fmt::print(
-      "ns a query in the median; p99 of the error relative to the size; W wrong verdicts, XX thread, contestants in "
-      "turn; collide: an error is how far from touching a wrong verdict's "
-      "pair is;\ncontacts: of the deepest contact's depth; libccd measures only what touches.\n");
+      "ns a query; p99 of the error; W wrong verdicts, F failures, N normals more than 1e-3 off.\n"
+      "Time is the median of one thread's processor time, contestants in turn. Errors are relative to the size.\n"
+      "A wrong verdict's error is the distance that it denies. A failure is an exception, an abort, NaN, or 10 ms.\n"
+      "contacts: the error is of the deepest contact's depth. libccd and FCL unsigned measure not every pair.\n");
   std::vector<Row> rows;
   std::vector<SummaryLine> summary;
   Progress progress("narrowphase", kinds.size());

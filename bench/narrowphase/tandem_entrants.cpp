@@ -27,6 +27,21 @@ std::unique_ptr<PairSolver> cold(const Question& question, const NarrowPhaseOpti
   });
 }
 
+/// Begins each track anew, and then with what the step before left.
+std::unique_ptr<PairSolver> warm(const Question& question) {
+  if (question.tracks == 0) return nullptr;
+  return each_pair([solver = NarrowPhase(), pairs = question.pairs, request = question.request,
+                    contacts = std::vector<Contact>(),
+                    starts = std::vector<WarmStart>(question.tracks)](std::size_t i) mutable {
+    const reference::PosedPair& p = pairs[i];
+    WarmStart& start = starts[i % starts.size()];
+    if (i < starts.size()) start = {};
+    contacts.clear();
+    const PairAnswer answer = solver.solve(p.a, p.pose_a, p.b, p.pose_b, request, &contacts, &start);
+    return found(answer, request, contacts);
+  });
+}
+
 }  // namespace
 
 std::vector<Entrant> tandem_entrants() {
@@ -34,6 +49,7 @@ std::vector<Entrant> tandem_entrants() {
     return [options](const Question& question) { return cold(question, options); };
   };
   return {{"tandem", with({})},
+          {"tandem, warm", warm},
           {"tandem, gjk", with({.solver = "gjk"})},
           {"tandem, tolerance 1e-3", with({.tolerance = 1e-3})}};
 }
