@@ -17,28 +17,43 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-// Calls visit(i, j) for the pairs of triangles that meet, exactly, until it returns true.
-template <class Visit>
-void each_meeting_pair(const MeshModel& a, const MeshModel& b, const TriangleTest& test, Visit&& visit) {
-  std::uint32_t last = no_index;
-  Corners q, q_in_a;
-  MeshTraversal(a, b, test)([&](std::uint32_t i, std::uint32_t j) {
-    if (j != last) {
-      last = j;
-      q = b.corners(j);
-      for (std::size_t k = 0; k < 3; ++k) q_in_a[k] = test.in_a(q[k]);
+// Collects the pairs of triangles that meet, exactly, or only whether there is one.
+class MeetingPairs final : public PairVisitor {
+ public:
+  MeetingPairs(const MeshModel& a, const MeshModel& b, const TriangleTest& test,
+               std::vector<std::array<std::uint32_t, 2>>* pairs)
+      : a_(a), b_(b), test_(test), pairs_(pairs) {
+    traverse(a, b, test, pairs == nullptr, *this);
+  }
+
+  bool any() const { return any_; }
+
+  bool visit(std::uint32_t i, std::uint32_t j) override {
+    if (j != last_) {
+      last_ = j;
+      q_ = b_.corners(j);
+      for (std::size_t k = 0; k < 3; ++k) q_in_a_[k] = test_.in_a(q_[k]);
     }
-    return test(a.corners(i), q, q_in_a) && visit(i, j);
-  });
-}
+    if (!test_(a_.corners(i), q_, q_in_a_)) return false;
+    any_ = true;
+    if (pairs_) pairs_->push_back({i, j});
+    return pairs_ == nullptr;
+  }
+
+ private:
+  const MeshModel& a_;
+  const MeshModel& b_;
+  const TriangleTest& test_;
+  std::vector<std::array<std::uint32_t, 2>>* pairs_;
+  std::uint32_t last_ = no_index;
+  Corners q_, q_in_a_;
+  bool any_ = false;
+};
 
 std::vector<std::array<std::uint32_t, 2>> meeting_pairs(const MeshModel& a, const MeshModel& b,
                                                         const TriangleTest& test) {
   std::vector<std::array<std::uint32_t, 2>> pairs;
-  each_meeting_pair(a, b, test, [&](std::uint32_t i, std::uint32_t j) {
-    pairs.push_back({i, j});
-    return false;
-  });
+  MeetingPairs(a, b, test, &pairs);
   std::sort(pairs.begin(), pairs.end());
   return pairs;
 }
@@ -58,9 +73,7 @@ bool contained(const MeshModel& a, const MeshModel& b, const TriangleTest& test)
 bool meshes_collide(const Posed& a, const Posed& b) {
   const MeshModel &ma = a.shape.mesh(), &mb = b.shape.mesh();
   const TriangleTest test(a.pose, b.pose, reach(mb));
-  bool hit = false;
-  each_meeting_pair(ma, mb, test, [&](std::uint32_t, std::uint32_t) { return hit = true; });
-  return hit || contained(ma, mb, test);
+  return MeetingPairs(ma, mb, test, nullptr).any() || contained(ma, mb, test);
 }
 
 struct Nearest {

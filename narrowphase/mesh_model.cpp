@@ -13,7 +13,6 @@
 namespace tandem {
 namespace {
 
-constexpr std::uint32_t leaf_triangles = 2;
 constexpr std::size_t bins = 16;
 // Below this, splits are by the median, so that no input makes the tree deeper than this plus log2 of its triangles.
 constexpr int last_binned_level = 24;
@@ -191,44 +190,56 @@ class HierarchyBuilder {
     const auto self = static_cast<std::uint32_t>(mesh_.nodes.size());
     mesh_.nodes.emplace_back();
     mesh_.depth = std::max(mesh_.depth, level);
-    std::array<Range, 4> part{range};
+    std::array<Range, mesh_lanes> part{range};
     std::uint32_t lanes = 1;
-    while (lanes < 4) {
+    const bool bottom = range.size() <= mesh_lanes;
+    while (lanes < mesh_lanes) {
       std::uint32_t largest = 0;
       for (std::uint32_t k = 1; k < lanes; ++k)
         if (part[k].size() > part[largest].size()) largest = k;
-      if (part[largest].size() <= leaf_triangles) break;
+      if (part[largest].size() <= (bottom ? 1 : mesh_lanes)) break;
       const std::uint32_t middle = split(part[largest], level);
       part[lanes++] = {middle, part[largest].end};
       part[largest].end = middle;
     }
-    std::array<std::uint32_t, 4> child{}, count{};
+    std::array<std::uint32_t, mesh_lanes> child{}, count{};
     for (std::uint32_t k = 0; k < lanes; ++k) {
-      const bool leaf = part[k].size() <= leaf_triangles;
-      if (leaf) std::sort(mesh_.order.begin() + part[k].begin, mesh_.order.begin() + part[k].end);
-      child[k] = leaf ? part[k].begin : build(part[k], level + 1);
-      count[k] = leaf ? part[k].size() : 0;
+      child[k] = bottom ? part[k].begin : build(part[k], level + 1);
+      count[k] = bottom ? 1 : 0;
     }
     MeshNode& node = mesh_.nodes[self];  // only now: building children moves the nodes
     node.lanes = lanes;
-    for (std::uint32_t k = 0; k < 4; ++k) {
+    node.bottom = bottom;
+    for (std::uint32_t k = 0; k < mesh_lanes; ++k) {
       node.child[k] = child[k];
       node.count[k] = count[k];
-      store(node, k, k < lanes ? extent(part[k]) : Extent());
+      const Extent e = k < lanes ? extent(part[k]) : Extent();
+      for (int axis = 0; axis < 3; ++axis) store(e, axis, node.mid[axis][k], node.half[axis][k]);
     }
+    const Extent all = extent(range);
+    for (int axis = 0; axis < 3; ++axis) store(all, axis, node.box_mid[axis], node.box_half[axis]);
+    node.reach = *std::max_element(node.box_half, node.box_half + 3);
+    if (bottom) add_block(node);
     return self;
   }
 
-  void store(MeshNode& node, std::uint32_t lane, const Extent& e) const {
-    for (int axis = 0; axis < 3; ++axis) {
-      const bool used = e.lo[axis] <= e.hi[axis];
-      const float mid = used ? static_cast<float>((e.lo[axis] + e.hi[axis]) / 2) : 0.0f;
-      const double pad = 1e-15 * (1 + std::abs(mesh_.centre[axis]) / mesh_.unit);
-      const double half = std::max(e.hi[axis] - mid, mid - e.lo[axis]) + pad;
-      node.mid[axis][lane] = mid;
-      node.half[axis][lane] =
-          used ? std::nextafter(static_cast<float>(half), std::numeric_limits<float>::infinity()) : -1e30f;
+  void add_block(MeshNode& node) {
+    node.block = static_cast<std::uint32_t>(mesh_.blocks.size());
+    TriangleBlock& block = mesh_.blocks.emplace_back();
+    for (std::uint32_t k = 0; k < mesh_lanes; ++k) {
+      const auto corners = mesh_.corners(mesh_.order[node.child[std::min(k, node.lanes - 1)]]);
+      for (std::size_t c = 0; c < 3; ++c)
+        for (int axis = 0; axis < 3; ++axis)
+          block.corner[c][axis][k] = static_cast<float>((corners[c][axis] - mesh_.centre[axis]) / mesh_.unit);
     }
+  }
+
+  void store(const Extent& e, int axis, float& mid, float& half) const {
+    const bool used = e.lo[axis] <= e.hi[axis];
+    mid = used ? static_cast<float>((e.lo[axis] + e.hi[axis]) / 2) : 0.0f;
+    const double pad = 1e-15 * (1 + std::abs(mesh_.centre[axis]) / mesh_.unit);
+    const double exact = std::max(e.hi[axis] - mid, mid - e.lo[axis]) + pad;
+    half = used ? std::nextafter(static_cast<float>(exact), std::numeric_limits<float>::infinity()) : -1e30f;
   }
 
   // Surface area heuristic over bins of the centroids; the median where that brings nothing.

@@ -10,15 +10,28 @@ namespace tandem {
 
 inline constexpr std::uint32_t no_index = 0xffffffffu;
 
-/// Four boxes of the hierarchy side by side, so that one instruction tests a bound of all four: floats rounded
-/// outward, about MeshModel::centre, in units of MeshModel::unit. An unused lane has half = -1e30 and touches nothing.
-struct alignas(16) MeshNode {
-  float mid[3][4];
-  float half[3][4];
+inline constexpr std::size_t mesh_lanes = 8;
+
+/// Eight boxes of the hierarchy side by side, so that one instruction tests a bound of all: floats rounded outward,
+/// about MeshModel::centre, in units of MeshModel::unit. An unused lane has half = -1e30 and touches nothing.
+struct alignas(32) MeshNode {
+  float mid[3][mesh_lanes];
+  float half[3][mesh_lanes];
   /// Inner child: its node. Leaf: its triangles are order[child, child + count).
-  std::uint32_t child[4];
-  std::uint32_t count[4];  ///< 0 for inner children
-  std::uint32_t lanes;     ///< in use, 1..4
+  std::uint32_t child[mesh_lanes];
+  std::uint32_t count[mesh_lanes];  ///< 0 for inner children; a leaf holds one triangle
+  float box_mid[3], box_half[3];    ///< around all lanes
+  float reach;                      ///< largest half of that box
+  std::uint32_t block = 0;          ///< of a bottom node: its triangles, in the lanes' order
+  std::uint32_t lanes = 0;          ///< in use, 1..8
+  bool bottom = false;              ///< all its children are leaves; else none is
+
+  std::uint32_t used() const { return (1u << lanes) - 1; }
+};
+
+/// Corners of the triangles of a bottom node, in the units and about the centre of its boxes.
+struct alignas(32) TriangleBlock {
+  float corner[3][3][mesh_lanes];  ///< [corner][axis]
 };
 
 /// A checked mesh with what queries need of it, built once. Immutable.
@@ -37,10 +50,11 @@ struct MeshModel {
 
   std::vector<std::uint32_t> parts;  ///< one vertex of each part that hangs together by edges
 
-  Vec3 centre = Vec3::Zero();        ///< of the bounding box
-  Vec3 half = Vec3::Zero();          ///< of the bounding box
-  double unit = 1;                   ///< power of two, at least the largest half
-  std::vector<MeshNode> nodes;       ///< the root is nodes[0]
+  Vec3 centre = Vec3::Zero();   ///< of the bounding box
+  Vec3 half = Vec3::Zero();     ///< of the bounding box
+  double unit = 1;              ///< power of two, at least the largest half
+  std::vector<MeshNode> nodes;  ///< the root is nodes[0]
+  std::vector<TriangleBlock> blocks;
   std::vector<std::uint32_t> order;  ///< triangles in the leaves' order
   int depth = 0;                     ///< levels of nodes: bounds every traversal's stack
 
