@@ -17,15 +17,21 @@ template <std::size_t Limbs>
 class WideInt {
  public:
   WideInt() = default;
-  /// magnitude * 2^shift, negated if asked; must fit.
-  WideInt(Uint128 magnitude, unsigned shift, bool negative) {
+  /// Adds magnitude * 2^shift, or takes it away; the sum must fit.
+  void add(Uint128 magnitude, unsigned shift, bool negative) {
     const std::size_t first = shift / 64;
     const unsigned bits = shift % 64;
     const auto low = static_cast<std::uint64_t>(magnitude), high = static_cast<std::uint64_t>(magnitude >> 64);
     const std::array<std::uint64_t, 3> part{low << bits, bits ? high << bits | low >> (64 - bits) : high,
                                             bits ? high >> (64 - bits) : 0};
-    for (std::size_t i = 0; i < 3 && first + i < Limbs; ++i) limb_[first + i] = part[i];
-    if (negative) *this = WideInt() - *this;
+    // -x is ~x + 1, and the complement goes on to the left.
+    const std::uint64_t flip = negative ? ~std::uint64_t{0} : 0;
+    std::uint64_t carry = negative;
+    for (std::size_t i = first; i < Limbs; ++i) {
+      const Uint128 s = Uint128{limb_[i]} + ((i - first < 3 ? part[i - first] : 0) ^ flip) + carry;
+      limb_[i] = static_cast<std::uint64_t>(s);
+      carry = static_cast<std::uint64_t>(s >> 64);
+    }
   }
 
   int sign() const {
@@ -92,9 +98,9 @@ class WideInt {
 class UnboundedInt {
  public:
   UnboundedInt() = default;
-  UnboundedInt(Uint128 magnitude, unsigned shift, bool negative) : value_(magnitude) {
-    value_ <<= shift;
-    if (negative) value_ = -value_;
+  void add(Uint128 magnitude, unsigned shift, bool negative) {
+    const Value x = Value(magnitude) << shift;
+    negative ? value_ -= x : value_ += x;
   }
   int sign() const { return value_.sign(); }
   friend UnboundedInt operator+(const UnboundedInt& x, const UnboundedInt& y) {

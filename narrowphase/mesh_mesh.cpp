@@ -20,7 +20,7 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 // Collects the pairs of triangles that meet, exactly, or only whether there is one.
 class MeetingPairs final : public PairVisitor {
  public:
-  MeetingPairs(const MeshModel& a, const MeshModel& b, const TriangleTest& test,
+  MeetingPairs(const MeshModel& a, const MeshModel& b, TriangleTest& test,
                std::vector<std::array<std::uint32_t, 2>>* pairs)
       : a_(a), b_(b), test_(test), pairs_(pairs) {
     traverse(a, b, test, pairs == nullptr, *this);
@@ -43,15 +43,14 @@ class MeetingPairs final : public PairVisitor {
  private:
   const MeshModel& a_;
   const MeshModel& b_;
-  const TriangleTest& test_;
+  TriangleTest& test_;
   std::vector<std::array<std::uint32_t, 2>>* pairs_;
   std::uint32_t last_ = no_index;
   Corners q_, q_in_a_;
   bool any_ = false;
 };
 
-std::vector<std::array<std::uint32_t, 2>> meeting_pairs(const MeshModel& a, const MeshModel& b,
-                                                        const TriangleTest& test) {
+std::vector<std::array<std::uint32_t, 2>> meeting_pairs(const MeshModel& a, const MeshModel& b, TriangleTest& test) {
   std::vector<std::array<std::uint32_t, 2>> pairs;
   MeetingPairs(a, b, test, &pairs);
   std::sort(pairs.begin(), pairs.end());
@@ -72,7 +71,7 @@ bool contained(const MeshModel& a, const MeshModel& b, const TriangleTest& test)
 
 bool meshes_collide(const Posed& a, const Posed& b) {
   const MeshModel &ma = a.shape.mesh(), &mb = b.shape.mesh();
-  const TriangleTest test(a.pose, b.pose, reach(mb));
+  TriangleTest test(a.pose, b.pose, reach(mb));
   return MeetingPairs(ma, mb, test, nullptr).any() || contained(ma, mb, test);
 }
 
@@ -188,7 +187,7 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
     return answer;
   }
   const MeshModel &ma = a.shape.mesh(), &mb = b.shape.mesh();
-  const TriangleTest test(a.pose, b.pose, reach(mb));
+  TriangleTest test(a.pose, b.pose, reach(mb));
   const auto pairs = meeting_pairs(ma, mb, test);
   const bool inside = pairs.empty() && contained(ma, mb, test);
   if (request == Request::contacts) {
@@ -231,7 +230,8 @@ std::vector<std::array<std::uint32_t, 2>> mesh_triangle_pairs(const Shape& a, co
   const Posed first{a, pose_a}, second{b, pose_b};
   const bool in_order = goes_first(first, second);
   const Posed &p = in_order ? first : second, &q = in_order ? second : first;
-  auto pairs = meeting_pairs(p.shape.mesh(), q.shape.mesh(), TriangleTest(p.pose, q.pose, reach(q.shape.mesh())));
+  TriangleTest test(p.pose, q.pose, reach(q.shape.mesh()));
+  auto pairs = meeting_pairs(p.shape.mesh(), q.shape.mesh(), test);
   if (!in_order) {
     for (auto& pair : pairs) std::swap(pair[0], pair[1]);
     std::sort(pairs.begin(), pairs.end());

@@ -98,32 +98,23 @@ bool segments_meet(const Point<N>& p, const Point<N>& q, const Point<N>& r, cons
 }
 
 template <class N>
-struct ExactTriangle {
+class ExactTriangle {
+ public:
   std::array<Point<N>, 3> p;
-  Point<decltype(N() * N())> normal;
-  std::size_t drop;  // no_axis: no area
 
-  explicit ExactTriangle(const std::array<Point<N>, 3>& corners)
-      : p(corners), normal(cross(p[1] - p[0], p[2] - p[0])), drop(axis_of(normal)) {}
-
-  int side(const Point<N>& q) const { return drop == no_axis ? 0 : dot_sign(normal, q - p[0]); }
-  Signs sides(const ExactTriangle& other) const { return {side(other.p[0]), side(other.p[1]), side(other.p[2])}; }
+  std::size_t drop() {  // an axis along which its plane projects one to one; no_axis: no area
+    if (!normal_) normal_ = cross(p[1] - p[0], p[2] - p[0]), drop_ = axis_of(*normal_);
+    return drop_;
+  }
+  int side(const Point<N>& q) { return drop() == no_axis ? 0 : dot_sign(*normal_, q - p[0]); }
+  Signs sides(const ExactTriangle& other) { return {side(other.p[0]), side(other.p[1]), side(other.p[2])}; }
   // In its plane: which side of the line from q to r is s on, seen from where the corners go counterclockwise?
-  int turn(const Point<N>& q, const Point<N>& r, const Point<N>& s) const {
-    return orient2(q, r, s, drop) * normal[drop].sign();
-  }
-  bool holds_coplanar(const Point<N>& q) const {
-    return no_two_sides({orient2(p[0], p[1], q, drop), orient2(p[1], p[2], q, drop), orient2(p[2], p[0], q, drop)});
-  }
-  bool meets_coplanar(const Point<N>& q, const Point<N>& r) const {
-    if (holds_coplanar(q) || holds_coplanar(r)) return true;
-    for (std::size_t k = 0; k < 3; ++k)
-      if (segments_meet2(q, r, p[k], p[next(k)], drop)) return true;
-    return false;
+  int turn(const Point<N>& q, const Point<N>& r, const Point<N>& s) {
+    return orient2(q, r, s, drop()) * (*normal_)[drop()].sign();
   }
   // Segment q r, whose ends lie on sides sq and sr of the plane.
-  bool meets(const Point<N>& q, const Point<N>& r, int sq, int sr) const {
-    if (drop == no_axis) {
+  bool meets(const Point<N>& q, const Point<N>& r, int sq, int sr) {
+    if (drop() == no_axis) {
       for (std::size_t k = 0; k < 3; ++k)
         if (segments_meet(q, r, p[k], p[next(k)])) return true;
       return false;
@@ -132,6 +123,20 @@ struct ExactTriangle {
     if (sq == 0 && sr == 0) return meets_coplanar(q, r);
     return no_two_sides({orient(q, r, p[0], p[1]), orient(q, r, p[1], p[2]), orient(q, r, p[2], p[0])});
   }
+
+ private:
+  bool holds_coplanar(const Point<N>& q) const {
+    return no_two_sides({orient2(p[0], p[1], q, drop_), orient2(p[1], p[2], q, drop_), orient2(p[2], p[0], q, drop_)});
+  }
+  bool meets_coplanar(const Point<N>& q, const Point<N>& r) const {
+    if (holds_coplanar(q) || holds_coplanar(r)) return true;
+    for (std::size_t k = 0; k < 3; ++k)
+      if (segments_meet2(q, r, p[k], p[next(k)], drop_)) return true;
+    return false;
+  }
+
+  std::optional<Point<decltype(N() * N())>> normal_;
+  std::size_t drop_ = no_axis;
 };
 
 template <class N>
@@ -140,7 +145,7 @@ struct ExactPair {
 
   // Two closed triangles meet if and only if an edge of one meets the other: an extreme point of what they share lies
   // on the border of one of them.
-  bool meet() const {
+  bool meet() {
     const Signs side_a = b.sides(a);
     if (one_side(side_a)) return false;
     const Signs side_b = a.sides(b);
@@ -165,69 +170,83 @@ struct DyadicPose {
   }
 };
 
-std::array<Point<Dyadic>, 3> dyadic(const Corners& t) {
-  std::array<Point<Dyadic>, 3> r;
-  for (std::size_t c = 0; c < 3; ++c)
-    for (std::size_t k = 0; k < 3; ++k) r[c][k] = Dyadic(t[c][static_cast<Eigen::Index>(k)]);
-  return r;
-}
+using AnyExactPair =
+    std::variant<ExactPair<WideInt<2>>, ExactPair<WideInt<4>>, ExactPair<WideInt<8>>, ExactPair<UnboundedInt>>;
 
-// Both triangles in the world as integers, in a unit that fits them.
+}  // namespace
+
+// Puts triangles into the world as integers, in a unit that fits both.
 class ExactPlaces {
  public:
-  using Any =
-      std::variant<ExactPair<WideInt<2>>, ExactPair<WideInt<4>>, ExactPair<WideInt<8>>, ExactPair<UnboundedInt>>;
+  ExactPlaces(const Pose& pose_a, const Pose& pose_b) : pose_{DyadicPose(pose_a), DyadicPose(pose_b)} {}
 
-  ExactPlaces(const Corners& a, const Pose& pose_a, const Corners& b, const Pose& pose_b)
-      : pose_{DyadicPose(pose_a), DyadicPose(pose_b)}, corners_{dyadic(a), dyadic(b)} {
+  AnyExactPair operator()(const Corners& a, const Corners& b) const {
+    const Dyadics corners[2] = {dyadic(a), dyadic(b)};
+    int low = std::numeric_limits<int>::max(), high = std::numeric_limits<int>::min();
     for (std::size_t s = 0; s < 2; ++s) {
       for (const Dyadic& t : pose_[s].translation)
-        if (t.mantissa) low_ = std::min(low_, t.exponent), high_ = std::max(high_, t.top());
-      for (std::size_t j = 0; j < 3; ++j)
-        for (std::size_t i = 0; i < 3; ++i)
-          if (const Dyadic& r = pose_[s].rotation[3 * i + j]; r.mantissa)
-            for (std::size_t c = 0; c < 3; ++c)
-              if (const Dyadic& v = corners_[s][c][j]; v.mantissa)
-                low_ = std::min(low_, r.exponent + v.exponent), high_ = std::max(high_, r.top() + v.top());
+        if (t.mantissa) low = std::min(low, t.exponent), high = std::max(high, t.top());
+      for (std::size_t j = 0; j < 3; ++j) {
+        Range column, coordinate;
+        for (std::size_t i = 0; i < 3; ++i) column.add(pose_[s].rotation[3 * i + j]);
+        for (std::size_t c = 0; c < 3; ++c) coordinate.add(corners[s][c][j]);
+        if (column.empty() || coordinate.empty()) continue;
+        low = std::min(low, column.low + coordinate.low);
+        high = std::max(high, column.high + coordinate.high);
+      }
     }
-  }
-
-  Any operator()() const {
     // A coordinate is a sum of four terms; a determinant of differences then leaves the top bits free.
-    const int bits = high_ < low_ ? 0 : high_ - low_ + 2;
-    if (bits <= 2 * 64 - 4) return pair<WideInt<2>>();
-    if (bits <= 4 * 64 - 4) return pair<WideInt<4>>();
-    if (bits <= 8 * 64 - 4) return pair<WideInt<8>>();
-    return pair<UnboundedInt>();
+    const int bits = high < low ? 0 : high - low + 2;
+    if (bits <= 2 * 64 - 4) return pair<WideInt<2>>(corners, low);
+    if (bits <= 4 * 64 - 4) return pair<WideInt<4>>(corners, low);
+    if (bits <= 8 * 64 - 4) return pair<WideInt<8>>(corners, low);
+    return pair<UnboundedInt>(corners, low);
   }
 
  private:
-  template <class N>
-  ExactPair<N> pair() const {
-    return {triangle<N>(0), triangle<N>(1)};
+  using Dyadics = std::array<Point<Dyadic>, 3>;
+
+  struct Range {
+    int low = std::numeric_limits<int>::max(), high = std::numeric_limits<int>::min();
+    void add(const Dyadic& x) {
+      if (x.mantissa) low = std::min(low, x.exponent), high = std::max(high, x.top());
+    }
+    bool empty() const { return high < low; }
+  };
+
+  static Dyadics dyadic(const Corners& t) {
+    Dyadics r;
+    for (std::size_t c = 0; c < 3; ++c)
+      for (std::size_t k = 0; k < 3; ++k) r[c][k] = Dyadic(t[c][static_cast<Eigen::Index>(k)]);
+    return r;
   }
   template <class N>
-  ExactTriangle<N> triangle(std::size_t s) const {
-    std::array<Point<N>, 3> p;
+  ExactPair<N> pair(const Dyadics (&corners)[2], int low) const {
+    ExactPair<N> r;
+    place(corners[0], pose_[0], low, r.a.p);
+    place(corners[1], pose_[1], low, r.b.p);
+    return r;
+  }
+  template <class N>
+  static void place(const Dyadics& corners, const DyadicPose& pose, int low, std::array<Point<N>, 3>& p) {
     for (std::size_t c = 0; c < 3; ++c)
       for (std::size_t i = 0; i < 3; ++i) {
-        const Dyadic& t = pose_[s].translation[i];
-        N x = t.mantissa ? N(t.mantissa, static_cast<unsigned>(t.exponent - low_), t.negative) : N();
+        const Dyadic& t = pose.translation[i];
+        N& x = p[c][i];
+        if (t.mantissa) x.add(t.mantissa, static_cast<unsigned>(t.exponent - low), t.negative);
         for (std::size_t j = 0; j < 3; ++j) {
-          const Dyadic &r = pose_[s].rotation[3 * i + j], &v = corners_[s][c][j];
+          const Dyadic &r = pose.rotation[3 * i + j], &v = corners[c][j];
           if (r.mantissa && v.mantissa)
-            x = x + N(Uint128{r.mantissa} * v.mantissa, static_cast<unsigned>(r.exponent + v.exponent - low_),
-                      r.negative != v.negative);
+            x.add(Uint128{r.mantissa} * v.mantissa, static_cast<unsigned>(r.exponent + v.exponent - low),
+                  r.negative != v.negative);
         }
-        p[c][i] = x;
       }
-    return ExactTriangle<N>(p);
   }
 
   std::array<DyadicPose, 2> pose_;
-  std::array<std::array<Point<Dyadic>, 3>, 2> corners_;
-  int low_ = std::numeric_limits<int>::max(), high_ = std::numeric_limits<int>::min();
 };
+
+namespace {
 
 // ---- Filter ----
 
@@ -265,15 +284,15 @@ struct Area {
 // Corners 0 to 2 are A's, 3 to 5 B's.
 class PairSigns {
  public:
-  PairSigns(const TriangleTest& test, const Corners& a, const Corners& b, const Corners& c)
+  PairSigns(TriangleTest& test, const Corners& a, const Corners& b, const Corners& c)
       : test_(test), a_(a), b_(b), c_(c), area_{normal(0), normal(1)} {}
 
   bool meet() {
-    if (apart()) return false;
     for (std::size_t i = 0; i < 3; ++i)
       for (std::size_t j = 0; j < 3; ++j)
         if ((c_[j] - a_[i]).cwiseAbs().maxCoeff() <= test_.delta() && same(i, j)) return true;
-    if (!has_area(0) || !has_area(1)) return exactly([](const auto& x) { return x.meet(); }) != 0;
+    if (apart()) return false;
+    if (!has_area(0) || !has_area(1)) return exactly([](auto& x) { return x.meet(); }) != 0;
     Signs side[2];
     for (const std::size_t t : {1u, 0u}) {
       for (std::size_t k = 0; k < 3; ++k) side[1 - t][k] = plane_side(t, k);
@@ -298,8 +317,8 @@ class PairSigns {
  private:
   template <class Ask>
   int exactly(Ask&& ask) {
-    if (!exact_) exact_.emplace(ExactPlaces(a_, test_.pose_a(), b_, test_.pose_b())());
-    return std::visit([&](const auto& pair) -> int { return ask(pair); }, *exact_);
+    if (!exact_) exact_.emplace(test_.places()(a_, b_));
+    return std::visit([&](auto& pair) -> int { return ask(pair); }, *exact_);
   }
 
   Difference difference(std::size_t i, std::size_t j) const {  // from corner i to corner j
@@ -339,23 +358,24 @@ class PairSigns {
   }
 
   bool same(std::size_t i, std::size_t j) {
-    return exactly([&](const auto& x) { return axis_of(x.a.p[i] - x.b.p[j]) == no_axis; }) != 0;
+    if (test_.delta() == 0) return true;  // one frame: the places are exact
+    return exactly([&](auto& x) { return axis_of(x.a.p[i] - x.b.p[j]) == no_axis; }) != 0;
   }
   bool has_area(std::size_t t) {
     for (Eigen::Index k = 0; k < 3; ++k)
       if (area_[t].sign(k) != 0) return true;
-    return exactly([&](const auto& x) { return (t == 0 ? x.a : x.b).drop != no_axis; }) != 0;
+    return exactly([&](auto& x) { return (t == 0 ? x.a : x.b).drop() != no_axis; }) != 0;
   }
   // Side of triangle t's plane that corner k of the other is on.
   int plane_side(std::size_t t, std::size_t k) {
     if (const int s = area_[t].sign(difference(3 * t, 3 * (1 - t) + k))) return s;
-    return exactly([&](const auto& x) { return t == 0 ? x.a.side(x.b.p[k]) : x.b.side(x.a.p[k]); });
+    return exactly([&](auto& x) { return t == 0 ? x.a.side(x.b.p[k]) : x.b.side(x.a.p[k]); });
   }
   // How the line of A's edge i passes that of B's edge j.
   int edges(std::size_t i, std::size_t j) {
     const Difference e = difference(i, next(i)), f = difference(3 + j, 3 + next(j));
     if (const int s = Area(f, e).sign(difference(i, 3 + j))) return s;
-    return exactly([&](const auto& x) {
+    return exactly([&](auto& x) {
       const auto &p = x.a.p[i], &q = x.b.p[j];
       return dot_sign(cross(x.b.p[next(j)] - q, x.a.p[next(i)] - p), q - p);
     });
@@ -365,7 +385,7 @@ class PairSigns {
     Eigen::Index axis;
     area_[t].n.cwiseAbs().maxCoeff(&axis);
     if (const int s = area_[t].sign(axis) * Area(difference(i, j), difference(i, k)).sign(axis)) return s;
-    return exactly([&](const auto& x) {
+    return exactly([&](auto& x) {
       const auto point = [&](std::size_t c) -> const auto& { return c < 3 ? x.a.p[c] : x.b.p[c - 3]; };
       return (t == 0 ? x.a : x.b).turn(point(i), point(j), point(k));
     });
@@ -388,10 +408,10 @@ class PairSigns {
     return true;
   }
 
-  const TriangleTest& test_;
+  TriangleTest& test_;
   const Corners &a_, &b_, &c_;
   const std::array<Area, 2> area_;
-  std::optional<ExactPlaces::Any> exact_;
+  std::optional<AnyExactPair> exact_;
 };
 
 double det(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) { return (a - d).dot((b - d).cross(c - d)); }
@@ -423,12 +443,19 @@ TriangleTest::TriangleTest(const Pose& pose_a, const Pose& pose_b, double reach_
   delta_ = 64 * std::numeric_limits<double>::epsilon() * (3 * reach_b + between.lpNorm<1>());
 }
 
-bool TriangleTest::exact(const Corners& a, const Corners& b) const {
-  return std::visit([](const auto& pair) { return pair.meet(); }, ExactPlaces(a, pose_a_, b, pose_b_)());
+TriangleTest::~TriangleTest() = default;
+
+const ExactPlaces& TriangleTest::places() {
+  if (!places_) places_ = std::make_unique<ExactPlaces>(pose_a_, pose_b_);
+  return *places_;
+}
+
+bool TriangleTest::exact(const Corners& a, const Corners& b) {
+  return std::visit([](auto pair) { return pair.meet(); }, places()(a, b));
 }
 
 // Guigue and Devillers, Fast and robust triangle-triangle overlap test using orientation predicates, 2003.
-bool TriangleTest::operator()(const Corners& a, const Corners& b, const Corners& b_in_a) const {
+bool TriangleTest::operator()(const Corners& a, const Corners& b, const Corners& b_in_a) {
   const Corners& c = b_in_a;
   const Vec3 low_a = a[0].cwiseMin(a[1]).cwiseMin(a[2]), high_a = a[0].cwiseMax(a[1]).cwiseMax(a[2]);
   const Vec3 low_c = c[0].cwiseMin(c[1]).cwiseMin(c[2]), high_c = c[0].cwiseMax(c[1]).cwiseMax(c[2]);

@@ -128,7 +128,7 @@ TEST_CASE("all intersecting triangle pairs of two meshes are those of all agains
     // Every third in the same frame: edges and faces then lie in each other.
     const Pose pa = i % 3 ? Pose::from(random_turn(random), random_point(random, 1)) : Pose{};
     const Pose pb = i % 3 ? Pose::from(random_turn(random), random_point(random, 1)) : Pose::at(0.25 * (i % 5), 0, 0);
-    const TriangleTest test(pa, pb, 2);
+    TriangleTest test(pa, pb, 2);
     Pairs want;
     for (std::uint32_t x = 0; x < input_a.triangles.size(); ++x)
       for (std::uint32_t y = 0; y < input_b.triangles.size(); ++y) {

@@ -61,7 +61,7 @@ bool oracle(const Corners& ta, const Pose& pa, const Corners& tb, const Pose& pb
 }
 
 bool fast(const Corners& a, const Pose& pa, const Corners& b, const Pose& pb, double reach) {
-  const TriangleTest test(pa, pb, reach);
+  TriangleTest test(pa, pb, reach);
   return test(a, b, {test.in_a(b[0]), test.in_a(b[1]), test.in_a(b[2])});
 }
 
@@ -167,8 +167,11 @@ TEST_CASE("wide integers add, subtract and multiply as integers without a limit 
       return std::get<2>(t) ? cpp_int(-x) : x;
     };
     const auto tx = draw(120), ty = draw(120), tz = draw(0);
-    const auto x = std::make_from_tuple<WideInt<4>>(tx), y = std::make_from_tuple<WideInt<4>>(ty);
-    const auto z = std::make_from_tuple<WideInt<2>>(tz);
+    WideInt<4> x, y;
+    WideInt<2> z;
+    std::apply([&](auto... t) { x.add(t...); }, tx);
+    std::apply([&](auto... t) { y.add(t...); }, ty);
+    std::apply([&](auto... t) { z.add(t...); }, tz);
     CAPTURE(i);
     REQUIRE(value(x, 4) == exact(tx));
     REQUIRE(value(x + y, 4) == exact(tx) + exact(ty));
