@@ -1,5 +1,6 @@
 #include "convex_pair.h"
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -67,8 +68,26 @@ PairAnswer halfspace_with(const ConvexView& a, const Pose& pose_a, const ConvexV
   return r;
 }
 
+/// An order of two of a kind by what they are and where they stand: exchanged arguments then are solved alike, and
+/// answer the same to the last bit.
+bool comes_after(const ConvexView& a, const Pose& pose_a, const ConvexView& b, const Pose& pose_b) {
+  if (a.size != b.size) return a.size > b.size;
+  if (a.param != b.param) return a.param > b.param;
+  if (a.vertices.size() != b.vertices.size()) return a.vertices.size() > b.vertices.size();
+  const auto compare = [](const double* p, const double* q, std::size_t n) {
+    const auto [i, j] = std::mismatch(p, p + n, q);
+    return i == p + n ? 0 : *i > *j ? 1 : -1;
+  };
+  int order = 0;
+  if (a.vertices.data() != b.vertices.data())
+    order = compare(a.vertices[0].data(), b.vertices[0].data(), 3 * a.vertices.size());
+  if (order == 0) order = compare(pose_a.translation.data(), pose_b.translation.data(), 3);
+  if (order == 0) order = compare(pose_a.rotation.data(), pose_b.rotation.data(), 9);
+  return order > 0;
+}
+
 std::optional<bool> collide_by(Method method, const ConvexView& a, const Pose& pose_a, const ConvexView& b,
-                               const Pose& pose_b, double tolerance) {
+                               const Pose& pose_b, double tolerance, const Vec3* start) {
   switch (method) {
     case Method::fcl:
       return fcl_collide(a, pose_a, b, pose_b);
@@ -79,12 +98,12 @@ std::optional<bool> collide_by(Method method, const ConvexView& a, const Pose& p
     case Method::newton:
       return round_collide({a, b, relative(pose_a, pose_b)}, tolerance);
     default:
-      return gjk_collide({a, b, relative(pose_a, pose_b)}, tolerance);
+      return gjk_collide({a, b, relative(pose_a, pose_b)}, tolerance, start);
   }
 }
 
 std::optional<LocalAnswer> distance_by(Method method, const ConvexView& a, const ConvexView& b,
-                                       const RelativePose& pose, double tolerance) {
+                                       const RelativePose& pose, double tolerance, const Vec3* start) {
   switch (method) {
     case Method::fcl:
       return fcl_signed_distance(a, b, pose);
@@ -95,7 +114,7 @@ std::optional<LocalAnswer> distance_by(Method method, const ConvexView& a, const
     case Method::newton:
       return round_signed_distance({a, b, pose}, tolerance);
     default:
-      return gjk_signed_distance({a, b, pose}, tolerance);
+      return gjk_signed_distance({a, b, pose}, tolerance, start);
   }
 }
 
@@ -134,10 +153,10 @@ constexpr auto best_methods = [] {
   for (std::size_t a = 0; a < shape_kinds; ++a)
     for (std::size_t b = 0; b < shape_kinds; ++b) {
       const auto ka = static_cast<ShapeKind>(a), kb = static_cast<ShapeKind>(b);
-      table[a][b] = covered(Method::closed, ka, kb) ? Method::closed
-                    : covered(Method::sat, ka, kb)  ? Method::sat
+      table[a][b] = covered(Method::closed, ka, kb)   ? Method::closed
+                    : covered(Method::sat, ka, kb)    ? Method::sat
                     : covered(Method::newton, ka, kb) ? Method::newton
-                                                    : Method::gjk;
+                                                      : Method::gjk;
     }
   return table;
 }();
@@ -160,7 +179,7 @@ void swap_answer(PairAnswer& answer, std::vector<Contact>* contacts, std::size_t
 PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexView& b, const Pose& pose_b,
                         Request request, const NarrowPhaseOptions& options, std::vector<Contact>* contacts,
                         WarmStart* warm) {
-  if (rank(a.kind) > rank(b.kind)) {
+  if (rank(a.kind) > rank(b.kind) || (a.kind == b.kind && comes_after(a, pose_a, b, pose_b))) {
     const std::size_t first = contacts != nullptr ? contacts->size() : 0;
     WarmStart other;
     if (warm != nullptr) other.direction = -(pose_b.rotation.transpose() * (pose_a.rotation * warm->direction));
@@ -192,11 +211,12 @@ PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexVie
 
   const double size = a.size + b.size;
   const double accepted = std::max(options.tolerance, 1e-9) * size;
+  const Vec3* start = warm != nullptr && warm->direction.squaredNorm() > 0 ? &warm->direction : nullptr;
   PairAnswer answer;
   if (request == Request::collide) {
-    std::optional<bool> collide = collide_by(method, a, pose_a, b, pose_b, options.tolerance);
+    std::optional<bool> collide = collide_by(method, a, pose_a, b, pose_b, options.tolerance, start);
     if (!collide) {  // a third party gave up: answer all the same, and say so
-      collide = collide_by(Method::gjk, a, pose_a, b, pose_b, options.tolerance);
+      collide = collide_by(Method::gjk, a, pose_a, b, pose_b, options.tolerance, start);
       answer.status = Status::inexact;
       answer.error_bound = size;
     }
@@ -204,7 +224,7 @@ PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexVie
     return answer;
   }
   const RelativePose pose = relative(pose_a, pose_b);
-  std::optional<LocalAnswer> local = distance_by(method, a, b, pose, options.tolerance);
+  std::optional<LocalAnswer> local = distance_by(method, a, b, pose, options.tolerance, start);
   if (!local) {
     local = gjk_signed_distance({a, b, pose}, options.tolerance);
     local->gap = std::max(local->gap, size);

@@ -80,7 +80,10 @@ class Polytope {
   double rounding() const { return rounding_; }
 
  private:
-  int new_face(int a, int b, int c);
+  int new_face(int a, int b, int c, const Vec3& normal, double offset);
+  /// The triangles (from(i), to(i), apex), i < count.
+  template <class From, class To>
+  void fan(int apex, int count, const From& from, const To& to);
   void link(int f, int i, int g, int j) {
     room_.face[f].next[i] = g, room_.face[f].back[i] = j;
     room_.face[g].next[j] = f, room_.face[g].back[j] = i;
@@ -93,6 +96,8 @@ class Polytope {
   double limit_ = infinity;
   int faces_ = 0;
   int candidates_ = 0;
+  PlaneKernel planes_ = plane_kernel();
+  PlaneBatch batch_;
 };
 
 int Polytope::span(const Simplex& start) {
@@ -164,30 +169,35 @@ int Polytope::span(const Simplex& start) {
   return 3;
 }
 
-int Polytope::new_face(int a, int b, int c) {
+int Polytope::new_face(int a, int b, int c, const Vec3& normal, double offset) {
   const int i = faces_++;
   Face& f = room_.face[i];
   f.v[0] = a, f.v[1] = b, f.v[2] = c;
-  f.place = -1;
   f.seen = false;
-  const Vec3 &p = vertex[a].w, &q = vertex[b].w, &r = vertex[c].w;
-  const Vec3 rp = p - r, rq = q - r;
-  const Vec3 n = rp.cross(rq);
-  const double length2 = n.squaredNorm();
-  const double longest2 = std::max(rp.squaredNorm(), rq.squaredNorm());
-  if (length2 > rounding_ * rounding_ * longest2) {
-    f.normal = n / std::sqrt(length2);
-    f.offset = f.normal.dot(r);
-    if (f.offset < limit_) {
-      f.place = candidates_;
-      room_.candidate[candidates_] = i;
-      room_.candidate_offset[candidates_++] = f.offset;
-    }
-  } else {
-    f.normal.setZero();  // a sliver has no plane: it is never nearest and never seen
-    f.offset = infinity;
-  }
+  f.normal = normal;
+  f.offset = offset;
+  const bool candidate = offset < limit_;
+  room_.candidate[candidates_] = i;
+  room_.candidate_offset[candidates_] = offset;
+  f.place = candidate ? candidates_ : -1;
+  candidates_ += candidate ? 1 : 0;
   return i;
+}
+
+template <class From, class To>
+void Polytope::fan(int apex, int count, const From& from, const To& to) {
+  const Vec3& r = vertex[apex].w;
+  for (int first = 0; first < count; first += static_cast<int>(PlaneBatch::most)) {
+    const auto n = std::min(PlaneBatch::most, static_cast<std::size_t>(count - first));
+    for (std::size_t l = 0; l < n; ++l) {
+      const Vec3 &p = vertex[from(first + static_cast<int>(l))].w, &q = vertex[to(first + static_cast<int>(l))].w;
+      for (int k = 0; k < 3; ++k) batch_.from[k][l] = p[k], batch_.to[k][l] = q[k];
+    }
+    planes_(n, rounding_ * rounding_, r[0], r[1], r[2], batch_);
+    for (std::size_t l = 0; l < n; ++l)
+      new_face(from(first + static_cast<int>(l)), to(first + static_cast<int>(l)), apex,
+               {batch_.normal[0][l], batch_.normal[1][l], batch_.normal[2][l]}, batch_.offset[l]);
+  }
 }
 
 void Polytope::drop(int face) {
@@ -203,23 +213,25 @@ void Polytope::close_tetrahedron() {
   const Vec3 n = (vertex[1].w - vertex[0].w).cross(vertex[2].w - vertex[0].w);
   if (n.dot(vertex[3].w - vertex[0].w) > 0) std::swap(vertex[1], vertex[2]);
   // Now 3 lies below the plane of 0, 1, 2.
-  new_face(0, 1, 2);
-  new_face(0, 3, 1);
-  new_face(1, 3, 2);
-  new_face(2, 3, 0);
-  link(0, 0, 1, 2);
-  link(0, 1, 2, 2);
-  link(0, 2, 3, 2);
-  link(1, 0, 3, 1);
-  link(1, 1, 2, 0);
-  link(2, 1, 3, 0);
+  fan(
+      3, 3, [](int i) { return (i + 1) % 3; }, [](int i) { return i; });
+  fan(
+      2, 1, [](int) { return 0; }, [](int) { return 1; });
+  for (int i = 0; i < 3; ++i) {
+    link(i, 0, 3, i);
+    link(i, 1, (i + 2) % 3, 2);
+  }
 }
 
 int Polytope::nearest_face() const {
   double least = limit_;
   int best = -1;
-  for (int i = 0; i < candidates_; ++i)
-    if (room_.candidate_offset[i] < least) least = room_.candidate_offset[i], best = i;
+  for (int i = 0; i < candidates_; ++i) {
+    const double offset = room_.candidate_offset[i];
+    const bool less = offset < least;
+    least = less ? offset : least;
+    best = less ? i : best;
+  }
   return best < 0 ? -1 : room_.candidate[best];
 }
 
@@ -259,11 +271,10 @@ Polytope::Added Polytope::add(int face) {
     if (faces[e.face].v[e.edge] != from(k + 1 < edges ? k + 1 : 0)) return Added::torn;
   }
   const int first = faces_;
+  fan(vertices, edges, from, [&](int k) { return faces[room_.horizon[k].face].v[room_.horizon[k].edge]; });
   for (int k = 0; k < edges; ++k) {
-    const HorizonEdge e = room_.horizon[k];
-    const int i = new_face(from(k), faces[e.face].v[e.edge], vertices);
-    link(i, 0, e.face, e.edge);
-    if (k > 0) link(i - 1, 1, i, 2);
+    link(first + k, 0, room_.horizon[k].face, room_.horizon[k].edge);
+    if (k > 0) link(first + k - 1, 1, first + k, 2);
   }
   link(first + edges - 1, 1, first, 2);
   ++vertices;
@@ -344,8 +355,10 @@ bool expand_in(const Room& room, const MinkowskiDifference& d, const Simplex& st
     const double length = n.norm();
     if (length > 0) {
       const Vec3 m = n / length;
-      const double h = m.dot(d.support(m).w);
-      if (h <= r.upper + p.rounding()) r.upper = h, r.normal = m;
+      if ((m - r.normal).squaredNorm() > 64 * epsilon * epsilon) {
+        const double h = m.dot(d.support(m).w);
+        if (h <= r.upper + p.rounding()) r.upper = h, r.normal = m;
+      }
     }
   }
   set_points(a, b, c, r);

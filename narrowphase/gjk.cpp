@@ -189,9 +189,8 @@ class Descent {
     const Vec3 a = s_.p[0].w - p, b = s_.p[1].w - p, c = s_.p[2].w - p;
     const Vec3 ab = a.cross(b), bc = b.cross(c), ca = c.cross(a);
     const double volume = ab.dot(c);
-    const double flat =
-        1e-14 * std::sqrt(std::max({ab.squaredNorm() * c.squaredNorm(), bc.squaredNorm() * a.squaredNorm()}));
-    const bool thin = std::abs(volume) <= flat;
+    const double longest2 = std::max({a.squaredNorm(), b.squaredNorm(), c.squaredNorm()});
+    const bool thin = volume * volume <= 1e-28 * ab.squaredNorm() * longest2;
     const double sign = volume > 0 ? 1 : -1;
     const bool out_ab = thin || sign * p.dot(ab) > 0, out_bc = thin || sign * p.dot(bc) > 0,
                out_ca = thin || sign * p.dot(ca) > 0;
@@ -210,6 +209,26 @@ class Descent {
 
 bool same(const MinkowskiPoint& p, const MinkowskiPoint& q, bool polytopes) {
   return polytopes ? p.vertex_a == q.vertex_a && p.vertex_b == q.vertex_b : p.w == q.w;
+}
+
+/// The direction between two near polytopes is the difference of two nearly equal points; its exact part is that it is
+/// square to the edges of the simplex. Takes it from these, where that certifies more.
+void sharpen(const MinkowskiDifference& d, const Simplex& s, Vec3& v, GjkResult& r) {
+  Vec3 n = v;
+  if (s.count == 2) {
+    const Vec3 e = d.edge(s.p[1], s.p[0]);
+    n -= (n.dot(e) / e.squaredNorm()) * e;
+  } else if (s.count == 3) {
+    n = d.edge(s.p[0], s.p[2]).cross(d.edge(s.p[1], s.p[2]));
+    if (n.dot(v) < 0) n = -n;
+  }
+  const double length = n.norm();
+  if (!(length > 0)) return;
+  n /= length;
+  const double lower = n.dot(d.support(-n).w);
+  if (!(lower > r.lower)) return;
+  r.lower = lower;
+  v = r.upper * n;
 }
 
 GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond, double within, const Vec3* start) {
@@ -269,6 +288,8 @@ GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond,
     r.upper = length;
     if (r.upper <= within || length <= rounding) break;
   }
+  if (polytopes && r.upper - r.lower > 2 * rounding && r.upper <= 1e-2 * scale && !(r.lower > beyond) && s.count <= 3)
+    sharpen(d, s, v, r);
   r.v = v;
   // Polytopes: what is certified to rounding needs no second opinion.
   const double near = polytopes
@@ -295,10 +316,10 @@ GjkResult gjk(const MinkowskiDifference& d, double tolerance, double beyond, dou
   return r;
 }
 
-bool gjk_collide(const MinkowskiDifference& d, double tolerance) {
+bool gjk_collide(const MinkowskiDifference& d, double tolerance, const Vec3* start) {
   const double radius = core_radius(d.a) + core_radius(d.b);
   const double rounding = 16 * epsilon * d.scale();
-  const GjkResult r = descend(d, std::max(tolerance, 1e-14), radius + rounding, radius - rounding, nullptr);
+  const GjkResult r = descend(d, std::max(tolerance, 1e-14), radius + rounding, radius - rounding, start);
   if (r.lower > radius + rounding) return false;
   if (r.end == GjkResult::End::inside && r.v.squaredNorm() > rounding * rounding) return true;
   if (r.upper < radius - rounding) return true;
@@ -361,12 +382,12 @@ void pair_points(const MinkowskiDifference& d, LocalAnswer& answer) {
   answer.point_b = answer.point_a + answer.signed_distance * answer.normal;
 }
 
-LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance) {
+LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, const Vec3* start) {
   const double infinity = std::numeric_limits<double>::infinity();
   const double ra = core_radius(d.a), rb = core_radius(d.b);
   // Round surfaces are approached step by step: the last digits cost more steps than they are worth.
   const double least = is_polytope(d.a.kind) && is_polytope(d.b.kind) ? 1e-14 : 2e-10;
-  const GjkResult r = gjk(d, std::max(tolerance, least), infinity, -infinity);
+  const GjkResult r = gjk(d, std::max(tolerance, least), infinity, -infinity, start);
   LocalAnswer answer;
   double core;  // signed distance of the cores
   if (r.end == GjkResult::End::separated) {
@@ -377,7 +398,7 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance) 
     answer.gap = r.upper - std::max(r.lower, 0.0);
   } else {
     const double scale = d.scale();
-    EpaResult e = expand(d, r.simplex, std::max(tolerance, least) * scale);
+    EpaResult e = expand(d, r.simplex, (d.polytopes() ? tolerance : std::max(tolerance, least)) * scale);
     if (e.upper - e.lower > 1e-13 * scale && !(is_polytope(d.a.kind) && is_polytope(d.b.kind))) {
       Vec3 w = e.point_a - e.point_b, on_a = e.point_a;
       const double before = e.upper;

@@ -66,9 +66,9 @@ void pair_points(const MinkowskiDifference& d, LocalAnswer& answer);
 
 /// Signed distance, normal, witness points of two bounded convex shapes: GJK on the cores, and the depth solver
 /// where they overlap or nearly do. `tolerance` is relative to the shapes' size, 0: to rounding.
-LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance);
+LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, const Vec3* start = nullptr);
 
 /// Do the shapes touch? Cheaper than the distance.
-bool gjk_collide(const MinkowskiDifference& d, double tolerance);
+bool gjk_collide(const MinkowskiDifference& d, double tolerance, const Vec3* start = nullptr);
 
 }  // namespace tandem

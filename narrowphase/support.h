@@ -73,7 +73,7 @@ inline SupportPoint core_support_point(const ConvexView& v, const Vec3& d, Suppo
       if (v.vertices.size() > 4) {
         const SupportMap& map = v.hull->support;
         const SupportMap::Range& range = map.candidates(d);
-        const std::uint32_t best = kernel(map.xyz(range), map.index(range), range.blocks, d.data());
+        const std::uint32_t best = kernel(map.xyz(range), map.index(range), range.blocks, d[0], d[1], d[2]);
         return {v.vertices[best], best};
       }
       std::uint32_t best = 0;
