@@ -5,7 +5,10 @@ namespace tandem {
 std::size_t Automatic::begin(const BoxArray& boxes) {
   method_ = &choose(boxes.size());
   last_size_ = boxes.size();
-  return method_->begin(boxes);
+  BoxSearch* search = method_ == &grid_  ? static_cast<BoxSearch*>(&grid_)
+                      : method_ == &bvh_ ? static_cast<BoxSearch*>(&bvh_)
+                                         : nullptr;
+  return list_.begin(boxes, *method_, search);
 }
 
 BroadPhase& Automatic::choose(std::size_t n) {
@@ -19,7 +22,7 @@ BroadPhase& Automatic::choose(std::size_t n) {
     return sweep_;
   }
 
-  if (method_ == &grid_) {
+  if (method_ == &grid_ && list_.method_ran()) {
     const Grid::Unfit unfit = grid_.unfit();
     const bool many_large = unfit.large > last_size_ / 8;
     if (unfit.crowded || many_large) {

@@ -6,6 +6,7 @@
 #include "grid.h"
 #include "sweep.h"
 #include "tandem/broadphase/broad_phase.h"
+#include "verlet_list.h"
 
 namespace tandem {
 
@@ -14,9 +15,9 @@ namespace tandem {
 class Automatic final : public BroadPhase {
  public:
   std::size_t begin(const BoxArray& boxes) override;
-  std::size_t blocks(std::size_t stage) const override { return method_->blocks(stage); }
-  void run(std::size_t stage, std::size_t block) override { method_->run(stage, block); }
-  void emit(std::size_t block, PairSink& sink) override { method_->emit(block, sink); }
+  std::size_t blocks(std::size_t stage) const override { return list_.blocks(stage); }
+  void run(std::size_t stage, std::size_t block) override { list_.run(stage, block); }
+  void emit(std::size_t block, PairSink& sink) override { list_.emit(block, sink); }
   BroadPhaseKind kind() const override { return method_->kind(); }
   std::string_view reason() const override { return reason_; }
 
@@ -37,6 +38,7 @@ class Automatic final : public BroadPhase {
   Sweep sweep_;
   Grid grid_;
   Bvh bvh_;
+  VerletList list_;
   BroadPhase* method_ = &brute_;
   std::string reason_;
   std::string unfit_reason_;

@@ -1,4 +1,5 @@
 #pragma once
+#include "box_search.h"
 #include "box_tree.h"
 #include "tandem/broadphase/broad_phase.h"
 
@@ -6,13 +7,14 @@ namespace tandem {
 
 /// A tree over all boxes, built anew each step and joined with itself. Slower than the grid where boxes are alike and
 /// spread evenly, but its cost depends little on how sizes and density spread.
-class Bvh final : public BroadPhase {
+class Bvh final : public BroadPhase, public BoxSearch {
  public:
   std::size_t begin(const BoxArray& boxes) override;
   std::size_t blocks(std::size_t stage) const override;
   void run(std::size_t stage, std::size_t block) override { tree_.run(stage, block); }
   void emit(std::size_t block, PairSink& sink) override { tree_.self_pairs(block, sink); }
   BroadPhaseKind kind() const override { return BroadPhaseKind::bvh; }
+  void search(const Aabb& box, std::uint32_t index, PairSink& sink) const override { tree_.query(box, index, sink); }
 
  private:
   BoxTree tree_;

@@ -51,7 +51,7 @@ std::size_t Grid::begin(const BoxArray& boxes) {
   is_large_.resize(size_);
   groups_.clear();
   large_.clear();
-  crowded_ = false;
+  crowded_ = searched_ = false;
   longest_column_ = 0;
   return stages;
 }
@@ -179,6 +179,7 @@ void Grid::plan() {
   if (crowded_) return;
 
   records_.resize(sum);
+  if (searched_) thin_.assign(columns(), {});
   constexpr std::size_t entries_a_block = 1024;
   for (std::size_t first = 0; first < columns();) {
     std::size_t last = first + 1;
@@ -216,8 +217,8 @@ void Grid::emit(std::size_t block, PairSink& sink) {
   emit_large(block - self_blocks, sink);
 }
 
-void Grid::emit_column(std::size_t column, Scratch& s, PairSink& sink) const {
-  const Record* records = records_.data() + column_begin_[column];
+void Grid::emit_column(std::size_t column, Scratch& s, PairSink& sink) {
+  Record* records = records_.data() + column_begin_[column];
   const std::size_t size = column_begin_[column + 1] - column_begin_[column];
   if (size < 2) return;
 
@@ -248,6 +249,14 @@ void Grid::emit_column(std::size_t column, Scratch& s, PairSink& sink) const {
     s.first[row] = records[i].first;
     s.end[row] = thin.at(records[i].box.hi[along_]);
   }
+  if (searched_) {
+    std::uint32_t longest = 0;
+    for (std::size_t cell = 0, row = 0; cell < cells; ++cell)
+      for (; row < s.cell_begin[cell]; ++row)
+        longest = std::max(longest, s.end[row] - static_cast<std::uint32_t>(cell));
+    thin_[column] = {thin, longest};
+    for (std::size_t row = 0; row < size; ++row) records[row] = {s.boxes[row], s.index[row], s.first[row]};
+  }
   // Each begin has become the end of its cell.
   for (std::size_t row = 0; row < size; ++row) s.end[row] = s.cell_begin[s.end[row]];
 
@@ -260,6 +269,30 @@ void Grid::emit_column(std::size_t column, Scratch& s, PairSink& sink) const {
   for (std::size_t row = 0; row < size;) {
     const std::size_t found = overlap_column(rows, row, s.a.data(), s.b.data(), s.a.size());
     for (std::size_t k = 0; k < found; ++k) sink.put(s.a[k], s.b[k]);
+  }
+}
+
+void Grid::search(const Aabb& box, std::uint32_t index, PairSink& sink) const {
+  if (use_tree()) tree_.query(box, index, sink);
+  if (crowded_) return;
+  if (!use_tree())
+    for (const std::uint32_t large : large_)
+      if (overlap((*boxes_)[large], box)) sink.put(index, large);
+  const Touched t = touched(box);
+  for (std::uint32_t v = t.v0; v <= t.v1; ++v) {
+    for (std::uint32_t u = t.u0; u <= t.u1; ++u) {
+      const std::uint32_t first = (u == t.u0 ? 1u : 0u) | (v == t.v0 ? 2u : 0u);
+      const std::size_t column = std::size_t{v} * u_.count + u;
+      const Thin& thin = thin_[column];
+      const auto cell = [&](const Record& record) { return thin.cells.at(record.box.lo[along_]); };
+      const std::uint32_t from = thin.cells.at(box.lo[along_]), last = thin.cells.at(box.hi[along_]);
+      const Record *record = records_.data() + column_begin_[column],
+                   *end = records_.data() + column_begin_[column + 1];
+      record = std::partition_point(record, end, [&](const Record& r) { return cell(r) + thin.longest < from; });
+      // As in a column's kernel: only in the column that holds the lower corner of the intersection.
+      for (; record != end && cell(*record) <= last; ++record)
+        if (overlap(record->box, box) && (first | record->first) == 3) sink.put(index, record->index);
+    }
   }
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "box_search.h"
 #include "box_tree.h"
 #include "column_kernel.h"
 #include "scratch_pool.h"
@@ -19,13 +20,15 @@ namespace tandem {
 /// the other while they are few, by a BoxTree when they are many; far outliers fall into the columns at the border,
 /// which no more than slows these; and where a few columns would hold too much (tight clusters in an empty world)
 /// the step is left to the tree. Memory is at most `max_columns_a_box` entries a box.
-class Grid final : public BroadPhase {
+class Grid final : public BroadPhase, public BoxSearch {
  public:
   std::size_t begin(const BoxArray& boxes) override;
   std::size_t blocks(std::size_t stage) const override;
   void run(std::size_t stage, std::size_t block) override;
   void emit(std::size_t block, PairSink& sink) override;
   BroadPhaseKind kind() const override { return BroadPhaseKind::grid; }
+  void prepare_search() override { searched_ = true; }
+  void search(const Aabb& box, std::uint32_t index, PairSink& sink) const override;
 
   /// What the last complete step had to leave to the tree; zero before the first.
   struct Unfit {
@@ -52,6 +55,11 @@ class Grid final : public BroadPhase {
     std::uint32_t index;
     std::uint32_t first;  // see Column
   };
+  /// The thin cells of a column in whose order its records are.
+  struct Thin {
+    Slices cells;
+    std::uint32_t longest = 0;  // most cells that a box reaches on from its first
+  };
   struct Touched {
     std::uint32_t u0, u1, v0, v1;
     std::uint32_t count() const { return (u1 - u0 + 1) * (v1 - v0 + 1); }
@@ -69,7 +77,7 @@ class Grid final : public BroadPhase {
   void plan();
   void scatter(std::size_t block);
   Touched touched(const Aabb& box) const;
-  void emit_column(std::size_t column, Scratch& scratch, PairSink& sink) const;
+  void emit_column(std::size_t column, Scratch& scratch, PairSink& sink);
   void emit_large(std::size_t block, PairSink& sink) const;
   std::size_t columns() const { return std::size_t{u_.count} * v_.count; }
   bool use_tree() const { return crowded_ || large_.size() > max_large_by_row; }
@@ -93,6 +101,8 @@ class Grid final : public BroadPhase {
   std::vector<std::size_t> column_begin_;
   std::vector<Range> groups_;  // of columns: the blocks of the last stage
   std::vector<Record> records_;
+  bool searched_ = false;
+  std::vector<Thin> thin_;  // one a column, when searched
   BoxTree tree_;
   ScratchPool<Scratch> scratch_;
 };

@@ -1,0 +1,34 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+#include "tandem/broadphase/box_array.h"
+#include "tandem/broadphase/pair.h"
+
+namespace tandem {
+
+/// A box as two vectors of four, the last lanes zero: half a cache line, so that a box found by index costs one miss.
+struct alignas(32) BoxRecord {
+  float lo[4] = {};
+  float hi[4] = {};
+
+  Aabb box() const { return {{lo[0], lo[1], lo[2]}, {hi[0], hi[1], hi[2]}}; }
+  void set(const Aabb& box) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      lo[k] = box.lo[k];
+      hi[k] = box.hi[k];
+    }
+  }
+};
+
+/// Copies boxes [begin, end) to records and, where `within` is given, writes the indices of those that are not inside
+/// the box of the same index there to `outside`, ascending; returns how many. `outside` needs room for end - begin +
+/// BoxArray::padding elements. An empty box is inside every box.
+std::size_t copy_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxArray* within,
+                       BoxRecord* records, std::uint32_t* outside);
+
+/// Writes those of `count` pairs whose records overlap to `out`, in their order, and returns how many. `out` needs
+/// room for `count` and may not overlap `pairs`.
+std::size_t overlapping(const BoxRecord* records, const Pair* pairs, std::size_t count, Pair* out);
+
+}  // namespace tandem

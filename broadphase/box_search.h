@@ -1,0 +1,21 @@
+#pragma once
+#include <cstdint>
+
+#include "tandem/broadphase/box_array.h"
+#include "tandem/broadphase/pair.h"
+
+namespace tandem {
+
+/// What can be searched for a box after a step, until the next one begins.
+class BoxSearch {
+ public:
+  /// Between begin and the last stage: this step will be searched.
+  virtual void prepare_search() {}
+  /// Puts the pair of `index` and each box of the step that overlaps `box`, once; also that of `index` itself.
+  virtual void search(const Aabb& box, std::uint32_t index, PairSink& sink) const = 0;
+
+ protected:
+  ~BoxSearch() = default;
+};
+
+}  // namespace tandem

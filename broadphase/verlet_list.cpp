@@ -1,0 +1,299 @@
+#include "verlet_list.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "row_kernel.h"
+
+namespace tandem {
+
+/// Takes candidates: keeps them, and hands on those whose boxes overlap.
+class VerletList::Tee final : public PairSink {
+ public:
+  Tee(const VerletList& owner, std::vector<Pair>* list, PairSink& sink)
+      : records_(owner.records_[owner.now_].data()), list_(list), sink_(sink) {
+    filter_ = &everything_;  // the sink's own comes later: what it allows may change while the list lives
+    buffer_ = room_.data();
+    capacity_ = room_.size();
+  }
+  void flush() {
+    std::array<Pair, room> hits;
+    const std::size_t count = overlapping(records_, buffer_, count_, hits.data());
+    for (std::size_t k = 0; k < count; ++k) sink_.put(hits[k].a, hits[k].b);
+    if (list_ != nullptr) list_->insert(list_->end(), buffer_, buffer_ + count_);
+    hits_ += count;
+    candidates_ += count_;
+    count_ = 0;
+  }
+  std::size_t hits() const { return hits_; }
+  std::size_t candidates() const { return candidates_; }
+
+ private:
+  static constexpr std::size_t room = 256;
+  void full() override { flush(); }
+
+  const BoxRecord* records_;
+  std::vector<Pair>* list_;
+  PairSink& sink_;
+  PairFilter everything_;
+  std::array<Pair, room> room_;
+  std::size_t hits_ = 0, candidates_ = 0;
+};
+
+/// Takes what a search found for one box, and hands on what truly overlaps it.
+class VerletList::Found final : public PairSink {
+ public:
+  Found(const BoxRecord* records, PairSink& sink) : records_(records), sink_(sink) {
+    filter_ = &everything_;
+    buffer_ = room_.data();
+    capacity_ = room_.size();
+  }
+  void look_for(std::uint32_t index, const Aabb& box) {
+    index_ = index;
+    box_ = box;
+  }
+  void flush() {
+    for (std::size_t k = 0; k < count_; ++k) {
+      const std::uint32_t other = buffer_[k].a == index_ ? buffer_[k].b : buffer_[k].a;
+      if (overlap(records_[other].box(), box_)) sink_.put(index_, other);
+    }
+    count_ = 0;
+  }
+
+ private:
+  void full() override { flush(); }
+  const BoxRecord* records_;
+  PairSink& sink_;
+  PairFilter everything_;
+  std::uint32_t index_ = 0;
+  Aabb box_{};
+  std::array<Pair, 64> room_;
+};
+
+namespace {
+
+// Estimated nanoseconds, of a candidate tested and of a box when a list is made: their ratio is what counts.
+constexpr double candidate_cost = 2, renewal_cost = 100;
+constexpr double least_steps_ahead = 4, most_steps_ahead = 64;
+
+/// Candidates that are kept at most.
+std::size_t most_candidates(std::size_t boxes) { return 1024 + 24 * boxes; }
+
+/// Boxes outside that are searched for one by one at most; they are also tested against each other.
+std::size_t most_outside(std::size_t boxes) {
+  return std::max<std::size_t>(32, std::min<std::size_t>(boxes / 16, 4096));
+}
+
+/// The box swept along its motion for some steps and grown a little, never by more than its size on a side; what
+/// jumped is not expected to go on. Holds the box.
+Aabb enlarged(const Aabb& box, const BoxRecord& past, float steps) {
+  constexpr float largest = std::numeric_limits<float>::max();
+  float size = 0;
+  for (std::size_t k = 0; k < 3; ++k) size = std::max(size, box.hi[k] - box.lo[k]);
+  if (!(size < largest)) return box;
+  float fastest = 0;
+  for (std::size_t k = 0; k < 3; ++k)
+    fastest = std::max({fastest, std::abs(box.lo[k] - past.lo[k]), std::abs(box.hi[k] - past.hi[k])});
+  const bool jumped = !(fastest <= 0.5f * size);  // also when it was not there
+  Aabb all;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const float lo_step = jumped ? 0 : box.lo[k] - past.lo[k], hi_step = jumped ? 0 : box.hi[k] - past.hi[k];
+    const float grow = 0.02f * (box.hi[k] - box.lo[k]) + 0.25f * std::max(std::abs(lo_step), std::abs(hi_step));
+    all.lo[k] = std::max(-largest, box.lo[k] + std::clamp(lo_step * steps, -size, 0.0f) - grow);
+    all.hi[k] = std::min(largest, box.hi[k] + std::clamp(hi_step * steps, 0.0f, size) + grow);
+  }
+  return all;
+}
+
+}  // namespace
+
+// Stages: look, decide, enlarge, the method's but its last, make room, emit.
+std::size_t VerletList::begin(const BoxArray& boxes, BroadPhase& method, BoxSearch* search) {
+  // What was outside in the step before is past motion now.
+  for (std::size_t k = 0; k < outside_.size(); ++k) records_[now_][outside_[k]].set(outside_boxes_[k]);
+  outside_.clear();
+
+  const bool same = method_ == &method && records_[now_].size() == boxes.size() && method_stages_ != 0;
+  boxes_ = &boxes;
+  method_ = &method;
+  search_ = search;
+  mode_ = Mode::scratch;
+  method_begun_ = false;
+  bare_ = bare_steps_left_ != 0;
+  if (bare_) {
+    --bare_steps_left_;
+    has_past_ = list_made_ = false;
+    return method_->begin(boxes);
+  }
+  has_past_ = has_past_ && records_[now_].size() == boxes.size();
+  list_made_ = list_made_ && same && blocks_done_.load(std::memory_order_relaxed) == list_count_;
+  too_long_ = list_made_ && listed_.load(std::memory_order_relaxed) > most_candidates(size());
+  list_made_ = list_made_ && !too_long_;
+  now_ ^= 1;
+  records_[now_].resize(size());
+  outside_of_block_.resize(look_blocks());
+  if (!same) {
+    method_begun_ = true;
+    method_stages_ = method_->begin(boxes);
+  }
+  return first_method_stage + method_stages_ + 1;
+}
+
+std::size_t VerletList::blocks(std::size_t stage) const {
+  if (bare_) return method_->blocks(stage);
+  if (stage == 0) return look_blocks();
+  if (stage == 1) return 1;
+  if (stage == 2) return mode_ == Mode::renew ? look_blocks() : 0;
+  if (stage < first_method_stage + method_stages_ - 1)
+    return method_ran() ? method_->blocks(stage - first_method_stage) : 0;
+  if (stage == first_method_stage + method_stages_ - 1) return mode_ == Mode::renew ? 1 : 0;
+  if (mode_ == Mode::reuse) return pieces_.size() + (outside_.size() + outside_a_block - 1) / outside_a_block;
+  return method_->blocks(method_stages_ - 1);
+}
+
+void VerletList::run(std::size_t stage, std::size_t block) {
+  if (bare_) return method_->run(stage, block);
+  if (stage == 0) return look(block);
+  if (stage == 1) return decide();
+  if (stage == 2) return enlarge(block);
+  if (stage < first_method_stage + method_stages_ - 1) return method_->run(stage - first_method_stage, block);
+  list_count_ = method_->blocks(method_stages_ - 1);
+  if (lists_.size() < list_count_) lists_.resize(list_count_);
+}
+
+void VerletList::look(std::size_t block) {
+  std::vector<std::uint32_t>& outside = outside_of_block_[block];
+  outside.resize(boxes_a_block + BoxArray::padding);
+  const std::size_t first = block * boxes_a_block, last = std::min(size(), first + boxes_a_block);
+  outside.resize(
+      copy_boxes(*boxes_, first, last, list_made_ ? &larger_ : nullptr, records_[now_].data(), outside.data()));
+}
+
+void VerletList::decide() {
+  const std::size_t outside_before = outside_since_;
+  std::size_t outside = 0;
+  for (const auto& some : outside_of_block_) outside += some.size();
+  outside_since_ += outside;
+  ++age_;
+
+  bool keep = list_made_, foreseen = true;
+  if (list_made_ && outside > most_outside(size())) {
+    keep = false;
+    foreseen = static_cast<double>(age_) >= steps_ahead_ || outside_before > most_outside(size());
+    failures_ = age_ <= 2 ? failures_ + 1 : 0;
+  } else if (list_made_) {
+    // A search is estimated to cost as much as making the list for two boxes.
+    keep = 2 * outside_since_ <= size() && static_cast<double>(age_) < std::max(4 * steps_ahead_, 32.0);
+  }
+  if (keep) {
+    mode_ = Mode::reuse;
+    if (age_ == 1) {
+      pieces_.clear();
+      for (std::size_t list = 0; list < list_count_; ++list)
+        for (std::size_t first = 0; first < lists_[list].size(); first += pairs_a_block)
+          pieces_.push_back({list, first, std::min(lists_[list].size(), first + pairs_a_block)});
+    }
+    for (const auto& some : outside_of_block_) outside_.insert(outside_.end(), some.begin(), some.end());
+    outside_boxes_.resize(outside);
+    for (std::size_t k = 0; k < outside; ++k) {
+      outside_boxes_.set(k, (*boxes_)[outside_[k]]);
+      constexpr float inf = std::numeric_limits<float>::infinity();
+      records_[now_][outside_[k]].set({{inf, inf, inf}, {-inf, -inf, -inf}});
+    }
+    return;
+  }
+
+  if (list_made_) adapt();
+  if (too_long_) ++failures_;
+  // Lists do not last, or would be too long: 8 steps without one, then 16, up to 128.
+  if (failures_ > 1 || too_long_) bare_steps_left_ = std::size_t{4} << std::min<std::size_t>(failures_, 5);
+  const bool renew = has_past_ && foreseen && !method_begun_ && bare_steps_left_ == 0;
+  has_past_ = true;
+  list_made_ = renew;
+  mode_ = renew ? Mode::renew : Mode::scratch;
+  if (!renew) {
+    if (!method_begun_) method_->begin(*boxes_);
+    return;
+  }
+  age_ = outside_since_ = 0;
+  blocks_done_.store(0, std::memory_order_relaxed);
+  listed_.store(0, std::memory_order_relaxed);
+  hits_.store(0, std::memory_order_relaxed);
+  list_count_ = std::numeric_limits<std::size_t>::max();
+  larger_.resize(size());
+  method_->begin(larger_);
+  if (search_ != nullptr) search_->prepare_search();
+}
+
+// Looking further ahead makes lists rarer and longer. The best is near where both cost the same.
+void VerletList::adapt() {
+  const auto extra =
+      static_cast<double>(listed_.load(std::memory_order_relaxed) - hits_.load(std::memory_order_relaxed));
+  const double renewal =
+      renewal_cost * static_cast<double>(size()) / static_cast<double>(std::max<std::size_t>(1, age_));
+  const bool further = 2 * static_cast<double>(age_) >= steps_ahead_ && renewal > candidate_cost * extra;
+  steps_ahead_ = std::clamp(further ? 1.5 * steps_ahead_ : steps_ahead_ / 1.5, least_steps_ahead, most_steps_ahead);
+}
+
+void VerletList::enlarge(std::size_t block) {
+  const BoxRecord* past = records_[now_ ^ 1].data();
+  const auto steps = static_cast<float>(steps_ahead_);
+  for (std::size_t i = block * boxes_a_block, end = std::min(size(), i + boxes_a_block); i < end; ++i) {
+    const Aabb box = (*boxes_)[i];
+    larger_.set(i, box.lo[0] <= box.hi[0] ? enlarged(box, past[i], steps) : box);
+  }
+}
+
+void VerletList::emit(std::size_t block, PairSink& sink) {
+  if (mode_ == Mode::scratch) return method_->emit(block, sink);
+  if (mode_ == Mode::renew) {
+    std::vector<Pair>& list = lists_[block];
+    list.clear();
+    const bool room = listed_.load(std::memory_order_relaxed) <= most_candidates(size());
+    Tee tee(*this, room ? &list : nullptr, sink);
+    method_->emit(block, tee);
+    tee.flush();
+    listed_.fetch_add(tee.candidates(), std::memory_order_relaxed);
+    hits_.fetch_add(tee.hits(), std::memory_order_relaxed);
+    blocks_done_.fetch_add(1, std::memory_order_relaxed);
+    return;
+  }
+  if (block >= pieces_.size()) return search_outside(block - pieces_.size(), sink);
+  const ScratchPool<Scratch>::Lease scratch(scratch_);
+  Scratch& s = *scratch;
+  const Piece piece = pieces_[block];
+  constexpr std::size_t at_once = 512;  // so that the first pairs are on their way early
+  for (std::size_t first = piece.first; first < piece.last; first += at_once) {
+    const std::size_t count = std::min(at_once, piece.last - first);
+    const std::size_t hits =
+        overlapping(records_[now_].data(), lists_[piece.list].data() + first, count, s.hits.data());
+    for (std::size_t k = 0; k < hits; ++k) sink.put(s.hits[k].a, s.hits[k].b);
+  }
+}
+
+void VerletList::search_outside(std::size_t block, PairSink& sink) {
+  const ScratchPool<Scratch>::Lease scratch(scratch_);
+  std::vector<std::uint32_t>& row = (*scratch).row;
+  row.resize(std::max(outside_.size(), search_ == nullptr ? size() : 0) + BoxArray::padding);
+  const BoxRecord* records = records_[now_].data();
+  Found found(records, sink);
+  for (std::size_t k = block * outside_a_block, end = std::min(outside_.size(), k + outside_a_block); k < end; ++k) {
+    const std::uint32_t index = outside_[k];
+    const Aabb box = outside_boxes_[k];
+    if (search_ != nullptr) {
+      found.look_for(index, box);
+      search_->search(box, index, found);
+      found.flush();
+    } else {
+      const std::size_t count = overlap_row(*boxes_, 0, size(), box, row.data());
+      for (std::size_t h = 0; h < count; ++h)
+        if (overlap(records[row[h]].box(), box)) sink.put(index, row[h]);
+    }
+    // Those outside have no records: they meet each other here.
+    const std::size_t count = overlap_row(outside_boxes_, k + 1, outside_.size(), box, row.data());
+    for (std::size_t h = 0; h < count; ++h) sink.put(index, outside_[row[h]]);
+  }
+}
+
+}  // namespace tandem

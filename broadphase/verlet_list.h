@@ -1,0 +1,97 @@
+#pragma once
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "box_record.h"
+#include "box_search.h"
+#include "scratch_pool.h"
+#include "tandem/broadphase/broad_phase.h"
+
+namespace tandem {
+
+/// Keeps what a method found for the steps to come (Verlet, "Computer experiments on classical fluids", 1967). The
+/// method is given larger boxes: each swept along its last motion for some steps, and grown a little. As long as a
+/// box stays inside its larger one, whatever it overlaps is among the candidates kept; a step then only tests these.
+///
+/// The pairs of a step are exact whatever the boxes do:
+/// - A box that left its larger one is taken out of the candidates and searched for on its own.
+/// - When too many have left, the list is made anew, at the cost of one step of the method; when they left all at
+///   once, sooner than foreseen, one step is done from scratch first, so that the new list knows how they move.
+/// - When lists do not last, no more are made for a while.
+/// How far ahead boxes are swept is adapted so that making lists and testing what is on them cost about the same.
+/// All decisions are made from counts, never from time.
+class VerletList {
+ public:
+  /// Starts a step as BroadPhase::begin. `method` finds the pairs, of all boxes or of the larger ones; `search`
+  /// looks in what the method last built, nullptr: it cannot be searched, which is for few boxes.
+  std::size_t begin(const BoxArray& boxes, BroadPhase& method, BoxSearch* search);
+  std::size_t blocks(std::size_t stage) const;
+  void run(std::size_t stage, std::size_t block);
+  void emit(std::size_t block, PairSink& sink);
+
+  /// What the step does; known once its stages before the last are done.
+  enum class Mode : std::uint8_t { scratch, renew, reuse };
+  Mode mode() const { return mode_; }
+  /// Whether the method ran in the last step.
+  bool method_ran() const { return mode_ != Mode::reuse; }
+  /// Steps since the list was made.
+  std::size_t age() const { return age_; }
+  std::size_t outside() const { return outside_.size(); }
+
+ private:
+  static constexpr std::size_t boxes_a_block = 4096;
+  static constexpr std::size_t pairs_a_block = 4096;
+  static constexpr std::size_t outside_a_block = 64;
+  static constexpr std::size_t first_method_stage = 3;  // after: look, decide, enlarge
+
+  struct Piece {
+    std::size_t list, first, last;
+  };
+  struct Scratch {
+    std::array<Pair, pairs_a_block> hits;
+    std::vector<std::uint32_t> row;
+  };
+  class Tee;
+  class Found;
+
+  void look(std::size_t block);
+  void decide();
+  void enlarge(std::size_t block);
+  void adapt();
+  void search_outside(std::size_t block, PairSink& sink);
+  std::size_t size() const { return boxes_->size(); }
+  std::size_t look_blocks() const { return (size() + boxes_a_block - 1) / boxes_a_block; }
+
+  const BoxArray* boxes_ = nullptr;
+  BroadPhase* method_ = nullptr;
+  BoxSearch* search_ = nullptr;
+  std::size_t method_stages_ = 0;
+  Mode mode_ = Mode::scratch;
+  bool bare_ = false;          // this step is the method's alone, and leaves no trace here
+  bool method_begun_ = false;  // in `begin` already
+  std::size_t bare_steps_left_ = 0, failures_ = 0;
+
+  std::array<std::vector<BoxRecord>, 2> records_;  // of this step and of the one before, in turn
+  std::size_t now_ = 0;
+  bool has_past_ = false;
+  BoxArray larger_;
+  double steps_ahead_ = 8;
+
+  std::vector<std::vector<Pair>> lists_;  // a list a block of the method
+  std::size_t list_count_ = 0;
+  bool list_made_ = false;
+  bool too_long_ = false;  // the list of the step before
+  std::atomic<std::size_t> blocks_done_{0}, listed_{0}, hits_{0};
+  std::vector<Piece> pieces_;
+  std::size_t age_ = 0, outside_since_ = 0;
+
+  std::vector<std::vector<std::uint32_t>> outside_of_block_;
+  std::vector<std::uint32_t> outside_;  // ascending
+  BoxArray outside_boxes_;
+  ScratchPool<Scratch> scratch_;
+};
+
+}  // namespace tandem

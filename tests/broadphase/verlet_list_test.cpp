@@ -1,0 +1,226 @@
+#include "verlet_list.h"
+
+#include <catch2/catch.hpp>
+#include <map>
+
+#include "box_worlds.h"
+#include "bvh.h"
+#include "grid.h"
+#include "sweep.h"
+
+using namespace tandem;
+
+namespace {
+
+/// A method and the list of its candidates, as one broad phase.
+template <class Method>
+class Listed final : public BroadPhase {
+ public:
+  std::size_t begin(const BoxArray& boxes) override {
+    if constexpr (std::is_base_of_v<BoxSearch, Method>)
+      return list.begin(boxes, method, &method);
+    else
+      return list.begin(boxes, method, nullptr);
+  }
+  std::size_t blocks(std::size_t stage) const override { return list.blocks(stage); }
+  void run(std::size_t stage, std::size_t block) override { list.run(stage, block); }
+  void emit(std::size_t block, PairSink& sink) override { list.emit(block, sink); }
+  BroadPhaseKind kind() const override { return method.kind(); }
+
+  Method method;
+  VerletList list;
+};
+
+/// Boxes with velocities; `stir` changes them before a step.
+struct History {
+  std::string name;
+  std::function<void(BoxArray&, int, Random&)> step;
+};
+
+Aabb moved(Aabb box, const Point& by) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    box.lo[k] += by[k];
+    box.hi[k] += by[k];
+  }
+  return box;
+}
+
+/// Each box its own way, always the same.
+Point way(std::size_t i, float speed) {
+  Random random(static_cast<unsigned>(i));
+  return {uniform(random, -speed, speed), uniform(random, -speed, speed), uniform(random, -speed, speed)};
+}
+
+void fly(BoxArray& boxes, float speed) {
+  for (std::size_t i = 0; i < boxes.size(); ++i)
+    if (boxes.lo(0)[i] <= boxes.hi(0)[i]) boxes.set(i, moved(boxes[i], way(i, speed)));
+}
+
+void jump(BoxArray& boxes, std::size_t first, std::size_t every, Random& random) {
+  for (std::size_t i = first; i < boxes.size(); i += every) {
+    const Point to{uniform(random, 0, 20), uniform(random, 0, 20), uniform(random, 0, 20)};
+    boxes.set(i, {to, {to[0] + 1, to[1] + 1, to[2] + 1}});
+  }
+}
+
+std::vector<History> histories() {
+  constexpr float big = std::numeric_limits<float>::max();
+  return {
+      {"at rest", [](BoxArray&, int, Random&) {}},
+      {"straight", [](BoxArray& boxes, int, Random&) { fly(boxes, 0.05f); }},
+      {"fast", [](BoxArray& boxes, int, Random&) { fly(boxes, 0.6f); }},
+      {"there and back", [](BoxArray& boxes, int step, Random&) { fly(boxes, step % 6 < 3 ? 0.02f : -0.02f); }},
+      {"all at once",
+       [](BoxArray& boxes, int step, Random&) {
+         if (step % 7 == 0) fly(boxes, 5);
+       }},
+      {"trembling",
+       [](BoxArray& boxes, int, Random& random) {
+         for (std::size_t i = 0; i < boxes.size(); ++i)
+           boxes.set(i, moved(boxes[i], {uniform(random, -0.02f, 0.02f), uniform(random, -0.02f, 0.02f), 0}));
+       }},
+      {"one jumps",
+       [](BoxArray& boxes, int step, Random& random) {
+         jump(boxes, static_cast<std::size_t>(step) * 7 % boxes.size(), boxes.size(), random);
+       }},
+      {"some jump",
+       [](BoxArray& boxes, int step, Random& random) { jump(boxes, static_cast<std::size_t>(step) % 50, 50, random); }},
+      {"many jump", [](BoxArray& boxes, int, Random& random) { jump(boxes, random() % 3, 3, random); }},
+      {"come and go",
+       [](BoxArray& boxes, int step, Random& random) {
+         fly(boxes, 0.02f);
+         const auto turn = static_cast<std::size_t>(step);
+         jump(boxes, (turn + 40) % 97, 97, random);
+         for (std::size_t i = turn % 97; i < boxes.size(); i += 97) boxes.set_empty(i);
+       }},
+      {"grow and shrink",
+       [](BoxArray& boxes, int step, Random&) {
+         for (std::size_t i = 0; i < boxes.size(); i += 3) {
+           Aabb box = boxes[i];
+           if (!(box.lo[0] <= box.hi[0])) continue;
+           for (std::size_t k = 0; k < 3; ++k)
+             box.hi[k] = box.lo[k] + (step % 10 < 5 ? 1.1f : 0.5f) * static_cast<float>(i % 3 + 1);
+           boxes.set(i, box);
+         }
+       }},
+      {"a ground that comes, moves and goes",
+       [](BoxArray& boxes, int step, Random&) {
+         fly(boxes, 0.01f);
+         const float top = 0.1f * static_cast<float>(step);
+         boxes.set(5, {{-big, -big, -big}, {big, big, top}});
+         if (step % 10 == 9) boxes.set_empty(5);
+       }},
+  };
+}
+
+template <class Method>
+std::map<VerletList::Mode, int> live_through(const History& history, BoxArray boxes, int steps, std::size_t& outside) {
+  Listed<Method> one, other;
+  Random random(5);
+  std::map<VerletList::Mode, int> modes;
+  for (int step = 0; step < steps; ++step) {
+    CAPTURE(history.name, step);
+    if (step != 0) history.step(boxes, step, random);
+    const auto found = pairs_of_blocks(one, boxes,
+                                       step % 3 == 0   ? Order::shuffled
+                                       : step % 3 == 1 ? Order::reversed
+                                                       : Order::threads);
+    REQUIRE(sorted_pairs(found) == overlapping_pairs(boxes));
+    REQUIRE((pairs_of_blocks(other, boxes, Order::forward) == found));
+    ++modes[one.list.mode()];
+    outside += one.list.outside();
+  }
+  return modes;
+}
+
+BoxArray crowd(std::size_t n) { return hard_worlds(n)[0].boxes; }
+
+}  // namespace
+
+TEST_CASE("Verlet list: the pairs of brute force after any history, in an order that threads do not change") {
+  for (const History& history : histories()) {
+    CAPTURE(history.name);
+    std::size_t outside = 0;
+    auto modes = live_through<Grid>(history, crowd(1300), 40, outside);
+    if (history.name == "at rest" || history.name == "straight" || history.name == "one jumps") {
+      CHECK(modes[VerletList::Mode::reuse] > 20);
+      CHECK(modes[VerletList::Mode::renew] > 0);
+    }
+    if (history.name == "many jump" || history.name == "fast") CHECK(modes[VerletList::Mode::scratch] > 20);
+    if (history.name == "some jump" || history.name == "come and go") CHECK(outside > 0);
+    live_through<Bvh>(history, crowd(500), 25, outside);
+    live_through<Sweep>(history, crowd(300), 25, outside);
+  }
+}
+
+TEST_CASE("Verlet list: the worlds that break broad phases, in motion") {
+  for (BoxWorld& world : hard_worlds(500)) {
+    std::size_t outside = 0;
+    const History history{world.name, [](BoxArray& boxes, int step, Random& random) {
+                            if (step % 5 == 0) jump(boxes, 3, 300, random);
+                            fly(boxes, 0.01f);
+                          }};
+    live_through<Grid>(history, world.boxes, 11, outside);
+    live_through<Bvh>(history, world.boxes, 11, outside);
+  }
+}
+
+TEST_CASE("Verlet list: a step that was given up leaves nothing wrong behind") {
+  BoxArray boxes = crowd(1300);
+  Random random(1);
+  for (std::size_t stop = 0; stop < 40; ++stop) {
+    CAPTURE(stop);
+    Listed<Grid> method;
+    for (int step = 0; step < 4; ++step) (void)find_pairs(method, boxes);
+    // Runs some blocks of a step, each stage at most half, and stops in one of them.
+    jump(boxes, 1, 50 - stop, random);
+    const std::size_t stages = method.begin(boxes);
+    for (std::size_t stage = 0; stage + 1 < stages && stage < stop; ++stage)
+      for (std::size_t block = 0; block < method.blocks(stage); ++block) method.run(stage, block);
+    if (stop > stages) {
+      ListSink sink;
+      for (std::size_t block = 0; block < method.blocks(stages - 1) / 2; ++block) method.emit(block, sink);
+    }
+    for (int step = 0; step < 4; ++step) {
+      fly(boxes, 0.01f);
+      CHECK(find_pairs(method, boxes) == overlapping_pairs(boxes));
+    }
+  }
+}
+
+TEST_CASE("Verlet list: when all overlap all the candidates are not kept, the pairs are right") {
+  BoxArray boxes;
+  boxes.resize(700);
+  Listed<Bvh> method;
+  for (int step = 0; step < 8; ++step) {
+    const auto x = 0.001f * static_cast<float>(step);
+    for (std::size_t i = 0; i < boxes.size(); ++i) boxes.set(i, {{x, 2, 3}, {x + 1, 3, 4}});
+    const auto pairs = find_pairs(method, boxes);
+    CHECK(pairs.size() == 700 * 699 / 2);
+    CHECK(std::adjacent_find(pairs.begin(), pairs.end()) == pairs.end());
+  }
+  CHECK(method.list.mode() != VerletList::Mode::reuse);
+}
+
+TEST_CASE("Verlet list: a change of number or of method starts anew") {
+  Listed<Grid> method;
+  for (const std::size_t n : {500u, 500u, 500u, 800u, 800u, 200u, 0u, 0u, 1u, 800u, 800u, 800u}) {
+    const BoxArray boxes = crowd(n);
+    CHECK(find_pairs(method, boxes) == overlapping_pairs(boxes));
+  }
+  Grid grid;
+  Bvh bvh;
+  VerletList list;
+  BoxArray boxes = crowd(900);
+  for (int step = 0; step < 12; ++step) {
+    fly(boxes, 0.02f);
+    BroadPhase& used = step / 3 % 2 == 0 ? static_cast<BroadPhase&>(grid) : bvh;
+    BoxSearch* search = step / 3 % 2 == 0 ? static_cast<BoxSearch*>(&grid) : &bvh;
+    ListSink sink;
+    const std::size_t stages = list.begin(boxes, used, search);
+    for (std::size_t stage = 0; stage + 1 < stages; ++stage)
+      for (std::size_t block = 0; block < list.blocks(stage); ++block) list.run(stage, block);
+    for (std::size_t block = 0; block < list.blocks(stages - 1); ++block) list.emit(block, sink);
+    CHECK(sorted_pairs({sink.take()}) == overlapping_pairs(boxes));
+  }
+}
