@@ -8,6 +8,7 @@ std::size_t Automatic::begin(const BoxArray& boxes) {
   BoxSearch* search = method_ == &grid_  ? static_cast<BoxSearch*>(&grid_)
                       : method_ == &bvh_ ? static_cast<BoxSearch*>(&bvh_)
                                          : nullptr;
+  reason_while_kept_ = reason_ + "; its candidates kept";
   return list_.begin(boxes, *method_, search);
 }
 

@@ -10,8 +10,9 @@
 
 namespace tandem {
 
-/// Picks a method a step: by the number of boxes, then by how well the grid took the boxes of the step before. The
-/// choice depends on the boxes of this object's steps only, and the pairs do not depend on the choice.
+/// Picks a method a step: by the number of boxes, then by how well the grid took the boxes of the step before; and
+/// keeps what it found as long as boxes move little or as foreseen. The choice depends on the boxes of this object's
+/// steps only, and the pairs do not depend on the choice.
 class Automatic final : public BroadPhase {
  public:
   std::size_t begin(const BoxArray& boxes) override;
@@ -19,7 +20,9 @@ class Automatic final : public BroadPhase {
   void run(std::size_t stage, std::size_t block) override { list_.run(stage, block); }
   void emit(std::size_t block, PairSink& sink) override { list_.emit(block, sink); }
   BroadPhaseKind kind() const override { return method_->kind(); }
-  std::string_view reason() const override { return reason_; }
+  std::string_view reason() const override {
+    return list_.mode() == VerletList::Mode::reuse ? reason_while_kept_ : reason_;
+  }
 
  private:
   // Measured on one core with AVX2, ms a step, brute | sweep | grid | bvh, for 500, 1000 and 2000 unit boxes that
@@ -40,7 +43,7 @@ class Automatic final : public BroadPhase {
   Bvh bvh_;
   VerletList list_;
   BroadPhase* method_ = &brute_;
-  std::string reason_;
+  std::string reason_, reason_while_kept_;
   std::string unfit_reason_;
   int tree_steps_left_ = 0;
   std::size_t last_size_ = 0;
