@@ -121,46 +121,104 @@ void triangles_nearest(const Corners& p, const Corners& q, Nearest& best) {
   }
 }
 
-// Of surfaces that do not meet, by branch and bound; relative to A's translation, in world axes.
-Nearest meshes_nearest(const Posed& a, const Posed& b) {
-  const MeshModel &ma = a.shape.mesh(), &mb = b.shape.mesh();
-  const Mat3 &ra = a.pose.rotation, &rb = b.pose.rotation;
-  const Vec3 between = b.pose.translation - a.pose.translation;
-  const Mat3 map = ra.transpose() * rb, spread = map.cwiseAbs();
-  const Vec3 shift = ra.transpose() * between;
-  // Rotations are orthonormal to 1e-6 only: boxes may be that much nearer than they look.
-  const double slack = 1e-5 * (reach(ma) + reach(mb));
-  const auto bound = [&](std::uint32_t x, std::uint32_t y) {
-    const BoxOf p(ma, x), q(mb, y);
-    const Vec3 gap = ((map * q.mid + shift - p.mid).cwiseAbs() - p.half - spread * q.half).cwiseMax(0);
-    return std::max(0.0, gap.norm() - slack);
-  };
-  Nearest best;
-  std::priority_queue<Item> queue;
-  queue.push({bound(whole, whole), whole, whole});
-  while (!queue.empty() && queue.top().bound < best.distance) {
-    const Item top = queue.top();
-    queue.pop();
-    const auto push = [&](std::uint32_t x, std::uint32_t y) {
-      if (const double d = bound(x, y); d < best.distance) queue.push({d, x, y});
-    };
-    const bool leaf_a = is_leaf(ma, top.a), leaf_b = is_leaf(mb, top.b);
-    if (leaf_a && leaf_b) {
-      each_triangle(ma, top.a, [&](std::uint32_t i) {
-        each_triangle(mb, top.b, [&](std::uint32_t j) {
-          Corners p = ma.corners(i), q = mb.corners(j);
-          for (std::size_t k = 0; k < 3; ++k) p[k] = ra * p[k], q[k] = rb * q[k] + between;
-          triangles_nearest(p, q, best);
-        });
+// The nearest points of surfaces that do not meet, by branch and bound; relative to A's translation, in world axes.
+class NearestSearch {
+ public:
+  NearestSearch(const Posed& a, const Posed& b)
+      : a_(a.shape.mesh()),
+        b_(b.shape.mesh()),
+        turn_a_(a.pose.rotation),
+        turn_b_(b.pose.rotation),
+        between_(b.pose.translation - a.pose.translation),
+        map_(turn_a_.transpose() * turn_b_),
+        spread_(map_.cwiseAbs()),
+        shift_(turn_a_.transpose() * between_),
+        // As far as the rotations are off from orthonormal, boxes may be nearer than they look.
+        slack_((12 * (skew(turn_a_) + skew(turn_b_)) + 1e-14) * (reach(a_) + reach(b_) + between_.lpNorm<1>())) {}
+
+  Nearest operator()() {
+    // A pair that is likely near first: with it most of the boxes need not be opened.
+    for (Item at{0, whole, whole}; !solved(at);) {
+      const bool down_a = goes_down_a(at);
+      Item next = at;
+      double least = infinity;
+      each_child(down_a ? a_ : b_, down_a ? at.a : at.b, [&](std::uint32_t c) {
+        const Item to = down_a ? Item{0, c, at.b} : Item{0, at.a, c};
+        const BoxOf p(a_, to.a), q(b_, to.b);
+        if (const double d = (map_ * q.mid + shift_ - p.mid).squaredNorm(); d < least) least = d, next = to;
       });
-    } else if (leaf_b || (!leaf_a && BoxOf(ma, top.a).half.norm() >= BoxOf(mb, top.b).half.norm())) {
-      each_child(ma, top.a, [&](std::uint32_t x) { push(x, top.b); });
-    } else {
-      each_child(mb, top.b, [&](std::uint32_t y) { push(top.a, y); });
+      at = next;
     }
+    std::priority_queue<Item> queue;
+    queue.push({0, whole, whole});
+    while (!queue.empty() && queue.top().bound < best_.distance) {
+      const Item top = queue.top();
+      queue.pop();
+      if (solved(top)) continue;
+      const auto push = [&](const BoxOf& p, const BoxOf& q, std::uint32_t x, std::uint32_t y) {
+        if (const double d = bound(p, q); d < best_.distance) queue.push({d, x, y});
+      };
+      if (goes_down_a(top)) {
+        const BoxOf q(b_, top.b);
+        each_child(a_, top.a, [&](std::uint32_t x) { push(BoxOf(a_, x), q, x, top.b); });
+      } else {
+        const BoxOf p(a_, top.a);
+        each_child(b_, top.b, [&](std::uint32_t y) { push(p, BoxOf(b_, y), top.a, y); });
+      }
+    }
+    return best_;
   }
-  return best;
-}
+
+ private:
+  static double skew(const Mat3& r) { return (r.transpose() * r - Mat3::Identity()).cwiseAbs().maxCoeff(); }
+
+  bool goes_down_a(const Item& at) const {
+    return is_leaf(b_, at.b) ||
+           (!is_leaf(a_, at.a) && BoxOf(a_, at.a).half.squaredNorm() >= BoxOf(b_, at.b).half.squaredNorm());
+  }
+
+  // How near the boxes can be at least.
+  double bound(const BoxOf& p, const BoxOf& q) const {
+    const Vec3 d = map_ * q.mid + shift_ - p.mid;
+    const Vec3 along_a = (d.cwiseAbs() - p.half - spread_ * q.half).cwiseMax(0);
+    const Vec3 along_b = ((map_.transpose() * d).cwiseAbs() - q.half - spread_.transpose() * p.half).cwiseMax(0);
+    // Along the way between the nearest points so far, which says most about what lies beside them.
+    const double along = normal_a_.dot(d) - normal_a_.cwiseAbs().dot(p.half) - normal_b_.cwiseAbs().dot(q.half);
+    return std::max(0.0, std::max(along, std::sqrt(std::max(along_a.squaredNorm(), along_b.squaredNorm()))) - slack_);
+  }
+
+  // Takes the distance of two leaves into account; false if they are none.
+  bool solved(const Item& at) {
+    if (!is_leaf(a_, at.a) || !is_leaf(b_, at.b)) return false;
+    each_triangle(a_, at.a, [&](std::uint32_t i) {
+      each_triangle(b_, at.b, [&](std::uint32_t j) {
+        Corners p = a_.corners(i), q = b_.corners(j);
+        for (std::size_t k = 0; k < 3; ++k) p[k] = turn_a_ * p[k], q[k] = turn_b_ * q[k] + between_;
+        const auto least = [&](const Corners& t, const Vec3& d) {
+          return std::min({d.dot(t[0]), d.dot(t[1]), d.dot(t[2])});
+        };
+        if (least(q, normal_) + least(p, -normal_) >= best_.distance) return;
+        const double before = best_.distance;
+        triangles_nearest(p, q, best_);
+        if (best_.distance == before || best_.distance == 0) return;
+        normal_ = (best_.on_b - best_.on_a) / best_.distance;
+        normal_a_ = turn_a_.transpose() * normal_;
+        normal_b_ = turn_b_.transpose() * normal_;
+      });
+    });
+    return true;
+  }
+
+  const MeshModel &a_, &b_;
+  const Mat3 &turn_a_, &turn_b_;
+  const Vec3 between_;
+  const Mat3 map_, spread_;
+  const Vec3 shift_;
+  const double slack_;
+  Nearest best_;
+  // From A to B, unit, once there is a pair: in world axes, A's and B's.
+  Vec3 normal_ = Vec3::Zero(), normal_a_ = Vec3::Zero(), normal_b_ = Vec3::Zero();
+};
 
 Depth deepest_pair(const Posed& a, const Posed& b, std::span<const std::array<std::uint32_t, 2>> pairs,
                    const NarrowPhaseOptions& options) {
@@ -204,7 +262,7 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
   }
   Depth depth;
   if (pairs.empty()) {
-    const Nearest near = meshes_nearest(a, b);
+    const Nearest near = NearestSearch(a, b)();
     const Vec3 between = near.on_b - near.on_a;
     if (!inside) {
       answer.signed_distance = near.distance;
