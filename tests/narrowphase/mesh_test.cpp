@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <sstream>
 
 #include "mesh_inside.h"
@@ -143,6 +144,74 @@ TEST_CASE("all intersecting triangle pairs of two meshes are those of all agains
     found += want.size();
   }
   CHECK(found > 1000);
+}
+
+TEST_CASE("stretched, tiny, far, aligned and shifted meshes: every pair that exact arithmetic finds among all") {
+  Mesh ring = torus(1, 0.4, 12, 8), needle = ring, tiny = ring, flat = box_mesh(Vec3(2, 2, 1), 3);
+  for (Vec3& v : needle.vertices) v.x() *= 1e4;
+  for (Vec3& v : tiny.vertices) v *= 1e-4;
+  flat.solid = ring.solid = needle.solid = tiny.solid = false;
+  flat.triangles.push_back({0, 1, 0});
+  flat.triangles.push_back({2, 2, 2});
+  const std::vector<Shape> shapes{ring, needle, tiny, flat};
+  std::mt19937_64 random(27);
+  std::size_t found = 0;
+  for (std::size_t i = 0; i < 24; ++i) {
+    const Shape &a = shapes[i % 2 ? 0 : 3], &b = shapes[i % 4];
+    Pose pa, pb;
+    if (i % 3) pa = Pose::from(random_turn(random), random_point(random, i % 5 == 1 ? 1e6 : 1));
+    pb = pa;
+    if (i % 6 == 1)
+      pb = {pa.rotation * Eigen::AngleAxisd(std::numbers::pi / 6, Vec3::UnitZ()).toRotationMatrix(), pa.translation};
+    if (i % 6 > 2) pb.translation += pa.rotation * a.mesh().vertices[5 * i % 60];
+    if (i % 6 > 3) pb.rotation = random_turn(random).toRotationMatrix();
+    TriangleTest test(pa, pb, 1e4);
+    Pairs want;
+    for (std::uint32_t x = 0; x < a.mesh().triangles.size(); ++x)
+      for (std::uint32_t y = 0; y < b.mesh().triangles.size(); ++y) {
+        const auto p = a.mesh().corners(x), q = b.mesh().corners(y);
+        // Far apart by any account: not worth the exact answer.
+        Bounds bp{p[0], p[0]}, bq{test.in_a(q[0]), test.in_a(q[0])};
+        for (std::size_t k = 1; k < 3; ++k) {
+          bp = {bp.lo.cwiseMin(p[k]), bp.hi.cwiseMax(p[k])};
+          bq = {bq.lo.cwiseMin(test.in_a(q[k])), bq.hi.cwiseMax(test.in_a(q[k]))};
+        }
+        if ((bp.lo - bq.hi).cwiseMax(bq.lo - bp.hi).maxCoeff() > 1e-6) continue;
+        if (test.exact(p, q)) want.push_back({x, y});
+      }
+    CAPTURE(i);
+    REQUIRE(mesh_triangle_pairs(a, pa, b, pb) == want);
+    REQUIRE(NarrowPhase().solve(a, pa, b, pb, Request::collide).collide == !want.empty());
+    found += want.size();
+  }
+  CHECK(found > 1500);
+}
+
+TEST_CASE("distance of meshes near and far is the least of all their triangles") {
+  Mesh ring = torus(1, 0.4, 7, 5), sheet{{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(1, 1, 0.1)},
+                                         {{0, 1, 2}, {1, 3, 2}, {0, 1, 1}, {3, 3, 3}},
+                                         false};
+  ring.solid = false;
+  const Shape a(ring), b(sheet);
+  std::mt19937_64 random(28);
+  for (int i = 0; i < 24; ++i) {
+    const Pose pa = Pose::from(random_turn(random), random_point(random, i % 4 == 3 ? 1e6 : 1));
+    Pose pb = Pose::from(random_turn(random), pa.translation);
+    const Vec3 d = random_point(random, 1).normalized();
+    pb.translation += d * (i % 3 == 2 ? 500.0 : way_out(a, pa, b, pb, d) + std::pow(10, -i % 12));
+    if (collide(a, pa, b, pb)) continue;
+    double want = 1e9;
+    for (std::uint32_t x = 0; x < ring.triangles.size(); ++x)
+      for (std::uint32_t y = 0; y < sheet.triangles.size(); ++y)
+        want = std::min(
+            want, NarrowPhase()
+                      .solve(Triangle{a.mesh().corners(x)}, pa, Triangle{b.mesh().corners(y)}, pb, Request::distance)
+                      .signed_distance);
+    const PairAnswer r = NarrowPhase().solve(a, pa, b, pb, Request::distance);
+    CAPTURE(i);
+    CHECK(r.signed_distance == Approx(want).margin(1e-12));
+    CHECK((r.point_b - r.point_a).norm() == Approx(r.signed_distance).margin(i % 4 == 3 ? 1e-9 : 1e-12));
+  }
 }
 
 TEST_CASE("mesh verdicts agree with FCL's") {
