@@ -206,6 +206,18 @@ void add_neighbours(Hull& hull) {
   }
 }
 
+// Moves the face's plane out to the farthest vertex.
+void extend_offset(const Hull& hull, Hull::Face& face) {
+  const auto extend = [&](const Vec3& v) { face.offset = std::max(face.offset, face.normal.dot(v)); };
+  if (hull.support.empty()) {
+    std::for_each(hull.vertices.begin(), hull.vertices.end(), extend);
+    return;
+  }
+  const SupportMap::Range& range = hull.support.candidates(face.normal);
+  const std::uint32_t* index = hull.support.index(range);
+  std::for_each(index, index + range.blocks * SupportMap::block, [&](std::uint32_t i) { extend(hull.vertices[i]); });
+}
+
 Hull assemble(std::span<const Vec3> p, int dimension, const std::vector<std::uint32_t>& extreme, const Loops& loops,
               const Vec3& flat_normal) {
   Hull hull;
@@ -220,6 +232,7 @@ Hull assemble(std::span<const Vec3> p, int dimension, const std::vector<std::uin
     hull.vertices.push_back(p[i]);
     sum += p[i] - p[kept[0]];
   }
+  if (hull.vertices.size() > 4) hull.support = SupportMap(hull.vertices);
   hull.inside = p[kept[0]] + sum / static_cast<double>(kept.size());
   for (const auto& loop : loops) {
     Hull::Face face{Vec3::Zero(), 0, static_cast<std::uint32_t>(hull.loop.size()),
@@ -230,13 +243,12 @@ Hull assemble(std::span<const Vec3> p, int dimension, const std::vector<std::uin
     face.normal.normalize();
     for (const std::uint32_t i : loop) hull.loop.push_back(place[i]);
     face.offset = face.normal.dot(base);
-    for (const Vec3& v : hull.vertices) face.offset = std::max(face.offset, face.normal.dot(v));
+    extend_offset(hull, face);
     hull.faces.push_back(face);
   }
   if (dimension == 1) hull.edges.push_back({{0, 1}, {0, 0}});
   if (dimension >= 2) add_edges(hull);
   add_neighbours(hull);
-  if (hull.vertices.size() > 4) hull.support = SupportMap(hull.vertices);
   return hull;
 }
 
