@@ -38,6 +38,7 @@ class RoundBody {
   Vec3 axis() const { return axes_.col(2); }
   double radius() const { return radius_; }
 
+  bool has_rim() const { return kind() == ShapeKind::cylinder || kind() == ShapeKind::cone; }
   bool is_rim(int piece) const { return kind() == ShapeKind::cylinder || (kind() == ShapeKind::cone && piece == 0); }
   /// +1 or -1 for a rim: its disc faces +axis or -axis.
   double facing(int piece) const { return kind() == ShapeKind::cylinder && piece == 0 ? 1.0 : -1.0; }
@@ -67,6 +68,16 @@ class RoundBody {
       default:
         return 0;
     }
+  }
+
+  /// The point of support_piece(n).
+  Vec3 support(const Vec3& n) const {
+    if (kind() == ShapeKind::sphere) return centre_;
+    const Vec3 m = axes_.transpose() * n;
+    if (!has_rim()) return centre_ + axes_ * core_support(*view_, m);
+    if (kind() == ShapeKind::cone && m[2] > sine_ * n.norm()) return centre_ + half_ * axis();
+    const double rho = std::sqrt(m[0] * m[0] + m[1] * m[1]), k = rho > 0 ? radius_ / rho : 0.0;
+    return centre_ + axes_ * Vec3(k * m[0], k * m[1], kind() == ShapeKind::cone || m[2] < 0 ? -half_ : half_);
   }
 
   /// The piece's point farthest along n; a rim seen along its axis has all of them, and gives one.
@@ -113,6 +124,32 @@ class RoundBody {
         return piece == 0 ? Circle{axis(), sine_} : Circle{-axis(), -sine_};
       default:
         return {(axes_ * (corner(other) - corner(piece))).normalized(), 0};
+    }
+  }
+
+  /// The circles that hold all directions with more than one supporting point, but for discs and corners of hulls.
+  int kinks(Circle* circles) const {
+    switch (kind()) {
+      case ShapeKind::box:
+        for (int k = 0; k < 3; ++k) circles[k] = {axes_.col(k), 0};
+        return 3;
+      case ShapeKind::capsule:
+      case ShapeKind::cylinder:
+      case ShapeKind::cone:
+        circles[0] = {axis(), sine_};
+        return 1;
+      case ShapeKind::triangle: {
+        int count = 0;
+        const std::size_t corners = view_->vertices.size();
+        for (std::size_t i = 0; i < corners; ++i) {
+          const Vec3 e = view_->vertices[(i + 1) % corners] - view_->vertices[i];
+          const double length = e.norm();
+          if (length > 0) circles[count++] = {axes_ * (e / length), 0};
+        }
+        return count;
+      }
+      default:
+        return 0;
     }
   }
 

@@ -17,11 +17,6 @@ struct Face {
   Vec3 normal;  ///< unit, outward
 };
 
-Vec3 reach(const RoundPair& pair, const Vec3& n) {
-  const RoundBody &a = pair.body[0], &b = pair.body[1];
-  return a.point(a.support_piece(n), n) + b.point(b.support_piece(n), n);
-}
-
 class Search {
  public:
   Search(const RoundPair& pair, const Support& start) : pair_(pair), rounding_(16 * epsilon * pair.scale) {
@@ -34,6 +29,10 @@ class Search {
  private:
   void try_axes();
   void try_from(const Vec3& n);
+  void search_circle(const Circle& circle);
+  void search_smooth();
+  bool may_be_smooth(const Vec3& n) const;
+  double expand();
   bool is_known(const Face& f, const Vec3& w) const;
   double foot_margin(const Face& f, double offset) const;
   bool begin();
@@ -45,6 +44,7 @@ class Search {
   Support best_;
   Vec3 known_[max_known];
   int known_count_ = 0;
+  double gap_ = 0;
   Vec3 vertex_[max_vertices];
   int vertices_ = 0;
   Face face_[max_faces];
@@ -80,7 +80,7 @@ void Search::try_axes() {
   for (int i = 0; i < count; ++i)
     for (const double side : {1.0, -1.0}) {
       const Vec3 n = side * axes[i];
-      const double h = n.dot(reach(pair_, n));
+      const double h = n.dot(pair_.support(n));
       if (h < least - rounding_) least = h, from = n;
     }
   if (least < best_.h - rounding_) try_from(from);
@@ -107,10 +107,10 @@ void Search::new_face(int slot, int a, int b, int c) {
 
 bool Search::begin() {
   vertex_[0] = best_.point[0] + best_.point[1];
-  vertex_[1] = reach(pair_, -best_.n);
+  vertex_[1] = pair_.support(-best_.n);
   const Vec3 line = vertex_[1] - vertex_[0];
   const auto farther = [&](const Vec3& axis) {
-    const Vec3 p = reach(pair_, axis), q = reach(pair_, -axis);
+    const Vec3 p = pair_.support(axis), q = pair_.support(-axis);
     return axis.dot(p - vertex_[0]) >= axis.dot(vertex_[0] - q) ? p : q;
   };
   vertex_[2] = farther(any_perpendicular(line));
@@ -212,56 +212,193 @@ double Search::foot_margin(const Face& f, double offset) const {
 bool Search::is_known(const Face& f, const Vec3& w) const {
   for (int i = 0; i < known_count_; ++i) {
     const double c = known_[i].dot(f.normal);
-    if (c > 0.998 && known_[i].dot(w) < c * f.normal.dot(w)) return true;
+    if (c > 0.9998 && known_[i].dot(w) < c * f.normal.dot(w)) return true;
   }
   return false;
+}
+
+/// Expands the polytope; returns what is not known.
+double Search::expand() {
+  constexpr double narrow = 0.02;  // radians: a hole so small holds one minimum
+  if (!begin()) return best_.h;
+  for (;;) {
+    int nearest = 0;
+    for (int i = 1; i < faces_; ++i)
+      if (key_[i] < key_[nearest]) nearest = i;
+    const double offset = key_[nearest];
+    if (offset >= best_.h - rounding_) return 0;
+    const Face& f = face_[nearest];
+    const double margin = offset > 0 ? foot_margin(f, offset) : 0;
+    if (margin < 0) {  // its neighbour there is nearer the origin
+      key_[nearest] = infinity;
+      continue;
+    }
+    const Vec3 w = pair_.support(f.normal);
+    const double h = f.normal.dot(w);
+    if (h < best_.h - rounding_) {
+      try_from(f.normal);
+      if (best_.h < 0) return 0;
+    }
+    if (h - offset <= rounding_) {
+      key_[nearest] = infinity;
+      continue;
+    }
+    if (offset > 0 && best_.h - offset < narrow * margin) {
+      if (!is_known(f, w)) try_from(f.normal);
+      key_[nearest] = infinity;
+      continue;
+    }
+    if (!add(nearest, w)) return best_.h - offset;
+  }
+}
+
+/// The least of h on a circle where it has a kink. Between two directions h is at least what the points that support
+/// them reach; where that is less than the best known, the direction in which both reach as far is looked at too.
+void Search::search_circle(const Circle& circle) {
+  constexpr int start = 8, most = 96;
+  constexpr double narrow = 0.1;
+  struct Sample {
+    Vec3 out, p;  ///< the direction's part in the circle's plane, unit; the point that supports the direction
+  };
+  struct Span {
+    Sample first, last;
+  };
+  const double lift = circle.height, radius = std::sqrt(1 - lift * lift);
+  const auto direction = [&](const Vec3& out) { return Vec3(lift * circle.axis + radius * out); };
+  const auto look = [&](const Vec3& out) {
+    const Vec3 n = direction(out), p = pair_.support(n);
+    if (n.dot(p) < best_.h - rounding_) try_from(n);
+    return Sample{out, p};
+  };
+  Span stack[start + most];
+  int height = 0;
+  const Vec3 x = any_perpendicular(circle.axis), y = circle.axis.cross(x);
+  constexpr double half = 0.70710678118654752440;
+  constexpr double turn[start][2] = {{1, 0},  {half, half},   {0, 1},  {-half, half},
+                                     {-1, 0}, {-half, -half}, {0, -1}, {half, -half}};
+  Sample samples[start];
+  for (int i = 0; i < start; ++i) samples[i] = look(turn[i][0] * x + turn[i][1] * y);
+  for (int i = 0; i < start; ++i) stack[height++] = {samples[i], samples[(i + 1) % start]};
+  // Where the larger of what the two ends' points reach is least: where they are equal, or one of them least.
+  const auto lowest = [&](const Span& span, Vec3& out) {
+    const Vec3 &u = span.first.out, v = circle.axis.cross(u), apart = span.first.p - span.last.p;
+    double least = infinity;
+    const auto consider = [&](const Vec3& at) {
+      const Vec3 n = direction(at);
+      const double value = std::max(n.dot(span.first.p), n.dot(span.last.p));
+      if (value < least) least = value, out = at;
+    };
+    // k + a cos + b sin = 0, in the tangent of half the angle.
+    const double k = lift * apart.dot(circle.axis), a = radius * apart.dot(u), b = radius * apart.dot(v);
+    const double root = std::sqrt(std::max(0.0, b * b + a * a - k * k)) - b;
+    if (root > 0) {
+      const double t = std::max(0.0, k + a) / root;
+      consider(((1 - t * t) * u + 2 * t * v) / (1 + t * t));
+    }
+    if (lift != 0)
+      for (const Sample* end : {&span.first, &span.last}) {
+        const Vec3 inward = end->p.dot(circle.axis) * circle.axis - end->p;
+        const double length = inward.norm();
+        if (!(inward.dot(v) > 0 && circle.axis.dot(inward.cross(span.last.out)) > 0)) continue;
+        consider(inward / length);
+      }
+    return least;
+  };
+  for (int looked = 0; height > 0;) {
+    const Span span = stack[--height];
+    Vec3 out;
+    const double least = lowest(span, out);
+    if (least >= best_.h - rounding_) continue;
+    if (looked == most) {
+      gap_ = std::max(gap_, best_.h - least);
+      continue;
+    }
+    const Vec3 along = span.last.out - span.first.out;
+    if (along.squaredNorm() < narrow * narrow) {
+      // So short a span holds one minimum.
+      bool known = false;
+      for (int i = 0; i < known_count_ && !known; ++i) {
+        const Vec3 to = known_[i] - direction(span.first.out);
+        const double part = to.dot(along) / (radius * along.squaredNorm());
+        known = std::abs(known_[i].dot(circle.axis) - lift) < 1e-6 && to.squaredNorm() < narrow * narrow &&
+                part > -0.01 && part < 1.01;
+      }
+      if (known) continue;
+    }
+    const Sample middle = look(out);
+    ++looked;
+    if (best_.h < 0) return;
+    if (direction(out).dot(middle.p) - least <= rounding_) continue;
+    stack[height++] = {span.first, middle};
+    stack[height++] = {middle, span.last};
+  }
+}
+
+/// Minima where h is smooth: on two rims at once, or on an ellipsoid. Only where h curves upwards, and Newton's step
+/// stays near.
+void Search::search_smooth() {
+  // The corners of an icosahedron and the middles of its edges: 42 directions, none farther than 21 degrees from one.
+  constexpr double phi = 1.61803398874989484820, c = 0.52573111211913360603, d = phi * c;
+  constexpr double q = 0.5 / phi, w = 0.5 * phi;
+  constexpr double base[21][3] = {{0, c, d},    {0, c, -d},   {c, d, 0},    {c, -d, 0},   {d, 0, c},    {-d, 0, c},
+                                  {1, 0, 0},    {0, 1, 0},    {0, 0, 1},    {q, 0.5, w},  {-q, 0.5, w}, {q, -0.5, w},
+                                  {q, 0.5, -w}, {0.5, w, q},  {-0.5, w, q}, {0.5, -w, q}, {0.5, w, -q}, {w, q, 0.5},
+                                  {-w, q, 0.5}, {w, -q, 0.5}, {w, q, -0.5}};
+  constexpr double cosine = 0.934, sine = 0.358, far = 1.0;
+  for (int i = 0; i < 42; ++i) {
+    const double sign = i < 21 ? 1 : -1;
+    const double* b = base[i % 21];
+    const Vec3 n = sign * Vec3(b[0], b[1], b[2]);
+    if (!may_be_smooth(n)) continue;
+    const Vec3 p = pair_.support(n);
+    const double h = n.dot(p);
+    const Vec3 across = p - h * n;
+    const double slope = across.norm();
+    if (h * cosine - slope * sine >= best_.h) continue;
+    const Vec3 u = any_perpendicular(n), v = n.cross(u);
+    double m[3] = {-h, 0, -h};
+    for (int k = 0; k < 2; ++k) pair_.body[k].add_curvature(pair_.body[k].support_piece(n), n, u, v, m);
+    const double det = m[0] * m[2] - m[1] * m[1];
+    if (!(m[0] + m[2] > 0 && det > 0)) continue;
+    const double gu = across.dot(u), gv = across.dot(v);
+    const double x = -(m[2] * gu - m[1] * gv) / det, y = -(m[0] * gv - m[1] * gu) / det;
+    if (x * x + y * y > far * far) continue;
+    const Vec3 target = (n + x * u + y * v).normalized();
+    bool known = false;
+    for (int k = 0; k < known_count_; ++k) known = known || (known_[k] - target).squaredNorm() < 0.1 * 0.1;
+    if (!known) try_from(n);
+    if (best_.h < 0) return;
+  }
+}
+
+/// Can h have a minimum near n where it is smooth? Two rims must both curve upwards more than the ball there.
+bool Search::may_be_smooth(const Vec3& n) const {
+  if (pair_.body[0].kind() == ShapeKind::ellipsoid || pair_.body[1].kind() == ShapeKind::ellipsoid) return true;
+  for (const RoundBody& body : pair_.body) {
+    const double c = n.dot(body.axis());
+    if ((std::sqrt(std::max(0.0, 1 - c * c)) - 0.36) * best_.h > body.radius()) return false;
+  }
+  return true;
 }
 
 Depth Search::run() {
   try_axes();
   Depth r;
-  r.gap = best_.h;
-  const bool corners = pair_.body[0].kind() == ShapeKind::convex || pair_.body[1].kind() == ShapeKind::convex;
-  const double narrow = corners ? 0.04 : 0.04;  // radians: a hole so small holds one minimum
-  if (best_.h > 0 && begin()) {
-    for (;;) {
-      int nearest = 0;
-      for (int i = 1; i < faces_; ++i)
-        if (key_[i] < key_[nearest]) nearest = i;
-      const double offset = key_[nearest];
-      if (offset >= best_.h - rounding_) {
-        r.gap = 0;
-        break;
-      }
-      const Face& f = face_[nearest];
-      const double margin = offset > 0 ? foot_margin(f, offset) : 0;
-      if (margin < 0) {  // its neighbour there is nearer the origin
-        key_[nearest] = infinity;
-        continue;
-      }
-      const Vec3 w = reach(pair_, f.normal);
-      const double h = f.normal.dot(w);
-      if (h < best_.h - rounding_) {
-        try_from(f.normal);
-        if (best_.h < 0) break;
-      }
-      if (h - offset <= rounding_) {
-        key_[nearest] = infinity;
-        continue;
-      }
-      if (offset > 0 && best_.h - offset < narrow * margin) {
-        if (!is_known(f, w)) try_from(f.normal);
-        key_[nearest] = infinity;
-        continue;
-      }
-      if (!add(nearest, w)) {
-        r.gap = best_.h - offset;
-        break;
-      }
-    }
+  const auto has = [&](ShapeKind k) { return pair_.body[0].kind() == k || pair_.body[1].kind() == k; };
+  for (const RoundBody& body : pair_.body) {
+    Circle circles[3];
+    const int count = body.kinks(circles);
+    for (int i = 0; i < count && best_.h > 0; ++i) search_circle(circles[i]);
   }
-  if (best_.h <= 0) r.gap = 0;
+  if (best_.h > 0) {
+    const RoundBody &a = pair_.body[0], &b = pair_.body[1];
+    if (has(ShapeKind::convex))
+      gap_ = std::max(gap_, expand());
+    else if (has(ShapeKind::ellipsoid) || (a.has_rim() && b.has_rim()))
+      search_smooth();
+  }
   r.best = best_;
+  r.gap = best_.h > 0 ? gap_ : 0;
   return r;
 }
 

@@ -48,10 +48,8 @@ LocalAnswer round_signed_distance(const MinkowskiDifference& d, double tolerance
 bool round_collide(const MinkowskiDifference& d, double tolerance) {
   const RoundPair pair = round_pair(d);
   const double rounding = core_radius(d.a) + core_radius(d.b);
-  const Support s = walk(pair, between_centres(d), -rounding - 4 * epsilon * pair.scale);
-  if (s.h < -rounding || s.optimal) {
-    if (s.h < 0) return -s.h <= rounding;
-  }
+  const Vec3 n = between_centres(d);
+  if (n.dot(pair.support(n)) < -rounding - 4 * epsilon * pair.scale) return false;
   const GjkResult r = gjk(d, std::max(tolerance, 1e-14), rounding, rounding);
   if (r.end == GjkResult::End::inside) return true;
   if (r.end == GjkResult::End::separated || r.lower > rounding) return r.lower <= rounding && r.upper <= rounding;

@@ -67,6 +67,14 @@ bool surrounded(const Flat* p, int count, double tolerance) {
   return count > 2;
 }
 
+/// Two unit vectors that make a right-handed frame with n (Duff et al., Building an Orthonormal Basis, Revisited,
+/// 2017).
+void tangents(const Vec3& n, Vec3& u, Vec3& v) {
+  const double sign = std::copysign(1.0, n[2]), a = -1 / (sign + n[2]), b = n[0] * n[1] * a;
+  u = {1 + sign * n[0] * n[0] * a, sign * b, -sign * n[0]};
+  v = {b, sign + n[1] * n[1] * a, -n[1]};
+}
+
 /// Where two circles meet, on n's side; false where they are (nearly) the same.
 bool meet(const Circle& a, const Circle& b, Vec3& n) {
   const Vec3 c = a.axis.cross(b.axis);
@@ -98,10 +106,7 @@ struct Active {
 
 class Walker {
  public:
-  Walker(const RoundPair& pair, const Vec3& start, double below) : pair_(pair), below_(below) {
-    at_.n = start;
-    for (int b = 0; b < 2; ++b) active_[b].piece[0] = pair.body[b].support_piece(start);
-  }
+  Walker(const RoundPair& pair, const Vec3& start, double below) : pair_(pair), below_(below) { this->start(start); }
 
   Support run();
 
@@ -113,16 +118,21 @@ class Walker {
     int from = 0, other = 0;
   };
 
+  void start(const Vec3& n) {
+    at_.n = n;
+    for (int b = 0; b < 2; ++b) {
+      active_[b].piece[0] = pair_.body[b].support_piece(n);
+      active_[b].count = 1;
+      at_.point[b] = pair_.body[b].point(active_[b].piece[0], n);
+    }
+  }
   void weigh();
   bool at_disc();
   bool step_freely();
   bool step_along(const Circle& circle);
   bool go(const Arc& arc, double t, double slope);
   Trial follow(const Arc& arc, double t) const;
-  double reach(const Vec3& n) const {
-    return n.dot(pair_.body[0].point(active_[0].piece[0], n) + pair_.body[1].point(active_[1].piece[0], n));
-  }
-  double small() const { return 8 * epsilon * pair_.scale; }
+  double small() const { return 16 * epsilon * pair_.scale; }
 
   const RoundPair& pair_;
   double below_;
@@ -131,28 +141,29 @@ class Walker {
   Vec3 u_, v_;               // tangents at n
   double zx_ = 0, zy_ = 0;   // the least subgradient of h in them
   bool checked_[2][2] = {};  // discs known not to be a minimum
-  bool steepest_ = false;    // the last step was stopped at once: follow the subgradient itself
+  int stuck_ = 0;  // steps that were stopped at once: then the subgradient is followed, then the circle that stops them
   int kicks_ = 0;
   double last_ = std::numeric_limits<double>::infinity();  // |z| of the step before, where h no longer tells
 };
 
-/// Points, h and the least subgradient at n; keeps the pieces that carry it.
+/// h and the least subgradient at n, whose first pieces' points are known; keeps the pieces that carry it.
 void Walker::weigh() {
-  Vec3 p[2][capacity];
-  for (int b = 0; b < 2; ++b)
-    for (int i = 0; i < active_[b].count; ++i) p[b][i] = pair_.body[b].point(active_[b].piece[i], at_.n);
-  const Vec3 sum = p[0][0] + p[1][0];
+  const Vec3 sum = at_.point[0] + at_.point[1];
   at_.h = at_.n.dot(sum);
   at_.optimal = false;
-  u_ = any_perpendicular(at_.n);
-  v_ = at_.n.cross(u_);
+  tangents(at_.n, u_, v_);
   if (active_[0].count == 1 && active_[1].count == 1) {
     zx_ = u_.dot(sum), zy_ = v_.dot(sum);
-    at_.point[0] = p[0][0], at_.point[1] = p[1][0];
     return;
   }
+  Vec3 p[2][capacity];
   Flat flat[capacity * capacity];
+  flat[0] = {0, 0, 0, 0};
   int count = 0;
+  for (int b = 0; b < 2; ++b) {
+    p[b][0] = at_.point[b];
+    for (int i = 1; i < active_[b].count; ++i) p[b][i] = pair_.body[b].point(active_[b].piece[i], at_.n);
+  }
   for (int i = 0; i < active_[0].count; ++i)
     for (int j = 0; j < active_[1].count; ++j) {
       const Vec3 w = p[0][i] + p[1][j];
@@ -167,11 +178,13 @@ void Walker::weigh() {
     weight[1][flat[z.index[k]].j] += z.weight[k];
   }
   for (int b = 0; b < 2; ++b) {
+    Active& active = active_[b];
+    if (active.count == 1) continue;
+    const bool keep = stuck_ > 1 && active.count == 2;
     at_.point[b].setZero();
     int kept = 0;
-    Active& active = active_[b];
     for (int i = 0; i < active.count; ++i) {
-      if (!(weight[b][i] > 0)) continue;
+      if (!(weight[b][i] > 0) && !keep) continue;
       at_.point[b] += weight[b][i] * p[b][i];
       active.piece[kept++] = active.piece[i];
     }
@@ -189,10 +202,21 @@ bool Walker::at_disc() {
     bool& checked = checked_[b][side > 0 ? 0 : 1];
     if (checked || side * at_.n.dot(body.axis()) < 0.8) continue;
     checked = true;
-    const Support disc = facing_disc(pair_, b, side);
-    if (!disc.optimal || disc.h > at_.h + small()) continue;
-    at_ = disc;
-    return true;
+    Vec3 away;
+    const Support disc = facing_disc(pair_, b, side, away);
+    if (disc.h > at_.h + small()) continue;
+    if (disc.optimal) {
+      at_ = disc;
+      return true;
+    }
+    // Newton's steps towards a point where h is a cone would never leave it: start on the side where it falls.
+    for (double angle = std::min(0.3, away.norm() / (std::abs(disc.h) + body.radius())); angle > 1e-9; angle *= 0.4) {
+      const Vec3 n = (disc.n + angle * away.normalized()).normalized();
+      start(n);
+      weigh();
+      if (at_.h < disc.h) break;
+    }
+    return false;
   }
   return false;
 }
@@ -215,7 +239,9 @@ bool Walker::go(const Arc& arc, double t, double slope) {
   for (int halving = 0; halving < 40; ++halving, t *= 0.4) {
     Trial trial = follow(arc, t);
     trial.n.normalize();
-    trial.h = reach(trial.n);
+    Vec3 point[2];
+    for (int b = 0; b < 2; ++b) point[b] = pair_.body[b].point(active_[b].piece[0], trial.n);
+    trial.h = trial.n.dot(point[0] + point[1]);
     if (trial.h > at_.h + small()) continue;
     if (trial.h > at_.h - small() && slope * t < 1e-6 * pair_.scale && trial.body < 0) {
       // h is known to rounding: only the subgradient still tells.
@@ -225,8 +251,9 @@ bool Walker::go(const Arc& arc, double t, double slope) {
       }
       last_ = slope;
     }
-    steepest_ = trial.body >= 0 && (trial.n - at_.n).squaredNorm() < 1e-28;
+    stuck_ = trial.body >= 0 && (trial.n - at_.n).squaredNorm() < 1e-28 ? stuck_ + 1 : 0;
     at_.n = trial.n;
+    for (int b = 0; b < 2; ++b) at_.point[b] = point[b];
     if (trial.body >= 0) {
       const RoundBody& body = pair_.body[trial.body];
       Active& active = active_[trial.body];
@@ -247,6 +274,7 @@ bool Walker::go(const Arc& arc, double t, double slope) {
         const Vec3 across = at_.n - at_.n.dot(c.axis) * c.axis;
         at_.n = c.height * c.axis + std::sqrt(1 - c.height * c.height) * across.normalized();
       }
+      for (int b = 0; b < 2; ++b) at_.point[b] = pair_.body[b].point(active_[b].piece[0], at_.n);
     }
     return true;
   }
@@ -254,6 +282,11 @@ bool Walker::go(const Arc& arc, double t, double slope) {
 }
 
 bool Walker::step_freely() {
+  const double z = std::sqrt(zx_ * zx_ + zy_ * zy_);
+  if (z <= small() && at_.h <= 0) {
+    at_.optimal = true;
+    return false;
+  }
   double w[3] = {-at_.h, 0, -at_.h};
   for (int b = 0; b < 2; ++b) pair_.body[b].add_curvature(active_[b].piece[0], at_.n, u_, v_, w);
   // Eigenvalues and vectors of the Hessian of h on the sphere.
@@ -270,10 +303,9 @@ bool Walker::step_freely() {
     const double length = std::sqrt(c * c + s * s);
     c /= length, s /= length;
   }
-  const double z = std::sqrt(zx_ * zx_ + zy_ * zy_);
   double x, y, length;
   if (z <= small()) {
-    if (at_.h <= 0 || low >= -1e-9 * pair_.scale || kicks_++ > 2) {
+    if (low >= -1e-9 * pair_.scale || kicks_++ > 2) {
       at_.optimal = true;
       return false;
     }
@@ -282,7 +314,7 @@ bool Walker::step_freely() {
     const double least = 1e-14 * pair_.scale;
     double gh = (zx_ * c + zy_ * s) / std::max(std::abs(high), least),
            gl = (-zx_ * s + zy_ * c) / std::max(std::abs(low), least);
-    if (steepest_) gh = (zx_ * c + zy_ * s) / z, gl = (-zx_ * s + zy_ * c) / z;
+    if (stuck_ > 0) gh = (zx_ * c + zy_ * s) / z, gl = (-zx_ * s + zy_ * c) / z;
     x = -(gh * c - gl * s), y = -(gh * s + gl * c);
     length = std::sqrt(x * x + y * y);
     x /= length, y /= length;
@@ -310,7 +342,7 @@ bool Walker::step_along(const Circle& circle) {
   double angle;
   if (slope <= small()) {
     if (at_.h <= 0 || bend >= -1e-9 * pair_.scale || kicks_++ > 2) {
-      at_.optimal = true;
+      at_.optimal = zx_ * zx_ + zy_ * zy_ <= 1e-18 * pair_.scale * pair_.scale;
       return false;
     }
     angle = 0.3;
@@ -341,7 +373,7 @@ Support Walker::run() {
 
 Support walk(const RoundPair& pair, const Vec3& n, double below) { return Walker(pair, n, below).run(); }
 
-Support facing_disc(const RoundPair& pair, int which, double side) {
+Support facing_disc(const RoundPair& pair, int which, double side, Vec3& away) {
   constexpr int corners = 16;
   const RoundBody &body = pair.body[which], &other = pair.body[1 - which];
   Support r;
@@ -359,8 +391,9 @@ Support facing_disc(const RoundPair& pair, int which, double side) {
   const NearestFlat z = nearest_flat(flat, count);
   const double apart = std::sqrt(z.x * z.x + z.y * z.y);
   r.h = r.n.dot(centre + points[0]);
-  r.optimal = apart <= body.radius() + disc;
   const double reach = body.radius() + disc;
+  r.optimal = apart <= reach;
+  away = r.optimal ? Vec3::Zero() : Vec3((reach / apart - 1) * (z.x * u + z.y * v));
   const Vec3 off = (r.optimal ? 1.0 : reach / apart) * (z.x * u + z.y * v);
   r.point[which] = centre - body.radius() / reach * off;
   for (int k = 0; k < z.count; ++k) r.point[1 - which] += z.weight[k] * points[z.index[k]];

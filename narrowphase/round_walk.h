@@ -7,6 +7,9 @@ namespace tandem {
 struct RoundPair {
   RoundBody body[2];
   double scale;  ///< the unit of absolute rounding errors
+
+  /// A point of A - B farthest along n.
+  Vec3 support(const Vec3& n) const { return body[0].support(n) + body[1].support(n); }
 };
 
 /// A direction and what supports A - B there.
@@ -24,7 +27,7 @@ struct Support {
 Support walk(const RoundPair& pair, const Vec3& n, double below);
 
 /// The disc of body `which` that faces `side` times its axis as the supporting face: optimal where it meets the other
-/// body's face.
-Support facing_disc(const RoundPair& pair, int which, double side);
+/// body's face. Else `away` is the tangent in which h falls most, as long as it falls fast.
+Support facing_disc(const RoundPair& pair, int which, double side, Vec3& away);
 
 }  // namespace tandem
