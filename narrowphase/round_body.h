@@ -6,8 +6,8 @@
 
 namespace tandem {
 
-/// An arc of a great or small circle of directions: (p + q t + s t^2) / (1 + t^2) is a unit vector for every t, the
-/// tangent of half the angle turned.
+/// An arc of a great or small circle of directions: (p + q t + s t^2) / (1 +
+/// t^2) is a unit vector for every t, the tangent of half the angle turned.
 struct Arc {
   Vec3 p, q, s;
   Vec3 at(double t) const { return (p + t * (q + t * s)) / (1 + t * t); }
@@ -19,9 +19,11 @@ struct Circle {
   double height;
 };
 
-/// The core of A, or of B mirrored in the origin, in A's frame: a summand of A - B. It is the hull of a few pieces,
-/// each with a smooth support function: corners, rims of discs, a whole ellipsoid. Where the support goes from one
-/// piece to another the direction lies on a circle, and the edge, side line or face between them supports it.
+/// The core of A, or of B mirrored in the origin, in A's frame: a summand of A
+/// - B. It is the hull of a few pieces, each with a smooth support function:
+/// corners, rims of discs, a whole ellipsoid. Where the support goes from one
+/// piece to another the direction lies on a circle, and the edge, side line or
+/// face between them supports it.
 class RoundBody {
  public:
   /// Point x of the shape's frame stands at axes * x + centre.
@@ -70,6 +72,11 @@ class RoundBody {
     }
   }
 
+  /// Does the body look the same from n and from -n? Then centre() is its
+  /// middle.
+  bool symmetric() const { return kind() != ShapeKind::cone && view_->vertices.empty(); }
+  const Vec3& centre() const { return centre_; }
+
   /// The point of support_piece(n).
   Vec3 support(const Vec3& n) const {
     if (kind() == ShapeKind::sphere) return centre_;
@@ -80,7 +87,8 @@ class RoundBody {
     return centre_ + axes_ * Vec3(k * m[0], k * m[1], kind() == ShapeKind::cone || m[2] < 0 ? -half_ : half_);
   }
 
-  /// The piece's point farthest along n; a rim seen along its axis has all of them, and gives one.
+  /// The piece's point farthest along n; a rim seen along its axis has all of
+  /// them, and gives one.
   Vec3 point(int piece, const Vec3& n) const {
     if (is_rim(piece)) {
       // In the disc's plane to rounding, however steeply it is seen.
@@ -96,7 +104,8 @@ class RoundBody {
     return centre_ + axes_ * corner(piece);
   }
 
-  /// Radii of curvature of the piece where its normal is n, along the orthonormal tangents u and v: uu, uv, vv.
+  /// Radii of curvature of the piece where its normal is n, along the
+  /// orthonormal tangents u and v: uu, uv, vv.
   void add_curvature(int piece, const Vec3& n, const Vec3& u, const Vec3& v, double w[3]) const {
     if (is_rim(piece)) {
       const Vec3 t = axis().cross(n);
@@ -114,7 +123,8 @@ class RoundBody {
     }
   }
 
-  /// Where `other` takes over from `piece`: beyond the circle, on the side the axis points to.
+  /// Where `other` takes over from `piece`: beyond the circle, on the side the
+  /// axis points to.
   Circle circle(int piece, int other) const {
     switch (kind()) {
       case ShapeKind::capsule:
@@ -127,7 +137,8 @@ class RoundBody {
     }
   }
 
-  /// The circles that hold all directions with more than one supporting point, but for discs and corners of hulls.
+  /// The circles that hold all directions with more than one supporting point,
+  /// but for discs and corners of hulls.
   int kinks(Circle* circles) const {
     switch (kind()) {
       case ShapeKind::box:
@@ -148,12 +159,25 @@ class RoundBody {
         }
         return count;
       }
+      case ShapeKind::ellipsoid: {
+        // A needle is almost a segment.
+        int longest = 0;
+        for (int k = 1; k < 3; ++k)
+          if (view_->param[static_cast<std::size_t>(k)] > view_->param[static_cast<std::size_t>(longest)]) longest = k;
+        for (int k = 0; k < 3; ++k)
+          if (k != longest &&
+              !(view_->param[static_cast<std::size_t>(longest)] > 8 * view_->param[static_cast<std::size_t>(k)]))
+            return 0;
+        circles[0] = {axes_.col(longest), 0};
+        return 1;
+      }
       default:
         return 0;
     }
   }
 
-  /// The first t in (0, end) where a piece not among the `count` active ones takes over from one of them.
+  /// The first t in (0, end) where a piece not among the `count` active ones
+  /// takes over from one of them.
   template <class Report>
   void first_crossing(const Arc& arc, double end, const int* active, int count, Report&& report) const {
     if (kind() == ShapeKind::ellipsoid || kind() == ShapeKind::sphere) return;
@@ -205,8 +229,9 @@ class RoundBody {
     }
   }
 
-  /// The points that reach farthest along n to within `tolerance`: corners of a face, ends of a side, at most
-  /// `capacity`; returns how many. A disc seen along its axis is its centre, and `disc` its radius.
+  /// The points that reach farthest along n to within `tolerance`: corners of a
+  /// face, ends of a side, at most `capacity`; returns how many. A disc seen
+  /// along its axis is its centre, and `disc` its radius.
   int face(const Vec3& n, double tolerance, Vec3* points, int capacity, double& disc) const {
     disc = 0;
     const int first = support_piece(n);

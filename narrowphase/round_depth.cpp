@@ -28,7 +28,7 @@ class Search {
 
  private:
   void try_axes();
-  void try_from(const Vec3& n);
+  Vec3 try_from(const Vec3& n);
   void search_circle(const Circle& circle);
   void search_smooth();
   bool may_be_smooth(const Vec3& n) const;
@@ -48,20 +48,24 @@ class Search {
   Vec3 vertex_[max_vertices];
   int vertices_ = 0;
   Face face_[max_faces];
-  double key_[max_faces];     ///< offset of the faces still to be looked at, else infinity
+  double key_[max_faces];     ///< offset of the faces still to be looked at, else
+                              ///< infinity
   double offset_[max_faces];  ///< infinity: a free slot or a sliver
   int faces_ = 0;
   int free_[max_faces];
   int free_count_ = 0;
 };
 
-void Search::try_from(const Vec3& n) {
+/// Returns the minimum's direction.
+Vec3 Search::try_from(const Vec3& n) {
   const Support s = walk(pair_, n, -infinity);
   if (known_count_ < max_known) known_[known_count_++] = s.n;
   if (s.h < best_.h) best_ = s;
+  return s.n;
 }
 
-/// The directions where minima like to sit: the axes of both and the common perpendicular.
+/// The directions where minima like to sit: the axes of both and the common
+/// perpendicular.
 void Search::try_axes() {
   Vec3 axes[8];
   int count = 0;
@@ -77,12 +81,12 @@ void Search::try_axes() {
   if (across.squaredNorm() > 1e-20) axes[count++] = across.normalized();
   double least = best_.h;
   Vec3 from = Vec3::Zero();
-  for (int i = 0; i < count; ++i)
-    for (const double side : {1.0, -1.0}) {
-      const Vec3 n = side * axes[i];
-      const double h = n.dot(pair_.support(n));
-      if (h < least - rounding_) least = h, from = n;
-    }
+  for (int i = 0; i < count; ++i) {
+    const Vec3 up = pair_.support(axes[i]), down = pair_.opposite(axes[i], up);
+    const double h[2] = {axes[i].dot(up), -axes[i].dot(down)};
+    for (int k = 0; k < 2; ++k)
+      if (h[k] < least - rounding_) least = h[k], from = k == 0 ? axes[i] : Vec3(-axes[i]);
+  }
   if (least < best_.h - rounding_) try_from(from);
 }
 
@@ -130,7 +134,8 @@ bool Search::begin() {
   return true;
 }
 
-/// Adds w, seen by `face`. False if the horizon is not one loop: rounding has the last word.
+/// Adds w, seen by `face`. False if the horizon is not one loop: rounding has
+/// the last word.
 bool Search::add(int face, const Vec3& w) {
   if (vertices_ == max_vertices) return false;
   int seen[max_faces], seen_count = 0;
@@ -196,7 +201,8 @@ bool Search::add(int face, const Vec3& w) {
   return true;
 }
 
-/// How far within its triangle the origin's foot on the face lies; negative: outside.
+/// How far within its triangle the origin's foot on the face lies; negative:
+/// outside.
 double Search::foot_margin(const Face& f, double offset) const {
   const Vec3 foot = offset * f.normal;
   double least = infinity;
@@ -208,7 +214,8 @@ double Search::foot_margin(const Face& f, double offset) const {
   return least;
 }
 
-/// Is there a minimum near the face towards which h falls? w supports it along the face's normal.
+/// Is there a minimum near the face towards which h falls? w supports it along
+/// the face's normal.
 bool Search::is_known(const Face& f, const Vec3& w) const {
   for (int i = 0; i < known_count_; ++i) {
     const double c = known_[i].dot(f.normal);
@@ -252,34 +259,41 @@ double Search::expand() {
   }
 }
 
-/// The least of h on a circle where it has a kink. Between two directions h is at least what the points that support
-/// them reach; where that is less than the best known, the direction in which both reach as far is looked at too.
+/// The least of h on a circle where it has a kink. Between two directions h is
+/// at least what the points that support them reach; where that is less than
+/// the best known, the direction in which both reach as far is looked at too.
 void Search::search_circle(const Circle& circle) {
   constexpr int start = 8, most = 96;
   constexpr double narrow = 0.1;
   struct Sample {
-    Vec3 out, p;  ///< the direction's part in the circle's plane, unit; the point that supports the direction
+    Vec3 out, p;  ///< the direction's part in the circle's plane, unit; the
+                  ///< point that supports the direction
   };
   struct Span {
     Sample first, last;
   };
   const double lift = circle.height, radius = std::sqrt(1 - lift * lift);
   const auto direction = [&](const Vec3& out) { return Vec3(lift * circle.axis + radius * out); };
-  const auto look = [&](const Vec3& out) {
-    const Vec3 n = direction(out), p = pair_.support(n);
+  const auto at = [&](const Vec3& out, const Vec3& p) {
+    const Vec3 n = direction(out);
     if (n.dot(p) < best_.h - rounding_) try_from(n);
     return Sample{out, p};
   };
+  const auto look = [&](const Vec3& out) { return at(out, pair_.support(direction(out))); };
   Span stack[start + most];
   int height = 0;
   const Vec3 x = any_perpendicular(circle.axis), y = circle.axis.cross(x);
   constexpr double half = 0.70710678118654752440;
-  constexpr double turn[start][2] = {{1, 0},  {half, half},   {0, 1},  {-half, half},
-                                     {-1, 0}, {-half, -half}, {0, -1}, {half, -half}};
+  constexpr double turn[start / 2][2] = {{1, 0}, {half, half}, {0, 1}, {-half, half}};
   Sample samples[start];
-  for (int i = 0; i < start; ++i) samples[i] = look(turn[i][0] * x + turn[i][1] * y);
+  for (int i = 0; i < start / 2; ++i) {
+    const Vec3 out = turn[i][0] * x + turn[i][1] * y;
+    samples[i] = look(out);
+    samples[i + start / 2] = lift == 0 ? at(-out, pair_.opposite(out, samples[i].p)) : look(-out);
+  }
   for (int i = 0; i < start; ++i) stack[height++] = {samples[i], samples[(i + 1) % start]};
-  // Where the larger of what the two ends' points reach is least: where they are equal, or one of them least.
+  // Where the larger of what the two ends' points reach is least: where they
+  // are equal, or one of them least.
   const auto lowest = [&](const Span& span, Vec3& out) {
     const Vec3 &u = span.first.out, v = circle.axis.cross(u), apart = span.first.p - span.last.p;
     double least = infinity;
@@ -314,16 +328,18 @@ void Search::search_circle(const Circle& circle) {
       continue;
     }
     const Vec3 along = span.last.out - span.first.out;
-    if (along.squaredNorm() < narrow * narrow) {
-      // So short a span holds one minimum.
+    const double width = along.squaredNorm();
+    if (width < narrow * narrow) {
+      // So short a span holds one minimum, unless what is found from it lies elsewhere.
+      const auto holds = [&](const Vec3& n) {
+        const Vec3 to = n - direction(span.first.out);
+        const double part = to.dot(along) / (radius * width);
+        return std::abs(n.dot(circle.axis) - lift) < 1e-6 && to.squaredNorm() < narrow * narrow && part > -0.01 &&
+               part < 1.01;
+      };
       bool known = false;
-      for (int i = 0; i < known_count_ && !known; ++i) {
-        const Vec3 to = known_[i] - direction(span.first.out);
-        const double part = to.dot(along) / (radius * along.squaredNorm());
-        known = std::abs(known_[i].dot(circle.axis) - lift) < 1e-6 && to.squaredNorm() < narrow * narrow &&
-                part > -0.01 && part < 1.01;
-      }
-      if (known) continue;
+      for (int i = 0; i < known_count_ && !known; ++i) known = holds(known_[i]);
+      if (known || holds(try_from(direction(out))) || width < 1e-6) continue;
     }
     const Sample middle = look(out);
     ++looked;
@@ -334,10 +350,11 @@ void Search::search_circle(const Circle& circle) {
   }
 }
 
-/// Minima where h is smooth: on two rims at once, or on an ellipsoid. Only where h curves upwards, and Newton's step
-/// stays near.
+/// Minima where h is smooth: on two rims at once, or on an ellipsoid. Only
+/// where h curves upwards, and Newton's step stays near.
 void Search::search_smooth() {
-  // The corners of an icosahedron and the middles of its edges: 42 directions, none farther than 21 degrees from one.
+  // The corners of an icosahedron and the middles of its edges: 42 directions,
+  // none farther than 21 degrees from one.
   constexpr double phi = 1.61803398874989484820, c = 0.52573111211913360603, d = phi * c;
   constexpr double q = 0.5 / phi, w = 0.5 * phi;
   constexpr double base[21][3] = {{0, c, d},    {0, c, -d},   {c, d, 0},    {c, -d, 0},   {d, 0, c},    {-d, 0, c},
@@ -345,33 +362,35 @@ void Search::search_smooth() {
                                   {q, 0.5, -w}, {0.5, w, q},  {-0.5, w, q}, {0.5, -w, q}, {0.5, w, -q}, {w, q, 0.5},
                                   {-w, q, 0.5}, {w, -q, 0.5}, {w, q, -0.5}};
   constexpr double cosine = 0.934, sine = 0.358, far = 1.0;
-  for (int i = 0; i < 42; ++i) {
-    const double sign = i < 21 ? 1 : -1;
-    const double* b = base[i % 21];
-    const Vec3 n = sign * Vec3(b[0], b[1], b[2]);
-    if (!may_be_smooth(n)) continue;
-    const Vec3 p = pair_.support(n);
+  const auto look = [&](const Vec3& n, const Vec3& p) {
     const double h = n.dot(p);
     const Vec3 across = p - h * n;
-    const double slope = across.norm();
-    if (h * cosine - slope * sine >= best_.h) continue;
+    if (h * cosine - across.norm() * sine >= best_.h) return;
     const Vec3 u = any_perpendicular(n), v = n.cross(u);
     double m[3] = {-h, 0, -h};
-    for (int k = 0; k < 2; ++k) pair_.body[k].add_curvature(pair_.body[k].support_piece(n), n, u, v, m);
+    for (const RoundBody& body : pair_.body) body.add_curvature(body.support_piece(n), n, u, v, m);
     const double det = m[0] * m[2] - m[1] * m[1];
-    if (!(m[0] + m[2] > 0 && det > 0)) continue;
+    if (!(m[0] + m[2] > 0 && det > 0)) return;
     const double gu = across.dot(u), gv = across.dot(v);
     const double x = -(m[2] * gu - m[1] * gv) / det, y = -(m[0] * gv - m[1] * gu) / det;
-    if (x * x + y * y > far * far) continue;
+    if (x * x + y * y > far * far) return;
     const Vec3 target = (n + x * u + y * v).normalized();
-    bool known = false;
-    for (int k = 0; k < known_count_; ++k) known = known || (known_[k] - target).squaredNorm() < 0.1 * 0.1;
-    if (!known) try_from(n);
+    for (int k = 0; k < known_count_; ++k)
+      if ((known_[k] - target).squaredNorm() < 0.1 * 0.1) return;
+    try_from(n);
+  };
+  for (const auto& b : base) {
+    const Vec3 n{b[0], b[1], b[2]};
+    if (!may_be_smooth(n)) continue;  // nor then at -n
+    const Vec3 p = pair_.support(n);
+    look(n, p);
+    look(-n, pair_.opposite(n, p));
     if (best_.h < 0) return;
   }
 }
 
-/// Can h have a minimum near n where it is smooth? Two rims must both curve upwards more than the ball there.
+/// Can h have a minimum near n where it is smooth? Two rims must both curve
+/// upwards more than the ball there.
 bool Search::may_be_smooth(const Vec3& n) const {
   if (pair_.body[0].kind() == ShapeKind::ellipsoid || pair_.body[1].kind() == ShapeKind::ellipsoid) return true;
   for (const RoundBody& body : pair_.body) {

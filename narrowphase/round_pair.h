@@ -3,8 +3,9 @@
 
 namespace tandem {
 
-/// Signed distance, normal and witness points where a cylinder, cone or ellipsoid meets another bounded convex shape:
-/// Newton's method on the support functions. `tolerance` as for gjk_signed_distance.
+/// Signed distance, normal and witness points where a cylinder, cone or
+/// ellipsoid meets another bounded convex shape: Newton's method on the support
+/// functions. `tolerance` as for gjk_signed_distance.
 LocalAnswer round_signed_distance(const MinkowskiDifference& d, double tolerance);
 
 /// Do they touch? Cheaper than the distance.

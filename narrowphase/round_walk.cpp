@@ -14,7 +14,8 @@ struct Flat {
   int i, j;  ///< of the first body's point i and the second's j
 };
 
-/// The point nearest the origin of the hull of points in the plane, and the at most three that carry it.
+/// The point nearest the origin of the hull of points in the plane, and the at
+/// most three that carry it.
 struct NearestFlat {
   double x = 0, y = 0;
   int index[3] = {0, 0, 0};
@@ -67,8 +68,8 @@ bool surrounded(const Flat* p, int count, double tolerance) {
   return count > 2;
 }
 
-/// Two unit vectors that make a right-handed frame with n (Duff et al., Building an Orthonormal Basis, Revisited,
-/// 2017).
+/// Two unit vectors that make a right-handed frame with n (Duff et al.,
+/// Building an Orthonormal Basis, Revisited, 2017).
 void tangents(const Vec3& n, Vec3& u, Vec3& v) {
   const double sign = std::copysign(1.0, n[2]), a = -1 / (sign + n[2]), b = n[0] * n[1] * a;
   u = {1 + sign * n[0] * n[0] * a, sign * b, -sign * n[0]};
@@ -141,12 +142,15 @@ class Walker {
   Vec3 u_, v_;               // tangents at n
   double zx_ = 0, zy_ = 0;   // the least subgradient of h in them
   bool checked_[2][2] = {};  // discs known not to be a minimum
-  int stuck_ = 0;  // steps that were stopped at once: then the subgradient is followed, then the circle that stops them
+  int stuck_ = 0;            // steps that were stopped at once: then the subgradient is
+                             // followed, then the circle that stops them
   int kicks_ = 0;
-  double last_ = std::numeric_limits<double>::infinity();  // |z| of the step before, where h no longer tells
+  double last_ = std::numeric_limits<double>::infinity();  // |z| of the step before, where
+                                                           // h no longer tells
 };
 
-/// h and the least subgradient at n, whose first pieces' points are known; keeps the pieces that carry it.
+/// h and the least subgradient at n, whose first pieces' points are known;
+/// keeps the pieces that carry it.
 void Walker::weigh() {
   const Vec3 sum = at_.point[0] + at_.point[1];
   at_.h = at_.n.dot(sum);
@@ -209,7 +213,8 @@ bool Walker::at_disc() {
       at_ = disc;
       return true;
     }
-    // Newton's steps towards a point where h is a cone would never leave it: start on the side where it falls.
+    // Newton's steps towards a point where h is a cone would never leave it:
+    // start on the side where it falls.
     for (double angle = std::min(0.3, away.norm() / (std::abs(disc.h) + body.radius())); angle > 1e-9; angle *= 0.4) {
       const Vec3 n = (disc.n + angle * away.normalized()).normalized();
       start(n);
@@ -234,7 +239,8 @@ Walker::Trial Walker::follow(const Arc& arc, double t) const {
   return r;
 }
 
-/// Along the arc by t, or less: until h decreases or a piece is met. False where rounding lets nothing more be gained.
+/// Along the arc by t, or less: until h decreases or a piece is met. False
+/// where rounding lets nothing more be gained.
 bool Walker::go(const Arc& arc, double t, double slope) {
   for (int halving = 0; halving < 40; ++halving, t *= 0.4) {
     Trial trial = follow(arc, t);

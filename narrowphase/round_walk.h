@@ -10,24 +10,32 @@ struct RoundPair {
 
   /// A point of A - B farthest along n.
   Vec3 support(const Vec3& n) const { return body[0].support(n) + body[1].support(n); }
+  /// The same along -n, where `along` supports n.
+  Vec3 opposite(const Vec3& n, const Vec3& along) const {
+    if (body[0].symmetric() && body[1].symmetric()) return 2 * (body[0].centre() + body[1].centre()) - along;
+    return support(-n);
+  }
 };
 
 /// A direction and what supports A - B there.
 struct Support {
-  Vec3 n = Vec3::UnitX();  ///< unit
-  double h = 0;            ///< how far A - B reaches along n: the depth along n, or minus the separation
+  Vec3 n = Vec3::UnitX();                        ///< unit
+  double h = 0;                                  ///< how far A - B reaches along n: the depth along n, or minus
+                                                 ///< the separation
   Vec3 point[2] = {Vec3::Zero(), Vec3::Zero()};  ///< of the two bodies; their sum is h n where `optimal`
   bool optimal = false;                          ///< no direction near n reaches less far
 };
 
-/// Goes downhill on h over the unit sphere from direction n, by Newton steps within a cell of the sphere where each
-/// body has one smooth piece, and along the circles where the cells meet. Ends at a local minimum, which is the
-/// distance where h < 0 (Cameron and Culley 1986: the least translation; Newton with an active set), or as soon as
-/// h < below.
+/// Goes downhill on h over the unit sphere from direction n, by Newton steps
+/// within a cell of the sphere where each body has one smooth piece, and along
+/// the circles where the cells meet. Ends at a local minimum, which is the
+/// distance where h < 0 (Cameron and Culley 1986: the least translation; Newton
+/// with an active set), or as soon as h < below.
 Support walk(const RoundPair& pair, const Vec3& n, double below);
 
-/// The disc of body `which` that faces `side` times its axis as the supporting face: optimal where it meets the other
-/// body's face. Else `away` is the tangent in which h falls most, as long as it falls fast.
+/// The disc of body `which` that faces `side` times its axis as the supporting
+/// face: optimal where it meets the other body's face. Else `away` is the
+/// tangent in which h falls most, as long as it falls fast.
 Support facing_disc(const RoundPair& pair, int which, double side, Vec3& away);
 
 }  // namespace tandem

@@ -46,13 +46,13 @@ TEST_CASE("round: distance, depth and verdict agree with the certified truth in 
       if (partner.kind == ShapeKind::sphere && k != ShapeKind::ellipsoid) continue;
       for (const PairClass c : reference::all_pair_classes) {
         CAPTURE(name(c));
-        for (std::uint64_t i = 0; i < 16; ++i) check_against_truth(reference::make_pair({k}, partner, c, 5000 + i));
+        for (std::uint64_t i = 0; i < 6; ++i) check_against_truth(reference::make_pair({k}, partner, c, 5000 + i));
       }
     }
 }
 
 TEST_CASE("round: two minima of nearly the same depth are told apart") {
-  // The two stand side by side on the sphere of directions in these.
+  // The two stand side by side on the sphere of directions in these, or opposite each other.
   const auto pair = [](ShapeKind a, ShapeKind b, std::uint64_t i) {
     return reference::make_pair({a}, {b}, PairClass::deep, i);
   };
@@ -61,6 +61,7 @@ TEST_CASE("round: two minima of nearly the same depth are told apart") {
   check_against_truth(pair(ShapeKind::triangle, ShapeKind::cylinder, 213));
   check_against_truth(pair(ShapeKind::capsule, ShapeKind::cone, 282));
   check_against_truth(pair(ShapeKind::box, ShapeKind::cone, 89));
+  check_against_truth(reference::make_pair({ShapeKind::cone}, {ShapeKind::ellipsoid}, PairClass::hard, 5013));
 }
 
 TEST_CASE("round: concentric and coaxial shapes have the depth their formulas give") {
@@ -83,7 +84,8 @@ TEST_CASE("round: concentric and coaxial shapes have the depth their formulas gi
   CHECK(std::abs(depth(can, can, Pose::at(0, 0, 2 + 1e-9)) + 1e-9) < 1e-14);
   CHECK(std::abs(depth(can, can, Pose::at(1 + 1e-9, 0, 0.3)) + 1e-9) < 1e-14);
   const Shape cone(Cone{0.5, 1});
-  CHECK(std::abs(depth(cone, cone, Pose::at(0, 0, 1 - 1e-3)) - 1e-3 / std::sqrt(1.25) * 0.5) < 1e-3);
+  // The apex of one is in the base of the other.
+  CHECK(std::abs(depth(cone, cone, Pose::at(0, 0, 1 - 1e-3)) - 1e-3) < 1e-14);
   CHECK(std::abs(depth(cone, can, Pose::at(0, 0, 1.5 - 1e-6)) - 1e-6) < 1e-14);
 }
 
@@ -93,7 +95,7 @@ TEST_CASE("round: a common motion and the order of arguments change nothing beyo
     for (const ShapeRecipe& partner : partners) {
       if (partner.kind == ShapeKind::sphere && k != ShapeKind::ellipsoid) continue;
       for (const PairClass c : {PairClass::separated, PairClass::near, PairClass::shallow, PairClass::deep})
-        for (std::uint64_t i = 0; i < 12; ++i) {
+        for (std::uint64_t i = 0; i < 4; ++i) {
           const PosedPair p = reference::make_pair({k}, partner, c, 7000 + i);
           CAPTURE(name(k), name(partner.kind), name(c), i);
           const double tolerance = 1e-13 * reference::size(p);
