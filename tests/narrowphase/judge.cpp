@@ -75,7 +75,7 @@ class Judge {
     out_.precision(17);
     const double size = reference::size(pair);
     bounds_ = accepted(pair.a, pair.b);
-    const double between = (pair.pose_b.translation - pair.pose_a.translation).norm();
+    const double between = reach(pair);
     bounds_.distance = bounds_.distance * size + 4 * epsilon * between;
     bounds_.points = bounds_.points * size + 4 * epsilon * between;
     // Coordinates far out cannot say more.
@@ -168,8 +168,17 @@ Bounds64 accepted(const Shape& a, const Shape& b) {
   return {round ? 1e-10 : 1e-12, round ? 1e-9 : 1e-11};
 }
 
+double reach(const PosedPair& p) {
+  double far = (p.pose_b.translation - p.pose_a.translation).norm();
+  for (const Shape* s : {&p.a, &p.b}) {
+    if (s->kind() == ShapeKind::halfspace) far += std::abs(s->offset());
+    if (s->kind() == ShapeKind::convex || s->kind() == ShapeKind::triangle) far += s->hull().inside.norm();
+  }
+  return far;
+}
+
 double rounding(const PosedPair& p) {
-  return epsilon * (p.pose_a.translation.norm() + p.pose_b.translation.norm() + reference::size(p));
+  return epsilon * (p.pose_a.translation.norm() + p.pose_b.translation.norm() + reach(p) + reference::size(p));
 }
 
 std::string record(const PosedPair& p) {

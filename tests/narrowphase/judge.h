@@ -14,7 +14,11 @@ struct Bounds64 {
 };
 Bounds64 accepted(const Shape& a, const Shape& b);
 
-/// The unit of what the coordinates themselves round to, in metres.
+/// How far the coordinates between the shapes reach: the translation between them, and how far their points lie from
+/// their own origins beyond their size.
+double reach(const reference::PosedPair& pair);
+
+/// What world coordinates round to, in metres.
 double rounding(const reference::PosedPair& pair);
 
 /// The pair as a record for `tandem query`, every number to its last bit, in one line.

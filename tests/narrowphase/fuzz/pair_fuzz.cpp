@@ -1,0 +1,82 @@
+#include "pair_fuzz.h"
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+
+#include "judge.h"
+#include "pair_bytes.h"
+
+namespace {
+
+using namespace tandem;
+using reference::PosedPair;
+
+constexpr double span_of_sizes = 1e5;
+
+bool finite(const PairAnswer& r) {
+  return std::isfinite(r.signed_distance) && r.normal.allFinite() && r.point_a.allFinite() && r.point_b.allFinite() &&
+         std::isfinite(r.error_bound) && r.error_bound >= 0 && std::abs(r.normal.norm() - 1) < 1e-12;
+}
+
+/// What holds for any sizes: numbers, the truth to `share` of the size, and the same with A and B exchanged.
+std::string judge_coarsely(const NarrowPhase& solver, const PosedPair& p, double share) {
+  std::vector<Contact> contacts;
+  const PairAnswer r = solver.solve(p.a, p.pose_a, p.b, p.pose_b, Request::contacts, &contacts);
+  const PairAnswer d = solver.solve(p.a, p.pose_a, p.b, p.pose_b, Request::distance);
+  const PairAnswer s = solver.solve(p.b, p.pose_b, p.a, p.pose_a, Request::distance);
+  if (!finite(d) || !finite(s)) return "distance: not finite\n";
+  if (d.collide && !finite(r)) return "contacts: not finite\n";
+  for (const Contact& c : contacts)
+    if (!c.point.allFinite() || !c.normal.allFinite() || !std::isfinite(c.depth)) return "contacts: not finite\n";
+  const reference::Truth t = reference::signed_distance(p.a, p.pose_a, p.b, p.pose_b);
+  const double between = test::reach(p);
+  const double bound = share * reference::size(p) + 1e-15 * between + t.error + d.error_bound;
+  if (!(std::abs(d.signed_distance - t.signed_distance) <= bound))
+    return "distance: " + std::to_string(d.signed_distance) + " for " + std::to_string(t.signed_distance) + '\n';
+  if (!(std::abs(d.signed_distance - s.signed_distance) <= 2 * bound)) return "swapped: another signed distance\n";
+  return {};
+}
+
+bool is_moderate(const PosedPair& p) {
+  const auto thin = [](const Shape& s) {
+    if (!s.is_bounded()) return false;
+    const Bounds b = s.bounds({});
+    const double least = (b.hi - b.lo).minCoeff(), most = (b.hi - b.lo).maxCoeff();
+    return least > 0 && most > span_of_sizes * least;
+  };
+  const double a = p.a.size() > 0 ? p.a.size() : p.b.size(), b = p.b.size() > 0 ? p.b.size() : p.a.size();
+  const double between = (p.pose_b.translation - p.pose_a.translation).norm();
+  return !thin(p.a) && !thin(p.b) && a < span_of_sizes * b && b < span_of_sizes * a &&
+         between < span_of_sizes * (a + b);
+}
+
+}  // namespace
+
+namespace tandem::test {
+
+std::string judge_bytes(std::span<const std::uint8_t> bytes, bool strictly) {
+  static const NarrowPhase solver;
+  const auto pair = pair_from_bytes(bytes);
+  if (!pair) return {};
+  std::string wrong;
+  try {
+    if (strictly && is_moderate(*pair))
+      wrong = judge(solver, *pair, reference::signed_distance(pair->a, pair->pose_a, pair->b, pair->pose_b));
+    else
+      wrong = judge_coarsely(solver, *pair, strictly ? 1e-7 : 1e-3);
+  } catch (const std::exception& error) {
+    wrong = std::string("exception: ") + error.what() + '\n';
+  }
+  return wrong.empty() ? wrong : wrong + record(*pair);
+}
+
+}  // namespace tandem::test
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string wrong = tandem::test::judge_bytes({data, size}, false);
+  if (wrong.empty()) return 0;
+  std::fprintf(stderr, "%s\n", wrong.c_str());
+  std::abort();
+}
