@@ -78,7 +78,7 @@ Interval cores_distance(const Difference& difference, Real tolerance) {
     r.lower = -dot(r.normal, difference.support(r.normal));
     if (r.upper - r.lower < Real(1e-14) * difference.scale()) return r;
   }
-  Interval inside = inside_distance(difference, tolerance, axial ? most_vertices / 4 : most_vertices);
+  Interval inside = inside_distance(difference, tolerance, most_vertices);
   if (inside.upper > 0) inside.upper = max(inside.lower, outside.upper);  // the origin was not reached
   if (inside.upper - inside.lower > tolerance) {
     Real depth = -inside.lower;
