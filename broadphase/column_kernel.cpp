@@ -46,12 +46,31 @@ std::size_t overlap_column(const Column& column, std::size_t& row, std::uint32_t
   return count;
 }
 
+// NOLINTNEXTLINE(misc-definitions-in-headers)
+void slices_of(const Slices& slices, const float* coordinates, std::size_t count, std::uint16_t* out) {
+  const hn::ScalableTag<float> df;
+  const hn::RebindToSigned<decltype(df)> di;
+  const hn::Rebind<std::uint16_t, decltype(df)> d16;
+  const auto half = hn::Set(df, 0.5f), origin = hn::Set(df, slices.half_origin);
+  const auto inverse = hn::Set(df, slices.inverse_half_width), last = hn::Set(df, static_cast<float>(slices.count - 1));
+  for (std::size_t i = 0; i < count; i += hn::Lanes(df)) {
+    const auto place = hn::Mul(hn::Sub(hn::Mul(half, hn::LoadU(df, coordinates + i)), origin), inverse);
+    const auto inside = hn::Min(hn::IfThenElseZero(hn::Gt(place, hn::Zero(df)), place), last);
+    hn::StoreU(hn::DemoteTo(d16, hn::ConvertTo(di, inside)), d16, out + i);
+  }
+}
+
 }  // namespace tandem::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace tandem {
 HWY_EXPORT(overlap_column);
+HWY_EXPORT(slices_of);
+
+void slices_of(const Slices& slices, const float* coordinates, std::size_t count, std::uint16_t* out) {
+  HWY_DYNAMIC_DISPATCH(slices_of)(slices, coordinates, count, out);
+}
 
 std::size_t overlap_column(const Column& column, std::size_t& row, std::uint32_t* a, std::uint32_t* b,
                            std::size_t room) {

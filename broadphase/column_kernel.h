@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -22,5 +23,22 @@ struct Column {
 /// the two. Returns the number of pairs. `room`, the size of a and b, must be at least size + BoxArray::padding.
 std::size_t overlap_column(const Column& column, std::size_t& row, std::uint32_t* a, std::uint32_t* b,
                            std::size_t room);
+
+/// Maps a coordinate to one of `count` slices, monotonically; what lies outside falls into the first or last.
+struct Slices {
+  std::size_t axis = 0;
+  float half_origin = 0, inverse_half_width = 0;  // halves, so that differences are finite for all floats
+  std::uint32_t count = 1;
+
+  std::uint32_t at(float x) const {
+    // 0 first in max, so that 0 * inf counts as 0.
+    const float place = std::max(0.0f, (0.5f * x - half_origin) * inverse_half_width);
+    return static_cast<std::uint32_t>(std::min(place, static_cast<float>(count - 1)));
+  }
+};
+
+/// The slices of `count` coordinates, as `at` gives them; slices.count is at most 65535. Both arrays may be read and
+/// written up to BoxArray::padding elements further.
+void slices_of(const Slices& slices, const float* coordinates, std::size_t count, std::uint16_t* out);
 
 }  // namespace tandem

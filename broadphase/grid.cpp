@@ -31,12 +31,6 @@ double share_that_overlaps(const std::vector<Aabb>& sample, std::size_t axis) {
 
 }  // namespace
 
-std::uint32_t Grid::Slices::at(float x) const {
-  // 0 first in max, so that 0 * inf counts as 0.
-  const float place = std::max(0.0f, (0.5f * x - half_origin) * inverse_half_width);
-  return static_cast<std::uint32_t>(std::min(place, static_cast<float>(count - 1)));
-}
-
 Grid::Touched Grid::touched(const Aabb& box) const {
   return {u_.at(box.lo[u_.axis]), u_.at(box.hi[u_.axis]), v_.at(box.lo[v_.axis]), v_.at(box.hi[v_.axis])};
 }
@@ -45,10 +39,12 @@ Grid::Touched Grid::touched(const Aabb& box) const {
 std::size_t Grid::begin(const BoxArray& boxes) {
   boxes_ = &boxes;
   size_ = boxes.size();
-  boxes_a_block_ = std::max<std::size_t>(4096, (size_ + 63) / 64);
+  // Of whole vectors, so that no two blocks write the same slices.
+  boxes_a_block_ = std::max<std::size_t>(4096, ((size_ + 63) / 64 + 63) / 64 * 64);
   parts_ = (size_ + boxes_a_block_ - 1) / boxes_a_block_;
   large_of_part_.resize(parts_);
   is_large_.resize(size_);
+  for (auto& slices : touched_) slices.resize(size_ + BoxArray::padding);
   groups_.clear();
   large_.clear();
   crowded_ = searched_ = false;
@@ -140,11 +136,17 @@ void Grid::count(std::size_t block) {
   std::uint32_t* counts = offsets_.data() + block * columns();
   std::vector<std::uint32_t>& large = large_of_part_[block];
   large.clear();
-  for (std::size_t i = block * boxes_a_block_, end = std::min(size_, i + boxes_a_block_); i < end; ++i) {
-    const Aabb box = (*boxes_)[i];
+  const std::size_t begin = block * boxes_a_block_, end = std::min(size_, begin + boxes_a_block_);
+  const int u = static_cast<int>(u_.axis), v = static_cast<int>(v_.axis);
+  slices_of(u_, boxes_->lo(u) + begin, end - begin, touched_[0].data() + begin);
+  slices_of(u_, boxes_->hi(u) + begin, end - begin, touched_[1].data() + begin);
+  slices_of(v_, boxes_->lo(v) + begin, end - begin, touched_[2].data() + begin);
+  slices_of(v_, boxes_->hi(v) + begin, end - begin, touched_[3].data() + begin);
+  const float *lo = boxes_->lo(0), *hi = boxes_->hi(0);
+  for (std::size_t i = begin; i < end; ++i) {
     is_large_[i] = 0;
-    if (box.lo[0] > box.hi[0]) continue;
-    const Touched t = touched(box);
+    if (lo[i] > hi[i]) continue;
+    const Touched t = touched(i);
     if (t.count() > max_columns_a_box) {
       is_large_[i] = 1;
       large.push_back(static_cast<std::uint32_t>(i));
@@ -194,7 +196,7 @@ void Grid::scatter(std::size_t block) {
   for (std::size_t i = block * boxes_a_block_, end = std::min(size_, i + boxes_a_block_); i < end; ++i) {
     const Aabb box = (*boxes_)[i];
     if (box.lo[0] > box.hi[0] || is_large_[i] != 0) continue;
-    const Touched t = touched(box);
+    const Touched t = touched(i);
     for (std::uint32_t v = t.v0; v <= t.v1; ++v) {
       for (std::uint32_t u = t.u0; u <= t.u1; ++u) {
         const std::uint32_t first = (u == t.u0 ? 1u : 0u) | (v == t.v0 ? 2u : 0u);

@@ -43,13 +43,6 @@ class Grid final : public BroadPhase, public BoxSearch {
   static constexpr std::size_t stages = first_tree_stage + BoxTree::build_stages + 1;
   static constexpr std::uint32_t max_columns_a_box = 16;
 
-  /// Maps a coordinate to a column, monotonically; what lies outside falls into the first or last.
-  struct Slices {
-    std::size_t axis = 0;
-    float half_origin = 0, inverse_half_width = 0;  // halves, so that differences are finite for all floats
-    std::uint32_t count = 1;
-    std::uint32_t at(float x) const;
-  };
   struct Record {
     Aabb box;
     std::uint32_t index;
@@ -77,6 +70,7 @@ class Grid final : public BroadPhase, public BoxSearch {
   void plan();
   void scatter(std::size_t block);
   Touched touched(const Aabb& box) const;
+  Touched touched(std::size_t i) const { return {touched_[0][i], touched_[1][i], touched_[2][i], touched_[3][i]}; }
   void emit_column(std::size_t column, Scratch& scratch, PairSink& sink);
   void emit_large(std::size_t block, PairSink& sink) const;
   std::size_t columns() const { return std::size_t{u_.count} * v_.count; }
@@ -96,6 +90,7 @@ class Grid final : public BroadPhase, public BoxSearch {
   std::size_t longest_column_ = 0;
   std::vector<std::uint32_t> offsets_;  // one a part and column: counts, then where the part writes
   std::vector<std::vector<std::uint32_t>> large_of_part_;
+  std::array<std::vector<std::uint16_t>, 4> touched_;  // one a box: u0, u1, v0, v1
   std::vector<std::uint8_t> is_large_;
   std::vector<std::uint32_t> large_;
   std::vector<std::size_t> column_begin_;

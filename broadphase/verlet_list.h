@@ -61,6 +61,7 @@ class VerletList {
   void decide();
   void enlarge(std::size_t block);
   void adapt();
+  float usual_motion() const;
   void search_outside(std::size_t block, PairSink& sink);
   std::size_t size() const { return boxes_->size(); }
   std::size_t look_blocks() const { return (size() + boxes_a_block - 1) / boxes_a_block; }
@@ -79,6 +80,7 @@ class VerletList {
   bool has_past_ = false;
   BoxArray larger_;
   double steps_ahead_ = 8;
+  float usual_motion_ = 0;
 
   std::vector<std::vector<Pair>> lists_;  // a list a block of the method
   std::size_t list_count_ = 0;

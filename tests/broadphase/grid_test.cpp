@@ -86,6 +86,46 @@ TEST_CASE("grid: large boxes in rows while few, by the tree when many") {
   }
 }
 
+TEST_CASE("grid: a search after a step finds what overlaps a box, once") {
+  Grid grid;
+  for (const BoxWorld& world : hard_worlds(3000)) {
+    CAPTURE(world.name);
+    const std::size_t stages = grid.begin(world.boxes);
+    grid.prepare_search();
+    ListSink ignored;
+    for (std::size_t stage = 0; stage + 1 < stages; ++stage)
+      for (std::size_t block = 0; block < grid.blocks(stage); ++block) grid.run(stage, block);
+    for (std::size_t block = 0; block < grid.blocks(stages - 1); ++block) grid.emit(block, ignored);
+    for (std::uint32_t i = 0; i < 3000; i += 60) {
+      const Aabb box = world.boxes[i];
+      if (box.lo[0] > box.hi[0]) continue;
+      ListSink sink;
+      grid.search(box, 100'000, sink);
+      std::vector<Pair> expected;
+      for (std::uint32_t j = 0; j < 3000; ++j)
+        if (overlap(box, world.boxes[j])) expected.push_back({j, 100'000});
+      CHECK(sorted_pairs({sink.take()}) == expected);
+    }
+  }
+}
+
+TEST_CASE("grid: slices by vectors are those by one") {
+  Random random(3);
+  std::vector<float> x(1000 + BoxArray::padding);
+  std::vector<std::uint16_t> found(x.size());
+  constexpr float inf = std::numeric_limits<float>::infinity();
+  for (float& value : x) value = uniform(random, -2, 12) * std::pow(10.0f, std::floor(uniform(random, 0, 3)));
+  x[3] = inf, x[4] = -inf, x[5] = std::numeric_limits<float>::max(), x[6] = -x[5], x[7] = 0;
+  for (const Slices& slices : {Slices{0, 0, 0, 1}, Slices{0, 0, 1, 16384}, Slices{0, 1, 0.37f, 300},
+                               Slices{0, -3e37f, 1e-37f, 7}, Slices{0, 0, 0, 9}}) {
+    slices_of(slices, x.data(), 1000, found.data());
+    for (std::size_t i = 0; i < 1000; ++i) {
+      CAPTURE(x[i], slices.count);
+      CHECK(found[i] == slices.at(x[i]));
+    }
+  }
+}
+
 TEST_CASE("grid: identical boxes make every pair once") {
   BoxArray boxes;
   boxes.resize(1500);
