@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 
 #include "benches.h"
@@ -94,21 +95,26 @@ class Order {
 };
 
 void print_kind(const std::string& kind, const std::vector<Measured>& all) {
-  Order lines, classes;
-  std::map<std::pair<std::string, std::string>, std::string> cells;  // by line and class
+  Order requests_asked, contestants, classes;
+  std::map<std::array<std::string, 3>, std::string> cells;  // by request, contestant and class
   for (const Measured& m : all) {
-    const std::string line = fmt::format("{:<10} {:<24}", m.request, m.row.contestant);
-    lines.add(line), classes.add(m.pair_class);
-    cells[{line, m.pair_class}] = cell(m);
+    requests_asked.add(m.request), contestants.add(m.row.contestant), classes.add(m.pair_class);
+    cells[{m.request, m.row.contestant, m.pair_class}] = cell(m);
   }
   fmt::print("\n{}, {} queries a class\n{:<35}", kind, all.front().row.n, "");
   for (const std::string& c : classes) fmt::print(" {:<21}", c);
   fmt::print("\n");
-  for (const std::string& line : lines) {
-    fmt::print("{}", line);
-    for (const std::string& c : classes) fmt::print(" {:<21}", cells[{line, c}]);
-    fmt::print("\n");
-  }
+  for (const std::string& request : requests_asked)
+    for (const std::string& contestant : contestants) {
+      std::string line;
+      bool any = false;
+      for (const std::string& c : classes) {
+        const auto found = cells.find({request, contestant, c});
+        any = any || found != cells.end();
+        line += fmt::format(" {:<21}", found == cells.end() ? "" : found->second);
+      }
+      if (any) fmt::print("{:<10} {:<24}{}\n", request, contestant, line);
+    }
 }
 
 bool is_rival(const Measured& m) { return !m.row.contestant.starts_with("tandem"); }

@@ -23,8 +23,9 @@ std::unique_ptr<PairSolver> collide(const Question& question) {
   request.gjk_tolerance = 1e-10;
   return each_pair([shapes = build(question), pairs = question.pairs, request, contacts](std::size_t i) {
     fcl::CollisionResultd result;
-    fcl::collide(shapes[i][0].get(), fcl_pose(pairs[i].pose_a), shapes[i][1].get(), fcl_pose(pairs[i].pose_b), request,
-                 result);
+    const reference::PosedPair& p = pairs[i];
+    fcl::collide(shapes[i][0].get(), fcl_pose(p.pose_a, p.pose_a.translation), shapes[i][1].get(),
+                 fcl_pose(p.pose_b, p.pose_a.translation), request, result);
     Found out{.collide = result.isCollision()};
     if (contacts)
       for (std::size_t k = 0; k < result.numContacts(); ++k) {
@@ -45,8 +46,9 @@ std::unique_ptr<PairSolver> distance(const Question& question, bool is_signed) {
   request.distance_tolerance = 1e-10;
   return each_pair([shapes = build(question), pairs = question.pairs, request, is_signed](std::size_t i) {
     fcl::DistanceResultd result;
-    fcl::distance(shapes[i][0].get(), fcl_pose(pairs[i].pose_a), shapes[i][1].get(), fcl_pose(pairs[i].pose_b), request,
-                  result);
+    const reference::PosedPair& p = pairs[i];
+    fcl::distance(shapes[i][0].get(), fcl_pose(p.pose_a, p.pose_a.translation), shapes[i][1].get(),
+                  fcl_pose(p.pose_b, p.pose_a.translation), request, result);
     const double d = result.min_distance;
     Found out{.collide = d <= 0, .measured = true, .signed_distance = d};
     if (d <= 0 && !is_signed) return Found{.collide = true};

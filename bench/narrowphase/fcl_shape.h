@@ -11,10 +11,11 @@ namespace tandem::bench {
 /// queries.
 std::shared_ptr<fcl::CollisionGeometryd> fcl_shape(const Shape& shape);
 
-inline fcl::Transform3d fcl_pose(const Pose& pose) {
+/// Seen from `origin`: far from the world's origin FCL would lose digits.
+inline fcl::Transform3d fcl_pose(const Pose& pose, const Vec3& origin) {
   fcl::Transform3d t = fcl::Transform3d::Identity();
   t.linear() = pose.rotation;
-  t.translation() = pose.translation;
+  t.translation() = pose.translation - origin;
   return t;
 }
 

@@ -191,7 +191,8 @@ Player fcl_player(const std::shared_ptr<const Tori>& tori, bool lists) {
           [tori, answers, lists, request, model = fcl_shape(tori->shape)] {
             for (std::size_t i = 0; i < tori->poses.size(); ++i) {
               fcl::CollisionResultd result;
-              fcl::collide(model.get(), fcl_pose(tori->poses[i].a), model.get(), fcl_pose(tori->poses[i].b), request,
+              const auto& [a, b] = tori->poses[i];
+              fcl::collide(model.get(), fcl_pose(a, a.translation), model.get(), fcl_pose(b, a.translation), request,
                            result);
               answers->collide[i] = result.isCollision();
               if (!lists) continue;
