@@ -7,6 +7,10 @@
 #include <fstream>
 #include <thread>
 
+#ifdef TANDEM_HAS_BULLET
+#include <LinearMath/btScalar.h>
+#endif
+
 #include "results.h"
 
 namespace tandem::bench {
@@ -38,6 +42,10 @@ nlohmann::json machine() {
             {"oneTBB", TBB_runtime_version()},
             {"Eigen", fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)},
             {"FCL", TANDEM_FCL_VERSION},
+#ifdef TANDEM_HAS_BULLET
+            {"Bullet", fmt::format("{}.{}, {}", BT_BULLET_VERSION / 100, BT_BULLET_VERSION % 100,
+                                   sizeof(btScalar) == sizeof(double) ? "double" : "float")},
+#endif
             {"libccd", TANDEM_CCD_VERSION}}}};
 }
 

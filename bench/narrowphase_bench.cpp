@@ -7,6 +7,7 @@
 #include "benches.h"
 #include "narrowphase/player.h"
 #include "narrowphase/race.h"
+#include "narrowphase/trial.h"
 #include "option_text.h"
 #include "progress.h"
 
@@ -197,6 +198,7 @@ std::vector<Row> narrowphase_bench(const Settings& settings) {
       "Time is the median of one thread's processor time, contestants in turn. Errors are relative to the size.\n"
       "A wrong verdict's error is the distance that it denies. A failure is an exception, an abort, NaN, or 10 ms.\n"
       "contacts: the error is of the deepest contact's depth. libccd and FCL unsigned measure not every pair.\n");
+  const AbortTrap trap;
   std::vector<Row> rows;
   std::vector<SummaryLine> summary;
   Progress progress("narrowphase", kinds.size());

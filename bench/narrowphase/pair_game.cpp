@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <memory>
 
 #include "player.h"
@@ -20,11 +19,10 @@ Game make_game(const Workload& work, Request request) {
   for (const Entrant& entrant : entrants) {
     const std::shared_ptr<PairSolver> solver = entrant.enter(question);
     if (!solver) continue;
-    std::vector<char> deadly = deadly_queries(work.pairs.size(), [&](std::size_t i) { solver->answer_one(i); });
-    const auto dead = static_cast<std::size_t>(std::count(deadly.begin(), deadly.end(), 1));
-    solver->leave_out(std::move(deadly));
+    solver->leave_out(deadly_queries(work.pairs.size(), [&](std::size_t i) { solver->answer_one(i); }));
     const auto found = std::make_shared<std::vector<Found>>(work.pairs.size());
-    game.players.push_back({entrant.name, work.pairs.size() - dead, [solver, found] { solver->answer(*found); },
+    game.players.push_back({entrant.name, [solver, &work] { return work.pairs.size() - solver->left_out(); },
+                            [solver, found] { solver->answer(*found); },
                             [found, &work, request] { return judge(work, request, *found); }});
   }
   return game;

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -9,6 +10,7 @@
 
 #include "pair_classes.h"
 #include "tandem/narrowphase/narrow_phase.h"
+#include "trial.h"
 
 namespace tandem::bench {
 
@@ -33,14 +35,19 @@ struct Question {
 class PairSolver {
  public:
   virtual ~PairSolver() = default;
-  /// Answers every pair of the question, in order. This is what is timed.
+  /// Answers every pair of the question, in order. This is what is timed. A pair at which it aborts is left out.
   virtual void answer(std::span<Found> out) = 0;
   virtual void answer_one(std::size_t pair) = 0;
-  /// Pairs with a nonzero mark are failures from now on and not asked for again. Empty: none.
+  /// Pairs with a nonzero mark are failures from now on and not asked for again. One mark a pair, or none.
   void leave_out(std::vector<char> pairs) { left_out_ = std::move(pairs); }
+  std::size_t left_out() const { return static_cast<std::size_t>(std::count(left_out_.begin(), left_out_.end(), 1)); }
 
  protected:
-  bool left_out(std::size_t pair) const { return !left_out_.empty() && left_out_[pair] != 0; }
+  bool is_left_out(std::size_t pair) const { return !left_out_.empty() && left_out_[pair] != 0; }
+  void leave_out(std::size_t pair, std::size_t pairs) {
+    left_out_.resize(pairs, 0);
+    left_out_[pair] = 1;
+  }
 
  private:
   std::vector<char> left_out_;
@@ -64,7 +71,11 @@ std::unique_ptr<PairSolver> each_pair(One one) {
    public:
     explicit EachPair(One&& one) : one_(std::move(one)) {}
     void answer(std::span<Found> out) override {
-      for (std::size_t i = 0; i < out.size(); ++i) out[i] = left_out(i) ? Found{.failed = true} : guarded(i);
+      next_ = 0;
+      while (!attempt([&] {
+        for (; next_ < out.size(); ++next_) out[next_] = is_left_out(next_) ? Found{.failed = true} : guarded(next_);
+      }))
+        leave_out(next_, out.size());
     }
     void answer_one(std::size_t pair) override { guarded(pair); }
 
@@ -78,6 +89,7 @@ std::unique_ptr<PairSolver> each_pair(One one) {
     }
 
     One one_;
+    std::size_t next_ = 0;  ///< a member, so that an abort does not lose it
   };
   return std::make_unique<EachPair>(std::move(one));
 }

@@ -11,7 +11,7 @@ namespace tandem::bench {
 /// A contestant with the answers of its last pass.
 struct Player {
   std::string name;
-  std::size_t queries = 0;  ///< that a pass answers: all but those that would end the process
+  std::function<std::size_t()> queries;  ///< that the last pass answered: all but those that would end the process
   std::function<void()> pass;
   std::function<Accuracy()> judge;  ///< of the last pass
 };

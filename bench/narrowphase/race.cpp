@@ -31,7 +31,7 @@ std::vector<Samples> race(const std::vector<Runner>& runners, int rounds) {
     if (once < sample_ns) once = std::max(run(runner.pass, 1), 1.0);  // the first filled the caches
     const int passes = std::max(1, static_cast<int>(sample_ns / once));
     const auto affordable = static_cast<int>(std::min(budget_ns / (once * (passes + 1)), 1e6));
-    plans.push_back({passes, runner.queries == 0 ? 0 : std::clamp(affordable, 1, rounds)});
+    plans.push_back({passes, runner.queries() == 0 ? 0 : std::clamp(affordable, 1, rounds)});
   }
   std::vector<Samples> out(runners.size());
   for (int round = 0; round < rounds; ++round)
@@ -42,7 +42,8 @@ std::vector<Samples> race(const std::vector<Runner>& runners, int rounds) {
       const auto& [pass, queries] = runners[who];
       // A long pass fills the caches by itself.
       if (passes > 1) pass();
-      out[who].add(run(pass, passes) / (static_cast<double>(passes) * static_cast<double>(queries)));
+      const double time = run(pass, passes);
+      if (queries() > 0) out[who].add(time / (static_cast<double>(passes) * static_cast<double>(queries())));
     }
   return out;
 }

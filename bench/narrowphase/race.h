@@ -8,7 +8,7 @@ namespace tandem::bench {
 
 struct Runner {
   std::function<void()> pass;
-  std::size_t queries;  ///< answered by a pass
+  std::function<std::size_t()> queries;  ///< answered by the last pass
 };
 
 /// Times passes over one array of queries, the runners in turn in this thread, the order rotating: ns a query

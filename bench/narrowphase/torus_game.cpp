@@ -167,7 +167,7 @@ Accuracy judge(const Tori& tori, const Answers& answers, bool lists) {
 Player tandem_player(const std::shared_ptr<const Tori>& tori, bool lists) {
   const auto answers = std::make_shared<Answers>();
   answers->collide.resize(tori->poses.size()), answers->pairs.resize(tori->poses.size());
-  return {"tandem", tori->poses.size(),
+  return {"tandem", [n = tori->poses.size()] { return n; },
           [tori, answers, lists, solver = NarrowPhase()] {
             const Shape& s = tori->shape;
             for (std::size_t i = 0; i < tori->poses.size(); ++i) {
@@ -187,7 +187,7 @@ Player fcl_player(const std::shared_ptr<const Tori>& tori, bool lists) {
   const auto answers = std::make_shared<Answers>();
   answers->collide.resize(tori->poses.size()), answers->pairs.resize(tori->poses.size());
   const fcl::CollisionRequestd request(lists ? 1'000'000 : 1, false);
-  return {"FCL OBBRSS", tori->poses.size(),
+  return {"FCL OBBRSS", [n = tori->poses.size()] { return n; },
           [tori, answers, lists, request, model = fcl_shape(tori->shape)] {
             for (std::size_t i = 0; i < tori->poses.size(); ++i) {
               fcl::CollisionResultd result;

@@ -94,6 +94,22 @@ TEST_CASE("narrowphase bench: queries that abort or never end are found") {
   CHECK(deadly_queries(5, query) == std::vector<char>{0, 1, 0, 1, 0});
 }
 
+TEST_CASE("narrowphase bench: a pair at which a library aborts is left out") {
+  const AbortTrap trap;
+  const auto solver = each_pair([](std::size_t i) {
+    if (i == 1) std::abort();
+    return Found{.collide = true};
+  });
+  std::vector<Found> found(3);
+  for (int pass = 0; pass < 2; ++pass) {
+    solver->answer(found);
+    CHECK(solver->left_out() == 1);
+    CHECK(found[0].collide);
+    CHECK(found[1].failed);
+    CHECK(found[2].collide);
+  }
+}
+
 TEST_CASE("narrowphase bench: rows hold times, errors and the standing among the others") {
   const TemporaryFolder folder;
   const auto json = folder / "rows.json", out = folder / "out";
