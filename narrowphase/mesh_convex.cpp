@@ -43,7 +43,7 @@ class MeshConvex {
     own_mid_ = (own.lo + own.hi) / 2;
     own_half_ = (own.hi - own.lo) / 2;
     mid_ = turn_.rotation * own_mid_;
-    aligned_ = convex.shape.bounds(turn_);
+    if (!(radius_ > 0)) aligned_ = convex.shape.bounds(turn_);
   }
 
   bool collide() const {
@@ -106,7 +106,13 @@ class MeshConvex {
     return turn_.rotation * core_support(view_, turn_.rotation.transpose() * d) + radius_ * d;
   }
 
-  BoxQuery query() const { return {model_, shifted(aligned_, shift_), mid_ + shift_, own_half_, turn_.rotation}; }
+  BoxQuery query() const {
+    if (radius_ > 0) {
+      const Vec3 half(0, 0, own_half_.z() - radius_), along = (turn_.rotation * half).cwiseAbs();
+      return {model_, {shift_ - along, shift_ + along}, shift_, half, turn_.rotation, radius_};
+    }
+    return {model_, shifted(aligned_, shift_), mid_ + shift_, own_half_, turn_.rotation};
+  }
   static Bounds shifted(const Bounds& b, const Vec3& by) { return {b.lo + by, b.hi + by}; }
 
   // ---- One triangle ----
@@ -222,7 +228,7 @@ class MeshConvex {
         const Corners p = there.corners(t);
         const double level = std::max({d.dot(p[0]), d.dot(p[1]), d.dot(p[2])}) - low;
         if (level > next && there.touches(p)) next = level;
-        return false;
+        return way + next > most;
       });
       if (next == -infinity) {
         if (!there.inside()) return way;
@@ -286,24 +292,25 @@ class MeshConvex {
 
   // The answer in local coordinates for an overlap; `near` is the nearest triangle's.
   PairAnswer overlap(const PairAnswer& near) const {
-    constexpr std::size_t most_directions = 12;
+    constexpr std::size_t most_directions = 6;
+    const double enough = rounding * 10 * size_;
     PairAnswer deepest = near;
-    std::vector<Vec3> directions;
-    const auto suggest = [&](const Vec3& d) {
-      if (!(d.norm() > 0.5) || directions.size() >= most_directions) return;
-      const bool known =
-          std::any_of(directions.begin(), directions.end(), [&](const Vec3& o) { return o.dot(d) > 0.9999; });
-      if (!known) directions.push_back(d);
+    double certain = 0, way = infinity;
+    Vec3 normal = near.normal;
+    std::vector<Vec3> tried, faces;
+    const auto attempt = [&](const Vec3& d) {
+      if (way <= certain + enough || !(d.norm() > 0.5)) return;
+      if (std::any_of(tried.begin(), tried.end(), [&](const Vec3& o) { return o.dot(d) > 0.9999; })) return;
+      tried.push_back(d);
+      if (const double w = way_out(d, way); w < way) way = w, normal = d;
     };
-    double certain = 0;
     if (near.signed_distance > 0) {
-      suggest(-near.normal);  // out through the nearest wall
       certain = near.signed_distance;
+      attempt(-near.normal);  // out through the nearest wall
     } else {
-      std::vector<Vec3> faces;
       query().each_near(0, [&](std::uint32_t t) {
         const Corners p = corners(t);
-        if (plane_gap(p) > 0) return false;
+        if (plane_gap(p) > 0 || (view_.kind == ShapeKind::box && box_gap(p) > 0)) return false;
         const PairAnswer r = solve(p, Request::distance, nullptr);
         if (r.signed_distance > 0) return false;
         if (-r.signed_distance >= certain) certain = -r.signed_distance, deepest = r;
@@ -311,35 +318,30 @@ class MeshConvex {
         faces.push_back(model_.solid || n.dot(centre() - p[0]) >= 0 ? n : Vec3(-n));
         return false;
       });
-      suggest(deepest.normal);
-      for (const Vec3& n : faces) suggest(n);
+      attempt(deepest.normal);
     }
-    if (model_.hull.dimension == 3) {
-      const ConvexView hull = view_hull(mesh_.shape);
-      suggest(mesh_.pose.rotation.transpose() *
-              solve_convex(hull, mesh_.pose, view_, convex_.pose, Request::distance, options_, nullptr).normal);
-    }
-    double way = infinity;
-    Vec3 normal = deepest.normal;
-    const double enough = rounding * 10 * size_;
-    for (const Vec3& d : directions) {
-      const double w = way_out(d, way);
-      if (w < way) way = w, normal = d;
-      if (way <= certain + enough) break;
-    }
-    if (way > certain + enough && model_.solid) certain = std::max(certain, certain_depth(normal));
+    if (way > certain + enough && model_.solid)
+      certain = std::max(certain, certain_depth(tried.empty() ? normal : tried[0]));
+    for (const Vec3& n : faces)
+      if (tried.size() < most_directions) attempt(n);
+    // Deep inside, what separates from the hull may be as good as any.
+    if (way > certain + enough && way > 0.1 * std::min(mesh_.shape.size(), convex_.shape.size()) &&
+        model_.hull.dimension == 3)
+      attempt(mesh_.pose.rotation.transpose() * solve_convex(view_hull(mesh_.shape), mesh_.pose, view_, convex_.pose,
+                                                             Request::distance, options_, nullptr)
+                                                    .normal);
     // Where it comes free, the surfaces' normal is a better way out.
-    constexpr int most_turns = 8;
-    for (int i = 0; i < most_turns && way > certain + enough; ++i) {
+    constexpr int most_turns = 6;
+    for (int i = 0; i < most_turns && way > certain + enough && std::isfinite(way); ++i) {
       const Pose at = moved((way + 1e-4 * size_) * normal);
       std::uint32_t which = no_index;
       const PairAnswer r = MeshConvex(mesh_, {convex_.shape, at}, options_).nearest(which);
       if (!(r.signed_distance > 0) || r.normal.dot(normal) > 1 - 1e-14) break;
-      const double w = way_out(r.normal, way);
-      if (!(w < way * (1 - 1e-9))) break;
-      way = w;
-      normal = r.normal;
+      const double before = way;
+      attempt(r.normal);
+      if (!(way < before * (1 - 1e-9))) break;
     }
+    if (way > certain + enough && model_.solid) certain = std::max(certain, certain_depth(normal));
     PairAnswer answer;
     answer.collide = true;
     if (!std::isfinite(way)) {  // no way tried was free: beyond the whole mesh it is

@@ -16,8 +16,10 @@ class BoxQuery {
  public:
   /// In the mesh's frame: `aligned` is a box along the mesh's axes, `mid`, `half` and the columns of `axes` (unit) one
   /// along its own; both hold the same thing.
-  BoxQuery(const MeshModel& mesh, const Bounds& aligned, const Vec3& mid, const Vec3& half, const Mat3& axes)
-      : mesh_(mesh) {
+  /// `ball`: every point of the thing stands for a ball of this radius about it.
+  BoxQuery(const MeshModel& mesh, const Bounds& aligned, const Vec3& mid, const Vec3& half, const Mat3& axes,
+           double ball = 0)
+      : mesh_(mesh), ball_(ball) {
     const Vec3 lo = (aligned.lo - mesh.centre) / mesh.unit, hi = (aligned.hi - mesh.centre) / mesh.unit;
     const Vec3 m = (mid - mesh.centre) / mesh.unit, h = half / mesh.unit;
     const double most =
@@ -38,13 +40,14 @@ class BoxQuery {
   /// arguments only, until it returns true.
   template <class Visit>
   void each_near(double margin, Visit&& visit) const {
-    const float reach = static_cast<float>(std::min(margin / mesh_.unit * 1.00001, 1e30));
+    // Of boxes with corners the gap along an axis; of round ones the distance.
+    const float reach = ball_ > 0 ? squared(margin) : static_cast<float>(std::min(margin / mesh_.unit * 1.00001, 1e30));
     std::array<std::uint32_t, stack_size> stack;
     std::size_t top = 0;
     stack[top++] = 0;
     while (top > 0) {
       const MeshNode& n = mesh_.nodes[stack[--top]];
-      const Lanes worst = gap(n);
+      const Lanes worst = ball_ > 0 ? squared_gap(n) : gap(n);
       for (std::uint32_t k = 0; k < n.lanes; ++k) {
         if (worst[static_cast<int>(k)] > reach) continue;
         if (n.count[k] == 0) {
@@ -100,7 +103,7 @@ class BoxQuery {
   };
 
   float squared(double distance) const {
-    const double d = distance / mesh_.unit * 1.00001;
+    const double d = (distance + ball_) / mesh_.unit * 1.00001;
     return d * d < 1e37 ? static_cast<float>(d * d) : std::numeric_limits<float>::infinity();
   }
 
@@ -139,6 +142,7 @@ class BoxQuery {
   }
 
   const MeshModel& mesh_;
+  double ball_;
   float mid_[3], half_[3], own_mid_[3], own_half_[3], axes_[3][3], pad_;
   bool blunt_;
 };

@@ -1,94 +1,157 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <queue>
 #include <stdexcept>
-#include <vector>
+#include <string>
 
 #include "mesh_model.h"
+#include "mesh_pair.h"
+#include "mesh_walk.h"
 #include "solvers.h"
+#include "support.h"
 #include "tandem/narrowphase/narrow_phase.h"
 
 namespace tandem {
 namespace {
 
 constexpr double never = std::numeric_limits<double>::infinity();
-constexpr int max_advances = 200;
 
-/// First time in [from, until] at which two convex shapes touch, B translating by `velocity` as A sees it.
-/// The separating plane found at one time bounds the distance at all later ones, so every advance is safe, and
-/// because the distance is a convex function of time the advances converge from below like Newton's.
-double convex_impact(const ConvexView& a, const Pose& pose_a, const ConvexView& b, const Pose& pose_b,
-                     const Vec3& velocity, double until) {
-  const NarrowPhaseOptions exact;
-  const double rounding = 1e-14 * (a.size + b.size);
-  double time = 0;
-  Pose moved = pose_b;
-  for (int i = 0; i < max_advances; ++i) {
-    moved.translation = pose_b.translation + time * velocity;
-    const PairAnswer answer = solve_convex(a, pose_a, b, moved, Request::distance, exact, nullptr);
-    if (answer.signed_distance <= rounding) return time;
-    const double closing = -answer.normal.dot(velocity);
-    if (!(closing > 0)) return never;
-    const double next = time + answer.signed_distance / closing;
-    if (next > until) {
-      // The last bits of the end of the interval belong to it.
-      if (next > until * (1 + 1e-12)) return never;
-      return until;
-    }
-    if (next <= time) return time;
-    time = next;
+// Ways are lengths along the unit vector that B moves along as A sees it: they do not depend on how fast it goes.
+
+// A convex shape or a mesh, with the axes of its pose.
+struct Body {
+  const MeshModel* mesh = nullptr;
+  ConvexView view{};  // without a mesh
+  Mat3 rotation;
+  Vec3 mid, half;  // of its box, in its frame
+
+  Body(const Shape& shape, const Pose& pose) : rotation(pose.rotation) {
+    const Bounds box = shape.bounds(Pose{});
+    mid = (box.lo + box.hi) / 2;
+    half = (box.hi - box.lo) / 2;
+    if (shape.is_convex())
+      view = tandem::view(shape);
+    else if (shape.mesh().convex)
+      view = view_hull(shape);
+    else
+      mesh = &shape.mesh();
   }
-  return time;  // creeping up on a graze: early, never late
-}
-
-/// A piece of a shape that is convex: the shape, or one triangle of a mesh; with its box in world axes.
-struct Piece {
-  ConvexView view;
-  Bounds box;
+  bool is_leaf(std::uint32_t ref) const { return !mesh || tandem::is_leaf(*mesh, ref); }
+  std::pair<Vec3, Vec3> box(std::uint32_t ref) const {
+    if (!mesh) return {mid, half};
+    const BoxOf b(*mesh, ref);
+    return {b.mid, b.half};
+  }
+  template <class Visit>
+  void each_convex(std::uint32_t leaf, Visit&& visit) const {
+    if (!mesh) return visit(view);
+    each_triangle(*mesh, leaf, [&](std::uint32_t t) {
+      const auto corners = mesh->corners(t);
+      visit(view_triangle(corners));
+    });
+  }
 };
 
-std::vector<Piece> pieces(const Shape& shape, const Pose& pose, std::vector<std::array<Vec3, 3>>& corners) {
-  std::vector<Piece> list;
-  if (shape.is_convex()) {
-    list.push_back({view(shape), shape.bounds(pose)});
-    return list;
+class Sweep {
+ public:
+  Sweep(const Body& a, const Body& b, const Vec3& between, const Vec3& along, double longest)
+      : a_(a), b_(b), between_(between), along_(along), longest_(longest), map_(a.rotation.transpose() * b.rotation) {
+    shift_ = a.rotation.transpose() * between;
+    in_a_ = a.rotation.transpose() * along;
+    in_b_ = b.rotation.transpose() * along;
+    const auto reach = [](const Body& s) { return (s.mid.cwiseAbs() + s.half).maxCoeff(); };
+    const auto skew = [](const Mat3& r) { return (r.transpose() * r - Mat3::Identity()).cwiseAbs().maxCoeff(); };
+    // Rotations need not be quite orthonormal, and coordinates are rounded.
+    slack_ = (1e-13 + 4 * (skew(a.rotation) + skew(b.rotation))) * (reach(a) + reach(b) + between.norm());
   }
-  const MeshModel& mesh = shape.mesh();
-  corners.reserve(mesh.triangles.size());
-  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
-    corners.push_back(mesh.corners(i));
-    const Vec3 p = pose * corners[i][0], q = pose * corners[i][1], r = pose * corners[i][2];
-    list.push_back({view_triangle(corners[i]), {p.cwiseMin(q).cwiseMin(r), p.cwiseMax(q).cwiseMax(r)}});
-  }
-  return list;
-}
 
-/// When the boxes begin to overlap; `never` if they do not within `until`. Widened by rounding.
-double boxes_meet(const Bounds& a, const Bounds& b, const Vec3& velocity, double until) {
-  double enter = 0, leave = until;
-  for (int k = 0; k < 3; ++k) {
-    const double slack = 1e-12 * (std::abs(a.lo[k]) + std::abs(a.hi[k]) + std::abs(b.lo[k]) + std::abs(b.hi[k]) +
-                                  std::abs(velocity[k]) * until);
-    const double ahead = a.lo[k] - b.hi[k] - slack, behind = a.hi[k] - b.lo[k] + slack;  // B must move by this
-    if (velocity[k] == 0) {
-      if (ahead > 0 || behind < 0) return never;
-      continue;
+  // The way until the first touch; `never` if there is none within the longest.
+  double first() const {
+    double best = never;
+    std::priority_queue<Item> queue;
+    const auto push = [&](std::uint32_t x, std::uint32_t y) {
+      if (const double way = boxes_meet(x, y, std::min(best, longest_)); way < best) queue.push({way, x, y});
+    };
+    push(whole, whole);
+    while (!queue.empty() && queue.top().bound < best) {
+      const Item top = queue.top();
+      queue.pop();
+      const bool leaf_a = a_.is_leaf(top.a), leaf_b = b_.is_leaf(top.b);
+      if (leaf_a && leaf_b) {
+        a_.each_convex(top.a, [&](const ConvexView& p) {
+          b_.each_convex(top.b, [&](const ConvexView& q) {
+            best = std::min(best, convex_meet(p, q, top.bound, std::min(best, longest_)));
+          });
+        });
+      } else if (leaf_b || (!leaf_a && a_.box(top.a).second.norm() >= b_.box(top.b).second.norm())) {
+        each_child(*a_.mesh, top.a, [&](std::uint32_t x) { push(x, top.b); });
+      } else {
+        each_child(*b_.mesh, top.b, [&](std::uint32_t y) { push(top.a, y); });
+      }
     }
-    const double t0 = ahead / velocity[k], t1 = behind / velocity[k];
-    enter = std::max(enter, std::min(t0, t1));
-    leave = std::min(leave, std::max(t0, t1));
+    return best;
   }
-  return enter <= leave ? enter : never;
-}
 
-Bounds united(const std::vector<Piece>& list) {
-  Bounds all = list.front().box;
-  for (const Piece& p : list) {
-    all.lo = all.lo.cwiseMin(p.box.lo);
-    all.hi = all.hi.cwiseMax(p.box.hi);
+ private:
+  // Conservative advancement (Mirtich, Impulse-based dynamic simulation of rigid body systems, 1996). The plane that
+  // separates the two at one place bounds their distance at all later ones, so no advance is too far, and the distance
+  // being a convex function of the way, the advances converge from below like Newton's.
+  double convex_meet(const ConvexView& p, const ConvexView& q, double from, double until) const {
+    constexpr int most_advances = 200;
+    const NarrowPhaseOptions exact;
+    const double rounding = 1e-14 * (p.size + q.size);
+    const Pose at_a{a_.rotation, Vec3::Zero()};
+    double way = from;
+    for (int i = 0; i < most_advances; ++i) {
+      const Pose at_b{b_.rotation, between_ + way * along_};
+      const PairAnswer answer = solve_convex(p, at_a, q, at_b, Request::distance, exact, nullptr);
+      if (answer.signed_distance <= rounding) return way;
+      const double closing = -answer.normal.dot(along_);
+      if (!(closing > 0)) return never;
+      const double next = way + answer.signed_distance / closing;
+      if (!(next <= until)) {
+        // The last bits of the end belong to it.
+        return next <= longest_ * (1 + 1e-12) ? std::min(next, until) : never;
+      }
+      if (next <= way) return way;
+      way = next;
+    }
+    return way;  // creeping up on a graze: early, never late
   }
-  return all;
-}
+
+  // The way until two boxes of the hierarchies overlap along the axes of both; `never` if not within `until`.
+  double boxes_meet(std::uint32_t x, std::uint32_t y, double until) const {
+    const auto [mid_a, half_a] = a_.box(x);
+    const auto [mid_b, half_b] = b_.box(y);
+    const Vec3 d = map_ * mid_b + shift_ - mid_a;
+    double enter = 0, leave = until;
+    const auto clip = [&](double offset, double extent, double speed) {
+      const double wide = extent + slack_ + 1e-15 * until * std::abs(speed);
+      if (speed == 0) {
+        if (std::abs(offset) > wide) leave = -1;
+        return;
+      }
+      const double middle = -offset / speed, span = wide / std::abs(speed);
+      enter = std::max(enter, middle - span);
+      leave = std::min(leave, middle + span);
+    };
+    const Vec3 sum_a = half_a + map_.cwiseAbs() * half_b, sum_b = half_b + map_.cwiseAbs().transpose() * half_a;
+    const Vec3 d_b = map_.transpose() * d;
+    for (int k = 0; k < 3; ++k) {
+      clip(d[k], sum_a[k], in_a_[k]);
+      clip(d_b[k], sum_b[k], in_b_[k]);
+    }
+    return enter <= leave ? enter : never;
+  }
+
+  const Body &a_, &b_;
+  const Vec3 between_, along_;
+  const double longest_;
+  const Mat3 map_;  // from B's frame into A's
+  Vec3 shift_, in_a_, in_b_;
+  double slack_;
+};
 
 }  // namespace
 
@@ -101,22 +164,35 @@ std::optional<double> NarrowPhase::time_of_impact(const Shape& a, const Pose& po
     throw std::invalid_argument("velocity: not finite, every component must be");
   if (const std::string why = refuses(a, b, Request::distance); !why.empty()) throw std::invalid_argument(why);
   if (solve(a, pose_a, b, pose_b, Request::collide).collide) return 0.0;
-  const Vec3 velocity = velocity_b - velocity_a;
+  // Halved, differences stay finite; scaled to one, so do their squares.
+  const Vec3 half = velocity_b / 2 - velocity_a / 2;
+  const double most = half.cwiseAbs().maxCoeff();
+  if (!(most > 0)) return std::nullopt;
+  const double length = (half / most).norm();
+  const Vec3 along = half / most / length;
+  const auto time_of = [&](double way) { return std::min(tmax, way / length / most / 2); };
+  // Beyond this two bounded shapes have passed each other.
+  const Vec3 between = pose_b.translation - pose_a.translation;
+  double longest = std::min(2 * length * (most * tmax), 1e290);
 
-  std::vector<std::array<Vec3, 3>> corners_a, corners_b;
-  const std::vector<Piece> list_a = pieces(a, pose_a, corners_a), list_b = pieces(b, pose_b, corners_b);
-  const Bounds all_b = united(list_b);
-  double first = never;
-  for (const Piece& pa : list_a) {
-    if (boxes_meet(pa.box, all_b, velocity, tmax) >= first) continue;
-    for (const Piece& pb : list_b) {
-      if (boxes_meet(pa.box, pb.box, velocity, tmax) >= first) continue;
-      const double until = std::min(first, tmax);
-      first = std::min(first, convex_impact(pa.view, pose_a, pb.view, pose_b, velocity, until));
-    }
+  if (!a.is_bounded() || !b.is_bounded()) {
+    // The gap to a half-space shrinks evenly.
+    const PairAnswer now = solve(a, pose_a, b, pose_b, Request::distance);
+    const double closing = -now.normal.dot(along);
+    if (now.signed_distance <= 0) return 0.0;
+    if (!(closing > 0)) return std::nullopt;
+    const double way = now.signed_distance / closing;
+    if (!(way <= longest * (1 + 1e-12))) return std::nullopt;
+    return time_of(way);
   }
-  if (first == never) return std::nullopt;
-  return first;
+
+  const Body body_a(a, pose_a), body_b(b, pose_b);
+  const auto extent = [](const Body& s) { return s.mid.norm() + s.half.norm(); };
+  const double passed = 2 * (between.norm() + extent(body_a) + extent(body_b));
+  longest = std::min(longest, passed);
+  const double way = Sweep(body_a, body_b, between, along, longest).first();
+  if (way == never) return std::nullopt;
+  return time_of(way);
 }
 
 }  // namespace tandem

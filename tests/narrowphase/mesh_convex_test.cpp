@@ -1,0 +1,309 @@
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "mesh_inside.h"
+#include "mesh_model.h"
+#include "mesh_samples.h"
+#include "random_pairs.h"
+#include "tandem/narrowphase/narrow_phase.h"
+
+using namespace tandem;
+using namespace tandem::test;
+
+namespace {
+
+PairAnswer answer(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb) {
+  return NarrowPhase().solve(a, pa, b, pb, Request::distance);
+}
+
+bool collide(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb) {
+  return NarrowPhase().solve(a, pa, b, pb, Request::collide).collide;
+}
+
+Pose moved(const Pose& p, const Vec3& by) { return {p.rotation, p.translation + by}; }
+
+bool is_round(ShapeKind k) { return k == ShapeKind::cylinder || k == ShapeKind::cone || k == ShapeKind::ellipsoid; }
+
+std::vector<Shape> convex_shapes() {
+  return {Sphere{0.2},
+          Box{Vec3(0.3, 0.4, 0.5)},
+          Capsule{0.15, 0.4},
+          Cylinder{0.2, 0.4},
+          Cone{0.2, 0.5},
+          Ellipsoid{Vec3(0.1, 0.2, 0.3)},
+          Convex{{Vec3(0.2, 0, 0), Vec3(-0.1, 0.2, 0), Vec3(-0.1, -0.2, 0.1), Vec3(0, 0, 0.3), Vec3(0.1, 0.1, -0.2)}},
+          Convex{{Vec3(0.2, 0, 0), Vec3(-0.1, 0.2, 0), Vec3(-0.1, -0.2, 0)}},
+          Triangle{{Vec3(0.2, 0, 0), Vec3(-0.1, 0.2, 0), Vec3(-0.1, -0.2, 0.1)}}};
+}
+
+// A level grid of n x n squares about the origin, facing up.
+Mesh level_ground(double width, int n, bool flip = false) {
+  Mesh mesh;
+  for (int i = 0; i <= n; ++i)
+    for (int j = 0; j <= n; ++j)
+      mesh.vertices.emplace_back((i * 1.0 / n - 0.5) * width, (j * 1.0 / n - 0.5) * width, 0);
+  const auto at = [&](int i, int j) { return static_cast<std::uint32_t>(i * (n + 1) + j); };
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) {
+      const bool other = flip && (i + j) % 2 != 0;
+      const auto a = at(i, j), b = at(i + 1, j), c = at(i + 1, j + 1), d = at(i, j + 1);
+      if (other) {
+        mesh.triangles.push_back({a, b, d});
+        mesh.triangles.push_back({b, c, d});
+      } else {
+        mesh.triangles.push_back({a, b, c});
+        mesh.triangles.push_back({a, c, d});
+      }
+    }
+  return mesh;
+}
+
+// A hollow box: the inner shell faces inward.
+Mesh hollow_box(const Vec3& outer, const Vec3& inner) {
+  Mesh mesh = box_mesh(outer, 2);
+  const Mesh hole = box_mesh(inner, 2);
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+  mesh.vertices.insert(mesh.vertices.end(), hole.vertices.begin(), hole.vertices.end());
+  for (const auto& t : hole.triangles) mesh.triangles.push_back({first + t[0], first + t[2], first + t[1]});
+  return mesh;
+}
+
+}  // namespace
+
+TEST_CASE("a surface keeps from a convex shape what its nearest triangle keeps, near and far") {
+  Mesh ring = torus(1, 0.3, 12, 9);
+  ring.solid = false;
+  const Shape mesh(ring);
+  Random r(31);
+  for (const Shape& shape : convex_shapes())
+    for (int i = 0; i < 24; ++i) {
+      const Pose pa = random_pose(r, i % 3 == 0 ? 1e3 : 1);
+      Pose pb = random_pose(r, 2);
+      pb.translation += pa.translation;
+      // Apart, then moved along the normal to a gap of 10^-1 .. 10^-13.
+      PairAnswer d = answer(mesh, pa, shape, pb);
+      if (d.signed_distance <= 0) continue;
+      const double gap = std::pow(10, -1 - i % 13) * (i % 2 == 0 ? 1 : -1);
+      if (i >= 8) pb.translation -= d.normal * (d.signed_distance - gap);
+      d = answer(mesh, pa, shape, pb);
+      double want = 1e9;
+      for (std::uint32_t t = 0; t < ring.triangles.size(); ++t) {
+        const Shape one(Triangle{mesh.mesh().corners(t)});
+        want = std::min(want, answer(one, pa, shape, pb).signed_distance);
+      }
+      CAPTURE(name(shape.kind()), i, gap, want);
+      const double off = (is_round(shape.kind()) ? 1e-10 : 1e-12) * (1 + pa.translation.norm() * 1e-3);
+      if (want > 0) {
+        CHECK(std::abs(d.signed_distance - want) <= off);
+        const double apart = (d.point_b - d.point_a).dot(d.normal) - d.signed_distance;
+        CHECK(std::abs(apart) <= 1e-10);
+      } else {
+        CHECK(d.signed_distance <= 1e-12);
+        CHECK(-d.signed_distance >= -want - off);
+      }
+      CHECK(collide(mesh, pa, shape, pb) == (d.signed_distance <= 0));
+      CHECK(d.collide == (d.signed_distance <= 0));
+      const PairAnswer s = answer(shape, pb, mesh, pa);
+      CHECK(s.signed_distance == d.signed_distance);
+      CHECK(s.normal == -d.normal);
+    }
+}
+
+TEST_CASE("containment is exact: on faces, edges and corners, a bit outside, in cavities") {
+  const MeshModel cube = build_mesh(box_mesh(Vec3(1, 1, 1), 4));
+  const double out = std::nextafter(0.5, 1.0);
+  for (const double x : {-0.5, -0.25, 0.0, 0.125, 0.5})
+    for (const double y : {-0.5, -0.25, 0.0, 0.3, 0.5})
+      for (const double z : {-0.5, -0.1, 0.0, 0.25, 0.5}) {
+        const Vec3 p(x, y, z);
+        CAPTURE(p.transpose());
+        CHECK(is_inside(cube, p));
+        for (int k = 0; k < 3; ++k)
+          if (std::abs(p[k]) == 0.5) {
+            Vec3 q = p;
+            q[k] = std::copysign(out, p[k]);
+            CHECK_FALSE(is_inside(cube, q));
+            q[k] = std::copysign(std::nextafter(0.5, 0.0), p[k]);
+            CHECK(is_inside(cube, q));
+          }
+      }
+  const MeshModel hollow = build_mesh(hollow_box(Vec3(2, 2, 2), Vec3(1, 1, 1)));
+  CHECK_FALSE(is_inside(hollow, Vec3(0, 0, 0)));
+  CHECK_FALSE(is_inside(hollow, Vec3(0.5 - 1e-16, 0, 0)));
+  CHECK(is_inside(hollow, Vec3(0.5, 0, 0)));
+  CHECK(is_inside(hollow, Vec3(0.5, 0.5, 0.5)));
+  CHECK(is_inside(hollow, Vec3(0.75, 0, 0)));
+  CHECK_FALSE(is_inside(hollow, Vec3(1 + 1e-15, 0, 0)));
+
+  // Posed: a multiple of a power of two and a turn by a quarter are exact; so is the answer.
+  Pose turned;
+  turned.rotation << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+  turned.translation = Vec3(1 << 20, 0, -(1 << 20));
+  Pose at = turned;
+  at.translation.x() += 0.5;
+  CHECK(is_inside(cube, turned, Vec3(0, 0, 0), at));
+  CHECK(is_inside(cube, turned, Vec3(0, 0, 0.5), at));
+  at.translation.x() = std::nextafter(at.translation.x(), 1e9);
+  CHECK_FALSE(is_inside(cube, turned, Vec3(0, 0, 0), at));
+  CHECK_FALSE(is_inside(cube, turned, Vec3(1e-300, -0x1p-52, 0), moved(turned, Vec3(0.5, 0, 0))));
+  CHECK(is_inside(cube, turned, Vec3(1e-300, 0, 0), moved(turned, Vec3(0.5, 0, 0))));
+}
+
+TEST_CASE("a solid with a cavity: what floats in it touches nothing") {
+  const Shape shell(hollow_box(Vec3(2, 2, 2), Vec3(1, 1, 1)));
+  for (const Shape& s : convex_shapes()) {
+    CAPTURE(name(s.kind()));
+    CHECK_FALSE(collide(shell, Pose{}, s, Pose{}));
+    CHECK(answer(shell, Pose{}, s, Pose{}).signed_distance > 0);
+    CHECK(collide(shell, Pose{}, s, Pose::at(0.5, 0, 0)));
+    const PairAnswer r = answer(shell, Pose{}, s, Pose::at(0.75, 0.1, 0));
+    CHECK(r.signed_distance < 0);
+    CHECK_FALSE(collide(shell, Pose{}, s, Pose::at(5, 0, 0)));
+  }
+  // Wholly in the wall.
+  const Shape ball(Sphere{0.1});
+  CHECK(collide(shell, Pose{}, ball, Pose::at(0.75, 0, 0)));
+  CHECK(answer(shell, Pose{}, ball, Pose::at(0.75, 0, 0)).signed_distance == Approx(-0.35).margin(1e-12));
+  // And a solid wholly in a convex shape.
+  CHECK(collide(shell, Pose{}, Box{Vec3(9, 9, 9)}, Pose{}));
+  CHECK(answer(shell, Pose{}, Box{Vec3(4, 5, 6)}, Pose{}).signed_distance == Approx(-3).margin(1e-12));
+}
+
+TEST_CASE("a solid mesh that is convex is solved as its hull: depth, normal, manifold") {
+  const Shape mesh(box_mesh(Vec3(1, 2, 3), 3)), box(Box{Vec3(1, 2, 3)});
+  REQUIRE(mesh.mesh().convex);
+  CHECK_FALSE(Shape(torus(1, 0.3, 8, 6)).mesh().convex);
+  CHECK_FALSE(Shape(hollow_box(Vec3(2, 2, 2), Vec3(1, 1, 1))).mesh().convex);
+  Random r(32);
+  for (int i = 0; i < 40; ++i) {
+    const Pose pa = random_pose(r, 1), pb = i == 0 ? pa : random_pose(r, 1);
+    for (const Shape& other : {Shape(Box{Vec3(1, 2, 3)}), Shape(Sphere{0.7}), Shape(Capsule{0.3, 1})}) {
+      const PairAnswer m = answer(mesh, pa, other, pb), b = answer(box, pa, other, pb);
+      CAPTURE(i, name(other.kind()));
+      CHECK(m.status == Status::ok);
+      CHECK(m.signed_distance == Approx(b.signed_distance).margin(1e-12));
+      CHECK(m.collide == b.collide);
+    }
+  }
+  std::vector<Contact> contacts;
+  NarrowPhase().solve(mesh, Pose{}, box, Pose{}, Request::contacts, &contacts);
+  CHECK(contacts.size() == 4);
+  for (const Contact& c : contacts) CHECK(c.depth == Approx(1).margin(1e-12));
+}
+
+TEST_CASE("depth of a convex shape in a solid: moving by it separates, and its bound holds") {
+  Random r(33);
+  for (const Shape& mesh : {Shape(torus(1, 0.4, 16, 12)), Shape(hollow_box(Vec3(2, 2, 2), Vec3(1.4, 1.4, 1.4)))})
+    for (const Shape& shape : convex_shapes())
+      for (int i = 0; i < 12; ++i) {
+        const Pose pa = random_pose(r, 1), pb = moved(random_pose(r, 1.2), pa.translation);
+        const PairAnswer d = answer(mesh, pa, shape, pb);
+        if (d.signed_distance > 0) continue;
+        const double depth = -d.signed_distance, size = mesh.size() + shape.size();
+        CAPTURE(name(shape.kind()), i, depth, d.error_bound);
+        CHECK_FALSE(collide(mesh, pa, shape, moved(pb, d.normal * (depth + 1e-9 * size))));
+        CHECK((d.point_a - d.point_b).dot(d.normal) == Approx(depth).margin(1e-9));
+        CHECK((d.status == Status::ok) == (d.error_bound == 0));
+        const double certain = depth - d.error_bound;
+        CHECK(certain >= -1e-12);
+        for (int k = 0; k < 20; ++k)
+          CHECK(collide(mesh, pa, shape, moved(pb, r.vec(-1, 1).normalized() * (0.999 * certain - 1e-12))));
+      }
+}
+
+TEST_CASE("shallow overlaps with a flat side of a solid have their exact depth") {
+  const Shape wall(hollow_box(Vec3(4, 4, 4), Vec3(1, 1, 1)));
+  Random r(34);
+  for (const Shape& shape : convex_shapes())
+    for (int i = 0; i < 10; ++i) {
+      const Pose pa = random_pose(r, 1);
+      Pose turned = random_pose(r, 0);
+      // Lowest along the wall's z axis.
+      const Bounds b = shape.bounds({pa.rotation.transpose() * turned.rotation, Vec3::Zero()});
+      const double depth = std::pow(10, -1 - i);
+      turned.translation = pa * Vec3(0.1 * i - 0.5, 0.3, 2 - depth - b.lo.z());
+      const PairAnswer d = answer(wall, pa, shape, turned);
+      CAPTURE(name(shape.kind()), i);
+      CHECK(-d.signed_distance == Approx(depth).margin(1e-10).epsilon(1e-10));
+      CHECK(d.normal.dot(pa.rotation.col(2)) == Approx(1));
+      CHECK(d.status == Status::ok);
+    }
+}
+
+TEST_CASE("shapes that slide over tessellated ground meet its plane alone") {
+  Mesh slab = box_mesh(Vec3(4, 4, 1), 24);
+  for (Vec3& v : slab.vertices) v.z() -= 0.5;
+  struct Sample {
+    Shape shape;
+    double lowest;
+    std::size_t points;
+  };
+  Pose lying;
+  lying.rotation << 0, 0, 1, 0, 1, 0, -1, 0, 0;
+  Mesh pitted = slab;  // a solid that is not convex, with the same top
+  for (Vec3& v : pitted.vertices)
+    if (v.z() < -0.9 && std::abs(v.x()) < 0.6 && std::abs(v.y()) < 0.6) v.z() += 0.3;
+  for (const Shape& ground : {Shape(level_ground(4, 24)), Shape(level_ground(4, 24, true)), Shape(pitted)})
+    for (const double sunk : {0.0, 1e-9, 1e-3, 0.08})
+      for (const Sample& s : {Sample{Box{Vec3(1, 0.7, 0.5)}, 0.25, 4}, Sample{Sphere{0.3}, 0.3, 1},
+                              Sample{Cylinder{0.3, 0.6}, 0.3, 4}, Sample{Capsule{0.2, 0.8}, 0.2, 2}}) {
+        Random r(35);
+        for (int i = 0; i < 12; ++i) {
+          Pose at = s.shape.kind() == ShapeKind::capsule ? lying : Pose{};
+          const double angle = i < 2 ? 0 : r.in(0, 3);
+          at.rotation = Eigen::AngleAxisd(angle, Vec3::UnitZ()).toRotationMatrix() * at.rotation;
+          at.translation = Vec3(i == 0 ? 0 : r.in(-1, 1), i == 0 ? 0 : r.in(-1, 1), s.lowest - sunk);
+          std::vector<Contact> contacts, shaken;
+          NarrowPhase({.margin = 1e-6}).solve(ground, Pose{}, s.shape, at, Request::contacts, &contacts);
+          CAPTURE(name(s.shape.kind()), sunk, i, ground.mesh().solid);
+          CHECK(contacts.size() == s.points);
+          double most = -1;
+          for (const Contact& c : contacts) {
+            CHECK(c.normal.z() == Approx(1));
+            CHECK(c.depth == Approx(sunk).margin(1e-12));
+            CHECK(c.point.z() == Approx(-sunk / 2).margin(1e-12));
+            for (const Contact& o : contacts) most = std::max(most, (c.point - o.point).norm());
+          }
+          if (s.shape.kind() == ShapeKind::box) CHECK(most == Approx(std::hypot(1, 0.7)));
+          if (s.shape.kind() == ShapeKind::capsule) CHECK(most == Approx(0.8));
+          at.translation.x() += 1e-9;
+          NarrowPhase({.margin = 1e-6}).solve(ground, Pose{}, s.shape, at, Request::contacts, &shaken);
+          REQUIRE(shaken.size() == contacts.size());
+          for (const Contact& c : contacts) {
+            double nearest = 9;
+            for (const Contact& o : shaken) nearest = std::min(nearest, (c.point - o.point).norm());
+            if (s.shape.kind() != ShapeKind::cylinder) CHECK(nearest < 1e-7);
+          }
+        }
+      }
+}
+
+TEST_CASE("each wall of a corner has its patch") {
+  // A floor and a wall that rises from it.
+  Mesh corner = level_ground(4, 8);
+  const auto first = static_cast<std::uint32_t>(corner.vertices.size());
+  for (const Vec3& v : level_ground(4, 8).vertices) corner.vertices.emplace_back(1, v.y(), v.x() + 2);
+  for (const auto& t : level_ground(4, 8).triangles)
+    corner.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+  const Shape mesh(corner);
+  std::vector<Contact> contacts;
+  NarrowPhase().solve(mesh, Pose{}, Box{Vec3(1, 1, 1)}, Pose::at(0.5 + 0.01, 0.1, 0.5 - 0.02), Request::contacts,
+                      &contacts);
+  int up = 0, back = 0;
+  for (const Contact& c : contacts) {
+    if (c.normal.z() > 0.999) {
+      ++up;
+      CHECK(c.depth == Approx(0.02));
+    }
+    if (c.normal.x() < -0.999) {
+      ++back;
+      CHECK(c.depth == Approx(0.01));
+    }
+  }
+  CHECK(up == 4);
+  CHECK(back == 4);
+  CHECK(contacts.size() == 8);
+  contacts.clear();
+  NarrowPhase().solve(mesh, Pose{}, Sphere{0.5}, Pose::at(0.51, 0.1, 0.48), Request::contacts, &contacts);
+  CHECK(contacts.size() == 2);
+}
