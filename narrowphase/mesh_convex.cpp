@@ -48,7 +48,15 @@ class MeshConvex {
 
   bool collide() const {
     bool hit = false;
-    query().each_near(0, [&](std::uint32_t t) { return hit = touches(corners(t)); });
+    Side clear;
+    query().each_near(0, [&](std::uint32_t t) {
+      const Corners p = corners(t);
+      if (clear.beyond(p) > rounding * size_) return false;
+      if (touches(p)) return hit = true;
+      // What keeps it from this triangle keeps it from its neighbours as well, more often than not.
+      if (view_.kind != ShapeKind::box) clear = side(solve(p, Request::distance, nullptr).normal);
+      return false;
+    });
     return hit || inside();
   }
 
@@ -118,7 +126,7 @@ class MeshConvex {
   // ---- One triangle ----
 
   PairAnswer solve(const Corners& p, Request request, std::vector<Contact>* contacts) const {
-    if (view_.kind == ShapeKind::sphere && request != Request::contacts) {
+    if (view_.kind == ShapeKind::sphere && request == Request::distance) {
       const PointDistance d = point_distance(view_triangle(p), Vec3::Zero());
       PairAnswer r;
       r.signed_distance = d.signed_distance - radius_;
@@ -130,6 +138,16 @@ class MeshConvex {
     }
     return solve_convex(view_triangle(p), Pose{}, view_, turn_, request, options_, contacts);
   }
+
+  // The plane that bounds the convex against a direction.
+  struct Side {
+    Vec3 normal = Vec3::Zero();  // towards the convex
+    double low = -infinity;
+    // How far a triangle lies beyond it.
+    double beyond(const Corners& p) const { return low - highest(normal, p); }
+  };
+  static double highest(const Vec3& d, const Corners& p) { return std::max({d.dot(p[0]), d.dot(p[1]), d.dot(p[2])}); }
+  Side side(const Vec3& normal) const { return {normal, normal.dot(support(-normal))}; }
 
   // How far the convex keeps from the triangle's plane; a lower bound of the distance.
   double plane_gap(const Corners& p) const {
@@ -144,6 +162,16 @@ class MeshConvex {
     return off > 0 ? level - u.dot(support(u)) : u.dot(support(-u)) - level;
   }
 
+  // The way off the triangle's plane, to the nearer side: its depth is at most this.
+  double way_off(const Corners& p) const {
+    const Vec3 n = area_vector(p);
+    const double length = n.norm();
+    if (!(length > 0)) return infinity;
+    const Vec3 u = n / length;
+    const double level = u.dot(p[0]);
+    return std::min(u.dot(support(u)) - level, level - u.dot(support(-u)));
+  }
+
   bool touches(const Corners& p) const {
     if (view_.kind != ShapeKind::sphere) {
       if (plane_gap(p) > rounding * size_) return false;
@@ -152,7 +180,9 @@ class MeshConvex {
         if (std::abs(gap) > rounding * size_) return gap < 0;
       }
     }
-    return solve(p, Request::distance, nullptr).signed_distance <= 0;
+    if (view_.kind == ShapeKind::sphere || view_.kind == ShapeKind::box)
+      return solve(p, Request::distance, nullptr).signed_distance <= 0;
+    return solve(p, Request::collide, nullptr).collide;
   }
 
   // Largest separation of box and triangle along their 13 axes (Akenine-Moeller, Fast 3D triangle-box overlap testing,
@@ -187,19 +217,16 @@ class MeshConvex {
   PairAnswer nearest(std::uint32_t& which) const {
     PairAnswer best;
     best.signed_distance = infinity;
-    double low = -infinity;  // least of the convex along the best answer's normal
+    Side clear;
     query().nearest_first(infinity, [&](std::uint32_t t) {
       if (best.signed_distance <= 0) return -1.0;
       const Corners p = corners(t);
-      if (std::isfinite(low)) {
-        const double high = std::max({best.normal.dot(p[0]), best.normal.dot(p[1]), best.normal.dot(p[2])});
-        if (low - high >= best.signed_distance || plane_gap(p) >= best.signed_distance) return best.signed_distance;
-      }
+      if (clear.beyond(p) >= best.signed_distance || plane_gap(p) >= best.signed_distance) return best.signed_distance;
       const PairAnswer r = solve(p, Request::distance, nullptr);
       if (r.signed_distance < best.signed_distance) {
         best = r;
         which = t;
-        low = best.normal.dot(support(-best.normal));
+        clear = side(best.normal);
       }
       return best.signed_distance;
     });
@@ -298,6 +325,7 @@ class MeshConvex {
     double certain = 0, way = infinity;
     Vec3 normal = near.normal;
     std::vector<Vec3> tried, faces;
+    Side clear;
     const auto attempt = [&](const Vec3& d) {
       if (way <= certain + enough || !(d.norm() > 0.5)) return;
       if (std::any_of(tried.begin(), tried.end(), [&](const Vec3& o) { return o.dot(d) > 0.9999; })) return;
@@ -310,10 +338,18 @@ class MeshConvex {
     } else {
       query().each_near(0, [&](std::uint32_t t) {
         const Corners p = corners(t);
-        if (plane_gap(p) > 0 || (view_.kind == ShapeKind::box && box_gap(p) > 0)) return false;
+        const double gap = plane_gap(p);
+        if (gap > 0) return false;
+        // No deeper than along a direction that is known to part them.
+        if (-clear.beyond(p) <= certain || way_off(p) <= certain) return false;
+        if (view_.kind == ShapeKind::box && box_gap(p) > 0) return false;
         const PairAnswer r = solve(p, Request::distance, nullptr);
         if (r.signed_distance > 0) return false;
-        if (-r.signed_distance >= certain) certain = -r.signed_distance, deepest = r;
+        if (-r.signed_distance >= certain) {
+          certain = -r.signed_distance;
+          deepest = r;
+          clear = side(r.normal);
+        }
         const Vec3 n = area_vector(p).stableNormalized();
         faces.push_back(model_.solid || n.dot(centre() - p[0]) >= 0 ? n : Vec3(-n));
         return false;

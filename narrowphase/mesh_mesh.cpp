@@ -57,22 +57,19 @@ std::vector<std::array<std::uint32_t, 2>> meeting_pairs(const MeshModel& a, cons
   return pairs;
 }
 
-bool part_inside(const MeshModel& outer, const MeshModel& inner, const Mat3& map, const Vec3& shift) {
-  return outer.solid && std::any_of(inner.parts.begin(), inner.parts.end(),
-                                    [&](std::uint32_t v) { return is_inside(outer, map * inner.vertices[v] + shift); });
+bool part_inside(const Posed& outer, const Posed& inner) {
+  const MeshModel &o = outer.shape.mesh(), &i = inner.shape.mesh();
+  return o.solid && std::any_of(i.parts.begin(), i.parts.end(),
+                                [&](std::uint32_t v) { return is_inside(o, outer.pose, i.vertices[v], inner.pose); });
 }
 
 // For two whose surfaces do not meet: is a part of one inside the other?
-bool contained(const MeshModel& a, const MeshModel& b, const TriangleTest& test) {
-  if (part_inside(a, b, test.map(), test.shift())) return true;
-  const Mat3 inverse = test.map().inverse();
-  return part_inside(b, a, inverse, -inverse * test.shift());
-}
+bool contained(const Posed& a, const Posed& b) { return part_inside(a, b) || part_inside(b, a); }
 
 bool meshes_collide(const Posed& a, const Posed& b) {
   const MeshModel &ma = a.shape.mesh(), &mb = b.shape.mesh();
   TriangleTest test(a.pose, b.pose, reach(mb));
-  return MeetingPairs(ma, mb, test, nullptr).any() || contained(ma, mb, test);
+  return MeetingPairs(ma, mb, test, nullptr).any() || contained(a, b);
 }
 
 struct Nearest {
@@ -247,7 +244,7 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
   const MeshModel &ma = a.shape.mesh(), &mb = b.shape.mesh();
   TriangleTest test(a.pose, b.pose, reach(mb));
   const auto pairs = meeting_pairs(ma, mb, test);
-  const bool inside = pairs.empty() && contained(ma, mb, test);
+  const bool inside = pairs.empty() && contained(a, b);
   if (request == Request::contacts) {
     if (pairs.empty() && !inside) return answer;
     const std::size_t first = contacts->size();
@@ -260,12 +257,20 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
     answer.collide = true;
     return answer;
   }
+  if (ma.convex && mb.convex && (inside || !pairs.empty())) {
+    PairAnswer hulls =
+        solve_convex(view_hull(a.shape), a.pose, view_hull(b.shape), b.pose, request, for_triangles(options), contacts);
+    hulls.collide = true;
+    hulls.signed_distance = std::min(hulls.signed_distance, 0.0);
+    return hulls;
+  }
   Depth depth;
   if (pairs.empty()) {
     const Nearest near = NearestSearch(a, b)();
     const Vec3 between = near.on_b - near.on_a;
     if (!inside) {
-      answer.signed_distance = near.distance;
+      // They do not meet, exactly: however near they are, it is not 0.
+      answer.signed_distance = std::max(near.distance, std::numeric_limits<double>::min());
       answer.point_a = near.on_a + a.pose.translation;
       answer.point_b = near.on_b + a.pose.translation;
       answer.normal = near.distance > 0 ? between.normalized() : Vec3::UnitZ();
@@ -274,7 +279,7 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
     depth = {near.distance, near.distance > 0 ? Vec3(-between.normalized()) : Vec3::UnitZ(),
              near.on_a + between / 2 + a.pose.translation};
     // B inside A leaves A through the nearest wall; A inside B the other way round.
-    if (part_inside(ma, mb, test.map(), test.shift())) depth.normal = -depth.normal;
+    if (part_inside(a, b)) depth.normal = -depth.normal;
   } else {
     depth = deepest_pair(a, b, pairs, for_triangles(options));
   }

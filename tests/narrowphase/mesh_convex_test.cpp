@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
 
 #include "mesh_inside.h"
 #include "mesh_model.h"
@@ -306,4 +307,35 @@ TEST_CASE("each wall of a corner has its patch") {
   contacts.clear();
   NarrowPhase().solve(mesh, Pose{}, Sphere{0.5}, Pose::at(0.51, 0.1, 0.48), Request::contacts, &contacts);
   CHECK(contacts.size() == 2);
+}
+
+TEST_CASE("convex solids that overlap as meshes have the depth of their hulls") {
+  const Shape a(box_mesh(Vec3(1, 2, 3), 2)), b(box_mesh(Vec3(2, 1, 1), 3));
+  Random r(36);
+  int hits = 0;
+  for (int i = 0; i < 40; ++i) {
+    const Pose pa = random_pose(r, 1), pb = i == 0 ? pa : random_pose(r, 1);
+    const PairAnswer m = answer(a, pa, b, pb);
+    const PairAnswer want = answer(Box{Vec3(1, 2, 3)}, pa, Box{Vec3(2, 1, 1)}, pb);
+    CAPTURE(i);
+    CHECK(m.collide == want.collide);
+    CHECK(m.signed_distance == Approx(want.signed_distance).margin(1e-12));
+    CHECK(m.status == Status::ok);
+    hits += m.collide;
+  }
+  CHECK(hits > 10);
+}
+
+TEST_CASE("what misses a mesh by less than rounding is apart, by a little") {
+  const Shape mesh(level_ground(4, 7));
+  const double least = std::numeric_limits<double>::denorm_min();
+  for (const double z : {0.0, least, -least, 1e-300, -1e-200, 1e-17}) {
+    const Shape t(Triangle{{Vec3(0.1, 0.2, z), Vec3(0.5, 0.2, z), Vec3(0.1, 0.9, z)}});
+    CAPTURE(z);
+    const PairAnswer d = answer(mesh, Pose{}, t, Pose{});
+    CHECK(collide(mesh, Pose{}, t, Pose{}) == (z == 0));
+    CHECK((d.signed_distance <= 0) == (z == 0));
+    CHECK(d.collide == (z == 0));
+    CHECK(std::abs(d.signed_distance) <= 1e-15);
+  }
 }
