@@ -319,16 +319,16 @@ class MeshConvex {
 
   // The answer in local coordinates for an overlap; `near` is the nearest triangle's.
   PairAnswer overlap(const PairAnswer& near) const {
-    constexpr std::size_t most_directions = 6;
+    constexpr std::size_t most_directions = 5;
     const double enough = rounding * 10 * size_;
     PairAnswer deepest = near;
     double certain = 0, way = infinity;
     Vec3 normal = near.normal;
     std::vector<Vec3> tried, faces;
     Side clear;
-    const auto attempt = [&](const Vec3& d) {
+    const auto attempt = [&](const Vec3& d, double alike = 0.9999) {
       if (way <= certain + enough || !(d.norm() > 0.5)) return;
-      if (std::any_of(tried.begin(), tried.end(), [&](const Vec3& o) { return o.dot(d) > 0.9999; })) return;
+      if (std::any_of(tried.begin(), tried.end(), [&](const Vec3& o) { return o.dot(d) > alike; })) return;
       tried.push_back(d);
       if (const double w = way_out(d, way); w < way) way = w, normal = d;
     };
@@ -359,7 +359,7 @@ class MeshConvex {
     if (way > certain + enough && model_.solid)
       certain = std::max(certain, certain_depth(tried.empty() ? normal : tried[0]));
     for (const Vec3& n : faces)
-      if (tried.size() < most_directions) attempt(n);
+      if (tried.size() < most_directions) attempt(n, 0.95);
     // Deep inside, what separates from the hull may be as good as any.
     if (way > certain + enough && way > 0.1 * std::min(mesh_.shape.size(), convex_.shape.size()) &&
         model_.hull.dimension == 3)
