@@ -55,11 +55,11 @@ std::vector<Measured> play(Game game, int rounds) {
     row.more["kind"] = game.kind;
     row.more["class"] = game.pair_class;
     row.more["request"] = game.request;
-    // A hull of hundreds of points is named only: with its kind, class and number it is made anew.
+    // The others' and a hull's of hundreds of points are named only: kind, class and number make them anew.
     constexpr std::size_t longest = 6000;
     if (game.record && !accuracy.right()) {
       nlohmann::json worst = game.record(accuracy.worst);
-      if (worst.dump().size() > longest) worst = {{"id", worst["id"]}};
+      if (row.contestant != "tandem" || worst.dump().size() > longest) worst = {{"id", worst["id"]}};
       row.more["worst"] = std::move(worst);
     }
     out.push_back({std::move(row), accuracy, game.pair_class, game.request});
