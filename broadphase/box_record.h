@@ -27,6 +27,12 @@ struct alignas(32) BoxRecord {
 std::size_t copy_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxArray* within,
                        BoxRecord* records, std::uint32_t* outside);
 
+/// Sets larger[begin, end): each box swept along its motion since `past` for some steps and grown a little, never by
+/// more than its size on a side or `usual`, a motion, times steps; a box that moved by more than half its size and by
+/// more than `usual`, or was empty, jumped and is not expected to go on. Holds the box; an empty box stays empty.
+void enlarge_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxRecord* past, float steps,
+                   float usual, BoxArray& larger);
+
 /// Writes those of `count` pairs whose records overlap to `out`, in their order, and returns how many. `out` needs
 /// room for `count` and may not overlap `pairs`.
 std::size_t overlapping(const BoxRecord* records, const Pair* pairs, std::size_t count, Pair* out);

@@ -94,7 +94,8 @@ void Grid::choose_columns() {
   overlap_along_ = share_that_overlaps(judged, along_);
 
   // Rough nanoseconds a box, by order of magnitude, not fitted: they only have to find a minimum that is flat.
-  constexpr double entry_cost = 14, vector_cost = 1.5, large_row_cost = 0.3, large_tree_cost = 60, count_cost = 0.6;
+  constexpr double entry_cost = 14, vector_cost = 1.5, large_row_cost = 0.3, large_tree_cost = 60, tree_cost = 400,
+                   count_cost = 0.6;
   const auto n = static_cast<double>(size_);
   const double max_columns = std::clamp(n / 8, 1.0, 16384.0);
   const double length_u = length(u_.axis), length_v = length(v_.axis);
@@ -115,11 +116,12 @@ void Grid::choose_columns() {
         entries += touched;
     }
     entries /= static_cast<double>(judged.size());
+    const double large_share = large / static_cast<double>(judged.size());
     large *= n / static_cast<double>(judged.size());
     const double column_size = n * entries / (count_u * count_v);
     const double candidates = 0.5 + column_size * overlap_along_ / 2;
     const double cost = entries * (entry_cost + vector_cost * (1 + candidates / 8)) +
-                        std::min(large * large_row_cost, large_tree_cost) +
+                        std::min(large * large_row_cost, large_tree_cost + large_share * tree_cost) +
                         count_cost * count_u * count_v * static_cast<double>(parts_) / n;
     if (cost >= best) continue;
     best = cost;

@@ -93,28 +93,6 @@ float motion(const Aabb& box, const BoxRecord& past) {
   return most;
 }
 
-/// The box swept along its motion for some steps and grown a little, never by more than its size on a side or what is
-/// `usual` of boxes in these steps; what jumped is not expected to go on. Holds the box.
-Aabb enlarged(const Aabb& box, const BoxRecord& past, float steps, float usual) {
-  constexpr float largest = std::numeric_limits<float>::max();
-  float size = 0;
-  for (std::size_t k = 0; k < 3; ++k) size = std::max(size, box.hi[k] - box.lo[k]);
-  if (!(size < largest)) return box;
-  const bool jumped = !(motion(box, past) <= std::max(0.5f * size, usual));  // also when it was not there
-  const float most = std::max(size, usual * steps);
-  Aabb all;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const float lo_step = jumped ? 0 : box.lo[k] - past.lo[k], hi_step = jumped ? 0 : box.hi[k] - past.hi[k];
-    // Far from the origin rounding alone moves a box by its last bit.
-    constexpr float last_bit = std::numeric_limits<float>::epsilon();
-    const float grow = 0.02f * (box.hi[k] - box.lo[k]) + 0.25f * std::max(std::abs(lo_step), std::abs(hi_step)) +
-                       last_bit * std::max(std::abs(box.lo[k]), std::abs(box.hi[k]));
-    all.lo[k] = std::max(-largest, box.lo[k] + std::clamp(lo_step * steps, -most, 0.0f) - grow);
-    all.hi[k] = std::min(largest, box.hi[k] + std::clamp(hi_step * steps, 0.0f, most) + grow);
-  }
-  return all;
-}
-
 }  // namespace
 
 // Stages: look, decide, enlarge, the method's but its last, make room, emit.
@@ -266,12 +244,9 @@ void VerletList::adapt() {
 }
 
 void VerletList::enlarge(std::size_t block) {
-  const BoxRecord* past = records_[now_ ^ 1].data();
-  const auto steps = static_cast<float>(steps_ahead_);
-  for (std::size_t i = block * boxes_a_block, end = std::min(size(), i + boxes_a_block); i < end; ++i) {
-    const Aabb box = (*boxes_)[i];
-    larger_.set(i, box.lo[0] <= box.hi[0] ? enlarged(box, past[i], steps, usual_motion_) : box);
-  }
+  const std::size_t first = block * boxes_a_block, last = std::min(size(), first + boxes_a_block);
+  enlarge_boxes(*boxes_, first, last, records_[now_ ^ 1].data(), static_cast<float>(steps_ahead_), usual_motion_,
+                larger_);
 }
 
 void VerletList::emit(std::size_t block, PairSink& sink) {

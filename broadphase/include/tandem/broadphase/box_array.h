@@ -33,6 +33,9 @@ class BoxArray {
   const float* lo(int axis) const { return bounds_[static_cast<std::size_t>(axis)].data(); }
   const float* hi(int axis) const { return bounds_[static_cast<std::size_t>(axis) + 3].data(); }
 
+  float* lo(int axis) { return bounds_[static_cast<std::size_t>(axis)].data(); }
+  float* hi(int axis) { return bounds_[static_cast<std::size_t>(axis) + 3].data(); }
+
   Aabb operator[](std::size_t i) const {
     return {{bounds_[0][i], bounds_[1][i], bounds_[2][i]}, {bounds_[3][i], bounds_[4][i], bounds_[5][i]}};
   }
