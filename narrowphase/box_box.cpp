@@ -12,86 +12,46 @@ namespace {
 // projected in full.
 constexpr double parallel2 = 1e-30;
 constexpr double slow2 = 1e-2;
-constexpr double slow_cosine = 0.99498743710662;  // sqrt(1 - slow2)
 
 // An edge or face within this angle of the other's face lies in it.
 constexpr double flat = 1e-11;
-// Points closer than this to where they should be, squared and relative.
-constexpr double rounding2 = 1e-24;
 // What the terms of an axis may lose together, relative to the boxes' size.
 constexpr double rounding = 4e-15;
 
 constexpr int next[3] = {1, 2, 0}, last[3] = {2, 0, 1};
 
-/// Two boxes for the separating axis test: B as A sees it. Everything but the edges' axes comes out the same, bit for
-/// bit, with A and B exchanged.
-struct Boxes {
-  double a[3], b[3];  ///< half sizes
-  double r[3][3];     ///< columns: B's axes in A's frame
-  double q[3][3];     ///< |r|
-  double t[3];        ///< from A's centre to B's in A's frame
-  double u[3];        ///< and in B's
+double size(const BoxAxes& x) { return x.a[0] + x.a[1] + x.a[2] + x.b[0] + x.b[1] + x.b[2]; }
 
-  void place(const Vec3& half_a, const Pose& pose_a, const Vec3& half_b, const Pose& pose_b) {
-    const Vec3 d = pose_b.translation - pose_a.translation;
-    for (int i = 0; i < 3; ++i) {
-      a[i] = half_a[i];
-      b[i] = half_b[i];
-      t[i] = pose_a.rotation.col(i).dot(d);
-      u[i] = pose_b.rotation.col(i).dot(d);
-      for (int j = 0; j < 3; ++j) r[i][j] = pose_a.rotation.col(i).dot(pose_b.rotation.col(j));
-    }
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) q[i][j] = std::abs(r[i][j]);
-  }
+/// Squared length of a_i x b_j.
+double edge_length2(const BoxAxes& x, int i, int j) {
+  const double y = x.r[next[i]][j], z = x.r[last[i]][j];
+  return y * y + z * z;
+}
 
-  double size() const { return a[0] + a[1] + a[2] + b[0] + b[1] + b[2]; }
+/// a_i x b_j over its length, in A's frame.
+Vec3 edge_axis(const BoxAxes& x, int i, int j) {
+  const double length = std::sqrt(edge_length2(x, i, j));
+  Vec3 n = Vec3::Zero();
+  n[next[i]] = -x.r[last[i]][j] / length;
+  n[last[i]] = x.r[next[i]][j] / length;
+  return n;
+}
 
-  double face_of_a(int i) const { return std::abs(t[i]) - a[i] - (q[i][0] * b[0] + q[i][1] * b[1] + q[i][2] * b[2]); }
-  double face_of_b(int j) const { return std::abs(u[j]) - b[j] - (q[0][j] * a[0] + q[1][j] * a[1] + q[2][j] * a[2]); }
-  /// Separation along the edge axis a_i x b_j, times that product's length; for orthonormal axes.
-  double edge(int i, int j) const {
-    const int i1 = next[i], i2 = last[i], j1 = next[j], j2 = last[j];
-    const double centre = std::abs(t[i2] * r[i1][j] - t[i1] * r[i2][j]);
-    return centre - (a[i1] * q[i2][j] + a[i2] * q[i1][j]) - (b[j1] * q[i][j2] + b[j2] * q[i][j1]);
-  }
-  /// Squared length of a_i x b_j.
-  double edge_length2(int i, int j) const {
-    const double x = r[next[i]][j], y = r[last[i]][j];
-    return x * x + y * y;
-  }
-  Vec3 edge_axis(int i, int j, double length) const {
-    Vec3 n = Vec3::Zero();
-    n[next[i]] = -r[last[i]][j] / length;
-    n[last[i]] = r[next[i]][j] / length;
-    return n;
-  }
-  /// How far apart along any unit n; true for every n, to rounding: never more than the signed distance.
-  double along(const Vec3& n) const {
-    double s = std::abs(n[0] * t[0] + n[1] * t[1] + n[2] * t[2]);
-    for (int k = 0; k < 3; ++k) s -= a[k] * std::abs(n[k]);
-    for (int k = 0; k < 3; ++k) s -= b[k] * std::abs(n[0] * r[0][k] + n[1] * r[1][k] + n[2] * r[2][k]);
-    return s;
-  }
-  double along_edge(int i, int j) const {
-    const double length2 = edge_length2(i, j);
-    return length2 > parallel2 ? along(edge_axis(i, j, std::sqrt(length2))) : -std::numeric_limits<double>::infinity();
-  }
-
-  Vec3 translation() const { return {t[0], t[1], t[2]}; }
-  Mat3 rotation() const {
-    Mat3 m;
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) m(i, j) = r[i][j];
-    return m;
-  }
-};
+/// How far apart along the edges' axis, by projecting in full; never more than the signed distance, to rounding.
+double along_edge(const BoxAxes& x, int i, int j) {
+  if (!(edge_length2(x, i, j) > parallel2)) return -std::numeric_limits<double>::infinity();
+  const Vec3 n = edge_axis(x, i, j);
+  const int i1 = next[i], i2 = last[i];
+  double s = std::abs(n[i1] * x.t[i1] + n[i2] * x.t[i2]) - (x.a[i1] * std::abs(n[i1]) + x.a[i2] * std::abs(n[i2]));
+  for (const int k : {next[j], last[j]}) s -= x.b[k] * std::abs(n[i1] * x.r[i1][k] + n[i2] * x.r[i2][k]);
+  return s;
+}
 
 /// The edge axes decide, and at least one too closely for the short formula.
-[[gnu::noinline]] bool edges_separate(const Boxes& x, double doubt) {
+bool edges_separate(const BoxAxes& x, double doubt) {
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j)
-      if ((x.q[i][j] > slow_cosine || x.edge(i, j) > -doubt) && x.along_edge(i, j) > 0) return true;
+      if ((x.q[i][j] > nearly_parallel || x.edge[i][j] > -doubt) && along_edge(x, i, j) > 0) return true;
   return false;
 }
 
@@ -146,37 +106,32 @@ struct Separation {
   int axis;  ///< 0-2: A's faces, 3-5: B's, 6 + 3 i + j: a_i x b_j
 };
 
-Separation separation(const Boxes& x) {
-  double face[6], numerator[9];
-  for (int i = 0; i < 3; ++i) face[i] = x.face_of_a(i);
-  for (int j = 0; j < 3; ++j) face[3 + j] = x.face_of_b(j);
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) numerator[3 * i + j] = x.edge(i, j);
-  Separation best{face[0], 0};
-  for (int k = 1; k < 6; ++k) best = face[k] > best.distance ? Separation{face[k], k} : best;
-  // The numerator is the separation times a length <= 1: one below this cannot win, and most are.
-  const double hopeless = std::min(best.distance, 0.0);
-  unsigned hopeful = 0;
-  for (int k = 0; k < 9; ++k) hopeful |= (numerator[k] > hopeless || (&x.q[0][0])[k] > slow_cosine ? 1u : 0u) << k;
+Separation best_separation(const BoxAxes& x) {
+  Separation best{x.face_of_a[0], 0};
+  for (int k = 1; k < 6; ++k) {
+    const double s = k < 3 ? x.face_of_a[k] : x.face_of_b[k - 3];
+    if (s > best.distance) best = {s, k};
+  }
   // An edge axis that is a face's too must not win by its rounding: the face's formula is the more exact one.
-  double least = 1e-15 * x.size();
-  for (; hopeful != 0; hopeful &= hopeful - 1) {
+  double least = 1e-15 * size(x);
+  for (unsigned hopeful = x.hopeful; hopeful != 0; hopeful &= hopeful - 1) {
     const int k = std::countr_zero(hopeful), i = k / 3, j = k % 3;
-    const double length2 = x.edge_length2(i, j);
-    if (length2 > slow2 && numerator[k] * std::abs(numerator[k]) <= best.distance * std::abs(best.distance) * length2)
-      continue;
-    const double s = x.along_edge(i, j);
-    if (s > best.distance + least) best = {s, 6 + k}, least = 0;
+    const double length2 = edge_length2(x, i, j), now = best.distance, numerator = x.edge[i][j];
+    if (length2 > slow2 && numerator * std::abs(numerator) <= now * std::abs(now) * length2) continue;
+    const double s = along_edge(x, i, j);
+    if (s > now + least) best = {s, 6 + k}, least = 0;
   }
   return best;
 }
 
-/// Witness points of boxes that overlap, from the axis; false where they do not follow from it.
-bool witness(const Boxes& x, int axis, LocalAnswer& answer) {
+/// Witness points from the axis of the normal, where they follow from it: then the axis' separation is the distance.
+bool witness(const BoxAxes& x, int axis, LocalAnswer& answer) {
   const Vec3& n = answer.normal;
   const double s = answer.signed_distance;
-  const Vec3 a{x.a[0], x.a[1], x.a[2]}, b{x.b[0], x.b[1], x.b[2]}, t = x.translation();
-  const Mat3 r = x.rotation();
+  const Vec3 a{x.a[0], x.a[1], x.a[2]}, b{x.b[0], x.b[1], x.b[2]}, t{x.t[0], x.t[1], x.t[2]};
+  Mat3 r;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) r(i, j) = x.r[i][j];
   if (axis < 3) {
     const bool paired = over_face(a, axis, n, b, r, t, answer.point_b);
     answer.point_a = answer.point_b - s * n;
@@ -191,23 +146,32 @@ bool witness(const Boxes& x, int axis, LocalAnswer& answer) {
     return paired;
   }
   const int i = (axis - 6) / 3, j = (axis - 6) % 3;
-  const Vec3 m = r.transpose() * n;
+  const Vec3 m = r.transpose() * n, along = r.col(j);
   Vec3 ca, cb;
   for (int k = 0; k < 3; ++k) {
     ca[k] = k == i ? 0.0 : std::copysign(a[k], n[k]);
     cb[k] = k == j ? 0.0 : -std::copysign(b[k], m[k]);
   }
-  const SegmentDistance d = segment_distance(ca, a[i] * Vec3::Unit(i), t + r * cb, b[j] * r.col(j));
-  answer.point_a = d.point_a;
-  answer.point_b = d.point_a + s * n;
-  return (d.point_b - answer.point_b).squaredNorm() <= rounding2 * (a + b).squaredNorm();
+  // Where the two lines pass each other: e_i x along is the axis times its length.
+  const Vec3 w = t + r * cb - ca, cross = Vec3::Unit(i).cross(along);
+  const double length2 = cross.squaredNorm();
+  double on_a = w.cross(along).dot(cross) / length2, on_b = w.cross(Vec3::Unit(i)).dot(cross) / length2;
+  const double slack = 1e-12 * size(x);
+  if (!(std::abs(on_a) <= a[i] + slack && std::abs(on_b) <= b[j] + slack)) return false;
+  on_a = std::clamp(on_a, -a[i], a[i]);
+  on_b = std::clamp(on_b, -b[j], b[j]);
+  answer.point_a = ca;
+  answer.point_a[i] = on_a;
+  answer.point_b = answer.point_a + s * n;
+  // On nearly parallel edges, rounding moves the place far along both: together or not at all.
+  return (ca + w + on_b * along - answer.point_b).squaredNorm() <= slack * slack;
 }
 
 /// Nearest points of boxes that are apart: minimises the distance of B's point u (in B's frame) from A, one of u's
 /// coordinates at a time and exactly in each, from the corner the axis points to. Ends where no coordinate wants to
 /// move, which proves the minimum; false if that takes too long.
-bool nearest_points(const Boxes& x, const Vec3& n, Vec3& point_a, Vec3& point_b) {
-  const double tolerance = 5e-16 * x.size();
+bool nearest_points(const BoxAxes& x, const Vec3& n, Vec3& point_a, Vec3& point_b) {
+  const double tolerance = 5e-16 * size(x);
   double u[3];
   for (int k = 0; k < 3; ++k) u[k] = -std::copysign(x.b[k], n[0] * x.r[0][k] + n[1] * x.r[1][k] + n[2] * x.r[2][k]);
   bool projected = false;
@@ -244,72 +208,102 @@ bool nearest_points(const Boxes& x, const Vec3& n, Vec3& point_a, Vec3& point_b)
   return false;
 }
 
+Vec3 axis_direction(const BoxAxes& x, int axis) {
+  Vec3 n;
+  if (axis < 3)
+    n = Vec3::Unit(axis);
+  else if (axis < 6)
+    n = {x.r[0][axis - 3], x.r[1][axis - 3], x.r[2][axis - 3]};
+  else
+    n = edge_axis(x, (axis - 6) / 3, (axis - 6) % 3);
+  return n[0] * x.t[0] + n[1] * x.t[1] + n[2] * x.t[2] < 0 ? Vec3(-n) : n;
+}
+
+RelativePose relative_pose(const BoxAxes& x) {
+  RelativePose pose;
+  for (int i = 0; i < 3; ++i) {
+    pose.translation[i] = x.t[i];
+    for (int j = 0; j < 3; ++j) pose.rotation(i, j) = x.r[i][j];
+  }
+  return pose;
+}
+
 }  // namespace
 
-bool box_box_collide(const Vec3& a, const Pose& pose_a, const Vec3& b, const Pose& pose_b) {
-  Boxes x;
-  x.place(a, pose_a, b, pose_b);
-  if (std::max({x.face_of_a(0), x.face_of_a(1), x.face_of_a(2)}) > 0) return false;
-  if (std::max({x.face_of_b(0), x.face_of_b(1), x.face_of_b(2)}) > 0) return false;
-  double least = -std::numeric_limits<double>::infinity();
-  double parallel = 0;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
-      least = std::max(least, x.edge(i, j));
-      parallel = std::max(parallel, x.q[i][j]);
-    }
-  const double doubt = rounding * x.size();
-  if (least < -doubt && parallel <= slow_cosine) return true;
+bool box_box_collide(const HalfSize& a, const Pose& pose_a, const HalfSize& b, const Pose& pose_b) {
+  BoxAxes x;
+  if (measure_axes(a, pose_a, b, pose_b, 0, x)) return false;
+  const double doubt = rounding * size(x);
+  if (x.most_edge < -doubt && x.most_cosine <= nearly_parallel) return true;
   return !edges_separate(x, doubt);
 }
 
-BoxAnswer box_box_distance(const Vec3& a, const Pose& pose_a, const Vec3& b, const Pose& pose_b) {
-  Boxes x;
-  x.place(a, pose_a, b, pose_b);
-  const Separation best = separation(x);
+BoxAnswer box_box_distance(const HalfSize& a, const Pose& pose_a, const HalfSize& b, const Pose& pose_b) {
+  BoxAxes x;
+  measure_axes(a, pose_a, b, pose_b, std::numeric_limits<double>::infinity(), x);
+  const Separation best = best_separation(x);
   BoxAnswer answer;
-  Vec3& n = answer.local.normal;
+  LocalAnswer& local = answer.local;
   answer.axis = best.axis;
-  if (best.axis < 3) {
-    n = Vec3::Unit(best.axis);
-  } else if (best.axis < 6) {
-    n = {x.r[0][best.axis - 3], x.r[1][best.axis - 3], x.r[2][best.axis - 3]};
-  } else {
-    const int i = (best.axis - 6) / 3, j = (best.axis - 6) % 3;
-    n = x.edge_axis(i, j, std::sqrt(x.edge_length2(i, j)));
-  }
-  if (n[0] * x.t[0] + n[1] * x.t[1] + n[2] * x.t[2] < 0) n = -n;
-  answer.local.signed_distance = best.distance;
+  local.signed_distance = best.distance;
+  local.normal = axis_direction(x, best.axis);
+  if (witness(x, best.axis, local)) return answer;
+
+  const Vec3 axis = local.normal;
   if (best.distance <= 0) {
     // Parallel faces and edges: many corners are equally deep, and not all of them lie over the other box.
-    if (!witness(x, best.axis, answer.local)) {
-      const ConvexView va = view_box(a), vb = view_box(b);
-      pair_points({va, vb, {x.rotation(), x.translation()}}, answer.local);
-    }
+    const ConvexView va = view_box(a), vb = view_box(b);
+    pair_points({va, vb, relative_pose(x)}, local);
     return answer;
   }
-  LocalAnswer& local = answer.local;
   double upper;
-  Vec3 direction = n;
-  if (nearest_points(x, n, local.point_a, local.point_b)) {
+  Vec3 direction;
+  if (nearest_points(x, axis, local.point_a, local.point_b)) {
     direction = local.point_b - local.point_a;
     upper = direction.norm();
     direction /= upper;
   } else {
     const ConvexView va = view_box(a), vb = view_box(b);
-    local = gjk_signed_distance({va, vb, {x.rotation(), x.translation()}}, 0);
+    local = gjk_signed_distance({va, vb, relative_pose(x)}, 0);
     upper = local.signed_distance;
     direction = local.normal;
-    local.normal = n;
   }
-  // Where the axis says as much, it is exact, and the direction between nearest points that touch nearly is noise.
-  if (upper - best.distance > rounding * x.size()) {
+  // Where the axis says as much, it is exact, and the direction between nearest points that nearly touch is noise.
+  if (upper - best.distance > rounding * size(x)) {
     local.signed_distance = upper;
     local.normal = direction;
     answer.axis = -1;
   } else {
     local.signed_distance = best.distance;
+    local.normal = axis;
     local.gap = 0;
+  }
+  return answer;
+}
+
+BoxAnswer box_box_overlap(const HalfSize& a, const Pose& pose_a, const HalfSize& b, const Pose& pose_b, double margin) {
+  BoxAxes x;
+  BoxAnswer answer;
+  if (measure_axes(a, pose_a, b, pose_b, margin, x)) {
+    // Farther apart than asked, along this face's axis.
+    double most = x.face_of_a[0];
+    answer.axis = 0;
+    for (int k = 1; k < 6; ++k) {
+      const double s = k < 3 ? x.face_of_a[k] : x.face_of_b[k - 3];
+      answer.axis = s > most ? k : answer.axis;
+      most = std::max(s, most);
+    }
+    answer.local.signed_distance = most;
+    return answer;
+  }
+  const Separation best = best_separation(x);
+  if (best.distance > 0 && best.distance <= margin) return box_box_distance(a, pose_a, b, pose_b);
+  answer.axis = best.axis;
+  answer.local.signed_distance = best.distance;
+  answer.local.normal = axis_direction(x, best.axis);
+  if (best.axis >= 6 && best.distance <= 0 && !witness(x, best.axis, answer.local)) {
+    const ConvexView va = view_box(a), vb = view_box(b);
+    pair_points({va, vb, relative_pose(x)}, answer.local);
   }
   return answer;
 }

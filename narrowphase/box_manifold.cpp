@@ -25,21 +25,19 @@ std::uint32_t feature_name(int reference_face, int incident_face, Meeting meetin
 
 }  // namespace
 
-void append_box_manifold(const Vec3& a, const Pose& pose_a, const Vec3& b, const Pose& pose_b, const BoxAnswer& answer,
-                         double margin, std::vector<Contact>& contacts) {
-  // The reference box carries the face; the other is seen from it.
+void append_box_manifold(const HalfSize& a, const Pose& pose_a, const HalfSize& b, const Pose& pose_b,
+                         const BoxAnswer& answer, double margin, std::vector<Contact>& contacts) {
+  // The reference box carries the face; the other is seen from it. Of faces that lie on each other any will do, and
+  // which separates by more, or an edge's axis by more than both, is left to rounding: A's.
+  const Vec3 in_b = pose_b.rotation.transpose() * (pose_a.rotation * answer.local.normal);
   bool of_b = answer.axis >= 3;
   int axis = answer.axis % 3;
-  // Of two faces that lie on each other either will do, and which is deepest by more is left to rounding: A's.
-  if (of_b)
-    for (int i = 0; i < 3; ++i)
-      if (std::abs(pose_a.rotation.col(i).dot(pose_b.rotation.col(axis))) > 1 - 1e-12) {
-        of_b = false;
-        axis = i;
-        break;
-      }
+  for (int i = 2; i >= 0 && answer.axis >= 6; --i)
+    if (std::abs(in_b[i]) > flush_face) axis = i;
+  for (int i = 0; i < 3; ++i)
+    if (std::abs(answer.local.normal[i]) > flush_face) of_b = false, axis = i;
   const int iu = (axis + 1) % 3, iw = (axis + 2) % 3;
-  const Vec3 &reference = of_b ? b : a, &incident = of_b ? a : b;
+  const HalfSize &reference = of_b ? b : a, &incident = of_b ? a : b;
   const Pose &pose = of_b ? pose_b : pose_a, &other = of_b ? pose_a : pose_b;
   const Vec3 world_normal = pose_a.rotation * answer.local.normal;
   const Vec3 d = other.translation - pose.translation;
@@ -48,20 +46,21 @@ void append_box_manifold(const Vec3& a, const Pose& pose_a, const Vec3& b, const
   const Vec3 outward = side * pose.rotation.col(axis);
 
   // The incident face looks against the normal most; where two do alike, the first.
-  const double size = reference.sum() + incident.sum();
+  const double size = reference[0] + reference[1] + reference[2] + incident[0] + incident[1] + incident[2];
   int k = 0;
   double facing = std::abs(outward.dot(other.rotation.col(0)));
   for (int j = 1; j < 3; ++j) {
     const double f = std::abs(outward.dot(other.rotation.col(j)));
     if (f > facing + alike) facing = f, k = j;
   }
+  const auto at_axis = [](const HalfSize& h, int i) { return h[static_cast<std::size_t>(i)]; };
   const int k1 = (k + 1) % 3, k2 = (k + 2) % 3;
   const double towards = outward.dot(other.rotation.col(k)) > 0 ? -1.0 : 1.0;
   const auto in_plane = [&](const Vec3& v) { return PlanePoint{row(iu, v), row(iw, v), outward.dot(v)}; };
-  const PlanePoint centre = in_plane(d + towards * incident[k] * other.rotation.col(k));
-  const PlanePoint e1 = in_plane(incident[k1] * other.rotation.col(k1));
-  const PlanePoint e2 = in_plane(incident[k2] * other.rotation.col(k2));
-  const double au = reference[iu], aw = reference[iw], top = reference[axis];
+  const PlanePoint centre = in_plane(d + towards * at_axis(incident, k) * other.rotation.col(k));
+  const PlanePoint e1 = in_plane(at_axis(incident, k1) * other.rotation.col(k1));
+  const PlanePoint e2 = in_plane(at_axis(incident, k2) * other.rotation.col(k2));
+  const double au = at_axis(reference, iu), aw = at_axis(reference, iw), top = at_axis(reference, axis);
   const double near = alike * size;
   const int reference_face = 2 * axis + (side > 0 ? 0 : 1), incident_face = 2 * k + (towards > 0 ? 0 : 1);
 
@@ -93,7 +92,7 @@ void append_box_manifold(const Vec3& a, const Pose& pose_a, const Vec3& b, const
     if (inside[i]) add(corner[i], Meeting::incident_corner, 0, i);
   if (inner < 4) {
     const double det = e1.u * e2.w - e1.w * e2.u;  // the incident face is no steeper than a cube's on its corner
-    const double near1 = near / incident[k1], near2 = near / incident[k2];
+    const double near1 = near / at_axis(incident, k1), near2 = near / at_axis(incident, k2);
     int covered = 0;
     for (int i = 0; i < 4; ++i) {
       const double u = side_u[i] * au - centre.u, w = side_w[i] * aw - centre.w;
@@ -126,12 +125,6 @@ void append_box_manifold(const Vec3& a, const Pose& pose_a, const Vec3& b, const
         }
       }
     }
-  }
-  if (count == 0) {
-    const Vec3 middle = 0.5 * (answer.local.point_a + answer.local.point_b);
-    contacts.push_back({pose_a * middle, world_normal, -answer.local.signed_distance,
-                        feature_name(reference_face, incident_face, Meeting::edges, 15, 15, of_b)});
-    return;
   }
   Vec3 normal = Vec3::Zero();
   normal[axis] = side;

@@ -1,4 +1,5 @@
 #pragma once
+#include "box_axes.h"
 #include "support.h"
 
 namespace tandem {
@@ -27,7 +28,7 @@ SegmentDistance segment_distance(const Vec3& centre_a, const Vec3& half_a, const
 double nearest_on_line(const Vec3& half, const Vec3& middle, const Vec3& along, double reach, double start);
 
 /// Two boxes by half sizes: the verdict by their 15 axes (Gottschalk 1996), which leaves where one separates.
-bool box_box_collide(const Vec3& a, const Pose& pose_a, const Vec3& b, const Pose& pose_b);
+bool box_box_collide(const HalfSize& a, const Pose& pose_a, const HalfSize& b, const Pose& pose_b);
 
 struct BoxAnswer {
   LocalAnswer local;
@@ -35,6 +36,9 @@ struct BoxAnswer {
 };
 /// Signed distance of two boxes: overlapping, depth and normal are the least over all axes, faces and edges alike;
 /// apart, the nearest points, found by exact line searches from the best axis (by GJK where these take too long).
-BoxAnswer box_box_distance(const Vec3& a, const Pose& pose_a, const Vec3& b, const Pose& pose_b);
+BoxAnswer box_box_distance(const HalfSize& a, const Pose& pose_a, const HalfSize& b, const Pose& pose_b);
+/// What a manifold needs of it: farther apart than the margin, a separation above it and its normal; overlapping
+/// with the normal of a face, the witness points are left out.
+BoxAnswer box_box_overlap(const HalfSize& a, const Pose& pose_a, const HalfSize& b, const Pose& pose_b, double margin);
 
 }  // namespace tandem

@@ -9,6 +9,7 @@
 #include "manifold.h"
 #include "round_pair.h"
 #include "simple_pairs.h"
+#include "solver_table.h"
 
 namespace tandem {
 namespace {
@@ -22,8 +23,6 @@ constexpr int rank(ShapeKind kind) {
 constexpr bool has_point_distance(ShapeKind kind) {
   return kind != ShapeKind::ellipsoid && kind != ShapeKind::convex && kind != ShapeKind::mesh;
 }
-
-Vec3 half(const ConvexView& box) { return {box.param[0], box.param[1], box.param[2]}; }
 
 void finish(const LocalAnswer& local, const Pose& pose_a, double tolerance, PairAnswer& answer) {
   answer.signed_distance = local.signed_distance;
@@ -121,9 +120,8 @@ std::optional<LocalAnswer> distance_by(Method method, const ConvexView& a, const
 }  // namespace
 
 std::optional<Method> find_method(std::string_view solver) {
-  const auto& rows = NarrowPhase::solvers();
-  for (std::size_t i = 0; i < rows.size(); ++i)
-    if (rows[i].name == solver) return static_cast<Method>(i);
+  for (std::size_t i = 0; i < method_names.size(); ++i)
+    if (method_names[i] == solver) return static_cast<Method>(i);
   return std::nullopt;
 }
 
@@ -135,7 +133,7 @@ constexpr bool covered(Method method, ShapeKind a, ShapeKind b) {
   switch (method) {
     case Method::closed:
       return a == ShapeKind::halfspace || (a == ShapeKind::sphere && has_point_distance(b)) ||
-             (a == ShapeKind::capsule && b == ShapeKind::capsule);
+             (a == ShapeKind::box && b == ShapeKind::capsule) || (a == ShapeKind::capsule && b == ShapeKind::capsule);
     case Method::sat:
       return a == ShapeKind::box && b == ShapeKind::box;
     case Method::newton:
@@ -189,21 +187,31 @@ PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexVie
     return answer;
   }
   Method method = best_methods[static_cast<std::size_t>(a.kind)][static_cast<std::size_t>(b.kind)];
-  if (!options.solver.empty())
+  double tolerance = options.tolerance, measured = 0;
+  if (!options.solver.empty()) {
     if (const auto forced = find_method(options.solver); forced && covers(*forced, a.kind, b.kind)) method = *forced;
+  } else if (tolerance > 0) {
+    if (const SolverRow* row = cheapest_row(a.kind, b.kind, request, tolerance)) {
+      method = method_of(*row);
+      tolerance = row->tolerance;
+      measured = row->error;
+    }
+  }
 
-  if (method == Method::sat) return solve_boxes(half(a), pose_a, half(b), pose_b, request, options.margin, contacts);
+  if (method == Method::sat) return solve_boxes(a.param, pose_a, b.param, pose_b, request, options.margin, contacts);
   if (method == Method::closed) {
     if (a.kind == ShapeKind::halfspace) return halfspace_with(a, pose_a, b, pose_b, request, options, contacts);
     if (a.kind == ShapeKind::capsule)
       return solve_capsules(a.param[0], a.param[1], pose_a, b.param[0], b.param[1], pose_b, request, options.margin,
                             contacts);
+    if (a.kind == ShapeKind::box)
+      return solve_box_capsule(a.param, pose_a, b.param[0], b.param[1], pose_b, request, options.margin, contacts);
     const double radius = a.param[0];
     const Vec3& centre = pose_a.translation;
     if (b.kind == ShapeKind::sphere)
       return solve_spheres(radius, centre, b.param[0], pose_b.translation, request, options.margin, contacts);
     if (b.kind == ShapeKind::box)
-      return solve_sphere_box(radius, centre, half(b), pose_b, request, options.margin, contacts);
+      return solve_sphere_box(radius, centre, b.param, pose_b, request, options.margin, contacts);
     const PairAnswer answer = sphere_with(radius, centre, b, pose_b);
     if (request == Request::contacts) append_single(answer, options.margin, contacts);
     return answer;
@@ -214,9 +222,10 @@ PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexVie
   const Vec3* start = warm != nullptr && warm->direction.squaredNorm() > 0 ? &warm->direction : nullptr;
   PairAnswer answer;
   if (request == Request::collide) {
-    std::optional<bool> collide = collide_by(method, a, pose_a, b, pose_b, options.tolerance, start);
+    answer.error_bound = measured * size;
+    std::optional<bool> collide = collide_by(method, a, pose_a, b, pose_b, tolerance, start);
     if (!collide) {  // a third party gave up: answer all the same, and say so
-      collide = collide_by(Method::gjk, a, pose_a, b, pose_b, options.tolerance, start);
+      collide = collide_by(Method::gjk, a, pose_a, b, pose_b, tolerance, start);
       answer.status = Status::inexact;
       answer.error_bound = size;
     }
@@ -224,11 +233,13 @@ PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexVie
     return answer;
   }
   const RelativePose pose = relative(pose_a, pose_b);
-  std::optional<LocalAnswer> local = distance_by(method, a, b, pose, options.tolerance, start);
+  std::optional<LocalAnswer> local = distance_by(method, a, b, pose, tolerance, start);
   if (!local) {
-    local = gjk_signed_distance({a, b, pose}, options.tolerance);
+    local = gjk_signed_distance({a, b, pose}, tolerance);
     local->gap = std::max(local->gap, size);
   }
+  // What solvers of others do not bound themselves is known by measurement.
+  local->gap = std::max(local->gap, measured * size);
   if (warm != nullptr && method == Method::gjk) warm->direction = local->normal;
   finish(*local, pose_a, accepted, answer);
   if (request == Request::contacts && contacts != nullptr)

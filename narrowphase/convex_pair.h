@@ -11,6 +11,9 @@ namespace tandem {
 /// The rows of the solver table, cheapest first. `bvh` is the one for meshes.
 enum class Method : std::uint8_t { closed, sat, gjk, newton, fcl, libccd, mpr, bvh };
 
+/// Their names, in that order.
+inline constexpr std::array<std::string_view, 8> method_names = {"closed", "sat",    "gjk", "newton",
+                                                                 "fcl",    "libccd", "mpr", "bvh"};
 std::optional<Method> find_method(std::string_view solver);
 
 /// Does the method answer this (unordered) pair of convex kinds?

@@ -1,5 +1,7 @@
 #include "convex_view.h"
 
+#include <cmath>
+
 #include "hull.h"
 
 namespace tandem {
@@ -33,12 +35,9 @@ ConvexView view(const Shape& shape) {
   return v;
 }
 
-ConvexView view_box(const Vec3& half) {
-  return {.kind = ShapeKind::box,
-          .param = {half[0], half[1], half[2], 0},
-          .vertices = {},
-          .hull = nullptr,
-          .size = 2 * half.norm()};
+ConvexView view_box(const std::array<double, 4>& half) {
+  const double size = 2 * std::sqrt(half[0] * half[0] + half[1] * half[1] + half[2] * half[2]);
+  return {.kind = ShapeKind::box, .param = half, .vertices = {}, .hull = nullptr, .size = size};
 }
 
 ConvexView view_triangle(const std::array<Vec3, 3>& vertices) {

@@ -16,8 +16,8 @@ struct ConvexView {
   double size = 0;
 };
 
-ConvexView view(const Shape& shape);                           ///< shape.is_convex()
-ConvexView view_box(const Vec3& half);
-ConvexView view_triangle(const std::array<Vec3, 3>& vertices); ///< must outlive the view
+ConvexView view(const Shape& shape);  ///< shape.is_convex()
+ConvexView view_box(const std::array<double, 4>& half);
+ConvexView view_triangle(const std::array<Vec3, 3>& vertices);  ///< must outlive the view
 
 }  // namespace tandem

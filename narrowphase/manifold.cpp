@@ -10,8 +10,9 @@ namespace {
 constexpr int max_corners = 16;  // of a face that is clipped; circles have this many
 constexpr int max_clipped = 3 * max_corners;
 constexpr int max_patch = max_clipped + 1;
-constexpr double thin = 0.005;  // width of a contact patch to its length
-constexpr double flush = 1e-6;  // an edge within this angle of the contact plane lies in it
+constexpr std::uint32_t witness_point = 0xffffffffu;  // deeper than all that clipping found
+constexpr double thin = 0.005;                        // width of a contact patch to its length
+constexpr double flush = 1e-6;                        // an edge within this angle of the contact plane lies in it
 
 /// A face (3 or more corners, counterclockwise from outside), an edge or a point of a shape, in some frame.
 struct Feature {
@@ -255,9 +256,11 @@ int overlap_edges(const Feature& a, const Feature& b, const LocalAnswer& answer,
 }  // namespace
 
 int span_patch(PatchPoint* p, int count, const Vec3& normal, double size) {
-  std::sort(p, p + count, [](const PatchPoint& x, const PatchPoint& y) {
+  const auto before = [](const PatchPoint& x, const PatchPoint& y) {
     return x.feature != y.feature ? x.feature < y.feature : x.depth > y.depth;
-  });
+  };
+  for (int i = 1; i < count; ++i)
+    for (int k = i; k > 0 && before(p[k], p[k - 1]); --k) std::swap(p[k], p[k - 1]);
   if (count <= 2) return count;
   // The best of those not taken; a later one must be better by more than the slack.
   const double slack = alike * size;
@@ -274,7 +277,7 @@ int span_patch(PatchPoint* p, int count, const Vec3& normal, double size) {
     taken[best] = true;
     return best;
   };
-  const PatchPoint first = p[choose([](const PatchPoint& x) { return x.depth; })];
+  const PatchPoint first = p[choose([&](const PatchPoint& x) { return x.feature == witness_point ? size : x.depth; })];
   const auto from_first = [&first](const PatchPoint& x) { return (x.at - first.at).norm(); };
   const int second = choose(from_first);
   const double length = most;
@@ -336,13 +339,13 @@ void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePos
     // The clipped circles are polygons, and a slanting face may not hold the deepest point: never lose that one.
     double deepest = -std::numeric_limits<double>::infinity();
     for (int i = 0; i < count; ++i) deepest = std::max(deepest, points[i].depth);
-    if (count > 0 && deepest + 1e-9 * (a.size + b.size) >= -answer.signed_distance) {
+    if (count > 0 && deepest + 1e-13 * (a.size + b.size) >= -answer.signed_distance) {
       count = span_patch(points, count, n, a.size + b.size);
       append_points(points, count, pose_a, pose_a.rotation * n, contacts);
       return;
     }
   }
-  points[count++] = {0.5 * (answer.point_a + answer.point_b), -answer.signed_distance, 0xffffffffu};
+  points[count++] = {0.5 * (answer.point_a + answer.point_b), -answer.signed_distance, witness_point};
   count = span_patch(points, count, n, a.size + b.size);
   append_points(points, count, pose_a, pose_a.rotation * n, contacts);
 }

@@ -6,29 +6,10 @@
 
 namespace tandem {
 
-/// Contact points of two bounded convex shapes whose signed distance and normal are known: the face of one clipped
-/// by the face it lies on, or the stretch of two parallel edges, or one point; at most 4 that span the patch, each
-/// with its own depth along the common normal, at least -margin. Appended in world coordinates, by feature.
-void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePose& relative, const LocalAnswer& answer,
-                     double margin, const Pose& pose_a, std::vector<Contact>& contacts);
-
-/// The same for two boxes (half sizes) whose normal is a face's: the incident face's rectangle clipped by the
-/// reference face's, in the plane. `answer.axis` is in [0, 6). Points are named by the corners and edges that meet.
-void append_box_manifold(const Vec3& a, const Pose& pose_a, const Vec3& b, const Pose& pose_b, const BoxAnswer& answer,
-                         double margin, std::vector<Contact>& contacts);
-
-/// The two ends of the stretch where capsules with parallel axes lie side by side; false (and nothing) where they do
-/// not. `axes` is the distance of their axes about A's centre, in world directions. A comes first by content.
-bool append_parallel_capsules(const SegmentDistance& axes, double radius_a, double length_a, const Pose& pose_a,
-                              double radius_b, double length_b, const Pose& pose_b, std::vector<Contact>& contacts);
-
-/// The same for a half-space with (unit) normal and offset given in the shape's frame; the contact normals are
-/// the half-space's.
-void append_halfspace_manifold(const ConvexView& shape, const Pose& pose, const Vec3& normal, double offset,
-                               double margin, std::vector<Contact>& contacts);
-
 /// Cosine: a face within 1.1 degrees of the contact plane carries the patch.
 constexpr double carries_patch = 0.9998;
+/// And one within 1.4e-6 is as good as in it.
+constexpr double flush_face = 1 - 1e-12;
 
 /// A contact before it is placed in the world.
 struct PatchPoint {
@@ -40,7 +21,29 @@ struct PatchPoint {
 // Poses that differ by 1e-9 must give the same points. So what a patch's symmetry makes equal (depths, lengths, places
 // of corners) counts as equal within this, relative to the bodies' size, and a rule of its own decides: a threshold in
 // the middle of boxes exactly aligned, or resting on a face, would be crossed by rounding.
-constexpr double alike = 1e-8;
+constexpr double alike = 4e-9;
+
+/// Contact points of two bounded convex shapes whose signed distance and normal are known: the face of one clipped
+/// by the face it lies on, or the stretch of two parallel edges, or one point; at most 4 that span the patch, each
+/// with its own depth along the common normal, at least -margin. Appended in world coordinates, by feature.
+void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePose& relative, const LocalAnswer& answer,
+                     double margin, const Pose& pose_a, std::vector<Contact>& contacts);
+
+/// The same for two boxes (half sizes) whose normal is a face's (or flush with it): the incident face's rectangle
+/// clipped by the reference face's, in the plane. `answer.axis` >= 0. Points are named by the corners and edges that
+/// meet.
+void append_box_manifold(const HalfSize& a, const Pose& pose_a, const HalfSize& b, const Pose& pose_b,
+                         const BoxAnswer& answer, double margin, std::vector<Contact>& contacts);
+
+/// The two ends of the stretch where capsules with parallel axes lie side by side; false (and nothing) where they do
+/// not. `axes` is the distance of their axes about A's centre, in world directions. A comes first by content.
+bool append_parallel_capsules(const SegmentDistance& axes, double radius_a, double length_a, const Pose& pose_a,
+                              double radius_b, double length_b, const Pose& pose_b, std::vector<Contact>& contacts);
+
+/// The same for a half-space with (unit) normal and offset given in the shape's frame; the contact normals are
+/// the half-space's.
+void append_halfspace_manifold(const ConvexView& shape, const Pose& pose, const Vec3& normal, double offset,
+                               double margin, std::vector<Contact>& contacts);
 
 /// Leaves up to 4 of the points, in the order of their features: the deepest, the farthest from it, then those that
 /// widen the patch most to either side; among equals the first by feature. Returns how many.

@@ -26,6 +26,26 @@ bool halfspaces_collide(const Shape& a, const Pose& pose_a, const Shape& b, cons
   return a.offset() + b.offset() >= na.dot(pose_b.translation - pose_a.translation);
 }
 
+std::string refusal(const Shape& a, const Shape& b, Request request) {
+  if (!both_halfspaces(a, b) || request == Request::collide) return {};
+  return "halfspace with halfspace: " + std::string(tandem::name(request)) +
+         " is not defined, no finite translation separates them unless their normals are opposite";
+}
+
+/// The pairs that are worth preparing; kept apart so that the simple ones do not pay for them.
+[[gnu::noinline]] PairAnswer solve_prepared(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
+                                            Request request, const NarrowPhaseOptions& options,
+                                            std::vector<Contact>* contacts, WarmStart* warm) {
+  if (a.is_convex() && b.is_convex()) {
+    if (!both_halfspaces(a, b)) return solve_convex(view(a), pose_a, view(b), pose_b, request, options, contacts, warm);
+    if (const std::string why = refusal(a, b, request); !why.empty()) throw std::invalid_argument(why);
+    PairAnswer answer;
+    answer.collide = halfspaces_collide(a, pose_a, b, pose_b);
+    return answer;
+  }
+  return solve_mesh(a, pose_a, b, pose_b, request, options, contacts);
+}
+
 }  // namespace
 
 std::string_view name(Request request) {
@@ -54,22 +74,21 @@ NarrowPhase::NarrowPhase(NarrowPhaseOptions options) : options_(std::move(option
 const std::vector<SolverInfo>& NarrowPhase::solvers() {
   // In the order of Method.
   static const std::vector<SolverInfo> rows = {
-      {"closed", "closed forms: a sphere or half-space with any simple shape, two capsules"},
-      {"sat", "two boxes by their 15 separating axes (Gottschalk 1996), apart by line searches from the best"},
-      {"gjk", "GJK on the shapes' cores (1988), expanding polytope for the depth (van den Bergen 2001)"},
-      {"newton", "cylinder, cone or ellipsoid with any convex shape: Newton's method on the support functions"},
-      {"fcl", "FCL 0.7, collide and signed distance"},
-      {"libccd", "libccd, GJK and EPA; only touching pairs have a distance, the others' is by gjk"},
-      {"mpr", "libccd, MPR (Snethen 2008); depth along the portal, an upper bound; apart: gjk"},
-      {"bvh", "triangle meshes by their hierarchy of boxes, exact triangle predicates"},
+      {method_names[0], "closed forms: a sphere or half-space with any simple shape, capsules and boxes"},
+      {method_names[1],
+       "two boxes by their 15 separating axes (Gottschalk 1996), apart by line searches from the best"},
+      {method_names[2], "GJK on the shapes' cores (1988), expanding polytope for the depth (van den Bergen 2001)"},
+      {method_names[3], "cylinder, cone or ellipsoid with any convex shape: Newton's method on the support functions"},
+      {method_names[4], "FCL 0.7, collide and signed distance"},
+      {method_names[5], "libccd, GJK and EPA; only touching pairs have a distance, the others' is by gjk"},
+      {method_names[6], "libccd, MPR (Snethen 2008); depth along the portal, an upper bound; apart: gjk"},
+      {method_names[7], "triangle meshes by their hierarchy of boxes, exact triangle predicates"},
   };
   return rows;
 }
 
 std::string NarrowPhase::refuses(const Shape& a, const Shape& b, Request request) const {
-  if (!both_halfspaces(a, b) || request == Request::collide) return {};
-  return "halfspace with halfspace: " + std::string(tandem::name(request)) +
-         " is not defined, no finite translation separates them unless their normals are opposite";
+  return refusal(a, b, request);
 }
 
 PairAnswer NarrowPhase::solve(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
@@ -77,14 +96,7 @@ PairAnswer NarrowPhase::solve(const Shape& a, const Pose& pose_a, const Shape& b
   if (options_.solver.empty())
     if (const SimpleSolver solver = simple_solver(a.kind(), b.kind()))
       return solver(a, pose_a, b, pose_b, request, options_.margin, contacts);
-  if (a.is_convex() && b.is_convex()) {
-    if (!both_halfspaces(a, b)) return solve_convex(view(a), pose_a, view(b), pose_b, request, options_, contacts, warm);
-    if (const std::string why = refuses(a, b, request); !why.empty()) throw std::invalid_argument(why);
-    PairAnswer answer;
-    answer.collide = halfspaces_collide(a, pose_a, b, pose_b);
-    return answer;
-  }
-  return solve_mesh(a, pose_a, b, pose_b, request, options_, contacts);
+  return solve_prepared(a, pose_a, b, pose_b, request, options_, contacts, warm);
 }
 
 std::vector<std::array<std::uint32_t, 2>> NarrowPhase::intersecting_triangles(const Shape& a, const Pose& pose_a,

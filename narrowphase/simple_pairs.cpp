@@ -1,7 +1,10 @@
 #include "simple_pairs.h"
 
+#include <span>
+
 #include "closed_forms.h"
 #include "manifold.h"
+#include "segment_box.h"
 #include "solvers.h"
 
 namespace tandem {
@@ -43,6 +46,12 @@ SegmentDistance axes_distance(const Pose& pose_a, double length_a, const Pose& p
                           pose_b.translation - pose_a.translation, 0.5 * length_b * pose_b.rotation.col(2));
 }
 
+/// The axis of two edges is the normal of a face but for rounding or a turn by next to nothing.
+bool lies_on_face(const Pose& pose_a, const Pose& pose_b, const BoxAnswer& answer) {
+  const Vec3 in_b = pose_b.rotation.transpose() * (pose_a.rotation * answer.local.normal);
+  return std::max(answer.local.normal.cwiseAbs().maxCoeff(), in_b.cwiseAbs().maxCoeff()) > flush_face;
+}
+
 /// Two edges touch across each other, and no face of either lies near their plane.
 bool edges_meet_alone(const Pose& pose_a, const Pose& pose_b, const BoxAnswer& answer) {
   const int i = (answer.axis - 6) / 3, j = (answer.axis - 6) % 3;
@@ -53,6 +62,42 @@ bool edges_meet_alone(const Pose& pose_a, const Pose& pose_b, const BoxAnswer& a
   for (int k = 0; k < 3; ++k)
     facing = std::max({facing, std::abs(n.dot(pose_a.rotation.col(k))), std::abs(n.dot(pose_b.rotation.col(k)))});
   return facing < carries_patch;
+}
+
+void solve_boxes_in_order(const HalfSize& half_a, const Pose& pose_a, const HalfSize& half_b, const Pose& pose_b,
+                          Request request, double margin, std::vector<Contact>* contacts, PairAnswer& r) {
+  if (request == Request::distance || contacts == nullptr) {
+    place(box_box_distance(half_a, pose_a, half_b, pose_b).local, pose_a, r);
+    return;
+  }
+  const BoxAnswer answer = box_box_overlap(half_a, pose_a, half_b, pose_b, margin);
+  if (answer.local.signed_distance > margin) {
+    r.signed_distance = answer.local.signed_distance;
+    if (answer.axis >= 0 && answer.axis < 6) {
+      r.normal = (answer.axis < 3 ? pose_a : pose_b).rotation.col(answer.axis % 3);
+      if (r.normal.dot(pose_b.translation - pose_a.translation) < 0) r.normal = -r.normal;
+    } else {
+      r.normal = pose_a.rotation * answer.local.normal;
+    }
+    return;
+  }
+  place(answer.local, pose_a, r);
+  const std::size_t first = contacts->size();
+  if (answer.axis >= 0 && (answer.axis < 6 || lies_on_face(pose_a, pose_b, answer))) {
+    append_box_manifold(half_a, pose_a, half_b, pose_b, answer, margin, *contacts);
+    if (r.collide && contacts->size() > first) {
+      const Contact* deepest = &(*contacts)[first];
+      for (const Contact& c : std::span(*contacts).subspan(first))
+        if (c.depth > deepest->depth) deepest = &c;
+      r.point_a = deepest->point - 0.5 * r.signed_distance * r.normal;
+      r.point_b = deepest->point + 0.5 * r.signed_distance * r.normal;
+    }
+  } else if (answer.axis < 0 || !edges_meet_alone(pose_a, pose_b, answer)) {
+    append_manifold(view_box(half_a), view_box(half_b), relative(pose_a, pose_b), answer.local, margin, pose_a,
+                    *contacts);
+  }
+  // Rounding may leave nothing of a patch that is a point.
+  if (contacts->size() == first) append_single(r, margin, contacts);
 }
 
 }  // namespace
@@ -91,8 +136,9 @@ PairAnswer solve_spheres(double radius_a, const Vec3& a, double radius_b, const 
   return r;
 }
 
-PairAnswer solve_sphere_box(double radius, const Vec3& centre, const Vec3& half, const Pose& pose, Request request,
+PairAnswer solve_sphere_box(double radius, const Vec3& centre, const HalfSize& size, const Pose& pose, Request request,
                             double margin, std::vector<Contact>* contacts) {
+  const double half[3] = {size[0], size[1], size[2]};
   const Vec3 d = centre - pose.translation;
   Vec3 p, out;
   for (int i = 0; i < 3; ++i) {
@@ -154,30 +200,50 @@ PairAnswer solve_capsules(double radius_a, double length_a, const Pose& pose_a, 
   return r;
 }
 
-PairAnswer solve_boxes(const Vec3& half_a, const Pose& pose_a, const Vec3& half_b, const Pose& pose_b, Request request,
-                       double margin, std::vector<Contact>* contacts) {
-  const double parameters = difference({half_a[0], half_a[1], half_a[2]}, {half_b[0], half_b[1], half_b[2]});
-  if (reversed(parameters, pose_a, pose_b)) {
-    const std::size_t first = contacts != nullptr ? contacts->size() : 0;
-    PairAnswer r = solve_boxes(half_b, pose_b, half_a, pose_a, request, margin, contacts);
-    swap_answer(r, contacts, first);
-    return r;
-  }
+PairAnswer solve_boxes(const HalfSize& half_a, const Pose& pose_a, const HalfSize& half_b, const Pose& pose_b,
+                       Request request, double margin, std::vector<Contact>* contacts) {
   PairAnswer r;
   if (request == Request::collide) {
     r.collide = box_box_collide(half_a, pose_a, half_b, pose_b);
     return r;
   }
-  const BoxAnswer answer = box_box_distance(half_a, pose_a, half_b, pose_b);
-  place(answer.local, pose_a, r);
-  if (request != Request::contacts || contacts == nullptr || r.signed_distance > margin) return r;
-  if (answer.axis >= 0 && answer.axis < 6) {
-    append_box_manifold(half_a, pose_a, half_b, pose_b, answer, margin, *contacts);
-  } else if (answer.axis >= 6 && edges_meet_alone(pose_a, pose_b, answer)) {
-    append_single(r, margin, contacts);
+  double difference = 0;
+  for (std::size_t k = 0; k < 3 && difference == 0; ++k) difference = half_a[k] - half_b[k];
+  const std::size_t first = contacts != nullptr ? contacts->size() : 0;
+  const bool swap = reversed(difference, pose_a, pose_b);
+  if (swap) {
+    solve_boxes_in_order(half_b, pose_b, half_a, pose_a, request, margin, contacts, r);
+    swap_answer(r, contacts, first);
   } else {
-    const ConvexView a = view_box(half_a), b = view_box(half_b);
-    append_manifold(a, b, relative(pose_a, pose_b), answer.local, margin, pose_a, *contacts);
+    solve_boxes_in_order(half_a, pose_a, half_b, pose_b, request, margin, contacts, r);
+  }
+  return r;
+}
+
+PairAnswer solve_box_capsule(const HalfSize& half, const Pose& pose_a, double radius, double length, const Pose& pose_b,
+                             Request request, double margin, std::vector<Contact>* contacts) {
+  const Vec3 d = pose_b.translation - pose_a.translation;
+  Vec3 centre, along;
+  for (int i = 0; i < 3; ++i) {
+    centre[i] = pose_a.rotation.col(i).dot(d);
+    along[i] = pose_a.rotation.col(i).dot(pose_b.rotation.col(2));
+  }
+  PairAnswer r;
+  if (request == Request::collide) {
+    r.collide = within(segment_box_distance2(half, centre, along, 0.5 * length), radius);
+    return r;
+  }
+  LocalAnswer local = segment_box_distance(half, centre, along, 0.5 * length);
+  local.signed_distance -= radius;
+  local.point_b -= radius * local.normal;
+  place(local, pose_a, r);
+  if (request == Request::contacts && contacts != nullptr && r.signed_distance <= margin) {
+    const ConvexView capsule{.kind = ShapeKind::capsule,
+                             .param = {radius, length, 0, 0},
+                             .vertices = {},
+                             .hull = nullptr,
+                             .size = std::sqrt(8 * radius * radius + (length + 2 * radius) * (length + 2 * radius))};
+    append_manifold(view_box(half), capsule, relative(pose_a, pose_b), local, margin, pose_a, *contacts);
   }
   return r;
 }
@@ -190,15 +256,19 @@ PairAnswer spheres(const Shape& a, const Pose& pose_a, const Shape& b, const Pos
 }
 PairAnswer sphere_box(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                       double margin, std::vector<Contact>* contacts) {
-  return solve_sphere_box(a.radius(), pose_a.translation, b.half_size(), pose_b, request, margin, contacts);
+  return solve_sphere_box(a.radius(), pose_a.translation, b.parameters(), pose_b, request, margin, contacts);
 }
 PairAnswer capsules(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                     double margin, std::vector<Contact>* contacts) {
   return solve_capsules(a.radius(), a.length(), pose_a, b.radius(), b.length(), pose_b, request, margin, contacts);
 }
+PairAnswer box_capsule(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
+                       double margin, std::vector<Contact>* contacts) {
+  return solve_box_capsule(a.parameters(), pose_a, b.radius(), b.length(), pose_b, request, margin, contacts);
+}
 PairAnswer boxes(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request, double margin,
                  std::vector<Contact>* contacts) {
-  return solve_boxes(a.half_size(), pose_a, b.half_size(), pose_b, request, margin, contacts);
+  return solve_boxes(a.parameters(), pose_a, b.parameters(), pose_b, request, margin, contacts);
 }
 
 template <SimpleSolver solver>
@@ -221,6 +291,8 @@ constexpr Table table = [] {
   at(ShapeKind::sphere, ShapeKind::box) = sphere_box;
   at(ShapeKind::box, ShapeKind::sphere) = exchanged<sphere_box>;
   at(ShapeKind::capsule, ShapeKind::capsule) = capsules;
+  at(ShapeKind::box, ShapeKind::capsule) = box_capsule;
+  at(ShapeKind::capsule, ShapeKind::box) = exchanged<box_capsule>;
   at(ShapeKind::box, ShapeKind::box) = boxes;
   return t;
 }();

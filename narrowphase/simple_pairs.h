@@ -14,12 +14,14 @@ SimpleSolver simple_solver(ShapeKind a, ShapeKind b);
 /// The same by parameters.
 PairAnswer solve_spheres(double radius_a, const Vec3& a, double radius_b, const Vec3& b, Request request, double margin,
                          std::vector<Contact>* contacts);
-PairAnswer solve_sphere_box(double radius, const Vec3& centre, const Vec3& half, const Pose& pose, Request request,
-                            double margin, std::vector<Contact>* contacts);
+PairAnswer solve_sphere_box(double radius, const Vec3& centre, const std::array<double, 4>& half, const Pose& pose,
+                            Request request, double margin, std::vector<Contact>* contacts);
 PairAnswer solve_capsules(double radius_a, double length_a, const Pose& pose_a, double radius_b, double length_b,
                           const Pose& pose_b, Request request, double margin, std::vector<Contact>* contacts);
-PairAnswer solve_boxes(const Vec3& half_a, const Pose& pose_a, const Vec3& half_b, const Pose& pose_b, Request request,
-                       double margin, std::vector<Contact>* contacts);
+PairAnswer solve_box_capsule(const std::array<double, 4>& half, const Pose& pose_a, double radius, double length,
+                             const Pose& pose_b, Request request, double margin, std::vector<Contact>* contacts);
+PairAnswer solve_boxes(const std::array<double, 4>& half_a, const Pose& pose_a, const std::array<double, 4>& half_b,
+                       const Pose& pose_b, Request request, double margin, std::vector<Contact>* contacts);
 
 /// Does B come before A? Two bodies of one kind are solved in an order that their content decides, so that the answer
 /// is the same, bit for bit, whichever is named first. `parameters` compares the shapes: < 0 if A's come first, 0 if

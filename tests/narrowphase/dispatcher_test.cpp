@@ -89,3 +89,52 @@ TEST_CASE("dispatcher: a margin reports gaps as negative depths") {
   NarrowPhase().solve(box, Pose{}, box, Pose::at(0, 0, 1.05), Request::contacts, &contacts);
   CHECK(contacts.empty());
 }
+
+TEST_CASE("dispatcher: what the last step learnt changes no answer beyond rounding") {
+  Random r(12);
+  const NarrowPhase n;
+  for (const Shape& a : one_of_each())
+    for (const Shape& b : one_of_each()) {
+      if (!n.refuses(a, b, Request::distance).empty()) continue;
+      WarmStart warm;
+      for (int i = 0; i < 8; ++i) {
+        const Pose pa = random_pose(r, 0.5), pb = random_pose(r, 1);
+        CAPTURE(name(a.kind()), name(b.kind()), i);
+        // The first starts from nothing, the next from the answer to another pose.
+        const auto plain = n.solve(a, pa, b, pb, Request::distance);
+        const auto warmed = n.solve(a, pa, b, pb, Request::distance, nullptr, &warm);
+        CHECK(std::abs(plain.signed_distance - warmed.signed_distance) < 1e-9);
+        CHECK(n.solve(a, pa, b, pb, Request::collide, nullptr, &warm).collide == plain.collide);
+        CHECK(warm.direction.allFinite());
+      }
+    }
+}
+
+TEST_CASE("dispatcher: a tolerance takes the cheapest row that meets it, and its error holds") {
+  CHECK(!NarrowPhase::table().empty());
+  const NarrowPhase exact;
+  Random r(13);
+  for (const SolverRow& row : NarrowPhase::table()) {
+    CAPTURE(name(row.a), name(row.b), name(row.request), row.solver);
+    const double accepted = row.error;
+    const NarrowPhase loose({.tolerance = accepted, .margin = 0, .solver = {}});
+    const SolverRow taken = loose.solver_for(row.b, row.a, row.request);
+    CHECK(taken.error <= accepted);
+    CHECK(taken.nanoseconds <= row.nanoseconds);
+    CHECK(exact.solver_for(row.a, row.b, row.request).error == 0);
+    for (int i = 0; i < 60; ++i) {
+      const Shape a = random_shape(row.a, r), b = random_shape(row.b, r);
+      const Pose pa = random_pose(r, 0.5), pb = random_pose(r, 1);
+      const double size = a.size() + b.size();
+      const double truth = exact.solve(a, pa, b, pb, Request::distance).signed_distance;
+      const auto answer = loose.solve(a, pa, b, pb, row.request);
+      if (row.request == Request::collide) {
+        if (answer.collide != (truth <= 0)) CHECK(std::abs(truth) <= accepted * size);
+        CHECK(answer.error_bound <= accepted * size);
+      } else {
+        CHECK(std::abs(answer.signed_distance - truth) <= accepted * size);
+        if (answer.status == Status::ok) CHECK(answer.error_bound <= accepted * size);
+      }
+    }
+  }
+}

@@ -2,6 +2,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,15 +26,16 @@ enum class Status : std::uint8_t {
 
 /// One point of a contact manifold, in world coordinates.
 struct Contact {
-  Vec3 point;             ///< midway between the two surfaces
-  Vec3 normal;            ///< unit, from A to B: moving B by depth along it separates them here
-  double depth = 0;       ///< >= 0 overlap; < 0 a gap within the margin asked for
+  Vec3 point;                 ///< midway between the two surfaces
+  Vec3 normal;                ///< unit, from A to B: moving B by depth along it separates them here
+  double depth = 0;           ///< >= 0 overlap; < 0 a gap within the margin asked for
   std::uint32_t feature = 0;  ///< names the features that touch; orders a pair's contacts, the same in the next step
 };
 
 struct PairAnswer {
   bool collide = false;
-  /// Set by Request::distance and Request::contacts (there: of the deepest contact, if any).
+  /// Set by Request::distance and Request::contacts (there: of the deepest contact; where the pair is farther apart
+  /// than the margin, it may be the separation along any normal that says so, and the points not set).
   /// > 0 gap, < 0 minus the penetration depth, the shortest translation that separates. With a mesh the depth is
   /// exact (Status::ok) where moving by the largest depth of a single triangle separates the two; else inexact with a
   /// rigorous bound, a surface mesh giving the lower end of what is known and a solid one the upper.
@@ -42,7 +44,7 @@ struct PairAnswer {
   Vec3 point_b = Vec3::Zero();  ///< on B, world
   Vec3 normal = Vec3::Zero();   ///< unit, world, from A to B
   Status status = Status::ok;
-  double error_bound = 0;       ///< metres, on signed_distance; 0 = rounding
+  double error_bound = 0;  ///< metres, on signed_distance; 0 = rounding
 };
 
 /// What the last step learnt about a pair, kept by the caller and given back in the next: solvers that iterate begin
@@ -68,6 +70,18 @@ struct SolverInfo {
   std::string_view description;  ///< one line, with its source
 };
 
+/// One row of the table from which a tolerance chooses: what a solver costs on a pair of kinds, and how far off it was
+/// at most. Measured over separated, near, shallow, deep and hard pairs alike.
+struct SolverRow {
+  ShapeKind a, b;  ///< unordered
+  Request request;
+  std::string_view solver;  ///< by its name in `solvers()`
+  double tolerance;         ///< that it is run with, relative to the bodies' size; 0: to rounding
+  double nanoseconds;       ///< a query, mean of the classes; on one machine: good for comparing rows only
+  double error;  ///< largest, of the signed distance (collide: of the gap it took for a touch, or a touch for
+                 ///< a gap), relative to size
+};
+
 /// The dispatcher (paper, section 3.3): a table over the two shapes' kinds. Every unordered pair of kinds has a
 /// solver. Const and safe from any number of threads at once; the answer depends on nothing but the arguments.
 class NarrowPhase {
@@ -76,6 +90,12 @@ class NarrowPhase {
   explicit NarrowPhase(NarrowPhaseOptions options = {});
 
   static const std::vector<SolverInfo>& solvers();
+
+  /// The measured rows, cheapest first for each pair of kinds and request. Pairs without one have one solver only.
+  static std::span<const SolverRow> table();
+  /// The row by which such a pair is solved: of those whose error the tolerance admits the cheapest, else the solver
+  /// that is right to rounding (whose row may be unmeasured: nanoseconds and error 0).
+  SolverRow solver_for(ShapeKind a, ShapeKind b, Request request) const;
 
   /// Empty if the pair can be solved; else why not, naming both kinds.
   std::string refuses(const Shape& a, const Shape& b, Request request) const;

@@ -69,6 +69,7 @@ class Shape {
   bool is_bounded() const { return kind_ != ShapeKind::halfspace; }
 
   /// Parameters; each is defined for the kinds that have it, see the structs above.
+  const std::array<double, 4>& parameters() const { return param_; }    ///< in the order below, then zeros
   double radius() const { return param_[0]; }
   double length() const { return param_[1]; }
   Vec3 half_size() const { return {param_[0], param_[1], param_[2]}; }  ///< box

@@ -1,0 +1,14 @@
+#pragma once
+#include "box_axes.h"
+#include "support.h"
+
+namespace tandem {
+
+/// Squared distance of a segment (centre +- reach x along, `along` a unit vector) from a box at the origin.
+double segment_box_distance2(const HalfSize& half, const Vec3& centre, const Vec3& along, double reach);
+
+/// Signed distance of the two: apart by the line search, overlapping by the normals of their Minkowski sum, the box's
+/// faces and the products of its edges and the segment. In the box's frame, normal from the box to the segment.
+LocalAnswer segment_box_distance(const HalfSize& half, const Vec3& centre, const Vec3& along, double reach);
+
+}  // namespace tandem

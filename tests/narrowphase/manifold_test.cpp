@@ -1,0 +1,146 @@
+// Contact manifolds: what exchanging the bodies or moving them by next to nothing may not change.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "random_pairs.h"
+
+using namespace tandem;
+using namespace tandem::test;
+
+namespace {
+
+std::vector<Contact> contacts_of(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb) {
+  std::vector<Contact> contacts;
+  NarrowPhase().solve(a, pa, b, pb, Request::contacts, &contacts);
+  return contacts;
+}
+
+Pose nudged(const Pose& pose, Random& r) {
+  const Mat3 turn = Eigen::AngleAxisd(1e-9, r.direction()).toRotationMatrix();
+  return {pose.rotation * turn, pose.translation + 1e-9 * r.direction()};
+}
+
+/// A box on a box, overlapping by 0.01: aligned with it or turned about the vertical, its corners over the other's.
+struct Stack {
+  Shape below, above;
+  Pose pose_below, pose_above;
+};
+
+Stack stack(double yaw, const Vec3& size, const Vec3& offset, const Pose& frame) {
+  const Pose local{Eigen::AngleAxisd(yaw, Vec3::UnitZ()).toRotationMatrix(),
+                   offset + Vec3(0, 0, 0.5 + 0.5 * size.z() - 0.01)};
+  return {Shape(Box{{1, 1, 1}}), Shape(Box{size}), frame, {frame.rotation * local.rotation, frame * local.translation}};
+}
+
+}  // namespace
+
+TEST_CASE("manifold: exchanging two boxes or two capsules gives the same contacts, bit for bit") {
+  Random r(71);
+  int touching = 0;
+  for (const ShapeKind kind : {ShapeKind::sphere, ShapeKind::box, ShapeKind::capsule})
+    for (int i = 0; i < 1000; ++i) {
+      const Shape a = random_shape(kind, r), b = i % 3 == 0 ? a : random_shape(kind, r);
+      const Pose pa = random_pose(r, 0.4);
+      Pose pb = random_pose(r, 0.4);
+      if (i % 2 == 0) pb.rotation = pa.rotation;
+      CAPTURE(name(kind), i);
+      const std::vector<Contact> one = contacts_of(a, pa, b, pb), other = contacts_of(b, pb, a, pa);
+      REQUIRE(one.size() == other.size());
+      for (std::size_t k = 0; k < one.size(); ++k) {
+        CHECK(one[k].point == other[k].point);
+        CHECK(one[k].normal == -other[k].normal);
+        CHECK(one[k].depth == other[k].depth);
+        CHECK(one[k].feature == other[k].feature);
+      }
+      touching += one.empty() ? 0 : 1;
+      CHECK(NarrowPhase().solve(a, pa, b, pb, Request::collide).collide == !one.empty());
+    }
+  CHECK(touching > 1000);
+}
+
+TEST_CASE("manifold: boxes stacked keep their points, names and order when moved by 1e-9") {
+  Random r(72);
+  for (const double yaw : {0.0, 0.25 * M_PI, 0.5 * M_PI, 0.3})
+    for (const Vec3& size : {Vec3(1, 1, 1), Vec3(0.5, 0.7, 1), Vec3(3, 0.2, 0.4)})
+      for (const Vec3& offset : {Vec3(0, 0, 0), Vec3(0.5, 0.5, 0), Vec3(0.1, -0.2, 0)}) {
+        const Stack s = stack(yaw, size, offset, random_pose(r, 2));
+        const std::vector<Contact> still = contacts_of(s.below, s.pose_below, s.above, s.pose_above);
+        CAPTURE(yaw, size.transpose(), offset.transpose());
+        REQUIRE(still.size() >= 3);
+        REQUIRE(still.size() <= 4);
+        for (int i = 0; i < 20; ++i) {
+          const auto moved = contacts_of(s.below, nudged(s.pose_below, r), s.above, nudged(s.pose_above, r));
+          REQUIRE(moved.size() == still.size());
+          for (std::size_t k = 0; k < still.size(); ++k) {
+            CHECK(moved[k].feature == still[k].feature);
+            CHECK((moved[k].point - still[k].point).norm() < 1e-6);
+            CHECK(std::abs(moved[k].depth - still[k].depth) < 1e-8);
+          }
+        }
+      }
+}
+
+TEST_CASE("manifold: the points of a stack span what the faces share") {
+  Random r(73);
+  for (int i = 0; i < 300; ++i) {
+    const Vec3 size = r.vec(0.3, 1.5);
+    const Stack s = stack(r.in(0, 6), size, Vec3(r.in(-0.4, 0.4), r.in(-0.4, 0.4), 0), random_pose(r, 2));
+    const auto contacts = contacts_of(s.below, s.pose_below, s.above, s.pose_above);
+    CAPTURE(i);
+    REQUIRE(contacts.size() >= 3);
+    REQUIRE(contacts.size() <= 4);
+    Vec3 lo = Vec3::Constant(1e300), hi = -lo;
+    for (const Contact& c : contacts) {
+      CHECK(std::abs(c.depth - 0.01) < 1e-12);
+      const Vec3 in_below = s.pose_below.rotation.transpose() * (c.point - s.pose_below.translation);
+      const Vec3 in_above = s.pose_above.rotation.transpose() * (c.point - s.pose_above.translation);
+      CHECK(in_below.head<2>().cwiseAbs().maxCoeff() < 0.5 + 1e-7);
+      CHECK((in_above.head<2>().cwiseAbs() - 0.5 * size.head<2>()).maxCoeff() < 1e-7);
+      CHECK(std::abs(in_below.z() - 0.495) < 1e-12);
+      lo = lo.cwiseMin(in_below);
+      hi = hi.cwiseMax(in_below);
+    }
+    CHECK((hi - lo).head<2>().minCoeff() > 0.05);
+  }
+}
+
+TEST_CASE("manifold: two capsules side by side touch at both ends of the stretch, crossing ones once") {
+  const Shape a(Capsule{0.25, 2}), b(Capsule{0.5, 1});
+  const auto side = contacts_of(a, Pose{}, b, Pose::at(0.7, 0, 0.8));
+  REQUIRE(side.size() == 2);
+  for (const Contact& c : side) {
+    CHECK(std::abs(c.depth - 0.05) < 1e-15);
+    CHECK(std::abs(c.point.x() - 0.225) < 1e-15);
+  }
+  CHECK(std::abs(side[0].point.z() - 0.3) < 1e-15);
+  CHECK(std::abs(side[1].point.z() - 1.0) < 1e-15);
+  Pose crossing = Pose::at(0.7, 0, 0);
+  crossing.rotation = Eigen::AngleAxisd(1.0, Vec3::UnitX()).toRotationMatrix();
+  CHECK(contacts_of(a, Pose{}, b, crossing).size() == 1);
+}
+
+TEST_CASE("box and capsule: the answer certifies itself, apart, shallow and through the middle") {
+  Random r(74);
+  int inside = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const Shape box = random_shape(ShapeKind::box, r), capsule = random_shape(ShapeKind::capsule, r);
+    const Pose pa = random_pose(r, 0.5);
+    Pose pb = random_pose(r, i % 2 == 0 ? 0.3 : 1.2);
+    if (i % 5 == 0) pb.rotation = pa.rotation;
+    const auto answer = NarrowPhase().solve(box, pa, capsule, pb, Request::distance);
+    CAPTURE(i, answer.signed_distance);
+    // Along the normal they are as far apart as it says; and the points are on both, so nowhere nearer.
+    const Vec3 n = answer.normal, m = pa.rotation.transpose() * n;
+    const double reach = box.half_size().dot(m.cwiseAbs());
+    const double axis = 0.5 * capsule.length() * std::abs(pb.rotation.col(2).dot(n));
+    const double apart = n.dot(pb.translation - pa.translation) - reach - axis - capsule.radius();
+    CHECK(std::abs(apart - answer.signed_distance) < 1e-14);
+    CHECK((answer.point_b - answer.point_a - answer.signed_distance * n).norm() < 1e-12);
+    const Vec3 on_box = pa.rotation.transpose() * (answer.point_a - pa.translation);
+    CHECK((on_box.cwiseAbs() - box.half_size()).maxCoeff() < 1e-12);
+    CHECK(NarrowPhase().solve(box, pa, capsule, pb, Request::collide).collide == answer.collide);
+    inside += answer.signed_distance < -capsule.radius() ? 1 : 0;
+  }
+  CHECK(inside > 300);
+}
