@@ -139,6 +139,7 @@ void finish(std::string_view workload, std::size_t boxes, int steps, std::vector
                 {"max_ns", entrant.longest},
                 {"cpu_median_ns", entrant.cpu.median()},
                 {"cpu_p10_ns", entrant.cpu.quantile(0.1)},
+                {"cpu_mean_ns", entrant.cpu.mean()},
                 {"agrees", entrant.agrees}};
     if (entrant.first_batch.size() != 0) row.more["first_batch_ns"] = entrant.first_batch.median();
     if (const std::string note = entrant.contestant->note(); !note.empty()) row.more["note"] = note;
@@ -163,7 +164,7 @@ void print(const Entrant& entrant) {
   const auto number = [&](const char* key) { return row.more.contains(key) ? row.more[key].get<double>() : 0.0; };
   fmt::print("{:<10} {:>8} {:<15} {:>2}", row.workload, row.n, row.contestant, row.threads);
   for (const double ns : {row.time.median(), row.time.quantile(0.1), row.time.quantile(0.9), entrant.cpu.median(),
-                          entrant.longest, entrant.first_step, number("first_batch_ns")})
+                          entrant.cpu.mean(), entrant.longest, entrant.first_step, number("first_batch_ns")})
     fmt::print(" {:>9.3f}", ms(ns));
   for (const char* key : {"best_ratio", "peer_ratio", "fcl_ratio"}) fmt::print(" {:>6.2f}", number(key));
   fmt::print(" {:>9}{} {}{}\n", entrant.reported, entrant.contestant->exact() ? " " : "*", hex(row.hash),
@@ -188,13 +189,15 @@ std::vector<Row> broadphase_bench(const Settings& settings) {
     if (!known.contains(name)) refuse_option("--contestant", name, fmt::format("{}", fmt::join(known, ", ")));
 
   fmt::print(
-      "ms a step on boxes that are given anew: update, report every overlapping pair. cpu: processor time of the\n"
-      "calling thread, median; longest: of all steps but the first; batch: until the first {} pairs. best: times our\n"
-      "fastest; peer, FCL: how many times faster than the fastest peer, than FCL's tree, on as many threads, on one\n"
-      "thread by processor time. A * reports too many pairs: filtered outside the time.\n\n",
+      "ms a step on boxes that are given anew: update, report every overlapping pair. cpu, mean: processor time of "
+      "the\n"
+      "calling thread, median and mean; longest: of all steps but the first; batch: until the first {} pairs. best:\n"
+      "times our fastest; peer, FCL: how many times faster than the fastest peer, than FCL's tree, by medians, on as\n"
+      "many threads, on one thread of processor time. A * reports too many pairs: filtered outside the time.\n\n",
       PairList::batch);
   fmt::print("{:<10} {:>8} {:<15} {:>2}", "boxes", "n", "contestant", "t");
-  for (const char* head : {"median", "p10", "p90", "cpu", "longest", "first", "batch"}) fmt::print(" {:>9}", head);
+  for (const char* head : {"median", "p10", "p90", "cpu", "mean", "longest", "first", "batch"})
+    fmt::print(" {:>9}", head);
   fmt::print(" {:>6} {:>6} {:>6} {:>9}  {}\n", "best", "peer", "FCL", "reported", "hash");
   std::vector<Row> rows;
   for (const BoxWorkload& workload : box_workloads()) {

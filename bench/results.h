@@ -16,6 +16,7 @@ class Samples {
   double quantile(double q) const;
   double median() const { return quantile(0.5); }
   double sum() const;
+  double mean() const { return values_.empty() ? 0 : sum() / static_cast<double>(values_.size()); }
 
  private:
   std::vector<double> values_;
