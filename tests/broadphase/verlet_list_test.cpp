@@ -204,6 +204,22 @@ TEST_CASE("Verlet list: when all overlap all the candidates are not kept, the pa
   CHECK(method.list.mode() != VerletList::Mode::reuse);
 }
 
+TEST_CASE("Verlet list: many boxes, against a sweep from scratch") {
+  BoxArray boxes = crowd(33'000);
+  Listed<Grid> method;
+  Random random(8);
+  std::size_t outside = 0;
+  for (int step = 0; step < 12; ++step) {
+    CAPTURE(step);
+    fly(boxes, 0.03f);
+    if (step > 1) jump(boxes, static_cast<std::size_t>(step), 400, random);
+    const auto pairs = sorted_pairs(pairs_of_blocks(method, boxes, step % 2 == 0 ? Order::threads : Order::shuffled));
+    CHECK(pairs == find_pairs(*make_broad_phase(BroadPhaseKind::sweep), boxes));
+    outside += method.list.outside();
+  }
+  CHECK(outside > 100);
+}
+
 TEST_CASE("Verlet list: a change of number or of method starts anew") {
   Listed<Grid> method;
   for (const std::size_t n : {500u, 500u, 500u, 800u, 800u, 200u, 0u, 0u, 1u, 800u, 800u, 800u}) {

@@ -8,12 +8,12 @@
 
 namespace tandem {
 
-/// The methods; `automatic` picks one from the number of boxes and how their sizes spread.
+/// The methods; `automatic` picks one by the boxes and keeps its candidates between steps. The others keep nothing.
 enum class BroadPhaseKind : std::uint8_t { brute, sweep, grid, bvh, automatic };
 
 std::string_view name(BroadPhaseKind kind);
 
-/// Boxes in, candidate pairs out, from scratch each step: every pair whose boxes overlap, each exactly once.
+/// Boxes in, pairs out each step: every pair whose boxes overlap, each exactly once, whatever the steps before were.
 ///
 /// A method is a short list of stages. A stage is a number of blocks that may run in any order and on any threads;
 /// stage s + 1 starts when all blocks of stage s are done. The last stage emits pairs. Nothing here knows a
