@@ -1,0 +1,158 @@
+// Shapes that just touch, in every way that looks special: a hair apart, exactly there, a hair too far, straight and
+// tilted by next to nothing, along the world's axes and in a general position. And shapes with nothing left of them.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "judge.h"
+#include "random.h"
+
+using namespace tandem;
+using namespace tandem::test;
+using reference::PosedPair;
+using reference::Random;
+
+namespace {
+
+struct Touch {
+  std::string name;
+  Shape a, b;
+  Mat3 turn;   ///< of B
+  Vec3 reach;  ///< B's translation where they touch
+};
+
+Mat3 about(const Vec3& axis, double angle) { return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix(); }
+
+/// Exact quarter and half turns.
+Mat3 z_to_x() { return (Mat3() << 0, 0, 1, 0, 1, 0, -1, 0, 0).finished(); }
+Mat3 z_to_y() { return (Mat3() << 1, 0, 0, 0, 0, 1, 0, -1, 0).finished(); }
+Mat3 upside_down() { return Vec3(1, -1, -1).asDiagonal(); }
+
+std::vector<Touch> touches() {
+  const Mat3 straight = Mat3::Identity();
+  const Shape sphere(Sphere{0.5}), point(Sphere{0}), box(Box{{1, 2, 3}}), cube(Box{{1, 1, 1}}),
+      capsule(Capsule{0.25, 1.5}), ball(Capsule{0.25, 0}), cylinder(Cylinder{0.5, 1}), cone(Cone{0.5, 1}),
+      ellipsoid(Ellipsoid{{0.5, 0.75, 1}}), ground(HalfSpace{{0, 0, 1}, 0}),
+      tetrahedron(Convex{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}),
+      triangle(Triangle{{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)}}),
+      square(Convex{{{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}}}), segment(Convex{{{-1, 0, 0}, {1, 0, 0}}});
+  return {
+      {"spheres", sphere, sphere, straight, {0, 0, 1}},
+      {"points", point, point, straight, {0, 0, 0}},
+      {"sphere on a face", box, sphere, straight, {0, 0, 2}},
+      {"sphere on an edge", cube, sphere, straight, Vec3(0.5, 0.5, 0) + 0.5 * Vec3(1, 1, 0).normalized()},
+      {"sphere on a corner", cube, sphere, straight, Vec3(0.5, 0.5, 0.5) + 0.5 * Vec3(1, 1, 1).normalized()},
+      {"boxes, face to face", box, cube, straight, {0, 0, 2}},
+      {"boxes, half a face", box, cube, straight, {1, 0.5, 1}},
+      {"boxes, edge along edge", box, cube, straight, {1, 1.5, 0}},
+      {"boxes, corner to corner", box, cube, straight, {1, 1.5, 2}},
+      {"boxes, edge across edge",
+       cube,
+       cube,
+       about({0, 1, 0}, 0.78539816339744828) * z_to_x(),
+       {0.5, 0.5, 1.2071067811865475}},
+      {"boxes, the same", cube, cube, straight, {0, 0, 0}},
+      {"capsules, end to end", capsule, capsule, straight, {0, 0, 2}},
+      {"capsules, side by side", capsule, capsule, straight, {0.5, 0, 0}},
+      {"capsules, crossed", capsule, capsule, z_to_x(), {0, 0.5, 0}},
+      {"capsules, axes crossing", capsule, capsule, z_to_x(), {0, 0, 0}},
+      {"capsules, one axis", capsule, ball, straight, {0, 0, 0.5}},
+      {"capsule on a face", box, capsule, z_to_x(), {0, 0, 1.75}},
+      {"capsule on end on a face", box, capsule, straight, {0, 0, 2.5}},
+      {"cylinders, end to end", cylinder, cylinder, straight, {0, 0, 1}},
+      {"cylinders, side by side", cylinder, cylinder, straight, {1, 0, 0}},
+      {"cylinders, crossed", cylinder, cylinder, z_to_x(), {0, 1, 0}},
+      {"cylinders, rim to rim", cylinder, cylinder, straight, {1, 0, 1}},
+      {"cylinders, the same", cylinder, cylinder, straight, {0, 0, 0}},
+      {"cylinder standing on a box", box, cylinder, straight, {0, 0, 2}},
+      {"cylinder lying on a box", box, cylinder, z_to_x(), {0, 0, 2}},
+      {"cones, apex to apex", cone, cone, upside_down(), {0, 0, 1}},
+      {"cones, apex to base", cone, cone, straight, {0, 0, 1}},
+      {"cones, base to base", cone, cone, upside_down(), {0, 0, -1}},
+      {"cones, the same", cone, cone, straight, {0, 0, 0}},
+      {"cone, apex to a face", box, cone, upside_down(), {0, 0, 2}},
+      {"cone and cylinder, end to end", cylinder, cone, straight, {0, 0, 1}},
+      {"ellipsoids, tip to tip", ellipsoid, ellipsoid, straight, {0, 0, 2}},
+      {"ellipsoids, flank to flank", ellipsoid, ellipsoid, z_to_x(), {1.5, 0, 0}},
+      {"ellipsoids, the same", ellipsoid, ellipsoid, straight, {0, 0, 0}},
+      {"ellipsoid on a box", box, ellipsoid, z_to_y(), {0, 0, 2.25}},
+      {"box on the ground", ground, box, straight, {0, 0, 1.5}},
+      {"cylinder on the ground", ground, cylinder, z_to_x(), {0, 0, 0.5}},
+      {"cone on the ground", ground, cone, straight, {0, 0, 0.5}},
+      {"triangle on the ground", ground, triangle, straight, {0, 0, 0}},
+      {"tetrahedra, corner to face", tetrahedron, tetrahedron, straight, {0.25, 0.25, -1}},
+      {"tetrahedra, edge along edge", tetrahedron, tetrahedron, upside_down(), {0, 0, 0}},
+      {"tetrahedron on a box", cube, tetrahedron, straight, {-0.25, -0.25, 0.5}},
+      {"triangles, face to face", triangle, triangle, straight, {0.25, 0.25, 0}},
+      {"triangles, edge to edge in one plane", triangle, triangle, straight, {1, 0, 0}},
+      {"triangles, corner to corner", triangle, triangle, upside_down(), {0, 0, 0}},
+      {"triangle in a box's face", cube, triangle, straight, {-0.25, -0.25, 0.5}},
+      {"squares, face to face", square, square, straight, {0.5, 0.5, 0}},
+      {"segments, crossed", segment, segment, z_to_x() * z_to_y(), {0, 0, 0}},
+      {"segments, end to end", segment, segment, straight, {2, 0, 0}},
+      {"segment along a box's edge", cube, segment, straight, {0, 0.5, 0.5}},
+      {"segment on a cylinder's axis", cylinder, segment, z_to_x(), {0, 0, 1.5}},
+  };
+}
+
+}  // namespace
+
+TEST_CASE("degenerate: touching is touching, and a hair either way is not lost") {
+  const NarrowPhase solver;
+  Random r(7);
+  int judged = 0;
+  for (const Touch& t : touches())
+    for (const double tilt : {0.0, 1e-9})
+      for (const double hair : {0.0, 0x1p-51, -0x1p-51, 1e-11, -1e-11, 1e-4, -1e-4})
+        for (const bool general : {false, true}) {
+          if (general && tilt > 0) continue;
+          const Vec3 way = t.reach.norm() > 0 ? Vec3(t.reach.normalized()) : Vec3::UnitZ();
+          Pose world;
+          const Mat3 turn = r.rotation();
+          const Vec3 shift = r.vec(-3, 3);
+          if (general) world = {turn, shift};
+          const Mat3 tilted = about({1, 2, -1}, tilt) * t.turn;
+          const PosedPair p{t.a, world, t.b, {world.rotation * tilted, world * Vec3(t.reach + hair * way)}};
+          const auto truth = reference::signed_distance(p.a, p.pose_a, p.b, p.pose_b);
+          const std::string wrong = judge(solver, p, truth);
+          if (!wrong.empty())
+            FAIL_CHECK(t.name << ", hair " << hair << ", tilt " << tilt << '\n' << wrong << record(p));
+          ++judged;
+        }
+  CHECK(judged > 1000);
+}
+
+TEST_CASE("degenerate: needles, plates, flat hulls, points and shapes of very different size are answered") {
+  std::vector<Shape> shapes;
+  shapes.emplace_back(Sphere{0});
+  shapes.emplace_back(Sphere{1e-9});
+  shapes.emplace_back(Box{{1e-6, 1, 1}});
+  shapes.emplace_back(Box{{1e-6, 1e-6, 1}});
+  shapes.emplace_back(Box{{1e4, 1e4, 1e-2}});
+  shapes.emplace_back(Capsule{1e-6, 1});
+  shapes.emplace_back(Capsule{0.3, 0});
+  shapes.emplace_back(Cylinder{1, 1e-5});
+  shapes.emplace_back(Cylinder{1e-5, 1});
+  shapes.emplace_back(Cone{1e-4, 1});
+  shapes.emplace_back(Cone{1, 1e-4});
+  shapes.emplace_back(Ellipsoid{{1e-4, 1, 1}});
+  shapes.emplace_back(Ellipsoid{{1e-4, 1e-4, 1}});
+  shapes.emplace_back(Convex{{{0.1, 0.2, 0.3}}});
+  shapes.emplace_back(Convex{{{-1, 0, 0}, {1, 0, 0}}});
+  shapes.emplace_back(Convex{{{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}}});
+  shapes.emplace_back(Convex{{{-1, -1, 0}, {1, -1, 1e-9}, {1, 1, 0}, {-1, 1, 0}}});
+  shapes.emplace_back(Triangle{{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(2, 0, 0)}});
+  shapes.emplace_back(Triangle{{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0.5, 1e-7, 0)}});
+  const NarrowPhase solver;
+  Random r(11);
+  for (std::size_t i = 0; i < shapes.size(); ++i)
+    for (std::size_t j = i; j < shapes.size(); ++j)
+      for (const Vec3& t : {Vec3(0, 0, 0), Vec3(0, 0, 1e-9), Vec3(0.5, 0, 0), Vec3(0, 1e3, 0)}) {
+        const Mat3 turn = r.rotation();
+        const PosedPair p{shapes[i], {}, shapes[j], {t.x() == 0.5 ? turn : Mat3(Mat3::Identity()), t}};
+        const auto truth = reference::signed_distance(p.a, p.pose_a, p.b, p.pose_b);
+        const std::string wrong = judge(solver, p, truth);
+        if (!wrong.empty()) FAIL_CHECK(wrong << record(p));
+      }
+}
