@@ -2,6 +2,7 @@
 #include <limits>
 
 #include "closed_forms.h"
+#include "feature_normals.h"
 #include "gjk.h"
 
 namespace tandem {
@@ -273,6 +274,12 @@ BoxAnswer box_box_distance(const HalfSize& a, const Pose& pose_a, const HalfSize
     local.signed_distance = upper;
     local.normal = direction;
     answer.axis = -1;
+    // Between points that nearly touch the direction is noise, and the boxes may be almost flat to it.
+    if (upper < 0.01 * size(x)) {
+      const ConvexView va = view_box(a), vb = view_box(b);
+      const MinkowskiDifference d{va, vb, relative_pose(x)};
+      if (separation_along(d, direction) < upper - rounding * size(x)) settle_by_features(d, local);
+    }
   } else {
     local.signed_distance = best.distance;
     local.normal = axis;

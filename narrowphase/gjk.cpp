@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "epa.h"
+#include "feature_normals.h"
 
 namespace tandem {
 namespace {
@@ -227,7 +228,7 @@ void sharpen(const MinkowskiDifference& d, const Simplex& s, Vec3& v, GjkResult&
   n /= length;
   const double lower = n.dot(d.support(-n).w);
   if (!(lower > r.lower)) return;
-  r.lower = lower;
+  r.lower = r.along = lower;
   v = r.upper * n;
 }
 
@@ -245,7 +246,8 @@ GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond,
   double length = v.norm();
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     const MinkowskiPoint p = d.support(-v);
-    r.lower = std::max(r.lower, v.dot(p.w) / length);
+    r.along = v.dot(p.w) / length;
+    r.lower = std::max(r.lower, r.along);
     if (r.lower > beyond || (s.count > 0 && r.upper - r.lower <= tolerance * r.upper + rounding)) break;
     bool known = false;
     for (int i = 0; i < s.count; ++i) known = known || same(p, s.p[i], polytopes);
@@ -321,7 +323,9 @@ bool gjk_collide(const MinkowskiDifference& d, double tolerance, const Vec3* sta
   const double rounding = 16 * epsilon * d.scale();
   const GjkResult r = descend(d, std::max(tolerance, 1e-14), radius + rounding, radius - rounding, start);
   if (r.lower > radius + rounding) return false;
-  if (r.end == GjkResult::End::inside && r.v.squaredNorm() > rounding * rounding) return true;
+  // A simplex that encloses the origin where it has been close already may be a flat one that only seems to.
+  const double sure = 1e-7 * d.scale();
+  if (r.end == GjkResult::End::inside && r.v.squaredNorm() > sure * sure) return true;
   if (r.upper < radius - rounding) return true;
   return gjk_signed_distance(d, tolerance).signed_distance <= 0;
 }
@@ -362,7 +366,7 @@ void polish(const MinkowskiDifference& d, Vec3& n, double& h, Vec3& point_a, Vec
 void pair_points(const MinkowskiDifference& d, LocalAnswer& answer) {
   const double infinity = std::numeric_limits<double>::infinity();
   const bool polytopes = is_polytope(d.a.kind) && is_polytope(d.b.kind);
-  const double out = (polytopes ? 1.0 : 0.01) * d.scale();
+  const double out = (polytopes ? 1e-4 : 0.01) * d.scale();
   MinkowskiDifference apart = d;
   for (int round = 0;; ++round) {
     apart.pose.translation = d.pose.translation + (out - answer.signed_distance) * answer.normal;
@@ -386,20 +390,23 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
   const double infinity = std::numeric_limits<double>::infinity();
   const double ra = core_radius(d.a), rb = core_radius(d.b);
   // Round surfaces are approached step by step: the last digits cost more steps than they are worth.
-  const double least = is_polytope(d.a.kind) && is_polytope(d.b.kind) ? 1e-14 : 2e-10;
+  const bool polytopes = is_polytope(d.a.kind) && is_polytope(d.b.kind);
+  const double least = polytopes ? 1e-14 : 2e-10;
+  const double scale = d.scale();
   const GjkResult r = gjk(d, std::max(tolerance, least), infinity, -infinity, start);
   LocalAnswer answer;
   double core;  // signed distance of the cores
+  bool doubtful = false;
   if (r.end == GjkResult::End::separated) {
     core = r.upper;
     answer.normal = -r.v / r.upper;
     for (int i = 0; i < r.simplex.count; ++i) answer.point_a += r.simplex.weight[i] * r.simplex.p[i].a;
     answer.point_b = answer.point_a - r.v;
     answer.gap = r.upper - std::max(r.lower, 0.0);
+    doubtful = polytopes && r.upper - r.along > std::max(tolerance, least) * r.upper + 4 * epsilon * scale;
   } else {
-    const double scale = d.scale();
-    EpaResult e = expand(d, r.simplex, (d.polytopes() ? tolerance : std::max(tolerance, least)) * scale);
-    if (e.upper - e.lower > 1e-13 * scale && !(is_polytope(d.a.kind) && is_polytope(d.b.kind))) {
+    EpaResult e = expand(d, r.simplex, (polytopes ? tolerance : std::max(tolerance, least)) * scale);
+    if (e.upper - e.lower > 1e-13 * scale && !polytopes) {
       Vec3 w = e.point_a - e.point_b, on_a = e.point_a;
       const double before = e.upper;
       polish(d, e.normal, e.upper, on_a, w);
@@ -413,7 +420,9 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
     answer.point_a = e.point_a;
     answer.point_b = e.point_b;
     answer.gap = std::max(0.0, e.upper - e.lower);
-    const bool polytopes = is_polytope(d.a.kind) && is_polytope(d.b.kind);
+    // The bounds of two polytopes that are this near meet, or rounding has made them.
+    const double reached = r.end == GjkResult::End::near ? r.upper : e.upper < 1e-9 * scale ? r.v.norm() : 0.0;
+    doubtful = polytopes && reached > 16 * epsilon * scale;
     if (r.end == GjkResult::End::near && (r.lower > core || polytopes) && std::max(r.lower, core) > 0) {
       // Apart, and maybe by a corner or an edge that no face of the polytope stands for.
       if (r.lower > core) answer.normal = -r.v / r.upper;
@@ -429,6 +438,10 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
       core = answer.signed_distance;
       answer.gap = std::max(0.0, -core - e.lower);
     }
+  }
+  if (doubtful) {
+    answer.signed_distance = core;
+    if (settle_by_features(d, answer)) core = answer.signed_distance;
   }
   answer.signed_distance = core - ra - rb;
   answer.point_a += ra * answer.normal;

@@ -277,7 +277,10 @@ int span_patch(PatchPoint* p, int count, const Vec3& normal, double size) {
     taken[best] = true;
     return best;
   };
-  const PatchPoint first = p[choose([&](const PatchPoint& x) { return x.feature == witness_point ? size : x.depth; })];
+  double deepest = p[0].depth;
+  for (int i = 1; i < count; ++i) deepest = std::max(deepest, p[i].depth);
+  PatchPoint& first = p[choose([&](const PatchPoint& x) { return x.feature == witness_point ? size : x.depth; })];
+  first.depth = deepest;  // one that counts as equal stands for the deepest
   const auto from_first = [&first](const PatchPoint& x) { return (x.at - first.at).norm(); };
   const int second = choose(from_first);
   const double length = most;
@@ -351,7 +354,8 @@ void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePos
 }
 
 bool append_parallel_capsules(const SegmentDistance& axes, double radius_a, double length_a, const Pose& pose_a,
-                              double radius_b, double length_b, const Pose& pose_b, std::vector<Contact>& contacts) {
+                              double radius_b, double length_b, const Pose& pose_b, double margin,
+                              std::vector<Contact>& contacts) {
   const Vec3 along = pose_a.rotation.col(2), other = pose_b.rotation.col(2);
   if (along.cross(other).squaredNorm() > flush * flush || std::abs(axes.normal.dot(along)) > flush) return false;
   // From A's centre along its axis.
@@ -361,14 +365,17 @@ bool append_parallel_capsules(const SegmentDistance& axes, double radius_a, doub
   if (!(hi - lo > flush * (length_a + length_b))) return false;
   const double depth = radius_a + radius_b - axes.distance;
   // The gap of the axes at A's centre, and how it changes along them: each end has its own place midway.
+  const std::size_t first = contacts.size();
   for (const double end : {lo, hi}) {
     const Vec3 on_a = end * along;
     const Vec3 on_b = pose_b.translation - pose_a.translation + (end - centre) * (2 * sense) * other;
     const double here = radius_a + radius_b - axes.normal.dot(on_b - on_a);
     const Vec3 at = 0.5 * ((on_a + radius_a * axes.normal) + (on_b - radius_b * axes.normal));
-    contacts.push_back({pose_a.translation + at, axes.normal, std::min(here, depth), end == lo ? 0u : 1u});
+    if (here < -margin - alike * (length_a + length_b)) continue;
+    contacts.push_back(
+        {pose_a.translation + at, axes.normal, std::max(std::min(here, depth), -margin), end == lo ? 0u : 1u});
   }
-  return true;
+  return contacts.size() > first;
 }
 
 void append_halfspace_manifold(const ConvexView& shape, const Pose& pose, const Vec3& normal, double offset,

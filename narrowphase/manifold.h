@@ -36,9 +36,11 @@ void append_box_manifold(const HalfSize& a, const Pose& pose_a, const HalfSize& 
                          const BoxAnswer& answer, double margin, std::vector<Contact>& contacts);
 
 /// The two ends of the stretch where capsules with parallel axes lie side by side; false (and nothing) where they do
-/// not. `axes` is the distance of their axes about A's centre, in world directions. A comes first by content.
+/// not. Neither lies farther apart than the margin. `axes` is the distance of their axes about A's centre, in world
+/// directions. A comes first by content.
 bool append_parallel_capsules(const SegmentDistance& axes, double radius_a, double length_a, const Pose& pose_a,
-                              double radius_b, double length_b, const Pose& pose_b, std::vector<Contact>& contacts);
+                              double radius_b, double length_b, const Pose& pose_b, double margin,
+                              std::vector<Contact>& contacts);
 
 /// The same for a half-space with (unit) normal and offset given in the shape's frame; the contact normals are
 /// the half-space's.

@@ -83,24 +83,28 @@ PointDistance to_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec
   const double longest = std::max({ab2, ac2, bc2});
   const Vec3 n = longest == bc2 ? Vec3(ab.cross(ac)) : longest == ac2 ? Vec3(ab.cross(bc)) : Vec3(ac.cross(bc));
   const double length = n.norm();
-  if (length > 1e-14 * longest) {
-    if (n.dot(pb.cross(pc)) >= 0 && n.dot(pc.cross(pa)) >= 0 && n.dot(pa.cross(pb)) >= 0) {
-      const Vec3 unit = n / length;
-      const double above = -unit.dot(pa);
-      const Vec3 normal = above >= 0 ? unit : Vec3(-unit);
-      return {std::abs(above), p - above * unit, normal};
-    }
+  const bool area = length > 1e-14 * longest;
+  PointDistance above{};
+  if (area) {
+    const Vec3 unit = n / length;
+    // By the nearest corner, so that a small height keeps its digits.
+    const double a2 = pa.squaredNorm(), b2 = pb.squaredNorm(), c2 = pc.squaredNorm();
+    const double height = -unit.dot(a2 <= b2 ? (a2 <= c2 ? pa : pc) : (b2 <= c2 ? pb : pc));
+    above = {std::abs(height), p - height * unit, height >= 0 ? unit : Vec3(-unit)};
+    if (n.dot(pb.cross(pc)) >= 0 && n.dot(pc.cross(pa)) >= 0 && n.dot(pa.cross(pb)) >= 0) return above;
   }
   PointDistance best{};
   bool any = false;
   const Vec3* edge[3][2] = {{&a, &b}, {&b, &c}, {&c, &a}};
   for (const auto& e : edge) {
     const Vec3 q = nearest_on_segment(*e[0], *e[1], p);
-    const Vec3 d = p - q;
+    Vec3 d = p - q;
+    const Vec3 along = *e[1] - *e[0];
+    // Square to the edge, whatever is left of so small a difference.
+    if (q != *e[0] && q != *e[1]) d -= (d.dot(along) / along.squaredNorm()) * along;
     const double distance = d.norm();
     if (any && distance >= best.signed_distance) continue;
     any = true;
-    const Vec3 along = *e[1] - *e[0];
     Vec3 normal = Vec3::UnitX();
     if (distance > 0)
       normal = d / distance;
@@ -109,6 +113,11 @@ PointDistance to_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec
     else if (along.squaredNorm() > 0)
       normal = any_perpendicular(along);
     best = {distance, q, normal};
+  }
+  // Over the rim to rounding: the direction between points that nearly touch is noise, the plane's normal is not.
+  if (area && best.signed_distance - above.signed_distance <= 1e-15 * std::sqrt(longest)) {
+    best.signed_distance = above.signed_distance;
+    best.normal = above.normal;
   }
   return best;
 }

@@ -23,18 +23,25 @@ Vec3 between_centres(const MinkowskiDifference& d) {
   return length > 0 ? Vec3(n / length) : Vec3::UnitX();
 }
 
+/// Rounding can lead a walk into a piece of a body that does not reach farthest.
+bool misled(const RoundPair& pair, const Support& s) {
+  return s.n.dot(pair.support(s.n)) - s.h > 64 * epsilon * pair.scale;
+}
+
 }  // namespace
 
 LocalAnswer round_signed_distance(const MinkowskiDifference& d, double tolerance) {
   const RoundPair pair = round_pair(d);
   Support s = walk(pair, between_centres(d), -infinity);
+  constexpr int tries = 4;
+  for (int i = 1; i < tries && misled(pair, s); ++i) s = walk(pair, s.n, -infinity);
   double gap = 0;
   if (s.h >= 0) {
     const Depth depth = least_depth(pair, s);
     s = depth.best;
     gap = depth.gap;
   }
-  if (!s.optimal) return gjk_signed_distance(d, tolerance);
+  if (!s.optimal || misled(pair, s)) return gjk_signed_distance(d, tolerance);
   const double ra = core_radius(d.a), rb = core_radius(d.b);
   LocalAnswer answer;
   answer.normal = s.n;

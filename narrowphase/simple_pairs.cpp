@@ -195,7 +195,7 @@ PairAnswer solve_capsules(double radius_a, double length_a, const Pose& pose_a, 
   r.point_a = pose_a.translation + (s.point_a + radius_a * s.normal);
   r.point_b = pose_a.translation + (s.point_b - radius_b * s.normal);
   if (request != Request::contacts || contacts == nullptr || r.signed_distance > margin) return r;
-  if (!append_parallel_capsules(s, radius_a, length_a, pose_a, radius_b, length_b, pose_b, *contacts))
+  if (!append_parallel_capsules(s, radius_a, length_a, pose_a, radius_b, length_b, pose_b, margin, *contacts))
     append_single(r, margin, contacts);
   return r;
 }
