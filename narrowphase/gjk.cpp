@@ -174,7 +174,12 @@ class Descent {
     const Vec3 a = q - p, b = r - p;
     const double aa = a.squaredNorm(), bb = b.squaredNorm(), ab = a.dot(b);
     const double da = -p.dot(a), db = -p.dot(b);
-    const double beyond_a = da * ab - db * aa, beyond_b = db * ab - da * bb;
+    double beyond_a = da * ab - db * aa, beyond_b = db * ab - da * bb;
+    if (aa * bb - ab * ab < 1e-8 * aa * bb) {
+      // A sliver: the same from cross products, where nothing cancels.
+      const Vec3 n = a.cross(b);
+      beyond_a = n.dot(a.cross(p)), beyond_b = -n.dot(b.cross(p));
+    }
     if (!(beyond_a > 0) && !(beyond_b > 0)) {
       const Vec3 n = a.cross(b);
       const double n2 = n.squaredNorm();

@@ -41,7 +41,14 @@ LocalAnswer round_signed_distance(const MinkowskiDifference& d, double tolerance
     s = depth.best;
     gap = depth.gap;
   }
-  if (!s.optimal || misled(pair, s)) return gjk_signed_distance(d, tolerance);
+  if (!s.optimal || misled(pair, s)) {
+    const LocalAnswer other = gjk_signed_distance(d, tolerance);
+    // From there a walk may find the last digits.
+    s = walk(pair, other.normal, -infinity);
+    const double core = other.signed_distance + core_radius(d.a) + core_radius(d.b);
+    if (!s.optimal || misled(pair, s) || -s.h < core || s.n.dot(other.normal) < 0.99) return other;
+    gap = std::max(0.0, s.h + core + other.gap);
+  }
   const double ra = core_radius(d.a), rb = core_radius(d.b);
   LocalAnswer answer;
   answer.normal = s.n;
@@ -58,7 +65,9 @@ bool round_collide(const MinkowskiDifference& d, double tolerance) {
   const Vec3 n = between_centres(d);
   if (n.dot(pair.support(n)) < -rounding - 4 * epsilon * pair.scale) return false;
   const GjkResult r = gjk(d, std::max(tolerance, 1e-14), rounding, rounding);
-  if (r.end == GjkResult::End::inside) return true;
+  // A simplex that encloses the origin where it has been close already may be a flat one that only seems to.
+  const double sure = 1e-7 * pair.scale;
+  if (r.end == GjkResult::End::inside && r.v.squaredNorm() > sure * sure) return true;
   if (r.end == GjkResult::End::separated || r.lower > rounding) return r.lower <= rounding && r.upper <= rounding;
   return round_signed_distance(d, tolerance).signed_distance <= 0;
 }
