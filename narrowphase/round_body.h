@@ -37,6 +37,7 @@ class RoundBody {
 
   ShapeKind kind() const { return view_->kind; }
   const Mat3& axes() const { return axes_; }
+  const Hull& hull() const { return *view_->hull; }  ///< of a convex body
   Vec3 axis() const { return axes_.col(2); }
   double radius() const { return radius_; }
 
@@ -58,15 +59,8 @@ class RoundBody {
       case ShapeKind::cone:
         return m[2] > sine_ * n.norm() ? 1 : 0;
       case ShapeKind::convex:
-      case ShapeKind::triangle: {
-        std::size_t best = 0;
-        double most = view_->vertices[0].dot(m);
-        for (std::size_t i = 1; i < view_->vertices.size(); ++i) {
-          const double along = view_->vertices[i].dot(m);
-          if (along > most) most = along, best = i;
-        }
-        return static_cast<int>(best);
-      }
+      case ShapeKind::triangle:
+        return static_cast<int>(core_support_point(*view_, m, support_kernel()).vertex);
       default:
         return 0;
     }

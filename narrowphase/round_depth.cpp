@@ -8,6 +8,7 @@ namespace {
 constexpr int max_vertices = 100;
 constexpr int max_faces = 2 * max_vertices;  // a closed triangulation has 2 v - 4
 constexpr int max_known = 24;
+constexpr int max_bank = 8;  ///< points of A - B
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
@@ -15,6 +16,16 @@ struct Face {
   int v[3];
   int next[3];  ///< the face across the edge v[i] -> v[i + 1]
   Vec3 normal;  ///< unit, outward
+};
+
+/// A direction on a circle: its part in the circle's plane, unit, and the point that supports it.
+struct Sample {
+  Vec3 out, p;
+};
+
+/// From one direction on a circle to another, counterclockwise, less than half a turn.
+struct Span {
+  Sample first, last;
 };
 
 class Search {
@@ -30,6 +41,9 @@ class Search {
   void try_axes();
   Vec3 try_from(const Vec3& n);
   void search_circle(const Circle& circle);
+  void search_edges(int which);
+  template <class Supporting>
+  void search_spans(const Circle& circle, const Span* spans, int count, const Supporting& supporting);
   void search_smooth();
   bool may_be_smooth(const Vec3& n) const;
   double expand();
@@ -259,39 +273,101 @@ double Search::expand() {
   }
 }
 
-/// The least of h on a circle where it has a kink. Between two directions h is
-/// at least what the points that support them reach; where that is less than
-/// the best known, the direction in which both reach as far is looked at too.
+/// The least of h on a circle where it has a kink.
 void Search::search_circle(const Circle& circle) {
-  constexpr int start = 8, most = 96;
-  constexpr double narrow = 0.1;
-  struct Sample {
-    Vec3 out, p;  ///< the direction's part in the circle's plane, unit; the
-                  ///< point that supports the direction
-  };
-  struct Span {
-    Sample first, last;
-  };
+  constexpr int start = 8;
   const double lift = circle.height, radius = std::sqrt(1 - lift * lift);
-  const auto direction = [&](const Vec3& out) { return Vec3(lift * circle.axis + radius * out); };
   const auto at = [&](const Vec3& out, const Vec3& p) {
-    const Vec3 n = direction(out);
+    const Vec3 n = lift * circle.axis + radius * out;
     if (n.dot(p) < best_.h - rounding_) try_from(n);
     return Sample{out, p};
   };
-  const auto look = [&](const Vec3& out) { return at(out, pair_.support(direction(out))); };
-  Span stack[start + most];
-  int height = 0;
   const Vec3 x = any_perpendicular(circle.axis), y = circle.axis.cross(x);
   constexpr double half = 0.70710678118654752440;
   constexpr double turn[start / 2][2] = {{1, 0}, {half, half}, {0, 1}, {-half, half}};
   Sample samples[start];
   for (int i = 0; i < start / 2; ++i) {
     const Vec3 out = turn[i][0] * x + turn[i][1] * y;
-    samples[i] = look(out);
-    samples[i + start / 2] = lift == 0 ? at(-out, pair_.opposite(out, samples[i].p)) : look(-out);
+    samples[i] = at(out, pair_.support(lift * circle.axis + radius * out));
+    samples[i + start / 2] =
+        at(-out, lift == 0 ? pair_.opposite(out, samples[i].p) : pair_.support(lift * circle.axis - radius * out));
   }
-  for (int i = 0; i < start; ++i) stack[height++] = {samples[i], samples[(i + 1) % start]};
+  Span spans[start];
+  for (int i = 0; i < start; ++i) spans[i] = {samples[i], samples[(i + 1) % start]};
+  search_spans(circle, spans, start, [&](const Vec3& n) { return pair_.support(n); });
+}
+
+/// The least of h on the arcs between the normals of a hull's faces, where two of its corners reach as far.
+void Search::search_edges(int which) {
+  const RoundBody &body = pair_.body[which], &other = pair_.body[1 - which];
+  const Hull& hull = body.hull();
+  if (hull.dimension < 3) {  // between a face and its back, or all around a segment
+    for (const Hull::Edge& e : hull.edges) {
+      if (!(best_.h > 0)) return;
+      search_circle({body.axes() * (hull.vertices[e.v[1]] - hull.vertices[e.v[0]]).normalized(), 0});
+    }
+    return;
+  }
+  // Between two directions h is at least what it is at the lesser of them, as far as one point of A - B tells: no arc
+  // matters whose ends one known point rules out. All in the hull's frame.
+  double bank[3][max_bank];
+  int banked = 0;
+  const auto deposit = [&](const Vec3& p) {
+    const Vec3 local = body.axes().transpose() * p;
+    for (int k = 0; k < 3; ++k) bank[k][banked] = local[k];
+    ++banked;
+  };
+  const Vec3 u = any_perpendicular(best_.n), v = best_.n.cross(u);
+  deposit(best_.point[0] + best_.point[1]);
+  deposit(pair_.support(-best_.n));
+  for (const Vec3& t : {u, v, Vec3(best_.n + u), Vec3(best_.n - u), Vec3(best_.n + v), Vec3(best_.n - v)})
+    for (const double sign : {1.0, -1.0})
+      if (banked < max_bank) deposit(pair_.support(sign * t));
+  const auto ruled_out = [&](const Vec3& n) {
+    unsigned by = 0;
+    for (int i = 0; i < max_bank; ++i)
+      by |= (n[0] * bank[0][i] + n[1] * bank[1][i] + n[2] * bank[2][i] >= best_.h ? 1u : 0u) << i;
+    return by;
+  };
+  constexpr std::size_t most_faces = 512;
+  unsigned by_face[most_faces];
+  const std::size_t faces = std::min(most_faces, hull.faces.size());
+  for (std::size_t i = 0; i < faces; ++i) by_face[i] = ruled_out(hull.faces[i].normal);
+  for (const Hull::Edge& e : hull.edges) {
+    unsigned by = ~0u;
+    for (const std::uint32_t i : e.face) by &= i < faces ? by_face[i] : ruled_out(hull.faces[i].normal);
+    if (by != 0) continue;
+    const Vec3 n0 = body.axes() * hull.faces[e.face[0]].normal, n1 = body.axes() * hull.faces[e.face[1]].normal;
+    const Vec3 across = n0.cross(n1);
+    const double sine = across.norm();
+    if (!(sine > 1e-12)) continue;
+    const Vec3 corner = body.point(static_cast<int>(e.v[0]), n0);
+    const auto support = [&](const Vec3& n) { return Vec3(corner + other.support(n)); };
+    const Circle circle{across / sine, 0};
+    const Span span{{n0, support(n0)}, {n1, support(n1)}};
+    for (const Sample* end : {&span.first, &span.last})
+      if (end->out.dot(end->p) < best_.h - rounding_) try_from(end->out);
+    search_spans(circle, &span, 1, support);
+    if (best_.h < 0) return;
+  }
+}
+
+/// The least of h on spans of a circle. Between two directions h is at least what the points that support them
+/// reach; where that is less than the best known, the direction in which both reach as far is looked at too.
+template <class Supporting>
+void Search::search_spans(const Circle& circle, const Span* spans, int count, const Supporting& supporting) {
+  constexpr int most = 96, most_spans = 8;
+  constexpr double narrow = 0.1;
+  const double lift = circle.height, radius = std::sqrt(1 - lift * lift);
+  const auto direction = [&](const Vec3& out) { return Vec3(lift * circle.axis + radius * out); };
+  const auto look = [&](const Vec3& out) {
+    const Vec3 n = direction(out), p = supporting(n);
+    if (n.dot(p) < best_.h - rounding_) try_from(n);
+    return Sample{out, p};
+  };
+  Span stack[most_spans + most];
+  int height = count;
+  std::copy(spans, spans + count, stack);
   // Where the larger of what the two ends' points reach is least: where they
   // are equal, or one of them least.
   const auto lowest = [&](const Span& span, Vec3& out) {
@@ -411,7 +487,10 @@ Depth Search::run() {
   }
   if (best_.h > 0) {
     const RoundBody &a = pair_.body[0], &b = pair_.body[1];
-    if (has(ShapeKind::convex))
+    if (has(ShapeKind::convex) && !has(ShapeKind::ellipsoid)) {
+      for (int b = 0; b < 2; ++b)
+        if (pair_.body[b].kind() == ShapeKind::convex && best_.h > 0) search_edges(b);
+    } else if (has(ShapeKind::convex))
       gap_ = std::max(gap_, expand());
     else if (has(ShapeKind::ellipsoid) || (a.has_rim() && b.has_rim()))
       search_smooth();

@@ -377,7 +377,16 @@ Support Walker::run() {
 
 }  // namespace
 
-Support walk(const RoundPair& pair, const Vec3& n, double below) { return Walker(pair, n, below).run(); }
+Support walk(const RoundPair& pair, const Vec3& n, double below) {
+  constexpr int tries = 4;
+  Support s = Walker(pair, n, below).run();
+  if (!pair.has_hull()) return s;
+  // Where the circles of two bodies meet, or cells are smaller than rounding, a corner may be missed: begin again.
+  const auto holds = [&] { return s.n.dot(pair.support(s.n)) - s.h <= 64 * epsilon * pair.scale; };
+  for (int i = 1; i < tries && !holds(); ++i) s = Walker(pair, s.n, below).run();
+  s.optimal = s.optimal && holds();
+  return s;
+}
 
 Support facing_disc(const RoundPair& pair, int which, double side, Vec3& away) {
   constexpr int corners = 16;

@@ -64,6 +64,19 @@ TEST_CASE("round: two minima of nearly the same depth are told apart") {
   check_against_truth(reference::make_pair({ShapeKind::cone}, {ShapeKind::ellipsoid}, PairClass::hard, 5013));
 }
 
+TEST_CASE("round: no minimum between the faces of a hull is lost") {
+  const auto check = [](ShapeKind kind, PairClass c, std::uint64_t i) {
+    CAPTURE(name(c), i);
+    check_against_truth(reference::make_pair({ShapeKind::convex, 32}, {kind}, c, i));
+  };
+  for (const std::uint64_t i : {3u, 1828u}) check(ShapeKind::cylinder, PairClass::deep, i);
+  for (const std::uint64_t i : {153u, 160u, 222u, 286u, 1747u}) check(ShapeKind::cone, PairClass::deep, i);
+  // Near a circle of the cone.
+  for (const std::uint64_t i : {303u, 644u, 1088u, 1364u}) check(ShapeKind::cone, PairClass::hard, i);
+  check(ShapeKind::cone, PairClass::shallow, 868);
+  check(ShapeKind::cylinder, PairClass::hard, 1827);
+}
+
 TEST_CASE("round: concentric and coaxial shapes have the depth their formulas give") {
   const NarrowPhase solver;
   const auto depth = [&](const Shape& a, const Shape& b, const Pose& pose) {
