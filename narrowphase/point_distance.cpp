@@ -196,9 +196,14 @@ SegmentDistance segment_distance(const Vec3& centre_a, const Vec3& half_a, const
   const Vec3 gap = t * half_b - s * half_a - r;
   d.distance = gap.norm();
   const double rounding = 1e-15 * (r.norm() + std::sqrt(uu) + std::sqrt(vv));
+  // Of nearly parallel segments the product is small and askew: square to the longer, where its tilt would tell.
+  const auto across = [&] {
+    const Vec3 &longer = uu >= vv ? half_a : half_b, n = cross / std::sqrt(det);
+    return Vec3((n - (n.dot(longer) / std::max(uu, vv)) * longer).normalized());
+  };
   if (interior) {
     // Both inside: the common perpendicular, defined also where they cross.
-    const Vec3 n = cross / std::sqrt(det);
+    const Vec3 n = across();
     const double along = n.dot(-r);
     d.distance = std::abs(along);
     d.normal = along >= 0 ? n : Vec3(-n);
@@ -206,7 +211,7 @@ SegmentDistance segment_distance(const Vec3& centre_a, const Vec3& half_a, const
     d.normal = gap / d.distance;
   } else if (det > 1e-24 * uu * vv && det > 0) {
     // They meet: the normal of the plane of both is right, and the direction of the gap would be noise.
-    d.normal = cross / std::sqrt(det);
+    d.normal = across();
     if (d.normal.dot(r) > 0) d.normal = -d.normal;
   } else {
     d.normal = uu > 0 ? any_perpendicular(half_a) : vv > 0 ? any_perpendicular(half_b) : Vec3::UnitX();

@@ -133,9 +133,7 @@ class Judge {
       const double off = std::max(outside(p_.a, p_.pose_a, c.point), outside(p_.b, p_.pose_b, c.point));
       if (off > reach) fail(what, "a contact lies outside a shape by", off, reach);
     }
-    // Across a gap the nearest points may lie beside the patch that is reported.
-    if (!contacts.empty() && std::abs(deepest + d) > (d > 0 ? 1e-7 * size_ : bounds_.points))
-      fail(what, "the deepest contact", deepest, -d);
+    if (!contacts.empty() && std::abs(deepest + d) > bounds_.points) fail(what, "the deepest contact", deepest, -d);
   }
 
   void same(const char* what, const PairAnswer& r, const PairAnswer& other, const Vec3& normal) {
