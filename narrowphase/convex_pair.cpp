@@ -102,7 +102,7 @@ std::optional<bool> collide_by(Method method, const ConvexView& a, const Pose& p
 }
 
 std::optional<LocalAnswer> distance_by(Method method, const ConvexView& a, const ConvexView& b,
-                                       const RelativePose& pose, double tolerance, const Vec3* start) {
+                                       const RelativePose& pose, double tolerance, const Vec3* start, double beyond) {
   switch (method) {
     case Method::fcl:
       return fcl_signed_distance(a, b, pose);
@@ -111,9 +111,9 @@ std::optional<LocalAnswer> distance_by(Method method, const ConvexView& a, const
     case Method::mpr:
       return ccd_depth(a, b, pose, true);
     case Method::newton:
-      return round_signed_distance({a, b, pose}, tolerance);
+      return round_signed_distance({a, b, pose}, tolerance, beyond);
     default:
-      return gjk_signed_distance({a, b, pose}, tolerance, start);
+      return gjk_signed_distance({a, b, pose}, tolerance, start, beyond);
   }
 }
 
@@ -233,7 +233,8 @@ PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexVie
     return answer;
   }
   const RelativePose pose = relative(pose_a, pose_b);
-  std::optional<LocalAnswer> local = distance_by(method, a, b, pose, tolerance, start);
+  const double beyond = request == Request::contacts ? options.margin : std::numeric_limits<double>::infinity();
+  std::optional<LocalAnswer> local = distance_by(method, a, b, pose, tolerance, start, beyond);
   if (!local) {
     local = gjk_signed_distance({a, b, pose}, tolerance);
     local->gap = std::max(local->gap, size);

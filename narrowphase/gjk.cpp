@@ -244,7 +244,7 @@ GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond,
   if (!(v.squaredNorm() > 0)) v = -Vec3::UnitX();
   const bool polytopes = d.polytopes();
   const double scale = d.scale();
-  const double rounding = 2 * epsilon * scale;
+  const double rounding = 2 * epsilon * scale, size = larger(d);
   Simplex& s = r.simplex;
   r.upper = std::numeric_limits<double>::infinity();
   r.lower = -r.upper;
@@ -253,7 +253,7 @@ GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond,
     const MinkowskiPoint p = d.support(-v);
     r.along = v.dot(p.w) / length;
     r.lower = std::max(r.lower, r.along);
-    if (r.lower > beyond || (s.count > 0 && r.upper - r.lower <= tolerance * r.upper + rounding)) break;
+    if (r.lower > beyond || (s.count > 0 && r.upper - r.lower <= tolerance * std::min(r.upper, size) + rounding)) break;
     bool known = false;
     for (int i = 0; i < s.count; ++i) known = known || same(p, s.p[i], polytopes);
     if (known) break;
@@ -391,15 +391,20 @@ void pair_points(const MinkowskiDifference& d, LocalAnswer& answer) {
   answer.point_b = answer.point_a + answer.signed_distance * answer.normal;
 }
 
-LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, const Vec3* start) {
+LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, const Vec3* start, double beyond) {
   const double infinity = std::numeric_limits<double>::infinity();
   const double ra = core_radius(d.a), rb = core_radius(d.b);
   // Round surfaces are approached step by step: the last digits cost more steps than they are worth.
   const bool polytopes = is_polytope(d.a.kind) && is_polytope(d.b.kind);
   const double least = polytopes ? 1e-14 : 2e-10;
   const double scale = d.scale();
-  const GjkResult r = gjk(d, std::max(tolerance, least), infinity, -infinity, start);
+  const GjkResult r = gjk(d, std::max(tolerance, least), beyond + ra + rb, -infinity, start);
   LocalAnswer answer;
+  if (r.lower > beyond + ra + rb) {
+    answer.signed_distance = r.lower - ra - rb;
+    answer.normal = -r.v.normalized();
+    return answer;
+  }
   double core;  // signed distance of the cores
   bool doubtful = false;
   if (r.end == GjkResult::End::separated) {
@@ -410,7 +415,8 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
     answer.gap = r.upper - std::max(r.lower, 0.0);
     doubtful = polytopes && r.upper - r.along > std::max(tolerance, least) * r.upper + 4 * epsilon * scale;
   } else {
-    EpaResult e = expand(d, r.simplex, (polytopes ? tolerance : std::max(tolerance, least)) * scale);
+    EpaResult e =
+        expand(d, r.simplex, polytopes ? tolerance * larger(d) : std::max(tolerance * larger(d), least * scale));
     if (e.upper - e.lower > 1e-13 * scale && !polytopes) {
       Vec3 w = e.point_a - e.point_b, on_a = e.point_a;
       const double before = e.upper;

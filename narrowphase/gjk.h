@@ -1,4 +1,6 @@
 #pragma once
+#include <limits>
+
 #include "support.h"
 
 namespace tandem {
@@ -38,6 +40,9 @@ struct MinkowskiDifference {
   double scale() const { return a.size + b.size + pose.translation.norm(); }
 };
 
+/// The unit of relative tolerances.
+inline double larger(const MinkowskiDifference& d) { return std::max(d.a.size, d.b.size); }
+
 struct Simplex {
   MinkowskiPoint p[4];
   double weight[4];  ///< of the point nearest the origin
@@ -66,8 +71,10 @@ GjkResult gjk(const MinkowskiDifference& d, double tolerance, double beyond, dou
 void pair_points(const MinkowskiDifference& d, LocalAnswer& answer);
 
 /// Signed distance, normal, witness points of two bounded convex shapes: GJK on the cores, and the depth solver
-/// where they overlap or nearly do. `tolerance` is relative to the shapes' size, 0: to rounding.
-LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, const Vec3* start = nullptr);
+/// where they overlap or nearly do. `tolerance` is relative to the shapes' size, 0: to rounding. Ends early for shapes
+/// that are more than `beyond` apart: signed_distance is then a separation along the normal, the points are not set.
+LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, const Vec3* start = nullptr,
+                                double beyond = std::numeric_limits<double>::infinity());
 
 /// Do the shapes touch? Cheaper than the distance.
 bool gjk_collide(const MinkowskiDifference& d, double tolerance, const Vec3* start = nullptr);

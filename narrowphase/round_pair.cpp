@@ -15,6 +15,18 @@ RoundPair round_pair(const MinkowskiDifference& d) {
           d.scale()};
 }
 
+/// How far inside the tetrahedron the origin lies: near its faces it may do so by rounding alone.
+double depth_in(const Simplex& s) {
+  double depth = infinity;
+  for (int i = 0; i < 4; ++i) {
+    const Vec3 &a = s.p[i].w, &b = s.p[(i + 1) % 4].w, &c = s.p[(i + 2) % 4].w;
+    const Vec3 n = (b - a).cross(c - a);
+    const double length = n.norm();
+    depth = std::min(depth, length > 0 ? std::abs(n.dot(a)) / length : 0.0);
+  }
+  return depth;
+}
+
 Vec3 inside(const ConvexView& v) { return v.hull != nullptr ? v.hull->inside : core_centre(v); }
 
 Vec3 between_centres(const MinkowskiDifference& d) {
@@ -30,11 +42,18 @@ bool misled(const RoundPair& pair, const Support& s) {
 
 }  // namespace
 
-LocalAnswer round_signed_distance(const MinkowskiDifference& d, double tolerance) {
+LocalAnswer round_signed_distance(const MinkowskiDifference& d, double tolerance, double beyond) {
   const RoundPair pair = round_pair(d);
-  Support s = walk(pair, between_centres(d), -infinity);
+  const double ra = core_radius(d.a), rb = core_radius(d.b), below = -beyond - ra - rb;
+  Support s = walk(pair, between_centres(d), below);
   constexpr int tries = 4;
-  for (int i = 1; i < tries && misled(pair, s); ++i) s = walk(pair, s.n, -infinity);
+  for (int i = 1; i < tries && misled(pair, s); ++i) s = walk(pair, s.n, below);
+  if (s.h < below && !misled(pair, s)) {
+    LocalAnswer apart;
+    apart.signed_distance = -s.h - ra - rb;
+    apart.normal = s.n;
+    return apart;
+  }
   double gap = 0;
   if (s.h >= 0) {
     const Depth depth = least_depth(pair, s);
@@ -45,11 +64,10 @@ LocalAnswer round_signed_distance(const MinkowskiDifference& d, double tolerance
     const LocalAnswer other = gjk_signed_distance(d, tolerance);
     // From there a walk may find the last digits.
     s = walk(pair, other.normal, -infinity);
-    const double core = other.signed_distance + core_radius(d.a) + core_radius(d.b);
+    const double core = other.signed_distance + ra + rb;
     if (!s.optimal || misled(pair, s) || -s.h < core || s.n.dot(other.normal) < 0.99) return other;
     gap = std::max(0.0, s.h + core + other.gap);
   }
-  const double ra = core_radius(d.a), rb = core_radius(d.b);
   LocalAnswer answer;
   answer.normal = s.n;
   answer.signed_distance = -s.h - ra - rb;
@@ -65,9 +83,7 @@ bool round_collide(const MinkowskiDifference& d, double tolerance) {
   const Vec3 n = between_centres(d);
   if (n.dot(pair.support(n)) < -rounding - 4 * epsilon * pair.scale) return false;
   const GjkResult r = gjk(d, std::max(tolerance, 1e-14), rounding, rounding);
-  // A simplex that encloses the origin where it has been close already may be a flat one that only seems to.
-  const double sure = 1e-7 * pair.scale;
-  if (r.end == GjkResult::End::inside && r.v.squaredNorm() > sure * sure) return true;
+  if (r.end == GjkResult::End::inside && depth_in(r.simplex) > 1e-10 * pair.scale) return true;
   if (r.end == GjkResult::End::separated || r.lower > rounding) return r.lower <= rounding && r.upper <= rounding;
   return round_signed_distance(d, tolerance).signed_distance <= 0;
 }

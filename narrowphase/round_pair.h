@@ -5,8 +5,9 @@ namespace tandem {
 
 /// Signed distance, normal and witness points where a cylinder, cone or
 /// ellipsoid meets another bounded convex shape: Newton's method on the support
-/// functions. `tolerance` as for gjk_signed_distance.
-LocalAnswer round_signed_distance(const MinkowskiDifference& d, double tolerance);
+/// functions. `tolerance` and `beyond` as for gjk_signed_distance.
+LocalAnswer round_signed_distance(const MinkowskiDifference& d, double tolerance,
+                                  double beyond = std::numeric_limits<double>::infinity());
 
 /// Do they touch? Cheaper than the distance.
 bool round_collide(const MinkowskiDifference& d, double tolerance);
