@@ -111,7 +111,7 @@ std::optional<LocalAnswer> distance_by(Method method, const ConvexView& a, const
     case Method::mpr:
       return ccd_depth(a, b, pose, true);
     case Method::newton:
-      return round_signed_distance({a, b, pose}, tolerance, beyond);
+      return round_signed_distance({a, b, pose}, tolerance, start, beyond);
     default:
       return gjk_signed_distance({a, b, pose}, tolerance, start, beyond);
   }
@@ -241,7 +241,7 @@ PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexVie
   }
   // What solvers of others do not bound themselves is known by measurement.
   local->gap = std::max(local->gap, measured * size);
-  if (warm != nullptr && method == Method::gjk) warm->direction = local->normal;
+  if (warm != nullptr && (method == Method::gjk || method == Method::newton)) warm->direction = local->normal;
   finish(*local, pose_a, accepted, answer);
   if (request == Request::contacts && contacts != nullptr)
     append_manifold(a, b, pose, *local, options.margin, pose_a, *contacts);

@@ -42,10 +42,17 @@ bool misled(const RoundPair& pair, const Support& s) {
 
 }  // namespace
 
-LocalAnswer round_signed_distance(const MinkowskiDifference& d, double tolerance, double beyond) {
+LocalAnswer round_signed_distance(const MinkowskiDifference& d, double tolerance, const Vec3* start, double beyond) {
   const RoundPair pair = round_pair(d);
   const double ra = core_radius(d.a), rb = core_radius(d.b), below = -beyond - ra - rb;
-  Support s = walk(pair, between_centres(d), below);
+  Vec3 n = between_centres(d);
+  if (start != nullptr) {
+    // Apart, there is one minimum, whichever way it is reached.
+    const Vec3 m = start->normalized();
+    const double h = m.dot(pair.support(m));
+    if (h < 0 && h < n.dot(pair.support(n))) n = m;
+  }
+  Support s = walk(pair, n, below);
   constexpr int tries = 4;
   for (int i = 1; i < tries && misled(pair, s); ++i) s = walk(pair, s.n, below);
   if (s.h < below && !misled(pair, s)) {

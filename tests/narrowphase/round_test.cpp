@@ -64,6 +64,29 @@ TEST_CASE("round: two minima of nearly the same depth are told apart") {
   check_against_truth(reference::make_pair({ShapeKind::cone}, {ShapeKind::ellipsoid}, PairClass::hard, 5013));
 }
 
+TEST_CASE("round: a warm start, good or bad, changes no more than the last digits") {
+  const NarrowPhase solver;
+  for (const ShapeKind k : round_kinds)
+    for (const PairClass c : {PairClass::separated, PairClass::near, PairClass::shallow})
+      for (std::uint64_t i = 0; i < 6; ++i) {
+        const PosedPair p = reference::make_pair({k}, {ShapeKind::box}, c, 7000 + i);
+        CAPTURE(name(k), name(c), i);
+        const PairAnswer cold = solver.solve(p.a, p.pose_a, p.b, p.pose_b, Request::distance);
+        WarmStart warm;
+        const auto again = [&] {
+          const PairAnswer r = solver.solve(p.a, p.pose_a, p.b, p.pose_b, Request::distance, nullptr, &warm);
+          CHECK(std::abs(r.signed_distance - cold.signed_distance) <= 1e-12 * reference::size(p));
+        };
+        again();
+        CHECK((p.pose_a.rotation * warm.direction - cold.normal).norm() < 1e-6);
+        again();
+        for (const Vec3& bad : {Vec3(-warm.direction), Vec3(1, 0, 0), Vec3(0, -1e-9, 0)}) {
+          warm.direction = bad;
+          again();
+        }
+      }
+}
+
 TEST_CASE("round: no minimum between the faces of a hull is lost") {
   const auto check = [](ShapeKind kind, PairClass c, std::uint64_t i) {
     CAPTURE(name(c), i);
