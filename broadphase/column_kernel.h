@@ -1,28 +1,13 @@
 #pragma once
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "tandem/broadphase/box_array.h"
 
 namespace tandem {
-
-/// Boxes that enter one column of a grid, ordered so that those that may overlap row i along the column and come
-/// after it are rows i + 1 .. end[i] - 1. Arrays have size + BoxArray::padding elements.
-struct Column {
-  const BoxArray* boxes = nullptr;
-  const std::uint32_t* index = nullptr;  ///< of the body
-  const std::uint32_t* first = nullptr;  ///< bit k: the column is the body's first along column axis k
-  const std::uint32_t* end = nullptr;
-  std::size_t size = 0;
-};
-
-/// Tests rows from `row` on and writes the bodies of overlapping pairs to a and b; `row` moves to the first row not
-/// tested: rows are done as long as what they may find has room. A pair that shares several columns is written in
-/// the one that holds the lower corner of its intersection: the column that is, on each axis, the first of one of
-/// the two. Returns the number of pairs. `room`, the size of a and b, must be at least size + BoxArray::padding.
-std::size_t overlap_column(const Column& column, std::size_t& row, std::uint32_t* a, std::uint32_t* b,
-                           std::size_t room);
 
 /// Maps a coordinate to one of `count` slices, monotonically; what lies outside falls into the first or last.
 struct Slices {
@@ -40,5 +25,52 @@ struct Slices {
 /// The slices of `count` coordinates, as `at` gives them; slices.count is at most 65535. Both arrays may be read and
 /// written up to BoxArray::padding elements further.
 void slices_of(const Slices& slices, const float* coordinates, std::size_t count, std::uint16_t* out);
+
+/// A box that enters a column of a grid: half a cache line, eight values of four bytes that transpose as vectors.
+struct alignas(32) ColumnRecord {
+  Aabb box;
+  std::uint32_t index;  ///< of the body
+  std::uint32_t first;  ///< bit k: the column is the body's first along column axis k
+};
+
+/// Copies the records of some boxes to where they belong.
+struct ColumnEntry {
+  std::uint32_t column;
+  std::uint16_t box;    ///< counted from `begin`
+  std::uint16_t first;  ///< see ColumnRecord
+};
+/// Entries of at most `max_boxes` boxes from `begin` on: each goes to records[place[column]++].
+inline constexpr std::size_t max_boxes_a_scatter = 64;
+void scatter_records(const BoxArray& boxes, std::size_t begin, const ColumnEntry* entries, std::size_t count,
+                     std::uint32_t* place, ColumnRecord* records);
+
+/// A column's boxes sorted into thin cells along it: what may overlap row i and comes after it are rows i + 1 ..
+/// cell_end[last[i]] - 1. Behind the last row follow empty boxes, a vector of them.
+struct Column {
+  std::size_t size = 0;
+  Slices cells;
+  std::array<std::vector<float>, 6> bounds;  ///< lo of axis 0, 1, 2, hi of axis 0, 1, 2
+  std::vector<std::uint32_t> index, first;   ///< see ColumnRecord
+  std::vector<std::uint32_t> cell, last;     ///< cells of the two ends; `cell` in the order of the records
+  std::vector<std::uint32_t> cell_end;
+  std::vector<float> front, back;  ///< halves of the sorted records
+};
+
+/// Sorts `size` >= 1 records along `axis`.
+void sort_column(const ColumnRecord* records, std::size_t size, std::size_t axis, Column& column);
+
+/// Rows that one row overlaps: bit k of `bits` is row begin + k.
+struct RowHits {
+  std::uint32_t row, begin, bits;
+};
+
+/// Tests rows from `row` on; `row` moves to the first one not tested: rows are done as long as what they may find has
+/// room. A pair that shares several columns is found in the one that holds the lower corner of its intersection: the
+/// column that is, on each axis, the first of one of the two. Returns the number of hits written. `room` must be at
+/// least column.size + 2.
+///
+/// There is no branch on whether a row hits: which do is not to be foreseen, and a wrong guess costs as much as three
+/// vectors. For the same reason a vector is not cut off at the last candidate: what follows lies in later cells.
+std::size_t overlap_column(const Column& column, std::size_t& row, RowHits* hits, std::size_t room);
 
 }  // namespace tandem

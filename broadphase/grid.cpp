@@ -43,7 +43,7 @@ std::size_t Grid::begin(const BoxArray& boxes) {
   boxes_a_block_ = std::max<std::size_t>(4096, ((size_ + 63) / 64 + 63) / 64 * 64);
   parts_ = (size_ + boxes_a_block_ - 1) / boxes_a_block_;
   large_of_part_.resize(parts_);
-  is_large_.resize(size_);
+  role_.resize(size_);
   for (auto& slices : touched_) slices.resize(size_ + BoxArray::padding);
   groups_.clear();
   large_.clear();
@@ -93,9 +93,11 @@ void Grid::choose_columns() {
   const std::vector<Aabb> judged = thin_out(sample, 96);
   overlap_along_ = share_that_overlaps(judged, along_);
 
-  // Rough nanoseconds a box, by order of magnitude, not fitted: they only have to find a minimum that is flat.
-  constexpr double entry_cost = 14, vector_cost = 1.5, large_row_cost = 0.3, large_tree_cost = 60, tree_cost = 400,
-                   count_cost = 0.6;
+  // Nanoseconds: of an entry and a vector fitted to unit boxes and piles of 100,000 (the minimum is flat), the others
+  // by order of magnitude. Each column is a page that is written to: beyond some thousand the pages' addresses are no
+  // longer cached.
+  constexpr double entry_cost = 16, far_entry_cost = 6, near_columns = 1200, vector_cost = 7, large_row_cost = 0.3,
+                   large_tree_cost = 60, tree_cost = 400, count_cost = 0.6;
   const auto n = static_cast<double>(size_);
   const double max_columns = std::clamp(n / 8, 1.0, 16384.0);
   const double length_u = length(u_.axis), length_v = length(v_.axis);
@@ -120,7 +122,8 @@ void Grid::choose_columns() {
     large *= n / static_cast<double>(judged.size());
     const double column_size = n * entries / (count_u * count_v);
     const double candidates = 0.5 + column_size * overlap_along_ / 2;
-    const double cost = entries * (entry_cost + vector_cost * (1 + candidates / 8)) +
+    const double placing = entry_cost + (count_u * count_v > near_columns ? far_entry_cost : 0);
+    const double cost = entries * (placing + vector_cost * (1 + candidates / 8)) +
                         std::min(large * large_row_cost, large_tree_cost + large_share * tree_cost) +
                         count_cost * count_u * count_v * static_cast<double>(parts_) / n;
     if (cost >= best) continue;
@@ -145,17 +148,27 @@ void Grid::count(std::size_t block) {
   slices_of(v_, boxes_->lo(v) + begin, end - begin, touched_[2].data() + begin);
   slices_of(v_, boxes_->hi(v) + begin, end - begin, touched_[3].data() + begin);
   const float *lo = boxes_->lo(0), *hi = boxes_->hi(0);
+  const std::size_t row = u_.count;
   for (std::size_t i = begin; i < end; ++i) {
-    is_large_[i] = 0;
-    if (lo[i] > hi[i]) continue;
     const Touched t = touched(i);
-    if (t.count() > max_columns_a_box) {
-      is_large_[i] = 1;
+    const std::uint32_t du = t.u1 - t.u0, dv = t.v1 - t.v0;
+    role_[i] = Role::entered;
+    if (!(lo[i] <= hi[i])) {
+      role_[i] = Role::empty;
+    } else if ((du | dv) <= 1) {
+      // Without branches: how many columns a box touches is not to be foreseen.
+      std::uint32_t* at = counts + t.v0 * row + t.u0;
+      at[0] += 1;
+      at[du] += du;
+      at[dv * row] += dv;
+      at[dv * row + du] += du & dv;
+    } else if (t.count() > max_columns_a_box) {
+      role_[i] = Role::large;
       large.push_back(static_cast<std::uint32_t>(i));
-      continue;
+    } else {
+      for (std::uint32_t v = t.v0; v <= t.v1; ++v)
+        for (std::uint32_t u = t.u0; u <= t.u1; ++u) ++counts[v * row + u];
     }
-    for (std::uint32_t v = t.v0; v <= t.v1; ++v)
-      for (std::uint32_t u = t.u0; u <= t.u1; ++u) ++counts[std::size_t{v} * u_.count + u];
   }
 }
 
@@ -195,16 +208,32 @@ void Grid::plan() {
 
 void Grid::scatter(std::size_t block) {
   std::uint32_t* place = offsets_.data() + block * columns();
-  for (std::size_t i = block * boxes_a_block_, end = std::min(size_, i + boxes_a_block_); i < end; ++i) {
-    const Aabb box = (*boxes_)[i];
-    if (box.lo[0] > box.hi[0] || is_large_[i] != 0) continue;
-    const Touched t = touched(i);
-    for (std::uint32_t v = t.v0; v <= t.v1; ++v) {
-      for (std::uint32_t u = t.u0; u <= t.u1; ++u) {
-        const std::uint32_t first = (u == t.u0 ? 1u : 0u) | (v == t.v0 ? 2u : 0u);
-        records_[place[std::size_t{v} * u_.count + u]++] = {box, static_cast<std::uint32_t>(i), first};
+  const std::uint32_t row = u_.count;
+  std::array<ColumnEntry, (max_boxes_a_scatter + 1) * max_columns_a_box> entries;
+  const std::size_t begin = block * boxes_a_block_, end = std::min(size_, begin + boxes_a_block_);
+  for (std::size_t from = begin; from < end; from += max_boxes_a_scatter) {
+    std::size_t count = 0;
+    const std::size_t boxes = std::min(max_boxes_a_scatter, end - from);
+    for (std::size_t k = 0; k < boxes; ++k) {
+      if (role_[from + k] != Role::entered) continue;
+      const Touched t = touched(from + k);
+      const std::uint32_t du = t.u1 - t.u0, dv = t.v1 - t.v0, column = t.v0 * row + t.u0;
+      const auto box = static_cast<std::uint16_t>(k);
+      if ((du | dv) <= 1) {
+        // As in `count`: all four are written, those that it does not touch are written over.
+        entries[count] = {column, box, 3};
+        entries[count += 1] = {column + 1, box, 2};
+        entries[count += du] = {column + row, box, 1};
+        entries[count += dv] = {column + row + 1, box, 0};
+        count += du & dv;
+        continue;
       }
+      for (std::uint32_t v = t.v0; v <= t.v1; ++v)
+        for (std::uint32_t u = t.u0; u <= t.u1; ++u)
+          entries[count++] = {v * row + u, box,
+                              static_cast<std::uint16_t>((u == t.u0 ? 1u : 0u) | (v == t.v0 ? 2u : 0u))};
     }
+    scatter_records(*boxes_, from, entries.data(), count, place, records_.data());
   }
 }
 
@@ -222,58 +251,33 @@ void Grid::emit(std::size_t block, PairSink& sink) {
 }
 
 void Grid::emit_column(std::size_t column, Scratch& s, PairSink& sink) {
-  Record* records = records_.data() + column_begin_[column];
+  ColumnRecord* records = records_.data() + column_begin_[column];
   const std::size_t size = column_begin_[column + 1] - column_begin_[column];
   if (size < 2) return;
+  sort_column(records, size, along_, s.column);
+  if (searched_) keep_sorted(column, s.column);
 
-  // A counting sort into about as many thin cells as there are entries.
-  const std::size_t cells = std::bit_ceil(size);
-  float lo = records[0].box.lo[along_], hi = lo;
-  for (std::size_t i = 1; i < size; ++i) {
-    lo = std::min(lo, records[i].box.lo[along_]);
-    hi = std::max(hi, records[i].box.lo[along_]);
-  }
-  const double width = (double{hi} - double{lo}) / static_cast<double>(cells);
-  const Slices thin{along_, 0.5f * lo, width > 0 ? static_cast<float>(std::min(2 / width, 1e38)) : 0,
-                    static_cast<std::uint32_t>(cells)};
-  s.cell.resize(size);
-  s.cell_begin.assign(cells + 1, 0);
-  for (std::size_t i = 0; i < size; ++i) ++s.cell_begin[s.cell[i] = thin.at(records[i].box.lo[along_])];
-  std::uint32_t sum = 0;
-  for (std::uint32_t& begin : s.cell_begin) sum += std::exchange(begin, sum);
-
-  const std::size_t padded = size + BoxArray::padding;
-  for (auto* values : {&s.index, &s.first, &s.end})
-    if (values->size() < padded) values->resize(padded);
-  s.boxes.resize(size);
-  for (std::size_t i = 0; i < size; ++i) {
-    const std::uint32_t row = s.cell_begin[s.cell[i]]++;
-    s.boxes.set(row, records[i].box);
-    s.index[row] = records[i].index;
-    s.first[row] = records[i].first;
-    s.end[row] = thin.at(records[i].box.hi[along_]);
-  }
-  if (searched_) {
-    std::uint32_t longest = 0;
-    for (std::size_t cell = 0, row = 0; cell < cells; ++cell)
-      for (; row < s.cell_begin[cell]; ++row)
-        longest = std::max(longest, s.end[row] - static_cast<std::uint32_t>(cell));
-    thin_[column] = {thin, longest};
-    for (std::size_t row = 0; row < size; ++row) records[row] = {s.boxes[row], s.index[row], s.first[row]};
-  }
-  // Each begin has become the end of its cell.
-  for (std::size_t row = 0; row < size; ++row) s.end[row] = s.cell_begin[s.end[row]];
-
-  const std::size_t room = std::max<std::size_t>(1024, 2 * padded);
-  if (s.a.size() < room) {
-    s.a.resize(room);
-    s.b.resize(room);
-  }
-  const Column rows{&s.boxes, s.index.data(), s.first.data(), s.end.data(), size};
+  if (s.hits.size() < size + 1024) s.hits.resize(size + 1024);
+  const std::uint32_t* index = s.column.index.data();
   for (std::size_t row = 0; row < size;) {
-    const std::size_t found = overlap_column(rows, row, s.a.data(), s.b.data(), s.a.size());
-    for (std::size_t k = 0; k < found; ++k) sink.put(s.a[k], s.b[k]);
+    const std::size_t found = overlap_column(s.column, row, s.hits.data(), s.hits.size());
+    for (std::size_t k = 0; k < found; ++k)
+      for (std::uint32_t bits = s.hits[k].bits; bits != 0; bits &= bits - 1)
+        sink.put(index[s.hits[k].row], index[s.hits[k].begin + static_cast<std::uint32_t>(std::countr_zero(bits))]);
   }
+}
+
+void Grid::keep_sorted(std::size_t column, const Column& sorted) {
+  std::uint32_t longest = 0;
+  for (std::uint32_t cell = 0, row = 0; cell < sorted.cells.count; ++cell)
+    for (; row < sorted.cell_end[cell]; ++row) longest = std::max(longest, sorted.last[row] - cell);
+  thin_[column] = {sorted.cells, longest};
+  ColumnRecord* records = records_.data() + column_begin_[column];
+  for (std::size_t row = 0; row < sorted.size; ++row)
+    records[row] = {{{sorted.bounds[0][row], sorted.bounds[1][row], sorted.bounds[2][row]},
+                     {sorted.bounds[3][row], sorted.bounds[4][row], sorted.bounds[5][row]}},
+                    sorted.index[row],
+                    sorted.first[row]};
 }
 
 void Grid::search(const Aabb& box, std::uint32_t index, PairSink& sink) const {
@@ -288,11 +292,11 @@ void Grid::search(const Aabb& box, std::uint32_t index, PairSink& sink) const {
       const std::uint32_t first = (u == t.u0 ? 1u : 0u) | (v == t.v0 ? 2u : 0u);
       const std::size_t column = std::size_t{v} * u_.count + u;
       const Thin& thin = thin_[column];
-      const auto cell = [&](const Record& record) { return thin.cells.at(record.box.lo[along_]); };
+      const auto cell = [&](const ColumnRecord& record) { return thin.cells.at(record.box.lo[along_]); };
       const std::uint32_t from = thin.cells.at(box.lo[along_]), last = thin.cells.at(box.hi[along_]);
-      const Record *record = records_.data() + column_begin_[column],
-                   *end = records_.data() + column_begin_[column + 1];
-      record = std::partition_point(record, end, [&](const Record& r) { return cell(r) + thin.longest < from; });
+      const ColumnRecord *record = records_.data() + column_begin_[column],
+                         *end = records_.data() + column_begin_[column + 1];
+      record = std::partition_point(record, end, [&](const ColumnRecord& r) { return cell(r) + thin.longest < from; });
       // As in a column's kernel: only in the column that holds the lower corner of the intersection.
       for (; record != end && cell(*record) <= last; ++record)
         if (overlap(record->box, box) && (first | record->first) == 3) sink.put(index, record->index);
@@ -304,14 +308,14 @@ void Grid::emit_large(std::size_t block, PairSink& sink) const {
   const std::size_t first = block * boxes_a_large_block, last = std::min(size_, first + boxes_a_large_block);
   if (use_tree()) {
     for (std::size_t i = first; i < last; ++i)
-      if (is_large_[i] == 0) tree_.query((*boxes_)[i], static_cast<std::uint32_t>(i), sink);
+      if (role_[i] == Role::entered) tree_.query((*boxes_)[i], static_cast<std::uint32_t>(i), sink);
     return;
   }
   std::vector<std::uint32_t> hits(boxes_a_large_block + BoxArray::padding);
   for (const std::uint32_t large : large_) {
     const std::size_t count = overlap_row(*boxes_, first, last, (*boxes_)[large], hits.data());
     for (std::size_t k = 0; k < count; ++k)
-      if (is_large_[hits[k]] == 0 || hits[k] > large) sink.put(large, hits[k]);
+      if (role_[hits[k]] != Role::large || hits[k] > large) sink.put(large, hits[k]);
   }
 }
 

@@ -43,11 +43,6 @@ class Grid final : public BroadPhase, public BoxSearch {
   static constexpr std::size_t stages = first_tree_stage + BoxTree::build_stages + 1;
   static constexpr std::uint32_t max_columns_a_box = 16;
 
-  struct Record {
-    Aabb box;
-    std::uint32_t index;
-    std::uint32_t first;  // see Column
-  };
   /// The thin cells of a column in whose order its records are.
   struct Thin {
     Slices cells;
@@ -61,9 +56,10 @@ class Grid final : public BroadPhase, public BoxSearch {
     std::size_t begin, end;
   };
   struct Scratch {
-    BoxArray boxes;
-    std::vector<std::uint32_t> cell, cell_begin, index, first, end, a, b;
+    Column column;
+    std::vector<RowHits> hits;
   };
+  enum class Role : std::uint8_t { entered, large, empty };
 
   void choose_columns();
   void count(std::size_t block);
@@ -72,6 +68,7 @@ class Grid final : public BroadPhase, public BoxSearch {
   Touched touched(const Aabb& box) const;
   Touched touched(std::size_t i) const { return {touched_[0][i], touched_[1][i], touched_[2][i], touched_[3][i]}; }
   void emit_column(std::size_t column, Scratch& scratch, PairSink& sink);
+  void keep_sorted(std::size_t column, const Column& sorted);
   void emit_large(std::size_t block, PairSink& sink) const;
   std::size_t columns() const { return std::size_t{u_.count} * v_.count; }
   bool use_tree() const { return crowded_ || large_.size() > max_large_by_row; }
@@ -91,11 +88,11 @@ class Grid final : public BroadPhase, public BoxSearch {
   std::vector<std::uint32_t> offsets_;  // one a part and column: counts, then where the part writes
   std::vector<std::vector<std::uint32_t>> large_of_part_;
   std::array<std::vector<std::uint16_t>, 4> touched_;  // one a box: u0, u1, v0, v1
-  std::vector<std::uint8_t> is_large_;
+  std::vector<Role> role_;                             // one a box
   std::vector<std::uint32_t> large_;
   std::vector<std::size_t> column_begin_;
   std::vector<Range> groups_;  // of columns: the blocks of the last stage
-  std::vector<Record> records_;
+  std::vector<ColumnRecord> records_;
   bool searched_ = false;
   std::vector<Thin> thin_;  // one a column, when searched
   BoxTree tree_;
