@@ -33,6 +33,10 @@ std::vector<Row> figures_bench(const Settings& settings);
 std::vector<Row> narrowphase_bench(const Settings& settings);
 /// Boxes in, overlapping pairs out: our methods and other libraries on typical worlds and on those made to break them.
 std::vector<Row> broadphase_bench(const Settings& settings);
+/// The whole detection step on recorded poses of the paper's scenes, beside FCL's and Bullet's collision worlds. A
+/// scene is one of `peers_scene_names`, or a file of `tandem run --record`.
+std::vector<Row> peers_bench(const Settings& settings);
+std::vector<std::string> peers_scene_names();
 /// What it calls its worlds.
 std::vector<std::string> broadphase_scenes();
 

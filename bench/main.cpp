@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
+#include <filesystem>
 #include <iostream>
 #include <optional>
 #include <sstream>
@@ -117,6 +118,24 @@ void add_broadphase(CLI::App& program) {
   app->callback([o = o, worlds] { run(broadphase_bench, *o, worlds); });
 }
 
+void add_peers(CLI::App& program) {
+  const auto [app, o] =
+      add(program, "peers", "the whole detection step, beside FCL's and Bullet's collision worlds", peers_bench);
+  const std::vector<std::string> names = peers_scene_names();
+  app->add_option(
+      "--scene", o->scenes,
+      fmt::format("scenes, a comma between them: {}, or files of 'tandem run --record'", fmt::join(names, ", ")));
+  app->add_option("--threads", o->threads, "tandem's numbers of threads, a comma between them; default: 1,2");
+  app->add_option("--steps", o->steps, "simulation steps; default: 400");
+  app->add_option("--bodies", o->bodies, "moving bodies of each scene; default: the paper's number");
+  app->callback([o = o, names] {
+    std::vector<std::string> allowed = names;
+    for (const std::string& scene : split_list(o->scenes))
+      if (std::filesystem::is_regular_file(scene)) allowed.push_back(scene);
+    run(peers_bench, *o, allowed);
+  });
+}
+
 int complain(std::string what, int status) {
   std::replace_if(
       what.begin(), what.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }, ' ');
@@ -133,13 +152,14 @@ int run_program(int count, char** arguments) {
   add_simulation(program, "figures", "the paper's Figures 5 and 7", figures_bench);
   add_narrowphase(program);
   add_broadphase(program);
+  add_peers(program);
   program.footer("WHAT --help tells its options.\nExit status: 0 done, 1 the work failed, 2 the request was wrong.");
   try {
     const std::string first = count > 1 ? arguments[1] : "";
     const auto commands = program.get_subcommands([](const CLI::App*) { return true; });
     if ((first.empty() || first[0] != '-') &&
         std::none_of(commands.begin(), commands.end(), [&](const auto* c) { return c->get_name() == first; }))
-      refuse_option("WHAT", first, "scenes, figures, narrowphase, broadphase, --help");
+      refuse_option("WHAT", first, "scenes, figures, narrowphase, broadphase, peers, --help");
     program.parse(count, arguments);
   } catch (const CLI::Success& asked) {
     program.exit(asked);

@@ -1,11 +1,5 @@
 #include <BulletCollision/CollisionDispatch/btBoxBoxDetector.h>
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
-#include <BulletCollision/CollisionShapes/btCapsuleShape.h>
-#include <BulletCollision/CollisionShapes/btConeShape.h>
-#include <BulletCollision/CollisionShapes/btConvexHullShape.h>
-#include <BulletCollision/CollisionShapes/btCylinderShape.h>
-#include <BulletCollision/CollisionShapes/btSphereShape.h>
-#include <BulletCollision/CollisionShapes/btTriangleShape.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpa2.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkPairDetector.h>
@@ -13,7 +7,7 @@
 
 #include <array>
 
-#include "narrowphase/hull.h"
+#include "bullet_shape.h"
 #include "pair_solver.h"
 
 namespace tandem::bench {
@@ -21,55 +15,6 @@ namespace {
 
 // Named with the precision that this Bullet was built with.
 constexpr bool is_double = sizeof(btScalar) == sizeof(double);
-
-btScalar scalar(double x) { return static_cast<btScalar>(x); }
-btVector3 vector(const Vec3& v) { return {scalar(v[0]), scalar(v[1]), scalar(v[2])}; }
-Vec3 vector(const btVector3& v) { return {v[0], v[1], v[2]}; }
-
-/// A's translation is taken from both: coordinates far out cost a float its digits.
-btTransform transform(const Pose& pose, const Vec3& origin) {
-  const Mat3& r = pose.rotation;
-  return btTransform(btMatrix3x3(scalar(r(0, 0)), scalar(r(0, 1)), scalar(r(0, 2)), scalar(r(1, 0)), scalar(r(1, 1)),
-                                 scalar(r(1, 2)), scalar(r(2, 0)), scalar(r(2, 1)), scalar(r(2, 2))),
-                     vector(Vec3(pose.translation - origin)));
-}
-
-/// Null where Bullet has no convex shape of the kind. Without margin where the margin would round edges off.
-std::unique_ptr<btConvexShape> make(const Shape& s) {
-  std::unique_ptr<btConvexShape> out;
-  switch (s.kind()) {
-    case ShapeKind::sphere:
-      return std::make_unique<btSphereShape>(scalar(s.radius()));
-    case ShapeKind::capsule:
-      return std::make_unique<btCapsuleShapeZ>(scalar(s.radius()), scalar(s.length()));
-    case ShapeKind::box:
-      out = std::make_unique<btBoxShape>(vector(s.half_size()));
-      break;
-    case ShapeKind::cylinder:
-      out = std::make_unique<btCylinderShapeZ>(vector(Vec3(s.radius(), s.radius(), 0.5 * s.length())));
-      break;
-    case ShapeKind::cone:
-      out = std::make_unique<btConeShapeZ>(scalar(s.radius()), scalar(s.length()));
-      break;
-    case ShapeKind::convex: {
-      auto hull = std::make_unique<btConvexHullShape>();
-      for (const Vec3& v : s.hull().vertices) hull->addPoint(vector(v), false);
-      hull->recalcLocalAabb();
-      out = std::move(hull);
-      break;
-    }
-    case ShapeKind::triangle: {
-      const auto& v = s.hull().vertices;
-      if (v.size() != 3) return nullptr;
-      out = std::make_unique<btTriangleShape>(vector(v[0]), vector(v[1]), vector(v[2]));
-      break;
-    }
-    default:
-      return nullptr;
-  }
-  out->setMargin(0);
-  return out;
-}
 
 /// What Bullet keeps as margin and leaves out of the support function.
 double round_part(const Shape& s) {
@@ -82,7 +27,7 @@ using Shapes = std::vector<std::array<std::unique_ptr<btConvexShape>, 2>>;
 Shapes build(const Question& question) {
   Shapes out;
   for (const reference::PosedPair& p : question.pairs) {
-    out.push_back({make(p.a), make(p.b)});
+    out.push_back({bullet_convex(p.a), bullet_convex(p.b)});
     if (!out.back()[0] || !out.back()[1]) return {};
   }
   return out;
@@ -94,14 +39,15 @@ struct Deepest final : btDiscreteCollisionDetectorInterface::Result {
   void setShapeIdentifiersB(int, int) override {}
   void addContactPoint(const btVector3& normal_on_b, const btVector3&, btScalar distance) override {
     if (found.measured && distance >= found.signed_distance) return;
-    found = {.collide = distance <= 0, .measured = true, .signed_distance = distance, .normal = -vector(normal_on_b)};
+    found = {
+        .collide = distance <= 0, .measured = true, .signed_distance = distance, .normal = -from_bullet(normal_on_b)};
   }
 };
 
 btDiscreteCollisionDetectorInterface::ClosestPointInput input(const reference::PosedPair& p) {
   btDiscreteCollisionDetectorInterface::ClosestPointInput in;
-  in.m_transformA = transform(p.pose_a, p.pose_a.translation);
-  in.m_transformB = transform(p.pose_b, p.pose_a.translation);
+  in.m_transformA = bullet_pose(p.pose_a, p.pose_a.translation);
+  in.m_transformB = bullet_pose(p.pose_b, p.pose_a.translation);
   return in;
 }
 
@@ -125,7 +71,8 @@ std::unique_ptr<PairSolver> gjk_epa2(const Question& question) {
   if (shapes.empty()) return nullptr;
   return each_pair([shapes = std::move(shapes), pairs = question.pairs](std::size_t i) {
     const reference::PosedPair& p = pairs[i];
-    const btTransform ta = transform(p.pose_a, p.pose_a.translation), tb = transform(p.pose_b, p.pose_a.translation);
+    const btTransform ta = bullet_pose(p.pose_a, p.pose_a.translation),
+                      tb = bullet_pose(p.pose_b, p.pose_a.translation);
     btGjkEpaSolver2::sResults result;
     const bool ok = btGjkEpaSolver2::SignedDistance(shapes[i][0].get(), ta, shapes[i][1].get(), tb,
                                                     tb.getOrigin() - ta.getOrigin(), result);

@@ -1,0 +1,135 @@
+#include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
+#include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
+#include <BulletCollision/CollisionShapes/btTriangleIndexVertexArray.h>
+#include <BulletCollision/Gimpact/btGImpactCollisionAlgorithm.h>
+#include <BulletCollision/Gimpact/btGImpactShape.h>
+#include <btBulletCollisionCommon.h>
+
+#include <algorithm>
+#include <map>
+
+#include "bullet_shape.h"
+#include "narrowphase/mesh_model.h"
+#include "scene_detector.h"
+
+namespace tandem::bench {
+namespace {
+
+constexpr bool is_double = sizeof(btScalar) == sizeof(double);
+
+/// A shape with what it refers to. A mesh that moves is a GImpact shape, one that does not a tree of triangles.
+struct BulletShape {
+  std::vector<btVector3> vertices;
+  std::vector<int> indices;
+  std::unique_ptr<btTriangleIndexVertexArray> triangles;
+  std::unique_ptr<btCollisionShape> shape;
+};
+
+std::unique_ptr<BulletShape> bullet_shape(const Shape& shape, bool is_static) {
+  auto out = std::make_unique<BulletShape>();
+  if (shape.kind() == ShapeKind::halfspace) {
+    out->shape = std::make_unique<btStaticPlaneShape>(to_bullet(shape.normal()), static_cast<btScalar>(shape.offset()));
+    out->shape->setMargin(0);
+  } else if (shape.kind() == ShapeKind::mesh) {
+    for (const Vec3& v : shape.mesh().vertices) out->vertices.push_back(to_bullet(v));
+    for (const auto& triangle : shape.mesh().triangles)
+      for (const std::uint32_t corner : triangle) out->indices.push_back(static_cast<int>(corner));
+    out->triangles = std::make_unique<btTriangleIndexVertexArray>(
+        static_cast<int>(shape.mesh().triangles.size()), out->indices.data(), static_cast<int>(3 * sizeof(int)),
+        static_cast<int>(out->vertices.size()), &out->vertices[0][0], static_cast<int>(sizeof(btVector3)));
+    if (is_static) {
+      out->shape = std::make_unique<btBvhTriangleMeshShape>(out->triangles.get(), true);
+      out->shape->setMargin(0);
+    } else {
+      auto mesh = std::make_unique<btGImpactMeshShape>(out->triangles.get());
+      mesh->setMargin(0);
+      mesh->updateBound();
+      out->shape = std::move(mesh);
+    }
+  } else {
+    out->shape = bullet_convex(shape);
+  }
+  return out;
+}
+
+class BulletDetector final : public SceneDetector {
+ public:
+  explicit BulletDetector(const Scene& scene) {
+    btGImpactCollisionAlgorithm::registerAlgorithm(&dispatcher_);
+    world_.setForceUpdateAllAabbs(false);
+    std::map<std::pair<std::uint32_t, bool>, const BulletShape*> made;
+    for (std::uint32_t i = 0; i < scene.indices(); ++i) {
+      const bool is_static = scene.is_static()[i] != 0;
+      const BulletShape*& shape = made[{scene.shape_indices()[i], is_static}];
+      if (shape == nullptr) shape = shapes_.emplace_back(bullet_shape(scene.shape_of(i), is_static)).get();
+      auto object = std::make_unique<btCollisionObject>();
+      object->setCollisionShape(shape->shape.get());
+      object->setWorldTransform(bullet_pose(scene.poses()[i], Vec3::Zero()));
+      object->setUserIndex(static_cast<int>(i));
+      const int moving = btBroadphaseProxy::DefaultFilter, fixed = btBroadphaseProxy::StaticFilter;
+      if (is_static) {
+        object->setCollisionFlags(btCollisionObject::CF_STATIC_OBJECT);
+        object->forceActivationState(ISLAND_SLEEPING);
+        world_.addCollisionObject(object.get(), fixed, moving);
+      } else {
+        object->setCollisionFlags(0);
+        moving_.push_back(object.get());
+        world_.addCollisionObject(object.get(), moving, moving | fixed);
+      }
+      objects_.push_back(std::move(object));
+    }
+  }
+  BulletDetector(const BulletDetector&) = delete;
+  BulletDetector& operator=(const BulletDetector&) = delete;
+  ~BulletDetector() override {
+    for (const auto& object : objects_) world_.removeCollisionObject(object.get());
+  }
+
+  std::string name() const override { return is_double ? "Bullet, double" : "Bullet, float"; }
+
+  void detect(const Scene& scene) override {
+    for (btCollisionObject* object : moving_)
+      object->setWorldTransform(
+          bullet_pose(scene.poses()[static_cast<std::size_t>(object->getUserIndex())], Vec3::Zero()));
+    world_.performDiscreteCollisionDetection();
+  }
+
+  std::vector<TouchingPair> found() const override {
+    std::map<std::pair<std::uint32_t, std::uint32_t>, TouchingPair> pairs;
+    for (int i = 0; i < dispatcher_.getNumManifolds(); ++i) {
+      const btPersistentManifold* manifold = dispatcher_.getManifoldByIndexInternal(i);
+      const auto a = static_cast<std::uint32_t>(manifold->getBody0()->getUserIndex());
+      const auto b = static_cast<std::uint32_t>(manifold->getBody1()->getUserIndex());
+      for (int k = 0; k < manifold->getNumContacts(); ++k) {
+        const double depth = -manifold->getContactPoint(k).getDistance();
+        if (depth < 0) continue;  // it keeps points that are a little apart
+        const auto key = std::minmax(a, b);
+        TouchingPair& pair = pairs.try_emplace(key, TouchingPair{key.first, key.second, 0, 0}).first->second;
+        ++pair.contacts;
+        pair.depth = std::max(pair.depth, depth);
+      }
+    }
+    std::vector<TouchingPair> out;
+    for (const auto& [key, pair] : pairs) out.push_back(pair);
+    return out;
+  }
+
+ private:
+  btDefaultCollisionConfiguration configuration_;
+  btCollisionDispatcher dispatcher_{&configuration_};
+  btDbvtBroadphase broadphase_;
+  btCollisionWorld world_{&dispatcher_, &broadphase_, &configuration_};
+  std::vector<std::unique_ptr<BulletShape>> shapes_;
+  std::vector<std::unique_ptr<btCollisionObject>> objects_;
+  std::vector<btCollisionObject*> moving_;
+};
+
+}  // namespace
+
+SceneDetectors bullet_detectors(const Scene& scene) {
+  SceneDetectors out;
+  out.push_back(std::make_unique<BulletDetector>(scene));
+  return out;
+}
+
+}  // namespace tandem::bench

@@ -1,0 +1,167 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <chrono>
+#include <cmath>
+#include <stdexcept>
+
+#include "benches.h"
+#include "option_text.h"
+#include "peers/recorded_scene.h"
+#include "peers/scene_detector.h"
+#include "progress.h"
+
+namespace tandem::bench {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// What a contestant did in all timed steps.
+struct Tally {
+  Samples time;
+  double pile_ns = 0;  // sum over the last quarter of the steps
+  std::uint64_t pile_steps = 0;
+  std::uint64_t pairs = 0, contacts = 0;
+  std::uint64_t missed = 0, extra = 0;       // pairs, beside the first contestant's
+  std::uint64_t hash = 0xcbf29ce484222325u;  // FNV-1a over all steps
+};
+
+void add(std::uint64_t& hash, std::uint64_t word) {
+  hash = (hash ^ word) * 0x100000001b3u;
+  hash ^= hash >> 32;
+}
+
+std::vector<TouchingPair> sorted(std::vector<TouchingPair> pairs) {
+  std::sort(pairs.begin(), pairs.end(),
+            [](const TouchingPair& x, const TouchingPair& y) { return x.a != y.a ? x.a < y.a : x.b < y.b; });
+  return pairs;
+}
+
+std::size_t missing(const std::vector<TouchingPair>& from, const std::vector<TouchingPair>& of) {
+  std::size_t count = 0;
+  for (auto i = from.begin(), j = of.begin(); j != of.end(); ++j) {
+    while (i != from.end() && (i->a != j->a ? i->a < j->a : i->b < j->b)) ++i;
+    count += i == from.end() || i->a != j->a || i->b != j->b;
+  }
+  return count;
+}
+
+SceneDetectors contestants(const Scene& scene, const std::vector<int>& threads) {
+  SceneDetectors all = tandem_detectors(threads);
+  for (auto& detector : fcl_detectors(scene)) all.push_back(std::move(detector));
+#ifdef TANDEM_HAS_BULLET
+  for (auto& detector : bullet_detectors(scene)) all.push_back(std::move(detector));
+#endif
+  return all;
+}
+
+std::vector<Tally> play(RecordedScene& recorded, const SceneDetectors& detectors) {
+  const std::size_t n = detectors.size();
+  std::vector<Tally> tallies(n);
+  std::size_t turns = 0;
+  Progress progress("detect", recorded.stretches.size());
+  for (const Stretch& stretch : recorded.stretches) {
+    for (std::size_t k = 0; k < stretch.poses.size(); ++k) {
+      for (std::uint32_t i = 0; i < recorded.scene.indices(); ++i)
+        if (recorded.scene.is_static()[i] == 0) recorded.scene.move(i, stretch.poses[k][i], Vec3::Zero(), Vec3::Zero());
+      ++turns;
+      for (std::size_t turn = 0; turn < n; ++turn) {
+        const std::size_t who = (turn + turns) % n;
+        const auto begin = Clock::now();
+        detectors[who]->detect(recorded.scene);
+        const double ns = std::chrono::duration<double, std::nano>(Clock::now() - begin).count();
+        if (k < untimed_steps) continue;
+        tallies[who].time.add(ns);
+        if (4 * (stretch.first_step + k) >= 3 * recorded.steps) tallies[who].pile_ns += ns, ++tallies[who].pile_steps;
+      }
+      if (k < untimed_steps) continue;
+      const std::vector<TouchingPair> ours = sorted(detectors[0]->found());
+      for (std::size_t i = 0; i < n; ++i) {
+        const std::vector<TouchingPair> theirs = i == 0 ? ours : sorted(detectors[i]->found());
+        Tally& tally = tallies[i];
+        tally.pairs += theirs.size();
+        for (const TouchingPair& pair : theirs) {
+          tally.contacts += pair.contacts;
+          add(tally.hash, std::uint64_t{pair.a} << 32 | pair.b);
+          add(tally.hash, pair.contacts);
+          add(tally.hash, std::bit_cast<std::uint64_t>(pair.depth));
+        }
+        tally.missed += missing(theirs, ours);
+        tally.extra += missing(ours, theirs);
+      }
+    }
+    progress.at(static_cast<std::uint64_t>(&stretch - recorded.stretches.data()) + 1);
+  }
+  return tallies;
+}
+
+RecordedScene poses_of(const std::string& name, const Settings& settings) {
+  const std::size_t steps = settings.steps != 0 ? static_cast<std::size_t>(settings.steps) : settings.quick ? 200 : 400;
+  for (const PeersScene& scene : peers_scenes())
+    if (scene.name == name) return simulate(scene, settings.bodies, steps, settings.quick ? 16 : scene.timed);
+  return read_recorded(name, settings.steps != 0 ? steps : SIZE_MAX, settings.quick ? 16 : 64);
+}
+
+}  // namespace
+
+std::vector<std::string> peers_scene_names() {
+  std::vector<std::string> names;
+  for (const PeersScene& scene : peers_scenes()) names.emplace_back(scene.name);
+  return names;
+}
+
+std::vector<Row> peers_bench(const Settings& settings) {
+  std::vector<std::string> names = settings.scenes;
+  if (names.empty()) names = peers_scene_names();
+  std::vector<int> threads = settings.threads.empty() ? std::vector<int>{1, 2} : settings.threads;
+
+  std::vector<Row> rows;
+  fmt::print(
+      "The whole detection step, contacts computed, on recorded poses. ms a step; pairs and contacts of all timed "
+      "steps;\nmissed, extra: pairs beside tandem's; ratio: the fastest other contestant's median over tandem's.\n"
+      "{:<19} {:<18} {:>7} {:>6} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>7} {:>7} {:>7}  {}\n",
+      "scene", "contestant", "threads", "steps", "median", "p10", "p90", "pile", "pairs", "contacts", "missed", "extra",
+      "ratio", "hash");
+  for (const std::string& name : names) {
+    RecordedScene recorded = poses_of(name, settings);
+    const SceneDetectors detectors = contestants(recorded.scene, threads);
+    std::vector<Tally> tallies = play(recorded, detectors);
+    for (std::size_t i = 1; i < threads.size(); ++i)
+      if (tallies[i].hash != tallies[0].hash)
+        throw std::runtime_error(
+            fmt::format("{}: other contacts on {} threads than on {}", recorded.name, threads[i], threads[0]));
+    double fastest = INFINITY;
+    for (std::size_t i = threads.size(); i < tallies.size(); ++i) fastest = std::min(fastest, tallies[i].time.median());
+    for (std::size_t i = 0; i < tallies.size(); ++i) {
+      Tally& tally = tallies[i];
+      const double pile = tally.pile_steps != 0 ? tally.pile_ns / static_cast<double>(tally.pile_steps) : 0;
+      const double ratio = i < threads.size() ? fastest / tally.time.median() : 0;
+      fmt::print("{:<19} {:<18} {:>7} {:>6} {:>9.3f} {:>9.3f} {:>9.3f} {:>9.3f} {:>9} {:>9} {:>7} {:>7} {:>7}  {}\n",
+                 recorded.name, detectors[i]->name(), detectors[i]->threads(), tally.time.size(),
+                 1e-6 * tally.time.median(), 1e-6 * tally.time.quantile(0.1), 1e-6 * tally.time.quantile(0.9),
+                 1e-6 * pile, tally.pairs, tally.contacts, tally.missed, tally.extra,
+                 ratio > 0 ? fmt::format("{:.2f}x", ratio) : "", hex(tally.hash));
+      Row row{"peers",
+              recorded.name,
+              detectors[i]->name(),
+              detectors[i]->threads(),
+              recorded.scene.bodies(),
+              std::move(tally.time),
+              tally.hash,
+              {{"steps", recorded.steps},
+               {"mean_ns", 0},
+               {"pile_mean_ns", pile},
+               {"pairs", tally.pairs},
+               {"contacts", tally.contacts},
+               {"pairs_missed", tally.missed},
+               {"pairs_extra", tally.extra}}};
+      row.more["mean_ns"] = row.time.mean();
+      if (ratio > 0) row.more["ratio_to_fastest_peer"] = ratio;
+      rows.push_back(std::move(row));
+    }
+  }
+  return rows;
+}
+
+}  // namespace tandem::bench

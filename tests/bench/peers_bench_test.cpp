@@ -1,0 +1,63 @@
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "../engine/temporary_folder.h"
+
+using namespace tandem;
+
+namespace {
+
+int run(const std::string& program, const std::string& arguments, const std::filesystem::path& out) {
+  const int status = std::system((program + " " + arguments + " > " + out.string() + " 2>&1").c_str());
+  return WEXITSTATUS(status);
+}
+
+nlohmann::json rows_of(const std::filesystem::path& file) {
+  nlohmann::json result;
+  std::ifstream(file) >> result;
+  return result.at("rows");
+}
+
+}  // namespace
+
+TEST_CASE("peers bench: every scene, one answer of ours on one thread and two, and no pair that others miss") {
+  const TemporaryFolder folder;
+  const auto json = folder / "peers.json";
+  REQUIRE(run(TANDEM_BENCH_PATH, "peers --quick --bodies 40 --steps 90 --json " + json.string(), folder / "out.txt") ==
+          0);
+  std::map<std::string, std::vector<nlohmann::json>> scenes;
+  for (const auto& row : rows_of(json)) scenes[row.at("workload")].push_back(row);
+  CHECK(scenes.size() == 7);
+  for (const auto& [scene, rows] : scenes) {
+    CAPTURE(scene);
+    REQUIRE(rows.size() >= 3);
+    CHECK(rows[0].at("contestant") == "tandem");
+    CHECK(rows[1].at("contestant") == "tandem");
+    CHECK(rows[1].at("threads") == 2);
+    CHECK(rows[0].at("hash") == rows[1].at("hash"));
+    CHECK(rows[0].at("pairs") > 100);
+    CHECK(rows[0].at("contacts") >= rows[0].at("pairs"));
+    // FCL's verdicts are exact but for what touches to rounding.
+    const double pairs = rows[0].at("pairs");
+    CHECK(rows[2].at("contestant").get<std::string>().starts_with("FCL"));
+    CHECK(rows[2].at("pairs_extra").get<double>() <= 0.002 * pairs);
+    CHECK(rows[2].at("pairs_missed").get<double>() <= 0.002 * pairs);
+  }
+}
+
+TEST_CASE("peers bench: poses from a record; a scene that is neither is refused") {
+  const TemporaryFolder folder;
+  const auto record = folder / "drop.record", json = folder / "peers.json";
+  REQUIRE(run(TANDEM_PROGRAM_PATH, "run spheres-on-plane --bodies 30 --steps 40 --record " + record.string(),
+              folder / "out.txt") == 0);
+  REQUIRE(run(TANDEM_BENCH_PATH, "peers --scene " + record.string() + " --json " + json.string(), folder / "out.txt") ==
+          0);
+  const auto rows = rows_of(json);
+  CHECK(rows[0].at("workload") == "drop");
+  CHECK(rows[0].at("pairs") > 30);
+  CHECK(run(TANDEM_BENCH_PATH, "peers --scene nothing", folder / "out.txt") == 2);
+}
