@@ -229,6 +229,17 @@ RelativePose relative_pose(const BoxAxes& x) {
   return pose;
 }
 
+/// Two boxes as solvers of any convex shapes see them.
+struct Boxes {
+  Boxes(const HalfSize& half_a, const HalfSize& half_b, const BoxAxes& x)
+      : a(view_box(half_a)), b(view_box(half_b)), difference{a, b, relative_pose(x)} {}
+  Boxes(const Boxes&) = delete;
+  Boxes& operator=(const Boxes&) = delete;
+
+  ConvexView a, b;
+  MinkowskiDifference difference;
+};
+
 }  // namespace
 
 bool box_box_collide(const HalfSize& a, const Pose& pose_a, const HalfSize& b, const Pose& pose_b) {
@@ -253,8 +264,7 @@ BoxAnswer box_box_distance(const HalfSize& a, const Pose& pose_a, const HalfSize
   const Vec3 axis = local.normal;
   if (best.distance <= 0) {
     // Parallel faces and edges: many corners are equally deep, and not all of them lie over the other box.
-    const ConvexView va = view_box(a), vb = view_box(b);
-    pair_points({va, vb, relative_pose(x)}, local);
+    pair_points(Boxes(a, b, x).difference, local);
     return answer;
   }
   double upper;
@@ -264,26 +274,26 @@ BoxAnswer box_box_distance(const HalfSize& a, const Pose& pose_a, const HalfSize
     upper = direction.norm();
     direction /= upper;
   } else {
-    const ConvexView va = view_box(a), vb = view_box(b);
-    local = gjk_signed_distance({va, vb, relative_pose(x)}, 0);
+    local = gjk_signed_distance(Boxes(a, b, x).difference, 0);
     upper = local.signed_distance;
     direction = local.normal;
   }
-  // Where the axis says as much, it is exact, and the direction between nearest points that nearly touch is noise.
-  if (upper - best.distance > rounding * size(x)) {
-    local.signed_distance = upper;
-    local.normal = direction;
-    answer.axis = -1;
-    // Between points that nearly touch the direction is noise, and the boxes may be almost flat to it.
-    if (upper < 0.01 * size(x)) {
-      const ConvexView va = view_box(a), vb = view_box(b);
-      const MinkowskiDifference d{va, vb, relative_pose(x)};
-      if (separation_along(d, direction) < upper - rounding * size(x)) settle_by_features(d, local);
-    }
-  } else {
+  // Where the axis says as much and the points lie along it, it is exact, and the direction between nearest points that
+  // nearly touch is noise.
+  const double doubt = rounding * size(x);
+  const bool equal = !(upper - best.distance > doubt);
+  if (equal && (local.point_b - local.point_a - best.distance * axis).norm() <= 1e-12 * size(x)) {
     local.signed_distance = best.distance;
     local.normal = axis;
     local.gap = 0;
+    return answer;
+  }
+  local.signed_distance = upper;
+  local.normal = direction;
+  answer.axis = -1;
+  if (equal || upper < 0.01 * size(x)) {
+    const Boxes boxes(a, b, x);
+    if (separation_along(boxes.difference, direction) < upper - doubt) settle_by_features(boxes.difference, local);
   }
   return answer;
 }
@@ -309,8 +319,7 @@ BoxAnswer box_box_overlap(const HalfSize& a, const Pose& pose_a, const HalfSize&
   answer.local.signed_distance = best.distance;
   answer.local.normal = axis_direction(x, best.axis);
   if (best.axis >= 6 && best.distance <= 0 && !witness(x, best.axis, answer.local)) {
-    const ConvexView va = view_box(a), vb = view_box(b);
-    pair_points({va, vb, relative_pose(x)}, answer.local);
+    pair_points(Boxes(a, b, x).difference, answer.local);
   }
   return answer;
 }

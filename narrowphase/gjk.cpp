@@ -249,6 +249,7 @@ GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond,
   r.upper = std::numeric_limits<double>::infinity();
   r.lower = -r.upper;
   double length = v.norm();
+  int stalled = 0;
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     const MinkowskiPoint p = d.support(-v);
     r.along = v.dot(p.w) / length;
@@ -277,7 +278,9 @@ GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond,
           r.upper = 0;
           return r;
         }
-        if (!(n.squared < v.squaredNorm())) {
+        // A small turn of a long way is lost in the squares: tried, but not for ever.
+        const double before = v.squaredNorm();
+        if (!(n.squared < before) && (++stalled > 2 || !(n.squared <= (1 + 4 * epsilon) * before))) {
           --s.count;
           break;
         }

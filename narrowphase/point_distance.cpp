@@ -193,7 +193,10 @@ SegmentDistance segment_distance(const Vec3& centre_a, const Vec3& half_a, const
   SegmentDistance d;
   d.point_a = centre_a + s * half_a;
   d.point_b = centre_b + t * half_b;
-  const Vec3 gap = t * half_b - s * half_a - r;
+  Vec3 gap = t * half_b - s * half_a - r;
+  // Inside a segment the way is square to it, whatever is left of so small a difference.
+  if (std::abs(s) < 1 && uu > 0) gap -= (gap.dot(half_a) / uu) * half_a;
+  if (std::abs(t) < 1 && vv > 0) gap -= (gap.dot(half_b) / vv) * half_b;
   d.distance = gap.norm();
   const double rounding = 1e-15 * (r.norm() + std::sqrt(uu) + std::sqrt(vv));
   // Of nearly parallel segments the product is small and askew: square to the longer, where its tilt would tell.
