@@ -10,6 +10,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "support_kernel.h"
+
 extern "C" {
 #include <libqhull_r/qhull_ra.h>
 }
@@ -213,9 +215,7 @@ void extend_offset(const Hull& hull, Hull::Face& face) {
     std::for_each(hull.vertices.begin(), hull.vertices.end(), extend);
     return;
   }
-  const SupportMap::Range& range = hull.support.candidates(face.normal);
-  const std::uint32_t* index = hull.support.index(range);
-  std::for_each(index, index + range.blocks * SupportMap::block, [&](std::uint32_t i) { extend(hull.vertices[i]); });
+  extend(hull.vertices[support_kernel()(hull.support, hull.vertices.data(), face.normal.data())]);
 }
 
 Hull assemble(std::span<const Vec3> p, int dimension, const std::vector<std::uint32_t>& extreme, const Loops& loops,

@@ -71,9 +71,7 @@ inline SupportPoint core_support_point(const ConvexView& v, const Vec3& d, Suppo
     case ShapeKind::convex:
     case ShapeKind::triangle: {
       if (v.vertices.size() > 4) {
-        const SupportMap& map = v.hull->support;
-        const SupportMap::Range& range = map.candidates(d);
-        const std::uint32_t best = kernel(map.xyz(range), map.index(range), range.blocks, d[0], d[1], d[2]);
+        const std::uint32_t best = kernel(v.hull->support, v.vertices.data(), d.data());
         return {v.vertices[best], best};
       }
       std::uint32_t best = 0;

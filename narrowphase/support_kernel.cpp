@@ -1,6 +1,8 @@
 #include "support_kernel.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
 
 #undef HWY_TARGET_INCLUDE
@@ -13,57 +15,64 @@ namespace tandem::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
-std::uint32_t farthest(const double* xyz, const std::uint32_t* index, std::size_t blocks, double x, double y,
-                       double z) {
-  const hn::CappedTag<double, 8> tag;
+HWY_INLINE std::uint32_t farthest_vertex(const SupportMap& map, const Vec3* vertices, double x, double y, double z) {
+  const hn::CappedTag<float, 8> tag;
   const std::size_t lanes = hn::Lanes(tag);
-  const auto dx = hn::Set(tag, x), dy = hn::Set(tag, y), dz = hn::Set(tag, z);
-  // Mul and Add, never fused: the same bits on every machine.
-  const auto along = [&](const double* p) HWY_ATTR {
-    return hn::Add(hn::Add(hn::Mul(hn::LoadU(tag, p), dx), hn::Mul(hn::LoadU(tag, p + 8), dy)),
-                   hn::Mul(hn::LoadU(tag, p + 16), dz));
-  };
-  HWY_ALIGN double value[8], in_block[8];
-  auto most = along(xyz);
-  if (blocks == 1) {
-    hn::Store(most, tag, value);
-    for (std::size_t l = lanes; l < 8; l += lanes) {
-      const auto s = along(xyz + l);
-      hn::Store(s, tag, value + l);
-      most = hn::Max(most, s);
-    }
-  } else {
-    // The first of the blocks that is best in each of the eight places, then the best of the eight.
-    for (std::size_t l = 0; l < 8; l += lanes) {
-      auto best = along(xyz + l);
-      auto number = hn::Zero(tag);
-      for (std::size_t b = 1; b < blocks; ++b) {
-        const auto s = along(xyz + 24 * b + l);
-        const auto more = hn::Gt(s, best);
-        best = hn::IfThenElse(more, s, best);
-        number = hn::IfThenElse(more, hn::Set(tag, static_cast<double>(b)), number);
+  const SupportMap::Range range = map.candidates(x, y, z);
+  const SupportMap::Block* const first = map.blocks() + range.first;
+  double sx = x, sy = y, sz = z;
+  const double longest = std::max({std::abs(x), std::abs(y), std::abs(z)});
+  if (!(longest > 1e-25 && longest < 1e25)) {
+    const int e = longest > 0 && longest < std::numeric_limits<double>::infinity() ? -std::ilogb(longest) : 0;
+    sx = std::ldexp(x, e), sy = std::ldexp(y, e), sz = std::ldexp(z, e);
+  }
+  const float fx = static_cast<float>(sx), fy = static_cast<float>(sy), fz = static_cast<float>(sz);
+  const std::array<float, 3>& s = map.slack();
+  const float slack = std::abs(fx) * s[0] + std::abs(fy) * s[1] + std::abs(fz) * s[2];
+  const auto dx = hn::Set(tag, fx), dy = hn::Set(tag, fy), dz = hn::Set(tag, fz);
+
+  constexpr std::size_t part = SupportMap::searched_all;
+  std::uint32_t best = first[0].index[0];
+  double most = -std::numeric_limits<double>::infinity();
+  for (std::size_t from = 0; from < range.blocks; from += part) {
+    const SupportMap::Block* const b = first + from;
+    const std::size_t blocks = std::min<std::size_t>(part, range.blocks - from);
+    HWY_ALIGN float value[8 * part];
+    auto top = hn::Set(tag, -std::numeric_limits<float>::max());
+    for (std::size_t i = 0; i < blocks; ++i)
+      for (std::size_t l = 0; l < 8; l += lanes) {
+        const auto along =
+            hn::Add(hn::Add(hn::Mul(hn::Load(tag, b[i].x + l), dx), hn::Mul(hn::Load(tag, b[i].y + l), dy)),
+                    hn::Mul(hn::Load(tag, b[i].z + l), dz));
+        hn::Store(along, tag, value + 8 * i + l);
+        top = hn::Max(top, along);
       }
-      hn::Store(best, tag, value + l);
-      hn::Store(number, tag, in_block + l);
-      most = hn::Max(most, best);
+    const auto threshold = hn::Sub(hn::MaxOfLanes(tag, top), hn::Set(tag, slack));
+    std::uint64_t near = 0;
+    for (std::size_t i = 0; i < blocks; ++i)
+      for (std::size_t l = 0; l < 8; l += lanes) {
+        std::uint8_t bits[8];
+        hn::StoreMaskBits(tag, hn::Ge(hn::Load(tag, value + 8 * i + l), threshold), bits);
+        near |= std::uint64_t{bits[0]} << (8 * i + l);
+      }
+    if (range.blocks <= part && (near & (near - 1)) == 0 && near != 0) {
+      const std::size_t only = hwy::Num0BitsBelowLS1Bit_Nonzero64(near);
+      return b[only / 8].index[only % 8];
+    }
+    for (; near != 0; near &= near - 1) {
+      const std::size_t at = hwy::Num0BitsBelowLS1Bit_Nonzero64(near);
+      const std::uint32_t i = b[at / 8].index[at % 8];
+      const double* const p = vertices[i].data();
+      const double along = p[0] * x + p[1] * y + p[2] * z;
+      if (along > most) most = along, best = i;
     }
   }
-  most = hn::MaxOfLanes(tag, most);
-  unsigned places = 0;
-  for (std::size_t l = 0; l < 8; l += lanes) {
-    std::uint8_t bits[8];
-    hn::StoreMaskBits(tag, hn::Eq(hn::Load(tag, value + l), most), bits);
-    places |= static_cast<unsigned>(bits[0]) << l;
-  }
-  if (places == 0) return index[0];  // not a number
-  std::size_t best = hwy::Num0BitsBelowLS1Bit_Nonzero32(places);
-  if (blocks == 1) return index[best];
-  best += 8 * static_cast<std::size_t>(in_block[best]);
-  for (places &= places - 1; places != 0; places &= places - 1) {
-    const std::size_t place = hwy::Num0BitsBelowLS1Bit_Nonzero32(places);
-    best = std::min(best, 8 * static_cast<std::size_t>(in_block[place]) + place);
-  }
-  return index[best];
+  return best;
+}
+
+// NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
+std::uint32_t farthest(const SupportMap& map, const Vec3* vertices, const double* d) {
+  return farthest_vertex(map, vertices, d[0], d[1], d[2]);
 }
 
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target

@@ -2,12 +2,13 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "support_map.h"
+
 namespace tandem {
 
-/// The index of the candidate farthest along d = (x, y, z), among equals the first. `xyz`: `blocks` > 0 times
-/// x[8], y[8], z[8], finite; `index`: 8 numbers a block.
-using SupportKernel = std::uint32_t (*)(const double* xyz, const std::uint32_t* index, std::size_t blocks, double x,
-                                        double y, double z);
+/// The number of the vertex farthest along d (x, y, z), among equals the first: of the dot products in double, summed
+/// in order. The vertices are those that the map was made of.
+using SupportKernel = std::uint32_t (*)(const SupportMap& map, const Vec3* vertices, const double* d);
 
 /// The kernel for the widest instruction set of the processor (SSE2 to AVX-512). All give the same answer.
 SupportKernel support_kernel();

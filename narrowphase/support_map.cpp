@@ -1,6 +1,7 @@
 #include "support_map.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numeric>
 
@@ -24,41 +25,57 @@ bool chamber_edges(unsigned code, std::array<Vec3, 3>& edges) {
 
 }  // namespace
 
+void SupportMap::fill(Block& b, std::span<const Vec3> vertices, std::span<const std::uint32_t> kept) const {
+  for (std::size_t l = 0; l < block; ++l) {
+    const std::uint32_t i = kept[std::min(l, kept.size() - 1)];
+    const auto scaled = [&](int k) { return static_cast<float>(std::ldexp(vertices[i][k] - middle_[k], -exponent_)); };
+    b.x[l] = scaled(0), b.y[l] = scaled(1), b.z[l] = scaled(2);
+    b.index[l] = i;
+  }
+}
+
 SupportMap::SupportMap(std::span<const Vec3> vertices) {
   const std::size_t n = vertices.size();
-  const auto append = [&](std::vector<std::uint32_t>& kept) {
-    const std::size_t blocks = (kept.size() + block - 1) / block;
-    const Range range{static_cast<std::uint32_t>(index_.size() / block), static_cast<std::uint32_t>(blocks)};
-    kept.resize(blocks * block, kept.back());
-    for (std::size_t b = 0; b < blocks; ++b)
-      for (int k = 0; k < 3; ++k)
-        for (std::size_t l = 0; l < block; ++l) xyz_.push_back(vertices[kept[b * block + l]][k]);
-    index_.insert(index_.end(), kept.begin(), kept.end());
+  Vec3 lo = vertices[0], hi = vertices[0], most = Vec3::Zero();
+  for (const Vec3& v : vertices) lo = lo.cwiseMin(v), hi = hi.cwiseMax(v), most = most.cwiseMax(v.cwiseAbs());
+  middle_ = lo + 0.5 * (hi - lo);
+  const Vec3 reach = (hi - middle_).cwiseMax(middle_ - lo);
+  exponent_ = reach.maxCoeff() > 0 ? std::ilogb(reach.maxCoeff()) : 0;
+  for (int k = 0; k < 3; ++k) {
+    // Two values, each of three products of two rounded numbers and two sums, are off by at most 10 units of single
+    // precision; those in double by 10 of theirs, about the shape's origin. The last keeps clear of denormal numbers.
+    const double slack = std::ldexp(0x1p-20 * reach[k] + 0x1p-49 * most[k], -exponent_) + 1e-18;
+    slack_[static_cast<std::size_t>(k)] = static_cast<float>(1.001 * slack);
+  }
+  const auto append = [&](std::span<const std::uint32_t> kept) {
+    const Range range{static_cast<std::uint32_t>(blocks_.size()),
+                      static_cast<std::uint32_t>((kept.size() + block - 1) / block)};
+    for (std::size_t i = 0; i < kept.size(); i += block)
+      fill(blocks_.emplace_back(), vertices, kept.subspan(i, std::min(block, kept.size() - i)));
     return range;
   };
   std::vector<std::uint32_t> kept(n);
   std::iota(kept.begin(), kept.end(), 0u);
-  if (n <= block) {
-    chambers_.fill(append(kept));
+  if (n <= searched_all * block) {
+    append(kept);
     return;
   }
-  double reach = 0;
-  for (const Vec3& v : vertices) reach = std::max(reach, v.cwiseAbs().maxCoeff());
   // Beaten by more than any rounding of a dot product: the answer is that of a scan of all vertices, bit for bit.
-  const double margin = 32 * std::numeric_limits<double>::epsilon() * reach;
+  const double margin = 32 * std::numeric_limits<double>::epsilon() * most.maxCoeff();
   std::vector<std::array<double, 3>> along(n);
+  chambers_.resize(64);
   for (unsigned code = 0; code < 64; ++code) {
     std::array<Vec3, 3> edges;
     if (!chamber_edges(code, edges)) continue;
     std::array<std::size_t, 4> strong{};  // the best along the edges and along the middle of the chamber
-    std::array<double, 4> most;
-    most.fill(-std::numeric_limits<double>::infinity());
+    std::array<double, 4> farthest;
+    farthest.fill(-std::numeric_limits<double>::infinity());
     for (std::size_t i = 0; i < n; ++i) {
       double sum = 0;
       for (std::size_t e = 0; e < 4; ++e) {
         const double s = e < 3 ? edges[e].dot(vertices[i]) : sum;
         if (e < 3) along[i][e] = s, sum += s / edges[e].norm();
-        if (s > most[e]) most[e] = s, strong[e] = i;
+        if (s > farthest[e]) farthest[e] = s, strong[e] = i;
       }
     }
     kept.clear();

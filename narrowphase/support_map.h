@@ -9,38 +9,53 @@
 
 namespace tandem {
 
-/// Which vertices of a hull can be the farthest along a direction, by the direction's chamber: the 48 cones into
-/// which the planes x = 0, y = 0, z = 0, |x| = |y|, |y| = |z|, |z| = |x| divide space. Over a cone a vertex is
-/// beaten everywhere by another one that beats it along the three edges of the cone, so few are left in each: about
-/// 5 of 32 on a ball, 14 of 256.
+/// A hull's vertices as a search for the farthest one along a direction reads them: in single precision, about their
+/// middle, in a unit in which the longest coordinate is between 1 and 2. What that leaves open is decided among the few
+/// vertices within `slack` of the farthest, in double.
+///
+/// Of up to 64 vertices all are searched. Of more, those that can be the farthest at all, by the direction's chamber:
+/// the 48 cones into which the planes x = 0, y = 0, z = 0, |x| = |y|, |y| = |z|, |z| = |x| divide space. Over a cone a
+/// vertex is beaten everywhere by another one that beats it along the three edges of the cone, so few are left in
+/// each: about 14 of 256 on a ball.
 class SupportMap {
  public:
-  static constexpr std::size_t block = 8;  ///< candidates a block, the widest vector of doubles
+  static constexpr std::size_t block = 8;         ///< vertices a block, the widest vector of singles in use
+  static constexpr std::size_t searched_all = 8;  ///< blocks up to which there are no chambers
 
-  /// Candidates of a chamber: blocks of x[8], y[8], z[8] and of their 8 indices, ascending; the last one repeated.
+  /// Ascending by index; the last one is repeated to fill the block.
+  struct alignas(128) Block {
+    float x[block], y[block], z[block];
+    std::uint32_t index[block];
+  };
   struct Range {
-    std::uint32_t first = 0;  ///< block
+    std::uint32_t first = 0;
     std::uint32_t blocks = 0;
   };
 
   SupportMap() = default;
   explicit SupportMap(std::span<const Vec3> vertices);
 
-  const Range& candidates(const Vec3& d) const {
-    const double x = std::abs(d[0]), y = std::abs(d[1]), z = std::abs(d[2]);
-    const unsigned signs =
-        (std::signbit(d[0]) ? 1u : 0u) | (std::signbit(d[1]) ? 2u : 0u) | (std::signbit(d[2]) ? 4u : 0u);
+  bool empty() const { return blocks_.empty(); }
+  const Block* blocks() const { return blocks_.data(); }
+  Range candidates(double dx, double dy, double dz) const {
+    if (chambers_.empty()) return {0, static_cast<std::uint32_t>(blocks_.size())};
+    const double x = std::abs(dx), y = std::abs(dy), z = std::abs(dz);
+    const unsigned signs = (std::signbit(dx) ? 1u : 0u) | (std::signbit(dy) ? 2u : 0u) | (std::signbit(dz) ? 4u : 0u);
     const unsigned order = (x > y ? 8u : 0u) | (y > z ? 16u : 0u) | (z > x ? 32u : 0u);
     return chambers_[signs | order];
   }
-  const double* xyz(const Range& r) const { return xyz_.data() + 3 * block * r.first; }
-  const std::uint32_t* index(const Range& r) const { return index_.data() + block * r.first; }
-  bool empty() const { return xyz_.empty(); }
+  /// Times the sizes of a direction's coordinates: how far behind the farthest a vertex may seem to lie in single
+  /// precision and be the farthest in double.
+  const std::array<float, 3>& slack() const { return slack_; }
 
  private:
-  std::array<Range, 64> chambers_{};
-  std::vector<double> xyz_;
-  std::vector<std::uint32_t> index_;
+  void fill(Block& block, std::span<const Vec3> vertices, std::span<const std::uint32_t> kept) const;
+
+  std::vector<Block> blocks_;
+  std::array<float, 3> slack_{};
+  int exponent_ = 0;  ///< the unit is 2 to this
+  Vec3 middle_ = Vec3::Zero();
+  std::vector<Range> chambers_;  ///< by `candidates`, or empty
 };
 
 }  // namespace tandem

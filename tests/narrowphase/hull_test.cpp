@@ -160,7 +160,8 @@ TEST_CASE("6,755 clouds that were hard for a hull builder") {
 
 TEST_CASE("the support map finds the vertex that a scan of all finds, the first among equals") {
   Random r(21);
-  std::vector<std::vector<Vec3>> clouds(9);
+  std::vector<std::vector<Vec3>> clouds(12);
+  for (int i = 0; i < 3000; ++i) clouds[9].push_back(r.direction());  // some 90 in a chamber
   for (int i = 0; i < 400; ++i) {
     const Vec3 d = r.direction();
     if (i < 32) clouds[0].push_back(d);
@@ -172,6 +173,8 @@ TEST_CASE("the support map finds the vertex that a scan of all finds, the first 
     if (i < 64) clouds[6].emplace_back(i % 4, i / 4 % 4, i / 16);
     if (i < 60) clouds[7].emplace_back(std::cos(0.1 * i), std::sin(0.1 * i), i % 2);
     if (i < 6) clouds[8].push_back(d);
+    if (i < 48) clouds[10].push_back(1e-30 * d);
+    if (i < 48) clouds[11].push_back(d.cwiseProduct(Vec3(1e-30, 1e30, 1)));
   }
   for (const auto& cloud : clouds) {
     const Hull hull = build_hull(cloud);
@@ -181,6 +184,7 @@ TEST_CASE("the support map finds the vertex that a scan of all finds, the first 
       if (i % 3 == 1) d = Vec3(i / 3 % 3 - 1, i / 9 % 3 - 1, i / 27 % 3 - 1);  // along the chambers' edges
       if (i % 3 == 2) d[i / 3 % 3] = i % 2 == 0 ? 0.0 : -0.0;
       if (d == Vec3::Zero()) continue;
+      if (i % 5 == 1) d *= i % 2 == 0 ? 1e-40 : 1e40;
       std::uint32_t best = 0;
       for (std::uint32_t k = 1; k < hull.vertices.size(); ++k) {
         const auto along = [&](const Vec3& p) { return p[0] * d[0] + p[1] * d[1] + p[2] * d[2]; };
