@@ -111,7 +111,7 @@ std::optional<LocalAnswer> distance_by(Method method, const ConvexView& a, const
     case Method::mpr:
       return ccd_depth(a, b, pose, true);
     case Method::newton:
-      return round_signed_distance({a, b, pose}, tolerance, start, beyond);
+      return round_signed_distance({a, b, pose}, start, beyond);
     default:
       return gjk_signed_distance({a, b, pose}, tolerance, start, beyond);
   }

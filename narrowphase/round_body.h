@@ -13,10 +13,11 @@ struct Arc {
   Vec3 at(double t) const { return (p + t * (q + t * s)) / (1 + t * t); }
 };
 
-/// The directions n with n . axis = height; axis is unit where height is not 0.
+/// The unit directions n with n . axis = height, `radius` off the axis; the axis is unit where height is not 0.
 struct Circle {
   Vec3 axis;
-  double height;
+  double height = 0;
+  double radius = 1;
 };
 
 /// The core of A, or of B mirrored in the origin, in A's frame: a summand of A
@@ -31,7 +32,7 @@ class RoundBody {
       : view_(&v), axes_(axes), centre_(centre), radius_(v.param[0]), half_(0.5 * v.param[1]) {
     if (v.kind == ShapeKind::cone) {
       const double slant = std::sqrt(v.param[0] * v.param[0] + v.param[1] * v.param[1]);
-      sine_ = v.param[0] / slant;
+      sine_ = v.param[0] / slant, cosine_ = v.param[1] / slant;
     }
   }
 
@@ -57,7 +58,7 @@ class RoundBody {
       case ShapeKind::cylinder:
         return m[2] < 0 ? 1 : 0;
       case ShapeKind::cone:
-        return m[2] > sine_ * n.norm() ? 1 : 0;
+        return to_apex(m) ? 1 : 0;
       case ShapeKind::convex:
       case ShapeKind::triangle:
         return static_cast<int>(core_support_point(*view_, m, support_kernel()).vertex);
@@ -76,7 +77,7 @@ class RoundBody {
     if (kind() == ShapeKind::sphere) return centre_;
     const Vec3 m = axes_.transpose() * n;
     if (!has_rim()) return centre_ + axes_ * core_support(*view_, m);
-    if (kind() == ShapeKind::cone && m[2] > sine_ * n.norm()) return centre_ + half_ * axis();
+    if (kind() == ShapeKind::cone && to_apex(m)) return centre_ + half_ * axis();
     const double rho = std::sqrt(m[0] * m[0] + m[1] * m[1]), k = rho > 0 ? radius_ / rho : 0.0;
     return centre_ + axes_ * Vec3(k * m[0], k * m[1], kind() == ShapeKind::cone || m[2] < 0 ? -half_ : half_);
   }
@@ -123,11 +124,11 @@ class RoundBody {
     switch (kind()) {
       case ShapeKind::capsule:
       case ShapeKind::cylinder:
-        return {piece == 0 ? Vec3(-axis()) : axis(), 0};
+        return {piece == 0 ? Vec3(-axis()) : axis()};
       case ShapeKind::cone:
-        return piece == 0 ? Circle{axis(), sine_} : Circle{-axis(), -sine_};
+        return piece == 0 ? Circle{axis(), sine_, cosine_} : Circle{-axis(), -sine_, cosine_};
       default:
-        return {(axes_ * (corner(other) - corner(piece))).normalized(), 0};
+        return {(axes_ * (corner(other) - corner(piece))).normalized()};
     }
   }
 
@@ -136,12 +137,12 @@ class RoundBody {
   int kinks(Circle* circles) const {
     switch (kind()) {
       case ShapeKind::box:
-        for (int k = 0; k < 3; ++k) circles[k] = {axes_.col(k), 0};
+        for (int k = 0; k < 3; ++k) circles[k] = {axes_.col(k)};
         return 3;
       case ShapeKind::capsule:
       case ShapeKind::cylinder:
       case ShapeKind::cone:
-        circles[0] = {axis(), sine_};
+        circles[0] = {axis(), sine_, cosine_};
         return 1;
       case ShapeKind::triangle: {
         int count = 0;
@@ -149,7 +150,7 @@ class RoundBody {
         for (std::size_t i = 0; i < corners; ++i) {
           const Vec3 e = view_->vertices[(i + 1) % corners] - view_->vertices[i];
           const double length = e.norm();
-          if (length > 0) circles[count++] = {axes_ * (e / length), 0};
+          if (length > 0) circles[count++] = {axes_ * (e / length)};
         }
         return count;
       }
@@ -162,7 +163,7 @@ class RoundBody {
           if (k != longest &&
               !(view_->param[static_cast<std::size_t>(longest)] > 8 * view_->param[static_cast<std::size_t>(k)]))
             return 0;
-        circles[0] = {axes_.col(longest), 0};
+        circles[0] = {axes_.col(longest)};
         return 1;
       }
       default:
@@ -254,6 +255,11 @@ class RoundBody {
   }
 
  private:
+  /// Is a cone's apex farther along m, in its frame, than its rim? Flat cones need the ratio, not the cosine.
+  bool to_apex(const Vec3& m) const {
+    return m[2] > 0 && m[2] * m[2] * cosine_ * cosine_ > (m[0] * m[0] + m[1] * m[1]) * sine_ * sine_;
+  }
+
   Vec3 corner(int i) const {
     switch (kind()) {
       case ShapeKind::box:
@@ -275,7 +281,7 @@ class RoundBody {
   Mat3 axes_;
   Vec3 centre_;
   double radius_, half_;
-  double sine_ = 0;  ///< of a cone: the height of the circle of its side's normals
+  double sine_ = 0, cosine_ = 1;  ///< of a cone: height and radius of the circle of its side's normals
 };
 
 }  // namespace tandem

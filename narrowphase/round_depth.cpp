@@ -276,7 +276,7 @@ double Search::expand() {
 /// The least of h on a circle where it has a kink.
 void Search::search_circle(const Circle& circle) {
   constexpr int start = 8;
-  const double lift = circle.height, radius = std::sqrt(1 - lift * lift);
+  const double lift = circle.height, radius = circle.radius;
   const auto at = [&](const Vec3& out, const Vec3& p) {
     const Vec3 n = lift * circle.axis + radius * out;
     if (n.dot(p) < best_.h - rounding_) try_from(n);
@@ -304,7 +304,7 @@ void Search::search_edges(int which) {
   if (hull.dimension < 3) {  // between a face and its back, or all around a segment
     for (const Hull::Edge& e : hull.edges) {
       if (!(best_.h > 0)) return;
-      search_circle({body.axes() * (hull.vertices[e.v[1]] - hull.vertices[e.v[0]]).normalized(), 0});
+      search_circle({body.axes() * (hull.vertices[e.v[1]] - hull.vertices[e.v[0]]).normalized()});
     }
     return;
   }
@@ -343,7 +343,7 @@ void Search::search_edges(int which) {
     if (!(sine > 1e-12)) continue;
     const Vec3 corner = body.point(static_cast<int>(e.v[0]), n0);
     const auto support = [&](const Vec3& n) { return Vec3(corner + other.support(n)); };
-    const Circle circle{across / sine, 0};
+    const Circle circle{across / sine};
     const Span span{{n0, support(n0)}, {n1, support(n1)}};
     for (const Sample* end : {&span.first, &span.last})
       if (end->out.dot(end->p) < best_.h - rounding_) try_from(end->out);
@@ -358,7 +358,7 @@ template <class Supporting>
 void Search::search_spans(const Circle& circle, const Span* spans, int count, const Supporting& supporting) {
   constexpr int most = 96, most_spans = 8;
   constexpr double narrow = 0.1;
-  const double lift = circle.height, radius = std::sqrt(1 - lift * lift);
+  const double lift = circle.height, radius = circle.radius;
   const auto direction = [&](const Vec3& out) { return Vec3(lift * circle.axis + radius * out); };
   const auto look = [&](const Vec3& out) {
     const Vec3 n = direction(out), p = supporting(n);

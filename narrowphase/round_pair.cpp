@@ -10,11 +10,6 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
-RoundPair round_pair(const MinkowskiDifference& d) {
-  return {{RoundBody(d.a, Mat3::Identity(), Vec3::Zero()), RoundBody(d.b, -d.pose.rotation, -d.pose.translation)},
-          d.scale()};
-}
-
 /// How far inside the tetrahedron the origin lies: near its faces it may do so by rounding alone.
 double depth_in(const Simplex& s) {
   double depth = infinity;
@@ -35,15 +30,10 @@ Vec3 between_centres(const MinkowskiDifference& d) {
   return length > 0 ? Vec3(n / length) : Vec3::UnitX();
 }
 
-/// Rounding can lead a walk into a piece of a body that does not reach farthest.
-bool misled(const RoundPair& pair, const Support& s) {
-  return s.n.dot(pair.support(s.n)) - s.h > 64 * epsilon * pair.scale;
-}
-
 }  // namespace
 
-LocalAnswer round_signed_distance(const MinkowskiDifference& d, double tolerance, const Vec3* start, double beyond) {
-  const RoundPair pair = round_pair(d);
+LocalAnswer round_signed_distance(const MinkowskiDifference& d, const Vec3* start, double beyond) {
+  const RoundPair pair(d);
   const double ra = core_radius(d.a), rb = core_radius(d.b), below = -beyond - ra - rb;
   Vec3 n = between_centres(d);
   if (start != nullptr) {
@@ -53,9 +43,7 @@ LocalAnswer round_signed_distance(const MinkowskiDifference& d, double tolerance
     if (h < 0 && h < n.dot(pair.support(n))) n = m;
   }
   Support s = walk(pair, n, below);
-  constexpr int tries = 4;
-  for (int i = 1; i < tries && misled(pair, s); ++i) s = walk(pair, s.n, below);
-  if (s.h < below && !misled(pair, s)) {
+  if (s.h < below) {
     LocalAnswer apart;
     apart.signed_distance = -s.h - ra - rb;
     apart.normal = s.n;
@@ -67,14 +55,7 @@ LocalAnswer round_signed_distance(const MinkowskiDifference& d, double tolerance
     s = depth.best;
     gap = depth.gap;
   }
-  if (!s.optimal || misled(pair, s)) {
-    const LocalAnswer other = gjk_signed_distance(d, tolerance);
-    // From there a walk may find the last digits.
-    s = walk(pair, other.normal, -infinity);
-    const double core = other.signed_distance + ra + rb;
-    if (!s.optimal || misled(pair, s) || -s.h < core || s.n.dot(other.normal) < 0.99) return other;
-    gap = std::max(0.0, s.h + core + other.gap);
-  }
+  if (!s.optimal) gap = std::max(gap, (s.point[0] + s.point[1] - s.h * s.n).norm());
   LocalAnswer answer;
   answer.normal = s.n;
   answer.signed_distance = -s.h - ra - rb;
@@ -85,14 +66,15 @@ LocalAnswer round_signed_distance(const MinkowskiDifference& d, double tolerance
 }
 
 bool round_collide(const MinkowskiDifference& d, double tolerance) {
-  const RoundPair pair = round_pair(d);
+  const RoundPair pair(d);
   const double rounding = core_radius(d.a) + core_radius(d.b);
   const Vec3 n = between_centres(d);
   if (n.dot(pair.support(n)) < -rounding - 4 * epsilon * pair.scale) return false;
   const GjkResult r = gjk(d, std::max(tolerance, 1e-14), rounding, rounding);
   if (r.end == GjkResult::End::inside && depth_in(r.simplex) > 1e-10 * pair.scale) return true;
-  if (r.end == GjkResult::End::separated || r.lower > rounding) return r.lower <= rounding && r.upper <= rounding;
-  return round_signed_distance(d, tolerance).signed_distance <= 0;
+  if (r.lower > rounding) return false;
+  if (r.end == GjkResult::End::separated && r.upper <= rounding) return true;
+  return round_signed_distance(d).signed_distance <= 0;
 }
 
 }  // namespace tandem

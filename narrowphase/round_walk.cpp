@@ -88,6 +88,19 @@ bool meet(const Circle& a, const Circle& b, Vec3& n) {
   return true;
 }
 
+/// The unit vector square to the circle's axis that points to n; any where n is on the axis.
+Vec3 off_axis(const Circle& c, const Vec3& n) {
+  Vec3 out = n;
+  for (int twice = 0; twice < 2; ++twice) {  // near the axis the first leaves mostly rounding
+    out -= out.dot(c.axis) * c.axis;
+    const double length = out.norm();
+    if (!(length > 0)) return any_perpendicular(c.axis);
+    out /= length;
+    if (length > 1e-3) break;
+  }
+  return out;
+}
+
 struct Active {
   int piece[capacity];
   int count = 1;
@@ -277,8 +290,7 @@ bool Walker::go(const Arc& arc, double t, double slope) {
         meet(circles[0], circles[1], at_.n);
       } else if (count == 1) {
         const Circle& c = circles[0];
-        const Vec3 across = at_.n - at_.n.dot(c.axis) * c.axis;
-        at_.n = c.height * c.axis + std::sqrt(1 - c.height * c.height) * across.normalized();
+        at_.n = c.height * c.axis + c.radius * off_axis(c, at_.n);
       }
       for (int b = 0; b < 2; ++b) at_.point[b] = pair_.body[b].point(active_[b].piece[0], at_.n);
     }
@@ -331,8 +343,8 @@ bool Walker::step_freely() {
 }
 
 bool Walker::step_along(const Circle& circle) {
-  const double radius = std::sqrt(1 - circle.height * circle.height);
-  const Vec3 out = (at_.n - circle.height * circle.axis) / radius;
+  const double radius = circle.radius;
+  const Vec3 out = off_axis(circle, at_.n);
   Vec3 along = circle.axis.cross(out);
   const double du = along.dot(u_), dv = along.dot(v_);
   double slope = du * zx_ + dv * zy_;
@@ -375,17 +387,69 @@ Support Walker::run() {
   return at_;
 }
 
+/// Do the points bear out that the way along n ends between them?
+bool meets(const RoundPair& pair, const Support& s) {
+  return (s.point[0] + s.point[1] - s.h * s.n).squaredNorm() <= 1e-20 * pair.scale * pair.scale;
+}
+
 }  // namespace
 
 Support walk(const RoundPair& pair, const Vec3& n, double below) {
   constexpr int tries = 4;
-  Support s = Walker(pair, n, below).run();
-  if (!pair.has_hull()) return s;
-  // Where the circles of two bodies meet, or cells are smaller than rounding, a corner may be missed: begin again.
-  const auto holds = [&] { return s.n.dot(pair.support(s.n)) - s.h <= 64 * epsilon * pair.scale; };
-  for (int i = 1; i < tries && !holds(); ++i) s = Walker(pair, s.n, below).run();
-  s.optimal = s.optimal && holds();
-  return s;
+  Support s;
+  s.n = n;
+  const auto descend = [&] {
+    for (int i = 0; i < tries; ++i) {
+      s = Walker(pair, s.n, below).run();
+      // Where the circles of two bodies meet, or cells are smaller than rounding, a piece may be missed: begin again.
+      const double reached = s.h;
+      s.h = s.n.dot(pair.support(s.n));
+      if (s.h - reached <= 64 * epsilon * pair.scale) break;
+    }
+    s.optimal = meets(pair, s);
+    return s.h < below || s.optimal;
+  };
+  if (descend()) return s;
+  const Support settled = settle(pair, s.n, below);
+  if (settled.optimal || settled.h < below) return settled;
+  // Newton's method has the last digits.
+  s = settled;
+  return descend() && s.h <= settled.h + 64 * epsilon * pair.scale ? s : settled;
+}
+
+Support settle(const RoundPair& pair, const Vec3& n, double below) {
+  constexpr int rounds = 16;
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const double out = 1e-2 * pair.scale, rounding = 64 * epsilon * pair.scale;
+  MinkowskiDifference moved = pair.difference;
+  Support best;
+  double least = infinity;  // |p - h n| of the best
+  const auto consider = [&](const Vec3& n, double h, const Vec3& a, const Vec3& b) {
+    const double off = (a + b - h * n).norm();
+    const bool lower = h < best.h - rounding || least == infinity;
+    if (!lower && !(h <= best.h + rounding && off < least)) return;
+    best.n = n, best.h = h, best.point[0] = a, best.point[1] = b;
+    least = off;
+  };
+  Vec3 from = n;
+  double h = n.dot(pair.support(n));
+  for (int round = 0; round < rounds; ++round) {
+    const double shift = std::max(0.0, h + out);
+    moved.pose.translation = pair.difference.pose.translation + shift * from;
+    const GjkResult r = gjk(moved, 1e-15, infinity, -infinity);
+    Vec3 a = Vec3::Zero();
+    for (int i = 0; i < r.simplex.count; ++i) a += r.simplex.weight[i] * r.simplex.p[i].a;
+    const Vec3 b = r.v + shift * from - a;
+    consider(from, h, a, b);
+    if (!(r.upper > 0)) break;
+    const Vec3 to = -r.v / r.upper;
+    h = to.dot(pair.support(to));
+    consider(to, h, a, b);
+    if (best.h < below || meets(pair, best) || shift == 0 || h > best.h + rounding) break;
+    from = to;
+  }
+  best.optimal = meets(pair, best);
+  return best;
 }
 
 Support facing_disc(const RoundPair& pair, int which, double side, Vec3& away) {

@@ -1,16 +1,22 @@
 #pragma once
+#include "gjk.h"
 #include "round_body.h"
 
 namespace tandem {
 
 /// A - B as the sum of two bodies, in A's frame.
 struct RoundPair {
+  explicit RoundPair(const MinkowskiDifference& d)
+      : difference(d),
+        body{RoundBody(d.a, Mat3::Identity(), Vec3::Zero()), RoundBody(d.b, -d.pose.rotation, -d.pose.translation)},
+        scale(d.scale()) {}
+
+  const MinkowskiDifference& difference;
   RoundBody body[2];
   double scale;  ///< the unit of absolute rounding errors
 
   /// A point of A - B farthest along n.
   Vec3 support(const Vec3& n) const { return body[0].support(n) + body[1].support(n); }
-  bool has_hull() const { return body[0].kind() == ShapeKind::convex || body[1].kind() == ShapeKind::convex; }
   /// The same along -n, where `along` supports n.
   Vec3 opposite(const Vec3& n, const Vec3& along) const {
     if (body[0].symmetric() && body[1].symmetric()) return 2 * (body[0].centre() + body[1].centre()) - along;
@@ -31,8 +37,15 @@ struct Support {
 /// within a cell of the sphere where each body has one smooth piece, and along
 /// the circles where the cells meet. Ends at a local minimum, which is the
 /// distance where h < 0 (Cameron and Culley 1986: the least translation; Newton
-/// with an active set), or as soon as h < below.
+/// with an active set), or as soon as h < below. h is always what the bodies'
+/// supports along n say; where that and the two points do not bear out what was
+/// found, settle() goes on.
 Support walk(const RoundPair& pair, const Vec3& n, double below);
+
+/// The same by a sequence of convex problems, slower, but nothing can mislead it: A - B is moved away from the origin
+/// against n, GJK finds the way to its nearest point, and n turns there, until it turns no more. h never increases
+/// (the concave part of h(n) - c |n| linearised at n: Yuille and Rangarajan 2003).
+Support settle(const RoundPair& pair, const Vec3& n, double below);
 
 /// The disc of body `which` that faces `side` times its axis as the supporting
 /// face: optimal where it meets the other body's face. Else `away` is the

@@ -96,8 +96,10 @@ std::vector<Touch> touches() {
   };
 }
 
-/// No verdict is wrong, and nothing is endless or not a number; a last digit of depths and points may be.
-bool only_digits(const std::string& wrong) {
+/// No verdict is wrong, and nothing is endless or not a number; a last digit of depths and points may be, of polytopes.
+bool only_digits(const std::string& wrong, const PosedPair& p) {
+  for (const ShapeKind k : {p.a.kind(), p.b.kind()})
+    if (k == ShapeKind::cylinder || k == ShapeKind::cone || k == ShapeKind::ellipsoid) return wrong.empty();
   for (const char* grave : {"collides across", "does not collide", "not finite", "another verdict", "disagrees"})
     if (wrong.find(grave) != std::string::npos) return false;
   return true;
@@ -124,7 +126,7 @@ TEST_CASE("degenerate: touching is touching, and a hair either way is not lost")
           const auto truth = reference::signed_distance(p.a, p.pose_a, p.b, p.pose_b);
           const std::string wrong = judge(solver, p, truth);
           if (!wrong.empty()) ++short_of_digits;
-          if (!only_digits(wrong))
+          if (!only_digits(wrong, p))
             FAIL_CHECK(t.name << ", hair " << hair << ", tilt " << tilt << '\n' << wrong << record(p));
           ++judged;
         }
@@ -156,7 +158,6 @@ TEST_CASE("degenerate: needles, plates, flat hulls, points and shapes of very di
   shapes.emplace_back(Triangle{{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0.5, 1e-7, 0)}});
   const NarrowPhase solver;
   Random r(11);
-  int short_of_digits = 0;
   for (std::size_t i = 0; i < shapes.size(); ++i)
     for (std::size_t j = i; j < shapes.size(); ++j)
       for (const Vec3& t : {Vec3(0, 0, 0), Vec3(0, 0, 1e-9), Vec3(0.5, 0, 0), Vec3(0, 1e3, 0)}) {
@@ -164,9 +165,6 @@ TEST_CASE("degenerate: needles, plates, flat hulls, points and shapes of very di
         const PosedPair p{shapes[i], {}, shapes[j], {t.x() == 0.5 ? turn : Mat3(Mat3::Identity()), t}};
         const auto truth = reference::signed_distance(p.a, p.pose_a, p.b, p.pose_b);
         const std::string wrong = judge(solver, p, truth);
-        if (!wrong.empty()) ++short_of_digits;
-        if (!only_digits(wrong)) FAIL_CHECK(wrong << record(p));
+        if (!wrong.empty()) FAIL_CHECK(wrong << record(p));
       }
-  // Cones and cylinders of aspect 1e4 and more with plates and needles: depths to 1e-8 of the size instead of 1e-10.
-  CHECK(short_of_digits <= 6);
 }

@@ -2,7 +2,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "judge.h"
 #include "pair_classes.h"
+#include "random.h"
 #include "reference.h"
 #include "tandem/narrowphase/narrow_phase.h"
 
@@ -144,4 +146,129 @@ TEST_CASE("round: a common motion and the order of arguments change nothing beyo
           CHECK(std::abs(solver.solve(p.a, a, p.b, b, Request::distance).signed_distance - here) <= 10 * tolerance);
         }
     }
+}
+
+namespace {
+
+void check_by_judge(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
+  const NarrowPhase solver;
+  const PosedPair p{a, pose_a, b, pose_b};
+  const std::string wrong = test::judge(solver, p, reference::signed_distance(p.a, p.pose_a, p.b, p.pose_b));
+  if (!wrong.empty()) FAIL_CHECK(wrong << test::record(p));
+}
+
+Mat3 tilt(double x, double y, double z) { return Quat(1, x, y, z).normalized().toRotationMatrix(); }
+
+/// Needles, discs, flat cones, blades: proportions of 1 to 1e4.
+Shape thin_shape(reference::Random& r, ShapeKind kind) {
+  const auto length = [&] {
+    const double lengths[] = {1, 0.5, 3, 0.01, 1e-4, r.in(0.1, 1), r.power_of_two(-12, 1)};
+    return lengths[r.below(7)];
+  };
+  const auto point = [&] {
+    const auto coordinate = [&] { return r.once_in(3) ? 0.0 : r.sign() * length(); };
+    const double x = coordinate(), y = coordinate();
+    return Vec3(x, y, coordinate());
+  };
+  const double x = length(), y = length();
+  switch (kind) {
+    case ShapeKind::box:
+      return Shape(Box{{x, y, length()}});
+    case ShapeKind::capsule:
+      return Shape(Capsule{x, r.once_in(3) ? 1e-11 * y : y});
+    case ShapeKind::cylinder:
+      return Shape(Cylinder{x, y});
+    case ShapeKind::cone:
+      return Shape(Cone{x, y});
+    case ShapeKind::ellipsoid:
+      return Shape(Ellipsoid{{x, y, length()}});
+    case ShapeKind::triangle:
+      return Shape(Triangle{{point(), point(), point()}});
+    case ShapeKind::convex: {
+      Convex hull;
+      for (int points = 1 + r.below(7); points > 0; --points) hull.vertices.push_back(point());
+      return Shape(hull);
+    }
+    default:
+      return Shape(Sphere{x});
+  }
+}
+
+/// Straight, quarter turns, tilted by next to nothing or in any way.
+Mat3 turn(reference::Random& r) {
+  const Mat3 quarter = (Mat3() << 0, 0, 1, 1, 0, 0, 0, 1, 0).finished();
+  switch (r.below(5)) {
+    case 0:
+      return Mat3::Identity();
+    case 1:
+      return r.once_in(2) ? quarter : Mat3(quarter * quarter);
+    case 2:
+      return r.rotation();
+    default: {
+      const Vec3 v = std::ldexp(1.0, -15 - r.below(38)) * r.direction();
+      const Mat3 tilted = tilt(v.x(), v.y(), v.z());
+      return r.once_in(2) ? tilted : Mat3(tilted * quarter);
+    }
+  }
+}
+
+}  // namespace
+
+TEST_CASE("round: axes that are parallel to the last digits") {
+  // The two circles of directions square to the axes meet where rounding says, and every direction on one is as good.
+  const Shape can(Cylinder{0.3, 1}), tin(Cylinder{0.3, 0.25}), coin(Cylinder{1.5, 0.015}), needle(Capsule{0.18, 64}),
+      pill(Capsule{0.1, 1}), dot(Capsule{0.3, 3e-12}), cone(Cone{0.5, 1});
+  const NarrowPhase solver;
+  const auto check = [&](const Shape& a, const Shape& b, const Vec3& t) {
+    const auto solve = [&](double angle) {
+      const Pose pose{tilt(0.6 * angle, -0.3 * angle, 0.1 * angle), t};
+      const PairAnswer r = solver.solve(a, {}, b, pose, Request::distance);
+      const double size = std::max(a.size(), b.size());
+      CHECK(std::abs(reference::separation(a, {}, b, pose, r.normal) - r.signed_distance) <= 1e-14 * size);
+      CHECK((r.point_b - r.point_a - r.signed_distance * r.normal).norm() <= 1e-9 * size);
+      return r.signed_distance;
+    };
+    const double parallel = solve(0);
+    for (const double angle : {1e-4, 1e-6, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-14})
+      CHECK(std::abs(solve(angle) - parallel) <= 2 * angle * (a.size() + b.size()) + 1e-14);
+  };
+  for (const Vec3& t : {Vec3(0, 0, 0), Vec3(0.25, 0, 0.1), Vec3(0.8, 0, 0)})
+    for (const Shape* b : {&can, &tin, &coin, &needle, &pill, &dot, &cone})
+      for (const Shape* a : {&can, &coin, &cone}) check(*a, *b, t);
+}
+
+TEST_CASE("round: discs, segments and triangles through flat cones") {
+  const Shape disc(Cone{14.4, 2.6e-9}), flat(Cone{4.8, 0.5}), cone(Cone{3.6, 3.6}), plate(Cone{1, 1e-4}),
+      tent(Cone{41, 1.5});
+  const Shape segment(Convex{{{1, 0.005, 0}, {0, 0, 0}}}), line(Convex{{{-1, 0, 0}, {1, 0, 0}}}),
+      box(Box{{0.25, 0.08, 0.5}}), blade(Triangle{{Vec3(0.8, -96, 0), Vec3(-0.003, 0, 0), Vec3(1, 0, -0.0025)}}),
+      seed(Capsule{0.1, 0.023});
+  reference::Random r(5);
+  for (const Shape* a : {&disc, &flat, &plate, &tent})
+    for (const Shape* b : {&segment, &line, &cone, &box, &blade, &seed})
+      for (const double height : {0.0, 0.2367})
+        for (int i = 0; i < 3; ++i) {
+          const Mat3 turned = i == 0 ? Mat3(Mat3::Identity()) : i == 1 ? tilt(1e-7, -2e-7, 0) : r.rotation();
+          check_by_judge(*a, {}, *b, {turned, {0.11, -0.07, height}});
+        }
+}
+
+TEST_CASE("round: thin shapes of every kind, touching, tilted and concentric, are answered as well as plump ones") {
+  constexpr ShapeKind others[] = {ShapeKind::box,       ShapeKind::capsule,  ShapeKind::cylinder, ShapeKind::cone,
+                                  ShapeKind::ellipsoid, ShapeKind::triangle, ShapeKind::convex,   ShapeKind::sphere};
+  reference::Random r(77);
+  for (int i = 0; i < 400; ++i) {
+    const Shape a = thin_shape(r, round_kinds[i % 3]), b = thin_shape(r, others[r.below(8)]);
+    Pose pose_b{turn(r), Vec3::Zero()};
+    if (!r.once_in(4)) {
+      const Bounds box_a = a.bounds({}), box_b = b.bounds(pose_b);
+      const int k = r.below(3);
+      const double hairs[] = {0, 1e-12, -1e-12, 1e-8, -1e-8, 1e-3, -1e-3, -0.3, -0.5};
+      const double reach = box_a.hi[k] - box_b.lo[k];
+      pose_b.translation[k] = reach * (1 + hairs[r.below(9)]);
+      if (r.once_in(2)) pose_b.translation[(k + 1) % 3] = reach * r.in(-0.5, 0.5);
+    }
+    const Pose world = r.once_in(2) ? Pose{} : Pose{r.rotation(), r.vec(-3, 3)};
+    check_by_judge(a, world, b, {world.rotation * pose_b.rotation, world * pose_b.translation});
+  }
 }
