@@ -76,6 +76,8 @@ void sort_column(const ColumnRecord* records, std::size_t size, std::size_t axis
     sum += count;
   }
   float *front = column.front.data(), *back = column.back.data();
+  std::fill(front + 4 * size, front + 4 * (size + lanes), 0.0f);
+  std::fill(back + 4 * size, back + 4 * (size + lanes), 0.0f);
   for (std::size_t i = 0; i < size; ++i) {
     const std::size_t row = place[cell[i]]++;  // in the end each begin is the end of its cell
     hwy::CopyBytes<16>(&records[i], front + 4 * row);
@@ -87,6 +89,7 @@ void sort_column(const ColumnRecord* records, std::size_t size, std::size_t axis
   const auto half = hn::Set(df, 0.5f), origin = hn::Set(df, slices.half_origin);
   const auto inverse = hn::Set(df, slices.inverse_half_width), most = hn::Set(df, static_cast<float>(cells - 1));
   const hn::RebindToSigned<decltype(df)> di;
+  auto longest = hn::Zero(di);
   for (std::size_t row = 0; row < size; row += lanes) {
     hn::Vec<decltype(df)> lo0, lo1, lo2, hi0, hi1, hi2, index, first;
     hn::LoadInterleaved4(df, front + 4 * row, lo0, lo1, lo2, hi0);
@@ -99,11 +102,15 @@ void sort_column(const ColumnRecord* records, std::size_t size, std::size_t axis
     hn::StoreU(hi2, df, to[5] + row);
     hn::StoreU(hn::BitCast(du, index), du, column.index.data() + row);
     hn::StoreU(hn::BitCast(du, first), du, column.first.data() + row);
-    const auto along = axis == 0 ? hi0 : axis == 1 ? hi1 : hi2;
-    const auto at = hn::Mul(hn::Sub(hn::Mul(half, along), origin), inverse);
-    const auto inside = hn::Min(hn::IfThenElseZero(hn::Gt(at, hn::Zero(df)), at), most);
-    hn::StoreU(hn::BitCast(du, hn::ConvertTo(di, inside)), du, column.last.data() + row);
+    const auto cell_of = [&](hn::Vec<decltype(df)> x) HWY_ATTR {
+      const auto at = hn::Mul(hn::Sub(hn::Mul(half, x), origin), inverse);
+      return hn::ConvertTo(di, hn::Min(hn::IfThenElseZero(hn::Gt(at, hn::Zero(df)), at), most));
+    };
+    const auto last = cell_of(axis == 0 ? hi0 : axis == 1 ? hi1 : hi2);
+    longest = hn::Max(longest, hn::Sub(last, cell_of(axis == 0 ? lo0 : axis == 1 ? lo1 : lo2)));
+    hn::StoreU(hn::BitCast(du, last), du, column.last.data() + row);
   }
+  column.longest = static_cast<std::uint32_t>(hn::GetLane(hn::MaxOfLanes(di, longest)));
   constexpr float inf = std::numeric_limits<float>::infinity();
   for (std::size_t k = 0; k < 6; ++k) hn::StoreU(hn::Set(df, k < 3 ? inf : -inf), df, to[k] + size);
 }
@@ -181,6 +188,13 @@ void scatter_records(const BoxArray& boxes, std::size_t begin, const ColumnEntry
 
 void sort_column(const ColumnRecord* records, std::size_t size, std::size_t axis, Column& column) {
   HWY_DYNAMIC_DISPATCH(sort_column)(records, size, axis, column);
+}
+
+void copy_records(const Column& column, ColumnRecord* records) {
+  for (std::size_t row = 0; row < column.size; ++row) {
+    hwy::CopyBytes<16>(column.front.data() + 4 * row, records + row);
+    hwy::CopyBytes<16>(column.back.data() + 4 * row, reinterpret_cast<float*>(records + row) + 4);
+  }
 }
 
 std::size_t overlap_column(const Column& column, std::size_t& row, RowHits* hits, std::size_t room) {

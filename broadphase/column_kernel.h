@@ -53,11 +53,15 @@ struct Column {
   std::vector<std::uint32_t> index, first;   ///< see ColumnRecord
   std::vector<std::uint32_t> cell, last;     ///< cells of the two ends; `cell` in the order of the records
   std::vector<std::uint32_t> cell_end;
+  std::uint32_t longest = 0;       ///< most cells that a row reaches on from its first
   std::vector<float> front, back;  ///< halves of the sorted records
 };
 
 /// Sorts `size` >= 1 records along `axis`.
 void sort_column(const ColumnRecord* records, std::size_t size, std::size_t axis, Column& column);
+
+/// The sorted records.
+void copy_records(const Column& column, ColumnRecord* records);
 
 /// Rows that one row overlaps: bit k of `bits` is row begin + k.
 struct RowHits {

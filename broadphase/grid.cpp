@@ -196,7 +196,15 @@ void Grid::plan() {
   if (crowded_) return;
 
   records_.resize(sum);
-  if (searched_) thin_.assign(columns(), {});
+  if (searched_) {
+    thin_.assign(columns(), {});
+    std::size_t cells = 0;
+    for (std::size_t column = 0; column < columns(); ++column) {
+      thin_[column].first_cell = cells;
+      cells += std::bit_ceil(column_begin_[column + 1] - column_begin_[column]);
+    }
+    cell_end_.resize(cells);
+  }
   constexpr std::size_t entries_a_block = 1024;
   for (std::size_t first = 0; first < columns();) {
     std::size_t last = first + 1;
@@ -268,16 +276,11 @@ void Grid::emit_column(std::size_t column, Scratch& s, PairSink& sink) {
 }
 
 void Grid::keep_sorted(std::size_t column, const Column& sorted) {
-  std::uint32_t longest = 0;
-  for (std::uint32_t cell = 0, row = 0; cell < sorted.cells.count; ++cell)
-    for (; row < sorted.cell_end[cell]; ++row) longest = std::max(longest, sorted.last[row] - cell);
-  thin_[column] = {sorted.cells, longest};
-  ColumnRecord* records = records_.data() + column_begin_[column];
-  for (std::size_t row = 0; row < sorted.size; ++row)
-    records[row] = {{{sorted.bounds[0][row], sorted.bounds[1][row], sorted.bounds[2][row]},
-                     {sorted.bounds[3][row], sorted.bounds[4][row], sorted.bounds[5][row]}},
-                    sorted.index[row],
-                    sorted.first[row]};
+  thin_[column].cells = sorted.cells;
+  thin_[column].longest = sorted.longest;
+  std::copy(sorted.cell_end.begin(), sorted.cell_end.end(),
+            cell_end_.begin() + static_cast<std::ptrdiff_t>(thin_[column].first_cell));
+  copy_records(sorted, records_.data() + column_begin_[column]);
 }
 
 void Grid::search(const Aabb& box, std::uint32_t index, PairSink& sink) const {
@@ -291,15 +294,18 @@ void Grid::search(const Aabb& box, std::uint32_t index, PairSink& sink) const {
     for (std::uint32_t u = t.u0; u <= t.u1; ++u) {
       const std::uint32_t first = (u == t.u0 ? 1u : 0u) | (v == t.v0 ? 2u : 0u);
       const std::size_t column = std::size_t{v} * u_.count + u;
-      const Thin& thin = thin_[column];
-      const auto cell = [&](const ColumnRecord& record) { return thin.cells.at(record.box.lo[along_]); };
-      const std::uint32_t from = thin.cells.at(box.lo[along_]), last = thin.cells.at(box.hi[along_]);
-      const ColumnRecord *record = records_.data() + column_begin_[column],
-                         *end = records_.data() + column_begin_[column + 1];
-      record = std::partition_point(record, end, [&](const ColumnRecord& r) { return cell(r) + thin.longest < from; });
+      const ColumnRecord* records = records_.data() + column_begin_[column];
+      std::size_t row = 0, end = column_begin_[column + 1] - column_begin_[column];
+      if (end > 1) {  // else it was not sorted
+        const Thin& thin = thin_[column];
+        const std::uint32_t* cell_end = cell_end_.data() + thin.first_cell;
+        const std::uint32_t from = thin.cells.at(box.lo[along_]);
+        if (from > thin.longest) row = cell_end[from - thin.longest - 1];
+        end = cell_end[thin.cells.at(box.hi[along_])];
+      }
       // As in a column's kernel: only in the column that holds the lower corner of the intersection.
-      for (; record != end && cell(*record) <= last; ++record)
-        if (overlap(record->box, box) && (first | record->first) == 3) sink.put(index, record->index);
+      for (; row < end; ++row)
+        if (overlap(records[row].box, box) && (first | records[row].first) == 3) sink.put(index, records[row].index);
     }
   }
 }

@@ -46,7 +46,8 @@ class Grid final : public BroadPhase, public BoxSearch {
   /// The thin cells of a column in whose order its records are.
   struct Thin {
     Slices cells;
-    std::uint32_t longest = 0;  // most cells that a box reaches on from its first
+    std::uint32_t longest = 0;   // see Column
+    std::size_t first_cell = 0;  // in cell_end_
   };
   struct Touched {
     std::uint32_t u0, u1, v0, v1;
@@ -95,6 +96,7 @@ class Grid final : public BroadPhase, public BoxSearch {
   std::vector<ColumnRecord> records_;
   bool searched_ = false;
   std::vector<Thin> thin_;  // one a column, when searched
+  std::vector<std::uint32_t> cell_end_;
   BoxTree tree_;
   ScratchPool<Scratch> scratch_;
 };
