@@ -23,12 +23,14 @@ struct Settings {
 
 /// Prints its tables to stdout and returns its rows. Throws std::invalid_argument for a setting it cannot use,
 /// std::runtime_error when contestants disagree.
-using Bench = std::vector<Row> (*)(const Settings&);
+using Bench = std::function<Findings(const Settings&)>;
 
 /// The paper's four scenes by executor: ms a step, ratio to sequential, contact hash.
 std::vector<Row> scenes_bench(const Settings& settings);
-/// The paper's Figures 5 and 7.
-std::vector<Row> figures_bench(const Settings& settings);
+/// The paper's Figures 3 to 7: measured on this machine's cores, simulated on more.
+Findings figures_bench(const Settings& settings);
+/// What the machinery between the two phases costs, and every executor on made-up and real loads.
+std::vector<Row> flowgraph_bench(const Settings& settings);
 /// Speed against error of the narrow phase and of other libraries, by kind of pair and how the two lie to each other.
 std::vector<Row> narrowphase_bench(const Settings& settings);
 /// Boxes in, overlapping pairs out: our methods and other libraries on typical worlds and on those made to break them.

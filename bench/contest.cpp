@@ -27,6 +27,7 @@ void contest(Scene scene, const std::vector<Contestant>& contestants, int steps,
     options.contact_hash = true;
     options.margin = recommended_margin(scene);
     pipelines.emplace_back(std::move(options));
+    pipelines.back().record_to(contestant.timeline);
   }
   Response response;
   const std::size_t n = pipelines.size();
@@ -37,7 +38,7 @@ void contest(Scene scene, const std::vector<Contestant>& contestants, int steps,
       work_for(std::chrono::microseconds(300));
       const StepReport report = pipelines[who].step(scene);
       hashes[who] = report.contact_hash;
-      on_turn({who, step, report});
+      on_turn({who, step, report, scene});
     }
     for (std::size_t i = 1; i < n; ++i)
       if (hashes[i] != hashes[0])
@@ -50,8 +51,7 @@ void contest(Scene scene, const std::vector<Contestant>& contestants, int steps,
 
 std::vector<Contestant> executors(int threads, const PipelineOptions& base) {
   std::vector<Contestant> all;
-  for (const ExecutorKind kind :
-       {ExecutorKind::sequential, ExecutorKind::barrier, ExecutorKind::threads, ExecutorKind::flowgraph}) {
+  for (const ExecutorKind kind : executor_kinds) {
     Contestant contestant{std::string(name(kind)), base};
     contestant.options.executor = kind;
     contestant.options.threads = threads;

@@ -12,6 +12,7 @@ namespace tandem::bench {
 struct Contestant {
   std::string name;
   PipelineOptions options;
+  Timeline* timeline = nullptr;  ///< what it records to
 };
 
 /// What one contestant did in one step.
@@ -19,16 +20,18 @@ struct Turn {
   std::size_t contestant;
   int step;
   const StepReport& report;
+  const Scene& scene;  ///< as it was detected on
 };
 
 /// Simulates a scene and lets every contestant detect on each step's poses in turn, in one process; the order
 /// rotates; `repeat` rounds a step. The first contestant's contacts move the bodies. Between turns the caller works for
 /// a moment, as a simulation would, so that no contestant starts on the threads that the one before left spinning.
-/// The margin is the one that the response needs. Throws std::runtime_error when two contestants disagree on the contacts of a step.
+/// The margin is the one that the response needs. Throws std::runtime_error when two contestants disagree on the
+/// contacts of a step.
 void contest(Scene scene, const std::vector<Contestant>& contestants, int steps, int repeat,
              const std::function<void(const Turn&)>& on_turn, const std::function<void(int)>& on_step);
 
-/// The four executors on `threads` threads; all else as in `base`.
+/// The executors on `threads` threads; all else as in `base`.
 std::vector<Contestant> executors(int threads, const PipelineOptions& base);
 
 }  // namespace tandem::bench

@@ -2,67 +2,94 @@
 #include <oneapi/tbb/info.h>
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
 
 #include "benches.h"
 #include "contest.h"
+#include "machine_costs.h"
 #include "progress.h"
+#include "recorded_step.h"
+#include "simulator.h"
 #include "tandem/engine/builtin_scenes.h"
+#include "tandem/engine/response.h"
 
 namespace tandem::bench {
 namespace {
 
-/// Every contestant's time at every step.
-struct Curves {
-  std::vector<Contestant> contestants;
-  std::vector<std::vector<Row>> at_step;  ///< [step][contestant]
+using nlohmann::json;
 
-  double median(std::size_t step, std::size_t contestant) const { return at_step[step][contestant].time.median(); }
-  double sum(std::size_t contestant) const {
-    double all = 0;
-    for (std::size_t step = 0; step < at_step.size(); ++step) all += median(step, contestant);
-    return all;
+constexpr int virtual_cores[] = {4, 8, 16, 32, 64};
+
+double rounded(double ms) { return std::round(1e4 * ms) / 1e4; }
+std::string written(Split split) { return fmt::format("{}-{}", split.broad, split.narrow); }
+
+json written(const BalanceDecision& decision) {
+  return {{"step", decision.step},
+          {"action", name(decision.action)},
+          {"reason", decision.reason},
+          {"before", written(decision.before)},
+          {"after", written(decision.after)},
+          {"control_step", decision.control_step},
+          {"broad_ms", rounded(decision.broad_ms)},
+          {"narrow_ms", rounded(decision.narrow_ms)},
+          {"measure", decision.measure},
+          {"measure_before", decision.measure_before}};
+}
+
+/// One contestant's time at every step, measured or simulated.
+struct Series {
+  std::string contestant;
+  bool is_strict_split = false;  ///< a fixed one: what the oracle chooses from
+  std::vector<double> ms;
+  std::vector<int> broad_threads;
+  std::vector<BalanceDecision> decisions;
+
+  double sum() const { return std::accumulate(ms.begin(), ms.end(), 0.0); }
+  void add(double step_ms, Split split, const BalanceDecision& decision) {
+    ms.push_back(step_ms);
+    broad_threads.push_back(split.broad);
+    if (decision.action != BalanceAction::none) decisions.push_back(decision);
   }
 };
 
-Curves run(std::string_view figure, std::string_view scene_name, std::vector<Contestant> contestants,
-           const Settings& settings) {
-  Scene scene = make_builtin_scene(scene_name, settings.bodies);
-  const auto steps = static_cast<std::size_t>(settings.steps != 0 ? settings.steps : settings.quick ? 120 : 600);
-  const int repeat = settings.repeat != 0 ? settings.repeat : settings.quick ? 1 : 3;
-  Curves curves{std::move(contestants), {}};
-  for (std::size_t step = 0; step < steps; ++step) {
-    std::vector<Row>& rows = curves.at_step.emplace_back();
-    for (const Contestant& contestant : curves.contestants)
-      rows.push_back({"figures",
-                      std::string(scene_name),
-                      contestant.name,
-                      1,
-                      scene.bodies(),
-                      {},
-                      0,
-                      {{"figure", figure}, {"step", step}}});
-  }
-  Progress progress(figure, steps);
-  contest(
-      std::move(scene), curves.contestants, static_cast<int>(steps), repeat,
-      [&](const Turn& turn) {
-        Row& row = curves.at_step[static_cast<std::size_t>(turn.step)][turn.contestant];
-        const ExecutionReport& execution = turn.report.execution;
-        row.time.add(1e6 * execution.detect_ms);
-        row.threads = execution.threads;
-        row.hash = turn.report.contact_hash;
-        row.more["split"] = fmt::format("{}-{}", execution.split.broad, execution.split.narrow);
-        row.more["control_step"] = execution.decision.control_step;
-        row.more["candidate_pairs"] = execution.candidate_pairs;
-      },
-      [&](int step) { progress.at(static_cast<std::uint64_t>(step) + 1); });
-  return curves;
-}
+/// All contestants on one scene with one number of threads.
+struct Picture {
+  std::string workload;
+  std::uint64_t bodies = 0;
+  int threads = 1;
+  bool simulated = false;
+  double slowdown = 1;
+  std::vector<Series> series;
 
-void append(std::vector<Row>& rows, Curves& curves) {
-  for (auto& step : curves.at_step)
-    for (Row& row : step) rows.push_back(std::move(row));
-}
+  const Series* find(std::string_view contestant) const {
+    const auto at =
+        std::find_if(series.begin(), series.end(), [&](const Series& s) { return s.contestant == contestant; });
+    return at == series.end() ? nullptr : &*at;
+  }
+  /// The best fixed strict split of each step; empty without any.
+  std::vector<double> oracle() const {
+    std::vector<double> best;
+    for (const Series& one : series) {
+      if (!one.is_strict_split) continue;
+      if (best.empty()) best.assign(one.ms.size(), 1e300);
+      for (std::size_t step = 0; step < best.size(); ++step) best[step] = std::min(best[step], one.ms[step]);
+    }
+    return best;
+  }
+};
+
+/// A scene as it was recorded: what every piece of every step costs, and what two threads at once cost each other.
+struct Recording {
+  std::vector<RecordedStep> steps;
+  double slowdown = 1;
+};
+
+struct Entrant {
+  Contestant contestant;
+  bool is_strict_split = false;
+};
 
 PipelineOptions papers(ExecutorKind executor, int threads) {
   PipelineOptions options;
@@ -72,76 +99,343 @@ PipelineOptions papers(ExecutorKind executor, int threads) {
   return options;
 }
 
-/// Paper, Figure 5: time a step over the simulation, sequential against parallel.
-void figure_5(const Settings& settings, int threads, std::vector<Row>& rows) {
-  Curves curves = run("5", "tori-on-plane",
-                      {{"sequential", papers(ExecutorKind::sequential, 1)},
-                       {"threads", papers(ExecutorKind::threads, threads)},
-                       {"flowgraph", papers(ExecutorKind::flowgraph, threads)}},
-                      settings);
-  const std::size_t steps = curves.at_step.size();
-  fmt::print("\nFigure 5: {} tori on a plane, {} threads, brute force; ms a step\n", curves.at_step[0][0].n - 1,
-             threads);
-  fmt::print("{:>12} {:>12} {:>12} {:>12} {:>8}\n", "step", "sequential", "threads", "flowgraph", "ratio");
-  const std::size_t every = std::max<std::size_t>(1, steps / 12);
-  for (std::size_t step = 0; step < steps; step += every)
-    fmt::print("{:>12} {:>12.3f} {:>12.3f} {:>12.3f} {:>7.2f}x\n", step, 1e-6 * curves.median(step, 0),
-               1e-6 * curves.median(step, 1), 1e-6 * curves.median(step, 2),
-               curves.median(step, 0) / curves.median(step, 2));
-  fmt::print("{:>12} {:>12.1f} {:>12.1f} {:>12.1f} {:>7.2f}x\n", "sum", 1e-6 * curves.sum(0), 1e-6 * curves.sum(1),
-             1e-6 * curves.sum(2), curves.sum(0) / curves.sum(2));
-  append(rows, curves);
+std::vector<Entrant> entrants(int threads, bool every_split) {
+  std::vector<Entrant> all{{{"sequential", papers(ExecutorKind::sequential, 1), {}}}};
+  for (const ExecutorKind kind : {ExecutorKind::barrier, ExecutorKind::fused, ExecutorKind::threads})
+    all.push_back({{std::string(name(kind)), papers(kind, threads), {}}});
+  all.push_back({{"flowgraph", papers(ExecutorKind::flowgraph, threads), {}}});
+  for (const BalanceRule rule : {BalanceRule::paper, BalanceRule::busy}) {
+    Entrant strict{{fmt::format("strict, {} rule", name(rule)), papers(ExecutorKind::flowgraph, threads), {}}};
+    strict.contestant.options.strict_split = true;
+    strict.contestant.options.balance = rule;
+    all.push_back(std::move(strict));
+  }
+  for (int broad = 1; every_split && broad < threads; ++broad) {
+    const Split split{broad, threads - broad};
+    Entrant fixed{{fmt::format("strict {}", written(split)), papers(ExecutorKind::flowgraph, threads), {}}, true};
+    fixed.contestant.options.split = split;
+    fixed.contestant.options.strict_split = true;
+    all.push_back(std::move(fixed));
+  }
+  return all;
 }
 
-/// Paper, Figure 7: every strict split and the dynamic one; against them the best strict split of each step.
-void figure_7(const Settings& settings, int threads, std::vector<Row>& rows) {
-  std::vector<Contestant> contestants;
-  for (int broad = 1; broad < threads; ++broad) {
-    Contestant strict{fmt::format("strict {}-{}", broad, threads - broad), papers(ExecutorKind::flowgraph, threads)};
-    strict.options.split = {broad, threads - broad};
-    strict.options.strict_split = true;
-    contestants.push_back(std::move(strict));
+/// Measures how two threads that detect at once hold each other up.
+class Slowdown {
+ public:
+  explicit Slowdown(const PipelineOptions& options) {
+    for (int i = 0; i < 2; ++i) pipelines_.emplace_back(options);
   }
-  const std::size_t splits = contestants.size();
-  for (const BalanceRule rule : {BalanceRule::paper, BalanceRule::busy}) {
-    Contestant strict{fmt::format("strict dynamic, {} rule", name(rule)), papers(ExecutorKind::flowgraph, threads)};
-    strict.options.strict_split = true;
-    strict.options.balance = rule;
-    contestants.push_back(std::move(strict));
+  void measure(const Scene& scene) {
+    ratios_.add(measure_slowdown([&](int i) { pipelines_[static_cast<std::size_t>(i)].step(scene); }, 3));
   }
-  contestants.push_back({"dynamic, work conserved", papers(ExecutorKind::flowgraph, threads)});
-  contestants.push_back({"threads, dynamic", papers(ExecutorKind::threads, threads)});
-  contestants.push_back({"barrier", papers(ExecutorKind::barrier, threads)});
-  contestants.push_back({"sequential", papers(ExecutorKind::sequential, 1)});
+  double get() const { return std::max(1.0, ratios_.median()); }
 
-  Curves curves = run("7", "tori-and-cubes", std::move(contestants), settings);
-  double oracle = 0;
-  for (std::size_t step = 0; step < curves.at_step.size(); ++step) {
-    double best = curves.median(step, 0);
-    for (std::size_t split = 1; split < splits; ++split) best = std::min(best, curves.median(step, split));
-    oracle += best;
+ private:
+  std::vector<Pipeline> pipelines_;
+  Samples ratios_;
+};
+
+struct Measured {
+  Picture picture;
+  Recording recording;
+};
+
+/// Runs the scene with all contestants in turn, and records what its pieces cost.
+Measured measure(std::string_view scene_name, int threads, bool every_split, const Settings& settings,
+                 std::vector<Row>& rows) {
+  Scene scene = make_builtin_scene(scene_name, settings.bodies);
+  const auto steps = static_cast<std::size_t>(settings.steps != 0 ? settings.steps : settings.quick ? 60 : 300);
+  const int repeat = settings.repeat != 0 ? settings.repeat : settings.quick ? 1 : 3;
+  const std::vector<Entrant> all = entrants(threads, every_split);
+
+  // Meshes cost tens of microseconds a pair and are recorded one by one; for others that would cost more than they do.
+  const bool meshes = std::any_of(scene.shapes().begin(), scene.shapes().end(),
+                                  [](const Shape& shape) { return shape.kind() == ShapeKind::mesh; });
+  Timeline timeline;
+  PipelineOptions recorded = papers(ExecutorKind::sequential, 1);
+  recorded.batch_pairs = meshes ? 1 : 8;
+  std::vector<Contestant> contestants;
+  for (const Entrant& entrant : all) contestants.push_back(entrant.contestant);
+  contestants.push_back({"recorder", recorded, &timeline});
+  PipelineOptions alone = papers(ExecutorKind::sequential, 1);
+  alone.margin = recommended_margin(scene);
+  Slowdown slowdown(alone);
+
+  Measured result{{std::string(scene_name), scene.bodies(), threads, false, 1, {}}, {}};
+  for (const Entrant& entrant : all)
+    result.picture.series.push_back({entrant.contestant.name, entrant.is_strict_split, {}, {}, {}});
+
+  struct Cell {
+    Row row;
+    Split split;
+    BalanceDecision decision;
+  };
+  std::vector<Cell> cells;
+  std::vector<RecordedStep> runs;
+  const auto start_step = [&] {
+    cells.clear();
+    runs.clear();
+    for (const Entrant& entrant : all)
+      cells.push_back(
+          {{"figures", std::string(scene_name), entrant.contestant.name, 1, scene.bodies(), {}, 0, json::object()},
+           {},
+           {}});
+  };
+  start_step();
+  Progress progress(scene_name, steps);
+  const std::size_t bodies = scene.bodies();
+  contest(
+      std::move(scene), contestants, static_cast<int>(steps), repeat,
+      [&](const Turn& turn) {
+        if (turn.contestant == all.size()) {
+          auto& slices = timeline.lane().slices;
+          runs.push_back(read_step(slices));
+          slices.clear();
+          if (turn.step % 15 == 7 && runs.size() == 1) slowdown.measure(turn.scene);
+          return;
+        }
+        Cell& cell = cells[turn.contestant];
+        const ExecutionReport& execution = turn.report.execution;
+        cell.row.time.add(1e6 * execution.detect_ms);
+        cell.row.threads = execution.threads;
+        cell.row.hash = turn.report.contact_hash;
+        cell.row.more["candidate_pairs"] = execution.candidate_pairs;
+        cell.row.more["control_step"] = execution.decision.control_step;
+        if (cell.row.time.size() == 1) {
+          cell.split = execution.split;
+          cell.row.more["split"] = written(execution.split);
+        }
+        // The pipeline has taken more steps than the scene: one a round.
+        if (execution.decision.action != BalanceAction::none) {
+          cell.decision = execution.decision;
+          cell.decision.step = static_cast<std::uint64_t>(turn.step);
+        }
+      },
+      [&](int step) {
+        for (std::size_t i = 0; i < all.size(); ++i) {
+          Cell& cell = cells[i];
+          cell.row.n = bodies;
+          cell.row.more["step"] = step;
+          result.picture.series[i].add(1e-6 * cell.row.time.median(), cell.split, cell.decision);
+          rows.push_back(std::move(cell.row));
+        }
+        result.recording.steps.push_back(fastest(runs));
+        start_step();
+        progress.at(static_cast<std::uint64_t>(step) + 1);
+      });
+  result.recording.slowdown = slowdown.get();
+  return result;
+}
+
+/// The same contestants on virtual cores; of the strict splits all, if they are asked for.
+Picture simulate(const Measured& measured, int threads, bool every_split, MachineCosts costs) {
+  costs.slowdown = measured.recording.slowdown;
+  struct Virtual {
+    std::string contestant;
+    bool is_strict_split;
+    Simulator simulator;
+  };
+  std::vector<Virtual> all{{"sequential", false, {Policy::sequential, 1, {}, BalanceRule::busy, costs}}};
+  if (threads > 1) {
+    all.push_back({"barrier", false, {Policy::barrier, threads, {}, BalanceRule::busy, costs}});
+    all.push_back({"fused", false, {Policy::fused, threads, {}, BalanceRule::busy, costs}});
+    all.push_back({"flowgraph", false, {Policy::conserving, threads, {}, BalanceRule::busy, costs}});
+    for (const BalanceRule rule : {BalanceRule::paper, BalanceRule::busy})
+      all.push_back({fmt::format("strict, {} rule", name(rule)), false, {Policy::strict, threads, {}, rule, costs}});
+    for (int broad = 1; every_split && broad < threads; ++broad) {
+      const Split split{broad, threads - broad};
+      all.push_back(
+          {fmt::format("strict {}", written(split)), true, {Policy::strict, threads, split, BalanceRule::busy, costs}});
+    }
   }
-  fmt::print("\nFigure 7: 500 tori and 1000 cubes, {} threads, brute force; sum over {} steps, ms\n", threads,
-             curves.at_step.size());
-  fmt::print("{:<28} {:>10.1f} {:>8}\n", "best strict split a step", 1e-6 * oracle, "1.00");
-  for (std::size_t i = 0; i < curves.contestants.size(); ++i)
-    fmt::print("{:<28} {:>10.1f} {:>8.2f}\n", curves.contestants[i].name, 1e-6 * curves.sum(i), curves.sum(i) / oracle);
-  append(rows, curves);
+  Picture picture{measured.picture.workload, measured.picture.bodies, threads, true, costs.slowdown, {}};
+  for (Virtual& one : all) {
+    Series& series = picture.series.emplace_back();
+    series.contestant = one.contestant;
+    series.is_strict_split = one.is_strict_split;
+    for (const RecordedStep& step : measured.recording.steps) {
+      const SimulatedStep took = one.simulator.step(step);
+      series.add(1e-6 * took.ns, took.split, one.simulator.decision());
+    }
+  }
+  return picture;
+}
+
+/// Predicted against measured times of the contestants that both have.
+json validate(const Picture& real, const Picture& predicted) {
+  json out = json::array();
+  for (const Series& simulated : predicted.series) {
+    const Series* measured = real.find(simulated.contestant);
+    if (measured == nullptr || (predicted.threads > 1 && simulated.contestant == "sequential")) continue;
+    Samples errors;
+    for (std::size_t step = 0; step < simulated.ms.size(); ++step)
+      errors.add(std::abs(simulated.ms[step] / measured->ms[step] - 1));
+    const double error = simulated.sum() / measured->sum() - 1;
+    out.push_back({{"workload", real.workload},
+                   {"threads", predicted.threads},
+                   {"contestant", simulated.contestant},
+                   {"measured_ms", rounded(measured->sum())},
+                   {"predicted_ms", rounded(simulated.sum())},
+                   {"error", error},
+                   {"median_step_error", errors.median()}});
+    fmt::print("{:<18} {:>7} {:<22} {:>10.1f} {:>10.1f} {:>+8.1f} % {:>8.1f} %\n", real.workload, predicted.threads,
+               simulated.contestant, measured->sum(), simulated.sum(), 100 * error, 100 * errors.median());
+  }
+  return out;
+}
+
+json written(const Picture& picture, const std::vector<std::string>& figures) {
+  json out{{"figures", figures},         {"workload", picture.workload},   {"bodies", picture.bodies},
+           {"threads", picture.threads}, {"simulated", picture.simulated}, {"slowdown", picture.slowdown},
+           {"series", json::array()}};
+  const auto list = [](const std::vector<double>& ms) {
+    json values = json::array();
+    for (const double value : ms) values.push_back(rounded(value));
+    return values;
+  };
+  const std::vector<double> oracle = picture.oracle();
+  const double oracle_sum = std::accumulate(oracle.begin(), oracle.end(), 0.0);
+  const Series* sequential = picture.find("sequential");
+  if (!oracle.empty()) {
+    out["oracle_ms"] = list(oracle);
+    out["oracle_sum_ms"] = rounded(oracle_sum);
+  }
+  for (const Series& one : picture.series) {
+    json line{{"contestant", one.contestant}, {"sum_ms", rounded(one.sum())}};
+    if (sequential != nullptr) line["speedup"] = sequential->sum() / one.sum();
+    if (!oracle.empty()) line["over_oracle"] = one.sum() / oracle_sum;
+    line["strict_split"] = one.is_strict_split;
+    // Of many strict splits on many cores the sums and the oracle are enough.
+    if (!one.is_strict_split || picture.threads <= 8) line["ms"] = list(one.ms);
+    if (!one.is_strict_split) {
+      line["broad_threads"] = one.broad_threads;
+      line["decisions"] = json::array();
+      for (const BalanceDecision& decision : one.decisions) line["decisions"].push_back(written(decision));
+    }
+    out["series"].push_back(std::move(line));
+  }
+  return out;
+}
+
+void print(const Picture& picture) {
+  const std::vector<double> oracle = picture.oracle();
+  const double oracle_sum = std::accumulate(oracle.begin(), oracle.end(), 0.0);
+  fmt::print("\n{}, {} {} threads; sum over {} steps\n", picture.workload, picture.threads,
+             picture.simulated ? "simulated" : "real", picture.series.front().ms.size());
+  fmt::print("{:<28} {:>10} {:>8} {:>12}\n", "", "ms", "speedup", oracle.empty() ? "" : "over oracle");
+  const double sequential = picture.find("sequential")->sum();
+  const auto line = [&](const std::string& name, double sum) {
+    fmt::print("{:<28} {:>10.1f} {:>7.2f}x {:>12}\n", name, sum, sequential / sum,
+               oracle.empty() ? "" : fmt::format("{:.3f}", sum / oracle_sum));
+  };
+  if (!oracle.empty()) line("best strict split a step", oracle_sum);
+  for (const Series& one : picture.series)
+    if (!one.is_strict_split || picture.threads <= 8) line(one.contestant, one.sum());
+}
+
+/// Paper, Figure 4: one simulation that switches between sequential and parallel every few steps.
+json figure_4(const Settings& settings, int threads, std::vector<Row>& rows) {
+  const int steps = settings.steps != 0 ? settings.steps : settings.quick ? 60 : 300;
+  const int every = std::max(1, steps / 6);
+  json pictures = json::array();
+  fmt::print("\nFigure 4: switching every {} steps, {} threads; ms a step in the median of each stretch\n", every,
+             threads);
+  for (const BuiltinScene& builtin : builtin_scenes().first(4)) {
+    Scene scene = make_builtin_scene(builtin.name, settings.bodies);
+    const double margin = recommended_margin(scene);
+    std::vector<Pipeline> pipelines;
+    for (const ExecutorKind kind : {ExecutorKind::sequential, ExecutorKind::flowgraph}) {
+      PipelineOptions options = papers(kind, threads);
+      options.margin = margin;
+      options.contact_hash = true;
+      pipelines.emplace_back(std::move(options));
+    }
+    Response response;
+    Progress progress(builtin.name, static_cast<std::uint64_t>(steps));
+    json ms = json::array(), modes = json::array();
+    std::vector<Samples> stretches(static_cast<std::size_t>((steps + every - 1) / every));
+    for (int step = 0; step < steps; ++step) {
+      const std::size_t mode = step / every % 2 == 0 ? 0 : 1;
+      const StepReport report = pipelines[mode].step(scene);
+      const std::string contestant(name(pipelines[mode].options().executor));
+      Row row{"figures",           std::string(builtin.name),
+              contestant,          report.execution.threads,
+              scene.bodies(),      {},
+              report.contact_hash, {{"figure", "4"}, {"step", step}, {"split", written(report.execution.split)}}};
+      row.time.add(1e6 * report.execution.detect_ms);
+      rows.push_back(std::move(row));
+      ms.push_back(rounded(report.execution.detect_ms));
+      modes.push_back(contestant);
+      stretches[static_cast<std::size_t>(step / every)].add(report.execution.detect_ms);
+      response.step(scene, pipelines[mode].contacts());
+      progress.at(static_cast<std::uint64_t>(step) + 1);
+    }
+    pictures.push_back({{"figures", {"4"}},
+                        {"workload", builtin.name},
+                        {"bodies", scene.bodies()},
+                        {"threads", threads},
+                        {"simulated", false},
+                        {"ms", std::move(ms)},
+                        {"mode", std::move(modes)}});
+    fmt::print("{:<18}", builtin.name);
+    for (const Samples& stretch : stretches) fmt::print(" {:>9.3f}", stretch.median());
+    fmt::print("\n");
+  }
+  return pictures;
 }
 
 }  // namespace
 
-std::vector<Row> figures_bench(const Settings& settings) {
+Findings figures_bench(const Settings& settings) {
   if (!settings.scenes.empty()) throw std::invalid_argument("--scene: each figure has its own scene");
   std::vector<int> threads = settings.threads;
   if (threads.empty()) threads = {std::max(2, tbb::info::default_concurrency())};
+  const MachineCosts costs = measure_costs().costs();
+  struct Plan {
+    std::string_view scene;
+    bool every_split;
+    std::vector<std::string> figures;
+  };
+  const Plan plans[] = {{"tori-on-plane", false, {"3", "5"}}, {"tori-and-cubes", true, {"3", "6", "7"}}};
+
   std::vector<Row> rows;
+  json pictures = json::array(), validation = json::array();
   for (const int count : threads) {
     if (count < 2) throw std::invalid_argument(fmt::format("--threads: {}, allowed for figures: from 2", count));
-    figure_5(settings, count, rows);
-    figure_7(settings, count, rows);
+    for (const Plan& plan : plans) {
+      const std::size_t first_row = rows.size();
+      const Measured measured = measure(plan.scene, count, plan.every_split, settings, rows);
+      for (std::size_t i = first_row; i < rows.size(); ++i) rows[i].more["figure"] = plan.figures.back();
+      print(measured.picture);
+      pictures.push_back(written(measured.picture, plan.figures));
+      fmt::print("\nThe simulator against reality; two threads at once slow each other by {:.1f} % here\n",
+                 100 * (measured.recording.slowdown - 1));
+      fmt::print("{:<18} {:>7} {:<22} {:>10} {:>10} {:>10} {:>10}\n", "scene", "threads", "", "measured", "predicted",
+                 "error", "a step");
+      for (const int real : {1, count})
+        for (const json& line : validate(measured.picture, simulate(measured, real, plan.every_split, costs)))
+          validation.push_back(line);
+      if (count != threads.front()) continue;
+      for (const int cores : virtual_cores) {
+        if (cores == count) continue;
+        const Picture picture = simulate(measured, cores, plan.every_split, costs);
+        print(picture);
+        pictures.push_back(written(picture, plan.figures));
+      }
+    }
+    for (json& picture : figure_4(settings, count, rows)) pictures.push_back(std::move(picture));
   }
-  return rows;
+  return {std::move(rows),
+          {{"pictures", std::move(pictures)},
+           {"validation", std::move(validation)},
+           {"costs_ns",
+            {{"task", costs.task},
+             {"message", costs.message},
+             {"wake", costs.wake},
+             {"resize", costs.resize},
+             {"move", costs.move},
+             {"hand_over", costs.hand_over}}}}};
 }
 
 }  // namespace tandem::bench

@@ -58,17 +58,18 @@ Settings read(const Options& options, const std::vector<std::string>& scenes) {
   return settings;
 }
 
-void run(Bench bench, const Options& options, const std::vector<std::string>& scenes = builtin_names()) {
+void run(const Bench& bench, const Options& options, const std::vector<std::string>& scenes = builtin_names()) {
   const Settings settings = read(options, scenes);
   std::optional<OutputFile> json;
   if (!options.json.empty()) json.emplace("--json", options.json);
-  // More threads than cores are measured when they are asked for.
-  const int most = settings.threads.empty() ? 1 : *std::max_element(settings.threads.begin(), settings.threads.end());
+  // More threads than cores are measured when they are asked for; the flow graph's bench goes to twice the cores.
+  const int most = settings.threads.empty() ? std::max(4, 2 * tbb::info::default_concurrency())
+                                            : *std::max_element(settings.threads.begin(), settings.threads.end());
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                   static_cast<std::size_t>(std::max(most, tbb::info::default_concurrency())));
-  const std::vector<Row> rows = bench(settings);
+  const Findings findings = bench(settings);
   if (json) {
-    json->append(to_json(rows).dump(1) + "\n");
+    json->append(to_json(findings).dump(1) + "\n");
     json->commit();
     fmt::print("\nResults: {}\n", options.json);
   }
@@ -149,7 +150,8 @@ int run_program(int count, char** arguments) {
   program.set_version_flag("--version", "tandem-bench " TANDEM_VERSION);
   program.require_subcommand(1);
   add_simulation(program, "scenes", "the paper's four scenes by executor", scenes_bench);
-  add_simulation(program, "figures", "the paper's Figures 5 and 7", figures_bench);
+  add_simulation(program, "figures", "the paper's Figures 3 to 7, measured and simulated", figures_bench);
+  add_simulation(program, "flowgraph", "what the machinery costs, and every executor on many loads", flowgraph_bench);
   add_narrowphase(program);
   add_broadphase(program);
   add_peers(program);
@@ -159,7 +161,7 @@ int run_program(int count, char** arguments) {
     const auto commands = program.get_subcommands([](const CLI::App*) { return true; });
     if ((first.empty() || first[0] != '-') &&
         std::none_of(commands.begin(), commands.end(), [&](const auto* c) { return c->get_name() == first; }))
-      refuse_option("WHAT", first, "scenes, figures, narrowphase, broadphase, peers, --help");
+      refuse_option("WHAT", first, "scenes, figures, flowgraph, narrowphase, broadphase, peers, --help");
     program.parse(count, arguments);
   } catch (const CLI::Success& asked) {
     program.exit(asked);

@@ -21,9 +21,9 @@ double Samples::sum() const { return std::accumulate(values_.begin(), values_.en
 
 std::string hex(std::uint64_t value) { return fmt::format("{:016x}", value); }
 
-nlohmann::json to_json(const std::vector<Row>& rows) {
+nlohmann::json to_json(const Findings& findings) {
   nlohmann::json out{{"machine", machine()}, {"rows", nlohmann::json::array()}};
-  for (const Row& row : rows) {
+  for (const Row& row : findings.rows) {
     nlohmann::json line{{"bench", row.bench},
                         {"workload", row.workload},
                         {"contestant", row.contestant},
@@ -37,6 +37,7 @@ nlohmann::json to_json(const std::vector<Row>& rows) {
     line.update(row.more);
     out["rows"].push_back(std::move(line));
   }
+  out.update(findings.more);
   return out;
 }
 

@@ -32,8 +32,16 @@ struct Row {
   nlohmann::json more = nlohmann::json::object();  ///< further members
 };
 
-/// {"machine": ..., "rows": [...]}, a row a contestant, workload, size and thread count.
-nlohmann::json to_json(const std::vector<Row>& rows);
+/// What a bench hands back.
+struct Findings {
+  Findings(std::vector<Row> own_rows, nlohmann::json own_more = nlohmann::json::object())
+      : rows(std::move(own_rows)), more(std::move(own_more)) {}
+  std::vector<Row> rows;
+  nlohmann::json more;  ///< further top-level members
+};
+
+/// {"machine": ..., "rows": [...], further members}, a row a contestant, workload, size and thread count.
+nlohmann::json to_json(const Findings& findings);
 
 /// CPU, cores, memory, compiler, flags and the versions of every library.
 nlohmann::json machine();

@@ -45,7 +45,8 @@ std::unique_ptr<Executor> make_executor(const ExecutorOptions& options) {
     case ExecutorKind::sequential:
       return make_sequential_executor(options);
     case ExecutorKind::barrier:
-      return make_barrier_executor(options);
+    case ExecutorKind::fused:
+      return make_loop_executor(options);
     case ExecutorKind::threads:
       return make_threads_executor(options);
     case ExecutorKind::flowgraph:

@@ -9,7 +9,7 @@
 namespace tandem {
 
 std::unique_ptr<Executor> make_sequential_executor(const ExecutorOptions& options);
-std::unique_ptr<Executor> make_barrier_executor(const ExecutorOptions& options);
+std::unique_ptr<Executor> make_loop_executor(const ExecutorOptions& options);
 std::unique_ptr<Executor> make_threads_executor(const ExecutorOptions& options);
 std::unique_ptr<Executor> make_flowgraph_executor(const ExecutorOptions& options);
 

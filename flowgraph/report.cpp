@@ -5,7 +5,7 @@
 namespace tandem {
 
 std::string_view name(ExecutorKind kind) {
-  constexpr std::array<std::string_view, 4> names{"sequential", "barrier", "threads", "flowgraph"};
+  constexpr std::array<std::string_view, 5> names{"sequential", "barrier", "fused", "threads", "flowgraph"};
   return names[static_cast<std::size_t>(kind)];
 }
 

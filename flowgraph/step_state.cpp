@@ -49,6 +49,7 @@ Batch& BatchPool::take() {
     batch = grown_.emplace_back(std::make_unique<Batch>()).get();
   }
   batch->clear(batch_pairs_);
+  batch->id = index;
   return *batch;
 }
 
@@ -74,6 +75,7 @@ void BatchWriter::open() {
 
 void BatchWriter::hand_on() {
   state_.candidates_.fetch_add(count_, std::memory_order_relaxed);
+  handed_on_ += count_;
   const std::size_t kept = state_.work_->keep({buffer_, count_});
   Batch& batch = *std::exchange(batch_, nullptr);
   batch.count = kept;
@@ -131,6 +133,7 @@ void StepState::begin(StepWork& work, ContactList& contacts, std::size_t batch_p
   pool_.begin(batch_pairs);
   joiner_.begin(work.bodies(), contacts);
   const std::size_t stages = work.begin();
+  if (timeline_ != nullptr) timeline_->lane().slices.push_back({"begin", start_, Clock::now(), step_, 0, 0});
   shared_ = stages - 1;
   end_ = stages + Joiner::stages;
   blocks_.assign(end_, 0);
@@ -212,9 +215,12 @@ void StepState::run(std::size_t stage, std::size_t block) {
 void StepState::run_tile(std::size_t tile, BatchWriter& writer) {
   if (!stop_requested()) {
     const std::int64_t narrow_before = narrow_ns_of_this_thread;
-    const auto time = timed("broad", tile, nullptr, [&] {
+    std::uint64_t pairs = 0;
+    const auto time = timed("broad", tile, &pairs, [&] {
       writer.open();
+      const std::uint64_t before = writer.taken();
       work_->emit(tile, writer);
+      pairs = writer.taken() - before;
     });
     if (failed()) writer.drop();
     broad_ns_.fetch_add(ns(time) - (narrow_ns_of_this_thread - narrow_before), std::memory_order_relaxed);
@@ -227,7 +233,7 @@ void StepState::run_tile(std::size_t tile, BatchWriter& writer) {
 void StepState::process(Batch& batch) {
   if (!failed()) {
     const std::uint64_t pairs = batch.count;
-    const auto time = timed("narrow", 0, &pairs, [&] {
+    const auto time = timed("narrow", batch.id, &pairs, [&] {
       work_->narrow(batch);
       joiner_.count(batch);
     });

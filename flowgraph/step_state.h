@@ -59,6 +59,8 @@ class BatchWriter final : public PairSink {
   void flush();
   /// Forgets the pairs in hand.
   void drop();
+  /// Candidates put so far.
+  std::uint64_t taken() const { return handed_on_ + count_; }
 
  private:
   void full() override;
@@ -67,6 +69,7 @@ class BatchWriter final : public PairSink {
   StepState& state_;
   Delivery& delivery_;
   Batch* batch_ = nullptr;
+  std::uint64_t handed_on_ = 0;
 };
 
 /// The state of one step that the threads working on it share. Threads take blocks of the current stage until it is

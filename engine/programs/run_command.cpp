@@ -78,13 +78,11 @@ Split read_split(const std::string& text) {
 std::string written(Split split) { return std::to_string(split.broad) + '-' + std::to_string(split.narrow); }
 
 PipelineOptions pipeline_options(const Options& options) {
-  constexpr ExecutorKind executors[] = {ExecutorKind::sequential, ExecutorKind::barrier, ExecutorKind::threads,
-                                        ExecutorKind::flowgraph};
   constexpr BalanceRule rules[] = {BalanceRule::paper, BalanceRule::busy};
   constexpr BroadPhaseKind broad_phases[] = {BroadPhaseKind::brute, BroadPhaseKind::sweep, BroadPhaseKind::grid,
                                              BroadPhaseKind::bvh, BroadPhaseKind::automatic};
   PipelineOptions out;
-  out.executor = named_option("--executor", options.executor, executors);
+  out.executor = named_option("--executor", options.executor, executor_kinds);
   out.threads = static_cast<int>(whole_option("--threads", options.threads, 0, 1024));
   out.balance = named_option("--balance", options.balance, rules);
   out.strict_split = options.strict;
@@ -96,7 +94,7 @@ PipelineOptions pipeline_options(const Options& options) {
     const int sum = split.broad + split.narrow;
     if (out.threads != 0 && out.threads != sum)
       refuse_option("--split", options.split, "X-Y with X + Y = " + options.threads + ", the --threads");
-    // The other two executors have one group of threads for both phases.
+    // The other executors have one group of threads for both phases.
     const bool divides = out.executor == ExecutorKind::threads || out.executor == ExecutorKind::flowgraph;
     out.threads = sum;
     if (divides) out.split = split;
@@ -363,7 +361,7 @@ void add_run_command(CLI::App& program, DescriptorBuffer& out, int& status) {
   add("--steps", "N", o->steps, "simulation steps");
   add("--bodies", "N", o->bodies, "bodies of a built-in scene; default: the paper's number");
   add("--seed", "N", o->seed, "what a built-in scene's random numbers start from; default 1");
-  add("--executor", "NAME", o->executor, "sequential, barrier, threads or flowgraph");
+  add("--executor", "NAME", o->executor, "sequential, barrier, fused, threads or flowgraph");
   add("--threads", "P", o->threads, "threads in all, 0 to 1024, the caller counted; 0 asks the runtime");
   add("--split", "X-Y", o->split, "threads for broad and narrow phase (threads, flowgraph), or dynamic");
   add("--balance", "NAME", o->balance, "how a dynamic split is found: paper or busy");

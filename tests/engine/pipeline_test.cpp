@@ -14,8 +14,7 @@ namespace {
 
 std::vector<PipelineOptions> all_ways(const PipelineOptions& base) {
   std::vector<PipelineOptions> ways;
-  for (const ExecutorKind kind :
-       {ExecutorKind::sequential, ExecutorKind::barrier, ExecutorKind::threads, ExecutorKind::flowgraph})
+  for (const ExecutorKind kind : executor_kinds)
     for (const int threads : {1, 2, 3, 8}) {
       PipelineOptions options = base;
       options.executor = kind;
@@ -24,7 +23,7 @@ std::vector<PipelineOptions> all_ways(const PipelineOptions& base) {
       options.contact_hash = true;
       ways.push_back(options);
       if (kind == ExecutorKind::sequential) break;
-      if (kind == ExecutorKind::barrier || threads == 1) continue;
+      if (kind == ExecutorKind::barrier || kind == ExecutorKind::fused || threads == 1) continue;
       for (const int broad : {1, threads / 2, threads - 1}) {
         options.split = {broad, threads - broad};
         ways.push_back(options);

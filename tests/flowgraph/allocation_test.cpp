@@ -26,8 +26,7 @@ using namespace tandem;
 TEST_CASE("whichever allocation of a step fails, it ends with bad_alloc or is right, and so is the next") {
   SyntheticWork work(600, 6.0f, 4);
   const ContactList expected = work.expected();
-  for (const ExecutorKind kind :
-       {ExecutorKind::sequential, ExecutorKind::barrier, ExecutorKind::threads, ExecutorKind::flowgraph}) {
+  for (const ExecutorKind kind : executor_kinds) {
     int failed = 0;
     for (long k = 0; k < 120; ++k) {
       CAPTURE(name(kind), k);

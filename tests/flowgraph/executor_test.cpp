@@ -16,9 +16,6 @@ using namespace tandem;
 
 namespace {
 
-constexpr ExecutorKind kinds[] = {ExecutorKind::sequential, ExecutorKind::barrier, ExecutorKind::threads,
-                                  ExecutorKind::flowgraph};
-
 // A small machine caps oneTBB at its core count; without this the cases of more threads test nothing new.
 struct ManyThreads {
   tbb::global_control allow{tbb::global_control::max_allowed_parallelism, 16};
@@ -59,7 +56,7 @@ TEST_CASE("every executor, thread count and split gives the answer of a double l
       SyntheticWork work(n, 12.0f, 5, broad);
       const ContactList expected = work.expected();
       if (n == 3000) REQUIRE(expected.pairs.size() > 5000);
-      for (const ExecutorKind kind : kinds)
+      for (const ExecutorKind kind : executor_kinds)
         for (const int threads : {1, 2, 3, 8})
           for (const Split split : splits(threads))
             for (const bool strict : {false, true}) {
@@ -83,7 +80,7 @@ TEST_CASE("batch size and queue capacity change nothing") {
   const ManyThreads many;
   SyntheticWork work(2000, 10.0f, 9);
   const ContactList expected = work.expected();
-  for (const ExecutorKind kind : kinds)
+  for (const ExecutorKind kind : executor_kinds)
     for (const std::size_t batch : {1u, 7u, 128u, 65536u})
       for (const std::size_t capacity : {1u, 2u, 512u})
         for (const bool strict : {false, true}) {
@@ -105,7 +102,7 @@ TEST_CASE("a hundred runs with a moving balance have one hash") {
   const ManyThreads many;
   SyntheticWork work(1500, 9.0f, 2);
   const std::uint64_t expected = hash(work.expected());
-  for (const ExecutorKind kind : {ExecutorKind::barrier, ExecutorKind::threads, ExecutorKind::flowgraph})
+  for (const ExecutorKind kind : {ExecutorKind::barrier, ExecutorKind::fused, ExecutorKind::threads, ExecutorKind::flowgraph})
     for (const BalanceRule rule : {BalanceRule::paper, BalanceRule::busy}) {
       CAPTURE(name(kind), name(rule));
       const auto executor = make_executor({.kind = kind, .threads = 6, .balance = rule, .small_step_ms = 0});
@@ -129,7 +126,7 @@ TEST_CASE("under a process limit of one thread every executor still ends") {
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
   SyntheticWork work(1500, 9.0f, 2);
   const ContactList expected = work.expected();
-  for (const ExecutorKind kind : kinds)
+  for (const ExecutorKind kind : executor_kinds)
     for (const bool strict : {false, true}) {
       CAPTURE(name(kind), strict);
       const auto executor = make_executor({.kind = kind,
@@ -170,7 +167,7 @@ TEST_CASE("inside a host's arena, from several of its tasks at once") {
     tbb::parallel_for(0, 8, [&](int i) {
       SyntheticWork work(800, 7.0f, static_cast<unsigned>(i));
       const std::uint64_t expected = hash(work.expected());
-      for (const ExecutorKind kind : kinds) {
+      for (const ExecutorKind kind : executor_kinds) {
         const auto executor = make_executor({.kind = kind, .threads = i % 2 == 0 ? 3 : 0, .small_step_ms = 0});
         for (int step = 0; step < 5; ++step) {
           ContactList contacts;
@@ -188,7 +185,7 @@ TEST_CASE("what a callback throws ends the step, comes out once, and the next st
   const ManyThreads many;
   SyntheticWork work(2000, 10.0f, 9);
   const ContactList expected = work.expected();
-  for (const ExecutorKind kind : kinds)
+  for (const ExecutorKind kind : executor_kinds)
     for (const int threads : {1, 2, 5})
       for (const bool strict : {false, true})
         for (const int where : {0, 1, 2}) {
@@ -226,7 +223,7 @@ TEST_CASE("a requested stop ends the step early, with an empty answer") {
   const ManyThreads many;
   SyntheticWork work(2000, 10.0f, 9);
   const ContactList expected = work.expected();
-  for (const ExecutorKind kind : kinds) {
+  for (const ExecutorKind kind : executor_kinds) {
     CAPTURE(name(kind));
     const auto executor = make_executor({.kind = kind, .threads = 3, .small_step_ms = 0});
     ContactList contacts;
@@ -256,7 +253,7 @@ TEST_CASE("a predicate that drops pairs is applied to each once") {
         std::stable_partition(pairs.begin(), pairs.end(), [](Pair p) { return p.b % 2 == 0; }) - pairs.begin());
   };
   const auto kept = std::count_if(all.pairs.begin(), all.pairs.end(), [](const PairResult& p) { return p.b % 2 == 0; });
-  for (const ExecutorKind kind : kinds) {
+  for (const ExecutorKind kind : executor_kinds) {
     const auto executor = make_executor({.kind = kind, .threads = 3, .batch_pairs = 10, .small_step_ms = 0});
     ContactList contacts;
     ExecutionReport report;
@@ -286,7 +283,7 @@ TEST_CASE("a predicate that uses oneTBB itself neither hangs nor re-enters a til
     });
     return pairs.size();
   };
-  for (const ExecutorKind kind : kinds)
+  for (const ExecutorKind kind : executor_kinds)
     for (const int threads : {2, 4, 16})
       for (const bool strict : {false, true}) {
         CAPTURE(name(kind), threads, strict);
@@ -305,7 +302,7 @@ TEST_CASE("a predicate that uses oneTBB itself neither hangs nor re-enters a til
 TEST_CASE("the host's cancellation ends a step early, with an empty answer") {
   const ManyThreads many;
   SyntheticWork work(2000, 10.0f, 9);
-  for (const ExecutorKind kind : {ExecutorKind::barrier, ExecutorKind::flowgraph}) {
+  for (const ExecutorKind kind : {ExecutorKind::barrier, ExecutorKind::fused, ExecutorKind::flowgraph}) {
     CAPTURE(name(kind));
     const auto executor = make_executor({.kind = kind, .threads = 3, .small_step_ms = 0});
     ContactList contacts;
@@ -329,7 +326,7 @@ TEST_CASE("the host's cancellation ends a step early, with an empty answer") {
 TEST_CASE("a small step stays on the caller and says so") {
   const ManyThreads many;
   SyntheticWork work(20, 3.0f, 1);
-  for (const ExecutorKind kind : {ExecutorKind::barrier, ExecutorKind::flowgraph}) {
+  for (const ExecutorKind kind : {ExecutorKind::barrier, ExecutorKind::fused, ExecutorKind::flowgraph}) {
     const auto executor = make_executor({.kind = kind, .threads = 2, .small_step_ms = 1000});
     ContactList contacts;
     ExecutionReport first, second;

@@ -25,7 +25,7 @@ struct PipelineOptions {
   double margin = 0;           ///< metres, >= 0: contacts with gaps up to this are reported, with negative depth
   std::size_t batch_pairs = 128;   ///< candidate pairs a batch, [1, 65536]
   std::size_t queue_capacity = 0;  ///< batches waiting at most; 0: max(16, 4 threads)
-  double small_step_ms = 0.3;  ///< flowgraph, barrier: below this much work a step stays on the caller; 0: never
+  double small_step_ms = 0.3;  ///< flowgraph, barrier, fused: below this much work a step stays on the caller; 0: never
   bool contact_hash = false;   ///< fill StepReport::contact_hash (some 10 ns a contact, outside detect_ms)
   PairPredicate predicate{};    ///< a user's own filter, by batches; empty: none
 };
@@ -55,7 +55,7 @@ class Pipeline {
   Pipeline& operator=(Pipeline&&) noexcept;
 
   /// Throws only what the predicate throws, or std::bad_alloc; the pipeline is ready for the next step then. When
-  /// `stop` is requested, or the task group of the calling oneTBB task is cancelled (executors barrier and flowgraph),
+  /// `stop` is requested, or the task group of the calling oneTBB task is cancelled (executors barrier, fused and flowgraph),
   /// the step ends early with an empty answer.
   StepReport step(const Scene& scene, std::stop_token stop = {});
 

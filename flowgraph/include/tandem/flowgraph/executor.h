@@ -19,7 +19,7 @@ struct ExecutorOptions {
   bool strict_split = false;       ///< flowgraph: no help across phases
   std::size_t batch_pairs = 128;   ///< at most; fewer where a pair is costly, so that a batch stays 10-20 us of work
   std::size_t queue_capacity = 0;  ///< batches; 0: max(16, 4 threads)
-  double small_step_ms = 0.3;      ///< flowgraph, barrier: less work than this stays on the caller; 0: never
+  double small_step_ms = 0.3;      ///< flowgraph, barrier, fused: less work than this stays on the caller; 0: never
 };
 
 /// Runs steps. The contacts do not depend on which executor it is, on threads or on timing.

@@ -6,8 +6,16 @@
 
 namespace tandem {
 
-/// Four ways to run the same step; one answer.
-enum class ExecutorKind : std::uint8_t { sequential, barrier, threads, flowgraph };
+/// Ways to run the same step; one answer.
+enum class ExecutorKind : std::uint8_t {
+  sequential,  ///< broad, then narrow, on the calling thread
+  barrier,     ///< both phases parallel with oneTBB, the broad one ends before the narrow one begins
+  fused,       ///< parallel with oneTBB over tiles of the broad phase, each of which narrows its own pairs at once
+  threads,     ///< the paper's design on std::thread alone
+  flowgraph,   ///< the two phases as graphs in two arenas, a bounded queue between, balanced
+};
+inline constexpr ExecutorKind executor_kinds[] = {ExecutorKind::sequential, ExecutorKind::barrier, ExecutorKind::fused,
+                                                  ExecutorKind::threads, ExecutorKind::flowgraph};
 std::string_view name(ExecutorKind kind);
 
 /// Threads for the broad and the narrow phase; both 0 means "dynamic".

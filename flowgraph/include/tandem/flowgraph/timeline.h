@@ -41,6 +41,12 @@ class Timeline {
   Timeline() : start_(Clock::now()) {}
   /// The calling thread's lane; stays valid.
   Lane& lane();
+  /// Not while a step runs, like write().
+  template <class Visit>
+  void each_slice(Visit&& visit) const {
+    for (const auto& lane : lanes_)
+      for (const Slice& slice : lane->slices) visit(slice);
+  }
   void count(std::string_view name, double value);
   void note(std::string text);
 

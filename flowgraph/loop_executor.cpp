@@ -7,11 +7,13 @@
 namespace tandem {
 namespace {
 
-/// Both phases parallel with oneTBB, a barrier after every stage and between broad and narrow phase.
-class BarrierExecutor final : public Executor {
+/// Parallel loops of oneTBB over each stage's blocks. ExecutorKind::barrier ends the broad phase before the narrow one
+/// begins; ExecutorKind::fused narrows the pairs of each tile at once, on the thread that found them.
+class LoopExecutor final : public Executor {
  public:
-  explicit BarrierExecutor(const ExecutorOptions& options)
-      : wished_(options.split.dynamic() ? options.threads : options.split.broad + options.split.narrow),
+  explicit LoopExecutor(const ExecutorOptions& options)
+      : fused_(options.kind == ExecutorKind::fused),
+        wished_(options.split.dynamic() ? options.threads : options.split.broad + options.split.narrow),
         batch_size_(options.batch_pairs),
         small_(options.small_step_ms) {}
 
@@ -40,6 +42,11 @@ class BarrierExecutor final : public Executor {
   struct Shelf final : Delivery {
     void deliver(Batch&) override {}  // the pool knows all batches; they are processed after the barrier
   };
+  struct AtOnce final : Delivery {
+    explicit AtOnce(StepState& state) : state(state) {}
+    void deliver(Batch& batch) override { state.process(batch); }
+    StepState& state;
+  };
 
   // Every block is one task: they are made about 10 us long. The context is not bound to the caller's, whose
   // cancellation would leave blocks undone.
@@ -55,7 +62,7 @@ class BarrierExecutor final : public Executor {
     while (!state_.finished()) {
       const std::size_t stage = state_.stage();
       if (stage == state_.shared_stage()) {
-        run_shared();
+        fused_ ? run_fused() : run_both_phases();
         continue;
       }
       for_each(state_.blocks(stage), [&](std::size_t) {
@@ -64,7 +71,18 @@ class BarrierExecutor final : public Executor {
     }
   }
 
-  void run_shared() {
+  void run_fused() {
+    AtOnce at_once(state_);
+    for_each(state_.blocks(state_.shared_stage()), [&](std::size_t) {
+      std::size_t tile;
+      if (!state_.take(state_.shared_stage(), tile)) return;
+      BatchWriter writer(state_, at_once);
+      state_.run_tile(tile, writer);
+      writer.flush();
+    });
+  }
+
+  void run_both_phases() {
     Shelf shelf;
     tbb::enumerable_thread_specific<BatchWriter> writers([&] { return BatchWriter(state_, shelf); });
     const std::size_t stage = state_.shared_stage();
@@ -79,6 +97,7 @@ class BarrierExecutor final : public Executor {
     for_each(ready_.size(), [&](std::size_t i) { state_.process(*ready_[i]); });
   }
 
+  bool fused_;
   int wished_;
   BatchSize batch_size_;
   SmallStep small_;
@@ -89,8 +108,8 @@ class BarrierExecutor final : public Executor {
 
 }  // namespace
 
-std::unique_ptr<Executor> make_barrier_executor(const ExecutorOptions& options) {
-  return std::make_unique<BarrierExecutor>(options);
+std::unique_ptr<Executor> make_loop_executor(const ExecutorOptions& options) {
+  return std::make_unique<LoopExecutor>(options);
 }
 
 }  // namespace tandem

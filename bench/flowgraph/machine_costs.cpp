@@ -1,0 +1,200 @@
+#include "machine_costs.h"
+
+#include <oneapi/tbb/concurrent_queue.h>
+#include <oneapi/tbb/flow_graph.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <optional>
+#include <thread>
+
+#include "tandem/flowgraph/executor.h"
+#include "tile_work.h"
+
+namespace tandem::bench {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double ns_since(Clock::time_point begin) {
+  return std::chrono::duration<double, std::nano>(Clock::now() - begin).count();
+}
+
+void stay_busy(std::chrono::microseconds time) {
+  const auto end = Clock::now() + time;
+  while (Clock::now() < end) {
+  }
+}
+
+bool wait_until(const std::atomic<bool>& flag) {
+  const auto give_up = Clock::now() + std::chrono::seconds(1);
+  while (!flag.load(std::memory_order_acquire))
+    if (Clock::now() > give_up) return false;
+  return true;
+}
+
+/// An empty tile of a step on one thread.
+void measure_task(Samples& out) {
+  constexpr std::size_t tiles = 20'000;
+  TileWork work({.tiles = tiles});
+  const auto executor = make_executor({.kind = ExecutorKind::sequential});
+  for (int i = 0; i < 30; ++i) {
+    ContactList contacts;
+    ExecutionReport report;
+    executor->run(work, contacts, report, {}, nullptr);
+    out.add(1e6 * report.narrow_end_ms / tiles);
+  }
+}
+
+/// Through the queue from one thread to another.
+void measure_message(Samples& out) {
+  constexpr int messages = 20'000;
+  for (int i = 0; i < 10; ++i) {
+    tbb::concurrent_bounded_queue<int*> queue;
+    queue.set_capacity(64);
+    int thing = 0;
+    std::jthread consumer([&] {
+      int* taken = nullptr;
+      for (int k = 0; k < messages; ++k)
+        while (!queue.try_pop(taken)) std::this_thread::yield();
+    });
+    const auto begin = Clock::now();
+    for (int k = 0; k < messages; ++k)
+      while (!queue.try_push(&thing)) std::this_thread::yield();
+    consumer.join();
+    out.add(ns_since(begin) / messages);
+  }
+}
+
+/// A cache line from one spinning thread to another.
+void measure_hand_over(Samples& out) {
+  constexpr int rounds = 2000;
+  for (int i = 0; i < 20; ++i) {
+    std::atomic<int> turn{0};
+    std::jthread other([&] {
+      for (int k = 0; k < rounds; ++k) {
+        while (turn.load(std::memory_order_acquire) != 2 * k + 1) std::this_thread::yield();
+        turn.store(2 * k + 2, std::memory_order_release);
+      }
+    });
+    const auto begin = Clock::now();
+    for (int k = 0; k < rounds; ++k) {
+      turn.store(2 * k + 1, std::memory_order_release);
+      while (turn.load(std::memory_order_acquire) != 2 * k + 2) std::this_thread::yield();
+    }
+    out.add(ns_since(begin) / (2 * rounds));
+  }
+}
+
+/// A phase as the executor has it: a graph of one node in an arena with room for one worker.
+class Node {
+ public:
+  Node() : arena_(2, 1) {
+    arena_.execute([this] {
+      graph_.emplace();
+      node_.emplace(*graph_, tbb::flow::unlimited, [this](int) {
+        arrived_ = Clock::now();
+        flag_.store(true, std::memory_order_release);
+        return tbb::flow::continue_msg();
+      });
+    });
+  }
+  void put() {
+    flag_.store(false, std::memory_order_relaxed);
+    node_->try_put(0);
+  }
+  /// The time from `begin` to the worker's first instruction; nothing when none came.
+  std::optional<double> arrival(Clock::time_point begin) {
+    const bool came = wait_until(flag_);
+    arena_.execute([this] { graph_->wait_for_all(); });
+    return came ? std::optional(std::chrono::duration<double, std::nano>(arrived_ - begin).count()) : std::nullopt;
+  }
+  void recreate() {
+    arena_.terminate();
+    arena_.initialize(2, 1);
+    arena_.execute([this] { graph_->reset(); });
+  }
+
+ private:
+  tbb::task_arena arena_;
+  std::optional<tbb::flow::graph> graph_;
+  std::optional<tbb::flow::function_node<int>> node_;
+  std::atomic<bool> flag_{false};
+  Clock::time_point arrived_;
+};
+
+void measure_wake(Samples& out) {
+  Node node;
+  for (int i = 0; i < 200; ++i) {
+    stay_busy(std::chrono::microseconds(1500));  // as a simulation does between two steps
+    const auto begin = Clock::now();
+    node.put();
+    if (const auto ns = node.arrival(begin)) out.add(*ns);
+  }
+}
+
+/// Both arenas re-created right after a worker was at work in one of them; then its first task in the new one.
+void measure_resize(Samples& resize, Samples& move) {
+  Node broad, narrow;
+  for (int i = 0; i < 200; ++i) {
+    auto begin = Clock::now();
+    broad.put();
+    if (!broad.arrival(begin)) continue;
+    begin = Clock::now();
+    broad.recreate();
+    narrow.recreate();
+    resize.add(ns_since(begin));
+    begin = Clock::now();
+    narrow.put();
+    if (const auto ns = narrow.arrival(begin)) move.add(*ns);
+  }
+}
+
+}  // namespace
+
+MachineCosts CostSamples::costs() const {
+  return {.task = task.median(),
+          .message = message.median(),
+          .wake = wake.median(),
+          .resize = resize.median(),
+          .move = move.median(),
+          .hand_over = hand_over.median()};
+}
+
+CostSamples measure_costs() {
+  CostSamples all;
+  measure_task(all.task);
+  if (std::thread::hardware_concurrency() < 2) return all;
+  measure_message(all.message);
+  measure_hand_over(all.hand_over);
+  measure_wake(all.wake);
+  measure_resize(all.resize, all.move);
+  return all;
+}
+
+double measure_slowdown(const std::function<void(int)>& work, int runs) {
+  if (std::thread::hardware_concurrency() < 2) return 1;
+  Samples ratio;
+  for (int i = 0; i < runs; ++i) {
+    auto begin = Clock::now();
+    work(0);
+    const double alone = ns_since(begin);
+    std::atomic<bool> go{false};
+    std::jthread other([&] {
+      while (!go.load(std::memory_order_acquire)) {
+      }
+      work(1);
+      work(1);  // to the end of the other one's
+    });
+    stay_busy(std::chrono::microseconds(200));
+    go.store(true, std::memory_order_release);
+    begin = Clock::now();
+    work(0);
+    ratio.add(ns_since(begin) / alone);
+  }
+  return std::max(1.0, ratio.median());
+}
+
+}  // namespace tandem::bench

@@ -1,0 +1,244 @@
+#include "simulator.h"
+
+#include <algorithm>
+#include <deque>
+#include <queue>
+#include <utility>
+#include <vector>
+
+namespace tandem::bench {
+
+/// A virtual core.
+struct Simulator::Thread {
+  bool broad = true;  // its side of the split
+  double free = 0;    // from then on it can take work
+};
+
+/// The shared stage: tiles that emit and batches that are narrowed.
+class Simulator::Shared {
+ public:
+  Shared(Policy policy, const MachineCosts& costs, const RecordedStep& work, std::size_t batch_pairs,
+         const std::vector<Thread>& threads)
+      : policy_(policy),
+        costs_(costs),
+        slowdown_(threads.size() > 1 ? costs.slowdown : 1),
+        work_(work),
+        batch_pairs_(static_cast<double>(batch_pairs)),
+        capacity_(std::max<std::size_t>(16, 4 * threads.size())),
+        tiles_left_(work.tiles.size()),
+        threads_(threads),
+        agents_(threads.size()) {}
+
+  /// Returns when the last thread is done.
+  double run(double from) {
+    double first_pair = 0;
+    for (const RecordedStep::Tile& tile : work_.tiles) {
+      first_pairs_.push_back(first_pair);
+      first_pair += static_cast<double>(tile.pairs);
+    }
+    for (std::size_t i = 0; i < agents_.size(); ++i) schedule(i, std::max(from, threads_[i].free));
+    double end = from;
+    while (!events_.empty()) {
+      const auto [now, neither, who] = events_.top();
+      events_.pop();
+      act(who, now);
+      end = std::max(end, agents_[who].last_work);
+    }
+    return end;
+  }
+  double broad_ns = 0, narrow_ns = 0;
+
+ private:
+  struct Agent {
+    std::size_t tile = 0;
+    double tile_pair = 0, tile_end = 0;  // the pairs of the tile in hand that are still to come
+    double ns_a_pair = 0;
+    bool in_tile = false;
+    double batch_pairs = 0, batch_ns = 0;  // the batch in hand
+    std::deque<double> full;               // its batches that wait for room in the queue
+    bool ends_tile = false;                // with the work it is doing
+    double last_work = 0;
+  };
+  using Event = std::tuple<double, std::uint64_t, std::size_t>;  // time, order, thread
+
+  void schedule(std::size_t who, double at) { events_.push({at, order_++, who}); }
+
+  void work_for(std::size_t who, double now, double ns, double& account) {
+    const double time = ns * slowdown_ + costs_.task;
+    account += time;
+    agents_[who].last_work = now + time;
+    schedule(who, now + time);
+  }
+
+  void process(std::size_t who, double now, double ns) { work_for(who, now, ns, narrow_ns); }
+
+  bool pop(std::size_t who, double now) {
+    if (queue_.empty()) return false;
+    const double ns = queue_.front();
+    queue_.pop_front();
+    process(who, now, ns + 0.5 * costs_.message / slowdown_);
+    return true;
+  }
+
+  bool take_tile(std::size_t who, double now) {
+    if (next_tile_ == work_.tiles.size()) return false;
+    Agent& agent = agents_[who];
+    agent.tile = next_tile_++;
+    agent.tile_pair = first_pairs_[agent.tile];
+    const auto pairs = static_cast<double>(work_.tiles[agent.tile].pairs);
+    agent.tile_end = agent.tile_pair + pairs;
+    agent.ns_a_pair = pairs > 0 ? work_.tiles[agent.tile].ns / pairs : 0;
+    agent.in_tile = true;
+    emit(who, now);
+    return true;
+  }
+
+  /// The tile in hand up to the next full batch or its end.
+  void emit(std::size_t who, double now) {
+    Agent& agent = agents_[who];
+    const double pairs = std::min(agent.tile_end - agent.tile_pair, batch_pairs_ - agent.batch_pairs);
+    const double ns = agent.ns_a_pair > 0 ? agent.ns_a_pair * pairs : work_.tiles[agent.tile].ns;
+    agent.batch_ns += work_.narrow_ns(agent.tile_pair, agent.tile_pair + pairs);
+    agent.batch_pairs += pairs;
+    agent.tile_pair += pairs;
+    if (agent.batch_pairs >= batch_pairs_) hand_on(agent);
+    if (agent.tile_pair >= agent.tile_end) {
+      agent.in_tile = false;
+      agent.ends_tile = true;
+      if (policy_ == Policy::fused) hand_on(agent);
+    }
+    work_for(who, now, ns, broad_ns);
+  }
+
+  static void hand_on(Agent& agent) {
+    if (agent.batch_pairs > 0) agent.full.push_back(agent.batch_ns);
+    agent.batch_ns = agent.batch_pairs = 0;
+  }
+
+  void wake_idle(double now) {
+    for (const std::size_t who : std::exchange(idle_, {})) schedule(who, now + costs_.hand_over);
+  }
+
+  /// Hands a full batch on; false when that made the thread narrow a batch itself.
+  bool deliver(std::size_t who, double& now) {
+    Agent& agent = agents_[who];
+    while (!agent.full.empty()) {
+      if (policy_ == Policy::fused || (policy_ == Policy::conserving && queue_.size() >= capacity_)) {
+        double ns = agent.full.front();
+        agent.full.pop_front();
+        if (policy_ != Policy::fused) {  // the new one goes in, the oldest comes out
+          queue_.push_back(ns);
+          ns = queue_.front() + costs_.message / slowdown_;
+          queue_.pop_front();
+        }
+        process(who, now, ns);
+        return false;
+      }
+      queue_.push_back(agent.full.front());
+      agent.full.pop_front();
+      now += 0.5 * costs_.message;
+      wake_idle(now);
+    }
+    return true;
+  }
+
+  void act(std::size_t who, double now) {
+    Agent& agent = agents_[who];
+    if (std::exchange(agent.ends_tile, false) && --tiles_left_ == 0) wake_idle(now);
+    if (!deliver(who, now)) return;
+    if (agent.in_tile) return emit(who, now);
+    const bool broad = threads_[who].broad;
+    const bool tiles = broad || policy_ != Policy::strict;
+    const bool batches = policy_ == Policy::strict ? !broad : policy_ == Policy::conserving || tiles_left_ == 0;
+    const bool batch_first = policy_ == Policy::conserving && !broad;
+    if ((batch_first && pop(who, now)) || (tiles && take_tile(who, now)) || (batches && pop(who, now))) return;
+    hand_on(agent);
+    if (!agent.full.empty()) return schedule(who, now);
+    idle_.push_back(who);  // the next batch wakes it, if there is one
+  }
+
+  Policy policy_;
+  const MachineCosts& costs_;
+  double slowdown_;
+  const RecordedStep& work_;
+  double batch_pairs_;
+  std::size_t capacity_;
+  std::size_t next_tile_ = 0, tiles_left_;
+  const std::vector<Thread>& threads_;
+  std::vector<Agent> agents_;
+  std::vector<double> first_pairs_;
+  std::deque<double> queue_;
+  std::vector<std::size_t> idle_;
+  std::uint64_t order_ = 0;
+  std::priority_queue<Event, std::vector<Event>, std::greater<>> events_;
+};
+
+Simulator::Simulator(Policy policy, int threads, Split fixed, BalanceRule rule, const MachineCosts& costs)
+    : policy_(policy),
+      threads_(policy == Policy::sequential ? 1 : threads),
+      costs_(costs),
+      balancer_(std::max(2, threads), fixed, rule),
+      before_(balancer_.split()) {}
+
+// Blocks in their order, each to the thread that is free first.
+double Simulator::stage(const RecordedStep::Blocks& blocks, std::vector<Thread>& threads, double from,
+                        bool narrow_helps) const {
+  std::priority_queue<double, std::vector<double>, std::greater<>> free;
+  for (const Thread& thread : threads)
+    if (thread.broad || narrow_helps) free.push(std::max(from, thread.free));
+  const double slowdown = free.size() > 1 && blocks.size() > 1 ? costs_.slowdown : 1;
+  double end = from;
+  for (const double ns : blocks) {
+    const double done = free.top() + ns * slowdown + costs_.task;
+    free.pop();
+    free.push(done);
+    end = std::max(end, done);
+  }
+  return end + (threads.size() > 1 ? costs_.hand_over : 0);
+}
+
+SimulatedStep Simulator::step(const RecordedStep& work) {
+  SimulatedStep result;
+  ExecutionReport report;
+  const bool shared = threads_ > 1 && !(policy_ != Policy::strict && small_.stays_on_caller());
+  result.split =
+      policy_ == Policy::strict || policy_ == Policy::conserving ? balancer_.split() : Split{threads_, threads_};
+  if (!shared) result.split = {1, 0};
+
+  std::vector<Thread> threads(shared ? static_cast<std::size_t>(threads_) : 1);
+  double now = work.begin_ns;
+  const bool divided = shared && (policy_ == Policy::strict || policy_ == Policy::conserving);
+  if (divided && !(result.split == before_)) now += costs_.resize;
+  for (std::size_t i = 1; i < threads.size(); ++i) {
+    const auto broad_threads = static_cast<std::size_t>(result.split.broad);
+    threads[i].broad = !divided || i < broad_threads;
+    const bool moved = divided && threads[i].broad != (i < static_cast<std::size_t>(before_.broad));
+    threads[i].free = now + std::max(costs_.wake, moved ? costs_.move : 0);
+  }
+  if (divided) before_ = result.split;
+
+  const bool strict = shared && policy_ == Policy::strict;
+  for (std::size_t i = 0; i < work.before.size(); ++i) now = stage(work.before[i], threads, now, !strict || i == 0);
+  Shared phase(shared ? policy_ : Policy::sequential, costs_, work, threads_ == 1 ? 128 : batch_size_.get(), threads);
+  now = phase.run(now);
+  for (const auto& blocks : work.after) now = stage(blocks, threads, now, true);
+
+  result.ns = now;
+  result.broad_ns = phase.broad_ns;
+  result.narrow_ns = phase.narrow_ns;
+  report.candidate_pairs = work.pairs();
+  report.narrow_ms = 1e-6 * phase.narrow_ns;
+  report.broad_ms = 1e-6 * phase.broad_ns;
+  for (std::size_t i = 1; i < work.before.size(); ++i)
+    for (const double ns : work.before[i]) report.broad_ms += 1e-6 * ns;
+  result.broad_ns = 1e6 * report.broad_ms;
+  report.detect_ms = 1e-6 * now;
+  if (!shared && threads_ > 1) report.issues |= bit(StepIssue::ran_on_caller);
+  small_.learn(1e-6 * work.work_ns());
+  batch_size_.learn(report);
+  decision_ = divided ? balancer_.after_step(step_, report) : BalanceDecision{};
+  ++step_;
+  return result;
+}
+
+}  // namespace tandem::bench

@@ -1,0 +1,58 @@
+#pragma once
+#include <cstdint>
+#include <string_view>
+
+#include "flowgraph/executors.h"  // what the executors keep from step to step
+#include "recorded_step.h"
+#include "tandem/flowgraph/balancer.h"
+
+namespace tandem::bench {
+
+/// What the machinery costs (ns), measured on this machine.
+struct MachineCosts {
+  double task = 0;       ///< taking and timing a block, tile or batch
+  double message = 0;    ///< a batch into the queue and out of it
+  double wake = 0;       ///< start of a step to a sleeping worker's first instruction
+  double resize = 0;     ///< re-creating both arenas, on the caller
+  double move = 0;       ///< a re-created arena to the first task of a worker that was in the old one
+  double hand_over = 0;  ///< end of a stage, or a batch in the queue, to a thread that spins for it
+  double slowdown = 1;   ///< of a thread's work when others work too: shared caches, memory, clock, >= 1
+};
+
+enum class Policy : std::uint8_t { sequential, barrier, fused, strict, conserving };
+
+/// What a step took on virtual cores.
+struct SimulatedStep {
+  double ns = 0;
+  double broad_ns = 0, narrow_ns = 0;  ///< busy, summed over threads
+  Split split;
+};
+
+/// Runs recorded steps on P virtual cores: an event simulation of the executors' rules in which every tile and batch
+/// costs what it cost when it was recorded. Keeps what the executor keeps from step to step: the balance, the size of
+/// batches and which steps are too small to share.
+class Simulator {
+ public:
+  /// `fixed` dynamic: balanced by `rule`. threads >= 2 but for Policy::sequential.
+  Simulator(Policy policy, int threads, Split fixed, BalanceRule rule, const MachineCosts& costs);
+  SimulatedStep step(const RecordedStep& work);
+  const BalanceDecision& decision() const { return decision_; }
+
+ private:
+  struct Thread;
+  class Shared;
+
+  double stage(const RecordedStep::Blocks& blocks, std::vector<Thread>& threads, double from, bool narrow_helps) const;
+
+  Policy policy_;
+  int threads_;
+  MachineCosts costs_;
+  Balancer balancer_;
+  BatchSize batch_size_{128};
+  SmallStep small_{0.3};
+  Split before_;
+  std::uint64_t step_ = 0;
+  BalanceDecision decision_;
+};
+
+}  // namespace tandem::bench

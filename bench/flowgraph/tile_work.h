@@ -1,0 +1,44 @@
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "tandem/flowgraph/step_work.h"
+
+namespace tandem::bench {
+
+/// Made-up work: tiles and pairs that each take a given time, by counting a dependent chain of multiplications.
+class TileWork final : public StepWork {
+ public:
+  struct Size {
+    std::size_t tiles = 0;
+    std::size_t pairs_a_tile = 0;
+    double tile_ns = 0;
+    double pair_ns = 0;  ///< of most pairs
+    /// One pair in `big_every` takes `big_ns` instead; 0: none does.
+    std::size_t big_every = 0;
+    double big_ns = 0;
+    std::size_t big_from = SIZE_MAX;  ///< so do all from this one on
+  };
+  explicit TileWork(const Size& size) : size_(size) {}
+  /// Costs of the following steps; the number of tiles and pairs stays.
+  void set_costs(double tile_ns, double pair_ns) {
+    size_.tile_ns = tile_ns;
+    size_.pair_ns = pair_ns;
+  }
+
+  std::size_t begin() override { return 2; }
+  std::size_t blocks(std::size_t stage) const override { return stage == 0 ? 1 : size_.tiles; }
+  void run(std::size_t, std::size_t) override {}
+  void emit(std::size_t tile, PairSink& sink) override;
+  const PairFilter& filter() const override { return filter_; }
+  std::size_t keep(std::span<Pair> pairs) const override { return pairs.size(); }
+  void narrow(Batch& batch) const override;
+  std::size_t bodies() const override { return size_.tiles + size_.pairs_a_tile + 1; }
+  std::size_t pairs() const { return size_.tiles * size_.pairs_a_tile; }
+
+ private:
+  Size size_;
+  PairFilter filter_;
+};
+
+}  // namespace tandem::bench

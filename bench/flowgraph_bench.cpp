@@ -1,0 +1,328 @@
+#include <fmt/format.h>
+#include <oneapi/tbb/info.h>
+
+#include <algorithm>
+#include <chrono>
+#include <functional>
+#include <optional>
+#include <stdexcept>
+
+#include "benches.h"
+#include "contest.h"
+#include "machine_costs.h"
+#include "tandem/engine/builtin_scenes.h"
+#include "tandem/flowgraph/executor.h"
+#include "tile_work.h"
+
+namespace tandem::bench {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+struct Runner {
+  std::string name;
+  ExecutorOptions options;
+};
+
+struct Load {
+  std::string name;
+  TileWork::Size size;
+  /// Called before each step, for loads that change.
+  std::function<void(TileWork&, int)> before_step{};
+};
+
+void stay_busy(std::chrono::microseconds time) {
+  const auto end = Clock::now() + time;
+  while (Clock::now() < end) {
+  }
+}
+
+std::vector<Runner> everyone(int threads, const ExecutorOptions& base = {}) {
+  std::vector<Runner> all;
+  for (const ExecutorKind kind : executor_kinds) {
+    if (threads == 1 && kind != ExecutorKind::sequential && kind != ExecutorKind::flowgraph) continue;
+    Runner runner{std::string(name(kind)), base};
+    runner.options.kind = kind;
+    runner.options.threads = threads;
+    all.push_back(std::move(runner));
+  }
+  return all;
+}
+
+/// All in turn on the same made-up load; the first one is what the others are compared with.
+class Race {
+ public:
+  Race(std::vector<Row>& rows, bool quick) : rows_(rows), steps_(quick ? 8 : 30) {}
+
+  void run(const Load& load, const std::vector<Runner>& runners) {
+    TileWork work(load.size);
+    std::vector<std::unique_ptr<Executor>> executors;
+    std::vector<Row> own;
+    std::vector<Samples> first_narrow(runners.size());
+    std::vector<std::uint64_t> high_water(runners.size());
+    for (const Runner& runner : runners) {
+      executors.push_back(make_executor(runner.options));
+      own.push_back({"flowgraph", load.name, runner.name, 1, work.pairs(), {}, 0, json_of(runner.options)});
+    }
+    ContactList contacts;
+    for (int step = -3; step < steps_; ++step) {  // the first three: threads start, sizes are learnt
+      if (load.before_step) load.before_step(work, step);
+      for (std::size_t turn = 0; turn < runners.size(); ++turn) {
+        const std::size_t who = (turn + static_cast<std::size_t>(step + 3)) % runners.size();
+        stay_busy(std::chrono::microseconds(300));
+        ExecutionReport report;
+        executors[who]->run(work, contacts, report, {}, nullptr);
+        if (step < 0) continue;
+        own[who].time.add(1e6 * report.detect_ms);
+        own[who].threads = report.threads;
+        own[who].hash = hash(contacts);
+        high_water[who] = std::max(high_water[who], report.queue_high_water);
+      }
+    }
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      Row& row = own[i];
+      if (row.hash != own.front().hash)
+        throw std::runtime_error(fmt::format("{}: {} found contacts {}, {} found {}", load.name, own.front().contestant,
+                                             hex(own.front().hash), row.contestant, hex(row.hash)));
+      // Against the first one's work divided evenly over the threads: 1 is all there is to gain.
+      const double best = own.front().time.median() * own.front().threads / row.threads;
+      row.more["of_even_share"] = row.time.median() / best;
+      row.more["queue_high_water"] = high_water[i];
+      fmt::print("{:<26} {:<26} {:>7} {:>10.3f} {:>10.3f} {:>10.3f} {:>8.2f} {:>6}\n", load.name, row.contestant,
+                 row.threads, 1e-6 * row.time.median(), 1e-6 * row.time.quantile(0.1), 1e-6 * row.time.quantile(0.9),
+                 row.time.median() / best, high_water[i]);
+      rows_.push_back(std::move(row));
+    }
+  }
+
+  static void header(std::string_view title) {
+    fmt::print("\n{}\n{:<26} {:<26} {:>7} {:>10} {:>10} {:>10} {:>8} {:>6}\n", title, "load", "run by", "threads",
+               "ms/step", "p10", "p90", "of even", "queue");
+  }
+
+ private:
+  static nlohmann::json json_of(const ExecutorOptions& options) {
+    return {{"batch_pairs", options.batch_pairs},
+            {"queue_capacity", options.queue_capacity},
+            {"split",
+             options.split.dynamic() ? "dynamic" : fmt::format("{}-{}", options.split.broad, options.split.narrow)}};
+  }
+
+  std::vector<Row>& rows_;
+  int steps_;
+};
+
+/// Broad and narrow work of `ns` in all, in the ratio broad:narrow.
+Load ratio_load(double ns, double broad, double narrow) {
+  constexpr std::size_t tiles = 256, pairs = 40;
+  const double share = broad / (broad + narrow);
+  return {fmt::format("{:.0f}:{:.0f}", broad, narrow),
+          {.tiles = tiles,
+           .pairs_a_tile = pairs,
+           .tile_ns = ns * share / static_cast<double>(tiles),
+           .pair_ns = ns * (1 - share) / static_cast<double>(tiles * pairs)}};
+}
+
+void add_cost(std::vector<Row>& rows, std::string_view what, const Samples& time, int threads) {
+  fmt::print("{:<44} {:>12.1f} {:>12.1f} {:>12.1f}\n", what, time.median(), time.quantile(0.1), time.quantile(0.9));
+  rows.push_back({"flowgraph", "costs", std::string(what), threads, 1, time, 0, nlohmann::json::object()});
+}
+
+/// Steps of an executor; what `measure` makes of each.
+Samples steps_of(const Runner& runner, const TileWork::Size& size, int steps,
+                 const std::function<double(const ExecutionReport&, const Timeline&)>& measure, bool traced = false) {
+  TileWork work(size);
+  const auto executor = make_executor(runner.options);
+  Samples samples;
+  ContactList contacts;
+  for (int step = -3; step < steps; ++step) {
+    Timeline timeline;
+    ExecutionReport report;
+    stay_busy(std::chrono::microseconds(300));
+    executor->run(work, contacts, report, {}, traced ? &timeline : nullptr);
+    if (step >= 0) samples.add(measure(report, timeline));
+  }
+  return samples;
+}
+
+void costs(std::vector<Row>& rows, int threads, int steps) {
+  fmt::print("What it costs, ns\n{:<44} {:>12} {:>12} {:>12}\n", "", "median", "p10", "p90");
+  const CostSamples own = measure_costs();
+  add_cost(rows, "a task: an empty tile", own.task, 1);
+  add_cost(rows, "a message: a batch from thread to thread", own.message, 2);
+  add_cost(rows, "a hand-over between spinning threads", own.hand_over, 2);
+  add_cost(rows, "a resize of both arenas", own.resize, 2);
+  add_cost(rows, "a worker woken after 1.5 ms", own.wake, 2);
+  add_cost(rows, "a worker moved to a re-created arena", own.move, 2);
+  const auto detect_ns = [](const ExecutionReport& report, const Timeline&) { return 1e6 * report.detect_ms; };
+  for (const Runner& runner : everyone(threads)) {
+    add_cost(rows, fmt::format("a frame with no work, {}", runner.name),
+             steps_of(runner, {.tiles = 1}, steps, detect_ns), threads);
+    if (runner.options.kind == ExecutorKind::sequential) continue;
+    Runner shared = runner;
+    shared.options.small_step_ms = 0;
+    add_cost(rows, fmt::format("the same shared, {}", runner.name), steps_of(shared, {.tiles = 1}, steps, detect_ns),
+             threads);
+  }
+  // Pairs and batches that cost next to nothing: what is left is the machinery.
+  const TileWork::Size light{.tiles = 200, .pairs_a_tile = 128};
+  const double pairs = static_cast<double>(light.tiles * light.pairs_a_tile);
+  for (const Runner& runner : everyone(threads)) {
+    Runner shared = runner;
+    shared.options.small_step_ms = 0;
+    add_cost(rows, fmt::format("a pair without work, {}", runner.name),
+             steps_of(shared, light, steps,
+                      [&](const ExecutionReport& r, const Timeline&) { return 1e6 * r.detect_ms / pairs; }),
+             threads);
+    shared.options.batch_pairs = 1;
+    add_cost(rows, fmt::format("a batch of one such pair, {}", runner.name),
+             steps_of(shared, light, steps,
+                      [&](const ExecutionReport& r, const Timeline&) { return 1e6 * r.detect_ms / pairs; }),
+             threads);
+  }
+  const Load even = ratio_load(4e6, 1, 1);
+  for (const Runner& runner : everyone(threads))
+    add_cost(rows, fmt::format("to the first narrow work in 4 ms, {}", runner.name),
+             steps_of(
+                 runner, even.size, steps,
+                 [](const ExecutionReport&, const Timeline& timeline) {
+                   Clock::time_point begin = Clock::time_point::max(), first = begin;
+                   timeline.each_slice([&](const Timeline::Slice& slice) {
+                     begin = std::min(begin, slice.begin);
+                     if (slice.name == "narrow") first = std::min(first, slice.begin);
+                   });
+                   return std::chrono::duration<double, std::nano>(first - begin).count();
+                 },
+                 true),
+             threads);
+  Samples plain, traced;
+  for (int round = 0; round < 5; ++round) {
+    const Runner flowgraph = everyone(threads).back();
+    const Samples off = steps_of(flowgraph, even.size, steps / 2 + 1, detect_ns);
+    const Samples on = steps_of(flowgraph, even.size, steps / 2 + 1, detect_ns, true);
+    plain.add(off.median());
+    traced.add(on.median());
+  }
+  add_cost(rows, "a step of 4 ms of work, no timeline", plain, threads);
+  add_cost(rows, "the same with a timeline", traced, threads);
+}
+
+void synthetic(std::vector<Row>& rows, const std::vector<int>& thread_counts, int cores, bool quick) {
+  Race race(rows, quick);
+  constexpr double work_ns = 4e6;
+
+  Race::header("Broad to narrow work, 4 ms in all");
+  for (const auto& [broad, narrow] :
+       {std::pair{1., 100.}, {1., 10.}, {1., 3.}, {1., 1.}, {3., 1.}, {10., 1.}, {100., 1.}})
+    race.run(ratio_load(work_ns, broad, narrow), everyone(cores));
+
+  Race::header("Numbers of threads, work 1:1");
+  for (const int threads : thread_counts) race.run(ratio_load(work_ns, 1, 1), everyone(threads));
+
+  Race::header("Splits, work 1:1");
+  const int threads = std::max(cores, 4);
+  std::vector<Runner> splits{{"sequential", {.kind = ExecutorKind::sequential}}};
+  for (int broad = 1; broad < threads; broad += std::max(1, threads / 8))
+    for (const bool strict : {true, false})
+      splits.push_back({fmt::format("{} {}-{}", strict ? "strict" : "split", broad, threads - broad),
+                        {.threads = threads, .split = {broad, threads - broad}, .strict_split = strict}});
+  race.run(ratio_load(work_ns, 1, 1), splits);
+
+  Race::header("Pairs a batch");
+  std::vector<Runner> batches{{"sequential", {.kind = ExecutorKind::sequential}}};
+  for (const std::size_t pairs : {1, 4, 16, 64, 128, 256, 1024})
+    batches.push_back({fmt::format("flowgraph, at most {}", pairs), {.threads = cores, .batch_pairs = pairs}});
+  Load light = ratio_load(work_ns, 1, 1);
+  light.size.pairs_a_tile *= 4;  // 50 ns a pair
+  light.size.pair_ns /= 4;
+  light.name = "1:1, 50 ns a pair";
+  race.run(light, batches);
+
+  Race::header("Batches in the queue");
+  std::vector<Runner> queues{{"sequential", {.kind = ExecutorKind::sequential}}};
+  for (const std::size_t capacity : {1, 2, 4, 16, 64, 512})
+    queues.push_back({fmt::format("flowgraph, room for {}", capacity), {.threads = cores, .queue_capacity = capacity}});
+  race.run(ratio_load(work_ns, 1, 1), queues);
+
+  Race::header("Loads that are hard to balance");
+  Load turning = ratio_load(work_ns, 10, 1);
+  turning.name = "10:1, turning each 5 steps";
+  const double costly_tile = turning.size.tile_ns,
+               costly_pair = costly_tile / static_cast<double>(turning.size.pairs_a_tile);
+  turning.before_step = [=](TileWork& work, int step) {
+    const bool broad = (step + 5) / 5 % 2 == 0;
+    work.set_costs(broad ? costly_tile : 0.1 * costly_tile, broad ? 0.1 * costly_pair : costly_pair);
+  };
+  race.run(turning, everyone(cores));
+  for (const bool late : {false, true})
+    race.run({late ? "1000x pairs, most at last" : "1000x pairs, all over",
+              {.tiles = 256,
+               .pairs_a_tile = 40,
+               .tile_ns = 3000,
+               .pair_ns = 100,
+               .big_every = late ? std::size_t{0} : std::size_t{512},
+               .big_ns = 100'000,
+               .big_from = late ? std::size_t{10'220} : SIZE_MAX}},
+             everyone(cores));
+  race.run({"steps of 0.2 ms", ratio_load(0.2e6, 1, 1).size}, everyone(cores));
+  race.run({"steps of 0.5 ms", ratio_load(0.5e6, 1, 1).size}, everyone(cores));
+}
+
+/// The paper's scenes on this machine's cores: every executor, and what the two phases weigh.
+void real(std::vector<Row>& rows, const Settings& settings, int threads) {
+  fmt::print("\nReal loads, brute force; sums over the steps\n{:<18} {:<16} {:>7} {:>10} {:>8} {:>8} {:>14}\n", "scene",
+             "run by", "threads", "ms", "speedup", "of even", "broad:narrow");
+  const int steps = settings.steps != 0 ? settings.steps : settings.quick ? 20 : 100;
+  std::vector<std::string> scenes = settings.scenes;
+  if (scenes.empty())
+    for (const BuiltinScene& scene : builtin_scenes().first(4)) scenes.emplace_back(scene.name);
+  for (const std::string& scene_name : scenes) {
+    PipelineOptions papers;
+    papers.broad_phase = BroadPhaseKind::brute;
+    const std::vector<Contestant> contestants = executors(threads, papers);
+    Scene scene = make_builtin_scene(scene_name, settings.bodies);
+    std::vector<Row> own;
+    for (const Contestant& contestant : contestants)
+      own.push_back({"flowgraph", scene_name, contestant.name, 1, scene.bodies(), {}, 0, {{"steps", steps}}});
+    double broad = 0, narrow = 0;
+    contest(
+        std::move(scene), contestants, steps, 1,
+        [&](const Turn& turn) {
+          const ExecutionReport& execution = turn.report.execution;
+          Row& row = own[turn.contestant];
+          row.time.add(1e6 * execution.detect_ms);
+          row.threads = execution.threads;
+          row.hash = turn.report.contact_hash;
+          if (turn.contestant == 0) {
+            broad += execution.broad_ms;
+            narrow += execution.narrow_ms;
+          }
+        },
+        [](int) {});
+    for (Row& row : own) {
+      const double speedup = own.front().time.sum() / row.time.sum();
+      row.more["speedup_of_sums"] = speedup;
+      row.more["of_even_share"] = row.threads / speedup;
+      row.more["narrow_over_broad"] = narrow / broad;
+      fmt::print("{:<18} {:<16} {:>7} {:>10.1f} {:>7.2f}x {:>8.2f} {:>14}\n", scene_name, row.contestant, row.threads,
+                 1e-6 * row.time.sum(), speedup, row.threads / speedup, fmt::format("1:{:.2f}", narrow / broad));
+    }
+    for (Row& row : own) rows.push_back(std::move(row));
+  }
+}
+
+}  // namespace
+
+std::vector<Row> flowgraph_bench(const Settings& settings) {
+  const int cores = std::max(2, tbb::info::default_concurrency());
+  std::vector<int> threads = settings.threads;
+  if (threads.empty())
+    for (int count = 1; count <= 2 * cores; count = count < 4 ? count + 1 : 2 * count) threads.push_back(count);
+  std::vector<Row> rows;
+  costs(rows, cores, settings.quick ? 10 : 60);
+  synthetic(rows, threads, cores, settings.quick);
+  real(rows, settings, cores);
+  return rows;
+}
+
+}  // namespace tandem::bench
