@@ -181,7 +181,8 @@ class Descent {
       beyond_a = n.dot(a.cross(p)), beyond_b = -n.dot(b.cross(p));
     }
     if (!(beyond_a > 0) && !(beyond_b > 0)) {
-      const Vec3 n = a.cross(b);
+      // By the third side where that is the shortest: long ones lose what they differ by.
+      const Vec3 n = aa + bb - 2 * ab < std::min(aa, bb) ? Vec3(a.cross(r - q)) : Vec3(a.cross(b));
       const double n2 = n.squaredNorm();
       if (n2 > 1e-24 * aa * bb) return take(n * (n.dot(p) / n2), 1u << iq | 1u << ir);
     }

@@ -69,11 +69,20 @@ PointDistance to_cone(double radius, double length, const Vec3& p) {
   return revolve(p, rho, {off, rho - off * nx, p[2] - off * nz, nx, nz});
 }
 
-Vec3 nearest_on_segment(const Vec3& a, const Vec3& b, const Vec3& p) {
+/// The way to p from the nearest point of the segment: square to it, or from an end.
+struct Way {
+  Vec3 from, d;
+  bool square;
+};
+Way way_from_segment(const Vec3& a, const Vec3& b, const Vec3& p) {
   const Vec3 ab = b - a;
   const double length2 = ab.squaredNorm();
-  const double t = length2 > 0 ? std::clamp((p - a).dot(ab) / length2, 0.0, 1.0) : 0.0;
-  return t <= 0.5 ? Vec3(a + t * ab) : Vec3(b - (1 - t) * ab);
+  const double t = length2 > 0 ? (p - a).dot(ab) / length2 : 0.0;
+  if (!(t > 0)) return {a, p - a, false};
+  if (t >= 1) return {b, p - b, false};
+  const Vec3 q = t <= 0.5 ? Vec3(a + t * ab) : Vec3(b - (1 - t) * ab);
+  const Vec3 d = p - q;
+  return {q, d - (d.dot(ab) / length2) * ab, true};  // whatever is left of so small a difference
 }
 
 PointDistance to_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p) {
@@ -94,25 +103,24 @@ PointDistance to_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec
     if (n.dot(pb.cross(pc)) >= 0 && n.dot(pc.cross(pa)) >= 0 && n.dot(pa.cross(pb)) >= 0) return above;
   }
   PointDistance best{};
-  bool any = false;
+  bool any = false, square = false;
   const Vec3* edge[3][2] = {{&a, &b}, {&b, &c}, {&c, &a}};
   for (const auto& e : edge) {
-    const Vec3 q = nearest_on_segment(*e[0], *e[1], p);
-    Vec3 d = p - q;
+    const Way way = way_from_segment(*e[0], *e[1], p);
     const Vec3 along = *e[1] - *e[0];
-    // Square to the edge, whatever is left of so small a difference.
-    if (q != *e[0] && q != *e[1]) d -= (d.dot(along) / along.squaredNorm()) * along;
-    const double distance = d.norm();
-    if (any && distance >= best.signed_distance) continue;
+    const double distance = way.d.norm();
+    // Next to a corner the edge has the more exact direction, though not a smaller distance.
+    if (any && !(distance < best.signed_distance * (1 + 1e-15 * (way.square - square)))) continue;
     any = true;
+    square = way.square;
     Vec3 normal = Vec3::UnitX();
     if (distance > 0)
-      normal = d / distance;
+      normal = way.d / distance;
     else if (length > 0)
       normal = n / length;
     else if (along.squaredNorm() > 0)
       normal = any_perpendicular(along);
-    best = {distance, q, normal};
+    best = {distance, way.from, normal};
   }
   // Over the rim to rounding: the direction between points that nearly touch is noise, the plane's normal is not.
   if (area && best.signed_distance - above.signed_distance <= 1e-15 * std::sqrt(longest)) {
