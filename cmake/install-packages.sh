@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Installs what the build and the tests need, by name, from the system's package manager. Does nothing, quickly, when
-# all of it is there.
+# Installs what the build and most tests need, and the packages given, by name from the system's package manager. Does
+# nothing, quickly, when all of it is there.
 set -euo pipefail
 
 packages=(
@@ -8,6 +8,7 @@ packages=(
   libtbb-dev libeigen3-dev libfcl-dev libccd-dev libhwy-dev libqhull-dev
   nlohmann-json3-dev libcli11-dev libfmt-dev
   catch2 libboost-dev
+  "$@"
 )
 
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then

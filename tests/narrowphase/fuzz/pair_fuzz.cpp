@@ -7,6 +7,7 @@
 #include "hull.h"
 #include "judge.h"
 #include "pair_bytes.h"
+#include "support.h"
 
 namespace {
 
@@ -58,6 +59,8 @@ bool is_plump(const Shape& s) {
   }
 }
 
+bool has_curved_core(const PosedPair& p) { return !is_polytope(p.a.kind()) || !is_polytope(p.b.kind()); }
+
 /// Numbers, always; and the truth to `share` of the size, and the same with A and B exchanged, unless `share` is 0.
 std::string judge_coarsely(const NarrowPhase& solver, const PosedPair& p, double share) {
   std::vector<Contact> contacts;
@@ -86,6 +89,7 @@ std::string judge_bytes(std::span<const std::uint8_t> bytes, Asked asked) {
   static const NarrowPhase solver;
   const auto pair = pair_from_bytes(bytes);
   if (!pair) return {};
+  if (asked == Asked::of_flat_strictly) asked = has_curved_core(*pair) ? Asked::of_all : Asked::strictly;
   std::string wrong;
   try {
     if (asked == Asked::strictly && is_moderate(*pair))

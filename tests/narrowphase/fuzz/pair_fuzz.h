@@ -12,6 +12,8 @@ enum class Asked {
   of_plump,
   /// The same of all. Rare exceptions: segments and flat hulls in a cone, triangles and plates in round shapes.
   of_all,
+  /// Strictly of pairs without a cylinder, cone or ellipsoid, else the truth to a thousandth of the size, of all.
+  of_flat_strictly,
   /// All that judge() asks of pairs whose sizes and aspects lie within 1e5 of each other, and 1e-7 of the rest.
   strictly
 };

@@ -60,7 +60,7 @@ int main(int argc, char** argv) {
   }
   int wrong = 0;
   const auto judge = [&](const std::vector<std::uint8_t>& input, const std::string& name) {
-    const std::string what = tandem::test::judge_bytes(input, strictly ? Asked::strictly : Asked::of_all);
+    const std::string what = tandem::test::judge_bytes(input, strictly ? Asked::strictly : Asked::of_flat_strictly);
     if (what.empty()) return;
     ++wrong;
     std::printf("%s\n  ^ input %s\n", what.c_str(), name.c_str());
