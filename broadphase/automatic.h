@@ -15,11 +15,15 @@ namespace tandem {
 /// steps only, and the pairs do not depend on the choice.
 class Automatic final : public BroadPhase {
  public:
+  void expect(const PairFilter& filter) override { list_.expect(filter); }
   std::size_t begin(const BoxArray& boxes) override;
   std::size_t blocks(std::size_t stage) const override { return list_.blocks(stage); }
   void run(std::size_t stage, std::size_t block) override { list_.run(stage, block); }
   void emit(std::size_t block, PairSink& sink) override { list_.emit(block, sink); }
   BroadPhaseKind kind() const override { return method_->kind(); }
+  std::size_t memory() const override {
+    return brute_.memory() + sweep_.memory() + grid_.memory() + bvh_.memory() + list_.memory();
+  }
   std::string_view reason() const override {
     return list_.mode() == VerletList::Mode::reuse ? reason_while_kept_ : reason_;
   }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <bit>
 
+#include "memory.h"
+
 namespace tandem {
 
 float round_up(double x) {
@@ -16,6 +18,12 @@ float round_up(double x) {
 }
 
 float round_down(double x) { return -round_up(-x); }
+
+std::size_t BoxArray::memory() const {
+  std::size_t bytes = 0;
+  for (const auto& values : bounds_) bytes += bytes_of(values);
+  return bytes;
+}
 
 void BoxArray::resize(std::size_t n) {
   constexpr float inf = std::numeric_limits<float>::infinity();

@@ -5,6 +5,7 @@
 #include <span>
 #include <utility>
 
+#include "memory.h"
 #include "row_kernel.h"
 
 namespace tandem {
@@ -267,6 +268,13 @@ void BoxTree::cross(std::size_t level, std::size_t i, std::size_t j, PairSink& s
         cross(level - 1, a, right[r], sink);
     }
   }
+}
+
+std::size_t BoxTree::memory() const {
+  std::size_t bytes = bytes_of(offsets_) + bytes_of(cell_) + bytes_of(cell_begin_) + bytes_of(group_cells_) +
+                      bytes_of(records_) + bytes_of(index_) + bytes_of(levels_);
+  for (const BoxArray& level : levels_) bytes += level.memory();
+  return bytes;
 }
 
 void BoxTree::query(const Aabb& box, std::uint32_t index, PairSink& sink) const {

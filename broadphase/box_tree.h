@@ -21,6 +21,15 @@ namespace tandem {
 class BoxTree {
  public:
   static constexpr std::size_t build_stages = 7;
+  static constexpr std::size_t width = 8;  ///< children a node at most
+
+  struct Range {
+    std::size_t begin, end;
+  };
+  /// Level 0 are the boxes.
+  struct Node {
+    std::size_t level, place;
+  };
 
   /// Starts a build over boxes `subset` of `boxes`, or all for nullptr. Bounds may be written until stage 0 runs.
   void begin(const BoxArray& boxes, const std::vector<std::uint32_t>* subset);
@@ -33,16 +42,23 @@ class BoxTree {
   /// Pairs of box `index`, which is not in the tree, with the boxes in it.
   void query(const Aabb& box, std::uint32_t index, PairSink& sink) const;
 
+  /// The finished tree. Its root is at level height() - 1; no boxes, no levels.
+  std::size_t height() const { return height_; }
+  Node root() const { return {height_ - 1, 0}; }
+  const BoxArray& level(std::size_t level) const { return levels_[level]; }
+  Aabb box(const Node& node) const { return levels_[node.level][node.place]; }
+  /// Of a node above level 0, in the level below it.
+  Range children(const Node& node) const { return {node.place * width, children_end(node.level, node.place)}; }
+  /// Of the body in a place of level 0.
+  std::uint32_t index(std::size_t place) const { return index_[place]; }
+  std::size_t memory() const;  ///< bytes held
+
  private:
-  static constexpr std::size_t width = 8;
   static constexpr std::size_t levels_a_block = 4;
   static constexpr std::size_t boxes_a_level_block = width * width * width * width;
   struct Record {
     Aabb box;
     std::uint32_t index;
-  };
-  struct Range {
-    std::size_t begin, end;
   };
 
   std::size_t items() const { return subset_ != nullptr ? subset_->size() : boxes_->size(); }

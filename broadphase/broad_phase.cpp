@@ -61,11 +61,13 @@ class CollectingSink final : public PairSink {
 
 std::vector<Pair> find_pairs(BroadPhase& method, const BoxArray& boxes, const PairFilter& filter) {
   CollectingSink sink(filter);
+  method.expect(filter);
   const std::size_t stages = method.begin(boxes);
   for (std::size_t stage = 0; stage + 1 < stages; ++stage)
     for (std::size_t block = 0; block < method.blocks(stage); ++block) method.run(stage, block);
   for (std::size_t block = 0; block < method.blocks(stages - 1); ++block) method.emit(block, sink);
   std::vector<Pair> pairs = sink.take();
+  method.expect({});  // the filter's arrays may go now
   std::sort(pairs.begin(), pairs.end());
   return pairs;
 }

@@ -1,4 +1,5 @@
 #pragma once
+#include "memory.h"
 #include "tandem/broadphase/broad_phase.h"
 
 namespace tandem {
@@ -12,6 +13,7 @@ class BruteForce final : public BroadPhase {
   void run(std::size_t, std::size_t) override {}  // there is no stage before the last
   void emit(std::size_t block, PairSink& sink) override;
   BroadPhaseKind kind() const override { return BroadPhaseKind::brute; }
+  std::size_t memory() const override { return bytes_of(tiles_); }
 
  private:
   // A tile is about 10 us of work with 8 lanes; its columns (24 KiB of bounds) stay in the first-level cache.

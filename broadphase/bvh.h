@@ -14,6 +14,7 @@ class Bvh final : public BroadPhase, public BoxSearch {
   void run(std::size_t stage, std::size_t block) override { tree_.run(stage, block); }
   void emit(std::size_t block, PairSink& sink) override { tree_.self_pairs(block, sink); }
   BroadPhaseKind kind() const override { return BroadPhaseKind::bvh; }
+  std::size_t memory() const override { return tree_.memory(); }
   void search(const Aabb& box, std::uint32_t index, PairSink& sink) const override { tree_.query(box, index, sink); }
 
  private:

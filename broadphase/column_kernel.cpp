@@ -3,6 +3,8 @@
 #include <bit>
 #include <limits>
 
+#include "memory.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "column_kernel.cpp"
 #include <hwy/foreach_target.h>
@@ -188,6 +190,13 @@ void scatter_records(const BoxArray& boxes, std::size_t begin, const ColumnEntry
 
 void sort_column(const ColumnRecord* records, std::size_t size, std::size_t axis, Column& column) {
   HWY_DYNAMIC_DISPATCH(sort_column)(records, size, axis, column);
+}
+
+std::size_t Column::memory() const {
+  std::size_t bytes = bytes_of(index) + bytes_of(first) + bytes_of(cell) + bytes_of(last) + bytes_of(cell_end) +
+                      bytes_of(front) + bytes_of(back);
+  for (const auto& bound : bounds) bytes += bytes_of(bound);
+  return bytes;
 }
 
 void copy_records(const Column& column, ColumnRecord* records) {

@@ -55,6 +55,8 @@ struct Column {
   std::vector<std::uint32_t> cell_end;
   std::uint32_t longest = 0;       ///< most cells that a row reaches on from its first
   std::vector<float> front, back;  ///< halves of the sorted records
+
+  std::size_t memory() const;
 };
 
 /// Sorts `size` >= 1 records along `axis`.

@@ -310,6 +310,15 @@ void Grid::search(const Aabb& box, std::uint32_t index, PairSink& sink) const {
   }
 }
 
+std::size_t Grid::memory() const {
+  std::size_t bytes = bytes_of(offsets_) + bytes_of(large_of_part_) + bytes_of(role_) + bytes_of(large_) +
+                      bytes_of(column_begin_) + bytes_of(groups_) + bytes_of(records_) + bytes_of(thin_) +
+                      bytes_of(cell_end_) + tree_.memory() + scratch_.memory();
+  for (const auto& slices : touched_) bytes += bytes_of(slices);
+  for (const auto& large : large_of_part_) bytes += bytes_of(large);
+  return bytes;
+}
+
 void Grid::emit_large(std::size_t block, PairSink& sink) const {
   const std::size_t first = block * boxes_a_large_block, last = std::min(size_, first + boxes_a_large_block);
   if (use_tree()) {

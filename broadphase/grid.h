@@ -7,6 +7,7 @@
 #include "box_search.h"
 #include "box_tree.h"
 #include "column_kernel.h"
+#include "memory.h"
 #include "scratch_pool.h"
 #include "tandem/broadphase/broad_phase.h"
 
@@ -27,6 +28,7 @@ class Grid final : public BroadPhase, public BoxSearch {
   void run(std::size_t stage, std::size_t block) override;
   void emit(std::size_t block, PairSink& sink) override;
   BroadPhaseKind kind() const override { return BroadPhaseKind::grid; }
+  std::size_t memory() const override;
   void prepare_search() override { searched_ = true; }
   void search(const Aabb& box, std::uint32_t index, PairSink& sink) const override;
 
@@ -59,6 +61,7 @@ class Grid final : public BroadPhase, public BoxSearch {
   struct Scratch {
     Column column;
     std::vector<RowHits> hits;
+    std::size_t memory() const { return column.memory() + bytes_of(hits); }
   };
   enum class Role : std::uint8_t { entered, large, empty };
 

@@ -23,6 +23,14 @@ class ScratchPool {
     std::unique_ptr<T> object_;
   };
 
+  /// Bytes held by those that are not in use; T::memory() tells.
+  std::size_t memory() const {
+    const std::lock_guard lock(mutex_);
+    std::size_t bytes = 0;
+    for (const auto& object : free_) bytes += sizeof(T) + object->memory();
+    return bytes;
+  }
+
  private:
   std::unique_ptr<T> take() {
     const std::lock_guard lock(mutex_);
@@ -39,7 +47,7 @@ class ScratchPool {
     free_.push_back(std::move(object));
   }
 
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::vector<std::unique_ptr<T>> free_;
   std::size_t made_ = 0;
 };

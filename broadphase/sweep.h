@@ -1,4 +1,5 @@
 #pragma once
+#include "memory.h"
 #include "tandem/broadphase/broad_phase.h"
 
 namespace tandem {
@@ -13,6 +14,9 @@ class Sweep final : public BroadPhase {
   void run(std::size_t stage, std::size_t block) override;
   void emit(std::size_t block, PairSink& sink) override;
   BroadPhaseKind kind() const override { return BroadPhaseKind::sweep; }
+  std::size_t memory() const override {
+    return bytes_of(spread_) + bytes_of(keys_) + bytes_of(merged_) + bytes_of(order_) + sorted_.memory();
+  }
 
  private:
   static constexpr std::size_t chunk = 2048;  // boxes a statistics, sort, merge or gather block

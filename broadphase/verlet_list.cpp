@@ -11,9 +11,9 @@ namespace tandem {
 /// Takes candidates: keeps them, and hands on those whose boxes overlap.
 class VerletList::Tee final : public PairSink {
  public:
-  Tee(const VerletList& owner, std::vector<Pair>* list, PairSink& sink)
+  Tee(const VerletList& owner, const PairFilter& filter, std::vector<Pair>* list, PairSink& sink)
       : records_(owner.records_[owner.now_].data()), list_(list), sink_(sink) {
-    filter_ = &everything_;  // the sink's own comes later: what it allows may change while the list lives
+    filter_ = &filter;  // the one of the list; the sink's own comes later
     buffer_ = room_.data();
     capacity_ = room_.size();
   }
@@ -36,7 +36,6 @@ class VerletList::Tee final : public PairSink {
   const BoxRecord* records_;
   std::vector<Pair>* list_;
   PairSink& sink_;
-  PairFilter everything_;
   std::array<Pair, room> room_;
   std::size_t hits_ = 0, candidates_ = 0;
 };
@@ -117,6 +116,7 @@ std::size_t VerletList::begin(const BoxArray& boxes, BroadPhase& method, BoxSear
   list_made_ = list_made_ && same && blocks_done_.load(std::memory_order_relaxed) == list_count_;
   too_long_ = list_made_ && listed_.load(std::memory_order_relaxed) > most_candidates(size());
   list_made_ = list_made_ && !too_long_;
+  list_made_ = list_made_ && list_filter_.same_arrays(filter_);
   now_ ^= 1;
   records_[now_].resize(size());
   outside_of_block_.resize(look_blocks());
@@ -155,6 +155,11 @@ void VerletList::look(std::size_t block) {
   const std::size_t first = block * boxes_a_block, last = std::min(size(), first + boxes_a_block);
   outside.resize(
       copy_boxes(*boxes_, first, last, list_made_ ? &larger_ : nullptr, records_[now_].data(), outside.data()));
+  if (!list_made_ || list_filter_.same(filter_, first, last)) return;
+  for (std::size_t i = first; i < last; ++i)
+    if (!list_filter_.same(filter_, i, i + 1)) outside.push_back(static_cast<std::uint32_t>(i));
+  std::sort(outside.begin(), outside.end());
+  outside.erase(std::unique(outside.begin(), outside.end()), outside.end());
 }
 
 void VerletList::decide() {
@@ -208,10 +213,41 @@ void VerletList::decide() {
   listed_.store(0, std::memory_order_relaxed);
   hits_.store(0, std::memory_order_relaxed);
   list_count_ = std::numeric_limits<std::size_t>::max();
+  list_filter_.take(filter_);
   usual_motion_ = usual_motion();
   larger_.resize(size());
   method_->begin(larger_);
   if (search_ != nullptr) search_->prepare_search();
+}
+
+void VerletList::FilterCopy::take(const PairFilter& filter) {
+  group.assign(filter.group.begin(), filter.group.end());
+  mask.assign(filter.mask.begin(), filter.mask.end());
+  is_static.assign(filter.is_static.begin(), filter.is_static.end());
+}
+
+bool VerletList::FilterCopy::same_arrays(const PairFilter& filter) const {
+  return group.size() == filter.group.size() && mask.size() == filter.mask.size() &&
+         is_static.size() == filter.is_static.size();
+}
+
+bool VerletList::FilterCopy::same(const PairFilter& filter, std::size_t first, std::size_t last) const {
+  const auto equal = [&](const auto& mine, const auto& now) {
+    const auto place = static_cast<std::ptrdiff_t>(first);
+    return mine.empty() ||
+           std::equal(mine.begin() + place, mine.begin() + static_cast<std::ptrdiff_t>(last), now.begin() + place);
+  };
+  return equal(group, filter.group) && equal(mask, filter.mask) && equal(is_static, filter.is_static);
+}
+
+std::size_t VerletList::memory() const {
+  std::size_t bytes = bytes_of(records_[0]) + bytes_of(records_[1]) + larger_.memory() + bytes_of(lists_) +
+                      bytes_of(pieces_) + bytes_of(list_filter_.group) + bytes_of(list_filter_.mask) +
+                      bytes_of(list_filter_.is_static) + bytes_of(outside_of_block_) + bytes_of(outside_) +
+                      outside_boxes_.memory() + scratch_.memory();
+  for (const auto& list : lists_) bytes += bytes_of(list);
+  for (const auto& outside : outside_of_block_) bytes += bytes_of(outside);
+  return bytes;
 }
 
 // A motion that most of a few hundred boxes stay below, twice over.
@@ -255,7 +291,8 @@ void VerletList::emit(std::size_t block, PairSink& sink) {
     std::vector<Pair>& list = lists_[block];
     list.clear();
     const bool room = listed_.load(std::memory_order_relaxed) <= most_candidates(size());
-    Tee tee(*this, room ? &list : nullptr, sink);
+    const PairFilter filter = list_filter_.view();
+    Tee tee(*this, filter, room ? &list : nullptr, sink);
     method_->emit(block, tee);
     tee.flush();
     listed_.fetch_add(tee.candidates(), std::memory_order_relaxed);

@@ -7,6 +7,7 @@
 
 #include "box_record.h"
 #include "box_search.h"
+#include "memory.h"
 #include "scratch_pool.h"
 #include "tandem/broadphase/broad_phase.h"
 
@@ -32,6 +33,11 @@ class VerletList {
   void run(std::size_t stage, std::size_t block);
   void emit(std::size_t block, PairSink& sink);
 
+  /// As BroadPhase::expect: pairs that the filter forbids when a list is made are not on it. A box whose part of the
+  /// filter has changed since counts as one that left.
+  void expect(const PairFilter& filter) { filter_ = filter; }
+  std::size_t memory() const;
+
   /// What the step does; known once its stages before the last are done.
   enum class Mode : std::uint8_t { scratch, renew, reuse };
   Mode mode() const { return mode_; }
@@ -40,6 +46,8 @@ class VerletList {
   /// Steps since the list was made.
   std::size_t age() const { return age_; }
   std::size_t outside() const { return outside_.size(); }
+  /// Pairs on the list.
+  std::size_t candidates() const { return listed_.load(std::memory_order_relaxed); }
 
  private:
   static constexpr std::size_t boxes_a_block = 4096;
@@ -53,6 +61,7 @@ class VerletList {
   struct Scratch {
     std::array<Pair, pairs_a_block> hits;
     std::vector<std::uint32_t> row;
+    std::size_t memory() const { return bytes_of(row); }
   };
   class Tee;
   class Found;
@@ -65,6 +74,18 @@ class VerletList {
   void search_outside(std::size_t block, PairSink& sink);
   std::size_t size() const { return boxes_->size(); }
   std::size_t look_blocks() const { return (size() + boxes_a_block - 1) / boxes_a_block; }
+
+  /// The filter that a list was made with.
+  struct FilterCopy {
+    std::vector<std::uint32_t> group, mask;
+    std::vector<std::uint8_t> is_static;
+
+    void take(const PairFilter& filter);
+    bool same_arrays(const PairFilter& filter) const;
+    /// Whether `filter` is the same for boxes [first, last).
+    bool same(const PairFilter& filter, std::size_t first, std::size_t last) const;
+    PairFilter view() const { return {group, mask, is_static}; }
+  };
 
   const BoxArray* boxes_ = nullptr;
   BroadPhase* method_ = nullptr;
@@ -89,6 +110,8 @@ class VerletList {
   std::atomic<std::size_t> blocks_done_{0}, listed_{0}, hits_{0};
   std::vector<Piece> pieces_;
   std::size_t age_ = 0, outside_since_ = 0;
+  PairFilter filter_;
+  FilterCopy list_filter_;
 
   std::vector<std::vector<std::uint32_t>> outside_of_block_;
   std::vector<std::uint32_t> outside_;  // ascending

@@ -22,6 +22,7 @@ class SceneWork final : public StepWork {
     scene_ = &scene;
     filter_ = {scene.groups(), scene.masks(), scene.is_static()};
     boxes_.resize(scene.indices());
+    broad_phase_->expect(filter_);
   }
 
   const BroadPhase& broad_phase() const { return *broad_phase_; }

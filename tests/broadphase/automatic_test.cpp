@@ -57,3 +57,30 @@ TEST_CASE("automatic: a crowd and a small world in turn do not carry over") {
     CHECK(method->kind() == BroadPhaseKind::brute);
   }
 }
+
+TEST_CASE("automatic: memory does not grow in 10,000 steps of a changing scene") {
+  // Boxes come, go, jump and cluster in turn; the largest of it is there in the first rounds.
+  constexpr std::size_t n = 1100;
+  BoxArray boxes = hard_worlds(n)[0].boxes;
+  const auto method = make_broad_phase(BroadPhaseKind::automatic);
+  Random random(6);
+  std::size_t early = 0, pairs = 0;
+  for (int step = 0; step < 10'000; ++step) {
+    const float side = step % 400 < 300 ? 21.0f : 9.0f;
+    for (int k = 0; k < 12; ++k) {
+      const std::size_t i = random() % n;
+      const Point at{uniform(random, 0, side), uniform(random, 0, side), uniform(random, 0, side)};
+      if (random() % 4 == 0)
+        boxes.set_empty(i);
+      else
+        boxes.set(i, {at, {at[0] + 1, at[1] + 1, at[2] + 1}});
+    }
+    if (step % 400 == 399) boxes = hard_worlds(n)[0].boxes;
+    pairs += find_pairs(*method, boxes).size();
+    if (step == 4000) early = method->memory();
+  }
+  CHECK(pairs > 1'000'000);
+  CHECK(early > n * sizeof(Aabb));
+  CHECK(method->memory() < early + early / 10);
+  CHECK(method->memory() < 4000 * n);
+}

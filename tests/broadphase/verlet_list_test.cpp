@@ -26,6 +26,8 @@ class Listed final : public BroadPhase {
   void run(std::size_t stage, std::size_t block) override { list.run(stage, block); }
   void emit(std::size_t block, PairSink& sink) override { list.emit(block, sink); }
   BroadPhaseKind kind() const override { return method.kind(); }
+  void expect(const PairFilter& filter) override { list.expect(filter); }
+  std::size_t memory() const override { return method.memory() + list.memory(); }
 
   Method method;
   VerletList list;
@@ -241,4 +243,40 @@ TEST_CASE("Verlet list: a change of number or of method starts anew") {
     for (std::size_t block = 0; block < list.blocks(stages - 1); ++block) list.emit(block, sink);
     CHECK(sorted_pairs({sink.take()}) == overlapping_pairs(boxes));
   }
+}
+
+TEST_CASE("Verlet list: candidates that the filter forbids are not kept, and what it allows may change") {
+  constexpr std::uint32_t n = 1300;
+  BoxArray boxes = crowd(n);
+  std::vector<std::uint32_t> group(n, 1), mask(n, ~0u);
+  std::vector<std::uint8_t> is_static(n, 1);
+  for (std::uint32_t i = 0; i < n; i += 100) is_static[i] = 0;
+  const PairFilter filter{group, mask, is_static};
+  const auto allowed = [&] {
+    std::vector<Pair> pairs = overlapping_pairs(boxes);
+    std::erase_if(pairs, [&](const Pair p) { return !filter.allows(p.a, p.b); });
+    return pairs;
+  };
+  Listed<Grid> with, without;
+  Random random(4);
+  int kept = 0;
+  for (int step = 0; step < 60; ++step) {
+    CAPTURE(step);
+    if (step != 0) fly(boxes, 0.01f);
+    if (step > 20 && step % 4 == 0)
+      for (int k = 0; k < 5; ++k) {
+        is_static[random() % n] ^= 1;
+        group[random() % n] = 1u << random() % 3;
+        mask[random() % n] = static_cast<std::uint32_t>(random());
+      }
+    REQUIRE(find_pairs(with, boxes, filter) == allowed());
+    (void)find_pairs(without, boxes);
+    if (step == 15) {
+      CHECK(without.list.candidates() > n / 2);
+      CHECK(with.list.candidates() < without.list.candidates() / 20);
+    }
+    kept += with.list.mode() == VerletList::Mode::reuse ? 1 : 0;
+  }
+  CHECK(kept > 20);
+  CHECK(find_pairs(with, boxes) == overlapping_pairs(boxes));  // no filter at all
 }

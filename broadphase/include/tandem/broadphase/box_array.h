@@ -29,6 +29,8 @@ class BoxArray {
   std::size_t size() const { return size_; }
   void resize(std::size_t n);
 
+  std::size_t memory() const;  ///< bytes held
+
   /// Bounds of axis 0, 1, 2; size() + padding elements.
   const float* lo(int axis) const { return bounds_[static_cast<std::size_t>(axis)].data(); }
   const float* hi(int axis) const { return bounds_[static_cast<std::size_t>(axis) + 3].data(); }
@@ -57,8 +59,8 @@ class BoxArray {
 };
 
 inline bool overlap(const Aabb& p, const Aabb& q) {
-  return p.lo[0] <= q.hi[0] && q.lo[0] <= p.hi[0] && p.lo[1] <= q.hi[1] && q.lo[1] <= p.hi[1] &&
-         p.lo[2] <= q.hi[2] && q.lo[2] <= p.hi[2];
+  return p.lo[0] <= q.hi[0] && q.lo[0] <= p.hi[0] && p.lo[1] <= q.hi[1] && q.lo[1] <= p.hi[1] && p.lo[2] <= q.hi[2] &&
+         q.lo[2] <= p.hi[2];
 }
 
 }  // namespace tandem

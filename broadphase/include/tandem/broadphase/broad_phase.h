@@ -22,6 +22,9 @@ class BroadPhase {
  public:
   virtual ~BroadPhase() = default;
 
+  /// What the sinks of the steps that follow filter by. Only for speed: a method that keeps candidates then keeps none
+  /// that are not allowed. The arrays must outlive those steps; what is in them may change between steps.
+  virtual void expect(const PairFilter&) {}
   /// Starts a step. `boxes` must outlive it; its bounds may still be written until stage 0 runs, its size is fixed.
   /// Returns the number of stages, at least 1. Not thread-safe, like all but `run` and `emit`.
   virtual std::size_t begin(const BoxArray& boxes) = 0;
@@ -35,6 +38,8 @@ class BroadPhase {
   /// The method at work in this step: differs from what was asked for only with `automatic`. The text says why.
   virtual BroadPhaseKind kind() const = 0;
   virtual std::string_view reason() const { return {}; }
+  /// Bytes held between steps, the boxes and the pairs not counted.
+  virtual std::size_t memory() const = 0;
 };
 
 std::unique_ptr<BroadPhase> make_broad_phase(BroadPhaseKind kind);
