@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <utility>
 
 #include "hull.h"
@@ -169,6 +170,19 @@ class RoundBody {
       default:
         return 0;
     }
+  }
+
+  /// On the circles of these kinds the body reaches to centre() . n + level(), the same all around.
+  bool is_level() const { return kind() == ShapeKind::capsule || has_rim(); }
+  double level() const {
+    return kind() == ShapeKind::cylinder ? radius_ : kind() == ShapeKind::cone ? half_ * sine_ : 0.0;
+  }
+
+  /// The longest of an ellipsoid's axes over the shortest; 1 for all else.
+  double aspect() const {
+    if (kind() != ShapeKind::ellipsoid) return 1;
+    const auto [least, most] = std::minmax({view_->param[0], view_->param[1], view_->param[2]});
+    return most / least;
   }
 
   /// The first t in (0, end) where a piece not among the `count` active ones

@@ -40,10 +40,10 @@ class Search {
  private:
   void try_axes();
   Vec3 try_from(const Vec3& n);
-  void search_circle(const Circle& circle);
+  void search_circle(int which, const Circle& circle);
   void search_edges(int which);
   template <class Supporting>
-  void search_spans(const Circle& circle, const Span* spans, int count, const Supporting& supporting);
+  void search_spans(const Circle& circle, const Span* spans, int count, double add, const Supporting& supporting);
   void search_smooth();
   bool may_be_smooth(const Vec3& n) const;
   double expand();
@@ -273,13 +273,20 @@ double Search::expand() {
   }
 }
 
-/// The least of h on a circle where it has a kink.
-void Search::search_circle(const Circle& circle) {
+/// The least of h on a circle where body `which` has a kink.
+void Search::search_circle(int which, const Circle& circle) {
   constexpr int start = 8;
-  const double lift = circle.height, radius = circle.radius;
+  const RoundBody &body = pair_.body[which], &other = pair_.body[1 - which];
+  const bool level = body.is_level();
+  const double add = level ? body.level() : 0.0, lift = circle.height, radius = circle.radius;
+  const auto support = [&](const Vec3& n) { return level ? Vec3(body.centre() + other.support(n)) : pair_.support(n); };
+  const auto opposite = [&](const Vec3& n, const Vec3& along) -> Vec3 {
+    if (lift != 0 || !other.symmetric() || !body.symmetric()) return support(lift * circle.axis - radius * n);
+    return 2 * (body.centre() + other.centre()) - along;
+  };
   const auto at = [&](const Vec3& out, const Vec3& p) {
     const Vec3 n = lift * circle.axis + radius * out;
-    if (n.dot(p) < best_.h - rounding_) try_from(n);
+    if (n.dot(p) + add < best_.h - rounding_) try_from(n);
     return Sample{out, p};
   };
   const Vec3 x = any_perpendicular(circle.axis), y = circle.axis.cross(x);
@@ -288,13 +295,12 @@ void Search::search_circle(const Circle& circle) {
   Sample samples[start];
   for (int i = 0; i < start / 2; ++i) {
     const Vec3 out = turn[i][0] * x + turn[i][1] * y;
-    samples[i] = at(out, pair_.support(lift * circle.axis + radius * out));
-    samples[i + start / 2] =
-        at(-out, lift == 0 ? pair_.opposite(out, samples[i].p) : pair_.support(lift * circle.axis - radius * out));
+    samples[i] = at(out, support(lift * circle.axis + radius * out));
+    samples[i + start / 2] = at(-out, opposite(out, samples[i].p));
   }
   Span spans[start];
   for (int i = 0; i < start; ++i) spans[i] = {samples[i], samples[(i + 1) % start]};
-  search_spans(circle, spans, start, [&](const Vec3& n) { return pair_.support(n); });
+  search_spans(circle, spans, start, add, support);
 }
 
 /// The least of h on the arcs between the normals of a hull's faces, where two of its corners reach as far.
@@ -304,7 +310,7 @@ void Search::search_edges(int which) {
   if (hull.dimension < 3) {  // between a face and its back, or all around a segment
     for (const Hull::Edge& e : hull.edges) {
       if (!(best_.h > 0)) return;
-      search_circle({body.axes() * (hull.vertices[e.v[1]] - hull.vertices[e.v[0]]).normalized()});
+      search_circle(which, {body.axes() * (hull.vertices[e.v[1]] - hull.vertices[e.v[0]]).normalized()});
     }
     return;
   }
@@ -347,22 +353,24 @@ void Search::search_edges(int which) {
     const Span span{{n0, support(n0)}, {n1, support(n1)}};
     for (const Sample* end : {&span.first, &span.last})
       if (end->out.dot(end->p) < best_.h - rounding_) try_from(end->out);
-    search_spans(circle, &span, 1, support);
+    search_spans(circle, &span, 1, 0, support);
     if (best_.h < 0) return;
   }
 }
 
-/// The least of h on spans of a circle. Between two directions h is at least what the points that support them
-/// reach; where that is less than the best known, the direction in which both reach as far is looked at too.
+/// The least of h on spans of a circle, where it is `add` more than `supporting` reaches. Between two directions h is
+/// at least what the points that support them reach; where that is less than the best known, the direction in which
+/// both reach as far is looked at too.
 template <class Supporting>
-void Search::search_spans(const Circle& circle, const Span* spans, int count, const Supporting& supporting) {
+void Search::search_spans(const Circle& circle, const Span* spans, int count, double add,
+                          const Supporting& supporting) {
   constexpr int most = 96, most_spans = 8;
   constexpr double narrow = 0.1;
   const double lift = circle.height, radius = circle.radius;
   const auto direction = [&](const Vec3& out) { return Vec3(lift * circle.axis + radius * out); };
   const auto look = [&](const Vec3& out) {
     const Vec3 n = direction(out), p = supporting(n);
-    if (n.dot(p) < best_.h - rounding_) try_from(n);
+    if (n.dot(p) + add < best_.h - rounding_) try_from(n);
     return Sample{out, p};
   };
   Span stack[most_spans + most];
@@ -375,7 +383,7 @@ void Search::search_spans(const Circle& circle, const Span* spans, int count, co
     double least = infinity;
     const auto consider = [&](const Vec3& at) {
       const Vec3 n = direction(at);
-      const double value = std::max(n.dot(span.first.p), n.dot(span.last.p));
+      const double value = std::max(n.dot(span.first.p), n.dot(span.last.p)) + add;
       if (value < least) least = value, out = at;
     };
     // k + a cos + b sin = 0, in the tangent of half the angle.
@@ -385,12 +393,13 @@ void Search::search_spans(const Circle& circle, const Span* spans, int count, co
       const double t = std::max(0.0, k + a) / root;
       consider(((1 - t * t) * u + 2 * t * v) / (1 + t * t));
     }
-    if (lift != 0)
+    if (lift != 0 || add != 0)
       for (const Sample* end : {&span.first, &span.last}) {
         const Vec3 inward = end->p.dot(circle.axis) * circle.axis - end->p;
         const double length = inward.norm();
-        if (!(inward.dot(v) > 0 && circle.axis.dot(inward.cross(span.last.out)) > 0)) continue;
-        consider(inward / length);
+        if (!(length > rounding_ && inward.dot(v) > 0 && circle.axis.dot(inward.cross(span.last.out)) > 0)) continue;
+        const Vec3 at = inward / length;
+        consider((at - at.dot(circle.axis) * circle.axis).normalized());
       }
     return least;
   };
@@ -420,7 +429,7 @@ void Search::search_spans(const Circle& circle, const Span* spans, int count, co
     const Sample middle = look(out);
     ++looked;
     if (best_.h < 0) return;
-    if (direction(out).dot(middle.p) - least <= rounding_) continue;
+    if (direction(out).dot(middle.p) + add - least <= rounding_) continue;
     stack[height++] = {span.first, middle};
     stack[height++] = {middle, span.last};
   }
@@ -480,20 +489,24 @@ Depth Search::run() {
   try_axes();
   Depth r;
   const auto has = [&](ShapeKind k) { return pair_.body[0].kind() == k || pair_.body[1].kind() == k; };
-  for (const RoundBody& body : pair_.body) {
+  for (int which = 0; which < 2; ++which) {
     Circle circles[3];
-    const int count = body.kinks(circles);
-    for (int i = 0; i < count && best_.h > 0; ++i) search_circle(circles[i]);
+    const int count = pair_.body[which].kinks(circles);
+    for (int i = 0; i < count && best_.h > 0; ++i) search_circle(which, circles[i]);
   }
   if (best_.h > 0) {
+    // Among more stretched ellipsoids a minimum may be narrower than a grid of directions.
+    constexpr double stretched = 4;
     const RoundBody &a = pair_.body[0], &b = pair_.body[1];
-    if (has(ShapeKind::convex) && !has(ShapeKind::ellipsoid)) {
-      for (int b = 0; b < 2; ++b)
-        if (pair_.body[b].kind() == ShapeKind::convex && best_.h > 0) search_edges(b);
-    } else if (has(ShapeKind::convex))
+    const bool hull = has(ShapeKind::convex), ellipsoid = has(ShapeKind::ellipsoid);
+    if (ellipsoid && (hull || std::max(a.aspect(), b.aspect()) > stretched)) {
       gap_ = std::max(gap_, expand());
-    else if (has(ShapeKind::ellipsoid) || (a.has_rim() && b.has_rim()))
+    } else if (hull) {
+      for (int which = 0; which < 2; ++which)
+        if (pair_.body[which].kind() == ShapeKind::convex && best_.h > 0) search_edges(which);
+    } else if (ellipsoid || (a.has_rim() && b.has_rim())) {
       search_smooth();
+    }
   }
   r.best = best_;
   r.gap = best_.h > 0 ? gap_ : 0;

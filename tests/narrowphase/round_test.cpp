@@ -237,6 +237,40 @@ TEST_CASE("round: axes that are parallel to the last digits") {
       for (const Shape* a : {&can, &coin, &cone}) check(*a, *b, t);
 }
 
+TEST_CASE("round: a stretched ellipsoid has no minimum too narrow to find") {
+  // 30 : 5, 1 : 167 and 1 : 1800.
+  check_by_judge(Shape(Ellipsoid{{3.1, 0.5, 2}}), {}, Shape(Cylinder{0.0427, 0.0085}),
+                 {Quat(0.33, -0.06, -0.16, -0.93).normalized().toRotationMatrix(), {-0.375, 0, 0}});
+  const Quat disc(0.4, 0.57, -0.826, 0.136);
+  check_by_judge(Shape(Ellipsoid{{1.5, 0.009, 1.5}}), Pose{disc.normalized().toRotationMatrix(), {0.1, 0, -0.0027}},
+                 Shape(Box{{0.3, 3, 0.3}}), Pose::at(0.2, 0, 0.0414));
+  const Mat3 turned = (Mat3() << 0, 0, 1, 1, 0, 0, 0, 1, 0).finished();
+  check_by_judge(Shape(Ellipsoid{{0.3, 150, 0.083}}), {}, Shape(Cylinder{6.98, 0.25}), {turned, {0, 156.82, 0}});
+}
+
+TEST_CASE("round: a small shape deep in a large one is known to rounding") {
+  // Every direction square to the large one's axis is as good to a ten-thousandth.
+  const NarrowPhase solver;
+  reference::Random r(3);
+  const Shape big(Cylinder{37.5, 97}), tall(Cone{33.6, 101});
+  for (const Shape& small : {Shape(Cylinder{0.0036, 0.0115}), Shape(Box{{0.0057, 0.0049, 0.0077}}),
+                             Shape(Capsule{0.0044, 0.0067}), Shape(Cone{0.005, 0.01})})
+    for (const Shape* large : {&big, &tall})
+      for (int i = 0; i < 10; ++i) {
+        const Pose pose{r.rotation(), r.vec(-1e-3, 1e-3)};
+        const PairAnswer answer = solver.solve(*large, {}, small, pose, Request::distance);
+        CHECK(answer.status == Status::ok);
+        // A bound by the truth of points of the small one: the centre's depth and how far it reaches about it.
+        const double centre = solver.solve(*large, {}, Shape(Sphere{0}), pose, Request::distance).signed_distance;
+        CHECK(answer.signed_distance < centre);
+        CHECK(answer.signed_distance >= centre - small.size());
+        for (int k = 0; k < 200; ++k) {
+          const Vec3 n = k % 2 == 0 ? r.direction() : Vec3(r.in(-1, 1), r.in(-1, 1), 0);
+          CHECK(reference::separation(*large, {}, small, pose, n) <= answer.signed_distance + 1e-14 * large->size());
+        }
+      }
+}
+
 TEST_CASE("round: discs, segments and triangles through flat cones") {
   const Shape disc(Cone{14.4, 2.6e-9}), flat(Cone{4.8, 0.5}), cone(Cone{3.6, 3.6}), plate(Cone{1, 1e-4}),
       tent(Cone{41, 1.5});
