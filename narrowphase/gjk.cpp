@@ -438,7 +438,8 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
     // The bounds of two polytopes that are this near meet, or rounding has made them.
     const double reached = r.end == GjkResult::End::near ? r.upper : e.upper < 1e-9 * scale ? r.v.norm() : 0.0;
     doubtful = polytopes && reached > 16 * epsilon * scale;
-    if (r.end == GjkResult::End::near && (r.lower > core || polytopes) && std::max(r.lower, core) > 0) {
+    // Of numbers so small that their squares are 0 nothing is asked.
+    if (r.end == GjkResult::End::near && r.upper > 0 && (r.lower > core || polytopes) && std::max(r.lower, core) > 0) {
       // Apart, and maybe by a corner or an edge that no face of the polytope stands for.
       if (r.lower > core) answer.normal = -r.v / r.upper;
       answer.gap = r.upper - std::max(r.lower, core);
