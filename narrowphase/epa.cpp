@@ -97,6 +97,7 @@ class Polytope {
   int faces_ = 0;
   int candidates_ = 0;
   PlaneKernel planes_ = plane_kernel();
+  LeastKernel least_ = least_kernel();
   PlaneBatch batch_;
 };
 
@@ -224,15 +225,9 @@ void Polytope::close_tetrahedron() {
 }
 
 int Polytope::nearest_face() const {
-  double least = limit_;
-  int best = -1;
-  for (int i = 0; i < candidates_; ++i) {
-    const double offset = room_.candidate_offset[i];
-    const bool less = offset < least;
-    least = less ? offset : least;
-    best = less ? i : best;
-  }
-  return best < 0 ? -1 : room_.candidate[best];
+  const auto count = static_cast<std::size_t>(candidates_);
+  const std::size_t least = least_(room_.candidate_offset, count, limit_);
+  return least == count ? -1 : room_.candidate[least];
 }
 
 Polytope::Added Polytope::add(int face) {

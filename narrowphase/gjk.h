@@ -19,16 +19,12 @@ struct MinkowskiDifference {
   const ConvexView& a;
   const ConvexView& b;
   RelativePose pose;
-  SupportKernel kernel = support_kernel();
+  MinkowskiKernel kernel = minkowski_kernel();
 
-  MinkowskiPoint support(const Vec3& d) const {
-    const Mat3& r = pose.rotation;
-    const Vec3 back(-(r(0, 0) * d[0] + r(1, 0) * d[1] + r(2, 0) * d[2]),
-                    -(r(0, 1) * d[0] + r(1, 1) * d[1] + r(2, 1) * d[2]),
-                    -(r(0, 2) * d[0] + r(1, 2) * d[1] + r(2, 2) * d[2]));
-    const SupportPoint pa = core_support_point(a, d, kernel);
-    const SupportPoint pb = core_support_point(b, back, kernel);
-    return {pa.p - (r * pb.p + pose.translation), pa.p, pa.vertex, pb.vertex};
+  MinkowskiPoint support(const Vec3& n) const {
+    MinkowskiPoint p;
+    kernel(*this, n, p);
+    return p;
   }
   /// p - q of two points of polytopes: exact to the length of the edges it is made of, not to that of p and q.
   Vec3 edge(const MinkowskiPoint& p, const MinkowskiPoint& q) const {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <limits>
 #include <map>
 #include <memory>
 #include <new>
@@ -218,6 +219,14 @@ void extend_offset(const Hull& hull, Hull::Face& face) {
   extend(hull.vertices[support_kernel()(hull.support, hull.vertices.data(), face.normal.data())]);
 }
 
+// Planes are off from their faces by the hull's own rounding, a thousand times smaller than what is left out here.
+double inner_radius(const Hull& hull) {
+  double least = std::numeric_limits<double>::infinity(), reach = 0;
+  for (const Hull::Face& f : hull.faces) least = std::min(least, f.offset - f.normal.dot(hull.inside));
+  for (const Vec3& v : hull.vertices) reach = std::max(reach, v.norm());
+  return std::max(0.0, least - 1e-9 * reach);
+}
+
 Hull assemble(std::span<const Vec3> p, int dimension, const std::vector<std::uint32_t>& extreme, const Loops& loops,
               const Vec3& flat_normal) {
   Hull hull;
@@ -232,8 +241,8 @@ Hull assemble(std::span<const Vec3> p, int dimension, const std::vector<std::uin
     hull.vertices.push_back(p[i]);
     sum += p[i] - p[kept[0]];
   }
-  if (hull.vertices.size() > 4) hull.support = SupportMap(hull.vertices);
   hull.inside = p[kept[0]] + sum / static_cast<double>(kept.size());
+  if (hull.vertices.size() > 4) hull.support = SupportMap(hull.vertices, hull.inside);
   for (const auto& loop : loops) {
     Hull::Face face{Vec3::Zero(), 0, static_cast<std::uint32_t>(hull.loop.size()),
                     static_cast<std::uint32_t>(loop.size())};
@@ -246,6 +255,7 @@ Hull assemble(std::span<const Vec3> p, int dimension, const std::vector<std::uin
     extend_offset(hull, face);
     hull.faces.push_back(face);
   }
+  if (dimension == 3) hull.inner_radius = inner_radius(hull);
   if (dimension == 1) hull.edges.push_back({{0, 1}, {0, 0}});
   if (dimension >= 2) add_edges(hull);
   add_neighbours(hull);

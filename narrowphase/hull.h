@@ -32,6 +32,7 @@ struct Hull {
   std::vector<std::uint32_t> neighbour_first;  ///< of vertex i: neighbours[neighbour_first[i], neighbour_first[i + 1])
   std::vector<std::uint32_t> neighbours;       ///< ascending
   Vec3 inside = Vec3::Zero();                  ///< a point of the hull: the mean of its vertices
+  double inner_radius = 0;                     ///< of a ball about it that is in the hull
   SupportMap support;                          ///< of the vertices; empty where there are at most 4
 };
 

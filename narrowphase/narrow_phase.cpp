@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "centre_test.h"
 #include "convex_pair.h"
 #include "convex_view.h"
 #include "mesh_pair.h"
@@ -32,11 +33,31 @@ std::string refusal(const Shape& a, const Shape& b, Request request) {
          " is not defined, no finite translation separates them unless their normals are opposite";
 }
 
+/// Do the centres alone answer the request? No manifold is left to be found.
+bool answered_by_centres(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
+                         double margin, PairAnswer& answer) {
+  const bool contacts = request == Request::contacts;
+  const CentreTest test = test_centres(a, pose_a, b, pose_b, contacts ? margin : 0);
+  if (test.verdict == CentreTest::Verdict::apart) {
+    if (contacts) {
+      answer.normal = test.normal;
+      answer.signed_distance = separation(a, pose_a, b, pose_b, test.normal);
+    }
+    return true;
+  }
+  answer.collide = !contacts && test.verdict == CentreTest::Verdict::overlapping;
+  return answer.collide;
+}
+
 /// The pairs that are worth preparing; kept apart so that the simple ones do not pay for them.
 [[gnu::noinline]] PairAnswer solve_prepared(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
                                             Request request, const NarrowPhaseOptions& options,
                                             std::vector<Contact>* contacts, WarmStart* warm) {
   if (a.is_convex() && b.is_convex()) {
+    PairAnswer plain;
+    if (request != Request::distance && options.solver.empty() && a.is_bounded() && b.is_bounded() &&
+        answered_by_centres(a, pose_a, b, pose_b, request, options.margin, plain))
+      return plain;
     if (!both_halfspaces(a, b)) return solve_convex(view(a), pose_a, view(b), pose_b, request, options, contacts, warm);
     if (const std::string why = refusal(a, b, request); !why.empty()) throw std::invalid_argument(why);
     PairAnswer answer;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "gjk.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "support_kernel.cpp"
 #include <hwy/foreach_target.h>
@@ -76,6 +78,71 @@ std::uint32_t farthest(const SupportMap& map, const Vec3* vertices, const double
 }
 
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
+double reach(const SupportMap& map, const double* d) {
+  const hn::CappedTag<float, 8> tag;
+  const double longest = std::max({std::abs(d[0]), std::abs(d[1]), std::abs(d[2])});
+  if (!(longest > 1e-25 && longest < 1e25)) return std::numeric_limits<double>::infinity();
+  const SupportMap::Range range = map.candidates(d[0], d[1], d[2]);
+  const SupportMap::Block* const b = map.blocks() + range.first;
+  const float fx = static_cast<float>(d[0]), fy = static_cast<float>(d[1]), fz = static_cast<float>(d[2]);
+  const std::array<float, 3>& s = map.slack();
+  const float slack = std::abs(fx) * s[0] + std::abs(fy) * s[1] + std::abs(fz) * s[2];
+  const auto dx = hn::Set(tag, fx), dy = hn::Set(tag, fy), dz = hn::Set(tag, fz);
+  auto top = hn::Set(tag, -std::numeric_limits<float>::max());
+  for (std::size_t i = 0; i < range.blocks; ++i)
+    for (std::size_t l = 0; l < 8; l += hn::Lanes(tag))
+      top =
+          hn::Max(top, hn::Add(hn::Add(hn::Mul(hn::Load(tag, b[i].x + l), dx), hn::Mul(hn::Load(tag, b[i].y + l), dy)),
+                               hn::Mul(hn::Load(tag, b[i].z + l), dz)));
+  return map.unit() * (static_cast<double>(hn::GetLane(hn::MaxOfLanes(tag, top))) + static_cast<double>(slack));
+}
+
+// NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
+HWY_INLINE SupportPoint core_point(const ConvexView& v, const Vec3& d) {
+  if (v.kind != ShapeKind::convex || v.vertices.size() <= 4) return core_support_point(v, d, nullptr);
+  const std::uint32_t i = farthest_vertex(v.hull->support, v.vertices.data(), d[0], d[1], d[2]);
+  return {v.vertices[i], i};
+}
+
+// NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
+void minkowski(const MinkowskiDifference& d, const Vec3& n, MinkowskiPoint& out) {
+  const Mat3& r = d.pose.rotation;
+  const Vec3 back(-(r(0, 0) * n[0] + r(1, 0) * n[1] + r(2, 0) * n[2]),
+                  -(r(0, 1) * n[0] + r(1, 1) * n[1] + r(2, 1) * n[2]),
+                  -(r(0, 2) * n[0] + r(1, 2) * n[1] + r(2, 2) * n[2]));
+  const SupportPoint pa = core_point(d.a, n), pb = core_point(d.b, back);
+  for (int k = 0; k < 3; ++k) {
+    out.a[k] = pa.p[k];
+    out.w[k] = pa.p[k] - (r(k, 0) * pb.p[0] + r(k, 1) * pb.p[1] + r(k, 2) * pb.p[2] + d.pose.translation[k]);
+  }
+  out.vertex_a = pa.vertex;
+  out.vertex_b = pb.vertex;
+}
+
+// NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
+std::size_t least(const double* values, std::size_t count, double limit) {
+  const hn::CappedTag<double, 4> tag;
+  const std::size_t lanes = hn::Lanes(tag);
+  auto low = hn::Set(tag, limit), low2 = low;
+  const std::size_t whole = count / 8 * 8;
+  for (std::size_t i = 0; i < whole; i += 8)
+    for (std::size_t l = 0; l < 8; l += 2 * lanes) {
+      low = hn::Min(low, hn::LoadU(tag, values + i + l));
+      low2 = hn::Min(low2, hn::LoadU(tag, values + i + l + lanes));
+    }
+  double found = hn::GetLane(hn::MinOfLanes(tag, hn::Min(low, low2)));
+  for (std::size_t i = whole; i < count; ++i) found = std::min(found, values[i]);
+  if (!(found < limit)) return count;
+  const auto sought = hn::Set(tag, found);
+  for (std::size_t i = 0; i < whole; i += lanes) {
+    const auto equal = hn::Eq(hn::LoadU(tag, values + i), sought);
+    if (!hn::AllFalse(tag, equal)) return i + static_cast<std::size_t>(hn::FindFirstTrue(tag, equal));
+  }
+  for (std::size_t i = whole;; ++i)
+    if (values[i] == found) return i;
+}
+
+// NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
 void planes(std::size_t count, double sliver2, double x, double y, double z, PlaneBatch& batch) {
   const hn::CappedTag<double, 8> tag;
   const auto rx = hn::Set(tag, x), ry = hn::Set(tag, y), rz = hn::Set(tag, z), thin = hn::Set(tag, sliver2);
@@ -109,8 +176,14 @@ HWY_AFTER_NAMESPACE();
 namespace tandem {
 HWY_EXPORT(farthest);
 HWY_EXPORT(planes);
+HWY_EXPORT(reach);
+HWY_EXPORT(minkowski);
+HWY_EXPORT(least);
 
 SupportKernel support_kernel() { return HWY_DYNAMIC_DISPATCH(farthest); }
+ReachKernel reach_kernel() { return HWY_DYNAMIC_DISPATCH(reach); }
+MinkowskiKernel minkowski_kernel() { return HWY_DYNAMIC_DISPATCH(minkowski); }
+LeastKernel least_kernel() { return HWY_DYNAMIC_DISPATCH(least); }
 PlaneKernel plane_kernel() { return HWY_DYNAMIC_DISPATCH(planes); }
 }  // namespace tandem
 #endif

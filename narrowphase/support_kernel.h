@@ -13,6 +13,21 @@ using SupportKernel = std::uint32_t (*)(const SupportMap& map, const Vec3* verti
 /// The kernel for the widest instruction set of the processor (SSE2 to AVX-512). All give the same answer.
 SupportKernel support_kernel();
 
+/// At least how far the vertices reach along d beyond the map's middle, and about 1e-6 of their size more. Infinite for
+/// directions of extreme length.
+using ReachKernel = double (*)(const SupportMap& map, const double* d);
+ReachKernel reach_kernel();
+
+struct MinkowskiDifference;
+struct MinkowskiPoint;
+/// A point of the difference farthest along n, in A's frame.
+using MinkowskiKernel = void (*)(const MinkowskiDifference& d, const Vec3& n, MinkowskiPoint& out);
+MinkowskiKernel minkowski_kernel();
+
+/// The index of the least of `count` numbers below the limit, the first of equals; `count` where none is.
+using LeastKernel = std::size_t (*)(const double* values, std::size_t count, double limit);
+LeastKernel least_kernel();
+
 /// Triangles from one apex: the planes of (from, to, apex), as arrays of x, y, z.
 struct PlaneBatch {
   static constexpr std::size_t most = 16;

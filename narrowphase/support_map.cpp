@@ -28,23 +28,22 @@ bool chamber_edges(unsigned code, std::array<Vec3, 3>& edges) {
 void SupportMap::fill(Block& b, std::span<const Vec3> vertices, std::span<const std::uint32_t> kept) const {
   for (std::size_t l = 0; l < block; ++l) {
     const std::uint32_t i = kept[std::min(l, kept.size() - 1)];
-    const auto scaled = [&](int k) { return static_cast<float>(std::ldexp(vertices[i][k] - middle_[k], -exponent_)); };
+    const auto scaled = [&](int k) { return static_cast<float>((vertices[i][k] - middle_[k]) / unit_); };
     b.x[l] = scaled(0), b.y[l] = scaled(1), b.z[l] = scaled(2);
     b.index[l] = i;
   }
 }
 
-SupportMap::SupportMap(std::span<const Vec3> vertices) {
+SupportMap::SupportMap(std::span<const Vec3> vertices, const Vec3& middle) : middle_(middle) {
   const std::size_t n = vertices.size();
   Vec3 lo = vertices[0], hi = vertices[0], most = Vec3::Zero();
   for (const Vec3& v : vertices) lo = lo.cwiseMin(v), hi = hi.cwiseMax(v), most = most.cwiseMax(v.cwiseAbs());
-  middle_ = lo + 0.5 * (hi - lo);
   const Vec3 reach = (hi - middle_).cwiseMax(middle_ - lo);
-  exponent_ = reach.maxCoeff() > 0 ? std::ilogb(reach.maxCoeff()) : 0;
+  if (reach.maxCoeff() > 0) unit_ = std::ldexp(1.0, std::ilogb(reach.maxCoeff()));
   for (int k = 0; k < 3; ++k) {
     // Two values, each of three products of two rounded numbers and two sums, are off by at most 10 units of single
     // precision; those in double by 10 of theirs, about the shape's origin. The last keeps clear of denormal numbers.
-    const double slack = std::ldexp(0x1p-20 * reach[k] + 0x1p-49 * most[k], -exponent_) + 1e-18;
+    const double slack = (0x1p-20 * reach[k] + 0x1p-49 * most[k]) / unit_ + 1e-18;
     slack_[static_cast<std::size_t>(k)] = static_cast<float>(1.001 * slack);
   }
   const auto append = [&](std::span<const std::uint32_t> kept) {

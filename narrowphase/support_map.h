@@ -9,9 +9,9 @@
 
 namespace tandem {
 
-/// A hull's vertices as a search for the farthest one along a direction reads them: in single precision, about their
-/// middle, in a unit in which the longest coordinate is between 1 and 2. What that leaves open is decided among the few
-/// vertices within `slack` of the farthest, in double.
+/// A hull's vertices as a search for the farthest one along a direction reads them: in single precision, about a point
+/// between them, in a unit in which the longest coordinate is between 1 and 2. What that leaves open is decided among
+/// the few vertices within `slack` of the farthest, in double.
 ///
 /// Of up to 64 vertices all are searched. Of more, those that can be the farthest at all, by the direction's chamber:
 /// the 48 cones into which the planes x = 0, y = 0, z = 0, |x| = |y|, |y| = |z|, |z| = |x| divide space. Over a cone a
@@ -33,7 +33,7 @@ class SupportMap {
   };
 
   SupportMap() = default;
-  explicit SupportMap(std::span<const Vec3> vertices);
+  SupportMap(std::span<const Vec3> vertices, const Vec3& middle);
 
   bool empty() const { return blocks_.empty(); }
   const Block* blocks() const { return blocks_.data(); }
@@ -47,13 +47,14 @@ class SupportMap {
   /// Times the sizes of a direction's coordinates: how far behind the farthest a vertex may seem to lie in single
   /// precision and be the farthest in double.
   const std::array<float, 3>& slack() const { return slack_; }
+  double unit() const { return unit_; }
 
  private:
   void fill(Block& block, std::span<const Vec3> vertices, std::span<const std::uint32_t> kept) const;
 
   std::vector<Block> blocks_;
   std::array<float, 3> slack_{};
-  int exponent_ = 0;  ///< the unit is 2 to this
+  double unit_ = 1;  ///< a power of two
   Vec3 middle_ = Vec3::Zero();
   std::vector<Range> chambers_;  ///< by `candidates`, or empty
 };

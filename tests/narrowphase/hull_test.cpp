@@ -183,6 +183,7 @@ TEST_CASE("the support map finds the vertex that a scan of all finds, the first 
       Vec3 d = r.direction();
       if (i % 3 == 1) d = Vec3(i / 3 % 3 - 1, i / 9 % 3 - 1, i / 27 % 3 - 1);  // along the chambers' edges
       if (i % 3 == 2) d[i / 3 % 3] = i % 2 == 0 ? 0.0 : -0.0;
+      if (i % 7 == 3 && !hull.faces.empty()) d = hull.faces[static_cast<std::size_t>(i) % hull.faces.size()].normal;
       if (d == Vec3::Zero()) continue;
       if (i % 5 == 1) d *= i % 2 == 0 ? 1e-40 : 1e40;
       std::uint32_t best = 0;

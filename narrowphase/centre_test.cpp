@@ -1,0 +1,101 @@
+#include "centre_test.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "hull.h"
+#include "support_kernel.h"
+
+namespace tandem {
+namespace {
+
+/// A ball inside the shape, in its frame.
+struct InnerBall {
+  Vec3 centre = Vec3::Zero();
+  double radius = 0;
+};
+
+InnerBall inner_ball(const Shape& s) {
+  switch (s.kind()) {
+    case ShapeKind::box:
+    case ShapeKind::ellipsoid:
+      return {.radius = s.half_size().minCoeff()};  // an ellipsoid's radii
+    case ShapeKind::cylinder:
+      return {.radius = std::min(s.radius(), 0.5 * s.length())};
+    case ShapeKind::cone: {
+      const double r = s.radius(), l = s.length(), quarter = 0.25 * l;
+      return {{0, 0, -quarter}, std::min(quarter, 0.75 * l * r / std::sqrt(r * r + l * l))};
+    }
+    case ShapeKind::convex:
+    case ShapeKind::triangle:
+      return {s.hull().inside, s.hull().inner_radius};
+    default:
+      return {.radius = s.radius()};  // sphere, capsule
+  }
+}
+
+/// Of a hull: the cheap bound, or to rounding.
+enum class Reach { at_most, exact };
+
+/// How far the shape reaches along d (any length) beyond the centre of its ball, times that length.
+double reach(const Shape& s, const Vec3& d, Reach kind) {
+  const auto across = [&] { return s.radius() * std::sqrt(d[0] * d[0] + d[1] * d[1]); };
+  switch (s.kind()) {
+    case ShapeKind::sphere:
+      return s.radius() * d.norm();
+    case ShapeKind::box:
+      return s.half_size().dot(d.cwiseAbs());
+    case ShapeKind::ellipsoid:
+      return s.radii().cwiseProduct(d).norm();
+    case ShapeKind::capsule:
+      return s.radius() * d.norm() + 0.5 * s.length() * std::abs(d[2]);
+    case ShapeKind::cylinder:
+      return across() + 0.5 * s.length() * std::abs(d[2]);
+    case ShapeKind::cone:
+      return std::max(0.75 * s.length() * d[2], across() - 0.25 * s.length() * d[2]);
+    default: {
+      const Hull& hull = s.hull();
+      if (!hull.support.empty()) {
+        if (kind == Reach::at_most) return reach_kernel()(hull.support, d.data());
+        return (hull.vertices[support_kernel()(hull.support, hull.vertices.data(), d.data())] - hull.inside).dot(d);
+      }
+      double most = -std::numeric_limits<double>::infinity();
+      for (const Vec3& v : hull.vertices) most = std::max(most, (v - hull.inside).dot(d));
+      return most;
+    }
+  }
+}
+
+/// Between points of A and B, in world directions; exchanged, exactly the opposite.
+Vec3 from_to(const Vec3& a, const Pose& pose_a, const Vec3& b, const Pose& pose_b) {
+  return (pose_b.translation - pose_a.translation) + (pose_b.rotation * b - pose_a.rotation * a);
+}
+
+}  // namespace
+
+CentreTest test_centres(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin) {
+  // Rotations count as they are given, and are orthonormal to 1e-6 only: balls are ellipsoids.
+  constexpr double askew = 4e-6, rounding = 1e-12;
+  const InnerBall in_a = inner_ball(a), in_b = inner_ball(b);
+  const Vec3 between = from_to(in_a.centre, pose_a, in_b.centre, pose_b);
+  const double length2 = between.squaredNorm();
+  const double offset = in_a.centre.norm() + in_b.centre.norm();
+  const double inner = (1 - askew) * (in_a.radius + in_b.radius) - rounding * offset;
+  if (inner > 0 && length2 < inner * inner) return {CentreTest::Verdict::overlapping};
+
+  const double covered = reach(a, pose_a.rotation.transpose() * between, Reach::at_most) +
+                         reach(b, -(pose_b.rotation.transpose() * between), Reach::at_most);
+  const double length = std::sqrt(length2);
+  const double apart = length2 - covered - rounding * (length2 + std::abs(covered) + length * offset);
+  if (!(apart > margin * length)) return {};
+  return {CentreTest::Verdict::apart, between / length};
+}
+
+double separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, const Vec3& n) {
+  return n.dot(from_to(inner_ball(a).centre, pose_a, inner_ball(b).centre, pose_b)) -
+         (reach(a, pose_a.rotation.transpose() * n, Reach::exact) +
+          reach(b, -(pose_b.rotation.transpose() * n), Reach::exact));
+}
+
+}  // namespace tandem

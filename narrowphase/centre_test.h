@@ -1,0 +1,20 @@
+#pragma once
+#include "tandem/narrowphase/shape.h"
+
+namespace tandem {
+
+/// What the line between two points inside the shapes tells.
+struct CentreTest {
+  enum class Verdict : std::uint8_t { open, apart, overlapping } verdict = Verdict::open;
+  Vec3 normal = Vec3::Zero();  ///< apart: unit, world, from A to B
+};
+
+/// Apart by more than the margin along the line of centres, or overlapping by balls inside both: most pairs of a scene
+/// are the one or the other, and no solver need be started. Certain, rounding included; the same with A and B
+/// exchanged. Both shapes convex and bounded.
+CentreTest test_centres(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin);
+
+/// How far apart they are along the unit normal n, in world directions, to rounding.
+double separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, const Vec3& n);
+
+}  // namespace tandem
