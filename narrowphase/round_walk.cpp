@@ -120,9 +120,13 @@ struct Active {
 
 class Walker {
  public:
-  Walker(const RoundPair& pair, const Vec3& start, double below) : pair_(pair), below_(below) { this->start(start); }
+  Walker(const RoundPair& pair, const Vec3& start, double below) : pair_(pair), below_(below) {
+    this->start(start);
+    started_ = at_.h;
+  }
 
   Support run();
+  double started() const { return started_; }  ///< h at the start
 
  private:
   struct Trial {
@@ -139,6 +143,7 @@ class Walker {
       active_[b].count = 1;
       at_.point[b] = pair_.body[b].point(active_[b].piece[0], n);
     }
+    at_.h = n.dot(at_.point[0] + at_.point[1]);
   }
   void weigh();
   bool at_disc();
@@ -150,6 +155,7 @@ class Walker {
 
   const RoundPair& pair_;
   double below_;
+  double started_;
   Support at_;
   Active active_[2];
   Vec3 u_, v_;               // tangents at n
@@ -396,15 +402,20 @@ bool meets(const RoundPair& pair, const Support& s) {
 
 Support walk(const RoundPair& pair, const Vec3& n, double below) {
   constexpr int tries = 4;
+  const double rounding = 64 * epsilon * pair.scale;
   Support s;
   s.n = n;
   const auto descend = [&] {
     for (int i = 0; i < tries; ++i) {
-      s = Walker(pair, s.n, below).run();
-      // Where the circles of two bodies meet, or cells are smaller than rounding, a piece may be missed: begin again.
-      const double reached = s.h;
-      s.h = s.n.dot(pair.support(s.n));
-      if (s.h - reached <= 64 * epsilon * pair.scale) break;
+      Walker walker(pair, s.n, below);
+      Support end = walker.run();
+      // Where the circles of two bodies meet, or cells are smaller than rounding, a piece may be missed: begin again,
+      // or, where that has led uphill, stay.
+      const double reached = end.h;
+      end.h = end.n.dot(pair.support(end.n));
+      if (end.h > walker.started() + rounding) return false;
+      s = end;
+      if (s.h - reached <= rounding) break;
     }
     s.optimal = meets(pair, s);
     return s.h < below || s.optimal;
@@ -414,15 +425,16 @@ Support walk(const RoundPair& pair, const Vec3& n, double below) {
   if (settled.optimal || settled.h < below) return settled;
   // Newton's method has the last digits.
   s = settled;
-  return descend() && s.h <= settled.h + 64 * epsilon * pair.scale ? s : settled;
+  return descend() && s.h <= settled.h + rounding ? s : settled;
 }
 
 Support settle(const RoundPair& pair, const Vec3& n, double below) {
-  constexpr int rounds = 16;
+  constexpr int rounds = 8;
   constexpr double infinity = std::numeric_limits<double>::infinity();
-  const double out = 1e-2 * pair.scale, rounding = 64 * epsilon * pair.scale;
+  const double rounding = 64 * epsilon * pair.scale;
   MinkowskiDifference moved = pair.difference;
   Support best;
+  best.n = n;
   double least = infinity;  // |p - h n| of the best
   const auto consider = [&](const Vec3& n, double h, const Vec3& a, const Vec3& b) {
     const double off = (a + b - h * n).norm();
@@ -431,22 +443,26 @@ Support settle(const RoundPair& pair, const Vec3& n, double below) {
     best.n = n, best.h = h, best.point[0] = a, best.point[1] = b;
     least = off;
   };
-  Vec3 from = n;
-  double h = n.dot(pair.support(n));
-  for (int round = 0; round < rounds; ++round) {
-    const double shift = std::max(0.0, h + out);
-    moved.pose.translation = pair.difference.pose.translation + shift * from;
-    const GjkResult r = gjk(moved, 1e-15, infinity, -infinity);
-    Vec3 a = Vec3::Zero();
-    for (int i = 0; i < r.simplex.count; ++i) a += r.simplex.weight[i] * r.simplex.p[i].a;
-    const Vec3 b = r.v + shift * from - a;
-    consider(from, h, a, b);
-    if (!(r.upper > 0)) break;
-    const Vec3 to = -r.v / r.upper;
-    h = to.dot(pair.support(to));
-    consider(to, h, a, b);
-    if (best.h < below || meets(pair, best) || shift == 0 || h > best.h + rounding) break;
-    from = to;
+  // The nearer, the less the last digits of the way found matter to where it ends, and the less exact it is.
+  for (const double out : {1e-2 * pair.scale, 1e-4 * pair.scale, 1e-6 * pair.scale}) {
+    Vec3 from = best.n;
+    double h = from.dot(pair.support(from));
+    for (int round = 0; round < rounds; ++round) {
+      const double shift = std::max(0.0, h + out);
+      moved.pose.translation = pair.difference.pose.translation + shift * from;
+      const GjkResult r = gjk(moved, 1e-15, infinity, -infinity);
+      Vec3 a = Vec3::Zero();
+      for (int i = 0; i < r.simplex.count; ++i) a += r.simplex.weight[i] * r.simplex.p[i].a;
+      const Vec3 b = r.v + shift * from - a;
+      consider(from, h, a, b);
+      if (!(r.upper > 0)) break;
+      const Vec3 to = -r.v / r.upper;
+      h = to.dot(pair.support(to));
+      consider(to, h, a, b);
+      if (best.h < below || meets(pair, best) || shift == 0 || h > best.h + rounding) break;
+      from = to;
+    }
+    if (best.h < below || meets(pair, best)) break;
   }
   best.optimal = meets(pair, best);
   return best;
