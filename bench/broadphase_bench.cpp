@@ -27,6 +27,7 @@ struct Entrant {
   double first_step = 0, longest = 0;  // ns
   std::size_t reported = 0, pairs = 0;
   bool agrees = true;
+  bool exact = true;  // reports just what is wanted
 
   /// What is compared, ns: on one thread its processor time, which others on the machine disturb less.
   double score() const { return row.threads == 1 ? cpu.median() : row.time.median(); }
@@ -38,30 +39,28 @@ double thread_cpu_ns() {
   return 1e9 * static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec);
 }
 
-std::vector<Entrant> entrants(const std::vector<int>& thread_counts) {
+std::vector<Entrant> entrants(int threads) {
   std::vector<Entrant> all;
-  for (const int threads : thread_counts) {
-    for (const BroadPhaseKind kind : {BroadPhaseKind::automatic, BroadPhaseKind::grid, BroadPhaseKind::bvh,
-                                      BroadPhaseKind::sweep, BroadPhaseKind::brute})
-      all.push_back({tandem_contestant(kind, threads), true});
-    if (threads == 1) all.push_back({fcl_contestant()});
+  for (const BroadPhaseKind kind : {BroadPhaseKind::automatic, BroadPhaseKind::grid, BroadPhaseKind::bvh,
+                                    BroadPhaseKind::sweep, BroadPhaseKind::brute})
+    all.push_back({tandem_contestant(kind, threads), true});
+  if (threads == 1) all.push_back({fcl_contestant()});
 #ifdef TANDEM_HAS_EMBREE
-    all.push_back({embree_contestant(true, threads)});
-    all.push_back({embree_contestant(false, threads)});
+  all.push_back({embree_contestant(true, threads)});
+  all.push_back({embree_contestant(false, threads)});
 #endif
 #ifdef TANDEM_HAS_BULLET
-    if (threads == 1) all.push_back({bullet_contestant()});
+  if (threads == 1) all.push_back({bullet_contestant()});
 #endif
 #ifdef TANDEM_HAS_CGAL
-    if (threads == 1) all.push_back({cgal_contestant()});
+  if (threads == 1) all.push_back({cgal_contestant()});
 #endif
-  }
   return all;
 }
 
-/// The pairs that truly overlap, each once.
-void make_exact(const BoxArray& boxes, std::vector<Pair>& pairs) {
-  std::erase_if(pairs, [&](const Pair p) { return !overlap(boxes[p.a], boxes[p.b]); });
+/// The pairs that are allowed and truly overlap, each once.
+void make_exact(const BoxArray& boxes, const PairFilter& filter, std::vector<Pair>& pairs) {
+  std::erase_if(pairs, [&](const Pair p) { return !filter.allows(p.a, p.b) || !overlap(boxes[p.a], boxes[p.b]); });
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
 }
@@ -84,6 +83,10 @@ int default_steps(std::size_t n, bool quick) { return quick ? 4 : n <= 20'000 ? 
 void race(MovingBoxes& world, int steps, std::vector<Entrant>& all, Progress& progress) {
   const std::size_t n = all.size();
   PairList list;
+  const PairFilter filter{{}, {}, world.is_static()};
+  const bool all_wanted = world.is_static().empty();
+  for (Entrant& entrant : all)
+    entrant.exact = entrant.contestant->exact() && (entrant.contestant->filter(filter) || all_wanted);
   for (int step = 0; step < steps; ++step) {
     if (step != 0) world.move();
     std::vector<std::optional<std::uint64_t>> hashes(n);
@@ -106,9 +109,8 @@ void race(MovingBoxes& world, int steps, std::vector<Entrant>& all, Progress& pr
       if (list.first_batch() != Clock::time_point{})
         entrant.first_batch.add(std::chrono::duration<double, std::nano>(list.first_batch() - begin).count());
       entrant.reported = list.pairs().size();
-      const bool exact = entrant.contestant->exact();
-      if (!exact && step != 0 && step + 1 != steps) continue;  // filtering takes longer than the race
-      if (!exact) make_exact(world.boxes(), list.pairs());
+      if (!entrant.exact && step != 0 && step + 1 != steps) continue;  // filtering takes longer than the race
+      if (!entrant.exact) make_exact(world.boxes(), filter, list.pairs());
       hashes[who] = hash_of(list.pairs());
       entrant.row.hash = *hashes[who];
       entrant.pairs = list.pairs().size();
@@ -141,6 +143,8 @@ void finish(std::string_view workload, std::size_t boxes, int steps, std::vector
                 {"cpu_p10_ns", entrant.cpu.quantile(0.1)},
                 {"cpu_mean_ns", entrant.cpu.mean()},
                 {"agrees", entrant.agrees}};
+    if (entrant.contestant->memory() != 0)
+      row.more["bytes_a_body"] = static_cast<double>(entrant.contestant->memory()) / static_cast<double>(boxes);
     if (entrant.first_batch.size() != 0) row.more["first_batch_ns"] = entrant.first_batch.median();
     if (const std::string note = entrant.contestant->note(); !note.empty()) row.more["note"] = note;
   }
@@ -167,8 +171,8 @@ void print(const Entrant& entrant) {
                           entrant.cpu.mean(), entrant.longest, entrant.first_step, number("first_batch_ns")})
     fmt::print(" {:>9.3f}", ms(ns));
   for (const char* key : {"best_ratio", "peer_ratio", "fcl_ratio"}) fmt::print(" {:>6.2f}", number(key));
-  fmt::print(" {:>9}{} {}{}\n", entrant.reported, entrant.contestant->exact() ? " " : "*", hex(row.hash),
-             entrant.agrees ? "" : " wrong pairs");
+  fmt::print(" {:>6.0f} {:>9}{} {}{}\n", number("bytes_a_body"), entrant.reported, entrant.exact ? " " : "*",
+             hex(row.hash), entrant.agrees ? "" : " wrong pairs");
 }
 
 }  // namespace
@@ -184,7 +188,8 @@ std::vector<Row> broadphase_bench(const Settings& settings) {
                                          : settings.quick          ? std::vector<int>{1}
                                                                    : std::vector<int>{1, 2};
   std::set<std::string> known;
-  for (const Entrant& entrant : entrants(thread_counts)) known.insert(entrant.contestant->name());
+  for (const int threads : thread_counts)
+    for (const Entrant& entrant : entrants(threads)) known.insert(entrant.contestant->name());
   for (const std::string& name : settings.contestants)
     if (!known.contains(name)) refuse_option("--contestant", name, fmt::format("{}", fmt::join(known, ", ")));
 
@@ -193,12 +198,13 @@ std::vector<Row> broadphase_bench(const Settings& settings) {
       "the\n"
       "calling thread, median and mean; longest: of all steps but the first; batch: until the first {} pairs. best:\n"
       "times our fastest; peer, FCL: how many times faster than the fastest peer, than FCL's tree, by medians, on as\n"
-      "many threads, on one thread of processor time. A * reports too many pairs: filtered outside the time.\n\n",
+      "many threads, on one thread of processor time. bytes: held a body between steps. A * reports too many pairs: "
+      "filtered outside the time.\n\n",
       PairList::batch);
   fmt::print("{:<10} {:>8} {:<15} {:>2}", "boxes", "n", "contestant", "t");
   for (const char* head : {"median", "p10", "p90", "cpu", "mean", "longest", "first", "batch"})
     fmt::print(" {:>9}", head);
-  fmt::print(" {:>6} {:>6} {:>6} {:>9}  {}\n", "best", "peer", "FCL", "reported", "hash");
+  fmt::print(" {:>6} {:>6} {:>6} {:>6} {:>9}  {}\n", "best", "peer", "FCL", "bytes", "reported", "hash");
   std::vector<Row> rows;
   for (const BoxWorkload& workload : box_workloads()) {
     if (!settings.scenes.empty() &&
@@ -214,28 +220,31 @@ std::vector<Row> broadphase_bench(const Settings& settings) {
 
     // Who would take longer than this at the next size, by what it took at the one before, stays out.
     constexpr double longest_step = 1.5e9;
-    std::map<std::string, double> per_box;  // ns at the size before
+    std::map<std::pair<std::string, int>, double> per_box;  // ns at the size before
     for (const std::size_t n : sizes) {
-      std::vector<Entrant> all = entrants(thread_counts);
-      std::erase_if(all, [&](const Entrant& entrant) {
-        const std::string name = entrant.contestant->name();
-        if (!settings.contestants.empty() &&
-            std::find(settings.contestants.begin(), settings.contestants.end(), name) == settings.contestants.end())
-          return true;
-        if (name == "tandem brute" && n > 10'000) return true;
-        const auto before = per_box.find(name);
-        return before != per_box.end() && before->second * 2 * static_cast<double>(n) > longest_step;
-      });
-      const int steps = settings.steps != 0 ? settings.steps + 1 : default_steps(n, settings.quick);
-      const auto world = make_moving_boxes(workload.name, n);
-      Progress progress(workload.name, static_cast<std::uint64_t>(steps));
-      race(*world, steps, all, progress);
-      finish(workload.name, n, steps, all);
-      for (const Entrant& entrant : all) {
-        print(entrant);
-        double& worst = per_box[entrant.contestant->name()];
-        worst = std::max(entrant.row.time.median(), 0.5 * entrant.first_step) / static_cast<double>(n);
-        rows.push_back(entrant.row);
+      // One count after the other: Embree's devices share their threads.
+      for (const int threads : thread_counts) {
+        std::vector<Entrant> all = entrants(threads);
+        std::erase_if(all, [&](const Entrant& entrant) {
+          const std::string name = entrant.contestant->name();
+          if (!settings.contestants.empty() &&
+              std::find(settings.contestants.begin(), settings.contestants.end(), name) == settings.contestants.end())
+            return true;
+          if (name == "tandem brute" && n > 10'000) return true;
+          const auto before = per_box.find({name, threads});
+          return before != per_box.end() && before->second * 2 * static_cast<double>(n) > longest_step;
+        });
+        const int steps = settings.steps != 0 ? settings.steps + 1 : default_steps(n, settings.quick);
+        const auto world = make_moving_boxes(workload.name, n);
+        Progress progress(workload.name, static_cast<std::uint64_t>(steps));
+        race(*world, steps, all, progress);
+        finish(workload.name, n, steps, all);
+        for (const Entrant& entrant : all) {
+          print(entrant);
+          double& worst = per_box[{entrant.contestant->name(), threads}];
+          worst = std::max(entrant.row.time.median(), 0.5 * entrant.first_step) / static_cast<double>(n);
+          rows.push_back(entrant.row);
+        }
       }
       fmt::print("\n");
       std::fflush(stdout);

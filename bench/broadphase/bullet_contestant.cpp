@@ -12,6 +12,8 @@ class BulletContestant final : public BoxContestant {
   BulletContestant(const BulletContestant&) = delete;
   BulletContestant& operator=(const BulletContestant&) = delete;
   ~BulletContestant() override {
+    // Else each proxy is looked for among all pairs.
+    broadphase_.getOverlappingPairCache()->getOverlappingPairArray().clear();
     for (btBroadphaseProxy* proxy : proxies_)
       if (proxy != nullptr) broadphase_.destroyProxy(proxy, nullptr);
   }

@@ -49,6 +49,10 @@ class BoxContestant {
   virtual bool exact() const { return true; }
   /// Appends to `out`. An empty box (lo > hi) is a body that is not there.
   virtual void step(const BoxArray& boxes, PairList& out) = 0;
+  /// The filter of the steps that follow. False for one that finds what is forbidden too.
+  virtual bool filter(const PairFilter&) { return false; }
+  /// Bytes held between steps; 0 where that is not known.
+  virtual std::size_t memory() const { return 0; }
   /// What it chose, if it chooses.
   virtual std::string note() const { return {}; }
 };

@@ -60,8 +60,8 @@ class EmbreeContestant final : public BoxContestant {
   }
   static void put(void* user, RTCCollision* found, unsigned count) {
     auto& self = *static_cast<EmbreeContestant*>(user);
-    std::unique_lock lock(self.mutex_, std::defer_lock);
-    if (self.threads_ > 1) lock.lock();
+    // On one thread, too: the threads of a device are an upper bound that other devices of the process may raise.
+    const std::lock_guard lock(self.mutex_);
     for (unsigned i = 0; i < count; ++i)
       if (found[i].primID0 < found[i].primID1) self.out_->put(found[i].primID0, found[i].primID1);
   }

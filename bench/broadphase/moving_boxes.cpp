@@ -101,6 +101,18 @@ class Changing final : public Flying {
   }
 };
 
+/// All but every hundredth stand still, and those that do make no pairs.
+class Still final : public Flying {
+ public:
+  Still(std::vector<Body> bodies, double side) : Flying(std::move(bodies), 0, side) {
+    is_static_.resize(bodies_.size());
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      is_static_[i] = i % 100 != 0;
+      if (is_static_[i] != 0) bodies_[i].velocity = {};
+    }
+  }
+};
+
 std::vector<Body> bodies_of(std::size_t n, std::uint64_t seed, const std::function<Body(Random&)>& make) {
   Random random(seed);
   std::vector<Body> bodies(n);
@@ -141,11 +153,12 @@ void reverse(std::vector<Body>& bodies) {
     for (double& v : body.velocity) v = -v;
 }
 
-constexpr std::array<BoxWorkload, 16> workloads{{
+constexpr std::array<BoxWorkload, 17> workloads{{
     {"W1", "unit boxes, each overlaps about one other, 5 % of their size a step"},
     {"W2", "a pile: 6 to 7 neighbours each, hardly moving"},
     {"W3", "sizes over three decades on a huge ground"},
     {"W4", "sparse, all falling together"},
+    {"still", "W1, 99 % of the boxes stand still and make no pairs"},
     {"decades", "sizes over six decades", 0, true},
     {"clusters", "16 tight clusters in an empty world", 0, true},
     {"line", "all on one line", 0, true},
@@ -172,6 +185,7 @@ std::unique_ptr<MovingBoxes> make_moving_boxes(std::string_view name, std::size_
   };
 
   if (name == "W1") return flying(unit_bodies(n, side), 0, side);
+  if (name == "still") return std::make_unique<Still>(unit_bodies(n, side), side);
   if (name == "W2")
     return std::make_unique<Stirred>(pile(n), [](std::vector<Body>& bodies, int step) {
       if (step % 4 == 0) reverse(bodies);

@@ -16,11 +16,14 @@ class MovingBoxes {
  public:
   virtual ~MovingBoxes() = default;
   const BoxArray& boxes() const { return boxes_; }
+  /// Which boxes never move, where pairs of these are not wanted; else empty.
+  std::span<const std::uint8_t> is_static() const { return is_static_; }
   void move() { move(++step_); }
 
  protected:
   virtual void move(int step) = 0;
   BoxArray boxes_;
+  std::vector<std::uint8_t> is_static_;
 
  private:
   int step_ = 0;

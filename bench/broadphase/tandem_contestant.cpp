@@ -12,7 +12,7 @@ namespace {
 class ThreadSink final : public PairSink {
  public:
   ThreadSink() : room_(4096) {
-    filter_ = &everything_;
+    filter_ = &wanted_;
     clear();
   }
   void clear() {
@@ -21,6 +21,7 @@ class ThreadSink final : public PairSink {
     count_ = 0;
     first_batch_ = {};
   }
+  void filter(const PairFilter& filter) { wanted_ = filter; }
   std::size_t size() const { return static_cast<std::size_t>(buffer_ - room_.data()) + count_; }
   const Pair* data() const { return room_.data(); }
   Clock::time_point first_batch() const { return first_batch_; }
@@ -34,7 +35,7 @@ class ThreadSink final : public PairSink {
     capacity_ = PairList::batch;
     count_ = 0;
   }
-  PairFilter everything_;
+  PairFilter wanted_;
   std::vector<Pair> room_;
   Clock::time_point first_batch_{};
 };
@@ -50,6 +51,12 @@ class TandemContestant final : public BoxContestant {
 
   std::string name() const override { return "tandem " + std::string(tandem::name(kind_)); }
   int threads() const override { return threads_; }
+  bool filter(const PairFilter& filter) override {
+    method_->expect(filter);
+    for (ThreadSink& sink : sinks_) sink.filter(filter);
+    return true;
+  }
+  std::size_t memory() const override { return method_->memory(); }
   std::string note() const override { return std::string(method_->reason()); }
 
   void step(const BoxArray& boxes, PairList& out) override {
