@@ -76,11 +76,11 @@ struct Way {
 };
 Way way_from_segment(const Vec3& a, const Vec3& b, const Vec3& p) {
   const Vec3 ab = b - a;
-  const double length2 = ab.squaredNorm();
-  const double t = length2 > 0 ? (p - a).dot(ab) / length2 : 0.0;
-  if (!(t > 0)) return {a, p - a, false};
-  if (t >= 1) return {b, p - b, false};
-  const Vec3 q = t <= 0.5 ? Vec3(a + t * ab) : Vec3(b - (1 - t) * ab);
+  // From both ends: how far from the nearer one would be lost in the length.
+  const double from_a = (p - a).dot(ab), from_b = (b - p).dot(ab), length2 = ab.squaredNorm();
+  if (!(from_a > 0)) return {a, p - a, false};
+  if (!(from_b > 0)) return {b, p - b, false};
+  const Vec3 q = from_a <= from_b ? Vec3(a + (from_a / length2) * ab) : Vec3(b - (from_b / length2) * ab);
   const Vec3 d = p - q;
   return {q, d - (d.dot(ab) / length2) * ab, true};  // whatever is left of so small a difference
 }

@@ -7,9 +7,15 @@ namespace tandem {
 
 double nearest_on_line(const Vec3& half, const Vec3& middle, const Vec3& along, double reach, double start) {
   // Newton's method on the derivative, which is piecewise linear and rises: exact once it is on the right one of the
-  // at most 7 pieces. Where it leaves the bracket, the chord or the middle of the bracket leads on.
+  // at most 7 pieces. Where it leaves the bracket, an end of a piece in it leads on.
   double lo = -reach, hi = reach, x = start;
-  double slope_lo = 0, slope_hi = 0;  // 0: the end has not been seen
+  const auto end_of_piece = [&] {
+    for (int i = 0; i < 3; ++i)
+      for (const double side : {half[i], -half[i]})
+        if (const double at = (side - middle[i]) / along[i]; at > lo && at < hi) return at;
+    return 0.5 * (lo + hi);
+  };
+  bool seen_lo = false, seen_hi = false;
   for (int iteration = 0; iteration < 40; ++iteration) {
     double slope = 0, curvature = 0, squared = 0;
     for (int i = 0; i < 3; ++i) {
@@ -22,14 +28,12 @@ double nearest_on_line(const Vec3& half, const Vec3& middle, const Vec3& along, 
     // The distance itself changes by less than its rounding from here to either end.
     if (slope * slope <= 1e-32 * squared) return x;
     if (slope > 0)
-      hi = x, slope_hi = slope;
+      hi = x, seen_hi = true;
     else
-      lo = x, slope_lo = slope;
+      lo = x, seen_lo = true;
     double next = x - slope / curvature;
     if (std::abs(next - x) <= 4e-16 * reach) return x;
-    const bool bracketed = slope_lo < 0 && slope_hi > 0;
-    if (bracketed && !(next > lo && next < hi))
-      next = iteration % 2 == 0 ? lo - slope_lo * (hi - lo) / (slope_hi - slope_lo) : 0.5 * (lo + hi);
+    if (seen_lo && seen_hi && !(next > lo && next < hi)) next = end_of_piece();
     next = std::clamp(next, lo, hi);
     if (next == x) return x;
     x = next;
@@ -45,12 +49,13 @@ constexpr double flat = 1e-11;       // a segment within this angle of a face li
 
 struct Nearest {
   Vec3 on_segment, on_box;
+  bool inside;  ///< of the segment, neither end
 };
 
 Nearest nearest(const Vec3& half, const Vec3& centre, const Vec3& along, double reach) {
   const double x = nearest_on_line(half, centre, along, reach, std::clamp(-centre.dot(along), -reach, reach));
   const Vec3 p = centre + x * along;
-  return {p, p.cwiseMax(-half).cwiseMin(half)};
+  return {p, p.cwiseMax(-half).cwiseMin(half), std::abs(x) < reach};
 }
 
 /// The axis that separates best: 0-2 faces, 3 + i: e_i x along.
@@ -129,7 +134,8 @@ LocalAnswer segment_box_distance(const HalfSize& half_size, const Vec3& centre, 
   const Vec3 half{half_size[0], half_size[1], half_size[2]};
   const double size = half.sum() + reach;
   const Nearest near = nearest(half, centre, along, reach);
-  const Vec3 way = near.on_segment - near.on_box;
+  Vec3 way = near.on_segment - near.on_box;
+  if (near.inside) way -= way.dot(along) * along;  // square, whatever is left of so small a difference
   const double upper = way.norm();
   LocalAnswer answer;
   answer.point_a = near.on_box;
