@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
+#include "kept_contacts.h"
 #include "tandem/flowgraph/executor.h"
 
 namespace tandem {
@@ -16,13 +18,33 @@ class SceneWork final : public StepWork {
   explicit SceneWork(const PipelineOptions& options)
       : options_(options),
         narrow_phase_({.tolerance = options.tolerance, .margin = options.margin, .solver = {}}),
-        broad_phase_(make_broad_phase(options.broad_phase)) {}
+        broad_phase_(make_broad_phase(options.broad_phase)) {
+    if (!(options.keep_contacts >= 0 && options.keep_contacts <= 0.1))
+      throw std::invalid_argument("keep_contacts: " + std::to_string(options.keep_contacts) + " is not in [0, 0.1]");
+    if (options.keep_contacts == 0 || options.request == Request::collide) return;
+    kept_ = std::make_unique<KeptContacts>(options.request, options.keep_contacts, options.margin);
+    for (std::size_t a = 0; a < shape_kinds; ++a)
+      for (std::size_t b = 0; b < shape_kinds; ++b) {
+        const auto kind_a = static_cast<ShapeKind>(a), kind_b = static_cast<ShapeKind>(b);
+        worth_keeping_[a][b] = narrow_phase_.solver_for(kind_a, kind_b, options.request).solver != "closed";
+      }
+  }
 
   void look_at(const Scene& scene) {
     scene_ = &scene;
     filter_ = {scene.groups(), scene.masks(), scene.is_static()};
     boxes_.resize(scene.indices());
     broad_phase_->expect(filter_);
+    if (kept_) kept_->begin_step(scene);
+  }
+  /// Not to be called after a step that ended early.
+  void finish(StepReport& report) {
+    if (!kept_) return;
+    kept_->end_step();
+    const KeptContacts::Counts counts = kept_->counts();
+    report.kept_pairs = counts.kept_pairs;
+    report.computed_pairs = report.execution.candidate_pairs - counts.kept_pairs;
+    report.kept_error_bound = counts.error_bound;
   }
 
   const BroadPhase& broad_phase() const { return *broad_phase_; }
@@ -50,13 +72,21 @@ class SceneWork final : public StepWork {
   }
 
   void narrow(Batch& batch) const override {
-    const Scene& scene = *scene_;
-    const auto poses = scene.poses();
-    const bool contacts = options_.request == Request::contacts;
-    for (const Pair pair : std::span(batch.pairs).first(batch.count)) {
+    std::optional<KeptContacts::Batch> kept;
+    if (kept_) kept.emplace(*kept_);
+    const auto pairs = std::span<const Pair>(batch.pairs).first(batch.count);
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      const Pair pair = pairs[i];
+      if (kept) kept->look_ahead(pairs.subspan(i));
       PairResult result{pair.a, pair.b, static_cast<std::uint32_t>(batch.contacts.size()), 0, {}};
-      result.answer = narrow_phase_.solve(scene.shape_of(pair.a), poses[pair.a], scene.shape_of(pair.b), poses[pair.b],
-                                          options_.request, contacts ? &batch.contacts : nullptr);
+      if (kept && is_worth_keeping(pair)) {
+        if (!kept->find(pair, result, batch.contacts)) {
+          solve(pair, result, batch);
+          kept->keep(result, std::span(batch.contacts).subspan(result.first_contact));
+        }
+      } else {
+        solve(pair, result, batch);
+      }
       result.contact_count = static_cast<std::uint32_t>(batch.contacts.size()) - result.first_contact;
       batch.inexact |= result.answer.status == Status::inexact;
       if (result.answer.collide || result.contact_count != 0 || options_.request == Request::distance)
@@ -66,6 +96,18 @@ class SceneWork final : public StepWork {
 
  private:
   static constexpr std::size_t bodies_a_block = 256;
+
+  void solve(Pair pair, PairResult& result, Batch& batch) const {
+    const auto poses = scene_->poses();
+    result.answer =
+        narrow_phase_.solve(scene_->shape_of(pair.a), poses[pair.a], scene_->shape_of(pair.b), poses[pair.b],
+                            options_.request, options_.request == Request::contacts ? &batch.contacts : nullptr);
+  }
+
+  bool is_worth_keeping(Pair pair) const {
+    return worth_keeping_[static_cast<std::size_t>(scene_->shape_of(pair.a).kind())]
+                         [static_cast<std::size_t>(scene_->shape_of(pair.b).kind())];
+  }
 
   void update(std::size_t block) {
     // Half the margin on each side: two boxes meet when the gap between their bodies is within the margin.
@@ -90,6 +132,8 @@ class SceneWork final : public StepWork {
   PipelineOptions options_;
   NarrowPhase narrow_phase_;
   std::unique_ptr<BroadPhase> broad_phase_;
+  std::unique_ptr<KeptContacts> kept_;  // null: every answer is computed
+  bool worth_keeping_[shape_kinds][shape_kinds] = {};
   const Scene* scene_ = nullptr;
   PairFilter filter_;
   BoxArray boxes_;
@@ -130,6 +174,7 @@ StepReport Pipeline::step(const Scene& scene, std::stop_token stop) {
   report.bodies = scene.bodies();
   impl.work.look_at(scene);
   impl.executor->run(impl.work, impl.contacts, report.execution, std::move(stop), impl.timeline);
+  if ((report.execution.issues & bit(StepIssue::ended_early)) == 0) impl.work.finish(report);
   for (const PairResult& pair : impl.contacts.pairs) report.colliding_pairs += pair.answer.collide ? 1 : 0;
   for (const Contact& contact : impl.contacts.contacts) {
     report.max_depth = std::max(report.max_depth, contact.depth);

@@ -306,7 +306,7 @@ void StepState::end(ExecutionReport& report) {
   report.detect_ms = to_ms(total);
   report.join_ms = to_ms(total - ns(shared_start_ - start_)) - report.narrow_end_ms;
   report.issues |= (inexact_.load(std::memory_order_relaxed) ? bit(StepIssue::inexact) : 0u) |
-                   (pool_.grew() ? bit(StepIssue::pool_grew) : 0u);
+                   (pool_.grew() ? bit(StepIssue::pool_grew) : 0u) | (failed() ? bit(StepIssue::ended_early) : 0u);
   ++step_;
   if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
 }

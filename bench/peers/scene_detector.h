@@ -25,6 +25,8 @@ class SceneDetector {
   virtual int threads() const { return 1; }
   /// Takes the poses of the bodies that move and computes all contacts. This is what is timed.
   virtual void detect(const Scene& scene) = 0;
+  /// Of the last step: pairs whose answer was kept from an earlier one, where a contestant tells.
+  virtual double kept_pairs() const { return 0; }
   /// Of the last step, each pair once, in any order. Not timed.
   virtual std::vector<TouchingPair> found() const = 0;
 };
@@ -33,7 +35,8 @@ using SceneDetectors = std::vector<std::unique_ptr<SceneDetector>>;
 
 // Each looks at the scene's shapes and bodies, which stay as they are but for their poses. The scene outlives them.
 
-/// Exact, no contacts kept; on one thread sequential, else flowgraph.
+/// Everything computed, on each number of threads (one: sequential, else flowgraph); then with contacts kept that are
+/// right to a thousandth of the bodies' size.
 SceneDetectors tandem_detectors(const std::vector<int>& threads);
 /// DynamicAABBTreeCollisionManager in double precision. With meshes twice: four contacts a pair, and all.
 SceneDetectors fcl_detectors(const Scene& scene);

@@ -8,13 +8,15 @@ namespace {
 
 class TandemDetector final : public SceneDetector {
  public:
-  explicit TandemDetector(int threads)
-      : pipeline_({.executor = threads == 1 ? ExecutorKind::sequential : ExecutorKind::flowgraph, .threads = threads}) {
-  }
+  TandemDetector(int threads, double keep_contacts)
+      : pipeline_({.executor = threads == 1 ? ExecutorKind::sequential : ExecutorKind::flowgraph,
+                   .threads = threads,
+                   .keep_contacts = keep_contacts}) {}
 
-  std::string name() const override { return "tandem"; }
+  std::string name() const override { return pipeline_.options().keep_contacts == 0 ? "tandem" : "tandem, kept 1e-3"; }
   int threads() const override { return pipeline_.options().threads; }
-  void detect(const Scene& scene) override { pipeline_.step(scene); }
+  void detect(const Scene& scene) override { report_ = pipeline_.step(scene); }
+  double kept_pairs() const override { return static_cast<double>(report_.kept_pairs); }
 
   std::vector<TouchingPair> found() const override {
     std::vector<TouchingPair> out;
@@ -29,13 +31,15 @@ class TandemDetector final : public SceneDetector {
 
  private:
   Pipeline pipeline_;
+  StepReport report_;
 };
 
 }  // namespace
 
 SceneDetectors tandem_detectors(const std::vector<int>& threads) {
   SceneDetectors out;
-  for (const int count : threads) out.push_back(std::make_unique<TandemDetector>(count));
+  for (const double keep_contacts : {0.0, 1e-3})
+    for (const int count : threads) out.push_back(std::make_unique<TandemDetector>(count, keep_contacts));
   return out;
 }
 

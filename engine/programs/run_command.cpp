@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 // As typed; empty: not given.
 struct Options {
   std::string scene, steps = "300", bodies, seed, executor = "flowgraph", threads = "0", split = "dynamic";
-  std::string balance = "busy", broad_phase = "auto", request, tolerance = "0", margin;
+  std::string balance = "busy", broad_phase = "auto", request, tolerance = "0", margin, keep = "0";
   std::string json, contacts, trace, record;
   bool strict = false;
 };
@@ -88,6 +88,7 @@ PipelineOptions pipeline_options(const Options& options) {
   out.strict_split = options.strict;
   out.broad_phase = named_option("--broadphase", options.broad_phase, broad_phases);
   out.tolerance = number_option("--tolerance", options.tolerance, 0, 0.1);
+  out.keep_contacts = number_option("--keep-contacts", options.keep, 0, 0.1);
   if (!options.margin.empty()) out.margin = number_option("--margin", options.margin, 0, 1e6);
   const Split split = read_split(options.split);
   if (!split.dynamic()) {
@@ -131,8 +132,10 @@ struct IssueName {
   StepIssue issue;
   std::string_view name;
 };
-constexpr IssueName issue_names[] = {
-    {StepIssue::inexact, "inexact"}, {StepIssue::pool_grew, "pool_grew"}, {StepIssue::ran_on_caller, "ran_on_caller"}};
+constexpr IssueName issue_names[] = {{StepIssue::inexact, "inexact"},
+                                     {StepIssue::pool_grew, "pool_grew"},
+                                     {StepIssue::ran_on_caller, "ran_on_caller"},
+                                     {StepIssue::ended_early, "ended_early"}};
 
 struct StepTimes {
   double detect_ms, response_ms;
@@ -166,6 +169,9 @@ void write_step(JsonWriter& out, const PipelineOptions& options, const StepRepor
       .end_object();
   out.member("gaps", report.gaps)
       .member("margin", options.margin)
+      .member("kept_pairs", report.kept_pairs)
+      .member("computed_pairs", report.computed_pairs)
+      .member("kept_error_bound", report.kept_error_bound)
       .member("executor", name(options.executor))
       .member("threads", execution.threads)
       .member("broadphase", name(report.broad_phase))
@@ -265,6 +271,9 @@ class Summary {
         << "last step        " << execution.candidate_pairs << " candidate pairs, " << last_.colliding_pairs
         << " colliding, " << last_.contacts << " contacts, largest depth " << last_.max_depth << " m\n"
         << "contact hash     " << hex(last_.contact_hash) << '\n';
+    if (options.keep_contacts > 0)
+      out << "kept             " << last_.kept_pairs << " pairs, " << last_.computed_pairs
+          << " computed, error at most " << last_.kept_error_bound << " m\n";
     out.precision(3);
     out << std::fixed << "ms, medians      update " << median(update_) << ", broad " << median(broad_) << ", narrow "
         << median(narrow_) << ", detect " << median(detect_) << ", response " << median(response_) << ", step "
@@ -370,6 +379,8 @@ void add_run_command(CLI::App& program, DescriptorBuffer& out, int& status) {
   add("--request", "NAME", o->request, "collide, distance or contacts; default: the scene's");
   add("--tolerance", "T", o->tolerance, "error accepted, relative to the bodies' size, 0 to 0.1");
   add("--margin", "M", o->margin, "report gaps up to this as contacts of negative depth, metres");
+  add("--keep-contacts", "T", o->keep,
+      "keep answers of pairs that moved less than this, relative to the bodies' size, 0 to 0.1; 0 computes all");
   add("--json", "FILE", o->json, "write a report a step to this FILE");
   add("--contacts", "FILE", o->contacts, "write the contacts of every step to this FILE");
   add("--trace", "FILE", o->trace, "write a timeline to this FILE, for Perfetto");

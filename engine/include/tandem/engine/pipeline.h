@@ -23,6 +23,13 @@ struct PipelineOptions {
   Request request = Request::contacts;
   double tolerance = 0;        ///< relative to the bodies' size, [0, 0.1]; 0: to rounding
   double margin = 0;           ///< metres, >= 0: contacts with gaps up to this are reported, with negative depth
+  /// Answers of the last step may stand for this one's, within this error relative to the smaller body's size, [0, 0.1];
+  /// 0: all are computed. Used for pairs that moved so little, one body seen from the other, that no point moved
+  /// farther and nothing turned by more than this angle (radians): their answer is moved along and says in
+  /// PairAnswer::error_bound how far that was. Between convex bodies distance and depth are right within the bound and
+  /// verdicts exact; contacts with a mesh are those of poses so near. Closed forms are cheaper than keeping and are
+  /// computed, and so is Request::collide.
+  double keep_contacts = 0;
   std::size_t batch_pairs = 128;   ///< candidate pairs a batch, [1, 65536]
   std::size_t queue_capacity = 0;  ///< batches waiting at most; 0: max(16, 4 threads)
   double small_step_ms = 0.3;  ///< flowgraph, barrier, fused: below this much work a step stays on the caller; 0: never
@@ -39,6 +46,9 @@ struct StepReport {
   std::uint64_t gaps = 0;      ///< contacts of negative depth, within the margin
   std::uint64_t contact_hash = 0;  ///< of pairs and contacts, in order; 0 unless asked for
   double max_depth = 0;        ///< metres, 0 without contacts
+  std::uint64_t kept_pairs = 0;      ///< candidates whose answer was kept, contacts or none; 0 unless asked for
+  std::uint64_t computed_pairs = 0;  ///< candidates that were computed although keeping was asked for
+  double kept_error_bound = 0;       ///< metres, the largest error_bound of a kept answer that reports contacts
   BroadPhaseKind broad_phase = BroadPhaseKind::brute;  ///< the one that ran
   std::string_view broad_phase_reason;
   ExecutionReport execution;

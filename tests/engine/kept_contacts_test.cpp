@@ -1,0 +1,272 @@
+#include "kept_contacts.h"
+
+#include <oneapi/tbb/global_control.h>
+
+#include <catch2/catch.hpp>
+#include <random>
+
+#include "tandem/engine/builtin_scenes.h"
+#include "tandem/engine/pipeline.h"
+#include "tandem/engine/response.h"
+
+using namespace tandem;
+
+namespace {
+
+class Draw {
+ public:
+  explicit Draw(unsigned seed) : random_(seed) {}
+  double in(double lo, double hi) { return lo + (hi - lo) * (static_cast<double>(random_()) / 4294967296.0); }
+  double power_of_ten(double lo, double hi) { return std::pow(10.0, in(lo, hi)); }
+  Vec3 vector(double most) { return {in(-most, most), in(-most, most), in(-most, most)}; }
+  Quat rotation() { return Quat(in(-1, 1), in(-1, 1), in(-1, 1), in(-1, 1)).normalized(); }
+  Mat3 turn(double angle) { return Eigen::AngleAxisd(angle, vector(1).stableNormalized()).toRotationMatrix(); }
+
+ private:
+  std::mt19937 random_;
+};
+
+/// Exactly a rotation again, as far as doubles go.
+Mat3 cleaned(const Mat3& r) { return Quat(r).normalized().toRotationMatrix(); }
+
+std::vector<Shape> convex_shapes() {
+  Draw draw(3);
+  Convex hull;
+  for (int i = 0; i < 20; ++i) hull.vertices.push_back(draw.rotation() * Vec3(0.7, 0, 0));
+  return {Box{{1, 0.6, 0.8}}, Cylinder{0.4, 0.9}, Shape(hull), Cone{0.5, 0.8}, Ellipsoid{{0.6, 0.4, 0.3}}};
+}
+
+double deepest(const ContactList& list) {
+  double most = -1e300;
+  for (const Contact& contact : list.contacts) most = std::max(most, contact.depth);
+  return most;
+}
+
+/// The answer of two bodies, kept or not, held against the exact one.
+void check_against_exact(const Scene& scene, const ContactList& list, double margin) {
+  const NarrowPhase exact({.tolerance = 0, .margin = margin, .solver = {}});
+  const Shape &a = scene.shape_of(0), &b = scene.shape_of(1);
+  const auto poses = scene.poses();
+  const PairAnswer truth = exact.solve(a, poses[0], b, poses[1], Request::distance);
+  constexpr double rounding = 1e-9;
+  if (list.pairs.empty()) {
+    CHECK(truth.signed_distance > margin - rounding);
+    return;
+  }
+  const PairAnswer& answer = list.pairs[0].answer;
+  if (std::abs(truth.signed_distance) > rounding) CHECK(answer.collide == truth.collide);
+  CHECK(std::abs(answer.signed_distance - truth.signed_distance) <= answer.error_bound + rounding);
+  CHECK(std::abs(deepest(list) + truth.signed_distance) <= answer.error_bound + rounding);
+  CHECK(answer.normal.norm() == Approx(1));
+  // The normal is one along which that much separates them, or that keeps them that far apart.
+  Pose moved = poses[1];
+  moved.translation += (answer.error_bound + rounding - answer.signed_distance) * answer.normal;
+  CHECK(exact.solve(a, poses[0], b, moved, Request::distance).signed_distance > -rounding);
+}
+
+}  // namespace
+
+TEST_CASE("kept contacts: distance, depth, normal and verdict are right within the bound that is told") {
+  const std::vector<Shape> shapes = convex_shapes();
+  const double margin = 0.05;
+  std::uint64_t kept = 0, computed = 0;
+  double largest_bound = 0;
+  for (std::size_t i = 0; i < shapes.size(); ++i)
+    for (std::size_t j = i; j < shapes.size(); ++j) {
+      CAPTURE(name(shapes[i].kind()), name(shapes[j].kind()));
+      Draw draw(static_cast<unsigned>(10 * i + j + 1));
+      for (int round = 0; round < 4; ++round) {
+        Scene scene;
+        Pose at_a = Pose::from(draw.rotation(), draw.vector(5)), at_b = at_a;
+        at_b.rotation = draw.rotation().toRotationMatrix();
+        at_b.translation += draw.in(0.4, 0.9) * draw.vector(1).stableNormalized();
+        const BodyId a = scene.add_body({.shape = scene.add_shape(shapes[i]), .pose = at_a});
+        const BodyId b = scene.add_body({.shape = scene.add_shape(shapes[j]), .pose = at_b});
+        Pipeline pipeline({.executor = ExecutorKind::sequential, .margin = margin, .keep_contacts = 0.01});
+        for (int step = 0; step < 40; ++step) {
+          const StepReport report = pipeline.step(scene);
+          kept += report.kept_pairs, computed += report.computed_pairs;
+          largest_bound = std::max(largest_bound, report.kept_error_bound);
+          check_against_exact(scene, pipeline.contacts(), margin);
+          // Both through the world together, and a little against each other.
+          const double little = draw.power_of_ten(-7, -1.7);
+          const Mat3 turn = draw.turn(draw.in(0, 1));
+          const Vec3 shift = draw.vector(2);
+          at_a = {cleaned(turn * at_a.rotation), turn * at_a.translation + shift};
+          at_b = {cleaned(turn * at_b.rotation * draw.turn(little)),
+                  turn * at_b.translation + shift + draw.vector(little)};
+          scene.set_pose(a, at_a);
+          scene.set_pose(b, at_b);
+        }
+      }
+    }
+  CHECK(kept > 500);
+  CHECK(computed > 300);
+  CHECK(largest_bound > 1e-3);
+  double largest_size = 0;
+  for (const Shape& shape : shapes) largest_size = std::max(largest_size, shape.size());
+  CHECK(largest_bound <= 0.01 * largest_size);
+}
+
+TEST_CASE("kept contacts: in a scene verdicts between convex bodies are exact and depths within the bound") {
+  Scene scene = make_builtin_scene("cubes-on-plane", 150);
+  const double margin = recommended_margin(scene);
+  Pipeline keeping({.executor = ExecutorKind::sequential, .margin = margin, .keep_contacts = 1e-3});
+  Pipeline exact({.executor = ExecutorKind::sequential, .margin = margin});
+  Response response;
+  std::uint64_t kept = 0;
+  double largest = 0, tolerated = 0;
+  for (int step = 0; step < 240; ++step) {
+    kept += keeping.step(scene).kept_pairs;
+    exact.step(scene);
+    const auto &found = keeping.contacts(), &truth = exact.contacts();
+    std::vector<Pair> touching, truly;
+    for (const PairResult& pair : found.pairs)
+      if (pair.answer.collide) touching.push_back({pair.a, pair.b});
+    for (const PairResult& pair : truth.pairs)
+      if (pair.answer.collide) truly.push_back({pair.a, pair.b});
+    REQUIRE(touching == truly);
+    for (std::size_t i = 0, j = 0; i < found.pairs.size(); ++i) {
+      const PairResult& pair = found.pairs[i];
+      while (j < truth.pairs.size() && Pair{truth.pairs[j].a, truth.pairs[j].b} < Pair{pair.a, pair.b}) ++j;
+      if (j == truth.pairs.size() || truth.pairs[j].a != pair.a || truth.pairs[j].b != pair.b) continue;
+      const double off = std::abs(pair.answer.signed_distance - truth.pairs[j].answer.signed_distance);
+      if (off > pair.answer.error_bound + 1e-9) FAIL_CHECK("off by " << off << " of " << pair.answer.error_bound);
+      largest = std::max(largest, off);
+      tolerated = std::max(tolerated, pair.answer.error_bound);
+    }
+    response.step(scene, found);
+  }
+  CHECK(kept > 20000);
+  CHECK(largest > 0);
+  CHECK(tolerated <= 1e-3 * std::sqrt(3.0));
+}
+
+TEST_CASE("kept contacts: the same bits for every executor and number of threads") {
+  const tbb::global_control many(tbb::global_control::max_allowed_parallelism, 8);
+  for (const char* builtin : {"cubes-on-plane", "tori-and-cubes", "screws-in-bowl"}) {
+    CAPTURE(builtin);
+    Scene scene = make_builtin_scene(builtin, 60);
+    std::vector<Pipeline> pipelines;
+    for (const ExecutorKind kind :
+         {ExecutorKind::sequential, ExecutorKind::barrier, ExecutorKind::threads, ExecutorKind::flowgraph})
+      for (const int threads : {1, 2, 5}) {
+        if (kind == ExecutorKind::sequential && threads != 1) continue;
+        PipelineOptions options{.executor = kind, .threads = threads, .margin = recommended_margin(scene)};
+        options.keep_contacts = 1e-3;
+        options.small_step_ms = 0;
+        options.contact_hash = true;
+        options.batch_pairs = pipelines.size() % 2 == 0 ? 128 : 7;
+        options.broad_phase = pipelines.size() % 3 == 0 ? BroadPhaseKind::brute : BroadPhaseKind::automatic;
+        pipelines.emplace_back(options);
+      }
+    Response response;
+    std::uint64_t kept = 0;
+    for (int step = 0; step < 110; ++step) {
+      const StepReport first = pipelines.front().step(scene);
+      kept += first.kept_pairs;
+      for (std::size_t i = 1; i < pipelines.size(); ++i) {
+        const StepReport report = pipelines[i].step(scene);
+        CAPTURE(step, i);
+        REQUIRE(report.contact_hash == first.contact_hash);
+        REQUIRE(report.kept_pairs == first.kept_pairs);
+        REQUIRE(report.kept_error_bound == first.kept_error_bound);
+      }
+      response.step(scene, pipelines.front().contacts());
+    }
+    CHECK(kept > 1000);
+  }
+}
+
+TEST_CASE("kept contacts: nothing is taken over from another shape, another scene or a step that ended early") {
+  const auto make = [](double size) {
+    Scene scene;
+    scene.add_body({.shape = scene.add_shape(Box{Vec3::Constant(1)})});
+    scene.add_body({.shape = scene.add_shape(Box{Vec3::Constant(size)}), .pose = Pose::at(0.9, 0.1, 0.2)});
+    return scene;
+  };
+  Scene scene = make(1);
+  const Scene other = make(1.05);
+  Pipeline pipeline({.keep_contacts = 1e-2});
+  const auto depth = [&] { return -pipeline.contacts().pairs.at(0).answer.signed_distance; };
+  CHECK(pipeline.step(scene).kept_pairs == 0);
+  CHECK(depth() == Approx(0.1));
+  CHECK(pipeline.step(scene).kept_pairs == 1);
+  CHECK(depth() == Approx(0.1));
+
+  CHECK(pipeline.step(other).kept_pairs == 0);
+  CHECK(depth() == Approx(0.125));
+  CHECK(pipeline.step(scene).kept_pairs == 0);
+  CHECK(depth() == Approx(0.1));
+
+  // Another body under the same index.
+  scene.remove_body(scene.id(1));
+  scene.add_body({.shape = scene.add_shape(Box{Vec3::Constant(1.1)}), .pose = Pose::at(0.9, 0.1, 0.2)});
+  CHECK(pipeline.step(scene).kept_pairs == 0);
+  CHECK(depth() == Approx(0.15));
+
+  CHECK(pipeline.step(scene).kept_pairs == 1);
+  std::stop_source stop;
+  stop.request_stop();
+  const StepReport stopped = pipeline.step(scene, stop.get_token());
+  CHECK((stopped.execution.issues & bit(StepIssue::ended_early)) != 0);
+  CHECK(pipeline.step(scene).kept_pairs == 0);
+  CHECK(pipeline.step(scene).kept_pairs == 1);
+
+  // Nor from longer ago than the last step.
+  const Pose near = scene.poses()[1];
+  scene.set_pose(scene.id(1), Pose::at(9, 0, 0));
+  pipeline.step(scene);
+  scene.set_pose(scene.id(1), near);
+  CHECK(pipeline.step(scene).kept_pairs == 0);
+}
+
+TEST_CASE("kept contacts: off by default, none for closed forms and yes or no, and odd tolerances are refused") {
+  Scene scene;
+  const ShapeId ball = scene.add_shape(Sphere{1}), box = scene.add_shape(Box{Vec3::Constant(1)});
+  scene.add_body({.shape = ball});
+  scene.add_body({.shape = ball, .pose = Pose::at(1.5, 0, 0)});
+  Pipeline balls({.keep_contacts = 1e-2});
+  balls.step(scene);
+  CHECK(balls.step(scene).kept_pairs == 0);
+  scene.add_body({.shape = box, .pose = Pose::at(0, 9, 0)});
+  scene.add_body({.shape = box, .pose = Pose::at(0, 9.5, 0)});
+  balls.step(scene);
+  CHECK(balls.step(scene).kept_pairs == 1);
+  Pipeline standard;
+  standard.step(scene);
+  CHECK(standard.step(scene).kept_pairs == 0);
+  Pipeline verdicts({.request = Request::collide, .keep_contacts = 1e-2});
+  verdicts.step(scene);
+  CHECK(verdicts.step(scene).kept_pairs == 0);
+  Pipeline distances({.request = Request::distance, .keep_contacts = 1e-2});
+  distances.step(scene);
+  CHECK(distances.step(scene).kept_pairs == 1);
+  CHECK(distances.contacts().pairs.at(1).answer.signed_distance == Approx(-0.5));
+  CHECK_THROWS_WITH(Pipeline({.keep_contacts = 0.2}), Catch::Matchers::Contains("keep_contacts: 0.2"));
+  CHECK_THROWS_WITH(Pipeline({.keep_contacts = std::nan("")}), Catch::Matchers::Contains("keep_contacts"));
+}
+
+TEST_CASE("kept contacts: what pairs that come and go leave behind does not add up") {
+  Scene scene;
+  const ShapeId box = scene.add_shape(Box{Vec3::Constant(1)});
+  for (int i = 0; i < 2000; ++i) scene.add_body({.shape = box});
+  KeptContacts kept(Request::contacts, 1e-3, 0);
+  constexpr std::uint32_t pairs = 50;
+  std::size_t most = 0;
+  for (std::uint32_t step = 0; step < 2000; ++step) {
+    kept.begin_step(scene);
+    {
+      KeptContacts::Batch batch(kept);
+      std::vector<Contact> contacts;
+      for (std::uint32_t i = 0; i < pairs; ++i) {
+        PairResult result{step % 900, 1000 + (step / 900 * 300 + i) % 1000, 0, 0, {}};
+        REQUIRE_FALSE(batch.find({result.a, result.b}, result, contacts));
+        batch.keep(result, contacts);
+      }
+    }
+    kept.end_step();
+    most = std::max(most, kept.entries());
+  }
+  CHECK(most <= 3 * pairs + 64);
+}
