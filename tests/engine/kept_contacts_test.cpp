@@ -173,7 +173,7 @@ TEST_CASE("kept contacts: the same bits for every executor and number of threads
       }
       response.step(scene, pipelines.front().contacts());
     }
-    CHECK(kept > 1000);
+    CHECK(kept > 500);
   }
 }
 
