@@ -143,7 +143,7 @@ TEST_CASE("Verlet list: the pairs of brute force after any history, in an order 
   for (const History& history : histories()) {
     CAPTURE(history.name);
     std::size_t outside = 0;
-    auto modes = live_through<Grid>(history, crowd(1300), 40, outside);
+    auto modes = live_through<Grid>(history, crowd(800), 40, outside);
     if (history.name == "at rest" || history.name == "straight" || history.name == "one jumps") {
       CHECK(modes[VerletList::Mode::reuse] > 20);
       CHECK(modes[VerletList::Mode::renew] > 0);
