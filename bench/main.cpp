@@ -13,6 +13,7 @@
 #include "benches.h"
 #include "option_text.h"
 #include "output_file.h"
+#include "report.h"
 #include "tandem/engine/builtin_scenes.h"
 
 namespace tandem::bench {
@@ -137,6 +138,29 @@ void add_peers(CLI::App& program) {
   });
 }
 
+void add_report(CLI::App& program) {
+  struct ReportOptions {
+    std::vector<std::string> files;
+    std::string out, frames = "240";
+  };
+  CLI::App* app = program.add_subcommand("report", "results and recordings as one HTML page that opens offline");
+  const auto o = std::make_shared<ReportOptions>();
+  app->add_option("FILES", o->files,
+                  "results of benches (--json), of tandem run: reports (--json), timelines (--trace), recordings "
+                  "(--record)")
+      ->type_name("");
+  app->add_option("-o", o->out, "write the page to this FILE")->type_name("FILE");
+  app->add_option("--frames", o->frames, "poses kept of a recording at most, 2 to 2000")
+      ->type_name("N")
+      ->capture_default_str();
+  app->callback([o] {
+    if (o->files.empty()) refuse_option("FILES", "", "results or recordings, at least one");
+    if (o->out.empty()) refuse_option("-o", "", "the file to write");
+    fmt::print("{}\n",
+               write_report({o->files.begin(), o->files.end()}, o->out, whole_option("--frames", o->frames, 2, 2000)));
+  });
+}
+
 int complain(std::string what, int status) {
   std::replace_if(
       what.begin(), what.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }, ' ');
@@ -155,13 +179,14 @@ int run_program(int count, char** arguments) {
   add_narrowphase(program);
   add_broadphase(program);
   add_peers(program);
+  add_report(program);
   program.footer("WHAT --help tells its options.\nExit status: 0 done, 1 the work failed, 2 the request was wrong.");
   try {
     const std::string first = count > 1 ? arguments[1] : "";
     const auto commands = program.get_subcommands([](const CLI::App*) { return true; });
     if ((first.empty() || first[0] != '-') &&
         std::none_of(commands.begin(), commands.end(), [&](const auto* c) { return c->get_name() == first; }))
-      refuse_option("WHAT", first, "scenes, figures, flowgraph, narrowphase, broadphase, peers, --help");
+      refuse_option("WHAT", first, "scenes, figures, flowgraph, narrowphase, broadphase, peers, report, --help");
     program.parse(count, arguments);
   } catch (const CLI::Success& asked) {
     program.exit(asked);

@@ -55,11 +55,13 @@ std::vector<Measured> play(Game game, int rounds) {
     row.more["kind"] = game.kind;
     row.more["class"] = game.pair_class;
     row.more["request"] = game.request;
-    // The others' and a hull's of hundreds of points are named only: kind, class and number make them anew.
+    // Right answers, the others' and a hull's of hundreds of points are named only: kind, class and number make them
+    // anew.
     constexpr std::size_t longest = 6000;
-    if (game.record && !accuracy.right()) {
+    if (game.record) {
       nlohmann::json worst = game.record(accuracy.worst);
-      if (row.contestant != "tandem" || worst.dump().size() > longest) worst = {{"id", worst["id"]}};
+      if (row.contestant != "tandem" || accuracy.right() || worst.dump().size() > longest)
+        worst = {{"id", worst["id"]}};
       row.more["worst"] = std::move(worst);
     }
     out.push_back({std::move(row), accuracy, game.pair_class, game.request});

@@ -22,7 +22,7 @@ double Samples::sum() const { return std::accumulate(values_.begin(), values_.en
 std::string hex(std::uint64_t value) { return fmt::format("{:016x}", value); }
 
 nlohmann::json to_json(const Findings& findings) {
-  nlohmann::json out{{"machine", machine()}, {"rows", nlohmann::json::array()}};
+  nlohmann::json out{{"version", results_version}, {"machine", machine()}, {"rows", nlohmann::json::array()}};
   for (const Row& row : findings.rows) {
     nlohmann::json line{{"bench", row.bench},
                         {"workload", row.workload},

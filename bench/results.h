@@ -32,6 +32,9 @@ struct Row {
   nlohmann::json more = nlohmann::json::object();  ///< further members
 };
 
+/// Of the format of results (docs/result-format.md). Files without a version are of this one.
+inline constexpr std::uint32_t results_version = 1;
+
 /// What a bench hands back.
 struct Findings {
   Findings(std::vector<Row> own_rows, nlohmann::json own_more = nlohmann::json::object())
@@ -40,7 +43,7 @@ struct Findings {
   nlohmann::json more;  ///< further top-level members
 };
 
-/// {"machine": ..., "rows": [...], further members}, a row a contestant, workload, size and thread count.
+/// {"version": 1, "machine": ..., "rows": [...], further members}, a row a contestant, workload, size and thread count.
 nlohmann::json to_json(const Findings& findings);
 
 /// CPU, cores, memory, compiler, flags and the versions of every library.

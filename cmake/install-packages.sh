@@ -8,6 +8,7 @@ packages=(
   libtbb-dev libeigen3-dev libfcl-dev libccd-dev libhwy-dev libqhull-dev
   nlohmann-json3-dev libcli11-dev libfmt-dev
   catch2 libboost-dev
+  zlib1g-dev libjs-three node-d3
   "$@"
 )
 

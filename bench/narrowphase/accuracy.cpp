@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <charconv>
 #include <cmath>
 #include <tuple>
 
@@ -69,18 +70,40 @@ Accuracy judge(const Workload& work, Request request, std::span<const Found> fou
   return out;
 }
 
-nlohmann::json query_record(const Workload& work, Request request, std::size_t i) {
-  const reference::PosedPair& pair = work.pairs[i];
+namespace {
+
+/// All of a record but its closing bracket.
+JsonWriter begin_record(std::string_view id, const reference::PosedPair& pair, std::string_view request) {
   JsonWriter out;
-  out.begin_object().member("id", fmt::format("{}/{}/{}", work.kind, work.pair_class, i));
+  out.begin_object().member("id", id);
   write_shape(out.key("shapeA"), pair.a);
   write_pose(out.key("poseA"), pair.pose_a);
   write_shape(out.key("shapeB"), pair.b);
   write_pose(out.key("poseB"), pair.pose_b);
-  out.key("ask").begin_array().value(name(request)).end_array();
+  out.key("ask").begin_array().value(request).end_array();
+  return out;
+}
+
+}  // namespace
+
+nlohmann::json query_record(const Workload& work, Request request, std::size_t i) {
+  JsonWriter out = begin_record(fmt::format("{}/{}/{}", work.kind, work.pair_class, i), work.pairs[i], name(request));
   out.key("expect").begin_object();
   out.member("signed_distance", work.truths[i].signed_distance).member("error", work.truths[i].error);
   out.end_object().end_object();
+  return nlohmann::json::parse(out.text());
+}
+
+std::optional<nlohmann::json> named_query_record(std::string_view id, std::string_view request, std::size_t n) {
+  const std::size_t first = id.find('/'), last = id.rfind('/');
+  if (first == last) return std::nullopt;
+  std::size_t index = 0;
+  const std::from_chars_result read = std::from_chars(id.data() + last + 1, id.data() + id.size(), index);
+  if (read.ec != std::errc() || read.ptr != id.data() + id.size()) return std::nullopt;
+  const auto pair = named_pair(id.substr(0, first), id.substr(first + 1, last - first - 1), n, index);
+  if (!pair) return std::nullopt;
+  JsonWriter out = begin_record(id, *pair, request);
+  out.end_object();
   return nlohmann::json::parse(out.text());
 }
 

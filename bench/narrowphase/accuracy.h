@@ -1,6 +1,8 @@
 #pragma once
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <span>
+#include <string_view>
 
 #include "pair_solver.h"
 #include "workload.h"
@@ -26,6 +28,10 @@ Accuracy judge(const Workload& work, Request request, std::span<const Found> fou
 
 /// A record for `tandem query` with the truth beside it.
 nlohmann::json query_record(const Workload& work, Request request, std::size_t pair);
+
+/// The same without the truth for the pair of such a record's id, in a row of `n` queries; empty for an id that is of
+/// no convex pair.
+std::optional<nlohmann::json> named_query_record(std::string_view id, std::string_view request, std::size_t n);
 
 /// The members that a row has of it.
 nlohmann::json to_json(const Accuracy& accuracy);

@@ -1,5 +1,7 @@
 #pragma once
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "pair_classes.h"
@@ -21,5 +23,10 @@ Workload make_workload(reference::PairKind kind, reference::PairClass pair_class
 /// About n pairs: tracks of 20 steps on which B drifts and turns by 2 % of its size and 0.02 rad a step, from a gap of
 /// about a tenth of its size through A.
 Workload make_motion(reference::PairKind kind, std::size_t n);
+
+/// The pair that a workload of `n` pairs has at `index`, by the names of its kind and class ("motion" too); empty if
+/// there is none.
+std::optional<reference::PosedPair> named_pair(std::string_view kind, std::string_view pair_class, std::size_t n,
+                                               std::size_t index);
 
 }  // namespace tandem::bench

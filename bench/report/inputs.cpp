@@ -1,0 +1,123 @@
+#include "inputs.h"
+
+#include <algorithm>
+#include <fstream>
+#include <string_view>
+
+#include "results.h"
+#include "trace_steps.h"
+
+namespace tandem::bench {
+namespace {
+
+constexpr std::string_view kinds = "a result of tandem-bench, or of tandem run what --json, --trace or --record wrote";
+
+/// The first bytes, of a file that may be very large.
+std::string beginning(const std::filesystem::path& file) {
+  std::string bytes(64, '\0');
+  std::ifstream in(file, std::ios::binary);
+  in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  bytes.resize(static_cast<std::size_t>(std::max<std::streamsize>(0, in.gcount())));
+  return bytes;
+}
+
+void require_count(const JsonRef& object, std::string_view key) { object.at(key).number_at_least(0); }
+
+/// Curves of the figures, docs/result-format.md.
+void check_pictures(const JsonRef& pictures) {
+  pictures.require_array("an array of pictures");
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    const JsonRef picture = pictures.at(i);
+    picture.at("workload").text();
+    picture.at("simulated").flag();
+    require_count(picture, "threads");
+    if (const auto series = picture.find("series"))
+      series->require_array("an array of series");
+    else
+      picture.at("ms").require_array("an array of times");
+  }
+}
+
+Json checked_results(const JsonRef& document, const std::string& file) {
+  if (const auto version = document.find("version"); version && version->whole(0xffffffffu) != results_version)
+    version->refuse(std::to_string(results_version));
+  const JsonRef machine = document.at("machine");
+  if (!machine.value().is_object()) machine.refuse("an object");
+  const JsonRef rows = document.at("rows");
+  rows.require_array("an array of rows");
+  if (rows.size() == 0) rows.refuse("at least one row");
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const JsonRef row = rows.at(i);
+    for (const char* key : {"bench", "workload", "contestant"}) row.at(key).text();
+    for (const char* key : {"threads", "n", "median_ns", "p10_ns", "p90_ns"}) require_count(row, key);
+  }
+  Json out = document.value();
+  out["file"] = file;
+  // Curves say the same as a row a step, shorter.
+  if (const auto pictures = document.find("pictures")) check_pictures(*pictures), out.erase("rows");
+  if (!out.contains("rows")) out["rows"] = Json::array();
+  return out;
+}
+
+Json checked_step(const JsonRef& step) {
+  for (const char* key : {"step", "candidate_pairs", "colliding_pairs", "contacts"}) require_count(step, key);
+  for (const char* key : {"contact_hash", "split"}) step.at(key).text();
+  const JsonRef ms = step.at("ms");
+  for (const char* key : {"update", "broad", "narrow", "detect", "response", "step"}) require_count(ms, key);
+  return step.value();
+}
+
+/// One JSON object a line.
+Json checked_run(std::string_view text, const std::string& file) {
+  Json steps = Json::array();
+  for (std::size_t begin = 0, line = 1; begin < text.size(); ++line) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    try {
+      const Json json = parse_json(text.substr(begin, end - begin));
+      steps.push_back(checked_step(JsonRef(json)));
+    } catch (const InputError& error) {
+      throw InputError("line " + std::to_string(line) + ": " + error.what());
+    }
+    begin = end + 1;
+  }
+  return {{"file", file}, {"steps", std::move(steps)}};
+}
+
+void add(Inputs& inputs, const std::filesystem::path& path) {
+  const std::string file = path.string();
+  if (beginning(path).starts_with("{\"format\":\"tandem-record\"")) {
+    inputs.records.push_back(path);
+    return;
+  }
+  const std::string text = read_file(path);
+  if (text.find_first_not_of(" \t\r\n") == std::string::npos) throw InputError("empty, allowed: " + std::string(kinds));
+  if (text.starts_with("{\"step\":")) {
+    inputs.runs.push_back(checked_run(text, file));
+    return;
+  }
+  const Json json = parse_json(text);
+  const JsonRef document(json);
+  if (document.find("traceEvents"))
+    inputs.timelines.push_back(trace_steps(document, file));
+  else if (document.find("machine") || document.find("rows"))
+    inputs.results.push_back(checked_results(document, file));
+  else
+    document.refuse(kinds);
+}
+
+}  // namespace
+
+Inputs read_inputs(const std::vector<std::filesystem::path>& files) {
+  Inputs inputs;
+  for (const std::filesystem::path& file : files) {
+    try {
+      add(inputs, file);
+    } catch (const InputError& error) {
+      const std::string what = error.what();
+      throw InputError(what.starts_with(file.string()) ? what : file.string() + ": " + what);
+    }
+  }
+  return inputs;
+}
+
+}  // namespace tandem::bench

@@ -1,0 +1,98 @@
+#include "trace_steps.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+#include <vector>
+
+namespace tandem::bench {
+namespace {
+
+struct Slice {
+  std::uint32_t thread;
+  std::string name;
+  double begin, duration;
+  std::uint64_t pairs;
+};
+
+struct Step {
+  double begin = std::numeric_limits<double>::infinity(), end = 0;
+  std::vector<Slice> slices;
+  double length() const { return end - begin; }
+};
+
+struct Sample {
+  double at, value;
+};
+
+/// Some hundred ns are enough for a picture.
+double rounded(double us) { return std::round(10 * us) / 10; }
+
+std::set<std::uint32_t> chosen(const std::map<std::uint32_t, Step>& steps) {
+  std::vector<std::pair<double, std::uint32_t>> by_length;
+  for (const auto& [number, step] : steps) by_length.emplace_back(step.length(), number);
+  std::sort(by_length.begin(), by_length.end());
+  std::set<std::uint32_t> out{steps.begin()->first, steps.rbegin()->first, by_length.back().second,
+                              by_length[by_length.size() / 2].second};
+  constexpr std::size_t most = 8;
+  for (std::size_t k = 1; k < most && out.size() < std::min(most, steps.size()); ++k)
+    out.insert(std::next(steps.begin(), static_cast<std::ptrdiff_t>(k * steps.size() / most))->first);
+  return out;
+}
+
+}  // namespace
+
+Json trace_steps(const JsonRef& document, const std::string& file) {
+  const JsonRef events = document.at("traceEvents");
+  events.require_array("an array of events");
+  std::map<std::uint32_t, Step> steps;
+  std::vector<Sample> queue;
+  std::vector<std::pair<double, std::string>> notes;
+  std::uint32_t threads = 0;
+  for (std::size_t i = 0; i < events.size(); ++i) {
+    const JsonRef event = events.at(i);
+    const std::string& phase = event.at("ph").text();
+    if (phase == "X") {
+      const JsonRef args = event.at("args");
+      Step& step = steps[args.at("step").whole(0xffffffffu)];
+      const Slice slice{event.at("tid").whole(65535), event.at("name").text(), event.at("ts").number(),
+                        event.at("dur").number_at_least(0), args.at("pairs").whole(0xffffffffu)};
+      step.begin = std::min(step.begin, slice.begin);
+      step.end = std::max(step.end, slice.begin + slice.duration);
+      threads = std::max(threads, slice.thread + 1);
+      step.slices.push_back(slice);
+    } else if (phase == "C" && event.at("name").text() == "queue") {
+      const JsonRef args = event.at("args");
+      queue.push_back({event.at("ts").number(), args.at("value").number()});
+    } else if (phase == "i") {
+      notes.emplace_back(event.at("ts").number(), event.at("name").text());
+    }
+  }
+  if (steps.empty()) events.refuse("slices of at least one step");
+  std::sort(queue.begin(), queue.end(), [](const Sample& x, const Sample& y) { return x.at < y.at; });
+
+  Json out = Json::array();
+  for (const std::uint32_t number : chosen(steps)) {
+    Step& step = steps[number];
+    std::stable_sort(step.slices.begin(), step.slices.end(),
+                     [](const Slice& x, const Slice& y) { return x.begin < y.begin; });
+    Json slices = Json::array(), samples = Json::array(), said = Json::array();
+    for (const Slice& s : step.slices)
+      slices.push_back({s.thread, s.name, rounded(s.begin - step.begin), rounded(s.duration), s.pairs});
+    for (const Sample& s : queue)
+      if (s.at >= step.begin && s.at <= step.end) samples.push_back({rounded(s.at - step.begin), s.value});
+    const std::string begin = "step " + std::to_string(number) + ":";
+    for (const auto& [at, text] : notes)
+      if (text.starts_with(begin)) said.push_back(text);
+    out.push_back({{"step", number},
+                   {"length", rounded(step.length())},
+                   {"slices", slices},
+                   {"queue", samples},
+                   {"notes", said}});
+  }
+  return {{"file", file}, {"threads", threads}, {"recorded_steps", steps.size()}, {"steps", out}};
+}
+
+}  // namespace tandem::bench

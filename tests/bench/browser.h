@@ -1,0 +1,39 @@
+#pragma once
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace tandem::bench {
+
+/// A headless Chromium, steered over its debugging pipe (Chrome DevTools Protocol). Ends with the object. Every call
+/// throws std::runtime_error when the browser does not answer within a minute.
+class Browser {
+ public:
+  /// `folder`: for its profile.
+  Browser(const std::string& program, const std::filesystem::path& folder);
+  ~Browser();
+  Browser(const Browser&) = delete;
+  Browser& operator=(const Browser&) = delete;
+
+  void open(const std::string& url);
+  /// The value of a JavaScript expression; of a promise what it comes to. Throws std::runtime_error for an exception.
+  nlohmann::json evaluate(const std::string& expression);
+  /// Until the expression is true; false after `seconds`.
+  bool wait_for(const std::string& expression, double seconds);
+  /// Errors and warnings on the console, uncaught exceptions, refused requests; and every URL that was asked for.
+  const std::vector<std::string>& complaints() const { return complaints_; }
+  const std::vector<std::string>& requests() const { return requests_; }
+
+ private:
+  nlohmann::json call(const std::string& method, nlohmann::json parameters = nlohmann::json::object());
+  nlohmann::json receive();
+  void take(const nlohmann::json& event);
+
+  int process_ = -1, in_ = -1, out_ = -1;
+  int last_ = 0;
+  std::string session_, waiting_;
+  std::vector<std::string> complaints_, requests_;
+};
+
+}  // namespace tandem::bench
