@@ -34,18 +34,21 @@ TEST_CASE("peers bench: every scene, one answer of ours on one thread and two, a
   CHECK(scenes.size() == 7);
   for (const auto& [scene, rows] : scenes) {
     CAPTURE(scene);
-    REQUIRE(rows.size() >= 3);
+    REQUIRE(rows.size() >= 5);
     CHECK(rows[0].at("contestant") == "tandem");
     CHECK(rows[1].at("contestant") == "tandem");
     CHECK(rows[1].at("threads") == 2);
     CHECK(rows[0].at("hash") == rows[1].at("hash"));
     CHECK(rows[0].at("pairs") > 100);
     CHECK(rows[0].at("contacts") >= rows[0].at("pairs"));
+    // Kept contacts: one answer too.
+    CHECK(rows[2].at("contestant") == "tandem, kept 1e-3");
+    CHECK(rows[2].at("hash") == rows[3].at("hash"));
     // FCL's verdicts are exact but for what touches to rounding.
     const double pairs = rows[0].at("pairs");
-    CHECK(rows[2].at("contestant").get<std::string>().starts_with("FCL"));
-    CHECK(rows[2].at("pairs_extra").get<double>() <= 0.002 * pairs);
-    CHECK(rows[2].at("pairs_missed").get<double>() <= 0.002 * pairs);
+    CHECK(rows[4].at("contestant").get<std::string>().starts_with("FCL"));
+    CHECK(rows[4].at("pairs_extra").get<double>() <= 0.002 * pairs);
+    CHECK(rows[4].at("pairs_missed").get<double>() <= 0.002 * pairs);
   }
 }
 
