@@ -1,12 +1,18 @@
 #include "contact_solver.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <numbers>
 #include <utility>
 
+#include "parallel_blocks.h"
+
 namespace tandem {
 namespace {
+
+constexpr std::size_t pairs_a_block = 64;  // about 10 us
 
 void apply(const Vec3& impulse, const Vec3& arm_a, const Vec3& arm_b, SolverBody& a, SolverBody& b) {
   a.velocity -= a.inverse_mass * impulse;
@@ -52,6 +58,44 @@ void ContactSolver::prepare_point(Point& point, const Contact& contact, const So
   point.bitangent_mass = tt / determinant;
 }
 
+void ContactSolver::give_colours(const ContactList& contacts, const std::vector<SolverBody>& bodies) {
+  entries_.clear();
+  taken_.assign(bodies.size(), 0);
+  std::array<std::uint32_t, colours + 1> pairs{}, points{};
+  for (std::uint32_t i = 0; i < contacts.pairs.size(); ++i) {
+    const PairResult& found = contacts.pairs[i];
+    const bool moves_a = bodies[found.a].inverse_mass != 0, moves_b = bodies[found.b].inverse_mass != 0;
+    if (found.contact_count == 0 || (!moves_a && !moves_b)) continue;
+    std::uint64_t &taken_a = taken_[found.a], &taken_b = taken_[found.b];
+    const std::uint64_t taken = (moves_a ? taken_a : 0) | (moves_b ? taken_b : 0);
+    const auto colour = static_cast<std::uint32_t>(std::countr_one(taken));
+    if (colour < colours) {
+      taken_a |= std::uint64_t{1} << colour;
+      taken_b |= std::uint64_t{1} << colour;
+    }
+    entries_.push_back({std::uint64_t{found.a} << 32 | found.b, i, colour, found.contact_count, pairs[colour]++});
+    points[colour] += found.contact_count;
+  }
+  colour_ends_.clear();
+  std::uint32_t pairs_before = 0, points_before = 0;
+  std::array<std::uint32_t, colours + 1> first_pair{}, next_point{};
+  for (std::uint32_t colour = 0; colour <= colours; ++colour) {
+    first_pair[colour] = pairs_before;
+    next_point[colour] = points_before;
+    pairs_before += pairs[colour];
+    points_before += points[colour];
+    colour_ends_.push_back(pairs_before);
+  }
+  pairs_.resize(pairs_before);
+  points_.resize(points_before);
+  for (Entry& entry : entries_) {
+    entry.place += first_pair[entry.colour];
+    Pair& pair = pairs_[entry.place];
+    pair.first = next_point[entry.colour];
+    pair.end = next_point[entry.colour] += entry.points;
+  }
+}
+
 void ContactSolver::prepare(const ContactList& contacts, const std::vector<SolverBody>& bodies,
                             const ResponseOptions& options) {
   friction_ = options.friction;
@@ -59,49 +103,52 @@ void ContactSolver::prepare(const ContactList& contacts, const std::vector<Solve
   max_push_out_ = options.max_push_out;
   std::swap(points_, points_before_);
   std::swap(pairs_, pairs_before_);
-  points_.clear();
-  pairs_.clear();
-  for (const PairResult& found : contacts.pairs) {
-    const SolverBody &a = bodies[found.a], &b = bodies[found.b];
-    if (found.contact_count == 0 || (a.inverse_mass == 0 && b.inverse_mass == 0)) continue;
-    Pair& pair = pairs_.emplace_back();
-    pair.a = found.a;
-    pair.b = found.b;
-    pair.first = static_cast<std::uint32_t>(points_.size());
-    for (const Contact& contact : contacts.of(found)) prepare_point(points_.emplace_back(), contact, a, b);
-    pair.end = static_cast<std::uint32_t>(points_.size());
-    pair.rolling_mass = (a.inverse_inertia + b.inverse_inertia).inverse();
-    pair.rolling_impulse.setZero();
-    pair.rolling_radius = a.inverse_mass == 0   ? b.radius
-                          : b.inverse_mass == 0 ? a.radius
-                                                : std::min(a.radius, b.radius);
-  }
-  keep_impulses();
+  std::swap(entries_, entries_before_);
+  give_colours(contacts, bodies);
+  for_blocks(entries_.size(), pairs_a_block, [&](std::size_t begin, std::size_t end) {
+    // Both lists are sorted by (a, b).
+    auto old = std::lower_bound(entries_before_.begin(), entries_before_.end(), entries_[begin].key,
+                                [](const Entry& entry, std::uint64_t key) { return entry.key < key; });
+    for (std::size_t i = begin; i < end; ++i) {
+      const Entry& entry = entries_[i];
+      prepare_pair(entry, contacts, bodies);
+      while (old != entries_before_.end() && old->key < entry.key) ++old;
+      if (old != entries_before_.end() && old->key == entry.key)
+        keep_impulses(pairs_[entry.place], pairs_before_[old->place]);
+    }
+  });
 }
 
-// Both lists are sorted by (a, b), a pair's points by feature.
-void ContactSolver::keep_impulses() {
-  auto old_pair = pairs_before_.begin();
-  for (Pair& pair : pairs_) {
-    const std::pair key(pair.a, pair.b);
-    while (old_pair != pairs_before_.end() && std::pair(old_pair->a, old_pair->b) < key) ++old_pair;
-    if (old_pair == pairs_before_.end()) return;
-    if (std::pair(old_pair->a, old_pair->b) != key) continue;
-    pair.rolling_impulse = old_pair->rolling_impulse;
-    std::uint32_t old = old_pair->first;
-    for (std::uint32_t i = pair.first; i < pair.end; ++i) {
-      Point& point = points_[i];
-      while (old < old_pair->end && points_before_[old].feature < point.feature) ++old;
-      if (old == old_pair->end) break;
-      const Point& before = points_before_[old];
-      if (before.feature != point.feature) continue;
-      // The normal may have turned since: what is left of the old friction within the new plane.
-      const Vec3 rubbing = before.tangent_impulse * before.tangent + before.bitangent_impulse * before.bitangent;
-      point.normal_impulse = before.normal_impulse;
-      point.tangent_impulse = rubbing.dot(point.tangent);
-      point.bitangent_impulse = rubbing.dot(point.bitangent);
-      ++old;
-    }
+void ContactSolver::prepare_pair(const Entry& entry, const ContactList& contacts,
+                                 const std::vector<SolverBody>& bodies) {
+  const PairResult& found = contacts.pairs[entry.found];
+  const SolverBody &a = bodies[found.a], &b = bodies[found.b];
+  Pair& pair = pairs_[entry.place];
+  pair.a = found.a;
+  pair.b = found.b;
+  std::uint32_t point = pair.first;
+  for (const Contact& contact : contacts.of(found)) prepare_point(points_[point++], contact, a, b);
+  pair.rolling_mass = (a.inverse_inertia + b.inverse_inertia).inverse();
+  pair.rolling_impulse.setZero();
+  pair.rolling_radius = a.inverse_mass == 0 ? b.radius : b.inverse_mass == 0 ? a.radius : std::min(a.radius, b.radius);
+}
+
+// Both pairs' points are sorted by feature.
+void ContactSolver::keep_impulses(Pair& pair, const Pair& before) {
+  pair.rolling_impulse = before.rolling_impulse;
+  std::uint32_t old = before.first;
+  for (std::uint32_t i = pair.first; i < pair.end; ++i) {
+    Point& point = points_[i];
+    while (old < before.end && points_before_[old].feature < point.feature) ++old;
+    if (old == before.end) break;
+    const Point& kept = points_before_[old];
+    if (kept.feature != point.feature) continue;
+    // The normal may have turned since: what is left of the old friction within the new plane.
+    const Vec3 rubbing = kept.tangent_impulse * kept.tangent + kept.bitangent_impulse * kept.bitangent;
+    point.normal_impulse = kept.normal_impulse;
+    point.tangent_impulse = rubbing.dot(point.tangent);
+    point.bitangent_impulse = rubbing.dot(point.bitangent);
+    ++old;
   }
 }
 
@@ -115,9 +162,29 @@ void ContactSolver::begin_substeps(double h, const ResponseOptions& options) {
   impulse_scale_ = 1 / (1 + a2);
 }
 
-void ContactSolver::warm_start(std::vector<SolverBody>& bodies) const {
-  for (const Pair& pair : pairs_) {
-    SolverBody &a = bodies[pair.a], &b = bodies[pair.b];
+template <class Body>
+void ContactSolver::for_each_pair(std::vector<SolverBody>& bodies, const Body& body) const {
+  const auto run = [&](std::size_t first, std::size_t last) {
+    // A fixed body belongs to many pairs of a colour and none may write to it; what is added to this one is zero.
+    SolverBody fixed;
+    const auto side = [&](std::uint32_t index) -> SolverBody& {
+      return bodies[index].inverse_mass != 0 ? bodies[index] : fixed;
+    };
+    for (std::size_t i = first; i < last; ++i) body(i, side(pairs_[i].a), side(pairs_[i].b));
+  };
+  std::uint32_t begin = 0;
+  for (std::uint32_t colour = 0; colour < colours; ++colour) {
+    const std::uint32_t end = colour_ends_[colour];
+    for_blocks(end - begin, pairs_a_block,
+               [&](std::size_t first, std::size_t last) { run(begin + first, begin + last); });
+    begin = end;
+  }
+  run(begin, colour_ends_[colours]);
+}
+
+void ContactSolver::warm_start(std::vector<SolverBody>& bodies) {
+  for_each_pair(bodies, [this](std::size_t index, SolverBody& a, SolverBody& b) {
+    const Pair& pair = pairs_[index];
     for (std::uint32_t i = pair.first; i < pair.end; ++i) {
       const Point& p = points_[i];
       apply(p.normal_impulse * p.normal + p.tangent_impulse * p.tangent + p.bitangent_impulse * p.bitangent, p.arm_a,
@@ -125,11 +192,11 @@ void ContactSolver::warm_start(std::vector<SolverBody>& bodies) const {
     }
     a.angular_velocity.noalias() -= a.inverse_inertia * pair.rolling_impulse;
     b.angular_velocity.noalias() += b.inverse_inertia * pair.rolling_impulse;
-  }
+  });
 }
 
 void ContactSolver::solve(std::vector<SolverBody>& bodies, Overlap overlap) {
-  for (Pair& pair : pairs_) solve_pair(pair, bodies[pair.a], bodies[pair.b], overlap);
+  for_each_pair(bodies, [&](std::size_t i, SolverBody& a, SolverBody& b) { solve_pair(pairs_[i], a, b, overlap); });
 }
 
 // Friction first, overlap last: what comes last holds best.

@@ -18,14 +18,16 @@ struct SolverBody {
   double radius = 0;
 };
 
-/// Contacts as constraints on velocities, solved by sequential impulses in the order of the contact list.
+/// Contacts as constraints on velocities, solved by sequential impulses. Pairs are given colours, in the order of the
+/// contact list, so that no moving body meets two pairs of one colour: colours are solved one after the other, the
+/// pairs of one in parallel. The order depends on the contacts alone, and so does the motion.
 class ContactSolver {
  public:
   /// Takes over a step's contacts; impulses of those that were there in the step before are kept.
   void prepare(const ContactList& contacts, const std::vector<SolverBody>& bodies, const ResponseOptions& options);
   /// `h`: length of a sub-step.
   void begin_substeps(double h, const ResponseOptions& options);
-  void warm_start(std::vector<SolverBody>& bodies) const;
+  void warm_start(std::vector<SolverBody>& bodies);
   enum class Overlap { push_out, leave };
   void solve(std::vector<SolverBody>& bodies, Overlap overlap);
 
@@ -47,10 +49,28 @@ class ContactSolver {
     double rolling_radius = 0;
   };
 
+  /// A pair of the contact list that takes part, in the list's order.
+  struct Entry {
+    std::uint64_t key = 0;  // a, b
+    std::uint32_t found = 0;
+    std::uint32_t colour = 0, points = 0;
+    std::uint32_t place = 0;  // in pairs_
+  };
+  // A body's colours are bits of a word; pairs that find none left are solved one by one at the end.
+  static constexpr std::uint32_t colours = 64;
+
+  void give_colours(const ContactList& contacts, const std::vector<SolverBody>& bodies);
+  void prepare_pair(const Entry& entry, const ContactList& contacts, const std::vector<SolverBody>& bodies);
   void prepare_point(Point& point, const Contact& contact, const SolverBody& a, const SolverBody& b) const;
-  void keep_impulses();
+  void keep_impulses(Pair& pair, const Pair& before);
+  template <class Body>
+  void for_each_pair(std::vector<SolverBody>& bodies, const Body& body) const;
   void solve_pair(Pair& pair, SolverBody& a, SolverBody& b, Overlap overlap);
 
+  std::vector<Entry> entries_, entries_before_;
+  std::vector<std::uint64_t> taken_;  // colours, a body
+  std::vector<std::uint32_t> colour_ends_;
+  // In the colours' order.
   std::vector<Point> points_, points_before_;
   std::vector<Pair> pairs_, pairs_before_;
   double friction_ = 0, rolling_resistance_ = 0, max_push_out_ = 0;

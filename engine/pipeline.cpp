@@ -35,6 +35,8 @@ class SceneWork final : public StepWork {
     filter_ = {scene.groups(), scene.masks(), scene.is_static()};
     boxes_.resize(scene.indices());
     broad_phase_->expect(filter_);
+    has_mesh_ = std::any_of(scene.shapes().begin(), scene.shapes().end(),
+                            [](const Shape& shape) { return shape.kind() == ShapeKind::mesh; });
     if (kept_) kept_->begin_step(scene);
   }
   /// Not to be called after a step that ended early.
@@ -71,6 +73,16 @@ class SceneWork final : public StepWork {
     return kept;
   }
 
+  std::size_t heavy_first(std::span<Pair> pairs) const override {
+    if (!has_mesh_) return 0;
+    // A mesh with another solid takes up to a thousand times as long as two spheres; with a half-space it does not.
+    const auto heavy = [this](Pair pair) {
+      const ShapeKind a = scene_->shape_of(pair.a).kind(), b = scene_->shape_of(pair.b).kind();
+      return (a == ShapeKind::mesh || b == ShapeKind::mesh) && a != ShapeKind::halfspace && b != ShapeKind::halfspace;
+    };
+    return static_cast<std::size_t>(std::partition(pairs.begin(), pairs.end(), heavy) - pairs.begin());
+  }
+
   void narrow(Batch& batch) const override {
     std::optional<KeptContacts::Batch> kept;
     if (kept_) kept.emplace(*kept_);
@@ -95,7 +107,7 @@ class SceneWork final : public StepWork {
   }
 
  private:
-  static constexpr std::size_t bodies_a_block = 256;
+  static constexpr std::size_t bodies_a_block = 64;
 
   void solve(Pair pair, PairResult& result, Batch& batch) const {
     const auto poses = scene_->poses();
@@ -137,6 +149,7 @@ class SceneWork final : public StepWork {
   const Scene* scene_ = nullptr;
   PairFilter filter_;
   BoxArray boxes_;
+  bool has_mesh_ = false;
 };
 
 }  // namespace

@@ -70,11 +70,13 @@ std::function<bool()> host_cancellation() {
 }
 
 void BatchSize::learn(const ExecutionReport& report) {
-  if (report.candidate_pairs == 0) return;
   constexpr double target_ms = 0.015;
-  const double pair_ms = report.narrow_ms / static_cast<double>(report.candidate_pairs);
-  const double wanted = pair_ms > 0 ? target_ms / pair_ms : static_cast<double>(most_);
-  size_ = static_cast<std::size_t>(std::clamp(wanted, 1.0, static_cast<double>(most_)));
+  const auto pairs_for = [this](double ms, std::uint64_t pairs) {
+    const double wanted = ms > 0 ? target_ms * static_cast<double>(pairs) / ms : static_cast<double>(most_);
+    return static_cast<std::size_t>(std::clamp(wanted, 1.0, static_cast<double>(most_)));
+  };
+  if (report.candidate_pairs != 0) size_.most = pairs_for(report.narrow_ms, report.candidate_pairs);
+  if (report.heavy_pairs != 0) size_.heavy = pairs_for(report.heavy_ms, report.heavy_pairs);
 }
 
 void balance(Balancer& balancer, std::uint64_t step, ExecutionReport& report, Timeline* timeline) {

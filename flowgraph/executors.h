@@ -22,12 +22,13 @@ std::function<bool()> host_cancellation();
 /// Chooses the batch size: 10 to 20 us of narrow work by the last step's cost of a pair, at most what the user allows.
 class BatchSize {
  public:
-  explicit BatchSize(std::size_t most) : most_(most), size_(most) {}
-  std::size_t get() const { return size_; }
+  explicit BatchSize(std::size_t most) : most_(most), size_{most, 1} {}
+  BatchPairs get() const { return size_; }
   void learn(const ExecutionReport& report);
 
  private:
-  std::size_t most_, size_;
+  std::size_t most_;
+  BatchPairs size_;
 };
 
 /// Tells whether a step is worth sharing: decided from the work of the steps before it.

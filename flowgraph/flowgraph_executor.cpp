@@ -111,9 +111,11 @@ class FlowGraphExecutor final : public Executor, private Delivery {
       balancer_.emplace(threads, fixed, options_.balance);
       const std::size_t chosen = static_cast<std::size_t>(std::max(16, 4 * threads));
       // A strict producer must neither help nor wait, so its queue never gets full: the paper's array.
-      queue_.set_capacity(options_.strict_split ? std::ptrdiff_t{1} << 30
-                                                : static_cast<std::ptrdiff_t>(
-                                                      options_.queue_capacity != 0 ? options_.queue_capacity : chosen));
+      for (auto* queue : {&queue_, &heavy_queue_})
+        queue->set_capacity(
+            options_.strict_split
+                ? std::ptrdiff_t{1} << 30
+                : static_cast<std::ptrdiff_t>(options_.queue_capacity != 0 ? options_.queue_capacity : chosen));
     }
     split_ = balancer_->split();
     // The caller works in the broad arena and then joins the narrow one: together they ask for threads - 1 workers.
@@ -165,7 +167,7 @@ class FlowGraphExecutor final : public Executor, private Delivery {
     Batch* batch = nullptr;
     present_.fetch_add(1);
     for (int starved = 0; state_.stage() == state_.shared_stage();) {
-      if (queue_.try_pop(batch)) {
+      if (pop(batch)) {
         state_.process(*batch);
         starved = 0;
       } else if (++starved < patience) {
@@ -174,7 +176,7 @@ class FlowGraphExecutor final : public Executor, private Delivery {
         present_.fetch_sub(1);
         std::atomic_thread_fence(std::memory_order_seq_cst);
         // A batch that came in between found this runner still present and sent no message.
-        if (queue_.empty()) return false;
+        if (nothing_queued()) return false;
         present_.fetch_add(1);
         starved = 0;
       }
@@ -190,7 +192,7 @@ class FlowGraphExecutor final : public Executor, private Delivery {
     for (auto look = Clock::now() + patience; state_.stage() == state_.shared_stage(); std::this_thread::yield()) {
       if (Clock::now() < look) continue;
       look = Clock::now() + patience;
-      if (Batch* batch = nullptr; present_.load() == 0 && queue_.try_pop(batch)) state_.process(*batch);
+      if (Batch* batch = nullptr; present_.load() == 0 && pop(batch)) state_.process(*batch);
     }
   }
 
@@ -201,27 +203,32 @@ class FlowGraphExecutor final : public Executor, private Delivery {
     Batch* batch = nullptr;
     std::size_t tile = 0;
     for (;;) {
-      if (!tiles_first && queue_.try_pop(batch)) {
+      if (!tiles_first && pop(batch)) {
         state_.process(*batch);
       } else if (state_.take(stage, tile)) {
         state_.run_tile(tile, writer);
-      } else if (queue_.try_pop(batch)) {
+      } else if (pop(batch)) {
         state_.process(*batch);
       } else {
         writer.flush();
         // Others still test tiles, whose pairs may come here.
-        if (!state_.tiles_left() && queue_.empty()) return;
+        if (!state_.tiles_left() && nothing_queued()) return;
         std::this_thread::yield();
       }
     }
   }
 
+  /// Heavy batches first.
+  bool pop(Batch*& batch) { return heavy_queue_.try_pop(batch) || queue_.try_pop(batch); }
+  bool nothing_queued() const { return heavy_queue_.empty() && queue_.empty(); }
+
   /// From a writer: into the queue, or, when it is full, another batch out of it.
   void deliver(Batch& batch) override {
     Batch* other = nullptr;
-    while (!queue_.try_push(&batch))
-      if (queue_.try_pop(other)) state_.process(*other);
-    state_.count_queue(static_cast<std::size_t>(std::max<std::ptrdiff_t>(queue_.size(), 0)));
+    auto& queue = batch.heavy ? heavy_queue_ : queue_;
+    while (!queue.try_push(&batch))
+      if (pop(other)) state_.process(*other);
+    state_.count_queue(static_cast<std::size_t>(std::max<std::ptrdiff_t>(queue_.size() + heavy_queue_.size(), 0)));
     if (!options_.strict_split) return;  // runners that take both tiles and batches stay to the end
     std::atomic_thread_fence(std::memory_order_seq_cst);
     try {
@@ -239,7 +246,7 @@ class FlowGraphExecutor final : public Executor, private Delivery {
   std::uint64_t step_ = 0;
   std::optional<Balancer> balancer_;
   StepState state_;
-  tbb::concurrent_bounded_queue<Batch*> queue_;
+  tbb::concurrent_bounded_queue<Batch*> queue_, heavy_queue_;
   std::atomic<int> present_{0};          // strict narrow runners
   std::optional<Phase> broad_, narrow_;  // last: their bodies use what is above
 };

@@ -8,9 +8,9 @@
 
 namespace tandem {
 
-/// Puts the results of all batches into canonical order: pairs by (a, b). A counting sort on b and then on a, in
-/// stages of independent blocks like the rest of a step; the order of the batches does not matter, since a pair
-/// occurs once. The serial stages take about 5 ns a pair in all.
+/// Puts the results of all batches into canonical order: pairs by (a, b). Results go into a bucket for each a, and each
+/// bucket is put in order by itself, in stages of independent blocks like the rest of a step; the order of the batches
+/// does not matter, since a pair occurs once. Serial are only sums over bodies and over blocks.
 class Joiner {
  public:
   static constexpr std::size_t stages = 6;
@@ -26,25 +26,32 @@ class Joiner {
 
  private:
   struct Ref {
-    std::uint32_t a, batch, index, contacts;
+    std::uint32_t b, contacts;
+    const PairResult* result;
+    const Contact* first;
+  };
+  struct Range {
+    std::size_t begin, end;
   };
   static constexpr std::size_t batches_a_block = 8;
   static constexpr std::size_t pairs_a_block = 256;
 
   void prefix();
-  void scatter_by_b(std::size_t block);
-  void scatter_by_a();
+  void scatter(std::size_t block);
+  void sort(std::size_t block);
   void count_contacts(std::size_t block);
   void prefix_contacts();
   void copy(std::size_t block);
-  const PairResult& result(const Ref& ref) const { return batches_[ref.batch]->results[ref.index]; }
+  /// The buckets that begin among the block's 256 results, as bodies; known once the results are scattered.
+  Range buckets(std::size_t block) const;
+  std::size_t bucket_end(std::size_t a) const { return cursor_[a].load(std::memory_order_relaxed); }
+  std::size_t bucket_begin(std::size_t a) const { return a == 0 ? 0 : bucket_end(a - 1); }
 
   ContactList* out_ = nullptr;
   std::span<Batch* const> batches_;
-  std::vector<std::atomic<std::uint32_t>> cursor_b_;
-  std::vector<std::atomic<std::uint32_t>> cursor_a_;
+  std::vector<std::atomic<std::uint32_t>> cursor_;  // a body: first counts, then where its bucket goes on
   std::size_t total_ = 0;
-  std::vector<Ref> by_b_, sorted_;
+  std::vector<Ref> refs_;
   std::vector<std::uint32_t> block_contacts_;
 };
 

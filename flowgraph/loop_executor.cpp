@@ -2,6 +2,8 @@
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
+#include <algorithm>
+
 #include "executors.h"
 
 namespace tandem {
@@ -94,6 +96,7 @@ class LoopExecutor final : public Executor {
     ready_.clear();
     for (Batch* batch : state_.batches())
       if (batch->count != 0) ready_.push_back(batch);
+    std::stable_partition(ready_.begin(), ready_.end(), [](const Batch* batch) { return batch->heavy; });
     for_each(ready_.size(), [&](std::size_t i) { state_.process(*ready_[i]); });
   }
 

@@ -10,7 +10,7 @@ class SequentialExecutor final : public Executor {
 
   void run(StepWork& work, ContactList& contacts, ExecutionReport& report, std::stop_token stop,
            Timeline* timeline) override {
-    state_.begin(work, contacts, batch_pairs_, std::move(stop), timeline);
+    state_.begin(work, contacts, {batch_pairs_}, std::move(stop), timeline);
     run_on_caller(state_);
     report.threads = 1;
     report.split = {1, 0};

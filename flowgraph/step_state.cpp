@@ -69,7 +69,7 @@ void BatchWriter::open() {
   state_.open_work_.fetch_add(1, std::memory_order_relaxed);
   filter_ = &state_.work_->filter();
   buffer_ = batch_->pairs.data();
-  capacity_ = state_.batch_pairs_;
+  capacity_ = state_.batch_pairs_.most;
   count_ = 0;
 }
 
@@ -80,13 +80,39 @@ void BatchWriter::hand_on() {
   Batch& batch = *std::exchange(batch_, nullptr);
   batch.count = kept;
   count_ = 0;
-  if (kept == 0) return state_.close_work();
   try {
+    if (state_.batch_pairs_.heavy != 0) split_off_heavy(batch);
+    if (batch.count == 0) return state_.close_work();
     delivery_.deliver(batch);
   } catch (...) {
     state_.close_work();  // nobody has it
     throw;
   }
+}
+
+void BatchWriter::split_off_heavy(Batch& batch) {
+  const std::span<Pair> pairs = std::span(batch.pairs).first(batch.count);
+  const std::size_t heavy = state_.work_->heavy_first(pairs), most = state_.batch_pairs_.heavy;
+  if (heavy == pairs.size() && heavy <= most) {
+    batch.heavy = true;
+    return;
+  }
+  for (std::size_t first = 0; first < heavy; first += most) {
+    const std::span<const Pair> own = pairs.subspan(first, std::min(most, heavy - first));
+    Batch& other = state_.pool_.take();
+    state_.open_work_.fetch_add(1, std::memory_order_relaxed);
+    std::copy(own.begin(), own.end(), other.pairs.begin());
+    other.count = own.size();
+    other.heavy = true;
+    try {
+      delivery_.deliver(other);
+    } catch (...) {
+      state_.close_work();
+      throw;
+    }
+  }
+  std::copy(pairs.begin() + static_cast<std::ptrdiff_t>(heavy), pairs.end(), pairs.begin());
+  batch.count -= heavy;
 }
 
 void BatchWriter::full() {
@@ -113,7 +139,7 @@ void BatchWriter::drop() {
 
 // ---- StepState
 
-void StepState::begin(StepWork& work, ContactList& contacts, std::size_t batch_pairs, std::stop_token stop,
+void StepState::begin(StepWork& work, ContactList& contacts, BatchPairs batch_pairs, std::stop_token stop,
                       Timeline* timeline, std::function<bool()> host_cancelled) {
   start_ = Clock::now();
   host_cancelled_ = std::move(host_cancelled);
@@ -123,14 +149,15 @@ void StepState::begin(StepWork& work, ContactList& contacts, std::size_t batch_p
   stop_ = std::move(stop);
   timeline_ = timeline;
   for (auto* counter :
-       {&update_ns_, &broad_ns_, &join_ns_, &narrow_ns_, &update_end_ns_, &broad_end_ns_, &narrow_end_ns_})
+       {&update_ns_, &broad_ns_, &join_ns_, &narrow_ns_, &heavy_ns_, &update_end_ns_, &broad_end_ns_, &narrow_end_ns_})
     counter->store(0, std::memory_order_relaxed);
   candidates_.store(0, std::memory_order_relaxed);
+  heavy_pairs_.store(0, std::memory_order_relaxed);
   queue_high_water_.store(0, std::memory_order_relaxed);
   failed_.store(false, std::memory_order_relaxed);
   inexact_.store(false, std::memory_order_relaxed);
   error_ = nullptr;
-  pool_.begin(batch_pairs);
+  pool_.begin(batch_pairs.most);
   joiner_.begin(work.bodies(), contacts);
   const std::size_t stages = work.begin();
   if (timeline_ != nullptr) timeline_->lane().slices.push_back({"begin", start_, Clock::now(), step_, 0, 0});
@@ -239,6 +266,10 @@ void StepState::process(Batch& batch) {
     });
     narrow_ns_of_this_thread += ns(time);
     narrow_ns_.fetch_add(ns(time), std::memory_order_relaxed);
+    if (batch.heavy) {
+      heavy_ns_.fetch_add(ns(time), std::memory_order_relaxed);
+      heavy_pairs_.fetch_add(pairs, std::memory_order_relaxed);
+    }
     if (batch.inexact) inexact_.store(true, std::memory_order_relaxed);
   }
   close_work();
@@ -295,6 +326,8 @@ void StepState::end(ExecutionReport& report) {
     contacts_->contacts.clear();
   }
   report.candidate_pairs = candidates_.load(std::memory_order_relaxed);
+  report.heavy_pairs = heavy_pairs_.load(std::memory_order_relaxed);
+  report.heavy_ms = to_ms(heavy_ns_.load(std::memory_order_relaxed));
   report.batches = batches.size();
   report.queue_high_water = queue_high_water_.load(std::memory_order_relaxed);
   report.update_ms = to_ms(update_end_ns_.load(std::memory_order_relaxed));

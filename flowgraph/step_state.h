@@ -37,6 +37,12 @@ class BatchPool {
   std::mutex mutex_;
 };
 
+/// Pairs a batch.
+struct BatchPairs {
+  std::size_t most;
+  std::size_t heavy = 0;  ///< of a batch of heavy pairs; 0: those are left among the others
+};
+
 class StepState;
 
 /// Where a filled batch goes; what differs between executors.
@@ -65,6 +71,7 @@ class BatchWriter final : public PairSink {
  private:
   void full() override;
   void hand_on();
+  void split_off_heavy(Batch& batch);
 
   StepState& state_;
   Delivery& delivery_;
@@ -81,7 +88,7 @@ class BatchWriter final : public PairSink {
 class StepState {
  public:
   /// `host_cancelled` is polled between blocks, like `stop`, by whatever thread is about to run one.
-  void begin(StepWork& work, ContactList& contacts, std::size_t batch_pairs, std::stop_token stop, Timeline* timeline,
+  void begin(StepWork& work, ContactList& contacts, BatchPairs batch_pairs, std::stop_token stop, Timeline* timeline,
              std::function<bool()> host_cancelled = {});
   /// Collects what was measured; throws the first error of the step.
   void end(ExecutionReport& report);
@@ -131,7 +138,7 @@ class StepState {
   Timeline* timeline_ = nullptr;
   std::stop_token stop_;
   std::function<bool()> host_cancelled_;
-  std::size_t batch_pairs_ = 0;
+  BatchPairs batch_pairs_{0};
   std::uint64_t step_ = 0;
   std::size_t shared_ = 0, end_ = 0;
   std::vector<std::size_t> blocks_;
@@ -148,6 +155,8 @@ class StepState {
   alignas(64) std::atomic<std::int64_t> update_ns_{0};
   std::atomic<std::int64_t> broad_ns_{0}, join_ns_{0};
   alignas(64) std::atomic<std::int64_t> narrow_ns_{0};
+  std::atomic<std::int64_t> heavy_ns_{0};
+  std::atomic<std::uint64_t> heavy_pairs_{0};
   std::atomic<std::uint64_t> candidates_{0};
   std::atomic<std::size_t> queue_high_water_{0};
   std::atomic<bool> failed_{false}, inexact_{false};

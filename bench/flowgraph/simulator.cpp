@@ -219,7 +219,8 @@ SimulatedStep Simulator::step(const RecordedStep& work) {
 
   const bool strict = shared && policy_ == Policy::strict;
   for (std::size_t i = 0; i < work.before.size(); ++i) now = stage(work.before[i], threads, now, !strict || i == 0);
-  Shared phase(shared ? policy_ : Policy::sequential, costs_, work, threads_ == 1 ? 128 : batch_size_.get(), threads);
+  Shared phase(shared ? policy_ : Policy::sequential, costs_, work, threads_ == 1 ? 128 : batch_size_.get().most,
+               threads);
   now = phase.run(now);
   for (const auto& blocks : work.after) now = stage(blocks, threads, now, true);
 

@@ -45,11 +45,20 @@ void TileWork::emit(std::size_t tile, PairSink& sink) {
   }
 }
 
+bool TileWork::is_big(Pair pair) const {
+  const std::size_t index = pair.a * size_.pairs_a_tile + pair.b - pair.a - 1;
+  return index >= size_.big_from || (size_.big_every != 0 && index % size_.big_every == 0);
+}
+
+std::size_t TileWork::heavy_first(std::span<Pair> pairs) const {
+  if (size_.big_ns == 0) return 0;
+  const auto middle = std::partition(pairs.begin(), pairs.end(), [this](Pair pair) { return is_big(pair); });
+  return static_cast<std::size_t>(middle - pairs.begin());
+}
+
 void TileWork::narrow(Batch& batch) const {
   for (const Pair pair : std::span(batch.pairs).first(batch.count)) {
-    const std::size_t index = pair.a * size_.pairs_a_tile + pair.b - pair.a - 1;
-    const bool big = index >= size_.big_from || (size_.big_every != 0 && index % size_.big_every == 0);
-    spend(big ? size_.big_ns : size_.pair_ns);
+    spend(is_big(pair) ? size_.big_ns : size_.pair_ns);
     if ((pair.a + pair.b) % 3 == 0) continue;
     PairResult result{pair.a, pair.b, static_cast<std::uint32_t>(batch.contacts.size()), 1, {}};
     result.answer.collide = true;

@@ -323,7 +323,7 @@ int run(const Options& options, DescriptorBuffer& out) {
   if (outputs.trace) pipeline.record_to(&timeline);
   std::optional<RecordWriter> record;
   if (outputs.record) record.emplace(*outputs.record, scene);
-  Response response;
+  Response response({.threads = how.executor == ExecutorKind::sequential ? 1 : how.threads});
   const ContactList none;  // without contacts a response lets the bodies fly
   Summary summary;
   JsonWriter line;

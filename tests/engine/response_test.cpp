@@ -1,5 +1,7 @@
 #include "tandem/engine/response.h"
 
+#include <oneapi/tbb/global_control.h>
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -8,6 +10,8 @@
 
 #include "message_of.h"
 #include "random.h"
+#include "tandem/engine/builtin_scenes.h"
+#include "tandem/engine/pipeline.h"
 
 using namespace tandem;
 using Catch::Matchers::Contains;
@@ -115,6 +119,7 @@ TEST_CASE("response: options that make no sense are refused by name") {
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();
   CHECK_THAT(refusal([](auto& o) { o.substeps = 0; }), Contains("substeps is 0"));
+  CHECK_THAT(refusal([](auto& o) { o.threads = -1; }), Contains("threads is -1"));
   CHECK_THAT(refusal([](auto& o) { o.substeps = 65; }), Contains("substeps is 65"));
   CHECK_THAT(refusal([](auto& o) { o.friction = -1; }), Contains("friction"));
   CHECK_THAT(refusal([&](auto& o) { o.rolling_resistance = nan; }), Contains("rolling_resistance is nan"));
@@ -362,6 +367,26 @@ TEST_CASE("response: the same contacts make the same bits, and a pile comes to r
   }
   CHECK(result.last.kinetic_energy < 1e-3 * peak);
   for (std::uint32_t i = 1; i < one.indices(); ++i) CHECK(one.poses()[i].translation.z() > 0.25);
+}
+
+TEST_CASE("response: the motion is the same bits on any number of threads") {
+  const tbb::global_control many(tbb::global_control::max_allowed_parallelism, 8);
+  Scene reference = make_builtin_scene("cubes-on-plane", 400);
+  std::vector<Scene> scenes(3, reference);
+  Pipeline pipeline({.margin = recommended_margin(reference)});
+  Response alone({.threads = 1});
+  std::vector<Response> responses;
+  for (const int threads : {2, 3, 8}) responses.emplace_back(ResponseOptions{.threads = threads});
+  std::uint64_t contacts = 0;
+  for (int step = 0; step < 60; ++step) {
+    contacts = pipeline.step(reference).contacts;
+    const ResponseReport expected = alone.step(reference, pipeline.contacts());
+    for (std::size_t i = 0; i < scenes.size(); ++i) {
+      CHECK(responses[i].step(scenes[i], pipeline.contacts()).kinetic_energy == expected.kinetic_energy);
+      REQUIRE(equal(scenes[i], reference));
+    }
+  }
+  CHECK(contacts > 1000);  // many blocks of pairs
 }
 
 TEST_CASE("response: bodies removed and added between steps do no harm") {

@@ -98,11 +98,44 @@ TEST_CASE("batch size and queue capacity change nothing") {
         }
 }
 
+TEST_CASE("heavy pairs travel in batches of their own, each once") {
+  const ManyThreads many;
+  SyntheticWork work(2000, 10.0f, 9);
+  const ContactList expected = work.expected();
+  for (const unsigned every : {1u, 3u, 50u}) {
+    work.is_heavy = [=](Pair pair) { return pair.b % every == 0; };
+    const auto heavy = [&](const PairResult& pair) { return pair.b % every == 0; };
+    for (const ExecutorKind kind : executor_kinds)
+      for (const std::size_t batch : {1u, 128u})
+        for (const bool strict : {false, true}) {
+          CAPTURE(every, name(kind), batch, strict);
+          const auto executor = make_executor({.kind = kind,
+                                               .threads = 3,
+                                               .strict_split = strict,
+                                               .batch_pairs = batch,
+                                               .queue_capacity = 2,
+                                               .small_step_ms = 0});
+          for (int step = 0; step < 3; ++step) {
+            ContactList contacts;
+            ExecutionReport report;
+            executor->run(work, contacts, report, {}, nullptr);
+            check_equal(contacts, expected);
+            if (kind == ExecutorKind::sequential)
+              CHECK(report.heavy_pairs == 0);
+            else
+              CHECK(report.heavy_pairs >=
+                    static_cast<std::size_t>(std::count_if(expected.pairs.begin(), expected.pairs.end(), heavy)));
+          }
+        }
+  }
+}
+
 TEST_CASE("a hundred runs with a moving balance have one hash") {
   const ManyThreads many;
   SyntheticWork work(1500, 9.0f, 2);
   const std::uint64_t expected = hash(work.expected());
-  for (const ExecutorKind kind : {ExecutorKind::barrier, ExecutorKind::fused, ExecutorKind::threads, ExecutorKind::flowgraph})
+  for (const ExecutorKind kind :
+       {ExecutorKind::barrier, ExecutorKind::fused, ExecutorKind::threads, ExecutorKind::flowgraph})
     for (const BalanceRule rule : {BalanceRule::paper, BalanceRule::busy}) {
       CAPTURE(name(kind), name(rule));
       const auto executor = make_executor({.kind = kind, .threads = 6, .balance = rule, .small_step_ms = 0});

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <functional>
@@ -40,6 +41,10 @@ class SyntheticWork final : public StepWork {
   }
   const PairFilter& filter() const override { return filter_; }
   std::size_t keep(std::span<Pair> pairs) const override { return on_keep ? on_keep(pairs) : pairs.size(); }
+  std::size_t heavy_first(std::span<Pair> pairs) const override {
+    if (!is_heavy) return 0;
+    return static_cast<std::size_t>(std::partition(pairs.begin(), pairs.end(), is_heavy) - pairs.begin());
+  }
   void narrow(Batch& batch) const override {
     for (std::size_t i = 0; i < batch.count; ++i) {
       const Pair pair = batch.pairs[i];
@@ -61,6 +66,7 @@ class SyntheticWork final : public StepWork {
   std::function<void(std::size_t)> on_tile;             // may throw
   std::function<void(Pair)> on_pair;                    // may throw
   std::function<std::size_t(std::span<Pair>)> on_keep;  // may throw
+  std::function<bool(Pair)> is_heavy;
 
  private:
   static void answer(Pair pair, std::vector<PairResult>& results, std::vector<Contact>& contacts) {

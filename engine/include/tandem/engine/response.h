@@ -15,6 +15,7 @@ struct ResponseOptions {
   double contact_damping_ratio = 10;  ///< > 0
   double max_push_out = 3;            ///< m/s at which overlap is undone, > 0
   double max_speed = 500;             ///< m/s, > 0: faster bodies are slowed to this
+  int threads = 0;                    ///< in all, the caller counted, [0, 1024]; 0: those of the arena it is called in
 };
 
 struct ResponseReport {
@@ -29,8 +30,9 @@ double recommended_margin(const Scene& scene);
 
 /// Moves the bodies of a scene by one `dt`: gravity, contacts with friction, no restitution. Soft-constraint
 /// sequential impulses with sub-steps (Catto, "Soft Step", 2024; Macklin et al., "Small Steps", SCA 2019), warm started
-/// from the step before. One response a scene. The order of everything follows the contact list, so the motion is the
-/// same bits for any executor. A body without weight (a point) or too heavy for a number stays where it is.
+/// from the step before. One response a scene. Contacts of bodies that have nothing to do with each other are solved in
+/// parallel; the order of the others follows the contact list, so the motion is the same bits for any executor and any
+/// number of threads. A body without weight (a point) or too heavy for a number stays where it is.
 class Response {
  public:
   /// Throws std::invalid_argument that names the option, its value and what is allowed.

@@ -69,11 +69,13 @@ constexpr std::uint32_t bit(StepIssue issue) { return static_cast<std::uint32_t>
 /// What one step measured (ms; busy times are summed over threads, waiting excluded).
 struct ExecutionReport {
   std::uint64_t candidate_pairs = 0;
+  std::uint64_t heavy_pairs = 0;  ///< of them, in batches of their own
   std::uint64_t batches = 0;
   std::uint64_t queue_high_water = 0;  ///< batches waiting at most
   double update_ms = 0;                ///< wall: poses to boxes
   double broad_ms = 0;                 ///< busy: the broad phase's stages
   double narrow_ms = 0;                ///< busy
+  double heavy_ms = 0;                 ///< busy: of the narrow phase, the heavy pairs
   double broad_end_ms = 0;             ///< wall, from the start of the shared phase to the last broad block
   double narrow_end_ms = 0;            ///< wall, to the last narrow batch
   double join_ms = 0;                  ///< wall: putting the results in order

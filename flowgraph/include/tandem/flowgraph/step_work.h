@@ -25,6 +25,9 @@ class StepWork {
   virtual const PairFilter& filter() const = 0;
   /// The user's predicate on a batch of candidates; see PairPredicate.
   virtual std::size_t keep(std::span<Pair> pairs) const = 0;
+  /// Moves the pairs that may cost far more than the others to the front and returns how many there are; they travel in
+  /// small batches of their own and are narrowed first, so that none is left for the end.
+  virtual std::size_t heavy_first(std::span<Pair>) const { return 0; }
   /// Fills the batch's results from its pairs. From many threads at once, on different batches.
   virtual void narrow(Batch& batch) const = 0;
   /// One past the largest body index.

@@ -1,0 +1,90 @@
+#include "simulator.h"
+
+#include <catch2/catch.hpp>
+#include <chrono>
+
+using namespace tandem;
+using namespace tandem::bench;
+
+namespace {
+
+/// A step of equal tiles with `pairs` pairs each, written down as the sequential executor writes it; times in ns.
+RecordedStep step_of(std::size_t tiles, std::size_t pairs, int tile_ns, int pair_ns) {
+  std::vector<Timeline::Slice> slices;
+  Timeline::Clock::time_point now;
+  const auto add = [&](std::string_view name, int ns, std::uint64_t id, std::uint64_t count) {
+    const auto end = now + std::chrono::nanoseconds(ns);
+    slices.push_back({name, now, end, 0, id, count});
+    now = end;
+  };
+  add("begin", 1000, 0, 0);
+  for (std::uint64_t i = 0; i < 10; ++i) add("update", 2000, i, 0);
+  for (std::uint64_t i = 0; i < tiles; ++i) add("broad", tile_ns, i, pairs);
+  const std::size_t all = tiles * pairs;
+  for (std::size_t i = 0; i < all; i += 4) add("narrow", 4 * pair_ns, i / 4, 4);
+  for (std::uint64_t i = 0; i < 10; ++i) add("join", 1500, i, 0);
+  return read_step(slices);
+}
+
+double run(const RecordedStep& step, Policy policy, int threads, Split split, const MachineCosts& costs = {},
+           int steps = 1) {
+  Simulator simulator(policy, threads, split, BalanceRule::busy, costs);
+  double ns = 0;
+  for (int i = 0; i < steps; ++i) ns = simulator.step(step).ns;
+  return ns;
+}
+
+}  // namespace
+
+TEST_CASE("simulator: one core takes the sum of all work, and each task costs what a task costs") {
+  const RecordedStep step = step_of(100, 40, 5000, 300);
+  CHECK(step.pairs() == 4000);
+  CHECK(step.work_ns() == Approx(1000 + 20'000 + 500'000 + 1'200'000 + 15'000));
+  CHECK(run(step, Policy::sequential, 1, {}) == Approx(step.work_ns()));
+  // 20 blocks, 100 tiles that each end a segment, 31 batches filled within one, 32 batches.
+  const double with_costs = run(step, Policy::sequential, 1, {}, {.task = 100});
+  CHECK(with_costs > step.work_ns() + 100 * 150);
+  CHECK(with_costs < step.work_ns() + 100 * 190);
+}
+
+TEST_CASE("simulator: no policy beats an even share, and conserving ones come near it") {
+  for (const auto& [tile_ns, pair_ns] : {std::pair{5000, 300}, {50'000, 100}, {1000, 2000}}) {
+    const RecordedStep step = step_of(400, 40, tile_ns, pair_ns);
+    for (const int threads : {2, 4, 16}) {
+      const double share = step.work_ns() / threads;
+      CAPTURE(tile_ns, pair_ns, threads);
+      for (const Policy policy : {Policy::barrier, Policy::fused, Policy::strict, Policy::conserving})
+        CHECK(run(step, policy, threads, {}, {}, 5) >= share);
+      for (const Policy policy : {Policy::barrier, Policy::fused, Policy::conserving})
+        CHECK(run(step, policy, threads, {}, {}, 5) <= 1.15 * share + 2 * (tile_ns + 40.0 * pair_ns));
+    }
+  }
+}
+
+TEST_CASE("simulator: a strict split lasts as long as the phase that it serves worse") {
+  const RecordedStep step = step_of(400, 40, 5000, 300);  // 2 ms and 4.8 ms
+  CHECK(run(step, Policy::strict, 8, {2, 6}) == Approx(2e6 / 2).epsilon(0.1));
+  CHECK(run(step, Policy::strict, 8, {1, 7}) == Approx(2e6).epsilon(0.1));
+  CHECK(run(step, Policy::strict, 8, {7, 1}) == Approx(4.8e6).epsilon(0.1));
+}
+
+TEST_CASE("simulator: a dynamic split finds the best one") {
+  const RecordedStep step = step_of(400, 40, 5000, 300);
+  double best = 1e300;
+  for (int broad = 1; broad < 16; ++broad) best = std::min(best, run(step, Policy::strict, 16, {broad, 16 - broad}));
+  CHECK(run(step, Policy::strict, 16, {}, {}, 40) <= 1.05 * best);
+}
+
+TEST_CASE("simulator: waking, moving and slowing threads is paid for") {
+  const RecordedStep step = step_of(400, 40, 5000, 300);
+  const double free = run(step, Policy::conserving, 4, {2, 2});
+  CHECK(run(step, Policy::conserving, 4, {2, 2}, {.wake = 100'000}) == Approx(free + 75'000).epsilon(0.02));
+  CHECK(run(step, Policy::conserving, 4, {2, 2}, {.slowdown = 1.2}) == Approx(1.2 * free).epsilon(0.02));
+}
+
+TEST_CASE("simulator: the fastest of several runs is taken piece by piece") {
+  const RecordedStep best = fastest({step_of(100, 40, 5000, 200), step_of(100, 40, 4000, 300)});
+  CHECK(best.work_ns() == Approx(1000 + 20'000 + 400'000 + 800'000 + 15'000));
+  CHECK_THROWS_AS(fastest({}), std::logic_error);
+  CHECK_THROWS_AS(fastest({step_of(100, 40, 1, 1), step_of(90, 40, 1, 1)}), std::logic_error);
+}
