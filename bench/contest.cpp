@@ -1,10 +1,14 @@
 #include "contest.h"
 
 #include <fmt/format.h>
+#include <oneapi/tbb/info.h>
 
+#include <algorithm>
 #include <chrono>
+#include <memory>
 #include <stdexcept>
 
+#include "at_once.h"
 #include "results.h"
 #include "tandem/engine/response.h"
 
@@ -17,18 +21,46 @@ void work_for(std::chrono::microseconds time) {
   }
 }
 
+/// One contestant's pipelines: one, or copies that detect at once.
+class Entry {
+ public:
+  Entry(const Contestant& contestant, double margin) {
+    PipelineOptions options = contestant.options;
+    options.contact_hash = true;
+    options.margin = margin;
+    for (int i = 0; i < contestant.copies; ++i) pipelines_.emplace_back(options);
+    pipelines_.front().record_to(contestant.timeline);
+    if (contestant.copies > 1) crew_ = std::make_unique<AtOnce>(contestant.copies);
+  }
+
+  StepReport step(const Scene& scene) {
+    if (!crew_) return pipelines_.front().step(scene);
+    std::vector<StepReport> reports(pipelines_.size());
+    crew_->run([&](int i) {
+      const auto at = static_cast<std::size_t>(i);
+      reports[at] = pipelines_[at].step(scene);
+    });
+    // Together they do so many steps a millisecond.
+    double rate = 0;
+    for (const StepReport& report : reports) rate += 1 / report.execution.detect_ms;
+    StepReport& first = reports.front();
+    first.execution.detect_ms = 1 / rate;
+    first.execution.threads = static_cast<int>(pipelines_.size());
+    return std::move(first);
+  }
+  const ContactList& contacts() const { return pipelines_.front().contacts(); }
+
+ private:
+  std::vector<Pipeline> pipelines_;
+  std::unique_ptr<AtOnce> crew_;
+};
+
 }  // namespace
 
 void contest(Scene scene, const std::vector<Contestant>& contestants, int steps, int repeat,
              const std::function<void(const Turn&)>& on_turn, const std::function<void(int)>& on_step) {
-  std::vector<Pipeline> pipelines;
-  for (const Contestant& contestant : contestants) {
-    PipelineOptions options = contestant.options;
-    options.contact_hash = true;
-    options.margin = recommended_margin(scene);
-    pipelines.emplace_back(std::move(options));
-    pipelines.back().record_to(contestant.timeline);
-  }
+  std::vector<Entry> pipelines;
+  for (const Contestant& contestant : contestants) pipelines.emplace_back(contestant, recommended_margin(scene));
   Response response;
   const std::size_t n = pipelines.size();
   for (int step = 0; step < steps; ++step) {
@@ -56,6 +88,12 @@ std::vector<Contestant> executors(int threads, const PipelineOptions& base) {
     contestant.options.executor = kind;
     contestant.options.threads = threads;
     all.push_back(std::move(contestant));
+    if (kind != ExecutorKind::sequential) continue;
+    Contestant copies = all.front();
+    copies.copies = threads != 0 ? threads : tbb::info::default_concurrency();
+    copies.copies = std::min(copies.copies, tbb::info::default_concurrency());
+    copies.name = copies_name(copies.copies);
+    if (copies.copies > 1) all.push_back(std::move(copies));
   }
   return all;
 }

@@ -13,6 +13,9 @@ struct Contestant {
   std::string name;
   PipelineOptions options;
   Timeline* timeline = nullptr;  ///< what it records to
+  /// More than one: so many pipelines of these options, each on a thread of its own, detect the same step at once, and
+  /// the time is what one of them took over their number: what this machine's cores give when nothing is shared.
+  int copies = 1;
 };
 
 /// What one contestant did in one step.
@@ -31,7 +34,7 @@ struct Turn {
 void contest(Scene scene, const std::vector<Contestant>& contestants, int steps, int repeat,
              const std::function<void(const Turn&)>& on_turn, const std::function<void(int)>& on_step);
 
-/// The executors on `threads` threads; all else as in `base`.
+/// The executors on `threads` threads (0: the cores), and sequential copies on as many; all else as in `base`.
 std::vector<Contestant> executors(int threads, const PipelineOptions& base);
 
 }  // namespace tandem::bench

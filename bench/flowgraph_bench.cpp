@@ -7,6 +7,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "at_once.h"
 #include "benches.h"
 #include "contest.h"
 #include "machine_costs.h"
@@ -22,6 +23,7 @@ using Clock = std::chrono::steady_clock;
 struct Runner {
   std::string name;
   ExecutorOptions options;
+  int copies = 1;  ///< more: as many at once, each with work of its own, on threads of their own
 };
 
 struct Load {
@@ -49,55 +51,100 @@ std::vector<Runner> everyone(int threads, const ExecutorOptions& base = {}) {
   return all;
 }
 
-/// All in turn on the same made-up load; the first one is what the others are compared with.
+/// What the cores give when nothing is shared: the sequential one, on each of them at once.
+Runner copies(int threads) { return {copies_name(threads), {.kind = ExecutorKind::sequential}, threads}; }
+
+/// A runner at work, with its copies.
+class Entry {
+ public:
+  Entry(const Runner& runner, const TileWork::Size& size) : contacts_(static_cast<std::size_t>(runner.copies)) {
+    for (int i = 0; i < runner.copies; ++i) {
+      works_.emplace_back(size);
+      executors_.push_back(make_executor(runner.options));
+    }
+    if (runner.copies > 1) crew_ = std::make_unique<AtOnce>(runner.copies);
+  }
+
+  ExecutionReport step(const std::function<void(TileWork&)>& before_step) {
+    for (TileWork& work : works_) before_step(work);
+    std::vector<ExecutionReport> reports(works_.size());
+    const auto run = [&](int i) {
+      const auto at = static_cast<std::size_t>(i);
+      executors_[at]->run(works_[at], contacts_[at], reports[at], {}, nullptr);
+    };
+    if (!crew_) {
+      run(0);
+      return reports.front();
+    }
+    crew_->run(run);
+    double rate = 0;  // together they do so many steps a millisecond
+    for (const ExecutionReport& report : reports) rate += 1 / report.detect_ms;
+    reports.front().detect_ms = 1 / rate;
+    reports.front().threads = static_cast<int>(works_.size());
+    return reports.front();
+  }
+  const ContactList& contacts() const { return contacts_.front(); }
+
+ private:
+  std::vector<TileWork> works_;
+  std::vector<std::unique_ptr<Executor>> executors_;
+  std::vector<ContactList> contacts_;
+  std::unique_ptr<AtOnce> crew_;
+};
+
+/// All in turn on the same made-up load; the first one is what the others are compared with, copies of it on all cores
+/// show what there is to gain.
 class Race {
  public:
   Race(std::vector<Row>& rows, int cores, bool quick) : rows_(rows), cores_(cores), steps_(quick ? 8 : 30) {}
 
-  void run(const Load& load, const std::vector<Runner>& runners) {
-    TileWork work(load.size);
-    std::vector<std::unique_ptr<Executor>> executors;
+  void run(const Load& load, std::vector<Runner> runners) {
+    runners.insert(runners.begin() + 1, copies(cores_));
+    std::vector<Entry> entries;
     std::vector<Row> own;
-    std::vector<Samples> first_narrow(runners.size());
     std::vector<std::uint64_t> high_water(runners.size());
     for (const Runner& runner : runners) {
-      executors.push_back(make_executor(runner.options));
-      own.push_back({"flowgraph", load.name, runner.name, 1, work.pairs(), {}, 0, json_of(runner.options)});
+      entries.emplace_back(runner, load.size);
+      own.push_back(
+          {"flowgraph", load.name, runner.name, 1, TileWork(load.size).pairs(), {}, 0, json_of(runner.options)});
     }
-    ContactList contacts;
     for (int step = -3; step < steps_; ++step) {  // the first three: threads start, sizes are learnt
-      if (load.before_step) load.before_step(work, step);
       for (std::size_t turn = 0; turn < runners.size(); ++turn) {
         const std::size_t who = (turn + static_cast<std::size_t>(step + 3)) % runners.size();
         stay_busy(std::chrono::microseconds(300));
-        ExecutionReport report;
-        executors[who]->run(work, contacts, report, {}, nullptr);
+        const ExecutionReport report = entries[who].step([&](TileWork& work) {
+          if (load.before_step) load.before_step(work, step);
+        });
         if (step < 0) continue;
         own[who].time.add(1e6 * report.detect_ms);
         own[who].threads = report.threads;
-        own[who].hash = hash(contacts);
+        own[who].hash = hash(entries[who].contacts());
         high_water[who] = std::max(high_water[who], report.queue_high_water);
       }
     }
+    const Row& first = own.front();
+    for (const Row& row : own)
+      if (row.hash != first.hash)
+        throw std::runtime_error(fmt::format("{}: {} found contacts {}, {} found {}", load.name, first.contestant,
+                                             hex(first.hash), row.contestant, hex(row.hash)));
+    // The work of the first one, which runs on one thread, divided evenly; and what its copies made of it.
+    const double alone = first.time.median(), copied = own[1].time.median();
     for (std::size_t i = 0; i < own.size(); ++i) {
       Row& row = own[i];
-      if (row.hash != own.front().hash)
-        throw std::runtime_error(fmt::format("{}: {} found contacts {}, {} found {}", load.name, own.front().contestant,
-                                             hex(own.front().hash), row.contestant, hex(row.hash)));
-      // Against the work of the first one, which runs on one thread, divided evenly: 1 is all there is to gain.
-      const double best = own.front().time.median() / std::min(row.threads, cores_);
-      row.more["of_even_share"] = row.time.median() / best;
+      const double of_even = row.time.median() * std::min(row.threads, cores_) / alone;
+      row.more["of_even_share"] = of_even;
+      row.more["of_copies"] = row.time.median() / copied;
       row.more["queue_high_water"] = high_water[i];
-      fmt::print("{:<26} {:<26} {:>7} {:>10.3f} {:>10.3f} {:>10.3f} {:>8.2f} {:>6}\n", load.name, row.contestant,
-                 row.threads, 1e-6 * row.time.median(), 1e-6 * row.time.quantile(0.1), 1e-6 * row.time.quantile(0.9),
-                 row.time.median() / best, high_water[i]);
-      rows_.push_back(std::move(row));
+      fmt::print("{:<26} {:<26} {:>7} {:>10.3f} {:>10.3f} {:>10.3f} {:>8.2f} {:>9.2f} {:>6}\n", load.name,
+                 row.contestant, row.threads, 1e-6 * row.time.median(), 1e-6 * row.time.quantile(0.1),
+                 1e-6 * row.time.quantile(0.9), of_even, row.time.median() / copied, high_water[i]);
     }
+    std::move(own.begin(), own.end(), std::back_inserter(rows_));
   }
 
   static void header(std::string_view title) {
-    fmt::print("\n{}\n{:<26} {:<26} {:>7} {:>10} {:>10} {:>10} {:>8} {:>6}\n", title, "load", "run by", "threads",
-               "ms/step", "p10", "p90", "of even", "queue");
+    fmt::print("\n{}\n{:<26} {:<26} {:>7} {:>10} {:>10} {:>10} {:>8} {:>9} {:>6}\n", title, "load", "run by", "threads",
+               "ms/step", "p10", "p90", "of even", "of copies", "queue");
   }
 
  private:
@@ -143,6 +190,24 @@ Samples steps_of(const Runner& runner, const TileWork::Size& size, int steps,
     if (step >= 0) samples.add(measure(report, timeline));
   }
   return samples;
+}
+
+/// One executor with a timeline and without in turn.
+void trace_costs(std::vector<Row>& rows, const TileWork::Size& size, int threads, int steps) {
+  TileWork work(size);
+  const auto executor = make_executor({.threads = threads});
+  ContactList contacts;
+  Samples off, on;
+  for (int step = -6; step < 2 * steps; ++step) {
+    const bool traced = step % 2 != 0;
+    Timeline timeline;
+    ExecutionReport report;
+    stay_busy(std::chrono::microseconds(300));
+    executor->run(work, contacts, report, {}, traced ? &timeline : nullptr);
+    if (step >= 0) (traced ? on : off).add(1e6 * report.detect_ms);
+  }
+  add_cost(rows, "a step of 4 ms of work, no timeline", off, threads);
+  add_cost(rows, "the same with a timeline", on, threads);
 }
 
 void costs(std::vector<Row>& rows, int threads, int steps) {
@@ -195,16 +260,7 @@ void costs(std::vector<Row>& rows, int threads, int steps) {
                  },
                  true),
              threads);
-  Samples plain, traced;
-  for (int round = 0; round < 5; ++round) {
-    const Runner flowgraph = everyone(threads).back();
-    const Samples off = steps_of(flowgraph, even.size, steps / 2 + 1, detect_ns);
-    const Samples on = steps_of(flowgraph, even.size, steps / 2 + 1, detect_ns, true);
-    plain.add(off.median());
-    traced.add(on.median());
-  }
-  add_cost(rows, "a step of 4 ms of work, no timeline", plain, threads);
-  add_cost(rows, "the same with a timeline", traced, threads);
+  trace_costs(rows, even.size, threads, 4 * steps);
 }
 
 void synthetic(std::vector<Row>& rows, const std::vector<int>& thread_counts, int cores, bool quick) {
@@ -270,8 +326,8 @@ void synthetic(std::vector<Row>& rows, const std::vector<int>& thread_counts, in
 
 /// The paper's scenes on this machine's cores: every executor, and what the two phases weigh.
 void real(std::vector<Row>& rows, const Settings& settings, int threads) {
-  fmt::print("\nReal loads, brute force; sums over the steps\n{:<18} {:<16} {:>7} {:>10} {:>8} {:>8} {:>14}\n", "scene",
-             "run by", "threads", "ms", "speedup", "of even", "broad:narrow");
+  fmt::print("\nReal loads, brute force; sums over the steps\n{:<18} {:<16} {:>7} {:>10} {:>8} {:>9} {:>14}\n", "scene",
+             "run by", "threads", "ms", "speedup", "of copies", "broad:narrow");
   const int steps = settings.steps != 0 ? settings.steps : settings.quick ? 20 : 100;
   std::vector<std::string> scenes = settings.scenes;
   if (scenes.empty())
@@ -302,10 +358,12 @@ void real(std::vector<Row>& rows, const Settings& settings, int threads) {
     for (Row& row : own) {
       const double speedup = own.front().time.sum() / row.time.sum();
       row.more["speedup_of_sums"] = speedup;
+      const double of_copies = row.time.sum() / own[1].time.sum();
       row.more["of_even_share"] = row.threads / speedup;
+      row.more["of_copies"] = of_copies;
       row.more["narrow_over_broad"] = narrow / broad;
-      fmt::print("{:<18} {:<16} {:>7} {:>10.1f} {:>7.2f}x {:>8.2f} {:>14}\n", scene_name, row.contestant, row.threads,
-                 1e-6 * row.time.sum(), speedup, row.threads / speedup, fmt::format("1:{:.2f}", narrow / broad));
+      fmt::print("{:<18} {:<16} {:>7} {:>10.1f} {:>7.2f}x {:>9.2f} {:>14}\n", scene_name, row.contestant, row.threads,
+                 1e-6 * row.time.sum(), speedup, of_copies, fmt::format("1:{:.2f}", narrow / broad));
     }
     for (Row& row : own) rows.push_back(std::move(row));
   }

@@ -2,6 +2,7 @@
 #include <oneapi/tbb/flow_graph.h>
 #include <oneapi/tbb/task_arena.h>
 
+#include <algorithm>
 #include <chrono>
 #include <optional>
 #include <thread>
@@ -98,6 +99,8 @@ class FlowGraphExecutor final : public Executor, private Delivery {
   }
 
  private:
+  using Queue = tbb::concurrent_bounded_queue<Batch*>;
+
   /// Arenas and graphs for the threads and the split of this step.
   void prepare(int threads) {
     if (!balancer_ || threads != threads_) {
@@ -197,24 +200,30 @@ class FlowGraphExecutor final : public Executor, private Delivery {
   }
 
   /// One thread's part in the shared phase with work conserved. Both sides do both things; they differ in what they
-  /// look for first. It ends when there is neither a tile nor a batch left that nobody works on.
+  /// look for first. It ends when there is neither a tile nor a batch left that nobody works on, and nobody has pairs
+  /// in hand: what comes with the last tile may be most of the work.
   void overlap(BatchWriter& writer, bool tiles_first) {
     const std::size_t stage = state_.shared_stage();
     Batch* batch = nullptr;
     std::size_t tile = 0;
+    writers_.fetch_add(1);
     for (;;) {
-      if (!tiles_first && pop(batch)) {
+      if (!tiles_first && pop(batch))
         state_.process(*batch);
-      } else if (state_.take(stage, tile)) {
+      else if (state_.take(stage, tile))
         state_.run_tile(tile, writer);
-      } else if (pop(batch)) {
+      else
+        break;
+    }
+    writer.flush();
+    writers_.fetch_sub(1);
+    while (state_.stage() == stage) {
+      if (pop(batch))
         state_.process(*batch);
-      } else {
-        writer.flush();
-        // Others still test tiles, whose pairs may come here.
-        if (!state_.tiles_left() && nothing_queued()) return;
+      else if (state_.tiles_left() || writers_.load() != 0 || !nothing_queued())
         std::this_thread::yield();
-      }
+      else
+        return;
     }
   }
 
@@ -228,7 +237,7 @@ class FlowGraphExecutor final : public Executor, private Delivery {
     auto& queue = batch.heavy ? heavy_queue_ : queue_;
     while (!queue.try_push(&batch))
       if (pop(other)) state_.process(*other);
-    state_.count_queue(static_cast<std::size_t>(std::max<std::ptrdiff_t>(queue_.size() + heavy_queue_.size(), 0)));
+    state_.count_queue(waiting(queue_) + waiting(heavy_queue_));
     if (!options_.strict_split) return;  // runners that take both tiles and batches stay to the end
     std::atomic_thread_fence(std::memory_order_seq_cst);
     try {
@@ -236,6 +245,11 @@ class FlowGraphExecutor final : public Executor, private Delivery {
     } catch (...) {
       state_.capture();  // the batch is in the queue all the same
     }
+  }
+
+  /// A size is the difference of two counters that are read one after the other: other threads may come in between.
+  static std::size_t waiting(const Queue& queue) {
+    return static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(queue.size(), 0, queue.capacity()));
   }
 
   ExecutorOptions options_;
@@ -246,8 +260,9 @@ class FlowGraphExecutor final : public Executor, private Delivery {
   std::uint64_t step_ = 0;
   std::optional<Balancer> balancer_;
   StepState state_;
-  tbb::concurrent_bounded_queue<Batch*> queue_, heavy_queue_;
+  Queue queue_, heavy_queue_;
   std::atomic<int> present_{0};          // strict narrow runners
+  std::atomic<int> writers_{0};          // of those that conserve work, who may still have pairs in hand
   std::optional<Phase> broad_, narrow_;  // last: their bodies use what is above
 };
 

@@ -52,7 +52,11 @@ void PairArray::begin() {
 }
 
 void PairArray::put(Batch& batch) {
-  slot(tail_.fetch_add(1, std::memory_order_relaxed)).store(&batch, std::memory_order_release);
+  std::size_t index = tail_.load(std::memory_order_relaxed);
+  Slot* place = nullptr;
+  do place = &slot(index);  // may throw: no index is taken that is not filled
+  while (!tail_.compare_exchange_weak(index, index + 1, std::memory_order_relaxed));
+  place->store(&batch, std::memory_order_release);
   changes_.fetch_add(1, std::memory_order_release);
   changes_.notify_all();
 }
@@ -63,8 +67,17 @@ void PairArray::close() {
   changes_.notify_all();
 }
 
-Batch* PairArray::take() {
-  const std::size_t index = head_.fetch_add(1, std::memory_order_relaxed);
+Batch* PairArray::take() { return wait_for(head_.fetch_add(1, std::memory_order_relaxed)); }
+
+Batch* PairArray::try_take() {
+  std::size_t index = head_.load(std::memory_order_relaxed);
+  do {
+    if (index >= tail_.load(std::memory_order_relaxed)) return nullptr;
+  } while (!head_.compare_exchange_weak(index, index + 1, std::memory_order_relaxed));
+  return wait_for(index);  // at most until the one who puts it has done so
+}
+
+Batch* PairArray::wait_for(std::size_t index) {
   constexpr int spins = 200;
   for (int i = 0;; ++i) {
     const std::uint32_t changes = changes_.load(std::memory_order_acquire);

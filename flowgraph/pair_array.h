@@ -18,17 +18,21 @@ class PairArray {
 
   /// Empties it; not while threads put or take.
   void begin();
+  /// Throws std::bad_alloc; the batch is not in it then.
   void put(Batch& batch);
   /// Nothing more will be put. After the last put; more than once does no harm.
   void close();
   /// The next batch, or null when all are taken and it is closed. Sleeps while there is none.
   Batch* take();
+  /// The next batch, or null when there is none now.
+  Batch* try_take();
 
  private:
   static constexpr std::size_t first_segment = 256;
   using Slot = std::atomic<Batch*>;
   Slot& slot(std::size_t index);            ///< makes its segment if need be; may throw
   Slot* existing(std::size_t index) const;  ///< null without a segment
+  Batch* wait_for(std::size_t index);
 
   alignas(64) std::atomic<std::size_t> tail_{0};
   alignas(64) std::atomic<std::size_t> head_{0};

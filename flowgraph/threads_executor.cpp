@@ -10,12 +10,15 @@ namespace {
 
 /// The paper's own design on std::thread alone, as the baseline: a control thread for each phase (the caller for the
 /// broad one) with workers of its own, the shared array of pairs between them, and a split that is balanced from
-/// measured times. Threads of one phase never help the other; between steps they sleep.
+/// measured times. Threads without work of their own phase go on with the other, unless the split is strict, as the
+/// paper's; without any they sleep, as between steps.
 class ThreadsExecutor final : public Executor {
  public:
   explicit ThreadsExecutor(const ExecutorOptions& options)
       : threads_(count(options)),
+        strict_(options.strict_split),
         batch_size_(options.batch_pairs),
+        small_(options.small_step_ms),
         balancer_(std::max(2, threads_), options.split, options.balance) {}
 
   ~ThreadsExecutor() override {
@@ -28,11 +31,14 @@ class ThreadsExecutor final : public Executor {
            Timeline* timeline) override {
     state_.begin(work, contacts, batch_size_.get(), std::move(stop), timeline);
     report.threads = threads_;
-    if (threads_ == 1) {
+    if (threads_ == 1 || small_.stays_on_caller()) {
       run_on_caller(state_);
       report.split = {1, 0};
-      report.decision.reason = "one thread does both phases";
+      report.decision.reason = threads_ == 1 ? "one thread does both phases" : "the step stayed on the caller";
+      if (threads_ > 1) report.issues |= bit(StepIssue::ran_on_caller);
+      small_.learn(state_.work_ms());
       state_.end(report);
+      batch_size_.learn(report);
       return;
     }
     split_ = balancer_.split();
@@ -49,6 +55,7 @@ class ThreadsExecutor final : public Executor {
     for (int left = running_.load(std::memory_order_acquire); left != 0;
          left = running_.load(std::memory_order_acquire))
       running_.wait(left, std::memory_order_acquire);
+    small_.learn(state_.work_ms());
     const std::uint64_t step = step_++;
     try {
       state_.end(report);
@@ -88,29 +95,38 @@ class ThreadsExecutor final : public Executor {
   void take_part_as(int index) {
     const bool broad = index < split_.broad;
     take_part(
-        state_, [&](std::size_t stage) { return broad || !state_.is_broad(stage); },
+        state_, [&](std::size_t stage) { return broad || !strict_ || !state_.is_broad(stage); },
         [&] {
-          if (broad)
-            emit();
-          else
+          if (broad || !strict_) emit(broad);
+          if (!broad || !strict_)
             while (Batch* batch = array_.take()) state_.process(*batch);
           return true;
         });
   }
 
-  // The array is closed by the last writer to leave once no tile is left; a thread that the system held up until
+  // Until no tile is left. The array is closed by the last writer to leave then; a thread that the system held up until
   // then is not waited for.
-  void emit() {
+  void emit(bool tiles_first) {
     writers_.fetch_add(1);
     ArrayDelivery delivery(array_);
     BatchWriter writer(state_, delivery);
-    for (std::size_t tile; state_.take(state_.shared_stage(), tile);) state_.run_tile(tile, writer);
+    for (;;) {
+      std::size_t tile = 0;
+      if (Batch* batch = tiles_first ? nullptr : array_.try_take())
+        state_.process(*batch);
+      else if (state_.take(state_.shared_stage(), tile))
+        state_.run_tile(tile, writer);
+      else
+        break;
+    }
     writer.flush();
     if (writers_.fetch_sub(1) == 1 && !state_.tiles_left()) array_.close();
   }
 
   int threads_;
+  bool strict_;
   BatchSize batch_size_;
+  SmallStep small_;
   Balancer balancer_;
   StepState state_;
   PairArray array_;

@@ -374,7 +374,7 @@ void add_run_command(CLI::App& program, DescriptorBuffer& out, int& status) {
   add("--threads", "P", o->threads, "threads in all, 0 to 1024, the caller counted; 0 asks the runtime");
   add("--split", "X-Y", o->split, "threads for broad and narrow phase (threads, flowgraph), or dynamic");
   add("--balance", "NAME", o->balance, "how a dynamic split is found: paper or busy");
-  command->add_flag("--strict", o->strict, "flowgraph: no help across the two phases, as in the paper");
+  command->add_flag("--strict", o->strict, "flowgraph, threads: no help across the two phases, as in the paper");
   add("--broadphase", "NAME", o->broad_phase, "brute, sweep, grid, bvh or auto");
   add("--request", "NAME", o->request, "collide, distance or contacts; default: the scene's");
   add("--tolerance", "T", o->tolerance, "error accepted, relative to the bodies' size, 0 to 0.1");

@@ -60,7 +60,7 @@ TEST_CASE("every executor, thread count and split gives the answer of a double l
         for (const int threads : {1, 2, 3, 8})
           for (const Split split : splits(threads))
             for (const bool strict : {false, true}) {
-              if (strict && kind != ExecutorKind::flowgraph) continue;
+              if (strict && kind != ExecutorKind::flowgraph && kind != ExecutorKind::threads) continue;
               CAPTURE(name(broad), n, name(kind), threads, split.broad, split.narrow, strict);
               const auto executor = make_executor(
                   {.kind = kind, .threads = threads, .split = split, .strict_split = strict, .small_step_ms = 0});
@@ -359,7 +359,8 @@ TEST_CASE("the host's cancellation ends a step early, with an empty answer") {
 TEST_CASE("a small step stays on the caller and says so") {
   const ManyThreads many;
   SyntheticWork work(20, 3.0f, 1);
-  for (const ExecutorKind kind : {ExecutorKind::barrier, ExecutorKind::fused, ExecutorKind::flowgraph}) {
+  for (const ExecutorKind kind :
+       {ExecutorKind::barrier, ExecutorKind::fused, ExecutorKind::threads, ExecutorKind::flowgraph}) {
     const auto executor = make_executor({.kind = kind, .threads = 2, .small_step_ms = 1000});
     ContactList contacts;
     ExecutionReport first, second;

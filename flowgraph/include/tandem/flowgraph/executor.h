@@ -16,10 +16,10 @@ struct ExecutorOptions {
   int threads = 0;  ///< in all, the caller counted, [0, 1024]; 0 asks the runtime
   Split split{};    ///< fixed, both >= 1; default dynamic
   BalanceRule balance = BalanceRule::busy;
-  bool strict_split = false;       ///< flowgraph: no help across phases
+  bool strict_split = false;       ///< flowgraph, threads: no help across phases
   std::size_t batch_pairs = 128;   ///< at most; fewer where a pair is costly, so that a batch stays 10-20 us of work
   std::size_t queue_capacity = 0;  ///< batches; 0: max(16, 4 threads)
-  double small_step_ms = 0.3;      ///< flowgraph, barrier, fused: less work than this stays on the caller; 0: never
+  double small_step_ms = 0.3;      ///< less work than this stays on the caller; 0: never
 };
 
 /// Runs steps. The contacts do not depend on which executor it is, on threads or on timing.
