@@ -1,15 +1,19 @@
 #include "tandem/narrowphase/narrow_phase.h"
 
 #include <cmath>
+#include <optional>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
 #include "centre_test.h"
 #include "convex_pair.h"
 #include "convex_view.h"
+#include "hull.h"
 #include "mesh_pair.h"
 #include "simple_pairs.h"
 #include "solvers.h"
+#include "triangle_axes.h"
 
 namespace tandem {
 namespace {
@@ -49,12 +53,32 @@ bool answered_by_centres(const Shape& a, const Pose& pose_a, const Shape& b, con
   return answer.collide;
 }
 
+/// The corners of a triangle that has three.
+std::optional<std::span<const Vec3, 3>> corners(const Shape& s) {
+  if (s.kind() != ShapeKind::triangle || s.hull().vertices.size() != 3) return std::nullopt;
+  return std::span<const Vec3, 3>(s.hull().vertices);
+}
+
+/// Does a triangle meet a triangle or a box? Empty for other pairs and where rounding could decide.
+std::optional<bool> triangle_collides(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
+  const auto in_a = corners(a), in_b = corners(b);
+  if (in_a && in_b) return triangles_collide(*in_a, pose_a, *in_b, pose_b);
+  if (in_a && b.kind() == ShapeKind::box) return box_triangle_collide(b.parameters(), pose_b, *in_a, pose_a);
+  if (in_b && a.kind() == ShapeKind::box) return box_triangle_collide(a.parameters(), pose_a, *in_b, pose_b);
+  return std::nullopt;
+}
+
 /// The pairs that are worth preparing; kept apart so that the simple ones do not pay for them.
 [[gnu::noinline]] PairAnswer solve_prepared(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
                                             Request request, const NarrowPhaseOptions& options,
                                             std::vector<Contact>* contacts, WarmStart* warm) {
   if (a.is_convex() && b.is_convex()) {
     PairAnswer plain;
+    if (request == Request::collide && options.solver.empty())
+      if (const auto collide = triangle_collides(a, pose_a, b, pose_b)) {
+        plain.collide = *collide;
+        return plain;
+      }
     if (request != Request::distance && options.solver.empty() && a.is_bounded() && b.is_bounded() &&
         answered_by_centres(a, pose_a, b, pose_b, request, options.margin, plain))
       return plain;

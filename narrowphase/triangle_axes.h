@@ -1,0 +1,19 @@
+#pragma once
+#include <array>
+#include <optional>
+#include <span>
+
+#include "tandem/narrowphase/pose.h"
+
+namespace tandem {
+
+/// Do two triangles meet, by the axes that can separate them: their normals and the nine products of their edges? Empty
+/// where rounding could decide: touching, coplanar and zero-area ones. Vertices in each shape's frame.
+std::optional<bool> triangles_collide(std::span<const Vec3, 3> a, const Pose& pose_a, std::span<const Vec3, 3> b,
+                                      const Pose& pose_b);
+
+/// The same for a box and a triangle (Akenine-Moeller 2001).
+std::optional<bool> box_triangle_collide(const std::array<double, 4>& half, const Pose& pose_a,
+                                         std::span<const Vec3, 3> b, const Pose& pose_b);
+
+}  // namespace tandem
