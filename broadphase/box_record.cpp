@@ -3,6 +3,7 @@
 #include <hwy/cache_control.h>
 
 #include <algorithm>
+#include <bit>
 #include <limits>
 
 #undef HWY_TARGET_INCLUDE
@@ -14,42 +15,83 @@ HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
-std::size_t copy_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxArray* within,
-                       BoxRecord* records, std::uint32_t* outside) {
-  const hn::ScalableTag<float> df;
-  const hn::RebindToUnsigned<decltype(df)> du;
-  const hn::CappedTag<float, 4> quad;
-  const std::size_t lanes = hn::Lanes(df);
-  HWY_ALIGN float lo[4 * hn::MaxLanes(df)], hi[4 * hn::MaxLanes(df)];
+// Boxes as rows of four: a vector of them.
+struct Rows {
+  HWY_ALIGN float lo[4 * hn::MaxLanes(hn::ScalableTag<float>())], hi[4 * hn::MaxLanes(hn::ScalableTag<float>())];
 
-  std::size_t count = 0;
-  for (std::size_t i = begin; i < end; i += lanes) {
-    const auto lo0 = hn::LoadU(df, boxes.lo(0) + i), hi0 = hn::LoadU(df, boxes.hi(0) + i);
-    const auto lo1 = hn::LoadU(df, boxes.lo(1) + i), hi1 = hn::LoadU(df, boxes.hi(1) + i);
-    const auto lo2 = hn::LoadU(df, boxes.lo(2) + i), hi2 = hn::LoadU(df, boxes.hi(2) + i);
+  template <class V>
+  HWY_INLINE void set(V lo0, V lo1, V lo2, V hi0, V hi1, V hi2) {
+    const hn::ScalableTag<float> df;
     hn::StoreInterleaved4(lo0, lo1, lo2, hn::Zero(df), df, lo);
     hn::StoreInterleaved4(hi0, hi1, hi2, hn::Zero(df), df, hi);
-    const std::size_t here = end - i < lanes ? end - i : lanes;
-    for (std::size_t k = 0; k < here; ++k) {
-      for (std::size_t axis = 0; axis < 4; axis += hn::Lanes(quad)) {
-        hn::Store(hn::Load(quad, lo + 4 * k + axis), quad, records[i + k].lo + axis);
-        hn::Store(hn::Load(quad, hi + 4 * k + axis), quad, records[i + k].hi + axis);
-      }
+  }
+  HWY_INLINE void copy(std::size_t k, BoxRecord& record) const {
+    const hn::CappedTag<float, 4> quad;
+    for (std::size_t axis = 0; axis < 4; axis += hn::Lanes(quad)) {
+      hn::Store(hn::Load(quad, lo + 4 * k + axis), quad, record.lo + axis);
+      hn::Store(hn::Load(quad, hi + 4 * k + axis), quad, record.hi + axis);
     }
-    if (within == nullptr) continue;
-    const auto x =
-        hn::And(hn::Le(hn::LoadU(df, within->lo(0) + i), lo0), hn::Le(hi0, hn::LoadU(df, within->hi(0) + i)));
-    const auto y =
-        hn::And(hn::Le(hn::LoadU(df, within->lo(1) + i), lo1), hn::Le(hi1, hn::LoadU(df, within->hi(1) + i)));
-    const auto z =
-        hn::And(hn::Le(hn::LoadU(df, within->lo(2) + i), lo2), hn::Le(hi2, hn::LoadU(df, within->hi(2) + i)));
+  }
+};
+
+// NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
+void copy_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, BoxRecord* records) {
+  const hn::ScalableTag<float> df;
+  const std::size_t lanes = hn::Lanes(df);
+  const float *from_lo0 = boxes.lo(0), *from_lo1 = boxes.lo(1), *from_lo2 = boxes.lo(2);
+  const float *from_hi0 = boxes.hi(0), *from_hi1 = boxes.hi(1), *from_hi2 = boxes.hi(2);
+  Rows rows;
+  for (std::size_t i = begin; i < end; i += lanes) {
+    rows.set(hn::LoadU(df, from_lo0 + i), hn::LoadU(df, from_lo1 + i), hn::LoadU(df, from_lo2 + i),
+             hn::LoadU(df, from_hi0 + i), hn::LoadU(df, from_hi1 + i), hn::LoadU(df, from_hi2 + i));
+    const std::size_t here = end - i < lanes ? end - i : lanes;
+    for (std::size_t k = 0; k < here; ++k) rows.copy(k, records[i + k]);
+  }
+}
+
+// NOLINTNEXTLINE(misc-definitions-in-headers)
+std::size_t place_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxArray& within,
+                        const std::uint32_t* place, BoxRecord* records, std::uint32_t* outside) {
+  const hn::ScalableTag<float> df;
+  const hn::RebindToUnsigned<decltype(df)> du;
+  const std::size_t lanes = hn::Lanes(df);
+  const float *from_lo0 = boxes.lo(0), *from_lo1 = boxes.lo(1), *from_lo2 = boxes.lo(2);
+  const float *from_hi0 = boxes.hi(0), *from_hi1 = boxes.hi(1), *from_hi2 = boxes.hi(2);
+  const float *least0 = within.lo(0), *least1 = within.lo(1), *least2 = within.lo(2);
+  const float *most0 = within.hi(0), *most1 = within.hi(1), *most2 = within.hi(2);
+  constexpr std::size_t ahead = 32;
+  const auto none = hn::Set(du, no_place);
+  Rows rows;
+  BoxRecord nowhere;
+  std::size_t count = 0;
+  for (std::size_t i = begin; i < end; i += lanes) {
+    const auto lo0 = hn::LoadU(df, from_lo0 + i), hi0 = hn::LoadU(df, from_hi0 + i);
+    const auto lo1 = hn::LoadU(df, from_lo1 + i), hi1 = hn::LoadU(df, from_hi1 + i);
+    const auto lo2 = hn::LoadU(df, from_lo2 + i), hi2 = hn::LoadU(df, from_hi2 + i);
+    const auto x = hn::And(hn::Le(hn::LoadU(df, least0 + i), lo0), hn::Le(hi0, hn::LoadU(df, most0 + i)));
+    const auto y = hn::And(hn::Le(hn::LoadU(df, least1 + i), lo1), hn::Le(hi1, hn::LoadU(df, most1 + i)));
+    const auto z = hn::And(hn::Le(hn::LoadU(df, least2 + i), lo2), hn::Le(hi2, hn::LoadU(df, most2 + i)));
     const auto inside = hn::And(x, hn::And(y, z));
+    if (end - i < lanes) {
+      rows.set(lo0, lo1, lo2, hi0, hi1, hi2);
+      for (std::size_t k = 0; k < end - i; ++k)
+        if (place[i + k] != no_place) rows.copy(k, records[place[i + k]]);
+    } else if (!hn::AllTrue(du, hn::Eq(hn::LoadU(du, place + i), none))) {
+      if (i + ahead + lanes <= end)
+        for (std::size_t k = i + ahead; k < i + ahead + lanes; ++k)
+          __builtin_prefetch(records + (place[k] != no_place ? place[k] : 0), 1, 3);
+      rows.set(lo0, lo1, lo2, hi0, hi1, hi2);
+      for (std::size_t k = 0; k < lanes; ++k)  // without branches: who has a place is not to be foreseen
+        rows.copy(k, place[i + k] != no_place ? records[place[i + k]] : nowhere);
+    }
     if (hn::AllTrue(df, inside)) continue;
     auto out = hn::Not(inside);
-    if (here < lanes) out = hn::And(out, hn::FirstN(df, here));
-    const auto index = hn::Iota(du, static_cast<std::uint32_t>(i));
-    count += hn::CompressStore(index, hn::RebindMask(du, out), du, outside + count);
+    if (end - i < lanes) out = hn::And(out, hn::FirstN(df, end - i));
+    // Not CompressStore, of which g++ 12 makes a copy of a table of 1 KiB a call.
+    std::uint64_t bits = 0;
+    hn::StoreMaskBits(df, out, reinterpret_cast<std::uint8_t*>(&bits));
+    for (; bits != 0; bits &= bits - 1)
+      outside[count++] = static_cast<std::uint32_t>(i + static_cast<std::size_t>(std::countr_zero(bits)));
   }
   return count;
 }
@@ -82,8 +124,8 @@ std::size_t overlapping(const BoxRecord* records, const Pair* pairs, std::size_t
 }
 
 // NOLINTNEXTLINE(misc-definitions-in-headers)
-void enlarge_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxRecord* past, float steps,
-                   float usual, BoxArray& larger) {
+void enlarge_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxRecord* past, float past_steps,
+                   float steps, float usual, BoxArray& larger) {
   const hn::ScalableTag<float> df;
   using V = hn::Vec<decltype(df)>;
   const hn::CappedTag<float, 4> quad;
@@ -91,6 +133,7 @@ void enlarge_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, co
   HWY_ALIGN float past_lo[4 * hn::MaxLanes(df)] = {}, past_hi[4 * hn::MaxLanes(df)] = {};
   constexpr float largest = std::numeric_limits<float>::max();
   const auto zero = hn::Zero(df), half = hn::Set(df, 0.5f), most = hn::Set(df, largest);
+  const auto per_step = hn::Set(df, 1 / past_steps);
   const auto least_sweep = hn::Set(df, usual * steps), usual_motion = hn::Set(df, usual), ahead = hn::Set(df, steps);
 
   // Past the end may be another block's boxes: the last vector is stored by parts.
@@ -113,15 +156,15 @@ void enlarge_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, co
     const auto size = hn::Max(hn::Sub(hi0, lo0), hn::Max(hn::Sub(hi1, lo1), hn::Sub(hi2, lo2)));
     const auto farther = [&](V a, V b, V c, V d)
                              HWY_ATTR { return hn::Max(hn::Abs(hn::Sub(a, b)), hn::Abs(hn::Sub(c, d))); };
-    const auto motion =
-        hn::Max(farther(lo0, p0, hi0, q0), hn::Max(farther(lo1, p1, hi1, q1), farther(lo2, p2, hi2, q2)));
+    const auto motion = hn::Mul(
+        per_step, hn::Max(farther(lo0, p0, hi0, q0), hn::Max(farther(lo1, p1, hi1, q1), farther(lo2, p2, hi2, q2))));
     const auto goes_on = hn::Le(motion, hn::Max(hn::Mul(half, size), usual_motion));
     const auto bounded = hn::And(hn::Lt(size, most), hn::Le(lo0, hi0));
     const auto sweep = hn::Max(size, least_sweep);
 
     const auto enlarge = [&](V lo, V hi, V p, V q, float* to_lo, float* to_hi) HWY_ATTR {
-      const auto lo_step = hn::IfThenElseZero(goes_on, hn::Sub(lo, p));
-      const auto hi_step = hn::IfThenElseZero(goes_on, hn::Sub(hi, q));
+      const auto lo_step = hn::IfThenElseZero(goes_on, hn::Mul(per_step, hn::Sub(lo, p)));
+      const auto hi_step = hn::IfThenElseZero(goes_on, hn::Mul(per_step, hn::Sub(hi, q)));
       // Far from the origin rounding alone moves a box by its last bit.
       const auto last_bit =
           hn::Mul(hn::Set(df, std::numeric_limits<float>::epsilon()), hn::Max(hn::Abs(lo), hn::Abs(hi)));
@@ -156,15 +199,20 @@ namespace tandem {
 HWY_EXPORT(copy_boxes);
 HWY_EXPORT(enlarge_boxes);
 HWY_EXPORT(overlapping);
+HWY_EXPORT(place_boxes);
 
-std::size_t copy_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxArray* within,
-                       BoxRecord* records, std::uint32_t* outside) {
-  return HWY_DYNAMIC_DISPATCH(copy_boxes)(boxes, begin, end, within, records, outside);
+void copy_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, BoxRecord* records) {
+  HWY_DYNAMIC_DISPATCH(copy_boxes)(boxes, begin, end, records);
 }
 
-void enlarge_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxRecord* past, float steps,
-                   float usual, BoxArray& larger) {
-  HWY_DYNAMIC_DISPATCH(enlarge_boxes)(boxes, begin, end, past, steps, usual, larger);
+std::size_t place_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxArray& within,
+                        const std::uint32_t* place, BoxRecord* records, std::uint32_t* outside) {
+  return HWY_DYNAMIC_DISPATCH(place_boxes)(boxes, begin, end, within, place, records, outside);
+}
+
+void enlarge_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxRecord* past, float past_steps,
+                   float steps, float usual, BoxArray& larger) {
+  HWY_DYNAMIC_DISPATCH(enlarge_boxes)(boxes, begin, end, past, past_steps, steps, usual, larger);
 }
 
 std::size_t overlapping(const BoxRecord* records, const Pair* pairs, std::size_t count, Pair* out) {

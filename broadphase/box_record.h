@@ -21,17 +21,24 @@ struct alignas(32) BoxRecord {
   }
 };
 
-/// Copies boxes [begin, end) to records and, where `within` is given, writes the indices of those that are not inside
-/// the box of the same index there to `outside`, ascending; returns how many. `outside` needs room for end - begin +
-/// BoxArray::padding elements. An empty box is inside every box.
-std::size_t copy_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxArray* within,
-                       BoxRecord* records, std::uint32_t* outside);
+/// Copies boxes [begin, end) to the records of the same indices.
+void copy_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, BoxRecord* records);
 
-/// Sets larger[begin, end): each box swept along its motion since `past` for some steps and grown a little, never by
-/// more than its size on a side or `usual`, a motion, times steps; a box that moved by more than half its size and by
-/// more than `usual`, or was empty, jumped and is not expected to go on. Holds the box; an empty box stays empty.
-void enlarge_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxRecord* past, float steps,
-                   float usual, BoxArray& larger);
+/// The place of a box that has no record.
+inline constexpr std::uint32_t no_place = ~std::uint32_t{0};
+
+/// Copies boxes [begin, end) to records[place[i]], those without a place to nowhere, and writes the indices of those
+/// that are not inside the box of the same index in `within` to `outside`, ascending; returns how many. `outside` needs
+/// room for end - begin + BoxArray::padding elements. An empty box is inside every box.
+std::size_t place_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxArray& within,
+                        const std::uint32_t* place, BoxRecord* records, std::uint32_t* outside);
+
+/// Sets larger[begin, end): each box swept along its mean motion a step since `past`, `past_steps` >= 1 ago, for some
+/// steps and grown a little, never by more than its size on a side or `usual`, a motion, times steps; a box that moved
+/// by more than half its size a step and by more than `usual`, or was empty, jumped and is not expected to go on. Holds
+/// the box; an empty box stays empty.
+void enlarge_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxRecord* past, float past_steps,
+                   float steps, float usual, BoxArray& larger);
 
 /// Writes those of `count` pairs whose records overlap to `out`, in their order, and returns how many. `out` needs
 /// room for `count` and may not overlap `pairs`.

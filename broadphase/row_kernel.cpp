@@ -1,5 +1,8 @@
 #include "row_kernel.h"
 
+#include <bit>
+#include <cstdint>
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "row_kernel.cpp"
 #include <hwy/foreach_target.h>
@@ -13,7 +16,6 @@ namespace hn = hwy::HWY_NAMESPACE;
 std::size_t overlap_row(const BoxArray& boxes, std::size_t begin, std::size_t end, const Aabb& box,
                         std::uint32_t* out) {
   const hn::ScalableTag<float> df;
-  const hn::RebindToUnsigned<decltype(df)> du;
   const std::size_t lanes = hn::Lanes(df);
 
   const auto lo0 = hn::Set(df, box.lo[0]), hi0 = hn::Set(df, box.hi[0]);
@@ -31,8 +33,11 @@ std::size_t overlap_row(const BoxArray& boxes, std::size_t begin, std::size_t en
     if (hn::AllFalse(df, hit)) continue;
     // The last vector may reach into boxes that are not asked for.
     if (j + lanes > end) hit = hn::And(hit, hn::FirstN(df, end - j));
-    const auto index = hn::Iota(du, static_cast<std::uint32_t>(j));
-    count += hn::CompressStore(index, hn::RebindMask(du, hit), du, out + count);
+    // Not CompressStore, of which g++ 12 makes a copy of a table of 1 KiB a call.
+    std::uint64_t bits = 0;
+    hn::StoreMaskBits(df, hit, reinterpret_cast<std::uint8_t*>(&bits));
+    for (; bits != 0; bits &= bits - 1)
+      out[count++] = static_cast<std::uint32_t>(j + static_cast<std::size_t>(std::countr_zero(bits)));
   }
   return count;
 }

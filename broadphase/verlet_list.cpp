@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "row_kernel.h"
 
@@ -12,7 +13,7 @@ namespace tandem {
 class VerletList::Tee final : public PairSink {
  public:
   Tee(const VerletList& owner, const PairFilter& filter, std::vector<Pair>* list, PairSink& sink)
-      : records_(owner.records_[owner.now_].data()), list_(list), sink_(sink) {
+      : records_(owner.past_.data()), list_(list), sink_(sink) {
     filter_ = &filter;  // the one of the list; the sink's own comes later
     buffer_ = room_.data();
     capacity_ = room_.size();
@@ -43,7 +44,7 @@ class VerletList::Tee final : public PairSink {
 /// Takes what a search found for one box, and hands on what truly overlaps it.
 class VerletList::Found final : public PairSink {
  public:
-  Found(const BoxRecord* records, PairSink& sink) : records_(records), sink_(sink) {
+  Found(const VerletList& owner, PairSink& sink) : owner_(owner), sink_(sink) {
     filter_ = &everything_;
     buffer_ = room_.data();
     capacity_ = room_.size();
@@ -55,14 +56,14 @@ class VerletList::Found final : public PairSink {
   void flush() {
     for (std::size_t k = 0; k < count_; ++k) {
       const std::uint32_t other = buffer_[k].a == index_ ? buffer_[k].b : buffer_[k].a;
-      if (overlap(records_[other].box(), box_)) sink_.put(index_, other);
+      if (owner_.meets(other, box_)) sink_.put(index_, other);
     }
     count_ = 0;
   }
 
  private:
   void full() override { flush(); }
-  const BoxRecord* records_;
+  const VerletList& owner_;
   PairSink& sink_;
   PairFilter everything_;
   std::uint32_t index_ = 0;
@@ -96,11 +97,10 @@ float motion(const Aabb& box, const BoxRecord& past) {
 
 // Stages: look, decide, enlarge, the method's but its last, make room, emit.
 std::size_t VerletList::begin(const BoxArray& boxes, BroadPhase& method, BoxSearch* search) {
-  // What was outside in the step before is past motion now.
-  for (std::size_t k = 0; k < outside_.size(); ++k) records_[now_][outside_[k]].set(outside_boxes_[k]);
+  for (const std::uint32_t index : outside_) is_outside_[index] = 0;
   outside_.clear();
 
-  const bool same = method_ == &method && records_[now_].size() == boxes.size() && method_stages_ != 0;
+  const bool same = method_ == &method && place_.size() == boxes.size() && method_stages_ != 0;
   boxes_ = &boxes;
   method_ = &method;
   search_ = search;
@@ -112,13 +112,22 @@ std::size_t VerletList::begin(const BoxArray& boxes, BroadPhase& method, BoxSear
     has_past_ = list_made_ = false;
     return method_->begin(boxes);
   }
-  has_past_ = has_past_ && records_[now_].size() == boxes.size();
+  has_past_ = has_past_ && past_.size() == boxes.size();
   list_made_ = list_made_ && same && blocks_done_.load(std::memory_order_relaxed) == list_count_;
   too_long_ = list_made_ && listed_.load(std::memory_order_relaxed) > most_candidates(size());
   list_made_ = list_made_ && !too_long_;
   list_made_ = list_made_ && list_filter_.same_arrays(filter_);
-  now_ ^= 1;
-  records_[now_].resize(size());
+  list_made_ = list_made_ && (!arranging_ || arranged_.load(std::memory_order_relaxed) == list_count_);
+  arrange_now_ = list_made_ && !arranging_;
+  if (arrange_now_) {
+    arranging_ = true;
+    arranged_.store(0, std::memory_order_relaxed);
+  }
+  past_.resize(size());
+  place_.resize(size());
+  body_.resize(size());
+  records_.resize(size());
+  is_outside_.resize(size());
   outside_of_block_.resize(look_blocks());
   if (!same) {
     method_begun_ = true;
@@ -129,9 +138,9 @@ std::size_t VerletList::begin(const BoxArray& boxes, BroadPhase& method, BoxSear
 
 std::size_t VerletList::blocks(std::size_t stage) const {
   if (bare_) return method_->blocks(stage);
-  if (stage == 0) return look_blocks();
+  if (stage == 0) return list_made_ ? look_blocks() + (arrange_now_ ? list_count_ : 0) : 0;
   if (stage == 1) return 1;
-  if (stage == 2) return mode_ == Mode::renew ? look_blocks() : 0;
+  if (stage == 2) return copy_now_ ? look_blocks() : 0;
   if (stage < first_method_stage + method_stages_ - 1)
     return method_ran() ? method_->blocks(stage - first_method_stage) : 0;
   if (stage == first_method_stage + method_stages_ - 1) return mode_ == Mode::renew ? 1 : 0;
@@ -141,7 +150,7 @@ std::size_t VerletList::blocks(std::size_t stage) const {
 
 void VerletList::run(std::size_t stage, std::size_t block) {
   if (bare_) return method_->run(stage, block);
-  if (stage == 0) return look(block);
+  if (stage == 0) return block < look_blocks() ? look(block) : arrange(block - look_blocks());
   if (stage == 1) return decide();
   if (stage == 2) return enlarge(block);
   if (stage < first_method_stage + method_stages_ - 1) return method_->run(stage - first_method_stage, block);
@@ -153,31 +162,74 @@ void VerletList::look(std::size_t block) {
   std::vector<std::uint32_t>& outside = outside_of_block_[block];
   outside.resize(boxes_a_block + BoxArray::padding);
   const std::size_t first = block * boxes_a_block, last = std::min(size(), first + boxes_a_block);
-  outside.resize(
-      copy_boxes(*boxes_, first, last, list_made_ ? &larger_ : nullptr, records_[now_].data(), outside.data()));
-  if (!list_made_ || list_filter_.same(filter_, first, last)) return;
+  outside.resize(place_boxes(*boxes_, first, last, larger_, place_.data(), records_.data(), outside.data()));
+  if (list_filter_.same(filter_, first, last)) return;
   for (std::size_t i = first; i < last; ++i)
     if (!list_filter_.same(filter_, i, i + 1)) outside.push_back(static_cast<std::uint32_t>(i));
   std::sort(outside.begin(), outside.end());
   outside.erase(std::unique(outside.begin(), outside.end()), outside.end());
 }
 
+void VerletList::arrange(std::size_t list) {
+  for (Pair& pair : lists_[list]) pair = {place_[pair.a], place_[pair.b]};
+  arranged_.fetch_add(1, std::memory_order_relaxed);
+}
+
+// Boxes of a list that have no place yet get the next ones. Who is first differs from run to run on threads; it decides
+// where a box lies, not what is found.
+void VerletList::claim_places(const std::vector<Pair>& list) {
+  const ScratchPool<Scratch>::Lease scratch(scratch_);
+  std::vector<std::uint32_t>& claimed = (*scratch).row;
+  claimed.clear();
+  constexpr std::uint32_t claim = no_place - 1;
+  const auto take = [&](std::uint32_t index) {
+    const std::atomic_ref place(place_[index]);
+    std::uint32_t expected = no_place;
+    if (place.load(std::memory_order_relaxed) == no_place &&
+        place.compare_exchange_strong(expected, claim, std::memory_order_relaxed))
+      claimed.push_back(index);
+  };
+  for (const Pair& pair : list) {
+    take(pair.a);
+    take(pair.b);
+  }
+  std::uint32_t next = places_.fetch_add(static_cast<std::uint32_t>(claimed.size()), std::memory_order_relaxed);
+  for (const std::uint32_t index : claimed) {
+    std::atomic_ref(place_[index]).store(next, std::memory_order_relaxed);
+    body_[next++] = index;
+  }
+}
+
+bool VerletList::meets(std::uint32_t other, const Aabb& box) const {
+  return is_outside_[other] == 0 && overlap((*boxes_)[other], box);
+}
+
 void VerletList::decide() {
   const std::size_t outside_before = outside_since_;
   std::size_t outside = 0;
-  for (const auto& some : outside_of_block_) outside += some.size();
+  if (list_made_)
+    for (const auto& some : outside_of_block_) outside += some.size();
   outside_since_ += outside;
   ++age_;
+  ++past_age_;
 
   bool keep = list_made_, foreseen = true;
+  copy_now_ = true;
   if (list_made_ && outside > most_outside(size())) {
     keep = false;
     foreseen = static_cast<double>(age_) >= steps_ahead_ || outside_before > most_outside(size());
     failures_ = age_ <= 2 ? failures_ + 1 : 0;
   } else if (list_made_) {
     // A search is estimated to cost as much as making the list for two boxes.
-    keep = 2 * outside_since_ <= size() && static_cast<double>(age_) < std::max(4 * steps_ahead_, 32.0);
+    const auto lasts = [&](std::size_t outside_then, std::size_t age) {
+      return 2 * outside_then <= size() && static_cast<double>(age) < std::max(4 * steps_ahead_, 32.0);
+    };
+    keep = lasts(outside_since_, age_);
+    // A list is best made from the last motion. When the next may be due, it is kept.
+    copy_now_ = !keep || !lasts(outside_since_ + 2 * outside, age_ + 1) || 2 * outside > most_outside(size()) ||
+                static_cast<double>(age_ + 1) >= steps_ahead_;
   }
+  if (copy_now_) past_steps_ = std::exchange(past_age_, 0);
   if (keep) {
     mode_ = Mode::reuse;
     if (age_ == 1) {
@@ -191,7 +243,9 @@ void VerletList::decide() {
     for (std::size_t k = 0; k < outside; ++k) {
       outside_boxes_.set(k, (*boxes_)[outside_[k]]);
       constexpr float inf = std::numeric_limits<float>::infinity();
-      records_[now_][outside_[k]].set({{inf, inf, inf}, {-inf, -inf, -inf}});
+      is_outside_[outside_[k]] = 1;
+      if (const std::uint32_t place = place_[outside_[k]]; place != no_place)
+        records_[place].set({{inf, inf, inf}, {-inf, -inf, -inf}});
     }
     return;
   }
@@ -209,6 +263,8 @@ void VerletList::decide() {
     return;
   }
   age_ = outside_since_ = 0;
+  arranging_ = false;
+  places_.store(0, std::memory_order_relaxed);
   blocks_done_.store(0, std::memory_order_relaxed);
   listed_.store(0, std::memory_order_relaxed);
   hits_.store(0, std::memory_order_relaxed);
@@ -241,10 +297,10 @@ bool VerletList::FilterCopy::same(const PairFilter& filter, std::size_t first, s
 }
 
 std::size_t VerletList::memory() const {
-  std::size_t bytes = bytes_of(records_[0]) + bytes_of(records_[1]) + larger_.memory() + bytes_of(lists_) +
-                      bytes_of(pieces_) + bytes_of(list_filter_.group) + bytes_of(list_filter_.mask) +
-                      bytes_of(list_filter_.is_static) + bytes_of(outside_of_block_) + bytes_of(outside_) +
-                      outside_boxes_.memory() + scratch_.memory();
+  std::size_t bytes = bytes_of(past_) + bytes_of(records_) + bytes_of(place_) + bytes_of(body_) +
+                      bytes_of(is_outside_) + larger_.memory() + bytes_of(lists_) + bytes_of(pieces_) +
+                      bytes_of(list_filter_.group) + bytes_of(list_filter_.mask) + bytes_of(list_filter_.is_static) +
+                      bytes_of(outside_of_block_) + bytes_of(outside_) + outside_boxes_.memory() + scratch_.memory();
   for (const auto& list : lists_) bytes += bytes_of(list);
   for (const auto& outside : outside_of_block_) bytes += bytes_of(outside);
   return bytes;
@@ -260,7 +316,7 @@ float VerletList::usual_motion() const {
     const std::size_t first = s * size() / strata, last = (s + 1) * size() / strata;
     state = state * 6364136223846793005u + 1442695040888963407u;
     const std::size_t i = first + (state >> 33) % (last - first);
-    const float moved = motion(records_[now_][i].box(), records_[now_ ^ 1][i]);
+    const float moved = motion((*boxes_)[i], past_[i]) / static_cast<float>(past_steps_);
     if (moved <= std::numeric_limits<float>::max()) motions.push_back(moved);
   }
   if (motions.empty()) return 0;
@@ -281,8 +337,13 @@ void VerletList::adapt() {
 
 void VerletList::enlarge(std::size_t block) {
   const std::size_t first = block * boxes_a_block, last = std::min(size(), first + boxes_a_block);
-  enlarge_boxes(*boxes_, first, last, records_[now_ ^ 1].data(), static_cast<float>(steps_ahead_), usual_motion_,
-                larger_);
+  if (mode_ == Mode::renew) {
+    enlarge_boxes(*boxes_, first, last, past_.data(), static_cast<float>(past_steps_), static_cast<float>(steps_ahead_),
+                  usual_motion_, larger_);
+    std::fill(place_.begin() + static_cast<std::ptrdiff_t>(first), place_.begin() + static_cast<std::ptrdiff_t>(last),
+              no_place);
+  }
+  copy_boxes(*boxes_, first, last, past_.data());
 }
 
 void VerletList::emit(std::size_t block, PairSink& sink) {
@@ -295,6 +356,7 @@ void VerletList::emit(std::size_t block, PairSink& sink) {
     Tee tee(*this, filter, room ? &list : nullptr, sink);
     method_->emit(block, tee);
     tee.flush();
+    claim_places(list);
     listed_.fetch_add(tee.candidates(), std::memory_order_relaxed);
     hits_.fetch_add(tee.hits(), std::memory_order_relaxed);
     blocks_done_.fetch_add(1, std::memory_order_relaxed);
@@ -307,9 +369,8 @@ void VerletList::emit(std::size_t block, PairSink& sink) {
   constexpr std::size_t at_once = 512;  // so that the first pairs are on their way early
   for (std::size_t first = piece.first; first < piece.last; first += at_once) {
     const std::size_t count = std::min(at_once, piece.last - first);
-    const std::size_t hits =
-        overlapping(records_[now_].data(), lists_[piece.list].data() + first, count, s.hits.data());
-    for (std::size_t k = 0; k < hits; ++k) sink.put(s.hits[k].a, s.hits[k].b);
+    const std::size_t hits = overlapping(records_.data(), lists_[piece.list].data() + first, count, s.hits.data());
+    for (std::size_t k = 0; k < hits; ++k) sink.put(body_[s.hits[k].a], body_[s.hits[k].b]);
   }
 }
 
@@ -317,8 +378,7 @@ void VerletList::search_outside(std::size_t block, PairSink& sink) {
   const ScratchPool<Scratch>::Lease scratch(scratch_);
   std::vector<std::uint32_t>& row = (*scratch).row;
   row.resize(std::max(outside_.size(), search_ == nullptr ? size() : 0) + BoxArray::padding);
-  const BoxRecord* records = records_[now_].data();
-  Found found(records, sink);
+  Found found(*this, sink);
   for (std::size_t k = block * outside_a_block, end = std::min(outside_.size(), k + outside_a_block); k < end; ++k) {
     const std::uint32_t index = outside_[k];
     const Aabb box = outside_boxes_[k];
@@ -329,7 +389,7 @@ void VerletList::search_outside(std::size_t block, PairSink& sink) {
     } else {
       const std::size_t count = overlap_row(*boxes_, 0, size(), box, row.data());
       for (std::size_t h = 0; h < count; ++h)
-        if (overlap(records[row[h]].box(), box)) sink.put(index, row[h]);
+        if (is_outside_[row[h]] == 0) sink.put(index, row[h]);
     }
     // Those outside have no records: they meet each other here.
     const std::size_t count = overlap_row(outside_boxes_, k + 1, outside_.size(), box, row.data());

@@ -22,8 +22,9 @@ namespace tandem {
 /// - When too many have left, the list is made anew, at the cost of one step of the method; when they left all at
 ///   once, sooner than foreseen, one step is done from scratch first, so that the new list knows how they move.
 /// - When lists do not last, no more are made for a while.
-/// How far ahead boxes are swept is adapted so that making lists and testing what is on them cost about the same.
-/// All decisions are made from counts, never from time.
+/// What is on the list is tested where the boxes lie in the order of the list, so that neighbours share cache lines; a
+/// box that is on no list is only looked at. How far ahead boxes are swept is adapted so that making lists and testing
+/// what is on them cost about the same. All decisions are made from counts, never from time.
 class VerletList {
  public:
   /// Starts a step as BroadPhase::begin. `method` finds the pairs, of all boxes or of the larger ones; `search`
@@ -67,10 +68,14 @@ class VerletList {
   class Found;
 
   void look(std::size_t block);
+  void arrange(std::size_t list);
+  void claim_places(const std::vector<Pair>& list);
   void decide();
   void enlarge(std::size_t block);
   void adapt();
   float usual_motion() const;
+  /// Whether a box that is not outside overlaps `box`.
+  bool meets(std::uint32_t other, const Aabb& box) const;
   void search_outside(std::size_t block, PairSink& sink);
   std::size_t size() const { return boxes_->size(); }
   std::size_t look_blocks() const { return (size() + boxes_a_block - 1) / boxes_a_block; }
@@ -96,14 +101,21 @@ class VerletList {
   bool method_begun_ = false;  // in `begin` already
   std::size_t bare_steps_left_ = 0, failures_ = 0;
 
-  std::array<std::vector<BoxRecord>, 2> records_;  // of this step and of the one before, in turn
-  std::size_t now_ = 0;
+  std::vector<BoxRecord> past_;  // the boxes of some step before
   bool has_past_ = false;
+  std::size_t past_age_ = 0, past_steps_ = 1;  // steps since; the same when it was last replaced
+  bool copy_now_ = true;                       // this step replaces it
   BoxArray larger_;
   double steps_ahead_ = 8;
   float usual_motion_ = 0;
 
-  std::vector<std::vector<Pair>> lists_;  // a list a block of the method
+  std::vector<std::vector<Pair>> lists_;     // a list a block of the method; of indices, once arranged of places
+  std::vector<std::uint32_t> place_, body_;  // a box's place among the records, and back
+  std::vector<BoxRecord> records_;           // of this step, those outside empty
+  std::atomic<std::uint32_t> places_{0};     // taken
+  bool arranging_ = false;                   // begun, for this list
+  bool arrange_now_ = false;                 // in this step
+  std::atomic<std::size_t> arranged_{0};
   std::size_t list_count_ = 0;
   bool list_made_ = false;
   bool too_long_ = false;  // the list of the step before
@@ -114,7 +126,8 @@ class VerletList {
   FilterCopy list_filter_;
 
   std::vector<std::vector<std::uint32_t>> outside_of_block_;
-  std::vector<std::uint32_t> outside_;  // ascending
+  std::vector<std::uint32_t> outside_;    // ascending
+  std::vector<std::uint8_t> is_outside_;  // one a box
   BoxArray outside_boxes_;
   ScratchPool<Scratch> scratch_;
 };
