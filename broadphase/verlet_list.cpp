@@ -9,12 +9,30 @@
 
 namespace tandem {
 
-/// Takes candidates: keeps them, and hands on those whose boxes overlap.
-class VerletList::Tee final : public PairSink {
+/// Takes candidates and puts them on a list.
+class VerletList::Collected final : public PairSink {
  public:
-  Tee(const VerletList& owner, const PairFilter& filter, std::vector<Pair>* list, PairSink& sink)
-      : records_(owner.past_.data()), list_(list), sink_(sink) {
-    filter_ = &filter;  // the one of the list; the sink's own comes later
+  Collected(const PairFilter& filter, std::vector<Pair>& list) : list_(list) {
+    filter_ = &filter;
+    buffer_ = room_.data();
+    capacity_ = room_.size();
+  }
+  void flush() {
+    list_.insert(list_.end(), buffer_, buffer_ + count_);
+    count_ = 0;
+  }
+
+ private:
+  void full() override { flush(); }
+  std::vector<Pair>& list_;
+  std::array<Pair, 256> room_;
+};
+
+/// Takes candidates and hands on those whose boxes overlap.
+class VerletList::Overlapping final : public PairSink {
+ public:
+  Overlapping(const std::vector<BoxRecord>& records, PairSink& sink) : records_(records.data()), sink_(sink) {
+    filter_ = &everything_;
     buffer_ = room_.data();
     capacity_ = room_.size();
   }
@@ -22,23 +40,17 @@ class VerletList::Tee final : public PairSink {
     std::array<Pair, room> hits;
     const std::size_t count = overlapping(records_, buffer_, count_, hits.data());
     for (std::size_t k = 0; k < count; ++k) sink_.put(hits[k].a, hits[k].b);
-    if (list_ != nullptr) list_->insert(list_->end(), buffer_, buffer_ + count_);
-    hits_ += count;
-    candidates_ += count_;
     count_ = 0;
   }
-  std::size_t hits() const { return hits_; }
-  std::size_t candidates() const { return candidates_; }
 
  private:
   static constexpr std::size_t room = 256;
   void full() override { flush(); }
 
   const BoxRecord* records_;
-  std::vector<Pair>* list_;
   PairSink& sink_;
+  PairFilter everything_;  // the sink has its own
   std::array<Pair, room> room_;
-  std::size_t hits_ = 0, candidates_ = 0;
 };
 
 /// Takes what a search found for one box, and hands on what truly overlaps it.
@@ -95,7 +107,7 @@ float motion(const Aabb& box, const BoxRecord& past) {
 
 }  // namespace
 
-// Stages: look, decide, enlarge, the method's but its last, make room, emit.
+// Stages: look, decide, enlarge, the method's but its last, make room, collect, arrange, cut, emit.
 std::size_t VerletList::begin(const BoxArray& boxes, BroadPhase& method, BoxSearch* search) {
   for (const std::uint32_t index : outside_) is_outside_[index] = 0;
   outside_.clear();
@@ -114,16 +126,12 @@ std::size_t VerletList::begin(const BoxArray& boxes, BroadPhase& method, BoxSear
   }
   has_past_ = has_past_ && past_.size() == boxes.size();
   list_made_ = list_made_ && same && blocks_done_.load(std::memory_order_relaxed) == list_count_;
-  too_long_ = list_made_ && listed_.load(std::memory_order_relaxed) > most_candidates(size());
+  too_long_ = list_made_ && too_long();
   list_made_ = list_made_ && !too_long_;
   list_made_ = list_made_ && list_filter_.same_arrays(filter_);
-  list_made_ = list_made_ && (!arranging_ || arranged_.load(std::memory_order_relaxed) == list_count_);
-  arrange_now_ = list_made_ && !arranging_;
-  if (arrange_now_) {
-    arranging_ = true;
-    arranged_.store(0, std::memory_order_relaxed);
-  }
+  list_made_ = list_made_ && arranged_.load(std::memory_order_relaxed) == list_count_;
   past_.resize(size());
+  larger_.resize(size());
   place_.resize(size());
   body_.resize(size());
   records_.resize(size());
@@ -133,36 +141,52 @@ std::size_t VerletList::begin(const BoxArray& boxes, BroadPhase& method, BoxSear
     method_begun_ = true;
     method_stages_ = method_->begin(boxes);
   }
-  return first_method_stage + method_stages_ + 1;
+  return own_stages + method_stages_;
 }
 
 std::size_t VerletList::blocks(std::size_t stage) const {
   if (bare_) return method_->blocks(stage);
-  if (stage == 0) return list_made_ ? look_blocks() + (arrange_now_ ? list_count_ : 0) : 0;
+  if (stage == 0) return list_made_ ? look_blocks() : 0;
   if (stage == 1) return 1;
   if (stage == 2) return copy_now_ ? look_blocks() : 0;
-  if (stage < first_method_stage + method_stages_ - 1)
-    return method_ran() ? method_->blocks(stage - first_method_stage) : 0;
-  if (stage == first_method_stage + method_stages_ - 1) return mode_ == Mode::renew ? 1 : 0;
-  if (mode_ == Mode::reuse) return pieces_.size() + (outside_.size() + outside_a_block - 1) / outside_a_block;
-  return method_->blocks(method_stages_ - 1);
+  const std::size_t room = room_stage();
+  if (stage < room) return method_ran() ? method_->blocks(stage - first_method_stage) : 0;
+  const bool renew = mode_ == Mode::renew;
+  if (stage == room) return renew ? 1 : 0;
+  if (stage == room + 1) return renew ? list_count_ : 0;
+  if (stage == room + 2) return renew && !too_long() ? look_blocks() + list_count_ : 0;
+  if (stage == room + 3) return renew && !too_long() ? 1 : 0;
+  if (mode_ == Mode::scratch || (renew && too_long())) return method_->blocks(method_stages_ - 1);
+  return pieces_.size() + (outside_.size() + outside_a_block - 1) / outside_a_block;
 }
 
 void VerletList::run(std::size_t stage, std::size_t block) {
   if (bare_) return method_->run(stage, block);
-  if (stage == 0) return block < look_blocks() ? look(block) : arrange(block - look_blocks());
+  if (stage == 0) return look(block);
   if (stage == 1) return decide();
   if (stage == 2) return enlarge(block);
-  if (stage < first_method_stage + method_stages_ - 1) return method_->run(stage - first_method_stage, block);
+  const std::size_t room = room_stage();
+  if (stage < room) return method_->run(stage - first_method_stage, block);
+  if (stage == room + 1) return collect(block);
+  if (stage == room + 2) return block < look_blocks() ? place(block) : arrange(block - look_blocks());
+  if (stage == room + 3) return cut();
   list_count_ = method_->blocks(method_stages_ - 1);
   if (lists_.size() < list_count_) lists_.resize(list_count_);
 }
 
-void VerletList::look(std::size_t block) {
+bool VerletList::too_long() const { return listed_.load(std::memory_order_relaxed) > most_candidates(size()); }
+
+void VerletList::place(std::size_t block) {
   std::vector<std::uint32_t>& outside = outside_of_block_[block];
   outside.resize(boxes_a_block + BoxArray::padding);
   const std::size_t first = block * boxes_a_block, last = std::min(size(), first + boxes_a_block);
   outside.resize(place_boxes(*boxes_, first, last, larger_, place_.data(), records_.data(), outside.data()));
+}
+
+void VerletList::look(std::size_t block) {
+  place(block);
+  std::vector<std::uint32_t>& outside = outside_of_block_[block];
+  const std::size_t first = block * boxes_a_block, last = std::min(size(), first + boxes_a_block);
   if (list_filter_.same(filter_, first, last)) return;
   for (std::size_t i = first; i < last; ++i)
     if (!list_filter_.same(filter_, i, i + 1)) outside.push_back(static_cast<std::uint32_t>(i));
@@ -170,9 +194,30 @@ void VerletList::look(std::size_t block) {
   outside.erase(std::unique(outside.begin(), outside.end()), outside.end());
 }
 
+void VerletList::collect(std::size_t block) {
+  std::vector<Pair>& list = lists_[block];
+  list.clear();
+  if (!too_long()) {
+    const PairFilter filter = list_filter_.view();
+    Collected sink(filter, list);
+    method_->emit(block, sink);
+    sink.flush();
+    claim_places(list);
+    listed_.fetch_add(list.size(), std::memory_order_relaxed);
+  }
+  blocks_done_.fetch_add(1, std::memory_order_relaxed);
+}
+
 void VerletList::arrange(std::size_t list) {
   for (Pair& pair : lists_[list]) pair = {place_[pair.a], place_[pair.b]};
   arranged_.fetch_add(1, std::memory_order_relaxed);
+}
+
+void VerletList::cut() {
+  pieces_.clear();
+  for (std::size_t list = 0; list < list_count_; ++list)
+    for (std::size_t first = 0; first < lists_[list].size(); first += pairs_a_block)
+      pieces_.push_back({list, first, std::min(lists_[list].size(), first + pairs_a_block)});
 }
 
 // Boxes of a list that have no place yet get the next ones. Who is first differs from run to run on threads; it decides
@@ -232,12 +277,6 @@ void VerletList::decide() {
   if (copy_now_) past_steps_ = std::exchange(past_age_, 0);
   if (keep) {
     mode_ = Mode::reuse;
-    if (age_ == 1) {
-      pieces_.clear();
-      for (std::size_t list = 0; list < list_count_; ++list)
-        for (std::size_t first = 0; first < lists_[list].size(); first += pairs_a_block)
-          pieces_.push_back({list, first, std::min(lists_[list].size(), first + pairs_a_block)});
-    }
     for (const auto& some : outside_of_block_) outside_.insert(outside_.end(), some.begin(), some.end());
     outside_boxes_.resize(outside);
     for (std::size_t k = 0; k < outside; ++k) {
@@ -263,7 +302,7 @@ void VerletList::decide() {
     return;
   }
   age_ = outside_since_ = 0;
-  arranging_ = false;
+  arranged_.store(0, std::memory_order_relaxed);
   places_.store(0, std::memory_order_relaxed);
   blocks_done_.store(0, std::memory_order_relaxed);
   listed_.store(0, std::memory_order_relaxed);
@@ -271,7 +310,6 @@ void VerletList::decide() {
   list_count_ = std::numeric_limits<std::size_t>::max();
   list_filter_.take(filter_);
   usual_motion_ = usual_motion();
-  larger_.resize(size());
   method_->begin(larger_);
   if (search_ != nullptr) search_->prepare_search();
 }
@@ -348,30 +386,24 @@ void VerletList::enlarge(std::size_t block) {
 
 void VerletList::emit(std::size_t block, PairSink& sink) {
   if (mode_ == Mode::scratch) return method_->emit(block, sink);
-  if (mode_ == Mode::renew) {
-    std::vector<Pair>& list = lists_[block];
-    list.clear();
-    const bool room = listed_.load(std::memory_order_relaxed) <= most_candidates(size());
-    const PairFilter filter = list_filter_.view();
-    Tee tee(*this, filter, room ? &list : nullptr, sink);
-    method_->emit(block, tee);
-    tee.flush();
-    claim_places(list);
-    listed_.fetch_add(tee.candidates(), std::memory_order_relaxed);
-    hits_.fetch_add(tee.hits(), std::memory_order_relaxed);
-    blocks_done_.fetch_add(1, std::memory_order_relaxed);
-    return;
+  if (mode_ == Mode::renew && too_long()) {
+    Overlapping exact(past_, sink);
+    method_->emit(block, exact);
+    return exact.flush();
   }
   if (block >= pieces_.size()) return search_outside(block - pieces_.size(), sink);
   const ScratchPool<Scratch>::Lease scratch(scratch_);
   Scratch& s = *scratch;
   const Piece piece = pieces_[block];
+  std::size_t found = 0;
   constexpr std::size_t at_once = 512;  // so that the first pairs are on their way early
   for (std::size_t first = piece.first; first < piece.last; first += at_once) {
     const std::size_t count = std::min(at_once, piece.last - first);
     const std::size_t hits = overlapping(records_.data(), lists_[piece.list].data() + first, count, s.hits.data());
+    found += hits;
     for (std::size_t k = 0; k < hits; ++k) sink.put(body_[s.hits[k].a], body_[s.hits[k].b]);
   }
+  if (mode_ == Mode::renew) hits_.fetch_add(found, std::memory_order_relaxed);
 }
 
 void VerletList::search_outside(std::size_t block, PairSink& sink) {

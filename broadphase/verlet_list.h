@@ -54,7 +54,8 @@ class VerletList {
   static constexpr std::size_t boxes_a_block = 4096;
   static constexpr std::size_t pairs_a_block = 4096;
   static constexpr std::size_t outside_a_block = 64;
-  static constexpr std::size_t first_method_stage = 3;  // after: look, decide, enlarge
+  static constexpr std::size_t first_method_stage = 3;               // after: look, decide, enlarge
+  static constexpr std::size_t own_stages = first_method_stage + 4;  // and: make room, collect, arrange, cut
 
   struct Piece {
     std::size_t list, first, last;
@@ -64,11 +65,15 @@ class VerletList {
     std::vector<std::uint32_t> row;
     std::size_t memory() const { return bytes_of(row); }
   };
-  class Tee;
+  class Overlapping;
+  class Collected;
   class Found;
 
   void look(std::size_t block);
+  void collect(std::size_t block);
   void arrange(std::size_t list);
+  void cut();
+  void place(std::size_t block);
   void claim_places(const std::vector<Pair>& list);
   void decide();
   void enlarge(std::size_t block);
@@ -78,6 +83,9 @@ class VerletList {
   bool meets(std::uint32_t other, const Aabb& box) const;
   void search_outside(std::size_t block, PairSink& sink);
   std::size_t size() const { return boxes_->size(); }
+  bool too_long() const;
+  /// The first of the stages after the method's but its last.
+  std::size_t room_stage() const { return first_method_stage + method_stages_ - 1; }
   std::size_t look_blocks() const { return (size() + boxes_a_block - 1) / boxes_a_block; }
 
   /// The filter that a list was made with.
@@ -113,9 +121,7 @@ class VerletList {
   std::vector<std::uint32_t> place_, body_;  // a box's place among the records, and back
   std::vector<BoxRecord> records_;           // of this step, those outside empty
   std::atomic<std::uint32_t> places_{0};     // taken
-  bool arranging_ = false;                   // begun, for this list
-  bool arrange_now_ = false;                 // in this step
-  std::atomic<std::size_t> arranged_{0};
+  std::atomic<std::size_t> arranged_{0};     // lists
   std::size_t list_count_ = 0;
   bool list_made_ = false;
   bool too_long_ = false;  // the list of the step before
