@@ -104,9 +104,7 @@ class MeshConvex {
     r.normal = turned(r.normal);
     return r;
   }
-  Vec3 own_centre() const {
-    return convex_.shape.kind() == ShapeKind::convex ? convex_.shape.hull().inside : Vec3(0, 0, 0);
-  }
+  Vec3 own_centre() const { return view_.hull != nullptr ? view_.hull->inside : Vec3(0, 0, 0); }
   Vec3 centre() const { return turn_.rotation * own_centre(); }
 
   // The point of the convex farthest along d (unit).
@@ -287,7 +285,8 @@ class MeshConvex {
         return std::min(r, h / 2);
       case ShapeKind::cone:
         return std::min(h / 2, r * h / 2 / std::hypot(r, h));
-      case ShapeKind::convex: {
+      case ShapeKind::convex:
+      case ShapeKind::triangle: {
         if (view_.hull->dimension < 3) return 0;
         double least = infinity;
         for (const Hull::Face& f : view_.hull->faces)
@@ -312,7 +311,7 @@ class MeshConvex {
         const Vec3 s(i & 1u ? 1 : -1, i & 2u ? 1 : -1, i & 4u ? 1 : -1);
         certain = std::max(certain, deep_at(turn_.rotation * s.cwiseProduct(own_half_), 0));
       }
-    if (view_.kind == ShapeKind::convex && view_.vertices.size() <= most_corners)
+    if (view_.hull != nullptr && view_.vertices.size() <= most_corners)
       for (const Vec3& v : view_.vertices) certain = std::max(certain, deep_at(turn_.rotation * v, 0));
     return certain;
   }
@@ -385,13 +384,14 @@ class MeshConvex {
       for (const std::uint32_t v : model_.extreme) way = std::max(way, normal.dot(model_.vertices[v] - shift_));
       way -= normal.dot(support(-normal));
     }
-    way = std::max(way, certain);
-    answer.signed_distance = -way;
-    answer.normal = normal;
     if (way > certain + enough) {
       answer.status = Status::inexact;
       answer.error_bound = way - certain;
+    } else {
+      way = certain;  // without the steps that rounding asked for
     }
+    answer.signed_distance = -way;
+    answer.normal = normal;
     // Where they part: on the mesh there, and the same point of the convex where it is now.
     std::uint32_t which = no_index;
     const PairAnswer r = MeshConvex(mesh_, {convex_.shape, moved(way * normal)}, options_).nearest(which);

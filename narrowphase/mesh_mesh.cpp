@@ -232,6 +232,17 @@ Depth deepest_pair(const Posed& a, const Posed& b, std::span<const std::array<st
   return deepest;
 }
 
+// Of a mesh and a triangle that touch: the triangle as any convex shape.
+PairAnswer triangle_depth(const Posed& a, const Posed& b, const NarrowPhaseOptions& options) {
+  const bool exchanged = a.shape.is_convex();
+  PairAnswer answer =
+      solve_mesh_convex(exchanged ? b : a, exchanged ? a : b, Request::distance, for_triangles(options), nullptr);
+  if (exchanged) swap_answer(answer, nullptr, 0);
+  answer.collide = true;
+  answer.signed_distance = std::min(answer.signed_distance, 0.0);
+  return answer;
+}
+
 }  // namespace
 
 PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const NarrowPhaseOptions& options,
@@ -257,7 +268,9 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
     answer.collide = true;
     return answer;
   }
-  if (ma.convex && mb.convex && (inside || !pairs.empty())) {
+  const bool touching = inside || !pairs.empty();
+  if (touching && (a.shape.is_convex() || b.shape.is_convex())) return triangle_depth(a, b, options);
+  if (ma.convex && mb.convex && touching) {
     PairAnswer hulls =
         solve_convex(view_hull(a.shape), a.pose, view_hull(b.shape), b.pose, request, for_triangles(options), contacts);
     hulls.collide = true;

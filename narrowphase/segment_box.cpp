@@ -7,13 +7,15 @@ namespace tandem {
 
 double nearest_on_line(const Vec3& half, const Vec3& middle, const Vec3& along, double reach, double start) {
   // Newton's method on the derivative, which is piecewise linear and rises: exact once it is on the right one of the
-  // at most 7 pieces. Where it leaves the bracket, an end of a piece in it leads on.
-  double lo = -reach, hi = reach, x = start;
+  // at most 7 pieces. Where it leaves the bracket, an end of a piece in it leads on; without one the bracket is a
+  // piece.
+  double lo = -reach, hi = reach, x = start, slope_lo = 0, slope_hi = 0;
   const auto end_of_piece = [&] {
     for (int i = 0; i < 3; ++i)
       for (const double side : {half[i], -half[i]})
         if (const double at = (side - middle[i]) / along[i]; at > lo && at < hi) return at;
-    return 0.5 * (lo + hi);
+    const double step = (hi - lo) / (slope_hi - slope_lo);
+    return slope_hi < -slope_lo ? hi - step * slope_hi : lo - step * slope_lo;
   };
   bool seen_lo = false, seen_hi = false;
   for (int iteration = 0; iteration < 40; ++iteration) {
@@ -28,12 +30,15 @@ double nearest_on_line(const Vec3& half, const Vec3& middle, const Vec3& along, 
     // The distance itself changes by less than its rounding from here to either end.
     if (slope * slope <= 1e-32 * squared) return x;
     if (slope > 0)
-      hi = x, seen_hi = true;
+      hi = x, slope_hi = slope, seen_hi = true;
     else
-      lo = x, seen_lo = true;
+      lo = x, slope_lo = slope, seen_lo = true;
     double next = x - slope / curvature;
     if (std::abs(next - x) <= 4e-16 * reach) return x;
-    if (seen_lo && seen_hi && !(next > lo && next < hi)) next = end_of_piece();
+    if (seen_lo && seen_hi && !(next > lo && next < hi)) {
+      next = end_of_piece();
+      if (!(next > lo && next < hi)) return next;
+    }
     next = std::clamp(next, lo, hi);
     if (next == x) return x;
     x = next;

@@ -1,40 +1,10 @@
 #pragma once
-#include <cmath>
-#include <cstdint>
-#include <vector>
-
+#include "random.h"
 #include "tandem/narrowphase/narrow_phase.h"
 
 namespace tandem::test {
 
-/// Numbers that are the same on every machine.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
-  double unit() {
-    state_ += 0x9e3779b97f4a7c15u;
-    std::uint64_t z = state_;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-53;
-  }
-  double in(double lo, double hi) { return lo + (hi - lo) * unit(); }
-  Vec3 vec(double lo, double hi) {
-    const double x = in(lo, hi), y = in(lo, hi);
-    return {x, y, in(lo, hi)};
-  }
-  Vec3 direction() {
-    for (;;) {
-      const Vec3 v = vec(-1, 1);
-      const double n = v.norm();
-      if (n > 0.1 && n < 1) return v / n;
-    }
-  }
-  Mat3 rotation() { return Eigen::AngleAxisd(in(0, 6.28), direction()).toRotationMatrix(); }
-
- private:
-  std::uint64_t state_;
-};
+using reference::Random;
 
 inline constexpr ShapeKind bounded_convex[] = {ShapeKind::sphere,   ShapeKind::box,     ShapeKind::capsule,
                                                ShapeKind::cylinder, ShapeKind::cone,    ShapeKind::ellipsoid,

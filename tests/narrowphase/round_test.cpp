@@ -66,6 +66,25 @@ TEST_CASE("round: two minima of nearly the same depth are told apart") {
   check_against_truth(reference::make_pair({ShapeKind::cone}, {ShapeKind::ellipsoid}, PairClass::hard, 5013));
 }
 
+TEST_CASE("round: an apex hardly over a rim is parted from it along the cone's side") {
+  // The minimum is 1e-4 wide on the circle of the side's normals, and 7 % below the one on the cylinder's axis.
+  const Pose pose_a{
+      (Mat3() << 0.62032530633321126, 0.022049166408113743, -0.78403466032013847, 0.06487953079176291,
+       -0.99762159391659977, 0.023276637118451914, -0.78165667706919018, -0.065306887936960475, -0.62028046042184926)
+          .finished(),
+      {0.029649341314982536, -0.086740101421014695, -0.091375574639496374}};
+  const Pose pose_b{
+      (Mat3() << 0.18853644139752901, 0.80386567507654938, 0.56414004174396259, -0.92707546905380589,
+       -0.043842010649357777, 0.3723022331129478, 0.3240140196717145, -0.59319293196728617, 0.73697833110630362)
+          .finished(),
+      {-0.31147216205926681, -0.78144617985614884, -0.22285250478753818}};
+  const Shape cone(Cone{0.37908402793479745, 0.37896766689883155}),
+      cylinder(Cylinder{0.61826610103390567, 0.75837917630378193});
+  check_against_truth({cone, pose_a, cylinder, pose_b});
+  const PairAnswer r = NarrowPhase().solve(cone, pose_a, cylinder, pose_b, Request::distance);
+  CHECK(std::abs(r.signed_distance + 3.2211999857e-8) < 1e-16);
+}
+
 TEST_CASE("round: a warm start, good or bad, changes no more than the last digits") {
   const NarrowPhase solver;
   for (const ShapeKind k : round_kinds)
