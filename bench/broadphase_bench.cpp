@@ -2,12 +2,14 @@
 #include <time.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <optional>
 #include <set>
 #include <stdexcept>
+#include <thread>
 
 #include "benches.h"
 #include "broadphase/contestant.h"
@@ -27,10 +29,12 @@ struct Entrant {
   double first_step = 0, longest = 0;  // ns
   std::size_t reported = 0, pairs = 0;
   bool agrees = true;
-  bool exact = true;  // reports just what is wanted
+  bool exact = true;       // reports just what is wanted
+  bool reference = false;  // runs on one thread beside those on more, to tell what these gain; makes no row
 
   /// What is compared, ns: on one thread its processor time, which others on the machine disturb less.
-  double score() const { return row.threads == 1 ? cpu.median() : row.time.median(); }
+  double median() const { return row.threads == 1 ? cpu.median() : row.time.median(); }
+  double mean() const { return row.threads == 1 ? cpu.mean() : row.time.mean(); }
 };
 
 double thread_cpu_ns() {
@@ -38,6 +42,36 @@ double thread_cpu_ns() {
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return 1e9 * static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec);
 }
+
+/// What this machine gives to some threads at all: arithmetic in registers, on one thread and on all of them.
+class Ceiling {
+ public:
+  void measure(int threads) {
+    alone_.add(together(1));
+    together_.add(together(threads));
+    threads_ = threads;
+  }
+  /// How many times faster than on one thread, by medians; 0 without a measurement.
+  double ratio() const { return alone_.size() == 0 ? 0 : threads_ * alone_.median() / together_.median(); }
+
+ private:
+  static double together(int threads) {
+    std::atomic<double> result{0};
+    const auto work = [&] {
+      double x = 1;
+      for (int i = 0; i < 1'000'000; ++i) x = x * 0.999999 + 1e-9;
+      result.store(x, std::memory_order_relaxed);
+    };
+    const Clock::time_point begin = Clock::now();
+    std::vector<std::thread> others;
+    for (int t = 1; t < threads; ++t) others.emplace_back(work);
+    work();
+    for (std::thread& other : others) other.join();
+    return std::chrono::duration<double, std::nano>(Clock::now() - begin).count();
+  }
+  Samples alone_, together_;
+  int threads_ = 1;
+};
 
 std::vector<Entrant> entrants(int threads) {
   std::vector<Entrant> all;
@@ -80,8 +114,9 @@ std::uint64_t hash_of(const std::vector<Pair>& pairs) {
 int default_steps(std::size_t n, bool quick) { return quick ? 4 : n <= 20'000 ? 40 : n <= 200'000 ? 16 : 6; }
 
 /// All steps of one workload and size; every step each entrant in turn, the order rotates.
-void race(MovingBoxes& world, int steps, std::vector<Entrant>& all, Progress& progress) {
+Ceiling race(MovingBoxes& world, int steps, int threads, std::vector<Entrant>& all, Progress& progress) {
   const std::size_t n = all.size();
+  Ceiling ceiling;
   PairList list;
   const PairFilter filter{{}, {}, world.is_static()};
   const bool all_wanted = world.is_static().empty();
@@ -89,6 +124,7 @@ void race(MovingBoxes& world, int steps, std::vector<Entrant>& all, Progress& pr
     entrant.exact = entrant.contestant->exact() && (entrant.contestant->filter(filter) || all_wanted);
   for (int step = 0; step < steps; ++step) {
     if (step != 0) world.move();
+    if (threads > 1) ceiling.measure(threads);
     std::vector<std::optional<std::uint64_t>> hashes(n);
     for (std::size_t turn = 0; turn < n; ++turn) {
       const std::size_t who = (turn + static_cast<std::size_t>(step)) % n;
@@ -124,9 +160,11 @@ void race(MovingBoxes& world, int steps, std::vector<Entrant>& all, Progress& pr
     }
     progress.at(static_cast<std::uint64_t>(step) + 1);
   }
+  return ceiling;
 }
 
-void finish(std::string_view workload, std::size_t boxes, int steps, std::vector<Entrant>& all) {
+void finish(std::string_view workload, std::size_t boxes, int steps, const Ceiling& ceiling,
+            std::vector<Entrant>& all) {
   for (Entrant& entrant : all) {
     Row& row = entrant.row;
     row.bench = "broadphase";
@@ -142,23 +180,34 @@ void finish(std::string_view workload, std::size_t boxes, int steps, std::vector
                 {"cpu_median_ns", entrant.cpu.median()},
                 {"cpu_p10_ns", entrant.cpu.quantile(0.1)},
                 {"cpu_mean_ns", entrant.cpu.mean()},
+                {"mean_ns", entrant.row.time.mean()},
                 {"agrees", entrant.agrees}};
     if (entrant.contestant->memory() != 0)
       row.more["bytes_a_body"] = static_cast<double>(entrant.contestant->memory()) / static_cast<double>(boxes);
     if (entrant.first_batch.size() != 0) row.more["first_batch_ns"] = entrant.first_batch.median();
     if (const std::string note = entrant.contestant->note(); !note.empty()) row.more["note"] = note;
   }
-  // Ratios within the same number of threads.
+  // Ratios within the same number of threads, by medians and by means.
   for (Entrant& entrant : all) {
-    double best = std::numeric_limits<double>::infinity(), peer = best;
-    for (const Entrant& other : all) {
-      if (other.row.threads != entrant.row.threads) continue;
-      double& least = other.ours ? best : peer;
-      if (other.ours || other.agrees) least = std::min(least, other.score());
-      if (other.row.contestant == "FCL tree") entrant.row.more["fcl_ratio"] = other.score() / entrant.score();
-    }
-    if (std::isfinite(peer)) entrant.row.more["peer_ratio"] = peer / entrant.score();
-    if (std::isfinite(best)) entrant.row.more["best_ratio"] = entrant.score() / best;
+    const auto rate = [&](double (Entrant::*score)() const, const std::string& by) {
+      double best = std::numeric_limits<double>::infinity(), peer = best;
+      for (const Entrant& other : all) {
+        if (other.reference) {
+          if (other.row.contestant == entrant.row.contestant && &other != &entrant)
+            entrant.row.more["speedup" + by] = (other.*score)() / (entrant.*score)();
+          continue;
+        }
+        double& least = other.ours ? best : peer;
+        if (other.ours || other.agrees) least = std::min(least, (other.*score)());
+        if (other.row.contestant == "FCL tree")
+          entrant.row.more["fcl" + by + "_ratio"] = (other.*score)() / (entrant.*score)();
+      }
+      if (std::isfinite(peer)) entrant.row.more["peer" + by + "_ratio"] = peer / (entrant.*score)();
+      if (std::isfinite(best)) entrant.row.more["best" + by + "_ratio"] = (entrant.*score)() / best;
+    };
+    rate(&Entrant::median, "");
+    rate(&Entrant::mean, "_mean");
+    if (entrant.row.threads > 1) entrant.row.more["ceiling"] = ceiling.ratio();
   }
 }
 
@@ -167,10 +216,12 @@ void print(const Entrant& entrant) {
   const auto ms = [](double ns) { return 1e-6 * ns; };
   const auto number = [&](const char* key) { return row.more.contains(key) ? row.more[key].get<double>() : 0.0; };
   fmt::print("{:<10} {:>8} {:<15} {:>2}", row.workload, row.n, row.contestant, row.threads);
-  for (const double ns : {row.time.median(), row.time.quantile(0.1), row.time.quantile(0.9), entrant.cpu.median(),
-                          entrant.cpu.mean(), entrant.longest, entrant.first_step, number("first_batch_ns")})
+  for (const double ns : {row.time.median(), row.time.quantile(0.1), row.time.quantile(0.9), entrant.median(),
+                          entrant.mean(), entrant.longest, entrant.first_step, number("first_batch_ns")})
     fmt::print(" {:>9.3f}", ms(ns));
-  for (const char* key : {"best_ratio", "peer_ratio", "fcl_ratio"}) fmt::print(" {:>6.2f}", number(key));
+  for (const char* key : {"best_ratio", "best_mean_ratio", "peer_ratio", "peer_mean_ratio", "fcl_ratio",
+                          "fcl_mean_ratio", "speedup", "speedup_mean", "ceiling"})
+    row.more.contains(key) ? fmt::print(" {:>6.2f}", number(key)) : fmt::print(" {:>6}", "-");
   fmt::print(" {:>6.0f} {:>9}{} {}{}\n", number("bytes_a_body"), entrant.reported, entrant.exact ? " " : "*",
              hex(row.hash), entrant.agrees ? "" : " wrong pairs");
 }
@@ -194,17 +245,22 @@ std::vector<Row> broadphase_bench(const Settings& settings) {
     if (!known.contains(name)) refuse_option("--contestant", name, fmt::format("{}", fmt::join(known, ", ")));
 
   fmt::print(
-      "ms a step on boxes that are given anew: update, report every overlapping pair. cpu, mean: processor time of "
-      "the\n"
-      "calling thread, median and mean; longest: of all steps but the first; batch: until the first {} pairs. best:\n"
-      "times our fastest; peer, FCL: how many times faster than the fastest peer, than FCL's tree, by medians, on as\n"
-      "many threads, on one thread of processor time. bytes: held a body between steps. A * reports too many pairs: "
-      "filtered outside the time.\n\n",
+      "ms a step on boxes that are given anew: update, report every overlapping pair. time, mean: median and mean "
+      "that\n"
+      "are compared, on one thread processor time; longest: of all steps but the first; batch: until the first {} "
+      "pairs.\n"
+      "best: times our fastest; peer, FCL: how many times faster than the fastest peer, than FCL's tree, on as many\n"
+      "threads; t1: than itself on one thread in the same race; each by medians and by means (~). most: what threads "
+      "gain\n"
+      "here on arithmetic alone. bytes: held a body between steps. A * reports too many pairs: filtered outside the "
+      "time.\n\n",
       PairList::batch);
   fmt::print("{:<10} {:>8} {:<15} {:>2}", "boxes", "n", "contestant", "t");
-  for (const char* head : {"median", "p10", "p90", "cpu", "mean", "longest", "first", "batch"})
+  for (const char* head : {"median", "p10", "p90", "time", "mean", "longest", "first", "batch"})
     fmt::print(" {:>9}", head);
-  fmt::print(" {:>6} {:>6} {:>6} {:>6} {:>9}  {}\n", "best", "peer", "FCL", "bytes", "reported", "hash");
+  for (const char* head : {"best", "best~", "peer", "peer~", "FCL", "FCL~", "t1", "t1~", "most", "bytes"})
+    fmt::print(" {:>6}", head);
+  fmt::print(" {:>9}  {}\n", "reported", "hash");
   std::vector<Row> rows;
   for (const BoxWorkload& workload : box_workloads()) {
     if (!settings.scenes.empty() &&
@@ -237,9 +293,20 @@ std::vector<Row> broadphase_bench(const Settings& settings) {
         const int steps = settings.steps != 0 ? settings.steps + 1 : default_steps(n, settings.quick);
         const auto world = make_moving_boxes(workload.name, n);
         Progress progress(workload.name, static_cast<std::uint64_t>(steps));
-        race(*world, steps, all, progress);
-        finish(workload.name, n, steps, all);
+        if (threads > 1) {
+          for (const BroadPhaseKind kind : {BroadPhaseKind::automatic, BroadPhaseKind::grid}) {
+            Entrant one{tandem_contestant(kind, 1), true};
+            one.reference = true;
+            if (std::any_of(all.begin(), all.end(), [&](const Entrant& entrant) {
+                  return entrant.contestant->name() == one.contestant->name();
+                }))
+              all.push_back(std::move(one));
+          }
+        }
+        const Ceiling ceiling = race(*world, steps, threads, all, progress);
+        finish(workload.name, n, steps, ceiling, all);
         for (const Entrant& entrant : all) {
+          if (entrant.reference) continue;
           print(entrant);
           double& worst = per_box[{entrant.contestant->name(), threads}];
           worst = std::max(entrant.row.time.median(), 0.5 * entrant.first_step) / static_cast<double>(n);

@@ -195,6 +195,10 @@ void Grid::plan() {
   if (use_tree()) tree_.begin(*boxes_, crowded_ ? nullptr : &large_);
   if (crowded_) return;
 
+  if (sum > records_.capacity()) {
+    records_.clear();  // what was there need not be copied
+    records_.reserve(sum + sum / 8);
+  }
   records_.resize(sum);
   if (searched_) {
     thin_.assign(columns(), {});

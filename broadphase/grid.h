@@ -8,6 +8,7 @@
 #include "box_tree.h"
 #include "column_kernel.h"
 #include "memory.h"
+#include "page_vector.h"
 #include "scratch_pool.h"
 #include "tandem/broadphase/broad_phase.h"
 
@@ -96,7 +97,7 @@ class Grid final : public BroadPhase, public BoxSearch {
   std::vector<std::uint32_t> large_;
   std::vector<std::size_t> column_begin_;
   std::vector<Range> groups_;  // of columns: the blocks of the last stage
-  std::vector<ColumnRecord> records_;
+  PageVector<ColumnRecord> records_;
   bool searched_ = false;
   std::vector<Thin> thin_;  // one a column, when searched
   std::vector<std::uint32_t> cell_end_;

@@ -5,8 +5,8 @@
 namespace tandem {
 
 /// Bytes that a vector holds, used or not.
-template <class T>
-std::size_t bytes_of(const std::vector<T>& values) {
+template <class T, class Allocator>
+std::size_t bytes_of(const std::vector<T, Allocator>& values) {
   return values.capacity() * sizeof(T);
 }
 

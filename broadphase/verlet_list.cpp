@@ -31,7 +31,7 @@ class VerletList::Collected final : public PairSink {
 /// Takes candidates and hands on those whose boxes overlap.
 class VerletList::Overlapping final : public PairSink {
  public:
-  Overlapping(const std::vector<BoxRecord>& records, PairSink& sink) : records_(records.data()), sink_(sink) {
+  Overlapping(const PageVector<BoxRecord>& records, PairSink& sink) : records_(records.data()), sink_(sink) {
     filter_ = &everything_;
     buffer_ = room_.data();
     capacity_ = room_.size();

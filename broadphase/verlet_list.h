@@ -8,6 +8,7 @@
 #include "box_record.h"
 #include "box_search.h"
 #include "memory.h"
+#include "page_vector.h"
 #include "scratch_pool.h"
 #include "tandem/broadphase/broad_phase.h"
 
@@ -109,7 +110,7 @@ class VerletList {
   bool method_begun_ = false;  // in `begin` already
   std::size_t bare_steps_left_ = 0, failures_ = 0;
 
-  std::vector<BoxRecord> past_;  // the boxes of some step before
+  PageVector<BoxRecord> past_;  // the boxes of some step before
   bool has_past_ = false;
   std::size_t past_age_ = 0, past_steps_ = 1;  // steps since; the same when it was last replaced
   bool copy_now_ = true;                       // this step replaces it
@@ -117,11 +118,11 @@ class VerletList {
   double steps_ahead_ = 8;
   float usual_motion_ = 0;
 
-  std::vector<std::vector<Pair>> lists_;     // a list a block of the method; of indices, once arranged of places
-  std::vector<std::uint32_t> place_, body_;  // a box's place among the records, and back
-  std::vector<BoxRecord> records_;           // of this step, those outside empty
-  std::atomic<std::uint32_t> places_{0};     // taken
-  std::atomic<std::size_t> arranged_{0};     // lists
+  std::vector<std::vector<Pair>> lists_;    // a list a block of the method; of indices, once arranged of places
+  PageVector<std::uint32_t> place_, body_;  // a box's place among the records, and back
+  PageVector<BoxRecord> records_;           // of this step, those outside empty
+  std::atomic<std::uint32_t> places_{0};    // taken
+  std::atomic<std::size_t> arranged_{0};    // lists
   std::size_t list_count_ = 0;
   bool list_made_ = false;
   bool too_long_ = false;  // the list of the step before
