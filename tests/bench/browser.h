@@ -17,6 +17,8 @@ class Browser {
   Browser& operator=(const Browser&) = delete;
 
   void open(const std::string& url);
+  /// A command of the DevTools protocol to the page, and its result. Throws std::runtime_error for an error.
+  nlohmann::json call(const std::string& method, nlohmann::json parameters = nlohmann::json::object());
   /// The value of a JavaScript expression; of a promise what it comes to. Throws std::runtime_error for an exception.
   nlohmann::json evaluate(const std::string& expression);
   /// Until the expression is true; false after `seconds`.
@@ -26,7 +28,6 @@ class Browser {
   const std::vector<std::string>& requests() const { return requests_; }
 
  private:
-  nlohmann::json call(const std::string& method, nlohmann::json parameters = nlohmann::json::object());
   nlohmann::json receive();
   void take(const nlohmann::json& event);
 

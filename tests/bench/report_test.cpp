@@ -71,9 +71,11 @@ json series(const char* contestant, bool strict, double speedup) {
                       {"narrow_ms", 1.0},
                       {"measure", 1.0},
                       {"measure_before", 2.0}};
+  json confirmed = decision;
+  confirmed.update({{"step", 2}, {"action", "confirm"}, {"before", "3-1"}});
   json out{{"contestant", contestant}, {"sum_ms", 6 / speedup},  {"speedup", speedup},
            {"over_oracle", 1.01},      {"strict_split", strict}, {"ms", {2, 3, 1}}};
-  if (!strict) out["broad_threads"] = {2, 3, 3}, out["decisions"] = json::array({decision});
+  if (!strict) out["broad_threads"] = {2, 3, 3}, out["decisions"] = json::array({decision, confirmed});
   return out;
 }
 
@@ -82,7 +84,8 @@ void write_results(const TemporaryFolder& folder) {
   write(folder / "scenes.json",
         result({row("scenes", "cubes-on-plane", "sequential", 1, 4e6, {{"ratio_to_sequential", 1.0}, {"steps", 9}}),
                 row("scenes", "cubes-on-plane", "flowgraph", 2, 2e6,
-                    {{"ratio_to_sequential", 2.0}, {"ratio_of_sums", 1.9}, {"steps", 9}})})
+                    {{"ratio_to_sequential", 2.0}, {"ratio_of_sums", 1.9}, {"steps", 9}}),
+                row("scenes", "cubes-on-plane", "a contestant of tomorrow", 2, 2e6, json::object())})
             .dump());
   json accuracy = json::array();
   for (const char* contestant : {"tandem", "FCL"}) {
@@ -101,6 +104,11 @@ void write_results(const TemporaryFolder& folder) {
                             {"worst", {{"id", "box-box/near/7"}}}}));
   }
   write(folder / "narrowphase.json", result(accuracy).dump());
+  write(folder / "peers.json", result({row("peers", "9-cubes", "tandem", 1, 1e6, {{"pairs", 100}}),
+                                       row("peers", "9-cubes", "Bullet, double", 1, 3e6,
+                                           {{"pairs", 90}, {"pairs_missed", 10}, {"pairs_extra", 0}}),
+                                       row("a bench of tomorrow", "9-cubes", "somebody", 3, 1, {{"surprise", {1, 2}}})})
+                                   .dump());
   write(folder / "broadphase.json",
         result({row("broadphase", "W1", "tandem auto", 1, 1e5, {{"cpu_mean_ns", 1e5}, {"agrees", true}, {"pairs", 5}}),
                 row("broadphase", "W1", "FCL tree", 1, 9e5, {{"cpu_mean_ns", 9e5}, {"agrees", true}, {"pairs", 5}}),
@@ -130,7 +138,7 @@ void write_results(const TemporaryFolder& folder) {
 }
 
 const std::string all_files =
-    "scenes.json narrowphase.json broadphase.json figures.json replay.record replay.jsonl timeline.json";
+    "scenes.json narrowphase.json peers.json broadphase.json figures.json replay.record replay.jsonl timeline.json";
 
 }  // namespace
 
@@ -147,20 +155,23 @@ TEST_CASE("report: bad input gets one line that says what, where and what is all
   text_time["rows"][0]["median_ns"] = "fast";
   const struct {
     std::string text, says;
-  } bad[] = {{good.substr(0, good.size() / 2), "bad.json: /rows/0/contestant: byte 134"},
-             {"", "bad.json: empty, allowed: a result of tandem-bench"},
-             {" \n", "bad.json: empty, allowed: a result of tandem-bench"},
-             {other.dump(), "bad.json: /version: 2, allowed: 1"},
-             {no_rows.dump(), "bad.json: /rows: [], allowed: at least one row"},
-             {no_time.dump(), "bad.json: /rows/0/median_ns: missing"},
-             {text_time.dump(), "bad.json: /rows/0/median_ns: \"fast\", allowed: "},
-             {"{\"name\":1}", "bad.json: document: {\"name\":1}, allowed: a result of tandem-bench"},
-             {"{\"traceEvents\":[]}", "bad.json: /traceEvents: [], allowed: slices"},
-             {"{\"step\":0,\"candidate", "bad.json: line 1: /step: byte 21"},
-             {"{\"step\":0}\n", "bad.json: line 1: /candidate_pairs: missing"},
-             {"{\"format\":\"tandem-record\",\"version\":2,\"scene\":{}}\n", "bad.json: /version: 2, allowed: 1"},
-             {"{\"format\":\"tandem-record\",\"version\":1,\"scene\":{\"bodies\":[]", "bad.json: /scene/bodies: byte 59"},
-             {std::string("\0\xff\x7f", 3), "bad.json: byte "}};
+  } bad[] = {
+      {good.substr(0, good.size() / 2), "bad.json: /rows/0/contestant: byte 134"},
+      {"", "bad.json: empty, allowed: a result of tandem-bench"},
+      {" \n", "bad.json: empty, allowed: a result of tandem-bench"},
+      {other.dump(), "bad.json: /version: 2, allowed: 1"},
+      {no_rows.dump(), "bad.json: /rows: [], allowed: at least one row"},
+      {no_time.dump(), "bad.json: /rows/0/median_ns: missing"},
+      {text_time.dump(), "bad.json: /rows/0/median_ns: \"fast\", allowed: "},
+      {R"({"id":"a","shapeA":{"kind":"sphere","radius":1},"ask":["distance"]})",
+       "bad.json: document: {\"id\":\"a\",\"shapeA\":"},
+      {"{\"name\":1}", "bad.json: document: {\"name\":1}, allowed: a result of tandem-bench"},
+      {"{\"traceEvents\":[]}", "bad.json: /traceEvents: [], allowed: slices"},
+      {"{\"step\":0,\"candidate", "bad.json: line 1: /step: byte 21"},
+      {"{\"step\":0}\n", "bad.json: line 1: /candidate_pairs: missing"},
+      {"{\"format\":\"tandem-record\",\"version\":2,\"scene\":{}}\n", "bad.json: /version: 2, allowed: 1"},
+      {"{\"format\":\"tandem-record\",\"version\":1,\"scene\":{\"bodies\":[]", "bad.json: /scene/bodies: byte 59"},
+      {std::string("\0\xff\x7f", 3), "bad.json: byte "}};
   for (const auto& [text, says] : bad) {
     write(folder / "bad.json", text);
     std::filesystem::remove(folder / "page.html");
@@ -210,7 +221,8 @@ TEST_CASE("report: the page in a browser") {
   REQUIRE(ready);
   const auto value = [&](const std::string& expression) { return browser.evaluate(expression); };
 
-  SECTION("every section has data, nothing complains, nothing is loaded") {
+  {
+    INFO("every section has data, nothing complains, nothing is loaded");
     CHECK(value("document.documentElement?.dataset.ready") == "true");
     CHECK(value("[...document.querySelectorAll('section')].map((s) => s.id)") ==
           json({"scenes", "accuracy", "figures", "replay", "timeline", "broadphase", "scaling", "commands"}));
@@ -225,11 +237,19 @@ TEST_CASE("report: the page in a browser") {
         true);
     for (const char* figure : {"3", "4", "5", "6", "7"})
       CHECK(value("document.querySelectorAll('#figure-" + std::string(figure) + " svg').length") >= 1);
+    // What is wrong is seen: a cross instead of a dot, and how much a peer misses.
+    CHECK(value("document.querySelectorAll('#accuracy figure .wrong').length") == 1);
+    CHECK(value("document.querySelector('.missed').textContent") == "misses 10 %");
+    CHECK(value("document.querySelectorAll('#scenes .scenes')[1].querySelector('.best .ratio').textContent") ==
+          "3.00×");
+    CHECK(
+        value("document.querySelector('#figure-3 .scroll .good').textContent").get<std::string>().starts_with("kept"));
     CHECK(browser.complaints() == std::vector<std::string>{});
     for (const std::string& url : browser.requests())
       CHECK((url.starts_with("file://") || url.starts_with("data:") || url.starts_with("blob:")));
   }
-  SECTION("the slider moves bodies") {
+  {
+    INFO("the slider moves bodies");
     const json before = value("document.querySelector('.stage').dataset.body");
     value(
         "(() => { const s = document.querySelector('.time input'); s.value = s.max; s.dispatchEvent(new "
@@ -242,7 +262,66 @@ TEST_CASE("report: the page in a browser") {
     CHECK_THAT(value("document.querySelector('#replay > div > .note').textContent").get<std::string>(),
                Catch::Contains("15 of 15") || Catch::Contains("30 of 30"));
   }
-  SECTION("a mark's worst input can be asked of tandem query") {
+  {
+    INFO("keys move it, a picked body tells what it touches, contacts are drawn");
+    const auto key = [&](const char* name) {
+      for (const char* type : {"keyDown", "keyUp"})
+        browser.call("Input.dispatchKeyEvent", {{"type", type}, {"key", name}, {"code", name}});
+    };
+    const auto clock = [&] { return value("document.querySelector('.time output').value").get<std::string>(); };
+    value("document.querySelector('.stage canvas').focus()");
+    key("End");
+    CHECK(clock().starts_with("step 29,"));
+    key("ArrowLeft");
+    CHECK(!clock().starts_with("step 29,"));
+    key("Home");
+    CHECK(clock().starts_with("step 0,"));
+    key("End");
+    value(
+        "(() => { const b = document.querySelector('.controls input[type=number]'); b.value = 1; b.dispatchEvent(new "
+        "Event('change')); })()");
+    CHECK(value("document.querySelector('.stage .side b').textContent").get<std::string>().starts_with("body 1,"));
+    CHECK(value("document.querySelectorAll('.stage .side tbody tr').length") >= 1);
+    CHECK(value("Number(document.querySelector('.stage').dataset.contacts)") >= 1);
+    // Arrow keys read a curve aloud.
+    value("document.querySelector('#figure-5 [role=group]').focus()");
+    key("ArrowRight");
+    CHECK(value("document.querySelector('.tip').textContent").get<std::string>().find("step 1") != std::string::npos);
+  }
+  {
+    INFO("dark, on paper, on a phone, and for those who cannot see it");
+    const auto media = [&](const char* medium, const char* scheme) {
+      browser.call("Emulation.setEmulatedMedia",
+                   {{"media", medium}, {"features", {{{"name", "prefers-color-scheme"}, {"value", scheme}}}}});
+      return value("getComputedStyle(document.body).backgroundColor");
+    };
+    CHECK(media("screen", "light") == "rgb(251, 250, 247)");
+    CHECK(media("screen", "dark") == "rgb(20, 23, 27)");
+    CHECK(media("print", "light") == "rgb(255, 255, 255)");
+    CHECK(value("getComputedStyle(document.querySelector('nav')).display") == "none");
+    media("screen", "light");
+    browser.call("Emulation.setDeviceMetricsOverride",
+                 {{"width", 390}, {"height", 844}, {"deviceScaleFactor", 1}, {"mobile", true}});
+    CHECK(browser.wait_for("document.documentElement.scrollWidth <= 390", 10));
+    const std::string unnamed =
+        "[...document.querySelectorAll('button, select, input, canvas, [tabindex=\"0\"]')].filter((e) => "
+        "!(e.getAttribute('aria-label') || e.textContent.trim() || e.labels?.length || "
+        "e.ariaLabelledByElements)).length";
+    CHECK(value(unnamed) == 0);
+    CHECK(value("[...document.querySelectorAll('section')].every((s) => s.getAttribute('aria-labelledby'))") == true);
+    CHECK(value("document.documentElement.lang") == "en");
+  }
+  {
+    INFO("it may not load anything even if it wanted to");
+    CHECK(value("fetch('data:text/plain,x').then(() => 'loaded', () => 'refused')") == "refused");
+    CHECK(value("new Promise((done) => { const i = new Image(); i.onload = () => done('loaded'); i.onerror = () => "
+                "done('refused'); i.src = 'file:///usr/share/pixmaps/x.png'; })") == "refused");
+    CHECK(std::any_of(browser.complaints().begin(), browser.complaints().end(), [](const std::string& line) {
+      return line.find("Content Security Policy") != std::string::npos;
+    }));
+  }
+  {
+    INFO("a mark's worst input can be asked of tandem query");
     const json record = value("document.querySelector('.detail pre').textContent");
     const json parsed = json::parse(record.get<std::string>());
     CHECK(parsed.at("id") == "box-box/near/7");

@@ -1,18 +1,20 @@
 // Speed against error of the narrow phase: a mark a solver.
-import {h, select, time, error, none, rerun, unique, copyButton, whole} from "report/dom.js";
+import {h, select, time, error, none, rerun, unique, copyButton, whole, table} from "report/dom.js";
 import {rowsOf} from "report/data.js";
 import {colour} from "report/theme.js";
-import {drawAxes, logTicks} from "report/chart.js";
+import {drawAxes, logTicks, sized, margin} from "report/chart.js";
 import {showTip, hideTip} from "report/tip.js";
 
 const floor = 1e-17;  // where an error of 0 is drawn
 const bad = (r) => r.wrong > 0 || r.failed > 0;
+const partial = (r) => r.unmeasured > 0;
 const drawnError = (r) => Math.max(floor, r.error_p99);
 const measures = (r) => !(r.unmeasured > 0 && r.unmeasured >= r.n);
 
-/// Those that are not both slower and less exact than another; wrong verdicts and failures are out.
+/// Those that are not both slower and less exact than another; wrong verdicts, failures and what measures only some of
+/// the queries are out.
 function front(rows) {
-  const right = rows.filter((r) => !bad(r)).sort((p, q) => drawnError(p) - drawnError(q) || p.median_ns - q.median_ns);
+  const right = rows.filter((r) => !bad(r) && !partial(r)).sort((p, q) => drawnError(p) - drawnError(q) || p.median_ns - q.median_ns);
   const out = [];
   for (const r of right) if (out.length === 0 || r.median_ns < out[out.length - 1].median_ns) out.push(r);
   return out;
@@ -48,27 +50,30 @@ function placeLabels(labels, marks) {
 }
 
 function bigPanel(rows, chosen, onChoose, width) {
-  const height = 430, m = {left: 56, right: 14, top: 8, bottom: 36};
-  const {x, y} = scales(rows, width, height, m);
-  const svg = d3.create("svg").attr("width", width).attr("height", height).attr("role", "group")
+  const height = 440;
+  const {x, y} = scales(rows, width, height, margin);
+  const svg = sized(width, height).attr("role", "group")
     .attr("aria-label", "Time a query over error, one mark a solver. Tab moves between marks.");
-  drawAxes(svg, {x, y, width, height, xLabel: "error, 99th percentile, relative to the size →", yLabel: "time a query →",
+  drawAxes(svg, {x, y, width, height, xLabel: "error, 99th percentile, relative to the size →", yLabel: "time a query, logarithmic",
     xTicks: [floor, ...d3.range(-15, 2, 3).map((p) => 10 ** p).filter((v) => v < x.domain()[1])], xFormat: errorTick, yTicks: logTicks(y, 5), yFormat: time});
   svg.append("path").attr("class", "front").attr("d", d3.line().curve(d3.curveStepAfter).x((r) => x(drawnError(r))).y((r) => y(r.median_ns))(front(rows)));
+  // Where there is little room only the front and the chosen are named; every mark has its tip and a line in the table.
+  const leading = front(rows);
   const labels = rows.map((r) => {
-    const text = r.contestant + (r.wrong ? `, ${r.wrong} wrong` : "") + (r.failed ? `, ${r.failed} failed` : "");
+    const text = r.contestant + (r.wrong ? `, ${r.wrong} wrong` : "") + (r.failed ? `, ${r.failed} failed` : "") + (r.unmeasured ? `, measures ${r.n - r.unmeasured} of ${r.n}` : "");
     const long = 6.6 * text.length, right = x(drawnError(r)) + 14 + long < width;
     return {r, text, width: long, x: right ? x(drawnError(r)) + 14 : x(drawnError(r)) - 14 - long, right, y: y(r.median_ns) + 4};
   });
-  placeLabels(labels, rows.map((r) => ({r, x: x(drawnError(r)) - 7, y: y(r.median_ns) + 4, width: 14})));
+  const named = width > 560 ? labels : labels.filter(({r}) => r.contestant === chosen || leading.includes(r));
+  placeLabels(named, rows.map((r) => ({r, x: x(drawnError(r)) - 7, y: y(r.median_ns) + 4, width: 14})));
   for (const label of labels) {
     const {r} = label, cx = x(drawnError(r)), cy = y(r.median_ns);
     const g = svg.append("g").attr("class", `mark${r.contestant === chosen ? " chosen" : ""}`).attr("tabindex", 0).attr("role", "button")
       .attr("aria-label", `${r.contestant}: ${time(r.median_ns)} a query, error ${error(r.error_p99)}, ${r.wrong} wrong of ${r.n}`);
     g.append("circle").attr("class", "halo").attr("cx", cx).attr("cy", cy).attr("r", 11);
-    g.append("circle").attr("cx", cx).attr("cy", cy).attr("r", 6).attr("fill", bad(r) ? "var(--card)" : colour(r.contestant)).attr("stroke", colour(r.contestant)).attr("stroke-width", 2);
+    g.append("circle").attr("cx", cx).attr("cy", cy).attr("r", 6).attr("fill", bad(r) || partial(r) ? "var(--card)" : colour(r.contestant)).attr("stroke", colour(r.contestant)).attr("stroke-width", 2);
     if (bad(r)) g.append("path").attr("class", "wrong").attr("d", `M${cx - 4.5},${cy - 4.5}l9,9m0,-9l-9,9`);
-    g.append("text").attr("x", label.right ? label.x : label.x + label.width).attr("y", label.y).attr("text-anchor", label.right ? "start" : "end")
+    if (named.includes(label)) g.append("text").attr("x", label.right ? label.x : label.x + label.width).attr("y", label.y).attr("text-anchor", label.right ? "start" : "end")
       .attr("style", bad(r) ? "fill:var(--bad)" : r.contestant.startsWith("tandem") ? "fill:var(--ink);font-weight:600" : null).text(label.text);
     g.on("click", () => onChoose(r.contestant)).on("focus", () => onChoose(r.contestant, true))
       .on("mousemove", () => showTip(d3.event.clientX, d3.event.clientY, ...tipOf(r))).on("mouseleave", hideTip);
@@ -87,7 +92,7 @@ function smallPanel(kind, rows) {
   for (const r of [...rows].reverse()) {
     const cx = x(drawnError(r)), cy = y(r.median_ns);
     if (bad(r)) svg.append("path").attr("class", "wrong").attr("stroke-width", 1.5).attr("d", `M${cx - 3},${cy - 3}l6,6m0,-6l-6,6`);
-    else svg.append("circle").attr("cx", cx).attr("cy", cy).attr("r", r.contestant === "tandem" ? 4 : 3).attr("fill", colour(r.contestant));
+    else svg.append("circle").attr("cx", cx).attr("cy", cy).attr("r", r.contestant === "tandem" ? 4 : 3).attr("fill", partial(r) ? "none" : colour(r.contestant)).attr("stroke", colour(r.contestant));
   }
   return svg.node();
 }
@@ -102,9 +107,9 @@ export function accuracy(section, data) {
   const state = {kind: kinds.includes("box-box") ? "box-box" : kinds[0], class: classes.includes("near") ? "near" : classes[0],
     request: requests.includes("distance") ? "distance" : requests[0], contestant: "tandem"};
   section.append(h("p.lead", {}, "A library that is fast and wrong is neither. Each mark is a solver: the lower, the faster; the further left, the more exact. " +
-    "The dotted line is the front: nothing right is both faster and more exact. A red cross gave wrong verdicts or failed. Errors are judged by the true signed distance in 113-bit arithmetic."));
-  const controls = h("div.controls"), plot = h("div"), detail = h("div.detail", {"aria-live": "polite"}), panels = h("div.panels", {role: "group", "aria-label": "Kinds of pairs"}), command = h("div");
-  section.append(controls, h("figure", {}, plot), detail, command, h("h3", {style: "margin-top:1.3rem"}, "Every kind of pair, same class and request"), panels);
+    "The dotted line is the front: nothing right is both faster and more exact. A red cross gave wrong verdicts or failed in some of the queries; an open mark measures only some of them. Errors are judged by the true signed distance in 113-bit arithmetic."));
+  const controls = h("div.controls"), plot = h("div"), detail = h("div.detail", {"aria-live": "polite"}), numbers = h("details"), panels = h("div.panels", {role: "group", "aria-label": "Kinds of pairs"}), command = h("div");
+  section.append(controls, h("figure", {}, plot), detail, numbers, command, h("h3", {style: "margin-top:1.3rem"}, "Every kind of pair, same class and request"), panels);
 
   const rowsFor = (kind) => all.filter((r) => r.kind === kind && r.class === state.class && r.request === state.request && measures(r));
   function tell() {
@@ -117,7 +122,7 @@ export function accuracy(section, data) {
       h(`span${bad(r) ? ".wrongtext" : ""}`, {}, `${r.wrong} wrong verdicts, ${r.failed} failures in ${whole(r.n)}`), ".",
       r.fastest_right_rival ? ` ${(1 / r.ratio_to_rival).toPrecision(2)} times as fast as the fastest other that is right, ${r.fastest_right_rival}.` : "",
       ...(text ? [h("div", {style: "margin-top:.4rem"}, `Its worst input, ${r.worst.id}, as a record for tandem query: `, copyButton(() => text, "copy record")),
-        h("pre", {tabindex: 0}, text.length > 900 ? `${text.slice(0, 900)} …` : text)] : [h("div.note", {}, "Its worst input was not recorded.")]));
+        h("pre", {tabindex: 0}, text.length > 900 ? `${text.slice(0, 900)} …` : text)] : [h("div.note", {}, "Its result has no worst input; a new run of the command below records it.")]));
   }
   function draw() {
     // Requests and classes that a kind lacks give way.
@@ -128,8 +133,10 @@ export function accuracy(section, data) {
     controls.replaceChildren(select("pair", kinds, state.kind, set("kind")), select("poses", classes, state.class, set("class")), select("asked", requests, state.request, set("request")));
     const rows = rowsFor(state.kind);
     const choose = (contestant, quiet) => { state.contestant = contestant; tell(); if (!quiet) draw(); };
-    plot.replaceChildren(bigPanel(rows, state.contestant, choose, Math.max(360, plot.clientWidth || 800)));
+    plot.replaceChildren(bigPanel(rows, state.contestant, choose, Math.max(300, plot.clientWidth || 800)));
     tell();
+    numbers.replaceChildren(h("summary", {}, "The same as a table"), h("div.scroll", {tabindex: 0}, table(`${state.kind}, ${state.class}, ${state.request}`, ["solver", "time a query", "error, p99", "largest error", "wrong", "failed", "not measured"],
+      [...rows].sort((p, q) => p.median_ns - q.median_ns).map((r) => [r.contestant, time(r.median_ns), error(r.error_p99), error(r.error_max), r.wrong, r.failed, r.unmeasured ?? 0]))));
     command.replaceChildren(rerun(`tandem-bench narrowphase --kind ${state.kind} --json results/narrowphase.json`));
     panels.replaceChildren(...kinds.map((kind) => h("button", {type: "button", "aria-pressed": String(kind === state.kind),
       "aria-label": `${kind}: show it large`, click: () => { state.kind = kind; draw(); }}, smallPanel(kind, rowsFor(kind)))));

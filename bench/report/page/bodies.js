@@ -36,7 +36,7 @@ export class Bodies {
     out[at + 12] = p[i]; out[at + 13] = p[i + 1]; out[at + 14] = p[i + 2]; out[at + 15] = 1;
   }
 
-  /// Box around the bodies that move, at the present moment, without the outermost hundredth: {middle, radius}.
+  /// Box around the bodies that move, at the present moment, without the outermost hundredth: {middle, half, radius}.
   extent() {
     const {moving} = this.replay.about, middle = [], size = [];
     for (let k = 0; k < 3; ++k) {
@@ -45,6 +45,6 @@ export class Bodies {
       middle.push((lo + hi) / 2);
       size.push(hi - lo);
     }
-    return {middle, radius: Math.max(1, Math.hypot(...size) / 2)};
+    return {middle, half: size.map((x) => x / 2), radius: Math.max(1, Math.hypot(...size) / 2)};
   }
 }

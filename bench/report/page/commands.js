@@ -1,5 +1,5 @@
 // What is in this report, and how each file of it is made again.
-import {h, whole, copyButton, unique} from "report/dom.js";
+import {h, whole, copyButton, unique, fileName} from "report/dom.js";
 
 const benches = {
   scenes: "tandem-bench scenes --json results/scenes.json",
@@ -11,8 +11,9 @@ const benches = {
 };
 
 export function commands(section, data) {
-  const row = (what, file, holds, machine, command) => h("tr", {}, h("td.text", {}, what), h("td.text", {}, file), h("td.text", {}, holds), h("td.text", {}, machine),
-    h("td.text", {}, h("code", {}, command), " ", copyButton(() => command)));
+  const row = (what, file, holds, machine, command) => h("tr", {}, h("td.text", {}, h("b", {}, what), h("div.note", {}, holds)),
+    h("td.text", {}, h("span", {title: file}, fileName(file)), h("div.note", {}, machine)),
+    h("td.text", {}, h("div.rerun", {}, h("code", {}, command), copyButton(() => command))));
   const rows = [
     ...data.results.map((r) => {
       const names = r.pictures ? ["figures"] : unique(r.rows.map((x) => x.bench));
@@ -24,6 +25,6 @@ export function commands(section, data) {
   ];
   section.append(h("p.lead", {}, "From the clone’s root ./run builds, measures short versions of everything and writes this page; the commands below, from build/release/bin, measure each part at full length. " +
     "tandem-bench report FILES -o PAGE.html then draws them. The contacts do not depend on the machine; the times do."),
-  h("div.scroll", {style: "max-height:none"}, h("table", {}, h("thead", {}, h("tr", {}, ["what", "file", "holds", "measured on", "made by"].map((t) => h("th.text", {scope: "col"}, t)))), h("tbody", {}, rows))));
+  h("div.wide", {}, h("table.stacked", {}, h("thead", {}, h("tr", {}, ["what", "file, measured on", "made by"].map((t) => h("th.text", {scope: "col"}, t)))), h("tbody", {}, rows))));
   return rows.length > 0;
 }

@@ -18,6 +18,11 @@ export function h(tag, attributes = {}, ...children) {
 const significant = (digits) => new Intl.NumberFormat("en", {maximumSignificantDigits: digits, useGrouping: true});
 const two = significant(2), three = significant(3);
 export const whole = (x) => new Intl.NumberFormat("en", {maximumFractionDigits: 0}).format(x);
+/// A count for an axis: 1k, 1M.
+export const brief = (x) => (x >= 1e6 ? `${three.format(x / 1e6)}M` : x >= 1e3 ? `${three.format(x / 1e3)}k` : three.format(x));
+/// A ratio with two digits after the point where that says something.
+export const ratio = (x) => (x < 10 ? x.toFixed(2) : x < 100 ? x.toFixed(1) : whole(x));
+export const fileName = (path) => path.split("/").pop();
 export const short = (x) => (x !== 0 && (Math.abs(x) < 1e-3 || Math.abs(x) >= 1e7) ? x.toExponential(1) : three.format(x));
 
 /// A time in ns with its unit.

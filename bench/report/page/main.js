@@ -61,6 +61,7 @@ async function draw() {
   for (const [i, [id, title, make]] of sections.entries()) {
     const section = h("section", {id, "aria-labelledby": `${id}-title`}, h("h2", {id: `${id}-title`}, title));
     main.append(section);
+    await new Promise((done) => setTimeout(done));  // what is drawn can be read meanwhile
     try {
       const filled = await make(section, data);
       section.dataset.filled = String(filled);

@@ -7,7 +7,7 @@ import {StageFlat} from "report/stage_flat.js";
 import {lineChart} from "report/chart.js";
 import {onThemeChange} from "report/theme.js";
 
-const command = "tandem run cubes-on-plane --steps 240 --record results/replay.record --json results/replay.jsonl";
+const commandOf = ({name, recorded_steps}) => `tandem run ${name} --steps ${recorded_steps} --record results/replay.record --json results/replay.jsonl`;
 const rgb = (text) => { const c = d3.rgb(text); return [c.r / 255, c.g / 255, c.b / 255]; };
 const still = [0.62, 0.62, 0.6], chosenColour = [1, 0.55, 0.1], partnerColour = [1, 0.85, 0.45];
 const shapeColours = ["#4e8fb8", "#d9905a", "#7fae66", "#a880bd", "#c9ad52", "#cf7390", "#7a8a99", "#59b3a6"].map(rgb);
@@ -64,6 +64,8 @@ async function show(place, number, data) {
   const about = data.replays[number];
   const replay = await readReplay(number, about), bodies = new Bodies(replay);
   const last = about.steps.length - 1, means = meanings(replay);
+  // Bodies are about as far apart as they are large.
+  const normalLength = (0.9 * bodies.extent().radius) / Math.sqrt(about.moving.length || 1);
   const state = {time: 0, playing: false, speed: 1, colour: "contacts", contacts: false, chosen: null, frame: -1};
   // A canvas that was refused WebGL can still be drawn on.
   const canvas = h("canvas", {tabindex: 0, role: "img", "aria-label": `${about.name}: ${whole(about.bodies)} bodies in 3D. Drag turns, the wheel zooms, right drag moves; a click picks a body; space plays.`});
@@ -125,7 +127,7 @@ async function show(place, number, data) {
   function choose(body) { state.chosen = body; paint(); tellChosen(); contactsOf(); }
   function contactsOf() {
     const c = replay.contacts[state.frame], {chosen} = state;
-    stage.showContacts(state.contacts || chosen !== null ? c : null, (i) => chosen === null || c.a[i] === chosen || c.b[i] === chosen, 0.04 * bodies.extent().radius);
+    box.dataset.contacts = stage.showContacts(state.contacts || chosen !== null ? c : null, (i) => chosen === null || c.a[i] === chosen || c.b[i] === chosen, normalLength);
   }
   function seek(time) {
     state.time = Math.max(0, Math.min(last, time));
@@ -192,19 +194,20 @@ async function show(place, number, data) {
   // Where something is to be seen: the impact.
   const busiest = d3.scan(replay.contacts, (p, q) => q.count - p.count);
   seek(Math.min(last, Math.round(0.45 * busiest)));
+  stage.lookAtAll();
   requestAnimationFrame(loop);
 }
 
 export async function replay(section, data) {
   if (data.replays.length === 0) {
-    section.append(none("It is recorded by", command));
+    section.append(none("It is recorded by", commandOf({name: "cubes-on-plane", recorded_steps: 240})));
     return false;
   }
   section.append(h("p.lead", {}, "What a run saw and found: poses that detection saw, contacts that it reported. Drag to turn, scroll to zoom, click a body to see what it touches."));
   const place = h("div");
   if (data.replays.length > 1)
     section.append(h("div.controls", {}, select("scene", data.replays.map((r, i) => [String(i), `${r.name} (${r.file})`]), "0", (v) => show(place, Number(v), data))));
-  section.append(place, rerun(command));
+  section.append(place, rerun(commandOf(data.replays[0])));
   await show(place, 0, data);
   return true;
 }

@@ -10,13 +10,16 @@ function plane(bytes, at, n) {
   return out;
 }
 
+const component = (v) => (((v & 0x7fff) / 32767) * 2 - 1) / Math.SQRT2;
 /// Quaternion (x, y, z, w) from its three smallest components, into out[at...].
 function rotation(c0, c1, c2, out, at) {
   const largest = (c0 >> 15) | ((c1 >> 15) << 1);
-  const small = [c0 & 0x7fff, c1 & 0x7fff, c2 & 0x7fff].map((v) => ((v / 32767) * 2 - 1) / Math.SQRT2);
-  const rest = Math.sqrt(Math.max(0, 1 - small[0] ** 2 - small[1] ** 2 - small[2] ** 2));
-  const wxyz = small.slice(0, largest).concat(rest, small.slice(largest));
-  out[at] = wxyz[1]; out[at + 1] = wxyz[2]; out[at + 2] = wxyz[3]; out[at + 3] = wxyz[0];
+  const a = component(c0), b = component(c1), c = component(c2), rest = Math.sqrt(Math.max(0, 1 - a * a - b * b - c * c));
+  // Of w x y z the largest was left out.
+  out[at + 3] = largest === 0 ? rest : a;
+  out[at] = largest === 0 ? a : largest === 1 ? rest : b;
+  out[at + 1] = largest <= 1 ? b : largest === 2 ? rest : c;
+  out[at + 2] = largest === 3 ? rest : c;
 }
 
 /// Float32Array of 7 numbers (translation, quaternion x y z w) a moving body, a frame.

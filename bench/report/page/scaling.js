@@ -23,14 +23,14 @@ function pointsOf(data) {
 function chart(all, workload) {
   const own = all.filter((p) => p.workload === workload);
   const most = d3.max(own, (p) => p.threads);
-  const series = [{name: "all there is to gain", colour: "var(--faint)", dashed: true, points: unique([1, ...own.map((p) => p.threads)]).sort((a, b) => a - b).map((t) => [t, t])}];
+  const series = [{name: "all there is to gain", colour: "var(--faint)", dashed: true, guide: true, points: unique([1, ...own.map((p) => p.threads)]).sort((a, b) => a - b).map((t) => [t, t])}];
   for (const name of unique(own.map((p) => p.contestant)))
     for (const simulated of [false, true]) {
       const by = d3.nest().key((p) => p.threads).rollup((list) => d3.median(list, (p) => p.speedup)).entries(own.filter((p) => p.contestant === name && p.simulated === simulated));
       const points = by.map(({key, value}) => [Number(key), value]).sort((a, b) => a[0] - b[0]);
-      if (points.length > 0) series.push({name: `${name}${simulated ? ", simulated" : ""}`, colour: colour(name), dots: true, joined: points.length > 1, dashed: simulated, points});
+      if (points.length > 0) series.push({name: `${name}${simulated ? ", simulated" : ""}`, group: name, strong: name === "flowgraph", colour: colour(name), dots: true, joined: points.length > 1, dashed: simulated, points});
     }
-  return lineChart(series, {title: workload.replaceAll("-", " "), caption: `Times faster than sequential, in the sum over the steps. ${own.some((p) => p.simulated) ? "Open marks on dashed curves are simulated." : "All measured."}`,
+  return lineChart(series, {title: workload.replaceAll("-", " "), caption: `Times faster than sequential, in the sum over the steps. ${own.some((p) => p.simulated) ? "● measured, ○ simulated." : "All measured."}`,
     xLabel: "threads", yLabel: "times faster", xLog: most > 4, yLog: most > 4, xFormat: whole, yFormat: (v) => `${short(v)}×`, xTicks: unique(own.map((p) => p.threads)), height: 320}).element;
 }
 

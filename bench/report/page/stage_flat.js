@@ -32,7 +32,11 @@ export class StageFlat {
     this.colours = this.colours.map((_, body) => `rgb(${colourOf(body).map((c) => Math.round(255 * c)).join()})`);
     this.dirty = true;
   }
-  showContacts(contacts, keep) { this.contacts = contacts === null ? null : {contacts, keep}; this.dirty = true; }
+  showContacts(contacts, keep) {
+    this.contacts = contacts === null ? null : {contacts, keep};
+    this.dirty = true;
+    return contacts === null ? 0 : d3.range(contacts.count).filter(keep).length;
+  }
 
   /// Canvas position, distance from the eye and pixels a metre of a point.
   project(x, y, z) {

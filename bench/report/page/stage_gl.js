@@ -89,7 +89,7 @@ export class StageGl {
 
   theme() {
     this.scene.background = new THREE.Color(valueOf("--page"));
-    if (this.ground) this.ground.material.color = new THREE.Color(valueOf("--idle"));
+    if (this.ground) this.ground.material.color = new THREE.Color(valueOf("--ground"));
     const mark = new THREE.Color(valueOf("--bad"));
     this.dots.material.color = mark;
     this.normals.material.color = mark;
@@ -97,9 +97,18 @@ export class StageGl {
   }
 
   lookAtAll() {
-    const {middle, radius} = this.bodies.extent();
+    const {middle, half, radius} = this.bodies.extent();
+    const forward = new THREE.Vector3(-0.46, 0.74, -0.5).normalize(), right = new THREE.Vector3().crossVectors(forward, this.camera.up).normalize(), up = new THREE.Vector3().crossVectors(right, forward);
+    const tall = Math.tan((this.camera.fov * Math.PI) / 360), wide = tall * (this.canvas.clientWidth / Math.max(1, this.canvas.clientHeight) || 1);
+    // As near as the eight corners of what moves allow.
+    let distance = 0;
+    for (let i = 0; i < 8; ++i) {
+      const corner = new THREE.Vector3(...half.map((x, k) => (i & (1 << k) ? x : -x)));
+      const depth = corner.dot(forward);
+      distance = Math.max(distance, Math.abs(corner.dot(right)) / wide - depth, Math.abs(corner.dot(up)) / tall - depth);
+    }
     this.controls.target.set(...middle);
-    this.camera.position.set(middle[0] + 0.85 * radius, middle[1] - 1.35 * radius, middle[2] + 0.85 * radius);
+    this.camera.position.set(...middle).addScaledVector(forward, -(1.04 * distance + 0.5));
     this.camera.far = 40 * radius;
     this.camera.near = radius / 200;
     this.camera.updateProjectionMatrix();
@@ -125,11 +134,11 @@ export class StageGl {
     this.dirty = true;
   }
 
-  /// contacts: a frame's, or null for none; keep(i): whether the i-th is drawn.
+  /// contacts: a frame's, or null for none; keep(i): whether the i-th is drawn. Returns how many are.
   showContacts(contacts, keep, length) {
     this.dots.visible = this.normals.visible = contacts !== null;
     this.dirty = true;
-    if (contacts === null) return;
+    if (contacts === null) return 0;
     let n = 0;
     for (let i = 0; i < contacts.count; ++i) {
       if (!keep(i)) continue;
@@ -145,6 +154,7 @@ export class StageGl {
     this.normals.geometry.attributes.position.needsUpdate = true;
     this.dots.geometry.setDrawRange(0, n);
     this.normals.geometry.setDrawRange(0, 2 * n);
+    return n;
   }
 
   /// The moving body under a point of the canvas (CSS pixels), or null: the nearest whose box the ray meets.

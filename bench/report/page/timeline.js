@@ -1,5 +1,6 @@
 // One step: threads as rows, tasks as bars.
 import {h, select, none, rerun, whole, short} from "report/dom.js";
+import {sized} from "report/chart.js";
 import {showTip, hideTip} from "report/tip.js";
 
 const colours = {update: "var(--s-7)", "broad prepare": "var(--s-5)", broad: "var(--broad)", narrow: "var(--narrow)", join: "var(--s-3)"};
@@ -16,9 +17,9 @@ function busy(slices) {
 }
 
 function picture(step, threads, width) {
-  const row = 34, gap = 10, left = 74, queueHeight = step.queue.length ? 64 : 0, height = threads * (row + gap) + queueHeight + 38;
+  const row = 34, gap = 10, left = 84, queueHeight = step.queue.length ? 64 : 0, height = threads * (row + gap) + queueHeight + 38;
   const full = [0, step.length];
-  const svg = d3.create("svg").attr("width", width).attr("height", height).attr("role", "img")
+  const svg = sized(width, height).attr("role", "img")
     .attr("aria-label", `Step ${step.step}: ${step.slices.length} tasks on ${threads} threads in ${short(step.length)} microseconds`);
   svg.append("clipPath").attr("id", "timeline-clip").append("rect").attr("x", left).attr("width", width - left - 8).attr("height", height);
   const axis = svg.append("g").attr("transform", `translate(0,${height - 22})`);
@@ -38,7 +39,7 @@ function picture(step, threads, width) {
   let line = null;
   if (queueHeight) {
     svg.append("text").attr("x", 0).attr("y", top + 16).text("queue");
-    svg.append("text").attr("x", 0).attr("y", top + 30).text(`≤ ${most} batches`);
+    svg.append("text").attr("x", 0).attr("y", top + 30).text(`at most ${most}`);
     line = rows.append("path").attr("class", "line").attr("stroke", "var(--accent)");
   }
   const x = d3.scaleLinear().range([left, width - 8]);
@@ -61,12 +62,12 @@ function picture(step, threads, width) {
 }
 
 export function timeline(section, data) {
-  const command = "tandem run tori-and-cubes --steps 40 --trace results/timeline.json";
+  const command = "tandem run tori-and-cubes --steps 60 --trace results/timeline.json";
   if (data.timelines.length === 0) {
     section.append(none("It is recorded by", command));
     return false;
   }
-  section.append(h("p.lead", {}, "What every thread did in one step. Broad-phase tiles emit batches of pairs while narrow-phase tasks already work on them; grey is idle."));
+  section.append(h("p.lead", {}, "What every thread did in one step. Broad-phase tiles emit batches of pairs while narrow-phase tasks already work on them. A narrow task within a broad one: the thread helped out. Grey is idle."));
   const state = {file: 0, step: 0};
   const controls = h("div.controls"), plot = h("div", {tabindex: 0, role: "group", "aria-label": "Timeline. Plus and minus zoom, arrows move, 0 shows all."}), facts = h("p.note");
   section.append(controls, h("ul.legend", {}, order.map((name) => h("li", {}, h("i.dot", {style: `background:${colours[name]};border-radius:2px`}), ` ${name}`)), h("li", {}, h("i.dot", {style: "background:var(--idle);border-radius:2px"}), " idle")),
@@ -79,7 +80,7 @@ export function timeline(section, data) {
       data.timelines.length > 1 ? select("timeline", data.timelines.map((t, i) => [String(i), t.file]), String(state.file), (v) => { state.file = Number(v); state.step = 0; draw(); }) : "",
       select("step", file.steps.map((s, i) => [String(i), `${s.step}: ${short(s.length / 1000)} ms${i === longest ? ", the longest" : ""}`]), String(state.step), (v) => { state.step = Number(v); draw(); }),
       h("button", {type: "button", click: () => current.by(1.6)}, "zoom in"), h("button", {type: "button", click: () => current.by(1 / 1.6)}, "zoom out"), h("button", {type: "button", click: () => current.all()}, "all"));
-    current = picture(step, file.threads, Math.max(420, plot.clientWidth || 800));
+    current = picture(step, file.threads, Math.max(300, plot.clientWidth || 800));
     plot.replaceChildren(current.node);
     const sum = (name) => d3.sum(step.slices.filter((s) => s[1] === name), (s) => s[3]);
     facts.replaceChildren(`Step ${step.step} of ${file.recorded_steps} in ${file.file}: ${whole(step.slices.length)} tasks, ${short(step.length / 1000)} ms from the first to the end of the last; ` +
