@@ -19,7 +19,8 @@ int tbb_threads(int wished);
 /// Asks whether the task group that the calling task belongs to has been cancelled; valid while that task runs.
 std::function<bool()> host_cancellation();
 
-/// Chooses the batch size: 10 to 20 us of narrow work by the last step's cost of a pair, at most what the user allows.
+/// Chooses the batch size by the last step's cost of a pair: 15 us of narrow work, up to 60 in long steps, at most what
+/// the user allows.
 class BatchSize {
  public:
   explicit BatchSize(std::size_t most) : most_(most), size_{most, 1} {}

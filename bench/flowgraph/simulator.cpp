@@ -227,6 +227,7 @@ SimulatedStep Simulator::step(const RecordedStep& work) {
   result.ns = now;
   result.broad_ns = phase.broad_ns;
   result.narrow_ns = phase.narrow_ns;
+  report.threads = threads_;
   report.candidate_pairs = work.pairs();
   report.narrow_ms = 1e-6 * phase.narrow_ns;
   report.broad_ms = 1e-6 * phase.broad_ns;
