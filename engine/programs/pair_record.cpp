@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <chrono>
 
+#include "hull.h"
+#include "mesh_model.h"
+
 namespace tandem {
 namespace {
 
@@ -64,6 +67,52 @@ double mean_nanoseconds(Work&& work) {
   return std::chrono::duration<double, std::nano>(Clock::now() - begin).count() / runs;
 }
 
+/// Solvers take a rotation's transpose for its inverse. Of one that is orthonormal to some digits only, the nearest
+/// rotation is left in the pose, and the rest goes into the shape: its points R v + t stay where they are. A record's
+/// round shapes keep it, for they would become another kind.
+void straighten(Shape& shape, Pose& pose) {
+  constexpr double rounding = 1e-14;
+  const Mat3 given = pose.rotation;
+  if ((given.transpose() * given - Mat3::Identity()).cwiseAbs().maxCoeff() <= rounding) return;
+  // The polar factor (Higham, Computing the Polar Decomposition, 1986), from within 1e-6: the error is squared twice.
+  Mat3 turn = given;
+  for (int i = 0; i < 3; ++i) turn *= 1.5 * Mat3::Identity() - 0.5 * turn.transpose() * turn;
+  const Mat3 rest = turn.transpose() * given;
+  switch (shape.kind()) {
+    case ShapeKind::box: {
+      Convex corners;
+      for (unsigned i = 0; i < 8; ++i)
+        corners.vertices.push_back(
+            rest * shape.half_size().cwiseProduct(Vec3(i & 1u ? 1 : -1, i & 2u ? 1 : -1, i & 4u ? 1 : -1)));
+      shape = corners;
+      break;
+    }
+    case ShapeKind::convex: {
+      Convex corners{shape.hull().vertices};
+      for (Vec3& v : corners.vertices) v = rest * v;
+      shape = corners;
+      break;
+    }
+    case ShapeKind::triangle:
+    case ShapeKind::mesh: {
+      const MeshModel& model = shape.mesh();
+      Mesh mesh{model.vertices, model.triangles, model.solid};
+      for (Vec3& v : mesh.vertices) v = rest * v;
+      if (shape.kind() == ShapeKind::mesh)
+        shape = Shape(std::move(mesh));
+      else
+        shape = Triangle{{mesh.vertices[0], mesh.vertices[1], mesh.vertices[2]}};
+      break;
+    }
+    case ShapeKind::halfspace:
+      shape = HalfSpace{rest.transpose().inverse() * shape.normal(), shape.offset()};
+      break;
+    default:
+      return;
+  }
+  pose.rotation = turn;
+}
+
 }  // namespace
 
 PairRecord read_pair_record(const Json& json, ShapeReader& shapes) {
@@ -78,6 +127,13 @@ PairRecord read_pair_record(const Json& json, ShapeReader& shapes) {
                  .pose_b = pose("poseB"),
                  .ask = {}};
   out.ask = read_ask(record.at("ask"), out.shape_a, out.shape_b);
+  // What is exact for the triangles as given stays so.
+  const bool exact = has_triangles(out.shape_a) && has_triangles(out.shape_b) &&
+                     (out.ask.triangles || !out.shape_a.is_convex() || !out.shape_b.is_convex());
+  if (!exact) {
+    straighten(out.shape_a, out.pose_a);
+    straighten(out.shape_b, out.pose_b);
+  }
   if (const auto margin = record.find("margin")) out.margin = margin->number_up_to(1e30);
   out.velocity_a = velocity(record, "velA");
   out.velocity_b = velocity(record, "velB");

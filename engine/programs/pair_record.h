@@ -21,7 +21,8 @@ struct Ask {
   bool toi = false;
 };
 
-/// A question about two bodies.
+/// A question about two bodies. Where a rotation is not orthonormal to rounding, shapes with corners have them where
+/// the record's R v + t puts them, and the pose has the nearest rotation.
 struct PairRecord {
   Json id;  ///< any JSON value; null if the record has none
   Shape shape_a, shape_b;

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
@@ -57,6 +58,41 @@ TEST_CASE("pair record: two spheres") {
   REQUIRE(deep["contacts"].size() == 1);
   CHECK(deep["contacts"][0]["depth"] == 1.0);
   CHECK(keys(deep["contacts"][0]) == Keys{"point", "normal", "depth"});
+}
+
+TEST_CASE("pair record: rotations of few digits put corners where they say, R v + t") {
+  const std::string boxes = R"("shapeA":{"kind":"box","size":[2,1,0.5]},"shapeB":{"kind":"box","size":[1,1.5,1]})";
+  const std::string loose_a = R"("R":[[0.9210610,-0.3894183,0],[0.3894183,0.9210610,0],[0,0,1]])";
+  const std::string loose_b = R"("R":[[1,0,0],[0,0.8775826,-0.4794255],[0,0.4794255,0.8775826]])";
+  const auto corners = [](const Vec3& size, const Mat3& r) {
+    std::string text;
+    for (unsigned i = 0; i < 8; ++i) {
+      const Vec3 v = r * (0.5 * size.cwiseProduct(Vec3(i & 1u ? 1 : -1, i & 2u ? 1 : -1, i & 4u ? 1 : -1)));
+      char point[100];
+      std::snprintf(point, sizeof point, "%s[%.17g,%.17g,%.17g]", i > 0 ? "," : "", v[0], v[1], v[2]);
+      text += point;
+    }
+    return R"({"kind":"convex","vertices":[)" + text + "]}";
+  };
+  const Mat3 ra = (Mat3() << 0.9210610, -0.3894183, 0, 0.3894183, 0.9210610, 0, 0, 0, 1).finished();
+  const Mat3 rb = (Mat3() << 1, 0, 0, 0, 0.8775826, -0.4794255, 0, 0.4794255, 0.8775826).finished();
+  const auto distance = [](const Json& json) { return json["signed_distance"].get<double>(); };
+  for (const char* at : {"[0.5,0.7,0.6]", "[2,3,1]", "[0,0,0.97]"}) {
+    const std::string rest = std::string(R"("ask":["distance"]})");
+    const Json loose = ask_line("{" + boxes + R"(,"poseA":{"t":[0,0,0],)" + loose_a + R"(},"poseB":{"t":)" + at + "," +
+                                loose_b + "}," + rest);
+    const Json placed =
+        ask_line(R"({"shapeA":)" + corners({2, 1, 0.5}, ra) + R"(,"shapeB":)" + corners({1, 1.5, 1}, rb) +
+                 R"(,"poseA":{"t":[0,0,0]},"poseB":{"t":)" + at + "}," + rest);
+    CAPTURE(at);
+    CHECK(std::abs(distance(loose) - distance(placed)) < 1e-14);
+  }
+  // A half-space and a point: n . R^-1 x = offset.
+  const Json plane =
+      ask_line(R"({"shapeA":{"kind":"halfspace","normal":[0,1,0],"offset":2},"poseA":{"t":[0,0,0],)" + loose_b +
+               R"(},"shapeB":{"kind":"sphere","radius":0},"poseB":{"t":[1,3,5]},)" + R"("ask":["distance"]})");
+  const Vec3 n = rb.transpose().inverse() * Vec3(0, 1, 0);
+  CHECK(std::abs(distance(plane) - (n.dot(Vec3(1, 3, 5)) - 2) / n.norm()) < 1e-14);
 }
 
 TEST_CASE("pair record: a margin reports gaps as contacts") {
