@@ -9,7 +9,7 @@ import {onThemeChange} from "report/theme.js";
 
 const commandOf = ({name, recorded_steps}) => `tandem run ${name} --steps ${recorded_steps} --record results/replay.record --json results/replay.jsonl`;
 const rgb = (text) => { const c = d3.rgb(text); return [c.r / 255, c.g / 255, c.b / 255]; };
-const still = [0.62, 0.62, 0.6], chosenColour = [1, 0.55, 0.1], partnerColour = [1, 0.85, 0.45];
+const still = [0.62, 0.62, 0.6], chosenColour = [0.9, 0.12, 0.45], partnerColour = [1, 0.62, 0.74];
 const shapeColours = ["#4e8fb8", "#d9905a", "#7fae66", "#a880bd", "#c9ad52", "#cf7390", "#7a8a99", "#59b3a6"].map(rgb);
 
 /// What a body's colour can mean: {text, values(frame): array by body, unit, log}.
@@ -55,7 +55,7 @@ function curvesOf(replay, run, seek) {
 
 function stageFor(canvas, bodies, wanted) {
   if (wanted !== "flat") {
-    try { return {stage: new StageGl(canvas, bodies), gl: true}; } catch (error) { console.warn(`no WebGL: ${error.message}`); }
+    try { return {stage: new StageGl(canvas, bodies), gl: true}; } catch (error) { console.info(`The replay is drawn flat: ${error.message}`); }
   }
   return {stage: new StageFlat(canvas, bodies), gl: false};
 }
@@ -181,7 +181,11 @@ async function show(place, number, data) {
   });
   onThemeChange(() => { stage.theme(); paint(); });
 
-  const body = h("input", {type: "number", min: 0, max: about.bodies - 1, style: "width:6.5em", change: () => choose(body.value === "" ? null : Math.min(about.bodies - 1, Number(body.value)))});
+  const body = h("input", {type: "number", min: 0, max: about.bodies - 1, style: "width:6.5em", change: () => {
+    const chosen = body.value === "" ? null : Math.max(0, Math.min(about.bodies - 1, Number(body.value)));
+    choose(chosen);
+    if (chosen !== null && about.moving.includes(chosen)) stage.lookAt(chosen);
+  }});
   place.append(
     h("div.time", {}, playButton, slider, clock),
     h("div.controls", {}, select("colour", Object.entries(means).map(([key, m]) => [key, m.text]), state.colour, (v) => { state.colour = v; paint(); }),

@@ -26,6 +26,11 @@ export class StageFlat {
     });
   }
   lookAtAll() { this.view = this.bodies.extent(); this.dirty = true; }
+  lookAt(body) {
+    const {pose} = this.bodies, {radius} = this.bodies.extent();
+    this.view = {middle: [...pose.slice(7 * body, 7 * body + 3)], radius: Math.max(0.36 * radius, 1)};
+    this.dirty = true;
+  }
   theme() { this.dirty = true; }
   moved() { this.dirty = true; }
   paint(colourOf) {

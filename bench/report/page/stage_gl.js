@@ -5,6 +5,7 @@ import {valueOf} from "report/theme.js";
 export class StageGl {
   /// Throws where there is no WebGL.
   constructor(canvas, bodies) {
+    if (document.createElement("canvas").getContext("webgl") === null) throw new Error("no WebGL here");
     this.canvas = canvas;
     this.bodies = bodies;
     this.renderer = new THREE.WebGLRenderer({canvas, antialias: true, preserveDrawingBuffer: true});
@@ -112,6 +113,16 @@ export class StageGl {
     this.camera.far = 40 * radius;
     this.camera.near = radius / 200;
     this.camera.updateProjectionMatrix();
+    this.controls.update();
+    this.dirty = true;
+  }
+
+  /// Goes near a body, seen from the side that is seen now.
+  lookAt(body) {
+    const {radius} = this.bodies.extent(), at = new THREE.Vector3().fromArray(this.bodies.pose, 7 * body);
+    const back = this.camera.position.clone().sub(this.controls.target).setLength(Math.max(0.36 * radius, 1));
+    this.controls.target.copy(at);
+    this.camera.position.copy(at).add(back);
     this.controls.update();
     this.dirty = true;
   }

@@ -16,6 +16,7 @@ let next = 0;
 
 /// The CSS colour of a contestant.
 export function colour(name) {
+  if (name.endsWith(" copies")) return "var(--ink)";
   if (!fixed.has(name)) fixed.set(name, spare[next++ % spare.length]);
   return `var(${fixed.get(name)})`;
 }
