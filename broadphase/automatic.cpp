@@ -36,6 +36,10 @@ BroadPhase& Automatic::choose(std::size_t n) {
   }
   if (tree_steps_left_ > 0) {
     --tree_steps_left_;
+    if (n < brute_in_crowds_below) {
+      reason_ = "brute instead of " + unfit_reason_ + ", fewer than " + std::to_string(brute_in_crowds_below);
+      return brute_;
+    }
     reason_ = unfit_reason_;
     return bvh_;
   }
