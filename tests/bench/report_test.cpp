@@ -313,9 +313,16 @@ TEST_CASE("report: the page in a browser") {
   }
   {
     INFO("it may not load anything even if it wanted to");
-    CHECK(value("fetch('data:text/plain,x').then(() => 'loaded', () => 'refused')") == "refused");
-    CHECK(value("new Promise((done) => { const i = new Image(); i.onload = () => done('loaded'); i.onerror = () => "
-                "done('refused'); i.src = 'file:///usr/share/pixmaps/x.png'; })") == "refused");
+    const auto refused = [&](const std::string& attempt) {
+      return value(
+          "new Promise((done) => { document.addEventListener('securitypolicyviolation', (e) => "
+          "done(e.effectiveDirective), {once: true}); setTimeout(() => done('asked for'), 3000); " +
+          attempt + " })");
+    };
+    CHECK(refused("fetch('http://127.0.0.1:9/').catch(() => {});") == "connect-src");
+    CHECK(refused("new Image().src = 'http://127.0.0.1:9/x.png';") == "img-src");
+    CHECK(refused("document.head.append(Object.assign(document.createElement('script'), {src: "
+                  "'http://127.0.0.1:9/x.js'}));") == "script-src-elem");
     CHECK(std::any_of(browser.complaints().begin(), browser.complaints().end(), [](const std::string& line) {
       return line.find("Content Security Policy") != std::string::npos;
     }));
