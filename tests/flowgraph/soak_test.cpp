@@ -105,7 +105,7 @@ class Soak {
       default:
         break;
     }
-    ContactList contacts;
+    ContactList& contacts = contacts_;  // with what the last step left in it
     ExecutionReport report;
     bool thrown = false;
     const auto run = [&] {
@@ -162,6 +162,7 @@ class Soak {
   std::vector<std::uint64_t> expected_;
   std::optional<tbb::global_control> limit_{std::in_place, tbb::global_control::max_allowed_parallelism, most_threads_};
   std::vector<std::unique_ptr<Executor>> executors_;
+  ContactList contacts_;
 };
 
 }  // namespace
