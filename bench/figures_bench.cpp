@@ -155,6 +155,7 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
   Timeline timeline;
   PipelineOptions recorded = papers(ExecutorKind::sequential, 1);
   recorded.batch_pairs = meshes ? 1 : 8;
+  recorded.joined = true;
   std::vector<Contestant> contestants;
   for (const Entrant& entrant : all) contestants.push_back(entrant.contestant);
   contestants.push_back({"recorder", recorded, &timeline});

@@ -1,16 +1,25 @@
 #include "tandem/engine/pipeline.h"
 
 #include <algorithm>
-#include <cmath>
+#include <atomic>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 
 #include "kept_contacts.h"
+#include "outward_boxes.h"
 #include "tandem/flowgraph/executor.h"
 
 namespace tandem {
 namespace {
+
+/// Converts to what `make` returns: a container that is given one builds the element where it is to lie, uncopied.
+template <class Make>
+struct InPlace {
+  Make make;
+  operator std::invoke_result_t<const Make&>() const { return make(); }
+};
 
 /// A step of a scene as stages of blocks: boxes, the broad phase's stages, and the dispatcher for each pair.
 class SceneWork final : public StepWork {
@@ -38,9 +47,14 @@ class SceneWork final : public StepWork {
     has_mesh_ = std::any_of(scene.shapes().begin(), scene.shapes().end(),
                             [](const Shape& shape) { return shape.kind() == ShapeKind::mesh; });
     if (kept_) kept_->begin_step(scene);
+    found_.clear();
   }
   /// Not to be called after a step that ended early.
   void finish(StepReport& report) {
+    report.colliding_pairs = found_.colliding_pairs.load(std::memory_order_relaxed);
+    report.contacts = found_.contacts.load(std::memory_order_relaxed);
+    report.gaps = found_.gaps.load(std::memory_order_relaxed);
+    report.max_depth = found_.max_depth.load(std::memory_order_relaxed);
     if (!kept_) return;
     kept_->end_step();
     const KeptContacts::Counts counts = kept_->counts();
@@ -86,34 +100,41 @@ class SceneWork final : public StepWork {
   void narrow(Batch& batch) const override {
     std::optional<KeptContacts::Batch> kept;
     if (kept_) kept.emplace(*kept_);
+    const std::size_t first_contact = batch.contacts.size();
+    std::uint64_t colliding_pairs = 0;
     const auto pairs = std::span<const Pair>(batch.pairs).first(batch.count);
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       const Pair pair = pairs[i];
       if (kept) kept->look_ahead(pairs.subspan(i));
-      PairResult result{pair.a, pair.b, static_cast<std::uint32_t>(batch.contacts.size()), 0, {}};
+      const auto first = static_cast<std::uint32_t>(batch.contacts.size());
+      PairResult* result;
       if (kept && is_worth_keeping(pair)) {
-        if (!kept->find(pair, result, batch.contacts)) {
-          solve(pair, result, batch);
-          kept->keep(result, std::span(batch.contacts).subspan(result.first_contact));
+        result = &batch.results.emplace_back(PairResult{pair.a, pair.b, first, 0, {}});
+        if (!kept->find(pair, *result, batch.contacts)) {
+          result->answer = solve(pair, batch);
+          kept->keep(*result, std::span(batch.contacts).subspan(first));
         }
       } else {
-        solve(pair, result, batch);
+        result = &batch.results.emplace_back(InPlace{[&] {
+          return PairResult{pair.a, pair.b, first, 0, solve(pair, batch)};
+        }});
       }
-      result.contact_count = static_cast<std::uint32_t>(batch.contacts.size()) - result.first_contact;
-      batch.inexact |= result.answer.status == Status::inexact;
-      if (result.answer.collide || result.contact_count != 0 || options_.request == Request::distance)
-        batch.results.push_back(result);
+      result->contact_count = static_cast<std::uint32_t>(batch.contacts.size()) - first;
+      batch.inexact |= result->answer.status == Status::inexact;
+      colliding_pairs += result->answer.collide ? 1 : 0;
+      if (!(result->answer.collide || result->contact_count != 0 || options_.request == Request::distance))
+        batch.results.pop_back();
     }
+    found_.add(colliding_pairs, std::span(batch.contacts).subspan(first_contact));
   }
 
  private:
-  static constexpr std::size_t bodies_a_block = 64;
+  static constexpr std::size_t bodies_a_block = BoundsRows::bodies;
 
-  void solve(Pair pair, PairResult& result, Batch& batch) const {
+  PairAnswer solve(Pair pair, Batch& batch) const {
     const auto poses = scene_->poses();
-    result.answer =
-        narrow_phase_.solve(scene_->shape_of(pair.a), poses[pair.a], scene_->shape_of(pair.b), poses[pair.b],
-                            options_.request, options_.request == Request::contacts ? &batch.contacts : nullptr);
+    return narrow_phase_.solve(scene_->shape_of(pair.a), poses[pair.a], scene_->shape_of(pair.b), poses[pair.b],
+                               options_.request, options_.request == Request::contacts ? &batch.contacts : nullptr);
   }
 
   bool is_worth_keeping(Pair pair) const {
@@ -122,24 +143,54 @@ class SceneWork final : public StepWork {
   }
 
   void update(std::size_t block) {
-    // Half the margin on each side: two boxes meet when the gap between their bodies is within the margin.
-    const double grow = 0.5 * options_.margin;
     const auto poses = scene_->poses();
-    for (std::size_t i = block * bodies_a_block, end = std::min(boxes_.size(), i + bodies_a_block); i < end; ++i) {
-      const auto index = static_cast<std::uint32_t>(i);
-      if (!scene_->alive(index)) {
-        boxes_.set_empty(i);
-        continue;
-      }
-      const Bounds bounds = scene_->shape_of(index).bounds(poses[i]);
-      Aabb box;
+    const std::size_t first = block * bodies_a_block, count = std::min(boxes_.size() - first, bodies_a_block);
+    BoundsRows rows;
+    for (std::size_t i = 0; i < bodies_a_block; ++i) {
+      // Places past the end are rounded with the others: what is in them must be numbers.
+      const std::size_t at = first + std::min(i, count - 1);
+      const Bounds bounds = scene_->shape_of(static_cast<std::uint32_t>(at)).bounds(poses[at]);
       for (std::size_t k = 0; k < 3; ++k) {
-        box.lo[k] = round_down(bounds.lo[static_cast<Eigen::Index>(k)] - grow);
-        box.hi[k] = round_up(bounds.hi[static_cast<Eigen::Index>(k)] + grow);
+        rows.lo[k][i] = bounds.lo[static_cast<Eigen::Index>(k)];
+        rows.hi[k][i] = bounds.hi[static_cast<Eigen::Index>(k)];
       }
-      boxes_.set(i, box);
     }
+    // Half the margin on each side: two boxes meet when the gap between their bodies is within the margin.
+    FloatRows rounded;
+    round_outward(rows, 0.5 * options_.margin, rounded);
+    for (int k = 0; k < 3; ++k) {
+      std::copy_n(rounded.lo[k], count, boxes_.lo(k) + first);
+      std::copy_n(rounded.hi[k], count, boxes_.hi(k) + first);
+    }
+    for (std::size_t i = first; i < first + count; ++i)
+      if (!scene_->alive(static_cast<std::uint32_t>(i))) boxes_.set_empty(i);
   }
+
+  /// What the batches found, summed up; the order of additions leaves no trace.
+  struct Found {
+    alignas(64) std::atomic<std::uint64_t> colliding_pairs{0};
+    std::atomic<std::uint64_t> contacts{0}, gaps{0};
+    std::atomic<double> max_depth{0};
+
+    void clear() {
+      for (auto* count : {&colliding_pairs, &contacts, &gaps}) count->store(0, std::memory_order_relaxed);
+      max_depth.store(0, std::memory_order_relaxed);
+    }
+    void add(std::uint64_t pairs, std::span<const Contact> fresh) {
+      std::uint64_t touching = 0;
+      double deepest = 0;
+      for (const Contact& contact : fresh) {
+        touching += contact.depth < 0 ? 0 : 1;
+        deepest = std::max(deepest, contact.depth);
+      }
+      colliding_pairs.fetch_add(pairs, std::memory_order_relaxed);
+      contacts.fetch_add(touching, std::memory_order_relaxed);
+      gaps.fetch_add(fresh.size() - touching, std::memory_order_relaxed);
+      double known = max_depth.load(std::memory_order_relaxed);
+      while (known < deepest && !max_depth.compare_exchange_weak(known, deepest, std::memory_order_relaxed)) {
+      }
+    }
+  };
 
   PipelineOptions options_;
   NarrowPhase narrow_phase_;
@@ -150,6 +201,7 @@ class SceneWork final : public StepWork {
   PairFilter filter_;
   BoxArray boxes_;
   bool has_mesh_ = false;
+  mutable Found found_;  // of the step at hand
 };
 
 }  // namespace
@@ -164,6 +216,7 @@ struct Pipeline::Impl {
                                 .balance = options.balance,
                                 .strict_split = options.strict_split,
                                 .batch_pairs = options.batch_pairs,
+                                .joined = options.joined,
                                 .queue_capacity = options.queue_capacity,
                                 .small_step_ms = options.small_step_ms})) {}
 
@@ -188,11 +241,6 @@ StepReport Pipeline::step(const Scene& scene, std::stop_token stop) {
   impl.work.look_at(scene);
   impl.executor->run(impl.work, impl.contacts, report.execution, std::move(stop), impl.timeline);
   if ((report.execution.issues & bit(StepIssue::ended_early)) == 0) impl.work.finish(report);
-  for (const PairResult& pair : impl.contacts.pairs) report.colliding_pairs += pair.answer.collide ? 1 : 0;
-  for (const Contact& contact : impl.contacts.contacts) {
-    report.max_depth = std::max(report.max_depth, contact.depth);
-    ++(contact.depth < 0 ? report.gaps : report.contacts);
-  }
   report.broad_phase = impl.work.broad_phase().kind();
   report.broad_phase_reason = impl.work.broad_phase().reason();
   if (impl.options.contact_hash) report.contact_hash = hash(impl.contacts);

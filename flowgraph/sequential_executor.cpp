@@ -6,12 +6,13 @@ namespace {
 /// Broad, then narrow, on the calling thread.
 class SequentialExecutor final : public Executor {
  public:
-  explicit SequentialExecutor(const ExecutorOptions& options) : batch_pairs_(options.batch_pairs) {}
+  explicit SequentialExecutor(const ExecutorOptions& options)
+      : batch_pairs_(options.batch_pairs), joined_(options.joined) {}
 
   void run(StepWork& work, ContactList& contacts, ExecutionReport& report, std::stop_token stop,
            Timeline* timeline) override {
     state_.begin(work, contacts, {batch_pairs_}, std::move(stop), timeline);
-    run_on_caller(state_);
+    run_on_caller(state_, joined_);
     report.threads = 1;
     report.split = {1, 0};
     report.decision.reason = "one thread does both phases";
@@ -20,6 +21,7 @@ class SequentialExecutor final : public Executor {
 
  private:
   std::size_t batch_pairs_;
+  bool joined_;
   StepState state_;
 };
 

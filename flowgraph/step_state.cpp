@@ -157,6 +157,7 @@ void StepState::begin(StepWork& work, ContactList& contacts, BatchPairs batch_pa
   failed_.store(false, std::memory_order_relaxed);
   inexact_.store(false, std::memory_order_relaxed);
   error_ = nullptr;
+  in_order_ = false;
   pool_.begin(batch_pairs.most);
   joiner_.begin(work.bodies(), contacts);
   const std::size_t stages = work.begin();
@@ -180,7 +181,10 @@ void StepState::open_stage(std::size_t stage) {
     if (stop_requested()) continue;
     try {
       if (stage == shared_ + 1) joiner_.take(pool_.taken());
-      blocks_[stage] = stage <= shared_ ? work_->blocks(stage) : joiner_.blocks(stage - shared_ - 1);
+      if (stage <= shared_)
+        blocks_[stage] = work_->blocks(stage);
+      else
+        blocks_[stage] = in_order_ ? 0 : joiner_.blocks(stage - shared_ - 1);
     } catch (...) {
       capture();
       continue;
@@ -257,22 +261,44 @@ void StepState::run_tile(std::size_t tile, BatchWriter& writer) {
   close_work();
 }
 
-void StepState::process(Batch& batch) {
-  if (!failed()) {
-    const std::uint64_t pairs = batch.count;
-    const auto time = timed("narrow", batch.id, &pairs, [&] {
-      work_->narrow(batch);
-      joiner_.count(batch);
-    });
-    narrow_ns_of_this_thread += ns(time);
-    narrow_ns_.fetch_add(ns(time), std::memory_order_relaxed);
-    if (batch.heavy) {
-      heavy_ns_.fetch_add(ns(time), std::memory_order_relaxed);
-      heavy_pairs_.fetch_add(pairs, std::memory_order_relaxed);
-    }
-    if (batch.inexact) inexact_.store(true, std::memory_order_relaxed);
+void StepState::narrow(Batch& batch) {
+  if (failed()) return;
+  const std::uint64_t pairs = batch.count;
+  const auto time = timed("narrow", batch.id, &pairs, [&] {
+    work_->narrow(batch);
+    if (!in_order_) joiner_.count(batch);
+  });
+  narrow_ns_of_this_thread += ns(time);
+  narrow_ns_.fetch_add(ns(time), std::memory_order_relaxed);
+  if (batch.heavy) {
+    heavy_ns_.fetch_add(ns(time), std::memory_order_relaxed);
+    heavy_pairs_.fetch_add(pairs, std::memory_order_relaxed);
   }
+  if (batch.inexact) inexact_.store(true, std::memory_order_relaxed);
+}
+
+void StepState::process(Batch& batch) {
+  narrow(batch);
   close_work();
+}
+
+void StepState::process_in_order(std::span<Batch* const> batches) {
+  contacts_->pairs.clear();
+  contacts_->contacts.clear();
+  in_order_ = true;
+  if (!failed()) {
+    const auto time = timed("join", 0, nullptr, [&] { pair_order_.sort(batches, work_->bodies()); });
+    join_ns_.fetch_add(ns(time), std::memory_order_relaxed);
+  }
+  for (Batch* batch : batches) {
+    // Each batch goes on where the one before it stopped.
+    batch->results.swap(contacts_->pairs);
+    batch->contacts.swap(contacts_->contacts);
+    narrow(*batch);
+    batch->results.swap(contacts_->pairs);
+    batch->contacts.swap(contacts_->contacts);
+    close_work();
+  }
 }
 
 void StepState::close_work() {
@@ -344,18 +370,22 @@ void StepState::end(ExecutionReport& report) {
   if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
 }
 
-void run_on_caller(StepState& state) {
+void run_on_caller(StepState& state, bool joined) {
   struct : Delivery {
     void deliver(Batch& batch) override { ready.push_back(&batch); }
     std::vector<Batch*> ready;
   } shelf;
+  if (!joined) state.keep_heavy_pairs_in_place();
   take_part(
       state, [](std::size_t) { return true; },
       [&] {
         BatchWriter writer(state, shelf);
         for (std::size_t tile; state.take(state.shared_stage(), tile);) state.run_tile(tile, writer);
         writer.flush();
-        for (Batch* batch : shelf.ready) state.process(*batch);
+        if (joined)
+          for (Batch* batch : shelf.ready) state.process(*batch);
+        else
+          state.process_in_order(shelf.ready);
         return true;
       });
 }

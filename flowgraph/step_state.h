@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "joiner.h"
+#include "pair_order.h"
 #include "tandem/flowgraph/batch.h"
 #include "tandem/flowgraph/report.h"
 #include "tandem/flowgraph/step_work.h"
@@ -99,6 +100,9 @@ class StepState {
   std::size_t shared_stage() const { return shared_; }
   bool is_broad(std::size_t stage) const { return stage > 0 && stage <= shared_; }
 
+  /// Before any tile: heavy pairs stay among the others.
+  void keep_heavy_pairs_in_place() { batch_pairs_.heavy = 0; }
+
   /// Takes a block (a tile in the shared stage); false when the stage has none left or is over.
   bool take(std::size_t stage, std::size_t& block);
   /// Runs a taken block of a stage other than the shared one.
@@ -107,6 +111,9 @@ class StepState {
   void run_tile(std::size_t tile, BatchWriter& writer);
   /// Narrow phase of a batch.
   void process(Batch& batch);
+  /// Narrow phase of all batches of a step whose shared stage is on one thread alone, all tiles done: their pairs are
+  /// put in order first, so that answers go to their places at once and nothing is left to join.
+  void process_in_order(std::span<Batch* const> batches);
   bool tiles_left() const { return tiles_left_.load(std::memory_order_acquire) != 0; }
 
   /// Returns when the stage is over: spins for about as long as a short block lasts, then sleeps.
@@ -124,6 +131,7 @@ class StepState {
  private:
   friend class BatchWriter;
 
+  void narrow(Batch& batch);
   bool failed() const { return failed_.load(std::memory_order_relaxed); }
   void cancel() { failed_.store(true, std::memory_order_relaxed); }
   /// True when no more blocks are to be run: after an error, a stop request or the host's cancellation.
@@ -143,6 +151,8 @@ class StepState {
   std::size_t shared_ = 0, end_ = 0;
   std::vector<std::size_t> blocks_;
   Joiner joiner_;
+  PairOrder pair_order_;
+  bool in_order_ = false;  // the answers are: nothing is left to join
   BatchPool pool_;
   Clock::time_point start_, shared_start_;
 
@@ -179,8 +189,9 @@ void take_part(StepState& state, MayRun&& may_run, Shared&& shared) {
   }
 }
 
-/// The whole step on the calling thread: broad, then narrow.
-void run_on_caller(StepState& state);
+/// The whole step on the calling thread: broad, then narrow; in order, unless answers are to be joined as those of
+/// several threads are.
+void run_on_caller(StepState& state, bool joined = false);
 
 double to_ms(std::int64_t ns);
 

@@ -399,4 +399,34 @@ void append_halfspace_manifold(const ConvexView& shape, const Pose& pose, const 
   append_points(points, count, pose, pose.rotation * normal, contacts);
 }
 
+void append_halfspace_box(const HalfSize& half, const Pose& pose, const Vec3& world_normal, const Vec3& slope,
+                          double height, double margin, std::vector<Contact>& contacts) {
+  // The face that looks down most has the lowest corner, and its corners are all that can matter.
+  int k = 0;
+  for (int i = 1; i < 3; ++i)
+    if (std::abs(slope[i]) > std::abs(slope[k])) k = i;
+  const int u = (k + 1) % 3, w = (k + 2) % 3;
+  const double side = std::copysign(1.0, -slope[k]);
+  const auto size = [&](int i) { return half[static_cast<std::size_t>(i)]; };
+  const std::uint32_t face = static_cast<std::uint32_t>(2 * k + (side > 0 ? 0 : 1)) << 8;
+  const double middle = height + slope[k] * side * size(k), du = slope[u] * size(u), dw = slope[w] * size(w);
+  constexpr double su[4] = {1, -1, -1, 1}, sw[4] = {1, 1, -1, -1};
+  PatchPoint points[4];
+  int count = 0;
+  for (int i = 0; i < 4; ++i) {
+    const int at = side > 0 ? i : 3 - i;
+    const double depth = -(middle + su[at] * du + sw[at] * dw);
+    if (depth < -margin) continue;
+    PatchPoint& point = points[count++];
+    point.at[k] = side * size(k);
+    point.at[u] = su[at] * size(u);
+    point.at[w] = sw[at] * size(w);
+    point.at += 0.5 * depth * slope;
+    point.depth = depth;
+    point.feature = face | static_cast<std::uint32_t>(i);
+  }
+  count = span_patch(points, count, slope, 2 * Vec3(half[0], half[1], half[2]).norm());
+  append_points(points, count, pose, world_normal, contacts);
+}
+
 }  // namespace tandem

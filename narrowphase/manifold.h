@@ -47,6 +47,11 @@ bool append_parallel_capsules(const SegmentDistance& axes, double radius_a, doub
 void append_halfspace_manifold(const ConvexView& shape, const Pose& pose, const Vec3& normal, double offset,
                                double margin, std::vector<Contact>& contacts);
 
+/// The same for a box that is no farther away than the margin, by its half sizes: `slope` is the half-space's (world)
+/// normal in the box's frame, `height` that of the box's centre above it.
+void append_halfspace_box(const HalfSize& half, const Pose& pose, const Vec3& world_normal, const Vec3& slope,
+                          double height, double margin, std::vector<Contact>& contacts);
+
 /// Leaves up to 4 of the points, in the order of their features: the deepest, the farthest from it, then those that
 /// widen the patch most to either side; among equals the first by feature. Returns how many.
 int span_patch(PatchPoint* points, int count, const Vec3& normal, double size);

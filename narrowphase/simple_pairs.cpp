@@ -250,6 +250,41 @@ PairAnswer solve_box_capsule(const HalfSize& half, const Pose& pose_a, double ra
 
 namespace {
 
+/// The half-space's normal in the world.
+Vec3 world_normal(const Shape& halfspace, const Pose& pose) { return pose.rotation * halfspace.normal(); }
+
+PairAnswer halfspace_sphere(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
+                            double margin, std::vector<Contact>* contacts) {
+  PairAnswer r;
+  r.normal = world_normal(a, pose_a);
+  r.signed_distance = r.normal.dot(pose_b.translation - pose_a.translation) - a.offset() - b.radius();
+  r.collide = r.signed_distance <= 0;
+  r.point_b = pose_b.translation - b.radius() * r.normal;
+  r.point_a = r.point_b - r.signed_distance * r.normal;
+  if (request == Request::contacts) append_single(r, margin, contacts);
+  return r;
+}
+
+PairAnswer halfspace_box(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
+                         double margin, std::vector<Contact>* contacts) {
+  PairAnswer r;
+  r.normal = world_normal(a, pose_a);
+  const double height = r.normal.dot(pose_b.translation - pose_a.translation) - a.offset();
+  const HalfSize& half = b.parameters();
+  Vec3 slope, lowest;
+  for (int i = 0; i < 3; ++i) {
+    slope[i] = pose_b.rotation.col(i).dot(r.normal);
+    lowest[i] = std::copysign(half[static_cast<std::size_t>(i)], -slope[i]);
+  }
+  r.signed_distance = height + slope.dot(lowest);
+  r.collide = r.signed_distance <= 0;
+  r.point_b = pose_b * lowest;
+  r.point_a = r.point_b - r.signed_distance * r.normal;
+  if (request == Request::contacts && contacts != nullptr && r.signed_distance <= margin)
+    append_halfspace_box(half, pose_b, r.normal, slope, height, margin, *contacts);
+  return r;
+}
+
 PairAnswer spheres(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                    double margin, std::vector<Contact>* contacts) {
   return solve_spheres(a.radius(), pose_a.translation, b.radius(), pose_b.translation, request, margin, contacts);
@@ -287,6 +322,10 @@ constexpr Table table = [] {
   const auto at = [&t](ShapeKind a, ShapeKind b) -> SimpleSolver& {
     return t[static_cast<std::size_t>(a)][static_cast<std::size_t>(b)];
   };
+  at(ShapeKind::halfspace, ShapeKind::sphere) = halfspace_sphere;
+  at(ShapeKind::sphere, ShapeKind::halfspace) = exchanged<halfspace_sphere>;
+  at(ShapeKind::halfspace, ShapeKind::box) = halfspace_box;
+  at(ShapeKind::box, ShapeKind::halfspace) = exchanged<halfspace_box>;
   at(ShapeKind::sphere, ShapeKind::sphere) = spheres;
   at(ShapeKind::sphere, ShapeKind::box) = sphere_box;
   at(ShapeKind::box, ShapeKind::sphere) = exchanged<sphere_box>;

@@ -6,7 +6,7 @@
 namespace tandem {
 
 /// Pairs that cost less than preparing them for a general solver: straight from the shapes to the answer, and only
-/// what is asked for. Null where a pair of kinds has none. Both bounded and convex.
+/// what is asked for. Null where a pair of kinds has none. Both convex, at most one a half-space.
 using SimpleSolver = PairAnswer (*)(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
                                     Request request, double margin, std::vector<Contact>* contacts);
 SimpleSolver simple_solver(ShapeKind a, ShapeKind b);

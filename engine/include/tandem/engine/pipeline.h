@@ -31,6 +31,7 @@ struct PipelineOptions {
   /// computed, and so is Request::collide.
   double keep_contacts = 0;
   std::size_t batch_pairs = 128;   ///< candidate pairs a batch, [1, 65536]
+  bool joined = false;  ///< sequential: answers are joined from batches, as those of several threads; to measure that
   std::size_t queue_capacity = 0;  ///< batches waiting at most; 0: max(16, 4 threads)
   double small_step_ms = 0.3;  ///< flowgraph, barrier, fused: below this much work a step stays on the caller; 0: never
   bool contact_hash = false;   ///< fill StepReport::contact_hash (some 10 ns a contact, outside detect_ms)

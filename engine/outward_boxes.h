@@ -1,0 +1,23 @@
+#pragma once
+#include <cstddef>
+
+namespace tandem {
+
+/// Bounds of a few bodies on one axis after the other, in doubles.
+struct BoundsRows {
+  static constexpr std::size_t bodies = 64;
+  alignas(64) double lo[3][bodies];
+  alignas(64) double hi[3][bodies];
+};
+
+/// The same in floats.
+struct FloatRows {
+  alignas(64) float lo[3][BoundsRows::bodies];
+  alignas(64) float hi[3][BoundsRows::bodies];
+};
+
+/// Grows the boxes by `grow` (metres) on each side and rounds them outward: round_down(lo - grow), round_up(hi + grow),
+/// several at once. Every number must be finite.
+void round_outward(const BoundsRows& bounds, double grow, FloatRows& out);
+
+}  // namespace tandem
