@@ -13,7 +13,7 @@ if(MODE STREQUAL package)
   step(${CMAKE_COMMAND} --install ${BUILD} --prefix ${work}/prefix)
   set(where -DCMAKE_PREFIX_PATH=${work}/prefix)
 else()
-  set(where -DTANDEM_SOURCE=${SOURCE})
+  set(where -DTANDEM_SOURCE=${SOURCE} -DTANDEM_PRECOMPILE_HEADERS=ON)  # all of tandem is built anew
 endif()
 step(${CMAKE_COMMAND} -S ${SOURCE}/tests/install/consumer -B ${work}/build -G ${GENERATOR} ${where}
      -DCMAKE_CXX_COMPILER=${CXX} -DCMAKE_CXX_FLAGS=${CXX_FLAGS})
