@@ -28,8 +28,8 @@ struct Rows {
   HWY_INLINE void copy(std::size_t k, BoxRecord& record) const {
     const hn::CappedTag<float, 4> quad;
     for (std::size_t axis = 0; axis < 4; axis += hn::Lanes(quad)) {
-      hn::Store(hn::Load(quad, lo + 4 * k + axis), quad, record.lo + axis);
-      hn::Store(hn::Load(quad, hi + 4 * k + axis), quad, record.hi + axis);
+      hn::Store(hn::Load(quad, lo + 4 * k + axis), quad, record.lo() + axis);
+      hn::Store(hn::Load(quad, hi + 4 * k + axis), quad, record.hi() + axis);
     }
   }
 };
@@ -50,19 +50,15 @@ void copy_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, BoxRe
 }
 
 // NOLINTNEXTLINE(misc-definitions-in-headers)
-std::size_t place_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxArray& within,
-                        const std::uint32_t* place, BoxRecord* records, std::uint32_t* outside) {
+std::size_t copy_boxes_that_left(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxArray& within,
+                                 BoxRecord* records, std::uint32_t* outside) {
   const hn::ScalableTag<float> df;
-  const hn::RebindToUnsigned<decltype(df)> du;
   const std::size_t lanes = hn::Lanes(df);
   const float *from_lo0 = boxes.lo(0), *from_lo1 = boxes.lo(1), *from_lo2 = boxes.lo(2);
   const float *from_hi0 = boxes.hi(0), *from_hi1 = boxes.hi(1), *from_hi2 = boxes.hi(2);
   const float *least0 = within.lo(0), *least1 = within.lo(1), *least2 = within.lo(2);
   const float *most0 = within.hi(0), *most1 = within.hi(1), *most2 = within.hi(2);
-  constexpr std::size_t ahead = 32;
-  const auto none = hn::Set(du, no_place);
   Rows rows;
-  BoxRecord nowhere;
   std::size_t count = 0;
   for (std::size_t i = begin; i < end; i += lanes) {
     const auto lo0 = hn::LoadU(df, from_lo0 + i), hi0 = hn::LoadU(df, from_hi0 + i);
@@ -72,21 +68,12 @@ std::size_t place_boxes(const BoxArray& boxes, std::size_t begin, std::size_t en
     const auto y = hn::And(hn::Le(hn::LoadU(df, least1 + i), lo1), hn::Le(hi1, hn::LoadU(df, most1 + i)));
     const auto z = hn::And(hn::Le(hn::LoadU(df, least2 + i), lo2), hn::Le(hi2, hn::LoadU(df, most2 + i)));
     const auto inside = hn::And(x, hn::And(y, z));
-    if (end - i < lanes) {
-      rows.set(lo0, lo1, lo2, hi0, hi1, hi2);
-      for (std::size_t k = 0; k < end - i; ++k)
-        if (place[i + k] != no_place) rows.copy(k, records[place[i + k]]);
-    } else if (!hn::AllTrue(du, hn::Eq(hn::LoadU(du, place + i), none))) {
-      if (i + ahead + lanes <= end)
-        for (std::size_t k = i + ahead; k < i + ahead + lanes; ++k)
-          __builtin_prefetch(records + (place[k] != no_place ? place[k] : 0), 1, 3);
-      rows.set(lo0, lo1, lo2, hi0, hi1, hi2);
-      for (std::size_t k = 0; k < lanes; ++k)  // without branches: who has a place is not to be foreseen
-        rows.copy(k, place[i + k] != no_place ? records[place[i + k]] : nowhere);
-    }
+    const std::size_t here = end - i < lanes ? end - i : lanes;
+    rows.set(lo0, lo1, lo2, hi0, hi1, hi2);
+    for (std::size_t k = 0; k < here; ++k) rows.copy(k, records[i + k]);
     if (hn::AllTrue(df, inside)) continue;
     auto out = hn::Not(inside);
-    if (end - i < lanes) out = hn::And(out, hn::FirstN(df, end - i));
+    if (here < lanes) out = hn::And(out, hn::FirstN(df, here));
     // Not CompressStore, of which g++ 12 makes a copy of a table of 1 KiB a call.
     std::uint64_t bits = 0;
     hn::StoreMaskBits(df, out, reinterpret_cast<std::uint8_t*>(&bits));
@@ -97,35 +84,43 @@ std::size_t place_boxes(const BoxArray& boxes, std::size_t begin, std::size_t en
 }
 
 // NOLINTNEXTLINE(misc-definitions-in-headers)
-std::size_t overlapping(const BoxRecord* records, const Pair* pairs, std::size_t count, Pair* out) {
+void gather_records(const BoxRecord* records, const std::uint32_t* bodies, std::size_t count, BoxRecord* out) {
+  constexpr std::size_t ahead = 32;
+  const hn::CappedTag<float, 8> d;
+  const auto copy = [&](std::size_t k) HWY_ATTR {
+    for (std::size_t at = 0; at < 8; at += hn::Lanes(d))
+      hn::Store(hn::Load(d, records[bodies[k]].bounds + at), d, out[k].bounds + at);
+  };
+  std::size_t k = 0;
+  for (; k + ahead < count; ++k) {
+    hwy::Prefetch(records + bodies[k + ahead]);
+    copy(k);
+  }
+  for (; k < count; ++k) copy(k);
+}
+
+// NOLINTNEXTLINE(misc-definitions-in-headers)
+std::size_t overlapping(const BoxRecord* records, const LocalPair* pairs, std::size_t count, LocalPair* out) {
   const hn::CappedTag<float, 4> d;
-  constexpr std::size_t ahead = 24;  // pairs, some 50 ns
   std::size_t hits = 0;
-  const auto test = [&](std::size_t i) HWY_ATTR {
-    const Pair pair = pairs[i];
+  for (std::size_t i = 0; i < count; ++i) {
+    const LocalPair pair = pairs[i];
     const BoxRecord &a = records[pair.a], &b = records[pair.b];
     bool hit = true;
     for (std::size_t axis = 0; axis < 4; axis += hn::Lanes(d)) {
-      const auto below = hn::Le(hn::Load(d, a.lo + axis), hn::Load(d, b.hi + axis));
-      const auto above = hn::Le(hn::Load(d, b.lo + axis), hn::Load(d, a.hi + axis));
+      const auto below = hn::Le(hn::Load(d, a.lo() + axis), hn::Load(d, b.hi() + axis));
+      const auto above = hn::Le(hn::Load(d, b.lo() + axis), hn::Load(d, a.hi() + axis));
       hit = hit & hn::AllTrue(d, hn::And(below, above));
     }
     out[hits] = pair;  // without a branch: which pairs overlap is not to be foreseen
     hits += hit ? 1 : 0;
-  };
-  std::size_t i = 0;
-  for (; i + ahead < count; ++i) {
-    hwy::Prefetch(records + pairs[i + ahead].a);
-    hwy::Prefetch(records + pairs[i + ahead].b);
-    test(i);
   }
-  for (; i < count; ++i) test(i);
   return hits;
 }
 
 // NOLINTNEXTLINE(misc-definitions-in-headers)
-void enlarge_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxRecord* past, float past_steps,
-                   float steps, float usual, BoxArray& larger) {
+void enlarge_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxRecord* past, float steps,
+                   float usual, BoxArray& larger) {
   const hn::ScalableTag<float> df;
   using V = hn::Vec<decltype(df)>;
   const hn::CappedTag<float, 4> quad;
@@ -133,7 +128,6 @@ void enlarge_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, co
   HWY_ALIGN float past_lo[4 * hn::MaxLanes(df)] = {}, past_hi[4 * hn::MaxLanes(df)] = {};
   constexpr float largest = std::numeric_limits<float>::max();
   const auto zero = hn::Zero(df), half = hn::Set(df, 0.5f), most = hn::Set(df, largest);
-  const auto per_step = hn::Set(df, 1 / past_steps);
   const auto least_sweep = hn::Set(df, usual * steps), usual_motion = hn::Set(df, usual), ahead = hn::Set(df, steps);
 
   // Past the end may be another block's boxes: the last vector is stored by parts.
@@ -142,8 +136,8 @@ void enlarge_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, co
     const std::size_t here = end - i < lanes ? end - i : lanes;
     for (std::size_t k = 0; k < here; ++k) {
       for (std::size_t axis = 0; axis < 4; axis += hn::Lanes(quad)) {
-        hn::Store(hn::Load(quad, past[i + k].lo + axis), quad, past_lo + 4 * k + axis);
-        hn::Store(hn::Load(quad, past[i + k].hi + axis), quad, past_hi + 4 * k + axis);
+        hn::Store(hn::Load(quad, past[i + k].lo() + axis), quad, past_lo + 4 * k + axis);
+        hn::Store(hn::Load(quad, past[i + k].hi() + axis), quad, past_hi + 4 * k + axis);
       }
     }
     V p0, p1, p2, q0, q1, q2, unused;
@@ -156,15 +150,15 @@ void enlarge_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, co
     const auto size = hn::Max(hn::Sub(hi0, lo0), hn::Max(hn::Sub(hi1, lo1), hn::Sub(hi2, lo2)));
     const auto farther = [&](V a, V b, V c, V d)
                              HWY_ATTR { return hn::Max(hn::Abs(hn::Sub(a, b)), hn::Abs(hn::Sub(c, d))); };
-    const auto motion = hn::Mul(
-        per_step, hn::Max(farther(lo0, p0, hi0, q0), hn::Max(farther(lo1, p1, hi1, q1), farther(lo2, p2, hi2, q2))));
+    const auto motion =
+        hn::Max(farther(lo0, p0, hi0, q0), hn::Max(farther(lo1, p1, hi1, q1), farther(lo2, p2, hi2, q2)));
     const auto goes_on = hn::Le(motion, hn::Max(hn::Mul(half, size), usual_motion));
     const auto bounded = hn::And(hn::Lt(size, most), hn::Le(lo0, hi0));
     const auto sweep = hn::Max(size, least_sweep);
 
     const auto enlarge = [&](V lo, V hi, V p, V q, float* to_lo, float* to_hi) HWY_ATTR {
-      const auto lo_step = hn::IfThenElseZero(goes_on, hn::Mul(per_step, hn::Sub(lo, p)));
-      const auto hi_step = hn::IfThenElseZero(goes_on, hn::Mul(per_step, hn::Sub(hi, q)));
+      const auto lo_step = hn::IfThenElseZero(goes_on, hn::Sub(lo, p));
+      const auto hi_step = hn::IfThenElseZero(goes_on, hn::Sub(hi, q));
       // Far from the origin rounding alone moves a box by its last bit.
       const auto last_bit =
           hn::Mul(hn::Set(df, std::numeric_limits<float>::epsilon()), hn::Max(hn::Abs(lo), hn::Abs(hi)));
@@ -197,25 +191,38 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace tandem {
 HWY_EXPORT(copy_boxes);
+HWY_EXPORT(copy_boxes_that_left);
 HWY_EXPORT(enlarge_boxes);
+HWY_EXPORT(gather_records);
 HWY_EXPORT(overlapping);
-HWY_EXPORT(place_boxes);
 
 void copy_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, BoxRecord* records) {
   HWY_DYNAMIC_DISPATCH(copy_boxes)(boxes, begin, end, records);
 }
 
-std::size_t place_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxArray& within,
-                        const std::uint32_t* place, BoxRecord* records, std::uint32_t* outside) {
-  return HWY_DYNAMIC_DISPATCH(place_boxes)(boxes, begin, end, within, place, records, outside);
+std::size_t copy_boxes_that_left(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxArray& within,
+                                 BoxRecord* records, std::uint32_t* outside) {
+  return HWY_DYNAMIC_DISPATCH(copy_boxes_that_left)(boxes, begin, end, within, records, outside);
 }
 
-void enlarge_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxRecord* past, float past_steps,
-                   float steps, float usual, BoxArray& larger) {
-  HWY_DYNAMIC_DISPATCH(enlarge_boxes)(boxes, begin, end, past, past_steps, steps, usual, larger);
+void enlarge_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxRecord* past, float steps,
+                   float usual, BoxArray& larger) {
+  HWY_DYNAMIC_DISPATCH(enlarge_boxes)(boxes, begin, end, past, steps, usual, larger);
 }
 
-std::size_t overlapping(const BoxRecord* records, const Pair* pairs, std::size_t count, Pair* out) {
+void gather_records(const BoxRecord* records, const std::uint32_t* bodies, std::size_t count, BoxRecord* out) {
+  HWY_DYNAMIC_DISPATCH(gather_records)(records, bodies, count, out);
+}
+
+void gather_boxes(const BoxArray& boxes, const std::uint32_t* bodies, std::size_t count, BoxRecord* out) {
+  constexpr std::size_t ahead = 16;
+  for (std::size_t k = 0; k < count; ++k) {
+    if (k + ahead < count) prefetch_box(boxes, bodies[k + ahead]);
+    out[k].set(boxes[bodies[k]]);
+  }
+}
+
+std::size_t overlapping(const BoxRecord* records, const LocalPair* pairs, std::size_t count, LocalPair* out) {
   return HWY_DYNAMIC_DISPATCH(overlapping)(records, pairs, count, out);
 }
 }  // namespace tandem

@@ -197,7 +197,8 @@ void Grid::plan() {
 
   if (sum > records_.capacity()) {
     records_.clear();  // what was there need not be copied
-    records_.reserve(sum + sum / 8);
+    // Larger boxes may follow, and what is not written costs nothing.
+    records_.reserve(sum + sum / 2);
   }
   records_.resize(sum);
   if (searched_) {

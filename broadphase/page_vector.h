@@ -16,7 +16,7 @@ template <class T>
 struct PageAllocator {
   using value_type = T;
   static constexpr std::size_t page = std::size_t{1} << 21;
-  static constexpr std::size_t least = 2 * page;  // bytes; half of the last page may be lost
+  static constexpr std::size_t least = page;  // bytes; less than half may be lost
 
   PageAllocator() = default;
   template <class U>

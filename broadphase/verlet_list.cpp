@@ -3,57 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include "row_kernel.h"
 
 namespace tandem {
 
-/// Takes candidates and puts them on a list.
-class VerletList::Collected final : public PairSink {
- public:
-  Collected(const PairFilter& filter, std::vector<Pair>& list) : list_(list) {
-    filter_ = &filter;
-    buffer_ = room_.data();
-    capacity_ = room_.size();
-  }
-  void flush() {
-    list_.insert(list_.end(), buffer_, buffer_ + count_);
-    count_ = 0;
-  }
-
- private:
-  void full() override { flush(); }
-  std::vector<Pair>& list_;
-  std::array<Pair, 256> room_;
-};
-
-/// Takes candidates and hands on those whose boxes overlap.
-class VerletList::Overlapping final : public PairSink {
- public:
-  Overlapping(const PageVector<BoxRecord>& records, PairSink& sink) : records_(records.data()), sink_(sink) {
-    filter_ = &everything_;
-    buffer_ = room_.data();
-    capacity_ = room_.size();
-  }
-  void flush() {
-    std::array<Pair, room> hits;
-    const std::size_t count = overlapping(records_, buffer_, count_, hits.data());
-    for (std::size_t k = 0; k < count; ++k) sink_.put(hits[k].a, hits[k].b);
-    count_ = 0;
-  }
-
- private:
-  static constexpr std::size_t room = 256;
-  void full() override { flush(); }
-
-  const BoxRecord* records_;
-  PairSink& sink_;
-  PairFilter everything_;  // the sink has its own
-  std::array<Pair, room> room_;
-};
-
-/// Takes what a search found for one box, and hands on what truly overlaps it.
+/// Takes what a search found for a box that is outside, and hands on what overlaps it and is neither on the list nor
+/// outside itself.
 class VerletList::Found final : public PairSink {
  public:
   Found(const VerletList& owner, PairSink& sink) : owner_(owner), sink_(sink) {
@@ -65,11 +21,14 @@ class VerletList::Found final : public PairSink {
     index_ = index;
     box_ = box;
   }
+  void take(std::uint32_t other) {
+    if (!overlap((*owner_.boxes_)[other], box_) || other == index_) return;
+    if (!owner_.on_list(index_, other) && !owner_.is_outside(other)) sink_.put(index_, other);
+  }
   void flush() {
-    for (std::size_t k = 0; k < count_; ++k) {
-      const std::uint32_t other = buffer_[k].a == index_ ? buffer_[k].b : buffer_[k].a;
-      if (owner_.meets(other, box_)) sink_.put(index_, other);
-    }
+    const auto other = [this](std::size_t k) { return buffer_[k].a == index_ ? buffer_[k].b : buffer_[k].a; };
+    for (std::size_t k = 0; k < count_; ++k) prefetch_box(*owner_.boxes_, other(k));
+    for (std::size_t k = 0; k < count_; ++k) take(other(k));
     count_ = 0;
   }
 
@@ -97,22 +56,39 @@ std::size_t most_outside(std::size_t boxes) {
   return std::max<std::size_t>(32, std::min<std::size_t>(boxes / 16, 4096));
 }
 
+bool inside(const Aabb& box, const Aabb& larger) {
+  bool in = true;
+  for (std::size_t k = 0; k < 3; ++k) in = in && larger.lo[k] <= box.lo[k] && box.hi[k] <= larger.hi[k];
+  return in;
+}
+
 /// The farthest that a bound of the box moved; NaN or infinite when it was not there.
 float motion(const Aabb& box, const BoxRecord& past) {
   float most = 0;
   for (std::size_t k = 0; k < 3; ++k)
-    most = std::max({std::abs(box.lo[k] - past.lo[k]), std::abs(box.hi[k] - past.hi[k]), most});
+    most = std::max({std::abs(box.lo[k] - past.lo()[k]), std::abs(box.hi[k] - past.hi()[k]), most});
   return most;
+}
+
+/// The first of each of `strata` equal parts of `size`, at pseudo-random places: always the same.
+template <class Visit>
+void sample(std::size_t size, std::size_t strata, const Visit& visit) {
+  std::uint64_t state = 1;
+  for (std::size_t s = 0; s < strata; ++s) {
+    const std::size_t first = s * size / strata, last = (s + 1) * size / strata;
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    visit(first + (state >> 33) % (last - first));
+  }
 }
 
 }  // namespace
 
-// Stages: look, decide, enlarge, the method's but its last, make room, collect, arrange, cut, emit.
+// Stages: decide, prepare, the method's but its last, make room, emit.
 std::size_t VerletList::begin(const BoxArray& boxes, BroadPhase& method, BoxSearch* search) {
-  for (const std::uint32_t index : outside_) is_outside_[index] = 0;
-  outside_.clear();
-
-  const bool same = method_ == &method && place_.size() == boxes.size() && method_stages_ != 0;
+  const bool complete =
+      !bare_ && boxes_ != nullptr && parts_copied_.load(std::memory_order_relaxed) == part_copied_.size();
+  if (complete && mode_ == Mode::reuse) outside_since_ += outside();
+  const bool same = method_ == &method && larger_.size() == boxes.size() && method_stages_ != 0;
   boxes_ = &boxes;
   method_ = &method;
   search_ = search;
@@ -124,19 +100,18 @@ std::size_t VerletList::begin(const BoxArray& boxes, BroadPhase& method, BoxSear
     has_past_ = list_made_ = false;
     return method_->begin(boxes);
   }
-  has_past_ = has_past_ && past_.size() == boxes.size();
+  has_past_ = has_past_ && complete && now().size() == boxes.size();
   list_made_ = list_made_ && same && blocks_done_.load(std::memory_order_relaxed) == list_count_;
   too_long_ = list_made_ && too_long();
   list_made_ = list_made_ && !too_long_;
   list_made_ = list_made_ && list_filter_.same_arrays(filter_);
-  list_made_ = list_made_ && arranged_.load(std::memory_order_relaxed) == list_count_;
-  past_.resize(size());
+  now_ = 1 - now_;
+  now().resize(size());
   larger_.resize(size());
-  place_.resize(size());
-  body_.resize(size());
-  records_.resize(size());
-  is_outside_.resize(size());
-  outside_of_block_.resize(look_blocks());
+  outside_of_part_.resize(parts());
+  part_copied_.assign(parts(), 0);
+  next_part_.store(0, std::memory_order_relaxed);
+  parts_copied_.store(0, std::memory_order_relaxed);
   if (!same) {
     method_begun_ = true;
     method_stages_ = method_->begin(boxes);
@@ -146,146 +121,76 @@ std::size_t VerletList::begin(const BoxArray& boxes, BroadPhase& method, BoxSear
 
 std::size_t VerletList::blocks(std::size_t stage) const {
   if (bare_) return method_->blocks(stage);
-  if (stage == 0) return list_made_ ? look_blocks() : 0;
-  if (stage == 1) return 1;
-  if (stage == 2) return copy_now_ ? look_blocks() : 0;
+  if (stage == 0) return 1;
+  if (stage == 1) return method_ran() ? parts() : 0;
   const std::size_t room = room_stage();
   if (stage < room) return method_ran() ? method_->blocks(stage - first_method_stage) : 0;
-  const bool renew = mode_ == Mode::renew;
-  if (stage == room) return renew ? 1 : 0;
-  if (stage == room + 1) return renew ? list_count_ : 0;
-  if (stage == room + 2) return renew && !too_long() ? look_blocks() + list_count_ : 0;
-  if (stage == room + 3) return renew && !too_long() ? 1 : 0;
-  if (mode_ == Mode::scratch || (renew && too_long())) return method_->blocks(method_stages_ - 1);
-  return pieces_.size() + (outside_.size() + outside_a_block - 1) / outside_a_block;
+  if (stage == room) return mode_ == Mode::renew ? 1 : 0;
+  // Of a list: its tiles, the boxes outside against what is not, those outside against each other.
+  return method_ran() ? method_->blocks(method_stages_ - 1) : list_count_ + parts() + 1;
 }
 
 void VerletList::run(std::size_t stage, std::size_t block) {
   if (bare_) return method_->run(stage, block);
-  if (stage == 0) return look(block);
-  if (stage == 1) return decide();
-  if (stage == 2) return enlarge(block);
-  const std::size_t room = room_stage();
-  if (stage < room) return method_->run(stage - first_method_stage, block);
-  if (stage == room + 1) return collect(block);
-  if (stage == room + 2) return block < look_blocks() ? place(block) : arrange(block - look_blocks());
-  if (stage == room + 3) return cut();
+  if (stage == 0) return decide();
+  if (stage == 1) return prepare(block);
+  if (stage < room_stage()) return method_->run(stage - first_method_stage, block);
   list_count_ = method_->blocks(method_stages_ - 1);
   if (lists_.size() < list_count_) lists_.resize(list_count_);
 }
 
 bool VerletList::too_long() const { return listed_.load(std::memory_order_relaxed) > most_candidates(size()); }
 
-void VerletList::place(std::size_t block) {
-  std::vector<std::uint32_t>& outside = outside_of_block_[block];
-  outside.resize(boxes_a_block + BoxArray::padding);
-  const std::size_t first = block * boxes_a_block, last = std::min(size(), first + boxes_a_block);
-  outside.resize(place_boxes(*boxes_, first, last, larger_, place_.data(), records_.data(), outside.data()));
+std::size_t VerletList::outside() const {
+  std::size_t count = 0;
+  if (mode_ == Mode::reuse)
+    for (const auto& some : outside_of_part_) count += some.size();
+  return count;
 }
 
-void VerletList::look(std::size_t block) {
-  place(block);
-  std::vector<std::uint32_t>& outside = outside_of_block_[block];
-  const std::size_t first = block * boxes_a_block, last = std::min(size(), first + boxes_a_block);
-  if (list_filter_.same(filter_, first, last)) return;
-  for (std::size_t i = first; i < last; ++i)
-    if (!list_filter_.same(filter_, i, i + 1)) outside.push_back(static_cast<std::uint32_t>(i));
-  std::sort(outside.begin(), outside.end());
-  outside.erase(std::unique(outside.begin(), outside.end()), outside.end());
+bool VerletList::is_outside(std::size_t i) const {
+  return !inside((*boxes_)[i], larger_[i]) || !list_filter_.same(filter_, i, i + 1);
 }
 
-void VerletList::collect(std::size_t block) {
-  std::vector<Pair>& list = lists_[block];
-  list.clear();
-  if (!too_long()) {
-    const PairFilter filter = list_filter_.view();
-    Collected sink(filter, list);
-    method_->emit(block, sink);
-    sink.flush();
-    claim_places(list);
-    listed_.fetch_add(list.size(), std::memory_order_relaxed);
+bool VerletList::on_list(std::uint32_t a, std::uint32_t b) const {
+  return overlap(larger_[a], larger_[b]) && list_filter_view_.allows(a, b);
+}
+
+std::size_t VerletList::guess_outside() const {
+  std::size_t count = 0;
+  if (size() <= boxes_a_part / 2) {
+    for (std::size_t i = 0; i < size(); ++i) count += is_outside(i) ? 1 : 0;
+    return count;
   }
-  blocks_done_.fetch_add(1, std::memory_order_relaxed);
-}
-
-void VerletList::arrange(std::size_t list) {
-  for (Pair& pair : lists_[list]) pair = {place_[pair.a], place_[pair.b]};
-  arranged_.fetch_add(1, std::memory_order_relaxed);
-}
-
-void VerletList::cut() {
-  pieces_.clear();
-  for (std::size_t list = 0; list < list_count_; ++list)
-    for (std::size_t first = 0; first < lists_[list].size(); first += pairs_a_block)
-      pieces_.push_back({list, first, std::min(lists_[list].size(), first + pairs_a_block)});
-}
-
-// Boxes of a list that have no place yet get the next ones. Who is first differs from run to run on threads; it decides
-// where a box lies, not what is found.
-void VerletList::claim_places(const std::vector<Pair>& list) {
-  const ScratchPool<Scratch>::Lease scratch(scratch_);
-  std::vector<std::uint32_t>& claimed = (*scratch).row;
-  claimed.clear();
-  constexpr std::uint32_t claim = no_place - 1;
-  const auto take = [&](std::uint32_t index) {
-    const std::atomic_ref place(place_[index]);
-    std::uint32_t expected = no_place;
-    if (place.load(std::memory_order_relaxed) == no_place &&
-        place.compare_exchange_strong(expected, claim, std::memory_order_relaxed))
-      claimed.push_back(index);
-  };
-  for (const Pair& pair : list) {
-    take(pair.a);
-    take(pair.b);
+  // A cache line's worth of boxes at each place.
+  constexpr std::size_t boxes_a_place = 16;
+  const std::size_t places = std::clamp<std::size_t>(size() / 1024, 64, 512);
+  for (const bool look : {false, true}) {
+    sample(size(), places, [&](std::size_t first) {
+      first -= first % boxes_a_place;
+      if (!look) {
+        prefetch_box(*boxes_, first);
+        return prefetch_box(larger_, first);
+      }
+      for (std::size_t i = first; i < std::min(size(), first + boxes_a_place); ++i) count += is_outside(i) ? 1 : 0;
+    });
   }
-  std::uint32_t next = places_.fetch_add(static_cast<std::uint32_t>(claimed.size()), std::memory_order_relaxed);
-  for (const std::uint32_t index : claimed) {
-    std::atomic_ref(place_[index]).store(next, std::memory_order_relaxed);
-    body_[next++] = index;
-  }
-}
-
-bool VerletList::meets(std::uint32_t other, const Aabb& box) const {
-  return is_outside_[other] == 0 && overlap((*boxes_)[other], box);
+  return count * size() / (places * boxes_a_place);
 }
 
 void VerletList::decide() {
-  const std::size_t outside_before = outside_since_;
-  std::size_t outside = 0;
-  if (list_made_)
-    for (const auto& some : outside_of_block_) outside += some.size();
-  outside_since_ += outside;
-  ++age_;
-  ++past_age_;
-
   bool keep = list_made_, foreseen = true;
-  copy_now_ = true;
-  if (list_made_ && outside > most_outside(size())) {
+  ++age_;
+  if (list_made_ && guess_outside() > most_outside(size())) {
     keep = false;
-    foreseen = static_cast<double>(age_) >= steps_ahead_ || outside_before > most_outside(size());
+    foreseen = static_cast<double>(age_) >= steps_ahead_ || outside_since_ > most_outside(size());
     failures_ = age_ <= 2 ? failures_ + 1 : 0;
   } else if (list_made_) {
     // A search is estimated to cost as much as making the list for two boxes.
-    const auto lasts = [&](std::size_t outside_then, std::size_t age) {
-      return 2 * outside_then <= size() && static_cast<double>(age) < std::max(4 * steps_ahead_, 32.0);
-    };
-    keep = lasts(outside_since_, age_);
-    // A list is best made from the last motion. When the next may be due, it is kept.
-    copy_now_ = !keep || !lasts(outside_since_ + 2 * outside, age_ + 1) || 2 * outside > most_outside(size()) ||
-                static_cast<double>(age_ + 1) >= steps_ahead_;
+    keep = 2 * outside_since_ <= size() && static_cast<double>(age_) < std::max(4 * steps_ahead_, 32.0);
   }
-  if (copy_now_) past_steps_ = std::exchange(past_age_, 0);
   if (keep) {
     mode_ = Mode::reuse;
-    for (const auto& some : outside_of_block_) outside_.insert(outside_.end(), some.begin(), some.end());
-    outside_boxes_.resize(outside);
-    for (std::size_t k = 0; k < outside; ++k) {
-      outside_boxes_.set(k, (*boxes_)[outside_[k]]);
-      constexpr float inf = std::numeric_limits<float>::infinity();
-      is_outside_[outside_[k]] = 1;
-      if (const std::uint32_t place = place_[outside_[k]]; place != no_place)
-        records_[place].set({{inf, inf, inf}, {-inf, -inf, -inf}});
-    }
     return;
   }
 
@@ -302,13 +207,12 @@ void VerletList::decide() {
     return;
   }
   age_ = outside_since_ = 0;
-  arranged_.store(0, std::memory_order_relaxed);
-  places_.store(0, std::memory_order_relaxed);
   blocks_done_.store(0, std::memory_order_relaxed);
   listed_.store(0, std::memory_order_relaxed);
   hits_.store(0, std::memory_order_relaxed);
   list_count_ = std::numeric_limits<std::size_t>::max();
   list_filter_.take(filter_);
+  list_filter_view_ = list_filter_.view();
   usual_motion_ = usual_motion();
   method_->begin(larger_);
   if (search_ != nullptr) search_->prepare_search();
@@ -335,28 +239,21 @@ bool VerletList::FilterCopy::same(const PairFilter& filter, std::size_t first, s
 }
 
 std::size_t VerletList::memory() const {
-  std::size_t bytes = bytes_of(past_) + bytes_of(records_) + bytes_of(place_) + bytes_of(body_) +
-                      bytes_of(is_outside_) + larger_.memory() + bytes_of(lists_) + bytes_of(pieces_) +
+  std::size_t bytes = bytes_of(records_[0]) + bytes_of(records_[1]) + larger_.memory() + bytes_of(lists_) +
                       bytes_of(list_filter_.group) + bytes_of(list_filter_.mask) + bytes_of(list_filter_.is_static) +
-                      bytes_of(outside_of_block_) + bytes_of(outside_) + outside_boxes_.memory() + scratch_.memory();
-  for (const auto& list : lists_) bytes += bytes_of(list);
-  for (const auto& outside : outside_of_block_) bytes += bytes_of(outside);
+                      bytes_of(outside_of_part_) + bytes_of(part_copied_) + outside_boxes_.memory() + scratch_.memory();
+  for (const CandidateTiles& list : lists_) bytes += list.memory();
+  for (const auto& outside : outside_of_part_) bytes += bytes_of(outside);
   return bytes;
 }
 
 // A motion that most of a few hundred boxes stay below, twice over.
 float VerletList::usual_motion() const {
   std::vector<float> motions;
-  const std::size_t strata = std::min<std::size_t>(size(), 256);
-  std::uint64_t state = 1;
-  for (std::size_t s = 0; s < strata; ++s) {
-    // One of each of equal parts, at a pseudo-random place.
-    const std::size_t first = s * size() / strata, last = (s + 1) * size() / strata;
-    state = state * 6364136223846793005u + 1442695040888963407u;
-    const std::size_t i = first + (state >> 33) % (last - first);
-    const float moved = motion((*boxes_)[i], past_[i]) / static_cast<float>(past_steps_);
+  sample(size(), std::min<std::size_t>(size(), 256), [&](std::size_t i) {
+    const float moved = motion((*boxes_)[i], past()[i]);
     if (moved <= std::numeric_limits<float>::max()) motions.push_back(moved);
-  }
+  });
   if (motions.empty()) return 0;
   const auto most = motions.begin() + static_cast<std::ptrdiff_t>(3 * motions.size() / 4);
   std::nth_element(motions.begin(), most, motions.end());
@@ -373,59 +270,130 @@ void VerletList::adapt() {
   steps_ahead_ = std::clamp(further ? 1.5 * steps_ahead_ : steps_ahead_ / 1.5, least_steps_ahead, most_steps_ahead);
 }
 
-void VerletList::enlarge(std::size_t block) {
-  const std::size_t first = block * boxes_a_block, last = std::min(size(), first + boxes_a_block);
-  if (mode_ == Mode::renew) {
-    enlarge_boxes(*boxes_, first, last, past_.data(), static_cast<float>(past_steps_), static_cast<float>(steps_ahead_),
-                  usual_motion_, larger_);
-    std::fill(place_.begin() + static_cast<std::ptrdiff_t>(first), place_.begin() + static_cast<std::ptrdiff_t>(last),
-              no_place);
+void VerletList::prepare(std::size_t part) {
+  const std::size_t first = part * boxes_a_part, last = part_end(part);
+  if (mode_ == Mode::renew)
+    enlarge_boxes(*boxes_, first, last, past().data(), static_cast<float>(steps_ahead_), usual_motion_, larger_);
+  copy_boxes(*boxes_, first, last, now().data());
+  parts_copied_.fetch_add(1, std::memory_order_relaxed);
+}
+
+bool VerletList::help_copy() {
+  while (next_part_.load(std::memory_order_relaxed) < parts()) {
+    const std::size_t part = next_part_.fetch_add(1, std::memory_order_relaxed);
+    if (part >= parts()) break;
+    find_outside(part, now().data(), outside_of_part_[part]);
+    std::atomic_ref(part_copied_[part]).store(1, std::memory_order_release);
+    parts_copied_.fetch_add(1, std::memory_order_release);
   }
-  copy_boxes(*boxes_, first, last, past_.data());
+  return parts_copied_.load(std::memory_order_acquire) == parts();
+}
+
+void VerletList::find_outside(std::size_t part, BoxRecord* records, std::vector<std::uint32_t>& outside) const {
+  const std::size_t first = part * boxes_a_part, last = part_end(part);
+  outside.resize(boxes_a_part);
+  outside.resize(copy_boxes_that_left(*boxes_, first, last, larger_, records, outside.data()));
+  if (list_filter_.same(filter_, first, last)) return;
+  for (std::size_t i = first; i < last; ++i)
+    if (!list_filter_.same(filter_, i, i + 1)) outside.push_back(static_cast<std::uint32_t>(i));
+  std::sort(outside.begin(), outside.end());
+  outside.erase(std::unique(outside.begin(), outside.end()), outside.end());
+}
+
+const std::vector<std::uint32_t>& VerletList::outside_of(std::size_t part, std::vector<std::uint32_t>& room) const {
+  if (std::atomic_ref(part_copied_[part]).load(std::memory_order_acquire) != 0) return outside_of_part_[part];
+  room.clear();
+  for (std::size_t i = part * boxes_a_part; i < part_end(part); ++i)
+    if (is_outside(i)) room.push_back(static_cast<std::uint32_t>(i));
+  return room;
 }
 
 void VerletList::emit(std::size_t block, PairSink& sink) {
-  if (mode_ == Mode::scratch) return method_->emit(block, sink);
-  if (mode_ == Mode::renew && too_long()) {
-    Overlapping exact(past_, sink);
-    method_->emit(block, exact);
-    return exact.flush();
+  if (bare_ || mode_ == Mode::scratch) return method_->emit(block, sink);
+  const ScratchPool<Scratch>::Lease lease(scratch_);
+  Scratch& scratch = *lease;
+  if (mode_ == Mode::renew) return renew_block(block, scratch, sink);
+  const bool first_tiles = block <= list_count_ / 64 && block < list_count_;
+  const bool all_copied = !first_tiles && help_copy();
+  if (block < list_count_) {
+    test(lists_[block], all_copied, scratch, sink);
+  } else if (block - list_count_ < parts()) {
+    search_outside(block - list_count_, scratch, sink);
+  } else {
+    test_outside(scratch, sink);
   }
-  if (block >= pieces_.size()) return search_outside(block - pieces_.size(), sink);
-  const ScratchPool<Scratch>::Lease scratch(scratch_);
-  Scratch& s = *scratch;
-  const Piece piece = pieces_[block];
-  std::size_t found = 0;
-  constexpr std::size_t at_once = 512;  // so that the first pairs are on their way early
-  for (std::size_t first = piece.first; first < piece.last; first += at_once) {
-    const std::size_t count = std::min(at_once, piece.last - first);
-    const std::size_t hits = overlapping(records_.data(), lists_[piece.list].data() + first, count, s.hits.data());
-    found += hits;
-    for (std::size_t k = 0; k < hits; ++k) sink.put(body_[s.hits[k].a], body_[s.hits[k].b]);
-  }
-  if (mode_ == Mode::renew) hits_.fetch_add(found, std::memory_order_relaxed);
 }
 
-void VerletList::search_outside(std::size_t block, PairSink& sink) {
-  const ScratchPool<Scratch>::Lease scratch(scratch_);
-  std::vector<std::uint32_t>& row = (*scratch).row;
-  row.resize(std::max(outside_.size(), search_ == nullptr ? size() : 0) + BoxArray::padding);
+void VerletList::renew_block(std::size_t block, Scratch& scratch, PairSink& sink) {
+  const bool keep = !too_long();
+  CandidateTiles& tiles = keep ? lists_[block] : scratch.tiles;
+  scratch.maker.start(list_filter_view_, tiles);
+  method_->emit(block, scratch.maker);
+  scratch.maker.finish();
+  tiles.trim();
+  listed_.fetch_add(tiles.candidates.size(), std::memory_order_relaxed);
+  hits_.fetch_add(test(tiles, true, scratch, sink), std::memory_order_relaxed);
+  blocks_done_.fetch_add(1, std::memory_order_relaxed);
+}
+
+std::size_t VerletList::test(const CandidateTiles& tiles, bool all_copied, Scratch& scratch, PairSink& sink) const {
+  BoxRecord* boxes = scratch.boxes.data();
+  std::size_t found = 0, first_body = 0, first = 0;
+  for (const CandidateTiles::Tile& tile : tiles.tiles) {
+    const std::uint32_t* bodies = tiles.bodies.data() + first_body;
+    const std::size_t body_count = tile.bodies_end - first_body;
+    if (all_copied)
+      gather_records(now().data(), bodies, body_count, boxes);
+    else
+      gather_boxes(*boxes_, bodies, body_count, boxes);
+    while (first < tile.candidates_end) {
+      const std::size_t count = std::min(scratch.hits.size(), tile.candidates_end - first);
+      const std::size_t hits = overlapping(boxes, tiles.candidates.data() + first, count, scratch.hits.data());
+      for (std::size_t k = 0; k < hits; ++k) sink.put(bodies[scratch.hits[k].a], bodies[scratch.hits[k].b]);
+      found += hits;
+      first += count;
+    }
+    first_body = tile.bodies_end;
+  }
+  return found;
+}
+
+void VerletList::search_outside(std::size_t part, Scratch& scratch, PairSink& sink) {
   Found found(*this, sink);
-  for (std::size_t k = block * outside_a_block, end = std::min(outside_.size(), k + outside_a_block); k < end; ++k) {
-    const std::uint32_t index = outside_[k];
-    const Aabb box = outside_boxes_[k];
+  if (search_ == nullptr) scratch.row.resize(size() + BoxArray::padding);
+  for (const std::uint32_t index : outside_of(part, scratch.outside)) {
+    const Aabb box = (*boxes_)[index];
+    found.look_for(index, box);
     if (search_ != nullptr) {
-      found.look_for(index, box);
       search_->search(box, index, found);
       found.flush();
     } else {
-      const std::size_t count = overlap_row(*boxes_, 0, size(), box, row.data());
-      for (std::size_t h = 0; h < count; ++h)
-        if (is_outside_[row[h]] == 0) sink.put(index, row[h]);
+      const std::size_t count = overlap_row(*boxes_, 0, size(), box, scratch.row.data());
+      for (std::size_t h = 0; h < count; ++h) found.take(scratch.row[h]);
     }
-    // Those outside have no records: they meet each other here.
-    const std::size_t count = overlap_row(outside_boxes_, k + 1, outside_.size(), box, row.data());
-    for (std::size_t h = 0; h < count; ++h) sink.put(index, outside_[row[h]]);
+  }
+}
+
+// A sweep along the first axis, so that time does not grow with the square of what is outside.
+void VerletList::test_outside(Scratch& scratch, PairSink& sink) {
+  std::vector<std::uint32_t> all;
+  for (std::size_t part = 0; part < parts(); ++part) {
+    const std::vector<std::uint32_t>& some = outside_of(part, scratch.outside);
+    all.insert(all.end(), some.begin(), some.end());
+  }
+  if (all.size() < 2) return;
+  const float *lo = boxes_->lo(0), *hi = boxes_->hi(0);
+  std::sort(all.begin(), all.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return lo[a] != lo[b] ? lo[a] < lo[b] : a < b; });
+  outside_boxes_.resize(all.size());
+  for (std::size_t k = 0; k < all.size(); ++k) outside_boxes_.set(k, (*boxes_)[all[k]]);
+  scratch.row.resize(all.size() + BoxArray::padding);
+  const float* sorted = outside_boxes_.lo(0);
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const auto end = static_cast<std::size_t>(std::upper_bound(sorted + k, sorted + all.size(), hi[all[k]]) - sorted);
+    const std::size_t count = overlap_row(outside_boxes_, k + 1, end, outside_boxes_[k], scratch.row.data());
+    for (std::size_t h = 0; h < count; ++h)
+      if (const std::uint32_t other = all[scratch.row[h]]; !on_list(all[k], other)) sink.put(all[k], other);
   }
 }
 

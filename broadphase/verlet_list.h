@@ -7,6 +7,7 @@
 
 #include "box_record.h"
 #include "box_search.h"
+#include "candidate_tiles.h"
 #include "memory.h"
 #include "page_vector.h"
 #include "scratch_pool.h"
@@ -19,13 +20,20 @@ namespace tandem {
 /// box stays inside its larger one, whatever it overlaps is among the candidates kept; a step then only tests these.
 ///
 /// The pairs of a step are exact whatever the boxes do:
-/// - A box that left its larger one is taken out of the candidates and searched for on its own.
+/// - What is on the list is tested with the boxes of the step, wherever they are. A box that left its larger one is
+///   searched for as well; what it finds is reported if it is not on the list, which the two larger boxes tell.
 /// - When too many have left, the list is made anew, at the cost of one step of the method; when they left all at
 ///   once, sooner than foreseen, one step is done from scratch first, so that the new list knows how they move.
+///   Whether so many have left is judged from a sample before the step, and counted after it.
 /// - When lists do not last, no more are made for a while.
-/// What is on the list is tested where the boxes lie in the order of the list, so that neighbours share cache lines; a
-/// box that is on no list is only looked at. How far ahead boxes are swept is adapted so that making lists and testing
-/// what is on them cost about the same. All decisions are made from counts, never from time.
+///
+/// A step that reuses a list has one serial stage of some microseconds and then the last, whose blocks need nothing
+/// from each other: the first pairs leave at once. Its tiles read boxes in any order, for which they are copied to
+/// records; every block first helps with that. As long as another thread is at it, a tile reads the boxes themselves,
+/// which takes longer; so do the first tiles, on purpose.
+///
+/// How far ahead boxes are swept is adapted so that making lists and testing what is on them cost about the same. All
+/// decisions are made from counts, never from time.
 class VerletList {
  public:
   /// Starts a step as BroadPhase::begin. `method` finds the pairs, of all boxes or of the larger ones; `search`
@@ -47,47 +55,57 @@ class VerletList {
   bool method_ran() const { return mode_ != Mode::reuse; }
   /// Steps since the list was made.
   std::size_t age() const { return age_; }
-  std::size_t outside() const { return outside_.size(); }
+  /// Boxes that have left their larger ones; known once the step is done.
+  std::size_t outside() const;
   /// Pairs on the list.
   std::size_t candidates() const { return listed_.load(std::memory_order_relaxed); }
 
  private:
-  static constexpr std::size_t boxes_a_block = 4096;
-  static constexpr std::size_t pairs_a_block = 4096;
-  static constexpr std::size_t outside_a_block = 64;
-  static constexpr std::size_t first_method_stage = 3;               // after: look, decide, enlarge
-  static constexpr std::size_t own_stages = first_method_stage + 4;  // and: make room, collect, arrange, cut
+  static constexpr std::size_t boxes_a_part = 4096;
+  static constexpr std::size_t first_method_stage = 2;               // after: decide, prepare
+  static constexpr std::size_t own_stages = first_method_stage + 1;  // and: make room
 
-  struct Piece {
-    std::size_t list, first, last;
-  };
   struct Scratch {
-    std::array<Pair, pairs_a_block> hits;
-    std::vector<std::uint32_t> row;
-    std::size_t memory() const { return bytes_of(row); }
+    TileMaker maker;
+    CandidateTiles tiles;
+    std::array<BoxRecord, CandidateTiles::most_bodies> boxes;
+    std::array<LocalPair, 512> hits;
+    std::vector<std::uint32_t> row, outside;
+    std::size_t memory() const { return tiles.memory() + bytes_of(row) + bytes_of(outside); }
   };
-  class Overlapping;
-  class Collected;
   class Found;
 
-  void look(std::size_t block);
-  void collect(std::size_t block);
-  void arrange(std::size_t list);
-  void cut();
-  void place(std::size_t block);
-  void claim_places(const std::vector<Pair>& list);
   void decide();
-  void enlarge(std::size_t block);
+  void prepare(std::size_t part);
   void adapt();
   float usual_motion() const;
-  /// Whether a box that is not outside overlaps `box`.
-  bool meets(std::uint32_t other, const Aabb& box) const;
-  void search_outside(std::size_t block, PairSink& sink);
+  /// About how many boxes are outside, from a sample.
+  std::size_t guess_outside() const;
+  bool is_outside(std::size_t i) const;
+  /// Whether the two were candidates when the list was made.
+  bool on_list(std::uint32_t a, std::uint32_t b) const;
+
+  /// Copies the boxes of the parts that nobody has begun yet. Whether all are done, others' too.
+  bool help_copy();
+  void find_outside(std::size_t part, BoxRecord* records, std::vector<std::uint32_t>& outside) const;
+  /// Those of a part, if need be into `room`.
+  const std::vector<std::uint32_t>& outside_of(std::size_t part, std::vector<std::uint32_t>& room) const;
+
+  void renew_block(std::size_t block, Scratch& scratch, PairSink& sink);
+  /// Tests the candidates and returns how many overlap. `all_copied`: there are records of all boxes.
+  std::size_t test(const CandidateTiles& tiles, bool all_copied, Scratch& scratch, PairSink& sink) const;
+  void search_outside(std::size_t part, Scratch& scratch, PairSink& sink);
+  void test_outside(Scratch& scratch, PairSink& sink);
+
   std::size_t size() const { return boxes_->size(); }
   bool too_long() const;
-  /// The first of the stages after the method's but its last.
+  /// The stage after the method's but its last.
   std::size_t room_stage() const { return first_method_stage + method_stages_ - 1; }
-  std::size_t look_blocks() const { return (size() + boxes_a_block - 1) / boxes_a_block; }
+  std::size_t parts() const { return (size() + boxes_a_part - 1) / boxes_a_part; }
+  std::size_t part_end(std::size_t part) const { return std::min(size(), (part + 1) * boxes_a_part); }
+  PageVector<BoxRecord>& now() { return records_[now_]; }
+  const PageVector<BoxRecord>& now() const { return records_[now_]; }
+  const PageVector<BoxRecord>& past() const { return records_[1 - now_]; }
 
   /// The filter that a list was made with.
   struct FilterCopy {
@@ -110,31 +128,26 @@ class VerletList {
   bool method_begun_ = false;  // in `begin` already
   std::size_t bare_steps_left_ = 0, failures_ = 0;
 
-  PageVector<BoxRecord> past_;  // the boxes of some step before
+  std::array<PageVector<BoxRecord>, 2> records_;  // of this step and of the one before
+  std::size_t now_ = 0;
   bool has_past_ = false;
-  std::size_t past_age_ = 0, past_steps_ = 1;  // steps since; the same when it was last replaced
-  bool copy_now_ = true;                       // this step replaces it
   BoxArray larger_;
   double steps_ahead_ = 8;
-  float usual_motion_ = 0;
 
-  std::vector<std::vector<Pair>> lists_;    // a list a block of the method; of indices, once arranged of places
-  PageVector<std::uint32_t> place_, body_;  // a box's place among the records, and back
-  PageVector<BoxRecord> records_;           // of this step, those outside empty
-  std::atomic<std::uint32_t> places_{0};    // taken
-  std::atomic<std::size_t> arranged_{0};    // lists
+  // What is copied in a step, by parts.
+  std::atomic<std::size_t> next_part_{0}, parts_copied_{0};
+  mutable std::vector<std::uint8_t> part_copied_;  // atomically; mutable only for std::atomic_ref
+  std::vector<std::vector<std::uint32_t>> outside_of_part_;
+
+  std::vector<CandidateTiles> lists_;  // one a block of the method
   std::size_t list_count_ = 0;
   bool list_made_ = false;
   bool too_long_ = false;  // the list of the step before
   std::atomic<std::size_t> blocks_done_{0}, listed_{0}, hits_{0};
-  std::vector<Piece> pieces_;
   std::size_t age_ = 0, outside_since_ = 0;
-  PairFilter filter_;
+  float usual_motion_ = 0;
+  PairFilter filter_, list_filter_view_;
   FilterCopy list_filter_;
-
-  std::vector<std::vector<std::uint32_t>> outside_of_block_;
-  std::vector<std::uint32_t> outside_;    // ascending
-  std::vector<std::uint8_t> is_outside_;  // one a box
   BoxArray outside_boxes_;
   ScratchPool<Scratch> scratch_;
 };
