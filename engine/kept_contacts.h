@@ -43,9 +43,7 @@ class KeptManifold {
 
 /// What was computed for a pair, and for which poses: in the frame of one of the two, the reference.
 struct KeptPair {
-  std::uint64_t key = 0;   ///< a in the high half, b in the low one
-  std::uint64_t seen = 0;  ///< step in which the pair was last a candidate
-  Mat3 rotation;           ///< of the other, the mover, in the reference's frame
+  Mat3 rotation;  ///< of the other, the mover, in the reference's frame
   Vec3 translation;
   double signed_distance = 0;
   double error_bound = 0;
@@ -55,16 +53,23 @@ struct KeptPair {
   KeptManifold contacts;  ///< none (Request::contacts): the bodies are at least signed_distance apart
 };
 
-/// Answers of the last step that may stand for this one's. A kept answer is the one that was computed for poses of
-/// which no point of one body has moved by more than a bound, seen from the other: it is moved with the reference, and
-/// says the bound. Which body is the reference, and whether an answer is kept, depends on the poses alone.
+/// Answers of the last step that may stand for this one's, in two ways.
 ///
-/// For convex bodies the signed distance changes by no more than any point moves (the largest separation over all
-/// directions does, and each of them does), so the bound holds for distance and depth, and an answer is kept only
-/// where it leaves the verdict beyond doubt. A mesh's contacts are those of the poses that they were computed for.
+/// A body rests while no point of it is farther than a thousandth of the tolerance from where it was when its rest
+/// began. Two that have rested since their answer leave it as it is: it is copied, in runs, from the last step's list,
+/// and says how far they may have moved. Boxes of bodies hold them wherever they may be while they rest, so they are
+/// not made anew.
+///
+/// Else an answer is kept that was computed for poses of which no point of one body has moved by more than a bound,
+/// seen from the other: it is moved with one of the two, the reference, and says the bound.
+///
+/// Whether an answer is kept, and how, depends on the poses alone. For convex bodies the signed distance changes by no
+/// more than any point moves (the largest separation over all directions does, and each of them does), so the bound
+/// holds for distance and depth, and an answer is kept only where it leaves the verdict beyond doubt. A mesh's contacts
+/// are those of the poses that they were computed for.
 ///
 /// In a step any number of threads ask for different pairs at once; nothing is locked but where a batch brings pairs
-/// that were no candidates in the step before.
+/// that were no candidates in the step before. Nothing is searched where pairs come in order.
 class KeptContacts {
  public:
   /// `request` contacts or distance; `tolerance` relative to the smaller body's size, > 0; gaps up to `margin` (metres)
@@ -72,9 +77,17 @@ class KeptContacts {
   KeptContacts(Request request, double tolerance, double margin)
       : distances_(request == Request::distance), tolerance_(tolerance), margin_(margin) {}
 
-  void begin_step(const Scene& scene);
+  /// Takes the last step's answer, and leaves `contacts` to this one's.
+  void begin_step(const Scene& scene, ContactList& contacts);
+  /// Notes which of these bodies rest, before any pair of theirs is asked for. False: all of them, as in the step
+  /// before. From several threads, on different bodies.
+  bool look_at(std::size_t first, std::size_t count);
   /// After a step that was not cut short; without it the next one keeps nothing.
-  void end_step();
+  void end_step(const ContactList& contacts);
+
+  /// Where the body's rest began (its pose now, if it does not rest), and how far from there any of its points may be.
+  const Pose& anchor(std::size_t body) const { return bodies_[body].anchor; }
+  double reach(std::size_t body) const { return reach_[body]; }
 
   struct Counts {
     std::uint64_t kept_pairs = 0;  ///< with contacts or without
@@ -83,78 +96,124 @@ class KeptContacts {
   };
   /// Of the last step.
   Counts counts() const;
-  std::size_t entries() const { return pairs_.size(); }
+  std::size_t entries() const { return entries_.size(); }
 
-  /// One batch's end, on one thread.
-  class Batch {
-   public:
-    explicit Batch(KeptContacts& all) : all_(all) {}
-    Batch(const Batch&) = delete;
-    Batch& operator=(const Batch&) = delete;
-    /// Hands over what is new.
-    ~Batch();
-
-    /// Fetches what `find` will read for the pairs that follow; `rest` begins with the one at hand.
-    void look_ahead(std::span<const Pair> rest) const;
-    /// True if the pair's answer is kept: then `result.answer` is set and the contacts are appended.
-    bool find(Pair pair, PairResult& result, std::vector<Contact>& contacts);
-    /// Notes the answer to the pair that was not found just before.
-    void keep(const PairResult& result, std::span<const Contact> contacts);
-
-   private:
-    struct Relative {
-      Mat3 rotation;
-      Vec3 translation;
-      bool a_is_reference;
-    };
-    Relative relative(Pair pair) const;
-
-    KeptContacts& all_;
-    KeptPair* last_ = nullptr;  // of the pair asked for, where it has an entry
-    Relative at_;
-    std::vector<KeptPair> fresh_;
-    std::uint64_t kept_ = 0, computed_ = 0;
-    double error_bound_ = 0;
-  };
+  class Batch;
 
  private:
   /// A ball that holds a shape, in its frame.
   struct Ball {
+    const MassProperties* shape = nullptr;  // names it
     Vec3 centre = Vec3::Zero();
     double radius = 0;   // infinite for a half-space
-    double allowed = 0;  // metres: the tolerance times the size
+    double allowed = 0;  // metres: the tolerance times the size; infinite for a half-space
   };
-  struct Slot {
-    std::uint64_t key = 0;
-    std::uint32_t index_plus_one = 0;
+  struct Body {
+    Pose anchor;
+    const MassProperties* shape = nullptr;  // as in Ball; null: no body
+  };
+  static constexpr std::uint32_t none = 0xffffffffu;
+  /// What is known of a pair that was a candidate.
+  struct Entry {
+    std::uint64_t key = 0;        // a in the high half, b in the low one
+    std::uint32_t seen = 0;       // step in which the pair was last a candidate
+    std::uint32_t as_of = 0;      // step for whose poses the answer is
+    std::uint32_t result = 0;     // its place in the last step's list, or where it would be if it were reported
+    std::uint32_t detail = none;  // its place in details_
+    float bound = 0;              // metres, up to which the answer was moved along
+    bool reported : 1 = false;
+    bool steady : 1 = false;  // stands while both rest
+    bool told : 1 = false;    // that they rested, in the answer if there is one
+    bool collide : 1 = false;
+    bool inexact : 1 = false;
   };
 
   static std::uint64_t key_of(Pair pair) { return std::uint64_t{pair.a} << 32 | pair.b; }
-  std::size_t slot_of(std::uint64_t key) const;
-  KeptPair* lookup(std::uint64_t key);  ///< null: none
-  void insert(KeptPair&& pair);
-  void rebuild(std::size_t room);
+  bool rests(const Body& body, const Pose& pose, const Ball& ball, double reach) const;
+  double rest_bound(Pair pair) const { return 2 * (reach_[pair.a] + reach_[pair.b]); }
+  bool stands(const Entry& entry, Pair pair) const {
+    return entry.steady && since_[pair.a] <= entry.as_of && since_[pair.b] <= entry.as_of;
+  }
+  void merge();
   void clear();
 
   bool distances_;
   double tolerance_, margin_;
   const Scene* scene_ = nullptr;
-  std::uint64_t step_ = 1;
+  std::uint32_t step_ = 1;
   bool complete_ = true;
 
   std::vector<Shape> shapes_;  // of the last step's scene: as long as they are held, no other shape has their address
   std::vector<Ball> balls_;    // one a shape
-  std::vector<const MassProperties*> shape_of_;  // one a body: names its shape
-  std::vector<std::uint64_t> changed_;           // one a body: step in which it got another shape
+  // One a body:
+  std::vector<Body> bodies_;
+  std::vector<double> reach_;
+  std::vector<std::uint32_t> since_;    // step in which its rest began
+  std::vector<std::uint32_t> changed_;  // step in which it got another shape
 
-  std::vector<KeptPair> pairs_;
-  std::vector<Slot> slots_;  // a power of two, at most half full
-  std::uint32_t shift_ = 64;
+  ContactList last_;
+  std::vector<Entry> entries_, merged_;  // by (a, b)
+  std::vector<std::uint32_t> rows_;      // a body: its first entry as a; and one past the last of all
+  std::vector<KeptPair> details_;
+  std::vector<std::uint32_t> free_details_;
 
   std::mutex mutex_;
-  std::vector<KeptPair> fresh_;
-  std::atomic<std::uint64_t> kept_{0}, computed_{0};
+  std::vector<Entry> fresh_;
+  std::vector<KeptPair> fresh_details_;
+  std::atomic<std::uint64_t> kept_{0}, standing_{0}, computed_{0};
   std::atomic<double> error_bound_{0};
+};
+
+/// One batch's end, on one thread. After the pairs that `stand` comes one that does not: it is moved along, where that
+/// can be, or computed and kept, and noted.
+class KeptContacts::Batch {
+ public:
+  /// Answers that stand are appended to the two.
+  Batch(KeptContacts& all, std::vector<PairResult>& results, std::vector<Contact>& contacts)
+      : all_(all), results_(results), contacts_(contacts) {}
+  Batch(const Batch&) = delete;
+  Batch& operator=(const Batch&) = delete;
+  /// Hands over what is new.
+  ~Batch();
+
+  /// How many of these pairs, from the first on, have answers that stand; they are appended.
+  std::size_t stand(std::span<const Pair> pairs);
+  /// True if the answer of the pair that does not stand is moved along: then `result.answer` is set and the contacts
+  /// are appended.
+  bool move_along(Pair pair, PairResult& result);
+  /// Keeps what was computed, so that it can be moved along.
+  void keep(const PairResult& result, std::span<const Contact> contacts);
+  void note(const PairResult& result, bool reported);
+
+  // Of the pairs that stand:
+  std::uint64_t colliding() const { return colliding_; }
+  bool inexact() const { return inexact_; }
+
+ private:
+  struct Relative {
+    Mat3 rotation;
+    Vec3 translation;
+    bool a_is_reference;
+  };
+  Relative relative(Pair pair) const;
+  void seek(Pair pair);
+  void append(std::uint32_t begin, std::uint32_t end);
+
+  KeptContacts& all_;
+  std::vector<PairResult>& results_;
+  std::vector<Contact>& contacts_;
+  std::size_t next_ = 0;        // where the next pair's entry is expected
+  Entry* entry_ = nullptr;      // of the pair asked for, where it has one
+  bool was_candidate_ = false;  // in the step before
+  bool moved_ = false;
+  double gap_ = 0, moved_by_ = 0;  // of a pair that was moved along
+  Relative at_;
+  std::uint32_t detail_ = none;  // of the pair asked for, where it is new
+  std::vector<Entry> fresh_;
+  std::vector<KeptPair> fresh_details_;
+  std::uint64_t kept_ = 0, standing_ = 0, computed_ = 0, colliding_ = 0;
+  bool inexact_ = false;
+  double error_bound_ = 0;
 };
 
 }  // namespace tandem

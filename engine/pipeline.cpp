@@ -20,6 +20,8 @@ struct InPlace {
   Make make;
   operator std::invoke_result_t<const Make&>() const { return make(); }
 };
+template <class Make>
+InPlace(Make) -> InPlace<Make>;
 
 /// A step of a scene as stages of blocks: boxes, the broad phase's stages, and the dispatcher for each pair.
 class SceneWork final : public StepWork {
@@ -35,28 +37,29 @@ class SceneWork final : public StepWork {
     for (std::size_t a = 0; a < shape_kinds; ++a)
       for (std::size_t b = 0; b < shape_kinds; ++b) {
         const auto kind_a = static_cast<ShapeKind>(a), kind_b = static_cast<ShapeKind>(b);
-        worth_keeping_[a][b] = narrow_phase_.solver_for(kind_a, kind_b, options.request).solver != "closed";
+        worth_moving_[a][b] = narrow_phase_.solver_for(kind_a, kind_b, options.request).solver != "closed";
       }
   }
 
-  void look_at(const Scene& scene) {
+  /// `contacts` is the last step's answer.
+  void look_at(const Scene& scene, ContactList& contacts) {
     scene_ = &scene;
     filter_ = {scene.groups(), scene.masks(), scene.is_static()};
     boxes_.resize(scene.indices());
     broad_phase_->expect(filter_);
     has_mesh_ = std::any_of(scene.shapes().begin(), scene.shapes().end(),
                             [](const Shape& shape) { return shape.kind() == ShapeKind::mesh; });
-    if (kept_) kept_->begin_step(scene);
+    if (kept_) kept_->begin_step(scene, contacts);
     found_.clear();
   }
   /// Not to be called after a step that ended early.
-  void finish(StepReport& report) {
+  void finish(const ContactList& contacts, StepReport& report) {
     report.colliding_pairs = found_.colliding_pairs.load(std::memory_order_relaxed);
     report.contacts = found_.contacts.load(std::memory_order_relaxed);
     report.gaps = found_.gaps.load(std::memory_order_relaxed);
     report.max_depth = found_.max_depth.load(std::memory_order_relaxed);
     if (!kept_) return;
-    kept_->end_step();
+    kept_->end_step(contacts);
     const KeptContacts::Counts counts = kept_->counts();
     report.kept_pairs = counts.kept_pairs;
     report.computed_pairs = report.execution.candidate_pairs - counts.kept_pairs;
@@ -99,18 +102,20 @@ class SceneWork final : public StepWork {
 
   void narrow(Batch& batch) const override {
     std::optional<KeptContacts::Batch> kept;
-    if (kept_) kept.emplace(*kept_);
+    if (kept_) kept.emplace(*kept_, batch.results, batch.contacts);
     const std::size_t first_contact = batch.contacts.size();
     std::uint64_t colliding_pairs = 0;
     const auto pairs = std::span<const Pair>(batch.pairs).first(batch.count);
     for (std::size_t i = 0; i < pairs.size(); ++i) {
+      if (kept) i += kept->stand(pairs.subspan(i));
+      if (i == pairs.size()) break;
       const Pair pair = pairs[i];
-      if (kept) kept->look_ahead(pairs.subspan(i));
       const auto first = static_cast<std::uint32_t>(batch.contacts.size());
+      const bool may_move = kept && is_worth_moving(pair);
       PairResult* result;
-      if (kept && is_worth_keeping(pair)) {
+      if (may_move) {
         result = &batch.results.emplace_back(PairResult{pair.a, pair.b, first, 0, {}});
-        if (!kept->find(pair, *result, batch.contacts)) {
+        if (!kept->move_along(pair, *result)) {
           result->answer = solve(pair, batch);
           kept->keep(*result, std::span(batch.contacts).subspan(first));
         }
@@ -122,8 +127,14 @@ class SceneWork final : public StepWork {
       result->contact_count = static_cast<std::uint32_t>(batch.contacts.size()) - first;
       batch.inexact |= result->answer.status == Status::inexact;
       colliding_pairs += result->answer.collide ? 1 : 0;
-      if (!(result->answer.collide || result->contact_count != 0 || options_.request == Request::distance))
-        batch.results.pop_back();
+      const bool reported =
+          result->answer.collide || result->contact_count != 0 || options_.request == Request::distance;
+      if (kept) kept->note(*result, reported);
+      if (!reported) batch.results.pop_back();
+    }
+    if (kept) {
+      colliding_pairs += kept->colliding();
+      batch.inexact |= kept->inexact();
     }
     found_.add(colliding_pairs, std::span(batch.contacts).subspan(first_contact));
   }
@@ -137,22 +148,25 @@ class SceneWork final : public StepWork {
                                options_.request, options_.request == Request::contacts ? &batch.contacts : nullptr);
   }
 
-  bool is_worth_keeping(Pair pair) const {
-    return worth_keeping_[static_cast<std::size_t>(scene_->shape_of(pair.a).kind())]
-                         [static_cast<std::size_t>(scene_->shape_of(pair.b).kind())];
+  bool is_worth_moving(Pair pair) const {
+    return worth_moving_[static_cast<std::size_t>(scene_->shape_of(pair.a).kind())]
+                        [static_cast<std::size_t>(scene_->shape_of(pair.b).kind())];
   }
 
   void update(std::size_t block) {
     const auto poses = scene_->poses();
     const std::size_t first = block * bodies_a_block, count = std::min(boxes_.size() - first, bodies_a_block);
+    if (kept_ && !kept_->look_at(first, count)) return;  // their boxes hold them still
     BoundsRows rows;
     for (std::size_t i = 0; i < bodies_a_block; ++i) {
       // Places past the end are rounded with the others: what is in them must be numbers.
       const std::size_t at = first + std::min(i, count - 1);
-      const Bounds bounds = scene_->shape_of(static_cast<std::uint32_t>(at)).bounds(poses[at]);
+      const Bounds bounds =
+          scene_->shape_of(static_cast<std::uint32_t>(at)).bounds(kept_ ? kept_->anchor(at) : poses[at]);
+      const double reach = kept_ ? kept_->reach(at) : 0;
       for (std::size_t k = 0; k < 3; ++k) {
-        rows.lo[k][i] = bounds.lo[static_cast<Eigen::Index>(k)];
-        rows.hi[k][i] = bounds.hi[static_cast<Eigen::Index>(k)];
+        rows.lo[k][i] = bounds.lo[static_cast<Eigen::Index>(k)] - reach;
+        rows.hi[k][i] = bounds.hi[static_cast<Eigen::Index>(k)] + reach;
       }
     }
     // Half the margin on each side: two boxes meet when the gap between their bodies is within the margin.
@@ -196,7 +210,7 @@ class SceneWork final : public StepWork {
   NarrowPhase narrow_phase_;
   std::unique_ptr<BroadPhase> broad_phase_;
   std::unique_ptr<KeptContacts> kept_;  // null: every answer is computed
-  bool worth_keeping_[shape_kinds][shape_kinds] = {};
+  bool worth_moving_[shape_kinds][shape_kinds] = {};
   const Scene* scene_ = nullptr;
   PairFilter filter_;
   BoxArray boxes_;
@@ -238,9 +252,9 @@ StepReport Pipeline::step(const Scene& scene, std::stop_token stop) {
   StepReport report;
   report.step = impl.step++;
   report.bodies = scene.bodies();
-  impl.work.look_at(scene);
+  impl.work.look_at(scene, impl.contacts);
   impl.executor->run(impl.work, impl.contacts, report.execution, std::move(stop), impl.timeline);
-  if ((report.execution.issues & bit(StepIssue::ended_early)) == 0) impl.work.finish(report);
+  if ((report.execution.issues & bit(StepIssue::ended_early)) == 0) impl.work.finish(impl.contacts, report);
   report.broad_phase = impl.work.broad_phase().kind();
   report.broad_phase_reason = impl.work.broad_phase().reason();
   if (impl.options.contact_hash) report.contact_hash = hash(impl.contacts);

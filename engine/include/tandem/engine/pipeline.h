@@ -24,11 +24,12 @@ struct PipelineOptions {
   double tolerance = 0;        ///< relative to the bodies' size, [0, 0.1]; 0: to rounding
   double margin = 0;           ///< metres, >= 0: contacts with gaps up to this are reported, with negative depth
   /// Answers of the last step may stand for this one's, within this error relative to the smaller body's size, [0, 0.1];
-  /// 0: all are computed. Used for pairs that moved so little, one body seen from the other, that no point moved
-  /// farther and nothing turned by more than this angle (radians): their answer is moved along and says in
-  /// PairAnswer::error_bound how far that was. Between convex bodies distance and depth are right within the bound and
-  /// verdicts exact; contacts with a mesh are those of poses so near. Closed forms are cheaper than keeping and are
-  /// computed, and so is Request::collide.
+  /// 0: all are computed. A body rests while no point of it leaves its place by more than a thousandth of that; the answer
+  /// of two at rest stays as it is. Else, for pairs that moved so little, one body seen from the other, that no point
+  /// moved farther and nothing turned by more than this angle (radians), the answer is moved along; closed forms are
+  /// cheaper to compute. PairAnswer::error_bound says how far either may be off. Between convex bodies distance and depth
+  /// are right within it and verdicts exact; contacts with a mesh are those of poses so near. Request::collide is always
+  /// computed.
   double keep_contacts = 0;
   std::size_t batch_pairs = 128;   ///< candidate pairs a batch, [1, 65536]
   bool joined = false;  ///< sequential: answers are joined from batches, as those of several threads; to measure that
