@@ -96,6 +96,7 @@ PipelineOptions papers(ExecutorKind executor, int threads) {
   options.executor = executor;
   options.threads = threads;
   options.broad_phase = BroadPhaseKind::brute;
+  options.form = StepForm::overlapped;  // the paper's, which the simulator knows
   return options;
 }
 

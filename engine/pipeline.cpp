@@ -232,7 +232,8 @@ struct Pipeline::Impl {
                                 .batch_pairs = options.batch_pairs,
                                 .joined = options.joined,
                                 .queue_capacity = options.queue_capacity,
-                                .small_step_ms = options.small_step_ms})) {}
+                                .small_step_ms = options.small_step_ms,
+                                .form = options.form})) {}
 
   PipelineOptions options;
   SceneWork work;

@@ -78,7 +78,7 @@ void BatchSize::learn(const ExecutionReport& report) {
     return static_cast<std::size_t>(std::clamp(wanted, 1.0, static_cast<double>(most_)));
   };
   if (report.candidate_pairs != 0) size_.most = pairs_for(report.narrow_ms, report.candidate_pairs);
-  if (report.heavy_pairs != 0) size_.heavy = pairs_for(report.heavy_ms, report.heavy_pairs);
+  if (report.heavy_ms > 0) size_.heavy = pairs_for(report.heavy_ms, report.heavy_pairs);
 }
 
 void balance(Balancer& balancer, std::uint64_t step, ExecutionReport& report, Timeline* timeline) {

@@ -2,6 +2,7 @@
 #include <functional>
 #include <memory>
 
+#include "step_form.h"
 #include "step_state.h"
 #include "tandem/flowgraph/balancer.h"
 #include "tandem/flowgraph/executor.h"
@@ -32,17 +33,10 @@ class BatchSize {
   BatchPairs size_;
 };
 
-/// Tells whether a step is worth sharing: decided from the work of the steps before it.
-class SmallStep {
- public:
-  explicit SmallStep(double limit_ms) : limit_ms_(limit_ms) {}
-  bool stays_on_caller() const { return work_ms_ < limit_ms_; }
-  void learn(double work_ms) { work_ms_ = work_ms; }
-
- private:
-  double limit_ms_;
-  double work_ms_ = 1e300;  // the first step is shared
-};
+/// What a step's time goes with.
+inline double load_of(const StepWork& work, const ExecutionReport& report) {
+  return static_cast<double>(work.bodies() + report.candidate_pairs);
+}
 
 /// Balances after a step and writes what it decided into the report and the timeline.
 void balance(Balancer& balancer, std::uint64_t step, ExecutionReport& report, Timeline* timeline);

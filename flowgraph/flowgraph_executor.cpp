@@ -72,15 +72,18 @@ class Phase {
 class FlowGraphExecutor final : public Executor, private Delivery {
  public:
   explicit FlowGraphExecutor(const ExecutorOptions& options)
-      : options_(options), batch_size_(options.batch_pairs), small_(options.small_step_ms) {}
+      : options_(options),
+        batch_size_(options.batch_pairs),
+        form_(options.strict_split ? StepForm::overlapped : options.form, options.small_step_ms, true) {}
 
   void run(StepWork& work, ContactList& contacts, ExecutionReport& report, std::stop_token stop,
            Timeline* timeline) override {
     const Split fixed = options_.split;
     const int threads = tbb_threads(fixed.dynamic() ? options_.threads : fixed.broad + fixed.narrow);
-    const bool shared = threads > 1 && !small_.stays_on_caller();
+    const StepForm form = threads == 1 ? StepForm::caller : form_.next();
+    const bool shared = form != StepForm::caller;
     report.threads = threads;
-    state_.begin(work, contacts, batch_size_.get(), std::move(stop), timeline, host_cancellation());
+    state_.begin(work, contacts, batch_size_.get(), form, std::move(stop), timeline, host_cancellation());
     if (shared) {
       prepare(threads);
       report.split = split_;
@@ -91,10 +94,10 @@ class FlowGraphExecutor final : public Executor, private Delivery {
       if (threads > 1) report.issues |= bit(StepIssue::ran_on_caller);
       run_on_caller(state_);
     }
-    small_.learn(state_.work_ms());
     const std::uint64_t step = step_++;
     state_.end(report);
     batch_size_.learn(report);
+    if (threads > 1) form_.learn(report, state_.work_ms(), load_of(work, report));
     if (shared) balance(*balancer_, step, report, timeline);
   }
 
@@ -254,7 +257,7 @@ class FlowGraphExecutor final : public Executor, private Delivery {
 
   ExecutorOptions options_;
   BatchSize batch_size_;
-  SmallStep small_;
+  FormChooser form_;
   int threads_ = 0;
   Split split_;
   std::uint64_t step_ = 0;

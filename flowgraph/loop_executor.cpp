@@ -17,13 +17,14 @@ class LoopExecutor final : public Executor {
       : fused_(options.kind == ExecutorKind::fused),
         wished_(options.split.dynamic() ? options.threads : options.split.broad + options.split.narrow),
         batch_size_(options.batch_pairs),
-        small_(options.small_step_ms) {}
+        form_(options.form, options.small_step_ms, !fused_) {}
 
   void run(StepWork& work, ContactList& contacts, ExecutionReport& report, std::stop_token stop,
            Timeline* timeline) override {
     const int threads = tbb_threads(wished_);
-    state_.begin(work, contacts, batch_size_.get(), std::move(stop), timeline, host_cancellation());
-    if (threads == 1 || small_.stays_on_caller()) {
+    const StepForm form = threads == 1 ? StepForm::caller : form_.next();
+    state_.begin(work, contacts, batch_size_.get(), form, std::move(stop), timeline, host_cancellation());
+    if (form == StepForm::caller) {
       run_on_caller(state_);
       if (threads > 1) report.issues |= bit(StepIssue::ran_on_caller);
     } else if (threads == tbb::this_task_arena::max_concurrency()) {
@@ -35,9 +36,9 @@ class LoopExecutor final : public Executor {
     report.threads = threads;
     report.split = threads == 1 ? Split{1, 0} : Split{threads, threads};
     report.decision.reason = threads == 1 ? "one thread does both phases" : "both phases have all threads";
-    small_.learn(state_.work_ms());
     state_.end(report);
     batch_size_.learn(report);
+    if (threads > 1) form_.learn(report, state_.work_ms(), load_of(work, report));
   }
 
  private:
@@ -93,20 +94,21 @@ class LoopExecutor final : public Executor {
     });
     // Counting each filled batch as open keeps the stage open until the last one is processed.
     for (BatchWriter& writer : writers) writer.flush();
-    ready_.clear();
+    if (state_.stage() != stage) return;
+    std::vector<Batch*>& ready = state_.shelf();
+    ready.clear();
     for (Batch* batch : state_.batches())
-      if (batch->count != 0) ready_.push_back(batch);
-    std::stable_partition(ready_.begin(), ready_.end(), [](const Batch* batch) { return batch->heavy; });
-    for_each(ready_.size(), [&](std::size_t i) { state_.process(*ready_[i]); });
+      if (batch->count != 0) ready.push_back(batch);
+    std::stable_partition(ready.begin(), ready.end(), [](const Batch* batch) { return batch->heavy; });
+    for_each(ready.size(), [&](std::size_t i) { state_.process(*ready[i]); });
   }
 
   bool fused_;
   int wished_;
   BatchSize batch_size_;
-  SmallStep small_;
+  FormChooser form_;
   std::unique_ptr<tbb::task_arena> arena_;
   StepState state_;
-  std::vector<Batch*> ready_;
 };
 
 }  // namespace

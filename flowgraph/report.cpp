@@ -11,6 +11,11 @@ std::string_view name(ExecutorKind kind) {
 
 std::string_view name(BalanceRule rule) { return rule == BalanceRule::paper ? "paper" : "busy"; }
 
+std::string_view name(StepForm form) {
+  constexpr std::array<std::string_view, 4> names{"automatic", "caller", "overlapped", "ordered"};
+  return names[static_cast<std::size_t>(form)];
+}
+
 std::string_view name(BalanceAction action) {
   constexpr std::array<std::string_view, 5> names{"none", "keep", "change", "confirm", "revert"};
   return names[static_cast<std::size_t>(action)];

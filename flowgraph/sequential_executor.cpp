@@ -11,8 +11,9 @@ class SequentialExecutor final : public Executor {
 
   void run(StepWork& work, ContactList& contacts, ExecutionReport& report, std::stop_token stop,
            Timeline* timeline) override {
-    state_.begin(work, contacts, {batch_pairs_}, std::move(stop), timeline);
-    run_on_caller(state_, joined_);
+    state_.begin(work, contacts, {batch_pairs_}, joined_ ? StepForm::overlapped : StepForm::caller, std::move(stop),
+                 timeline);
+    run_on_caller(state_);
     report.threads = 1;
     report.split = {1, 0};
     report.decision.reason = "one thread does both phases";

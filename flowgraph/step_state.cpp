@@ -21,6 +21,8 @@ void pause() {
 
 std::int64_t ns(Clock::duration d) { return std::chrono::duration_cast<std::chrono::nanoseconds>(d).count(); }
 
+constexpr std::size_t ordered_stages = PairOrder::stages + 2;
+
 /// Time that the calling thread spends on batches; it is taken out of the tile in which a full queue made it help.
 thread_local std::int64_t narrow_ns_of_this_thread = 0;
 
@@ -81,7 +83,12 @@ void BatchWriter::hand_on() {
   batch.count = kept;
   count_ = 0;
   try {
-    if (state_.batch_pairs_.heavy != 0) split_off_heavy(batch);
+    if (state_.form_ == StepForm::ordered) {  // it stays in the pool until the pairs are put in order
+      const std::size_t heavy = state_.work_->heavy_first(std::span(batch.pairs).first(kept));
+      if (heavy != 0) state_.heavy_pairs_.fetch_add(heavy, std::memory_order_relaxed);
+      return state_.close_work();
+    }
+    if (state_.form_ == StepForm::overlapped && state_.batch_pairs_.heavy != 0) split_off_heavy(batch);
     if (batch.count == 0) return state_.close_work();
     delivery_.deliver(batch);
   } catch (...) {
@@ -139,8 +146,8 @@ void BatchWriter::drop() {
 
 // ---- StepState
 
-void StepState::begin(StepWork& work, ContactList& contacts, BatchPairs batch_pairs, std::stop_token stop,
-                      Timeline* timeline, std::function<bool()> host_cancelled) {
+void StepState::begin(StepWork& work, ContactList& contacts, BatchPairs batch_pairs, StepForm form,
+                      std::stop_token stop, Timeline* timeline, std::function<bool()> host_cancelled) {
   start_ = Clock::now();
   host_cancelled_ = std::move(host_cancelled);
   work_ = &work;
@@ -157,34 +164,29 @@ void StepState::begin(StepWork& work, ContactList& contacts, BatchPairs batch_pa
   failed_.store(false, std::memory_order_relaxed);
   inexact_.store(false, std::memory_order_relaxed);
   error_ = nullptr;
-  in_order_ = false;
+  form_ = form;
   pool_.begin(batch_pairs.most);
-  joiner_.begin(work.bodies(), contacts);
+  if (form == StepForm::overlapped) joiner_.begin(work.bodies(), contacts);
   const std::size_t stages = work.begin();
   if (timeline_ != nullptr) timeline_->lane().slices.push_back({"begin", start_, Clock::now(), step_, 0, 0});
   shared_ = stages - 1;
-  end_ = stages + Joiner::stages;
+  end_ = stages + (form == StepForm::overlapped ? Joiner::stages : form == StepForm::ordered ? ordered_stages : 0);
   blocks_.assign(end_, 0);
   open_stage(0);
 }
 
 // Called by one thread at a time: the one that finished the stage before.
 void StepState::open_stage(std::size_t stage) {
-  for (; stage != end_; ++stage) {
+  const std::size_t narrow_end = form_ == StepForm::ordered ? end_ - 1 : shared_ + 1;
+  for (;; ++stage) {
     if (stage == 1) update_end_ns_.store(ns(Clock::now() - start_), std::memory_order_relaxed);
     if (stage == shared_) shared_start_ = Clock::now();
-    if (stage == shared_ + 1) {
-      if (narrow_end_ns_.load(std::memory_order_relaxed) == 0)
-        narrow_end_ns_.store(ns(Clock::now() - shared_start_), std::memory_order_relaxed);
-    }
+    if (stage == narrow_end) narrow_end_ns_.store(ns(Clock::now() - shared_start_), std::memory_order_relaxed);
+    if (stage == end_) break;
     // After an error what earlier stages should have prepared may be missing: nothing more is asked of the work.
     if (stop_requested()) continue;
     try {
-      if (stage == shared_ + 1) joiner_.take(pool_.taken());
-      if (stage <= shared_)
-        blocks_[stage] = work_->blocks(stage);
-      else
-        blocks_[stage] = in_order_ ? 0 : joiner_.blocks(stage - shared_ - 1);
+      blocks_[stage] = stage <= shared_ ? work_->blocks(stage) : open_tail(stage - shared_ - 1);
     } catch (...) {
       capture();
       continue;
@@ -199,6 +201,27 @@ void StepState::open_stage(std::size_t stage) {
   ticket_.store(std::uint64_t{stage} << 32, std::memory_order_release);
   opened_.fetch_add(1, std::memory_order_release);
   opened_.notify_all();
+}
+
+std::size_t StepState::open_tail(std::size_t stage) {
+  if (form_ == StepForm::overlapped) {
+    if (stage == 0) joiner_.take(pool_.taken());
+    return joiner_.blocks(stage);
+  }
+  if (stage == 0) pair_order_.begin(pool_.taken(), work_->bodies());
+  if (stage < PairOrder::stages) return pair_order_.open(stage);
+  if (stage == PairOrder::stages + 1) return answers_.open_rest();
+  answers_.begin(pair_order_.sorted(), batch_pairs_.most, *contacts_);
+  return answers_.batches();
+}
+
+void StepState::run_tail(std::size_t stage, std::size_t block) {
+  if (form_ == StepForm::overlapped)
+    joiner_.run(stage, block);
+  else if (stage < PairOrder::stages)
+    pair_order_.run(stage, block);
+  else
+    answers_.copy_rest(block);
 }
 
 bool StepState::take(std::size_t stage, std::size_t& block) {
@@ -227,14 +250,16 @@ Clock::duration StepState::timed(std::string_view name, std::uint64_t id, const 
 }
 
 void StepState::run(std::size_t stage, std::size_t block) {
-  if (!failed()) {
-    const bool joining = stage > shared_;
+  const bool joining = stage > shared_;
+  if (form_ == StepForm::ordered && stage == shared_ + 1 + PairOrder::stages) {
+    if (!stop_requested()) narrow_in_place(block);
+  } else if (!failed()) {
     const auto time = timed(joining      ? "join"
                             : stage == 0 ? "update"
                                          : "broad prepare",
                             block, nullptr, [&] {
                               if (joining)
-                                joiner_.run(stage - shared_ - 1, block);
+                                run_tail(stage - shared_ - 1, block);
                               else
                                 work_->run(stage, block);
                             });
@@ -266,7 +291,7 @@ void StepState::narrow(Batch& batch) {
   const std::uint64_t pairs = batch.count;
   const auto time = timed("narrow", batch.id, &pairs, [&] {
     work_->narrow(batch);
-    if (!in_order_) joiner_.count(batch);
+    if (form_ == StepForm::overlapped) joiner_.count(batch);
   });
   narrow_ns_of_this_thread += ns(time);
   narrow_ns_.fetch_add(ns(time), std::memory_order_relaxed);
@@ -285,9 +310,13 @@ void StepState::process(Batch& batch) {
 void StepState::process_in_order(std::span<Batch* const> batches) {
   contacts_->pairs.clear();
   contacts_->contacts.clear();
-  in_order_ = true;
   if (!failed()) {
-    const auto time = timed("join", 0, nullptr, [&] { pair_order_.sort(batches, work_->bodies()); });
+    const auto time = timed("join", 0, nullptr, [&] {
+      pair_order_.sort(batches, work_->bodies());
+      auto from = pair_order_.sorted().begin();
+      for (Batch* batch : batches)
+        for (Pair& pair : std::span(batch->pairs).first(batch->count)) pair = pair_of(*from++);
+    });
     join_ns_.fetch_add(ns(time), std::memory_order_relaxed);
   }
   for (Batch* batch : batches) {
@@ -299,6 +328,16 @@ void StepState::process_in_order(std::span<Batch* const> batches) {
     batch->contacts.swap(contacts_->contacts);
     close_work();
   }
+}
+
+void StepState::narrow_in_place(std::size_t block) {
+  Batch* batch = nullptr;
+  const auto put_in_order = [&](auto&& body) {
+    join_ns_.fetch_add(ns(timed("join", block, nullptr, body)), std::memory_order_relaxed);
+  };
+  put_in_order([&] { batch = &answers_.take(block); });
+  if (!failed()) narrow(*batch);
+  if (!failed()) put_in_order([&] { answers_.put(*batch); });
 }
 
 void StepState::close_work() {
@@ -354,7 +393,8 @@ void StepState::end(ExecutionReport& report) {
   report.candidate_pairs = candidates_.load(std::memory_order_relaxed);
   report.heavy_pairs = heavy_pairs_.load(std::memory_order_relaxed);
   report.heavy_ms = to_ms(heavy_ns_.load(std::memory_order_relaxed));
-  report.batches = batches.size();
+  report.form = form_;
+  report.batches = form_ == StepForm::ordered ? answers_.batches() : batches.size();
   report.queue_high_water = queue_high_water_.load(std::memory_order_relaxed);
   report.update_ms = to_ms(update_end_ns_.load(std::memory_order_relaxed));
   report.broad_ms = to_ms(broad_ns_.load(std::memory_order_relaxed));
@@ -370,22 +410,22 @@ void StepState::end(ExecutionReport& report) {
   if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
 }
 
-void run_on_caller(StepState& state, bool joined) {
-  struct : Delivery {
+void run_on_caller(StepState& state) {
+  struct Shelf final : Delivery {
+    explicit Shelf(std::vector<Batch*>& batches) : ready(batches) { ready.clear(); }
     void deliver(Batch& batch) override { ready.push_back(&batch); }
-    std::vector<Batch*> ready;
-  } shelf;
-  if (!joined) state.keep_heavy_pairs_in_place();
+    std::vector<Batch*>& ready;
+  } shelf(state.shelf());
   take_part(
       state, [](std::size_t) { return true; },
       [&] {
         BatchWriter writer(state, shelf);
         for (std::size_t tile; state.take(state.shared_stage(), tile);) state.run_tile(tile, writer);
         writer.flush();
-        if (joined)
-          for (Batch* batch : shelf.ready) state.process(*batch);
-        else
+        if (state.form() == StepForm::caller)
           state.process_in_order(shelf.ready);
+        else
+          for (Batch* batch : shelf.ready) state.process(*batch);
         return true;
       });
 }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "joiner.h"
+#include "ordered_answers.h"
 #include "pair_order.h"
 #include "tandem/flowgraph/batch.h"
 #include "tandem/flowgraph/report.h"
@@ -85,12 +86,15 @@ class BatchWriter final : public PairSink {
 /// blocks that are being worked on, so any number of threads gets the step done, one included.
 ///
 /// Stages: those of the work (the last one is the shared phase: tiles that emit and batches that are narrowed), then
-/// the joiner's. After an error or a stop request the rest of the blocks are counted off without being run.
+/// the joiner's. In StepForm::ordered no batch is narrowed in the shared phase: stages follow that put the pairs in
+/// order, narrow them, and copy the answers that are not in their places yet. After an error or a stop request the rest
+/// of the blocks are counted off without being run.
 class StepState {
  public:
   /// `host_cancelled` is polled between blocks, like `stop`, by whatever thread is about to run one.
-  void begin(StepWork& work, ContactList& contacts, BatchPairs batch_pairs, std::stop_token stop, Timeline* timeline,
-             std::function<bool()> host_cancelled = {});
+  /// `form`: not automatic.
+  void begin(StepWork& work, ContactList& contacts, BatchPairs batch_pairs, StepForm form, std::stop_token stop,
+             Timeline* timeline, std::function<bool()> host_cancelled = {});
   /// Collects what was measured; throws the first error of the step.
   void end(ExecutionReport& report);
 
@@ -100,8 +104,7 @@ class StepState {
   std::size_t shared_stage() const { return shared_; }
   bool is_broad(std::size_t stage) const { return stage > 0 && stage <= shared_; }
 
-  /// Before any tile: heavy pairs stay among the others.
-  void keep_heavy_pairs_in_place() { batch_pairs_.heavy = 0; }
+  StepForm form() const { return form_; }
 
   /// Takes a block (a tile in the shared stage); false when the stage has none left or is over.
   bool take(std::size_t stage, std::size_t& block);
@@ -126,7 +129,8 @@ class StepState {
   // For executors that drive the stages themselves.
   std::size_t blocks(std::size_t stage) const { return blocks_[stage]; }
   std::span<Batch* const> batches() { return pool_.taken(); }
-  double work_ms() const;  ///< busy time so far, all stages
+  std::vector<Batch*>& shelf() { return shelf_; }  ///< room for batches that wait, kept from step to step
+  double work_ms() const;                          ///< busy time so far, all stages
 
  private:
   friend class BatchWriter;
@@ -137,6 +141,9 @@ class StepState {
   /// True when no more blocks are to be run: after an error, a stop request or the host's cancellation.
   bool stop_requested();
   void open_stage(std::size_t stage);
+  std::size_t open_tail(std::size_t stage);
+  void run_tail(std::size_t stage, std::size_t block);
+  void narrow_in_place(std::size_t block);
   void close_work();
   template <class Body>
   Clock::duration timed(std::string_view name, std::uint64_t id, const std::uint64_t* pairs, Body&& body);
@@ -152,8 +159,10 @@ class StepState {
   std::vector<std::size_t> blocks_;
   Joiner joiner_;
   PairOrder pair_order_;
-  bool in_order_ = false;  // the answers are: nothing is left to join
+  OrderedAnswers answers_;
+  StepForm form_ = StepForm::caller;
   BatchPool pool_;
+  std::vector<Batch*> shelf_;
   Clock::time_point start_, shared_start_;
 
   // Stage in the high half, next block in the low half: a block can only be taken of the stage it belongs to.
@@ -189,9 +198,9 @@ void take_part(StepState& state, MayRun&& may_run, Shared&& shared) {
   }
 }
 
-/// The whole step on the calling thread: broad, then narrow; in order, unless answers are to be joined as those of
-/// several threads are.
-void run_on_caller(StepState& state, bool joined = false);
+/// The whole step on the calling thread: broad, then narrow; in order, unless the step was begun as one of several
+/// threads, whose answers are joined.
+void run_on_caller(StepState& state);
 
 double to_ms(std::int64_t ns);
 

@@ -18,7 +18,7 @@ class ThreadsExecutor final : public Executor {
       : threads_(count(options)),
         strict_(options.strict_split),
         batch_size_(options.batch_pairs),
-        small_(options.small_step_ms),
+        form_(strict_ ? StepForm::overlapped : options.form, options.small_step_ms, true),
         balancer_(std::max(2, threads_), options.split, options.balance) {}
 
   ~ThreadsExecutor() override {
@@ -29,16 +29,17 @@ class ThreadsExecutor final : public Executor {
 
   void run(StepWork& work, ContactList& contacts, ExecutionReport& report, std::stop_token stop,
            Timeline* timeline) override {
-    state_.begin(work, contacts, batch_size_.get(), std::move(stop), timeline);
+    const StepForm form = threads_ == 1 ? StepForm::caller : form_.next();
+    state_.begin(work, contacts, batch_size_.get(), form, std::move(stop), timeline);
     report.threads = threads_;
-    if (threads_ == 1 || small_.stays_on_caller()) {
+    if (form == StepForm::caller) {
       run_on_caller(state_);
       report.split = {1, 0};
       report.decision.reason = threads_ == 1 ? "one thread does both phases" : "the step stayed on the caller";
       if (threads_ > 1) report.issues |= bit(StepIssue::ran_on_caller);
-      small_.learn(state_.work_ms());
       state_.end(report);
       batch_size_.learn(report);
+      if (threads_ > 1) form_.learn(report, state_.work_ms(), load_of(work, report));
       return;
     }
     split_ = balancer_.split();
@@ -55,7 +56,6 @@ class ThreadsExecutor final : public Executor {
     for (int left = running_.load(std::memory_order_acquire); left != 0;
          left = running_.load(std::memory_order_acquire))
       running_.wait(left, std::memory_order_acquire);
-    small_.learn(state_.work_ms());
     const std::uint64_t step = step_++;
     try {
       state_.end(report);
@@ -64,6 +64,7 @@ class ThreadsExecutor final : public Executor {
       throw;
     }
     batch_size_.learn(report);
+    form_.learn(report, state_.work_ms(), load_of(work, report));
     balance(balancer_, step, report, timeline);
   }
 
@@ -126,7 +127,7 @@ class ThreadsExecutor final : public Executor {
   int threads_;
   bool strict_;
   BatchSize batch_size_;
-  SmallStep small_;
+  FormChooser form_;
   Balancer balancer_;
   StepState state_;
   PairArray array_;

@@ -31,6 +31,20 @@ std::vector<Split> splits(int threads) {
   return all;
 }
 
+/// What a step of several threads may be like.
+struct Way {
+  bool strict;
+  StepForm form;
+};
+constexpr Way ways[] = {{true, StepForm::overlapped}, {false, StepForm::overlapped}, {false, StepForm::ordered}};
+
+std::vector<std::pair<ExecutorKind, StepForm>> kinds_and_forms() {
+  std::vector<std::pair<ExecutorKind, StepForm>> all;
+  for (const ExecutorKind kind : executor_kinds)
+    for (const StepForm form : {StepForm::overlapped, StepForm::ordered}) all.emplace_back(kind, form);
+  return all;
+}
+
 void check_equal(const ContactList& list, const ContactList& expected) {
   REQUIRE(list.pairs.size() == expected.pairs.size());
   REQUIRE(list.contacts.size() == expected.contacts.size());
@@ -220,15 +234,16 @@ TEST_CASE("what a callback throws ends the step, comes out once, and the next st
   const ContactList expected = work.expected();
   for (const ExecutorKind kind : executor_kinds)
     for (const int threads : {1, 2, 5})
-      for (const bool strict : {false, true})
+      for (const Way way : ways)
         for (const int where : {0, 1, 2}) {
-          CAPTURE(name(kind), threads, strict, where);
+          CAPTURE(name(kind), threads, way.strict, name(way.form), where);
           const auto executor = make_executor({.kind = kind,
                                                .threads = threads,
-                                               .strict_split = strict,
+                                               .strict_split = way.strict,
                                                .batch_pairs = 16,
                                                .queue_capacity = 2,
-                                               .small_step_ms = 0});
+                                               .small_step_ms = 0,
+                                               .form = way.form});
           for (int round = 0; round < 2; ++round) {
             if (where == 0)
               work.on_tile = [](std::size_t tile) {
@@ -256,9 +271,9 @@ TEST_CASE("a requested stop ends the step early, with an empty answer") {
   const ManyThreads many;
   SyntheticWork work(2000, 10.0f, 9);
   const ContactList expected = work.expected();
-  for (const ExecutorKind kind : executor_kinds) {
-    CAPTURE(name(kind));
-    const auto executor = make_executor({.kind = kind, .threads = 3, .small_step_ms = 0});
+  for (const auto& [kind, form] : kinds_and_forms()) {
+    CAPTURE(name(kind), name(form));
+    const auto executor = make_executor({.kind = kind, .threads = 3, .small_step_ms = 0, .form = form});
     ContactList contacts;
     ExecutionReport report;
     std::stop_source before;
@@ -286,8 +301,9 @@ TEST_CASE("a predicate that drops pairs is applied to each once") {
         std::stable_partition(pairs.begin(), pairs.end(), [](Pair p) { return p.b % 2 == 0; }) - pairs.begin());
   };
   const auto kept = std::count_if(all.pairs.begin(), all.pairs.end(), [](const PairResult& p) { return p.b % 2 == 0; });
-  for (const ExecutorKind kind : executor_kinds) {
-    const auto executor = make_executor({.kind = kind, .threads = 3, .batch_pairs = 10, .small_step_ms = 0});
+  for (const auto& [kind, form] : kinds_and_forms()) {
+    const auto executor =
+        make_executor({.kind = kind, .threads = 3, .batch_pairs = 10, .small_step_ms = 0, .form = form});
     ContactList contacts;
     ExecutionReport report;
     executor->run(work, contacts, report, {}, nullptr);
@@ -335,9 +351,10 @@ TEST_CASE("a predicate that uses oneTBB itself neither hangs nor re-enters a til
 TEST_CASE("the host's cancellation ends a step early, with an empty answer") {
   const ManyThreads many;
   SyntheticWork work(2000, 10.0f, 9);
-  for (const ExecutorKind kind : {ExecutorKind::barrier, ExecutorKind::fused, ExecutorKind::flowgraph}) {
-    CAPTURE(name(kind));
-    const auto executor = make_executor({.kind = kind, .threads = 3, .small_step_ms = 0});
+  for (const auto& [kind, form] : kinds_and_forms()) {
+    if (kind == ExecutorKind::sequential || kind == ExecutorKind::threads) continue;
+    CAPTURE(name(kind), name(form));
+    const auto executor = make_executor({.kind = kind, .threads = 3, .small_step_ms = 0, .form = form});
     ContactList contacts;
     tbb::task_group group;
     work.on_tile = [&](std::size_t tile) {

@@ -4,6 +4,7 @@
 
 #include <unistd.h>
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <fstream>
@@ -149,6 +150,8 @@ class Soak {
       options.split.narrow = options.threads - options.split.broad;
     }
     options.strict_split = pick(3) == 0;
+    if (!options.strict_split)
+      options.form = std::array{StepForm::automatic, StepForm::overlapped, StepForm::ordered}[pick(3)];
     options.balance = pick(2) == 0 ? BalanceRule::paper : BalanceRule::busy;
     options.batch_pairs = std::size_t{1} << pick(9);
     options.queue_capacity = pick(3) == 0 ? 1 + pick(4) : 0;

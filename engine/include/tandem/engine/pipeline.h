@@ -34,7 +34,8 @@ struct PipelineOptions {
   std::size_t batch_pairs = 128;   ///< candidate pairs a batch, [1, 65536]
   bool joined = false;  ///< sequential: answers are joined from batches, as those of several threads; to measure that
   std::size_t queue_capacity = 0;  ///< batches waiting at most; 0: max(16, 4 threads)
-  double small_step_ms = 0.3;  ///< flowgraph, barrier, fused: below this much work a step stays on the caller; 0: never
+  double small_step_ms = 0.3;  ///< below this much work a step stays on the caller; 0: no step does
+  StepForm form = StepForm::automatic;  ///< barrier, threads, flowgraph: of steps that several threads may share
   bool contact_hash = false;   ///< fill StepReport::contact_hash (some 10 ns a contact, outside detect_ms)
   PairPredicate predicate{};    ///< a user's own filter, by batches; empty: none
 };

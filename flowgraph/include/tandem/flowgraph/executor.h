@@ -20,7 +20,8 @@ struct ExecutorOptions {
   std::size_t batch_pairs = 128;   ///< at most; fewer where a pair is costly, so that a batch is 15-60 us of work
   bool joined = false;  ///< sequential: answers are joined from batches, as those of several threads; to measure that
   std::size_t queue_capacity = 0;  ///< batches; 0: max(16, 4 threads)
-  double small_step_ms = 0.3;      ///< less work than this stays on the caller; 0: never
+  double small_step_ms = 0.3;      ///< less work than this stays on the caller; 0: no step does
+  StepForm form = StepForm::automatic;  ///< barrier, threads, flowgraph: of steps that several threads may share
 };
 
 /// Runs steps. The contacts do not depend on which executor it is, on threads or on timing.

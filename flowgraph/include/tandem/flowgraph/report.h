@@ -33,6 +33,15 @@ enum class BalanceRule : std::uint8_t {
 };
 std::string_view name(BalanceRule rule);
 
+/// Ways to run a step's stages; one answer.
+enum class StepForm : std::uint8_t {
+  automatic,   ///< the fastest of those that may be, by measured times
+  caller,      ///< on the calling thread alone: pairs are put in order, then narrowed
+  overlapped,  ///< shared: both phases at once, answers are put in order at last
+  ordered,     ///< shared: pairs are put in order first, so that answers go to their places
+};
+std::string_view name(StepForm form);
+
 /// What the balancer did after a step.
 enum class BalanceAction : std::uint8_t {
   none,     ///< between two control steps, or the split is fixed
@@ -82,6 +91,7 @@ struct ExecutionReport {
   double detect_ms = 0;                ///< wall, all of the above
   int threads = 1;                     ///< in all, the caller counted
   Split split;                         ///< in force in this step; 1-0 when one thread did both
+  StepForm form = StepForm::caller;    ///< how it was run
   std::uint32_t issues = 0;            ///< StepIssue bits
   BalanceDecision decision;            ///< taken after this step
 };

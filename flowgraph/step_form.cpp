@@ -1,0 +1,76 @@
+#include "step_form.h"
+
+#include <algorithm>
+
+namespace tandem {
+namespace {
+
+constexpr double most_on_caller_ms = 2;  // of a step: with more work another thread always pays
+constexpr double better = 0.97;          // less to gain is within the noise of a step
+constexpr int longest_period = 512;
+
+}  // namespace
+
+FormChooser::FormChooser(StepForm wanted, double small_step_ms, bool can_order)
+    : wanted_(wanted), can_order_(can_order), small_(small_step_ms) {
+  if (wanted_ != StepForm::automatic) next_ = wanted_;
+}
+
+bool FormChooser::may_be(StepForm form, double detect_ms) const {
+  if (form == StepForm::caller) return small_.ever() && detect_ms < most_on_caller_ms;
+  // Heavy pairs are to be narrowed first, wherever they stand in the order.
+  return form == StepForm::overlapped || (form == StepForm::ordered && can_order_ && !has_heavy_);
+}
+
+void FormChooser::go_to(StepForm form) {
+  of(current_).wait = of(current_).period = 16;
+  current_ = form;
+}
+
+void FormChooser::learn(const ExecutionReport& report, double work_ms, double load) {
+  small_.learn(work_ms);
+  if (wanted_ != StepForm::automatic) next_ = small_.stays_on_caller() ? StepForm::caller : wanted_;
+  if (wanted_ != StepForm::automatic || (report.issues & bit(StepIssue::ended_early)) != 0) return;
+  if (report.form != StepForm::caller) has_heavy_ = report.heavy_pairs != 0;
+  Form& ran = of(report.form);
+  ran.costs = {ran.costs[1], report.detect_ms / std::max(load, 1.0)};
+  for (Form& form : all_) form.wait = std::max(0, form.wait - 1);
+
+  if (small_.stays_on_caller()) {
+    current_ = next_ = StepForm::caller;
+    return;
+  }
+  if (next_ != current_) {
+    if (!of(next_).has_two() && may_be(next_, report.detect_ms)) return;
+    end_trial();
+  }
+  if (!may_be(current_, report.detect_ms)) go_to(StepForm::overlapped);
+  next_ = current_;
+  look_for_trial(report.detect_ms, load);
+}
+
+void FormChooser::end_trial() {
+  Form& tried = of(next_);
+  if (tried.cost() < better * of(current_).cost()) {
+    go_to(next_);
+    return;
+  }
+  tried.wait = tried.period;
+  tried.period = std::min(2 * tried.period, longest_period);
+}
+
+void FormChooser::look_for_trial(double detect_ms, double load) {
+  if (!of(current_).has_two()) return;
+  for (const StepForm form : {StepForm::ordered, StepForm::overlapped, StepForm::caller}) {
+    Form& other = of(form);
+    if (form == current_ || !may_be(form, detect_ms)) continue;
+    const bool other_load = load > 1.5 * other.load || 1.5 * load < other.load;
+    if (other.wait > 0 && !other_load) continue;
+    other.load = load;
+    other.costs = {unknown, unknown};
+    next_ = form;
+    return;
+  }
+}
+
+}  // namespace tandem

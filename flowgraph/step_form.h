@@ -1,0 +1,58 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <limits>
+
+#include "tandem/flowgraph/report.h"
+
+namespace tandem {
+
+/// Tells whether a step has too little work to be shared: decided from the step before it.
+class SmallStep {
+ public:
+  explicit SmallStep(double limit_ms) : limit_ms_(limit_ms) {}
+  bool stays_on_caller() const { return work_ms_ < limit_ms_; }
+  bool ever() const { return limit_ms_ > 0; }
+  void learn(double work_ms) { work_ms_ = work_ms; }
+
+ private:
+  double limit_ms_;
+  double work_ms_ = std::numeric_limits<double>::infinity();  // the first step is shared
+};
+
+/// Chooses the form of the next step by what the steps before it took. Another form is tried for two steps now and
+/// then, and kept if it was faster than the two steps before: a verified change, as the balance of threads is. What
+/// did not help is tried again after twice as many steps, or when the load has changed.
+class FormChooser {
+ public:
+  /// `wanted`: automatic, or the form of all steps that are not too small for it. `can_order`: whether
+  /// StepForm::ordered may be chosen.
+  FormChooser(StepForm wanted, double small_step_ms, bool can_order);
+  StepForm next() const { return next_; }
+  /// `work_ms`: busy time of the step, all threads; `load`: what its time goes with, such as pairs.
+  void learn(const ExecutionReport& report, double work_ms, double load);
+
+ private:
+  static constexpr std::size_t forms = 4;
+  static constexpr double unknown = std::numeric_limits<double>::infinity();
+  struct Form {
+    std::array<double, 2> costs{unknown, unknown};  // of the last two steps of this form: time over load
+    int wait = 0, period = 8;                       // steps to the next trial, and from one to the next
+    double load = 0;                                // at the last trial
+    double cost() const { return costs[0] < costs[1] ? costs[0] : costs[1]; }
+    bool has_two() const { return costs[0] != unknown && costs[1] != unknown; }
+  };
+
+  Form& of(StepForm form) { return all_[static_cast<std::size_t>(form)]; }
+  bool may_be(StepForm form, double detect_ms) const;
+  void go_to(StepForm form);
+  void end_trial();
+  void look_for_trial(double detect_ms, double load);
+
+  StepForm wanted_, current_ = StepForm::overlapped, next_ = StepForm::overlapped;
+  bool can_order_, has_heavy_ = false;
+  SmallStep small_;
+  std::array<Form, forms> all_;
+};
+
+}  // namespace tandem

@@ -1,0 +1,143 @@
+#include <oneapi/tbb/global_control.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <memory>
+#include <random>
+
+#include "flowgraph/pair_order.h"
+#include "flowgraph/step_form.h"
+#include "synthetic_work.h"
+
+using namespace tandem;
+
+namespace {
+
+/// Steps that cost what `ms` says of a form.
+class Steps {
+ public:
+  explicit Steps(double small_ms = 0.3, bool can_order = true) : chooser_(StepForm::automatic, small_ms, can_order) {}
+
+  StepForm step(double caller_ms, double overlapped_ms, double ordered_ms, double pairs = 1000, bool heavy = false) {
+    const StepForm form = chooser_.next();
+    ExecutionReport report;
+    report.form = form;
+    report.detect_ms = form == StepForm::caller ? caller_ms : form == StepForm::overlapped ? overlapped_ms : ordered_ms;
+    report.heavy_pairs = heavy && form != StepForm::caller ? 10 : 0;
+    chooser_.learn(report, caller_ms, pairs);
+    return form;
+  }
+  StepForm next() const { return chooser_.next(); }
+
+ private:
+  FormChooser chooser_;
+};
+
+}  // namespace
+
+TEST_CASE("step form: the fastest is found within ten steps, and the others are tried ever more rarely") {
+  for (const StepForm best : {StepForm::caller, StepForm::overlapped, StepForm::ordered}) {
+    CAPTURE(name(best));
+    Steps steps;
+    const auto ms = [&](StepForm form) { return form == best ? 1.0 : 1.2; };
+    const auto step = [&] { return steps.step(ms(StepForm::caller), ms(StepForm::overlapped), ms(StepForm::ordered)); };
+    for (int i = 0; i < 10; ++i) step();
+    CHECK(steps.next() == best);
+    int others = 0;
+    for (int i = 0; i < 1000; ++i) others += step() != best;
+    CHECK(others > 0);
+    CHECK(others < 40);
+  }
+}
+
+TEST_CASE("step form: a gain within the noise changes nothing") {
+  Steps steps;
+  for (int i = 0; i < 300; ++i) steps.step(0.99, 1, 0.98);
+  CHECK(steps.next() == StepForm::overlapped);
+}
+
+TEST_CASE("step form: another load is looked at anew") {
+  Steps steps;
+  for (int i = 0; i < 300; ++i) steps.step(0.4, 0.6, 0.5, 1000);
+  REQUIRE(steps.next() == StepForm::caller);
+  int i = 0;
+  for (; i < 50 && (steps.next() != StepForm::ordered || i < 10); ++i) steps.step(1.6, 1.0, 0.9, 3000);
+  CHECK(i < 20);
+  // More than some work is shared at once, whatever was measured.
+  for (int k = 0; k < 300; ++k) steps.step(0.4, 0.6, 0.5, 1000);
+  REQUIRE(steps.next() == StepForm::caller);
+  steps.step(8, 5, 4, 1000);
+  CHECK(steps.next() != StepForm::caller);
+}
+
+TEST_CASE("step form: heavy pairs are never ordered, small steps stay on the caller unless none may") {
+  Steps heavy;
+  for (int i = 0; i < 100; ++i) CHECK(heavy.step(10, 6, 1, 1000, true) == StepForm::overlapped);
+  Steps small;
+  small.step(0.1, 0.05, 0.05);
+  for (int i = 0; i < 100; ++i) CHECK(small.step(0.1, 0.05, 0.05) == StepForm::caller);
+  Steps never(0);
+  for (int i = 0; i < 100; ++i) CHECK(never.step(0.1, 1, 1) != StepForm::caller);
+  Steps fused(0.3, false);
+  for (int i = 0; i < 100; ++i) CHECK(fused.step(3, 2, 1) == StepForm::overlapped);
+}
+
+TEST_CASE("step form: each gives the answer of a double loop, whatever was there before") {
+  const tbb::global_control allow(tbb::global_control::max_allowed_parallelism, 16);
+  // Of several sizes: lists grow and shrink.
+  std::vector<std::unique_ptr<SyntheticWork>> works;
+  for (const std::size_t n : {1200u, 40u, 1u, 900u, 1000u})
+    works.push_back(std::make_unique<SyntheticWork>(n, 8.0f, 5));
+  std::vector<std::uint64_t> expected;
+  for (const auto& work : works) expected.push_back(hash(work->expected()));
+  for (const ExecutorKind kind : {ExecutorKind::barrier, ExecutorKind::threads, ExecutorKind::flowgraph})
+    for (const StepForm form : {StepForm::automatic, StepForm::caller, StepForm::overlapped, StepForm::ordered})
+      for (const int threads : {2, 5})
+        for (const std::size_t batch : {7u, 128u}) {
+          CAPTURE(name(kind), name(form), threads, batch);
+          const auto executor =
+              make_executor({.kind = kind, .threads = threads, .batch_pairs = batch, .small_step_ms = 0, .form = form});
+          ContactList contacts;
+          for (const std::size_t which : {0, 0, 1, 3, 2, 4, 4, 0}) {
+            ExecutionReport report;
+            executor->run(*works[which], contacts, report, {}, nullptr);
+            CHECK(hash(contacts) == expected[which]);
+            if (form != StepForm::automatic) CHECK(report.form == form);
+          }
+        }
+}
+
+TEST_CASE("pair order: as a sort by (a, b)") {
+  std::mt19937 random(3);
+  for (const std::size_t bodies : {2u, 3u, 300u, 5000u, 100000u})
+    for (const std::size_t wanted : {0u, 1u, 100u, 5000u, 30000u})
+      for (const bool ground : {false, true}) {
+        CAPTURE(bodies, wanted, ground);
+        std::vector<std::uint64_t> keys;
+        std::uniform_int_distribution<std::uint32_t> any(0, static_cast<std::uint32_t>(bodies - 1));
+        for (std::size_t i = 0; i < wanted; ++i) {
+          const std::uint32_t a = ground && i % 2 == 0 ? 0 : any(random), b = any(random);
+          if (a != b) keys.push_back(std::uint64_t{std::min(a, b)} << 32 | std::max(a, b));
+        }
+        std::sort(keys.begin(), keys.end());
+        keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+        const std::vector<std::uint64_t> expected = keys;
+        std::shuffle(keys.begin(), keys.end(), random);
+
+        std::vector<Batch> batches(keys.size() / 50 + 1);
+        for (Batch& batch : batches) batch.clear(50);
+        for (std::size_t i = 0; i < keys.size(); ++i) {
+          Batch& batch = batches[i / 50];
+          batch.pairs[batch.count++] = pair_of(keys[i]);
+        }
+        std::vector<Batch*> all;
+        for (Batch& batch : batches) all.push_back(&batch);
+        PairOrder order;
+        order.sort(all, bodies);
+        CHECK(std::ranges::equal(order.sorted(), expected));
+        order.begin(all, bodies);
+        for (std::size_t stage = 0; stage < PairOrder::stages; ++stage)
+          for (std::size_t block = order.open(stage); block-- > 0;) order.run(stage, block);
+        CHECK(std::ranges::equal(order.sorted(), expected));
+      }
+}
