@@ -35,7 +35,7 @@ void radix_sort(std::span<std::uint64_t> keys, std::span<std::uint64_t> other) {
 }  // namespace
 
 void PairOrder::begin(std::span<Batch* const> batches, std::size_t bodies) {
-  given_.clear();
+  is_sorted_ = false;
   prepare(batches, bodies);
 }
 
@@ -97,10 +97,12 @@ bool PairOrder::same_again(std::span<Batch* const> batches) {
 }
 
 void PairOrder::sort(std::span<Batch* const> batches, std::size_t bodies) {
-  if (same_again(batches)) return;
+  if (same_again(batches) && is_sorted_) return;
+  is_sorted_ = false;
   prepare(batches, bodies);
   groups_ = 1;
   if (open(stages - 1) != 0) run(stages - 1, 0);
+  is_sorted_ = true;
 }
 
 std::span<Batch* const> PairOrder::group(std::size_t block) const {

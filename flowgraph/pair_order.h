@@ -55,6 +55,7 @@ class PairOrder {
   std::vector<std::uint32_t> first_;  // a range: its first pair
   std::vector<std::uint64_t> keys_, other_;
   std::vector<Pair> given_;  // to the last sort()
+  bool is_sorted_ = false;   // keys_ are those of given_
 };
 
 }  // namespace tandem
