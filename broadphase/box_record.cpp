@@ -69,8 +69,10 @@ std::size_t copy_boxes_that_left(const BoxArray& boxes, std::size_t begin, std::
     const auto z = hn::And(hn::Le(hn::LoadU(df, least2 + i), lo2), hn::Le(hi2, hn::LoadU(df, most2 + i)));
     const auto inside = hn::And(x, hn::And(y, z));
     const std::size_t here = end - i < lanes ? end - i : lanes;
-    rows.set(lo0, lo1, lo2, hi0, hi1, hi2);
-    for (std::size_t k = 0; k < here; ++k) rows.copy(k, records[i + k]);
+    if (records != nullptr) {
+      rows.set(lo0, lo1, lo2, hi0, hi1, hi2);
+      for (std::size_t k = 0; k < here; ++k) rows.copy(k, records[i + k]);
+    }
     if (hn::AllTrue(df, inside)) continue;
     auto out = hn::Not(inside);
     if (here < lanes) out = hn::And(out, hn::FirstN(df, here));

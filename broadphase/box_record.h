@@ -26,9 +26,9 @@ struct alignas(32) BoxRecord {
 /// Copies boxes [begin, end) to the records of the same indices.
 void copy_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, BoxRecord* records);
 
-/// Copies boxes [begin, end) to the records of the same indices, and writes the indices of those that are not inside
-/// the box of the same index in `within` to `outside`, ascending; returns how many. `outside` needs room for end -
-/// begin elements. An empty box is inside every box.
+/// Copies boxes [begin, end) to the records of the same indices, if there are any, and writes the indices of those that
+/// are not inside the box of the same index in `within` to `outside`, ascending; returns how many. `outside` needs room
+/// for end - begin elements. An empty box is inside every box.
 std::size_t copy_boxes_that_left(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxArray& within,
                                  BoxRecord* records, std::uint32_t* outside);
 

@@ -18,28 +18,44 @@ void TileMaker::start(const PairFilter& filter, CandidateTiles& tiles) {
 
 void TileMaker::finish() {
   full();
-  if (size_ != 0) close_tile();
+  if (size_ != 0) close_tile(tiles_->candidates.size());
 }
 
 void TileMaker::full() {
-  std::array<LocalPair, std::tuple_size_v<decltype(room_)>> numbered;
-  std::size_t done = 0;
-  const auto hand_on = [&] {
-    tiles_->candidates.insert(tiles_->candidates.end(), numbered.begin(),
-                              numbered.begin() + static_cast<std::ptrdiff_t>(done));
-    done = 0;
-  };
+  std::vector<LocalPair>& candidates = tiles_->candidates;
+  std::size_t end = candidates.size();
+  candidates.resize(end + count_);
   for (std::size_t k = 0; k < count_; ++k) {
-    if (size_ + 2 > CandidateTiles::most_bodies) {
-      hand_on();
-      close_tile();
+    if (filled()) {
+      close_tile(end);
       open_tile();
     }
     const std::uint16_t a = number(buffer_[k].a);
-    numbered[done++] = {a, number(buffer_[k].b)};
+    candidates[end++] = {a, number(buffer_[k].b)};
   }
-  hand_on();
   count_ = 0;
+}
+
+void TileMaker::put_rows(const std::uint32_t* index, std::span<const RowPair> pairs) {
+  std::vector<LocalPair>& candidates = tiles_->candidates;
+  std::size_t end = candidates.size();
+  candidates.resize(end + pairs.size());
+  const auto number_of = [&](std::uint32_t row) {
+    std::uint16_t& known = number_of_row_[row];
+    if (known == no_number) known = number(index[row]);
+    return known;
+  };
+  for (const RowPair pair : pairs) {
+    if (!filter_->allows(index[pair.row], index[pair.other])) continue;
+    if (filled()) {
+      close_tile(end);
+      open_tile();
+      start_rows(number_of_row_.size());
+    }
+    const std::uint16_t a = number_of(pair.row);
+    candidates[end++] = {a, number_of(pair.other)};
+  }
+  candidates.resize(end);
 }
 
 void TileMaker::open_tile() {
@@ -49,9 +65,9 @@ void TileMaker::open_tile() {
   tile_ = 1;
 }
 
-void TileMaker::close_tile() {
+void TileMaker::close_tile(std::size_t candidates_end) {
   tiles_->bodies.insert(tiles_->bodies.end(), bodies_.begin(), bodies_.begin() + static_cast<std::ptrdiff_t>(size_));
-  tiles_->tiles.push_back({tiles_->bodies.size(), tiles_->candidates.size()});
+  tiles_->tiles.push_back({tiles_->bodies.size(), candidates_end});
 }
 
 // Whether a body is in the tile already is not to be foreseen: so only the rare case is left to a branch, that another

@@ -2,9 +2,11 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "box_record.h"
+#include "column_kernel.h"
 #include "memory.h"
 #include "tandem/broadphase/pair.h"
 
@@ -27,13 +29,15 @@ struct CandidateTiles {
     candidates.clear();
     tiles.clear();
   }
-  /// Gives back memory that a much larger list has left.
-  void trim() {
-    const auto trim = [](auto& values) {
+  /// Takes what `other` has, and gives back memory that a much larger list has left.
+  void assign(const CandidateTiles& other) {
+    const auto take = [](auto& values, const auto& from) {
+      values.assign(from.begin(), from.end());
       if (values.capacity() > 64 + 2 * values.size()) values.shrink_to_fit();
     };
-    trim(bodies);
-    trim(candidates);
+    take(bodies, other.bodies);
+    take(candidates, other.candidates);
+    take(tiles, other.tiles);
   }
   std::size_t memory() const { return bytes_of(bodies) + bytes_of(candidates) + bytes_of(tiles); }
 };
@@ -46,7 +50,14 @@ class TileMaker final : public PairSink {
   void start(const PairFilter& filter, CandidateTiles& tiles);
   void finish();
 
+  /// The same for pairs of rows, each of which stands for a body: index[row]. The rows until the next start are the
+  /// same, `count` of them.
+  void start_rows(std::size_t count) { number_of_row_.assign(count, no_number); }
+  void put_rows(const std::uint32_t* index, std::span<const RowPair> pairs);
+  std::size_t memory() const { return bytes_of(number_of_row_); }
+
  private:
+  static constexpr std::uint16_t no_number = 0xffff;
   static constexpr int table_bits = 12;  // twice as many places as a tile has bodies
 
   /// A body that has a number in a tile; one of another tile is no longer there.
@@ -57,7 +68,9 @@ class TileMaker final : public PairSink {
 
   void full() override;
   void open_tile();
-  void close_tile();
+  void close_tile(std::size_t candidates_end);
+  /// Whether another pair has no room.
+  bool filled() const { return size_ + 2 > CandidateTiles::most_bodies; }
   std::uint16_t number(std::uint32_t body);
   std::uint16_t number_beside(std::size_t place, std::uint32_t body);
 
@@ -65,6 +78,7 @@ class TileMaker final : public PairSink {
   std::size_t size_ = 0;    // bodies of the tile
   std::uint16_t tile_ = 0;  // not 0 while one is open
   std::array<Pair, 256> room_;
+  std::vector<std::uint16_t> number_of_row_;
   std::array<std::uint32_t, CandidateTiles::most_bodies + 1> bodies_;
   std::array<Entry, std::size_t{1} << table_bits> table_;  // open addressing
 };

@@ -206,6 +206,35 @@ void copy_records(const Column& column, ColumnRecord* records) {
   }
 }
 
+namespace {
+
+/// The places of the bits of a byte, ascending; zeros behind.
+constexpr auto places_of_bits = [] {
+  std::array<std::array<std::uint8_t, 8>, 256> places{};
+  for (std::size_t byte = 0; byte < 256; ++byte)
+    for (std::uint8_t bit = 0, count = 0; bit < 8; ++bit)
+      if ((byte >> bit & 1) != 0) places[byte][count++] = bit;
+  return places;
+}();
+
+}  // namespace
+
+// All eight places are written, how many of them count decides where the next go: a loop over the bits is left by a
+// branch that is not to be foreseen.
+std::size_t pairs_of_hits(const RowHits* hits, std::size_t count, RowPair* out) {
+  std::size_t found = 0;
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::uint32_t row = hits[k].row;
+    std::uint32_t begin = hits[k].begin;
+    for (std::uint32_t bits = hits[k].bits; bits != 0; bits >>= 8, begin += 8) {
+      const auto& places = places_of_bits[bits & 255];
+      for (std::size_t bit = 0; bit < 8; ++bit) out[found + bit] = {row, begin + places[bit]};
+      found += static_cast<std::size_t>(std::popcount(bits & 255));
+    }
+  }
+  return found;
+}
+
 std::size_t overlap_column(const Column& column, std::size_t& row, RowHits* hits, std::size_t room) {
   return HWY_DYNAMIC_DISPATCH(overlap_column)(column, row, hits, room);
 }

@@ -79,4 +79,12 @@ struct RowHits {
 /// vectors. For the same reason a vector is not cut off at the last candidate: what follows lies in later cells.
 std::size_t overlap_column(const Column& column, std::size_t& row, RowHits* hits, std::size_t room);
 
+/// Two rows of a column, row < other.
+struct RowPair {
+  std::uint32_t row, other;
+};
+
+/// Writes the pairs of `count` hits to `out`, in their order, and returns how many. `out` needs room for 16 each.
+std::size_t pairs_of_hits(const RowHits* hits, std::size_t count, RowPair* out);
+
 }  // namespace tandem

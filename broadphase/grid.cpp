@@ -4,8 +4,10 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <utility>
 
+#include "candidate_tiles.h"
 #include "row_kernel.h"
 #include "spatial_sample.h"
 
@@ -253,8 +255,11 @@ void Grid::scatter(std::size_t block) {
 void Grid::emit(std::size_t block, PairSink& sink) {
   if (block < groups_.size()) {
     const ScratchPool<Scratch>::Lease scratch(scratch_);
+    const std::vector<std::uint32_t>& index = (*scratch).column.index;
     for (std::size_t column = groups_[block].begin; column < groups_[block].end; ++column)
-      emit_column(column, *scratch, sink);
+      each_pair(column, *scratch, [&](std::span<const RowPair> pairs) {
+        for (const RowPair pair : pairs) sink.put(index[pair.row], index[pair.other]);
+      });
     return;
   }
   block -= groups_.size();
@@ -263,20 +268,35 @@ void Grid::emit(std::size_t block, PairSink& sink) {
   emit_large(block - self_blocks, sink);
 }
 
-void Grid::emit_column(std::size_t column, Scratch& s, PairSink& sink) {
+bool Grid::emit_tiles(std::size_t block, TileMaker& maker) {
+  if (block >= groups_.size()) return false;
+  const ScratchPool<Scratch>::Lease scratch(scratch_);
+  const std::vector<std::uint32_t>& index = (*scratch).column.index;
+  for (std::size_t column = groups_[block].begin; column < groups_[block].end; ++column) {
+    maker.start_rows(column_begin_[column + 1] - column_begin_[column]);
+    each_pair(column, *scratch, [&](std::span<const RowPair> pairs) { maker.put_rows(index.data(), pairs); });
+  }
+  return true;
+}
+
+/// Calls take(pairs) for what the column holds, some at a time. Rows are those of scratch.column.
+template <class Take>
+void Grid::each_pair(std::size_t column, Scratch& s, const Take& take) {
   ColumnRecord* records = records_.data() + column_begin_[column];
   const std::size_t size = column_begin_[column + 1] - column_begin_[column];
   if (size < 2) return;
   sort_column(records, size, along_, s.column);
   if (searched_) keep_sorted(column, s.column);
 
+  constexpr std::size_t hits_at_once = 256, pairs_a_hit = 16;
   if (s.hits.size() < size + 1024) s.hits.resize(size + 1024);
-  const std::uint32_t* index = s.column.index.data();
+  s.pairs.resize(hits_at_once * pairs_a_hit);
   for (std::size_t row = 0; row < size;) {
     const std::size_t found = overlap_column(s.column, row, s.hits.data(), s.hits.size());
-    for (std::size_t k = 0; k < found; ++k)
-      for (std::uint32_t bits = s.hits[k].bits; bits != 0; bits &= bits - 1)
-        sink.put(index[s.hits[k].row], index[s.hits[k].begin + static_cast<std::uint32_t>(std::countr_zero(bits))]);
+    for (std::size_t first = 0; first < found; first += hits_at_once) {
+      const std::size_t count = std::min(hits_at_once, found - first);
+      take(std::span(s.pairs.data(), pairs_of_hits(s.hits.data() + first, count, s.pairs.data())));
+    }
   }
 }
 

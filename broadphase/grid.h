@@ -32,6 +32,7 @@ class Grid final : public BroadPhase, public BoxSearch {
   std::size_t memory() const override;
   void prepare_search() override { searched_ = true; }
   void search(const Aabb& box, std::uint32_t index, PairSink& sink) const override;
+  bool emit_tiles(std::size_t block, TileMaker& maker) override;
 
   /// What the last complete step had to leave to the tree; zero before the first.
   struct Unfit {
@@ -62,7 +63,8 @@ class Grid final : public BroadPhase, public BoxSearch {
   struct Scratch {
     Column column;
     std::vector<RowHits> hits;
-    std::size_t memory() const { return column.memory() + bytes_of(hits); }
+    std::vector<RowPair> pairs;
+    std::size_t memory() const { return column.memory() + bytes_of(hits) + bytes_of(pairs); }
   };
   enum class Role : std::uint8_t { entered, large, empty };
 
@@ -72,7 +74,8 @@ class Grid final : public BroadPhase, public BoxSearch {
   void scatter(std::size_t block);
   Touched touched(const Aabb& box) const;
   Touched touched(std::size_t i) const { return {touched_[0][i], touched_[1][i], touched_[2][i], touched_[3][i]}; }
-  void emit_column(std::size_t column, Scratch& scratch, PairSink& sink);
+  template <class Take>
+  void each_pair(std::size_t column, Scratch& scratch, const Take& take);
   void keep_sorted(std::size_t column, const Column& sorted);
   void emit_large(std::size_t block, PairSink& sink) const;
   std::size_t columns() const { return std::size_t{u_.count} * v_.count; }

@@ -44,8 +44,8 @@ class VerletList::Found final : public PairSink {
 
 namespace {
 
-// Estimated nanoseconds, of a candidate tested and of a box when a list is made: their ratio is what counts.
-constexpr double candidate_cost = 2, renewal_cost = 100;
+// Nanoseconds, of a candidate tested, of a box searched for and of a box when a list is made: their ratios count.
+constexpr double candidate_cost = 6, search_cost = 1200, renewal_cost = 120;
 constexpr double least_steps_ahead = 4, most_steps_ahead = 64;
 
 /// Candidates that are kept at most.
@@ -87,7 +87,8 @@ void sample(std::size_t size, std::size_t strata, const Visit& visit) {
 std::size_t VerletList::begin(const BoxArray& boxes, BroadPhase& method, BoxSearch* search) {
   const bool complete =
       !bare_ && boxes_ != nullptr && parts_copied_.load(std::memory_order_relaxed) == part_copied_.size();
-  if (complete && mode_ == Mode::reuse) outside_since_ += outside();
+  outside_last_ = complete ? outside() : 0;
+  outside_since_ += outside_last_;
   const bool same = method_ == &method && larger_.size() == boxes.size() && method_stages_ != 0;
   boxes_ = &boxes;
   method_ = &method;
@@ -100,13 +101,15 @@ std::size_t VerletList::begin(const BoxArray& boxes, BroadPhase& method, BoxSear
     has_past_ = list_made_ = false;
     return method_->begin(boxes);
   }
-  has_past_ = has_past_ && complete && now().size() == boxes.size();
+  has_past_ = has_past_ && complete && copies_ && now().size() == boxes.size();
+  copies_ = true;
   list_made_ = list_made_ && same && blocks_done_.load(std::memory_order_relaxed) == list_count_;
   too_long_ = list_made_ && too_long();
   list_made_ = list_made_ && !too_long_;
   list_made_ = list_made_ && list_filter_.same_arrays(filter_);
   now_ = 1 - now_;
-  now().resize(size());
+  fresh_ = now().size() != size();
+  for (auto& records : records_) records.resize(size());
   larger_.resize(size());
   outside_of_part_.resize(parts());
   part_copied_.assign(parts(), 0);
@@ -184,21 +187,31 @@ void VerletList::decide() {
   if (list_made_ && guess_outside() > most_outside(size())) {
     keep = false;
     foreseen = static_cast<double>(age_) >= steps_ahead_ || outside_since_ > most_outside(size());
-    failures_ = age_ <= 2 ? failures_ + 1 : 0;
   } else if (list_made_) {
-    // A search is estimated to cost as much as making the list for two boxes.
-    keep = 2 * outside_since_ <= size() && static_cast<double>(age_) < std::max(4 * steps_ahead_, 32.0);
+    // A list goes when what left it has cost as much as a new one. A step more shows how all move.
+    keep = !has_past_ ||
+           (search_cost * static_cast<double>(outside_since_) <= renewal_cost * static_cast<double>(size()) &&
+            static_cast<double>(age_) < std::max(4 * steps_ahead_, 32.0));
   }
   if (keep) {
     mode_ = Mode::reuse;
+    // Where few boxes are on the list, they are read where they are. For a list the last motion must be known.
+    copies_ = 4 * listed_bodies_.load(std::memory_order_relaxed) > size() ||
+              static_cast<double>(age_ + 1) >= steps_ahead_ || 16 * outside_since_ > size() ||
+              4 * outside_last_ > most_outside(size());
     return;
   }
 
-  if (list_made_) adapt();
+  if (list_made_) {
+    failures_ = paid() ? 0 : failures_ + 1;
+    adapt();
+  }
   if (too_long_) ++failures_;
   // Lists do not last, or would be too long: 8 steps without one, then 16, up to 128.
   if (failures_ > 1 || too_long_) bare_steps_left_ = std::size_t{4} << std::min<std::size_t>(failures_, 5);
-  const bool renew = has_past_ && foreseen && !method_begun_ && bare_steps_left_ == 0;
+  bool renew = has_past_ && foreseen && !method_begun_ && bare_steps_left_ == 0;
+  if (renew) usual_motion_ = usual_motion();
+  renew = renew && !jolted();
   has_past_ = true;
   list_made_ = renew;
   mode_ = renew ? Mode::renew : Mode::scratch;
@@ -209,11 +222,11 @@ void VerletList::decide() {
   age_ = outside_since_ = 0;
   blocks_done_.store(0, std::memory_order_relaxed);
   listed_.store(0, std::memory_order_relaxed);
+  listed_bodies_.store(0, std::memory_order_relaxed);
   hits_.store(0, std::memory_order_relaxed);
   list_count_ = std::numeric_limits<std::size_t>::max();
   list_filter_.take(filter_);
   list_filter_view_ = list_filter_.view();
-  usual_motion_ = usual_motion();
   method_->begin(larger_);
   if (search_ != nullptr) search_->prepare_search();
 }
@@ -260,14 +273,48 @@ float VerletList::usual_motion() const {
   return 2 * *most;
 }
 
-// Looking further ahead makes lists rarer and longer. The best is near where both cost the same.
+bool VerletList::jolted() const {
+  double growth = 0;
+  std::size_t boxes = 0;
+  sample(size(), std::min<std::size_t>(size(), 256), [&](std::size_t i) {
+    const Aabb box = (*boxes_)[i];
+    const float moved = motion(box, past()[i]);
+    float edge = 0;
+    for (std::size_t k = 0; k < 3; ++k) edge = std::max(edge, box.hi[k] - box.lo[k]);
+    if (!(edge > 0 && edge <= std::numeric_limits<float>::max() && moved <= std::max(edge / 2, usual_motion_))) return;
+    double grown = 1;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto sweep = std::abs(double{box.lo[k]} - double{past()[i].lo()[k]}) * steps_ahead_;
+      grown *= 1 + std::min(sweep, std::max<double>(edge, usual_motion_ * steps_ahead_)) / edge;
+    }
+    growth += grown;
+    ++boxes;
+  });
+  const double pairs =
+      std::max(static_cast<double>(hits_.load(std::memory_order_relaxed)) / static_cast<double>(size()), 0.5);
+  return growth * pairs > 16 * static_cast<double>(boxes);
+}
+
+// Looking further ahead makes lists rarer and longer, and they are left by more. The best is near where both cost the
+// same.
 void VerletList::adapt() {
   const auto extra =
       static_cast<double>(listed_.load(std::memory_order_relaxed) - hits_.load(std::memory_order_relaxed));
-  const double renewal =
-      renewal_cost * static_cast<double>(size()) / static_cast<double>(std::max<std::size_t>(1, age_));
-  const bool further = 2 * static_cast<double>(age_) >= steps_ahead_ && renewal > candidate_cost * extra;
+  const double steps = static_cast<double>(std::max<std::size_t>(1, age_));
+  const double renewal = renewal_cost * static_cast<double>(size()) / steps;
+  const double use = candidate_cost * extra + search_cost * static_cast<double>(outside_since_) / steps;
+  const bool further = 2 * static_cast<double>(age_) >= steps_ahead_ && renewal > use;
   steps_ahead_ = std::clamp(further ? 1.5 * steps_ahead_ : steps_ahead_ / 1.5, least_steps_ahead, most_steps_ahead);
+}
+
+// In nanoseconds a box and pair, as measured at 100,000 and a million boxes.
+bool VerletList::paid() const {
+  const auto candidates = static_cast<double>(listed_.load(std::memory_order_relaxed)), n = static_cast<double>(size());
+  const auto pairs = static_cast<double>(hits_.load(std::memory_order_relaxed));
+  const double renewal = 100 * n + 16 * candidates, reuse = 12 * n + 4 * candidates, scratch = 45 * n + 15 * pairs;
+  const auto reused = static_cast<double>(age_ - 1);
+  const double searches = search_cost * static_cast<double>(outside_since_);
+  return renewal + reused * reuse + searches <= 0.8 * (1 + reused) * scratch;  // else spikes for next to nothing
 }
 
 void VerletList::prepare(std::size_t part) {
@@ -275,6 +322,7 @@ void VerletList::prepare(std::size_t part) {
   if (mode_ == Mode::renew)
     enlarge_boxes(*boxes_, first, last, past().data(), static_cast<float>(steps_ahead_), usual_motion_, larger_);
   copy_boxes(*boxes_, first, last, now().data());
+  if (fresh_) copy_boxes(*boxes_, first, last, records_[1 - now_].data());  // pages are had now, not in a later step
   parts_copied_.fetch_add(1, std::memory_order_relaxed);
 }
 
@@ -282,7 +330,7 @@ bool VerletList::help_copy() {
   while (next_part_.load(std::memory_order_relaxed) < parts()) {
     const std::size_t part = next_part_.fetch_add(1, std::memory_order_relaxed);
     if (part >= parts()) break;
-    find_outside(part, now().data(), outside_of_part_[part]);
+    find_outside(part, copies_ ? now().data() : nullptr, outside_of_part_[part]);
     std::atomic_ref(part_copied_[part]).store(1, std::memory_order_release);
     parts_copied_.fetch_add(1, std::memory_order_release);
   }
@@ -314,7 +362,7 @@ void VerletList::emit(std::size_t block, PairSink& sink) {
   Scratch& scratch = *lease;
   if (mode_ == Mode::renew) return renew_block(block, scratch, sink);
   const bool first_tiles = block <= list_count_ / 64 && block < list_count_;
-  const bool all_copied = !first_tiles && help_copy();
+  const bool all_copied = !first_tiles && help_copy() && copies_;
   if (block < list_count_) {
     test(lists_[block], all_copied, scratch, sink);
   } else if (block - list_count_ < parts()) {
@@ -325,13 +373,13 @@ void VerletList::emit(std::size_t block, PairSink& sink) {
 }
 
 void VerletList::renew_block(std::size_t block, Scratch& scratch, PairSink& sink) {
-  const bool keep = !too_long();
-  CandidateTiles& tiles = keep ? lists_[block] : scratch.tiles;
+  CandidateTiles& tiles = scratch.tiles;
   scratch.maker.start(list_filter_view_, tiles);
-  method_->emit(block, scratch.maker);
+  if (search_ == nullptr || !search_->emit_tiles(block, scratch.maker)) method_->emit(block, scratch.maker);
   scratch.maker.finish();
-  tiles.trim();
+  if (!too_long()) lists_[block].assign(tiles);
   listed_.fetch_add(tiles.candidates.size(), std::memory_order_relaxed);
+  listed_bodies_.fetch_add(tiles.bodies.size(), std::memory_order_relaxed);
   hits_.fetch_add(test(tiles, true, scratch, sink), std::memory_order_relaxed);
   blocks_done_.fetch_add(1, std::memory_order_relaxed);
 }

@@ -71,14 +71,18 @@ class VerletList {
     std::array<BoxRecord, CandidateTiles::most_bodies> boxes;
     std::array<LocalPair, 512> hits;
     std::vector<std::uint32_t> row, outside;
-    std::size_t memory() const { return tiles.memory() + bytes_of(row) + bytes_of(outside); }
+    std::size_t memory() const { return maker.memory() + tiles.memory() + bytes_of(row) + bytes_of(outside); }
   };
   class Found;
 
   void decide();
   void prepare(std::size_t part);
   void adapt();
+  /// Whether the list, from its making to now, took less than steps from scratch would have.
+  bool paid() const;
   float usual_motion() const;
+  /// Whether boxes that go on as in the last step make a list of far more candidates than pairs: as after a shock.
+  bool jolted() const;
   /// About how many boxes are outside, from a sample.
   std::size_t guess_outside() const;
   bool is_outside(std::size_t i) const;
@@ -131,6 +135,8 @@ class VerletList {
   std::array<PageVector<BoxRecord>, 2> records_;  // of this step and of the one before
   std::size_t now_ = 0;
   bool has_past_ = false;
+  bool copies_ = true;  // this step fills its records
+  bool fresh_ = false;  // they have never been written
   BoxArray larger_;
   double steps_ahead_ = 8;
 
@@ -143,8 +149,8 @@ class VerletList {
   std::size_t list_count_ = 0;
   bool list_made_ = false;
   bool too_long_ = false;  // the list of the step before
-  std::atomic<std::size_t> blocks_done_{0}, listed_{0}, hits_{0};
-  std::size_t age_ = 0, outside_since_ = 0;
+  std::atomic<std::size_t> blocks_done_{0}, listed_{0}, listed_bodies_{0}, hits_{0};
+  std::size_t age_ = 0, outside_since_ = 0, outside_last_ = 0;
   float usual_motion_ = 0;
   PairFilter filter_, list_filter_view_;
   FilterCopy list_filter_;
