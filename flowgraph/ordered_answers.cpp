@@ -28,10 +28,12 @@ void prefetch_to_write(const void* data, std::size_t bytes) {
 
 }  // namespace
 
-void OrderedAnswers::begin(std::span<const std::uint64_t> pairs, std::size_t batch_pairs, ContactList& out) {
+void OrderedAnswers::begin(std::span<const std::uint64_t> pairs, BatchPairs batch_pairs,
+                           const std::function<bool(Pair)>& is_heavy, ContactList& out) {
   pairs_ = pairs;
-  batch_pairs_ = batch_pairs;
-  batches_ = (pairs.size() + batch_pairs - 1) / batch_pairs;
+  most_ = batch_pairs.most;
+  cut(batch_pairs, is_heavy);
+  batches_ = first_.size() - 1;
   out_ = &out;
   places_.resize(batches_ + 1);
   counts_.assign(batches_, {});
@@ -44,7 +46,41 @@ void OrderedAnswers::begin(std::span<const std::uint64_t> pairs, std::size_t bat
   for (const auto& buffer : buffers_) free_.push_back(buffer.get());
 }
 
-Batch& OrderedAnswers::take(std::size_t index) {
+void OrderedAnswers::cut(BatchPairs batch_pairs, const std::function<bool(Pair)>& is_heavy) {
+  first_.clear();
+  heavy_.clear();
+  turns_.clear();
+  if (!is_heavy) {
+    for (std::size_t at = 0; at < pairs_.size(); at += most_) first_.push_back(static_cast<std::uint32_t>(at));
+    first_.push_back(static_cast<std::uint32_t>(pairs_.size()));
+    return;
+  }
+  const double light_share = 1.0 / static_cast<double>(most_);
+  const double heavy_share = 1.0 / static_cast<double>(std::max(batch_pairs.heavy, std::size_t{1}));
+  double full = 1;
+  for (std::size_t at = 0; at < pairs_.size(); ++at) {
+    if (full > 0.999) {
+      first_.push_back(static_cast<std::uint32_t>(at));
+      full = 0;
+    }
+    const bool heavy = is_heavy(pair_of(pairs_[at]));
+    full += heavy ? std::max(heavy_share, light_share) : light_share;
+    const auto batch = static_cast<std::uint32_t>(first_.size() - 1);
+    if (heavy && (heavy_.empty() || heavy_.back() != batch)) heavy_.push_back(batch);
+  }
+  first_.push_back(static_cast<std::uint32_t>(pairs_.size()));
+  turns_ = heavy_;
+  auto next_heavy = heavy_.begin();
+  for (std::uint32_t batch = 0; batch + 1 < first_.size(); ++batch) {
+    if (next_heavy != heavy_.end() && *next_heavy == batch)
+      ++next_heavy;
+    else
+      turns_.push_back(batch);
+  }
+}
+
+Batch& OrderedAnswers::take(std::size_t turn) {
+  const std::size_t index = turns_.empty() ? turn : turns_[turn];
   const void* const thread = this_thread_mark();
   Buffer* buffer = nullptr;
   {
@@ -61,9 +97,10 @@ Batch& OrderedAnswers::take(std::size_t index) {
   }
   buffer->thread = thread;
   Batch& batch = *buffer;
-  batch.clear(batch_pairs_);
+  batch.clear(most_);
   batch.id = index;
-  const auto keys = pairs_.subspan(index * batch_pairs_, std::min(batch_pairs_, pairs_.size() - index * batch_pairs_));
+  batch.heavy = turn < heavy_.size();
+  const auto keys = pairs_.subspan(first_[index], first_[index + 1] - first_[index]);
   batch.count = keys.size();
   std::transform(keys.begin(), keys.end(), batch.pairs.begin(), pair_of);
   return batch;

@@ -18,8 +18,7 @@ FormChooser::FormChooser(StepForm wanted, double small_step_ms, bool can_order)
 
 bool FormChooser::may_be(StepForm form, double detect_ms) const {
   if (form == StepForm::caller) return small_.ever() && detect_ms < most_on_caller_ms;
-  // Heavy pairs are to be narrowed first, wherever they stand in the order.
-  return form == StepForm::overlapped || (form == StepForm::ordered && can_order_ && !has_heavy_);
+  return form == StepForm::overlapped || (form == StepForm::ordered && can_order_);
 }
 
 void FormChooser::go_to(StepForm form) {
@@ -31,7 +30,6 @@ void FormChooser::learn(const ExecutionReport& report, double work_ms, double lo
   small_.learn(work_ms);
   if (wanted_ != StepForm::automatic) next_ = small_.stays_on_caller() ? StepForm::caller : wanted_;
   if (wanted_ != StepForm::automatic || (report.issues & bit(StepIssue::ended_early)) != 0) return;
-  if (report.form != StepForm::caller) has_heavy_ = report.heavy_pairs != 0;
   Form& ran = of(report.form);
   ran.costs = {ran.costs[1], report.detect_ms / std::max(load, 1.0)};
   for (Form& form : all_) form.wait = std::max(0, form.wait - 1);

@@ -50,7 +50,7 @@ class FormChooser {
   void look_for_trial(double detect_ms, double load);
 
   StepForm wanted_, current_ = StepForm::overlapped, next_ = StepForm::overlapped;
-  bool can_order_, has_heavy_ = false;
+  bool can_order_;
   SmallStep small_;
   std::array<Form, forms> all_;
 };

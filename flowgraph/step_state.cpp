@@ -84,8 +84,8 @@ void BatchWriter::hand_on() {
   count_ = 0;
   try {
     if (state_.form_ == StepForm::ordered) {  // it stays in the pool until the pairs are put in order
-      const std::size_t heavy = state_.work_->heavy_first(std::span(batch.pairs).first(kept));
-      if (heavy != 0) state_.heavy_pairs_.fetch_add(heavy, std::memory_order_relaxed);
+      if (state_.work_->heavy_first(std::span(batch.pairs).first(kept)) != 0)
+        state_.has_heavy_.store(true, std::memory_order_relaxed);
       return state_.close_work();
     }
     if (state_.form_ == StepForm::overlapped && state_.batch_pairs_.heavy != 0) split_off_heavy(batch);
@@ -160,6 +160,7 @@ void StepState::begin(StepWork& work, ContactList& contacts, BatchPairs batch_pa
     counter->store(0, std::memory_order_relaxed);
   candidates_.store(0, std::memory_order_relaxed);
   heavy_pairs_.store(0, std::memory_order_relaxed);
+  has_heavy_.store(false, std::memory_order_relaxed);
   queue_high_water_.store(0, std::memory_order_relaxed);
   failed_.store(false, std::memory_order_relaxed);
   inexact_.store(false, std::memory_order_relaxed);
@@ -211,7 +212,10 @@ std::size_t StepState::open_tail(std::size_t stage) {
   if (stage == 0) pair_order_.begin(pool_.taken(), work_->bodies());
   if (stage < PairOrder::stages) return pair_order_.open(stage);
   if (stage == PairOrder::stages + 1) return answers_.open_rest();
-  answers_.begin(pair_order_.sorted(), batch_pairs_.most, *contacts_);
+  std::function<bool(Pair)> is_heavy;
+  if (has_heavy_.load(std::memory_order_relaxed))
+    is_heavy = [this](Pair pair) { return work_->heavy_first({&pair, 1}) != 0; };
+  answers_.begin(pair_order_.sorted(), batch_pairs_, is_heavy, *contacts_);
   return answers_.batches();
 }
 

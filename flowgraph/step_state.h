@@ -39,12 +39,6 @@ class BatchPool {
   std::mutex mutex_;
 };
 
-/// Pairs a batch.
-struct BatchPairs {
-  std::size_t most;
-  std::size_t heavy = 0;  ///< of a batch of heavy pairs; 0: those are left among the others
-};
-
 class StepState;
 
 /// Where a filled batch goes; what differs between executors.
@@ -176,6 +170,7 @@ class StepState {
   alignas(64) std::atomic<std::int64_t> narrow_ns_{0};
   std::atomic<std::int64_t> heavy_ns_{0};
   std::atomic<std::uint64_t> heavy_pairs_{0};
+  std::atomic<bool> has_heavy_{false};  // in StepForm::ordered
   std::atomic<std::uint64_t> candidates_{0};
   std::atomic<std::size_t> queue_high_water_{0};
   std::atomic<bool> failed_{false}, inexact_{false};

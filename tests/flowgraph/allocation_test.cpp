@@ -30,7 +30,7 @@ TEST_CASE("whichever allocation of a step fails, it ends with bad_alloc or is ri
   const ContactList expected = work.expected();
   const auto check = [&](ExecutorKind kind, StepForm form) {
     int failed = 0;
-    for (long k = 0; k < 120; ++k) {
+    for (long k = 0; k < 120; k += form == StepForm::ordered ? 5 : 1) {
       CAPTURE(name(kind), name(form), k);
       const auto executor =
           make_executor({.kind = kind, .threads = 2, .batch_pairs = 64, .small_step_ms = 0, .form = form});

@@ -18,12 +18,11 @@ class Steps {
  public:
   explicit Steps(double small_ms = 0.3, bool can_order = true) : chooser_(StepForm::automatic, small_ms, can_order) {}
 
-  StepForm step(double caller_ms, double overlapped_ms, double ordered_ms, double pairs = 1000, bool heavy = false) {
+  StepForm step(double caller_ms, double overlapped_ms, double ordered_ms, double pairs = 1000) {
     const StepForm form = chooser_.next();
     ExecutionReport report;
     report.form = form;
     report.detect_ms = form == StepForm::caller ? caller_ms : form == StepForm::overlapped ? overlapped_ms : ordered_ms;
-    report.heavy_pairs = heavy && form != StepForm::caller ? 10 : 0;
     chooser_.learn(report, caller_ms, pairs);
     return form;
   }
@@ -70,9 +69,7 @@ TEST_CASE("step form: another load is looked at anew") {
   CHECK(steps.next() != StepForm::caller);
 }
 
-TEST_CASE("step form: heavy pairs are never ordered, small steps stay on the caller unless none may") {
-  Steps heavy;
-  for (int i = 0; i < 100; ++i) CHECK(heavy.step(10, 6, 1, 1000, true) == StepForm::overlapped);
+TEST_CASE("step form: small steps stay on the caller unless none may") {
   Steps small;
   small.step(0.1, 0.05, 0.05);
   for (int i = 0; i < 100; ++i) CHECK(small.step(0.1, 0.05, 0.05) == StepForm::caller);
