@@ -69,8 +69,9 @@ class MeshConvex {
 
   PairAnswer contacts(std::vector<Contact>& out) const {
     PatchCollector patches(size_);
+    double gap = infinity;
     query().each_near(options_.margin, [&](std::uint32_t t) {
-      add_contacts(t, patches);
+      gap = std::min(gap, add_contacts(t, patches));
       return false;
     });
     const std::size_t first = out.size();
@@ -81,7 +82,7 @@ class MeshConvex {
     }
     PairAnswer answer;
     if (out.size() == first) {
-      if (!collide()) return answer;
+      if (!(gap > rounding * size_ ? inside() : collide())) return answer;
       answer = distance();
       out.push_back({(answer.point_a + answer.point_b) / 2, answer.normal, -answer.signed_distance, 0});
       return answer;
@@ -155,8 +156,7 @@ class MeshConvex {
     const Vec3 u = n / length;
     const double level = u.dot(p[0]), off = level - u.dot(mid_);
     const double extent = (turn_.rotation.transpose() * u).cwiseAbs().dot(own_half_);
-    if (std::abs(off) > extent || view_.kind == ShapeKind::box || view_.kind == ShapeKind::convex)
-      return std::abs(off) - extent;
+    if (std::abs(off) > extent || view_.kind == ShapeKind::box) return std::abs(off) - extent;
     return off > 0 ? level - u.dot(support(u)) : u.dot(support(-u)) - level;
   }
 
@@ -402,25 +402,68 @@ class MeshConvex {
 
   // ---- Contacts ----
 
-  void add_contacts(std::uint32_t t, PatchCollector& patches) const {
+  // Is the way off the triangle's plane to the side of the convex's centre, along n (unit), provably the shortest? The
+  // point that is deepest, w below the plane, lies over the triangle at least rho from its edges. So a disc of it
+  // holds the convex back along any direction at an angle x to n by w cos x + rho sin x, which is less than w only
+  // beyond pi - 2 atan(w / rho). There the centre, h above the plane and l away from the deepest point along it, holds
+  // it back by -h cos x - l sin x. Apart, the deepest point need only lie over the triangle.
+  bool faces_convex(const Corners& p, const Vec3& n, const Vec3& deepest, double w) const {
+    double rho2 = infinity;
+    const double turn = n.dot(area_vector(p)) > 0 ? 1 : -1;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vec3 edge = p[(i + 1) % 3] - p[i];
+      const double beside = turn * n.cross(edge).dot(deepest - p[i]), length2 = edge.squaredNorm();
+      if (!(beside > 0)) return false;
+      if (w > 0 && !(beside * beside > 16 * w * w * length2)) return false;
+      rho2 = std::min(rho2, beside * beside / length2);
+    }
+    if (!(w > 0)) return true;
+    const Vec3 up = centre() - deepest;
+    const double k2 = w * w / rho2, h = up.dot(n) - w, l2 = (up - up.dot(n) * n).squaredNorm();
+    const double spare = h * (1 - k2) - w * (1 + k2);
+    return spare > 0 && spare * spare > 4 * k2 * l2;
+  }
+
+  // Adds the triangle's contacts; how far apart the two are known to be.
+  double add_contacts(std::uint32_t t, PatchCollector& patches) const {
     const Corners p = corners(t);
-    if (plane_gap(p) > options_.margin) return;
+    const Vec3 area = area_vector(p);
+    const double length = area.norm();
     std::vector<Contact>& found = patches.scratch();
     found.clear();
-    const PairAnswer r = solve(p, Request::contacts, &found);
-    if (found.empty()) return;
-    const Vec3 n = area_vector(p).stableNormalized();
+    PairAnswer r;
+    bool is_known = false;
+    if (length > 0) {
+      Vec3 n = area / length;
+      const double level = n.dot(p[0]), off = level - n.dot(mid_);
+      const double box_gap = std::abs(off) - (turn_.rotation.transpose() * n).cwiseAbs().dot(own_half_);
+      if (box_gap > options_.margin) return box_gap;
+      if (n.dot(centre()) < level) n = -n;
+      const Vec3 deepest = support(-n);
+      const double depth = n.dot(p[0] - deepest);
+      if (depth < -options_.margin) return -depth;
+      is_known = view_.kind != ShapeKind::sphere && faces_convex(p, n, deepest, depth);
+      if (is_known) {
+        r.signed_distance = -depth;
+        r.normal = n;
+        append_manifold(view_triangle(p), view_, {turn_.rotation, Vec3::Zero()},
+                        {-depth, deepest + depth * n, deepest, n, 0}, options_.margin, Pose{}, found);
+      }
+    }
+    if (!is_known) r = solve(p, Request::contacts, &found);
+    if (found.empty()) return r.signed_distance;
+    const Vec3 n = length > 0 ? Vec3(area / length) : Vec3::Zero();
     const bool outward = !model_.solid || r.normal.dot(n) > -1e-6;
     if (n.isZero() || (outward && bears(model_, t, r.normal))) {
       patches.add(t, found);
-      return;
+      return r.signed_distance;
     }
     // Not a way the surface pushes: its neighbours lie there. What the triangle's face bears counts.
     const double side = n.dot(centre() - p[0]);
     const Vec3 face = model_.solid || side > 0 || (side == 0 && n.dot(r.normal) >= 0) ? n : Vec3(-n);
     const Vec3 low = support(-face);
     const double depth = face.dot(p[0] - low);
-    if (depth < -options_.margin) return;
+    if (depth < -options_.margin) return r.signed_distance;
     found.clear();
     const LocalAnswer along_face{-depth, low + depth * face, low, face, 0};
     append_manifold(view_triangle(p), view_, {turn_.rotation, Vec3::Zero()}, along_face, options_.margin, Pose{},
@@ -428,6 +471,7 @@ class MeshConvex {
     const bool over = point_distance(view_triangle(p), along_face.point_a).signed_distance <= 1e-9 * size_;
     if (!over) std::erase_if(found, [&](const Contact& c) { return c.feature == 0xffffffffu; });
     patches.add(t, found);
+    return r.signed_distance;
   }
 
   const Posed mesh_, convex_;
