@@ -1,3 +1,5 @@
+#include <bit>
+
 #include "manifold.h"
 
 namespace tandem {
@@ -29,17 +31,19 @@ void append_box_manifold(const HalfSize& a, const Pose& pose_a, const HalfSize& 
                          const BoxAnswer& answer, double margin, std::vector<Contact>& contacts) {
   // The reference box carries the face; the other is seen from it. Of faces that lie on each other any will do, and
   // which separates by more, or an edge's axis by more than both, is left to rounding: A's.
-  const Vec3 in_b = pose_b.rotation.transpose() * (pose_a.rotation * answer.local.normal);
+  const Vec3 world_normal = pose_a.rotation * answer.local.normal;
   bool of_b = answer.axis >= 3;
   int axis = answer.axis % 3;
-  for (int i = 2; i >= 0 && answer.axis >= 6; --i)
-    if (std::abs(in_b[i]) > flush_face) axis = i;
+  if (answer.axis >= 6) {
+    const Vec3 in_b = pose_b.rotation.transpose() * world_normal;
+    for (int i = 2; i >= 0; --i)
+      if (std::abs(in_b[i]) > flush_face) axis = i;
+  }
   for (int i = 0; i < 3; ++i)
     if (std::abs(answer.local.normal[i]) > flush_face) of_b = false, axis = i;
   const int iu = (axis + 1) % 3, iw = (axis + 2) % 3;
   const HalfSize &reference = of_b ? b : a, &incident = of_b ? a : b;
   const Pose &pose = of_b ? pose_b : pose_a, &other = of_b ? pose_a : pose_b;
-  const Vec3 world_normal = pose_a.rotation * answer.local.normal;
   const Vec3 d = other.translation - pose.translation;
   const auto row = [&](int i, const Vec3& v) { return pose.rotation.col(i).dot(v); };
   const double side = row(axis, d) >= 0 ? 1.0 : -1.0;
@@ -106,23 +110,32 @@ void append_box_manifold(const HalfSize& a, const Pose& pose_a, const HalfSize& 
       add(p, Meeting::reference_corner, i, 0);
     }
     if (covered < 4) {
-      for (int i = 0; i < 4; ++i) {
-        const PlanePoint &from = corner[i], &to = corner[(i + 1) % 4];
-        const double du = to.u - from.u, dw = to.w - from.w;
-        for (int line = 0; line < 4; ++line) {
-          // Lines 0, 1: u = au, -au; 2, 3: w = aw, -aw.
-          const bool on_u = line < 2;
-          const double at = (line % 2 == 0 ? 1.0 : -1.0) * (on_u ? au : aw);
-          const double start = on_u ? from.u : from.w, across = on_u ? du : dw;
-          const double before = at - start, after = at - start - across;
-          // Crossed well between its ends; nearer, the corner stands for the crossing.
-          if (!(before > near ? after < -near : before < -near && after > near)) continue;
-          const double s = before / across;
-          const double along = on_u ? from.w + s * dw : from.u + s * du;
-          if (std::abs(along) > (on_u ? aw : au) - near) continue;
-          PlanePoint p{on_u ? at : along, on_u ? along : at, from.height + s * (to.height - from.height)};
-          add(p, Meeting::edges, line, i);
+      // Lines 0, 1: u = au, -au; 2, 3: w = aw, -aw. An edge may cross one well between its ends; nearer, the corner
+      // stands for the crossing.
+      double before[4][4];
+      unsigned crossed = 0;
+      for (int line = 0; line < 4; ++line) {
+        const double at = (line % 2 == 0 ? 1.0 : -1.0) * (line < 2 ? au : aw);
+        unsigned over = 0, under = 0;
+        for (int i = 0; i < 4; ++i) {
+          before[line][i] = at - (line < 2 ? corner[i].u : corner[i].w);
+          over |= (before[line][i] > near ? 1u : 0u) << i;
+          under |= (before[line][i] < -near ? 1u : 0u) << i;
         }
+        const auto next = [](unsigned bits) { return (bits >> 1 | bits << 3) & 15u; };
+        const unsigned edges = (over & next(under)) | (under & next(over));
+        for (int i = 0; i < 4; ++i) crossed |= (edges >> i & 1u) << (4 * i + line);
+      }
+      for (; crossed != 0; crossed &= crossed - 1) {
+        const int bit = std::countr_zero(crossed), i = bit / 4, line = bit % 4;
+        const PlanePoint &from = corner[i], &to = corner[(i + 1) % 4];
+        const bool on_u = line < 2;
+        const double s = before[line][i] / (before[line][i] - before[line][(i + 1) % 4]);
+        const double along = on_u ? from.w + s * (to.w - from.w) : from.u + s * (to.u - from.u);
+        if (std::abs(along) > (on_u ? aw : au) - near) continue;
+        const double at = (line % 2 == 0 ? 1.0 : -1.0) * (on_u ? au : aw);
+        PlanePoint p{on_u ? at : along, on_u ? along : at, from.height + s * (to.height - from.height)};
+        add(p, Meeting::edges, line, i);
       }
     }
   }

@@ -97,8 +97,9 @@ Feature best_face(const ConvexView& v, const Vec3& d) {
     case ShapeKind::triangle: {
       if (v.hull != nullptr && !v.hull->faces.empty()) {
         std::size_t best = 0;
+        double most = v.hull->faces[0].normal.dot(d);
         for (std::size_t i = 1; i < v.hull->faces.size(); ++i)
-          if (v.hull->faces[i].normal.dot(d) > v.hull->faces[best].normal.dot(d)) best = i;
+          if (const double along = v.hull->faces[i].normal.dot(d); along > most) most = along, best = i;
         const Hull::Face& face = v.hull->faces[best];
         f.normal = face.normal;
         f.id = static_cast<std::uint32_t>(best);
@@ -191,13 +192,20 @@ struct Clipped {
   }
 };
 
-/// Keeps what lies on the inner side of the plane normal . x <= offset.
-void clip(const Clipped& c, const Vec3& normal, double offset, std::uint32_t label, Clipped& out) {
+/// Keeps what lies on the inner side of the plane normal . x <= offset. False: that is all of it, and `out` is not set.
+bool clip(const Clipped& c, const Vec3& normal, double offset, std::uint32_t label, Clipped& out) {
+  double beyond[max_clipped];
+  bool any = false;
+  for (int i = 0; i < c.count; ++i) {
+    beyond[i] = normal.dot(c.corner[i]) - offset;
+    any |= !(beyond[i] <= 0);
+  }
+  if (!any) return false;
   out.open = c.open;
   out.count = 0;
   for (int i = 0; i < c.count; ++i) {
-    const int j = (i + 1) % c.count;
-    const double di = normal.dot(c.corner[i]) - offset, dj = normal.dot(c.corner[j]) - offset;
+    const int j = i + 1 < c.count ? i + 1 : 0;
+    const double di = beyond[i], dj = beyond[j];
     if (di <= 0) out.add(c.corner[i], c.edge[i]);
     if (c.open && j == 0) break;  // a segment has no way back
     if ((di <= 0) != (dj <= 0)) {
@@ -205,6 +213,7 @@ void clip(const Clipped& c, const Vec3& normal, double offset, std::uint32_t lab
       out.add(c.corner[i] + t * (c.corner[j] - c.corner[i]), di <= 0 ? label : c.edge[i]);
     }
   }
+  return true;
 }
 
 std::uint32_t feature_number(const Feature& reference, bool of_b, std::uint32_t in, std::uint32_t out) {
@@ -219,10 +228,10 @@ int clip_faces(const Feature& reference, const Feature& incident, const Vec3& ou
   buffer[0].open = incident.count == 2;
   for (int i = 0; i < incident.count; ++i) buffer[0].add(incident.corner[i], static_cast<std::uint32_t>(i));
   for (int i = 0; i < reference.count && buffer[last].count > 0; ++i) {
-    const Vec3 &from = reference.corner[i], &to = reference.corner[(i + 1) % reference.count];
+    const Vec3 &from = reference.corner[i], &to = reference.corner[i + 1 < reference.count ? i + 1 : 0];
     const Vec3 side = (to - from).cross(reference.normal);
-    clip(buffer[last], side, side.dot(from), static_cast<std::uint32_t>(max_corners + i), buffer[1 - last]);
-    last = 1 - last;
+    if (clip(buffer[last], side, side.dot(from), static_cast<std::uint32_t>(max_corners + i), buffer[1 - last]))
+      last = 1 - last;
   }
   const Clipped& c = buffer[last];
   const double slant = reference.normal.dot(outward);

@@ -81,21 +81,27 @@ void solve_boxes_in_order(const HalfSize& half_a, const Pose& pose_a, const Half
     }
     return;
   }
-  place(answer.local, pose_a, r);
   const std::size_t first = contacts->size();
-  if (answer.axis >= 0 && (answer.axis < 6 || lies_on_face(pose_a, pose_b, answer))) {
+  const bool on_face = answer.axis >= 0 && (answer.axis < 6 || lies_on_face(pose_a, pose_b, answer));
+  if (on_face) {
     append_box_manifold(half_a, pose_a, half_b, pose_b, answer, margin, *contacts);
-    if (r.collide && contacts->size() > first) {
+    if (answer.local.signed_distance <= 0 && contacts->size() > first) {
       const Contact* deepest = &(*contacts)[first];
       for (const Contact& c : std::span(*contacts).subspan(first))
         if (c.depth > deepest->depth) deepest = &c;
+      r.signed_distance = answer.local.signed_distance;
+      r.collide = true;
+      r.normal = deepest->normal;
       r.point_a = deepest->point - 0.5 * r.signed_distance * r.normal;
       r.point_b = deepest->point + 0.5 * r.signed_distance * r.normal;
+      return;
     }
-  } else if (answer.axis < 0 || !edges_meet_alone(pose_a, pose_b, answer)) {
+  }
+  place(answer.local, pose_a, r);
+  if (contacts->size() > first) return;
+  if (!on_face && (answer.axis < 0 || !edges_meet_alone(pose_a, pose_b, answer)))
     append_manifold(view_box(half_a), view_box(half_b), relative(pose_a, pose_b), answer.local, margin, pose_a,
                     *contacts);
-  }
   // Rounding may leave nothing of a patch that is a point.
   if (contacts->size() == first) append_single(r, margin, contacts);
 }
