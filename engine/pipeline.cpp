@@ -110,6 +110,12 @@ class SceneWork final : public StepWork {
       if (kept) i += kept->stand(pairs.subspan(i));
       if (i == pairs.size()) break;
       const Pair pair = pairs[i];
+      // Pairs go by their first body; where the second one is, nothing foresees but this.
+      if (constexpr std::size_t ahead = 3; i + ahead < pairs.size()) {
+        const char* pose = reinterpret_cast<const char*>(&scene_->poses()[pairs[i + ahead].b]);
+        __builtin_prefetch(pose);
+        __builtin_prefetch(pose + sizeof(Pose) - 1);
+      }
       const auto first = static_cast<std::uint32_t>(batch.contacts.size());
       const bool may_move = kept && is_worth_moving(pair);
       PairResult* result;

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <memory_resource>
 #include <utility>
 #include <vector>
 
@@ -12,7 +13,7 @@ namespace tandem {
 template <class Value>
 class IndexMap {
  public:
-  IndexMap() : slots_(64, no_index) {}
+  explicit IndexMap(std::pmr::memory_resource* memory) : entries_(memory), slots_(64, no_index, memory) {}
 
   /// The value of `key`, made from `value` if it is new, and whether it was.
   std::pair<Value&, bool> emplace(std::uint32_t key, const Value& value) {
@@ -46,8 +47,8 @@ class IndexMap {
     for (std::uint32_t i = 0; i < entries_.size(); ++i) slots_[slot(entries_[i].first)] = i;
   }
 
-  std::vector<std::pair<std::uint32_t, Value>> entries_;
-  std::vector<std::uint32_t> slots_;  // place in entries_, or no_index
+  std::pmr::vector<std::pair<std::uint32_t, Value>> entries_;
+  std::pmr::vector<std::uint32_t> slots_;  // place in entries_, or no_index
 };
 
 }  // namespace tandem

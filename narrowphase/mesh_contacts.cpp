@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
+#include <memory_resource>
 #include <numeric>
 #include <optional>
 
@@ -10,6 +12,12 @@
 
 namespace tandem {
 namespace {
+
+// Everything of a query lies in one piece of memory, nearly always on the stack, and goes with it.
+using Memory = std::pmr::memory_resource*;
+template <class T>
+using List = std::pmr::vector<T>;
+constexpr std::size_t usual_memory = std::size_t{48} << 10;  // bytes
 
 constexpr std::size_t flood_limit = 4096;  // triangles inside the other mesh that are looked at, a mesh
 constexpr std::size_t span_limit = 16;     // edges of a patch that are held against those of the other mesh
@@ -82,7 +90,7 @@ bool crossing(const Posed& m, std::uint32_t i, std::uint32_t j, Crossing& out) {
 
 class Groups {
  public:
-  explicit Groups(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0u); }
+  Groups(std::size_t n, Memory memory) : parent_(n, memory) { std::iota(parent_.begin(), parent_.end(), 0u); }
   std::uint32_t find(std::uint32_t i) {
     while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
     return i;
@@ -93,7 +101,7 @@ class Groups {
   }
 
  private:
-  std::vector<std::uint32_t> parent_;
+  List<std::uint32_t> parent_;
 };
 
 // A point of one mesh inside the other, and what it is called.
@@ -108,14 +116,19 @@ constexpr std::uint32_t feature_of(std::uint32_t kind, std::uint32_t index) {
 }
 
 struct Patch {
-  std::vector<std::uint32_t> crossings;
-  std::vector<Candidate> vertices;                      // inside the other mesh
-  std::array<std::vector<std::uint32_t>, 2> triangles;  // of B, of A: crossed or inside the other mesh
+  explicit Patch(Memory memory)
+      : crossings(memory), vertices(memory), triangles{List<std::uint32_t>(memory), List<std::uint32_t>(memory)} {}
+  List<std::uint32_t> crossings;
+  List<Candidate> vertices;                      // inside the other mesh
+  std::array<List<std::uint32_t>, 2> triangles;  // of B, of A: crossed or inside the other mesh
 };
 
 class PatchFinder {
  public:
-  PatchFinder(const Posed& m, std::span<const std::array<std::uint32_t, 2>> pairs) : m_(m), groups_(pairs.size()) {
+  PatchFinder(const Posed& m, std::span<const std::array<std::uint32_t, 2>> pairs, Memory memory)
+      : m_(m), memory_(memory), groups_(pairs.size(), memory) {
+    crossings_.reserve(pairs.size());
+    pairs_.reserve(pairs.size());
     for (const auto& [i, j] : pairs)
       if (Crossing c; crossing(m, i, j, c)) {
         crossings_.push_back(c);
@@ -125,8 +138,8 @@ class PatchFinder {
     collect();
   }
 
-  const std::vector<Crossing>& crossings() const { return crossings_; }
-  std::vector<Patch>& patches() { return patches_; }
+  std::span<const Crossing> crossings() const { return crossings_; }
+  std::span<const Patch> patches() const { return patches_; }
 
  private:
   struct Inner {
@@ -142,8 +155,8 @@ class PatchFinder {
       std::uint32_t crossing;  // one of them
       std::uint32_t edges;     // bits of the edges crossed
     };
-    IndexMap<Crossed> crossed;  // triangles
-    IndexMap<Inner> inner;      // ends of crossed edges, each with its nearest piercing
+    IndexMap<Crossed> crossed(memory_);  // triangles
+    IndexMap<Inner> inner(memory_);      // ends of crossed edges, each with its nearest piercing
     for (std::uint32_t c = 0; c < crossings_.size(); ++c) {
       const std::uint32_t t = pairs_[c][of_a ? 0 : 1];
       const auto [entry, fresh] = crossed.emplace(t, {c, 0});
@@ -163,8 +176,8 @@ class PatchFinder {
     for (const auto& [vertex, n] : inner)
       if (n.inside) inside_.push_back({vertex, of_a, n.crossing});
     // From crossed triangles over edges whose ends are inside into those that are inside as a whole.
-    IndexMap<std::uint32_t> reached;
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> stack;
+    IndexMap<std::uint32_t> reached(memory_);
+    List<std::pair<std::uint32_t, std::uint32_t>> stack(memory_);
     const auto visit = [&](std::uint32_t t, std::uint32_t c) {
       if (t == no_index || reached.size() >= flood_limit) return;
       if (const Crossed* hit = crossed.find(t)) return groups_.join(hit->crossing, c);
@@ -196,10 +209,11 @@ class PatchFinder {
   }
 
   void collect() {
-    std::vector<std::uint32_t> place(crossings_.size(), no_index);
+    List<std::uint32_t> place(crossings_.size(), no_index, memory_);
     const auto patch_of = [&](std::uint32_t c) -> Patch& {
       const std::uint32_t root = groups_.find(c);
-      if (place[root] == no_index) place[root] = static_cast<std::uint32_t>(patches_.size()), patches_.emplace_back();
+      if (place[root] == no_index)
+        place[root] = static_cast<std::uint32_t>(patches_.size()), patches_.emplace_back(memory_);
       return patches_[place[root]];
     };
     for (std::uint32_t c = 0; c < crossings_.size(); ++c) patch_of(c).crossings.push_back(c);
@@ -219,15 +233,16 @@ class PatchFinder {
   };
 
   const Posed& m_;
+  const Memory memory_;
   Groups groups_;
-  std::vector<Crossing> crossings_;
-  std::vector<std::array<std::uint32_t, 2>> pairs_;  // of each crossing
-  std::vector<Found> inside_, touched_;
-  std::vector<Patch> patches_;
+  List<Crossing> crossings_{memory_};
+  List<std::array<std::uint32_t, 2>> pairs_{memory_};  // of each crossing
+  List<Found> inside_{memory_}, touched_{memory_};
+  List<Patch> patches_{memory_};
 };
 
 // The patch's normal, unit, from A to B; zero if it has none.
-Vec3 normal_of(const Posed& m, const Patch& patch, const std::vector<Crossing>& crossings) {
+Vec3 normal_of(const Posed& m, const Patch& patch, std::span<const Crossing> crossings) {
   const Vec3 base = crossings[patch.crossings[0]].end[0].point;
   Vec3 area = Vec3::Zero(), open = Vec3::Zero(), sides = Vec3::Zero();
   double length = 0;
@@ -256,7 +271,8 @@ Vec3 normal_of(const Posed& m, const Patch& patch, const std::vector<Crossing>& 
 // that surface is there.
 class DepthProbe {
  public:
-  DepthProbe(const Posed& m, const Patch& patch, const Vec3& n) : n_(n) {
+  DepthProbe(const Posed& m, const Patch& patch, const Vec3& n, Memory memory)
+      : n_(n), flats_{List<Flat>(memory), List<Flat>(memory)} {
     u_ = n.unitOrthogonal();
     v_ = n.cross(u_);
     for (const bool of_a : {true, false})
@@ -296,7 +312,7 @@ class DepthProbe {
     std::array<double, 3> x, y, z;
   };
   Vec3 n_, u_, v_;
-  std::array<std::vector<Flat>, 2> flats_;
+  std::array<List<Flat>, 2> flats_;
 };
 
 // The stretch of an edge inside the other mesh.
@@ -324,25 +340,28 @@ std::optional<double> over(const Span& a, const Span& b, const Vec3& n, Vec3& po
 }
 
 // The candidates, all of one mesh, farthest out in eight directions along the patch, and the farthest beyond it.
-void choose(const std::vector<Candidate>& all, const Vec3& n, const Vec3& u, const Vec3& v,
-            std::vector<Candidate>& chosen) {
+void choose(std::span<const Candidate> all, const Vec3& n, const Vec3& u, const Vec3& v, List<Candidate>& chosen) {
   if (all.empty()) return;
-  for (const Vec3& d :
-       {u, v, Vec3(u + v), Vec3(u - v), Vec3(-u), Vec3(-v), Vec3(-u - v), Vec3(v - u), Vec3(all.front().of_a ? n : -n)})
-    chosen.push_back(*std::max_element(all.begin(), all.end(), [&](const Candidate& x, const Candidate& y) {
-      return d.dot(x.point) < d.dot(y.point);
-    }));
+  const std::array<Vec3, 9> directions{u, v, u + v, u - v, -u, -v, -u - v, v - u, all.front().of_a ? n : Vec3(-n)};
+  std::array<std::size_t, 9> best{};
+  std::array<double, 9> most;
+  for (std::size_t k = 0; k < directions.size(); ++k) most[k] = directions[k].dot(all.front().point);
+  for (std::size_t i = 1; i < all.size(); ++i)
+    for (std::size_t k = 0; k < directions.size(); ++k)
+      if (const double along = directions[k].dot(all[i].point); along > most[k]) most[k] = along, best[k] = i;
+  for (const std::size_t i : best) chosen.push_back(all[i]);
 }
 
-void add_patch(const Posed& m, const Patch& patch, const std::vector<Crossing>& crossings,
+void add_patch(const Posed& m, const Patch& patch, std::span<const Crossing> crossings, Memory memory,
                std::vector<Contact>& contacts) {
   const Vec3 n = normal_of(m, patch, crossings);
   if (n.isZero()) return;
-  const DepthProbe depth(m, patch, n);
-  std::array<std::vector<Candidate>, 2> vertices, edges;
+  const DepthProbe depth(m, patch, n, memory);
+  std::array<List<Candidate>, 2> vertices{List<Candidate>(memory), List<Candidate>(memory)},
+      edges{List<Candidate>(memory), List<Candidate>(memory)};
   for (const Candidate& c : patch.vertices) vertices[c.of_a ? 1 : 0].push_back(c);
-  std::array<std::vector<Span>, 2> spans;
-  std::array<IndexMap<Pierced>, 2> pierced;
+  std::array<List<Span>, 2> spans{List<Span>(memory), List<Span>(memory)};
+  std::array<IndexMap<Pierced>, 2> pierced{IndexMap<Pierced>(memory), IndexMap<Pierced>(memory)};
   for (const std::uint32_t k : patch.crossings)
     for (const Piercing& p : crossings[k].end) {
       const std::size_t of_a = p.edge_of_a ? 1 : 0;
@@ -353,7 +372,7 @@ void add_patch(const Posed& m, const Patch& patch, const std::vector<Crossing>& 
       if (e.times == 2 && e.first->from_inside != p.from_inside)
         spans[of_a].push_back({e.first->point, p.point, feature});
     }
-  std::vector<Candidate> chosen;
+  List<Candidate> chosen(memory);
   for (const std::size_t of_a : {std::size_t{1}, std::size_t{0}}) {
     choose(vertices[of_a], n, depth.u(), depth.v(), chosen);
     choose(edges[of_a], n, depth.u(), depth.v(), chosen);
@@ -382,7 +401,8 @@ void add_patch(const Posed& m, const Patch& patch, const std::vector<Crossing>& 
 
 // Surfaces that only touch, or lie in each other's planes, cross along no curve: the direction of least overlap of the
 // two hulls, with points of the triangles that meet.
-void add_touching(const Posed& m, std::span<const std::array<std::uint32_t, 2>> pairs, std::vector<Contact>& contacts) {
+void add_touching(const Posed& m, std::span<const std::array<std::uint32_t, 2>> pairs, Memory memory,
+                  std::vector<Contact>& contacts) {
   std::vector<Vec3> directions;
   Vec3 sides = Vec3::Zero();
   for (const auto& [i, j] : pairs) {
@@ -416,7 +436,7 @@ void add_touching(const Posed& m, std::span<const std::array<std::uint32_t, 2>> 
   low = low.cwiseMax(centre_b - half_b) - Vec3::Constant(slack);
   high = high.cwiseMin(centre_b + half_b) + Vec3::Constant(slack);
   const std::size_t first = contacts.size();
-  IndexMap<Vec3> points;
+  IndexMap<Vec3> points(memory);
   for (const auto& pair : pairs)
     for (const bool of_a : {true, false}) {
       const std::uint32_t t = pair[of_a ? 0 : 1];
@@ -459,10 +479,12 @@ void keep_four(std::vector<Contact>& contacts, std::size_t first) {
 std::vector<Contact> patch_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
                                     std::span<const std::array<std::uint32_t, 2>> pairs) {
   const Posed m{a, b, frame};
+  alignas(std::max_align_t) std::array<std::byte, usual_memory> usual;
+  std::pmr::monotonic_buffer_resource memory(usual.data(), usual.size());
   std::vector<Contact> contacts;
-  PatchFinder finder(m, pairs);
-  for (const Patch& patch : finder.patches()) add_patch(m, patch, finder.crossings(), contacts);
-  if (contacts.empty()) add_touching(m, pairs, contacts);
+  const PatchFinder finder(m, pairs, &memory);
+  for (const Patch& patch : finder.patches()) add_patch(m, patch, finder.crossings(), &memory, contacts);
+  if (contacts.empty()) add_touching(m, pairs, &memory, contacts);
   std::stable_sort(contacts.begin(), contacts.end(),
                    [](const Contact& x, const Contact& y) { return x.feature < y.feature; });
   return contacts;
