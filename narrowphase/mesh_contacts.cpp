@@ -282,6 +282,11 @@ class DepthProbe {
         if ((p[1] - p[0]).cross(p[2] - p[0]).dot(n) * (of_a ? 1 : -1) <= 0) continue;
         Flat f;
         for (std::size_t k = 0; k < 3; ++k) f.x[k] = u_.dot(p[k]), f.y[k] = v_.dot(p[k]), f.z[k] = n.dot(p[k]);
+        const auto [low_x, high_x] = std::minmax({f.x[0], f.x[1], f.x[2]});
+        const auto [low_y, high_y] = std::minmax({f.y[0], f.y[1], f.y[2]});
+        const double slack =
+            4 * edge * (high_x - low_x + high_y - low_y) + 1e-14 * (std::abs(f.x[0]) + std::abs(f.y[0]));
+        f.low_x = low_x - slack, f.high_x = high_x + slack, f.low_y = low_y - slack, f.high_y = high_y + slack;
         flats_[of_a ? 1 : 0].push_back(f);
       }
   }
@@ -290,12 +295,12 @@ class DepthProbe {
     const double x = u_.dot(c.point), y = v_.dot(c.point), z = n_.dot(c.point);
     double nearest = std::numeric_limits<double>::infinity();
     for (const Flat& f : flats_[c.of_a ? 0 : 1]) {
+      if (!(x >= f.low_x && x <= f.high_x && y >= f.low_y && y <= f.high_y)) continue;
       const double ax = f.x[1] - f.x[0], ay = f.y[1] - f.y[0], bx = f.x[2] - f.x[0], by = f.y[2] - f.y[0];
       const double det = ax * by - ay * bx;
       if (det == 0) continue;
       const double px = x - f.x[0], py = y - f.y[0];
       const double s = (px * by - py * bx) / det, t = (ax * py - ay * px) / det;
-      constexpr double edge = 1e-9;  // a point on an edge belongs to both sides
       if (!(s >= -edge && t >= -edge && s + t <= 1 + edge)) continue;
       const double height = f.z[0] + s * (f.z[1] - f.z[0]) + t * (f.z[2] - f.z[0]);
       const double depth = c.of_a ? z - height : height - z;
@@ -308,7 +313,9 @@ class DepthProbe {
   const Vec3& v() const { return v_; }
 
  private:
+  static constexpr double edge = 1e-9;  // a point on an edge belongs to both sides
   struct Flat {
+    double low_x, high_x, low_y, high_y;  // wide enough for that
     std::array<double, 3> x, y, z;
   };
   Vec3 n_, u_, v_;
@@ -349,7 +356,8 @@ void choose(std::span<const Candidate> all, const Vec3& n, const Vec3& u, const 
   for (std::size_t i = 1; i < all.size(); ++i)
     for (std::size_t k = 0; k < directions.size(); ++k)
       if (const double along = directions[k].dot(all[i].point); along > most[k]) most[k] = along, best[k] = i;
-  for (const std::size_t i : best) chosen.push_back(all[i]);
+  for (auto at = best.begin(); at != best.end(); ++at)
+    if (std::find(best.begin(), at, *at) == at) chosen.push_back(all[*at]);
 }
 
 void add_patch(const Posed& m, const Patch& patch, std::span<const Crossing> crossings, Memory memory,
