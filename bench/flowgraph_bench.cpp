@@ -151,6 +151,7 @@ class Race {
   static nlohmann::json json_of(const ExecutorOptions& options) {
     return {{"batch_pairs", options.batch_pairs},
             {"queue_capacity", options.queue_capacity},
+            {"form", name(options.form)},
             {"split",
              options.split.dynamic() ? "dynamic" : fmt::format("{}-{}", options.split.broad, options.split.narrow)}};
   }
@@ -229,10 +230,13 @@ void costs(std::vector<Row>& rows, int threads, int steps) {
     add_cost(rows, fmt::format("the same shared, {}", runner.name), steps_of(shared, {.tiles = 1}, steps, detect_ns),
              threads);
   }
+  // One form throughout: what each costs, not which is chosen.
+  std::vector<Runner> forms = everyone(threads, {.form = StepForm::overlapped});
+  forms.push_back({"flowgraph, ordered", {.threads = threads, .form = StepForm::ordered}});
   // Pairs and batches that cost next to nothing: what is left is the machinery.
   const TileWork::Size light{.tiles = 200, .pairs_a_tile = 128};
   const double pairs = static_cast<double>(light.tiles * light.pairs_a_tile);
-  for (const Runner& runner : everyone(threads)) {
+  for (const Runner& runner : forms) {
     Runner shared = runner;
     shared.options.small_step_ms = 0;
     add_cost(rows, fmt::format("a pair without work, {}", runner.name),
@@ -246,7 +250,7 @@ void costs(std::vector<Row>& rows, int threads, int steps) {
              threads);
   }
   const Load even = ratio_load(4e6, 1, 1);
-  for (const Runner& runner : everyone(threads))
+  for (const Runner& runner : forms)
     add_cost(rows, fmt::format("to the first narrow work in 4 ms, {}", runner.name),
              steps_of(
                  runner, even.size, steps,
@@ -287,7 +291,9 @@ void synthetic(std::vector<Row>& rows, const std::vector<int>& thread_counts, in
   Race::header("Pairs a batch");
   std::vector<Runner> batches{{"sequential", {.kind = ExecutorKind::sequential}}};
   for (const std::size_t pairs : {1, 4, 16, 64, 128, 256, 1024})
-    batches.push_back({fmt::format("flowgraph, at most {}", pairs), {.threads = cores, .batch_pairs = pairs}});
+    for (const StepForm form : {StepForm::overlapped, StepForm::ordered})
+      batches.push_back(
+          {fmt::format("{}, at most {}", name(form), pairs), {.threads = cores, .batch_pairs = pairs, .form = form}});
   Load light = ratio_load(work_ns, 1, 1);
   light.size.pairs_a_tile *= 4;  // 50 ns a pair
   light.size.pair_ns /= 4;
@@ -297,7 +303,8 @@ void synthetic(std::vector<Row>& rows, const std::vector<int>& thread_counts, in
   Race::header("Batches in the queue");
   std::vector<Runner> queues{{"sequential", {.kind = ExecutorKind::sequential}}};
   for (const std::size_t capacity : {1, 2, 4, 16, 64, 512})
-    queues.push_back({fmt::format("flowgraph, room for {}", capacity), {.threads = cores, .queue_capacity = capacity}});
+    queues.push_back({fmt::format("flowgraph, room for {}", capacity),
+                      {.threads = cores, .queue_capacity = capacity, .form = StepForm::overlapped}});
   race.run(ratio_load(work_ns, 1, 1), queues);
 
   Race::header("Loads that are hard to balance");
