@@ -110,6 +110,50 @@ TEST_CASE("a surface keeps from a convex shape what its nearest triangle keeps, 
     }
 }
 
+TEST_CASE("contacts with a single triangle have the depth of that triangle, over its face and past its edges") {
+  Random r(77);
+  int deep = 0, apart = 0;
+  for (const Shape& shape : convex_shapes()) {
+    if (shape.kind() == ShapeKind::triangle) continue;  // two meshes: no gaps are told
+    for (int i = 0; i < 300; ++i) {
+      // From much larger than the shape to a third of it; the shape's centre a little to a lot above it, or across.
+      const double width = std::pow(10, r.in(-1, 0.7));
+      const std::array<Vec3, 3> corners{width * Vec3(0.8, -0.5, 0), width * Vec3(0, 0.9, 0),
+                                        width * Vec3(-0.8, -0.5, 0)};
+      const Shape mesh(Mesh{{corners[0], corners[1], corners[2]}, {{0, 1, 2}}, false}), one(Triangle{corners});
+      const Pose pa = random_pose(r, 1);
+      Pose pb = random_pose(r, 1);
+      const Vec3 over(width * r.in(-0.5, 0.5), width * r.in(-0.4, 0.4), 0);
+      const Vec3 up = (i % 2 == 0 ? 1 : -1) * pa.rotation.col(2);
+      pb.translation = pa * over + up;
+      const PairAnswer far = answer(Shape(HalfSpace{up, up.dot(pa.translation)}), Pose{}, shape, pb);
+      pb.translation -= (far.signed_distance + (i % 3 == 0 ? 0.3 : 0.03) * shape.size() * r.in(-0.2, 1)) * up;
+      std::vector<Contact> contacts;
+      const double margin = 0.02;
+      const PairAnswer found = NarrowPhase({.tolerance = 0, .margin = margin, .solver = {}})
+                                   .solve(mesh, pa, shape, pb, Request::contacts, &contacts);
+      const PairAnswer truth = answer(one, pa, shape, pb);
+      CAPTURE(name(shape.kind()), i, width, truth.signed_distance);
+      if (truth.signed_distance > margin + 1e-9) {
+        ++apart;
+        CHECK(contacts.empty());
+        CHECK_FALSE(found.collide);
+        continue;
+      }
+      if (truth.signed_distance > margin - 1e-9) continue;
+      REQUIRE_FALSE(contacts.empty());
+      ++deep;
+      CHECK(std::abs(found.signed_distance - truth.signed_distance) <= truth.error_bound + 1e-8);
+      CHECK(found.collide == (found.signed_distance <= 0));
+      // The normal is one along which that much separates them.
+      const PairAnswer off = answer(one, pa, shape, moved(pb, (2e-8 - found.signed_distance) * found.normal));
+      CHECK(off.signed_distance > -1e-8);
+    }
+  }
+  CHECK(deep > 1500);
+  CHECK(apart > 100);
+}
+
 TEST_CASE("containment is exact: on faces, edges and corners, a bit outside, in cavities") {
   const MeshModel cube = build_mesh(box_mesh(Vec3(1, 1, 1), 4));
   const double out = std::nextafter(0.5, 1.0);
