@@ -83,6 +83,7 @@ struct Picture {
 /// A scene as it was recorded: what every piece of every step costs, and what two threads at once cost each other.
 struct Recording {
   std::vector<RecordedStep> steps;
+  std::vector<RecordedStep> on_caller;  ///< in the form that a step of one thread has: nothing is joined
   double slowdown = 1;
 };
 
@@ -153,13 +154,15 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
   // Meshes cost tens of microseconds a pair and are recorded one by one; for others that would cost more than they do.
   const bool meshes = std::any_of(scene.shapes().begin(), scene.shapes().end(),
                                   [](const Shape& shape) { return shape.kind() == ShapeKind::mesh; });
-  Timeline timeline;
-  PipelineOptions recorded = papers(ExecutorKind::sequential, 1);
-  recorded.batch_pairs = meshes ? 1 : 8;
-  recorded.joined = true;
   std::vector<Contestant> contestants;
   for (const Entrant& entrant : all) contestants.push_back(entrant.contestant);
-  contestants.push_back({"recorder", recorded, &timeline});
+  Timeline timelines[2];
+  for (const bool joined : {false, true}) {
+    PipelineOptions recorded = papers(ExecutorKind::sequential, 1);
+    recorded.batch_pairs = meshes ? 1 : 8;
+    recorded.joined = joined;
+    contestants.push_back({joined ? "recorder, joined" : "recorder", recorded, &timelines[joined]});
+  }
   PipelineOptions alone = papers(ExecutorKind::sequential, 1);
   alone.margin = recommended_margin(scene);
   Slowdown slowdown(alone);
@@ -174,10 +177,10 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
     BalanceDecision decision;
   };
   std::vector<Cell> cells;
-  std::vector<RecordedStep> runs;
+  std::vector<RecordedStep> runs[2];
   const auto start_step = [&] {
     cells.clear();
-    runs.clear();
+    for (auto& form : runs) form.clear();
     for (const Entrant& entrant : all)
       cells.push_back(
           {{"figures", std::string(scene_name), entrant.contestant.name, 1, scene.bodies(), {}, 0, json::object()},
@@ -190,11 +193,12 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
   contest(
       std::move(scene), contestants, static_cast<int>(steps), repeat,
       [&](const Turn& turn) {
-        if (turn.contestant == all.size()) {
-          auto& slices = timeline.lane().slices;
-          runs.push_back(read_step(slices));
+        if (turn.contestant >= all.size()) {
+          const std::size_t form = turn.contestant - all.size();
+          auto& slices = timelines[form].lane().slices;
+          runs[form].push_back(read_step(slices));
           slices.clear();
-          if (turn.step % 15 == 7 && runs.size() == 1) slowdown.measure(turn.scene);
+          if (turn.step % 15 == 7 && form == 0 && runs[0].size() == 1) slowdown.measure(turn.scene);
           return;
         }
         Cell& cell = cells[turn.contestant];
@@ -222,7 +226,8 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
           result.picture.series[i].add(1e-6 * cell.row.time.median(), cell.split, cell.decision);
           rows.push_back(std::move(cell.row));
         }
-        result.recording.steps.push_back(fastest(runs));
+        result.recording.on_caller.push_back(typical(std::move(runs[0])));
+        result.recording.steps.push_back(typical(std::move(runs[1])));
         start_step();
         progress.at(static_cast<std::uint64_t>(step) + 1);
       });
@@ -256,7 +261,7 @@ Picture simulate(const Measured& measured, int threads, bool every_split, Machin
     Series& series = picture.series.emplace_back();
     series.contestant = one.contestant;
     series.is_strict_split = one.is_strict_split;
-    for (const RecordedStep& step : measured.recording.steps) {
+    for (const RecordedStep& step : threads == 1 ? measured.recording.on_caller : measured.recording.steps) {
       const SimulatedStep took = one.simulator.step(step);
       series.add(1e-6 * took.ns, took.split, one.simulator.decision());
     }

@@ -10,12 +10,11 @@ namespace {
 
 double sum(const std::vector<double>& values) { return std::accumulate(values.begin(), values.end(), 0.0); }
 
-void keep_less(double& kept, double other) { kept = std::min(kept, other); }
-
-void keep_less(std::vector<RecordedStep::Blocks>& kept, const std::vector<RecordedStep::Blocks>& other) {
-  for (std::size_t stage = 0; stage < kept.size(); ++stage)
-    for (std::size_t block = 0; block < kept[stage].size(); ++block)
-      keep_less(kept[stage][block], other.at(stage).at(block));
+/// Of an even number the lower one.
+double median(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
 }
 
 }  // namespace
@@ -72,20 +71,35 @@ RecordedStep read_step(const std::vector<Timeline::Slice>& slices) {
   return step;
 }
 
-RecordedStep fastest(const std::vector<RecordedStep>& runs) {
+std::vector<double*> RecordedStep::pieces() {
+  std::vector<double*> all{&begin_ns};
+  const auto add = [&](std::vector<Blocks>& stages) {
+    for (Blocks& stage : stages)
+      for (double& block : stage) all.push_back(&block);
+  };
+  add(before);
+  for (Tile& tile : tiles) all.push_back(&tile.ns);
+  for (double& batch : batch_ns_) all.push_back(&batch);
+  add(after);
+  return all;
+}
+
+RecordedStep typical(std::vector<RecordedStep> runs) {
   if (runs.empty()) throw std::logic_error("no run of the step was recorded");
-  RecordedStep best = runs.front();
-  for (const RecordedStep& run : runs) {
-    if (run.pair_marks_ != best.pair_marks_ || run.tiles.size() != best.tiles.size())
+  std::vector<std::vector<double*>> pieces;
+  for (RecordedStep& run : runs) {
+    pieces.push_back(run.pieces());
+    if (run.pair_marks_ != runs.front().pair_marks_ || pieces.back().size() != pieces.front().size())
       throw std::logic_error("two runs of one step differ in their work");
-    keep_less(best.begin_ns, run.begin_ns);
-    keep_less(best.before, run.before);
-    keep_less(best.after, run.after);
-    for (std::size_t i = 0; i < best.tiles.size(); ++i) keep_less(best.tiles[i].ns, run.tiles[i].ns);
-    for (std::size_t i = 0; i < best.batch_ns_.size(); ++i) keep_less(best.batch_ns_[i], run.batch_ns_[i]);
   }
-  std::partial_sum(best.batch_ns_.begin(), best.batch_ns_.end(), best.narrow_marks_.begin());
-  return best;
+  std::vector<double> values(runs.size());
+  for (std::size_t piece = 0; piece < pieces.front().size(); ++piece) {
+    for (std::size_t run = 0; run < runs.size(); ++run) values[run] = *pieces[run][piece];
+    *pieces.front()[piece] = median(values);
+  }
+  RecordedStep step = std::move(runs.front());
+  std::partial_sum(step.batch_ns_.begin(), step.batch_ns_.end(), step.narrow_marks_.begin());
+  return step;
 }
 
 }  // namespace tandem::bench

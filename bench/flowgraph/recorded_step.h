@@ -27,10 +27,11 @@ struct RecordedStep {
   std::uint64_t pairs() const { return pair_marks_.empty() ? 0 : pair_marks_.back(); }
 
   friend RecordedStep read_step(const std::vector<Timeline::Slice>& slices);
-  friend RecordedStep fastest(const std::vector<RecordedStep>& runs);
+  friend RecordedStep typical(std::vector<RecordedStep> runs);
 
  private:
   double narrow_until(double pair) const;
+  std::vector<double*> pieces();
 
   std::vector<std::uint64_t> pair_marks_;  // pairs done after each batch
   std::vector<double> batch_ns_, narrow_marks_;
@@ -39,7 +40,7 @@ struct RecordedStep {
 /// From the slices of one step of the sequential executor.
 RecordedStep read_step(const std::vector<Timeline::Slice>& slices);
 
-/// The least time of every piece over several runs of one step: what disturbs a run hits other pieces each time.
-RecordedStep fastest(const std::vector<RecordedStep>& runs);
+/// The median time of every piece over several runs of one step: what disturbs a run hits other pieces each time.
+RecordedStep typical(std::vector<RecordedStep> runs);
 
 }  // namespace tandem::bench
