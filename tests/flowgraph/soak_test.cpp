@@ -191,6 +191,9 @@ TEST_CASE("soak: whatever is resized, thrown, stopped or cancelled, no pair is l
   CHECK(counts.thrown > steps / 50);
   CHECK(counts.stopped > steps / 100);
   CHECK(counts.cancelled > steps / 200);
-  // Executors with other threads and loads come and go: their memory varies, but does not add up.
+  // Executors with other threads and loads come and go: their memory varies, but does not add up. The thread sanitizer
+  // keeps a history of all that was touched, which does.
+#if !defined(__SANITIZE_THREAD__)
   CHECK(grown < 64e6);
+#endif
 }
