@@ -6,6 +6,7 @@
 #include <functional>
 #include <numeric>
 
+#include "at_once.h"
 #include "benches.h"
 #include "contest.h"
 #include "machine_costs.h"
@@ -80,7 +81,8 @@ struct Picture {
   }
 };
 
-/// A scene as it was recorded: what every piece of every step costs, and what two threads at once cost each other.
+/// A scene as it was recorded: what every piece of every step costs, and what threads cost each other that do that at
+/// once.
 struct Recording {
   std::vector<RecordedStep> steps;
   std::vector<RecordedStep> on_caller;  ///< in the form that a step of one thread has: nothing is joined
@@ -122,22 +124,6 @@ std::vector<Entrant> entrants(int threads, bool every_split) {
   return all;
 }
 
-/// Measures how two threads that detect at once hold each other up.
-class Slowdown {
- public:
-  explicit Slowdown(const PipelineOptions& options) {
-    for (int i = 0; i < 2; ++i) pipelines_.emplace_back(options);
-  }
-  void measure(const Scene& scene) {
-    ratios_.add(measure_slowdown([&](int i) { pipelines_[static_cast<std::size_t>(i)].step(scene); }, 3));
-  }
-  double get() const { return std::max(1.0, ratios_.median()); }
-
- private:
-  std::vector<Pipeline> pipelines_;
-  Samples ratios_;
-};
-
 struct Measured {
   Picture picture;
   Recording recording;
@@ -156,6 +142,8 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
                                   [](const Shape& shape) { return shape.kind() == ShapeKind::mesh; });
   std::vector<Contestant> contestants;
   for (const Entrant& entrant : all) contestants.push_back(entrant.contestant);
+  const int copies = std::min(threads, tbb::info::default_concurrency());
+  contestants.push_back({copies_name(copies), papers(ExecutorKind::sequential, 1), nullptr, copies});
   Timeline timelines[2];
   for (const bool joined : {false, true}) {
     PipelineOptions recorded = papers(ExecutorKind::sequential, 1);
@@ -163,10 +151,6 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
     recorded.joined = joined;
     contestants.push_back({joined ? "recorder, joined" : "recorder", recorded, &timelines[joined]});
   }
-  PipelineOptions alone = papers(ExecutorKind::sequential, 1);
-  alone.margin = recommended_margin(scene);
-  Slowdown slowdown(alone);
-
   Measured result{{std::string(scene_name), scene.bodies(), threads, false, 1, {}}, {}};
   for (const Entrant& entrant : all)
     result.picture.series.push_back({entrant.contestant.name, entrant.is_strict_split, {}, {}, {}});
@@ -178,9 +162,11 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
   };
   std::vector<Cell> cells;
   std::vector<RecordedStep> runs[2];
+  Samples copy, slowdowns;
   const auto start_step = [&] {
     cells.clear();
     for (auto& form : runs) form.clear();
+    copy = {};
     for (const Entrant& entrant : all)
       cells.push_back(
           {{"figures", std::string(scene_name), entrant.contestant.name, 1, scene.bodies(), {}, 0, json::object()},
@@ -193,12 +179,15 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
   contest(
       std::move(scene), contestants, static_cast<int>(steps), repeat,
       [&](const Turn& turn) {
-        if (turn.contestant >= all.size()) {
-          const std::size_t form = turn.contestant - all.size();
+        if (turn.contestant == all.size()) {
+          copy.add(copies * turn.report.execution.detect_ms);
+          return;
+        }
+        if (turn.contestant > all.size()) {
+          const std::size_t form = turn.contestant - all.size() - 1;
           auto& slices = timelines[form].lane().slices;
           runs[form].push_back(read_step(slices));
           slices.clear();
-          if (turn.step % 15 == 7 && form == 0 && runs[0].size() == 1) slowdown.measure(turn.scene);
           return;
         }
         Cell& cell = cells[turn.contestant];
@@ -226,12 +215,13 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
           result.picture.series[i].add(1e-6 * cell.row.time.median(), cell.split, cell.decision);
           rows.push_back(std::move(cell.row));
         }
+        slowdowns.add(copy.median() / result.picture.series.front().ms.back());
         result.recording.on_caller.push_back(typical(std::move(runs[0])));
         result.recording.steps.push_back(typical(std::move(runs[1])));
         start_step();
         progress.at(static_cast<std::uint64_t>(step) + 1);
       });
-  result.recording.slowdown = slowdown.get();
+  result.recording.slowdown = std::max(1.0, slowdowns.median());
   return result;
 }
 
@@ -416,7 +406,7 @@ Findings figures_bench(const Settings& settings) {
       for (std::size_t i = first_row; i < rows.size(); ++i) rows[i].more["figure"] = plan.figures.back();
       print(measured.picture);
       pictures.push_back(written(measured.picture, plan.figures));
-      fmt::print("\nThe simulator against reality; two threads at once slow each other by {:.1f} % here\n",
+      fmt::print("\nThe simulator against reality; at once, sequential copies are {:.1f} % slower than alone\n",
                  100 * (measured.recording.slowdown - 1));
       fmt::print("{:<18} {:>7} {:<22} {:>10} {:>10} {:>10} {:>10}\n", "scene", "threads", "", "measured", "predicted",
                  "error", "a step");

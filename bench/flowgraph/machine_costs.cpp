@@ -6,7 +6,6 @@
 
 #include <atomic>
 #include <chrono>
-#include <functional>
 #include <optional>
 #include <thread>
 
@@ -172,29 +171,6 @@ CostSamples measure_costs() {
   measure_wake(all.wake);
   measure_resize(all.resize, all.move);
   return all;
-}
-
-double measure_slowdown(const std::function<void(int)>& work, int runs) {
-  if (std::thread::hardware_concurrency() < 2) return 1;
-  Samples ratio;
-  for (int i = 0; i < runs; ++i) {
-    auto begin = Clock::now();
-    work(0);
-    const double alone = ns_since(begin);
-    std::atomic<bool> go{false};
-    std::jthread other([&] {
-      while (!go.load(std::memory_order_acquire)) {
-      }
-      work(1);
-      work(1);  // to the end of the other one's
-    });
-    stay_busy(std::chrono::microseconds(200));
-    go.store(true, std::memory_order_release);
-    begin = Clock::now();
-    work(0);
-    ratio.add(ns_since(begin) / alone);
-  }
-  return std::max(1.0, ratio.median());
 }
 
 }  // namespace tandem::bench

@@ -1,6 +1,4 @@
 #pragma once
-#include <functional>
-
 #include "results.h"
 #include "simulator.h"
 
@@ -15,9 +13,5 @@ struct CostSamples {
 
 /// Takes about a second. On a machine with one core what needs a second one is 0.
 CostSamples measure_costs();
-
-/// The time of a thread's work when another thread works too, over its time alone, >= 1: the median of some runs of
-/// `work`, which must be safe to run on two threads at once (each call gets the thread's number, 0 or 1).
-double measure_slowdown(const std::function<void(int)>& work, int runs);
 
 }  // namespace tandem::bench

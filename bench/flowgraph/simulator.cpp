@@ -21,7 +21,6 @@ class Simulator::Shared {
          const std::vector<Thread>& threads)
       : policy_(policy),
         costs_(costs),
-        slowdown_(threads.size() > 1 ? costs.slowdown : 1),
         work_(work),
         batch_pairs_(static_cast<double>(batch_pairs)),
         capacity_(std::max<std::size_t>(16, 4 * threads.size())),
@@ -63,20 +62,29 @@ class Simulator::Shared {
 
   void schedule(std::size_t who, double at) { events_.push({at, order_++, who}); }
 
-  void work_for(std::size_t who, double now, double ns, double& account) {
-    const double time = ns * slowdown_ + costs_.task;
+  /// What the threads that are at work now cost another one.
+  double slowdown(std::size_t who, double now) const {
+    std::size_t others = 0;
+    for (std::size_t i = 0; i < agents_.size(); ++i) others += i != who && agents_[i].last_work > now ? 1 : 0;
+    if (others == 0) return 1;
+    return 1 + (costs_.slowdown - 1) * static_cast<double>(others) / static_cast<double>(agents_.size() - 1);
+  }
+
+  /// `ns` of work and `overhead` beside it.
+  void work_for(std::size_t who, double now, double ns, double overhead, double& account) {
+    const double time = ns * slowdown(who, now) + overhead + costs_.task;
     account += time;
     agents_[who].last_work = now + time;
     schedule(who, now + time);
   }
 
-  void process(std::size_t who, double now, double ns) { work_for(who, now, ns, narrow_ns); }
+  void process(std::size_t who, double now, double ns, double overhead) { work_for(who, now, ns, overhead, narrow_ns); }
 
   bool pop(std::size_t who, double now) {
     if (queue_.empty()) return false;
     const double ns = queue_.front();
     queue_.pop_front();
-    process(who, now, ns + 0.5 * costs_.message / slowdown_);
+    process(who, now, ns, 0.5 * costs_.message);
     return true;
   }
 
@@ -107,7 +115,7 @@ class Simulator::Shared {
       agent.ends_tile = true;
       if (policy_ == Policy::fused) hand_on(agent);
     }
-    work_for(who, now, ns, broad_ns);
+    work_for(who, now, ns, 0, broad_ns);
   }
 
   static void hand_on(Agent& agent) {
@@ -126,12 +134,14 @@ class Simulator::Shared {
       if (policy_ == Policy::fused || (policy_ == Policy::conserving && queue_.size() >= capacity_)) {
         double ns = agent.full.front();
         agent.full.pop_front();
+        double overhead = 0;
         if (policy_ != Policy::fused) {  // the new one goes in, the oldest comes out
           queue_.push_back(ns);
-          ns = queue_.front() + costs_.message / slowdown_;
+          ns = queue_.front();
           queue_.pop_front();
+          overhead = costs_.message;
         }
-        process(who, now, ns);
+        process(who, now, ns, overhead);
         return false;
       }
       queue_.push_back(agent.full.front());
@@ -159,7 +169,6 @@ class Simulator::Shared {
 
   Policy policy_;
   const MachineCosts& costs_;
-  double slowdown_;
   const RecordedStep& work_;
   double batch_pairs_;
   std::size_t capacity_;

@@ -16,7 +16,7 @@ struct MachineCosts {
   double resize = 0;     ///< re-creating both arenas, on the caller
   double move = 0;       ///< a re-created arena to the first task of a worker that was in the old one
   double hand_over = 0;  ///< end of a stage, or a batch in the queue, to a thread that spins for it
-  double slowdown = 1;   ///< of a thread's work when others work too: shared caches, memory, clock, >= 1
+  double slowdown = 1;   ///< of a thread's work while all others work too: shared caches, memory, clock, >= 1
 };
 
 enum class Policy : std::uint8_t { sequential, barrier, fused, strict, conserving };
