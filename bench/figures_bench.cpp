@@ -61,7 +61,7 @@ struct Picture {
   std::uint64_t bodies = 0;
   int threads = 1;
   bool simulated = false;
-  double slowdown = 1;
+  double slowdown = 1, sharing = 1;
   std::vector<Series> series;
 
   const Series* find(std::string_view contestant) const {
@@ -86,7 +86,7 @@ struct Picture {
 struct Recording {
   std::vector<RecordedStep> steps;
   std::vector<RecordedStep> on_caller;  ///< in the form that a step of one thread has: nothing is joined
-  double slowdown = 1;
+  double slowdown = 1, sharing = 1;     ///< as in MachineCosts
 };
 
 struct Entrant {
@@ -151,18 +151,19 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
     recorded.joined = joined;
     contestants.push_back({joined ? "recorder, joined" : "recorder", recorded, &timelines[joined]});
   }
-  Measured result{{std::string(scene_name), scene.bodies(), threads, false, 1, {}}, {}};
+  Measured result{{std::string(scene_name), scene.bodies(), threads, false, 1, 1, {}}, {}};
   for (const Entrant& entrant : all)
     result.picture.series.push_back({entrant.contestant.name, entrant.is_strict_split, {}, {}, {}});
 
   struct Cell {
     Row row;
+    Samples busy;
     Split split;
     BalanceDecision decision;
   };
   std::vector<Cell> cells;
   std::vector<RecordedStep> runs[2];
-  Samples copy, slowdowns;
+  Samples copy, slowdowns, busy;
   const auto start_step = [&] {
     cells.clear();
     for (auto& form : runs) form.clear();
@@ -170,6 +171,7 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
     for (const Entrant& entrant : all)
       cells.push_back(
           {{"figures", std::string(scene_name), entrant.contestant.name, 1, scene.bodies(), {}, 0, json::object()},
+           {},
            {},
            {}});
   };
@@ -193,6 +195,7 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
         Cell& cell = cells[turn.contestant];
         const ExecutionReport& execution = turn.report.execution;
         cell.row.time.add(1e6 * execution.detect_ms);
+        cell.busy.add(execution.broad_ms + execution.narrow_ms);
         cell.row.threads = execution.threads;
         cell.row.hash = turn.report.contact_hash;
         cell.row.more["candidate_pairs"] = execution.candidate_pairs;
@@ -208,6 +211,7 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
         }
       },
       [&](int step) {
+        busy.add(cells[1].busy.median() / cells[0].busy.median());  // barrier's, with the same batches in their order
         for (std::size_t i = 0; i < all.size(); ++i) {
           Cell& cell = cells[i];
           cell.row.n = bodies;
@@ -222,12 +226,14 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
         progress.at(static_cast<std::uint64_t>(step) + 1);
       });
   result.recording.slowdown = std::max(1.0, slowdowns.median());
+  result.recording.sharing = std::max(1.0, busy.median() / result.recording.slowdown);
   return result;
 }
 
 /// The same contestants on virtual cores; of the strict splits all, if they are asked for.
 Picture simulate(const Measured& measured, int threads, bool every_split, MachineCosts costs) {
   costs.slowdown = measured.recording.slowdown;
+  costs.sharing = measured.recording.sharing;
   struct Virtual {
     std::string contestant;
     bool is_strict_split;
@@ -246,7 +252,7 @@ Picture simulate(const Measured& measured, int threads, bool every_split, Machin
           {fmt::format("strict {}", written(split)), true, {Policy::strict, threads, split, BalanceRule::busy, costs}});
     }
   }
-  Picture picture{measured.picture.workload, measured.picture.bodies, threads, true, costs.slowdown, {}};
+  Picture picture{measured.picture.workload, measured.picture.bodies, threads, true, costs.slowdown, costs.sharing, {}};
   for (Virtual& one : all) {
     Series& series = picture.series.emplace_back();
     series.contestant = one.contestant;
@@ -285,7 +291,7 @@ json validate(const Picture& real, const Picture& predicted) {
 json written(const Picture& picture, const std::vector<std::string>& figures) {
   json out{{"figures", figures},         {"workload", picture.workload},   {"bodies", picture.bodies},
            {"threads", picture.threads}, {"simulated", picture.simulated}, {"slowdown", picture.slowdown},
-           {"series", json::array()}};
+           {"sharing", picture.sharing}, {"series", json::array()}};
   const auto list = [](const std::vector<double>& ms) {
     json values = json::array();
     for (const double value : ms) values.push_back(rounded(value));
@@ -388,7 +394,7 @@ Findings figures_bench(const Settings& settings) {
   if (!settings.scenes.empty()) throw std::invalid_argument("--scene: each figure has its own scene");
   std::vector<int> threads = settings.threads;
   if (threads.empty()) threads = {std::max(2, tbb::info::default_concurrency())};
-  const MachineCosts costs = measure_costs().costs();
+  MachineCosts costs = measure_costs().costs();
   struct Plan {
     std::string_view scene;
     bool every_split;
@@ -403,11 +409,14 @@ Findings figures_bench(const Settings& settings) {
     for (const Plan& plan : plans) {
       const std::size_t first_row = rows.size();
       const Measured measured = measure(plan.scene, count, plan.every_split, settings, rows);
+      costs = least(costs, measure_costs().costs());
       for (std::size_t i = first_row; i < rows.size(); ++i) rows[i].more["figure"] = plan.figures.back();
       print(measured.picture);
       pictures.push_back(written(measured.picture, plan.figures));
-      fmt::print("\nThe simulator against reality; at once, sequential copies are {:.1f} % slower than alone\n",
-                 100 * (measured.recording.slowdown - 1));
+      fmt::print(
+          "\nThe simulator against reality; at once, sequential copies are {:.1f} % slower than alone, "
+          "sharing a step costs another {:.1f} %\n",
+          100 * (measured.recording.slowdown - 1), 100 * (measured.recording.sharing - 1));
       fmt::print("{:<18} {:>7} {:<22} {:>10} {:>10} {:>10} {:>10}\n", "scene", "threads", "", "measured", "predicted",
                  "error", "a step");
       for (const int real : {1, count})

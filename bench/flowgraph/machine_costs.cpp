@@ -4,6 +4,7 @@
 #include <oneapi/tbb/flow_graph.h>
 #include <oneapi/tbb/task_arena.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <optional>
@@ -171,6 +172,14 @@ CostSamples measure_costs() {
   measure_wake(all.wake);
   measure_resize(all.resize, all.move);
   return all;
+}
+
+MachineCosts least(const MachineCosts& a, const MachineCosts& b) {
+  MachineCosts both = a;
+  for (double MachineCosts::*cost : {&MachineCosts::task, &MachineCosts::message, &MachineCosts::wake,
+                                     &MachineCosts::resize, &MachineCosts::move, &MachineCosts::hand_over})
+    both.*cost = std::min(a.*cost, b.*cost);
+  return both;
 }
 
 }  // namespace tandem::bench

@@ -14,4 +14,7 @@ struct CostSamples {
 /// Takes about a second. On a machine with one core what needs a second one is 0.
 CostSamples measure_costs();
 
+/// The least of each cost: what disturbs a measurement only adds to it.
+MachineCosts least(const MachineCosts& a, const MachineCosts& b);
+
 }  // namespace tandem::bench

@@ -21,6 +21,7 @@ class Simulator::Shared {
          const std::vector<Thread>& threads)
       : policy_(policy),
         costs_(costs),
+        sharing_(threads.size() > 1 ? costs.sharing : 1),
         work_(work),
         batch_pairs_(static_cast<double>(batch_pairs)),
         capacity_(std::max<std::size_t>(16, 4 * threads.size())),
@@ -72,7 +73,7 @@ class Simulator::Shared {
 
   /// `ns` of work and `overhead` beside it.
   void work_for(std::size_t who, double now, double ns, double overhead, double& account) {
-    const double time = ns * slowdown(who, now) + overhead + costs_.task;
+    const double time = ns * sharing_ * slowdown(who, now) + overhead + costs_.task;
     account += time;
     agents_[who].last_work = now + time;
     schedule(who, now + time);
@@ -169,6 +170,7 @@ class Simulator::Shared {
 
   Policy policy_;
   const MachineCosts& costs_;
+  double sharing_;
   const RecordedStep& work_;
   double batch_pairs_;
   std::size_t capacity_;
@@ -195,7 +197,7 @@ double Simulator::stage(const RecordedStep::Blocks& blocks, std::vector<Thread>&
   std::priority_queue<double, std::vector<double>, std::greater<>> free;
   for (const Thread& thread : threads)
     if (thread.broad || narrow_helps) free.push(std::max(from, thread.free));
-  const double slowdown = free.size() > 1 && blocks.size() > 1 ? costs_.slowdown : 1;
+  const double slowdown = free.size() > 1 && blocks.size() > 1 ? costs_.slowdown * costs_.sharing : 1;
   double end = from;
   for (const double ns : blocks) {
     const double done = free.top() + ns * slowdown + costs_.task;

@@ -16,6 +16,7 @@ struct MachineCosts {
   double resize = 0;     ///< re-creating both arenas, on the caller
   double move = 0;       ///< a re-created arena to the first task of a worker that was in the old one
   double hand_over = 0;  ///< end of a stage, or a batch in the queue, to a thread that spins for it
+  double sharing = 1;    ///< of work on what another core wrote before or will read, >= 1
   double slowdown = 1;   ///< of a thread's work while all others work too: shared caches, memory, clock, >= 1
 };
 

@@ -80,6 +80,8 @@ TEST_CASE("simulator: waking, moving and slowing threads is paid for") {
   const double free = run(step, Policy::conserving, 4, {2, 2});
   CHECK(run(step, Policy::conserving, 4, {2, 2}, {.wake = 100'000}) == Approx(free + 75'000).epsilon(0.02));
   CHECK(run(step, Policy::conserving, 4, {2, 2}, {.slowdown = 1.2}) == Approx(1.2 * free).epsilon(0.02));
+  CHECK(run(step, Policy::conserving, 4, {2, 2}, {.sharing = 1.2}) == Approx(1.2 * free).epsilon(0.02));
+  CHECK(run(step, Policy::sequential, 1, {}, {.sharing = 1.2}) == Approx(step.work_ns()));
   // Of two phases that take 1 and 7 parts of the time, the longer one is slowed only while the other lasts.
   const RecordedStep narrow = step_of(400, 40, 5000, 875);
   const double alone = run(narrow, Policy::strict, 2, {1, 1});
