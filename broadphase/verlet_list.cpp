@@ -167,7 +167,7 @@ std::size_t VerletList::guess_outside() const {
   }
   // A cache line's worth of boxes at each place.
   constexpr std::size_t boxes_a_place = 16;
-  const std::size_t places = std::clamp<std::size_t>(size() / 1024, 64, 512);
+  const std::size_t places = std::clamp<std::size_t>(size() / 2048, 64, 512);
   for (const bool look : {false, true}) {
     sample(size(), places, [&](std::size_t first) {
       first -= first % boxes_a_place;

@@ -153,12 +153,13 @@ void reverse(std::vector<Body>& bodies) {
     for (double& v : body.velocity) v = -v;
 }
 
-constexpr std::array<BoxWorkload, 17> workloads{{
+constexpr std::array<BoxWorkload, 18> workloads{{
     {"W1", "unit boxes, each overlaps about one other, 5 % of their size a step"},
     {"W2", "a pile: 6 to 7 neighbours each, hardly moving"},
     {"W3", "sizes over three decades on a huge ground"},
     {"W4", "sparse, all falling together"},
     {"still", "W1, 99 % of the boxes stand still and make no pairs"},
+    {"alone", "those of `still` that move, a hundredth of them, without the others"},
     {"decades", "sizes over six decades", 0, true},
     {"clusters", "16 tight clusters in an empty world", 0, true},
     {"line", "all on one line", 0, true},
@@ -186,6 +187,10 @@ std::unique_ptr<MovingBoxes> make_moving_boxes(std::string_view name, std::size_
 
   if (name == "W1") return flying(unit_bodies(n, side), 0, side);
   if (name == "still") return std::make_unique<Still>(unit_bodies(n, side), side);
+  if (name == "alone") {
+    const double whole = std::cbrt(100.0) * side;
+    return flying(unit_bodies(n, whole), 0, whole);
+  }
   if (name == "W2")
     return std::make_unique<Stirred>(pile(n), [](std::vector<Body>& bodies, int step) {
       if (step % 4 == 0) reverse(bodies);
