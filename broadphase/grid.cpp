@@ -335,6 +335,32 @@ void Grid::search(const Aabb& box, std::uint32_t index, PairSink& sink) const {
   }
 }
 
+void Grid::prefetch(const Aabb& box, Fetch fetch) const {
+  if (crowded_) return;
+  const Touched t = touched(box);
+  for (std::uint32_t v = t.v0; v <= t.v1; ++v) {
+    for (std::uint32_t u = t.u0; u <= t.u1; ++u) {
+      const std::size_t column = std::size_t{v} * u_.count + u;
+      if (fetch == Fetch::index) {
+        __builtin_prefetch(&thin_[column]);
+        __builtin_prefetch(&column_begin_[column]);
+        continue;
+      }
+      const Thin& thin = thin_[column];
+      const std::uint32_t from = thin.cells.at(box.lo[along_]), to = thin.cells.at(box.hi[along_]);
+      const std::uint32_t* cell_end = cell_end_.data() + thin.first_cell;
+      __builtin_prefetch(cell_end + from - std::min(from, thin.longest + 1));
+      __builtin_prefetch(cell_end + to);
+      // About as many boxes as cells: where those begin is not known without reading.
+      const ColumnRecord* records = records_.data() + column_begin_[column];
+      const std::size_t size = column_begin_[column + 1] - column_begin_[column];
+      const std::size_t guess =
+          size * (from - std::min(from, thin.longest)) / std::max<std::size_t>(1, thin.cells.count);
+      for (std::size_t row = guess; row < std::min(size, guess + 12); row += 2) __builtin_prefetch(records + row);
+    }
+  }
+}
+
 std::size_t Grid::memory() const {
   std::size_t bytes = bytes_of(offsets_) + bytes_of(large_of_part_) + bytes_of(role_) + bytes_of(large_) +
                       bytes_of(column_begin_) + bytes_of(groups_) + bytes_of(records_) + bytes_of(thin_) +

@@ -32,6 +32,7 @@ class Grid final : public BroadPhase, public BoxSearch {
   std::size_t memory() const override;
   void prepare_search() override { searched_ = true; }
   void search(const Aabb& box, std::uint32_t index, PairSink& sink) const override;
+  void prefetch(const Aabb& box, Fetch fetch) const override;
   bool emit_tiles(std::size_t block, TileMaker& maker) override;
 
   /// What the last complete step had to leave to the tree; zero before the first.

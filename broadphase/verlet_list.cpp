@@ -70,6 +70,14 @@ float motion(const Aabb& box, const BoxRecord& past) {
   return most;
 }
 
+/// Some of it at most.
+template <class T>
+void prefetch(const std::vector<T>& values) {
+  constexpr std::size_t values_a_line = 64 / sizeof(T), most_lines = 128;
+  for (std::size_t k = 0; k < std::min(values.size(), most_lines * values_a_line); k += values_a_line)
+    __builtin_prefetch(values.data() + k);
+}
+
 /// The first of each of `strata` equal parts of `size`, at pseudo-random places: always the same.
 template <class Visit>
 void sample(std::size_t size, std::size_t strata, const Visit& visit) {
@@ -385,6 +393,9 @@ void VerletList::renew_block(std::size_t block, Scratch& scratch, PairSink& sink
 }
 
 std::size_t VerletList::test(const CandidateTiles& tiles, bool all_copied, Scratch& scratch, PairSink& sink) const {
+  // Lists are short and lie anywhere: what follows the first lines is not fetched ahead by itself.
+  prefetch(tiles.bodies);
+  prefetch(tiles.candidates);
   BoxRecord* boxes = scratch.boxes.data();
   std::size_t found = 0, first_body = 0, first = 0;
   for (const CandidateTiles::Tile& tile : tiles.tiles) {
@@ -409,7 +420,14 @@ std::size_t VerletList::test(const CandidateTiles& tiles, bool all_copied, Scrat
 void VerletList::search_outside(std::size_t part, Scratch& scratch, PairSink& sink) {
   Found found(*this, sink);
   if (search_ == nullptr) scratch.row.resize(size() + BoxArray::padding);
-  for (const std::uint32_t index : outside_of(part, scratch.outside)) {
+  const std::vector<std::uint32_t>& outside = outside_of(part, scratch.outside);
+  constexpr std::size_t ahead = 4;
+  for (std::size_t k = 0; k < outside.size(); ++k) {
+    if (search_ != nullptr && k + 2 * ahead < outside.size())
+      search_->prefetch((*boxes_)[outside[k + 2 * ahead]], BoxSearch::Fetch::index);
+    if (search_ != nullptr && k + ahead < outside.size())
+      search_->prefetch((*boxes_)[outside[k + ahead]], BoxSearch::Fetch::boxes);
+    const std::uint32_t index = outside[k];
     const Aabb box = (*boxes_)[index];
     found.look_for(index, box);
     if (search_ != nullptr) {
