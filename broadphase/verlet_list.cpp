@@ -281,26 +281,38 @@ float VerletList::usual_motion() const {
   return 2 * *most;
 }
 
+// Boxes of edges a and b overlap in a share of places that goes with the product of a + b over the axes.
 bool VerletList::jolted() const {
-  double growth = 0;
-  std::size_t boxes = 0;
+  double now = 0, then = 0;
+  std::array<double, 3> edge_before{}, swept_before{};
+  bool first = true;
   sample(size(), std::min<std::size_t>(size(), 256), [&](std::size_t i) {
     const Aabb box = (*boxes_)[i];
-    const float moved = motion(box, past()[i]);
-    float edge = 0;
-    for (std::size_t k = 0; k < 3; ++k) edge = std::max(edge, box.hi[k] - box.lo[k]);
-    if (!(edge > 0 && edge <= std::numeric_limits<float>::max() && moved <= std::max(edge / 2, usual_motion_))) return;
-    double grown = 1;
+    float longest = 0;
+    for (std::size_t k = 0; k < 3; ++k) longest = std::max(longest, box.hi[k] - box.lo[k]);
+    if (!(box.lo[0] <= box.hi[0] && longest <= std::numeric_limits<float>::max())) return;
+    const bool goes_on = motion(box, past()[i]) <= std::max(longest / 2, usual_motion_);
+    const double most = std::max<double>(longest, usual_motion_ * steps_ahead_);
+    std::array<double, 3> edge, swept;
+    double product_now = 1, product_then = 1;
     for (std::size_t k = 0; k < 3; ++k) {
-      const auto sweep = std::abs(double{box.lo[k]} - double{past()[i].lo()[k]}) * steps_ahead_;
-      grown *= 1 + std::min(sweep, std::max<double>(edge, usual_motion_ * steps_ahead_)) / edge;
+      const double step = goes_on ? std::abs(double{box.lo[k]} - double{past()[i].lo()[k]}) : 0;
+      edge[k] = double{box.hi[k]} - double{box.lo[k]};
+      swept[k] = edge[k] + std::min(step * steps_ahead_, most);
+      product_now *= edge[k] + edge_before[k];
+      product_then *= swept[k] + swept_before[k];
     }
-    growth += grown;
-    ++boxes;
+    if (!first) {
+      now += product_now;
+      then += product_then;
+    }
+    first = false;
+    edge_before = edge;
+    swept_before = swept;
   });
   const double pairs =
       std::max(static_cast<double>(hits_.load(std::memory_order_relaxed)) / static_cast<double>(size()), 0.5);
-  return growth * pairs > 16 * static_cast<double>(boxes);
+  return then * pairs > 16 * now;
 }
 
 // Looking further ahead makes lists rarer and longer, and they are left by more. The best is near where both cost the
