@@ -86,7 +86,7 @@ bool comes_after(const ConvexView& a, const Pose& pose_a, const ConvexView& b, c
 }
 
 std::optional<bool> collide_by(Method method, const ConvexView& a, const Pose& pose_a, const ConvexView& b,
-                               const Pose& pose_b, double tolerance, const Vec3* start) {
+                               const Pose& pose_b, double tolerance, const Vec3* start, WarmStart* warm) {
   switch (method) {
     case Method::fcl:
       return fcl_collide(a, pose_a, b, pose_b);
@@ -97,7 +97,8 @@ std::optional<bool> collide_by(Method method, const ConvexView& a, const Pose& p
     case Method::newton:
       return round_collide({a, b, relative(pose_a, pose_b)}, tolerance);
     default:
-      return gjk_collide({a, b, relative(pose_a, pose_b)}, tolerance, start);
+      return gjk_collide({a, b, relative(pose_a, pose_b)}, tolerance, start,
+                         warm != nullptr ? &warm->direction : nullptr);
   }
 }
 
@@ -223,9 +224,9 @@ PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexVie
   PairAnswer answer;
   if (request == Request::collide) {
     answer.error_bound = measured * size;
-    std::optional<bool> collide = collide_by(method, a, pose_a, b, pose_b, tolerance, start);
+    std::optional<bool> collide = collide_by(method, a, pose_a, b, pose_b, tolerance, start, warm);
     if (!collide) {  // a third party gave up: answer all the same, and say so
-      collide = collide_by(Method::gjk, a, pose_a, b, pose_b, tolerance, start);
+      collide = collide_by(Method::gjk, a, pose_a, b, pose_b, tolerance, start, warm);
       answer.status = Status::inexact;
       answer.error_bound = size;
     }

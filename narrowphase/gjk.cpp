@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "epa.h"
+#include "face_depth.h"
 #include "feature_normals.h"
 
 namespace tandem {
@@ -327,11 +328,14 @@ GjkResult gjk(const MinkowskiDifference& d, double tolerance, double beyond, dou
   return r;
 }
 
-bool gjk_collide(const MinkowskiDifference& d, double tolerance, const Vec3* start) {
+bool gjk_collide(const MinkowskiDifference& d, double tolerance, const Vec3* start, Vec3* direction) {
   const double radius = core_radius(d.a) + core_radius(d.b);
   const double rounding = 16 * epsilon * d.scale();
   const GjkResult r = descend(d, std::max(tolerance, 1e-14), radius + rounding, radius - rounding, start);
-  if (r.lower > radius + rounding) return false;
+  if (r.lower > radius + rounding) {
+    if (direction != nullptr && r.v.squaredNorm() > 0) *direction = -r.v.normalized();
+    return false;
+  }
   // A simplex that encloses the origin where it has been close already may be a flat one that only seems to.
   const double sure = 1e-7 * d.scale();
   if (r.end == GjkResult::End::inside && r.v.squaredNorm() > sure * sure) return true;
@@ -395,6 +399,24 @@ void pair_points(const MinkowskiDifference& d, LocalAnswer& answer) {
   answer.point_b = answer.point_a + answer.signed_distance * answer.normal;
 }
 
+namespace {
+
+/// Of a ball about the core's centre that is in it; 0 where none is known.
+double inner_radius(const ConvexView& v) {
+  if (v.kind == ShapeKind::box) return std::min({v.param[0], v.param[1], v.param[2]});
+  return v.hull != nullptr ? v.hull->inner_radius : 0;
+}
+
+/// By balls inside both.
+bool overlap_deeply(const MinkowskiDifference& d) {
+  // Rotations are orthonormal to 1e-6 only.
+  const double reach = (1 - 1e-5) * (inner_radius(d.a) + inner_radius(d.b));
+  if (!(reach > 1e-5 * d.scale())) return false;
+  return (core_centre(d.a) - d.pose.rotation * core_centre(d.b) - d.pose.translation).squaredNorm() < reach * reach;
+}
+
+}  // namespace
+
 LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, const Vec3* start, double beyond) {
   const double infinity = std::numeric_limits<double>::infinity();
   const double ra = core_radius(d.a), rb = core_radius(d.b);
@@ -402,8 +424,9 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
   const bool polytopes = is_polytope(d.a.kind) && is_polytope(d.b.kind);
   const double least = polytopes ? 1e-14 : 2e-10;
   const double scale = d.scale();
-  const GjkResult r = gjk(d, std::max(tolerance, least), beyond + ra + rb, -infinity, start);
   LocalAnswer answer;
+  if (polytopes && overlap_deeply(d) && depth_by_faces(d, answer)) return answer;
+  const GjkResult r = gjk(d, std::max(tolerance, least), beyond + ra + rb, -infinity, start);
   if (r.lower > beyond + ra + rb) {
     answer.signed_distance = r.lower - ra - rb;
     answer.normal = -r.v.normalized();

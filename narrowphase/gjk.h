@@ -72,7 +72,8 @@ void pair_points(const MinkowskiDifference& d, LocalAnswer& answer);
 LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, const Vec3* start = nullptr,
                                 double beyond = std::numeric_limits<double>::infinity());
 
-/// Do the shapes touch? Cheaper than the distance.
-bool gjk_collide(const MinkowskiDifference& d, double tolerance, const Vec3* start = nullptr);
+/// Do the shapes touch? Cheaper than the distance. `direction`, where they are apart: one that says so.
+bool gjk_collide(const MinkowskiDifference& d, double tolerance, const Vec3* start = nullptr,
+                 Vec3* direction = nullptr);
 
 }  // namespace tandem

@@ -227,6 +227,21 @@ double inner_radius(const Hull& hull) {
   return std::max(0.0, least - 1e-9 * reach);
 }
 
+FaceTable make_face_table(const Hull& hull) {
+  FaceTable t;
+  const std::size_t n = hull.faces.size();
+  if (n > FaceTable::most_faces || hull.vertices.size() > FaceTable::most_vertices || hull.support.empty()) return t;
+  t.resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const Hull::Face& f = hull.faces[i];
+    t.set(i, f.normal, (f.offset - f.normal.dot(hull.inside)) / hull.support.unit());
+  }
+  const auto small = [](std::uint32_t i) { return static_cast<std::uint8_t>(i); };
+  for (const Hull::Edge& e : hull.edges)
+    t.arcs.push_back({small(e.v[0]), small(e.v[1]), small(e.face[0]), small(e.face[1])});
+  return t;
+}
+
 Hull assemble(std::span<const Vec3> p, int dimension, const std::vector<std::uint32_t>& extreme, const Loops& loops,
               const Vec3& flat_normal) {
   Hull hull;
@@ -259,6 +274,7 @@ Hull assemble(std::span<const Vec3> p, int dimension, const std::vector<std::uin
   if (dimension == 1) hull.edges.push_back({{0, 1}, {0, 0}});
   if (dimension >= 2) add_edges(hull);
   add_neighbours(hull);
+  if (dimension == 3) hull.face_table = make_face_table(hull);
   return hull;
 }
 

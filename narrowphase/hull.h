@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "face_table.h"
 #include "support_map.h"
 
 namespace tandem {
@@ -34,6 +35,7 @@ struct Hull {
   Vec3 inside = Vec3::Zero();                  ///< a point of the hull: the mean of its vertices
   double inner_radius = 0;                     ///< of a ball about it that is in the hull
   SupportMap support;                          ///< of the vertices; empty where there are at most 4
+  FaceTable face_table;                        ///< of small polytopes; empty of others
 };
 
 /// Hull of one or more finite points, through Qhull. Every point lies within 1e-12 of the cloud's size of it.

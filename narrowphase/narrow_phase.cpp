@@ -53,6 +53,14 @@ bool answered_by_centres(const Shape& a, const Pose& pose_a, const Shape& b, con
   return answer.collide;
 }
 
+/// Are they apart along the direction that the last answer left?
+bool still_apart(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, const WarmStart& warm) {
+  const double length = warm.direction.norm();
+  if (!(length > 0)) return false;
+  const double reach = a.size() + b.size() + (pose_b.translation - pose_a.translation).norm();
+  return separation(a, pose_a, b, pose_b, pose_a.rotation * (warm.direction / length)) > 1e-12 * reach;
+}
+
 /// The corners of a triangle that has three.
 std::optional<std::span<const Vec3, 3>> corners(const Shape& s) {
   if (s.kind() != ShapeKind::triangle || s.hull().vertices.size() != 3) return std::nullopt;
@@ -79,6 +87,9 @@ std::optional<bool> triangle_collides(const Shape& a, const Pose& pose_a, const 
         plain.collide = *collide;
         return plain;
       }
+    if (request == Request::collide && options.solver.empty() && warm != nullptr && a.is_bounded() && b.is_bounded() &&
+        still_apart(a, pose_a, b, pose_b, *warm))
+      return plain;
     if (request != Request::distance && options.solver.empty() && a.is_bounded() && b.is_bounded() &&
         answered_by_centres(a, pose_a, b, pose_b, request, options.margin, plain))
       return plain;

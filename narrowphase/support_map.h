@@ -48,6 +48,7 @@ class SupportMap {
   /// precision and be the farthest in double.
   const std::array<float, 3>& slack() const { return slack_; }
   double unit() const { return unit_; }
+  const Vec3& middle() const { return middle_; }
 
  private:
   void fill(Block& block, std::span<const Vec3> vertices, std::span<const std::uint32_t> kept) const;

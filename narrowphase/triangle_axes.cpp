@@ -84,6 +84,8 @@ std::optional<bool> box_triangle_collide(const std::array<double, 4>& half, cons
   const Array lo = q[0].cwiseMin(q[1]).cwiseMin(q[2]), hi = q[0].cwiseMax(q[1]).cwiseMax(q[2]);
   const double faces = (lo.max(-hi) - h).maxCoeff();
   if (faces > reach) return false;
+  const Vec3 middle = (q[0] + q[1] + q[2]) / 3;
+  if ((middle.array().abs() - h).maxCoeff() < -reach) return true;
 
   const Vec3 f[3] = {q[1] - q[0], q[2] - q[1], q[0] - q[2]};
   const Array length[3] = {f[0].cwiseAbs(), f[1].cwiseAbs(), f[2].cwiseAbs()};

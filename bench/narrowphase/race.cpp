@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <ctime>
+#include <numeric>
+#include <random>
 
 namespace tandem::bench {
 namespace {
@@ -34,9 +36,13 @@ std::vector<Samples> race(const std::vector<Runner>& runners, int rounds) {
     plans.push_back({passes, runner.queries() == 0 ? 0 : std::clamp(affordable, 1, rounds)});
   }
   std::vector<Samples> out(runners.size());
-  for (int round = 0; round < rounds; ++round)
-    for (std::size_t turn = 0; turn < runners.size(); ++turn) {
-      const std::size_t who = (turn + static_cast<std::size_t>(round)) % runners.size();
+  // Who comes after a contestant of the same code finds the processor's branch predictor taught: no one always does.
+  std::vector<std::size_t> order(runners.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::mt19937 random(1);
+  for (int round = 0; round < rounds; ++round) {
+    std::shuffle(order.begin(), order.end(), random);
+    for (const std::size_t who : order) {
       const auto& [passes, most] = plans[who];
       if (round >= most) continue;
       const auto& [pass, queries] = runners[who];
@@ -44,6 +50,7 @@ std::vector<Samples> race(const std::vector<Runner>& runners, int rounds) {
       const double time = run(pass, passes);
       if (queries() > 0) out[who].add(time / (static_cast<double>(passes) * static_cast<double>(queries())));
     }
+  }
   return out;
 }
 

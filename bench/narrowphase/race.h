@@ -11,10 +11,10 @@ struct Runner {
   std::function<std::size_t()> queries;  ///< answered by the last pass
 };
 
-/// Times passes over one array of queries, the runners in turn in this thread, the order rotating: ns a query
-/// of the thread's own processor time, which a busy machine lengthens less than the clock's.
-/// A sample is as many passes as fill 100 us, after one that is not measured; slow runners get fewer rounds. No samples
-/// for one that answers nothing.
+/// Times passes over one array of queries, the runners in turn in this thread, each round in an order of its own: ns a
+/// query of the thread's own processor time, which a busy machine lengthens less than the clock's. A sample is as many
+/// passes as fill 100 us, after one that is not measured; slow runners get fewer rounds. No samples for one that
+/// answers nothing.
 std::vector<Samples> race(const std::vector<Runner>& runners, int rounds);
 
 }  // namespace tandem::bench

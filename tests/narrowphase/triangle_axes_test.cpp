@@ -58,5 +58,6 @@ TEST_CASE("the axes of triangles leave to others what rounding could decide") {
   CHECK(by_axes(flat, origin, upright, Pose::at(0, 0, 1e-12)) == false);
   CHECK_FALSE(by_axes(box, origin, flat, Pose::at(0, 0, 1)).has_value());
   CHECK(by_axes(box, origin, flat, Pose::at(0, 0, 1 + 1e-12)) == false);
-  CHECK_FALSE(by_axes(box, origin, flat, origin).has_value());  // parallel edges
+  CHECK_FALSE(by_axes(box, origin, flat, Pose::at(0.8, 0.8, 0)).has_value());  // parallel edges
+  CHECK(by_axes(box, origin, flat, origin) == true);                           // its middle is inside
 }
