@@ -86,7 +86,7 @@ BodyId Scene::add_body(const BodyOptions& options) {
   shape_[index] = shape;
   groups_[index] = options.group;
   masks_[index] = options.mask;
-  poses_[index] = options.pose;
+  poses_[index] = orthonormalized(options.pose);
   velocities_[index] = options.velocity;
   angular_velocities_[index] = options.angular_velocity;
   densities_[index] = options.density;
@@ -121,7 +121,7 @@ void Scene::remove_body(BodyId id) {
 void Scene::set_pose(BodyId id, const Pose& pose) {
   const std::uint32_t index = checked(id);
   require_valid(pose, body_name(index));
-  poses_[index] = pose;
+  poses_[index] = orthonormalized(pose);
 }
 
 void Scene::set_velocity(BodyId id, const Vec3& velocity, const Vec3& angular_velocity) {

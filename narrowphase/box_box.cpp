@@ -293,7 +293,12 @@ BoxAnswer box_box_distance(const HalfSize& a, const Pose& pose_a, const HalfSize
   answer.axis = -1;
   if (equal || upper < 0.01 * size(x)) {
     const Boxes boxes(a, b, x);
-    if (separation_along(boxes.difference, direction) < upper - doubt) settle_by_features(boxes.difference, local);
+    const double along = separation_along(boxes.difference, direction);
+    if (along < upper - doubt) {
+      // Of points that nearly touch the direction may be any: the axis is known to separate.
+      if (separation_along(boxes.difference, axis) > along) local.normal = axis;
+      settle_by_features(boxes.difference, local);
+    }
   }
   return answer;
 }

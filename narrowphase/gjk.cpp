@@ -379,14 +379,32 @@ void polish(const MinkowskiDifference& d, Vec3& n, double& h, Vec3& point_a, Vec
 void pair_points(const MinkowskiDifference& d, LocalAnswer& answer) {
   const double infinity = std::numeric_limits<double>::infinity();
   const bool polytopes = is_polytope(d.a.kind) && is_polytope(d.b.kind);
-  const double out = (polytopes ? 1e-4 : 0.01) * d.scale();
+  const double scale = d.scale();
   MinkowskiDifference apart = d;
+  if (polytopes) {
+    // What a distance is rounded to leaves its ends free sideways, by the square root of it times the distance: nearer
+    // where that shows.
+    double least = infinity;
+    for (const double out : {1e-4 * scale, 1e-7 * scale, 1e-9 * scale}) {
+      apart.pose.translation = d.pose.translation + (out - answer.signed_distance) * answer.normal;
+      const GjkResult r = gjk(apart, 1e-14, infinity, -infinity);
+      const double sideways = (r.v + out * answer.normal).norm();
+      if (!(sideways < least)) continue;
+      least = sideways;
+      answer.point_a.setZero();
+      for (int i = 0; i < r.simplex.count; ++i) answer.point_a += r.simplex.weight[i] * r.simplex.p[i].a;
+      if (sideways <= 1e-13 * scale) break;
+    }
+    answer.point_b = answer.point_a + answer.signed_distance * answer.normal;
+    return;
+  }
+  const double out = 0.01 * scale;
   for (int round = 0;; ++round) {
     apart.pose.translation = d.pose.translation + (out - answer.signed_distance) * answer.normal;
     const GjkResult r = gjk(apart, 1e-14, infinity, -infinity);
     answer.point_a.setZero();
     for (int i = 0; i < r.simplex.count; ++i) answer.point_a += r.simplex.weight[i] * r.simplex.p[i].a;
-    if (polytopes || round == 8 || !(r.upper > 0)) break;
+    if (round == 8 || !(r.upper > 0)) break;
     // From outside, the way to a curved surface turns towards the shortest one from inside.
     const Vec3 n = -r.v / r.upper;
     const double change = (n - answer.normal).squaredNorm();
@@ -462,7 +480,9 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
     const double reached = r.end == GjkResult::End::near ? r.upper : e.upper < 1e-9 * scale ? r.v.norm() : 0.0;
     doubtful = polytopes && reached > 16 * epsilon * scale;
     // Of numbers so small that their squares are 0 nothing is asked.
-    if (r.end == GjkResult::End::near && r.upper > 0 && (r.lower > core || polytopes) && std::max(r.lower, core) > 0) {
+    const bool parted =
+        r.end == GjkResult::End::near && r.upper > 0 && (r.lower > core || polytopes) && std::max(r.lower, core) > 0;
+    if (parted) {
       // Apart, and maybe by a corner or an edge that no face of the polytope stands for.
       if (r.lower > core) answer.normal = -r.v / r.upper;
       answer.gap = r.upper - std::max(r.lower, core);
@@ -470,8 +490,13 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
       answer.point_a.setZero();
       for (int i = 0; i < r.simplex.count; ++i) answer.point_a += r.simplex.weight[i] * r.simplex.p[i].a;
       answer.point_b = answer.point_a - r.v;
-    } else if ((e.point_a - e.point_b - e.upper * e.normal).squaredNorm() >
-               (polytopes ? 1e-24 : 1e-16) * scale * scale) {
+    }
+    // Between polytopes that hardly touch the way from one to the other is noise, and so may its direction be.
+    const bool touching = polytopes && (r.end == GjkResult::End::near || e.upper < 1e-9 * scale);
+    if (touching && separation_along(d, answer.normal) < core - 16 * epsilon * scale) {
+      doubtful = true;
+    } else if (!parted && (e.point_a - e.point_b - e.upper * e.normal).squaredNorm() >
+                              (polytopes ? 1e-24 : 1e-16) * scale * scale) {
       answer.signed_distance = core;
       pair_points(d, answer);
       core = answer.signed_distance;
@@ -479,8 +504,12 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
     }
   }
   if (doubtful) {
-    answer.signed_distance = core;
-    if (settle_by_features(d, answer)) core = answer.signed_distance;
+    LocalAnswer settled = answer;
+    settled.signed_distance = core;
+    if (settle_by_features(d, settled) && settled.signed_distance >= r.lower - 16 * epsilon * scale) {
+      answer = settled;
+      core = answer.signed_distance;
+    }
   }
   answer.signed_distance = core - ra - rb;
   answer.point_a += ra * answer.normal;

@@ -25,9 +25,9 @@ struct Feature {
 };
 
 void add_circle(Feature& f, double radius, double z, const Vec3& towards, bool counterclockwise) {
-  // Starts at the deepest point, so that a tilted disc's contact is exact.
+  // Starts at the deepest point, so that a tilted disc's contact is exact; one that counts as flat has none.
   const double rho = std::sqrt(towards[0] * towards[0] + towards[1] * towards[1]);
-  double c = rho > 1e-12 ? towards[0] / rho : 1.0, s = rho > 1e-12 ? towards[1] / rho : 0.0;
+  double c = rho > alike ? towards[0] / rho : 1.0, s = rho > alike ? towards[1] / rho : 0.0;
   constexpr double cos_step = 0.92387953251128675613, sin_step = 0.38268343236508977173;  // pi / 8
   const double turn = counterclockwise ? sin_step : -sin_step;
   for (int i = 0; i < max_corners; ++i) {
@@ -351,7 +351,9 @@ void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePos
     // The clipped circles are polygons, and a slanting face may not hold the deepest point: never lose that one.
     double deepest = -std::numeric_limits<double>::infinity();
     for (int i = 0; i < count; ++i) deepest = std::max(deepest, points[i].depth);
-    if (count > 0 && deepest + 1e-13 * (a.size + b.size) >= -answer.signed_distance) {
+    if (count > 0 && deepest + 0.02 * alike * (a.size + b.size) >= -answer.signed_distance) {
+      for (int i = 0; i < count; ++i)
+        if (points[i].depth == deepest) points[i].depth = -answer.signed_distance;
       count = span_patch(points, count, n, a.size + b.size);
       append_points(points, count, pose_a, pose_a.rotation * n, contacts);
       return;

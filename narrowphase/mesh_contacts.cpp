@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "index_map.h"
+#include "manifold.h"
 
 namespace tandem {
 namespace {
@@ -404,7 +405,7 @@ void add_patch(const Posed& m, const Patch& patch, std::span<const Crossing> cro
   const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
   contacts.erase(std::remove_if(begin, contacts.end(), [&](const Contact& c) { return c.depth < most / 4; }),
                  contacts.end());
-  keep_four(contacts, first);
+  keep_four(contacts, first, (m.a.half + m.b.half).norm());
 }
 
 // Surfaces that only touch, or lie in each other's planes, cross along no curve: the direction of least overlap of the
@@ -455,28 +456,35 @@ void add_touching(const Posed& m, std::span<const std::array<std::uint32_t, 2>> 
     }
   if (points.size() == 0) points.emplace(0u, (low + high) / 2);
   for (const auto& [feature, p] : points) contacts.push_back({p + n * (least.second - n.dot(p)), n, depth, feature});
-  keep_four(contacts, first);
+  keep_four(contacts, first, (m.a.half + m.b.half).norm());
 }
 
 }  // namespace
 
-void keep_four(std::vector<Contact>& contacts, std::size_t first) {
+void keep_four(std::vector<Contact>& contacts, std::size_t first, double size) {
+  const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
+  std::sort(begin, contacts.end(), [](const Contact& x, const Contact& y) { return x.feature < y.feature; });
   const std::size_t n = contacts.size() - first;
   if (n <= 4) return;
   const auto at = [&](std::size_t i) -> const Contact& { return contacts[first + i]; };
+  // A later one must be better by more than rounding and a change of pose by 1e-9 can make it.
+  const double slack = alike * size;
   const auto best = [&](auto&& score) {
     std::size_t winner = 0;
     for (std::size_t i = 1; i < n; ++i)
-      if (score(at(i)) > score(at(winner))) winner = i;
+      if (score(at(i)) > score(at(winner)) + slack) winner = i;
     return winner;
   };
   std::array<std::size_t, 4> kept{};
   kept[0] = best([](const Contact& c) { return c.depth; });
   const Vec3 p = at(kept[0]).point, axis = at(kept[0]).normal;
-  kept[1] = best([&](const Contact& c) { return (c.point - p).squaredNorm(); });
-  const Vec3 side = axis.cross(at(kept[1]).point - p);
+  kept[1] = best([&](const Contact& c) { return (c.point - p).norm(); });
+  const Vec3 side = axis.cross(at(kept[1]).point - p).stableNormalized();
   kept[2] = best([&](const Contact& c) { return side.dot(c.point - p); });
   kept[3] = best([&](const Contact& c) { return -side.dot(c.point - p); });
+  double deepest = at(kept[0]).depth;
+  for (std::size_t i = 0; i < n; ++i) deepest = std::max(deepest, at(i).depth);
+  contacts[first + kept[0]].depth = deepest;  // one that counts as equal stands for the deepest
   std::sort(kept.begin(), kept.end());
   std::size_t out = first;
   for (std::size_t k = 0; k < 4; ++k)

@@ -17,8 +17,8 @@ namespace tandem {
 std::vector<Contact> patch_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
                                     std::span<const std::array<std::uint32_t, 2>> pairs);
 
-/// At most 4 of the contacts from `first` on: the deepest, and those that span the widest patch with it. Keeps their
-/// order.
-void keep_four(std::vector<Contact>& contacts, std::size_t first);
+/// At most 4 of the contacts from `first` on: the deepest, and those that span the widest patch with it; of equals the
+/// first by feature, in whose order they are left. `size` is that of the bodies, the unit of what counts as equal.
+void keep_four(std::vector<Contact>& contacts, std::size_t first, double size);
 
 }  // namespace tandem

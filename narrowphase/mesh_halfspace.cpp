@@ -25,7 +25,7 @@ PairAnswer solve_mesh_halfspace(const Posed& mesh, const Posed& half, Request re
     if (request == Request::contacts && height <= options.margin)
       contacts->push_back({world(v) - up * (height / 2), -up, -height, v});
   }
-  if (request == Request::contacts) keep_four(*contacts, first);
+  if (request == Request::contacts) keep_four(*contacts, first, mesh.shape.size());
   answer.collide = lowest <= 0;
   if (request == Request::collide || (request == Request::contacts && contacts->size() == first)) return answer;
   answer.signed_distance = lowest;

@@ -259,6 +259,13 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
   if (request == Request::contacts) {
     if (pairs.empty() && !inside) return answer;
     const std::size_t first = contacts->size();
+    if (ma.convex && mb.convex) {
+      // Of their hulls, unless these hardly touch and miss each other by rounding.
+      answer = solve_convex(view_hull(a.shape), a.pose, view_hull(b.shape), b.pose, request, for_triangles(options),
+                            contacts);
+      answer.collide = true;
+      if (contacts->size() > first) return answer;
+    }
     for (Contact c : patch_contacts(ma, mb, test, pairs)) {
       c.point = a.pose * c.point;
       c.normal = (a.pose.rotation * c.normal).normalized();

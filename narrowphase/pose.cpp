@@ -16,6 +16,8 @@ std::string written(double x) {
   return out.str();
 }
 
+double skewness(const Mat3& r) { return (r.transpose() * r - Mat3::Identity()).cwiseAbs().maxCoeff(); }
+
 }  // namespace
 
 void require_valid(const Pose& pose, std::string_view what) {
@@ -30,9 +32,18 @@ void require_valid(const Pose& pose, std::string_view what) {
         refuse("rotation(" + std::to_string(i) + ", " + std::to_string(j) + ") is " + written(pose.rotation(i, j)) +
                "; it must be finite");
   }
-  const double off = (pose.rotation.transpose() * pose.rotation - Mat3::Identity()).cwiseAbs().maxCoeff();
-  if (!(off <= 1e-6)) refuse("rotation is off from orthonormal by " + written(off) + "; at most 1e-6 is allowed");
+  const double off = skewness(pose.rotation);
+  if (!(off <= 2e-6)) refuse("rotation is off from orthonormal by " + written(off) + "; at most 2e-6 is allowed");
   if (!(pose.rotation.determinant() > 0)) refuse("rotation has determinant -1; it must be +1, not a reflection");
+}
+
+Pose orthonormalized(const Pose& pose) {
+  constexpr double rounding = 1e-14;
+  Pose out = pose;
+  if (skewness(pose.rotation) <= rounding) return out;
+  // The polar factor (Higham, Computing the Polar Decomposition, 1986): each round squares what is left.
+  for (int i = 0; i < 3; ++i) out.rotation *= 1.5 * Mat3::Identity() - 0.5 * out.rotation.transpose() * out.rotation;
+  return out;
 }
 
 }  // namespace tandem

@@ -3,9 +3,6 @@
 #include <algorithm>
 #include <chrono>
 
-#include "hull.h"
-#include "mesh_model.h"
-
 namespace tandem {
 namespace {
 
@@ -67,73 +64,21 @@ double mean_nanoseconds(Work&& work) {
   return std::chrono::duration<double, std::nano>(Clock::now() - begin).count() / runs;
 }
 
-/// Solvers take a rotation's transpose for its inverse. Of one that is orthonormal to some digits only, the nearest
-/// rotation is left in the pose, and the rest goes into the shape: its points R v + t stay where they are. A record's
-/// round shapes keep it, for they would become another kind.
-void straighten(Shape& shape, Pose& pose) {
-  constexpr double rounding = 1e-14;
-  const Mat3 given = pose.rotation;
-  if ((given.transpose() * given - Mat3::Identity()).cwiseAbs().maxCoeff() <= rounding) return;
-  // The polar factor (Higham, Computing the Polar Decomposition, 1986), from within 1e-6: the error is squared twice.
-  Mat3 turn = given;
-  for (int i = 0; i < 3; ++i) turn *= 1.5 * Mat3::Identity() - 0.5 * turn.transpose() * turn;
-  const Mat3 rest = turn.transpose() * given;
-  switch (shape.kind()) {
-    case ShapeKind::box: {
-      Convex corners;
-      for (unsigned i = 0; i < 8; ++i)
-        corners.vertices.push_back(
-            rest * shape.half_size().cwiseProduct(Vec3(i & 1u ? 1 : -1, i & 2u ? 1 : -1, i & 4u ? 1 : -1)));
-      shape = corners;
-      break;
-    }
-    case ShapeKind::convex: {
-      Convex corners{shape.hull().vertices};
-      for (Vec3& v : corners.vertices) v = rest * v;
-      shape = corners;
-      break;
-    }
-    case ShapeKind::triangle:
-    case ShapeKind::mesh: {
-      const MeshModel& model = shape.mesh();
-      Mesh mesh{model.vertices, model.triangles, model.solid};
-      for (Vec3& v : mesh.vertices) v = rest * v;
-      if (shape.kind() == ShapeKind::mesh)
-        shape = Shape(std::move(mesh));
-      else
-        shape = Triangle{{mesh.vertices[0], mesh.vertices[1], mesh.vertices[2]}};
-      break;
-    }
-    case ShapeKind::halfspace:
-      shape = HalfSpace{rest.transpose().inverse() * shape.normal(), shape.offset()};
-      break;
-    default:
-      return;
-  }
-  pose.rotation = turn;
-}
-
 }  // namespace
 
 PairRecord read_pair_record(const Json& json, ShapeReader& shapes) {
   const JsonRef record(json);
   const auto id = record.find("id");
-  const auto shape = [&](std::string_view key) { return shapes.read(record.at(key)); };
-  const auto pose = [&](std::string_view key) { return read_pose(record.at(key)); };
-  PairRecord out{.id = id ? id->value() : Json(),
-                 .shape_a = shape("shapeA"),
-                 .shape_b = shape("shapeB"),
-                 .pose_a = pose("poseA"),
-                 .pose_b = pose("poseB"),
-                 .ask = {}};
-  out.ask = read_ask(record.at("ask"), out.shape_a, out.shape_b);
+  const Shape shape_a = shapes.read(record.at("shapeA")), shape_b = shapes.read(record.at("shapeB"));
+  const Pose pose_a = read_pose(record.at("poseA")), pose_b = read_pose(record.at("poseB"));
+  const Ask ask = read_ask(record.at("ask"), shape_a, shape_b);
   // What is exact for the triangles as given stays so.
-  const bool exact = has_triangles(out.shape_a) && has_triangles(out.shape_b) &&
-                     (out.ask.triangles || !out.shape_a.is_convex() || !out.shape_b.is_convex());
-  if (!exact) {
-    straighten(out.shape_a, out.pose_a);
-    straighten(out.shape_b, out.pose_b);
-  }
+  const bool exact = has_triangles(shape_a) && has_triangles(shape_b) &&
+                     (ask.triangles || !shape_a.is_convex() || !shape_b.is_convex());
+  PairRecord out{.id = id ? id->value() : Json(),
+                 .a = exact ? PlacedShape{shape_a, pose_a, {}} : place(shape_a, pose_a),
+                 .b = exact ? PlacedShape{shape_b, pose_b, {}} : place(shape_b, pose_b),
+                 .ask = ask};
   if (const auto margin = record.find("margin")) out.margin = margin->number_up_to(1e30);
   out.velocity_a = velocity(record, "velA");
   out.velocity_b = velocity(record, "velB");
@@ -149,9 +94,9 @@ PairRecordAnswer answer(const PairRecord& record, NarrowPhaseOptions options) {
   const NarrowPhase narrow_phase(std::move(options));
   const Ask& ask = record.ask;
   const auto solve = [&](Request request, std::vector<Contact>* contacts = nullptr) {
-    const std::string reason = narrow_phase.refuses(record.shape_a, record.shape_b, request);
+    const std::string reason = narrow_phase.refuses(record.a.shape, record.b.shape, request);
     if (!reason.empty()) throw InputError(reason);
-    return narrow_phase.solve(record.shape_a, record.pose_a, record.shape_b, record.pose_b, request, contacts);
+    return tandem::solve(narrow_phase, record.a, record.b, request, contacts);
   };
   PairRecordAnswer out;
   if (ask.distance || ask.normal) {
@@ -177,10 +122,10 @@ PairRecordAnswer answer(const PairRecord& record, NarrowPhaseOptions options) {
     out.collide = found.collide;
   }
   if (ask.triangles)
-    out.triangles = narrow_phase.intersecting_triangles(record.shape_a, record.pose_a, record.shape_b, record.pose_b);
+    out.triangles = narrow_phase.intersecting_triangles(record.a.shape, record.a.pose, record.b.shape, record.b.pose);
   if (ask.toi)
-    out.toi = narrow_phase.time_of_impact(record.shape_a, record.pose_a, record.velocity_a, record.shape_b,
-                                          record.pose_b, record.velocity_b, record.tmax);
+    out.toi = narrow_phase.time_of_impact(record.a.shape, record.a.pose, record.velocity_a, record.b.shape,
+                                          record.b.pose, record.velocity_b, record.tmax);
   return out;
 }
 

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "placed_shape.h"
 #include "shape_json.h"
 #include "tandem/narrowphase/narrow_phase.h"
 
@@ -21,12 +22,11 @@ struct Ask {
   bool toi = false;
 };
 
-/// A question about two bodies. Where a rotation is not orthonormal to rounding, shapes with corners have them where
-/// the record's R v + t puts them, and the pose has the nearest rotation.
+/// A question about two bodies. Where a rotation is not orthonormal to rounding their points are where the record's
+/// R v + t puts them; `toi` alone takes the nearest rotation for cylinders and cones.
 struct PairRecord {
   Json id;  ///< any JSON value; null if the record has none
-  Shape shape_a, shape_b;
-  Pose pose_a, pose_b;
+  PlacedShape a, b;
   Ask ask;
   double margin = 0;  ///< metres, >= 0
   Vec3 velocity_a = Vec3::Zero(), velocity_b = Vec3::Zero();

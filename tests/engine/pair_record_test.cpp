@@ -95,6 +95,69 @@ TEST_CASE("pair record: rotations of few digits put corners where they say, R v 
   CHECK(std::abs(distance(plane) - (n.dot(Vec3(1, 3, 5)) - 2) / n.norm()) < 1e-14);
 }
 
+TEST_CASE("pair record: round shapes stand where rotations of six decimals put their points, R v + t") {
+  const Mat3 r = (Mat3() << 0.936293, -0.275096, 0.218351, 0.289629, 0.956425, -0.036957, -0.198669, 0.097843, 0.975170)
+                     .finished();
+  const std::string pose = R"({"R":[[0.936293,-0.275096,0.218351],[0.289629,0.956425,-0.036957],)"
+                           R"([-0.198669,0.097843,0.975170]],"t":[0.1,0.2,0.3]})";
+  const Vec3 t(0.1, 0.2, 0.3);
+  // How far the points of a core reach along m in its frame, and the radius about them.
+  const struct {
+    const char* shape;
+    double (*reach)(const Vec3&);
+    double radius;
+  } rows[] = {
+      {R"({"kind":"sphere","radius":0.7})", [](const Vec3&) { return 0.0; }, 0.7},
+      {R"({"kind":"capsule","radius":0.2,"length":1.5})", [](const Vec3& m) { return 0.75 * std::abs(m[2]); }, 0.2},
+      {R"({"kind":"cylinder","radius":0.6,"length":1.5})",
+       [](const Vec3& m) { return 0.6 * std::hypot(m[0], m[1]) + 0.75 * std::abs(m[2]); }, 0},
+      {R"({"kind":"cone","radius":0.6,"length":1.5})",
+       [](const Vec3& m) { return std::max(0.6 * std::hypot(m[0], m[1]) - 0.75 * m[2], 0.75 * m[2]); }, 0},
+      {R"({"kind":"ellipsoid","radii":[0.9,0.5,0.3]})",
+       [](const Vec3& m) { return Vec3(0.9 * m[0], 0.5 * m[1], 0.3 * m[2]).norm(); }, 0}};
+  const Vec3 n(2.0 / 7, 3.0 / 7, 6.0 / 7);
+  const std::string rest = R"("poseB":{"t":[0,0,0]},"ask":["distance","normal","contacts","collide"]})";
+  for (const auto& row : rows)
+    for (const double offset : {-0.9, -0.2, 1.2}) {
+      char plane[200];
+      std::snprintf(plane, sizeof plane, R"("shapeB":{"kind":"halfspace","normal":[2,3,6],"offset":%.17g},)",
+                    7 * offset);
+      const Json found =
+          ask_line(std::string(R"({"shapeA":)") + row.shape + R"(,"poseA":)" + pose + "," + plane + rest);
+      const double expected = n.dot(t) - row.reach(-(r.transpose() * n)) - row.radius - offset;
+      CAPTURE(row.shape, offset);
+      CHECK(std::abs(found["signed_distance"].get<double>() - expected) < 1e-14);
+      CHECK(found["collide"] == (expected <= 0));
+      CHECK(found["contacts"].empty() == (expected > 0));
+    }
+  // Two of them, against the separation along the normal found, which no other exceeds.
+  const char* at[] = {"[0.5,0.7,0.6]", "[1,1,1.5]", "[1.2,1.4,-0.5]"};
+  for (const auto& a : rows)
+    for (const auto& b : rows)
+      for (const char* place : at) {
+        const std::string other =
+            std::string(R"({"R":[[1,0,0],[0,0.877583,-0.479426],[0,0.479426,0.877583]],"t":)") + place + "}";
+        const Mat3 rb = (Mat3() << 1, 0, 0, 0, 0.877583, -0.479426, 0, 0.479426, 0.877583).finished();
+        const Json found = ask_line(std::string(R"({"shapeA":)") + a.shape + R"(,"poseA":)" + pose + R"(,"shapeB":)" +
+                                    b.shape + R"(,"poseB":)" + other + R"(,"ask":["distance","normal"]})");
+        const Json to = parse_json(place), normal = found["normal"];
+        const Vec3 tb(to[0].get<double>(), to[1].get<double>(), to[2].get<double>());
+        const auto separation = [&](Vec3 m) {
+          m.normalize();
+          return m.dot(tb - t) - a.reach(r.transpose() * m) - b.reach(-(rb.transpose() * m)) - a.radius - b.radius;
+        };
+        const Vec3 m(normal[0].get<double>(), normal[1].get<double>(), normal[2].get<double>());
+        const double distance = found["signed_distance"];
+        CAPTURE(a.shape, b.shape, place, distance);
+        CHECK(std::abs(m.norm() - 1) < 1e-15);
+        CHECK(std::abs(distance - separation(m)) < 1e-11);
+        for (int k = 0; k < 200; ++k) {
+          const Vec3 off(std::sin(3.0 * k), std::sin(5.0 * k + 1), std::sin(7.0 * k + 2));
+          CHECK(separation(m + std::pow(10.0, -0.04 * k) * off) <= distance + 1e-11);
+        }
+      }
+}
+
 TEST_CASE("pair record: a margin reports gaps as contacts") {
   CHECK(ask_line(spheres(2.5, R"("ask":["contacts"])"))["contacts"].empty());
   const Json near = ask_line(spheres(2.5, R"("ask":["contacts","collide"],"margin":0.6)"));

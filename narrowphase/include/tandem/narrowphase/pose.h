@@ -9,7 +9,8 @@ using Vec3 = Eigen::Vector3d;
 using Mat3 = Eigen::Matrix3d;
 using Quat = Eigen::Quaterniond;
 
-/// world = rotation * v + translation. The rotation is used as given: exact answers are exact for these numbers.
+/// world = rotation * v + translation. Triangles of meshes stand exactly where these numbers put them; all else takes a
+/// rotation's transpose for its inverse, and is off by as much of the size as that is not orthonormal.
 struct Pose {
   Mat3 rotation = Mat3::Identity();
   Vec3 translation = Vec3::Zero();
@@ -19,8 +20,11 @@ struct Pose {
   static Pose from(const Quat& q, const Vec3& t) { return {q.normalized().toRotationMatrix(), t}; }
 };
 
-/// Throws std::invalid_argument unless every number is finite, translations at most 1e30, and the rotation is one: orthonormal within 1e-6
-/// and of determinant +1. `what` opens the message, e.g. "body 3".
+/// Throws std::invalid_argument unless every number is finite, translations at most 1e30, and the rotation is one: of
+/// determinant +1 and orthonormal within 2e-6, so that six decimals are enough. `what` opens the message, "body 3".
 void require_valid(const Pose& pose, std::string_view what);
+
+/// The pose with the rotation nearest to a valid one's; the same bits where that is orthonormal to rounding (1e-14).
+Pose orthonormalized(const Pose& pose);
 
 }  // namespace tandem

@@ -1,0 +1,155 @@
+// What random hunts against the reference found wrong once, and where they would find its like.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <vector>
+
+#include "judge.h"
+#include "mesh_samples.h"
+#include "pair_classes.h"
+#include "random_pairs.h"
+#include "reference.h"
+
+using namespace tandem;
+using namespace tandem::test;
+
+namespace {
+
+constexpr double turn = 6.283185307179586;
+
+/// A flat-faced shape with faces along its axes, `scale` in size.
+Shape faced_shape(int which, Random& r, double scale) {
+  const Vec3 size = scale * r.vec(0.02, 2);
+  switch (which) {
+    case 0:
+      return Box{size};
+    case 1: {
+      Convex c;
+      const int sides = 3 + r.below(8);
+      for (int i = 0; i < sides; ++i)
+        for (const double h : {-0.5, 0.5})
+          c.vertices.emplace_back(size[0] * std::cos(turn * i / sides), size[1] * std::sin(turn * i / sides),
+                                  h * size[2]);
+      return c;
+    }
+    default:
+      return Triangle{{Vec3(size[0], 0, 0), Vec3(-size[0], size[1], 0), Vec3(-size[0] * r.unit(), -size[1], 0)}};
+  }
+}
+
+/// Quarter turns, then a slight one.
+Mat3 almost_aligned(Random& r) {
+  Mat3 m = Mat3::Identity();
+  for (int k = r.below(4); k > 0; --k) m = (Mat3() << 0, -1, 0, 1, 0, 0, 0, 0, 1).finished() * m;
+  for (int k = r.below(3); k > 0; --k) m = (Mat3() << 0, 0, 1, 1, 0, 0, 0, 1, 0).finished() * m;
+  const double tilt = r.once_in(5) ? 0 : std::pow(10.0, r.in(-11, -2));
+  const Vec3 axis = r.once_in(3) ? Vec3(Vec3::Unit(r.below(3))) : r.direction();
+  return m * Eigen::AngleAxisd(tilt, axis).toRotationMatrix();
+}
+
+}  // namespace
+
+TEST_CASE("hunted: almost aligned flat faces that hardly touch, sizes up to 1000 apart") {
+  const NarrowPhase solver;
+  for (std::uint64_t i = 0; i < 2500; ++i) {
+    Random r(i * 31 + 7);
+    const double scale = std::pow(10.0, r.in(-3, 3));
+    const int which_a = r.below(3), which_b = r.below(3);
+    const Shape a = faced_shape(which_a, r, 1), b = faced_shape(which_b, r, scale);
+    const double gap = r.once_in(6) ? 0 : r.sign() * std::pow(10.0, r.in(-16, -6));
+    reference::PosedPair p{a, {}, b, {}};
+    if (r.once_in(2)) p.pose_a.rotation = r.rotation();
+    p.pose_b.rotation = p.pose_a.rotation * almost_aligned(r);
+    const Vec3 side = 0.5 * (r.once_in(2) ? 1 + scale : std::abs(1 - scale)) * r.vec(-1, 1);
+    p.pose_b.translation = p.pose_a.rotation * (side + 3 * (1 + scale) * r.sign() * Vec3::Unit(r.below(3)));
+    for (int k = 0; k < 3; ++k) {
+      const auto t = reference::signed_distance(a, p.pose_a, b, p.pose_b);
+      p.pose_b.translation -= (t.signed_distance - gap) * t.normal;
+    }
+    const reference::Truth t = reference::signed_distance(a, p.pose_a, b, p.pose_b);
+    const PairAnswer x = solver.solve(a, p.pose_a, b, p.pose_b, Request::distance);
+    const double size = reference::size(p), reach = p.pose_b.translation.norm();
+    CAPTURE(i, t.signed_distance, x.signed_distance, size, record(p));
+    CHECK(std::abs(x.signed_distance - t.signed_distance) <= 1e-12 * size + 1e-15 * reach);
+    if (std::abs(t.signed_distance) > 1e-15 * size + 4e-16 * reach) CHECK(x.collide == (t.signed_distance <= 0));
+    // Touching, any normal of a cone separates, but not any direction.
+    CHECK(reference::separation(a, p.pose_a, b, p.pose_b, x.normal) >= t.signed_distance - 1e-12 * size);
+    CHECK((x.point_b - x.point_a - x.signed_distance * x.normal).norm() <= 1e-11 * size);
+  }
+}
+
+TEST_CASE("hunted: boxes 1e-9 and less apart whose points' direction is noise") {
+  const auto turned = [](double x, double angle) {
+    Pose p;
+    p.rotation =
+        (Mat3() << 1, 0, 0, 0, std::cos(angle), -std::sin(angle), 0, std::sin(angle), std::cos(angle)).finished();
+    p.translation[0] = x;
+    return p;
+  };
+  Pose first = turned(0.026896285610264484, 1e-5), second = turned(0.069772999944322164, 1e-6);
+  first.translation = {0.026896285610264484, -0.42288028716608739, 0.37407001873456314};
+  second.translation = {0.069772999944322164, 0.11950868843480288, 0.033115095355555797};
+  const reference::PosedPair pairs[] = {
+      {Shape(Box{{0.050948812623382911, 1.2909568249197878, 0.7472229504011717}}),
+       {},
+       Shape(Box{{0.0028437585939809075, 0.0023763900535081514, 0.00091706328435190603}}),
+       first},
+      {Shape(Box{{0.13689728329256454, 0.41497552152916906, 0.065958676789020565}}),
+       {},
+       Shape(Box{{0.002648716593884859, 0.0030547116407284051, 0.00027151084750033449}}),
+       second}};
+  for (const auto& p : pairs) {
+    const reference::Truth t = reference::signed_distance(p.a, p.pose_a, p.b, p.pose_b);
+    CHECK(judge(NarrowPhase(), p, t) == "");
+  }
+}
+
+TEST_CASE("hunted: ellipsoids deep in shapes with edges and in each other have their least depth") {
+  const struct {
+    ShapeKind a, b;
+    std::vector<std::uint64_t> indices;
+  } rows[] = {{ShapeKind::ellipsoid, ShapeKind::ellipsoid, {20276, 20425}},
+              {ShapeKind::box, ShapeKind::ellipsoid, {20550}},
+              {ShapeKind::capsule, ShapeKind::ellipsoid, {20632}},
+              {ShapeKind::cylinder, ShapeKind::ellipsoid, {10071, 20019, 20214, 50100, 50133, 51123, 51134, 51501}},
+              {ShapeKind::cone, ShapeKind::ellipsoid, {10063, 20671, 51320, 52670, 53070, 53846}}};
+  const NarrowPhase solver;
+  for (const auto& row : rows)
+    for (const std::uint64_t index : row.indices) {
+      const auto p = reference::make_pair({row.a, 0}, {row.b, 0}, reference::PairClass::deep, index);
+      const reference::Truth t = reference::signed_distance(p.a, p.pose_a, p.b, p.pose_b);
+      CAPTURE(name(row.a), name(row.b), index);
+      CHECK(judge(solver, p, t) == "");
+    }
+}
+
+TEST_CASE("hunted: contacts of solids and discs that lie flat stay where they are when moved by 1e-9") {
+  const NarrowPhase solver;
+  int flat = 0;
+  for (std::uint64_t i = 0; i < 120; ++i) {
+    Random r(i * 7919 + 17);
+    Mesh mesh = box_mesh(r.vec(0.5, 1.5), 1 + r.below(3)), other = box_mesh(r.vec(0.5, 0.9), 2);
+    const Shape a(mesh), b = r.once_in(2) ? Shape(other) : Shape(Cylinder{0.3, r.in(0.4, 0.7)});
+    Pose pa, pb;
+    if (r.once_in(2)) pa.rotation = r.rotation();
+    pb.rotation = pa.rotation;
+    const Vec3 way = pa.rotation.col(2);
+    pb.translation = 3 * way + pa.rotation * Vec3(r.in(-0.1, 0.1), r.in(-0.1, 0.1), 0);
+    const double depth = std::min(r.power_of_two(-20, -6), 1e-2);
+    pb.translation -= (solver.solve(a, pa, b, pb, Request::distance).signed_distance + depth) * way;
+    Pose moved = pb;
+    moved.translation += 1e-9 * r.direction();
+    moved.rotation = Eigen::AngleAxisd(1e-9, r.direction()).toRotationMatrix() * moved.rotation;
+    std::vector<Contact> before, after;
+    solver.solve(a, pa, b, pb, Request::contacts, &before);
+    solver.solve(a, pa, b, moved, Request::contacts, &after);
+    CAPTURE(i, name(b.kind()), depth);
+    REQUIRE(before.size() == after.size());
+    flat += before.size() == 4;
+    for (std::size_t k = 0; k < before.size(); ++k) {
+      CHECK((before[k].point - after[k].point).norm() < 1e-7);
+      CHECK((before[k].normal - after[k].normal).norm() < 1e-7);
+      CHECK(std::abs(before[k].depth - depth) < 1e-7);
+    }
+  }
+  CHECK(flat > 100);
+}
