@@ -210,13 +210,18 @@ void VerletList::decide() {
     return;
   }
 
+  bool failed = too_long_;
   if (list_made_) {
-    failures_ = paid() ? 0 : failures_ + 1;
+    failed = !paid();
     adapt();
   }
-  if (too_long_) ++failures_;
-  // Lists do not last, or would be too long: 8 steps without one, then 16, up to 128.
-  if (failures_ > 1 || too_long_) bare_steps_left_ = std::size_t{4} << std::min<std::size_t>(failures_, 5);
+  if (failed)
+    ++failures_;
+  else if (list_made_)
+    failures_ = 0;
+  // Lists do not last, or would be too long: 8 steps without one, then 16, up to 128, each time with a trial after
+  // them.
+  if (failed && (failures_ > 1 || too_long_)) bare_steps_left_ = std::size_t{4} << std::min<std::size_t>(failures_, 5);
   bool renew = has_past_ && foreseen && !method_begun_ && bare_steps_left_ == 0;
   if (renew) usual_motion_ = usual_motion();
   renew = renew && !jolted();
@@ -327,8 +332,10 @@ void VerletList::adapt() {
   steps_ahead_ = std::clamp(further ? 1.5 * steps_ahead_ : steps_ahead_ / 1.5, least_steps_ahead, most_steps_ahead);
 }
 
-// In nanoseconds a box and pair, as measured at 100,000 and a million boxes.
+// In nanoseconds a box and pair, as measured at 100,000 and a million boxes. Methods that cannot search are for few
+// boxes and cost more: there a list pays when it is used twice.
 bool VerletList::paid() const {
+  if (search_ == nullptr) return age_ > 2;
   const auto candidates = static_cast<double>(listed_.load(std::memory_order_relaxed)), n = static_cast<double>(size());
   const auto pairs = static_cast<double>(hits_.load(std::memory_order_relaxed));
   const double renewal = 100 * n + 16 * candidates, reuse = 12 * n + 4 * candidates, scratch = 45 * n + 15 * pairs;

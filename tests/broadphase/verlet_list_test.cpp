@@ -155,6 +155,20 @@ TEST_CASE("Verlet list: the pairs of brute force after any history, in an order 
   }
 }
 
+TEST_CASE("Verlet list: where lists did not last they are tried again") {
+  Listed<Grid> listed;
+  BoxArray boxes = crowd(800);
+  std::map<VerletList::Mode, int> shaken, calm;
+  for (int step = 0; step < 240; ++step) {
+    if (step < 80) fly(boxes, step % 6 < 3 ? 0.5f : -0.5f);  // the way turns before a list has paid
+    REQUIRE(sorted_pairs(pairs_of_blocks(listed, boxes, Order::forward)) == overlapping_pairs(boxes));
+    ++(step < 80 ? shaken : calm)[listed.list.mode()];
+  }
+  CHECK(shaken[VerletList::Mode::renew] > 1);
+  CHECK(shaken[VerletList::Mode::scratch] > 40);
+  CHECK(calm[VerletList::Mode::reuse] > 80);
+}
+
 TEST_CASE("Verlet list: the worlds that break broad phases, in motion") {
   for (BoxWorld& world : hard_worlds(500)) {
     std::size_t outside = 0;
