@@ -238,7 +238,7 @@ FaceTable make_face_table(const Hull& hull) {
   }
   const auto small = [](std::uint32_t i) { return static_cast<std::uint8_t>(i); };
   for (const Hull::Edge& e : hull.edges)
-    t.arcs.push_back({small(e.v[0]), small(e.v[1]), small(e.face[0]), small(e.face[1])});
+    t.arcs.push_back({{small(e.v[0]), small(e.v[1])}, {small(e.face[0]), small(e.face[1])}});
   return t;
 }
 
