@@ -5,14 +5,11 @@ namespace tandem {
 std::size_t Automatic::begin(const BoxArray& boxes) {
   method_ = &choose(boxes.size());
   last_size_ = boxes.size();
-  BoxSearch* search = method_ == &grid_  ? static_cast<BoxSearch*>(&grid_)
-                      : method_ == &bvh_ ? static_cast<BoxSearch*>(&bvh_)
-                                         : nullptr;
   reason_while_kept_ = reason_ + "; its candidates kept";
-  return list_.begin(boxes, *method_, search);
+  return list_.begin(boxes, *method_);
 }
 
-BroadPhase& Automatic::choose(std::size_t n) {
+ListedMethod& Automatic::choose(std::size_t n) {
   const std::string count = std::to_string(n) + " boxes";
   if (n < sweep_below) {
     const bool brute = n < brute_below;

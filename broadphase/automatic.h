@@ -41,14 +41,14 @@ class Automatic final : public BroadPhase {
   // How long to stay with the tree before the grid is asked again. Asking costs about a tenth of a step.
   static constexpr int tree_steps = 32;
 
-  BroadPhase& choose(std::size_t n);
+  ListedMethod& choose(std::size_t n);
 
   BruteForce brute_;
   Sweep sweep_;
   Grid grid_;
   Bvh bvh_;
   VerletList list_;
-  BroadPhase* method_ = &brute_;
+  ListedMethod* method_ = &brute_;
   std::string reason_, reason_while_kept_;
   std::string unfit_reason_;
   int tree_steps_left_ = 0;

@@ -122,7 +122,7 @@ std::size_t overlapping(const BoxRecord* records, const LocalPair* pairs, std::s
 
 // NOLINTNEXTLINE(misc-definitions-in-headers)
 void enlarge_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxRecord* past, float steps,
-                   float usual, BoxArray& larger) {
+                   const UsualBox& usual, BoxArray& larger) {
   const hn::ScalableTag<float> df;
   using V = hn::Vec<decltype(df)>;
   const hn::CappedTag<float, 4> quad;
@@ -130,7 +130,9 @@ void enlarge_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, co
   HWY_ALIGN float past_lo[4 * hn::MaxLanes(df)] = {}, past_hi[4 * hn::MaxLanes(df)] = {};
   constexpr float largest = std::numeric_limits<float>::max();
   const auto zero = hn::Zero(df), half = hn::Set(df, 0.5f), most = hn::Set(df, largest);
-  const auto least_sweep = hn::Set(df, usual * steps), usual_motion = hn::Set(df, usual), ahead = hn::Set(df, steps);
+  const auto least_sweep = hn::Set(df, usual.motion * steps), usual_motion = hn::Set(df, usual.motion);
+  const auto ahead = hn::Set(df, steps), share = hn::Set(df, 0.02f);
+  const auto most_grown = hn::Set(df, std::max(0.02f * usual.edge, usual.motion));
 
   // Past the end may be another block's boxes: the last vector is stored by parts.
   HWY_ALIGN float part[hn::MaxLanes(df)];
@@ -164,7 +166,7 @@ void enlarge_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, co
       // Far from the origin rounding alone moves a box by its last bit.
       const auto last_bit =
           hn::Mul(hn::Set(df, std::numeric_limits<float>::epsilon()), hn::Max(hn::Abs(lo), hn::Abs(hi)));
-      const auto grow = hn::Add(hn::Add(hn::Mul(hn::Set(df, 0.02f), hn::Sub(hi, lo)),
+      const auto grow = hn::Add(hn::Add(hn::Min(hn::Mul(share, hn::Sub(hi, lo)), most_grown),
                                         hn::Mul(hn::Set(df, 0.25f), hn::Max(hn::Abs(lo_step), hn::Abs(hi_step)))),
                                 last_bit);
       const auto down = hn::Min(hn::Max(hn::Mul(lo_step, ahead), hn::Neg(sweep)), zero);
@@ -208,7 +210,7 @@ std::size_t copy_boxes_that_left(const BoxArray& boxes, std::size_t begin, std::
 }
 
 void enlarge_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxRecord* past, float steps,
-                   float usual, BoxArray& larger) {
+                   const UsualBox& usual, BoxArray& larger) {
   HWY_DYNAMIC_DISPATCH(enlarge_boxes)(boxes, begin, end, past, steps, usual, larger);
 }
 

@@ -32,12 +32,18 @@ void copy_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, BoxRe
 std::size_t copy_boxes_that_left(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxArray& within,
                                  BoxRecord* records, std::uint32_t* outside);
 
-/// Sets larger[begin, end): each box swept along its motion since `past`, a step ago, for some steps and grown a
-/// little, never by more than its size on a side or `usual`, a motion, times steps; a box that moved by more than half
-/// its size and by more than `usual`, or was empty, jumped and is not expected to go on. Holds the box; an empty box
-/// stays empty.
+/// What most boxes of a world do.
+struct UsualBox {
+  float motion = 0;  ///< in a step: most stay below half of it
+  float edge = 0;    ///< most are not longer
+};
+
+/// Sets larger[begin, end): each box swept along its motion since `past`, a step ago, for some steps, never by more
+/// than its size on a side or the usual motion times steps; and grown a little: by a share of its size, as far as that
+/// is usual, and of its motion. A box that moved by more than half its size and more than is usual, or was empty,
+/// jumped and is not expected to go on. Holds the box; an empty box stays empty.
 void enlarge_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxRecord* past, float steps,
-                   float usual, BoxArray& larger);
+                   const UsualBox& usual, BoxArray& larger);
 
 inline void prefetch_box(const BoxArray& boxes, std::size_t i) {
   for (int axis = 0; axis < 3; ++axis) {

@@ -1,13 +1,16 @@
 #pragma once
+#include <bit>
+
 #include "box_search.h"
 #include "box_tree.h"
+#include "listed_method.h"
 #include "tandem/broadphase/broad_phase.h"
 
 namespace tandem {
 
 /// A tree over all boxes, built anew each step and joined with itself. Slower than the grid where boxes are alike and
 /// spread evenly, but its cost depends little on how sizes and density spread.
-class Bvh final : public BroadPhase, public BoxSearch {
+class Bvh final : public ListedMethod, public BoxSearch {
  public:
   std::size_t begin(const BoxArray& boxes) override;
   std::size_t blocks(std::size_t stage) const override;
@@ -15,6 +18,11 @@ class Bvh final : public BroadPhase, public BoxSearch {
   void emit(std::size_t block, PairSink& sink) override { tree_.self_pairs(block, sink); }
   BroadPhaseKind kind() const override { return BroadPhaseKind::bvh; }
   std::size_t memory() const override { return tree_.memory(); }
+  MethodCosts costs(std::size_t boxes) const override {
+    const double box = 20 * static_cast<double>(std::bit_width(boxes));
+    return {box - 60, 45, box + 20, 50};
+  }
+  BoxSearch* search_in() override { return this; }
   void search(const Aabb& box, std::uint32_t index, PairSink& sink) const override { tree_.query(box, index, sink); }
 
  private:

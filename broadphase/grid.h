@@ -7,6 +7,7 @@
 #include "box_search.h"
 #include "box_tree.h"
 #include "column_kernel.h"
+#include "listed_method.h"
 #include "memory.h"
 #include "page_vector.h"
 #include "scratch_pool.h"
@@ -22,7 +23,7 @@ namespace tandem {
 /// the other while they are few, by a BoxTree when they are many; far outliers fall into the columns at the border,
 /// which no more than slows these; and where a few columns would hold too much (tight clusters in an empty world)
 /// the step is left to the tree. Memory is at most `max_columns_a_box` entries a box.
-class Grid final : public BroadPhase, public BoxSearch {
+class Grid final : public ListedMethod, public BoxSearch {
  public:
   std::size_t begin(const BoxArray& boxes) override;
   std::size_t blocks(std::size_t stage) const override;
@@ -30,6 +31,8 @@ class Grid final : public BroadPhase, public BoxSearch {
   void emit(std::size_t block, PairSink& sink) override;
   BroadPhaseKind kind() const override { return BroadPhaseKind::grid; }
   std::size_t memory() const override;
+  MethodCosts costs(std::size_t) const override { return {45, 15, 100, 16}; }
+  BoxSearch* search_in() override { return this; }
   void prepare_search() override { searched_ = true; }
   void search(const Aabb& box, std::uint32_t index, PairSink& sink) const override;
   void prefetch(const Aabb& box, Fetch fetch) const override;

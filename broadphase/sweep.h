@@ -1,4 +1,5 @@
 #pragma once
+#include "listed_method.h"
 #include "memory.h"
 #include "tandem/broadphase/broad_phase.h"
 
@@ -7,13 +8,17 @@ namespace tandem {
 /// Sweep and prune along one axis, from scratch each step (Baraff 1992; Cohen et al., I-COLLIDE, 1995): boxes sorted
 /// by their lower bound on the axis along which they are spread most; each is tested against the followers that
 /// begin before it ends. Sorting is a parallel merge sort of fixed chunks, ties broken by index.
-class Sweep final : public BroadPhase {
+class Sweep final : public ListedMethod {
  public:
   std::size_t begin(const BoxArray& boxes) override;
   std::size_t blocks(std::size_t stage) const override;
   void run(std::size_t stage, std::size_t block) override;
   void emit(std::size_t block, PairSink& sink) override;
   BroadPhaseKind kind() const override { return BroadPhaseKind::sweep; }
+  MethodCosts costs(std::size_t boxes) const override {
+    const auto n = static_cast<double>(boxes);
+    return {90 + 0.03 * n, 25, 150 + 0.03 * n, 38};
+  }
   std::size_t memory() const override {
     return bytes_of(spread_) + bytes_of(keys_) + bytes_of(merged_) + bytes_of(order_) + sorted_.memory();
   }

@@ -42,6 +42,36 @@ class VerletList::Found final : public PairSink {
   std::array<Pair, 64> room_;
 };
 
+/// Takes candidates and hands on those whose boxes overlap.
+class VerletList::Tested final : public PairSink {
+ public:
+  Tested(const BoxArray& boxes, PairSink& sink) : boxes_(boxes), sink_(sink) {
+    filter_ = &everything_;
+    buffer_ = room_.data();
+    capacity_ = room_.size();
+  }
+  /// Tests what is left, and returns how many overlapped in all.
+  std::size_t finish() {
+    full();
+    return found_;
+  }
+
+ private:
+  void full() override {
+    for (std::size_t k = 0; k < count_; ++k) {
+      if (!overlap(boxes_[buffer_[k].a], boxes_[buffer_[k].b])) continue;
+      sink_.put(buffer_[k].a, buffer_[k].b);
+      ++found_;
+    }
+    count_ = 0;
+  }
+  const BoxArray& boxes_;
+  PairSink& sink_;
+  PairFilter everything_;
+  std::size_t found_ = 0;
+  std::array<Pair, 256> room_;
+};
+
 namespace {
 
 // Nanoseconds, of a candidate tested, of a box searched for and of a box when a list is made: their ratios count.
@@ -70,6 +100,11 @@ float motion(const Aabb& box, const BoxRecord& past) {
   return most;
 }
 
+/// Negative for an empty box.
+float longest_edge(const Aabb& box) {
+  return std::max({box.hi[0] - box.lo[0], box.hi[1] - box.lo[1], box.hi[2] - box.lo[2]});
+}
+
 /// Some of it at most.
 template <class T>
 void prefetch(const std::vector<T>& values) {
@@ -92,7 +127,7 @@ void sample(std::size_t size, std::size_t strata, const Visit& visit) {
 }  // namespace
 
 // Stages: decide, prepare, the method's but its last, make room, emit.
-std::size_t VerletList::begin(const BoxArray& boxes, BroadPhase& method, BoxSearch* search) {
+std::size_t VerletList::begin(const BoxArray& boxes, ListedMethod& method) {
   const bool complete =
       !bare_ && boxes_ != nullptr && parts_copied_.load(std::memory_order_relaxed) == part_copied_.size();
   outside_last_ = complete ? outside() : 0;
@@ -100,7 +135,7 @@ std::size_t VerletList::begin(const BoxArray& boxes, BroadPhase& method, BoxSear
   const bool same = method_ == &method && larger_.size() == boxes.size() && method_stages_ != 0;
   boxes_ = &boxes;
   method_ = &method;
-  search_ = search;
+  search_ = method.search_in();
   mode_ = Mode::scratch;
   method_begun_ = false;
   bare_ = bare_steps_left_ != 0;
@@ -223,7 +258,7 @@ void VerletList::decide() {
   // them.
   if (failed && (failures_ > 1 || too_long_)) bare_steps_left_ = std::size_t{4} << std::min<std::size_t>(failures_, 5);
   bool renew = has_past_ && foreseen && !method_begun_ && bare_steps_left_ == 0;
-  if (renew) usual_motion_ = usual_motion();
+  if (renew) usual_ = usual();
   renew = renew && !jolted();
   has_past_ = true;
   list_made_ = renew;
@@ -273,17 +308,21 @@ std::size_t VerletList::memory() const {
   return bytes;
 }
 
-// A motion that most of a few hundred boxes stay below, twice over.
-float VerletList::usual_motion() const {
-  std::vector<float> motions;
+UsualBox VerletList::usual() const {
+  std::vector<float> motions, edges;
   sample(size(), std::min<std::size_t>(size(), 256), [&](std::size_t i) {
-    const float moved = motion((*boxes_)[i], past()[i]);
+    const Aabb box = (*boxes_)[i];
+    const float moved = motion(box, past()[i]), edge = longest_edge(box);
     if (moved <= std::numeric_limits<float>::max()) motions.push_back(moved);
+    if (0 <= edge && edge <= std::numeric_limits<float>::max()) edges.push_back(edge);
   });
-  if (motions.empty()) return 0;
-  const auto most = motions.begin() + static_cast<std::ptrdiff_t>(3 * motions.size() / 4);
-  std::nth_element(motions.begin(), most, motions.end());
-  return 2 * *most;
+  const auto most = [](std::vector<float>& values) {
+    if (values.empty()) return 0.0f;
+    const auto place = values.begin() + static_cast<std::ptrdiff_t>(3 * values.size() / 4);
+    std::nth_element(values.begin(), place, values.end());
+    return *place;
+  };
+  return {2 * most(motions), most(edges)};
 }
 
 // Boxes of edges a and b overlap in a share of places that goes with the product of a + b over the axes.
@@ -293,11 +332,10 @@ bool VerletList::jolted() const {
   bool first = true;
   sample(size(), std::min<std::size_t>(size(), 256), [&](std::size_t i) {
     const Aabb box = (*boxes_)[i];
-    float longest = 0;
-    for (std::size_t k = 0; k < 3; ++k) longest = std::max(longest, box.hi[k] - box.lo[k]);
+    const float longest = longest_edge(box);
     if (!(box.lo[0] <= box.hi[0] && longest <= std::numeric_limits<float>::max())) return;
-    const bool goes_on = motion(box, past()[i]) <= std::max(longest / 2, usual_motion_);
-    const double most = std::max<double>(longest, usual_motion_ * steps_ahead_);
+    const bool goes_on = motion(box, past()[i]) <= std::max(longest / 2, usual_.motion);
+    const double most = std::max<double>(longest, usual_.motion * steps_ahead_);
     std::array<double, 3> edge, swept;
     double product_now = 1, product_then = 1;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -332,13 +370,12 @@ void VerletList::adapt() {
   steps_ahead_ = std::clamp(further ? 1.5 * steps_ahead_ : steps_ahead_ / 1.5, least_steps_ahead, most_steps_ahead);
 }
 
-// In nanoseconds a box and pair, as measured at 100,000 and a million boxes. Methods that cannot search are for few
-// boxes and cost more: there a list pays when it is used twice.
 bool VerletList::paid() const {
-  if (search_ == nullptr) return age_ > 2;
+  const MethodCosts costs = method_->costs(size());
   const auto candidates = static_cast<double>(listed_.load(std::memory_order_relaxed)), n = static_cast<double>(size());
   const auto pairs = static_cast<double>(hits_.load(std::memory_order_relaxed));
-  const double renewal = 100 * n + 16 * candidates, reuse = 12 * n + 4 * candidates, scratch = 45 * n + 15 * pairs;
+  const double scratch = costs.box * n + costs.pair * pairs;
+  const double renewal = costs.listed_box * n + costs.candidate * candidates, reuse = 12 * n + 4 * candidates;
   const auto reused = static_cast<double>(age_ - 1);
   const double searches = search_cost * static_cast<double>(outside_since_);
   return renewal + reused * reuse + searches <= 0.8 * (1 + reused) * scratch;  // else spikes for next to nothing
@@ -347,7 +384,7 @@ bool VerletList::paid() const {
 void VerletList::prepare(std::size_t part) {
   const std::size_t first = part * boxes_a_part, last = part_end(part);
   if (mode_ == Mode::renew)
-    enlarge_boxes(*boxes_, first, last, past().data(), static_cast<float>(steps_ahead_), usual_motion_, larger_);
+    enlarge_boxes(*boxes_, first, last, past().data(), static_cast<float>(steps_ahead_), usual_, larger_);
   copy_boxes(*boxes_, first, last, now().data());
   if (fresh_) copy_boxes(*boxes_, first, last, records_[1 - now_].data());  // pages are had now, not in a later step
   parts_copied_.fetch_add(1, std::memory_order_relaxed);
@@ -400,6 +437,13 @@ void VerletList::emit(std::size_t block, PairSink& sink) {
 }
 
 void VerletList::renew_block(std::size_t block, Scratch& scratch, PairSink& sink) {
+  if (too_long()) {  // it will not be used
+    Tested tested(*boxes_, sink);
+    method_->emit(block, tested);
+    hits_.fetch_add(tested.finish(), std::memory_order_relaxed);
+    blocks_done_.fetch_add(1, std::memory_order_relaxed);
+    return;
+  }
   CandidateTiles& tiles = scratch.tiles;
   scratch.maker.start(list_filter_view_, tiles);
   if (search_ == nullptr || !search_->emit_tiles(block, scratch.maker)) method_->emit(block, scratch.maker);

@@ -8,6 +8,7 @@
 #include "box_record.h"
 #include "box_search.h"
 #include "candidate_tiles.h"
+#include "listed_method.h"
 #include "memory.h"
 #include "page_vector.h"
 #include "scratch_pool.h"
@@ -36,9 +37,8 @@ namespace tandem {
 /// decisions are made from counts, never from time.
 class VerletList {
  public:
-  /// Starts a step as BroadPhase::begin. `method` finds the pairs, of all boxes or of the larger ones; `search`
-  /// looks in what the method last built, nullptr: it cannot be searched, which is for few boxes.
-  std::size_t begin(const BoxArray& boxes, BroadPhase& method, BoxSearch* search);
+  /// Starts a step as BroadPhase::begin. `method` finds the pairs, of all boxes or of the larger ones.
+  std::size_t begin(const BoxArray& boxes, ListedMethod& method);
   std::size_t blocks(std::size_t stage) const;
   void run(std::size_t stage, std::size_t block);
   void emit(std::size_t block, PairSink& sink);
@@ -74,13 +74,15 @@ class VerletList {
     std::size_t memory() const { return maker.memory() + tiles.memory() + bytes_of(row) + bytes_of(outside); }
   };
   class Found;
+  class Tested;
 
   void decide();
   void prepare(std::size_t part);
   void adapt();
   /// Whether the list, from its making to now, took less than steps from scratch would have.
   bool paid() const;
-  float usual_motion() const;
+  /// From a sample.
+  UsualBox usual() const;
   /// Whether boxes that go on as in the last step make a list of far more candidates than pairs: as after a shock.
   bool jolted() const;
   /// About how many boxes are outside, from a sample.
@@ -124,7 +126,7 @@ class VerletList {
   };
 
   const BoxArray* boxes_ = nullptr;
-  BroadPhase* method_ = nullptr;
+  ListedMethod* method_ = nullptr;
   BoxSearch* search_ = nullptr;
   std::size_t method_stages_ = 0;
   Mode mode_ = Mode::scratch;
@@ -151,7 +153,7 @@ class VerletList {
   bool too_long_ = false;  // the list of the step before
   std::atomic<std::size_t> blocks_done_{0}, listed_{0}, listed_bodies_{0}, hits_{0};
   std::size_t age_ = 0, outside_since_ = 0, outside_last_ = 0;
-  float usual_motion_ = 0;
+  UsualBox usual_;
   PairFilter filter_, list_filter_view_;
   FilterCopy list_filter_;
   BoxArray outside_boxes_;

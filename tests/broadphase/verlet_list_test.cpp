@@ -16,12 +16,7 @@ namespace {
 template <class Method>
 class Listed final : public BroadPhase {
  public:
-  std::size_t begin(const BoxArray& boxes) override {
-    if constexpr (std::is_base_of_v<BoxSearch, Method>)
-      return list.begin(boxes, method, &method);
-    else
-      return list.begin(boxes, method, nullptr);
-  }
+  std::size_t begin(const BoxArray& boxes) override { return list.begin(boxes, method); }
   std::size_t blocks(std::size_t stage) const override { return list.blocks(stage); }
   void run(std::size_t stage, std::size_t block) override { list.run(stage, block); }
   void emit(std::size_t block, PairSink& sink) override { list.emit(block, sink); }
@@ -209,15 +204,20 @@ TEST_CASE("Verlet list: a step that was given up leaves nothing wrong behind") {
 TEST_CASE("Verlet list: when all overlap all the candidates are not kept, the pairs are right") {
   BoxArray boxes;
   boxes.resize(700);
-  Listed<Bvh> method;
+  Listed<Bvh> method, on_threads;
+  std::map<VerletList::Mode, int> modes;
   for (int step = 0; step < 8; ++step) {
     const auto x = 0.001f * static_cast<float>(step);
     for (std::size_t i = 0; i < boxes.size(); ++i) boxes.set(i, {{x, 2, 3}, {x + 1, 3, 4}});
-    const auto pairs = find_pairs(method, boxes);
+    const auto found = pairs_of_blocks(method, boxes, Order::forward);
+    CHECK((pairs_of_blocks(on_threads, boxes, Order::threads) == found));
+    const auto pairs = sorted_pairs(found);
     CHECK(pairs.size() == 700 * 699 / 2);
     CHECK(std::adjacent_find(pairs.begin(), pairs.end()) == pairs.end());
+    ++modes[method.list.mode()];
   }
-  CHECK(method.list.mode() != VerletList::Mode::reuse);
+  CHECK(modes[VerletList::Mode::renew] == 1);
+  CHECK(modes[VerletList::Mode::reuse] == 0);
 }
 
 TEST_CASE("Verlet list: many boxes, against a sweep from scratch") {
@@ -248,10 +248,9 @@ TEST_CASE("Verlet list: a change of number or of method starts anew") {
   BoxArray boxes = crowd(900);
   for (int step = 0; step < 12; ++step) {
     fly(boxes, 0.02f);
-    BroadPhase& used = step / 3 % 2 == 0 ? static_cast<BroadPhase&>(grid) : bvh;
-    BoxSearch* search = step / 3 % 2 == 0 ? static_cast<BoxSearch*>(&grid) : &bvh;
+    ListedMethod& used = step / 3 % 2 == 0 ? static_cast<ListedMethod&>(grid) : bvh;
     ListSink sink;
-    const std::size_t stages = list.begin(boxes, used, search);
+    const std::size_t stages = list.begin(boxes, used);
     for (std::size_t stage = 0; stage + 1 < stages; ++stage)
       for (std::size_t block = 0; block < list.blocks(stage); ++block) list.run(stage, block);
     for (std::size_t block = 0; block < list.blocks(stages - 1); ++block) list.emit(block, sink);
