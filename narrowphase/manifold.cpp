@@ -246,20 +246,28 @@ int clip_faces(const Feature& reference, const Feature& incident, const Vec3& ou
   return count;
 }
 
-/// The stretch where two parallel edges lie side by side.
-int overlap_edges(const Feature& a, const Feature& b, const LocalAnswer& answer, PatchPoint* points) {
+/// The stretch where two parallel edges lie side by side. Each end has its own depth: an angle within `flush` opens
+/// by more than what nearly touches.
+int overlap_edges(const Feature& a, const Feature& b, const LocalAnswer& answer, double margin, double size,
+                  PatchPoint* points) {
   const Vec3 along = a.corner[1] - a.corner[0], other = b.corner[1] - b.corner[0];
   const double length2 = along.squaredNorm();
   if (!(length2 > 0) || along.cross(other).squaredNorm() > flush * flush * length2 * other.squaredNorm()) return 0;
-  double t0 = along.dot(b.corner[0] - a.corner[0]) / length2, t1 = along.dot(b.corner[1] - a.corner[0]) / length2;
-  if (t0 > t1) std::swap(t0, t1);
-  const double lo = std::max(t0, 0.0), hi = std::min(t1, 1.0);
+  const double t0 = along.dot(b.corner[0] - a.corner[0]) / length2, t1 = along.dot(b.corner[1] - a.corner[0]) / length2;
+  const double lo = std::max(std::min(t0, t1), 0.0), hi = std::min(std::max(t0, t1), 1.0);
   if (!(hi > lo)) return 0;
-  const double depth = -answer.signed_distance;
-  const Vec3 middle = -0.5 * depth * answer.normal;
-  points[0] = {a.corner[0] + lo * along + middle, depth, feature_number(a, false, 0, t0 > 0 ? 1 : 2)};
-  points[1] = {a.corner[0] + hi * along + middle, depth, feature_number(a, false, 1, t1 < 1 ? 1 : 2)};
-  return 2;
+  int count = 0;
+  for (const double t : {lo, hi}) {
+    const Vec3 on_a = a.corner[0] + t * along;
+    const Vec3 on_b = b.corner[0] + std::clamp((t - t0) / (t1 - t0), 0.0, 1.0) * other;
+    const double here = answer.normal.dot(on_a - on_b);
+    if (here < -margin - alike * size) continue;
+    const double depth = std::max(std::min(here, -answer.signed_distance), -margin);
+    const bool at_first = t == lo;
+    const bool of_a = at_first ? std::min(t0, t1) <= 0 : std::max(t0, t1) >= 1;
+    points[count++] = {0.5 * (on_a + on_b), depth, feature_number(a, false, at_first ? 0 : 1, of_a ? 2 : 1)};
+  }
+  return count;
 }
 
 }  // namespace
@@ -346,7 +354,7 @@ void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePos
       fa = flush_edge(a, n);
       fb = flush_edge(b, towards_a);
       move(fb, relative);
-      if (fa.count == 2 && fb.count == 2) count = overlap_edges(fa, fb, answer, points);
+      if (fa.count == 2 && fb.count == 2) count = overlap_edges(fa, fb, answer, margin, a.size + b.size, points);
     }
     // The clipped circles are polygons, and a slanting face may not hold the deepest point: never lose that one.
     double deepest = -std::numeric_limits<double>::infinity();

@@ -185,6 +185,20 @@ class RoundBody {
     return most / least;
   }
 
+  /// The radius of a ball that rolls inside an ellipsoid, as far as directions on the circle can tell: there it reaches
+  /// as far as a smaller body does and this much. No less than its radius of curvature is anywhere. 0 of other kinds.
+  double rolling_ball(const Circle& c) const {
+    if (kind() != ShapeKind::ellipsoid) return 0;
+    const Vec3 r{view_->param[0], view_->param[1], view_->param[2]};
+    if (c.height != 0) return r.minCoeff() * r.minCoeff() / r.maxCoeff();
+    // Seen along the axis it is an ellipse with these squared half axes.
+    const Vec3 u = any_perpendicular(c.axis), v = c.axis.cross(u);
+    const Vec3 a = r.cwiseProduct(axes_.transpose() * u), b = r.cwiseProduct(axes_.transpose() * v);
+    const double mean = 0.5 * (a.squaredNorm() + b.squaredNorm()), half = 0.5 * (a.squaredNorm() - b.squaredNorm());
+    const double spread = std::sqrt(half * half + a.dot(b) * a.dot(b));
+    return std::max(0.0, mean - spread) / std::sqrt(mean + spread);
+  }
+
   /// The first t in (0, end) where a piece not among the `count` active ones
   /// takes over from one of them.
   template <class Report>

@@ -5,7 +5,7 @@
 namespace tandem {
 namespace {
 
-constexpr int max_vertices = 160;
+constexpr int max_vertices = 480;
 constexpr int max_faces = 2 * max_vertices;  // a closed triangulation has 2 v - 4
 constexpr int max_known = 24;
 constexpr int max_bank = 8;  ///< points of A - B
@@ -28,6 +28,55 @@ struct Span {
   Sample first, last;
 };
 
+/// What a body reaches at least along the directions of a span of a circle, by its rims: r sqrt(1 - (n . axis)^2) is
+/// concave in n . axis, so not below its chord over the span, which is linear in n. Two bodies with parallel axes, or
+/// almost, are nearly the same all around: points of theirs would have to be as dense as the span is short.
+class RimFloor {
+ public:
+  explicit RimFloor(const Circle& circle) : circle_(circle) {}
+  RimFloor(const RoundBody& body, const Circle& circle, const Vec3& offset) : circle_(circle) {
+    if (!body.has_rim()) return;
+    axis_ = body.axis(), radius_ = body.radius();
+    for (int piece = 0; piece < 2; ++piece)
+      if (body.is_rim(piece)) centre_[count_++] = body.rim_centre(piece) + offset;
+  }
+
+  /// Minus infinity where there is none.
+  double over(const Span& span) const {
+    double most = -infinity;
+    const double lift = circle_.height, radius = circle_.radius;
+    const auto spread = [&](const Vec3& v) {  // of v . n
+      const Vec3 flat = v - v.dot(circle_.axis) * circle_.axis;
+      const double length = flat.norm(), at = lift * v.dot(circle_.axis);
+      const double ends[2] = {radius * flat.dot(span.first.out), radius * flat.dot(span.last.out)};
+      double low = std::min(ends[0], ends[1]), high = std::max(ends[0], ends[1]);
+      if (within(span, flat)) high = radius * length;
+      if (within(span, -flat)) low = -radius * length;
+      return std::pair{at + low, at + high};
+    };
+    if (count_ == 0) return most;
+    auto [low, high] = spread(axis_);
+    low = std::clamp(low, -1.0, 1.0), high = std::clamp(high, -1.0, 1.0);
+    const double at_low = std::sqrt(1 - low * low), at_high = std::sqrt(1 - high * high);
+    const double slope = at_low + at_high > 0 ? -(low + high) / (at_low + at_high) : 0.0;
+    const double rounding = 4 * epsilon / std::max(std::min(at_low, at_high), 1e-8);
+    for (int i = 0; i < count_; ++i)
+      most = std::max(most,
+                      spread(centre_[i] + radius_ * slope * axis_).first + radius_ * (at_low - slope * low - rounding));
+    return most;
+  }
+
+ private:
+  bool within(const Span& span, const Vec3& v) const {
+    return circle_.axis.dot(span.first.out.cross(v)) > 0 && circle_.axis.dot(v.cross(span.last.out)) > 0;
+  }
+
+  const Circle& circle_;
+  Vec3 axis_ = Vec3::Zero(), centre_[2];
+  double radius_ = 0;
+  int count_ = 0;
+};
+
 class Search {
  public:
   Search(const RoundPair& pair, const Support& start) : pair_(pair), rounding_(16 * epsilon * pair.scale) {
@@ -43,7 +92,8 @@ class Search {
   void search_circle(int which, const Circle& circle);
   void search_edges(int which);
   template <class Supporting>
-  void search_spans(const Circle& circle, const Span* spans, int count, double add, const Supporting& supporting);
+  void search_spans(const Circle& circle, const Span* spans, int count, double add, const Supporting& supporting,
+                    const RimFloor& floor);
   void search_smooth();
   bool may_be_smooth(const Vec3& n) const;
   double expand();
@@ -278,8 +328,11 @@ void Search::search_circle(int which, const Circle& circle) {
   constexpr int start = 8;
   const RoundBody &body = pair_.body[which], &other = pair_.body[1 - which];
   const bool level = body.is_level();
-  const double add = level ? body.level() : 0.0, lift = circle.height, radius = circle.radius;
-  const auto support = [&](const Vec3& n) { return level ? Vec3(body.centre() + other.support(n)) : pair_.support(n); };
+  const double ball = other.rolling_ball(circle), lift = circle.height, radius = circle.radius;
+  const double add = (level ? body.level() : 0.0) + ball;
+  const auto support = [&](const Vec3& n) -> Vec3 {
+    return (level ? Vec3(body.centre() + other.support(n)) : pair_.support(n)) - ball * n;
+  };
   const auto opposite = [&](const Vec3& n, const Vec3& along) -> Vec3 {
     if (lift != 0 || !other.symmetric() || !body.symmetric()) return support(lift * circle.axis - radius * n);
     return 2 * (body.centre() + other.centre()) - along;
@@ -300,7 +353,7 @@ void Search::search_circle(int which, const Circle& circle) {
   }
   Span spans[start];
   for (int i = 0; i < start; ++i) spans[i] = {samples[i], samples[(i + 1) % start]};
-  search_spans(circle, spans, start, add, support);
+  search_spans(circle, spans, start, add, support, level ? RimFloor(other, circle, body.centre()) : RimFloor(circle));
 }
 
 /// The least of h on the arcs between the normals of a hull's faces, where two of its corners reach as far.
@@ -353,7 +406,7 @@ void Search::search_edges(int which) {
     const Span span{{n0, support(n0)}, {n1, support(n1)}};
     for (const Sample* end : {&span.first, &span.last})
       if (end->out.dot(end->p) < best_.h - rounding_) try_from(end->out);
-    search_spans(circle, &span, 1, 0, support);
+    search_spans(circle, &span, 1, 0, support, RimFloor(other, circle, corner));
     if (best_.h < 0) return;
   }
 }
@@ -362,8 +415,8 @@ void Search::search_edges(int which) {
 /// at least what the points that support them reach; where that is less than the best known, the direction in which
 /// both reach as far is looked at too.
 template <class Supporting>
-void Search::search_spans(const Circle& circle, const Span* spans, int count, double add,
-                          const Supporting& supporting) {
+void Search::search_spans(const Circle& circle, const Span* spans, int count, double add, const Supporting& supporting,
+                          const RimFloor& floor) {
   constexpr int most = 96, most_spans = 8;
   constexpr double narrow = 0.1;
   const double lift = circle.height, radius = circle.radius;
@@ -406,7 +459,9 @@ void Search::search_spans(const Circle& circle, const Span* spans, int count, do
   for (int looked = 0; height > 0;) {
     const Span span = stack[--height];
     Vec3 out;
-    const double least = lowest(span, out);
+    double least = lowest(span, out);
+    if (least >= best_.h - rounding_) continue;
+    least = std::max(least, floor.over(span) + add);
     if (least >= best_.h - rounding_) continue;
     if (looked == most) {
       gap_ = std::max(gap_, best_.h - least);

@@ -393,6 +393,18 @@ Support Walker::run() {
   return at_;
 }
 
+/// Turns n along the way between the two points: an error of n shows in how far they are from h n apart, but only by
+/// its square in their distance and in h.
+void straighten(const RoundPair& pair, Support& s) {
+  const double rounding = 64 * epsilon * pair.scale;
+  const Vec3 p = s.point[0] + s.point[1];
+  const double off = (p - s.h * s.n).squaredNorm(), length = p.norm();
+  if (off <= rounding * rounding || !(length > 0)) return;
+  const Vec3 n = (s.h < 0 ? -p : p) / length;
+  const double h = n.dot(pair.support(n));
+  if (h <= s.h + rounding && (p - h * n).squaredNorm() < off) s.n = n, s.h = h;
+}
+
 /// Do the points bear out that the way along n ends between them?
 bool meets(const RoundPair& pair, const Support& s) {
   return (s.point[0] + s.point[1] - s.h * s.n).squaredNorm() <= 1e-20 * pair.scale * pair.scale;
@@ -417,6 +429,7 @@ Support walk(const RoundPair& pair, const Vec3& n, double below) {
       s = end;
       if (s.h - reached <= rounding) break;
     }
+    straighten(pair, s);
     s.optimal = meets(pair, s);
     return s.h < below || s.optimal;
   };

@@ -144,3 +144,32 @@ TEST_CASE("box and capsule: the answer certifies itself, apart, shallow and thro
   }
   CHECK(inside > 300);
 }
+
+TEST_CASE("manifold: parallel edges that open by a hair have each end at its own depth") {
+  const Shape point(Sphere{0});
+  Random r(75);
+  const Shape rods[] = {Cylinder{0.3, 1.2}, Capsule{0.2, 1.5}, Cylinder{0.1, 0.7}, Capsule{0.4, 0.5}};
+  int two = 0;
+  for (const Shape& a : rods)
+    for (const Shape& b : rods)
+      for (const double tilt : {1e-12, 3e-9, 3e-7, 9e-7}) {
+        // Side by side, turned about the third axis: the gap opens from one end of the stretch to the other.
+        const Pose frame = random_pose(r, 1);
+        const Vec3 across(a.radius() + b.radius() + 1e-6, 0, 0.2);
+        const Pose local{Eigen::AngleAxisd(tilt, Vec3::UnitY()).toRotationMatrix(), across};
+        const Pose pb{frame.rotation * local.rotation, frame * local.translation};
+        std::vector<Contact> contacts;
+        NarrowPhase({.tolerance = 0, .margin = 1e-5, .solver = {}})
+            .solve(a, frame, b, pb, Request::contacts, &contacts);
+        CAPTURE(name(a.kind()), name(b.kind()), tilt);
+        two += contacts.size() == 2 ? 1 : 0;
+        for (const Contact& c : contacts)
+          for (const auto& [shape, pose] : {std::pair{a, frame}, std::pair{b, pb}}) {
+            const double off = NarrowPhase()
+                                   .solve(shape, pose, point, Pose{Mat3::Identity(), c.point}, Request::distance)
+                                   .signed_distance;
+            CHECK(std::abs(off + 0.5 * c.depth) < 1e-9);
+          }
+      }
+  CHECK(two == 64);
+}

@@ -6,6 +6,7 @@
 #include "pair_classes.h"
 #include "random.h"
 #include "reference.h"
+#include "support.h"
 #include "tandem/narrowphase/narrow_phase.h"
 
 using namespace tandem;
@@ -325,5 +326,67 @@ TEST_CASE("round: thin shapes of every kind, touching, tilted and concentric, ar
     }
     const Pose world = r.once_in(2) ? Pose{} : Pose{r.rotation(), r.vec(-3, 3)};
     check_by_judge(a, world, b, {world.rotation * pose_b.rotation, world * pose_b.translation});
+  }
+}
+
+TEST_CASE("round: almost the same all around, they are solved to the end") {
+  const NarrowPhase solver;
+  reference::Random r(63);
+  // The reference takes seconds where all directions round about are alike: a few hundred of them, then.
+  const auto check = [&](const PosedPair& p) {
+    const PairAnswer answer = solver.solve(p.a, p.pose_a, p.b, p.pose_b, Request::distance);
+    CHECK(answer.status == Status::ok);
+    const auto along = [&](const Vec3& n) { return reference::separation(p.a, p.pose_a, p.b, p.pose_b, n); };
+    const double slack = 1e-10 * reference::size(p);
+    CHECK(std::abs(along(answer.normal) - answer.signed_distance) <= slack);
+    double most = -1e9;
+    for (const Pose* pose : {&p.pose_a, &p.pose_b})
+      for (int k = 0; k < 100; ++k) {
+        const Mat3 turn = Eigen::AngleAxisd(0.02 * M_PI * k, pose->rotation.col(2)).toRotationMatrix();
+        most = std::max(most, along(turn * answer.normal));
+        most = std::max(most, along(turn * any_perpendicular(pose->rotation.col(2))));
+      }
+    CHECK(most <= answer.signed_distance + slack);
+  };
+  // About one centre and along one axis, or not quite.
+  const Shape shapes[] = {Cylinder{0.5, 0.8}, Cylinder{0.3, 1.4}, Cone{0.5, 0.9}, Cone{0.7, 0.4}};
+  for (const Shape& a : shapes)
+    for (const Shape& b : shapes)
+      for (const double off : {0.0, 1e-12, 1e-9, 1e-3})
+        for (const double tilt : {0.0, 1e-9, 1e-6, 1e-3}) {
+          if (r.unit() > 0.3) continue;
+          const Pose pose_a{r.rotation(), r.vec(-1, 1)};
+          const Mat3 turn = Eigen::AngleAxisd(tilt, r.direction()).toRotationMatrix();
+          CAPTURE(name(a.kind()), name(b.kind()), off, tilt);
+          check({a, pose_a, b, {turn * pose_a.rotation, pose_a.translation + off * r.direction()}});
+        }
+  // And next to balls.
+  for (const ShapeKind k : {ShapeKind::capsule, ShapeKind::cylinder, ShapeKind::cone, ShapeKind::ellipsoid})
+    for (int i = 0; i < 8; ++i) {
+      const Shape a = k == ShapeKind::capsule    ? Shape(Capsule{0.3, 0.8})
+                      : k == ShapeKind::cylinder ? shapes[0]
+                      : k == ShapeKind::cone     ? shapes[2]
+                                                 : Shape(Ellipsoid{{0.3, 0.31, 0.7}});
+      const Shape b(Ellipsoid{Vec3(0.9, 0.9, 0.9) + std::pow(10.0, -2 - i % 4) * r.vec(-1, 1)});
+      const Pose pose_a{r.rotation(), r.vec(-1, 1)};
+      CAPTURE(name(k), i);
+      check({a, pose_a, b, {r.rotation(), pose_a.translation + (i % 2) * 1e-3 * r.direction()}});
+    }
+}
+
+TEST_CASE("round: a hull far from its own origin has points as exact as another") {
+  // A point beside a cone, both 59 from the point's frame.
+  const Shape point(Convex{{Vec3(-0.3, 59.084710754600778, 0.25)}}), cone(Cone{0.0060625814255629495, 0.3});
+  const Pose turned{Eigen::AngleAxisd(3e-7, Vec3(0.9, 0.3, -0.3).normalized()).toRotationMatrix(), {0, 0, 0.28}};
+  const PosedPair pair{point, Pose{}, cone, turned};
+  CHECK(test::judge(NarrowPhase(), pair, reference::signed_distance(point, Pose{}, cone, turned)) == "");
+  reference::Random r(64);
+  for (int i = 0; i < 6; ++i) {
+    Convex far;
+    for (int k = 0; k < 12; ++k) far.vertices.push_back(Vec3(300, -700, 200) + 0.5 * r.direction());
+    const Pose here{r.rotation(), Vec3::Zero()};
+    const Pose back{Mat3::Identity(), r.vec(-1, 1) - Vec3(300, -700, 200)};
+    const PosedPair p{far, back, i % 2 == 0 ? cone : Shape(Cylinder{0.4, 0.6}), here};
+    CHECK(test::judge(NarrowPhase(), p, reference::signed_distance(p.a, p.pose_a, p.b, p.pose_b)) == "");
   }
 }

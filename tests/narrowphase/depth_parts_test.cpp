@@ -1,0 +1,124 @@
+// The parts of the depth solvers that others stand behind, asked directly: what they miss, a pair's answer need not
+// show, since what fails is solved another way.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+
+#include "face_depth.h"
+#include "random_pairs.h"
+#include "round_walk.h"
+
+using namespace tandem;
+using namespace tandem::test;
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+Hull corners_of(const Shape& s) {
+  if (s.kind() != ShapeKind::box) return s.hull();
+  std::vector<Vec3> corners;
+  for (int i = 0; i < 8; ++i)
+    corners.push_back(s.half_size().cwiseProduct(Vec3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1)));
+  return build_hull(corners);
+}
+
+/// The least that A - B reaches along any direction that can be the shortest way out: normals of faces, products of
+/// edges.
+double least_reach(const Hull& a, const Hull& b, const RelativePose& pose) {
+  std::vector<Vec3> at_b;
+  for (const Vec3& v : b.vertices) at_b.push_back(pose.rotation * v + pose.translation);
+  double least = infinity;
+  const auto along = [&](const Vec3& n) {
+    const double length = n.norm();
+    if (!(length > 1e-12)) return;
+    double high_a = -infinity, low_a = infinity, high_b = -infinity, low_b = infinity;
+    for (const Vec3& v : a.vertices) high_a = std::max(high_a, n.dot(v)), low_a = std::min(low_a, n.dot(v));
+    for (const Vec3& v : at_b) high_b = std::max(high_b, n.dot(v)), low_b = std::min(low_b, n.dot(v));
+    least = std::min({least, (high_a - low_b) / length, (high_b - low_a) / length});
+  };
+  for (const Hull::Face& f : a.faces) along(f.normal);
+  for (const Hull::Face& f : b.faces) along(pose.rotation * f.normal);
+  for (const Hull::Edge& e : a.edges)
+    for (const Hull::Edge& f : b.edges)
+      along((a.vertices[e.v[1]] - a.vertices[e.v[0]]).cross(at_b[f.v[1]] - at_b[f.v[0]]));
+  return least;
+}
+
+}  // namespace
+
+TEST_CASE("depth by faces is the least over all normals of faces and products of edges") {
+  Random r(61);
+  const auto shape = [&r](int i) {
+    if (i % 3 == 0) return Shape(Box{r.vec(0.3, 1.5)});
+    Convex c;
+    const int points = i % 3 == 1 ? 4 + i % 7 : 32;
+    for (int k = 0; k < points; ++k) c.vertices.push_back(0.7 * r.direction());
+    return Shape(c);
+  };
+  int found = 0, by_edges = 0;
+  for (int i = 0; i < 240; ++i) {
+    const Shape a = shape(i), b = shape(i / 3);
+    const ConvexView view_a = view(a), view_b = view(b);
+    Pose pose_b = random_pose(r, 0.15);
+    if (i % 16 == 0) pose_b.rotation = Mat3::Identity();
+    const MinkowskiDifference d{view_a, view_b, relative(Pose{}, pose_b)};
+    LocalAnswer answer;
+    if (!depth_by_faces(d, answer)) continue;
+    ++found;
+    const Hull hull_a = corners_of(a), hull_b = corners_of(b);
+    const double truth = least_reach(hull_a, hull_b, d.pose);
+    CAPTURE(i, name(a.kind()), name(b.kind()), truth);
+    CHECK(std::abs(-answer.signed_distance - truth) <= 1e-14 * d.scale());
+    CHECK(std::abs(answer.normal.dot(d.support(answer.normal).w) - truth) <= 1e-14 * d.scale());
+    CHECK((answer.point_a - answer.point_b - truth * answer.normal).norm() <= 1e-12 * d.scale());
+    const auto outside = [](const Hull& hull, const Vec3& p) {
+      double out = 0;
+      for (const Hull::Face& f : hull.faces) out = std::max(out, f.normal.dot(p) - f.offset);
+      return out;
+    };
+    CHECK(outside(hull_a, answer.point_a) <= 1e-12 * d.scale());
+    CHECK(outside(hull_b, d.pose.rotation.transpose() * (answer.point_b - d.pose.translation)) <= 1e-12 * d.scale());
+    double by_face = infinity;
+    for (const Hull::Face& f : hull_a.faces) by_face = std::min(by_face, f.normal.dot(d.support(f.normal).w));
+    for (const Hull::Face& f : hull_b.faces) {
+      const Vec3 n = -(d.pose.rotation * f.normal);
+      by_face = std::min(by_face, n.dot(d.support(n).w));
+    }
+    by_edges += by_face > truth + 1e-6 ? 1 : 0;
+  }
+  CHECK(found > 150);
+  CHECK(by_edges > 20);
+}
+
+TEST_CASE("settling by itself reaches the distance, and from inside the minimum that it starts near") {
+  Random r(62);
+  constexpr ShapeKind round[] = {ShapeKind::cylinder, ShapeKind::cone, ShapeKind::ellipsoid};
+  int apart = 0, deep = 0;
+  for (int i = 0; i < 400; ++i) {
+    const Shape a = random_shape(round[i % 3], r), b = random_shape(bounded_convex[i / 3 % 8], r);
+    const ConvexView view_a = view(a), view_b = view(b);
+    const MinkowskiDifference d{view_a, view_b, relative(Pose{}, random_pose(r, i % 2 == 0 ? 1.5 : 0.3))};
+    const RoundPair pair(d);
+    Vec3 n = r.direction();
+    const Support walked = walk(pair, n, -infinity);
+    n = (walked.n + (walked.h > 0 ? 1e-3 : 0.3) * n).normalized();
+    const double start = n.dot(pair.support(n));
+    const Support s = settle(pair, n, -infinity);
+    CAPTURE(i, name(a.kind()), name(b.kind()), start, walked.h, s.h);
+    CHECK(s.h <= start + 1e-13 * pair.scale);
+    CHECK(std::abs(s.h - s.n.dot(pair.support(s.n))) <= 1e-13 * pair.scale);
+    if (s.h < 0) {
+      ++apart;
+      // The points are no nearer than the bodies, which are no nearer than the planes: both are the distance.
+      CHECK((s.point[0] + s.point[1]).norm() + s.h <= 1e-9 * pair.scale);
+    } else {
+      ++deep;
+      CHECK(s.h <= walked.h + 1e-9 * pair.scale);
+      CHECK(start - s.h >= 0.9 * (start - walked.h));
+      CHECK((s.point[0] + s.point[1] - s.h * s.n).norm() <= 1e-4 * pair.scale);
+    }
+  }
+  CHECK(apart > 100);
+  CHECK(deep > 100);
+}
