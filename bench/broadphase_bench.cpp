@@ -130,6 +130,7 @@ Ceiling race(MovingBoxes& world, int steps, int threads, std::vector<Entrant>& a
       const std::size_t who = (turn + static_cast<std::size_t>(step)) % n;
       Entrant& entrant = all[who];
       list.clear();
+      if (step != 0) entrant.contestant->changes(world.changes());
       const Clock::time_point begin = Clock::now();
       const double cpu_begin = thread_cpu_ns();
       entrant.contestant->step(world.boxes(), list);

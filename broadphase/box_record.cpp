@@ -51,7 +51,7 @@ void copy_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, BoxRe
 
 // NOLINTNEXTLINE(misc-definitions-in-headers)
 std::size_t copy_boxes_that_left(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxArray& within,
-                                 BoxRecord* records, std::uint32_t* outside) {
+                                 BoxRecord* records, std::uint32_t* outside, BoxRecord* before) {
   const hn::ScalableTag<float> df;
   const std::size_t lanes = hn::Lanes(df);
   const float *from_lo0 = boxes.lo(0), *from_lo1 = boxes.lo(1), *from_lo2 = boxes.lo(2);
@@ -69,18 +69,22 @@ std::size_t copy_boxes_that_left(const BoxArray& boxes, std::size_t begin, std::
     const auto z = hn::And(hn::Le(hn::LoadU(df, least2 + i), lo2), hn::Le(hi2, hn::LoadU(df, most2 + i)));
     const auto inside = hn::And(x, hn::And(y, z));
     const std::size_t here = end - i < lanes ? end - i : lanes;
+    if (!hn::AllTrue(df, inside)) {
+      auto out = hn::Not(inside);
+      if (here < lanes) out = hn::And(out, hn::FirstN(df, here));
+      // Not CompressStore, of which g++ 12 makes a copy of a table of 1 KiB a call.
+      std::uint64_t bits = 0;
+      hn::StoreMaskBits(df, out, reinterpret_cast<std::uint8_t*>(&bits));
+      for (; bits != 0; bits &= bits - 1) {
+        const std::size_t left = i + static_cast<std::size_t>(std::countr_zero(bits));
+        if (records != nullptr) before[count] = records[left];
+        outside[count++] = static_cast<std::uint32_t>(left);
+      }
+    }
     if (records != nullptr) {
       rows.set(lo0, lo1, lo2, hi0, hi1, hi2);
       for (std::size_t k = 0; k < here; ++k) rows.copy(k, records[i + k]);
     }
-    if (hn::AllTrue(df, inside)) continue;
-    auto out = hn::Not(inside);
-    if (here < lanes) out = hn::And(out, hn::FirstN(df, here));
-    // Not CompressStore, of which g++ 12 makes a copy of a table of 1 KiB a call.
-    std::uint64_t bits = 0;
-    hn::StoreMaskBits(df, out, reinterpret_cast<std::uint8_t*>(&bits));
-    for (; bits != 0; bits &= bits - 1)
-      outside[count++] = static_cast<std::uint32_t>(i + static_cast<std::size_t>(std::countr_zero(bits)));
   }
   return count;
 }
@@ -205,8 +209,8 @@ void copy_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, BoxRe
 }
 
 std::size_t copy_boxes_that_left(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxArray& within,
-                                 BoxRecord* records, std::uint32_t* outside) {
-  return HWY_DYNAMIC_DISPATCH(copy_boxes_that_left)(boxes, begin, end, within, records, outside);
+                                 BoxRecord* records, std::uint32_t* outside, BoxRecord* before) {
+  return HWY_DYNAMIC_DISPATCH(copy_boxes_that_left)(boxes, begin, end, within, records, outside, before);
 }
 
 void enlarge_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxRecord* past, float steps,

@@ -23,14 +23,20 @@ struct alignas(32) BoxRecord {
   }
 };
 
+inline bool overlap(const BoxRecord& p, const BoxRecord& q) {
+  int hit = 1;
+  for (std::size_t k = 0; k < 3; ++k) hit &= int{p.lo()[k] <= q.hi()[k]} & int{q.lo()[k] <= p.hi()[k]};
+  return hit != 0;
+}
+
 /// Copies boxes [begin, end) to the records of the same indices.
 void copy_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, BoxRecord* records);
 
 /// Copies boxes [begin, end) to the records of the same indices, if there are any, and writes the indices of those that
-/// are not inside the box of the same index in `within` to `outside`, ascending; returns how many. `outside` needs room
-/// for end - begin elements. An empty box is inside every box.
+/// are not inside the box of the same index in `within` to `outside`, ascending, and the records that they had to
+/// `before`; returns how many. Both need room for end - begin elements. An empty box is inside every box.
 std::size_t copy_boxes_that_left(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxArray& within,
-                                 BoxRecord* records, std::uint32_t* outside);
+                                 BoxRecord* records, std::uint32_t* outside, BoxRecord* before);
 
 /// What most boxes of a world do.
 struct UsualBox {

@@ -1,18 +1,23 @@
 #include "verlet_list.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
+#include <cstring>
 #include <limits>
+#include <thread>
+#include <utility>
 
 #include "row_kernel.h"
 
 namespace tandem {
 
-/// Takes what a search found for a box that is outside, and hands on what overlaps it and is neither on the list nor
-/// outside itself.
+/// Takes what a search found for the larger box that a box outside gets: hands on what overlaps the box itself, and
+/// keeps what may come to; neither when the pair is on the list already, or the other one is outside, too.
 class VerletList::Found final : public PairSink {
  public:
-  Found(const VerletList& owner, PairSink& sink) : owner_(owner), sink_(sink) {
+  Found(const VerletList& owner, std::vector<std::uint32_t>& kept, PairSink& sink)
+      : owner_(owner), kept_(kept), sink_(sink) {
     filter_ = &everything_;
     buffer_ = room_.data();
     capacity_ = room_.size();
@@ -22,19 +27,21 @@ class VerletList::Found final : public PairSink {
     box_ = box;
   }
   void take(std::uint32_t other) {
-    if (!overlap((*owner_.boxes_)[other], box_) || other == index_) return;
-    if (!owner_.on_list(index_, other) && !owner_.is_outside(other)) sink_.put(index_, other);
+    if (other == index_ || owner_.is_outside(other)) return;
+    owner_.meet(index_, box_, other, (*owner_.boxes_)[other], kept_, sink_);
   }
   void flush() {
     const auto other = [this](std::size_t k) { return buffer_[k].a == index_ ? buffer_[k].b : buffer_[k].a; };
     for (std::size_t k = 0; k < count_; ++k) prefetch_box(*owner_.boxes_, other(k));
-    for (std::size_t k = 0; k < count_; ++k) take(other(k));
+    for (std::size_t k = 0; k < count_; ++k)
+      if (!owner_.returned_.has(other(k))) take(other(k));  // else its box is not the one that was found
     count_ = 0;
   }
 
  private:
   void full() override { flush(); }
   const VerletList& owner_;
+  std::vector<std::uint32_t>& kept_;
   PairSink& sink_;
   PairFilter everything_;
   std::uint32_t index_ = 0;
@@ -76,6 +83,11 @@ namespace {
 
 // Nanoseconds, of a candidate tested, of a box searched for and of a box when a list is made: their ratios count.
 constexpr double candidate_cost = 6, search_cost = 1200, renewal_cost = 120;
+#ifdef NDEBUG
+constexpr bool check_changes = false;
+#else
+constexpr bool check_changes = true;
+#endif
 constexpr double least_steps_ahead = 4, most_steps_ahead = 64;
 
 /// Candidates that are kept at most.
@@ -128,36 +140,39 @@ void sample(std::size_t size, std::size_t strata, const Visit& visit) {
 
 // Stages: decide, prepare, the method's but its last, make room, emit.
 std::size_t VerletList::begin(const BoxArray& boxes, ListedMethod& method) {
-  const bool complete =
-      !bare_ && boxes_ != nullptr && parts_copied_.load(std::memory_order_relaxed) == part_copied_.size();
+  const bool complete = !bare_ && boxes_ != nullptr && parts_done_.load(std::memory_order_relaxed) == part_count_ &&
+                        (mode_ != Mode::reuse || blocks_done_.load(std::memory_order_relaxed) == part_count_ + 1);
   outside_last_ = complete ? outside() : 0;
   outside_since_ += outside_last_;
   const bool same = method_ == &method && larger_.size() == boxes.size() && method_stages_ != 0;
+  has_past_ = complete && copies_ && records_.size() == boxes.size();
+  list_made_ = list_made_ && same && complete &&
+               (mode_ == Mode::reuse || blocks_done_.load(std::memory_order_relaxed) == list_count_);
   boxes_ = &boxes;
   method_ = &method;
   search_ = method.search_in();
-  mode_ = Mode::scratch;
+  changed_ = std::exchange(next_changed_, {});
+  if (changed_.size() != boxes.size() || !list_made_) changed_ = {};
   method_begun_ = false;
   bare_ = bare_steps_left_ != 0;
   if (bare_) {
     --bare_steps_left_;
-    has_past_ = list_made_ = false;
+    mode_ = Mode::scratch;
+    list_made_ = false;
     return method_->begin(boxes);
   }
-  has_past_ = has_past_ && complete && copies_ && now().size() == boxes.size();
   copies_ = true;
-  list_made_ = list_made_ && same && blocks_done_.load(std::memory_order_relaxed) == list_count_;
   too_long_ = list_made_ && too_long();
-  list_made_ = list_made_ && !too_long_;
-  list_made_ = list_made_ && list_filter_.same_arrays(filter_);
-  now_ = 1 - now_;
-  fresh_ = now().size() != size();
-  for (auto& records : records_) records.resize(size());
+  list_made_ = list_made_ && !too_long_ && list_filter_.same_arrays(filter_);
+  records_.resize(size());
   larger_.resize(size());
-  outside_of_part_.resize(parts());
-  part_copied_.assign(parts(), 0);
+  part_count_ = (size() + boxes_a_part - 1) / boxes_a_part;
+  if (parts_.size() < part_count_) parts_.resize(part_count_);
+  for (Part& part : parts_) part.looked_at = 0;
   next_part_.store(0, std::memory_order_relaxed);
-  parts_copied_.store(0, std::memory_order_relaxed);
+  parts_done_.store(0, std::memory_order_relaxed);
+  if (list_made_) put_back();
+  mode_ = Mode::scratch;
   if (!same) {
     method_begun_ = true;
     method_stages_ = method_->begin(boxes);
@@ -168,12 +183,12 @@ std::size_t VerletList::begin(const BoxArray& boxes, ListedMethod& method) {
 std::size_t VerletList::blocks(std::size_t stage) const {
   if (bare_) return method_->blocks(stage);
   if (stage == 0) return 1;
-  if (stage == 1) return method_ran() ? parts() : 0;
+  if (stage == 1) return method_ran() ? part_count_ : 0;
   const std::size_t room = room_stage();
   if (stage < room) return method_ran() ? method_->blocks(stage - first_method_stage) : 0;
   if (stage == room) return mode_ == Mode::renew ? 1 : 0;
-  // Of a list: its tiles, the boxes outside against what is not, those outside against each other.
-  return method_ran() ? method_->blocks(method_stages_ - 1) : list_count_ + parts() + 1;
+  // Of a list: its tiles, the boxes put back or outside of a part, those outside against each other.
+  return method_ran() ? method_->blocks(method_stages_ - 1) : list_count_ + part_count_ + 1;
 }
 
 void VerletList::run(std::size_t stage, std::size_t block) {
@@ -190,16 +205,55 @@ bool VerletList::too_long() const { return listed_.load(std::memory_order_relaxe
 std::size_t VerletList::outside() const {
   std::size_t count = 0;
   if (mode_ == Mode::reuse)
-    for (const auto& some : outside_of_part_) count += some.size();
+    for (std::size_t part = 0; part < part_count_; ++part) count += parts_[part].outside.size();
   return count;
 }
 
 bool VerletList::is_outside(std::size_t i) const {
-  return !inside((*boxes_)[i], larger_[i]) || !list_filter_.same(filter_, i, i + 1);
+  return !inside((*boxes_)[i], larger_[i]) || !last_filter_.same(filter_, i, i + 1);
 }
 
-bool VerletList::on_list(std::uint32_t a, std::uint32_t b) const {
-  return overlap(larger_[a], larger_[b]) && list_filter_view_.allows(a, b);
+bool VerletList::on_first_list(std::uint32_t a, std::uint32_t b) const {
+  return overlap(first_box(a), first_box(b)) && list_filter_view_.allows(a, b);
+}
+
+bool VerletList::on_returned_list(std::uint32_t a, std::uint32_t b) const {
+  return (returned_.has(a) || returned_.has(b)) && overlap(larger_[a], larger_[b]) && last_filter_.allows(a, b);
+}
+
+void VerletList::meet(std::uint32_t index, const Aabb& box, std::uint32_t other, const Aabb& others_box,
+                      std::vector<std::uint32_t>& kept, PairSink& sink) const {
+  if (on_first_list(index, other)) return;
+  if (overlap(box, others_box) && !on_returned_list(index, other)) sink.put(index, other);
+  if (filter_.allows(index, other)) kept.push_back(other);
+}
+
+void VerletList::put_back() {
+  if (mode_ != Mode::reuse) {
+    returned_.clear(size());
+    among_.clear();
+    for (Part& part : parts_) {
+      part.outside.clear();
+      part.list.clear();
+    }
+    return;
+  }
+  std::vector<ReturnedBodies::Return> returns;
+  for (std::size_t p = 0; p < part_count_; ++p) {
+    const Part& part = parts_[p];
+    for (std::size_t k = 0; k < part.outside.size(); ++k) {
+      returns.push_back({part.outside[k], part.larger[k]});
+      last_filter_.set(part.outside[k], part.filter, k);
+    }
+  }
+  returned_.put(returns, [this](std::uint32_t body) { return larger_[body]; });
+  for (const ReturnedBodies::Return& r : returns) larger_.set(r.body, r.box);
+}
+
+std::size_t VerletList::returned_candidates() const {
+  std::size_t count = among_.others.size();
+  for (std::size_t part = 0; part < part_count_; ++part) count += parts_[part].list.others.size();
+  return count;
 }
 
 std::size_t VerletList::guess_outside() const {
@@ -227,23 +281,31 @@ std::size_t VerletList::guess_outside() const {
 void VerletList::decide() {
   bool keep = list_made_, foreseen = true;
   ++age_;
-  if (list_made_ && guess_outside() > most_outside(size())) {
+  const std::size_t changed =
+      changed_.empty() ? size() : size() - static_cast<std::size_t>(std::count(changed_.begin(), changed_.end(), 0));
+  const auto n = static_cast<double>(size());
+  if (list_made_ && changed > most_outside(size()) && guess_outside() > most_outside(size())) {
     keep = false;
     foreseen = static_cast<double>(age_) >= steps_ahead_ || outside_since_ > most_outside(size());
   } else if (list_made_) {
-    // A list goes when what left it has cost as much as a new one. A step more shows how all move.
-    keep = !has_past_ ||
-           (search_cost * static_cast<double>(outside_since_) <= renewal_cost * static_cast<double>(size()) &&
-            static_cast<double>(age_) < std::max(4 * steps_ahead_, 32.0));
+    // A list goes when what left it has cost as much as a new one, or it is old and has more than it needs.
+    const auto listed = listed_.load(std::memory_order_relaxed), hits = hits_.load(std::memory_order_relaxed);
+    const auto age = static_cast<double>(age_), extra = static_cast<double>(listed - std::min(listed, hits));
+    const bool wasteful = age >= std::max(4 * steps_ahead_, 32.0) && candidate_cost * extra * age > renewal_cost * n;
+    const bool worn = search_cost * static_cast<double>(outside_since_) > renewal_cost * n ||
+                      returned_candidates() > most_candidates(size()) / 4;
+    keep = !has_past_ || (!wasteful && !worn);  // a step more shows how all move
+    copies_ = wasteful || worn;
   }
   if (keep) {
     mode_ = Mode::reuse;
+    blocks_done_.store(0, std::memory_order_relaxed);
     // Where few boxes are on the list, they are read where they are. For a list the last motion must be known.
-    copies_ = 4 * listed_bodies_.load(std::memory_order_relaxed) > size() ||
-              static_cast<double>(age_ + 1) >= steps_ahead_ || 16 * outside_since_ > size() ||
-              4 * outside_last_ > most_outside(size());
+    copies_ = copies_ || 4 * listed_bodies_.load(std::memory_order_relaxed) > size() || 8 * changed < size() ||
+              static_cast<double>(age_ + 1) >= steps_ahead_ || outside_last_ != 0;
     return;
   }
+  copies_ = true;
 
   bool failed = too_long_;
   if (list_made_) {
@@ -260,7 +322,6 @@ void VerletList::decide() {
   bool renew = has_past_ && foreseen && !method_begun_ && bare_steps_left_ == 0;
   if (renew) usual_ = usual();
   renew = renew && !jolted();
-  has_past_ = true;
   list_made_ = renew;
   mode_ = renew ? Mode::renew : Mode::scratch;
   if (!renew) {
@@ -274,37 +335,18 @@ void VerletList::decide() {
   hits_.store(0, std::memory_order_relaxed);
   list_count_ = std::numeric_limits<std::size_t>::max();
   list_filter_.take(filter_);
+  last_filter_.take(filter_);
   list_filter_view_ = list_filter_.view();
   method_->begin(larger_);
   if (search_ != nullptr) search_->prepare_search();
 }
 
-void VerletList::FilterCopy::take(const PairFilter& filter) {
-  group.assign(filter.group.begin(), filter.group.end());
-  mask.assign(filter.mask.begin(), filter.mask.end());
-  is_static.assign(filter.is_static.begin(), filter.is_static.end());
-}
-
-bool VerletList::FilterCopy::same_arrays(const PairFilter& filter) const {
-  return group.size() == filter.group.size() && mask.size() == filter.mask.size() &&
-         is_static.size() == filter.is_static.size();
-}
-
-bool VerletList::FilterCopy::same(const PairFilter& filter, std::size_t first, std::size_t last) const {
-  const auto equal = [&](const auto& mine, const auto& now) {
-    const auto place = static_cast<std::ptrdiff_t>(first);
-    return mine.empty() ||
-           std::equal(mine.begin() + place, mine.begin() + static_cast<std::ptrdiff_t>(last), now.begin() + place);
-  };
-  return equal(group, filter.group) && equal(mask, filter.mask) && equal(is_static, filter.is_static);
-}
-
 std::size_t VerletList::memory() const {
-  std::size_t bytes = bytes_of(records_[0]) + bytes_of(records_[1]) + larger_.memory() + bytes_of(lists_) +
-                      bytes_of(list_filter_.group) + bytes_of(list_filter_.mask) + bytes_of(list_filter_.is_static) +
-                      bytes_of(outside_of_part_) + bytes_of(part_copied_) + outside_boxes_.memory() + scratch_.memory();
+  std::size_t bytes = bytes_of(records_) + larger_.memory() + bytes_of(lists_) + list_filter_.memory() +
+                      last_filter_.memory() + returned_.memory() + among_.memory() + bytes_of(parts_) +
+                      outside_boxes_.memory() + scratch_.memory() + looks_.memory();
   for (const CandidateTiles& list : lists_) bytes += list.memory();
-  for (const auto& outside : outside_of_part_) bytes += bytes_of(outside);
+  for (const Part& part : parts_) bytes += part.memory();
   return bytes;
 }
 
@@ -312,7 +354,7 @@ UsualBox VerletList::usual() const {
   std::vector<float> motions, edges;
   sample(size(), std::min<std::size_t>(size(), 256), [&](std::size_t i) {
     const Aabb box = (*boxes_)[i];
-    const float moved = motion(box, past()[i]), edge = longest_edge(box);
+    const float moved = motion(box, records_[i]), edge = longest_edge(box);
     if (moved <= std::numeric_limits<float>::max()) motions.push_back(moved);
     if (0 <= edge && edge <= std::numeric_limits<float>::max()) edges.push_back(edge);
   });
@@ -334,12 +376,12 @@ bool VerletList::jolted() const {
     const Aabb box = (*boxes_)[i];
     const float longest = longest_edge(box);
     if (!(box.lo[0] <= box.hi[0] && longest <= std::numeric_limits<float>::max())) return;
-    const bool goes_on = motion(box, past()[i]) <= std::max(longest / 2, usual_.motion);
+    const bool goes_on = motion(box, records_[i]) <= std::max(longest / 2, usual_.motion);
     const double most = std::max<double>(longest, usual_.motion * steps_ahead_);
     std::array<double, 3> edge, swept;
     double product_now = 1, product_then = 1;
     for (std::size_t k = 0; k < 3; ++k) {
-      const double step = goes_on ? std::abs(double{box.lo[k]} - double{past()[i].lo()[k]}) : 0;
+      const double step = goes_on ? std::abs(double{box.lo[k]} - double{records_[i].lo()[k]}) : 0;
       edge[k] = double{box.hi[k]} - double{box.lo[k]};
       swept[k] = edge[k] + std::min(step * steps_ahead_, most);
       product_now *= edge[k] + edge_before[k];
@@ -384,40 +426,103 @@ bool VerletList::paid() const {
 void VerletList::prepare(std::size_t part) {
   const std::size_t first = part * boxes_a_part, last = part_end(part);
   if (mode_ == Mode::renew)
-    enlarge_boxes(*boxes_, first, last, past().data(), static_cast<float>(steps_ahead_), usual_, larger_);
-  copy_boxes(*boxes_, first, last, now().data());
-  if (fresh_) copy_boxes(*boxes_, first, last, records_[1 - now_].data());  // pages are had now, not in a later step
-  parts_copied_.fetch_add(1, std::memory_order_relaxed);
+    enlarge_boxes(*boxes_, first, last, records_.data(), static_cast<float>(steps_ahead_), usual_, larger_);
+  copy_boxes(*boxes_, first, last, records_.data());
+  parts_done_.fetch_add(1, std::memory_order_relaxed);
 }
 
-bool VerletList::help_copy() {
-  while (next_part_.load(std::memory_order_relaxed) < parts()) {
+bool VerletList::help_look() {
+  while (next_part_.load(std::memory_order_relaxed) < part_count_) {
     const std::size_t part = next_part_.fetch_add(1, std::memory_order_relaxed);
-    if (part >= parts()) break;
-    find_outside(part, copies_ ? now().data() : nullptr, outside_of_part_[part]);
-    std::atomic_ref(part_copied_[part]).store(1, std::memory_order_release);
-    parts_copied_.fetch_add(1, std::memory_order_release);
+    if (part >= part_count_) break;
+    // Who waits for it must not wait for ever when memory is out.
+    struct Done {
+      std::uint8_t& flag;
+      ~Done() { std::atomic_ref(flag).store(1, std::memory_order_release); }
+    } const done{parts_[part].looked_at};
+    look_at(part);
+    parts_done_.fetch_add(1, std::memory_order_release);
   }
-  return parts_copied_.load(std::memory_order_acquire) == parts();
+  return parts_done_.load(std::memory_order_acquire) == part_count_;
 }
 
-void VerletList::find_outside(std::size_t part, BoxRecord* records, std::vector<std::uint32_t>& outside) const {
-  const std::size_t first = part * boxes_a_part, last = part_end(part);
-  outside.resize(boxes_a_part);
-  outside.resize(copy_boxes_that_left(*boxes_, first, last, larger_, records, outside.data()));
-  if (list_filter_.same(filter_, first, last)) return;
-  for (std::size_t i = first; i < last; ++i)
-    if (!list_filter_.same(filter_, i, i + 1)) outside.push_back(static_cast<std::uint32_t>(i));
-  std::sort(outside.begin(), outside.end());
-  outside.erase(std::unique(outside.begin(), outside.end()), outside.end());
+void VerletList::look_at(std::size_t index) {
+  Part& part = parts_[index];
+  const std::size_t first = index * boxes_a_part, last = part_end(index);
+  const ScratchPool<Look>::Lease lease(looks_);
+  Look& look = *lease;
+  part.outside.clear();
+  std::size_t count = find_outside(first, last, look);
+  if (!changes_known() && !last_filter_.same(filter_, first, last)) {
+    // Looked at one by one: rare.
+    count = 0;
+    for (std::size_t i = first; i < last; ++i)
+      if (is_outside(i)) {
+        look.past[count].set((*boxes_)[i]);
+        look.outside[count++] = static_cast<std::uint32_t>(i);
+      }
+  }
+  if (count == 0) return;
+  part.outside.assign(look.outside.begin(), look.outside.begin() + static_cast<std::ptrdiff_t>(count));
+  part.boxes.resize(count);
+  part.larger.resize(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    part.boxes.set(k, (*boxes_)[part.outside[k]]);
+    if (!has_past_ || !copies_) look.past[k].set(part.boxes[k]);
+  }
+  // Further than all others: each costs a search of its own.
+  enlarge_boxes(part.boxes, 0, count, look.past.data(), 2 * static_cast<float>(steps_ahead_), usual_, part.larger);
+  part.filter.take(filter_, part.outside);
 }
 
-const std::vector<std::uint32_t>& VerletList::outside_of(std::size_t part, std::vector<std::uint32_t>& room) const {
-  if (std::atomic_ref(part_copied_[part]).load(std::memory_order_acquire) != 0) return outside_of_part_[part];
-  room.clear();
-  for (std::size_t i = part * boxes_a_part; i < part_end(part); ++i)
-    if (is_outside(i)) room.push_back(static_cast<std::uint32_t>(i));
-  return room;
+std::size_t VerletList::find_outside(std::size_t first, std::size_t last, Look& look) {
+  BoxRecord* records = copies_ ? records_.data() : nullptr;
+  if (!changes_known())
+    return copy_boxes_that_left(*boxes_, first, last, larger_, records, look.outside.data(), look.past.data());
+  std::size_t changed = 0;
+  const auto add_changed = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      look.changed[changed] = static_cast<std::uint32_t>(i);
+      changed += changed_[i] != 0 ? 1 : 0;
+      assert(changed_[i] != 0 || is_as_before(i));
+    }
+  };
+  std::size_t i = first;
+  for (std::uint64_t some = 0; i + sizeof(some) <= last; i += sizeof(some)) {
+    std::memcpy(&some, changed_.data() + i, sizeof(some));
+    if (some != 0 || check_changes) add_changed(i, i + sizeof(some));
+  }
+  add_changed(i, last);
+
+  constexpr std::size_t ahead = 8;
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < changed; ++k) {
+    if (k + ahead < changed) {
+      const std::size_t next = look.changed[k + ahead];
+      prefetch_box(*boxes_, next);
+      prefetch_box(larger_, next);
+      if (records != nullptr) __builtin_prefetch(records + next, 1);
+    }
+    const std::size_t at = look.changed[k];
+    if (is_outside(at)) {
+      if (records != nullptr) look.past[count] = records[at];
+      look.outside[count++] = static_cast<std::uint32_t>(at);
+    }
+    if (records != nullptr) records[at].set((*boxes_)[at]);
+  }
+  return count;
+}
+
+bool VerletList::is_as_before(std::size_t i) const {
+  BoxRecord record;
+  record.set((*boxes_)[i]);
+  return (!has_past_ || std::equal(record.bounds, record.bounds + 8, records_[i].bounds)) &&
+         last_filter_.same(filter_, i, i + 1);
+}
+
+const VerletList::Part& VerletList::looked_at(std::size_t part) const {
+  while (std::atomic_ref(parts_[part].looked_at).load(std::memory_order_acquire) == 0) std::this_thread::yield();
+  return parts_[part];
 }
 
 void VerletList::emit(std::size_t block, PairSink& sink) {
@@ -426,14 +531,21 @@ void VerletList::emit(std::size_t block, PairSink& sink) {
   Scratch& scratch = *lease;
   if (mode_ == Mode::renew) return renew_block(block, scratch, sink);
   const bool first_tiles = block <= list_count_ / 64 && block < list_count_;
-  const bool all_copied = !first_tiles && help_copy() && copies_;
+  const bool all_copied = !first_tiles && help_look() && copies_;
   if (block < list_count_) {
-    test(lists_[block], all_copied, scratch, sink);
-  } else if (block - list_count_ < parts()) {
-    search_outside(block - list_count_, scratch, sink);
+    (void)test(lists_[block], all_copied, scratch, sink);
+    return;
+  }
+  if (block - list_count_ < part_count_) {
+    (void)looked_at(block - list_count_);
+    Part& part = parts_[block - list_count_];
+    test(part.list, all_copied, sink);
+    search_outside(part, scratch, sink);
   } else {
+    test(among_, all_copied, sink);
     test_outside(scratch, sink);
   }
+  blocks_done_.fetch_add(1, std::memory_order_relaxed);
 }
 
 void VerletList::renew_block(std::size_t block, Scratch& scratch, PairSink& sink) {
@@ -465,7 +577,7 @@ std::size_t VerletList::test(const CandidateTiles& tiles, bool all_copied, Scrat
     const std::uint32_t* bodies = tiles.bodies.data() + first_body;
     const std::size_t body_count = tile.bodies_end - first_body;
     if (all_copied)
-      gather_records(now().data(), bodies, body_count, boxes);
+      gather_records(records_.data(), bodies, body_count, boxes);
     else
       gather_boxes(*boxes_, bodies, body_count, boxes);
     while (first < tile.candidates_end) {
@@ -480,49 +592,96 @@ std::size_t VerletList::test(const CandidateTiles& tiles, bool all_copied, Scrat
   return found;
 }
 
-void VerletList::search_outside(std::size_t part, Scratch& scratch, PairSink& sink) {
-  Found found(*this, sink);
-  if (search_ == nullptr) scratch.row.resize(size() + BoxArray::padding);
-  const std::vector<std::uint32_t>& outside = outside_of(part, scratch.outside);
+// A pair is held by the one that was put back last.
+void VerletList::test(const ReturnedList& list, bool all_copied, PairSink& sink) const {
+  constexpr std::size_t ahead = 16;
+  std::array<std::array<std::uint32_t, 2>, 64> room;
+  std::size_t count = 0;
+  const auto flush = [&] {
+    for (std::size_t k = 0; k < count; ++k) {
+      const auto [a, b] = room[k];
+      if (all_copied ? overlap(records_[a], records_[b]) : overlap((*boxes_)[a], (*boxes_)[b])) sink.put(a, b);
+    }
+    count = 0;
+  };
+  std::size_t first = 0;
+  for (const ReturnedList::Entry& entry : list.entries) {
+    const std::size_t begin = std::exchange(first, entry.end);
+    if (returned_.turn(entry.body) != entry.turn) continue;
+    if (all_copied) __builtin_prefetch(&records_[entry.body]);
+    for (std::size_t k = begin; k < entry.end; ++k) {
+      const std::uint32_t other = list.others[k];
+      if (k + ahead < list.others.size()) returned_.prefetch(list.others[k + ahead]);
+      if (returned_.turn(other) > entry.turn) continue;
+      if (all_copied)
+        __builtin_prefetch(&records_[other]);
+      else
+        prefetch_box(*boxes_, other);
+      room[count++] = {entry.body, other};
+      if (count == room.size()) flush();
+    }
+  }
+  flush();
+}
+
+void VerletList::search_outside(Part& part, Scratch& scratch, PairSink& sink) {
+  const std::vector<std::uint32_t>& outside = part.outside;
+  if (outside.empty()) return;
+  Found found(*this, part.list.others, sink);
+  if (search_ == nullptr) scratch.row.resize(std::max(scratch.row.size(), size() + BoxArray::padding));
   constexpr std::size_t ahead = 4;
   for (std::size_t k = 0; k < outside.size(); ++k) {
     if (search_ != nullptr && k + 2 * ahead < outside.size())
-      search_->prefetch((*boxes_)[outside[k + 2 * ahead]], BoxSearch::Fetch::index);
+      search_->prefetch(part.larger[k + 2 * ahead], BoxSearch::Fetch::index);
     if (search_ != nullptr && k + ahead < outside.size())
-      search_->prefetch((*boxes_)[outside[k + ahead]], BoxSearch::Fetch::boxes);
+      search_->prefetch(part.larger[k + ahead], BoxSearch::Fetch::boxes);
     const std::uint32_t index = outside[k];
-    const Aabb box = (*boxes_)[index];
-    found.look_for(index, box);
+    const Aabb larger = part.larger[k];
+    found.look_for(index, part.boxes[k]);
     if (search_ != nullptr) {
-      search_->search(box, index, found);
+      search_->search(larger, index, found);
       found.flush();
+      scratch.found.clear();
+      returned_.overlapping(larger, scratch.row, scratch.found);
+      for (const std::uint32_t other : scratch.found) found.take(other);
     } else {
-      const std::size_t count = overlap_row(*boxes_, 0, size(), box, scratch.row.data());
+      const std::size_t count = overlap_row(larger_, 0, size(), larger, scratch.row.data());
       for (std::size_t h = 0; h < count; ++h) found.take(scratch.row[h]);
     }
+    part.list.close(index, returned_.turn() + 1);
   }
 }
 
 // A sweep along the first axis, so that time does not grow with the square of what is outside.
 void VerletList::test_outside(Scratch& scratch, PairSink& sink) {
-  std::vector<std::uint32_t> all;
-  for (std::size_t part = 0; part < parts(); ++part) {
-    const std::vector<std::uint32_t>& some = outside_of(part, scratch.outside);
-    all.insert(all.end(), some.begin(), some.end());
+  struct Outside {
+    std::uint32_t body;
+    Aabb box, larger;
+  };
+  std::vector<Outside> all;
+  for (std::size_t p = 0; p < part_count_; ++p) {
+    const Part& part = looked_at(p);
+    for (std::size_t k = 0; k < part.outside.size(); ++k)
+      all.push_back({part.outside[k], part.boxes[k], part.larger[k]});
   }
   if (all.size() < 2) return;
-  const float *lo = boxes_->lo(0), *hi = boxes_->hi(0);
-  std::sort(all.begin(), all.end(),
-            [&](std::uint32_t a, std::uint32_t b) { return lo[a] != lo[b] ? lo[a] < lo[b] : a < b; });
+  std::sort(all.begin(), all.end(), [](const Outside& p, const Outside& q) {
+    return p.larger.lo[0] != q.larger.lo[0] ? p.larger.lo[0] < q.larger.lo[0] : p.body < q.body;
+  });
   outside_boxes_.resize(all.size());
-  for (std::size_t k = 0; k < all.size(); ++k) outside_boxes_.set(k, (*boxes_)[all[k]]);
-  scratch.row.resize(all.size() + BoxArray::padding);
+  for (std::size_t k = 0; k < all.size(); ++k) outside_boxes_.set(k, all[k].larger);
+  scratch.row.resize(std::max(scratch.row.size(), all.size() + BoxArray::padding));
   const float* sorted = outside_boxes_.lo(0);
   for (std::size_t k = 0; k < all.size(); ++k) {
-    const auto end = static_cast<std::size_t>(std::upper_bound(sorted + k, sorted + all.size(), hi[all[k]]) - sorted);
-    const std::size_t count = overlap_row(outside_boxes_, k + 1, end, outside_boxes_[k], scratch.row.data());
-    for (std::size_t h = 0; h < count; ++h)
-      if (const std::uint32_t other = all[scratch.row[h]]; !on_list(all[k], other)) sink.put(all[k], other);
+    const Outside& one = all[k];
+    const auto end =
+        static_cast<std::size_t>(std::upper_bound(sorted + k, sorted + all.size(), one.larger.hi[0]) - sorted);
+    const std::size_t count = overlap_row(outside_boxes_, k + 1, end, one.larger, scratch.row.data());
+    for (std::size_t h = 0; h < count; ++h) {
+      const Outside& other = all[scratch.row[h]];
+      meet(one.body, one.box, other.body, other.box, among_.others, sink);
+    }
+    among_.close(one.body, returned_.turn() + 1);
   }
 }
 

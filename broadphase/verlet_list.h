@@ -3,14 +3,17 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "box_record.h"
 #include "box_search.h"
 #include "candidate_tiles.h"
+#include "filter_copy.h"
 #include "listed_method.h"
 #include "memory.h"
 #include "page_vector.h"
+#include "returned_bodies.h"
 #include "scratch_pool.h"
 #include "tandem/broadphase/broad_phase.h"
 
@@ -21,8 +24,9 @@ namespace tandem {
 /// box stays inside its larger one, whatever it overlaps is among the candidates kept; a step then only tests these.
 ///
 /// The pairs of a step are exact whatever the boxes do:
-/// - What is on the list is tested with the boxes of the step, wherever they are. A box that left its larger one is
-///   searched for as well; what it finds is reported if it is not on the list, which the two larger boxes tell.
+/// - What is on the list is tested with the boxes of the step, wherever they are. A box that left its larger one gets
+///   another, which is searched for once: what it may meet is then on the list, too. A pair is there if the larger
+///   boxes of the two overlap, those of the start or the last ones.
 /// - When too many have left, the list is made anew, at the cost of one step of the method; when they left all at
 ///   once, sooner than foreseen, one step is done from scratch first, so that the new list knows how they move.
 ///   Whether so many have left is judged from a sample before the step, and counted after it.
@@ -31,7 +35,7 @@ namespace tandem {
 /// A step that reuses a list has one serial stage of some microseconds and then the last, whose blocks need nothing
 /// from each other: the first pairs leave at once. Its tiles read boxes in any order, for which they are copied to
 /// records; every block first helps with that. As long as another thread is at it, a tile reads the boxes themselves,
-/// which takes longer; so do the first tiles, on purpose.
+/// which takes longer; so do the first tiles, on purpose. Boxes that are said not to have changed are not looked at.
 ///
 /// How far ahead boxes are swept is adapted so that making lists and testing what is on them cost about the same. All
 /// decisions are made from counts, never from time.
@@ -46,6 +50,8 @@ class VerletList {
   /// As BroadPhase::expect: pairs that the filter forbids when a list is made are not on it. A box whose part of the
   /// filter has changed since counts as one that left.
   void expect(const PairFilter& filter) { filter_ = filter; }
+  /// As BroadPhase::expect_changes.
+  void expect_changes(std::span<const std::uint8_t> changed) { next_changed_ = changed; }
   std::size_t memory() const;
 
   /// What the step does; known once its stages before the last are done.
@@ -55,7 +61,7 @@ class VerletList {
   bool method_ran() const { return mode_ != Mode::reuse; }
   /// Steps since the list was made.
   std::size_t age() const { return age_; }
-  /// Boxes that have left their larger ones; known once the step is done.
+  /// Boxes that were found outside of their larger ones; known once the step is done.
   std::size_t outside() const;
   /// Pairs on the list.
   std::size_t candidates() const { return listed_.load(std::memory_order_relaxed); }
@@ -70,8 +76,46 @@ class VerletList {
     CandidateTiles tiles;
     std::array<BoxRecord, CandidateTiles::most_bodies> boxes;
     std::array<LocalPair, 512> hits;
-    std::vector<std::uint32_t> row, outside;
-    std::size_t memory() const { return maker.memory() + tiles.memory() + bytes_of(row) + bytes_of(outside); }
+    std::vector<std::uint32_t> row, found;
+    std::size_t memory() const { return maker.memory() + tiles.memory() + bytes_of(row) + bytes_of(found); }
+  };
+  /// What a part looked at its boxes with.
+  struct Look {
+    std::array<std::uint32_t, boxes_a_part + 1> changed;
+    std::array<std::uint32_t, boxes_a_part> outside;
+    std::array<BoxRecord, boxes_a_part> past;
+    static std::size_t memory() { return 0; }
+  };
+  /// What bodies that were put back may meet.
+  struct ReturnedList {
+    struct Entry {
+      std::uint32_t body, turn;  ///< see ReturnedBodies
+      std::size_t end;           ///< of its bodies in `others`
+    };
+    std::vector<Entry> entries;
+    std::vector<std::uint32_t> others;
+
+    void clear() {
+      entries.clear();
+      others.clear();
+    }
+    void close(std::uint32_t body, std::uint32_t turn) {
+      if (others.size() != (entries.empty() ? 0 : entries.back().end)) entries.push_back({body, turn, others.size()});
+    }
+    std::size_t memory() const { return bytes_of(entries) + bytes_of(others); }
+  };
+  /// Boxes that are looked at together.
+  struct Part {
+    std::uint8_t looked_at = 0;  ///< in this step; atomically
+    // Those outside in this step, to be put back before the next.
+    std::vector<std::uint32_t> outside;
+    BoxArray boxes, larger;  ///< theirs, and the larger ones that they get
+    FilterCopy filter;       ///< their part of it
+    ReturnedList list;       ///< of those that were put back
+
+    std::size_t memory() const {
+      return bytes_of(outside) + boxes.memory() + larger.memory() + filter.memory() + list.memory();
+    }
   };
   class Found;
   class Tested;
@@ -89,41 +133,44 @@ class VerletList {
   std::size_t guess_outside() const;
   bool is_outside(std::size_t i) const;
   /// Whether the two were candidates when the list was made.
-  bool on_list(std::uint32_t a, std::uint32_t b) const;
+  bool on_first_list(std::uint32_t a, std::uint32_t b) const;
+  /// Whether they are candidates now for one of them was put back.
+  bool on_returned_list(std::uint32_t a, std::uint32_t b) const;
+  Aabb first_box(std::uint32_t body) const { return returned_.has(body) ? returned_.first(body) : larger_[body]; }
+  /// What is to be done with two of which the first is outside: a pair that overlaps and is on no list is reported, one
+  /// that is not on the first list is kept, if the filter allows it.
+  void meet(std::uint32_t index, const Aabb& box, std::uint32_t other, const Aabb& others_box,
+            std::vector<std::uint32_t>& kept, PairSink& sink) const;
+  /// Puts back what was outside in the step before.
+  void put_back();
+  std::size_t returned_candidates() const;
 
-  /// Copies the boxes of the parts that nobody has begun yet. Whether all are done, others' too.
-  bool help_copy();
-  void find_outside(std::size_t part, BoxRecord* records, std::vector<std::uint32_t>& outside) const;
-  /// Those of a part, if need be into `room`.
-  const std::vector<std::uint32_t>& outside_of(std::size_t part, std::vector<std::uint32_t>& room) const;
+  /// Looks at the parts that nobody has begun yet: copies their boxes and finds those outside. Whether all are done,
+  /// others' too.
+  bool help_look();
+  void look_at(std::size_t part);
+  /// Those that may have changed and are outside; with the records that they had.
+  std::size_t find_outside(std::size_t first, std::size_t last, Look& look);
+  /// Whether a box that is said not to have changed has not.
+  bool is_as_before(std::size_t i) const;
+  /// Waits for the thread that looks at it, if it is not done. It waits for nothing.
+  const Part& looked_at(std::size_t part) const;
 
   void renew_block(std::size_t block, Scratch& scratch, PairSink& sink);
   /// Tests the candidates and returns how many overlap. `all_copied`: there are records of all boxes.
   std::size_t test(const CandidateTiles& tiles, bool all_copied, Scratch& scratch, PairSink& sink) const;
-  void search_outside(std::size_t part, Scratch& scratch, PairSink& sink);
+  void test(const ReturnedList& list, bool all_copied, PairSink& sink) const;
+  void search_outside(Part& part, Scratch& scratch, PairSink& sink);
+  /// Those outside against each other.
   void test_outside(Scratch& scratch, PairSink& sink);
 
   std::size_t size() const { return boxes_->size(); }
   bool too_long() const;
   /// The stage after the method's but its last.
   std::size_t room_stage() const { return first_method_stage + method_stages_ - 1; }
-  std::size_t parts() const { return (size() + boxes_a_part - 1) / boxes_a_part; }
   std::size_t part_end(std::size_t part) const { return std::min(size(), (part + 1) * boxes_a_part); }
-  PageVector<BoxRecord>& now() { return records_[now_]; }
-  const PageVector<BoxRecord>& now() const { return records_[now_]; }
-  const PageVector<BoxRecord>& past() const { return records_[1 - now_]; }
-
-  /// The filter that a list was made with.
-  struct FilterCopy {
-    std::vector<std::uint32_t> group, mask;
-    std::vector<std::uint8_t> is_static;
-
-    void take(const PairFilter& filter);
-    bool same_arrays(const PairFilter& filter) const;
-    /// Whether `filter` is the same for boxes [first, last).
-    bool same(const PairFilter& filter, std::size_t first, std::size_t last) const;
-    PairFilter view() const { return {group, mask, is_static}; }
-  };
+  /// Whether boxes that have not changed need not be looked at.
+  bool changes_known() const { return !changed_.empty() && (has_past_ || !copies_); }
 
   const BoxArray* boxes_ = nullptr;
   ListedMethod* method_ = nullptr;
@@ -134,18 +181,17 @@ class VerletList {
   bool method_begun_ = false;  // in `begin` already
   std::size_t bare_steps_left_ = 0, failures_ = 0;
 
-  std::array<PageVector<BoxRecord>, 2> records_;  // of this step and of the one before
-  std::size_t now_ = 0;
-  bool has_past_ = false;
-  bool copies_ = true;  // this step fills its records
-  bool fresh_ = false;  // they have never been written
+  std::span<const std::uint8_t> changed_, next_changed_;
+  PageVector<BoxRecord> records_;  // of the step before, until this one copies its boxes
+  bool has_past_ = false;          // they are of the step before
+  bool copies_ = true;             // this step does
   BoxArray larger_;
   double steps_ahead_ = 8;
 
-  // What is copied in a step, by parts.
-  std::atomic<std::size_t> next_part_{0}, parts_copied_{0};
-  mutable std::vector<std::uint8_t> part_copied_;  // atomically; mutable only for std::atomic_ref
-  std::vector<std::vector<std::uint32_t>> outside_of_part_;
+  // What is looked at in a step, by parts.
+  std::atomic<std::size_t> next_part_{0}, parts_done_{0};
+  mutable std::vector<Part> parts_;  // mutable only for std::atomic_ref
+  std::size_t part_count_ = 0;
 
   std::vector<CandidateTiles> lists_;  // one a block of the method
   std::size_t list_count_ = 0;
@@ -155,9 +201,12 @@ class VerletList {
   std::size_t age_ = 0, outside_since_ = 0, outside_last_ = 0;
   UsualBox usual_;
   PairFilter filter_, list_filter_view_;
-  FilterCopy list_filter_;
+  FilterCopy list_filter_, last_filter_;  // when the list was made; when a body was last put on it
+  ReturnedBodies returned_;
+  ReturnedList among_;  // of those put back in the same step
   BoxArray outside_boxes_;
   ScratchPool<Scratch> scratch_;
+  ScratchPool<Look> looks_;
 };
 
 }  // namespace tandem

@@ -1,5 +1,7 @@
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 
+#include <utility>
+
 #include "contestant.h"
 
 namespace tandem::bench {
@@ -21,10 +23,14 @@ class BulletContestant final : public BoxContestant {
   std::string name() const override { return "Bullet dbvt"; }
   bool exact() const override { return false; }
 
+  void changes(std::span<const std::uint8_t> changed) override { changed_ = changed; }
+
   void step(const BoxArray& boxes, PairList& out) override {
     for (std::size_t i = boxes.size(); i < proxies_.size(); ++i) remove(i);
     proxies_.resize(boxes.size(), nullptr);
+    const std::span<const std::uint8_t> changed = std::exchange(changed_, {});
     for (std::size_t i = 0; i < boxes.size(); ++i) {
+      if (!changed.empty() && changed[i] == 0) continue;
       const Aabb box = boxes[i];
       if (!(box.lo[0] <= box.hi[0])) {
         remove(i);
@@ -55,6 +61,7 @@ class BulletContestant final : public BoxContestant {
 
   btDbvtBroadphase broadphase_;
   std::vector<btBroadphaseProxy*> proxies_;
+  std::span<const std::uint8_t> changed_;
 };
 
 }  // namespace

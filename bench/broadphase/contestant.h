@@ -1,7 +1,9 @@
 #pragma once
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -51,6 +53,8 @@ class BoxContestant {
   virtual void step(const BoxArray& boxes, PairList& out) = 0;
   /// The filter of the steps that follow. False for one that finds what is forbidden too.
   virtual bool filter(const PairFilter&) { return false; }
+  /// Which boxes are not as in the step before, one byte each; told before every step but the first, where it is known.
+  virtual void changes(std::span<const std::uint8_t>) {}
   /// Bytes held between steps; 0 where that is not known.
   virtual std::size_t memory() const { return 0; }
   /// What it chose, if it chooses.

@@ -2,6 +2,8 @@
 #include <fcl/geometry/shape/sphere.h>
 #include <fcl/narrowphase/collision_object.h>
 
+#include <utility>
+
 #include "contestant.h"
 
 namespace tandem::bench {
@@ -29,15 +31,21 @@ class FclContestant final : public BoxContestant {
  public:
   std::string name() const override { return "FCL tree"; }
 
+  void changes(std::span<const std::uint8_t> changed) override { changed_ = changed; }
+
   void step(const BoxArray& boxes, PairList& out) override {
     while (objects_.size() < boxes.size())
       objects_.push_back(std::make_unique<BoxObject>(geometry_, static_cast<std::uint32_t>(objects_.size())));
     registered_.resize(boxes.size());
     std::vector<fcl::CollisionObject<float>*> fresh;
+    const std::span<const std::uint8_t> changed = std::exchange(changed_, {});
+    std::vector<fcl::CollisionObject<float>*> moved;
     for (std::size_t i = 0; i < boxes.size(); ++i) {
+      if (!changed.empty() && changed[i] == 0) continue;
       const Aabb box = boxes[i];
       const bool there = box.lo[0] <= box.hi[0];
       if (there) objects_[i]->set(box);
+      if (there && !changed.empty() && registered_[i] != 0) moved.push_back(objects_[i].get());
       if (there && registered_[i] == 0) fresh.push_back(objects_[i].get());
       if (!there && registered_[i] != 0) manager_.unregisterObject(objects_[i].get());
       registered_[i] = there ? 1 : 0;
@@ -46,7 +54,10 @@ class FclContestant final : public BoxContestant {
       manager_.registerObjects(fresh);
     else
       for (auto* object : fresh) manager_.registerObject(object);
-    manager_.update();
+    if (changed.empty())
+      manager_.update();
+    else if (!moved.empty())
+      manager_.update(moved);
     manager_.collide(&out, put);
   }
 
@@ -54,6 +65,7 @@ class FclContestant final : public BoxContestant {
   std::shared_ptr<fcl::CollisionGeometry<float>> geometry_ = std::make_shared<fcl::Sphere<float>>(1.0f);
   std::vector<std::unique_ptr<BoxObject>> objects_;
   std::vector<std::uint8_t> registered_;
+  std::span<const std::uint8_t> changed_;
   fcl::DynamicAABBTreeCollisionManager<float> manager_;
 };
 

@@ -47,15 +47,16 @@ class Flying : public MovingBoxes {
 
  protected:
   void move(int) override {
-    for (std::size_t i = 0; i < bodies_.size(); ++i) {
-      Body& body = bodies_[i];
-      for (std::size_t k = 0; k < 3; ++k) {
-        body.centre[k] += body.velocity[k];
-        if (body.centre[k] < lo_) body.velocity[k] = std::abs(body.velocity[k]);
-        if (body.centre[k] > hi_) body.velocity[k] = -std::abs(body.velocity[k]);
-      }
-      put(i);
+    for (std::size_t i = 0; i < bodies_.size(); ++i) fly(i);
+  }
+  void fly(std::size_t i) {
+    Body& body = bodies_[i];
+    for (std::size_t k = 0; k < 3; ++k) {
+      body.centre[k] += body.velocity[k];
+      if (body.centre[k] < lo_) body.velocity[k] = std::abs(body.velocity[k]);
+      if (body.centre[k] > hi_) body.velocity[k] = -std::abs(body.velocity[k]);
     }
+    put(i);
   }
   void put(std::size_t i) {
     const Body& body = bodies_[i];
@@ -101,15 +102,22 @@ class Changing final : public Flying {
   }
 };
 
-/// All but every hundredth stand still, and those that do make no pairs.
+/// All but every hundredth stand still and are not touched, and those that do make no pairs.
 class Still final : public Flying {
  public:
   Still(std::vector<Body> bodies, double side) : Flying(std::move(bodies), 0, side) {
     is_static_.resize(bodies_.size());
+    changes_.resize(bodies_.size());
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
-      is_static_[i] = i % 100 != 0;
-      if (is_static_[i] != 0) bodies_[i].velocity = {};
+      is_static_[i] = i % among != 0;
+      changes_[i] = is_static_[i] == 0;
     }
+  }
+
+ private:
+  static constexpr std::size_t among = 100;
+  void move(int) override {
+    for (std::size_t i = 0; i < bodies_.size(); i += among) fly(i);
   }
 };
 

@@ -18,12 +18,14 @@ class MovingBoxes {
   const BoxArray& boxes() const { return boxes_; }
   /// Which boxes never move, where pairs of these are not wanted; else empty.
   std::span<const std::uint8_t> is_static() const { return is_static_; }
+  /// One byte a box, 0 where it never changes; empty: all may.
+  std::span<const std::uint8_t> changes() const { return changes_; }
   void move() { move(++step_); }
 
  protected:
   virtual void move(int step) = 0;
   BoxArray boxes_;
-  std::vector<std::uint8_t> is_static_;
+  std::vector<std::uint8_t> is_static_, changes_;
 
  private:
   int step_ = 0;

@@ -56,6 +56,7 @@ class TandemContestant final : public BoxContestant {
     for (ThreadSink& sink : sinks_) sink.filter(filter);
     return true;
   }
+  void changes(std::span<const std::uint8_t> changed) override { method_->expect_changes(changed); }
   std::size_t memory() const override { return method_->memory(); }
   std::string note() const override { return std::string(method_->reason()); }
 

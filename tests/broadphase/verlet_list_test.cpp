@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <map>
+#include <span>
 
 #include "box_worlds.h"
 #include "bvh.h"
@@ -22,6 +23,7 @@ class Listed final : public BroadPhase {
   void emit(std::size_t block, PairSink& sink) override { list.emit(block, sink); }
   BroadPhaseKind kind() const override { return method.kind(); }
   void expect(const PairFilter& filter) override { list.expect(filter); }
+  void expect_changes(std::span<const std::uint8_t> changed) override { list.expect_changes(changed); }
   std::size_t memory() const override { return method.memory() + list.memory(); }
 
   Method method;
@@ -110,14 +112,32 @@ std::vector<History> histories() {
   };
 }
 
+/// Those of `now` that are not as they were, and some others.
+std::vector<std::uint8_t> changes(const BoxArray& before, const BoxArray& now, int step) {
+  std::vector<std::uint8_t> changed(now.size());
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    const Aabb p = before[i], q = now[i];
+    changed[i] = p.lo != q.lo || p.hi != q.hi || (i + static_cast<std::size_t>(step)) % 31 == 0;
+  }
+  return changed;
+}
+
+enum class Told { nothing, changes };
+
 template <class Method>
-std::map<VerletList::Mode, int> live_through(const History& history, BoxArray boxes, int steps, std::size_t& outside) {
+std::map<VerletList::Mode, int> live_through(const History& history, BoxArray boxes, int steps, std::size_t& outside,
+                                             Told told = Told::nothing) {
   Listed<Method> one, other;
   Random random(5);
   std::map<VerletList::Mode, int> modes;
   for (int step = 0; step < steps; ++step) {
     CAPTURE(history.name, step);
+    const BoxArray before = boxes;
     if (step != 0) history.step(boxes, step, random);
+    const std::vector<std::uint8_t> changed = changes(before, boxes, step);
+    if (told == Told::changes && step % 11 != 0)
+      for (BroadPhase* method : {static_cast<BroadPhase*>(&one), static_cast<BroadPhase*>(&other)})
+        method->expect_changes(changed);
     const auto found = pairs_of_blocks(one, boxes,
                                        step % 3 == 0   ? Order::shuffled
                                        : step % 3 == 1 ? Order::reversed
@@ -148,6 +168,50 @@ TEST_CASE("Verlet list: the pairs of brute force after any history, in an order 
     live_through<Bvh>(history, crowd(500), 25, outside);
     live_through<Sweep>(history, crowd(300), 25, outside);
   }
+}
+
+TEST_CASE("Verlet list: told what may have changed it finds the same") {
+  std::vector<History> some = histories();
+  some.push_back({"few move", [](BoxArray& boxes, int step, Random&) {
+                    for (std::size_t i = 3; i < boxes.size(); i += 20)
+                      boxes.set(i, moved(boxes[i], way(i + static_cast<std::size_t>(step) / 9, 0.2f)));
+                  }});
+  some.push_back({"few jump", [](BoxArray& boxes, int step, Random& random) {
+                    jump(boxes, static_cast<std::size_t>(step % 5), 90, random);
+                  }});
+  for (const History& history : some) {
+    CAPTURE(history.name);
+    std::size_t outside = 0;
+    auto modes = live_through<Grid>(history, crowd(800), 45, outside, Told::changes);
+    if (history.name.starts_with("few")) {
+      CHECK(modes[VerletList::Mode::reuse] > 25);
+      CHECK(outside > 45);
+    }
+    live_through<Bvh>(history, crowd(500), 16, outside, Told::changes);
+    live_through<Sweep>(history, crowd(300), 16, outside, Told::changes);
+  }
+}
+
+TEST_CASE("Verlet list: a box put back meets others that were, and what it met before, each once") {
+  // Two rows of boxes that pass each other, so fast that all leave their larger boxes again and again.
+  constexpr std::size_t n = 2000, movers = 60;
+  BoxArray boxes = crowd(n);
+  Listed<Grid> method;
+  std::size_t outside = 0, reused = 0;
+  for (int step = 0; step < 150; ++step) {
+    CAPTURE(step);
+    for (std::size_t i = 0; i < movers; ++i) {
+      const int turn = step / 4 + static_cast<int>(i % 3);  // every fourth step another way
+      const auto place = static_cast<float>(i / 2) + 0.4f * static_cast<float>(turn % 2 == 0 ? step % 4 : 4 - step % 4);
+      const float height = 10 + (i % 2 == 0 ? 0.3f * static_cast<float>(step % 7) : 0);
+      boxes.set(i, {{place, 10, height}, {place + 0.9f, 10.9f, height + 0.9f}});
+    }
+    REQUIRE(find_pairs(method, boxes) == overlapping_pairs(boxes));
+    outside += method.list.outside();
+    reused += method.list.mode() == VerletList::Mode::reuse ? 1 : 0;
+  }
+  CHECK(outside > 5 * movers);
+  CHECK(reused > 75);
 }
 
 TEST_CASE("Verlet list: where lists did not last they are tried again") {
@@ -270,19 +334,30 @@ TEST_CASE("Verlet list: candidates that the filter forbids are not kept, and wha
     std::erase_if(pairs, [&](const Pair p) { return !filter.allows(p.a, p.b); });
     return pairs;
   };
-  Listed<Grid> with, without;
+  Listed<Grid> with, untold, without;
   Random random(4);
   int kept = 0;
   for (int step = 0; step < 60; ++step) {
     CAPTURE(step);
-    if (step != 0) fly(boxes, 0.01f);
+    const BoxArray before = boxes;
+    std::vector<std::uint8_t> with_changes(n);
+    const auto any = [&] {
+      const std::size_t i = random() % n;
+      with_changes[i] = 1;
+      return i;
+    };
+    if (step != 0 && step < 40) fly(boxes, 0.01f);
     if (step > 20 && step % 4 == 0)
       for (int k = 0; k < 5; ++k) {
-        is_static[random() % n] ^= 1;
-        group[random() % n] = 1u << random() % 3;
-        mask[random() % n] = static_cast<std::uint32_t>(random());
+        is_static[any()] ^= 1;
+        group[any()] = 1u << random() % 3;
+        mask[any()] = static_cast<std::uint32_t>(random());
       }
+    const std::vector<std::uint8_t> changed = changes(before, boxes, step);
+    for (std::size_t i = 0; i < n; ++i) with_changes[i] = changed[i] | with_changes[i];
+    with.expect_changes(with_changes);
     REQUIRE(find_pairs(with, boxes, filter) == allowed());
+    REQUIRE(find_pairs(untold, boxes, filter) == allowed());
     (void)find_pairs(without, boxes);
     if (step == 15) {
       CHECK(without.list.candidates() > n / 2);

@@ -25,6 +25,11 @@ class BroadPhase {
   /// What the sinks of the steps that follow filter by. Only for speed: a method that keeps candidates then keeps none
   /// that are not allowed. The arrays must outlive those steps; what is in them may change between steps.
   virtual void expect(const PairFilter&) {}
+  /// What the next step, and only that, may have changed since the step before: one byte a box, 0 where the box and its
+  /// part of the filter are the same bits. Only for speed: a method that keeps candidates then does not look at these,
+  /// so that what stands still costs nothing. The array must outlive the step and may still be written until its
+  /// stage 0 runs. A byte that is wrongly 0 loses pairs (asserted in debug builds).
+  virtual void expect_changes(std::span<const std::uint8_t>) {}
   /// Starts a step. `boxes` must outlive it; its bounds may still be written until stage 0 runs, its size is fixed.
   /// Returns the number of stages, at least 1. Not thread-safe, like all but `run` and `emit`.
   virtual std::size_t begin(const BoxArray& boxes) = 0;
