@@ -84,9 +84,8 @@ struct Picture {
 /// A scene as it was recorded: what every piece of every step costs, and what threads cost each other that do that at
 /// once.
 struct Recording {
-  std::vector<RecordedStep> steps;
-  std::vector<RecordedStep> on_caller;  ///< in the form that a step of one thread has: nothing is joined
-  double slowdown = 1, sharing = 1;     ///< as in MachineCosts
+  std::vector<RecordedForms> steps;
+  double slowdown = 1, sharing = 1;  ///< as in MachineCosts
 };
 
 struct Entrant {
@@ -99,7 +98,6 @@ PipelineOptions papers(ExecutorKind executor, int threads) {
   options.executor = executor;
   options.threads = threads;
   options.broad_phase = BroadPhaseKind::brute;
-  options.form = StepForm::overlapped;  // the paper's, which the simulator knows
   return options;
 }
 
@@ -144,12 +142,13 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
   for (const Entrant& entrant : all) contestants.push_back(entrant.contestant);
   const int copies = std::min(threads, tbb::info::default_concurrency());
   contestants.push_back({copies_name(copies), papers(ExecutorKind::sequential, 1), nullptr, copies});
-  Timeline timelines[2];
-  for (const bool joined : {false, true}) {
+  constexpr StepForm forms[] = {StepForm::caller, StepForm::overlapped, StepForm::ordered};
+  Timeline timelines[std::size(forms)];
+  for (std::size_t i = 0; i < std::size(forms); ++i) {
     PipelineOptions recorded = papers(ExecutorKind::sequential, 1);
-    recorded.batch_pairs = meshes ? 1 : 8;
-    recorded.joined = joined;
-    contestants.push_back({joined ? "recorder, joined" : "recorder", recorded, &timelines[joined]});
+    recorded.batch_pairs = meshes ? 1 : forms[i] == StepForm::ordered ? 32 : 8;  // each is copied by itself there
+    recorded.form = forms[i];
+    contestants.push_back({fmt::format("recorder, {}", name(forms[i])), recorded, &timelines[i]});
   }
   Measured result{{std::string(scene_name), scene.bodies(), threads, false, 1, 1, {}}, {}};
   for (const Entrant& entrant : all)
@@ -162,8 +161,9 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
     BalanceDecision decision;
   };
   std::vector<Cell> cells;
-  std::vector<RecordedStep> runs[2];
-  Samples copy, slowdowns, busy;
+  std::vector<RecordedStep> runs[std::size(forms)];
+  Samples copy;
+  double copies_ms = 0, alone_ms = 0, busy_ms = 0, busy_alone_ms = 0;
   const auto start_step = [&] {
     cells.clear();
     for (auto& form : runs) form.clear();
@@ -188,14 +188,15 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
         if (turn.contestant > all.size()) {
           const std::size_t form = turn.contestant - all.size() - 1;
           auto& slices = timelines[form].lane().slices;
-          runs[form].push_back(read_step(slices));
+          runs[form].push_back(read_step(slices, forms[form]));
           slices.clear();
           return;
         }
         Cell& cell = cells[turn.contestant];
         const ExecutionReport& execution = turn.report.execution;
         cell.row.time.add(1e6 * execution.detect_ms);
-        cell.busy.add(execution.broad_ms + execution.narrow_ms);
+        if (turn.contestant == 0 || execution.form != StepForm::caller)
+          cell.busy.add(execution.broad_ms + execution.narrow_ms);
         cell.row.threads = execution.threads;
         cell.row.hash = turn.report.contact_hash;
         cell.row.more["candidate_pairs"] = execution.candidate_pairs;
@@ -211,7 +212,9 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
         }
       },
       [&](int step) {
-        busy.add(cells[1].busy.median() / cells[0].busy.median());  // barrier's, with the same batches in their order
+        for (std::size_t i = 1; i < all.size(); ++i)
+          if (!all[i].contestant.options.strict_split && cells[i].busy.size() != 0)
+            busy_ms += cells[i].busy.median(), busy_alone_ms += cells[0].busy.median();
         for (std::size_t i = 0; i < all.size(); ++i) {
           Cell& cell = cells[i];
           cell.row.n = bodies;
@@ -219,14 +222,15 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
           result.picture.series[i].add(1e-6 * cell.row.time.median(), cell.split, cell.decision);
           rows.push_back(std::move(cell.row));
         }
-        slowdowns.add(copy.median() / result.picture.series.front().ms.back());
-        result.recording.on_caller.push_back(typical(std::move(runs[0])));
-        result.recording.steps.push_back(typical(std::move(runs[1])));
+        copies_ms += copy.median();
+        alone_ms += result.picture.series.front().ms.back();
+        result.recording.steps.push_back(
+            {typical(std::move(runs[0])), typical(std::move(runs[1])), typical(std::move(runs[2]))});
         start_step();
         progress.at(static_cast<std::uint64_t>(step) + 1);
       });
-  result.recording.slowdown = std::max(1.0, slowdowns.median());
-  result.recording.sharing = std::max(1.0, busy.median() / result.recording.slowdown);
+  result.recording.slowdown = std::max(1.0, copies_ms / alone_ms);
+  if (busy_alone_ms > 0) result.recording.sharing = std::max(1.0, busy_ms / busy_alone_ms / result.recording.slowdown);
   return result;
 }
 
@@ -257,7 +261,7 @@ Picture simulate(const Measured& measured, int threads, bool every_split, Machin
     Series& series = picture.series.emplace_back();
     series.contestant = one.contestant;
     series.is_strict_split = one.is_strict_split;
-    for (const RecordedStep& step : threads == 1 ? measured.recording.on_caller : measured.recording.steps) {
+    for (const RecordedForms& step : measured.recording.steps) {
       const SimulatedStep took = one.simulator.step(step);
       series.add(1e-6 * took.ns, took.split, one.simulator.decision());
     }

@@ -18,6 +18,26 @@ std::vector<Contestant> contestants(int threads) {
   return all;
 }
 
+/// What was serial in the steps of a contestant that were shared.
+struct Serial {
+  Samples begin, update, broad, join, share;  // us, of all work
+
+  void add(const ExecutionReport& report) {
+    if (report.form == StepForm::caller || report.busy_ms <= 0) return;
+    begin.add(1e3 * report.serial.begin);
+    update.add(1e3 * report.serial.update);
+    broad.add(1e3 * report.serial.broad);
+    join.add(1e3 * report.serial.join);
+    share.add(report.serial.sum() / report.busy_ms);
+  }
+  void write(nlohmann::json& out) const {
+    if (share.size() == 0) return;
+    out["serial_us"] = {
+        {"begin", begin.median()}, {"update", update.median()}, {"broad", broad.median()}, {"join", join.median()}};
+    out["serial_share"] = share.median();
+  }
+};
+
 }  // namespace
 
 std::vector<Row> scenes_bench(const Settings& settings) {
@@ -29,8 +49,8 @@ std::vector<Row> scenes_bench(const Settings& settings) {
 
   std::vector<Row> rows;
   fmt::print("Detection, contacts computed. All but the last use the paper's brute-force broad phase.\n");
-  fmt::print("{:<16} {:<16} {:>7} {:>9} {:>9} {:>9} {:>7} {:>9}  {}\n", "scene", "executor", "threads", "ms/step",
-             "p10", "p90", "ratio", "of copies", "contact hash, last step");
+  fmt::print("{:<16} {:<16} {:>7} {:>9} {:>9} {:>9} {:>7} {:>9} {:>7}  {}\n", "scene", "executor", "threads", "ms/step",
+             "p10", "p90", "ratio", "of copies", "serial", "contact hash, last step");
   for (const std::string& name : scenes)
     for (const int threads : thread_counts) {
       const auto all = contestants(threads);
@@ -38,6 +58,7 @@ std::vector<Row> scenes_bench(const Settings& settings) {
       Scene scene = make_builtin_scene(name, settings.bodies);
       for (const Contestant& contestant : all)
         scene_rows.push_back({"scenes", name, contestant.name, 1, scene.bodies(), {}, 0, {{"steps", steps}}});
+      std::vector<Serial> serial(all.size());
       Progress progress(name, static_cast<std::uint64_t>(steps));
       contest(
           std::move(scene), all, steps, std::max(1, settings.repeat),
@@ -46,20 +67,26 @@ std::vector<Row> scenes_bench(const Settings& settings) {
             row.threads = turn.report.execution.threads;
             row.time.add(1e6 * turn.report.execution.detect_ms);
             row.hash = turn.report.contact_hash;
+            serial[turn.contestant].add(turn.report.execution);
           },
           [&](int step) { progress.at(static_cast<std::uint64_t>(step) + 1); });
       const double sequential = scene_rows.front().time.median();
       const Row* copies = nullptr;
       for (std::size_t i = 0; i < all.size(); ++i)
         if (all[i].copies > 1) copies = &scene_rows[i];
+      for (std::size_t i = 0; i < all.size(); ++i)
+        if (all[i].copies == 1) serial[i].write(scene_rows[i].more);
       for (Row& row : scene_rows) {
         const double ratio = sequential / row.time.median();
         row.more["ratio_to_sequential"] = ratio;
         row.more["ratio_of_sums"] = scene_rows.front().time.sum() / row.time.sum();
         if (copies != nullptr) row.more["of_copies"] = row.time.sum() / copies->time.sum();
-        fmt::print("{:<16} {:<16} {:>7} {:>9.3f} {:>9.3f} {:>9.3f} {:>6.2f}x {:>9}  {}\n", name, row.contestant,
+        fmt::print("{:<16} {:<16} {:>7} {:>9.3f} {:>9.3f} {:>9.3f} {:>6.2f}x {:>9} {:>7}  {}\n", name, row.contestant,
                    row.threads, 1e-6 * row.time.median(), 1e-6 * row.time.quantile(0.1), 1e-6 * row.time.quantile(0.9),
                    ratio, copies != nullptr ? fmt::format("{:.2f}", row.time.sum() / copies->time.sum()) : "",
+                   row.more.contains("serial_share")
+                       ? fmt::format("{:.1f} %", 100 * row.more["serial_share"].get<double>())
+                       : "",
                    hex(row.hash));
       }
       rows.insert(rows.end(), scene_rows.begin(), scene_rows.end());

@@ -105,7 +105,7 @@ void ContactSolver::prepare(const ContactList& contacts, const std::vector<Solve
   std::swap(pairs_, pairs_before_);
   std::swap(entries_, entries_before_);
   give_colours(contacts, bodies);
-  for_blocks(entries_.size(), pairs_a_block, [&](std::size_t begin, std::size_t end) {
+  for_blocks(entries_.size(), pairs_a_block, parallel_, [&](std::size_t begin, std::size_t end) {
     // Both lists are sorted by (a, b).
     auto old = std::lower_bound(entries_before_.begin(), entries_before_.end(), entries_[begin].key,
                                 [](const Entry& entry, std::uint64_t key) { return entry.key < key; });
@@ -175,7 +175,7 @@ void ContactSolver::for_each_pair(std::vector<SolverBody>& bodies, const Body& b
   std::uint32_t begin = 0;
   for (std::uint32_t colour = 0; colour < colours; ++colour) {
     const std::uint32_t end = colour_ends_[colour];
-    for_blocks(end - begin, pairs_a_block,
+    for_blocks(end - begin, pairs_a_block, parallel_,
                [&](std::size_t first, std::size_t last) { run(begin + first, begin + last); });
     begin = end;
   }

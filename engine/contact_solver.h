@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "parallel_blocks.h"
 #include "tandem/engine/response.h"
 
 namespace tandem {
@@ -23,6 +24,8 @@ struct SolverBody {
 /// pairs of one in parallel. The order depends on the contacts alone, and so does the motion.
 class ContactSolver {
  public:
+  /// `parallel` counts what threads may share.
+  explicit ContactSolver(ParallelTime& parallel) : parallel_(parallel) {}
   /// Takes over a step's contacts; impulses of those that were there in the step before are kept.
   void prepare(const ContactList& contacts, const std::vector<SolverBody>& bodies, const ResponseOptions& options);
   /// `h`: length of a sub-step.
@@ -67,6 +70,7 @@ class ContactSolver {
   void for_each_pair(std::vector<SolverBody>& bodies, const Body& body) const;
   void solve_pair(Pair& pair, SolverBody& a, SolverBody& b, Overlap overlap);
 
+  ParallelTime& parallel_;
   std::vector<Entry> entries_, entries_before_;
   std::vector<std::uint64_t> taken_;  // colours, a body
   std::vector<std::uint32_t> colour_ends_;

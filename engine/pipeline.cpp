@@ -236,7 +236,6 @@ struct Pipeline::Impl {
                                 .balance = options.balance,
                                 .strict_split = options.strict_split,
                                 .batch_pairs = options.batch_pairs,
-                                .joined = options.joined,
                                 .queue_capacity = options.queue_capacity,
                                 .small_step_ms = options.small_step_ms,
                                 .form = options.form})) {}

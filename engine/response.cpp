@@ -59,7 +59,8 @@ double mean_radius(const Shape& shape) { return shape.size() / std::sqrt(12.0); 
 
 struct Response::Impl {
   ResponseOptions options;
-  ContactSolver solver;
+  ParallelTime parallel;
+  ContactSolver solver{parallel};
   std::vector<ShapeMass> shapes;
   std::vector<SolverBody> bodies;  // one an index of the scene
   std::vector<Quat> orientations;  // the same, and so are the rotations half a step ahead
@@ -69,7 +70,7 @@ struct Response::Impl {
   void prepare_bodies(const Scene& scene);
   void accelerate(const Vec3& change);
   void advance(double h);
-  double put_back(Scene& scene) const;
+  double put_back(Scene& scene);
   double put_back(Scene& scene, std::uint32_t index) const;
   ResponseReport step(Scene& scene, const ContactList& contacts);
   void prepare_body(const Scene& scene, std::uint32_t index);
@@ -86,7 +87,7 @@ void Response::Impl::prepare_bodies(const Scene& scene) {
   bodies.resize(scene.indices());
   orientations.resize(scene.indices());
   half_turned.resize(scene.indices());
-  for_blocks(scene.indices(), bodies_a_block, [&](std::size_t begin, std::size_t end) {
+  for_blocks(scene.indices(), bodies_a_block, parallel, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) prepare_body(scene, static_cast<std::uint32_t>(i));
   });
   moving.clear();
@@ -130,7 +131,7 @@ void Response::Impl::accelerate(const Vec3& change) {
 
 void Response::Impl::advance(double h) {
   const double fastest = fastest_turn(h);
-  for_blocks(moving.size(), bodies_a_block, [&](std::size_t begin, std::size_t end) {
+  for_blocks(moving.size(), bodies_a_block, parallel, [&](std::size_t begin, std::size_t end) {
     for (const std::uint32_t i : std::span(moving).subspan(begin, end - begin)) {
       SolverBody& body = bodies[i];
       limit(body.velocity, options.max_speed);
@@ -144,10 +145,10 @@ void Response::Impl::advance(double h) {
 }
 
 /// Returns the kinetic energy.
-double Response::Impl::put_back(Scene& scene) const {
+double Response::Impl::put_back(Scene& scene) {
   // Summed by blocks, so that the rounding does not depend on threads either.
   std::vector<double> energies((moving.size() + bodies_a_block - 1) / bodies_a_block, 0.0);
-  for_blocks(moving.size(), bodies_a_block, [&](std::size_t begin, std::size_t end) {
+  for_blocks(moving.size(), bodies_a_block, parallel, [&](std::size_t begin, std::size_t end) {
     for (const std::uint32_t i : std::span(moving).subspan(begin, end - begin))
       energies[begin / bodies_a_block] += put_back(scene, i);
   });
@@ -195,6 +196,7 @@ Response::Response(Response&&) noexcept = default;
 Response& Response::operator=(Response&&) noexcept = default;
 
 ResponseReport Response::Impl::step(Scene& scene, const ContactList& contacts) {
+  parallel = {};
   prepare_bodies(scene);
   solver.prepare(contacts, bodies, options);
   const double h = scene.dt / options.substeps;
@@ -225,7 +227,10 @@ ResponseReport Response::step(Scene& scene, const ContactList& contacts) {
     own.arena->execute([&] { report = own.step(scene, contacts); });
   }
   for (const Contact& contact : contacts.contacts) report.max_depth = std::max(report.max_depth, contact.depth);
-  report.ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  const auto ms = [](auto time) { return std::chrono::duration<double, std::milli>(time).count(); };
+  const auto all = std::chrono::steady_clock::now() - start;
+  report.ms = ms(all);
+  report.serial_ms = ms(all - own.parallel.sum);
   return report;
 }
 

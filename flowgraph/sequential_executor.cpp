@@ -3,16 +3,17 @@
 namespace tandem {
 namespace {
 
-/// Broad, then narrow, on the calling thread.
+/// Broad, then narrow, on the calling thread; on request in the form of a step that several threads share, to measure
+/// what that costs.
 class SequentialExecutor final : public Executor {
  public:
   explicit SequentialExecutor(const ExecutorOptions& options)
-      : batch_pairs_(options.batch_pairs), joined_(options.joined) {}
+      : batch_pairs_(options.batch_pairs),
+        form_(options.form == StepForm::automatic ? StepForm::caller : options.form) {}
 
   void run(StepWork& work, ContactList& contacts, ExecutionReport& report, std::stop_token stop,
            Timeline* timeline) override {
-    state_.begin(work, contacts, {batch_pairs_}, joined_ ? StepForm::overlapped : StepForm::caller, std::move(stop),
-                 timeline);
+    state_.begin(work, contacts, {batch_pairs_, 1}, form_, std::move(stop), timeline);
     run_on_caller(state_);
     report.threads = 1;
     report.split = {1, 0};
@@ -22,7 +23,7 @@ class SequentialExecutor final : public Executor {
 
  private:
   std::size_t batch_pairs_;
-  bool joined_;
+  StepForm form_;
   StepState state_;
 };
 

@@ -5,8 +5,10 @@
 namespace tandem {
 namespace {
 
-constexpr double most_on_caller_ms = 2;  // of a step: with more work another thread always pays
-constexpr double better = 0.97;          // less to gain is within the noise of a step
+constexpr double most_on_caller_ms = 2;   // of work: with more another thread always pays
+constexpr double little_shared = 1.5;     // work over time: where more is done at once one thread will not be faster
+constexpr double joining_to_gain = 0.03;  // of a step: what putting pairs in order first can save
+constexpr double better = 0.97;           // less to gain is within the noise of a step
 constexpr int longest_period = 512;
 
 }  // namespace
@@ -16,9 +18,15 @@ FormChooser::FormChooser(StepForm wanted, double small_step_ms, bool can_order)
   if (wanted_ != StepForm::automatic) next_ = wanted_;
 }
 
-bool FormChooser::may_be(StepForm form, double detect_ms) const {
-  if (form == StepForm::caller) return small_.ever() && detect_ms < most_on_caller_ms;
+bool FormChooser::may_be(StepForm form, const ExecutionReport& report, double work_ms) const {
+  if (form == StepForm::caller)
+    return small_.ever() && work_ms < most_on_caller_ms && work_ms < little_shared * report.detect_ms;
   return form == StepForm::overlapped || (form == StepForm::ordered && can_order_);
+}
+
+bool FormChooser::may_pay(StepForm form, const ExecutionReport& report) const {
+  return form != StepForm::ordered || report.form != StepForm::overlapped ||
+         report.join_ms > joining_to_gain * report.detect_ms;
 }
 
 void FormChooser::go_to(StepForm form) {
@@ -39,12 +47,12 @@ void FormChooser::learn(const ExecutionReport& report, double work_ms, double lo
     return;
   }
   if (next_ != current_) {
-    if (!of(next_).has_two() && may_be(next_, report.detect_ms)) return;
+    if (!of(next_).has_two() && may_be(next_, report, work_ms)) return;
     end_trial();
   }
-  if (!may_be(current_, report.detect_ms)) go_to(StepForm::overlapped);
+  if (!may_be(current_, report, work_ms)) go_to(StepForm::overlapped);
   next_ = current_;
-  look_for_trial(report.detect_ms, load);
+  look_for_trial(report, work_ms, load);
 }
 
 void FormChooser::end_trial() {
@@ -57,11 +65,11 @@ void FormChooser::end_trial() {
   tried.period = std::min(2 * tried.period, longest_period);
 }
 
-void FormChooser::look_for_trial(double detect_ms, double load) {
+void FormChooser::look_for_trial(const ExecutionReport& report, double work_ms, double load) {
   if (!of(current_).has_two()) return;
   for (const StepForm form : {StepForm::ordered, StepForm::overlapped, StepForm::caller}) {
     Form& other = of(form);
-    if (form == current_ || !may_be(form, detect_ms)) continue;
+    if (form == current_ || !may_be(form, report, work_ms) || !may_pay(form, report)) continue;
     const bool other_load = load > 1.5 * other.load || 1.5 * load < other.load;
     if (other.wait > 0 && !other_load) continue;
     other.load = load;

@@ -44,10 +44,11 @@ class FormChooser {
   };
 
   Form& of(StepForm form) { return all_[static_cast<std::size_t>(form)]; }
-  bool may_be(StepForm form, double detect_ms) const;
+  bool may_be(StepForm form, const ExecutionReport& report, double work_ms) const;
+  bool may_pay(StepForm form, const ExecutionReport& report) const;
   void go_to(StepForm form);
   void end_trial();
-  void look_for_trial(double detect_ms, double load);
+  void look_for_trial(const ExecutionReport& report, double work_ms, double load);
 
   StepForm wanted_, current_ = StepForm::overlapped, next_ = StepForm::overlapped;
   bool can_order_;

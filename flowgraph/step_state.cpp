@@ -169,20 +169,27 @@ void StepState::begin(StepWork& work, ContactList& contacts, BatchPairs batch_pa
   pool_.begin(batch_pairs.most);
   if (form == StepForm::overlapped) joiner_.begin(work.bodies(), contacts);
   const std::size_t stages = work.begin();
-  if (timeline_ != nullptr) timeline_->lane().slices.push_back({"begin", start_, Clock::now(), step_, 0, 0});
+  note_slice({"begin", start_, Clock::now(), step_, 0, 0});
   shared_ = stages - 1;
   end_ = stages + (form == StepForm::overlapped ? Joiner::stages : form == StepForm::ordered ? ordered_stages : 0);
   blocks_.assign(end_, 0);
+  serial_ = {Clock::now() - start_};
+  opening_ = serial_[serial_begin];
   open_stage(0);
+}
+
+void StepState::count_serial(std::size_t stage, Clock::duration time) {
+  serial_[stage == 0 ? serial_update : stage <= shared_ ? serial_broad : serial_join] += time;
 }
 
 // Called by one thread at a time: the one that finished the stage before.
 void StepState::open_stage(std::size_t stage) {
   const std::size_t narrow_end = form_ == StepForm::ordered ? end_ - 1 : shared_ + 1;
+  Clock::time_point now = Clock::now();
   for (;; ++stage) {
-    if (stage == 1) update_end_ns_.store(ns(Clock::now() - start_), std::memory_order_relaxed);
-    if (stage == shared_) shared_start_ = Clock::now();
-    if (stage == narrow_end) narrow_end_ns_.store(ns(Clock::now() - shared_start_), std::memory_order_relaxed);
+    if (stage == 1) update_end_ns_.store(ns(now - start_), std::memory_order_relaxed);
+    if (stage == shared_) shared_start_ = now;
+    if (stage == narrow_end) narrow_end_ns_.store(ns(now - shared_start_), std::memory_order_relaxed);
     if (stage == end_) break;
     // After an error what earlier stages should have prepared may be missing: nothing more is asked of the work.
     if (stop_requested()) continue;
@@ -192,6 +199,11 @@ void StepState::open_stage(std::size_t stage) {
       capture();
       continue;
     }
+    const Clock::time_point opened = Clock::now();
+    note_slice({"open", now, opened, step_, stage, 0});
+    count_serial(stage, opened - now);
+    opening_ += opened - now;
+    now = opened;
     if (blocks_[stage] != 0) break;
   }
   done_.store(0, std::memory_order_relaxed);
@@ -238,18 +250,28 @@ bool StepState::take(std::size_t stage, std::size_t& block) {
   return true;
 }
 
+void StepState::note_slice(const Timeline::Slice& slice) noexcept {
+  if (timeline_ == nullptr) return;
+  try {
+    timeline_->lane().slices.push_back(slice);
+  } catch (...) {
+    capture();
+  }
+}
+
 template <class Body>
-Clock::duration StepState::timed(std::string_view name, std::uint64_t id, const std::uint64_t* pairs, Body&& body) {
+Clock::duration StepState::timed(std::string_view name, std::uint64_t id, const std::uint64_t* pairs, Body&& body,
+                                 bool heavy) {
   const Clock::time_point begin = Clock::now();
   Clock::time_point end = begin;
   try {
     body();
     end = Clock::now();
-    if (timeline_ != nullptr)
-      timeline_->lane().slices.push_back({name, begin, end, step_, id, pairs != nullptr ? *pairs : 0});
   } catch (...) {
     capture();
+    return end - begin;
   }
+  note_slice({name, begin, end, step_, id, pairs != nullptr ? *pairs : 0, heavy});
   return end - begin;
 }
 
@@ -268,6 +290,7 @@ void StepState::run(std::size_t stage, std::size_t block) {
                                 work_->run(stage, block);
                             });
     (joining ? join_ns_ : stage == 0 ? update_ns_ : broad_ns_).fetch_add(ns(time), std::memory_order_relaxed);
+    if (blocks_[stage] == 1) count_serial(stage, time);
   }
   if (done_.fetch_add(1, std::memory_order_acq_rel) + 1 == blocks_[stage]) open_stage(stage + 1);
 }
@@ -293,10 +316,13 @@ void StepState::run_tile(std::size_t tile, BatchWriter& writer) {
 void StepState::narrow(Batch& batch) {
   if (failed()) return;
   const std::uint64_t pairs = batch.count;
-  const auto time = timed("narrow", batch.id, &pairs, [&] {
-    work_->narrow(batch);
-    if (form_ == StepForm::overlapped) joiner_.count(batch);
-  });
+  const auto time = timed(
+      "narrow", batch.id, &pairs,
+      [&] {
+        work_->narrow(batch);
+        if (form_ == StepForm::overlapped) joiner_.count(batch);
+      },
+      batch.heavy);
   narrow_ns_of_this_thread += ns(time);
   narrow_ns_.fetch_add(ns(time), std::memory_order_relaxed);
   if (batch.heavy) {
@@ -407,6 +433,10 @@ void StepState::end(ExecutionReport& report) {
   report.narrow_end_ms = to_ms(narrow_end_ns_.load(std::memory_order_relaxed));
   const std::int64_t total = ns(Clock::now() - start_);
   report.detect_ms = to_ms(total);
+  report.busy_ms = work_ms() + to_ms(ns(opening_));
+  if (form_ != StepForm::caller)
+    report.serial = {to_ms(ns(serial_[serial_begin])), to_ms(ns(serial_[serial_update])),
+                     to_ms(ns(serial_[serial_broad])), to_ms(ns(serial_[serial_join]))};
   report.join_ms = to_ms(total - ns(shared_start_ - start_)) - report.narrow_end_ms;
   report.issues |= (inexact_.load(std::memory_order_relaxed) ? bit(StepIssue::inexact) : 0u) |
                    (pool_.grew() ? bit(StepIssue::pool_grew) : 0u) | (failed() ? bit(StepIssue::ended_early) : 0u);

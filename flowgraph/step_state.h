@@ -124,7 +124,7 @@ class StepState {
   std::size_t blocks(std::size_t stage) const { return blocks_[stage]; }
   std::span<Batch* const> batches() { return pool_.taken(); }
   std::vector<Batch*>& shelf() { return shelf_; }  ///< room for batches that wait, kept from step to step
-  double work_ms() const;                          ///< busy time so far, all stages
+  double work_ms() const;                          ///< busy time so far, all blocks
 
  private:
   friend class BatchWriter;
@@ -135,12 +135,15 @@ class StepState {
   /// True when no more blocks are to be run: after an error, a stop request or the host's cancellation.
   bool stop_requested();
   void open_stage(std::size_t stage);
+  void count_serial(std::size_t stage, Clock::duration time);
   std::size_t open_tail(std::size_t stage);
   void run_tail(std::size_t stage, std::size_t block);
   void narrow_in_place(std::size_t block);
   void close_work();
   template <class Body>
-  Clock::duration timed(std::string_view name, std::uint64_t id, const std::uint64_t* pairs, Body&& body);
+  Clock::duration timed(std::string_view name, std::uint64_t id, const std::uint64_t* pairs, Body&& body,
+                        bool heavy = false);
+  void note_slice(const Timeline::Slice& slice) noexcept;
 
   StepWork* work_ = nullptr;
   ContactList* contacts_ = nullptr;
@@ -158,6 +161,9 @@ class StepState {
   BatchPool pool_;
   std::vector<Batch*> shelf_;
   Clock::time_point start_, shared_start_;
+  enum SerialPhase : std::uint8_t { serial_begin, serial_update, serial_broad, serial_join };
+  std::array<Clock::duration, 4> serial_{};  // written by the one thread that opens a stage or has its only block
+  Clock::duration opening_{};                // of that, what is no block
 
   // Stage in the high half, next block in the low half: a block can only be taken of the stage it belongs to.
   alignas(64) std::atomic<std::uint64_t> ticket_{0};

@@ -412,7 +412,7 @@ void add_patch(const Posed& m, const Patch& patch, std::span<const Crossing> cro
 // two hulls, with points of the triangles that meet.
 void add_touching(const Posed& m, std::span<const std::array<std::uint32_t, 2>> pairs, Memory memory,
                   std::vector<Contact>& contacts) {
-  std::vector<Vec3> directions;
+  List<Vec3> directions(memory);
   Vec3 sides = Vec3::Zero();
   for (const auto& [i, j] : pairs) {
     const auto p = m.corners(true, i), q = m.corners(false, j);
@@ -492,18 +492,21 @@ void keep_four(std::vector<Contact>& contacts, std::size_t first, double size) {
   contacts.resize(out);
 }
 
-std::vector<Contact> patch_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
-                                    std::span<const std::array<std::uint32_t, 2>> pairs) {
+void patch_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
+                    std::span<const std::array<std::uint32_t, 2>> pairs, std::vector<Contact>& contacts) {
   const Posed m{a, b, frame};
   alignas(std::max_align_t) std::array<std::byte, usual_memory> usual;
   std::pmr::monotonic_buffer_resource memory(usual.data(), usual.size());
-  std::vector<Contact> contacts;
+  const std::size_t first = contacts.size();
   const PatchFinder finder(m, pairs, &memory);
   for (const Patch& patch : finder.patches()) add_patch(m, patch, finder.crossings(), &memory, contacts);
-  if (contacts.empty()) add_touching(m, pairs, &memory, contacts);
-  std::stable_sort(contacts.begin(), contacts.end(),
-                   [](const Contact& x, const Contact& y) { return x.feature < y.feature; });
-  return contacts;
+  if (contacts.size() == first) add_touching(m, pairs, &memory, contacts);
+  // Of one feature in several patches the place decides.
+  std::sort(contacts.begin() + static_cast<std::ptrdiff_t>(first), contacts.end(),
+            [](const Contact& x, const Contact& y) {
+              if (x.feature != y.feature) return x.feature < y.feature;
+              return std::lexicographical_compare(x.point.begin(), x.point.end(), y.point.begin(), y.point.end());
+            });
 }
 
 }  // namespace tandem

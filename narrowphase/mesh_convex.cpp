@@ -71,7 +71,7 @@ class MeshConvex {
     PatchCollector patches(size_);
     double gap = infinity;
     query().each_near(options_.margin, [&](std::uint32_t t) {
-      gap = std::min(gap, add_contacts(t, patches));
+      gap = std::min(gap, add_contacts(t, patches, out));
       return false;
     });
     const std::size_t first = out.size();
@@ -424,13 +424,20 @@ class MeshConvex {
     return spare > 0 && spare * spare > 4 * k2 * l2;
   }
 
-  // Adds the triangle's contacts; how far apart the two are known to be.
-  double add_contacts(std::uint32_t t, PatchCollector& patches) const {
+  // Adds the triangle's contacts; how far apart the two are known to be. `room`: what it holds stays as it is.
+  double add_contacts(std::uint32_t t, PatchCollector& patches, std::vector<Contact>& room) const {
+    const std::size_t first = room.size();
+    const double gap = add_contacts(t, patches, room, first);
+    room.resize(first);
+    return gap;
+  }
+
+  // The same with the triangle's contacts from `first` on in `found` at last.
+  double add_contacts(std::uint32_t t, PatchCollector& patches, std::vector<Contact>& found, std::size_t first) const {
     const Corners p = corners(t);
     const Vec3 area = area_vector(p);
     const double length = area.norm();
-    std::vector<Contact>& found = patches.scratch();
-    found.clear();
+    const auto own = [&] { return std::span<const Contact>(found).subspan(first); };
     PairAnswer r;
     bool is_known = false;
     if (length > 0) {
@@ -451,11 +458,11 @@ class MeshConvex {
       }
     }
     if (!is_known) r = solve(p, Request::contacts, &found);
-    if (found.empty()) return r.signed_distance;
+    if (found.size() == first) return r.signed_distance;
     const Vec3 n = length > 0 ? Vec3(area / length) : Vec3::Zero();
     const bool outward = !model_.solid || r.normal.dot(n) > -1e-6;
     if (n.isZero() || (outward && bears(model_, t, r.normal))) {
-      patches.add(t, found);
+      patches.add(t, own());
       return r.signed_distance;
     }
     // Not a way the surface pushes: its neighbours lie there. What the triangle's face bears counts.
@@ -464,13 +471,16 @@ class MeshConvex {
     const Vec3 low = support(-face);
     const double depth = face.dot(p[0] - low);
     if (depth < -options_.margin) return r.signed_distance;
-    found.clear();
+    found.resize(first);
     const LocalAnswer along_face{-depth, low + depth * face, low, face, 0};
     append_manifold(view_triangle(p), view_, {turn_.rotation, Vec3::Zero()}, along_face, options_.margin, Pose{},
                     found);
     const bool over = point_distance(view_triangle(p), along_face.point_a).signed_distance <= 1e-9 * size_;
-    if (!over) std::erase_if(found, [&](const Contact& c) { return c.feature == 0xffffffffu; });
-    patches.add(t, found);
+    if (!over)
+      found.erase(std::remove_if(found.begin() + static_cast<std::ptrdiff_t>(first), found.end(),
+                                 [](const Contact& c) { return c.feature == 0xffffffffu; }),
+                  found.end());
+    patches.add(t, own());
     return r.signed_distance;
   }
 

@@ -1,10 +1,10 @@
 #include "mesh_inside.h"
 
 #include <algorithm>
+#include <array>
 #include <boost/multiprecision/cpp_int.hpp>
 #include <cmath>
 #include <limits>
-#include <vector>
 
 namespace tandem {
 namespace {
@@ -37,10 +37,11 @@ class Ray {
     const Vec3 at = (from_ - mesh_.centre) / mesh_.unit;
     const double pad = slack / mesh_.unit + 1e-12;
     int sum = 0;
-    std::vector<std::uint32_t> stack{0};
-    while (!stack.empty()) {
-      const MeshNode& n = mesh_.nodes[stack.back()];
-      stack.pop_back();
+    std::array<std::uint32_t, 64 * sizeof(MeshNode::child) / sizeof(std::uint32_t)> stack;  // MeshModel::depth
+    std::size_t top = 0;
+    stack[top++] = 0;
+    while (top > 0) {
+      const MeshNode& n = mesh_.nodes[stack[--top]];
       for (std::uint32_t k = 0; k < n.lanes; ++k) {
         const auto gap = [&](int axis) {
           return std::abs(static_cast<double>(n.mid[axis][k]) - at[axis]) - static_cast<double>(n.half[axis][k]);
@@ -48,7 +49,7 @@ class Ray {
         const bool behind = at.z() > static_cast<double>(n.mid[2][k]) + static_cast<double>(n.half[2][k]) + pad;
         if (behind || gap(0) > pad || gap(1) > pad) continue;
         if (n.count[k] == 0) {
-          stack.push_back(n.child[k]);
+          stack[top++] = n.child[k];
           continue;
         }
         for (std::uint32_t i = 0; i < n.count[k]; ++i) {

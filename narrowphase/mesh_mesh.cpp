@@ -1,7 +1,10 @@
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
+#include <memory_resource>
 #include <queue>
+#include <span>
 
 #include "mesh_contacts.h"
 #include "mesh_inside.h"
@@ -17,11 +20,18 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
+using TrianglePairs = std::pmr::vector<std::array<std::uint32_t, 2>>;
+
+// What a query usually needs for them lies on the stack.
+struct PairMemory {
+  alignas(std::max_align_t) std::array<std::byte, std::size_t{16} << 10> usual;
+  std::pmr::monotonic_buffer_resource resource{usual.data(), usual.size()};
+};
+
 // Collects the pairs of triangles that meet, exactly, or only whether there is one.
 class MeetingPairs final : public PairVisitor {
  public:
-  MeetingPairs(const MeshModel& a, const MeshModel& b, TriangleTest& test,
-               std::vector<std::array<std::uint32_t, 2>>* pairs)
+  MeetingPairs(const MeshModel& a, const MeshModel& b, TriangleTest& test, TrianglePairs* pairs)
       : a_(a), b_(b), test_(test), pairs_(pairs) {
     traverse(a, b, test, pairs == nullptr, *this);
   }
@@ -44,14 +54,14 @@ class MeetingPairs final : public PairVisitor {
   const MeshModel& a_;
   const MeshModel& b_;
   TriangleTest& test_;
-  std::vector<std::array<std::uint32_t, 2>>* pairs_;
+  TrianglePairs* pairs_;
   std::uint32_t last_ = no_index;
   Corners q_, q_in_a_;
   bool any_ = false;
 };
 
-std::vector<std::array<std::uint32_t, 2>> meeting_pairs(const MeshModel& a, const MeshModel& b, TriangleTest& test) {
-  std::vector<std::array<std::uint32_t, 2>> pairs;
+TrianglePairs meeting_pairs(const MeshModel& a, const MeshModel& b, TriangleTest& test, PairMemory& memory) {
+  TrianglePairs pairs(&memory.resource);
   MeetingPairs(a, b, test, &pairs);
   std::sort(pairs.begin(), pairs.end());
   return pairs;
@@ -254,7 +264,8 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
   }
   const MeshModel &ma = a.shape.mesh(), &mb = b.shape.mesh();
   TriangleTest test(a.pose, b.pose, reach(mb));
-  const auto pairs = meeting_pairs(ma, mb, test);
+  PairMemory memory;
+  const TrianglePairs pairs = meeting_pairs(ma, mb, test, memory);
   const bool inside = pairs.empty() && contained(a, b);
   if (request == Request::contacts) {
     if (pairs.empty() && !inside) return answer;
@@ -266,10 +277,10 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
       answer.collide = true;
       if (contacts->size() > first) return answer;
     }
-    for (Contact c : patch_contacts(ma, mb, test, pairs)) {
+    patch_contacts(ma, mb, test, pairs, *contacts);
+    for (Contact& c : std::span(*contacts).subspan(first)) {
       c.point = a.pose * c.point;
       c.normal = (a.pose.rotation * c.normal).normalized();
-      contacts->push_back(c);
     }
     answer = from_deepest(*contacts, first);
     answer.collide = true;
@@ -314,7 +325,9 @@ std::vector<std::array<std::uint32_t, 2>> mesh_triangle_pairs(const Shape& a, co
   const bool in_order = goes_first(first, second);
   const Posed &p = in_order ? first : second, &q = in_order ? second : first;
   TriangleTest test(p.pose, q.pose, reach(q.shape.mesh()));
-  auto pairs = meeting_pairs(p.shape.mesh(), q.shape.mesh(), test);
+  PairMemory memory;
+  const TrianglePairs found = meeting_pairs(p.shape.mesh(), q.shape.mesh(), test, memory);
+  std::vector<std::array<std::uint32_t, 2>> pairs(found.begin(), found.end());
   if (!in_order) {
     for (auto& pair : pairs) std::swap(pair[0], pair[1]);
     std::sort(pairs.begin(), pairs.end());

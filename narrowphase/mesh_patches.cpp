@@ -13,10 +13,15 @@ constexpr double same_point = 1e-9;     // of the size
 constexpr double worth_keeping = 1e-6;  // of the size: a point this much deeper than the corners of its patch
 constexpr double thin = 0.005;          // width of a patch to its length: an edge
 
-// At most four of the points, wherever they came from: the extremes of the patch, and the deepest if it is none of
-// them. Equal depths are equal but for rounding, so none of them leads.
-void keep_widest(std::vector<Contact>& p, double size) {
-  if (p.size() <= 1) return;
+using Points = std::pmr::vector<Contact>;
+
+// Appends at most four of the points, wherever they came from: the extremes of the patch, and the deepest if it is none
+// of them. Equal depths are equal but for rounding, so none of them leads.
+void append_widest(const Points& p, double size, std::vector<Contact>& out) {
+  if (p.size() <= 1) {
+    out.insert(out.end(), p.begin(), p.end());
+    return;
+  }
   const Vec3 axis = p.front().normal;
   const Vec3 start = axis.cross(Vec3(0.36, 0.48, 0.8));
   const auto best = [&](auto&& score) {
@@ -25,26 +30,29 @@ void keep_widest(std::vector<Contact>& p, double size) {
       if (score(p[i]) > score(p[winner]) + 1e-9 * size) winner = i;
     return winner;
   };
-  std::vector<std::size_t> kept{best([&](const Contact& c) { return start.dot(c.point); })};
+  std::array<std::size_t, 4> kept;
+  kept.fill(p.size());  // none
+  kept[0] = best([&](const Contact& c) { return start.dot(c.point); });
   const Vec3 from = p[kept[0]].point;
-  kept.push_back(best([&](const Contact& c) { return (c.point - from).norm(); }));
+  std::size_t count = 1;
+  kept[count++] = best([&](const Contact& c) { return (c.point - from).norm(); });
   const Vec3 along = p[kept[1]].point - from;
   const double length = along.norm();
   if (length > same_point * size) {
     const Vec3 side = axis.cross(along).normalized();
     for (const double s : {1.0, -1.0}) {
       const std::size_t k = best([&](const Contact& c) { return s * side.dot(c.point - from); });
-      if (s * side.dot(p[k].point - from) > thin * length) kept.push_back(k);
+      if (s * side.dot(p[k].point - from) > thin * length) kept[count++] = k;
     }
   } else {
-    kept.pop_back();
+    kept[--count] = p.size();
   }
   const std::size_t deepest = best([](const Contact& c) { return c.depth; });
   double most = p[kept[0]].depth;
-  for (const std::size_t k : kept) most = std::max(most, p[k].depth);
+  for (const std::size_t k : std::span(kept).first(count)) most = std::max(most, p[k].depth);
   if (p[deepest].depth > most + worth_keeping * size) {
-    if (kept.size() < 4) {
-      kept.push_back(deepest);
+    if (count < kept.size()) {
+      kept[count++] = deepest;
     } else {
       // It stands for the one nearest to it.
       *std::min_element(kept.begin(), kept.end(), [&](std::size_t i, std::size_t j) {
@@ -53,10 +61,8 @@ void keep_widest(std::vector<Contact>& p, double size) {
     }
   }
   std::sort(kept.begin(), kept.end());
-  kept.erase(std::unique(kept.begin(), kept.end()), kept.end());
-  std::vector<Contact> few;
-  for (const std::size_t k : kept) few.push_back(p[k]);
-  p = std::move(few);
+  for (std::size_t k = 0; k < count; ++k)
+    if (k == 0 || kept[k] != kept[k - 1]) out.push_back(p[kept[k]]);
 }
 
 }  // namespace
@@ -71,17 +77,17 @@ void PatchCollector::add(std::uint32_t t, std::span<const Contact> contacts) {
 
 void PatchCollector::finish(const Vec3& centre, bool solid, std::vector<Contact>& out) {
   // Deeper ones found patches; of equals (to rounding) the one whose triangle comes first.
-  std::sort(all_.begin(), all_.end(), [](const Contact& x, const Contact& y) { return x.feature < y.feature; });
-  std::stable_sort(all_.begin(), all_.end(), [&](const Contact& x, const Contact& y) {
-    return std::floor(x.depth / (worth_keeping * size_)) > std::floor(y.depth / (worth_keeping * size_));
+  std::sort(all_.begin(), all_.end(), [&](const Contact& x, const Contact& y) {
+    const double step = worth_keeping * size_, floor_x = std::floor(x.depth / step),
+                 floor_y = std::floor(y.depth / step);
+    return floor_x != floor_y ? floor_x > floor_y : x.feature < y.feature;
   });
-  std::vector<std::vector<Contact>> patches;
+  std::pmr::vector<Points> patches(&memory_);
   for (const Contact& c : all_) {
-    const auto same = std::find_if(patches.begin(), patches.end(), [&](const std::vector<Contact>& p) {
-      return p.front().normal.dot(c.normal) > one_patch;
-    });
+    const auto same = std::find_if(patches.begin(), patches.end(),
+                                   [&](const Points& p) { return p.front().normal.dot(c.normal) > one_patch; });
     if (same == patches.end()) {
-      patches.push_back({c});
+      patches.emplace_back().push_back(c);
       continue;
     }
     // A point on an edge belongs to the triangles of both sides.
@@ -90,7 +96,7 @@ void PatchCollector::finish(const Vec3& centre, bool solid, std::vector<Contact>
     if (twin == same->end()) same->push_back(c);
   }
   if (solid) {
-    std::vector<std::uint8_t> far(patches.size(), 0);
+    std::pmr::vector<std::uint8_t> far(patches.size(), 0, &memory_);
     const auto behind = [&](const Contact& c) { return c.normal.dot(centre - c.point) < 0; };
     for (std::size_t i = 0; i < patches.size(); ++i)
       for (const auto& other : patches)
@@ -101,10 +107,7 @@ void PatchCollector::finish(const Vec3& centre, bool solid, std::vector<Contact>
     std::erase_if(patches, [&](const auto&) { return far[i++] != 0; });
   }
   const std::size_t first = out.size();
-  for (auto& patch : patches) {
-    keep_widest(patch, size_);
-    out.insert(out.end(), patch.begin(), patch.end());
-  }
+  for (const Points& patch : patches) append_widest(patch, size_, out);
   std::sort(out.begin() + static_cast<std::ptrdiff_t>(first), out.end(),
             [](const Contact& x, const Contact& y) { return x.feature < y.feature; });
 }

@@ -1,5 +1,8 @@
 #pragma once
+#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <memory_resource>
 #include <span>
 #include <vector>
 
@@ -12,6 +15,8 @@ namespace tandem {
 class PatchCollector {
  public:
   explicit PatchCollector(double size) : size_(size) {}
+  PatchCollector(const PatchCollector&) = delete;
+  PatchCollector& operator=(const PatchCollector&) = delete;
 
   /// Of triangle t; their normals point from the mesh.
   void add(std::uint32_t t, std::span<const Contact> contacts);
@@ -20,11 +25,11 @@ class PatchCollector {
   /// that the shape with this centre has gone through: the far one does not push.
   void finish(const Vec3& centre, bool solid, std::vector<Contact>& out);
 
-  std::vector<Contact>& scratch() { return scratch_; }
-
  private:
   double size_;
-  std::vector<Contact> all_, scratch_;
+  alignas(std::max_align_t) std::array<std::byte, 16384> usual_;  // enough but for very many triangles
+  std::pmr::monotonic_buffer_resource memory_{usual_.data(), usual_.size()};
+  std::pmr::vector<Contact> all_{&memory_};
 };
 
 }  // namespace tandem

@@ -4,11 +4,11 @@
 #include <chrono>
 #include <numeric>
 #include <stdexcept>
+#include <string_view>
+#include <utility>
 
 namespace tandem::bench {
 namespace {
-
-double sum(const std::vector<double>& values) { return std::accumulate(values.begin(), values.end(), 0.0); }
 
 /// Of an even number the lower one.
 double median(std::vector<double>& values) {
@@ -17,88 +17,150 @@ double median(std::vector<double>& values) {
   return *middle;
 }
 
+/// Sorts a step's slices into its stages.
+class Reader {
+ public:
+  explicit Reader(RecordedStep& step) : step_(step) {}
+
+  void read(const Timeline::Slice& slice) {
+    const double ns = std::chrono::duration<double, std::nano>(slice.end - slice.begin).count();
+    if (slice.name == "begin") {
+      step_.begin_ns = ns;
+    } else if (slice.name == "open") {
+      open_ns_ += ns;  // with those of stages that have no blocks
+      opened_ = true;
+    } else if (slice.name == "broad") {
+      if (opened_) step_.open_tiles_ns = opening();
+      step_.tiles.push_back({ns, slice.pairs});
+    } else if (slice.name == "narrow") {
+      narrow(slice, ns);
+    } else if (slice.name == "join" && in_narrow_ && !opened_) {
+      copied_ns_ += ns;
+    } else {
+      auto& stages = slice.name != "join" ? step_.before : is_joined() ? step_.after : step_.order;
+      if (opened_ || stages.empty()) stages.push_back({opening(), {}});
+      stages.back().blocks.push_back(ns);
+    }
+  }
+  void end() {
+    if (!step_.pieces.empty()) step_.pieces[last_].ns += copied_ns_;
+  }
+
+ private:
+  bool is_joined() const { return in_narrow_ || step_.form == StepForm::overlapped; }
+
+  double opening() {
+    opened_ = false;
+    return std::exchange(open_ns_, 0);
+  }
+
+  // Batches of StepForm::ordered come heavy ones first; each is taken and its answers put away, too.
+  void narrow(const Timeline::Slice& slice, double ns) {
+    const bool ordered = step_.form == StepForm::ordered;
+    if (ordered && !in_narrow_) {
+      copied_ns_ = step_.order.back().blocks.back();  // the first one was taken for a stage
+      step_.open_narrow_ns = step_.order.back().open_ns;
+      step_.order.pop_back();
+      in_narrow_ = true;
+    }
+    last_ = ordered ? slice.id : step_.pieces.size();
+    if (last_ >= step_.pieces.size()) step_.pieces.resize(last_ + 1);
+    step_.pieces[last_] = {ns + std::exchange(copied_ns_, 0), slice.pairs, slice.heavy};
+  }
+
+  RecordedStep& step_;
+  double open_ns_ = 0, copied_ns_ = 0;
+  bool opened_ = false, in_narrow_ = false;
+  std::size_t last_ = 0;
+};
+
 }  // namespace
 
-double RecordedStep::narrow_until(double pair) const {
-  const auto mark = std::lower_bound(pair_marks_.begin(), pair_marks_.end(), pair,
-                                     [](std::uint64_t m, double p) { return static_cast<double>(m) < p; });
-  if (mark == pair_marks_.end()) return narrow_marks_.empty() ? 0 : narrow_marks_.back();
-  const auto i = static_cast<std::size_t>(mark - pair_marks_.begin());
-  const double first = i == 0 ? 0 : static_cast<double>(pair_marks_[i - 1]);
-  const double before = i == 0 ? 0 : narrow_marks_[i - 1];
-  return before + batch_ns_[i] * (pair - first) / (static_cast<double>(pair_marks_[i]) - first);
+void RecordedStep::index() {
+  first_pairs_.assign(1, 0);
+  light_until_.assign(1, 0);
+  has_heavy_ = false;
+  for (const Piece& piece : pieces) {
+    first_pairs_.push_back(first_pairs_.back() + piece.pairs);
+    light_until_.push_back(light_until_.back() + (piece.heavy ? 0 : piece.ns));
+    has_heavy_ |= piece.heavy;
+  }
+}
+
+std::size_t RecordedStep::piece_of(double pair) const {
+  const auto next = std::upper_bound(first_pairs_.begin(), first_pairs_.end(), pair,
+                                     [](double p, std::uint64_t first) { return p < static_cast<double>(first); });
+  return static_cast<std::size_t>(next - first_pairs_.begin()) - 1;
+}
+
+double RecordedStep::narrow_ns(double first, double end, bool heavy) const {
+  const auto until = [&](double pair) {
+    const std::size_t i = piece_of(pair);
+    if (i >= pieces.size() || pieces[i].heavy || pieces[i].pairs == 0) return light_until_[i];
+    return light_until_[i] + pieces[i].ns * (pair - first_pair(i)) / static_cast<double>(pieces[i].pairs);
+  };
+  if (!heavy) return until(end) - until(first);
+  double sum = 0;
+  for (std::size_t i = piece_of(first); i < pieces.size() && first_pair(i) < end; ++i) {
+    const double from = std::max(first, first_pair(i)), to = std::min(end, first_pair(i + 1));
+    if (pieces[i].heavy && to > from) sum += pieces[i].ns * (to - from) / static_cast<double>(pieces[i].pairs);
+  }
+  return sum;
 }
 
 double RecordedStep::work_ns() const {
-  double all = begin_ns + (narrow_marks_.empty() ? 0 : narrow_marks_.back());
-  for (const Blocks& stage : before) all += sum(stage);
-  for (const Tile& tile : tiles) all += tile.ns;
-  for (const Blocks& stage : after) all += sum(stage);
+  RecordedStep copy = *this;
+  double all = 0;
+  for (const double* time : copy.times()) all += *time;
   return all;
 }
 
 std::size_t RecordedStep::tasks() const {
-  std::size_t all = tiles.size() + batch_ns_.size();
-  for (const Blocks& stage : before) all += stage.size();
-  for (const Blocks& stage : after) all += stage.size();
+  std::size_t all = tiles.size() + pieces.size();
+  for (const auto* stages : {&before, &order, &after})
+    for (const Stage& stage : *stages) all += stage.blocks.size();
   return all;
 }
 
-RecordedStep read_step(const std::vector<Timeline::Slice>& slices) {
+RecordedStep read_step(const std::vector<Timeline::Slice>& slices, StepForm form) {
   RecordedStep step;
-  std::uint64_t pairs = 0;
-  for (const Timeline::Slice& slice : slices) {
-    const double ns = std::chrono::duration<double, std::nano>(slice.end - slice.begin).count();
-    // A single thread takes a stage's blocks in their order, so that block 0 begins a stage.
-    const auto add = [&](std::vector<RecordedStep::Blocks>& stages) {
-      if (slice.id == 0) stages.emplace_back();
-      stages.back().push_back(ns);
-    };
-    if (slice.name == "begin") {
-      step.begin_ns = ns;
-    } else if (slice.name == "broad") {
-      step.tiles.push_back({ns, slice.pairs});
-    } else if (slice.name == "narrow") {
-      pairs += slice.pairs;
-      step.pair_marks_.push_back(pairs);
-      step.batch_ns_.push_back(ns);
-    } else {
-      add(slice.name == "join" ? step.after : step.before);
-    }
-  }
-  step.narrow_marks_.resize(step.batch_ns_.size());
-  std::partial_sum(step.batch_ns_.begin(), step.batch_ns_.end(), step.narrow_marks_.begin());
+  step.form = form;
+  Reader reader(step);
+  for (const Timeline::Slice& slice : slices) reader.read(slice);
+  reader.end();
+  step.index();
   return step;
 }
 
-std::vector<double*> RecordedStep::pieces() {
-  std::vector<double*> all{&begin_ns};
-  const auto add = [&](std::vector<Blocks>& stages) {
-    for (Blocks& stage : stages)
-      for (double& block : stage) all.push_back(&block);
-  };
-  add(before);
+std::vector<double*> RecordedStep::times() {
+  std::vector<double*> all{&begin_ns, &open_tiles_ns, &open_narrow_ns};
+  for (auto* stages : {&before, &order, &after})
+    for (Stage& stage : *stages) {
+      all.push_back(&stage.open_ns);
+      for (double& block : stage.blocks) all.push_back(&block);
+    }
   for (Tile& tile : tiles) all.push_back(&tile.ns);
-  for (double& batch : batch_ns_) all.push_back(&batch);
-  add(after);
+  for (Piece& piece : pieces) all.push_back(&piece.ns);
   return all;
 }
 
 RecordedStep typical(std::vector<RecordedStep> runs) {
   if (runs.empty()) throw std::logic_error("no run of the step was recorded");
-  std::vector<std::vector<double*>> pieces;
+  // Stages whose blocks depend on what there was room for are those of the first run.
+  std::vector<std::vector<double*>> times;
   for (RecordedStep& run : runs) {
-    pieces.push_back(run.pieces());
-    if (run.pair_marks_ != runs.front().pair_marks_ || pieces.back().size() != pieces.front().size())
+    if (run.first_pairs_ != runs.front().first_pairs_ || run.tiles.size() != runs.front().tiles.size())
       throw std::logic_error("two runs of one step differ in their work");
+    times.push_back(run.times());
+    if (times.back().size() != times.front().size()) times.pop_back();
   }
-  std::vector<double> values(runs.size());
-  for (std::size_t piece = 0; piece < pieces.front().size(); ++piece) {
-    for (std::size_t run = 0; run < runs.size(); ++run) values[run] = *pieces[run][piece];
-    *pieces.front()[piece] = median(values);
+  std::vector<double> values(times.size());
+  for (std::size_t i = 0; i < times.front().size(); ++i) {
+    for (std::size_t run = 0; run < times.size(); ++run) values[run] = *times[run][i];
+    *times.front()[i] = median(values);
   }
   RecordedStep step = std::move(runs.front());
-  std::partial_sum(step.batch_ns_.begin(), step.batch_ns_.end(), step.narrow_marks_.begin());
+  step.index();
   return step;
 }
 

@@ -3,44 +3,72 @@
 #include <cstdint>
 #include <vector>
 
+#include "tandem/flowgraph/report.h"
 #include "tandem/flowgraph/timeline.h"
 
 namespace tandem::bench {
 
 /// What every piece of work of one step cost on one thread (ns), in the order in which a single thread does them.
 struct RecordedStep {
-  using Blocks = std::vector<double>;
+  struct Stage {
+    double open_ns = 0;  ///< before its blocks, on one thread
+    std::vector<double> blocks;
+  };
   struct Tile {
     double ns = 0;
     std::uint64_t pairs = 0;  ///< emitted
   };
+  /// Some pairs in a row that were narrowed together, in StepForm::ordered with the copying of their answers.
+  struct Piece {
+    double ns = 0;
+    std::uint64_t pairs = 0;
+    bool heavy = false;
+  };
 
-  double begin_ns = 0;         ///< before the first stage, on the caller
-  std::vector<Blocks> before;  ///< stages up to the shared one: boxes, then the broad phase's preparation
-  std::vector<Tile> tiles;     ///< of the shared stage
-  std::vector<Blocks> after;   ///< the joiner's stages
+  StepForm form = StepForm::caller;
+  double begin_ns = 0;        ///< before the first stage, on the caller
+  std::vector<Stage> before;  ///< up to the tiles: boxes, then the broad phase's preparation
+  double open_tiles_ns = 0;
+  std::vector<Tile> tiles;
+  std::vector<Stage> order;  ///< that put the pairs in order before they are narrowed; not in StepForm::overlapped
+  double open_narrow_ns = 0;
+  std::vector<Piece> pieces;  ///< in the pairs' order: that of the tiles, or the one made
+  std::vector<Stage> after;   ///< that join the answers
 
-  /// Narrow phase of the pairs [first, end) in the tiles' order; known by batches, spread evenly within each.
-  double narrow_ns(double first, double end) const { return narrow_until(end) - narrow_until(first); }
+  /// Narrow phase of the pairs [first, end) that are heavy or not; spread evenly within each piece.
+  double narrow_ns(double first, double end, bool heavy) const;
+  std::uint64_t pairs() const { return first_pairs_.empty() ? 0 : first_pairs_.back(); }
+  /// The pieces that hold pairs of [first, end).
+  std::size_t piece_of(double pair) const;
+  double first_pair(std::size_t piece) const { return static_cast<double>(first_pairs_[piece]); }
+  bool has_heavy() const { return has_heavy_; }
   double work_ns() const;
   std::size_t tasks() const;
-  std::uint64_t pairs() const { return pair_marks_.empty() ? 0 : pair_marks_.back(); }
 
-  friend RecordedStep read_step(const std::vector<Timeline::Slice>& slices);
+  friend RecordedStep read_step(const std::vector<Timeline::Slice>& slices, StepForm form);
   friend RecordedStep typical(std::vector<RecordedStep> runs);
 
  private:
-  double narrow_until(double pair) const;
-  std::vector<double*> pieces();
+  void index();
+  std::vector<double*> times();
 
-  std::vector<std::uint64_t> pair_marks_;  // pairs done after each batch
-  std::vector<double> batch_ns_, narrow_marks_;
+  std::vector<std::uint64_t> first_pairs_;  // of each piece, and the end
+  std::vector<double> light_until_;         // of each piece and the end: narrow phase of the light ones before
+  bool has_heavy_ = false;
 };
 
-/// From the slices of one step of the sequential executor.
-RecordedStep read_step(const std::vector<Timeline::Slice>& slices);
+/// From the slices of one step of the sequential executor in this form.
+RecordedStep read_step(const std::vector<Timeline::Slice>& slices, StepForm form);
 
 /// The median time of every piece over several runs of one step: what disturbs a run hits other pieces each time.
 RecordedStep typical(std::vector<RecordedStep> runs);
+
+/// One step in every form.
+struct RecordedForms {
+  RecordedStep caller, overlapped, ordered;
+  const RecordedStep& in(StepForm form) const {
+    return form == StepForm::caller ? caller : form == StepForm::ordered ? ordered : overlapped;
+  }
+};
 
 }  // namespace tandem::bench

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <deque>
+#include <numeric>
 #include <queue>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -17,13 +19,14 @@ struct Simulator::Thread {
 /// The shared stage: tiles that emit and batches that are narrowed.
 class Simulator::Shared {
  public:
-  Shared(Policy policy, const MachineCosts& costs, const RecordedStep& work, std::size_t batch_pairs,
+  Shared(Policy policy, const MachineCosts& costs, const RecordedStep& work, BatchPairs batch_pairs,
          const std::vector<Thread>& threads)
       : policy_(policy),
         costs_(costs),
         sharing_(threads.size() > 1 ? costs.sharing : 1),
         work_(work),
-        batch_pairs_(static_cast<double>(batch_pairs)),
+        batch_pairs_(static_cast<double>(batch_pairs.most)),
+        heavy_most_(policy == Policy::sequential ? 0 : batch_pairs.heavy),
         capacity_(std::max<std::size_t>(16, 4 * threads.size())),
         tiles_left_(work.tiles.size()),
         threads_(threads),
@@ -47,15 +50,22 @@ class Simulator::Shared {
     return end;
   }
   double broad_ns = 0, narrow_ns = 0;
+  double heavy_ns = 0;  // of the narrow phase
+  std::uint64_t heavy_pairs = 0;
 
  private:
+  struct Ready {
+    double ns = 0;
+    std::uint64_t heavy_pairs = 0;  // 0: a batch of others
+  };
   struct Agent {
     std::size_t tile = 0;
     double tile_pair = 0, tile_end = 0;  // the pairs of the tile in hand that are still to come
     double ns_a_pair = 0;
     bool in_tile = false;
-    double batch_pairs = 0, batch_ns = 0;  // the batch in hand
-    std::deque<double> full;               // its batches that wait for room in the queue
+    double batch_pairs = 0, batch_ns = 0;  // the batch in hand, without the heavy ones
+    std::vector<double> heavy;             // of the batch in hand
+    std::deque<Ready> full;                // its batches that wait for room in the queue
     bool ends_tile = false;                // with the work it is doing
     double last_work = 0;
   };
@@ -79,13 +89,23 @@ class Simulator::Shared {
     schedule(who, now + time);
   }
 
-  void process(std::size_t who, double now, double ns, double overhead) { work_for(who, now, ns, overhead, narrow_ns); }
+  void process(std::size_t who, double now, const Ready& batch, double overhead) {
+    const double before = narrow_ns;
+    work_for(who, now, batch.ns, overhead, narrow_ns);
+    if (batch.heavy_pairs == 0) return;
+    heavy_ns += narrow_ns - before;
+    heavy_pairs += batch.heavy_pairs;
+  }
 
+  std::deque<Ready>& queue_of(const Ready& batch) { return batch.heavy_pairs != 0 ? heavy_queue_ : queue_; }
+
+  /// Heavy batches first.
   bool pop(std::size_t who, double now) {
-    if (queue_.empty()) return false;
-    const double ns = queue_.front();
-    queue_.pop_front();
-    process(who, now, ns, 0.5 * costs_.message);
+    auto& queue = heavy_queue_.empty() ? queue_ : heavy_queue_;
+    if (queue.empty()) return false;
+    const Ready batch = queue.front();
+    queue.pop_front();
+    process(who, now, batch, 0.5 * costs_.message);
     return true;
   }
 
@@ -107,9 +127,13 @@ class Simulator::Shared {
     Agent& agent = agents_[who];
     const double pairs = std::min(agent.tile_end - agent.tile_pair, batch_pairs_ - agent.batch_pairs);
     const double ns = agent.ns_a_pair > 0 ? agent.ns_a_pair * pairs : work_.tiles[agent.tile].ns;
-    agent.batch_ns += work_.narrow_ns(agent.tile_pair, agent.tile_pair + pairs);
+    const double end = agent.tile_pair + pairs;
+    agent.batch_ns += work_.narrow_ns(agent.tile_pair, end, false);
+    if (work_.has_heavy())
+      for (std::size_t i = work_.piece_of(agent.tile_pair); i < work_.pieces.size() && work_.first_pair(i) < end; ++i)
+        if (work_.pieces[i].heavy && work_.first_pair(i) >= agent.tile_pair) agent.heavy.push_back(work_.pieces[i].ns);
     agent.batch_pairs += pairs;
-    agent.tile_pair += pairs;
+    agent.tile_pair = end;
     if (agent.batch_pairs >= batch_pairs_) hand_on(agent);
     if (agent.tile_pair >= agent.tile_end) {
       agent.in_tile = false;
@@ -119,9 +143,20 @@ class Simulator::Shared {
     work_for(who, now, ns, 0, broad_ns);
   }
 
-  static void hand_on(Agent& agent) {
-    if (agent.batch_pairs > 0) agent.full.push_back(agent.batch_ns);
+  void hand_on(Agent& agent) const {
+    const std::size_t heavy = agent.heavy.size(), most = heavy_most_ != 0 ? heavy_most_ : heavy;
+    for (std::size_t first = 0; first < heavy; first += most) {
+      const auto own = std::span(agent.heavy).subspan(first, std::min(most, heavy - first));
+      const double ns = std::accumulate(own.begin(), own.end(), 0.0);
+      if (heavy_most_ != 0)
+        agent.full.push_back({ns, own.size()});
+      else
+        agent.batch_ns += ns;
+    }
+    const double others = agent.batch_pairs - (heavy_most_ != 0 ? static_cast<double>(heavy) : 0);
+    if (others > 0) agent.full.push_back({agent.batch_ns, 0});
     agent.batch_ns = agent.batch_pairs = 0;
+    agent.heavy.clear();
   }
 
   void wake_idle(double now) {
@@ -132,20 +167,14 @@ class Simulator::Shared {
   bool deliver(std::size_t who, double& now) {
     Agent& agent = agents_[who];
     while (!agent.full.empty()) {
-      if (policy_ == Policy::fused || (policy_ == Policy::conserving && queue_.size() >= capacity_)) {
-        double ns = agent.full.front();
+      const Ready batch = agent.full.front();
+      if (policy_ == Policy::fused) {
         agent.full.pop_front();
-        double overhead = 0;
-        if (policy_ != Policy::fused) {  // the new one goes in, the oldest comes out
-          queue_.push_back(ns);
-          ns = queue_.front();
-          queue_.pop_front();
-          overhead = costs_.message;
-        }
-        process(who, now, ns, overhead);
+        process(who, now, batch, 0);
         return false;
       }
-      queue_.push_back(agent.full.front());
+      if (policy_ == Policy::conserving && queue_of(batch).size() >= capacity_) return !pop(who, now);
+      queue_of(batch).push_back(batch);
       agent.full.pop_front();
       now += 0.5 * costs_.message;
       wake_idle(now);
@@ -173,33 +202,38 @@ class Simulator::Shared {
   double sharing_;
   const RecordedStep& work_;
   double batch_pairs_;
+  std::size_t heavy_most_;  // 0: heavy pairs stay among the others
   std::size_t capacity_;
   std::size_t next_tile_ = 0, tiles_left_;
   const std::vector<Thread>& threads_;
   std::vector<Agent> agents_;
   std::vector<double> first_pairs_;
-  std::deque<double> queue_;
+  std::deque<Ready> queue_, heavy_queue_;
   std::vector<std::size_t> idle_;
   std::uint64_t order_ = 0;
   std::priority_queue<Event, std::vector<Event>, std::greater<>> events_;
 };
 
-Simulator::Simulator(Policy policy, int threads, Split fixed, BalanceRule rule, const MachineCosts& costs)
+Simulator::Simulator(Policy policy, int threads, Split fixed, BalanceRule rule, const MachineCosts& costs,
+                     StepForm wanted)
     : policy_(policy),
       threads_(policy == Policy::sequential ? 1 : threads),
       costs_(costs),
       balancer_(std::max(2, threads), fixed, rule),
+      form_(policy == Policy::strict ? StepForm::overlapped : wanted, small_step_ms, policy != Policy::fused),
       before_(balancer_.split()) {}
 
 // Blocks in their order, each to the thread that is free first.
-double Simulator::stage(const RecordedStep::Blocks& blocks, std::vector<Thread>& threads, double from,
+double Simulator::stage(const RecordedStep::Stage& stage, const std::vector<Thread>& threads, double from,
                         bool narrow_helps) const {
+  from += stage.open_ns;
+  if (stage.blocks.empty()) return from;
   std::priority_queue<double, std::vector<double>, std::greater<>> free;
   for (const Thread& thread : threads)
     if (thread.broad || narrow_helps) free.push(std::max(from, thread.free));
-  const double slowdown = free.size() > 1 && blocks.size() > 1 ? costs_.slowdown * costs_.sharing : 1;
+  const double slowdown = free.size() > 1 && stage.blocks.size() > 1 ? costs_.slowdown * costs_.sharing : 1;
   double end = from;
-  for (const double ns : blocks) {
+  for (const double ns : stage.blocks) {
     const double done = free.top() + ns * slowdown + costs_.task;
     free.pop();
     free.push(done);
@@ -208,17 +242,46 @@ double Simulator::stage(const RecordedStep::Blocks& blocks, std::vector<Thread>&
   return end + (threads.size() > 1 ? costs_.hand_over : 0);
 }
 
-SimulatedStep Simulator::step(const RecordedStep& work) {
+// Sorted pairs by batches, those with heavy pairs first.
+std::vector<Simulator::OrderedBatch> Simulator::ordered_batches(const RecordedStep& work) const {
+  const BatchPairs size = batch_size_.get();
+  std::vector<OrderedBatch> batches;
+  if (!work.has_heavy()) {
+    const auto most = static_cast<double>(size.most), all = static_cast<double>(work.pairs());
+    for (double at = 0; at < all; at += most)
+      batches.push_back({work.narrow_ns(at, std::min(at + most, all), false), 0, false});
+    return batches;
+  }
+  const double light_share = 1.0 / static_cast<double>(size.most);
+  const double heavy_share = std::max(1.0 / static_cast<double>(std::max<std::size_t>(size.heavy, 1)), light_share);
+  double full = 1;
+  for (const RecordedStep::Piece& piece : work.pieces) {
+    if (full > 0.999) {
+      batches.emplace_back();
+      full = 0;
+    }
+    full += (piece.heavy ? heavy_share : light_share) * static_cast<double>(piece.pairs);
+    batches.back().ns += piece.ns;
+    batches.back().pairs += piece.pairs;
+    batches.back().heavy |= piece.heavy;
+  }
+  std::stable_partition(batches.begin(), batches.end(), [](const OrderedBatch& batch) { return batch.heavy; });
+  return batches;
+}
+
+SimulatedStep Simulator::step(const RecordedForms& forms) {
   SimulatedStep result;
   ExecutionReport report;
-  const bool shared = threads_ > 1 && !(policy_ != Policy::strict && small_.stays_on_caller());
-  result.split =
-      policy_ == Policy::strict || policy_ == Policy::conserving ? balancer_.split() : Split{threads_, threads_};
-  if (!shared) result.split = {1, 0};
+  report.threads = threads_;
+  report.form = threads_ == 1 ? StepForm::caller : form_.next();
+  const RecordedStep& work = forms.in(report.form);
+  const bool shared = report.form != StepForm::caller;
+  const bool divided = shared && (policy_ == Policy::strict || policy_ == Policy::conserving);
+  result.form = report.form;
+  result.split = !shared ? Split{1, 0} : divided ? balancer_.split() : Split{threads_, threads_};
 
   std::vector<Thread> threads(shared ? static_cast<std::size_t>(threads_) : 1);
   double now = work.begin_ns;
-  const bool divided = shared && (policy_ == Policy::strict || policy_ == Policy::conserving);
   if (divided && !(result.split == before_)) now += costs_.resize;
   for (std::size_t i = 1; i < threads.size(); ++i) {
     const auto broad_threads = static_cast<std::size_t>(result.split.broad);
@@ -230,24 +293,45 @@ SimulatedStep Simulator::step(const RecordedStep& work) {
 
   const bool strict = shared && policy_ == Policy::strict;
   for (std::size_t i = 0; i < work.before.size(); ++i) now = stage(work.before[i], threads, now, !strict || i == 0);
-  Shared phase(shared ? policy_ : Policy::sequential, costs_, work, threads_ == 1 ? 128 : batch_size_.get().most,
-               threads);
-  now = phase.run(now);
-  for (const auto& blocks : work.after) now = stage(blocks, threads, now, true);
+  now += work.open_tiles_ns;
+  const double slowdown = shared ? costs_.slowdown * costs_.sharing : 1;
+  if (report.form == StepForm::ordered) {
+    RecordedStep::Stage tiles, narrow{work.open_narrow_ns, {}};
+    for (const RecordedStep::Tile& tile : work.tiles) tiles.blocks.push_back(tile.ns);
+    now = stage(tiles, threads, now, true);
+    for (const RecordedStep::Stage& one : work.order) now = stage(one, threads, now, true);
+    for (const OrderedBatch& batch : ordered_batches(work)) {
+      narrow.blocks.push_back(batch.ns);
+      result.narrow_ns += slowdown * batch.ns;
+      if (!batch.heavy) continue;
+      report.heavy_ms += 1e-6 * slowdown * batch.ns;
+      report.heavy_pairs += batch.pairs;
+    }
+    now = stage(narrow, threads, now, true);
+    for (const double ns : tiles.blocks) result.broad_ns += slowdown * ns;
+  } else {
+    for (const RecordedStep::Stage& one : work.order) now = stage(one, threads, now, true);
+    Shared phase(shared ? policy_ : Policy::sequential, costs_, work,
+                 threads_ == 1 ? BatchPairs{128} : batch_size_.get(), threads);
+    now = phase.run(now);
+    result.broad_ns = phase.broad_ns;
+    result.narrow_ns = phase.narrow_ns;
+    report.heavy_ms = 1e-6 * phase.heavy_ns;
+    report.heavy_pairs = phase.heavy_pairs;
+  }
+  const double narrowed = now;
+  for (const RecordedStep::Stage& one : work.after) now = stage(one, threads, now, true);
+  report.join_ms = 1e-6 * (now - narrowed);
+  for (std::size_t i = 1; i < work.before.size(); ++i)
+    for (const double ns : work.before[i].blocks) result.broad_ns += ns;
 
   result.ns = now;
-  result.broad_ns = phase.broad_ns;
-  result.narrow_ns = phase.narrow_ns;
-  report.threads = threads_;
   report.candidate_pairs = work.pairs();
-  report.narrow_ms = 1e-6 * phase.narrow_ns;
-  report.broad_ms = 1e-6 * phase.broad_ns;
-  for (std::size_t i = 1; i < work.before.size(); ++i)
-    for (const double ns : work.before[i]) report.broad_ms += 1e-6 * ns;
-  result.broad_ns = 1e6 * report.broad_ms;
+  report.narrow_ms = 1e-6 * result.narrow_ns;
+  report.broad_ms = 1e-6 * result.broad_ns;
   report.detect_ms = 1e-6 * now;
   if (!shared && threads_ > 1) report.issues |= bit(StepIssue::ran_on_caller);
-  small_.learn(1e-6 * work.work_ns());
+  if (threads_ > 1) form_.learn(report, 1e-6 * work.work_ns(), static_cast<double>(work.pairs()));
   batch_size_.learn(report);
   decision_ = divided ? balancer_.after_step(step_, report) : BalanceDecision{};
   ++step_;

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <string_view>
+#include <vector>
 
 #include "flowgraph/executors.h"  // what the executors keep from step to step
 #include "recorded_step.h"
@@ -27,30 +28,42 @@ struct SimulatedStep {
   double ns = 0;
   double broad_ns = 0, narrow_ns = 0;  ///< busy, summed over threads
   Split split;
+  StepForm form = StepForm::caller;
 };
 
 /// Runs recorded steps on P virtual cores: an event simulation of the executors' rules in which every tile and batch
 /// costs what it cost when it was recorded. Keeps what the executor keeps from step to step: the balance, the size of
-/// batches and which steps are too small to share.
+/// batches and the form of the steps.
 class Simulator {
  public:
-  /// `fixed` dynamic: balanced by `rule`. threads >= 2 but for Policy::sequential.
-  Simulator(Policy policy, int threads, Split fixed, BalanceRule rule, const MachineCosts& costs);
-  SimulatedStep step(const RecordedStep& work);
+  /// `fixed` dynamic: balanced by `rule`. threads >= 2 but for Policy::sequential. `wanted`: as in PipelineOptions;
+  /// Policy::strict overlaps, Policy::fused never puts pairs in order.
+  Simulator(Policy policy, int threads, Split fixed, BalanceRule rule, const MachineCosts& costs,
+            StepForm wanted = StepForm::automatic);
+  SimulatedStep step(const RecordedForms& forms);
   const BalanceDecision& decision() const { return decision_; }
 
  private:
   struct Thread;
   class Shared;
 
-  double stage(const RecordedStep::Blocks& blocks, std::vector<Thread>& threads, double from, bool narrow_helps) const;
+  struct OrderedBatch {
+    double ns = 0;
+    std::uint64_t pairs = 0;
+    bool heavy = false;
+  };
+  static constexpr double small_step_ms = 0.3;
+
+  double stage(const RecordedStep::Stage& stage, const std::vector<Thread>& threads, double from,
+               bool narrow_helps) const;
+  std::vector<OrderedBatch> ordered_batches(const RecordedStep& work) const;
 
   Policy policy_;
   int threads_;
   MachineCosts costs_;
   Balancer balancer_;
   BatchSize batch_size_{128};
-  SmallStep small_{0.3};
+  FormChooser form_;
   Split before_;
   std::uint64_t step_ = 0;
   BalanceDecision decision_;

@@ -166,6 +166,18 @@ void write_step(JsonWriter& out, const PipelineOptions& options, const StepRepor
       .member("broad_end", execution.broad_end_ms)
       .member("narrow_end", execution.narrow_end_ms)
       .member("join", execution.join_ms)
+      .member("busy", execution.busy_ms)
+      .end_object();
+  // What no second thread could take a part of, and its share in all work (Amdahl).
+  const SerialTimes& serial = execution.serial;
+  out.key("serial")
+      .begin_object()
+      .member("begin_ms", serial.begin)
+      .member("update_ms", serial.update)
+      .member("broad_ms", serial.broad)
+      .member("join_ms", serial.join)
+      .member("share", execution.busy_ms > 0 ? serial.sum() / execution.busy_ms : 0)
+      .member("response_ms", response.serial_ms)
       .end_object();
   out.member("gaps", report.gaps)
       .member("margin", options.margin)

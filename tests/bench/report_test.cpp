@@ -84,7 +84,11 @@ void write_results(const TemporaryFolder& folder) {
   write(folder / "scenes.json",
         result({row("scenes", "cubes-on-plane", "sequential", 1, 4e6, {{"ratio_to_sequential", 1.0}, {"steps", 9}}),
                 row("scenes", "cubes-on-plane", "flowgraph", 2, 2e6,
-                    {{"ratio_to_sequential", 2.0}, {"ratio_of_sums", 1.9}, {"steps", 9}}),
+                    {{"ratio_to_sequential", 2.0},
+                     {"ratio_of_sums", 1.9},
+                     {"steps", 9},
+                     {"serial_share", 0.025},
+                     {"serial_us", {{"begin", 3}, {"update", 0.5}, {"broad", 30}, {"join", 16.5}}}}),
                 row("scenes", "cubes-on-plane", "a contestant of tomorrow", 2, 2e6, json::object())})
             .dump());
   json accuracy = json::array();
@@ -242,6 +246,10 @@ TEST_CASE("report: the page in a browser") {
     CHECK(value("document.querySelector('.missed').textContent") == "misses 10 %");
     CHECK(value("document.querySelectorAll('#scenes .scenes')[1].querySelector('.best .ratio').textContent") ==
           "3.00×");
+    // 1 / (0.025 + 0.975 / 64)
+    CHECK(value("[...document.querySelectorAll('.serial tbody td')].map((cell) => cell.textContent).join(' ')")
+              .get<std::string>()
+              .ends_with("2.5 % 24.9×"));
     CHECK(
         value("document.querySelector('#figure-3 .scroll .good').textContent").get<std::string>().starts_with("kept"));
     CHECK(browser.complaints() == std::vector<std::string>{});

@@ -8,30 +8,56 @@ using namespace tandem::bench;
 
 namespace {
 
-/// A step of equal tiles with `pairs` pairs each, written down as the sequential executor writes it; times in ns.
-RecordedStep step_of(std::size_t tiles, std::size_t pairs, int tile_ns, int pair_ns) {
+/// A step of equal tiles with `pairs` pairs each, written down as the sequential executor writes it; times in ns. Of
+/// the pairs one in `heavy_every` is heavy and costs ten times as much; then each is narrowed by itself.
+RecordedStep step_of(std::size_t tiles, std::size_t pairs, int tile_ns, int pair_ns,
+                     StepForm form = StepForm::overlapped, std::size_t heavy_every = 0) {
   std::vector<Timeline::Slice> slices;
   Timeline::Clock::time_point now;
-  const auto add = [&](std::string_view name, int ns, std::uint64_t id, std::uint64_t count) {
+  const auto add = [&](std::string_view name, int ns, std::uint64_t id, std::uint64_t count, bool heavy = false) {
     const auto end = now + std::chrono::nanoseconds(ns);
-    slices.push_back({name, now, end, 0, id, count});
+    slices.push_back({name, now, end, 0, id, count, heavy});
     now = end;
   };
-  add("begin", 1000, 0, 0);
+  const bool ordered = form == StepForm::ordered;
+  add("begin", 600, 0, 0);
+  add("open", 400, 0, 0);
   for (std::uint64_t i = 0; i < 10; ++i) add("update", 2000, i, 0);
+  add("open", 0, 1, 0);
   for (std::uint64_t i = 0; i < tiles; ++i) add("broad", tile_ns, i, pairs);
-  const std::size_t all = tiles * pairs;
-  for (std::size_t i = 0; i < all; i += 4) add("narrow", 4 * pair_ns, i / 4, 4);
-  for (std::uint64_t i = 0; i < 10; ++i) add("join", 1500, i, 0);
-  return read_step(slices);
+  const std::size_t all = tiles * pairs, together = heavy_every == 0 ? 4 : 1;
+  if (ordered) {
+    add("open", 0, 2, 0);
+    for (std::uint64_t i = 0; i < 10; ++i) add("join", 1000, i, 0);
+    add("open", 0, 3, 0);
+  }
+  // Where the pairs are in order the heavy ones come first.
+  for (const bool heavy : {true, false})
+    for (std::size_t i = 0; i < all; i += together) {
+      const bool is_heavy = heavy_every != 0 && i % heavy_every == 0;
+      if (ordered ? is_heavy != heavy : heavy) continue;
+      if (ordered) add("join", 1, i / together, 0);
+      add("narrow", static_cast<int>(together) * pair_ns * (is_heavy ? 10 : 1), i / together, together, is_heavy);
+      if (ordered) add("join", 1, i / together, 0);
+    }
+  if (!ordered) {
+    add("open", 0, 2, 0);
+    for (std::uint64_t i = 0; i < 10; ++i) add("join", 1500, i, 0);
+  }
+  return read_step(slices, form);
+}
+
+double run(const RecordedForms& step, Policy policy, int threads, Split split, const MachineCosts& costs = {},
+           int steps = 1, StepForm form = StepForm::overlapped) {
+  Simulator simulator(policy, threads, split, BalanceRule::busy, costs, form);
+  double ns = 0;
+  for (int i = 0; i < steps; ++i) ns = simulator.step(step).ns;
+  return ns;
 }
 
 double run(const RecordedStep& step, Policy policy, int threads, Split split, const MachineCosts& costs = {},
            int steps = 1) {
-  Simulator simulator(policy, threads, split, BalanceRule::busy, costs);
-  double ns = 0;
-  for (int i = 0; i < steps; ++i) ns = simulator.step(step).ns;
-  return ns;
+  return run(RecordedForms{step, step, step}, policy, threads, split, costs, steps);
 }
 
 }  // namespace
@@ -87,6 +113,65 @@ TEST_CASE("simulator: waking, moving and slowing threads is paid for") {
   const double alone = run(narrow, Policy::strict, 2, {1, 1});
   CHECK(run(narrow, Policy::strict, 2, {1, 1}, {.slowdown = 1.2}) ==
         Approx(alone + 0.2 * 1.2 * 400 * 5000).epsilon(0.02));
+}
+
+TEST_CASE("simulator: steps in the form in which pairs are put in order first") {
+  const RecordedStep step = step_of(400, 40, 5000, 300, StepForm::ordered);
+  CHECK(step.order.size() == 1);
+  CHECK(step.order.front().blocks.size() == 10);
+  CHECK(step.after.empty());
+  CHECK(step.pairs() == 16'000);
+  CHECK(step.narrow_ns(0, 16'000, false) == Approx(16'000 * 300 + 4000 * 2));
+  CHECK(step.work_ns() == Approx(1000 + 20'000 + 2e6 + 10'000 + 4.8e6 + 8000));
+  const RecordedForms forms{step, step, step};
+  for (const int threads : {2, 4, 16}) {
+    const double share = step.work_ns() / threads;
+    for (const Policy policy : {Policy::barrier, Policy::conserving}) {
+      const double took = run(forms, policy, threads, {}, {}, 5, StepForm::ordered);
+      CHECK(took >= share);
+      CHECK(took <= 1.02 * share + 40'000);
+    }
+  }
+}
+
+TEST_CASE("simulator: the fastest form is found as the executors find it") {
+  RecordedStep plain = step_of(400, 40, 5000, 300);
+  plain.after.front().blocks.assign(10, 60'000);  // 0.3 of 3.7 ms on two threads: there is something to gain
+  RecordedForms forms{plain, plain, step_of(400, 40, 5000, 200, StepForm::ordered)};
+  Simulator chooses(Policy::conserving, 2, {}, BalanceRule::busy, {});
+  for (int i = 0; i < 12; ++i) chooses.step(forms);
+  CHECK(chooses.step(forms).form == StepForm::ordered);
+  std::swap(forms.ordered, forms.overlapped);
+  forms.ordered = step_of(400, 40, 5000, 300, StepForm::ordered);
+  forms.overlapped = step_of(400, 40, 5000, 200);
+  forms.overlapped.after = plain.after;
+  Simulator stays(Policy::conserving, 2, {}, BalanceRule::busy, {});
+  int others = 0;
+  for (int i = 0; i < 60; ++i) others += stays.step(forms).form != StepForm::overlapped;
+  CHECK(others > 0);
+  CHECK(others < 10);
+  Simulator fused(Policy::fused, 2, {}, BalanceRule::busy, {});
+  for (int i = 0; i < 30; ++i) CHECK(fused.step(forms).form == StepForm::overlapped);
+  // Less than 0.3 ms is not shared.
+  const RecordedStep small = step_of(10, 40, 5000, 100);
+  Simulator caller(Policy::conserving, 2, {}, BalanceRule::busy, {});
+  caller.step({small, small, small});
+  CHECK(caller.step({small, small, small}).form == StepForm::caller);
+}
+
+TEST_CASE("simulator: heavy pairs begin before others, whatever the form") {
+  // 20 heavy pairs of 500 us among 4000 of 50: taken in their order, the last of them would begin near the end.
+  for (const StepForm form : {StepForm::overlapped, StepForm::ordered}) {
+    CAPTURE(name(form));
+    const RecordedStep step = step_of(100, 40, 1000, 50'000, form, 200);
+    CHECK(step.has_heavy());
+    CHECK(step.narrow_ns(0, 4000, true) >= 20 * 500'000);
+    CHECK(step.narrow_ns(0, 4000, false) >= 3980 * 50'000);
+    CHECK(step.narrow_ns(190, 210, true) == Approx(500'000).epsilon(0.001));
+    CHECK(step.narrow_ns(190, 210, false) == Approx(19 * 50'000).epsilon(0.001));
+    const double took = run({step, step, step}, Policy::conserving, 16, {}, {}, 5, form);
+    CHECK(took <= step.work_ns() / 16 + 100'000);
+  }
 }
 
 TEST_CASE("simulator: of several runs each piece has its median time") {

@@ -226,6 +226,13 @@ TEST_CASE("program: a run writes its four files, with the same contacts for any 
                                              "contact_hash", "split", "control_step", "max_depth", "kinetic_energy",
                                              "ms"});
       CHECK(steps[i]["step"] == i);
+      const Json& serial = steps[i]["serial"];
+      CHECK(serial.size() == 6);
+      CHECK(serial["share"] >= 0);
+      CHECK(serial["share"] <= 1);
+      CHECK(serial["response_ms"] > 0);
+      CHECK(serial["response_ms"] <= steps[i]["ms"]["response"]);
+      CHECK(steps[i]["ms"]["busy"] > 0);
       CHECK(contacts[i]["step"] == i);
       CHECK(contacts[i]["contacts"].size() == steps[i]["contacts"].get<std::size_t>());
       run_hashes += steps[i]["contact_hash"].get<std::string>();

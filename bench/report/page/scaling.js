@@ -51,6 +51,19 @@ function machinery(data) {
     rerun("tandem-bench flowgraph --json results/flowgraph.json"));
 }
 
+function serial(data) {
+  const rows = rowsOf(data, "scenes").filter((r) => r.serial_share >= 0 && r.serial_us);
+  if (rows.length === 0) return null;
+  const phases = ["begin", "update", "broad", "join"], threads = 64;
+  const bound = (share) => 1 / (share + (1 - share) / threads);
+  return h("figure.serial", {}, h("h3", {}, "What is left serial"),
+    h("figcaption", {}, `What one thread does while no other can take a part, by phase, in the median step; its share in all work; and how many times faster ${threads} threads could be at most, by Amdahl's law.`),
+    h("div.scroll", {tabindex: 0}, h("table", {}, h("thead", {}, h("tr", {}, ["scene", "contestant", "threads", ...phases, "share", "at most"].map((t) => h("th.text", {scope: "col"}, t)))),
+      h("tbody", {}, rows.map((r) => h("tr", {}, h("td.text", {}, r.workload), h("td.text", {}, r.contestant), h("td", {}, r.threads),
+        phases.map((phase) => h("td", {}, time(1000 * (r.serial_us[phase] ?? 0)))), h("td", {}, `${(100 * r.serial_share).toFixed(1)} %`), h("td", {}, `${short(bound(r.serial_share))}×`)))))),
+    rerun("tandem-bench scenes --json results/scenes.json"));
+}
+
 export function scaling(section, data) {
   const all = pointsOf(data), command = "tandem-bench figures --json results/figures.json";
   if (all.length === 0) {
@@ -67,6 +80,6 @@ export function scaling(section, data) {
     section.append(h("div.controls", {}, select("scenes", [["*", simulated.length > 0 ? "measured and simulated" : "the first four"], ...workloads.map((w) => [w, w])], "*", (v) => draw(v === "*" ? first : [v]))));
   section.append(place, rerun(command));
   draw(first);
-  section.append(...[checks(data), machinery(data)].filter(Boolean));
+  section.append(...[checks(data), serial(data), machinery(data)].filter(Boolean));
   return true;
 }

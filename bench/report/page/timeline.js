@@ -3,8 +3,8 @@ import {h, select, none, rerun, whole, short} from "report/dom.js";
 import {sized} from "report/chart.js";
 import {showTip, hideTip} from "report/tip.js";
 
-const colours = {update: "var(--s-7)", "broad prepare": "var(--s-5)", broad: "var(--broad)", narrow: "var(--narrow)", join: "var(--s-3)"};
-const order = ["update", "broad prepare", "broad", "narrow", "join"];
+const colours = {update: "var(--s-7)", "broad prepare": "var(--s-5)", broad: "var(--broad)", narrow: "var(--narrow)", join: "var(--s-3)", open: "var(--ink)"};
+const order = ["update", "broad prepare", "broad", "narrow", "join", "open"];
 
 /// Time that a thread spends in some slice; a slice may lie within another.
 function busy(slices) {

@@ -15,40 +15,40 @@ namespace tandem {
 /// How steps are run. The answer depends on request, tolerance and margin alone.
 struct PipelineOptions {
   ExecutorKind executor = ExecutorKind::flowgraph;
-  int threads = 0;             ///< in all, the caller counted, [0, 1024]; 0 asks oneTBB. Capped by the process's limit.
-  Split split{};               ///< fixed split, both >= 1 with sum `threads`; default dynamic
+  int threads = 0;  ///< in all, the caller counted, [0, 1024]; 0 asks oneTBB. Capped by the process's limit.
+  Split split{};    ///< fixed split, both >= 1 with sum `threads`; default dynamic
   BalanceRule balance = BalanceRule::busy;
-  bool strict_split = false;   ///< flowgraph, threads: no help across phases, as in the paper; default: work is conserved
+  bool strict_split =
+      false;  ///< flowgraph, threads: no help across phases, as in the paper; default: work is conserved
   BroadPhaseKind broad_phase = BroadPhaseKind::automatic;
   Request request = Request::contacts;
-  double tolerance = 0;        ///< relative to the bodies' size, [0, 0.1]; 0: to rounding
-  double margin = 0;           ///< metres, >= 0: contacts with gaps up to this are reported, with negative depth
-  /// Answers of the last step may stand for this one's, within this error relative to the smaller body's size, [0, 0.1];
-  /// 0: all are computed. A body rests while no point of it leaves its place by more than a thousandth of that; the answer
-  /// of two at rest stays as it is. Else, for pairs that moved so little, one body seen from the other, that no point
-  /// moved farther and nothing turned by more than this angle (radians), the answer is moved along; closed forms are
-  /// cheaper to compute. PairAnswer::error_bound says how far either may be off. Between convex bodies distance and depth
-  /// are right within it and verdicts exact; contacts with a mesh are those of poses so near. Request::collide is always
-  /// computed.
+  double tolerance = 0;  ///< relative to the bodies' size, [0, 0.1]; 0: to rounding
+  double margin = 0;     ///< metres, >= 0: contacts with gaps up to this are reported, with negative depth
+  /// Answers of the last step may stand for this one's, within this error relative to the smaller body's size, [0,
+  /// 0.1]; 0: all are computed. A body rests while no point of it leaves its place by more than a thousandth of that;
+  /// the answer of two at rest stays as it is. Else, for pairs that moved so little, one body seen from the other, that
+  /// no point moved farther and nothing turned by more than this angle (radians), the answer is moved along; closed
+  /// forms are cheaper to compute. PairAnswer::error_bound says how far either may be off. Between convex bodies
+  /// distance and depth are right within it and verdicts exact; contacts with a mesh are those of poses so near.
+  /// Request::collide is always computed.
   double keep_contacts = 0;
-  std::size_t batch_pairs = 128;   ///< candidate pairs a batch, [1, 65536]
-  bool joined = false;  ///< sequential: answers are joined from batches, as those of several threads; to measure that
-  std::size_t queue_capacity = 0;  ///< batches waiting at most; 0: max(16, 4 threads)
-  double small_step_ms = 0.3;  ///< below this much work a step stays on the caller; 0: no step does
-  StepForm form = StepForm::automatic;  ///< barrier, threads, flowgraph: of steps that several threads may share
-  bool contact_hash = false;   ///< fill StepReport::contact_hash (some 10 ns a contact, outside detect_ms)
-  PairPredicate predicate{};    ///< a user's own filter, by batches; empty: none
+  std::size_t batch_pairs = 128;        ///< candidate pairs a batch, [1, 65536]
+  std::size_t queue_capacity = 0;       ///< batches waiting at most; 0: max(16, 4 threads)
+  double small_step_ms = 0.3;           ///< below this much work a step stays on the caller; 0: no step does
+  StepForm form = StepForm::automatic;  ///< not fused: of steps that several threads may share; sequential: of all
+  bool contact_hash = false;            ///< fill StepReport::contact_hash (some 10 ns a contact, outside detect_ms)
+  PairPredicate predicate{};            ///< a user's own filter, by batches; empty: none
 };
 
 /// What one step found and did.
 struct StepReport {
-  std::uint64_t step = 0;      ///< counted from 0 by the pipeline
+  std::uint64_t step = 0;  ///< counted from 0 by the pipeline
   std::size_t bodies = 0;
   std::uint64_t colliding_pairs = 0;
-  std::uint64_t contacts = 0;  ///< that touch or overlap
-  std::uint64_t gaps = 0;      ///< contacts of negative depth, within the margin
-  std::uint64_t contact_hash = 0;  ///< of pairs and contacts, in order; 0 unless asked for
-  double max_depth = 0;        ///< metres, 0 without contacts
+  std::uint64_t contacts = 0;        ///< that touch or overlap
+  std::uint64_t gaps = 0;            ///< contacts of negative depth, within the margin
+  std::uint64_t contact_hash = 0;    ///< of pairs and contacts, in order; 0 unless asked for
+  double max_depth = 0;              ///< metres, 0 without contacts
   std::uint64_t kept_pairs = 0;      ///< candidates whose answer was kept, contacts or none; 0 unless asked for
   std::uint64_t computed_pairs = 0;  ///< candidates that were computed although keeping was asked for
   double kept_error_bound = 0;       ///< metres, the largest error_bound of a kept answer that reports contacts
@@ -68,8 +68,8 @@ class Pipeline {
   Pipeline& operator=(Pipeline&&) noexcept;
 
   /// Throws only what the predicate throws, or std::bad_alloc; the pipeline is ready for the next step then. When
-  /// `stop` is requested, or the task group of the calling oneTBB task is cancelled (executors barrier, fused and flowgraph),
-  /// the step ends early with an empty answer.
+  /// `stop` is requested, or the task group of the calling oneTBB task is cancelled (executors barrier, fused and
+  /// flowgraph), the step ends early with an empty answer.
   StepReport step(const Scene& scene, std::stop_token stop = {});
 
   /// The last step's answer; valid until the next step.

@@ -22,6 +22,7 @@ struct ResponseReport {
   double kinetic_energy = 0;  ///< J, all moving bodies, after the step
   double max_depth = 0;       ///< metres, as detected
   double ms = 0;              ///< wall
+  double serial_ms = 0;       ///< of it, what is not in loops that threads may share: on one thread the share of Amdahl
 };
 
 /// How wide gaps detection should report (PipelineOptions::margin) for a response to stop bodies in time, metres: what

@@ -16,12 +16,11 @@ struct ExecutorOptions {
   int threads = 0;  ///< in all, the caller counted, [0, 1024]; 0 asks the runtime
   Split split{};    ///< fixed, both >= 1; default dynamic
   BalanceRule balance = BalanceRule::busy;
-  bool strict_split = false;       ///< flowgraph, threads: no help across phases
-  std::size_t batch_pairs = 128;   ///< at most; fewer where a pair is costly, so that a batch is 15-60 us of work
-  bool joined = false;  ///< sequential: answers are joined from batches, as those of several threads; to measure that
-  std::size_t queue_capacity = 0;  ///< batches; 0: max(16, 4 threads)
-  double small_step_ms = 0.3;      ///< less work than this stays on the caller; 0: no step does
-  StepForm form = StepForm::automatic;  ///< barrier, threads, flowgraph: of steps that several threads may share
+  bool strict_split = false;            ///< flowgraph, threads: no help across phases
+  std::size_t batch_pairs = 128;        ///< at most; fewer where a pair is costly, so that a batch is 15-60 us of work
+  std::size_t queue_capacity = 0;       ///< batches; 0: max(16, 4 threads)
+  double small_step_ms = 0.3;           ///< less work than this stays on the caller; 0: no step does
+  StepForm form = StepForm::automatic;  ///< not fused: of steps that several threads may share; sequential: of all
 };
 
 /// Runs steps. The contacts do not depend on which executor it is, on threads or on timing.

@@ -68,12 +68,21 @@ struct BalanceDecision {
 /// Bits: what went short in a step.
 enum class StepIssue : std::uint32_t {
   none = 0,
-  inexact = 1u << 0,       ///< the tolerance was not reached for some pair: see PairAnswer::error_bound
-  pool_grew = 1u << 1,     ///< the batch pool had to grow (once in a while is fine)
+  inexact = 1u << 0,        ///< the tolerance was not reached for some pair: see PairAnswer::error_bound
+  pool_grew = 1u << 1,      ///< the batch pool had to grow (once in a while is fine)
   ran_on_caller = 1u << 2,  ///< too little work to share: the step stayed on the calling thread
   ended_early = 1u << 3     ///< stopped or cancelled: the answer is empty
 };
 constexpr std::uint32_t bit(StepIssue issue) { return static_cast<std::uint32_t>(issue); }
+
+/// What one thread did while no other could (ms, wall), by phase: opening stages, and stages of a single block.
+struct SerialTimes {
+  double begin = 0;   ///< before the first stage
+  double update = 0;  ///< poses to boxes
+  double broad = 0;   ///< the broad phase's preparation
+  double join = 0;    ///< putting pairs and answers in order
+  double sum() const { return begin + update + broad + join; }
+};
 
 /// What one step measured (ms; busy times are summed over threads, waiting excluded).
 struct ExecutionReport {
@@ -89,6 +98,8 @@ struct ExecutionReport {
   double narrow_end_ms = 0;            ///< wall, to the last narrow batch
   double join_ms = 0;                  ///< wall: putting the results in order
   double detect_ms = 0;                ///< wall, all of the above
+  double busy_ms = 0;                  ///< busy: all of the above
+  SerialTimes serial;                  ///< of it; 0 on the caller alone, where nothing is shared
   int threads = 1;                     ///< in all, the caller counted
   Split split;                         ///< in force in this step; 1-0 when one thread did both
   StepForm form = StepForm::caller;    ///< how it was run

@@ -23,6 +23,7 @@ class Timeline {
     std::uint64_t step = 0;
     std::uint64_t id = 0;  ///< block or batch
     std::uint64_t pairs = 0;
+    bool heavy = false;  ///< pairs that cost far more than others
   };
   struct Lane {
     std::thread::id thread;
