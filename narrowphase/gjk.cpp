@@ -5,6 +5,7 @@
 #include "epa.h"
 #include "face_depth.h"
 #include "feature_normals.h"
+#include "round_walk.h"
 
 namespace tandem {
 namespace {
@@ -343,39 +344,6 @@ bool gjk_collide(const MinkowskiDifference& d, double tolerance, const Vec3* sta
   return gjk_signed_distance(d, tolerance).signed_distance <= 0;
 }
 
-namespace {
-
-/// A few Newton steps for the direction of the extreme separation, where the difference's surface is smooth there.
-/// -h(n) is concave along the surface; keeps the best n met.
-void polish(const MinkowskiDifference& d, Vec3& n, double& h, Vec3& point_a, Vec3& point_w) {
-  constexpr double step = 1e-5;
-  for (int iteration = 0; iteration < 6; ++iteration) {
-    const Vec3 e1 = any_perpendicular(n), e2 = n.cross(e1);
-    const Vec3 w = d.support(n).w;
-    const double g1 = e1.dot(w), g2 = e2.dot(w);
-    // Forward differences of the tangential support point, the gradient of h on the sphere.
-    const Vec3 m1 = (n + step * e1).normalized(), m2 = (n + step * e2).normalized();
-    const Vec3 w1 = d.support(m1).w - w, w2 = d.support(m2).w - w;
-    const double hn = n.dot(w);
-    const double a = w1.dot(e1) / step - hn, c = w2.dot(e2) / step - hn;
-    const double b = 0.5 * (w1.dot(e2) + w2.dot(e1)) / step;
-    const double det = a * c - b * b;
-    if (!(std::abs(det) > 0)) return;
-    const double x = -(c * g1 - b * g2) / det, y = -(a * g2 - b * g1) / det;
-    if (!(x * x + y * y < 0.01)) return;
-    const Vec3 m = (n + x * e1 + y * e2).normalized();
-    const MinkowskiPoint p = d.support(m);
-    const double hm = m.dot(p.w);
-    if (!(hm < h)) return;
-    h = hm;
-    n = m;
-    point_a = p.a;
-    point_w = p.w;
-  }
-}
-
-}  // namespace
-
 void pair_points(const MinkowskiDifference& d, LocalAnswer& answer) {
   const double infinity = std::numeric_limits<double>::infinity();
   const bool polytopes = is_polytope(d.a.kind) && is_polytope(d.b.kind);
@@ -453,7 +421,8 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
     answer.normal = -r.v.normalized();
     return answer;
   }
-  double core;  // signed distance of the cores
+  double core;         // signed distance of the cores
+  double at_most = 0;  // where they overlap
   bool doubtful = false;
   if (r.end == GjkResult::End::separated) {
     core = r.upper;
@@ -464,16 +433,8 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
     doubtful = polytopes && r.upper - r.along > std::max(tolerance, least) * r.upper + 4 * epsilon * scale;
   } else {
     EpaResult e = expand(d, r.simplex, polytopes ? 0 : std::max(tolerance * larger(d), least * scale));
-    if (e.upper - e.lower > 1e-13 * scale && !polytopes) {
-      Vec3 w = e.point_a - e.point_b, on_a = e.point_a;
-      const double before = e.upper;
-      polish(d, e.normal, e.upper, on_a, w);
-      if (e.upper < before) {
-        e.point_a = on_a;
-        e.point_b = on_a - w;
-      }
-    }
     core = -e.upper;
+    at_most = -e.lower;
     answer.normal = e.normal;
     answer.point_a = e.point_a;
     answer.point_b = e.point_b;
@@ -511,6 +472,17 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
     if (settle_by_features(d, settled) && settled.signed_distance >= r.lower - 16 * epsilon * scale) {
       answer = settled;
       core = answer.signed_distance;
+    }
+  }
+  // Round surfaces are only approached: Newton's method has the last digits.
+  if (!polytopes && (core < 0 || tolerance < least)) {
+    const Support s = walk(RoundPair(d), answer.normal, -infinity);
+    if (s.optimal) {
+      core = -s.h;
+      answer.normal = s.n;
+      answer.point_a = s.point[0];
+      answer.point_b = -s.point[1];
+      answer.gap = core > 0 ? 0 : std::max(0.0, at_most - core);
     }
   }
   answer.signed_distance = core - ra - rb;

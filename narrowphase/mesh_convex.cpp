@@ -24,6 +24,49 @@ constexpr double rounding = 1e-13;
 
 Vec3 area_vector(const Corners& p) { return (p[1] - p[0]).cross(p[2] - p[0]); }
 
+// Translations t with normal (unit) . t >= bound.
+struct Wall {
+  Vec3 normal;
+  double bound;
+};
+
+// The shortest translation beyond all the walls; false where there is none. One wall after the other: where what was
+// found so far does not do, the answer lies on the wall (Seidel 1991, in this order).
+bool shortest_beyond(std::span<const Wall> walls, double slack, Vec3& shortest) {
+  shortest.setZero();
+  for (std::size_t i = 0; i < walls.size(); ++i) {
+    const Wall& wall = walls[i];
+    if (wall.normal.dot(shortest) >= wall.bound - slack) continue;
+    // Within the wall's plane, from the foot on it.
+    const Vec3 foot = wall.bound * wall.normal;
+    const auto within = [&](const Wall& w) {
+      return Wall{w.normal - w.normal.dot(wall.normal) * wall.normal, w.bound - w.normal.dot(foot)};
+    };
+    Vec3 y = Vec3::Zero();
+    for (std::size_t j = 0; j < i; ++j) {
+      const Wall line = within(walls[j]);
+      if (line.normal.dot(y) >= line.bound - slack) continue;
+      const double length2 = line.normal.squaredNorm();
+      if (!(length2 > 1e-20)) return false;
+      // Along the line where the two meet.
+      const Vec3 on_line = (line.bound / length2) * line.normal;
+      const Vec3 along = wall.normal.cross(line.normal) / std::sqrt(length2);
+      double low = -infinity, high = infinity;
+      for (std::size_t k = 0; k < j; ++k) {
+        const Wall other = within(walls[k]);
+        const double slope = other.normal.dot(along), left = other.bound - other.normal.dot(on_line);
+        if (slope > 1e-12) low = std::max(low, left / slope);
+        if (slope < -1e-12) high = std::min(high, left / slope);
+        if (std::abs(slope) <= 1e-12 && left > slack) return false;
+      }
+      if (low > high + slack) return false;
+      y = on_line + std::clamp(0.0, low, std::max(low, high)) * along;
+    }
+    shortest = foot + y;
+  }
+  return true;
+}
+
 // A mesh and a bounded convex shape. Everything is computed with the mesh's axes about the convex's origin: far from
 // the origin of either frame, nothing is lost.
 class MeshConvex {
@@ -267,12 +310,109 @@ class MeshConvex {
     return infinity;
   }
 
-  // A depth no translation can be less than: how deep points of the convex lie in the solid, each with a ball of the
-  // convex about it.
-  double deep_at(const Vec3& p, double ball) const {
+  // The walls that part the convex, moved by `at`, from every triangle less than `reach` away: whatever translation no
+  // farther than that from `at` lies beyond them keeps it parted. False: it touches one, or they are too many.
+  bool walls_about(const Vec3& at, double reach, std::vector<Wall>& walls) const {
+    constexpr std::size_t most = 48;
+    const Pose pose = moved(at);
+    const MeshConvex there(mesh_, {convex_.shape, pose}, options_);
+    struct Known {
+      Side side;
+      double gap;
+    };
+    std::vector<Known> known;
+    walls.clear();
+    bool parted = true;
+    there.query().each_near(reach, [&](std::uint32_t t) {
+      const Corners p = there.corners(t);
+      if (std::any_of(known.begin(), known.end(), [&](const Known& k) { return k.side.beyond(p) >= k.gap; }))
+        return false;
+      const PairAnswer r = there.solve(p, Request::distance, nullptr);
+      if (r.signed_distance > reach) return false;
+      const Side own = there.side(r.normal);
+      const double gap = own.beyond(p);
+      if (!(r.signed_distance > 0 && gap > 0) || walls.size() == most) {
+        parted = false;
+        return true;
+      }
+      known.push_back({own, gap});
+      walls.push_back({r.normal, r.normal.dot(at) - gap});
+      return false;
+    });
+    return parted;
+  }
+
+  // Makes a free way shorter, by the shortest one beyond the walls about it, again and again: down to a way that
+  // nothing near it is shorter than.
+  void shorten(double& way, Vec3& normal) const {
+    constexpr int rounds = 8;
+    const double before = way, slack = rounding * size_;
+    const Vec3 along = normal;
+    std::vector<Wall> walls;
+    double out = 1e-4 * size_;
+    for (int i = 0; i < rounds; ++i, out = std::max(0.1 * out, 1e-9 * size_)) {
+      Vec3 shortest;
+      if (!walls_about((way + out) * normal, way + out, walls) || !shortest_beyond(walls, slack, shortest)) break;
+      const double length = shortest.norm();
+      if (!(length < way - slack)) break;
+      way = length;
+      normal = shortest / length;
+    }
+    if (way < before && MeshConvex(mesh_, {convex_.shape, moved((way + 1e-10 * size_) * normal)}, options_).collide())
+      way = before, normal = along;
+  }
+
+  // A depth no translation can be less than, and the direction that asks for it.
+  struct Certain {
+    double depth = 0;
+    Vec3 out = Vec3::Zero();
+  };
+
+  // By a point of the convex that has a ball of it about it: where `leaves`, no way out ends inside.
+  Certain deep_at(const Vec3& p, double ball, bool leaves) const {
     const Vec3 local = p + shift_;
-    const double distance = surface_distance(model_, local);
-    return is_inside(model_, local) ? distance + ball : ball - distance;
+    const SurfacePoint near = nearest_point(model_, local);
+    const Vec3 out = near.distance > 0 ? Vec3((near.at - local) / near.distance) : Vec3::Zero();
+    if (leaves && is_inside(model_, local)) return {ball + near.distance, out};
+    return {ball - near.distance, -out};
+  }
+
+  // Does every way out that is no longer than this lead out of the closed surface, not into it? A point of the convex
+  // that far outside stays there, and the rest with it.
+  bool leaves_within(double way, const Vec3& normal) const {
+    if (model_.solid) return true;
+    if (!model_.closed || !std::isfinite(way)) return false;
+    for (const Vec3& p : {centre(), support(normal)})
+      if (nearest_point(model_, p + shift_).distance > way && !is_inside(model_, p + shift_)) return true;
+    return false;
+  }
+
+  // By the hull of the triangles that the convex touches at the end of the way, where it lies in what they enclose.
+  double deep_in_piece(const Vec3& way) const {
+    constexpr std::size_t most = 24;
+    const Pose end = moved(way), here{mesh_.pose.rotation, convex_.pose.translation};
+    const MeshConvex there(mesh_, {convex_.shape, end}, options_);
+    const double touching = 1e-8 * size_;
+    Convex points;
+    there.query().each_near(touching, [&](std::uint32_t t) {
+      const Corners p = there.corners(t);
+      if (there.plane_gap(p) > touching || there.solve(p, Request::distance, nullptr).signed_distance > touching)
+        return false;
+      for (const Vec3& v : corners(t)) points.vertices.push_back(v);
+      return points.vertices.size() > most;
+    });
+    if (points.vertices.size() < 4 || points.vertices.size() > most) return 0;
+    const Shape piece(points);
+    if (piece.hull().dimension < 3 || !is_inside(model_, piece.hull().inside + shift_)) return 0;
+    const MeshConvex within(mesh_, {piece, here}, options_);
+    bool whole = true;
+    within.query().each_near(0, [&](std::uint32_t t) {
+      whole = !(within.solve(within.corners(t), Request::distance, nullptr).signed_distance < -rounding * size_);
+      return !whole;
+    });
+    if (!whole) return 0;
+    const PairAnswer r = solve_convex(view(piece), Pose{}, view_, turn_, Request::distance, options_, nullptr);
+    return -r.signed_distance - r.error_bound;
   }
 
   double inner_ball() const {
@@ -298,21 +438,24 @@ class MeshConvex {
     }
   }
 
-  double certain_depth(const Vec3& normal) const {
+  Certain certain_depth(const Vec3& normal, bool leaves) const {
     constexpr std::size_t most_corners = 32;
-    double certain = deep_at(centre(), inner_ball());
+    Certain certain = deep_at(centre(), inner_ball(), leaves);
     if (view_.kind == ShapeKind::sphere) return certain;
-    certain = std::max(certain, deep_at(support(-normal), 0));
+    const auto look = [&](const Vec3& p, double ball) {
+      if (const Certain here = deep_at(p, ball, leaves); here.depth > certain.depth) certain = here;
+    };
+    look(support(-normal), 0);
     if (view_.kind == ShapeKind::capsule)
-      for (const double s : {-0.5, 0.5})
-        certain = std::max(certain, deep_at(turn_.rotation.col(2) * (s * view_.param[1]), radius_));
+      for (const double s : {-0.5, 0.5}) look(turn_.rotation.col(2) * (s * view_.param[1]), radius_);
+    if (!leaves) return certain;
     if (view_.kind == ShapeKind::box)
       for (unsigned i = 0; i < 8; ++i) {
         const Vec3 s(i & 1u ? 1 : -1, i & 2u ? 1 : -1, i & 4u ? 1 : -1);
-        certain = std::max(certain, deep_at(turn_.rotation * s.cwiseProduct(own_half_), 0));
+        look(turn_.rotation * s.cwiseProduct(own_half_), 0);
       }
     if (view_.hull != nullptr && view_.vertices.size() <= most_corners)
-      for (const Vec3& v : view_.vertices) certain = std::max(certain, deep_at(turn_.rotation * v, 0));
+      for (const Vec3& v : view_.vertices) look(turn_.rotation * v, 0);
     return certain;
   }
 
@@ -355,8 +498,13 @@ class MeshConvex {
       });
       attempt(deepest.normal);
     }
-    if (way > certain + enough && model_.solid)
-      certain = std::max(certain, certain_depth(tried.empty() ? normal : tried[0]));
+    const auto look = [&](const Vec3& n) {
+      if (!(way > certain + enough)) return;
+      const Certain deep = certain_depth(n, leaves_within(way, n));
+      certain = std::max(certain, deep.depth);
+      attempt(deep.out);
+    };
+    look(tried.empty() ? normal : tried[0]);
     for (const Vec3& n : faces)
       if (tried.size() < most_directions) attempt(n, 0.95);
     // Deep inside, what separates from the hull may be as good as any.
@@ -376,7 +524,14 @@ class MeshConvex {
       attempt(r.normal);
       if (!(way < before * (1 - 1e-9))) break;
     }
-    if (way > certain + enough && model_.solid) certain = std::max(certain, certain_depth(normal));
+    if (way > certain + enough && std::isfinite(way)) {
+      shorten(way, normal);
+      const double before = way;
+      look(normal);
+      if (way < before && way > certain + enough) shorten(way, normal);
+      if (way > certain + enough && leaves_within(way, normal))
+        certain = std::max(certain, std::min(way, deep_in_piece(way * normal)));
+    }
     PairAnswer answer;
     answer.collide = true;
     if (!std::isfinite(way)) {  // no way tried was free: beyond the whole mesh it is

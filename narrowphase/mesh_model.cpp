@@ -64,12 +64,15 @@ void join_triangles(MeshModel& mesh) {
   std::stable_sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
     return a.lo != b.lo ? a.lo < b.lo : a.hi != b.hi ? a.hi < b.hi : a.up < b.up;
   });
+  mesh.closed = true;
   for (std::size_t begin = 0, end; begin < sides.size(); begin = end) {
     for (end = begin; end < sides.size() && sides[end].lo == sides[begin].lo && sides[end].hi == sides[begin].hi;)
       ++end;
     std::size_t middle = begin;
     while (middle < end && !sides[middle].up) ++middle;
-    if (mesh.solid && middle - begin != end - middle)
+    const bool joined = middle - begin == end - middle;
+    mesh.closed = mesh.closed && joined;
+    if (mesh.solid && !joined)
       refuse("solid, but the edge from vertex " + std::to_string(sides[begin].lo) + " " +
              text(mesh.vertices[sides[begin].lo]) + " to vertex " + std::to_string(sides[begin].hi) + " " +
              text(mesh.vertices[sides[begin].hi]) + " (triangle " + std::to_string(sides[begin].triangle) +

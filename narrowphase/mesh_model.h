@@ -45,6 +45,8 @@ struct MeshModel {
   std::vector<std::uint32_t> extreme;  ///< vertices of the convex hull: enough for bounds (to 1e-12 of the size)
 
   Hull hull;  ///< of all vertices in use
+  /// Every edge joins as many triangles in one sense as in the other: a solid's, or a surface that could be one's.
+  bool closed = false;
   /// A solid whose surface is that of its hull, to 1e-13 of the size: it is solved as one.
   bool convex = false;
 

@@ -49,11 +49,13 @@ bool bears(const MeshModel& mesh, std::uint32_t t, const Vec3& n) {
   return true;
 }
 
-double surface_distance(const MeshModel& mesh, const Vec3& p) {
-  double best = std::numeric_limits<double>::infinity();
-  BoxQuery(mesh, {p, p}, p, Vec3::Zero(), Mat3::Identity()).nearest_first(best, [&](std::uint32_t t) {
+SurfacePoint nearest_point(const MeshModel& mesh, const Vec3& p) {
+  SurfacePoint best{std::numeric_limits<double>::infinity(), p};
+  BoxQuery(mesh, {p, p}, p, Vec3::Zero(), Mat3::Identity()).nearest_first(best.distance, [&](std::uint32_t t) {
     const auto c = mesh.corners(t);
-    return best = std::min(best, point_distance(view_triangle(c), p).signed_distance);
+    const PointDistance d = point_distance(view_triangle(c), p);
+    if (d.signed_distance < best.distance) best = {d.signed_distance, d.nearest};
+    return best.distance;
   });
   return best;
 }

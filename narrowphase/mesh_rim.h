@@ -8,9 +8,14 @@ namespace tandem {
 /// push, not the edges between them.
 bool bears(const MeshModel& mesh, std::uint32_t t, const Vec3& n);
 
-/// Distance of a point from the surface, and of the first crossing along d (unit) from p, infinity if there is none;
-/// in the mesh's frame.
-double surface_distance(const MeshModel& mesh, const Vec3& p);
+/// The point of the surface nearest to p; in the mesh's frame, as p is.
+struct SurfacePoint {
+  double distance;
+  Vec3 at;
+};
+SurfacePoint nearest_point(const MeshModel& mesh, const Vec3& p);
+
+/// Distance of the first crossing along d (unit) from p, infinity if there is none; in the mesh's frame.
 double first_crossing(const MeshModel& mesh, const Vec3& p, const Vec3& d);
 
 }  // namespace tandem

@@ -256,6 +256,43 @@ TEST_CASE("depth of a convex shape in a solid: moving by it separates, and its b
       }
 }
 
+TEST_CASE("shallow overlaps with a torus: the depth is found, mostly proven, and never more than proven") {
+  Random r(37);
+  for (const bool solid : {true, false}) {
+    Mesh ring = torus(1, 0.4, 24, 16);
+    ring.solid = solid;
+    const Shape mesh(ring);
+    for (const Shape& shape : convex_shapes()) {
+      int proven = 0, all = 0;
+      for (int i = 0; i < 24; ++i) {
+        const Pose pa = random_pose(r, 1);
+        Pose pb = moved(random_pose(r, 2), pa.translation);
+        PairAnswer d = answer(mesh, pa, shape, pb);
+        if (d.signed_distance <= 0) continue;
+        const double sunk = i % 2 == 0 ? 1e-3 : 1e-2;
+        pb.translation -= d.normal * (d.signed_distance + sunk);
+        d = answer(mesh, pa, shape, pb);
+        if (d.signed_distance > 0) continue;
+        const double depth = -d.signed_distance, certain = depth - d.error_bound;
+        CAPTURE(name(shape.kind()), solid, i, depth, d.error_bound);
+        ++all;
+        proven += d.status == Status::ok ? 1 : 0;
+        CHECK(depth <= sunk * (1 + 1e-5));
+        CHECK_FALSE(collide(mesh, pa, shape, moved(pb, d.normal * (depth + 1e-9))));
+        // No way is shorter than what is certain: not any, not near the one found.
+        for (int k = 0; k < 60; ++k) {
+          const Vec3 n = k % 2 == 0 ? r.direction() : (d.normal + 0.3 * r.direction()).normalized();
+          CHECK(collide(mesh, pa, shape, moved(pb, n * (0.9999 * certain))));
+        }
+      }
+      CAPTURE(name(shape.kind()), solid);
+      CHECK(all > 8);
+      // Flat ones have little that a point of theirs proves.
+      CHECK(proven >= (shape.kind() == ShapeKind::sphere || shape.kind() == ShapeKind::capsule ? all : all / 3));
+    }
+  }
+}
+
 TEST_CASE("shallow overlaps with a flat side of a solid have their exact depth") {
   const Shape wall(hollow_box(Vec3(4, 4, 4), Vec3(1, 1, 1)));
   Random r(34);

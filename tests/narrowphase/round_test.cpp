@@ -390,3 +390,25 @@ TEST_CASE("round: a hull far from its own origin has points as exact as another"
     CHECK(test::judge(NarrowPhase(), p, reference::signed_distance(p.a, p.pose_a, p.b, p.pose_b)) == "");
   }
 }
+
+TEST_CASE("round: gjk by its name has the last digits too, a hair apart and deep") {
+  const NarrowPhase solver, gjk({.tolerance = 0, .margin = 0, .solver = "gjk"});
+  reference::Random r(65);
+  for (const ShapeRecipe& a : partners)
+    for (const ShapeKind k : round_kinds)
+      for (int i = 0; i < 10; ++i) {
+        PosedPair p = reference::make_pair(a, {k}, reference::all_pair_classes[static_cast<std::size_t>(i % 4)],
+                                           9000 + static_cast<std::uint64_t>(i));
+        PairAnswer truth = solver.solve(p.a, p.pose_a, p.b, p.pose_b, Request::distance);
+        if (i % 2 == 0) {
+          const double gap = std::pow(10.0, -r.in(3, 13)) * (i % 4 == 0 ? 1 : -1);
+          p.pose_b.translation += (gap - truth.signed_distance) * truth.normal;
+          truth = solver.solve(p.a, p.pose_a, p.b, p.pose_b, Request::distance);
+        }
+        const PairAnswer found = gjk.solve(p.a, p.pose_a, p.b, p.pose_b, Request::distance);
+        CAPTURE(name(p.a.kind()), name(k), i, truth.signed_distance, found.error_bound);
+        // From inside it may have found another minimum than the least, and then says so.
+        CHECK(std::abs(found.signed_distance - truth.signed_distance) <=
+              1e-12 * reference::size(p) + (truth.signed_distance < 0 ? found.error_bound + truth.error_bound : 0));
+      }
+}
