@@ -95,7 +95,7 @@ std::size_t most_candidates(std::size_t boxes) { return 1024 + 24 * boxes; }
 
 /// Boxes outside that are searched for one by one at most; they are also tested against each other.
 std::size_t most_outside(std::size_t boxes) {
-  return std::max<std::size_t>(32, std::min<std::size_t>(boxes / 16, 4096));
+  return std::max<std::size_t>(32, std::min<std::size_t>(boxes / 16, 8192));
 }
 
 bool inside(const Aabb& box, const Aabb& larger) {
@@ -264,7 +264,7 @@ std::size_t VerletList::guess_outside() const {
   }
   // A cache line's worth of boxes at each place.
   constexpr std::size_t boxes_a_place = 16;
-  const std::size_t places = std::clamp<std::size_t>(size() / 2048, 64, 512);
+  const std::size_t places = std::clamp<std::size_t>(size() / 4096, 32, 128);
   for (const bool look : {false, true}) {
     sample(size(), places, [&](std::size_t first) {
       first -= first % boxes_a_place;

@@ -1,6 +1,7 @@
 #include "tandem/engine/pipeline.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <optional>
 #include <stdexcept>
@@ -45,8 +46,17 @@ class SceneWork final : public StepWork {
   void look_at(const Scene& scene, ContactList& contacts) {
     scene_ = &scene;
     filter_ = {scene.groups(), scene.masks(), scene.is_static()};
+    // What the last whole step has seen of the same scene is still so where the scene tells of no change.
+    const bool same = looked_ && scene.history() == history_ && boxes_.size() == scene.indices();
+    changes_known_ = same && (!kept_ || scene.comings_and_goings() == comings_and_goings_);
+    comings_and_goings_ = scene.comings_and_goings();
+    history_ = scene.history();
+    looked_ = false;
     boxes_.resize(scene.indices());
+    changed_.resize(scene.indices());
+    seen_.resize(scene.indices());
     broad_phase_->expect(filter_);
+    if (changes_known_) broad_phase_->expect_changes(changed_);
     has_mesh_ = std::any_of(scene.shapes().begin(), scene.shapes().end(),
                             [](const Shape& shape) { return shape.kind() == ShapeKind::mesh; });
     if (kept_) kept_->begin_step(scene, contacts);
@@ -54,6 +64,7 @@ class SceneWork final : public StepWork {
   }
   /// Not to be called after a step that ended early.
   void finish(const ContactList& contacts, StepReport& report) {
+    looked_ = true;
     report.colliding_pairs = found_.colliding_pairs.load(std::memory_order_relaxed);
     report.contacts = found_.contacts.load(std::memory_order_relaxed);
     report.gaps = found_.gaps.load(std::memory_order_relaxed);
@@ -161,29 +172,44 @@ class SceneWork final : public StepWork {
 
   void update(std::size_t block) {
     const auto poses = scene_->poses();
-    const std::size_t first = block * bodies_a_block, count = std::min(boxes_.size() - first, bodies_a_block);
-    if (kept_ && !kept_->look_at(first, count)) return;  // their boxes hold them still
+    const auto versions = scene_->versions();
+    const std::size_t first = block * bodies_a_block, end = std::min(boxes_.size(), first + bodies_a_block);
+    const bool all = kept_ ? kept_->look_at(first, end - first) : !changes_known_;  // kept: else their boxes hold them
+    std::array<std::uint32_t, bodies_a_block> todo;
+    std::size_t count = 0;
+    for (std::size_t i = first; i < end; ++i) {
+      const bool changed = all || (!kept_ && versions[i] != seen_[i]);
+      changed_[i] = changed ? 1 : 0;
+      seen_[i] = versions[i];
+      todo[count] = static_cast<std::uint32_t>(i);
+      count += changed ? 1 : 0;
+    }
+    if (count == 0) return;
     BoundsRows rows;
-    for (std::size_t i = 0; i < bodies_a_block; ++i) {
-      // Places past the end are rounded with the others: what is in them must be numbers.
-      const std::size_t at = first + std::min(i, count - 1);
-      const Bounds bounds =
-          scene_->shape_of(static_cast<std::uint32_t>(at)).bounds(kept_ ? kept_->anchor(at) : poses[at]);
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::uint32_t at = todo[k];
+      const Bounds bounds = scene_->shape_of(at).bounds(kept_ ? kept_->anchor(at) : poses[at]);
       const double reach = kept_ ? kept_->reach(at) : 0;
-      for (std::size_t k = 0; k < 3; ++k) {
-        rows.lo[k][i] = bounds.lo[static_cast<Eigen::Index>(k)] - reach;
-        rows.hi[k][i] = bounds.hi[static_cast<Eigen::Index>(k)] + reach;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        rows.lo[axis][k] = bounds.lo[static_cast<Eigen::Index>(axis)] - reach;
+        rows.hi[axis][k] = bounds.hi[static_cast<Eigen::Index>(axis)] + reach;
       }
+    }
+    // Places past the end are rounded with the others: what is in them must be numbers.
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      std::fill(rows.lo[axis] + count, rows.lo[axis] + bodies_a_block, 0.0);
+      std::fill(rows.hi[axis] + count, rows.hi[axis] + bodies_a_block, 0.0);
     }
     // Half the margin on each side: two boxes meet when the gap between their bodies is within the margin.
     FloatRows rounded;
     round_outward(rows, 0.5 * options_.margin, rounded);
-    for (int k = 0; k < 3; ++k) {
-      std::copy_n(rounded.lo[k], count, boxes_.lo(k) + first);
-      std::copy_n(rounded.hi[k], count, boxes_.hi(k) + first);
-    }
-    for (std::size_t i = first; i < first + count; ++i)
-      if (!scene_->alive(static_cast<std::uint32_t>(i))) boxes_.set_empty(i);
+    for (int axis = 0; axis < 3; ++axis)
+      for (std::size_t k = 0; k < count; ++k) {
+        boxes_.lo(axis)[todo[k]] = rounded.lo[axis][k];
+        boxes_.hi(axis)[todo[k]] = rounded.hi[axis][k];
+      }
+    for (std::size_t k = 0; k < count; ++k)
+      if (!scene_->alive(todo[k])) boxes_.set_empty(todo[k]);
   }
 
   /// What the batches found, summed up; the order of additions leaves no trace.
@@ -220,6 +246,12 @@ class SceneWork final : public StepWork {
   const Scene* scene_ = nullptr;
   PairFilter filter_;
   BoxArray boxes_;
+  std::vector<std::uint8_t> changed_;  // one a box: not as in the step before
+  // What the last whole step saw; whether it tells what has changed since.
+  bool looked_ = false, changes_known_ = false;
+  History::Name history_;
+  std::vector<std::uint32_t> seen_;  // versions
+  std::uint64_t comings_and_goings_ = 0;
   bool has_mesh_ = false;
   mutable Found found_;  // of the step at hand
 };

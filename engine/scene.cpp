@@ -80,6 +80,7 @@ BodyId Scene::add_body(const BodyOptions& options) {
     densities_.resize(size);
     is_static_.resize(size);
     alive_.resize(size);
+    versions_.resize(size);
   } else {
     free_.pop_back();
   }
@@ -92,6 +93,8 @@ BodyId Scene::add_body(const BodyOptions& options) {
   densities_[index] = options.density;
   is_static_[index] = options.is_static;
   alive_[index] = 1;
+  ++versions_[index];
+  ++comings_and_goings_;
   ++(options.is_static ? uses.fixed : uses.moving);
   ++count_;
   return {index + 1, generation_[index]};
@@ -113,6 +116,8 @@ void Scene::remove_body(BodyId id) {
   ShapeUses& uses = uses_[shape_[index]];
   --(is_static_[index] ? uses.fixed : uses.moving);
   alive_[index] = 0;
+  ++versions_[index];
+  ++comings_and_goings_;
   --count_;
   // A slot whose generations are used up is given away: an old id must never come true again.
   if (++generation_[index] != 0) free_.push_back(index);
@@ -122,6 +127,7 @@ void Scene::set_pose(BodyId id, const Pose& pose) {
   const std::uint32_t index = checked(id);
   require_valid(pose, body_name(index));
   poses_[index] = orthonormalized(pose);
+  ++versions_[index];
 }
 
 void Scene::set_velocity(BodyId id, const Vec3& velocity, const Vec3& angular_velocity) {
@@ -142,6 +148,7 @@ BodyId Scene::id(std::uint32_t index) const {
 
 void Scene::move(std::uint32_t index, const Pose& pose, const Vec3& velocity, const Vec3& angular_velocity) {
   poses_[index] = pose;
+  ++versions_[index];
   velocities_[index] = velocity;
   angular_velocities_[index] = angular_velocity;
 }

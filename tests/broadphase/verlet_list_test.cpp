@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <map>
 #include <span>
+#include <thread>
 
 #include "box_worlds.h"
 #include "bvh.h"
@@ -298,6 +299,38 @@ TEST_CASE("Verlet list: many boxes, against a sweep from scratch") {
     outside += method.list.outside();
   }
   CHECK(outside > 100);
+}
+
+TEST_CASE("Verlet list: copies of boxes are read only once all are made, while threads make them") {
+  BoxArray boxes = crowd(33'000);
+  std::vector<Point> ways(boxes.size());
+  for (std::size_t i = 0; i < ways.size(); ++i) ways[i] = way(i, 0.05f);
+  Listed<Grid> together, alone;
+  std::size_t reused = 0;
+  for (int step = 0; step < 60; ++step) {
+    CAPTURE(step);
+    for (std::size_t i = 0; i < ways.size(); ++i) boxes.set(i, moved(boxes[i], ways[i]));
+    const std::size_t stages = together.begin(boxes);
+    for (std::size_t stage = 0; stage + 1 < stages; ++stage)
+      for (std::size_t block = 0; block < together.blocks(stage); ++block) together.run(stage, block);
+    std::vector<std::vector<Pair>> found(together.blocks(stages - 1));
+    std::atomic<std::size_t> next{0};
+    std::atomic<int> waiting{2};
+    const auto work = [&] {
+      for (--waiting; waiting != 0;) std::this_thread::yield();  // so that both begin at once
+      for (std::size_t block = next++; block < found.size(); block = next++) {
+        ListSink sink;
+        together.emit(block, sink);
+        found[block] = sink.take();
+      }
+    };
+    std::thread other(work);
+    work();
+    other.join();
+    REQUIRE((pairs_of_blocks(alone, boxes, Order::forward) == found));
+    reused += together.list.mode() == VerletList::Mode::reuse ? 1 : 0;
+  }
+  CHECK(reused > 40);
 }
 
 TEST_CASE("Verlet list: a change of number or of method starts anew") {

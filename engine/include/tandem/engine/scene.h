@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -35,6 +36,30 @@ struct BodyOptions {
   std::uint32_t mask = 0xffffffffu;      ///< bits of the groups it meets; a pair needs both directions
 };
 
+/// Names the past of an object: a copy of the object has another one.
+class History {
+ public:
+  History() = default;
+  History(const History&) : History() {}
+  History& operator=(const History& other) {
+    if (this != &other) mark_ = std::make_shared<char>();
+    return *this;
+  }
+  History(History&&) noexcept = default;
+  History& operator=(History&&) noexcept = default;
+  ~History() = default;
+
+  /// Whether it is certain that both are of the same object; keeping one keeps its name from being used again.
+  struct Name {
+    std::shared_ptr<const char> mark;
+    friend bool operator==(const Name& a, const Name& b) { return a.mark != nullptr && a.mark == b.mark; }
+  };
+  Name name() const { return {mark_}; }
+
+ private:
+  std::shared_ptr<const char> mark_ = std::make_shared<char>();
+};
+
 /// Bodies and their shapes: what a pipeline looks at and a response moves. Plain data with checks at the door; not
 /// thread-safe while it is changed. A body's index stays the same until it is removed; freed indices are used again.
 class Scene {
@@ -68,7 +93,14 @@ class Scene {
   std::span<const std::uint32_t> groups() const { return groups_; }
   std::span<const std::uint32_t> masks() const { return masks_; }
 
+  /// One element an index: how often the body there was added, removed or given a pose. In a scene of the same history
+  /// a body whose number is the same is where it was.
+  std::span<const std::uint32_t> versions() const { return versions_; }
+  std::uint64_t comings_and_goings() const { return comings_and_goings_; }  ///< bodies added and removed so far
+  History::Name history() const { return history_.name(); }
+
   /// For a response: moves a body without the checks of set_pose; the caller keeps the rotation orthonormal.
+  /// Several threads may move different bodies.
   void move(std::uint32_t index, const Pose& pose, const Vec3& velocity, const Vec3& angular_velocity);
 
   std::string name;
@@ -88,11 +120,13 @@ class Scene {
   std::vector<Shape> shapes_;
   std::vector<std::string> shape_names_;
   std::vector<ShapeUses> uses_;  // a shape: bodies that have it
-  std::vector<std::uint32_t> shape_, generation_, groups_, masks_, free_;
+  std::vector<std::uint32_t> shape_, generation_, groups_, masks_, free_, versions_;
   std::vector<Pose> poses_;
   std::vector<Vec3> velocities_, angular_velocities_;
   std::vector<double> densities_;
   std::vector<std::uint8_t> is_static_, alive_;
+  std::uint64_t comings_and_goings_ = 0;
+  History history_;
   std::size_t count_ = 0;
 };
 
