@@ -95,7 +95,7 @@ std::size_t most_candidates(std::size_t boxes) { return 1024 + 24 * boxes; }
 
 /// Boxes outside that are searched for one by one at most; they are also tested against each other.
 std::size_t most_outside(std::size_t boxes) {
-  return std::max<std::size_t>(32, std::min<std::size_t>(boxes / 16, 8192));
+  return std::max<std::size_t>(32, std::min<std::size_t>(boxes / 16, 4096));
 }
 
 bool inside(const Aabb& box, const Aabb& larger) {
