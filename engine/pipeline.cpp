@@ -57,8 +57,12 @@ class SceneWork final : public StepWork {
     seen_.resize(scene.indices());
     broad_phase_->expect(filter_);
     if (changes_known_) broad_phase_->expect_changes(changed_);
-    has_mesh_ = std::any_of(scene.shapes().begin(), scene.shapes().end(),
-                            [](const Shape& shape) { return shape.kind() == ShapeKind::mesh; });
+    const auto has = [&scene](ShapeKind kind) {
+      return std::any_of(scene.shapes().begin(), scene.shapes().end(),
+                         [kind](const Shape& shape) { return shape.kind() == kind; });
+    };
+    has_mesh_ = has(ShapeKind::mesh);
+    screens_ = !kept_ && options_.request != Request::distance && has(ShapeKind::box);
     if (kept_) kept_->begin_step(scene, contacts);
     found_.clear();
   }
@@ -117,10 +121,13 @@ class SceneWork final : public StepWork {
     const std::size_t first_contact = batch.contacts.size();
     std::uint64_t colliding_pairs = 0;
     const auto pairs = std::span<const Pair>(batch.pairs).first(batch.count);
+    std::array<std::uint8_t, screened> apart{};
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       if (kept) i += kept->stand(pairs.subspan(i));
       if (i == pairs.size()) break;
       const Pair pair = pairs[i];
+      if (screens_ && i % screened == 0) screen(pairs.subspan(i), apart);
+      if (apart[i % screened] != 0) continue;
       // Pairs go by their first body; where the second one is, nothing foresees but this.
       if (constexpr std::size_t ahead = 3; i + ahead < pairs.size()) {
         const char* pose = reinterpret_cast<const char*>(&scene_->poses()[pairs[i + ahead].b]);
@@ -158,6 +165,17 @@ class SceneWork final : public StepWork {
 
  private:
   static constexpr std::size_t bodies_a_block = BoundsRows::bodies;
+  static constexpr std::size_t screened = 32;
+
+  /// Marks those of the first pairs that need no answer.
+  void screen(std::span<const Pair> pairs, std::array<std::uint8_t, screened>& apart) const {
+    const std::size_t count = std::min(pairs.size(), screened);
+    std::array<PlacedPair, screened> posed;
+    const auto poses = scene_->poses();
+    for (std::size_t i = 0; i < count; ++i)
+      posed[i] = {&scene_->shape_of(pairs[i].a), &poses[pairs[i].a], &scene_->shape_of(pairs[i].b), &poses[pairs[i].b]};
+    narrow_phase_.mark_apart(std::span(posed).first(count), std::span(apart).first(count));
+  }
 
   PairAnswer solve(Pair pair, Batch& batch) const {
     const auto poses = scene_->poses();
@@ -253,7 +271,8 @@ class SceneWork final : public StepWork {
   std::vector<std::uint32_t> seen_;  // versions
   std::uint64_t comings_and_goings_ = 0;
   bool has_mesh_ = false;
-  mutable Found found_;  // of the step at hand
+  bool screens_ = false;  // pairs that are far enough apart are left out several at a time
+  mutable Found found_;   // of the step at hand
 };
 
 }  // namespace

@@ -125,6 +125,38 @@ Separation best_separation(const BoxAxes& x) {
   return best;
 }
 
+/// Where edge j of B passes edge i of A, on the way of the normal.
+bool edges_witness(const BoxAxes& x, int i, int j, LocalAnswer& answer) {
+  const Vec3& n = answer.normal;
+  const double s = answer.signed_distance;
+  const int i1 = next[i], i2 = last[i], j1 = next[j], j2 = last[j];
+  // The edges' other coordinates, each in its own box; B's points against the normal.
+  const auto against = [&](int k) {
+    return -std::copysign(x.b[k], n[0] * x.r[0][k] + n[1] * x.r[1][k] + n[2] * x.r[2][k]);
+  };
+  const double b1 = against(j1), b2 = against(j2);
+  const auto on_line = [&](int k) { return x.t[k] + (x.r[k][j1] * b1 + x.r[k][j2] * b2); };
+  const double a1 = std::copysign(x.a[i1], n[i1]), a2 = std::copysign(x.a[i2], n[i2]);
+  const double w1 = on_line(i1) - a1, w2 = on_line(i2) - a2, y = x.r[i1][j], z = x.r[i2][j];
+  const double slack = 1e-12 * size(x);
+  double on_b = -(w1 * y + w2 * z) / (y * y + z * z);
+  double on_a = on_line(i) + on_b * x.r[i][j];
+  if (!(std::abs(on_a) <= x.a[i] + slack && std::abs(on_b) <= x.b[j] + slack)) return false;
+  on_a = std::clamp(on_a, -x.a[i], x.a[i]);
+  on_b = std::clamp(on_b, -x.b[j], x.b[j]);
+  answer.point_a[i] = on_a;
+  answer.point_a[i1] = a1;
+  answer.point_a[i2] = a2;
+  answer.point_b = answer.point_a + s * n;
+  // On nearly parallel edges, rounding moves the place far along both: together or not at all.
+  double off2 = 0;
+  for (int k = 0; k < 3; ++k) {
+    const double off = on_line(k) + on_b * x.r[k][j] - answer.point_b[k];
+    off2 += off * off;
+  }
+  return off2 <= slack * slack;
+}
+
 /// Witness points from the axis of the normal, where they follow from it: then the axis' separation is the distance.
 bool witness(const BoxAxes& x, int axis, LocalAnswer& answer) {
   const Vec3& n = answer.normal;
@@ -146,26 +178,7 @@ bool witness(const BoxAxes& x, int axis, LocalAnswer& answer) {
     answer.point_b = answer.point_a + s * n;
     return paired;
   }
-  const int i = (axis - 6) / 3, j = (axis - 6) % 3;
-  const Vec3 m = r.transpose() * n, along = r.col(j);
-  Vec3 ca, cb;
-  for (int k = 0; k < 3; ++k) {
-    ca[k] = k == i ? 0.0 : std::copysign(a[k], n[k]);
-    cb[k] = k == j ? 0.0 : -std::copysign(b[k], m[k]);
-  }
-  // Where the two lines pass each other: e_i x along is the axis times its length.
-  const Vec3 w = t + r * cb - ca, cross = Vec3::Unit(i).cross(along);
-  const double length2 = cross.squaredNorm();
-  double on_a = w.cross(along).dot(cross) / length2, on_b = w.cross(Vec3::Unit(i)).dot(cross) / length2;
-  const double slack = 1e-12 * size(x);
-  if (!(std::abs(on_a) <= a[i] + slack && std::abs(on_b) <= b[j] + slack)) return false;
-  on_a = std::clamp(on_a, -a[i], a[i]);
-  on_b = std::clamp(on_b, -b[j], b[j]);
-  answer.point_a = ca;
-  answer.point_a[i] = on_a;
-  answer.point_b = answer.point_a + s * n;
-  // On nearly parallel edges, rounding moves the place far along both: together or not at all.
-  return (ca + w + on_b * along - answer.point_b).squaredNorm() <= slack * slack;
+  return edges_witness(x, (axis - 6) / 3, (axis - 6) % 3, answer);
 }
 
 /// Nearest points of boxes that are apart: minimises the distance of B's point u (in B's frame) from A, one of u's
@@ -218,6 +231,16 @@ Vec3 axis_direction(const BoxAxes& x, int axis) {
   else
     n = edge_axis(x, (axis - 6) / 3, (axis - 6) % 3);
   return n[0] * x.t[0] + n[1] * x.t[1] + n[2] * x.t[2] < 0 ? Vec3(-n) : n;
+}
+
+/// What a manifold asks of an edges' axis.
+void describe_edges(const BoxAxes& x, BoxAnswer& answer) {
+  if (answer.axis < 6) return;
+  const Vec3& n = answer.local.normal;
+  answer.edges_cosine = std::abs(x.r[(answer.axis - 6) / 3][(answer.axis - 6) % 3]);
+  answer.facing = n.cwiseAbs().maxCoeff();
+  for (int k = 0; k < 3; ++k)
+    answer.facing = std::max(answer.facing, std::abs(n[0] * x.r[0][k] + n[1] * x.r[1][k] + n[2] * x.r[2][k]));
 }
 
 RelativePose relative_pose(const BoxAxes& x) {
@@ -319,13 +342,18 @@ BoxAnswer box_box_overlap(const HalfSize& a, const Pose& pose_a, const HalfSize&
     return answer;
   }
   const Separation best = best_separation(x);
-  if (best.distance > 0 && best.distance <= margin) return box_box_distance(a, pose_a, b, pose_b);
+  if (best.distance > 0 && best.distance <= margin) {
+    answer = box_box_distance(a, pose_a, b, pose_b);
+    describe_edges(x, answer);
+    return answer;
+  }
   answer.axis = best.axis;
   answer.local.signed_distance = best.distance;
   answer.local.normal = axis_direction(x, best.axis);
-  if (best.axis >= 6 && best.distance <= 0 && !witness(x, best.axis, answer.local)) {
+  if (best.axis < 6) return answer;
+  describe_edges(x, answer);
+  if (best.distance <= 0 && !edges_witness(x, (best.axis - 6) / 3, (best.axis - 6) % 3, answer.local))
     pair_points(Boxes(a, b, x).difference, answer.local);
-  }
   return answer;
 }
 

@@ -31,22 +31,33 @@ void append_box_manifold(const HalfSize& a, const Pose& pose_a, const HalfSize& 
                          const BoxAnswer& answer, double margin, std::vector<Contact>& contacts) {
   // The reference box carries the face; the other is seen from it. Of faces that lie on each other any will do, and
   // which separates by more, or an edge's axis by more than both, is left to rounding: A's.
-  const Vec3 world_normal = pose_a.rotation * answer.local.normal;
+  const Vec3& in_a = answer.local.normal;
+  const Vec3 world_normal = pose_a.rotation * in_a;
+  const bool tilted = answer.axis >= 6 && answer.facing <= flush_face;
   bool of_b = answer.axis >= 3;
   int axis = answer.axis % 3;
   if (answer.axis >= 6) {
     const Vec3 in_b = pose_b.rotation.transpose() * world_normal;
-    for (int i = 2; i >= 0; --i)
-      if (std::abs(in_b[i]) > flush_face) axis = i;
+    int face_a = 0, face_b = 0;
+    for (int i = 1; i < 3; ++i) {
+      if (std::abs(in_a[i]) > std::abs(in_a[face_a])) face_a = i;
+      if (std::abs(in_b[i]) > std::abs(in_b[face_b])) face_b = i;
+    }
+    of_b = std::abs(in_a[face_a]) + 1e-12 < std::abs(in_b[face_b]);
+    axis = of_b ? face_b : face_a;
   }
   for (int i = 0; i < 3; ++i)
-    if (std::abs(answer.local.normal[i]) > flush_face) of_b = false, axis = i;
+    if (std::abs(in_a[i]) > flush_face) of_b = false, axis = i;
   const int iu = (axis + 1) % 3, iw = (axis + 2) % 3;
   const HalfSize &reference = of_b ? b : a, &incident = of_b ? a : b;
   const Pose &pose = of_b ? pose_b : pose_a, &other = of_b ? pose_a : pose_b;
   const Vec3 d = other.translation - pose.translation;
   const auto row = [&](int i, const Vec3& v) { return pose.rotation.col(i).dot(v); };
-  const double side = row(axis, d) >= 0 ? 1.0 : -1.0;
+  // Depths are measured, and points put midway, along the normal: seen from the face it has this slant and these slips.
+  const Vec3 away = of_b ? Vec3(-world_normal) : world_normal;
+  const double along_face = row(axis, away), side = along_face >= 0 ? 1.0 : -1.0;
+  const double slant = tilted ? std::abs(along_face) : 1.0;
+  const double slip_u = tilted ? row(iu, away) : 0.0, slip_w = tilted ? row(iw, away) : 0.0;
   const Vec3 outward = side * pose.rotation.col(axis);
 
   // The incident face looks against the normal most; where two do alike, the first.
@@ -68,18 +79,45 @@ void append_box_manifold(const HalfSize& a, const Pose& pose_a, const HalfSize& 
   const double near = alike * size;
   const int reference_face = 2 * axis + (side > 0 ? 0 : 1), incident_face = 2 * k + (towards > 0 ? 0 : 1);
 
+  // Deepest is the corner below both edges. Where it is the face's only one that touches, and all that touches around
+  // it lies well over the reference face, it is all of the patch.
+  const double lowest = centre.height - std::abs(e1.height) - std::abs(e2.height),
+               touching = top + (margin + near) * slant;
+  const double rise1 = 2 * std::abs(e1.height), rise2 = 2 * std::abs(e2.height), room = touching - lowest;
+  if (room < rise1 && room < rise2) {
+    const bool down1 = e1.height < 0, down2 = e2.height < 0;
+    const int at = down1 ? (down2 ? 0 : 3) : (down2 ? 1 : 2);
+    const PlanePoint c = centre + (side_u[at] * e1 + side_w[at] * e2);
+    const double back1 = -2 * side_u[at], back2 = -2 * side_w[at], wide_u = au - near, wide_w = aw - near;
+    const auto over = [&](double back, const PlanePoint& e, double rise) {
+      return std::abs(c.u * rise + room * (back * e.u)) < wide_u * rise &&
+             std::abs(c.w * rise + room * (back * e.w)) < wide_w * rise;
+    };
+    if (!tilted && room >= 0 && std::abs(c.u) < wide_u && std::abs(c.w) < wide_w && over(back1, e1, rise1) &&
+        over(back2, e2, rise2)) {
+      const double depth = std::max(std::min(top - c.height, -answer.local.signed_distance), -margin);
+      Vec3 point;
+      point[iu] = c.u;
+      point[iw] = c.w;
+      point[axis] = side * (top - 0.5 * depth);
+      contacts.push_back({pose * point, world_normal, depth,
+                          feature_name(reference_face, incident_face, Meeting::incident_corner, 0, at, of_b)});
+      return;
+    }
+  }
+
   PatchPoint points[24];
   int count = 0;
   const auto add = [&](const PlanePoint& p, Meeting meeting, int of_reference, int of_incident) {
     // Moving by the pair's depth separates them everywhere, so nowhere is it more; rounding alone keeps a point of a
     // face that touches from touching.
-    const double depth = std::min(top - p.height, -answer.local.signed_distance);
+    const double depth = std::min((top - p.height) / slant, -answer.local.signed_distance);
     if (depth < -margin - near) return;
     const double kept = std::max(depth, -margin);
     PatchPoint& point = points[count++];
-    point.at[iu] = std::clamp(p.u, -au, au);
-    point.at[iw] = std::clamp(p.w, -aw, aw);
-    point.at[axis] = side * (top - 0.5 * kept);
+    point.at[iu] = std::clamp(p.u, -au, au) + 0.5 * kept * slip_u;
+    point.at[iw] = std::clamp(p.w, -aw, aw) + 0.5 * kept * slip_w;
+    point.at[axis] = side * (top - 0.5 * kept * slant);
     point.depth = kept;
     point.feature = feature_name(reference_face, incident_face, meeting, of_reference, of_incident, of_b);
   };
@@ -138,6 +176,14 @@ void append_box_manifold(const HalfSize& a, const Pose& pose_a, const HalfSize& 
         add(p, Meeting::edges, line, i);
       }
     }
+  }
+  if (tilted) {
+    // Where the edges cross must be among them; the deepest that was found stands for it.
+    int deepest = 0;
+    for (int i = 1; i < count; ++i)
+      if (points[i].depth > points[deepest].depth) deepest = i;
+    if (count == 0 || points[deepest].depth + 0.02 * near < -answer.local.signed_distance) return;
+    points[deepest].depth = -answer.local.signed_distance;
   }
   Vec3 normal = Vec3::Zero();
   normal[axis] = side;

@@ -33,6 +33,9 @@ bool box_box_collide(const HalfSize& a, const Pose& pose_a, const HalfSize& b, c
 struct BoxAnswer {
   LocalAnswer local;
   int axis = -1;  ///< of the normal: 0-2 A's faces, 3-5 B's, 6 + 3 i + j: a_i x b_j; -1: none, nearest points
+  // Of an edges' axis, for the manifold:
+  double edges_cosine = 0;  ///< of the two edges' directions, >= 0
+  double facing = 0;        ///< the largest cosine of the normal with that of a face
 };
 /// Signed distance of two boxes: overlapping, depth and normal are the least over all axes, faces and edges alike;
 /// apart, the nearest points, found by exact line searches from the best axis (by GJK where these take too long).

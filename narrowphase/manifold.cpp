@@ -270,6 +270,17 @@ int overlap_edges(const Feature& a, const Feature& b, const LocalAnswer& answer,
   return count;
 }
 
+/// The first of those that count as the deepest stands for it, as in `span_patch`.
+void stand_for_deepest(PatchPoint* p, int count, double slack) {
+  int first = 0;
+  double deepest = p[0].depth;
+  for (int i = 1; i < count; ++i) {
+    if (p[i].depth > p[first].depth + slack) first = i;
+    deepest = std::max(deepest, p[i].depth);
+  }
+  p[first].depth = deepest;
+}
+
 }  // namespace
 
 int span_patch(PatchPoint* p, int count, const Vec3& normal, double size) {
@@ -444,7 +455,11 @@ void append_halfspace_box(const HalfSize& half, const Pose& pose, const Vec3& wo
     point.depth = depth;
     point.feature = face | static_cast<std::uint32_t>(i);
   }
-  count = span_patch(points, count, slope, 2 * Vec3(half[0], half[1], half[2]).norm());
+  const double diagonal = 2 * Vec3(half[0], half[1], half[2]).norm();
+  if (count > 2 && std::min(size(u), size(w)) > 4 * thin * std::max(size(u), size(w)))
+    stand_for_deepest(points, count, alike * diagonal);  // corners of a face that is no strip: all of them
+  else
+    count = span_patch(points, count, slope, diagonal);
   append_points(points, count, pose, world_normal, contacts);
 }
 

@@ -29,9 +29,9 @@ constexpr double alike = 4e-9;
 void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePose& relative, const LocalAnswer& answer,
                      double margin, const Pose& pose_a, std::vector<Contact>& contacts);
 
-/// The same for two boxes (half sizes) whose normal is a face's (or flush with it): the incident face's rectangle
-/// clipped by the reference face's, in the plane. `answer.axis` >= 0. Points are named by the corners and edges that
-/// meet.
+/// The same for two boxes (half sizes) whose normal is a face's (or lies near one, `carries_patch`): the incident
+/// face's rectangle clipped by the reference face's, in the plane. `answer.axis` >= 0. Points are named by the corners
+/// and edges that meet. Nothing is appended where the patch misses the deepest point of an edges' axis.
 void append_box_manifold(const HalfSize& a, const Pose& pose_a, const HalfSize& b, const Pose& pose_b,
                          const BoxAnswer& answer, double margin, std::vector<Contact>& contacts);
 

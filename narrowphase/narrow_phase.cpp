@@ -1,11 +1,13 @@
 #include "tandem/narrowphase/narrow_phase.h"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <span>
 #include <stdexcept>
 #include <utility>
 
+#include "box_screen.h"
 #include "centre_test.h"
 #include "convex_pair.h"
 #include "convex_view.h"
@@ -153,6 +155,27 @@ PairAnswer NarrowPhase::solve(const Shape& a, const Pose& pose_a, const Shape& b
     if (const SimpleSolver solver = simple_solver(a.kind(), b.kind()))
       return solver(a, pose_a, b, pose_b, request, options_.margin, contacts);
   return solve_prepared(a, pose_a, b, pose_b, request, options_, contacts, warm);
+}
+
+void NarrowPhase::mark_apart(std::span<const PlacedPair> pairs, std::span<std::uint8_t> apart) const {
+  std::fill(apart.begin(), apart.end(), std::uint8_t{0});
+  if (!options_.solver.empty()) return;
+  BoxPair boxes[screened_boxes];
+  std::size_t place[screened_boxes], count = 0;
+  const auto screen = [&] {
+    std::fill(boxes + count, boxes + screened_boxes, boxes[0]);
+    const unsigned bits = screen_boxes(boxes, options_.margin);
+    for (std::size_t i = 0; i < count; ++i) apart[place[i]] = bits >> i & 1u;
+    count = 0;
+  };
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const PlacedPair& pair = pairs[i];
+    if (pair.a->kind() != ShapeKind::box || pair.b->kind() != ShapeKind::box) continue;
+    boxes[count] = {&pair.a->parameters(), pair.pose_a, &pair.b->parameters(), pair.pose_b};
+    place[count++] = i;
+    if (count == screened_boxes) screen();
+  }
+  if (count != 0) screen();
 }
 
 std::vector<std::array<std::uint32_t, 2>> NarrowPhase::intersecting_triangles(const Shape& a, const Pose& pose_a,

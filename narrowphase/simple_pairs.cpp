@@ -46,24 +46,6 @@ SegmentDistance axes_distance(const Pose& pose_a, double length_a, const Pose& p
                           pose_b.translation - pose_a.translation, 0.5 * length_b * pose_b.rotation.col(2));
 }
 
-/// The axis of two edges is the normal of a face but for rounding or a turn by next to nothing.
-bool lies_on_face(const Pose& pose_a, const Pose& pose_b, const BoxAnswer& answer) {
-  const Vec3 in_b = pose_b.rotation.transpose() * (pose_a.rotation * answer.local.normal);
-  return std::max(answer.local.normal.cwiseAbs().maxCoeff(), in_b.cwiseAbs().maxCoeff()) > flush_face;
-}
-
-/// Two edges touch across each other, and no face of either lies near their plane.
-bool edges_meet_alone(const Pose& pose_a, const Pose& pose_b, const BoxAnswer& answer) {
-  const int i = (answer.axis - 6) / 3, j = (answer.axis - 6) % 3;
-  const Vec3 along_a = pose_a.rotation.col(i), along_b = pose_b.rotation.col(j);
-  if (std::abs(along_a.dot(along_b)) > 0.999) return false;
-  const Vec3 n = pose_a.rotation * answer.local.normal;
-  double facing = 0;
-  for (int k = 0; k < 3; ++k)
-    facing = std::max({facing, std::abs(n.dot(pose_a.rotation.col(k))), std::abs(n.dot(pose_b.rotation.col(k)))});
-  return facing < carries_patch;
-}
-
 void solve_boxes_in_order(const HalfSize& half_a, const Pose& pose_a, const HalfSize& half_b, const Pose& pose_b,
                           Request request, double margin, std::vector<Contact>* contacts, PairAnswer& r) {
   if (request == Request::distance || contacts == nullptr) {
@@ -82,10 +64,10 @@ void solve_boxes_in_order(const HalfSize& half_a, const Pose& pose_a, const Half
     return;
   }
   const std::size_t first = contacts->size();
-  const bool on_face = answer.axis >= 0 && (answer.axis < 6 || lies_on_face(pose_a, pose_b, answer));
-  if (on_face) {
+  if (answer.axis >= 0 && (answer.axis < 6 || answer.facing >= carries_patch)) {
     append_box_manifold(half_a, pose_a, half_b, pose_b, answer, margin, *contacts);
-    if (answer.local.signed_distance <= 0 && contacts->size() > first) {
+    const bool flush = answer.axis < 6 || answer.facing > flush_face;
+    if (flush && answer.local.signed_distance <= 0 && contacts->size() > first) {
       const Contact* deepest = &(*contacts)[first];
       for (const Contact& c : std::span(*contacts).subspan(first))
         if (c.depth > deepest->depth) deepest = &c;
@@ -99,7 +81,10 @@ void solve_boxes_in_order(const HalfSize& half_a, const Pose& pose_a, const Half
   }
   place(answer.local, pose_a, r);
   if (contacts->size() > first) return;
-  if (!on_face && (answer.axis < 0 || !edges_meet_alone(pose_a, pose_b, answer)))
+  // Two edges that touch across each other meet in one point.
+  const bool edges_alone = answer.axis >= 6 && answer.edges_cosine <= 0.999 && answer.facing < carries_patch;
+  const bool rounded_off = answer.axis >= 0 && (answer.axis < 6 || answer.facing > flush_face);
+  if (!edges_alone && !rounded_off)
     append_manifold(view_box(half_a), view_box(half_b), relative(pose_a, pose_b), answer.local, margin, pose_a,
                     *contacts);
   // Rounding may leave nothing of a patch that is a point.

@@ -53,6 +53,14 @@ struct WarmStart {
   Vec3 direction = Vec3::Zero();  ///< from A to B, in A's frame; any length
 };
 
+/// Two shapes where they are, none of them owned.
+struct PlacedPair {
+  const Shape* a;
+  const Pose* pose_a;
+  const Shape* b;
+  const Pose* pose_b;
+};
+
 struct NarrowPhaseOptions {
   /// Error the user accepts, relative to the bodies' size, [0, 0.1]; 0: to rounding. The cheapest solver of the
   /// table that meets it is taken.
@@ -105,6 +113,11 @@ class NarrowPhase {
   /// where the pair's solver iterates, and left alone where it does not.
   PairAnswer solve(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                    std::vector<Contact>* contacts = nullptr, WarmStart* warm = nullptr) const;
+
+  /// Sets apart[i] (else clears it) where pair i is known to be farther apart than the margin: found for several pairs
+  /// at a time, so that `solve` need not be asked where answers of pairs that far apart are not wanted. Never set where
+  /// `solve` finds less than the margin; not set where it is not known. Knows two boxes only. Both spans one length.
+  void mark_apart(std::span<const PlacedPair> pairs, std::span<std::uint8_t> apart) const;
 
   /// All intersecting pairs of triangles [i of A, j of B], sorted; both shapes a triangle or a mesh (else throws
   /// std::invalid_argument). Closed triangles; exact for the real numbers R v + t.
