@@ -51,17 +51,16 @@ class Features {
  public:
   Features(const MinkowskiDifference& d, const Vec3& n, double depth) : d_(d) {
     a_ = farthest_corners(d.a, n, depth);
-    b_ = farthest_corners(d.b, -(d.pose.rotation.transpose() * n), depth);
+    b_ = own_b_ = farthest_corners(d.b, -(d.pose.rotation.transpose() * n), depth);
     for (int i = 0; i < b_.count; ++i) b_.at[i] = d.pose.rotation * b_.at[i];
   }
 
   /// The best direction of all, if it separates by more than `best`.
   void search(double& best, Vec3& n) {
     best_ = &best, n_ = &n;
-    for (const Corners* c : {&a_, &b_})
-      for (int i = 0; i < c->count; ++i)
-        for (int j = i + 1; j < c->count; ++j)
-          for (int k = j + 1; k < c->count; ++k) try_across(c->at[j] - c->at[i], c->at[k] - c->at[i]);
+    try_faces(a_, Mat3::Identity());
+    // From its own corners: those that were turned are rounded, which a thin triangle shows.
+    try_faces(own_b_, d_.pose.rotation);
     for (int i = 0; i < a_.count; ++i)
       for (int j = i + 1; j < a_.count; ++j)
         for (int k = 0; k < b_.count; ++k)
@@ -78,8 +77,13 @@ class Features {
   }
 
  private:
-  void try_across(const Vec3& e, const Vec3& f) {
-    const Vec3 n = e.cross(f);
+  void try_faces(const Corners& c, const Mat3& turn) {
+    for (int i = 0; i < c.count; ++i)
+      for (int j = i + 1; j < c.count; ++j)
+        for (int k = j + 1; k < c.count; ++k) try_across(c.at[j] - c.at[i], c.at[k] - c.at[i], turn);
+  }
+  void try_across(const Vec3& e, const Vec3& f, const Mat3& turn = Mat3::Identity()) {
+    const Vec3 n = turn * e.cross(f);
     if (n.squaredNorm() > 1e-28 * e.squaredNorm() * f.squaredNorm()) {
       try_direction(n);
       try_direction(-n);
@@ -108,7 +112,8 @@ class Features {
   }
 
   const MinkowskiDifference& d_;
-  Corners a_, b_;
+  Corners a_, b_;  ///< in A's frame, about the origin of each
+  Corners own_b_;  ///< B's in its own frame
   double* best_ = nullptr;
   Vec3* n_ = nullptr;
 };

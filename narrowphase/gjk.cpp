@@ -440,7 +440,7 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
     answer.point_b = e.point_b;
     answer.gap = std::max(0.0, e.upper - e.lower);
     // The bounds of two polytopes that are this near meet, or rounding has made them.
-    const double reached = r.end == GjkResult::End::near ? r.upper : e.upper < 1e-9 * scale ? r.v.norm() : 0.0;
+    const double reached = r.end == GjkResult::End::near ? r.upper : e.upper < 1e-7 * scale ? r.v.norm() : 0.0;
     doubtful = polytopes && reached > 16 * epsilon * scale;
     // Of numbers so small that their squares are 0 nothing is asked.
     const bool parted =

@@ -153,3 +153,36 @@ TEST_CASE("hunted: contacts of solids and discs that lie flat stay where they ar
   }
   CHECK(flat > 100);
 }
+
+TEST_CASE("hunted: the faces of slivers are as exact turned as they are given") {
+  const NarrowPhase solver;
+  const auto check = [&](const reference::PosedPair& p) {
+    const auto truth = reference::signed_distance(p.a, p.pose_a, p.b, p.pose_b);
+    CHECK(judge(solver, p, truth) == "");
+  };
+  const Pose pose_a{
+      (Mat3() << -0.89477653345585662, 0.42073503327072598, 0.14952252992576481, 0.2303470936034297,
+       0.14807897346382903, 0.96177587518420904, 0.38251166210348791, 0.89501656375543115, -0.2294126826447207)
+          .finished(),
+      {-0.094864724810740819, -0.036460960078012583, -0.52610841940149244}};
+  const Pose pose_b{
+      (Mat3() << 0.64381379090982893, 0.63838847755680828, -0.42185774184790703, -0.76512148414694625,
+       0.5440338622770482, -0.34440712999688605, 0.0096393532505688884, 0.54450648152121939, 0.83870124266647694)
+          .finished(),
+      {-0.48863432714517208, -0.62637356552538692, -0.68977620049084343}};
+  const Shape sliver(Triangle{{Vec3(-1.4229929229753531, -1.1079264239940367, -1.028933835566104),
+                               Vec3(1.527669890116625, 1.0236586144728488, -1.0346823175158719),
+                               Vec3(-0.24272582171965121, -0.25529027298975282, -1.0312324404546107)}});
+  check({sliver, pose_a, Box{Vec3(0.51255378542001484, 0.3991834495737705, 1.2874477324391309)}, pose_b});
+  for (std::uint64_t i = 0; i < 300; ++i) {
+    Random r(i * 17 + 3);
+    const Vec3 p = r.vec(-1, 1), q = r.vec(-1, 1);
+    const Shape thin(Triangle{{p, q, 0.6 * p + 0.4 * q + std::pow(10.0, r.in(-5, -1)) * r.direction()}});
+    const Shape other = random_shape(i % 2 == 0 ? ShapeKind::box : ShapeKind::convex, r);
+    const Pose at = random_pose(r, 1);
+    reference::PosedPair pair{thin, at, other, {r.rotation(), at * Vec3(0.5 * (p + q))}};
+    const auto truth = reference::signed_distance(pair.a, pair.pose_a, pair.b, pair.pose_b);
+    pair.pose_b.translation += (-std::pow(10.0, r.in(-9, -5)) - truth.signed_distance) * truth.normal;
+    check(pair);
+  }
+}

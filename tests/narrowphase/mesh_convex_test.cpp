@@ -267,6 +267,9 @@ TEST_CASE("shallow overlaps with a torus: the depth is found, mostly proven, and
       for (int i = 0; i < 24; ++i) {
         const Pose pa = random_pose(r, 1);
         Pose pb = moved(random_pose(r, 2), pa.translation);
+        // From within its tube, too, where that is hollow.
+        const double u = r.in(0, 6);
+        if (!solid && i % 3 == 0) pb.translation = pa * Vec3(std::cos(u), std::sin(u), 0);
         PairAnswer d = answer(mesh, pa, shape, pb);
         if (d.signed_distance <= 0) continue;
         const double sunk = i % 2 == 0 ? 1e-3 : 1e-2;
