@@ -135,9 +135,6 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
   const int repeat = settings.repeat != 0 ? settings.repeat : settings.quick ? 1 : 3;
   const std::vector<Entrant> all = entrants(threads, every_split);
 
-  // Meshes cost tens of microseconds a pair and are recorded one by one; for others that would cost more than they do.
-  const bool meshes = std::any_of(scene.shapes().begin(), scene.shapes().end(),
-                                  [](const Shape& shape) { return shape.kind() == ShapeKind::mesh; });
   std::vector<Contestant> contestants;
   for (const Entrant& entrant : all) contestants.push_back(entrant.contestant);
   const int copies = std::min(threads, tbb::info::default_concurrency());
@@ -146,7 +143,8 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
   Timeline timelines[std::size(forms)];
   for (std::size_t i = 0; i < std::size(forms); ++i) {
     PipelineOptions recorded = papers(ExecutorKind::sequential, 1);
-    recorded.batch_pairs = meshes ? 1 : forms[i] == StepForm::ordered ? 32 : 8;  // each is copied by itself there
+    recorded.batch_pairs =
+        forms[i] == StepForm::ordered ? 32 : 8;  // there each is copied by itself; heavy ones are one
     recorded.form = forms[i];
     contestants.push_back({fmt::format("recorder, {}", name(forms[i])), recorded, &timelines[i]});
   }

@@ -29,7 +29,10 @@ class SceneWork final : public StepWork {
  public:
   explicit SceneWork(const PipelineOptions& options)
       : options_(options),
-        narrow_phase_({.tolerance = options.tolerance, .margin = options.margin, .solver = {}}),
+        narrow_phase_({.tolerance = options.tolerance,
+                       .margin = options.margin,
+                       .solver = {},
+                       .parts = [this](std::size_t parts, const auto& part) { share(parts, part); }}),
         broad_phase_(make_broad_phase(options.broad_phase)) {
     if (!(options.keep_contacts >= 0 && options.keep_contacts <= 0.1))
       throw std::invalid_argument("keep_contacts: " + std::to_string(options.keep_contacts) + " is not in [0, 0.1]");
@@ -83,6 +86,7 @@ class SceneWork final : public StepWork {
 
   const BroadPhase& broad_phase() const { return *broad_phase_; }
 
+  void work_with(Crew* crew) override { crew_ = crew; }
   std::size_t begin() override { return 1 + broad_phase_->begin(boxes_); }
   std::size_t blocks(std::size_t stage) const override {
     return stage == 0 ? (boxes_.size() + bodies_a_block - 1) / bodies_a_block : broad_phase_->blocks(stage - 1);
@@ -177,6 +181,11 @@ class SceneWork final : public StepWork {
     narrow_phase_.mark_apart(std::span(posed).first(count), std::span(apart).first(count));
   }
 
+  void share(std::size_t parts, const std::function<void(std::size_t)>& part) const {
+    if (crew_ != nullptr) return crew_->share(parts, part);
+    for (std::size_t i = 0; i < parts; ++i) part(i);
+  }
+
   PairAnswer solve(Pair pair, Batch& batch) const {
     const auto poses = scene_->poses();
     return narrow_phase_.solve(scene_->shape_of(pair.a), poses[pair.a], scene_->shape_of(pair.b), poses[pair.b],
@@ -262,6 +271,7 @@ class SceneWork final : public StepWork {
   std::unique_ptr<KeptContacts> kept_;  // null: every answer is computed
   bool worth_moving_[shape_kinds][shape_kinds] = {};
   const Scene* scene_ = nullptr;
+  Crew* crew_ = nullptr;  // of the step at hand
   PairFilter filter_;
   BoxArray boxes_;
   std::vector<std::uint8_t> changed_;  // one a box: not as in the step before

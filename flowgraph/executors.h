@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <functional>
 #include <memory>
 
@@ -32,6 +33,13 @@ class BatchSize {
   std::size_t most_;
   BatchPairs size_;
 };
+
+/// Batches that may wait. A producer that finds the queue full narrows a batch, and the tile in its hand waits: the
+/// more threads there are, the more of them may do that at once and leave the costly pairs of their tiles for the end.
+inline std::size_t usual_queue_capacity(int threads) {
+  const auto count = static_cast<std::size_t>(threads);
+  return std::clamp(4 * count * count, std::size_t{16}, std::size_t{1} << 20);
+}
 
 /// What a step's time goes with.
 inline double load_of(const StepWork& work, const ExecutionReport& report) {

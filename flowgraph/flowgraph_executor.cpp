@@ -115,7 +115,7 @@ class FlowGraphExecutor final : public Executor, private Delivery {
         fixed.narrow = threads - fixed.broad;
       }
       balancer_.emplace(threads, fixed, options_.balance);
-      const std::size_t chosen = static_cast<std::size_t>(std::max(16, 4 * threads));
+      const std::size_t chosen = usual_queue_capacity(threads);
       // A strict producer must neither help nor wait, so its queue never gets full: the paper's array.
       for (auto* queue : {&queue_, &heavy_queue_})
         queue->set_capacity(
@@ -176,6 +176,8 @@ class FlowGraphExecutor final : public Executor, private Delivery {
       if (pop(batch)) {
         state_.process(*batch);
         starved = 0;
+      } else if (state_.help()) {
+        starved = 0;
       } else if (++starved < patience) {
         std::this_thread::yield();
       } else {
@@ -210,18 +212,21 @@ class FlowGraphExecutor final : public Executor, private Delivery {
     Batch* batch = nullptr;
     std::size_t tile = 0;
     writers_.fetch_add(1);
-    for (;;) {
-      if (!tiles_first && pop(batch))
+    // With the last tile taken nobody keeps pairs in hand while there are batches.
+    while (!state_.all_taken(stage)) {
+      if (state_.help())
+        continue;
+      else if (!tiles_first && pop(batch))
         state_.process(*batch);
       else if (state_.take(stage, tile))
         state_.run_tile(tile, writer);
-      else
-        break;
     }
     writer.flush();
     writers_.fetch_sub(1);
     while (state_.stage() == stage) {
-      if (pop(batch))
+      if (state_.help())
+        continue;
+      else if (pop(batch))
         state_.process(*batch);
       else if (state_.tiles_left() || writers_.load() != 0 || !nothing_queued())
         std::this_thread::yield();

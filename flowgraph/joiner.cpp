@@ -7,11 +7,10 @@ namespace tandem {
 
 namespace {
 
-/// By `key`, a byte at a time from the lowest: linear, where one body (the ground) meets all others.
+/// By `key`, a byte at a time from the lowest: linear, where one body (the ground) meets all others. `spare`: as many.
 template <class Item, class Key>
-void radix_sort(std::span<Item> items, std::uint32_t most, Key key) {
-  std::vector<Item> other(items.size());
-  std::span<Item> from = items, to = other;
+void radix_sort(std::span<Item> items, std::span<Item> spare, std::uint32_t most, Key key) {
+  std::span<Item> from = items, to = spare;
   for (int shift = 0; shift < 32 && most >> shift != 0; shift += 8) {
     const auto digit = [&](const Item& item) { return key(item) >> shift & 0xffu; };
     std::array<std::size_t, 257> first{};
@@ -102,6 +101,7 @@ void Joiner::prefix() {
   }
   total_ = sum;
   refs_.resize(total_);
+  spare_.resize(total_);
   out_->pairs.resize(total_);
   block_contacts_.resize(blocks(2));
 }
@@ -143,7 +143,8 @@ void Joiner::sort(std::size_t block) {
     if (bucket.size() <= few)
       insertion_sort(bucket, b);
     else
-      radix_sort(bucket, static_cast<std::uint32_t>(cursor_.size()), b);
+      radix_sort(bucket, std::span(spare_).subspan(bucket_begin(a), bucket.size()),
+                 static_cast<std::uint32_t>(cursor_.size()), b);
   }
 }
 

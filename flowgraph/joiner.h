@@ -51,7 +51,7 @@ class Joiner {
   std::span<Batch* const> batches_;
   std::vector<std::atomic<std::uint32_t>> cursor_;  // a body: first counts, then where its bucket goes on
   std::size_t total_ = 0;
-  std::vector<Ref> refs_;
+  std::vector<Ref> refs_, spare_;
   std::vector<std::uint32_t> block_contacts_;
 };
 

@@ -144,6 +144,24 @@ void BatchWriter::drop() {
   state_.close_work();
 }
 
+// ---- SharedParts
+
+void SharedParts::work() noexcept {
+  for (std::size_t part; (part = next_.fetch_add(1, std::memory_order_relaxed)) < parts_;) {
+    try {
+      part_(part);
+    } catch (...) {
+      const std::scoped_lock lock(mutex_);
+      if (!error_) error_ = std::current_exception();
+      next_.store(parts_, std::memory_order_relaxed);
+    }
+  }
+}
+
+void SharedParts::rethrow() const {
+  if (error_) std::rethrow_exception(error_);
+}
+
 // ---- StepState
 
 void StepState::begin(StepWork& work, ContactList& contacts, BatchPairs batch_pairs, StepForm form,
@@ -168,6 +186,7 @@ void StepState::begin(StepWork& work, ContactList& contacts, BatchPairs batch_pa
   form_ = form;
   pool_.begin(batch_pairs.most);
   if (form == StepForm::overlapped) joiner_.begin(work.bodies(), contacts);
+  work.work_with(form == StepForm::caller ? nullptr : this);
   const std::size_t stages = work.begin();
   note_slice({"begin", start_, Clock::now(), step_, 0, 0});
   shared_ = stages - 1;
@@ -238,6 +257,11 @@ void StepState::run_tail(std::size_t stage, std::size_t block) {
     pair_order_.run(stage, block);
   else
     answers_.copy_rest(block);
+}
+
+bool StepState::all_taken(std::size_t stage) const {
+  const std::uint64_t ticket = ticket_.load(std::memory_order_acquire);
+  return ticket >> 32 != stage || (ticket & 0xffffffffu) >= blocks_[stage];
 }
 
 bool StepState::take(std::size_t stage, std::size_t& block) {
@@ -374,17 +398,57 @@ void StepState::close_work() {
   if (open_work_.fetch_sub(1, std::memory_order_acq_rel) == 1) open_stage(shared_ + 1);
 }
 
-void StepState::wait_while(std::size_t stage) const {
+void StepState::wait_while(std::size_t stage) {
   constexpr int spins = 1000;  // about 20-50 us: what a sleeping thread would need to wake
   for (int i = 0; i < spins; ++i) {
     if (this->stage() != stage) return;
-    pause();
+    if (!help()) pause();
   }
   for (;;) {
     const std::uint32_t opened = opened_.load(std::memory_order_acquire);
     if (this->stage() != stage) return;
-    opened_.wait(opened, std::memory_order_acquire);
+    if (!help()) opened_.wait(opened, std::memory_order_acquire);
   }
+}
+
+void StepState::share(std::size_t parts, const std::function<void(std::size_t)>& part) {
+  SharedParts all(parts, part);
+  {
+    const std::scoped_lock lock(shared_mutex_);
+    shared_parts_.push_back(&all);
+    shared_count_.fetch_add(1, std::memory_order_relaxed);
+  }
+  opened_.fetch_add(1, std::memory_order_release);  // to those who sleep
+  opened_.notify_all();
+  all.work();
+  {
+    const std::scoped_lock lock(shared_mutex_);
+    std::erase(shared_parts_, &all);
+    shared_count_.fetch_sub(1, std::memory_order_relaxed);
+  }
+  while (all.helpers.load(std::memory_order_acquire) != 0) pause();
+  all.rethrow();
+}
+
+bool StepState::help() {
+  if (shared_count_.load(std::memory_order_relaxed) == 0) return false;
+  SharedParts* some = nullptr;
+  {
+    const std::scoped_lock lock(shared_mutex_);
+    const auto at = std::find_if(shared_parts_.begin(), shared_parts_.end(),
+                                 [](const SharedParts* parts) { return !parts->all_taken(); });
+    if (at == shared_parts_.end()) return false;
+    some = *at;
+    some->helpers.fetch_add(1, std::memory_order_relaxed);
+  }
+  const Clock::time_point begin = Clock::now();
+  some->work();
+  const Clock::time_point end = Clock::now();
+  some->helpers.fetch_sub(1, std::memory_order_release);
+  narrow_ns_of_this_thread += ns(end - begin);
+  narrow_ns_.fetch_add(ns(end - begin), std::memory_order_relaxed);
+  note_slice({"narrow part", begin, end, step_, 0, 0});
+  return true;
 }
 
 void StepState::count_queue(std::size_t length) noexcept {

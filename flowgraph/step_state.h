@@ -75,6 +75,26 @@ class BatchWriter final : public PairSink {
   std::uint64_t handed_on_ = 0;
 };
 
+/// Work that is shared part by part: threads take the next one until there is none.
+class SharedParts {
+ public:
+  SharedParts(std::size_t parts, const std::function<void(std::size_t)>& part) : parts_(parts), part_(part) {}
+  bool all_taken() const { return next_.load(std::memory_order_relaxed) >= parts_; }
+  /// Takes parts until none is left; what one throws is kept and the rest is not run.
+  void work() noexcept;
+  /// After the last thread has left: throws what a part threw.
+  void rethrow() const;
+
+  std::atomic<int> helpers{0};  ///< that have not left yet
+
+ private:
+  std::size_t parts_;
+  const std::function<void(std::size_t)>& part_;
+  std::atomic<std::size_t> next_{0};
+  std::mutex mutex_;
+  std::exception_ptr error_;
+};
+
 /// The state of one step that the threads working on it share. Threads take blocks of the current stage until it is
 /// used up; whoever finishes the last one opens the next stage. No thread waits for another to arrive, only for
 /// blocks that are being worked on, so any number of threads gets the step done, one included.
@@ -83,7 +103,7 @@ class BatchWriter final : public PairSink {
 /// the joiner's. In StepForm::ordered no batch is narrowed in the shared phase: stages follow that put the pairs in
 /// order, narrow them, and copy the answers that are not in their places yet. After an error or a stop request the rest
 /// of the blocks are counted off without being run.
-class StepState {
+class StepState final : public Crew {
  public:
   /// `host_cancelled` is polled between blocks, like `stop`, by whatever thread is about to run one.
   /// `form`: not automatic.
@@ -100,6 +120,8 @@ class StepState {
 
   StepForm form() const { return form_; }
 
+  /// No block of the stage is left to take.
+  bool all_taken(std::size_t stage) const;
   /// Takes a block (a tile in the shared stage); false when the stage has none left or is over.
   bool take(std::size_t stage, std::size_t& block);
   /// Runs a taken block of a stage other than the shared one.
@@ -113,8 +135,13 @@ class StepState {
   void process_in_order(std::span<Batch* const> batches);
   bool tiles_left() const { return tiles_left_.load(std::memory_order_acquire) != 0; }
 
-  /// Returns when the stage is over: spins for about as long as a short block lasts, then sleeps.
-  void wait_while(std::size_t stage) const;
+  /// Work within a batch of another thread, if it has parts to share; false if there is none. To be looked for before
+  /// anything else: such a batch may be the longest of all.
+  bool help();
+  void share(std::size_t parts, const std::function<void(std::size_t)>& part) override;
+
+  /// Returns when the stage is over and helps until then: spins for about as long as a short block lasts, then sleeps.
+  void wait_while(std::size_t stage);
   void count_queue(std::size_t length) noexcept;
 
   /// Notes the exception being handled, if it is the first: the rest of the step is counted off.
@@ -181,6 +208,9 @@ class StepState {
   std::atomic<std::size_t> queue_high_water_{0};
   std::atomic<bool> failed_{false}, inexact_{false};
   std::atomic<std::int64_t> update_end_ns_{0}, broad_end_ns_{0}, narrow_end_ns_{0};
+  alignas(64) std::atomic<int> shared_count_{0};
+  std::mutex shared_mutex_;
+  std::vector<SharedParts*> shared_parts_;  // of blocks at work
   std::mutex error_mutex_;
   std::exception_ptr error_;
 };
@@ -193,7 +223,8 @@ void take_part(StepState& state, MayRun&& may_run, Shared&& shared) {
     if (stage == state.shared_stage()) {
       if (!shared()) return;
     } else if (may_run(stage)) {
-      for (std::size_t block; state.take(stage, block);) state.run(stage, block);
+      for (std::size_t block; state.take(stage, block); state.run(stage, block))
+        while (state.help()) continue;
     }
     state.wait_while(stage);
   }

@@ -35,6 +35,10 @@ class MeetingPairs final : public PairVisitor {
       : a_(a), b_(b), test_(test), pairs_(pairs) {
     traverse(a, b, test, pairs == nullptr, *this);
   }
+  MeetingPairs(const MeshModel& a, const MeshModel& b, TriangleTest& test, NodePair part, TrianglePairs& pairs)
+      : a_(a), b_(b), test_(test), pairs_(&pairs) {
+    traverse(a, b, test, part, *this);
+  }
 
   bool any() const { return any_; }
 
@@ -60,9 +64,24 @@ class MeetingPairs final : public PairVisitor {
   bool any_ = false;
 };
 
-TrianglePairs meeting_pairs(const MeshModel& a, const MeshModel& b, TriangleTest& test, PairMemory& memory) {
+// Sorted: who found them and when leaves no trace.
+TrianglePairs meeting_pairs(const Posed& a, const Posed& b, TriangleTest& test, const PartRunner& runner,
+                            PairMemory& memory) {
+  const MeshModel &ma = a.shape.mesh(), &mb = b.shape.mesh();
+  constexpr std::size_t large = 16384, wanted = 64;  // triangles of both; parts
+  std::vector<NodePair> parts;
+  if (runner && ma.triangles.size() + mb.triangles.size() >= large) parts = traversal_parts(ma, mb, test, wanted);
   TrianglePairs pairs(&memory.resource);
-  MeetingPairs(a, b, test, &pairs);
+  if (parts.size() < wanted) {
+    MeetingPairs(ma, mb, test, &pairs);
+  } else {
+    std::vector<TrianglePairs> found(parts.size());
+    runner(parts.size(), [&](std::size_t part) {
+      TriangleTest own(a.pose, b.pose, reach(mb));
+      MeetingPairs(ma, mb, own, parts[part], found[part]);
+    });
+    for (const TrianglePairs& some : found) pairs.insert(pairs.end(), some.begin(), some.end());
+  }
   std::sort(pairs.begin(), pairs.end());
   return pairs;
 }
@@ -265,7 +284,7 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
   const MeshModel &ma = a.shape.mesh(), &mb = b.shape.mesh();
   TriangleTest test(a.pose, b.pose, reach(mb));
   PairMemory memory;
-  const TrianglePairs pairs = meeting_pairs(ma, mb, test, memory);
+  const TrianglePairs pairs = meeting_pairs(a, b, test, options.parts, memory);
   const bool inside = pairs.empty() && contained(a, b);
   if (request == Request::contacts) {
     if (pairs.empty() && !inside) return answer;
@@ -326,7 +345,7 @@ std::vector<std::array<std::uint32_t, 2>> mesh_triangle_pairs(const Shape& a, co
   const Posed &p = in_order ? first : second, &q = in_order ? second : first;
   TriangleTest test(p.pose, q.pose, reach(q.shape.mesh()));
   PairMemory memory;
-  const TrianglePairs found = meeting_pairs(p.shape.mesh(), q.shape.mesh(), test, memory);
+  const TrianglePairs found = meeting_pairs(p, q, test, {}, memory);
   std::vector<std::array<std::uint32_t, 2>> pairs(found.begin(), found.end());
   if (!in_order) {
     for (auto& pair : pairs) std::swap(pair[0], pair[1]);

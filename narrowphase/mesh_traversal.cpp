@@ -56,10 +56,6 @@ struct TraversalFrame {
   }
 };
 
-struct NodePair {
-  std::uint32_t a, b;
-};
-
 // Nearly always shallow; only deep trees of great meshes need the heap.
 class NodePairStack {
  public:
@@ -134,8 +130,8 @@ class Traversal {
   Traversal(const MeshModel& a, const MeshModel& b, const TraversalFrame& frame, PairVisitor& visitor)
       : a_(a), b_(b), f_(frame), visitor_(visitor) {}
 
-  void run(bool likely_first) {
-    stack_.push({0, 0});
+  void run(NodePair from, bool likely_first) {
+    stack_.push(from);
     while (!stack_.empty()) {
       const NodePair at = stack_.pop();
       const MeshNode &na = a_.nodes[at.a], &nb = b_.nodes[at.b];
@@ -144,19 +140,43 @@ class Traversal {
         continue;
       }
       const std::size_t first = stack_.size();
-      deepest_ = 1;
-      const float size_a = na.reach, size_b = f_.ratio * nb.reach;
-      if (na.bottom || (!nb.bottom && size_a * 4 < size_b))
-        descend_b(at, na, nb);
-      else if (nb.bottom || size_b * 4 < size_a)
-        descend_a(at, na, nb);
-      else
-        descend_both(na, nb);
+      descend(at, na, nb);
       if (likely_first && stack_.size() > first) std::swap(stack_[deepest_at_], stack_[stack_.size() - 1]);
     }
   }
 
+  // Level by level until there are so many.
+  std::vector<NodePair> parts(std::size_t wanted) {
+    std::vector<NodePair> level{{0, 0}}, next;
+    for (bool deeper = true; deeper && level.size() < wanted; level.swap(next)) {
+      deeper = false;
+      next.clear();
+      for (const NodePair at : level) {
+        const MeshNode &na = a_.nodes[at.a], &nb = b_.nodes[at.b];
+        if (na.bottom && nb.bottom) {
+          next.push_back(at);
+          continue;
+        }
+        deeper = true;
+        descend(at, na, nb);
+        while (!stack_.empty()) next.push_back(stack_.pop());
+      }
+    }
+    return level;
+  }
+
  private:
+  void descend(NodePair at, const MeshNode& na, const MeshNode& nb) {
+    deepest_ = 1;
+    const float size_a = na.reach, size_b = f_.ratio * nb.reach;
+    if (na.bottom || (!nb.bottom && size_a * 4 < size_b))
+      descend_b(at, na, nb);
+    else if (nb.bottom || size_b * 4 < size_a)
+      descend_a(at, na, nb);
+    else
+      descend_both(na, nb);
+  }
+
   void map(const MeshNode& n, MappedBoxes& out) const {
     for (std::size_t l = 0; l < mesh_lanes; l += hn::Lanes(tag)) {
       const auto x = hn::Load(tag, n.mid[0] + l), y = hn::Load(tag, n.mid[1] + l), z = hn::Load(tag, n.mid[2] + l);
@@ -388,9 +408,18 @@ class Traversal {
 }  // namespace
 
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
-void run_traversal(const MeshModel& a, const MeshModel& b, const TraversalFrame& frame, bool likely_first,
-                   PairVisitor& visitor) {
-  Traversal(a, b, frame, visitor).run(likely_first);
+void run_traversal(const MeshModel& a, const MeshModel& b, const TraversalFrame& frame, NodePair from,
+                   bool likely_first, PairVisitor& visitor) {
+  Traversal(a, b, frame, visitor).run(from, likely_first);
+}
+
+// NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
+std::vector<NodePair> parts_of_traversal(const MeshModel& a, const MeshModel& b, const TraversalFrame& frame,
+                                         std::size_t wanted) {
+  struct Nobody final : PairVisitor {
+    bool visit(std::uint32_t, std::uint32_t) override { return true; }
+  } nobody;
+  return Traversal(a, b, frame, nobody).parts(wanted);
 }
 
 }  // namespace tandem::HWY_NAMESPACE
@@ -399,11 +428,23 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace tandem {
 HWY_EXPORT(run_traversal);
+HWY_EXPORT(parts_of_traversal);
 
 void traverse(const MeshModel& a, const MeshModel& b, const TriangleTest& frame, bool likely_first,
               PairVisitor& visitor) {
   const TraversalFrame in_units(a, b, frame);
-  if (!in_units.apart) HWY_DYNAMIC_DISPATCH(run_traversal)(a, b, in_units, likely_first, visitor);
+  if (!in_units.apart) HWY_DYNAMIC_DISPATCH(run_traversal)(a, b, in_units, {0, 0}, likely_first, visitor);
+}
+
+std::vector<NodePair> traversal_parts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
+                                      std::size_t wanted) {
+  const TraversalFrame in_units(a, b, frame);
+  if (in_units.apart) return {};
+  return HWY_DYNAMIC_DISPATCH(parts_of_traversal)(a, b, in_units, wanted);
+}
+
+void traverse(const MeshModel& a, const MeshModel& b, const TriangleTest& frame, NodePair part, PairVisitor& visitor) {
+  HWY_DYNAMIC_DISPATCH(run_traversal)(a, b, TraversalFrame(a, b, frame), part, false, visitor);
 }
 
 }  // namespace tandem

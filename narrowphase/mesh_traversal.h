@@ -1,5 +1,7 @@
 #pragma once
+#include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "mesh_model.h"
 #include "predicates.h"
@@ -20,5 +22,16 @@ class PairVisitor {
 /// normals, eight at once in floats with a bound on their error. Wants a.unit >= b.unit.
 void traverse(const MeshModel& a, const MeshModel& b, const TriangleTest& frame, bool likely_first,
               PairVisitor& visitor);
+
+/// Nodes of two hierarchies that are to be traversed together.
+struct NodePair {
+  std::uint32_t a, b;
+};
+
+/// The same traversal in parts that do not depend on each other: together they visit what traverse() does. `wanted` of
+/// them or more, unless there is less to do.
+std::vector<NodePair> traversal_parts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
+                                      std::size_t wanted);
+void traverse(const MeshModel& a, const MeshModel& b, const TriangleTest& frame, NodePair part, PairVisitor& visitor);
 
 }  // namespace tandem

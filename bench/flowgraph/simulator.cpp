@@ -27,7 +27,7 @@ class Simulator::Shared {
         work_(work),
         batch_pairs_(static_cast<double>(batch_pairs.most)),
         heavy_most_(policy == Policy::sequential ? 0 : batch_pairs.heavy),
-        capacity_(std::max<std::size_t>(16, 4 * threads.size())),
+        capacity_(usual_queue_capacity(static_cast<int>(threads.size()))),
         tiles_left_(work.tiles.size()),
         threads_(threads),
         agents_(threads.size()) {}
@@ -187,6 +187,10 @@ class Simulator::Shared {
     if (std::exchange(agent.ends_tile, false) && --tiles_left_ == 0) wake_idle(now);
     if (!deliver(who, now)) return;
     if (agent.in_tile) return emit(who, now);
+    if (policy_ == Policy::conserving && next_tile_ == work_.tiles.size()) {
+      hand_on(agent);
+      if (!deliver(who, now)) return;
+    }
     const bool broad = threads_[who].broad;
     const bool tiles = broad || policy_ != Policy::strict;
     const bool batches = policy_ == Policy::strict ? !broad : policy_ == Policy::conserving || tiles_left_ == 0;
@@ -260,7 +264,8 @@ std::vector<Simulator::OrderedBatch> Simulator::ordered_batches(const RecordedSt
       batches.emplace_back();
       full = 0;
     }
-    full += (piece.heavy ? heavy_share : light_share) * static_cast<double>(piece.pairs);
+    // A piece of sorted pairs ends with its heavy one.
+    full += light_share * static_cast<double>(piece.pairs) + (piece.heavy ? heavy_share - light_share : 0);
     batches.back().ns += piece.ns;
     batches.back().pairs += piece.pairs;
     batches.back().heavy |= piece.heavy;

@@ -5,6 +5,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "mesh_generators.h"
 #include "tandem/engine/builtin_scenes.h"
 #include "tandem/engine/response.h"
 
@@ -91,6 +92,32 @@ TEST_CASE("every broad phase and every request: one answer for all executors") {
         }
         CHECK(report.contact_hash == expected);
       }
+    }
+  }
+}
+
+TEST_CASE("two meshes of many triangles among spheres: one answer for all executors") {
+  const tbb::global_control many(tbb::global_control::max_allowed_parallelism, 8);
+  Scene scene;
+  const ShapeId ring = scene.add_shape(Shape(make_torus(1, 0.4, 100, 50))), ball = scene.add_shape(Shape(Sphere{0.2}));
+  const auto add = [&](ShapeId shape, const Vec3& at) {
+    BodyOptions body;
+    body.shape = shape;
+    body.pose.translation = at;
+    scene.add_body(body);
+  };
+  add(ring, Vec3(0, 0, 0));
+  add(ring, Vec3(1.1, 0.05, 0.1));
+  for (int i = 0; i < 600; ++i) add(ball, Vec3(0.3 * (i % 10), 3 + 0.3 * (i / 10 % 10), 0.3 * (i / 100)));
+  std::uint64_t expected = 0;
+  for (const PipelineOptions& way : all_ways({})) {
+    Pipeline pipeline(way);
+    for (int step = 0; step < 2; ++step) {
+      const StepReport report = pipeline.step(scene);
+      if (expected == 0) expected = report.contact_hash;
+      CAPTURE(name(way.executor), way.threads, way.split.broad, way.strict_split);
+      CHECK(report.contact_hash == expected);
+      CHECK(report.contacts > 600);
     }
   }
 }

@@ -6,8 +6,14 @@
 #include <oneapi/tbb/task_group.h>
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <set>
+#include <stdexcept>
 #include <thread>
 
 #include "synthetic_work.h"
@@ -433,6 +439,64 @@ TEST_CASE("what one thread does while no other can take a part is told by phase"
       CHECK(update < 1);
       CHECK(join < 1);
       CHECK(join > 0);
+    }
+}
+
+TEST_CASE("parts of one batch are shared with threads that have nothing to do, each run once") {
+  /// One tile with one pair, whose parts wait until a second thread has come.
+  class OnePair final : public StepWork {
+   public:
+    void work_with(Crew* crew) override { crew_ = crew; }
+    std::size_t begin() override { return 2; }
+    std::size_t blocks(std::size_t) const override { return 1; }
+    void run(std::size_t, std::size_t) override {}
+    void emit(std::size_t, PairSink& sink) override { sink.put(0, 1); }
+    const PairFilter& filter() const override { return filter_; }
+    std::size_t keep(std::span<Pair> pairs) const override { return pairs.size(); }
+    void narrow(Batch& batch) const override {
+      if (batch.count == 0 || crew_ == nullptr) return;
+      crew_->share(50, [&](std::size_t part) {
+        ++runs[part];
+        if (part == fails_at) throw std::runtime_error("part");
+        if (!waits) return;
+        std::unique_lock lock(mutex_);
+        threads.insert(std::this_thread::get_id());
+        changed_.notify_all();
+        changed_.wait_for(lock, std::chrono::seconds(20), [&] { return threads.size() > 1; });
+      });
+    }
+    std::size_t bodies() const override { return 2; }
+
+    mutable std::array<std::atomic<int>, 50> runs{};
+    mutable std::set<std::thread::id> threads;
+    std::size_t fails_at = 1000;
+    bool waits = true;
+
+   private:
+    Crew* crew_ = nullptr;
+    PairFilter filter_;
+    mutable std::mutex mutex_;
+    mutable std::condition_variable changed_;
+  };
+  const tbb::global_control allow(tbb::global_control::max_allowed_parallelism, 4);
+  for (const ExecutorKind kind : {ExecutorKind::threads, ExecutorKind::flowgraph})
+    for (const StepForm form : {StepForm::overlapped, StepForm::ordered}) {
+      CAPTURE(name(kind), name(form));
+      OnePair work;
+      const auto executor = make_executor({.kind = kind, .threads = 2, .small_step_ms = 0, .form = form});
+      const auto step = [&] {
+        ContactList contacts;
+        ExecutionReport report;
+        executor->run(work, contacts, report, {}, nullptr);
+      };
+      step();
+      CHECK(work.threads.size() == 2);
+      CHECK(std::all_of(work.runs.begin(), work.runs.end(), [](const auto& runs) { return runs == 1; }));
+      work.waits = false;
+      work.fails_at = 7;
+      CHECK_THROWS_AS(step(), std::runtime_error);
+      work.fails_at = 1000;
+      step();
     }
 }
 

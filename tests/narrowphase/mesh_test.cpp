@@ -5,10 +5,13 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iostream>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <sstream>
+#include <thread>
 
 #include "mesh_inside.h"
 #include "mesh_model.h"
@@ -266,6 +269,52 @@ TEST_CASE("real meshes and hard triangles: every intersecting pair, exactly") {
     ++records;
   }
   CHECK(records == 28);
+}
+
+TEST_CASE("a pair of large meshes in parts: the same bits whoever runs them and when") {
+  const Shape ring(torus(1, 0.4, 120, 60)), small(torus(0.9, 0.3, 90, 70));
+  std::size_t runs = 0, most = 0;
+  const auto backwards = [&](std::size_t parts, const std::function<void(std::size_t)>& part) {
+    ++runs;
+    most = std::max(most, parts);
+    for (std::size_t i = parts; i-- > 0;) part(i);
+  };
+  const auto at_once = [](std::size_t parts, const std::function<void(std::size_t)>& part) {
+    std::vector<std::jthread> threads;
+    for (std::size_t k = 0; k < 4; ++k)
+      threads.emplace_back([&, k] {
+        for (std::size_t i = k; i < parts; i += 4) part(i);
+      });
+  };
+  const NarrowPhase whole, reversed({.parts = backwards}), shared({.parts = at_once});
+  for (const double x : {0.5, 1.2, 1.75, 1.9}) {
+    CAPTURE(x);
+    Pose a, b;
+    b.rotation = Eigen::AngleAxisd(0.4, Vec3(1, 2, 0.5).normalized()).toRotationMatrix();
+    b.translation = Vec3(x, 0.03, 0.01);
+    std::vector<Contact> expected;
+    const PairAnswer answer = whole.solve(ring, a, small, b, Request::contacts, &expected);
+    for (const NarrowPhase* other : {&reversed, &shared}) {
+      std::vector<Contact> contacts;
+      const PairAnswer same = other->solve(ring, a, small, b, Request::contacts, &contacts);
+      CHECK(same.signed_distance == answer.signed_distance);
+      REQUIRE(contacts.size() == expected.size());
+      for (std::size_t i = 0; i < contacts.size(); ++i) {
+        CHECK(contacts[i].point == expected[i].point);
+        CHECK(contacts[i].depth == expected[i].depth);
+        CHECK(contacts[i].feature == expected[i].feature);
+      }
+    }
+    if (x == 1.2) CHECK(!expected.empty());
+  }
+  CHECK(runs >= 3);
+  CHECK(most >= 64);
+  const auto fails = [](std::size_t, const std::function<void(std::size_t)>&) { throw std::bad_alloc(); };
+  std::vector<Contact> contacts;
+  Pose beside;
+  beside.translation = Vec3(1.2, 0, 0);
+  CHECK_THROWS_AS(NarrowPhase({.parts = fails}).solve(ring, Pose{}, small, beside, Request::contacts, &contacts),
+                  std::bad_alloc);
 }
 
 TEST_CASE("a point is inside a torus by its formula") {

@@ -33,7 +33,7 @@ struct PipelineOptions {
   /// Request::collide is always computed.
   double keep_contacts = 0;
   std::size_t batch_pairs = 128;        ///< candidate pairs a batch, [1, 65536]
-  std::size_t queue_capacity = 0;       ///< batches waiting at most; 0: max(16, 4 threads)
+  std::size_t queue_capacity = 0;       ///< batches waiting at most; 0: max(16, 4 threads^2)
   double small_step_ms = 0.3;           ///< below this much work a step stays on the caller; 0: no step does
   StepForm form = StepForm::automatic;  ///< not fused: of steps that several threads may share; sequential: of all
   bool contact_hash = false;            ///< fill StepReport::contact_hash (some 10 ns a contact, outside detect_ms)

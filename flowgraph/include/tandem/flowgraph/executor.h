@@ -18,7 +18,7 @@ struct ExecutorOptions {
   BalanceRule balance = BalanceRule::busy;
   bool strict_split = false;            ///< flowgraph, threads: no help across phases
   std::size_t batch_pairs = 128;        ///< at most; fewer where a pair is costly, so that a batch is 15-60 us of work
-  std::size_t queue_capacity = 0;       ///< batches; 0: max(16, 4 threads)
+  std::size_t queue_capacity = 0;       ///< batches; 0: max(16, 4 threads^2)
   double small_step_ms = 0.3;           ///< less work than this stays on the caller; 0: no step does
   StepForm form = StepForm::automatic;  ///< not fused: of steps that several threads may share; sequential: of all
 };

@@ -1,11 +1,21 @@
 #pragma once
 #include <cstddef>
+#include <functional>
 #include <span>
 
 #include "tandem/broadphase/pair.h"
 #include "tandem/flowgraph/batch.h"
 
 namespace tandem {
+
+/// The threads of a step, for work within a batch that several can share.
+class Crew {
+ public:
+  virtual ~Crew() = default;
+  /// Runs part(0) ... part(parts - 1) on the calling thread and those of the step that have nothing else to do; returns
+  /// when all are done, throws what a part threw.
+  virtual void share(std::size_t parts, const std::function<void(std::size_t)>& part) = 0;
+};
 
 /// The work of one step, described once for all executors. Stages of independent blocks: the first turns poses into
 /// boxes, the last emits candidate pairs, those between prepare the broad phase. Within a stage blocks run in any
@@ -17,6 +27,8 @@ class StepWork {
 
   /// Starts a step; returns the number of stages, at least 2.
   virtual std::size_t begin() = 0;
+  /// Who may be asked for help from `narrow`, until the step ends; null: the caller is alone. Before begin().
+  virtual void work_with(Crew*) {}
   /// Blocks of a stage; asked for once the stages before it are done.
   virtual std::size_t blocks(std::size_t stage) const = 0;
   virtual void run(std::size_t stage, std::size_t block) = 0;

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -61,6 +62,9 @@ struct PlacedPair {
   const Pose* pose_b;
 };
 
+/// Runs part(0) ... part(parts - 1), on one thread or several, and returns when all are done; throws what a part threw.
+using PartRunner = std::function<void(std::size_t parts, const std::function<void(std::size_t)>& part)>;
+
 struct NarrowPhaseOptions {
   /// Error the user accepts, relative to the bodies' size, [0, 0.1]; 0: to rounding. The cheapest solver of the
   /// table that meets it is taken.
@@ -70,6 +74,8 @@ struct NarrowPhaseOptions {
   double margin = 0;
   /// Forces the solver of that name (`solvers()` lists them) wherever it covers the pair; empty: the table's choice.
   std::string solver{};
+  /// Shares the work on a pair of very large meshes, by subtrees; the answer does not depend on it. Empty: the caller.
+  PartRunner parts{};
 };
 
 /// One row of the solver table.
