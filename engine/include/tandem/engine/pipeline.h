@@ -18,8 +18,8 @@ struct PipelineOptions {
   int threads = 0;  ///< in all, the caller counted, [0, 1024]; 0 asks oneTBB. Capped by the process's limit.
   Split split{};    ///< fixed split, both >= 1 with sum `threads`; default dynamic
   BalanceRule balance = BalanceRule::busy;
-  bool strict_split =
-      false;  ///< flowgraph, threads: no help across phases, as in the paper; default: work is conserved
+  /// flowgraph, threads: no help across phases, as in the paper; default: work is conserved.
+  bool strict_split = false;
   BroadPhaseKind broad_phase = BroadPhaseKind::automatic;
   Request request = Request::contacts;
   double tolerance = 0;  ///< relative to the bodies' size, [0, 0.1]; 0: to rounding
