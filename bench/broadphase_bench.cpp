@@ -25,7 +25,7 @@ struct Entrant {
   bool ours = false;
   Row row{};
   Samples cpu{};  // of the calling thread
-  Samples first_batch{};
+  Samples first_batch{}, first_batch_share{};  // of the step
   double first_step = 0, longest = 0;  // ns
   std::size_t reported = 0, pairs = 0;
   bool agrees = true;
@@ -143,8 +143,11 @@ Ceiling race(MovingBoxes& world, int steps, int threads, std::vector<Entrant>& a
         entrant.cpu.add(cpu);
         entrant.longest = std::max(entrant.longest, ns);
       }
-      if (list.first_batch() != Clock::time_point{})
-        entrant.first_batch.add(std::chrono::duration<double, std::nano>(list.first_batch() - begin).count());
+      if (list.first_batch() != Clock::time_point{}) {
+        const double until = std::chrono::duration<double, std::nano>(list.first_batch() - begin).count();
+        entrant.first_batch.add(until);
+        entrant.first_batch_share.add(until / ns);
+      }
       entrant.reported = list.pairs().size();
       if (!entrant.exact && step != 0 && step + 1 != steps) continue;  // filtering takes longer than the race
       if (!entrant.exact) make_exact(world.boxes(), filter, list.pairs());
@@ -185,7 +188,11 @@ void finish(std::string_view workload, std::size_t boxes, int steps, const Ceili
                 {"agrees", entrant.agrees}};
     if (entrant.contestant->memory() != 0)
       row.more["bytes_a_body"] = static_cast<double>(entrant.contestant->memory()) / static_cast<double>(boxes);
-    if (entrant.first_batch.size() != 0) row.more["first_batch_ns"] = entrant.first_batch.median();
+    if (entrant.first_batch.size() != 0) {
+      row.more["first_batch_ns"] = entrant.first_batch.median();
+      row.more["first_batch_share"] = entrant.first_batch_share.median();
+      row.more["first_batch_share_p90"] = entrant.first_batch_share.quantile(0.9);
+    }
     if (const std::string note = entrant.contestant->note(); !note.empty()) row.more["note"] = note;
   }
   // Ratios within the same number of threads, by medians and by means.

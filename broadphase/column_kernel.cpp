@@ -169,11 +169,30 @@ void slices_of(const Slices& slices, const float* coordinates, std::size_t count
   }
 }
 
+// NOLINTNEXTLINE(misc-definitions-in-headers)
+std::size_t boxes_in_slab(const BoxArray& boxes, std::size_t axis, float begin, float end, std::size_t most,
+                          std::uint32_t* out) {
+  const hn::ScalableTag<float> df;
+  const std::size_t lanes = hn::Lanes(df);
+  const float *lo = boxes.lo(static_cast<int>(axis)), *hi = boxes.hi(static_cast<int>(axis));
+  const auto from = hn::Set(df, begin), to = hn::Set(df, end);
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < boxes.size() && count <= most; i += lanes) {
+    const auto in = hn::And(hn::Lt(hn::LoadU(df, lo + i), to), hn::Le(from, hn::LoadU(df, hi + i)));
+    std::uint64_t bits = 0;
+    hn::StoreMaskBits(df, in, reinterpret_cast<std::uint8_t*>(&bits));
+    for (; bits != 0; bits &= bits - 1)
+      out[count++] = static_cast<std::uint32_t>(i) + static_cast<std::uint32_t>(std::countr_zero(bits));
+  }
+  return count;
+}
+
 }  // namespace tandem::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace tandem {
+HWY_EXPORT(boxes_in_slab);
 HWY_EXPORT(overlap_column);
 HWY_EXPORT(scatter_records);
 HWY_EXPORT(slices_of);
@@ -233,6 +252,11 @@ std::size_t pairs_of_hits(const RowHits* hits, std::size_t count, RowPair* out) 
     }
   }
   return found;
+}
+
+std::size_t boxes_in_slab(const BoxArray& boxes, std::size_t axis, float begin, float end, std::size_t most,
+                          std::uint32_t* out) {
+  return HWY_DYNAMIC_DISPATCH(boxes_in_slab)(boxes, axis, begin, end, most, out);
 }
 
 std::size_t overlap_column(const Column& column, std::size_t& row, RowHits* hits, std::size_t room) {

@@ -26,6 +26,11 @@ struct Slices {
 /// written up to BoxArray::padding elements further.
 void slices_of(const Slices& slices, const float* coordinates, std::size_t count, std::uint16_t* out);
 
+/// Writes the indices of boxes with lo < end and begin <= hi on an axis to `out`, ascending, and returns how many; once
+/// they are more than `most` it may stop. `out` needs room for most + BoxArray::padding.
+std::size_t boxes_in_slab(const BoxArray& boxes, std::size_t axis, float begin, float end, std::size_t most,
+                          std::uint32_t* out);
+
 /// A box that enters a column of a grid: half a cache line, eight values of four bytes that transpose as vectors.
 struct alignas(32) ColumnRecord {
   Aabb box;

@@ -37,13 +37,13 @@ Grid::Touched Grid::touched(const Aabb& box) const {
   return {u_.at(box.lo[u_.axis]), u_.at(box.hi[u_.axis]), v_.at(box.lo[v_.axis]), v_.at(box.hi[v_.axis])};
 }
 
-// Stages: choose the columns, count, plan, scatter, the tree's stages, emit.
+// Stages: choose the columns, emit. Joint stages within the second: count, plan, scatter, the tree's.
 std::size_t Grid::begin(const BoxArray& boxes) {
   boxes_ = &boxes;
   size_ = boxes.size();
   // Of whole vectors, so that no two blocks write the same slices.
   boxes_a_block_ = std::max<std::size_t>(4096, ((size_ + 63) / 64 + 63) / 64 * 64);
-  parts_ = (size_ + boxes_a_block_ - 1) / boxes_a_block_;
+  parts_ = std::max<std::size_t>(1, (size_ + boxes_a_block_ - 1) / boxes_a_block_);
   large_of_part_.resize(parts_);
   role_.resize(size_);
   for (auto& slices : touched_) slices.resize(size_ + BoxArray::padding);
@@ -51,29 +51,34 @@ std::size_t Grid::begin(const BoxArray& boxes) {
   large_.clear();
   crowded_ = searched_ = false;
   longest_column_ = 0;
-  return stages;
+  early_.leave_out();
+  joint_.start(joint_stages, parts_);
+  return 2;
 }
 
-std::size_t Grid::blocks(std::size_t stage) const {
-  if (stage == 0 || stage == 2) return 1;
-  if (stage == 1) return parts_;
-  if (stage == 3) return crowded_ ? 0 : parts_;
-  const std::size_t tree_stage = stage - first_tree_stage;
-  if (tree_stage < BoxTree::build_stages) return use_tree() ? tree_.blocks(tree_stage) : 0;
-  const std::size_t large_blocks =
-      crowded_ || large_.empty() ? 0 : (size_ + boxes_a_large_block - 1) / boxes_a_large_block;
-  return groups_.size() + large_blocks + (use_tree() ? tree_.self_blocks() : 0);
+// How many blocks the last stage has must be known before it is prepared.
+std::size_t Grid::blocks(std::size_t stage) const { return stage == 0 ? 1 : 2 + size_ / boxes_a_tile; }
+
+void Grid::run(std::size_t, std::size_t) { choose_columns(); }
+
+bool Grid::prepare() {
+  return joint_.join([this](std::size_t stage) { return joint_blocks(stage); },
+                     [this](std::size_t stage, std::size_t block) { run_joint(stage, block); });
 }
 
-void Grid::run(std::size_t stage, std::size_t block) {
+std::size_t Grid::joint_blocks(std::size_t stage) const {
+  if (stage == 1) return 1;
+  if (stage == 2) return crowded_ ? 0 : parts_;
+  return use_tree() ? tree_.blocks(stage - first_tree_stage) : 0;
+}
+
+void Grid::run_joint(std::size_t stage, std::size_t block) {
   switch (stage) {
     case 0:
-      return choose_columns();
-    case 1:
       return count(block);
-    case 2:
+    case 1:
       return plan();
-    case 3:
+    case 2:
       return scatter(block);
     default:
       return tree_.run(stage - first_tree_stage, block);
@@ -82,6 +87,7 @@ void Grid::run(std::size_t stage, std::size_t block) {
 
 void Grid::choose_columns() {
   const std::vector<Aabb> sample = sample_boxes(*boxes_);
+  if (!searched_) early_.choose(*boxes_, sample);  // else all is kept for later
   const std::array<Extent, 3> extents{bulk(sample, 0), bulk(sample, 1), bulk(sample, 2)};
   const auto length = [&](std::size_t axis) { return extents[axis].hi - extents[axis].lo; };
 
@@ -252,52 +258,92 @@ void Grid::scatter(std::size_t block) {
   }
 }
 
+std::size_t Grid::large_blocks() const {
+  return crowded_ || large_.empty() ? 0 : (size_ + boxes_a_large_block - 1) / boxes_a_large_block;
+}
+
+Grid::Range Grid::tile(std::size_t block) const {
+  const std::size_t tiles = blocks(1) - 1;
+  const std::size_t parts = groups_.size() + large_blocks() + (use_tree() ? tree_.self_blocks() : 0);
+  return {(block - 1) * parts / tiles, block * parts / tiles};
+}
+
 void Grid::emit(std::size_t block, PairSink& sink) {
-  if (block < groups_.size()) {
-    const ScratchPool<Scratch>::Lease scratch(scratch_);
-    const std::vector<std::uint32_t>& index = (*scratch).column.index;
-    for (std::size_t column = groups_[block].begin; column < groups_[block].end; ++column)
-      each_pair(column, *scratch, [&](std::span<const RowPair> pairs) {
+  if (block == 0) return early_.emit(sink);
+  if (!prepare()) return;
+  const Range parts = tile(block);
+  for (std::size_t part = parts.begin; part < parts.end; ++part) {
+    if (part < groups_.size()) {
+      emit_group(part, sink);
+    } else if (early_.taken()) {
+      LaterPairs later(early_, *boxes_, sink);
+      emit_beside(part - groups_.size(), later);
+      later.finish();
+    } else {
+      emit_beside(part - groups_.size(), sink);
+    }
+  }
+}
+
+void Grid::emit_group(std::size_t group, PairSink& sink) {
+  const ScratchPool<ColumnScratch>::Lease scratch(scratch_);
+  const bool early = early_.taken();
+  const std::vector<std::uint32_t>& index = (*scratch).column.index;
+  for (std::size_t column = groups_[group].begin; column < groups_[group].end; ++column) {
+    if (!sort(column, *scratch)) continue;
+    if (early && may_hold_early(column)) {
+      const std::vector<float>& lo = (*scratch).column.bounds[early_.axis()];
+      each_pair(*scratch, [&](std::span<const RowPair> pairs) {
+        for (const RowPair pair : pairs)
+          if (!early_.holds(lo[pair.row], lo[pair.other])) sink.put(index[pair.row], index[pair.other]);
+      });
+    } else {
+      each_pair(*scratch, [&](std::span<const RowPair> pairs) {
         for (const RowPair pair : pairs) sink.put(index[pair.row], index[pair.other]);
       });
-    return;
+    }
   }
-  block -= groups_.size();
+}
+
+// A pair belongs to the column where its intersection begins.
+bool Grid::may_hold_early(std::size_t column) const {
+  const auto may = [this](const Slices& slices, std::size_t place) {
+    return slices.axis != early_.axis() || (slices.at(early_.begin()) <= place && place <= slices.at(early_.end()));
+  };
+  return may(u_, column % u_.count) && may(v_, column / u_.count);
+}
+
+void Grid::emit_beside(std::size_t part, PairSink& sink) const {
   const std::size_t self_blocks = use_tree() ? tree_.self_blocks() : 0;
-  if (block < self_blocks) return tree_.self_pairs(block, sink);
-  emit_large(block - self_blocks, sink);
+  if (part < self_blocks) return tree_.self_pairs(part, sink);
+  emit_large(part - self_blocks, sink);
 }
 
 bool Grid::emit_tiles(std::size_t block, TileMaker& maker) {
-  if (block >= groups_.size()) return false;
-  const ScratchPool<Scratch>::Lease scratch(scratch_);
+  if (block == 0 || !prepare()) return true;
+  const ScratchPool<ColumnScratch>::Lease scratch(scratch_);
   const std::vector<std::uint32_t>& index = (*scratch).column.index;
-  for (std::size_t column = groups_[block].begin; column < groups_[block].end; ++column) {
-    maker.start_rows(column_begin_[column + 1] - column_begin_[column]);
-    each_pair(column, *scratch, [&](std::span<const RowPair> pairs) { maker.put_rows(index.data(), pairs); });
+  const Range parts = tile(block);
+  for (std::size_t part = parts.begin; part < parts.end; ++part) {
+    if (part >= groups_.size()) {
+      emit_beside(part - groups_.size(), maker);
+      continue;
+    }
+    for (std::size_t column = groups_[part].begin; column < groups_[part].end; ++column) {
+      maker.start_rows(column_begin_[column + 1] - column_begin_[column]);
+      if (!sort(column, *scratch)) continue;
+      each_pair(*scratch, [&](std::span<const RowPair> pairs) { maker.put_rows(index.data(), pairs); });
+    }
   }
   return true;
 }
 
-/// Calls take(pairs) for what the column holds, some at a time. Rows are those of scratch.column.
-template <class Take>
-void Grid::each_pair(std::size_t column, Scratch& s, const Take& take) {
-  ColumnRecord* records = records_.data() + column_begin_[column];
+bool Grid::sort(std::size_t column, ColumnScratch& scratch) {
   const std::size_t size = column_begin_[column + 1] - column_begin_[column];
-  if (size < 2) return;
-  sort_column(records, size, along_, s.column);
-  if (searched_) keep_sorted(column, s.column);
-
-  constexpr std::size_t hits_at_once = 256, pairs_a_hit = 16;
-  if (s.hits.size() < size + 1024) s.hits.resize(size + 1024);
-  s.pairs.resize(hits_at_once * pairs_a_hit);
-  for (std::size_t row = 0; row < size;) {
-    const std::size_t found = overlap_column(s.column, row, s.hits.data(), s.hits.size());
-    for (std::size_t first = 0; first < found; first += hits_at_once) {
-      const std::size_t count = std::min(hits_at_once, found - first);
-      take(std::span(s.pairs.data(), pairs_of_hits(s.hits.data() + first, count, s.pairs.data())));
-    }
-  }
+  if (size < 2) return false;
+  sort_column(records_.data() + column_begin_[column], size, along_, scratch.column);
+  if (searched_) keep_sorted(column, scratch.column);
+  return true;
 }
 
 void Grid::keep_sorted(std::size_t column, const Column& sorted) {
@@ -364,7 +410,7 @@ void Grid::prefetch(const Aabb& box, Fetch fetch) const {
 std::size_t Grid::memory() const {
   std::size_t bytes = bytes_of(offsets_) + bytes_of(large_of_part_) + bytes_of(role_) + bytes_of(large_) +
                       bytes_of(column_begin_) + bytes_of(groups_) + bytes_of(records_) + bytes_of(thin_) +
-                      bytes_of(cell_end_) + tree_.memory() + scratch_.memory();
+                      bytes_of(cell_end_) + tree_.memory() + scratch_.memory() + early_.memory();
   for (const auto& slices : touched_) bytes += bytes_of(slices);
   for (const auto& large : large_of_part_) bytes += bytes_of(large);
   return bytes;

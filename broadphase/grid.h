@@ -6,7 +6,9 @@
 
 #include "box_search.h"
 #include "box_tree.h"
-#include "column_kernel.h"
+#include "column_pairs.h"
+#include "early_slab.h"
+#include "joint_stages.h"
 #include "listed_method.h"
 #include "memory.h"
 #include "page_vector.h"
@@ -23,6 +25,9 @@ namespace tandem {
 /// the other while they are few, by a BoxTree when they are many; far outliers fall into the columns at the border,
 /// which no more than slows these; and where a few columns would hold too much (tight clusters in an empty world)
 /// the step is left to the tree. Memory is at most `max_columns_a_box` entries a box.
+///
+/// A step has two stages: what comes between the choice of columns and the pairs is done within the last one, while its
+/// first block hands on the early pairs (EarlySlab).
 class Grid final : public ListedMethod, public BoxSearch {
  public:
   std::size_t begin(const BoxArray& boxes) override;
@@ -47,8 +52,9 @@ class Grid final : public ListedMethod, public BoxSearch {
   Unfit unfit() const { return {crowded_, longest_column_, large_.size()}; }
 
  private:
-  static constexpr std::size_t first_tree_stage = 4;
-  static constexpr std::size_t stages = first_tree_stage + BoxTree::build_stages + 1;
+  static constexpr std::size_t first_tree_stage = 3;  // of the joint ones
+  static constexpr std::size_t joint_stages = first_tree_stage + BoxTree::build_stages;
+  static constexpr std::size_t boxes_a_tile = 384;
   static constexpr std::uint32_t max_columns_a_box = 16;
 
   /// The thin cells of a column in whose order its records are.
@@ -64,12 +70,6 @@ class Grid final : public ListedMethod, public BoxSearch {
   struct Range {
     std::size_t begin, end;
   };
-  struct Scratch {
-    Column column;
-    std::vector<RowHits> hits;
-    std::vector<RowPair> pairs;
-    std::size_t memory() const { return column.memory() + bytes_of(hits) + bytes_of(pairs); }
-  };
   enum class Role : std::uint8_t { entered, large, empty };
 
   void choose_columns();
@@ -78,8 +78,19 @@ class Grid final : public ListedMethod, public BoxSearch {
   void scatter(std::size_t block);
   Touched touched(const Aabb& box) const;
   Touched touched(std::size_t i) const { return {touched_[0][i], touched_[1][i], touched_[2][i], touched_[3][i]}; }
-  template <class Take>
-  void each_pair(std::size_t column, Scratch& scratch, const Take& take);
+  /// Does what is to be done before the pairs, with others; false when that failed.
+  bool prepare();
+  std::size_t joint_blocks(std::size_t stage) const;
+  void run_joint(std::size_t stage, std::size_t block);
+  /// The parts of the pairs that a block of the last stage has.
+  Range tile(std::size_t block) const;
+  std::size_t large_blocks() const;
+  void emit_group(std::size_t group, PairSink& sink);
+  bool may_hold_early(std::size_t column) const;
+  /// What is not in columns.
+  void emit_beside(std::size_t part, PairSink& sink) const;
+  /// Sorts what the column holds; false where there can be no pair.
+  bool sort(std::size_t column, ColumnScratch& scratch);
   void keep_sorted(std::size_t column, const Column& sorted);
   void emit_large(std::size_t block, PairSink& sink) const;
   std::size_t columns() const { return std::size_t{u_.count} * v_.count; }
@@ -109,7 +120,9 @@ class Grid final : public ListedMethod, public BoxSearch {
   std::vector<Thin> thin_;  // one a column, when searched
   std::vector<std::uint32_t> cell_end_;
   BoxTree tree_;
-  ScratchPool<Scratch> scratch_;
+  ScratchPool<ColumnScratch> scratch_;
+  JointStages joint_;
+  EarlySlab early_;
 };
 
 }  // namespace tandem

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "row_kernel.h"
+#include "spatial_sample.h"
 
 namespace tandem {
 
@@ -49,10 +50,11 @@ class VerletList::Found final : public PairSink {
   std::array<Pair, 64> room_;
 };
 
-/// Takes candidates and hands on those whose boxes overlap.
+/// Takes candidates and hands on those whose boxes overlap, without the early ones.
 class VerletList::Tested final : public PairSink {
  public:
-  Tested(const BoxArray& boxes, PairSink& sink) : boxes_(boxes), sink_(sink) {
+  Tested(const BoxArray& boxes, EarlySlab& early, PairSink& sink)
+      : boxes_(boxes), early_(early), has_early_(early.taken()), sink_(sink) {
     filter_ = &everything_;
     buffer_ = room_.data();
     capacity_ = room_.size();
@@ -66,13 +68,16 @@ class VerletList::Tested final : public PairSink {
  private:
   void full() override {
     for (std::size_t k = 0; k < count_; ++k) {
-      if (!overlap(boxes_[buffer_[k].a], boxes_[buffer_[k].b])) continue;
-      sink_.put(buffer_[k].a, buffer_[k].b);
+      const Aabb a = boxes_[buffer_[k].a], b = boxes_[buffer_[k].b];
+      if (!overlap(a, b)) continue;
       ++found_;
+      if (!has_early_ || !early_.holds(a.lo[early_.axis()], b.lo[early_.axis()])) sink_.put(buffer_[k].a, buffer_[k].b);
     }
     count_ = 0;
   }
   const BoxArray& boxes_;
+  const EarlySlab& early_;
+  const bool has_early_;
   PairSink& sink_;
   PairFilter everything_;
   std::size_t found_ = 0;
@@ -138,7 +143,8 @@ void sample(std::size_t size, std::size_t strata, const Visit& visit) {
 
 }  // namespace
 
-// Stages: decide, prepare, the method's but its last, make room, emit.
+// Stages: decide, the method's but its last when it works from scratch, emit. Joint stages of a renewal within the
+// last: prepare, the method's but its last.
 std::size_t VerletList::begin(const BoxArray& boxes, ListedMethod& method) {
   const bool complete = !bare_ && boxes_ != nullptr && parts_done_.load(std::memory_order_relaxed) == part_count_ &&
                         (mode_ != Mode::reuse || blocks_done_.load(std::memory_order_relaxed) == part_count_ + 1);
@@ -166,7 +172,7 @@ std::size_t VerletList::begin(const BoxArray& boxes, ListedMethod& method) {
   list_made_ = list_made_ && !too_long_ && list_filter_.same_arrays(filter_);
   records_.resize(size());
   larger_.resize(size());
-  part_count_ = (size() + boxes_a_part - 1) / boxes_a_part;
+  part_count_ = std::max<std::size_t>(1, (size() + boxes_a_part - 1) / boxes_a_part);
   if (parts_.size() < part_count_) parts_.resize(part_count_);
   for (Part& part : parts_) part.looked_at = 0;
   next_part_.store(0, std::memory_order_relaxed);
@@ -177,27 +183,28 @@ std::size_t VerletList::begin(const BoxArray& boxes, ListedMethod& method) {
     method_begun_ = true;
     method_stages_ = method_->begin(boxes);
   }
-  return own_stages + method_stages_;
+  return first_method_stage + method_stages_;
 }
 
 std::size_t VerletList::blocks(std::size_t stage) const {
   if (bare_) return method_->blocks(stage);
   if (stage == 0) return 1;
-  if (stage == 1) return method_ran() ? part_count_ : 0;
-  const std::size_t room = room_stage();
-  if (stage < room) return method_ran() ? method_->blocks(stage - first_method_stage) : 0;
-  if (stage == room) return mode_ == Mode::renew ? 1 : 0;
-  // Of a list: its tiles, the boxes put back or outside of a part, those outside against each other.
-  return method_ran() ? method_->blocks(method_stages_ - 1) : list_count_ + part_count_ + 1;
+  if (stage - first_method_stage + 1 < method_stages_)
+    return mode_ == Mode::scratch ? method_->blocks(stage - first_method_stage) : 0;
+  switch (mode_) {
+    case Mode::scratch:  // and copies of the boxes
+      return method_->blocks(method_stages_ - 1) + part_count_;
+    case Mode::renew:
+      return 1 + list_count_;
+    default:  // of a list: its tiles, the boxes put back or outside of a part, those outside against each other
+      return list_count_ + part_count_ + 1;
+  }
 }
 
 void VerletList::run(std::size_t stage, std::size_t block) {
   if (bare_) return method_->run(stage, block);
   if (stage == 0) return decide();
-  if (stage == 1) return prepare(block);
-  if (stage < room_stage()) return method_->run(stage - first_method_stage, block);
-  list_count_ = method_->blocks(method_stages_ - 1);
-  if (lists_.size() < list_count_) lists_.resize(list_count_);
+  method_->run(stage - first_method_stage, block);
 }
 
 bool VerletList::too_long() const { return listed_.load(std::memory_order_relaxed) > most_candidates(size()); }
@@ -333,18 +340,21 @@ void VerletList::decide() {
   listed_.store(0, std::memory_order_relaxed);
   listed_bodies_.store(0, std::memory_order_relaxed);
   hits_.store(0, std::memory_order_relaxed);
-  list_count_ = std::numeric_limits<std::size_t>::max();
+  list_count_ = size() / boxes_a_list + 1;
+  if (lists_.size() < list_count_) lists_.resize(list_count_);
   list_filter_.take(filter_);
   last_filter_.take(filter_);
   list_filter_view_ = list_filter_.view();
   method_->begin(larger_);
   if (search_ != nullptr) search_->prepare_search();
+  renewal_.start(method_stages_, part_count_);
+  early_.choose(*boxes_, sample_boxes(*boxes_));
 }
 
 std::size_t VerletList::memory() const {
   std::size_t bytes = bytes_of(records_) + larger_.memory() + bytes_of(lists_) + list_filter_.memory() +
                       last_filter_.memory() + returned_.memory() + among_.memory() + bytes_of(parts_) +
-                      outside_boxes_.memory() + scratch_.memory() + looks_.memory();
+                      outside_boxes_.memory() + scratch_.memory() + looks_.memory() + early_.memory();
   for (const CandidateTiles& list : lists_) bytes += list.memory();
   for (const Part& part : parts_) bytes += part.memory();
   return bytes;
@@ -526,10 +536,15 @@ const VerletList::Part& VerletList::looked_at(std::size_t part) const {
 }
 
 void VerletList::emit(std::size_t block, PairSink& sink) {
-  if (bare_ || mode_ == Mode::scratch) return method_->emit(block, sink);
+  if (bare_) return method_->emit(block, sink);
+  if (mode_ == Mode::scratch) {
+    const std::size_t blocks = method_->blocks(method_stages_ - 1);
+    return block < blocks ? method_->emit(block, sink) : prepare(block - blocks);
+  }
+  if (mode_ == Mode::renew && block == 0) return early_.emit(sink);
   const ScratchPool<Scratch>::Lease lease(scratch_);
   Scratch& scratch = *lease;
-  if (mode_ == Mode::renew) return renew_block(block, scratch, sink);
+  if (mode_ == Mode::renew) return renew_block(block - 1, scratch, sink);
   const bool first_tiles = block <= list_count_ / 64 && block < list_count_;
   const bool all_copied = !first_tiles && help_look() && copies_;
   if (block < list_count_) {
@@ -548,17 +563,27 @@ void VerletList::emit(std::size_t block, PairSink& sink) {
   blocks_done_.fetch_add(1, std::memory_order_relaxed);
 }
 
+bool VerletList::prepare_renewal() {
+  return renewal_.join(
+      [this](std::size_t stage) { return method_->blocks(stage - 1); },
+      [this](std::size_t stage, std::size_t block) { stage == 0 ? prepare(block) : method_->run(stage - 1, block); });
+}
+
 void VerletList::renew_block(std::size_t block, Scratch& scratch, PairSink& sink) {
+  if (!prepare_renewal()) return;
+  const std::size_t blocks = method_->blocks(method_stages_ - 1);
+  const std::size_t first = block * blocks / list_count_, last = (block + 1) * blocks / list_count_;
   if (too_long()) {  // it will not be used
-    Tested tested(*boxes_, sink);
-    method_->emit(block, tested);
+    Tested tested(*boxes_, early_, sink);
+    for (std::size_t b = first; b < last; ++b) method_->emit(b, tested);
     hits_.fetch_add(tested.finish(), std::memory_order_relaxed);
     blocks_done_.fetch_add(1, std::memory_order_relaxed);
     return;
   }
   CandidateTiles& tiles = scratch.tiles;
   scratch.maker.start(list_filter_view_, tiles);
-  if (search_ == nullptr || !search_->emit_tiles(block, scratch.maker)) method_->emit(block, scratch.maker);
+  for (std::size_t b = first; b < last; ++b)
+    if (search_ == nullptr || !search_->emit_tiles(b, scratch.maker)) method_->emit(b, scratch.maker);
   scratch.maker.finish();
   if (!too_long()) lists_[block].assign(tiles);
   listed_.fetch_add(tiles.candidates.size(), std::memory_order_relaxed);
@@ -567,11 +592,12 @@ void VerletList::renew_block(std::size_t block, Scratch& scratch, PairSink& sink
   blocks_done_.fetch_add(1, std::memory_order_relaxed);
 }
 
-std::size_t VerletList::test(const CandidateTiles& tiles, bool all_copied, Scratch& scratch, PairSink& sink) const {
+std::size_t VerletList::test(const CandidateTiles& tiles, bool all_copied, Scratch& scratch, PairSink& sink) {
   // Lists are short and lie anywhere: what follows the first lines is not fetched ahead by itself.
   prefetch(tiles.bodies);
   prefetch(tiles.candidates);
   BoxRecord* boxes = scratch.boxes.data();
+  const bool early = mode_ == Mode::renew && early_.taken();
   std::size_t found = 0, first_body = 0, first = 0;
   for (const CandidateTiles::Tile& tile : tiles.tiles) {
     const std::uint32_t* bodies = tiles.bodies.data() + first_body;
@@ -580,16 +606,32 @@ std::size_t VerletList::test(const CandidateTiles& tiles, bool all_copied, Scrat
       gather_records(records_.data(), bodies, body_count, boxes);
     else
       gather_boxes(*boxes_, bodies, body_count, boxes);
+    bool some_early = false;
+    if (early)
+      for (std::size_t k = 0; k < body_count; ++k) {
+        const float lo = boxes[k].lo()[early_.axis()];
+        some_early |= early_.holds(lo, lo);
+      }
     while (first < tile.candidates_end) {
       const std::size_t count = std::min(scratch.hits.size(), tile.candidates_end - first);
       const std::size_t hits = overlapping(boxes, tiles.candidates.data() + first, count, scratch.hits.data());
-      for (std::size_t k = 0; k < hits; ++k) sink.put(bodies[scratch.hits[k].a], bodies[scratch.hits[k].b]);
+      if (some_early)
+        put_later(std::span(scratch.hits).first(hits), bodies, boxes, sink);
+      else
+        for (std::size_t k = 0; k < hits; ++k) sink.put(bodies[scratch.hits[k].a], bodies[scratch.hits[k].b]);
       found += hits;
       first += count;
     }
     first_body = tile.bodies_end;
   }
   return found;
+}
+
+void VerletList::put_later(std::span<const LocalPair> pairs, const std::uint32_t* bodies, const BoxRecord* boxes,
+                           PairSink& sink) const {
+  const std::size_t axis = early_.axis();
+  for (const LocalPair pair : pairs)
+    if (!early_.holds(boxes[pair.a].lo()[axis], boxes[pair.b].lo()[axis])) sink.put(bodies[pair.a], bodies[pair.b]);
 }
 
 // A pair is held by the one that was put back last.

@@ -9,7 +9,9 @@
 #include "box_record.h"
 #include "box_search.h"
 #include "candidate_tiles.h"
+#include "early_slab.h"
 #include "filter_copy.h"
+#include "joint_stages.h"
 #include "listed_method.h"
 #include "memory.h"
 #include "page_vector.h"
@@ -36,6 +38,9 @@ namespace tandem {
 /// from each other: the first pairs leave at once. Its tiles read boxes in any order, for which they are copied to
 /// records; every block first helps with that. As long as another thread is at it, a tile reads the boxes themselves,
 /// which takes longer; so do the first tiles, on purpose. Boxes that are said not to have changed are not looked at.
+///
+/// A step that renews the list prepares that within its last stage, too, whose first block hands on the early pairs
+/// (EarlySlab).
 ///
 /// How far ahead boxes are swept is adapted so that making lists and testing what is on them cost about the same. All
 /// decisions are made from counts, never from time.
@@ -67,9 +72,8 @@ class VerletList {
   std::size_t candidates() const { return listed_.load(std::memory_order_relaxed); }
 
  private:
-  static constexpr std::size_t boxes_a_part = 4096;
-  static constexpr std::size_t first_method_stage = 2;               // after: decide, prepare
-  static constexpr std::size_t own_stages = first_method_stage + 1;  // and: make room
+  static constexpr std::size_t boxes_a_part = 4096, boxes_a_list = 256;
+  static constexpr std::size_t first_method_stage = 1;  // after: decide
 
   struct Scratch {
     TileMaker maker;
@@ -156,9 +160,14 @@ class VerletList {
   /// Waits for the thread that looks at it, if it is not done. It waits for nothing.
   const Part& looked_at(std::size_t part) const;
 
+  /// Does what is to be done before candidates are found, with others; false when that failed.
+  bool prepare_renewal();
   void renew_block(std::size_t block, Scratch& scratch, PairSink& sink);
   /// Tests the candidates and returns how many overlap. `all_copied`: there are records of all boxes.
-  std::size_t test(const CandidateTiles& tiles, bool all_copied, Scratch& scratch, PairSink& sink) const;
+  std::size_t test(const CandidateTiles& tiles, bool all_copied, Scratch& scratch, PairSink& sink);
+  /// Hands on the pairs of a tile, without the early ones.
+  void put_later(std::span<const LocalPair> pairs, const std::uint32_t* bodies, const BoxRecord* boxes,
+                 PairSink& sink) const;
   void test(const ReturnedList& list, bool all_copied, PairSink& sink) const;
   void search_outside(Part& part, Scratch& scratch, PairSink& sink);
   /// Those outside against each other.
@@ -166,8 +175,6 @@ class VerletList {
 
   std::size_t size() const { return boxes_->size(); }
   bool too_long() const;
-  /// The stage after the method's but its last.
-  std::size_t room_stage() const { return first_method_stage + method_stages_ - 1; }
   std::size_t part_end(std::size_t part) const { return std::min(size(), (part + 1) * boxes_a_part); }
   /// Whether boxes that have not changed need not be looked at.
   bool changes_known() const { return !changed_.empty() && (has_past_ || !copies_); }
@@ -193,7 +200,7 @@ class VerletList {
   mutable std::vector<Part> parts_;  // mutable only for std::atomic_ref
   std::size_t part_count_ = 0;
 
-  std::vector<CandidateTiles> lists_;  // one a block of the method
+  std::vector<CandidateTiles> lists_;
   std::size_t list_count_ = 0;
   bool list_made_ = false;
   bool too_long_ = false;  // the list of the step before
@@ -207,6 +214,8 @@ class VerletList {
   BoxArray outside_boxes_;
   ScratchPool<Scratch> scratch_;
   ScratchPool<Look> looks_;
+  JointStages renewal_;
+  EarlySlab early_;  // of a renewal
 };
 
 }  // namespace tandem
