@@ -3,9 +3,11 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "hull.h"
 #include "mesh_model.h"
+#include "round_walk.h"
 
 namespace tandem {
 namespace {
@@ -62,6 +64,179 @@ class InnerHull {
   const PlacedShape& of_;
   std::vector<Vec3> points_;
 };
+
+/// Without a rest, and the same to first order around the point farthest along n, a unit vector in world axes: a
+/// cylinder's or cone's side where n is near that of a side, else the plane of its disc.
+PlacedShape alike(const PlacedShape& placed, const Vec3& n) {
+  if (!placed.rest) return placed;
+  const Mat3& rest = *placed.rest;
+  const bool cone = placed.shape.kind() == ShapeKind::cone;
+  double radius = placed.shape.radius(), length = placed.shape.length();
+  const double half = 0.5 * length, slant = std::hypot(radius, length);
+  const double sine = cone ? radius / slant : 0.0, cosine = cone ? length / slant : 1.0;  // of the side's normals
+  const Vec3 local = placed.pose.rotation.transpose() * n, m = (rest.transpose() * local).normalized();
+  const double rho = std::hypot(m[0], m[1]), level = cone || m[2] < 0 ? -half : half;
+  const Vec3 out = rho > 0 ? Vec3(m[0] / rho, m[1] / rho, 0) : Vec3::UnitX(), rim_centre = level * rest.col(2);
+  Vec3 axis, centre = Vec3::Zero();
+  if (cone && m[2] > 0.5 * (sine - 1)) {
+    const Vec3 apex = half * rest.col(2), side = rim_centre + radius * (rest * out) - apex;
+    const Vec3 normal = rest.transpose().inverse() * Vec3(cosine * out[0], cosine * out[1], sine);
+    axis = sine * normal.normalized() - cosine * side.normalized();
+    radius = sine * side.norm(), length = cosine * side.norm();
+    centre = apex - 0.5 * length * axis;
+  } else {
+    const Vec3 across = rest.col(0).cross(rest.col(1));
+    axis = !cone && std::abs(m[2]) < 0.5 ? rest.col(2).normalized() : across.normalized();
+    length *= axis.dot(rest.col(2));
+    radius *= std::sqrt(across.norm());
+  }
+  const Vec3 along = local - local.dot(axis) * axis;
+  Vec3 off = Vec3::Zero();  // of the point on the rim
+  if (!cone || m[2] * cosine <= rho * sine) {
+    off = rim_centre - centre - std::copysign(0.5 * length, level) * axis;
+    if (rho > 1e-9) off += placed.shape.radius() * (rest * out) - radius * along.normalized();
+  }
+  const Mat3 turned = placed.pose.rotation * Quat::FromTwoVectors(Vec3::UnitZ(), axis).toRotationMatrix();
+  const Pose pose{turned, placed.pose.translation + placed.pose.rotation * (centre + off)};
+  return {cone ? Shape(Cone{radius, length}) : Shape(Cylinder{radius, length}), pose, {}};
+}
+
+/// From a normal near that of a minimum of how far two bounded convex shapes reach along it, to the minimum: shapes
+/// that are alike there have theirs next to it, and those that are alike at that one. `signed_distance` is what the
+/// two are apart along the normal reached; minus infinity where none is.
+PairAnswer descend(const PlacedShape& a, const PlacedShape& b, const Vec3& normal) {
+  constexpr int most_rounds = 8;
+  PairAnswer out;
+  out.signed_distance = -std::numeric_limits<double>::infinity();
+  Vec3 n = normal;
+  for (int round = 0; round < most_rounds; ++round) {
+    const PlacedShape like_a = alike(a, n), like_b = alike(b, -n);
+    const ConvexView view_a = view(like_a.shape), view_b = view(like_b.shape);
+    const MinkowskiDifference difference{view_a, view_b, relative(like_a.pose, like_b.pose)};
+    const Support s =
+        walk(RoundPair(difference), like_a.pose.rotation.transpose() * n, -std::numeric_limits<double>::infinity());
+    const Vec3 to = (like_a.pose.rotation * s.n).normalized();
+    const double turned = (to - n).norm();
+    n = to;
+    if (turned > 1e-12 || !s.optimal) continue;
+    const double radius_a = core_radius(view_a), radius_b = core_radius(view_b);
+    out.signed_distance = -s.h - radius_a - radius_b;
+    out.normal = n;
+    out.point_a = like_a.pose * Vec3(s.point[0] + radius_a * s.n);
+    out.point_b = like_a.pose * Vec3(-s.point[1] - radius_b * s.n);
+    break;
+  }
+  return out;
+}
+
+/// A point of a bounded convex shape farthest along n, in world axes.
+Vec3 farthest(const PlacedShape& placed, const Vec3& n) {
+  const ConvexView shape = view(placed.shape);
+  const Vec3 local = placed.pose.rotation.transpose() * n;
+  const Vec3 p = placed.rest ? Vec3(*placed.rest * core_support(shape, placed.rest->transpose() * local))
+                             : core_support(shape, local);
+  return placed.pose * p + core_radius(shape) * n.normalized();
+}
+
+/// The normal of A's side, a cylinder's or cone's, along which A and B are farthest apart. Where the two look almost
+/// the same from all around, a rest alone decides which it is: the derivative along the circle of normals tells it
+/// best.
+Vec3 best_side(const PlacedShape& a, const PlacedShape& b) {
+  constexpr int samples = 96;
+  constexpr double turn = 2 * 3.14159265358979323846 / samples;
+  const double sine =
+      a.shape.kind() == ShapeKind::cone ? a.shape.radius() / std::hypot(a.shape.radius(), a.shape.length()) : 0.0;
+  const double cosine = std::sqrt(1 - sine * sine);
+  const Mat3 to_world = a.pose.rotation * a.rest->transpose().inverse();
+  struct Side {
+    Vec3 n;
+    double apart, slope;
+  };
+  const auto at = [&](double angle) {
+    const double x = cosine * std::cos(angle), y = cosine * std::sin(angle);
+    const Vec3 n = to_world * Vec3(x, y, sine), next = to_world * Vec3(-y, x, 0);
+    const double length = n.norm();
+    const Vec3 p = farthest(b, -n) - farthest(a, n);
+    return Side{n / length, n.dot(p) / length, next.dot(p) - n.dot(p) * n.dot(next) / (length * length)};
+  };
+  double angle = 0, most = -std::numeric_limits<double>::infinity();
+  for (int i = 0; i < samples; ++i)
+    if (const double apart = at(i * turn).apart; apart > most) most = apart, angle = i * turn;
+  double low = angle - turn, high = angle + turn;
+  if (at(low).slope > 0 && at(high).slope < 0) {
+    for (int i = 0; i < 60; ++i) {
+      angle = 0.5 * (low + high);
+      (at(angle).slope > 0 ? low : high) = angle;
+    }
+  }
+  return at(angle).n;
+}
+
+/// solve() of two that are not both without a rest, A at the origin.
+PairAnswer solve_loose(const NarrowPhase& narrow_phase, const PlacedShape& a, const PlacedShape& b, Request request,
+                       std::vector<Contact>* contacts) {
+  constexpr int most_rounds = 40;
+  PairAnswer best = narrow_phase.solve(a.shape, a.pose, b.shape, b.pose, Request::distance);
+  const auto solve_alike = [&] {
+    const PlacedShape like_a = alike(a, best.normal), like_b = alike(b, -best.normal);
+    return narrow_phase.solve(like_a.shape, like_a.pose, like_b.shape, like_b.pose, request, contacts);
+  };
+  if (!a.shape.is_bounded() || !b.shape.is_bounded()) return solve_alike();
+  const bool convex = a.shape.is_convex() && b.shape.is_convex();
+  const double size = std::max(a.shape.size(), b.shape.size()), rounding = 1e-14 * size;
+  std::optional<InnerHull> hull_a, hull_b;
+  if (a.rest) hull_a.emplace(a);
+  if (b.rest) hull_b.emplace(b);
+  // How far apart the bodies are along best.normal, never too much, and how far the hulls are, never too little.
+  best.signed_distance -=
+      (hull_a ? hull_a->rest_adds(best.normal) : 0.0) + (hull_b ? hull_b->rest_adds(-best.normal) : 0.0);
+  double above = std::numeric_limits<double>::infinity();
+  const auto consider = [&](const PairAnswer& found) {
+    if (found.signed_distance <= best.signed_distance) return;
+    best = found;
+  };
+  const auto improve = [&](const Vec3& n) {
+    if (!convex) return;
+    const PairAnswer found = descend(a, b, n);
+    if (found.signed_distance > 0) above = found.signed_distance;  // apart there is one minimum
+    consider(found);
+  };
+  const auto consider_side = [&](const Vec3& n) {
+    PairAnswer side;
+    side.normal = n;
+    side.point_a = farthest(a, n);
+    side.signed_distance = n.dot(farthest(b, -n) - side.point_a);
+    side.point_b = side.point_a + side.signed_distance * n;
+    consider(side);
+    improve(n);
+  };
+  improve(best.normal);
+  if (convex && best.signed_distance <= 0) {
+    if (a.rest) consider_side(best_side(a, b));
+    if (b.rest) consider_side(-best_side(b, a));
+  }
+  double beside = 1e-2;
+  for (int round = 0; round < most_rounds && above - best.signed_distance > rounding; ++round) {
+    const Shape in_a = hull_a ? hull_a->shape() : a.shape, in_b = hull_b ? hull_b->shape() : b.shape;
+    PairAnswer found = narrow_phase.solve(in_a, a.pose, in_b, b.pose, Request::distance);
+    above = std::min(above, found.signed_distance);
+    const auto grow = [&](const Vec3& n) {
+      return (hull_a ? hull_a->grow(n, beside) : 0.0) + (hull_b ? hull_b->grow(-n, beside) : 0.0);
+    };
+    const Vec3 n = found.normal;
+    found.signed_distance -= grow(n);  // before others have it grow
+    grow(best.normal);
+    found.point_b = found.point_a + found.signed_distance * n;
+    consider(found);
+    improve(n);
+    beside = beside > 2e-8 ? 0.1 * beside : 0;
+  }
+  if (above - best.signed_distance > rounding) best.error_bound += above - best.signed_distance;
+  best.collide = best.signed_distance <= 0;
+  best.status = best.error_bound > 1e-9 * size ? Status::inexact : Status::ok;
+  if (request == Request::contacts) (void)solve_alike();
+  return best;
+}
 
 }  // namespace
 
@@ -125,38 +300,16 @@ PlacedShape place(const Shape& shape, const Pose& pose) {
 PairAnswer solve(const NarrowPhase& narrow_phase, const PlacedShape& a, const PlacedShape& b, Request request,
                  std::vector<Contact>* contacts) {
   if (!a.rest && !b.rest) return narrow_phase.solve(a.shape, a.pose, b.shape, b.pose, request, contacts);
-  constexpr int most_rounds = 40;
-  const double size = std::max(a.shape.size(), b.shape.size());
-  std::optional<InnerHull> hull_a, hull_b;
-  if (a.rest) hull_a.emplace(a);
-  if (b.rest) hull_b.emplace(b);
-  // Along the normal without the rests, and how far apart the bodies are along it with them: never too much.
-  PairAnswer along = narrow_phase.solve(a.shape, a.pose, b.shape, b.pose, Request::distance);
-  along.signed_distance -=
-      (hull_a ? hull_a->rest_adds(along.normal) : 0.0) + (hull_b ? hull_b->rest_adds(-along.normal) : 0.0);
-  double beside = 1e-2;
-  for (int round = 0;; ++round) {
-    const Shape in_a = hull_a ? hull_a->shape() : a.shape, in_b = hull_b ? hull_b->shape() : b.shape;
-    PairAnswer answer = narrow_phase.solve(in_a, a.pose, in_b, b.pose, Request::distance);
-    double beyond = 0;
-    if (hull_a) beyond += hull_a->grow(answer.normal, beside);
-    if (hull_b) beyond += hull_b->grow(-answer.normal, beside);
-    const bool fine = beside == 0;
-    beside = beside > 2e-8 ? 0.1 * beside : 0;
-    if (round < most_rounds && !(fine && beyond <= 1e-14 * size)) continue;
-    if (request == Request::contacts) (void)narrow_phase.solve(in_a, a.pose, in_b, b.pose, request, contacts);
-    if (beyond > 1e-14 * size) {
-      // So many ways out are alike that the hull cannot follow all: known is the best of those looked at.
-      const double least = answer.signed_distance - beyond, above = answer.signed_distance;
-      if (along.signed_distance > least) answer = along;
-      answer.signed_distance = std::max(least, along.signed_distance);
-      answer.point_b = answer.point_a + answer.signed_distance * answer.normal;
-      answer.error_bound += std::max(above - answer.signed_distance, 0.0);
-    }
-    answer.collide = answer.signed_distance <= 0;
-    answer.status = answer.error_bound > 1e-9 * size ? Status::inexact : Status::ok;
-    return answer;
-  }
+  // Far from the origin a shift by a hair would be lost.
+  const Vec3 origin = a.pose.translation;
+  PlacedShape near_a = a, near_b = b;
+  near_a.pose.translation -= origin, near_b.pose.translation -= origin;
+  const std::size_t first = contacts != nullptr ? contacts->size() : 0;
+  PairAnswer answer = solve_loose(narrow_phase, near_a, near_b, request, contacts);
+  answer.point_a += origin, answer.point_b += origin;
+  if (contacts != nullptr)
+    for (std::size_t i = first; i < contacts->size(); ++i) (*contacts)[i].point += origin;
+  return answer;
 }
 
 }  // namespace tandem

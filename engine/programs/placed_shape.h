@@ -17,9 +17,10 @@ struct PlacedShape {
 
 PlacedShape place(const Shape& shape, const Pose& pose);
 
-/// What NarrowPhase::solve answers. A cylinder or cone with a rest is taken as the hull of points on its rims, to which
-/// those are added that its support function finds beyond it along the normal found, until there are none: the hull's
-/// distance and the supports' bound the answer from both sides (Kelley 1960). What is left goes into `error_bound`.
+/// What NarrowPhase::solve answers. A cylinder or cone with a rest is followed to its minimum by ones without, each the
+/// same to first order around the one before's normal. Apart that is all there is to it; where the two overlap, the
+/// hull of points on the rims, which grows where the supports reach beyond it, bounds the answer from the other side
+/// (Kelley 1960) and shows where else to begin. What is left between the two goes into `error_bound`.
 PairAnswer solve(const NarrowPhase& narrow_phase, const PlacedShape& a, const PlacedShape& b, Request request,
                  std::vector<Contact>* contacts = nullptr);
 

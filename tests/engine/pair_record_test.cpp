@@ -158,6 +158,28 @@ TEST_CASE("pair record: round shapes stand where rotations of six decimals put t
       }
 }
 
+TEST_CASE(
+    "pair record: a rotation of six decimals decides which way out of a cylinder about a sphere is the shortest") {
+  const Mat3 r = (Mat3() << 0.936293, -0.275096, 0.218351, 0.289629, 0.956425, -0.036957, -0.198669, 0.097843, 0.975170)
+                     .finished();
+  const Json found = ask_line(
+      R"({"shapeA":{"kind":"cylinder","radius":0.6,"length":9},"poseA":{"R":[[0.936293,-0.275096,0.218351],)"
+      R"([0.289629,0.956425,-0.036957],[-0.198669,0.097843,0.975170]],"t":[3,0,0]},)"
+      R"("shapeB":{"kind":"sphere","radius":0.3},"poseB":{"t":[3,0,0]},"ask":["distance","normal","contacts"]})");
+  // Seen along its axis the side is an ellipse, of half axes 0.6 (1 +- 1e-6).
+  const Vec3 axis = r.col(2).normalized(), u = axis.cross(Vec3::UnitX()).normalized(), v = axis.cross(u);
+  const Vec3 ru = r.transpose() * u, rv = r.transpose() * v;
+  const double uu = ru.head<2>().squaredNorm(), uv = ru.head<2>().dot(rv.head<2>()), vv = rv.head<2>().squaredNorm();
+  const double angle = 0.5 * std::atan2(2 * uv, uu - vv);  // of the longer one
+  const double least = std::sqrt(0.5 * (uu + vv) - std::hypot(0.5 * (uu - vv), uv));
+  CHECK(std::abs(found["signed_distance"].get<double>() + 0.3 + 0.6 * least) < 1e-14);
+  const Vec3 expected = -std::sin(angle) * u + std::cos(angle) * v;
+  const Json n = found["normal"];
+  const Vec3 normal(n[0].get<double>(), n[1].get<double>(), n[2].get<double>());
+  CHECK(std::min((normal - expected).norm(), (normal + expected).norm()) < 1e-8);
+  CHECK_FALSE(found["contacts"].empty());
+}
+
 TEST_CASE("pair record: a margin reports gaps as contacts") {
   CHECK(ask_line(spheres(2.5, R"("ask":["contacts"])"))["contacts"].empty());
   const Json near = ask_line(spheres(2.5, R"("ask":["contacts","collide"],"margin":0.6)"));
