@@ -2,6 +2,7 @@
 #include <oneapi/tbb/info.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <numeric>
@@ -143,8 +144,9 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
   Timeline timelines[std::size(forms)];
   for (std::size_t i = 0; i < std::size(forms); ++i) {
     PipelineOptions recorded = papers(ExecutorKind::sequential, 1);
-    recorded.batch_pairs =
-        forms[i] == StepForm::ordered ? 32 : 8;  // there each is copied by itself; heavy ones are one
+    // Small enough to be put together to any batch; smaller ones cost more than what is in them. Heavy pairs are one
+    // each.
+    if (forms[i] != StepForm::caller) recorded.batch_pairs = 32;
     recorded.form = forms[i];
     contestants.push_back({fmt::format("recorder, {}", name(forms[i])), recorded, &timelines[i]});
   }
@@ -152,19 +154,23 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
   for (const Entrant& entrant : all)
     result.picture.series.push_back({entrant.contestant.name, entrant.is_strict_split, {}, {}, {}});
 
+  using ByForm = std::array<Samples, std::size(forms)>;
+  const auto busy_of = [](const ExecutionReport& execution) { return execution.broad_ms + execution.narrow_ms; };
   struct Cell {
     Row row;
-    Samples busy;
+    ByForm busy;
     Split split;
     BalanceDecision decision;
   };
   std::vector<Cell> cells;
   std::vector<RecordedStep> runs[std::size(forms)];
+  ByForm recorded_busy;
   Samples copy;
-  double copies_ms = 0, alone_ms = 0, busy_ms = 0, busy_alone_ms = 0;
+  double copies_ms = 0, alone_ms = 0, busy_ms = 0, recorded_busy_ms = 0;
   const auto start_step = [&] {
     cells.clear();
     for (auto& form : runs) form.clear();
+    recorded_busy = {};
     copy = {};
     for (const Entrant& entrant : all)
       cells.push_back(
@@ -188,13 +194,14 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
           auto& slices = timelines[form].lane().slices;
           runs[form].push_back(read_step(slices, forms[form]));
           slices.clear();
+          recorded_busy[form].add(busy_of(turn.report.execution));
           return;
         }
         Cell& cell = cells[turn.contestant];
         const ExecutionReport& execution = turn.report.execution;
         cell.row.time.add(1e6 * execution.detect_ms);
-        if (turn.contestant == 0 || execution.form != StepForm::caller)
-          cell.busy.add(execution.broad_ms + execution.narrow_ms);
+        const auto form = static_cast<std::size_t>(std::find(forms, std::end(forms), execution.form) - forms);
+        cell.busy[form].add(busy_of(execution));
         cell.row.threads = execution.threads;
         cell.row.hash = turn.report.contact_hash;
         cell.row.more["candidate_pairs"] = execution.candidate_pairs;
@@ -211,8 +218,9 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
       },
       [&](int step) {
         for (std::size_t i = 1; i < all.size(); ++i)
-          if (!all[i].contestant.options.strict_split && cells[i].busy.size() != 0)
-            busy_ms += cells[i].busy.median(), busy_alone_ms += cells[0].busy.median();
+          for (std::size_t form = 1; form < std::size(forms); ++form)  // but for the caller's
+            if (!all[i].contestant.options.strict_split && cells[i].busy[form].size() != 0)
+              busy_ms += cells[i].busy[form].median(), recorded_busy_ms += recorded_busy[form].median();
         for (std::size_t i = 0; i < all.size(); ++i) {
           Cell& cell = cells[i];
           cell.row.n = bodies;
@@ -228,7 +236,8 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
         progress.at(static_cast<std::uint64_t>(step) + 1);
       });
   result.recording.slowdown = std::max(1.0, copies_ms / alone_ms);
-  if (busy_alone_ms > 0) result.recording.sharing = std::max(1.0, busy_ms / busy_alone_ms / result.recording.slowdown);
+  if (recorded_busy_ms > 0)
+    result.recording.sharing = std::max(1.0, busy_ms / recorded_busy_ms / result.recording.slowdown);
   return result;
 }
 

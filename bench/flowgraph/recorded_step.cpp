@@ -17,6 +17,12 @@ double median(std::vector<double>& values) {
   return *middle;
 }
 
+double total(const std::vector<double*>& times) {
+  double sum = 0;
+  for (const double* time : times) sum += *time;
+  return sum;
+}
+
 /// Sorts a step's slices into its stages.
 class Reader {
  public:
@@ -110,9 +116,7 @@ double RecordedStep::narrow_ns(double first, double end, bool heavy) const {
 
 double RecordedStep::work_ns() const {
   RecordedStep copy = *this;
-  double all = 0;
-  for (const double* time : copy.times()) all += *time;
-  return all;
+  return total(copy.times());
 }
 
 std::size_t RecordedStep::tasks() const {
@@ -155,10 +159,15 @@ RecordedStep typical(std::vector<RecordedStep> runs) {
     if (times.back().size() != times.front().size()) times.pop_back();
   }
   std::vector<double> values(times.size());
+  for (std::size_t run = 0; run < times.size(); ++run) values[run] = total(times[run]);
+  const double whole = median(values);
   for (std::size_t i = 0; i < times.front().size(); ++i) {
     for (std::size_t run = 0; run < times.size(); ++run) values[run] = *times[run][i];
     *times.front()[i] = median(values);
   }
+  // Times are skewed: medians of the pieces add up to less than the median of the whole, which is what is measured.
+  const double scale = whole / total(times.front());
+  for (double* time : times.front()) *time *= scale;
   RecordedStep step = std::move(runs.front());
   step.index();
   return step;

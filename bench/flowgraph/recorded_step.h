@@ -60,7 +60,8 @@ struct RecordedStep {
 /// From the slices of one step of the sequential executor in this form.
 RecordedStep read_step(const std::vector<Timeline::Slice>& slices, StepForm form);
 
-/// The median time of every piece over several runs of one step: what disturbs a run hits other pieces each time.
+/// The median time of every piece over several runs of one step, as what disturbs a run hits other pieces each time;
+/// together they take the median of the runs' sums.
 RecordedStep typical(std::vector<RecordedStep> runs);
 
 /// One step in every form.

@@ -178,6 +178,11 @@ TEST_CASE("simulator: of several runs each piece has its median time") {
   const RecordedStep step =
       typical({step_of(100, 40, 5000, 200), step_of(100, 40, 4000, 300), step_of(100, 40, 9000, 100)});
   CHECK(step.work_ns() == Approx(1000 + 20'000 + 500'000 + 800'000 + 15'000));
+  // Their sum is the median sum: here the second's, though the first has both medians.
+  const RecordedStep skewed =
+      typical({step_of(100, 40, 5000, 200), step_of(100, 40, 4000, 300), step_of(100, 40, 9000, 200)});
+  CHECK(skewed.work_ns() == Approx(1000 + 20'000 + 400'000 + 1'200'000 + 15'000));
+  CHECK(skewed.tiles.front().ns / skewed.narrow_ns(0, 1, false) == Approx(5000.0 / 200));
   CHECK_THROWS_AS(typical({}), std::logic_error);
   CHECK_THROWS_AS(typical({step_of(100, 40, 1, 1), step_of(90, 40, 1, 1)}), std::logic_error);
 }
