@@ -90,6 +90,33 @@ std::size_t copy_boxes_that_left(const BoxArray& boxes, std::size_t begin, std::
 }
 
 // NOLINTNEXTLINE(misc-definitions-in-headers)
+std::size_t count_set(std::span<const std::uint8_t> bytes) {
+  const hn::ScalableTag<std::uint8_t> d;
+  std::size_t count = 0, i = 0;
+  for (; i + hn::Lanes(d) <= bytes.size(); i += hn::Lanes(d))
+    count += hn::CountTrue(d, hn::Ne(hn::LoadU(d, bytes.data() + i), hn::Zero(d)));
+  for (; i < bytes.size(); ++i) count += bytes[i] != 0 ? 1 : 0;
+  return count;
+}
+
+// NOLINTNEXTLINE(misc-definitions-in-headers)
+std::size_t indices_set(std::span<const std::uint8_t> bytes, std::size_t begin, std::size_t end, std::uint32_t* out) {
+  const hn::CappedTag<std::uint8_t, 64> d;
+  std::size_t count = 0, i = begin;
+  for (; i + hn::Lanes(d) <= end; i += hn::Lanes(d)) {
+    std::uint64_t bits = 0;
+    hn::StoreMaskBits(d, hn::Ne(hn::LoadU(d, bytes.data() + i), hn::Zero(d)), reinterpret_cast<std::uint8_t*>(&bits));
+    for (; bits != 0; bits &= bits - 1)
+      out[count++] = static_cast<std::uint32_t>(i) + static_cast<std::uint32_t>(std::countr_zero(bits));
+  }
+  for (; i < end; ++i) {
+    out[count] = static_cast<std::uint32_t>(i);
+    count += bytes[i] != 0 ? 1 : 0;
+  }
+  return count;
+}
+
+// NOLINTNEXTLINE(misc-definitions-in-headers)
 void gather_records(const BoxRecord* records, const std::uint32_t* bodies, std::size_t count, BoxRecord* out) {
   constexpr std::size_t ahead = 32;
   const hn::CappedTag<float, 8> d;
@@ -200,8 +227,10 @@ HWY_AFTER_NAMESPACE();
 namespace tandem {
 HWY_EXPORT(copy_boxes);
 HWY_EXPORT(copy_boxes_that_left);
+HWY_EXPORT(count_set);
 HWY_EXPORT(enlarge_boxes);
 HWY_EXPORT(gather_records);
+HWY_EXPORT(indices_set);
 HWY_EXPORT(overlapping);
 
 void copy_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, BoxRecord* records) {
@@ -216,6 +245,12 @@ std::size_t copy_boxes_that_left(const BoxArray& boxes, std::size_t begin, std::
 void enlarge_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxRecord* past, float steps,
                    const UsualBox& usual, BoxArray& larger) {
   HWY_DYNAMIC_DISPATCH(enlarge_boxes)(boxes, begin, end, past, steps, usual, larger);
+}
+
+std::size_t count_set(std::span<const std::uint8_t> bytes) { return HWY_DYNAMIC_DISPATCH(count_set)(bytes); }
+
+std::size_t indices_set(std::span<const std::uint8_t> bytes, std::size_t begin, std::size_t end, std::uint32_t* out) {
+  return HWY_DYNAMIC_DISPATCH(indices_set)(bytes, begin, end, out);
 }
 
 void gather_records(const BoxRecord* records, const std::uint32_t* bodies, std::size_t count, BoxRecord* out) {

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "tandem/broadphase/box_array.h"
 #include "tandem/broadphase/pair.h"
@@ -37,6 +38,11 @@ void copy_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, BoxRe
 /// `before`; returns how many. Both need room for end - begin elements. An empty box is inside every box.
 std::size_t copy_boxes_that_left(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxArray& within,
                                  BoxRecord* records, std::uint32_t* outside, BoxRecord* before);
+
+/// How many of some bytes are not 0.
+std::size_t count_set(std::span<const std::uint8_t> bytes);
+/// Writes the indices of those of bytes [begin, end) that are not 0 to `out`, ascending, and returns how many.
+std::size_t indices_set(std::span<const std::uint8_t> bytes, std::size_t begin, std::size_t end, std::uint32_t* out);
 
 /// What most boxes of a world do.
 struct UsualBox {

@@ -39,6 +39,12 @@ struct CandidateTiles {
     take(candidates, other.candidates);
     take(tiles, other.tiles);
   }
+  void append(const CandidateTiles& other) {
+    const std::size_t first_body = bodies.size(), first = candidates.size();
+    bodies.insert(bodies.end(), other.bodies.begin(), other.bodies.end());
+    candidates.insert(candidates.end(), other.candidates.begin(), other.candidates.end());
+    for (const Tile& tile : other.tiles) tiles.push_back({first_body + tile.bodies_end, first + tile.candidates_end});
+  }
   std::size_t memory() const { return bytes_of(bodies) + bytes_of(candidates) + bytes_of(tiles); }
 };
 

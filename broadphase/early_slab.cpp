@@ -11,7 +11,7 @@ namespace {
 
 // Below, a step is short enough.
 constexpr std::size_t least_boxes = 16384;
-constexpr std::size_t boxes_a_wanted = 128, most_wanted = 1024;
+constexpr std::size_t boxes_a_wanted = 112, most_wanted = 1024;
 
 }  // namespace
 

@@ -103,6 +103,12 @@ std::size_t most_outside(std::size_t boxes) {
   return std::max<std::size_t>(32, std::min<std::size_t>(boxes / 16, 4096));
 }
 
+bool inside(const BoxRecord& box, const BoxRecord& larger) {
+  int in = 1;
+  for (std::size_t k = 0; k < 3; ++k) in &= int{larger.lo()[k] <= box.lo()[k]} & int{box.hi()[k] <= larger.hi()[k]};
+  return in != 0;
+}
+
 bool inside(const Aabb& box, const Aabb& larger) {
   bool in = true;
   for (std::size_t k = 0; k < 3; ++k) in = in && larger.lo[k] <= box.lo[k] && box.hi[k] <= larger.hi[k];
@@ -217,6 +223,7 @@ std::size_t VerletList::outside() const {
 }
 
 bool VerletList::is_outside(std::size_t i) const {
+  if (changes_known() && changed_[i] == 0) return false;
   return !inside((*boxes_)[i], larger_[i]) || !last_filter_.same(filter_, i, i + 1);
 }
 
@@ -242,7 +249,9 @@ void VerletList::put_back() {
     for (Part& part : parts_) {
       part.outside.clear();
       part.list.clear();
+      part.changed.clear();
     }
+    pack();
     return;
   }
   std::vector<ReturnedBodies::Return> returns;
@@ -254,7 +263,50 @@ void VerletList::put_back() {
     }
   }
   returned_.put(returns, [this](std::uint32_t body) { return larger_[body]; });
-  for (const ReturnedBodies::Return& r : returns) larger_.set(r.body, r.box);
+  if (!returns.empty()) {
+    for (std::size_t p = 0; p < part_count_; ++p) parts_[p].list.forget(returned_);
+    among_.forget(returned_);
+  }
+  for (const ReturnedBodies::Return& r : returns) {
+    larger_.set(r.body, r.box);
+    Part& part = parts_[r.body / boxes_a_part];
+    const auto known = std::lower_bound(part.changed.begin(), part.changed.end(), r.body);
+    if (known != part.changed.end() && *known == r.body)
+      part.changed_larger[static_cast<std::size_t>(known - part.changed.begin())].set(r.box);
+  }
+}
+
+void VerletList::ReturnedList::forget(const ReturnedBodies& returned) {
+  if (others.size() <= 2 * kept + 64) return;
+  std::size_t first = 0, end = 0, entry_count = 0;
+  for (Entry entry : entries) {
+    const std::size_t begin = std::exchange(first, entry.end);
+    if (returned.turn(entry.body) != entry.turn) continue;
+    const std::size_t mine = end;
+    for (std::size_t k = begin; k < first; ++k)
+      if (returned.turn(others[k]) <= entry.turn) others[end++] = others[k];
+    entry.end = end;
+    if (end != mine) entries[entry_count++] = entry;
+  }
+  entries.resize(entry_count);
+  others.resize(end);
+  kept = end;
+}
+
+void VerletList::pack() {
+  constexpr std::size_t few = 128;  // bodies
+  is_packed_ = listed_bodies_.load(std::memory_order_relaxed) < few * list_count_;
+  if (!is_packed_) return;
+  std::size_t packed = 0;
+  for (std::size_t k = 0; k < list_count_; ++k) {
+    const std::size_t most = packed <= 1 ? 256 : 1024;  // the first is read where the boxes are
+    if (packed == 0 || packed_[packed - 1].bodies.size() + lists_[k].bodies.size() > most) {
+      if (packed_.size() == packed) packed_.emplace_back();
+      packed_[packed++].clear();
+    }
+    packed_[packed - 1].append(lists_[k]);
+  }
+  list_count_ = packed;
 }
 
 std::size_t VerletList::returned_candidates() const {
@@ -288,8 +340,7 @@ std::size_t VerletList::guess_outside() const {
 void VerletList::decide() {
   bool keep = list_made_, foreseen = true;
   ++age_;
-  const std::size_t changed =
-      changed_.empty() ? size() : size() - static_cast<std::size_t>(std::count(changed_.begin(), changed_.end(), 0));
+  const std::size_t changed = changed_.empty() ? size() : count_set(changed_);
   const auto n = static_cast<double>(size());
   if (list_made_ && changed > most_outside(size()) && guess_outside() > most_outside(size())) {
     keep = false;
@@ -299,8 +350,9 @@ void VerletList::decide() {
     const auto listed = listed_.load(std::memory_order_relaxed), hits = hits_.load(std::memory_order_relaxed);
     const auto age = static_cast<double>(age_), extra = static_cast<double>(listed - std::min(listed, hits));
     const bool wasteful = age >= std::max(4 * steps_ahead_, 32.0) && candidate_cost * extra * age > renewal_cost * n;
-    const bool worn = search_cost * static_cast<double>(outside_since_) > renewal_cost * n ||
-                      returned_candidates() > most_candidates(size()) / 4;
+    // Those that leave an old list would leave a new one as often.
+    const double leaving = static_cast<double>(outside_since_) * std::min(1.0, 2 * steps_ahead_ / age);
+    const bool worn = search_cost * leaving > renewal_cost * n || returned_candidates() > most_candidates(size()) / 4;
     keep = !has_past_ || (!wasteful && !worn);  // a step more shows how all move
     copies_ = wasteful || worn;
   }
@@ -352,10 +404,12 @@ void VerletList::decide() {
 }
 
 std::size_t VerletList::memory() const {
-  std::size_t bytes = bytes_of(records_) + larger_.memory() + bytes_of(lists_) + list_filter_.memory() +
-                      last_filter_.memory() + returned_.memory() + among_.memory() + bytes_of(parts_) +
-                      outside_boxes_.memory() + scratch_.memory() + looks_.memory() + early_.memory();
-  for (const CandidateTiles& list : lists_) bytes += list.memory();
+  std::size_t bytes = bytes_of(records_) + larger_.memory() + bytes_of(lists_) + bytes_of(packed_) +
+                      list_filter_.memory() + last_filter_.memory() + returned_.memory() + among_.memory() +
+                      bytes_of(parts_) + outside_boxes_.memory() + scratch_.memory() + looks_.memory() +
+                      early_.memory();
+  for (const auto* lists : {&lists_, &packed_})
+    for (const CandidateTiles& list : *lists) bytes += list.memory();
   for (const Part& part : parts_) bytes += part.memory();
   return bytes;
 }
@@ -462,7 +516,7 @@ void VerletList::look_at(std::size_t index) {
   const ScratchPool<Look>::Lease lease(looks_);
   Look& look = *lease;
   part.outside.clear();
-  std::size_t count = find_outside(first, last, look);
+  std::size_t count = find_outside(index, look);
   if (!changes_known() && !last_filter_.same(filter_, first, last)) {
     // Looked at one by one: rare.
     count = 0;
@@ -485,40 +539,38 @@ void VerletList::look_at(std::size_t index) {
   part.filter.take(filter_, part.outside);
 }
 
-std::size_t VerletList::find_outside(std::size_t first, std::size_t last, Look& look) {
+std::size_t VerletList::find_outside(std::size_t index, Look& look) {
+  const std::size_t first = index * boxes_a_part, last = part_end(index);
   BoxRecord* records = copies_ ? records_.data() : nullptr;
   if (!changes_known())
     return copy_boxes_that_left(*boxes_, first, last, larger_, records, look.outside.data(), look.past.data());
-  std::size_t changed = 0;
-  const auto add_changed = [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      look.changed[changed] = static_cast<std::uint32_t>(i);
-      changed += changed_[i] != 0 ? 1 : 0;
-      assert(changed_[i] != 0 || is_as_before(i));
-    }
-  };
-  std::size_t i = first;
-  for (std::uint64_t some = 0; i + sizeof(some) <= last; i += sizeof(some)) {
-    std::memcpy(&some, changed_.data() + i, sizeof(some));
-    if (some != 0 || check_changes) add_changed(i, i + sizeof(some));
-  }
-  add_changed(i, last);
+  const std::size_t changed = indices_set(changed_, first, last, look.changed.data());
+  if (check_changes)
+    for (std::size_t i = first; i < last; ++i) assert(changed_[i] != 0 || is_as_before(i));
 
   constexpr std::size_t ahead = 8;
+  Part& part = parts_[index];
+  const std::span<const std::uint32_t> bodies(look.changed.data(), changed);
+  if (!std::equal(bodies.begin(), bodies.end(), part.changed.begin(), part.changed.end())) {
+    part.changed.assign(bodies.begin(), bodies.end());
+    part.changed_larger.resize(changed);
+    gather_boxes(larger_, bodies.data(), changed, part.changed_larger.data());
+  }
   std::size_t count = 0;
   for (std::size_t k = 0; k < changed; ++k) {
     if (k + ahead < changed) {
-      const std::size_t next = look.changed[k + ahead];
+      const std::size_t next = bodies[k + ahead];
       prefetch_box(*boxes_, next);
-      prefetch_box(larger_, next);
       if (records != nullptr) __builtin_prefetch(records + next, 1);
     }
-    const std::size_t at = look.changed[k];
-    if (is_outside(at)) {
+    const std::uint32_t at = bodies[k];
+    BoxRecord now;
+    now.set((*boxes_)[at]);
+    if (!inside(now, part.changed_larger[k]) || !last_filter_.same(filter_, at, at + 1)) {
       if (records != nullptr) look.past[count] = records[at];
-      look.outside[count++] = static_cast<std::uint32_t>(at);
+      look.outside[count++] = at;
     }
-    if (records != nullptr) records[at].set((*boxes_)[at]);
+    if (records != nullptr) records[at] = now;
   }
   return count;
 }
@@ -548,7 +600,7 @@ void VerletList::emit(std::size_t block, PairSink& sink) {
   const bool first_tiles = block <= list_count_ / 64 && block < list_count_;
   const bool all_copied = !first_tiles && help_look() && copies_;
   if (block < list_count_) {
-    (void)test(lists_[block], all_copied, scratch, sink);
+    (void)test(list(block), all_copied, scratch, sink);
     return;
   }
   if (block - list_count_ < part_count_) {

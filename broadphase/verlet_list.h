@@ -98,11 +98,15 @@ class VerletList {
     };
     std::vector<Entry> entries;
     std::vector<std::uint32_t> others;
+    std::size_t kept = 0;  ///< of `others` when they were last looked through
 
     void clear() {
       entries.clear();
       others.clear();
+      kept = 0;
     }
+    /// Drops what later ones hold, once that may be half.
+    void forget(const ReturnedBodies& returned);
     void close(std::uint32_t body, std::uint32_t turn) {
       if (others.size() != (entries.empty() ? 0 : entries.back().end)) entries.push_back({body, turn, others.size()});
     }
@@ -116,9 +120,13 @@ class VerletList {
     BoxArray boxes, larger;  ///< theirs, and the larger ones that they get
     FilterCopy filter;       ///< their part of it
     ReturnedList list;       ///< of those that were put back
+    // Those that may have changed in the last step for which that is known, and their larger boxes side by side.
+    std::vector<std::uint32_t> changed;
+    std::vector<BoxRecord> changed_larger;
 
     std::size_t memory() const {
-      return bytes_of(outside) + boxes.memory() + larger.memory() + filter.memory() + list.memory();
+      return bytes_of(outside) + boxes.memory() + larger.memory() + filter.memory() + list.memory() +
+             bytes_of(changed) + bytes_of(changed_larger);
     }
   };
   class Found;
@@ -145,6 +153,9 @@ class VerletList {
   /// that is not on the first list is kept, if the filter allows it.
   void meet(std::uint32_t index, const Aabb& box, std::uint32_t other, const Aabb& others_box,
             std::vector<std::uint32_t>& kept, PairSink& sink) const;
+  /// After a renewal: puts lists together where most are short, so that they are read in a row.
+  void pack();
+  const CandidateTiles& list(std::size_t block) const { return is_packed_ ? packed_[block] : lists_[block]; }
   /// Puts back what was outside in the step before.
   void put_back();
   std::size_t returned_candidates() const;
@@ -154,7 +165,7 @@ class VerletList {
   bool help_look();
   void look_at(std::size_t part);
   /// Those that may have changed and are outside; with the records that they had.
-  std::size_t find_outside(std::size_t first, std::size_t last, Look& look);
+  std::size_t find_outside(std::size_t index, Look& look);
   /// Whether a box that is said not to have changed has not.
   bool is_as_before(std::size_t i) const;
   /// Waits for the thread that looks at it, if it is not done. It waits for nothing.
@@ -200,8 +211,9 @@ class VerletList {
   mutable std::vector<Part> parts_;  // mutable only for std::atomic_ref
   std::size_t part_count_ = 0;
 
-  std::vector<CandidateTiles> lists_;
+  std::vector<CandidateTiles> lists_, packed_;
   std::size_t list_count_ = 0;
+  bool is_packed_ = false;  // short lists are together in packed_
   bool list_made_ = false;
   bool too_long_ = false;  // the list of the step before
   std::atomic<std::size_t> blocks_done_{0}, listed_{0}, listed_bodies_{0}, hits_{0};

@@ -215,6 +215,34 @@ TEST_CASE("Verlet list: a box put back meets others that were, and what it met b
   CHECK(reused > 75);
 }
 
+TEST_CASE("Verlet list: while few of many move one list lasts, without growing") {
+  constexpr std::size_t n = 3000, every = 50;
+  BoxArray boxes = crowd(n);
+  std::vector<std::uint8_t> changed(n), is_static(n);
+  for (std::size_t i = 0; i < n; ++i) is_static[i] = i % every != 0;
+  const PairFilter filter{{}, {}, is_static};
+  Listed<Grid> method;
+  std::map<VerletList::Mode, int> modes;
+  std::size_t outside = 0, memory = 0;
+  for (int step = 0; step < 800; ++step) {
+    CAPTURE(step);
+    for (std::size_t i = 0; step != 0 && i < n; i += every)
+      boxes.set(i, moved(boxes[i], way(i, step / 10 % 2 == 0 ? 0.1f : -0.1f)));
+    for (std::size_t i = 0; i < n; ++i) changed[i] = is_static[i] == 0;
+    method.expect(filter);
+    if (step != 0) method.expect_changes(changed);
+    REQUIRE(find_pairs(method, boxes, filter) == find_pairs(*make_broad_phase(BroadPhaseKind::brute), boxes, filter));
+    ++modes[method.list.mode()];
+    outside += method.list.outside();
+    if (step == 200) memory = method.memory();
+  }
+  CHECK(modes[VerletList::Mode::renew] <= 2);
+  CHECK(modes[VerletList::Mode::scratch] <= 2);
+  CHECK(outside > 20 * n / every);
+  CHECK(outside < 100 * n / every);  // once a change of direction or so
+  CHECK(method.memory() < memory + memory / 20);
+}
+
 TEST_CASE("Verlet list: where lists did not last they are tried again") {
   Listed<Grid> listed;
   BoxArray boxes = crowd(800);
