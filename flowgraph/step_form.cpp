@@ -8,6 +8,7 @@ namespace {
 constexpr double most_on_caller_ms = 2;   // of work: with more another thread always pays
 constexpr double little_shared = 1.5;     // work over time: where more is done at once one thread will not be faster
 constexpr double joining_to_gain = 0.03;  // of a step: what putting pairs in order first can save
+constexpr double mostly_heavy = 0.5;      // of the narrow phase: few answers then for the time they take
 constexpr double better = 0.97;           // less to gain is within the noise of a step
 constexpr int longest_period = 512;
 
@@ -26,7 +27,7 @@ bool FormChooser::may_be(StepForm form, const ExecutionReport& report, double wo
 
 bool FormChooser::may_pay(StepForm form, const ExecutionReport& report) const {
   return form != StepForm::ordered || report.form != StepForm::overlapped ||
-         report.join_ms > joining_to_gain * report.detect_ms;
+         (report.join_ms > joining_to_gain * report.detect_ms && report.heavy_ms < mostly_heavy * report.narrow_ms);
 }
 
 void FormChooser::go_to(StepForm form) {

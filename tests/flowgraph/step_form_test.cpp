@@ -16,14 +16,16 @@ namespace {
 /// Steps that cost what `ms` says of a form.
 class Steps {
  public:
-  explicit Steps(double small_ms = 0.3, bool can_order = true, double join_share = 0.1)
-      : chooser_(StepForm::automatic, small_ms, can_order), join_share_(join_share) {}
+  explicit Steps(double small_ms = 0.3, bool can_order = true, double join_share = 0.1, double heavy_share = 0)
+      : chooser_(StepForm::automatic, small_ms, can_order), join_share_(join_share), heavy_share_(heavy_share) {}
 
   StepForm step(double caller_ms, double overlapped_ms, double ordered_ms, double pairs = 1000) {
     const StepForm form = chooser_.next();
     ExecutionReport report;
     report.form = form;
     report.join_ms = join_share_ * overlapped_ms;
+    report.narrow_ms = caller_ms;
+    report.heavy_ms = heavy_share_ * caller_ms;
     report.detect_ms = form == StepForm::caller ? caller_ms : form == StepForm::overlapped ? overlapped_ms : ordered_ms;
     chooser_.learn(report, caller_ms, pairs);
     return form;
@@ -32,7 +34,7 @@ class Steps {
 
  private:
   FormChooser chooser_;
-  double join_share_;
+  double join_share_, heavy_share_;
 };
 
 }  // namespace
@@ -77,6 +79,8 @@ TEST_CASE("step form: what cannot pay is not tried") {
   for (int i = 0; i < 300; ++i) CHECK(many_threads.step(1.9, 0.1, 0.1) != StepForm::caller);
   Steps nothing_to_join(0.3, true, 0.01);
   for (int i = 0; i < 300; ++i) CHECK(nothing_to_join.step(3, 2, 2) == StepForm::overlapped);
+  Steps meshes(0.3, true, 0.1, 0.9);
+  for (int i = 0; i < 300; ++i) CHECK(meshes.step(3, 2, 1) == StepForm::overlapped);
 }
 
 TEST_CASE("step form: small steps stay on the caller unless none may") {
