@@ -100,25 +100,11 @@ class SmallPolytope {
     planes_ = {box_planes_.data(), 6, FaceTable::step, 1};
     arcs = box_arcs;
   }
-  static constexpr std::array<FaceArc, 12> make_box_arcs() {
-    std::array<FaceArc, 12> arcs{};
-    for (unsigned k = 0, n = 0; k < 3; ++k)
-      for (unsigned s = 0; s < 4; ++s) {
-        const unsigned i = (k + 1) % 3, j = (k + 2) % 3, at = (s & 1u) << i | s >> 1 << j;
-        const auto small = [](unsigned x) { return static_cast<std::uint8_t>(x); };
-        arcs[n++] = {{small(at), small(at | 1u << k)}, {small(2 * i + (s & 1u)), small(2 * j + (s >> 1))}};
-      }
-    return arcs;
-  }
-  static const std::array<FaceArc, 12> box_arcs;
-
   FacePlanes planes_;
   const Hull* hull_ = nullptr;
   std::array<double, 4> half_{};
   std::array<float, 4 * FaceTable::step> box_planes_{};
 };
-
-const std::array<FaceArc, 12> SmallPolytope::box_arcs = SmallPolytope::make_box_arcs();
 
 /// One of the two, as part of the difference A - B in A's frame: B's vertices and normals point the other way.
 struct Side {

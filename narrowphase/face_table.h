@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -13,6 +14,18 @@ struct FaceArc {
   std::uint8_t v[2];
   std::uint8_t face[2];
 };
+
+/// Of a box: face 2 k looks along its axis k, 2 k + 1 against it; bit k of a vertex says that it lies against axis k.
+inline constexpr std::array<FaceArc, 12> box_arcs = [] {
+  std::array<FaceArc, 12> arcs{};
+  for (unsigned k = 0, n = 0; k < 3; ++k)
+    for (unsigned s = 0; s < 4; ++s) {
+      const unsigned i = (k + 1) % 3, j = (k + 2) % 3, at = (s & 1u) << i | s >> 1 << j;
+      const auto small = [](unsigned x) { return static_cast<std::uint8_t>(x); };
+      arcs[n++] = {{small(at), small(at | 1u << k)}, {small(2 * i + (s & 1u)), small(2 * j + (s >> 1))}};
+    }
+  return arcs;
+}();
 
 /// The faces and edges of a small polytope as a search for the least depth reads them.
 struct FaceTable {

@@ -40,6 +40,7 @@ class RoundBody {
   ShapeKind kind() const { return view_->kind; }
   const Mat3& axes() const { return axes_; }
   const Hull& hull() const { return *view_->hull; }  ///< of a convex body
+  const ConvexView& view() const { return *view_; }
   Vec3 axis() const { return axes_.col(2); }
   double radius() const { return radius_; }
 
@@ -77,10 +78,13 @@ class RoundBody {
   Vec3 support(const Vec3& n) const {
     if (kind() == ShapeKind::sphere) return centre_;
     const Vec3 m = axes_.transpose() * n;
-    if (!has_rim()) return centre_ + axes_ * core_support(*view_, m);
-    if (kind() == ShapeKind::cone && to_apex(m)) return centre_ + half_ * axis();
+    return centre_ + axes_ * (has_rim() ? rim_support(m) : core_support(*view_, m));
+  }
+  /// The same of a body with a rim, in its own frame: m is along its axes.
+  Vec3 rim_support(const Vec3& m) const {
+    if (kind() == ShapeKind::cone && to_apex(m)) return {0, 0, half_};
     const double rho = std::sqrt(m[0] * m[0] + m[1] * m[1]), k = rho > 0 ? radius_ / rho : 0.0;
-    return centre_ + axes_ * Vec3(k * m[0], k * m[1], kind() == ShapeKind::cone || m[2] < 0 ? -half_ : half_);
+    return {k * m[0], k * m[1], kind() == ShapeKind::cone || m[2] < 0 ? -half_ : half_};
   }
 
   /// The piece's point farthest along n; a rim seen along its axis has all of

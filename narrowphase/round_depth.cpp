@@ -2,13 +2,14 @@
 
 #include <limits>
 
+#include "face_reach.h"
+
 namespace tandem {
 namespace {
 
 constexpr int max_vertices = 480;
 constexpr int max_faces = 2 * max_vertices;  // a closed triangulation has 2 v - 4
 constexpr int max_known = 24;
-constexpr int max_bank = 8;  ///< points of A - B
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
@@ -79,9 +80,11 @@ class RimFloor {
 
 class Search {
  public:
-  Search(const RoundPair& pair, const Support& start) : pair_(pair), rounding_(16 * epsilon * pair.scale) {
+  /// From a minimum of h, or from any direction, which is then not walked from if another one is better.
+  Search(const RoundPair& pair, const Support& start, bool walked)
+      : pair_(pair), rounding_(16 * epsilon * pair.scale), walked_(walked) {
     best_ = start;
-    known_[known_count_++] = start.n;
+    if (walked) known_[known_count_++] = start.n;
   }
 
   Depth run();
@@ -90,7 +93,9 @@ class Search {
   void try_axes();
   Vec3 try_from(const Vec3& n);
   void search_circle(int which, const Circle& circle);
-  void search_edges(int which);
+  void search_arcs(int which);
+  bool by_arcs(int which) const;
+  Vec3 face_normal(int which, std::size_t face) const;
   template <class Supporting>
   void search_spans(const Circle& circle, const Span* spans, int count, double add, const Supporting& supporting,
                     const RimFloor& floor);
@@ -105,7 +110,9 @@ class Search {
 
   const RoundPair& pair_;
   double rounding_;
+  bool walked_;
   Support best_;
+  FaceReach reach_[2];  ///< of a polytope with a rim
   Vec3 known_[max_known];
   int known_count_ = 0;
   double gap_ = 0;
@@ -128,12 +135,28 @@ Vec3 Search::try_from(const Vec3& n) {
   return s.n;
 }
 
-/// The directions where minima like to sit: the axes of both and the common
-/// perpendicular.
+/// Is the body a polytope whose faces and arcs between them have all minima that a rim alone does not?
+bool Search::by_arcs(int which) const {
+  const RoundBody& body = pair_.body[which];
+  if (!pair_.body[1 - which].has_rim()) return false;
+  return body.kind() == ShapeKind::box || (body.kind() == ShapeKind::convex && body.hull().dimension == 3);
+}
+
+/// The directions where minima like to sit: the axes of both, the common
+/// perpendicular, normals of faces.
 void Search::try_axes() {
-  Vec3 axes[8];
+  Vec3 axes[12];
   int count = 0;
-  for (const RoundBody& body : pair_.body) {
+  double least = best_.h;
+  Vec3 from = best_.n;
+  for (int which = 0; which < 2; ++which) {
+    const RoundBody& body = pair_.body[which];
+    if (by_arcs(which)) {
+      reach_[which].measure(body, pair_.body[1 - which]);
+      const FaceReach::Least face = reach_[which].least();
+      if (face.h < least - rounding_) least = face.h, from = face_normal(which, face.face);
+      continue;
+    }
     if (body.kind() == ShapeKind::sphere || body.kind() == ShapeKind::convex || body.kind() == ShapeKind::triangle)
       continue;
     axes[count++] = body.axes().col(2);
@@ -141,17 +164,33 @@ void Search::try_axes() {
     axes[count++] = body.axes().col(0);
     axes[count++] = body.axes().col(1);
   }
-  const Vec3 across = pair_.body[0].axis().cross(pair_.body[1].axis());
-  if (across.squaredNorm() > 1e-20) axes[count++] = across.normalized();
-  double least = best_.h;
-  Vec3 from = Vec3::Zero();
+  const RoundBody &a = pair_.body[0], &b = pair_.body[1];
+  const auto across = [&](const Vec3& u, const Vec3& v) {
+    const Vec3 c = u.cross(v);
+    if (c.squaredNorm() > 1e-20) axes[count++] = c.normalized();
+  };
+  const RoundBody* box = a.kind() == ShapeKind::box ? &a : b.kind() == ShapeKind::box ? &b : nullptr;
+  if (box != nullptr && !walked_ && (a.has_rim() || b.has_rim())) {
+    for (int k = 0; k < 3; ++k) across(box->axes().col(k), (box == &a ? b : a).axis());
+  } else {
+    across(a.axis(), b.axis());
+  }
   for (int i = 0; i < count; ++i) {
     const Vec3 up = pair_.support(axes[i]), down = pair_.opposite(axes[i], up);
     const double h[2] = {axes[i].dot(up), -axes[i].dot(down)};
     for (int k = 0; k < 2; ++k)
       if (h[k] < least - rounding_) least = h[k], from = k == 0 ? axes[i] : Vec3(-axes[i]);
   }
-  if (least < best_.h - rounding_) try_from(from);
+  if (walked_ && !(least < best_.h - rounding_)) return;
+  if (!walked_) best_.h = infinity;
+  try_from(from);
+}
+
+Vec3 Search::face_normal(int which, std::size_t face) const {
+  const RoundBody& body = pair_.body[which];
+  if (body.kind() != ShapeKind::box) return body.axes() * body.hull().faces[face].normal;
+  const Vec3 n = body.axes().col(static_cast<int>(face / 2));
+  return face % 2 == 0 ? n : Vec3(-n);
 }
 
 void Search::new_face(int slot, int a, int b, int c) {
@@ -356,58 +395,28 @@ void Search::search_circle(int which, const Circle& circle) {
   search_spans(circle, spans, start, add, support, level ? RimFloor(other, circle, body.centre()) : RimFloor(circle));
 }
 
-/// The least of h on the arcs between the normals of a hull's faces, where two of its corners reach as far.
-void Search::search_edges(int which) {
+/// The least of h on the arcs between the normals of a polytope's faces, where two of its corners reach as far.
+void Search::search_arcs(int which) {
   const RoundBody &body = pair_.body[which], &other = pair_.body[1 - which];
-  const Hull& hull = body.hull();
-  if (hull.dimension < 3) {  // between a face and its back, or all around a segment
-    for (const Hull::Edge& e : hull.edges) {
-      if (!(best_.h > 0)) return;
-      search_circle(which, {body.axes() * (hull.vertices[e.v[1]] - hull.vertices[e.v[0]]).normalized()});
-    }
-    return;
-  }
-  // Between two directions h is at least what it is at the lesser of them, as far as one point of A - B tells: no arc
-  // matters whose ends one known point rules out. All in the hull's frame.
-  double bank[3][max_bank];
-  int banked = 0;
-  const auto deposit = [&](const Vec3& p) {
-    const Vec3 local = body.axes().transpose() * p;
-    for (int k = 0; k < 3; ++k) bank[k][banked] = local[k];
-    ++banked;
-  };
-  const Vec3 u = any_perpendicular(best_.n), v = best_.n.cross(u);
-  deposit(best_.point[0] + best_.point[1]);
-  deposit(pair_.support(-best_.n));
-  for (const Vec3& t : {u, v, Vec3(best_.n + u), Vec3(best_.n - u), Vec3(best_.n + v), Vec3(best_.n - v)})
-    for (const double sign : {1.0, -1.0})
-      if (banked < max_bank) deposit(pair_.support(sign * t));
-  const auto ruled_out = [&](const Vec3& n) {
-    unsigned by = 0;
-    for (int i = 0; i < max_bank; ++i)
-      by |= (n[0] * bank[0][i] + n[1] * bank[1][i] + n[2] * bank[2][i] >= best_.h ? 1u : 0u) << i;
-    return by;
-  };
-  constexpr std::size_t most_faces = 512;
-  unsigned by_face[most_faces];
-  const std::size_t faces = std::min(most_faces, hull.faces.size());
-  for (std::size_t i = 0; i < faces; ++i) by_face[i] = ruled_out(hull.faces[i].normal);
-  for (const Hull::Edge& e : hull.edges) {
-    unsigned by = ~0u;
-    for (const std::uint32_t i : e.face) by &= i < faces ? by_face[i] : ruled_out(hull.faces[i].normal);
-    if (by != 0) continue;
-    const Vec3 n0 = body.axes() * hull.faces[e.face[0]].normal, n1 = body.axes() * hull.faces[e.face[1]].normal;
+  const FaceReach& reach = reach_[which];
+  const auto follow = [&](std::uint32_t v, std::uint32_t f, std::uint32_t g) {
+    if (!(best_.h > 0) || reach.reaches(f, g, best_.h - rounding_)) return;
+    const Vec3 n0 = face_normal(which, f), n1 = face_normal(which, g);
     const Vec3 across = n0.cross(n1);
     const double sine = across.norm();
-    if (!(sine > 1e-12)) continue;
-    const Vec3 corner = body.point(static_cast<int>(e.v[0]), n0);
+    if (!(sine > 1e-12)) return;
+    const Vec3 corner = body.point(static_cast<int>(v), n0);
     const auto support = [&](const Vec3& n) { return Vec3(corner + other.support(n)); };
     const Circle circle{across / sine};
     const Span span{{n0, support(n0)}, {n1, support(n1)}};
     for (const Sample* end : {&span.first, &span.last})
       if (end->out.dot(end->p) < best_.h - rounding_) try_from(end->out);
     search_spans(circle, &span, 1, 0, support, RimFloor(other, circle, corner));
-    if (best_.h < 0) return;
+  };
+  if (body.kind() == ShapeKind::box) {
+    for (const FaceArc& arc : box_arcs) follow(arc.v[0], arc.face[0], arc.face[1]);
+  } else {
+    for (const Hull::Edge& e : body.hull().edges) follow(e.v[0], e.face[0], e.face[1]);
   }
 }
 
@@ -456,8 +465,17 @@ void Search::search_spans(const Circle& circle, const Span* spans, int count, do
       }
     return least;
   };
+  // One end's point may reach as far at the other end: then between them too, unless it is least there.
+  const auto ruled_out = [&](const Span& span) {
+    const auto reaches = [&](const Vec3& p, const Vec3& out, const Vec3& own) {
+      const double limit = best_.h - rounding_ - add - lift * circle.axis.dot(p);
+      return radius * out.dot(p) >= limit && (limit >= 0 || own.dot(p) >= 0);
+    };
+    return reaches(span.first.p, span.last.out, span.first.out) || reaches(span.last.p, span.first.out, span.last.out);
+  };
   for (int looked = 0; height > 0;) {
     const Span span = stack[--height];
+    if (ruled_out(span)) continue;
     Vec3 out;
     double least = lowest(span, out);
     if (least >= best_.h - rounding_) continue;
@@ -552,25 +570,33 @@ Depth Search::run() {
   try_axes();
   Depth r;
   const auto has = [&](ShapeKind k) { return pair_.body[0].kind() == k || pair_.body[1].kind() == k; };
-  for (int which = 0; which < 2; ++which) {
-    Circle circles[3];
-    const int count = pair_.body[which].kinks(circles);
-    for (int i = 0; i < count && best_.h > 0; ++i) search_circle(which, circles[i]);
+  for (int which = 0; which < 2 && best_.h > 0; ++which) {
+    const RoundBody& body = pair_.body[which];
+    if (reach_[which].known()) {
+      search_arcs(which);
+    } else if (body.kind() == ShapeKind::convex && pair_.body[1 - which].has_rim()) {
+      // Between a flat hull's face and its back, or all around a segment.
+      const Hull& hull = body.hull();
+      for (const Hull::Edge& e : hull.edges)
+        if (best_.h > 0)
+          search_circle(which, {body.axes() * (hull.vertices[e.v[1]] - hull.vertices[e.v[0]]).normalized()});
+    } else {
+      Circle circles[3];
+      const int count = body.kinks(circles);
+      for (int i = 0; i < count && best_.h > 0; ++i) search_circle(which, circles[i]);
+    }
   }
   if (best_.h > 0) {
     // Among stretched ellipsoids, and between one and what has edges, a minimum may be narrower than a grid of
     // directions: of such pairs one in 500 got a depth too large from it, up to 2 %.
     constexpr double stretched = 4;
     const RoundBody &a = pair_.body[0], &b = pair_.body[1];
-    const bool hull = has(ShapeKind::convex), ellipsoid = has(ShapeKind::ellipsoid);
+    const bool ellipsoid = has(ShapeKind::ellipsoid);
     const auto smooth = [](const RoundBody& body) {
       return body.kind() == ShapeKind::sphere || (body.kind() == ShapeKind::ellipsoid && body.aspect() <= stretched);
     };
     if (ellipsoid && !(smooth(a) && smooth(b))) {
       gap_ = std::max(gap_, expand());
-    } else if (hull) {
-      for (int which = 0; which < 2; ++which)
-        if (pair_.body[which].kind() == ShapeKind::convex && best_.h > 0) search_edges(which);
     } else if (ellipsoid || (a.has_rim() && b.has_rim())) {
       search_smooth();
     }
@@ -582,6 +608,8 @@ Depth Search::run() {
 
 }  // namespace
 
-Depth least_depth(const RoundPair& pair, const Support& start) { return Search(pair, start).run(); }
+Depth least_depth(const RoundPair& pair, const Support& start, bool walked) {
+  return Search(pair, start, walked).run();
+}
 
 }  // namespace tandem

@@ -10,9 +10,9 @@ struct Depth {
   double gap = 0;
 };
 
-/// From a local minimum h >= 0. An expanding polytope within A - B (van den
+/// From a local minimum h >= 0, where `walked`, else from any direction. An expanding polytope within A - B (van den
 /// Bergen 2001) bounds h from below and shows where else it may be less; a walk
 /// from there decides. Ends with best.h < 0 where the two turn out to be apart.
-Depth least_depth(const RoundPair& pair, const Support& start);
+Depth least_depth(const RoundPair& pair, const Support& start, bool walked);
 
 }  // namespace tandem

@@ -25,9 +25,12 @@ double depth_in(const Simplex& s) {
 Vec3 inside(const ConvexView& v) { return v.hull != nullptr ? v.hull->inside : core_centre(v); }
 
 Vec3 between_centres(const MinkowskiDifference& d) {
-  const Vec3 n = d.pose.rotation * inside(d.b) + d.pose.translation - inside(d.a);
-  const double length = n.norm();
-  return length > 0 ? Vec3(n / length) : Vec3::UnitX();
+  return d.pose.rotation * inside(d.b) + d.pose.translation - inside(d.a);
+}
+
+Vec3 direction(const Vec3& v) {
+  const double length = v.norm();
+  return length > 0 ? Vec3(v / length) : Vec3::UnitX();
 }
 
 }  // namespace
@@ -35,14 +38,21 @@ Vec3 between_centres(const MinkowskiDifference& d) {
 LocalAnswer round_signed_distance(const MinkowskiDifference& d, const Vec3* start, double beyond) {
   const RoundPair pair(d);
   const double ra = core_radius(d.a), rb = core_radius(d.b), below = -beyond - ra - rb;
-  Vec3 n = between_centres(d);
-  if (start != nullptr) {
-    // Apart, there is one minimum, whichever way it is reached.
-    const Vec3 m = start->normalized();
-    const double h = m.dot(pair.support(m));
-    if (h < 0 && h < n.dot(pair.support(n))) n = m;
+  const Vec3 between = between_centres(d);
+  Support s;
+  s.n = direction(between);
+  s.h = s.n.dot(pair.support(s.n));
+  // So deep in each other, the way between the centres is no better to begin with than any.
+  const bool deep = s.h > between.norm();
+  if (!deep) {
+    if (start != nullptr) {
+      // Apart, there is one minimum, whichever way it is reached.
+      const Vec3 m = start->normalized();
+      const double h = m.dot(pair.support(m));
+      if (h < 0 && h < s.h) s.n = m;
+    }
+    s = walk(pair, s.n, below);
   }
-  Support s = walk(pair, n, below);
   if (s.h < below) {
     LocalAnswer apart;
     apart.signed_distance = -s.h - ra - rb;
@@ -51,7 +61,7 @@ LocalAnswer round_signed_distance(const MinkowskiDifference& d, const Vec3* star
   }
   double gap = 0;
   if (s.h >= 0) {
-    const Depth depth = least_depth(pair, s);
+    const Depth depth = least_depth(pair, s, !deep);
     s = depth.best;
     gap = depth.gap;
   }
@@ -68,7 +78,7 @@ LocalAnswer round_signed_distance(const MinkowskiDifference& d, const Vec3* star
 bool round_collide(const MinkowskiDifference& d, double tolerance) {
   const RoundPair pair(d);
   const double rounding = core_radius(d.a) + core_radius(d.b);
-  const Vec3 n = between_centres(d);
+  const Vec3 n = direction(between_centres(d));
   if (n.dot(pair.support(n)) < -rounding - 4 * epsilon * pair.scale) return false;
   const GjkResult r = gjk(d, std::max(tolerance, 1e-14), rounding, rounding);
   if (r.end == GjkResult::End::inside && depth_in(r.simplex) > 1e-10 * pair.scale) return true;
