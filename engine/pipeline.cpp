@@ -10,6 +10,7 @@
 
 #include "kept_contacts.h"
 #include "outward_boxes.h"
+#include "pair_costs.h"
 #include "tandem/flowgraph/executor.h"
 
 namespace tandem {
@@ -65,6 +66,7 @@ class SceneWork final : public StepWork {
                          [kind](const Shape& shape) { return shape.kind() == kind; });
     };
     has_mesh_ = has(ShapeKind::mesh);
+    if (has_mesh_) costs_.begin_step(scene.indices());
     screens_ = !kept_ && options_.request != Request::distance && has(ShapeKind::box);
     if (kept_) kept_->begin_step(scene, contacts);
     found_.clear();
@@ -109,14 +111,17 @@ class SceneWork final : public StepWork {
     return kept;
   }
 
-  std::size_t heavy_first(std::span<Pair> pairs) const override {
-    if (!has_mesh_) return 0;
-    // A mesh with another solid takes up to a thousand times as long as two spheres; with a half-space it does not.
-    const auto heavy = [this](Pair pair) {
-      const ShapeKind a = scene_->shape_of(pair.a).kind(), b = scene_->shape_of(pair.b).kind();
-      return (a == ShapeKind::mesh || b == ShapeKind::mesh) && a != ShapeKind::halfspace && b != ShapeKind::halfspace;
-    };
-    return static_cast<std::size_t>(std::partition(pairs.begin(), pairs.end(), heavy) - pairs.begin());
+  HeavyPairs heavy_first(std::span<Pair> pairs) const override {
+    if (!has_mesh_) return {};
+    const auto rest = std::partition(pairs.begin(), pairs.end(), [this](Pair pair) { return is_heavy(pair); });
+    const auto heavy = std::partition(pairs.begin(), rest, [this](Pair pair) { return costs_.is_costliest(pair); });
+    return {static_cast<std::size_t>(heavy - pairs.begin()), static_cast<std::size_t>(rest - pairs.begin())};
+  }
+  void took(const Batch& batch, std::chrono::nanoseconds time) const override {
+    const auto pairs = std::span(batch.pairs).first(batch.count);
+    const auto count = std::count_if(pairs.begin(), pairs.end(), [this](Pair pair) { return is_heavy(pair); });
+    for (const Pair pair : pairs)
+      if (is_heavy(pair)) costs_.learn(pair, time / count);
   }
 
   void narrow(Batch& batch) const override {
@@ -184,6 +189,12 @@ class SceneWork final : public StepWork {
   void share(std::size_t parts, const std::function<void(std::size_t)>& part) const {
     if (crew_ != nullptr) return crew_->share(parts, part);
     for (std::size_t i = 0; i < parts; ++i) part(i);
+  }
+
+  /// A mesh with another solid takes up to a thousand times as long as two spheres; with a half-space it does not.
+  bool is_heavy(Pair pair) const {
+    const ShapeKind a = scene_->shape_of(pair.a).kind(), b = scene_->shape_of(pair.b).kind();
+    return (a == ShapeKind::mesh || b == ShapeKind::mesh) && a != ShapeKind::halfspace && b != ShapeKind::halfspace;
   }
 
   PairAnswer solve(Pair pair, Batch& batch) const {
@@ -281,8 +292,9 @@ class SceneWork final : public StepWork {
   std::vector<std::uint32_t> seen_;  // versions
   std::uint64_t comings_and_goings_ = 0;
   bool has_mesh_ = false;
-  bool screens_ = false;  // pairs that are far enough apart are left out several at a time
-  mutable Found found_;   // of the step at hand
+  bool screens_ = false;     // pairs that are far enough apart are left out several at a time
+  mutable Found found_;      // of the step at hand
+  mutable PairCosts costs_;  // where there are meshes
 };
 
 }  // namespace

@@ -5,7 +5,7 @@ namespace tandem {
 void Batch::clear(std::size_t capacity) {
   if (pairs.size() < capacity) pairs.resize(capacity);
   count = 0;
-  heavy = false;
+  heavy = costliest = false;
   results.clear();
   contacts.clear();
   inexact = false;

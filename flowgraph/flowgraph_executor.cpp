@@ -3,7 +3,9 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <numeric>
 #include <optional>
 #include <thread>
 
@@ -117,8 +119,8 @@ class FlowGraphExecutor final : public Executor, private Delivery {
       balancer_.emplace(threads, fixed, options_.balance);
       const std::size_t chosen = usual_queue_capacity(threads);
       // A strict producer must neither help nor wait, so its queue never gets full: the paper's array.
-      for (auto* queue : {&queue_, &heavy_queue_})
-        queue->set_capacity(
+      for (Queue& queue : queues_)
+        queue.set_capacity(
             options_.strict_split
                 ? std::ptrdiff_t{1} << 30
                 : static_cast<std::ptrdiff_t>(options_.queue_capacity != 0 ? options_.queue_capacity : chosen));
@@ -235,17 +237,21 @@ class FlowGraphExecutor final : public Executor, private Delivery {
     }
   }
 
-  /// Heavy batches first.
-  bool pop(Batch*& batch) { return heavy_queue_.try_pop(batch) || queue_.try_pop(batch); }
-  bool nothing_queued() const { return heavy_queue_.empty() && queue_.empty(); }
+  bool pop(Batch*& batch) {
+    return std::any_of(queues_.begin(), queues_.end(), [&](Queue& queue) { return queue.try_pop(batch); });
+  }
+  bool nothing_queued() const {
+    return std::all_of(queues_.begin(), queues_.end(), [](const Queue& queue) { return queue.empty(); });
+  }
 
   /// From a writer: into the queue, or, when it is full, another batch out of it.
   void deliver(Batch& batch) override {
     Batch* other = nullptr;
-    auto& queue = batch.heavy ? heavy_queue_ : queue_;
+    Queue& queue = queues_[batch.costliest ? 0 : batch.heavy ? 1 : 2];
     while (!queue.try_push(&batch))
       if (pop(other)) state_.process(*other);
-    state_.count_queue(waiting(queue_) + waiting(heavy_queue_));
+    state_.count_queue(std::accumulate(queues_.begin(), queues_.end(), std::size_t{0},
+                                       [](std::size_t sum, const Queue& one) { return sum + waiting(one); }));
     if (!options_.strict_split) return;  // runners that take both tiles and batches stay to the end
     std::atomic_thread_fence(std::memory_order_seq_cst);
     try {
@@ -268,7 +274,7 @@ class FlowGraphExecutor final : public Executor, private Delivery {
   std::uint64_t step_ = 0;
   std::optional<Balancer> balancer_;
   StepState state_;
-  Queue queue_, heavy_queue_;
+  std::array<Queue, 3> queues_;          // by turns: the costliest batches, other heavy ones, the rest
   std::atomic<int> present_{0};          // strict narrow runners
   std::atomic<int> writers_{0};          // of those that conserve work, who may still have pairs in hand
   std::optional<Phase> broad_, narrow_;  // last: their bodies use what is above

@@ -99,8 +99,10 @@ class LoopExecutor final : public Executor {
     ready.clear();
     for (Batch* batch : state_.batches())
       if (batch->count != 0) ready.push_back(batch);
-    std::stable_partition(ready.begin(), ready.end(), [](const Batch* batch) { return batch->heavy; });
-    for_each(ready.size(), [&](std::size_t i) { state_.process(*ready[i]); });
+    const auto rest = std::stable_partition(ready.begin(), ready.end(), [](const Batch* b) { return b->heavy; });
+    std::stable_partition(ready.begin(), rest, [](const Batch* batch) { return batch->costliest; });
+    std::atomic<std::size_t> next{0};  // threads are given ranges: by these the costliest would be one thread's
+    for_each(ready.size(), [&](std::size_t) { state_.process(*ready[next.fetch_add(1, std::memory_order_relaxed)]); });
   }
 
   bool fused_;

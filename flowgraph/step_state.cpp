@@ -84,7 +84,7 @@ void BatchWriter::hand_on() {
   count_ = 0;
   try {
     if (state_.form_ == StepForm::ordered) {  // it stays in the pool until the pairs are put in order
-      if (state_.work_->heavy_first(std::span(batch.pairs).first(kept)) != 0)
+      if (state_.work_->heavy_first(std::span(batch.pairs).first(kept)).all != 0)
         state_.has_heavy_.store(true, std::memory_order_relaxed);
       return state_.close_work();
     }
@@ -99,18 +99,21 @@ void BatchWriter::hand_on() {
 
 void BatchWriter::split_off_heavy(Batch& batch) {
   const std::span<Pair> pairs = std::span(batch.pairs).first(batch.count);
-  const std::size_t heavy = state_.work_->heavy_first(pairs), most = state_.batch_pairs_.heavy;
-  if (heavy == pairs.size() && heavy <= most) {
+  const auto [costliest, heavy] = state_.work_->heavy_first(pairs);
+  if (costliest == 0 && heavy == pairs.size() && heavy <= state_.batch_pairs_.heavy) {
     batch.heavy = true;
     return;
   }
-  for (std::size_t first = 0; first < heavy; first += most) {
-    const std::span<const Pair> own = pairs.subspan(first, std::min(most, heavy - first));
+  for (std::size_t first = 0, count = 0; first < heavy; first += count) {
+    // The costliest one by one: they are begun first so that the last to end is as short as can be.
+    count = first < costliest ? 1 : std::min(state_.batch_pairs_.heavy, heavy - first);
+    const std::span<const Pair> own = pairs.subspan(first, count);
     Batch& other = state_.pool_.take();
     state_.open_work_.fetch_add(1, std::memory_order_relaxed);
     std::copy(own.begin(), own.end(), other.pairs.begin());
     other.count = own.size();
     other.heavy = true;
+    other.costliest = first < costliest;
     try {
       delivery_.deliver(other);
     } catch (...) {
@@ -245,7 +248,7 @@ std::size_t StepState::open_tail(std::size_t stage) {
   if (stage == PairOrder::stages + 1) return answers_.open_rest();
   std::function<bool(Pair)> is_heavy;
   if (has_heavy_.load(std::memory_order_relaxed))
-    is_heavy = [this](Pair pair) { return work_->heavy_first({&pair, 1}) != 0; };
+    is_heavy = [this](Pair pair) { return work_->heavy_first({&pair, 1}).all != 0; };
   answers_.begin(pair_order_.sorted(), batch_pairs_, is_heavy, *contacts_);
   return answers_.batches();
 }
@@ -352,6 +355,7 @@ void StepState::narrow(Batch& batch) {
   if (batch.heavy) {
     heavy_ns_.fetch_add(ns(time), std::memory_order_relaxed);
     heavy_pairs_.fetch_add(pairs, std::memory_order_relaxed);
+    work_->took(batch, std::chrono::duration_cast<std::chrono::nanoseconds>(time));
   }
   if (batch.inexact) inexact_.store(true, std::memory_order_relaxed);
 }

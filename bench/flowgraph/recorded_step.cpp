@@ -85,11 +85,11 @@ class Reader {
 void RecordedStep::index() {
   first_pairs_.assign(1, 0);
   light_until_.assign(1, 0);
-  has_heavy_ = false;
+  costliest_ns_ = 0;
   for (const Piece& piece : pieces) {
     first_pairs_.push_back(first_pairs_.back() + piece.pairs);
     light_until_.push_back(light_until_.back() + (piece.heavy ? 0 : piece.ns));
-    has_heavy_ |= piece.heavy;
+    if (piece.heavy) costliest_ns_ = std::max(costliest_ns_, piece.ns);
   }
 }
 

@@ -41,7 +41,8 @@ struct RecordedStep {
   /// The pieces that hold pairs of [first, end).
   std::size_t piece_of(double pair) const;
   double first_pair(std::size_t piece) const { return static_cast<double>(first_pairs_[piece]); }
-  bool has_heavy() const { return has_heavy_; }
+  bool has_heavy() const { return costliest_ns_ > 0; }
+  double costliest_ns() const { return costliest_ns_; }  ///< of the heavy ones; 0: there are none
   double work_ns() const;
   std::size_t tasks() const;
 
@@ -54,7 +55,7 @@ struct RecordedStep {
 
   std::vector<std::uint64_t> first_pairs_;  // of each piece, and the end
   std::vector<double> light_until_;         // of each piece and the end: narrow phase of the light ones before
-  bool has_heavy_ = false;
+  double costliest_ns_ = 0;
 };
 
 /// From the slices of one step of the sequential executor in this form.

@@ -1,6 +1,7 @@
 #include "simulator.h"
 
 #include <algorithm>
+#include <array>
 #include <deque>
 #include <numeric>
 #include <queue>
@@ -19,13 +20,15 @@ struct Simulator::Thread {
 /// The shared stage: tiles that emit and batches that are narrowed.
 class Simulator::Shared {
  public:
+  /// `costliest_ns`: heavy pairs that cost so much are begun first.
   Shared(Policy policy, const MachineCosts& costs, const RecordedStep& work, BatchPairs batch_pairs,
-         const std::vector<Thread>& threads)
+         double costliest_ns, const std::vector<Thread>& threads)
       : policy_(policy),
         costs_(costs),
         sharing_(threads.size() > 1 ? costs.sharing : 1),
         work_(work),
         batch_pairs_(static_cast<double>(batch_pairs.most)),
+        costliest_ns_(costliest_ns),
         heavy_most_(policy == Policy::sequential ? 0 : batch_pairs.heavy),
         capacity_(usual_queue_capacity(static_cast<int>(threads.size()))),
         tiles_left_(work.tiles.size()),
@@ -57,6 +60,7 @@ class Simulator::Shared {
   struct Ready {
     double ns = 0;
     std::uint64_t heavy_pairs = 0;  // 0: a batch of others
+    bool costliest = false;
   };
   struct Agent {
     std::size_t tile = 0;
@@ -97,12 +101,14 @@ class Simulator::Shared {
     heavy_pairs += batch.heavy_pairs;
   }
 
-  std::deque<Ready>& queue_of(const Ready& batch) { return batch.heavy_pairs != 0 ? heavy_queue_ : queue_; }
+  std::deque<Ready>& queue_of(const Ready& batch) {
+    return queues_[batch.costliest ? 0 : batch.heavy_pairs != 0 ? 1 : 2];
+  }
 
-  /// Heavy batches first.
   bool pop(std::size_t who, double now) {
-    auto& queue = heavy_queue_.empty() ? queue_ : heavy_queue_;
-    if (queue.empty()) return false;
+    const auto some = std::find_if(queues_.begin(), queues_.end(), [](const auto& one) { return !one.empty(); });
+    if (some == queues_.end()) return false;
+    auto& queue = *some;
     const Ready batch = queue.front();
     queue.pop_front();
     process(who, now, batch, 0.5 * costs_.message);
@@ -144,17 +150,21 @@ class Simulator::Shared {
   }
 
   void hand_on(Agent& agent) const {
-    const std::size_t heavy = agent.heavy.size(), most = heavy_most_ != 0 ? heavy_most_ : heavy;
-    for (std::size_t first = 0; first < heavy; first += most) {
-      const auto own = std::span(agent.heavy).subspan(first, std::min(most, heavy - first));
-      const double ns = std::accumulate(own.begin(), own.end(), 0.0);
-      if (heavy_most_ != 0)
-        agent.full.push_back({ns, own.size()});
-      else
-        agent.batch_ns += ns;
+    const std::size_t heavy = agent.heavy.size();
+    if (heavy_most_ == 0) {
+      agent.batch_ns = std::accumulate(agent.heavy.begin(), agent.heavy.end(), agent.batch_ns);
+    } else {
+      // The executors guess by the step before who they are, and are right for nearly all.
+      const auto rest = std::stable_partition(agent.heavy.begin(), agent.heavy.end(),
+                                              [this](double ns) { return ns >= costliest_ns_; });
+      for (auto at = agent.heavy.begin(), end = at; at != agent.heavy.end(); at = end) {
+        const bool costliest = at < rest;
+        end = at + std::min(costliest ? 1 : static_cast<std::ptrdiff_t>(heavy_most_), agent.heavy.end() - at);
+        agent.full.push_back({std::accumulate(at, end, 0.0), static_cast<std::uint64_t>(end - at), costliest});
+      }
     }
     const double others = agent.batch_pairs - (heavy_most_ != 0 ? static_cast<double>(heavy) : 0);
-    if (others > 0) agent.full.push_back({agent.batch_ns, 0});
+    if (others > 0) agent.full.push_back({agent.batch_ns, 0, false});
     agent.batch_ns = agent.batch_pairs = 0;
     agent.heavy.clear();
   }
@@ -205,14 +215,14 @@ class Simulator::Shared {
   const MachineCosts& costs_;
   double sharing_;
   const RecordedStep& work_;
-  double batch_pairs_;
+  double batch_pairs_, costliest_ns_;
   std::size_t heavy_most_;  // 0: heavy pairs stay among the others
   std::size_t capacity_;
   std::size_t next_tile_ = 0, tiles_left_;
   const std::vector<Thread>& threads_;
   std::vector<Agent> agents_;
   std::vector<double> first_pairs_;
-  std::deque<Ready> queue_, heavy_queue_;
+  std::array<std::deque<Ready>, 3> queues_;  // by turns: the costliest batches, other heavy ones, the rest
   std::vector<std::size_t> idle_;
   std::uint64_t order_ = 0;
   std::priority_queue<Event, std::vector<Event>, std::greater<>> events_;
@@ -317,13 +327,15 @@ SimulatedStep Simulator::step(const RecordedForms& forms) {
   } else {
     for (const RecordedStep::Stage& one : work.order) now = stage(one, threads, now, true);
     Shared phase(shared ? policy_ : Policy::sequential, costs_, work,
-                 threads_ == 1 ? BatchPairs{128} : batch_size_.get(), threads);
+                 threads_ == 1 ? BatchPairs{128} : batch_size_.get(), std::max(fills_a_batch_ns, 0.5 * costliest_ns_),
+                 threads);
     now = phase.run(now);
     result.broad_ns = phase.broad_ns;
     result.narrow_ns = phase.narrow_ns;
     report.heavy_ms = 1e-6 * phase.heavy_ns;
     report.heavy_pairs = phase.heavy_pairs;
   }
+  costliest_ns_ = work.costliest_ns();
   const double narrowed = now;
   for (const RecordedStep::Stage& one : work.after) now = stage(one, threads, now, true);
   report.join_ms = 1e-6 * (now - narrowed);

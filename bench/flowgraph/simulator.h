@@ -52,7 +52,7 @@ class Simulator {
     std::uint64_t pairs = 0;
     bool heavy = false;
   };
-  static constexpr double small_step_ms = 0.3;
+  static constexpr double small_step_ms = 0.3, fills_a_batch_ns = 15'000;
 
   double stage(const RecordedStep::Stage& stage, const std::vector<Thread>& threads, double from,
                bool narrow_helps) const;
@@ -65,6 +65,7 @@ class Simulator {
   BatchSize batch_size_{128};
   FormChooser form_;
   Split before_;
+  double costliest_ns_ = 0;  // of the pairs of the step before
   std::uint64_t step_ = 0;
   BalanceDecision decision_;
 };

@@ -50,10 +50,10 @@ bool TileWork::is_big(Pair pair) const {
   return index >= size_.big_from || (size_.big_every != 0 && index % size_.big_every == 0);
 }
 
-std::size_t TileWork::heavy_first(std::span<Pair> pairs) const {
-  if (size_.big_ns == 0) return 0;
+HeavyPairs TileWork::heavy_first(std::span<Pair> pairs) const {
+  if (size_.big_ns == 0) return {};
   const auto middle = std::partition(pairs.begin(), pairs.end(), [this](Pair pair) { return is_big(pair); });
-  return static_cast<std::size_t>(middle - pairs.begin());
+  return {0, static_cast<std::size_t>(middle - pairs.begin())};
 }
 
 void TileWork::narrow(Batch& batch) const {

@@ -174,6 +174,26 @@ TEST_CASE("simulator: heavy pairs begin before others, whatever the form") {
   }
 }
 
+TEST_CASE("simulator: the costliest of the heavy pairs begin first") {
+  // 60 heavy pairs, for which there is room in the queue, of 100 us, and one of 4 ms among the last to be found.
+  std::vector<Timeline::Slice> slices;
+  Timeline::Clock::time_point now{};
+  const auto add = [&](std::string_view name, int ns, std::uint64_t id, std::uint64_t pairs, bool heavy) {
+    const auto end = now + std::chrono::nanoseconds(ns);
+    slices.push_back({name, now, end, 0, id, pairs, heavy});
+    now = end;
+  };
+  add("begin", 1000, 0, 0, false);
+  add("open", 0, 0, 0, false);
+  for (std::uint64_t tile = 0; tile < 20; ++tile) add("broad", 1000, tile, 3, false);
+  for (std::uint64_t pair = 0; pair < 60; ++pair) add("narrow", pair == 55 ? 4'000'000 : 100'000, pair, 1, true);
+  const RecordedStep step = read_step(slices, StepForm::overlapped);
+  CHECK(step.costliest_ns() == Approx(4e6));
+  // In the first step nothing is known of it.
+  CHECK(run(step, Policy::conserving, 4, {}, {}, 1) > 5.2e6);
+  CHECK(run(step, Policy::conserving, 4, {}, {}, 2) < 4.3e6);
+}
+
 TEST_CASE("simulator: of several runs each piece has its median time") {
   const RecordedStep step =
       typical({step_of(100, 40, 5000, 200), step_of(100, 40, 4000, 300), step_of(100, 40, 9000, 100)});

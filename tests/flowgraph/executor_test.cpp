@@ -16,6 +16,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "flowgraph/step_state.h"
 #include "synthetic_work.h"
 
 using namespace tandem;
@@ -118,12 +119,54 @@ TEST_CASE("batch size and queue capacity change nothing") {
         }
 }
 
+TEST_CASE("a writer hands on the costliest pairs one by one, other heavy ones in small batches, then the rest") {
+  SyntheticWork work(2000, 10.0f, 9);
+  const ContactList expected = work.expected();
+  const auto is_heavy = [](Pair pair) { return pair.b % 5 == 0; };
+  const auto is_costliest = [](Pair pair) { return pair.b % 20 == 0; };
+  work.is_heavy = is_heavy;
+  work.is_costliest = is_costliest;
+  struct Shelf final : Delivery {
+    void deliver(Batch& batch) override { batches.push_back(&batch); }
+    std::vector<Batch*> batches;
+  } shelf;
+  StepState state;
+  ContactList contacts;
+  state.begin(work, contacts, {64, 3}, StepForm::overlapped, {}, nullptr);
+  std::size_t costliest = 0, heavy = 0, light = 0;
+  take_part(
+      state, [](std::size_t) { return true; },
+      [&] {
+        BatchWriter writer(state, shelf);
+        for (std::size_t tile; state.take(state.shared_stage(), tile);) state.run_tile(tile, writer);
+        writer.flush();
+        for (Batch* batch : shelf.batches) {
+          const auto pairs = std::span<const Pair>(batch->pairs).first(batch->count);
+          CHECK(std::all_of(pairs.begin(), pairs.end(), [&](Pair pair) {
+            return is_heavy(pair) == batch->heavy && (is_heavy(pair) && is_costliest(pair)) == batch->costliest;
+          }));
+          CHECK(batch->count <= (batch->costliest ? 1 : batch->heavy ? 3 : 64));
+          (batch->costliest ? costliest : batch->heavy ? heavy : light) += batch->count;
+          state.process(*batch);
+        }
+        return true;
+      });
+  ExecutionReport report;
+  state.end(report);
+  check_equal(contacts, expected);
+  CHECK(costliest > 20);
+  CHECK(heavy > costliest);
+  CHECK(light > heavy);
+  CHECK(report.heavy_pairs == costliest + heavy);
+}
+
 TEST_CASE("heavy pairs travel in batches of their own, each once") {
   const ManyThreads many;
   SyntheticWork work(2000, 10.0f, 9);
   const ContactList expected = work.expected();
   for (const unsigned every : {1u, 3u, 50u}) {
     work.is_heavy = [=](Pair pair) { return pair.b % every == 0; };
+    work.is_costliest = [=](Pair pair) { return pair.b % (2 * every) == 0; };
     const auto heavy = [&](const PairResult& pair) { return pair.b % every == 0; };
     for (const ExecutorKind kind : executor_kinds)
       for (const std::size_t batch : {1u, 128u})
@@ -407,7 +450,7 @@ TEST_CASE("what one thread does while no other can take a part is told by phase"
     void emit(std::size_t tile, PairSink& sink) override { sink.put(0, static_cast<std::uint32_t>(tile + 1)); }
     const PairFilter& filter() const override { return filter_; }
     std::size_t keep(std::span<Pair> pairs) const override { return pairs.size(); }
-    std::size_t heavy_first(std::span<Pair>) const override { return 0; }
+    HeavyPairs heavy_first(std::span<Pair>) const override { return {}; }
     void narrow(Batch&) const override {}
     std::size_t bodies() const override { return 5; }
 

@@ -48,6 +48,7 @@ class Soak {
       works_.push_back(std::make_unique<SyntheticWork>(150 * seed, 5.0f, seed,
                                                        seed == 2 ? BroadPhaseKind::sweep : BroadPhaseKind::brute));
       works_.back()->is_heavy = [](Pair pair) { return pair.b % 50 == 3; };
+      works_.back()->is_costliest = [](Pair pair) { return pair.b % 100 == 3; };
       expected_.push_back(hash(works_.back()->expected()));
     }
     executors_.resize(16);

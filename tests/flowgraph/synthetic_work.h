@@ -41,9 +41,12 @@ class SyntheticWork final : public StepWork {
   }
   const PairFilter& filter() const override { return filter_; }
   std::size_t keep(std::span<Pair> pairs) const override { return on_keep ? on_keep(pairs) : pairs.size(); }
-  std::size_t heavy_first(std::span<Pair> pairs) const override {
-    if (!is_heavy) return 0;
-    return static_cast<std::size_t>(std::partition(pairs.begin(), pairs.end(), is_heavy) - pairs.begin());
+  HeavyPairs heavy_first(std::span<Pair> pairs) const override {
+    if (!is_heavy) return {};
+    const auto rest = std::partition(pairs.begin(), pairs.end(), is_heavy);
+    const auto heavy =
+        std::partition(pairs.begin(), rest, [this](Pair pair) { return is_costliest && is_costliest(pair); });
+    return {static_cast<std::size_t>(heavy - pairs.begin()), static_cast<std::size_t>(rest - pairs.begin())};
   }
   void narrow(Batch& batch) const override {
     for (std::size_t i = 0; i < batch.count; ++i) {
@@ -66,7 +69,7 @@ class SyntheticWork final : public StepWork {
   std::function<void(std::size_t)> on_tile;             // may throw
   std::function<void(Pair)> on_pair;                    // may throw
   std::function<std::size_t(std::span<Pair>)> on_keep;  // may throw
-  std::function<bool(Pair)> is_heavy;
+  std::function<bool(Pair)> is_heavy, is_costliest;
 
  private:
   static void answer(Pair pair, std::vector<PairResult>& results, std::vector<Contact>& contacts) {

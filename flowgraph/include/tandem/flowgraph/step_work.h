@@ -1,4 +1,5 @@
 #pragma once
+#include <chrono>
 #include <cstddef>
 #include <functional>
 #include <span>
@@ -15,6 +16,11 @@ class Crew {
   /// Runs part(0) ... part(parts - 1) on the calling thread and those of the step that have nothing else to do; returns
   /// when all are done, throws what a part threw.
   virtual void share(std::size_t parts, const std::function<void(std::size_t)>& part) = 0;
+};
+
+/// Of some pairs, the first `all` may cost far more than the others, and of these the first `costliest` did.
+struct HeavyPairs {
+  std::size_t costliest = 0, all = 0;
 };
 
 /// The work of one step, described once for all executors. Stages of independent blocks: the first turns poses into
@@ -37,9 +43,12 @@ class StepWork {
   virtual const PairFilter& filter() const = 0;
   /// The user's predicate on a batch of candidates; see PairPredicate.
   virtual std::size_t keep(std::span<Pair> pairs) const = 0;
-  /// Moves the pairs that may cost far more than the others to the front and returns how many there are; they travel in
-  /// small batches of their own and are narrowed first, so that none is left for the end.
-  virtual std::size_t heavy_first(std::span<Pair>) const { return 0; }
+  /// Moves the pairs that may cost far more than the others to the front, of these first the costliest, and returns how
+  /// many there are; they travel in small batches of their own and are narrowed first, so that none is left for the
+  /// end.
+  virtual HeavyPairs heavy_first(std::span<Pair>) const { return {}; }
+  /// What the narrow phase of a batch with heavy pairs took, to guess by in the next step. From many threads at once.
+  virtual void took(const Batch&, std::chrono::nanoseconds) const {}
   /// Fills the batch's results from its pairs. From many threads at once, on different batches.
   virtual void narrow(Batch& batch) const = 0;
   /// One past the largest body index.

@@ -1,0 +1,55 @@
+#include "pair_costs.h"
+
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <thread>
+#include <vector>
+
+using namespace tandem;
+using namespace std::chrono_literals;
+
+TEST_CASE("pair costs: the costliest pairs of the last step, and those like them, are told from the others") {
+  PairCosts costs;
+  costs.begin_step(6);
+  CHECK_FALSE(costs.is_costliest({0, 1}));  // nothing is known
+  costs.learn({0, 1}, 400us);
+  costs.learn({0, 2}, 20us);
+  costs.learn({3, 4}, 210us);
+  costs.learn({3, 5}, 190us);
+  CHECK_FALSE(costs.is_costliest({0, 1}));  // it is of the step at hand
+  costs.begin_step(6);
+  CHECK(costs.is_costliest({0, 1}));
+  CHECK(costs.is_costliest({3, 4}));
+  CHECK(costs.is_costliest({0, 3}));  // both have such a pair
+  CHECK_FALSE(costs.is_costliest({0, 2}));
+  CHECK_FALSE(costs.is_costliest({3, 5}));
+  costs.begin_step(7);  // what was not costly in the last step is forgotten, a new body is cheap
+  CHECK_FALSE(costs.is_costliest({0, 1}));
+  CHECK_FALSE(costs.is_costliest({0, 6}));
+}
+
+TEST_CASE("pair costs: pairs that do not fill a batch are all alike") {
+  PairCosts costs;
+  costs.begin_step(3);
+  costs.learn({0, 1}, 14us);
+  costs.learn({1, 2}, 1us);
+  costs.begin_step(3);
+  CHECK_FALSE(costs.is_costliest({0, 1}));
+}
+
+TEST_CASE("pair costs: learned from several threads at once the most is kept") {
+  PairCosts costs;
+  costs.begin_step(3);
+  {
+    std::vector<std::jthread> threads;
+    for (int t = 0; t < 4; ++t)
+      threads.emplace_back([&costs, t] {
+        for (int i = 0; i < 10'000; ++i)
+          costs.learn({0, 1}, std::chrono::microseconds(t == 2 && i == 5000 ? 900 : i % 50));
+      });
+  }
+  costs.learn({1, 2}, 449us);
+  costs.begin_step(3);
+  CHECK(costs.is_costliest({0, 1}));
+  CHECK_FALSE(costs.is_costliest({1, 2}));
+}
