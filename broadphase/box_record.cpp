@@ -15,6 +15,9 @@ HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
+// Records of as many boxes would hardly be in a cache when they are read: so their lines are not fetched to be written.
+constexpr std::size_t least_streamed = 500'000;
+
 // Boxes as rows of four: a vector of them.
 struct Rows {
   HWY_ALIGN float lo[4 * hn::MaxLanes(hn::ScalableTag<float>())], hi[4 * hn::MaxLanes(hn::ScalableTag<float>())];
@@ -32,6 +35,14 @@ struct Rows {
       hn::Store(hn::Load(quad, hi + 4 * k + axis), quad, record.hi() + axis);
     }
   }
+  /// The same past the caches.
+  HWY_INLINE void stream(std::size_t k, BoxRecord& record) const {
+    const hn::CappedTag<float, 4> quad;
+    for (std::size_t axis = 0; axis < 4; axis += hn::Lanes(quad)) {
+      hn::Stream(hn::Load(quad, lo + 4 * k + axis), quad, record.lo() + axis);
+      hn::Stream(hn::Load(quad, hi + 4 * k + axis), quad, record.hi() + axis);
+    }
+  }
 };
 
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
@@ -40,51 +51,58 @@ void copy_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, BoxRe
   const std::size_t lanes = hn::Lanes(df);
   const float *from_lo0 = boxes.lo(0), *from_lo1 = boxes.lo(1), *from_lo2 = boxes.lo(2);
   const float *from_hi0 = boxes.hi(0), *from_hi1 = boxes.hi(1), *from_hi2 = boxes.hi(2);
+  const bool streams = boxes.size() >= least_streamed;
   Rows rows;
   for (std::size_t i = begin; i < end; i += lanes) {
     rows.set(hn::LoadU(df, from_lo0 + i), hn::LoadU(df, from_lo1 + i), hn::LoadU(df, from_lo2 + i),
              hn::LoadU(df, from_hi0 + i), hn::LoadU(df, from_hi1 + i), hn::LoadU(df, from_hi2 + i));
     const std::size_t here = end - i < lanes ? end - i : lanes;
-    for (std::size_t k = 0; k < here; ++k) rows.copy(k, records[i + k]);
+    if (streams)
+      for (std::size_t k = 0; k < here; ++k) rows.stream(k, records[i + k]);
+    else
+      for (std::size_t k = 0; k < here; ++k) rows.copy(k, records[i + k]);
   }
+  if (streams) hwy::FlushStream();
 }
 
+// Axis by axis, some boxes at a time: twelve arrays read side by side are more than the prefetchers follow.
 // NOLINTNEXTLINE(misc-definitions-in-headers)
 std::size_t copy_boxes_that_left(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxArray& within,
                                  BoxRecord* records, std::uint32_t* outside, BoxRecord* before) {
-  const hn::ScalableTag<float> df;
+  const hn::CappedTag<float, 16> df;
   const std::size_t lanes = hn::Lanes(df);
-  const float *from_lo0 = boxes.lo(0), *from_lo1 = boxes.lo(1), *from_lo2 = boxes.lo(2);
-  const float *from_hi0 = boxes.hi(0), *from_hi1 = boxes.hi(1), *from_hi2 = boxes.hi(2);
-  const float *least0 = within.lo(0), *least1 = within.lo(1), *least2 = within.lo(2);
-  const float *most0 = within.hi(0), *most1 = within.hi(1), *most2 = within.hi(2);
-  Rows rows;
+  constexpr std::size_t boxes_at_once = 2048;
+  std::uint16_t out[boxes_at_once];  // bits of each vector
   std::size_t count = 0;
-  for (std::size_t i = begin; i < end; i += lanes) {
-    const auto lo0 = hn::LoadU(df, from_lo0 + i), hi0 = hn::LoadU(df, from_hi0 + i);
-    const auto lo1 = hn::LoadU(df, from_lo1 + i), hi1 = hn::LoadU(df, from_hi1 + i);
-    const auto lo2 = hn::LoadU(df, from_lo2 + i), hi2 = hn::LoadU(df, from_hi2 + i);
-    const auto x = hn::And(hn::Le(hn::LoadU(df, least0 + i), lo0), hn::Le(hi0, hn::LoadU(df, most0 + i)));
-    const auto y = hn::And(hn::Le(hn::LoadU(df, least1 + i), lo1), hn::Le(hi1, hn::LoadU(df, most1 + i)));
-    const auto z = hn::And(hn::Le(hn::LoadU(df, least2 + i), lo2), hn::Le(hi2, hn::LoadU(df, most2 + i)));
-    const auto inside = hn::And(x, hn::And(y, z));
-    const std::size_t here = end - i < lanes ? end - i : lanes;
-    if (!hn::AllTrue(df, inside)) {
-      auto out = hn::Not(inside);
-      if (here < lanes) out = hn::And(out, hn::FirstN(df, here));
-      // Not CompressStore, of which g++ 12 makes a copy of a table of 1 KiB a call.
-      std::uint64_t bits = 0;
-      hn::StoreMaskBits(df, out, reinterpret_cast<std::uint8_t*>(&bits));
-      for (; bits != 0; bits &= bits - 1) {
-        const std::size_t left = i + static_cast<std::size_t>(std::countr_zero(bits));
-        if (records != nullptr) before[count] = records[left];
-        outside[count++] = static_cast<std::uint32_t>(left);
+  for (std::size_t first = begin; first < end; first += boxes_at_once) {
+    const std::size_t last = end - first < boxes_at_once ? end : first + boxes_at_once;
+    std::uint32_t any = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const float *lo = boxes.lo(axis), *hi = boxes.hi(axis), *least = within.lo(axis), *most = within.hi(axis);
+      std::uint16_t* bits = out;
+      for (std::size_t i = first; i < last; i += lanes, ++bits) {
+        const auto inside = hn::And(hn::Le(hn::LoadU(df, least + i), hn::LoadU(df, lo + i)),
+                                    hn::Le(hn::LoadU(df, hi + i), hn::LoadU(df, most + i)));
+        std::uint8_t bytes[8] = {};
+        hn::StoreMaskBits(df, hn::Not(inside), bytes);
+        const std::uint32_t here = bytes[0] | static_cast<std::uint32_t>(bytes[1]) << 8;
+        *bits = static_cast<std::uint16_t>(axis == 0 ? here : *bits | here);
+        any |= here;
       }
     }
-    if (records != nullptr) {
-      rows.set(lo0, lo1, lo2, hi0, hi1, hi2);
-      for (std::size_t k = 0; k < here; ++k) rows.copy(k, records[i + k]);
+    if (any != 0) {
+      for (std::size_t i = first; i < last; i += lanes) {
+        std::uint32_t bits = out[(i - first) / lanes];
+        if (last - i < lanes) bits &= (1u << (last - i)) - 1;
+        // Not CompressStore, of which g++ 12 makes a copy of a table of 1 KiB a call.
+        for (; bits != 0; bits &= bits - 1) {
+          const std::size_t left = i + static_cast<std::size_t>(std::countr_zero(bits));
+          if (records != nullptr) before[count] = records[left];
+          outside[count++] = static_cast<std::uint32_t>(left);
+        }
+      }
     }
+    if (records != nullptr) HWY_NAMESPACE::copy_boxes(boxes, first, last, records);
   }
   return count;
 }
