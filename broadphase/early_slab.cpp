@@ -12,6 +12,9 @@ namespace {
 // Below, a step is short enough.
 constexpr std::size_t least_boxes = 16384;
 constexpr std::size_t boxes_a_wanted = 112, most_wanted = 1024;
+// A layer of a pile is as thin as it is and may hold more than is wanted; a step takes some 50 ns a box, eight tests
+// one.
+constexpr std::size_t most_a_wanted = 16, boxes_a_found = 40, most_tests_a_box = 20;
 
 }  // namespace
 
@@ -42,7 +45,7 @@ void EarlySlab::choose(const BoxArray& boxes, const std::vector<Aabb>& sample) {
   const auto touched = std::count_if(sample.begin(), sample.end(), [this](const Aabb& box) {
     return box.lo[axis_] < end_ && begin_ <= box.hi[axis_];
   });
-  most_ = 16 * wanted;
+  most_ = std::max(most_a_wanted * wanted, boxes.size() / boxes_a_found);
   const double guess =
       static_cast<double>(touched) * static_cast<double>(boxes.size()) / static_cast<double>(sample.size());
   if (!(begin_ < end_) || guess > 0.75 * static_cast<double>(most_)) return;
@@ -77,12 +80,16 @@ bool EarlySlab::look() {
     const Aabb box = (*boxes_)[found_[k]];
     records_[k] = {box, found_[k], box.lo[axis_] >= begin_ ? 3u : 2u};
   }
-  return true;
+  if (count < 2) return true;
+  Column& column = scratch_.column;
+  sort_column(records_.data(), count, along_, column);
+  std::size_t tests = 0;
+  for (std::size_t row = 0; row < count; ++row) tests += column.cell_end[column.last[row]] - row;
+  return tests <= most_tests_a_box * boxes_->size();
 }
 
 void EarlySlab::emit(PairSink& sink) {
   if (!taken() || records_.size() < 2) return;
-  sort_column(records_.data(), records_.size(), along_, scratch_.column);
   const std::vector<std::uint32_t>& index = scratch_.column.index;
   each_pair(scratch_, [&](std::span<const RowPair> pairs) {
     for (const RowPair pair : pairs) sink.put(index[pair.row], index[pair.other]);
