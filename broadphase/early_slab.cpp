@@ -21,9 +21,11 @@ constexpr std::size_t most_a_wanted = 16, boxes_a_found = 40, most_tests_a_box =
 void EarlySlab::choose(const BoxArray& boxes, const std::vector<Aabb>& sample) {
   leave_out();
   if (boxes.size() < least_boxes || sample.size() < 64) return;
+  std::vector<Aabb> some;
+  for (std::size_t i = 0; i < sample.size(); i += 4) some.push_back(sample[i]);
   std::array<double, 3> length{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const Extent extent = bulk(sample, axis);
+    const Extent extent = bulk(some, axis);
     length[axis] = extent.hi - extent.lo;
   }
   std::array<std::size_t, 3> axes{0, 1, 2};
@@ -36,8 +38,10 @@ void EarlySlab::choose(const BoxArray& boxes, const std::vector<Aabb>& sample) {
   const std::size_t wanted = std::min(boxes.size() / boxes_a_wanted, most_wanted);
   std::vector<float> lower(sample.size());
   for (std::size_t i = 0; i < sample.size(); ++i) lower[i] = sample[i].lo[axis_];
-  std::sort(lower.begin(), lower.end());
   const std::size_t middle = lower.size() / 2, next = middle + lower.size() / 16;
+  const auto place = [&](std::size_t rank) { return lower.begin() + static_cast<std::ptrdiff_t>(rank); };
+  std::nth_element(lower.begin(), place(middle), lower.end());
+  std::nth_element(place(middle + 1), place(next), lower.end());
   const double share = static_cast<double>(wanted) / static_cast<double>(boxes.size()) *
                        static_cast<double>(lower.size()) / static_cast<double>(next - middle);
   begin_ = lower[middle];
