@@ -4,6 +4,7 @@ namespace tandem {
 
 void FaceReach::measure(const RoundBody& polytope, const RoundBody& rim) {
   count_ = 0;
+  axes_ = rim.axes();
   const Mat3 turn = rim.axes().transpose() * polytope.axes();
   const Vec3 centre = polytope.axes().transpose() * (polytope.centre() + rim.centre());
   const auto set = [&](const Vec3& normal, double offset) {
@@ -17,6 +18,17 @@ void FaceReach::measure(const RoundBody& polytope, const RoundBody& rim) {
     for (int k = 0; k < 3; ++k)
       for (const double sign : {1.0, -1.0})
         set(sign * Vec3::Unit(k), polytope.view().param[static_cast<std::size_t>(k)]);
+    return;
+  }
+  if (polytope.kind() == ShapeKind::triangle) {
+    const auto& v = polytope.view().vertices;
+    const Vec3 n = (v[1] - v[0]).cross(v[2] - v[0]).normalized();
+    set(n, n.dot(v[0]));
+    set(-n, -n.dot(v[0]));
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vec3 out = (v[(i + 1) % 3] - v[i]).cross(n).normalized();
+      set(out, out.dot(v[i]));
+    }
     return;
   }
   for (const Hull::Face& f : polytope.hull().faces) {

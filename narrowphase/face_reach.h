@@ -1,18 +1,24 @@
 #pragma once
 #include <cstdint>
 
+#include "face_table.h"
 #include "round_body.h"
 
 namespace tandem {
 
-/// How far a box or a hull with a volume and a body with a rim reach together along the normals of the one's faces, and
-/// what that says of the arcs of directions between them.
+/// How far a box, a triangle or a hull with a volume and a body with a rim reach together along the normals of the
+/// one's faces, and what that says of the arcs of directions between them. A triangle has two faces, 0 and 1, and one
+/// more across each edge, in its plane: 2 + i from its corner i on.
 class FaceReach {
  public:
   static constexpr std::size_t most = 512;  ///< of more faces the rest is not known
 
   void measure(const RoundBody& polytope, const RoundBody& rim);
   bool known() const { return count_ > 0; }
+
+  std::size_t faces() const { return count_; }
+  /// Unit, in the frame of both.
+  Vec3 normal(std::size_t face) const { return (axes_ * Vec3(m_[0][face], m_[1][face], m_[2][face])).normalized(); }
 
   struct Least {
     std::size_t face = 0;
@@ -38,6 +44,7 @@ class FaceReach {
   }
 
   std::size_t count_ = 0;
+  Mat3 axes_;          ///< of the rim
   double m_[3][most];  ///< the normals along the rim's axes
   double s_[3][most];  ///< there its farthest points
   double base_[most];  ///< how far all else reaches

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -113,8 +114,19 @@ class MeshConvex {
   PairAnswer contacts(std::vector<Contact>& out) const {
     PatchCollector patches(size_);
     double gap = infinity;
+    // What keeps it from one triangle keeps it from others near that.
+    std::array<Side, 4> clear;
+    std::size_t next = 0;
     query().each_near(options_.margin, [&](std::uint32_t t) {
-      gap = std::min(gap, add_contacts(t, patches, out));
+      const Corners p = corners(t);
+      for (const Side& known : clear)
+        if (const double beyond = known.beyond(p); beyond > options_.margin + rounding * size_) {
+          gap = std::min(gap, beyond);
+          return false;
+        }
+      const Apart apart = add_contacts(t, p, patches, out);
+      gap = std::min(gap, apart.gap);
+      if (apart.gap > options_.margin && !apart.normal.isZero()) clear[next++ % clear.size()] = side(apart.normal);
       return false;
     });
     const std::size_t first = out.size();
@@ -579,17 +591,23 @@ class MeshConvex {
     return spare > 0 && spare * spare > 4 * k2 * l2;
   }
 
-  // Adds the triangle's contacts; how far apart the two are known to be. `room`: what it holds stays as it is.
-  double add_contacts(std::uint32_t t, PatchCollector& patches, std::vector<Contact>& room) const {
+  // How far apart a triangle and the convex are known to be, and along which normal; zero where that is its own.
+  struct Apart {
+    double gap;
+    Vec3 normal = Vec3::Zero();
+  };
+
+  // Adds the triangle's contacts. `room`: what it holds stays as it is.
+  Apart add_contacts(std::uint32_t t, const Corners& p, PatchCollector& patches, std::vector<Contact>& room) const {
     const std::size_t first = room.size();
-    const double gap = add_contacts(t, patches, room, first);
+    const Apart apart = add_contacts(t, p, patches, room, first);
     room.resize(first);
-    return gap;
+    return apart;
   }
 
   // The same with the triangle's contacts from `first` on in `found` at last.
-  double add_contacts(std::uint32_t t, PatchCollector& patches, std::vector<Contact>& found, std::size_t first) const {
-    const Corners p = corners(t);
+  Apart add_contacts(std::uint32_t t, const Corners& p, PatchCollector& patches, std::vector<Contact>& found,
+                     std::size_t first) const {
     const Vec3 area = area_vector(p);
     const double length = area.norm();
     const auto own = [&] { return std::span<const Contact>(found).subspan(first); };
@@ -599,11 +617,11 @@ class MeshConvex {
       Vec3 n = area / length;
       const double level = n.dot(p[0]), off = level - n.dot(mid_);
       const double box_gap = std::abs(off) - (turn_.rotation.transpose() * n).cwiseAbs().dot(own_half_);
-      if (box_gap > options_.margin) return box_gap;
+      if (box_gap > options_.margin) return {box_gap};
       if (n.dot(centre()) < level) n = -n;
       const Vec3 deepest = support(-n);
       const double depth = n.dot(p[0] - deepest);
-      if (depth < -options_.margin) return -depth;
+      if (depth < -options_.margin) return {-depth};
       is_known = view_.kind != ShapeKind::sphere && faces_convex(p, n, deepest, depth);
       if (is_known) {
         r.signed_distance = -depth;
@@ -613,19 +631,19 @@ class MeshConvex {
       }
     }
     if (!is_known) r = solve(p, Request::contacts, &found);
-    if (found.size() == first) return r.signed_distance;
+    if (found.size() == first) return {r.signed_distance, r.normal};
     const Vec3 n = length > 0 ? Vec3(area / length) : Vec3::Zero();
     const bool outward = !model_.solid || r.normal.dot(n) > -1e-6;
     if (n.isZero() || (outward && bears(model_, t, r.normal))) {
       patches.add(t, own());
-      return r.signed_distance;
+      return {r.signed_distance, r.normal};
     }
     // Not a way the surface pushes: its neighbours lie there. What the triangle's face bears counts.
     const double side = n.dot(centre() - p[0]);
     const Vec3 face = model_.solid || side > 0 || (side == 0 && n.dot(r.normal) >= 0) ? n : Vec3(-n);
     const Vec3 low = support(-face);
     const double depth = face.dot(p[0] - low);
-    if (depth < -options_.margin) return r.signed_distance;
+    if (depth < -options_.margin) return {r.signed_distance, r.normal};
     found.resize(first);
     const LocalAnswer along_face{-depth, low + depth * face, low, face, 0};
     append_manifold(view_triangle(p), view_, {turn_.rotation, Vec3::Zero()}, along_face, options_.margin, Pose{},
@@ -636,7 +654,7 @@ class MeshConvex {
                                  [](const Contact& c) { return c.feature == 0xffffffffu; }),
                   found.end());
     patches.add(t, own());
-    return r.signed_distance;
+    return {r.signed_distance, r.normal};
   }
 
   const Posed mesh_, convex_;

@@ -78,6 +78,14 @@ class RimFloor {
   int count_ = 0;
 };
 
+/// Is it a triangle that no rounding makes a segment?
+bool spans_plane(std::span<const Vec3> v) {
+  if (v.size() != 3) return false;
+  const Vec3 a = v[1] - v[0], b = v[2] - v[0], c = v[2] - v[1];
+  const double longest2 = std::max({a.squaredNorm(), b.squaredNorm(), c.squaredNorm()});
+  return a.cross(b).squaredNorm() > 1e-12 * longest2 * longest2;
+}
+
 class Search {
  public:
   /// From a minimum of h, or from any direction, which is then not walked from if another one is better.
@@ -139,6 +147,7 @@ Vec3 Search::try_from(const Vec3& n) {
 bool Search::by_arcs(int which) const {
   const RoundBody& body = pair_.body[which];
   if (!pair_.body[1 - which].has_rim()) return false;
+  if (body.kind() == ShapeKind::triangle) return spans_plane(body.view().vertices);
   return body.kind() == ShapeKind::box || (body.kind() == ShapeKind::convex && body.hull().dimension == 3);
 }
 
@@ -188,6 +197,7 @@ void Search::try_axes() {
 
 Vec3 Search::face_normal(int which, std::size_t face) const {
   const RoundBody& body = pair_.body[which];
+  if (body.kind() == ShapeKind::triangle) return reach_[which].normal(face);
   if (body.kind() != ShapeKind::box) return body.axes() * body.hull().faces[face].normal;
   const Vec3 n = body.axes().col(static_cast<int>(face / 2));
   return face % 2 == 0 ? n : Vec3(-n);
@@ -415,6 +425,9 @@ void Search::search_arcs(int which) {
   };
   if (body.kind() == ShapeKind::box) {
     for (const FaceArc& arc : box_arcs) follow(arc.v[0], arc.face[0], arc.face[1]);
+  } else if (body.kind() == ShapeKind::triangle) {
+    for (const std::uint32_t i : {0u, 1u, 2u})
+      for (const std::uint32_t face : {0u, 1u}) follow(i, face, 2 + i);
   } else {
     for (const Hull::Edge& e : body.hull().edges) follow(e.v[0], e.face[0], e.face[1]);
   }
