@@ -10,11 +10,12 @@ namespace tandem::bench {
 
 double Samples::quantile(double q) const {
   if (values_.empty()) return 0;
-  std::vector<double> sorted = values_;
-  const auto nth =
-      sorted.begin() + static_cast<std::ptrdiff_t>(std::lround(q * static_cast<double>(sorted.size() - 1)));
-  std::nth_element(sorted.begin(), nth, sorted.end());
-  return *nth;
+  std::vector<double> values = values_;
+  const double rank = q * static_cast<double>(values.size() - 1), below = std::floor(rank);
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(below);
+  std::nth_element(values.begin(), at, values.end());
+  if (rank == below) return *at;
+  return std::lerp(*at, *std::min_element(at + 1, values.end()), rank - below);
 }
 
 double Samples::sum() const { return std::accumulate(values_.begin(), values_.end(), 0.0); }

@@ -10,11 +10,11 @@
 namespace tandem::bench {
 namespace {
 
-/// Of an even number the lower one.
+/// As of the times that it is compared with: of an even number between the middle two.
 double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) / 2);
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return values.size() % 2 != 0 ? *middle : 0.5 * (*middle + *std::max_element(values.begin(), middle));
 }
 
 double total(const std::vector<double*>& times) {

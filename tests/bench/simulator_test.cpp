@@ -203,6 +203,9 @@ TEST_CASE("simulator: of several runs each piece has its median time") {
       typical({step_of(100, 40, 5000, 200), step_of(100, 40, 4000, 300), step_of(100, 40, 9000, 200)});
   CHECK(skewed.work_ns() == Approx(1000 + 20'000 + 400'000 + 1'200'000 + 15'000));
   CHECK(skewed.tiles.front().ns / skewed.narrow_ns(0, 1, false) == Approx(5000.0 / 200));
+  const RecordedStep of_two = typical({step_of(100, 40, 5000, 200), step_of(100, 40, 4000, 300)});
+  CHECK(of_two.work_ns() == Approx(1000 + 20'000 + 450'000 + 1'000'000 + 15'000));
+  CHECK(of_two.tiles.front().ns == Approx(4500));
   CHECK_THROWS_AS(typical({}), std::logic_error);
   CHECK_THROWS_AS(typical({step_of(100, 40, 1, 1), step_of(90, 40, 1, 1)}), std::logic_error);
 }
