@@ -294,12 +294,22 @@ void VerletList::ReturnedList::forget(const ReturnedBodies& returned) {
 }
 
 void VerletList::pack() {
-  constexpr std::size_t few = 128;  // bodies
-  is_packed_ = listed_bodies_.load(std::memory_order_relaxed) < few * list_count_;
-  if (!is_packed_) return;
+  constexpr std::size_t few = 512, most_together = 1024;  // bodies
+  const std::size_t listed = listed_bodies_.load(std::memory_order_relaxed);
+  // What is read where the boxes are takes long, but must do until the others' boxes are copied.
+  const std::size_t most_first = std::clamp<std::size_t>(listed / 64, 256, most_together);
+  is_packed_ = listed < few * list_count_;
+  if (is_packed_) put_together(most_first, most_together);
+  first_lists_ = 0;
+  for (std::size_t bodies = 0; first_lists_ < list_count_ && bodies < most_first / 2; ++first_lists_)
+    bodies += list(first_lists_).bodies.size();
+  first_lists_ = std::max(first_lists_, list_count_ / 64 + 1);
+}
+
+void VerletList::put_together(std::size_t most_first, std::size_t most_together) {
   std::size_t packed = 0;
   for (std::size_t k = 0; k < list_count_; ++k) {
-    const std::size_t most = packed <= 1 ? 256 : 1024;  // the first is read where the boxes are
+    const std::size_t most = packed <= 1 ? most_first : most_together;
     if (packed == 0 || packed_[packed - 1].bodies.size() + lists_[k].bodies.size() > most) {
       if (packed_.size() == packed) packed_.emplace_back();
       packed_[packed++].clear();
@@ -597,7 +607,7 @@ void VerletList::emit(std::size_t block, PairSink& sink) {
   const ScratchPool<Scratch>::Lease lease(scratch_);
   Scratch& scratch = *lease;
   if (mode_ == Mode::renew) return renew_block(block - 1, scratch, sink);
-  const bool first_tiles = block <= list_count_ / 64 && block < list_count_;
+  const bool first_tiles = block < std::min(first_lists_, list_count_);
   const bool all_copied = !first_tiles && help_look() && copies_;
   if (block < list_count_) {
     (void)test(list(block), all_copied, scratch, sink);

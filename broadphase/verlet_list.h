@@ -153,8 +153,9 @@ class VerletList {
   /// that is not on the first list is kept, if the filter allows it.
   void meet(std::uint32_t index, const Aabb& box, std::uint32_t other, const Aabb& others_box,
             std::vector<std::uint32_t>& kept, PairSink& sink) const;
-  /// After a renewal: puts lists together where most are short, so that they are read in a row.
+  /// After a renewal: puts lists together where most are short, so that they are read in a row; chooses the first ones.
   void pack();
+  void put_together(std::size_t most_first, std::size_t most_together);
   const CandidateTiles& list(std::size_t block) const { return is_packed_ ? packed_[block] : lists_[block]; }
   /// Puts back what was outside in the step before.
   void put_back();
@@ -213,7 +214,8 @@ class VerletList {
 
   std::vector<CandidateTiles> lists_, packed_;
   std::size_t list_count_ = 0;
-  bool is_packed_ = false;  // short lists are together in packed_
+  std::size_t first_lists_ = 1;  // are tested while boxes are still being copied
+  bool is_packed_ = false;       // short lists are together in packed_
   bool list_made_ = false;
   bool too_long_ = false;  // the list of the step before
   std::atomic<std::size_t> blocks_done_{0}, listed_{0}, listed_bodies_{0}, hits_{0};
