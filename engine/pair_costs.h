@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tandem/broadphase/pair.h"
+#include "tandem/flowgraph/batch.h"
 
 namespace tandem {
 
@@ -14,13 +15,18 @@ namespace tandem {
 /// decides who is begun first, never an answer.
 class PairCosts {
  public:
+  /// From what cost (ns) on a pair is one of the costliest, if the costliest of all takes `most_ns`.
+  static double costliest_from(double most_ns) {
+    return std::max(static_cast<double>(shortest_batch.count()), 0.5 * most_ns);
+  }
+
   /// What was learned since is from now on what is guessed from.
   void begin_step(std::size_t bodies) {
     before_.swap(now_);
     before_.resize(bodies);
     now_.assign(bodies, 0);
     const auto most = std::max_element(before_.begin(), before_.end());
-    least_ = std::max(fills_a_batch, most == before_.end() ? 0 : *most / 2);
+    least_ = costliest_from(most == before_.end() ? 0 : *most);
   }
 
   /// Both bodies had a pair that cost at least half of the costliest of all.
@@ -38,9 +44,7 @@ class PairCosts {
   }
 
  private:
-  static constexpr std::uint32_t fills_a_batch = 15'000;  // ns; cheaper ones travel together
-
-  std::uint32_t least_ = fills_a_batch;
+  double least_ = costliest_from(0);
   std::vector<std::uint32_t> before_, now_;  // ns, one a body
 };
 

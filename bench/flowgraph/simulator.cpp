@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "engine/pair_costs.h"
+
 namespace tandem::bench {
 
 /// A virtual core.
@@ -327,7 +329,7 @@ SimulatedStep Simulator::step(const RecordedForms& forms) {
   } else {
     for (const RecordedStep::Stage& one : work.order) now = stage(one, threads, now, true);
     Shared phase(shared ? policy_ : Policy::sequential, costs_, work,
-                 threads_ == 1 ? BatchPairs{128} : batch_size_.get(), std::max(fills_a_batch_ns, 0.5 * costliest_ns_),
+                 threads_ == 1 ? BatchPairs{128} : batch_size_.get(), PairCosts::costliest_from(costliest_ns_),
                  threads);
     now = phase.run(now);
     result.broad_ns = phase.broad_ns;

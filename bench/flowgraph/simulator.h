@@ -52,7 +52,7 @@ class Simulator {
     std::uint64_t pairs = 0;
     bool heavy = false;
   };
-  static constexpr double small_step_ms = 0.3, fills_a_batch_ns = 15'000;
+  static constexpr double small_step_ms = 0.3;
 
   double stage(const RecordedStep::Stage& stage, const std::vector<Thread>& threads, double from,
                bool narrow_helps) const;

@@ -1,4 +1,5 @@
 #pragma once
+#include <chrono>
 #include <cstddef>
 #include <vector>
 
@@ -6,6 +7,9 @@
 #include "tandem/flowgraph/contact_list.h"
 
 namespace tandem {
+
+/// A batch of pairs that takes less costs too much to hand on; a pair that takes longer may travel alone.
+inline constexpr std::chrono::nanoseconds shortest_batch{15'000};
 
 /// What travels from the broad to the narrow phase: candidate pairs, and the slot for what becomes of them.
 struct Batch {
