@@ -1,5 +1,6 @@
 #include "kept_contacts.h"
 
+#include <cassert>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -14,44 +15,88 @@ constexpr double rest_share = 1e-3;
 
 Vec3 into(const Pose& frame, const Vec3& world) { return frame.rotation.transpose() * (world - frame.translation); }
 
-template <class T>
-void raise(std::atomic<T>& to, T value) {
-  T known = to.load(std::memory_order_relaxed);
-  while (known < value && !to.compare_exchange_weak(known, value, std::memory_order_relaxed)) {
+/// Inserts from(k) before what is at places[k] (ascending), for all k. Nothing before the first place is touched.
+template <class T, class From>
+void insert(std::span<const std::size_t> places, const From& from, std::vector<T>& values) {
+  std::size_t end = values.size();
+  values.resize(end + places.size());
+  const auto at = [&](std::size_t place) { return values.begin() + static_cast<std::ptrdiff_t>(place); };
+  for (std::size_t k = places.size(); k-- > 0; end = places[k]) {
+    std::move_backward(at(places[k]), at(end), at(end + k + 1));
+    values[places[k] + k] = from(k);
   }
 }
 
 }  // namespace
 
+void KeptContacts::Sums::leave(const Entry& entry, const Largest& its, const Largest& of_all) {
+  colliding -= entry.collide ? 1 : 0;
+  touching -= entry.touching;
+  gaps -= entry.gaps;
+  inexact -= entry.inexact ? 1 : 0;
+  lost_largest = lost_largest || (its.depth > 0 && its.depth == of_all.depth) ||
+                 (its.error_bound > 0 && its.error_bound == of_all.error_bound);
+}
+
+void KeptContacts::Sums::enter(const Entry& entry, const Largest& its) {
+  colliding += entry.collide ? 1 : 0;
+  touching += entry.touching;
+  gaps += entry.gaps;
+  inexact += entry.inexact ? 1 : 0;
+  largest.depth = std::max(largest.depth, its.depth);
+  largest.error_bound = std::max(largest.error_bound, its.error_bound);
+}
+
+void KeptContacts::Sums::add(const Sums& other) {
+  computed += other.computed;
+  colliding += other.colliding;
+  touching += other.touching;
+  gaps += other.gaps;
+  inexact += other.inexact;
+  largest.depth = std::max(largest.depth, other.largest.depth);
+  largest.error_bound = std::max(largest.error_bound, other.largest.error_bound);
+  lost_largest = lost_largest || other.lost_largest;
+}
+
 void KeptContacts::clear() {
+  last_.pairs.clear();
+  last_.contacts.clear();
+  keys_.clear();
   entries_.clear();
+  listed_.clear();
+  largest_.clear();
   rows_.clear();
   details_.clear();
   free_details_.clear();
+  restless_.clear();
+  candidates_ = 0;
+  sums_ = {};
+  any_pending_ = false;
   fresh_.clear();
   fresh_details_.clear();
+  adopted_.clear();
 }
 
-void KeptContacts::begin_step(const Scene& scene, ContactList& contacts) {
-  if (!std::exchange(complete_, false)) clear();
-  if (++step_ == none) {
-    clear();
-    bodies_.clear();
-    step_ = 1;
-  }
-  scene_ = &scene;
+bool KeptContacts::begin_step(const Scene& scene, ContactList& contacts, bool same_bodies) {
   std::swap(last_, contacts);
-  for (auto* count : {&kept_, &standing_, &computed_}) count->store(0, std::memory_order_relaxed);
-  error_bound_.store(0, std::memory_order_relaxed);
-
   const std::size_t bodies = scene.indices();
+  const bool known = std::exchange(complete_, false) && ++step_ != none && bodies >= bodies_.size();
+  if (!known) clear();
+  if (step_ == none || bodies < bodies_.size()) bodies_.clear();
+  if (step_ == none) step_ = 1;
+  scene_ = &scene;
+  told_ = {};
+  any_moved_.store(false, std::memory_order_relaxed);
+  all_asked_ = !known || !same_bodies;
+
   bodies_.resize(bodies);
   reach_.resize(bodies);
   since_.resize(bodies);
   changed_.resize(bodies);
+  look_.resize(bodies);
   const auto shapes = scene.shapes();
   const auto same = [](const Shape& x, const Shape& y) { return &x.mass() == &y.mass(); };
-  if (std::equal(shapes.begin(), shapes.end(), shapes_.begin(), shapes_.end(), same)) return;
+  if (std::equal(shapes.begin(), shapes.end(), shapes_.begin(), shapes_.end(), same)) return !all_asked_;
   shapes_.assign(shapes.begin(), shapes.end());
   balls_.clear();
   for (const Shape& shape : shapes_) {
@@ -63,6 +108,7 @@ void KeptContacts::begin_step(const Scene& scene, ContactList& contacts) {
     const Bounds box = shape.bounds({});
     balls_.push_back({&shape.mass(), (box.lo + box.hi) / 2, (box.hi - box.lo).norm() / 2, tolerance_ * shape.size()});
   }
+  return !all_asked_;
 }
 
 bool KeptContacts::rests(const Body& body, const Pose& pose, const Ball& ball, double reach) const {
@@ -75,163 +121,248 @@ bool KeptContacts::rests(const Body& body, const Pose& pose, const Ball& ball, d
   return 2 * moved.squaredNorm() + turned.squaredNorm() * (ball.radius * ball.radius) <= 0.99 * reach * reach;
 }
 
-bool KeptContacts::look_at(std::size_t first, std::size_t count) {
+void KeptContacts::look_at(std::size_t first, std::span<std::uint8_t> changed) {
   const auto indices = scene_->shape_indices();
   const auto poses = scene_->poses();
   const auto is_static = scene_->is_static();
-  bool all_rest = true;
-  for (std::size_t i = first; i < first + count; ++i) {
+  bool any_moved = false;
+  for (std::size_t k = 0; k < changed.size(); ++k) {
+    if (changed[k] == 0) continue;
+    const std::size_t i = first + k;
     Body& body = bodies_[i];
     const Ball& ball = balls_[indices[i]];
     const MassProperties* shape = scene_->alive(static_cast<std::uint32_t>(i)) ? ball.shape : nullptr;
     const double reach =
         is_static[i] != 0 || !(ball.radius < std::numeric_limits<double>::infinity()) ? 0 : rest_share * ball.allowed;
     const bool same = shape == body.shape && reach == reach_[i];
-    if (same && rests(body, poses[i], ball, reach)) continue;
-    all_rest = false;
-    since_[i] = step_;
+    if (same && rests(body, poses[i], ball, reach)) {
+      changed[k] = 0;
+      continue;
+    }
+    any_moved = true;
+    since_[i] = look_[i] = step_;
     body.anchor = poses[i];
     if (same) continue;
     body.shape = shape;
     reach_[i] = reach;
     changed_[i] = step_;
   }
-  return !all_rest;
+  if (any_moved) any_moved_.store(true, std::memory_order_relaxed);
 }
 
-void KeptContacts::end_step(const ContactList& contacts) {
+void KeptContacts::end_step(ContactList& contacts) {
   complete_ = true;
-  const std::size_t candidates = kept_.load(std::memory_order_relaxed) + computed_.load(std::memory_order_relaxed);
-  // All that was there stands: so do its places.
-  if (fresh_.empty() && standing_.load(std::memory_order_relaxed) == candidates && candidates == entries_.size())
+  computed_ = static_cast<std::uint64_t>(told_.computed);
+  if (!all_asked_ && !any_pending_ && !any_moved_.load(std::memory_order_relaxed)) {
+    std::swap(last_, contacts);
     return;
-  // Pairs that are candidates no more: gone with the next that are new, or once they are as many as the others.
-  if (!fresh_.empty() || entries_.size() > 2 * candidates + 64) merge();
-  std::uint32_t place = 0;
-  for (Entry& entry : entries_)
-    if (entry.seen == step_) entry.result = std::exchange(place, place + (entry.reported ? 1 : 0));
-  if (place != contacts.pairs.size()) clear();  // not the answer of these pairs
+  }
+  take_fresh();
+  look_through(contacts.pairs.size());
+  put_together(contacts);
+  sums_.add(told_);
+  if (told_.lost_largest) find_largest();
 }
 
-void KeptContacts::merge() {
-  std::sort(fresh_.begin(), fresh_.end(), [](const Entry& x, const Entry& y) { return x.key < y.key; });
-  merged_.clear();
-  merged_.reserve(entries_.size() + fresh_.size());
-  auto fresh = fresh_.begin();
-  const auto take_fresh = [&] {
-    Entry& entry = merged_.emplace_back(*fresh++);
-    if (entry.detail == none) return;
-    KeptPair& detail = fresh_details_[entry.detail];
-    if (free_details_.empty()) {
-      entry.detail = static_cast<std::uint32_t>(details_.size());
-      details_.push_back(std::move(detail));
-    } else {
-      entry.detail = free_details_.back();
-      free_details_.pop_back();
-      details_[entry.detail] = std::move(detail);
-    }
-  };
-  for (const Entry& entry : entries_) {
-    if (entry.seen != step_) {
+/// Drops pairs that are no candidates, once they are many.
+void KeptContacts::forget_gone() {
+  if (keys_.size() <= candidates_ + candidates_ / 4 + 64) return;
+  std::size_t end = 0;
+  for (std::size_t i = 0; i < keys_.size(); ++i) {
+    const Entry& entry = entries_[i];
+    if (!entry.candidate && entry.as_of != step_) {
       if (entry.detail != none) free_details_.push_back(entry.detail);
       continue;
     }
-    while (fresh != fresh_.end() && fresh->key < entry.key) take_fresh();
-    merged_.push_back(entry);
+    keys_[end] = keys_[i];
+    entries_[end] = entry;
+    listed_[end] = listed_[i];
+    largest_[end++] = largest_[i];
   }
-  while (fresh != fresh_.end()) take_fresh();
+  keys_.resize(end);
+  entries_.resize(end);
+  listed_.resize(end);
+  largest_.resize(end);
+  rows_.clear();
+}
+
+void KeptContacts::take_fresh() {
+  const auto take_detail = [this](std::uint32_t place) {
+    KeptPair& detail = fresh_details_[place];
+    if (free_details_.empty()) {
+      details_.push_back(std::move(detail));
+      return static_cast<std::uint32_t>(details_.size() - 1);
+    }
+    const std::uint32_t at = free_details_.back();
+    free_details_.pop_back();
+    details_[at] = std::move(detail);
+    return at;
+  };
+  for (const auto& [entry, place] : adopted_) entries_[entry].detail = take_detail(place);
+  adopted_.clear();
+  forget_gone();
+  const auto by_key = [](const Fresh& x, const Fresh& y) { return x.key < y.key; };
+  if (!std::is_sorted(fresh_.begin(), fresh_.end(), by_key)) std::sort(fresh_.begin(), fresh_.end(), by_key);
+  places_.clear();
+  auto place = keys_.begin();
+  for (Fresh& fresh : fresh_) {
+    if (fresh.entry.detail != none) fresh.entry.detail = take_detail(fresh.entry.detail);
+    place = std::lower_bound(place, keys_.end(), fresh.key);
+    places_.push_back(static_cast<std::size_t>(place - keys_.begin()));
+  }
+  insert<std::uint64_t>(
+      places_, [this](std::size_t k) { return fresh_[k].key; }, keys_);
+  insert<Entry>(
+      places_, [this](std::size_t k) { return fresh_[k].entry; }, entries_);
+  insert<std::uint8_t>(
+      places_, [](std::size_t) { return std::uint8_t{0}; }, listed_);
+  insert<Largest>(
+      places_, [this](std::size_t k) { return fresh_[k].largest; }, largest_);
+  if (rows_.size() == bodies_.size() + 1) {
+    std::size_t before = 0;
+    for (std::size_t a = 0; a < rows_.size() && !fresh_.empty(); ++a) {
+      while (before < fresh_.size() && fresh_[before].key >> 32 < a) ++before;
+      rows_[a] += static_cast<std::uint32_t>(before);
+    }
+  } else {
+    rows_.assign(bodies_.size() + 1, 0);
+    for (const std::uint64_t key : keys_) ++rows_[(key >> 32) + 1];
+    for (std::size_t a = 1; a < rows_.size(); ++a) rows_[a] += rows_[a - 1];
+  }
   fresh_.clear();
   fresh_details_.clear();
-  entries_.swap(merged_);
+}
 
-  rows_.assign(bodies_.size() + 1, 0);
-  for (const Entry& entry : entries_) ++rows_[(entry.key >> 32) + 1];
-  for (std::size_t i = 1; i < rows_.size(); ++i) rows_[i] += rows_[i - 1];
+/// Goes through the pairs that may not be as they were, and finds where the list changes.
+void KeptContacts::look_through([[maybe_unused]] std::size_t answers) {
+  splices_.clear();
+  restless_.clear();
+  any_pending_ = false;
+  std::uint32_t at = 0, from = 0;  // in last_, and among the fresh answers
+  const auto change = [&](bool removed, bool added) {
+    if (!removed && !added) return;
+    if (splices_.empty() || splices_.back().at + splices_.back().removed != at) splices_.push_back({at, 0, from, 0});
+    splices_.back().removed += removed ? 1 : 0;
+    splices_.back().added += added ? 1 : 0;
+    from += added ? 1 : 0;
+  };
+  for (std::size_t i = 0; i < keys_.size(); ++i) {
+    const Pair pair = pair_of(keys_[i]);
+    const bool was_listed = listed_[i] != 0;
+    if (!all_asked_ && look_[pair.a] < step_ && look_[pair.b] < step_) {
+      at += was_listed ? 1 : 0;
+      continue;
+    }
+    Entry& entry = entries_[i];
+    if (entry.as_of == step_) {
+      change(was_listed, entry.reported);
+      listed_[i] = entry.reported ? 1 : 0;
+      candidates_ += entry.candidate ? 0 : 1;
+      entry.candidate = true;
+      // To be told that they rest, if they do, or asked for again.
+      any_pending_ = true;
+      look_[pair.a] = look_[pair.b] = step_ + 1;
+      if (!entry.steady) restless_.push_back(pair);
+    } else if (entry.candidate && (entry.seen == step_ || (!all_asked_ && both_rest(pair)))) {
+      if (!entry.told && entry.reported) {
+        const double rest = rest_bound(pair);
+        last_.pairs[at].answer.error_bound += rest;
+        largest_[i].error_bound = static_cast<double>(entry.bound) + rest;
+        told_.largest.error_bound = std::max(told_.largest.error_bound, largest_[i].error_bound);
+      }
+      entry.told = true;
+    } else if (entry.candidate) {
+      change(was_listed, false);
+      listed_[i] = 0;
+      --candidates_;
+      told_.leave(entry, largest_[i], sums_.largest);
+      largest_[i] = {};
+      const std::uint32_t detail = entry.detail;
+      entry = {};
+      entry.detail = detail;
+    }
+    at += was_listed ? 1 : 0;
+  }
+  assert(at == last_.pairs.size() && from == answers);
+}
+
+void KeptContacts::put_together(ContactList& contacts) {
+  std::size_t stay = last_.pairs.size();
+  for (const Splice& s : splices_) stay -= s.removed;
+  if (stay == 0) return;
+  if (stay >= contacts.pairs.size()) {
+    splicer_.apply(splices_, contacts, last_);
+    std::swap(last_, contacts);
+    return;
+  }
+  // Those that stay go between the others.
+  others_.clear();
+  std::uint32_t next = 0;
+  const auto stays = [&](std::uint32_t end, std::uint32_t at) {
+    if (end != next) others_.push_back({at, 0, next, end - next});
+  };
+  for (const Splice& s : splices_) {
+    stays(s.at, s.from);
+    next = s.at + s.removed;
+  }
+  stays(static_cast<std::uint32_t>(last_.pairs.size()), static_cast<std::uint32_t>(contacts.pairs.size()));
+  splicer_.apply(others_, last_, contacts);
+}
+
+void KeptContacts::find_largest() {
+  Largest& all = sums_.largest;
+  all = {};
+  for (const Largest& its : largest_) {
+    all.depth = std::max(all.depth, its.depth);
+    all.error_bound = std::max(all.error_bound, its.error_bound);
+  }
 }
 
 KeptContacts::Counts KeptContacts::counts() const {
-  return {kept_.load(std::memory_order_relaxed), computed_.load(std::memory_order_relaxed),
-          error_bound_.load(std::memory_order_relaxed)};
+  const auto count = [](std::int64_t sum) { return static_cast<std::uint64_t>(sum); };
+  return {candidates_,          computed_,           count(sums_.colliding),   count(sums_.touching), count(sums_.gaps),
+          count(sums_.inexact), sums_.largest.depth, sums_.largest.error_bound};
 }
 
 // ---- A batch
 
 KeptContacts::Batch::~Batch() {
-  all_.kept_.fetch_add(kept_, std::memory_order_relaxed);
-  all_.standing_.fetch_add(standing_, std::memory_order_relaxed);
-  all_.computed_.fetch_add(computed_, std::memory_order_relaxed);
-  raise(all_.error_bound_, error_bound_);
-  if (fresh_.empty()) return;
   const std::scoped_lock lock(all_.mutex_);
-  for (Entry& entry : fresh_)
-    if (entry.detail != none) entry.detail += static_cast<std::uint32_t>(all_.fresh_details_.size());
+  all_.told_.add(sums_);
+  if (fresh_details_.size() != 0) {
+    const auto first = static_cast<std::uint32_t>(all_.fresh_details_.size());
+    for (Fresh& fresh : fresh_)
+      if (fresh.entry.detail != none) fresh.entry.detail += first;
+    for (auto& [entry, place] : adopted_) all_.adopted_.push_back({entry, place + first});
+    std::move(fresh_details_.begin(), fresh_details_.end(), std::back_inserter(all_.fresh_details_));
+  }
   all_.fresh_.insert(all_.fresh_.end(), fresh_.begin(), fresh_.end());
-  std::move(fresh_details_.begin(), fresh_details_.end(), std::back_inserter(all_.fresh_details_));
 }
 
 void KeptContacts::Batch::seek(Pair pair) {
   const std::uint64_t key = key_of(pair);
+  const std::vector<std::uint64_t>& keys = all_.keys_;
   entry_ = nullptr;
-  if (next_ >= all_.entries_.size() || all_.entries_[next_].key != key) {
+  if (next_ >= keys.size() || keys[next_] != key) {
     if (pair.a + std::size_t{1} >= all_.rows_.size()) return;
-    const auto first = all_.entries_.begin();
-    const auto found = std::lower_bound(first + all_.rows_[pair.a], first + all_.rows_[pair.a + 1], key,
-                                        [](const Entry& entry, std::uint64_t k) { return entry.key < k; });
-    next_ = static_cast<std::size_t>(found - first);
-    if (found == all_.entries_.end() || found->key != key) return;
+    const auto found = std::lower_bound(keys.begin() + all_.rows_[pair.a], keys.begin() + all_.rows_[pair.a + 1], key);
+    next_ = static_cast<std::size_t>(found - keys.begin());
+    if (found == keys.end() || *found != key) return;
   }
   entry_ = &all_.entries_[next_++];
 }
 
 std::size_t KeptContacts::Batch::stand(std::span<const Pair> pairs) {
-  const std::uint32_t step = all_.step_;
-  std::uint32_t begin = 0, end = 0;  // of the last step's list: what is to be appended
-  std::uint64_t colliding = 0, inexact = 0;
-  double error_bound = error_bound_;
   std::size_t count = 0;
   for (; count < pairs.size(); ++count) {
-    const Pair pair = pairs[count];
-    seek(pair);
-    was_candidate_ = false;
-    if (entry_ == nullptr) break;
-    Entry& entry = *entry_;
-    was_candidate_ = std::exchange(entry.seen, step) + 1 == step;
-    if (!was_candidate_ || !all_.stands(entry, pair)) break;
-    if (entry.result != end) {
-      append(begin, end);
-      begin = entry.result;
-    }
-    end = entry.result + (entry.reported ? 1 : 0);
-    const double rest = all_.rest_bound(pair);
-    error_bound = std::max(error_bound, entry.reported ? static_cast<double>(entry.bound) + rest : 0);
-    colliding += entry.collide ? 1 : 0;
-    inexact += entry.inexact ? 1 : 0;
-    if (entry.told) continue;
-    entry.told = true;
-    if (entry.reported) all_.last_.pairs[entry.result].answer.error_bound += rest;
+    seek(pairs[count]);
+    was_candidate_ = entry_ != nullptr && entry_->candidate;
+    if (!was_candidate_ || !all_.stands(*entry_, pairs[count])) break;
+    entry_->seen = all_.step_;
   }
-  append(begin, end);
-  kept_ += count;
-  standing_ += count;
-  colliding_ += colliding;
-  inexact_ |= inexact != 0;
-  error_bound_ = error_bound;
   moved_ = false;
   detail_ = none;
   return count;
-}
-
-void KeptContacts::Batch::append(std::uint32_t begin, std::uint32_t end) {
-  if (begin == end) return;
-  const auto pairs = std::span(all_.last_.pairs).subspan(begin, end - begin);
-  const std::uint32_t from = pairs.front().first_contact, to = pairs.back().first_contact + pairs.back().contact_count;
-  const auto moved = static_cast<std::uint32_t>(contacts_.size()) - from;
-  const std::size_t first = results_.size();
-  results_.insert(results_.end(), pairs.begin(), pairs.end());
-  if (moved != 0)
-    for (PairResult& result : std::span(results_).subspan(first)) result.first_contact += moved;
-  const auto contacts = std::span(all_.last_.contacts).subspan(from, to - from);
-  contacts_.insert(contacts_.end(), contacts.begin(), contacts.end());
 }
 
 KeptContacts::Batch::Relative KeptContacts::Batch::relative(Pair pair) const {
@@ -244,7 +375,7 @@ KeptContacts::Batch::Relative KeptContacts::Batch::relative(Pair pair) const {
   return {reference.rotation.transpose() * mover.rotation, into(reference, mover.translation), a_is_reference};
 }
 
-bool KeptContacts::Batch::move_along(Pair pair, PairResult& result) {
+bool KeptContacts::Batch::move_along(Pair pair, PairResult& result, std::vector<Contact>& contacts) {
   // What a pair that follows soon will read.
   if (const std::size_t ahead = next_ + 4; ahead < all_.entries_.size() && all_.entries_[ahead].detail != none) {
     const char* detail = reinterpret_cast<const char*>(&all_.details_[all_.entries_[ahead].detail]);
@@ -268,16 +399,13 @@ bool KeptContacts::Batch::move_along(Pair pair, PairResult& result) {
   moved_by_ = 0;
   if (kept.contacts.empty() && !all_.distances_) {
     moved_ = !kept.collide && gap_ > all_.margin_;
-    kept_ += moved_ ? 1 : 0;
     return moved_;
   }
   // The shift along the normal is taken into account: what is left is of second order, but not known to be less than
   // both together. Of the angle something is left for what bodies at rest may turn.
   if (!(2 * bound <= ball.allowed && angle <= 0.99 * all_.tolerance_ && bound < distance)) return false;
   moved_ = true;
-  ++kept_;
   moved_by_ = 2 * bound;
-  error_bound_ = std::max(error_bound_, moved_by_);
   const Pose& frame = all_.scene_->poses()[at_.a_is_reference ? pair.a : pair.b];
   // The mover's point that was at `point`, in the reference's frame, has moved by `turn * point + shift`.
   const Mat3 turn = turned * kept.rotation.transpose();
@@ -294,22 +422,20 @@ bool KeptContacts::Batch::move_along(Pair pair, PairResult& result) {
   answer.normal = frame.rotation * kept.normal;
   kept.contacts.each([&](const Contact& contact) {
     const double depth = std::max(contact.depth - opened(contact.normal, contact.point), -all_.margin_);
-    contacts_.push_back({frame * contact.point, frame.rotation * contact.normal, depth, contact.feature});
+    contacts.push_back({frame * contact.point, frame.rotation * contact.normal, depth, contact.feature});
   });
   return true;
 }
 
 void KeptContacts::Batch::keep(const PairResult& result, std::span<const Contact> contacts) {
-  if (entry_ != nullptr && entry_->detail == none) {
-    // It was of other kinds: as if it had not been there.
-    entry_->seen = 0;
-    entry_ = nullptr;
-  }
-  if (entry_ == nullptr) {
+  const bool is_new = entry_ == nullptr || entry_->detail == none;
+  if (is_new) {
     detail_ = static_cast<std::uint32_t>(fresh_details_.size());
     fresh_details_.emplace_back();
+    // Else it was of other kinds.
+    if (entry_ != nullptr) adopted_.push_back({static_cast<std::uint32_t>(entry_ - all_.entries_.data()), detail_});
   }
-  KeptPair& kept = entry_ != nullptr ? all_.details_[entry_->detail] : fresh_details_.back();
+  KeptPair& kept = is_new ? fresh_details_.back() : all_.details_[entry_->detail];
   kept.rotation = at_.rotation;
   kept.translation = at_.translation;
   const PairAnswer& answer = result.answer;
@@ -328,27 +454,43 @@ void KeptContacts::Batch::keep(const PairResult& result, std::span<const Contact
     kept.contacts.add({into(frame, contact.point), turned(contact.normal), contact.depth, contact.feature});
 }
 
-void KeptContacts::Batch::note(const PairResult& result, bool reported) {
+void KeptContacts::Batch::note(const PairResult& result, std::span<const Contact> contacts, bool reported) {
   const PairAnswer& answer = result.answer;
   if (!moved_) {
-    ++computed_;
+    ++sums_.computed;
     gap_ = std::abs(answer.signed_distance) - answer.error_bound;
     moved_by_ = 0;
   }
   const Pair pair{result.a, result.b};
   const auto shape = all_.scene_->shape_indices();
-  Entry& entry = entry_ != nullptr ? *entry_ : fresh_.emplace_back();
-  entry.key = key_of(pair);
-  entry.seen = entry.as_of = all_.step_;
-  if (entry_ == nullptr) entry.detail = detail_;
-  entry.bound = static_cast<float>(moved_by_ * (1 + 1e-6));
-  entry.reported = reported;
-  entry.told = false;
-  entry.collide = answer.collide;
-  entry.inexact = answer.status == Status::inexact;
+  Entry* entry = entry_;
+  Largest* largest = nullptr;
+  if (entry != nullptr) {
+    largest = &all_.largest_[static_cast<std::size_t>(entry - all_.entries_.data())];
+    sums_.leave(*entry, *largest, all_.sums_.largest);
+  } else {
+    Fresh& fresh = fresh_.emplace_back();
+    fresh.key = key_of(pair);
+    entry = &fresh.entry;
+    entry->detail = detail_;
+    largest = &fresh.largest;
+  }
+  entry->seen = entry->as_of = all_.step_;
+  entry->bound = static_cast<float>(moved_by_ * (1 + 1e-6));
+  entry->reported = reported;
+  entry->told = false;
+  entry->collide = answer.collide;
+  entry->inexact = answer.status == Status::inexact;
+  entry->touching = entry->gaps = 0;
+  *largest = {0, reported ? moved_by_ : 0};
+  for (const Contact& contact : contacts) {
+    ++(contact.depth < 0 ? entry->gaps : entry->touching);
+    largest->depth = std::max(largest->depth, contact.depth);
+  }
   const double rest = all_.rest_bound(pair);
   const double allowed = std::min(all_.balls_[shape[pair.a]].allowed, all_.balls_[shape[pair.b]].allowed);
-  entry.steady = reported ? moved_by_ + rest <= allowed && rest < gap_ : !answer.collide && gap_ - rest > all_.margin_;
+  entry->steady = reported ? moved_by_ + rest <= allowed && rest < gap_ : !answer.collide && gap_ - rest > all_.margin_;
+  sums_.enter(*entry, *largest);
 }
 
 }  // namespace tandem

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "list_splice.h"
 #include "tandem/broadphase/pair.h"
 #include "tandem/engine/scene.h"
 #include "tandem/flowgraph/contact_list.h"
@@ -56,9 +57,9 @@ struct KeptPair {
 /// Answers of the last step that may stand for this one's, in two ways.
 ///
 /// A body rests while no point of it is farther than a thousandth of the tolerance from where it was when its rest
-/// began. Two that have rested since their answer leave it as it is: it is copied, in runs, from the last step's list,
-/// and says how far they may have moved. Boxes of bodies hold them wherever they may be while they rest, so they are
-/// not made anew.
+/// began. Two that have rested since their answer leave it as it is: it stays where it lies in the list, and says how
+/// far they may have moved. Boxes of bodies hold them wherever they may be while they rest, so they are not made anew;
+/// two whose boxes are those of the step before are candidates if they were, so that nobody need ask for them.
 ///
 /// Else an answer is kept that was computed for poses of which no point of one body has moved by more than a bound,
 /// seen from the other: it is moved with one of the two, the reference, and says the bound.
@@ -68,8 +69,8 @@ struct KeptPair {
 /// holds for distance and depth, and an answer is kept only where it leaves the verdict beyond doubt. A mesh's contacts
 /// are those of the poses that they were computed for.
 ///
-/// In a step any number of threads ask for different pairs at once; nothing is locked but where a batch brings pairs
-/// that were no candidates in the step before. Nothing is searched where pairs come in order.
+/// In a step any number of threads ask for different pairs at once; nothing is locked but where a batch tells what it
+/// found. Nothing is searched where pairs come in order. What did not stand is then put in its place among what did.
 class KeptContacts {
  public:
   /// `request` contacts or distance; `tolerance` relative to the smaller body's size, > 0; gaps up to `margin` (metres)
@@ -77,26 +78,34 @@ class KeptContacts {
   KeptContacts(Request request, double tolerance, double margin)
       : distances_(request == Request::distance), tolerance_(tolerance), margin_(margin) {}
 
-  /// Takes the last step's answer, and leaves `contacts` to this one's.
-  void begin_step(const Scene& scene, ContactList& contacts);
-  /// Notes which of these bodies rest, before any pair of theirs is asked for. False: all of them, as in the step
-  /// before. From several threads, on different bodies.
-  bool look_at(std::size_t first, std::size_t count);
-  /// After a step that was not cut short; without it the next one keeps nothing.
-  void end_step(const ContactList& contacts);
+  /// Takes the last step's answer, and leaves `contacts` to what does not stand. `same_bodies`: no body has come or
+  /// gone since the last step, nor has its part of the filter changed. True if only pairs of which a body does not rest
+  /// and the restless ones need to be asked for; else all candidates must be.
+  bool begin_step(const Scene& scene, ContactList& contacts, bool same_bodies);
+  /// Notes which of the bodies from `first` on rest, before any pair of theirs is asked for, and clears their bytes;
+  /// others' poses were not written since the last step. From several threads, on different bodies.
+  void look_at(std::size_t first, std::span<std::uint8_t> changed);
+  /// Candidates of the last step that are to be asked for even if both bodies rest.
+  std::span<const Pair> restless() const { return restless_; }
+  bool both_rest(Pair pair) const { return since_[pair.a] != step_ && since_[pair.b] != step_; }
+  /// After a step that was not cut short; without it the next one keeps nothing. `contacts`: answers of the pairs that
+  /// do not stand; of all of them after it.
+  void end_step(ContactList& contacts);
 
   /// Where the body's rest began (its pose now, if it does not rest), and how far from there any of its points may be.
   const Pose& anchor(std::size_t body) const { return bodies_[body].anchor; }
   double reach(std::size_t body) const { return reach_[body]; }
 
+  /// Of the last step's candidates.
   struct Counts {
-    std::uint64_t kept_pairs = 0;  ///< with contacts or without
-    std::uint64_t computed_pairs = 0;
-    double error_bound = 0;  ///< metres, the largest of a kept answer
+    std::uint64_t candidates = 0, computed_pairs = 0, colliding_pairs = 0;
+    std::uint64_t touching = 0, gaps = 0;  ///< contacts
+    std::uint64_t inexact = 0;             ///< answers
+    double max_depth = 0;
+    double error_bound = 0;  ///< metres, the largest of a kept answer that is reported
   };
-  /// Of the last step.
   Counts counts() const;
-  std::size_t entries() const { return entries_.size(); }
+  std::size_t entries() const { return keys_.size(); }
 
   class Batch;
 
@@ -115,33 +124,63 @@ class KeptContacts {
   static constexpr std::uint32_t none = 0xffffffffu;
   /// What is known of a pair that was a candidate.
   struct Entry {
-    std::uint64_t key = 0;        // a in the high half, b in the low one
-    std::uint32_t seen = 0;       // step in which the pair was last a candidate
+    std::uint32_t seen = 0;       // step in which it was last asked for
     std::uint32_t as_of = 0;      // step for whose poses the answer is
-    std::uint32_t result = 0;     // its place in the last step's list, or where it would be if it were reported
     std::uint32_t detail = none;  // its place in details_
     float bound = 0;              // metres, up to which the answer was moved along
+    std::uint32_t touching = 0, gaps = 0;
+    bool candidate : 1 = false;  // in the last step
     bool reported : 1 = false;
     bool steady : 1 = false;  // stands while both rest
     bool told : 1 = false;    // that they rested, in the answer if there is one
     bool collide : 1 = false;
     bool inexact : 1 = false;
   };
+  /// Of a pair; of all in the whole.
+  struct Largest {
+    double depth = 0;
+    double error_bound = 0;  // of a kept answer that is reported
+  };
+  struct Fresh {
+    std::uint64_t key = 0;
+    Entry entry;
+    Largest largest;
+  };
+  /// How a batch changes the sums over all candidates.
+  struct Sums {
+    std::int64_t computed = 0, colliding = 0, touching = 0, gaps = 0, inexact = 0;
+    Largest largest;            // of its own pairs
+    bool lost_largest = false;  // a pair that may have been the one has less now
+
+    void leave(const Entry& entry, const Largest& its, const Largest& of_all);
+    void enter(const Entry& entry, const Largest& its);
+    void add(const Sums& other);
+  };
 
   static std::uint64_t key_of(Pair pair) { return std::uint64_t{pair.a} << 32 | pair.b; }
+  static Pair pair_of(std::uint64_t key) {
+    return {static_cast<std::uint32_t>(key >> 32), static_cast<std::uint32_t>(key)};
+  }
   bool rests(const Body& body, const Pose& pose, const Ball& ball, double reach) const;
   double rest_bound(Pair pair) const { return 2 * (reach_[pair.a] + reach_[pair.b]); }
   bool stands(const Entry& entry, Pair pair) const {
     return entry.steady && since_[pair.a] <= entry.as_of && since_[pair.b] <= entry.as_of;
   }
-  void merge();
   void clear();
+  void forget_gone();
+  void take_fresh();
+  void look_through(std::size_t answers);
+  void find_largest();
+  void put_together(ContactList& contacts);
 
   bool distances_;
   double tolerance_, margin_;
   const Scene* scene_ = nullptr;
   std::uint32_t step_ = 1;
   bool complete_ = true;
+  bool all_asked_ = true;               // in this step
+  std::atomic<bool> any_moved_{false};  // body
+  bool any_pending_ = false;            // some pairs of the last step must be looked at in this one
 
   std::vector<Shape> shapes_;  // of the last step's scene: as long as they are held, no other shape has their address
   std::vector<Ball> balls_;    // one a shape
@@ -150,44 +189,52 @@ class KeptContacts {
   std::vector<double> reach_;
   std::vector<std::uint32_t> since_;    // step in which its rest began
   std::vector<std::uint32_t> changed_;  // step in which it got another shape
+  std::vector<std::uint32_t> look_;     // step from which its pairs need not be looked at, less one
 
   ContactList last_;
-  std::vector<Entry> entries_, merged_;  // by (a, b)
-  std::vector<std::uint32_t> rows_;      // a body: its first entry as a; and one past the last of all
+  // One a pair that was a candidate, by (a, b):
+  std::vector<std::uint64_t> keys_;  // a in the high half, b in the low one
+  std::vector<Entry> entries_;
+  std::vector<std::uint8_t> listed_;  // whether it is in last_
+  std::vector<Largest> largest_;
+
+  std::vector<std::uint32_t> rows_;  // a body: its first entry as a; and one past the last of all
   std::vector<KeptPair> details_;
   std::vector<std::uint32_t> free_details_;
+  std::vector<Pair> restless_;
+  std::size_t candidates_ = 0;
+  Sums sums_;
+  std::uint64_t computed_ = 0;
 
-  std::mutex mutex_;
-  std::vector<Entry> fresh_;
+  std::vector<std::size_t> places_;
+  std::vector<Splice> splices_, others_;
+  ListSplicer splicer_;
+
+  std::mutex mutex_;  // of what batches tell:
+  std::vector<Fresh> fresh_;
   std::vector<KeptPair> fresh_details_;
-  std::atomic<std::uint64_t> kept_{0}, standing_{0}, computed_{0};
-  std::atomic<double> error_bound_{0};
+  std::vector<std::array<std::uint32_t, 2>> adopted_;  // an entry that had none, and its place in fresh_details_
+  Sums told_;
 };
 
 /// One batch's end, on one thread. After the pairs that `stand` comes one that does not: it is moved along, where that
 /// can be, or computed and kept, and noted.
 class KeptContacts::Batch {
  public:
-  /// Answers that stand are appended to the two.
-  Batch(KeptContacts& all, std::vector<PairResult>& results, std::vector<Contact>& contacts)
-      : all_(all), results_(results), contacts_(contacts) {}
+  explicit Batch(KeptContacts& all) : all_(all) {}
   Batch(const Batch&) = delete;
   Batch& operator=(const Batch&) = delete;
   /// Hands over what is new.
   ~Batch();
 
-  /// How many of these pairs, from the first on, have answers that stand; they are appended.
+  /// How many of these pairs, from the first on, have answers that stand.
   std::size_t stand(std::span<const Pair> pairs);
   /// True if the answer of the pair that does not stand is moved along: then `result.answer` is set and the contacts
   /// are appended.
-  bool move_along(Pair pair, PairResult& result);
+  bool move_along(Pair pair, PairResult& result, std::vector<Contact>& contacts);
   /// Keeps what was computed, so that it can be moved along.
   void keep(const PairResult& result, std::span<const Contact> contacts);
-  void note(const PairResult& result, bool reported);
-
-  // Of the pairs that stand:
-  std::uint64_t colliding() const { return colliding_; }
-  bool inexact() const { return inexact_; }
+  void note(const PairResult& result, std::span<const Contact> contacts, bool reported);
 
  private:
   struct Relative {
@@ -197,11 +244,8 @@ class KeptContacts::Batch {
   };
   Relative relative(Pair pair) const;
   void seek(Pair pair);
-  void append(std::uint32_t begin, std::uint32_t end);
 
   KeptContacts& all_;
-  std::vector<PairResult>& results_;
-  std::vector<Contact>& contacts_;
   std::size_t next_ = 0;        // where the next pair's entry is expected
   Entry* entry_ = nullptr;      // of the pair asked for, where it has one
   bool was_candidate_ = false;  // in the step before
@@ -209,11 +253,10 @@ class KeptContacts::Batch {
   double gap_ = 0, moved_by_ = 0;  // of a pair that was moved along
   Relative at_;
   std::uint32_t detail_ = none;  // of the pair asked for, where it is new
-  std::vector<Entry> fresh_;
+  std::vector<Fresh> fresh_;
   std::vector<KeptPair> fresh_details_;
-  std::uint64_t kept_ = 0, standing_ = 0, computed_ = 0, colliding_ = 0;
-  bool inexact_ = false;
-  double error_bound_ = 0;
+  std::vector<std::array<std::uint32_t, 2>> adopted_;
+  Sums sums_;
 };
 
 }  // namespace tandem

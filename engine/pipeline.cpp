@@ -59,7 +59,10 @@ class SceneWork final : public StepWork {
     boxes_.resize(scene.indices());
     changed_.resize(scene.indices());
     seen_.resize(scene.indices());
+    still_.resize(scene.indices());
+    changes_filter_ = {filter_.group, filter_.mask, still_};
     broad_phase_->expect(filter_);
+    only_changes_ = kept_ && kept_->begin_step(scene, contacts, changes_known_ && !options_.predicate);
     if (changes_known_) broad_phase_->expect_changes(changed_);
     const auto has = [&scene](ShapeKind kind) {
       return std::any_of(scene.shapes().begin(), scene.shapes().end(),
@@ -68,30 +71,28 @@ class SceneWork final : public StepWork {
     has_mesh_ = has(ShapeKind::mesh);
     if (has_mesh_) costs_.begin_step(scene.indices());
     screens_ = !kept_ && options_.request != Request::distance && has(ShapeKind::box);
-    if (kept_) kept_->begin_step(scene, contacts);
     found_.clear();
   }
   /// Not to be called after a step that ended early.
-  void finish(const ContactList& contacts, StepReport& report) {
+  void finish(ContactList& contacts, StepReport& report) {
     looked_ = true;
+    if (kept_) return put_together(contacts, report);
     report.colliding_pairs = found_.colliding_pairs.load(std::memory_order_relaxed);
     report.contacts = found_.contacts.load(std::memory_order_relaxed);
     report.gaps = found_.gaps.load(std::memory_order_relaxed);
     report.max_depth = found_.max_depth.load(std::memory_order_relaxed);
-    if (!kept_) return;
-    kept_->end_step(contacts);
-    const KeptContacts::Counts counts = kept_->counts();
-    report.kept_pairs = counts.kept_pairs;
-    report.computed_pairs = report.execution.candidate_pairs - counts.kept_pairs;
-    report.kept_error_bound = counts.error_bound;
   }
 
   const BroadPhase& broad_phase() const { return *broad_phase_; }
 
   void work_with(Crew* crew) override { crew_ = crew; }
-  std::size_t begin() override { return 1 + broad_phase_->begin(boxes_); }
+  std::size_t begin() override {
+    stages_ = 1 + broad_phase_->begin(boxes_);
+    return stages_;
+  }
   std::size_t blocks(std::size_t stage) const override {
-    return stage == 0 ? (boxes_.size() + bodies_a_block - 1) / bodies_a_block : broad_phase_->blocks(stage - 1);
+    if (stage == 0) return (boxes_.size() + bodies_a_block - 1) / bodies_a_block;
+    return broad_phase_->blocks(stage - 1) + (stage + 1 == stages_ && has_restless() ? 1 : 0);
   }
   void run(std::size_t stage, std::size_t block) override {
     if (stage == 0)
@@ -99,8 +100,13 @@ class SceneWork final : public StepWork {
     else
       broad_phase_->run(stage - 1, block);
   }
-  void emit(std::size_t block, PairSink& sink) override { broad_phase_->emit(block, sink); }
-  const PairFilter& filter() const override { return filter_; }
+  void emit(std::size_t block, PairSink& sink) override {
+    if (!has_restless()) return broad_phase_->emit(block, sink);
+    if (block != 0) return broad_phase_->emit(block - 1, sink);
+    for (const Pair pair : kept_->restless())
+      if (kept_->both_rest(pair)) sink.put_allowed(pair);
+  }
+  const PairFilter& filter() const override { return only_changes_ ? changes_filter_ : filter_; }
   std::size_t bodies() const override { return boxes_.size(); }
 
   std::size_t keep(std::span<Pair> pairs) const override {
@@ -126,7 +132,7 @@ class SceneWork final : public StepWork {
 
   void narrow(Batch& batch) const override {
     std::optional<KeptContacts::Batch> kept;
-    if (kept_) kept.emplace(*kept_, batch.results, batch.contacts);
+    if (kept_) kept.emplace(*kept_);
     const std::size_t first_contact = batch.contacts.size();
     std::uint64_t colliding_pairs = 0;
     const auto pairs = std::span<const Pair>(batch.pairs).first(batch.count);
@@ -148,7 +154,7 @@ class SceneWork final : public StepWork {
       PairResult* result;
       if (may_move) {
         result = &batch.results.emplace_back(PairResult{pair.a, pair.b, first, 0, {}});
-        if (!kept->move_along(pair, *result)) {
+        if (!kept->move_along(pair, *result, batch.contacts)) {
           result->answer = solve(pair, batch);
           kept->keep(*result, std::span(batch.contacts).subspan(first));
         }
@@ -162,14 +168,10 @@ class SceneWork final : public StepWork {
       colliding_pairs += result->answer.collide ? 1 : 0;
       const bool reported =
           result->answer.collide || result->contact_count != 0 || options_.request == Request::distance;
-      if (kept) kept->note(*result, reported);
+      if (kept) kept->note(*result, std::span(batch.contacts).subspan(first), reported);
       if (!reported) batch.results.pop_back();
     }
-    if (kept) {
-      colliding_pairs += kept->colliding();
-      batch.inexact |= kept->inexact();
-    }
-    found_.add(colliding_pairs, std::span(batch.contacts).subspan(first_contact));
+    if (!kept) found_.add(colliding_pairs, std::span(batch.contacts).subspan(first_contact));
   }
 
  private:
@@ -212,15 +214,16 @@ class SceneWork final : public StepWork {
     const auto poses = scene_->poses();
     const auto versions = scene_->versions();
     const std::size_t first = block * bodies_a_block, end = std::min(boxes_.size(), first + bodies_a_block);
-    const bool all = kept_ ? kept_->look_at(first, end - first) : !changes_known_;  // kept: else their boxes hold them
+    for (std::size_t i = first; i < end; ++i) {
+      changed_[i] = !changes_known_ || versions[i] != seen_[i] ? 1 : 0;
+      seen_[i] = versions[i];
+    }
+    if (kept_) keep_boxes_of_resting(first, end);
     std::array<std::uint32_t, bodies_a_block> todo;
     std::size_t count = 0;
     for (std::size_t i = first; i < end; ++i) {
-      const bool changed = all || (!kept_ && versions[i] != seen_[i]);
-      changed_[i] = changed ? 1 : 0;
-      seen_[i] = versions[i];
       todo[count] = static_cast<std::uint32_t>(i);
-      count += changed ? 1 : 0;
+      count += changed_[i];
     }
     if (count == 0) return;
     BoundsRows rows;
@@ -248,6 +251,35 @@ class SceneWork final : public StepWork {
       }
     for (std::size_t k = 0; k < count; ++k)
       if (!scene_->alive(todo[k])) boxes_.set_empty(todo[k]);
+  }
+
+  /// Their boxes hold them wherever they may be while they rest.
+  void keep_boxes_of_resting(std::size_t first, std::size_t end) {
+    kept_->look_at(first, std::span(changed_).subspan(first, end - first));
+    const auto is_static = scene_->is_static();
+    for (std::size_t i = first; i < end; ++i)
+      still_[i] = static_cast<std::uint8_t>((is_static[i] != 0 ? 1 : 0) | (changed_[i] != 0 ? 0 : 2));
+  }
+
+  bool has_restless() const { return only_changes_ && !kept_->restless().empty(); }
+
+  void put_together(ContactList& contacts, StepReport& report) {
+    const auto begin = std::chrono::steady_clock::now();
+    kept_->end_step(contacts);
+    const KeptContacts::Counts counts = kept_->counts();
+    report.colliding_pairs = counts.colliding_pairs;
+    report.contacts = counts.touching;
+    report.gaps = counts.gaps;
+    report.max_depth = counts.max_depth;
+    report.kept_error_bound = counts.error_bound;
+    ExecutionReport& execution = report.execution;
+    if (only_changes_) execution.candidate_pairs = counts.candidates;
+    report.computed_pairs = counts.computed_pairs;
+    report.kept_pairs = counts.candidates - counts.computed_pairs;
+    if (counts.inexact != 0) execution.issues |= bit(StepIssue::inexact);
+    const double ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+    for (double* time : {&execution.detect_ms, &execution.join_ms, &execution.busy_ms}) *time += ms;
+    if (execution.form != StepForm::caller) execution.serial.join += ms;
   }
 
   /// What the batches found, summed up; the order of additions leaves no trace.
@@ -284,6 +316,11 @@ class SceneWork final : public StepWork {
   const Scene* scene_ = nullptr;
   Crew* crew_ = nullptr;  // of the step at hand
   PairFilter filter_;
+  // Of pairs whose boxes are as in the step before only those that the last step's answers name are asked for.
+  bool only_changes_ = false;
+  std::vector<std::uint8_t> still_;  // one a body: bits for a static one and for one whose box has not changed
+  PairFilter changes_filter_;
+  std::size_t stages_ = 0;
   BoxArray boxes_;
   std::vector<std::uint8_t> changed_;  // one a box: not as in the step before
   // What the last whole step saw; whether it tells what has changed since.

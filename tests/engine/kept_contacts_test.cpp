@@ -272,6 +272,201 @@ TEST_CASE("kept contacts: the same bits for every executor and number of threads
   }
 }
 
+namespace {
+
+/// Bodies of all sorts in a small room: most rest, some tremble, crawl, jump, come or go.
+class Room {
+ public:
+  Room() {
+    shapes_ = {scene.add_shape(Box{{1, 0.6, 0.8}}), scene.add_shape(Sphere{0.5}), scene.add_shape(Cylinder{0.4, 0.9}),
+               scene.add_shape(Box{Vec3::Constant(0.7)})};
+    scene.add_body({.shape = scene.add_shape(HalfSpace{Vec3::UnitZ(), 0}), .is_static = true});
+    for (int i = 0; i < 70; ++i) ids_.push_back(add());
+  }
+  /// What happens before the next step.
+  void go_on(int step) {
+    // Now and then all but nothing happens, so that nearly all rest; now and then most move.
+    const double busy = step % 12 < 4 ? 0 : step % 12 == 11 ? 0.8 : 0.1;
+    for (BodyId& id : ids_) {
+      if (draw_.in(0, 1) >= busy) {
+        if (step % 3 == 0) scene.set_pose(id, scene.pose(id));  // written, but the same
+        continue;
+      }
+      Pose pose = scene.pose(id);
+      const double what = draw_.in(0, 1);
+      if (what < 0.9) {
+        const double far = draw_.power_of_ten(-8, -1);
+        pose.translation += draw_.vector(far);
+        pose.rotation = cleaned(pose.rotation * draw_.turn(draw_.in(0, far)));
+        scene.set_pose(id, pose);
+      } else if (what < 0.96) {
+        scene.set_pose(id, somewhere());
+      } else if (step % 12 > 7) {
+        scene.remove_body(id);
+        id = add();
+      }
+    }
+  }
+  Scene scene;
+
+ private:
+  Pose somewhere() { return Pose::from(draw_.rotation(), draw_.vector(1.5) + Vec3(0, 0, 1.2)); }
+  BodyId add() {
+    const auto kind = static_cast<std::size_t>(draw_.in(0, 4));
+    return scene.add_body({.shape = shapes_[kind], .pose = somewhere(), .is_static = draw_.in(0, 1) < 0.1});
+  }
+  Draw draw_{5};
+  std::vector<ShapeId> shapes_;
+  std::vector<BodyId> ids_;
+};
+
+struct Interruption {};
+
+/// In order, without gaps, and what the report says of it.
+void check_list(const ContactList& list, const StepReport& report) {
+  std::uint64_t colliding = 0, touching = 0;
+  double max_depth = 0;
+  std::uint32_t next = 0;
+  for (std::size_t i = 0; i < list.pairs.size(); ++i) {
+    const PairResult& pair = list.pairs[i];
+    if (i > 0) REQUIRE(Pair{list.pairs[i - 1].a, list.pairs[i - 1].b} < Pair{pair.a, pair.b});
+    REQUIRE(pair.first_contact == next);
+    next += pair.contact_count;
+    colliding += pair.answer.collide ? 1 : 0;
+  }
+  REQUIRE(next == list.contacts.size());
+  for (const Contact& contact : list.contacts) {
+    touching += contact.depth < 0 ? 0 : 1;
+    max_depth = std::max(max_depth, contact.depth);
+  }
+  REQUIRE(report.colliding_pairs == colliding);
+  REQUIRE(report.contacts == touching);
+  REQUIRE(report.gaps == list.contacts.size() - touching);
+  REQUIRE(report.max_depth == max_depth);
+}
+
+/// Kept answers of convex bodies beside exact ones.
+void check_answers(const ContactList& kept, const ContactList& exact, const StepReport& report) {
+  double largest = 0;
+  const auto of = [](const PairResult& pair) { return Pair{pair.a, pair.b}; };
+  auto at = kept.pairs.begin();
+  for (const PairResult& truth : exact.pairs) {
+    for (; at != kept.pairs.end() && of(*at) < of(truth); ++at) REQUIRE_FALSE(at->answer.collide);
+    const bool there = at != kept.pairs.end() && of(*at) == of(truth);
+    if (truth.answer.collide) REQUIRE(there);
+    if (!there) continue;
+    CAPTURE(truth.a, truth.b);
+    REQUIRE(at->answer.collide == truth.answer.collide);
+    REQUIRE(std::abs(at->answer.signed_distance - truth.answer.signed_distance) <= at->answer.error_bound + 1e-9);
+    largest = std::max(largest, at->answer.error_bound);
+    ++at;
+  }
+  REQUIRE(report.kept_error_bound <= 0.01 * std::sqrt(2.0));  // the largest body
+  REQUIRE(largest <= report.kept_error_bound + 1e-9);  // computed ones are off by what rounding does
+}
+
+}  // namespace
+
+TEST_CASE("kept contacts: what changes in its place is what it would be if all pairs were asked for") {
+  const tbb::global_control many(tbb::global_control::max_allowed_parallelism, 8);
+  Room room;
+  std::vector<Pipeline> pipelines;
+  bool interrupt = false;
+  const auto options = [&](ExecutorKind kind, int threads) {
+    PipelineOptions wanted{.executor = kind, .threads = threads, .margin = 0.02, .keep_contacts = 0.01};
+    wanted.small_step_ms = 0;
+    wanted.contact_hash = true;
+    wanted.batch_pairs = pipelines.size() % 2 == 0 ? 128 : 5;
+    wanted.broad_phase = pipelines.size() % 3 == 2 ? BroadPhaseKind::sweep : BroadPhaseKind::automatic;
+    return wanted;
+  };
+  for (const auto& [kind, threads] : {std::pair{ExecutorKind::sequential, 1}, std::pair{ExecutorKind::barrier, 2},
+                                      std::pair{ExecutorKind::threads, 3}, std::pair{ExecutorKind::flowgraph, 2},
+                                      std::pair{ExecutorKind::flowgraph, 5}, std::pair{ExecutorKind::fused, 2}})
+    pipelines.emplace_back(options(kind, threads));
+  PipelineOptions ordered = options(ExecutorKind::flowgraph, 3);
+  ordered.form = StepForm::ordered;
+  pipelines.emplace_back(ordered);
+  // Who may leave out any pair must be shown all of them.
+  PipelineOptions asks_all = options(ExecutorKind::sequential, 1);
+  asks_all.predicate = [&](std::span<Pair> pairs) {
+    if (interrupt) throw Interruption();
+    return pairs.size();
+  };
+  pipelines.emplace_back(asks_all);
+  Pipeline exact({.executor = ExecutorKind::sequential, .margin = 0.02});
+  std::uint64_t kept = 0, computed = 0, quiet_steps = 0;
+  for (int step = 0; step < 240; ++step) {
+    CAPTURE(step);
+    if (step % 29 == 28) {  // cut short
+      std::stop_source stop;
+      stop.request_stop();
+      for (Pipeline& pipeline : pipelines) {
+        interrupt = &pipeline == &pipelines.back();
+        if (interrupt)
+          CHECK_THROWS_AS(pipeline.step(room.scene), Interruption);
+        else
+          pipeline.step(room.scene, stop.get_token());
+        CHECK(pipeline.contacts().pairs.empty());
+      }
+      interrupt = false;
+    }
+    const StepReport all = pipelines.back().step(room.scene);
+    for (std::size_t i = 0; i + 1 < pipelines.size(); ++i) {
+      CAPTURE(i);
+      const StepReport report = pipelines[i].step(room.scene);
+      REQUIRE(report.contact_hash == all.contact_hash);
+      REQUIRE(report.execution.candidate_pairs == all.execution.candidate_pairs);
+      REQUIRE(report.kept_pairs == all.kept_pairs);
+      REQUIRE(report.computed_pairs == all.computed_pairs);
+      REQUIRE(report.kept_error_bound == all.kept_error_bound);
+      REQUIRE((report.execution.issues & bit(StepIssue::inexact)) == (all.execution.issues & bit(StepIssue::inexact)));
+      check_list(pipelines[i].contacts(), report);
+    }
+    exact.step(room.scene);
+    check_answers(pipelines.front().contacts(), exact.contacts(), all);
+    kept += all.kept_pairs;
+    computed += all.computed_pairs;
+    quiet_steps += all.computed_pairs == 0 ? 1 : 0;
+    room.go_on(step);
+  }
+  CHECK(kept > 20000);
+  CHECK(computed > 5000);
+  CHECK(quiet_steps > 20);
+}
+
+TEST_CASE("kept contacts: a pair of two that rest is found again whoever of them moves, a static body too") {
+  for (const bool is_static : {false, true}) {
+    Scene scene;
+    const ShapeId box = scene.add_shape(Box{Vec3::Constant(1)});
+    const BodyId table = scene.add_body({.shape = box, .is_static = is_static});
+    const BodyId cup = scene.add_body({.shape = box, .pose = Pose::at(0, 0, 0.95)});
+    scene.add_body({.shape = box, .pose = Pose::at(0, 5, 0), .is_static = true});
+    scene.add_body({.shape = box, .pose = Pose::at(0, 5, 0.5), .is_static = true});
+    Pipeline pipeline({.keep_contacts = 1e-3});
+    const auto pairs = [&] {
+      const StepReport report = pipeline.step(scene);
+      REQUIRE(report.execution.candidate_pairs == report.kept_pairs + report.computed_pairs);
+      REQUIRE(report.execution.candidate_pairs == pipeline.contacts().pairs.size());
+      return pipeline.contacts().pairs.size();
+    };
+    for (const BodyId who : {table, cup}) {
+      const Pose before = scene.pose(who);
+      for (int step = 0; step < 4; ++step) CHECK(pairs() == 1);
+      scene.set_pose(who, Pose::at(9, 0, 0));
+      for (int step = 0; step < 3; ++step) CHECK(pairs() == 0);
+      scene.set_pose(who, before);
+      for (int step = 0; step < 3; ++step) CHECK(pairs() == 1);
+    }
+    const BodyId other = scene.add_body({.shape = box, .pose = Pose::at(0.9, 0, 0.5)});
+    for (int step = 0; step < 3; ++step) CHECK(pairs() == 3);
+    scene.remove_body(cup);
+    for (int step = 0; step < 3; ++step) CHECK(pairs() == 1);
+    scene.remove_body(other);
+    for (int step = 0; step < 3; ++step) CHECK(pairs() == 0);
+  }
+}
+
 TEST_CASE("kept contacts: nothing is taken over from another shape, another scene or a step that ended early") {
   const auto make = [](double size) {
     Scene scene;
@@ -354,19 +549,21 @@ TEST_CASE("kept contacts: what pairs that come and go leave behind does not add 
   constexpr std::uint32_t pairs = 50;
   std::size_t most = 0;
   ContactList list;
+  std::vector<std::uint8_t> changed;
   for (std::uint32_t step = 0; step < 2000; ++step) {
-    kept.begin_step(scene, list);
+    kept.begin_step(scene, list, false);
     list = {};
-    kept.look_at(0, scene.indices());
+    changed.assign(scene.indices(), 1);
+    kept.look_at(0, changed);
     {
-      KeptContacts::Batch batch(kept, list.pairs, list.contacts);
+      KeptContacts::Batch batch(kept);
       for (std::uint32_t i = 0; i < pairs; ++i) {
         PairResult result{step % 900, 1000 + (step / 900 * 300 + i) % 1000, 0, 0, {}};
         const Pair pair{result.a, result.b};
         REQUIRE(batch.stand(std::span(&pair, 1)) == 0);
-        REQUIRE_FALSE(batch.move_along(pair, result));
+        REQUIRE_FALSE(batch.move_along(pair, result, list.contacts));
         batch.keep(result, {});
-        batch.note(result, false);
+        batch.note(result, {}, false);
       }
     }
     kept.end_step(list);

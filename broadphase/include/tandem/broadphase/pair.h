@@ -18,9 +18,9 @@ struct Pair {
 /// Which pairs exist at all. Applied before a pair is made, so that what is filtered costs no narrow phase.
 /// Arrays are empty (no filter of that sort) or one element a body.
 struct PairFilter {
-  std::span<const std::uint32_t> group;    ///< bits of the groups a body is in
-  std::span<const std::uint32_t> mask;     ///< bits of the groups it may meet; a pair needs both directions
-  std::span<const std::uint8_t> is_static; ///< two static bodies make no pair
+  std::span<const std::uint32_t> group;     ///< bits of the groups a body is in
+  std::span<const std::uint32_t> mask;      ///< bits of the groups it may meet; a pair needs both directions
+  std::span<const std::uint8_t> is_static;  ///< two static bodies make no pair: two that have a bit in common
 
   bool allows(std::uint32_t a, std::uint32_t b) const {
     if (!is_static.empty() && (is_static[a] & is_static[b]) != 0) return false;
@@ -38,8 +38,11 @@ class PairSink {
   virtual ~PairSink() = default;
   /// Takes one candidate, in any order of the two; a != b.
   void put(std::uint32_t a, std::uint32_t b) {
-    if (!filter_->allows(a, b)) return;
-    buffer_[count_++] = a < b ? Pair{a, b} : Pair{b, a};
+    if (filter_->allows(a, b)) put_allowed(a < b ? Pair{a, b} : Pair{b, a});
+  }
+  /// Takes one that is not to be filtered.
+  void put_allowed(Pair pair) {
+    buffer_[count_++] = pair;
     if (count_ == capacity_) full();
   }
 
