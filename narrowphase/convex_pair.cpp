@@ -95,7 +95,7 @@ std::optional<bool> collide_by(Method method, const ConvexView& a, const Pose& p
     case Method::mpr:
       return ccd_collide(a, b, relative(pose_a, pose_b), true);
     case Method::newton:
-      return round_collide({a, b, relative(pose_a, pose_b)}, tolerance);
+      return round_collide({a, b, relative(pose_a, pose_b)});
     default:
       return gjk_collide({a, b, relative(pose_a, pose_b)}, tolerance, start,
                          warm != nullptr ? &warm->direction : nullptr);

@@ -387,16 +387,10 @@ void pair_points(const MinkowskiDifference& d, LocalAnswer& answer) {
 
 namespace {
 
-/// Of a ball about the core's centre that is in it; 0 where none is known.
-double inner_radius(const ConvexView& v) {
-  if (v.kind == ShapeKind::box) return std::min({v.param[0], v.param[1], v.param[2]});
-  return v.hull != nullptr ? v.hull->inner_radius : 0;
-}
-
 /// By balls inside both.
 bool overlap_deeply(const MinkowskiDifference& d) {
   // Rotations are orthonormal to 1e-6 only.
-  const double reach = (1 - 1e-5) * (inner_radius(d.a) + inner_radius(d.b));
+  const double reach = (1 - 1e-5) * (core_inner_radius(d.a) + core_inner_radius(d.b));
   if (!(reach > 1e-5 * d.scale())) return false;
   return (core_centre(d.a) - d.pose.rotation * core_centre(d.b) - d.pose.translation).squaredNorm() < reach * reach;
 }

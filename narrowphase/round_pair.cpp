@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "portal.h"
 #include "round_depth.h"
 
 namespace tandem {
@@ -10,16 +11,13 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
-/// How far inside the tetrahedron the origin lies: near its faces it may do so by rounding alone.
-double depth_in(const Simplex& s) {
-  double depth = infinity;
-  for (int i = 0; i < 4; ++i) {
-    const Vec3 &a = s.p[i].w, &b = s.p[(i + 1) % 4].w, &c = s.p[(i + 2) % 4].w;
-    const Vec3 n = (b - a).cross(c - a);
-    const double length = n.norm();
-    depth = std::min(depth, length > 0 ? std::abs(n.dot(a)) / length : 0.0);
-  }
-  return depth;
+/// Is the point of one, where the other reaches farthest into it, within the other, beyond rounding?
+bool share_a_point(const RoundPair& pair, const Support& s) {
+  const MinkowskiDifference& d = pair.difference;
+  const double rounding = 64 * epsilon * pair.scale;
+  Vec3 a = s.point[0] + core_radius(d.a) * s.n, b = -s.point[1] - core_radius(d.b) * s.n;
+  a = d.pose.rotation.transpose() * (a - d.pose.translation);
+  return move_into(d.a, b, rounding) || move_into(d.b, a, rounding);
 }
 
 Vec3 inside(const ConvexView& v) { return v.hull != nullptr ? v.hull->inside : core_centre(v); }
@@ -75,15 +73,14 @@ LocalAnswer round_signed_distance(const MinkowskiDifference& d, const Vec3* star
   return answer;
 }
 
-bool round_collide(const MinkowskiDifference& d, double tolerance) {
+bool round_collide(const MinkowskiDifference& d) {
+  const PortalResult portal = search_portal(d);
+  if (portal.verdict != PortalResult::Verdict::open) return portal.verdict == PortalResult::Verdict::overlapping;
   const RoundPair pair(d);
-  const double rounding = core_radius(d.a) + core_radius(d.b);
-  const Vec3 n = direction(between_centres(d));
-  if (n.dot(pair.support(n)) < -rounding - 4 * epsilon * pair.scale) return false;
-  const GjkResult r = gjk(d, std::max(tolerance, 1e-14), rounding, rounding);
-  if (r.end == GjkResult::End::inside && depth_in(r.simplex) > 1e-10 * pair.scale) return true;
-  if (r.lower > rounding) return false;
-  if (r.end == GjkResult::End::separated && r.upper <= rounding) return true;
+  const double touching = -core_radius(d.a) - core_radius(d.b), rounding = 4 * epsilon * pair.scale;
+  const Support s = walk(pair, direction(portal.normal), touching - rounding);
+  if (s.h < touching - rounding) return false;
+  if (share_a_point(pair, s)) return true;
   return round_signed_distance(d).signed_distance <= 0;
 }
 

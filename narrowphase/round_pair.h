@@ -10,6 +10,6 @@ LocalAnswer round_signed_distance(const MinkowskiDifference& d, const Vec3* star
                                   double beyond = std::numeric_limits<double>::infinity());
 
 /// Do they touch? Cheaper than the distance.
-bool round_collide(const MinkowskiDifference& d, double tolerance);
+bool round_collide(const MinkowskiDifference& d);
 
 }  // namespace tandem

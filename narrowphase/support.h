@@ -97,6 +97,22 @@ inline Vec3 core_centre(const ConvexView& v) {
   return sum / static_cast<double>(v.vertices.size());
 }
 
+/// The radius of a ball about that point that is in the core; 0 where none is known.
+inline double core_inner_radius(const ConvexView& v) {
+  const double radius = v.param[0], half = 0.5 * v.param[1];
+  switch (v.kind) {
+    case ShapeKind::box:
+    case ShapeKind::ellipsoid:
+      return std::min({v.param[0], v.param[1], v.param[2]});
+    case ShapeKind::cylinder:
+      return std::min(radius, half);
+    case ShapeKind::cone:
+      return half * radius / std::hypot(radius, 2 * half);
+    default:
+      return v.hull != nullptr ? v.hull->inner_radius : 0;
+  }
+}
+
 /// Any unit vector at right angles to v (v not zero).
 inline Vec3 any_perpendicular(const Vec3& v) {
   int least = 0;
