@@ -17,6 +17,7 @@ class Automatic final : public BroadPhase {
  public:
   void expect(const PairFilter& filter) override { list_.expect(filter); }
   void expect_changes(std::span<const std::uint8_t> changed) override { list_.expect_changes(changed); }
+  void expect_only_changes() override { list_.expect_only_changes(); }
   std::size_t begin(const BoxArray& boxes) override;
   std::size_t blocks(std::size_t stage) const override { return list_.blocks(stage); }
   void run(std::size_t stage, std::size_t block) override { list_.run(stage, block); }

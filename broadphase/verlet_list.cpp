@@ -165,6 +165,7 @@ std::size_t VerletList::begin(const BoxArray& boxes, ListedMethod& method) {
   search_ = method.search_in();
   changed_ = std::exchange(next_changed_, {});
   if (changed_.size() != boxes.size() || !list_made_) changed_ = {};
+  only_changes_ = std::exchange(next_only_changes_, false) && !changed_.empty();
   method_begun_ = false;
   bare_ = bare_steps_left_ != 0;
   if (bare_) {
@@ -664,6 +665,13 @@ std::size_t VerletList::test(const CandidateTiles& tiles, bool all_copied, Scrat
   for (const CandidateTiles::Tile& tile : tiles.tiles) {
     const std::uint32_t* bodies = tiles.bodies.data() + first_body;
     const std::size_t body_count = tile.bodies_end - first_body;
+    if (only_changes_ && mode_ == Mode::reuse &&
+        test_changed({bodies, body_count}, std::span(tiles.candidates).subspan(first, tile.candidates_end - first),
+                     all_copied, scratch, sink)) {
+      first = tile.candidates_end;
+      first_body = tile.bodies_end;
+      continue;
+    }
     if (all_copied)
       gather_records(records_.data(), bodies, body_count, boxes);
     else
@@ -689,6 +697,24 @@ std::size_t VerletList::test(const CandidateTiles& tiles, bool all_copied, Scrat
   return found;
 }
 
+bool VerletList::test_changed(std::span<const std::uint32_t> bodies, std::span<const LocalPair> candidates,
+                              bool all_copied, Scratch& scratch, PairSink& sink) const {
+  std::uint8_t* changed = scratch.changed.data();
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < bodies.size(); ++k) {
+    changed[k] = changed_[bodies[k]] != 0 ? 1 : 0;
+    count += changed[k];
+  }
+  if (count == 0) return true;
+  if (8 * count > bodies.size()) return false;
+  for (const LocalPair candidate : candidates) {
+    if ((changed[candidate.a] | changed[candidate.b]) == 0) continue;
+    const std::uint32_t a = bodies[candidate.a], b = bodies[candidate.b];
+    if (overlap_now(a, b, all_copied)) sink.put(a, b);
+  }
+  return true;
+}
+
 void VerletList::put_later(std::span<const LocalPair> pairs, const std::uint32_t* bodies, const BoxRecord* boxes,
                            PairSink& sink) const {
   const std::size_t axis = early_.axis();
@@ -704,7 +730,7 @@ void VerletList::test(const ReturnedList& list, bool all_copied, PairSink& sink)
   const auto flush = [&] {
     for (std::size_t k = 0; k < count; ++k) {
       const auto [a, b] = room[k];
-      if (all_copied ? overlap(records_[a], records_[b]) : overlap((*boxes_)[a], (*boxes_)[b])) sink.put(a, b);
+      if (overlap_now(a, b, all_copied)) sink.put(a, b);
     }
     count = 0;
   };
@@ -716,7 +742,7 @@ void VerletList::test(const ReturnedList& list, bool all_copied, PairSink& sink)
     for (std::size_t k = begin; k < entry.end; ++k) {
       const std::uint32_t other = list.others[k];
       if (k + ahead < list.others.size()) returned_.prefetch(list.others[k + ahead]);
-      if (returned_.turn(other) > entry.turn) continue;
+      if (returned_.turn(other) > entry.turn || left_out(entry.body, other)) continue;
       if (all_copied)
         __builtin_prefetch(&records_[other]);
       else

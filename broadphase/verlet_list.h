@@ -57,6 +57,8 @@ class VerletList {
   void expect(const PairFilter& filter) { filter_ = filter; }
   /// As BroadPhase::expect_changes.
   void expect_changes(std::span<const std::uint8_t> changed) { next_changed_ = changed; }
+  /// As BroadPhase::expect_only_changes.
+  void expect_only_changes() { next_only_changes_ = true; }
   std::size_t memory() const;
 
   /// What the step does; known once its stages before the last are done.
@@ -80,6 +82,7 @@ class VerletList {
     CandidateTiles tiles;
     std::array<BoxRecord, CandidateTiles::most_bodies> boxes;
     std::array<LocalPair, 512> hits;
+    std::array<std::uint8_t, CandidateTiles::most_bodies> changed;
     std::vector<std::uint32_t> row, found;
     std::size_t memory() const { return maker.memory() + tiles.memory() + bytes_of(row) + bytes_of(found); }
   };
@@ -177,6 +180,14 @@ class VerletList {
   void renew_block(std::size_t block, Scratch& scratch, PairSink& sink);
   /// Tests the candidates and returns how many overlap. `all_copied`: there are records of all boxes.
   std::size_t test(const CandidateTiles& tiles, bool all_copied, Scratch& scratch, PairSink& sink);
+  /// The same for the candidates of a tile of which a body has changed; false, and nothing is done, where many have.
+  bool test_changed(std::span<const std::uint32_t> bodies, std::span<const LocalPair> candidates, bool all_copied,
+                    Scratch& scratch, PairSink& sink) const;
+  bool overlap_now(std::uint32_t a, std::uint32_t b, bool all_copied) const {
+    return all_copied ? overlap(records_[a], records_[b]) : overlap((*boxes_)[a], (*boxes_)[b]);
+  }
+  /// Whether nobody asks for the pair.
+  bool left_out(std::uint32_t a, std::uint32_t b) const { return only_changes_ && (changed_[a] | changed_[b]) == 0; }
   /// Hands on the pairs of a tile, without the early ones.
   void put_later(std::span<const LocalPair> pairs, const std::uint32_t* bodies, const BoxRecord* boxes,
                  PairSink& sink) const;
@@ -201,6 +212,7 @@ class VerletList {
   std::size_t bare_steps_left_ = 0, failures_ = 0;
 
   std::span<const std::uint8_t> changed_, next_changed_;
+  bool only_changes_ = false, next_only_changes_ = false;
   PageVector<BoxRecord> records_;  // of the step before, until this one copies its boxes
   bool has_past_ = false;          // they are of the step before
   bool copies_ = true;             // this step does

@@ -102,23 +102,28 @@ bool KeptContacts::begin_step(const Scene& scene, ContactList& contacts, bool sa
   for (const Shape& shape : shapes_) {
     if (!shape.is_bounded()) {
       constexpr double endless = std::numeric_limits<double>::infinity();
-      balls_.push_back({&shape.mass(), Vec3::Zero(), endless, endless});
+      balls_.push_back({&shape.mass(), Vec3::Zero(), true, endless, endless});
       continue;
     }
     const Bounds box = shape.bounds({});
-    balls_.push_back({&shape.mass(), (box.lo + box.hi) / 2, (box.hi - box.lo).norm() / 2, tolerance_ * shape.size()});
+    const Vec3 centre = (box.lo + box.hi) / 2;
+    balls_.push_back(
+        {&shape.mass(), centre, centre.isZero(0), (box.hi - box.lo).norm() / 2, tolerance_ * shape.size()});
   }
   return !all_asked_;
 }
 
-bool KeptContacts::rests(const Body& body, const Pose& pose, const Ball& ball, double reach) const {
-  const Mat3 turned = pose.rotation - body.anchor.rotation;
-  const Vec3 shift = pose.translation - body.anchor.translation;
-  if (reach == 0) return turned.isZero(0) && shift.isZero(0);
+bool KeptContacts::rests(const Body& body, const Pose& pose, const Ball& ball, double reach) {
+  const double *now = pose.rotation.data(), *then = body.anchor.rotation.data();
+  std::array<double, 3> turned{};  // the sums of three squares each do not wait for each other
+  for (std::size_t k = 0; k < 9; ++k) turned[k % 3] += (now[k] - then[k]) * (now[k] - then[k]);
+  const double turned_squared = turned[0] + turned[1] + turned[2];
+  Vec3 moved = pose.translation - body.anchor.translation;
+  if (reach == 0) return pose.rotation == body.anchor.rotation && moved.isZero(0);
+  if (!ball.is_centred) moved += (pose.rotation - body.anchor.rotation) * ball.centre;
   // The spectral norm of a difference of rotations is its Frobenius norm over the root of 2. (x + y)^2 <= 2 (x^2 +
   // y^2).
-  const Vec3 moved = turned * ball.centre + shift;
-  return 2 * moved.squaredNorm() + turned.squaredNorm() * (ball.radius * ball.radius) <= 0.99 * reach * reach;
+  return 2 * moved.squaredNorm() + turned_squared * (ball.radius * ball.radius) <= 0.99 * reach * reach;
 }
 
 void KeptContacts::look_at(std::size_t first, std::span<std::uint8_t> changed) {
@@ -131,11 +136,15 @@ void KeptContacts::look_at(std::size_t first, std::span<std::uint8_t> changed) {
     const std::size_t i = first + k;
     Body& body = bodies_[i];
     const Ball& ball = balls_[indices[i]];
+    if (!all_asked_ && rests(body, poses[i], ball, reach_[i])) {
+      changed[k] = 0;
+      continue;
+    }
     const MassProperties* shape = scene_->alive(static_cast<std::uint32_t>(i)) ? ball.shape : nullptr;
     const double reach =
         is_static[i] != 0 || !(ball.radius < std::numeric_limits<double>::infinity()) ? 0 : rest_share * ball.allowed;
     const bool same = shape == body.shape && reach == reach_[i];
-    if (same && rests(body, poses[i], ball, reach)) {
+    if (same && all_asked_ && rests(body, poses[i], ball, reach)) {
       changed[k] = 0;
       continue;
     }

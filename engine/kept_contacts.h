@@ -114,8 +114,9 @@ class KeptContacts {
   struct Ball {
     const MassProperties* shape = nullptr;  // names it
     Vec3 centre = Vec3::Zero();
-    double radius = 0;   // infinite for a half-space
-    double allowed = 0;  // metres: the tolerance times the size; infinite for a half-space
+    bool is_centred = true;  // there
+    double radius = 0;       // infinite for a half-space
+    double allowed = 0;      // metres: the tolerance times the size; infinite for a half-space
   };
   struct Body {
     Pose anchor;
@@ -161,7 +162,7 @@ class KeptContacts {
   static Pair pair_of(std::uint64_t key) {
     return {static_cast<std::uint32_t>(key >> 32), static_cast<std::uint32_t>(key)};
   }
-  bool rests(const Body& body, const Pose& pose, const Ball& ball, double reach) const;
+  static bool rests(const Body& body, const Pose& pose, const Ball& ball, double reach);
   double rest_bound(Pair pair) const { return 2 * (reach_[pair.a] + reach_[pair.b]); }
   bool stands(const Entry& entry, Pair pair) const {
     return entry.steady && since_[pair.a] <= entry.as_of && since_[pair.b] <= entry.as_of;

@@ -64,6 +64,7 @@ class SceneWork final : public StepWork {
     broad_phase_->expect(filter_);
     only_changes_ = kept_ && kept_->begin_step(scene, contacts, changes_known_ && !options_.predicate);
     if (changes_known_) broad_phase_->expect_changes(changed_);
+    if (only_changes_) broad_phase_->expect_only_changes();
     const auto has = [&scene](ShapeKind kind) {
       return std::any_of(scene.shapes().begin(), scene.shapes().end(),
                          [kind](const Shape& shape) { return shape.kind() == kind; });
@@ -213,17 +214,19 @@ class SceneWork final : public StepWork {
   void update(std::size_t block) {
     const auto poses = scene_->poses();
     const auto versions = scene_->versions();
+    const auto is_static = scene_->is_static();
     const std::size_t first = block * bodies_a_block, end = std::min(boxes_.size(), first + bodies_a_block);
     for (std::size_t i = first; i < end; ++i) {
       changed_[i] = !changes_known_ || versions[i] != seen_[i] ? 1 : 0;
       seen_[i] = versions[i];
     }
-    if (kept_) keep_boxes_of_resting(first, end);
+    if (kept_) kept_->look_at(first, std::span(changed_).subspan(first, end - first));  // boxes hold those that rest
     std::array<std::uint32_t, bodies_a_block> todo;
     std::size_t count = 0;
     for (std::size_t i = first; i < end; ++i) {
       todo[count] = static_cast<std::uint32_t>(i);
       count += changed_[i];
+      still_[i] = static_cast<std::uint8_t>(is_static[i] | (changed_[i] != 0 ? 0 : 2));
     }
     if (count == 0) return;
     BoundsRows rows;
@@ -251,14 +254,6 @@ class SceneWork final : public StepWork {
       }
     for (std::size_t k = 0; k < count; ++k)
       if (!scene_->alive(todo[k])) boxes_.set_empty(todo[k]);
-  }
-
-  /// Their boxes hold them wherever they may be while they rest.
-  void keep_boxes_of_resting(std::size_t first, std::size_t end) {
-    kept_->look_at(first, std::span(changed_).subspan(first, end - first));
-    const auto is_static = scene_->is_static();
-    for (std::size_t i = first; i < end; ++i)
-      still_[i] = static_cast<std::uint8_t>((is_static[i] != 0 ? 1 : 0) | (changed_[i] != 0 ? 0 : 2));
   }
 
   bool has_restless() const { return only_changes_ && !kept_->restless().empty(); }

@@ -362,7 +362,7 @@ void check_answers(const ContactList& kept, const ContactList& exact, const Step
     ++at;
   }
   REQUIRE(report.kept_error_bound <= 0.01 * std::sqrt(2.0));  // the largest body
-  REQUIRE(largest <= report.kept_error_bound + 1e-9);  // computed ones are off by what rounding does
+  REQUIRE(largest <= report.kept_error_bound + 1e-9);         // computed ones are off by what rounding does
 }
 
 }  // namespace

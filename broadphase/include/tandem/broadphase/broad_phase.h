@@ -30,6 +30,9 @@ class BroadPhase {
   /// so that what stands still costs nothing. The array must outlive the step and may still be written until its
   /// stage 0 runs. A byte that is wrongly 0 loses pairs (asserted in debug builds).
   virtual void expect_changes(std::span<const std::uint8_t>) {}
+  /// In the next step, and only that, pairs of two boxes that have not changed may be left out. Only for speed: a sink
+  /// may be given them all the same.
+  virtual void expect_only_changes() {}
   /// Starts a step. `boxes` must outlive it; its bounds may still be written until stage 0 runs, its size is fixed.
   /// Returns the number of stages, at least 1. Not thread-safe, like all but `run` and `emit`.
   virtual std::size_t begin(const BoxArray& boxes) = 0;
