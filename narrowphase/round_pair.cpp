@@ -8,7 +8,6 @@
 namespace tandem {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 /// Is the point of one, where the other reaches farthest into it, within the other, beyond rounding?

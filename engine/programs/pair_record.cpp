@@ -124,8 +124,7 @@ PairRecordAnswer answer(const PairRecord& record, NarrowPhaseOptions options) {
   if (ask.triangles)
     out.triangles = narrow_phase.intersecting_triangles(record.a.shape, record.a.pose, record.b.shape, record.b.pose);
   if (ask.toi)
-    out.toi = narrow_phase.time_of_impact(record.a.shape, record.a.pose, record.velocity_a, record.b.shape,
-                                          record.b.pose, record.velocity_b, record.tmax);
+    out.toi = time_of_impact(narrow_phase, record.a, record.velocity_a, record.b, record.velocity_b, record.tmax);
   return out;
 }
 

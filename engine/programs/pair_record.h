@@ -23,7 +23,7 @@ struct Ask {
 };
 
 /// A question about two bodies. Where a rotation is not orthonormal to rounding their points are where the record's
-/// R v + t puts them; `toi` alone takes the nearest rotation for cylinders and cones.
+/// R v + t puts them.
 struct PairRecord {
   Json id;  ///< any JSON value; null if the record has none
   PlacedShape a, b;

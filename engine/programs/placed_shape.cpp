@@ -312,4 +312,88 @@ PairAnswer solve(const NarrowPhase& narrow_phase, const PlacedShape& a, const Pl
   return answer;
 }
 
+namespace {
+
+/// The shape with nearest rotation, so much larger that it holds the one with the rest.
+PlacedShape outside(const PlacedShape& placed) {
+  if (!placed.rest) return placed;
+  // A point is moved by no more than that, and a shape scaled about a ball that it holds reaches as much farther as the
+  // ball does.
+  const double moved = (*placed.rest - Mat3::Identity()).norm() * placed.shape.size();
+  const double scale = 1 + 1.01 * moved / core_inner_radius(view(placed.shape));
+  const double radius = scale * placed.shape.radius(), length = scale * placed.shape.length();
+  const bool cone = placed.shape.kind() == ShapeKind::cone;
+  return {cone ? Shape(Cone{radius, length}) : Shape(Cylinder{radius, length}), placed.pose, {}};
+}
+
+/// Two that move, A at pose + time * velocity.
+struct Meeting {
+  const NarrowPhase& narrow_phase;
+  const PlacedShape& a;
+  Vec3 velocity_a;
+  const PlacedShape& b;
+  Vec3 velocity_b;
+
+  std::optional<double> of_outsides(double until) const {
+    const PlacedShape out_a = outside(a), out_b = outside(b);
+    return narrow_phase.time_of_impact(out_a.shape, out_a.pose, velocity_a, out_b.shape, out_b.pose, velocity_b, until);
+  }
+
+  /// Both convex: conservative advancement (Mirtich 1996) from a time up to which they do not meet.
+  std::optional<double> advance(double from, double until) const {
+    constexpr int most_advances = 200;
+    const double rounding =
+        1e-14 * ((a.shape.is_bounded() ? a.shape.size() : 0) + (b.shape.is_bounded() ? b.shape.size() : 0));
+    double time = from;
+    for (int i = 0; i < most_advances; ++i) {
+      PlacedShape at_a = a, at_b = b;
+      at_a.pose.translation += time * velocity_a, at_b.pose.translation += time * velocity_b;
+      const PairAnswer now = solve(narrow_phase, at_a, at_b, Request::distance);
+      if (now.signed_distance <= rounding) return time;
+      const double closing = now.normal.dot(velocity_a - velocity_b);
+      if (!(closing > 0)) return std::nullopt;
+      const double next = time + now.signed_distance / closing;
+      if (!(next <= until * (1 + 1e-12))) return std::nullopt;
+      if (next <= time) return time;
+      time = std::min(next, until);
+    }
+    return time;
+  }
+};
+
+}  // namespace
+
+std::optional<double> time_of_impact(const NarrowPhase& narrow_phase, const PlacedShape& a, const Vec3& velocity_a,
+                                     const PlacedShape& b, const Vec3& velocity_b, double tmax) {
+  const Meeting whole{narrow_phase, a, velocity_a, b, velocity_b};
+  const std::optional<double> early = whole.of_outsides(tmax);
+  if (!early || (!a.rest && !b.rest)) return early;
+  if (solve(narrow_phase, a, b, Request::collide).collide) return 0.0;
+  if (a.shape.is_convex() && b.shape.is_convex()) return whole.advance(*early, tmax);
+  // Triangle by triangle, those that may be met first first.
+  const bool mesh_a = !a.shape.is_convex();
+  const PlacedShape& mesh = mesh_a ? a : b;
+  struct Candidate {
+    double early;
+    PlacedShape triangle;
+  };
+  const auto meeting = [&](const PlacedShape& triangle) {
+    return Meeting{narrow_phase, mesh_a ? triangle : a, velocity_a, mesh_a ? b : triangle, velocity_b};
+  };
+  std::vector<Candidate> candidates;
+  const MeshModel& model = mesh.shape.mesh();
+  for (std::uint32_t i = 0; i < model.triangles.size(); ++i) {
+    PlacedShape triangle{Triangle{model.corners(i)}, mesh.pose, {}};
+    if (const auto time = meeting(triangle).of_outsides(tmax)) candidates.push_back({*time, std::move(triangle)});
+  }
+  std::sort(candidates.begin(), candidates.end(),
+            [](const Candidate& x, const Candidate& y) { return x.early < y.early; });
+  std::optional<double> first;
+  for (const Candidate& c : candidates) {
+    if (c.early >= first.value_or(std::numeric_limits<double>::infinity())) break;
+    if (const auto time = meeting(c.triangle).advance(c.early, first.value_or(tmax))) first = time;
+  }
+  return first;
+}
+
 }  // namespace tandem

@@ -24,4 +24,9 @@ PlacedShape place(const Shape& shape, const Pose& pose);
 PairAnswer solve(const NarrowPhase& narrow_phase, const PlacedShape& a, const PlacedShape& b, Request request,
                  std::vector<Contact>* contacts = nullptr);
 
+/// What NarrowPhase::time_of_impact answers: conservative, found by what solve() says of the distance on the way; of a
+/// mesh and a cylinder or cone with a rest, triangle by triangle.
+std::optional<double> time_of_impact(const NarrowPhase& narrow_phase, const PlacedShape& a, const Vec3& velocity_a,
+                                     const PlacedShape& b, const Vec3& velocity_b, double tmax);
+
 }  // namespace tandem

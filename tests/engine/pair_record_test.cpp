@@ -95,6 +95,67 @@ TEST_CASE("pair record: rotations of few digits put corners where they say, R v 
   CHECK(std::abs(distance(plane) - (n.dot(Vec3(1, 3, 5)) - 2) / n.norm()) < 1e-14);
 }
 
+TEST_CASE("pair record: a way ends where rotations of six decimals put round shapes' points") {
+  // A rotation all of whose columns are too short or too long by as much makes another shape of the same kind.
+  const double scale = GENERATE(1 - 9e-7, 1 + 9e-7);
+  const Mat3 turn = Quat(0.5, 0.1, -0.7, 0.3).normalized().toRotationMatrix();
+  const Pose loose{scale * turn, Vec3(0.3, 0.2, 5)}, right{turn, loose.translation};
+  const auto shapes = [](double by) {
+    return std::array<Shape, 2>{Cylinder{by * 0.6, by * 1.5}, Cone{by * 0.6, by * 1.5}};
+  };
+  Mesh mesh;
+  mesh.vertices = {{-2, -2, 0}, {2, -2, 0}, {2, 2, 0.3}, {-2, 2, 0}, {0, 0, 1.2}};
+  mesh.triangles = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}};
+  const Shape others[] = {Box{{1, 1, 1}},          Sphere{0.4}, Cylinder{0.3, 2}, Ellipsoid{{1, 0.5, 0.3}},
+                          HalfSpace{{0, 0, 1}, 0}, Shape(mesh)};
+  const NarrowPhase solver;
+  const Pose at{Quat(0.9, 0.2, 0.3, -0.1).normalized().toRotationMatrix(), Vec3(0.1, -0.2, 0.1)};
+  int met = 0;
+  for (std::size_t i = 0; i < 2; ++i)
+    for (const Shape& other : others) {
+      const Shape given = shapes(1)[i], scaled = shapes(scale)[i];
+      CAPTURE(name(given.kind()), name(other.kind()));
+      const PlacedShape a = place(given, loose), b = place(other, at);
+      for (const Vec3& v : {Vec3(0, 0, -3), Vec3(-0.1, 0.2, -2)}) {
+        const auto found = time_of_impact(solver, a, v, b, Vec3(0.1, 0, 0), 10);
+        const auto back = time_of_impact(solver, b, Vec3(0.1, 0, 0), a, v, 10);
+        const auto expected = solver.time_of_impact(scaled, right, v, other, at, Vec3(0.1, 0, 0), 10);
+        REQUIRE(found.has_value() == expected.has_value());
+        if (!expected) continue;
+        ++met;
+        REQUIRE(back);
+        CHECK(std::abs(*found - *expected) < 1e-10);
+        CHECK(std::abs(*back - *expected) < 1e-10);
+        CHECK_FALSE(time_of_impact(solver, a, v, b, Vec3(0.1, 0, 0), *expected - 1e-7));
+        CHECK(time_of_impact(solver, a, v, b, Vec3(0.1, 0, 0), *expected + 1e-7));
+        CHECK_FALSE(time_of_impact(solver, a, -v, b, Vec3::Zero(), 10));
+      }
+      PlacedShape inside = a;
+      inside.pose.translation = at.translation + Vec3(0, 0, 0.3);
+      CHECK(time_of_impact(solver, inside, Vec3(1, 0, 0), b, Vec3::Zero(), 1) == 0.0);
+    }
+  CHECK(met >= 20);
+  // Rotations as records have them: apart before, touching at the end.
+  const Pose rounded{
+      (Mat3() << 0.936293, -0.275096, 0.218351, 0.289629, 0.956425, -0.036957, -0.198669, 0.097843, 0.975170)
+          .finished(),
+      Vec3(0, 0.1, 4)};
+  for (const Shape& given : shapes(1))
+    for (const Shape& other : others) {
+      if (!other.is_convex()) continue;
+      CAPTURE(name(given.kind()), name(other.kind()));
+      PlacedShape a = place(given, rounded);
+      const PlacedShape b = place(other, Pose{rounded.rotation, Vec3::Zero()});
+      const Vec3 v(0.1, 0, -2);
+      const auto found = time_of_impact(solver, a, v, b, Vec3::Zero(), 10);
+      REQUIRE(found);
+      a.pose.translation += *found * v;
+      const double end = solve(solver, a, b, Request::distance).signed_distance;
+      CHECK(end < 1e-12);
+      CHECK(end > -1e-14);
+    }
+}
+
 TEST_CASE("pair record: round shapes stand where rotations of six decimals put their points, R v + t") {
   const Mat3 r = (Mat3() << 0.936293, -0.275096, 0.218351, 0.289629, 0.956425, -0.036957, -0.198669, 0.097843, 0.975170)
                      .finished();
