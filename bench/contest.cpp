@@ -55,29 +55,50 @@ class Entry {
   std::unique_ptr<AtOnce> crew_;
 };
 
+/// Moves the bodies that are elsewhere.
+void place(Scene& scene, const std::vector<Pose>& poses) {
+  for (std::uint32_t i = 0; i < scene.indices(); ++i) {
+    const Pose& now = scene.poses()[i];
+    if (now.rotation != poses[i].rotation || now.translation != poses[i].translation)
+      scene.move(i, poses[i], Vec3::Zero(), Vec3::Zero());
+  }
+}
+
 }  // namespace
 
-void contest(Scene scene, const std::vector<Contestant>& contestants, int steps, int repeat,
+void contest(Scene scene, const std::vector<Contestant>& contestants, const Rounds& rounds,
              const std::function<void(const Turn&)>& on_turn, const std::function<void(int)>& on_step) {
+  const double margin = recommended_margin(scene);
   std::vector<Entry> pipelines;
-  for (const Contestant& contestant : contestants) pipelines.emplace_back(contestant, recommended_margin(scene));
+  for (const Contestant& contestant : contestants) pipelines.emplace_back(contestant, margin);
+  Entry guide({"guide", contestants.front().options}, margin);
   Response response;
-  const std::size_t n = pipelines.size();
-  for (int step = 0; step < steps; ++step) {
-    std::vector<std::uint64_t> hashes(n);
-    for (std::size_t turn = 0; turn < n * static_cast<std::size_t>(repeat); ++turn) {
-      const std::size_t who = (turn + static_cast<std::size_t>(step)) % n;
-      work_for(std::chrono::microseconds(300));
-      const StepReport report = pipelines[who].step(scene);
-      hashes[who] = report.contact_hash;
-      on_turn({who, step, report, scene});
+  Scene ahead = scene;
+  const int n = static_cast<int>(pipelines.size());
+  for (int first = 0, stretch = 0; first < rounds.steps; first += rounds.stretch, ++stretch) {
+    const int count = std::min(rounds.stretch, rounds.steps - first);
+    std::vector<std::vector<Pose>> poses;
+    std::vector<std::uint64_t> hashes;
+    for (int k = 0; k < count; ++k) {
+      poses.emplace_back(ahead.poses().begin(), ahead.poses().end());
+      hashes.push_back(guide.step(ahead).contact_hash);
+      response.step(ahead, guide.contacts());
     }
-    for (std::size_t i = 1; i < n; ++i)
-      if (hashes[i] != hashes[0])
-        throw std::runtime_error(fmt::format("step {}: {} found contacts {}, {} found {}", step, contestants[0].name,
-                                             hex(hashes[0]), contestants[i].name, hex(hashes[i])));
-    response.step(scene, pipelines.front().contacts());
-    on_step(step);
+    for (int turn = 0; turn < n * rounds.repeat; ++turn) {
+      const auto who = static_cast<std::size_t>((turn + stretch) % n);
+      for (int k = 0; k < count; ++k) {
+        const auto at = static_cast<std::size_t>(k);
+        place(scene, poses[at]);
+        work_for(std::chrono::microseconds(300));
+        const StepReport report = pipelines[who].step(scene);
+        if (report.contact_hash != hashes[at])
+          throw std::runtime_error(fmt::format("step {}: {} found contacts {}, {} found {}", first + k,
+                                               contestants[0].name, hex(hashes[at]), contestants[who].name,
+                                               hex(report.contact_hash)));
+        if (k != 0 || rounds.stretch == 1) on_turn({who, first + k, report});
+      }
+    }
+    for (int k = 0; k < count; ++k) on_step(first + k);
   }
 }
 

@@ -23,15 +23,23 @@ struct Turn {
   std::size_t contestant;
   int step;
   const StepReport& report;
-  const Scene& scene;  ///< as it was detected on
 };
 
-/// Simulates a scene and lets every contestant detect on each step's poses in turn, in one process; the order
-/// rotates; `repeat` rounds a step. The first contestant's contacts move the bodies. Between turns the caller works for
-/// a moment, as a simulation would, so that no contestant starts on the threads that the one before left spinning.
-/// The margin is the one that the response needs. Throws std::runtime_error when two contestants disagree on the
-/// contacts of a step.
-void contest(Scene scene, const std::vector<Contestant>& contestants, int steps, int repeat,
+/// Who is timed when.
+struct Rounds {
+  int steps;
+  int repeat = 1;  ///< rounds over the same poses
+  /// Steps that a contestant detects in a row before the next one takes its turn, as in a simulation, where the caches
+  /// of all its threads hold what the step before left. With more than one the first of them is not told.
+  int stretch = 1;
+};
+
+/// Simulates a scene and lets every contestant detect on its poses in turn, in one process; who begins rotates. The
+/// first contestant's contacts move the bodies. Before each step the caller works for a moment, as a simulation would,
+/// so that none starts on threads that the one before left spinning. The margin is the one that the response needs.
+/// `on_turn` as steps are detected, `on_step` after all turns of a stretch, for each of its steps. Throws
+/// std::runtime_error when two contestants disagree on the contacts of a step.
+void contest(Scene scene, const std::vector<Contestant>& contestants, const Rounds& rounds,
              const std::function<void(const Turn&)>& on_turn, const std::function<void(int)>& on_step);
 
 /// The executors on `threads` threads (0: the cores), and sequential copies on as many; all else as in `base`.

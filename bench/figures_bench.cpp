@@ -183,7 +183,7 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
   Progress progress(scene_name, steps);
   const std::size_t bodies = scene.bodies();
   contest(
-      std::move(scene), contestants, static_cast<int>(steps), repeat,
+      std::move(scene), contestants, {static_cast<int>(steps), repeat},
       [&](const Turn& turn) {
         if (turn.contestant == all.size()) {
           copy.add(copies * turn.report.execution.detect_ms);

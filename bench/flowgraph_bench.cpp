@@ -349,7 +349,7 @@ void real(std::vector<Row>& rows, const Settings& settings, int threads) {
       own.push_back({"flowgraph", scene_name, contestant.name, 1, scene.bodies(), {}, 0, {{"steps", steps}}});
     double broad = 0, narrow = 0;
     contest(
-        std::move(scene), contestants, steps, 1,
+        std::move(scene), contestants, {.steps = steps, .stretch = 10},
         [&](const Turn& turn) {
           const ExecutionReport& execution = turn.report.execution;
           Row& row = own[turn.contestant];

@@ -61,7 +61,7 @@ std::vector<Row> scenes_bench(const Settings& settings) {
       std::vector<Serial> serial(all.size());
       Progress progress(name, static_cast<std::uint64_t>(steps));
       contest(
-          std::move(scene), all, steps, std::max(1, settings.repeat),
+          std::move(scene), all, {steps, std::max(1, settings.repeat), 10},
           [&](const Turn& turn) {
             Row& row = scene_rows[turn.contestant];
             row.threads = turn.report.execution.threads;
