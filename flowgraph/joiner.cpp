@@ -52,8 +52,7 @@ void Joiner::begin(std::size_t bodies, ContactList& out) {
     for (auto& count : cursor_) count.store(0, std::memory_order_relaxed);
 }
 
-void Joiner::count(const Batch& batch) {
-  const auto& results = batch.results;
+void Joiner::count(std::span<const PairResult> results) {
   for (std::size_t i = 0; i < results.size();) {
     // Pairs of one a mostly come together: one addition for all of them keeps threads off each other's counters.
     std::uint32_t run = 0;
@@ -69,7 +68,7 @@ std::size_t Joiner::blocks(std::size_t stage) const {
     case 4:
       return 1;
     case 1:
-      return (batches_.size() + batches_a_block - 1) / batches_a_block;
+      return answers_.size();
     default:
       return (total_ + pairs_a_block - 1) / pairs_a_block;
   }
@@ -107,17 +106,15 @@ void Joiner::prefix() {
 }
 
 void Joiner::scatter(std::size_t block) {
-  for (std::size_t i = block * batches_a_block, end = std::min(batches_.size(), i + batches_a_block); i < end; ++i) {
-    const auto& results = batches_[i]->results;
-    for (std::size_t k = 0; k < results.size();) {
-      const std::uint32_t a = results[k].a;
-      std::size_t run_end = k;
-      while (run_end < results.size() && results[run_end].a == a) ++run_end;
-      const auto run = static_cast<std::uint32_t>(run_end - k);
-      for (std::size_t at = cursor_[a].fetch_add(run, std::memory_order_relaxed); k < run_end; ++k, ++at)
-        refs_[at] = {results[k].b, results[k].contact_count, &results[k],
-                     batches_[i]->contacts.data() + results[k].first_contact};
-    }
+  const auto& results = answers_[block]->results;
+  for (std::size_t k = 0; k < results.size();) {
+    const std::uint32_t a = results[k].a;
+    std::size_t run_end = k;
+    while (run_end < results.size() && results[run_end].a == a) ++run_end;
+    const auto run = static_cast<std::uint32_t>(run_end - k);
+    for (std::size_t at = cursor_[a].fetch_add(run, std::memory_order_relaxed); k < run_end; ++k, ++at)
+      refs_[at] = {results[k].b, results[k].contact_count, &results[k],
+                   answers_[block]->contacts.data() + results[k].first_contact};
   }
 }
 
@@ -167,7 +164,7 @@ void Joiner::prefix_contacts() {
 
 void Joiner::copy(std::size_t block) {
   std::uint32_t next_contact = block_contacts_[block];
-  // What is copied lies in batches that other threads filled, in their order: each would be waited for.
+  // What is copied was written by other threads, in the order in which they found it: each would be waited for.
   constexpr std::size_t ahead = 8;
   for (std::size_t i = block * pairs_a_block, end = std::min(total_, i + pairs_a_block); i < end; ++i) {
     const Ref& from = refs_[i];

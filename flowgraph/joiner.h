@@ -4,23 +4,23 @@
 #include <span>
 #include <vector>
 
-#include "tandem/flowgraph/batch.h"
+#include "answer_store.h"
 
 namespace tandem {
 
-/// Puts the results of all batches into canonical order: pairs by (a, b). Results go into a bucket for each a, and each
-/// bucket is put in order by itself, in stages of independent blocks like the rest of a step; the order of the batches
-/// does not matter, since a pair occurs once. Serial are only sums over bodies and over blocks.
+/// Puts the answers of all threads into canonical order: pairs by (a, b). Results go into a bucket for each a, and each
+/// bucket is put in order by itself, in stages of independent blocks like the rest of a step; the order in which they
+/// were found does not matter, since a pair occurs once. Serial are only sums over bodies and over blocks.
 class Joiner {
  public:
   static constexpr std::size_t stages = 6;
 
   void begin(std::size_t bodies, ContactList& out);
-  /// Counts the results of a batch, while they are still in the cache of the thread that made them. Any thread, any
-  /// order; every batch before stage 0.
-  void count(const Batch& batch);
-  /// The batches of the step; known before stage 0.
-  void take(std::span<Batch* const> batches) { batches_ = batches; }
+  /// Counts results while they are still in the cache of the thread that made them. Any thread, any order; all of them
+  /// before stage 0.
+  void count(std::span<const PairResult> results);
+  /// All answers of the step; known before stage 0.
+  void take(std::span<AnswerChunk* const> answers) { answers_ = answers; }
   std::size_t blocks(std::size_t stage) const;
   void run(std::size_t stage, std::size_t block);
 
@@ -33,7 +33,6 @@ class Joiner {
   struct Range {
     std::size_t begin, end;
   };
-  static constexpr std::size_t batches_a_block = 8;
   static constexpr std::size_t pairs_a_block = 256;
 
   void prefix();
@@ -48,7 +47,7 @@ class Joiner {
   std::size_t bucket_begin(std::size_t a) const { return a == 0 ? 0 : bucket_end(a - 1); }
 
   ContactList* out_ = nullptr;
-  std::span<Batch* const> batches_;
+  std::span<AnswerChunk* const> answers_;
   std::vector<std::atomic<std::uint32_t>> cursor_;  // a body: first counts, then where its bucket goes on
   std::size_t total_ = 0;
   std::vector<Ref> refs_, spare_;

@@ -4,15 +4,10 @@
 #include <array>
 
 #include "pair_order.h"
+#include "thread_mark.h"
 
 namespace tandem {
 namespace {
-
-/// Differs between any two threads that are at work.
-const void* this_thread_mark() {
-  static thread_local const char mark = 0;
-  return &mark;
-}
 
 /// Asks for the lines that are about to be written: stores alone wait for one after the other.
 void prefetch_to_write(const void* data, std::size_t bytes) {

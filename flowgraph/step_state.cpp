@@ -188,7 +188,10 @@ void StepState::begin(StepWork& work, ContactList& contacts, BatchPairs batch_pa
   error_ = nullptr;
   form_ = form;
   pool_.begin(batch_pairs.most);
-  if (form == StepForm::overlapped) joiner_.begin(work.bodies(), contacts);
+  if (form == StepForm::overlapped) {
+    store_.begin();
+    joiner_.begin(work.bodies(), contacts);
+  }
   work.work_with(form == StepForm::caller ? nullptr : this);
   const std::size_t stages = work.begin();
   note_slice({"begin", start_, Clock::now(), step_, 0, 0});
@@ -240,7 +243,7 @@ void StepState::open_stage(std::size_t stage) {
 
 std::size_t StepState::open_tail(std::size_t stage) {
   if (form_ == StepForm::overlapped) {
-    if (stage == 0) joiner_.take(pool_.taken());
+    if (stage == 0) joiner_.take(store_.taken());
     return joiner_.blocks(stage);
   }
   if (stage == 0) pair_order_.begin(pool_.taken(), work_->bodies());
@@ -344,12 +347,7 @@ void StepState::narrow(Batch& batch) {
   if (failed()) return;
   const std::uint64_t pairs = batch.count;
   const auto time = timed(
-      "narrow", batch.id, &pairs,
-      [&] {
-        work_->narrow(batch);
-        if (form_ == StepForm::overlapped) joiner_.count(batch);
-      },
-      batch.heavy);
+      "narrow", batch.id, &pairs, [&] { answer(batch); }, batch.heavy);
   narrow_ns_of_this_thread += ns(time);
   narrow_ns_.fetch_add(ns(time), std::memory_order_relaxed);
   if (batch.heavy) {
@@ -358,6 +356,26 @@ void StepState::narrow(Batch& batch) {
     work_->took(batch, std::chrono::duration_cast<std::chrono::nanoseconds>(time));
   }
   if (batch.inexact) inexact_.store(true, std::memory_order_relaxed);
+}
+
+void StepState::answer(Batch& batch) {
+  if (form_ != StepForm::overlapped) return work_->narrow(batch);
+  // The batch goes on where this thread's last one stopped.
+  AnswerChunk& own = store_.room(batch.count);
+  const std::size_t before = own.results.size();
+  const auto exchange = [&] {
+    batch.results.swap(own.results);
+    batch.contacts.swap(own.contacts);
+  };
+  exchange();
+  try {
+    work_->narrow(batch);
+  } catch (...) {
+    exchange();
+    throw;
+  }
+  exchange();
+  joiner_.count(std::span(own.results).subspan(before));
 }
 
 void StepState::process(Batch& batch) {

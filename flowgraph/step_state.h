@@ -10,6 +10,7 @@
 #include <stop_token>
 #include <vector>
 
+#include "answer_store.h"
 #include "joiner.h"
 #include "ordered_answers.h"
 #include "pair_order.h"
@@ -157,6 +158,7 @@ class StepState final : public Crew {
   friend class BatchWriter;
 
   void narrow(Batch& batch);
+  void answer(Batch& batch);
   bool failed() const { return failed_.load(std::memory_order_relaxed); }
   void cancel() { failed_.store(true, std::memory_order_relaxed); }
   /// True when no more blocks are to be run: after an error, a stop request or the host's cancellation.
@@ -181,6 +183,7 @@ class StepState final : public Crew {
   std::uint64_t step_ = 0;
   std::size_t shared_ = 0, end_ = 0;
   std::vector<std::size_t> blocks_;
+  AnswerStore store_;  // of StepForm::overlapped
   Joiner joiner_;
   PairOrder pair_order_;
   OrderedAnswers answers_;

@@ -18,7 +18,7 @@ struct Batch {
   std::size_t id = 0;               ///< counted in a step, in the order in which batches were begun
   bool heavy = false;               ///< pairs that may cost much more than others
   bool costliest = false;           ///< heavy ones that cost the most in the last step: to be begun before all others
-  std::vector<PairResult> results;  ///< first_contact counts within this batch
+  std::vector<PairResult> results;  ///< first_contact counts within `contacts`
   std::vector<Contact> contacts;
   bool inexact = false;  ///< some answer did not reach the tolerance
 
