@@ -15,9 +15,10 @@ namespace tandem {
 /// decides who is begun first, never an answer.
 class PairCosts {
  public:
-  /// From what cost (ns) on a pair is one of the costliest, if the costliest of all takes `most_ns`.
-  static double costliest_from(double most_ns) {
-    return std::max(static_cast<double>(shortest_batch.count()), 0.5 * most_ns);
+  /// From what cost (ns) on a pair is one of the costliest, if the costliest of all takes `most_ns` and a batch should
+  /// take `batch`.
+  static double costliest_from(double most_ns, std::chrono::nanoseconds batch) {
+    return std::max(static_cast<double>(batch.count()), 0.5 * most_ns);
   }
 
   /// What was learned since is from now on what is guessed from.
@@ -26,15 +27,18 @@ class PairCosts {
     before_.resize(bodies);
     now_.assign(bodies, 0);
     const auto most = std::max_element(before_.begin(), before_.end());
-    least_ = costliest_from(most == before_.end() ? 0 : *most);
+    most_ = most == before_.end() ? 0 : *most;
   }
 
-  /// Both bodies had a pair that cost at least half of the costliest of all.
-  bool is_costliest(Pair pair) const { return std::min(before_[pair.a], before_[pair.b]) >= least_; }
+  /// Both bodies had a pair that cost as much as a batch should take, and at least half of the costliest of all.
+  bool is_costliest(Pair pair, std::chrono::nanoseconds batch) const {
+    return std::min(before_[pair.a], before_[pair.b]) >= costliest_from(most_, batch);
+  }
 
-  /// From many threads at once.
+  /// From many threads at once. What no batch is short of leaves no trace, nor the line of memory it would be in.
   void learn(Pair pair, std::chrono::nanoseconds took) {
     const auto ns = static_cast<std::uint32_t>(std::clamp<std::int64_t>(took.count(), 0, UINT32_MAX));
+    if (took < shortest_batch) return;
     for (const std::uint32_t body : {pair.a, pair.b}) {
       const std::atomic_ref<std::uint32_t> cost(now_[body]);
       std::uint32_t known = cost.load(std::memory_order_relaxed);
@@ -44,7 +48,7 @@ class PairCosts {
   }
 
  private:
-  double least_ = costliest_from(0);
+  std::uint32_t most_ = 0;
   std::vector<std::uint32_t> before_, now_;  // ns, one a body
 };
 

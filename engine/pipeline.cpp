@@ -118,10 +118,10 @@ class SceneWork final : public StepWork {
     return kept;
   }
 
-  HeavyPairs heavy_first(std::span<Pair> pairs) const override {
+  HeavyPairs heavy_first(std::span<Pair> pairs, std::chrono::nanoseconds batch) const override {
     if (!has_mesh_) return {};
     const auto rest = std::partition(pairs.begin(), pairs.end(), [this](Pair pair) { return is_heavy(pair); });
-    const auto heavy = std::partition(pairs.begin(), rest, [this](Pair pair) { return costs_.is_costliest(pair); });
+    const auto heavy = std::partition(pairs.begin(), rest, [&](Pair pair) { return costs_.is_costliest(pair, batch); });
     return {static_cast<std::size_t>(heavy - pairs.begin()), static_cast<std::size_t>(rest - pairs.begin())};
   }
   void took(const Batch& batch, std::chrono::nanoseconds time) const override {

@@ -25,7 +25,7 @@ std::function<bool()> host_cancellation();
 /// the user allows.
 class BatchSize {
  public:
-  explicit BatchSize(std::size_t most) : most_(most), size_{most, 1} {}
+  explicit BatchSize(std::size_t most) : most_(most), size_{.most = most, .heavy = 1} {}
   BatchPairs get() const { return size_; }
   void learn(const ExecutionReport& report);
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -13,7 +14,8 @@ namespace tandem {
 /// Pairs a batch.
 struct BatchPairs {
   std::size_t most;
-  std::size_t heavy = 0;  ///< of a batch of heavy pairs; 0: those are left among the others
+  std::size_t heavy = 0;                           ///< of a batch of heavy pairs; 0: those are left among the others
+  std::chrono::nanoseconds time = shortest_batch;  ///< what a batch should take
 };
 
 /// Answers of sorted pairs on their way to the list. A batch's answers go to their places as soon as those of all

@@ -84,7 +84,7 @@ void BatchWriter::hand_on() {
   count_ = 0;
   try {
     if (state_.form_ == StepForm::ordered) {  // it stays in the pool until the pairs are put in order
-      if (state_.work_->heavy_first(std::span(batch.pairs).first(kept)).all != 0)
+      if (state_.work_->heavy_first(std::span(batch.pairs).first(kept), state_.batch_pairs_.time).all != 0)
         state_.has_heavy_.store(true, std::memory_order_relaxed);
       return state_.close_work();
     }
@@ -99,7 +99,7 @@ void BatchWriter::hand_on() {
 
 void BatchWriter::split_off_heavy(Batch& batch) {
   const std::span<Pair> pairs = std::span(batch.pairs).first(batch.count);
-  const auto [costliest, heavy] = state_.work_->heavy_first(pairs);
+  const auto [costliest, heavy] = state_.work_->heavy_first(pairs, state_.batch_pairs_.time);
   if (costliest == 0 && heavy == pairs.size() && heavy <= state_.batch_pairs_.heavy) {
     batch.heavy = true;
     return;
@@ -251,7 +251,7 @@ std::size_t StepState::open_tail(std::size_t stage) {
   if (stage == PairOrder::stages + 1) return answers_.open_rest();
   std::function<bool(Pair)> is_heavy;
   if (has_heavy_.load(std::memory_order_relaxed))
-    is_heavy = [this](Pair pair) { return work_->heavy_first({&pair, 1}).all != 0; };
+    is_heavy = [this](Pair pair) { return work_->heavy_first({&pair, 1}, batch_pairs_.time).all != 0; };
   answers_.begin(pair_order_.sorted(), batch_pairs_, is_heavy, *contacts_);
   return answers_.batches();
 }

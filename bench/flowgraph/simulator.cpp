@@ -329,8 +329,8 @@ SimulatedStep Simulator::step(const RecordedForms& forms) {
   } else {
     for (const RecordedStep::Stage& one : work.order) now = stage(one, threads, now, true);
     Shared phase(shared ? policy_ : Policy::sequential, costs_, work,
-                 threads_ == 1 ? BatchPairs{128} : batch_size_.get(), PairCosts::costliest_from(costliest_ns_),
-                 threads);
+                 threads_ == 1 ? BatchPairs{128} : batch_size_.get(),
+                 PairCosts::costliest_from(costliest_ns_, batch_size_.get().time), threads);
     now = phase.run(now);
     result.broad_ns = phase.broad_ns;
     result.narrow_ns = phase.narrow_ns;

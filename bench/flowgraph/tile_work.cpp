@@ -50,7 +50,7 @@ bool TileWork::is_big(Pair pair) const {
   return index >= size_.big_from || (size_.big_every != 0 && index % size_.big_every == 0);
 }
 
-HeavyPairs TileWork::heavy_first(std::span<Pair> pairs) const {
+HeavyPairs TileWork::heavy_first(std::span<Pair> pairs, std::chrono::nanoseconds) const {
   if (size_.big_ns == 0) return {};
   const auto middle = std::partition(pairs.begin(), pairs.end(), [this](Pair pair) { return is_big(pair); });
   return {0, static_cast<std::size_t>(middle - pairs.begin())};

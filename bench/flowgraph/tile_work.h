@@ -32,7 +32,7 @@ class TileWork final : public StepWork {
   void emit(std::size_t tile, PairSink& sink) override;
   const PairFilter& filter() const override { return filter_; }
   std::size_t keep(std::span<Pair> pairs) const override { return pairs.size(); }
-  HeavyPairs heavy_first(std::span<Pair> pairs) const override;
+  HeavyPairs heavy_first(std::span<Pair> pairs, std::chrono::nanoseconds batch) const override;
   void narrow(Batch& batch) const override;
   std::size_t bodies() const override { return size_.tiles + size_.pairs_a_tile + 1; }
   std::size_t pairs() const { return size_.tiles * size_.pairs_a_tile; }

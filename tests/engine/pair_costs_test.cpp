@@ -11,21 +11,24 @@ using namespace std::chrono_literals;
 TEST_CASE("pair costs: the costliest pairs of the last step, and those like them, are told from the others") {
   PairCosts costs;
   costs.begin_step(6);
-  CHECK_FALSE(costs.is_costliest({0, 1}));  // nothing is known
+  CHECK_FALSE(costs.is_costliest({0, 1}, shortest_batch));  // nothing is known
   costs.learn({0, 1}, 400us);
   costs.learn({0, 2}, 20us);
   costs.learn({3, 4}, 210us);
   costs.learn({3, 5}, 190us);
-  CHECK_FALSE(costs.is_costliest({0, 1}));  // it is of the step at hand
+  CHECK_FALSE(costs.is_costliest({0, 1}, shortest_batch));  // it is of the step at hand
   costs.begin_step(6);
-  CHECK(costs.is_costliest({0, 1}));
-  CHECK(costs.is_costliest({3, 4}));
-  CHECK(costs.is_costliest({0, 3}));  // both have such a pair
-  CHECK_FALSE(costs.is_costliest({0, 2}));
-  CHECK_FALSE(costs.is_costliest({3, 5}));
+  CHECK(costs.is_costliest({0, 1}, shortest_batch));
+  CHECK(costs.is_costliest({3, 4}, shortest_batch));
+  CHECK(costs.is_costliest({0, 3}, shortest_batch));  // both have such a pair
+  CHECK_FALSE(costs.is_costliest({0, 2}, shortest_batch));
+  CHECK_FALSE(costs.is_costliest({3, 5}, shortest_batch));
+  CHECK(costs.is_costliest({0, 1}, 400us));  // while batches take as long, others can travel with it
+  CHECK_FALSE(costs.is_costliest({0, 1}, 401us));
+  CHECK_FALSE(costs.is_costliest({3, 4}, 211us));
   costs.begin_step(7);  // what was not costly in the last step is forgotten, a new body is cheap
-  CHECK_FALSE(costs.is_costliest({0, 1}));
-  CHECK_FALSE(costs.is_costliest({0, 6}));
+  CHECK_FALSE(costs.is_costliest({0, 1}, shortest_batch));
+  CHECK_FALSE(costs.is_costliest({0, 6}, shortest_batch));
 }
 
 TEST_CASE("pair costs: pairs that do not fill a batch are all alike") {
@@ -34,7 +37,7 @@ TEST_CASE("pair costs: pairs that do not fill a batch are all alike") {
   costs.learn({0, 1}, 14us);
   costs.learn({1, 2}, 1us);
   costs.begin_step(3);
-  CHECK_FALSE(costs.is_costliest({0, 1}));
+  CHECK_FALSE(costs.is_costliest({0, 1}, shortest_batch));
 }
 
 TEST_CASE("pair costs: learned from several threads at once the most is kept") {
@@ -50,6 +53,6 @@ TEST_CASE("pair costs: learned from several threads at once the most is kept") {
   }
   costs.learn({1, 2}, 449us);
   costs.begin_step(3);
-  CHECK(costs.is_costliest({0, 1}));
-  CHECK_FALSE(costs.is_costliest({1, 2}));
+  CHECK(costs.is_costliest({0, 1}, shortest_batch));
+  CHECK_FALSE(costs.is_costliest({1, 2}, shortest_batch));
 }

@@ -450,7 +450,7 @@ TEST_CASE("what one thread does while no other can take a part is told by phase"
     void emit(std::size_t tile, PairSink& sink) override { sink.put(0, static_cast<std::uint32_t>(tile + 1)); }
     const PairFilter& filter() const override { return filter_; }
     std::size_t keep(std::span<Pair> pairs) const override { return pairs.size(); }
-    HeavyPairs heavy_first(std::span<Pair>) const override { return {}; }
+    HeavyPairs heavy_first(std::span<Pair>, std::chrono::nanoseconds) const override { return {}; }
     void narrow(Batch&) const override {}
     std::size_t bodies() const override { return 5; }
 

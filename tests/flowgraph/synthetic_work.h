@@ -41,7 +41,7 @@ class SyntheticWork final : public StepWork {
   }
   const PairFilter& filter() const override { return filter_; }
   std::size_t keep(std::span<Pair> pairs) const override { return on_keep ? on_keep(pairs) : pairs.size(); }
-  HeavyPairs heavy_first(std::span<Pair> pairs) const override {
+  HeavyPairs heavy_first(std::span<Pair> pairs, std::chrono::nanoseconds) const override {
     if (!is_heavy) return {};
     const auto rest = std::partition(pairs.begin(), pairs.end(), is_heavy);
     const auto heavy =

@@ -18,7 +18,8 @@ class Crew {
   virtual void share(std::size_t parts, const std::function<void(std::size_t)>& part) = 0;
 };
 
-/// Of some pairs, the first `all` may cost far more than the others, and of these the first `costliest` did.
+/// Of some pairs, the first `all` may cost far more than the others, and of these the first `costliest` will be the
+/// longest of all.
 struct HeavyPairs {
   std::size_t costliest = 0, all = 0;
 };
@@ -46,7 +47,8 @@ class StepWork {
   /// Moves the pairs that may cost far more than the others to the front, of these first the costliest, and returns how
   /// many there are; they travel in small batches of their own and are narrowed first, so that none is left for the
   /// end.
-  virtual HeavyPairs heavy_first(std::span<Pair>) const { return {}; }
+  /// `batch`: what a batch should take; who takes less is not among the costliest, since it can travel with others.
+  virtual HeavyPairs heavy_first(std::span<Pair>, std::chrono::nanoseconds /*batch*/) const { return {}; }
   /// What the narrow phase of a batch with heavy pairs took, to guess by in the next step. From many threads at once.
   virtual void took(const Batch&, std::chrono::nanoseconds) const {}
   /// Fills the batch's results from its pairs. From many threads at once, on different batches.
