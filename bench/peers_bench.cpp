@@ -62,31 +62,38 @@ SceneDetectors contestants(const Scene& scene, const std::vector<int>& threads) 
 std::vector<Tally> play(RecordedScene& recorded, const SceneDetectors& detectors) {
   const std::size_t n = detectors.size();
   std::vector<Tally> tallies(n);
-  // Who has just run leaves the caches and the branch predictor to the next: so all follow each other alike.
+  // A contestant detects a stretch in a row, as in a simulation, where each step finds in the caches what the step
+  // before left. Who ran before it differs from stretch to stretch.
   std::vector<std::size_t> order(n);
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::mt19937 random(1);
   Progress progress("detect", recorded.stretches.size());
   for (const Stretch& stretch : recorded.stretches) {
-    for (std::size_t k = 0; k < stretch.poses.size(); ++k) {
-      for (std::uint32_t i = 0; i < recorded.scene.indices(); ++i)
-        if (recorded.scene.is_static()[i] == 0) recorded.scene.move(i, stretch.poses[k][i], Vec3::Zero(), Vec3::Zero());
-      std::shuffle(order.begin(), order.end(), random);
-      for (const std::size_t who : order) {
+    const std::size_t steps = stretch.poses.size();
+    std::vector<std::vector<std::vector<TouchingPair>>> found(n);  // [contestant][step]
+    std::shuffle(order.begin(), order.end(), random);
+    for (const std::size_t who : order) {
+      Tally& tally = tallies[who];
+      for (std::size_t k = 0; k < steps; ++k) {
+        for (std::uint32_t i = 0; i < recorded.scene.indices(); ++i)
+          if (recorded.scene.is_static()[i] == 0)
+            recorded.scene.move(i, stretch.poses[k][i], Vec3::Zero(), Vec3::Zero());
         const auto begin = Clock::now();
         detectors[who]->detect(recorded.scene);
         const double ns = std::chrono::duration<double, std::nano>(Clock::now() - begin).count();
+        found[who].push_back(detectors[who]->found());
         if (k < untimed_steps) continue;
-        tallies[who].time.add(ns);
-        if (4 * (stretch.first_step + k) >= 3 * recorded.steps) tallies[who].pile_ns += ns, ++tallies[who].pile_steps;
+        tally.time.add(ns);
+        tally.kept_pairs += detectors[who]->kept_pairs();
+        if (4 * (stretch.first_step + k) >= 3 * recorded.steps) tally.pile_ns += ns, ++tally.pile_steps;
       }
-      if (k < untimed_steps) continue;
-      const std::vector<TouchingPair> ours = sorted(detectors[0]->found());
+    }
+    for (std::size_t k = untimed_steps; k < steps; ++k) {
+      const std::vector<TouchingPair> ours = sorted(std::move(found[0][k]));
       for (std::size_t i = 0; i < n; ++i) {
-        const std::vector<TouchingPair> theirs = i == 0 ? ours : sorted(detectors[i]->found());
+        const std::vector<TouchingPair> theirs = i == 0 ? ours : sorted(std::move(found[i][k]));
         Tally& tally = tallies[i];
         tally.pairs += theirs.size();
-        tally.kept_pairs += detectors[i]->kept_pairs();
         for (const TouchingPair& pair : theirs) {
           tally.contacts += pair.contacts;
           add(tally.hash, std::uint64_t{pair.a} << 32 | pair.b);
