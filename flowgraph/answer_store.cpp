@@ -49,10 +49,9 @@ AnswerChunk& AnswerStore::take() {
   {
     const std::scoped_lock lock(mutex_);
     if (free_.empty()) {
-      chunks_.reserve(chunks_.size() + 1);
-      taken_.reserve(std::max(taken_.capacity(), 2 * chunks_.capacity()));
-      free_.reserve(std::max(free_.capacity(), 2 * chunks_.capacity()));
       chunk = chunks_.emplace_back(std::make_unique<AnswerChunk>()).get();
+      free_.reserve(chunks_.capacity());
+      taken_.reserve(chunks_.capacity());
       chunk->results.reserve(chunk_results);
       chunk->contacts.reserve(4 * chunk_results);
     } else {
