@@ -49,6 +49,7 @@ void KeptContacts::Sums::enter(const Entry& entry, const Largest& its) {
 
 void KeptContacts::Sums::add(const Sums& other) {
   computed += other.computed;
+  noted += other.noted;
   colliding += other.colliding;
   touching += other.touching;
   gaps += other.gaps;
@@ -70,6 +71,7 @@ void KeptContacts::clear() {
   free_details_.clear();
   restless_.clear();
   candidates_ = 0;
+  noted_ = 0;
   sums_ = {};
   any_pending_ = false;
   fresh_.clear();
@@ -80,14 +82,21 @@ void KeptContacts::clear() {
 bool KeptContacts::begin_step(const Scene& scene, ContactList& contacts, bool same_bodies) {
   std::swap(last_, contacts);
   const std::size_t bodies = scene.indices();
-  const bool known = std::exchange(complete_, false) && ++step_ != none && bodies >= bodies_.size();
+  const bool was_complete = std::exchange(complete_, false);
+  const bool known = ++step_ != none && was_complete && bodies >= bodies_.size();
   if (!known) clear();
   if (step_ == none || bodies < bodies_.size()) bodies_.clear();
   if (step_ == none) step_ = 1;
   scene_ = &scene;
   told_ = {};
   any_moved_.store(false, std::memory_order_relaxed);
-  all_asked_ = !known || !same_bodies;
+  same_bodies_ = known && same_bodies;
+  // Where most pairs change, what stands goes where they go.
+  all_asked_ = !same_bodies_ || 2 * noted_ > candidates_;
+  if (all_asked_)
+    find_places();
+  else if (look_at_all_)
+    find_restless();
 
   bodies_.resize(bodies);
   reach_.resize(bodies);
@@ -136,7 +145,7 @@ void KeptContacts::look_at(std::size_t first, std::span<std::uint8_t> changed) {
     const std::size_t i = first + k;
     Body& body = bodies_[i];
     const Ball& ball = balls_[indices[i]];
-    if (!all_asked_ && rests(body, poses[i], ball, reach_[i])) {
+    if (same_bodies_ && rests(body, poses[i], ball, reach_[i])) {
       changed[k] = 0;
       continue;
     }
@@ -144,7 +153,7 @@ void KeptContacts::look_at(std::size_t first, std::span<std::uint8_t> changed) {
     const double reach =
         is_static[i] != 0 || !(ball.radius < std::numeric_limits<double>::infinity()) ? 0 : rest_share * ball.allowed;
     const bool same = shape == body.shape && reach == reach_[i];
-    if (same && all_asked_ && rests(body, poses[i], ball, reach)) {
+    if (same && !same_bodies_ && rests(body, poses[i], ball, reach)) {
       changed[k] = 0;
       continue;
     }
@@ -162,15 +171,69 @@ void KeptContacts::look_at(std::size_t first, std::span<std::uint8_t> changed) {
 void KeptContacts::end_step(ContactList& contacts) {
   complete_ = true;
   computed_ = static_cast<std::uint64_t>(told_.computed);
-  if (!all_asked_ && !any_pending_ && !any_moved_.load(std::memory_order_relaxed)) {
-    std::swap(last_, contacts);
+  noted_ = static_cast<std::size_t>(told_.noted);
+  if (all_asked_) {
+    take_fresh();
+    take_over();
+    complete_ = listed_pairs_ == contacts.pairs.size();  // else it is not the answer of these pairs
+    sums_ = told_;
     return;
   }
-  take_fresh();
-  look_through(contacts.pairs.size());
-  put_together(contacts);
-  sums_.add(told_);
-  if (told_.lost_largest) find_largest();
+  if (look_at_all_ || any_pending_ || any_moved_.load(std::memory_order_relaxed)) {
+    take_fresh();
+    look_through(contacts.pairs.size());
+    splicer_.apply(splices_, contacts, last_);
+    sums_.add(told_);
+    if (told_.lost_largest) find_largest();
+  }
+  std::swap(last_, contacts);
+}
+
+/// Of what stands, in the last step's list.
+void KeptContacts::find_places() {
+  results_.resize(listed_.size());
+  std::uint32_t place = 0;
+  for (std::size_t i = 0; i < listed_.size(); ++i) results_[i] = std::exchange(place, place + listed_[i]);
+}
+
+void KeptContacts::find_restless() {
+  restless_.clear();
+  for (std::size_t i = 0; i < keys_.size(); ++i)
+    if (entries_[i].candidate && !entries_[i].steady) restless_.push_back(pair_of(keys_[i]));
+}
+
+/// Notes which pairs were candidates where all were asked for.
+void KeptContacts::take_over() {
+  candidates_ = listed_pairs_ = 0;
+  for (std::size_t i = 0; i < keys_.size(); ++i) {
+    Entry& entry = entries_[i];
+    const bool is_candidate = entry.seen == step_;
+    listed_[i] = is_candidate && entry.reported ? 1 : 0;
+    listed_pairs_ += listed_[i];
+    candidates_ += is_candidate ? 1 : 0;
+    if (!is_candidate && entry.candidate) forget(i);
+    entry.candidate = is_candidate;
+  }
+  look_at_all_ = true;
+}
+
+/// That both rest, in the answer at `place` of the last step's list if there is one.
+void KeptContacts::tell(std::size_t i, Pair pair, std::uint32_t place) {
+  Entry& entry = entries_[i];
+  entry.told = true;
+  if (!entry.reported) return;
+  const double rest = rest_bound(pair);
+  last_.pairs[place].answer.error_bound += rest;
+  largest_[i].error_bound = static_cast<double>(entry.bound) + rest;
+}
+
+/// Of a pair that is no candidate any more, all but where its detail lies.
+void KeptContacts::forget(std::size_t i) {
+  const std::uint32_t detail = entries_[i].detail;
+  entries_[i] = {};
+  entries_[i].detail = detail;
+  largest_[i] = {};
+  listed_[i] = 0;
 }
 
 /// Drops pairs that are no candidates, once they are many.
@@ -258,7 +321,7 @@ void KeptContacts::look_through([[maybe_unused]] std::size_t answers) {
   for (std::size_t i = 0; i < keys_.size(); ++i) {
     const Pair pair = pair_of(keys_[i]);
     const bool was_listed = listed_[i] != 0;
-    if (!all_asked_ && look_[pair.a] < step_ && look_[pair.b] < step_) {
+    if (!look_at_all_ && look_[pair.a] < step_ && look_[pair.b] < step_) {
       at += was_listed ? 1 : 0;
       continue;
     }
@@ -272,50 +335,21 @@ void KeptContacts::look_through([[maybe_unused]] std::size_t answers) {
       any_pending_ = true;
       look_[pair.a] = look_[pair.b] = step_ + 1;
       if (!entry.steady) restless_.push_back(pair);
-    } else if (entry.candidate && (entry.seen == step_ || (!all_asked_ && both_rest(pair)))) {
-      if (!entry.told && entry.reported) {
-        const double rest = rest_bound(pair);
-        last_.pairs[at].answer.error_bound += rest;
-        largest_[i].error_bound = static_cast<double>(entry.bound) + rest;
+    } else if (entry.candidate && (entry.seen == step_ || both_rest(pair))) {
+      if (!entry.told) {
+        tell(i, pair, at);
         told_.largest.error_bound = std::max(told_.largest.error_bound, largest_[i].error_bound);
       }
-      entry.told = true;
     } else if (entry.candidate) {
       change(was_listed, false);
-      listed_[i] = 0;
       --candidates_;
       told_.leave(entry, largest_[i], sums_.largest);
-      largest_[i] = {};
-      const std::uint32_t detail = entry.detail;
-      entry = {};
-      entry.detail = detail;
+      forget(i);
     }
     at += was_listed ? 1 : 0;
   }
+  look_at_all_ = false;
   assert(at == last_.pairs.size() && from == answers);
-}
-
-void KeptContacts::put_together(ContactList& contacts) {
-  std::size_t stay = last_.pairs.size();
-  for (const Splice& s : splices_) stay -= s.removed;
-  if (stay == 0) return;
-  if (stay >= contacts.pairs.size()) {
-    splicer_.apply(splices_, contacts, last_);
-    std::swap(last_, contacts);
-    return;
-  }
-  // Those that stay go between the others.
-  others_.clear();
-  std::uint32_t next = 0;
-  const auto stays = [&](std::uint32_t end, std::uint32_t at) {
-    if (end != next) others_.push_back({at, 0, next, end - next});
-  };
-  for (const Splice& s : splices_) {
-    stays(s.at, s.from);
-    next = s.at + s.removed;
-  }
-  stays(static_cast<std::uint32_t>(last_.pairs.size()), static_cast<std::uint32_t>(contacts.pairs.size()));
-  splicer_.apply(others_, last_, contacts);
 }
 
 void KeptContacts::find_largest() {
@@ -362,16 +396,43 @@ void KeptContacts::Batch::seek(Pair pair) {
 }
 
 std::size_t KeptContacts::Batch::stand(std::span<const Pair> pairs) {
+  std::uint32_t begin = 0, end = 0;  // of the last step's list: what is to be appended
   std::size_t count = 0;
   for (; count < pairs.size(); ++count) {
-    seek(pairs[count]);
+    const Pair pair = pairs[count];
+    seek(pair);
     was_candidate_ = entry_ != nullptr && entry_->candidate;
-    if (!was_candidate_ || !all_.stands(*entry_, pairs[count])) break;
-    entry_->seen = all_.step_;
+    if (!was_candidate_ || !all_.stands(*entry_, pair)) break;
+    Entry& entry = *entry_;
+    entry.seen = all_.step_;
+    if (!all_.all_asked_) continue;  // it stays where it lies
+    const auto index = static_cast<std::size_t>(entry_ - all_.entries_.data());
+    const std::uint32_t place = all_.results_[index];
+    if (place != end) {
+      append(begin, end);
+      begin = place;
+    }
+    end = place + (entry.reported ? 1 : 0);
+    if (!entry.told) all_.tell(index, pair, place);
+    sums_.enter(entry, all_.largest_[index]);
   }
+  append(begin, end);
   moved_ = false;
   detail_ = none;
   return count;
+}
+
+void KeptContacts::Batch::append(std::uint32_t begin, std::uint32_t end) {
+  if (begin == end) return;
+  const auto pairs = std::span(all_.last_.pairs).subspan(begin, end - begin);
+  const std::uint32_t from = pairs.front().first_contact, to = pairs.back().first_contact + pairs.back().contact_count;
+  const auto moved = static_cast<std::uint32_t>(contacts_.size()) - from;
+  const std::size_t first = results_.size();
+  results_.insert(results_.end(), pairs.begin(), pairs.end());
+  if (moved != 0)
+    for (PairResult& result : std::span(results_).subspan(first)) result.first_contact += moved;
+  const auto contacts = std::span(all_.last_.contacts).subspan(from, to - from);
+  contacts_.insert(contacts_.end(), contacts.begin(), contacts.end());
 }
 
 KeptContacts::Batch::Relative KeptContacts::Batch::relative(Pair pair) const {
@@ -384,7 +445,7 @@ KeptContacts::Batch::Relative KeptContacts::Batch::relative(Pair pair) const {
   return {reference.rotation.transpose() * mover.rotation, into(reference, mover.translation), a_is_reference};
 }
 
-bool KeptContacts::Batch::move_along(Pair pair, PairResult& result, std::vector<Contact>& contacts) {
+bool KeptContacts::Batch::move_along(Pair pair, PairResult& result) {
   // What a pair that follows soon will read.
   if (const std::size_t ahead = next_ + 4; ahead < all_.entries_.size() && all_.entries_[ahead].detail != none) {
     const char* detail = reinterpret_cast<const char*>(&all_.details_[all_.entries_[ahead].detail]);
@@ -431,7 +492,7 @@ bool KeptContacts::Batch::move_along(Pair pair, PairResult& result, std::vector<
   answer.normal = frame.rotation * kept.normal;
   kept.contacts.each([&](const Contact& contact) {
     const double depth = std::max(contact.depth - opened(contact.normal, contact.point), -all_.margin_);
-    contacts.push_back({frame * contact.point, frame.rotation * contact.normal, depth, contact.feature});
+    contacts_.push_back({frame * contact.point, frame.rotation * contact.normal, depth, contact.feature});
   });
   return true;
 }
@@ -476,7 +537,7 @@ void KeptContacts::Batch::note(const PairResult& result, std::span<const Contact
   Largest* largest = nullptr;
   if (entry != nullptr) {
     largest = &all_.largest_[static_cast<std::size_t>(entry - all_.entries_.data())];
-    sums_.leave(*entry, *largest, all_.sums_.largest);
+    if (!all_.all_asked_) sums_.leave(*entry, *largest, all_.sums_.largest);
   } else {
     Fresh& fresh = fresh_.emplace_back();
     fresh.key = key_of(pair);
@@ -499,6 +560,7 @@ void KeptContacts::Batch::note(const PairResult& result, std::span<const Contact
   const double rest = all_.rest_bound(pair);
   const double allowed = std::min(all_.balls_[shape[pair.a]].allowed, all_.balls_[shape[pair.b]].allowed);
   entry->steady = reported ? moved_by_ + rest <= allowed && rest < gap_ : !answer.collide && gap_ - rest > all_.margin_;
+  ++sums_.noted;
   sums_.enter(*entry, *largest);
 }
 

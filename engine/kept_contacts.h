@@ -70,7 +70,9 @@ struct KeptPair {
 /// are those of the poses that they were computed for.
 ///
 /// In a step any number of threads ask for different pairs at once; nothing is locked but where a batch tells what it
-/// found. Nothing is searched where pairs come in order. What did not stand is then put in its place among what did.
+/// found. Nothing is searched where pairs come in order. What did not stand is then put in its place among what did;
+/// where that was most of the pairs, all are asked for in the next step, and what stands is copied to where the others
+/// go.
 class KeptContacts {
  public:
   /// `request` contacts or distance; `tolerance` relative to the smaller body's size, > 0; gaps up to `margin` (metres)
@@ -149,7 +151,7 @@ class KeptContacts {
   };
   /// How a batch changes the sums over all candidates.
   struct Sums {
-    std::int64_t computed = 0, colliding = 0, touching = 0, gaps = 0, inexact = 0;
+    std::int64_t computed = 0, noted = 0, colliding = 0, touching = 0, gaps = 0, inexact = 0;
     Largest largest;            // of its own pairs
     bool lost_largest = false;  // a pair that may have been the one has less now
 
@@ -170,16 +172,22 @@ class KeptContacts {
   void clear();
   void forget_gone();
   void take_fresh();
+  void find_places();
+  void find_restless();
+  void take_over();
+  void tell(std::size_t i, Pair pair, std::uint32_t place);
+  void forget(std::size_t i);
   void look_through(std::size_t answers);
   void find_largest();
-  void put_together(ContactList& contacts);
 
   bool distances_;
   double tolerance_, margin_;
   const Scene* scene_ = nullptr;
   std::uint32_t step_ = 1;
   bool complete_ = true;
+  bool same_bodies_ = false;            // as in the last step
   bool all_asked_ = true;               // in this step
+  bool look_at_all_ = true;             // pairs, for in the last step all were asked for
   std::atomic<bool> any_moved_{false};  // body
   bool any_pending_ = false;            // some pairs of the last step must be looked at in this one
 
@@ -203,12 +211,14 @@ class KeptContacts {
   std::vector<KeptPair> details_;
   std::vector<std::uint32_t> free_details_;
   std::vector<Pair> restless_;
-  std::size_t candidates_ = 0;
+  std::vector<std::uint32_t> results_;  // a pair's place in last_, where all are asked for
+  std::size_t candidates_ = 0, listed_pairs_ = 0;
+  std::size_t noted_ = 0;  // did not stand in the last step
   Sums sums_;
   std::uint64_t computed_ = 0;
 
   std::vector<std::size_t> places_;
-  std::vector<Splice> splices_, others_;
+  std::vector<Splice> splices_;
   ListSplicer splicer_;
 
   std::mutex mutex_;  // of what batches tell:
@@ -222,17 +232,19 @@ class KeptContacts {
 /// can be, or computed and kept, and noted.
 class KeptContacts::Batch {
  public:
-  explicit Batch(KeptContacts& all) : all_(all) {}
+  /// Answers are appended to the two.
+  Batch(KeptContacts& all, std::vector<PairResult>& results, std::vector<Contact>& contacts)
+      : all_(all), results_(results), contacts_(contacts) {}
   Batch(const Batch&) = delete;
   Batch& operator=(const Batch&) = delete;
   /// Hands over what is new.
   ~Batch();
 
-  /// How many of these pairs, from the first on, have answers that stand.
+  /// How many of these pairs, from the first on, have answers that stand; they are appended where all are asked for.
   std::size_t stand(std::span<const Pair> pairs);
   /// True if the answer of the pair that does not stand is moved along: then `result.answer` is set and the contacts
   /// are appended.
-  bool move_along(Pair pair, PairResult& result, std::vector<Contact>& contacts);
+  bool move_along(Pair pair, PairResult& result);
   /// Keeps what was computed, so that it can be moved along.
   void keep(const PairResult& result, std::span<const Contact> contacts);
   void note(const PairResult& result, std::span<const Contact> contacts, bool reported);
@@ -245,8 +257,11 @@ class KeptContacts::Batch {
   };
   Relative relative(Pair pair) const;
   void seek(Pair pair);
+  void append(std::uint32_t begin, std::uint32_t end);
 
   KeptContacts& all_;
+  std::vector<PairResult>& results_;
+  std::vector<Contact>& contacts_;
   std::size_t next_ = 0;        // where the next pair's entry is expected
   Entry* entry_ = nullptr;      // of the pair asked for, where it has one
   bool was_candidate_ = false;  // in the step before

@@ -133,7 +133,7 @@ class SceneWork final : public StepWork {
 
   void narrow(Batch& batch) const override {
     std::optional<KeptContacts::Batch> kept;
-    if (kept_) kept.emplace(*kept_);
+    if (kept_) kept.emplace(*kept_, batch.results, batch.contacts);
     const std::size_t first_contact = batch.contacts.size();
     std::uint64_t colliding_pairs = 0;
     const auto pairs = std::span<const Pair>(batch.pairs).first(batch.count);
@@ -155,7 +155,7 @@ class SceneWork final : public StepWork {
       PairResult* result;
       if (may_move) {
         result = &batch.results.emplace_back(PairResult{pair.a, pair.b, first, 0, {}});
-        if (!kept->move_along(pair, *result, batch.contacts)) {
+        if (!kept->move_along(pair, *result)) {
           result->answer = solve(pair, batch);
           kept->keep(*result, std::span(batch.contacts).subspan(first));
         }

@@ -274,18 +274,26 @@ TEST_CASE("kept contacts: the same bits for every executor and number of threads
 
 namespace {
 
-/// Bodies of all sorts in a small room: most rest, some tremble, crawl, jump, come or go.
+/// Bodies of all sorts in a small room: most rest, some tremble, crawl, jump, come or go. A few balls beside it rest on
+/// the ground, but whether they touch it changes.
 class Room {
  public:
+  static constexpr int in_doubt = 4;
   Room() {
     shapes_ = {scene.add_shape(Box{{1, 0.6, 0.8}}), scene.add_shape(Sphere{0.5}), scene.add_shape(Cylinder{0.4, 0.9}),
                scene.add_shape(Box{Vec3::Constant(0.7)})};
     scene.add_body({.shape = scene.add_shape(HalfSpace{Vec3::UnitZ(), 0}), .is_static = true});
     for (int i = 0; i < 70; ++i) ids_.push_back(add());
+    for (int i = 0; i < in_doubt; ++i)
+      touching_.push_back(scene.add_body({.shape = shapes_[1], .pose = Pose::at(10 + 2 * i, 0, 0.5)}));
   }
   /// What happens before the next step.
   void go_on(int step) {
     // Now and then all but nothing happens, so that nearly all rest; now and then most move.
+    for (const BodyId id : touching_) {
+      const Vec3 at = scene.pose(id).translation;
+      scene.set_pose(id, Pose::at(at.x(), at.y(), 0.5 + draw_.in(-1e-8, 1e-8)));
+    }
     const double busy = step % 12 < 4 ? 0 : step % 12 == 11 ? 0.8 : 0.1;
     for (BodyId& id : ids_) {
       if (draw_.in(0, 1) >= busy) {
@@ -317,7 +325,7 @@ class Room {
   }
   Draw draw_{5};
   std::vector<ShapeId> shapes_;
-  std::vector<BodyId> ids_;
+  std::vector<BodyId> ids_, touching_;
 };
 
 struct Interruption {};
@@ -361,7 +369,7 @@ void check_answers(const ContactList& kept, const ContactList& exact, const Step
     largest = std::max(largest, at->answer.error_bound);
     ++at;
   }
-  REQUIRE(report.kept_error_bound <= 0.01 * std::sqrt(2.0));  // the largest body
+  REQUIRE(report.kept_error_bound <= 0.01 * 1.45);  // the largest body
   REQUIRE(largest <= report.kept_error_bound + 1e-9);         // computed ones are off by what rounding does
 }
 
@@ -427,7 +435,7 @@ TEST_CASE("kept contacts: what changes in its place is what it would be if all p
     check_answers(pipelines.front().contacts(), exact.contacts(), all);
     kept += all.kept_pairs;
     computed += all.computed_pairs;
-    quiet_steps += all.computed_pairs == 0 ? 1 : 0;
+    quiet_steps += all.computed_pairs <= Room::in_doubt ? 1 : 0;
     room.go_on(step);
   }
   CHECK(kept > 20000);
@@ -556,12 +564,12 @@ TEST_CASE("kept contacts: what pairs that come and go leave behind does not add 
     changed.assign(scene.indices(), 1);
     kept.look_at(0, changed);
     {
-      KeptContacts::Batch batch(kept);
+      KeptContacts::Batch batch(kept, list.pairs, list.contacts);
       for (std::uint32_t i = 0; i < pairs; ++i) {
         PairResult result{step % 900, 1000 + (step / 900 * 300 + i) % 1000, 0, 0, {}};
         const Pair pair{result.a, result.b};
         REQUIRE(batch.stand(std::span(&pair, 1)) == 0);
-        REQUIRE_FALSE(batch.move_along(pair, result, list.contacts));
+        REQUIRE_FALSE(batch.move_along(pair, result));
         batch.keep(result, {});
         batch.note(result, {}, false);
       }
