@@ -252,7 +252,6 @@ GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond,
   r.upper = std::numeric_limits<double>::infinity();
   r.lower = -r.upper;
   double length = v.norm();
-  int stalled = 0;
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     const MinkowskiPoint p = d.support(-v);
     r.along = v.dot(p.w) / length;
@@ -273,22 +272,8 @@ GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond,
         return r;
       }
       if (step == Descent::Step::lost) {
-        // Rounding hides the nearest feature: search all of them.
-        const Nearest n = nearest(s);
-        if (n.inside) {
-          r.end = GjkResult::End::inside;
-          r.v = v;
-          r.upper = 0;
-          return r;
-        }
-        // A small turn of a long way is lost in the squares: tried, but not for ever.
-        const double before = v.squaredNorm();
-        if (!(n.squared < before) && (++stalled > 2 || !(n.squared <= (1 + 4 * epsilon) * before))) {
-          --s.count;
-          break;
-        }
-        keep(s, n);
-        v = n.v;
+        --s.count;
+        break;
       }
     }
     length = v.norm();
