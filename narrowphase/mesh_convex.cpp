@@ -399,60 +399,9 @@ class MeshConvex {
     return false;
   }
 
-  // By the hull of the triangles that the convex touches at the end of the way, where it lies in what they enclose.
-  double deep_in_piece(const Vec3& way) const {
-    constexpr std::size_t most = 24;
-    const Pose end = moved(way), here{mesh_.pose.rotation, convex_.pose.translation};
-    const MeshConvex there(mesh_, {convex_.shape, end}, options_);
-    const double touching = 1e-8 * size_;
-    Convex points;
-    there.query().each_near(touching, [&](std::uint32_t t) {
-      const Corners p = there.corners(t);
-      if (there.plane_gap(p) > touching || there.solve(p, Request::distance, nullptr).signed_distance > touching)
-        return false;
-      for (const Vec3& v : corners(t)) points.vertices.push_back(v);
-      return points.vertices.size() > most;
-    });
-    if (points.vertices.size() < 4 || points.vertices.size() > most) return 0;
-    const Shape piece(points);
-    if (piece.hull().dimension < 3 || !is_inside(model_, piece.hull().inside + shift_)) return 0;
-    const MeshConvex within(mesh_, {piece, here}, options_);
-    bool whole = true;
-    within.query().each_near(0, [&](std::uint32_t t) {
-      whole = !(within.solve(within.corners(t), Request::distance, nullptr).signed_distance < -rounding * size_);
-      return !whole;
-    });
-    if (!whole) return 0;
-    const PairAnswer r = solve_convex(view(piece), Pose{}, view_, turn_, Request::distance, options_, nullptr);
-    return -r.signed_distance - r.error_bound;
-  }
-
-  double inner_ball() const {
-    const double r = view_.param[0], h = view_.param[1];
-    switch (view_.kind) {
-      case ShapeKind::box:
-      case ShapeKind::ellipsoid:
-        return std::min({r, h, view_.param[2]});
-      case ShapeKind::cylinder:
-        return std::min(r, h / 2);
-      case ShapeKind::cone:
-        return std::min(h / 2, r * h / 2 / std::hypot(r, h));
-      case ShapeKind::convex:
-      case ShapeKind::triangle: {
-        if (view_.hull->dimension < 3) return 0;
-        double least = infinity;
-        for (const Hull::Face& f : view_.hull->faces)
-          least = std::min(least, f.offset - f.normal.dot(view_.hull->inside));
-        return std::max(least, 0.0);
-      }
-      default:
-        return r;
-    }
-  }
-
   Certain certain_depth(const Vec3& normal, bool leaves) const {
     constexpr std::size_t most_corners = 32;
-    Certain certain = deep_at(centre(), inner_ball(), leaves);
+    Certain certain = deep_at(centre(), core_radius(view_) + core_inner_radius(view_), leaves);
     if (view_.kind == ShapeKind::sphere) return certain;
     const auto look = [&](const Vec3& p, double ball) {
       if (const Certain here = deep_at(p, ball, leaves); here.depth > certain.depth) certain = here;
@@ -541,8 +490,6 @@ class MeshConvex {
       const double before = way;
       look(normal);
       if (way < before && way > certain + enough) shorten(way, normal);
-      if (way > certain + enough && leaves_within(way, normal))
-        certain = std::max(certain, std::min(way, deep_in_piece(way * normal)));
     }
     PairAnswer answer;
     answer.collide = true;
