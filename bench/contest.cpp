@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <chrono>
 #include <memory>
+#include <numeric>
+#include <random>
 #include <stdexcept>
 
 #include "at_once.h"
@@ -74,8 +76,12 @@ void contest(Scene scene, const std::vector<Contestant>& contestants, const Roun
   Entry guide({"guide", contestants.front().options}, margin);
   Response response;
   Scene ahead = scene;
-  const int n = static_cast<int>(pipelines.size());
-  for (int first = 0, stretch = 0; first < rounds.steps; first += rounds.stretch, ++stretch) {
+  const std::size_t n = pipelines.size();
+  // Who ran before on one thread alone leaves the other cores asleep and cold: that must not be always the same one.
+  std::vector<std::size_t> order(n);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::mt19937 random(1);
+  for (int first = 0; first < rounds.steps; first += rounds.stretch) {
     const int count = std::min(rounds.stretch, rounds.steps - first);
     std::vector<std::vector<Pose>> poses;
     std::vector<std::uint64_t> hashes;
@@ -84,8 +90,9 @@ void contest(Scene scene, const std::vector<Contestant>& contestants, const Roun
       hashes.push_back(guide.step(ahead).contact_hash);
       response.step(ahead, guide.contacts());
     }
-    for (int turn = 0; turn < n * rounds.repeat; ++turn) {
-      const auto who = static_cast<std::size_t>((turn + stretch) % n);
+    for (std::size_t turn = 0; turn < n * static_cast<std::size_t>(rounds.repeat); ++turn) {
+      if (turn % n == 0) std::shuffle(order.begin(), order.end(), random);
+      const std::size_t who = order[turn % n];
       for (int k = 0; k < count; ++k) {
         const auto at = static_cast<std::size_t>(k);
         place(scene, poses[at]);
