@@ -23,6 +23,8 @@ constexpr std::size_t usual_memory = std::size_t{48} << 10;  // bytes
 constexpr std::size_t flood_limit = 4096;  // triangles inside the other mesh that are looked at, a mesh
 constexpr std::size_t span_limit = 16;     // edges of a patch that are held against those of the other mesh
 constexpr std::size_t ray_limit = 512;     // triangles a depth is measured against, a patch and mesh
+constexpr std::size_t shared_from = 1024;  // pairs of triangles from which on several threads may share the work
+constexpr std::size_t pairs_a_part = 256;
 
 // Where a curve enters or leaves a triangle: an edge of one mesh through the inside of a triangle of the other.
 struct Piercing {
@@ -126,16 +128,22 @@ struct Patch {
 
 class PatchFinder {
  public:
-  PatchFinder(const Posed& m, std::span<const std::array<std::uint32_t, 2>> pairs, Memory memory)
+  PatchFinder(const Posed& m, std::span<const std::array<std::uint32_t, 2>> pairs, const PartRunner& parts,
+              Memory memory)
       : m_(m), memory_(memory), groups_(pairs.size(), memory) {
     crossings_.reserve(pairs.size());
     pairs_.reserve(pairs.size());
-    for (const auto& [i, j] : pairs)
-      if (Crossing c; crossing(m, i, j, c)) {
-        crossings_.push_back(c);
-        pairs_.push_back({i, j});
-      }
-    for (const bool of_a : {true, false}) join_and_flood(of_a);
+    if (parts && pairs.size() >= shared_from) {
+      find_crossings(pairs, parts);
+      flood_both(parts);
+    } else {
+      for (const auto& [i, j] : pairs)
+        if (Crossing c; crossing(m, i, j, c)) {
+          crossings_.push_back(c);
+          pairs_.push_back({i, j});
+        }
+      for (const bool of_a : {true, false}) join_and_flood(of_a, groups_, inside_, touched_, memory_);
+    }
     collect();
   }
 
@@ -149,19 +157,57 @@ class PatchFinder {
     std::uint32_t crossing = 0;
   };
 
+  struct Found {
+    std::uint32_t index;
+    bool of_a;
+    std::uint32_t crossing;
+  };
+
+  void find_crossings(std::span<const std::array<std::uint32_t, 2>> pairs, const PartRunner& parts) {
+    std::vector<Crossing> all(pairs.size());
+    std::vector<std::uint8_t> cross(pairs.size());
+    parts((pairs.size() + pairs_a_part - 1) / pairs_a_part, [&](std::size_t part) {
+      const std::size_t end = std::min(pairs.size(), (part + 1) * pairs_a_part);
+      for (std::size_t k = part * pairs_a_part; k < end; ++k)
+        cross[k] = crossing(m_, pairs[k][0], pairs[k][1], all[k]) ? 1 : 0;
+    });
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      if (cross[k] == 0) continue;
+      crossings_.push_back(all[k]);
+      pairs_.push_back(pairs[k]);
+    }
+  }
+
+  // What is joined over A and what over B: each by itself, then all of it. A group's root is its first crossing,
+  // in whatever order it was joined.
+  void flood_both(const PartRunner& parts) {
+    std::pmr::monotonic_buffer_resource memory;  // not for several threads
+    Groups groups(crossings_.size(), &memory);
+    List<Found> inside(&memory), touched(&memory);
+    parts(2, [&](std::size_t part) {
+      if (part == 0)
+        join_and_flood(true, groups_, inside_, touched_, memory_);
+      else
+        join_and_flood(false, groups, inside, touched, &memory);
+    });
+    for (std::uint32_t c = 0; c < crossings_.size(); ++c) groups_.join(c, groups.find(c));
+    inside_.insert(inside_.end(), inside.begin(), inside.end());
+    touched_.insert(touched_.end(), touched.begin(), touched.end());
+  }
+
   // Curves that share a triangle bound one patch, and so do curves between which the surface lies inside.
-  void join_and_flood(bool of_a) {
+  void join_and_flood(bool of_a, Groups& groups, List<Found>& inside, List<Found>& touched, Memory memory) const {
     const MeshModel& mesh = m_.mesh(of_a);
     struct Crossed {
       std::uint32_t crossing;  // one of them
       std::uint32_t edges;     // bits of the edges crossed
     };
-    IndexMap<Crossed> crossed(memory_);  // triangles
-    IndexMap<Inner> inner(memory_);      // ends of crossed edges, each with its nearest piercing
+    IndexMap<Crossed> crossed(memory);  // triangles
+    IndexMap<Inner> inner(memory);      // ends of crossed edges, each with its nearest piercing
     for (std::uint32_t c = 0; c < crossings_.size(); ++c) {
       const std::uint32_t t = pairs_[c][of_a ? 0 : 1];
       const auto [entry, fresh] = crossed.emplace(t, {c, 0});
-      if (!fresh) groups_.join(entry.crossing, c);
+      if (!fresh) groups.join(entry.crossing, c);
       for (const Piercing& p : crossings_[c].end) {
         if (p.edge_of_a != of_a) continue;
         entry.edges |= 1u << p.corner;
@@ -175,18 +221,18 @@ class PatchFinder {
       }
     }
     for (const auto& [vertex, n] : inner)
-      if (n.inside) inside_.push_back({vertex, of_a, n.crossing});
+      if (n.inside) inside.push_back({vertex, of_a, n.crossing});
     // From crossed triangles over edges whose ends are inside into those that are inside as a whole.
-    IndexMap<std::uint32_t> reached(memory_);
-    List<std::pair<std::uint32_t, std::uint32_t>> stack(memory_);
+    IndexMap<std::uint32_t> reached(memory);
+    List<std::pair<std::uint32_t, std::uint32_t>> stack(memory);
     const auto visit = [&](std::uint32_t t, std::uint32_t c) {
       if (t == no_index || reached.size() >= flood_limit) return;
-      if (const Crossed* hit = crossed.find(t)) return groups_.join(hit->crossing, c);
+      if (const Crossed* hit = crossed.find(t)) return groups.join(hit->crossing, c);
       const auto [origin, fresh] = reached.emplace(t, c);
       if (fresh)
         stack.emplace_back(t, c);
       else
-        groups_.join(origin, c);
+        groups.join(origin, c);
     };
     for (const auto& [t, hit] : crossed) {
       for (std::uint32_t k = 0; k < 3; ++k) {
@@ -200,13 +246,13 @@ class PatchFinder {
         stack.pop_back();
         for (std::uint32_t k = 0; k < 3; ++k) {
           if (inner.emplace(mesh.triangles[next][k], {0, true, origin}).second)
-            inside_.push_back({mesh.triangles[next][k], of_a, origin});
+            inside.push_back({mesh.triangles[next][k], of_a, origin});
           visit(mesh.neighbours[next][k], origin);
         }
       }
     }
-    for (const auto& [t, hit] : crossed) touched_.push_back({t, of_a, hit.crossing});
-    for (const auto& [t, c] : reached) touched_.push_back({t, of_a, c});
+    for (const auto& [t, hit] : crossed) touched.push_back({t, of_a, hit.crossing});
+    for (const auto& [t, c] : reached) touched.push_back({t, of_a, c});
   }
 
   void collect() {
@@ -226,12 +272,6 @@ class PatchFinder {
       if (list.size() < ray_limit) list.push_back(t.index);
     }
   }
-
-  struct Found {
-    std::uint32_t index;
-    bool of_a;
-    std::uint32_t crossing;
-  };
 
   const Posed& m_;
   const Memory memory_;
@@ -493,12 +533,13 @@ void keep_four(std::vector<Contact>& contacts, std::size_t first, double size) {
 }
 
 void patch_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
-                    std::span<const std::array<std::uint32_t, 2>> pairs, std::vector<Contact>& contacts) {
+                    std::span<const std::array<std::uint32_t, 2>> pairs, const PartRunner& parts,
+                    std::vector<Contact>& contacts) {
   const Posed m{a, b, frame};
   alignas(std::max_align_t) std::array<std::byte, usual_memory> usual;
   std::pmr::monotonic_buffer_resource memory(usual.data(), usual.size());
   const std::size_t first = contacts.size();
-  const PatchFinder finder(m, pairs, &memory);
+  const PatchFinder finder(m, pairs, parts, &memory);
   for (const Patch& patch : finder.patches()) add_patch(m, patch, finder.crossings(), &memory, contacts);
   if (contacts.size() == first) add_touching(m, pairs, &memory, contacts);
   // Of one feature in several patches the place decides.

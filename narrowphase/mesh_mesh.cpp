@@ -296,7 +296,7 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
       answer.collide = true;
       if (contacts->size() > first) return answer;
     }
-    patch_contacts(ma, mb, test, pairs, *contacts);
+    patch_contacts(ma, mb, test, pairs, options.parts, *contacts);
     for (Contact& c : std::span(*contacts).subspan(first)) {
       c.point = a.pose * c.point;
       c.normal = (a.pose.rotation * c.normal).normalized();
