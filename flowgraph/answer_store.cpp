@@ -10,8 +10,8 @@
 
 namespace tandem {
 
-// Twice the threads that can be at work at once, so that one finds its slot soon.
-AnswerStore::AnswerStore() : slots_(std::bit_ceil(2 * std::max(4u, std::thread::hardware_concurrency()))) {}
+// Four times the cores, so that one finds its slot soon, and where a host has more threads than cores, too.
+AnswerStore::AnswerStore() : slots_(std::bit_ceil(4 * std::max(4u, std::thread::hardware_concurrency()))) {}
 
 void AnswerStore::begin() {
   for (Slot& slot : slots_) {
