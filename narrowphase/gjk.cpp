@@ -426,7 +426,7 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
         r.end == GjkResult::End::near && r.upper > 0 && (r.lower > core || polytopes) && std::max(r.lower, core) > 0;
     if (parted) {
       // Apart, and maybe by a corner or an edge that no face of the polytope stands for.
-      if (r.lower > core) answer.normal = -r.v / r.upper;
+      if (r.lower > core) answer.normal = -r.v.stableNormalized();  // of whatever length, its square may be 0
       answer.gap = r.upper - std::max(r.lower, core);
       core = r.upper;
       answer.point_a.setZero();

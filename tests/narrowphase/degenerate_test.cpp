@@ -168,3 +168,20 @@ TEST_CASE("degenerate: needles, plates, flat hulls, points and shapes of very di
         if (!wrong.empty()) FAIL_CHECK(wrong << record(p));
       }
 }
+
+TEST_CASE("degenerate: gaps so small that their squares are lost still have a unit normal") {
+  const NarrowPhase solver;
+  const Shape point(Sphere{0});
+  for (const double gap : {1e-100, 1e-150, 1e-157, 1.5463159719809281e-158, 1e-160, 1e-163, 1e-300, 3e-310}) {
+    const Shape segment(Convex{{{0, 1, -1}, {gap, 0, 0}}});
+    const Shape triangle(Triangle{{Vec3(gap, 1, -1), Vec3(gap, 0, 0), Vec3(gap, -1, -1)}});
+    for (const Shape* other : {&segment, &triangle})
+      for (const bool swapped : {false, true}) {
+        CAPTURE(gap, name(other->kind()), swapped);
+        const PairAnswer r =
+            solver.solve(swapped ? point : *other, {}, swapped ? *other : point, {}, Request::distance);
+        CHECK(std::abs(r.signed_distance) < 1e-15);
+        CHECK(std::abs(r.normal.norm() - 1) < 1e-12);
+      }
+  }
+}
