@@ -592,7 +592,7 @@ Depth Search::run() {
       const Hull& hull = body.hull();
       for (const Hull::Edge& e : hull.edges)
         if (best_.h > 0)
-          search_circle(which, {body.axes() * (hull.vertices[e.v[1]] - hull.vertices[e.v[0]]).normalized()});
+          search_circle(which, {body.axes() * (hull.vertices[e.v[1]] - hull.vertices[e.v[0]]).stableNormalized()});
     } else {
       Circle circles[3];
       const int count = body.kinks(circles);

@@ -185,3 +185,16 @@ TEST_CASE("degenerate: gaps so small that their squares are lost still have a un
       }
   }
 }
+
+TEST_CASE("degenerate: a flat hull with an edge so short that its square is lost, in a cone") {
+  const NarrowPhase solver;
+  const Shape cone(Cone{0.1, 3});
+  for (const double side : {0.0, 1e-100, 1e-160, 1e-200, 1e-283, 3e-310}) {
+    const Shape hull(Convex{{{3, side, 0}, {3, 0, 0}, {0.1, -1, 0}, {0, 0, 0}}});
+    CAPTURE(side);
+    const PairAnswer r = solver.solve(cone, {}, hull, {}, Request::distance);
+    CHECK(r.status == Status::ok);
+    CHECK(r.signed_distance == Approx(-0.0499722453489577).epsilon(1e-12));
+    CHECK(std::abs(r.normal.norm() - 1) < 1e-12);
+  }
+}
