@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "hull.h"
+#include "mesh_model.h"
 #include "support_kernel.h"
 
 namespace tandem {
@@ -38,6 +39,16 @@ InnerBall inner_ball(const Shape& s) {
 /// Of a hull: the cheap bound, or to rounding.
 enum class Reach { at_most, exact };
 
+double reach(const Hull& hull, const Vec3& d, Reach kind) {
+  if (!hull.support.empty()) {
+    if (kind == Reach::at_most) return reach_kernel()(hull.support, d.data());
+    return (hull.vertices[support_kernel()(hull.support, hull.vertices.data(), d.data())] - hull.inside).dot(d);
+  }
+  double most = -std::numeric_limits<double>::infinity();
+  for (const Vec3& v : hull.vertices) most = std::max(most, (v - hull.inside).dot(d));
+  return most;
+}
+
 /// How far the shape reaches along d (any length) beyond the centre of its ball, times that length.
 double reach(const Shape& s, const Vec3& d, Reach kind) {
   const auto across = [&] { return s.radius() * std::sqrt(d[0] * d[0] + d[1] * d[1]); };
@@ -54,16 +65,8 @@ double reach(const Shape& s, const Vec3& d, Reach kind) {
       return across() + 0.5 * s.length() * std::abs(d[2]);
     case ShapeKind::cone:
       return std::max(0.75 * s.length() * d[2], across() - 0.25 * s.length() * d[2]);
-    default: {
-      const Hull& hull = s.hull();
-      if (!hull.support.empty()) {
-        if (kind == Reach::at_most) return reach_kernel()(hull.support, d.data());
-        return (hull.vertices[support_kernel()(hull.support, hull.vertices.data(), d.data())] - hull.inside).dot(d);
-      }
-      double most = -std::numeric_limits<double>::infinity();
-      for (const Vec3& v : hull.vertices) most = std::max(most, (v - hull.inside).dot(d));
-      return most;
-    }
+    default:
+      return reach(s.hull(), d, kind);
   }
 }
 
@@ -72,11 +75,14 @@ Vec3 from_to(const Vec3& a, const Pose& pose_a, const Vec3& b, const Pose& pose_
   return (pose_b.translation - pose_a.translation) + (pose_b.rotation * b - pose_a.rotation * a);
 }
 
+// Of sums like those below, relative to their terms.
+constexpr double rounding = 1e-12;
+
 }  // namespace
 
 CentreTest test_centres(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin) {
   // Rotations count as they are given, and are orthonormal to 1e-6 only: balls are ellipsoids.
-  constexpr double askew = 4e-6, rounding = 1e-12;
+  constexpr double askew = 4e-6;
   const InnerBall in_a = inner_ball(a), in_b = inner_ball(b);
   const Vec3 between = from_to(in_a.centre, pose_a, in_b.centre, pose_b);
   const double length2 = between.squaredNorm();
@@ -96,6 +102,22 @@ double separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose
   return n.dot(from_to(inner_ball(a).centre, pose_a, inner_ball(b).centre, pose_b)) -
          (reach(a, pose_a.rotation.transpose() * n, Reach::exact) +
           reach(b, -(pose_b.rotation.transpose() * n), Reach::exact));
+}
+
+MeshGap test_hulls(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
+  const Hull &hull_a = a.mesh().hull, &hull_b = b.mesh().hull;
+  const Vec3 between = from_to(hull_a.inside, pose_a, hull_b.inside, pose_b);
+  const double length2 = between.squaredNorm(), inner = hull_a.inner_radius + hull_b.inner_radius;
+  if (length2 < 0.99 * inner * inner) return {};
+  const double covered = reach(hull_a, pose_a.rotation.transpose() * between, Reach::at_most) +
+                         reach(hull_b, -(pose_b.rotation.transpose() * between), Reach::at_most);
+  const double length = std::sqrt(length2);
+  // A point may lie outside its hull by 1e-12 of the size.
+  constexpr double outside = 4e-12;
+  const double slack = rounding * (hull_a.inside.norm() + hull_b.inside.norm()) + outside * (a.size() + b.size());
+  const double apart = length2 - covered - rounding * (length2 + std::abs(covered)) - length * slack;
+  if (!(apart > 0)) return {};
+  return {apart / length, between / length};
 }
 
 }  // namespace tandem

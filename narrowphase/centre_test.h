@@ -17,4 +17,15 @@ CentreTest test_centres(const Shape& a, const Pose& pose_a, const Shape& b, cons
 /// How far apart they are along the unit normal n, in world directions, to rounding.
 double separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, const Vec3& n);
 
+/// What is known of two meshes that are apart.
+struct MeshGap {
+  double at_least = 0;  ///< metres between any point of one and of the other; 0: not known
+  Vec3 normal =
+      Vec3::Zero();  ///< where it is: unit, world, from A to B, a direction along which they are that far apart
+};
+
+/// Two with triangles by the line between the middles of their hulls, which parts most that are apart: certain,
+/// rounding included, the same with A and B exchanged.
+MeshGap test_hulls(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b);
+
 }  // namespace tandem

@@ -6,6 +6,7 @@
 #include <queue>
 #include <span>
 
+#include "centre_test.h"
 #include "mesh_contacts.h"
 #include "mesh_inside.h"
 #include "mesh_model.h"
@@ -340,6 +341,7 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
 
 std::vector<std::array<std::uint32_t, 2>> mesh_triangle_pairs(const Shape& a, const Pose& pose_a, const Shape& b,
                                                               const Pose& pose_b) {
+  if (test_hulls(a, pose_a, b, pose_b).at_least > 0) return {};
   const Posed first{a, pose_a}, second{b, pose_b};
   const bool in_order = goes_first(first, second);
   const Posed &p = in_order ? first : second, &q = in_order ? second : first;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "centre_test.h"
 #include "mesh_model.h"
 #include "solvers.h"
 
@@ -104,6 +105,12 @@ PairAnswer from_deepest(const std::vector<Contact>& contacts, std::size_t first)
 
 PairAnswer solve_mesh(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                       const NarrowPhaseOptions& options, std::vector<Contact>* contacts) {
+  if (request != Request::distance && has_triangles(a) && has_triangles(b))
+    if (const MeshGap gap = test_hulls(a, pose_a, b, pose_b); gap.at_least > 0) {
+      PairAnswer apart;
+      if (request == Request::contacts) apart.signed_distance = gap.at_least, apart.normal = gap.normal;
+      return apart;
+    }
   const Posed first{a, pose_a}, second{b, pose_b};
   const bool in_order = has_triangles(a) && (!has_triangles(b) || goes_first(first, second));
   if (in_order) return solve_with_mesh_first(first, second, request, options, contacts);

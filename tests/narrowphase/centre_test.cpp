@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "mesh_samples.h"
 #include "random_pairs.h"
 
 using namespace tandem;
@@ -55,4 +56,43 @@ TEST_CASE("centres leave touching balls and rotations askew open") {
     CHECK(test_centres(*s, origin, ball, Pose::at(2.1, 0, 0), 0.2).verdict == CentreTest::Verdict::open);
     CHECK(test_centres(*s, origin, ball, Pose::at(0, 0, 0), 0).verdict == CentreTest::Verdict::overlapping);
   }
+}
+
+TEST_CASE("hulls of meshes that are apart: never farther than the meshes are, the same from both sides") {
+  Random r(78);
+  const NarrowPhase exact;
+  int known = 0, apart = 0;
+  const Shape triangle{Triangle{{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0.3, 1, 0)}}};
+  for (const Shape& a : {Shape(torus(1, 0.4, 24, 12)), triangle})
+    for (const Shape& b : {Shape(torus(0.6, 0.2, 12, 8)), Shape(torus(50, 1, 24, 8))})
+      for (int i = 0; i < 100; ++i) {
+        const double far = i % 5 == 0 ? 1e5 : 0.0;
+        const Pose pose_a{r.rotation(), Vec3(far, 0, -far)};
+        Pose pose_b{r.rotation(), pose_a.translation + r.in(0, 1.2) * b.size() * r.direction()};
+        // Points are those of R v + t, of six decimals too.
+        if (i % 2 == 0) pose_b.rotation = (pose_b.rotation * 1e6).array().round() / 1e6;
+        const MeshGap gap = test_hulls(a, pose_a, b, pose_b), back = test_hulls(b, pose_b, a, pose_a);
+        REQUIRE(back.at_least == gap.at_least);
+        REQUIRE(back.normal == -gap.normal);
+        const PairAnswer truth = exact.solve(a, pose_a, b, pose_b, Request::distance);
+        apart += truth.signed_distance > 0 ? 1 : 0;
+        if (gap.at_least == 0) continue;
+        ++known;
+        REQUIRE(truth.signed_distance >= gap.at_least);
+        REQUIRE(gap.normal.dot(truth.point_b - truth.point_a) >= gap.at_least - 1e-9 * b.size());
+        // By so much B comes nearer, and they are still apart or just touch.
+        Pose near = pose_b;
+        near.translation -= 0.999 * gap.at_least * gap.normal;
+        REQUIRE_FALSE(exact.solve(a, pose_a, b, near, Request::collide).collide);
+      }
+  CHECK(known > apart / 2);
+}
+
+TEST_CASE("hulls of meshes that are nearer than single precision tells leave it open") {
+  const Shape block(box_mesh({2, 2, 2}));
+  const Pose origin;
+  CHECK(test_hulls(block, origin, block, Pose::at(2 + 1e-5, 0, 0)).at_least > 0);
+  CHECK(test_hulls(block, origin, block, Pose::at(2 + 1e-9, 0, 0)).at_least == 0);
+  CHECK(test_hulls(block, origin, block, Pose::at(2, 0, 0)).at_least == 0);
+  CHECK(test_hulls(block, origin, block, origin).at_least == 0);
 }
