@@ -74,6 +74,7 @@ void BatchSize::learn(const ExecutionReport& report) {
   // larger, as long as the last of them is a small part of a thread's share.
   constexpr double least_ms = std::chrono::duration<double, std::milli>(shortest_batch).count();
   const double target_ms = std::clamp(report.narrow_ms / (100.0 * report.threads), least_ms, 8 * least_ms);
+  size_.threads = static_cast<std::size_t>(report.threads);
   size_.time = std::chrono::nanoseconds(static_cast<std::int64_t>(1e6 * target_ms));
   const auto pairs_for = [this, target_ms](double ms, std::uint64_t pairs) {
     const double wanted = ms > 0 ? target_ms * static_cast<double>(pairs) / ms : static_cast<double>(most_);

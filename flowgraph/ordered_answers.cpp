@@ -28,16 +28,16 @@ void OrderedAnswers::begin(std::span<const std::uint64_t> pairs, BatchPairs batc
   pairs_ = pairs;
   most_ = batch_pairs.most;
   cut(batch_pairs, is_heavy);
-  batches_ = first_.size() - 1;
+  group(heavy_.empty() ? batch_pairs.threads : 0);
   out_ = &out;
-  places_.resize(batches_ + 1);
-  counts_.assign(batches_, {});
+  places_.resize(runs() + 1);
+  counts_.assign(runs(), {});
   placed_ = 0;
   for (auto* list : {&waiting_, &rest_, &free_}) {
     list->clear();
-    list->reserve(buffers_.size() + batches_);
+    list->reserve(buffers_.size() + runs());
   }
-  buffers_.reserve(buffers_.size() + batches_);
+  buffers_.reserve(buffers_.size() + runs());
   for (const auto& buffer : buffers_) free_.push_back(buffer.get());
 }
 
@@ -74,6 +74,19 @@ void OrderedAnswers::cut(BatchPairs batch_pairs, const std::function<bool(Pair)>
   }
 }
 
+void OrderedAnswers::group(std::size_t threads) {
+  runs_.assign(1, 0);
+  while (runs_.back() < batches())
+    runs_.push_back(runs_.back() + static_cast<std::uint32_t>(batches_in_a_row(batches() - runs_.back(), threads)));
+}
+
+void OrderedAnswers::fill(Batch& batch, std::size_t index) const {
+  batch.id = index;
+  const auto keys = pairs_.subspan(first_[index], first_[index + 1] - first_[index]);
+  batch.count = keys.size();
+  std::transform(keys.begin(), keys.end(), batch.pairs.begin(), pair_of);
+}
+
 Batch& OrderedAnswers::take(std::size_t turn) {
   const std::size_t index = turns_.empty() ? turn : turns_[turn];
   const void* const thread = this_thread_mark();
@@ -91,14 +104,17 @@ Batch& OrderedAnswers::take(std::size_t turn) {
     }
   }
   buffer->thread = thread;
-  Batch& batch = *buffer;
-  batch.clear(most_);
-  batch.id = index;
-  batch.heavy = turn < heavy_.size();
-  const auto keys = pairs_.subspan(first_[index], first_[index + 1] - first_[index]);
-  batch.count = keys.size();
-  std::transform(keys.begin(), keys.end(), batch.pairs.begin(), pair_of);
-  return batch;
+  buffer->run = index;
+  buffer->clear(most_);
+  buffer->heavy = turn < heavy_.size();
+  fill(*buffer, runs_[index]);
+  return *buffer;
+}
+
+bool OrderedAnswers::next(Batch& batch) const {
+  if (batch.id + 1 == runs_[static_cast<Buffer&>(batch).run + 1]) return false;
+  fill(batch, batch.id + 1);
+  return true;
 }
 
 void OrderedAnswers::put(Batch& batch) {
@@ -107,8 +123,8 @@ void OrderedAnswers::put(Batch& batch) {
   std::size_t count = 0;
   {
     const std::scoped_lock lock(mutex_);
-    counts_[batch.id] = {batch.results.size(), batch.contacts.size(), &buffer};
-    for (; placed_ < batches_ && counts_[placed_].buffer != nullptr; ++placed_) {
+    counts_[buffer.run] = {batch.results.size(), batch.contacts.size(), &buffer};
+    for (; placed_ < runs() && counts_[placed_].buffer != nullptr; ++placed_) {
       const Count& here = counts_[placed_];
       places_[placed_ + 1] = {places_[placed_].pair + here.pairs, places_[placed_].contact + here.contacts};
       (has_room(placed_) ? waiting_ : rest_).push_back(here.buffer);
@@ -123,19 +139,19 @@ void OrderedAnswers::put(Batch& batch) {
 }
 
 std::size_t OrderedAnswers::open_rest() {
-  out_->pairs.resize(places_[batches_].pair);
-  out_->contacts.resize(places_[batches_].contact);
+  out_->pairs.resize(places_[runs()].pair);
+  out_->contacts.resize(places_[runs()].contact);
   rest_.insert(rest_.end(), waiting_.begin(), waiting_.end());
   return rest_.size();
 }
 
-bool OrderedAnswers::has_room(std::size_t batch) const {
-  const Place end = places_[batch + 1];
+bool OrderedAnswers::has_room(std::size_t run) const {
+  const Place end = places_[run + 1];
   return end.pair <= out_->pairs.size() && end.contact <= out_->contacts.size();
 }
 
 void OrderedAnswers::copy(const Buffer& buffer) {
-  const Place place = places_[buffer.id];
+  const Place place = places_[buffer.run];
   prefetch_to_write(out_->contacts.data() + place.contact, buffer.contacts.size() * sizeof(Contact));
   prefetch_to_write(out_->pairs.data() + place.pair, buffer.results.size() * sizeof(PairResult));
   std::copy(buffer.contacts.begin(), buffer.contacts.end(),

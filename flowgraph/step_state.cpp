@@ -253,7 +253,7 @@ std::size_t StepState::open_tail(std::size_t stage) {
   if (has_heavy_.load(std::memory_order_relaxed))
     is_heavy = [this](Pair pair) { return work_->heavy_first({&pair, 1}, batch_pairs_.time).all != 0; };
   answers_.begin(pair_order_.sorted(), batch_pairs_, is_heavy, *contacts_);
-  return answers_.batches();
+  return answers_.runs();
 }
 
 void StepState::run_tail(std::size_t stage, std::size_t block) {
@@ -343,19 +343,19 @@ void StepState::run_tile(std::size_t tile, BatchWriter& writer) {
   close_work();
 }
 
-void StepState::narrow(Batch& batch) {
-  if (failed()) return;
+Clock::duration StepState::narrow(Batch& batch) {
+  if (failed()) return {};
   const std::uint64_t pairs = batch.count;
   const auto time = timed(
       "narrow", batch.id, &pairs, [&] { answer(batch); }, batch.heavy);
   narrow_ns_of_this_thread += ns(time);
-  narrow_ns_.fetch_add(ns(time), std::memory_order_relaxed);
   if (batch.heavy) {
     heavy_ns_.fetch_add(ns(time), std::memory_order_relaxed);
     heavy_pairs_.fetch_add(pairs, std::memory_order_relaxed);
     work_->took(batch, std::chrono::duration_cast<std::chrono::nanoseconds>(time));
   }
   if (batch.inexact) inexact_.store(true, std::memory_order_relaxed);
+  return time;
 }
 
 void StepState::answer(Batch& batch) {
@@ -379,7 +379,7 @@ void StepState::answer(Batch& batch) {
 }
 
 void StepState::process(Batch& batch) {
-  narrow(batch);
+  narrow_ns_.fetch_add(ns(narrow(batch)), std::memory_order_relaxed);
   close_work();
 }
 
@@ -399,7 +399,7 @@ void StepState::process_in_order(std::span<Batch* const> batches) {
     // Each batch goes on where the one before it stopped.
     batch->results.swap(contacts_->pairs);
     batch->contacts.swap(contacts_->contacts);
-    narrow(*batch);
+    narrow_ns_.fetch_add(ns(narrow(*batch)), std::memory_order_relaxed);
     batch->results.swap(contacts_->pairs);
     batch->contacts.swap(contacts_->contacts);
     close_work();
@@ -412,7 +412,11 @@ void StepState::narrow_in_place(std::size_t block) {
     join_ns_.fetch_add(ns(timed("join", block, nullptr, body)), std::memory_order_relaxed);
   };
   put_in_order([&] { batch = &answers_.take(block); });
-  if (!failed()) narrow(*batch);
+  if (failed()) return;
+  Clock::duration time{};
+  do time += narrow(*batch);
+  while (!stop_requested() && answers_.next(*batch));
+  narrow_ns_.fetch_add(ns(time), std::memory_order_relaxed);
   if (!failed()) put_in_order([&] { answers_.put(*batch); });
 }
 

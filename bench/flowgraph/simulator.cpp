@@ -258,14 +258,16 @@ double Simulator::stage(const RecordedStep::Stage& stage, const std::vector<Thre
   return end + (threads.size() > 1 ? costs_.hand_over : 0);
 }
 
-// Sorted pairs by batches, those with heavy pairs first.
+// Sorted pairs by runs of batches, those with heavy pairs first.
 std::vector<Simulator::OrderedBatch> Simulator::ordered_batches(const RecordedStep& work) const {
   const BatchPairs size = batch_size_.get();
   std::vector<OrderedBatch> batches;
   if (!work.has_heavy()) {
-    const auto most = static_cast<double>(size.most), all = static_cast<double>(work.pairs());
-    for (double at = 0; at < all; at += most)
-      batches.push_back({work.narrow_ns(at, std::min(at + most, all), false), 0, false});
+    const auto all = static_cast<std::size_t>(work.pairs());
+    for (std::size_t at = 0, end = 0; at < all; at = end) {
+      end = std::min(at + size.most * batches_in_a_row((all - at + size.most - 1) / size.most, size.threads), all);
+      batches.push_back({work.narrow_ns(static_cast<double>(at), static_cast<double>(end), false), 0, false});
+    }
     return batches;
   }
   const double light_share = 1.0 / static_cast<double>(size.most);

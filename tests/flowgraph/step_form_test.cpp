@@ -5,6 +5,7 @@
 #include <memory>
 #include <random>
 
+#include "flowgraph/ordered_answers.h"
 #include "flowgraph/pair_order.h"
 #include "flowgraph/step_form.h"
 #include "synthetic_work.h"
@@ -116,6 +117,49 @@ TEST_CASE("step form: each gives the answer of a double loop, whatever was there
             if (form != StepForm::automatic) CHECK(report.form == form);
           }
         }
+}
+
+TEST_CASE("ordered answers: a thread takes many batches in a row while there are many, each batch once") {
+  std::vector<std::uint64_t> pairs;
+  for (std::uint64_t a = 0; a < 3000; ++a) pairs.push_back(a << 32 | (a + 1));
+  for (const std::size_t threads : {0u, 1u, 2u, 64u}) {
+    CAPTURE(threads);
+    ContactList out;
+    OrderedAnswers answers;
+    answers.begin(pairs, {.most = 10, .threads = threads}, {}, out);
+    CHECK(answers.batches() == 300);
+    if (threads == 2) CHECK(answers.runs() < 60);
+    if (threads == 0) CHECK(answers.runs() == 300);
+    std::vector<std::uint32_t> seen;
+    std::size_t longest = 0;
+    // The last run first: none has a place before all are answered.
+    for (std::size_t run = answers.runs(); run-- > 0;) {
+      Batch& batch = answers.take(run);
+      std::vector<std::uint32_t> own;
+      std::size_t batches = 0;
+      do {
+        ++batches;
+        for (const Pair& pair : std::span(batch.pairs).first(batch.count)) {
+          own.push_back(pair.a);
+          batch.results.push_back({pair.a, pair.b, static_cast<std::uint32_t>(batch.contacts.size()), 1, {}});
+          batch.contacts.push_back({Vec3(pair.a, 0, 0), Vec3::UnitZ(), 1, pair.b});
+        }
+      } while (answers.next(batch));
+      answers.put(batch);
+      longest = std::max(longest, batches);
+      seen.insert(seen.begin(), own.begin(), own.end());
+    }
+    // No thread has more than a fourth of its share at once.
+    if (threads != 0) CHECK(longest <= std::max<std::size_t>(1, 300 / (4 * threads)));
+    for (std::size_t block = answers.open_rest(); block-- > 0;) answers.copy_rest(block);
+    REQUIRE(seen.size() == 3000);
+    REQUIRE(out.pairs.size() == 3000);
+    for (std::uint32_t a = 0; a < 3000; ++a) {
+      CHECK(seen[a] == a);
+      CHECK(out.pairs[a].a == a);
+      CHECK(out.of(out.pairs[a]).front().feature == a + 1);
+    }
+  }
 }
 
 TEST_CASE("pair order: as a sort by (a, b)") {
