@@ -7,6 +7,7 @@
 #include "hull.h"
 #include "mesh_model.h"
 #include "support_kernel.h"
+#include "unit_vector.h"
 
 namespace tandem {
 namespace {
@@ -95,7 +96,7 @@ CentreTest test_centres(const Shape& a, const Pose& pose_a, const Shape& b, cons
   const double length = std::sqrt(length2);
   const double apart = length2 - covered - rounding * (length2 + std::abs(covered) + length * offset);
   if (!(apart > margin * length)) return {};
-  return {CentreTest::Verdict::apart, between / length};
+  return {CentreTest::Verdict::apart, unit(between, length)};
 }
 
 double separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, const Vec3& n) {

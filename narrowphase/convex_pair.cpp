@@ -62,8 +62,12 @@ PairAnswer halfspace_with(const ConvexView& a, const Pose& pose_a, const ConvexV
   r.normal = pose_a.rotation * in_a;
   r.point_b = pose_b * lowest;
   r.point_a = r.point_b - r.signed_distance * r.normal;
-  if (request == Request::contacts && contacts != nullptr && r.signed_distance <= options.margin)
+  if (request == Request::contacts && contacts != nullptr && r.signed_distance <= options.margin) {
+    const std::size_t first = contacts->size();
     append_halfspace_manifold(b, pose_b, n, offset, options.margin, *contacts);
+    // Rounding may leave nothing of a corner that just touches.
+    if (contacts->size() == first) append_single(r, options.margin, contacts);
+  }
   return r;
 }
 
@@ -220,7 +224,12 @@ PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexVie
 
   const double size = a.size + b.size;
   const double accepted = std::max(options.tolerance, 1e-9) * size;
-  const Vec3* start = warm != nullptr && warm->direction.squaredNorm() > 0 ? &warm->direction : nullptr;
+  Vec3 from;
+  const Vec3* start = nullptr;
+  if (warm != nullptr && warm->direction.allFinite() && !warm->direction.isZero(0)) {
+    from = unit(warm->direction);
+    start = &from;
+  }
   PairAnswer answer;
   if (request == Request::collide) {
     answer.error_bound = measured * size;

@@ -99,7 +99,7 @@ class Features {
   void try_direction(const Vec3& direction) {
     const double length = direction.norm();
     if (!(length > 0)) return;
-    const Vec3 n = direction / length;
+    const Vec3 n = unit(direction, length);
     // The corners at hand are an upper bound.
     const double t = n.dot(d_.pose.translation);
     double separation = std::numeric_limits<double>::infinity();

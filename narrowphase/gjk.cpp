@@ -226,14 +226,14 @@ void sharpen(const MinkowskiDifference& d, const Simplex& s, Vec3& v, GjkResult&
   Vec3 n = v;
   if (s.count == 2) {
     const Vec3 e = d.edge(s.p[1], s.p[0]);
-    n -= (n.dot(e) / e.squaredNorm()) * e;
+    if (const double e2 = e.squaredNorm(); e2 > 0) n -= (n.dot(e) / e2) * e;
   } else if (s.count == 3) {
     n = d.edge(s.p[0], s.p[2]).cross(d.edge(s.p[1], s.p[2]));
     if (n.dot(v) < 0) n = -n;
   }
   const double length = n.norm();
   if (!(length > 0)) return;
-  n /= length;
+  n = unit(n, length);
   const double lower = n.dot(d.support(-n).w);
   if (!(lower > r.lower)) return;
   r.lower = r.along = lower;
@@ -244,14 +244,17 @@ GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond,
   GjkResult r;
   Vec3 v =
       start != nullptr ? -*start : Vec3(core_centre(d.a) - d.pose.rotation * core_centre(d.b) - d.pose.translation);
-  if (!(v.squaredNorm() > 0)) v = -Vec3::UnitX();
+  double length = v.norm();
+  if (!(length > shortest_squared)) {
+    v = length > 0 ? unit(v, length) : Vec3(-Vec3::UnitX());
+    length = 1;
+  }
   const bool polytopes = d.polytopes();
   const double scale = d.scale();
   const double rounding = 2 * epsilon * scale, size = larger(d);
   Simplex& s = r.simplex;
   r.upper = std::numeric_limits<double>::infinity();
   r.lower = -r.upper;
-  double length = v.norm();
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     const MinkowskiPoint p = d.support(-v);
     r.along = v.dot(p.w) / length;
@@ -280,7 +283,7 @@ GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond,
     if (s.count == 2 && length < 1e-4 * scale && polytopes) {
       // The cancellation that makes v short leaves it askew: square to the edge it is exact where it matters.
       const Vec3 e = s.p[1].w - s.p[0].w;
-      v -= (v.dot(e) / e.squaredNorm()) * e;
+      if (const double e2 = e.squaredNorm(); e2 > 0) v -= (v.dot(e) / e2) * e;
       length = v.norm();
     }
     r.upper = length;
@@ -319,7 +322,7 @@ bool gjk_collide(const MinkowskiDifference& d, double tolerance, const Vec3* sta
   const double rounding = 16 * epsilon * d.scale();
   const GjkResult r = descend(d, std::max(tolerance, 1e-14), radius + rounding, radius - rounding, start);
   if (r.lower > radius + rounding) {
-    if (direction != nullptr && r.v.squaredNorm() > 0) *direction = -r.v.normalized();
+    if (direction != nullptr && r.v.squaredNorm() > 0) *direction = -unit(r.v);
     return false;
   }
   // A simplex that encloses the origin where it has been close already may be a flat one that only seems to.
@@ -397,7 +400,7 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
   const GjkResult r = gjk(d, std::max(tolerance, least), beyond + ra + rb, -infinity, start);
   if (r.lower > beyond + ra + rb) {
     answer.signed_distance = r.lower - ra - rb;
-    answer.normal = -r.v.normalized();
+    answer.normal = -unit(r.v);
     return answer;
   }
   double core;         // signed distance of the cores
@@ -405,7 +408,7 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
   bool doubtful = false;
   if (r.end == GjkResult::End::separated) {
     core = r.upper;
-    answer.normal = -r.v / r.upper;
+    answer.normal = -unit(r.v, r.upper);
     for (int i = 0; i < r.simplex.count; ++i) answer.point_a += r.simplex.weight[i] * r.simplex.p[i].a;
     answer.point_b = answer.point_a - r.v;
     answer.gap = r.upper - std::max(r.lower, 0.0);
@@ -426,7 +429,7 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
         r.end == GjkResult::End::near && r.upper > 0 && (r.lower > core || polytopes) && std::max(r.lower, core) > 0;
     if (parted) {
       // Apart, and maybe by a corner or an edge that no face of the polytope stands for.
-      if (r.lower > core) answer.normal = -r.v.stableNormalized();  // of whatever length, its square may be 0
+      if (r.lower > core) answer.normal = -unit(r.v);
       answer.gap = r.upper - std::max(r.lower, core);
       core = r.upper;
       answer.point_a.setZero();

@@ -89,7 +89,7 @@ Feature best_face(const ConvexView& v, const Vec3& d) {
         f.id = 1;
       } else {
         f.add({0, 0, 0.5 * length});
-        if (rho > 0) f.add({r * d[0] / rho, r * d[1] / rho, -0.5 * length});
+        if (rho > shortest_squared) f.add({r * d[0] / rho, r * d[1] / rho, -0.5 * length});
       }
       return f;
     }
@@ -113,7 +113,7 @@ Feature best_face(const ConvexView& v, const Vec3& d) {
         const double length = n.norm();
         if (length > 0) {
           const bool front = n.dot(d) >= 0;
-          f.normal = (front ? n : Vec3(-n)) / length;
+          f.normal = unit(front ? n : Vec3(-n), length);
           for (std::size_t i = 0; i < 3; ++i) f.add(v.vertices[front ? i : 2 - i]);
           f.id = front ? 0 : 1;
           return f;

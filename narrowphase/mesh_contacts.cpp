@@ -10,6 +10,7 @@
 
 #include "index_map.h"
 #include "manifold.h"
+#include "unit_vector.h"
 
 namespace tandem {
 namespace {
@@ -296,7 +297,7 @@ Vec3 normal_of(const Posed& m, const Patch& patch, std::span<const Crossing> cro
   // A curve that closes has an area; a slit or an open curve (of a surface with a border) does not say which way.
   // Two edges that cross make a sliver with the right normal, however thin; a wide patch that thin is noise.
   const double least = patch.vertices.empty() ? 1e-7 : 1e-3;
-  if (open.norm() <= 1e-6 * length && area.norm() > least * length * length) return area.normalized();
+  if (open.norm() <= 1e-6 * length && area.norm() > least * length * length) return unit(area);
   for (const std::uint32_t t : patch.triangles[1]) {
     const auto p = m.corners(true, t);
     sides += (p[1] - p[0]).cross(p[2] - p[0]).stableNormalized();

@@ -14,6 +14,7 @@
 #include "mesh_query.h"
 #include "mesh_rim.h"
 #include "solvers.h"
+#include "unit_vector.h"
 
 namespace tandem {
 namespace {
@@ -208,7 +209,7 @@ class MeshConvex {
     const Vec3 n = area_vector(p);
     const double length = n.norm();
     if (!(length > 0)) return 0;
-    const Vec3 u = n / length;
+    const Vec3 u = unit(n, length);
     const double level = u.dot(p[0]), off = level - u.dot(mid_);
     const double extent = (turn_.rotation.transpose() * u).cwiseAbs().dot(own_half_);
     if (std::abs(off) > extent || view_.kind == ShapeKind::box) return std::abs(off) - extent;
@@ -220,7 +221,7 @@ class MeshConvex {
     const Vec3 n = area_vector(p);
     const double length = n.norm();
     if (!(length > 0)) return infinity;
-    const Vec3 u = n / length;
+    const Vec3 u = unit(n, length);
     const double level = u.dot(p[0]);
     return std::min(u.dot(support(u)) - level, level - u.dot(support(-u)));
   }
@@ -366,9 +367,9 @@ class MeshConvex {
       Vec3 shortest;
       if (!walls_about((way + out) * normal, way + out, walls) || !shortest_beyond(walls, slack, shortest)) break;
       const double length = shortest.norm();
-      if (!(length < way - slack)) break;
+      if (!(length > 0 && length < way - slack)) break;
       way = length;
-      normal = shortest / length;
+      normal = unit(shortest, length);
     }
     if (way < before && MeshConvex(mesh_, {convex_.shape, moved((way + 1e-10 * size_) * normal)}, options_).collide())
       way = before, normal = along;
@@ -384,7 +385,7 @@ class MeshConvex {
   Certain deep_at(const Vec3& p, double ball, bool leaves) const {
     const Vec3 local = p + shift_;
     const SurfacePoint near = nearest_point(model_, local);
-    const Vec3 out = near.distance > 0 ? Vec3((near.at - local) / near.distance) : Vec3::Zero();
+    const Vec3 out = near.distance > 0 ? unit(near.at - local, near.distance) : Vec3::Zero();
     if (leaves && is_inside(model_, local)) return {ball + near.distance, out};
     return {ball - near.distance, -out};
   }
@@ -561,7 +562,7 @@ class MeshConvex {
     PairAnswer r;
     bool is_known = false;
     if (length > 0) {
-      Vec3 n = area / length;
+      Vec3 n = unit(area, length);
       const double level = n.dot(p[0]), off = level - n.dot(mid_);
       const double box_gap = std::abs(off) - (turn_.rotation.transpose() * n).cwiseAbs().dot(own_half_);
       if (box_gap > options_.margin) return {box_gap};
@@ -579,7 +580,7 @@ class MeshConvex {
     }
     if (!is_known) r = solve(p, Request::contacts, &found);
     if (found.size() == first) return {r.signed_distance, r.normal};
-    const Vec3 n = length > 0 ? Vec3(area / length) : Vec3::Zero();
+    const Vec3 n = length > 0 ? unit(area, length) : Vec3::Zero();
     const bool outward = !model_.solid || r.normal.dot(n) > -1e-6;
     if (n.isZero() || (outward && bears(model_, t, r.normal))) {
       patches.add(t, own());

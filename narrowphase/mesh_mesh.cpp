@@ -15,6 +15,7 @@
 #include "mesh_walk.h"
 #include "predicates.h"
 #include "solvers.h"
+#include "unit_vector.h"
 
 namespace tandem {
 namespace {
@@ -228,7 +229,7 @@ class NearestSearch {
         const double before = best_.distance;
         triangles_nearest(p, q, best_);
         if (best_.distance == before || best_.distance == 0) return;
-        normal_ = (best_.on_b - best_.on_a) / best_.distance;
+        normal_ = unit(best_.on_b - best_.on_a, best_.distance);
         normal_a_ = turn_a_.transpose() * normal_;
         normal_b_ = turn_b_.transpose() * normal_;
       });
@@ -324,10 +325,10 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
       answer.signed_distance = std::max(near.distance, std::numeric_limits<double>::min());
       answer.point_a = near.on_a + a.pose.translation;
       answer.point_b = near.on_b + a.pose.translation;
-      answer.normal = near.distance > 0 ? between.normalized() : Vec3::UnitZ();
+      answer.normal = near.distance > 0 ? unit(between, near.distance) : Vec3::UnitZ();
       return answer;
     }
-    depth = {near.distance, near.distance > 0 ? Vec3(-between.normalized()) : Vec3::UnitZ(),
+    depth = {near.distance, near.distance > 0 ? Vec3(-unit(between, near.distance)) : Vec3::UnitZ(),
              near.on_a + between / 2 + a.pose.translation};
     // B inside A leaves A through the nearest wall; A inside B the other way round.
     if (part_inside(a, b)) depth.normal = -depth.normal;

@@ -16,6 +16,7 @@
 #include "simple_pairs.h"
 #include "solvers.h"
 #include "triangle_axes.h"
+#include "unit_vector.h"
 
 namespace tandem {
 namespace {
@@ -60,7 +61,7 @@ bool still_apart(const Shape& a, const Pose& pose_a, const Shape& b, const Pose&
   const double length = warm.direction.norm();
   if (!(length > 0)) return false;
   const double reach = a.size() + b.size() + (pose_b.translation - pose_a.translation).norm();
-  return separation(a, pose_a, b, pose_b, pose_a.rotation * (warm.direction / length)) > 1e-12 * reach;
+  return separation(a, pose_a, b, pose_b, pose_a.rotation * unit(warm.direction, length)) > 1e-12 * reach;
 }
 
 /// The corners of a triangle that has three.

@@ -6,7 +6,7 @@ namespace {
 PointDistance to_ball(const Vec3& centre, const Vec3& p, double radius) {
   const Vec3 d = p - centre;
   const double length = d.norm();
-  const Vec3 n = length > 0 ? Vec3(d / length) : Vec3::UnitX();
+  const Vec3 n = length > 0 ? unit(d, length) : Vec3::UnitX();
   return {length - radius, centre + radius * n, n};
 }
 
@@ -14,7 +14,7 @@ PointDistance to_box(const Vec3& half, const Vec3& p) {
   const Vec3 clamped = p.cwiseMax(-half).cwiseMin(half);
   const Vec3 d = p - clamped;
   const double length = d.norm();
-  if (length > 0) return {length, clamped, d / length};
+  if (length > 0) return {length, clamped, unit(d, length)};
   int axis = 0;
   for (int i = 1; i < 3; ++i)
     if (half[i] - std::abs(p[i]) < half[axis] - std::abs(p[axis])) axis = i;
@@ -30,7 +30,8 @@ struct Profile {
 };
 
 PointDistance revolve(const Vec3& p, double rho, const Profile& f) {
-  const double cx = rho > 0 ? p[0] / rho : 1.0, cy = rho > 0 ? p[1] / rho : 0.0;
+  const Vec3 out = rho > 0 ? unit(Vec3(p[0], p[1], 0), rho) : Vec3::UnitX();
+  const double cx = out[0], cy = out[1];
   return {f.signed_distance, {f.x * cx, f.x * cy, f.z}, {f.nx * cx, f.nx * cy, f.nz}};
 }
 
@@ -115,9 +116,9 @@ PointDistance to_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec
     square = way.square;
     Vec3 normal = Vec3::UnitX();
     if (distance > 0)
-      normal = way.d / distance;
+      normal = unit(way.d, distance);
     else if (length > 0)
-      normal = n / length;
+      normal = unit(n, length);
     else if (along.squaredNorm() > 0)
       normal = any_perpendicular(along);
     best = {distance, way.from, normal};
@@ -219,7 +220,7 @@ SegmentDistance segment_distance(const Vec3& centre_a, const Vec3& half_a, const
     d.distance = std::abs(along);
     d.normal = along >= 0 ? n : Vec3(-n);
   } else if (d.distance > rounding) {
-    d.normal = gap / d.distance;
+    d.normal = unit(gap, d.distance);
   } else if (det > 1e-24 * uu * vv && det > 0) {
     // They meet: the normal of the plane of both is right, and the direction of the gap would be noise.
     d.normal = across();

@@ -83,7 +83,7 @@ class RoundBody {
   /// The same of a body with a rim, in its own frame: m is along its axes.
   Vec3 rim_support(const Vec3& m) const {
     if (kind() == ShapeKind::cone && to_apex(m)) return {0, 0, half_};
-    const double rho = std::sqrt(m[0] * m[0] + m[1] * m[1]), k = rho > 0 ? radius_ / rho : 0.0;
+    const double k = onto_rim(radius_, std::sqrt(m[0] * m[0] + m[1] * m[1]));
     return {k * m[0], k * m[1], kind() == ShapeKind::cone || m[2] < 0 ? -half_ : half_};
   }
 
@@ -92,8 +92,7 @@ class RoundBody {
   Vec3 point(int piece, const Vec3& n) const {
     if (is_rim(piece)) {
       // In the disc's plane to rounding, however steeply it is seen.
-      const double x = axes_.col(0).dot(n), y = axes_.col(1).dot(n), rho = std::sqrt(x * x + y * y);
-      const double k = rho > 0 ? radius_ / rho : 0.0;
+      const double x = axes_.col(0).dot(n), y = axes_.col(1).dot(n), k = onto_rim(radius_, std::sqrt(x * x + y * y));
       return rim_centre(piece) + (k * x) * axes_.col(0) + (k * y) * axes_.col(1);
     }
     if (kind() == ShapeKind::ellipsoid) {
@@ -110,7 +109,7 @@ class RoundBody {
     if (is_rim(piece)) {
       const Vec3 t = axis().cross(n);
       const double rho2 = t.squaredNorm();
-      if (!(rho2 > 0)) return;
+      if (!(rho2 > 1e-160)) return;  // seen along the axis; beyond, the curvature would leave the range of a double
       const double k = radius_ / (rho2 * std::sqrt(rho2)), tu = t.dot(u), tv = t.dot(v);
       w[0] += k * tu * tu, w[1] += k * tu * tv, w[2] += k * tv * tv;
     } else if (kind() == ShapeKind::ellipsoid) {
@@ -133,7 +132,7 @@ class RoundBody {
       case ShapeKind::cone:
         return piece == 0 ? Circle{axis(), sine_, cosine_} : Circle{-axis(), -sine_, cosine_};
       default:
-        return {(axes_ * (corner(other) - corner(piece))).normalized()};
+        return {unit(axes_ * (corner(other) - corner(piece)))};
     }
   }
 
@@ -155,7 +154,7 @@ class RoundBody {
         for (std::size_t i = 0; i < corners; ++i) {
           const Vec3 e = view_->vertices[(i + 1) % corners] - view_->vertices[i];
           const double length = e.norm();
-          if (length > 0) circles[count++] = {axes_ * (e / length)};
+          if (length > 0) circles[count++] = {axes_ * unit(e, length)};
         }
         return count;
       }

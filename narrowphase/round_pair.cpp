@@ -27,7 +27,7 @@ Vec3 between_centres(const MinkowskiDifference& d) {
 
 Vec3 direction(const Vec3& v) {
   const double length = v.norm();
-  return length > 0 ? Vec3(v / length) : Vec3::UnitX();
+  return length > 0 ? unit(v, length) : Vec3::UnitX();
 }
 
 }  // namespace
@@ -44,9 +44,8 @@ LocalAnswer round_signed_distance(const MinkowskiDifference& d, const Vec3* star
   if (!deep) {
     if (start != nullptr) {
       // Apart, there is one minimum, whichever way it is reached.
-      const Vec3 m = start->normalized();
-      const double h = m.dot(pair.support(m));
-      if (h < 0 && h < s.h) s.n = m;
+      const double h = start->dot(pair.support(*start));
+      if (h < 0 && h < s.h) s.n = *start;
     }
     s = walk(pair, s.n, below);
   }

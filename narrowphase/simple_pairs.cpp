@@ -118,7 +118,7 @@ PairAnswer solve_spheres(double radius_a, const Vec3& a, double radius_b, const 
     return r;
   }
   const double length = std::sqrt(length2);
-  r.normal = length > 0 ? Vec3(d / length) : Vec3(radius_a > radius_b ? -1.0 : 1.0, 0, 0);
+  r.normal = length > 0 ? unit(d, length) : Vec3(radius_a > radius_b ? -1.0 : 1.0, 0, 0);
   r.signed_distance = length - reach;
   r.collide = r.signed_distance <= 0;
   r.point_a = a + radius_a * r.normal;
@@ -147,7 +147,7 @@ PairAnswer solve_sphere_box(double radius, const Vec3& centre, const HalfSize& s
   if (length2 > 0) {
     distance = std::sqrt(length2);
     const Vec3 way = pose.rotation * out;
-    r.normal = way / -distance;
+    r.normal = -unit(way, distance);
     nearest = d - way;
   } else {
     int axis = 0;
@@ -271,8 +271,12 @@ PairAnswer halfspace_box(const Shape& a, const Pose& pose_a, const Shape& b, con
   r.collide = r.signed_distance <= 0;
   r.point_b = pose_b * lowest;
   r.point_a = r.point_b - r.signed_distance * r.normal;
-  if (request == Request::contacts && contacts != nullptr && r.signed_distance <= margin)
+  if (request == Request::contacts && contacts != nullptr && r.signed_distance <= margin) {
+    const std::size_t first = contacts->size();
     append_halfspace_box(half, pose_b, r.normal, slope, height, margin, *contacts);
+    // Rounding may leave nothing of a corner that just touches.
+    if (contacts->size() == first) append_single(r, margin, contacts);
+  }
   return r;
 }
 

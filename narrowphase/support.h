@@ -6,6 +6,7 @@
 #include "convex_view.h"
 #include "hull.h"
 #include "support_kernel.h"
+#include "unit_vector.h"
 
 namespace tandem {
 
@@ -41,7 +42,11 @@ inline Vec3 core_vertex(const ConvexView& v, std::uint32_t vertex) {
   }
 }
 
-/// A point of the core farthest along d (any length, not zero for a definite answer), in the shape's frame.
+/// What takes a vector `rho` long in the plane of a disc to its rim. Seen along its axis all of a disc reaches as far,
+/// and one that is so nearly is its centre: such a vector's length is not known.
+inline double onto_rim(double radius, double rho) { return rho > shortest_squared ? radius / rho : 0.0; }
+
+/// A point of the core farthest along d (no shorter than 1e-100), in the shape's frame.
 inline SupportPoint core_support_point(const ConvexView& v, const Vec3& d, SupportKernel kernel) {
   const auto negative = [&](int k) { return std::signbit(d[k]) ? 1u : 0u; };
   switch (v.kind) {
@@ -52,14 +57,13 @@ inline SupportPoint core_support_point(const ConvexView& v, const Vec3& d, Suppo
     case ShapeKind::capsule:
       return {{0, 0, std::copysign(0.5 * v.param[1], d[2])}, negative(2)};
     case ShapeKind::cylinder: {
-      const double rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
-      const double s = rho > 0 ? v.param[0] / rho : 0.0;
+      const double s = onto_rim(v.param[0], std::sqrt(d[0] * d[0] + d[1] * d[1]));
       return {{d[0] * s, d[1] * s, std::copysign(0.5 * v.param[1], d[2])}, 0};
     }
     case ShapeKind::cone: {
       const double rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
       if (d[2] * v.param[1] > rho * v.param[0]) return {{0, 0, 0.5 * v.param[1]}, 0};
-      const double s = rho > 0 ? v.param[0] / rho : 0.0;
+      const double s = onto_rim(v.param[0], rho);
       return {{d[0] * s, d[1] * s, -0.5 * v.param[1]}, 0};
     }
     case ShapeKind::ellipsoid: {
@@ -118,7 +122,7 @@ inline Vec3 any_perpendicular(const Vec3& v) {
   int least = 0;
   for (int i = 1; i < 3; ++i)
     if (std::abs(v[i]) < std::abs(v[least])) least = i;
-  return v.cross(Vec3::Unit(least)).normalized();
+  return unit(v.cross(Vec3::Unit(least)));
 }
 
 /// B as A sees it. Subtracting the translations before rotating keeps far-away pairs as exact as near ones.

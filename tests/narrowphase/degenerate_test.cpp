@@ -2,6 +2,8 @@
 // tilted by next to nothing, along the world's axes and in a general position. And shapes with nothing left of them.
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -196,5 +198,135 @@ TEST_CASE("degenerate: a flat hull with an edge so short that its square is lost
     CHECK(r.status == Status::ok);
     CHECK(r.signed_distance == Approx(-0.0499722453489577).epsilon(1e-12));
     CHECK(std::abs(r.normal.norm() - 1) < 1e-12);
+  }
+}
+
+namespace {
+
+/// A shape of the kind about the origin, from round numbers.
+Shape round_shape(ShapeKind kind) {
+  switch (kind) {
+    case ShapeKind::sphere:
+      return Shape(Sphere{0});
+    case ShapeKind::box:
+      return Shape(Box{{0.5, 1, 3}});
+    case ShapeKind::capsule:
+      return Shape(Capsule{0.25, 0});
+    case ShapeKind::cylinder:
+      return Shape(Cylinder{1, 0.5});
+    case ShapeKind::cone:
+      return Shape(Cone{0.5, 1});
+    case ShapeKind::ellipsoid:
+      return Shape(Ellipsoid{{0.5, 1, 2}});
+    case ShapeKind::halfspace:
+      return Shape(HalfSpace{{0, 0, 1}, 0});
+    case ShapeKind::convex:
+      return Shape(Convex{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 0.5}, {0, 0, -0.5}}});
+    case ShapeKind::triangle:
+      return Shape(Triangle{{Vec3(1, 0, 0), Vec3(-1, 1, 0), Vec3(-1, -1, 0)}});
+    default:
+      return Shape(Mesh{
+          {{1, 0, -1}, {-1, 1, -1}, {-1, -1, -1}, {0, 0, 1}}, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}, false});
+  }
+}
+
+/// A turn by next to nothing about each axis: entries this small, and ones.
+Mat3 hardly_turned(double x, double y, double z) { return (Mat3() << 1, -z, y, z, 1, -x, -y, x, 1).finished(); }
+
+bool is_unit(const Vec3& n) { return std::abs(n.norm() - 1) < 1e-12; }
+
+}  // namespace
+
+TEST_CASE("degenerate: places and turns so small that their squares are lost change nothing") {
+  const NarrowPhase solver;
+  Random r(5);
+  for (std::size_t i = 0; i < shape_kinds; ++i)
+    for (std::size_t j = 0; j < shape_kinds; ++j) {
+      const Shape a = round_shape(static_cast<ShapeKind>(i)), b = round_shape(static_cast<ShapeKind>(j));
+      if (!a.is_bounded() && !b.is_bounded()) continue;
+      for (const double tiny : {1e-100, 1e-145, 1e-153, 1e-156, 1e-158, 1e-159, 1e-160, 1e-161, 1e-162, 1e-170, 3e-310})
+        for (const bool along_axis : {true, false})
+          for (const bool turned : {true, false}) {
+            const Vec3 way = along_axis ? Vec3(Vec3::Unit(r.below(3))) : r.direction();
+            const Mat3 turn = turned ? hardly_turned(tiny * r.sign(), tiny * r.unit(), tiny * r.sign())
+                                     : Mat3(r.once_in(2) ? z_to_x() : z_to_y());
+            CAPTURE(name(a.kind()), name(b.kind()), tiny, along_axis, turned, way.transpose());
+            const PairAnswer none =
+                solver.solve(a, {}, b, {turned ? Mat3(Mat3::Identity()) : turn, Vec3::Zero()}, Request::distance);
+            std::vector<Contact> contacts;
+            for (const Request request : {Request::distance, Request::contacts}) {
+              const PairAnswer d = solver.solve(a, {}, b, {turn, tiny * way}, request, &contacts);
+              if (request == Request::contacts && !d.collide) continue;
+              CHECK(is_unit(d.normal));
+              if (request == Request::contacts && (i == 9 || j == 9)) continue;  // a patch's own depth
+              const double bound = 1e-12 + d.error_bound + none.error_bound;
+              CHECK(std::abs(d.signed_distance - none.signed_distance) <= bound);
+              CHECK((d.point_b - d.point_a - d.signed_distance * d.normal).norm() < 1e-9);
+            }
+            for (const Contact& c : contacts) {
+              CHECK(is_unit(c.normal));
+              CHECK(c.point.allFinite());
+            }
+          }
+    }
+}
+
+TEST_CASE("degenerate: triangles with corners so near each other that the square of what parts them is lost") {
+  const NarrowPhase solver;
+  Random r(6);
+  const auto corner = [&] {
+    Vec3 p;
+    for (int k = 0; k < 3; ++k)
+      p[k] = r.once_in(2) ? 0.5 * (r.below(5) - 2) : r.sign() * std::pow(10.0, -r.in(100, 200));
+    return p;
+  };
+  const auto rounded = [](std::array<Vec3, 3> p) {
+    for (Vec3& v : p)
+      for (int k = 0; k < 3; ++k)
+        if (std::abs(v[k]) < 1e-90) v[k] = 0;
+    return p;
+  };
+  const auto as = [](ShapeKind kind, const std::array<Vec3, 3>& p) {
+    if (kind == ShapeKind::triangle) return Shape(Triangle{p});
+    if (kind == ShapeKind::convex) return Shape(Convex{{p.begin(), p.end()}});
+    return Shape(Mesh{{p.begin(), p.end()}, {{0, 1, 2}}, false});
+  };
+  for (int k = 0; k < 400; ++k) {
+    const std::array<Vec3, 3> p{corner(), corner(), corner()};
+    const Shape other = round_shape(static_cast<ShapeKind>(k % static_cast<int>(shape_kinds)));
+    for (const ShapeKind kind : {ShapeKind::triangle, ShapeKind::convex, ShapeKind::mesh}) {
+      const Pose pose{k % 3 == 0 ? z_to_x() : Mat3(Mat3::Identity()), k % 2 == 0 ? Vec3(0, 0, 0) : Vec3(0.5, 0, -0.5)};
+      CAPTURE(k, name(kind), name(other.kind()), p[0].transpose(), p[1].transpose(), p[2].transpose());
+      std::optional<Shape> shape, plain;
+      try {
+        shape = as(kind, p), plain = as(kind, rounded(p));
+      } catch (const std::invalid_argument&) {
+        continue;  // less of it than a shape may have
+      }
+      const PairAnswer d = solver.solve(*shape, {}, other, pose, Request::distance);
+      const PairAnswer e = solver.solve(*plain, {}, other, pose, Request::distance);
+      CHECK(is_unit(d.normal));
+      CHECK(std::abs(d.signed_distance - e.signed_distance) <= 1e-12 + d.error_bound + e.error_bound);
+      CHECK((d.point_b - d.point_a - d.signed_distance * d.normal).norm() < 1e-9);
+    }
+  }
+}
+
+TEST_CASE("degenerate: a warm start of any length leads to the same answer") {
+  const NarrowPhase solver;
+  for (const ShapeKind kind : {ShapeKind::convex, ShapeKind::cylinder}) {
+    const Shape a = round_shape(kind), b = round_shape(ShapeKind::convex);
+    const Pose pose{z_to_x(), {2, 0.5, 0.25}};
+    const PairAnswer cold = solver.solve(a, {}, b, pose, Request::distance);
+    for (const double length : {0.0, 3e-310, 1e-160, 1e-100, 1.0, 1e100, 1e160, 1e300}) {
+      CAPTURE(name(kind), length);
+      const Vec3 direction = length * (cold.normal + Vec3(0.01, -0.02, 0.03));
+      WarmStart warm{direction};
+      const PairAnswer d = solver.solve(a, {}, b, pose, Request::distance, nullptr, &warm);
+      CHECK(d.signed_distance == Approx(cold.signed_distance).epsilon(1e-12));
+      CHECK(is_unit(d.normal));
+      WarmStart again{direction};
+      CHECK_FALSE(solver.solve(a, {}, b, pose, Request::collide, nullptr, &again).collide);
+    }
   }
 }

@@ -173,3 +173,27 @@ TEST_CASE("manifold: parallel edges that open by a hair have each end at its own
       }
   CHECK(two == 64);
 }
+
+TEST_CASE("what touches a half-space by a corner or an edge to rounding has a contact there") {
+  const NarrowPhase solver;
+  const Shape ground(HalfSpace{{0, -0.70710678118654757, -0.70710678118654757}, 0}), box(Box{{2, 1, 2}}),
+      hull(Convex{{{1, 0.5, 1}, {-1, -0.5, -1}, {1, 0.5, -1}, {1, -0.5, 1}}});
+  int touching = 0;
+  Random r(8);
+  for (int k = 0; k < 200; ++k) {
+    const double x = r.in(-1, 1), y = k == 0 ? 1 : r.in(-1, 1);
+    const Pose pose{Mat3::Identity(), {x, y, 1.5 - y}};
+    for (const Shape* shape : {&box, &hull})
+      for (const bool swapped : {false, true}) {
+        std::vector<Contact> contacts;
+        const Pose at{Mat3::Identity(), -pose.translation};
+        const PairAnswer answer = swapped ? solver.solve(ground, {}, *shape, at, Request::contacts, &contacts)
+                                          : solver.solve(*shape, {}, ground, pose, Request::contacts, &contacts);
+        CAPTURE(k, name(shape->kind()), swapped, answer.signed_distance);
+        CHECK(std::abs(answer.signed_distance) < 1e-15);
+        CHECK(answer.collide == !contacts.empty());
+        touching += answer.collide ? 1 : 0;
+      }
+  }
+  CHECK(touching > 50);
+}
