@@ -3,6 +3,8 @@
 #include <limits>
 #include <utility>
 
+#include "projection.h"
+
 namespace tandem {
 namespace {
 
@@ -49,12 +51,12 @@ PortalResult Portal::search() {
   // From B's centre into A, into B and into A again: apart, that comes near the shortest way.
   const double least = 1e-12 * scale_;
   Vec3 a = centre_b;
-  if (move_into(d_.a, a, least)) return says(Verdict::overlapping, -v0);
+  if (move_into(d_.a, a, least).inside) return says(Verdict::overlapping, -v0);
   Vec3 b = d_.pose.rotation.transpose() * (a - d_.pose.translation);
-  if (move_into(d_.b, b, least)) return says(Verdict::overlapping, -v0);
+  if (move_into(d_.b, b, least).inside) return says(Verdict::overlapping, -v0);
   b = d_.pose.rotation * b + d_.pose.translation;
   a = b;
-  if (move_into(d_.a, a, least)) return says(Verdict::overlapping, -v0);
+  if (move_into(d_.a, a, least).inside) return says(Verdict::overlapping, -v0);
   Vec3 n = b - a;
   if (!(n.squaredNorm() > 1e-24 * scale_ * scale_)) n = -v0;
   Vec3 v1, v2, v3;
@@ -103,55 +105,6 @@ PortalResult Portal::search() {
 }
 
 }  // namespace
-
-bool move_into(const ConvexView& v, Vec3& p, double least) {
-  const double half = 0.5 * v.param[1];
-  const auto clamp = [&](int k, double most) {
-    if (std::abs(p[k]) < most - least) return true;
-    p[k] = std::clamp(p[k], -most, most);
-    return false;
-  };
-  switch (v.kind) {
-    case ShapeKind::box: {
-      const bool x = clamp(0, v.param[0]), y = clamp(1, v.param[1]), z = clamp(2, v.param[2]);
-      return x && y && z;
-    }
-    case ShapeKind::capsule:
-      p = {0, 0, std::clamp(p[2], -half, half)};
-      return false;
-    case ShapeKind::cylinder: {
-      const bool along = clamp(2, half);
-      const double rho = std::sqrt(p[0] * p[0] + p[1] * p[1]), radius = v.param[0];
-      if (rho < radius - least) return along;
-      if (rho > radius) p[0] *= radius / rho, p[1] *= radius / rho;
-      return false;
-    }
-    case ShapeKind::cone: {
-      // In the half plane of p the side goes from (radius, -half) to (0, half).
-      const double rho = std::sqrt(p[0] * p[0] + p[1] * p[1]), radius = v.param[0], length = v.param[1];
-      const double outside = length * rho + radius * (p[2] - half), slant2 = radius * radius + length * length;
-      if (outside < 0 && p[2] > -half) return p[2] > least - half && outside < -least * (radius + length);
-      if (p[2] <= -half && rho <= radius) {
-        p[2] = -half;
-        return false;
-      }
-      const double down = std::clamp((radius * rho - length * (p[2] - half)) / slant2, 0.0, 1.0);
-      const double k = rho > 0 ? down * radius / rho : 0.0;
-      p = {k * p[0], k * p[1], half - down * length};
-      return false;
-    }
-    case ShapeKind::ellipsoid: {
-      const Vec3 r{v.param[0], v.param[1], v.param[2]};
-      const double out = p.cwiseQuotient(r).norm();
-      if ((1 - out) * r.minCoeff() > least) return true;
-      if (out > 1) p /= out;
-      return false;
-    }
-    default:
-      p = core_centre(v);
-      return false;
-  }
-}
 
 PortalResult search_portal(const MinkowskiDifference& d) { return Portal(d).search(); }
 

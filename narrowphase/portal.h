@@ -3,10 +3,6 @@
 
 namespace tandem {
 
-/// Moves p to a point of the core near it, in its frame: the nearest, of an ellipsoid one on the way to its middle, of
-/// hulls and triangles the middle. True where a ball of radius `least` about p is in the core; p stays then.
-bool move_into(const ConvexView& core, Vec3& p, double least);
-
 /// What a portal tells of two convex shapes.
 struct PortalResult {
   enum class Verdict : std::uint8_t { open, apart, overlapping } verdict = Verdict::open;

@@ -2,7 +2,9 @@
 
 #include <limits>
 
+#include "feature_search.h"
 #include "portal.h"
+#include "projection.h"
 #include "round_depth.h"
 
 namespace tandem {
@@ -11,12 +13,11 @@ namespace {
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 /// Is the point of one, where the other reaches farthest into it, within the other, beyond rounding?
-bool share_a_point(const RoundPair& pair, const Support& s) {
-  const MinkowskiDifference& d = pair.difference;
-  const double rounding = 64 * epsilon * pair.scale;
+bool share_a_point(const MinkowskiDifference& d, const Support& s, double scale) {
+  const double rounding = 64 * epsilon * scale;
   Vec3 a = s.point[0] + core_radius(d.a) * s.n, b = -s.point[1] - core_radius(d.b) * s.n;
   a = d.pose.rotation.transpose() * (a - d.pose.translation);
-  return move_into(d.a, b, rounding) || move_into(d.b, a, rounding);
+  return move_into(d.a, b, rounding).inside || move_into(d.b, a, rounding).inside;
 }
 
 Vec3 inside(const ConvexView& v) { return v.hull != nullptr ? v.hull->inside : core_centre(v); }
@@ -47,7 +48,8 @@ LocalAnswer round_signed_distance(const MinkowskiDifference& d, const Vec3* star
       const double h = start->dot(pair.support(*start));
       if (h < 0 && h < s.h) s.n = *start;
     }
-    s = walk(pair, s.n, below);
+    if (has_features(d.a.kind, d.b.kind)) s = search_features(d, below);
+    if (!s.optimal && s.h >= below) s = walk(pair, s.n, below);
   }
   if (s.h < below) {
     LocalAnswer apart;
@@ -72,13 +74,17 @@ LocalAnswer round_signed_distance(const MinkowskiDifference& d, const Vec3* star
 }
 
 bool round_collide(const MinkowskiDifference& d) {
+  const double scale = rounding_scale(d), below = -core_radius(d.a) - core_radius(d.b) - 4 * epsilon * scale;
+  if (has_features(d.a.kind, d.b.kind)) {
+    const Support s = search_features(d, below);
+    if (s.h < below) return false;
+    if (s.optimal && share_a_point(d, s, scale)) return true;
+  }
   const PortalResult portal = search_portal(d);
   if (portal.verdict != PortalResult::Verdict::open) return portal.verdict == PortalResult::Verdict::overlapping;
-  const RoundPair pair(d);
-  const double touching = -core_radius(d.a) - core_radius(d.b), rounding = 4 * epsilon * pair.scale;
-  const Support s = walk(pair, direction(portal.normal), touching - rounding);
-  if (s.h < touching - rounding) return false;
-  if (share_a_point(pair, s)) return true;
+  const Support s = walk(RoundPair(d), direction(portal.normal), below);
+  if (s.h < below) return false;
+  if (share_a_point(d, s, scale)) return true;
   return round_signed_distance(d).signed_distance <= 0;
 }
 

@@ -4,16 +4,22 @@
 
 namespace tandem {
 
+/// The unit of absolute rounding errors: a hull may lie far from its own origin.
+inline double rounding_scale(const MinkowskiDifference& d) {
+  const auto off_origin = [](const ConvexView& v) { return v.hull != nullptr ? v.hull->inside.norm() : 0.0; };
+  return d.scale() + off_origin(d.a) + off_origin(d.b);
+}
+
 /// A - B as the sum of two bodies, in A's frame.
 struct RoundPair {
   explicit RoundPair(const MinkowskiDifference& d)
       : difference(d),
         body{RoundBody(d.a, Mat3::Identity(), Vec3::Zero()), RoundBody(d.b, -d.pose.rotation, -d.pose.translation)},
-        scale(d.scale() + off_origin(d.a) + off_origin(d.b)) {}
+        scale(rounding_scale(d)) {}
 
   const MinkowskiDifference& difference;
   RoundBody body[2];
-  double scale;  ///< the unit of absolute rounding errors: a hull may lie far from its own origin
+  double scale;  ///< rounding_scale
 
   /// A point of A - B farthest along n.
   Vec3 support(const Vec3& n) const { return body[0].support(n) + body[1].support(n); }
@@ -22,9 +28,6 @@ struct RoundPair {
     if (body[0].symmetric() && body[1].symmetric()) return 2 * (body[0].centre() + body[1].centre()) - along;
     return support(-n);
   }
-
- private:
-  static double off_origin(const ConvexView& v) { return v.hull != nullptr ? v.hull->inside.norm() : 0.0; }
 };
 
 /// A direction and what supports A - B there.

@@ -35,36 +35,3 @@ TEST_CASE("a portal tells what the distance tells, and leaves little open that i
   CHECK(clear > pairs / 4);
   CHECK(open < clear / 50);
 }
-
-TEST_CASE("points are moved into a shape, and stay where they are well inside") {
-  Random r(5);
-  int stayed = 0, moved = 0;
-  for (const ShapeKind kind : {ShapeKind::box, ShapeKind::cylinder, ShapeKind::cone})
-    for (int i = 0; i < 2000; ++i) {
-      const Shape shape = random_shape(kind, r);
-      const ConvexView core = view(shape);
-      const double least = i % 2 == 0 ? 1e-12 : 0.05;
-      const Vec3 p = r.vec(-1.2, 1.2);
-      Vec3 q = p;
-      const PointDistance before = point_distance(core, p);
-      const bool inside = move_into(core, q, least);
-      if (inside) {
-        ++stayed;
-        REQUIRE(q == p);
-        REQUIRE(before.signed_distance < -least);
-        continue;
-      }
-      ++moved;
-      REQUIRE(before.signed_distance > -2 * least);
-      REQUIRE(point_distance(core, q).signed_distance <= 1e-15);
-      REQUIRE((q - p).norm() == Approx(std::max(0.0, before.signed_distance)).margin(1e-14));
-    }
-  CHECK(stayed > 100);
-  CHECK(moved > 500);
-  const Shape ball{Ellipsoid{{1, 1, 1}}};
-  Vec3 out{3, 0, 4}, in{0.3, 0, 0.4};
-  CHECK_FALSE(move_into(view(ball), out, 0.1));
-  CHECK((out - Vec3(0.6, 0, 0.8)).norm() < 1e-15);
-  CHECK(move_into(view(ball), in, 0.4));
-  CHECK_FALSE(move_into(view(ball), in, 0.6));
-}

@@ -1,0 +1,113 @@
+#include "feature_search.h"
+
+#include <catch2/catch.hpp>
+
+#include "closed_forms.h"
+#include "pair_classes.h"
+#include "projection.h"
+#include "random_pairs.h"
+#include "reference.h"
+
+using namespace tandem;
+using namespace tandem::test;
+
+namespace {
+
+constexpr ShapeKind with_features[] = {ShapeKind::box, ShapeKind::capsule, ShapeKind::cylinder, ShapeKind::cone};
+
+}  // namespace
+
+TEST_CASE("features: what is found is the distance, or a depth, and most pairs are") {
+  for (const ShapeKind kind_a : with_features)
+    for (const ShapeKind kind_b : with_features)
+      for (const reference::PairClass pair_class : reference::all_pair_classes) {
+        if (pair_class == reference::PairClass::deep) continue;
+        int found = 0;
+        constexpr int pairs = 40;
+        for (std::uint64_t i = 0; i < pairs; ++i) {
+          const reference::PosedPair p = reference::make_pair({kind_a}, {kind_b}, pair_class, 40000 + i);
+          const ConvexView a = view(p.a), b = view(p.b);
+          const MinkowskiDifference d{a, b, relative(p.pose_a, p.pose_b)};
+          const RoundPair pair(d);
+          const Support s = search_features(d, -std::numeric_limits<double>::infinity());
+          INFO(name(kind_a) << ' ' << name(kind_b) << ' ' << name(pair_class) << ' ' << i);
+          REQUIRE(s.n.norm() == Approx(1).margin(1e-14));
+          if (!s.optimal) continue;
+          ++found;
+          const double rounding = 1e-14 * pair.scale, radii = core_radius(a) + core_radius(b);
+          REQUIRE(s.h == Approx(s.n.dot(pair.support(s.n))).margin(rounding));
+          REQUIRE((s.point[0] + s.point[1] - s.h * s.n).norm() <= rounding);
+          const Vec3 in_b = d.pose.rotation.transpose() * (-s.point[1] - d.pose.translation);
+          if (a.kind != ShapeKind::capsule) REQUIRE(point_distance(a, s.point[0]).signed_distance <= rounding);
+          if (b.kind != ShapeKind::capsule) REQUIRE(point_distance(b, in_b).signed_distance <= rounding);
+          const double distance = -s.h - radii;
+          const reference::Truth truth = reference::signed_distance(p.a, p.pose_a, p.b, p.pose_b);
+          if (s.h < 0) REQUIRE(distance == Approx(truth.signed_distance).margin(rounding + truth.error));
+          REQUIRE(distance <= truth.signed_distance + rounding + truth.error);
+        }
+        INFO(name(kind_a) << ' ' << name(kind_b) << ' ' << name(pair_class));
+        if (pair_class != reference::PairClass::hard) CHECK(found >= pairs * 8 / 10);
+      }
+}
+
+TEST_CASE("features: apart by more than asked for, only a separation is told") {
+  const Shape a{Cylinder{1, 2}}, b{Cone{1, 2}};
+  const ConvexView in_a = view(a), in_b = view(b);
+  const MinkowskiDifference d{in_a, in_b, relative(Pose{}, Pose::at(5, 1, 0.5))};
+  const Support s = search_features(d, -0.5);
+  CHECK_FALSE(s.optimal);
+  CHECK(s.h < -0.5);
+  CHECK(s.h == Approx(s.n.dot(RoundPair(d).support(s.n))).margin(1e-14));
+}
+
+TEST_CASE("projection: points are moved into a shape, and stay where they are well inside") {
+  Random r(5);
+  int stayed = 0, moved = 0;
+  for (const ShapeKind kind : {ShapeKind::box, ShapeKind::cylinder, ShapeKind::cone})
+    for (int i = 0; i < 2000; ++i) {
+      const Shape shape = random_shape(kind, r);
+      const ConvexView core = view(shape);
+      const double least = i % 2 == 0 ? 1e-12 : 0.05;
+      const Vec3 p = r.vec(-1.2, 1.2);
+      Vec3 q = p;
+      const PointDistance before = point_distance(core, p);
+      const bool inside = move_into(core, q, least).inside;
+      if (inside) {
+        ++stayed;
+        REQUIRE(q == p);
+        REQUIRE(before.signed_distance < -least);
+        continue;
+      }
+      ++moved;
+      REQUIRE(before.signed_distance > -2 * least);
+      REQUIRE(point_distance(core, q).signed_distance <= 1e-15);
+      REQUIRE((q - p).norm() == Approx(std::max(0.0, before.signed_distance)).margin(1e-14));
+    }
+  CHECK(stayed > 100);
+  CHECK(moved > 500);
+  const Shape ball{Ellipsoid{{1, 1, 1}}};
+  Vec3 out{3, 0, 4}, in{0.3, 0, 0.4};
+  CHECK_FALSE(move_into(view(ball), out, 0.1).inside);
+  CHECK((out - Vec3(0.6, 0, 0.8)).norm() < 1e-15);
+  CHECK(move_into(view(ball), in, 0.4).inside);
+  CHECK_FALSE(move_into(view(ball), in, 0.6).inside);
+}
+
+TEST_CASE("projection: what of the surface is nearest") {
+  const auto surface = [](const Shape& shape, Vec3 p) { return move_into(view(shape), p, 1e-12).surface; };
+  const Shape box{Box{{2, 2, 2}}}, capsule{Capsule{1, 2}}, cylinder{Cylinder{1, 2}}, cone{Cone{1, 2}};
+  CHECK(surface(box, {0.2, 0.3, -3}) == Surface::flat);
+  CHECK(surface(box, {0.2, 2, -3}) == Surface::straight);
+  CHECK(surface(box, {2, 2, -3}) == Surface::corner);
+  CHECK(surface(box, {0.2, 0.3, 0.1}) == Surface::none);
+  CHECK(surface(capsule, {2, 2, 0}) == Surface::straight);
+  CHECK(surface(capsule, {2, 2, 4}) == Surface::corner);
+  CHECK(surface(cylinder, {0.2, 0.3, -3}) == Surface::flat);
+  CHECK(surface(cylinder, {2, 2, 0.5}) == Surface::straight);
+  CHECK(surface(cylinder, {2, 2, 3}) == Surface::rim);
+  CHECK(surface(cylinder, {0.2, 0.3, 0}) == Surface::none);
+  CHECK(surface(cone, {0.2, 0.3, -3}) == Surface::flat);
+  CHECK(surface(cone, {2, 2, -3}) == Surface::rim);
+  CHECK(surface(cone, {2, 2, 0.5}) == Surface::side);
+  CHECK(surface(cone, {0.1, 0, 5}) == Surface::corner);
+}
