@@ -30,16 +30,35 @@ struct PairMemory {
   std::pmr::monotonic_buffer_resource resource{usual.data(), usual.size()};
 };
 
-// Collects the pairs of triangles that meet, exactly, or only whether there is one.
+// What is known of how far apart two meshes are that do not meet.
+struct Apart {
+  static constexpr std::size_t most = 32;
+  double of_others = infinity;  // any two triangles but these, in A's frame
+  std::array<std::array<std::uint32_t, 2>, most> close{};
+  std::size_t count = 0;  // of `close`; beyond `most` nothing is known
+
+  void add(const std::array<std::uint32_t, 2>& pair) {
+    if (count < most) close[count] = pair;
+    ++count;
+  }
+  void join(const Apart& other) {
+    of_others = std::min(of_others, other.of_others);
+    for (std::size_t i = 0; i < std::min(other.count, most); ++i) add(other.close[i]);
+    if (other.count > most) count = most + 1;
+  }
+};
+
+// Collects the pairs of triangles that meet, exactly, or only whether there is one; and what is known if there is none.
 class MeetingPairs final : public PairVisitor {
  public:
-  MeetingPairs(const MeshModel& a, const MeshModel& b, TriangleTest& test, TrianglePairs* pairs)
-      : a_(a), b_(b), test_(test), pairs_(pairs) {
-    traverse(a, b, test, pairs == nullptr, *this);
+  MeetingPairs(const MeshModel& a, const MeshModel& b, TriangleTest& test, TrianglePairs* pairs, Apart* apart)
+      : a_(a), b_(b), test_(test), pairs_(pairs), apart_(apart) {
+    traverse(a, b, test, pairs == nullptr, *this, apart == nullptr ? nullptr : &apart->of_others);
   }
-  MeetingPairs(const MeshModel& a, const MeshModel& b, TriangleTest& test, NodePair part, TrianglePairs& pairs)
-      : a_(a), b_(b), test_(test), pairs_(&pairs) {
-    traverse(a, b, test, part, *this);
+  MeetingPairs(const MeshModel& a, const MeshModel& b, TriangleTest& test, NodePair part, TrianglePairs& pairs,
+               Apart* apart)
+      : a_(a), b_(b), test_(test), pairs_(&pairs), apart_(apart) {
+    traverse(a, b, test, part, *this, apart == nullptr ? nullptr : &apart->of_others);
   }
 
   bool any() const { return any_; }
@@ -50,7 +69,10 @@ class MeetingPairs final : public PairVisitor {
       q_ = b_.corners(j);
       for (std::size_t k = 0; k < 3; ++k) q_in_a_[k] = test_.in_a(q_[k]);
     }
-    if (!test_(a_.corners(i), q_, q_in_a_)) return false;
+    if (!test_(a_.corners(i), q_, q_in_a_)) {
+      if (apart_ != nullptr) apart_->add({i, j});
+      return false;
+    }
     any_ = true;
     if (pairs_) pairs_->push_back({i, j});
     return pairs_ == nullptr;
@@ -61,6 +83,7 @@ class MeetingPairs final : public PairVisitor {
   const MeshModel& b_;
   TriangleTest& test_;
   TrianglePairs* pairs_;
+  Apart* apart_;
   std::uint32_t last_ = no_index;
   Corners q_, q_in_a_;
   bool any_ = false;
@@ -68,20 +91,23 @@ class MeetingPairs final : public PairVisitor {
 
 // Sorted: who found them and when leaves no trace.
 TrianglePairs meeting_pairs(const Posed& a, const Posed& b, TriangleTest& test, const PartRunner& runner,
-                            PairMemory& memory) {
+                            PairMemory& memory, Apart* apart) {
   const MeshModel &ma = a.shape.mesh(), &mb = b.shape.mesh();
   constexpr std::size_t large = 16384, wanted = 64;  // triangles of both; parts
   std::vector<NodePair> parts;
-  if (runner && ma.triangles.size() + mb.triangles.size() >= large) parts = traversal_parts(ma, mb, test, wanted);
+  if (runner && ma.triangles.size() + mb.triangles.size() >= large)
+    parts = traversal_parts(ma, mb, test, wanted, apart == nullptr ? nullptr : &apart->of_others);
   TrianglePairs pairs(&memory.resource);
   if (parts.size() < wanted) {
-    MeetingPairs(ma, mb, test, &pairs);
+    MeetingPairs(ma, mb, test, &pairs, apart);
   } else {
     std::vector<TrianglePairs> found(parts.size());
+    std::vector<Apart> apart_there(apart == nullptr ? 0 : parts.size());
     runner(parts.size(), [&](std::size_t part) {
       TriangleTest own(a.pose, b.pose, reach(mb));
-      MeetingPairs(ma, mb, own, parts[part], found[part]);
+      MeetingPairs(ma, mb, own, parts[part], found[part], apart == nullptr ? nullptr : &apart_there[part]);
     });
+    for (const Apart& there : apart_there) apart->join(there);
     for (const TrianglePairs& some : found) pairs.insert(pairs.end(), some.begin(), some.end());
   }
   std::sort(pairs.begin(), pairs.end());
@@ -100,7 +126,7 @@ bool contained(const Posed& a, const Posed& b) { return part_inside(a, b) || par
 bool meshes_collide(const Posed& a, const Posed& b) {
   const MeshModel &ma = a.shape.mesh(), &mb = b.shape.mesh();
   TriangleTest test(a.pose, b.pose, reach(mb));
-  return MeetingPairs(ma, mb, test, nullptr).any() || contained(a, b);
+  return MeetingPairs(ma, mb, test, nullptr, nullptr).any() || contained(a, b);
 }
 
 struct Nearest {
@@ -147,6 +173,34 @@ void triangles_nearest(const Corners& p, const Corners& q, Nearest& best) {
     for (std::size_t j = 0; j < 3; ++j)
       segments_nearest(p[i], p[(i + 1) % 3] - p[i], q[j], q[(j + 1) % 3] - q[j], best);
   }
+}
+
+// How far apart two triangles that do not meet are, or a little less.
+double gap_between(const Corners& p, const Corners& q) {
+  Nearest nearest;
+  triangles_nearest(p, q, nearest);
+  if (!(nearest.distance > 0)) return 0;
+  // Points found may be a little farther from each other than the nearest: what counts is what lies between two planes.
+  const Vec3 normal = (nearest.on_b - nearest.on_a) / nearest.distance;
+  double far_p = 0, near_q = infinity, span = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    far_p = std::max(far_p, normal.dot(p[k] - p[0]));
+    near_q = std::min(near_q, normal.dot(q[k] - p[0]));
+    span = std::max({span, (p[k] - p[0]).lpNorm<1>(), (q[k] - p[0]).lpNorm<1>()});
+  }
+  return std::max(0.0, (1 - 1e-5) * (near_q - far_p) - 1e-14 * span);
+}
+
+// A lower bound on how far apart two meshes are that do not meet; 0 if none is known.
+double gap_of(const MeshModel& a, const MeshModel& b, const TriangleTest& test, const Apart& apart) {
+  if (apart.count > Apart::most) return 0;
+  double gap = apart.of_others;
+  for (const auto& [i, j] : std::span(apart.close).first(apart.count)) {
+    Corners q = b.corners(j);
+    for (Vec3& corner : q) corner = test.in_a(corner);
+    gap = std::min(gap, gap_between(a.corners(i), q) - 4 * test.delta());
+  }
+  return std::max(0.0, gap);
 }
 
 // The nearest points of surfaces that do not meet, by branch and bound; relative to A's translation, in world axes.
@@ -286,10 +340,15 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
   const MeshModel &ma = a.shape.mesh(), &mb = b.shape.mesh();
   TriangleTest test(a.pose, b.pose, reach(mb));
   PairMemory memory;
-  const TrianglePairs pairs = meeting_pairs(a, b, test, options.parts, memory);
+  Apart apart;
+  const TrianglePairs pairs =
+      meeting_pairs(a, b, test, options.parts, memory, request == Request::contacts ? &apart : nullptr);
   const bool inside = pairs.empty() && contained(a, b);
   if (request == Request::contacts) {
-    if (pairs.empty() && !inside) return answer;
+    if (pairs.empty() && !inside) {
+      answer.signed_distance = gap_of(ma, mb, test, apart);
+      return answer;
+    }
     const std::size_t first = contacts->size();
     if (ma.convex && mb.convex) {
       // Of their hulls, unless these hardly touch and miss each other by rounding.
@@ -348,7 +407,7 @@ std::vector<std::array<std::uint32_t, 2>> mesh_triangle_pairs(const Shape& a, co
   const Posed &p = in_order ? first : second, &q = in_order ? second : first;
   TriangleTest test(p.pose, q.pose, reach(q.shape.mesh()));
   PairMemory memory;
-  const TrianglePairs found = meeting_pairs(p, q, test, {}, memory);
+  const TrianglePairs found = meeting_pairs(p, q, test, {}, memory, nullptr);
   std::vector<std::array<std::uint32_t, 2>> pairs(found.begin(), found.end());
   if (!in_order) {
     for (auto& pair : pairs) std::swap(pair[0], pair[1]);

@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #undef HWY_TARGET_INCLUDE
@@ -25,18 +26,15 @@ struct TraversalFrame {
   float pad_a[3];  // more than floats are off by along A's axes, rounding of the test itself included
   float pad_b[3];  // along B's
   float off;       // bound on the error of any coordinate
-  bool apart = false;
+  double gap = 0;  // between the whole boxes, along A's axes; > 0: apart, and nothing else is set
 
   TraversalFrame(const MeshModel& a, const MeshModel& b, const TriangleTest& frame) {
     const double scale = b.unit / a.unit;
     const Mat3 inv = frame.map().inverse();
     const Vec3 between = (frame.map() * b.centre + (frame.shift() - a.centre)) / a.unit;
     const Vec3 half_a = a.half / a.unit, half_b = frame.map().cwiseAbs() * b.half / a.unit;
-    const Vec3 gap = between.cwiseAbs() - half_a - half_b - Vec3::Constant(1e-6);
-    if (!(gap.maxCoeff() <= 0)) {
-      apart = true;
-      return;
-    }
+    gap = (between.cwiseAbs() - half_a - half_b).maxCoeff() - 1e-6;
+    if (!(gap <= 0)) return;
     // Coordinates of A are rounded once, those of B go through three products and sums of rounded factors: 6 units in
     // the last place of the largest term, 2^-24 each. Comparing them takes a few more.
     const Vec3 size = half_a + half_b + between.cwiseAbs();
@@ -125,6 +123,8 @@ Floats spread(const float* row, Floats u, Floats v, Floats w) {
   return dot(hn::Set(tag, std::abs(row[0])), hn::Set(tag, std::abs(row[1])), hn::Set(tag, std::abs(row[2])), u, v, w);
 }
 
+// With `gaps` it notes how far apart what it leaves out is.
+template <bool gaps>
 class Traversal {
  public:
   Traversal(const MeshModel& a, const MeshModel& b, const TraversalFrame& frame, PairVisitor& visitor)
@@ -165,7 +165,20 @@ class Traversal {
     return level;
   }
 
+  // Of all that was left out, in units of A.
+  float least_gap() const { return hn::GetLane(hn::MinOfLanes(tag, least_gap_)); }
+
  private:
+  // What the lanes with a gap above 0 say of pairs that are left out.
+  void note(Floats gap) {
+    if constexpr (gaps) least_gap_ = hn::Min(least_gap_, hn::IfThenElse(hn::Gt(gap, hn::Zero(tag)), gap, least_gap_));
+  }
+  // Lanes beyond those in use say nothing.
+  static Floats of_lanes(std::uint32_t lanes, std::size_t l, Floats gap) {
+    return hn::IfThenElseZero(hn::Lt(hn::Iota(tag, static_cast<float>(l)), hn::Set(tag, static_cast<float>(lanes))),
+                              gap);
+  }
+
   void descend(NodePair at, const MeshNode& na, const MeshNode& nb) {
     deepest_ = 1;
     const float size_a = na.reach, size_b = f_.ratio * nb.reach;
@@ -237,7 +250,7 @@ class Traversal {
   }
 
   // Which of B's lanes the whole of A's node may meet, and how far they reach into it.
-  std::uint32_t lanes_of_b(const MeshNode& na, const MappedBoxes& b, Row& depth) const {
+  std::uint32_t lanes_of_b(const MeshNode& na, const MappedBoxes& b, Row& depth) {
     const Boxes a = whole_of_a(na);
     std::uint32_t hits = 0;
     for (std::size_t l = 0; l < mesh_lanes; l += hn::Lanes(tag)) {
@@ -246,6 +259,7 @@ class Traversal {
         mid[i] = hn::Load(tag, b.mid[i] + l), half[i] = hn::Load(tag, b.half[i] + l),
         own[i] = hn::Load(tag, b.own[i] + l);
       const Floats worst = gap(a.mid, a.half, a.reach, mid, half, own);
+      note(worst);
       hn::Store(worst, tag, depth + l);
       hits |= bits_of(hn::Le(worst, hn::Zero(tag)), l);
     }
@@ -270,6 +284,7 @@ class Traversal {
   void push_lanes_of_a(const MeshNode& na, const Boxes& a, std::size_t l, const MappedBoxes& b, std::size_t j,
                        std::uint32_t node_b) {
     const Floats worst = against_lane(a, b, j);
+    note(worst);
     std::uint32_t hits = bits_of(hn::Le(worst, hn::Zero(tag)), l) & na.used();
     if (!hits) return;
     alignas(32) Row depth;
@@ -327,12 +342,13 @@ class Traversal {
                    high = hn::Set(tag, na.box_mid[i] + na.box_half[i]);
         worst = largest(worst, hn::Sub(hn::Load(tag, b.low[i] + l), high), hn::Sub(low, hn::Load(tag, b.high[i] + l)));
       }
+      note(of_lanes(nb.lanes, l, worst));
       near |= bits_of(hn::Le(worst, hn::Zero(tag)), l);
     }
     near &= nb.used();
     if (!near) return false;
     std::uint32_t hits[mesh_lanes] = {};
-    for (std::size_t l = 0; l < mesh_lanes; l += hn::Lanes(tag)) rows(a_.blocks[na.block], l, b, near, hits);
+    for (std::size_t l = 0; l < mesh_lanes; l += hn::Lanes(tag)) rows(na, l, b, near, hits);
     for (; near; near &= near - 1) {
       const int j = std::countr_zero(near);
       for (std::uint32_t h = hits[j] & na.used(); h; h &= h - 1)
@@ -342,8 +358,9 @@ class Traversal {
   }
 
   // Lanes l.. of A's triangles that boxes and planes do not tell from each of B's in `near`.
-  void rows(const TriangleBlock& t, std::size_t l, const MappedTriangles& b, std::uint32_t near,
-            std::uint32_t (&hits)[mesh_lanes]) const {
+  void rows(const MeshNode& na, std::size_t l, const MappedTriangles& b, std::uint32_t near,
+            std::uint32_t (&hits)[mesh_lanes]) {
+    const TriangleBlock& t = a_.blocks[na.block];
     Floats p[3][3], low[3], high[3];
     for (int i = 0; i < 3; ++i) {
       for (int c = 0; c < 3; ++c) p[c][i] = hn::Load(tag, t.corner[c][i] + l);
@@ -364,17 +381,28 @@ class Traversal {
         worst = largest(worst, hn::Sub(low[i], high_b), hn::Sub(low_b, high[i]));
         span = hn::Max(span, hn::Sub(hn::Max(high[i], high_b), hn::Min(low[i], low_b)));
       }
+      note(of_lanes(na.lanes, l, worst));
       if (bits_of(hn::Le(worst, hn::Zero(tag)), 0) == 0) continue;
       // Every difference is at most `span`, and wrong by 2 off plus its rounding: a determinant of them is wrong by
-      // less than 6 span^2 (6 off + 10 u span), u = 2^-24.
-      const auto bound =
-          hn::Mul(hn::Mul(span, span), hn::Add(hn::Set(tag, 48 * f_.off), hn::Mul(hn::Set(tag, 4e-6f), span)));
+      // less than 6 span^2 (6 off + 10 u span), u = 2^-24, and a normal by less than that over span.
+      const auto askew = hn::Mul(span, hn::Add(hn::Set(tag, 48 * f_.off), hn::Mul(hn::Set(tag, 4e-6f), span)));
+      const auto bound = hn::Mul(span, askew);
       const auto below = hn::Neg(bound);
       Floats side[3];
       for (int c = 0; c < 3; ++c)
         side[c] =
             dot(n[0], n[1], n[2], hn::Sub(hn::Set(tag, b.corner[c][0][j]), p[0][0]),
                 hn::Sub(hn::Set(tag, b.corner[c][1][j]), p[0][1]), hn::Sub(hn::Set(tag, b.corner[c][2][j]), p[0][2]));
+      const auto off_plane = [&](const Floats normal2) HWY_ATTR {
+        const auto beyond =
+            hn::Max(hn::Min(side[0], hn::Min(side[1], side[2])), hn::Neg(largest(side[0], side[1], side[2])));
+        return hn::Div(hn::Sub(beyond, bound), hn::Add(hn::Sqrt(normal2), askew));
+      };
+      // Of those that boxes do not tell apart by A's planes, of what is left then by B's.
+      if constexpr (gaps)
+        note(of_lanes(
+            na.lanes, l,
+            hn::IfThenZeroElse(hn::Gt(worst, hn::Zero(tag)), off_plane(dot(n[0], n[1], n[2], n[0], n[1], n[2])))));
       auto keep =
           hn::And(hn::Le(worst, hn::Zero(tag)), hn::And(hn::Le(hn::Min(side[0], hn::Min(side[1], side[2])), bound),
                                                         hn::Ge(largest(side[0], side[1], side[2]), below)));
@@ -390,6 +418,9 @@ class Traversal {
       for (int c = 0; c < 3; ++c)
         side[c] = dot(m, hn::Sub(p[c][0], hn::Set(tag, q[0][0])), hn::Sub(p[c][1], hn::Set(tag, q[0][1])),
                       hn::Sub(p[c][2], hn::Set(tag, q[0][2])));
+      if constexpr (gaps)
+        note(of_lanes(na.lanes, l,
+                      hn::IfThenElseZero(keep, off_plane(hn::Set(tag, m[0] * m[0] + m[1] * m[1] + m[2] * m[2])))));
       keep = hn::And(keep, hn::And(hn::Le(hn::Min(side[0], hn::Min(side[1], side[2])), bound),
                                    hn::Ge(largest(side[0], side[1], side[2]), below)));
       hits[j] |= bits_of(keep, l);
@@ -401,6 +432,7 @@ class Traversal {
   const TraversalFrame& f_;
   PairVisitor& visitor_;
   NodePairStack stack_;
+  Floats least_gap_ = hn::Set(tag, std::numeric_limits<float>::infinity());
   float deepest_ = 1;
   std::size_t deepest_at_ = 0;
 };
@@ -410,16 +442,27 @@ class Traversal {
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
 void run_traversal(const MeshModel& a, const MeshModel& b, const TraversalFrame& frame, NodePair from,
                    bool likely_first, PairVisitor& visitor) {
-  Traversal(a, b, frame, visitor).run(from, likely_first);
+  Traversal<false>(a, b, frame, visitor).run(from, likely_first);
+}
+
+// NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
+float run_noting_gaps(const MeshModel& a, const MeshModel& b, const TraversalFrame& frame, NodePair from,
+                      bool likely_first, PairVisitor& visitor) {
+  Traversal<true> traversal(a, b, frame, visitor);
+  traversal.run(from, likely_first);
+  return traversal.least_gap();
 }
 
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
 std::vector<NodePair> parts_of_traversal(const MeshModel& a, const MeshModel& b, const TraversalFrame& frame,
-                                         std::size_t wanted) {
+                                         std::size_t wanted, float& gap) {
   struct Nobody final : PairVisitor {
     bool visit(std::uint32_t, std::uint32_t) override { return true; }
   } nobody;
-  return Traversal(a, b, frame, nobody).parts(wanted);
+  Traversal<true> traversal(a, b, frame, nobody);
+  std::vector<NodePair> parts = traversal.parts(wanted);
+  gap = traversal.least_gap();
+  return parts;
 }
 
 }  // namespace tandem::HWY_NAMESPACE
@@ -428,23 +471,51 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace tandem {
 HWY_EXPORT(run_traversal);
+HWY_EXPORT(run_noting_gaps);
 HWY_EXPORT(parts_of_traversal);
 
+namespace {
+
+// Less than single precision and rotations that are orthonormal to 1e-6 are off by.
+void lower(double* gap, double units, const MeshModel& a) {
+  if (gap != nullptr) *gap = std::min(*gap, (1 - 1e-5) * units * a.unit);
+}
+
+void traverse(const MeshModel& a, const MeshModel& b, const TraversalFrame& frame, NodePair from, bool likely_first,
+              PairVisitor& visitor, double* gap) {
+  if (gap == nullptr)
+    HWY_DYNAMIC_DISPATCH(run_traversal)(a, b, frame, from, likely_first, visitor);
+  else
+    lower(gap, static_cast<double>(HWY_DYNAMIC_DISPATCH(run_noting_gaps)(a, b, frame, from, likely_first, visitor)), a);
+}
+
+}  // namespace
+
 void traverse(const MeshModel& a, const MeshModel& b, const TriangleTest& frame, bool likely_first,
-              PairVisitor& visitor) {
+              PairVisitor& visitor, double* gap) {
   const TraversalFrame in_units(a, b, frame);
-  if (!in_units.apart) HWY_DYNAMIC_DISPATCH(run_traversal)(a, b, in_units, {0, 0}, likely_first, visitor);
+  if (in_units.gap > 0)
+    lower(gap, in_units.gap, a);
+  else
+    traverse(a, b, in_units, {0, 0}, likely_first, visitor, gap);
 }
 
 std::vector<NodePair> traversal_parts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
-                                      std::size_t wanted) {
+                                      std::size_t wanted, double* gap) {
   const TraversalFrame in_units(a, b, frame);
-  if (in_units.apart) return {};
-  return HWY_DYNAMIC_DISPATCH(parts_of_traversal)(a, b, in_units, wanted);
+  if (in_units.gap > 0) {
+    lower(gap, in_units.gap, a);
+    return {};
+  }
+  float units;
+  std::vector<NodePair> parts = HWY_DYNAMIC_DISPATCH(parts_of_traversal)(a, b, in_units, wanted, units);
+  lower(gap, static_cast<double>(units), a);
+  return parts;
 }
 
-void traverse(const MeshModel& a, const MeshModel& b, const TriangleTest& frame, NodePair part, PairVisitor& visitor) {
-  HWY_DYNAMIC_DISPATCH(run_traversal)(a, b, TraversalFrame(a, b, frame), part, false, visitor);
+void traverse(const MeshModel& a, const MeshModel& b, const TriangleTest& frame, NodePair part, PairVisitor& visitor,
+              double* gap) {
+  traverse(a, b, TraversalFrame(a, b, frame), part, false, visitor, gap);
 }
 
 }  // namespace tandem

@@ -20,8 +20,10 @@ class PairVisitor {
 /// one out that does, the same j in a row. The order depends on the arguments only; with `likely_first` the boxes that
 /// overlap most come first. Boxes are compared along the axes of both meshes, triangles along their own axes and
 /// normals, eight at once in floats with a bound on their error. Wants a.unit >= b.unit.
+/// `gap`, if not null, is lowered to what any two triangles that are not visited are known to be apart (metres); it
+/// says nothing if the visitor ends the traversal.
 void traverse(const MeshModel& a, const MeshModel& b, const TriangleTest& frame, bool likely_first,
-              PairVisitor& visitor);
+              PairVisitor& visitor, double* gap = nullptr);
 
 /// Nodes of two hierarchies that are to be traversed together.
 struct NodePair {
@@ -31,7 +33,8 @@ struct NodePair {
 /// The same traversal in parts that do not depend on each other: together they visit what traverse() does. `wanted` of
 /// them or more, unless there is less to do.
 std::vector<NodePair> traversal_parts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
-                                      std::size_t wanted);
-void traverse(const MeshModel& a, const MeshModel& b, const TriangleTest& frame, NodePair part, PairVisitor& visitor);
+                                      std::size_t wanted, double* gap = nullptr);
+void traverse(const MeshModel& a, const MeshModel& b, const TriangleTest& frame, NodePair part, PairVisitor& visitor,
+              double* gap = nullptr);
 
 }  // namespace tandem

@@ -386,6 +386,45 @@ TEST_CASE("distance of disjoint meshes is that of all triangles against all") {
   }
 }
 
+TEST_CASE("contacts of meshes that are apart say how far at least, linked and nested ones too") {
+  const Shape ring(torus(1, 0.3, 32, 18)), small(torus(0.4, 0.1, 12, 8)), block(box_mesh({0.5, 0.7, 0.3}, 4));
+  const Shape far_off([] {
+    Mesh mesh = box_mesh({0.4, 0.4, 0.4}, 2);
+    for (Vec3& v : mesh.vertices) v += Vec3(300, -200, 100);
+    return mesh;
+  }());
+  std::mt19937_64 random(41);
+  int apart = 0, known = 0, known_close = 0, overlapping_hulls = 0;
+  for (const Shape* other : {&ring, &small, &block, &far_off})
+    for (int i = 0; i < 150; ++i) {
+      Pose a{random_turn(random).toRotationMatrix(), random_point(random, i % 5 == 0 ? 1e4 : 1.0)};
+      Pose b{random_turn(random).toRotationMatrix(), a.translation + random_point(random, 1.5)};
+      if (other == &far_off) b.translation -= b.rotation * Vec3(300, -200, 100);
+      if (i % 2 == 0) b.rotation = (b.rotation * 1e6).array().round() / 1e6;
+      std::vector<Contact> contacts;
+      const PairAnswer answer = NarrowPhase().solve(ring, a, *other, b, Request::contacts, &contacts);
+      const PairAnswer back = NarrowPhase().solve(*other, b, ring, a, Request::contacts, &contacts);
+      REQUIRE(back.signed_distance == answer.signed_distance);
+      if (answer.collide) continue;
+      const PairAnswer truth = NarrowPhase().solve(ring, a, *other, b, Request::distance);
+      ++apart;
+      known += answer.signed_distance > 1e-6 ? 1 : 0;
+      overlapping_hulls += answer.normal.isZero(0) ? 1 : 0;
+      REQUIRE(answer.signed_distance >= 0);
+      REQUIRE(answer.signed_distance <= truth.signed_distance * (1 + 1e-12));
+      // So near that single precision does not tell: two triangles do.
+      const Pose close = moved(b, -(1 - 1e-6) * truth.signed_distance * truth.normal);
+      const PairAnswer nearly = NarrowPhase().solve(ring, a, *other, close, Request::contacts, &contacts);
+      if (nearly.collide) continue;
+      const double gap = NarrowPhase().solve(ring, a, *other, close, Request::distance).signed_distance;
+      REQUIRE(nearly.signed_distance <= gap);
+      known_close += nearly.signed_distance > 0.5 * gap ? 1 : 0;
+    }
+  CHECK(known_close > apart / 2);
+  CHECK(overlapping_hulls > 50);
+  CHECK(known > apart * 9 / 10);
+}
+
 TEST_CASE("signed distance of overlapping meshes: the bounds hold the truth") {
   const Shape cube(box_mesh(Vec3(1, 1, 1), 3)), box(Box{Vec3(1, 1, 1)});
   std::mt19937_64 random(25);
