@@ -445,7 +445,7 @@ KeptContacts::Batch::Relative KeptContacts::Batch::relative(Pair pair) const {
   return {reference.rotation.transpose() * mover.rotation, into(reference, mover.translation), a_is_reference};
 }
 
-bool KeptContacts::Batch::move_along(Pair pair, PairResult& result) {
+bool KeptContacts::Batch::move_along(Pair pair, PairResult& result, const std::function<bool()>& collide) {
   // What a pair that follows soon will read.
   if (const std::size_t ahead = next_ + 4; ahead < all_.entries_.size() && all_.entries_[ahead].detail != none) {
     const char* detail = reinterpret_cast<const char*>(&all_.details_[all_.entries_[ahead].detail]);
@@ -473,7 +473,10 @@ bool KeptContacts::Batch::move_along(Pair pair, PairResult& result) {
   }
   // The shift along the normal is taken into account: what is left is of second order, but not known to be less than
   // both together. Of the angle something is left for what bodies at rest may turn.
-  if (!(2 * bound <= ball.allowed && angle <= 0.99 * all_.tolerance_ && bound < distance)) return false;
+  if (!(2 * bound <= ball.allowed && angle <= 0.99 * all_.tolerance_)) return false;
+  const bool in_doubt = !(bound < distance);
+  // Of two that rest what is computed now will stand.
+  if (in_doubt && !(collide && !all_.both_rest(pair) && collide() == kept.collide)) return false;
   moved_ = true;
   moved_by_ = 2 * bound;
   const Pose& frame = all_.scene_->poses()[at_.a_is_reference ? pair.a : pair.b];
@@ -485,6 +488,9 @@ bool KeptContacts::Batch::move_along(Pair pair, PairResult& result) {
   PairAnswer& answer = result.answer;
   answer.collide = kept.collide;
   answer.signed_distance = kept.signed_distance + opened(kept.normal, at_.a_is_reference ? kept.point_b : kept.point_a);
+  if (in_doubt)
+    answer.signed_distance = kept.collide ? std::min(answer.signed_distance, 0.0)
+                                          : std::max(answer.signed_distance, std::numeric_limits<double>::min());
   answer.status = kept.status;
   answer.error_bound = kept.error_bound + moved_by_;
   answer.point_a = frame * kept.point_a;

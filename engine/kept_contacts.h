@@ -3,6 +3,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <mutex>
 #include <span>
 #include <vector>
@@ -66,8 +67,8 @@ struct KeptPair {
 ///
 /// Whether an answer is kept, and how, depends on the poses alone. For convex bodies the signed distance changes by no
 /// more than any point moves (the largest separation over all directions does, and each of them does), so the bound
-/// holds for distance and depth, and an answer is kept only where it leaves the verdict beyond doubt. A mesh's contacts
-/// are those of the poses that they were computed for.
+/// holds for distance and depth, and an answer is kept only where it leaves the verdict beyond doubt, or who asks can
+/// tell that it is as it was. A mesh's contacts are those of the poses that they were computed for.
 ///
 /// In a step any number of threads ask for different pairs at once; nothing is locked but where a batch tells what it
 /// found. Nothing is searched where pairs come in order. What did not stand is then put in its place among what did;
@@ -244,7 +245,8 @@ class KeptContacts::Batch {
   std::size_t stand(std::span<const Pair> pairs);
   /// True if the answer of the pair that does not stand is moved along: then `result.answer` is set and the contacts
   /// are appended.
-  bool move_along(Pair pair, PairResult& result);
+  /// `collide`, if not empty, is asked where the verdict is in doubt: whether they touch.
+  bool move_along(Pair pair, PairResult& result, const std::function<bool()>& collide = {});
   /// Keeps what was computed, so that it can be moved along.
   void keep(const PairResult& result, std::span<const Contact> contacts);
   void note(const PairResult& result, std::span<const Contact> contacts, bool reported);

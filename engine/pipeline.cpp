@@ -155,13 +155,15 @@ class SceneWork final : public StepWork {
       PairResult* result;
       if (may_move) {
         result = &batch.results.emplace_back(PairResult{pair.a, pair.b, first, 0, {}});
-        if (!kept->move_along(pair, *result)) {
-          result->answer = solve(pair, batch);
+        // Whether two meshes touch takes a tenth of what their contacts take.
+        const auto collide = [&] { return solve(pair, Request::collide, nullptr).collide; };
+        if (!(are_meshes(pair) ? kept->move_along(pair, *result, collide) : kept->move_along(pair, *result))) {
+          result->answer = solve(pair, options_.request, &batch.contacts);
           kept->keep(*result, std::span(batch.contacts).subspan(first));
         }
       } else {
         result = &batch.results.emplace_back(InPlace{[&] {
-          return PairResult{pair.a, pair.b, first, 0, solve(pair, batch)};
+          return PairResult{pair.a, pair.b, first, 0, solve(pair, options_.request, &batch.contacts)};
         }});
       }
       result->contact_count = static_cast<std::uint32_t>(batch.contacts.size()) - first;
@@ -200,10 +202,14 @@ class SceneWork final : public StepWork {
     return (a == ShapeKind::mesh || b == ShapeKind::mesh) && a != ShapeKind::halfspace && b != ShapeKind::halfspace;
   }
 
-  PairAnswer solve(Pair pair, Batch& batch) const {
+  bool are_meshes(Pair pair) const {
+    return scene_->shape_of(pair.a).kind() == ShapeKind::mesh && scene_->shape_of(pair.b).kind() == ShapeKind::mesh;
+  }
+
+  PairAnswer solve(Pair pair, Request request, std::vector<Contact>* contacts) const {
     const auto poses = scene_->poses();
     return narrow_phase_.solve(scene_->shape_of(pair.a), poses[pair.a], scene_->shape_of(pair.b), poses[pair.b],
-                               options_.request, options_.request == Request::contacts ? &batch.contacts : nullptr);
+                               request, request == Request::contacts ? contacts : nullptr);
   }
 
   bool is_worth_moving(Pair pair) const {

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <random>
 
+#include "mesh_generators.h"
 #include "tandem/engine/builtin_scenes.h"
 #include "tandem/engine/pipeline.h"
 #include "tandem/engine/response.h"
@@ -225,6 +226,46 @@ TEST_CASE("kept contacts: in a scene verdicts between convex bodies are exact an
   CHECK(tolerated <= 1e-3 * std::sqrt(3.0));
 }
 
+TEST_CASE("kept contacts: verdicts between meshes that hardly touch are exact, and answers are kept all the same") {
+  Scene scene;
+  const ShapeId ring = scene.add_shape(Shape(make_torus(1, 0.4, 24, 12)));
+  Draw draw(91);
+  const Pose at_a{draw.rotation().toRotationMatrix(), draw.vector(1)};
+  Pose at_b{draw.rotation().toRotationMatrix(), at_a.translation};
+  const Vec3 away = draw.vector(1).normalized();
+  scene.add_body({.shape = ring, .pose = at_a});
+  const BodyId b = scene.add_body({.shape = ring, .pose = at_b});
+  const NarrowPhase exact;
+  const Shape& shape = scene.shape_of(0);
+  double touching = 0, apart = 3;
+  for (int i = 0; i < 50; ++i) {
+    at_b.translation = at_a.translation + (touching + apart) / 2 * away;
+    const bool collide = exact.solve(shape, at_a, shape, at_b, Request::collide).collide;
+    (collide ? touching : apart) = (touching + apart) / 2;
+  }
+  Pipeline pipeline({.executor = ExecutorKind::sequential, .keep_contacts = 1e-2});
+  int kept_touching = 0, kept_apart = 0, changed = 0;
+  bool before = false;
+  for (int step = 0; step < 400; ++step) {
+    at_b.translation = at_a.translation + (touching + 1e-4 * std::sin(0.3 * step) * draw.in(0, 1)) * away;
+    scene.set_pose(b, at_b);
+    const StepReport report = pipeline.step(scene);
+    const PairAnswer truth = exact.solve(shape, at_a, shape, at_b, Request::distance);
+    const auto& found = pipeline.contacts().pairs;
+    REQUIRE(found.empty() == !truth.collide);
+    changed += truth.collide != before ? 1 : 0;
+    before = truth.collide;
+    if (report.kept_pairs != 0) ++(truth.collide ? kept_touching : kept_apart);
+    if (found.empty()) continue;
+    CHECK(found[0].answer.collide);
+    CHECK(found[0].answer.signed_distance <= 0);
+    CHECK(std::abs(found[0].answer.signed_distance - truth.signed_distance) <= found[0].answer.error_bound + 1e-6);
+  }
+  CHECK(changed > 20);
+  CHECK(kept_touching > 100);
+  CHECK(kept_apart > 20);
+}
+
 TEST_CASE("kept contacts: the same bits for every executor and number of threads") {
   const tbb::global_control many(tbb::global_control::max_allowed_parallelism, 8);
   for (const char* builtin : {"cubes-on-plane", "tori-and-cubes", "screws-in-bowl"}) {
@@ -369,8 +410,8 @@ void check_answers(const ContactList& kept, const ContactList& exact, const Step
     largest = std::max(largest, at->answer.error_bound);
     ++at;
   }
-  REQUIRE(report.kept_error_bound <= 0.01 * 1.45);  // the largest body
-  REQUIRE(largest <= report.kept_error_bound + 1e-9);         // computed ones are off by what rounding does
+  REQUIRE(report.kept_error_bound <= 0.01 * 1.45);     // the largest body
+  REQUIRE(largest <= report.kept_error_bound + 1e-9);  // computed ones are off by what rounding does
 }
 
 }  // namespace
