@@ -36,7 +36,8 @@ struct Contact {
 struct PairAnswer {
   bool collide = false;
   /// Set by Request::distance and Request::contacts (there: of the deepest contact; where the pair is farther apart
-  /// than the margin, it may be the separation along any normal that says so, and the points not set).
+  /// than the margin, it may be the separation along any normal that says so, and the points not set; of two meshes
+  /// that are apart, a lower bound on the gap, 0 if none is known, and there may be no normal).
   /// > 0 gap, < 0 minus the penetration depth, the shortest translation that separates. With a mesh the depth is
   /// exact (Status::ok) where moving by the largest depth of a single triangle separates the two; else inexact with a
   /// rigorous bound, a surface mesh giving the lower end of what is known and a solid one the upper.
