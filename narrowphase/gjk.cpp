@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "descent_kernel.h"
 #include "epa.h"
 #include "face_depth.h"
 #include "feature_normals.h"
@@ -216,10 +217,6 @@ class Descent {
   unsigned keep_ = 0;  ///< of the points before the last
 };
 
-bool same(const MinkowskiPoint& p, const MinkowskiPoint& q, bool polytopes) {
-  return polytopes ? p.vertex_a == q.vertex_a && p.vertex_b == q.vertex_b : p.w == q.w;
-}
-
 /// The direction between two near polytopes is the difference of two nearly equal points; its exact part is that it is
 /// square to the edges of the simplex. Takes it from these, where that certifies more.
 void sharpen(const MinkowskiDifference& d, const Simplex& s, Vec3& v, GjkResult& r) {
@@ -240,28 +237,22 @@ void sharpen(const MinkowskiDifference& d, const Simplex& s, Vec3& v, GjkResult&
   v = r.upper * n;
 }
 
-GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond, double within, const Vec3* start) {
-  GjkResult r;
-  Vec3 v =
-      start != nullptr ? -*start : Vec3(core_centre(d.a) - d.pose.rotation * core_centre(d.b) - d.pose.translation);
-  double length = v.norm();
-  if (!(length > shortest_squared)) {
-    v = length > 0 ? unit(v, length) : Vec3(-Vec3::UnitX());
-    length = 1;
-  }
-  const bool polytopes = d.polytopes();
-  const double scale = d.scale();
-  const double rounding = 2 * epsilon * scale, size = larger(d);
+/// Between shapes of which one is round: points of these have no numbers to know them by.
+void descend_round(const MinkowskiDifference& d, const DescentLimits& limits, GjkResult& r) {
+  Vec3& v = r.v;
   Simplex& s = r.simplex;
   r.upper = std::numeric_limits<double>::infinity();
   r.lower = -r.upper;
+  double length = v.norm();
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     const MinkowskiPoint p = d.support(-v);
     r.along = v.dot(p.w) / length;
     r.lower = std::max(r.lower, r.along);
-    if (r.lower > beyond || (s.count > 0 && r.upper - r.lower <= tolerance * std::min(r.upper, size) + rounding)) break;
+    if (r.lower > limits.beyond ||
+        (s.count > 0 && r.upper - r.lower <= limits.tolerance * std::min(r.upper, limits.size) + limits.rounding))
+      break;
     bool known = false;
-    for (int i = 0; i < s.count; ++i) known = known || same(p, s.p[i], polytopes);
+    for (int i = 0; i < s.count; ++i) known = known || p.w == s.p[i].w;
     if (known) break;
     s.p[s.count++] = p;
     if (s.count == 1) {
@@ -270,9 +261,8 @@ GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond,
       const auto step = Descent(s).step(v);
       if (step == Descent::Step::inside) {
         r.end = GjkResult::End::inside;
-        r.v = v;
         r.upper = 0;
-        return r;
+        return;
       }
       if (step == Descent::Step::lost) {
         --s.count;
@@ -280,18 +270,30 @@ GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond,
       }
     }
     length = v.norm();
-    if (s.count == 2 && length < 1e-4 * scale && polytopes) {
-      // The cancellation that makes v short leaves it askew: square to the edge it is exact where it matters.
-      const Vec3 e = s.p[1].w - s.p[0].w;
-      if (const double e2 = e.squaredNorm(); e2 > 0) v -= (v.dot(e) / e2) * e;
-      length = v.norm();
-    }
     r.upper = length;
-    if (r.upper <= within || length <= rounding) break;
+    if (r.upper <= limits.within || length <= limits.rounding) break;
   }
-  if (polytopes && r.upper - r.lower > 2 * rounding && r.upper <= 1e-2 * scale && !(r.lower > beyond) && s.count <= 3)
-    sharpen(d, s, v, r);
-  r.v = v;
+}
+
+GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond, double within, const Vec3* start) {
+  GjkResult r;
+  Vec3& v = r.v;
+  v = start != nullptr ? -*start : Vec3(core_centre(d.a) - d.pose.rotation * core_centre(d.b) - d.pose.translation);
+  if (const double length = v.norm(); !(length > shortest_squared))
+    v = length > 0 ? unit(v, length) : Vec3(-Vec3::UnitX());
+  const bool polytopes = d.polytopes();
+  const double scale = d.scale();
+  const double rounding = 2 * epsilon * scale;
+  const DescentLimits limits{tolerance, beyond, within, rounding, scale, larger(d)};
+  r.end = GjkResult::End::near;
+  if (polytopes)
+    descent_kernel()(d, limits, r);
+  else
+    descend_round(d, limits, r);
+  if (r.end == GjkResult::End::inside) return r;
+  if (polytopes && r.upper - r.lower > 2 * rounding && r.upper <= 1e-2 * scale && !(r.lower > beyond) &&
+      r.simplex.count <= 3)
+    sharpen(d, r.simplex, v, r);
   // Polytopes: what is certified to rounding needs no second opinion.
   const double near = polytopes
                           ? (r.upper - r.lower <= 8 * rounding + tolerance * r.upper ? 16 * rounding : 1e-7 * scale)
