@@ -12,6 +12,7 @@
 #include "outward_boxes.h"
 #include "pair_costs.h"
 #include "tandem/flowgraph/executor.h"
+#include "tandem/narrowphase/several_pairs.h"
 
 namespace tandem {
 namespace {
@@ -30,10 +31,8 @@ class SceneWork final : public StepWork {
  public:
   explicit SceneWork(const PipelineOptions& options)
       : options_(options),
-        narrow_phase_({.tolerance = options.tolerance,
-                       .margin = options.margin,
-                       .solver = {},
-                       .parts = [this](std::size_t parts, const auto& part) { share(parts, part); }}),
+        narrow_phase_(narrow_options()),
+        several_pairs_(narrow_options()),
         broad_phase_(make_broad_phase(options.broad_phase)) {
     if (!(options.keep_contacts >= 0 && options.keep_contacts <= 0.1))
       throw std::invalid_argument("keep_contacts: " + std::to_string(options.keep_contacts) + " is not in [0, 0.1]");
@@ -72,6 +71,7 @@ class SceneWork final : public StepWork {
     has_mesh_ = has(ShapeKind::mesh);
     if (has_mesh_) costs_.begin_step(scene.indices());
     screens_ = !kept_ && options_.request != Request::distance && has(ShapeKind::box);
+    together_ = screens_ && options_.request == Request::contacts;
     found_.clear();
   }
   /// Not to be called after a step that ended early.
@@ -132,6 +132,7 @@ class SceneWork final : public StepWork {
   }
 
   void narrow(Batch& batch) const override {
+    if (together_) return narrow_together(batch);
     std::optional<KeptContacts::Batch> kept;
     if (kept_) kept.emplace(*kept_, batch.results, batch.contacts);
     const std::size_t first_contact = batch.contacts.size();
@@ -185,10 +186,63 @@ class SceneWork final : public StepWork {
   void screen(std::span<const Pair> pairs, std::array<std::uint8_t, screened>& apart) const {
     const std::size_t count = std::min(pairs.size(), screened);
     std::array<PlacedPair, screened> posed;
-    const auto poses = scene_->poses();
-    for (std::size_t i = 0; i < count; ++i)
-      posed[i] = {&scene_->shape_of(pairs[i].a), &poses[pairs[i].a], &scene_->shape_of(pairs[i].b), &poses[pairs[i].b]};
+    place(pairs.first(count), posed);
     narrow_phase_.mark_apart(std::span(posed).first(count), std::span(apart).first(count));
+  }
+
+  /// Appends answers that are worth telling to a batch's.
+  class Told final : public AnswerSink {
+   public:
+    Told(Batch& batch, const Pair* pairs) : batch_(batch), pairs_(pairs) {}
+    PairAnswer& begin(std::size_t pair) override {
+      const auto [a, b] = pairs_[pair];
+      return batch_.results.emplace_back(PairResult{a, b, static_cast<std::uint32_t>(batch_.contacts.size()), 0, {}})
+          .answer;
+    }
+    void end() override {
+      PairResult& result = batch_.results.back();
+      result.contact_count = static_cast<std::uint32_t>(batch_.contacts.size()) - result.first_contact;
+      batch_.inexact |= result.answer.status == Status::inexact;
+      colliding_pairs_ += result.answer.collide ? 1 : 0;
+      if (!result.answer.collide && result.contact_count == 0) batch_.results.pop_back();
+    }
+    std::uint64_t colliding_pairs() const { return colliding_pairs_; }
+
+   private:
+    Batch& batch_;
+    const Pair* pairs_;
+    std::uint64_t colliding_pairs_ = 0;
+  };
+
+  /// Contacts, all computed.
+  void narrow_together(Batch& batch) const {
+    constexpr std::size_t most = 128;
+    const std::size_t first_contact = batch.contacts.size();
+    std::uint64_t colliding_pairs = 0;
+    std::array<PlacedPair, most> placed;
+    for (auto left = std::span<const Pair>(batch.pairs).first(batch.count); !left.empty();) {
+      const auto pairs = left.first(std::min(left.size(), most));
+      place(pairs, placed);
+      Told told(batch, pairs.data());
+      several_pairs_.solve(std::span(placed).first(pairs.size()), batch.contacts, told);
+      colliding_pairs += told.colliding_pairs();
+      left = left.subspan(pairs.size());
+    }
+    found_.add(colliding_pairs, std::span(batch.contacts).subspan(first_contact));
+  }
+
+  void place(std::span<const Pair> pairs, std::span<PlacedPair> placed) const {
+    const auto poses = scene_->poses();
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+      placed[i] = {&scene_->shape_of(pairs[i].a), &poses[pairs[i].a], &scene_->shape_of(pairs[i].b),
+                   &poses[pairs[i].b]};
+  }
+
+  NarrowPhaseOptions narrow_options() {
+    return {.tolerance = options_.tolerance,
+            .margin = options_.margin,
+            .solver = {},
+            .parts = [this](std::size_t parts, const auto& part) { share(parts, part); }};
   }
 
   void share(std::size_t parts, const std::function<void(std::size_t)>& part) const {
@@ -311,6 +365,7 @@ class SceneWork final : public StepWork {
 
   PipelineOptions options_;
   NarrowPhase narrow_phase_;
+  SeveralPairs several_pairs_;
   std::unique_ptr<BroadPhase> broad_phase_;
   std::unique_ptr<KeptContacts> kept_;  // null: every answer is computed
   bool worth_moving_[shape_kinds][shape_kinds] = {};
@@ -331,6 +386,7 @@ class SceneWork final : public StepWork {
   std::uint64_t comings_and_goings_ = 0;
   bool has_mesh_ = false;
   bool screens_ = false;     // pairs that are far enough apart are left out several at a time
+  bool together_ = false;    // contacts are computed for several pairs at a time
   mutable Found found_;      // of the step at hand
   mutable PairCosts costs_;  // where there are meshes
 };

@@ -31,6 +31,12 @@ struct alignas(32) BoxAxes {
 /// Edges whose cosine is larger count as nearly parallel: the squared sine is below 0.01.
 constexpr double nearly_parallel = 0.99498743710662;
 
+// Squared sine of the angle of two edges. Below the first they are as good as parallel and make no axis of their own;
+// below the second the short formula loses digits, and more where the rotation is off from orthonormal: the axis is
+// projected in full.
+constexpr double parallel_edges = 1e-30;
+constexpr double slow_edges = 1e-2;
+
 /// Fills the axes. Where a face's axis separates by more than `beyond`, returns true and leaves out what is
 /// known of the edges.
 bool measure_axes(const HalfSize& half_a, const Pose& pose_a, const HalfSize& half_b, const Pose& pose_b, double beyond,

@@ -8,12 +8,6 @@
 namespace tandem {
 namespace {
 
-// Squared sine of the angle of two edges. Below the first they are as good as parallel and make no axis of their own;
-// below the second the short formula loses digits, and more where the rotation is off from orthonormal: the axis is
-// projected in full.
-constexpr double parallel2 = 1e-30;
-constexpr double slow2 = 1e-2;
-
 // An edge or face within this angle of the other's face lies in it.
 constexpr double flat = 1e-11;
 // What the terms of an axis may lose together, relative to the boxes' size.
@@ -40,7 +34,7 @@ Vec3 edge_axis(const BoxAxes& x, int i, int j) {
 
 /// How far apart along the edges' axis, by projecting in full; never more than the signed distance, to rounding.
 double along_edge(const BoxAxes& x, int i, int j) {
-  if (!(edge_length2(x, i, j) > parallel2)) return -std::numeric_limits<double>::infinity();
+  if (!(edge_length2(x, i, j) > parallel_edges)) return -std::numeric_limits<double>::infinity();
   const Vec3 n = edge_axis(x, i, j);
   const int i1 = next[i], i2 = last[i];
   double s = std::abs(n[i1] * x.t[i1] + n[i2] * x.t[i2]) - (x.a[i1] * std::abs(n[i1]) + x.a[i2] * std::abs(n[i2]));
@@ -118,7 +112,7 @@ Separation best_separation(const BoxAxes& x) {
   for (unsigned hopeful = x.hopeful; hopeful != 0; hopeful &= hopeful - 1) {
     const int k = std::countr_zero(hopeful), i = k / 3, j = k % 3;
     const double length2 = edge_length2(x, i, j), now = best.distance, numerator = x.edge[i][j];
-    if (length2 > slow2 && numerator * std::abs(numerator) <= now * std::abs(now) * length2) continue;
+    if (length2 > slow_edges && numerator * std::abs(numerator) <= now * std::abs(now) * length2) continue;
     const double s = along_edge(x, i, j);
     if (s > now + least) best = {s, 6 + k}, least = 0;
   }

@@ -11,7 +11,6 @@ constexpr int max_corners = 16;  // of a face that is clipped; circles have this
 constexpr int max_clipped = 3 * max_corners;
 constexpr int max_patch = max_clipped + 1;
 constexpr std::uint32_t witness_point = 0xffffffffu;  // deeper than all that clipping found
-constexpr double thin = 0.005;                        // width of a contact patch to its length
 constexpr double flush = 1e-6;                        // an edge within this angle of the contact plane lies in it
 
 /// A face (3 or more corners, counterclockwise from outside), an edge or a point of a shape, in some frame.

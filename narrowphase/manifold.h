@@ -10,6 +10,10 @@ namespace tandem {
 constexpr double carries_patch = 0.9998;
 /// And one within 1.4e-6 is as good as in it.
 constexpr double flush_face = 1 - 1e-12;
+/// Width of a contact patch to its length, up to which it counts as an edge.
+constexpr double thin = 0.005;
+/// Edges whose directions' cosine is no larger cross in one point.
+constexpr double clearly_crossing = 0.999;
 
 /// A contact before it is placed in the world.
 struct PatchPoint {

@@ -53,23 +53,30 @@ void solve_boxes_in_order(const HalfSize& half_a, const Pose& pose_a, const Half
     return;
   }
   const BoxAnswer answer = box_box_overlap(half_a, pose_a, half_b, pose_b, margin);
-  if (answer.local.signed_distance > margin) {
-    r.signed_distance = answer.local.signed_distance;
-    if (answer.axis >= 0 && answer.axis < 6) {
-      r.normal = (answer.axis < 3 ? pose_a : pose_b).rotation.col(answer.axis % 3);
-      if (r.normal.dot(pose_b.translation - pose_a.translation) < 0) r.normal = -r.normal;
-    } else {
-      r.normal = pose_a.rotation * answer.local.normal;
-    }
+  if (answer.local.signed_distance <= margin) {
+    append_boxes(half_a, pose_a, half_b, pose_b, answer, margin, *contacts, r);
     return;
   }
-  const std::size_t first = contacts->size();
+  r.signed_distance = answer.local.signed_distance;
+  if (answer.axis >= 0 && answer.axis < 6) {
+    r.normal = (answer.axis < 3 ? pose_a : pose_b).rotation.col(answer.axis % 3);
+    if (r.normal.dot(pose_b.translation - pose_a.translation) < 0) r.normal = -r.normal;
+  } else {
+    r.normal = pose_a.rotation * answer.local.normal;
+  }
+}
+
+}  // namespace
+
+void append_boxes(const HalfSize& half_a, const Pose& pose_a, const HalfSize& half_b, const Pose& pose_b,
+                  const BoxAnswer& answer, double margin, std::vector<Contact>& contacts, PairAnswer& r) {
+  const std::size_t first = contacts.size();
   if (answer.axis >= 0 && (answer.axis < 6 || answer.facing >= carries_patch)) {
-    append_box_manifold(half_a, pose_a, half_b, pose_b, answer, margin, *contacts);
+    append_box_manifold(half_a, pose_a, half_b, pose_b, answer, margin, contacts);
     const bool flush = answer.axis < 6 || answer.facing > flush_face;
-    if (flush && answer.local.signed_distance <= 0 && contacts->size() > first) {
-      const Contact* deepest = &(*contacts)[first];
-      for (const Contact& c : std::span(*contacts).subspan(first))
+    if (flush && answer.local.signed_distance <= 0 && contacts.size() > first) {
+      const Contact* deepest = &contacts[first];
+      for (const Contact& c : std::span(contacts).subspan(first))
         if (c.depth > deepest->depth) deepest = &c;
       r.signed_distance = answer.local.signed_distance;
       r.collide = true;
@@ -80,18 +87,16 @@ void solve_boxes_in_order(const HalfSize& half_a, const Pose& pose_a, const Half
     }
   }
   place(answer.local, pose_a, r);
-  if (contacts->size() > first) return;
+  if (contacts.size() > first) return;
   // Two edges that touch across each other meet in one point.
-  const bool edges_alone = answer.axis >= 6 && answer.edges_cosine <= 0.999 && answer.facing < carries_patch;
+  const bool edges_alone = answer.axis >= 6 && answer.edges_cosine <= clearly_crossing && answer.facing < carries_patch;
   const bool rounded_off = answer.axis >= 0 && (answer.axis < 6 || answer.facing > flush_face);
   if (!edges_alone && !rounded_off)
     append_manifold(view_box(half_a), view_box(half_b), relative(pose_a, pose_b), answer.local, margin, pose_a,
-                    *contacts);
+                    contacts);
   // Rounding may leave nothing of a patch that is a point.
-  if (contacts->size() == first) append_single(r, margin, contacts);
+  if (contacts.size() == first) append_single(r, margin, &contacts);
 }
-
-}  // namespace
 
 bool reversed(double parameters, const Pose& pose_a, const Pose& pose_b) {
   if (parameters != 0) return parameters > 0;
@@ -106,6 +111,12 @@ bool reversed(double parameters, const Pose& pose_a, const Pose& pose_b) {
     if (turn != 0) return turn < 0;
   }
   return false;
+}
+
+bool boxes_reversed(const HalfSize& half_a, const Pose& pose_a, const HalfSize& half_b, const Pose& pose_b) {
+  double difference = 0;
+  for (std::size_t k = 0; k < 3 && difference == 0; ++k) difference = half_a[k] - half_b[k];
+  return reversed(difference, pose_a, pose_b);
 }
 
 PairAnswer solve_spheres(double radius_a, const Vec3& a, double radius_b, const Vec3& b, Request request, double margin,
@@ -198,11 +209,8 @@ PairAnswer solve_boxes(const HalfSize& half_a, const Pose& pose_a, const HalfSiz
     r.collide = box_box_collide(half_a, pose_a, half_b, pose_b);
     return r;
   }
-  double difference = 0;
-  for (std::size_t k = 0; k < 3 && difference == 0; ++k) difference = half_a[k] - half_b[k];
   const std::size_t first = contacts != nullptr ? contacts->size() : 0;
-  const bool swap = reversed(difference, pose_a, pose_b);
-  if (swap) {
+  if (boxes_reversed(half_a, pose_a, half_b, pose_b)) {
     solve_boxes_in_order(half_b, pose_b, half_a, pose_a, request, margin, contacts, r);
     swap_answer(r, contacts, first);
   } else {

@@ -1,6 +1,7 @@
 #pragma once
 #include <vector>
 
+#include "closed_forms.h"
 #include "tandem/narrowphase/narrow_phase.h"
 
 namespace tandem {
@@ -27,5 +28,11 @@ PairAnswer solve_boxes(const std::array<double, 4>& half_a, const Pose& pose_a, 
 /// is the same, bit for bit, whichever is named first. `parameters` compares the shapes: < 0 if A's come first, 0 if
 /// they are alike; then the poses decide.
 bool reversed(double parameters, const Pose& pose_a, const Pose& pose_b);
+bool boxes_reversed(const HalfSize& half_a, const Pose& pose_a, const HalfSize& half_b, const Pose& pose_b);
+
+/// The manifold and what else is asked of two boxes whose overlap is known, in their order; no farther apart than the
+/// margin.
+void append_boxes(const HalfSize& half_a, const Pose& pose_a, const HalfSize& half_b, const Pose& pose_b,
+                  const BoxAnswer& answer, double margin, std::vector<Contact>& contacts, PairAnswer& r);
 
 }  // namespace tandem

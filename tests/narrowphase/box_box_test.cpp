@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <deque>
 
 #include "random_pairs.h"
+#include "tandem/narrowphase/several_pairs.h"
 
 using namespace tandem;
 using namespace tandem::test;
@@ -133,6 +135,110 @@ TEST_CASE("boxes told apart several at a time are those that the solver finds ap
     }
     CHECK(clear > 40);
     CHECK((told == 0 || told > 0.9 * clear));  // 0: a machine without such lanes
+  }
+}
+
+namespace {
+
+/// Answers as they come.
+struct Answers final : AnswerSink {
+  explicit Answers(const std::vector<Contact>& all) : contacts(all) {}
+  PairAnswer& begin(std::size_t pair) override {
+    pairs.push_back(pair);
+    first.push_back(contacts.size());
+    return answers.emplace_back();
+  }
+  void end() override { last.push_back(contacts.size()); }
+
+  const std::vector<Contact>& contacts;
+  std::vector<std::size_t> pairs, first, last;
+  std::deque<PairAnswer> answers;
+};
+
+bool same(const PairAnswer& x, const PairAnswer& y) {
+  return x.collide == y.collide && x.signed_distance == y.signed_distance && x.normal == y.normal &&
+         x.point_a == y.point_a && x.point_b == y.point_b && x.status == y.status;
+}
+bool same(const Contact& x, const Contact& y) {
+  return x.point == y.point && x.normal == y.normal && x.depth == y.depth && x.feature == y.feature;
+}
+
+/// A box that lies, stands on an edge or corner, or leans on a plane, by the class.
+Pose on_ground(Random& r, const Shape& box, const Shape& ground, int kind) {
+  Pose pose;
+  if (kind == 0) pose.rotation = Eigen::AngleAxisd(r.in(0, 6), Vec3::UnitZ()).toRotationMatrix();
+  if (kind == 1) pose.rotation = Eigen::AngleAxisd(r.in(0, 6), Vec3::UnitX()).toRotationMatrix();
+  if (kind == 2) pose.rotation = r.rotation();
+  if (kind == 3) pose.rotation = Eigen::AngleAxisd(std::pow(10.0, r.in(-12, -2)), r.direction()).toRotationMatrix();
+  const double height = NarrowPhase().solve(ground, {}, box, pose, Request::distance).signed_distance;
+  pose.translation[2] = std::pow(10.0, r.in(-12, -0.5)) * (r.in(0, 1) < 0.3 ? 1 : -1) - height;
+  return pose;
+}
+
+}  // namespace
+
+TEST_CASE("several pairs at a time have the bits that they have one by one") {
+  Random r(79);
+  const Shape ground(HalfSpace{{0, 0, 1}, 0}), ball(Sphere{0.5});
+  std::vector<CloseBoxes> boxes;
+  for (int i = 0; i < 4000; ++i) {
+    CloseBoxes c = close_boxes(r, -0.1, 0);
+    if (i % 5 == 0) c.pose_b.rotation = c.pose_a.rotation;  // aligned; and nearly so, in one axis and in all
+    if (i % 5 == 1)
+      c.pose_b.rotation = c.pose_a.rotation * Eigen::AngleAxisd(r.in(0, 6), Vec3::UnitZ()).toRotationMatrix();
+    if (i % 5 == 2)
+      c.pose_b.rotation =
+          c.pose_a.rotation * Eigen::AngleAxisd(std::pow(10.0, r.in(-12, -1)), r.direction()).toRotationMatrix();
+    if (i % 11 == 0) c.b = c.a;
+    const PairAnswer far = NarrowPhase().solve(c.a, c.pose_a, c.b, c.pose_b, Request::distance);
+    const double wanted = std::pow(10.0, r.in(-13, -0.5)) * (r.in(0, 1) < 0.8 ? -1 : 1);
+    c.pose_b.translation += (wanted - far.signed_distance) * far.normal;
+    if (i % 97 == 0) c.pose_b = c.pose_a;
+    boxes.push_back(c);
+  }
+  std::vector<Pose> standing;
+  for (std::size_t i = 0; i < boxes.size(); ++i)
+    standing.push_back(on_ground(r, boxes[i].a, ground, static_cast<int>(i % 4)));
+  const Pose at;
+  std::vector<PlacedPair> pairs;
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    const CloseBoxes& c = boxes[i];
+    pairs.push_back({i % 7 == 3 ? &ball : &c.a, &c.pose_a, &c.b, &c.pose_b});
+    if (i % 2 == 0) pairs.push_back({&c.b, &c.pose_b, &c.a, &c.pose_a});
+    if (i % 3 == 0) pairs.push_back({&ground, &at, &c.a, &standing[i]});
+    if (i % 3 == 1) pairs.push_back({&c.a, &standing[i], &ground, &at});
+  }
+  for (const double margin : {0.0, 0.01}) {
+    std::vector<Contact> contacts;
+    Answers answers(contacts);
+    SeveralPairs({.margin = margin}).solve(pairs, contacts, answers);
+    const NarrowPhase one({.margin = margin});
+    std::size_t at_answer = 0, wrong = 0, told = 0, points[6] = {};
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      std::vector<Contact> own;
+      const PlacedPair& p = pairs[i];
+      const PairAnswer answer = one.solve(*p.a, *p.pose_a, *p.b, *p.pose_b, Request::contacts, &own);
+      const bool given = at_answer < answers.pairs.size() && answers.pairs[at_answer] == i;
+      if (!answer.collide && own.empty()) {
+        if (given) wrong += answers.answers[at_answer].collide || answers.last[at_answer] != answers.first[at_answer];
+      } else {
+        CAPTURE(margin, i);
+        REQUIRE(given);
+        ++told;
+        ++points[std::min<std::size_t>(own.size(), 5)];
+        const auto its =
+            std::span(contacts).subspan(answers.first[at_answer], answers.last[at_answer] - answers.first[at_answer]);
+        const bool equal = same(answers.answers[at_answer], answer) &&
+                           std::equal(its.begin(), its.end(), own.begin(), own.end(),
+                                      [](const Contact& x, const Contact& y) { return same(x, y); });
+        wrong += !equal;
+      }
+      at_answer += given;
+    }
+    CHECK(at_answer == answers.pairs.size());
+    CHECK(wrong == 0);
+    CHECK(told > 3000);
+    for (const std::size_t count : {1, 2, 3, 4}) CHECK(points[count] > 20);
   }
 }
 

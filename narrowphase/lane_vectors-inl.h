@@ -1,0 +1,63 @@
+// Vectors of the space, one number a lane each. Included by kernels once a target, within its namespace: no guard.
+HWY_BEFORE_NAMESPACE();
+namespace tandem::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+#if !HWY_HAVE_SCALABLE
+
+using D = hn::ScalableTag<double>;
+using V = hn::Vec<D>;
+using M = hn::Mask<D>;
+
+HWY_INLINE V number(double x) { return hn::Set(D(), x); }
+
+template <std::size_t rows, std::size_t columns>
+HWY_INLINE void load(const double (&from)[rows][columns], std::size_t at, V* out) {
+  for (std::size_t k = 0; k < rows; ++k) out[k] = hn::Load(D(), from[k] + at);
+}
+template <std::size_t columns>
+HWY_INLINE void store(const V* from, std::size_t at, double (&to)[3][columns]) {
+  for (std::size_t k = 0; k < 3; ++k) hn::Store(from[k], D(), to[k] + at);
+}
+
+// Sums in the order in which Eigen makes them of products of vectors and matrices of three: the same bits. Never fused.
+HWY_INLINE V sum_of_products(V p0, V q0, V p1, V q1, V p2, V q2) {
+  return hn::Add(hn::Add(hn::Mul(p0, q0), hn::Mul(p1, q1)), hn::Mul(p2, q2));
+}
+HWY_INLINE V dot(const V* u, const V* v) { return sum_of_products(u[0], v[0], u[1], v[1], u[2], v[2]); }
+
+/// Rotation (its columns) times v: of the last row the last two products are added first.
+HWY_INLINE void turn(const V* columns, const V* v, V* out) {
+  for (int k = 0; k < 2; ++k) out[k] = sum_of_products(columns[k], v[0], columns[3 + k], v[1], columns[6 + k], v[2]);
+  out[2] = hn::Add(hn::Mul(columns[2], v[0]), hn::Add(hn::Mul(columns[5], v[1]), hn::Mul(columns[8], v[2])));
+}
+/// Pose (columns, then the translation) times v.
+HWY_INLINE void place(const V* pose, const V* v, V* out) {
+  turn(pose, v, out);
+  for (int k = 0; k < 3; ++k) out[k] = hn::Add(out[k], pose[9 + k]);
+}
+
+/// One of three axes a lane; what belongs to it, to the next one or to the last.
+struct Choice {
+  M first, second;
+  explicit HWY_INLINE Choice(V index) : first(hn::Eq(index, number(0))), second(hn::Eq(index, number(1))) {}
+  HWY_INLINE V of(V x0, V x1, V x2) const { return hn::IfThenElse(first, x0, hn::IfThenElse(second, x1, x2)); }
+  HWY_INLINE V own(const V* x) const { return of(x[0], x[1], x[2]); }
+  HWY_INLINE V next(const V* x) const { return of(x[1], x[2], x[0]); }
+  HWY_INLINE V last(const V* x) const { return of(x[2], x[0], x[1]); }
+  // Of a matrix' columns.
+  HWY_INLINE void own_column(const V* m, V* out) const {
+    for (int k = 0; k < 3; ++k) out[k] = of(m[k], m[3 + k], m[6 + k]);
+  }
+  HWY_INLINE void next_column(const V* m, V* out) const {
+    for (int k = 0; k < 3; ++k) out[k] = of(m[3 + k], m[6 + k], m[k]);
+  }
+  HWY_INLINE void last_column(const V* m, V* out) const {
+    for (int k = 0; k < 3; ++k) out[k] = of(m[6 + k], m[k], m[3 + k]);
+  }
+};
+
+#endif
+
+}  // namespace tandem::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
