@@ -21,12 +21,12 @@ int tbb_threads(int wished);
 /// Asks whether the task group that the calling task belongs to has been cancelled; valid while that task runs.
 std::function<bool()> host_cancellation();
 
-/// Chooses the batch size by the last step's cost of a pair: 15 us of narrow work, up to 60 in long steps, at most what
-/// the user allows.
+/// Chooses the batch size by the last step's cost of a pair: 15 us of narrow work, up to 120 in long steps, at most
+/// what the user allows. On the caller alone, where none is handed on, that is what they hold.
 class BatchSize {
  public:
   explicit BatchSize(std::size_t most) : most_(most), size_{.most = most, .heavy = 1} {}
-  BatchPairs get() const { return size_; }
+  BatchPairs get(StepForm form) const { return form == StepForm::caller ? BatchPairs{.most = most_} : size_; }
   void learn(const ExecutionReport& report);
 
  private:

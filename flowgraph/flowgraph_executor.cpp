@@ -85,7 +85,7 @@ class FlowGraphExecutor final : public Executor, private Delivery {
     const StepForm form = threads == 1 ? StepForm::caller : form_.next();
     const bool shared = form != StepForm::caller;
     report.threads = threads;
-    state_.begin(work, contacts, batch_size_.get(), form, std::move(stop), timeline, host_cancellation());
+    state_.begin(work, contacts, batch_size_.get(form), form, std::move(stop), timeline, host_cancellation());
     if (shared) {
       prepare(threads);
       report.split = split_;

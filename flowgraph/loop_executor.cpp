@@ -23,7 +23,7 @@ class LoopExecutor final : public Executor {
            Timeline* timeline) override {
     const int threads = tbb_threads(wished_);
     const StepForm form = threads == 1 ? StepForm::caller : form_.next();
-    state_.begin(work, contacts, batch_size_.get(), form, std::move(stop), timeline, host_cancellation());
+    state_.begin(work, contacts, batch_size_.get(form), form, std::move(stop), timeline, host_cancellation());
     if (form == StepForm::caller) {
       run_on_caller(state_);
       if (threads > 1) report.issues |= bit(StepIssue::ran_on_caller);

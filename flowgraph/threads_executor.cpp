@@ -30,7 +30,7 @@ class ThreadsExecutor final : public Executor {
   void run(StepWork& work, ContactList& contacts, ExecutionReport& report, std::stop_token stop,
            Timeline* timeline) override {
     const StepForm form = threads_ == 1 ? StepForm::caller : form_.next();
-    state_.begin(work, contacts, batch_size_.get(), form, std::move(stop), timeline);
+    state_.begin(work, contacts, batch_size_.get(form), form, std::move(stop), timeline);
     report.threads = threads_;
     if (form == StepForm::caller) {
       run_on_caller(state_);

@@ -260,7 +260,7 @@ double Simulator::stage(const RecordedStep::Stage& stage, const std::vector<Thre
 
 // Sorted pairs by runs of batches, those with heavy pairs first.
 std::vector<Simulator::OrderedBatch> Simulator::ordered_batches(const RecordedStep& work) const {
-  const BatchPairs size = batch_size_.get();
+  const BatchPairs size = batch_size_.get(StepForm::ordered);
   std::vector<OrderedBatch> batches;
   if (!work.has_heavy()) {
     const auto all = static_cast<std::size_t>(work.pairs());
@@ -330,9 +330,8 @@ SimulatedStep Simulator::step(const RecordedForms& forms) {
     for (const double ns : tiles.blocks) result.broad_ns += slowdown * ns;
   } else {
     for (const RecordedStep::Stage& one : work.order) now = stage(one, threads, now, true);
-    Shared phase(shared ? policy_ : Policy::sequential, costs_, work,
-                 threads_ == 1 ? BatchPairs{128} : batch_size_.get(),
-                 PairCosts::costliest_from(costliest_ns_, batch_size_.get().time), threads);
+    Shared phase(shared ? policy_ : Policy::sequential, costs_, work, batch_size_.get(report.form),
+                 PairCosts::costliest_from(costliest_ns_, batch_size_.get(report.form).time), threads);
     now = phase.run(now);
     result.broad_ns = phase.broad_ns;
     result.narrow_ns = phase.narrow_ns;

@@ -437,6 +437,28 @@ TEST_CASE("a small step stays on the caller and says so") {
   }
 }
 
+TEST_CASE("on the caller alone batches are as large as they may be, whatever a pair costs") {
+  const ManyThreads many;
+  SyntheticWork work(400, 6.0f, 5);
+  work.on_pair = [](Pair) {  // of which fewer than 64 would make a batch to hand on
+    for (const auto end = std::chrono::steady_clock::now() + std::chrono::microseconds(2);
+         std::chrono::steady_clock::now() < end;) {
+    }
+  };
+  for (const ExecutorKind kind : executor_kinds) {
+    CAPTURE(name(kind));
+    const auto executor = make_executor({.kind = kind, .threads = 2, .batch_pairs = 64, .small_step_ms = 1000});
+    ContactList contacts;
+    ExecutionReport report;
+    for (int i = 0; i < 3; ++i) {
+      report = {};
+      executor->run(work, contacts, report, {}, nullptr);
+    }
+    REQUIRE(report.form == StepForm::caller);
+    CHECK(report.batches == (report.candidate_pairs + 63) / 64);
+  }
+}
+
 TEST_CASE("what one thread does while no other can take a part is told by phase") {
   /// Sleeps: 1 ms before the first stage, 4 x 1 ms in stage 0, 2 ms in the one block of stage 1.
   class Sleeper final : public StepWork {
