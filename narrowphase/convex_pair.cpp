@@ -217,6 +217,8 @@ PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexVie
       return solve_spheres(radius, centre, b.param[0], pose_b.translation, request, options.margin, contacts);
     if (b.kind == ShapeKind::box)
       return solve_sphere_box(radius, centre, b.param, pose_b, request, options.margin, contacts);
+    if (b.kind == ShapeKind::capsule)
+      return solve_sphere_capsule(radius, centre, b.param[0], b.param[1], pose_b, request, options.margin, contacts);
     const PairAnswer answer = sphere_with(radius, centre, b, pose_b);
     if (request == Request::contacts) append_single(answer, options.margin, contacts);
     return answer;

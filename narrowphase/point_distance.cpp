@@ -167,20 +167,29 @@ SegmentDistance segment_distance(const Vec3& centre_a, const Vec3& half_a, const
   const Vec3 r = centre_a - centre_b;
   const double uu = half_a.squaredNorm(), vv = half_b.squaredNorm(), uv = half_a.dot(half_b);
   const double ru = r.dot(half_a), rv = r.dot(half_b);
+  const double by_uu = uu > 0 ? 1 / uu : 0.0, by_vv = vv > 0 ? 1 / vv : 0.0;
   const Vec3 cross = half_a.cross(half_b);
   const double det = cross.squaredNorm();  // uu vv - uv^2 without its cancellation
-  const auto best_s = [&](double t) { return uu > 0 ? std::clamp((t * uv - ru) / uu, -1.0, 1.0) : 0.0; };
-  const auto best_t = [&](double s) { return vv > 0 ? std::clamp((s * uv + rv) / vv, -1.0, 1.0) : 0.0; };
+  const auto best_s = [&](double t) { return std::clamp((t * uv - ru) * by_uu, -1.0, 1.0); };
+  const auto best_t = [&](double s) { return std::clamp((s * uv + rv) * by_vv, -1.0, 1.0); };
+  const bool crossing = det > 1e-24 * uu * vv && det > 0;
   double s = 0, t = 0;
-  bool interior = false;
-  if (det > 1e-24 * uu * vv && det > 0) {
+  bool interior = false, sides = true;
+  if (crossing) {
     // Both parameters from cross products: exact to rounding also for nearly parallel segments.
     const Vec3 x = half_b.cross(cross), y = half_a.cross(cross);
     s = -r.dot(x) / half_a.dot(x);
     t = r.dot(y) / half_b.dot(y);
     interior = std::abs(s) <= 1 && std::abs(t) <= 1;
+    if (!interior && det > 1e-8 * uu * vv) {
+      // A convex quadratic over a square: from the best s of all to the best t for it, and where that is an end to the
+      // best s for that (Ericson 2005, 5.1.9). Nearly parallel ones could end on the wrong side.
+      t = best_t(std::clamp(s, -1.0, 1.0));
+      s = std::abs(t) < 1 ? std::clamp(s, -1.0, 1.0) : best_s(t);
+      sides = false;
+    }
   }
-  if (!interior) {
+  if (!interior && sides) {
     // The minimum lies on the boundary of the square: try its four sides.
     double least = -1;
     for (int side = 0; side < 4; ++side) {
@@ -189,7 +198,7 @@ SegmentDistance segment_distance(const Vec3& centre_a, const Vec3& half_a, const
       const double d2 = (r + cs * half_a - ct * half_b).squaredNorm();
       if (least < 0 || d2 < least) least = d2, s = cs, t = ct;
     }
-    if (det <= 1e-24 * uu * vv && uu > 0 && vv > 0) {
+    if (!crossing && uu > 0 && vv > 0) {
       // Parallel: the middle of the stretch where they run side by side.
       const double length = std::sqrt(uu), reach = std::sqrt(vv), offset = -ru / length;
       const double lo = std::max(-length, offset - reach), hi = std::min(length, offset + reach);
@@ -204,10 +213,13 @@ SegmentDistance segment_distance(const Vec3& centre_a, const Vec3& half_a, const
   d.point_b = centre_b + t * half_b;
   Vec3 gap = t * half_b - s * half_a - r;
   // Inside a segment the way is square to it, whatever is left of so small a difference.
-  if (std::abs(s) < 1 && uu > 0) gap -= (gap.dot(half_a) / uu) * half_a;
-  if (std::abs(t) < 1 && vv > 0) gap -= (gap.dot(half_b) / vv) * half_b;
+  if (std::abs(s) < 1) gap -= (gap.dot(half_a) * by_uu) * half_a;
+  if (std::abs(t) < 1) gap -= (gap.dot(half_b) * by_vv) * half_b;
   d.distance = gap.norm();
-  const double rounding = 1e-15 * (r.norm() + std::sqrt(uu) + std::sqrt(vv));
+  const auto above_rounding = [&] {
+    if (d.distance * d.distance > 3e-30 * (r.squaredNorm() + uu + vv)) return true;  // without three roots
+    return d.distance > 1e-15 * (r.norm() + std::sqrt(uu) + std::sqrt(vv));
+  };
   // Of nearly parallel segments the product is small and askew: square to the longer, where its tilt would tell.
   const auto across = [&] {
     const Vec3 &longer = uu >= vv ? half_a : half_b, n = cross / std::sqrt(det);
@@ -219,9 +231,9 @@ SegmentDistance segment_distance(const Vec3& centre_a, const Vec3& half_a, const
     const double along = n.dot(-r);
     d.distance = std::abs(along);
     d.normal = along >= 0 ? n : Vec3(-n);
-  } else if (d.distance > rounding) {
+  } else if (above_rounding()) {
     d.normal = unit(gap, d.distance);
-  } else if (det > 1e-24 * uu * vv && det > 0) {
+  } else if (crossing) {
     // They meet: the normal of the plane of both is right, and the direction of the gap would be noise.
     d.normal = across();
     if (d.normal.dot(r) > 0) d.normal = -d.normal;

@@ -176,6 +176,29 @@ PairAnswer solve_sphere_box(double radius, const Vec3& centre, const HalfSize& s
   return r;
 }
 
+PairAnswer solve_sphere_capsule(double radius, const Vec3& centre, double capsule_radius, double length,
+                                const Pose& pose, Request request, double margin, std::vector<Contact>* contacts) {
+  const Vec3 d = centre - pose.translation, axis = pose.rotation.col(2);
+  const double half = 0.5 * length, along = std::clamp(axis.dot(d), -half, half);
+  Vec3 out = d - along * axis;
+  // Beside the axis the way is square to it, whatever is left of so small a difference.
+  if (std::abs(along) < half) out -= axis.dot(out) * axis;
+  const double length2 = out.squaredNorm();
+  PairAnswer r;
+  if (request == Request::collide) {
+    r.collide = within(length2, radius + capsule_radius);
+    return r;
+  }
+  const double distance = std::sqrt(length2);
+  r.normal = distance > 0 ? Vec3(-unit(out, distance)) : Vec3(-pose.rotation.col(0));
+  r.signed_distance = distance - (radius + capsule_radius);
+  r.collide = r.signed_distance <= 0;
+  r.point_a = centre + radius * r.normal;
+  r.point_b = pose.translation + (along * axis - capsule_radius * r.normal);
+  if (request == Request::contacts) append_single(r, margin, contacts);
+  return r;
+}
+
 PairAnswer solve_capsules(double radius_a, double length_a, const Pose& pose_a, double radius_b, double length_b,
                           const Pose& pose_b, Request request, double margin, std::vector<Contact>* contacts) {
   const double parameters = difference({radius_a, length_a}, {radius_b, length_b});
@@ -296,6 +319,11 @@ PairAnswer sphere_box(const Shape& a, const Pose& pose_a, const Shape& b, const 
                       double margin, std::vector<Contact>* contacts) {
   return solve_sphere_box(a.radius(), pose_a.translation, b.parameters(), pose_b, request, margin, contacts);
 }
+PairAnswer sphere_capsule(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
+                          double margin, std::vector<Contact>* contacts) {
+  return solve_sphere_capsule(a.radius(), pose_a.translation, b.radius(), b.length(), pose_b, request, margin,
+                              contacts);
+}
 PairAnswer capsules(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                     double margin, std::vector<Contact>* contacts) {
   return solve_capsules(a.radius(), a.length(), pose_a, b.radius(), b.length(), pose_b, request, margin, contacts);
@@ -332,6 +360,8 @@ constexpr Table table = [] {
   at(ShapeKind::sphere, ShapeKind::sphere) = spheres;
   at(ShapeKind::sphere, ShapeKind::box) = sphere_box;
   at(ShapeKind::box, ShapeKind::sphere) = exchanged<sphere_box>;
+  at(ShapeKind::sphere, ShapeKind::capsule) = sphere_capsule;
+  at(ShapeKind::capsule, ShapeKind::sphere) = exchanged<sphere_capsule>;
   at(ShapeKind::capsule, ShapeKind::capsule) = capsules;
   at(ShapeKind::box, ShapeKind::capsule) = box_capsule;
   at(ShapeKind::capsule, ShapeKind::box) = exchanged<box_capsule>;

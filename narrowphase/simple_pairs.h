@@ -17,6 +17,8 @@ PairAnswer solve_spheres(double radius_a, const Vec3& a, double radius_b, const 
                          std::vector<Contact>* contacts);
 PairAnswer solve_sphere_box(double radius, const Vec3& centre, const std::array<double, 4>& half, const Pose& pose,
                             Request request, double margin, std::vector<Contact>* contacts);
+PairAnswer solve_sphere_capsule(double radius, const Vec3& centre, double capsule_radius, double length,
+                                const Pose& pose, Request request, double margin, std::vector<Contact>* contacts);
 PairAnswer solve_capsules(double radius_a, double length_a, const Pose& pose_a, double radius_b, double length_b,
                           const Pose& pose_b, Request request, double margin, std::vector<Contact>* contacts);
 PairAnswer solve_box_capsule(const std::array<double, 4>& half, const Pose& pose_a, double radius, double length,
