@@ -101,7 +101,8 @@ PointDistance to_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec
     const double a2 = pa.squaredNorm(), b2 = pb.squaredNorm(), c2 = pc.squaredNorm();
     const double height = -unit.dot(a2 <= b2 ? (a2 <= c2 ? pa : pc) : (b2 <= c2 ? pb : pc));
     above = {std::abs(height), p - height * unit, height >= 0 ? unit : Vec3(-unit)};
-    if (n.dot(pb.cross(pc)) >= 0 && n.dot(pc.cross(pa)) >= 0 && n.dot(pa.cross(pb)) >= 0) return above;
+    // By the edges: from far away the ways to two corners are the same number.
+    if (n.dot(pa.cross(ab)) >= 0 && n.dot(pb.cross(bc)) >= 0 && n.dot(ac.cross(pc)) >= 0) return above;
   }
   PointDistance best{};
   bool any = false, square = false;

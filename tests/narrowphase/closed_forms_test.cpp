@@ -47,6 +47,19 @@ TEST_CASE("spheres: distance along the centres, a point is a sphere") {
           .collide);
 }
 
+TEST_CASE("a sphere far from a triangle: as far as the triangle, not its plane") {
+  const NarrowPhase n;
+  const Shape sphere(Sphere{0.01}), triangle(Triangle{Vec3(0.5, 0.3, -92), Vec3(0, 0, -0.08), Vec3(0, -0.03, 0)});
+  for (const double away : {1e3, 1e8, 1e15, 1e17, 1e26, 1e29})
+    for (const Vec3& towards : {Vec3(0, 1, 0), Vec3(1, 0, 0), Vec3(0.6, 0, 0.8), Vec3(-0.48, 0.6, -0.64)}) {
+      CAPTURE(away, towards.transpose());
+      const PairAnswer r = n.solve(sphere, Pose{.rotation = Mat3::Identity(), .translation = away * towards}, triangle,
+                                   Pose{}, Request::distance);
+      CHECK(std::abs(r.signed_distance - away) <= 100 + 1e-15 * away);
+      CHECK(r.normal.dot(-towards) > 0.99);
+    }
+}
+
 TEST_CASE("crossing capsules: depth is the radii, the normal their common perpendicular") {
   const NarrowPhase n;
   Pose turned;
