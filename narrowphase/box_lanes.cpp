@@ -37,10 +37,16 @@ struct Lanes {
     size = half_a[0];
     for (const V x : {half_a[1], half_a[2], half_b[0], half_b[1], half_b[2]}) size = hn::Add(size, x);
   }
+  /// Along an edges' axis, by its short formula: no better than the best so far.
+  HWY_INLINE M is_worse(V numerator, V length2) const {
+    return hn::And(hn::Gt(length2, number(slow_edges)),
+                   hn::Le(hn::Mul(numerator, hn::Abs(numerator)), hn::Mul(hn::Mul(best, hn::Abs(best)), length2)));
+  }
   HWY_INLINE void find_axis(double margin);
   HWY_INLINE void find_normal();
   HWY_INLINE M find_edges_witness();
-  HWY_INLINE M find_corner(double margin, V* point, V& depth, V& feature) const;
+  HWY_INLINE M find_faces(double margin, std::size_t at, RectanglePairRows& faces, V* point, V& depth,
+                          V& feature) const;
 };
 
 // measure_axes and best_separation.
@@ -72,9 +78,12 @@ HWY_INLINE void Lanes::find_axis(double margin) {
   for (V& n : edge_normal) n = number(0);
   const V hopeless = hn::Min(best, number(0));
   const M near = hn::Le(best, number(margin));
-  V least = hn::Mul(number(1e-15), size);
+  V numerators[9];
+  M may_win[9];
+  HWY_UNROLL(3)
   for (int i = 0; i < 3; ++i) {
     const int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
+    HWY_UNROLL(3)
     for (int j = 0; j < 3; ++j) {
       const int j1 = (j + 1) % 3, j2 = (j + 2) % 3;
       const V y = r[3 * j + i1], z = r[3 * j + i2];
@@ -84,29 +93,50 @@ HWY_INLINE void Lanes::find_axis(double margin) {
       const V numerator = hn::Sub(hn::Sub(centre, from_a), from_b);
       const M hopeful =
           hn::And(near, hn::Or(hn::Gt(numerator, hopeless), hn::Gt(q[3 * j + i], number(nearly_parallel))));
-      if (hn::AllFalse(D(), hopeful)) continue;
       const V length2 = hn::Add(hn::Mul(y, y), hn::Mul(z, z));
-      const M worse =
-          hn::And(hn::Gt(length2, number(slow_edges)),
-                  hn::Le(hn::Mul(numerator, hn::Abs(numerator)), hn::Mul(hn::Mul(best, hn::Abs(best)), length2)));
-      const M tried = hn::And(hn::AndNot(worse, hopeful), hn::Gt(length2, number(parallel_edges)));
-      if (hn::AllFalse(D(), tried)) continue;
-      const V length = hn::Sqrt(length2);
-      const V n1 = hn::Div(hn::Neg(z), length), n2 = hn::Div(y, length);
-      V s = hn::Sub(hn::Abs(hn::Add(hn::Mul(n1, t[i1]), hn::Mul(n2, t[i2]))),
-                    hn::Add(hn::Mul(half_a[i1], hn::Abs(n1)), hn::Mul(half_a[i2], hn::Abs(n2))));
-      for (const int k : {j1, j2})
-        s = hn::Sub(s, hn::Mul(half_b[k], hn::Abs(hn::Add(hn::Mul(n1, r[3 * k + i1]), hn::Mul(n2, r[3 * k + i2])))));
-      const M better = hn::And(tried, hn::Gt(s, hn::Add(best, least)));
-      best = hn::IfThenElse(better, s, best);
-      least = hn::IfThenZeroElse(better, least);
-      axis = hn::IfThenElse(better, number(6 + 3 * i + j), axis);
-      edge_i = hn::IfThenElse(better, number(i), edge_i);
-      edge_j = hn::IfThenElse(better, number(j), edge_j);
-      edge_normal[i] = hn::IfThenZeroElse(better, edge_normal[i]);
-      edge_normal[i1] = hn::IfThenElse(better, n1, edge_normal[i1]);
-      edge_normal[i2] = hn::IfThenElse(better, n2, edge_normal[i2]);
+      may_win[3 * i + j] =
+          hn::And(hn::AndNot(is_worse(numerator, length2), hopeful), hn::Gt(length2, number(parallel_edges)));
+      numerators[3 * i + j] = numerator;
     }
+  }
+  // Each lane goes through its own edges, which are few, in their order.
+  V least = hn::Mul(number(1e-15), size), edge = number(-1);
+  for (;;) {
+    V next = number(9), numerator = number(0);
+    HWY_UNROLL(9)
+    for (int k = 8; k >= 0; --k) {
+      const M it = hn::And(may_win[k], hn::Gt(number(k), edge));
+      next = hn::IfThenElse(it, number(k), next);
+      numerator = hn::IfThenElse(it, numerators[k], numerator);
+    }
+    edge = next;
+    const M some = hn::Lt(edge, number(9));
+    if (hn::AllFalse(D(), some)) break;
+    const M second = hn::Ge(edge, number(3)), third = hn::Ge(edge, number(6));
+    const V i = hn::IfThenElse(third, number(2), hn::IfThenElseZero(second, number(1)));
+    const V j = hn::Sub(edge, hn::Mul(number(3), i));
+    const Choice of_a(i), of_b(j);
+    V own[3], others[2][3];
+    of_b.own_column(r, own);
+    of_b.next_column(r, others[0]);
+    of_b.last_column(r, others[1]);
+    const V y = of_a.next(own), z = of_a.last(own);
+    const V length2 = hn::Add(hn::Mul(y, y), hn::Mul(z, z)), length = hn::Sqrt(length2);
+    const V n1 = hn::Div(hn::Neg(z), length), n2 = hn::Div(y, length);
+    V s = hn::Sub(hn::Abs(hn::Add(hn::Mul(n1, of_a.next(t)), hn::Mul(n2, of_a.last(t)))),
+                  hn::Add(hn::Mul(of_a.next(half_a), hn::Abs(n1)), hn::Mul(of_a.last(half_a), hn::Abs(n2))));
+    for (const int k : {0, 1}) {
+      const V reach = hn::Abs(hn::Add(hn::Mul(n1, of_a.next(others[k])), hn::Mul(n2, of_a.last(others[k]))));
+      s = hn::Sub(s, hn::Mul(k == 0 ? of_b.next(half_b) : of_b.last(half_b), reach));
+    }
+    const M better = hn::And(hn::AndNot(is_worse(numerator, length2), some), hn::Gt(s, hn::Add(best, least)));
+    best = hn::IfThenElse(better, s, best);
+    least = hn::IfThenZeroElse(better, least);
+    axis = hn::IfThenElse(better, hn::Add(number(6), edge), axis);
+    edge_i = hn::IfThenElse(better, i, edge_i);
+    edge_j = hn::IfThenElse(better, j, edge_j);
+    const V zero = number(0), n[3] = {of_a.of(zero, n2, n1), of_a.of(n1, zero, n2), of_a.of(n2, n1, zero)};
+    for (int k = 0; k < 3; ++k) edge_normal[k] = hn::IfThenElse(better, n[k], edge_normal[k]);
   }
 }
 
@@ -162,10 +192,26 @@ HWY_INLINE M Lanes::find_edges_witness() {
   return hn::And(witness, hn::Le(off2, hn::Mul(slack, slack)));
 }
 
-// append_box_manifold along a face's normal, as far as one corner is all of the patch.
-HWY_INLINE M Lanes::find_corner(double margin, V* point, V& depth, V& feature) const {
+// append_box_manifold where a face carries the patch: the two faces, and whether one corner is all of it.
+HWY_INLINE M Lanes::find_faces(double margin, std::size_t at, RectanglePairRows& faces, V* point, V& depth,
+                               V& feature) const {
+  const M edges = hn::Ge(axis, number(6)), tilted = hn::And(edges, hn::Le(facing, number(flush_face)));
   M of_b = hn::Ge(axis, number(3));
   V face = hn::IfThenElse(of_b, hn::Sub(axis, number(3)), axis);
+  if (!hn::AllFalse(D(), edges)) {
+    V most[2] = {number(-1), number(-1)}, steepest[2] = {number(0), number(0)};
+    for (const int body : {0, 1}) {
+      for (int k = 0; k < 3; ++k) {
+        const V steep = hn::Abs(body == 0 ? normal[k] : dot(b + 3 * k, world_normal));
+        const M more = hn::Gt(steep, most[body]);
+        most[body] = hn::IfThenElse(more, steep, most[body]);
+        steepest[body] = hn::IfThenElse(more, number(k), steepest[body]);
+      }
+    }
+    const M b_is_steeper = hn::Lt(hn::Add(most[0], number(1e-12)), most[1]);
+    of_b = hn::Or(hn::AndNot(edges, of_b), hn::And(edges, b_is_steeper));
+    face = hn::IfThenElse(edges, hn::IfThenElse(b_is_steeper, steepest[1], steepest[0]), face);
+  }
   for (int i = 0; i < 3; ++i) {
     const M flush = hn::Gt(hn::Abs(normal[i]), number(flush_face));
     of_b = hn::AndNot(flush, of_b);
@@ -180,13 +226,17 @@ HWY_INLINE M Lanes::find_corner(double margin, V* point, V& depth, V& feature) c
     reference[k] = hn::IfThenElse(of_b, half_b[k], half_a[k]);
     incident[k] = hn::IfThenElse(of_b, half_a[k], half_b[k]);
   }
-  const Choice at(face);
+  const Choice reference_axis(face);
   V outward[3], along_u[3], along_w[3];
-  at.own_column(pose, outward);
-  at.next_column(pose, along_u);
-  at.last_column(pose, along_w);
+  reference_axis.own_column(pose, outward);
+  reference_axis.next_column(pose, along_u);
+  reference_axis.last_column(pose, along_w);
   const V one = number(1), minus = number(-1);
-  const M is_front = hn::Ge(dot(outward, away), number(0));
+  const V along_face = dot(outward, away);
+  const M is_front = hn::Ge(along_face, number(0));
+  const V slant = hn::IfThenElse(tilted, hn::Abs(along_face), one);
+  const V slip_u = hn::IfThenElseZero(tilted, dot(along_u, away)),
+          slip_w = hn::IfThenElseZero(tilted, dot(along_w, away));
   const V side = hn::IfThenElse(is_front, one, minus);
   for (V& x : outward) x = hn::Mul(side, x);
 
@@ -216,8 +266,8 @@ HWY_INLINE M Lanes::find_corner(double margin, V* point, V& depth, V& feature) c
   }
   const V height = dot(outward, own), height1 = dot(outward, next), height2 = dot(outward, last);
   const V e1[2] = {dot(along_u, next), dot(along_w, next)}, e2[2] = {dot(along_u, last), dot(along_w, last)};
-  const V rectangle[2] = {at.next(reference), at.last(reference)};
-  const V top = at.own(reference), near = hn::Mul(number(alike), all);
+  const V rectangle[2] = {reference_axis.next(reference), reference_axis.last(reference)};
+  const V top = reference_axis.own(reference), near = hn::Mul(number(alike), all);
   const V lowest = hn::Sub(hn::Sub(height, hn::Abs(height1)), hn::Abs(height2));
   const V room = hn::Sub(hn::Add(top, hn::Add(number(margin), near)), lowest);
   const V rise1 = hn::Mul(number(2), hn::Abs(height1)), rise2 = hn::Mul(number(2), hn::Abs(height2));
@@ -225,7 +275,7 @@ HWY_INLINE M Lanes::find_corner(double margin, V* point, V& depth, V& feature) c
   const V side1 = hn::IfThenElse(down1, one, minus), side2 = hn::IfThenElse(down2, one, minus);
   const V centre[2] = {dot(along_u, own), dot(along_w, own)};
   V corner[2];
-  M lone = hn::And(hn::And(hn::Lt(room, rise1), hn::Lt(room, rise2)), hn::Ge(room, number(0)));
+  M lone = hn::AndNot(tilted, hn::And(hn::And(hn::Lt(room, rise1), hn::Lt(room, rise2)), hn::Ge(room, number(0))));
   for (int c = 0; c < 2; ++c) {
     corner[c] = hn::Add(centre[c], hn::Add(hn::Mul(side1, e1[c]), hn::Mul(side2, e2[c])));
     const V wide = hn::Sub(rectangle[c], near);
@@ -239,16 +289,37 @@ HWY_INLINE M Lanes::find_corner(double margin, V* point, V& depth, V& feature) c
   const V corner_height = hn::Add(height, hn::Add(hn::Mul(side1, height1), hn::Mul(side2, height2)));
   depth = hn::Max(hn::Min(hn::Sub(top, corner_height), hn::Neg(best)), number(-margin));
   const V above = hn::Mul(side, hn::Sub(top, hn::Mul(number(0.5), depth)));
-  const V in_frame[3] = {at.of(above, corner[1], corner[0]), at.of(corner[0], above, corner[1]),
-                         at.of(corner[1], corner[0], above)};
+  const V in_frame[3] = {reference_axis.of(above, corner[1], corner[0]), reference_axis.of(corner[0], above, corner[1]),
+                         reference_axis.of(corner[1], corner[0], above)};
   place(pose, in_frame, point);
 
   const V corner_name =
       hn::IfThenElse(down1, hn::IfThenElse(down2, number(0), number(3)), hn::IfThenElse(down2, number(1), number(2)));
   const V reference_name = hn::Add(hn::Mul(number(2), face), hn::IfThenElse(is_front, number(0), one));
   const V incident_name = hn::Add(hn::Mul(number(2), incident_face), hn::IfThenElse(turned, one, number(0)));
-  feature = hn::Add(hn::Add(hn::Mul(number(1 << 12), reference_name), hn::Mul(number(1 << 8), incident_name)),
-                    hn::Add(corner_name, hn::IfThenElse(of_b, number(1u << 31), number(0))));
+  const V name = hn::Add(hn::Add(hn::Mul(number(1 << 12), reference_name), hn::Mul(number(1 << 8), incident_name)),
+                         hn::IfThenElse(of_b, number(1u << 31), number(0)));
+  feature = hn::Add(name, corner_name);
+  const D lane;
+  for (int c = 0; c < 2; ++c) {
+    hn::Store(centre[c], lane, faces.centre[c] + at);
+    hn::Store(e1[c], lane, faces.edge1[c] + at);
+    hn::Store(e2[c], lane, faces.edge2[c] + at);
+  }
+  hn::Store(height, lane, faces.centre[2] + at);
+  hn::Store(height1, lane, faces.edge1[2] + at);
+  hn::Store(height2, lane, faces.edge2[2] + at);
+  hn::Store(half1, lane, faces.half1 + at);
+  hn::Store(half2, lane, faces.half2 + at);
+  hn::Store(rectangle[0], lane, faces.half_u + at);
+  hn::Store(rectangle[1], lane, faces.half_w + at);
+  hn::Store(top, lane, faces.top + at);
+  hn::Store(best, lane, faces.distance + at);
+  hn::Store(near, lane, faces.near + at);
+  hn::Store(slant, lane, faces.slant + at);
+  hn::Store(slip_u, lane, faces.slip_u + at);
+  hn::Store(slip_w, lane, faces.slip_w + at);
+  hn::Store(name, lane, faces.name + at);
   return lone;
 }
 
@@ -263,19 +334,20 @@ void overlap_boxes(const BoxPairRows& pairs, std::size_t count, double margin, B
     const M apart = hn::Gt(x.best, hn::Set(d, margin)), overlap = hn::Le(x.best, hn::Zero(d));
     const M witness = x.find_edges_witness();
     V point[3], depth, feature;
-    const M is_face = hn::Lt(x.axis, number(6));
-    const M corner = hn::And(is_face, x.find_corner(margin, point, depth, feature));
+    const M carried = hn::Or(hn::Lt(x.axis, number(6)), hn::And(witness, hn::Ge(x.facing, number(carries_patch))));
+    const M corner = hn::And(carried, x.find_faces(margin, at, found.faces, point, depth, feature));
     V on_a[3], on_b[3];
     place(x.a, x.in_a_of_a, on_a);
     place(x.a, x.in_a_of_b, on_b);
     const M crossing = hn::And(witness, hn::And(hn::Lt(x.facing, hn::Set(d, carries_patch)),
                                                 hn::Le(x.edges_cosine, hn::Set(d, clearly_crossing))));
+    const M of_edges = hn::AndNot(corner, witness);
     const V half = hn::Mul(number(0.5), x.best);
     for (int k = 0; k < 3; ++k) {
       point[k] = hn::IfThenElse(crossing, hn::Mul(number(0.5), hn::Add(on_a[k], on_b[k])), point[k]);
       const V way = hn::Mul(half, x.world_normal[k]);
-      on_a[k] = hn::IfThenElse(crossing, on_a[k], hn::Sub(point[k], way));
-      on_b[k] = hn::IfThenElse(crossing, on_b[k], hn::Add(point[k], way));
+      on_a[k] = hn::IfThenElse(of_edges, on_a[k], hn::Sub(point[k], way));
+      on_b[k] = hn::IfThenElse(of_edges, on_b[k], hn::Add(point[k], way));
     }
     hn::Store(x.best, d, found.distance + at);
     hn::Store(x.axis, d, found.axis + at);
@@ -290,15 +362,17 @@ void overlap_boxes(const BoxPairRows& pairs, std::size_t count, double margin, B
     store(point, at, found.point);
     hn::Store(hn::IfThenElse(crossing, hn::Neg(x.best), depth), d, found.depth + at);
     hn::Store(hn::IfThenZeroElse(crossing, feature), d, found.feature + at);
-    std::uint8_t is_apart[8] = {}, is_point[8] = {}, is_known[8] = {};
+    std::uint8_t is_apart[8] = {}, is_point[8] = {}, is_known[8] = {}, are_faces[8] = {};
     hn::StoreMaskBits(d, apart, is_apart);
+    hn::StoreMaskBits(d, hn::And(overlap, carried), are_faces);
     hn::StoreMaskBits(d, hn::And(overlap, hn::Or(crossing, corner)), is_point);
-    hn::StoreMaskBits(d, hn::And(overlap, hn::Or(witness, is_face)), is_known);
+    hn::StoreMaskBits(d, hn::And(overlap, witness), is_known);
     for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane)
-      found.finding[at + lane] = (is_apart[0] >> lane & 1) != 0   ? BoxFinding::apart
-                                 : (is_point[0] >> lane & 1) != 0 ? BoxFinding::point
-                                 : (is_known[0] >> lane & 1) != 0 ? BoxFinding::axis
-                                                                  : BoxFinding::unknown;
+      found.finding[at + lane] = (is_apart[0] >> lane & 1) != 0    ? BoxFinding::apart
+                                 : (is_point[0] >> lane & 1) != 0  ? BoxFinding::point
+                                 : (are_faces[0] >> lane & 1) != 0 ? BoxFinding::faces
+                                 : (is_known[0] >> lane & 1) != 0  ? BoxFinding::axis
+                                                                   : BoxFinding::unknown;
   }
 }
 

@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "closed_forms.h"
+#include "rectangle_clip.h"
 
 namespace tandem {
 
@@ -19,6 +20,7 @@ enum class BoxFinding : std::uint8_t {
   unknown,  ///< less than all that follows
   apart,    ///< farther than the margin
   axis,     ///< `answer`
+  faces,    ///< and two faces that lie over each other, of which more than a corner may touch
   point,    ///< the normal and the one point of the manifold, in the world
 };
 
@@ -31,6 +33,7 @@ struct BoxFindingRows {
   double normal_in_a[3][most], in_a_of_a[3][most], in_a_of_b[3][most];   ///< LocalAnswer's; points of edges only
   double normal[3][most], on_a[3][most], on_b[3][most], point[3][most];  ///< in the world
   double depth[most], feature[most];                                     ///< of the point; a whole number
+  RectanglePairRows faces;
 
   /// As box_box_overlap gives it; finding `axis`.
   BoxAnswer answer(std::size_t column) const;

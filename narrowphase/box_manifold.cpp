@@ -25,6 +25,30 @@ std::uint32_t feature_name(int reference_face, int incident_face, Meeting meetin
          static_cast<std::uint32_t>(of_reference) << 4 | static_cast<std::uint32_t>(of_incident);
 }
 
+/// The face that carries a patch, seen from its box; `tilted`: the normal is not its own.
+struct Carrier {
+  int axis;
+  double side;
+  bool tilted;
+};
+
+/// The end of both: nothing where the patch misses the deepest point of an edges' axis.
+void append_patch(PatchPoint* points, int count, const Carrier& face, double signed_distance, double size,
+                  const Pose& pose, const Vec3& world_normal, std::vector<Contact>& contacts) {
+  if (face.tilted) {
+    // Where the edges cross must be among them; the deepest that was found stands for it.
+    int deepest = 0;
+    for (int i = 1; i < count; ++i)
+      if (points[i].depth > points[deepest].depth) deepest = i;
+    if (count == 0 || points[deepest].depth + 0.02 * (alike * size) < -signed_distance) return;
+    points[deepest].depth = -signed_distance;
+  }
+  Vec3 normal = Vec3::Zero();
+  normal[face.axis] = face.side;
+  count = span_patch(points, count, normal, size);
+  append_points(points, count, pose, world_normal, contacts);
+}
+
 }  // namespace
 
 void append_box_manifold(const HalfSize& a, const Pose& pose_a, const HalfSize& b, const Pose& pose_b,
@@ -162,10 +186,10 @@ void append_box_manifold(const HalfSize& a, const Pose& pose_a, const HalfSize& 
         }
         const auto next = [](unsigned bits) { return (bits >> 1 | bits << 3) & 15u; };
         const unsigned edges = (over & next(under)) | (under & next(over));
-        for (int i = 0; i < 4; ++i) crossed |= (edges >> i & 1u) << (4 * i + line);
+        crossed |= edges << 4 * line;
       }
       for (; crossed != 0; crossed &= crossed - 1) {
-        const int bit = std::countr_zero(crossed), i = bit / 4, line = bit % 4;
+        const int bit = std::countr_zero(crossed), line = bit / 4, i = bit % 4;
         const PlanePoint &from = corner[i], &to = corner[(i + 1) % 4];
         const bool on_u = line < 2;
         const double s = before[line][i] / (before[line][i] - before[line][(i + 1) % 4]);
@@ -177,18 +201,34 @@ void append_box_manifold(const HalfSize& a, const Pose& pose_a, const HalfSize& 
       }
     }
   }
-  if (tilted) {
-    // Where the edges cross must be among them; the deepest that was found stands for it.
-    int deepest = 0;
-    for (int i = 1; i < count; ++i)
-      if (points[i].depth > points[deepest].depth) deepest = i;
-    if (count == 0 || points[deepest].depth + 0.02 * near < -answer.local.signed_distance) return;
-    points[deepest].depth = -answer.local.signed_distance;
+  append_patch(points, count, {axis, side, tilted}, answer.local.signed_distance, size, pose, world_normal, contacts);
+}
+
+void append_box_patch(const RectanglePairRows& pairs, std::size_t pair, const RectanglePatchRows& patches,
+                      std::size_t column, bool tilted, const HalfSize& a, const Pose& pose_a, const HalfSize& b,
+                      const Pose& pose_b, const Vec3& world_normal, std::vector<Contact>& contacts) {
+  const auto name = static_cast<std::uint32_t>(static_cast<std::int64_t>(pairs.name[pair]));
+  const bool of_b = name >> 31 != 0;
+  const int axis = static_cast<int>(name >> 13 & 3), iu = (axis + 1) % 3, iw = (axis + 2) % 3;
+  const double side = (name >> 12 & 1) == 0 ? 1.0 : -1.0, top = pairs.top[pair], slant = pairs.slant[pair];
+  PatchPoint points[RectanglePatchRows::points];
+  int count = 0;
+  for (auto left = static_cast<unsigned>(patches.touching[column]); left != 0; left &= left - 1) {
+    const auto i = static_cast<std::uint32_t>(std::countr_zero(left));
+    PatchPoint& point = points[count++];
+    point.depth = patches.depth[i][column];
+    point.at[iu] = patches.u[i][column];
+    point.at[iw] = patches.w[i][column];
+    point.at[axis] = side * (top - 0.5 * point.depth * slant);
+    // Corners by their numbers, crossings by both edges'.
+    point.feature = name | (i < 4   ? static_cast<std::uint32_t>(Meeting::incident_corner) << 16 | i
+                            : i < 8 ? static_cast<std::uint32_t>(Meeting::reference_corner) << 16 | (i - 4) << 4
+                                    : static_cast<std::uint32_t>(Meeting::edges) << 16 | (i - 8) / 4 << 4 | i % 4);
   }
-  Vec3 normal = Vec3::Zero();
-  normal[axis] = side;
-  count = span_patch(points, count, normal, size);
-  append_points(points, count, pose, world_normal, contacts);
+  const HalfSize &reference = of_b ? b : a, &incident = of_b ? a : b;
+  const double size = reference[0] + reference[1] + reference[2] + incident[0] + incident[1] + incident[2];
+  append_patch(points, count, {axis, side, tilted}, pairs.distance[pair], size, of_b ? pose_b : pose_a, world_normal,
+               contacts);
 }
 
 }  // namespace tandem

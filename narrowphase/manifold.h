@@ -2,6 +2,7 @@
 #include <vector>
 
 #include "closed_forms.h"
+#include "rectangle_clip.h"
 #include "tandem/narrowphase/narrow_phase.h"
 
 namespace tandem {
@@ -38,6 +39,12 @@ void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePos
 /// and edges that meet. Nothing is appended where the patch misses the deepest point of an edges' axis.
 void append_box_manifold(const HalfSize& a, const Pose& pose_a, const HalfSize& b, const Pose& pose_b,
                          const BoxAnswer& answer, double margin, std::vector<Contact>& contacts);
+
+/// The end of it where `clip_rectangles` has found the patch: `column` of the patches, `pair` of what was clipped. The
+/// normal is in the world, from A to B; `tilted`: of an edges' axis, and not a face's too.
+void append_box_patch(const RectanglePairRows& pairs, std::size_t pair, const RectanglePatchRows& patches,
+                      std::size_t column, bool tilted, const HalfSize& a, const Pose& pose_a, const HalfSize& b,
+                      const Pose& pose_b, const Vec3& normal, std::vector<Contact>& contacts);
 
 /// The two ends of the stretch where capsules with parallel axes lie side by side; false (and nothing) where they do
 /// not. Neither lies farther apart than the margin. `axes` is the distance of their axes about A's centre, in world

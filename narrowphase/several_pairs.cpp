@@ -6,6 +6,7 @@
 
 #include "box_lanes.h"
 #include "halfspace_boxes.h"
+#include "manifold.h"
 #include "simple_pairs.h"
 #include "solvers.h"
 
@@ -43,8 +44,13 @@ class Boxes {
       rows_.set(count_++, half_a, *pair.pose_a, half_b, *pair.pose_b);
   }
   void look(double margin) {
-    if (count_ != 0) overlap_boxes(rows_, count_, margin, found_);
-    count_ = next_ = 0;
+    if (count_ == 0) return;
+    overlap_boxes(rows_, count_, margin, found_);
+    std::size_t patches = 0;
+    for (std::size_t k = 0; k < count_; ++k)
+      if (found_.finding[k] == BoxFinding::faces) clipped_[patches++] = static_cast<std::int64_t>(k);
+    clip_rectangles(found_.faces, clipped_, patches, margin, patches_);
+    count_ = next_ = next_patch_ = 0;
   }
   /// The next pair's answer; false if it is to be solved by itself.
   bool answer(const PlacedPair& pair, std::size_t number, double margin, std::vector<Contact>& contacts,
@@ -54,6 +60,13 @@ class Boxes {
     if (finding == BoxFinding::apart) return true;
     if (finding == BoxFinding::unknown) return false;
     PairAnswer& answer = answers.begin(number);
+    if (finding == BoxFinding::faces) {
+      const std::size_t patch = next_patch_++;
+      if (append_patch(pair, k, patch, contacts, answer)) {
+        answers.end();
+        return true;
+      }
+    }
     if (finding == BoxFinding::point) {
       answer.collide = true;
       answer.signed_distance = found_.distance[k];
@@ -76,10 +89,34 @@ class Boxes {
   }
 
  private:
-  std::size_t count_ = 0, next_ = 0;
+  bool append_patch(const PlacedPair& pair, std::size_t k, std::size_t patch, std::vector<Contact>& contacts,
+                    PairAnswer& answer) const {
+    const std::size_t first = contacts.size();
+    const bool reversed = reversed_[k], tilted = found_.axis[k] >= 6 && found_.facing[k] <= flush_face;
+    const Shape &a = reversed ? *pair.b : *pair.a, &b = reversed ? *pair.a : *pair.b;
+    const Pose &pose_a = reversed ? *pair.pose_b : *pair.pose_a, &pose_b = reversed ? *pair.pose_a : *pair.pose_b;
+    append_box_patch(found_.faces, k, patches_, patch, tilted, a.parameters(), pose_a, b.parameters(), pose_b,
+                     vector(found_.normal, k), contacts);
+    if (contacts.size() == first) return false;
+    if (tilted) {
+      answer.collide = true;
+      answer.signed_distance = found_.distance[k];
+      answer.normal = vector(found_.normal, k);
+      answer.point_a = vector(found_.on_a, k);
+      answer.point_b = vector(found_.on_b, k);
+    } else {
+      answer_by_deepest(std::span(contacts).subspan(first), found_.distance[k], answer);
+    }
+    if (reversed) swap_answer(answer, &contacts, first);
+    return true;
+  }
+
+  std::size_t count_ = 0, next_ = 0, next_patch_ = 0;
   bool reversed_[most];
   BoxPairRows rows_{};  // columns that are not set are computed with the others: what is in them must be numbers
   BoxFindingRows found_;
+  std::int64_t clipped_[most]{};  // columns of rows
+  RectanglePatchRows patches_;
 };
 
 /// A half-space and a box each.
@@ -95,7 +132,8 @@ class HalfspaceBoxes {
     rows_.set(count_++, at.rotation * halfspace.normal(), halfspace.offset(), at.translation, box.parameters(), box_at);
   }
   void look(double margin) {
-    if (count_ != 0) find_on_halfspaces(rows_, count_, margin, found_);
+    if (count_ == 0) return;
+    find_on_halfspaces(rows_, count_, margin, found_);
     count_ = next_ = 0;
   }
   bool answer(const PlacedPair& pair, std::size_t number, double margin, std::vector<Contact>& contacts,

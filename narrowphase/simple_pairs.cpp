@@ -68,6 +68,17 @@ void solve_boxes_in_order(const HalfSize& half_a, const Pose& pose_a, const Half
 
 }  // namespace
 
+void answer_by_deepest(std::span<const Contact> contacts, double signed_distance, PairAnswer& r) {
+  const Contact* deepest = contacts.data();
+  for (const Contact& c : contacts)
+    if (c.depth > deepest->depth) deepest = &c;
+  r.signed_distance = signed_distance;
+  r.collide = true;
+  r.normal = deepest->normal;
+  r.point_a = deepest->point - 0.5 * r.signed_distance * r.normal;
+  r.point_b = deepest->point + 0.5 * r.signed_distance * r.normal;
+}
+
 void append_boxes(const HalfSize& half_a, const Pose& pose_a, const HalfSize& half_b, const Pose& pose_b,
                   const BoxAnswer& answer, double margin, std::vector<Contact>& contacts, PairAnswer& r) {
   const std::size_t first = contacts.size();
@@ -75,14 +86,7 @@ void append_boxes(const HalfSize& half_a, const Pose& pose_a, const HalfSize& ha
     append_box_manifold(half_a, pose_a, half_b, pose_b, answer, margin, contacts);
     const bool flush = answer.axis < 6 || answer.facing > flush_face;
     if (flush && answer.local.signed_distance <= 0 && contacts.size() > first) {
-      const Contact* deepest = &contacts[first];
-      for (const Contact& c : std::span(contacts).subspan(first))
-        if (c.depth > deepest->depth) deepest = &c;
-      r.signed_distance = answer.local.signed_distance;
-      r.collide = true;
-      r.normal = deepest->normal;
-      r.point_a = deepest->point - 0.5 * r.signed_distance * r.normal;
-      r.point_b = deepest->point + 0.5 * r.signed_distance * r.normal;
+      answer_by_deepest(std::span(contacts).subspan(first), answer.local.signed_distance, r);
       return;
     }
   }

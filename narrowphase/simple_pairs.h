@@ -1,4 +1,5 @@
 #pragma once
+#include <span>
 #include <vector>
 
 #include "closed_forms.h"
@@ -36,5 +37,7 @@ bool boxes_reversed(const HalfSize& half_a, const Pose& pose_a, const HalfSize& 
 /// margin.
 void append_boxes(const HalfSize& half_a, const Pose& pose_a, const HalfSize& half_b, const Pose& pose_b,
                   const BoxAnswer& answer, double margin, std::vector<Contact>& contacts, PairAnswer& r);
+/// The answer for two that touch, by their contacts along one normal: points halfway to either side of the deepest.
+void answer_by_deepest(std::span<const Contact> contacts, double signed_distance, PairAnswer& r);
 
 }  // namespace tandem
