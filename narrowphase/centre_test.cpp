@@ -77,7 +77,7 @@ Vec3 from_to(const Vec3& a, const Pose& pose_a, const Vec3& b, const Pose& pose_
 }
 
 // Of sums like those below, relative to their terms.
-constexpr double rounding = 1e-12;
+constexpr double sum_rounding = 1e-12;
 
 }  // namespace
 
@@ -88,13 +88,13 @@ CentreTest test_centres(const Shape& a, const Pose& pose_a, const Shape& b, cons
   const Vec3 between = from_to(in_a.centre, pose_a, in_b.centre, pose_b);
   const double length2 = between.squaredNorm();
   const double offset = in_a.centre.norm() + in_b.centre.norm();
-  const double inner = (1 - askew) * (in_a.radius + in_b.radius) - rounding * offset;
+  const double inner = (1 - askew) * (in_a.radius + in_b.radius) - sum_rounding * offset;
   if (inner > 0 && length2 < inner * inner) return {CentreTest::Verdict::overlapping};
 
   const double covered = reach(a, pose_a.rotation.transpose() * between, Reach::at_most) +
                          reach(b, -(pose_b.rotation.transpose() * between), Reach::at_most);
   const double length = std::sqrt(length2);
-  const double apart = length2 - covered - rounding * (length2 + std::abs(covered) + length * offset);
+  const double apart = length2 - covered - sum_rounding * (length2 + std::abs(covered) + length * offset);
   if (!(apart > margin * length)) return {};
   return {CentreTest::Verdict::apart, unit(between, length)};
 }
@@ -115,8 +115,8 @@ MeshGap test_hulls(const Shape& a, const Pose& pose_a, const Shape& b, const Pos
   const double length = std::sqrt(length2);
   // A point may lie outside its hull by 1e-12 of the size.
   constexpr double outside = 4e-12;
-  const double slack = rounding * (hull_a.inside.norm() + hull_b.inside.norm()) + outside * (a.size() + b.size());
-  const double apart = length2 - covered - rounding * (length2 + std::abs(covered)) - length * slack;
+  const double slack = sum_rounding * (hull_a.inside.norm() + hull_b.inside.norm()) + outside * (a.size() + b.size());
+  const double apart = length2 - covered - sum_rounding * (length2 + std::abs(covered)) - length * slack;
   if (!(apart > 0)) return {};
   return {apart / length, between / length};
 }

@@ -1,13 +1,12 @@
 #include "epa.h"
 
-#include <limits>
 #include <memory>
+
+#include "constants.h"
 
 namespace tandem {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 struct Face {
   int v[3];

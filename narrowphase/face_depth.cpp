@@ -2,15 +2,14 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
 #include <span>
 
+#include "constants.h"
 #include "face_heights.h"
 
 namespace tandem {
 namespace {
 
-constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 /// A small polytope in single precision about a point of it, lengths in a unit near its size.
 class SmallPolytope {
@@ -297,7 +296,7 @@ class Search {
   float slack_ = 0;  ///< how far a height may seem off
   SmallVertices own_a_, own_b_, b_in_a_, a_in_b_;
   FaceHeights over_a_, over_b_;
-  double best_ = std::numeric_limits<double>::infinity();
+  double best_ = infinity;
   Vec3 normal_ = Vec3::UnitX();
   bool edges_ = false;
   MinkowskiPoint point_{};  ///< where the best is a face's normal, and the face

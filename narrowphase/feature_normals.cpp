@@ -1,11 +1,11 @@
 #include "feature_normals.h"
 
-#include <limits>
+#include "constants.h"
+
 
 namespace tandem {
 namespace {
 
-constexpr double epsilon = std::numeric_limits<double>::epsilon();
 constexpr int most_corners = 8;
 
 /// The corners of a core that reach (almost) farthest along a direction.
@@ -102,7 +102,7 @@ class Features {
     const Vec3 n = unit(direction, length);
     // The corners at hand are an upper bound.
     const double t = n.dot(d_.pose.translation);
-    double separation = std::numeric_limits<double>::infinity();
+    double separation = infinity;
     double a = -separation;
     for (int i = 0; i < b_.count; ++i) separation = std::min(separation, n.dot(b_.at[i]));
     for (int i = 0; i < a_.count; ++i) a = std::max(a, n.dot(a_.at[i]));

@@ -1,14 +1,13 @@
 #include "feature_search.h"
 
-#include <limits>
 #include <utility>
 
+#include "constants.h"
 #include "projection.h"
 
 namespace tandem {
 namespace {
 
-constexpr double epsilon = std::numeric_limits<double>::epsilon();
 constexpr int rounds = 4;
 constexpr int carries = 2;         ///< to and fro before features are looked at
 constexpr int turns = 2;           ///< of features a round

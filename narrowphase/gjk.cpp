@@ -1,7 +1,7 @@
 #include "gjk.h"
 
-#include <limits>
 
+#include "constants.h"
 #include "descent_kernel.h"
 #include "epa.h"
 #include "face_depth.h"
@@ -12,12 +12,11 @@ namespace tandem {
 namespace {
 
 constexpr int max_iterations = 96;
-constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 /// A candidate for the simplex's point nearest the origin: which vertices carry it, with what weights.
 struct Nearest {
   Vec3 v;
-  double squared = std::numeric_limits<double>::infinity();
+  double squared = infinity;
   int index[4];
   double weight[4];
   int count = 0;
@@ -213,7 +212,7 @@ class Descent {
 
   Simplex& s_;
   Vec3 v_;
-  double squared_ = std::numeric_limits<double>::infinity();
+  double squared_ = infinity;
   unsigned keep_ = 0;  ///< of the points before the last
 };
 
@@ -241,7 +240,7 @@ void sharpen(const MinkowskiDifference& d, const Simplex& s, Vec3& v, GjkResult&
 void descend_round(const MinkowskiDifference& d, const DescentLimits& limits, GjkResult& r) {
   Vec3& v = r.v;
   Simplex& s = r.simplex;
-  r.upper = std::numeric_limits<double>::infinity();
+  r.upper = infinity;
   r.lower = -r.upper;
   double length = v.norm();
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
@@ -335,7 +334,6 @@ bool gjk_collide(const MinkowskiDifference& d, double tolerance, const Vec3* sta
 }
 
 void pair_points(const MinkowskiDifference& d, LocalAnswer& answer) {
-  const double infinity = std::numeric_limits<double>::infinity();
   const bool polytopes = is_polytope(d.a.kind) && is_polytope(d.b.kind);
   const double scale = d.scale();
   MinkowskiDifference apart = d;
@@ -388,7 +386,6 @@ bool overlap_deeply(const MinkowskiDifference& d) {
 }  // namespace
 
 LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, const Vec3* start, double beyond) {
-  const double infinity = std::numeric_limits<double>::infinity();
   const double ra = core_radius(d.a), rb = core_radius(d.b);
   // Round surfaces are approached step by step: the last digits cost more steps than they are worth.
   const bool polytopes = is_polytope(d.a.kind) && is_polytope(d.b.kind);

@@ -14,7 +14,7 @@ constexpr std::uint32_t witness_point = 0xffffffffu;  // deeper than all that cl
 constexpr double flush = 1e-6;                        // an edge within this angle of the contact plane lies in it
 
 /// A face (3 or more corners, counterclockwise from outside), an edge or a point of a shape, in some frame.
-struct Feature {
+struct FlatFeature {
   Vec3 corner[max_corners];
   int count = 0;
   Vec3 normal = Vec3::Zero();  ///< unit, of a face
@@ -23,7 +23,7 @@ struct Feature {
   void add(const Vec3& p) { corner[count++] = p; }
 };
 
-void add_circle(Feature& f, double radius, double z, const Vec3& towards, bool counterclockwise) {
+void add_circle(FlatFeature& f, double radius, double z, const Vec3& towards, bool counterclockwise) {
   // Starts at the deepest point, so that a tilted disc's contact is exact; one that counts as flat has none.
   const double rho = std::sqrt(towards[0] * towards[0] + towards[1] * towards[1]);
   double c = rho > alike ? towards[0] / rho : 1.0, s = rho > alike ? towards[1] / rho : 0.0;
@@ -38,8 +38,8 @@ void add_circle(Feature& f, double radius, double z, const Vec3& towards, bool c
 }
 
 /// The face that looks most along d, or the edge or point that stands for it on round shapes.
-Feature best_face(const ConvexView& v, const Vec3& d) {
-  Feature f;
+FlatFeature best_face(const ConvexView& v, const Vec3& d) {
+  FlatFeature f;
   switch (v.kind) {
     case ShapeKind::box: {
       int k = 0;
@@ -128,8 +128,8 @@ Feature best_face(const ConvexView& v, const Vec3& d) {
 }
 
 /// The edge that lies in the contact plane with outward normal d; none (count 0) if it is not an edge.
-Feature flush_edge(const ConvexView& v, const Vec3& d) {
-  Feature f;
+FlatFeature flush_edge(const ConvexView& v, const Vec3& d) {
+  FlatFeature f;
   switch (v.kind) {
     case ShapeKind::box: {
       int along = -1, flat = 0;
@@ -173,7 +173,7 @@ Feature flush_edge(const ConvexView& v, const Vec3& d) {
   }
 }
 
-void move(Feature& f, const RelativePose& pose) {
+void move(FlatFeature& f, const RelativePose& pose) {
   for (int i = 0; i < f.count; ++i) f.corner[i] = pose.rotation * f.corner[i] + pose.translation;
   f.normal = pose.rotation * f.normal;
 }
@@ -215,12 +215,12 @@ bool clip(const Clipped& c, const Vec3& normal, double offset, std::uint32_t lab
   return true;
 }
 
-std::uint32_t feature_number(const Feature& reference, bool of_b, std::uint32_t in, std::uint32_t out) {
+std::uint32_t feature_number(const FlatFeature& reference, bool of_b, std::uint32_t in, std::uint32_t out) {
   return (of_b ? 1u << 31 : 0u) | ((reference.id & 0xfffffu) << 11) | (in << 5 & 0x7e0u) | (out & 0x1fu);
 }
 
 /// Points of `incident` over `reference`, by depth along `normal` (from the reference's shape outward).
-int clip_faces(const Feature& reference, const Feature& incident, const Vec3& outward, bool of_b, double margin,
+int clip_faces(const FlatFeature& reference, const FlatFeature& incident, const Vec3& outward, bool of_b, double margin,
                double deepest, PatchPoint* points) {
   Clipped buffer[2];
   int last = 0;
@@ -247,7 +247,7 @@ int clip_faces(const Feature& reference, const Feature& incident, const Vec3& ou
 
 /// The stretch where two parallel edges lie side by side. Each end has its own depth: an angle within `flush` opens
 /// by more than what nearly touches.
-int overlap_edges(const Feature& a, const Feature& b, const LocalAnswer& answer, double margin, double size,
+int overlap_edges(const FlatFeature& a, const FlatFeature& b, const LocalAnswer& answer, double margin, double size,
                   PatchPoint* points) {
   const Vec3 along = a.corner[1] - a.corner[0], other = b.corner[1] - b.corner[0];
   const double length2 = along.squaredNorm();
@@ -353,7 +353,7 @@ void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePos
                           a.kind == ShapeKind::ellipsoid || b.kind == ShapeKind::ellipsoid;
   if (!point_like) {
     const Vec3 towards_a = -(relative.rotation.transpose() * n);
-    Feature fa = best_face(a, n), fb = best_face(b, towards_a);
+    FlatFeature fa = best_face(a, n), fb = best_face(b, towards_a);
     move(fb, relative);
     const double flat_a = fa.count >= 3 ? fa.normal.dot(n) : 0, flat_b = fb.count >= 3 ? -fb.normal.dot(n) : 0;
     if (flat_a >= carries_patch && flat_a + 1e-12 >= flat_b) {
@@ -409,7 +409,7 @@ bool append_parallel_capsules(const SegmentDistance& axes, double radius_a, doub
 
 void append_halfspace_manifold(const ConvexView& shape, const Pose& pose, const Vec3& normal, double offset,
                                double margin, std::vector<Contact>& contacts) {
-  const Feature f = best_face(shape, -normal);
+  const FlatFeature f = best_face(shape, -normal);
   PatchPoint points[max_corners + 1];
   int count = 0;
   double deepest = -std::numeric_limits<double>::infinity();

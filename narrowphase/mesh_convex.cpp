@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <span>
 
 #include "closed_forms.h"
+#include "constants.h"
 #include "hull.h"
 #include "manifold.h"
 #include "mesh_inside.h"
@@ -19,7 +19,6 @@
 namespace tandem {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 // What two pieces of rounding may make of nothing, relative to the size.
 constexpr double rounding = 1e-13;

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "centre_test.h"
+#include "constants.h"
 #include "mesh_contacts.h"
 #include "mesh_inside.h"
 #include "mesh_model.h"
@@ -19,8 +20,6 @@
 
 namespace tandem {
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 using TrianglePairs = std::pmr::vector<std::array<std::uint32_t, 2>>;
 
@@ -302,9 +301,9 @@ class NearestSearch {
   Vec3 normal_ = Vec3::Zero(), normal_a_ = Vec3::Zero(), normal_b_ = Vec3::Zero();
 };
 
-Depth deepest_pair(const Posed& a, const Posed& b, std::span<const std::array<std::uint32_t, 2>> pairs,
-                   const NarrowPhaseOptions& options) {
-  Depth deepest;
+DepthBound deepest_pair(const Posed& a, const Posed& b, std::span<const std::array<std::uint32_t, 2>> pairs,
+                        const NarrowPhaseOptions& options) {
+  DepthBound deepest;
   deepest.certain = -1;
   for (const auto& [i, j] : pairs) {
     const Corners p = a.shape.mesh().corners(i), q = b.shape.mesh().corners(j);
@@ -375,7 +374,7 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
     hulls.signed_distance = std::min(hulls.signed_distance, 0.0);
     return hulls;
   }
-  Depth depth;
+  DepthBound depth;
   if (pairs.empty()) {
     const Nearest near = NearestSearch(a, b)();
     const Vec3 between = near.on_b - near.on_a;

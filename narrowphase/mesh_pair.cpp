@@ -1,16 +1,14 @@
 #include "mesh_pair.h"
 
 #include <algorithm>
-#include <limits>
 
 #include "centre_test.h"
+#include "constants.h"
 #include "mesh_model.h"
 #include "solvers.h"
 
 namespace tandem {
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 // Largest d . x over the posed shape.
 double support(const Posed& s, const Vec3& d) {
@@ -62,7 +60,7 @@ NarrowPhaseOptions for_triangles(const NarrowPhaseOptions& options) {
   return o;
 }
 
-PairAnswer with_depth(const Posed& a, const Posed& b, const Depth& d, bool solid,
+PairAnswer with_depth(const Posed& a, const Posed& b, const DepthBound& d, bool solid,
                       const std::function<bool(const Vec3&)>& collide_moved) {
   PairAnswer answer;
   answer.collide = true;

@@ -49,7 +49,7 @@ ConvexView view_hull(const Shape& mesh);
 NarrowPhaseOptions for_triangles(const NarrowPhaseOptions& options);
 
 /// What is known of an overlap.
-struct Depth {
+struct DepthBound {
   double certain = 0;  ///< no shorter translation separates
   Vec3 normal = Vec3::UnitZ();
   Vec3 point = Vec3::Zero();
@@ -58,7 +58,7 @@ struct Depth {
 /// Completes the answer for an overlap of which a lower bound is known: if moving B by it along the normal separates
 /// the two, it is the depth; else the bound above comes from bisection along the same direction. `collide_moved`: do
 /// they touch with B moved by this?
-PairAnswer with_depth(const Posed& a, const Posed& b, const Depth& d, bool solid,
+PairAnswer with_depth(const Posed& a, const Posed& b, const DepthBound& d, bool solid,
                       const std::function<bool(const Vec3&)>& collide_moved);
 
 /// The answer of the deepest of the contacts from `first` on.

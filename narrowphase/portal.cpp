@@ -1,14 +1,13 @@
 #include "portal.h"
 
-#include <limits>
 #include <utility>
 
+#include "constants.h"
 #include "projection.h"
 
 namespace tandem {
 namespace {
 
-constexpr double epsilon = std::numeric_limits<double>::epsilon();
 constexpr int max_steps = 24;
 
 class Portal {

@@ -1,7 +1,7 @@
 #include "round_depth.h"
 
-#include <limits>
 
+#include "constants.h"
 #include "face_reach.h"
 
 namespace tandem {
@@ -10,8 +10,6 @@ namespace {
 constexpr int max_vertices = 480;
 constexpr int max_faces = 2 * max_vertices;  // a closed triangulation has 2 v - 4
 constexpr int max_known = 24;
-constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 struct Face {
   int v[3];

@@ -1,7 +1,7 @@
 #include "round_pair.h"
 
-#include <limits>
 
+#include "constants.h"
 #include "feature_search.h"
 #include "portal.h"
 #include "projection.h"
@@ -10,7 +10,6 @@
 namespace tandem {
 namespace {
 
-constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 /// Is the point of one, where the other reaches farthest into it, within the other, beyond rounding?
 bool share_a_point(const MinkowskiDifference& d, const Support& s, double scale) {

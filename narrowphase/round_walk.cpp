@@ -1,11 +1,10 @@
 #include "round_walk.h"
 
-#include <limits>
+#include "constants.h"
 
 namespace tandem {
 namespace {
 
-constexpr double epsilon = std::numeric_limits<double>::epsilon();
 constexpr int max_steps = 64;
 constexpr int capacity = 4;  // pieces of a body that meet: a face of a box
 
@@ -27,7 +26,7 @@ NearestFlat nearest_flat(const Flat* p, int count) {
   NearestFlat best;
   best.x = p[0].x, best.y = p[0].y;
   if (count == 1) return best;
-  double least = std::numeric_limits<double>::infinity();
+  double least = infinity;
   for (int i = 0; i < count; ++i)
     for (int j = i + 1; j < count; ++j) {
       const double dx = p[j].x - p[i].x, dy = p[j].y - p[i].y, length2 = dx * dx + dy * dy;
@@ -164,8 +163,8 @@ class Walker {
   int stuck_ = 0;            // steps that were stopped at once: then the subgradient is
                              // followed, then the circle that stops them
   int kicks_ = 0;
-  double last_ = std::numeric_limits<double>::infinity();  // |z| of the step before, where
-                                                           // h no longer tells
+  double last_ = infinity;  // |z| of the step before, where
+                            // h no longer tells
 };
 
 /// h and the least subgradient at n, whose first pieces' points are known;
@@ -443,7 +442,6 @@ Support walk(const RoundPair& pair, const Vec3& n, double below) {
 
 Support settle(const RoundPair& pair, const Vec3& n, double below) {
   constexpr int rounds = 8;
-  constexpr double infinity = std::numeric_limits<double>::infinity();
   const double rounding = 64 * epsilon * pair.scale;
   MinkowskiDifference moved = pair.difference;
   Support best;
