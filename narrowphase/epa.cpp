@@ -7,7 +7,6 @@
 namespace tandem {
 namespace {
 
-
 struct Face {
   int v[3];
   int next[3];  ///< the face across the edge v[i] -> v[i + 1]

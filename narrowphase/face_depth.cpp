@@ -10,7 +10,6 @@
 namespace tandem {
 namespace {
 
-
 /// A small polytope in single precision about a point of it, lengths in a unit near its size.
 class SmallPolytope {
  public:

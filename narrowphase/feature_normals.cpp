@@ -2,7 +2,6 @@
 
 #include "constants.h"
 
-
 namespace tandem {
 namespace {
 

@@ -1,6 +1,5 @@
 #include "gjk.h"
 
-
 #include "constants.h"
 #include "descent_kernel.h"
 #include "epa.h"

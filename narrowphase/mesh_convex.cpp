@@ -19,7 +19,6 @@
 namespace tandem {
 namespace {
 
-
 // What two pieces of rounding may make of nothing, relative to the size.
 constexpr double rounding = 1e-13;
 

@@ -1,6 +1,5 @@
 #include "round_depth.h"
 
-
 #include "constants.h"
 #include "face_reach.h"
 

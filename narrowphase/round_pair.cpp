@@ -1,6 +1,5 @@
 #include "round_pair.h"
 
-
 #include "constants.h"
 #include "feature_search.h"
 #include "portal.h"
@@ -9,7 +8,6 @@
 
 namespace tandem {
 namespace {
-
 
 /// Is the point of one, where the other reaches farthest into it, within the other, beyond rounding?
 bool share_a_point(const MinkowskiDifference& d, const Support& s, double scale) {
