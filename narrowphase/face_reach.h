@@ -30,7 +30,10 @@ class FaceReach {
   /// that are farthest at its ends reach along it no less than where they are level, or at the ends.
   bool reaches(std::size_t f, std::size_t g, double limit) const {
     if (f >= count_ || g >= count_) return false;
-    const double from_at_g = base_[g] + along(g, f), to_at_f = base_[f] + along(f, g);
+    const double from_at_g = base_[g] + along(g, f);
+    if (from_at_g >= limit && h_[f] >= limit) return true;
+    const double to_at_f = base_[f] + along(f, g);
+    if (to_at_f >= limit && h_[g] >= limit) return true;
     const double p = std::max(0.0, h_[g] - from_at_g), q = std::max(0.0, h_[f] - to_at_f);
     const double cosine = m_[0][f] * m_[0][g] + m_[1][f] * m_[1][g] + m_[2][f] * m_[2][g];
     const double level = std::min(p * h_[f] + q * from_at_g, p * to_at_f + q * h_[g]);

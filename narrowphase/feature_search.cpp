@@ -3,14 +3,13 @@
 #include <utility>
 
 #include "constants.h"
-#include "projection.h"
+#include "hull_projection.h"
 
 namespace tandem {
 namespace {
 
 constexpr int rounds = 4;
-constexpr int carries = 2;         ///< to and fro before features are looked at
-constexpr int turns = 2;           ///< of features a round
+constexpr int turns = 4;           ///< of features a round
 constexpr double clearance = 0.1;  ///< of the smaller size
 constexpr int newton_steps = 8;
 constexpr double newton_end = 1e-7;  ///< radians: the step after so small a one changes no digit
@@ -24,6 +23,7 @@ struct Body {
   Vec3 turned_in(const Vec3& v) const { return axes != nullptr ? Vec3(axes->transpose() * v) : v; }
   Vec3 in(const Vec3& p) const { return axes != nullptr ? Vec3(axes->transpose() * (p - centre)) : p; }
   Vec3 out(const Vec3& q) const { return axes != nullptr ? Vec3(*axes * q + centre) : q; }
+  Vec3 turned_out(const Vec3& v) const { return axes != nullptr ? Vec3(*axes * v) : v; }
   Vec3 axis(int k) const { return axes != nullptr ? Vec3(axes->col(k)) : Vec3(Vec3::Unit(k)); }
 
   /// How far it reaches along n beyond its centre.
@@ -37,6 +37,8 @@ struct Body {
         return half * std::abs(m[2]);
       case ShapeKind::cylinder:
         return core.param[0] * std::sqrt(m[0] * m[0] + m[1] * m[1]) + half * std::abs(m[2]);
+      case ShapeKind::convex:
+        return core_support(core, m).dot(m);
       default:
         return std::max(half * m[2], core.param[0] * std::sqrt(m[0] * m[0] + m[1] * m[1]) - half * m[2]);
     }
@@ -48,13 +50,22 @@ struct Body {
 struct Spot {
   Vec3 q;  ///< in the body's frame
   Surface surface;
+  std::uint32_t vertex = 0, other = 0, face = 0;  ///< of a hull: as HullSpot has them
 };
 
-/// Moves p to the nearest point of the body.
-Spot project(const Body& body, Vec3& p, double least) {
+/// Moves p to the nearest point of the body. On a hull it is searched from where the last one was found, if any was.
+Spot project(const Body& body, Vec3& p, double least, const Spot* last = nullptr) {
   Spot spot;
   spot.q = body.in(p);
-  spot.surface = move_into(body.core, spot.q, least).surface;
+  if (body.core.kind == ShapeKind::convex) {
+    const Hull& hull = *body.core.hull;
+    const std::uint32_t from =
+        last != nullptr ? last->vertex : core_support_point(body.core, spot.q - hull.inside, support_kernel()).vertex;
+    const HullSpot found = nearest_on_hull(hull, spot.q, from);
+    spot = {found.q, found.surface, found.vertex, found.other, found.face};
+  } else {
+    spot.surface = move_into(body.core, spot.q, least).surface;
+  }
   p = body.out(spot.q);
   return spot;
 }
@@ -70,6 +81,7 @@ struct Feature {
   double radius = 0;
   double sine = 0, cosine = 1;  ///< of the normals to the cone with the plane square to its axis
   double low = 0, high = 0;     ///< the line's ends; on the cone, down from the apex
+  std::uint32_t face = 0;       ///< of a hull
 };
 
 Feature feature(const Body& body, const Spot& spot, double least) {
@@ -77,6 +89,21 @@ Feature feature(const Body& body, const Spot& spot, double least) {
   const Vec3& q = spot.q;
   Feature f;
   f.surface = spot.surface;
+  if (core.kind == ShapeKind::convex) {
+    if (f.surface == Surface::flat) {
+      f.face = spot.face;
+      f.axis = body.turned_out(core.hull->faces[spot.face].normal);
+      f.point = body.out(q);
+    } else if (f.surface == Surface::straight) {
+      const Vec3 v = core.vertices[spot.vertex], along = core.vertices[spot.other] - v;
+      f.high = along.norm();
+      f.axis = body.turned_out(unit(along));
+      f.point = body.out(v);
+    } else {
+      f.point = body.out(q);
+    }
+    return f;
+  }
   const double half = 0.5 * core.param[1];
   const auto box_axis = [&](bool on_face) {
     int k = 0;
@@ -135,7 +162,8 @@ void turn(double& c, double& s, double angle) {
   c = turned;
 }
 
-/// Between two features: their nearest points, or those that are farthest in each other.
+/// Between two features: their nearest points, or those that are farthest in each other. Where one lies beyond the
+/// feature's end, the end.
 struct Way {
   Vec3 a, b;
   Vec3 n;  ///< unit, from a to b where they are apart; before it is known about that
@@ -187,7 +215,7 @@ bool corner_way(const Vec3& corner, const Feature& f, double rounding, Way& w) {
     return within(f, down, rounding);
   }
   w.n = unit_along(off, w.n);
-  w.b = f.point + up * f.axis - f.radius * w.n;
+  w.b = f.point + std::clamp(up, f.low, f.high) * f.axis - f.radius * w.n;
   return within(f, up, rounding);
 }
 
@@ -198,7 +226,8 @@ bool lines_way(const Feature& a, const Feature& b, const Vec3& n, double roundin
   if (!(det > 1e-8)) return false;
   const double s = between.cross(b.axis).dot(across) / det, t = between.cross(a.axis).dot(across) / det;
   w.n = n;
-  w.a = a.point + s * a.axis + a.radius * n, w.b = b.point + t * b.axis - b.radius * n;
+  w.a = a.point + std::clamp(s, a.low, a.high) * a.axis + a.radius * n;
+  w.b = b.point + std::clamp(t, b.low, b.high) * b.axis - b.radius * n;
   return within(a, s, rounding) && within(b, t, rounding);
 }
 
@@ -267,7 +296,7 @@ bool rim_way(Feature rim, const Feature& line, double rounding, Way& w) {
     out = unit_along(across.squaredNorm() > 1e-2 ? across : out, -w.n);
   }
   const double t = on.dot(straight.axis);
-  w.b = straight.point + t * straight.axis + (side ? 0 : line.radius) * out;
+  w.b = straight.point + std::clamp(t, straight.low, straight.high) * straight.axis + (side ? 0 : line.radius) * out;
   w.n = -out;
   return found && within(straight, t, rounding);
 }
@@ -302,8 +331,14 @@ bool flat_way(const Body& body, const Feature& flat, const Body& other, double r
   w.b = other.support(-w.n);
   w.a = w.b - (w.b - flat.point).dot(w.n) * w.n;
   const Vec3 q = body.in(w.a);
+  if (body.core.kind == ShapeKind::convex) {
+    const Vec3 end = end_on_face(*body.core.hull, flat.face, body.in(flat.point), q, rounding);
+    w.a = body.out(end);
+    return end == q;
+  }
   Vec3 moved = q;
   move_into(body.core, moved, 0);
+  w.a = body.out(moved);
   return (moved - q).squaredNorm() <= rounding * rounding;
 }
 
@@ -329,26 +364,32 @@ bool find_way(const Body& a, const Feature& fa, const Body& b, const Feature& fb
 
 }  // namespace
 
-bool has_features(ShapeKind a, ShapeKind b) {
-  const auto has = [](ShapeKind k) {
-    return k == ShapeKind::box || k == ShapeKind::capsule || k == ShapeKind::cylinder || k == ShapeKind::cone;
+bool have_features(const ConvexView& a, const ConvexView& b) {
+  const auto has = [](const ConvexView& v) {
+    return v.kind == ShapeKind::box || v.kind == ShapeKind::capsule || v.kind == ShapeKind::cylinder ||
+           v.kind == ShapeKind::cone || (v.kind == ShapeKind::convex && has_rings(*v.hull));
   };
   return has(a) && has(b);
 }
 
 Support search_features(const MinkowskiDifference& d, double below) {
-  const double rounding = 16 * epsilon * d.scale(), clear = clearance * std::min(d.a.size, d.b.size);
+  const double rounding = 16 * epsilon * rounding_scale(d), clear = clearance * std::min(d.a.size, d.b.size);
   const Body a{d.a, nullptr, Vec3::Zero()};
   Body b{d.b, &d.pose.rotation, d.pose.translation};
   const auto reach = [&](const Vec3& n) { return a.reach(n) + b.reach(-n) - n.dot(d.pose.translation); };
+  const auto is_hull = [](const ConvexView& v) { return v.kind == ShapeKind::convex; };
+  const bool from_a = d.a.kind == ShapeKind::box || (is_hull(d.a) && !is_hull(d.b));
   Support found;
   Way w;
-  w.a = b.centre;
+  w.a = b.out(core_centre(d.b));
+  const Vec3 between = w.a - core_centre(d.a);
   Spot sa = project(a, w.a, rounding);
   w.b = w.a;
   Spot sb = project(b, w.b, rounding);
+  const auto to_a = [&](Way& way) { way.a = way.b, sa = project(a, way.a, rounding, &sa); };
+  const auto to_b = [&](Way& way) { way.b = way.a, sb = project(b, way.b, rounding, &sb); };
   const bool parted = sa.surface != Surface::none && sb.surface != Surface::none;
-  w.n = parted ? w.b - w.a : sa.surface != Surface::none ? b.centre - w.a : b.centre;
+  w.n = parted ? w.b - w.a : sa.surface != Surface::none ? b.out(core_centre(d.b)) - w.a : between;
   w.n = unit_or(w.n, found.n);
   for (int round = 0; round < rounds; ++round) {
     const double h = reach(w.n);
@@ -357,14 +398,10 @@ Support search_features(const MinkowskiDifference& d, double below) {
     const Vec3 shift = std::max(0.0, h + clear) * w.n;
     b.centre = d.pose.translation + shift;
     w.b += shift;
-    for (int k = round > 0 || h > -clear ? 0 : 1; k < carries; ++k) {
-      w.a = w.b;
-      sa = project(a, w.a, rounding);
-      if (k == carries - 1) break;
-      w.b = w.a;
-      sb = project(b, w.b, rounding);
-    }
-    if (sa.surface == Surface::corner) w.b = w.a, sb = project(b, w.b, rounding);
+    to_a(w);
+    // A hull's features are small: guesses had better be closer.
+    if ((is_hull(d.a) || is_hull(d.b)) && (round > 0 || h > -clear)) to_b(w), to_a(w);
+    if (sa.surface == Surface::corner) to_b(w);
     if (sa.surface == Surface::none || sb.surface == Surface::none) return found;
     w.n = unit_or(w.b - w.a, w.n);
     b.centre = d.pose.translation;
@@ -387,8 +424,16 @@ Support search_features(const MinkowskiDifference& d, double below) {
         }
         break;
       }
-      sa = project(a, way.a, rounding);
-      sb = project(b, way.b, rounding);
+      // To and fro from where the feature ends.
+      b.centre += shift;
+      way.b += shift;
+      if (from_a) {
+        to_b(way), to_a(way);
+      } else {
+        to_a(way), to_b(way);
+      }
+      b.centre = d.pose.translation;
+      way.b -= shift;
       if (sa.surface == Surface::none || sb.surface == Surface::none) break;
     }
   }

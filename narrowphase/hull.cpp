@@ -184,13 +184,20 @@ Loops polytope_loops(std::span<const Vec3> p, const Frame& f) {
   return {};
 }
 
-void add_edges(Hull& hull) {
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> face_of;
+// The face to the left of each directed edge.
+using FaceOf = std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t>;
+
+FaceOf find_faces(const Hull& hull) {
+  FaceOf face_of;
   for (std::uint32_t i = 0; i < hull.faces.size(); ++i) {
     const Hull::Face& face = hull.faces[i];
     for (std::uint32_t k = 0; k < face.count; ++k)
       face_of[{hull.loop[face.first + k], hull.loop[face.first + (k + 1) % face.count]}] = i;
   }
+  return face_of;
+}
+
+void add_edges(Hull& hull, const FaceOf& face_of) {
   for (const auto& [v, face] : face_of)
     if (v.first < v.second) hull.edges.push_back({{v.first, v.second}, {face, face_of.at({v.second, v.first})}});
 }
@@ -207,6 +214,26 @@ void add_neighbours(Hull& hull) {
     hull.neighbours.insert(hull.neighbours.end(), list.begin(), list.end());
     hull.neighbour_first.push_back(static_cast<std::uint32_t>(hull.neighbours.size()));
   }
+}
+
+void put_in_turn(Hull& hull, const FaceOf& face_of) {
+  std::vector<std::uint32_t> faces;
+  for (std::uint32_t v = 0; v < hull.vertices.size(); ++v) {
+    const std::uint32_t first = hull.neighbour_first[v], end = hull.neighbour_first[v + 1];
+    std::vector<std::uint32_t> ring{hull.neighbours[first]};
+    for (;;) {
+      const std::uint32_t face = face_of.at({v, ring.back()});
+      faces.push_back(face);
+      const auto begin = hull.loop.begin() + hull.faces[face].first;
+      const auto at = std::find(begin, begin + hull.faces[face].count, v);
+      const std::uint32_t next = *(at == begin ? begin + hull.faces[face].count - 1 : at - 1);
+      if (next == ring.front() || ring.size() == end - first) break;
+      ring.push_back(next);
+    }
+    if (ring.size() != end - first) return;
+    std::copy(ring.begin(), ring.end(), hull.neighbours.begin() + first);
+  }
+  hull.neighbour_face = std::move(faces);
 }
 
 // Moves the face's plane out to the farthest vertex.
@@ -272,8 +299,10 @@ Hull assemble(std::span<const Vec3> p, int dimension, const std::vector<std::uin
   }
   if (dimension == 3) hull.inner_radius = inner_radius(hull);
   if (dimension == 1) hull.edges.push_back({{0, 1}, {0, 0}});
-  if (dimension >= 2) add_edges(hull);
+  const FaceOf face_of = find_faces(hull);
+  add_edges(hull, face_of);
   add_neighbours(hull);
+  if (dimension == 3) put_in_turn(hull, face_of);
   if (dimension == 3) hull.face_table = make_face_table(hull);
   return hull;
 }

@@ -31,7 +31,10 @@ struct Hull {
   std::vector<std::uint32_t> loop;
   std::vector<Edge> edges;
   std::vector<std::uint32_t> neighbour_first;  ///< of vertex i: neighbours[neighbour_first[i], neighbour_first[i + 1])
-  std::vector<std::uint32_t> neighbours;       ///< ascending
+  std::vector<std::uint32_t> neighbours;       ///< of a polytope in turn, counterclockwise seen from outside
+  /// Of a polytope: the face between a neighbour and the next in turn. Empty also where faces around a vertex are more
+  /// than one ring, by rounding: then neighbours are in no order.
+  std::vector<std::uint32_t> neighbour_face;
   Vec3 inside = Vec3::Zero();                  ///< a point of the hull: the mean of its vertices
   double inner_radius = 0;                     ///< of a ball about it that is in the hull
   SupportMap support;                          ///< of the vertices; empty where there are at most 4

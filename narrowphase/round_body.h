@@ -271,17 +271,18 @@ class RoundBody {
     }
     points[0] = point(first, n);
     if (kind() == ShapeKind::ellipsoid || kind() == ShapeKind::sphere) return 1;
-    const double most = n.dot(points[0]);
-    const int pieces = kind() == ShapeKind::box ? 8
-                       : kind() == ShapeKind::convex || kind() == ShapeKind::triangle
-                           ? static_cast<int>(view_->vertices.size())
-                           : 2;
     int count = 1;
-    for (int i = 0; i < pieces && count < capacity; ++i) {
-      if (i == first) continue;
-      const Vec3 p = point(i, n);
-      if (n.dot(p) >= most - tolerance) points[count++] = p;
+    const auto consider = [&](int i, double along) {
+      if (i != first && along >= -tolerance) points[count++] = point(i, n);
+    };
+    if (kind() == ShapeKind::convex || kind() == ShapeKind::triangle) {
+      const Vec3 m = axes_.transpose() * n, top = corner(first);
+      const int corners = static_cast<int>(view_->vertices.size());
+      for (int i = 0; i < corners && count < capacity; ++i) consider(i, m.dot(corner(i) - top));
+      return count;
     }
+    const int pieces = kind() == ShapeKind::box ? 8 : 2;
+    for (int i = 0; i < pieces && count < capacity; ++i) consider(i, n.dot(point(i, n) - points[0]));
     return count;
   }
 

@@ -2,6 +2,7 @@
 
 #include "constants.h"
 #include "face_reach.h"
+#include "hull_projection.h"
 
 namespace tandem {
 namespace {
@@ -97,6 +98,7 @@ class Search {
  private:
   void try_axes();
   Vec3 try_from(const Vec3& n);
+  bool try_face(int which, std::size_t face, const Vec3& n);
   void search_circle(int which, const Circle& circle);
   void search_arcs(int which);
   bool by_arcs(int which) const;
@@ -140,6 +142,30 @@ Vec3 Search::try_from(const Vec3& n) {
   return s.n;
 }
 
+/// Is the face, whose normal n is, where the other body reaches farthest, well over its middle? Then h is least there
+/// among all directions near, and no walk is needed to tell.
+bool Search::try_face(int which, std::size_t face, const Vec3& n) {
+  const RoundBody &body = pair_.body[which], &other = pair_.body[1 - which];
+  if (body.kind() == ShapeKind::triangle) return false;
+  Support s;
+  s.n = n;
+  s.point[1 - which] = other.support(n);
+  const Vec3 corner = body.support(n);
+  s.h = n.dot(corner + s.point[1 - which]);
+  s.point[which] = s.h * n - s.point[1 - which];
+  const Vec3 q = body.axes().transpose() * (s.point[which] - body.centre());
+  if (body.kind() == ShapeKind::box) {
+    for (std::size_t k = 0; k < 3; ++k)
+      if (k != face / 2 && !(std::abs(q[static_cast<int>(k)]) < body.view().param[k] - rounding_)) return false;
+  } else if (!on_face(body.hull(), static_cast<std::uint32_t>(face), q, rounding_)) {
+    return false;
+  }
+  s.optimal = true;
+  if (known_count_ < max_known) known_[known_count_++] = n;
+  if (s.h < best_.h) best_ = s;
+  return true;
+}
+
 /// Is the body a polytope whose faces and arcs between them have all minima that a rim alone does not?
 bool Search::by_arcs(int which) const {
   const RoundBody& body = pair_.body[which];
@@ -155,12 +181,15 @@ void Search::try_axes() {
   int count = 0;
   double least = best_.h;
   Vec3 from = best_.n;
+  int face_of = -1;  // whose face's normal `from` is
+  std::size_t face_number = 0;
   for (int which = 0; which < 2; ++which) {
     const RoundBody& body = pair_.body[which];
     if (by_arcs(which)) {
       reach_[which].measure(body, pair_.body[1 - which]);
       const FaceReach::Least face = reach_[which].least();
-      if (face.h < least - rounding_) least = face.h, from = face_normal(which, face.face);
+      if (face.h < least - rounding_)
+        least = face.h, from = face_normal(which, face.face), face_of = which, face_number = face.face;
       continue;
     }
     if (body.kind() == ShapeKind::sphere || body.kind() == ShapeKind::convex || body.kind() == ShapeKind::triangle)
@@ -185,11 +214,11 @@ void Search::try_axes() {
     const Vec3 up = pair_.support(axes[i]), down = pair_.opposite(axes[i], up);
     const double h[2] = {axes[i].dot(up), -axes[i].dot(down)};
     for (int k = 0; k < 2; ++k)
-      if (h[k] < least - rounding_) least = h[k], from = k == 0 ? axes[i] : Vec3(-axes[i]);
+      if (h[k] < least - rounding_) least = h[k], from = k == 0 ? axes[i] : Vec3(-axes[i]), face_of = -1;
   }
   if (walked_ && !(least < best_.h - rounding_)) return;
   if (!walked_) best_.h = infinity;
-  try_from(from);
+  if (face_of < 0 || !try_face(face_of, face_number, from)) try_from(from);
 }
 
 Vec3 Search::face_normal(int which, std::size_t face) const {

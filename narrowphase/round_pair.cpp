@@ -1,5 +1,7 @@
 #include "round_pair.h"
 
+#include <optional>
+
 #include "constants.h"
 #include "feature_search.h"
 #include "portal.h"
@@ -45,7 +47,7 @@ LocalAnswer round_signed_distance(const MinkowskiDifference& d, const Vec3* star
       const double h = start->dot(pair.support(*start));
       if (h < 0 && h < s.h) s.n = *start;
     }
-    if (has_features(d.a.kind, d.b.kind)) s = search_features(d, below);
+    if (have_features(d.a, d.b)) s = search_features(d, below);
     if (!s.optimal && s.h >= below) s = walk(pair, s.n, below);
   }
   if (s.h < below) {
@@ -72,13 +74,20 @@ LocalAnswer round_signed_distance(const MinkowskiDifference& d, const Vec3* star
 
 bool round_collide(const MinkowskiDifference& d) {
   const double scale = rounding_scale(d), below = -core_radius(d.a) - core_radius(d.b) - 4 * epsilon * scale;
-  if (has_features(d.a.kind, d.b.kind)) {
+  const auto by_features = [&]() -> std::optional<bool> {
     const Support s = search_features(d, below);
     if (s.h < below) return false;
     if (s.optimal && share_a_point(d, s, scale)) return true;
-  }
+    return std::nullopt;
+  };
+  // A hull's take longer to find than a portal.
+  const bool features = have_features(d.a, d.b), first = d.a.hull == nullptr && d.b.hull == nullptr;
+  if (features && first)
+    if (const auto collide = by_features()) return *collide;
   const PortalResult portal = search_portal(d);
   if (portal.verdict != PortalResult::Verdict::open) return portal.verdict == PortalResult::Verdict::overlapping;
+  if (features && !first)
+    if (const auto collide = by_features()) return *collide;
   const Support s = walk(RoundPair(d), direction(portal.normal), below);
   if (s.h < below) return false;
   if (share_a_point(d, s, scale)) return true;

@@ -3,8 +3,8 @@
 #include <catch2/catch.hpp>
 
 #include "closed_forms.h"
+#include "hull_projection.h"
 #include "pair_classes.h"
-#include "projection.h"
 #include "random_pairs.h"
 #include "reference.h"
 
@@ -13,7 +13,8 @@ using namespace tandem::test;
 
 namespace {
 
-constexpr ShapeKind with_features[] = {ShapeKind::box, ShapeKind::capsule, ShapeKind::cylinder, ShapeKind::cone};
+constexpr ShapeKind with_features[] = {ShapeKind::box, ShapeKind::capsule, ShapeKind::cylinder, ShapeKind::cone,
+                                       ShapeKind::convex};
 
 }  // namespace
 
@@ -38,8 +39,14 @@ TEST_CASE("features: what is found is the distance, or a depth, and most pairs a
           REQUIRE(s.h == Approx(s.n.dot(pair.support(s.n))).margin(rounding));
           REQUIRE((s.point[0] + s.point[1] - s.h * s.n).norm() <= rounding);
           const Vec3 in_b = d.pose.rotation.transpose() * (-s.point[1] - d.pose.translation);
-          if (a.kind != ShapeKind::capsule) REQUIRE(point_distance(a, s.point[0]).signed_distance <= rounding);
-          if (b.kind != ShapeKind::capsule) REQUIRE(point_distance(b, in_b).signed_distance <= rounding);
+          const auto outside = [](const ConvexView& v, const Vec3& p) {
+            if (v.hull == nullptr) return point_distance(v, p).signed_distance;
+            double most = -std::numeric_limits<double>::infinity();
+            for (const Hull::Face& f : v.hull->faces) most = std::max(most, f.normal.dot(p) - f.offset);
+            return most;
+          };
+          if (a.kind != ShapeKind::capsule) REQUIRE(outside(a, s.point[0]) <= rounding);
+          if (b.kind != ShapeKind::capsule) REQUIRE(outside(b, in_b) <= rounding);
           const double distance = -s.h - radii;
           const reference::Truth truth = reference::signed_distance(p.a, p.pose_a, p.b, p.pose_b);
           if (s.h < 0) REQUIRE(distance == Approx(truth.signed_distance).margin(rounding + truth.error));
@@ -110,4 +117,59 @@ TEST_CASE("projection: what of the surface is nearest") {
   CHECK(surface(cone, {2, 2, -3}) == Surface::rim);
   CHECK(surface(cone, {2, 2, 0.5}) == Surface::side);
   CHECK(surface(cone, {0.1, 0, 5}) == Surface::corner);
+}
+
+TEST_CASE("projection: of a hull the nearest corner, edge or face, from wherever the walk begins") {
+  Random r(6);
+  int surfaces[6] = {}, wrong_side = 0;
+  for (int i = 0; i < 300; ++i) {
+    std::vector<Vec3> cloud(static_cast<std::size_t>(6 + i % 40));
+    for (Vec3& v : cloud) v = r.vec(-1, 1);
+    const Shape shape{Convex{cloud}};
+    const Hull& hull = shape.hull();
+    REQUIRE(has_rings(hull));
+    for (int k = 0; k < 20; ++k) {
+      const Vec3 p = r.vec(-3, 3);
+      double above = -1;
+      for (const Hull::Face& f : hull.faces) above = std::max(above, f.normal.dot(p) - f.offset);
+      const HullSpot spot =
+          nearest_on_hull(hull, p, static_cast<std::uint32_t>(k % static_cast<int>(hull.vertices.size())));
+      if (above < 0) {
+        REQUIRE(spot.surface == Surface::none);
+        REQUIRE(spot.q == p);
+        continue;
+      }
+      if (spot.surface == Surface::none) {  // of a walk that began behind the hull
+        ++wrong_side;
+        continue;
+      }
+      ++surfaces[static_cast<int>(spot.surface)];
+      // All of the hull is on the other side of the plane through q square to the way there, and q is on what is told.
+      const Vec3 way = p - spot.q;
+      for (const Vec3& v : hull.vertices) REQUIRE(way.dot(v - spot.q) <= 1e-13);
+      const Vec3 corner = hull.vertices[spot.vertex], along = hull.vertices[spot.other] - corner;
+      if (spot.surface == Surface::corner) REQUIRE(spot.q == corner);
+      if (spot.surface == Surface::straight) REQUIRE((spot.q - corner).cross(along).norm() <= 1e-14);
+      if (spot.surface != Surface::flat) continue;
+      const Hull::Face& f = hull.faces[spot.face];
+      REQUIRE(std::abs(f.normal.dot(spot.q) - f.offset) <= 1e-14);
+      REQUIRE(end_on_face(hull, spot.face, spot.q, corner, 1e-12) == corner);
+      // Far along the plane: where the way leaves the face is on an edge.
+      const Vec3 beyond = spot.q + 9 * any_perpendicular(f.normal);
+      const Vec3 left = end_on_face(hull, spot.face, spot.q, beyond, 1e-12);
+      REQUIRE((left - spot.q).cross(beyond - spot.q).norm() <= 1e-13);
+      double nearest = 9;
+      for (std::uint32_t j = 0; j < f.count; ++j) {
+        const Vec3 u = hull.vertices[hull.loop[f.first + j]], w = hull.vertices[hull.loop[f.first + (j + 1) % f.count]];
+        const Vec3 out = (w - u).cross(f.normal).normalized();
+        REQUIRE(out.dot(left - u) <= 1e-13);
+        nearest = std::min(nearest, std::abs(out.dot(left - u)));
+      }
+      REQUIRE(nearest <= 1e-13);
+    }
+  }
+  CHECK(surfaces[static_cast<int>(Surface::corner)] > 100);
+  CHECK(surfaces[static_cast<int>(Surface::straight)] > 100);
+  CHECK(surfaces[static_cast<int>(Surface::flat)] > 100);
+  CHECK(wrong_side < 60);
 }
