@@ -205,27 +205,33 @@ PairAnswer solve_sphere_capsule(double radius, const Vec3& centre, double capsul
 
 PairAnswer solve_capsules(double radius_a, double length_a, const Pose& pose_a, double radius_b, double length_b,
                           const Pose& pose_b, Request request, double margin, std::vector<Contact>* contacts) {
+  // Which comes first cannot be foreseen: no branch.
+  struct Side {
+    double radius, length;
+    const Pose* pose;
+  } const sides[2] = {{radius_a, length_a, &pose_a}, {radius_b, length_b, &pose_b}};
   const double parameters = difference({radius_a, length_a}, {radius_b, length_b});
-  if (reversed(parameters, pose_a, pose_b)) {
-    const std::size_t first = contacts != nullptr ? contacts->size() : 0;
-    PairAnswer r = solve_capsules(radius_b, length_b, pose_b, radius_a, length_a, pose_a, request, margin, contacts);
-    swap_answer(r, contacts, first);
-    return r;
-  }
-  const SegmentDistance s = axes_distance(pose_a, length_a, pose_b, length_b);
+  const std::size_t first = reversed(parameters, pose_a, pose_b) ? 1 : 0, second = 1 - first;
+  const Side &p = sides[first], &q = sides[second];
+  const SegmentDistance s = axes_distance(*p.pose, p.length, *q.pose, q.length);
   PairAnswer r;
-  r.signed_distance = s.distance - radius_a - radius_b;
-  r.collide = r.signed_distance <= 0;
-  if (request == Request::collide) {
-    r.signed_distance = 0;
-    return r;
-  }
-  r.normal = s.normal;
-  r.point_a = pose_a.translation + (s.point_a + radius_a * s.normal);
-  r.point_b = pose_a.translation + (s.point_b - radius_b * s.normal);
-  if (request != Request::contacts || contacts == nullptr || r.signed_distance > margin) return r;
-  if (!append_parallel_capsules(s, radius_a, length_a, pose_a, radius_b, length_b, pose_b, margin, *contacts))
+  const double signed_distance = s.distance - p.radius - q.radius;
+  r.collide = signed_distance <= 0;
+  if (request == Request::collide) return r;
+  r.signed_distance = signed_distance;
+  const double sign = first == 0 ? 1.0 : -1.0;
+  r.normal = sign * s.normal;
+  const Vec3 points[2] = {p.pose->translation + (s.point_a + p.radius * s.normal),
+                          p.pose->translation + (s.point_b - q.radius * s.normal)};
+  r.point_a = points[first];
+  r.point_b = points[second];
+  if (request != Request::contacts || contacts == nullptr || signed_distance > margin) return r;
+  const std::size_t begin = contacts->size();
+  if (!append_parallel_capsules(s, p.radius, p.length, *p.pose, q.radius, q.length, *q.pose, margin, *contacts)) {
     append_single(r, margin, contacts);
+  } else {
+    for (Contact& c : std::span(*contacts).subspan(begin)) c.normal = sign * c.normal;
+  }
   return r;
 }
 
