@@ -242,7 +242,8 @@ class SceneWork final : public StepWork {
     return {.tolerance = options_.tolerance,
             .margin = options_.margin,
             .solver = {},
-            .parts = [this](std::size_t parts, const auto& part) { share(parts, part); }};
+            .parts = [this](std::size_t parts, const auto& part) { share(parts, part); },
+            .mesh_gaps = options_.keep_contacts != 0};
   }
 
   void share(std::size_t parts, const std::function<void(std::size_t)>& part) const {

@@ -1,7 +1,9 @@
 #include "manifold.h"
 
+#include <bit>
 #include <limits>
 
+#include "faces_along.h"
 #include "hull.h"
 
 namespace tandem {
@@ -35,6 +37,24 @@ void add_circle(FlatFeature& f, double radius, double z, const Vec3& towards, bo
     s = s * cos_step + c * turn;
     c = next;
   }
+}
+
+/// The face that looks most along d (unit); of equals the first.
+std::size_t facing_most(const Hull& hull, const Vec3& d) {
+  std::size_t best = 0;
+  double most = -std::numeric_limits<double>::infinity();
+  const auto look = [&](std::size_t i) {
+    if (const double along = hull.faces[i].normal.dot(d); along > most) most = along, best = i;
+  };
+  if (hull.face_table.faces == 0) {
+    for (std::size_t i = 0; i < hull.faces.size(); ++i) look(i);
+    return best;
+  }
+  const FaceBits bits = faces_along(hull.face_table, d);
+  for (std::size_t k = 0; k < bits.size(); ++k)
+    for (std::uint64_t left = bits[k]; left != 0; left &= left - 1)
+      look(64 * k + static_cast<std::size_t>(std::countr_zero(left)));
+  return best;
 }
 
 /// The face that looks most along d, or the edge or point that stands for it on round shapes.
@@ -95,10 +115,7 @@ FlatFeature best_face(const ConvexView& v, const Vec3& d) {
     case ShapeKind::convex:
     case ShapeKind::triangle: {
       if (v.hull != nullptr && !v.hull->faces.empty()) {
-        std::size_t best = 0;
-        double most = v.hull->faces[0].normal.dot(d);
-        for (std::size_t i = 1; i < v.hull->faces.size(); ++i)
-          if (const double along = v.hull->faces[i].normal.dot(d); along > most) most = along, best = i;
+        const std::size_t best = facing_most(*v.hull, d);
         const Hull::Face& face = v.hull->faces[best];
         f.normal = face.normal;
         f.id = static_cast<std::uint32_t>(best);

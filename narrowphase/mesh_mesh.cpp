@@ -340,12 +340,12 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
   TriangleTest test(a.pose, b.pose, reach(mb));
   PairMemory memory;
   Apart apart;
-  const TrianglePairs pairs =
-      meeting_pairs(a, b, test, options.parts, memory, request == Request::contacts ? &apart : nullptr);
+  const bool wants_gap = request == Request::contacts && options.mesh_gaps;
+  const TrianglePairs pairs = meeting_pairs(a, b, test, options.parts, memory, wants_gap ? &apart : nullptr);
   const bool inside = pairs.empty() && contained(a, b);
   if (request == Request::contacts) {
     if (pairs.empty() && !inside) {
-      answer.signed_distance = gap_of(ma, mb, test, apart);
+      answer.signed_distance = wants_gap ? gap_of(ma, mb, test, apart) : 0;
       return answer;
     }
     const std::size_t first = contacts->size();

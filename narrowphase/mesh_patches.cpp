@@ -26,8 +26,9 @@ void append_widest(const Points& p, double size, std::vector<Contact>& out) {
   const Vec3 start = axis.cross(Vec3(0.36, 0.48, 0.8));
   const auto best = [&](auto&& score) {
     std::size_t winner = 0;
+    double most = score(p[0]);
     for (std::size_t i = 1; i < p.size(); ++i)
-      if (score(p[i]) > score(p[winner]) + 1e-9 * size) winner = i;
+      if (const double s = score(p[i]); s > most + 1e-9 * size) winner = i, most = s;
     return winner;
   };
   std::array<std::size_t, 4> kept;
@@ -77,13 +78,20 @@ void PatchCollector::add(std::uint32_t t, std::span<const Contact> contacts) {
 
 void PatchCollector::finish(const Vec3& centre, bool solid, std::vector<Contact>& out) {
   // Deeper ones found patches; of equals (to rounding) the one whose triangle comes first.
-  std::sort(all_.begin(), all_.end(), [&](const Contact& x, const Contact& y) {
-    const double step = worth_keeping * size_, floor_x = std::floor(x.depth / step),
-                 floor_y = std::floor(y.depth / step);
-    return floor_x != floor_y ? floor_x > floor_y : x.feature < y.feature;
+  struct Place {
+    double depth;
+    std::uint32_t feature, at;
+  };
+  std::pmr::vector<Place> order(&memory_);
+  order.reserve(all_.size());
+  for (std::uint32_t i = 0; i < all_.size(); ++i)
+    order.push_back({std::floor(all_[i].depth / (worth_keeping * size_)), all_[i].feature, i});
+  std::sort(order.begin(), order.end(), [](const Place& x, const Place& y) {
+    return x.depth != y.depth ? x.depth > y.depth : x.feature < y.feature;
   });
   std::pmr::vector<Points> patches(&memory_);
-  for (const Contact& c : all_) {
+  for (const Place& place : order) {
+    const Contact& c = all_[place.at];
     const auto same = std::find_if(patches.begin(), patches.end(),
                                    [&](const Points& p) { return p.front().normal.dot(c.normal) > one_patch; });
     if (same == patches.end()) {

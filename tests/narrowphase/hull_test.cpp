@@ -7,6 +7,7 @@
 #include <set>
 #include <thread>
 
+#include "faces_along.h"
 #include "mesh_samples.h"
 #include "random_pairs.h"
 #include "support.h"
@@ -194,4 +195,43 @@ TEST_CASE("the support map finds the vertex that a scan of all finds, the first 
       REQUIRE(core_support_point(v, d, support_kernel()).vertex == best);
     }
   }
+}
+
+TEST_CASE("the face that looks most along a direction is among those that single precision leaves, and these are few") {
+  Random r(162);
+  int asked = 0, several = 0, left = 0, plump = 0;
+  for (int i = 0; i < 200; ++i) {
+    std::vector<Vec3> points;
+    const Vec3 stretch(1, std::pow(10.0, r.in(-7, 0)), i % 2 == 0 ? 1 : 0.3);
+    for (int k = 0; k < 8 + i % 50; ++k) points.push_back(stretch.cwiseProduct(r.direction()));
+    const Hull hull = build_hull(points);
+    const std::size_t n = hull.face_table.faces;
+    if (n == 0) continue;
+    for (int k = 0; k < 50; ++k) {
+      Vec3 d = r.direction();
+      if (k % 3 == 0) {  // as much along one face as along its neighbour, to rounding
+        const Hull::Edge& edge =
+            hull.edges[static_cast<std::size_t>(r.in(0, 1) * static_cast<double>(hull.edges.size()))];
+        d = (hull.faces[edge.face[0]].normal + hull.faces[edge.face[1]].normal).stableNormalized();
+        if (!(d.norm() > 0.5)) continue;
+      }
+      std::size_t most = 0;
+      for (std::size_t f = 1; f < n; ++f)
+        if (hull.faces[f].normal.dot(d) > hull.faces[most].normal.dot(d)) most = f;
+      const FaceBits bits = faces_along(hull.face_table, d);
+      REQUIRE((bits[most / 64] >> most % 64 & 1) == 1);
+      int count = 0;
+      for (std::size_t f = 0; f < FaceTable::most_faces; ++f) {
+        const bool is_left = (bits[f / 64] >> f % 64 & 1) != 0;
+        if (is_left) REQUIRE(f < n);
+        count += is_left;
+      }
+      ++asked, several += count > 1;
+      if (stretch[1] > 0.01) ++plump, left += count;  // the sides of a needle all look along what is square to it
+    }
+  }
+  CHECK(asked > 5000);
+  CHECK(several > 500);
+  CHECK(plump > 2000);
+  CHECK(left < 2 * plump);
 }

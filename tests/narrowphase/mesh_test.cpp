@@ -405,6 +405,11 @@ TEST_CASE("contacts of meshes that are apart say how far at least, linked and ne
       const PairAnswer answer = NarrowPhase().solve(ring, a, *other, b, Request::contacts, &contacts);
       const PairAnswer back = NarrowPhase().solve(*other, b, ring, a, Request::contacts, &contacts);
       REQUIRE(back.signed_distance == answer.signed_distance);
+      const PairAnswer no_gap =
+          NarrowPhase({.mesh_gaps = false}).solve(ring, a, *other, b, Request::contacts, &contacts);
+      REQUIRE(no_gap.collide == answer.collide);
+      if (answer.collide) REQUIRE(no_gap.signed_distance == answer.signed_distance);
+      if (!answer.collide && answer.normal.isZero(0)) REQUIRE(no_gap.signed_distance == 0);  // told by the triangles
       if (answer.collide) continue;
       const PairAnswer truth = NarrowPhase().solve(ring, a, *other, b, Request::distance);
       ++apart;

@@ -77,6 +77,9 @@ struct NarrowPhaseOptions {
   std::string solver{};
   /// Shares the work on a pair of very large meshes, by subtrees; the answer does not depend on it. Empty: the caller.
   PartRunner parts{};
+  /// Request::contacts says of two meshes that are apart how far at least. False: it says 0, which saves up to a
+  /// twelfth of the time of those that nearly touch.
+  bool mesh_gaps = true;
 };
 
 /// One row of the solver table.
