@@ -167,11 +167,7 @@ class SceneWork final : public StepWork {
           return PairResult{pair.a, pair.b, first, 0, solve(pair, options_.request, &batch.contacts)};
         }});
       }
-      result->contact_count = static_cast<std::uint32_t>(batch.contacts.size()) - first;
-      batch.inexact |= result->answer.status == Status::inexact;
-      colliding_pairs += result->answer.collide ? 1 : 0;
-      const bool reported =
-          result->answer.collide || result->contact_count != 0 || options_.request == Request::distance;
+      const bool reported = complete_last(batch, colliding_pairs) || options_.request == Request::distance;
       if (kept) kept->note(*result, std::span(batch.contacts).subspan(first), reported);
       if (!reported) batch.results.pop_back();
     }
@@ -190,6 +186,15 @@ class SceneWork final : public StepWork {
     narrow_phase_.mark_apart(std::span(posed).first(count), std::span(apart).first(count));
   }
 
+  /// Counts the last result and the contacts that came after it; is it worth telling?
+  static bool complete_last(Batch& batch, std::uint64_t& colliding_pairs) {
+    PairResult& result = batch.results.back();
+    result.contact_count = static_cast<std::uint32_t>(batch.contacts.size()) - result.first_contact;
+    batch.inexact |= result.answer.status == Status::inexact;
+    colliding_pairs += result.answer.collide ? 1 : 0;
+    return result.answer.collide || result.contact_count != 0;
+  }
+
   /// Appends answers that are worth telling to a batch's.
   class Told final : public AnswerSink {
    public:
@@ -200,11 +205,7 @@ class SceneWork final : public StepWork {
           .answer;
     }
     void end() override {
-      PairResult& result = batch_.results.back();
-      result.contact_count = static_cast<std::uint32_t>(batch_.contacts.size()) - result.first_contact;
-      batch_.inexact |= result.answer.status == Status::inexact;
-      colliding_pairs_ += result.answer.collide ? 1 : 0;
-      if (!result.answer.collide && result.contact_count == 0) batch_.results.pop_back();
+      if (!complete_last(batch_, colliding_pairs_)) batch_.results.pop_back();
     }
     std::uint64_t colliding_pairs() const { return colliding_pairs_; }
 
