@@ -25,8 +25,13 @@ struct Hull {
     std::array<std::uint32_t, 2> face;
   };
 
-  int dimension = 0;           ///< 0 point, 1 segment, 2 flat polygon (two faces, back to back), 3 polytope
+  // First what is read of a hull in most queries, together: each line of memory that is in no cache is waited for.
   std::vector<Vec3> vertices;  ///< the extreme points, bits as given, in the order given
+  Vec3 inside = Vec3::Zero();  ///< a point of the hull: the mean of its vertices
+  double inner_radius = 0;     ///< of a ball about it that is in the hull
+  SupportMap support;          ///< of the vertices; empty where there are at most 4
+  FaceTable face_table;        ///< of small polytopes; empty of others
+  SupportMap normals;          ///< of the faces' normals, where face_table has none and they are more than 4
   std::vector<Face> faces;     ///< empty below dimension 2
   std::vector<std::uint32_t> loop;
   std::vector<Edge> edges;
@@ -35,10 +40,7 @@ struct Hull {
   /// Of a polytope: the face between a neighbour and the next in turn. Empty also where faces around a vertex are more
   /// than one ring, by rounding: then neighbours are in no order.
   std::vector<std::uint32_t> neighbour_face;
-  Vec3 inside = Vec3::Zero();                  ///< a point of the hull: the mean of its vertices
-  double inner_radius = 0;                     ///< of a ball about it that is in the hull
-  SupportMap support;                          ///< of the vertices; empty where there are at most 4
-  FaceTable face_table;                        ///< of small polytopes; empty of others
+  int dimension = 0;  ///< 0 point, 1 segment, 2 flat polygon (two faces, back to back), 3 polytope
 };
 
 /// Hull of one or more finite points, through Qhull. Every point lies within 1e-12 of the cloud's size of it.

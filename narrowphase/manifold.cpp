@@ -41,6 +41,7 @@ void add_circle(FlatFeature& f, double radius, double z, const Vec3& towards, bo
 
 /// The face that looks most along d (unit); of equals the first.
 std::size_t facing_most(const Hull& hull, const Vec3& d) {
+  if (!hull.normals.empty()) return face_kernel()(hull, d.data());
   std::size_t best = 0;
   double most = -std::numeric_limits<double>::infinity();
   const auto look = [&](std::size_t i) {
@@ -172,8 +173,7 @@ FlatFeature flush_edge(const ConvexView& v, const Vec3& d) {
     }
     case ShapeKind::convex:
     case ShapeKind::triangle: {
-      double most = -std::numeric_limits<double>::infinity();
-      for (const Vec3& p : v.vertices) most = std::max(most, p.dot(d));
+      const double most = core_support(v, d).dot(d);
       for (const Vec3& p : v.vertices)
         if (p.dot(d) >= most - flush * v.size) {
           if (f.count == 2) {
@@ -379,9 +379,11 @@ void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePos
       count = clip_faces(fb, fa, -n, true, margin, -answer.signed_distance, points);
     } else {
       fa = flush_edge(a, n);
-      fb = flush_edge(b, towards_a);
-      move(fb, relative);
-      if (fa.count == 2 && fb.count == 2) count = overlap_edges(fa, fb, answer, margin, a.size + b.size, points);
+      if (fa.count == 2) fb = flush_edge(b, towards_a);
+      if (fa.count == 2 && fb.count == 2) {
+        move(fb, relative);
+        count = overlap_edges(fa, fb, answer, margin, a.size + b.size, points);
+      }
     }
     // The clipped circles are polygons, and a slanting face may not hold the deepest point: never lose that one.
     double deepest = -std::numeric_limits<double>::infinity();

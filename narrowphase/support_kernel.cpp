@@ -24,6 +24,12 @@ std::uint32_t farthest(const SupportMap& map, const Vec3* vertices, const double
 }
 
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
+std::uint32_t most_along(const Hull& hull, const double* d) {
+  const auto normal = [&hull](std::uint32_t i) -> const Vec3& { return hull.faces[i].normal; };
+  return farthest_point(hull.normals, normal, d[0], d[1], d[2]);
+}
+
+// NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
 double reach(const SupportMap& map, const double* d) {
   const hn::CappedTag<float, 8> tag;
   const double longest = std::max({std::abs(d[0]), std::abs(d[1]), std::abs(d[2])});
@@ -114,12 +120,14 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace tandem {
 HWY_EXPORT(farthest);
+HWY_EXPORT(most_along);
 HWY_EXPORT(planes);
 HWY_EXPORT(reach);
 HWY_EXPORT(minkowski);
 HWY_EXPORT(least);
 
 SupportKernel support_kernel() { return HWY_DYNAMIC_DISPATCH(farthest); }
+FaceKernel face_kernel() { return HWY_DYNAMIC_DISPATCH(most_along); }
 ReachKernel reach_kernel() { return HWY_DYNAMIC_DISPATCH(reach); }
 MinkowskiKernel minkowski_kernel() { return HWY_DYNAMIC_DISPATCH(minkowski); }
 LeastKernel least_kernel() { return HWY_DYNAMIC_DISPATCH(least); }

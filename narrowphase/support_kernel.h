@@ -13,6 +13,12 @@ using SupportKernel = std::uint32_t (*)(const SupportMap& map, const Vec3* verti
 /// The kernel for the widest instruction set of the processor (SSE2 to AVX-512). All give the same answer.
 SupportKernel support_kernel();
 
+struct Hull;
+/// The number of the face whose normal is the most along d (x, y, z), among equals the first. The hull has
+/// `normals`.
+using FaceKernel = std::uint32_t (*)(const Hull& hull, const double* d);
+FaceKernel face_kernel();
+
 /// At least how far the vertices reach along d beyond the map's middle, and about 1e-6 of their size more. Infinite for
 /// directions of extreme length.
 using ReachKernel = double (*)(const SupportMap& map, const double* d);

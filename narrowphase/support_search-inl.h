@@ -19,8 +19,9 @@ HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
-HWY_INLINE std::uint32_t farthest_vertex(const SupportMap& map, const Vec3* vertices, double x, double y, double z) {
+/// Of the points that the map was made of; `place` of a number gives the point.
+template <class Place>
+HWY_INLINE std::uint32_t farthest_point(const SupportMap& map, const Place& place, double x, double y, double z) {
   const hn::CappedTag<float, 8> tag;
   const std::size_t lanes = hn::Lanes(tag);
   const SupportMap::Range range = map.candidates(x, y, z);
@@ -67,12 +68,18 @@ HWY_INLINE std::uint32_t farthest_vertex(const SupportMap& map, const Vec3* vert
     for (; near != 0; near &= near - 1) {
       const std::size_t at = hwy::Num0BitsBelowLS1Bit_Nonzero64(near);
       const std::uint32_t i = b[at / 8].index[at % 8];
-      const double* const p = vertices[i].data();
+      const double* const p = place(i).data();
       const double along = p[0] * x + p[1] * y + p[2] * z;
       if (along > most) most = along, best = i;
     }
   }
   return best;
+}
+
+// NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
+HWY_INLINE std::uint32_t farthest_vertex(const SupportMap& map, const Vec3* vertices, double x, double y, double z) {
+  const auto place = [vertices](std::uint32_t i) -> const Vec3& { return vertices[i]; };
+  return farthest_point(map, place, x, y, z);
 }
 
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target

@@ -159,7 +159,7 @@ TEST_CASE("6,755 clouds that were hard for a hull builder") {
   CHECK(worst <= 1e-12);
 }
 
-TEST_CASE("the support map finds the vertex that a scan of all finds, the first among equals") {
+TEST_CASE("support maps find the vertex and the face that a scan of all finds, the first among equals") {
   Random r(21);
   std::vector<std::vector<Vec3>> clouds(12);
   for (int i = 0; i < 3000; ++i) clouds[9].push_back(r.direction());  // some 90 in a chamber
@@ -179,6 +179,7 @@ TEST_CASE("the support map finds the vertex that a scan of all finds, the first 
   }
   for (const auto& cloud : clouds) {
     const Hull hull = build_hull(cloud);
+    REQUIRE((hull.faces.size() <= 4 || hull.normals.empty() == (hull.face_table.faces > 0)));
     const ConvexView v{.kind = ShapeKind::convex, .param = {}, .vertices = hull.vertices, .hull = &hull, .size = 1};
     for (int i = 0; i < 4000; ++i) {
       Vec3 d = r.direction();
@@ -187,12 +188,20 @@ TEST_CASE("the support map finds the vertex that a scan of all finds, the first 
       if (i % 7 == 3 && !hull.faces.empty()) d = hull.faces[static_cast<std::size_t>(i) % hull.faces.size()].normal;
       if (d == Vec3::Zero()) continue;
       if (i % 5 == 1) d *= i % 2 == 0 ? 1e-40 : 1e40;
-      std::uint32_t best = 0;
-      for (std::uint32_t k = 1; k < hull.vertices.size(); ++k) {
-        const auto along = [&](const Vec3& p) { return p[0] * d[0] + p[1] * d[1] + p[2] * d[2]; };
-        if (along(hull.vertices[k]) > along(hull.vertices[best])) best = k;
-      }
-      REQUIRE(core_support_point(v, d, support_kernel()).vertex == best);
+      const auto farthest = [&d](std::size_t count, const auto& place) {
+        const auto along = [&](std::uint32_t k) {
+          const Vec3& p = place(k);
+          return p[0] * d[0] + p[1] * d[1] + p[2] * d[2];
+        };
+        std::uint32_t best = 0;
+        for (std::uint32_t k = 1; k < count; ++k)
+          if (along(k) > along(best)) best = k;
+        return best;
+      };
+      const auto vertex = [&](std::uint32_t k) -> const Vec3& { return hull.vertices[k]; };
+      const auto normal = [&](std::uint32_t k) -> const Vec3& { return hull.faces[k].normal; };
+      REQUIRE(core_support_point(v, d, support_kernel()).vertex == farthest(hull.vertices.size(), vertex));
+      if (!hull.normals.empty()) REQUIRE(face_kernel()(hull, d.data()) == farthest(hull.faces.size(), normal));
     }
   }
 }
