@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "fetch_ahead.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "descent_kernel.cpp"
 #include <hwy/foreach_target.h>
@@ -192,6 +194,7 @@ class Core {
     if (v.kind != ShapeKind::convex || v.vertices.size() <= 4 || v.vertices.size() > most_vertices) return;
     const SupportMap& map = v.hull->support;
     blocks_ = map.blocks();
+    fetch_ahead(v.vertices);
     const std::array<float, 3>& s = map.slack();
     slack_ = 1.001f * std::sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2]);
   }

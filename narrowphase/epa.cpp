@@ -21,6 +21,13 @@ struct HorizonEdge {
   int face, edge;  ///< the unseen face's
 };
 
+/// From the origin to the farthest point.
+double reach_of(const Simplex& s) {
+  double squared = 0;
+  for (int i = 0; i < s.count; ++i) squared = std::max(squared, s.p[i].w.squaredNorm());
+  return std::sqrt(squared);
+}
+
 /// Room for a polytope of a number of vertices. Faces are numbered in order of birth and never reused.
 template <int Vertices>
 struct Workspace {
@@ -102,18 +109,11 @@ class Polytope {
 int Polytope::span(const Simplex& start) {
   // The most distant of the start's points and of supports along the axes are a sound seed where the start is thin.
   vertices = 0;
-  double reach = 0;
-  for (int i = 0; i < start.count; ++i) reach = std::max(reach, start.p[i].w.norm());
+  const double reach = reach_of(start);
   rounding_ = 8 * epsilon * (d_.scale() + reach);
-  if (start.count == 4) {
-    const Vec3 a = start.p[1].w - start.p[0].w, b = start.p[2].w - start.p[0].w, c = start.p[3].w - start.p[0].w;
-    const Vec3 n = a.cross(b);
-    const double solid = 1e-6 * (d_.scale() + reach);
-    if (a.squaredNorm() > solid * solid && n.squaredNorm() > solid * solid * a.squaredNorm() &&
-        std::abs(n.dot(c)) > solid * n.norm()) {
-      for (; vertices < 4; ++vertices) vertex[vertices] = start.p[vertices];
-      return 3;
-    }
+  if (is_solid(d_, start)) {
+    for (; vertices < 4; ++vertices) vertex[vertices] = start.p[vertices];
+    return 3;
   }
   vertex[vertices++] = start.p[0];
 
@@ -359,6 +359,15 @@ bool expand_in(const Room& room, const MinkowskiDifference& d, const Simplex& st
 }
 
 }  // namespace
+
+bool is_solid(const MinkowskiDifference& d, const Simplex& s) {
+  if (s.count != 4) return false;
+  const Vec3 a = s.p[1].w - s.p[0].w, b = s.p[2].w - s.p[0].w, c = s.p[3].w - s.p[0].w;
+  const Vec3 n = a.cross(b);
+  const double thick = 1e-6 * (d.scale() + reach_of(s));
+  return a.squaredNorm() > thick * thick && n.squaredNorm() > thick * thick * a.squaredNorm() &&
+         std::abs(n.dot(c)) > thick * n.norm();
+}
 
 EpaResult expand(const MinkowskiDifference& d, const Simplex& start, double tolerance) {
   EpaResult r;

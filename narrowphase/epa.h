@@ -11,6 +11,9 @@ struct EpaResult {
   Vec3 point_b = Vec3::Zero();  ///< origin's projection (of coplanar faces, another one may)
 };
 
+/// Is the simplex a tetrahedron that is not thin? Then `expand` begins with it and asks for no weights.
+bool is_solid(const MinkowskiDifference& d, const Simplex& s);
+
 /// Expanding polytope (van den Bergen 2001) from the simplex where GJK stopped, in or near the origin. Offsets of
 /// faces are signed, so an origin a rounding error outside is as good as one inside. Flat and pointlike differences
 /// have depth 0. Bounded work; stops when upper - lower <= tolerance. Allocates only beyond 128 vertices.

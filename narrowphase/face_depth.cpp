@@ -6,6 +6,7 @@
 
 #include "constants.h"
 #include "face_heights.h"
+#include "fetch_ahead.h"
 
 namespace tandem {
 namespace {
@@ -30,6 +31,15 @@ class SmallPolytope {
 
   bool known() const { return planes_.faces > 0; }
   std::size_t faces() const { return planes_.faces; }
+  /// All that a search reads, into the caches.
+  [[gnu::always_inline]] void fetch() const {
+    if (hull_ == nullptr) return;
+    constexpr std::size_t block = SupportMap::block;
+    fetch_ahead(std::span(hull_->face_table.planes));
+    fetch_ahead(std::span(hull_->support.blocks(), (hull_->vertices.size() + block - 1) / block));
+    fetch_ahead(arcs);
+    fetch_ahead(std::span(hull_->vertices));
+  }
   /// Offsets in the given unit.
   FacePlanes planes(double in) const {
     FacePlanes p = planes_;
@@ -309,7 +319,10 @@ class Search {
 
 bool depth_by_faces(const MinkowskiDifference& d, LocalAnswer& answer) {
   const SmallPolytope a(d.a), b(d.b);
-  return a.known() && b.known() && Search(d, a, b).run(answer);
+  if (!a.known() || !b.known()) return false;
+  a.fetch();
+  b.fetch();
+  return Search(d, a, b).run(answer);
 }
 
 }  // namespace tandem

@@ -395,12 +395,13 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
   const double scale = d.scale();
   LocalAnswer answer;
   if (polytopes && overlap_deeply(d) && depth_by_faces(d, answer)) return answer;
-  const GjkResult r = gjk(d, std::max(tolerance, least), beyond + ra + rb, -infinity, start);
+  GjkResult r = descend(d, std::max(tolerance, least), beyond + ra + rb, -infinity, start);
   if (r.lower > beyond + ra + rb) {
     answer.signed_distance = r.lower - ra - rb;
     answer.normal = -unit(r.v);
     return answer;
   }
+  if (r.end != GjkResult::End::inside || !is_solid(d, r.simplex)) weigh(r.simplex);
   double core;         // signed distance of the cores
   double at_most = 0;  // where they overlap
   bool doubtful = false;
