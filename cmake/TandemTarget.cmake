@@ -3,17 +3,11 @@ function(tandem_library name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;HEADERS")
   add_library(tandem_${name} ${arg_SOURCES})
   add_library(tandem::${name} ALIAS tandem_${name})
-  set_target_properties(tandem_${name} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)
+  # In a host's unity build its files stay apart: each has short names of its own.
+  set_target_properties(tandem_${name} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON UNITY_BUILD OFF)
   target_compile_features(tandem_${name} PUBLIC cxx_std_20)
   target_sources(tandem_${name} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${arg_HEADERS})
   target_include_directories(tandem_${name} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
-  # In a host's unity build: Highway compiles these files once an instruction set, by including them.
-  foreach(source ${arg_SOURCES})
-    file(STRINGS ${source} kernel REGEX "hwy/foreach_target.h")
-    if(kernel)
-      set_source_files_properties(${source} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
-    endif()
-  endforeach()
   tandem_flags(tandem_${name})
   install(TARGETS tandem_${name} EXPORT tandemTargets
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}

@@ -1,8 +1,8 @@
 #include "manifold.h"
 
 #include <bit>
-#include <limits>
 
+#include "constants.h"
 #include "faces_along.h"
 #include "hull.h"
 
@@ -43,7 +43,7 @@ void add_circle(FlatFeature& f, double radius, double z, const Vec3& towards, bo
 std::size_t facing_most(const Hull& hull, const Vec3& d) {
   if (!hull.normals.empty()) return face_kernel()(hull, d.data());
   std::size_t best = 0;
-  double most = -std::numeric_limits<double>::infinity();
+  double most = -infinity;
   const auto look = [&](std::size_t i) {
     if (const double along = hull.faces[i].normal.dot(d); along > most) most = along, best = i;
   };
@@ -386,7 +386,7 @@ void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePos
       }
     }
     // The clipped circles are polygons, and a slanting face may not hold the deepest point: never lose that one.
-    double deepest = -std::numeric_limits<double>::infinity();
+    double deepest = -infinity;
     for (int i = 0; i < count; ++i) deepest = std::max(deepest, points[i].depth);
     if (count > 0 && deepest + 0.02 * alike * (a.size + b.size) >= -answer.signed_distance) {
       for (int i = 0; i < count; ++i)
@@ -431,7 +431,7 @@ void append_halfspace_manifold(const ConvexView& shape, const Pose& pose, const 
   const FlatFeature f = best_face(shape, -normal);
   PatchPoint points[max_corners + 1];
   int count = 0;
-  double deepest = -std::numeric_limits<double>::infinity();
+  double deepest = -infinity;
   for (int i = 0; i < f.count; ++i) {
     const double depth = offset - normal.dot(f.corner[i]);
     deepest = std::max(deepest, depth);
