@@ -13,7 +13,27 @@ namespace {
 /// contact held constant drifts so far and no farther before it is looked at again.
 constexpr double rest_share = 1e-3;
 
+/// The sum of squares of what two matrices differ by.
+double squared_distance(const Mat3& now, const Mat3& then) {
+  using Eight = Eigen::Map<const Eigen::Array<double, 8, 1>>;  // two at a time
+  const double last = now(2, 2) - then(2, 2);
+  return (Eight(now.data()) - Eight(then.data())).square().sum() + last * last;
+}
+
 Vec3 into(const Pose& frame, const Vec3& world) { return frame.rotation.transpose() * (world - frame.translation); }
+
+/// Whether a body that was at a place when its rest began has no point farther than `reach` from there.
+bool rests(const Pose& pose, const Vec3& place, const Mat3& rotation, const KeptContacts::Ball& ball, double reach) {
+  const Vec3 moved = pose.translation - place;
+  if (reach == 0) return moved.isZero(0) && pose.rotation == rotation;
+  const double far = 0.99 * reach * reach;
+  if (ball.is_round) return 2 * moved.squaredNorm() <= far;
+  const Vec3 centre_moved = ball.is_centred ? moved : moved + (pose.rotation - rotation) * ball.centre;
+  // The spectral norm of a difference of rotations is its Frobenius norm over the root of 2. (x + y)^2 <= 2 (x^2 +
+  // y^2).
+  const double turned = squared_distance(pose.rotation, rotation) * (ball.radius * ball.radius);
+  return 2 * centre_moved.squaredNorm() + turned <= far;
+}
 
 /// Inserts from(k) before what is at places[k] (ascending), for all k. Nothing before the first place is touched.
 template <class T, class From>
@@ -83,9 +103,13 @@ bool KeptContacts::begin_step(const Scene& scene, ContactList& contacts, bool sa
   std::swap(last_, contacts);
   const std::size_t bodies = scene.indices();
   const bool was_complete = std::exchange(complete_, false);
-  const bool known = ++step_ != none && was_complete && bodies >= bodies_.size();
+  const bool known = ++step_ != none && was_complete && bodies >= anchor_places_.size();
   if (!known) clear();
-  if (step_ == none || bodies < bodies_.size()) bodies_.clear();
+  if (step_ == none || bodies < anchor_places_.size()) {
+    anchor_places_.clear();
+    anchor_rotations_.clear();
+    body_shapes_.clear();
+  }
   if (step_ == none) step_ = 1;
   scene_ = &scene;
   told_ = {};
@@ -98,7 +122,9 @@ bool KeptContacts::begin_step(const Scene& scene, ContactList& contacts, bool sa
   else if (look_at_all_)
     find_restless();
 
-  bodies_.resize(bodies);
+  anchor_places_.resize(bodies, Vec3::Zero());
+  anchor_rotations_.resize(bodies, Mat3::Identity());
+  body_shapes_.resize(bodies);
   reach_.resize(bodies);
   since_.resize(bodies);
   changed_.resize(bodies);
@@ -111,61 +137,68 @@ bool KeptContacts::begin_step(const Scene& scene, ContactList& contacts, bool sa
   for (const Shape& shape : shapes_) {
     if (!shape.is_bounded()) {
       constexpr double endless = std::numeric_limits<double>::infinity();
-      balls_.push_back({&shape.mass(), Vec3::Zero(), true, endless, endless});
+      balls_.push_back({&shape.mass(), Vec3::Zero(), true, false, endless, endless});
       continue;
     }
     const Bounds box = shape.bounds({});
     const Vec3 centre = (box.lo + box.hi) / 2;
+    const bool is_round = shape.kind() == ShapeKind::sphere;
     balls_.push_back(
-        {&shape.mass(), centre, centre.isZero(0), (box.hi - box.lo).norm() / 2, tolerance_ * shape.size()});
+        {&shape.mass(), centre, centre.isZero(0), is_round, (box.hi - box.lo).norm() / 2, tolerance_ * shape.size()});
   }
   return !all_asked_;
 }
 
-bool KeptContacts::rests(const Body& body, const Pose& pose, const Ball& ball, double reach) {
-  const double *now = pose.rotation.data(), *then = body.anchor.rotation.data();
-  std::array<double, 3> turned{};  // the sums of three squares each do not wait for each other
-  for (std::size_t k = 0; k < 9; ++k) turned[k % 3] += (now[k] - then[k]) * (now[k] - then[k]);
-  const double turned_squared = turned[0] + turned[1] + turned[2];
-  Vec3 moved = pose.translation - body.anchor.translation;
-  if (reach == 0) return pose.rotation == body.anchor.rotation && moved.isZero(0);
-  if (!ball.is_centred) moved += (pose.rotation - body.anchor.rotation) * ball.centre;
-  // The spectral norm of a difference of rotations is its Frobenius norm over the root of 2. (x + y)^2 <= 2 (x^2 +
-  // y^2).
-  return 2 * moved.squaredNorm() + turned_squared * (ball.radius * ball.radius) <= 0.99 * reach * reach;
-}
-
 void KeptContacts::look_at(std::size_t first, std::span<std::uint8_t> changed) {
-  const auto indices = scene_->shape_indices();
-  const auto poses = scene_->poses();
-  const auto is_static = scene_->is_static();
+  // By pointers of its own: a byte that is written might else be part of any of them.
+  const auto* const shape_of = scene_->shape_indices().data();
+  const Pose* const poses = scene_->poses().data();
+  const Ball* const balls = balls_.data();
+  const Vec3* const places = anchor_places_.data();
+  const Mat3* const rotations = anchor_rotations_.data();
+  const double* const reaches = reach_.data();
+  const bool same_bodies = same_bodies_;
   bool any_moved = false;
   for (std::size_t k = 0; k < changed.size(); ++k) {
     if (changed[k] == 0) continue;
     const std::size_t i = first + k;
-    Body& body = bodies_[i];
-    const Ball& ball = balls_[indices[i]];
-    if (same_bodies_ && rests(body, poses[i], ball, reach_[i])) {
+    const Ball& ball = balls[shape_of[i]];
+    if ((same_bodies || is_as_it_was(i, ball)) && rests(poses[i], places[i], rotations[i], ball, reaches[i])) {
       changed[k] = 0;
-      continue;
+    } else {
+      end_rest(i, ball);
+      any_moved = true;
     }
-    const MassProperties* shape = scene_->alive(static_cast<std::uint32_t>(i)) ? ball.shape : nullptr;
-    const double reach =
-        is_static[i] != 0 || !(ball.radius < std::numeric_limits<double>::infinity()) ? 0 : rest_share * ball.allowed;
-    const bool same = shape == body.shape && reach == reach_[i];
-    if (same && !same_bodies_ && rests(body, poses[i], ball, reach)) {
-      changed[k] = 0;
-      continue;
-    }
-    any_moved = true;
-    since_[i] = look_[i] = step_;
-    body.anchor = poses[i];
-    if (same) continue;
-    body.shape = shape;
-    reach_[i] = reach;
-    changed_[i] = step_;
   }
   if (any_moved) any_moved_.store(true, std::memory_order_relaxed);
+}
+
+const MassProperties* KeptContacts::shape_now(std::size_t body, const Ball& ball) const {
+  return scene_->alive(static_cast<std::uint32_t>(body)) ? ball.shape : nullptr;
+}
+
+double KeptContacts::reach_now(std::size_t body, const Ball& ball) const {
+  const bool is_endless = !(ball.radius < std::numeric_limits<double>::infinity());
+  return scene_->is_static()[body] != 0 || is_endless ? 0 : rest_share * ball.allowed;
+}
+
+/// But for its pose. A place without a body is not: whoever looks there for the first time must learn that it is empty.
+bool KeptContacts::is_as_it_was(std::size_t body, const Ball& ball) const {
+  const MassProperties* shape = shape_now(body, ball);
+  return shape != nullptr && shape == body_shapes_[body] && reach_now(body, ball) == reach_[body];
+}
+
+void KeptContacts::end_rest(std::size_t body, const Ball& ball) {
+  const Pose& pose = scene_->poses()[body];
+  since_[body] = look_[body] = step_;
+  anchor_places_[body] = pose.translation;
+  anchor_rotations_[body] = pose.rotation;
+  const MassProperties* shape = shape_now(body, ball);
+  const double reach = reach_now(body, ball);
+  if (shape == body_shapes_[body] && reach == reach_[body]) return;
+  body_shapes_[body] = shape;
+  reach_[body] = reach;
+  changed_[body] = step_;
 }
 
 void KeptContacts::end_step(ContactList& contacts) {
@@ -290,19 +323,38 @@ void KeptContacts::take_fresh() {
       places_, [](std::size_t) { return std::uint8_t{0}; }, listed_);
   insert<Largest>(
       places_, [this](std::size_t k) { return fresh_[k].largest; }, largest_);
-  if (rows_.size() == bodies_.size() + 1) {
+  if (rows_.size() == anchor_places_.size() + 1) {
     std::size_t before = 0;
     for (std::size_t a = 0; a < rows_.size() && !fresh_.empty(); ++a) {
       while (before < fresh_.size() && fresh_[before].key >> 32 < a) ++before;
       rows_[a] += static_cast<std::uint32_t>(before);
     }
   } else {
-    rows_.assign(bodies_.size() + 1, 0);
+    rows_.assign(anchor_places_.size() + 1, 0);
     for (const std::uint64_t key : keys_) ++rows_[(key >> 32) + 1];
     for (std::size_t a = 1; a < rows_.size(); ++a) rows_[a] += rows_[a - 1];
   }
   fresh_.clear();
   fresh_details_.clear();
+}
+
+/// From pair `i` on to the next one of which a body is looked at, or the end; returns how many of those between are
+/// listed.
+std::uint32_t KeptContacts::pass_over(std::size_t& i) const {
+  const auto is_looked_at = [this](std::uint64_t key) {
+    const Pair pair = pair_of(key);
+    return looked_at_[pair.a] | looked_at_[pair.b];
+  };
+  constexpr std::size_t row = 8;  // of which next to all hold none: no branch a pair
+  std::uint32_t listed = 0;
+  for (; i + row <= keys_.size(); i += row) {
+    int any = 0;
+    for (std::size_t k = 0; k < row; ++k) any |= is_looked_at(keys_[i + k]);
+    if (any != 0) break;
+    for (std::size_t k = 0; k < row; ++k) listed += listed_[i + k];
+  }
+  for (; i < keys_.size() && is_looked_at(keys_[i]) == 0; ++i) listed += listed_[i];
+  return listed;
 }
 
 /// Goes through the pairs that may not be as they were, and finds where the list changes.
@@ -318,13 +370,16 @@ void KeptContacts::look_through([[maybe_unused]] std::size_t answers) {
     splices_.back().added += added ? 1 : 0;
     from += added ? 1 : 0;
   };
+  if (!look_at_all_) {
+    looked_at_.resize(look_.size());
+    std::transform(look_.begin(), look_.end(), looked_at_.begin(),
+                   [this](std::uint32_t until) { return until >= step_ ? std::uint8_t{1} : std::uint8_t{0}; });
+  }
   for (std::size_t i = 0; i < keys_.size(); ++i) {
+    if (!look_at_all_) at += pass_over(i);
+    if (i == keys_.size()) break;
     const Pair pair = pair_of(keys_[i]);
     const bool was_listed = listed_[i] != 0;
-    if (!look_at_all_ && look_[pair.a] < step_ && look_[pair.b] < step_) {
-      at += was_listed ? 1 : 0;
-      continue;
-    }
     Entry& entry = entries_[i];
     if (entry.as_of == step_) {
       change(was_listed, entry.reported);

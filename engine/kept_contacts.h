@@ -96,7 +96,7 @@ class KeptContacts {
   void end_step(ContactList& contacts);
 
   /// Where the body's rest began (its pose now, if it does not rest), and how far from there any of its points may be.
-  const Pose& anchor(std::size_t body) const { return bodies_[body].anchor; }
+  Pose anchor(std::size_t body) const { return {anchor_rotations_[body], anchor_places_[body]}; }
   double reach(std::size_t body) const { return reach_[body]; }
 
   /// Of the last step's candidates.
@@ -110,21 +110,19 @@ class KeptContacts {
   Counts counts() const;
   std::size_t entries() const { return keys_.size(); }
 
-  class Batch;
-
- private:
   /// A ball that holds a shape, in its frame.
   struct Ball {
     const MassProperties* shape = nullptr;  // names it
     Vec3 centre = Vec3::Zero();
     bool is_centred = true;  // there
+    bool is_round = false;   // however it is turned, it is the same
     double radius = 0;       // infinite for a half-space
     double allowed = 0;      // metres: the tolerance times the size; infinite for a half-space
   };
-  struct Body {
-    Pose anchor;
-    const MassProperties* shape = nullptr;  // as in Ball; null: no body
-  };
+
+  class Batch;
+
+ private:
   static constexpr std::uint32_t none = 0xffffffffu;
   /// What is known of a pair that was a candidate.
   struct Entry {
@@ -165,7 +163,10 @@ class KeptContacts {
   static Pair pair_of(std::uint64_t key) {
     return {static_cast<std::uint32_t>(key >> 32), static_cast<std::uint32_t>(key)};
   }
-  static bool rests(const Body& body, const Pose& pose, const Ball& ball, double reach);
+  const MassProperties* shape_now(std::size_t body, const Ball& ball) const;
+  double reach_now(std::size_t body, const Ball& ball) const;
+  bool is_as_it_was(std::size_t body, const Ball& ball) const;
+  void end_rest(std::size_t body, const Ball& ball);
   double rest_bound(Pair pair) const { return 2 * (reach_[pair.a] + reach_[pair.b]); }
   bool stands(const Entry& entry, Pair pair) const {
     return entry.steady && since_[pair.a] <= entry.as_of && since_[pair.b] <= entry.as_of;
@@ -178,6 +179,7 @@ class KeptContacts {
   void take_over();
   void tell(std::size_t i, Pair pair, std::uint32_t place);
   void forget(std::size_t i);
+  std::uint32_t pass_over(std::size_t& i) const;
   void look_through(std::size_t answers);
   void find_largest();
 
@@ -195,11 +197,14 @@ class KeptContacts {
   std::vector<Shape> shapes_;  // of the last step's scene: as long as they are held, no other shape has their address
   std::vector<Ball> balls_;    // one a shape
   // One a body:
-  std::vector<Body> bodies_;
+  std::vector<Vec3> anchor_places_;  // where its rest began, see anchor(); apart, as a ball's rotation is not read
+  std::vector<Mat3> anchor_rotations_;
+  std::vector<const MassProperties*> body_shapes_;  // as in Ball; null: no body
   std::vector<double> reach_;
-  std::vector<std::uint32_t> since_;    // step in which its rest began
-  std::vector<std::uint32_t> changed_;  // step in which it got another shape
-  std::vector<std::uint32_t> look_;     // step from which its pairs need not be looked at, less one
+  std::vector<std::uint32_t> since_;     // step in which its rest began
+  std::vector<std::uint32_t> changed_;   // step in which it got another shape
+  std::vector<std::uint32_t> look_;      // step from which its pairs need not be looked at, less one
+  std::vector<std::uint8_t> looked_at_;  // whether they are in this step
 
   ContactList last_;
   // One a pair that was a candidate, by (a, b):

@@ -175,7 +175,7 @@ class SceneWork final : public StepWork {
   }
 
  private:
-  static constexpr std::size_t bodies_a_block = BoundsRows::bodies;
+  static constexpr std::size_t bodies_a_block = 4 * BoundsRows::bodies;
   static constexpr std::size_t screened = 32;
 
   /// Marks those of the first pairs that need no answer.
@@ -274,23 +274,35 @@ class SceneWork final : public StepWork {
   }
 
   void update(std::size_t block) {
+    const std::size_t first = block * bodies_a_block, end = std::min(boxes_.size(), first + bodies_a_block);
+    for (std::size_t i = first; i < end; i += BoundsRows::bodies) update(i, std::min(end, i + BoundsRows::bodies));
+  }
+
+  void update(std::size_t first, std::size_t end) {
     const auto poses = scene_->poses();
     const auto versions = scene_->versions();
     const auto is_static = scene_->is_static();
-    const std::size_t first = block * bodies_a_block, end = std::min(boxes_.size(), first + bodies_a_block);
+    // By pointers of its own: a byte that is written might else be part of any of them.
+    std::uint8_t *const changed = changed_.data(), *const still = still_.data();
+    std::uint32_t* const seen = seen_.data();
+    const std::uint8_t all_changed = changes_known_ ? 0 : 1;
     for (std::size_t i = first; i < end; ++i) {
-      changed_[i] = !changes_known_ || versions[i] != seen_[i] ? 1 : 0;
-      seen_[i] = versions[i];
+      changed[i] = versions[i] != seen[i] ? 1 : all_changed;
+      seen[i] = versions[i];
     }
     if (kept_) kept_->look_at(first, std::span(changed_).subspan(first, end - first));  // boxes hold those that rest
-    std::array<std::uint32_t, bodies_a_block> todo;
+    std::uint8_t any = 0;
+    for (std::size_t i = first; i < end; ++i) {
+      any |= changed[i];
+      still[i] = static_cast<std::uint8_t>(is_static[i] | (2 - 2 * changed[i]));
+    }
+    if (any == 0) return;
+    std::array<std::uint32_t, BoundsRows::bodies> todo;
     std::size_t count = 0;
     for (std::size_t i = first; i < end; ++i) {
       todo[count] = static_cast<std::uint32_t>(i);
-      count += changed_[i];
-      still_[i] = static_cast<std::uint8_t>(is_static[i] | (changed_[i] != 0 ? 0 : 2));
+      count += changed[i];
     }
-    if (count == 0) return;
     BoundsRows rows;
     for (std::size_t k = 0; k < count; ++k) {
       const std::uint32_t at = todo[k];
@@ -303,8 +315,8 @@ class SceneWork final : public StepWork {
     }
     // Places past the end are rounded with the others: what is in them must be numbers.
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      std::fill(rows.lo[axis] + count, rows.lo[axis] + bodies_a_block, 0.0);
-      std::fill(rows.hi[axis] + count, rows.hi[axis] + bodies_a_block, 0.0);
+      std::fill(rows.lo[axis] + count, rows.lo[axis] + BoundsRows::bodies, 0.0);
+      std::fill(rows.hi[axis] + count, rows.hi[axis] + BoundsRows::bodies, 0.0);
     }
     // Half the margin on each side: two boxes meet when the gap between their bodies is within the margin.
     FloatRows rounded;

@@ -620,3 +620,49 @@ TEST_CASE("kept contacts: what pairs that come and go leave behind does not add 
   }
   CHECK(most <= 3 * pairs + 64);
 }
+
+TEST_CASE("kept contacts: a ball that spins in its place rests, a cube does not") {
+  for (const Shape& shape : {Shape(Sphere{0.5}), Shape(Box{{1, 1, 1}})}) {
+    const bool is_ball = shape.kind() == ShapeKind::sphere;
+    CAPTURE(name(shape.kind()));
+    Scene scene;
+    const ShapeId id = scene.add_shape(shape);
+    const BodyId spinning = scene.add_body({.shape = id, .pose = Pose::at(0, 0, 0)});
+    scene.add_body({.shape = id, .pose = Pose::at(0, 0, 0.9)});
+    Pipeline pipeline({.executor = ExecutorKind::sequential, .keep_contacts = 1e-3});
+    pipeline.step(scene);
+    pipeline.step(scene);
+    for (int step = 1; step <= 5; ++step) {
+      Pose pose = Pose::at(0, 0, 1e-9 * step);
+      pose.rotation = Eigen::AngleAxisd(0.3 * step, Vec3::UnitZ()).toRotationMatrix();
+      scene.set_pose(spinning, pose);
+      const StepReport report = pipeline.step(scene);
+      CHECK(report.computed_pairs == (is_ball ? 0 : 1));
+      REQUIRE(pipeline.contacts().pairs.size() == 1);
+      const double depth = 0.1 + 1e-9 * step;
+      const PairAnswer& answer = pipeline.contacts().pairs[0].answer;
+      CHECK(std::abs(answer.signed_distance + depth) <= answer.error_bound + 1e-12);
+    }
+  }
+}
+
+TEST_CASE("kept contacts: where another scene had a body and this one never has, there are no contacts") {
+  const auto make = [](std::size_t bodies, bool first_goes) {
+    Scene scene;
+    const ShapeId ball = scene.add_shape(Sphere{0.5});
+    const BodyId first = scene.add_body({.shape = ball});  // all at the origin
+    for (std::size_t i = 1; i < bodies; ++i) scene.add_body({.shape = ball});
+    if (first_goes) scene.remove_body(first);
+    return scene;
+  };
+  Pipeline pipeline({.executor = ExecutorKind::sequential, .keep_contacts = 1e-3});
+  const Scene whole = make(3, false), emptied = make(2, true);
+  for (int step = 0; step < 3; ++step) {
+    pipeline.step(whole);
+    CHECK(pipeline.contacts().pairs.size() == 3);
+  }
+  for (int step = 0; step < 3; ++step) {
+    pipeline.step(emptied);
+    CHECK(pipeline.contacts().pairs.empty());
+  }
+}
