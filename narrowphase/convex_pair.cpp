@@ -10,6 +10,7 @@
 #include "round_pair.h"
 #include "simple_pairs.h"
 #include "solver_table.h"
+#include "triangle_distance.h"
 
 namespace tandem {
 namespace {
@@ -100,6 +101,11 @@ std::optional<bool> collide_by(Method method, const ConvexView& a, const Pose& p
       return ccd_collide(a, b, relative(pose_a, pose_b), true);
     case Method::newton:
       return round_collide({a, b, relative(pose_a, pose_b)});
+    case Method::sat: {
+      const MinkowskiDifference d{a, b, relative(pose_a, pose_b)};
+      if (const auto answer = triangle_distance(d, 0)) return answer->signed_distance <= 0;
+      return gjk_collide(d, tolerance, start, warm != nullptr ? &warm->direction : nullptr);
+    }
     default:
       return gjk_collide({a, b, relative(pose_a, pose_b)}, tolerance, start,
                          warm != nullptr ? &warm->direction : nullptr);
@@ -117,6 +123,9 @@ std::optional<LocalAnswer> distance_by(Method method, const ConvexView& a, const
       return ccd_depth(a, b, pose, true);
     case Method::newton:
       return round_signed_distance({a, b, pose}, start, beyond);
+    case Method::sat:
+      if (auto answer = triangle_distance({a, b, pose}, beyond)) return answer;
+      return gjk_signed_distance({a, b, pose}, tolerance, start, beyond);
     default:
       return gjk_signed_distance({a, b, pose}, tolerance, start, beyond);
   }
@@ -140,7 +149,8 @@ constexpr bool covered(Method method, ShapeKind a, ShapeKind b) {
       return a == ShapeKind::halfspace || (a == ShapeKind::sphere && has_point_distance(b)) ||
              (a == ShapeKind::box && b == ShapeKind::capsule) || (a == ShapeKind::capsule && b == ShapeKind::capsule);
     case Method::sat:
-      return a == ShapeKind::box && b == ShapeKind::box;
+      return (a == ShapeKind::box && (b == ShapeKind::box || b == ShapeKind::triangle)) ||
+             (a == ShapeKind::triangle && b == ShapeKind::triangle);
     case Method::newton:
       if (a == ShapeKind::sphere) return b == ShapeKind::ellipsoid;
       return a != ShapeKind::halfspace && !(is_polytope(a) && is_polytope(b));
@@ -203,7 +213,8 @@ PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexVie
     }
   }
 
-  if (method == Method::sat) return solve_boxes(a.param, pose_a, b.param, pose_b, request, options.margin, contacts);
+  if (method == Method::sat && b.kind == ShapeKind::box)
+    return solve_boxes(a.param, pose_a, b.param, pose_b, request, options.margin, contacts);
   if (method == Method::closed) {
     if (a.kind == ShapeKind::halfspace) return halfspace_with(a, pose_a, b, pose_b, request, options, contacts);
     if (a.kind == ShapeKind::capsule)
@@ -253,7 +264,8 @@ PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexVie
   }
   // What solvers of others do not bound themselves is known by measurement.
   local->gap = std::max(local->gap, measured * size);
-  if (warm != nullptr && (method == Method::gjk || method == Method::newton)) warm->direction = local->normal;
+  if (warm != nullptr && (method == Method::sat || method == Method::gjk || method == Method::newton))
+    warm->direction = local->normal;
   finish(*local, pose_a, accepted, answer);
   if (request == Request::contacts && contacts != nullptr)
     append_manifold(a, b, pose, *local, options.margin, pose_a, *contacts);

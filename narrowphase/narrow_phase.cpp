@@ -135,7 +135,7 @@ const std::vector<SolverInfo>& NarrowPhase::solvers() {
   static const std::vector<SolverInfo> rows = {
       {method_names[0], "closed forms: a sphere or half-space with any simple shape, capsules and boxes"},
       {method_names[1],
-       "two boxes by their 15 separating axes (Gottschalk 1996), apart by line searches from the best"},
+       "boxes and triangles by their separating axes (Gottschalk 1996), apart by nearest points or edges"},
       {method_names[2], "GJK on the shapes' cores (1988), expanding polytope for the depth (van den Bergen 2001)"},
       {method_names[3], "cylinder, cone or ellipsoid with any convex shape: Newton's method on the support functions"},
       {method_names[4], "FCL 0.7, collide and signed distance"},

@@ -125,7 +125,7 @@ PointDistance to_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec
     best = {distance, way.from, normal};
   }
   // Over the rim to rounding: the direction between points that nearly touch is noise, the plane's normal is not.
-  if (area && best.signed_distance - above.signed_distance <= 1e-15 * std::sqrt(longest)) {
+  if (area && (best.nearest - above.nearest).squaredNorm() <= 1e-30 * longest) {
     best.signed_distance = above.signed_distance;
     best.normal = above.normal;
   }

@@ -60,6 +60,16 @@ TEST_CASE("a sphere far from a triangle: as far as the triangle, not its plane")
     }
 }
 
+TEST_CASE("a sphere a hair past a large triangle's edge: the way to the edge, not square to the plane") {
+  // As far from the plane as from the edge, to rounding; the place of the edge has seven digits more.
+  const Shape triangle(Triangle{Vec3(0, 0, 0), Vec3(900, 0, 0), Vec3(0, 0, -300)});
+  const double off = 1e-6;
+  const Pose pose{.rotation = Mat3::Identity(), .translation = {400, 4, off}};
+  const PairAnswer r = NarrowPhase().solve(Shape(Sphere{2}), pose, triangle, Pose{}, Request::distance);
+  CHECK((r.point_b - r.point_a - r.signed_distance * r.normal).norm() < 1e-12);
+  CHECK((r.normal - Vec3(0, -4, -off).normalized()).norm() < 1e-12);
+}
+
 TEST_CASE("crossing capsules: depth is the radii, the normal their common perpendicular") {
   const NarrowPhase n;
   Pose turned;
