@@ -108,6 +108,23 @@ std::size_t copy_boxes_that_left(const BoxArray& boxes, std::size_t begin, std::
 }
 
 // NOLINTNEXTLINE(misc-definitions-in-headers)
+std::size_t count_boxes_that_left(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxArray& within) {
+  const hn::CappedTag<float, 16> df;
+  const std::size_t lanes = hn::Lanes(df);
+  std::size_t count = 0;
+  for (std::size_t i = begin; i < end; i += lanes) {
+    auto all_inside = hn::FirstN(df, lanes);
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto inside = hn::And(hn::Le(hn::LoadU(df, within.lo(axis) + i), hn::LoadU(df, boxes.lo(axis) + i)),
+                                  hn::Le(hn::LoadU(df, boxes.hi(axis) + i), hn::LoadU(df, within.hi(axis) + i)));
+      all_inside = hn::And(all_inside, inside);
+    }
+    count += hn::CountTrue(df, hn::And(hn::FirstN(df, end - i), hn::Not(all_inside)));
+  }
+  return count;
+}
+
+// NOLINTNEXTLINE(misc-definitions-in-headers)
 std::size_t count_set(std::span<const std::uint8_t> bytes) {
   const hn::ScalableTag<std::uint8_t> d;
   std::size_t count = 0, i = 0;
@@ -245,6 +262,7 @@ HWY_AFTER_NAMESPACE();
 namespace tandem {
 HWY_EXPORT(copy_boxes);
 HWY_EXPORT(copy_boxes_that_left);
+HWY_EXPORT(count_boxes_that_left);
 HWY_EXPORT(count_set);
 HWY_EXPORT(enlarge_boxes);
 HWY_EXPORT(gather_records);
@@ -258,6 +276,10 @@ void copy_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, BoxRe
 std::size_t copy_boxes_that_left(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxArray& within,
                                  BoxRecord* records, std::uint32_t* outside, BoxRecord* before) {
   return HWY_DYNAMIC_DISPATCH(copy_boxes_that_left)(boxes, begin, end, within, records, outside, before);
+}
+
+std::size_t count_boxes_that_left(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxArray& within) {
+  return HWY_DYNAMIC_DISPATCH(count_boxes_that_left)(boxes, begin, end, within);
 }
 
 void enlarge_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxRecord* past, float steps,

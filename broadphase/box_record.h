@@ -39,6 +39,9 @@ void copy_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, BoxRe
 std::size_t copy_boxes_that_left(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxArray& within,
                                  BoxRecord* records, std::uint32_t* outside, BoxRecord* before);
 
+/// Of boxes [begin, end), how many are not inside the box of the same index in `within`.
+std::size_t count_boxes_that_left(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxArray& within);
+
 /// How many of some bytes are not 0.
 std::size_t count_set(std::span<const std::uint8_t> bytes);
 /// Writes the indices of those of bytes [begin, end) that are not 0 to `out`, ascending, and returns how many.

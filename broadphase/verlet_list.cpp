@@ -326,12 +326,17 @@ std::size_t VerletList::returned_candidates() const {
   return count;
 }
 
-std::size_t VerletList::guess_outside() const {
+std::size_t VerletList::count_outside(std::size_t first, std::size_t last) const {
+  // Those that have not changed are not outside.
+  if (last_filter_.same(filter_, first, last)) return count_boxes_that_left(*boxes_, first, last, larger_);
   std::size_t count = 0;
-  if (size() <= boxes_a_part / 2) {
-    for (std::size_t i = 0; i < size(); ++i) count += is_outside(i) ? 1 : 0;
-    return count;
-  }
+  for (std::size_t i = first; i < last; ++i) count += is_outside(i) ? 1 : 0;
+  return count;
+}
+
+std::size_t VerletList::guess_outside() const {
+  if (size() <= boxes_a_part / 2) return count_outside(0, size());
+  std::size_t count = 0;
   // A cache line's worth of boxes at each place.
   constexpr std::size_t boxes_a_place = 16;
   const std::size_t places = std::clamp<std::size_t>(size() / 4096, 32, 128);
@@ -342,7 +347,7 @@ std::size_t VerletList::guess_outside() const {
         prefetch_box(*boxes_, first);
         return prefetch_box(larger_, first);
       }
-      for (std::size_t i = first; i < std::min(size(), first + boxes_a_place); ++i) count += is_outside(i) ? 1 : 0;
+      count += count_outside(first, std::min(size(), first + boxes_a_place));
     });
   }
   return count * size() / (places * boxes_a_place);

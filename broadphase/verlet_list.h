@@ -144,6 +144,7 @@ class VerletList {
   UsualBox usual() const;
   /// Whether boxes that go on as in the last step make a list of far more candidates than pairs: as after a shock.
   bool jolted() const;
+  std::size_t count_outside(std::size_t first, std::size_t last) const;
   /// About how many boxes are outside, from a sample.
   std::size_t guess_outside() const;
   bool is_outside(std::size_t i) const;

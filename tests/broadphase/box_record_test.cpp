@@ -47,6 +47,7 @@ TEST_CASE("box records: copies, and who left, of few boxes and of so many that t
     CHECK(count == expected);
     CHECK(wrong == 0);
     CHECK(copy_boxes_that_left(boxes, begin, end, within, nullptr, outside.data(), nullptr) == expected);
+    CHECK(count_boxes_that_left(boxes, begin, end, within) == expected);
   }
 }
 
