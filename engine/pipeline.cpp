@@ -306,7 +306,8 @@ class SceneWork final : public StepWork {
     BoundsRows rows;
     for (std::size_t k = 0; k < count; ++k) {
       const std::uint32_t at = todo[k];
-      const Bounds bounds = scene_->shape_of(at).bounds(kept_ ? kept_->anchor(at) : poses[at]);
+      const Shape& shape = scene_->shape_of(at);
+      const Bounds bounds = kept_ ? shape.bounds(kept_->anchor(at)) : shape.bounds(poses[at]);
       const double reach = kept_ ? kept_->reach(at) : 0;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         rows.lo[axis][k] = bounds.lo[static_cast<Eigen::Index>(axis)] - reach;
@@ -321,11 +322,18 @@ class SceneWork final : public StepWork {
     // Half the margin on each side: two boxes meet when the gap between their bodies is within the margin.
     FloatRows rounded;
     round_outward(rows, 0.5 * options_.margin, rounded);
-    for (int axis = 0; axis < 3; ++axis)
-      for (std::size_t k = 0; k < count; ++k) {
-        boxes_.lo(axis)[todo[k]] = rounded.lo[axis][k];
-        boxes_.hi(axis)[todo[k]] = rounded.hi[axis][k];
+    for (int axis = 0; axis < 3; ++axis) {
+      float *const lo = boxes_.lo(axis), *const hi = boxes_.hi(axis);
+      if (count == end - first) {
+        std::copy_n(rounded.lo[axis], count, lo + first);
+        std::copy_n(rounded.hi[axis], count, hi + first);
+        continue;
       }
+      for (std::size_t k = 0; k < count; ++k) {
+        lo[todo[k]] = rounded.lo[axis][k];
+        hi[todo[k]] = rounded.hi[axis][k];
+      }
+    }
     for (std::size_t k = 0; k < count; ++k)
       if (!scene_->alive(todo[k])) boxes_.set_empty(todo[k]);
   }
