@@ -135,9 +135,12 @@ PairAnswer solve_spheres(double radius_a, const Vec3& a, double radius_b, const 
   const double length = std::sqrt(length2);
   r.normal = length > 0 ? unit(d, length) : Vec3(radius_a > radius_b ? -1.0 : 1.0, 0, 0);
   r.signed_distance = length - reach;
-  r.collide = r.signed_distance <= 0;
   r.point_a = a + radius_a * r.normal;
   r.point_b = b - radius_b * r.normal;
+  // Clearly apart: known before the root is.
+  const double far = reach + margin;
+  if (request == Request::contacts && length2 > far * far * (1 + 1e-12)) return r;
+  r.collide = r.signed_distance <= 0;
   if (request == Request::contacts) append_single(r, margin, contacts);
   return r;
 }
