@@ -20,8 +20,10 @@ FormChooser::FormChooser(StepForm wanted, double small_step_ms, bool can_order)
 }
 
 bool FormChooser::may_be(StepForm form, const ExecutionReport& report, double work_ms) const {
+  // What several threads do is more than the caller would have to: by about as much as a small step takes.
   if (form == StepForm::caller)
-    return small_.ever() && work_ms < most_on_caller_ms && work_ms < little_shared * report.detect_ms;
+    return small_.ever() && work_ms < most_on_caller_ms &&
+           work_ms < std::max(little_shared * report.detect_ms, report.detect_ms + small_.limit_ms());
   return form == StepForm::overlapped || (form == StepForm::ordered && can_order_);
 }
 

@@ -13,6 +13,7 @@ class SmallStep {
   explicit SmallStep(double limit_ms) : limit_ms_(limit_ms) {}
   bool stays_on_caller() const { return work_ms_ < limit_ms_; }
   bool ever() const { return limit_ms_ > 0; }
+  double limit_ms() const { return limit_ms_; }
   void learn(double work_ms) { work_ms_ = work_ms; }
 
  private:

@@ -17,8 +17,12 @@ namespace {
 /// Steps that cost what `ms` says of a form.
 class Steps {
  public:
-  explicit Steps(double small_ms = 0.3, bool can_order = true, double join_share = 0.1, double heavy_share = 0)
-      : chooser_(StepForm::automatic, small_ms, can_order), join_share_(join_share), heavy_share_(heavy_share) {}
+  explicit Steps(double small_ms = 0.3, bool can_order = true, double join_share = 0.1, double heavy_share = 0,
+                 double more_when_shared = 1)
+      : chooser_(StepForm::automatic, small_ms, can_order),
+        join_share_(join_share),
+        heavy_share_(heavy_share),
+        more_when_shared_(more_when_shared) {}
 
   StepForm step(double caller_ms, double overlapped_ms, double ordered_ms, double pairs = 1000) {
     const StepForm form = chooser_.next();
@@ -28,14 +32,14 @@ class Steps {
     report.narrow_ms = caller_ms;
     report.heavy_ms = heavy_share_ * caller_ms;
     report.detect_ms = form == StepForm::caller ? caller_ms : form == StepForm::overlapped ? overlapped_ms : ordered_ms;
-    chooser_.learn(report, caller_ms, pairs);
+    chooser_.learn(report, form == StepForm::caller ? caller_ms : more_when_shared_ * caller_ms, pairs);
     return form;
   }
   StepForm next() const { return chooser_.next(); }
 
  private:
   FormChooser chooser_;
-  double join_share_, heavy_share_;
+  double join_share_, heavy_share_, more_when_shared_;
 };
 
 }  // namespace
@@ -82,6 +86,12 @@ TEST_CASE("step form: what cannot pay is not tried") {
   for (int i = 0; i < 300; ++i) CHECK(nothing_to_join.step(3, 2, 2) == StepForm::overlapped);
   Steps meshes(0.3, true, 0.1, 0.9);
   for (int i = 0; i < 300; ++i) CHECK(meshes.step(3, 2, 1) == StepForm::overlapped);
+}
+
+TEST_CASE("step form: a short step goes to the caller though threads that share it are busy most of it") {
+  Steps short_steps(0.3, true, 0.1, 0, 2);  // 0.7 ms of work in 0.4, of which the caller has 0.35
+  for (int i = 0; i < 300; ++i) short_steps.step(0.35, 0.42, 0.4);
+  CHECK(short_steps.next() == StepForm::caller);
 }
 
 TEST_CASE("step form: small steps stay on the caller unless none may") {
