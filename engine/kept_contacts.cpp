@@ -2,6 +2,7 @@
 
 #include <cassert>
 #include <cmath>
+#include <cstring>
 #include <iterator>
 #include <limits>
 #include <utility>
@@ -341,20 +342,27 @@ void KeptContacts::take_fresh() {
 /// From pair `i` on to the next one of which a body is looked at, or the end; returns how many of those between are
 /// listed.
 std::uint32_t KeptContacts::pass_over(std::size_t& i) const {
-  const auto is_looked_at = [this](std::uint64_t key) {
+  const std::uint64_t* const keys = keys_.data();
+  const std::uint8_t *const looked_at = looked_at_.data(), *const listed = listed_.data();
+  const auto is_looked_at = [=](std::uint64_t key) {
     const Pair pair = pair_of(key);
-    return looked_at_[pair.a] | looked_at_[pair.b];
+    return looked_at[pair.a] | looked_at[pair.b];
   };
-  constexpr std::size_t row = 8;  // of which next to all hold none: no branch a pair
-  std::uint32_t listed = 0;
-  for (; i + row <= keys_.size(); i += row) {
+  const std::size_t end = keys_.size();
+  std::size_t k = i;
+  std::uint64_t count = 0;
+  // Next to all rows hold none: no branch a pair.
+  for (constexpr std::size_t row = 8; k + row <= end; k += row) {
     int any = 0;
-    for (std::size_t k = 0; k < row; ++k) any |= is_looked_at(keys_[i + k]);
+    for (std::size_t j = 0; j < row; ++j) any |= is_looked_at(keys[k + j]);
     if (any != 0) break;
-    for (std::size_t k = 0; k < row; ++k) listed += listed_[i + k];
+    std::uint64_t bytes = 0;  // of 0 or 1, summed up by the product's highest
+    std::memcpy(&bytes, listed + k, row);
+    count += bytes * 0x0101010101010101u >> 56;
   }
-  for (; i < keys_.size() && is_looked_at(keys_[i]) == 0; ++i) listed += listed_[i];
-  return listed;
+  for (; k < end && is_looked_at(keys[k]) == 0; ++k) count += listed[k];
+  i = k;
+  return static_cast<std::uint32_t>(count);
 }
 
 /// Goes through the pairs that may not be as they were, and finds where the list changes.
