@@ -1,6 +1,7 @@
 #include "mesh_contacts.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -10,6 +11,7 @@
 
 #include "index_map.h"
 #include "manifold.h"
+#include "patch_rows.h"
 #include "unit_vector.h"
 
 namespace tandem {
@@ -55,41 +57,34 @@ struct Posed {
   const MeshModel& mesh(bool of_a) const { return of_a ? a : b; }
 };
 
-struct Cut {
-  Piercing at[2];
-  double t[2];
-};
-
-// The two edges of a triangle that cross the other's plane, by where they do so along the line both planes share.
-bool cut(const std::array<Vec3, 3>& p, const Vec3& normal, const Vec3& on_plane, const Vec3& line, bool of_a,
-         std::uint32_t triangle, const std::array<std::uint32_t, 3>& index, Cut& out) {
-  std::array<double, 3> d;
-  for (std::size_t k = 0; k < 3; ++k) d[k] = normal.dot(p[k] - on_plane);
-  int n = 0;
-  for (std::uint32_t k = 0; k < 3 && n < 2; ++k) {
-    const std::uint32_t next = (k + 1) % 3;
-    if ((d[k] >= 0) == (d[next] >= 0)) continue;
-    const double part = d[k] / (d[k] - d[next]);
-    const Vec3 point = p[k] + part * (p[next] - p[k]);
-    out.at[n] = {point, of_a, triangle, k, index[k], index[next], part, d[k] < 0};
-    out.t[n++] = line.dot(point);
+// Calls take(k, crossing) for those of some pairs of triangles that cross, in their order.
+template <class Take>
+void each_crossing(const Posed& m, std::span<const std::array<std::uint32_t, 2>> pairs, Take&& take) {
+  TriangleRows rows{};  // columns that are not set are computed with the others: what is in them must be numbers
+  CrossingRows found;
+  for (std::size_t first = 0; first < pairs.size(); first += TriangleRows::most) {
+    const auto some = pairs.subspan(first, std::min(TriangleRows::most, pairs.size() - first));
+    for (std::size_t k = 0; k < some.size(); ++k) rows.set(k, m.a.corners(some[k][0]), m.b.corners(some[k][1]));
+    cross_triangles(rows, some.size(), m.frame, found);
+    for (std::uint32_t left = found.crosses; left != 0; left &= left - 1) {
+      const auto k = static_cast<std::size_t>(std::countr_zero(left));
+      const auto end = [&](const CrossingRows::End& e) {
+        const auto edge = static_cast<std::uint32_t>(static_cast<std::int32_t>(e.edge[k]));
+        const bool of_a = edge < 3;
+        const std::uint32_t triangle = some[k][of_a ? 0 : 1], corner = edge % 3;
+        const auto& index = m.mesh(of_a).triangles[triangle];
+        return Piercing{{e.point[0][k], e.point[1][k], e.point[2][k]},
+                        of_a,
+                        triangle,
+                        corner,
+                        index[corner],
+                        index[(corner + 1) % 3],
+                        e.part[k],
+                        (e.from_inside >> k & 1u) != 0};
+      };
+      take(first + k, Crossing{{end(found.end[0]), end(found.end[1])}});
+    }
   }
-  if (n < 2) return false;
-  if (out.t[1] < out.t[0]) std::swap(out.t[0], out.t[1]), std::swap(out.at[0], out.at[1]);
-  return true;
-}
-
-bool crossing(const Posed& m, std::uint32_t i, std::uint32_t j, Crossing& out) {
-  const auto p = m.corners(true, i), q = m.corners(false, j);
-  const Vec3 normal_a = (p[1] - p[0]).cross(p[2] - p[0]), normal_b = (q[1] - q[0]).cross(q[2] - q[0]);
-  const Vec3 line = normal_a.cross(normal_b);
-  Cut a, b;
-  if (!cut(p, normal_b, q[0], line, true, i, m.a.triangles[i], a)) return false;
-  if (!cut(q, normal_a, p[0], line, false, j, m.b.triangles[j], b)) return false;
-  const int first = a.t[0] >= b.t[0] ? 0 : 1, last = a.t[1] <= b.t[1] ? 0 : 1;
-  out.end[0] = first == 0 ? a.at[0] : b.at[0];
-  out.end[1] = last == 0 ? a.at[1] : b.at[1];
-  return true;
 }
 
 class Groups {
@@ -123,7 +118,7 @@ struct Patch {
   explicit Patch(Memory memory)
       : crossings(memory), vertices(memory), triangles{List<std::uint32_t>(memory), List<std::uint32_t>(memory)} {}
   List<std::uint32_t> crossings;
-  List<Candidate> vertices;                      // inside the other mesh
+  List<Candidate> vertices;                      // inside the other mesh; A's come first
   std::array<List<std::uint32_t>, 2> triangles;  // of B, of A: crossed or inside the other mesh
 };
 
@@ -138,11 +133,10 @@ class PatchFinder {
       find_crossings(pairs, parts);
       flood_both(parts);
     } else {
-      for (const auto& [i, j] : pairs)
-        if (Crossing c; crossing(m, i, j, c)) {
-          crossings_.push_back(c);
-          pairs_.push_back({i, j});
-        }
+      each_crossing(m, pairs, [&](std::size_t k, const Crossing& c) {
+        crossings_.push_back(c);
+        pairs_.push_back(pairs[k]);
+      });
       for (const bool of_a : {true, false}) join_and_flood(of_a, groups_, inside_, touched_, memory_);
     }
     collect();
@@ -168,9 +162,11 @@ class PatchFinder {
     std::vector<Crossing> all(pairs.size());
     std::vector<std::uint8_t> cross(pairs.size());
     parts((pairs.size() + pairs_a_part - 1) / pairs_a_part, [&](std::size_t part) {
-      const std::size_t end = std::min(pairs.size(), (part + 1) * pairs_a_part);
-      for (std::size_t k = part * pairs_a_part; k < end; ++k)
-        cross[k] = crossing(m_, pairs[k][0], pairs[k][1], all[k]) ? 1 : 0;
+      const std::size_t begin = part * pairs_a_part, end = std::min(pairs.size(), begin + pairs_a_part);
+      each_crossing(m_, pairs.subspan(begin, end - begin), [&](std::size_t k, const Crossing& c) {
+        all[begin + k] = c;
+        cross[begin + k] = 1;
+      });
     });
     for (std::size_t k = 0; k < pairs.size(); ++k) {
       if (cross[k] == 0) continue;
@@ -392,12 +388,14 @@ std::optional<double> over(const Span& a, const Span& b, const Vec3& n, Vec3& po
 void choose(std::span<const Candidate> all, const Vec3& n, const Vec3& u, const Vec3& v, List<Candidate>& chosen) {
   if (all.empty()) return;
   const std::array<Vec3, 9> directions{u, v, u + v, u - v, -u, -v, -u - v, v - u, all.front().of_a ? n : Vec3(-n)};
-  std::array<std::size_t, 9> best{};
-  std::array<double, 9> most;
-  for (std::size_t k = 0; k < directions.size(); ++k) most[k] = directions[k].dot(all.front().point);
-  for (std::size_t i = 1; i < all.size(); ++i)
-    for (std::size_t k = 0; k < directions.size(); ++k)
-      if (const double along = directions[k].dot(all[i].point); along > most[k]) most[k] = along, best[k] = i;
+  DirectionRows rows{};
+  for (std::size_t k = 0; k < directions.size(); ++k)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      rows.direction[axis][k] = directions[k][static_cast<Eigen::Index>(axis)];
+  static_assert(sizeof(Candidate) % sizeof(double) == 0);
+  find_farthest(rows, directions.size(), all.front().point.data(), sizeof(Candidate) / sizeof(double), all.size());
+  std::array<std::size_t, 9> best;
+  for (std::size_t k = 0; k < best.size(); ++k) best[k] = static_cast<std::size_t>(rows.best[k]);
   for (auto at = best.begin(); at != best.end(); ++at)
     if (std::find(best.begin(), at, *at) == at) chosen.push_back(all[*at]);
 }
@@ -407,9 +405,8 @@ void add_patch(const Posed& m, const Patch& patch, std::span<const Crossing> cro
   const Vec3 n = normal_of(m, patch, crossings);
   if (n.isZero()) return;
   const DepthProbe depth(m, patch, n, memory);
-  std::array<List<Candidate>, 2> vertices{List<Candidate>(memory), List<Candidate>(memory)},
-      edges{List<Candidate>(memory), List<Candidate>(memory)};
-  for (const Candidate& c : patch.vertices) vertices[c.of_a ? 1 : 0].push_back(c);
+  std::array<List<Candidate>, 2> edges{List<Candidate>(memory), List<Candidate>(memory)};
+  for (List<Candidate>& some : edges) some.reserve(2 * patch.crossings.size());
   std::array<List<Span>, 2> spans{List<Span>(memory), List<Span>(memory)};
   std::array<IndexMap<Pierced>, 2> pierced{IndexMap<Pierced>(memory), IndexMap<Pierced>(memory)};
   for (const std::uint32_t k : patch.crossings)
@@ -422,9 +419,13 @@ void add_patch(const Posed& m, const Patch& patch, std::span<const Crossing> cro
       if (e.times == 2 && e.first->from_inside != p.from_inside)
         spans[of_a].push_back({e.first->point, p.point, feature});
     }
+  const std::span<const Candidate> vertices(patch.vertices);
+  const std::size_t of_b = static_cast<std::size_t>(
+      std::find_if(vertices.begin(), vertices.end(), [](const Candidate& c) { return !c.of_a; }) - vertices.begin());
   List<Candidate> chosen(memory);
+  chosen.reserve(36);
   for (const std::size_t of_a : {std::size_t{1}, std::size_t{0}}) {
-    choose(vertices[of_a], n, depth.u(), depth.v(), chosen);
+    choose(of_a != 0 ? vertices.first(of_b) : vertices.subspan(of_b), n, depth.u(), depth.v(), chosen);
     choose(edges[of_a], n, depth.u(), depth.v(), chosen);
   }
   const std::size_t first = contacts.size();

@@ -16,6 +16,7 @@
 #include "mesh_walk.h"
 #include "predicates.h"
 #include "solvers.h"
+#include "triangle_rows.h"
 #include "unit_vector.h"
 
 namespace tandem {
@@ -53,38 +54,53 @@ class MeetingPairs final : public PairVisitor {
   MeetingPairs(const MeshModel& a, const MeshModel& b, TriangleTest& test, TrianglePairs* pairs, Apart* apart)
       : a_(a), b_(b), test_(test), pairs_(pairs), apart_(apart) {
     traverse(a, b, test, pairs == nullptr, *this, apart == nullptr ? nullptr : &apart->of_others);
+    decide_waiting();
   }
   MeetingPairs(const MeshModel& a, const MeshModel& b, TriangleTest& test, NodePair part, TrianglePairs& pairs,
                Apart* apart)
       : a_(a), b_(b), test_(test), pairs_(&pairs), apart_(apart) {
     traverse(a, b, test, part, *this, apart == nullptr ? nullptr : &apart->of_others);
+    decide_waiting();
   }
 
   bool any() const { return any_; }
 
   bool visit(std::uint32_t i, std::uint32_t j) override {
-    if (j != last_) {
-      last_ = j;
-      q_ = b_.corners(j);
-      for (std::size_t k = 0; k < 3; ++k) q_in_a_[k] = test_.in_a(q_[k]);
-    }
-    if (!test_(a_.corners(i), q_, q_in_a_)) {
-      if (apart_ != nullptr) apart_->add({i, j});
-      return false;
-    }
-    any_ = true;
-    if (pairs_) pairs_->push_back({i, j});
-    return pairs_ == nullptr;
+    waiting_[count_] = {i, j};
+    rows_.set(count_++, a_.corners(i), b_.corners(j));
+    if (count_ == TriangleRows::most || pairs_ == nullptr) decide_waiting();
+    return pairs_ == nullptr && any_;
   }
 
  private:
+  void decide_waiting() {
+    if (count_ == 0) return;
+    const TriangleVerdicts verdicts = compare_triangles(rows_, count_, test_);
+    for (std::size_t k = 0; k < count_; ++k) {
+      const auto [i, j] = waiting_[k];
+      if ((verdicts.meet >> k & 1u) != 0 || ((verdicts.unknown >> k & 1u) != 0 && meet(i, j))) {
+        any_ = true;
+        if (pairs_ != nullptr) pairs_->push_back({i, j});
+      } else if (apart_ != nullptr) {
+        apart_->add({i, j});
+      }
+    }
+    count_ = 0;
+  }
+
+  bool meet(std::uint32_t i, std::uint32_t j) {
+    const Corners q = b_.corners(j);
+    return test_(a_.corners(i), q, {test_.in_a(q[0]), test_.in_a(q[1]), test_.in_a(q[2])});
+  }
+
   const MeshModel& a_;
   const MeshModel& b_;
   TriangleTest& test_;
   TrianglePairs* pairs_;
   Apart* apart_;
-  std::uint32_t last_ = no_index;
-  Corners q_, q_in_a_;
+  TriangleRows rows_{};  // columns that are not set are computed with the others: what is in them must be numbers
+  std::array<std::array<std::uint32_t, 2>, TriangleRows::most> waiting_;
+  std::size_t count_ = 0;
   bool any_ = false;
 };
 

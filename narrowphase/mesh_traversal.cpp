@@ -50,7 +50,9 @@ struct TraversalFrame {
       }
     }
     ratio = static_cast<float>(scale);
-    off = static_cast<float>(pad.maxCoeff());
+    // Nothing is compared in these: 1, 6 and 2 units.
+    const Vec3 rounded = 1.3 * std::exp2(-24) * (half_a + 6 * half_b + 2 * between.cwiseAbs());
+    off = static_cast<float>((rounded + Vec3::Constant(4 * frame.delta() / a.unit + 1e-12)).maxCoeff());
   }
 };
 
@@ -331,9 +333,8 @@ class Traversal {
       }
   }
 
-  bool triangles(const MeshNode& na, const MeshNode& nb) {
-    MappedTriangles b;
-    map(b_.blocks[nb.block], b);
+  // Which of A's triangles, eight bits each, boxes do not tell from each of B's.
+  std::uint64_t boxes_meet(const MeshNode& na, const MeshNode& nb, const MappedTriangles& b) {
     std::uint32_t near = 0;
     for (std::size_t l = 0; l < mesh_lanes; l += hn::Lanes(tag)) {
       auto worst = hn::Set(tag, -1.0f);
@@ -346,85 +347,104 @@ class Traversal {
       near |= bits_of(hn::Le(worst, hn::Zero(tag)), l);
     }
     near &= nb.used();
-    if (!near) return false;
-    std::uint32_t hits[mesh_lanes] = {};
-    for (std::size_t l = 0; l < mesh_lanes; l += hn::Lanes(tag)) rows(na, l, b, near, hits);
-    for (; near; near &= near - 1) {
-      const int j = std::countr_zero(near);
-      for (std::uint32_t h = hits[j] & na.used(); h; h &= h - 1)
-        if (visitor_.visit(a_.order[na.child[std::countr_zero(h)]], b_.order[nb.child[j]])) return true;
+    if (near == 0) return 0;
+    const TriangleBlock& t = a_.blocks[na.block];
+    std::uint64_t hits = 0;
+    for (std::size_t l = 0; l < mesh_lanes; l += hn::Lanes(tag)) {
+      Floats low[3], high[3];
+      for (int i = 0; i < 3; ++i) {
+        const Floats p[3] = {hn::Load(tag, t.corner[0][i] + l), hn::Load(tag, t.corner[1][i] + l),
+                             hn::Load(tag, t.corner[2][i] + l)};
+        low[i] = hn::Min(p[0], hn::Min(p[1], p[2]));
+        high[i] = hn::Max(p[0], hn::Max(p[1], p[2]));
+      }
+      for (std::uint32_t left = near; left != 0; left &= left - 1) {
+        const auto j = static_cast<std::size_t>(std::countr_zero(left));
+        auto worst = hn::Set(tag, -1.0f);
+        for (int i = 0; i < 3; ++i)
+          worst =
+              largest(worst, hn::Sub(low[i], hn::Set(tag, b.high[i][j])), hn::Sub(hn::Set(tag, b.low[i][j]), high[i]));
+        note(of_lanes(na.lanes, l, worst));
+        hits |= std::uint64_t{bits_of(hn::Le(worst, hn::Zero(tag)), l)} << (mesh_lanes * j);
+      }
+    }
+    return hits & (0x0101010101010101u * na.used());
+  }
+
+  bool triangles(const MeshNode& na, const MeshNode& nb) {
+    MappedTriangles b;
+    map(b_.blocks[nb.block], b);
+    std::uint64_t hits = boxes_meet(na, nb, b);
+    if (hits == 0) return false;
+    // Pairs that are left, one a lane: place in B's block and in A's. What lies beyond the last counts for nothing.
+    std::uint8_t pairs[mesh_lanes * (mesh_lanes + 1)];
+    std::size_t count = 0;
+    for (; hits != 0; hits &= hits - 1) pairs[count++] = static_cast<std::uint8_t>(std::countr_zero(hits));
+    std::fill_n(pairs + count, mesh_lanes, std::uint8_t{0});
+    const auto index = [](const std::uint32_t* order, const MeshNode& n, std::size_t lane) {
+      return order[n.child[lane]];
+    };
+    for (std::size_t first = 0; first < count; first += hn::Lanes(tag)) {
+      std::uint32_t left = not_apart(a_.blocks[na.block], b, pairs + first, count - first);
+      for (; left != 0; left &= left - 1) {
+        const std::uint8_t pair = pairs[first + static_cast<std::size_t>(std::countr_zero(left))];
+        if (visitor_.visit(index(a_.order.data(), na, pair % mesh_lanes),
+                           index(b_.order.data(), nb, pair / mesh_lanes)))
+          return true;
+      }
     }
     return false;
   }
 
-  // Lanes l.. of A's triangles that boxes and planes do not tell from each of B's in `near`.
-  void rows(const MeshNode& na, std::size_t l, const MappedTriangles& b, std::uint32_t near,
-            std::uint32_t (&hits)[mesh_lanes]) {
-    const TriangleBlock& t = a_.blocks[na.block];
-    Floats p[3][3], low[3], high[3];
+  using Places = hn::Vec<hn::RebindToSigned<Tag>>;
+  static Floats look_up(const float* row, Places places) {
+    if constexpr (hn::MaxLanes(tag) == mesh_lanes)
+      return hn::TableLookupLanes(hn::Load(tag, row), hn::IndicesFromVec(tag, places));
+    else
+      return hn::GatherIndex(tag, row, places);
+  }
+
+  static Floats cross(const Floats* u, const Floats* v, int i) {
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    return hn::Sub(hn::Mul(u[j], v[k]), hn::Mul(u[k], v[j]));
+  }
+
+  // Which of the first `count` of a vector of pairs, whose boxes meet, the triangles' planes do not tell apart.
+  std::uint32_t not_apart(const TriangleBlock& block, const MappedTriangles& b, const std::uint8_t* pairs,
+                          std::size_t count) {
+    const hn::RebindToSigned<Tag> places;
+    const auto pair = hn::PromoteTo(places, hn::LoadU(hn::Rebind<std::uint8_t, Tag>(), pairs));
+    const auto in_a = hn::And(pair, hn::Set(places, mesh_lanes - 1)), in_b = hn::ShiftRight<3>(pair);
+    Floats p[3][3], q[3][3];
+    auto span = hn::Zero(tag);
     for (int i = 0; i < 3; ++i) {
-      for (int c = 0; c < 3; ++c) p[c][i] = hn::Load(tag, t.corner[c][i] + l);
-      low[i] = hn::Min(p[0][i], hn::Min(p[1][i], p[2][i]));
-      high[i] = hn::Max(p[0][i], hn::Max(p[1][i], p[2][i]));
+      for (int c = 0; c < 3; ++c) p[c][i] = look_up(block.corner[c][i], in_a), q[c][i] = look_up(b.corner[c][i], in_b);
+      const auto low = hn::Min(p[0][i], hn::Min(p[1][i], p[2][i])), high = hn::Max(p[0][i], hn::Max(p[1][i], p[2][i]));
+      span = hn::Max(span, hn::Sub(hn::Max(high, look_up(b.high[i], in_b)), hn::Min(low, look_up(b.low[i], in_b))));
     }
-    Floats u[3], v[3], n[3];
-    for (int i = 0; i < 3; ++i) u[i] = hn::Sub(p[1][i], p[0][i]), v[i] = hn::Sub(p[2][i], p[0][i]);
-    for (int i = 0; i < 3; ++i) {
-      const int j = (i + 1) % 3, k = (i + 2) % 3;
-      n[i] = hn::Sub(hn::Mul(u[j], v[k]), hn::Mul(u[k], v[j]));
-    }
-    for (; near; near &= near - 1) {
-      const auto j = static_cast<std::size_t>(std::countr_zero(near));
-      auto worst = hn::Set(tag, -1.0f), span = hn::Zero(tag);
-      for (int i = 0; i < 3; ++i) {
-        const auto low_b = hn::Set(tag, b.low[i][j]), high_b = hn::Set(tag, b.high[i][j]);
-        worst = largest(worst, hn::Sub(low[i], high_b), hn::Sub(low_b, high[i]));
-        span = hn::Max(span, hn::Sub(hn::Max(high[i], high_b), hn::Min(low[i], low_b)));
+    // Every difference is at most `span`, and wrong by 2 off plus its rounding: a determinant of them is wrong by
+    // less than 6 span^2 (6 off + 10 u span), u = 2^-24, and a normal by less than that over span.
+    const auto askew = hn::Mul(span, hn::Add(hn::Set(tag, 48 * f_.off), hn::Mul(hn::Set(tag, 4e-6f), span)));
+    const auto bound = hn::Mul(span, askew), below = hn::Neg(bound);
+    auto keep = hn::FirstN(tag, count);
+    const auto tell_apart = [&](const Floats(&t)[3][3], const Floats(&other)[3][3]) HWY_ATTR {
+      Floats u[3], v[3], n[3], side[3];
+      for (int i = 0; i < 3; ++i) u[i] = hn::Sub(t[1][i], t[0][i]), v[i] = hn::Sub(t[2][i], t[0][i]);
+      for (int i = 0; i < 3; ++i) n[i] = cross(u, v, i);
+      for (int c = 0; c < 3; ++c)
+        side[c] = dot(n[0], n[1], n[2], hn::Sub(other[c][0], t[0][0]), hn::Sub(other[c][1], t[0][1]),
+                      hn::Sub(other[c][2], t[0][2]));
+      const auto lowest = hn::Min(side[0], hn::Min(side[1], side[2])), highest = largest(side[0], side[1], side[2]);
+      if constexpr (gaps) {
+        const auto beyond = hn::Sub(hn::Max(lowest, hn::Neg(highest)), bound);
+        const auto length = hn::Add(hn::Sqrt(dot(n[0], n[1], n[2], n[0], n[1], n[2])), askew);
+        note(hn::IfThenElseZero(keep, hn::Div(beyond, length)));
       }
-      note(of_lanes(na.lanes, l, worst));
-      if (bits_of(hn::Le(worst, hn::Zero(tag)), 0) == 0) continue;
-      // Every difference is at most `span`, and wrong by 2 off plus its rounding: a determinant of them is wrong by
-      // less than 6 span^2 (6 off + 10 u span), u = 2^-24, and a normal by less than that over span.
-      const auto askew = hn::Mul(span, hn::Add(hn::Set(tag, 48 * f_.off), hn::Mul(hn::Set(tag, 4e-6f), span)));
-      const auto bound = hn::Mul(span, askew);
-      const auto below = hn::Neg(bound);
-      Floats side[3];
-      for (int c = 0; c < 3; ++c)
-        side[c] =
-            dot(n[0], n[1], n[2], hn::Sub(hn::Set(tag, b.corner[c][0][j]), p[0][0]),
-                hn::Sub(hn::Set(tag, b.corner[c][1][j]), p[0][1]), hn::Sub(hn::Set(tag, b.corner[c][2][j]), p[0][2]));
-      const auto off_plane = [&](const Floats normal2) HWY_ATTR {
-        const auto beyond =
-            hn::Max(hn::Min(side[0], hn::Min(side[1], side[2])), hn::Neg(largest(side[0], side[1], side[2])));
-        return hn::Div(hn::Sub(beyond, bound), hn::Add(hn::Sqrt(normal2), askew));
-      };
-      // Of those that boxes do not tell apart by A's planes, of what is left then by B's.
-      if constexpr (gaps)
-        note(of_lanes(
-            na.lanes, l,
-            hn::IfThenZeroElse(hn::Gt(worst, hn::Zero(tag)), off_plane(dot(n[0], n[1], n[2], n[0], n[1], n[2])))));
-      auto keep =
-          hn::And(hn::Le(worst, hn::Zero(tag)), hn::And(hn::Le(hn::Min(side[0], hn::Min(side[1], side[2])), bound),
-                                                        hn::Ge(largest(side[0], side[1], side[2]), below)));
-      if (hn::AllFalse(tag, keep)) continue;
-      float q[3][3];
-      for (int c = 0; c < 3; ++c)
-        for (int i = 0; i < 3; ++i) q[c][i] = b.corner[c][i][j];
-      float m[3];
-      for (int i = 0; i < 3; ++i) {
-        const int y = (i + 1) % 3, z = (i + 2) % 3;
-        m[i] = (q[1][y] - q[0][y]) * (q[2][z] - q[0][z]) - (q[1][z] - q[0][z]) * (q[2][y] - q[0][y]);
-      }
-      for (int c = 0; c < 3; ++c)
-        side[c] = dot(m, hn::Sub(p[c][0], hn::Set(tag, q[0][0])), hn::Sub(p[c][1], hn::Set(tag, q[0][1])),
-                      hn::Sub(p[c][2], hn::Set(tag, q[0][2])));
-      if constexpr (gaps)
-        note(of_lanes(na.lanes, l,
-                      hn::IfThenElseZero(keep, off_plane(hn::Set(tag, m[0] * m[0] + m[1] * m[1] + m[2] * m[2])))));
-      keep = hn::And(keep, hn::And(hn::Le(hn::Min(side[0], hn::Min(side[1], side[2])), bound),
-                                   hn::Ge(largest(side[0], side[1], side[2]), below)));
-      hits[j] |= bits_of(keep, l);
-    }
+      keep = hn::And(keep, hn::And(hn::Le(lowest, bound), hn::Ge(highest, below)));
+    };
+    tell_apart(p, q);
+    tell_apart(q, p);
+    return bits_of(keep, 0);
   }
 
   const MeshModel& a_;
