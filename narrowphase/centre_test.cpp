@@ -12,28 +12,33 @@
 namespace tandem {
 namespace {
 
-/// A ball inside the shape, in its frame.
-struct InnerBall {
-  Vec3 centre = Vec3::Zero();
-  double radius = 0;
-};
+/// Is the ball inside the shape about its origin?
+bool is_centred(const Shape& s) {
+  return s.kind() != ShapeKind::cone && s.kind() != ShapeKind::convex && s.kind() != ShapeKind::triangle;
+}
 
-InnerBall inner_ball(const Shape& s) {
+/// The centre of a ball inside the shape, in its frame.
+Vec3 inner_centre(const Shape& s) {
+  if (is_centred(s)) return Vec3::Zero();
+  return s.kind() == ShapeKind::cone ? Vec3(0, 0, -0.25 * s.length()) : s.hull().inside;
+}
+
+double inner_radius(const Shape& s) {
   switch (s.kind()) {
     case ShapeKind::box:
     case ShapeKind::ellipsoid:
-      return {.radius = s.half_size().minCoeff()};  // an ellipsoid's radii
+      return s.half_size().minCoeff();  // an ellipsoid's radii
     case ShapeKind::cylinder:
-      return {.radius = std::min(s.radius(), 0.5 * s.length())};
+      return std::min(s.radius(), 0.5 * s.length());
     case ShapeKind::cone: {
-      const double r = s.radius(), l = s.length(), quarter = 0.25 * l;
-      return {{0, 0, -quarter}, std::min(quarter, 0.75 * l * r / std::sqrt(r * r + l * l))};
+      const double r = s.radius(), l = s.length();
+      return std::min(0.25 * l, 0.75 * l * r / std::sqrt(r * r + l * l));
     }
     case ShapeKind::convex:
     case ShapeKind::triangle:
-      return {s.hull().inside, s.hull().inner_radius};
+      return s.hull().inner_radius;
     default:
-      return {.radius = s.radius()};  // sphere, capsule
+      return s.radius();  // sphere, capsule
   }
 }
 
@@ -84,23 +89,26 @@ constexpr double sum_rounding = 1e-12;
 CentreTest test_centres(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin) {
   // Rotations count as they are given, and are orthonormal to 1e-6 only: balls are ellipsoids.
   constexpr double askew = 4e-6;
-  const InnerBall in_a = inner_ball(a), in_b = inner_ball(b);
-  const Vec3 between = from_to(in_a.centre, pose_a, in_b.centre, pose_b);
+  // Most shapes' centres are their origins: nothing to turn then, and no root.
+  const bool centred = is_centred(a) && is_centred(b);
+  const Vec3 in_a = inner_centre(a), in_b = inner_centre(b);
+  const Vec3 between = centred ? Vec3(pose_b.translation - pose_a.translation) : from_to(in_a, pose_a, in_b, pose_b);
   const double length2 = between.squaredNorm();
-  const double offset = in_a.centre.norm() + in_b.centre.norm();
-  const double inner = (1 - askew) * (in_a.radius + in_b.radius) - sum_rounding * offset;
+  const double offset = centred ? 0.0 : in_a.norm() + in_b.norm();
+  const double inner = (1 - askew) * (inner_radius(a) + inner_radius(b)) - sum_rounding * offset;
   if (inner > 0 && length2 < inner * inner) return {CentreTest::Verdict::overlapping};
 
   const double covered = reach(a, pose_a.rotation.transpose() * between, Reach::at_most) +
                          reach(b, -(pose_b.rotation.transpose() * between), Reach::at_most);
-  const double length = std::sqrt(length2);
+  const bool rooted = !centred || margin > 0;
+  const double length = rooted ? std::sqrt(length2) : 0.0;
   const double apart = length2 - covered - sum_rounding * (length2 + std::abs(covered) + length * offset);
   if (!(apart > margin * length)) return {};
-  return {CentreTest::Verdict::apart, unit(between, length)};
+  return {CentreTest::Verdict::apart, between};
 }
 
 double separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, const Vec3& n) {
-  return n.dot(from_to(inner_ball(a).centre, pose_a, inner_ball(b).centre, pose_b)) -
+  return n.dot(from_to(inner_centre(a), pose_a, inner_centre(b), pose_b)) -
          (reach(a, pose_a.rotation.transpose() * n, Reach::exact) +
           reach(b, -(pose_b.rotation.transpose() * n), Reach::exact));
 }

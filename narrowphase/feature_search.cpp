@@ -50,6 +50,7 @@ struct Body {
 struct Spot {
   Vec3 q;  ///< in the body's frame
   Surface surface;
+  bool inside = false;                            ///< the point moved lies in the body, farther than rounding
   std::uint32_t vertex = 0, other = 0, face = 0;  ///< of a hull: as HullSpot has them
 };
 
@@ -62,9 +63,10 @@ Spot project(const Body& body, Vec3& p, double least, const Spot* last = nullptr
     const std::uint32_t from =
         last != nullptr ? last->vertex : core_support_point(body.core, spot.q - hull.inside, support_kernel()).vertex;
     const HullSpot found = nearest_on_hull(hull, spot.q, from);
-    spot = {found.q, found.surface, found.vertex, found.other, found.face};
+    spot = {found.q, found.surface, false, found.vertex, found.other, found.face};
   } else {
-    spot.surface = move_into(body.core, spot.q, least).surface;
+    const Projection moved = move_into(body.core, spot.q, least);
+    spot.surface = moved.surface, spot.inside = moved.inside;
   }
   p = body.out(spot.q);
   return spot;
@@ -372,7 +374,7 @@ bool have_features(const ConvexView& a, const ConvexView& b) {
   return has(a) && has(b);
 }
 
-Support search_features(const MinkowskiDifference& d, double below) {
+Support search_features(const MinkowskiDifference& d, double below, bool* common) {
   const double rounding = 16 * epsilon * rounding_scale(d), clear = clearance * std::min(d.a.size, d.b.size);
   const Body a{d.a, nullptr, Vec3::Zero()};
   Body b{d.b, &d.pose.rotation, d.pose.translation};
@@ -391,10 +393,22 @@ Support search_features(const MinkowskiDifference& d, double below) {
   const bool parted = sa.surface != Surface::none && sb.surface != Surface::none;
   w.n = parted ? w.b - w.a : sa.surface != Surface::none ? b.out(core_centre(d.b)) - w.a : between;
   w.n = unit_or(w.n, found.n);
+  if (common != nullptr && (*common = sa.inside || sb.inside)) return found;
   for (int round = 0; round < rounds; ++round) {
     const double h = reach(w.n);
     if (round == 0 || h < found.h) found.n = w.n, found.h = h;
     if (h < below) return found;
+    if (round == 0 && common != nullptr && parted) {
+      // One projection more parts nearly all that are well apart.
+      Vec3 p = w.b;
+      *common = project(a, p, rounding).inside;
+      if (*common) return found;
+      const Vec3 n = unit_or(w.b - p, w.n);
+      if (const double closer = reach(n); closer < below) {
+        found.n = n, found.h = closer;
+        return found;
+      }
+    }
     const Vec3 shift = std::max(0.0, h + clear) * w.n;
     b.centre = d.pose.translation + shift;
     w.b += shift;

@@ -13,6 +13,8 @@ bool have_features(const ConvexView& a, const ConvexView& b);
 /// `optimal` where the supports along n and the two points bear it out, to
 /// rounding: of bodies that are apart that is a proof. Else n is only a good direction, and the rest is not set. Ends
 /// as soon as h < below.
-Support search_features(const MinkowskiDifference& d, double below);
+/// `common` asks for a verdict only: set where a point of one that was found on the way lies within the other; what is
+/// returned then says nothing.
+Support search_features(const MinkowskiDifference& d, double below, bool* common = nullptr);
 
 }  // namespace tandem

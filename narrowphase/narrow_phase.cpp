@@ -47,8 +47,8 @@ bool answered_by_centres(const Shape& a, const Pose& pose_a, const Shape& b, con
   const CentreTest test = test_centres(a, pose_a, b, pose_b, contacts ? margin : 0);
   if (test.verdict == CentreTest::Verdict::apart) {
     if (contacts) {
-      answer.normal = test.normal;
-      answer.signed_distance = separation(a, pose_a, b, pose_b, test.normal);
+      answer.normal = unit(test.way);
+      answer.signed_distance = separation(a, pose_a, b, pose_b, answer.normal);
     }
     return true;
   }

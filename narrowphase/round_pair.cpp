@@ -75,7 +75,9 @@ LocalAnswer round_signed_distance(const MinkowskiDifference& d, const Vec3* star
 bool round_collide(const MinkowskiDifference& d) {
   const double scale = rounding_scale(d), below = -core_radius(d.a) - core_radius(d.b) - 4 * epsilon * scale;
   const auto by_features = [&]() -> std::optional<bool> {
-    const Support s = search_features(d, below);
+    bool common = false;
+    const Support s = search_features(d, below, &common);
+    if (common) return true;
     if (s.h < below) return false;
     if (s.optimal && share_a_point(d, s, scale)) return true;
     return std::nullopt;

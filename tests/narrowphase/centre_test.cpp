@@ -22,7 +22,7 @@ TEST_CASE("the line of centres tells what the distance tells, and the same from 
         const CentreTest test = test_centres(a, pose_a, b, pose_b, margin);
         const CentreTest back = test_centres(b, pose_b, a, pose_a, margin);
         REQUIRE(back.verdict == test.verdict);
-        REQUIRE(back.normal == -test.normal);
+        REQUIRE(back.way == -test.way);
         ++pairs;
         if (test.verdict == CentreTest::Verdict::open) continue;
         const double distance = exact.solve(a, pose_a, b, pose_b, Request::distance).signed_distance;
@@ -32,13 +32,14 @@ TEST_CASE("the line of centres tells what the distance tells, and the same from 
           continue;
         }
         ++apart;
-        const double along = separation(a, pose_a, b, pose_b, test.normal);
-        REQUIRE(separation(b, pose_b, a, pose_a, back.normal) == along);
+        const Vec3 n = test.way.normalized();
+        const double along = separation(a, pose_a, b, pose_b, n);
+        REQUIRE(separation(b, pose_b, a, pose_a, -n) == along);
         REQUIRE(along > margin);
         REQUIRE(distance >= along - 1e-10);
         // By so much B comes nearer, and no more than touches.
         Pose near = pose_b;
-        near.translation -= along * test.normal;
+        near.translation -= along * n;
         REQUIRE(exact.solve(a, pose_a, b, near, Request::distance).signed_distance >= -1e-10);
       }
   CHECK(apart > pairs / 4);
