@@ -180,9 +180,11 @@ bool clear_segment_distance(const Vec3& centre_a, const Vec3& half_a, const Vec3
   const double t = within((within((uv * rv - vv * ru) / det) * uv + rv) * by_vv), s = within((t * uv - ru) * by_uu);
   const bool inside_a = std::abs(s) < 1, inside_b = std::abs(t) < 1, inside = inside_a && inside_b;
   Vec3 gap = t * half_b - s * half_a - r;
-  // Inside a segment the way is square to it, whatever is left of so small a difference.
-  gap -= ((inside_a ? by_uu : 0.0) * gap.dot(half_a)) * half_a;
-  gap -= ((inside_b ? by_vv : 0.0) * gap.dot(half_b)) * half_b;
+  // Inside a segment the way is square to it, whatever is left of a small difference.
+  if (gap.squaredNorm() < 1e-4 * (r.squaredNorm() + uu + vv)) {
+    gap -= ((inside_a ? by_uu : 0.0) * gap.dot(half_a)) * half_a;
+    gap -= ((inside_b ? by_vv : 0.0) * gap.dot(half_b)) * half_b;
+  }
   // Inside both it is square to both, also where they cross.
   const Vec3 way = inside ? Vec3(half_a.cross(half_b)) : gap, from = inside ? Vec3(-r) : gap;
   const double length2 = way.squaredNorm();
