@@ -13,7 +13,9 @@ namespace tandem {
 template <class Value>
 class IndexMap {
  public:
-  explicit IndexMap(std::pmr::memory_resource* memory) : entries_(memory), slots_(64, no_index, memory) {}
+  explicit IndexMap(std::pmr::memory_resource* memory) : entries_(memory), slots_(2 * usual, no_index, memory) {
+    entries_.reserve(usual);
+  }
 
   /// The value of `key`, made from `value` if it is new, and whether it was.
   std::pair<Value&, bool> emplace(std::uint32_t key, const Value& value) {
@@ -36,6 +38,8 @@ class IndexMap {
   auto end() const { return entries_.end(); }
 
  private:
+  static constexpr std::size_t usual = 32;  // entries, before it grows
+
   std::size_t slot(std::uint32_t key) const {
     const std::size_t mask = slots_.size() - 1;
     std::size_t s = (key * 0x9e3779b1u >> 8) & mask;

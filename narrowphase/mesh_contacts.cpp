@@ -137,6 +137,8 @@ class PatchFinder {
         crossings_.push_back(c);
         pairs_.push_back(pairs[k]);
       });
+      inside_.reserve(pairs.size());
+      touched_.reserve(2 * pairs.size());
       for (const bool of_a : {true, false}) join_and_flood(of_a, groups_, inside_, touched_, memory_);
     }
     collect();
@@ -313,8 +315,10 @@ class DepthProbe {
       : n_(n), flats_{List<Flat>(memory), List<Flat>(memory)} {
     u_ = n.unitOrthogonal();
     v_ = n.cross(u_);
-    for (const bool of_a : {true, false})
-      for (const std::uint32_t t : patch.triangles[of_a ? 1 : 0]) {
+    for (const bool of_a : {true, false}) {
+      const List<std::uint32_t>& triangles = patch.triangles[of_a ? 1 : 0];
+      flats_[of_a ? 1 : 0].reserve(std::min(triangles.size(), usual_flats));
+      for (const std::uint32_t t : triangles) {
         const auto p = m.corners(of_a, t);
         // Only the sides that face each other.
         if ((p[1] - p[0]).cross(p[2] - p[0]).dot(n) * (of_a ? 1 : -1) <= 0) continue;
@@ -327,6 +331,7 @@ class DepthProbe {
         f.low_x = low_x - slack, f.high_x = high_x + slack, f.low_y = low_y - slack, f.high_y = high_y + slack;
         flats_[of_a ? 1 : 0].push_back(f);
       }
+    }
   }
 
   double operator()(const Candidate& c) const {
@@ -352,6 +357,7 @@ class DepthProbe {
 
  private:
   static constexpr double edge = 1e-9;  // a point on an edge belongs to both sides
+  static constexpr std::size_t usual_flats = 64;
   struct Flat {
     double low_x, high_x, low_y, high_y;  // wide enough for that
     std::array<double, 3> x, y, z;

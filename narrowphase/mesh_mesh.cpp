@@ -125,7 +125,9 @@ TrianglePairs meeting_pairs(const Posed& a, const Posed& b, TriangleTest& test, 
     for (const Apart& there : apart_there) apart->join(there);
     for (const TrianglePairs& some : found) pairs.insert(pairs.end(), some.begin(), some.end());
   }
-  std::sort(pairs.begin(), pairs.end());
+  std::sort(pairs.begin(), pairs.end(), [](const auto& x, const auto& y) {
+    return (std::uint64_t{x[0]} << 32 | x[1]) < (std::uint64_t{y[0]} << 32 | y[1]);
+  });
   return pairs;
 }
 

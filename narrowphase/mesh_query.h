@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -9,6 +10,19 @@
 #include "mesh_model.h"
 
 namespace tandem {
+
+/// A box along a mesh's axes and one along its own, in the mesh's units about its centre; both hold the same thing.
+struct QueryBox {
+  float mid[3], half[3], own_mid[3], own_half[3], axes[3][3];
+};
+
+/// Gaps to the boxes of a node, a lane each: the largest along an axis, or `squared` the distance along the three axes
+/// of one or the other.
+struct alignas(32) NodeGaps {
+  float lane[mesh_lanes];
+  std::uint32_t within;  ///< a bit for each of its lanes in use that is no farther than asked for
+};
+void find_gaps(const QueryBox& box, const MeshNode& node, bool squared, float reach, NodeGaps& gaps);
 
 /// A box with axes of its own against the boxes of a mesh's hierarchy: which triangles may come near it. Gaps are lower
 /// bounds, along the axes of either; floats, with a margin for their rounding.
@@ -28,11 +42,11 @@ class BoxQuery {
     blunt_ = !(most < 1e18);
     pad_ = blunt_ ? 0 : static_cast<float>(2e-6 * (2 + most));
     for (int i = 0; i < 3; ++i) {
-      mid_[i] = blunt_ ? 0 : static_cast<float>((lo[i] + hi[i]) / 2);
-      half_[i] = blunt_ ? 0 : static_cast<float>((hi[i] - lo[i]) / 2) + pad_;
-      own_mid_[i] = blunt_ ? 0 : static_cast<float>(axes.col(i).dot(m));
-      own_half_[i] = blunt_ ? 0 : static_cast<float>(h[i]) + pad_;
-      for (int j = 0; j < 3; ++j) axes_[i][j] = static_cast<float>(axes(j, i));
+      box_.mid[i] = blunt_ ? 0 : static_cast<float>((lo[i] + hi[i]) / 2);
+      box_.half[i] = blunt_ ? 0 : static_cast<float>((hi[i] - lo[i]) / 2) + pad_;
+      box_.own_mid[i] = blunt_ ? 0 : static_cast<float>(axes.col(i).dot(m));
+      box_.own_half[i] = blunt_ ? 0 : static_cast<float>(h[i]) + pad_;
+      for (int j = 0; j < 3; ++j) box_.axes[i][j] = static_cast<float>(axes(j, i));
     }
   }
 
@@ -47,9 +61,10 @@ class BoxQuery {
     stack[top++] = 0;
     while (top > 0) {
       const MeshNode& n = mesh_.nodes[stack[--top]];
-      const Lanes worst = ball_ > 0 ? squared_gap(n) : gap(n);
-      for (std::uint32_t k = 0; k < n.lanes; ++k) {
-        if (worst[static_cast<int>(k)] > reach) continue;
+      NodeGaps gaps;
+      find(n, ball_ > 0, reach, gaps);
+      for (std::uint32_t left = gaps.within; left != 0; left &= left - 1) {
+        const int k = std::countr_zero(left);
         if (n.count[k] == 0) {
           stack[top++] = n.child[k];
           continue;
@@ -80,11 +95,12 @@ class BoxQuery {
         continue;
       }
       const MeshNode& n = mesh_.nodes[e.child];
-      const Lanes gap2 = squared_gap(n);
+      NodeGaps gaps;
+      find(n, true, limit2, gaps);
       const std::size_t first = top;
-      for (std::uint32_t k = 0; k < n.lanes; ++k) {
-        const float g = gap2[static_cast<int>(k)];
-        if (g > limit2) continue;
+      for (std::uint32_t left = gaps.within; left != 0; left &= left - 1) {
+        const int k = std::countr_zero(left);
+        const float g = gaps.lane[k];
         // Nearest on top; of equals the first lane.
         std::size_t at = top++;
         for (; at > first && stack[at - 1].gap2 <= g; --at) stack[at] = stack[at - 1];
@@ -94,56 +110,23 @@ class BoxQuery {
   }
 
  private:
-  static constexpr int lanes = static_cast<int>(sizeof(MeshNode::child) / sizeof(std::uint32_t));
-  static constexpr std::size_t stack_size = 64 * lanes;  // levels of a hierarchy: MeshModel::depth
-  using Lanes = Eigen::Array<float, lanes, 1>;
-
-  struct Gaps {
-    Lanes along[3], own[3];
-  };
+  static constexpr std::size_t stack_size = 64 * mesh_lanes;  // levels of a hierarchy: MeshModel::depth
 
   float squared(double distance) const {
     const double d = (distance + ball_) / mesh_.unit * 1.00001;
     return d * d < 1e37 ? static_cast<float>(d * d) : std::numeric_limits<float>::infinity();
   }
 
-  static Lanes load(const float* p) { return Eigen::Map<const Lanes, Eigen::Aligned16>(p); }
-
-  Gaps gaps(const MeshNode& n) const {
-    Gaps g;
-    Lanes mid[3], half[3];
-    for (int i = 0; i < 3; ++i) {
-      mid[i] = load(n.mid[i]);
-      half[i] = load(n.half[i]);
-      g.along[i] = (mid[i] - mid_[i]).abs() - (half[i] + half_[i]);
-    }
-    for (int i = 0; i < 3; ++i) {
-      const float x = axes_[i][0], y = axes_[i][1], z = axes_[i][2];
-      const Lanes d = x * mid[0] + y * mid[1] + z * mid[2] - own_mid_[i];
-      g.own[i] = d.abs() - (std::abs(x) * half[0] + std::abs(y) * half[1] + std::abs(z) * half[2] + own_half_[i]);
-    }
-    return g;
-  }
-
-  Lanes gap(const MeshNode& n) const {
-    if (blunt_) return Lanes::Zero();
-    const Gaps g = gaps(n);
-    return g.along[0].max(g.along[1]).max(g.along[2]).max(g.own[0]).max(g.own[1]).max(g.own[2]);
-  }
-
-  Lanes squared_gap(const MeshNode& n) const {
-    if (blunt_) return Lanes::Zero();
-    const Gaps g = gaps(n);
-    const auto sum = [](const Lanes* x) {
-      const Lanes a = x[0].max(0.0f), b = x[1].max(0.0f), c = x[2].max(0.0f);
-      return Lanes(a * a + b * b + c * c);
-    };
-    return sum(g.along).max(sum(g.own));
+  void find(const MeshNode& n, bool squared, float reach, NodeGaps& gaps) const {
+    if (!blunt_) return find_gaps(box_, n, squared, reach, gaps);
+    std::fill_n(gaps.lane, mesh_lanes, 0.0f);
+    gaps.within = n.used();
   }
 
   const MeshModel& mesh_;
   double ball_;
-  float mid_[3], half_[3], own_mid_[3], own_half_[3], axes_[3][3], pad_;
+  QueryBox box_;
+  float pad_;
   bool blunt_;
 };
 

@@ -9,6 +9,7 @@
 
 #include "hull.h"
 #include "mesh_model.h"
+#include "support_kernel.h"
 
 namespace tandem {
 namespace {
@@ -130,14 +131,24 @@ MassProperties mesh_mass(const MeshModel& mesh) {
 
 Bounds around(const Vec3& centre, const Vec3& half) { return {centre - half, centre + half}; }
 
-template <class Indices, class At>
-Bounds posed_bounds(const Indices& indices, At&& at, const Pose& pose) {
+Bounds posed_bounds(const Hull& hull, const Pose& pose) {
   // Rotated first and moved last, so that a far translation costs one rounding only.
   Vec3 lo = Vec3::Constant(std::numeric_limits<double>::infinity()), hi = -lo;
-  for (const auto& i : indices) {
-    const Vec3 v = pose.rotation * at(i);
+  const auto add = [&](const Vec3& vertex) {
+    const Vec3 v = pose.rotation * vertex;
     lo = lo.cwiseMin(v);
     hi = hi.cwiseMax(v);
+  };
+  constexpr std::size_t few = 64;  // all are looked at in the time that six searches take
+  if (hull.vertices.size() <= few) {
+    for (const Vec3& v : hull.vertices) add(v);
+  } else {
+    const SupportKernel farthest = support_kernel();
+    for (int k = 0; k < 3; ++k)
+      for (const double sense : {1.0, -1.0}) {
+        const Vec3 d = sense * pose.rotation.row(k).transpose();
+        add(hull.vertices[farthest(hull.support, hull.vertices.data(), d.data())]);
+      }
   }
   return {lo + pose.translation, hi + pose.translation};
 }
@@ -265,11 +276,9 @@ Bounds Shape::bounds(const Pose& pose) const {
     }
     case ShapeKind::convex:
     case ShapeKind::triangle:
-      return posed_bounds(
-          hull_->vertices, [](const Vec3& v) -> const Vec3& { return v; }, pose);
+      return posed_bounds(*hull_, pose);
     case ShapeKind::mesh:
-      return posed_bounds(
-          mesh_->extreme, [&](std::uint32_t i) -> const Vec3& { return mesh_->vertices[i]; }, pose);
+      return posed_bounds(mesh_->hull, pose);
   }
   return {t, t};
 }
