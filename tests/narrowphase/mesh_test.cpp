@@ -149,6 +149,47 @@ TEST_CASE("all intersecting triangle pairs of two meshes are those of all agains
   CHECK(found > 1000);
 }
 
+TEST_CASE("a small mesh whose corners just pierce or just miss a large one: what single precision blurs is found") {
+  // Fine triangles far from the middle.
+  Mesh large{{{-1, -1, -1}, {-1, -0.9, -1}, {-1, -1, -0.9}}, {{0, 1, 2}}};
+  constexpr std::uint32_t row = 12;
+  for (std::uint32_t x = 0; x < row; ++x)
+    for (std::uint32_t y = 0; y < row; ++y) {
+      large.vertices.emplace_back(1 + 1e-3 * x, 1 + 1e-3 * y, 0.7 + 3e-4 * std::sin(1.0 * x * y));
+      const std::uint32_t v = 3 + x * row + y;
+      if (x + 1 == row || y + 1 == row) continue;
+      large.triangles.push_back({v, v + row, v + 1});
+      large.triangles.push_back({v + 1, v + row, v + row + 1});
+    }
+  const Mesh small = box_mesh(Vec3(2e-4, 3e-4, 1e-4), 1);
+  const Shape a(large), b(small);
+  std::mt19937_64 random(23);
+  std::size_t found = 0;
+  for (std::size_t i = 0; i < 400; ++i) {
+    const Pose pa = Pose::from(random_turn(random), random_point(random, 1));
+    Pose pb = Pose::from(random_turn(random), Vec3::Zero());
+    // A corner within some 1e-8 of the middle of a triangle, the rest of the box outside.
+    const auto p = a.mesh().corners(static_cast<std::uint32_t>(1 + 7 * i % (large.triangles.size() - 1)));
+    const Vec3 out = pa.rotation * (p[1] - p[0]).cross(p[2] - p[0]).normalized();
+    const double sink = (i % 2 != 0 ? 1 : -1) * std::pow(10.0, -8 - static_cast<double>(i % 4));
+    Vec3 corner = pb.rotation * b.mesh().vertices[0];
+    for (const Vec3& v : b.mesh().vertices)
+      if ((pb.rotation * v).dot(out) < corner.dot(out)) corner = pb.rotation * v;
+    pb.translation = pa * ((p[0] + p[1] + p[2]) / 3) - corner - sink * out;
+    TriangleTest test(pa, pb, 1);
+    Pairs want;
+    for (std::uint32_t x = 0; x < large.triangles.size(); ++x)
+      for (std::uint32_t y = 0; y < small.triangles.size(); ++y) {
+        const auto t = a.mesh().corners(x), q = b.mesh().corners(y);
+        if (test(t, q, {test.in_a(q[0]), test.in_a(q[1]), test.in_a(q[2])})) want.push_back({x, y});
+      }
+    CAPTURE(i, sink);
+    REQUIRE(mesh_triangle_pairs(a, pa, b, pb) == want);
+    found += want.empty() ? 0 : 1;
+  }
+  CHECK(found >= 200);
+}
+
 TEST_CASE("stretched, tiny, far, aligned and shifted meshes: every pair that exact arithmetic finds among all") {
   Mesh ring = torus(1, 0.4, 12, 8), needle = ring, tiny = ring, flat = box_mesh(Vec3(2, 2, 1), 3);
   for (Vec3& v : needle.vertices) v.x() *= 1e4;
