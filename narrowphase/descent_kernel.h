@@ -3,10 +3,11 @@
 
 namespace tandem {
 
-/// What ends GJK's descent, as `gjk` has it, and the units of rounding: `rounding` in lengths, `scale` as
+/// What ends GJK's descent, as `gjk` has it; `at_once`: so does a first direction that does not show them farther apart
+/// than this, with the simplex empty. Then the units of rounding: `rounding` in lengths, `scale` as
 /// MinkowskiDifference has it, `size` that of relative tolerances.
 struct DescentLimits {
-  double tolerance, beyond, within;
+  double tolerance, beyond, within, at_once;
   double rounding, scale, size;
 };
 

@@ -5,12 +5,15 @@
 #include "epa.h"
 #include "face_depth.h"
 #include "feature_normals.h"
+#include "polytope_portal.h"
 #include "round_walk.h"
 
 namespace tandem {
 namespace {
 
 constexpr int max_iterations = 96;
+// Relative to the scale: what ends on the surface by a ray may be far from the nearest face then.
+constexpr double far_apart = 1e-3;
 
 /// A candidate for the simplex's point nearest the origin: which vertices carry it, with what weights.
 struct Nearest {
@@ -273,7 +276,9 @@ void descend_round(const MinkowskiDifference& d, const DescentLimits& limits, Gj
   }
 }
 
-GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond, double within, const Vec3* start) {
+/// `at_once`: where the first direction does not show two polytopes to be farther apart than this, it stops there.
+GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond, double within, const Vec3* start,
+                  double at_once = -infinity) {
   GjkResult r;
   Vec3& v = r.v;
   v = start != nullptr ? -*start : Vec3(core_centre(d.a) - d.pose.rotation * core_centre(d.b) - d.pose.translation);
@@ -282,13 +287,13 @@ GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond,
   const bool polytopes = d.polytopes();
   const double scale = d.scale();
   const double rounding = 2 * epsilon * scale;
-  const DescentLimits limits{tolerance, beyond, within, rounding, scale, larger(d)};
+  const DescentLimits limits{tolerance, beyond, within, at_once, rounding, scale, larger(d)};
   r.end = GjkResult::End::near;
   if (polytopes)
     descent_kernel()(d, limits, r);
   else
     descend_round(d, limits, r);
-  if (r.end == GjkResult::End::inside) return r;
+  if (r.end == GjkResult::End::inside || r.simplex.count == 0) return r;
   if (polytopes && r.upper - r.lower > 2 * rounding && r.upper <= 1e-2 * scale && !(r.lower > beyond) &&
       r.simplex.count <= 3)
     sharpen(d, r.simplex, v, r);
@@ -320,6 +325,15 @@ GjkResult gjk(const MinkowskiDifference& d, double tolerance, double beyond, dou
 bool gjk_collide(const MinkowskiDifference& d, double tolerance, const Vec3* start, Vec3* direction) {
   const double radius = core_radius(d.a) + core_radius(d.b);
   const double rounding = 16 * epsilon * d.scale();
+  if (radius == 0 && d.polytopes()) {
+    PortalResult portal;
+    portal_kernel()(d, portal);
+    if (portal.verdict != PortalResult::Verdict::open) {
+      const bool apart = portal.verdict == PortalResult::Verdict::apart;
+      if (apart && direction != nullptr) *direction = unit(portal.normal);
+      return !apart;
+    }
+  }
   const GjkResult r = descend(d, std::max(tolerance, 1e-14), radius + rounding, radius - rounding, start);
   if (r.lower > radius + rounding) {
     if (direction != nullptr && r.v.squaredNorm() > 0) *direction = -unit(r.v);
@@ -382,6 +396,56 @@ bool overlap_deeply(const MinkowskiDifference& d) {
   return (core_centre(d.a) - d.pose.rotation * core_centre(d.b) - d.pose.translation).squaredNorm() < reach * reach;
 }
 
+/// Is a plane at the height h above the origin, which touches the difference within `margin` of the origin's foot and
+/// no nearer to that than to the rim, the nearest of all? Planes that are turned a little are kept out by the disc
+/// about the foot, those turned by more than 2 atan(margin / h) by the ball about the centre.
+bool is_least(double h, double margin, const Vec3& n, const Vec3& centre, double ball) {
+  if (!(margin > h)) return false;
+  const double below = -n.dot(centre), aside = (centre + below * n).norm();
+  const double m2 = margin * margin, h2 = h * h;
+  return below > 0 && below * (m2 - h2) - 2 * margin * h * aside + ball * (m2 + h2) > h * (m2 + h2);
+}
+
+/// The answer for two polytopes where the face on which the ray through the origin ends is the nearest; false where
+/// that is not sure.
+bool answer_by_face(const MinkowskiDifference& d, const SurfaceFace& face, LocalAnswer& answer) {
+  const MinkowskiPoint* const c = face.corner;
+  const double scale = d.scale();
+  // Edge i leads from corner i to the next.
+  const Vec3 edge[3] = {d.edge(c[1], c[0]), d.edge(c[2], c[1]), d.edge(c[0], c[2])};
+  const double length[3] = {edge[0].norm(), edge[1].norm(), edge[2].norm()};
+  Vec3 n = edge[2].cross(edge[0]);
+  if (n.dot(face.normal) < 0) n = -n;
+  const double area = n.norm();
+  if (!(area > 1e-4 * scale * std::max({length[0], length[1], length[2]}))) return false;
+  n /= area;
+  const double h = std::max({n.dot(c[0].w), n.dot(c[1].w), n.dot(c[2].w)});
+  double inward[3];  // from the edges to the origin's foot
+  for (int i = 0; i < 3; ++i) inward[i] = n.cross(edge[i]).dot(h * n - c[i].w) / length[i];
+  double margin = infinity;
+  for (int i = 0; i < 3; ++i) {
+    const int next = (i + 1) % 3, other = (i + 2) % 3;
+    // Between an edge of each the face is a parallelogram, of which the corners are three.
+    const auto shares = [&](int p, int q) {
+      return c[other].vertex_a == c[p].vertex_a && c[other].vertex_b == c[q].vertex_b;
+    };
+    const bool diagonal = shares(i, next) || shares(next, i);
+    if (!diagonal) {
+      margin = std::min(margin, inward[i]);
+      continue;
+    }
+    for (const int side : {next, other}) margin = std::min(margin, area / length[side] - inward[side]);
+  }
+  if (!(margin > 1e-7 * scale) || (h > 0 && !is_least(h, margin, n, face.centre, face.ball))) return false;
+  answer.signed_distance = -h;
+  answer.normal = n;
+  answer.point_a.setZero();
+  for (int i = 0; i < 3; ++i) answer.point_a += inward[i] * length[i] / area * c[(i + 2) % 3].a;
+  answer.point_b = answer.point_a - h * n;
+  answer.gap = 0;
+  return true;
+}
+
 }  // namespace
 
 LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, const Vec3* start, double beyond) {
@@ -395,7 +459,34 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
   const double scale = d.scale();
   LocalAnswer answer;
   if (polytopes && overlap_deeply(d) && depth_by_faces(d, answer)) return answer;
-  GjkResult r = descend(d, std::max(tolerance, least), beyond + ra + rb, -infinity, start);
+  GjkResult r;
+  const auto descend_from = [&](const Vec3* from, double at_once) {
+    r = descend(d, std::max(tolerance, least), beyond + ra + rb, -infinity, from, at_once);
+  };
+  const double far = far_apart * scale;
+  const bool near = beyond < far;
+  if (polytopes && ra + rb == 0) {
+    if (!near) descend_from(start, far);
+    if (near || !(r.lower > far)) {
+      SurfaceFace face;
+      surface_kernel()(d, std::min(beyond, far), face);
+      Vec3 towards;
+      if (face.end == SurfaceFace::End::apart) {
+        towards = unit(face.normal);
+        const double apart = -towards.dot(face.corner[0].w);
+        if (apart > beyond) {
+          answer.signed_distance = apart;
+          answer.normal = towards;
+          return answer;
+        }
+        start = &towards;
+      }
+      if (face.end == SurfaceFace::End::reached && answer_by_face(d, face, answer)) return answer;
+      descend_from(start, -infinity);
+    }
+  } else {
+    descend_from(start, -infinity);
+  }
   if (r.lower > beyond + ra + rb) {
     answer.signed_distance = r.lower - ra - rb;
     answer.normal = -unit(r.v);

@@ -67,9 +67,9 @@ GjkResult gjk(const MinkowskiDifference& d, double tolerance, double beyond, dou
 void pair_points(const MinkowskiDifference& d, LocalAnswer& answer);
 
 /// Signed distance, normal, witness points of two bounded convex shapes: GJK on the cores, and the depth solver
-/// where they overlap or nearly do. `tolerance` is relative to the shapes' size, 0: to rounding, as polytopes always
-/// are. Ends early for shapes that are more than `beyond` apart: signed_distance is then a separation along the normal,
-/// the points are not set.
+/// where they overlap or nearly do; of polytopes the face on which a portal ends, where that is sure to be the nearest.
+/// `tolerance` is relative to the shapes' size, 0: to rounding, as polytopes always are. Ends early for shapes that are
+/// more than `beyond` apart: signed_distance is then a separation along the normal, the points are not set.
 LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, const Vec3* start = nullptr,
                                 double beyond = std::numeric_limits<double>::infinity());
 

@@ -304,6 +304,7 @@ Hull assemble(std::span<const Vec3> p, int dimension, const std::vector<std::uin
   add_neighbours(hull);
   if (dimension == 3) put_in_turn(hull, face_of);
   if (dimension == 3) hull.face_table = make_face_table(hull);
+  if (hull.inner_radius > 0) hull.rays = RayMap(hull);
   if (hull.face_table.faces == 0 && hull.faces.size() > 4) {
     std::vector<Vec3> normals;
     for (const Hull::Face& face : hull.faces) normals.push_back(face.normal);

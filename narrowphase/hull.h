@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "face_table.h"
+#include "ray_map.h"
 #include "support_map.h"
 
 namespace tandem {
@@ -30,6 +31,7 @@ struct Hull {
   Vec3 inside = Vec3::Zero();  ///< a point of the hull: the mean of its vertices
   double inner_radius = 0;     ///< of a ball about it that is in the hull
   SupportMap support;          ///< of the vertices; empty where there are at most 4
+  RayMap rays;                 ///< of polytopes; empty of others
   FaceTable face_table;        ///< of small polytopes; empty of others
   SupportMap normals;          ///< of the faces' normals, where face_table has none and they are more than 4
   std::vector<Face> faces;     ///< empty below dimension 2

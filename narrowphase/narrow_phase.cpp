@@ -136,7 +136,9 @@ const std::vector<SolverInfo>& NarrowPhase::solvers() {
       {method_names[0], "closed forms: a sphere or half-space with any simple shape, capsules and boxes"},
       {method_names[1],
        "boxes and triangles by their separating axes (Gottschalk 1996), apart by nearest points or edges"},
-      {method_names[2], "GJK on the shapes' cores (1988), expanding polytope for the depth (van den Bergen 2001)"},
+      {method_names[2],
+       "GJK on the shapes' cores (1988), polytopes by a portal first; expanding polytope for depths (van den Bergen "
+       "2001)"},
       {method_names[3], "cylinder, cone or ellipsoid with any convex shape: Newton's method on the support functions"},
       {method_names[4], "FCL 0.7, collide and signed distance"},
       {method_names[5], "libccd, GJK and EPA; only touching pairs have a distance, the others' is by gjk"},

@@ -1,0 +1,43 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace tandem {
+
+struct Hull;
+
+/// Where rays from a polytope's inside point leave it: three corners of a face for each of 384 cells of directions,
+/// those of the ray through the cell's middle. A hint where to begin, no more.
+class RayMap {
+ public:
+  using Corners = std::array<std::uint16_t, 3>;
+
+  RayMap() = default;
+  explicit RayMap(const Hull& hull);  ///< of dimension 3, with faces; empty where corners have too high numbers
+
+  bool empty() const { return corners_.empty(); }
+  const Corners& corners(double dx, double dy, double dz) const { return corners_[cell({dx, dy, dz})]; }
+
+ private:
+  static constexpr std::size_t side = 8;  ///< cells along the edge of a cube's face
+  static constexpr std::size_t cells = 6 * side * side;
+
+  static std::size_t cell(const std::array<double, 3>& d) {
+    const double x = std::abs(d[0]), y = std::abs(d[1]), z = std::abs(d[2]);
+    const std::size_t k = x >= y ? (x >= z ? 0 : 2) : (y >= z ? 1 : 2);
+    constexpr std::size_t after[4] = {1, 2, 0, 1};
+    const double half = 0.5 * static_cast<double>(side), scale = half / std::abs(d[k]);
+    const auto part = [&](double along) {
+      return static_cast<std::size_t>(std::min(std::max(0.0, along * scale + half), static_cast<double>(side - 1)));
+    };
+    return ((2 * k + (d[k] < 0 ? 1 : 0)) * side + part(d[after[k]])) * side + part(d[after[k + 1]]);
+  }
+
+  std::vector<Corners> corners_;
+};
+
+}  // namespace tandem
