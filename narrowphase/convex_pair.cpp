@@ -174,6 +174,16 @@ constexpr auto best_methods = [] {
   return table;
 }();
 
+/// Whether this is a capsule so short beside what a pair reaches over (metres) that rounding swallows its axis.
+bool axis_is_lost(const ConvexView& view, double reach) {
+  return view.kind == ShapeKind::capsule && view.param[1] <= 1e-15 * reach;
+}
+
+ConvexView ball_of(ConvexView capsule) {
+  capsule.kind = ShapeKind::sphere;
+  return capsule;
+}
+
 }  // namespace
 
 bool covers(Method method, ShapeKind a, ShapeKind b) { return covered(method, a, b); }
@@ -236,6 +246,11 @@ PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexVie
   }
 
   const double size = a.size + b.size;
+  if (a.kind == ShapeKind::capsule || b.kind == ShapeKind::capsule) {
+    const double reach = size + (pose_b.translation - pose_a.translation).lpNorm<Eigen::Infinity>();
+    if (axis_is_lost(a, reach)) return solve_convex(ball_of(a), pose_a, b, pose_b, request, options, contacts, warm);
+    if (axis_is_lost(b, reach)) return solve_convex(a, pose_a, ball_of(b), pose_b, request, options, contacts, warm);
+  }
   const double accepted = std::max(options.tolerance, 1e-9) * size;
   Vec3 from;
   const Vec3* start = nullptr;

@@ -186,3 +186,33 @@ TEST_CASE("hunted: the faces of slivers are as exact turned as they are given") 
     check(pair);
   }
 }
+
+TEST_CASE("hunted: a short capsule is a ball to its length, also where rounding swallows its axis") {
+  Convex hull;
+  for (int i = 0; i < 12; ++i)
+    hull.vertices.emplace_back(std::cos(turn * i / 12), std::sin(turn * i / 12), i % 2 == 0 ? 0.5 : -0.5);
+  const std::vector<Shape> others = {Cylinder{2, 20}, Cone{2, 3},
+                                     Shape(hull),     Ellipsoid{{1, 2, 3}},
+                                     Box{{1, 2, 3}},  Triangle{{Vec3(3, 0, 0), Vec3(-2, 2, 0), Vec3(-2, -2, 0.5)}}};
+  const NarrowPhase solver;
+  std::size_t wrong = 0;
+  for (std::uint64_t i = 0; i < 60000; ++i) {
+    Random r(i * 17 + 3);
+    const Shape& other = others[i % others.size()];
+    const double radius = std::pow(10.0, r.in(-4, 0));
+    const Capsule capsule{radius, r.once_in(3) ? 0 : std::pow(10.0, r.in(-29, -1))};
+    Pose at_other{almost_aligned(r), r.vec(-3, 3)};
+    if (r.once_in(3)) at_other.rotation = r.rotation();
+    const PairAnswer answer = solver.solve(capsule, {}, other, at_other, Request::distance);
+    const PairAnswer expected = solver.solve(Sphere{radius}, {}, other, at_other, Request::distance);
+    const double rounding = 1e-14 * (other.size() + 2 * radius);
+    wrong += answer.status == Status::ok &&
+                     std::abs(answer.signed_distance - expected.signed_distance) <= rounding + 0.5 * capsule.length
+                 ? 0
+                 : 1;
+    const bool collide = solver.solve(capsule, {}, other, at_other, Request::collide).collide;
+    wrong +=
+        collide == expected.collide || std::abs(expected.signed_distance) <= rounding + 0.5 * capsule.length ? 0 : 1;
+  }
+  CHECK(wrong == 0);
+}
