@@ -13,8 +13,9 @@ if(MODE STREQUAL package)
   step(${CMAKE_COMMAND} --install ${BUILD} --prefix ${work}/prefix)
   set(where -DCMAKE_PREFIX_PATH=${work}/prefix)
 else()
-  # All of tandem is built anew, in a host that asks for a unity build of all.
+  # All of tandem is built anew, in a host that asks for a unity build of all; kernels for one instruction set are enough.
   set(where -DTANDEM_SOURCE=${SOURCE} -DTANDEM_PRECOMPILE_HEADERS=ON -DCMAKE_UNITY_BUILD=ON)
+  string(APPEND CXX_FLAGS " -DHWY_COMPILE_ONLY_STATIC")
 endif()
 step(${CMAKE_COMMAND} -S ${SOURCE}/tests/install/consumer -B ${work}/build -G ${GENERATOR} ${where}
      -DCMAKE_CXX_COMPILER=${CXX} -DCMAKE_CXX_FLAGS=${CXX_FLAGS})

@@ -14,8 +14,9 @@ if(failed)
   return()
 endif()
 
+# Kernels for one instruction set: on all of them the answers are the same bits, which another test shows.
 execute_process(COMMAND ${CMAKE_COMMAND} -S ${SOURCE} -B ${WORK}/build -G ${GENERATOR} -DCMAKE_CXX_COMPILER=${CLANG}
-    -DCMAKE_BUILD_TYPE=None "-DCMAKE_CXX_FLAGS=-O1 -g0" -DTANDEM_FUZZ=ON -DTANDEM_BUILD_PROGRAMS=OFF
+    -DCMAKE_BUILD_TYPE=None "-DCMAKE_CXX_FLAGS=-O1 -g0 -DHWY_COMPILE_ONLY_STATIC" -DTANDEM_FUZZ=ON -DTANDEM_BUILD_PROGRAMS=OFF
   OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
 execute_process(COMMAND ${CMAKE_COMMAND} --build ${WORK}/build --target pair_fuzz --parallel 1
   COMMAND_ERROR_IS_FATAL ANY)
