@@ -175,6 +175,7 @@ std::size_t VerletList::begin(const BoxArray& boxes, ListedMethod& method) {
     return method_->begin(boxes);
   }
   copies_ = true;
+  is_resting_ = false;
   too_long_ = list_made_ && too_long();
   list_made_ = list_made_ && !too_long_ && list_filter_.same_arrays(filter_);
   records_.resize(size());
@@ -204,7 +205,7 @@ std::size_t VerletList::blocks(std::size_t stage) const {
     case Mode::renew:
       return 1 + list_count_;
     default:  // of a list: its tiles, the boxes put back or outside of a part, those outside against each other
-      return list_count_ + part_count_ + 1;
+      return is_resting_ ? 0 : list_count_ + part_count_ + 1;
   }
 }
 
@@ -354,9 +355,10 @@ std::size_t VerletList::guess_outside() const {
 }
 
 void VerletList::decide() {
+  const std::size_t changed = changed_.empty() ? size() : count_set(changed_);
+  if (list_made_ && only_changes_ && changed == 0 && has_past_) return rest();
   bool keep = list_made_, foreseen = true;
   ++age_;
-  const std::size_t changed = changed_.empty() ? size() : count_set(changed_);
   const auto n = static_cast<double>(size());
   if (list_made_ && changed > most_outside(size()) && guess_outside() > most_outside(size())) {
     keep = false;
@@ -417,6 +419,16 @@ void VerletList::decide() {
   if (search_ != nullptr) search_->prepare_search();
   renewal_.start(method_stages_, part_count_);
   early_.choose(*boxes_, sample_boxes(*boxes_));
+}
+
+/// A step in which no box changes and no pair is asked for: the list and the records stay as they are.
+void VerletList::rest() {
+  mode_ = Mode::reuse;
+  is_resting_ = true;
+  for (std::size_t part = 0; part < part_count_; ++part) parts_[part].outside.clear();
+  next_part_.store(part_count_, std::memory_order_relaxed);
+  parts_done_.store(part_count_, std::memory_order_relaxed);
+  blocks_done_.store(part_count_ + 1, std::memory_order_relaxed);
 }
 
 std::size_t VerletList::memory() const {

@@ -136,6 +136,7 @@ class VerletList {
   class Tested;
 
   void decide();
+  void rest();
   void prepare(std::size_t part);
   void adapt();
   /// Whether the list, from its making to now, took less than steps from scratch would have.
@@ -217,6 +218,7 @@ class VerletList {
   PageVector<BoxRecord> records_;  // of the step before, until this one copies its boxes
   bool has_past_ = false;          // they are of the step before
   bool copies_ = true;             // this step does
+  bool is_resting_ = false;        // in this step no box changes, and nothing is asked for
   BoxArray larger_;
   double steps_ahead_ = 8;
 

@@ -94,7 +94,7 @@ void KeptContacts::clear() {
   candidates_ = 0;
   noted_ = 0;
   sums_ = {};
-  any_pending_ = false;
+  pending_.clear();
   fresh_.clear();
   fresh_details_.clear();
   adopted_.clear();
@@ -213,9 +213,13 @@ void KeptContacts::end_step(ContactList& contacts) {
     sums_ = told_;
     return;
   }
-  if (look_at_all_ || any_pending_ || any_moved_.load(std::memory_order_relaxed)) {
-    take_fresh();
-    look_through(contacts.pairs.size());
+  const bool any_moved = any_moved_.load(std::memory_order_relaxed);
+  if (look_at_all_ || any_moved || !pending_.empty()) {
+    // Where nobody moved, no pair comes or goes, and only restless ones of those pending were asked for.
+    const bool all = look_at_all_ || any_moved;
+    if (all) take_fresh();
+    assert(fresh_.empty() && fresh_details_.empty());
+    look_through(contacts.pairs.size(), all);
     splicer_.apply(splices_, contacts, last_);
     sums_.add(told_);
     if (told_.lost_largest) find_largest();
@@ -339,37 +343,47 @@ void KeptContacts::take_fresh() {
   fresh_details_.clear();
 }
 
+/// How many of the pairs are listed.
+std::uint32_t KeptContacts::listed_between(std::size_t first, std::size_t last) const {
+  const std::uint8_t* const listed = listed_.data();
+  constexpr std::size_t row = 8;
+  std::uint64_t count = 0;
+  for (; first + row <= last; first += row) {
+    std::uint64_t bytes = 0;  // of 0 or 1, summed up by the product's highest
+    std::memcpy(&bytes, listed + first, row);
+    count += bytes * 0x0101010101010101u >> 56;
+  }
+  for (; first < last; ++first) count += listed[first];
+  return static_cast<std::uint32_t>(count);
+}
+
 /// From pair `i` on to the next one of which a body is looked at, or the end; returns how many of those between are
 /// listed.
 std::uint32_t KeptContacts::pass_over(std::size_t& i) const {
   const std::uint64_t* const keys = keys_.data();
-  const std::uint8_t *const looked_at = looked_at_.data(), *const listed = listed_.data();
+  const std::uint8_t* const looked_at = looked_at_.data();
   const auto is_looked_at = [=](std::uint64_t key) {
     const Pair pair = pair_of(key);
     return looked_at[pair.a] | looked_at[pair.b];
   };
-  const std::size_t end = keys_.size();
-  std::size_t k = i;
-  std::uint64_t count = 0;
+  const std::size_t first = i, end = keys_.size();
+  std::size_t k = first;
   // Next to all rows hold none: no branch a pair.
   for (constexpr std::size_t row = 8; k + row <= end; k += row) {
     int any = 0;
     for (std::size_t j = 0; j < row; ++j) any |= is_looked_at(keys[k + j]);
     if (any != 0) break;
-    std::uint64_t bytes = 0;  // of 0 or 1, summed up by the product's highest
-    std::memcpy(&bytes, listed + k, row);
-    count += bytes * 0x0101010101010101u >> 56;
   }
-  for (; k < end && is_looked_at(keys[k]) == 0; ++k) count += listed[k];
+  while (k < end && is_looked_at(keys[k]) == 0) ++k;
   i = k;
-  return static_cast<std::uint32_t>(count);
+  return listed_between(first, k);
 }
 
-/// Goes through the pairs that may not be as they were, and finds where the list changes.
-void KeptContacts::look_through([[maybe_unused]] std::size_t answers) {
+/// Goes through the pairs that may not be as they were, and finds where the list changes. Unless `all`, these are
+/// the pending ones.
+void KeptContacts::look_through([[maybe_unused]] std::size_t answers, bool all) {
   splices_.clear();
   restless_.clear();
-  any_pending_ = false;
   std::uint32_t at = 0, from = 0;  // in last_, and among the fresh answers
   const auto change = [&](bool removed, bool added) {
     if (!removed && !added) return;
@@ -378,14 +392,7 @@ void KeptContacts::look_through([[maybe_unused]] std::size_t answers) {
     splices_.back().added += added ? 1 : 0;
     from += added ? 1 : 0;
   };
-  if (!look_at_all_) {
-    looked_at_.resize(look_.size());
-    std::transform(look_.begin(), look_.end(), looked_at_.begin(),
-                   [this](std::uint32_t until) { return until >= step_ ? std::uint8_t{1} : std::uint8_t{0}; });
-  }
-  for (std::size_t i = 0; i < keys_.size(); ++i) {
-    if (!look_at_all_) at += pass_over(i);
-    if (i == keys_.size()) break;
+  const auto look = [&](std::size_t i) {
     const Pair pair = pair_of(keys_[i]);
     const bool was_listed = listed_[i] != 0;
     Entry& entry = entries_[i];
@@ -395,7 +402,7 @@ void KeptContacts::look_through([[maybe_unused]] std::size_t answers) {
       candidates_ += entry.candidate ? 0 : 1;
       entry.candidate = true;
       // To be told that they rest, if they do, or asked for again.
-      any_pending_ = true;
+      next_pending_.push_back(static_cast<std::uint32_t>(i));
       look_[pair.a] = look_[pair.b] = step_ + 1;
       if (!entry.steady) restless_.push_back(pair);
     } else if (entry.candidate && (entry.seen == step_ || both_rest(pair))) {
@@ -410,9 +417,31 @@ void KeptContacts::look_through([[maybe_unused]] std::size_t answers) {
       forget(i);
     }
     at += was_listed ? 1 : 0;
+  };
+  next_pending_.clear();
+  if (all) {
+    if (!look_at_all_) {
+      looked_at_.resize(look_.size());
+      std::transform(look_.begin(), look_.end(), looked_at_.begin(),
+                     [this](std::uint32_t until) { return until >= step_ ? std::uint8_t{1} : std::uint8_t{0}; });
+    }
+    for (std::size_t i = 0; i < keys_.size(); ++i) {
+      if (!look_at_all_) at += pass_over(i);
+      if (i == keys_.size()) break;
+      look(i);
+    }
+    assert(at == last_.pairs.size());
+  } else {
+    std::size_t next = 0;
+    for (const std::uint32_t i : pending_) {
+      at += listed_between(next, i);
+      look(i);
+      next = i + std::size_t{1};
+    }
   }
+  std::swap(pending_, next_pending_);
   look_at_all_ = false;
-  assert(at == last_.pairs.size() && from == answers);
+  assert(from == answers);
 }
 
 void KeptContacts::find_largest() {

@@ -179,8 +179,9 @@ class KeptContacts {
   void take_over();
   void tell(std::size_t i, Pair pair, std::uint32_t place);
   void forget(std::size_t i);
+  std::uint32_t listed_between(std::size_t first, std::size_t last) const;
   std::uint32_t pass_over(std::size_t& i) const;
-  void look_through(std::size_t answers);
+  void look_through(std::size_t answers, bool all);
   void find_largest();
 
   bool distances_;
@@ -192,7 +193,6 @@ class KeptContacts {
   bool all_asked_ = true;               // in this step
   bool look_at_all_ = true;             // pairs, for in the last step all were asked for
   std::atomic<bool> any_moved_{false};  // body
-  bool any_pending_ = false;            // some pairs of the last step must be looked at in this one
 
   std::vector<Shape> shapes_;  // of the last step's scene: as long as they are held, no other shape has their address
   std::vector<Ball> balls_;    // one a shape
@@ -217,6 +217,8 @@ class KeptContacts {
   std::vector<KeptPair> details_;
   std::vector<std::uint32_t> free_details_;
   std::vector<Pair> restless_;
+  // Entries noted in the last step, ascending, which are to be looked at in this one; and so on for the next one.
+  std::vector<std::uint32_t> pending_, next_pending_;
   std::vector<std::uint32_t> results_;  // a pair's place in last_, where all are asked for
   std::size_t candidates_ = 0, listed_pairs_ = 0;
   std::size_t noted_ = 0;  // did not stand in the last step

@@ -188,6 +188,10 @@ void StepState::begin(StepWork& work, ContactList& contacts, BatchPairs batch_pa
   error_ = nullptr;
   form_ = form;
   pool_.begin(batch_pairs.most);
+  if (form == StepForm::caller) {  // where there are no tiles, nobody comes to write
+    contacts.pairs.clear();
+    contacts.contacts.clear();
+  }
   if (form == StepForm::overlapped) {
     store_.begin();
     joiner_.begin(work.bodies(), contacts);
@@ -384,8 +388,6 @@ void StepState::process(Batch& batch) {
 }
 
 void StepState::process_in_order(std::span<Batch* const> batches) {
-  contacts_->pairs.clear();
-  contacts_->contacts.clear();
   if (!failed()) {
     const auto time = timed("join", 0, nullptr, [&] {
       pair_order_.sort(batches, work_->bodies());

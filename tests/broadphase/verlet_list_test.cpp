@@ -114,12 +114,12 @@ std::vector<History> histories() {
   };
 }
 
-/// Those of `now` that are not as they were, and some others.
+/// Those of `now` that are not as they were, and in two steps of three some others.
 std::vector<std::uint8_t> changes(const BoxArray& before, const BoxArray& now, int step) {
   std::vector<std::uint8_t> changed(now.size());
   for (std::size_t i = 0; i < now.size(); ++i) {
     const Aabb p = before[i], q = now[i];
-    changed[i] = p.lo != q.lo || p.hi != q.hi || (i + static_cast<std::size_t>(step)) % 31 == 0;
+    changed[i] = p.lo != q.lo || p.hi != q.hi || (step % 3 != 0 && (i + static_cast<std::size_t>(step)) % 31 == 0);
   }
   return changed;
 }
@@ -196,6 +196,10 @@ TEST_CASE("Verlet list: told what may have changed it finds the same, and all th
                   }});
   some.push_back({"few jump", [](BoxArray& boxes, int step, Random& random) {
                     jump(boxes, static_cast<std::size_t>(step % 5), 90, random);
+                  }});
+  // Between two jumps there are steps in which nothing changes, right after a jump, too.
+  some.push_back({"now and then", [](BoxArray& boxes, int step, Random& random) {
+                    if (step % 9 == 2 || step % 9 == 4) jump(boxes, static_cast<std::size_t>(step % 5), 90, random);
                   }});
   for (const History& history : some) {
     CAPTURE(history.name);

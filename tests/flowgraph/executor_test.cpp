@@ -97,6 +97,25 @@ TEST_CASE("every executor, thread count and split gives the answer of a double l
     }
 }
 
+TEST_CASE("a step without tiles leaves nothing of the last one's answer") {
+  const ManyThreads many;
+  SyntheticWork work(300, 8.0f, 5);
+  const ContactList expected = work.expected();
+  REQUIRE(expected.pairs.size() > 100);
+  for (const auto& [kind, form] : kinds_and_forms())
+    for (const int threads : {1, 3}) {
+      CAPTURE(name(kind), threads, static_cast<int>(form));
+      const auto executor = make_executor({.kind = kind, .threads = threads, .small_step_ms = 0, .form = form});
+      ContactList contacts;
+      for (const bool no_tiles : {false, true, false, true}) {
+        work.no_tiles = no_tiles;
+        ExecutionReport report;
+        executor->run(work, contacts, report, {}, nullptr);
+        check_equal(contacts, no_tiles ? ContactList{} : expected);
+      }
+    }
+}
+
 TEST_CASE("batch size and queue capacity change nothing") {
   const ManyThreads many;
   SyntheticWork work(2000, 10.0f, 9);

@@ -27,8 +27,12 @@ class SyntheticWork final : public StepWork {
     }
   }
 
-  std::size_t begin() override { return 1 + broad_phase_->begin(boxes_); }
+  std::size_t begin() override {
+    stages_ = 1 + broad_phase_->begin(boxes_);
+    return stages_;
+  }
   std::size_t blocks(std::size_t stage) const override {
+    if (no_tiles && stage + 1 == stages_) return 0;
     return stage == 0 ? (boxes_.size() + 99) / 100 : broad_phase_->blocks(stage - 1);
   }
   void run(std::size_t stage, std::size_t block) override {
@@ -70,6 +74,7 @@ class SyntheticWork final : public StepWork {
   std::function<void(Pair)> on_pair;                    // may throw
   std::function<std::size_t(std::span<Pair>)> on_keep;  // may throw
   std::function<bool(Pair)> is_heavy, is_costliest;
+  bool no_tiles = false;
 
  private:
   static void answer(Pair pair, std::vector<PairResult>& results, std::vector<Contact>& contacts) {
@@ -84,6 +89,7 @@ class SyntheticWork final : public StepWork {
   std::unique_ptr<BroadPhase> broad_phase_;
   BoxArray source_, boxes_;
   PairFilter filter_;
+  std::size_t stages_ = 0;
 };
 
 }  // namespace tandem
