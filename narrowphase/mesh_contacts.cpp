@@ -12,6 +12,7 @@
 #include "index_map.h"
 #include "manifold.h"
 #include "patch_rows.h"
+#include "solvers.h"
 #include "unit_vector.h"
 
 namespace tandem {
@@ -281,8 +282,12 @@ class PatchFinder {
   List<Patch> patches_{memory_};
 };
 
-// The patch's normal, unit, from A to B; zero if it has none.
-Vec3 normal_of(const Posed& m, const Patch& patch, std::span<const Crossing> crossings) {
+struct PatchNormal {
+  Vec3 n;             // unit, from A to B; zero if there is none
+  bool sure = false;  // of a curve with an area
+};
+
+PatchNormal normal_of(const Posed& m, const Patch& patch, std::span<const Crossing> crossings) {
   const Vec3 base = crossings[patch.crossings[0]].end[0].point;
   Vec3 area = Vec3::Zero(), open = Vec3::Zero(), sides = Vec3::Zero();
   double length = 0;
@@ -295,7 +300,7 @@ Vec3 normal_of(const Posed& m, const Patch& patch, std::span<const Crossing> cro
   // A curve that closes has an area; a slit or an open curve (of a surface with a border) does not say which way.
   // Two edges that cross make a sliver with the right normal, however thin; a wide patch that thin is noise.
   const double least = patch.vertices.empty() ? 1e-7 : 1e-3;
-  if (open.norm() <= 1e-6 * length && area.norm() > least * length * length) return unit(area);
+  if (open.norm() <= 1e-6 * length && area.norm() > least * length * length) return {unit(area), true};
   for (const std::uint32_t t : patch.triangles[1]) {
     const auto p = m.corners(true, t);
     sides += (p[1] - p[0]).cross(p[2] - p[0]).stableNormalized();
@@ -304,7 +309,7 @@ Vec3 normal_of(const Posed& m, const Patch& patch, std::span<const Crossing> cro
     const auto p = m.corners(false, t);
     sides -= (p[1] - p[0]).cross(p[2] - p[0]).stableNormalized();
   }
-  return sides.norm() > 1e-6 ? sides.normalized() : Vec3::Zero();
+  return {sides.norm() > 1e-6 ? Vec3(sides.normalized()) : Vec3(Vec3::Zero()), false};
 }
 
 // How far `point` of one mesh lies beyond the other's surface, measured along `n` (from A to B); negative if nothing of
@@ -406,10 +411,11 @@ void choose(std::span<const Candidate> all, const Vec3& n, const Vec3& u, const 
     if (std::find(best.begin(), at, *at) == at) chosen.push_back(all[*at]);
 }
 
-void add_patch(const Posed& m, const Patch& patch, std::span<const Crossing> crossings, Memory memory,
+// Is the patch's normal sure?
+bool add_patch(const Posed& m, const Patch& patch, std::span<const Crossing> crossings, Memory memory,
                std::vector<Contact>& contacts) {
-  const Vec3 n = normal_of(m, patch, crossings);
-  if (n.isZero()) return;
+  const auto [n, sure] = normal_of(m, patch, crossings);
+  if (n.isZero()) return false;
   const DepthProbe depth(m, patch, n, memory);
   std::array<List<Candidate>, 2> edges{List<Candidate>(memory), List<Candidate>(memory)};
   for (List<Candidate>& some : edges) some.reserve(2 * patch.crossings.size());
@@ -454,58 +460,155 @@ void add_patch(const Posed& m, const Patch& patch, std::span<const Crossing> cro
   contacts.erase(std::remove_if(begin, contacts.end(), [&](const Contact& c) { return c.depth < most / 4; }),
                  contacts.end());
   keep_four(contacts, first, (m.a.half + m.b.half).norm());
+  return sure;
 }
 
-// Surfaces that only touch, or lie in each other's planes, cross along no curve: the direction of least overlap of the
-// two hulls, with points of the triangles that meet.
-void add_touching(const Posed& m, std::span<const std::array<std::uint32_t, 2>> pairs, Memory memory,
-                  std::vector<Contact>& contacts) {
-  List<Vec3> directions(memory);
-  Vec3 sides = Vec3::Zero();
-  for (const auto& [i, j] : pairs) {
-    const auto p = m.corners(true, i), q = m.corners(false, j);
-    sides += (p[1] - p[0]).cross(p[2] - p[0]).stableNormalized() - (q[1] - q[0]).cross(q[2] - q[0]).stableNormalized();
+// Surfaces that only touch, or lie in each other's planes, cross along no curve. A direction along which no triangle of
+// A reaches beyond one of B that it meets parts them; where there is none (or one holds the other) it is that of the
+// least overlap of the hulls.
+class Touching {
+ public:
+  Touching(const Posed& m, std::span<const std::array<std::uint32_t, 2>> pairs, Memory memory)
+      : m_(m), pairs_(pairs), slack_(1e-9 * (m.a.half + m.b.half).norm()), faces_(memory) {
+    faces_.reserve(pairs.size());
+    for (const auto& [i, j] : pairs) faces_.push_back(faces(m.corners(true, i), m.corners(false, j)));
+    choose_direction();
   }
-  directions.push_back(sides.stableNormalized());
-  const Vec3 between = m.frame.in_a(m.b.centre) - m.a.centre;
-  directions.push_back(between.stableNormalized());
-  for (int k = 0; k < 3; ++k)
-    for (const double s : {1.0, -1.0}) {
-      directions.push_back(s * Vec3::Unit(k));
-      directions.push_back(s * m.frame.map().col(k).normalized());
-    }
-  const auto overlap = [&](const Vec3& d) {
-    double high = -std::numeric_limits<double>::infinity(), low = -high;
-    for (const std::uint32_t v : m.a.extreme) high = std::max(high, d.dot(m.vertex(true, v)));
-    for (const std::uint32_t v : m.b.extreme) low = std::min(low, d.dot(m.vertex(false, v)));
-    return std::pair(high - low, (high + low) / 2);
-  };
-  Vec3 n = Vec3::UnitZ();
-  std::pair<double, double> least(std::numeric_limits<double>::infinity(), 0);
-  for (const Vec3& d : directions)
-    if (d.norm() > 0.5)
-      if (const auto o = overlap(d); o.first < least.first) least = o, n = d;
-  const double depth = std::max(0.0, least.first);
 
-  Vec3 low = m.a.centre - m.a.half, high = m.a.centre + m.a.half;
-  const Vec3 centre_b = m.frame.in_a(m.b.centre), half_b = m.frame.map().cwiseAbs() * m.b.half;
-  const double slack = 1e-9 * (m.a.half.norm() + half_b.norm());
-  low = low.cwiseMax(centre_b - half_b) - Vec3::Constant(slack);
-  high = high.cwiseMin(centre_b + half_b) + Vec3::Constant(slack);
-  const std::size_t first = contacts.size();
-  IndexMap<Vec3> points(memory);
-  for (const auto& pair : pairs)
-    for (const bool of_a : {true, false}) {
-      const std::uint32_t t = pair[of_a ? 0 : 1];
-      const auto p = m.corners(of_a, t);
-      for (std::size_t k = 0; k < 3; ++k)
-        if ((p[k] - low).minCoeff() >= 0 && (high - p[k]).minCoeff() >= 0)
-          points.emplace(feature_of(of_a ? 0 : 1, m.mesh(of_a).triangles[t][k]), p[k]);
+  /// Does the direction part them, to rounding?
+  bool parts() const { return !faces_.empty() && depth_ <= slack_; }
+
+  void append(std::vector<Contact>& contacts) const {
+    const double size = (m_.a.half + m_.b.half).norm();
+    const std::size_t first = contacts.size();
+    if (faces_.empty()) contacts.push_back({middle(), n_, depth_, 0});
+    for (std::size_t k = 0; k < pairs_.size(); ++k) {
+      const double depth = overlap(faces_[k], n_);
+      if (depth < depth_ - slack_) continue;
+      const ConvexView p = view_triangle(faces_[k].a), q = view_triangle(faces_[k].b);
+      const PairAnswer near = solve_convex(p, {}, q, {}, Request::distance, {}, nullptr);
+      const std::size_t known = contacts.size();
+      append_manifold(p, q, {Mat3::Identity(), Vec3::Zero()},
+                      {.signed_distance = -depth, .point_a = near.point_a, .point_b = near.point_b, .normal = n_},
+                      slack_, {}, contacts);
+      std::size_t end = known;
+      for (std::size_t c = known; c < contacts.size(); ++c) {
+        const Contact found = contacts[c];
+        const bool again = std::any_of(contacts.begin() + static_cast<std::ptrdiff_t>(first),
+                                       contacts.begin() + static_cast<std::ptrdiff_t>(known),
+                                       [&](const Contact& o) { return (o.point - found.point).norm() < slack_; });
+        if (!again)
+          contacts[end++] = {found.point, n_, std::max(0.0, found.depth),
+                             feature_of(1, 8 * pairs_[k][0] + found.feature % 8)};
+      }
+      contacts.resize(end);
     }
-  if (points.size() == 0) points.emplace(0u, (low + high) / 2);
-  for (const auto& [feature, p] : points) contacts.push_back({p + n * (least.second - n.dot(p)), n, depth, feature});
-  keep_four(contacts, first, (m.a.half + m.b.half).norm());
-}
+    // The first of them is kept: an outer one, as from one inside the patch four do not span it.
+    const std::span<Contact> found = std::span(contacts).subspan(first);
+    Vec3 centre = Vec3::Zero();
+    for (const Contact& c : found) centre += c.point / static_cast<double>(found.size());
+    std::size_t outer = 0;
+    for (std::size_t i = 1; i < found.size(); ++i)
+      if ((found[i].point - centre).norm() > (found[outer].point - centre).norm() + slack_) outer = i;
+    found[outer].feature &= 0x3fffffffu;
+    keep_four(contacts, first, size);
+  }
+
+ private:
+  struct Faces {
+    std::array<Vec3, 3> a, b;
+    Vec3 normal_a, normal_b;  // unit; zero without area
+  };
+
+  static Faces faces(const std::array<Vec3, 3>& p, const std::array<Vec3, 3>& q) {
+    const auto normal = [](const std::array<Vec3, 3>& t) {
+      return (t[1] - t[0]).cross(t[2] - t[0]).stableNormalized();
+    };
+    return {p, q, normal(p), normal(q)};
+  }
+
+  static double overlap(const Faces& f, const Vec3& n) {
+    const auto along = [&n](const Vec3& v) { return n.dot(v); };
+    return std::max({along(f.a[0]), along(f.a[1]), along(f.a[2])}) -
+           std::min({along(f.b[0]), along(f.b[1]), along(f.b[2])});
+  }
+
+  // Of the triangles that meet, at most `least`; of a solid none may be pushed into.
+  double overlap_below(double least, const Vec3& n) const {
+    double most = 0;
+    for (const Faces& f : faces_) {
+      if (m_.a.solid && n.dot(f.normal_a) < -carries_patch) return std::numeric_limits<double>::infinity();
+      if (m_.b.solid && n.dot(f.normal_b) > carries_patch) return std::numeric_limits<double>::infinity();
+      most = std::max(most, overlap(f, n));
+      if (most >= least) break;
+    }
+    return most;
+  }
+
+  struct Reach {
+    double high, low;  // of A's hull, of B's
+  };
+  Reach reach_of_hulls(const Vec3& n) const {
+    Reach r{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+    for (const std::uint32_t v : m_.a.extreme) r.high = std::max(r.high, n.dot(m_.vertex(true, v)));
+    for (const std::uint32_t v : m_.b.extreme) r.low = std::min(r.low, n.dot(m_.vertex(false, v)));
+    return r;
+  }
+
+  // Of what the boxes share, midway between the hulls' surfaces.
+  Vec3 middle() const {
+    const Vec3 centre_b = m_.frame.in_a(m_.b.centre), half_b = m_.frame.map().cwiseAbs() * m_.b.half;
+    const Vec3 p = 0.5 * ((m_.a.centre - m_.a.half).cwiseMax(centre_b - half_b) +
+                          (m_.a.centre + m_.a.half).cwiseMin(centre_b + half_b));
+    const Reach r = reach_of_hulls(n_);
+    return p + n_ * (0.5 * (r.high + r.low) - n_.dot(p));
+  }
+
+  void choose_direction() {
+    Vec3 sides = Vec3::Zero();
+    for (const Faces& f : faces_) sides += f.normal_a - f.normal_b;
+    sides = sides.stableNormalized();
+    depth_ = std::numeric_limits<double>::infinity();
+    const auto consider = [this](const Vec3& n) {
+      if (n.norm() < 0.5) return;
+      if (const double depth = overlap_below(depth_ - slack_, n); depth < depth_ - slack_) depth_ = depth, n_ = n;
+    };
+    consider(sides);
+    for (std::size_t k = 0; k < faces_.size() && !parts(); ++k) {
+      consider(faces_[k].normal_a);
+      consider(-faces_[k].normal_b);
+    }
+    for (std::size_t k = 0; k < std::min(faces_.size(), span_limit) && !parts(); ++k)
+      for (std::size_t edges = 0; edges < 9; ++edges) {
+        const auto edge = [](const std::array<Vec3, 3>& t, std::size_t e) { return t[(e + 1) % 3] - t[e]; };
+        const Vec3 n = edge(faces_[k].a, edges / 3).cross(edge(faces_[k].b, edges % 3)).stableNormalized();
+        consider(n), consider(-n);
+      }
+    if (parts()) return;
+    double least = std::numeric_limits<double>::infinity();
+    const auto consider_hulls = [&](const Vec3& n) {
+      if (n.norm() < 0.5) return;
+      const Reach r = reach_of_hulls(n);
+      if (const double depth = r.high - r.low; depth < least - slack_) least = depth, n_ = n;
+    };
+    consider_hulls(sides);
+    consider_hulls((m_.frame.in_a(m_.b.centre) - m_.a.centre).stableNormalized());
+    for (int k = 0; k < 3; ++k)
+      for (const double s : {1.0, -1.0}) {
+        consider_hulls(s * Vec3::Unit(k));
+        consider_hulls(s * m_.frame.map().col(k).normalized());
+      }
+    depth_ = faces_.empty() ? std::max(least, 0.0) : 0;
+    for (const Faces& f : faces_) depth_ = std::max(depth_, overlap(f, n_));
+  }
+
+  const Posed& m_;
+  const std::span<const std::array<std::uint32_t, 2>> pairs_;
+  const double slack_;  // what counts as touching
+  List<Faces> faces_;
+  Vec3 n_ = Vec3::UnitZ();
+  double depth_ = 0;  // of the triangles that meet, along it
+};
 
 }  // namespace
 
@@ -548,8 +651,21 @@ void patch_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& 
   std::pmr::monotonic_buffer_resource memory(usual.data(), usual.size());
   const std::size_t first = contacts.size();
   const PatchFinder finder(m, pairs, parts, &memory);
-  for (const Patch& patch : finder.patches()) add_patch(m, patch, finder.crossings(), &memory, contacts);
-  if (contacts.size() == first) add_touching(m, pairs, &memory, contacts);
+  bool doubtful = false;
+  for (const Patch& patch : finder.patches())
+    if (!add_patch(m, patch, finder.crossings(), &memory, contacts)) doubtful = true;
+  double deepest = 0;
+  for (std::size_t c = first; c < contacts.size(); ++c) deepest = std::max(deepest, contacts[c].depth);
+  if (deepest > 0.25 * std::min(a.half.norm(), b.half.norm()) || deepest < 1e-12 * (a.half + b.half).norm())
+    doubtful = true;
+  // Rounding makes curves of faces and edges that only touch: they have any normal.
+  if (doubtful) {
+    const Touching touching(m, pairs, &memory);
+    if (touching.parts() || contacts.size() == first) {
+      contacts.resize(first);
+      touching.append(contacts);
+    }
+  }
   // Of one feature in several patches the place decides.
   std::sort(contacts.begin() + static_cast<std::ptrdiff_t>(first), contacts.end(),
             [](const Contact& x, const Contact& y) {

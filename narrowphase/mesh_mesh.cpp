@@ -411,9 +411,25 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
   } else {
     depth = deepest_pair(a, b, pairs, for_triangles(options));
   }
-  return with_depth(a, b, depth, ma.solid || mb.solid, [&](const Vec3& move) {
+  const bool solid = ma.solid || mb.solid;
+  answer = with_depth(a, b, depth, solid, [&](const Vec3& move) {
     return meshes_collide(a, {b.shape, Pose{b.pose.rotation, b.pose.translation + move}});
   });
+  if (answer.status == Status::ok) return answer;
+  // What parts the hulls parts the meshes.
+  const double rounding = 1e-12 * (a.shape.size() + b.shape.size());
+  PairAnswer hulls = solve_convex(view_hull(a.shape), a.pose, view_hull(b.shape), b.pose, Request::distance,
+                                  for_triangles(options), nullptr);
+  const double parts = std::max(0.0, -hulls.signed_distance);
+  if (parts >= depth.certain + answer.error_bound - rounding) return answer;
+  hulls.collide = true;
+  hulls.error_bound += std::max(0.0, parts - depth.certain);
+  hulls.status = hulls.error_bound > rounding ? Status::inexact : Status::ok;
+  hulls.signed_distance = solid || hulls.status == Status::ok ? -parts : -depth.certain;
+  const Vec3 middle = (hulls.point_a + hulls.point_b) / 2;
+  hulls.point_a = middle - hulls.normal * (hulls.signed_distance / 2);
+  hulls.point_b = middle + hulls.normal * (hulls.signed_distance / 2);
+  return hulls;
 }
 
 std::vector<std::array<std::uint32_t, 2>> mesh_triangle_pairs(const Shape& a, const Pose& pose_a, const Shape& b,

@@ -558,6 +558,90 @@ TEST_CASE("a mesh box standing on others has four contacts straight up, of the d
   }
 }
 
+// A hunt by records with exact answers: two surfaces of boxes that stood on each other exactly had contacts as deep as
+// the boxes are wide; a triangle in the plane of a mesh had some beside both.
+TEST_CASE("faces that lie on each other have contacts without depth over all that they share") {
+  // A step: seen from the side an L, two high and wide.
+  Mesh step;
+  step.solid = true;
+  const double x[] = {0, 2, 2, 1, 1, 0}, y[] = {0, 0, 2, 2, 1, 1};
+  for (const double z : {-1.0, 1.0})
+    for (int i = 0; i < 6; ++i) step.vertices.emplace_back(x[i], y[i], z);
+  const std::uint32_t side[4][3] = {{0, 1, 4}, {0, 4, 5}, {1, 2, 3}, {1, 3, 4}};
+  for (const auto& t : side) {
+    step.triangles.push_back({t[0], t[2], t[1]});
+    step.triangles.push_back({t[0] + 6, t[1] + 6, t[2] + 6});
+  }
+  for (std::uint32_t i = 0; i < 6; ++i) {
+    const std::uint32_t next = (i + 1) % 6;
+    step.triangles.push_back({i, next, next + 6});
+    step.triangles.push_back({i, next + 6, i + 6});
+  }
+  const auto surface = [](Mesh mesh) {
+    mesh.solid = false;
+    return Shape(mesh);
+  };
+  const Mesh slab = box_mesh(Vec3(3, 1, 2), 2), cube = box_mesh(Vec3(0.8, 0.8, 0.8)),
+             fine = box_mesh(Vec3(0.8, 0.8, 0.8), 3);
+  const Mesh cover{{{-0.4, 0, -0.4}, {0.4, 0, -0.4}, {0.4, 0, 0.4}, {-0.4, 0, 0.4}}, {{0, 2, 1}, {0, 3, 2}}};
+  const struct {
+    Shape below, above;
+    double height;  // of what is above, to stand on what is below
+    double low_x, high_x;
+  } rows[] = {
+      {surface(slab), surface(cube), 0.9, -1.5, 1.5}, {surface(slab), surface(fine), 0.9, -1.5, 1.5},
+      {surface(slab), Shape(cube), 0.9, -1.5, 1.5},   {Shape(step), Shape(cube), 1.4, 0, 1},
+      {Shape(step), surface(fine), 1.4, 0, 1},        {surface(step), surface(cube), 1.4, 0, 1},
+      {surface(slab), Shape(cover), 0.5, -1.5, 1.5},  {surface(step), Shape(cover), 1, 0, 1},
+  };
+  for (const auto& row : rows)
+    for (const Mat3& turn : {Mat3(Mat3::Identity()), Quat(0.8, 0.1, -0.5, 0.3).normalized().toRotationMatrix()})
+      for (const double shift : {0.1, 0.25, 0.4, 0.55, 0.75}) {
+        // Half the cube at most hangs over an end, none of it into the step's wall. Turned, rounding would part them or
+        // not.
+        const double sunk = turn(0, 0) == 1 ? 0 : 1e-13;
+        if (sunk > 0 && &row - rows >= 6) continue;
+        const double at = row.low_x + shift;
+        const Pose below{turn, Vec3(1, -2, 0.5)},
+            above{turn, below * Vec3(std::min(at, row.high_x - 0.4 - 1e-3), row.height - sunk, 0.1)};
+        CAPTURE(&row - rows, shift, turn(0, 0));
+        for (const bool exchanged : {false, true}) {
+          const auto contacts = exchanged ? contacts_of(row.above, above, row.below, below)
+                                          : contacts_of(row.below, below, row.above, above);
+          if (sunk == 0) CHECK(contacts.size() == 4);
+          double low = 9, high = -9;
+          for (const Contact& c : contacts) {
+            CHECK(c.depth <= 1e-12);
+            CHECK((c.normal - (exchanged ? -1.0 : 1.0) * turn.col(1)).norm() < 1e-9);
+            const Vec3 p = turn.transpose() * (c.point - above.translation);
+            CHECK(std::abs(p.z()) < 0.4 + 1e-9);
+            if (sunk == 0) CHECK(std::abs(p.z()) > 0.4 - 1e-9);
+            low = std::min(low, p.x()), high = std::max(high, p.x());
+          }
+          CHECK(low == Approx(std::max(-0.4, row.low_x - std::min(at, row.high_x - 0.4 - 1e-3))).margin(1e-9));
+          CHECK(high == Approx(0.4).margin(1e-9));
+        }
+      }
+}
+
+TEST_CASE("surfaces of convex bodies that overlap little are as deep as their hulls") {
+  for (const int n : {1, 3})
+    for (const Vec3& to : {Vec3(0, 0, 1), Vec3(0.01, 0.01, 0.99), Vec3(0.25, 0.3, 0.98), Vec3(-0.4, 0.97, 0.2)}) {
+      Mesh mesh = box_mesh(Vec3(1, 1, 1), n);
+      mesh.solid = false;
+      const Shape cube(mesh);
+      const Pose there = Pose::at(to.x(), to.y(), to.z());
+      const PairAnswer x = NarrowPhase().solve(cube, {}, cube, there, Request::distance);
+      const PairAnswer boxes =
+          NarrowPhase().solve(Box{Vec3(1, 1, 1)}, {}, Box{Vec3(1, 1, 1)}, there, Request::distance);
+      CAPTURE(n, to.transpose());
+      CHECK(x.status == Status::ok);
+      CHECK(x.collide);
+      CHECK(x.signed_distance == Approx(boxes.signed_distance).margin(1e-12));
+      CHECK((x.normal - boxes.normal).norm() < 1e-9);
+    }
+}
+
 TEST_CASE("margins give contacts across a gap for half-spaces and convex shapes") {
   const Shape cube(box_mesh(Vec3(1, 1, 1), 2));
   const Pose above = Pose::at(0, 0, 1.05);
