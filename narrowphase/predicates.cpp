@@ -461,10 +461,8 @@ bool TriangleTest::operator()(const Corners& a, const Corners& b, const Corners&
   const Vec3 low_c = c[0].cwiseMin(c[1]).cwiseMin(c[2]), high_c = c[0].cwiseMax(c[1]).cwiseMax(c[2]);
   if ((low_a - high_c).cwiseMax(low_c - high_a).maxCoeff() > delta_) return false;
   const Vec3 low = low_a.cwiseMin(low_c), high = high_a.cwiseMax(high_c);
-  // Every difference is at most `span`, and wrong by 2 delta plus its rounding. A determinant of them is then wrong by
-  // less than 6 span^2 (6 delta + 10 u span), u = 2^-53.
   const double span = (high - low).maxCoeff();
-  const double bound = span * span * (48 * delta_ + 1e-14 * span) + std::numeric_limits<double>::min();
+  const double bound = span * span * (of_places() + of_rounding * span) + std::numeric_limits<double>::min();
 
   const auto slowly = [&] { return PairSigns(*this, a, b, c).meet(); };
   const Vec3 normal_b = (c[1] - c[0]).cross(c[2] - c[0]);

@@ -30,7 +30,7 @@ struct TriangleSides {
   double length2[3];
   Vec3 normal;  ///< unit
   double area2;
-  TriangleRows rows;
+  TriangleParts rows;
 
   /// False where it has next to no area.
   bool measure(std::span<const Vec3> v) {

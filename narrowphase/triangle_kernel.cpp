@@ -43,7 +43,7 @@ HWY_INLINE unsigned put_separations(W squared, W by_parallel, W there, W back, s
 }
 
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
-void triangle_products(const TriangleRows& a, const TriangleRows& b, EdgeProducts& out) {
+void triangle_products(const TriangleParts& a, const TriangleParts& b, EdgeProducts& out) {
   const Columns d;
   const W zero = hn::Zero(d);
   out.doubtful = 0;
@@ -75,7 +75,7 @@ void triangle_products(const TriangleRows& a, const TriangleRows& b, EdgeProduct
 }
 
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
-void box_triangle_products(const double (&half)[3], const TriangleRows& b, EdgeProducts& out) {
+void box_triangle_products(const double (&half)[3], const TriangleParts& b, EdgeProducts& out) {
   const Columns d;
   const W zero = hn::Zero(d);
   out.doubtful = 0;
@@ -98,7 +98,7 @@ void box_triangle_products(const double (&half)[3], const TriangleRows& b, EdgeP
 }
 
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
-void corner_ways(const TriangleRows& a, const TriangleRows& b, CornerWays& out) {
+void corner_ways(const TriangleParts& a, const TriangleParts& b, CornerWays& out) {
   const Columns d;
   const W zero = hn::Zero(d), one = number_of(1);
   for (std::size_t j = 0; j < 4; j += hn::Lanes(d)) {
@@ -123,7 +123,7 @@ void corner_ways(const TriangleRows& a, const TriangleRows& b, CornerWays& out) 
 }
 
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
-void edge_ways(const double (&half)[3], const TriangleRows& b, EdgeWays& out) {
+void edge_ways(const double (&half)[3], const TriangleParts& b, EdgeWays& out) {
   const Columns d;
   const W zero = hn::Zero(d), one = number_of(1);
   for (std::size_t j = 0; j < 4; j += hn::Lanes(d)) {
@@ -173,16 +173,16 @@ HWY_EXPORT(box_triangle_products);
 HWY_EXPORT(corner_ways);
 HWY_EXPORT(edge_ways);
 
-void triangle_products(const TriangleRows& a, const TriangleRows& b, EdgeProducts& out) {
+void triangle_products(const TriangleParts& a, const TriangleParts& b, EdgeProducts& out) {
   HWY_DYNAMIC_DISPATCH(triangle_products)(a, b, out);
 }
-void box_triangle_products(const double (&half)[3], const TriangleRows& b, EdgeProducts& out) {
+void box_triangle_products(const double (&half)[3], const TriangleParts& b, EdgeProducts& out) {
   HWY_DYNAMIC_DISPATCH(box_triangle_products)(half, b, out);
 }
-void corner_ways(const TriangleRows& a, const TriangleRows& b, CornerWays& out) {
+void corner_ways(const TriangleParts& a, const TriangleParts& b, CornerWays& out) {
   HWY_DYNAMIC_DISPATCH(corner_ways)(a, b, out);
 }
-void edge_ways(const double (&half)[3], const TriangleRows& b, EdgeWays& out) {
+void edge_ways(const double (&half)[3], const TriangleParts& b, EdgeWays& out) {
   HWY_DYNAMIC_DISPATCH(edge_ways)(half, b, out);
 }
 }  // namespace tandem

@@ -3,7 +3,7 @@
 namespace tandem {
 
 /// The sides of a triangle: column j has corner j and its edge to the next corner, the last column as the first.
-struct alignas(32) TriangleRows {
+struct alignas(32) TriangleParts {
   double corner[3][4], edge[3][4];
   double length2[4];  ///< of the edges
   double area[3];     ///< the product of two edges in turn: twice the area long, along the normal
@@ -17,21 +17,21 @@ struct alignas(32) EdgeProducts {
 };
 
 /// Of two triangles as A sees them.
-void triangle_products(const TriangleRows& a, const TriangleRows& b, EdgeProducts& out);
+void triangle_products(const TriangleParts& a, const TriangleParts& b, EdgeProducts& out);
 /// Of a box (half sizes, at the origin; its edges are the axes) and a triangle.
-void box_triangle_products(const double (&half)[3], const TriangleRows& b, EdgeProducts& out);
+void box_triangle_products(const double (&half)[3], const TriangleParts& b, EdgeProducts& out);
 
 /// Squared distances of corner i of one from edge j of the other, in row i and column j: of A's corners, then of B's.
 struct alignas(32) CornerWays {
   double from_a[3][4], from_b[3][4];
 };
-void corner_ways(const TriangleRows& a, const TriangleRows& b, CornerWays& out);
+void corner_ways(const TriangleParts& a, const TriangleParts& b, CornerWays& out);
 
 /// Edge j of the triangle and the box: squared distance, and where on the edge (0 to 1) it is met.
 struct alignas(32) EdgeWays {
   double squared[4], at[4];
 };
-void edge_ways(const double (&half)[3], const TriangleRows& b, EdgeWays& out);
+void edge_ways(const double (&half)[3], const TriangleParts& b, EdgeWays& out);
 
 /// Squared sine of the angle of two edges, below which their product is not exact enough to be trusted.
 constexpr double nearly_parallel_edges = 1e-4;

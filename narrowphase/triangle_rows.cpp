@@ -60,7 +60,7 @@ HWY_INLINE void put_alone_first(const V (&t)[3][3], const V* side, const V* othe
 }  // namespace
 
 // As TriangleTest does, with its bounds. NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
-TriangleVerdicts compare_triangles(const TriangleRows& pairs, std::size_t count, const double* pose, double delta) {
+TriangleVerdicts compare_triangles(const TriangleRows& pairs, std::size_t count, const double* pose, double of_places) {
   const D d;
   TriangleVerdicts verdicts{0, 0};
   for (std::size_t at = 0; at < count; at += hn::Lanes(d)) {
@@ -71,8 +71,9 @@ TriangleVerdicts compare_triangles(const TriangleRows& pairs, std::size_t count,
       const V high = hn::Max(hn::Max(hn::Max(p[0][k], p[1][k]), p[2][k]), hn::Max(hn::Max(q[0][k], q[1][k]), q[2][k]));
       span = hn::Max(span, hn::Sub(high, low));
     }
-    const V bound = hn::Add(hn::Mul(hn::Mul(span, span), hn::Add(number(48 * delta), hn::Mul(number(1e-14), span))),
-                            number(std::numeric_limits<double>::min()));
+    const V bound = hn::Add(
+        hn::Mul(hn::Mul(span, span), hn::Add(number(of_places), hn::Mul(number(TriangleTest::of_rounding), span))),
+        number(std::numeric_limits<double>::min()));
     const V below = hn::Neg(bound);
     V side_a[3], side_b[3];
     sides(q, p, side_a);
@@ -112,7 +113,7 @@ FrameNumbers::FrameNumbers(const TriangleTest& test) {
 }
 
 TriangleVerdicts compare_triangles(const TriangleRows& pairs, std::size_t count, const TriangleTest& test) {
-  return HWY_DYNAMIC_DISPATCH(compare_triangles)(pairs, count, FrameNumbers(test).pose, test.delta());
+  return HWY_DYNAMIC_DISPATCH(compare_triangles)(pairs, count, FrameNumbers(test).pose, test.of_places());
 }
 }  // namespace tandem
 #endif
