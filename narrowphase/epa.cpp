@@ -1,24 +1,33 @@
 #include "epa.h"
 
+#include <array>
 #include <memory>
+#include <span>
 
 #include "constants.h"
+#include "fetch_ahead.h"
 
 namespace tandem {
 namespace {
 
-struct Face {
-  int v[3];
-  int next[3];  ///< the face across the edge v[i] -> v[i + 1]
-  int back[3];  ///< which edge of that face it is
-  int place;    ///< among the candidates; -1: none
-  bool seen;    ///< by a point added: no more a face
-  Vec3 normal;  ///< unit, outward; zero for a sliver
-  double offset;
+/// An edge of a face: four times the number of the face and which of its edges.
+constexpr int half_edge(int face, int edge) { return face << 2 | edge; }
+
+struct alignas(64) Face {
+  enum : int { none = -1, seen = -2 };
+  int v[4];         ///< the first once more
+  int across[3];    ///< of v[i] -> v[i + 1] the half-edge in the face beyond
+  int place;        ///< among the candidates; `none`; `seen` by a point added: no more a face
+  double plane[4];  ///< its normal, unit, outward (zero for a sliver), and offset
+
+  Vec3 normal() const { return {plane[0], plane[1], plane[2]}; }
+  double offset() const { return plane[3]; }
+  double along(const Vec3& p) const { return plane[0] * p[0] + plane[1] * p[1] + plane[2] * p[2]; }
 };
 
 struct HorizonEdge {
-  int face, edge;  ///< the unseen face's
+  int across;  ///< the unseen face's
+  int from;    ///< the vertex where it begins in the sense of the new face
 };
 
 /// From the origin to the farthest point.
@@ -36,7 +45,7 @@ struct Workspace {
   Face face[max_faces];
   double candidate_offset[max_faces];
   int candidate[max_faces];
-  HorizonEdge horizon[2 * max_vertices];
+  HorizonEdge horizon[2 * max_vertices + 1];  // the first once more
   int pending[3 * max_faces];
 };
 
@@ -80,19 +89,17 @@ class Polytope {
   enum class Added { yes, full, torn };  ///< torn: the horizon is not one loop, rounding has the last word
   /// Adds vertex number `vertices`, which lies beyond `face`.
   Added add(int face);
+  /// Adds it if it lies outside.
+  Added include();
 
   const Face& face(int i) const { return room_.face[i]; }
   double rounding() const { return rounding_; }
 
  private:
-  int new_face(int a, int b, int c, const Vec3& normal, double offset);
-  /// The triangles (from(i), to(i), apex), i < count.
-  template <class From, class To>
-  void fan(int apex, int count, const From& from, const To& to);
-  void link(int f, int i, int g, int j) {
-    room_.face[f].next[i] = g, room_.face[f].back[i] = j;
-    room_.face[g].next[j] = f, room_.face[g].back[j] = i;
-  }
+  /// Number i of the vertices a, b, c, in the plane l of the batch.
+  void new_face(int i, int a, int b, int c, std::size_t l);
+  /// The triangles between the first `count` edges of the horizon, a loop, and the apex.
+  void fan(int apex, int count);
   void drop(int face);
 
   const MinkowskiDifference& d_;
@@ -168,35 +175,46 @@ int Polytope::span(const Simplex& start) {
   return 3;
 }
 
-int Polytope::new_face(int a, int b, int c, const Vec3& normal, double offset) {
-  const int i = faces_++;
+void Polytope::new_face(int i, int a, int b, int c, std::size_t l) {
   Face& f = room_.face[i];
-  f.v[0] = a, f.v[1] = b, f.v[2] = c;
-  f.seen = false;
-  f.normal = normal;
-  f.offset = offset;
+  f.v[0] = f.v[3] = a, f.v[1] = b, f.v[2] = c;
+  for (int k = 0; k < 3; ++k) f.plane[k] = batch_.normal[k][l];
+  const double offset = f.plane[3] = batch_.offset[l];
   const bool candidate = offset < limit_;
-  room_.candidate[candidates_] = i;
-  room_.candidate_offset[candidates_] = offset;
-  f.place = candidate ? candidates_ : -1;
-  candidates_ += candidate ? 1 : 0;
-  return i;
+  const int place = candidates_;
+  room_.candidate[place] = i;
+  room_.candidate_offset[place] = offset;
+  f.place = candidate ? place : Face::none;
+  candidates_ = place + (candidate ? 1 : 0);
 }
 
-template <class From, class To>
-void Polytope::fan(int apex, int count, const From& from, const To& to) {
+void Polytope::fan(int apex, int count) {
   const Vec3& r = vertex[apex].w;
-  for (int first = 0; first < count; first += static_cast<int>(PlaneBatch::most)) {
-    const auto n = std::min(PlaneBatch::most, static_cast<std::size_t>(count - first));
-    for (std::size_t l = 0; l < n; ++l) {
-      const Vec3 &p = vertex[from(first + static_cast<int>(l))].w, &q = vertex[to(first + static_cast<int>(l))].w;
-      for (int k = 0; k < 3; ++k) batch_.from[k][l] = p[k], batch_.to[k][l] = q[k];
+  HorizonEdge* const edge = room_.horizon;
+  Face* const faces = room_.face;
+  edge[count] = edge[0];
+  const int first = faces_;
+  for (int done = 0; done < count;) {
+    const int n = std::min(static_cast<int>(PlaneBatch::most), count - done);
+    for (int l = 0; l <= n; ++l) {
+      const double* const p = vertex[edge[done + l].from].w.data();
+      batch_.loop[0][l] = p[0], batch_.loop[1][l] = p[1], batch_.loop[2][l] = p[2];
     }
-    planes_(n, rounding_ * rounding_, r[0], r[1], r[2], batch_);
-    for (std::size_t l = 0; l < n; ++l)
-      new_face(from(first + static_cast<int>(l)), to(first + static_cast<int>(l)), apex,
-               {batch_.normal[0][l], batch_.normal[1][l], batch_.normal[2][l]}, batch_.offset[l]);
+    planes_(static_cast<std::size_t>(n), rounding_ * rounding_, r[0], r[1], r[2], batch_);
+    for (int l = 0; l < n; ++l, ++done) {
+      const int i = first + done;
+      new_face(i, edge[done].from, edge[done + 1].from, apex, static_cast<std::size_t>(l));
+      Face& f = faces[i];
+      const int across = edge[done].across;
+      f.across[0] = across;
+      f.across[1] = half_edge(i + 1, 2);
+      f.across[2] = half_edge(i - 1, 1);
+      faces[across >> 2].across[across & 3] = half_edge(i, 0);
+    }
   }
+  faces_ += count;
+  faces[first].across[2] = half_edge(faces_ - 1, 1);
+  faces[faces_ - 1].across[1] = half_edge(first, 2);
 }
 
 void Polytope::drop(int face) {
@@ -212,14 +230,15 @@ void Polytope::close_tetrahedron() {
   const Vec3 n = (vertex[1].w - vertex[0].w).cross(vertex[2].w - vertex[0].w);
   if (n.dot(vertex[3].w - vertex[0].w) > 0) std::swap(vertex[1], vertex[2]);
   // Now 3 lies below the plane of 0, 1, 2.
-  fan(
-      3, 3, [](int i) { return (i + 1) % 3; }, [](int i) { return i; });
-  fan(
-      2, 1, [](int) { return 0; }, [](int) { return 1; });
-  for (int i = 0; i < 3; ++i) {
-    link(i, 0, 3, i);
-    link(i, 1, (i + 2) % 3, 2);
-  }
+  for (int l = 0; l < 2; ++l)
+    for (int k = 0; k < 3; ++k) batch_.loop[k][l] = vertex[l].w[k];
+  const Vec3& c = vertex[2].w;
+  planes_(1, rounding_ * rounding_, c[0], c[1], c[2], batch_);
+  new_face(faces_++, 0, 1, 2, 0);
+  room_.horizon[0] = {half_edge(0, 0), 1};
+  room_.horizon[1] = {half_edge(0, 2), 0};
+  room_.horizon[2] = {half_edge(0, 1), 2};
+  fan(3, 3);
 }
 
 int Polytope::nearest_face() const {
@@ -235,42 +254,40 @@ Polytope::Added Polytope::add(int face) {
   // are seen too, so that no new face is a sliver along an old edge.
   Face* const faces = room_.face;
   int* const pending = room_.pending;
-  int stack = 0, edges = 0;
+  int stack = 0, edges = 0, end = -1;
+  bool loop = true;
   const auto enter = [&](int f, int from) {
-    faces[f].seen = true;
+    constexpr int others[3][2] = {{2, 1}, {0, 2}, {1, 0}};
     drop(f);
-    for (const int i : {(from + 2) % 3, (from + 1) % 3}) pending[stack++] = 4 * faces[f].next[i] + faces[f].back[i];
+    faces[f].place = Face::seen;
+    for (const int i : others[from]) pending[stack++] = faces[f].across[i];
   };
   enter(face, 0);
-  pending[stack++] = 4 * faces[face].next[0] + faces[face].back[0];
+  pending[stack++] = faces[face].across[0];
   while (stack > 0) {
-    const int f = pending[--stack] / 4, i = pending[stack] % 4;
-    if (faces[f].seen) continue;
-    if (faces[f].normal.dot(w) > faces[f].offset - rounding_) {
+    const int at = pending[--stack], f = at >> 2, i = at & 3;
+    if (faces[f].place == Face::seen) continue;
+    if (faces[f].along(w) > faces[f].offset() - rounding_) {
       enter(f, i);
     } else {
       if (edges == 2 * room_.max_vertices) return Added::full;
-      room_.horizon[edges++] = {f, i};
+      const int from = faces[f].v[i + 1];
+      loop = loop && (edges == 0 || from == end);
+      end = faces[f].v[i];
+      room_.horizon[edges++] = {at, from};
     }
   }
-  if (edges < 3) return Added::torn;
+  if (edges < 3 || !loop || end != room_.horizon[0].from) return Added::torn;
   if (faces_ + edges > room_.max_faces) return Added::full;
-  const auto from = [&](int k) {  // along the new face's sense
-    const HorizonEdge& e = room_.horizon[k];
-    return faces[e.face].v[(e.edge + 1) % 3];
-  };
-  for (int k = 0; k < edges; ++k) {
-    const HorizonEdge& e = room_.horizon[k];
-    if (faces[e.face].v[e.edge] != from(k + 1 < edges ? k + 1 : 0)) return Added::torn;
-  }
-  const int first = faces_;
-  fan(vertices, edges, from, [&](int k) { return faces[room_.horizon[k].face].v[room_.horizon[k].edge]; });
-  for (int k = 0; k < edges; ++k) {
-    link(first + k, 0, room_.horizon[k].face, room_.horizon[k].edge);
-    if (k > 0) link(first + k - 1, 1, first + k, 2);
-  }
-  link(first + edges - 1, 1, first, 2);
+  fan(vertices, edges);
   ++vertices;
+  return Added::yes;
+}
+
+Polytope::Added Polytope::include() {
+  const Vec3& w = vertex[vertices].w;
+  for (int f = 0; f < faces_; ++f)
+    if (room_.face[f].place != Face::seen && room_.face[f].along(w) > room_.face[f].offset() + rounding_) return add(f);
   return Added::yes;
 }
 
@@ -287,8 +304,9 @@ void set_points(const MinkowskiPoint& a, const MinkowskiPoint& b, const Minkowsk
   r.point_b = r.point_a - (wa * a.w + wb * b.w + wc * c.w) / sum;
 }
 
-/// False where the room was too small; the result then is the best so far.
-bool expand_in(const Room& room, const MinkowskiDifference& d, const Simplex& start, double tolerance, EpaResult& r) {
+/// Beginning with the start and more points. False where the room was too small; the result then is the best so far.
+bool expand_in(const Room& room, const MinkowskiDifference& d, const Simplex& start, double tolerance,
+               std::span<const MinkowskiPoint> more, EpaResult& r) {
   r = {};
   Polytope p(d, room);
   if (p.span(start) < 3) {
@@ -309,32 +327,37 @@ bool expand_in(const Room& room, const MinkowskiDifference& d, const Simplex& st
   const bool polytopes = d.polytopes();
   int best[3] = {0, 1, 2};
   auto added = Polytope::Added::yes;
-  for (;;) {
+  for (const MinkowskiPoint& q : more) {
+    p.vertex[p.vertices] = q;
+    // Where rounding has the last word, without them.
+    if (p.include() != Polytope::Added::yes) return expand_in(room, d, start, tolerance, {}, r);
+  }
+  while (added == Polytope::Added::yes) {
     const int nearest = p.nearest_face();
     if (nearest < 0) {  // no face is nearer than the depth found
       r.lower = r.upper < infinity ? r.upper : 0;
       break;
     }
     const Face& f = p.face(nearest);
-    r.lower = f.offset;
+    r.lower = f.offset();
+    const Vec3 normal = f.normal();
     if (r.lower >= r.upper - tolerance) break;
-    p.vertex[p.vertices] = d.support(f.normal);
+    p.vertex[p.vertices] = d.support(normal);
     const MinkowskiPoint& w = p.vertex[p.vertices];
-    const double h = f.normal.dot(w.w);
+    const double h = normal.dot(w.w);
     if (h < r.upper) {
       r.upper = h;
-      r.normal = f.normal;
-      std::copy(f.v, f.v + 3, best);
+      r.normal = normal;
+      std::copy_n(f.v, 3, best);
       p.limit(h);
     }
     if (h - r.lower <= std::max(tolerance, p.rounding())) break;
     if (polytopes) {
       bool own = false;
-      for (const int v : f.v) own = own || (p.vertex[v].vertex_a == w.vertex_a && p.vertex[v].vertex_b == w.vertex_b);
+      for (const int v : f.v) own |= p.vertex[v].vertex_a == w.vertex_a && p.vertex[v].vertex_b == w.vertex_b;
       if (own) break;
     }
     added = p.add(nearest);
-    if (added != Polytope::Added::yes) break;
   }
   if (r.upper == infinity) {  // nothing but slivers: the widest plane there is
     r.normal = any_perpendicular(p.vertex[1].w - p.vertex[0].w);
@@ -369,13 +392,44 @@ bool is_solid(const MinkowskiDifference& d, const Simplex& s) {
          std::abs(n.dot(c)) > thick * n.norm();
 }
 
-EpaResult expand(const MinkowskiDifference& d, const Simplex& start, double tolerance) {
+namespace {
+
+EpaResult expand(const MinkowskiDifference& d, const Simplex& start, double tolerance,
+                 std::span<const MinkowskiPoint> more) {
   EpaResult r;
   Workspace<128> small;
-  if (expand_in(Room(small), d, start, tolerance, r)) return r;
+  if (expand_in(Room(small), d, start, tolerance, more, r)) return r;
   const auto large = std::make_unique_for_overwrite<Workspace<4096>>();
-  expand_in(Room(*large), d, start, tolerance, r);
+  expand_in(Room(*large), d, start, tolerance, more, r);
   return r;
+}
+
+}  // namespace
+
+EpaResult expand(const MinkowskiDifference& d, const Simplex& start, double tolerance) {
+  return expand(d, start, tolerance, {});
+}
+
+EpaResult expand_all_around(const MinkowskiDifference& d) {
+  // The corners of a cube, of a tetrahedron first, and the middles of its faces.
+  constexpr double directions[][3] = {{1, 1, 1},    {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}, {1, 0, 0},
+                                      {-1, 0, 0},   {0, 1, 0},   {0, -1, 0},  {0, 0, 1},   {0, 0, -1},
+                                      {-1, -1, -1}, {-1, 1, 1},  {1, -1, 1},  {1, 1, -1}};
+  constexpr std::size_t most_fetched = 512;  // vertices: of more few are read
+  for (const ConvexView* const v : {&d.a, &d.b}) {
+    if (v->vertices.size() > most_fetched) continue;
+    fetch_ahead(v->vertices);
+    if (v->hull != nullptr) fetch_ahead(v->hull->support.chambers());
+  }
+  std::array<MinkowskiPoint, std::size(directions)> points;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    points[i] = d.support({directions[i][0], directions[i][1], directions[i][2]});
+  Simplex start;
+  for (; start.count < 4; ++start.count) {
+    start.p[start.count] = points[static_cast<std::size_t>(start.count)];
+    start.weight[start.count] = 0.25;
+  }
+  return expand(d, start, 0, std::span(points).subspan(4));
 }
 
 }  // namespace tandem

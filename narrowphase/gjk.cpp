@@ -458,14 +458,18 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
   if (polytopes) tolerance = 0;
   const double scale = d.scale();
   LocalAnswer answer;
-  if (polytopes && overlap_deeply(d) && depth_by_faces(d, answer)) return answer;
+  const bool deep = polytopes && overlap_deeply(d);
+  if (deep && depth_by_faces(d, answer)) return answer;
   GjkResult r;
   const auto descend_from = [&](const Vec3* from, double at_once) {
     r = descend(d, std::max(tolerance, least), beyond + ra + rb, -infinity, from, at_once);
   };
   const double far = far_apart * scale;
   const bool near = beyond < far;
-  if (polytopes && ra + rb == 0) {
+  if (deep) {
+    r.end = GjkResult::End::inside;
+    r.lower = -infinity;
+  } else if (polytopes && ra + rb == 0) {
     if (!near) descend_from(start, far);
     if (near || !(r.lower > far)) {
       SurfaceFace face;
@@ -492,7 +496,7 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
     answer.normal = -unit(r.v);
     return answer;
   }
-  if (r.end != GjkResult::End::inside || !is_solid(d, r.simplex)) weigh(r.simplex);
+  if (r.simplex.count > 0 && (r.end != GjkResult::End::inside || !is_solid(d, r.simplex))) weigh(r.simplex);
   double core;         // signed distance of the cores
   double at_most = 0;  // where they overlap
   bool doubtful = false;
@@ -504,7 +508,8 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
     answer.gap = r.upper - std::max(r.lower, 0.0);
     doubtful = polytopes && r.upper - r.along > std::max(tolerance, least) * r.upper + 4 * epsilon * scale;
   } else {
-    EpaResult e = expand(d, r.simplex, polytopes ? 0 : std::max(tolerance * larger(d), least * scale));
+    const double exact = polytopes ? 0 : std::max(tolerance * larger(d), least * scale);
+    const EpaResult e = deep ? expand_all_around(d) : expand(d, r.simplex, exact);
     core = -e.upper;
     at_most = -e.lower;
     answer.normal = e.normal;

@@ -93,9 +93,9 @@ void planes(std::size_t count, double sliver2, double x, double y, double z, Pla
   const auto rx = hn::Set(tag, x), ry = hn::Set(tag, y), rz = hn::Set(tag, z), thin = hn::Set(tag, sliver2);
   const auto zero = hn::Zero(tag), infinity = hn::Set(tag, std::numeric_limits<double>::infinity());
   for (std::size_t i = 0; i < count; i += hn::Lanes(tag)) {
-    const auto px = hn::Sub(hn::Load(tag, batch.from[0] + i), rx), py = hn::Sub(hn::Load(tag, batch.from[1] + i), ry),
-               pz = hn::Sub(hn::Load(tag, batch.from[2] + i), rz), qx = hn::Sub(hn::Load(tag, batch.to[0] + i), rx),
-               qy = hn::Sub(hn::Load(tag, batch.to[1] + i), ry), qz = hn::Sub(hn::Load(tag, batch.to[2] + i), rz);
+    const auto at = [&](int k, std::size_t l) HWY_ATTR { return hn::LoadU(tag, batch.loop[k] + l); };
+    const auto px = hn::Sub(at(0, i), rx), py = hn::Sub(at(1, i), ry), pz = hn::Sub(at(2, i), rz),
+               qx = hn::Sub(at(0, i + 1), rx), qy = hn::Sub(at(1, i + 1), ry), qz = hn::Sub(at(2, i + 1), rz);
     const auto dot = [](auto ax, auto ay, auto az, auto bx, auto by, auto bz)
                          HWY_ATTR { return hn::Add(hn::Add(hn::Mul(ax, bx), hn::Mul(ay, by)), hn::Mul(az, bz)); };
     const auto nx = hn::Sub(hn::Mul(py, qz), hn::Mul(pz, qy)), ny = hn::Sub(hn::Mul(pz, qx), hn::Mul(px, qz)),

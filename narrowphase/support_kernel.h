@@ -34,11 +34,10 @@ MinkowskiKernel minkowski_kernel();
 using LeastKernel = std::size_t (*)(const double* values, std::size_t count, double limit);
 LeastKernel least_kernel();
 
-/// Triangles from one apex: the planes of (from, to, apex), as arrays of x, y, z.
+/// Triangles from one apex: the planes of (loop i, loop i + 1, apex), as arrays of x, y, z.
 struct PlaneBatch {
   static constexpr std::size_t most = 16;
-  alignas(64) double from[3][most] = {};
-  alignas(64) double to[3][most] = {};
+  alignas(64) double loop[3][most + 8] = {};
   alignas(64) double normal[3][most];  ///< unit, right-handed; 0 for a sliver
   alignas(64) double offset[most];     ///< normal . apex; infinite for a sliver
 };

@@ -37,6 +37,7 @@ class SupportMap {
 
   bool empty() const { return blocks_.empty(); }
   const Block* blocks() const { return blocks_.data(); }
+  std::span<const Range> chambers() const { return chambers_; }  ///< by `candidates`, or empty
   Range candidates(double dx, double dy, double dz) const {
     if (chambers_.empty()) return {0, static_cast<std::uint32_t>(blocks_.size())};
     const double x = std::abs(dx), y = std::abs(dy), z = std::abs(dz);
