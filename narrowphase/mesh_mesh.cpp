@@ -335,11 +335,13 @@ DepthBound deepest_pair(const Posed& a, const Posed& b, std::span<const std::arr
 }
 
 // Of a mesh and a triangle that touch: the triangle as any convex shape.
-PairAnswer triangle_depth(const Posed& a, const Posed& b, const NarrowPhaseOptions& options) {
+PairAnswer with_triangle(const Posed& a, const Posed& b, Request request, const NarrowPhaseOptions& options,
+                         std::vector<Contact>* contacts) {
   const bool exchanged = a.shape.is_convex();
+  const std::size_t first = contacts != nullptr ? contacts->size() : 0;
   PairAnswer answer =
-      solve_mesh_convex(exchanged ? b : a, exchanged ? a : b, Request::distance, for_triangles(options), nullptr);
-  if (exchanged) swap_answer(answer, nullptr, 0);
+      solve_mesh_convex(exchanged ? b : a, exchanged ? a : b, request, for_triangles(options), contacts);
+  if (exchanged) swap_answer(answer, contacts, first);
   answer.collide = true;
   answer.signed_distance = std::min(answer.signed_distance, 0.0);
   return answer;
@@ -374,6 +376,11 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
       answer.collide = true;
       if (contacts->size() > first) return answer;
     }
+    if (a.shape.is_convex() || b.shape.is_convex()) {
+      // A triangle has no inside: the way round that its corners go says nothing.
+      answer = with_triangle(a, b, request, options, contacts);
+      if (contacts->size() > first) return answer;
+    }
     patch_contacts(ma, mb, test, pairs, options.parts, *contacts);
     for (Contact& c : std::span(*contacts).subspan(first)) {
       c.point = a.pose * c.point;
@@ -384,7 +391,7 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
     return answer;
   }
   const bool touching = inside || !pairs.empty();
-  if (touching && (a.shape.is_convex() || b.shape.is_convex())) return triangle_depth(a, b, options);
+  if (touching && (a.shape.is_convex() || b.shape.is_convex())) return with_triangle(a, b, request, options, contacts);
   if (ma.convex && mb.convex && touching) {
     PairAnswer hulls =
         solve_convex(view_hull(a.shape), a.pose, view_hull(b.shape), b.pose, request, for_triangles(options), contacts);

@@ -624,6 +624,26 @@ TEST_CASE("faces that lie on each other have contacts without depth over all tha
       }
 }
 
+// Found by the same hunt: half of the triangles, by the way round that their corners go, were pushed out at the far
+// side.
+TEST_CASE("a triangle in a face of a solid mesh has the contacts of its distance, whichever way round its corners go") {
+  const Shape slab(box_mesh(Vec3(3, 3, 0.4), 2));
+  const Vec3 p(-0.1, -0.2, 0), q(0.1, -0.2, 0), r(0, 0.2, 0);
+  for (const Shape& sheet : {Shape(Triangle{{p, q, r}}), Shape(Triangle{{q, p, r}})})
+    for (const Mat3& turn : {Mat3(Mat3::Identity()), Quat(0.8, 0.1, -0.5, 0.3).normalized().toRotationMatrix()})
+      for (const bool exchanged : {false, true}) {
+        const Pose below{turn, Vec3(1, 2, 3)}, above{turn, below * Vec3(0.3, -0.2, 0.2 - 1e-4)};
+        const auto contacts =
+            exchanged ? contacts_of(sheet, above, slab, below) : contacts_of(slab, below, sheet, above);
+        CAPTURE(turn(0, 0), exchanged);
+        CHECK(contacts.size() == 3);
+        for (const Contact& c : contacts) {
+          CHECK(c.depth == Approx(1e-4).margin(1e-12));
+          CHECK((c.normal - (exchanged ? -1.0 : 1.0) * turn.col(2)).norm() < 1e-9);
+        }
+      }
+}
+
 TEST_CASE("surfaces of convex bodies that overlap little are as deep as their hulls") {
   for (const int n : {1, 3})
     for (const Vec3& to : {Vec3(0, 0, 1), Vec3(0.01, 0.01, 0.99), Vec3(0.25, 0.3, 0.98), Vec3(-0.4, 0.97, 0.2)}) {
