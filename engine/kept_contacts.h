@@ -257,6 +257,8 @@ class KeptContacts::Batch {
   /// Keeps what was computed, so that it can be moved along.
   void keep(const PairResult& result, std::span<const Contact> contacts);
   void note(const PairResult& result, std::span<const Contact> contacts, bool reported);
+  /// Whether the pair that does not stand touched in the last step.
+  bool touched() const { return was_candidate_ && entry_->collide; }
 
  private:
   struct Relative {

@@ -31,8 +31,9 @@ class SceneWork final : public StepWork {
  public:
   explicit SceneWork(const PipelineOptions& options)
       : options_(options),
-        narrow_phase_(narrow_options()),
-        several_pairs_(narrow_options()),
+        narrow_phase_(narrow_options(true)),
+        without_gaps_(narrow_options(false)),
+        several_pairs_(narrow_options(false)),
         broad_phase_(make_broad_phase(options.broad_phase)) {
     if (!(options.keep_contacts >= 0 && options.keep_contacts <= 0.1))
       throw std::invalid_argument("keep_contacts: " + std::to_string(options.keep_contacts) + " is not in [0, 0.1]");
@@ -159,7 +160,9 @@ class SceneWork final : public StepWork {
         // Whether two meshes touch takes a tenth of what their contacts take.
         const auto collide = [&] { return solve(pair, Request::collide, nullptr).collide; };
         if (!(are_meshes(pair) ? kept->move_along(pair, *result, collide) : kept->move_along(pair, *result))) {
-          result->answer = solve(pair, options_.request, &batch.contacts);
+          // Who touched will touch again; a gap would be of use only where it does not.
+          result->answer =
+              solve(pair, options_.request, &batch.contacts, kept->touched() ? without_gaps_ : narrow_phase_);
           kept->keep(*result, std::span(batch.contacts).subspan(first));
         }
       } else {
@@ -239,12 +242,12 @@ class SceneWork final : public StepWork {
                    &poses[pairs[i].b]};
   }
 
-  NarrowPhaseOptions narrow_options() {
+  NarrowPhaseOptions narrow_options(bool mesh_gaps) {
     return {.tolerance = options_.tolerance,
             .margin = options_.margin,
             .solver = {},
             .parts = [this](std::size_t parts, const auto& part) { share(parts, part); },
-            .mesh_gaps = options_.keep_contacts != 0};
+            .mesh_gaps = mesh_gaps && options_.keep_contacts != 0};
   }
 
   void share(std::size_t parts, const std::function<void(std::size_t)>& part) const {
@@ -263,9 +266,12 @@ class SceneWork final : public StepWork {
   }
 
   PairAnswer solve(Pair pair, Request request, std::vector<Contact>* contacts) const {
+    return solve(pair, request, contacts, narrow_phase_);
+  }
+  PairAnswer solve(Pair pair, Request request, std::vector<Contact>* contacts, const NarrowPhase& with) const {
     const auto poses = scene_->poses();
-    return narrow_phase_.solve(scene_->shape_of(pair.a), poses[pair.a], scene_->shape_of(pair.b), poses[pair.b],
-                               request, request == Request::contacts ? contacts : nullptr);
+    return with.solve(scene_->shape_of(pair.a), poses[pair.a], scene_->shape_of(pair.b), poses[pair.b], request,
+                      request == Request::contacts ? contacts : nullptr);
   }
 
   bool is_worth_moving(Pair pair) const {
@@ -387,6 +393,7 @@ class SceneWork final : public StepWork {
 
   PipelineOptions options_;
   NarrowPhase narrow_phase_;
+  NarrowPhase without_gaps_;  // between meshes
   SeveralPairs several_pairs_;
   std::unique_ptr<BroadPhase> broad_phase_;
   std::unique_ptr<KeptContacts> kept_;  // null: every answer is computed
