@@ -9,6 +9,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "dispatch.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
@@ -59,8 +61,19 @@ bool measure_axes(const double* half_a, const Pose* pose_a, const double* half_b
   const V face_of_b = hn::Sub(hn::Sub(hn::Abs(u), b), sum_of_products(of(half_a, 0), of(half_a, 1), of(half_a, 2), q));
   const V never = hn::Set(d, -1e300);
   const auto used = hn::FirstN(d, 3);
-  const V most_face = hn::MaxOfLanes(d, hn::IfThenElse(used, hn::Max(face_of_a, face_of_b), never));
-  x->most_face = hn::GetLane(most_face);
+  const V best_face = hn::IfThenElse(used, hn::Max(face_of_a, face_of_b), never);
+  const V most_face = hn::MaxOfLanes(d, best_face);
+  if (!hn::AllFalse(d, hn::Gt(best_face, hn::Set(d, beyond)))) {
+    const auto bits = [d](hn::Mask<Four> mask) HWY_ATTR {
+      std::uint8_t bytes[8] = {};
+      hn::StoreMaskBits(d, mask, bytes);
+      return static_cast<unsigned>(bytes[0]);
+    };
+    x->most_face = hn::GetLane(most_face);
+    x->parting = bits(hn::Eq(face_of_a, most_face)) | bits(hn::Eq(face_of_b, most_face)) << 4;
+    x->against = bits(hn::Lt(t, hn::Zero(d))) | bits(hn::Lt(u, hn::Zero(d))) << 4;
+    return true;
+  }
   hn::Store(a, d, x->a);
   hn::Store(b, d, x->b);
   hn::Store(t, d, x->t);
@@ -68,7 +81,6 @@ bool measure_axes(const double* half_a, const Pose* pose_a, const double* half_b
   hn::Store(face_of_a, d, x->face_of_a);
   hn::Store(face_of_b, d, x->face_of_b);
   for (int i = 0; i < 3; ++i) hn::Store(r[i], d, x->r[i]);
-  if (x->most_face > beyond) return true;
 
   alignas(32) static constexpr std::int64_t forward[4] = {1, 2, 0, 3}, back[4] = {2, 0, 1, 3};
   const auto next = hn::SetTableIndices(d, forward), last = hn::SetTableIndices(d, back);
@@ -122,7 +134,15 @@ bool measure_axes(const double* half_a, const Pose* pose_a, const double* half_b
         std::abs(x->u[k]) - half_b[k] - (half_a[0] * x->q[0][k] + half_a[1] * x->q[1][k] + half_a[2] * x->q[2][k]);
     x->most_face = std::max({x->most_face, x->face_of_a[k], x->face_of_b[k]});
   }
-  if (x->most_face > beyond) return true;
+  if (x->most_face > beyond) {
+    x->parting = x->against = 0;
+    for (unsigned k = 0; k < 3; ++k) {
+      x->parting |= (x->face_of_a[k] == x->most_face ? 1u : 0u) << k | (x->face_of_b[k] == x->most_face ? 16u : 0u)
+                                                                           << k;
+      x->against |= (x->t[k] < 0 ? 1u : 0u) << k | (x->u[k] < 0 ? 16u : 0u) << k;
+    }
+    return true;
+  }
   const double hopeless = std::min(x->most_face, 0.0);
   x->hopeful = 0;
   x->most_edge = -1e300;
@@ -150,9 +170,9 @@ HWY_AFTER_NAMESPACE();
 namespace tandem {
 HWY_EXPORT(measure_axes);
 
-bool measure_axes(const HalfSize& half_a, const Pose& pose_a, const HalfSize& half_b, const Pose& pose_b, double beyond,
-                  BoxAxes& axes) {
-  return HWY_DYNAMIC_DISPATCH(measure_axes)(half_a.data(), &pose_a, half_b.data(), &pose_b, beyond, &axes);
+bool measure_axes(const double* half_a, const Pose* pose_a, const double* half_b, const Pose* pose_b, double beyond,
+                  BoxAxes* axes) {
+  return TANDEM_DISPATCH(measure_axes)(half_a, pose_a, half_b, pose_b, beyond, axes);
 }
 }  // namespace tandem
 #endif

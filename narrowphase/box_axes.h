@@ -20,12 +20,16 @@ struct alignas(32) BoxAxes {
   double face_of_a[4];  ///< separation along A's axes; > 0 apart
   double face_of_b[4];
   double edge[3][4];   ///< along a_i x b_j, times its length; for orthonormal axes
-  double most_face;    ///< the largest of the faces' separations
   double most_edge;    ///< and of `edge`
   double most_cosine;  ///< and of |r|
   /// Bit 3 i + j: a_i x b_j may separate better than every face, or its edges are so nearly parallel that `edge` is
   /// not exact enough to tell.
   unsigned hopeful;
+
+  // Only where a face's axis separates by more than was asked for:
+  double most_face;  ///< the largest of the faces' separations
+  unsigned parting;  ///< whose that is: bits 0-2 A's faces, 4-6 B's
+  unsigned against;  ///< axes that point from B to A, in the same bits
 };
 
 /// Edges whose cosine is larger count as nearly parallel: the squared sine is below 0.01.
@@ -37,9 +41,10 @@ constexpr double nearly_parallel = 0.99498743710662;
 constexpr double parallel_edges = 1e-30;
 constexpr double slow_edges = 1e-2;
 
-/// Fills the axes. Where a face's axis separates by more than `beyond`, returns true and leaves out what is
-/// known of the edges.
-bool measure_axes(const HalfSize& half_a, const Pose& pose_a, const HalfSize& half_b, const Pose& pose_b, double beyond,
-                  BoxAxes& axes);
+/// Fills the axes, of boxes by half sizes. Where a face's axis separates by more than `beyond` (>= 0), returns true and
+/// tells only
+/// by how much and which.
+bool measure_axes(const double* half_a, const Pose* pose_a, const double* half_b, const Pose* pose_b, double beyond,
+                  BoxAxes* axes);
 
 }  // namespace tandem

@@ -261,7 +261,7 @@ struct Boxes {
 
 bool box_box_collide(const HalfSize& a, const Pose& pose_a, const HalfSize& b, const Pose& pose_b) {
   BoxAxes x;
-  if (measure_axes(a, pose_a, b, pose_b, 0, x)) return false;
+  if (measure_axes(a.data(), &pose_a, b.data(), &pose_b, 0, &x)) return false;
   const double doubt = rounding * size(x);
   if (x.most_edge < -doubt && x.most_cosine <= nearly_parallel) return true;
   return !edges_separate(x, doubt);
@@ -269,7 +269,7 @@ bool box_box_collide(const HalfSize& a, const Pose& pose_a, const HalfSize& b, c
 
 BoxAnswer box_box_distance(const HalfSize& a, const Pose& pose_a, const HalfSize& b, const Pose& pose_b) {
   BoxAxes x;
-  measure_axes(a, pose_a, b, pose_b, std::numeric_limits<double>::infinity(), x);
+  measure_axes(a.data(), &pose_a, b.data(), &pose_b, std::numeric_limits<double>::infinity(), &x);
   const Separation best = best_separation(x);
   BoxAnswer answer;
   LocalAnswer& local = answer.local;
@@ -320,21 +320,9 @@ BoxAnswer box_box_distance(const HalfSize& a, const Pose& pose_a, const HalfSize
   return answer;
 }
 
-BoxAnswer box_box_overlap(const HalfSize& a, const Pose& pose_a, const HalfSize& b, const Pose& pose_b, double margin) {
-  BoxAxes x;
+BoxAnswer box_box_overlap(const HalfSize& a, const Pose& pose_a, const HalfSize& b, const Pose& pose_b,
+                          const BoxAxes& x, double margin) {
   BoxAnswer answer;
-  if (measure_axes(a, pose_a, b, pose_b, margin, x)) {
-    // Farther apart than asked, along this face's axis.
-    double most = x.face_of_a[0];
-    answer.axis = 0;
-    for (int k = 1; k < 6; ++k) {
-      const double s = k < 3 ? x.face_of_a[k] : x.face_of_b[k - 3];
-      answer.axis = s > most ? k : answer.axis;
-      most = std::max(s, most);
-    }
-    answer.local.signed_distance = most;
-    return answer;
-  }
   const Separation best = best_separation(x);
   if (best.distance > 0 && best.distance <= margin) {
     answer = box_box_distance(a, pose_a, b, pose_b);

@@ -40,8 +40,10 @@ struct BoxAnswer {
 /// Signed distance of two boxes: overlapping, depth and normal are the least over all axes, faces and edges alike;
 /// apart, the nearest points, found by exact line searches from the best axis (by GJK where these take too long).
 BoxAnswer box_box_distance(const HalfSize& a, const Pose& pose_a, const HalfSize& b, const Pose& pose_b);
-/// What a manifold needs of it: farther apart than the margin, only a separation above it and its axis; overlapping
-/// with the normal of a face, the witness points are left out.
-BoxAnswer box_box_overlap(const HalfSize& a, const Pose& pose_a, const HalfSize& b, const Pose& pose_b, double margin);
+/// What a manifold needs of it, of two whose faces part them by no more than the margin, by their axes: farther apart
+/// than the margin, only a separation above it and its axis; overlapping with the normal of a face, the witness points
+/// are left out.
+BoxAnswer box_box_overlap(const HalfSize& a, const Pose& pose_a, const HalfSize& b, const Pose& pose_b,
+                          const BoxAxes& x, double margin);
 
 }  // namespace tandem

@@ -155,8 +155,9 @@ std::string NarrowPhase::refuses(const Shape& a, const Shape& b, Request request
 PairAnswer NarrowPhase::solve(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                               std::vector<Contact>* contacts, WarmStart* warm) const {
   if (options_.solver.empty())
-    if (const SimpleSolver solver = simple_solver(a.kind(), b.kind()))
-      return solver(a, pose_a, b, pose_b, request, options_.margin, contacts);
+    if (const SimpleSolver solver =
+            simple_solvers[static_cast<std::size_t>(a.kind())][static_cast<std::size_t>(b.kind())])
+      return solver(options_, a, pose_a, b, pose_b, request, contacts);
   return solve_prepared(a, pose_a, b, pose_b, request, options_, contacts, warm);
 }
 

@@ -1,5 +1,6 @@
 #include "simple_pairs.h"
 
+#include <bit>
 #include <span>
 
 #include "closed_forms.h"
@@ -46,24 +47,16 @@ SegmentDistance axes_distance(const Pose& pose_a, double length_a, const Pose& p
                           pose_b.translation - pose_a.translation, 0.5 * length_b * pose_b.rotation.col(2));
 }
 
-void solve_boxes_in_order(const HalfSize& half_a, const Pose& pose_a, const HalfSize& half_b, const Pose& pose_b,
-                          Request request, double margin, std::vector<Contact>* contacts, PairAnswer& r) {
-  if (request == Request::distance || contacts == nullptr) {
-    place(box_box_distance(half_a, pose_a, half_b, pose_b).local, pose_a, r);
-    return;
-  }
-  const BoxAnswer answer = box_box_overlap(half_a, pose_a, half_b, pose_b, margin);
+/// Two boxes in order whose faces do not part them by more than the margin.
+void append_near_boxes(const HalfSize& half_a, const Pose& pose_a, const HalfSize& half_b, const Pose& pose_b,
+                       const BoxAxes& axes, double margin, std::vector<Contact>& contacts, PairAnswer& r) {
+  const BoxAnswer answer = box_box_overlap(half_a, pose_a, half_b, pose_b, axes, margin);
   if (answer.local.signed_distance <= margin) {
-    append_boxes(half_a, pose_a, half_b, pose_b, answer, margin, *contacts, r);
+    append_boxes(half_a, pose_a, half_b, pose_b, answer, margin, contacts, r);
     return;
   }
   r.signed_distance = answer.local.signed_distance;
-  if (answer.axis >= 0 && answer.axis < 6) {
-    r.normal = (answer.axis < 3 ? pose_a : pose_b).rotation.col(answer.axis % 3);
-    if (r.normal.dot(pose_b.translation - pose_a.translation) < 0) r.normal = -r.normal;
-  } else {
-    r.normal = pose_a.rotation * answer.local.normal;
-  }
+  r.normal = pose_a.rotation * answer.local.normal;
 }
 
 }  // namespace
@@ -238,21 +231,61 @@ PairAnswer solve_capsules(double radius_a, double length_a, const Pose& pose_a, 
   return r;
 }
 
-PairAnswer solve_boxes(const HalfSize& half_a, const Pose& pose_a, const HalfSize& half_b, const Pose& pose_b,
-                       Request request, double margin, std::vector<Contact>* contacts) {
+namespace {
+
+/// Along the face's axis that parts two boxes the most, which they do by more than the margin.
+void answer_apart(const BoxAxes& axes, const HalfSize& half_a, const Pose& pose_a, const HalfSize& half_b,
+                  const Pose& pose_b, PairAnswer& r) {
+  unsigned parting = axes.parting;
+  // Faces of both part them as much: that of the first in order.
+  if (parting >= 16 && parting % 16 != 0) parting &= boxes_reversed(half_a, pose_a, half_b, pose_b) ? 0xf0u : 0x0fu;
+  const auto face = static_cast<unsigned>(std::countr_zero(parting));
+  const Pose* const poses[2] = {&pose_a, &pose_b};
+  // Which side of it cannot be foreseen: no branch.
+  constexpr double senses[2] = {1, -1};
+  r.signed_distance = axes.most_face;
+  r.normal = senses[axes.against >> face & 1u] * poses[face / 4]->rotation.col(face % 4);
+}
+
+/// Two boxes that no face parts by more than the margin; their axes are known.
+[[gnu::noinline]] void solve_near_boxes(const HalfSize& half_a, const Pose& pose_a, const HalfSize& half_b,
+                                        const Pose& pose_b, BoxAxes& axes, double margin,
+                                        std::vector<Contact>& contacts, PairAnswer& r) {
+  const std::size_t first = contacts.size();
+  if (!boxes_reversed(half_a, pose_a, half_b, pose_b)) {
+    append_near_boxes(half_a, pose_a, half_b, pose_b, axes, margin, contacts, r);
+    return;
+  }
+  measure_axes(half_b.data(), &pose_b, half_a.data(), &pose_a, margin, &axes);  // the edges' are rounded by the order
+  append_near_boxes(half_b, pose_b, half_a, pose_a, axes, margin, contacts, r);
+  swap_answer(r, &contacts, first);
+}
+
+inline PairAnswer boxes_by_size(const HalfSize& half_a, const Pose& pose_a, const HalfSize& half_b, const Pose& pose_b,
+                                Request request, double margin, std::vector<Contact>* contacts) {
   PairAnswer r;
   if (request == Request::collide) {
     r.collide = box_box_collide(half_a, pose_a, half_b, pose_b);
-    return r;
-  }
-  const std::size_t first = contacts != nullptr ? contacts->size() : 0;
-  if (boxes_reversed(half_a, pose_a, half_b, pose_b)) {
-    solve_boxes_in_order(half_b, pose_b, half_a, pose_a, request, margin, contacts, r);
-    swap_answer(r, contacts, first);
+  } else if (request == Request::contacts && contacts != nullptr) {
+    BoxAxes axes;
+    if (measure_axes(half_a.data(), &pose_a, half_b.data(), &pose_b, margin, &axes))
+      answer_apart(axes, half_a, pose_a, half_b, pose_b, r);
+    else
+      solve_near_boxes(half_a, pose_a, half_b, pose_b, axes, margin, *contacts, r);
+  } else if (boxes_reversed(half_a, pose_a, half_b, pose_b)) {
+    place(box_box_distance(half_b, pose_b, half_a, pose_a).local, pose_b, r);
+    swap_answer(r, nullptr, 0);
   } else {
-    solve_boxes_in_order(half_a, pose_a, half_b, pose_b, request, margin, contacts, r);
+    place(box_box_distance(half_a, pose_a, half_b, pose_b).local, pose_a, r);
   }
   return r;
+}
+
+}  // namespace
+
+PairAnswer solve_boxes(const HalfSize& half_a, const Pose& pose_a, const HalfSize& half_b, const Pose& pose_b,
+                       Request request, double margin, std::vector<Contact>* contacts) {
+  return boxes_by_size(half_a, pose_a, half_b, pose_b, request, margin, contacts);
 }
 
 PairAnswer solve_box_capsule(const HalfSize& half, const Pose& pose_a, double radius, double length, const Pose& pose_b,
@@ -288,20 +321,20 @@ namespace {
 /// The half-space's normal in the world.
 Vec3 world_normal(const Shape& halfspace, const Pose& pose) { return pose.rotation * halfspace.normal(); }
 
-PairAnswer halfspace_sphere(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
-                            double margin, std::vector<Contact>* contacts) {
+PairAnswer halfspace_sphere(const NarrowPhaseOptions& options, const Shape& a, const Pose& pose_a, const Shape& b,
+                            const Pose& pose_b, Request request, std::vector<Contact>* contacts) {
   PairAnswer r;
   r.normal = world_normal(a, pose_a);
   r.signed_distance = r.normal.dot(pose_b.translation - pose_a.translation) - a.offset() - b.radius();
   r.collide = r.signed_distance <= 0;
   r.point_b = pose_b.translation - b.radius() * r.normal;
   r.point_a = r.point_b - r.signed_distance * r.normal;
-  if (request == Request::contacts) append_single(r, margin, contacts);
+  if (request == Request::contacts) append_single(r, options.margin, contacts);
   return r;
 }
 
-PairAnswer halfspace_box(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
-                         double margin, std::vector<Contact>* contacts) {
+PairAnswer halfspace_box(const NarrowPhaseOptions& options, const Shape& a, const Pose& pose_a, const Shape& b,
+                         const Pose& pose_b, Request request, std::vector<Contact>* contacts) {
   PairAnswer r;
   r.normal = world_normal(a, pose_a);
   const double height = r.normal.dot(pose_b.translation - pose_a.translation) - a.offset();
@@ -315,54 +348,56 @@ PairAnswer halfspace_box(const Shape& a, const Pose& pose_a, const Shape& b, con
   r.collide = r.signed_distance <= 0;
   r.point_b = pose_b * lowest;
   r.point_a = r.point_b - r.signed_distance * r.normal;
-  if (request == Request::contacts && contacts != nullptr && r.signed_distance <= margin) {
+  if (request == Request::contacts && contacts != nullptr && r.signed_distance <= options.margin) {
     const std::size_t first = contacts->size();
-    append_halfspace_box(half, pose_b, r.normal, slope, height, margin, *contacts);
+    append_halfspace_box(half, pose_b, r.normal, slope, height, options.margin, *contacts);
     // Rounding may leave nothing of a corner that just touches.
-    if (contacts->size() == first) append_single(r, margin, contacts);
+    if (contacts->size() == first) append_single(r, options.margin, contacts);
   }
   return r;
 }
 
-PairAnswer spheres(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
-                   double margin, std::vector<Contact>* contacts) {
-  return solve_spheres(a.radius(), pose_a.translation, b.radius(), pose_b.translation, request, margin, contacts);
+PairAnswer spheres(const NarrowPhaseOptions& options, const Shape& a, const Pose& pose_a, const Shape& b,
+                   const Pose& pose_b, Request request, std::vector<Contact>* contacts) {
+  return solve_spheres(a.radius(), pose_a.translation, b.radius(), pose_b.translation, request, options.margin,
+                       contacts);
 }
-PairAnswer sphere_box(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
-                      double margin, std::vector<Contact>* contacts) {
-  return solve_sphere_box(a.radius(), pose_a.translation, b.parameters(), pose_b, request, margin, contacts);
+PairAnswer sphere_box(const NarrowPhaseOptions& options, const Shape& a, const Pose& pose_a, const Shape& b,
+                      const Pose& pose_b, Request request, std::vector<Contact>* contacts) {
+  return solve_sphere_box(a.radius(), pose_a.translation, b.parameters(), pose_b, request, options.margin, contacts);
 }
-PairAnswer sphere_capsule(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
-                          double margin, std::vector<Contact>* contacts) {
-  return solve_sphere_capsule(a.radius(), pose_a.translation, b.radius(), b.length(), pose_b, request, margin,
+PairAnswer sphere_capsule(const NarrowPhaseOptions& options, const Shape& a, const Pose& pose_a, const Shape& b,
+                          const Pose& pose_b, Request request, std::vector<Contact>* contacts) {
+  return solve_sphere_capsule(a.radius(), pose_a.translation, b.radius(), b.length(), pose_b, request, options.margin,
                               contacts);
 }
-PairAnswer capsules(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
-                    double margin, std::vector<Contact>* contacts) {
-  return solve_capsules(a.radius(), a.length(), pose_a, b.radius(), b.length(), pose_b, request, margin, contacts);
+PairAnswer capsules(const NarrowPhaseOptions& options, const Shape& a, const Pose& pose_a, const Shape& b,
+                    const Pose& pose_b, Request request, std::vector<Contact>* contacts) {
+  return solve_capsules(a.radius(), a.length(), pose_a, b.radius(), b.length(), pose_b, request, options.margin,
+                        contacts);
 }
-PairAnswer box_capsule(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
-                       double margin, std::vector<Contact>* contacts) {
-  return solve_box_capsule(a.parameters(), pose_a, b.radius(), b.length(), pose_b, request, margin, contacts);
+PairAnswer box_capsule(const NarrowPhaseOptions& options, const Shape& a, const Pose& pose_a, const Shape& b,
+                       const Pose& pose_b, Request request, std::vector<Contact>* contacts) {
+  return solve_box_capsule(a.parameters(), pose_a, b.radius(), b.length(), pose_b, request, options.margin, contacts);
 }
-PairAnswer boxes(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request, double margin,
-                 std::vector<Contact>* contacts) {
-  return solve_boxes(a.parameters(), pose_a, b.parameters(), pose_b, request, margin, contacts);
+PairAnswer boxes(const NarrowPhaseOptions& options, const Shape& a, const Pose& pose_a, const Shape& b,
+                 const Pose& pose_b, Request request, std::vector<Contact>* contacts) {
+  return boxes_by_size(a.parameters(), pose_a, b.parameters(), pose_b, request, options.margin, contacts);
 }
 
 template <SimpleSolver solver>
-PairAnswer exchanged(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
-                     double margin, std::vector<Contact>* contacts) {
+PairAnswer exchanged(const NarrowPhaseOptions& options, const Shape& a, const Pose& pose_a, const Shape& b,
+                     const Pose& pose_b, Request request, std::vector<Contact>* contacts) {
   const std::size_t first = contacts != nullptr ? contacts->size() : 0;
-  PairAnswer r = solver(b, pose_b, a, pose_a, request, margin, contacts);
+  PairAnswer r = solver(options, b, pose_b, a, pose_a, request, contacts);
   if (request != Request::collide) swap_answer(r, contacts, first);
   return r;
 }
 
-using Table = std::array<std::array<SimpleSolver, shape_kinds>, shape_kinds>;
+}  // namespace
 
-constexpr Table table = [] {
-  Table t{};
+constinit const std::array<std::array<SimpleSolver, shape_kinds>, shape_kinds> simple_solvers = [] {
+  std::array<std::array<SimpleSolver, shape_kinds>, shape_kinds> t{};
   const auto at = [&t](ShapeKind a, ShapeKind b) -> SimpleSolver& {
     return t[static_cast<std::size_t>(a)][static_cast<std::size_t>(b)];
   };
@@ -381,11 +416,5 @@ constexpr Table table = [] {
   at(ShapeKind::box, ShapeKind::box) = boxes;
   return t;
 }();
-
-}  // namespace
-
-SimpleSolver simple_solver(ShapeKind a, ShapeKind b) {
-  return table[static_cast<std::size_t>(a)][static_cast<std::size_t>(b)];
-}
 
 }  // namespace tandem

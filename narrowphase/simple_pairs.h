@@ -8,10 +8,12 @@
 namespace tandem {
 
 /// Pairs that cost less than preparing them for a general solver: straight from the shapes to the answer, and only
-/// what is asked for. Null where a pair of kinds has none. Both convex, at most one a half-space.
-using SimpleSolver = PairAnswer (*)(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
-                                    Request request, double margin, std::vector<Contact>* contacts);
-SimpleSolver simple_solver(ShapeKind a, ShapeKind b);
+/// what is asked for. Null where a pair of kinds has none. Both convex, at most one a half-space. Arguments are those
+/// of NarrowPhase::solve in its order, so that it hands on what it got as it stands.
+using SimpleSolver = PairAnswer (*)(const NarrowPhaseOptions& options, const Shape& a, const Pose& pose_a,
+                                    const Shape& b, const Pose& pose_b, Request request,
+                                    std::vector<Contact>* contacts);
+extern const std::array<std::array<SimpleSolver, shape_kinds>, shape_kinds> simple_solvers;  ///< by the two kinds
 
 /// The same by parameters.
 PairAnswer solve_spheres(double radius_a, const Vec3& a, double radius_b, const Vec3& b, Request request, double margin,

@@ -12,6 +12,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "dispatch.h"
+
 #include "support_search-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -126,11 +128,11 @@ HWY_EXPORT(reach);
 HWY_EXPORT(minkowski);
 HWY_EXPORT(least);
 
-SupportKernel support_kernel() { return HWY_DYNAMIC_DISPATCH(farthest); }
-FaceKernel face_kernel() { return HWY_DYNAMIC_DISPATCH(most_along); }
-ReachKernel reach_kernel() { return HWY_DYNAMIC_DISPATCH(reach); }
-MinkowskiKernel minkowski_kernel() { return HWY_DYNAMIC_DISPATCH(minkowski); }
-LeastKernel least_kernel() { return HWY_DYNAMIC_DISPATCH(least); }
-PlaneKernel plane_kernel() { return HWY_DYNAMIC_DISPATCH(planes); }
+SupportKernel support_kernel() { return TANDEM_DISPATCH(farthest); }
+FaceKernel face_kernel() { return TANDEM_DISPATCH(most_along); }
+ReachKernel reach_kernel() { return TANDEM_DISPATCH(reach); }
+MinkowskiKernel minkowski_kernel() { return TANDEM_DISPATCH(minkowski); }
+LeastKernel least_kernel() { return TANDEM_DISPATCH(least); }
+PlaneKernel plane_kernel() { return TANDEM_DISPATCH(planes); }
 }  // namespace tandem
 #endif

@@ -9,6 +9,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "dispatch.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
@@ -174,16 +176,16 @@ HWY_EXPORT(corner_ways);
 HWY_EXPORT(edge_ways);
 
 void triangle_products(const TriangleParts& a, const TriangleParts& b, EdgeProducts& out) {
-  HWY_DYNAMIC_DISPATCH(triangle_products)(a, b, out);
+  TANDEM_DISPATCH(triangle_products)(a, b, out);
 }
 void box_triangle_products(const double (&half)[3], const TriangleParts& b, EdgeProducts& out) {
-  HWY_DYNAMIC_DISPATCH(box_triangle_products)(half, b, out);
+  TANDEM_DISPATCH(box_triangle_products)(half, b, out);
 }
 void corner_ways(const TriangleParts& a, const TriangleParts& b, CornerWays& out) {
-  HWY_DYNAMIC_DISPATCH(corner_ways)(a, b, out);
+  TANDEM_DISPATCH(corner_ways)(a, b, out);
 }
 void edge_ways(const double (&half)[3], const TriangleParts& b, EdgeWays& out) {
-  HWY_DYNAMIC_DISPATCH(edge_ways)(half, b, out);
+  TANDEM_DISPATCH(edge_ways)(half, b, out);
 }
 }  // namespace tandem
 #endif

@@ -101,6 +101,24 @@ CloseBoxes close_boxes(Random& r, double least, double most) {
 
 }  // namespace
 
+TEST_CASE("box-box: where a face of each parts them as much, either order of arguments names the same one") {
+  const NarrowPhase n;
+  const Shape box(Box{{1, 1, 1}});
+  for (const double angle : {0.1, 0.3, -0.4}) {
+    // One the other's mirror image.
+    const Pose a{Eigen::AngleAxisd(angle, Vec3::UnitZ()).toRotationMatrix(), Vec3(-1, 0, 0)};
+    const Pose b{Eigen::AngleAxisd(-angle, Vec3::UnitZ()).toRotationMatrix(), Vec3(1, 0, 0)};
+    std::vector<Contact> contacts;
+    const PairAnswer there = n.solve(box, a, box, b, Request::contacts, &contacts);
+    const PairAnswer back = n.solve(box, b, box, a, Request::contacts, &contacts);
+    CHECK(contacts.empty());
+    CHECK(there.signed_distance > 0);
+    CHECK(there.signed_distance == back.signed_distance);
+    CHECK(there.normal.x() > 0.9);
+    CHECK(there.normal == -back.normal);
+  }
+}
+
 TEST_CASE("boxes told apart several at a time are those that the solver finds apart") {
   Random r(77);
   std::vector<CloseBoxes> boxes;
