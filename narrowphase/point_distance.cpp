@@ -163,46 +163,8 @@ PointDistance point_distance(const ConvexView& s, const Vec3& p) {
   }
 }
 
-namespace {
-
-/// Of segments that are neither short nor nearly parallel, and whose gap is no noise: false for others.
-bool clear_segment_distance(const Vec3& centre_a, const Vec3& half_a, const Vec3& centre_b, const Vec3& half_b,
-                            SegmentDistance& d) {
-  constexpr double clearly_crossing = 1e-2;  // squared sine
-  const Vec3 r = centre_a - centre_b;
-  const double uu = half_a.squaredNorm(), vv = half_b.squaredNorm(), uv = half_a.dot(half_b);
-  const double ru = r.dot(half_a), rv = r.dot(half_b), det = uu * vv - uv * uv;
-  if (!(det > clearly_crossing * (uu * vv) && det > shortest_squared)) return false;
-  // The best s of all; the best t for it; where that is an end, the best s for that, else the same (Ericson
-  // 2005, 5.1.9).
-  const double by_uu = 1 / uu, by_vv = 1 / vv;
-  const auto within = [](double x) { return std::min(std::max(x, -1.0), 1.0); };
-  const double t = within((within((uv * rv - vv * ru) / det) * uv + rv) * by_vv), s = within((t * uv - ru) * by_uu);
-  const bool inside_a = std::abs(s) < 1, inside_b = std::abs(t) < 1, inside = inside_a && inside_b;
-  Vec3 gap = t * half_b - s * half_a - r;
-  // Inside a segment the way is square to it, whatever is left of a small difference.
-  if (gap.squaredNorm() < 1e-4 * (r.squaredNorm() + uu + vv)) {
-    gap -= ((inside_a ? by_uu : 0.0) * gap.dot(half_a)) * half_a;
-    gap -= ((inside_b ? by_vv : 0.0) * gap.dot(half_b)) * half_b;
-  }
-  // Inside both it is square to both, also where they cross.
-  const Vec3 way = inside ? Vec3(half_a.cross(half_b)) : gap, from = inside ? Vec3(-r) : gap;
-  const double length2 = way.squaredNorm();
-  if (!(length2 > (inside ? shortest_squared : 3e-30 * (r.squaredNorm() + uu + vv)))) return false;
-  const Vec3 n = way / std::sqrt(length2);
-  const double along = n.dot(from);
-  d.distance = std::abs(along);
-  d.normal = std::copysign(1.0, along) * n;
-  d.point_a = centre_a + s * half_a;
-  d.point_b = centre_b + t * half_b;
-  return true;
-}
-
-}  // namespace
-
 SegmentDistance segment_distance(const Vec3& centre_a, const Vec3& half_a, const Vec3& centre_b, const Vec3& half_b) {
   SegmentDistance d;
-  if (clear_segment_distance(centre_a, half_a, centre_b, half_b, d)) return d;
   // Minimise |r + s u - t v| over s, t in [-1, 1].
   const Vec3 r = centre_a - centre_b;
   const double uu = half_a.squaredNorm(), vv = half_b.squaredNorm(), uv = half_a.dot(half_b);
