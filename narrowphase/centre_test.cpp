@@ -23,7 +23,7 @@ Vec3 inner_centre(const Shape& s) {
   return s.kind() == ShapeKind::cone ? Vec3(0, 0, -0.25 * s.length()) : s.hull().inside;
 }
 
-double inner_radius(const Shape& s) {
+[[gnu::always_inline]] inline double inner_radius(const Shape& s) {
   switch (s.kind()) {
     case ShapeKind::box:
     case ShapeKind::ellipsoid:
@@ -56,7 +56,7 @@ double reach(const Hull& hull, const Vec3& d, Reach kind) {
 }
 
 /// How far the shape reaches along d (any length) beyond the centre of its ball, times that length.
-double reach(const Shape& s, const Vec3& d, Reach kind) {
+[[gnu::always_inline]] inline double reach(const Shape& s, const Vec3& d, Reach kind) {
   const auto across = [&] { return s.radius() * std::sqrt(d[0] * d[0] + d[1] * d[1]); };
   switch (s.kind()) {
     case ShapeKind::sphere:

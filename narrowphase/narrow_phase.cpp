@@ -85,7 +85,8 @@ std::optional<bool> triangle_collides(const Shape& a, const Pose& pose_a, const 
                                             std::vector<Contact>* contacts, WarmStart* warm) {
   if (a.is_convex() && b.is_convex()) {
     PairAnswer plain;
-    if (request == Request::collide && options.solver.empty())
+    const bool with_triangle = a.kind() == ShapeKind::triangle || b.kind() == ShapeKind::triangle;
+    if (with_triangle && request == Request::collide && options.solver.empty())
       if (const auto collide = triangle_collides(a, pose_a, b, pose_b)) {
         plain.collide = *collide;
         return plain;
