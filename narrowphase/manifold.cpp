@@ -208,13 +208,16 @@ struct Clipped {
   }
 };
 
-/// Keeps what lies on the inner side of the plane normal . x <= offset. False: that is all of it, and `out` is not set.
-bool clip(const Clipped& c, const Vec3& normal, double offset, std::uint32_t label, Clipped& out) {
+/// Keeps what lies on the inner side of the plane normal . x <= offset; a corner beyond it by `slack` at most, times
+/// the normal's length, counts as in it: where sides lie on each other rounding decides nothing. False: all of it is
+/// kept, and `out` is not set.
+bool clip(const Clipped& c, const Vec3& normal, double offset, double slack, std::uint32_t label, Clipped& out) {
   double beyond[max_clipped];
   bool any = false;
+  const double on_it = slack * normal.norm();
   for (int i = 0; i < c.count; ++i) {
     beyond[i] = normal.dot(c.corner[i]) - offset;
-    any |= !(beyond[i] <= 0);
+    any |= !(beyond[i] <= on_it);
   }
   if (!any) return false;
   out.open = c.open;
@@ -222,9 +225,10 @@ bool clip(const Clipped& c, const Vec3& normal, double offset, std::uint32_t lab
   for (int i = 0; i < c.count; ++i) {
     const int j = i + 1 < c.count ? i + 1 : 0;
     const double di = beyond[i], dj = beyond[j];
-    if (di <= 0) out.add(c.corner[i], c.edge[i]);
+    if (di <= on_it) out.add(c.corner[i], c.edge[i]);
     if (c.open && j == 0) break;  // a segment has no way back
-    if ((di <= 0) != (dj <= 0)) {
+    // A corner in the plane is itself where its side crosses it.
+    if ((di <= 0 && dj > on_it) || (di > on_it && dj <= 0)) {
       const double t = di / (di - dj);
       out.add(c.corner[i] + t * (c.corner[j] - c.corner[i]), di <= 0 ? label : c.edge[i]);
     }
@@ -238,7 +242,7 @@ std::uint32_t feature_number(const FlatFeature& reference, bool of_b, std::uint3
 
 /// Points of `incident` over `reference`, by depth along `normal` (from the reference's shape outward).
 int clip_faces(const FlatFeature& reference, const FlatFeature& incident, const Vec3& outward, bool of_b, double margin,
-               double deepest, PatchPoint* points) {
+               double deepest, double slack, PatchPoint* points) {
   Clipped buffer[2];
   int last = 0;
   buffer[0].open = incident.count == 2;
@@ -246,7 +250,7 @@ int clip_faces(const FlatFeature& reference, const FlatFeature& incident, const 
   for (int i = 0; i < reference.count && buffer[last].count > 0; ++i) {
     const Vec3 &from = reference.corner[i], &to = reference.corner[i + 1 < reference.count ? i + 1 : 0];
     const Vec3 side = (to - from).cross(reference.normal);
-    if (clip(buffer[last], side, side.dot(from), static_cast<std::uint32_t>(max_corners + i), buffer[1 - last]))
+    if (clip(buffer[last], side, side.dot(from), slack, static_cast<std::uint32_t>(max_corners + i), buffer[1 - last]))
       last = 1 - last;
   }
   const Clipped& c = buffer[last];
@@ -366,6 +370,7 @@ void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePos
   const Vec3& n = answer.normal;
   PatchPoint points[max_clipped + 1];
   int count = 0;
+  const double slack = alike * (a.size + b.size);
   const bool point_like = a.kind == ShapeKind::sphere || b.kind == ShapeKind::sphere ||
                           a.kind == ShapeKind::ellipsoid || b.kind == ShapeKind::ellipsoid;
   if (!point_like) {
@@ -374,9 +379,9 @@ void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePos
     move(fb, relative);
     const double flat_a = fa.count >= 3 ? fa.normal.dot(n) : 0, flat_b = fb.count >= 3 ? -fb.normal.dot(n) : 0;
     if (flat_a >= carries_patch && flat_a + 1e-12 >= flat_b) {
-      count = clip_faces(fa, fb, n, false, margin, -answer.signed_distance, points);
+      count = clip_faces(fa, fb, n, false, margin, -answer.signed_distance, slack, points);
     } else if (flat_b >= carries_patch) {
-      count = clip_faces(fb, fa, -n, true, margin, -answer.signed_distance, points);
+      count = clip_faces(fb, fa, -n, true, margin, -answer.signed_distance, slack, points);
     } else {
       fa = flush_edge(a, n);
       if (fa.count == 2) fb = flush_edge(b, towards_a);
@@ -388,7 +393,7 @@ void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePos
     // The clipped circles are polygons, and a slanting face may not hold the deepest point: never lose that one.
     double deepest = -infinity;
     for (int i = 0; i < count; ++i) deepest = std::max(deepest, points[i].depth);
-    if (count > 0 && deepest + 0.02 * alike * (a.size + b.size) >= -answer.signed_distance) {
+    if (count > 0 && deepest + 0.02 * slack >= -answer.signed_distance) {
       for (int i = 0; i < count; ++i)
         if (points[i].depth == deepest) points[i].depth = -answer.signed_distance;
       count = span_patch(points, count, n, a.size + b.size);

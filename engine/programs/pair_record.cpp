@@ -121,8 +121,13 @@ PairRecordAnswer answer(const PairRecord& record, NarrowPhaseOptions options) {
     note_status(out, found);
     out.collide = found.collide;
   }
-  if (ask.triangles)
+  if (ask.triangles) {
     out.triangles = narrow_phase.intersecting_triangles(record.a.shape, record.a.pose, record.b.shape, record.b.pose);
+    // Meshes' yes or no is exact by itself.
+    const bool two_triangles =
+        record.a.shape.kind() == ShapeKind::triangle && record.b.shape.kind() == ShapeKind::triangle;
+    if (ask.collide && two_triangles) out.collide = !out.triangles->empty();
+  }
   if (ask.toi)
     out.toi = time_of_impact(narrow_phase, record.a, record.velocity_a, record.b, record.velocity_b, record.tmax);
   return out;

@@ -267,6 +267,21 @@ TEST_CASE("pair record: triangles that intersect are named by number") {
         R"(/ask/0: "triangles_intersect", allowed: for triangles and meshes only)");
 }
 
+TEST_CASE("pair record: two triangles a rounding apart collide exactly where they are said to intersect") {
+  // A segment and itself, 1e-16 beside an end: they miss each other.
+  const std::string segment = R"({"kind":"triangle","vertices":[[1,0,2],[2,2,0],[2,2,0]]})";
+  const std::string ask = R"("ask":["collide","triangles_intersect"]})";
+  const auto asked = [&](const std::string& x) {
+    return ask_line(R"({"shapeA":)" + segment + R"(,"poseA":{"R":[[1,0,0],[0,0,-1],[0,1,0]],"t":[)" + x +
+                    R"(,0,1]},"shapeB":)" + segment + R"(,"poseB":{"R":[[1,0,0],[0,-1,0],[0,0,-1]],"t":[1,0,5]},)" +
+                    ask);
+  };
+  CHECK(asked("-1e-16")["triangles"] == Json::array());
+  CHECK(asked("-1e-16")["collide"] == false);
+  CHECK(asked("0")["triangles"] == parse_json("[[0,0]]"));
+  CHECK(asked("0")["collide"] == true);
+}
+
 TEST_CASE("pair record: a bad one is answered with its id, line and error") {
   const Json bad = ask_line(spheres(1, R"("ask":["colide"])"));
   CHECK(keys(bad) == Keys{"id", "line", "status", "error"});

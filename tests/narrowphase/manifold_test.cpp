@@ -81,6 +81,36 @@ TEST_CASE("manifold: boxes stacked keep their points, names and order when moved
       }
 }
 
+TEST_CASE("manifold: discs, prisms and boxes whose outlines lie on each other keep their points when moved by 1e-9") {
+  Random r(74);
+  std::vector<Vec3> corners;
+  for (int k = 0; k < 8; ++k)
+    for (const double z : {-0.5, 0.5}) corners.emplace_back(std::cos(k * M_PI / 4), std::sin(k * M_PI / 4), z);
+  const std::vector<Shape> below{Shape(Cylinder{1, 1}), Shape(Convex{corners}), Shape(Box{{2, 2, 1}})};
+  std::vector<Shape> above = below;
+  above.emplace_back(Cone{1, 1});
+  above.emplace_back(Cylinder{0.5, 1});
+  for (const Shape& a : below)
+    for (const Shape& b : above)
+      for (const Vec3& offset : {Vec3(0, 0, 0.99), Vec3(0.5, 0, 0.99), Vec3(0.3, 0.1, 0.99)})
+        for (const double yaw : {0.0, 0.25 * M_PI}) {
+          const Pose frame = random_pose(r, 2);
+          const Pose pb{frame.rotation * Eigen::AngleAxisd(yaw, Vec3::UnitZ()).toRotationMatrix(), frame * offset};
+          const std::vector<Contact> still = contacts_of(a, frame, b, pb);
+          CAPTURE(name(a.kind()), name(b.kind()), offset.transpose(), yaw);
+          REQUIRE(still.size() >= 3);
+          REQUIRE(still.size() <= 4);
+          for (int i = 0; i < 10; ++i) {
+            const auto moved = contacts_of(a, nudged(frame, r), b, nudged(pb, r));
+            REQUIRE(moved.size() == still.size());
+            for (std::size_t k = 0; k < still.size(); ++k) {
+              CHECK(moved[k].feature == still[k].feature);
+              CHECK((moved[k].point - still[k].point).norm() < 1e-6);
+            }
+          }
+        }
+}
+
 TEST_CASE("manifold: the points of a stack span what the faces share") {
   Random r(73);
   for (int i = 0; i < 300; ++i) {

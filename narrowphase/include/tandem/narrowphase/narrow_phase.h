@@ -40,7 +40,7 @@ struct PairAnswer {
   /// that are apart, a lower bound on the gap, 0 if none is known, and there may be no normal).
   /// > 0 gap, < 0 minus the penetration depth, the shortest translation that separates. With a mesh the depth is
   /// exact (Status::ok) where moving by the largest depth of a single triangle separates the two; else inexact with a
-  /// rigorous bound, a surface mesh giving the lower end of what is known and a solid one the upper.
+  /// rigorous bound: with a convex shape the upper end of what is known, of two meshes the lower if one is a surface.
   double signed_distance = 0;
   Vec3 point_a = Vec3::Zero();  ///< on A, world
   Vec3 point_b = Vec3::Zero();  ///< on B, world
