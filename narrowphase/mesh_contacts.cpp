@@ -414,7 +414,8 @@ void choose(std::span<const Candidate> all, const Vec3& n, const Vec3& u, const 
 // Is the patch's normal sure?
 bool add_patch(const Posed& m, const Patch& patch, std::span<const Crossing> crossings, Memory memory,
                std::vector<Contact>& contacts) {
-  const auto [n, sure] = normal_of(m, patch, crossings);
+  const PatchNormal normal = normal_of(m, patch, crossings);
+  const Vec3& n = normal.n;
   if (n.isZero()) return false;
   const DepthProbe depth(m, patch, n, memory);
   std::array<List<Candidate>, 2> edges{List<Candidate>(memory), List<Candidate>(memory)};
@@ -460,7 +461,7 @@ bool add_patch(const Posed& m, const Patch& patch, std::span<const Crossing> cro
   contacts.erase(std::remove_if(begin, contacts.end(), [&](const Contact& c) { return c.depth < most / 4; }),
                  contacts.end());
   keep_four(contacts, first, (m.a.half + m.b.half).norm());
-  return sure;
+  return normal.sure;
 }
 
 // Surfaces that only touch, or lie in each other's planes, cross along no curve. A direction along which no triangle of
