@@ -68,7 +68,7 @@ std::string judge_coarsely(const NarrowPhase& solver, const PosedPair& p, double
   const PairAnswer d = solver.solve(p.a, p.pose_a, p.b, p.pose_b, Request::distance);
   const PairAnswer s = solver.solve(p.b, p.pose_b, p.a, p.pose_a, Request::distance);
   if (!finite(d) || !finite(s)) return "distance: not finite\n";
-  if (d.collide && !finite(r)) return "contacts: not finite\n";
+  if (r.collide && !finite(r)) return "contacts: not finite\n";
   for (const Contact& c : contacts)
     if (!c.point.allFinite() || !c.normal.allFinite() || !std::isfinite(c.depth)) return "contacts: not finite\n";
   if (share == 0) return {};
@@ -77,6 +77,7 @@ std::string judge_coarsely(const NarrowPhase& solver, const PosedPair& p, double
   const double bound = share * reference::size(p) + 1e-15 * between + t.error + d.error_bound;
   if (!(std::abs(d.signed_distance - t.signed_distance) <= bound))
     return "distance: " + std::to_string(d.signed_distance) + " for " + std::to_string(t.signed_distance) + '\n';
+  if (d.collide != r.collide && std::abs(d.signed_distance) > bound) return "contacts: another verdict\n";
   if (!(std::abs(d.signed_distance - s.signed_distance) <= 2 * bound)) return "swapped: another signed distance\n";
   return {};
 }
