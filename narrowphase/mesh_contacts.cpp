@@ -1,11 +1,13 @@
 #include "mesh_contacts.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstddef>
 #include <limits>
 #include <memory_resource>
+#include <numbers>
 #include <numeric>
 #include <optional>
 
@@ -13,6 +15,7 @@
 #include "manifold.h"
 #include "patch_rows.h"
 #include "solvers.h"
+#include "support.h"
 #include "unit_vector.h"
 
 namespace tandem {
@@ -477,7 +480,7 @@ class Touching {
   }
 
   /// Does the direction part them, to rounding?
-  bool parts() const { return !faces_.empty() && depth_ <= slack_; }
+  bool parts() const { return parts_; }
 
   void append(std::vector<Contact>& contacts) const {
     const double size = (m_.a.half + m_.b.half).norm();
@@ -503,6 +506,7 @@ class Touching {
                              feature_of(1, 8 * pairs_[k][0] + found.feature % 8)};
       }
       contacts.resize(end);
+      if (contacts.size() - first > most_points) keep_outer(contacts, first);
     }
     // The first of them is kept: an outer one, as from one inside the patch four do not span it.
     const std::span<Contact> found = std::span(contacts).subspan(first);
@@ -521,6 +525,29 @@ class Touching {
     Vec3 normal_a, normal_b;  // unit; zero without area
   };
 
+  static constexpr std::size_t most_points = 128;  // held against each other
+
+  // Those farthest out in sixteen directions along the contact's plane, the first among alike.
+  void keep_outer(std::vector<Contact>& contacts, std::size_t first) const {
+    constexpr int directions = 16;
+    const Vec3 u = any_perpendicular(n_), v = n_.cross(u);
+    const double alike_here = alike * (m_.a.half + m_.b.half).norm();
+    std::array<std::size_t, directions> outer;
+    for (int d = 0; d < directions; ++d) {
+      const double angle = d * (2 * std::numbers::pi / directions);
+      const Vec3 way = std::cos(angle) * u + std::sin(angle) * v;
+      std::size_t best = first;
+      for (std::size_t c = first + 1; c < contacts.size(); ++c)
+        if (way.dot(contacts[c].point - contacts[best].point) > alike_here) best = c;
+      outer[static_cast<std::size_t>(d)] = best;
+    }
+    std::sort(outer.begin(), outer.end());
+    const auto end = std::unique(outer.begin(), outer.end());
+    std::size_t kept = first;
+    for (auto at = outer.begin(); at != end; ++at) contacts[kept++] = contacts[*at];
+    contacts.resize(kept);
+  }
+
   static Faces faces(const std::array<Vec3, 3>& p, const std::array<Vec3, 3>& q) {
     const auto normal = [](const std::array<Vec3, 3>& t) {
       return (t[1] - t[0]).cross(t[2] - t[0]).stableNormalized();
@@ -534,15 +561,29 @@ class Touching {
            std::min({along(f.b[0]), along(f.b[1]), along(f.b[2])});
   }
 
-  // Of the triangles that meet, at most `least`; of a solid none may be pushed into.
-  double overlap_below(double least, const Vec3& n) const {
+  bool is_in_the_way(const Faces& f, const Vec3& n) const {
+    // A solid may not be pushed into.
+    if (m_.a.solid && n.dot(f.normal_a) < -carries_patch) return true;
+    if (m_.b.solid && n.dot(f.normal_b) > carries_patch) return true;
+    return overlap(f, n) > slack_;
+  }
+
+  // Takes the direction if it parts them and none did before. Who was in the way of the one before is asked first: with
+  // many triangles next to no direction is held against more than a few.
+  void consider(const Vec3& n) {
+    if (parts_ || n.norm() < 0.5 || is_in_the_way(faces_[in_the_way_], n)) return;
+    for (std::size_t k = 0; k < faces_.size(); ++k)
+      if (is_in_the_way(faces_[k], n)) {
+        in_the_way_ = k;
+        return;
+      }
+    n_ = n;
+    parts_ = true;
+  }
+
+  double deepest_along(const Vec3& n) const {
     double most = 0;
-    for (const Faces& f : faces_) {
-      if (m_.a.solid && n.dot(f.normal_a) < -carries_patch) return std::numeric_limits<double>::infinity();
-      if (m_.b.solid && n.dot(f.normal_b) > carries_patch) return std::numeric_limits<double>::infinity();
-      most = std::max(most, overlap(f, n));
-      if (most >= least) break;
-    }
+    for (const Faces& f : faces_) most = std::max(most, overlap(f, n));
     return most;
   }
 
@@ -569,23 +610,19 @@ class Touching {
     Vec3 sides = Vec3::Zero();
     for (const Faces& f : faces_) sides += f.normal_a - f.normal_b;
     sides = sides.stableNormalized();
-    depth_ = std::numeric_limits<double>::infinity();
-    const auto consider = [this](const Vec3& n) {
-      if (n.norm() < 0.5) return;
-      if (const double depth = overlap_below(depth_ - slack_, n); depth < depth_ - slack_) depth_ = depth, n_ = n;
-    };
-    consider(sides);
-    for (std::size_t k = 0; k < faces_.size() && !parts(); ++k) {
+    if (!faces_.empty()) consider(sides);
+    for (std::size_t k = 0; k < faces_.size() && !parts_; ++k) {
       consider(faces_[k].normal_a);
       consider(-faces_[k].normal_b);
     }
-    for (std::size_t k = 0; k < std::min(faces_.size(), span_limit) && !parts(); ++k)
+    for (std::size_t k = 0; k < std::min(faces_.size(), span_limit) && !parts_; ++k)
       for (std::size_t edges = 0; edges < 9; ++edges) {
         const auto edge = [](const std::array<Vec3, 3>& t, std::size_t e) { return t[(e + 1) % 3] - t[e]; };
         const Vec3 n = edge(faces_[k].a, edges / 3).cross(edge(faces_[k].b, edges % 3)).stableNormalized();
         consider(n), consider(-n);
       }
-    if (parts()) return;
+    depth_ = deepest_along(n_);
+    if (parts_) return;
     double least = std::numeric_limits<double>::infinity();
     const auto consider_hulls = [&](const Vec3& n) {
       if (n.norm() < 0.5) return;
@@ -599,8 +636,7 @@ class Touching {
         consider_hulls(s * Vec3::Unit(k));
         consider_hulls(s * m_.frame.map().col(k).normalized());
       }
-    depth_ = faces_.empty() ? std::max(least, 0.0) : 0;
-    for (const Faces& f : faces_) depth_ = std::max(depth_, overlap(f, n_));
+    depth_ = faces_.empty() ? std::max(least, 0.0) : deepest_along(n_);
   }
 
   const Posed& m_;
@@ -608,7 +644,9 @@ class Touching {
   const double slack_;  // what counts as touching
   List<Faces> faces_;
   Vec3 n_ = Vec3::UnitZ();
-  double depth_ = 0;  // of the triangles that meet, along it
+  bool parts_ = false;
+  std::size_t in_the_way_ = 0;  // a face that was
+  double depth_ = 0;            // of the triangles that meet, along n
 };
 
 }  // namespace

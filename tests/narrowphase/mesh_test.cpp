@@ -626,6 +626,29 @@ TEST_CASE("faces that lie on each other have contacts without depth over all tha
 
 // Found by the same hunt: half of the triangles, by the way round that their corners go, were pushed out at the far
 // side.
+TEST_CASE("sheets of many triangles that lie on each other have four contacts at the corners of what they share") {
+  const auto sheet = [](std::uint32_t n) {
+    Mesh mesh;
+    for (std::uint32_t i = 0; i <= n; ++i)
+      for (std::uint32_t j = 0; j <= n; ++j) mesh.vertices.emplace_back(10.0 * i / n, 10.0 * j / n, 0);
+    for (std::uint32_t i = 0; i < n; ++i)
+      for (std::uint32_t j = 0; j < n; ++j) {
+        const std::uint32_t at = i * (n + 1) + j;
+        mesh.triangles.push_back({at, at + n + 1, at + n + 2});
+        mesh.triangles.push_back({at, at + n + 2, at + 1});
+      }
+    return Shape(mesh);
+  };
+  const Shape coarse = sheet(7), fine = sheet(25);
+  const auto contacts = contacts_of(coarse, Pose{}, fine, Pose::at(3.013, 1.017, 0));
+  REQUIRE(contacts.size() == 4);
+  for (const double x : {3.013, 10.0})
+    for (const double y : {1.017, 10.0})
+      CHECK(std::any_of(contacts.begin(), contacts.end(),
+                        [&](const Contact& c) { return (c.point - Vec3(x, y, 0)).norm() < 1e-9; }));
+  for (const Contact& c : contacts) CHECK((c.depth == 0 && std::abs(c.normal.z()) == 1));
+}
+
 TEST_CASE("a triangle in a face of a solid mesh has the contacts of its distance, whichever way round its corners go") {
   const Shape slab(box_mesh(Vec3(3, 3, 0.4), 2));
   const Vec3 p(-0.1, -0.2, 0), q(0.1, -0.2, 0), r(0, 0.2, 0);
