@@ -52,18 +52,19 @@ void find_on_halfspaces(const HalfspaceBoxRows& pairs, std::size_t count, double
     const V half_u = k.next(half), half_w = k.last(half);
     const V middle = hn::Add(height, hn::Mul(hn::Mul(down, side), k.own(half)));
     const V rise_u = hn::Mul(k.next(slope), half_u), rise_w = hn::Mul(k.last(slope), half_w);
-    V depth[4], points = zero, deepest = number(-1e300), stands = deepest, standing = zero;
+    V depth[4], kept[4], points = zero, deepest = number(-1e300), stands = deepest, standing = zero;
     M touches[4];
     const V diagonal = hn::Mul(number(2), hn::Sqrt(dot(half, half)));
     const V slack = hn::Mul(number(alike), diagonal);
     for (int i = 0; i < 4; ++i) {
       const V side_u = number(i == 0 || i == 3 ? 1 : -1), side_w = i < 2 ? side : hn::Neg(side);
       depth[i] = hn::Neg(hn::Add(hn::Add(middle, hn::Mul(side_u, rise_u)), hn::Mul(side_w, rise_w)));
-      touches[i] = hn::Ge(depth[i], least_depth);
+      touches[i] = hn::Ge(depth[i], hn::Sub(least_depth, slack));
+      kept[i] = hn::IfThenElse(hn::Lt(depth[i], least_depth), least_depth, depth[i]);
       points = hn::Add(points, hn::IfThenElseZero(touches[i], one));
-      deepest = hn::IfThenElse(touches[i], hn::Max(deepest, depth[i]), deepest);
-      const M deeper = hn::And(touches[i], hn::Gt(depth[i], hn::Add(stands, slack)));
-      stands = hn::IfThenElse(deeper, depth[i], stands);
+      deepest = hn::IfThenElse(touches[i], hn::Max(deepest, kept[i]), deepest);
+      const M deeper = hn::And(touches[i], hn::Gt(kept[i], hn::Add(stands, slack)));
+      stands = hn::IfThenElse(deeper, kept[i], stands);
       standing = hn::IfThenElse(deeper, number(i), standing);
       const V u = hn::Mul(side_u, half_u), w = hn::Mul(side_w, half_w), up = hn::Mul(number(0.5), depth[i]);
       V corner[3] = {k.of(top, w, u), k.of(u, top, w), k.of(w, u, top)}, point[3];
@@ -76,7 +77,7 @@ void find_on_halfspaces(const HalfspaceBoxRows& pairs, std::size_t count, double
     std::uint8_t bits[5][8] = {};
     for (int i = 0; i < 4; ++i) {
       const M it = hn::And(patch, hn::Eq(standing, number(i)));
-      hn::Store(hn::IfThenElse(it, deepest, depth[i]), d, found.depth[i] + at);
+      hn::Store(hn::IfThenElse(it, deepest, kept[i]), d, found.depth[i] + at);
       hn::StoreMaskBits(d, hn::And(touches[i], hn::Le(distance, number(margin))), bits[i]);
     }
     hn::StoreMaskBits(d, hn::AndNot(wide, patch), bits[4]);

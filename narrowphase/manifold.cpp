@@ -240,7 +240,8 @@ std::uint32_t feature_number(const FlatFeature& reference, bool of_b, std::uint3
   return (of_b ? 1u << 31 : 0u) | ((reference.id & 0xfffffu) << 11) | (in << 5 & 0x7e0u) | (out & 0x1fu);
 }
 
-/// Points of `incident` over `reference`, by depth along `normal` (from the reference's shape outward).
+/// Points of `incident` over `reference`, by depth along `normal` (from the reference's shape outward); those beyond
+/// the margin by `slack` at most count as at it: what touches to rounding has all of its patch.
 int clip_faces(const FlatFeature& reference, const FlatFeature& incident, const Vec3& outward, bool of_b, double margin,
                double deepest, double slack, PatchPoint* points) {
   Clipped buffer[2];
@@ -259,9 +260,10 @@ int clip_faces(const FlatFeature& reference, const FlatFeature& incident, const 
   for (int i = 0; i < c.count; ++i) {
     // Moving by the pair's depth separates them everywhere, so nowhere is it more.
     const double depth = std::min(deepest, reference.normal.dot(reference.corner[0] - c.corner[i]) / slant);
-    if (depth < -margin) continue;
+    if (depth < -margin - slack) continue;
     const std::uint32_t in = c.edge[(i + c.count - 1) % c.count];
-    points[count++] = {c.corner[i] + 0.5 * depth * outward, depth, feature_number(reference, of_b, in, c.edge[i])};
+    points[count++] = {c.corner[i] + 0.5 * depth * outward, std::max(depth, -margin),
+                       feature_number(reference, of_b, in, c.edge[i])};
   }
   return count;
 }
@@ -439,15 +441,21 @@ void append_halfspace_manifold(const ConvexView& shape, const Pose& pose, const 
   double deepest = -infinity;
   for (int i = 0; i < f.count; ++i) {
     const double depth = offset - normal.dot(f.corner[i]);
-    deepest = std::max(deepest, depth);
-    if (depth < -margin) continue;
-    points[count++] = {f.corner[i] + 0.5 * depth * normal, depth,
+    if (depth < -margin - alike * shape.size) continue;
+    const double kept = std::max(depth, -margin);
+    deepest = std::max(deepest, kept);
+    points[count++] = {f.corner[i] + 0.5 * depth * normal, kept,
                        (f.id << 8 & 0x7fffff00u) | static_cast<std::uint32_t>(i)};
   }
   const Vec3 lowest = core_support(shape, -normal) - core_radius(shape) * normal;
   const double depth = offset - normal.dot(lowest);
-  if (depth > deepest + 1e-9 * shape.size && depth >= -margin)
+  if (depth > deepest + 1e-9 * shape.size) {
     points[count++] = {lowest + 0.5 * depth * normal, depth, 0x80000000u};
+  } else {
+    // Of a disc's circle the corners stand for what lies between them.
+    for (int i = 0; i < count; ++i)
+      if (points[i].depth == deepest) points[i].depth = depth;
+  }
   count = span_patch(points, count, normal, shape.size);
   append_points(points, count, pose, pose.rotation * normal, contacts);
 }
@@ -464,23 +472,23 @@ void append_halfspace_box(const HalfSize& half, const Pose& pose, const Vec3& wo
   const std::uint32_t face = static_cast<std::uint32_t>(2 * k + (side > 0 ? 0 : 1)) << 8;
   const double middle = height + slope[k] * side * size(k), du = slope[u] * size(u), dw = slope[w] * size(w);
   constexpr double su[4] = {1, -1, -1, 1}, sw[4] = {1, 1, -1, -1};
+  const double diagonal = 2 * Vec3(half[0], half[1], half[2]).norm(), slack = alike * diagonal;
   PatchPoint points[4];
   int count = 0;
   for (int i = 0; i < 4; ++i) {
     const int at = side > 0 ? i : 3 - i;
     const double depth = -(middle + su[at] * du + sw[at] * dw);
-    if (depth < -margin) continue;
+    if (depth < -margin - slack) continue;
     PatchPoint& point = points[count++];
     point.at[k] = side * size(k);
     point.at[u] = su[at] * size(u);
     point.at[w] = sw[at] * size(w);
     point.at += 0.5 * depth * slope;
-    point.depth = depth;
+    point.depth = std::max(depth, -margin);
     point.feature = face | static_cast<std::uint32_t>(i);
   }
-  const double diagonal = 2 * Vec3(half[0], half[1], half[2]).norm();
   if (count > 2 && std::min(size(u), size(w)) > 4 * thin * std::max(size(u), size(w)))
-    stand_for_deepest(points, count, alike * diagonal);  // corners of a face that is no strip: all of them
+    stand_for_deepest(points, count, slack);  // corners of a face that is no strip: all of them
   else
     count = span_patch(points, count, slope, diagonal);
   append_points(points, count, pose, world_normal, contacts);

@@ -78,7 +78,9 @@ class MeshConvex {
         view_(view(convex.shape)),
         options_(for_triangles(options)),
         size_(mesh.shape.size() + convex.shape.size()),
+        margin_(options.margin),
         radius_(core_radius(view_)) {
+    options_.margin += alike * size_;
     const RelativePose r = relative(mesh.pose, convex.pose);
     turn_.rotation = r.rotation;
     shift_ = r.translation;
@@ -135,6 +137,12 @@ class MeshConvex {
       out[i].normal = turned(out[i].normal);
     }
     PairAnswer answer;
+    double deepest = -infinity;
+    for (std::size_t i = first; i < out.size(); ++i) {
+      deepest = std::max(deepest, out[i].depth);
+      out[i].depth = std::max(out[i].depth, -margin_);
+    }
+    if (deepest < -margin_ && !(deepest >= -rounding * size_ && collide())) out.resize(first);
     if (out.size() == first) {
       if (!(gap > rounding * size_ ? inside() : collide())) return answer;
       answer = distance();
@@ -606,8 +614,8 @@ class MeshConvex {
   const Posed mesh_, convex_;
   const MeshModel& model_;
   const ConvexView view_;
-  const NarrowPhaseOptions options_;
-  const double size_, radius_;
+  NarrowPhaseOptions options_;  // the margin widened: of two faces that touch to rounding no triangle is left out
+  const double size_, margin_, radius_;
   Pose turn_;                      // of the convex; its origin is the origin
   Vec3 shift_;                     // of the mesh's frame: subtract it from vertices
   Bounds aligned_;                 // of the convex along the mesh's axes

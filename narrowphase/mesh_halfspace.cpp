@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <limits>
 
+#include "manifold.h"
 #include "mesh_contacts.h"
 #include "mesh_model.h"
 #include "mesh_pair.h"
@@ -18,13 +20,16 @@ PairAnswer solve_mesh_halfspace(const Posed& mesh, const Posed& half, Request re
   std::uint32_t at = 0;
   const std::size_t first = contacts ? contacts->size() : 0;
   const auto world = [&](std::uint32_t v) { return mesh.pose * m.vertices[v]; };
+  // What touches to rounding has all of its patch.
+  const double within = options.margin + alike * mesh.shape.size();
   // The vertices that span the part below the plane are vertices of the hull.
   for (const std::uint32_t v : m.extreme) {
     const double height = local.dot(m.vertices[v]) - level;
     if (height < lowest) lowest = height, at = v;
-    if (request == Request::contacts && height <= options.margin)
-      contacts->push_back({world(v) - up * (height / 2), -up, -height, v});
+    if (request == Request::contacts && height <= within)
+      contacts->push_back({world(v) - up * (height / 2), -up, std::max(-height, -options.margin), v});
   }
+  if (request == Request::contacts && lowest > options.margin) contacts->resize(first);
   if (request == Request::contacts) keep_four(*contacts, first, mesh.shape.size());
   answer.collide = lowest <= 0;
   if (request == Request::collide || (request == Request::contacts && contacts->size() == first)) return answer;

@@ -149,7 +149,6 @@ bool meshes_collide(const Posed& a, const Posed& b) {
 struct Nearest {
   double distance = infinity;
   Vec3 on_a = Vec3::Zero(), on_b = Vec3::Zero();
-  Vec3 normal = Vec3::Zero();  // where the solver knows it
   void take(double d, const Vec3& p, const Vec3& q) {
     if (d < distance) distance = d, on_a = p, on_b = q;
   }
@@ -268,6 +267,17 @@ class NearestSearch {
     return best_;
   }
 
+  /// From A to B in world axes, unit, of what was found. Where the points lie so close that their places' rounding
+  /// turns the way between them, it is that of the two triangles' features.
+  Vec3 normal(const NarrowPhaseOptions& options) const {
+    if (best_.distance > 1e-5 * (reach(a_) + reach(b_))) return unit(best_.on_b - best_.on_a, best_.distance);
+    const Corners p = a_.corners(nearest_[0]), q = b_.corners(nearest_[1]);
+    const PairAnswer r = solve_convex(view_triangle(p), {turn_a_, Vec3::Zero()}, view_triangle(q), {turn_b_, between_},
+                                      Request::distance, options, nullptr);
+    if (r.normal.norm() > 0.5) return r.normal;
+    return best_.distance > 0 ? unit(best_.on_b - best_.on_a, best_.distance) : Vec3::UnitZ();
+  }
+
  private:
   static double skew(const Mat3& r) { return (r.transpose() * r - Mat3::Identity()).cwiseAbs().maxCoeff(); }
 
@@ -299,7 +309,9 @@ class NearestSearch {
         if (least(q, normal_) + least(p, -normal_) >= best_.distance) return;
         const double before = best_.distance;
         triangles_nearest(p, q, best_);
-        if (best_.distance == before || best_.distance == 0) return;
+        if (best_.distance == before) return;
+        nearest_ = {i, j};
+        if (best_.distance == 0) return;
         normal_ = unit(best_.on_b - best_.on_a, best_.distance);
         normal_a_ = turn_a_.transpose() * normal_;
         normal_b_ = turn_b_.transpose() * normal_;
@@ -315,6 +327,7 @@ class NearestSearch {
   const Vec3 shift_;
   const double slack_;
   Nearest best_;
+  std::array<std::uint32_t, 2> nearest_{};  // the triangles of `best_`
   // From A to B, unit, once there is a pair: in world axes, A's and B's.
   Vec3 normal_ = Vec3::Zero(), normal_a_ = Vec3::Zero(), normal_b_ = Vec3::Zero();
 };
@@ -401,18 +414,18 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
   }
   DepthBound depth;
   if (pairs.empty()) {
-    const Nearest near = NearestSearch(a, b)();
-    const Vec3 between = near.on_b - near.on_a;
+    NearestSearch search(a, b);
+    const Nearest near = search();
+    const Vec3 normal = search.normal(for_triangles(options));
     if (!inside) {
       // They do not meet, exactly: however near they are, it is not 0.
       answer.signed_distance = std::max(near.distance, std::numeric_limits<double>::min());
       answer.point_a = near.on_a + a.pose.translation;
       answer.point_b = near.on_b + a.pose.translation;
-      answer.normal = near.distance > 0 ? unit(between, near.distance) : Vec3::UnitZ();
+      answer.normal = normal;
       return answer;
     }
-    depth = {near.distance, near.distance > 0 ? Vec3(-unit(between, near.distance)) : Vec3::UnitZ(),
-             near.on_a + between / 2 + a.pose.translation};
+    depth = {near.distance, -normal, (near.on_a + near.on_b) / 2 + a.pose.translation};
     // B inside A leaves A through the nearest wall; A inside B the other way round.
     if (part_inside(a, b)) depth.normal = -depth.normal;
   } else {

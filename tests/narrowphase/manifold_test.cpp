@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "mesh_samples.h"
 #include "random_pairs.h"
 
 using namespace tandem;
@@ -226,4 +227,34 @@ TEST_CASE("what touches a half-space by a corner or an edge to rounding has a co
       }
   }
   CHECK(touching > 50);
+}
+
+TEST_CASE("faces that touch to rounding have all of their patch") {
+  const NarrowPhase solver;
+  const Shape box(Box{{2, 2, 1}}),
+      hull(Convex{{{1, 0.5, 0.5}, {-1, 0.5, 0.5}, {0, -1, 0.5}, {1, 0.5, -0.5}, {-1, 0.5, -0.5}, {0, -1, -0.5}}}),
+      cylinder(Cylinder{1, 1}), solid(box_mesh({2, 2, 1}));
+  const Shape ground(HalfSpace{{0, 0, 1}, 0}),
+      slab(Convex{{{9, 9, 0}, {-9, 9, 0}, {9, -9, 0}, {-9, -9, 0}, {0, 0, -5}}}),
+      floor(Mesh{{{-9, -9, 0}, {9, -9, 0}, {9, 9, 0}, {-9, 9, 0}}, {{0, 1, 2}, {0, 2, 3}}});
+  int touching = 0;
+  Random r(9);
+  for (int k = 0; k < 100; ++k) {
+    const Mat3 turn = r.rotation();
+    const Pose below{turn, Vec3(r.in(-1, 1), r.in(-1, 1), r.in(-1, 1))};
+    const Pose above{turn, below * Vec3(r.in(-1, 1), r.in(-1, 1), 0.5)};
+    for (const Shape* lower : {&ground, &slab, &floor})
+      for (const Shape* upper : {&box, &hull, &cylinder, &solid}) {
+        if (lower == &floor && upper == &solid) continue;  // two meshes: by what meets exactly
+        std::vector<Contact> contacts;
+        const PairAnswer answer = solver.solve(*lower, below, *upper, above, Request::contacts, &contacts);
+        CAPTURE(k, name(lower->kind()), name(upper->kind()), answer.signed_distance);
+        CHECK(answer.collide == !contacts.empty());
+        if (!answer.collide) continue;
+        ++touching;
+        CHECK(contacts.size() >= (upper == &hull ? 3 : 4));
+        for (const Contact& c : contacts) CHECK((c.depth >= 0 && c.depth < 1e-13));
+      }
+  }
+  CHECK(touching > 500);
 }

@@ -744,3 +744,22 @@ TEST_CASE("identical, touching and zero-area meshes have finite answers") {
           }
       }
 }
+
+TEST_CASE("the normal between surfaces a hair apart is their faces'") {
+  const NarrowPhase solver;
+  const Shape floor(Mesh{{{-9, -9, 0}, {9, -9, 0}, {9, 9, 0}, {-9, 9, 0}}, {{0, 1, 2}, {0, 2, 3}}}),
+      plate(Triangle{{{{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}}}});
+  std::mt19937_64 random(5);
+  int apart = 0;
+  for (int k = 0; k < 200; ++k) {
+    const Mat3 turn = random_turn(random).toRotationMatrix();
+    const Pose below{turn, Vec3::Zero()};
+    const Pose above{turn, turn * Vec3(random_point(random, 3).x(), 0.25, std::pow(10.0, -13 + k % 7))};
+    const PairAnswer answer = solver.solve(floor, below, plate, above, Request::distance);
+    CAPTURE(k, answer.signed_distance);
+    if (!(answer.signed_distance > 0)) continue;
+    ++apart;
+    CHECK((answer.normal - turn.col(2)).norm() < 1e-9);
+  }
+  CHECK(apart > 150);
+}
