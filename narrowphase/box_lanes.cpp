@@ -195,7 +195,7 @@ HWY_INLINE M Lanes::find_edges_witness() {
 // append_box_manifold where a face carries the patch: the two faces, and whether one corner is all of it.
 HWY_INLINE M Lanes::find_faces(double margin, std::size_t at, RectanglePairRows& faces, V* point, V& depth,
                                V& feature) const {
-  const M edges = hn::Ge(axis, number(6)), tilted = hn::And(edges, hn::Le(facing, number(flush_face)));
+  const M edges = hn::Ge(axis, number(6));
   M of_b = hn::Ge(axis, number(3));
   V face = hn::IfThenElse(of_b, hn::Sub(axis, number(3)), axis);
   if (!hn::AllFalse(D(), edges)) {
@@ -234,9 +234,9 @@ HWY_INLINE M Lanes::find_faces(double margin, std::size_t at, RectanglePairRows&
   const V one = number(1), minus = number(-1);
   const V along_face = dot(outward, away);
   const M is_front = hn::Ge(along_face, number(0));
-  const V slant = hn::IfThenElse(tilted, hn::Abs(along_face), one);
-  const V slip_u = hn::IfThenElseZero(tilted, dot(along_u, away)),
-          slip_w = hn::IfThenElseZero(tilted, dot(along_w, away));
+  const V slant = hn::IfThenElse(edges, hn::Abs(along_face), one);
+  const V slip_u = hn::IfThenElseZero(edges, dot(along_u, away)),
+          slip_w = hn::IfThenElseZero(edges, dot(along_w, away));
   const V side = hn::IfThenElse(is_front, one, minus);
   for (V& x : outward) x = hn::Mul(side, x);
 
@@ -275,7 +275,7 @@ HWY_INLINE M Lanes::find_faces(double margin, std::size_t at, RectanglePairRows&
   const V side1 = hn::IfThenElse(down1, one, minus), side2 = hn::IfThenElse(down2, one, minus);
   const V centre[2] = {dot(along_u, own), dot(along_w, own)};
   V corner[2];
-  M lone = hn::AndNot(tilted, hn::And(hn::And(hn::Lt(room, rise1), hn::Lt(room, rise2)), hn::Ge(room, number(0))));
+  M lone = hn::AndNot(edges, hn::And(hn::And(hn::Lt(room, rise1), hn::Lt(room, rise2)), hn::Ge(room, number(0))));
   for (int c = 0; c < 2; ++c) {
     corner[c] = hn::Add(centre[c], hn::Add(hn::Mul(side1, e1[c]), hn::Mul(side2, e2[c])));
     const V wide = hn::Sub(rectangle[c], near);
@@ -301,10 +301,12 @@ HWY_INLINE M Lanes::find_faces(double margin, std::size_t at, RectanglePairRows&
                          hn::IfThenElse(of_b, number(1u << 31), number(0)));
   feature = hn::Add(name, corner_name);
   const D lane;
+  const V below = hn::Sub(top, height), slip[2] = {slip_u, slip_w};
   for (int c = 0; c < 2; ++c) {
-    hn::Store(centre[c], lane, faces.centre[c] + at);
-    hn::Store(e1[c], lane, faces.edge1[c] + at);
-    hn::Store(e2[c], lane, faces.edge2[c] + at);
+    const V lean = hn::Div(slip[c], slant);  // 0 where the normal is the face's
+    hn::Store(hn::Add(centre[c], hn::Mul(lean, below)), lane, faces.centre[c] + at);
+    hn::Store(hn::Sub(e1[c], hn::Mul(lean, height1)), lane, faces.edge1[c] + at);
+    hn::Store(hn::Sub(e2[c], hn::Mul(lean, height2)), lane, faces.edge2[c] + at);
   }
   hn::Store(height, lane, faces.centre[2] + at);
   hn::Store(height1, lane, faces.edge1[2] + at);

@@ -57,7 +57,7 @@ void append_box_manifold(const HalfSize& a, const Pose& pose_a, const HalfSize& 
   // which separates by more, or an edge's axis by more than both, is left to rounding: A's.
   const Vec3& in_a = answer.local.normal;
   const Vec3 world_normal = pose_a.rotation * in_a;
-  const bool tilted = answer.axis >= 6 && answer.facing <= flush_face;
+  const bool slants = answer.axis >= 6, tilted = slants && answer.facing <= flush_face;
   bool of_b = answer.axis >= 3;
   int axis = answer.axis % 3;
   if (answer.axis >= 6) {
@@ -80,8 +80,8 @@ void append_box_manifold(const HalfSize& a, const Pose& pose_a, const HalfSize& 
   // Depths are measured, and points put midway, along the normal: seen from the face it has this slant and these slips.
   const Vec3 away = of_b ? Vec3(-world_normal) : world_normal;
   const double along_face = row(axis, away), side = along_face >= 0 ? 1.0 : -1.0;
-  const double slant = tilted ? std::abs(along_face) : 1.0;
-  const double slip_u = tilted ? row(iu, away) : 0.0, slip_w = tilted ? row(iw, away) : 0.0;
+  const double slant = slants ? std::abs(along_face) : 1.0;
+  const double slip_u = slants ? row(iu, away) : 0.0, slip_w = slants ? row(iw, away) : 0.0;
   const Vec3 outward = side * pose.rotation.col(axis);
 
   // The incident face looks against the normal most; where two do alike, the first.
@@ -96,10 +96,18 @@ void append_box_manifold(const HalfSize& a, const Pose& pose_a, const HalfSize& 
   const int k1 = (k + 1) % 3, k2 = (k + 2) % 3;
   const double towards = outward.dot(other.rotation.col(k)) > 0 ? -1.0 : 1.0;
   const auto in_plane = [&](const Vec3& v) { return PlanePoint{row(iu, v), row(iw, v), outward.dot(v)}; };
-  const PlanePoint centre = in_plane(d + towards * at_axis(incident, k) * other.rotation.col(k));
-  const PlanePoint e1 = in_plane(at_axis(incident, k1) * other.rotation.col(k1));
-  const PlanePoint e2 = in_plane(at_axis(incident, k2) * other.rotation.col(k2));
+  PlanePoint centre = in_plane(d + towards * at_axis(incident, k) * other.rotation.col(k));
+  PlanePoint e1 = in_plane(at_axis(incident, k1) * other.rotation.col(k1));
+  PlanePoint e2 = in_plane(at_axis(incident, k2) * other.rotation.col(k2));
   const double au = at_axis(reference, iu), aw = at_axis(reference, iw), top = at_axis(reference, axis);
+  if (slants) {
+    // From here on in the plane at the place over which a point lies, along the normal.
+    const double lean_u = slip_u / slant, lean_w = slip_w / slant;
+    const double below = top - centre.height;
+    centre.u += lean_u * below, centre.w += lean_w * below;
+    e1.u -= lean_u * e1.height, e1.w -= lean_w * e1.height;
+    e2.u -= lean_u * e2.height, e2.w -= lean_w * e2.height;
+  }
   const double near = alike * size;
   const int reference_face = 2 * axis + (side > 0 ? 0 : 1), incident_face = 2 * k + (towards > 0 ? 0 : 1);
 
@@ -117,7 +125,7 @@ void append_box_manifold(const HalfSize& a, const Pose& pose_a, const HalfSize& 
       return std::abs(c.u * rise + room * (back * e.u)) < wide_u * rise &&
              std::abs(c.w * rise + room * (back * e.w)) < wide_w * rise;
     };
-    if (!tilted && room >= 0 && std::abs(c.u) < wide_u && std::abs(c.w) < wide_w && over(back1, e1, rise1) &&
+    if (!slants && room >= 0 && std::abs(c.u) < wide_u && std::abs(c.w) < wide_w && over(back1, e1, rise1) &&
         over(back2, e2, rise2)) {
       const double depth = std::max(std::min(top - c.height, -answer.local.signed_distance), -margin);
       Vec3 point;
@@ -139,8 +147,8 @@ void append_box_manifold(const HalfSize& a, const Pose& pose_a, const HalfSize& 
     if (depth < -margin - near) return;
     const double kept = std::max(depth, -margin);
     PatchPoint& point = points[count++];
-    point.at[iu] = std::clamp(p.u, -au, au) + 0.5 * kept * slip_u;
-    point.at[iw] = std::clamp(p.w, -aw, aw) + 0.5 * kept * slip_w;
+    point.at[iu] = std::clamp(p.u, -au, au) - 0.5 * kept * slip_u;
+    point.at[iw] = std::clamp(p.w, -aw, aw) - 0.5 * kept * slip_w;
     point.at[axis] = side * (top - 0.5 * kept * slant);
     point.depth = kept;
     point.feature = feature_name(reference_face, incident_face, meeting, of_reference, of_incident, of_b);

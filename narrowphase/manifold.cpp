@@ -15,12 +15,18 @@ constexpr int max_patch = max_clipped + 1;
 constexpr std::uint32_t witness_point = 0xffffffffu;  // deeper than all that clipping found
 constexpr double flush = 1e-6;                        // an edge within this angle of the contact plane lies in it
 
-/// A face (3 or more corners, counterclockwise from outside), an edge or a point of a shape, in some frame.
+/// A face (3 or more corners, counterclockwise from outside), an edge or a point of a shape, in some frame. Or what a
+/// capsule that leans shows: the edge along its side, and beyond its end the point of the ball that reaches farthest.
 struct FlatFeature {
   Vec3 corner[max_corners];
   int count = 0;
   Vec3 normal = Vec3::Zero();  ///< unit, of a face
   std::uint32_t id = 0;
+  Vec3 ball = Vec3::Zero();  ///< centre of a capsule's end
+  double radius = 0;         ///< of it; 0 for all else
+  Vec3 end = Vec3::Zero();   ///< unit, along the axis towards that end
+
+  bool is_face() const { return count >= 3 && radius == 0; }
 
   void add(const Vec3& p) { corner[count++] = p; }
 };
@@ -82,9 +88,22 @@ FlatFeature best_face(const ConvexView& v, const Vec3& d) {
       return f;
     }
     case ShapeKind::capsule: {
-      const double h = 0.5 * v.param[1];
-      f.add(Vec3(0, 0, h) + v.param[0] * d);
-      f.add(Vec3(0, 0, -h) + v.param[0] * d);
+      // Unless it lies flat, what reaches farthest is beyond an end of the side's line, and the line's direction
+      // another.
+      const double h = 0.5 * v.param[1], r = v.param[0], rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
+      const bool leans = std::abs(d[2]) > flush;
+      if (leans && d[2] > 0) f.add(Vec3(0, 0, h) + r * d);
+      if (rho > alike) {
+        const Vec3 side = leans ? Vec3(r * (d[0] / rho), r * (d[1] / rho), 0) : Vec3(r * d);
+        f.add(Vec3(0, 0, h) + side);
+        f.add(Vec3(0, 0, -h) + side);
+      }
+      if (leans && d[2] < 0) f.add(Vec3(0, 0, -h) + r * d);
+      if (leans) {
+        f.end[2] = std::copysign(1.0, d[2]);
+        f.ball = h * f.end;
+        f.radius = r;
+      }
       return f;
     }
     case ShapeKind::cylinder: {
@@ -193,6 +212,10 @@ FlatFeature flush_edge(const ConvexView& v, const Vec3& d) {
 void move(FlatFeature& f, const RelativePose& pose) {
   for (int i = 0; i < f.count; ++i) f.corner[i] = pose.rotation * f.corner[i] + pose.translation;
   f.normal = pose.rotation * f.normal;
+  if (f.radius > 0) {
+    f.ball = pose.rotation * f.ball + pose.translation;
+    f.end = pose.rotation * f.end;
+  }
 }
 
 /// A polygon being clipped; `edge` labels the side that leaves each corner: the incident face's sides by number,
@@ -201,7 +224,7 @@ struct Clipped {
   Vec3 corner[max_clipped];
   std::uint32_t edge[max_clipped];
   int count = 0;
-  bool open = false;  ///< a segment
+  bool open = false;  ///< a segment, or two that meet
 
   void add(const Vec3& p, std::uint32_t label) {
     if (count < max_clipped) corner[count] = p, edge[count++] = label;
@@ -240,17 +263,18 @@ std::uint32_t feature_number(const FlatFeature& reference, bool of_b, std::uint3
   return (of_b ? 1u << 31 : 0u) | ((reference.id & 0xfffffu) << 11) | (in << 5 & 0x7e0u) | (out & 0x1fu);
 }
 
-/// Points of `incident` over `reference`, by depth along `normal` (from the reference's shape outward); those beyond
-/// the margin by `slack` at most count as at it: what touches to rounding has all of its patch.
+/// Points of `incident` over `reference`, seen along `outward` (the contact normal, from the reference's shape), by
+/// depth along it: there the way leaves one shape and enters the other. Those beyond the margin by `slack` at most
+/// count as at it: what touches to rounding has all of its patch.
 int clip_faces(const FlatFeature& reference, const FlatFeature& incident, const Vec3& outward, bool of_b, double margin,
                double deepest, double slack, PatchPoint* points) {
   Clipped buffer[2];
   int last = 0;
-  buffer[0].open = incident.count == 2;
+  buffer[0].open = !incident.is_face();
   for (int i = 0; i < incident.count; ++i) buffer[0].add(incident.corner[i], static_cast<std::uint32_t>(i));
   for (int i = 0; i < reference.count && buffer[last].count > 0; ++i) {
     const Vec3 &from = reference.corner[i], &to = reference.corner[i + 1 < reference.count ? i + 1 : 0];
-    const Vec3 side = (to - from).cross(reference.normal);
+    const Vec3 side = (to - from).cross(outward);
     if (clip(buffer[last], side, side.dot(from), slack, static_cast<std::uint32_t>(max_corners + i), buffer[1 - last]))
       last = 1 - last;
   }
@@ -258,11 +282,20 @@ int clip_faces(const FlatFeature& reference, const FlatFeature& incident, const 
   const double slant = reference.normal.dot(outward);
   int count = 0;
   for (int i = 0; i < c.count; ++i) {
+    Vec3 at = c.corner[i];
+    if (incident.radius > 0) {
+      // Cut off between the side and the farthest point, it lies on the ball and not on the line.
+      const Vec3 out = at - incident.ball;
+      const double along = outward.dot(out), across2 = (out - along * outward).squaredNorm(),
+                   radius2 = incident.radius * incident.radius;
+      if (incident.end.dot(out) > alike * incident.radius && across2 < radius2)
+        at -= (along + std::sqrt(radius2 - across2)) * outward;
+    }
     // Moving by the pair's depth separates them everywhere, so nowhere is it more.
-    const double depth = std::min(deepest, reference.normal.dot(reference.corner[0] - c.corner[i]) / slant);
+    const double depth = std::min(deepest, reference.normal.dot(reference.corner[0] - at) / slant);
     if (depth < -margin - slack) continue;
     const std::uint32_t in = c.edge[(i + c.count - 1) % c.count];
-    points[count++] = {c.corner[i] + 0.5 * depth * outward, std::max(depth, -margin),
+    points[count++] = {at + 0.5 * depth * outward, std::max(depth, -margin),
                        feature_number(reference, of_b, in, c.edge[i])};
   }
   return count;
@@ -379,7 +412,7 @@ void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePos
     const Vec3 towards_a = -(relative.rotation.transpose() * n);
     FlatFeature fa = best_face(a, n), fb = best_face(b, towards_a);
     move(fb, relative);
-    const double flat_a = fa.count >= 3 ? fa.normal.dot(n) : 0, flat_b = fb.count >= 3 ? -fb.normal.dot(n) : 0;
+    const double flat_a = fa.is_face() ? fa.normal.dot(n) : 0, flat_b = fb.is_face() ? -fb.normal.dot(n) : 0;
     if (flat_a >= carries_patch && flat_a + 1e-12 >= flat_b) {
       count = clip_faces(fa, fb, n, false, margin, -answer.signed_distance, slack, points);
     } else if (flat_b >= carries_patch) {

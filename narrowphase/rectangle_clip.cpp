@@ -39,7 +39,7 @@ struct RectangleLanes {
     depth = hn::IfThenElse(hn::Lt(depth, least), least, depth);
     const V half = hn::Mul(number(0.5), depth);
     const auto put = [&](V x, V reach, V slip, double* row) HWY_ATTR {
-      hn::Store(hn::Add(hn::Min(hn::Max(x, hn::Neg(reach)), reach), hn::Mul(half, slip)), d, row + at);
+      hn::Store(hn::Sub(hn::Min(hn::Max(x, hn::Neg(reach)), reach), hn::Mul(half, slip)), d, row + at);
     };
     hn::Store(depth, d, found.depth[point] + at);
     put(u, half_u, slip_u, found.u[point]);

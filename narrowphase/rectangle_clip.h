@@ -5,8 +5,9 @@
 namespace tandem {
 
 /// Rectangular faces over each other, a pair a column: the incident one's centre and half edges as the reference one
-/// sees them (two coordinates in its plane, then the height over its box's centre). Depths are measured, and points put
-/// midway, along a normal that has this slant against the reference face's, and slips along it.
+/// sees them along the normal: where in its plane that leaves it (two coordinates), then the height over its box's
+/// centre. Depths are measured, and points put midway, along this normal, which has a slant against the reference
+/// face's, and slips along it.
 struct RectanglePairRows {
   static constexpr std::size_t most = 32;
   alignas(64) double centre[3][most], edge1[3][most], edge2[3][most];

@@ -258,3 +258,51 @@ TEST_CASE("faces that touch to rounding have all of their patch") {
   }
   CHECK(touching > 500);
 }
+
+TEST_CASE("contacts lie midway between the surfaces along the normal, on faces and sides that lean") {
+  Random r(77);
+  const auto prism = [](int sides, double height) {
+    std::vector<Vec3> corners;
+    for (int k = 0; k < sides; ++k)
+      for (const double z : {-height, height})
+        corners.emplace_back(std::cos(2 * M_PI * k / sides), std::sin(2 * M_PI * k / sides), z);
+    return corners;
+  };
+  const std::vector<Shape> shapes{Shape(Box{{1, 2, 0.7}}),   Shape(Convex{prism(6, 0.5)}), Shape(Cylinder{0.7, 1}),
+                                  Shape(Cone{1, 1}),         Shape(Capsule{0.3, 1.5}),     Shape(Box{{0.3, 0.3, 1}}),
+                                  Shape(Cylinder{1.2, 0.1}), Shape(Convex{prism(20, 0.1)})};
+  const NarrowPhase solver(NarrowPhaseOptions{.margin = 0.1});
+  int leaning = 0;
+  for (std::size_t ia = 0; ia < shapes.size(); ++ia)
+    for (std::size_t ib = 0; ib < shapes.size(); ++ib)
+      for (int i = 0; i < 12; ++i) {
+        const Shape &a = shapes[ia], &b = shapes[ib];
+        // One upon the other, a cone's base down and a capsule on its side, up to a degree and a half off.
+        const auto lying = [&](const Shape& s, bool above) {
+          const bool turned = (s.kind() == ShapeKind::cone) != above;
+          const double turn = s.kind() == ShapeKind::capsule ? 0.5 * M_PI : turned ? M_PI : 0;
+          return Mat3(Eigen::AngleAxisd(r.in(0, 6), Vec3::UnitZ()) * Eigen::AngleAxisd(turn, Vec3::UnitX()));
+        };
+        const double lean = i % 4 == 0 ? 1e-4 : r.in(0, 0.025);
+        const Pose frame = random_pose(r, 1);
+        const Pose pa{frame.rotation * lying(a, false), frame.translation};
+        const Mat3 turn = Eigen::AngleAxisd(lean, r.direction()) * lying(b, true);
+        Pose pb{frame.rotation * turn, frame * Vec3(r.in(-0.4, 0.4), r.in(-0.4, 0.4), 1)};
+        const PairAnswer first = solver.solve(a, pa, b, pb, Request::distance);
+        pb.translation -= (first.signed_distance + r.in(-0.02, 0.08)) * first.normal;
+        std::vector<Contact> contacts;
+        const PairAnswer answer = solver.solve(a, pa, b, pb, Request::contacts, &contacts);
+        CAPTURE(ia, ib, i, lean, answer.signed_distance);
+        REQUIRE(!contacts.empty());
+        leaning += contacts.size() > 1 ? 1 : 0;
+        for (const Contact& c : contacts)
+          for (const bool of_b : {false, true}) {
+            const Vec3 at = c.point + (of_b ? -0.5 : 0.5) * c.depth * c.normal;
+            const Pose there{Mat3::Identity(), at};
+            const PairAnswer from =
+                solver.solve(of_b ? b : a, of_b ? pb : pa, Shape(Sphere{0}), there, Request::distance);
+            CHECK(std::abs(from.signed_distance) < 2e-8);
+          }
+      }
+  CHECK(leaning > 500);
+}
