@@ -12,6 +12,12 @@
 namespace tandem {
 namespace {
 
+/// The shortest turn that takes z to a unit axis next to it.
+Mat3 turn_from_z(const Vec3& axis) {
+  const double s = std::sqrt(2 * (1 + axis[2]));
+  return Quat(0.5 * s, -axis[1] / s, axis[0] / s, 0).toRotationMatrix();
+}
+
 /// A cylinder or cone with a rest, from inside.
 class InnerHull {
  public:
@@ -96,7 +102,7 @@ PlacedShape alike(const PlacedShape& placed, const Vec3& n) {
     off = rim_centre - centre - std::copysign(0.5 * length, level) * axis;
     if (rho > 1e-9) off += placed.shape.radius() * (rest * out) - radius * along.normalized();
   }
-  const Mat3 turned = placed.pose.rotation * Quat::FromTwoVectors(Vec3::UnitZ(), axis).toRotationMatrix();
+  const Mat3 turned = placed.pose.rotation * turn_from_z(axis);
   const Pose pose{turned, placed.pose.translation + placed.pose.rotation * (centre + off)};
   return {cone ? Shape(Cone{radius, length}) : Shape(Cylinder{radius, length}), pose, {}};
 }
@@ -257,12 +263,12 @@ PlacedShape place(const Shape& shape, const Pose& pose) {
     }
     case ShapeKind::capsule: {
       const Vec3 along = rest.col(2);
-      out.pose.rotation *= Quat::FromTwoVectors(Vec3::UnitZ(), along).toRotationMatrix();
+      out.pose.rotation *= turn_from_z(along.normalized());
       out.shape = Capsule{shape.radius(), shape.length() * along.norm()};
       break;
     }
     case ShapeKind::ellipsoid: {
-      const Eigen::JacobiSVD<Mat3> svd(rest * shape.radii().asDiagonal(), Eigen::ComputeFullU);
+      const Eigen::JacobiSVD<Mat3, Eigen::NoQRPreconditioner> svd(rest * shape.radii().asDiagonal(), Eigen::ComputeFullU);
       Mat3 axes = svd.matrixU();
       if (axes.determinant() < 0) axes.col(2) = -axes.col(2);
       out.pose.rotation *= axes;

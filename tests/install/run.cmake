@@ -13,13 +13,18 @@ if(MODE STREQUAL package)
   step(${CMAKE_COMMAND} --install ${BUILD} --prefix ${work}/prefix)
   set(where -DCMAKE_PREFIX_PATH=${work}/prefix)
 else()
-  # All of tandem is built anew, in a host that asks for a unity build of all, and by clang where it is there: it takes two
-  # thirds of the time, and a host may have it. Kernels for one instruction set are enough.
+  # All of tandem is built anew, in a host that asks for a unity build of all, and by clang where it is there: a host may
+  # have it. It takes minutes, so the fuzz target, which needs clang, is built with it. Kernels for one instruction set
+  # are enough: on all of them the answers are the same bits, which another test shows.
+  include(${SOURCE}/tests/clang.cmake)
   set(where -DTANDEM_SOURCE=${SOURCE} -DTANDEM_PRECOMPILE_HEADERS=ON -DCMAKE_UNITY_BUILD=ON)
   string(APPEND CXX_FLAGS " -DHWY_COMPILE_ONLY_STATIC")
-  find_program(CLANG NAMES clang++ clang++-14 clang++-15 clang++-16 clang++-17 clang++-18 clang++-19)
   if(CLANG)
     set(CXX ${CLANG})
+  endif()
+  if(CLANG_FUZZES)
+    list(APPEND where -DTANDEM_FUZZ=ON)
+    string(APPEND CXX_FLAGS " -O1")
   endif()
 endif()
 step(${CMAKE_COMMAND} -S ${SOURCE}/tests/install/consumer -B ${work}/build -G ${GENERATOR} ${where}
