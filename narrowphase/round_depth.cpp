@@ -84,6 +84,43 @@ bool spans_plane(std::span<const Vec3> v) {
   return a.cross(b).squaredNorm() > 1e-12 * longest2 * longest2;
 }
 
+/// The normal where the surface of an ellipsoid is nearest to a point inside it, in its own frame (Eberly, Distance
+/// from a Point to an Ellipse, an Ellipsoid, or a Hyperellipsoid, 2013); not of unit length.
+Vec3 nearest_way_out(const Vec3& radii, const Vec3& point) {
+  int shortest;
+  const double unit_length = radii.minCoeff(&shortest);
+  const Vec3 q = radii / unit_length, z = point.cwiseAbs() / unit_length;
+  const Vec3 longer = (q - Vec3::Ones()).cwiseProduct(q + Vec3::Ones()), qz = q.cwiseProduct(z);
+  // The surface's point is q z q / (u + longer), where u makes it lie on it: the root of a function that falls and is
+  // curved upwards, which Newton's method reaches from below without passing it.
+  double u = std::max(0.0, (qz - longer).maxCoeff());
+  Vec3 n = Vec3::Zero();
+  if (u == 0) {
+    double left = 1;
+    for (int i = 0; i < 3; ++i)
+      if (z[i] > 0) n[i] = z[i] / longer[i], left -= q[i] * n[i] * (q[i] * n[i]);
+    if (left >= 0) {
+      for (int i = 0; i < 3; ++i) n[i] = std::copysign(n[i], point[i]);
+      n[shortest] = std::sqrt(left);
+      return n;
+    }
+  }
+  constexpr int most = 200;
+  for (int round = 0; round < most; ++round) {
+    double value = -1, fall = 0;
+    for (int i = 0; i < 3; ++i) {
+      if (!(z[i] > 0)) continue;
+      const double at = qz[i] / (u + longer[i]);
+      value += at * at, fall += 2 * at * at / (u + longer[i]);
+    }
+    const double next = u + value / fall;
+    if (!(next > u)) break;
+    u = next;
+  }
+  for (int i = 0; i < 3; ++i) n[i] = z[i] > 0 ? std::copysign(z[i] / (u + longer[i]), point[i]) : 0.0;
+  return n;
+}
+
 class Search {
  public:
   /// From a minimum of h, or from any direction, which is then not walked from if another one is better.
@@ -631,6 +668,14 @@ Depth Search::run() {
     constexpr double stretched = 4;
     const RoundBody &a = pair_.body[0], &b = pair_.body[1];
     const bool ellipsoid = has(ShapeKind::ellipsoid);
+    if (ellipsoid && has(ShapeKind::sphere)) {
+      const RoundBody& body = a.kind() == ShapeKind::ellipsoid ? a : b;
+      const Vec3 radii{body.view().param[0], body.view().param[1], body.view().param[2]};
+      const Vec3 n = nearest_way_out(radii, -(body.axes().transpose() * (a.centre() + b.centre())));
+      try_from((body.axes() * n).stableNormalized());
+      r.best = best_;
+      return r;
+    }
     const auto smooth = [](const RoundBody& body) {
       return body.kind() == ShapeKind::sphere || (body.kind() == ShapeKind::ellipsoid && body.aspect() <= stretched);
     };

@@ -72,13 +72,16 @@ PairRecord read_pair_record(const Json& json, ShapeReader& shapes) {
   const Shape shape_a = shapes.read(record.at("shapeA")), shape_b = shapes.read(record.at("shapeB"));
   const Pose pose_a = read_pose(record.at("poseA")), pose_b = read_pose(record.at("poseB"));
   const Ask ask = read_ask(record.at("ask"), shape_a, shape_b);
-  // What is exact for the triangles as given stays so.
   const bool exact = has_triangles(shape_a) && has_triangles(shape_b) &&
                      (ask.triangles || !shape_a.is_convex() || !shape_b.is_convex());
+  const bool place_them = !exact || ask.distance || ask.normal || ask.contacts || ask.toi;
   PairRecord out{.id = id ? id->value() : Json(),
-                 .a = exact ? PlacedShape{shape_a, pose_a, {}} : place(shape_a, pose_a),
-                 .b = exact ? PlacedShape{shape_b, pose_b, {}} : place(shape_b, pose_b),
+                 .a = place_them ? place(shape_a, pose_a) : PlacedShape{shape_a, pose_a, {}},
+                 .b = place_them ? place(shape_b, pose_b) : PlacedShape{shape_b, pose_b, {}},
+                 .given = {},
                  .ask = ask};
+  if (exact && (out.a.pose.rotation != pose_a.rotation || out.b.pose.rotation != pose_b.rotation))
+    out.given = {shape_a, pose_a, shape_b, pose_b};
   if (const auto margin = record.find("margin")) out.margin = margin->number_up_to(1e30);
   out.velocity_a = velocity(record, "velA");
   out.velocity_b = velocity(record, "velB");
@@ -99,10 +102,14 @@ PairRecordAnswer answer(const PairRecord& record, NarrowPhaseOptions options) {
     return tandem::solve(narrow_phase, record.a, record.b, request, contacts);
   };
   PairRecordAnswer out;
+  if (ask.collide && record.given) {
+    const PairRecord::Given& given = *record.given;
+    out.collide = narrow_phase.solve(given.a, given.pose_a, given.b, given.pose_b, Request::collide).collide;
+  }
   if (ask.distance || ask.normal) {
     const PairAnswer found = solve(Request::distance);
     note_status(out, found);
-    if (ask.collide) out.collide = found.collide;
+    if (ask.collide && !out.collide) out.collide = found.collide;
     if (ask.distance) {
       out.signed_distance = found.signed_distance;
       out.point_a = found.point_a;
@@ -122,7 +129,9 @@ PairRecordAnswer answer(const PairRecord& record, NarrowPhaseOptions options) {
     out.collide = found.collide;
   }
   if (ask.triangles) {
-    out.triangles = narrow_phase.intersecting_triangles(record.a.shape, record.a.pose, record.b.shape, record.b.pose);
+    const PairRecord::Given given =
+        record.given.value_or(PairRecord::Given{record.a.shape, record.a.pose, record.b.shape, record.b.pose});
+    out.triangles = narrow_phase.intersecting_triangles(given.a, given.pose_a, given.b, given.pose_b);
     // Meshes' yes or no is exact by itself.
     const bool two_triangles =
         record.a.shape.kind() == ShapeKind::triangle && record.b.shape.kind() == ShapeKind::triangle;

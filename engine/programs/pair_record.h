@@ -27,6 +27,15 @@ struct Ask {
 struct PairRecord {
   Json id;  ///< any JSON value; null if the record has none
   PlacedShape a, b;
+  /// Two with triangles as they were given, where `a` and `b` have corners that were turned and so rounded: what is
+  /// exact for the real numbers R v + t, lists and meshes' yes or no, is told from these.
+  struct Given {
+    Shape a;
+    Pose pose_a;
+    Shape b;
+    Pose pose_b;
+  };
+  std::optional<Given> given;
   Ask ask;
   double margin = 0;  ///< metres, >= 0
   Vec3 velocity_a = Vec3::Zero(), velocity_b = Vec3::Zero();

@@ -205,7 +205,9 @@ PairAnswer solve_loose(const NarrowPhase& narrow_phase, const PlacedShape& a, co
     if (!convex) return;
     const PairAnswer found = descend(a, b, n);
     if (found.signed_distance > 0) above = found.signed_distance;  // apart there is one minimum
-    consider(found);
+    // Beside the minimum by less than shows in what they are apart, the normal may be off by far more than rounding.
+    constexpr double epsilon = std::numeric_limits<double>::epsilon();
+    if (found.signed_distance >= best.signed_distance - 4 * epsilon * size) best = found;
   };
   const auto consider_side = [&](const Vec3& n) {
     PairAnswer side;

@@ -241,6 +241,16 @@ TEST_CASE(
   CHECK_FALSE(found["contacts"].empty());
 }
 
+TEST_CASE("pair record: a hair from an apex that a rotation's last decimals move, the normal is the way there") {
+  const Json found = ask_line(
+      R"({"shapeA":{"kind":"cone","radius":0.6,"length":2},"poseA":{"R":[[1,0,1e-11],[0,1,0],[0,0,1]],"t":[0,0,0]},)"
+      R"("shapeB":{"kind":"sphere","radius":0},"poseB":{"t":[0.00000028001,0,1.00000096]},"ask":["distance","normal"]})");
+  const Json n = found["normal"];
+  CHECK(std::abs(found["signed_distance"].get<double>() - 1e-6) < 1e-15);
+  CHECK(std::abs(n[0].get<double>() - 0.28) < 1e-8);
+  CHECK(std::abs(n[2].get<double>() - 0.96) < 1e-8);
+}
+
 TEST_CASE("pair record: a margin reports gaps as contacts") {
   CHECK(ask_line(spheres(2.5, R"("ask":["contacts"])"))["contacts"].empty());
   const Json near = ask_line(spheres(2.5, R"("ask":["contacts","collide"],"margin":0.6)"));
@@ -255,6 +265,33 @@ TEST_CASE("pair record: time of impact, null when they never touch") {
   CHECK(ask_line(spheres(4, R"("ask":["toi"],"velA":[1,0,0],"tmax":1)"))["toi"].is_null());
   CHECK(ask_line(spheres(4, R"("ask":["toi"])"))["error"] ==
         "/tmax: missing, allowed: a number >= 0, as toi is asked for");
+}
+
+TEST_CASE("pair record: meshes fall until a corner touches where a rotation of six decimals puts it") {
+  const Mat3 r = (Mat3() << 0.936293, -0.275096, 0.218351, 0.289629, 0.956425, -0.036957, -0.198669, 0.097843, 0.975170)
+                     .finished();
+  const std::string body =
+      R"({"kind":"mesh","vertices":[[-1,-1,-1],[2,-1,-1],[0,2,-1],[0,0,1]],"triangles":[[0,2,1],[0,1,3],[1,2,3],[2,0,3]])";
+  const std::string floor =
+      R"({"kind":"mesh","vertices":[[-9,-9,0],[9,-9,0],[9,9,0],[-9,9,0]],"triangles":[[0,1,2],[0,2,3]]},)";
+  const std::string turned = R"({"R":[[0.936293,-0.275096,0.218351],[0.289629,0.956425,-0.036957],)"
+                             R"([-0.198669,0.097843,0.975170]],"t":[0,0,5]},)";
+  double lowest = 9;
+  for (const Vec3& v : {Vec3(-1, -1, -1), Vec3(2, -1, -1), Vec3(0, 2, -1), Vec3(0, 0, 1)})
+    lowest = std::min(lowest, 5 + r.row(2).dot(v));
+  const std::string ask = R"("tmax":20,"ask":["toi","distance","collide","triangles_intersect"]})";
+  for (const char* kind : {"}", R"(,"solid":true})"}) {
+    const Json first = ask_line(R"({"shapeA":)" + body + kind + R"(,"poseA":)" + turned + R"("shapeB":)" + floor +
+                                R"("poseB":{"t":[0,0,0]},"velA":[0,0,-2],)" + ask);
+    const Json second = ask_line(R"({"shapeA":)" + floor + R"("poseA":{"t":[0,0,0]},"shapeB":)" + body + kind +
+                                 R"(,"poseB":)" + turned + R"("velB":[0,0,-2],)" + ask);
+    for (const Json& found : {first, second}) {
+      CHECK(std::abs(found["toi"].get<double>() - 0.5 * lowest) < 1e-13);
+      CHECK(std::abs(found["signed_distance"].get<double>() - lowest) < 1e-13);
+      CHECK(found["collide"] == false);
+      CHECK(found["triangles"] == Json::array());
+    }
+  }
 }
 
 TEST_CASE("pair record: triangles that intersect are named by number") {

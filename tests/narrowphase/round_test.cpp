@@ -412,3 +412,37 @@ TEST_CASE("round: gjk by its name has the last digits too, a hair apart and deep
               1e-12 * reference::size(p) + (truth.signed_distance < 0 ? found.error_bound + truth.error_bound : 0));
       }
 }
+
+TEST_CASE("round: balls inside ellipsoids of any length, on the axis, beside it and at the centre") {
+  const NarrowPhase solver;
+  reference::Random r(66);
+  for (const double length : {1.5, 5.0, 100.0, 1e4})
+    for (const double radius : {0.0, 0.3, 20.0})
+      for (const double part : {0.0, 1e-12, 0.3, 0.9})
+        for (int axis = 0; axis < 3; ++axis)
+          for (const double beside : {0.0, 1e-15, 1e-4}) {
+            const double at = part * (length - 1 / length);  // so far in, the nearest point is not the tip
+            Vec3 radii = Vec3::Ones(), centre = beside * r.direction();
+            radii[axis] = length;
+            centre[axis] = at;
+            const Mat3 turn = r.rotation();
+            const Pose pose{turn, Vec3::Zero()}, there{Mat3::Identity(), turn * centre};
+            const Shape ellipsoid = Ellipsoid{radii}, ball = Sphere{radius};
+            const PairAnswer one = solver.solve(ellipsoid, pose, ball, there, Request::distance);
+            const PairAnswer other = solver.solve(ball, there, ellipsoid, pose, Request::distance);
+            CAPTURE(length, radius, part, axis, beside);
+            for (const PairAnswer& found : {one, other}) {
+              CHECK(found.status == Status::ok);
+              CHECK(found.error_bound < 1e-13 * length);
+            }
+            CHECK(std::abs(one.signed_distance - other.signed_distance) < 1e-15 * (length + radius));
+            // From a point on the long axis.
+            const double depth = radius + std::sqrt(1 - at * at / (length * length - 1));
+            const double nearer = beside * std::sqrt(1 + 1 / length);
+            CHECK(-one.signed_distance < depth + 1e-14 * length);
+            CHECK(-one.signed_distance > depth - nearer - 1e-14 * length);
+            if (beside > 0.01 / length) continue;
+            const Vec3 side = turn.transpose() * one.normal;
+            CHECK(std::abs(side[axis] - at / (length * length - 1) / (depth - radius)) < 1e-3);
+          }
+}
