@@ -400,7 +400,7 @@ void append_points(const PatchPoint* points, int count, const Pose& pose, const 
 }
 
 void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePose& relative, const LocalAnswer& answer,
-                     double margin, const Pose& pose_a, std::vector<Contact>& contacts) {
+                     double margin, const Pose& pose_a, std::vector<Contact>& contacts, bool whole) {
   if (answer.signed_distance > margin) return;
   const Vec3& n = answer.normal;
   PatchPoint points[max_clipped + 1];
@@ -431,13 +431,13 @@ void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePos
     if (count > 0 && deepest + 0.02 * slack >= -answer.signed_distance) {
       for (int i = 0; i < count; ++i)
         if (points[i].depth == deepest) points[i].depth = -answer.signed_distance;
-      count = span_patch(points, count, n, a.size + b.size);
+      if (!whole) count = span_patch(points, count, n, a.size + b.size);
       append_points(points, count, pose_a, pose_a.rotation * n, contacts);
       return;
     }
   }
   points[count++] = {0.5 * (answer.point_a + answer.point_b), -answer.signed_distance, witness_point};
-  count = span_patch(points, count, n, a.size + b.size);
+  if (!whole) count = span_patch(points, count, n, a.size + b.size);
   append_points(points, count, pose_a, pose_a.rotation * n, contacts);
 }
 

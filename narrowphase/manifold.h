@@ -31,8 +31,9 @@ constexpr double alike = 4e-9;
 /// Contact points of two bounded convex shapes whose signed distance and normal are known: the face of one clipped
 /// by the face it lies on, or the stretch of two parallel edges, or one point; at most 4 that span the patch, each
 /// with its own depth along the common normal, at least -margin. Appended in world coordinates, by feature.
+/// `whole`: all points of the patch, not only those that span it.
 void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePose& relative, const LocalAnswer& answer,
-                     double margin, const Pose& pose_a, std::vector<Contact>& contacts);
+                     double margin, const Pose& pose_a, std::vector<Contact>& contacts, bool whole = false);
 
 /// The same for two boxes (half sizes) whose normal is a face's (or lies near one, `carries_patch`): the incident
 /// face's rectangle clipped by the reference face's, in the plane. `answer.axis` >= 0. Points are named by the corners

@@ -682,7 +682,19 @@ void keep_four(std::vector<Contact>& contacts, std::size_t first, double size) {
   contacts.resize(out);
 }
 
-void patch_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
+namespace {
+
+// Of one feature in several patches the place decides.
+void sort_contacts(std::span<Contact> contacts) {
+  std::sort(contacts.begin(), contacts.end(), [](const Contact& x, const Contact& y) {
+    if (x.feature != y.feature) return x.feature < y.feature;
+    return std::lexicographical_compare(x.point.begin(), x.point.end(), y.point.begin(), y.point.end());
+  });
+}
+
+}  // namespace
+
+bool patch_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
                     std::span<const std::array<std::uint32_t, 2>> pairs, const PartRunner& parts,
                     std::vector<Contact>& contacts) {
   const Posed m{a, b, frame};
@@ -690,27 +702,27 @@ void patch_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& 
   std::pmr::monotonic_buffer_resource memory(usual.data(), usual.size());
   const std::size_t first = contacts.size();
   const PatchFinder finder(m, pairs, parts, &memory);
-  bool doubtful = false;
+  bool sure = true;
   for (const Patch& patch : finder.patches())
-    if (!add_patch(m, patch, finder.crossings(), &memory, contacts)) doubtful = true;
+    if (!add_patch(m, patch, finder.crossings(), &memory, contacts)) sure = false;
   double deepest = 0;
   for (std::size_t c = first; c < contacts.size(); ++c) deepest = std::max(deepest, contacts[c].depth);
-  if (deepest > 0.25 * std::min(a.half.norm(), b.half.norm()) || deepest < 1e-12 * (a.half + b.half).norm())
-    doubtful = true;
-  // Rounding makes curves of faces and edges that only touch: they have any normal.
-  if (doubtful) {
-    const Touching touching(m, pairs, &memory);
-    if (touching.parts() || contacts.size() == first) {
-      contacts.resize(first);
-      touching.append(contacts);
-    }
-  }
-  // Of one feature in several patches the place decides.
-  std::sort(contacts.begin() + static_cast<std::ptrdiff_t>(first), contacts.end(),
-            [](const Contact& x, const Contact& y) {
-              if (x.feature != y.feature) return x.feature < y.feature;
-              return std::lexicographical_compare(x.point.begin(), x.point.end(), y.point.begin(), y.point.end());
-            });
+  sort_contacts(std::span(contacts).subspan(first));
+  return sure && deepest <= 0.25 * std::min(a.half.norm(), b.half.norm()) &&
+         deepest >= 1e-12 * (a.half + b.half).norm();
+}
+
+void touching_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
+                       std::span<const std::array<std::uint32_t, 2>> pairs, std::size_t first,
+                       std::vector<Contact>& contacts) {
+  const Posed m{a, b, frame};
+  alignas(std::max_align_t) std::array<std::byte, usual_memory> usual;
+  std::pmr::monotonic_buffer_resource memory(usual.data(), usual.size());
+  const Touching touching(m, pairs, &memory);
+  if (!touching.parts() && contacts.size() > first) return;
+  contacts.resize(first);
+  touching.append(contacts);
+  sort_contacts(std::span(contacts).subspan(first));
 }
 
 }  // namespace tandem

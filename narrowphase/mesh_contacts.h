@@ -13,11 +13,18 @@ namespace tandem {
 /// Appends contacts of two meshes whose triangles `pairs` meet (not empty), in A's frame: one patch for each connected
 /// curve along which the surfaces cross, at most 4 points a patch. A patch's normal is the area vector of its curve,
 /// which equals the integral of A's normals over the part of A inside B; its depth is how far those parts of A and B
-/// that lie inside the other reach past each other along it. Normals from A to B. At least one contact. `parts` shares
-/// the work where many triangles meet, and changes no bit; empty: the caller.
-void patch_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
+/// that lie inside the other reach past each other along it. Normals from A to B. `parts` shares the work where many
+/// triangles meet, and changes no bit; empty: the caller. False: a normal is in doubt, as of faces and edges that only
+/// touch, of which rounding makes curves.
+bool patch_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
                     std::span<const std::array<std::uint32_t, 2>> pairs, const PartRunner& parts,
                     std::vector<Contact>& contacts);
+
+/// For those: if all triangles that meet only touch along some direction, their contacts along it take the place of
+/// those from `first` on; if there are none of these, there is at least one afterwards.
+void touching_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
+                       std::span<const std::array<std::uint32_t, 2>> pairs, std::size_t first,
+                       std::vector<Contact>& contacts);
 
 /// At most 4 of the contacts from `first` on: the deepest, and those that span the widest patch with it; of equals the
 /// first by feature, in whose order they are left. `size` is that of the bodies, the unit of what counts as equal.

@@ -75,7 +75,7 @@ class MeshConvex {
       : mesh_(mesh),
         convex_(convex),
         model_(mesh.shape.mesh()),
-        view_(view(convex.shape)),
+        view_(convex.shape.is_convex() ? view(convex.shape) : view_hull(convex.shape)),
         options_(for_triangles(options)),
         size_(mesh.shape.size() + convex.shape.size()),
         margin_(options.margin),
@@ -551,6 +551,30 @@ class MeshConvex {
     Vec3 normal = Vec3::Zero();
   };
 
+  // All of a triangle's: those that span the patch are chosen from all triangles' together.
+  void append_points(const Corners& p, const LocalAnswer& answer, std::vector<Contact>& found) const {
+    constexpr bool whole = true;
+    append_manifold(view_triangle(p), view_, {turn_.rotation, Vec3::Zero()}, answer, options_.margin, Pose{}, found,
+                    whole);
+  }
+
+  // Do all of the points lie on an edge or a corner of the triangle beyond which its neighbours reach farther along n?
+  bool is_at_edge_of_more(std::uint32_t t, const Corners& p, const Vec3& n, std::span<const Contact> points) const {
+    const double slack = alike * size_;
+    const auto all = [&](auto&& are_there) {
+      return std::all_of(points.begin(), points.end(), [&](const Contact& c) { return are_there(c.point); });
+    };
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 &from = p[k], &to = p[(k + 1) % 3];
+      if (all([&](const Vec3& q) { return (q - from).norm() <= slack; })) return overtopped(model_, t, k, n);
+      const std::uint32_t next = model_.neighbours[t][k];
+      if (next == no_index || highest(n, corners(next)) - std::max(n.dot(from), n.dot(to)) <= slack) continue;
+      const Vec3 along = (to - from).stableNormalized();
+      if (all([&](const Vec3& q) { return (q - from).cross(along).norm() <= slack; })) return true;
+    }
+    return false;
+  }
+
   // Adds the triangle's contacts. `room`: what it holds stays as it is.
   Apart add_contacts(std::uint32_t t, const Corners& p, PatchCollector& patches, std::vector<Contact>& room) const {
     const std::size_t first = room.size();
@@ -580,14 +604,19 @@ class MeshConvex {
       if (is_known) {
         r.signed_distance = -depth;
         r.normal = n;
-        append_manifold(view_triangle(p), view_, {turn_.rotation, Vec3::Zero()},
-                        {-depth, deepest + depth * n, deepest, n, 0}, options_.margin, Pose{}, found);
+        append_points(p, {-depth, deepest + depth * n, deepest, n, 0}, found);
       }
     }
-    if (!is_known) r = solve(p, Request::contacts, &found);
+    if (!is_known) {
+      r = solve(p, Request::contacts, nullptr);
+      append_points(p, {r.signed_distance, r.point_a, r.point_b, r.normal, 0}, found);
+    }
     if (found.size() == first) return {r.signed_distance, r.normal};
     const Vec3 n = length > 0 ? unit(area, length) : Vec3::Zero();
     const bool outward = !model_.solid || r.normal.dot(n) > -1e-6;
+    // What only touches is pushed by the neighbours where it lies behind the face, or where they go on along the way.
+    if (r.signed_distance >= -alike * size_ && (!outward || is_at_edge_of_more(t, p, r.normal, own())))
+      return {r.signed_distance, r.normal};
     if (n.isZero() || (outward && bears(model_, t, r.normal))) {
       patches.add(t, own());
       return {r.signed_distance, r.normal};
@@ -600,8 +629,7 @@ class MeshConvex {
     if (depth < -options_.margin) return {r.signed_distance, r.normal};
     found.resize(first);
     const LocalAnswer along_face{-depth, low + depth * face, low, face, 0};
-    append_manifold(view_triangle(p), view_, {turn_.rotation, Vec3::Zero()}, along_face, options_.margin, Pose{},
-                    found);
+    append_points(p, along_face, found);
     const bool over = point_distance(view_triangle(p), along_face.point_a).signed_distance <= 1e-9 * size_;
     if (!over)
       found.erase(std::remove_if(found.begin() + static_cast<std::ptrdiff_t>(first), found.end(),

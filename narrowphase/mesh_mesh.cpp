@@ -347,10 +347,13 @@ DepthBound deepest_pair(const Posed& a, const Posed& b, std::span<const std::arr
   return deepest;
 }
 
-// Of a mesh and a triangle that touch: the triangle as any convex shape.
-PairAnswer with_triangle(const Posed& a, const Posed& b, Request request, const NarrowPhaseOptions& options,
-                         std::vector<Contact>* contacts) {
-  const bool exchanged = a.shape.is_convex();
+// A triangle, or a solid that is its own hull.
+bool is_convex(const Posed& s) { return s.shape.is_convex() || s.shape.mesh().convex; }
+
+// Of a mesh and one that is convex, which touch: as with any convex shape.
+PairAnswer with_convex(const Posed& a, const Posed& b, Request request, const NarrowPhaseOptions& options,
+                       std::vector<Contact>* contacts) {
+  const bool exchanged = a.shape.is_convex() || (!b.shape.is_convex() && a.shape.mesh().convex);
   const std::size_t first = contacts != nullptr ? contacts->size() : 0;
   PairAnswer answer =
       solve_mesh_convex(exchanged ? b : a, exchanged ? a : b, request, for_triangles(options), contacts);
@@ -389,12 +392,17 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
       answer.collide = true;
       if (contacts->size() > first) return answer;
     }
-    if (a.shape.is_convex() || b.shape.is_convex()) {
-      // A triangle has no inside: the way round that its corners go says nothing.
-      answer = with_triangle(a, b, request, options, contacts);
+    // Which way a triangle's corners go round, or those of a surface with a border, says nothing: it has no inside.
+    const bool has_convex = is_convex(a) || is_convex(b);
+    const bool inside_known = ma.closed && mb.closed;
+    bool sure = false;
+    if (!has_convex || inside_known) sure = patch_contacts(ma, mb, test, pairs, options.parts, *contacts);
+    if (has_convex && !sure) {
+      contacts->resize(first);
+      answer = with_convex(a, b, request, options, contacts);
       if (contacts->size() > first) return answer;
     }
-    patch_contacts(ma, mb, test, pairs, options.parts, *contacts);
+    if (!sure) touching_contacts(ma, mb, test, pairs, first, *contacts);
     for (Contact& c : std::span(*contacts).subspan(first)) {
       c.point = a.pose * c.point;
       c.normal = (a.pose.rotation * c.normal).normalized();
@@ -404,7 +412,7 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
     return answer;
   }
   const bool touching = inside || !pairs.empty();
-  if (touching && (a.shape.is_convex() || b.shape.is_convex())) return with_triangle(a, b, request, options, contacts);
+  if (touching && (a.shape.is_convex() || b.shape.is_convex())) return with_convex(a, b, request, options, contacts);
   if (ma.convex && mb.convex && touching) {
     PairAnswer hulls =
         solve_convex(view_hull(a.shape), a.pose, view_hull(b.shape), b.pose, request, for_triangles(options), contacts);

@@ -33,7 +33,7 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
 PairAnswer solve_mesh_halfspace(const Posed& mesh, const Posed& half, Request request,
                                 const NarrowPhaseOptions& options, std::vector<Contact>* contacts);
 PairAnswer solve_mesh_convex(const Posed& mesh, const Posed& convex, Request request, const NarrowPhaseOptions& options,
-                             std::vector<Contact>* contacts);  ///< bounded
+                             std::vector<Contact>* contacts);  ///< bounded; a solid mesh may be that is its own hull
 
 // ---- What these have in common ----
 

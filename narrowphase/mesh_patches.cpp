@@ -4,80 +4,100 @@
 #include <array>
 #include <cmath>
 
+#include "manifold.h"
+
 namespace tandem {
 namespace {
 
 constexpr double one_patch = 0.9;  // cosine of the angle between normals
 constexpr double opposing = -0.7;
-constexpr double same_point = 1e-9;     // of the size
-constexpr double worth_keeping = 1e-6;  // of the size: a point this much deeper than the corners of its patch
-constexpr double thin = 0.005;          // width of a patch to its length: an edge
+constexpr double one_side = -0.9999;
+constexpr double same_point = 1e-9;  // of the size
+constexpr double same_depth = 1e-6;  // of the size
 
 using Points = std::pmr::vector<Contact>;
 
-// Appends at most four of the points, wherever they came from: the extremes of the patch, and the deepest if it is none
-// of them. Equal depths are equal but for rounding, so none of them leads.
-void append_widest(const Points& p, double size, std::vector<Contact>& out) {
-  if (p.size() <= 1) {
-    out.insert(out.end(), p.begin(), p.end());
-    return;
-  }
-  const Vec3 axis = p.front().normal;
-  const Vec3 start = axis.cross(Vec3(0.36, 0.48, 0.8));
-  const auto best = [&](auto&& score) {
-    std::size_t winner = 0;
-    double most = score(p[0]);
-    for (std::size_t i = 1; i < p.size(); ++i)
-      if (const double s = score(p[i]); s > most + 1e-9 * size) winner = i, most = s;
-    return winner;
-  };
-  std::array<std::size_t, 4> kept;
-  kept.fill(p.size());  // none
-  kept[0] = best([&](const Contact& c) { return start.dot(c.point); });
-  const Vec3 from = p[kept[0]].point;
-  std::size_t count = 1;
-  kept[count++] = best([&](const Contact& c) { return (c.point - from).norm(); });
-  const Vec3 along = p[kept[1]].point - from;
-  const double length = along.norm();
-  if (length > same_point * size) {
-    const Vec3 side = axis.cross(along).normalized();
-    for (const double s : {1.0, -1.0}) {
-      const std::size_t k = best([&](const Contact& c) { return s * side.dot(c.point - from); });
-      if (s * side.dot(p[k].point - from) > thin * length) kept[count++] = k;
-    }
-  } else {
-    kept[--count] = p.size();
-  }
-  const std::size_t deepest = best([](const Contact& c) { return c.depth; });
-  double most = p[kept[0]].depth;
-  for (const std::size_t k : std::span(kept).first(count)) most = std::max(most, p[k].depth);
-  if (p[deepest].depth > most + worth_keeping * size) {
-    if (count < kept.size()) {
-      kept[count++] = deepest;
-    } else {
-      // It stands for the one nearest to it.
-      *std::min_element(kept.begin(), kept.end(), [&](std::size_t i, std::size_t j) {
-        return (p[i].point - p[deepest].point).squaredNorm() < (p[j].point - p[deepest].point).squaredNorm();
-      }) = deepest;
-    }
-  }
-  std::sort(kept.begin(), kept.end());
-  for (std::size_t k = 0; k < count; ++k)
-    if (k == 0 || kept[k] != kept[k - 1]) out.push_back(p[kept[k]]);
+// A direction across the axis that no shape has of itself, nor any two of its corners in common.
+Vec3 uncommon(const Vec3& axis) {
+  const Vec3 across = axis.cross(Vec3(0.3613, 0.4789, 0.8001));
+  return across.squaredNorm() > 0.1 ? across : axis.cross(Vec3(0.8171, -0.5471, 0.1829));
 }
 
 }  // namespace
 
+void keep_widest(std::vector<Contact>& contacts, std::size_t first, double size) {
+  const std::span<Contact> p = std::span(contacts).subspan(first);
+  const auto by_feature = [](const Contact& x, const Contact& y) { return x.feature < y.feature; };
+  if (p.size() <= 1) return;
+  const double slack = alike * size;
+  const Vec3 axis = p[0].normal, tie_break = uncommon(axis);
+  double most;
+  // Of those that are as good as the best but for rounding the one farthest along a direction of its own: where they
+  // are in the list may be rounding's doing, too.
+  const auto best = [&](auto&& score) {
+    most = score(p[0]);
+    for (const Contact& c : p) most = std::max(most, score(c));
+    std::size_t winner = p.size();
+    for (std::size_t i = 0; i < p.size(); ++i)
+      if (score(p[i]) >= most - slack &&
+          (winner == p.size() || tie_break.dot(p[i].point) > tie_break.dot(p[winner].point)))
+        winner = i;
+    return winner;
+  };
+  std::array<std::size_t, 4> kept;
+  std::size_t count = 0;
+  kept[count++] = best([&](const Contact& c) { return tie_break.dot(c.point); });
+  const Vec3 from = p[kept[0]].point;
+  const std::size_t second = best([&](const Contact& c) { return (c.point - from).norm(); });
+  if (const double length = most; length > same_point * size) {
+    kept[count++] = second;
+    const Vec3 along = (p[second].point - from) / length, side = axis.cross(along);
+    const std::size_t third = best([&](const Contact& c) { return std::abs(side.dot(c.point - from)); });
+    if (most > thin * length) {
+      kept[count++] = third;
+      // The fourth: outside the triangle of the three by most.
+      const double turn = side.dot(p[third].point - from) >= 0 ? 1.0 : -1.0;
+      std::array<Vec3, 3> outward;
+      for (std::size_t k = 0; k < 3; ++k)
+        outward[k] = -turn * axis.cross(p[kept[(k + 1) % 3]].point - p[kept[k]].point).stableNormalized();
+      const std::size_t fourth = best([&](const Contact& c) {
+        double out = 0;
+        for (std::size_t k = 0; k < 3; ++k) out = std::max(out, outward[k].dot(c.point - p[kept[k]].point));
+        return out;
+      });
+      if (most > thin * length) kept[count++] = fourth;
+    }
+  }
+  const std::size_t deepest = best([](const Contact& c) { return c.depth; });
+  const double depth = most;
+  const auto deepest_kept = std::max_element(kept.begin(), kept.begin() + static_cast<std::ptrdiff_t>(count),
+                                             [&](std::size_t i, std::size_t j) { return p[i].depth < p[j].depth; });
+  if (p[*deepest_kept].depth >= depth - slack) {
+    p[*deepest_kept].depth = depth;  // one that counts as equal stands for the deepest
+  } else if (count < kept.size()) {
+    kept[count++] = deepest;
+  } else {
+    // It stands for the one nearest to it.
+    *std::min_element(kept.begin(), kept.end(), [&](std::size_t i, std::size_t j) {
+      return (p[i].point - p[deepest].point).squaredNorm() < (p[j].point - p[deepest].point).squaredNorm();
+    }) = deepest;
+  }
+  std::sort(kept.begin(), kept.begin() + static_cast<std::ptrdiff_t>(count));
+  for (std::size_t k = 0; k < count; ++k) p[k] = p[kept[k]];
+  std::sort(p.begin(), p.begin() + static_cast<std::ptrdiff_t>(count), by_feature);
+  contacts.resize(first + count);
+}
+
 void PatchCollector::add(std::uint32_t t, std::span<const Contact> contacts) {
   for (std::uint32_t k = 0; k < contacts.size(); ++k) {
-    Contact c = contacts[k];
-    c.feature = t * 4 + std::min(k, 3u);
-    all_.push_back(c);
+    all_.push_back(contacts[k]);
+    all_.back().feature = t * 64 + k;
   }
 }
 
 void PatchCollector::finish(const Vec3& centre, bool solid, std::vector<Contact>& out) {
-  // Deeper ones found patches; of equals (to rounding) the one whose triangle comes first.
+  // Deeper ones found patches; of equals (to rounding, and none are nearer to touching than these) the one whose
+  // triangle comes first.
   struct Place {
     double depth;
     std::uint32_t feature, at;
@@ -85,7 +105,7 @@ void PatchCollector::finish(const Vec3& centre, bool solid, std::vector<Contact>
   std::pmr::vector<Place> order(&memory_);
   order.reserve(all_.size());
   for (std::uint32_t i = 0; i < all_.size(); ++i)
-    order.push_back({std::floor(all_[i].depth / (worth_keeping * size_)), all_[i].feature, i});
+    order.push_back({std::round(all_[i].depth / (same_depth * size_)), all_[i].feature, i});
   std::sort(order.begin(), order.end(), [](const Place& x, const Place& y) {
     return x.depth != y.depth ? x.depth > y.depth : x.feature < y.feature;
   });
@@ -94,14 +114,7 @@ void PatchCollector::finish(const Vec3& centre, bool solid, std::vector<Contact>
     const Contact& c = all_[place.at];
     const auto same = std::find_if(patches.begin(), patches.end(),
                                    [&](const Points& p) { return p.front().normal.dot(c.normal) > one_patch; });
-    if (same == patches.end()) {
-      patches.emplace_back().push_back(c);
-      continue;
-    }
-    // A point on an edge belongs to the triangles of both sides.
-    const auto twin = std::find_if(same->begin(), same->end(),
-                                   [&](const Contact& o) { return (o.point - c.point).norm() <= same_point * size_; });
-    if (twin == same->end()) same->push_back(c);
+    (same == patches.end() ? patches.emplace_back() : *same).push_back(c);
   }
   if (solid) {
     std::pmr::vector<std::uint8_t> far(patches.size(), 0, &memory_);
@@ -115,7 +128,11 @@ void PatchCollector::finish(const Vec3& centre, bool solid, std::vector<Contact>
     std::erase_if(patches, [&](const auto&) { return far[i++] != 0; });
   }
   const std::size_t first = out.size();
-  for (const Points& patch : patches) append_widest(patch, size_, out);
+  for (const Points& patch : patches) {
+    const std::size_t own = out.size();
+    out.insert(out.end(), patch.begin(), patch.end());
+    keep_widest(out, own, size_);
+  }
   std::sort(out.begin() + static_cast<std::ptrdiff_t>(first), out.end(),
             [](const Contact& x, const Contact& y) { return x.feature < y.feature; });
 }

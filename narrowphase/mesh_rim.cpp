@@ -9,7 +9,9 @@ namespace {
 constexpr double flush = 1e-6;       // sine of an angle that is none
 constexpr int most_neighbours = 64;  // about a corner
 
-// Does a triangle around corner k of t reach farther along n than that corner? Walks from edge to edge.
+}  // namespace
+
+// Walks from edge to edge.
 bool overtopped(const MeshModel& mesh, std::uint32_t t, std::size_t k, const Vec3& n) {
   const Vec3 corner = mesh.corners(t)[k];
   for (const bool forth : {true, false}) {
@@ -32,8 +34,6 @@ bool overtopped(const MeshModel& mesh, std::uint32_t t, std::size_t k, const Vec
   }
   return false;
 }
-
-}  // namespace
 
 bool bears(const MeshModel& mesh, std::uint32_t t, const Vec3& n) {
   const auto p = mesh.corners(t);

@@ -8,6 +8,9 @@ namespace tandem {
 /// push, not the edges between them.
 bool bears(const MeshModel& mesh, std::uint32_t t, const Vec3& n);
 
+/// Does a triangle around corner k of t reach farther along n than that corner?
+bool overtopped(const MeshModel& mesh, std::uint32_t t, std::size_t k, const Vec3& n);
+
 /// The point of the surface nearest to p; in the mesh's frame, as p is.
 struct SurfacePoint {
   double distance;

@@ -1,4 +1,5 @@
 // What random hunts against the reference found wrong once, and where they would find its like.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <vector>
@@ -215,4 +216,84 @@ TEST_CASE("hunted: a short capsule is a ball to its length, also where rounding 
         collide == expected.collide || std::abs(expected.signed_distance) <= rounding + 0.5 * capsule.length ? 0 : 1;
   }
   CHECK(wrong == 0);
+}
+
+TEST_CASE("hunted: bodies that lie on a floor of few triangles, wound any way, have the points of a flat one") {
+  // On a diagonal that meets their corners each triangle has its own points; a surface has two sides, whichever way its
+  // triangles' corners go round.
+  const NarrowPhase solver;
+  const auto prism = [](int sides, double height) {
+    Mesh m;
+    m.solid = true;
+    for (const double z : {-height / 2, height / 2})
+      for (int i = 0; i < sides; ++i)
+        m.vertices.emplace_back(std::cos(turn * i / sides), std::sin(turn * i / sides), z);
+    const auto n = static_cast<std::uint32_t>(sides);
+    for (std::uint32_t i = 0; i < n; ++i) {
+      const std::uint32_t next = (i + 1) % n;
+      m.triangles.push_back({i, next, n + next});
+      m.triangles.push_back({i, n + next, n + i});
+      if (i == 0 || next == 0) continue;
+      m.triangles.push_back({0, next, i});
+      m.triangles.push_back({n, n + i, n + next});
+    }
+    return m;
+  };
+  const auto hull = [](const Mesh& m) { return Shape(Convex{m.vertices}); };
+  struct Body {
+    Shape shape;
+    double height, least_area;
+  };
+  std::vector<Body> bodies{{Box{Vec3(1, 2, 0.5)}, 0.25, 2}, {Cylinder{1, 0.4}, 0.2, 1.9}};
+  for (const int sides : {3, 4, 5, 6, 8, 12}) {
+    const double area = sides == 3 ? 1.29 : 1.7;
+    bodies.push_back({hull(prism(sides, 0.5)), 0.25, area});
+    bodies.push_back({Shape(prism(sides, 2)), 1, area});
+  }
+  for (const int winding : {0, 1, 2, 3}) {
+    Mesh floor{{{-3, -3, 0}, {3, -3, 0}, {3, 3, 0}, {-3, 3, 0}}, {{0, 1, 2}, {0, 2, 3}}};
+    for (std::uint32_t k = 0; k < 2; ++k)
+      if (winding >> k & 1) std::swap(floor.triangles[k][1], floor.triangles[k][2]);
+    for (const Body& body : bodies)
+      for (const double spin : {0.0, turn / 8, 0.3})
+        for (const double sunk : {1e-8, 1e-4}) {
+          CAPTURE(winding, &body - bodies.data(), spin, sunk);
+          const Mat3 tilted = Quat(0.7, 0.2, -0.4, 0.5).normalized().toRotationMatrix();
+          const Pose ground{tilted, Vec3(0.3, -0.2, 0.1)};
+          const Pose own{Eigen::AngleAxisd(spin, Vec3::UnitZ()).toRotationMatrix(), Vec3(0, 0, body.height - sunk)};
+          const Pose at{tilted * own.rotation, ground * own.translation};
+          const auto contacts_at = [&](const Pose& pose) {
+            std::vector<Contact> contacts;
+            solver.solve(Shape(floor), ground, body.shape, pose, Request::contacts, &contacts);
+            for (Contact& c : contacts) c.point = tilted.transpose() * (c.point - ground.translation);
+            return contacts;
+          };
+          const std::vector<Contact> contacts = contacts_at(at);
+          REQUIRE(contacts.size() == (body.least_area == 1.29 ? 3 : 4));
+          Vec3 centre = Vec3::Zero();
+          for (const Contact& c : contacts) {
+            CHECK(c.depth == Approx(sunk).epsilon(0).margin(1e-14));
+            CHECK((c.normal - tilted.col(2)).norm() < 1e-12);
+            centre += c.point / static_cast<double>(contacts.size());
+          }
+          std::vector<Vec3> around;
+          for (const Contact& c : contacts) around.push_back(c.point - centre);
+          std::sort(around.begin(), around.end(),
+                    [](const Vec3& p, const Vec3& q) { return std::atan2(p.y(), p.x()) < std::atan2(q.y(), q.x()); });
+          double area = 0;
+          for (std::size_t k = 0; k < around.size(); ++k)
+            area += 0.5 * around[k].cross(around[(k + 1) % around.size()]).z();
+          CHECK(area > body.least_area - 1e-7);
+          Random r(static_cast<std::uint64_t>(&body - bodies.data()) * 7 + 3);
+          for (int i = 0; i < 4; ++i) {
+            const Pose moved{Eigen::AngleAxisd(1e-9, r.direction()).toRotationMatrix() * at.rotation,
+                             at.translation + 1e-9 * r.direction()};
+            const std::vector<Contact> there = contacts_at(moved);
+            REQUIRE(there.size() == contacts.size());
+            for (const Contact& c : there)
+              CHECK(std::any_of(contacts.begin(), contacts.end(),
+                                [&](const Contact& o) { return (o.point - c.point).norm() < 1e-7; }));
+          }
+        }
+  }
 }
