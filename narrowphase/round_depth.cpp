@@ -121,6 +121,13 @@ Vec3 nearest_way_out(const Vec3& radii, const Vec3& point) {
   return n;
 }
 
+/// Is the body's core one point, a ball's or all of its corners?
+bool is_point(const RoundBody& body) {
+  const std::span<const Vec3> corners = body.view().vertices;
+  if (corners.empty()) return body.kind() == ShapeKind::sphere;
+  return std::all_of(corners.begin(), corners.end(), [&](const Vec3& v) { return v == corners.front(); });
+}
+
 class Search {
  public:
   /// From a minimum of h, or from any direction, which is then not walked from if another one is better.
@@ -668,10 +675,10 @@ Depth Search::run() {
     constexpr double stretched = 4;
     const RoundBody &a = pair_.body[0], &b = pair_.body[1];
     const bool ellipsoid = has(ShapeKind::ellipsoid);
-    if (ellipsoid && has(ShapeKind::sphere)) {
-      const RoundBody& body = a.kind() == ShapeKind::ellipsoid ? a : b;
+    if (ellipsoid && (is_point(a) || is_point(b))) {
+      const RoundBody &body = a.kind() == ShapeKind::ellipsoid ? a : b, &point = &body == &a ? b : a;
       const Vec3 radii{body.view().param[0], body.view().param[1], body.view().param[2]};
-      const Vec3 n = nearest_way_out(radii, -(body.axes().transpose() * (a.centre() + b.centre())));
+      const Vec3 n = nearest_way_out(radii, -(body.axes().transpose() * (body.centre() + point.support(best_.n))));
       try_from((body.axes() * n).stableNormalized());
       r.best = best_;
       return r;

@@ -430,8 +430,11 @@ TEST_CASE("round: balls inside ellipsoids of any length, on the axis, beside it 
             const Shape ellipsoid = Ellipsoid{radii}, ball = Sphere{radius};
             const PairAnswer one = solver.solve(ellipsoid, pose, ball, there, Request::distance);
             const PairAnswer other = solver.solve(ball, there, ellipsoid, pose, Request::distance);
+            const Shape corner = Triangle{{Vec3::Zero(), Vec3::Zero(), Vec3::Zero()}};
+            const PairAnswer point = solver.solve(ellipsoid, pose, corner, there, Request::distance);
             CAPTURE(length, radius, part, axis, beside);
-            for (const PairAnswer& found : {one, other}) {
+            CHECK(std::abs(point.signed_distance - radius - one.signed_distance) < 1e-13 * (length + radius));
+            for (const PairAnswer& found : {one, other, point}) {
               CHECK(found.status == Status::ok);
               CHECK(found.error_bound < 1e-13 * length);
             }
