@@ -51,6 +51,10 @@ struct Posed {
   const MeshModel& a;
   const MeshModel& b;
   const TriangleTest& frame;
+  // Its triangles are taken to go round the other way: of a surface with a border either side may be the outer one.
+  bool turned_a = false, turned_b = false;
+
+  bool turned(bool of_a) const { return of_a ? turned_a : turned_b; }
   std::array<Vec3, 3> corners(bool of_a, std::uint32_t t) const {
     if (of_a) return a.corners(t);
     auto c = b.corners(t);
@@ -84,9 +88,10 @@ void each_crossing(const Posed& m, std::span<const std::array<std::uint32_t, 2>>
                         index[corner],
                         index[(corner + 1) % 3],
                         e.part[k],
-                        (e.from_inside >> k & 1u) != 0};
+                        ((e.from_inside >> k & 1u) != 0) != m.turned(!of_a)};
       };
-      take(first + k, Crossing{{end(found.end[0]), end(found.end[1])}});
+      const bool back = m.turned_a != m.turned_b;
+      take(first + k, Crossing{{end(found.end[back ? 1 : 0]), end(found.end[back ? 0 : 1])}});
     }
   }
 }
@@ -304,14 +309,11 @@ PatchNormal normal_of(const Posed& m, const Patch& patch, std::span<const Crossi
   // Two edges that cross make a sliver with the right normal, however thin; a wide patch that thin is noise.
   const double least = patch.vertices.empty() ? 1e-7 : 1e-3;
   if (open.norm() <= 1e-6 * length && area.norm() > least * length * length) return {unit(area), true};
-  for (const std::uint32_t t : patch.triangles[1]) {
-    const auto p = m.corners(true, t);
-    sides += (p[1] - p[0]).cross(p[2] - p[0]).stableNormalized();
-  }
-  for (const std::uint32_t t : patch.triangles[0]) {
-    const auto p = m.corners(false, t);
-    sides -= (p[1] - p[0]).cross(p[2] - p[0]).stableNormalized();
-  }
+  for (const bool of_a : {true, false})
+    for (const std::uint32_t t : patch.triangles[of_a ? 1 : 0]) {
+      const auto p = m.corners(of_a, t);
+      sides += (m.turned(of_a) == of_a ? -1 : 1) * (p[1] - p[0]).cross(p[2] - p[0]).stableNormalized();
+    }
   return {sides.norm() > 1e-6 ? Vec3(sides.normalized()) : Vec3(Vec3::Zero()), false};
 }
 
@@ -329,7 +331,7 @@ class DepthProbe {
       for (const std::uint32_t t : triangles) {
         const auto p = m.corners(of_a, t);
         // Only the sides that face each other.
-        if ((p[1] - p[0]).cross(p[2] - p[0]).dot(n) * (of_a ? 1 : -1) <= 0) continue;
+        if ((p[1] - p[0]).cross(p[2] - p[0]).dot(n) * (m.turned(of_a) == of_a ? -1 : 1) <= 0) continue;
         Flat f;
         for (std::size_t k = 0; k < 3; ++k) f.x[k] = u_.dot(p[k]), f.y[k] = v_.dot(p[k]), f.z[k] = n.dot(p[k]);
         const auto [low_x, high_x] = std::minmax({f.x[0], f.x[1], f.x[2]});
@@ -692,24 +694,57 @@ void sort_contacts(std::span<Contact> contacts) {
   });
 }
 
+struct Sides {
+  bool sure;  // of all normals
+  double deepest;
+};
+
+Sides add_patches(const Posed& m, std::span<const std::array<std::uint32_t, 2>> pairs, const PartRunner& parts,
+                  std::vector<Contact>& contacts) {
+  alignas(std::max_align_t) std::array<std::byte, usual_memory> usual;
+  std::pmr::monotonic_buffer_resource memory(usual.data(), usual.size());
+  const std::size_t first = contacts.size();
+  const PatchFinder finder(m, pairs, parts, &memory);
+  Sides sides{true, 0};
+  for (const Patch& patch : finder.patches())
+    if (!add_patch(m, patch, finder.crossings(), &memory, contacts)) sides.sure = false;
+  for (std::size_t c = first; c < contacts.size(); ++c) sides.deepest = std::max(sides.deepest, contacts[c].depth);
+  if (sides.deepest > 0.25 * std::min(m.a.half.norm(), m.b.half.norm()) ||
+      sides.deepest < 1e-12 * (m.a.half + m.b.half).norm())
+    sides.sure = false;
+  return sides;
+}
+
 }  // namespace
 
 bool patch_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
                     std::span<const std::array<std::uint32_t, 2>> pairs, const PartRunner& parts,
                     std::vector<Contact>& contacts) {
-  const Posed m{a, b, frame};
-  alignas(std::max_align_t) std::array<std::byte, usual_memory> usual;
-  std::pmr::monotonic_buffer_resource memory(usual.data(), usual.size());
   const std::size_t first = contacts.size();
-  const PatchFinder finder(m, pairs, parts, &memory);
-  bool sure = true;
-  for (const Patch& patch : finder.patches())
-    if (!add_patch(m, patch, finder.crossings(), &memory, contacts)) sure = false;
-  double deepest = 0;
-  for (std::size_t c = first; c < contacts.size(); ++c) deepest = std::max(deepest, contacts[c].depth);
+  const double slack = alike * (a.half + b.half).norm();
+  bool sure = false;
+  double deepest = 0;  // of those in `contacts`
+  std::vector<Contact> found;
+  for (const bool turned_a : {false, true})
+    for (const bool turned_b : {false, true}) {
+      if ((turned_a && a.closed) || (turned_b && b.closed)) continue;
+      const bool is_first = !turned_a && !turned_b;
+      std::vector<Contact>& here = is_first ? contacts : found;
+      if (!is_first) found.clear();
+      const Sides sides = add_patches({a, b, frame, turned_a, turned_b}, pairs, parts, here);
+      if (!is_first) {
+        // The shorter way out, if any.
+        const bool better =
+            contacts.size() == first || sides.sure > sure || (sides.sure == sure && sides.deepest < deepest - slack);
+        if (found.empty() || !better) continue;
+        contacts.resize(first);
+        contacts.insert(contacts.end(), found.begin(), found.end());
+      }
+      sure = sides.sure;
+      deepest = sides.deepest;
+    }
   sort_contacts(std::span(contacts).subspan(first));
-  return sure && deepest <= 0.25 * std::min(a.half.norm(), b.half.norm()) &&
-         deepest >= 1e-12 * (a.half + b.half).norm();
+  return sure;
 }
 
 void touching_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,

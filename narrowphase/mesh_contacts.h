@@ -13,7 +13,8 @@ namespace tandem {
 /// Appends contacts of two meshes whose triangles `pairs` meet (not empty), in A's frame: one patch for each connected
 /// curve along which the surfaces cross, at most 4 points a patch. A patch's normal is the area vector of its curve,
 /// which equals the integral of A's normals over the part of A inside B; its depth is how far those parts of A and B
-/// that lie inside the other reach past each other along it. Normals from A to B. `parts` shares the work where many
+/// that lie inside the other reach past each other along it. Of a mesh with a border the inside is that of its two
+/// sides with the shorter way out. Normals from A to B. `parts` shares the work where many
 /// triangles meet, and changes no bit; empty: the caller. False: a normal is in doubt, as of faces and edges that only
 /// touch, of which rounding makes curves.
 bool patch_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,

@@ -50,12 +50,11 @@ struct Side {
   std::uint8_t corner;
 };
 
-// Pairs sides of opposite sense. For a solid mesh every side must find its partner.
-void join_triangles(MeshModel& mesh) {
+// All sides but those without length, by their ends.
+std::vector<Side> sorted_sides(const MeshModel& mesh) {
   const std::vector<std::uint32_t> first = weld(mesh.vertices);
   std::vector<Side> sides;
   sides.reserve(3 * mesh.triangles.size());
-  mesh.neighbours.assign(mesh.triangles.size(), {no_index, no_index, no_index});
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i)
     for (std::uint8_t k = 0; k < 3; ++k) {
       const std::uint32_t p = first[mesh.triangles[i][k]], q = first[mesh.triangles[i][(k + 1) % 3]];
@@ -64,6 +63,55 @@ void join_triangles(MeshModel& mesh) {
   std::stable_sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
     return a.lo != b.lo ? a.lo < b.lo : a.hi != b.hi ? a.hi < b.hi : a.up < b.up;
   });
+  return sides;
+}
+
+// Lets the corners of a surface's triangles go round as those of the first one they hang together with. Only sides of
+// two triangles say how.
+void turn_alike(MeshModel& mesh) {
+  struct Other {
+    std::uint32_t triangle = no_index;
+    bool against = false;  // the two go round in opposite ways
+  };
+  std::vector<std::array<Other, 3>> others(mesh.triangles.size());
+  const std::vector<Side> sides = sorted_sides(mesh);
+  bool any = false;
+  for (std::size_t begin = 0, end; begin < sides.size(); begin = end) {
+    for (end = begin; end < sides.size() && sides[end].lo == sides[begin].lo && sides[end].hi == sides[begin].hi;)
+      ++end;
+    if (end - begin != 2) continue;
+    const Side &p = sides[begin], &q = sides[begin + 1];
+    others[p.triangle][p.corner] = {q.triangle, p.up == q.up};
+    others[q.triangle][q.corner] = {p.triangle, p.up == q.up};
+    any = any || p.up == q.up;
+  }
+  if (!any) return;
+  std::vector<std::uint8_t> seen(mesh.triangles.size(), 0);
+  std::vector<std::pair<std::uint32_t, bool>> stack;  // with whether it is to be turned
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    if (seen[i]) continue;
+    seen[i] = 1;
+    stack.emplace_back(i, false);
+    while (!stack.empty()) {
+      const auto [t, turned] = stack.back();
+      stack.pop_back();
+      if (turned) std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
+      for (const Other& o : others[t])
+        if (o.triangle != no_index && !seen[o.triangle])
+          seen[o.triangle] = 1, stack.emplace_back(o.triangle, turned != o.against);
+    }
+  }
+}
+
+void turn_all(MeshModel& mesh) {
+  for (auto& t : mesh.triangles) std::swap(t[1], t[2]);
+  for (auto& n : mesh.neighbours) std::swap(n[0], n[2]);
+}
+
+// Pairs sides of opposite sense. For a solid mesh every side must find its partner.
+void join_triangles(MeshModel& mesh) {
+  const std::vector<Side> sides = sorted_sides(mesh);
+  mesh.neighbours.assign(mesh.triangles.size(), {no_index, no_index, no_index});
   mesh.closed = true;
   for (std::size_t begin = 0, end; begin < sides.size(); begin = end) {
     for (end = begin; end < sides.size() && sides[end].lo == sides[begin].lo && sides[end].hi == sides[begin].hi;)
@@ -102,14 +150,19 @@ void find_parts(MeshModel& mesh) {
   }
 }
 
-void require_outward(const MeshModel& mesh) {
-  double six_volumes = 0;
+double six_volumes(const MeshModel& mesh) {
+  double sum = 0;
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
     const auto [p, q, r] = mesh.corners(i);
-    six_volumes += (p - mesh.centre).dot((q - mesh.centre).cross(r - mesh.centre));
+    sum += (p - mesh.centre).dot((q - mesh.centre).cross(r - mesh.centre));
   }
-  if (six_volumes < -1e-12 * mesh.half.squaredNorm() * mesh.half.norm())
-    refuse("solid, but its volume is " + std::to_string(six_volumes / 6) +
+  return sum;
+}
+
+void require_outward(const MeshModel& mesh) {
+  const double volumes = six_volumes(mesh);
+  if (volumes < -1e-12 * mesh.half.squaredNorm() * mesh.half.norm())
+    refuse("solid, but its volume is " + std::to_string(volumes / 6) +
            "; it must not be negative (triangles counterclockwise seen from outside)");
 }
 
@@ -346,7 +399,9 @@ MeshModel build_mesh(Mesh mesh) {
   for (std::size_t i = 0, k = 0; i < points.size() && k < hull.vertices.size(); ++i)
     if (points[i] == hull.vertices[k]) model.extreme.push_back(point_of[i]), ++k;
 
+  if (!model.solid) turn_alike(model);
   join_triangles(model);
+  if (!model.solid && model.closed && six_volumes(model) < 0) turn_all(model);
   find_parts(model);
   if (model.solid) require_outward(model);
   model.convex = model.solid && is_own_hull(model);

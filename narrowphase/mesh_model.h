@@ -37,7 +37,7 @@ struct alignas(32) TriangleBlock {
 /// A checked mesh with what queries need of it, built once. Immutable.
 struct MeshModel {
   std::vector<Vec3> vertices;
-  std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::vector<std::array<std::uint32_t, 3>> triangles;  ///< of a surface turned to go round alike, a closed one outward
   bool solid = false;
   /// Triangle on the other side of edge k, from corner k to corner k + 1; no_index on a border. Corners with equal
   /// coordinates are one vertex here.

@@ -297,3 +297,45 @@ TEST_CASE("hunted: bodies that lie on a floor of few triangles, wound any way, h
         }
   }
 }
+
+TEST_CASE("hunted: a surface pushes to the nearer of its sides, whichever way its triangles go round") {
+  const NarrowPhase solver;
+  const auto surface = [](Mesh m, bool inside_out) {
+    m.solid = false;
+    if (inside_out)
+      for (auto& t : m.triangles) std::swap(t[1], t[2]);
+    return m;
+  };
+  Mesh odd = surface(box_mesh(Vec3(1, 1, 1), 2), false);
+  for (std::size_t i = 0; i < odd.triangles.size(); i += 3) std::swap(odd.triangles[i][1], odd.triangles[i][2]);
+  const Shape bodies[] = {Shape(surface(box_mesh(Vec3(1, 1, 1)), false)), Shape(surface(box_mesh(Vec3(1, 1, 1)), true)),
+                          Shape(odd), Shape(torus(1, 0.5, 12, 8)), Shape(surface(torus(1, 0.5, 12, 8), true))};
+  for (int winding = 0; winding < 16; ++winding) {
+    Mesh floor;
+    for (const double x : {-5.0, 0.3, 5.0})
+      for (const double y : {-4.0, 6.0}) floor.vertices.emplace_back(x, y, 0);
+    floor.triangles = {{0, 2, 3}, {0, 3, 1}, {2, 4, 5}, {2, 5, 3}};
+    for (std::uint32_t k = 0; k < 4; ++k)
+      if (winding >> k & 1) std::swap(floor.triangles[k][1], floor.triangles[k][2]);
+    for (const Shape& body : bodies)
+      for (const double sunk : {1e-6, 1e-3})
+        for (const bool below : {false, true}) {
+          CAPTURE(winding, &body - bodies, sunk, below);
+          const double side = below ? -1 : 1;
+          const Pose ground{Quat(0.7, 0.2, -0.4, 0.5).normalized().toRotationMatrix(), Vec3(0.3, -0.2, 0.1)};
+          const Pose at{ground.rotation, ground * Vec3(0.1, 0.2, side * (0.5 - sunk))};
+          for (const bool exchanged : {false, true}) {
+            std::vector<Contact> contacts;
+            exchanged ? solver.solve(body, at, Shape(floor), ground, Request::contacts, &contacts)
+                      : solver.solve(Shape(floor), ground, body, at, Request::contacts, &contacts);
+            REQUIRE(contacts.size() >= 3);
+            for (const Contact& c : contacts) {
+              CHECK(c.depth <= sunk + 1e-12);
+              CHECK((c.normal - (exchanged ? -side : side) * ground.rotation.col(2)).norm() < 1e-6);
+            }
+            CHECK(std::any_of(contacts.begin(), contacts.end(),
+                              [&](const Contact& c) { return c.depth >= sunk - 1e-12; }));
+          }
+        }
+  }
+}
