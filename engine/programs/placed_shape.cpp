@@ -270,7 +270,8 @@ PlacedShape place(const Shape& shape, const Pose& pose) {
       break;
     }
     case ShapeKind::ellipsoid: {
-      const Eigen::JacobiSVD<Mat3, Eigen::NoQRPreconditioner> svd(rest * shape.radii().asDiagonal(), Eigen::ComputeFullU);
+      const Eigen::JacobiSVD<Mat3, Eigen::NoQRPreconditioner> svd(rest * shape.radii().asDiagonal(),
+                                                                  Eigen::ComputeFullU);
       Mat3 axes = svd.matrixU();
       if (axes.determinant() < 0) axes.col(2) = -axes.col(2);
       out.pose.rotation *= axes;
