@@ -478,13 +478,14 @@ class Touching {
       : m_(m), pairs_(pairs), slack_(1e-9 * (m.a.half + m.b.half).norm()), faces_(memory) {
     faces_.reserve(pairs.size());
     for (const auto& [i, j] : pairs) faces_.push_back(faces(m.corners(true, i), m.corners(false, j)));
-    choose_direction();
+    look_for_parting_direction();
   }
 
-  /// Does the direction part them, to rounding?
+  /// Does a direction part them, to rounding?
   bool parts() const { return parts_; }
 
-  void append(std::vector<Contact>& contacts) const {
+  void append(std::vector<Contact>& contacts) {
+    if (!parts_) take_direction_of_hulls();
     const double size = (m_.a.half + m_.b.half).norm();
     const std::size_t first = contacts.size();
     if (faces_.empty()) contacts.push_back({middle(), n_, depth_, 0});
@@ -608,11 +609,10 @@ class Touching {
     return p + n_ * (0.5 * (r.high + r.low) - n_.dot(p));
   }
 
-  void choose_direction() {
-    Vec3 sides = Vec3::Zero();
-    for (const Faces& f : faces_) sides += f.normal_a - f.normal_b;
-    sides = sides.stableNormalized();
-    if (!faces_.empty()) consider(sides);
+  void look_for_parting_direction() {
+    for (const Faces& f : faces_) sides_ += f.normal_a - f.normal_b;
+    sides_ = sides_.stableNormalized();
+    if (!faces_.empty()) consider(sides_);
     for (std::size_t k = 0; k < faces_.size() && !parts_; ++k) {
       consider(faces_[k].normal_a);
       consider(-faces_[k].normal_b);
@@ -624,14 +624,16 @@ class Touching {
         consider(n), consider(-n);
       }
     depth_ = deepest_along(n_);
-    if (parts_) return;
+  }
+
+  void take_direction_of_hulls() {
     double least = std::numeric_limits<double>::infinity();
     const auto consider_hulls = [&](const Vec3& n) {
       if (n.norm() < 0.5) return;
       const Reach r = reach_of_hulls(n);
       if (const double depth = r.high - r.low; depth < least - slack_) least = depth, n_ = n;
     };
-    consider_hulls(sides);
+    consider_hulls(sides_);
     consider_hulls((m_.frame.in_a(m_.b.centre) - m_.a.centre).stableNormalized());
     for (int k = 0; k < 3; ++k)
       for (const double s : {1.0, -1.0}) {
@@ -645,6 +647,7 @@ class Touching {
   const std::span<const std::array<std::uint32_t, 2>> pairs_;
   const double slack_;  // what counts as touching
   List<Faces> faces_;
+  Vec3 sides_ = Vec3::Zero();  // where the triangles look, A's less B's; unit
   Vec3 n_ = Vec3::UnitZ();
   bool parts_ = false;
   std::size_t in_the_way_ = 0;  // a face that was
@@ -753,7 +756,7 @@ void touching_contacts(const MeshModel& a, const MeshModel& b, const TriangleTes
   const Posed m{a, b, frame};
   alignas(std::max_align_t) std::array<std::byte, usual_memory> usual;
   std::pmr::monotonic_buffer_resource memory(usual.data(), usual.size());
-  const Touching touching(m, pairs, &memory);
+  Touching touching(m, pairs, &memory);
   if (!touching.parts() && contacts.size() > first) return;
   contacts.resize(first);
   touching.append(contacts);
