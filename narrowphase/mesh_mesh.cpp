@@ -347,13 +347,20 @@ DepthBound deepest_pair(const Posed& a, const Posed& b, std::span<const std::arr
   return deepest;
 }
 
-// A triangle, or a solid that is its own hull.
-bool is_convex(const Posed& s) { return s.shape.is_convex() || s.shape.mesh().convex; }
+// A triangle, or what encloses its hull.
+bool bounds_convex(const Posed& s) { return s.shape.is_convex() || s.shape.mesh().own_hull; }
 
-// Of a mesh and one that is convex, which touch: as with any convex shape.
+// Which of two is taken for the convex set that it bounds: a triangle before a mesh, a solid before a surface, of alike
+// surfaces the second, which is no larger.
+bool first_is_body(const Posed& a, const Posed& b) {
+  const auto rank = [](const Posed& s) { return s.shape.mesh().convex ? 2 : s.shape.mesh().own_hull ? 1 : 0; };
+  return a.shape.is_convex() || (!b.shape.is_convex() && rank(a) > rank(b));
+}
+
+// Of a mesh and one that bounds a convex set, which touch: as with that set.
 PairAnswer with_convex(const Posed& a, const Posed& b, Request request, const NarrowPhaseOptions& options,
                        std::vector<Contact>* contacts) {
-  const bool exchanged = a.shape.is_convex() || (!b.shape.is_convex() && a.shape.mesh().convex);
+  const bool exchanged = first_is_body(a, b);
   const std::size_t first = contacts != nullptr ? contacts->size() : 0;
   PairAnswer answer =
       solve_mesh_convex(exchanged ? b : a, exchanged ? a : b, request, for_triangles(options), contacts);
@@ -361,6 +368,34 @@ PairAnswer with_convex(const Posed& a, const Posed& b, Request request, const Na
   answer.collide = true;
   answer.signed_distance = std::min(answer.signed_distance, 0.0);
   return answer;
+}
+
+PairAnswer with_hulls(const Posed& a, const Posed& b, Request request, const NarrowPhaseOptions& options,
+                      std::vector<Contact>* contacts) {
+  PairAnswer answer =
+      solve_convex(view_hull(a.shape), a.pose, view_hull(b.shape), b.pose, request, for_triangles(options), contacts);
+  answer.collide = true;
+  answer.signed_distance = std::min(answer.signed_distance, 0.0);
+  return answer;
+}
+
+// Does a vertex of the other mesh stay outside `outer`'s hull however that moves by at most `way`? Of one part, that
+// other then cannot come to lie inside.
+bool stays_outside(const Posed& outer, const Posed& other, double way) {
+  const MeshModel &o = outer.shape.mesh(), &m = other.shape.mesh();
+  if (m.parts.size() != 1) return false;
+  return std::any_of(m.extreme.begin(), m.extreme.end(), [&](std::uint32_t v) {
+    const Vec3 p = outer.pose.rotation.transpose() *
+                   (other.pose.rotation * m.vertices[v] + (other.pose.translation - outer.pose.translation));
+    return std::any_of(o.hull.faces.begin(), o.hull.faces.end(),
+                       [&](const Hull::Face& f) { return f.normal.dot(p) - f.offset > way; });
+  });
+}
+
+// A surface has nothing inside: may the body it bounds stand for it all the same, as the other cannot slip into it on a
+// way shorter than that which parts them?
+bool stands_for(const Posed& s, const Posed& other, double way) {
+  return s.shape.is_convex() || s.shape.mesh().convex || stays_outside(s, other, way);
 }
 
 }  // namespace
@@ -379,28 +414,36 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
   const bool wants_gap = request == Request::contacts && options.mesh_gaps;
   const TrianglePairs pairs = meeting_pairs(a, b, test, options.parts, memory, wants_gap ? &apart : nullptr);
   const bool inside = pairs.empty() && contained(a, b);
+  const auto both_stand = [&](double way) { return stands_for(a, b, way) && stands_for(b, a, way); };
+  const auto body_stands = [&](double way) {
+    return first_is_body(a, b) ? stands_for(a, b, way) : stands_for(b, a, way);
+  };
   if (request == Request::contacts) {
     if (pairs.empty() && !inside) {
       answer.signed_distance = wants_gap ? gap_of(ma, mb, test, apart) : 0;
       return answer;
     }
     const std::size_t first = contacts->size();
-    if (ma.convex && mb.convex) {
+    if (ma.own_hull && mb.own_hull) {
       // Of their hulls, unless these hardly touch and miss each other by rounding.
-      answer = solve_convex(view_hull(a.shape), a.pose, view_hull(b.shape), b.pose, request, for_triangles(options),
-                            contacts);
-      answer.collide = true;
-      if (contacts->size() > first) return answer;
+      answer = with_hulls(a, b, request, options, contacts);
+      if (contacts->size() > first && both_stand(-answer.signed_distance)) return answer;
+      contacts->resize(first);
     }
     // Which way a triangle's corners go round, or those of a surface with a border, says nothing: it has no inside.
-    const bool has_convex = is_convex(a) || is_convex(b);
+    const bool has_convex = bounds_convex(a) || bounds_convex(b);
     const bool inside_known = ma.closed && mb.closed;
+    const auto add_patches = [&] { return patch_contacts(ma, mb, test, pairs, options.parts, *contacts); };
     bool sure = false;
-    if (!has_convex || inside_known) sure = patch_contacts(ma, mb, test, pairs, options.parts, *contacts);
+    if (!has_convex || inside_known) sure = add_patches();
     if (has_convex && !sure) {
       contacts->resize(first);
       answer = with_convex(a, b, request, options, contacts);
-      if (contacts->size() > first) return answer;
+      if (contacts->size() > first) {
+        if (body_stands(-answer.signed_distance)) return answer;
+        contacts->resize(first);
+        sure = add_patches();
+      }
     }
     if (!sure) touching_contacts(ma, mb, test, pairs, first, *contacts);
     for (Contact& c : std::span(*contacts).subspan(first)) {
@@ -413,12 +456,9 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
   }
   const bool touching = inside || !pairs.empty();
   if (touching && (a.shape.is_convex() || b.shape.is_convex())) return with_convex(a, b, request, options, contacts);
-  if (ma.convex && mb.convex && touching) {
-    PairAnswer hulls =
-        solve_convex(view_hull(a.shape), a.pose, view_hull(b.shape), b.pose, request, for_triangles(options), contacts);
-    hulls.collide = true;
-    hulls.signed_distance = std::min(hulls.signed_distance, 0.0);
-    return hulls;
+  if (ma.own_hull && mb.own_hull && touching) {
+    const PairAnswer hulls = with_hulls(a, b, request, options, contacts);
+    if (both_stand(-hulls.signed_distance)) return hulls;
   }
   DepthBound depth;
   if (pairs.empty()) {
@@ -444,6 +484,10 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
     return meshes_collide(a, {b.shape, Pose{b.pose.rotation, b.pose.translation + move}});
   });
   if (answer.status == Status::ok) return answer;
+  if (bounds_convex(a) || bounds_convex(b)) {
+    const PairAnswer body = with_convex(a, b, request, options, contacts);
+    if (body_stands(-body.signed_distance) && body.error_bound < answer.error_bound) return body;
+  }
   // What parts the hulls parts the meshes.
   const double rounding = 1e-12 * (a.shape.size() + b.shape.size());
   PairAnswer hulls = solve_convex(view_hull(a.shape), a.pose, view_hull(b.shape), b.pose, Request::distance,

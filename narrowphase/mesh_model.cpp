@@ -404,7 +404,8 @@ MeshModel build_mesh(Mesh mesh) {
   if (!model.solid && model.closed && six_volumes(model) < 0) turn_all(model);
   find_parts(model);
   if (model.solid) require_outward(model);
-  model.convex = model.solid && is_own_hull(model);
+  model.own_hull = model.closed && is_own_hull(model);
+  model.convex = model.solid && model.own_hull;
   HierarchyBuilder{model};
   return model;
 }

@@ -47,8 +47,9 @@ struct MeshModel {
   Hull hull;  ///< of all vertices in use
   /// Every edge joins as many triangles in one sense as in the other: a solid's, or a surface that could be one's.
   bool closed = false;
-  /// A solid whose surface is that of its hull, to 1e-13 of the size: it is solved as one.
-  bool convex = false;
+  /// Closed, and the surface of its hull, to 1e-13 of the size.
+  bool own_hull = false;
+  bool convex = false;  ///< a solid that is its own hull: it is solved as one
 
   std::vector<std::uint32_t> parts;  ///< one vertex of each part that hangs together by edges
 

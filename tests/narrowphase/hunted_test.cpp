@@ -339,3 +339,69 @@ TEST_CASE("hunted: a surface pushes to the nearer of its sides, whichever way it
         }
   }
 }
+
+TEST_CASE("hunted: closed surfaces that are their own hull meet as what they bound, where that is the short way out") {
+  const NarrowPhase solver;
+  const auto surface = [](const Vec3& size, int n) {
+    Mesh m = box_mesh(size, n);
+    m.solid = false;
+    return Shape(m);
+  };
+  const auto contacts_of = [&](const Shape& a, const Pose& pa, const Shape& b, const Pose& pb) {
+    std::vector<Contact> contacts;
+    solver.solve(a, pa, b, pb, Request::contacts, &contacts);
+    return contacts;
+  };
+  const auto deepest_of = [](const std::vector<Contact>& contacts) {
+    double deepest = 0;
+    for (const Contact& c : contacts) deepest = std::max(deepest, c.depth);
+    return deepest;
+  };
+  const Vec3 size(1, 0.8, 0.6);
+  Random r(71);
+  SECTION("on an edge or a corner, on floors of triangles") {
+    Mesh floor{{{-3, -3, 0}, {3, -3, 0}, {3, 3, 0}, {-3, 3, 0}, {0.1, 0.2, 0}},
+               {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}}};
+    for (const int n : {1, 2})
+      for (int i = 0; i < 60; ++i) {
+        const Mat3 turned = i % 2 == 0 ? Mat3(Eigen::AngleAxisd(r.unit() * turn, Vec3::UnitZ()) *
+                                              Eigen::AngleAxisd(0.3 + 0.9 * r.unit(), Vec3::UnitX()))
+                                       : r.rotation();
+        const double low = (turned.row(2).transpose().cwiseProduct(size / 2)).lpNorm<1>();
+        const double sunk = i % 3 == 0 ? 1e-7 : i % 3 == 1 ? 1e-4 : 1e-2;
+        const Pose at{turned, Vec3(r.unit(), r.unit(), low - sunk)};
+        CAPTURE(n, i, sunk);
+        const std::vector<Contact> contacts = contacts_of(Shape(floor), Pose{}, surface(size, n), at);
+        CHECK(deepest_of(contacts) == Approx(sunk).epsilon(0).margin(1e-12));
+        for (const Contact& c : contacts) CHECK((c.normal - Vec3::UnitZ()).norm() < 1e-9);
+        const PairAnswer d = solver.solve(Shape(floor), Pose{}, surface(size, n), at, Request::distance);
+        CHECK(d.status == Status::ok);
+        CHECK(d.signed_distance == Approx(-sunk).epsilon(0).margin(1e-12));
+      }
+  }
+  SECTION("a corner or an edge in another's face or edge") {
+    for (int i = 0; i < 100; ++i) {
+      const Mat3 ra = i % 2 == 0 ? Mat3(Mat3::Identity()) : r.rotation();
+      const Mat3 rb = r.rotation();
+      const double high = (ra.row(2).transpose().cwiseProduct(size / 2)).lpNorm<1>(),
+                   low = (rb.row(2).transpose().cwiseProduct(size / 2)).lpNorm<1>();
+      const Pose pa{ra, Vec3::Zero()}, pb{rb, Vec3(0.2 * r.unit(), 0.2 * r.unit(), high + low - 0.01)};
+      CAPTURE(i);
+      const Shape box(Box{size});
+      const PairAnswer want = solver.solve(box, pa, box, pb, Request::distance);
+      const Shape other = surface(size, 1 + i % 3);
+      const std::vector<Contact> contacts = contacts_of(surface(size, 1), pa, other, pb);
+      if (!want.collide) continue;
+      CHECK(deepest_of(contacts) == Approx(-want.signed_distance).epsilon(0).margin(1e-12));
+      CHECK(contacts.size() == contacts_of(box, pa, box, pb).size());
+    }
+  }
+  SECTION("what is nearly inside a surface is not pushed out of it through what it bounds") {
+    const Shape large = surface(Vec3(4, 4, 4), 1), solid(box_mesh(Vec3(1, 1, 1)));
+    const Pose through{Mat3::Identity(), Vec3(1.55, 0.1, 0.2)};
+    for (const Shape& small : {surface(Vec3(1, 1, 1), 1), solid}) {
+      CHECK(solver.solve(large, Pose{}, small, through, Request::distance).signed_distance == Approx(-0.05));
+      CHECK(deepest_of(contacts_of(large, Pose{}, small, through)) == Approx(0.05));
+    }
+  }
+}
