@@ -1,5 +1,6 @@
 #include "kept_contacts.h"
 
+#include <bit>
 #include <cassert>
 #include <cmath>
 #include <cstring>
@@ -48,15 +49,34 @@ void insert(std::span<const std::size_t> places, const From& from, std::vector<T
   }
 }
 
+/// Where the rows of values begin that lie in the order of their rows; and one past the last.
+template <class T, class RowOf>
+void count_rows(std::size_t rows, const RowOf& row_of, const std::vector<T>& values,
+                std::vector<std::uint32_t>& begins) {
+  begins.assign(rows + 1, 0);
+  for (const T& value : values) ++begins[row_of(value) + 1];
+  for (std::size_t row = 1; row < begins.size(); ++row) begins[row] += begins[row - 1];
+}
+
+/// The same once further ones, by rows, have come.
+template <class T, class RowOf>
+void add_to_rows(const std::vector<T>& values, const RowOf& row_of, std::vector<std::uint32_t>& begins) {
+  std::uint32_t before = 0;
+  for (std::size_t row = 0; row < begins.size() && !values.empty(); ++row) {
+    while (before < values.size() && row_of(values[before]) < row) ++before;
+    begins[row] += before;
+  }
+}
+
 }  // namespace
 
-void KeptContacts::Sums::leave(const Entry& entry, const Largest& its, const Largest& of_all) {
+void KeptContacts::Sums::leave(const Entry& entry, const Largest& its, const Sums& of_all) {
   colliding -= entry.collide ? 1 : 0;
   touching -= entry.touching;
   gaps -= entry.gaps;
   inexact -= entry.inexact ? 1 : 0;
-  lost_largest = lost_largest || (its.depth > 0 && its.depth == of_all.depth) ||
-                 (its.error_bound > 0 && its.error_bound == of_all.error_bound);
+  left_top_depth += its.depth == of_all.depth.value ? 1 : 0;
+  left_top_bound += its.error_bound == of_all.error_bound.value ? 1 : 0;
 }
 
 void KeptContacts::Sums::enter(const Entry& entry, const Largest& its) {
@@ -64,8 +84,8 @@ void KeptContacts::Sums::enter(const Entry& entry, const Largest& its) {
   touching += entry.touching;
   gaps += entry.gaps;
   inexact += entry.inexact ? 1 : 0;
-  largest.depth = std::max(largest.depth, its.depth);
-  largest.error_bound = std::max(largest.error_bound, its.error_bound);
+  depth.add(its.depth, 1);
+  error_bound.add(its.error_bound, 1);
 }
 
 void KeptContacts::Sums::add(const Sums& other) {
@@ -75,9 +95,10 @@ void KeptContacts::Sums::add(const Sums& other) {
   touching += other.touching;
   gaps += other.gaps;
   inexact += other.inexact;
-  largest.depth = std::max(largest.depth, other.largest.depth);
-  largest.error_bound = std::max(largest.error_bound, other.largest.error_bound);
-  lost_largest = lost_largest || other.lost_largest;
+  depth.add(other.depth.value, other.depth.pairs);
+  error_bound.add(other.error_bound.value, other.error_bound.pairs);
+  left_top_depth += other.left_top_depth;
+  left_top_bound += other.left_top_bound;
 }
 
 void KeptContacts::clear() {
@@ -87,14 +108,16 @@ void KeptContacts::clear() {
   entries_.clear();
   listed_.clear();
   largest_.clear();
+  marked_.clear();
   rows_.clear();
+  columns_.clear();
   details_.clear();
   free_details_.clear();
   restless_.clear();
   candidates_ = 0;
   noted_ = 0;
   sums_ = {};
-  pending_.clear();
+  any_marked_ = restless_known_ = false;
   fresh_.clear();
   fresh_details_.clear();
   adopted_.clear();
@@ -120,7 +143,7 @@ bool KeptContacts::begin_step(const Scene& scene, ContactList& contacts, bool sa
   all_asked_ = !same_bodies_ || 2 * noted_ > candidates_;
   if (all_asked_)
     find_places();
-  else if (look_at_all_)
+  else if (!restless_known_)
     find_restless();
 
   anchor_places_.resize(bodies, Vec3::Zero());
@@ -129,7 +152,6 @@ bool KeptContacts::begin_step(const Scene& scene, ContactList& contacts, bool sa
   reach_.resize(bodies);
   since_.resize(bodies);
   changed_.resize(bodies);
-  look_.resize(bodies);
   const auto shapes = scene.shapes();
   const auto same = [](const Shape& x, const Shape& y) { return &x.mass() == &y.mass(); };
   if (std::equal(shapes.begin(), shapes.end(), shapes_.begin(), shapes_.end(), same)) return !all_asked_;
@@ -191,7 +213,7 @@ bool KeptContacts::is_as_it_was(std::size_t body, const Ball& ball) const {
 
 void KeptContacts::end_rest(std::size_t body, const Ball& ball) {
   const Pose& pose = scene_->poses()[body];
-  since_[body] = look_[body] = step_;
+  since_[body] = step_;
   anchor_places_[body] = pose.translation;
   anchor_rotations_[body] = pose.rotation;
   const MassProperties* shape = shape_now(body, ball);
@@ -214,16 +236,14 @@ void KeptContacts::end_step(ContactList& contacts) {
     return;
   }
   const bool any_moved = any_moved_.load(std::memory_order_relaxed);
-  if (look_at_all_ || any_moved || !pending_.empty()) {
-    // Where nobody moved, no pair comes or goes, and only restless ones of those pending were asked for.
-    const bool all = look_at_all_ || any_moved;
-    if (all) take_fresh();
-    assert(fresh_.empty() && fresh_details_.empty());
-    look_through(contacts.pairs.size(), all);
+  if (any_moved || any_marked_) {
+    take_fresh();
+    if (any_moved) mark_pairs_of_moved();
+    look_through(contacts.pairs.size());
     splicer_.apply(splices_, contacts, last_);
-    sums_.add(told_);
-    if (told_.lost_largest) find_largest();
+    add_told();
   }
+  restless_known_ = true;
   std::swap(last_, contacts);
 }
 
@@ -243,6 +263,7 @@ void KeptContacts::find_restless() {
 /// Notes which pairs were candidates where all were asked for.
 void KeptContacts::take_over() {
   candidates_ = listed_pairs_ = 0;
+  any_marked_ = restless_known_ = false;
   for (std::size_t i = 0; i < keys_.size(); ++i) {
     Entry& entry = entries_[i];
     const bool is_candidate = entry.seen == step_;
@@ -251,8 +272,9 @@ void KeptContacts::take_over() {
     candidates_ += is_candidate ? 1 : 0;
     if (!is_candidate && entry.candidate) forget(i);
     entry.candidate = is_candidate;
+    marked_[i] = is_candidate && !entry.told ? 1 : 0;
+    any_marked_ = any_marked_ || marked_[i] != 0;
   }
-  look_at_all_ = true;
 }
 
 /// That both rest, in the answer at `place` of the last step's list if there is one.
@@ -287,13 +309,16 @@ void KeptContacts::forget_gone() {
     keys_[end] = keys_[i];
     entries_[end] = entry;
     listed_[end] = listed_[i];
+    marked_[end] = marked_[i];
     largest_[end++] = largest_[i];
   }
   keys_.resize(end);
   entries_.resize(end);
   listed_.resize(end);
+  marked_.resize(end);
   largest_.resize(end);
   rows_.clear();
+  columns_.clear();
 }
 
 void KeptContacts::take_fresh() {
@@ -326,21 +351,56 @@ void KeptContacts::take_fresh() {
       places_, [this](std::size_t k) { return fresh_[k].entry; }, entries_);
   insert<std::uint8_t>(
       places_, [](std::size_t) { return std::uint8_t{0}; }, listed_);
+  insert<std::uint8_t>(
+      places_, [](std::size_t) { return std::uint8_t{1}; }, marked_);
   insert<Largest>(
       places_, [this](std::size_t k) { return fresh_[k].largest; }, largest_);
   if (rows_.size() == anchor_places_.size() + 1) {
-    std::size_t before = 0;
-    for (std::size_t a = 0; a < rows_.size() && !fresh_.empty(); ++a) {
-      while (before < fresh_.size() && fresh_[before].key >> 32 < a) ++before;
-      rows_[a] += static_cast<std::uint32_t>(before);
-    }
+    add_to_rows(
+        fresh_, [](const Fresh& fresh) { return fresh.key >> 32; }, rows_);
   } else {
-    rows_.assign(anchor_places_.size() + 1, 0);
-    for (const std::uint64_t key : keys_) ++rows_[(key >> 32) + 1];
-    for (std::size_t a = 1; a < rows_.size(); ++a) rows_[a] += rows_[a - 1];
+    count_rows(
+        anchor_places_.size(), [](std::uint64_t key) { return key >> 32; }, keys_, rows_);
   }
+  if (all_asked_)
+    columns_.clear();  // not needed in such steps
+  else if (!fresh_.empty() && !columns_.empty())
+    add_columns();
   fresh_.clear();
   fresh_details_.clear();
+}
+
+/// For each body those before it that it is a pair with.
+void KeptContacts::find_columns() {
+  count_rows(
+      anchor_places_.size(), [](std::uint64_t key) { return key & none; }, keys_, columns_);
+  firsts_.resize(keys_.size());
+  for (const std::uint64_t key : keys_) firsts_[columns_[key & none]++] = static_cast<std::uint32_t>(key >> 32);
+  // Each has gone to the next one's begin, but the first body's: it comes second in no pair.
+  std::shift_right(columns_.begin(), columns_.end(), 1);
+}
+
+/// The fresh pairs' to these.
+void KeptContacts::add_columns() {
+  const auto by_second = [](const Fresh& x, const Fresh& y) { return std::rotl(x.key, 32) < std::rotl(y.key, 32); };
+  std::sort(fresh_.begin(), fresh_.end(), by_second);
+  places_.clear();
+  for (const Fresh& fresh : fresh_) {
+    const auto [a, b] = pair_of(fresh.key);
+    const auto place = std::lower_bound(firsts_.begin() + columns_[b], firsts_.begin() + columns_[b + 1], a);
+    places_.push_back(static_cast<std::size_t>(place - firsts_.begin()));
+  }
+  insert<std::uint32_t>(
+      places_, [this](std::size_t k) { return pair_of(fresh_[k].key).a; }, firsts_);
+  add_to_rows(
+      fresh_, [](const Fresh& fresh) { return fresh.key & none; }, columns_);
+}
+
+/// Where the pair is among those known, or would be.
+std::size_t KeptContacts::place_of(Pair pair) const {
+  const auto row = [&](std::size_t a) { return keys_.begin() + rows_[a]; };
+  return static_cast<std::size_t>(std::lower_bound(row(pair.a), row(pair.a + std::size_t{1}), key_of(pair)) -
+                                  keys_.begin());
 }
 
 /// How many of the pairs are listed.
@@ -357,33 +417,39 @@ std::uint32_t KeptContacts::listed_between(std::size_t first, std::size_t last) 
   return static_cast<std::uint32_t>(count);
 }
 
-/// From pair `i` on to the next one of which a body is looked at, or the end; returns how many of those between are
-/// listed.
-std::uint32_t KeptContacts::pass_over(std::size_t& i) const {
-  const std::uint64_t* const keys = keys_.data();
-  const std::uint8_t* const looked_at = looked_at_.data();
-  const auto is_looked_at = [=](std::uint64_t key) {
-    const Pair pair = pair_of(key);
-    return looked_at[pair.a] | looked_at[pair.b];
-  };
-  const std::size_t first = i, end = keys_.size();
-  std::size_t k = first;
-  // Next to all rows hold none: no branch a pair.
-  for (constexpr std::size_t row = 8; k + row <= end; k += row) {
-    int any = 0;
-    for (std::size_t j = 0; j < row; ++j) any |= is_looked_at(keys[k + j]);
-    if (any != 0) break;
+/// All candidates of bodies that do not rest: those that were not asked for any more are none now.
+void KeptContacts::mark_pairs_of_moved() {
+  if (columns_.empty()) find_columns();
+  for (std::size_t body = 0; body < since_.size(); ++body) {
+    if (since_[body] != step_) continue;
+    std::fill(marked_.begin() + rows_[body], marked_.begin() + rows_[body + 1], std::uint8_t{1});
+    for (std::uint32_t k = columns_[body]; k < columns_[body + 1]; ++k) {
+      const std::uint32_t first = firsts_[k];
+      if (since_[first] != step_)
+        marked_[place_of({first, static_cast<std::uint32_t>(body)})] = 1;  // else it is already
+    }
   }
-  while (k < end && is_looked_at(keys[k]) == 0) ++k;
-  i = k;
-  return listed_between(first, k);
 }
 
-/// Goes through the pairs that may not be as they were, and finds where the list changes. Unless `all`, these are
-/// the pending ones.
-void KeptContacts::look_through([[maybe_unused]] std::size_t answers, bool all) {
+/// From `i` on; the end if there is none.
+std::size_t KeptContacts::next_marked(std::size_t i) const {
+  const std::uint8_t* const marked = marked_.data();
+  const std::size_t end = marked_.size();
+  constexpr std::size_t row = 8;
+  for (; i + row <= end; i += row) {
+    std::uint64_t bytes = 0;
+    std::memcpy(&bytes, marked + i, row);
+    if (bytes != 0) break;
+  }
+  while (i < end && marked[i] == 0) ++i;
+  return i;
+}
+
+/// Goes through the pairs that may not be as they were, and finds where the list changes.
+void KeptContacts::look_through([[maybe_unused]] std::size_t answers) {
   splices_.clear();
   restless_.clear();
+  any_marked_ = false;
   std::uint32_t at = 0, from = 0;  // in last_, and among the fresh answers
   const auto change = [&](bool removed, bool added) {
     if (!removed && !added) return;
@@ -396,67 +462,59 @@ void KeptContacts::look_through([[maybe_unused]] std::size_t answers, bool all) 
     const Pair pair = pair_of(keys_[i]);
     const bool was_listed = listed_[i] != 0;
     Entry& entry = entries_[i];
+    marked_[i] = 0;
     if (entry.as_of == step_) {
       change(was_listed, entry.reported);
       listed_[i] = entry.reported ? 1 : 0;
       candidates_ += entry.candidate ? 0 : 1;
       entry.candidate = true;
-      // To be told that they rest, if they do, or asked for again.
-      next_pending_.push_back(static_cast<std::uint32_t>(i));
-      look_[pair.a] = look_[pair.b] = step_ + 1;
+      // To be told in the next step that they rest, if they do, or asked for again.
+      marked_[i] = 1;
+      any_marked_ = true;
       if (!entry.steady) restless_.push_back(pair);
     } else if (entry.candidate && (entry.seen == step_ || both_rest(pair))) {
       if (!entry.told) {
+        told_.leave(entry, largest_[i], sums_);
         tell(i, pair, at);
-        told_.largest.error_bound = std::max(told_.largest.error_bound, largest_[i].error_bound);
+        told_.enter(entry, largest_[i]);
       }
     } else if (entry.candidate) {
       change(was_listed, false);
       --candidates_;
-      told_.leave(entry, largest_[i], sums_.largest);
+      told_.leave(entry, largest_[i], sums_);
       forget(i);
     }
     at += was_listed ? 1 : 0;
   };
-  next_pending_.clear();
-  if (all) {
-    if (!look_at_all_) {
-      looked_at_.resize(look_.size());
-      std::transform(look_.begin(), look_.end(), looked_at_.begin(),
-                     [this](std::uint32_t until) { return until >= step_ ? std::uint8_t{1} : std::uint8_t{0}; });
-    }
-    for (std::size_t i = 0; i < keys_.size(); ++i) {
-      if (!look_at_all_) at += pass_over(i);
+  for (std::size_t i = 0; i < keys_.size(); ++i) {
+    if (marked_[i] == 0) {
+      const std::size_t next = next_marked(i);
+      at += listed_between(i, next);
+      i = next;
       if (i == keys_.size()) break;
-      look(i);
     }
-    assert(at == last_.pairs.size());
-  } else {
-    std::size_t next = 0;
-    for (const std::uint32_t i : pending_) {
-      at += listed_between(next, i);
-      look(i);
-      next = i + std::size_t{1};
-    }
+    look(i);
   }
-  std::swap(pending_, next_pending_);
-  look_at_all_ = false;
   assert(from == answers);
 }
 
-void KeptContacts::find_largest() {
-  Largest& all = sums_.largest;
-  all = {};
+/// To the sums over all pairs.
+void KeptContacts::add_told() {
+  sums_.depth.pairs -= told_.left_top_depth;
+  sums_.error_bound.pairs -= told_.left_top_bound;
+  sums_.add(told_);
+  if (sums_.depth.pairs > 0 && sums_.error_bound.pairs > 0) return;
+  sums_.depth = sums_.error_bound = {};
   for (const Largest& its : largest_) {
-    all.depth = std::max(all.depth, its.depth);
-    all.error_bound = std::max(all.error_bound, its.error_bound);
+    sums_.depth.add(its.depth, 1);
+    sums_.error_bound.add(its.error_bound, 1);
   }
 }
 
 KeptContacts::Counts KeptContacts::counts() const {
   const auto count = [](std::int64_t sum) { return static_cast<std::uint64_t>(sum); };
-  return {candidates_,          computed_,           count(sums_.colliding),   count(sums_.touching), count(sums_.gaps),
-          count(sums_.inexact), sums_.largest.depth, sums_.largest.error_bound};
+  return {candidates_,          computed_,         count(sums_.colliding), count(sums_.touching), count(sums_.gaps),
+          count(sums_.inexact), sums_.depth.value, sums_.error_bound.value};
 }
 
 // ---- A batch
@@ -480,9 +538,8 @@ void KeptContacts::Batch::seek(Pair pair) {
   entry_ = nullptr;
   if (next_ >= keys.size() || keys[next_] != key) {
     if (pair.a + std::size_t{1} >= all_.rows_.size()) return;
-    const auto found = std::lower_bound(keys.begin() + all_.rows_[pair.a], keys.begin() + all_.rows_[pair.a + 1], key);
-    next_ = static_cast<std::size_t>(found - keys.begin());
-    if (found == keys.end() || *found != key) return;
+    next_ = all_.place_of(pair);
+    if (next_ == keys.size() || keys[next_] != key) return;
   }
   entry_ = &all_.entries_[next_++];
 }
@@ -635,7 +692,8 @@ void KeptContacts::Batch::note(const PairResult& result, std::span<const Contact
   Largest* largest = nullptr;
   if (entry != nullptr) {
     largest = &all_.largest_[static_cast<std::size_t>(entry - all_.entries_.data())];
-    if (!all_.all_asked_) sums_.leave(*entry, *largest, all_.sums_.largest);
+    all_.marked_[static_cast<std::size_t>(entry - all_.entries_.data())] = 1;
+    if (!all_.all_asked_) sums_.leave(*entry, *largest, all_.sums_);
   } else {
     Fresh& fresh = fresh_.emplace_back();
     fresh.key = key_of(pair);

@@ -148,13 +148,23 @@ class KeptContacts {
     Entry entry;
     Largest largest;
   };
+  /// The largest of the pairs' values, and how many have it, so that one may leave without a look at all others.
+  struct Peak {
+    double value = 0;
+    std::int64_t pairs = 0;
+    void add(double its, std::int64_t count) {
+      if (its < value) return;
+      pairs = its == value ? pairs + count : count;
+      value = its;
+    }
+  };
   /// How a batch changes the sums over all candidates.
   struct Sums {
     std::int64_t computed = 0, noted = 0, colliding = 0, touching = 0, gaps = 0, inexact = 0;
-    Largest largest;            // of its own pairs
-    bool lost_largest = false;  // a pair that may have been the one has less now
+    Peak depth, error_bound;                              // of those that enter
+    std::int64_t left_top_depth = 0, left_top_bound = 0;  // those that leave and had the largest of all
 
-    void leave(const Entry& entry, const Largest& its, const Largest& of_all);
+    void leave(const Entry& entry, const Largest& its, const Sums& of_all);
     void enter(const Entry& entry, const Largest& its);
     void add(const Sums& other);
   };
@@ -174,15 +184,19 @@ class KeptContacts {
   void clear();
   void forget_gone();
   void take_fresh();
+  void find_columns();
+  void add_columns();
+  void mark_pairs_of_moved();
   void find_places();
   void find_restless();
   void take_over();
   void tell(std::size_t i, Pair pair, std::uint32_t place);
   void forget(std::size_t i);
+  std::size_t place_of(Pair pair) const;
   std::uint32_t listed_between(std::size_t first, std::size_t last) const;
-  std::uint32_t pass_over(std::size_t& i) const;
-  void look_through(std::size_t answers, bool all);
-  void find_largest();
+  std::size_t next_marked(std::size_t i) const;
+  void look_through(std::size_t answers);
+  void add_told();
 
   bool distances_;
   double tolerance_, margin_;
@@ -191,7 +205,7 @@ class KeptContacts {
   bool complete_ = true;
   bool same_bodies_ = false;            // as in the last step
   bool all_asked_ = true;               // in this step
-  bool look_at_all_ = true;             // pairs, for in the last step all were asked for
+  bool restless_known_ = false;         // restless_ holds the last step's
   std::atomic<bool> any_moved_{false};  // body
 
   std::vector<Shape> shapes_;  // of the last step's scene: as long as they are held, no other shape has their address
@@ -201,10 +215,8 @@ class KeptContacts {
   std::vector<Mat3> anchor_rotations_;
   std::vector<const MassProperties*> body_shapes_;  // as in Ball; null: no body
   std::vector<double> reach_;
-  std::vector<std::uint32_t> since_;     // step in which its rest began
-  std::vector<std::uint32_t> changed_;   // step in which it got another shape
-  std::vector<std::uint32_t> look_;      // step from which its pairs need not be looked at, less one
-  std::vector<std::uint8_t> looked_at_;  // whether they are in this step
+  std::vector<std::uint32_t> since_;    // step in which its rest began
+  std::vector<std::uint32_t> changed_;  // step in which it got another shape
 
   ContactList last_;
   // One a pair that was a candidate, by (a, b):
@@ -212,13 +224,15 @@ class KeptContacts {
   std::vector<Entry> entries_;
   std::vector<std::uint8_t> listed_;  // whether it is in last_
   std::vector<Largest> largest_;
+  std::vector<std::uint8_t> marked_;  // whether it is to be looked at in this step, for it may not be as it was
 
-  std::vector<std::uint32_t> rows_;  // a body: its first entry as a; and one past the last of all
+  std::vector<std::uint32_t> rows_;     // a body: its first entry as a; and one past the last of all
+  std::vector<std::uint32_t> firsts_;   // the a of each pair, by (b, a)
+  std::vector<std::uint32_t> columns_;  // a body: its first pair as b in firsts_; and one past the last; or empty
   std::vector<KeptPair> details_;
   std::vector<std::uint32_t> free_details_;
   std::vector<Pair> restless_;
-  // Entries noted in the last step, ascending, which are to be looked at in this one; and so on for the next one.
-  std::vector<std::uint32_t> pending_, next_pending_;
+  bool any_marked_ = false;             // in the last step, to be told
   std::vector<std::uint32_t> results_;  // a pair's place in last_, where all are asked for
   std::size_t candidates_ = 0, listed_pairs_ = 0;
   std::size_t noted_ = 0;  // did not stand in the last step

@@ -3,6 +3,7 @@
 #include <oneapi/tbb/global_control.h>
 
 #include <catch2/catch.hpp>
+#include <optional>
 #include <random>
 
 #include "mesh_generators.h"
@@ -513,6 +514,37 @@ TEST_CASE("kept contacts: a pair of two that rest is found again whoever of them
     for (int step = 0; step < 3; ++step) CHECK(pairs() == 1);
     scene.remove_body(other);
     for (int step = 0; step < 3; ++step) CHECK(pairs() == 0);
+  }
+}
+
+TEST_CASE("kept contacts: pairs that a body had in passing are gone when it has moved on, whichever comes first") {
+  for (const bool is_first : {false, true}) {
+    Scene scene;
+    const ShapeId box = scene.add_shape(Box{Vec3::Constant(1)});
+    std::optional<BodyId> visitor;
+    const Pose away = Pose::at(-9, 0, 0);
+    if (is_first) visitor = scene.add_body({.shape = box, .pose = away});
+    constexpr int tables = 8;
+    for (int i = 0; i < tables; ++i) {
+      scene.add_body({.shape = box, .pose = Pose::at(3 * i, 0, 0)});
+      scene.add_body({.shape = box, .pose = Pose::at(3 * i, 0, 0.95)});
+    }
+    if (!is_first) visitor = scene.add_body({.shape = box, .pose = away});
+    Pipeline pipeline({.keep_contacts = 1e-3});
+    const auto pairs = [&] {
+      const StepReport report = pipeline.step(scene);
+      REQUIRE(report.execution.candidate_pairs == pipeline.contacts().pairs.size());
+      return pipeline.contacts().pairs.size();
+    };
+    for (int step = 0; step < 3; ++step) REQUIRE(pairs() == tables);
+    for (int i = 0; i < tables; ++i) {
+      CAPTURE(is_first, i);
+      scene.set_pose(*visitor, Pose::at(3 * i, 0.5, 1.9));
+      CHECK(pairs() == tables + 1);
+      if (i % 3 == 0) CHECK(pairs() == tables + 1);
+    }
+    scene.set_pose(*visitor, away);
+    CHECK(pairs() == tables);
   }
 }
 
