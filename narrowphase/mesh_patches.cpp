@@ -12,7 +12,6 @@ namespace {
 constexpr double one_patch = 0.9;  // cosine of the angle between normals
 constexpr double opposing = -0.7;
 constexpr double one_side = -0.9999;
-constexpr double same_point = 1e-9;  // of the size
 constexpr double same_depth = 1e-6;  // of the size
 
 using Points = std::pmr::vector<Contact>;
@@ -30,6 +29,8 @@ void keep_widest(std::vector<Contact>& contacts, std::size_t first, double size)
   const auto by_feature = [](const Contact& x, const Contact& y) { return x.feature < y.feature; };
   if (p.size() <= 1) return;
   const double slack = alike * size;
+  // What is told apart by less could be one of those kept before: the best but for rounding is less by up to `slack`.
+  const double apart = 2 * slack;
   const Vec3 axis = p[0].normal, tie_break = uncommon(axis);
   double most;
   // Of those that are as good as the best but for rounding the one farthest along a direction of its own: where they
@@ -49,11 +50,11 @@ void keep_widest(std::vector<Contact>& contacts, std::size_t first, double size)
   kept[count++] = best([&](const Contact& c) { return tie_break.dot(c.point); });
   const Vec3 from = p[kept[0]].point;
   const std::size_t second = best([&](const Contact& c) { return (c.point - from).norm(); });
-  if (const double length = most; length > same_point * size) {
+  if (const double length = most; length > apart) {
     kept[count++] = second;
     const Vec3 along = (p[second].point - from) / length, side = axis.cross(along);
     const std::size_t third = best([&](const Contact& c) { return std::abs(side.dot(c.point - from)); });
-    if (most > thin * length) {
+    if (most > std::max(thin * length, apart)) {
       kept[count++] = third;
       // The fourth: outside the triangle of the three by most.
       const double turn = side.dot(p[third].point - from) >= 0 ? 1.0 : -1.0;
@@ -65,7 +66,7 @@ void keep_widest(std::vector<Contact>& contacts, std::size_t first, double size)
         for (std::size_t k = 0; k < 3; ++k) out = std::max(out, outward[k].dot(c.point - p[kept[k]].point));
         return out;
       });
-      if (most > thin * length) kept[count++] = fourth;
+      if (most > std::max(thin * length, apart)) kept[count++] = fourth;
     }
   }
   const std::size_t deepest = best([](const Contact& c) { return c.depth; });
