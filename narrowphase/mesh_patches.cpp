@@ -73,15 +73,19 @@ void keep_widest(std::vector<Contact>& contacts, std::size_t first, double size)
   const double depth = most;
   const auto deepest_kept = std::max_element(kept.begin(), kept.begin() + static_cast<std::ptrdiff_t>(count),
                                              [&](std::size_t i, std::size_t j) { return p[i].depth < p[j].depth; });
+  // One that counts as equal stands for the deepest.
   if (p[*deepest_kept].depth >= depth - slack) {
-    p[*deepest_kept].depth = depth;  // one that counts as equal stands for the deepest
-  } else if (count < kept.size()) {
-    kept[count++] = deepest;
+    p[*deepest_kept].depth = depth;
   } else {
-    // It stands for the one nearest to it.
-    *std::min_element(kept.begin(), kept.end(), [&](std::size_t i, std::size_t j) {
-      return (p[i].point - p[deepest].point).squaredNorm() < (p[j].point - p[deepest].point).squaredNorm();
-    }) = deepest;
+    p[deepest].depth = depth;
+    if (count < kept.size()) {
+      kept[count++] = deepest;
+    } else {
+      // It takes the place of the one nearest to it.
+      *std::min_element(kept.begin(), kept.end(), [&](std::size_t i, std::size_t j) {
+        return (p[i].point - p[deepest].point).squaredNorm() < (p[j].point - p[deepest].point).squaredNorm();
+      }) = deepest;
+    }
   }
   std::sort(kept.begin(), kept.begin() + static_cast<std::ptrdiff_t>(count));
   for (std::size_t k = 0; k < count; ++k) p[k] = p[kept[k]];

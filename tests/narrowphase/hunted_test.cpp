@@ -407,7 +407,7 @@ TEST_CASE("hunted: closed surfaces that are their own hull meet as what they bou
   }
 }
 
-TEST_CASE("hunted: points that lie on each other but for rounding are kept once each") {
+TEST_CASE("hunted: points that lie on each other but for rounding are kept once each, the deepest depth is") {
   for (int n = 2; n <= 7; ++n)
     for (std::uint64_t i = 0; i < 200; ++i) {
       Random r(i * 613 + static_cast<std::uint64_t>(n));
@@ -416,13 +416,16 @@ TEST_CASE("hunted: points that lie on each other but for rounding are kept once 
       const Vec3 normal = r.direction(), along = normal.unitOrthogonal(), side = normal.cross(along);
       const double length = r.power_of_two(-32, -24), width = r.power_of_two(-32, -24);  // about the slack of unit size
       for (int k = 0; k < n; ++k)
-        contacts.push_back({length * r.unit() * along + width * r.unit() * side, normal, 1e-9 * r.unit(),
+        contacts.push_back({length * r.unit() * along + width * r.unit() * side, normal, 1e-8 * r.unit(),
                             static_cast<std::uint32_t>(k)});
       const std::vector<Contact> all = contacts;
+      const auto shallower = [](const Contact& x, const Contact& y) { return x.depth < y.depth; };
       keep_widest(contacts, 0, 1);
       CAPTURE(n, i);
       REQUIRE(!contacts.empty());
       REQUIRE(contacts.size() <= 4);
+      CHECK(std::max_element(contacts.begin(), contacts.end(), shallower)->depth ==
+            std::max_element(all.begin(), all.end(), shallower)->depth);
       for (std::size_t k = 0; k < contacts.size(); ++k) {
         CHECK(std::any_of(all.begin(), all.end(), [&](const Contact& c) { return c.point == contacts[k].point; }));
         for (std::size_t l = 0; l < k; ++l) CHECK(contacts[l].point != contacts[k].point);
