@@ -427,6 +427,99 @@ class MeshConvex {
     return certain;
   }
 
+  // A wall that a triangle makes of itself: it holds the convex back for all translations no longer than `reach`.
+  struct Hold {
+    Wall wall;
+    double reach;
+  };
+
+  // The walls of the triangles that the convex, moved by `at`, reaches through. A chord of it, from its deepest point
+  // over the triangle to its centre, goes through the triangle; moved by less than the chord's end is above the plane,
+  // and by less than would take the crossing beyond the triangle's edges, it still does until its deepest point comes
+  // up. Of alike walls the highest is kept. False: none was added.
+  bool add_holds(const Vec3& at, std::vector<Hold>& holds) const {
+    constexpr std::size_t most = 48;
+    const double slack = rounding * size_;
+    const MeshConvex there(mesh_, {convex_.shape, moved(at)}, options_);
+    std::vector<Contact> points;
+    bool added = false;
+    there.query().each_near(0, [&](std::uint32_t t) {
+      const Corners p = there.corners(t);
+      const Vec3 area = area_vector(p);
+      const double length = area.norm();
+      if (!(length > 0)) return false;
+      Vec3 n = unit(area, length);
+      double height = n.dot(centre() - p[0]);
+      if (height < 0 && model_.solid) return false;
+      if (height < 0) n = -n, height = -height;
+      const Vec3 lowest = there.support(-n);
+      const double depth = n.dot(p[0] - lowest);
+      if (!(depth > 0)) return false;
+      const auto known =
+          std::find_if(holds.begin(), holds.end(), [&](const Hold& h) { return h.wall.normal.dot(n) > 1 - 1e-13; });
+      constexpr double ample = 16;
+      if (known != holds.end() && known->wall.bound >= n.dot(at) + depth - slack && known->reach > ample * depth)
+        return false;
+      // The middle of what is deepest over the triangle.
+      points.clear();
+      there.append_points(p, {-depth, lowest + depth * n, lowest, n, 0}, points);
+      double deepest = -infinity;
+      for (const Contact& c : points) deepest = std::max(deepest, c.depth);
+      Vec3 low = Vec3::Zero();
+      double count = 0;
+      for (const Contact& c : points)
+        if (c.depth >= deepest - slack) low += c.point - (0.5 * c.depth) * n, ++count;
+      if (!(count > 0)) return false;
+      low /= count;
+      const double below = n.dot(p[0] - low);
+      const Vec3 chord = centre() - low;
+      const double rise = n.dot(chord), slope = rise / chord.norm();
+      if (!(below > 0 && rise > 0)) return false;
+      const Vec3 through = low + (below / rise) * chord;
+      const double inside = flat_about(model_, t, through + there.shift_, slack);
+      if (!(inside > 0)) return false;
+      const Hold hold{{n, n.dot(at) + below}, std::min(height, inside * slope) - at.norm()};
+      if (known == holds.end()) {
+        if (holds.size() < most) holds.push_back(hold), added = true;
+      } else if (hold.wall.bound > known->wall.bound + slack ||
+                 (hold.wall.bound > known->wall.bound - slack && hold.reach > known->reach)) {
+        *known = hold;
+        added = true;
+      }
+      return false;
+    });
+    return added;
+  }
+
+  // The shortest way out between walls of which no one alone says what it is, as of a corner of a room: taken if it is
+  // shorter than `way` and free. Returns a depth that is certain.
+  double leave_walls(double& way, Vec3& normal) const {
+    constexpr int rounds = 8;
+    const double slack = rounding * size_;
+    std::vector<Hold> holds;
+    std::vector<Wall> walls;
+    Vec3 at = Vec3::Zero(), shortest;
+    for (int i = 0; i < rounds && add_holds(at, holds); ++i) {
+      walls.clear();
+      for (const Hold& h : holds) walls.push_back({h.wall.normal, h.wall.bound + slack});
+      if (!shortest_beyond(walls, slack / 8, at) || !(at.norm() < way)) break;
+      if (MeshConvex(mesh_, {convex_.shape, moved(at)}, options_).collide()) continue;
+      for (Wall& wall : walls) wall.bound -= slack;
+      if (!shortest_beyond(walls, slack / 8, shortest)) break;
+      way = shortest.norm();
+      normal = unit(at, at.norm());
+      break;
+    }
+    // Of these only those count that hold so far.
+    const auto certain_to = [&](double far) {
+      walls.clear();
+      for (const Hold& h : holds)
+        if (h.reach >= far) walls.push_back(h.wall);
+      return shortest_beyond(walls, slack / 8, shortest) ? std::min(far, shortest.norm()) : 0;
+    };
+    return std::isfinite(way) ? certain_to(way) : 0;
+  }
+
   // The answer in local coordinates for an overlap; `near` is the nearest triangle's.
   PairAnswer overlap(const PairAnswer& near) const {
     constexpr std::size_t most_directions = 5;
@@ -465,6 +558,7 @@ class MeshConvex {
         return false;
       });
       attempt(deepest.normal);
+      if (way > certain + enough) certain = std::max(certain, leave_walls(way, normal));
     }
     const auto look = [&](const Vec3& n) {
       if (!(way > certain + enough)) return;

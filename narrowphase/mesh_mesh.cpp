@@ -133,8 +133,9 @@ TrianglePairs meeting_pairs(const Posed& a, const Posed& b, TriangleTest& test, 
 
 bool part_inside(const Posed& outer, const Posed& inner) {
   const MeshModel &o = outer.shape.mesh(), &i = inner.shape.mesh();
-  return o.solid && std::any_of(i.parts.begin(), i.parts.end(),
-                                [&](std::uint32_t v) { return is_inside(o, outer.pose, i.vertices[v], inner.pose); });
+  return o.solid && std::any_of(i.parts.begin(), i.parts.end(), [&](const MeshModel::Part& part) {
+           return is_inside(o, outer.pose, i.vertices[part[0]], inner.pose);
+         });
 }
 
 // For two whose surfaces do not meet: is a part of one inside the other?
@@ -379,17 +380,19 @@ PairAnswer with_hulls(const Posed& a, const Posed& b, Request request, const Nar
   return answer;
 }
 
-// Does a vertex of the other mesh stay outside `outer`'s hull however that moves by at most `way`? Of one part, that
-// other then cannot come to lie inside.
+// Does a vertex of each part of the other mesh stay outside `outer`'s hull however that moves by at most `way`? No part
+// can come to lie inside then.
 bool stays_outside(const Posed& outer, const Posed& other, double way) {
   const MeshModel &o = outer.shape.mesh(), &m = other.shape.mesh();
-  if (m.parts.size() != 1) return false;
-  return std::any_of(m.extreme.begin(), m.extreme.end(), [&](std::uint32_t v) {
+  const auto is_outside = [&](std::uint32_t v) {
     const Vec3 p = outer.pose.rotation.transpose() *
                    (other.pose.rotation * m.vertices[v] + (other.pose.translation - outer.pose.translation));
     return std::any_of(o.hull.faces.begin(), o.hull.faces.end(),
                        [&](const Hull::Face& f) { return f.normal.dot(p) - f.offset > way; });
-  });
+  };
+  if (m.parts.size() == 1) return std::any_of(m.extreme.begin(), m.extreme.end(), is_outside);
+  return std::all_of(m.parts.begin(), m.parts.end(),
+                     [&](const MeshModel::Part& part) { return std::any_of(part.begin(), part.end(), is_outside); });
 }
 
 // A surface has nothing inside: may the body it bounds stand for it all the same, as the other cannot slip into it on a

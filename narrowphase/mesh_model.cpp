@@ -50,9 +50,8 @@ struct Side {
   std::uint8_t corner;
 };
 
-// All sides but those without length, by their ends.
-std::vector<Side> sorted_sides(const MeshModel& mesh) {
-  const std::vector<std::uint32_t> first = weld(mesh.vertices);
+// All sides but those without length, by their ends. `first` is what `weld` says.
+std::vector<Side> sorted_sides(const MeshModel& mesh, const std::vector<std::uint32_t>& first) {
   std::vector<Side> sides;
   sides.reserve(3 * mesh.triangles.size());
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i)
@@ -68,13 +67,13 @@ std::vector<Side> sorted_sides(const MeshModel& mesh) {
 
 // Lets the corners of a surface's triangles go round as those of the first one they hang together with. Only sides of
 // two triangles say how.
-void turn_alike(MeshModel& mesh) {
+void turn_alike(MeshModel& mesh, const std::vector<std::uint32_t>& first) {
   struct Other {
     std::uint32_t triangle = no_index;
     bool against = false;  // the two go round in opposite ways
   };
   std::vector<std::array<Other, 3>> others(mesh.triangles.size());
-  const std::vector<Side> sides = sorted_sides(mesh);
+  const std::vector<Side> sides = sorted_sides(mesh, first);
   bool any = false;
   for (std::size_t begin = 0, end; begin < sides.size(); begin = end) {
     for (end = begin; end < sides.size() && sides[end].lo == sides[begin].lo && sides[end].hi == sides[begin].hi;)
@@ -109,8 +108,8 @@ void turn_all(MeshModel& mesh) {
 }
 
 // Pairs sides of opposite sense. For a solid mesh every side must find its partner.
-void join_triangles(MeshModel& mesh) {
-  const std::vector<Side> sides = sorted_sides(mesh);
+void join_triangles(MeshModel& mesh, const std::vector<std::uint32_t>& first) {
+  const std::vector<Side> sides = sorted_sides(mesh, first);
   mesh.neighbours.assign(mesh.triangles.size(), {no_index, no_index, no_index});
   mesh.closed = true;
   for (std::size_t begin = 0, end; begin < sides.size(); begin = end) {
@@ -133,20 +132,31 @@ void join_triangles(MeshModel& mesh) {
   }
 }
 
-void find_parts(MeshModel& mesh) {
-  std::vector<std::uint8_t> seen(mesh.triangles.size(), 0);
-  std::vector<std::uint32_t> stack;
-  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
-    if (seen[i]) continue;
-    mesh.parts.push_back(mesh.triangles[i][0]);
-    seen[i] = 1;
-    stack.push_back(i);
-    while (!stack.empty()) {
-      const std::uint32_t t = stack.back();
-      stack.pop_back();
-      for (const std::uint32_t n : mesh.neighbours[t])
-        if (n != no_index && !seen[n]) seen[n] = 1, stack.push_back(n);
+void find_parts(MeshModel& mesh, const std::vector<std::uint32_t>& first) {
+  std::vector<std::uint32_t> parent = first;
+  const auto root = [&](std::uint32_t v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  for (const auto& t : mesh.triangles)
+    for (std::size_t k = 1; k < 3; ++k) {
+      const std::uint32_t p = root(t[0]), q = root(t[k]);
+      parent[std::max(p, q)] = std::min(p, q);
     }
+  std::vector<std::uint32_t> place(mesh.vertices.size(), no_index);
+  for (const auto& t : mesh.triangles) {
+    std::uint32_t& at = place[root(t[0])];
+    if (at == no_index) {
+      at = static_cast<std::uint32_t>(mesh.parts.size());
+      mesh.parts.emplace_back().fill(t[0]);
+    }
+    MeshModel::Part& part = mesh.parts[at];
+    for (const std::uint32_t v : t)
+      for (std::size_t k = 0; k < 6; ++k) {
+        const auto axis = static_cast<Eigen::Index>(k / 2);
+        const double beyond = mesh.vertices[v][axis] - mesh.vertices[part[k]][axis];
+        if (k % 2 == 0 ? beyond < 0 : beyond > 0) part[k] = v;
+      }
   }
 }
 
@@ -399,10 +409,11 @@ MeshModel build_mesh(Mesh mesh) {
   for (std::size_t i = 0, k = 0; i < points.size() && k < hull.vertices.size(); ++i)
     if (points[i] == hull.vertices[k]) model.extreme.push_back(point_of[i]), ++k;
 
-  if (!model.solid) turn_alike(model);
-  join_triangles(model);
+  const std::vector<std::uint32_t> first = weld(model.vertices);
+  if (!model.solid) turn_alike(model, first);
+  join_triangles(model, first);
   if (!model.solid && model.closed && six_volumes(model) < 0) turn_all(model);
-  find_parts(model);
+  find_parts(model, first);
   if (model.solid) require_outward(model);
   model.own_hull = model.closed && is_own_hull(model);
   model.convex = model.solid && model.own_hull;

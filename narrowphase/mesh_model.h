@@ -51,7 +51,9 @@ struct MeshModel {
   bool own_hull = false;
   bool convex = false;  ///< a solid that is its own hull: it is solved as one
 
-  std::vector<std::uint32_t> parts;  ///< one vertex of each part that hangs together by edges
+  /// Vertices of what hangs together by vertices with equal coordinates: those farthest along -x, x, -y, y, -z, z.
+  using Part = std::array<std::uint32_t, 6>;
+  std::vector<Part> parts;
 
   Vec3 centre = Vec3::Zero();   ///< of the bounding box
   Vec3 half = Vec3::Zero();     ///< of the bounding box

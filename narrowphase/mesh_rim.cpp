@@ -1,5 +1,10 @@
 #include "mesh_rim.h"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
 #include "closed_forms.h"
 #include "mesh_query.h"
 
@@ -47,6 +52,43 @@ bool bears(const MeshModel& mesh, std::uint32_t t, const Vec3& n) {
   for (std::size_t k = 0; k < 3; ++k)
     if (high[k] && overtopped(mesh, t, k, n)) return false;
   return true;
+}
+
+// From triangle to triangle over edges whose other side lies in the same plane; what was not reached is border.
+double flat_about(const MeshModel& mesh, std::uint32_t t, const Vec3& p, double slack) {
+  constexpr std::size_t most = 16;
+  const auto own = mesh.corners(t);
+  const Vec3 area = (own[1] - own[0]).cross(own[2] - own[0]), n = area.stableNormalized();
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3 edge = own[(k + 1) % 3] - own[k];
+    if (!(n.cross(edge).dot(p - own[k]) >= -slack * edge.norm())) return -1;
+  }
+  std::array<std::uint32_t, most> flat{t};
+  std::size_t count = 1;
+  const auto is_known = [&](std::uint32_t i) {
+    return std::find(flat.begin(), flat.begin() + count, i) != flat.begin() + count;
+  };
+  for (std::size_t i = 0; i < count; ++i)
+    for (const std::uint32_t next : mesh.neighbours[flat[i]]) {
+      if (count == most || next == no_index || is_known(next)) continue;
+      const auto c = mesh.corners(next);
+      const auto in_plane = [&](const Vec3& v) { return std::abs(n.dot(v - own[0])) <= slack; };
+      // Not one that folds back.
+      if (in_plane(c[0]) && in_plane(c[1]) && in_plane(c[2]) && n.dot((c[1] - c[0]).cross(c[2] - c[0])) > 0)
+        flat[count++] = next;
+    }
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto c = mesh.corners(flat[i]);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t next = mesh.neighbours[flat[i]][k];
+      if (next != no_index && is_known(next)) continue;
+      const Vec3 edge = c[(k + 1) % 3] - c[k];
+      const double part = std::clamp((p - c[k]).dot(edge) / edge.squaredNorm(), 0.0, 1.0);
+      nearest = std::min(nearest, (p - c[k] - part * edge).norm());
+    }
+  }
+  return nearest;
 }
 
 SurfacePoint nearest_point(const MeshModel& mesh, const Vec3& p) {

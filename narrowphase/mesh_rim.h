@@ -11,6 +11,10 @@ bool bears(const MeshModel& mesh, std::uint32_t t, const Vec3& n);
 /// Does a triangle around corner k of t reach farther along n than that corner?
 bool overtopped(const MeshModel& mesh, std::uint32_t t, std::size_t k, const Vec3& n);
 
+/// How far p, a point of triangle t, lies at least from the border of what lies in the plane of t about it, both but
+/// for `slack`; -1 if p is not in t. Mesh's frame.
+double flat_about(const MeshModel& mesh, std::uint32_t t, const Vec3& p, double slack);
+
 /// The point of the surface nearest to p; in the mesh's frame, as p is.
 struct SurfacePoint {
   double distance;

@@ -432,3 +432,100 @@ TEST_CASE("hunted: points that lie on each other but for rounding are kept once 
       }
     }
 }
+
+TEST_CASE("hunted: between several walls the way out is the shortest beyond all of them") {
+  // Rooms whose free space is convex: x >= 0 and z >= 0, and y >= 0 of the last; or z above |x| / 2.
+  const NarrowPhase solver;
+  const auto wall = [](Mesh& m, const Vec3& corner, const Vec3& u, const Vec3& v, int n) {
+    const auto first = static_cast<std::uint32_t>(m.vertices.size()), row = static_cast<std::uint32_t>(n + 1);
+    for (int i = 0; i <= n; ++i)
+      for (int j = 0; j <= n; ++j) m.vertices.emplace_back(corner + (i * u + j * v) / n);
+    for (std::uint32_t i = 0; i + 1 < row; ++i)
+      for (std::uint32_t j = 0; j + 1 < row; ++j) {
+        const std::uint32_t a = first + i * row + j, b = a + row;
+        m.triangles.push_back({a, b, b + 1});
+        m.triangles.push_back({a, b + 1, a + 1});
+      }
+  };
+  const Vec3 x = 4 * Vec3::UnitX(), y = 4 * Vec3::UnitY(), z = 4 * Vec3::UnitZ();
+  const std::vector<Shape> bodies{Box{Vec3(1, 0.8, 0.6)},
+                                  Sphere{0.4},
+                                  Capsule{0.2, 0.7},
+                                  Cylinder{0.3, 0.6},
+                                  Convex{box_mesh(Vec3(0.7, 0.5, 0.9)).vertices},
+                                  Shape(box_mesh(Vec3(0.7, 0.9, 0.5), 2))};
+  Random r(5);
+  for (const int kind : {0, 1, 2})
+    for (const int n : {1, 3, 8}) {
+      Mesh room;
+      std::vector<Vec3> normals;
+      if (kind < 2) {
+        wall(room, -y / 2 * (1 - kind), x, y, n);
+        wall(room, -y / 2 * (1 - kind), y, z, n);
+        normals = {Vec3::UnitZ(), Vec3::UnitX()};
+        if (kind == 1) wall(room, Vec3::Zero(), z, x, n), normals.push_back(Vec3::UnitY());
+      } else {
+        for (const double side : {-1.0, 1.0}) {
+          wall(room, -y / 2, side * x + z / 2, y, n);
+          normals.push_back(Vec3(-side, 0, 2).normalized());
+        }
+      }
+      const Shape shape(room);
+      for (const Shape& body : bodies)
+        for (int i = 0; i < 6; ++i) {
+          CAPTURE(kind, n, &body - bodies.data(), i);
+          const double sunk = i % 3 == 0 ? 1e-7 : i % 3 == 1 ? 1e-4 : 5e-3;
+          Pose pose;
+          if (i % 2 != 0) pose.rotation = Eigen::AngleAxisd(turn / 4, Vec3::UnitY()).toRotationMatrix();
+          Mat3 rows = Mat3::Identity();
+          Vec3 level(0, 0.3 * r.unit(), 0);
+          for (std::size_t k = 0; k < normals.size(); ++k) {
+            const auto row = static_cast<Eigen::Index>(k == 1 ? 0 : k == 0 ? 2 : 1);
+            rows.row(row) = normals[k].transpose();
+            // How far the body reaches down along the normal, as a half-space is told.
+            const HalfSpace half{normals[k], 0};
+            level[row] = -solver.solve(Shape(half), Pose{}, body, pose, Request::distance).signed_distance - sunk;
+          }
+          pose.translation = rows.inverse() * level;
+          // All walls are as deep: beyond all it is along the sum of the normals.
+          Vec3 way = Vec3::Zero();
+          for (const Vec3& normal : normals) way += normal;
+          way *= sunk / normals[0].dot(way);
+          const PairAnswer d = solver.solve(shape, Pose{}, body, pose, Request::distance);
+          CHECK(d.status == Status::ok);
+          CHECK(d.signed_distance == Approx(-way.norm()).epsilon(0).margin(1e-12));
+          CHECK((d.normal - way.normalized()).norm() < 1e-6);
+          for (const double far : {0.99, 1.01}) {
+            const Pose there{pose.rotation, pose.translation - far * d.signed_distance * d.normal};
+            CHECK(solver.solve(shape, Pose{}, body, there, Request::collide).collide == (far < 1));
+          }
+        }
+    }
+}
+
+TEST_CASE("hunted: closed surfaces meet meshes of several parts as what they bound") {
+  // A floor, and a wall that hangs over it.
+  Mesh room{{{-1, -3, 0}, {5, -3, 0}, {5, 3, 0}, {-1, 3, 0}, {0, -3, 0.1}, {0, 3, 0.1}, {0, 3, 4}, {0, -3, 4}},
+            {{0, 1, 2}, {0, 2, 3}, {4, 5, 6}, {4, 6, 7}}};
+  const NarrowPhase solver;
+  const Vec3 size(1, 0.8, 0.6);
+  Random r(9);
+  for (int i = 0; i < 20; ++i) {
+    Mesh box = box_mesh(size, 1 + i % 2);
+    box.solid = false;
+    const double down = r.power_of_two(-20, -7), aside = r.power_of_two(-20, -7);
+    const Pose at = Pose::at(size.x() / 2 - aside, r.unit(), size.z() / 2 - down);
+    CAPTURE(i, down, aside);
+    const PairAnswer d = solver.solve(Shape(room), Pose{}, Shape(box), at, Request::distance);
+    CHECK(d.status == Status::ok);
+    CHECK(d.signed_distance == Approx(-std::hypot(down, aside)).epsilon(0).margin(1e-12));
+    std::vector<Contact> contacts;
+    solver.solve(Shape(room), Pose{}, Shape(box), at, Request::contacts, &contacts);
+    CHECK(contacts.size() == 8);
+    for (const Contact& c : contacts) {
+      const bool is_floor = c.normal.z() > 0.5;
+      CHECK((c.normal - (is_floor ? Vec3::UnitZ() : Vec3::UnitX())).norm() < 1e-12);
+      CHECK(c.depth == Approx(is_floor ? down : aside).epsilon(0).margin(1e-12));
+    }
+  }
+}
