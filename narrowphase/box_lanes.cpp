@@ -29,11 +29,11 @@ struct Lanes {
   V normal[3], world_normal[3];  // in A's frame
   V edges_cosine, facing, in_a_of_a[3], in_a_of_b[3];
 
-  HWY_INLINE void set(const BoxPairRows& pairs, std::size_t at) {
-    load(pairs.pose_a, at, a);
-    load(pairs.pose_b, at, b);
-    load(pairs.half_a, at, half_a);
-    load(pairs.half_b, at, half_b);
+  HWY_INLINE void set(const BoxPairRows& pairs, std::size_t at, M valid) {
+    load(pairs.pose_a, at, valid, a);
+    load(pairs.pose_b, at, valid, b);
+    load(pairs.half_a, at, valid, half_a);
+    load(pairs.half_b, at, valid, half_b);
     size = half_a[0];
     for (const V x : {half_a[1], half_a[2], half_b[0], half_b[1], half_b[2]}) size = hn::Add(size, x);
   }
@@ -330,7 +330,8 @@ void overlap_boxes(const BoxPairRows& pairs, std::size_t count, double margin, B
   const D d;
   for (std::size_t at = 0; at < count; at += hn::Lanes(d)) {
     Lanes x;
-    x.set(pairs, at);
+    const M valid = hn::FirstN(d, count - at);
+    x.set(pairs, at, valid);
     x.find_axis(margin);
     x.find_normal();
     const M apart = hn::Gt(x.best, hn::Set(d, margin)), overlap = hn::Le(x.best, hn::Zero(d));
@@ -344,12 +345,17 @@ void overlap_boxes(const BoxPairRows& pairs, std::size_t count, double margin, B
     const M crossing = hn::And(witness, hn::And(hn::Lt(x.facing, hn::Set(d, carries_patch)),
                                                 hn::Le(x.edges_cosine, hn::Set(d, clearly_crossing))));
     const M of_edges = hn::AndNot(corner, witness);
-    const V half = hn::Mul(number(0.5), x.best);
+    const V half = hn::Mul(number(0.5), x.best), sense = hn::MaskedLoad(valid, d, pairs.sense + at);
+    const M back = hn::Lt(sense, hn::Zero(d));
+    V first[3], second[3], normal[3];
     for (int k = 0; k < 3; ++k) {
       point[k] = hn::IfThenElse(crossing, hn::Mul(number(0.5), hn::Add(on_a[k], on_b[k])), point[k]);
       const V way = hn::Mul(half, x.world_normal[k]);
       on_a[k] = hn::IfThenElse(of_edges, on_a[k], hn::Sub(point[k], way));
       on_b[k] = hn::IfThenElse(of_edges, on_b[k], hn::Add(point[k], way));
+      first[k] = hn::IfThenElse(back, on_b[k], on_a[k]);
+      second[k] = hn::IfThenElse(back, on_a[k], on_b[k]);
+      normal[k] = hn::Mul(sense, x.world_normal[k]);
     }
     hn::Store(x.best, d, found.distance + at);
     hn::Store(x.axis, d, found.axis + at);
@@ -358,12 +364,11 @@ void overlap_boxes(const BoxPairRows& pairs, std::size_t count, double margin, B
     store(x.normal, at, found.normal_in_a);
     store(x.in_a_of_a, at, found.in_a_of_a);
     store(x.in_a_of_b, at, found.in_a_of_b);
-    store(x.world_normal, at, found.normal);
-    store(on_a, at, found.on_a);
-    store(on_b, at, found.on_b);
-    store(point, at, found.point);
-    hn::Store(hn::IfThenElse(crossing, hn::Neg(x.best), depth), d, found.depth + at);
-    hn::Store(hn::IfThenZeroElse(crossing, feature), d, found.feature + at);
+    store_in_turn(x.best, first[0], first[1], first[2], at, found.answers.first);
+    store_in_turn(second[0], second[1], second[2], normal[0], at, found.answers.second);
+    store_in_turn(point[0], point[1], point[2], normal[0], at, found.contacts.first);
+    store_in_turn(normal[1], normal[2], hn::IfThenElse(crossing, hn::Neg(x.best), depth),
+                  whole_bits(hn::IfThenZeroElse(crossing, feature)), at, found.contacts.second);
     std::uint8_t is_apart[8] = {}, is_point[8] = {}, is_known[8] = {}, are_faces[8] = {};
     hn::StoreMaskBits(d, apart, is_apart);
     hn::StoreMaskBits(d, hn::And(overlap, carried), are_faces);
@@ -393,21 +398,6 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace tandem {
 HWY_EXPORT(overlap_boxes);
-
-void BoxPairRows::set(std::size_t column, const HalfSize& half_a_, const Pose& pose_a_, const HalfSize& half_b_,
-                      const Pose& pose_b_) {
-  for (std::size_t k = 0; k < 12; ++k) {
-    const auto number = [k](const Pose& pose) {
-      return k < 9 ? pose.rotation.data()[k] : pose.translation.data()[k - 9];
-    };
-    pose_a[k][column] = number(pose_a_);
-    pose_b[k][column] = number(pose_b_);
-  }
-  for (std::size_t k = 0; k < 3; ++k) {
-    half_a[k][column] = half_a_[k];
-    half_b[k][column] = half_b_[k];
-  }
-}
 
 BoxAnswer BoxFindingRows::answer(std::size_t column) const {
   const auto vector = [column](const double(&rows)[3][most]) {

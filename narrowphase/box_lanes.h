@@ -2,17 +2,17 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "answer_rows.h"
 #include "closed_forms.h"
 #include "rectangle_clip.h"
 
 namespace tandem {
 
-/// Posed boxes by pairs, a pair a column: poses as columns of the rotation, then the translation; half sizes.
+/// Posed boxes by pairs, a pair a column: poses as columns of the rotation, then the translation; half sizes; sense -1
+/// where who asks has them in the other order, else 1.
 struct BoxPairRows {
-  static constexpr std::size_t most = 32;
-  alignas(64) double pose_a[12][most], pose_b[12][most], half_a[3][most], half_b[3][most];
-
-  void set(std::size_t column, const HalfSize& half_a, const Pose& pose_a, const HalfSize& half_b, const Pose& pose_b);
+  static constexpr std::size_t most = 64;
+  alignas(64) double pose_a[12][most], pose_b[12][most], half_a[3][most], half_b[3][most], sense[most];
 };
 
 /// What `overlap_boxes` knows of a pair.
@@ -28,14 +28,15 @@ enum class BoxFinding : std::uint8_t {
 struct BoxFindingRows {
   static constexpr std::size_t most = BoxPairRows::most;
   BoxFinding finding[most];
-  alignas(64) double distance[most];                                     ///< signed
-  double axis[most], edges_cosine[most], facing[most];                   ///< as in BoxAnswer; the axis a whole number
-  double normal_in_a[3][most], in_a_of_a[3][most], in_a_of_b[3][most];   ///< LocalAnswer's; points of edges only
-  double normal[3][most], on_a[3][most], on_b[3][most], point[3][most];  ///< in the world
-  double depth[most], feature[most];                                     ///< of the point; a whole number
+  alignas(64) double distance[most];                                    ///< signed
+  double axis[most], edges_cosine[most], facing[most];                  ///< as in BoxAnswer; the axis a whole number
+  double normal_in_a[3][most], in_a_of_a[3][most], in_a_of_b[3][most];  ///< LocalAnswer's; points of edges only
+  // In the order of who asks.
+  AnswerRows<most> answers;    ///< with the edges' points, or those halfway to either side of the one contact
+  ContactRows<most> contacts;  ///< the one contact; its normal is the pair's, whatever else there is
   RectanglePairRows faces;
 
-  /// As box_box_overlap gives it; finding `axis`.
+  /// As box_box_overlap gives it, in the rows' order; finding `axis`.
   BoxAnswer answer(std::size_t column) const;
 };
 

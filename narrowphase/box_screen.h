@@ -1,25 +1,33 @@
 #pragma once
 #include <cstdint>
-#include <span>
 
-#include "box_axes.h"
+#include "box_lanes.h"
+#include "tandem/narrowphase/narrow_phase.h"
 
 namespace tandem {
 
-/// Two posed boxes, by half sizes.
-struct BoxPair {
-  const HalfSize* half_a;
-  const Pose* pose_a;
-  const HalfSize* half_b;
-  const Pose* pose_b;
+/// Pairs of boxes that are looked at together.
+struct BoxPairList {
+  static constexpr std::size_t most = 32;
+  const Pose *pose_a[most], *pose_b[most];
+  const HalfSize *half_a[most], *half_b[most];
+  std::size_t count = 0;
+
+  void add(const PlacedPair& pair) {
+    pose_a[count] = pair.pose_a;
+    pose_b[count] = pair.pose_b;
+    half_a[count] = &pair.a->parameters();
+    half_b[count++] = &pair.b->parameters();
+  }
 };
 
-/// Boxes that one call looks at.
-constexpr std::size_t screened_boxes = 4;
+/// The separating axis test (Gottschalk 1996) of several pairs at once, a pair a lane. Bit i is set unless some axis
+/// separates pair i by more than the margin and all that rounding may take from it. What stays may be apart as well:
+/// nearly parallel edges are left out, and machines without such lanes leave all.
+std::uint32_t screen_boxes(const BoxPairList& pairs, double margin);
 
-/// The separating axis test (Gottschalk 1996) of `screened_boxes` pairs at once, a pair a lane: bit i is set where some
-/// axis separates pair i by more than the margin and all that rounding may take from it. What is not set may be apart
-/// as well: nearly parallel edges are left out, and machines without lanes of four doubles say nothing.
-unsigned screen_boxes(const BoxPair* pairs, double margin);
+/// And puts those that stay into columns of `rows`, from `column` on: each in the order of its two boxes that
+/// `boxes_reversed` asks for. There must be room for `BoxPairList::most` columns, and what is in them is lost.
+std::uint32_t take_near_boxes(const BoxPairList& pairs, double margin, BoxPairRows& rows, std::size_t column);
 
 }  // namespace tandem

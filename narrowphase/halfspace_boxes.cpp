@@ -1,6 +1,7 @@
 #include "halfspace_boxes.h"
 
 #include <algorithm>
+#include <cstddef>
 
 #include "manifold.h"
 
@@ -16,28 +17,40 @@ namespace tandem::HWY_NAMESPACE {
 
 #if !HWY_HAVE_SCALABLE
 
-static_assert(HalfspaceBoxRows::most % hn::MaxLanes(D()) == 0);
+static_assert(HalfspaceBoxList::most % hn::MaxLanes(D()) == 0);
+
+static_assert(offsetof(PlacedHalfspace, sense) == 7 * sizeof(double));
 
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
-void find_on_halfspaces(const HalfspaceBoxRows& pairs, std::size_t count, double margin, HalfspaceBoxFindings& found) {
+void find_on_halfspaces(const HalfspaceBoxList& pairs, double margin, HalfspaceBoxFindings& found) {
   const D d;
   const V zero = hn::Zero(d), one = number(1), least_depth = number(-margin);
-  for (std::size_t at = 0; at < count; at += hn::Lanes(d)) {
-    V normal[3], origin[3], pose[12], half[3];
-    load(pairs.normal, at, normal);
-    load(pairs.origin, at, origin);
-    load(pairs.pose, at, pose);
-    load(pairs.half, at, half);
+  for (std::size_t at = 0; at < pairs.count; at += hn::Lanes(d)) {
+    const auto nth = [&](std::size_t i) HWY_ATTR { return std::min(at + i, pairs.count - 1); };
+    V plane[8], pose[12], half[4];
+    load_transposed([&](std::size_t i) HWY_ATTR { return pairs.halfspace[nth(i)]->normal.data(); }, plane);
+    load_transposed([&](std::size_t i) HWY_ATTR { return pairs.pose[nth(i)]->rotation.data(); }, pose);
+    load_transposed([&](std::size_t i) HWY_ATTR { return pairs.half[nth(i)]->data(); }, half);
+    const V *const normal = plane, *const origin = plane + 4, offset = plane[3], sense = plane[7];
     V way[3], slope[3], lowest[3], on_box[3], on_halfspace[3];
     for (int k = 0; k < 3; ++k) way[k] = hn::Sub(pose[9 + k], origin[k]);
-    const V height = hn::Sub(dot(normal, way), hn::Load(d, pairs.offset + at));
+    const V height = hn::Sub(dot(normal, way), offset);
     for (int k = 0; k < 3; ++k) {
       slope[k] = dot(pose + 3 * k, normal);
       lowest[k] = hn::CopySign(half[k], hn::Neg(slope[k]));
     }
     const V distance = hn::Add(height, dot(slope, lowest));
     place(pose, lowest, on_box);
-    for (int k = 0; k < 3; ++k) on_halfspace[k] = hn::Sub(on_box[k], hn::Mul(distance, normal[k]));
+    const M box_first = hn::Lt(sense, zero);
+    V first[3], second[3], away[3];  // the normal, from the one to the other
+    for (int k = 0; k < 3; ++k) {
+      on_halfspace[k] = hn::Sub(on_box[k], hn::Mul(distance, normal[k]));
+      first[k] = hn::IfThenElse(box_first, on_box[k], on_halfspace[k]);
+      second[k] = hn::IfThenElse(box_first, on_halfspace[k], on_box[k]);
+      away[k] = hn::Mul(sense, normal[k]);
+    }
+    store_in_turn(distance, first[0], first[1], first[2], at, found.answers.first);
+    store_in_turn(second[0], second[1], second[2], away[0], at, found.answers.second);
 
     // append_halfspace_box
     V steepest = hn::Abs(slope[0]), axis = zero;
@@ -70,14 +83,16 @@ void find_on_halfspaces(const HalfspaceBoxRows& pairs, std::size_t count, double
       V corner[3] = {k.of(top, w, u), k.of(u, top, w), k.of(w, u, top)}, point[3];
       for (int c = 0; c < 3; ++c) corner[c] = hn::Add(corner[c], hn::Mul(up, slope[c]));
       place(pose, corner, point);
-      store(point, at, found.point[i]);
+      store_in_turn(point[0], point[1], point[2], away[0], at, found.contacts[i].first);
     }
     const M patch = hn::Gt(points, number(2));
     const M wide = hn::Gt(hn::Min(half_u, half_w), hn::Mul(number(4 * thin), hn::Max(half_u, half_w)));
+    const V face = hn::Add(hn::Add(axis, axis), hn::IfThenElseZero(hn::Lt(side, zero), one));
     std::uint8_t bits[5][8] = {};
     for (int i = 0; i < 4; ++i) {
       const M it = hn::And(patch, hn::Eq(standing, number(i)));
-      hn::Store(hn::IfThenElse(it, deepest, kept[i]), d, found.depth[i] + at);
+      store_in_turn(away[1], away[2], hn::IfThenElse(it, deepest, kept[i]),
+                    whole_bits(hn::Add(hn::Mul(number(1 << 8), face), number(i))), at, found.contacts[i].second);
       hn::StoreMaskBits(d, hn::And(touches[i], hn::Le(distance, number(margin))), bits[i]);
     }
     hn::StoreMaskBits(d, hn::AndNot(wide, patch), bits[4]);
@@ -87,18 +102,14 @@ void find_on_halfspaces(const HalfspaceBoxRows& pairs, std::size_t count, double
       found.known[at + lane] = bit(4) == 0;
     }
     hn::Store(distance, d, found.distance + at);
-    store(on_halfspace, at, found.on_halfspace);
-    store(on_box, at, found.on_box);
-    const V face = hn::Add(hn::Add(axis, axis), hn::IfThenElseZero(hn::Lt(side, zero), one));
-    hn::Store(hn::Mul(number(1 << 8), face), d, found.face + at);
   }
 }
 
 #else
 
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
-void find_on_halfspaces(const HalfspaceBoxRows&, std::size_t count, double, HalfspaceBoxFindings& found) {
-  std::fill_n(found.known, count, false);
+void find_on_halfspaces(const HalfspaceBoxList& pairs, double, HalfspaceBoxFindings& found) {
+  std::fill_n(found.known, pairs.count, false);
 }
 
 #endif
@@ -110,20 +121,8 @@ HWY_AFTER_NAMESPACE();
 namespace tandem {
 HWY_EXPORT(find_on_halfspaces);
 
-void HalfspaceBoxRows::set(std::size_t column, const Vec3& n, double n_offset, const Vec3& n_origin,
-                           const HalfSize& half_size, const Pose& box) {
-  offset[column] = n_offset;
-  for (std::size_t k = 0; k < 9; ++k) pose[k][column] = box.rotation.data()[k];
-  for (std::size_t k = 0; k < 3; ++k) {
-    normal[k][column] = n.data()[k];
-    origin[k][column] = n_origin.data()[k];
-    pose[9 + k][column] = box.translation.data()[k];
-    half[k][column] = half_size[k];
-  }
-}
-
-void find_on_halfspaces(const HalfspaceBoxRows& pairs, std::size_t count, double margin, HalfspaceBoxFindings& found) {
-  HWY_DYNAMIC_DISPATCH(find_on_halfspaces)(pairs, count, margin, found);
+void find_on_halfspaces(const HalfspaceBoxList& pairs, double margin, HalfspaceBoxFindings& found) {
+  HWY_DYNAMIC_DISPATCH(find_on_halfspaces)(pairs, margin, found);
 }
 }  // namespace tandem
 #endif

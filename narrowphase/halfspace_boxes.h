@@ -2,31 +2,39 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "answer_rows.h"
 #include "box_axes.h"
 
 namespace tandem {
 
-/// Half-spaces, in the world, and posed boxes by pairs, a pair a column.
-struct HalfspaceBoxRows {
-  static constexpr std::size_t most = 32;
-  alignas(64) double normal[3][most], offset[most], origin[3][most];  ///< normal . (x - origin) <= offset
-  double pose[12][most], half[3][most];                               ///< rotation by columns, then the translation
-
-  void set(std::size_t column, const Vec3& normal, double offset, const Vec3& origin, const HalfSize& half,
-           const Pose& pose);
+/// A half-space in the world: normal . (x - origin) <= offset.
+struct PlacedHalfspace {
+  Vec3 normal;
+  double offset;
+  Vec3 origin;
+  double sense;  ///< -1 where who asks has the box first, else 1
 };
 
-/// What is found, a pair a column: all in the world.
+/// Half-spaces and posed boxes by pairs.
+struct HalfspaceBoxList {
+  static constexpr std::size_t most = 64;
+  const PlacedHalfspace* halfspace[most];
+  const Pose* pose[most];
+  const HalfSize* half[most];
+  std::size_t count = 0;
+};
+
+/// What is found, a pair a column, all in the world, in the order of who asks.
 struct HalfspaceBoxFindings {
-  static constexpr std::size_t most = HalfspaceBoxRows::most;
-  bool known[most];  ///< else the manifold is to be found by `append_halfspace_box`
-  alignas(64) double distance[most], on_halfspace[3][most], on_box[3][most];
-  double face[most];  ///< the one whose corners follow: its name, shifted for the corner's number; a whole number
-  double depth[4][most], point[4][3][most];
+  static constexpr std::size_t most = HalfspaceBoxList::most;
+  bool known[most];            ///< else the manifold is to be found by `append_halfspace_box`
   std::uint8_t corners[most];  ///< bit i: corner i is a contact
+  alignas(64) double distance[most];
+  AnswerRows<most> answers;
+  ContactRows<most> contacts[4];  ///< of a face's corners
 };
 
-/// Signed distance and manifold of `count` pairs at once, a pair a lane; the same bits as one by one.
-void find_on_halfspaces(const HalfspaceBoxRows& pairs, std::size_t count, double margin, HalfspaceBoxFindings& found);
+/// Signed distance and manifold of several pairs at once, a pair a lane; the same bits as one by one.
+void find_on_halfspaces(const HalfspaceBoxList& pairs, double margin, HalfspaceBoxFindings& found);
 
 }  // namespace tandem

@@ -9,16 +9,63 @@ using D = hn::ScalableTag<double>;
 using V = hn::Vec<D>;
 using M = hn::Mask<D>;
 
+constexpr std::size_t lanes = hn::MaxLanes(D());
+
 HWY_INLINE V number(double x) { return hn::Set(D(), x); }
 
 template <std::size_t rows, std::size_t columns>
 HWY_INLINE void load(const double (&from)[rows][columns], std::size_t at, V* out) {
   for (std::size_t k = 0; k < rows; ++k) out[k] = hn::Load(D(), from[k] + at);
 }
+/// 0 where a column is not valid.
+template <std::size_t rows, std::size_t columns>
+HWY_INLINE void load(const double (&from)[rows][columns], std::size_t at, M valid, V* out) {
+  for (std::size_t k = 0; k < rows; ++k) out[k] = hn::MaskedLoad(valid, D(), from[k] + at);
+}
 template <std::size_t columns>
 HWY_INLINE void store(const V* from, std::size_t at, double (&to)[3][columns]) {
   for (std::size_t k = 0; k < 3; ++k) hn::Store(from[k], D(), to[k] + at);
 }
+
+// Two numbers each of every second lane's; of the first lane's alone where there are no more than two.
+HWY_INLINE V load_twos(const double* const* from, std::size_t offset) {
+#if HWY_MAX_BYTES <= 16
+  return hn::LoadU(D(), from[0] + offset);
+#else
+  const auto two = [&](std::size_t i) HWY_ATTR { return hn::LoadU(hn::FixedTag<double, 2>(), from[i] + offset); };
+  const hn::FixedTag<double, 4> four;
+#if HWY_MAX_BYTES == 32
+  return hn::Combine(four, two(2), two(0));
+#else
+  return hn::Combine(D(), hn::Combine(four, two(6), two(4)), hn::Combine(four, two(2), two(0)));
+#endif
+#endif
+}
+
+/// Numbers one after the other, of each lane its own, become vectors of one number each; `first` is asked by lane.
+template <std::size_t numbers, typename First>
+HWY_INLINE void load_transposed(First first, V (&out)[numbers]) {
+  static_assert(numbers % 2 == 0);
+  const double* from[lanes];
+  for (std::size_t i = 0; i < lanes; ++i) from[i] = first(i);
+#if HWY_MAX_BYTES == 8
+  for (std::size_t k = 0; k < numbers; ++k) out[k] = hn::LoadU(D(), from[0] + k);
+#else
+  for (std::size_t k = 0; k < numbers; k += 2) {
+    const V even = load_twos(from, k), odd = load_twos(from + 1, k);
+    out[k] = hn::InterleaveLower(D(), even, odd);
+    out[k + 1] = hn::InterleaveUpper(D(), even, odd);
+  }
+#endif
+}
+
+/// Four numbers of each pair side by side, pair after pair.
+template <std::size_t most>
+HWY_INLINE void store_in_turn(V x0, V x1, V x2, V x3, std::size_t at, double (&to)[most][4]) {
+  hn::StoreInterleaved4(x0, x1, x2, x3, D(), to[at]);
+}
+/// The bits of whole numbers.
+HWY_INLINE V whole_bits(V x) { return hn::BitCast(D(), hn::ConvertTo(hn::RebindToSigned<D>(), x)); }
 
 // Sums in the order in which Eigen makes them of products of vectors and matrices of three: the same bits. Never fused.
 HWY_INLINE V sum_of_products(V p0, V q0, V p1, V q1, V p2, V q2) {

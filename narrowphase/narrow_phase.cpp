@@ -165,22 +165,20 @@ PairAnswer NarrowPhase::solve(const Shape& a, const Pose& pose_a, const Shape& b
 void NarrowPhase::mark_apart(std::span<const PlacedPair> pairs, std::span<std::uint8_t> apart) const {
   std::fill(apart.begin(), apart.end(), std::uint8_t{0});
   if (!options_.solver.empty()) return;
-  BoxPair boxes[screened_boxes];
-  std::size_t place[screened_boxes], count = 0;
+  BoxPairList boxes;
+  std::size_t place[BoxPairList::most];
   const auto screen = [&] {
-    std::fill(boxes + count, boxes + screened_boxes, boxes[0]);
-    const unsigned bits = screen_boxes(boxes, options_.margin);
-    for (std::size_t i = 0; i < count; ++i) apart[place[i]] = bits >> i & 1u;
-    count = 0;
+    const std::uint32_t near = screen_boxes(boxes, options_.margin);
+    for (std::size_t k = 0; k < boxes.count; ++k) apart[place[k]] = ~near >> k & 1u;
+    boxes.count = 0;
   };
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const PlacedPair& pair = pairs[i];
-    if (pair.a->kind() != ShapeKind::box || pair.b->kind() != ShapeKind::box) continue;
-    boxes[count] = {&pair.a->parameters(), pair.pose_a, &pair.b->parameters(), pair.pose_b};
-    place[count++] = i;
-    if (count == screened_boxes) screen();
+    if (pairs[i].a->kind() != ShapeKind::box || pairs[i].b->kind() != ShapeKind::box) continue;
+    place[boxes.count] = i;
+    boxes.add(pairs[i]);
+    if (boxes.count == BoxPairList::most) screen();
   }
-  if (count != 0) screen();
+  screen();
 }
 
 std::vector<std::array<std::uint32_t, 2>> NarrowPhase::intersecting_triangles(const Shape& a, const Pose& pose_a,

@@ -9,7 +9,7 @@ namespace tandem {
 /// centre. Depths are measured, and points put midway, along this normal, which has a slant against the reference
 /// face's, and slips along it.
 struct RectanglePairRows {
-  static constexpr std::size_t most = 32;
+  static constexpr std::size_t most = 64;
   alignas(64) double centre[3][most], edge1[3][most], edge2[3][most];
   double half1[most], half2[most];                 ///< lengths of the two half edges
   double half_u[most], half_w[most];               ///< half sizes of the reference face

@@ -4,7 +4,7 @@
 #include <array>
 #include <bit>
 
-#include "box_lanes.h"
+#include "box_screen.h"
 #include "halfspace_boxes.h"
 #include "manifold.h"
 #include "simple_pairs.h"
@@ -24,24 +24,16 @@ Together together(const PlacedPair& pair) {
   return one ? Together::halfspace_box : Together::none;
 }
 
-template <std::size_t columns>
-Vec3 vector(const double (&rows)[3][columns], std::size_t column) {
-  return {rows[0][column], rows[1][column], rows[2][column]};
-}
-
 /// Pairs of boxes, in columns one after the other.
 class Boxes {
  public:
   static constexpr std::size_t most = BoxPairRows::most;
 
-  bool full() const { return count_ == most; }
-  void add(const PlacedPair& pair) {
-    const HalfSize &half_a = pair.a->parameters(), &half_b = pair.b->parameters();
-    reversed_[count_] = boxes_reversed(half_a, *pair.pose_a, half_b, *pair.pose_b);
-    if (reversed_[count_])
-      rows_.set(count_++, half_b, *pair.pose_b, half_a, *pair.pose_a);
-    else
-      rows_.set(count_++, half_a, *pair.pose_a, half_b, *pair.pose_b);
+  /// Those that are not seen to be apart: their bits. There must be room for a whole list.
+  std::uint32_t take(const BoxPairList& pairs, double margin) {
+    const std::uint32_t near = take_near_boxes(pairs, margin, rows_, count_);
+    count_ += static_cast<std::size_t>(std::popcount(near));
+    return near;
   }
   void look(double margin) {
     if (count_ == 0) return;
@@ -69,14 +61,9 @@ class Boxes {
     }
     if (finding == BoxFinding::point) {
       answer.collide = true;
-      answer.signed_distance = found_.distance[k];
-      const double sense = reversed_[k] ? -1 : 1;
-      answer.normal = sense * vector(found_.normal, k);
-      answer.point_a = vector(reversed_[k] ? found_.on_b : found_.on_a, k);
-      answer.point_b = vector(reversed_[k] ? found_.on_a : found_.on_b, k);
-      contacts.push_back({vector(found_.point, k), sense * vector(found_.normal, k), found_.depth[k],
-                          static_cast<std::uint32_t>(static_cast<std::int64_t>(found_.feature[k]))});
-    } else if (reversed_[k]) {
+      found_.answers.copy(k, found_.contacts, answer);
+      found_.contacts.append(k, contacts);
+    } else if (rows_.sense[k] < 0) {
       append_boxes(pair.b->parameters(), *pair.pose_b, pair.a->parameters(), *pair.pose_a, found_.answer(k), margin,
                    contacts, answer);
       swap_answer(answer, &contacts, first);
@@ -92,28 +79,23 @@ class Boxes {
   bool append_patch(const PlacedPair& pair, std::size_t k, std::size_t patch, std::vector<Contact>& contacts,
                     PairAnswer& answer) const {
     const std::size_t first = contacts.size();
-    const bool reversed = reversed_[k], tilted = found_.axis[k] >= 6 && found_.facing[k] <= flush_face;
+    const bool reversed = rows_.sense[k] < 0, tilted = found_.axis[k] >= 6 && found_.facing[k] <= flush_face;
     const Shape &a = reversed ? *pair.b : *pair.a, &b = reversed ? *pair.a : *pair.b;
     const Pose &pose_a = reversed ? *pair.pose_b : *pair.pose_a, &pose_b = reversed ? *pair.pose_a : *pair.pose_b;
     append_box_patch(found_.faces, k, patches_, patch, tilted, a.parameters(), pose_a, b.parameters(), pose_b,
-                     vector(found_.normal, k), contacts);
+                     found_.contacts.normal(k), contacts);
     if (contacts.size() == first) return false;
     if (tilted) {
       answer.collide = true;
-      answer.signed_distance = found_.distance[k];
-      answer.normal = vector(found_.normal, k);
-      answer.point_a = vector(found_.on_a, k);
-      answer.point_b = vector(found_.on_b, k);
+      found_.answers.copy(k, found_.contacts, answer);
     } else {
       answer_by_deepest(std::span(contacts).subspan(first), found_.distance[k], answer);
     }
-    if (reversed) swap_answer(answer, &contacts, first);
     return true;
   }
 
   std::size_t count_ = 0, next_ = 0, next_patch_ = 0;
-  bool reversed_[most];
-  BoxPairRows rows_{};  // columns that are not set are computed with the others: what is in them must be numbers
+  BoxPairRows rows_;
   BoxFindingRows found_;
   std::int64_t clipped_[most]{};  // columns of rows
   RectanglePatchRows patches_;
@@ -122,63 +104,66 @@ class Boxes {
 /// A half-space and a box each.
 class HalfspaceBoxes {
  public:
-  static constexpr std::size_t most = HalfspaceBoxRows::most;
+  static constexpr std::size_t most = HalfspaceBoxList::most;
 
-  bool full() const { return count_ == most; }
   void add(const PlacedPair& pair) {
     const bool reversed = pair.a->kind() == ShapeKind::box;
     const Shape &halfspace = reversed ? *pair.b : *pair.a, &box = reversed ? *pair.a : *pair.b;
     const Pose &at = reversed ? *pair.pose_b : *pair.pose_a, &box_at = reversed ? *pair.pose_a : *pair.pose_b;
-    rows_.set(count_++, at.rotation * halfspace.normal(), halfspace.offset(), at.translation, box.parameters(), box_at);
+    // Most boxes lie on the same one.
+    if (list_.count == 0 || &halfspace != last_.shape || &at != last_.pose || reversed != last_.reversed) {
+      placed_[places_++] = {at.rotation * halfspace.normal(), halfspace.offset(), at.translation,
+                            reversed ? -1.0 : 1.0};
+      last_ = {&halfspace, &at, reversed};
+    }
+    list_.halfspace[list_.count] = &placed_[places_ - 1];
+    list_.pose[list_.count] = &box_at;
+    list_.half[list_.count++] = &box.parameters();
   }
   void look(double margin) {
-    if (count_ == 0) return;
-    find_on_halfspaces(rows_, count_, margin, found_);
-    count_ = next_ = 0;
+    if (list_.count == 0) return;
+    find_on_halfspaces(list_, margin, found_);
+    list_.count = next_ = places_ = 0;
   }
-  bool answer(const PlacedPair& pair, std::size_t number, double margin, std::vector<Contact>& contacts,
-              AnswerSink& answers) {
+  bool answer(std::size_t number, double margin, std::vector<Contact>& contacts, AnswerSink& answers) {
     const std::size_t k = next_++;
     if (!found_.known[k]) return false;
     if (found_.distance[k] > margin) return true;
     if (found_.corners[k] == 0) return false;  // rounding left nothing of a corner that just touches
-    const bool reversed = pair.a->kind() == ShapeKind::box;
-    const double sense = reversed ? -1 : 1;
     PairAnswer& answer = answers.begin(number);
-    answer.signed_distance = found_.distance[k];
-    answer.collide = answer.signed_distance <= 0;
-    const Vec3 normal = sense * vector(rows_.normal, k);
-    answer.normal = normal;
-    answer.point_a = vector(reversed ? found_.on_box : found_.on_halfspace, k);
-    answer.point_b = vector(reversed ? found_.on_halfspace : found_.on_box, k);
-    const auto face = static_cast<std::uint32_t>(static_cast<std::int64_t>(found_.face[k]));
-    for (unsigned corners = found_.corners[k]; corners != 0; corners &= corners - 1) {
-      const auto i = static_cast<std::uint32_t>(std::countr_zero(corners));
-      contacts.push_back({vector(found_.point[i], k), normal, found_.depth[i][k], face | i});
-    }
+    answer.collide = found_.distance[k] <= 0;
+    found_.answers.copy(k, found_.contacts[0], answer);
+    for (unsigned corners = found_.corners[k]; corners != 0; corners &= corners - 1)
+      found_.contacts[std::countr_zero(corners)].append(k, contacts);
     answers.end();
     return true;
   }
 
  private:
-  std::size_t count_ = 0, next_ = 0;
-  HalfspaceBoxRows rows_{};
+  struct Source {
+    const Shape* shape;
+    const Pose* pose;
+    bool reversed;
+  };
+
+  std::size_t next_ = 0, places_ = 0;
+  HalfspaceBoxList list_;
+  PlacedHalfspace placed_[most];
+  Source last_;  // of the last one placed
   HalfspaceBoxFindings found_;
 };
 
 }  // namespace
 
 void SeveralPairs::solve(std::span<const PlacedPair> pairs, std::vector<Contact>& contacts, AnswerSink& answers) const {
-  constexpr std::size_t screened = 32;
-  std::array<std::uint8_t, screened> apart;
+  constexpr std::size_t block = BoxPairList::most;
   Boxes boxes;
   HalfspaceBoxes halfspace_boxes;
-  const auto kind_of = [this](const PlacedPair& pair) { return by_kind_ ? together(pair) : Together::none; };
   struct Waiting {
     std::uint32_t pair;
     Together kind;
   };
-  std::array<Waiting, 2 * screened> waiting;
+  std::array<Waiting, 2 * block> waiting;
   std::size_t count = 0;
   const auto answer_waiting = [&] {
     boxes.look(margin_);
@@ -186,25 +171,36 @@ void SeveralPairs::solve(std::span<const PlacedPair> pairs, std::vector<Contact>
     for (const auto& [i, kind] : std::span(waiting).first(count)) {
       const PlacedPair& pair = pairs[i];
       if (kind == Together::boxes && boxes.answer(pair, i, margin_, contacts, answers)) continue;
-      if (kind == Together::halfspace_box && halfspace_boxes.answer(pair, i, margin_, contacts, answers)) continue;
+      if (kind == Together::halfspace_box && halfspace_boxes.answer(i, margin_, contacts, answers)) continue;
       PairAnswer& answer = answers.begin(i);
       answer = one_by_one_.solve(*pair.a, *pair.pose_a, *pair.b, *pair.pose_b, Request::contacts, &contacts);
       answers.end();
     }
     count = 0;
   };
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const std::size_t k = i % screened;
-    if (k == 0) {
-      const auto some = pairs.subspan(i, std::min(screened, pairs.size() - i));
-      one_by_one_.mark_apart(some, std::span(apart).first(some.size()));
+  for (std::size_t first = 0; first < pairs.size(); first += block) {
+    const auto some = pairs.subspan(first, std::min(block, pairs.size() - first));
+    std::array<Together, block> kinds;
+    std::array<std::uint8_t, block> place;
+    BoxPairList list;
+    std::uint32_t left = 0;  // bits of those that must be answered
+    for (std::size_t i = 0; i < some.size(); ++i) {
+      kinds[i] = by_kind_ ? together(some[i]) : Together::none;
+      if (kinds[i] == Together::boxes) {
+        place[list.count] = static_cast<std::uint8_t>(i);
+        list.add(some[i]);
+      } else {
+        left |= std::uint32_t{1} << i;
+      }
     }
-    if (apart[k] != 0) continue;
-    const Together its = kind_of(pairs[i]);
-    if (its == Together::boxes) boxes.add(pairs[i]);
-    if (its == Together::halfspace_box) halfspace_boxes.add(pairs[i]);
-    waiting[count++] = {static_cast<std::uint32_t>(i), its};
-    if (count == waiting.size() || boxes.full() || halfspace_boxes.full()) answer_waiting();
+    for (std::uint32_t near = boxes.take(list, margin_); near != 0; near &= near - 1)
+      left |= std::uint32_t{1} << place[static_cast<std::size_t>(std::countr_zero(near))];
+    for (; left != 0; left &= left - 1) {
+      const auto i = static_cast<std::size_t>(std::countr_zero(left));
+      if (kinds[i] == Together::halfspace_box) halfspace_boxes.add(some[i]);
+      waiting[count++] = {static_cast<std::uint32_t>(first + i), kinds[i]};
+    }
+    if (count > waiting.size() - block) answer_waiting();
   }
   answer_waiting();
 }

@@ -137,9 +137,9 @@ void append_boxes(const HalfSize& half_a, const Pose& pose_a, const HalfSize& ha
 
 bool reversed(double parameters, const Pose& pose_a, const Pose& pose_b) {
   if (parameters != 0) return parameters > 0;
-  // A direction in no way special, so that bodies side by side or stacked are far from a tie.
+  // Bodies side by side or stacked are far from a tie.
   const Vec3 d = pose_b.translation - pose_a.translation;
-  const double along = 0.5377 * d[0] + 0.3412 * d[1] + 0.7711 * d[2];
+  const double along = reversal[0] * d[0] + reversal[1] * d[1] + reversal[2] * d[2];
   if (along != 0) return along < 0;
   for (int i = 0; i < 3; ++i)
     if (d[i] != 0) return d[i] < 0;

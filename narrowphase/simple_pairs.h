@@ -32,6 +32,7 @@ PairAnswer solve_boxes(const std::array<double, 4>& half_a, const Pose& pose_a, 
 /// Does B come before A? Two bodies of one kind are solved in an order that their content decides, so that the answer
 /// is the same, bit for bit, whichever is named first. `parameters` compares the shapes: < 0 if A's come first, 0 if
 /// they are alike; then the poses decide.
+constexpr double reversal[3] = {0.5377, 0.3412, 0.7711};  ///< a direction in no way special, along which A comes first
 bool reversed(double parameters, const Pose& pose_a, const Pose& pose_b);
 bool boxes_reversed(const HalfSize& half_a, const Pose& pose_a, const HalfSize& half_b, const Pose& pose_b);
 

@@ -2,7 +2,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <deque>
+#include <string>
 
+#include "one_instruction_set.h"
 #include "random_pairs.h"
 #include "tandem/narrowphase/several_pairs.h"
 
@@ -195,7 +197,7 @@ Pose on_ground(Random& r, const Shape& box, const Shape& ground, int kind) {
 
 }  // namespace
 
-TEST_CASE("several pairs at a time have the bits that they have one by one") {
+TEST_CASE("several pairs at a time have the bits that they have one by one, on each instruction set") {
   Random r(79);
   const Shape ground(HalfSpace{{0, 0, 1}, 0}), ball(Sphere{0.5});
   std::vector<CloseBoxes> boxes;
@@ -212,6 +214,7 @@ TEST_CASE("several pairs at a time have the bits that they have one by one") {
     const double wanted = std::pow(10.0, r.in(-13, -0.5)) * (r.in(0, 1) < 0.8 ? -1 : 1);
     c.pose_b.translation += (wanted - far.signed_distance) * far.normal;
     if (i % 97 == 0) c.pose_b = c.pose_a;
+    if (i % 101 == 0) c.b = c.a, c.pose_b.translation = c.pose_a.translation;
     boxes.push_back(c);
   }
   std::vector<Pose> standing;
@@ -227,36 +230,46 @@ TEST_CASE("several pairs at a time have the bits that they have one by one") {
     if (i % 3 == 1) pairs.push_back({&c.a, &standing[i], &ground, &at});
   }
   for (const double margin : {0.0, 0.01}) {
-    std::vector<Contact> contacts;
-    Answers answers(contacts);
-    SeveralPairs({.margin = margin}).solve(pairs, contacts, answers);
     const NarrowPhase one({.margin = margin});
-    std::size_t at_answer = 0, wrong = 0, told = 0, points[6] = {};
+    struct Own {
+      PairAnswer answer;
+      std::vector<Contact> contacts;
+    };
+    std::vector<Own> own(pairs.size());
     for (std::size_t i = 0; i < pairs.size(); ++i) {
-      std::vector<Contact> own;
       const PlacedPair& p = pairs[i];
-      const PairAnswer answer = one.solve(*p.a, *p.pose_a, *p.b, *p.pose_b, Request::contacts, &own);
-      const bool given = at_answer < answers.pairs.size() && answers.pairs[at_answer] == i;
-      if (!answer.collide && own.empty()) {
-        if (given) wrong += answers.answers[at_answer].collide || answers.last[at_answer] != answers.first[at_answer];
-      } else {
-        CAPTURE(margin, i);
-        REQUIRE(given);
-        ++told;
-        ++points[std::min<std::size_t>(own.size(), 5)];
-        const auto its =
-            std::span(contacts).subspan(answers.first[at_answer], answers.last[at_answer] - answers.first[at_answer]);
-        const bool equal = same(answers.answers[at_answer], answer) &&
-                           std::equal(its.begin(), its.end(), own.begin(), own.end(),
-                                      [](const Contact& x, const Contact& y) { return same(x, y); });
-        wrong += !equal;
-      }
-      at_answer += given;
+      own[i].answer = one.solve(*p.a, *p.pose_a, *p.b, *p.pose_b, Request::contacts, &own[i].contacts);
     }
-    CHECK(at_answer == answers.pairs.size());
-    CHECK(wrong == 0);
-    CHECK(told > 3000);
-    for (const std::size_t count : {1, 2, 3, 4}) CHECK(points[count] > 20);
+    for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+      const OneInstructionSet only(target);
+      std::vector<Contact> contacts;
+      Answers answers(contacts);
+      SeveralPairs({.margin = margin}).solve(pairs, contacts, answers);
+      std::size_t at_answer = 0, wrong = 0, told = 0, points[6] = {};
+      for (std::size_t i = 0; i < pairs.size(); ++i) {
+        const bool given = at_answer < answers.pairs.size() && answers.pairs[at_answer] == i;
+        if (!own[i].answer.collide && own[i].contacts.empty()) {
+          if (given) wrong += answers.answers[at_answer].collide || answers.last[at_answer] != answers.first[at_answer];
+        } else {
+          CAPTURE(std::string(hwy::TargetName(target)), margin, i);
+          REQUIRE(given);
+          ++told;
+          ++points[std::min<std::size_t>(own[i].contacts.size(), 5)];
+          const auto its =
+              std::span(contacts).subspan(answers.first[at_answer], answers.last[at_answer] - answers.first[at_answer]);
+          const bool equal = same(answers.answers[at_answer], own[i].answer) &&
+                             std::equal(its.begin(), its.end(), own[i].contacts.begin(), own[i].contacts.end(),
+                                        [](const Contact& x, const Contact& y) { return same(x, y); });
+          wrong += !equal;
+        }
+        at_answer += given;
+      }
+      CAPTURE(std::string(hwy::TargetName(target)), margin);
+      CHECK(at_answer == answers.pairs.size());
+      CHECK(wrong == 0);
+      CHECK(told > 3000);
+      for (const std::size_t count : {1, 2, 3, 4}) CHECK(points[count] > 20);
+    }
   }
 }
 

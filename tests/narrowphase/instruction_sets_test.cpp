@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "mesh_samples.h"
+#include "one_instruction_set.h"
 #include "pair_classes.h"
 #include "random.h"
 #include "tandem/narrowphase/narrow_phase.h"
@@ -14,21 +15,6 @@ using namespace tandem;
 using namespace tandem::test;
 
 namespace {
-
-/// One instruction set alone while it lives.
-class Only {
- public:
-  explicit Only(std::int64_t target) { choose(target); }
-  ~Only() { choose(0); }
-  Only(const Only&) = delete;
-  Only& operator=(const Only&) = delete;
-
- private:
-  static void choose(std::int64_t targets) {
-    hwy::SetSupportedTargetsForTest(targets);
-    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-  }
-};
 
 class Bits {
  public:
@@ -96,7 +82,7 @@ TEST_CASE("instruction sets: the answers are the same bits on each that the proc
   REQUIRE(!targets.empty());
   for (const std::int64_t target : targets) {
     CAPTURE(std::string(hwy::TargetName(target)));
-    const Only only(target);
+    const OneInstructionSet only(target);
     CHECK(hwy::SupportedTargets() == target);
     CHECK((all_answers().words == usual.words));
   }

@@ -1,0 +1,22 @@
+#pragma once
+#include <hwy/targets.h>
+#include <cstdint>
+
+namespace tandem::test {
+
+/// One instruction set alone while it lives.
+class OneInstructionSet {
+ public:
+  explicit OneInstructionSet(std::int64_t target) { choose(target); }
+  ~OneInstructionSet() { choose(0); }
+  OneInstructionSet(const OneInstructionSet&) = delete;
+  OneInstructionSet& operator=(const OneInstructionSet&) = delete;
+
+ private:
+  static void choose(std::int64_t targets) {
+    hwy::SetSupportedTargetsForTest(targets);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  }
+};
+
+}  // namespace tandem::test
