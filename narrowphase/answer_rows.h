@@ -14,11 +14,11 @@ struct ContactRows {
   alignas(64) double first[most][4], second[most][4];
 
   Vec3 normal(std::size_t pair) const { return {first[pair][3], second[pair][0], second[pair][1]}; }
-  void append(std::size_t pair, std::vector<Contact>& contacts) const {
+  void copy(std::size_t pair, Contact& contact) const {
     static_assert(offsetof(Contact, feature) == 7 * sizeof(double) && sizeof(Contact) == 8 * sizeof(double));
-    void* const contact = &contacts.emplace_back();
-    std::memcpy(contact, first[pair], sizeof first[pair]);
-    std::memcpy(static_cast<double*>(contact) + 4, second[pair], sizeof second[pair]);
+    double* const to = static_cast<double*>(static_cast<void*>(&contact));
+    std::memcpy(to, first[pair], sizeof first[pair]);
+    std::memcpy(to + 4, second[pair], sizeof second[pair]);
   }
 };
 

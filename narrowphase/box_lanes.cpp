@@ -369,17 +369,17 @@ void overlap_boxes(const BoxPairRows& pairs, std::size_t count, double margin, B
     store_in_turn(point[0], point[1], point[2], normal[0], at, found.contacts.first);
     store_in_turn(normal[1], normal[2], hn::IfThenElse(crossing, hn::Neg(x.best), depth),
                   whole_bits(hn::IfThenZeroElse(crossing, feature)), at, found.contacts.second);
-    std::uint8_t is_apart[8] = {}, is_point[8] = {}, is_known[8] = {}, are_faces[8] = {};
-    hn::StoreMaskBits(d, apart, is_apart);
-    hn::StoreMaskBits(d, hn::And(overlap, carried), are_faces);
-    hn::StoreMaskBits(d, hn::And(overlap, hn::Or(crossing, corner)), is_point);
-    hn::StoreMaskBits(d, hn::And(overlap, witness), is_known);
-    for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane)
-      found.finding[at + lane] = (is_apart[0] >> lane & 1) != 0    ? BoxFinding::apart
-                                 : (is_point[0] >> lane & 1) != 0  ? BoxFinding::point
-                                 : (are_faces[0] >> lane & 1) != 0 ? BoxFinding::faces
-                                 : (is_known[0] >> lane & 1) != 0  ? BoxFinding::axis
-                                                                   : BoxFinding::unknown;
+    // The last that holds.
+    const hn::RebindToSigned<D> whole;
+    auto finding = hn::Set(whole, BoxFinding::unknown);
+    const auto finds = [&](M it, std::int64_t what) HWY_ATTR {
+      finding = hn::IfThenElse(hn::RebindMask(whole, it), hn::Set(whole, what), finding);
+    };
+    finds(hn::And(overlap, witness), BoxFinding::axis);
+    finds(hn::And(overlap, carried), BoxFinding::faces);
+    finds(hn::And(overlap, hn::Or(crossing, corner)), BoxFinding::point);
+    finds(apart, BoxFinding::apart);
+    hn::Store(finding, whole, found.finding + at);
   }
 }
 

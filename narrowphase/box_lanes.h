@@ -11,24 +11,26 @@ namespace tandem {
 /// Posed boxes by pairs, a pair a column: poses as columns of the rotation, then the translation; half sizes; sense -1
 /// where who asks has them in the other order, else 1.
 struct BoxPairRows {
-  static constexpr std::size_t most = 64;
+  static constexpr std::size_t most = 96;
   alignas(64) double pose_a[12][most], pose_b[12][most], half_a[3][most], half_b[3][most], sense[most];
 };
 
 /// What `overlap_boxes` knows of a pair.
-enum class BoxFinding : std::uint8_t {
-  unknown,  ///< less than all that follows
-  apart,    ///< farther than the margin
-  axis,     ///< `answer`
-  faces,    ///< and two faces that lie over each other, of which more than a corner may touch
-  point,    ///< the normal and the one point of the manifold, in the world
+struct BoxFinding {
+  enum : std::int64_t {
+    unknown,  ///< less than all that follows
+    apart,    ///< farther than the margin
+    axis,     ///< `answer`
+    faces,    ///< and two faces that lie over each other, of which more than a corner may touch
+    point,    ///< the normal and the one point of the manifold, in the world
+  };
 };
 
 /// What is found, a pair a column.
 struct BoxFindingRows {
   static constexpr std::size_t most = BoxPairRows::most;
-  BoxFinding finding[most];
-  alignas(64) double distance[most];                                    ///< signed
+  alignas(64) std::int64_t finding[most];                               ///< BoxFinding
+  double distance[most];                                                ///< signed
   double axis[most], edges_cosine[most], facing[most];                  ///< as in BoxAnswer; the axis a whole number
   double normal_in_a[3][most], in_a_of_a[3][most], in_a_of_b[3][most];  ///< LocalAnswer's; points of edges only
   // In the order of who asks.

@@ -17,7 +17,7 @@ struct PlacedHalfspace {
 
 /// Half-spaces and posed boxes by pairs.
 struct HalfspaceBoxList {
-  static constexpr std::size_t most = 64;
+  static constexpr std::size_t most = 96;
   const PlacedHalfspace* halfspace[most];
   const Pose* pose[most];
   const HalfSize* half[most];

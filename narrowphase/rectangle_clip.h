@@ -9,7 +9,7 @@ namespace tandem {
 /// centre. Depths are measured, and points put midway, along this normal, which has a slant against the reference
 /// face's, and slips along it.
 struct RectanglePairRows {
-  static constexpr std::size_t most = 64;
+  static constexpr std::size_t most = 96;
   alignas(64) double centre[3][most], edge1[3][most], edge2[3][most];
   double half1[most], half2[most];                 ///< lengths of the two half edges
   double half_u[most], half_w[most];               ///< half sizes of the reference face
@@ -27,9 +27,11 @@ struct RectanglePatchRows {
   double u[points][most], w[points][most], depth[points][most];  ///< of those alone
 };
 
+/// Numbers of columns that `clip_rectangles` reads beyond those it was given; any that are valid will do.
+constexpr std::size_t columns_beyond = 7;
+
 /// Clips the incident faces of `count` columns, named by `columns`, as `append_box_manifold` does, a pair a lane, with
-/// the same bits. Patches are in columns of their own, one after the other. `columns` has room for `most` numbers, all
-/// of them valid ones.
+/// the same bits. Patches are in columns of their own, one after the other.
 void clip_rectangles(const RectanglePairRows& pairs, const std::int64_t* columns, std::size_t count, double margin,
                      RectanglePatchRows& found);
 

@@ -39,8 +39,11 @@ class Boxes {
     if (count_ == 0) return;
     overlap_boxes(rows_, count_, margin, found_);
     std::size_t patches = 0;
-    for (std::size_t k = 0; k < count_; ++k)
-      if (found_.finding[k] == BoxFinding::faces) clipped_[patches++] = static_cast<std::int64_t>(k);
+    for (std::size_t k = 0; k < count_; ++k) {
+      clipped_[patches] = static_cast<std::int64_t>(k);
+      patches += found_.finding[k] == BoxFinding::faces ? 1 : 0;
+    }
+    std::fill_n(clipped_ + patches, columns_beyond, std::int64_t{0});
     clip_rectangles(found_.faces, clipped_, patches, margin, patches_);
     count_ = next_ = next_patch_ = 0;
   }
@@ -48,7 +51,7 @@ class Boxes {
   bool answer(const PlacedPair& pair, std::size_t number, double margin, std::vector<Contact>& contacts,
               AnswerSink& answers) {
     const std::size_t k = next_++, first = contacts.size();
-    const BoxFinding finding = found_.finding[k];
+    const std::int64_t finding = found_.finding[k];
     if (finding == BoxFinding::apart) return true;
     if (finding == BoxFinding::unknown) return false;
     PairAnswer& answer = answers.begin(number);
@@ -62,7 +65,7 @@ class Boxes {
     if (finding == BoxFinding::point) {
       answer.collide = true;
       found_.answers.copy(k, found_.contacts, answer);
-      found_.contacts.append(k, contacts);
+      found_.contacts.copy(k, contacts.emplace_back());
     } else if (rows_.sense[k] < 0) {
       append_boxes(pair.b->parameters(), *pair.pose_b, pair.a->parameters(), *pair.pose_a, found_.answer(k), margin,
                    contacts, answer);
@@ -97,7 +100,7 @@ class Boxes {
   std::size_t count_ = 0, next_ = 0, next_patch_ = 0;
   BoxPairRows rows_;
   BoxFindingRows found_;
-  std::int64_t clipped_[most]{};  // columns of rows
+  std::int64_t clipped_[most + columns_beyond];  // columns of rows
   RectanglePatchRows patches_;
 };
 
@@ -133,8 +136,14 @@ class HalfspaceBoxes {
     PairAnswer& answer = answers.begin(number);
     answer.collide = found_.distance[k] <= 0;
     found_.answers.copy(k, found_.contacts[0], answer);
-    for (unsigned corners = found_.corners[k]; corners != 0; corners &= corners - 1)
-      found_.contacts[std::countr_zero(corners)].append(k, contacts);
+    // All four are written, and those that do not touch are written over: which they are nothing foresees.
+    std::size_t end = contacts.size();
+    contacts.resize(end + 4);
+    for (std::size_t i = 0; i < 4; ++i) {
+      found_.contacts[i].copy(k, contacts[end]);
+      end += found_.corners[k] >> i & 1u;
+    }
+    contacts.resize(end);
     answers.end();
     return true;
   }
@@ -163,7 +172,8 @@ void SeveralPairs::solve(std::span<const PlacedPair> pairs, std::vector<Contact>
     std::uint32_t pair;
     Together kind;
   };
-  std::array<Waiting, 2 * block> waiting;
+  std::array<Waiting, 3 * block> waiting;
+  static_assert(waiting.size() <= Boxes::most && waiting.size() <= HalfspaceBoxes::most);
   std::size_t count = 0;
   const auto answer_waiting = [&] {
     boxes.look(margin_);
