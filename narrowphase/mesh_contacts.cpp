@@ -416,13 +416,148 @@ void choose(std::span<const Candidate> all, const Vec3& n, const Vec3& u, const 
     if (std::find(best.begin(), at, *at) == at) chosen.push_back(all[*at]);
 }
 
-// Is the patch's normal sure?
-bool add_patch(const Posed& m, const Patch& patch, std::span<const Crossing> crossings, Memory memory,
-               std::vector<Contact>& contacts) {
-  const PatchNormal normal = normal_of(m, patch, crossings);
-  const Vec3& n = normal.n;
-  if (n.isZero()) return false;
+// One of several planes that enclose a corner, as of a room.
+struct CornerWall {
+  Vec3 n;  // unit, from A to B
+  double level;
+  List<std::uint32_t> triangles;
+};
+
+struct Corner {
+  explicit Corner(Memory memory) : walls(memory) {}
+  List<CornerWall> walls;  // none: it is no corner
+  bool of_a = false;
+};
+
+// The planes of a mesh's part of a patch, where these are few and each lies in front of the others: what has come into
+// such a corner is pushed by each of them. Most parts bend the other way somewhere, which shows early.
+Corner find_corner(const Posed& m, const Patch& patch, bool of_a, Memory memory) {
+  constexpr std::size_t most = 4;
+  constexpr double one_patch = 0.9;  // cosine of the angle between normals
+  struct Plane {
+    Vec3 n;
+    double level;
+  };
+  const double slack = 1e-9 * (m.a.half + m.b.half).norm(), side = of_a ? 1 : -1;
+  const List<std::uint32_t>& triangles = patch.triangles[of_a ? 1 : 0];
+  std::array<Plane, most> planes;
+  std::size_t count = 0;
+  // How far a triangle reaches in front of a plane, least and most.
+  const auto heights = [&](const Plane& f, const std::array<Vec3, 3>& p) {
+    return std::minmax(
+        {side * (f.n.dot(p[0]) - f.level), side * (f.n.dot(p[1]) - f.level), side * (f.n.dot(p[2]) - f.level)});
+  };
+  Corner corner(memory);
+  corner.of_a = of_a;
+  bool is_bent = false;
+  for (const std::uint32_t t : triangles) {
+    const auto p = m.corners(of_a, t);
+    bool is_known = false;
+    for (std::size_t k = 0; k < count && !is_known; ++k) {
+      const auto [low, high] = heights(planes[k], p);
+      if (low < -slack) return corner;
+      is_known = high <= slack;
+    }
+    if (is_known) continue;
+    if (count == most) return corner;
+    const Vec3 n = (m.turned(of_a) == of_a ? -1 : 1) * unit((p[1] - p[0]).cross(p[2] - p[0]));
+    for (std::size_t k = 0; k < count; ++k) is_bent = is_bent || planes[k].n.dot(n) < one_patch;
+    planes[count++] = {n, n.dot(p[0])};
+  }
+  if (!is_bent) return corner;
+  for (const Plane& f : std::span(planes).first(count))
+    corner.walls.push_back({f.n, f.level, List<std::uint32_t>(memory)});
+  for (const std::uint32_t t : triangles) {
+    const auto p = m.corners(of_a, t);
+    for (std::size_t k = 0; k < count; ++k) {
+      const auto [low, high] = heights(planes[k], p);
+      if (low < -slack) {
+        corner.walls.clear();
+        return corner;
+      }
+      if (high <= slack) corner.walls[k].triangles.push_back(t);
+    }
+  }
+  return corner;
+}
+
+// Of a patch, what does not depend on the direction along which it is measured; of B, of A.
+struct PatchPoints {
+  std::array<std::span<const Candidate>, 2> vertices, edges;
+  std::array<std::span<const Span>, 2> spans;
+};
+
+// Adds the contacts of a patch along n.
+void add_points(const Posed& m, const Patch& patch, const PatchPoints& points, const Vec3& n, Memory memory,
+                std::vector<Contact>& contacts) {
   const DepthProbe depth(m, patch, n, memory);
+  List<Candidate> chosen(memory);
+  chosen.reserve(36);
+  for (const std::size_t of_a : {std::size_t{1}, std::size_t{0}}) {
+    choose(points.vertices[of_a], n, depth.u(), depth.v(), chosen);
+    choose(points.edges[of_a], n, depth.u(), depth.v(), chosen);
+  }
+  const std::size_t first = contacts.size();
+  double most = 0;
+  const auto add = [&](const Vec3& point, double d, std::uint32_t feature) {
+    const bool known = std::any_of(contacts.begin() + static_cast<std::ptrdiff_t>(first), contacts.end(),
+                                   [&](const Contact& o) { return (o.point - point).squaredNorm() < 1e-20; });
+    if (known) return;
+    contacts.push_back({point, n, d, feature});
+    most = std::max(most, d);
+  };
+  for (const Candidate& c : chosen)
+    if (const double d = depth(c); d >= 0) add(c.point - n * (c.of_a ? d / 2 : -d / 2), d, c.feature);
+  for (std::size_t i = 0; i < std::min(points.spans[1].size(), span_limit); ++i)
+    for (std::size_t j = 0; j < std::min(points.spans[0].size(), span_limit); ++j)
+      if (Vec3 point = Vec3::Zero(); const auto d = over(points.spans[1][i], points.spans[0][j], n, point))
+        add(point, *d, points.spans[1][i].feature);
+  // Where the surfaces cross the depth is nothing: such points say little beside the deep ones.
+  const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
+  contacts.erase(std::remove_if(begin, contacts.end(), [&](const Contact& c) { return c.depth < most / 4; }),
+                 contacts.end());
+  keep_four(contacts, first, (m.a.half + m.b.half).norm());
+}
+
+// The same for one of a corner's walls: of its own mesh only what lies in it counts, and what of the other has gone
+// through another wall, too, lies over its rim there.
+void add_wall(const Posed& m, const Patch& patch, const PatchPoints& points, const Corner& corner,
+              const CornerWall& wall, Memory memory, std::vector<Contact>& contacts) {
+  const std::size_t own = corner.of_a ? 1 : 0;
+  const double slack = 1e-9 * (m.a.half + m.b.half).norm(), side = corner.of_a ? 1 : -1;
+  Patch part(memory);
+  part.triangles[own] = wall.triangles;
+  part.triangles[1 - own] = patch.triangles[1 - own];
+  const auto is_beside = [&](const Vec3& p) { return std::abs(wall.n.dot(p) - wall.level) > slack; };
+  const auto there = [&](std::span<const Candidate> from, bool is_own) {
+    List<Candidate> to(memory);
+    for (Candidate c : from) {
+      if (is_own && is_beside(c.point)) continue;
+      for (const CornerWall& other : corner.walls) {
+        const double ahead = other.n.dot(c.point) - other.level;
+        const Vec3 across = other.n - other.n.dot(wall.n) * wall.n;
+        if (!is_own && side * ahead < 0 && across.squaredNorm() > 1e-6)
+          c.point -= (ahead / across.squaredNorm()) * across;
+      }
+      to.push_back(c);
+    }
+    return to;
+  };
+  const std::array<List<Candidate>, 2> vertices{there(points.vertices[0], own == 0),
+                                                there(points.vertices[1], own == 1)},
+      edges{there(points.edges[0], own == 0), there(points.edges[1], own == 1)};
+  List<Span> spans(memory);
+  for (const Span& s : points.spans[own])
+    if (!is_beside(s.p) && !is_beside(s.q)) spans.push_back(s);
+  PatchPoints on_it{{vertices[0], vertices[1]}, {edges[0], edges[1]}, points.spans};
+  on_it.spans[own] = spans;
+  add_points(m, part, on_it, wall.n, memory, contacts);
+}
+
+PatchSides add_patch(const Posed& m, const Patch& patch, std::span<const Crossing> crossings, Memory memory,
+                     std::vector<Contact>& contacts) {
+  const PatchNormal normal = normal_of(m, patch, crossings);
+  if (normal.n.isZero()) return {};
   std::array<List<Candidate>, 2> edges{List<Candidate>(memory), List<Candidate>(memory)};
   for (List<Candidate>& some : edges) some.reserve(2 * patch.crossings.size());
   std::array<List<Span>, 2> spans{List<Span>(memory), List<Span>(memory)};
@@ -440,33 +575,17 @@ bool add_patch(const Posed& m, const Patch& patch, std::span<const Crossing> cro
   const std::span<const Candidate> vertices(patch.vertices);
   const std::size_t of_b = static_cast<std::size_t>(
       std::find_if(vertices.begin(), vertices.end(), [](const Candidate& c) { return !c.of_a; }) - vertices.begin());
-  List<Candidate> chosen(memory);
-  chosen.reserve(36);
-  for (const std::size_t of_a : {std::size_t{1}, std::size_t{0}}) {
-    choose(of_a != 0 ? vertices.first(of_b) : vertices.subspan(of_b), n, depth.u(), depth.v(), chosen);
-    choose(edges[of_a], n, depth.u(), depth.v(), chosen);
+  const PatchPoints points{{vertices.subspan(of_b), vertices.first(of_b)}, {edges[0], edges[1]}, {spans[0], spans[1]}};
+  if (normal.sure) {
+    const Corner of_first = find_corner(m, patch, true, memory), of_second = find_corner(m, patch, false, memory);
+    if (of_first.walls.empty() != of_second.walls.empty()) {
+      const Corner& corner = of_first.walls.empty() ? of_second : of_first;
+      for (const CornerWall& wall : corner.walls) add_wall(m, patch, points, corner, wall, memory, contacts);
+      return {true, true};
+    }
   }
-  const std::size_t first = contacts.size();
-  double most = 0;
-  const auto add = [&](const Vec3& point, double d, std::uint32_t feature) {
-    const bool known = std::any_of(contacts.begin() + static_cast<std::ptrdiff_t>(first), contacts.end(),
-                                   [&](const Contact& o) { return (o.point - point).squaredNorm() < 1e-20; });
-    if (known) return;
-    contacts.push_back({point, n, d, feature});
-    most = std::max(most, d);
-  };
-  for (const Candidate& c : chosen)
-    if (const double d = depth(c); d >= 0) add(c.point - n * (c.of_a ? d / 2 : -d / 2), d, c.feature);
-  for (std::size_t i = 0; i < std::min(spans[1].size(), span_limit); ++i)
-    for (std::size_t j = 0; j < std::min(spans[0].size(), span_limit); ++j)
-      if (Vec3 point = Vec3::Zero(); const auto d = over(spans[1][i], spans[0][j], n, point))
-        add(point, *d, spans[1][i].feature);
-  // Where the surfaces cross the depth is nothing: such points say little beside the deep ones.
-  const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
-  contacts.erase(std::remove_if(begin, contacts.end(), [&](const Contact& c) { return c.depth < most / 4; }),
-                 contacts.end());
-  keep_four(contacts, first, (m.a.half + m.b.half).norm());
-  return normal.sure;
+  add_points(m, patch, points, normal.n, memory, contacts);
+  return {normal.sure, false};
 }
 
 // Surfaces that only touch, or lie in each other's planes, cross along no curve. A direction along which no triangle of
@@ -697,9 +816,8 @@ void sort_contacts(std::span<Contact> contacts) {
   });
 }
 
-struct Sides {
-  bool sure;  // of all normals
-  double deepest;
+struct Sides : PatchSides {
+  double deepest = 0;
 };
 
 Sides add_patches(const Posed& m, std::span<const std::array<std::uint32_t, 2>> pairs, const PartRunner& parts,
@@ -708,9 +826,13 @@ Sides add_patches(const Posed& m, std::span<const std::array<std::uint32_t, 2>> 
   std::pmr::monotonic_buffer_resource memory(usual.data(), usual.size());
   const std::size_t first = contacts.size();
   const PatchFinder finder(m, pairs, parts, &memory);
-  Sides sides{true, 0};
-  for (const Patch& patch : finder.patches())
-    if (!add_patch(m, patch, finder.crossings(), &memory, contacts)) sides.sure = false;
+  Sides sides;
+  sides.sure = true;
+  for (const Patch& patch : finder.patches()) {
+    const PatchSides here = add_patch(m, patch, finder.crossings(), &memory, contacts);
+    sides.sure = sides.sure && here.sure;
+    sides.in_corner = sides.in_corner || here.in_corner;
+  }
   for (std::size_t c = first; c < contacts.size(); ++c) sides.deepest = std::max(sides.deepest, contacts[c].depth);
   if (sides.deepest > 0.25 * std::min(m.a.half.norm(), m.b.half.norm()) ||
       sides.deepest < 1e-12 * (m.a.half + m.b.half).norm())
@@ -720,13 +842,12 @@ Sides add_patches(const Posed& m, std::span<const std::array<std::uint32_t, 2>> 
 
 }  // namespace
 
-bool patch_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
-                    std::span<const std::array<std::uint32_t, 2>> pairs, const PartRunner& parts,
-                    std::vector<Contact>& contacts) {
+PatchSides patch_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
+                          std::span<const std::array<std::uint32_t, 2>> pairs, const PartRunner& parts,
+                          std::vector<Contact>& contacts) {
   const std::size_t first = contacts.size();
   const double slack = alike * (a.half + b.half).norm();
-  bool sure = false;
-  double deepest = 0;  // of those in `contacts`
+  Sides taken;  // those in `contacts`
   std::vector<Contact> found;
   for (const bool turned_a : {false, true})
     for (const bool turned_b : {false, true}) {
@@ -737,17 +858,16 @@ bool patch_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& 
       const Sides sides = add_patches({a, b, frame, turned_a, turned_b}, pairs, parts, here);
       if (!is_first) {
         // The shorter way out, if any.
-        const bool better =
-            contacts.size() == first || sides.sure > sure || (sides.sure == sure && sides.deepest < deepest - slack);
+        const bool better = contacts.size() == first || sides.sure > taken.sure ||
+                            (sides.sure == taken.sure && sides.deepest < taken.deepest - slack);
         if (found.empty() || !better) continue;
         contacts.resize(first);
         contacts.insert(contacts.end(), found.begin(), found.end());
       }
-      sure = sides.sure;
-      deepest = sides.deepest;
+      taken = sides;
     }
   sort_contacts(std::span(contacts).subspan(first));
-  return sure;
+  return taken;
 }
 
 void touching_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,

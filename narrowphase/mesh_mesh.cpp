@@ -437,18 +437,18 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
     const bool has_convex = bounds_convex(a) || bounds_convex(b);
     const bool inside_known = ma.closed && mb.closed;
     const auto add_patches = [&] { return patch_contacts(ma, mb, test, pairs, options.parts, *contacts); };
-    bool sure = false;
-    if (!has_convex || inside_known) sure = add_patches();
-    if (has_convex && !sure) {
+    PatchSides sides;
+    if (!has_convex || inside_known) sides = add_patches();
+    if (has_convex && (!sides.sure || sides.in_corner)) {
       contacts->resize(first);
       answer = with_convex(a, b, request, options, contacts);
       if (contacts->size() > first) {
         if (body_stands(-answer.signed_distance)) return answer;
         contacts->resize(first);
-        sure = add_patches();
+        sides = add_patches();
       }
     }
-    if (!sure) touching_contacts(ma, mb, test, pairs, first, *contacts);
+    if (!sides.sure) touching_contacts(ma, mb, test, pairs, first, *contacts);
     for (Contact& c : std::span(*contacts).subspan(first)) {
       c.point = a.pose * c.point;
       c.normal = (a.pose.rotation * c.normal).normalized();

@@ -529,3 +529,57 @@ TEST_CASE("hunted: closed surfaces meet meshes of several parts as what they bou
     }
   }
 }
+
+TEST_CASE("hunted: what has come into a corner of a solid is pushed by each of its walls") {
+  // The solid below z = 0 and behind x = 0, as one prism along y; its profile as seen from there.
+  const auto prism = [](const std::vector<Vec3>& profile, const std::vector<std::array<std::uint32_t, 3>>& cap,
+                        double width) {
+    Mesh m;
+    m.solid = true;
+    const auto n = static_cast<std::uint32_t>(profile.size());
+    for (const double y : {-width / 2, width / 2})
+      for (const Vec3& p : profile) m.vertices.push_back(p + Vec3(0, y, 0));
+    for (const auto& t : cap) {
+      m.triangles.push_back({t[0], t[1], t[2]});
+      m.triangles.push_back({n + t[0], n + t[2], n + t[1]});
+    }
+    for (std::uint32_t i = 0; i < n; ++i) {
+      const std::uint32_t next = (i + 1) % n;
+      m.triangles.push_back({i, n + i, n + next});
+      m.triangles.push_back({i, n + next, next});
+    }
+    return m;
+  };
+  const Mesh room = prism({{0, 0, 0}, {0, 0, 4}, {-1, 0, 4}, {-1, 0, -1}, {4, 0, -1}, {4, 0, 0}},
+                          {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}}, 6);
+  // An L of its own, standing on its foot with its back to the wall.
+  const Mesh foot = prism({{0, 0, 0}, {1, 0, 0}, {1, 0, 0.3}, {0.3, 0, 0.3}, {0.3, 0, 1}, {0, 0, 1}},
+                          {{0, 1, 3}, {1, 2, 3}, {0, 3, 5}, {3, 4, 5}}, 0.8);
+  const Mesh cube = box_mesh(Vec3(1, 1, 1), 2);
+  Mesh hollow = cube;
+  hollow.solid = false;
+  const NarrowPhase solver;
+  Random r(17);
+  for (int i = 0; i < 60; ++i) {
+    const double down = r.power_of_two(-18, -7), aside = r.power_of_two(-18, -7);
+    const Mat3 turned = i % 2 == 0 ? Mat3(Mat3::Identity()) : r.rotation();
+    const bool is_cube = i % 3 != 0;
+    const Vec3 at(is_cube ? 0.5 : 0, r.unit(), is_cube ? 0.5 : 0);
+    const Pose pose{turned, turned * (at - Vec3(aside, 0, down))};
+    CAPTURE(i, down, aside);
+    std::vector<Contact> contacts;
+    solver.solve(Shape(room), Pose{turned, Vec3::Zero()}, i % 3 == 0 ? Shape(foot) : Shape(i % 3 == 1 ? cube : hollow),
+                 pose, Request::contacts, &contacts);
+    int on_floor = 0, on_wall = 0;
+    for (const Contact& c : contacts) {
+      const Vec3 normal = turned.transpose() * c.normal, p = turned.transpose() * c.point;
+      const bool is_floor = normal.z() > 0.5;
+      (is_floor ? on_floor : on_wall) += 1;
+      CHECK((normal - (is_floor ? Vec3::UnitZ() : Vec3::UnitX())).norm() < 1e-9);
+      CHECK(c.depth == Approx(is_floor ? down : aside).epsilon(0).margin(1e-12));
+      CHECK((is_floor ? p.z() : p.x()) == Approx(is_floor ? -down / 2 : -aside / 2).epsilon(0).margin(1e-9));
+    }
+    CHECK(on_floor == 4);
+    CHECK(on_wall == 4);
+  }
+}
