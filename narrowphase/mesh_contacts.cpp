@@ -330,8 +330,10 @@ class DepthProbe {
       flats_[of_a ? 1 : 0].reserve(std::min(triangles.size(), usual_flats));
       for (const std::uint32_t t : triangles) {
         const auto p = m.corners(of_a, t);
-        // Only the sides that face each other.
-        if ((p[1] - p[0]).cross(p[2] - p[0]).dot(n) * (m.turned(of_a) == of_a ? -1 : 1) <= 0) continue;
+        // Only the sides that face each other, not those along n but for rounding.
+        const Vec3 area = (p[1] - p[0]).cross(p[2] - p[0]);
+        const double facing = area.dot(n) * (m.turned(of_a) == of_a ? -1 : 1);
+        if (!(facing > 0 && facing * facing > 1e-24 * area.squaredNorm())) continue;
         Flat f;
         for (std::size_t k = 0; k < 3; ++k) f.x[k] = u_.dot(p[k]), f.y[k] = v_.dot(p[k]), f.z[k] = n.dot(p[k]);
         const auto [low_x, high_x] = std::minmax({f.x[0], f.x[1], f.x[2]});
@@ -546,11 +548,8 @@ void add_wall(const Posed& m, const Patch& patch, const PatchPoints& points, con
   const std::array<List<Candidate>, 2> vertices{there(points.vertices[0], own == 0),
                                                 there(points.vertices[1], own == 1)},
       edges{there(points.edges[0], own == 0), there(points.edges[1], own == 1)};
-  List<Span> spans(memory);
-  for (const Span& s : points.spans[own])
-    if (!is_beside(s.p) && !is_beside(s.q)) spans.push_back(s);
-  PatchPoints on_it{{vertices[0], vertices[1]}, {edges[0], edges[1]}, points.spans};
-  on_it.spans[own] = spans;
+  // An edge in a wall, or between two, is no ridge that another edge could lie on.
+  const PatchPoints on_it{{vertices[0], vertices[1]}, {edges[0], edges[1]}, {}};
   add_points(m, part, on_it, wall.n, memory, contacts);
 }
 

@@ -446,6 +446,14 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
         if (body_stands(-answer.signed_distance)) return answer;
         contacts->resize(first);
         sides = add_patches();
+        // Through the surface into what it bounds may be the shorter way.
+        const PairAnswer way = solve_meshes(a, b, Request::distance, options, nullptr);
+        const double slack = 1e-12 * (a.shape.size() + b.shape.size());
+        if (way.status == Status::ok && from_deepest(*contacts, first).signed_distance < way.signed_distance - slack) {
+          contacts->resize(first);
+          contacts->push_back({(way.point_a + way.point_b) / 2, way.normal, -way.signed_distance, 0});
+          return way;
+        }
       }
     }
     if (!sides.sure) touching_contacts(ma, mb, test, pairs, first, *contacts);
