@@ -132,6 +132,23 @@ void PatchCollector::finish(const Vec3& centre, bool solid, std::vector<Contact>
     std::size_t i = 0;
     std::erase_if(patches, [&](const auto&) { return far[i++] != 0; });
   }
+  // Of a sheet that lies on the surface rounding says which side it is on: one patch.
+  const double slack = alike * size_;
+  const auto only_touches = [&](const Points& patch) {
+    return std::all_of(patch.begin(), patch.end(), [&](const Contact& c) { return std::abs(c.depth) <= slack; });
+  };
+  for (std::size_t i = 0; i < patches.size(); ++i)
+    for (std::size_t j = i + 1; j < patches.size(); ++j) {
+      const Contact &own = patches[i].front(), &other = patches[j].front();
+      if (own.normal.dot(other.normal) > one_side || std::abs(own.normal.dot(other.point - own.point)) > slack)
+        continue;
+      if (!only_touches(patches[i]) || !only_touches(patches[j])) continue;
+      for (Contact& c : patches[j]) {
+        c.normal = -c.normal;
+        patches[i].push_back(c);
+      }
+      patches.erase(patches.begin() + static_cast<std::ptrdiff_t>(j--));
+    }
   const std::size_t first = out.size();
   for (const Points& patch : patches) {
     const std::size_t own = out.size();

@@ -585,3 +585,27 @@ TEST_CASE("hunted: what has come into a corner of a solid is pushed by each of i
     CHECK(on_wall == 4);
   }
 }
+
+TEST_CASE("hunted: a triangle that lies on a floor has one patch, whichever side rounding puts it on") {
+  const NarrowPhase solver;
+  const Shape triangle(Triangle{{Vec3(-1, -1, 0), Vec3(1, -1, 0), Vec3(0, 1, 0)}});
+  const Shape floor(Mesh{{{-3, -3, 0}, {3, -3, 0}, {3, 3, 0}, {-3, 3, 0}}, {{0, 1, 2}, {0, 2, 3}}});
+  Random r(23);
+  int touching = 0;
+  for (int i = 0; i < 200; ++i) {
+    const Pose ground{i % 2 == 0 ? Mat3(Mat3::Identity()) : r.rotation(), Vec3(r.unit(), r.unit(), r.unit())};
+    const Mat3 spun = Eigen::AngleAxisd(turn * r.unit(), Vec3::UnitZ()).toRotationMatrix();
+    const Pose at{ground.rotation * spun, ground * Vec3(r.unit(), r.unit(), 0)};
+    std::vector<Contact> contacts;
+    solver.solve(floor, ground, triangle, at, Request::contacts, &contacts);
+    touching += contacts.empty() ? 0 : 1;
+    CAPTURE(i);
+    CHECK(contacts.size() <= 4);
+    for (const Contact& c : contacts) {
+      CHECK(std::abs(c.normal.dot(ground.rotation.col(2))) == Approx(1).margin(1e-9));
+      CHECK(c.normal.dot(contacts[0].normal) > 0.9);
+      CHECK(std::abs(c.depth) < 1e-12);
+    }
+  }
+  CHECK(touching > 100);
+}
