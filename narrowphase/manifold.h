@@ -15,6 +15,8 @@ constexpr double flush_face = 1 - 1e-12;
 constexpr double thin = 0.005;
 /// Edges whose directions' cosine is no larger cross in one point.
 constexpr double clearly_crossing = 0.999;
+/// Cosine of the angle within which normals belong to one patch of a mesh.
+constexpr double one_patch = 0.9;
 
 /// A contact before it is placed in the world.
 struct PatchPoint {

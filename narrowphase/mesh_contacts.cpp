@@ -435,7 +435,6 @@ struct Corner {
 // such a corner is pushed by each of them. Most parts bend the other way somewhere, which shows early.
 Corner find_corner(const Posed& m, const Patch& patch, bool of_a, Memory memory) {
   constexpr std::size_t most = 4;
-  constexpr double one_patch = 0.9;  // cosine of the angle between normals
   struct Plane {
     Vec3 n;
     double level;

@@ -9,8 +9,7 @@
 namespace tandem {
 namespace {
 
-constexpr double one_patch = 0.9;  // cosine of the angle between normals
-constexpr double opposing = -0.7;
+constexpr double opposing = -0.7;  // cosines of the angle between normals
 constexpr double one_side = -0.9999;
 constexpr double same_depth = 1e-6;  // of the size
 

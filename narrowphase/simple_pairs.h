@@ -29,10 +29,11 @@ PairAnswer solve_box_capsule(const std::array<double, 4>& half, const Pose& pose
 PairAnswer solve_boxes(const std::array<double, 4>& half_a, const Pose& pose_a, const std::array<double, 4>& half_b,
                        const Pose& pose_b, Request request, double margin, std::vector<Contact>* contacts);
 
+/// Along this direction, which is in no way special, A comes first of two that are alike.
+constexpr double reversal[3] = {0.5377, 0.3412, 0.7711};
 /// Does B come before A? Two bodies of one kind are solved in an order that their content decides, so that the answer
 /// is the same, bit for bit, whichever is named first. `parameters` compares the shapes: < 0 if A's come first, 0 if
 /// they are alike; then the poses decide.
-constexpr double reversal[3] = {0.5377, 0.3412, 0.7711};  ///< a direction in no way special, along which A comes first
 bool reversed(double parameters, const Pose& pose_a, const Pose& pose_b);
 bool boxes_reversed(const HalfSize& half_a, const Pose& pose_a, const HalfSize& half_b, const Pose& pose_b);
 
