@@ -616,13 +616,17 @@ bool KeptContacts::Batch::move_along(Pair pair, PairResult& result, const std::f
   const double distance = std::abs(kept.signed_distance) - kept.error_bound;
   gap_ = distance - bound;
   moved_by_ = 0;
+  // An answer from before they rested, moved along, would not stand while they do; computed now it may.
+  const double rest = all_.rest_bound(pair);
+  const bool may_settle = bound > rest && all_.both_rest(pair);
   if (kept.contacts.empty() && !all_.distances_) {
-    moved_ = !kept.collide && gap_ > all_.margin_;
+    moved_ = !kept.collide && gap_ > all_.margin_ + (may_settle ? rest : 0);
     return moved_;
   }
   // The shift along the normal is taken into account: what is left is of second order, but not known to be less than
   // both together. Of the angle something is left for what bodies at rest may turn.
   if (!(2 * bound <= ball.allowed && angle <= 0.99 * all_.tolerance_)) return false;
+  if (may_settle && !(rest < gap_ && 2 * bound + rest <= ball.allowed)) return false;
   const bool in_doubt = !(bound < distance);
   // Of two that rest what is computed now will stand.
   if (in_doubt && !(collide && !all_.both_rest(pair) && collide() == kept.collide)) return false;

@@ -517,6 +517,29 @@ TEST_CASE("kept contacts: a pair of two that rest is found again whoever of them
   }
 }
 
+TEST_CASE(
+    "kept contacts: a pair that came to rest with an answer moved so far that its verdict is in doubt is computed "
+    "anew") {
+  Scene scene;
+  const ShapeId box = scene.add_shape(Box{Vec3::Constant(1)});
+  scene.add_body({.shape = box, .is_static = true});
+  constexpr double depth = 3e-4;
+  const BodyId cup = scene.add_body({.shape = box, .pose = Pose::at(0, 0, 1 - depth)});
+  Pipeline pipeline({.keep_contacts = 1e-3});
+  CHECK(pipeline.step(scene).computed_pairs == 1);
+  constexpr double deeper = depth - 1e-6;
+  scene.set_pose(cup, Pose::at(0, 0, 1 - depth - deeper));
+  CHECK(pipeline.step(scene).kept_pairs == 1);
+  CHECK(pipeline.contacts().pairs.at(0).answer.error_bound == Approx(2 * deeper));
+  CHECK(pipeline.step(scene).computed_pairs == 1);
+  for (int step = 0; step < 3; ++step) {
+    CHECK(pipeline.step(scene).kept_pairs == 1);
+    const PairAnswer& answer = pipeline.contacts().pairs.at(0).answer;
+    CHECK(answer.signed_distance == Approx(-depth - deeper).epsilon(1e-9));
+    CHECK(answer.error_bound < 0.01 * deeper + 1e-6);
+  }
+}
+
 TEST_CASE("kept contacts: pairs that a body had in passing are gone when it has moved on, whichever comes first") {
   for (const bool is_first : {false, true}) {
     Scene scene;
