@@ -517,26 +517,31 @@ TEST_CASE("kept contacts: a pair of two that rest is found again whoever of them
   }
 }
 
-TEST_CASE(
-    "kept contacts: a pair that came to rest with an answer moved so far that its verdict is in doubt is computed "
-    "anew") {
-  Scene scene;
-  const ShapeId box = scene.add_shape(Box{Vec3::Constant(1)});
-  scene.add_body({.shape = box, .is_static = true});
-  constexpr double depth = 3e-4;
-  const BodyId cup = scene.add_body({.shape = box, .pose = Pose::at(0, 0, 1 - depth)});
-  Pipeline pipeline({.keep_contacts = 1e-3});
-  CHECK(pipeline.step(scene).computed_pairs == 1);
-  constexpr double deeper = depth - 1e-6;
-  scene.set_pose(cup, Pose::at(0, 0, 1 - depth - deeper));
-  CHECK(pipeline.step(scene).kept_pairs == 1);
-  CHECK(pipeline.contacts().pairs.at(0).answer.error_bound == Approx(2 * deeper));
-  CHECK(pipeline.step(scene).computed_pairs == 1);
-  for (int step = 0; step < 3; ++step) {
+TEST_CASE("kept contacts: a pair that came to rest with an answer moved into doubt is computed anew") {
+  constexpr double gap = 3e-4;
+  const Mat3 tilt = Eigen::AngleAxisd(0.7, Vec3::UnitY()).toRotationMatrix();  // so that boxes around them overlap
+  const auto at = [&](double x, double z) { return Pose{tilt, tilt * Vec3(x, 0, z)}; };
+  for (const double distance : {-gap, gap}) {
+    CAPTURE(distance);
+    Scene scene;
+    const ShapeId box = scene.add_shape(Box{Vec3::Constant(1)});
+    scene.add_body({.shape = box, .pose = at(0, 0), .is_static = true});
+    const BodyId cup = scene.add_body({.shape = box, .pose = at(0, 1 + distance)});
+    Pipeline pipeline({.keep_contacts = 1e-3});
+    CHECK(pipeline.step(scene).computed_pairs == 1);
+    constexpr double sideways = gap - 1e-6;
+    scene.set_pose(cup, at(sideways, 1 + distance));
     CHECK(pipeline.step(scene).kept_pairs == 1);
-    const PairAnswer& answer = pipeline.contacts().pairs.at(0).answer;
-    CHECK(answer.signed_distance == Approx(-depth - deeper).epsilon(1e-9));
-    CHECK(answer.error_bound < 0.01 * deeper + 1e-6);
+    for (const PairResult& pair : pipeline.contacts().pairs) CHECK(pair.answer.error_bound == Approx(2 * sideways));
+    CHECK(pipeline.step(scene).computed_pairs == 1);
+    for (int step = 0; step < 3; ++step) {
+      CHECK(pipeline.step(scene).kept_pairs == 1);
+      CHECK(pipeline.contacts().pairs.size() == (distance < 0 ? 1 : 0));
+      for (const PairResult& pair : pipeline.contacts().pairs) {
+        CHECK(pair.answer.signed_distance == Approx(distance));
+        CHECK(pair.answer.error_bound < 0.02 * sideways);
+      }
+    }
   }
 }
 
