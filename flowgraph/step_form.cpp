@@ -9,8 +9,10 @@ constexpr double most_on_caller_ms = 2;   // of work: with more another thread a
 constexpr double little_shared = 1.5;     // work over time: where more is done at once one thread will not be faster
 constexpr double joining_to_gain = 0.03;  // of a step: what putting pairs in order first can save
 constexpr double mostly_heavy = 0.5;      // of the narrow phase: few answers then for the time they take
-constexpr double better = 0.97;           // less to gain is within the noise of a step
+constexpr double better = 0.97;           // less to gain is within the noise of a step, or not worth another core
+constexpr int gains_to_change = 2;        // in a row: one alone is often the noise of short steps
 constexpr int longest_period = 512;
+constexpr int longest_off_caller = 64;  // a core that does not help is given back soon
 
 }  // namespace
 
@@ -25,6 +27,11 @@ bool FormChooser::may_be(StepForm form, const ExecutionReport& report, double wo
     return small_.ever() && work_ms < most_on_caller_ms &&
            work_ms < std::max(little_shared * report.detect_ms, report.detect_ms + small_.limit_ms());
   return form == StepForm::overlapped || (form == StepForm::ordered && can_order_);
+}
+
+/// Once the current form has run, only steps of its own tell.
+bool FormChooser::may_stay(const ExecutionReport& report, double work_ms) {
+  return (report.form != current_ && of(current_).has_two()) || may_be(current_, report, work_ms);
 }
 
 bool FormChooser::may_pay(StepForm form, const ExecutionReport& report) const {
@@ -46,26 +53,47 @@ void FormChooser::learn(const ExecutionReport& report, double work_ms, double lo
   for (Form& form : all_) form.wait = std::max(0, form.wait - 1);
 
   if (small_.stays_on_caller()) {
-    current_ = next_ = StepForm::caller;
+    current_ = tried_ = next_ = StepForm::caller;
     return;
   }
-  if (next_ != current_) {
-    if (!of(next_).has_two() && may_be(next_, report, work_ms)) return;
-    end_trial();
+  if (tried_ != current_) {
+    if (!may_be(tried_, report, work_ms))
+      end_trial(false);
+    else if (!may_stay(report, work_ms))
+      end_trial(true);
+    else if (of(next_).has_two())
+      go_on_trying();
+    if (tried_ != current_) return;
   }
-  if (!may_be(current_, report, work_ms)) go_to(StepForm::overlapped);
-  next_ = current_;
+  if (!may_stay(report, work_ms)) go_to(StepForm::overlapped);
+  tried_ = next_ = current_;
   look_for_trial(report, work_ms, load);
 }
 
-void FormChooser::end_trial() {
-  Form& tried = of(next_);
-  if (tried.cost() < better * of(current_).cost()) {
-    go_to(next_);
+/// The form tried and the current one have run for two steps each, one of the two just now.
+void FormChooser::go_on_trying() {
+  if (next_ == tried_) {
+    // Sharing must be worth it: of equals the caller is taken.
+    const double at_least = tried_ == StepForm::caller ? 1 / better : better;
+    const bool gained = of(tried_).cost() < at_least * of(current_).cost();
+    if (!gained || ++gains_ == gains_to_change) {
+      end_trial(gained);
+      return;
+    }
+  }
+  next_ = next_ == tried_ ? current_ : tried_;
+  of(next_).forget();
+}
+
+void FormChooser::end_trial(bool gained) {
+  Form& tried = of(tried_);
+  if (gained) {
+    go_to(tried_);
     return;
   }
   tried.wait = tried.period;
-  tried.period = std::min(2 * tried.period, longest_period);
+  tried.period = std::min(2 * tried.period, tried_ == StepForm::caller ? longest_off_caller : longest_period);
+  tried_ = current_;
 }
 
 void FormChooser::look_for_trial(const ExecutionReport& report, double work_ms, double load) {
@@ -76,8 +104,9 @@ void FormChooser::look_for_trial(const ExecutionReport& report, double work_ms, 
     const bool other_load = load > 1.5 * other.load || 1.5 * load < other.load;
     if (other.wait > 0 && !other_load) continue;
     other.load = load;
-    other.costs = {unknown, unknown};
-    next_ = form;
+    other.forget();
+    tried_ = next_ = form;
+    gains_ = 0;
     return;
   }
 }

@@ -22,8 +22,9 @@ class SmallStep {
 };
 
 /// Chooses the form of the next step by what the steps before it took. Another form is tried for two steps now and
-/// then, and kept if it was faster than the two steps before: a verified change, as the balance of threads is. What
-/// did not help is tried again after twice as many steps, or when the load has changed.
+/// then, and kept if it was faster than the two steps before, and is so once more after two steps of the old form: a
+/// verified change, as the balance of threads is, of a gain that the noise of steps does not repeat. What did not help
+/// is tried again after twice as many steps, or when the load has changed.
 class FormChooser {
  public:
   /// `wanted`: automatic, or the form of all steps that are not too small for it. `can_order`: whether
@@ -40,18 +41,24 @@ class FormChooser {
     std::array<double, 2> costs{unknown, unknown};  // of the last two steps of this form: time over load
     int wait = 0, period = 8;                       // steps to the next trial, and from one to the next
     double load = 0;                                // at the last trial
+    void forget() { costs = {unknown, unknown}; }
     double cost() const { return costs[0] < costs[1] ? costs[0] : costs[1]; }
     bool has_two() const { return costs[0] != unknown && costs[1] != unknown; }
   };
 
   Form& of(StepForm form) { return all_[static_cast<std::size_t>(form)]; }
   bool may_be(StepForm form, const ExecutionReport& report, double work_ms) const;
+  bool may_stay(const ExecutionReport& report, double work_ms);
   bool may_pay(StepForm form, const ExecutionReport& report) const;
   void go_to(StepForm form);
-  void end_trial();
+  void go_on_trying();
+  void end_trial(bool gained);
   void look_for_trial(const ExecutionReport& report, double work_ms, double load);
 
-  StepForm wanted_, current_ = StepForm::overlapped, next_ = StepForm::overlapped;
+  // The first step is shared, as nothing is known of it; then none is that may be the caller's until that helps.
+  StepForm wanted_, current_ = StepForm::caller, next_ = StepForm::overlapped;
+  StepForm tried_ = StepForm::caller;  // in turn with the current one, if it is another
+  int gains_ = 0;                      // of the one that is tried, one after the other
   bool can_order_;
   SmallStep small_;
   std::array<Form, forms> all_;
