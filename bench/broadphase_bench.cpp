@@ -24,9 +24,9 @@ struct Entrant {
   std::unique_ptr<BoxContestant> contestant;
   bool ours = false;
   Row row{};
-  Samples cpu{};  // of the calling thread
+  Samples cpu{};                               // of the calling thread
   Samples first_batch{}, first_batch_share{};  // of the step
-  double first_step = 0, longest = 0;  // ns
+  double first_step = 0, longest = 0;          // ns
   std::size_t reported = 0, pairs = 0;
   bool agrees = true;
   bool exact = true;       // reports just what is wanted

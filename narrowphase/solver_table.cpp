@@ -6,8 +6,8 @@ namespace tandem {
 namespace {
 
 // Measured over 400 pairs of each two kinds, 80 a class; the error is three times the largest met, and no less than the
-// tolerance the solver ran with. Only rows that save a fifth of the time are kept: for verdicts none does. FCL has none:
-// on pairs that nearly touch its own assertions end the process.
+// tolerance the solver ran with. Only rows that save a fifth of the time are kept: for verdicts none does. FCL has
+// none: on pairs that nearly touch its own assertions end the process.
 constexpr std::array rows = std::to_array<SolverRow>({
     {ShapeKind::capsule, ShapeKind::cylinder, Request::distance, "gjk", 0.01, 2952, 3e-02},
     {ShapeKind::capsule, ShapeKind::cylinder, Request::distance, "gjk", 0.001, 4126, 2e-03},
