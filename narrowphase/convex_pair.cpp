@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "closed_forms.h"
+#include "constants.h"
 #include "gjk.h"
 #include "manifold.h"
 #include "round_pair.h"
@@ -179,9 +180,18 @@ bool axis_is_lost(const ConvexView& view, double reach) {
   return view.kind == ShapeKind::capsule && view.param[1] <= 1e-15 * reach;
 }
 
-ConvexView ball_of(ConvexView capsule) {
-  capsule.kind = ShapeKind::sphere;
-  return capsule;
+/// Whether this is an ellipsoid whose radii are the same but for rounding. As such it would have its least depth in
+/// whatever is concentric with it in all directions, or all around an axis, and no few points bound that from below.
+bool is_round(const ConvexView& view) {
+  if (view.kind != ShapeKind::ellipsoid) return false;
+  const auto [least, most] = std::minmax({view.param[0], view.param[1], view.param[2]});
+  return most - least <= 4 * epsilon * most;
+}
+
+/// The ball of the first parameter: a capsule's or an ellipsoid's radius.
+ConvexView ball_of(ConvexView body) {
+  body.kind = ShapeKind::sphere;
+  return body;
 }
 
 }  // namespace
@@ -251,6 +261,8 @@ PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexVie
     if (axis_is_lost(a, reach)) return solve_convex(ball_of(a), pose_a, b, pose_b, request, options, contacts, warm);
     if (axis_is_lost(b, reach)) return solve_convex(a, pose_a, ball_of(b), pose_b, request, options, contacts, warm);
   }
+  if (is_round(a)) return solve_convex(ball_of(a), pose_a, b, pose_b, request, options, contacts, warm);
+  if (is_round(b)) return solve_convex(a, pose_a, ball_of(b), pose_b, request, options, contacts, warm);
   const double accepted = std::max(options.tolerance, 1e-9) * size;
   Vec3 from;
   const Vec3* start = nullptr;

@@ -175,8 +175,13 @@ class RoundBody {
     }
   }
 
-  /// On the circles of these kinds the body reaches to centre() . n + level(), the same all around.
-  bool is_level() const { return kind() == ShapeKind::capsule || has_rim(); }
+  /// A hull or triangle whose corners lie on a line.
+  bool is_segment() const { return view_->hull != nullptr && view_->hull->dimension == 1; }
+
+  /// On the circles of these bodies they reach to middle() . n + level(), the same all around.
+  bool is_level() const { return kind() == ShapeKind::capsule || has_rim() || is_segment(); }
+  /// A point of the axis of a body that is the same all around one.
+  Vec3 middle() const { return is_segment() ? Vec3(centre_ + axes_ * corner(0)) : centre_; }
   double level() const {
     return kind() == ShapeKind::cylinder ? radius_ : kind() == ShapeKind::cone ? half_ * sine_ : 0.0;
   }

@@ -1,5 +1,7 @@
 #include "round_depth.h"
 
+#include <utility>
+
 #include "constants.h"
 #include "face_reach.h"
 #include "hull_projection.h"
@@ -128,6 +130,19 @@ bool is_point(const RoundBody& body) {
   return std::all_of(corners.begin(), corners.end(), [&](const Vec3& v) { return v == corners.front(); });
 }
 
+/// The axis about which the body is the same all around, but for rounding; zero where there is none, or any.
+Vec3 axis_of_revolution(const RoundBody& body) {
+  if (body.has_rim() || body.kind() == ShapeKind::capsule) return body.axis();
+  if (body.is_segment()) return body.axes() * (body.hull().vertices[1] - body.hull().vertices[0]).stableNormalized();
+  if (body.kind() != ShapeKind::ellipsoid) return Vec3::Zero();
+  const auto& radii = body.view().param;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double u = radii[(k + 1) % 3], v = radii[(k + 2) % 3];
+    if (std::abs(u - v) <= 4 * epsilon * u) return body.axes().col(static_cast<int>(k));
+  }
+  return Vec3::Zero();
+}
+
 class Search {
  public:
   /// From a minimum of h, or from any direction, which is then not walked from if another one is better.
@@ -143,7 +158,9 @@ class Search {
   void try_axes();
   Vec3 try_from(const Vec3& n);
   bool try_face(int which, std::size_t face, const Vec3& n);
-  void search_circle(int which, const Circle& circle);
+  void search_circle(int which, const Circle& circle, bool kink);
+  double off_axis() const;
+  double search_meridian();
   void search_arcs(int which);
   bool by_arcs(int which) const;
   Vec3 face_normal(int which, std::size_t face) const;
@@ -442,15 +459,38 @@ double Search::expand() {
   }
 }
 
-/// The least of h on a circle where body `which` has a kink.
-void Search::search_circle(int which, const Circle& circle) {
+/// How far points of one body are at most from where they would be if both were the same all around one axis (metres);
+/// infinity if they are not nearly so.
+double Search::off_axis() const {
+  const RoundBody &a = pair_.body[0], &b = pair_.body[1];
+  const Vec3 u = axis_of_revolution(a), v = axis_of_revolution(b), middle = a.middle() + b.middle();
+  if (u.isZero(0) || v.isZero(0)) return infinity;
+  constexpr double leaning = 1e-3;
+  const double sine = u.cross(v).norm();
+  return sine < leaning ? u.cross(middle).norm() + 2 * sine * b.view().size : infinity;
+}
+
+/// The least of h in a plane through the axis about which both bodies are the same all around: there is no less
+/// elsewhere. Returns what is not known of it.
+double Search::search_meridian() {
+  const Vec3 axis = axis_of_revolution(pair_.body[0]), across = axis.cross(best_.n);
+  const double sine = across.norm();
+  const double known = std::exchange(gap_, 0.0);
+  // Through the best direction known, so that it is found again; not where it hardly tells the plane.
+  search_circle(pair_.body[0].kind() == ShapeKind::ellipsoid ? 1 : 0,
+                {sine > 1e-3 ? Vec3(across / sine) : any_perpendicular(axis)}, false);
+  return std::exchange(gap_, known);
+}
+
+/// The least of h on a circle, one where body `which` has a kink or another through its centre.
+void Search::search_circle(int which, const Circle& circle, bool kink) {
   constexpr int start = 8;
   const RoundBody &body = pair_.body[which], &other = pair_.body[1 - which];
-  const bool level = body.is_level();
+  const bool level = kink && body.is_level();
   const double ball = other.rolling_ball(circle), lift = circle.height, radius = circle.radius;
   const double add = (level ? body.level() : 0.0) + ball;
   const auto support = [&](const Vec3& n) -> Vec3 {
-    return (level ? Vec3(body.centre() + other.support(n)) : pair_.support(n)) - ball * n;
+    return (level ? Vec3(body.middle() + other.support(n)) : pair_.support(n)) - ball * n;
   };
   const auto opposite = [&](const Vec3& n, const Vec3& along) -> Vec3 {
     if (lift != 0 || !other.symmetric() || !body.symmetric()) return support(lift * circle.axis - radius * n);
@@ -472,7 +512,7 @@ void Search::search_circle(int which, const Circle& circle) {
   }
   Span spans[start];
   for (int i = 0; i < start; ++i) spans[i] = {samples[i], samples[(i + 1) % start]};
-  search_spans(circle, spans, start, add, support, level ? RimFloor(other, circle, body.centre()) : RimFloor(circle));
+  search_spans(circle, spans, start, add, support, level ? RimFloor(other, circle, body.middle()) : RimFloor(circle));
 }
 
 /// The least of h on the arcs between the normals of a polytope's faces, where two of its corners reach as far.
@@ -662,11 +702,12 @@ Depth Search::run() {
       const Hull& hull = body.hull();
       for (const Hull::Edge& e : hull.edges)
         if (best_.h > 0)
-          search_circle(which, {body.axes() * (hull.vertices[e.v[1]] - hull.vertices[e.v[0]]).stableNormalized()});
+          search_circle(which, {body.axes() * (hull.vertices[e.v[1]] - hull.vertices[e.v[0]]).stableNormalized()},
+                        true);
     } else {
       Circle circles[3];
       const int count = body.kinks(circles);
-      for (int i = 0; i < count && best_.h > 0; ++i) search_circle(which, circles[i]);
+      for (int i = 0; i < count && best_.h > 0; ++i) search_circle(which, circles[i], true);
     }
   }
   if (best_.h > 0) {
@@ -687,7 +728,11 @@ Depth Search::run() {
       return body.kind() == ShapeKind::sphere || (body.kind() == ShapeKind::ellipsoid && body.aspect() <= stretched);
     };
     if (ellipsoid && !(smooth(a) && smooth(b))) {
-      gap_ = std::max(gap_, expand());
+      // Where h is as low all around the axis, points of a polytope would have to be as dense there as the bound is
+      // tight.
+      const double off = off_axis(), around = off < infinity ? search_meridian() + 2 * off : infinity;
+      if (around > 1e-12 * pair_.scale && best_.h > 0) gap_ = std::max(gap_, expand());
+      gap_ = std::min(gap_, around);
     } else if (ellipsoid || (a.has_rim() && b.has_rim())) {
       search_smooth();
     }

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <functional>
 #include <vector>
 
 #include "judge.h"
@@ -122,6 +123,75 @@ TEST_CASE("hunted: ellipsoids deep in shapes with edges and in each other have t
       CAPTURE(name(row.a), name(row.b), index);
       CHECK(judge(solver, p, t) == "");
     }
+}
+
+TEST_CASE("hunted: a least depth all around an axis, or in all directions, is known to be the least") {
+  // What stands around its z axis, and how far it reaches where that leans by the angle of this sine and cosine.
+  struct Turned {
+    Shape shape;
+    std::function<double(double, double)> reach;
+  };
+  const auto spheroid = [](double r, double z) {
+    return Turned{Ellipsoid{{r, r, z}}, [=](double s, double c) { return std::hypot(r * s, z * c); }};
+  };
+  const auto others = [&](double f) {
+    const Vec3 tip(0, 0, f);
+    const auto segment = [=](double, double c) { return f * std::abs(c); };
+    return std::vector<Turned>{
+        {Cylinder{f, f}, [=](double s, double c) { return f * (s + 0.5 * std::abs(c)); }},
+        {Cylinder{f / 3, 3 * f}, [=](double s, double c) { return f * (s / 3 + 1.5 * std::abs(c)); }},
+        {Capsule{f / 2, f}, [=](double, double c) { return f * (0.5 + 0.5 * std::abs(c)); }},
+        {Cone{f / 3, 3 * f}, [=](double s, double c) { return f * std::max(1.5 * c, s / 3 - 1.5 * c); }},
+        {Convex{{tip, -tip, 0.25 * tip}}, segment},
+        {Triangle{{tip, 0.4 * tip, -tip}}, segment},
+        spheroid(f, 9 * f)};
+  };
+  const NarrowPhase solver;
+  Random r(5);
+  std::size_t wrong = 0;
+  const auto check = [&](const Turned& a, const Turned& b, double up) {
+    const auto h = [&](double angle) {
+      const double s = std::sin(angle), c = std::cos(angle);
+      return a.reach(s, c) + b.reach(s, -c) - up * c;
+    };
+    constexpr int samples = 2000;
+    const double step = 0.5 * turn / samples;
+    int lowest = 0;
+    for (int i = 1; i <= samples; ++i)
+      if (h(i * step) < h(lowest * step)) lowest = i;
+    double low = std::max(0, lowest - 1) * step, high = std::min(samples, lowest + 1) * step;
+    for (int i = 0; i < 100; ++i) {
+      const double p = low + (high - low) / 3, q = high - (high - low) / 3;
+      (h(p) < h(q) ? high : low) = h(p) < h(q) ? q : p;
+    }
+    const double truth = std::min({h(low), h(0), h(0.5 * turn)}), size = a.shape.size() + b.shape.size();
+    const Pose at_a{r.rotation(), r.vec(-1, 1)}, at_b{at_a.rotation, at_a.translation + up * at_a.rotation.col(2)};
+    const PairAnswer answer = solver.solve(a.shape, at_a, b.shape, at_b, Request::distance);
+    wrong += answer.status == Status::ok && std::abs(answer.signed_distance + truth) <= 1e-12 * size ? 0 : 1;
+  };
+  for (const double f : {0.01, 0.3, 1.0, 30.0})
+    for (const double up : {0.0, 0.2})
+      for (const Turned& b : others(f)) {
+        for (const auto& [radius, along] : {std::pair{1.0, 0.5}, {1.0, 2.0}, {1.0, 10.0}, {1.0, 0.1}, {0.5, 0.9}})
+          check(spheroid(radius, along), b, up);
+        if (b.shape.kind() == ShapeKind::convex || b.shape.kind() == ShapeKind::triangle)
+          for (const Turned& a : others(0.7)) check(a, b, up);
+      }
+  CHECK(wrong == 0);
+
+  // An ellipsoid of one radius is a ball.
+  wrong = 0;
+  for (int i = 0; i < 400; ++i) {
+    const double radius = std::pow(10.0, r.in(-3, 2));
+    const Shape other = random_shape(bounded_convex[static_cast<std::size_t>(i) % std::size(bounded_convex)], r);
+    const Pose at_other{r.rotation(), r.once_in(2) ? Vec3(Vec3::Zero()) : r.vec(-0.1, 0.1)};
+    const PairAnswer ball = solver.solve(Sphere{radius}, {}, other, at_other, Request::distance);
+    const PairAnswer answer =
+        solver.solve(Ellipsoid{{radius, radius, radius * (1 + 2e-16)}}, {}, other, at_other, Request::distance);
+    const double rounding = 1e-14 * (2 * radius + other.size());
+    wrong += answer.status == Status::ok && std::abs(answer.signed_distance - ball.signed_distance) <= rounding ? 0 : 1;
+  }
+  CHECK(wrong == 0);
 }
 
 TEST_CASE("hunted: contacts of solids and discs that lie flat stay where they are when moved by 1e-9") {
