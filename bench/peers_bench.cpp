@@ -22,8 +22,7 @@ using Clock = std::chrono::steady_clock;
 /// What a contestant did in all timed steps.
 struct Tally {
   Samples time;
-  double pile_ns = 0;  // sum over the last quarter of the steps
-  std::uint64_t pile_steps = 0;
+  Samples stretches, pile;  // medians of stretches; of those in the last quarter of the steps
   std::uint64_t pairs = 0, contacts = 0;
   double kept_pairs = 0;
   std::uint64_t missed = 0, extra = 0;       // pairs, beside the first contestant's
@@ -74,6 +73,7 @@ std::vector<Tally> play(RecordedScene& recorded, const SceneDetectors& detectors
     std::shuffle(order.begin(), order.end(), random);
     for (const std::size_t who : order) {
       Tally& tally = tallies[who];
+      Samples own;
       for (std::size_t k = 0; k < steps; ++k) {
         for (std::uint32_t i = 0; i < recorded.scene.indices(); ++i)
           if (recorded.scene.is_static()[i] == 0)
@@ -85,8 +85,10 @@ std::vector<Tally> play(RecordedScene& recorded, const SceneDetectors& detectors
         if (k < untimed_steps) continue;
         tally.time.add(ns);
         tally.kept_pairs += detectors[who]->kept_pairs();
-        if (4 * (stretch.first_step + k) >= 3 * recorded.steps) tally.pile_ns += ns, ++tally.pile_steps;
+        own.add(ns);
       }
+      tally.stretches.add(own.median());
+      if (4 * (stretch.first_step + steps) > 3 * recorded.steps) tally.pile.add(own.median());
     }
     for (std::size_t k = untimed_steps; k < steps; ++k) {
       const std::vector<TouchingPair> ours = sorted(std::move(found[0][k]));
@@ -132,8 +134,9 @@ std::vector<Row> peers_bench(const Settings& settings) {
   std::vector<Row> rows;
   fmt::print(
       "The whole detection step, contacts computed, on recorded poses. ms a step; pairs and contacts of all timed "
-      "steps;\nmissed, extra: pairs beside tandem's; ratio: the fastest other contestant's median over tandem's.\n"
-      "{:<19} {:<18} {:>7} {:>6} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>7} {:>7} {:>7}  {}\n",
+      "steps;\npile: of stretches in the last quarter; missed, extra: pairs beside tandem's; ratio: the fastest other\n"
+      "contestant's time of a stretch over tandem's of the same, median, p10 and p90.\n"
+      "{:<19} {:<18} {:>7} {:>6} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>7} {:>7} {:>22}  {}\n",
       "scene", "contestant", "threads", "steps", "median", "p10", "p90", "pile", "pairs", "contacts", "missed", "extra",
       "ratio", "hash");
   for (const std::string& name : names) {
@@ -145,17 +148,24 @@ std::vector<Row> peers_bench(const Settings& settings) {
       if (i != threads.size() && tallies[i].hash != tallies[i - 1].hash)
         throw std::runtime_error(
             fmt::format("{}: other contacts on {} threads than on {}", recorded.name, threads[i], threads[0]));
-    double fastest = INFINITY;
-    for (std::size_t i = ours; i < tallies.size(); ++i) fastest = std::min(fastest, tallies[i].time.median());
+    const Tally& fastest =
+        *std::min_element(tallies.begin() + static_cast<std::ptrdiff_t>(ours), tallies.end(),
+                          [](const Tally& x, const Tally& y) { return x.time.median() < y.time.median(); });
+    // Cores get slower and faster within seconds: what ran at the same time is compared.
+    std::vector<Samples> ratios(ours);
+    for (std::size_t i = 0; i < ours; ++i)
+      for (std::size_t k = 0; k < fastest.stretches.size(); ++k)
+        ratios[i].add(fastest.stretches[k] / tallies[i].stretches[k]);
     for (std::size_t i = 0; i < tallies.size(); ++i) {
       Tally& tally = tallies[i];
-      const double pile = tally.pile_steps != 0 ? tally.pile_ns / static_cast<double>(tally.pile_steps) : 0;
-      const double ratio = i < ours ? fastest / tally.time.median() : 0;
-      fmt::print("{:<19} {:<18} {:>7} {:>6} {:>9.3f} {:>9.3f} {:>9.3f} {:>9.3f} {:>9} {:>9} {:>7} {:>7} {:>7}  {}\n",
+      fmt::print("{:<19} {:<18} {:>7} {:>6} {:>9.3f} {:>9.3f} {:>9.3f} {:>9.3f} {:>9} {:>9} {:>7} {:>7} {:>22}  {}\n",
                  recorded.name, detectors[i]->name(), detectors[i]->threads(), tally.time.size(),
                  1e-6 * tally.time.median(), 1e-6 * tally.time.quantile(0.1), 1e-6 * tally.time.quantile(0.9),
-                 1e-6 * pile, tally.pairs, tally.contacts, tally.missed, tally.extra,
-                 ratio > 0 ? fmt::format("{:.2f}x", ratio) : "", hex(tally.hash));
+                 1e-6 * tally.pile.median(), tally.pairs, tally.contacts, tally.missed, tally.extra,
+                 i < ours ? fmt::format("{:.2f}x ({:.2f} to {:.2f})", ratios[i].median(), ratios[i].quantile(0.1),
+                                        ratios[i].quantile(0.9))
+                          : "",
+                 hex(tally.hash));
       Row row{"peers",
               recorded.name,
               detectors[i]->name(),
@@ -165,14 +175,18 @@ std::vector<Row> peers_bench(const Settings& settings) {
               tally.hash,
               {{"steps", recorded.steps},
                {"mean_ns", 0},
-               {"pile_mean_ns", pile},
+               {"pile_ns", tally.pile.median()},
                {"pairs", tally.pairs},
                {"contacts", tally.contacts},
                {"kept_pairs", tally.kept_pairs},
                {"pairs_missed", tally.missed},
                {"pairs_extra", tally.extra}}};
       row.more["mean_ns"] = row.time.mean();
-      if (ratio > 0) row.more["ratio_to_fastest_peer"] = ratio;
+      if (i < ours) {
+        row.more["ratio_to_fastest_peer"] = ratios[i].median();
+        row.more["ratio_p10"] = ratios[i].quantile(0.1);
+        row.more["ratio_p90"] = ratios[i].quantile(0.9);
+      }
       rows.push_back(std::move(row));
     }
   }

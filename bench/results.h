@@ -12,6 +12,7 @@ class Samples {
  public:
   void add(double ns) { values_.push_back(ns); }
   std::size_t size() const { return values_.size(); }
+  double operator[](std::size_t i) const { return values_[i]; }  ///< in the order added
   /// Quantile q in [0, 1], between two samples by its place there; 0 without samples.
   double quantile(double q) const;
   double median() const { return quantile(0.5); }
