@@ -29,9 +29,10 @@ bool FormChooser::may_be(StepForm form, const ExecutionReport& report, double wo
   return form == StepForm::overlapped || (form == StepForm::ordered && can_order_);
 }
 
-/// Once the current form has run, only steps of its own tell.
+/// Once the current form has run, only steps of its own tell, unless there is much more to do.
 bool FormChooser::may_stay(const ExecutionReport& report, double work_ms) {
-  return (report.form != current_ && of(current_).has_two()) || may_be(current_, report, work_ms);
+  const bool has_told = report.form != current_ && of(current_).has_two();
+  return has_told ? current_ != StepForm::caller || work_ms < most_on_caller_ms : may_be(current_, report, work_ms);
 }
 
 bool FormChooser::may_pay(StepForm form, const ExecutionReport& report) const {

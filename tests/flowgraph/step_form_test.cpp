@@ -106,6 +106,12 @@ TEST_CASE("step form: another load is looked at anew") {
   REQUIRE(steps.next() == StepForm::caller);
   steps.step(8, 5, 4, 1000);
   CHECK(steps.next() != StepForm::caller);
+  // So it is if that comes while another form is tried.
+  Steps trying;
+  int k = 0;
+  for (; k < 300 && (k < 10 || trying.next() == StepForm::caller); ++k) trying.step(0.4, 0.6, 0.5);
+  REQUIRE(k < 300);
+  for (k = 0; k < 20; ++k) CHECK(trying.step(30, 0.8, 0.8) != StepForm::caller);
 }
 
 TEST_CASE("step form: what cannot pay is not tried") {
