@@ -13,6 +13,8 @@
 
 #include "index_map.h"
 #include "manifold.h"
+#include "mesh_patches.h"
+#include "mesh_sheets.h"
 #include "patch_rows.h"
 #include "solvers.h"
 #include "support.h"
@@ -23,8 +25,6 @@ namespace {
 
 // Everything of a query lies in one piece of memory, nearly always on the stack, and goes with it.
 using Memory = std::pmr::memory_resource*;
-template <class T>
-using List = std::pmr::vector<T>;
 constexpr std::size_t usual_memory = std::size_t{48} << 10;  // bytes
 
 constexpr std::size_t flood_limit = 4096;  // triangles inside the other mesh that are looked at, a mesh
@@ -47,27 +47,9 @@ struct Crossing {
   Piercing end[2];  // in the curve's sense: A's inside part to the left, seen from outside A
 };
 
-struct Posed {
-  const MeshModel& a;
-  const MeshModel& b;
-  const TriangleTest& frame;
-  // Its triangles are taken to go round the other way: of a surface with a border either side may be the outer one.
-  bool turned_a = false, turned_b = false;
-
-  bool turned(bool of_a) const { return of_a ? turned_a : turned_b; }
-  std::array<Vec3, 3> corners(bool of_a, std::uint32_t t) const {
-    if (of_a) return a.corners(t);
-    auto c = b.corners(t);
-    for (Vec3& v : c) v = frame.in_a(v);
-    return c;
-  }
-  Vec3 vertex(bool of_a, std::uint32_t v) const { return of_a ? a.vertices[v] : frame.in_a(b.vertices[v]); }
-  const MeshModel& mesh(bool of_a) const { return of_a ? a : b; }
-};
-
 // Calls take(k, crossing) for those of some pairs of triangles that cross, in their order.
 template <class Take>
-void each_crossing(const Posed& m, std::span<const std::array<std::uint32_t, 2>> pairs, Take&& take) {
+void each_crossing(const PosedMeshes& m, std::span<const std::array<std::uint32_t, 2>> pairs, Take&& take) {
   TriangleRows rows{};  // columns that are not set are computed with the others: what is in them must be numbers
   CrossingRows found;
   for (std::size_t first = 0; first < pairs.size(); first += TriangleRows::most) {
@@ -133,7 +115,7 @@ struct Patch {
 
 class PatchFinder {
  public:
-  PatchFinder(const Posed& m, std::span<const std::array<std::uint32_t, 2>> pairs, const PartRunner& parts,
+  PatchFinder(const PosedMeshes& m, std::span<const std::array<std::uint32_t, 2>> pairs, const PartRunner& parts,
               Memory memory)
       : m_(m), memory_(memory), groups_(pairs.size(), memory) {
     crossings_.reserve(pairs.size());
@@ -281,7 +263,7 @@ class PatchFinder {
     }
   }
 
-  const Posed& m_;
+  const PosedMeshes& m_;
   const Memory memory_;
   Groups groups_;
   List<Crossing> crossings_{memory_};
@@ -293,9 +275,10 @@ class PatchFinder {
 struct PatchNormal {
   Vec3 n;             // unit, from A to B; zero if there is none
   bool sure = false;  // of a curve with an area
+  Vec3 area;          // of the curve
 };
 
-PatchNormal normal_of(const Posed& m, const Patch& patch, std::span<const Crossing> crossings) {
+PatchNormal normal_of(const Patch& patch, const Facets& facets, std::span<const Crossing> crossings) {
   const Vec3 base = crossings[patch.crossings[0]].end[0].point;
   Vec3 area = Vec3::Zero(), open = Vec3::Zero(), sides = Vec3::Zero();
   double length = 0;
@@ -308,32 +291,26 @@ PatchNormal normal_of(const Posed& m, const Patch& patch, std::span<const Crossi
   // A curve that closes has an area; a slit or an open curve (of a surface with a border) does not say which way.
   // Two edges that cross make a sliver with the right normal, however thin; a wide patch that thin is noise.
   const double least = patch.vertices.empty() ? 1e-7 : 1e-3;
-  if (open.norm() <= 1e-6 * length && area.norm() > least * length * length) return {unit(area), true};
+  if (open.norm() <= 1e-6 * length && area.norm() > least * length * length) return {unit(area), true, area};
   for (const bool of_a : {true, false})
-    for (const std::uint32_t t : patch.triangles[of_a ? 1 : 0]) {
-      const auto p = m.corners(of_a, t);
-      sides += (m.turned(of_a) == of_a ? -1 : 1) * (p[1] - p[0]).cross(p[2] - p[0]).stableNormalized();
-    }
-  return {sides.norm() > 1e-6 ? Vec3(sides.normalized()) : Vec3(Vec3::Zero()), false};
+    for (const Facet& f : facets[of_a ? 1 : 0]) sides += f.n;
+  return {sides.norm() > 1e-6 ? Vec3(sides.normalized()) : Vec3(Vec3::Zero()), false, area};
 }
 
 // How far `point` of one mesh lies beyond the other's surface, measured along `n` (from A to B); negative if nothing of
 // that surface is there.
 class DepthProbe {
  public:
-  DepthProbe(const Posed& m, const Patch& patch, const Vec3& n, Memory memory)
+  DepthProbe(const Facets& facets, const Vec3& n, Memory memory)
       : n_(n), flats_{List<Flat>(memory), List<Flat>(memory)} {
     u_ = n.unitOrthogonal();
     v_ = n.cross(u_);
-    for (const bool of_a : {true, false}) {
-      const List<std::uint32_t>& triangles = patch.triangles[of_a ? 1 : 0];
-      flats_[of_a ? 1 : 0].reserve(std::min(triangles.size(), usual_flats));
-      for (const std::uint32_t t : triangles) {
-        const auto p = m.corners(of_a, t);
+    for (const std::size_t of_a : {std::size_t{1}, std::size_t{0}}) {
+      flats_[of_a].reserve(std::min(facets[of_a].size(), usual_flats));
+      for (const Facet& facet : facets[of_a]) {
+        const auto& p = facet.p;
         // Only the sides that face each other, not those along n but for rounding.
-        const Vec3 area = (p[1] - p[0]).cross(p[2] - p[0]);
-        const double facing = area.dot(n) * (m.turned(of_a) == of_a ? -1 : 1);
-        if (!(facing > 0 && facing * facing > 1e-24 * area.squaredNorm())) continue;
+        if (!(facet.n.dot(n) > 1e-12)) continue;
         Flat f;
         for (std::size_t k = 0; k < 3; ++k) f.x[k] = u_.dot(p[k]), f.y[k] = v_.dot(p[k]), f.z[k] = n.dot(p[k]);
         const auto [low_x, high_x] = std::minmax({f.x[0], f.x[1], f.x[2]});
@@ -341,7 +318,7 @@ class DepthProbe {
         const double slack =
             4 * edge * (high_x - low_x + high_y - low_y) + 1e-14 * (std::abs(f.x[0]) + std::abs(f.y[0]));
         f.low_x = low_x - slack, f.high_x = high_x + slack, f.low_y = low_y - slack, f.high_y = high_y + slack;
-        flats_[of_a ? 1 : 0].push_back(f);
+        flats_[of_a].push_back(f);
       }
     }
   }
@@ -422,7 +399,7 @@ void choose(std::span<const Candidate> all, const Vec3& n, const Vec3& u, const 
 struct CornerWall {
   Vec3 n;  // unit, from A to B
   double level;
-  List<std::uint32_t> triangles;
+  List<Facet> facets;
 };
 
 struct Corner {
@@ -433,14 +410,13 @@ struct Corner {
 
 // The planes of a mesh's part of a patch, where these are few and each lies in front of the others: what has come into
 // such a corner is pushed by each of them. Most parts bend the other way somewhere, which shows early.
-Corner find_corner(const Posed& m, const Patch& patch, bool of_a, Memory memory) {
+Corner find_corner(const PosedMeshes& m, std::span<const Facet> facets, bool of_a, Memory memory) {
   constexpr std::size_t most = 4;
   struct Plane {
     Vec3 n;
     double level;
   };
   const double slack = 1e-9 * (m.a.half + m.b.half).norm(), side = of_a ? 1 : -1;
-  const List<std::uint32_t>& triangles = patch.triangles[of_a ? 1 : 0];
   std::array<Plane, most> planes;
   std::size_t count = 0;
   // How far a triangle reaches in front of a plane, least and most.
@@ -451,34 +427,29 @@ Corner find_corner(const Posed& m, const Patch& patch, bool of_a, Memory memory)
   Corner corner(memory);
   corner.of_a = of_a;
   bool is_bent = false;
-  for (const std::uint32_t t : triangles) {
-    const auto p = m.corners(of_a, t);
+  for (const Facet& facet : facets) {
     bool is_known = false;
     for (std::size_t k = 0; k < count && !is_known; ++k) {
-      const auto [low, high] = heights(planes[k], p);
+      const auto [low, high] = heights(planes[k], facet.p);
       if (low < -slack) return corner;
       is_known = high <= slack;
     }
     if (is_known) continue;
     if (count == most) return corner;
-    const Vec3 n = (m.turned(of_a) == of_a ? -1 : 1) * unit((p[1] - p[0]).cross(p[2] - p[0]));
-    for (std::size_t k = 0; k < count; ++k) is_bent = is_bent || planes[k].n.dot(n) < one_patch;
-    planes[count++] = {n, n.dot(p[0])};
+    for (std::size_t k = 0; k < count; ++k) is_bent = is_bent || planes[k].n.dot(facet.n) < one_patch;
+    planes[count++] = {facet.n, facet.n.dot(facet.p[0])};
   }
   if (!is_bent) return corner;
-  for (const Plane& f : std::span(planes).first(count))
-    corner.walls.push_back({f.n, f.level, List<std::uint32_t>(memory)});
-  for (const std::uint32_t t : triangles) {
-    const auto p = m.corners(of_a, t);
+  for (const Plane& f : std::span(planes).first(count)) corner.walls.push_back({f.n, f.level, List<Facet>(memory)});
+  for (const Facet& facet : facets)
     for (std::size_t k = 0; k < count; ++k) {
-      const auto [low, high] = heights(planes[k], p);
+      const auto [low, high] = heights(planes[k], facet.p);
       if (low < -slack) {
         corner.walls.clear();
         return corner;
       }
-      if (high <= slack) corner.walls[k].triangles.push_back(t);
+      if (high <= slack) corner.walls[k].facets.push_back(facet);
     }
-  }
   return corner;
 }
 
@@ -486,12 +457,13 @@ Corner find_corner(const Posed& m, const Patch& patch, bool of_a, Memory memory)
 struct PatchPoints {
   std::array<std::span<const Candidate>, 2> vertices, edges;
   std::array<std::span<const Span>, 2> spans;
+  Facets facets;
 };
 
 // Adds the contacts of a patch along n.
-void add_points(const Posed& m, const Patch& patch, const PatchPoints& points, const Vec3& n, Memory memory,
+void add_points(const PosedMeshes& m, const PatchPoints& points, const Vec3& n, Memory memory,
                 std::vector<Contact>& contacts) {
-  const DepthProbe depth(m, patch, n, memory);
+  const DepthProbe depth(points.facets, n, memory);
   List<Candidate> chosen(memory);
   chosen.reserve(36);
   for (const std::size_t of_a : {std::size_t{1}, std::size_t{0}}) {
@@ -517,18 +489,17 @@ void add_points(const Posed& m, const Patch& patch, const PatchPoints& points, c
   const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
   contacts.erase(std::remove_if(begin, contacts.end(), [&](const Contact& c) { return c.depth < most / 4; }),
                  contacts.end());
-  keep_four(contacts, first, (m.a.half + m.b.half).norm());
+  keep_widest(contacts, first, (m.a.half + m.b.half).norm());
 }
 
 // The same for one of a corner's walls: of its own mesh only what lies in it counts, and what of the other has gone
 // through another wall, too, lies over its rim there.
-void add_wall(const Posed& m, const Patch& patch, const PatchPoints& points, const Corner& corner,
-              const CornerWall& wall, Memory memory, std::vector<Contact>& contacts) {
+void add_wall(const PosedMeshes& m, const PatchPoints& points, const Corner& corner, const CornerWall& wall,
+              Memory memory, std::vector<Contact>& contacts) {
   const std::size_t own = corner.of_a ? 1 : 0;
   const double slack = 1e-9 * (m.a.half + m.b.half).norm(), side = corner.of_a ? 1 : -1;
-  Patch part(memory);
-  part.triangles[own] = wall.triangles;
-  part.triangles[1 - own] = patch.triangles[1 - own];
+  Facets facets = points.facets;
+  facets[own] = wall.facets;
   const auto is_beside = [&](const Vec3& p) { return std::abs(wall.n.dot(p) - wall.level) > slack; };
   const auto there = [&](std::span<const Candidate> from, bool is_own) {
     List<Candidate> to(memory);
@@ -548,13 +519,60 @@ void add_wall(const Posed& m, const Patch& patch, const PatchPoints& points, con
                                                 there(points.vertices[1], own == 1)},
       edges{there(points.edges[0], own == 0), there(points.edges[1], own == 1)};
   // An edge in a wall, or between two, is no ridge that another edge could lie on.
-  const PatchPoints on_it{{vertices[0], vertices[1]}, {edges[0], edges[1]}, {}};
-  add_points(m, part, on_it, wall.n, memory, contacts);
+  const PatchPoints on_it{{vertices[0], vertices[1]}, {edges[0], edges[1]}, {}, facets};
+  add_points(m, on_it, wall.n, memory, contacts);
 }
 
-PatchSides add_patch(const Posed& m, const Patch& patch, std::span<const Crossing> crossings, Memory memory,
-                     std::vector<Contact>& contacts) {
-  const PatchNormal normal = normal_of(m, patch, crossings);
+// The one plane of a mesh's part of a patch that faces the other along n; nullptr if there are several.
+const Facet* sole_face(std::span<const Facet> facets, const Vec3& n, double slack) {
+  constexpr double on_its_side = 0.1;
+  const Facet* face = nullptr;
+  for (const Facet& f : facets) {
+    if (!(f.n.dot(n) > on_its_side)) continue;
+    if (face == nullptr) face = &f;
+    for (const Vec3& v : f.p)
+      if (std::abs(face->n.dot(v - face->p[0])) > slack) return nullptr;
+  }
+  return face;
+}
+
+// The curve of what has come through a flat face goes round the face's edge, too, where it lies over that: a little off
+// the face's normal, which is the shorter way.
+Vec3 normal_of_face(const PosedMeshes& m, const PatchPoints& points, const Vec3& n) {
+  const double slack = 1e-9 * (m.a.half + m.b.half).norm();
+  const Facet *of_a = sole_face(points.facets[1], n, slack), *of_b = sole_face(points.facets[0], n, slack);
+  if (of_a != nullptr && of_b != nullptr) {
+    // Of two that which less has come through.
+    double beyond_a = 0, beyond_b = 0;
+    const auto look = [&](std::span<const Candidate> some) {
+      for (const Candidate& c : some) {
+        beyond_a = std::max(beyond_a, of_a->n.dot(of_a->p[0] - c.point));
+        beyond_b = std::max(beyond_b, of_b->n.dot(c.point - of_b->p[0]));
+      }
+    };
+    for (const std::size_t k : {std::size_t{0}, std::size_t{1}}) look(points.vertices[k]), look(points.edges[k]);
+    return beyond_a <= beyond_b ? of_a->n : of_b->n;
+  }
+  if (of_a == nullptr && of_b == nullptr) return n;
+  return of_a != nullptr ? of_a->n : of_b->n;
+}
+
+PatchSides add_patch(const PosedMeshes& m, const Patch& patch, std::span<const Crossing> crossings, Memory memory,
+                     PatchCollector& sheets, std::vector<Contact>& contacts) {
+  std::array<List<Facet>, 2> all{List<Facet>(memory), List<Facet>(memory)};
+  for (const std::size_t of_a : {std::size_t{0}, std::size_t{1}}) {
+    all[of_a].reserve(patch.triangles[of_a].size());
+    for (const std::uint32_t t : patch.triangles[of_a]) all[of_a].push_back(facet_of(m, of_a == 1, t));
+  }
+  const Facets facets{all[0], all[1]};
+  const PatchNormal normal = normal_of(patch, facets, crossings);
+  const auto corner_of = [&](bool of_a) {
+    return normal.sure ? find_corner(m, facets[of_a ? 1 : 0], of_a, memory) : Corner(memory);
+  };
+  const Corner of_first = corner_of(true), of_second = corner_of(false);
+  const bool in_corner = of_first.walls.empty() != of_second.walls.empty();
+  if (!in_corner && add_sheets(m, facets, normal.sure ? normal.area : Vec3(Vec3::Zero()), memory, sheets, contacts))
+    return {true, false};
   if (normal.n.isZero()) return {};
   std::array<List<Candidate>, 2> edges{List<Candidate>(memory), List<Candidate>(memory)};
   for (List<Candidate>& some : edges) some.reserve(2 * patch.crossings.size());
@@ -573,16 +591,14 @@ PatchSides add_patch(const Posed& m, const Patch& patch, std::span<const Crossin
   const std::span<const Candidate> vertices(patch.vertices);
   const std::size_t of_b = static_cast<std::size_t>(
       std::find_if(vertices.begin(), vertices.end(), [](const Candidate& c) { return !c.of_a; }) - vertices.begin());
-  const PatchPoints points{{vertices.subspan(of_b), vertices.first(of_b)}, {edges[0], edges[1]}, {spans[0], spans[1]}};
-  if (normal.sure) {
-    const Corner of_first = find_corner(m, patch, true, memory), of_second = find_corner(m, patch, false, memory);
-    if (of_first.walls.empty() != of_second.walls.empty()) {
-      const Corner& corner = of_first.walls.empty() ? of_second : of_first;
-      for (const CornerWall& wall : corner.walls) add_wall(m, patch, points, corner, wall, memory, contacts);
-      return {true, true};
-    }
+  const PatchPoints points{
+      {vertices.subspan(of_b), vertices.first(of_b)}, {edges[0], edges[1]}, {spans[0], spans[1]}, facets};
+  if (in_corner) {
+    const Corner& corner = of_first.walls.empty() ? of_second : of_first;
+    for (const CornerWall& wall : corner.walls) add_wall(m, points, corner, wall, memory, contacts);
+    return {true, true};
   }
-  add_points(m, patch, points, normal.n, memory, contacts);
+  add_points(m, points, normal.sure ? normal_of_face(m, points, normal.n) : normal.n, memory, contacts);
   return {normal.sure, false};
 }
 
@@ -591,7 +607,7 @@ PatchSides add_patch(const Posed& m, const Patch& patch, std::span<const Crossin
 // least overlap of the hulls.
 class Touching {
  public:
-  Touching(const Posed& m, std::span<const std::array<std::uint32_t, 2>> pairs, Memory memory)
+  Touching(const PosedMeshes& m, std::span<const std::array<std::uint32_t, 2>> pairs, Memory memory)
       : m_(m), pairs_(pairs), slack_(1e-9 * (m.a.half + m.b.half).norm()), faces_(memory) {
     faces_.reserve(pairs.size());
     for (const auto& [i, j] : pairs) faces_.push_back(faces(m.corners(true, i), m.corners(false, j)));
@@ -628,15 +644,7 @@ class Touching {
       contacts.resize(end);
       if (contacts.size() - first > most_points) keep_outer(contacts, first);
     }
-    // The first of them is kept: an outer one, as from one inside the patch four do not span it.
-    const std::span<Contact> found = std::span(contacts).subspan(first);
-    Vec3 centre = Vec3::Zero();
-    for (const Contact& c : found) centre += c.point / static_cast<double>(found.size());
-    std::size_t outer = 0;
-    for (std::size_t i = 1; i < found.size(); ++i)
-      if ((found[i].point - centre).norm() > (found[outer].point - centre).norm() + slack_) outer = i;
-    found[outer].feature &= 0x3fffffffu;
-    keep_four(contacts, first, size);
+    keep_widest(contacts, first, size);
   }
 
  private:
@@ -760,7 +768,7 @@ class Touching {
     depth_ = faces_.empty() ? std::max(least, 0.0) : deepest_along(n_);
   }
 
-  const Posed& m_;
+  const PosedMeshes& m_;
   const std::span<const std::array<std::uint32_t, 2>> pairs_;
   const double slack_;  // what counts as touching
   List<Faces> faces_;
@@ -770,41 +778,6 @@ class Touching {
   std::size_t in_the_way_ = 0;  // a face that was
   double depth_ = 0;            // of the triangles that meet, along n
 };
-
-}  // namespace
-
-void keep_four(std::vector<Contact>& contacts, std::size_t first, double size) {
-  const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
-  std::sort(begin, contacts.end(), [](const Contact& x, const Contact& y) { return x.feature < y.feature; });
-  const std::size_t n = contacts.size() - first;
-  if (n <= 4) return;
-  const auto at = [&](std::size_t i) -> const Contact& { return contacts[first + i]; };
-  // A later one must be better by more than rounding and a change of pose by 1e-9 can make it.
-  const double slack = alike * size;
-  const auto best = [&](auto&& score) {
-    std::size_t winner = 0;
-    for (std::size_t i = 1; i < n; ++i)
-      if (score(at(i)) > score(at(winner)) + slack) winner = i;
-    return winner;
-  };
-  std::array<std::size_t, 4> kept{};
-  kept[0] = best([](const Contact& c) { return c.depth; });
-  const Vec3 p = at(kept[0]).point, axis = at(kept[0]).normal;
-  kept[1] = best([&](const Contact& c) { return (c.point - p).norm(); });
-  const Vec3 side = axis.cross(at(kept[1]).point - p).stableNormalized();
-  kept[2] = best([&](const Contact& c) { return side.dot(c.point - p); });
-  kept[3] = best([&](const Contact& c) { return -side.dot(c.point - p); });
-  double deepest = at(kept[0]).depth;
-  for (std::size_t i = 0; i < n; ++i) deepest = std::max(deepest, at(i).depth);
-  contacts[first + kept[0]].depth = deepest;  // one that counts as equal stands for the deepest
-  std::sort(kept.begin(), kept.end());
-  std::size_t out = first;
-  for (std::size_t k = 0; k < 4; ++k)
-    if (k == 0 || kept[k] != kept[k - 1]) contacts[out++] = contacts[first + kept[k]];
-  contacts.resize(out);
-}
-
-namespace {
 
 // Of one feature in several patches the place decides.
 void sort_contacts(std::span<Contact> contacts) {
@@ -818,19 +791,21 @@ struct Sides : PatchSides {
   double deepest = 0;
 };
 
-Sides add_patches(const Posed& m, std::span<const std::array<std::uint32_t, 2>> pairs, const PartRunner& parts,
+Sides add_patches(const PosedMeshes& m, std::span<const std::array<std::uint32_t, 2>> pairs, const PartRunner& parts,
                   std::vector<Contact>& contacts) {
   alignas(std::max_align_t) std::array<std::byte, usual_memory> usual;
   std::pmr::monotonic_buffer_resource memory(usual.data(), usual.size());
   const std::size_t first = contacts.size();
   const PatchFinder finder(m, pairs, parts, &memory);
+  PatchCollector sheets((m.a.half + m.b.half).norm());  // those along one normal are one patch, as with a convex shape
   Sides sides;
   sides.sure = true;
   for (const Patch& patch : finder.patches()) {
-    const PatchSides here = add_patch(m, patch, finder.crossings(), &memory, contacts);
+    const PatchSides here = add_patch(m, patch, finder.crossings(), &memory, sheets, contacts);
     sides.sure = sides.sure && here.sure;
     sides.in_corner = sides.in_corner || here.in_corner;
   }
+  sheets.finish(Vec3::Zero(), false, contacts);
   for (std::size_t c = first; c < contacts.size(); ++c) sides.deepest = std::max(sides.deepest, contacts[c].depth);
   if (sides.deepest > 0.25 * std::min(m.a.half.norm(), m.b.half.norm()) ||
       sides.deepest < 1e-12 * (m.a.half + m.b.half).norm())
@@ -871,7 +846,7 @@ PatchSides patch_contacts(const MeshModel& a, const MeshModel& b, const Triangle
 void touching_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
                        std::span<const std::array<std::uint32_t, 2>> pairs, std::size_t first,
                        std::vector<Contact>& contacts) {
-  const Posed m{a, b, frame};
+  const PosedMeshes m{a, b, frame};
   alignas(std::max_align_t) std::array<std::byte, usual_memory> usual;
   std::pmr::monotonic_buffer_resource memory(usual.data(), usual.size());
   Touching touching(m, pairs, &memory);

@@ -21,8 +21,9 @@ struct PatchSides {
 /// which equals the integral of A's normals over the part of A inside B; its depth is how far those parts of A and B
 /// that lie inside the other reach past each other along it. Of a mesh with a border the inside is that of its two
 /// sides with the shorter way out. Where a curve goes round a corner of one mesh, two planes and up to four that each
-/// lie in front of the others, there is a patch for each of them. Normals from A to B. `parts` shares the work where
-/// many triangles meet, and changes no bit; empty: the caller.
+/// lie in front of the others, there is a patch for each of them. Where flat faces have sunk into each other there is a
+/// patch for each of their normals instead. Normals from A to B. `parts` shares the work where many triangles meet, and
+/// changes no bit; empty: the caller.
 PatchSides patch_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
                           std::span<const std::array<std::uint32_t, 2>> pairs, const PartRunner& parts,
                           std::vector<Contact>& contacts);
@@ -32,9 +33,5 @@ PatchSides patch_contacts(const MeshModel& a, const MeshModel& b, const Triangle
 void touching_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
                        std::span<const std::array<std::uint32_t, 2>> pairs, std::size_t first,
                        std::vector<Contact>& contacts);
-
-/// At most 4 of the contacts from `first` on: the deepest, and those that span the widest patch with it; of equals the
-/// first by feature, in whose order they are left. `size` is that of the bodies, the unit of what counts as equal.
-void keep_four(std::vector<Contact>& contacts, std::size_t first, double size);
 
 }  // namespace tandem

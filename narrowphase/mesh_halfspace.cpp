@@ -2,9 +2,9 @@
 #include <limits>
 
 #include "manifold.h"
-#include "mesh_contacts.h"
 #include "mesh_model.h"
 #include "mesh_pair.h"
+#include "mesh_patches.h"
 
 namespace tandem {
 
@@ -30,7 +30,7 @@ PairAnswer solve_mesh_halfspace(const Posed& mesh, const Posed& half, Request re
       contacts->push_back({world(v) - up * (height / 2), -up, std::max(-height, -options.margin), v});
   }
   if (request == Request::contacts && lowest > options.margin) contacts->resize(first);
-  if (request == Request::contacts) keep_four(*contacts, first, mesh.shape.size());
+  if (request == Request::contacts) keep_widest(*contacts, first, mesh.shape.size());
   answer.collide = lowest <= 0;
   if (request == Request::collide || (request == Request::contacts && contacts->size() == first)) return answer;
   answer.signed_distance = lowest;

@@ -49,6 +49,25 @@ Mat3 almost_aligned(Random& r) {
   return m * Eigen::AngleAxisd(tilt, axis).toRotationMatrix();
 }
 
+// A solid along y by its profile, counterclockwise as seen from where y is less, and the profile's triangles.
+Mesh prism(const std::vector<Vec3>& profile, const std::vector<std::array<std::uint32_t, 3>>& cap, double width) {
+  Mesh m;
+  m.solid = true;
+  const auto n = static_cast<std::uint32_t>(profile.size());
+  for (const double y : {-width / 2, width / 2})
+    for (const Vec3& p : profile) m.vertices.push_back(p + Vec3(0, y, 0));
+  for (const auto& t : cap) {
+    m.triangles.push_back({t[0], t[1], t[2]});
+    m.triangles.push_back({n + t[0], n + t[2], n + t[1]});
+  }
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const std::uint32_t next = (i + 1) % n;
+    m.triangles.push_back({i, n + i, n + next});
+    m.triangles.push_back({i, n + next, next});
+  }
+  return m;
+}
+
 }  // namespace
 
 TEST_CASE("hunted: almost aligned flat faces that hardly touch, sizes up to 1000 apart") {
@@ -603,25 +622,7 @@ TEST_CASE("hunted: closed surfaces meet meshes of several parts as what they bou
 }
 
 TEST_CASE("hunted: what has come into a corner of a solid is pushed by each of its walls") {
-  // The solid below z = 0 and behind x = 0, as one prism along y; its profile as seen from there.
-  const auto prism = [](const std::vector<Vec3>& profile, const std::vector<std::array<std::uint32_t, 3>>& cap,
-                        double width) {
-    Mesh m;
-    m.solid = true;
-    const auto n = static_cast<std::uint32_t>(profile.size());
-    for (const double y : {-width / 2, width / 2})
-      for (const Vec3& p : profile) m.vertices.push_back(p + Vec3(0, y, 0));
-    for (const auto& t : cap) {
-      m.triangles.push_back({t[0], t[1], t[2]});
-      m.triangles.push_back({n + t[0], n + t[2], n + t[1]});
-    }
-    for (std::uint32_t i = 0; i < n; ++i) {
-      const std::uint32_t next = (i + 1) % n;
-      m.triangles.push_back({i, n + i, n + next});
-      m.triangles.push_back({i, n + next, next});
-    }
-    return m;
-  };
+  // The solid below z = 0 and behind x = 0.
   const Mesh room = prism({{0, 0, 0}, {0, 0, 4}, {-1, 0, 4}, {-1, 0, -1}, {4, 0, -1}, {4, 0, 0}},
                           {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}}, 6);
   // An L of its own, standing on its foot with its back to the wall.
@@ -653,6 +654,81 @@ TEST_CASE("hunted: what has come into a corner of a solid is pushed by each of i
     }
     CHECK(on_floor == 4);
     CHECK(on_wall == 4);
+  }
+}
+
+TEST_CASE("hunted: meshes whose flat faces have sunk into each other are pushed by each of these faces") {
+  const std::vector<std::array<std::uint32_t, 3>> cap{{0, 1, 4}, {1, 2, 3}, {1, 3, 4}, {0, 4, 5}};
+  // A step up at x = 0, and one that hangs over it, with both its treads and its riser on the other's.
+  Mesh stairs = prism({{-4, 0, -2}, {4, 0, -2}, {4, 0, 1}, {0, 0, 1}, {0, 0, 0}, {-4, 0, 0}}, cap, 8);
+  Mesh above = prism({{2.5, 0, 2}, {-2.5, 0, 2}, {-2.5, 0, -1}, {0, 0, -1}, {0, 0, 0}, {2.5, 0, 0}}, cap, 3);
+  const NarrowPhase solver;
+  Random r(29);
+  for (int i = 0; i < 120; ++i) {
+    const double down = r.power_of_two(-20, -7), aside = r.power_of_two(-20, -7);
+    const bool free = i % 4 == 3;  // of the riser
+    const Mat3 turned = i % 2 == 0 ? Mat3(Mat3::Identity()) : r.rotation();
+    const Vec3 at(free ? -0.3 : aside, r.unit(), 1 - down);
+    stairs.solid = i % 3 != 0, above.solid = i % 5 != 0;
+    CAPTURE(i, down, aside);
+    const auto contacts_at = [&](const Pose& pose) {
+      std::vector<Contact> contacts;
+      solver.solve(Shape(stairs), Pose{turned, Vec3::Zero()}, Shape(above), pose, Request::contacts, &contacts);
+      return contacts;
+    };
+    const std::vector<Contact> contacts = contacts_at({turned, turned * at});
+    int on_treads = 0, on_riser = 0;
+    double low = 1, high = -1;
+    for (const Contact& c : contacts) {
+      const Vec3 normal = turned.transpose() * c.normal, p = turned.transpose() * c.point;
+      const bool is_tread = normal.z() > 0.5;
+      (is_tread ? on_treads : on_riser) += 1;
+      CHECK((normal - (is_tread ? Vec3::UnitZ() : Vec3(-Vec3::UnitX()))).norm() < 1e-9);
+      CHECK(c.depth == Approx(is_tread ? down : aside).epsilon(0).margin(1e-12));
+      if (!is_tread) CHECK(p.x() == Approx(aside / 2).epsilon(0).margin(1e-9));
+      if (is_tread) CHECK(p.z() == Approx((p.x() > 0 ? 1 : 0) - down / 2).epsilon(0).margin(1e-9));
+      low = std::min(low, p.x()), high = std::max(high, p.x());
+    }
+    CHECK(on_treads == 4);
+    CHECK(on_riser == (free ? 0 : 4));
+    CHECK(high - low > 4.9);
+    const Mat3 nudged = Eigen::AngleAxisd(1e-9, r.rotation().col(0)).toRotationMatrix() * turned;
+    const std::vector<Contact> again = contacts_at({nudged, turned * at + 1e-9 * r.rotation().col(0)});
+    for (const Contact& c : contacts)
+      CHECK(std::any_of(again.begin(), again.end(), [&](const Contact& o) {
+        return (o.point - c.point).norm() < 1e-6 && (o.normal - c.normal).norm() < 1e-6;
+      }));
+  }
+}
+
+TEST_CASE("hunted: an edge of a solid that has come through a face of another is pushed along the face's normal") {
+  const Mesh stairs = prism({{-4, 0, -2}, {4, 0, -2}, {4, 0, 1}, {0, 0, 1}, {0, 0, 0}, {-4, 0, 0}},
+                            {{0, 1, 4}, {1, 2, 3}, {1, 3, 4}, {0, 4, 5}}, 8);
+  // A hexagon for a foot.
+  std::vector<Vec3> foot;
+  for (int i = 0; i < 6; ++i)
+    foot.emplace_back(0.5 * std::cos(0.2 + turn * i / 6), 0, 0.5 * std::sin(0.2 + turn * i / 6));
+  Mesh body = prism(foot, {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}}, 1);
+  const NarrowPhase solver;
+  Random r(31);
+  for (int i = 0; i < 60; ++i) {
+    const bool at_end = i % 3 == 1;  // of the edge
+    const double angle = (i % 12 + 1) * turn / 72, sunk = r.power_of_two(-16, -7);
+    const Mat3 turned = i % 2 == 0 ? Mat3(Mat3::Identity()) : r.rotation();
+    const Mat3 leaning =
+        (Eigen::AngleAxisd(-angle, Vec3::UnitY()) * Eigen::AngleAxisd(turn / 4, Vec3::UnitX())).matrix();
+    const Vec3 normal = leaning.col(1), at = Vec3(0, at_end ? 3.9 : r.unit(), 1) + (0.5 - sunk) * normal;
+    body.solid = i % 3 == 0;
+    CAPTURE(i, angle, sunk);
+    std::vector<Contact> contacts;
+    solver.solve(Shape(stairs), Pose{turned, Vec3::Zero()}, Shape(body), {turned * leaning, turned * at},
+                 Request::contacts, &contacts);
+    REQUIRE(contacts.size() == 2);
+    CHECK((contacts[0].point - contacts[1].point).norm() > (at_end ? 0.5 : 0.85));
+    for (const Contact& c : contacts) {
+      CHECK((turned.transpose() * c.normal - normal).norm() < 1e-9);
+      CHECK(c.depth == Approx(sunk).epsilon(0).margin(1e-12));
+    }
   }
 }
 
