@@ -16,6 +16,8 @@ namespace {
 constexpr std::size_t bins = 16;
 // Below this, splits are by the median, so that no input makes the tree deeper than this plus log2 of its triangles.
 constexpr int last_binned_level = 24;
+// Of the largest coordinate: how far apart the corners of a surface may be that are one.
+constexpr double seam_ulps = 16;
 
 [[noreturn]] void refuse(const std::string& why) { throw std::invalid_argument("mesh: " + why); }
 
@@ -100,6 +102,49 @@ void turn_alike(MeshModel& mesh, const std::vector<std::uint32_t>& first) {
           seen[o.triangle] = 1, stack.emplace_back(o.triangle, turned != o.against);
     }
   }
+}
+
+// Lets corners of a surface's borders that differ by rounding be one, as equal ones are: who computes the corners of
+// each triangle anew leaves such seams, and there is nothing between two sides of one.
+void weld_seams(const MeshModel& mesh, std::vector<std::uint32_t>& first) {
+  const std::vector<Side> sides = sorted_sides(mesh, first);
+  std::vector<std::uint32_t> ends;
+  for (std::size_t begin = 0, end; begin < sides.size(); begin = end) {
+    for (end = begin; end < sides.size() && sides[end].lo == sides[begin].lo && sides[end].hi == sides[begin].hi;)
+      ++end;
+    if (end - begin == 1) ends.insert(ends.end(), {sides[begin].lo, sides[begin].hi});
+  }
+  std::sort(ends.begin(), ends.end());
+  ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
+
+  using Cell = std::array<std::int64_t, 3>;
+  const double tolerance =
+      seam_ulps * std::numeric_limits<double>::epsilon() * (mesh.centre.cwiseAbs() + mesh.half).maxCoeff();
+  if (ends.empty() || !(tolerance > 0)) return;
+  const auto cell = [&](const Vec3& p) {
+    const Vec3 q = (p / (2 * tolerance)).array().floor();
+    return Cell{static_cast<std::int64_t>(q.x()), static_cast<std::int64_t>(q.y()), static_cast<std::int64_t>(q.z())};
+  };
+  std::vector<std::pair<Cell, std::uint32_t>> in_cells;
+  for (const std::uint32_t v : ends) in_cells.emplace_back(cell(mesh.vertices[v]), v);
+  std::sort(in_cells.begin(), in_cells.end());
+  const auto root = [&](std::uint32_t v) {
+    while (first[v] != v) v = first[v] = first[first[v]];
+    return v;
+  };
+  for (const std::uint32_t v : ends) {
+    const Vec3& p = mesh.vertices[v];
+    const Cell lo = cell(p - Vec3::Constant(tolerance)), hi = cell(p + Vec3::Constant(tolerance));
+    for (std::int64_t x = lo[0]; x <= hi[0]; ++x)
+      for (std::int64_t y = lo[1]; y <= hi[1]; ++y)
+        for (auto it = std::lower_bound(in_cells.begin(), in_cells.end(), std::pair(Cell{x, y, lo[2]}, 0u));
+             it != in_cells.end() && it->first <= Cell{x, y, hi[2]}; ++it) {
+          if (it->second >= v || (mesh.vertices[it->second] - p).lpNorm<Eigen::Infinity>() > tolerance) continue;
+          const std::uint32_t a = root(it->second), b = root(v);
+          first[std::max(a, b)] = std::min(a, b);
+        }
+  }
+  for (std::uint32_t v = 0; v < first.size(); ++v) first[v] = root(v);
 }
 
 void turn_all(MeshModel& mesh) {
@@ -409,8 +454,11 @@ MeshModel build_mesh(Mesh mesh) {
   for (std::size_t i = 0, k = 0; i < points.size() && k < hull.vertices.size(); ++i)
     if (points[i] == hull.vertices[k]) model.extreme.push_back(point_of[i]), ++k;
 
-  const std::vector<std::uint32_t> first = weld(model.vertices);
-  if (!model.solid) turn_alike(model, first);
+  std::vector<std::uint32_t> first = weld(model.vertices);
+  if (!model.solid) {
+    weld_seams(model, first);
+    turn_alike(model, first);
+  }
   join_triangles(model, first);
   if (!model.solid && model.closed && six_volumes(model) < 0) turn_all(model);
   find_parts(model, first);

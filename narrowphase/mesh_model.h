@@ -40,7 +40,7 @@ struct MeshModel {
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< of a surface turned to go round alike, a closed one outward
   bool solid = false;
   /// Triangle on the other side of edge k, from corner k to corner k + 1; no_index on a border. Corners with equal
-  /// coordinates are one vertex here.
+  /// coordinates are one vertex here; of a surface's borders also those with coordinates that differ by rounding only.
   std::vector<std::array<std::uint32_t, 3>> neighbours;
   std::vector<std::uint32_t> extreme;  ///< vertices of the convex hull: enough for bounds (to 1e-12 of the size)
 

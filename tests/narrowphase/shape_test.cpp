@@ -6,6 +6,7 @@
 #include "hull.h"
 #include "mesh_model.h"
 #include "mesh_samples.h"
+#include "tandem/narrowphase/narrow_phase.h"
 
 using namespace tandem;
 using namespace tandem::test;
@@ -202,4 +203,40 @@ TEST_CASE("a mesh's hierarchy holds every triangle once, in boxes around it") {
   CHECK(std::all_of(seen.begin(), seen.end(), [](int n) { return n == 1; }));
   for (const auto& n : mesh.neighbours)
     for (const std::uint32_t t : n) CHECK(t != no_index);
+}
+
+TEST_CASE("corners of a surface that differ by rounding are one, as equal ones are") {
+  const Mesh whole = torus(1, 0.3, 12, 12);
+  const auto apart = [&](double by) {
+    Mesh soup;
+    std::mt19937_64 random(3);
+    std::uniform_real_distribution<double> some(-by, by);
+    for (const auto& t : whole.triangles) {
+      const auto first = static_cast<std::uint32_t>(soup.vertices.size());
+      for (const std::uint32_t v : t)
+        soup.vertices.push_back(whole.vertices[v] + Vec3(some(random), some(random), some(random)));
+      soup.triangles.push_back({first, first + 1, first + 2});
+    }
+    return soup;
+  };
+  const auto expected = build_mesh(whole).neighbours;
+  for (const double by : {0.0, 2e-16, 1e-15}) {
+    CAPTURE(by);
+    const MeshModel mesh = build_mesh(apart(by));
+    CHECK(mesh.closed);
+    CHECK(mesh.parts.size() == 1);
+    CHECK(mesh.neighbours == expected);
+    // A ball that rests on it has one contact, and none from sides that would be borders.
+    std::vector<Contact> contacts;
+    NarrowPhase().solve(Shape(apart(by)), {}, Sphere{0.2}, Pose::at(1, 0.02, 0.49), Request::contacts, &contacts);
+    CHECK(contacts.size() == 1);
+  }
+  for (const double by : {1e-13, 1e-9}) {
+    const MeshModel mesh = build_mesh(apart(by));
+    CHECK_FALSE(mesh.closed);
+    CHECK(mesh.parts.size() == whole.triangles.size());
+  }
+  Mesh solid = apart(1e-15);
+  solid.solid = true;
+  CHECK_THROWS_WITH(Shape(solid), Contains("the edge from vertex"));
 }
