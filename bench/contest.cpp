@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <oneapi/tbb/info.h>
+#include <sched.h>
 
 #include <algorithm>
 #include <chrono>
@@ -22,6 +23,32 @@ void work_for(std::chrono::microseconds time) {
   while (std::chrono::steady_clock::now() < end) {
   }
 }
+
+/// Puts the calling thread on one of the cores that it may use, the next one each time, and leaves it free to go.
+/// The cores of a shared machine are of unlike speed for seconds at a time; a contestant whose busiest thread always
+/// has the same core would be compared with one whose busiest thread has the other.
+class CoreInTurn {
+ public:
+  CoreInTurn() {
+    CPU_ZERO(&allowed_);
+    if (sched_getaffinity(0, sizeof allowed_, &allowed_) != 0) return;
+    for (int core = 0; core < CPU_SETSIZE; ++core)
+      if (CPU_ISSET(core, &allowed_)) cores_.push_back(core);
+  }
+  void next() {
+    if (cores_.size() < 2) return;
+    cpu_set_t one;
+    CPU_ZERO(&one);
+    CPU_SET(cores_[at_++ % cores_.size()], &one);
+    // Refused, it stays where it is, which is no worse than before.
+    if (sched_setaffinity(0, sizeof one, &one) == 0) sched_setaffinity(0, sizeof allowed_, &allowed_);
+  }
+
+ private:
+  cpu_set_t allowed_;
+  std::vector<int> cores_;
+  std::size_t at_ = 0;
+};
 
 /// One contestant's pipelines: one, or copies that detect at once.
 class Entry {
@@ -81,6 +108,7 @@ void contest(Scene scene, const std::vector<Contestant>& contestants, const Roun
   std::vector<std::size_t> order(n);
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::mt19937 random(1);
+  CoreInTurn core;
   for (int first = 0; first < rounds.steps; first += rounds.stretch) {
     const int count = std::min(rounds.stretch, rounds.steps - first);
     std::vector<std::vector<Pose>> poses;
@@ -91,7 +119,10 @@ void contest(Scene scene, const std::vector<Contestant>& contestants, const Roun
       response.step(ahead, guide.contacts());
     }
     for (std::size_t turn = 0; turn < n * static_cast<std::size_t>(rounds.repeat); ++turn) {
-      if (turn % n == 0) std::shuffle(order.begin(), order.end(), random);
+      if (turn % n == 0) {
+        std::shuffle(order.begin(), order.end(), random);
+        core.next();
+      }
       const std::size_t who = order[turn % n];
       for (int k = 0; k < count; ++k) {
         const auto at = static_cast<std::size_t>(k);

@@ -35,10 +35,10 @@ struct Rounds {
 };
 
 /// Simulates a scene and lets every contestant detect on its poses in turn, in one process, in an order shuffled each
-/// round. The first contestant's contacts move the bodies. Before each step the caller works for a moment, as a
-/// simulation would, so that none starts on threads that the one before left spinning. The margin is the one that the
-/// response needs. `on_turn` as steps are detected, `on_step` after all turns of a stretch, for each of its steps.
-/// Throws std::runtime_error when two contestants disagree on the contacts of a step.
+/// round, from another core each round. The first contestant's contacts move the bodies. Before each step the caller
+/// works for a moment, as a simulation would, so that none starts on threads that the one before left spinning. The
+/// margin is the one that the response needs. `on_turn` as steps are detected, `on_step` after all turns of a stretch,
+/// for each of its steps. Throws std::runtime_error when two contestants disagree on the contacts of a step.
 void contest(Scene scene, const std::vector<Contestant>& contestants, const Rounds& rounds,
              const std::function<void(const Turn&)>& on_turn, const std::function<void(int)>& on_step);
 

@@ -86,6 +86,7 @@ struct Picture {
 /// once.
 struct Recording {
   std::vector<RecordedForms> steps;
+  int rounds = 1;                    ///< over each step, by every contestant
   double slowdown = 1, sharing = 1;  ///< as in MachineCosts
 };
 
@@ -151,6 +152,7 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
     contestants.push_back({fmt::format("recorder, {}", name(forms[i])), recorded, &timelines[i]});
   }
   Measured result{{std::string(scene_name), scene.bodies(), threads, false, 1, 1, {}}, {}};
+  result.recording.rounds = repeat;
   for (const Entrant& entrant : all)
     result.picture.series.push_back({entrant.contestant.name, entrant.is_strict_split, {}, {}, {}});
 
@@ -241,8 +243,9 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
   return result;
 }
 
-/// The same contestants on virtual cores; of the strict splits all, if they are asked for.
-Picture simulate(const Measured& measured, int threads, bool every_split, MachineCosts costs) {
+/// The same contestants on virtual cores; of the strict splits all, if they are asked for. Each detects every step
+/// `rounds` times, as those that are measured do: what it tries out costs it a turn, not a step of the scene.
+Picture simulate(const Measured& measured, int threads, bool every_split, int rounds, MachineCosts costs) {
   costs.slowdown = measured.recording.slowdown;
   costs.sharing = measured.recording.sharing;
   struct Virtual {
@@ -269,8 +272,17 @@ Picture simulate(const Measured& measured, int threads, bool every_split, Machin
     series.contestant = one.contestant;
     series.is_strict_split = one.is_strict_split;
     for (const RecordedForms& step : measured.recording.steps) {
-      const SimulatedStep took = one.simulator.step(step);
-      series.add(1e-6 * took.ns, took.split, one.simulator.decision());
+      Samples ms;
+      Split split;
+      BalanceDecision decision;
+      for (int round = 0; round < rounds; ++round) {
+        const SimulatedStep took = one.simulator.step(step);
+        ms.add(1e-6 * took.ns);
+        if (round == 0) split = took.split;
+        if (one.simulator.decision().action != BalanceAction::none) decision = one.simulator.decision();
+      }
+      decision.step = static_cast<std::uint64_t>(series.ms.size());
+      series.add(ms.median(), split, decision);
     }
   }
   return picture;
@@ -431,12 +443,13 @@ Findings figures_bench(const Settings& settings) {
       fmt::print("{:<18} {:>7} {:<22} {:>10} {:>10} {:>10} {:>10}\n", "scene", "threads", "", "measured", "predicted",
                  "error", "a step");
       for (const int real : {1, count})
-        for (const json& line : validate(measured.picture, simulate(measured, real, plan.every_split, costs)))
+        for (const json& line :
+             validate(measured.picture, simulate(measured, real, plan.every_split, measured.recording.rounds, costs)))
           validation.push_back(line);
       if (count != threads.front()) continue;
       for (const int cores : virtual_cores) {
         if (cores == count) continue;
-        const Picture picture = simulate(measured, cores, plan.every_split, costs);
+        const Picture picture = simulate(measured, cores, plan.every_split, 1, costs);
         print(picture);
         pictures.push_back(written(picture, plan.figures));
       }
