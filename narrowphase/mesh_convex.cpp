@@ -13,6 +13,7 @@
 #include "mesh_patches.h"
 #include "mesh_query.h"
 #include "mesh_rim.h"
+#include "mesh_walls.h"
 #include "solvers.h"
 #include "unit_vector.h"
 
@@ -23,49 +24,6 @@ namespace {
 constexpr double rounding = 1e-13;
 
 Vec3 area_vector(const Corners& p) { return (p[1] - p[0]).cross(p[2] - p[0]); }
-
-// Translations t with normal (unit) . t >= bound.
-struct Wall {
-  Vec3 normal;
-  double bound;
-};
-
-// The shortest translation beyond all the walls; false where there is none. One wall after the other: where what was
-// found so far does not do, the answer lies on the wall (Seidel 1991, in this order).
-bool shortest_beyond(std::span<const Wall> walls, double slack, Vec3& shortest) {
-  shortest.setZero();
-  for (std::size_t i = 0; i < walls.size(); ++i) {
-    const Wall& wall = walls[i];
-    if (wall.normal.dot(shortest) >= wall.bound - slack) continue;
-    // Within the wall's plane, from the foot on it.
-    const Vec3 foot = wall.bound * wall.normal;
-    const auto within = [&](const Wall& w) {
-      return Wall{w.normal - w.normal.dot(wall.normal) * wall.normal, w.bound - w.normal.dot(foot)};
-    };
-    Vec3 y = Vec3::Zero();
-    for (std::size_t j = 0; j < i; ++j) {
-      const Wall line = within(walls[j]);
-      if (line.normal.dot(y) >= line.bound - slack) continue;
-      const double length2 = line.normal.squaredNorm();
-      if (!(length2 > 1e-20)) return false;
-      // Along the line where the two meet.
-      const Vec3 on_line = (line.bound / length2) * line.normal;
-      const Vec3 along = wall.normal.cross(line.normal) / std::sqrt(length2);
-      double low = -infinity, high = infinity;
-      for (std::size_t k = 0; k < j; ++k) {
-        const Wall other = within(walls[k]);
-        const double slope = other.normal.dot(along), left = other.bound - other.normal.dot(on_line);
-        if (slope > 1e-12) low = std::max(low, left / slope);
-        if (slope < -1e-12) high = std::min(high, left / slope);
-        if (std::abs(slope) <= 1e-12 && left > slack) return false;
-      }
-      if (low > high + slack) return false;
-      y = on_line + std::clamp(0.0, low, std::max(low, high)) * along;
-    }
-    shortest = foot + y;
-  }
-  return true;
-}
 
 // A mesh and a bounded convex shape. Everything is computed with the mesh's axes about the convex's origin: far from
 // the origin of either frame, nothing is lost.
@@ -426,12 +384,6 @@ class MeshConvex {
       for (const Vec3& v : view_.vertices) look(turn_.rotation * v, 0);
     return certain;
   }
-
-  // A wall that a triangle makes of itself: it holds the convex back for all translations no longer than `reach`.
-  struct Hold {
-    Wall wall;
-    double reach;
-  };
 
   // The walls of the triangles that the convex, moved by `at`, reaches through. A chord of it, from its deepest point
   // over the triangle to its centre, goes through the triangle; moved by less than the chord's end is above the plane,

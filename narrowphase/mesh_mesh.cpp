@@ -8,12 +8,14 @@
 
 #include "centre_test.h"
 #include "constants.h"
+#include "manifold.h"
 #include "mesh_contacts.h"
 #include "mesh_inside.h"
 #include "mesh_model.h"
 #include "mesh_pair.h"
 #include "mesh_traversal.h"
 #include "mesh_walk.h"
+#include "mesh_ways.h"
 #include "predicates.h"
 #include "solvers.h"
 #include "triangle_rows.h"
@@ -333,6 +335,13 @@ class NearestSearch {
   Vec3 normal_ = Vec3::Zero(), normal_a_ = Vec3::Zero(), normal_b_ = Vec3::Zero();
 };
 
+// What is known of an overlap.
+struct DepthBound {
+  double certain = 0;  // no shorter translation separates
+  Vec3 normal = Vec3::UnitZ();
+  Vec3 point = Vec3::Zero();
+};
+
 DepthBound deepest_pair(const Posed& a, const Posed& b, std::span<const std::array<std::uint32_t, 2>> pairs,
                         const NarrowPhaseOptions& options) {
   DepthBound deepest;
@@ -347,6 +356,8 @@ DepthBound deepest_pair(const Posed& a, const Posed& b, std::span<const std::arr
   deepest.certain = std::max(0.0, deepest.certain);
   return deepest;
 }
+
+constexpr std::size_t small_meshes = std::size_t{1} << 18;  // triangles of the one times those of the other
 
 // A triangle, or what encloses its hull.
 bool bounds_convex(const Posed& s) { return s.shape.is_convex() || s.shape.mesh().own_hull; }
@@ -490,29 +501,75 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
   } else {
     depth = deepest_pair(a, b, pairs, for_triangles(options));
   }
-  const bool solid = ma.solid || mb.solid;
-  answer = with_depth(a, b, depth, solid, [&](const Vec3& move) {
+  const auto collide_moved = [&](const Vec3& move) {
     return meshes_collide(a, {b.shape, Pose{b.pose.rotation, b.pose.translation + move}});
-  });
-  if (answer.status == Status::ok) return answer;
-  if (bounds_convex(a) || bounds_convex(b)) {
-    const PairAnswer body = with_convex(a, b, request, options, contacts);
-    if (body_stands(-body.signed_distance) && body.error_bound < answer.error_bound) return body;
-  }
-  // What parts the hulls parts the meshes.
+  };
   const double rounding = 1e-12 * (a.shape.size() + b.shape.size());
-  PairAnswer hulls = solve_convex(view_hull(a.shape), a.pose, view_hull(b.shape), b.pose, Request::distance,
-                                  for_triangles(options), nullptr);
-  const double parts = std::max(0.0, -hulls.signed_distance);
-  if (parts >= depth.certain + answer.error_bound - rounding) return answer;
-  hulls.collide = true;
-  hulls.error_bound += std::max(0.0, parts - depth.certain);
-  hulls.status = hulls.error_bound > rounding ? Status::inexact : Status::ok;
-  hulls.signed_distance = solid || hulls.status == Status::ok ? -parts : -depth.certain;
-  const Vec3 middle = (hulls.point_a + hulls.point_b) / 2;
-  hulls.point_a = middle - hulls.normal * (hulls.signed_distance / 2);
-  hulls.point_b = middle + hulls.normal * (hulls.signed_distance / 2);
-  return hulls;
+  answer.collide = true;
+  if (!collide_moved(depth.normal * (depth.certain + rounding))) {
+    answer.signed_distance = -depth.certain;
+    answer.normal = depth.normal;
+    answer.point_a = depth.point + depth.normal * (depth.certain / 2);
+    answer.point_b = depth.point - depth.normal * (depth.certain / 2);
+    return answer;
+  }
+  WaysOut ways(a, b, [&](const Vec3& move, std::vector<std::array<std::uint32_t, 2>>* found) {
+    if (found == nullptr) return collide_moved(move);
+    const Pose at{b.pose.rotation, b.pose.translation + move};
+    const Posed moved{b.shape, at};
+    TriangleTest there(a.pose, at, reach(mb));
+    PairMemory own;
+    const TrianglePairs all = meeting_pairs(a, moved, there, options.parts, own, nullptr);
+    found->assign(all.begin(), all.end());
+    return !found->empty() || contained(a, moved);
+  });
+  WayOut out;
+  out.certain = depth.certain;
+  ways.leave_walls(pairs, out);
+  const auto is_known = [&] { return out.length <= out.certain + rounding; };
+  if (!is_known()) {
+    PairAnswer body;
+    body.status = Status::inexact;
+    body.error_bound = infinity;
+    if (bounds_convex(a) || bounds_convex(b)) {
+      const PairAnswer with_body = with_convex(a, b, request, options, contacts);
+      if (body_stands(-with_body.signed_distance)) body = with_body;
+      if (body.status == Status::ok) return body;
+    }
+    // What parts the hulls parts the meshes.
+    const PairAnswer hulls = solve_convex(view_hull(a.shape), a.pose, view_hull(b.shape), b.pose, Request::distance,
+                                          for_triangles(options), nullptr);
+    if (const double parts = std::max(0.0, -hulls.signed_distance); parts < out.length) {
+      out.length = parts;
+      out.normal = hulls.normal;
+      out.point = (hulls.point_a + hulls.point_b) / 2 - a.pose.translation;
+    }
+    ways.attempt(depth.normal, out);
+    // Small meshes are worth more work.
+    if (ma.triangles.size() * mb.triangles.size() <= small_meshes) {
+      std::vector<Contact> pushes;
+      if (!pairs.empty()) patch_contacts(ma, mb, test, pairs, options.parts, pushes);
+      for (Contact& c : pushes) c.normal = (a.pose.rotation * c.normal).normalized();
+      ways.attempt(pushes, out);
+      for (auto at = pushes.begin(); at != pushes.end(); ++at)
+        if (std::none_of(pushes.begin(), at, [&](const Contact& o) { return o.normal.dot(at->normal) > one_patch; }))
+          ways.attempt(at->normal, out);
+      ways.shorten(out);
+      ways.confirm(out);
+      // Where they are last to part.
+      const Pose at{b.pose.rotation,
+                    b.pose.translation + (out.length + 1e-9 * (a.shape.size() + b.shape.size())) * out.normal};
+      out.point = NearestSearch(a, {b.shape, at})().on_a - out.normal * (out.length / 2);
+    }
+    if (body.error_bound < out.length - out.certain) return body;
+  }
+  answer.status = is_known() ? Status::ok : Status::inexact;
+  answer.error_bound = is_known() ? 0 : out.length - out.certain;
+  answer.signed_distance = -out.length;
+  answer.normal = out.normal;
+  answer.point_a = a.pose.translation + out.point + out.normal * (out.length / 2);
+  answer.point_b = a.pose.translation + out.point - out.normal * (out.length / 2);
+  return answer;
 }
 
 std::vector<std::array<std::uint32_t, 2>> mesh_triangle_pairs(const Shape& a, const Pose& pose_a, const Shape& b,

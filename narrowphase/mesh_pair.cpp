@@ -10,21 +10,6 @@
 namespace tandem {
 namespace {
 
-// Largest d . x over the posed shape.
-double support(const Posed& s, const Vec3& d) {
-  if (has_triangles(s.shape)) {
-    const MeshModel& mesh = s.shape.mesh();
-    const Vec3 local = s.pose.rotation.transpose() * d;
-    double most = -infinity;
-    for (const std::uint32_t v : mesh.extreme) most = std::max(most, local.dot(mesh.vertices[v]));
-    return most + d.dot(s.pose.translation);
-  }
-  Mat3 turn;  // d becomes the x axis
-  const Vec3 u = d.unitOrthogonal();
-  turn << d.transpose(), u.transpose(), d.cross(u).transpose();
-  return s.shape.bounds({turn * s.pose.rotation, turn * s.pose.translation}).hi.x();
-}
-
 // A has triangles.
 PairAnswer solve_with_mesh_first(const Posed& a, const Posed& b, Request request, const NarrowPhaseOptions& options,
                                  std::vector<Contact>* contacts) {
@@ -58,33 +43,6 @@ NarrowPhaseOptions for_triangles(const NarrowPhaseOptions& options) {
   NarrowPhaseOptions o = options;
   o.solver.clear();  // the name was that of a solver for meshes
   return o;
-}
-
-PairAnswer with_depth(const Posed& a, const Posed& b, const DepthBound& d, bool solid,
-                      const std::function<bool(const Vec3&)>& collide_moved) {
-  PairAnswer answer;
-  answer.collide = true;
-  answer.normal = d.normal;
-  const double size = a.shape.size() + b.shape.size();
-  double certain = d.certain, separates = certain + 1e-12 * size;
-  if (collide_moved(Vec3(d.normal * separates))) {
-    const Vec3 t = b.pose.translation - a.pose.translation;
-    const Pose at_a{a.pose.rotation, Vec3::Zero()}, at_b{b.pose.rotation, t};
-    separates = support({a.shape, at_a}, d.normal) + support({b.shape, at_b}, -d.normal);
-    separates = std::max(separates, certain) + 1e-12 * size;
-    double blocked = certain;
-    for (int i = 0; i < 16; ++i) {
-      const double middle = (blocked + separates) / 2;
-      (collide_moved(Vec3(d.normal * middle)) ? blocked : separates) = middle;
-    }
-    answer.status = Status::inexact;
-    answer.error_bound = separates - certain;
-    if (solid) certain = separates;
-  }
-  answer.signed_distance = -certain;
-  answer.point_a = d.point + d.normal * (certain / 2);
-  answer.point_b = d.point - d.normal * (certain / 2);
-  return answer;
 }
 
 PairAnswer from_deepest(const std::vector<Contact>& contacts, std::size_t first) {

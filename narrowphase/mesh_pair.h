@@ -1,8 +1,6 @@
 #pragma once
 #include <array>
 #include <cstdint>
-#include <functional>
-#include <limits>
 #include <vector>
 
 #include "convex_view.h"
@@ -47,19 +45,6 @@ ConvexView view_hull(const Shape& mesh);
 
 /// The options for the triangles of a mesh: a solver that was named is one for meshes.
 NarrowPhaseOptions for_triangles(const NarrowPhaseOptions& options);
-
-/// What is known of an overlap.
-struct DepthBound {
-  double certain = 0;  ///< no shorter translation separates
-  Vec3 normal = Vec3::UnitZ();
-  Vec3 point = Vec3::Zero();
-};
-
-/// Completes the answer for an overlap of which a lower bound is known: if moving B by it along the normal separates
-/// the two, it is the depth; else the bound above comes from bisection along the same direction. `collide_moved`: do
-/// they touch with B moved by this?
-PairAnswer with_depth(const Posed& a, const Posed& b, const DepthBound& d, bool solid,
-                      const std::function<bool(const Vec3&)>& collide_moved);
 
 /// The answer of the deepest of the contacts from `first` on.
 PairAnswer from_deepest(const std::vector<Contact>& contacts, std::size_t first);

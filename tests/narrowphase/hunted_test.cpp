@@ -701,6 +701,68 @@ TEST_CASE("hunted: meshes whose flat faces have sunk into each other are pushed 
   }
 }
 
+TEST_CASE("hunted: concave meshes leave each other by the shortest way past all the faces that hold them") {
+  const std::vector<std::array<std::uint32_t, 3>> step{{0, 1, 4}, {1, 2, 3}, {1, 3, 4}, {0, 4, 5}};
+  Mesh stairs = prism({{-4, 0, -2}, {4, 0, -2}, {4, 0, 1}, {0, 0, 1}, {0, 0, 0}, {-4, 0, 0}}, step, 8);
+  Mesh above = prism({{2.5, 0, 2}, {-2.5, 0, 2}, {-2.5, 0, -1}, {0, 0, -1}, {0, 0, 0}, {2.5, 0, 0}}, step, 3);
+  const std::vector<std::array<std::uint32_t, 3>> gap{{0, 4, 5}, {0, 1, 4}, {1, 3, 4}, {1, 2, 3}, {0, 5, 7}, {5, 6, 7}};
+  Mesh slot =
+      prism({{-3, 0, -2}, {3, 0, -2}, {3, 0, 1}, {1, 0, 1}, {1, 0, 0}, {-1, 0, 0}, {-1, 0, 1}, {-3, 0, 1}}, gap, 8);
+  const std::vector<std::array<std::uint32_t, 3>> tee{{0, 1, 2}, {0, 2, 7}, {2, 3, 4}, {2, 4, 5}, {2, 5, 7}, {5, 6, 7}};
+  Mesh peg = prism(
+      {{-0.7, 0, 0.3}, {0.7, 0, 0.3}, {0.7, 0, 1}, {2, 0, 1}, {2, 0, 1.5}, {-2, 0, 1.5}, {-2, 0, 1}, {-0.7, 0, 1}}, tee,
+      3);
+  const NarrowPhase solver;
+  Random r(37);
+  for (int i = 0; i < 160; ++i) {
+    const double down = r.power_of_two(-20, -7), aside = r.power_of_two(-20, -7);
+    const bool is_peg = i % 2 == 1;
+    const Mat3 turned = i % 4 < 2 ? Mat3(Mat3::Identity()) : r.rotation();
+    const Vec3 at = is_peg ? Vec3(0.3 + aside, r.unit(), -down) : Vec3(aside, r.unit(), 1 - down);
+    for (Mesh* m : {&stairs, &above, &slot, &peg}) m->solid = r.once_in(2);
+    const Shape a(is_peg ? slot : stairs), b(is_peg ? peg : above);
+    CAPTURE(i, down, aside);
+    const PairAnswer way = solver.solve(a, Pose{turned, Vec3::Zero()}, b, Pose{turned, turned * at}, Request::distance);
+    CHECK(way.status == Status::ok);
+    CHECK(way.signed_distance == Approx(-std::hypot(down, aside)).epsilon(0).margin(1e-11));
+    CHECK((turned.transpose() * way.normal - Vec3(-aside, 0, down).normalized()).norm() < 1e-6);
+  }
+}
+
+TEST_CASE("hunted: the bound of a depth that is not certain comes from a way that nothing near it is shorter than") {
+  // Stars whose points have come into each other's gaps, along one axis.
+  constexpr std::uint32_t points = 6;
+  std::vector<Vec3> profile;
+  std::vector<std::array<std::uint32_t, 3>> cap;
+  for (std::uint32_t i = 0; i < 2 * points; ++i) {
+    const double angle = turn * i / (2 * points), radius = i % 2 == 0 ? 1 : 0.6;
+    profile.emplace_back(radius * std::cos(angle), 0, radius * std::sin(angle));
+    if (i % 2 == 0) cap.push_back({(i + 2 * points - 1) % (2 * points), i, i + 1});
+  }
+  for (std::uint32_t i = 3; i + 2 < 2 * points; i += 2) cap.push_back({1, i, i + 2});
+  const Shape a(prism(profile, cap, 0.4)), b(prism(profile, cap, 0.5));
+  const NarrowPhase solver;
+  Random r(41);
+  int known = 0, tight = 0;
+  constexpr int n = 40;
+  for (int i = 0; i < n; ++i) {
+    const Mat3 turned = r.rotation();
+    const Mat3 half = Eigen::AngleAxisd(turn / 2 + r.in(-0.1, 0.1), Vec3::UnitY()).toRotationMatrix();
+    const Vec3 at(1.62 - r.in(0, 0.05), r.in(-0.02, 0.02), r.in(-0.05, 0.05));
+    const auto solve = [&](const Vec3& move, Request request) {
+      return solver.solve(a, Pose{turned, Vec3::Zero()}, b, Pose{turned * half, turned * at + move}, request);
+    };
+    const PairAnswer way = solve(Vec3::Zero(), Request::distance);
+    CAPTURE(i, way.signed_distance, way.error_bound);
+    if (!way.collide) continue;
+    known += way.status == Status::ok;
+    tight += way.error_bound < 0.25 * -way.signed_distance;
+    CHECK_FALSE(solve((1e-11 - way.signed_distance) * way.normal, Request::collide).collide);
+  }
+  CHECK(known >= 8);
+  CHECK(tight >= 38);
+}
+
 TEST_CASE("hunted: an edge of a solid that has come through a face of another is pushed along the face's normal") {
   const Mesh stairs = prism({{-4, 0, -2}, {4, 0, -2}, {4, 0, 1}, {0, 0, 1}, {0, 0, 0}, {-4, 0, 0}},
                             {{0, 1, 4}, {1, 2, 3}, {1, 3, 4}, {0, 4, 5}}, 8);
