@@ -1,6 +1,7 @@
 #include "manifold.h"
 
 #include <bit>
+#include <tuple>
 
 #include "constants.h"
 #include "faces_along.h"
@@ -9,10 +10,13 @@
 namespace tandem {
 namespace {
 
-constexpr int max_corners = 16;  // of a face that is clipped; circles have this many
+constexpr int max_sides = 16;               // of a face that is clipped; circles have this many
+constexpr int max_corners = max_sides + 1;  // the deepest point of a disc beside them
 constexpr int max_clipped = 3 * max_corners;
 constexpr int max_patch = max_clipped + 1;
 constexpr std::uint32_t witness_point = 0xffffffffu;  // deeper than all that clipping found
+constexpr std::uint32_t rim_point = 0xfffffffeu;      // the deepest of a disc that leans
+constexpr double rim_lacks = 0.25;                    // what it may lack to the greatest depth, in `alike`
 constexpr double flush = 1e-6;                        // an edge within this angle of the contact plane lies in it
 
 /// A face (3 or more corners, counterclockwise from outside), an edge or a point of a shape, in some frame. Or what a
@@ -20,6 +24,7 @@ constexpr double flush = 1e-6;                        // an edge within this ang
 struct FlatFeature {
   Vec3 corner[max_corners];
   int count = 0;
+  int rim = -1;                ///< the corner that is a leaning disc's deepest point
   Vec3 normal = Vec3::Zero();  ///< unit, of a face
   std::uint32_t id = 0;
   Vec3 ball = Vec3::Zero();  ///< centre of a capsule's end
@@ -29,20 +34,83 @@ struct FlatFeature {
   bool is_face() const { return count >= 3 && radius == 0; }
 
   void add(const Vec3& p) { corner[count++] = p; }
+
+  /// The deepest point is no corner of the disc's polygon, but one more.
+  bool has_beside() const { return count > max_sides; }
+
+  /// The number of the side that leaves a corner. A corner more changes no number.
+  std::uint32_t side(int i) const { return static_cast<std::uint32_t>(has_beside() && i >= rim ? i - 1 : i); }
 };
 
-void add_circle(FlatFeature& f, double radius, double z, const Vec3& towards, bool counterclockwise) {
-  // Starts at the deepest point, so that a tilted disc's contact is exact; one that counts as flat has none.
-  const double rho = std::sqrt(towards[0] * towards[0] + towards[1] * towards[1]);
-  double c = rho > alike ? towards[0] / rho : 1.0, s = rho > alike ? towards[1] / rho : 0.0;
-  constexpr double cos_step = 0.92387953251128675613, sin_step = 0.38268343236508977173;  // pi / 8
-  const double turn = counterclockwise ? sin_step : -sin_step;
-  for (int i = 0; i < max_corners; ++i) {
-    f.add({radius * c, radius * s, z});
-    const double next = c * cos_step - s * turn;
-    s = s * cos_step + c * turn;
-    c = next;
+/// The corners of a circle's polygon, counterclockwise from the x axis.
+struct CirclePolygon {
+  double x[max_sides + 1], y[max_sides + 1];
+
+  constexpr CirclePolygon() : x{}, y{} {
+    constexpr double cos_step = 0.92387953251128675613, sin_step = 0.38268343236508977173;  // pi / 8
+    x[0] = x[max_sides] = 1;
+    for (int i = 0; i + 1 < max_sides; ++i) {
+      x[i + 1] = x[i] * cos_step - y[i] * sin_step;
+      y[i + 1] = y[i] * cos_step + x[i] * sin_step;
+    }
   }
+};
+
+constexpr CirclePolygon circle;
+
+/// The last corner before a direction.
+int corner_before(double x, double y) {
+  int i = 0;
+  if (y < 0) x = -x, y = -y, i = max_sides / 2;
+  if (x <= 0) std::tie(x, y) = std::pair(y, -x), i += max_sides / 4;
+  for (int k = 1; k < max_sides / 4; ++k) i += circle.x[k] * y >= circle.y[k] * x ? 1 : 0;
+  return i;
+}
+
+/// A power of two no larger than the root of v > 0.
+double power_below_root(double v) {
+  const auto exponent = static_cast<std::int64_t>(std::bit_cast<std::uint64_t>(v) >> 52) - 1023;
+  return std::bit_cast<double>(static_cast<std::uint64_t>((exponent >> 1) + 1023) << 52);
+}
+
+/// Where (unit: x, y) a disc that leans by rho, the sine of the angle, is deepest. The less it leans, the farther
+/// that moves when the pose changes a little: on a grid so wide that the depth there is within 1.25e-9 of the radius of
+/// the greatest it mostly stays.
+void find_deepest_of_rim(double rho, double& x, double& y) {
+  constexpr double steady = 1e-3;  // 1e-9 moves it by less than 1e-6
+  if (rho >= steady) return;
+  // By tangents from the nearest of eight directions, between which no likely angle lies in the middle.
+  const double ax = std::abs(x), ay = std::abs(y);
+  const bool diagonal = std::min(ax, ay) > 0.41421356 * std::max(ax, ay);
+  const double cx = diagonal || ax > ay ? std::copysign(1.0, x) : 0.0;
+  const double cy = diagonal || ay >= ax ? std::copysign(1.0, y) : 0.0;
+  const double step = power_below_root(1e-8 / rho);  // rho step^2 / 8 is what the depth lacks
+  constexpr double to_whole = 0x1.8p52;
+  const double t = ((cx * y - cy * x) / (cx * x + cy * y) / step + to_whole - to_whole) * step;
+  const double length = std::sqrt((cx * cx + cy * cy) * (1 + t * t));
+  x = (cx - t * cy) / length;
+  y = (cy + t * cx) / length;
+}
+
+/// The polygon has its place on the body, so that it stays where the deepest point does not; that one is beside it, or
+/// takes the place of a corner next to it. A disc that counts as flat has none.
+void add_circle(FlatFeature& f, double radius, double z, const Vec3& towards, bool counterclockwise) {
+  const double width = counterclockwise ? radius : -radius;
+  const auto put = [&](double x, double y) { f.add({radius * x, width * y, z}); };
+  const double rho = std::sqrt(towards[0] * towards[0] + towards[1] * towards[1]);
+  if (!(rho > alike)) {
+    for (int i = 0; i < max_sides; ++i) put(circle.x[i], circle.y[i]);
+    return;
+  }
+  double x = towards[0] / rho, y = std::copysign(1.0, width) * towards[1] / rho;
+  find_deepest_of_rim(rho, x, y);
+  const int before = corner_before(x, y);
+  const auto is_next_to = [&](int i) { return std::abs(circle.x[i] * y - circle.y[i] * x) < 1e-3; };
+  const int replaced = is_next_to(before) ? before : is_next_to(before + 1) ? (before + 1) % max_sides : -1;
+  f.rim = replaced >= 0 ? replaced : before + 1;
+  for (int i = 0; i < f.rim; ++i) put(circle.x[i], circle.y[i]);
+  put(x, y);
+  for (int i = replaced >= 0 ? replaced + 1 : f.rim; i < max_sides; ++i) put(circle.x[i], circle.y[i]);
 }
 
 /// The face that looks most along d (unit); of equals the first.
@@ -140,7 +208,7 @@ FlatFeature best_face(const ConvexView& v, const Vec3& d) {
         f.normal = face.normal;
         f.id = static_cast<std::uint32_t>(best);
         // A face with more corners than fit is thinned evenly.
-        const std::uint32_t kept = std::min<std::uint32_t>(face.count, max_corners);
+        const std::uint32_t kept = std::min<std::uint32_t>(face.count, max_sides);
         for (std::uint32_t i = 0; i < kept; ++i) f.add(v.vertices[v.hull->loop[face.first + i * face.count / kept]]);
         return f;
       }
@@ -219,7 +287,7 @@ void move(FlatFeature& f, const RelativePose& pose) {
 }
 
 /// A polygon being clipped; `edge` labels the side that leaves each corner: the incident face's sides by number,
-/// the reference face's from max_corners on. Two labels name a corner, the same way in the next step.
+/// the reference face's from max_sides on. Two labels name a corner, the same way in the next step.
 struct Clipped {
   Vec3 corner[max_clipped];
   std::uint32_t edge[max_clipped];
@@ -271,11 +339,11 @@ int clip_faces(const FlatFeature& reference, const FlatFeature& incident, const 
   Clipped buffer[2];
   int last = 0;
   buffer[0].open = !incident.is_face();
-  for (int i = 0; i < incident.count; ++i) buffer[0].add(incident.corner[i], static_cast<std::uint32_t>(i));
+  for (int i = 0; i < incident.count; ++i) buffer[0].add(incident.corner[i], incident.side(i));
   for (int i = 0; i < reference.count && buffer[last].count > 0; ++i) {
     const Vec3 &from = reference.corner[i], &to = reference.corner[i + 1 < reference.count ? i + 1 : 0];
     const Vec3 side = (to - from).cross(outward);
-    if (clip(buffer[last], side, side.dot(from), slack, static_cast<std::uint32_t>(max_corners + i), buffer[1 - last]))
+    if (clip(buffer[last], side, side.dot(from), slack, max_sides + reference.side(i), buffer[1 - last]))
       last = 1 - last;
   }
   const Clipped& c = buffer[last];
@@ -283,6 +351,7 @@ int clip_faces(const FlatFeature& reference, const FlatFeature& incident, const 
   int count = 0;
   for (int i = 0; i < c.count; ++i) {
     Vec3 at = c.corner[i];
+    const bool rim = incident.rim >= 0 && at == incident.corner[incident.rim], beside = rim && incident.has_beside();
     if (incident.radius > 0) {
       // Cut off between the side and the farthest point, it lies on the ball and not on the line.
       const Vec3 out = at - incident.ball;
@@ -296,7 +365,7 @@ int clip_faces(const FlatFeature& reference, const FlatFeature& incident, const 
     if (depth < -margin - slack) continue;
     const std::uint32_t in = c.edge[(i + c.count - 1) % c.count];
     points[count++] = {at + 0.5 * depth * outward, std::max(depth, -margin),
-                       feature_number(reference, of_b, in, c.edge[i])};
+                       beside ? rim_point : feature_number(reference, of_b, in, c.edge[i]), rim};
   }
   return count;
 }
@@ -323,6 +392,19 @@ int overlap_edges(const FlatFeature& a, const FlatFeature& b, const LocalAnswer&
     points[count++] = {0.5 * (on_a + on_b), depth, feature_number(a, false, at_first ? 0 : 1, of_a ? 2 : 1)};
   }
   return count;
+}
+
+/// A place in a patch, by two directions in its plane.
+struct Flat {
+  double u, v;
+};
+
+/// Twice the area of the quadrilateral of four places, in any order.
+double area_of_four(const Flat& a, const Flat& b, const Flat& c, const Flat& d) {
+  const auto across = [](const Flat& p, const Flat& q, const Flat& r, const Flat& s) {
+    return std::abs((q.u - p.u) * (s.v - r.v) - (q.v - p.v) * (s.u - r.u));
+  };
+  return std::max({across(a, b, c, d), across(a, c, b, d), across(a, d, b, c)});
 }
 
 /// The first of those that count as the deepest stands for it, as in `span_patch`.
@@ -362,17 +444,29 @@ int span_patch(PatchPoint* p, int count, const Vec3& normal, double size) {
   };
   double deepest = p[0].depth;
   for (int i = 1; i < count; ++i) deepest = std::max(deepest, p[i].depth);
-  PatchPoint& first = p[choose([&](const PatchPoint& x) { return x.feature == witness_point ? size : x.depth; })];
-  first.depth = deepest;  // one that counts as equal stands for the deepest
+  int rim = -1;
+  for (int i = 0; i < count && count > 3; ++i)
+    if (p[i].rim && p[i].depth >= deepest - rim_lacks * slack) rim = i;
+  if (rim >= 0) taken[rim] = p[rim].feature == rim_point;
+  int start = 0;
+  if (rim < 0)
+    start = choose([&](const PatchPoint& x) { return x.feature == witness_point ? size : x.depth; });
+  else
+    taken[start] = true;
+  const PatchPoint& first = p[start];
+  p[rim >= 0 ? rim : start].depth = deepest;  // one that counts as equal stands for the deepest
   const auto from_first = [&first](const PatchPoint& x) { return (x.at - first.at).norm(); };
   const int second = choose(from_first);
   const double length = most;
   const Vec3 along = p[second].at - first.at, side = normal.cross(along / std::max(length, 1e-300));
   const int third = choose([&](const PatchPoint& x) { return std::abs(side.dot(x.at - first.at)); });
   if (most <= thin * length) {
-    // A strip this thin is an edge: its deepest end, and the deepest at the other.
-    taken[second] = taken[third] = false;
-    choose([&](const PatchPoint& x) { return from_first(x) >= 0.9 * length ? size + x.depth : 0; });
+    // A strip this thin is an edge: its deepest end, and the deepest at the other. Or beside a rim both.
+    taken[third] = false;
+    taken[rim < 0 ? second : start] = false;
+    choose([&](const PatchPoint& x) {
+      return rim < 0 ? (from_first(x) >= 0.9 * length ? size + x.depth : 0) : (x.at - p[second].at).norm();
+    });
   } else if (count > 4) {
     // The fourth: outside the triangle of the three by most.
     const double turn = side.dot(p[third].at - first.at) >= 0 ? 1.0 : -1.0;
@@ -384,10 +478,26 @@ int span_patch(PatchPoint* p, int count, const Vec3& normal, double size) {
       for (int k = 0; k < 3; ++k) out = std::max(out, outward[k].dot(x.at - corner[k]));
       return out;
     });
-    if (!(most > slack)) taken[fourth] = false;
+    if (!(most > slack)) {
+      taken[fourth] = false;
+    } else if (rim >= 0 && rim != start && rim != second && rim != third && rim != fourth) {
+      // It takes the place of the one that is missed least.
+      const int four[4] = {start, second, third, fourth};
+      const Vec3 axis = along / length;
+      const auto flat = [&](int i) { return Flat{axis.dot(p[i].at - first.at), side.dot(p[i].at - first.at)}; };
+      const Flat in[5] = {flat(start), flat(second), flat(third), flat(fourth), flat(rim)};
+      int missed_least = 0;
+      most = 0;
+      for (int k = 0; k < 4; ++k) {
+        const double area = area_of_four(in[(k + 1) % 4], in[(k + 2) % 4], in[(k + 3) % 4], in[4]);
+        if (area > most + slack * size) missed_least = k, most = area;
+      }
+      taken[four[missed_least]] = false;
+    }
   } else {
     return count;
   }
+  if (rim >= 0) taken[rim] = true;
   int kept = 0;
   for (int i = 0; i < count; ++i)
     if (taken[i]) p[kept++] = p[i];
@@ -403,7 +513,7 @@ void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePos
                      double margin, const Pose& pose_a, std::vector<Contact>& contacts, bool whole) {
   if (answer.signed_distance > margin) return;
   const Vec3& n = answer.normal;
-  PatchPoint points[max_clipped + 1];
+  PatchPoint points[max_patch];
   int count = 0;
   const double slack = alike * (a.size + b.size);
   const bool point_like = a.kind == ShapeKind::sphere || b.kind == ShapeKind::sphere ||
@@ -413,7 +523,10 @@ void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePos
     FlatFeature fa = best_face(a, n), fb = best_face(b, towards_a);
     move(fb, relative);
     const double flat_a = fa.is_face() ? fa.normal.dot(n) : 0, flat_b = fb.is_face() ? -fb.normal.dot(n) : 0;
-    if (flat_a >= carries_patch && flat_a + 1e-12 >= flat_b) {
+    // Of two that are as flat A's carries the patch, but a leaning disc is clipped by a face that does not lean: its
+    // deepest point must be among what is left.
+    const bool as_flat = std::abs(flat_a - flat_b) <= 1e-12, only_a_leans = as_flat && fa.rim >= 0 && fb.rim < 0;
+    if (flat_a >= carries_patch && (as_flat || flat_a > flat_b) && !(only_a_leans && flat_b >= carries_patch)) {
       count = clip_faces(fa, fb, n, false, margin, -answer.signed_distance, slack, points);
     } else if (flat_b >= carries_patch) {
       count = clip_faces(fb, fa, -n, true, margin, -answer.signed_distance, slack, points);
@@ -427,8 +540,12 @@ void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePos
     }
     // The clipped circles are polygons, and a slanting face may not hold the deepest point: never lose that one.
     double deepest = -infinity;
-    for (int i = 0; i < count; ++i) deepest = std::max(deepest, points[i].depth);
-    if (count > 0 && deepest + 0.02 * slack >= -answer.signed_distance) {
+    bool rim = false;
+    for (int i = 0; i < count; ++i) {
+      deepest = std::max(deepest, points[i].depth);
+      rim |= points[i].rim;
+    }
+    if (count > 0 && deepest + (rim ? rim_lacks : 0.02) * slack >= -answer.signed_distance) {
       for (int i = 0; i < count; ++i)
         if (points[i].depth == deepest) points[i].depth = -answer.signed_distance;
       if (!whole) count = span_patch(points, count, n, a.size + b.size);
@@ -478,7 +595,7 @@ void append_halfspace_manifold(const ConvexView& shape, const Pose& pose, const 
     const double kept = std::max(depth, -margin);
     deepest = std::max(deepest, kept);
     points[count++] = {f.corner[i] + 0.5 * depth * normal, kept,
-                       (f.id << 8 & 0x7fffff00u) | static_cast<std::uint32_t>(i)};
+                       i == f.rim && f.has_beside() ? rim_point : (f.id << 8 & 0x7fffff00u) | f.side(i), i == f.rim};
   }
   const Vec3 lowest = core_support(shape, -normal) - core_radius(shape) * normal;
   const double depth = offset - normal.dot(lowest);

@@ -23,6 +23,7 @@ struct PatchPoint {
   Vec3 at;  ///< midway between the surfaces
   double depth;
   std::uint32_t feature;
+  bool rim = false;  ///< the deepest of a disc that leans: it moves farther than the poses do
 };
 
 // Poses that differ by 1e-9 must give the same points. So what a patch's symmetry makes equal (depths, lengths, places
@@ -67,7 +68,8 @@ void append_halfspace_box(const HalfSize& half, const Pose& pose, const Vec3& wo
                           double height, double margin, std::vector<Contact>& contacts);
 
 /// Leaves up to 4 of the points, in the order of their features: the deepest, the farthest from it, then those that
-/// widen the patch most to either side; among equals the first by feature. Returns how many.
+/// widen the patch most to either side; among equals the first by feature. Where the deepest is a disc's `rim`, the
+/// others are chosen neither by it nor by depths, and it takes the place of one. Returns how many.
 int span_patch(PatchPoint* points, int count, const Vec3& normal, double size);
 
 /// Appends them; `normal` in world coordinates.

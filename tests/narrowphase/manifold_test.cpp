@@ -112,6 +112,69 @@ TEST_CASE("manifold: discs, prisms and boxes whose outlines lie on each other ke
         }
 }
 
+TEST_CASE("manifold: a disc that leans a little spans its face, and its points stay when it is moved by 1e-9") {
+  Random r(75);
+  const std::vector<Shape> below{Shape(Box{{4, 4, 1}}), Shape(HalfSpace{{0, 0, 1}, 0.5}), Shape(Cylinder{2, 1}),
+                                 Shape(Convex{{{-3, -3, 0.5}, {3, -3, 0.5}, {0, 4, 0.5}, {0, 0, -2}}})};
+  const std::vector<Shape> above{Shape(Cylinder{0.5, 1}), Shape(Cone{0.5, 1})};
+  int asked = 0, moved = 0;
+  for (const Shape& a : below)
+    for (const Shape& b : above)
+      for (const double lean : {1e-8, 3e-8, 1e-7, 1e-6, 1e-5, 1e-4, 9e-4})
+        for (int i = 0; i < 10; ++i) {
+          const Pose frame = random_pose(r, 2);
+          const double angle = r.in(0, 2 * M_PI);
+          const Mat3 turn = (Eigen::AngleAxisd(lean, Vec3(std::cos(angle), std::sin(angle), 0)) *
+                             Eigen::AngleAxisd(r.in(0, 6), Vec3::UnitZ()))
+                                .toRotationMatrix();
+          const Pose pb{frame.rotation * turn, frame * Vec3(0.1, -0.2, 0.999)};
+          NarrowPhaseOptions options;
+          options.margin = 0.01;
+          NarrowPhase solver(options);
+          const auto ask = [&](const Pose& at) {
+            std::vector<Contact> contacts;
+            const auto answer = solver.solve(a, frame, b, at, Request::contacts, &contacts);
+            REQUIRE(contacts.size() == 4);
+            double deepest = -1;
+            for (const Contact& c : contacts) deepest = std::max(deepest, c.depth);
+            CHECK(std::abs(deepest + answer.signed_distance) < 1e-15);
+            return contacts;
+          };
+          CAPTURE(name(a.kind()), name(b.kind()), lean, i);
+          const std::vector<Contact> still = ask(pb);
+          for (const Contact& c : still) {
+            // Midway, so that half a depth ahead is on either surface.
+            const Vec3 in_above = pb.rotation.transpose() * (c.point - 0.5 * c.depth * c.normal - pb.translation);
+            const Vec3 in_below = frame.rotation.transpose() * (c.point + 0.5 * c.depth * c.normal - frame.translation);
+            CHECK(std::abs(in_above.z() + 0.5) < 1e-9);
+            CHECK(std::abs(in_above.head<2>().norm() - 0.5) < 1e-8);
+            CHECK(std::abs(in_below.z() - 0.5) < 1e-9);
+          }
+          // Twice the area that four corners of a disc span, of which the deepest took the place of the nearest.
+          double area = 0;
+          for (std::size_t k = 1; k < 4; ++k)
+            for (std::size_t m = 1; m < 4; ++m)
+              if (m != k) {
+                const Vec3 one = still[k].point - still[0].point, other = still[6 - k - m].point - still[m].point;
+                area = std::max(area, std::abs(still[0].normal.dot(one.cross(other))));
+              }
+          CHECK(area > 2 * 0.25 * 1.7);
+          for (int j = 0; j < 5; ++j) {
+            const std::vector<Contact> now = ask(nudged(pb, r));
+            int left = 0;
+            for (const Contact& c : still)
+              left += std::none_of(now.begin(), now.end(), [&](const Contact& d) {
+                return d.feature == c.feature && (d.point - c.point).norm() < 1e-6;
+              });
+            ++asked;
+            moved += left > 0 ? 1 : 0;
+            if (lean > 1e-7) CHECK(left <= 1);
+          }
+        }
+  INFO(moved << " of " << asked);
+  CHECK(moved < asked / 20);
+}
+
 TEST_CASE("manifold: the points of a stack span what the faces share") {
   Random r(73);
   for (int i = 0; i < 300; ++i) {
