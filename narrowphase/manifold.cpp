@@ -17,6 +17,7 @@ constexpr int max_patch = max_clipped + 1;
 constexpr std::uint32_t witness_point = 0xffffffffu;  // deeper than all that clipping found
 constexpr std::uint32_t rim_point = 0xfffffffeu;      // the deepest of a disc that leans
 constexpr double rim_lacks = 0.25;                    // what it may lack to the greatest depth, in `alike`
+constexpr double sharp = 0.96;                        // squared cosine: a tip of 11 degrees
 constexpr double flush = 1e-6;                        // an edge within this angle of the contact plane lies in it
 
 /// A face (3 or more corners, counterclockwise from outside), an edge or a point of a shape, in some frame. Or what a
@@ -340,11 +341,22 @@ int clip_faces(const FlatFeature& reference, const FlatFeature& incident, const 
   int last = 0;
   buffer[0].open = !incident.is_face();
   for (int i = 0; i < incident.count; ++i) buffer[0].add(incident.corner[i], incident.side(i));
+  const auto corner = [&](int i) -> const Vec3& {
+    return reference.corner[i < reference.count ? i : i - reference.count];
+  };
+  const auto cut = [&](const Vec3& side, const Vec3& at, std::uint32_t label) {
+    if (clip(buffer[last], side, side.dot(at), slack, max_sides + label, buffer[1 - last])) last = 1 - last;
+  };
+  Vec3 side = (corner(1) - corner(0)).cross(outward);
   for (int i = 0; i < reference.count && buffer[last].count > 0; ++i) {
-    const Vec3 &from = reference.corner[i], &to = reference.corner[i + 1 < reference.count ? i + 1 : 0];
-    const Vec3 side = (to - from).cross(outward);
-    if (clip(buffer[last], side, side.dot(from), slack, max_sides + reference.side(i), buffer[1 - last]))
-      last = 1 - last;
+    const std::uint32_t label = reference.side(i);
+    cut(side, corner(i), label);
+    const Vec3 next = (corner(i + 2) - corner(i + 1)).cross(outward);
+    // What lies far beyond a tip may be next to both of its sides.
+    const double opposed = side.dot(next), length2 = side.squaredNorm(), next2 = next.squaredNorm();
+    if (opposed < 0 && opposed * opposed > sharp * length2 * next2)
+      cut(outward.cross(side / std::sqrt(length2) - next / std::sqrt(next2)), corner(i + 1), label);
+    side = next;
   }
   const Clipped& c = buffer[last];
   const double slant = reference.normal.dot(outward);

@@ -175,6 +175,29 @@ TEST_CASE("manifold: a disc that leans a little spans its face, and its points s
   CHECK(moved < asked / 20);
 }
 
+TEST_CASE("manifold: no point lies far beyond the tip of a needle, however large the other body is") {
+  const Shape needle(Convex{{Vec3(0, -3, 0), Vec3(0, 3, 0), Vec3(-9000, 0, 0), Vec3(0, 0, -1)}});
+  for (const double length : {1e4, 1e6, 1e9}) {
+    std::vector<Vec3> corners;
+    for (const double x : {-0.5 * length, 0.5 * length})
+      for (const double y : {-0.5, 0.5})
+        for (const double z : {-0.5, 0.5}) corners.emplace_back(x, y, z);
+    const Shape beam(Convex{corners});
+    for (const double lean : {0.0, 1e-12}) {
+      const Pose at{Eigen::AngleAxisd(lean, Vec3::UnitY()).toRotationMatrix(), Vec3(0, 0, 0.49)};
+      for (const bool swapped : {false, true}) {
+        const auto contacts = swapped ? contacts_of(beam, at, needle, Pose()) : contacts_of(needle, Pose(), beam, at);
+        CAPTURE(length, lean, swapped);
+        REQUIRE(contacts.size() >= 2);
+        for (const Contact& c : contacts) {
+          CHECK(c.point.x() > -9000 - 1e-7 * length);
+          CHECK(c.point.x() < 1e-7 * length);
+        }
+      }
+    }
+  }
+}
+
 TEST_CASE("manifold: the points of a stack span what the faces share") {
   Random r(73);
   for (int i = 0; i < 300; ++i) {
