@@ -303,14 +303,14 @@ class DepthProbe {
  public:
   DepthProbe(const Facets& facets, const Vec3& n, Memory memory)
       : n_(n), flats_{List<Flat>(memory), List<Flat>(memory)} {
-    u_ = n.unitOrthogonal();
+    u_ = uncommon(n).normalized();
     v_ = n.cross(u_);
     for (const std::size_t of_a : {std::size_t{1}, std::size_t{0}}) {
       flats_[of_a].reserve(std::min(facets[of_a].size(), usual_flats));
       for (const Facet& facet : facets[of_a]) {
         const auto& p = facet.p;
-        // Only the sides that face each other, not those along n but for rounding.
-        if (!(facet.n.dot(n) > 1e-12)) continue;
+        // Only the sides that face each other, not those along n but for what little a pose is off.
+        if (!(facet.n.dot(n) > 1e-6)) continue;
         Flat f;
         for (std::size_t k = 0; k < 3; ++k) f.x[k] = u_.dot(p[k]), f.y[k] = v_.dot(p[k]), f.z[k] = n.dot(p[k]);
         const auto [low_x, high_x] = std::minmax({f.x[0], f.x[1], f.x[2]});
@@ -379,18 +379,23 @@ std::optional<double> over(const Span& a, const Span& b, const Vec3& n, Vec3& po
   return depth >= 0 ? std::optional(depth) : std::nullopt;
 }
 
-// The candidates, all of one mesh, farthest out in eight directions along the patch, and the farthest beyond it.
-void choose(std::span<const Candidate> all, const Vec3& n, const Vec3& u, const Vec3& v, List<Candidate>& chosen) {
+// The candidates, all of one mesh, farthest out in eight directions along the patch, and the farthest beyond it: of
+// those that are as far but for `slack` the farthest along the patch's u.
+void choose(std::span<const Candidate> all, const Vec3& n, const Vec3& u, const Vec3& v, double slack,
+            List<Candidate>& chosen) {
+  constexpr double lean = 1e-6;
   if (all.empty()) return;
-  const std::array<Vec3, 9> directions{u, v, u + v, u - v, -u, -v, -u - v, v - u, all.front().of_a ? n : Vec3(-n)};
+  const Vec3 beyond = all.front().of_a ? n : Vec3(-n);
+  const std::array<Vec3, 10> directions{u, v, u + v, u - v, -u, -v, -u - v, v - u, beyond, beyond + lean * u};
   DirectionRows rows{};
   for (std::size_t k = 0; k < directions.size(); ++k)
     for (std::size_t axis = 0; axis < 3; ++axis)
       rows.direction[axis][k] = directions[k][static_cast<Eigen::Index>(axis)];
   static_assert(sizeof(Candidate) % sizeof(double) == 0);
   find_farthest(rows, directions.size(), all.front().point.data(), sizeof(Candidate) / sizeof(double), all.size());
-  std::array<std::size_t, 9> best;
+  std::array<std::size_t, 10> best;
   for (std::size_t k = 0; k < best.size(); ++k) best[k] = static_cast<std::size_t>(rows.best[k]);
+  if (beyond.dot(all[best[8]].point - all[best[9]].point) <= slack) best[8] = best[9];
   for (auto at = best.begin(); at != best.end(); ++at)
     if (std::find(best.begin(), at, *at) == at) chosen.push_back(all[*at]);
 }
@@ -463,12 +468,13 @@ struct PatchPoints {
 // Adds the contacts of a patch along n.
 void add_points(const PosedMeshes& m, const PatchPoints& points, const Vec3& n, Memory memory,
                 std::vector<Contact>& contacts) {
+  const double size = (m.a.half + m.b.half).norm(), slack = alike * size;
   const DepthProbe depth(points.facets, n, memory);
   List<Candidate> chosen(memory);
-  chosen.reserve(36);
+  chosen.reserve(40);
   for (const std::size_t of_a : {std::size_t{1}, std::size_t{0}}) {
-    choose(points.vertices[of_a], n, depth.u(), depth.v(), chosen);
-    choose(points.edges[of_a], n, depth.u(), depth.v(), chosen);
+    choose(points.vertices[of_a], n, depth.u(), depth.v(), slack, chosen);
+    choose(points.edges[of_a], n, depth.u(), depth.v(), slack, chosen);
   }
   const std::size_t first = contacts.size();
   double most = 0;
@@ -489,7 +495,7 @@ void add_points(const PosedMeshes& m, const PatchPoints& points, const Vec3& n, 
   const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
   contacts.erase(std::remove_if(begin, contacts.end(), [&](const Contact& c) { return c.depth < most / 4; }),
                  contacts.end());
-  keep_widest(contacts, first, (m.a.half + m.b.half).norm());
+  keep_widest(contacts, first, size);
 }
 
 // The same for one of a corner's walls: of its own mesh only what lies in it counts, and what of the other has gone

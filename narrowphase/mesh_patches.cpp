@@ -15,13 +15,12 @@ constexpr double same_depth = 1e-6;  // of the size
 
 using Points = std::pmr::vector<Contact>;
 
-// A direction across the axis that no shape has of itself, nor any two of its corners in common.
+}  // namespace
+
 Vec3 uncommon(const Vec3& axis) {
   const Vec3 across = axis.cross(Vec3(0.3613, 0.4789, 0.8001));
   return across.squaredNorm() > 0.1 ? across : axis.cross(Vec3(0.8171, -0.5471, 0.1829));
 }
-
-}  // namespace
 
 void keep_widest(std::vector<Contact>& contacts, std::size_t first, double size) {
   const std::span<Contact> p = std::span(contacts).subspan(first);
@@ -81,9 +80,14 @@ void keep_widest(std::vector<Contact>& contacts, std::size_t first, double size)
       kept[count++] = deepest;
     } else {
       // It takes the place of the one nearest to it.
-      *std::min_element(kept.begin(), kept.end(), [&](std::size_t i, std::size_t j) {
-        return (p[i].point - p[deepest].point).squaredNorm() < (p[j].point - p[deepest].point).squaredNorm();
-      }) = deepest;
+      const auto away = [&](std::size_t i) { return (p[i].point - p[deepest].point).norm(); };
+      const double nearest = away(
+          *std::min_element(kept.begin(), kept.end(), [&](std::size_t i, std::size_t j) { return away(i) < away(j); }));
+      std::size_t* least = nullptr;
+      for (std::size_t& i : kept)
+        if (away(i) <= nearest + slack && (!least || tie_break.dot(p[i].point) < tie_break.dot(p[*least].point)))
+          least = &i;
+      *least = deepest;
     }
   }
   std::sort(kept.begin(), kept.begin() + static_cast<std::ptrdiff_t>(count));

@@ -10,6 +10,10 @@
 
 namespace tandem {
 
+/// A direction across the axis (unit) that no shape has of itself, nor any two of its corners in common: what is alike
+/// along others is told apart along it.
+Vec3 uncommon(const Vec3& axis);
+
 /// At most 4 of the contacts from `first` on, all of about one normal: corners of a patch as wide as any, and the
 /// deepest; by feature. What is alike but for rounding (`size` is that of the bodies) is told apart by where it lies,
 /// not by its place in the list.

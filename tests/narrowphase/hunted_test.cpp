@@ -68,6 +68,20 @@ Mesh prism(const std::vector<Vec3>& profile, const std::vector<std::array<std::u
   return m;
 }
 
+// A star of six points about y.
+Mesh star(double width) {
+  constexpr std::uint32_t points = 6;
+  std::vector<Vec3> profile;
+  std::vector<std::array<std::uint32_t, 3>> cap;
+  for (std::uint32_t i = 0; i < 2 * points; ++i) {
+    const double angle = turn * i / (2 * points), radius = i % 2 == 0 ? 1 : 0.6;
+    profile.emplace_back(radius * std::cos(angle), 0, radius * std::sin(angle));
+    if (i % 2 == 0) cap.push_back({(i + 2 * points - 1) % (2 * points), i, i + 1});
+  }
+  for (std::uint32_t i = 3; i + 2 < 2 * points; i += 2) cap.push_back({1, i, i + 2});
+  return prism(profile, cap, width);
+}
+
 }  // namespace
 
 TEST_CASE("hunted: almost aligned flat faces that hardly touch, sizes up to 1000 apart") {
@@ -731,16 +745,7 @@ TEST_CASE("hunted: concave meshes leave each other by the shortest way past all 
 
 TEST_CASE("hunted: the bound of a depth that is not certain comes from a way that nothing near it is shorter than") {
   // Stars whose points have come into each other's gaps, along one axis.
-  constexpr std::uint32_t points = 6;
-  std::vector<Vec3> profile;
-  std::vector<std::array<std::uint32_t, 3>> cap;
-  for (std::uint32_t i = 0; i < 2 * points; ++i) {
-    const double angle = turn * i / (2 * points), radius = i % 2 == 0 ? 1 : 0.6;
-    profile.emplace_back(radius * std::cos(angle), 0, radius * std::sin(angle));
-    if (i % 2 == 0) cap.push_back({(i + 2 * points - 1) % (2 * points), i, i + 1});
-  }
-  for (std::uint32_t i = 3; i + 2 < 2 * points; i += 2) cap.push_back({1, i, i + 2});
-  const Shape a(prism(profile, cap, 0.4)), b(prism(profile, cap, 0.5));
+  const Shape a(star(0.4)), b(star(0.5));
   const NarrowPhase solver;
   Random r(41);
   int known = 0, tight = 0;
@@ -761,6 +766,78 @@ TEST_CASE("hunted: the bound of a depth that is not certain comes from a way tha
   }
   CHECK(known >= 8);
   CHECK(tight >= 38);
+}
+
+TEST_CASE(
+    "hunted: round bodies in each other keep their contacts, moved by 1e-9 or together, their triangles shuffled") {
+  // Bowls: an arc turned about z, thick by its rim's width; one lies in the other, shifted along z or a little aside.
+  const auto bowl = [](std::uint32_t around) {
+    Mesh m;
+    m.solid = true;
+    std::vector<std::array<double, 2>> profile{{0, -1}};
+    for (const double radius : {1.0, 0.85}) {
+      for (int i = 0; i < 5; ++i) {
+        const double angle = 0.3 + 0.3 * (radius == 1.0 ? i : 4 - i);
+        profile.push_back({radius * std::sin(angle), -radius * std::cos(angle)});
+      }
+    }
+    profile.push_back({0, -0.85});
+    std::vector<std::uint32_t> rows;
+    for (const auto& [out, up] : profile) {
+      rows.push_back(static_cast<std::uint32_t>(m.vertices.size()));
+      for (std::uint32_t i = 0; i < (out == 0 ? 1 : around); ++i)
+        m.vertices.emplace_back(out * std::cos(turn * i / around), out * std::sin(turn * i / around), up);
+    }
+    const std::size_t last = profile.size() - 1;
+    for (std::uint32_t i = 0; i < around; ++i) {
+      const std::uint32_t next = (i + 1) % around;
+      m.triangles.push_back({rows[0], rows[1] + next, rows[1] + i});
+      m.triangles.push_back({rows[last], rows[last - 1] + i, rows[last - 1] + next});
+      for (std::size_t k = 1; k + 1 < last; ++k) {
+        m.triangles.push_back({rows[k] + i, rows[k] + next, rows[k + 1] + next});
+        m.triangles.push_back({rows[k] + i, rows[k + 1] + next, rows[k + 1] + i});
+      }
+    }
+    return m;
+  };
+  const NarrowPhase solver;
+  Random r(43);
+  for (int i = 0; i < 96; ++i) {
+    const bool are_stars = i % 4 == 3;
+    Mesh mesh = are_stars ? star(0.4) : bowl(i % 2 == 0 ? 8 : 16), other = are_stars ? star(0.55) : mesh;
+    mesh.solid = i % 5 != 0, other.solid = i % 7 != 0;
+    Mesh shuffled = mesh;
+    std::reverse(shuffled.triangles.begin(), shuffled.triangles.end());
+    const double angle = are_stars ? turn / 2 + r.in(-0.1, 0.1) : turn / 32 * (i % 5);
+    const Vec3 at = are_stars ? Vec3(1.62 - r.in(0, 0.05), 0.02, 0)
+                              : Vec3(i % 3 == 0 ? 0.02 : 0, 0, 0.15 * (i % 8 < 4 ? 1.003 : 0.98));
+    const Mat3 own = Eigen::AngleAxisd(angle, are_stars ? Vec3::UnitY() : Vec3::UnitZ()).toRotationMatrix();
+    const auto contacts_at = [&](const Mesh& of_a, const Mat3& turned, const Vec3& moved, const Mat3& nudged,
+                                 double far) {
+      std::vector<Contact> contacts;
+      solver.solve(Shape(of_a), Pose{turned, moved}, Shape(other),
+                   {turned * nudged * own, turned * (at + far * r.direction()) + moved}, Request::contacts, &contacts);
+      for (Contact& c : contacts)
+        c = {turned.transpose() * (c.point - moved), turned.transpose() * c.normal, c.depth, 0};
+      return contacts;
+    };
+    const Mat3 as_it_is = Mat3::Identity();
+    const std::vector<Contact> contacts = contacts_at(mesh, as_it_is, Vec3::Zero(), as_it_is, 0);
+    CAPTURE(i, contacts.size());
+    REQUIRE_FALSE(contacts.empty());
+    const auto check = [&](const std::vector<Contact>& again) {
+      CHECK(again.size() == contacts.size());
+      for (const Contact& c : contacts)
+        CHECK(std::any_of(again.begin(), again.end(), [&](const Contact& o) {
+          return (o.point - c.point).norm() < 1e-6 && (o.normal - c.normal).norm() < 1e-6 &&
+                 std::abs(o.depth - c.depth) < 1e-6;
+        }));
+    };
+    check(contacts_at(mesh, as_it_is, Vec3::Zero(), Eigen::AngleAxisd(1e-9, r.direction()).toRotationMatrix(), 1e-9));
+    check(contacts_at(mesh, r.rotation(), r.vec(-5, 5), as_it_is, 0));
+    // Where many edges of both meshes lie across each other, the first of them are looked at.
+    if (are_stars || i % 3 != 0) check(contacts_at(shuffled, as_it_is, Vec3::Zero(), as_it_is, 0));
+  }
 }
 
 TEST_CASE("hunted: an edge of a solid that has come through a face of another is pushed along the face's normal") {
