@@ -743,6 +743,34 @@ TEST_CASE("hunted: concave meshes leave each other by the shortest way past all 
   }
 }
 
+// A bar that is in a wall and, at its side, in a block, with a post that hangs through a shelf. Lifted off the shelf it
+// has farther to go than past its end, where the post holds no more.
+TEST_CASE("hunted: a face holds a mesh only as far as to its border") {
+  const std::vector<std::array<std::uint32_t, 3>> tee{{0, 1, 2}, {0, 2, 5}, {0, 5, 6}, {0, 6, 7}, {2, 3, 4}, {2, 4, 5}};
+  Mesh fixed =
+      prism({{-8, 0, -20}, {0, 0, -20}, {0, 0, -0.1}, {5.2, 0, -0.1}, {5.2, 0, 0}, {0, 0, 0}, {0, 0, 20}, {-8, 0, 20}},
+            tee, 8);
+  const Mesh block = prism({{6, 0, -1}, {9, 0, -1}, {9, 0, 6}, {6, 0, 6}}, {{0, 1, 2}, {0, 2, 3}}, 4.8);
+  const auto first = static_cast<std::uint32_t>(fixed.vertices.size());
+  for (const Vec3& v : block.vertices) fixed.vertices.push_back(v - Vec3(0, 3.6, 0));
+  for (const auto& t : block.triangles) fixed.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  Mesh bar = prism({{3, 0, -1.9},
+                    {3.1, 0, -1.9},
+                    {3.1, 0, 2.4},
+                    {10, 0, 2.4},
+                    {10, 0, 2.5},
+                    {-2.2, 0, 2.5},
+                    {-2.2, 0, 2.4},
+                    {3, 0, 2.4}},
+                   {{0, 1, 2}, {0, 2, 7}, {5, 6, 7}, {5, 7, 2}, {5, 2, 3}, {5, 3, 4}}, 3);
+  fixed.solid = bar.solid = true;
+  const PairAnswer way = NarrowPhase().solve(Shape(fixed), Pose{}, Shape(bar), Pose{}, Request::distance);
+  CAPTURE(way.signed_distance, way.error_bound, way.status, way.normal.transpose());
+  const double shortest = std::hypot(2.2, 0.3);
+  CHECK(-way.signed_distance > shortest - 1e-9);
+  CHECK(-way.signed_distance - way.error_bound < shortest + 1e-9);
+}
+
 TEST_CASE("hunted: the bound of a depth that is not certain comes from a way that nothing near it is shorter than") {
   // Stars whose points have come into each other's gaps, along one axis.
   const Shape a(star(0.4)), b(star(0.5));
