@@ -286,7 +286,7 @@ struct WaysOut::Parts {
     };
     std::vector<std::pair<std::uint32_t, std::uint32_t>> stack{{whole, whole}};
     while (!stack.empty()) {
-      const auto [x, y] = stack.back();
+      const std::uint32_t x = stack.back().first, y = stack.back().second;
       stack.pop_back();
       const BoxOf box_a(ma, x), box_b(mb, y);
       const Vec3 d = turn_b * box_b.mid + shift - turn_a * box_a.mid;
