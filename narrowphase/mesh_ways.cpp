@@ -199,7 +199,9 @@ struct WaysOut::Parts {
     borders.clear();
     for (const FlatFace::Border& border : face.borders) {
       const Vec3 p = placed(!of_a, border.from, at), q = placed(!of_a, border.to, at), d = q - p;
-      const double part = std::clamp((c - p).dot(d) / d.squaredNorm(), 0.0, 1.0);
+      const double length2 = d.squaredNorm();
+      // A border too short to be squared is a point.
+      const double part = length2 > 0 ? std::clamp((c - p).dot(d) / length2, 0.0, 1.0) : 0;
       borders.push_back({p, q, (p + part * d - c).norm()});
     }
     const std::size_t lines = std::min(most_lines, borders.size());
