@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <numbers>
+#include <span>
 #include <utility>
 
 #include "parallel_blocks.h"
@@ -43,6 +44,7 @@ void ContactSolver::prepare_point(Point& point, const Contact& contact, const So
   point.gap = -contact.depth;
   point.feature = contact.feature;
   point.normal_impulse = point.tangent_impulse = point.bitangent_impulse = 0;
+  point.keeps = point.kept = false;
 
   const auto response = [&](const Vec3& along, const Vec3& pushed) {
     const Vec3 turn_a = a.inverse_inertia * point.arm_a.cross(pushed);
@@ -133,23 +135,53 @@ void ContactSolver::prepare_pair(const Entry& entry, const ContactList& contacts
   pair.rolling_radius = a.inverse_mass == 0 ? b.radius : b.inverse_mass == 0 ? a.radius : std::min(a.radius, b.radius);
 }
 
-// Both pairs' points are sorted by feature.
+// A point's name alone does not tell where it is: a patch may be cut by the one face now and by the other in the next
+// step, with other names for the same places, and the deepest point of a disc goes round. Impulses that were lost, or
+// went to where they do not belong, kept stacks in motion.
 void ContactSolver::keep_impulses(Pair& pair, const Pair& before) {
+  constexpr double same_place = 0.1;  // of the smaller body's radius
   pair.rolling_impulse = before.rolling_impulse;
-  std::uint32_t old = before.first;
-  for (std::uint32_t i = pair.first; i < pair.end; ++i) {
-    Point& point = points_[i];
-    while (old < before.end && points_before_[old].feature < point.feature) ++old;
-    if (old == before.end) break;
-    const Point& kept = points_before_[old];
-    if (kept.feature != point.feature) continue;
-    // The normal may have turned since: what is left of the old friction within the new plane.
-    const Vec3 rubbing = kept.tangent_impulse * kept.tangent + kept.bitangent_impulse * kept.bitangent;
-    point.normal_impulse = kept.normal_impulse;
-    point.tangent_impulse = rubbing.dot(point.tangent);
-    point.bitangent_impulse = rubbing.dot(point.bitangent);
+  const auto points = std::span(points_).subspan(pair.first, pair.end - pair.first);
+  const auto points_before = std::span(points_before_).subspan(before.first, before.end - before.first);
+  // As either body sees it: one may turn or slide along the other.
+  const auto distance = [](const Point& x, const Point& y) {
+    return std::sqrt(std::min((x.arm_a - y.arm_a).squaredNorm(), (x.arm_b - y.arm_b).squaredNorm()));
+  };
+  std::size_t kept = 0;
+  // Both are sorted by feature.
+  for (std::size_t i = 0, old = 0; i < points.size(); ++i) {
+    while (old < points_before.size() && points_before[old].feature < points[i].feature) ++old;
+    if (old == points_before.size()) break;
+    if (points_before[old].feature != points[i].feature) continue;
+    if (distance(points[i], points_before[old]) < same_place * pair.rolling_radius) {
+      keep_impulse(points[i], points_before[old]);
+      ++kept;
+    }
     ++old;
   }
+  // The others by their places.
+  for (std::size_t i = 0; i < points.size() && kept < points_before.size(); ++i) {
+    if (points[i].keeps) continue;
+    Point* nearest = nullptr;
+    double least = pair.rolling_radius;
+    for (Point& old : points_before) {
+      if (old.kept) continue;
+      const double away = distance(points[i], old);
+      if (away < least) nearest = &old, least = away;
+    }
+    if (nearest == nullptr) continue;
+    keep_impulse(points[i], *nearest);
+    ++kept;
+  }
+}
+
+void ContactSolver::keep_impulse(Point& point, Point& before) {
+  point.keeps = before.kept = true;
+  // The normal may have turned since: what is left of the old friction within the new plane.
+  const Vec3 rubbing = before.tangent_impulse * before.tangent + before.bitangent_impulse * before.bitangent;
+  point.normal_impulse = before.normal_impulse;
+  point.tangent_impulse = rubbing.dot(point.tangent);
+  point.bitangent_impulse = rubbing.dot(point.bitangent);
 }
 
 void ContactSolver::begin_substeps(double h, const ResponseOptions& options) {

@@ -43,6 +43,7 @@ class ContactSolver {
     double tangent_mass = 0, mixed_mass = 0, bitangent_mass = 0;
     double normal_impulse = 0, tangent_impulse = 0, bitangent_impulse = 0;
     std::uint32_t feature = 0;
+    bool keeps = false, kept = false;  // impulses of the step before; its own, in the next
   };
   struct Pair {
     std::uint32_t a = 0, b = 0;
@@ -66,6 +67,7 @@ class ContactSolver {
   void prepare_pair(const Entry& entry, const ContactList& contacts, const std::vector<SolverBody>& bodies);
   void prepare_point(Point& point, const Contact& contact, const SolverBody& a, const SolverBody& b) const;
   void keep_impulses(Pair& pair, const Pair& before);
+  static void keep_impulse(Point& point, Point& before);
   template <class Body>
   void for_each_pair(std::vector<SolverBody>& bodies, const Body& body) const;
   void solve_pair(Pair& pair, SolverBody& a, SolverBody& b, Overlap overlap);

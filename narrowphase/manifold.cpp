@@ -10,12 +10,10 @@
 namespace tandem {
 namespace {
 
-constexpr int max_sides = 16;               // of a face that is clipped; circles have this many
-constexpr int max_corners = max_sides + 1;  // the deepest point of a disc beside them
+constexpr int max_corners = 16;  // of a face that is clipped; circles have this many
 constexpr int max_clipped = 3 * max_corners;
 constexpr int max_patch = max_clipped + 1;
 constexpr std::uint32_t witness_point = 0xffffffffu;  // deeper than all that clipping found
-constexpr std::uint32_t rim_point = 0xfffffffeu;      // the deepest of a disc that leans
 constexpr double rim_lacks = 0.25;                    // what it may lack to the greatest depth, in `alike`
 constexpr double sharp = 0.96;                        // squared cosine: a tip of 11 degrees
 constexpr double flush = 1e-6;                        // an edge within this angle of the contact plane lies in it
@@ -35,22 +33,16 @@ struct FlatFeature {
   bool is_face() const { return count >= 3 && radius == 0; }
 
   void add(const Vec3& p) { corner[count++] = p; }
-
-  /// The deepest point is no corner of the disc's polygon, but one more.
-  bool has_beside() const { return count > max_sides; }
-
-  /// The number of the side that leaves a corner. A corner more changes no number.
-  std::uint32_t side(int i) const { return static_cast<std::uint32_t>(has_beside() && i >= rim ? i - 1 : i); }
 };
 
 /// The corners of a circle's polygon, counterclockwise from the x axis.
 struct CirclePolygon {
-  double x[max_sides + 1], y[max_sides + 1];
+  double x[max_corners + 1], y[max_corners + 1];
 
   constexpr CirclePolygon() : x{}, y{} {
     constexpr double cos_step = 0.92387953251128675613, sin_step = 0.38268343236508977173;  // pi / 8
-    x[0] = x[max_sides] = 1;
-    for (int i = 0; i + 1 < max_sides; ++i) {
+    x[0] = x[max_corners] = 1;
+    for (int i = 0; i + 1 < max_corners; ++i) {
       x[i + 1] = x[i] * cos_step - y[i] * sin_step;
       y[i + 1] = y[i] * cos_step + x[i] * sin_step;
     }
@@ -62,9 +54,9 @@ constexpr CirclePolygon circle;
 /// The last corner before a direction.
 int corner_before(double x, double y) {
   int i = 0;
-  if (y < 0) x = -x, y = -y, i = max_sides / 2;
-  if (x <= 0) std::tie(x, y) = std::pair(y, -x), i += max_sides / 4;
-  for (int k = 1; k < max_sides / 4; ++k) i += circle.x[k] * y >= circle.y[k] * x ? 1 : 0;
+  if (y < 0) x = -x, y = -y, i = max_corners / 2;
+  if (x <= 0) std::tie(x, y) = std::pair(y, -x), i += max_corners / 4;
+  for (int k = 1; k < max_corners / 4; ++k) i += circle.x[k] * y >= circle.y[k] * x ? 1 : 0;
   return i;
 }
 
@@ -93,25 +85,21 @@ void find_deepest_of_rim(double rho, double& x, double& y) {
   y = (cy + t * cx) / length;
 }
 
-/// The polygon has its place on the body, so that it stays where the deepest point does not; that one is beside it, or
-/// takes the place of a corner next to it. A disc that counts as flat has none.
+/// The polygon has its place on the body, so that it stays where the deepest point does not; that one takes the place
+/// of the nearest corner. So the deepest point, the one across and those to either side are nearly a square wherever it
+/// lies, and carry a body alike however it leans: with three that stay and the deepest anywhere between them stacks
+/// swayed for ever. A disc that counts as flat has none.
 void add_circle(FlatFeature& f, double radius, double z, const Vec3& towards, bool counterclockwise) {
   const double width = counterclockwise ? radius : -radius;
-  const auto put = [&](double x, double y) { f.add({radius * x, width * y, z}); };
+  for (int i = 0; i < max_corners; ++i) f.add({radius * circle.x[i], width * circle.y[i], z});
   const double rho = std::sqrt(towards[0] * towards[0] + towards[1] * towards[1]);
-  if (!(rho > alike)) {
-    for (int i = 0; i < max_sides; ++i) put(circle.x[i], circle.y[i]);
-    return;
-  }
+  if (!(rho > alike)) return;
   double x = towards[0] / rho, y = std::copysign(1.0, width) * towards[1] / rho;
   find_deepest_of_rim(rho, x, y);
   const int before = corner_before(x, y);
-  const auto is_next_to = [&](int i) { return std::abs(circle.x[i] * y - circle.y[i] * x) < 1e-3; };
-  const int replaced = is_next_to(before) ? before : is_next_to(before + 1) ? (before + 1) % max_sides : -1;
-  f.rim = replaced >= 0 ? replaced : before + 1;
-  for (int i = 0; i < f.rim; ++i) put(circle.x[i], circle.y[i]);
-  put(x, y);
-  for (int i = replaced >= 0 ? replaced + 1 : f.rim; i < max_sides; ++i) put(circle.x[i], circle.y[i]);
+  const auto cosine = [&](int i) { return circle.x[i] * x + circle.y[i] * y; };
+  f.rim = (cosine(before + 1) > cosine(before) ? before + 1 : before) % max_corners;
+  f.corner[f.rim] = {radius * x, width * y, z};
 }
 
 /// The face that looks most along d (unit); of equals the first.
@@ -209,7 +197,7 @@ FlatFeature best_face(const ConvexView& v, const Vec3& d) {
         f.normal = face.normal;
         f.id = static_cast<std::uint32_t>(best);
         // A face with more corners than fit is thinned evenly.
-        const std::uint32_t kept = std::min<std::uint32_t>(face.count, max_sides);
+        const std::uint32_t kept = std::min<std::uint32_t>(face.count, max_corners);
         for (std::uint32_t i = 0; i < kept; ++i) f.add(v.vertices[v.hull->loop[face.first + i * face.count / kept]]);
         return f;
       }
@@ -288,7 +276,7 @@ void move(FlatFeature& f, const RelativePose& pose) {
 }
 
 /// A polygon being clipped; `edge` labels the side that leaves each corner: the incident face's sides by number,
-/// the reference face's from max_sides on. Two labels name a corner, the same way in the next step.
+/// the reference face's from max_corners on. Two labels name a corner, the same way in the next step.
 struct Clipped {
   Vec3 corner[max_clipped];
   std::uint32_t edge[max_clipped];
@@ -340,16 +328,16 @@ int clip_faces(const FlatFeature& reference, const FlatFeature& incident, const 
   Clipped buffer[2];
   int last = 0;
   buffer[0].open = !incident.is_face();
-  for (int i = 0; i < incident.count; ++i) buffer[0].add(incident.corner[i], incident.side(i));
+  for (int i = 0; i < incident.count; ++i) buffer[0].add(incident.corner[i], static_cast<std::uint32_t>(i));
   const auto corner = [&](int i) -> const Vec3& {
     return reference.corner[i < reference.count ? i : i - reference.count];
   };
   const auto cut = [&](const Vec3& side, const Vec3& at, std::uint32_t label) {
-    if (clip(buffer[last], side, side.dot(at), slack, max_sides + label, buffer[1 - last])) last = 1 - last;
+    if (clip(buffer[last], side, side.dot(at), slack, max_corners + label, buffer[1 - last])) last = 1 - last;
   };
   Vec3 side = (corner(1) - corner(0)).cross(outward);
   for (int i = 0; i < reference.count && buffer[last].count > 0; ++i) {
-    const std::uint32_t label = reference.side(i);
+    const std::uint32_t label = static_cast<std::uint32_t>(i);
     cut(side, corner(i), label);
     const Vec3 next = (corner(i + 2) - corner(i + 1)).cross(outward);
     // What lies far beyond a tip may be next to both of its sides.
@@ -363,7 +351,7 @@ int clip_faces(const FlatFeature& reference, const FlatFeature& incident, const 
   int count = 0;
   for (int i = 0; i < c.count; ++i) {
     Vec3 at = c.corner[i];
-    const bool rim = incident.rim >= 0 && at == incident.corner[incident.rim], beside = rim && incident.has_beside();
+    const bool rim = incident.rim >= 0 && at == incident.corner[incident.rim];
     if (incident.radius > 0) {
       // Cut off between the side and the farthest point, it lies on the ball and not on the line.
       const Vec3 out = at - incident.ball;
@@ -377,7 +365,7 @@ int clip_faces(const FlatFeature& reference, const FlatFeature& incident, const 
     if (depth < -margin - slack) continue;
     const std::uint32_t in = c.edge[(i + c.count - 1) % c.count];
     points[count++] = {at + 0.5 * depth * outward, std::max(depth, -margin),
-                       beside ? rim_point : feature_number(reference, of_b, in, c.edge[i]), rim};
+                       feature_number(reference, of_b, in, c.edge[i]), rim};
   }
   return count;
 }
@@ -404,19 +392,6 @@ int overlap_edges(const FlatFeature& a, const FlatFeature& b, const LocalAnswer&
     points[count++] = {0.5 * (on_a + on_b), depth, feature_number(a, false, at_first ? 0 : 1, of_a ? 2 : 1)};
   }
   return count;
-}
-
-/// A place in a patch, by two directions in its plane.
-struct Flat {
-  double u, v;
-};
-
-/// Twice the area of the quadrilateral of four places, in any order.
-double area_of_four(const Flat& a, const Flat& b, const Flat& c, const Flat& d) {
-  const auto across = [](const Flat& p, const Flat& q, const Flat& r, const Flat& s) {
-    return std::abs((q.u - p.u) * (s.v - r.v) - (q.v - p.v) * (s.u - r.u));
-  };
-  return std::max({across(a, b, c, d), across(a, c, b, d), across(a, d, b, c)});
 }
 
 /// The first of those that count as the deepest stands for it, as in `span_patch`.
@@ -456,29 +431,24 @@ int span_patch(PatchPoint* p, int count, const Vec3& normal, double size) {
   };
   double deepest = p[0].depth;
   for (int i = 1; i < count; ++i) deepest = std::max(deepest, p[i].depth);
-  int rim = -1;
-  for (int i = 0; i < count && count > 3; ++i)
-    if (p[i].rim && p[i].depth >= deepest - rim_lacks * slack) rim = i;
-  if (rim >= 0) taken[rim] = p[rim].feature == rim_point;
-  int start = 0;
-  if (rim < 0)
+  int start = -1;
+  for (int i = 0; i < count; ++i)
+    if (p[i].rim && p[i].depth >= deepest - rim_lacks * slack) start = i;
+  if (start < 0)
     start = choose([&](const PatchPoint& x) { return x.feature == witness_point ? size : x.depth; });
   else
     taken[start] = true;
   const PatchPoint& first = p[start];
-  p[rim >= 0 ? rim : start].depth = deepest;  // one that counts as equal stands for the deepest
+  p[start].depth = deepest;  // one that counts as equal stands for the deepest
   const auto from_first = [&first](const PatchPoint& x) { return (x.at - first.at).norm(); };
   const int second = choose(from_first);
   const double length = most;
   const Vec3 along = p[second].at - first.at, side = normal.cross(along / std::max(length, 1e-300));
   const int third = choose([&](const PatchPoint& x) { return std::abs(side.dot(x.at - first.at)); });
   if (most <= thin * length) {
-    // A strip this thin is an edge: its deepest end, and the deepest at the other. Or beside a rim both.
-    taken[third] = false;
-    taken[rim < 0 ? second : start] = false;
-    choose([&](const PatchPoint& x) {
-      return rim < 0 ? (from_first(x) >= 0.9 * length ? size + x.depth : 0) : (x.at - p[second].at).norm();
-    });
+    // A strip this thin is an edge: its deepest end, and the deepest at the other.
+    taken[second] = taken[third] = false;
+    choose([&](const PatchPoint& x) { return from_first(x) >= 0.9 * length ? size + x.depth : 0; });
   } else if (count > 4) {
     // The fourth: outside the triangle of the three by most.
     const double turn = side.dot(p[third].at - first.at) >= 0 ? 1.0 : -1.0;
@@ -490,26 +460,10 @@ int span_patch(PatchPoint* p, int count, const Vec3& normal, double size) {
       for (int k = 0; k < 3; ++k) out = std::max(out, outward[k].dot(x.at - corner[k]));
       return out;
     });
-    if (!(most > slack)) {
-      taken[fourth] = false;
-    } else if (rim >= 0 && rim != start && rim != second && rim != third && rim != fourth) {
-      // It takes the place of the one that is missed least.
-      const int four[4] = {start, second, third, fourth};
-      const Vec3 axis = along / length;
-      const auto flat = [&](int i) { return Flat{axis.dot(p[i].at - first.at), side.dot(p[i].at - first.at)}; };
-      const Flat in[5] = {flat(start), flat(second), flat(third), flat(fourth), flat(rim)};
-      int missed_least = 0;
-      most = 0;
-      for (int k = 0; k < 4; ++k) {
-        const double area = area_of_four(in[(k + 1) % 4], in[(k + 2) % 4], in[(k + 3) % 4], in[4]);
-        if (area > most + slack * size) missed_least = k, most = area;
-      }
-      taken[four[missed_least]] = false;
-    }
+    if (!(most > slack)) taken[fourth] = false;
   } else {
     return count;
   }
-  if (rim >= 0) taken[rim] = true;
   int kept = 0;
   for (int i = 0; i < count; ++i)
     if (taken[i]) p[kept++] = p[i];
@@ -607,7 +561,7 @@ void append_halfspace_manifold(const ConvexView& shape, const Pose& pose, const 
     const double kept = std::max(depth, -margin);
     deepest = std::max(deepest, kept);
     points[count++] = {f.corner[i] + 0.5 * depth * normal, kept,
-                       i == f.rim && f.has_beside() ? rim_point : (f.id << 8 & 0x7fffff00u) | f.side(i), i == f.rim};
+                       (f.id << 8 & 0x7fffff00u) | static_cast<std::uint32_t>(i), i == f.rim};
   }
   const Vec3 lowest = core_support(shape, -normal) - core_radius(shape) * normal;
   const double depth = offset - normal.dot(lowest);

@@ -68,8 +68,8 @@ void append_halfspace_box(const HalfSize& half, const Pose& pose, const Vec3& wo
                           double height, double margin, std::vector<Contact>& contacts);
 
 /// Leaves up to 4 of the points, in the order of their features: the deepest, the farthest from it, then those that
-/// widen the patch most to either side; among equals the first by feature. Where the deepest is a disc's `rim`, the
-/// others are chosen neither by it nor by depths, and it takes the place of one. Returns how many.
+/// widen the patch most to either side; among equals the first by feature. A disc's `rim`
+/// is the deepest of those that are as deep. Returns how many.
 int span_patch(PatchPoint* points, int count, const Vec3& normal, double size);
 
 /// Appends them; `normal` in world coordinates.

@@ -254,6 +254,30 @@ TEST_CASE("response: balls stacked stay stacked, barely deeper than the softness
   CHECK(result.last.kinetic_energy < 1e-3);
 }
 
+TEST_CASE("response: stacks come to rest, whichever face their patches are cut by and wherever a disc is deepest") {
+  Random random(91);
+  const auto still_moving = [&random](const Shape& shape, double height, int high) {
+    Scene scene;
+    add_ground(scene);
+    for (int i = 0; i < high; ++i) {
+      const auto any = [&](double most) { return random.uniform(-most, most); };
+      const Mat3 lean = Eigen::AngleAxisd(any(0.01), Vec3::UnitX()).toRotationMatrix();
+      add(scene, shape,
+          {Eigen::AngleAxisd(any(M_PI), Vec3::UnitZ()) * lean,
+           Vec3(any(0.05), any(0.05), i * (height + 0.01) + 0.5 * height + 0.01)});
+    }
+    Response response;
+    return run(scene, response, 600, recommended_margin(scene)).last.kinetic_energy;
+  };
+  int at_rest = 0;
+  for (int i = 0; i < 12; ++i) at_rest += still_moving(Shape(Box{{0.8, 0.8, 0.8}}), 0.8, 2) < 1e-6 ? 1 : 0;
+  CHECK(at_rest >= 9);
+  std::vector<double> of_cans;
+  for (int i = 0; i < 9; ++i) of_cans.push_back(still_moving(Shape(Cylinder{0.5, 1}), 1, 4));
+  std::sort(of_cans.begin(), of_cans.end());
+  CHECK(of_cans[6] < 1e-3);  // of 3 tons: a millimetre a second
+}
+
 TEST_CASE("response: a gap stops a fast body before it touches") {
   Scene scene;
   scene.gravity.setZero();

@@ -1,4 +1,5 @@
 // Contact manifolds: what exchanging the bodies or moving them by next to nothing may not change.
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -173,6 +174,28 @@ TEST_CASE("manifold: a disc that leans a little spans its face, and its points s
         }
   INFO(moved << " of " << asked);
   CHECK(moved < asked / 20);
+}
+
+TEST_CASE("manifold: a disc is carried alike whichever way it leans") {
+  const Shape disc(Cylinder{0.5, 1});
+  for (const Shape& floor : {Shape(HalfSpace{{0, 0, 1}, 0.5}), Shape(Box{{4, 4, 1}})})
+    for (const double lean : {1e-6, 1e-4, 1e-2})
+      for (int i = 0; i < 100; ++i) {
+        const double angle = 0.02 * M_PI * i;
+        const Pose at{Eigen::AngleAxisd(lean, Vec3(std::cos(angle), std::sin(angle), 0)).toRotationMatrix(),
+                      Vec3(0.1, -0.2, 0.98)};
+        const std::vector<Contact> contacts = contacts_of(floor, Pose{}, disc, at);
+        CAPTURE(name(floor.kind()), lean, angle);
+        REQUIRE(contacts.size() == 4);
+        // How stiff four equal springs at the points are against leaning, by direction.
+        Eigen::Vector2d middle = Eigen::Vector2d::Zero();
+        for (const Contact& c : contacts) middle += 0.25 * c.point.head<2>();
+        Eigen::Matrix2d stiffness = Eigen::Matrix2d::Zero();
+        for (const Contact& c : contacts)
+          stiffness += (c.point.head<2>() - middle) * (c.point.head<2>() - middle).transpose();
+        const Eigen::Vector2d by_direction = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(stiffness).eigenvalues();
+        CHECK(by_direction[1] < 1.25 * by_direction[0]);
+      }
 }
 
 TEST_CASE("manifold: no point lies far beyond the tip of a needle, however large the other body is") {
