@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "lanes_of_256_bits.h"
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "face_heights.cpp"
 #include <hwy/foreach_target.h>

@@ -1,5 +1,6 @@
 #include "mesh_query.h"
 
+#include "lanes_of_256_bits.h"
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "mesh_query.cpp"
 #include <hwy/foreach_target.h>

@@ -2,6 +2,7 @@
 
 #include "predicates.h"
 
+#include "lanes_of_256_bits.h"
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "patch_rows.cpp"
 #include <hwy/foreach_target.h>

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "lanes_of_256_bits.h"
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "triangle_kernel.cpp"
 #include <hwy/foreach_target.h>

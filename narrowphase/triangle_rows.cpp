@@ -4,6 +4,7 @@
 
 #include "predicates.h"
 
+#include "lanes_of_256_bits.h"
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "triangle_rows.cpp"
 #include <hwy/foreach_target.h>
