@@ -27,10 +27,13 @@ enum class Status : std::uint8_t {
 
 /// One point of a contact manifold, in world coordinates.
 struct Contact {
-  Vec3 point;                 ///< midway between the two surfaces
-  Vec3 normal;                ///< unit, from A to B: moving B by depth along it separates them here
-  double depth = 0;           ///< >= 0 overlap; < 0 a gap within the margin asked for
-  std::uint32_t feature = 0;  ///< names the features that touch; orders a pair's contacts, the same in the next step
+  Vec3 point;        ///< midway between the two surfaces
+  Vec3 normal;       ///< unit, from A to B: moving B by depth along it separates them here
+  double depth = 0;  ///< >= 0 overlap; < 0 a gap within the margin asked for
+  /// Names the features that touch; orders a pair's contacts. The same in the next step while the same face cuts the
+  /// patch: of two that are flat to each other that may change, and the places stay. Who keeps something for a point
+  /// from step to step should look for it by its place, too.
+  std::uint32_t feature = 0;
 };
 
 struct PairAnswer {
