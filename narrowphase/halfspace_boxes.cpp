@@ -40,6 +40,11 @@ void find_on_halfspaces(const HalfspaceBoxList& pairs, double margin, HalfspaceB
       lowest[k] = hn::CopySign(half[k], hn::Neg(slope[k]));
     }
     const V distance = hn::Add(height, dot(slope, lowest));
+    hn::Store(distance, d, found.distance + at);
+    if (hn::AllTrue(d, hn::Gt(distance, number(margin)))) {
+      std::fill_n(found.known + at, hn::Lanes(d), true);
+      continue;
+    }
     place(pose, lowest, on_box);
     const M box_first = hn::Lt(sense, zero);
     V first[3], second[3], away[3];  // the normal, from the one to the other
@@ -101,7 +106,6 @@ void find_on_halfspaces(const HalfspaceBoxList& pairs, double margin, HalfspaceB
       found.corners[at + lane] = static_cast<std::uint8_t>(bit(0) | bit(1) << 1 | bit(2) << 2 | bit(3) << 3);
       found.known[at + lane] = bit(4) == 0;
     }
-    hn::Store(distance, d, found.distance + at);
   }
 }
 
