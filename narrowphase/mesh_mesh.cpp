@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <limits>
 #include <memory_resource>
-#include <queue>
 #include <span>
 
 #include "centre_test.h"
@@ -12,9 +11,9 @@
 #include "mesh_contacts.h"
 #include "mesh_inside.h"
 #include "mesh_model.h"
+#include "mesh_nearest.h"
 #include "mesh_pair.h"
 #include "mesh_traversal.h"
-#include "mesh_walk.h"
 #include "mesh_ways.h"
 #include "predicates.h"
 #include "solvers.h"
@@ -149,51 +148,6 @@ bool meshes_collide(const Posed& a, const Posed& b) {
   return MeetingPairs(ma, mb, test, nullptr, nullptr).any() || contained(a, b);
 }
 
-struct Nearest {
-  double distance = infinity;
-  Vec3 on_a = Vec3::Zero(), on_b = Vec3::Zero();
-  void take(double d, const Vec3& p, const Vec3& q) {
-    if (d < distance) distance = d, on_a = p, on_b = q;
-  }
-};
-
-void segments_nearest(const Vec3& p, const Vec3& d, const Vec3& q, const Vec3& e, Nearest& best) {
-  // Ericson, Real-Time Collision Detection, 5.1.9.
-  const Vec3 r = p - q;
-  const double dd = d.squaredNorm(), ee = e.squaredNorm(), f = e.dot(r), c = d.dot(r), b = d.dot(e);
-  const double det = dd * ee - b * b;
-  double s = det > 0 ? std::clamp((b * f - c * ee) / det, 0.0, 1.0) : 0.0;
-  double t = ee > 0 ? (b * s + f) / ee : 0.0;
-  if (!(t >= 0 && t <= 1)) {
-    t = std::clamp(t, 0.0, 1.0);
-    s = dd > 0 ? std::clamp((b * t - c) / dd, 0.0, 1.0) : 0.0;
-  } else if (ee == 0) {
-    s = dd > 0 ? std::clamp(-c / dd, 0.0, 1.0) : 0.0;
-  }
-  const Vec3 x = p + s * d, y = q + t * e;
-  best.take((x - y).norm(), x, y);
-}
-
-// The foot of v on the plane of t, where it lies inside t. Edges are the segments' business.
-void vertex_nearest(const Vec3& v, const Corners& t, bool v_of_a, Nearest& best) {
-  const Vec3 u = t[1] - t[0], w = t[2] - t[0], n = u.cross(w), r = v - t[0];
-  const double nn = n.squaredNorm();
-  if (!(nn > 0)) return;
-  const double s = r.cross(w).dot(n) / nn, k = u.cross(r).dot(n) / nn;
-  if (!(s >= 0 && k >= 0 && s + k <= 1)) return;
-  const Vec3 foot = t[0] + s * u + k * w;
-  v_of_a ? best.take((v - foot).norm(), v, foot) : best.take((v - foot).norm(), foot, v);
-}
-
-void triangles_nearest(const Corners& p, const Corners& q, Nearest& best) {
-  for (std::size_t i = 0; i < 3; ++i) {
-    vertex_nearest(p[i], q, true, best);
-    vertex_nearest(q[i], p, false, best);
-    for (std::size_t j = 0; j < 3; ++j)
-      segments_nearest(p[i], p[(i + 1) % 3] - p[i], q[j], q[(j + 1) % 3] - q[j], best);
-  }
-}
-
 // How far apart two triangles that do not meet are, or a little less.
 double gap_between(const Corners& p, const Corners& q) {
   Nearest nearest;
@@ -221,119 +175,6 @@ double gap_of(const MeshModel& a, const MeshModel& b, const TriangleTest& test, 
   }
   return std::max(0.0, gap);
 }
-
-// The nearest points of surfaces that do not meet, by branch and bound; relative to A's translation, in world axes.
-class NearestSearch {
- public:
-  NearestSearch(const Posed& a, const Posed& b)
-      : a_(a.shape.mesh()),
-        b_(b.shape.mesh()),
-        turn_a_(a.pose.rotation),
-        turn_b_(b.pose.rotation),
-        between_(b.pose.translation - a.pose.translation),
-        map_(turn_a_.transpose() * turn_b_),
-        spread_(map_.cwiseAbs()),
-        shift_(turn_a_.transpose() * between_),
-        // As far as the rotations are off from orthonormal, boxes may be nearer than they look.
-        slack_((12 * (skew(turn_a_) + skew(turn_b_)) + 1e-14) * (reach(a_) + reach(b_) + between_.lpNorm<1>())) {}
-
-  Nearest operator()() {
-    // A pair that is likely near first: with it most of the boxes need not be opened.
-    for (Item at{0, whole, whole}; !solved(at);) {
-      const bool down_a = goes_down_a(at);
-      Item next = at;
-      double least = infinity;
-      each_child(down_a ? a_ : b_, down_a ? at.a : at.b, [&](std::uint32_t c) {
-        const Item to = down_a ? Item{0, c, at.b} : Item{0, at.a, c};
-        const BoxOf p(a_, to.a), q(b_, to.b);
-        if (const double d = (map_ * q.mid + shift_ - p.mid).squaredNorm(); d < least) least = d, next = to;
-      });
-      at = next;
-    }
-    std::priority_queue<Item> queue;
-    queue.push({0, whole, whole});
-    while (!queue.empty() && queue.top().bound < best_.distance) {
-      const Item top = queue.top();
-      queue.pop();
-      if (solved(top)) continue;
-      const auto push = [&](const BoxOf& p, const BoxOf& q, std::uint32_t x, std::uint32_t y) {
-        if (const double d = bound(p, q); d < best_.distance) queue.push({d, x, y});
-      };
-      if (goes_down_a(top)) {
-        const BoxOf q(b_, top.b);
-        each_child(a_, top.a, [&](std::uint32_t x) { push(BoxOf(a_, x), q, x, top.b); });
-      } else {
-        const BoxOf p(a_, top.a);
-        each_child(b_, top.b, [&](std::uint32_t y) { push(p, BoxOf(b_, y), top.a, y); });
-      }
-    }
-    return best_;
-  }
-
-  /// From A to B in world axes, unit, of what was found. Where the points lie so close that their places' rounding
-  /// turns the way between them, it is that of the two triangles' features.
-  Vec3 normal(const NarrowPhaseOptions& options) const {
-    if (best_.distance > 1e-5 * (reach(a_) + reach(b_))) return unit(best_.on_b - best_.on_a, best_.distance);
-    const Corners p = a_.corners(nearest_[0]), q = b_.corners(nearest_[1]);
-    const PairAnswer r = solve_convex(view_triangle(p), {turn_a_, Vec3::Zero()}, view_triangle(q), {turn_b_, between_},
-                                      Request::distance, options, nullptr);
-    if (r.normal.norm() > 0.5) return r.normal;
-    return best_.distance > 0 ? unit(best_.on_b - best_.on_a, best_.distance) : Vec3::UnitZ();
-  }
-
- private:
-  static double skew(const Mat3& r) { return (r.transpose() * r - Mat3::Identity()).cwiseAbs().maxCoeff(); }
-
-  bool goes_down_a(const Item& at) const {
-    return is_leaf(b_, at.b) ||
-           (!is_leaf(a_, at.a) && BoxOf(a_, at.a).half.squaredNorm() >= BoxOf(b_, at.b).half.squaredNorm());
-  }
-
-  // How near the boxes can be at least.
-  double bound(const BoxOf& p, const BoxOf& q) const {
-    const Vec3 d = map_ * q.mid + shift_ - p.mid;
-    const Vec3 along_a = (d.cwiseAbs() - p.half - spread_ * q.half).cwiseMax(0);
-    const Vec3 along_b = ((map_.transpose() * d).cwiseAbs() - q.half - spread_.transpose() * p.half).cwiseMax(0);
-    // Along the way between the nearest points so far, which says most about what lies beside them.
-    const double along = normal_a_.dot(d) - normal_a_.cwiseAbs().dot(p.half) - normal_b_.cwiseAbs().dot(q.half);
-    return std::max(0.0, std::max(along, std::sqrt(std::max(along_a.squaredNorm(), along_b.squaredNorm()))) - slack_);
-  }
-
-  // Takes the distance of two leaves into account; false if they are none.
-  bool solved(const Item& at) {
-    if (!is_leaf(a_, at.a) || !is_leaf(b_, at.b)) return false;
-    each_triangle(a_, at.a, [&](std::uint32_t i) {
-      each_triangle(b_, at.b, [&](std::uint32_t j) {
-        Corners p = a_.corners(i), q = b_.corners(j);
-        for (std::size_t k = 0; k < 3; ++k) p[k] = turn_a_ * p[k], q[k] = turn_b_ * q[k] + between_;
-        const auto least = [&](const Corners& t, const Vec3& d) {
-          return std::min({d.dot(t[0]), d.dot(t[1]), d.dot(t[2])});
-        };
-        if (least(q, normal_) + least(p, -normal_) >= best_.distance) return;
-        const double before = best_.distance;
-        triangles_nearest(p, q, best_);
-        if (best_.distance == before) return;
-        nearest_ = {i, j};
-        if (best_.distance == 0) return;
-        normal_ = unit(best_.on_b - best_.on_a, best_.distance);
-        normal_a_ = turn_a_.transpose() * normal_;
-        normal_b_ = turn_b_.transpose() * normal_;
-      });
-    });
-    return true;
-  }
-
-  const MeshModel &a_, &b_;
-  const Mat3 &turn_a_, &turn_b_;
-  const Vec3 between_;
-  const Mat3 map_, spread_;
-  const Vec3 shift_;
-  const double slack_;
-  Nearest best_;
-  std::array<std::uint32_t, 2> nearest_{};  // the triangles of `best_`
-  // From A to B, unit, once there is a pair: in world axes, A's and B's.
-  Vec3 normal_ = Vec3::Zero(), normal_a_ = Vec3::Zero(), normal_b_ = Vec3::Zero();
-};
 
 // What is known of an overlap.
 struct DepthBound {

@@ -1,5 +1,6 @@
 #include "mesh_model.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -330,8 +331,36 @@ class HierarchyBuilder {
     const Extent all = extent(range);
     for (int axis = 0; axis < 3; ++axis) store(all, axis, node.box_mid[axis], node.box_half[axis]);
     node.reach = *std::max_element(node.box_half, node.box_half + 3);
-    if (bottom) add_block(node);
+    if (bottom)
+      add_block(node);
+    else
+      add_slabs(node, part);
     return self;
+  }
+
+  void add_slabs(MeshNode& node, const std::array<Range, mesh_lanes>& parts) {
+    node.block = static_cast<std::uint32_t>(mesh_.slabs.size());
+    ChildSlabs& slabs = mesh_.slabs.emplace_back();
+    for (std::uint32_t k = 0; k < node.lanes; ++k) {
+      const auto each_corner = [&](auto&& take) {
+        for (std::uint32_t i = parts[k].begin; i < parts[k].end; ++i)
+          for (const Vec3& p : mesh_.corners(mesh_.order[i])) take(Vec3((p - mesh_.centre) / mesh_.unit));
+      };
+      Vec3 sum = Vec3::Zero();
+      each_corner([&](const Vec3& p) { sum += p; });
+      const Vec3 mean = sum / (3.0 * parts[k].size());
+      Mat3 spread = Mat3::Zero();
+      each_corner([&](const Vec3& p) { spread += (p - mean) * (p - mean).transpose(); });
+      Eigen::SelfAdjointEigenSolver<Mat3> axes;
+      axes.computeDirect(spread);
+      Vec3 thin = axes.eigenvectors().col(0);
+      if (!(std::abs(thin.norm() - 1) < 1e-3)) thin = Vec3::UnitX();
+      for (int axis = 0; axis < 3; ++axis)
+        slabs.normal[axis][k] = static_cast<float>(thin[axis]), thin[axis] = slabs.normal[axis][k];
+      double low = std::numeric_limits<double>::infinity(), high = -low;
+      each_corner([&](const Vec3& p) { low = std::min(low, thin.dot(p)), high = std::max(high, thin.dot(p)); });
+      store(low, high, mesh_.centre.cwiseAbs().sum(), slabs.mid[k], slabs.half[k]);
+    }
   }
 
   void add_block(MeshNode& node) {
@@ -347,10 +376,16 @@ class HierarchyBuilder {
 
   void store(const Extent& e, int axis, float& mid, float& half) const {
     const bool used = e.lo[axis] <= e.hi[axis];
-    mid = used ? static_cast<float>((e.lo[axis] + e.hi[axis]) / 2) : 0.0f;
-    const double pad = 1e-15 * (1 + std::abs(mesh_.centre[axis]) / mesh_.unit);
-    const double exact = std::max(e.hi[axis] - mid, mid - e.lo[axis]) + pad;
-    half = used ? std::nextafter(static_cast<float>(exact), std::numeric_limits<float>::infinity()) : -1e30f;
+    mid = 0, half = -1e30f;
+    if (used) store(e.lo[axis], e.hi[axis], std::abs(mesh_.centre[axis]), mid, half);
+  }
+
+  // The middle and half of an interval, rounded outward; `away` is how far from the origin the centre lies.
+  void store(double low, double high, double away, float& mid, float& half) const {
+    mid = static_cast<float>((low + high) / 2);
+    const double pad = 1e-15 * (1 + away / mesh_.unit);
+    const double exact = std::max(high - mid, mid - low) + pad;
+    half = std::nextafter(static_cast<float>(exact), std::numeric_limits<float>::infinity());
   }
 
   // Surface area heuristic over bins of the centroids; the median where that brings nothing.

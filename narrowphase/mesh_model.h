@@ -22,7 +22,7 @@ struct alignas(32) MeshNode {
   std::uint32_t count[mesh_lanes];  ///< 0 for inner children; a leaf holds one triangle
   float box_mid[3], box_half[3];    ///< around all lanes
   float reach;                      ///< largest half of that box
-  std::uint32_t block = 0;          ///< of a bottom node: its triangles, in the lanes' order
+  std::uint32_t block = 0;          ///< a bottom node's triangles, in the lanes' order; of others the slabs
   std::uint32_t lanes = 0;          ///< in use, 1..8
   bool bottom = false;              ///< all its children are leaves; else none is
 
@@ -32,6 +32,14 @@ struct alignas(32) MeshNode {
 /// Corners of the triangles of a bottom node, in the units and about the centre of its boxes.
 struct alignas(32) TriangleBlock {
   float corner[3][3][mesh_lanes];  ///< [corner][axis]
+};
+
+/// What lies under the children of an inner node, each between two planes of a direction of its own, in which it is
+/// thin: |normal . x - mid| <= half, in the units and about the centre of its boxes; rounded outward.
+struct alignas(32) ChildSlabs {
+  float normal[3][mesh_lanes];  ///< of length 1 to rounding
+  float mid[mesh_lanes];
+  float half[mesh_lanes];
 };
 
 /// A checked mesh with what queries need of it, built once. Immutable.
@@ -60,6 +68,7 @@ struct MeshModel {
   double unit = 1;              ///< power of two, at least the largest half
   std::vector<MeshNode> nodes;  ///< the root is nodes[0]
   std::vector<TriangleBlock> blocks;
+  std::vector<ChildSlabs> slabs;
   std::vector<std::uint32_t> order;  ///< triangles in the leaves' order
   int depth = 0;                     ///< levels of nodes: bounds every traversal's stack
 

@@ -1,0 +1,181 @@
+#include "mesh_nearest.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "mesh_model.h"
+#include "mesh_samples.h"
+#include "random.h"
+
+using namespace tandem;
+using namespace tandem::test;
+
+namespace {
+
+std::uint32_t index(reference::Random& random, std::size_t count) {
+  return static_cast<std::uint32_t>(random.below(static_cast<int>(count)));
+}
+
+/// Of triangles about the poles and the meridians between them.
+Mesh sphere(double radius, int rows) {
+  Mesh mesh;
+  const int columns = 2 * rows;
+  for (int i = 0; i <= rows; ++i)
+    for (int j = 0; j < columns; ++j) {
+      const double down = std::numbers::pi * i / rows, round = std::numbers::pi * j / rows;
+      mesh.vertices.push_back(radius *
+                              Vec3(std::sin(down) * std::cos(round), std::sin(down) * std::sin(round), std::cos(down)));
+    }
+  const auto at = [&](int i, int j) { return static_cast<std::uint32_t>(i * columns + j % columns); };
+  for (int i = 0; i < rows; ++i)
+    for (int j = 0; j < columns; ++j) {
+      if (i > 0) mesh.triangles.push_back({at(i, j), at(i + 1, j), at(i, j + 1)});
+      if (i + 1 < rows) mesh.triangles.push_back({at(i, j + 1), at(i + 1, j), at(i + 1, j + 1)});
+    }
+  return mesh;
+}
+
+/// Triangles here and there, some of them needles or without area.
+Mesh soup(reference::Random& random, std::size_t triangles, double scale) {
+  Mesh mesh;
+  for (std::uint32_t i = 0; i < triangles; ++i) {
+    const Vec3 middle = random.vec(-1, 1), along = random.once_in(2) ? Vec3::UnitX() : random.direction();
+    const double size = random.power_of_two(-8, 0);
+    const int form = static_cast<int>(i % 4);
+    for (int k = 0; k < 3; ++k) {
+      Vec3 corner = middle + size * random.vec(-1, 1);
+      if (form == 1) corner = middle + size * k * along + 1e-9 * random.vec(-1, 1);  // a needle
+      if (form == 2 && k == 2) corner = mesh.vertices.back() / scale;                // a line
+      mesh.vertices.push_back(scale * corner);
+    }
+    mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  return mesh;
+}
+
+/// All against all, by the solver of single triangles.
+double least_distance(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
+  double least = infinity;
+  const NarrowPhase solver;
+  std::vector<Shape> of_b;
+  for (std::uint32_t y = 0; y < b.mesh().triangles.size(); ++y) of_b.emplace_back(Triangle{b.mesh().corners(y)});
+  for (std::uint32_t x = 0; x < a.mesh().triangles.size(); ++x) {
+    const Shape t(Triangle{a.mesh().corners(x)});
+    for (const Shape& other : of_b)
+      least = std::min(least, solver.solve(t, pose_a, other, pose_b, Request::distance).signed_distance);
+  }
+  return least;
+}
+
+/// The triangles under a place of the hierarchy.
+void collect(const MeshModel& mesh, std::uint32_t ref, std::vector<std::uint32_t>& out) {
+  if (is_leaf(mesh, ref)) return each_triangle(mesh, ref, [&](std::uint32_t t) { out.push_back(t); });
+  each_child(mesh, ref, [&](std::uint32_t child) { collect(mesh, child, out); });
+}
+
+}  // namespace
+
+TEST_CASE("bounds between parts of two meshes hold for all triangles in them, and are close to the nearest") {
+  reference::Random random(77);
+  const MeshModel a = build_mesh(torus(1, 0.4, 24, 12));
+  Mesh small = sphere(0.3, 6);
+  for (Vec3& v : small.vertices) v += Vec3(3, 2, 1);
+  const MeshModel b = build_mesh(small);
+  double bounds = 0, distances = 0;
+  int held = 0;
+  for (int i = 0; i < 300; ++i) {
+    const Mat3 turn = random.rotation();
+    const Vec3 shift = random.in(1.2, 1.8) * random.direction() - turn * b.centre;
+    const MeshView seen{b, turn, (turn * b.centre + shift - a.centre) / a.unit, a.unit};
+    const std::uint32_t above = index(random, b.nodes.size());
+    const std::uint32_t ref = i % 7 == 0 ? whole : child_ref(above, index(random, b.nodes[above].lanes));
+    const NearPart part = seen.part(ref);
+    const std::uint32_t number = index(random, a.nodes.size());
+    const MeshNode& node = a.nodes[number];
+    const Vec3 ahead = random.direction();
+    const NearPlane plane{ahead, part.reach(ahead)};
+    std::array<double, mesh_lanes> least;
+    bound_distances(part, plane, a, node, least);
+    std::vector<std::uint32_t> in_part;
+    collect(b, ref, in_part);
+    for (std::uint32_t k = 0; k < node.lanes; ++k) {
+      std::vector<std::uint32_t> in_child;
+      collect(a, child_ref(number, k), in_child);
+      Nearest nearest;
+      for (const std::uint32_t x : in_child)
+        for (const std::uint32_t y : in_part) {
+          Corners q = b.corners(y);
+          for (Vec3& corner : q) corner = turn * corner + shift;
+          triangles_nearest(a.corners(x), q, nearest);
+        }
+      CAPTURE(i, k);
+      CHECK(a.unit * (least[k] - bounds_off) <= nearest.distance);
+      bounds += a.unit * least[k], distances += nearest.distance, ++held;
+    }
+  }
+  CHECK(held > 1000);
+  CHECK(bounds > 0.975 * distances);
+}
+
+TEST_CASE("distance of meshes of many kinds, sizes and places is the least of all their triangles") {
+  reference::Random random(78);
+  int apart = 0;
+  for (int i = 0; i < 120; ++i) {
+    const double scale = random.power_of_two(-20, 20),
+                 other = random.once_in(2) ? scale : scale * random.power_of_two(-12, 0);
+    const Shape a(soup(random, 1 + index(random, 40), scale)), b(soup(random, 1 + index(random, 40), other));
+    const Vec3 far = i % 5 == 0 ? Vec3(1e5 * scale * random.direction()) : Vec3(0, 0, 0);
+    const Pose pose_a{i % 3 == 0 ? Mat3(Mat3::Identity()) : random.rotation(), far};
+    Pose pose_b{i % 3 == 0 ? Mat3(Mat3::Identity()) : random.rotation(), far};
+    const Vec3 way = random.direction();
+    const auto touch = [&](double s) {
+      pose_b.translation = far + s * way;
+      return NarrowPhase().solve(a, pose_a, b, pose_b, Request::collide).collide;
+    };
+    double low = 0, high = 8 * (scale + other);
+    for (int k = 0; k < 30; ++k) (touch((low + high) / 2) ? low : high) = (low + high) / 2;
+    if (touch(high + random.power_of_two(-30, 1) * scale)) continue;
+    ++apart;
+    const PairAnswer r = NarrowPhase().solve(a, pose_a, b, pose_b, Request::distance);
+    CAPTURE(i);
+    CHECK(std::abs(r.signed_distance - least_distance(a, pose_a, b, pose_b)) <=
+          1e-14 * (a.size() + b.size() + far.norm()));
+  }
+  CHECK(apart > 100);
+}
+
+TEST_CASE("needles that are parallel but for rounding have their distance") {
+  reference::Random random(80);
+  const auto needles = [&] {
+    Mesh mesh;
+    for (std::uint32_t i = 0; i < 12; ++i) {
+      const Vec3 middle = random.in(-1, 1) * Vec3::UnitX();
+      const double length = random.power_of_two(-10, 0);
+      for (int k = 0; k < 3; ++k)
+        mesh.vertices.push_back(middle + (k == 1 ? length : 0) * Vec3::UnitX() + 1e-9 * random.vec(-1, 1));
+      mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    }
+    return Shape(mesh);
+  };
+  for (int i = 0; i < 400; ++i) {
+    const Shape a = needles(), b = needles();
+    const Pose pose_b = Pose::at(0, 0, random.in(0.01, 1));
+    const PairAnswer r = NarrowPhase().solve(a, Pose{}, b, pose_b, Request::distance);
+    CAPTURE(i);
+    CHECK(std::abs(r.signed_distance - least_distance(a, Pose{}, b, pose_b)) < 1e-14);
+  }
+}
+
+TEST_CASE("of a small mesh in a hollow one, whose triangles are nearly as far all round, the nearest is found") {
+  reference::Random random(79);
+  for (int i = 0; i < 6; ++i) {
+    const Shape hollow(sphere(1.3, 8)), inner(i % 2 == 0 ? torus(0.02, 0.005, 12, 8) : sphere(1.1, 6));
+    const Pose pose_a{random.rotation(), random.vec(-1, 1)};
+    const Pose pose_b{random.rotation(), pose_a.translation + 0.01 * random.direction()};
+    const PairAnswer r = NarrowPhase().solve(hollow, pose_a, inner, pose_b, Request::distance);
+    CAPTURE(i);
+    CHECK(std::abs(r.signed_distance - least_distance(hollow, pose_a, inner, pose_b)) < 1e-14);
+  }
+}
