@@ -26,10 +26,11 @@ std::shared_ptr<fcl::CollisionGeometryd> polytope(const Hull& hull) {
   return std::make_shared<fcl::Convexd>(vertices, static_cast<int>(hull.faces.size()), faces);
 }
 
+template <class Volume>
 std::shared_ptr<fcl::CollisionGeometryd> hierarchy(const MeshModel& mesh) {
   std::vector<fcl::Triangle> triangles;
   for (const auto& [i, j, k] : mesh.triangles) triangles.emplace_back(i, j, k);
-  auto model = std::make_shared<fcl::BVHModel<fcl::OBBRSSd>>();
+  auto model = std::make_shared<fcl::BVHModel<Volume>>();
   model->beginModel();
   model->addSubModel(mesh.vertices, triangles);
   model->endModel();
@@ -55,10 +56,14 @@ std::shared_ptr<fcl::CollisionGeometryd> fcl_shape(const Shape& s) {
     case ShapeKind::halfspace:
       return std::make_shared<fcl::Halfspaced>(s.normal(), s.offset());
     case ShapeKind::mesh:
-      return hierarchy(s.mesh());
+      return hierarchy<fcl::OBBRSSd>(s.mesh());
     default:
       return polytope(s.hull());
   }
+}
+
+std::shared_ptr<fcl::CollisionGeometryd> fcl_spheres_shape(const Shape& mesh) {
+  return hierarchy<fcl::RSSd>(mesh.mesh());
 }
 
 }  // namespace tandem::bench

@@ -27,8 +27,9 @@ struct Game {
 /// Whoever has an answer to the request. The workload outlives the game.
 Game make_game(const Workload& work, Request request);
 
-/// Two tori of 1152 triangles each: "collide" and "triangles", all pairs that intersect. The truth is every triangle
-/// of one against every one of the other; an error is the share of pairs that are missing or too many.
+/// Two tori of 1152 triangles each: "collide", "triangles", all pairs that intersect, and of those that are apart
+/// "distance". The truth is every triangle of one against every one of the other; an error is the share of pairs that
+/// are missing or too many, of distances how far off they are.
 std::vector<Game> torus_games(std::string_view pair_class, std::size_t n);
 inline constexpr std::string_view torus_kind = "torus-torus";
 

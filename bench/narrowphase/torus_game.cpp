@@ -1,8 +1,12 @@
 #include <fcl/narrowphase/collision.h>
+#include <fcl/narrowphase/distance.h>
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cmath>
+#include <functional>
 #include <memory>
 #include <numbers>
 
@@ -11,6 +15,7 @@
 #include "narrowphase/mesh_model.h"
 #include "player.h"
 #include "random.h"
+#include "reference.h"
 
 namespace tandem::bench {
 namespace {
@@ -121,11 +126,15 @@ TrianglePairs all_against_all(const std::vector<Shape>& triangles, const PosePai
   return out;
 }
 
-std::shared_ptr<const Tori> make_tori(std::string_view pair_class, std::size_t n) {
-  auto tori = std::make_shared<Tori>(Tori{torus(), std::vector<PosePair>(n), std::vector<TrianglePairs>(n)});
-  const MeshModel& mesh = tori->shape.mesh();
+std::vector<Shape> triangles_of(const MeshModel& mesh) {
   std::vector<Shape> triangles;
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) triangles.emplace_back(Triangle{mesh.corners(i)});
+  return triangles;
+}
+
+std::shared_ptr<const Tori> make_tori(std::string_view pair_class, std::size_t n) {
+  auto tori = std::make_shared<Tori>(Tori{torus(), std::vector<PosePair>(n), std::vector<TrianglePairs>(n)});
+  const std::vector<Shape> triangles = triangles_of(tori->shape.mesh());
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) {
     tori->poses[i] = place(tori->shape, pair_class, i);
     tori->truths[i] = all_against_all(triangles, tori->poses[i]);
@@ -133,24 +142,90 @@ std::shared_ptr<const Tori> make_tori(std::string_view pair_class, std::size_t n
   return tori;
 }
 
+/// Those that are apart, and how far.
+struct TorusGaps {
+  Shape shape;
+  std::vector<PosePair> poses;
+  std::vector<double> truths;
+};
+
+/// The least of all triangles against all, by the reference where a plane across one of a few directions does not show
+/// that two are farther apart than others.
+double all_distances(const MeshModel& mesh, const std::vector<Shape>& triangles, const PosePair& p) {
+  const auto placed = [&](std::uint32_t t, const Pose& pose) {
+    std::array<Vec3, 3> corners = mesh.corners(t);
+    for (Vec3& c : corners) c = pose.rotation * c + (pose.translation - p.a.translation);
+    return corners;
+  };
+  struct Pair {
+    double least;
+    std::uint32_t i, j;
+  };
+  std::vector<Pair> pairs;
+  double most = 1e300;  // no more than this
+  for (std::uint32_t i = 0; i < triangles.size(); ++i) {
+    const auto a = placed(i, p.a);
+    const Vec3 middle_a = (a[0] + a[1] + a[2]) / 3, normal_a = (a[1] - a[0]).cross(a[2] - a[0]).normalized();
+    for (std::uint32_t j = 0; j < triangles.size(); ++j) {
+      const auto b = placed(j, p.b);
+      const Vec3 way = (b[0] + b[1] + b[2]) / 3 - middle_a;
+      most = std::min(most, way.norm());
+      const Vec3 normal_b = (b[1] - b[0]).cross(b[2] - b[0]).normalized();
+      double least = 0;
+      for (const Vec3& d : {Vec3(way.normalized()), normal_a, Vec3(-normal_a), normal_b, Vec3(-normal_b)})
+        least = std::max(least, std::min({d.dot(b[0]), d.dot(b[1]), d.dot(b[2])}) -
+                                    std::max({d.dot(a[0]), d.dot(a[1]), d.dot(a[2])}));
+      if (least <= most) pairs.push_back({least - 1e-9, i, j});
+    }
+  }
+  std::sort(pairs.begin(), pairs.end(), [](const Pair& x, const Pair& y) { return x.least < y.least; });
+  for (const Pair& pair : pairs) {
+    if (pair.least >= most) break;
+    most = std::min(most, reference::signed_distance(triangles[pair.i], p.a, triangles[pair.j], p.b).signed_distance);
+  }
+  return most;
+}
+
+std::shared_ptr<const TorusGaps> make_gaps(const Tori& tori) {
+  auto gaps = std::make_shared<TorusGaps>(TorusGaps{tori.shape, {}, {}});
+  for (std::size_t i = 0; i < tori.poses.size(); ++i)
+    if (tori.truths[i].empty()) gaps->poses.push_back(tori.poses[i]);
+  gaps->truths.resize(gaps->poses.size());
+  const MeshModel& mesh = tori.shape.mesh();
+  const std::vector<Shape> triangles = triangles_of(mesh);
+  tbb::parallel_for(std::size_t{0}, gaps->poses.size(),
+                    [&](std::size_t i) { gaps->truths[i] = all_distances(mesh, triangles, gaps->poses[i]); });
+  return gaps;
+}
+
 struct Answers {
   std::vector<char> collide;
   std::vector<TrianglePairs> pairs;
 };
 
+struct Hash {
+  std::uint64_t value = 0xcbf29ce484222325u;  // FNV-1a
+  void add(std::uint64_t word) { value = (value ^ word) * 0x100000001b3u; }
+};
+
+void set_percentiles(std::vector<double>& errors, Accuracy& out) {
+  std::sort(errors.begin(), errors.end());
+  out.error_p50 = errors[errors.size() / 2];
+  out.error_p99 = errors[(errors.size() * 99) / 100];
+}
+
 Accuracy judge(const Tori& tori, const Answers& answers, bool lists) {
   Accuracy out;
-  out.hash = 0xcbf29ce484222325u;  // FNV-1a
-  const auto add = [&](std::uint64_t word) { out.hash = (out.hash ^ word) * 0x100000001b3u; };
+  Hash hash;
   std::vector<double> errors;
   for (std::size_t i = 0; i < tori.poses.size(); ++i) {
     const TrianglePairs& truth = tori.truths[i];
     double error = (answers.collide[i] != 0) == !truth.empty() ? 0 : 1;
-    add(static_cast<std::uint64_t>(answers.collide[i]));
+    hash.add(static_cast<std::uint64_t>(answers.collide[i]));
     if (lists) {
       TrianglePairs found = answers.pairs[i], differ;
       std::sort(found.begin(), found.end());
-      for (const auto& [a, b] : found) add(std::uint64_t{a} << 32 | b);
+      for (const auto& [a, b] : found) hash.add(std::uint64_t{a} << 32 | b);
       std::set_symmetric_difference(found.begin(), found.end(), truth.begin(), truth.end(), std::back_inserter(differ));
       error = static_cast<double>(differ.size()) / static_cast<double>(std::max<std::size_t>(1, truth.size()));
     }
@@ -158,9 +233,8 @@ Accuracy judge(const Tori& tori, const Answers& answers, bool lists) {
     out.wrong += error > 0;
     errors.push_back(error);
   }
-  std::sort(errors.begin(), errors.end());
-  out.error_p50 = errors[errors.size() / 2];
-  out.error_p99 = errors[(errors.size() * 99) / 100];
+  out.hash = hash.value;
+  set_percentiles(errors, out);
   return out;
 }
 
@@ -206,6 +280,53 @@ Player fcl_player(const std::shared_ptr<const Tori>& tori, bool lists) {
           [tori, answers, lists] { return judge(*tori, *answers, lists); }};
 }
 
+/// How far apart, as a contestant measures it.
+Player distance_player(const std::string& name, const std::shared_ptr<const TorusGaps>& gaps,
+                       const std::function<double(const PosePair&)>& distance) {
+  const auto answers = std::make_shared<std::vector<double>>(gaps->poses.size());
+  return {name, [n = gaps->poses.size()] { return n; },
+          [gaps, answers, distance] {
+            for (std::size_t i = 0; i < gaps->poses.size(); ++i) (*answers)[i] = distance(gaps->poses[i]);
+          },
+          [gaps, answers] {
+            Accuracy out;
+            Hash hash;
+            std::vector<double> errors;
+            for (std::size_t i = 0; i < answers->size(); ++i) {
+              const double found = (*answers)[i], error = std::abs(found - gaps->truths[i]) / gaps->shape.size();
+              hash.add(std::bit_cast<std::uint64_t>(found));
+              out.failed += !std::isfinite(found);
+              out.wrong += !(found > 0);
+              if (error > out.error_max) out.error_max = error, out.worst = i;
+              errors.push_back(error);
+            }
+            out.hash = hash.value;
+            set_percentiles(errors, out);
+            return out;
+          }};
+}
+
+Game distance_game(std::string_view pair_class, const Tori& tori) {
+  const std::shared_ptr<const TorusGaps> gaps = make_gaps(tori);
+  const auto with_fcl = [&](const std::string& name, const std::shared_ptr<fcl::CollisionGeometryd>& model) {
+    return distance_player(name, gaps, [model](const PosePair& p) {
+      fcl::DistanceResultd result;
+      return fcl::distance(model.get(), fcl_pose(p.a, p.a.translation), model.get(), fcl_pose(p.b, p.a.translation),
+                           fcl::DistanceRequestd(true), result);
+    });
+  };
+  return {std::string(torus_kind),
+          std::string(pair_class),
+          "distance",
+          gaps->poses.size(),
+          {distance_player("tandem", gaps,
+                           [gaps, solver = NarrowPhase()](const PosePair& p) {
+                             return solver.solve(gaps->shape, p.a, gaps->shape, p.b, Request::distance).signed_distance;
+                           }),
+           with_fcl("FCL OBBRSS", fcl_shape(gaps->shape)), with_fcl("FCL RSS", fcl_spheres_shape(gaps->shape))},
+          {}};
+}
+
 }  // namespace
 
 std::vector<Game> torus_games(std::string_view pair_class, std::size_t n) {
@@ -218,6 +339,7 @@ std::vector<Game> torus_games(std::string_view pair_class, std::size_t n) {
                      n,
                      {tandem_player(tori, lists), fcl_player(tori, lists)},
                      {}});
+  if (pair_class == "separated" || pair_class == "near") games.push_back(distance_game(pair_class, *tori));
   return games;
 }
 
