@@ -47,13 +47,17 @@ std::unique_ptr<PairSolver> warm(const Question& question) {
   });
 }
 
-/// All pairs handed over at once.
-class Several final : public PairSolver, private AnswerSink {
+std::vector<PlacedPair> placed(const Question& question) {
+  std::vector<PlacedPair> out;
+  out.reserve(question.pairs.size());
+  for (const reference::PosedPair& p : question.pairs) out.push_back({&p.a, &p.pose_a, &p.b, &p.pose_b});
+  return out;
+}
+
+/// Contacts of all pairs, handed over at once.
+class SeveralContacts final : public PairSolver, private AnswerSink {
  public:
-  explicit Several(const Question& question) {
-    placed_.reserve(question.pairs.size());
-    for (const reference::PosedPair& p : question.pairs) placed_.push_back({&p.a, &p.pose_a, &p.b, &p.pose_b});
-  }
+  explicit SeveralContacts(const Question& question) : placed_(placed(question)) {}
   void answer(std::span<Found> out) override {
     out_ = out;
     std::fill(out.begin(), out.end(), Found());  // who is apart is passed over
@@ -88,12 +92,35 @@ class Several final : public PairSolver, private AnswerSink {
   std::span<Found> out_;
 };
 
-/// Of the kinds that it does not solve one by one.
+/// Yes or no of all pairs: those that are not seen to be apart at once are asked for one by one.
+class SeveralVerdicts final : public PairSolver {
+ public:
+  explicit SeveralVerdicts(const Question& question) : placed_(placed(question)), apart_(placed_.size()) {}
+  void answer(std::span<Found> out) override {
+    solver_.mark_apart(placed_, apart_);
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = {.collide = apart_[i] == 0 && collide(placed_[i])};
+  }
+  void answer_one(std::size_t pair) override { collide(placed_[pair]); }
+
+ private:
+  bool collide(const PlacedPair& p) const {
+    return solver_.solve(*p.a, *p.pose_a, *p.b, *p.pose_b, Request::collide).collide;
+  }
+
+  NarrowPhase solver_;
+  std::vector<PlacedPair> placed_;
+  std::vector<std::uint8_t> apart_;
+};
+
+/// Of the kinds that are not solved one by one.
 std::unique_ptr<PairSolver> several(const Question& question) {
-  const auto is_together = [](ShapeKind kind) { return kind == ShapeKind::box || kind == ShapeKind::halfspace; };
   const reference::PosedPair& p = question.pairs.front();
-  if (question.request != Request::contacts || !is_together(p.a.kind()) || !is_together(p.b.kind())) return nullptr;
-  return std::make_unique<Several>(question);
+  const auto are = [&](ShapeKind a, ShapeKind b) { return p.a.kind() == a && p.b.kind() == b; };
+  const bool boxes = are(ShapeKind::box, ShapeKind::box), halfspace_box = are(ShapeKind::halfspace, ShapeKind::box);
+  if (question.request == Request::contacts && (boxes || halfspace_box))
+    return std::make_unique<SeveralContacts>(question);
+  if (question.request == Request::collide && boxes) return std::make_unique<SeveralVerdicts>(question);
+  return nullptr;
 }
 
 }  // namespace
