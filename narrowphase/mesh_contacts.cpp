@@ -11,6 +11,7 @@
 #include <numeric>
 #include <optional>
 
+#include "constants.h"
 #include "index_map.h"
 #include "manifold.h"
 #include "mesh_patches.h"
@@ -28,7 +29,8 @@ using Memory = std::pmr::memory_resource*;
 constexpr std::size_t usual_memory = std::size_t{48} << 10;  // bytes
 
 constexpr std::size_t flood_limit = 4096;  // triangles inside the other mesh that are looked at, a mesh
-constexpr std::size_t span_limit = 16;     // edges of a patch that are held against those of the other mesh
+constexpr std::size_t span_limit = 16;     // ridges of a patch that are held against those of the other mesh
+constexpr std::size_t crossed_faces = 16;  // pairs of triangles that touch whose edges say how
 constexpr std::size_t ray_limit = 512;     // triangles a depth is measured against, a patch and mesh
 constexpr std::size_t shared_from = 1024;  // pairs of triangles from which on several threads may share the work
 constexpr std::size_t pairs_a_part = 256;
@@ -44,7 +46,8 @@ struct Piercing {
 };
 
 struct Crossing {
-  Piercing end[2];  // in the curve's sense: A's inside part to the left, seen from outside A
+  Piercing end[2];                         // in the curve's sense: A's inside part to the left, seen from outside A
+  std::array<std::uint32_t, 2> triangles;  // of A, of B
 };
 
 // Calls take(k, crossing) for those of some pairs of triangles that cross, in their order.
@@ -73,7 +76,7 @@ void each_crossing(const PosedMeshes& m, std::span<const std::array<std::uint32_
                         ((e.from_inside >> k & 1u) != 0) != m.turned(!of_a)};
       };
       const bool back = m.turned_a != m.turned_b;
-      take(first + k, Crossing{{end(found.end[back ? 1 : 0]), end(found.end[back ? 0 : 1])}});
+      take(first + k, Crossing{{end(found.end[back ? 1 : 0]), end(found.end[back ? 0 : 1])}, some[k]});
     }
   }
 }
@@ -119,15 +122,11 @@ class PatchFinder {
               Memory memory)
       : m_(m), memory_(memory), groups_(pairs.size(), memory) {
     crossings_.reserve(pairs.size());
-    pairs_.reserve(pairs.size());
     if (parts && pairs.size() >= shared_from) {
       find_crossings(pairs, parts);
       flood_both(parts);
     } else {
-      each_crossing(m, pairs, [&](std::size_t k, const Crossing& c) {
-        crossings_.push_back(c);
-        pairs_.push_back(pairs[k]);
-      });
+      each_crossing(m, pairs, [&](std::size_t, const Crossing& c) { crossings_.push_back(c); });
       inside_.reserve(pairs.size());
       touched_.reserve(2 * pairs.size());
       for (const bool of_a : {true, false}) join_and_flood(of_a, groups_, inside_, touched_, memory_);
@@ -161,11 +160,8 @@ class PatchFinder {
         cross[begin + k] = 1;
       });
     });
-    for (std::size_t k = 0; k < pairs.size(); ++k) {
-      if (cross[k] == 0) continue;
-      crossings_.push_back(all[k]);
-      pairs_.push_back(pairs[k]);
-    }
+    for (std::size_t k = 0; k < pairs.size(); ++k)
+      if (cross[k] != 0) crossings_.push_back(all[k]);
   }
 
   // What is joined over A and what over B: each by itself, then all of it. A group's root is its first crossing,
@@ -195,7 +191,7 @@ class PatchFinder {
     IndexMap<Crossed> crossed(memory);  // triangles
     IndexMap<Inner> inner(memory);      // ends of crossed edges, each with its nearest piercing
     for (std::uint32_t c = 0; c < crossings_.size(); ++c) {
-      const std::uint32_t t = pairs_[c][of_a ? 0 : 1];
+      const std::uint32_t t = crossings_[c].triangles[of_a ? 0 : 1];
       const auto [entry, fresh] = crossed.emplace(t, {c, 0});
       if (!fresh) groups.join(entry.crossing, c);
       for (const Piercing& p : crossings_[c].end) {
@@ -267,7 +263,6 @@ class PatchFinder {
   const Memory memory_;
   Groups groups_;
   List<Crossing> crossings_{memory_};
-  List<std::array<std::uint32_t, 2>> pairs_{memory_};  // of each crossing
   List<Found> inside_{memory_}, touched_{memory_};
   List<Patch> patches_{memory_};
 };
@@ -278,7 +273,26 @@ struct PatchNormal {
   Vec3 area;          // of the curve
 };
 
-PatchNormal normal_of(const Patch& patch, const Facets& facets, std::span<const Crossing> crossings) {
+// What rounding may make of the area of a patch's curve: its points lie in both triangles' planes to rounding, the less
+// exactly the flatter these cross.
+double noise_of(const PosedMeshes& m, const Patch& patch, std::span<const Crossing> crossings) {
+  const auto normal = [&](bool of_a, std::uint32_t t) {
+    const auto p = m.corners(of_a, t);
+    return unit((p[1] - p[0]).cross(p[2] - p[0]));
+  };
+  const double off = 8 * epsilon * (m.a.half + m.b.half).norm() + m.frame.delta();
+  double noise = 0;
+  for (const std::uint32_t k : patch.crossings) {
+    const Crossing& c = crossings[k];
+    const double length = (c.end[1].point - c.end[0].point).norm();
+    const double sine = normal(true, c.triangles[0]).cross(normal(false, c.triangles[1])).norm();
+    if (length > 0) noise += length * off / sine;
+  }
+  return noise;
+}
+
+PatchNormal normal_of(const PosedMeshes& m, const Patch& patch, const Facets& facets,
+                      std::span<const Crossing> crossings) {
   const Vec3 base = crossings[patch.crossings[0]].end[0].point;
   Vec3 area = Vec3::Zero(), open = Vec3::Zero(), sides = Vec3::Zero();
   double length = 0;
@@ -290,8 +304,10 @@ PatchNormal normal_of(const Patch& patch, const Facets& facets, std::span<const 
   }
   // A curve that closes has an area; a slit or an open curve (of a surface with a border) does not say which way.
   // Two edges that cross make a sliver with the right normal, however thin; a wide patch that thin is noise.
-  const double least = patch.vertices.empty() ? 1e-7 : 1e-3;
-  if (open.norm() <= 1e-6 * length && area.norm() > least * length * length) return {unit(area), true, area};
+  const double least = patch.vertices.empty() ? 1e-7 : 1e-3, ample = 1e3;
+  if (open.norm() <= 1e-6 * length &&
+      (area.norm() > least * length * length || area.norm() > ample * noise_of(m, patch, crossings)))
+    return {unit(area), true, area};
   for (const bool of_a : {true, false})
     for (const Facet& f : facets[of_a ? 1 : 0]) sides += f.n;
   return {sides.norm() > 1e-6 ? Vec3(sides.normalized()) : Vec3(Vec3::Zero()), false, area};
@@ -355,28 +371,102 @@ class DepthProbe {
   std::array<List<Flat>, 2> flats_;
 };
 
-// The stretch of an edge inside the other mesh.
+// The stretch of a ridge inside the other mesh.
 struct Span {
   Vec3 p, q;
   std::uint32_t feature;
 };
 
-struct Pierced {
-  const Piercing* first = nullptr;
-  int times = 0;
-};
+// Do the two triangles at the edge lie behind each other's planes, or is it a border? Only such edges can be deepest
+// where they cross one of the other mesh. Of a surface with a border either side may be the outer one: all count.
+bool is_ridge(const MeshModel& mesh, std::uint32_t t, std::uint32_t corner) {
+  const std::uint32_t next = mesh.neighbours[t][corner];
+  if (next == no_index || !mesh.closed) return true;
+  const auto p = mesh.corners(t), q = mesh.corners(next);
+  const Vec3 n = (p[1] - p[0]).cross(p[2] - p[0]);
+  const auto& back = mesh.neighbours[next];
+  const auto shared = static_cast<std::size_t>(std::find(back.begin(), back.end(), t) - back.begin());
+  return n.dot(q[(shared + 2) % 3] - p[0]) < -1e-9 * n.norm() * mesh.half.norm();
+}
 
-// How far two such stretches, of A and of B, reach past each other where they cross as seen along n.
-std::optional<double> over(const Span& a, const Span& b, const Vec3& n, Vec3& point) {
+// What of the ridges of a mesh lies inside the other: between two piercings, or from one to an end that is inside. Of
+// those that lie inside as a whole the ends say enough.
+void find_spans(const PosedMeshes& m, const Patch& patch, std::span<const Crossing> crossings, bool of_a, Memory memory,
+                List<Span>& spans) {
+  const MeshModel& mesh = m.mesh(of_a);
+  // Each edge is seen from both of its triangles.
+  const auto is_first = [&](std::uint32_t t, std::uint32_t corner) {
+    const std::uint32_t next = mesh.neighbours[t][corner];
+    return next == no_index || t < next;
+  };
+  const auto add = [&](std::uint32_t edge, const Vec3& p, const Vec3& q) {
+    if (is_ridge(mesh, edge / 3, edge % 3)) spans.push_back({p, q, feature_of(of_a ? 2 : 3, edge)});
+  };
+  List<std::uint32_t> inner(memory);
+  inner.reserve(patch.vertices.size());
+  for (const Candidate& c : patch.vertices)
+    if (c.of_a == of_a) inner.push_back(c.feature & 0x3fffffffu);
+  std::sort(inner.begin(), inner.end());
+  const auto is_inside = [&](std::uint32_t vertex) { return std::binary_search(inner.begin(), inner.end(), vertex); };
+  struct Pierced {
+    std::uint32_t edge;
+    const Piercing* piercing;
+  };
+  List<Pierced> pierced(memory);
+  pierced.reserve(patch.crossings.size());
+  for (const std::uint32_t k : patch.crossings)
+    for (const Piercing& p : crossings[k].end)
+      if (p.edge_of_a == of_a && is_first(p.triangle, p.corner)) pierced.push_back({3 * p.triangle + p.corner, &p});
+  std::sort(pierced.begin(), pierced.end(), [](const Pierced& x, const Pierced& y) {
+    return x.edge != y.edge ? x.edge < y.edge : x.piercing->part < y.piercing->part;
+  });
+  for (auto at = pierced.begin(); at != pierced.end();) {
+    const std::uint32_t edge = at->edge;
+    const Piercing& first = *at->piercing;
+    std::optional<Vec3> begin;
+    if (first.from_inside && is_inside(first.from)) begin = m.vertex(of_a, first.from);
+    for (; at != pierced.end() && at->edge == edge; ++at) {
+      if (at->piercing->from_inside && begin) add(edge, *begin, at->piercing->point);
+      begin = at->piercing->from_inside ? std::nullopt : std::optional(at->piercing->point);
+    }
+    if (begin && is_inside(first.to)) add(edge, *begin, m.vertex(of_a, first.to));
+  }
+}
+
+// How far two such stretches, of A and of B, reach past each other where they cross as seen along n: within `slack` of
+// their ends, too, which lie over the other's where a face stands along n.
+std::optional<double> over(const Span& a, const Span& b, const Vec3& n, double slack, Vec3& point) {
   const Vec3 d = a.q - a.p, e = b.q - b.p, r = b.p - a.p;
   const double det = n.dot(d.cross(e));
-  if (det == 0) return std::nullopt;
+  // Where two that are parallel cross is rounding's doing; what lies over their ends is known without.
+  if (!(std::abs(det) > 1e-6 * d.norm() * e.norm())) return std::nullopt;
   const double s = n.dot(r.cross(e)) / det, t = n.dot(r.cross(d)) / det;
-  if (!(s >= 0 && s <= 1 && t >= 0 && t <= 1)) return std::nullopt;
-  const Vec3 on_a = a.p + s * d, on_b = b.p + t * e;
+  const auto on = [slack](double part, const Vec3& way) {
+    return std::max(-part, part - 1) <= 0 || std::max(-part, part - 1) * way.norm() <= slack;
+  };
+  if (!on(s, d) || !on(t, e)) return std::nullopt;
+  const Vec3 on_a = a.p + std::clamp(s, 0.0, 1.0) * d, on_b = b.p + std::clamp(t, 0.0, 1.0) * e;
   point = (on_a + on_b) / 2;
   const double depth = n.dot(on_a - on_b);
   return depth >= 0 ? std::optional(depth) : std::nullopt;
+}
+
+// As many of the stretches as are held against others: those that reach farthest along n, of alike ones those that lie
+// farthest along a direction of their own.
+List<const Span*> farthest(std::span<const Span> spans, const Vec3& n, double slack, Memory memory) {
+  List<const Span*> out(memory);
+  out.reserve(spans.size());
+  for (const Span& s : spans) out.push_back(&s);
+  if (spans.size() <= span_limit) return out;
+  const Vec3 tie_break = uncommon(n);
+  const auto reach = [&](const Span* s) { return std::round(std::max(n.dot(s->p), n.dot(s->q)) / slack); };
+  const auto aside = [&](const Span* s) { return tie_break.dot(s->p + s->q); };
+  const auto last = out.begin() + span_limit;
+  std::nth_element(out.begin(), last, out.end(), [&](const Span* x, const Span* y) {
+    return reach(x) != reach(y) ? reach(x) > reach(y) : aside(x) > aside(y);
+  });
+  out.erase(last, out.end());
+  return out;
 }
 
 // The candidates, all of one mesh, farthest out in eight directions along the patch, and the farthest beyond it: of
@@ -487,10 +577,11 @@ void add_points(const PosedMeshes& m, const PatchPoints& points, const Vec3& n, 
   };
   for (const Candidate& c : chosen)
     if (const double d = depth(c); d >= 0) add(c.point - n * (c.of_a ? d / 2 : -d / 2), d, c.feature);
-  for (std::size_t i = 0; i < std::min(points.spans[1].size(), span_limit); ++i)
-    for (std::size_t j = 0; j < std::min(points.spans[0].size(), span_limit); ++j)
-      if (Vec3 point = Vec3::Zero(); const auto d = over(points.spans[1][i], points.spans[0][j], n, point))
-        add(point, *d, points.spans[1][i].feature);
+  const List<const Span*> ridges[] = {farthest(points.spans[0], -n, slack, memory),
+                                      farthest(points.spans[1], n, slack, memory)};
+  for (const Span* a : ridges[1])
+    for (const Span* b : ridges[0])
+      if (Vec3 point = Vec3::Zero(); const auto d = over(*a, *b, n, slack, point)) add(point, *d, a->feature);
   // Where the surfaces cross the depth is nothing: such points say little beside the deep ones.
   const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
   contacts.erase(std::remove_if(begin, contacts.end(), [&](const Contact& c) { return c.depth < most / 4; }),
@@ -571,7 +662,7 @@ PatchSides add_patch(const PosedMeshes& m, const Patch& patch, std::span<const C
     for (const std::uint32_t t : patch.triangles[of_a]) all[of_a].push_back(facet_of(m, of_a == 1, t));
   }
   const Facets facets{all[0], all[1]};
-  const PatchNormal normal = normal_of(patch, facets, crossings);
+  const PatchNormal normal = normal_of(m, patch, facets, crossings);
   const auto corner_of = [&](bool of_a) {
     return normal.sure ? find_corner(m, facets[of_a ? 1 : 0], of_a, memory) : Corner(memory);
   };
@@ -582,18 +673,14 @@ PatchSides add_patch(const PosedMeshes& m, const Patch& patch, std::span<const C
   if (normal.n.isZero()) return {};
   std::array<List<Candidate>, 2> edges{List<Candidate>(memory), List<Candidate>(memory)};
   for (List<Candidate>& some : edges) some.reserve(2 * patch.crossings.size());
-  std::array<List<Span>, 2> spans{List<Span>(memory), List<Span>(memory)};
-  std::array<IndexMap<Pierced>, 2> pierced{IndexMap<Pierced>(memory), IndexMap<Pierced>(memory)};
   for (const std::uint32_t k : patch.crossings)
-    for (const Piercing& p : crossings[k].end) {
-      const std::size_t of_a = p.edge_of_a ? 1 : 0;
-      const std::uint32_t edge = 3 * p.triangle + p.corner, feature = feature_of(p.edge_of_a ? 2 : 3, edge);
-      edges[of_a].push_back({p.point, p.edge_of_a, feature});
-      Pierced& e = pierced[of_a].emplace(edge, {}).first;
-      if (++e.times == 1) e.first = &p;
-      if (e.times == 2 && e.first->from_inside != p.from_inside)
-        spans[of_a].push_back({e.first->point, p.point, feature});
-    }
+    for (const Piercing& p : crossings[k].end)
+      edges[p.edge_of_a ? 1 : 0].push_back(
+          {p.point, p.edge_of_a, feature_of(p.edge_of_a ? 2 : 3, 3 * p.triangle + p.corner)});
+  std::array<List<Span>, 2> spans{List<Span>(memory), List<Span>(memory)};
+  const std::size_t fewer = edges[0].size() < edges[1].size() ? 0 : 1;
+  find_spans(m, patch, crossings, fewer == 1, memory, spans[fewer]);
+  if (!spans[fewer].empty()) find_spans(m, patch, crossings, fewer == 0, memory, spans[1 - fewer]);
   const std::span<const Candidate> vertices(patch.vertices);
   const std::size_t of_b = static_cast<std::size_t>(
       std::find_if(vertices.begin(), vertices.end(), [](const Candidate& c) { return !c.of_a; }) - vertices.begin());
@@ -748,7 +835,7 @@ class Touching {
       consider(faces_[k].normal_a);
       consider(-faces_[k].normal_b);
     }
-    for (std::size_t k = 0; k < std::min(faces_.size(), span_limit) && !parts_; ++k)
+    for (std::size_t k = 0; k < std::min(faces_.size(), crossed_faces) && !parts_; ++k)
       for (std::size_t edges = 0; edges < 9; ++edges) {
         const auto edge = [](const std::array<Vec3, 3>& t, std::size_t e) { return t[(e + 1) % 3] - t[e]; };
         const Vec3 n = edge(faces_[k].a, edges / 3).cross(edge(faces_[k].b, edges % 3)).stableNormalized();

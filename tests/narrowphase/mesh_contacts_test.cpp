@@ -1,0 +1,232 @@
+// Patches of two meshes that overlap a little: as deep as the shortest way out, along it, and the same a hair away.
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <vector>
+
+#include "mesh_samples.h"
+#include "random.h"
+#include "tandem/narrowphase/narrow_phase.h"
+
+using namespace tandem;
+using namespace tandem::test;
+
+namespace {
+
+using Corner = std::array<double, 2>;
+using Sides = std::array<std::uint32_t, 3>;
+
+/// A profile, its corners in turn and triangles that fill it, drawn out along z.
+Mesh drawn_out(const std::vector<Corner>& profile, const std::vector<Sides>& fill, double half) {
+  Mesh mesh;
+  const auto n = static_cast<std::uint32_t>(profile.size());
+  for (const double z : {-half, half})
+    for (const auto& [x, y] : profile) mesh.vertices.emplace_back(x, y, z);
+  for (const auto& [i, j, k] : fill)
+    mesh.triangles.push_back({i + n, j + n, k + n}), mesh.triangles.push_back({i, k, j});
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const std::uint32_t j = (i + 1) % n;
+    mesh.triangles.push_back({i, j, j + n}), mesh.triangles.push_back({i, j + n, i + n});
+  }
+  mesh.solid = true;
+  return mesh;
+}
+
+Mesh box_body() { return drawn_out({{-.5, -.5}, {.5, -.5}, {.5, .5}, {-.5, .5}}, {{0, 1, 2}, {0, 2, 3}}, .4); }
+Mesh l_body() {
+  return drawn_out({{-.6, -.6}, {.6, -.6}, {.6, -.2}, {-.2, -.2}, {-.2, .6}, {-.6, .6}},
+                   {{0, 1, 2}, {0, 2, 3}, {0, 3, 5}, {3, 4, 5}}, .3);
+}
+Mesh t_body() {
+  return drawn_out({{-.6, -.2}, {-.2, -.2}, {-.2, -.6}, {.2, -.6}, {.2, -.2}, {.6, -.2}, {.6, .2}, {-.6, .2}},
+                   {{0, 1, 7}, {1, 4, 7}, {4, 6, 7}, {4, 5, 6}, {1, 2, 3}, {1, 3, 4}}, .3);
+}
+
+/// Each triangle with corners of its own, as files have them.
+Mesh split(const Mesh& mesh) {
+  Mesh out;
+  out.solid = mesh.solid;
+  for (const auto& t : mesh.triangles) {
+    const auto n = static_cast<std::uint32_t>(out.vertices.size());
+    for (const std::uint32_t v : t) out.vertices.push_back(mesh.vertices[v]);
+    out.triangles.push_back({n, n + 1, n + 2});
+  }
+  return out;
+}
+
+Shape some_body(reference::Random& random, double scale) {
+  Mesh mesh;
+  switch (random.below(6)) {
+    case 0:
+      mesh = box_body();
+      break;
+    case 1:
+      mesh = l_body();
+      break;
+    case 2:
+      mesh = t_body();
+      break;
+    case 3:
+      mesh = torus(.5, .2, 12, 7);
+      break;
+    case 4:
+      mesh = torus(.5, .1, 5, 4);
+      break;
+    default:
+      mesh = l_body();
+      mesh.solid = false;
+  }
+  for (Vec3& v : mesh.vertices) v *= scale;
+  return Shape(random.once_in(2) ? split(mesh) : mesh);
+}
+
+std::vector<Contact> contacts_of(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
+  std::vector<Contact> contacts;
+  NarrowPhase().solve(a, pose_a, b, pose_b, Request::contacts, &contacts);
+  return contacts;
+}
+
+bool collide(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
+  return NarrowPhase().solve(a, pose_a, b, pose_b, Request::collide).collide;
+}
+
+/// Moves B, which does not touch A there, from pose_b + far * along towards A until it has sunk in by `sink`; false if
+/// it passes by.
+bool sink_in(const Shape& a, const Pose& pose_a, const Shape& b, Pose& pose_b, const Vec3& along, double far,
+             double sink) {
+  const Vec3 from = pose_b.translation;
+  const auto touches = [&](double s) {
+    pose_b.translation = from + s * along;
+    return collide(a, pose_a, b, pose_b);
+  };
+  double low = far;
+  while (low > -far && !touches(low)) low -= 0.01 * far;
+  if (!(low > -far)) return false;
+  double high = low + 0.01 * far;
+  for (int i = 0; i < 50; ++i) {
+    const double middle = (low + high) / 2;
+    (touches(middle) ? low : high) = middle;
+  }
+  pose_b.translation = from + (high - sink) * along;
+  return true;
+}
+
+/// Has each contact of either list one like it in the other?
+bool alike(const std::vector<Contact>& some, const std::vector<Contact>& others) {
+  const auto all_known = [](const std::vector<Contact>& of, const std::vector<Contact>& among) {
+    return std::all_of(of.begin(), of.end(), [&](const Contact& c) {
+      return std::any_of(among.begin(), among.end(), [&](const Contact& o) {
+        return (o.point - c.point).norm() < 1e-6 && (o.normal - c.normal).norm() < 1e-4 &&
+               std::abs(o.depth - c.depth) < 1e-6;
+      });
+    });
+  };
+  return all_known(some, others) && all_known(others, some);
+}
+
+}  // namespace
+
+TEST_CASE("a mesh body with an edge or a corner in a mesh wall is pushed along the wall's normal, as deep as it is") {
+  reference::Random random(51);
+  const Shape wall(
+      Mesh{{Vec3(-4, -4, 0), Vec3(4, -4, 0), Vec3(4, 4, 0), Vec3(-4, 4, 0)}, {{0, 1, 2}, {0, 2, 3}}, false});
+  for (int i = 0; i < 400; ++i) {
+    Mesh mesh = i % 2 == 0 ? l_body() : t_body();
+    mesh.solid = i % 4 < 2;
+    const Shape body(mesh);
+    const Pose pose_a{random.rotation(), random.vec(-1, 1)};
+    // Edges of the profile level with the wall, corners where it leans.
+    Mat3 turn =
+        (Eigen::AngleAxisd(random.in(0, 6), Vec3::UnitZ()) * Eigen::AngleAxisd(random.in(0.1, 1.4), Vec3::UnitX()))
+            .toRotationMatrix();
+    if (i % 3 == 0) turn = turn * random.rotation();
+    const Pose pose_b{pose_a.rotation * turn, Vec3::Zero()};
+    double lowest = 1e9;
+    for (const Vec3& v : mesh.vertices) lowest = std::min(lowest, (turn * v).z());
+    const double depth = random.power_of_two(-24, -9);
+    const Pose at{pose_b.rotation,
+                  pose_a.rotation * Vec3(random.in(-1, 1), random.in(-1, 1), -lowest - depth) + pose_a.translation};
+    const std::vector<Contact> contacts = contacts_of(wall, pose_a, body, at);
+    CAPTURE(i, depth);
+    REQUIRE(!contacts.empty());
+    double deepest = 0;
+    for (const Contact& c : contacts) {
+      CHECK((c.normal - pose_a.rotation.col(2)).norm() < 1e-6);
+      deepest = std::max(deepest, c.depth);
+    }
+    CHECK(std::abs(deepest - depth) < 1e-12);
+  }
+}
+
+TEST_CASE(
+    "where two concave meshes overlap a little, the patch is as deep as the shortest way out, and stays the same") {
+  reference::Random random(52);
+  int judged = 0, nudged = 0, farther = 0;
+  for (int i = 0; i < 2500; ++i) {
+    const Shape a = some_body(random, 1), b = some_body(random, random.power_of_two(-2, 0));
+    Mat3 turn = random.rotation();
+    if (i % 3 == 1) turn = Eigen::AngleAxisd(random.in(0, 6), Vec3::UnitZ()).toRotationMatrix();
+    if (i % 3 == 2) turn = Eigen::AngleAxisd(random.in(0, 6), Vec3::UnitX()).toRotationMatrix();
+    const Pose pose_a{random.rotation(), random.vec(-1, 1)};
+    const Vec3 along = random.once_in(2) ? Vec3(pose_a.rotation.col(2)) : random.direction();
+    Pose pose_b{pose_a.rotation * turn, pose_a.translation + 0.3 * random.vec(-1, 1)};
+    if (!sink_in(a, pose_a, b, pose_b, along, 3, random.power_of_two(-20, -8))) continue;
+    const PairAnswer answer = NarrowPhase().solve(a, pose_a, b, pose_b, Request::distance);
+    const std::vector<Contact> contacts = contacts_of(a, pose_a, b, pose_b);
+    CAPTURE(i);
+    REQUIRE(!contacts.empty());
+    const auto deepest = std::max_element(contacts.begin(), contacts.end(),
+                                          [](const Contact& x, const Contact& y) { return x.depth < y.depth; });
+    const bool one_normal = std::all_of(contacts.begin(), contacts.end(),
+                                        [&](const Contact& c) { return c.normal.dot(deepest->normal) > 0.9999; });
+    if (one_normal && answer.status == Status::ok && -answer.signed_distance > 1e-10) {
+      CHECK(deepest->depth > -0.7 * answer.signed_distance);
+      // Of edges that cross aslant the curve's normal may lead a longer way out.
+      farther += deepest->depth > -1.3 * answer.signed_distance;
+      ++judged;
+    }
+    Pose nudge = pose_b;
+    nudge.translation += 1e-9 * random.direction();
+    if (i % 2 == 0) nudge.rotation = nudge.rotation * Eigen::AngleAxisd(1e-9, random.direction()).toRotationMatrix();
+    CHECK(alike(contacts, contacts_of(a, pose_a, b, nudge)));
+    ++nudged;
+  }
+  CHECK(farther <= 2);
+  CHECK(judged > 2000);
+  CHECK(nudged > 2200);
+}
+
+TEST_CASE("a mesh body across the ridge of a roof without an inside has the same contacts a hair away") {
+  reference::Random random(53);
+  int judged = 0;
+  for (int i = 0; i < 1500; ++i) {
+    const double left = random.in(0.1, 1.2), right = random.in(0.1, 1.2);
+    const Vec3 l(-4 * std::cos(left), 0, -4 * std::sin(left)), r(4 * std::cos(right), 0, -4 * std::sin(right));
+    const Vec3 front(0, -4, 0), back(0, 4, 0);
+    Mesh surface{
+        {l + front, front, r + front, l + back, back, r + back}, {{0, 1, 4}, {0, 4, 3}, {1, 2, 5}, {1, 5, 4}}, false};
+    if (i % 4 < 2)
+      for (auto& t : surface.triangles) std::swap(t[0], t[1]);
+    const Shape roof(i % 3 == 0 ? split(surface) : surface);
+    Mesh mesh = i % 2 == 0 ? l_body() : t_body();
+    for (Vec3& v : mesh.vertices) v *= 0.3;
+    const Shape body(mesh);
+    const Pose pose_a{random.rotation(), random.vec(-1, 1)};
+    const Vec3 beside(random.in(-.3, .3), random.in(-1, 1), 0);
+    Pose pose_b{random.rotation(), pose_a.translation + pose_a.rotation * beside};
+    const Vec3 from = (i % 3 == 0 ? -1.0 : 1.0) * pose_a.rotation.col(2);
+    if (!sink_in(roof, pose_a, body, pose_b, from, 3, random.power_of_two(-20, -8))) continue;
+    const std::vector<Contact> contacts = contacts_of(roof, pose_a, body, pose_b);
+    const PairAnswer answer = NarrowPhase().solve(roof, pose_a, body, pose_b, Request::distance);
+    double deepest = 0;
+    for (const Contact& c : contacts) deepest = std::max(deepest, c.depth);
+    CAPTURE(i);
+    if (answer.status == Status::ok) CHECK(deepest > -0.7 * answer.signed_distance);
+    Pose nudge = pose_b;
+    nudge.translation += 1e-9 * random.direction();
+    CHECK(alike(contacts, contacts_of(roof, pose_a, body, nudge)));
+    ++judged;
+  }
+  CHECK(judged > 1300);
+}
