@@ -663,7 +663,7 @@ class MeshConvex {
     // What only touches is pushed by the neighbours where it lies behind the face, or where they go on along the way.
     if (r.signed_distance >= -alike * size_ && (!outward || is_at_edge_of_more(t, p, r.normal, own())))
       return {r.signed_distance, r.normal};
-    if (n.isZero() || (outward && bears(model_, t, r.normal))) {
+    if (n.isZero() || (outward && bears(model_, t, r.normal, r.point_a + shift_, alike * size_))) {
       patches.add(t, own());
       return {r.signed_distance, r.normal};
     }

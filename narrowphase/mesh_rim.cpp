@@ -40,7 +40,7 @@ bool overtopped(const MeshModel& mesh, std::uint32_t t, std::size_t k, const Vec
   return false;
 }
 
-bool bears(const MeshModel& mesh, std::uint32_t t, const Vec3& n) {
+bool bears(const MeshModel& mesh, std::uint32_t t, const Vec3& n, const Vec3& at, double slack) {
   const auto p = mesh.corners(t);
   std::array<double, 3> height;
   for (std::size_t k = 0; k < 3; ++k) height[k] = n.dot(p[k] - p[0]);
@@ -49,6 +49,18 @@ bool bears(const MeshModel& mesh, std::uint32_t t, const Vec3& n) {
   std::array<bool, 3> high;
   for (std::size_t k = 0; k < 3; ++k) high[k] = height[k] >= top - flush * longest;
   if (high[0] && high[1] && high[2]) return true;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t to = (k + 1) % 3;
+    if (!high[k] || !high[to]) continue;
+    // Along an edge what lies around its corners tells only of these.
+    const std::uint32_t next = mesh.neighbours[t][k];
+    if (next != no_index)
+      for (const Vec3& v : mesh.corners(next))
+        if (const Vec3 away = v - p[k]; n.dot(away) > flush * away.norm()) return false;
+    for (const std::size_t end : {k, to})
+      if ((at - p[end]).norm() <= slack) return !overtopped(mesh, t, end, n);
+    return true;
+  }
   for (std::size_t k = 0; k < 3; ++k)
     if (high[k] && overtopped(mesh, t, k, n)) return false;
   return true;

@@ -5,8 +5,9 @@ namespace tandem {
 
 /// Does the surface about triangle t push along n (unit, mesh's frame)? It does if no triangle beside the feature of t
 /// that lies farthest along n (its face, an edge, a corner) reaches farther: on a flat or hollow surface only faces
-/// push, not the edges between them.
-bool bears(const MeshModel& mesh, std::uint32_t t, const Vec3& n);
+/// push, not the edges between them. `at` is where t is touched: of an edge only what lies beside it there counts,
+/// around its corners within `slack` of these.
+bool bears(const MeshModel& mesh, std::uint32_t t, const Vec3& n, const Vec3& at, double slack);
 
 /// Does a triangle around corner k of t reach farther along n than that corner?
 bool overtopped(const MeshModel& mesh, std::uint32_t t, std::size_t k, const Vec3& n);

@@ -230,3 +230,47 @@ TEST_CASE("a mesh body across the ridge of a roof without an inside has the same
   }
   CHECK(judged > 1300);
 }
+
+TEST_CASE("where a convex body overlaps a concave mesh a little, contacts are as deep as the shortest way out") {
+  reference::Random random(54);
+  int judged = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const Shape a = some_body(random, 1);
+    const double scale = random.power_of_two(-3, -1);
+    const auto body = [&]() -> Shape {
+      switch (i % 6) {
+        case 0:
+          return Sphere{0.5 * scale};
+        case 1:
+          return Box{scale * Vec3(1, 0.8, 0.6)};
+        case 2:
+          return Capsule{0.3 * scale, scale};
+        case 3:
+          return Cylinder{0.5 * scale, scale};
+        case 4:
+          return Cone{0.5 * scale, scale};
+        default:
+          return Ellipsoid{scale * Vec3(0.6, 0.4, 0.3)};
+      }
+    };
+    const Shape b = body();
+    const Pose pose_a{random.rotation(), random.vec(-1, 1)};
+    const Vec3 along = random.once_in(2) ? Vec3(pose_a.rotation.col(2)) : random.direction();
+    Pose pose_b{random.rotation(), pose_a.translation + 0.4 * random.vec(-1, 1)};
+    if (!sink_in(a, pose_a, b, pose_b, along, 3, random.power_of_two(-20, -9))) continue;
+    const PairAnswer answer = NarrowPhase().solve(a, pose_a, b, pose_b, Request::distance);
+    const std::vector<Contact> contacts = contacts_of(a, pose_a, b, pose_b);
+    CAPTURE(i);
+    REQUIRE(!contacts.empty());
+    double deepest = 0;
+    bool one_normal = true;
+    for (const Contact& c : contacts) {
+      deepest = std::max(deepest, c.depth);
+      one_normal = one_normal && c.normal.dot(contacts.front().normal) > 0.9999;
+    }
+    if (!one_normal || answer.status != Status::ok) continue;
+    CHECK(std::abs(deepest + answer.signed_distance) < -0.01 * answer.signed_distance + 1e-10);
+    ++judged;
+  }
+  CHECK(judged > 2500);
+}
