@@ -5,6 +5,7 @@
 #include <map>
 
 #include "benches.h"
+#include "narrowphase/pair_solver.h"
 #include "narrowphase/player.h"
 #include "narrowphase/race.h"
 #include "narrowphase/trial.h"
@@ -133,16 +134,14 @@ struct Standing {
   }
 };
 
-Standing standing(std::span<const Measured> game) {
+Standing standing(std::span<const Measured> game, const Measured& own) {
   Standing out;
-  const auto own =
-      std::find_if(game.begin(), game.end(), [](const Measured& m) { return m.row.contestant == "tandem"; });
-  out.right = own->accuracy.right();
+  out.right = own.accuracy.right();
   double best = 0;
   for (const Measured& m : game)
     if (is_rival(m) && m.accuracy.right() && (out.rival.empty() || m.row.time.median() < best))
       best = m.row.time.median(), out.rival = m.row.contestant;
-  if (!out.rival.empty()) out.ratio = own->row.time.median() / best;
+  if (!out.rival.empty()) out.ratio = own.row.time.median() / best;
   return out;
 }
 
@@ -157,7 +156,9 @@ void print_summary(const std::vector<SummaryLine>& lines) {
     for (const auto& [c, text] : line.by_class) classes.add(c);
   fmt::print(
       "\ntandem's time over that of the fastest other contestant that is right (no wrong verdict, no failure, no error "
-      "above 1e-9 of the size).\nBelow 1 tandem is faster; alone: no other is right; !: tandem is not right itself.\n");
+      "above 1e-9 of the size).\nBelow 1 tandem is faster; alone: no other is right; !: tandem is not right itself; *: "
+      "{}.\n",
+      several_at_once);
   fmt::print("{:<20} {:<10}", "", "");
   constexpr const char* order[] = {"separated", "near", "shallow", "deep", "hard", "motion"};
   for (const char* c : order) fmt::print(" {:<20}", c);
@@ -210,14 +211,18 @@ std::vector<Row> narrowphase_bench(const Settings& settings) {
     for_each_game(kinds[k], n, [&](Game game) {
       const std::string request = game.request, pair_class = game.pair_class;
       std::vector<Measured> played = play(std::move(game), rounds);
-      const Standing stands = standing(played);
       for (Measured& m : played) {
-        if (m.row.contestant == "tandem" && !stands.rival.empty())
-          m.row.more["fastest_right_rival"] = stands.rival, m.row.more["ratio_to_rival"] = stands.ratio;
+        const bool at_once = m.row.contestant == several_at_once;
+        if (m.row.contestant == "tandem" || at_once) {
+          const Standing stands = standing(played, m);
+          if (!stands.rival.empty())
+            m.row.more["fastest_right_rival"] = stands.rival, m.row.more["ratio_to_rival"] = stands.ratio;
+          const std::string line = request + (at_once ? " *" : "");
+          if (lines.emplace(line, summary.size()).second) summary.push_back({kinds[k], line, {}});
+          summary[lines[line]].by_class[pair_class] = stands.text();
+        }
         rows.push_back(m.row);
       }
-      if (lines.emplace(request, summary.size()).second) summary.push_back({kinds[k], request, {}});
-      summary[lines[request]].by_class[pair_class] = stands.text();
       std::move(played.begin(), played.end(), std::back_inserter(all));
     });
     print_kind(kinds[k], all);

@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -58,6 +59,9 @@ struct Entrant {
   /// Null where the library has no answer to the question.
   std::function<std::unique_ptr<PairSolver>(const Question&)> enter;
 };
+
+/// The entrant that is handed all pairs of a question together.
+inline constexpr std::string_view several_at_once = "tandem, several at once";
 
 std::vector<Entrant> tandem_entrants();
 std::vector<Entrant> fcl_entrants();

@@ -130,7 +130,7 @@ std::vector<Entrant> tandem_entrants() {
     return [options](const Question& question) { return cold(question, options); };
   };
   return {{"tandem", with({})},
-          {"tandem, several at once", several},
+          {std::string(several_at_once), several},
           {"tandem, warm", warm},
           {"tandem, gjk", with({.solver = "gjk"})},
           {"tandem, tolerance 1e-3", with({.tolerance = 1e-3})}};
