@@ -210,14 +210,21 @@ bool first_is_body(const Posed& a, const Posed& b) {
   return a.shape.is_convex() || (!b.shape.is_convex() && rank(a) > rank(b));
 }
 
-// Of a mesh and one that bounds a convex set, which touch: as with that set.
-PairAnswer with_convex(const Posed& a, const Posed& b, Request request, const NarrowPhaseOptions& options,
-                       std::vector<Contact>* contacts) {
+// Of a mesh and one that bounds a convex set: as with that set.
+PairAnswer as_convex(const Posed& a, const Posed& b, Request request, const NarrowPhaseOptions& options,
+                     std::vector<Contact>* contacts) {
   const bool exchanged = first_is_body(a, b);
   const std::size_t first = contacts != nullptr ? contacts->size() : 0;
   PairAnswer answer =
       solve_mesh_convex(exchanged ? b : a, exchanged ? a : b, request, for_triangles(options), contacts);
   if (exchanged) swap_answer(answer, contacts, first);
+  return answer;
+}
+
+// Of two that touch.
+PairAnswer with_convex(const Posed& a, const Posed& b, Request request, const NarrowPhaseOptions& options,
+                       std::vector<Contact>* contacts) {
+  PairAnswer answer = as_convex(a, b, request, options, contacts);
   answer.collide = true;
   answer.signed_distance = std::min(answer.signed_distance, 0.0);
   return answer;
@@ -274,11 +281,15 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
     return first_is_body(a, b) ? stands_for(a, b, way) : stands_for(b, a, way);
   };
   if (request == Request::contacts) {
+    const std::size_t first = contacts->size();
     if (pairs.empty() && !inside) {
-      answer.signed_distance = wants_gap ? gap_of(ma, mb, test, apart) : 0;
+      // A triangle has a margin as all convex shapes have.
+      if (options.margin > 0 && (a.shape.is_convex() || b.shape.is_convex()))
+        answer = as_convex(a, b, request, options, contacts);
+      answer.collide = false;
+      if (contacts->size() == first) answer.signed_distance = wants_gap ? gap_of(ma, mb, test, apart) : 0;
       return answer;
     }
-    const std::size_t first = contacts->size();
     if (ma.own_hull && mb.own_hull) {
       // Of their hulls, unless these hardly touch and miss each other by rounding.
       answer = with_hulls(a, b, request, options, contacts);

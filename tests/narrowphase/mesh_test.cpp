@@ -688,11 +688,16 @@ TEST_CASE("surfaces of convex bodies that overlap little are as deep as their hu
 TEST_CASE("margins give contacts across a gap for half-spaces and convex shapes") {
   const Shape cube(box_mesh(Vec3(1, 1, 1), 2));
   const Pose above = Pose::at(0, 0, 1.05);
-  for (const Shape& ground : {Shape(Box{Vec3(4, 4, 1)}), Shape(HalfSpace{Vec3::UnitZ(), 0.5})}) {
+  const Triangle triangle{{Vec3(-9, -9, 0.5), Vec3(9, -9, 0.5), Vec3(0, 9, 0.5)}};
+  for (const Shape& ground : {Shape(Box{Vec3(4, 4, 1)}), Shape(HalfSpace{Vec3::UnitZ(), 0.5}), Shape(triangle)}) {
     CHECK(contacts_of(ground, Pose{}, cube, above).empty());
     const auto contacts = contacts_of(ground, Pose{}, cube, above, 0.1);
-    CHECK_FALSE(contacts.empty());
-    for (const Contact& c : contacts) CHECK(c.depth == Approx(-0.05));
+    CHECK(contacts.size() == 4);
+    for (const Contact& c : contacts) {
+      CHECK(c.depth == Approx(-0.05));
+      CHECK((c.normal - Vec3::UnitZ()).norm() < 1e-12);
+    }
+    for (const Contact& c : contacts_of(cube, above, ground, Pose{}, 0.1)) CHECK(c.normal.z() == Approx(-1));
   }
 }
 
