@@ -274,3 +274,17 @@ TEST_CASE("where a convex body overlaps a concave mesh a little, contacts are as
   }
   CHECK(judged > 2500);
 }
+
+TEST_CASE("at the end of an edge what rises on beyond it pushes, not the edge") {
+  // The reentrant corner of the profile, on its upper face: one edge ends there, the face goes on beside it.
+  const Shape body(l_body());
+  const Vec3 corner(-.2, -.2, .3);
+  for (const double lean : {0.05, 0.1, 0.2, 0.3}) {
+    const Vec3 away = Vec3(0, lean, 1).normalized();
+    const std::vector<Contact> contacts =
+        contacts_of(body, Pose{}, Sphere{0.1}, Pose{Mat3::Identity(), corner + 0.0999 * away});
+    CAPTURE(lean);
+    REQUIRE(!contacts.empty());
+    for (const Contact& c : contacts) CHECK((c.normal - Vec3::UnitZ()).norm() < 1e-9);
+  }
+}
