@@ -11,6 +11,7 @@ namespace tandem {
 inline constexpr std::uint32_t no_index = 0xffffffffu;
 
 inline constexpr std::size_t mesh_lanes = 8;
+inline constexpr std::size_t most_mesh_levels = 64;  ///< of a hierarchy: MeshModel::depth is less
 
 /// Eight boxes of the hierarchy side by side, so that one instruction tests a bound of all: floats rounded outward,
 /// about MeshModel::centre, in units of MeshModel::unit. An unused lane has half = -1e30 and touches nothing.

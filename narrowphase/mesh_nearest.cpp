@@ -48,10 +48,6 @@ MeshView view_of(const MeshModel& mesh, const MeshModel& by, const Mat3& turn, c
   return {mesh, turn, (turn * mesh.centre + shift - by.centre) / by.unit, by.unit};
 }
 
-std::uint32_t triangle_of(const MeshModel& mesh, std::uint32_t leaf) {
-  return mesh.order[mesh.nodes[node_of(leaf)].child[lane_of(leaf)]];
-}
-
 }  // namespace
 
 void triangles_nearest(const Corners& p, const Corners& q, Nearest& best) {
@@ -76,15 +72,14 @@ NearestSearch::NearestSearch(const Posed& a, const Posed& b)
 
 Nearest NearestSearch::operator()() {
   // Each of its levels leaves all children but one behind.
-  constexpr std::size_t most_levels = 64;
-  std::array<Item, 2 * most_levels * mesh_lanes> stack;
+  std::array<Item, 2 * most_mesh_levels * mesh_lanes> stack;
   std::size_t top = 0;
   stack[top++] = {0, whole, whole};
   while (top > 0) {
     const Item at = stack[--top];
     if (!(at.bound < best_.distance)) continue;
     if (is_leaf(a_, at.a) && is_leaf(b_, at.b)) {
-      solve(triangle_of(a_, at.a), triangle_of(b_, at.b));
+      solve(leaf_triangle(a_, at.a), leaf_triangle(b_, at.b));
       continue;
     }
     const bool down_a = goes_down_a(at);
@@ -92,8 +87,7 @@ Nearest NearestSearch::operator()() {
     const NearPart part = down_a ? b_by_a_.part(at.b) : a_by_b_.part(at.a);
     const Vec3 ahead = down_a ? Vec3(-normal_a_) : normal_b_;
     const NearPlane plane{ahead, part.reach(ahead)};
-    const std::uint32_t above = down_a ? at.a : at.b;
-    const std::uint32_t number = lane_of(above) == whole ? 0 : mesh.nodes[node_of(above)].child[lane_of(above)];
+    const std::uint32_t number = node_under(mesh, down_a ? at.a : at.b);
     const MeshNode& node = mesh.nodes[number];
     std::array<double, mesh_lanes> least;
     bound_distances(part, plane, mesh, node, least);

@@ -110,7 +110,7 @@ class BoxQuery {
   }
 
  private:
-  static constexpr std::size_t stack_size = 64 * mesh_lanes;  // levels of a hierarchy: MeshModel::depth
+  static constexpr std::size_t stack_size = most_mesh_levels * mesh_lanes;
 
   float squared(double distance) const {
     const double d = (distance + ball_) / mesh_.unit * 1.00001;

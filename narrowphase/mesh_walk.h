@@ -35,9 +35,19 @@ inline bool is_leaf(const MeshModel& mesh, std::uint32_t ref) {
   return lane_of(ref) != whole && mesh.nodes[node_of(ref)].count[lane_of(ref)] > 0;
 }
 
+/// The node of a place that is no leaf.
+inline std::uint32_t node_under(const MeshModel& mesh, std::uint32_t ref) {
+  return lane_of(ref) == whole ? 0 : mesh.nodes[node_of(ref)].child[lane_of(ref)];
+}
+
+/// The triangle of a leaf, which holds one.
+inline std::uint32_t leaf_triangle(const MeshModel& mesh, std::uint32_t leaf) {
+  return mesh.order[mesh.nodes[node_of(leaf)].child[lane_of(leaf)]];
+}
+
 template <class Visit>
 void each_child(const MeshModel& mesh, std::uint32_t ref, Visit&& visit) {
-  const std::uint32_t node = lane_of(ref) == whole ? 0 : mesh.nodes[node_of(ref)].child[lane_of(ref)];
+  const std::uint32_t node = node_under(mesh, ref);
   for (std::uint32_t k = 0; k < mesh.nodes[node].lanes; ++k) visit(child_ref(node, k));
 }
 

@@ -204,7 +204,7 @@ double NearPart::reach(const Vec3& n) const {
 
 NearPart MeshView::part(std::uint32_t ref) const {
   if (is_leaf(mesh, ref)) {
-    std::array<Vec3, 3> p = mesh.corners(mesh.order[mesh.nodes[node_of(ref)].child[lane_of(ref)]]);
+    std::array<Vec3, 3> p = mesh.corners(leaf_triangle(mesh, ref));
     for (Vec3& corner : p) corner = turn * ((corner - mesh.centre) / unit) + shift;
     return NearPart(p);
   }

@@ -41,9 +41,17 @@ Verdict judge(const Found& found, const reference::Truth& truth, double size, Re
 
 }  // namespace
 
+void Accuracy::set_errors(std::vector<double> errors) {
+  if (errors.empty()) return;
+  std::sort(errors.begin(), errors.end());
+  const auto at = [&](double q) {
+    return errors[static_cast<std::size_t>(std::ceil(q * static_cast<double>(errors.size() - 1)))];
+  };
+  error_p50 = at(0.5), error_p99 = at(0.99), error_max = errors.back();
+}
+
 Accuracy judge(const Workload& work, Request request, std::span<const Found> found) {
   Accuracy out;
-  out.hash = 0xcbf29ce484222325u;  // FNV-1a
   std::vector<double> errors;
   Verdict worst;
   for (std::size_t i = 0; i < found.size(); ++i) {
@@ -51,7 +59,7 @@ Accuracy judge(const Workload& work, Request request, std::span<const Found> fou
     const Verdict v = judge(f, work.truths[i], size(work.pairs[i]), request);
     for (const std::uint64_t word : {std::uint64_t{f.failed} << 1 | std::uint64_t{f.collide},
                                      std::bit_cast<std::uint64_t>(f.measured ? f.signed_distance : 0)})
-      out.hash = (out.hash ^ word) * 0x100000001b3u;
+      out.add_to_hash(word);
     out.failed += v.failed;
     out.wrong += v.wrong;
     out.normals += v.wrong_normal;
@@ -60,13 +68,7 @@ Accuracy judge(const Workload& work, Request request, std::span<const Found> fou
     const bool judged = request == Request::collide || f.measured || v.wrong;
     if (!v.failed && judged) errors.push_back(v.error);
   }
-  std::sort(errors.begin(), errors.end());
-  if (!errors.empty()) {
-    const auto at = [&](double q) {
-      return errors[static_cast<std::size_t>(std::ceil(q * static_cast<double>(errors.size() - 1)))];
-    };
-    out.error_p50 = at(0.5), out.error_p99 = at(0.99), out.error_max = errors.back();
-  }
+  out.set_errors(std::move(errors));
   return out;
 }
 

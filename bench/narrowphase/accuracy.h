@@ -3,6 +3,7 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "pair_solver.h"
 #include "workload.h"
@@ -17,8 +18,12 @@ struct Accuracy {
   std::size_t failed = 0;      ///< exceptions, error codes, NaN; not among the errors
   std::size_t normals = 0;     ///< normals more than 1e-3 off (or in reverse) where the truth has only one
   std::size_t unmeasured = 0;  ///< Request::distance: pairs told to miss without a distance
-  std::uint64_t hash = 0;      ///< of verdicts and distances, bit by bit
+  std::uint64_t hash = 0xcbf29ce484222325u;  ///< of verdicts and distances, bit by bit (FNV-1a)
   std::size_t worst = 0;  ///< number of the pair that failed, else has the wrong verdict or the error that is largest
+
+  void add_to_hash(std::uint64_t word) { hash = (hash ^ word) * 0x100000001b3u; }
+  /// Of those that were judged.
+  void set_errors(std::vector<double> errors);
 
   /// Answered all that was asked: no failure, no wrong verdict, no error above 1e-9 of the size.
   bool right() const { return failed == 0 && unmeasured == 0 && wrong == 0 && error_max <= 1e-9; }

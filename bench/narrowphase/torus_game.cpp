@@ -203,29 +203,17 @@ struct Answers {
   std::vector<TrianglePairs> pairs;
 };
 
-struct Hash {
-  std::uint64_t value = 0xcbf29ce484222325u;  // FNV-1a
-  void add(std::uint64_t word) { value = (value ^ word) * 0x100000001b3u; }
-};
-
-void set_percentiles(std::vector<double>& errors, Accuracy& out) {
-  std::sort(errors.begin(), errors.end());
-  out.error_p50 = errors[errors.size() / 2];
-  out.error_p99 = errors[(errors.size() * 99) / 100];
-}
-
 Accuracy judge(const Tori& tori, const Answers& answers, bool lists) {
   Accuracy out;
-  Hash hash;
   std::vector<double> errors;
   for (std::size_t i = 0; i < tori.poses.size(); ++i) {
     const TrianglePairs& truth = tori.truths[i];
     double error = (answers.collide[i] != 0) == !truth.empty() ? 0 : 1;
-    hash.add(static_cast<std::uint64_t>(answers.collide[i]));
+    out.add_to_hash(static_cast<std::uint64_t>(answers.collide[i]));
     if (lists) {
       TrianglePairs found = answers.pairs[i], differ;
       std::sort(found.begin(), found.end());
-      for (const auto& [a, b] : found) hash.add(std::uint64_t{a} << 32 | b);
+      for (const auto& [a, b] : found) out.add_to_hash(std::uint64_t{a} << 32 | b);
       std::set_symmetric_difference(found.begin(), found.end(), truth.begin(), truth.end(), std::back_inserter(differ));
       error = static_cast<double>(differ.size()) / static_cast<double>(std::max<std::size_t>(1, truth.size()));
     }
@@ -233,8 +221,7 @@ Accuracy judge(const Tori& tori, const Answers& answers, bool lists) {
     out.wrong += error > 0;
     errors.push_back(error);
   }
-  out.hash = hash.value;
-  set_percentiles(errors, out);
+  out.set_errors(std::move(errors));
   return out;
 }
 
@@ -290,18 +277,16 @@ Player distance_player(const std::string& name, const std::shared_ptr<const Toru
           },
           [gaps, answers] {
             Accuracy out;
-            Hash hash;
             std::vector<double> errors;
             for (std::size_t i = 0; i < answers->size(); ++i) {
               const double found = (*answers)[i], error = std::abs(found - gaps->truths[i]) / gaps->shape.size();
-              hash.add(std::bit_cast<std::uint64_t>(found));
+              out.add_to_hash(std::bit_cast<std::uint64_t>(found));
               out.failed += !std::isfinite(found);
               out.wrong += !(found > 0);
               if (error > out.error_max) out.error_max = error, out.worst = i;
               errors.push_back(error);
             }
-            out.hash = hash.value;
-            set_percentiles(errors, out);
+            out.set_errors(std::move(errors));
             return out;
           }};
 }
@@ -339,7 +324,10 @@ std::vector<Game> torus_games(std::string_view pair_class, std::size_t n) {
                      n,
                      {tandem_player(tori, lists), fcl_player(tori, lists)},
                      {}});
-  if (pair_class == "separated" || pair_class == "near") games.push_back(distance_game(pair_class, *tori));
+  const bool some_are_apart =
+      std::any_of(tori->truths.begin(), tori->truths.end(), [](const TrianglePairs& t) { return t.empty(); });
+  if (some_are_apart && (pair_class == "separated" || pair_class == "near"))
+    games.push_back(distance_game(pair_class, *tori));
   return games;
 }
 
