@@ -1,0 +1,275 @@
+#include "draw.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "hull.h"
+#include "mesh_samples.h"
+#include "tandem/narrowphase/narrow_phase.h"
+
+namespace tandem::relations {
+namespace {
+
+/// 10^-u, u even in [0, most].
+double small(Random& r, double most) { return std::pow(10.0, -r.in(0, most)); }
+
+/// Numbers of few bits, so that midpoints and sums are exact.
+double rounded(double x) { return std::round(x * 0x1p20) * 0x1p-20; }
+Vec3 rounded(const Vec3& v) { return {rounded(v.x()), rounded(v.y()), rounded(v.z())}; }
+
+/// How a shape is drawn: plump, thin and flat, or with numbers that are multiples of an eighth.
+enum class Build { plump, degenerate, dyadic };
+
+double length(Random& r, Build build) {
+  if (build == Build::dyadic) return (1 + r.below(16)) / 8.0;
+  return r.in(0.1, 1.5) * (build == Build::degenerate && r.once_in(2) ? small(r, 8) : 1.0);
+}
+
+Vec3 lengths(Random& r, Build build) {
+  const double x = length(r, build), y = length(r, build);
+  return {x, y, length(r, build)};
+}
+
+Vec3 point(Random& r, Build build) {
+  if (build == Build::dyadic) return Vec3(r.below(17) - 8, r.below(17) - 8, r.below(17) - 8) / 8.0;
+  return rounded(r.vec(-1, 1));
+}
+
+/// A third point that makes a triangle without area, a sliver, or any.
+std::array<Vec3, 3> corners(Random& r, Build build) {
+  const Vec3 p = point(r, build), q = point(r, build);
+  if (build != Build::degenerate) return {p, q, point(r, build)};
+  switch (r.below(4)) {
+    case 0:
+      return {p, q, (p + q) / 2};  // three points on a line, exactly: the sum is
+    case 1:
+      return {p, q, r.once_in(2) ? p : q};
+    case 2:
+      return {p, q, Vec3(p + r.in(-0.5, 1.5) * (q - p) + small(r, 16) * r.direction())};
+    default:
+      return {p, q, point(r, build)};
+  }
+}
+
+Convex cloud(Random& r, Build build) {
+  Convex c;
+  const int n = 1 + r.below(r.once_in(4) ? 60 : 12);
+  const Vec3 stretch = build == Build::degenerate
+                           ? Vec3(r.once_in(2) ? small(r, 8) : 1, r.once_in(3) ? small(r, 8) : 1, 1)
+                           : Vec3(1, 1, 1);
+  for (int i = 0; i < n; ++i) c.vertices.push_back(point(r, build).cwiseProduct(stretch));
+  if (build == Build::degenerate && r.once_in(2)) c.vertices.push_back(c.vertices[0]);
+  return c;
+}
+
+/// A polygon (counterclockwise about z) as a prism, its caps cut by `caps`.
+Mesh prism(const std::vector<std::array<double, 2>>& polygon, const std::vector<std::array<std::uint32_t, 3>>& caps,
+           double height) {
+  Mesh m;
+  m.solid = true;
+  const auto n = static_cast<std::uint32_t>(polygon.size());
+  for (const double z : {-height / 2, height / 2})
+    for (const auto& p : polygon) m.vertices.emplace_back(p[0], p[1], z);
+  for (const auto& t : caps) {
+    m.triangles.push_back({t[0], t[2], t[1]});
+    m.triangles.push_back({t[0] + n, t[1] + n, t[2] + n});
+  }
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const std::uint32_t j = (i + 1) % n;
+    m.triangles.push_back({i, j, j + n});
+    m.triangles.push_back({i, j + n, i + n});
+  }
+  return m;
+}
+
+Mesh l_prism(Random& r) {
+  const double arm = r.in(0.2, 1.5);
+  return prism({{0, 0}, {2, 0}, {2, arm}, {arm, arm}, {arm, 2}, {0, 2}}, {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}},
+               r.in(0.3, 1.5));
+}
+
+Mesh u_prism(Random& r) {
+  const double arm = r.in(0.2, 0.9), floor = r.in(0.2, 1.2);
+  return prism({{0, 0}, {2, 0}, {2, 2}, {2 - arm, 2}, {2 - arm, floor}, {arm, floor}, {arm, 2}, {0, 2}},
+               {{0, 1, 4}, {0, 4, 5}, {1, 2, 3}, {1, 3, 4}, {0, 5, 6}, {0, 6, 7}}, r.in(0.3, 1.5));
+}
+
+/// An open sheet of n x n squares, each cut in two, its heights random.
+Mesh bumpy_grid(Random& r, Build build) {
+  Mesh m;
+  const int n = 1 + r.below(5);
+  const double bump = build == Build::dyadic ? 0 : r.once_in(4) ? small(r, 12) : 0.3;
+  for (int i = 0; i <= n; ++i)
+    for (int j = 0; j <= n; ++j)
+      m.vertices.push_back(rounded(Vec3(2.0 * i / n - 1, 2.0 * j / n - 1, bump * r.in(-1, 1))));
+  const auto at = [&](int i, int j) { return static_cast<std::uint32_t>(i * (n + 1) + j); };
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) {
+      m.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+      m.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+    }
+  return m;
+}
+
+Mesh soup(Random& r, Build build) {
+  Mesh m;
+  const int n = 1 + r.below(6);
+  for (int i = 0; i < n; ++i) {
+    const auto first = static_cast<std::uint32_t>(m.vertices.size());
+    for (const Vec3& p : corners(r, build)) m.vertices.push_back(p);
+    m.triangles.push_back({first, first + 1, first + 2});
+    if (build == Build::degenerate && r.once_in(6)) m.triangles.push_back({first, first + 2, first + 1});
+  }
+  return m;
+}
+
+Mesh hull_mesh(Random& r) {
+  const Shape s(cloud(r, Build::plump));
+  const Hull& h = s.hull();
+  if (h.dimension < 3) return test::box_mesh({1, 1, 1});
+  Mesh m;
+  m.solid = true;
+  m.vertices = h.vertices;
+  for (const Hull::Face& f : h.faces)
+    for (std::uint32_t k = 1; k + 1 < f.count; ++k)
+      m.triangles.push_back({h.loop[f.first], h.loop[f.first + k], h.loop[f.first + k + 1]});
+  return m;
+}
+
+Mesh draw_mesh(Random& r, Build build, const std::vector<NamedMesh>& real) {
+  Mesh m;
+  switch (r.below(real.empty() ? 8 : 9)) {
+    case 0:
+      m = soup(r, build);
+      break;
+    case 1:
+      m = bumpy_grid(r, build);
+      break;
+    case 2:
+      m = test::box_mesh(lengths(r, build), 1 + r.below(3));
+      break;
+    case 3:
+      m = l_prism(r);
+      break;
+    case 4:
+      m = u_prism(r);
+      break;
+    case 5:
+      m = test::torus(1, r.in(0.15, 0.6), 5 + r.below(8), 4 + r.below(5));
+      break;
+    case 6:
+      m = hull_mesh(r);
+      break;
+    case 7: {
+      const auto p = corners(r, build);
+      m.vertices.assign(p.begin(), p.end());
+      m.triangles = {{0, 1, 2}};
+      break;
+    }
+    default:
+      m = real[static_cast<std::size_t>(r.below(static_cast<int>(real.size())))].mesh;
+  }
+  if (m.solid && r.once_in(3)) m.solid = false;
+  if (build != Build::dyadic)
+    for (Vec3& v : m.vertices) v = rounded(v);
+  return m;
+}
+
+ShapeData draw_shape(ShapeKind kind, Random& r, Build build, const std::vector<NamedMesh>& real) {
+  switch (kind) {
+    case ShapeKind::sphere:
+      return Sphere{r.once_in(8) ? 0.0 : length(r, build)};
+    case ShapeKind::box:
+      return Box{lengths(r, build)};
+    case ShapeKind::capsule: {
+      const double radius = length(r, build);
+      return Capsule{radius, r.once_in(16) ? 0.0 : length(r, build)};
+    }
+    case ShapeKind::cylinder: {
+      const double radius = length(r, build);
+      return Cylinder{radius, length(r, build)};
+    }
+    case ShapeKind::cone: {
+      const double radius = length(r, build);
+      return Cone{radius, length(r, build)};
+    }
+    case ShapeKind::ellipsoid:
+      return Ellipsoid{r.once_in(8) ? Vec3(Vec3::Constant(length(r, build))) : lengths(r, build)};
+    case ShapeKind::halfspace:
+      return HalfSpace{build == Build::dyadic ? Vec3(Vec3::Unit(r.below(3))) : r.direction(),
+                       build == Build::dyadic ? r.below(9) / 8.0 : r.in(-0.5, 0.5)};
+    case ShapeKind::convex:
+      return cloud(r, build);
+    case ShapeKind::triangle:
+      return Triangle{corners(r, build)};
+    default:
+      return draw_mesh(r, build, real);
+  }
+}
+
+/// One of the 24 rotations that take the axes to axes.
+Mat3 exact_rotation(Random& r) {
+  Mat3 m = Mat3::Zero();
+  const int first = r.below(3), second = (first + 1 + r.below(2)) % 3, third = 3 - first - second;
+  m(first, 0) = r.sign(), m(second, 1) = r.sign(), m(third, 2) = 1;
+  if (m.determinant() < 0) m(third, 2) = -1;
+  return m;
+}
+
+Mat3 rotation(Random& r, Build build) {
+  if (build == Build::dyadic || r.once_in(8)) return exact_rotation(r);
+  if (r.once_in(8)) {
+    // Nearly an exact one.
+    const Vec3 axis = r.direction();
+    return Eigen::AngleAxisd(small(r, 16), axis).toRotationMatrix() * exact_rotation(r);
+  }
+  return r.rotation();
+}
+
+/// Moves B along the separating direction until the signed distance is about `gap`.
+void place(PosedPair& p, double gap) {
+  const Shape a = make_shape(p.a.shape), b = make_shape(p.b.shape);
+  const NarrowPhase solver;
+  for (int i = 0; i < 2; ++i) {
+    const PairAnswer r = solver.solve(a, p.a.pose, b, p.b.pose, Request::distance);
+    const double step = gap - r.signed_distance;
+    if (!(std::abs(step) < 1e3 * (1 + unit_of(p)))) return;
+    p.b.pose.translation += step * r.normal;
+  }
+}
+
+}  // namespace
+
+PosedPair draw_pair(std::uint64_t seed, const DrawOptions& options) {
+  Random r(seed * 0x9e3779b97f4a7c15u + 17);
+  const auto any_kind = [&] { return static_cast<ShapeKind>(r.below(static_cast<int>(shape_kinds))); };
+  ShapeKind ka = options.a.value_or(any_kind()), kb = options.b.value_or(any_kind());
+  if (ka == ShapeKind::halfspace && kb == ShapeKind::halfspace) (options.a ? kb : ka) = ShapeKind::box;
+  const Build build = std::array{Build::plump, Build::degenerate, Build::dyadic}[static_cast<std::size_t>(r.below(3))];
+  const bool exact = build == Build::dyadic;
+  PosedPair p;
+  p.seed = r.bits();
+  p.a.shape = draw_shape(ka, r, build, options.meshes);
+  p.b.shape = draw_shape(kb, r, build, options.meshes);
+  if (r.once_in(4)) scale(p.b.shape, exact ? std::ldexp(1.0, -r.below(27)) : small(r, 8));
+  const auto translation = [&]() -> Vec3 {
+    if (exact) return point(r, build) + point(r, build);
+    return r.in(0.1, 1.0) * (reach(p.a.shape) + reach(p.b.shape)) * r.direction();
+  };
+  p.a.pose = {rotation(r, build), Vec3::Zero()};
+  p.b.pose = {rotation(r, build), r.once_in(12) ? Vec3(Vec3::Zero()) : translation()};
+  const double size = reach(p.a.shape) + reach(p.b.shape);
+  if (!exact && r.once_in(2))
+    place(p, r.once_in(8) ? 0.0 : r.sign() * (r.once_in(2) ? small(r, 16) : 0.02 * small(r, 2)) * size);
+  if (r.once_in(4)) {
+    const Vec3 far = rounded(r.vec(-1, 1)) * std::ldexp(1.0, r.below(28));
+    p.a.pose.translation += far;
+    p.b.pose.translation += far;
+  }
+  p.margin = (r.once_in(2) ? 0.1 : small(r, 9)) * size;
+  if (p.margin == 0) p.margin = 0.1;
+  return p;
+}
+
+}  // namespace tandem::relations

@@ -1,0 +1,164 @@
+#include "posed_pair.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "hull.h"
+#include "mesh_model.h"
+
+namespace tandem::relations {
+namespace {
+
+template <class... F>
+struct Overloaded : F... {
+  using F::operator()...;
+};
+
+using Json = nlohmann::ordered_json;
+
+Json json(const Vec3& v) { return Json::array({v.x(), v.y(), v.z()}); }
+
+template <class Points>
+Json points(const Points& vertices) {
+  Json all = Json::array();
+  for (const Vec3& v : vertices) all.push_back(json(v));
+  return all;
+}
+
+Json json(const ShapeData& data) {
+  Json j{{"kind", name(static_cast<ShapeKind>(data.index()))}};
+  std::visit(
+      Overloaded{[&](const Sphere& s) { j["radius"] = s.radius; }, [&](const Box& s) { j["size"] = json(s.size); },
+                 [&](const Ellipsoid& s) { j["radii"] = json(s.radii); },
+                 [&](const HalfSpace& s) { j["normal"] = json(s.normal), j["offset"] = s.offset; },
+                 [&](const Convex& s) { j["vertices"] = points(s.vertices); },
+                 [&](const Triangle& s) { j["vertices"] = points(s.vertices); },
+                 [&](const Mesh& s) {
+                   j["vertices"] = points(s.vertices), j["triangles"] = s.triangles;
+                   if (s.solid) j["solid"] = true;
+                 },
+                 [&](const auto& s) { j["radius"] = s.radius, j["length"] = s.length; }},
+      data);
+  return j;
+}
+
+Json json(const Pose& pose) {
+  return {{"t", json(pose.translation)},
+          {"R", Json::array({json(pose.rotation.row(0)), json(pose.rotation.row(1)), json(pose.rotation.row(2))})}};
+}
+
+/// Calls take(length) for every number of a shape that is a length.
+template <class Data, class Take>
+void each_length(Data& data, Take&& take) {
+  const auto all = [&](auto& points) {
+    for (auto& p : points)
+      for (auto& x : p) take(x);
+  };
+  std::visit(
+      Overloaded{[&](Sphere& s) { take(s.radius); }, [&](Box& s) { std::for_each(s.size.begin(), s.size.end(), take); },
+                 [&](Ellipsoid& s) { std::for_each(s.radii.begin(), s.radii.end(), take); },
+                 [&](HalfSpace& s) { take(s.offset); }, [&](Convex& s) { all(s.vertices); },
+                 [&](Triangle& s) { all(s.vertices); }, [&](Mesh& s) { all(s.vertices); },
+                 [&](auto& s) { take(s.radius), take(s.length); }},
+      data);
+}
+
+}  // namespace
+
+Shape make_shape(const ShapeData& data) {
+  return std::visit([](const auto& s) { return Shape(s); }, data);
+}
+
+ShapeData data_of(const Shape& s) {
+  switch (s.kind()) {
+    case ShapeKind::sphere:
+      return Sphere{s.radius()};
+    case ShapeKind::box:
+      return Box{2 * s.half_size()};
+    case ShapeKind::capsule:
+      return Capsule{s.radius(), s.length()};
+    case ShapeKind::cylinder:
+      return Cylinder{s.radius(), s.length()};
+    case ShapeKind::cone:
+      return Cone{s.radius(), s.length()};
+    case ShapeKind::ellipsoid:
+      return Ellipsoid{s.radii()};
+    case ShapeKind::halfspace:
+      return HalfSpace{s.normal(), s.offset()};
+    case ShapeKind::convex:
+      return Convex{s.hull().vertices};
+    case ShapeKind::triangle: {
+      // A triangle without area has fewer extreme points than corners.
+      const auto& v = s.hull().vertices;
+      const auto corner = [&](std::size_t k) { return v[std::min(k, v.size() - 1)]; };
+      return Triangle{{corner(0), corner(1), corner(2)}};
+    }
+    default:
+      return Mesh{s.mesh().vertices, s.mesh().triangles, s.mesh().solid};
+  }
+}
+
+double reach(const ShapeData& data) {
+  const auto farthest = [](const auto& points) {
+    double most = 0;
+    for (const Vec3& p : points) most = std::max(most, p.norm());
+    return most;
+  };
+  return std::visit(Overloaded{[](const Sphere& s) { return s.radius; }, [](const Box& s) { return s.size.norm() / 2; },
+                               [](const Capsule& s) { return s.radius + s.length / 2; },
+                               [](const Ellipsoid& s) { return s.radii.maxCoeff(); },
+                               [](const HalfSpace& s) { return std::abs(s.offset) / s.normal.norm(); },
+                               [&](const Convex& s) { return farthest(s.vertices); },
+                               [&](const Triangle& s) { return farthest(s.vertices); },
+                               [&](const Mesh& s) { return farthest(s.vertices); },
+                               [](const auto& s) { return std::hypot(s.radius, s.length / 2); }},
+                    data);
+}
+
+double unit_of(const PosedPair& p) {
+  return reach(p.a.shape) + reach(p.b.shape) + (p.b.pose.translation - p.a.pose.translation).norm();
+}
+
+void scale(ShapeData& data, double factor) {
+  each_length(data, [&](double& x) { x *= factor; });
+}
+
+void scale(PosedPair& pair, double factor) {
+  for (PosedShape* s : {&pair.a, &pair.b}) {
+    scale(s->shape, factor);
+    s->pose.translation *= factor;
+  }
+  pair.margin *= factor;
+}
+
+bool can_scale(const PosedPair& pair, double factor) {
+  // Vertices and translations may be any number up to 1e30; where a square of theirs is no normal number, bits are
+  // lost.
+  constexpr double least = 1e-29, most = 1e29;
+  bool can = true;
+  const auto check = [&](double x) {
+    can = can && (x == 0 || (std::abs(x) * factor > least && std::abs(x) * factor < most));
+  };
+  for (const PosedShape* s : {&pair.a, &pair.b}) {
+    ShapeData data = s->shape;
+    each_length(data, [&](double& x) { check(x); });
+    for (const double x : s->pose.translation) check(x);
+  }
+  check(pair.margin);
+  return can;
+}
+
+PosedPair swapped(const PosedPair& p) { return {p.b, p.a, p.margin, p.seed}; }
+
+std::string record(const PosedPair& p, const std::string& id) {
+  Json j{{"id", id},
+         {"shapeA", json(p.a.shape)},
+         {"poseA", json(p.a.pose)},
+         {"shapeB", json(p.b.shape)},
+         {"poseB", json(p.b.pose)},
+         {"margin", p.margin},
+         {"ask", {"collide", "distance", "normal", "contacts"}}};
+  return j.dump();
+}
+
+}  // namespace tandem::relations

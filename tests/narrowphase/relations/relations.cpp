@@ -1,0 +1,586 @@
+#include "relations.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <sstream>
+
+#include "surface_distance.h"
+#include "tandem/narrowphase/several_pairs.h"
+
+namespace tandem::relations {
+namespace {
+
+// Tolerances, relative to unit_of(pair).
+constexpr double rounding = 1e-12;  // of distances that are the same real number
+constexpr double surface = 1e-9;  // of witness points from the surfaces: where these are curved, points are less exact
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+const NarrowPhase& plain() {
+  static const NarrowPhase solver;
+  return solver;
+}
+
+template <class... T>
+std::string say(const T&... words) {
+  std::ostringstream out;
+  out.precision(17);
+  (out << ... << words);
+  return out.str();
+}
+
+double deepest(std::span<const Contact> contacts) {
+  double most = -infinity;
+  for (const Contact& c : contacts) most = std::max(most, c.depth);
+  return most;
+}
+
+PairAnswer distance(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
+  return plain().solve(a, pose_a, b, pose_b, Request::distance);
+}
+
+bool collide(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
+  return plain().solve(a, pose_a, b, pose_b, Request::collide).collide;
+}
+
+Answers answer(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin) {
+  Answers r;
+  r.collide = collide(a, pose_a, b, pose_b);
+  r.distance = distance(a, pose_a, b, pose_b);
+  r.contacts = plain().solve(a, pose_a, b, pose_b, Request::contacts, &r.touching);
+  r.near = NarrowPhase({.margin = margin}).solve(a, pose_a, b, pose_b, Request::contacts, &r.within);
+  return r;
+}
+
+// Between two answers for the same real numbers, the second for lengths times `factor`. `verdicts`: also those that
+// rounding could change, the number of contacts and their features.
+std::string difference(const Answers& x, const Answers& y, double factor, double unit, bool verdicts, double margin) {
+  const double tolerance = rounding * unit, d = x.distance.signed_distance;
+  const bool is_tie = std::abs(d) <= tolerance && !verdicts;
+  if (x.collide != y.collide && !is_tie) return say("collide ", y.collide, " for ", x.collide, " at ", d);
+  const auto apart = [&](const PairAnswer& p, const PairAnswer& q) {
+    return std::abs(p.signed_distance - q.signed_distance / factor) - (p.error_bound + q.error_bound / factor);
+  };
+  if (!(apart(x.distance, y.distance) <= tolerance))
+    return say("distance ", y.distance.signed_distance / factor, " +- ", y.distance.error_bound / factor, " for ", d,
+               " +- ", x.distance.error_bound);
+  if (x.touching.empty() != y.touching.empty() && !is_tie)
+    return say(y.touching.size(), " contacts for ", x.touching.size(), " at ", d);
+  if (!x.touching.empty() && !y.touching.empty() && !(apart(x.contacts, y.contacts) <= tolerance))
+    return say("deepest contact ", -y.contacts.signed_distance / factor, " +- ", y.contacts.error_bound / factor,
+               " for ", -x.contacts.signed_distance, " +- ", x.contacts.error_bound);
+  const bool at_margin = std::abs(d - margin) <= tolerance && !verdicts;
+  if (x.within.empty() != y.within.empty() && !at_margin)
+    return say(y.within.size(), " contacts within the margin for ", x.within.size(), " at ", d);
+  if (!x.within.empty() && !y.within.empty() && !(apart(x.near, y.near) <= tolerance))
+    return say("deepest contact within the margin ", -y.near.signed_distance / factor, " for ",
+               -x.near.signed_distance);
+  if (!verdicts) return {};
+  for (const auto& [p, q] : {std::pair(&x.touching, &y.touching), std::pair(&x.within, &y.within)})
+    if (!std::equal(p->begin(), p->end(), q->begin(), q->end(),
+                    [](const Contact& c, const Contact& e) { return c.feature == e.feature; }))
+      return say("other contacts: ", q->size(), " for ", p->size());
+  return {};
+}
+
+std::string same(const Case& c, const PosedPair& other, double factor = 1, bool verdicts = false) {
+  return difference(c.answers, answer(other), factor, c.unit, verdicts, c.pair.margin);
+}
+
+// ---- One pair, several requests ----
+
+bool all_finite(const PairAnswer& r) {
+  return std::isfinite(r.signed_distance) && r.normal.allFinite() && r.point_a.allFinite() && r.point_b.allFinite() &&
+         std::isfinite(r.error_bound) && r.error_bound >= 0 && (r.status == Status::ok) == (r.error_bound == 0);
+}
+
+std::string numbers(const Case& c, Random&) {
+  const Answers& r = c.answers;
+  for (const PairAnswer* some : {&r.distance, &r.contacts, &r.near})
+    if (!all_finite(*some)) return say("not finite, or an error bound without its status");
+  if (!(std::abs(r.distance.normal.norm() - 1) < 1e-14)) return say("normal of length ", r.distance.normal.norm());
+  for (const auto* list : {&r.touching, &r.within})
+    for (const Contact& contact : *list)
+      if (!contact.point.allFinite() || !std::isfinite(contact.depth) || !(std::abs(contact.normal.norm() - 1) < 1e-14))
+        return say("a contact is not finite");
+  return {};
+}
+
+std::string verdicts(const Case& c, Random&) {
+  const Answers& r = c.answers;
+  const double d = r.distance.signed_distance;
+  if (r.collide != (d <= 0)) return say("collide ", r.collide, ", distance ", d);
+  if (r.collide != r.distance.collide) return say("collide ", r.collide, ", of the distance ", r.distance.collide);
+  if (r.collide != r.contacts.collide) return say("collide ", r.collide, ", of the contacts ", r.contacts.collide);
+  if (r.collide != !r.touching.empty()) return say("collide ", r.collide, ", contacts ", r.touching.size());
+  if (r.collide != r.near.collide)
+    return say("collide ", r.collide, ", of the contacts with a margin ", r.near.collide);
+  return {};
+}
+
+// The deepest contact is the distance's depth, and no other is deeper.
+std::string contact_depths(const Case& c, Random&) {
+  const Answers& r = c.answers;
+  if (r.touching.empty()) return {};
+  const double most = deepest(r.touching), tolerance = rounding * c.unit;
+  if (!(std::abs(most + r.contacts.signed_distance) <= tolerance))
+    return say("deepest contact ", most, ", answer ", -r.contacts.signed_distance);
+  if (const double bounds = r.contacts.error_bound + r.distance.error_bound;
+      !(std::abs(most + r.distance.signed_distance) <= bounds + tolerance))
+    return say("deepest contact ", most, " +- ", r.contacts.error_bound, ", depth ", -r.distance.signed_distance,
+               " +- ", r.distance.error_bound);
+  return {};
+}
+
+std::string margins(const Case& c, Random&) {
+  const Answers& r = c.answers;
+  const double d = r.distance.signed_distance, tolerance = rounding * c.unit, m = c.pair.margin;
+  if (c.a.kind() == ShapeKind::mesh && c.b.kind() == ShapeKind::mesh && d > 0) return {};  // two meshes have no margin
+  if (r.within.empty() != (d > m) && std::abs(d - m) > tolerance + r.distance.error_bound)
+    return say(r.within.size(), " contacts within ", m, " at ", d);
+  if (r.within.empty()) return {};
+  const double most = deepest(r.within);
+  for (const Contact& contact : r.within)
+    if (contact.depth < -m - tolerance) return say("a contact ", contact.depth, " beyond the margin ", m);
+  if (d > 0 && !(most < 0)) return say("a contact as deep as ", most, " of shapes that are ", d, " apart");
+  if (const double bounds = r.near.error_bound + r.distance.error_bound; !(std::abs(most + d) <= bounds + tolerance))
+    return say("deepest contact ", most, " +- ", r.near.error_bound, " for a distance of ", d, " +- ",
+               r.distance.error_bound);
+  return {};
+}
+
+// What coordinates so far out round to, metres: where B is moved, it comes to lie that far from the place that is meant.
+double world_rounding(const PosedPair& p) {
+  return 0x1p-51 * std::max(p.a.pose.translation.cwiseAbs().maxCoeff(), p.b.pose.translation.cwiseAbs().maxCoeff());
+}
+
+std::string translation_out(const Case& c, Random&) {
+  const PairAnswer& r = c.answers.distance;
+  const double d = r.signed_distance;
+  const auto moved = [&](double by) {
+    Pose pose = c.pair.b.pose;
+    pose.translation += by * r.normal;
+    return collide(c.a, c.pair.a.pose, c.b, pose);
+  };
+  const double slack = 2 * rounding * c.unit + world_rounding(c.pair);
+  if (d > 0) {
+    if (moved(-(d - r.error_bound - slack)) && d - r.error_bound > 2 * slack)
+      return say("they collide before the gap ", d, " is closed");
+    return {};
+  }
+  if (moved(-d + slack)) return say("moving by the depth ", -d, " (", r.error_bound, ") does not separate");
+  if (r.status == Status::ok && -d > 100 * slack && !moved(-0.99 * d))
+    return say("moving by 0.99 of the depth ", -d, " separates");
+  return {};
+}
+
+std::string deepest_contact_separates(const Case& c, Random&) {
+  const Answers& r = c.answers;
+  if (r.touching.empty() || r.contacts.status != Status::ok) return {};
+  const auto at = std::max_element(r.touching.begin(), r.touching.end(),
+                                   [](const Contact& x, const Contact& y) { return x.depth < y.depth; });
+  Pose pose = c.pair.b.pose;
+  pose.translation += (at->depth + 2 * rounding * c.unit + world_rounding(c.pair)) * at->normal;
+  if (!collide(c.a, c.pair.a.pose, c.b, pose)) return {};
+  return say("moving by the deepest contact, ", at->depth, ", does not separate");
+}
+
+std::string witnesses(const Case& c, Random&) {
+  const PairAnswer& r = c.answers.distance;
+  const bool has_mesh = c.a.kind() == ShapeKind::mesh || c.b.kind() == ShapeKind::mesh;
+  if (r.status != Status::ok || (has_mesh && r.signed_distance <= 0)) return {};
+  const double tolerance = surface * c.unit + 4 * world_rounding(c.pair);
+  if (const double off = (r.point_b - r.point_a - r.signed_distance * r.normal).norm(); !(off <= tolerance))
+    return say("the points are off by ", off, " from distance x normal");
+  if (const double off = surface_distance(c.pair.a, r.point_a); !(off <= tolerance))
+    return say("point_a is off A's surface by ", off);
+  if (const double off = surface_distance(c.pair.b, r.point_b); !(off <= tolerance))
+    return say("point_b is off B's surface by ", off);
+  return {};
+}
+
+std::string warm_starts(const Case& c, Random& random) {
+  for (const double length : {1.0, 1e-300, 1e200}) {
+    WarmStart warm{length * random.direction()};
+    Answers r = c.answers;
+    r.touching.clear();
+    const auto solve = [&](Request request, std::vector<Contact>* contacts) {
+      WarmStart used = warm;
+      return plain().solve(c.a, c.pair.a.pose, c.b, c.pair.b.pose, request, contacts, &used);
+    };
+    r.collide = solve(Request::collide, nullptr).collide;
+    r.distance = solve(Request::distance, nullptr);
+    r.contacts = solve(Request::contacts, &r.touching);
+    if (std::string why = difference(c.answers, r, 1, c.unit, false, c.pair.margin); !why.empty()) return why;
+  }
+  return {};
+}
+
+class FirstAnswer final : public AnswerSink {
+ public:
+  PairAnswer& begin(std::size_t) override {
+    given = true;
+    return answer;
+  }
+  void end() override {}
+  PairAnswer answer;
+  bool given = false;
+};
+
+std::string several(const Case& c, Random&) {
+  const PlacedPair pair{&c.a, &c.pair.a.pose, &c.b, &c.pair.b.pose};
+  std::vector<Contact> contacts;
+  FirstAnswer sink;
+  SeveralPairs({.margin = c.pair.margin}).solve(std::span(&pair, 1), contacts, sink);
+  const auto same_bits = [](const Contact& x, const Contact& y) {
+    return x.point == y.point && x.normal == y.normal && x.depth == y.depth && x.feature == y.feature;
+  };
+  const auto& within = c.answers.within;
+  if (!std::equal(contacts.begin(), contacts.end(), within.begin(), within.end(), same_bits))
+    return say("several at once: other contacts, ", contacts.size(), " for ", within.size());
+  if (sink.given && sink.answer.signed_distance != c.answers.near.signed_distance)
+    return say("several at once: another distance");
+  std::uint8_t apart = 0;
+  NarrowPhase({.margin = c.pair.margin}).mark_apart(std::span(&pair, 1), std::span(&apart, 1));
+  if (apart != 0 && !within.empty()) return say("marked as apart with contacts within the margin");
+  return {};
+}
+
+std::string impact(const Case& c, Random& random) {
+  const double d = c.answers.distance.signed_distance, tolerance = 10 * rounding * c.unit + world_rounding(c.pair);
+  const double path = random.in(0.2, 3) * (std::abs(d) + 0.1 * c.unit);
+  const Vec3 velocity = -path * (c.answers.distance.normal + random.in(0, 1) * random.direction());
+  const auto t = plain().time_of_impact(c.a, c.pair.a.pose, Vec3::Zero(), c.b, c.pair.b.pose, velocity, 1);
+  const auto at = [&](double time) {
+    Pose pose = c.pair.b.pose;
+    pose.translation += time * velocity;
+    return distance(c.a, c.pair.a.pose, c.b, pose).signed_distance;
+  };
+  if (c.answers.collide) return t == 0.0 ? std::string() : say("an impact later than 0 of shapes that collide");
+  const double end = t.value_or(1);
+  constexpr int samples = 8;
+  for (int k = 0; k < samples; ++k)
+    if (const double time = end * k / samples, there = at(time); there < -tolerance)
+      return say("they overlap by ", -there, " at ", time, " before the impact at ", end);
+  if (!t) {
+    if (const double there = at(1); there < -tolerance)
+      return say("no impact, and they overlap by ", -there, " at the end");
+    return {};
+  }
+  if (const double there = at(*t); std::abs(there) > tolerance + 1e-9 * path)
+    return say("a distance of ", there, " at the impact");
+  return {};
+}
+
+// ---- The same real numbers, given otherwise ----
+
+std::string swap(const Case& c, Random&) {
+  Answers r = answer(swapped(c.pair));
+  return difference(c.answers, r, 1, c.unit, false, c.pair.margin);
+}
+
+std::string scaled(const Case& c, Random& random) {
+  for (int tries = 0; tries < 4; ++tries) {
+    const double factor = std::ldexp(1.0, random.below(181) - 90);
+    if (!can_scale(c.pair, factor)) continue;
+    PosedPair other = c.pair;
+    scale(other, factor);
+    if (std::string why = same(c, other, factor, true); !why.empty()) return say("times ", factor, ": ", why);
+    return {};
+  }
+  return {};
+}
+
+// Takes axes to axes: exact.
+std::string turned(const Case& c, Random& random) {
+  Mat3 turn = Mat3::Zero();
+  const int first = random.below(3), second = (first + 1 + random.below(2)) % 3;
+  turn(first, 0) = random.sign(), turn(second, 1) = random.sign(), turn(3 - first - second, 2) = 1;
+  if (turn.determinant() < 0) turn(3 - first - second, 2) = -1;
+  PosedPair other = c.pair;
+  for (PosedShape* s : {&other.a, &other.b}) s->pose = {turn * s->pose.rotation, turn * s->pose.translation};
+  return same(c, other);
+}
+
+std::string moved(const Case& c, Random& random) {
+  const Vec3 move(random.below(2049) - 1024, random.below(2049) - 1024, random.below(2049) - 1024);
+  PosedPair other = c.pair;
+  for (PosedShape* s : {&other.a, &other.b}) {
+    const Vec3 to = s->pose.translation + move;
+    if (to - move != s->pose.translation || to - s->pose.translation != move) return {};
+    s->pose.translation = to;
+  }
+  return same(c, other, 1, true);
+}
+
+template <class T>
+void shuffle(std::vector<T>& list, Random& random) {
+  for (std::size_t i = list.size(); i > 1; --i)
+    std::swap(list[i - 1], list[static_cast<std::size_t>(random.below(static_cast<int>(i)))]);
+}
+
+void permute(ShapeData& data, Random& random) {
+  if (auto* hull = std::get_if<Convex>(&data)) shuffle(hull->vertices, random);
+  if (auto* triangle = std::get_if<Triangle>(&data))
+    std::swap(triangle->vertices[0], triangle->vertices[1 + random.below(2)]);
+  if (auto* mesh = std::get_if<Mesh>(&data)) {
+    std::vector<std::uint32_t> place(mesh->vertices.size());
+    for (std::size_t i = 0; i < place.size(); ++i) place[i] = static_cast<std::uint32_t>(i);
+    shuffle(place, random);
+    std::vector<Vec3> vertices(mesh->vertices.size());
+    for (std::size_t i = 0; i < place.size(); ++i) vertices[place[i]] = mesh->vertices[i];
+    mesh->vertices = vertices;
+    shuffle(mesh->triangles, random);
+    for (auto& t : mesh->triangles) {
+      for (auto& v : t) v = place[v];
+      std::rotate(t.begin(), t.begin() + random.below(3), t.end());
+    }
+  }
+}
+
+std::string permuted(const Case& c, Random& random) {
+  PosedPair other = c.pair;
+  permute(other.a.shape, random);
+  permute(other.b.shape, random);
+  return same(c, other);
+}
+
+Mesh single(const std::array<Vec3, 3>& p) { return {{p[0], p[1], p[2]}, {{0, 1, 2}}, false}; }
+
+Mesh box_mesh(const Vec3& size) {
+  Mesh m;
+  m.solid = true;
+  for (int i = 0; i < 8; ++i)
+    m.vertices.push_back(0.5 * size.cwiseProduct(Vec3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1)));
+  m.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                 {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  return m;
+}
+
+// The other kinds that are the same solid.
+std::vector<ShapeData> other_kinds(const ShapeData& data) {
+  std::vector<ShapeData> others;
+  if (const auto* s = std::get_if<Sphere>(&data); s != nullptr && s->radius > 0) {
+    others.emplace_back(Ellipsoid{Vec3::Constant(s->radius)});
+    others.emplace_back(Capsule{s->radius, 0});
+  }
+  if (const auto* s = std::get_if<Box>(&data)) {
+    const Mesh m = box_mesh(s->size);
+    others.emplace_back(Convex{m.vertices});
+    others.emplace_back(m);
+  }
+  if (const auto* s = std::get_if<Triangle>(&data)) {
+    others.emplace_back(Convex{{s->vertices.begin(), s->vertices.end()}});
+    others.emplace_back(single(s->vertices));
+  }
+  return others;
+}
+
+std::string other_kind(const Case& c, Random&) {
+  for (const bool first : {true, false})
+    for (const ShapeData& data : other_kinds((first ? c.pair.a : c.pair.b).shape)) {
+      PosedPair other = c.pair;
+      (first ? other.a : other.b).shape = data;
+      // Two meshes have no margin.
+      Answers r = answer(other);
+      if (other.a.kind() == ShapeKind::mesh && other.b.kind() == ShapeKind::mesh)
+        r.near = c.answers.near, r.within = c.answers.within;
+      if (std::string why = difference(c.answers, r, 1, c.unit, false, c.pair.margin); !why.empty())
+        return say(first ? "A" : "B", " as ", name(static_cast<ShapeKind>(data.index())), ": ", why);
+    }
+  return {};
+}
+
+// Hulls of `sides` points a circle that lie in a cylinder or cone, or around it.
+Convex prism(double radius, double length, bool is_cone, bool around) {
+  constexpr int sides = 16;
+  const double step = 2 * std::numbers::pi / sides,
+               r = around ? radius / std::cos(step / 2) * (1 + 1e-15) : radius * (1 - 1e-15);
+  Convex c;
+  for (int i = 0; i < sides; ++i) {
+    c.vertices.emplace_back(r * std::cos(i * step), r * std::sin(i * step), -length / 2);
+    if (!is_cone) c.vertices.emplace_back(r * std::cos(i * step), r * std::sin(i * step), length / 2);
+  }
+  if (is_cone) c.vertices.emplace_back(0, 0, length / 2);
+  return c;
+}
+
+// Solids inside and around a round one.
+std::vector<std::array<ShapeData, 2>> brackets(const ShapeData& data) {
+  std::vector<std::array<ShapeData, 2>> some;
+  if (const auto* s = std::get_if<Cylinder>(&data)) {
+    some.push_back({prism(s->radius, s->length, false, false), prism(s->radius, s->length, false, true)});
+    if (s->length > 2 * s->radius)
+      some.push_back({Capsule{s->radius, s->length - 2 * s->radius}, Capsule{s->radius, s->length}});
+  }
+  if (const auto* s = std::get_if<Cone>(&data))
+    some.push_back({prism(s->radius, s->length, true, false), prism(s->radius, s->length, true, true)});
+  return some;
+}
+
+std::string bracketed(const Case& c, Random&) {
+  const double d = c.answers.distance.signed_distance, error = c.answers.distance.error_bound;
+  for (const bool first : {true, false})
+    for (const auto& bracket : brackets((first ? c.pair.a : c.pair.b).shape))
+      for (const bool around : {false, true}) {
+        PosedPair other = c.pair;
+        (first ? other.a : other.b).shape = bracket[around ? 1 : 0];
+        const PairAnswer r = distance(make_shape(other.a.shape), other.a.pose, make_shape(other.b.shape), other.b.pose);
+        const double beyond = around ? r.signed_distance - d : d - r.signed_distance;
+        if (beyond > rounding * c.unit + error + r.error_bound)
+          return say("distance ", d, ", but ", r.signed_distance, " of the ",
+                     name(static_cast<ShapeKind>(bracket[0].index())), around ? " around " : " inside ",
+                     first ? "A" : "B");
+      }
+  return {};
+}
+
+// Each triangle as four, where midpoints are exact; false where they are not.
+bool subdivide(Mesh& m) {
+  if (m.triangles.size() > 512) return false;
+  std::vector<std::array<std::uint32_t, 3>> fine;
+  for (const auto& t : m.triangles) {
+    std::array<std::uint32_t, 3> middle;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 &p = m.vertices[t[k]], &q = m.vertices[t[(k + 1) % 3]];
+      const Vec3 sum = p + q;
+      if (sum - q != p || sum - p != q) return false;
+      middle[k] = static_cast<std::uint32_t>(m.vertices.size());
+      m.vertices.push_back(sum / 2);
+    }
+    fine.push_back({t[0], middle[0], middle[2]});
+    fine.push_back({t[1], middle[1], middle[0]});
+    fine.push_back({t[2], middle[2], middle[1]});
+    fine.push_back({middle[0], middle[1], middle[2]});
+  }
+  m.triangles = fine;
+  return true;
+}
+
+std::string subdivided(const Case& c, Random&) {
+  PosedPair other = c.pair;
+  bool any = false;
+  for (PosedShape* s : {&other.a, &other.b})
+    if (Mesh* mesh = std::get_if<Mesh>(&s->shape)) {
+      Mesh fine = *mesh;
+      if (subdivide(fine)) *mesh = fine, any = true;
+    }
+  return any ? same(c, other) : std::string();
+}
+
+// ---- Meshes by their triangles ----
+
+std::vector<Shape> triangles(const ShapeData& data) {
+  std::vector<Shape> all;
+  if (const auto* t = std::get_if<Triangle>(&data)) all.emplace_back(*t);
+  if (const auto* m = std::get_if<Mesh>(&data))
+    for (const auto& t : m->triangles)
+      all.emplace_back(Triangle{{m->vertices[t[0]], m->vertices[t[1]], m->vertices[t[2]]}});
+  return all;
+}
+
+// Is a vertex of the other, or the middle of a convex one, inside a solid mesh? By its winding number there.
+bool holds(const PosedShape& outer, const PosedShape& inner) {
+  const Mesh* m = std::get_if<Mesh>(&outer.shape);
+  if (m == nullptr || !m->solid) return false;
+  std::vector<Vec3> points{Vec3::Zero()};
+  if (const auto* s = std::get_if<Convex>(&inner.shape)) points = {s->vertices[0]};
+  if (const auto* s = std::get_if<Triangle>(&inner.shape)) points = {s->vertices[0]};
+  if (const auto* s = std::get_if<Mesh>(&inner.shape)) points = s->vertices;
+  return std::any_of(points.begin(), points.end(), [&](const Vec3& p) {
+    const Vec3 at =
+        outer.pose.rotation.transpose() * (inner.pose.rotation * p + (inner.pose.translation - outer.pose.translation));
+    double angle = 0;
+    for (const auto& t : m->triangles) {
+      const Vec3 a = m->vertices[t[0]] - at, b = m->vertices[t[1]] - at, e = m->vertices[t[2]] - at;
+      const double la = a.norm(), lb = b.norm(), le = e.norm();
+      angle += 2 * std::atan2(a.dot(b.cross(e)), la * lb * le + a.dot(b) * le + b.dot(e) * la + e.dot(a) * lb);
+    }
+    return std::abs(angle) > 2 * std::numbers::pi;
+  });
+}
+
+std::string by_triangles(const Case& c, Random&) {
+  const PosedPair& p = c.pair;
+  if (c.a.kind() != ShapeKind::mesh && c.b.kind() != ShapeKind::mesh) return {};
+  std::vector<Shape> of_a = triangles(p.a.shape), of_b = triangles(p.b.shape);
+  if (of_a.empty()) of_a.push_back(c.a);
+  if (of_b.empty()) of_b.push_back(c.b);
+  constexpr std::size_t most = 1024;
+  if (of_a.size() * of_b.size() > most) return {};
+  bool any = false;
+  double least = infinity;
+  for (const Shape& s : of_a)
+    for (const Shape& t : of_b) {
+      least = std::min(least, distance(s, p.a.pose, t, p.b.pose).signed_distance);
+      any = any || collide(s, p.a.pose, t, p.b.pose);
+    }
+  const double tolerance = rounding * c.unit, d = c.answers.distance.signed_distance;
+  const bool inside = !any && (holds(p.a, p.b) || holds(p.b, p.a));
+  if (c.answers.collide != (any || inside) && std::abs(least) > tolerance)
+    return say("collide ", c.answers.collide, ", of the triangles ", any, ", one inside the other ", inside, " at ",
+               least);
+  if (!any && !inside && !(std::abs(d - least) <= tolerance)) return say("distance ", d, ", of the triangles ", least);
+  return {};
+}
+
+std::string triangle_list(const Case& c, Random&) {
+  const auto has_triangles = [](const Shape& s) {
+    return s.kind() == ShapeKind::mesh || s.kind() == ShapeKind::triangle;
+  };
+  if (!has_triangles(c.a) || !has_triangles(c.b)) return {};
+  const auto list = plain().intersecting_triangles(c.a, c.pair.a.pose, c.b, c.pair.b.pose);
+  if (!list.empty() && !c.answers.collide) return say(list.size(), " pairs of triangles intersect, collide is false");
+  const auto is_solid = [](const PosedShape& s) {
+    const Mesh* m = std::get_if<Mesh>(&s.shape);
+    return m != nullptr && m->solid;
+  };
+  if (list.empty() && c.answers.collide && !is_solid(c.pair.a) && !is_solid(c.pair.b))
+    return say("collide, and no pair of triangles intersects, at ", c.answers.distance.signed_distance);
+  return {};
+}
+
+constexpr std::array table{
+    Relation{"numbers", "every number is finite, normals are unit, a bound goes with its status", numbers},
+    Relation{"verdicts", "collide is the sign of the distance, and contacts are there where it is true", verdicts},
+    Relation{"contact-depths", "the deepest contact is the depth", contact_depths},
+    Relation{"margins", "contacts within a margin are there where the gap is, as deep as it", margins},
+    Relation{"translation-out", "moving by the depth separates, by 0.99 of it does not; closing the gap touches",
+             translation_out},
+    Relation{"contact-separates", "moving by the deepest contact separates where its status is ok",
+             deepest_contact_separates},
+    Relation{"witnesses", "witness points lie on the surfaces, distance x normal apart", witnesses},
+    Relation{"warm-starts", "any warm start gives the same answers", warm_starts},
+    Relation{"several", "SeveralPairs gives the same bits, mark_apart is never wrong", several},
+    Relation{"impact", "no overlap before the time of impact, a touch at it", impact},
+    Relation{"swap", "exchanging A and B exchanges the answers", swap},
+    Relation{"scale", "lengths times 2^k give answers times 2^k, the same verdict and features", scaled},
+    Relation{"turn", "a rotation that takes axes to axes changes nothing", turned},
+    Relation{"move", "a translation without rounding changes no bit of what it does not move", moved},
+    Relation{"permute", "the order of vertices, triangles and corners changes nothing", permuted},
+    Relation{"other-kind", "one solid as several kinds has one answer", other_kind},
+    Relation{"bracket", "a cylinder or cone lies between solids inside and around it", bracketed},
+    Relation{"subdivide", "cutting triangles at exact midpoints changes nothing", subdivided},
+    Relation{"by-triangles", "a mesh is its triangles, and its inside where it is solid", by_triangles},
+    Relation{"triangle-list", "triangles intersect where the meshes collide", triangle_list},
+};
+
+}  // namespace
+
+std::span<const Relation> relations() { return table; }
+
+Answers answer(const PosedPair& p) {
+  return answer(make_shape(p.a.shape), p.a.pose, make_shape(p.b.shape), p.b.pose, p.margin);
+}
+
+std::string check(const Relation& relation, const PosedPair& pair) {
+  const Shape a = make_shape(pair.a.shape), b = make_shape(pair.b.shape);
+  const Answers answers = answer(a, pair.a.pose, b, pair.b.pose, pair.margin);
+  Random random(pair.seed);
+  return relation.check({pair, a, b, answers, unit_of(pair)}, random);
+}
+
+}  // namespace tandem::relations

@@ -1,0 +1,64 @@
+#include "surface_distance.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tandem/narrowphase/narrow_phase.h"
+
+namespace tandem::relations {
+namespace {
+
+using Vec2 = Eigen::Vector2d;
+
+/// Of a box about the origin, negative inside.
+template <class V>
+double box(const V& p, const V& half) {
+  const V q = p.cwiseAbs() - half;
+  return q.cwiseMax(0).norm() + std::min(q.maxCoeff(), 0.0);
+}
+
+double segment(const Vec2& p, const Vec2& a, const Vec2& b) {
+  const double part = std::clamp((p - a).dot(b - a) / (b - a).squaredNorm(), 0.0, 1.0);
+  return (p - a - part * (b - a)).norm();
+}
+
+double asked(const ShapeData& data, const Vec3& p) {
+  ShapeData bare = data;
+  if (Mesh* mesh = std::get_if<Mesh>(&bare)) mesh->solid = false;
+  return NarrowPhase()
+      .solve(make_shape(bare), {}, Shape(Sphere{0}), {Mat3::Identity(), p}, Request::distance)
+      .signed_distance;
+}
+
+}  // namespace
+
+double surface_distance(const PosedShape& shape, const Vec3& world) {
+  const Vec3 p = shape.pose.rotation.transpose() * (world - shape.pose.translation);
+  const double ring = std::hypot(p.x(), p.y());
+  struct Distance {
+    const Vec3& p;
+    double ring;
+    double operator()(const Sphere& s) const { return p.norm() - s.radius; }
+    double operator()(const Box& s) const { return box<Vec3>(p, s.size / 2); }
+    double operator()(const Capsule& s) const {
+      return std::hypot(ring, std::max(std::abs(p.z()) - s.length / 2, 0.0)) - s.radius;
+    }
+    double operator()(const Cylinder& s) const { return box<Vec2>({ring, p.z()}, {s.radius, s.length / 2}); }
+    double operator()(const Cone& s) const {
+      const Vec2 q(ring, p.z()), rim(s.radius, -s.length / 2), apex(0, s.length / 2);
+      return std::min(segment(q, rim, apex), segment(q, Vec2(0, -s.length / 2), rim));
+    }
+    double operator()(const Ellipsoid& s) const {
+      const double k = p.cwiseQuotient(s.radii).norm(),
+                   gradient = p.cwiseQuotient(s.radii.cwiseProduct(s.radii)).norm();
+      return gradient > 0 ? k * (k - 1) / gradient : s.radii.minCoeff();
+    }
+    double operator()(const HalfSpace& s) const { return (s.normal.dot(p) - s.offset) / s.normal.norm(); }
+    double operator()(const Convex& s) const { return asked(s, p); }
+    double operator()(const Triangle& s) const { return asked(s, p); }
+    double operator()(const Mesh& s) const { return asked(s, p); }
+  };
+  return std::abs(std::visit(Distance{p, ring}, shape.shape));
+}
+
+}  // namespace tandem::relations
