@@ -247,7 +247,8 @@ class SceneWork final : public StepWork {
             .margin = options_.margin,
             .solver = {},
             .parts = [this](std::size_t parts, const auto& part) { share(parts, part); },
-            .mesh_gaps = mesh_gaps && options_.keep_contacts != 0};
+            .mesh_gaps = mesh_gaps && options_.keep_contacts != 0,
+            .mesh_bounds = false};
   }
 
   void share(std::size_t parts, const std::function<void(std::size_t)>& part) const {

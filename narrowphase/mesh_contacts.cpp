@@ -28,10 +28,10 @@ namespace {
 using Memory = std::pmr::memory_resource*;
 constexpr std::size_t usual_memory = std::size_t{48} << 10;  // bytes
 
-constexpr std::size_t flood_limit = 4096;  // triangles inside the other mesh that are looked at, a mesh
 constexpr std::size_t span_limit = 16;     // ridges of a patch that are held against those of the other mesh
 constexpr std::size_t crossed_faces = 16;  // pairs of triangles that touch whose edges say how
-constexpr std::size_t ray_limit = 512;     // triangles a depth is measured against, a patch and mesh
+constexpr std::size_t flat_limit = 512;    // triangles of a patch and mesh among which flat faces are looked for
+constexpr double same_place = 1e-10;       // points nearer than this times the size are one
 constexpr std::size_t shared_from = 1024;  // pairs of triangles from which on several threads may share the work
 constexpr std::size_t pairs_a_part = 256;
 
@@ -212,7 +212,7 @@ class PatchFinder {
     IndexMap<std::uint32_t> reached(memory);
     List<std::pair<std::uint32_t, std::uint32_t>> stack(memory);
     const auto visit = [&](std::uint32_t t, std::uint32_t c) {
-      if (t == no_index || reached.size() >= flood_limit) return;
+      if (t == no_index) return;
       if (const Crossed* hit = crossed.find(t)) return groups.join(hit->crossing, c);
       const auto [origin, fresh] = reached.emplace(t, c);
       if (fresh)
@@ -254,8 +254,7 @@ class PatchFinder {
       patch_of(v.crossing)
           .vertices.push_back({m_.vertex(v.of_a, v.index), v.of_a, feature_of(v.of_a ? 0 : 1, v.index)});
     for (const auto& t : touched_) {
-      auto& list = patch_of(t.crossing).triangles[t.of_a ? 1 : 0];
-      if (list.size() < ray_limit) list.push_back(t.index);
+      patch_of(t.crossing).triangles[t.of_a ? 1 : 0].push_back(t.index);
     }
   }
 
@@ -569,11 +568,13 @@ void add_points(const PosedMeshes& m, const PatchPoints& points, const Vec3& n, 
   const std::size_t first = contacts.size();
   double most = 0;
   const auto add = [&](const Vec3& point, double d, std::uint32_t feature) {
-    const bool known = std::any_of(contacts.begin() + static_cast<std::ptrdiff_t>(first), contacts.end(),
-                                   [&](const Contact& o) { return (o.point - point).squaredNorm() < 1e-20; });
-    if (known) return;
-    contacts.push_back({point, n, d, feature});
     most = std::max(most, d);
+    const auto known = std::find_if(contacts.begin() + static_cast<std::ptrdiff_t>(first), contacts.end(),
+                                    [&](const Contact& o) { return (o.point - point).norm() < same_place * size; });
+    if (known == contacts.end())
+      contacts.push_back({point, n, d, feature});
+    else
+      known->depth = std::max(known->depth, d);
   };
   for (const Candidate& c : chosen)
     if (const double d = depth(c); d >= 0) add(c.point - n * (c.of_a ? d / 2 : -d / 2), d, c.feature);
@@ -668,7 +669,10 @@ PatchSides add_patch(const PosedMeshes& m, const Patch& patch, std::span<const C
   };
   const Corner of_first = corner_of(true), of_second = corner_of(false);
   const bool in_corner = of_first.walls.empty() != of_second.walls.empty();
-  if (!in_corner && add_sheets(m, facets, normal.sure ? normal.area : Vec3(Vec3::Zero()), memory, sheets, contacts))
+  // Every triangle of the one is held against every one of the other.
+  const Facets some{facets[0].first(std::min(facets[0].size(), flat_limit)),
+                    facets[1].first(std::min(facets[1].size(), flat_limit))};
+  if (!in_corner && add_sheets(m, some, normal.sure ? normal.area : Vec3(Vec3::Zero()), memory, sheets, contacts))
     return {true, false};
   if (normal.n.isZero()) return {};
   std::array<List<Candidate>, 2> edges{List<Candidate>(memory), List<Candidate>(memory)};

@@ -198,6 +198,11 @@ DepthBound deepest_pair(const Posed& a, const Posed& b, std::span<const std::arr
   return deepest;
 }
 
+constexpr std::uint32_t of_no_feature = 0xffffffffu;  // of a contact that stands for the overlap as a whole
+
+// What a translation that separates is longer than the depth, relative to the sizes: so much rounding may move a mesh.
+constexpr double translation_slack = 1e-12;
+
 constexpr std::size_t small_meshes = std::size_t{1} << 18;  // triangles of the one times those of the other
 
 // A triangle, or what encloses its hull.
@@ -258,6 +263,181 @@ bool stays_outside(const Posed& outer, const Posed& other, double way) {
 // way shorter than that which parts them?
 bool stands_for(const Posed& s, const Posed& other, double way) {
   return s.shape.is_convex() || s.shape.mesh().convex || stays_outside(s, other, way);
+}
+
+// The distance of two that do not meet.
+PairAnswer distance_apart(const Posed& a, const Posed& b, const NarrowPhaseOptions& options) {
+  NearestSearch search(a, b);
+  const Nearest near = search();
+  PairAnswer answer;
+  // They do not meet, exactly: however near they are, it is not 0.
+  answer.signed_distance = std::max(near.distance, std::numeric_limits<double>::min());
+  answer.point_a = near.on_a + a.pose.translation;
+  answer.point_b = near.on_b + a.pose.translation;
+  answer.normal = search.normal(for_triangles(options));
+  return answer;
+}
+
+// The depth of two that collide: triangles `pairs` meet, or one is inside the other. A's translation is zero.
+PairAnswer depth_answer(const Posed& a, const Posed& b, std::span<const std::array<std::uint32_t, 2>> pairs,
+                        const NarrowPhaseOptions& options) {
+  const MeshModel &ma = a.shape.mesh(), &mb = b.shape.mesh();
+  const auto body_stands = [&](double way) {
+    return first_is_body(a, b) ? stands_for(a, b, way) : stands_for(b, a, way);
+  };
+  PairAnswer answer;
+  DepthBound depth;
+  if (pairs.empty()) {
+    NearestSearch search(a, b);
+    const Nearest near = search();
+    depth = {near.distance, -search.normal(for_triangles(options)), (near.on_a + near.on_b) / 2};
+    // B inside A leaves A through the nearest wall; A inside B the other way round.
+    if (part_inside(a, b)) depth.normal = -depth.normal;
+  } else {
+    depth = deepest_pair(a, b, pairs, for_triangles(options));
+  }
+  const auto collide_moved = [&](const Vec3& move) {
+    return meshes_collide(a, {b.shape, Pose{b.pose.rotation, b.pose.translation + move}});
+  };
+  const double rounding = translation_slack * (a.shape.size() + b.shape.size());
+  answer.collide = true;
+  if (!collide_moved(depth.normal * (depth.certain + rounding))) {
+    answer.signed_distance = -depth.certain;
+    answer.normal = depth.normal;
+    answer.point_a = depth.point + depth.normal * (depth.certain / 2);
+    answer.point_b = depth.point - depth.normal * (depth.certain / 2);
+    return answer;
+  }
+  WaysOut ways(a, b, [&](const Vec3& move, std::vector<std::array<std::uint32_t, 2>>* found) {
+    if (found == nullptr) return collide_moved(move);
+    const Pose at{b.pose.rotation, b.pose.translation + move};
+    const Posed moved{b.shape, at};
+    TriangleTest there(a.pose, at, reach(mb));
+    PairMemory own;
+    const TrianglePairs all = meeting_pairs(a, moved, there, options.parts, own, nullptr);
+    found->assign(all.begin(), all.end());
+    return !found->empty() || contained(a, moved);
+  });
+  WayOut out;
+  out.certain = depth.certain;
+  ways.leave_walls(pairs, out);
+  const auto is_known = [&] { return out.length <= out.certain + rounding; };
+  if (!is_known()) {
+    PairAnswer body;
+    body.status = Status::inexact;
+    body.error_bound = infinity;
+    if (bounds_convex(a) || bounds_convex(b)) {
+      const PairAnswer with_body = with_convex(a, b, Request::distance, options, nullptr);
+      if (body_stands(-with_body.signed_distance)) body = with_body;
+      if (body.status == Status::ok) return body;
+    }
+    // What parts the hulls parts the meshes.
+    const PairAnswer hulls = solve_convex(view_hull(a.shape), a.pose, view_hull(b.shape), b.pose, Request::distance,
+                                          for_triangles(options), nullptr);
+    if (const double parts = std::max(0.0, -hulls.signed_distance); parts < out.length) {
+      out.length = parts;
+      out.normal = hulls.normal;
+      out.point = (hulls.point_a + hulls.point_b) / 2;
+    }
+    ways.attempt(depth.normal, out);
+    // Small meshes are worth more work.
+    if (ma.triangles.size() * mb.triangles.size() <= small_meshes) {
+      std::vector<Contact> pushes;
+      TriangleTest test(a.pose, b.pose, reach(mb));
+      if (!pairs.empty()) patch_contacts(ma, mb, test, pairs, options.parts, pushes);
+      for (Contact& c : pushes) c.normal = (a.pose.rotation * c.normal).normalized();
+      ways.attempt(pushes, out);
+      for (auto at = pushes.begin(); at != pushes.end(); ++at)
+        if (std::none_of(pushes.begin(), at, [&](const Contact& o) { return o.normal.dot(at->normal) > one_patch; }))
+          ways.attempt(at->normal, out);
+      ways.shorten(out);
+      ways.confirm(out);
+      // Where they are last to part.
+      const Pose at{b.pose.rotation,
+                    b.pose.translation + (out.length + 1e-9 * (a.shape.size() + b.shape.size())) * out.normal};
+      out.point = NearestSearch(a, {b.shape, at})().on_a - out.normal * (out.length / 2);
+    }
+    if (body.error_bound < out.length - out.certain) return body;
+  }
+  answer.status = is_known() ? Status::ok : Status::inexact;
+  answer.error_bound = is_known() ? 0 : out.length - out.certain;
+  answer.signed_distance = -out.length;
+  answer.normal = out.normal;
+  answer.point_a = out.point + out.normal * (out.length / 2);
+  answer.point_b = out.point - out.normal * (out.length / 2);
+  return answer;
+}
+
+// How far a point (in the world) lies inside a solid mesh: a ball about it that large does. 0 outside, and of surfaces.
+double depth_inside(const Posed& mesh, const Vec3& point, const NarrowPhaseOptions& options) {
+  if (!mesh.shape.mesh().solid) return 0;
+  const Shape ball(Sphere{0});
+  const Pose at{Mat3::Identity(), point};
+  const PairAnswer inside = solve_mesh_convex(mesh, {ball, at}, Request::distance, options, nullptr);
+  return std::max(0.0, -inside.signed_distance - inside.error_bound);
+}
+
+// A length that any translation has that separates two meshes that collide: that of the deepest of some triangles that
+// meet, and that of the balls about a point that lie in the one and in the other.
+double certain_depth(const Posed& a, const Posed& b, std::span<const std::array<std::uint32_t, 2>> pairs,
+                     std::span<const Contact> contacts, const NarrowPhaseOptions& options) {
+  constexpr std::size_t most_pairs = 32;  // whose depth is looked at: each takes as long as a distance of triangles
+  double certain = deepest_pair(a, b, pairs.first(std::min(pairs.size(), most_pairs)), options).certain;
+  for (const Contact& c : contacts) {
+    if (!(c.depth > certain)) continue;
+    // On A's surface, on B's, and midway.
+    for (const double part : {0.5, -0.5, 0.0}) {
+      const Vec3 point = c.point + part * c.depth * c.normal;
+      const double in_a = part > 0 ? 0 : depth_inside(a, point, options),
+                   in_b = part < 0 ? 0 : depth_inside(b, point, options);
+      certain = std::max(certain, in_a + in_b);
+    }
+  }
+  return certain;
+}
+
+// Does one direction push all contacts? Several, as of a floor and a wall, separate together.
+bool has_one_normal(std::span<const Contact> contacts) {
+  return std::all_of(contacts.begin(), contacts.end(),
+                     [&](const Contact& c) { return c.normal.dot(contacts.front().normal) > one_patch; });
+}
+
+// The answer to contacts of two meshes that collide: their deepest, and how far off its depth may be. Contacts that are
+// deeper than a translation that separates, or push along one direction and do not separate, give way to that
+// translation.
+PairAnswer bounded_answer(const Posed& a, const Posed& b, std::span<const std::array<std::uint32_t, 2>> pairs,
+                          const NarrowPhaseOptions& options, std::size_t first, std::vector<Contact>& contacts) {
+  PairAnswer answer = from_deepest(contacts, first);
+  answer.collide = true;
+  if (!options.mesh_bounds) {
+    answer.status = Status::unproven;
+    return answer;
+  }
+  const double depth = -answer.signed_distance, slack = translation_slack * (a.shape.size() + b.shape.size());
+  const auto found = [&] { return std::span(contacts).subspan(first); };
+  // Seen from A's translation: far out, B's would be rounded.
+  const Pose at_a{a.pose.rotation, Vec3::Zero()};
+  const Pose moved{b.pose.rotation, b.pose.translation - a.pose.translation + (depth + slack) * answer.normal};
+  double shortest = depth, certain = 0;  // the depth lies between
+  if (meshes_collide({a.shape, at_a}, {b.shape, moved})) {
+    const PairAnswer out = solve_meshes(a, b, Request::distance, options, nullptr);
+    shortest = -out.signed_distance;
+    certain = shortest - out.error_bound;
+    if (depth > shortest + slack || has_one_normal(found())) {
+      const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
+      contacts.erase(std::remove_if(begin, contacts.end(), [&](const Contact& c) { return c.depth >= shortest; }),
+                     contacts.end());
+      contacts.push_back({(out.point_a + out.point_b) / 2, out.normal, shortest, of_no_feature});
+      return out;
+    }
+  } else {
+    certain = certain_depth(a, b, pairs, found(), for_triangles(options));
+  }
+  if (const double off = std::max(depth - certain, shortest - depth); off > slack) {
+    answer.status = Status::inexact;
+    answer.error_bound = off;
+  }
+  return answer;
 }
 
 }  // namespace
@@ -324,9 +504,7 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
       c.point = a.pose * c.point;
       c.normal = (a.pose.rotation * c.normal).normalized();
     }
-    answer = from_deepest(*contacts, first);
-    answer.collide = true;
-    return answer;
+    return bounded_answer(a, b, pairs, options, first, *contacts);
   }
   const bool touching = inside || !pairs.empty();
   if (touching && (a.shape.is_convex() || b.shape.is_convex())) return with_convex(a, b, request, options, contacts);
@@ -334,93 +512,12 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
     const PairAnswer hulls = with_hulls(a, b, request, options, contacts);
     if (both_stand(-hulls.signed_distance)) return hulls;
   }
-  DepthBound depth;
-  if (pairs.empty()) {
-    NearestSearch search(a, b);
-    const Nearest near = search();
-    const Vec3 normal = search.normal(for_triangles(options));
-    if (!inside) {
-      // They do not meet, exactly: however near they are, it is not 0.
-      answer.signed_distance = std::max(near.distance, std::numeric_limits<double>::min());
-      answer.point_a = near.on_a + a.pose.translation;
-      answer.point_b = near.on_b + a.pose.translation;
-      answer.normal = normal;
-      return answer;
-    }
-    depth = {near.distance, -normal, (near.on_a + near.on_b) / 2 + a.pose.translation};
-    // B inside A leaves A through the nearest wall; A inside B the other way round.
-    if (part_inside(a, b)) depth.normal = -depth.normal;
-  } else {
-    depth = deepest_pair(a, b, pairs, for_triangles(options));
-  }
-  const auto collide_moved = [&](const Vec3& move) {
-    return meshes_collide(a, {b.shape, Pose{b.pose.rotation, b.pose.translation + move}});
-  };
-  const double rounding = 1e-12 * (a.shape.size() + b.shape.size());
-  answer.collide = true;
-  if (!collide_moved(depth.normal * (depth.certain + rounding))) {
-    answer.signed_distance = -depth.certain;
-    answer.normal = depth.normal;
-    answer.point_a = depth.point + depth.normal * (depth.certain / 2);
-    answer.point_b = depth.point - depth.normal * (depth.certain / 2);
-    return answer;
-  }
-  WaysOut ways(a, b, [&](const Vec3& move, std::vector<std::array<std::uint32_t, 2>>* found) {
-    if (found == nullptr) return collide_moved(move);
-    const Pose at{b.pose.rotation, b.pose.translation + move};
-    const Posed moved{b.shape, at};
-    TriangleTest there(a.pose, at, reach(mb));
-    PairMemory own;
-    const TrianglePairs all = meeting_pairs(a, moved, there, options.parts, own, nullptr);
-    found->assign(all.begin(), all.end());
-    return !found->empty() || contained(a, moved);
-  });
-  WayOut out;
-  out.certain = depth.certain;
-  ways.leave_walls(pairs, out);
-  const auto is_known = [&] { return out.length <= out.certain + rounding; };
-  if (!is_known()) {
-    PairAnswer body;
-    body.status = Status::inexact;
-    body.error_bound = infinity;
-    if (bounds_convex(a) || bounds_convex(b)) {
-      const PairAnswer with_body = with_convex(a, b, request, options, contacts);
-      if (body_stands(-with_body.signed_distance)) body = with_body;
-      if (body.status == Status::ok) return body;
-    }
-    // What parts the hulls parts the meshes.
-    const PairAnswer hulls = solve_convex(view_hull(a.shape), a.pose, view_hull(b.shape), b.pose, Request::distance,
-                                          for_triangles(options), nullptr);
-    if (const double parts = std::max(0.0, -hulls.signed_distance); parts < out.length) {
-      out.length = parts;
-      out.normal = hulls.normal;
-      out.point = (hulls.point_a + hulls.point_b) / 2 - a.pose.translation;
-    }
-    ways.attempt(depth.normal, out);
-    // Small meshes are worth more work.
-    if (ma.triangles.size() * mb.triangles.size() <= small_meshes) {
-      std::vector<Contact> pushes;
-      if (!pairs.empty()) patch_contacts(ma, mb, test, pairs, options.parts, pushes);
-      for (Contact& c : pushes) c.normal = (a.pose.rotation * c.normal).normalized();
-      ways.attempt(pushes, out);
-      for (auto at = pushes.begin(); at != pushes.end(); ++at)
-        if (std::none_of(pushes.begin(), at, [&](const Contact& o) { return o.normal.dot(at->normal) > one_patch; }))
-          ways.attempt(at->normal, out);
-      ways.shorten(out);
-      ways.confirm(out);
-      // Where they are last to part.
-      const Pose at{b.pose.rotation,
-                    b.pose.translation + (out.length + 1e-9 * (a.shape.size() + b.shape.size())) * out.normal};
-      out.point = NearestSearch(a, {b.shape, at})().on_a - out.normal * (out.length / 2);
-    }
-    if (body.error_bound < out.length - out.certain) return body;
-  }
-  answer.status = is_known() ? Status::ok : Status::inexact;
-  answer.error_bound = is_known() ? 0 : out.length - out.certain;
-  answer.signed_distance = -out.length;
-  answer.normal = out.normal;
-  answer.point_a = a.pose.translation + out.point + out.normal * (out.length / 2);
-  answer.point_b = a.pose.translation + out.point - out.normal * (out.length / 2);
+  if (!touching) return distance_apart(a, b, options);
+  // Seen from A's translation: far out, those of moved bodies would be rounded.
+  const Pose at_a{a.pose.rotation, Vec3::Zero()}, at_b{b.pose.rotation, b.pose.translation - a.pose.translation};
+  answer = depth_answer({a.shape, at_a}, {b.shape, at_b}, pairs, options);
+  answer.point_a += a.pose.translation;
+  answer.point_b += a.pose.translation;
   return answer;
 }
 

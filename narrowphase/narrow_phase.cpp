@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <span>
 #include <stdexcept>
@@ -70,19 +71,20 @@ std::optional<std::span<const Vec3, 3>> corners(const Shape& s) {
   return std::span<const Vec3, 3>(s.hull().vertices);
 }
 
-/// Does a triangle meet a triangle or a box? Empty for other pairs and where rounding could decide.
+/// Does a triangle meet a triangle (exactly) or a box? Empty for other pairs and for a box where rounding could decide.
 std::optional<bool> triangle_collides(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
   const auto in_a = corners(a), in_b = corners(b);
-  if (in_a && in_b) return triangles_collide(*in_a, pose_a, *in_b, pose_b);
+  if (in_a && in_b) {
+    const auto by_axes = triangles_collide(*in_a, pose_a, *in_b, pose_b);
+    return by_axes ? *by_axes : !mesh_triangle_pairs(a, pose_a, b, pose_b).empty();
+  }
   if (in_a && b.kind() == ShapeKind::box) return box_triangle_collide(b.parameters(), pose_b, *in_a, pose_a);
   if (in_b && a.kind() == ShapeKind::box) return box_triangle_collide(a.parameters(), pose_a, *in_b, pose_b);
   return std::nullopt;
 }
 
-/// The pairs that are worth preparing; kept apart so that the simple ones do not pay for them.
-[[gnu::noinline]] PairAnswer solve_prepared(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
-                                            Request request, const NarrowPhaseOptions& options,
-                                            std::vector<Contact>* contacts, WarmStart* warm) {
+PairAnswer solve_by_kinds(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
+                          const NarrowPhaseOptions& options, std::vector<Contact>* contacts, WarmStart* warm) {
   if (a.is_convex() && b.is_convex()) {
     PairAnswer plain;
     const bool with_triangle = a.kind() == ShapeKind::triangle || b.kind() == ShapeKind::triangle;
@@ -104,6 +106,57 @@ std::optional<bool> triangle_collides(const Shape& a, const Pose& pose_a, const 
     return answer;
   }
   return solve_mesh(a, pose_a, b, pose_b, request, options, contacts);
+}
+
+/// What the sign of a distance this small, relative to the sizes and the translation between, says rounding decides.
+constexpr double decided_by_rounding = 1e-13;
+
+/// Gives an answer whose sign rounding decided the verdict of Request::collide, so that all requests agree. The
+/// contacts are those from `first` on.
+void take_verdict(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
+                  const NarrowPhaseOptions& options, PairAnswer& answer, std::vector<Contact>* contacts,
+                  std::size_t first, double within) {
+  constexpr double apart = std::numeric_limits<double>::min();
+  answer.collide = solve_by_kinds(a, pose_a, b, pose_b, Request::collide, options, nullptr, nullptr).collide;
+  answer.signed_distance =
+      answer.collide ? std::min(answer.signed_distance, 0.0) : std::max(answer.signed_distance, apart);
+  if (request != Request::contacts) return;
+  if (!answer.collide) {
+    if (options.margin == 0) contacts->resize(first);
+    for (Contact& c : std::span(*contacts).subspan(first)) c.depth = std::min(c.depth, -apart);
+    return;
+  }
+  if (contacts->size() == first) {
+    NarrowPhaseOptions wider = options;
+    wider.margin = within;
+    const PairAnswer touch = solve_by_kinds(a, pose_a, b, pose_b, request, wider, contacts, nullptr);
+    answer.point_a = touch.point_a;
+    answer.point_b = touch.point_b;
+    answer.normal = touch.normal;
+  }
+  const std::span<Contact> found = std::span(*contacts).subspan(first);
+  if (options.margin == 0)
+    for (Contact& c : found) c.depth = std::max(c.depth, 0.0);
+  else if (!found.empty())
+    std::max_element(found.begin(), found.end(), [](const Contact& x, const Contact& y) {
+      return x.depth < y.depth;
+    })->depth = -answer.signed_distance;
+}
+
+/// The pairs that are worth preparing; kept apart so that the simple ones do not pay for them.
+[[gnu::noinline]] PairAnswer solve_prepared(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
+                                            Request request, const NarrowPhaseOptions& options,
+                                            std::vector<Contact>* contacts, WarmStart* warm) {
+  const std::size_t first = contacts != nullptr ? contacts->size() : 0;
+  PairAnswer answer = solve_by_kinds(a, pose_a, b, pose_b, request, options, contacts, warm);
+  // Meshes among themselves are told by exact tests, whatever is asked.
+  if (request == Request::collide || (triangular(a) && triangular(b) && !(a.is_convex() && b.is_convex())))
+    return answer;
+  const double size = a.size() + b.size() + (pose_b.translation - pose_a.translation).lpNorm<1>();
+  const double undecided = decided_by_rounding * size;
+  if (std::abs(answer.signed_distance) <= undecided && !answer.normal.isZero(0))
+    take_verdict(a, pose_a, b, pose_b, request, options, answer, contacts, first, 4 * undecided);
+  return answer;
 }
 
 }  // namespace

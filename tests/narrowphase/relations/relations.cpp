@@ -17,6 +17,8 @@ namespace {
 constexpr double rounding = 1e-12;  // of distances that are the same real number
 constexpr double surface = 1e-9;  // of witness points from the surfaces: where these are curved, points are less exact
 
+constexpr double early = 1e-9;      // of the path: how much before a touch the time of impact may be
+
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 const NarrowPhase& plain() {
@@ -257,21 +259,22 @@ std::string impact(const Case& c, Random& random) {
   const auto at = [&](double time) {
     Pose pose = c.pair.b.pose;
     pose.translation += time * velocity;
-    return distance(c.a, c.pair.a.pose, c.b, pose).signed_distance;
+    return distance(c.a, c.pair.a.pose, c.b, pose);
   };
+  const auto overlaps = [&](const PairAnswer& r) { return r.signed_distance + r.error_bound < -tolerance; };
   if (c.answers.collide) return t == 0.0 ? std::string() : say("an impact later than 0 of shapes that collide");
   const double end = t.value_or(1);
   constexpr int samples = 8;
   for (int k = 0; k < samples; ++k)
-    if (const double time = end * k / samples, there = at(time); there < -tolerance)
-      return say("they overlap by ", -there, " at ", time, " before the impact at ", end);
+    if (const PairAnswer there = at(end * k / samples); overlaps(there))
+      return say("they overlap by ", -there.signed_distance, " at ", end * k / samples, " before the impact at ", end);
   if (!t) {
-    if (const double there = at(1); there < -tolerance)
-      return say("no impact, and they overlap by ", -there, " at the end");
+    if (const PairAnswer there = at(1); overlaps(there))
+      return say("no impact, and they overlap by ", -there.signed_distance, " at the end");
     return {};
   }
-  if (const double there = at(*t); std::abs(there) > tolerance + 1e-9 * path)
-    return say("a distance of ", there, " at the impact");
+  if (const PairAnswer there = at(*t); overlaps(there) || there.signed_distance > tolerance + early * path)
+    return say("a distance of ", there.signed_distance, " at the impact");
   return {};
 }
 

@@ -1,0 +1,124 @@
+// What the deepest contact of two meshes is promised to be: a translation that separates them, with a bound on how much
+// shorter one might be, whatever the size of the bodies and of their triangles.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "mesh_samples.h"
+#include "random.h"
+#include "tandem/narrowphase/narrow_phase.h"
+
+using namespace tandem;
+using namespace tandem::test;
+
+namespace {
+
+/// A solid sphere of radius 1 with dents and bumps of `bump`, of 2 * n * (2 * n - 2) triangles.
+Mesh bumpy_sphere(int n, double bump) {
+  Mesh mesh;
+  mesh.solid = true;
+  const int around = 2 * n;
+  const auto point = [&](double u, double v) -> Vec3 {
+    const double r = 1 + bump * std::sin(9 * u) * std::sin(11 * v);
+    return r * Vec3(std::sin(v) * std::cos(u), std::sin(v) * std::sin(u), std::cos(v));
+  };
+  for (int i = 1; i < n; ++i)
+    for (int j = 0; j < around; ++j)
+      mesh.vertices.push_back(point(2 * std::numbers::pi * j / around, std::numbers::pi * i / n));
+  const auto top = static_cast<std::uint32_t>(mesh.vertices.size()), bottom = top + 1;
+  mesh.vertices.emplace_back(0, 0, 1);
+  mesh.vertices.emplace_back(0, 0, -1);
+  const auto at = [&](int i, int j) { return static_cast<std::uint32_t>((i - 1) * around + j % around); };
+  for (int j = 0; j < around; ++j) {
+    mesh.triangles.push_back({top, at(1, j), at(1, j + 1)});
+    mesh.triangles.push_back({bottom, at(n - 1, j + 1), at(n - 1, j)});
+    for (int i = 1; i + 1 < n; ++i) {
+      mesh.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+      mesh.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+    }
+  }
+  return mesh;
+}
+
+/// Of two that collide: the deepest contact is the answer's depth, moving by it separates, and its bound meets the
+/// distance's.
+void check_deepest(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double size) {
+  const NarrowPhase solver;
+  std::vector<Contact> contacts;
+  const PairAnswer r = solver.solve(a, pose_a, b, pose_b, Request::contacts, &contacts);
+  const PairAnswer d = solver.solve(a, pose_a, b, pose_b, Request::distance);
+  REQUIRE(r.collide);
+  REQUIRE_FALSE(contacts.empty());
+  double deepest = contacts[0].depth;
+  for (const Contact& c : contacts) deepest = std::max(deepest, c.depth);
+  CAPTURE(deepest, r.error_bound, d.signed_distance, d.error_bound);
+  CHECK(deepest == -r.signed_distance);
+  CHECK((r.status == Status::ok) == (r.error_bound == 0));
+  CHECK(std::abs(deepest + d.signed_distance) <= r.error_bound + d.error_bound + 1e-11 * size);
+  Pose moved = pose_b;
+  moved.translation += (deepest + 1e-11 * size) * r.normal;
+  CHECK_FALSE(solver.solve(a, pose_a, b, moved, Request::collide).collide);
+}
+
+}  // namespace
+
+TEST_CASE("mesh depth: two bumpy spheres with their centres .95 apart are as deep however fine they are") {
+  for (const int n : {12, 24, 72}) {  // 72: 20,448 triangles, of which 9,000 lie inside the other
+    const Shape a(bumpy_sphere(n, 0.05));
+    const Pose at = Pose::from(Quat(Eigen::AngleAxisd(0.3, Vec3(1, 2, 3).normalized())), {0.3, 0.5, 0.7494});
+    CAPTURE(n);
+    check_deepest(a, {}, a, at, 2);
+    std::vector<Contact> contacts;
+    // Each holds a ball of radius .92 about its centre: as long as these overlap, so do the meshes.
+    CHECK(-NarrowPhase().solve(a, {}, a, at, Request::contacts, &contacts).signed_distance >= 2 * 0.92 - 0.95);
+  }
+}
+
+TEST_CASE("mesh depth: bodies sunk into each other") {
+  reference::Random random(4711);
+  const std::vector<Shape> bodies{Shape(torus(1, 0.4, 16, 8)), Shape(torus(1, 0.2, 9, 5)), Shape(bumpy_sphere(10, 0.1)),
+                                  Shape(box_mesh({1, 1.5, 0.7}, 3))};
+  int inexact = 0, count = 0;
+  for (int k = 0; k < 120; ++k) {
+    const Shape &a = bodies[static_cast<std::size_t>(random.below(4))],
+                &b = bodies[static_cast<std::size_t>(random.below(4))];
+    const Pose pose_a{random.rotation(), Vec3::Zero()},
+        pose_b{random.rotation(), random.in(0.3, 1.5) * random.direction()};
+    if (!NarrowPhase().solve(a, pose_a, b, pose_b, Request::collide).collide) continue;
+    CAPTURE(k);
+    check_deepest(a, pose_a, b, pose_b, 2);
+    std::vector<Contact> contacts;
+    inexact += NarrowPhase().solve(a, pose_a, b, pose_b, Request::contacts, &contacts).status == Status::inexact;
+    ++count;
+  }
+  CHECK(count > 60);
+  CHECK(inexact < count);  // some depths are certain
+}
+
+TEST_CASE("mesh depth: contacts scale with the bodies") {
+  const Mesh tube = torus(1, 0.4, 12, 7);
+  reference::Random random(11);
+  for (int k = 0; k < 20; ++k) {
+    const Mat3 turn = random.rotation();
+    const Vec3 move = random.in(0.8, 1.6) * random.direction();
+    std::vector<Contact> expected;
+    const PairAnswer r = NarrowPhase().solve(Shape(tube), {}, Shape(tube), {turn, move}, Request::contacts, &expected);
+    for (const int power : {-80, -40, -28, 30, 80}) {
+      const double factor = std::ldexp(1.0, power);
+      Mesh scaled = tube;
+      for (Vec3& v : scaled.vertices) v *= factor;
+      std::vector<Contact> contacts;
+      const PairAnswer s =
+          NarrowPhase().solve(Shape(scaled), {}, Shape(scaled), {turn, factor * move}, Request::contacts, &contacts);
+      CAPTURE(k, power);
+      CHECK(s.signed_distance == Approx(factor * r.signed_distance).epsilon(1e-12));
+      REQUIRE(contacts.size() == expected.size());
+      for (std::size_t i = 0; i < contacts.size(); ++i) {
+        CHECK(contacts[i].feature == expected[i].feature);
+        CHECK(contacts[i].depth == Approx(factor * expected[i].depth).epsilon(1e-12));
+      }
+    }
+  }
+}
