@@ -462,9 +462,12 @@ Support settle(const RoundPair& pair, const Vec3& n, double below) {
       const double shift = std::max(0.0, h + out);
       moved.pose.translation = pair.difference.pose.translation + shift * from;
       const GjkResult r = gjk(moved, 1e-15, infinity, -infinity);
-      Vec3 a = Vec3::Zero();
-      for (int i = 0; i < r.simplex.count; ++i) a += r.simplex.weight[i] * r.simplex.p[i].a;
-      const Vec3 b = r.v + shift * from - a;
+      // Each of its body, whatever rounding made of the way between them.
+      Vec3 a = Vec3::Zero(), b = shift * from;
+      for (int i = 0; i < r.simplex.count; ++i) {
+        a += r.simplex.weight[i] * r.simplex.p[i].a;
+        b += r.simplex.weight[i] * (r.simplex.p[i].w - r.simplex.p[i].a);
+      }
       consider(from, h, a, b);
       if (!(r.upper > 0)) break;
       const Vec3 to = -r.v / r.upper;
