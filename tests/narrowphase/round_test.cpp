@@ -487,3 +487,19 @@ TEST_CASE("round: long thin cylinders have their points on both surfaces, as far
   CHECK(worst_way <= 5e-12);
   CHECK(worst_bracket <= 1e-12);
 }
+
+TEST_CASE("round: a flat cone's rim is left straight out where that is the shortest way") {
+  const Shape disc(Cone{0.3242694809525214, 1.1879330506922726e-05}),
+      small(Cone{0.0779035408596397, 0.0779035408596397});
+  const Pose pose_a{
+      (Mat3() << 0.9405598074420284, -0.33959262455097255, -0.004908968852691555, 0.33962425619573305,
+       0.9403821023150281, 0.018353916450262485, -0.0016165482082408308, -0.018930161017549352, 0.9998195015980335)
+          .finished(),
+      Vec3::Zero()};
+  const Pose pose_b{
+      (Mat3() << -0.3395926245059343, 0.004908968916763659, -0.9405598074579552, 0.9403821023308122,
+       -0.018353916452401167, -0.3396242561519128, -0.01893016104139856, -0.9998195015976796, 0.001616548147810741)
+          .finished(),
+      {-0.20438783163118257, -0.28017829965907054, -0.013972709729368066}};
+  check_against_truth({disc, pose_a, small, pose_b});
+}
