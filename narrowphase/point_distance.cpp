@@ -64,7 +64,9 @@ PointDistance to_cone(double radius, double length, const Vec3& p) {
   if (t <= 0 || t >= slant) {
     const double x = t <= 0 ? 0 : radius, z = t <= 0 ? h : -h;
     const double dx = rho - x, dz = p[2] - z, d = std::sqrt(dx * dx + dz * dz);
-    if (!(d > 0)) return revolve(p, rho, {0, x, z, nx, nz});
+    // The way to an edge is between the normals of its two sides, whatever rounding made of so small a difference.
+    if (!(d > 0) || (nz * dx < nx * dz) == (t >= slant)) return revolve(p, rho, {d, x, z, nx, nz});
+    if (dx < 0) return revolve(p, rho, {d, x, z, 0, -1});
     return revolve(p, rho, {d, x, z, dx / d, dz / d});
   }
   return revolve(p, rho, {off, rho - off * nx, p[2] - off * nz, nx, nz});
@@ -183,6 +185,9 @@ SegmentDistance segment_distance(const Vec3& centre_a, const Vec3& half_a, const
     s = -r.dot(x) / half_a.dot(x);
     t = r.dot(y) / half_b.dot(y);
     interior = std::abs(s) <= 1 && std::abs(t) <= 1;
+    // What rounding makes of either where they are nearly parallel is long; across the gap it shows only by the
+    // other's.
+    if (interior) t = best_t(s);
     if (!interior && det > 1e-8 * uu * vv) {
       // A convex quadratic over a square: from the best s of all to the best t for it, and where that is an end to the
       // best s for that (Ericson 2005, 5.1.9). Nearly parallel ones could end on the wrong side.

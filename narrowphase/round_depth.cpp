@@ -668,6 +668,19 @@ void Search::search_smooth() {
     }
     try_from(n);
   };
+  // Over the rim of a disc that is large beside the depth a minimum is narrower than the grid: straight out from the
+  // axis, past the other's middle.
+  constexpr double large = 4;
+  const Vec3 between = -(pair_.body[0].centre() + pair_.body[1].centre());
+  for (const RoundBody& body : pair_.body) {
+    if (!rims || body.radius() < large * best_.h) continue;
+    const Vec3 out = between - between.dot(body.axis()) * body.axis();
+    const double length = out.norm();
+    if (!(length > rounding_)) continue;
+    const Vec3 n = out / length;
+    if (n.dot(pair_.support(n)) * cosine < best_.h) try_from(n);
+    if (best_.h < 0) return;
+  }
   for (const auto& b : base) {
     const Vec3 n{b[0], b[1], b[2]};
     if (!may_be_smooth(n)) continue;  // nor then at -n

@@ -62,7 +62,7 @@ LocalAnswer round_signed_distance(const MinkowskiDifference& d, const Vec3* star
     s = depth.best;
     gap = depth.gap;
   }
-  if (!s.optimal) gap = std::max(gap, (s.point[0] + s.point[1] - s.h * s.n).norm());
+  if (!s.optimal) gap = std::max(gap, doubt(s));
   LocalAnswer answer;
   answer.normal = s.n;
   answer.signed_distance = -s.h - ra - rb;

@@ -404,10 +404,11 @@ void straighten(const RoundPair& pair, Support& s) {
   if (h <= s.h + rounding && (p - h * n).squaredNorm() < off) s.n = n, s.h = h;
 }
 
-/// Do the points bear out that the way along n ends between them?
-bool meets(const RoundPair& pair, const Support& s) {
-  return (s.point[0] + s.point[1] - s.h * s.n).squaredNorm() <= 1e-20 * pair.scale * pair.scale;
-}
+/// How far the points are from bearing out that the way along n ends between them.
+double off_way(const Support& s) { return (s.point[0] + s.point[1] - s.h * s.n).norm(); }
+
+/// Do they bear it out to rounding?
+bool meets(const RoundPair& pair, const Support& s) { return off_way(s) <= 512 * epsilon * pair.scale; }
 
 }  // namespace
 
@@ -416,6 +417,7 @@ Support walk(const RoundPair& pair, const Vec3& n, double below) {
   const double rounding = 64 * epsilon * pair.scale;
   Support s;
   s.n = n;
+  s.h = infinity;
   const auto descend = [&] {
     for (int i = 0; i < tries; ++i) {
       Walker walker(pair, s.n, below);
@@ -429,16 +431,26 @@ Support walk(const RoundPair& pair, const Vec3& n, double below) {
       if (s.h - reached <= rounding) break;
     }
     straighten(pair, s);
-    s.optimal = meets(pair, s);
-    return s.h < below || s.optimal;
+    return s.h < below || meets(pair, s);
   };
-  if (descend()) return s;
-  const Support settled = settle(pair, s.n, below);
-  if (settled.optimal || settled.h < below) return settled;
+  const auto found = [&](Support best) {
+    best.optimal = doubt(best) <= (best.h < 0 ? rounding : 1e-10 * pair.scale) && off_way(best) <= 1e-10 * pair.scale;
+    return best;
+  };
+  if (descend()) return found(s);
+  const Support walked = s, settled = settle(pair, s.n, below);
+  const auto better = [&](const Support& p, const Support& q) {
+    return p.h < q.h - rounding || (p.h <= q.h + rounding && off_way(p) < off_way(q));
+  };
+  if (settled.h < below || meets(pair, settled)) return found(settled);
   // Newton's method has the last digits.
   s = settled;
-  return descend() && s.h <= settled.h + rounding ? s : settled;
+  descend();
+  if (!better(s, settled)) s = settled;
+  return found(better(walked, s) ? walked : s);
 }
+
+double doubt(const Support& s) { return s.h < 0 ? (s.point[0] + s.point[1]).norm() + s.h : off_way(s); }
 
 Support settle(const RoundPair& pair, const Vec3& n, double below) {
   constexpr int rounds = 8;
@@ -462,9 +474,12 @@ Support settle(const RoundPair& pair, const Vec3& n, double below) {
       const double shift = std::max(0.0, h + out);
       moved.pose.translation = pair.difference.pose.translation + shift * from;
       const GjkResult r = gjk(moved, 1e-15, infinity, -infinity);
-      Vec3 a = Vec3::Zero();
-      for (int i = 0; i < r.simplex.count; ++i) a += r.simplex.weight[i] * r.simplex.p[i].a;
-      const Vec3 b = r.v + shift * from - a;
+      // Each of its body, whatever rounding made of the way between them.
+      Vec3 a = Vec3::Zero(), b = shift * from;
+      for (int i = 0; i < r.simplex.count; ++i) {
+        a += r.simplex.weight[i] * r.simplex.p[i].a;
+        b += r.simplex.weight[i] * (r.simplex.p[i].w - r.simplex.p[i].a);
+      }
       consider(from, h, a, b);
       if (!(r.upper > 0)) break;
       const Vec3 to = -r.v / r.upper;
@@ -475,7 +490,6 @@ Support settle(const RoundPair& pair, const Vec3& n, double below) {
     }
     if (best.h < below || meets(pair, best)) break;
   }
-  best.optimal = meets(pair, best);
   return best;
 }
 

@@ -39,6 +39,11 @@ struct Support {
   bool optimal = false;                          ///< no direction near n reaches less far
 };
 
+/// How far h and the points, which are of the two bodies, leave the answer open (metres): apart, the bodies are no
+/// farther from each other than the points and no nearer than -h; in each other, n may still turn to where the points
+/// are.
+double doubt(const Support& s);
+
 /// Goes downhill on h over the unit sphere from direction n, by Newton steps
 /// within a cell of the sphere where each body has one smooth piece, and along
 /// the circles where the cells meet. Ends at a local minimum, which is the

@@ -5,6 +5,7 @@
 
 #include "gjk.h"
 #include "random_pairs.h"
+#include "reference.h"
 
 using namespace tandem;
 using namespace tandem::test;
@@ -102,4 +103,32 @@ TEST_CASE("half-space with everything: the lowest point decides") {
       if (answer.collide) CHECK(std::abs(deepest + answer.signed_distance) < 1e-9);
       CHECK(n.solve(s, ps, h, ph, Request::distance).normal == -answer.normal);
     }
+}
+
+TEST_CASE("a point on a cone's rim or apex, but for rounding: the normal parts the two") {
+  reference::Random r(4);
+  for (int i = 0; i < 3000; ++i) {
+    const Cone cone{r.in(0.1, 1), r.in(0.1, 1)};
+    const Pose pose{r.rotation(), r.vec(-1, 1)};
+    const double angle = r.in(0, 6.28);
+    const Vec3 rim{cone.radius * std::cos(angle), cone.radius * std::sin(angle), -0.5 * cone.length};
+    const Pose at{Mat3::Identity(), pose * (r.once_in(4) ? Vec3(0, 0, 0.5 * cone.length) : rim)};
+    const Shape a(cone), b(Sphere{0});
+    const PairAnswer answer = NarrowPhase().solve(a, pose, b, at, Request::distance);
+    REQUIRE(std::abs(answer.signed_distance) <= 1e-14);
+    REQUIRE(std::abs(reference::separation(a, pose, b, at, answer.normal) - answer.signed_distance) <= 1e-14);
+  }
+}
+
+TEST_CASE("capsules that cross, parallel but for rounding: the points are as far apart as the distance") {
+  reference::Random r(5);
+  for (int i = 0; i < 3000; ++i) {
+    const Shape a(Capsule{0.25, r.in(0.1, 1)}), b(Capsule{0.1, r.in(0.1, 1)});
+    const Pose pose{r.rotation(), Vec3::Zero()};
+    const Vec3 across = pose.rotation.col(r.below(2));
+    const Mat3 leaning = Eigen::AngleAxisd(r.in(1, 9) * 1e-10, across).toRotationMatrix();
+    const Pose at{leaning * pose.rotation, r.in(0.1, 0.5) * across + r.in(-0.05, 0.05) * pose.rotation.col(2)};
+    const PairAnswer answer = NarrowPhase().solve(a, pose, b, at, Request::distance);
+    REQUIRE((answer.point_b - answer.point_a - answer.signed_distance * answer.normal).norm() <= 1e-14);
+  }
 }

@@ -449,3 +449,57 @@ TEST_CASE("round: balls inside ellipsoids of any length, on the axis, beside it 
             CHECK(std::abs(side[axis] - at / (length * length - 1) / (depth - radius)) < 1e-3);
           }
 }
+
+TEST_CASE("round: long thin cylinders have their points on both surfaces, as far apart as they say") {
+  const auto beyond_cylinder = [](const Cylinder& c, const Vec3& p) {
+    return std::hypot(std::max(0.0, std::hypot(p[0], p[1]) - c.radius), std::max(0.0, std::abs(p[2]) - 0.5 * c.length));
+  };
+  const auto beyond_capsule = [](const Capsule& c, const Vec3& p) {
+    return std::hypot(std::hypot(p[0], p[1]), std::max(0.0, std::abs(p[2]) - 0.5 * c.length)) - c.radius;
+  };
+  reference::Random r(25);
+  const NarrowPhase solver;
+  double worst_beyond = 0, worst_way = 0, worst_bracket = 0;
+  for (int i = 0; i < 12000; ++i) {
+    const double length = r.once_in(2) ? 1.0 : r.power_of_two(-13, 0);
+    const Cylinder cylinder{r.power_of_two(-23, -7), 1};
+    const Capsule capsule{r.power_of_two(-20, -4), length};
+    const Pose pose_a{r.rotation(), Vec3::Zero()};
+    Pose pose_b{r.rotation(), Vec3::Zero()};
+    pose_b.translation = r.in(-0.5, 0.5) * pose_a.rotation.col(2) + r.in(-0.5, 0.5) * length * pose_b.rotation.col(2);
+    if (r.once_in(2)) pose_b.translation += r.in(0, 2 * capsule.radius) * r.direction();
+    const Shape a(cylinder), b(capsule);
+    const PairAnswer answer = solver.solve(a, pose_a, b, pose_b, Request::distance);
+    REQUIRE(answer.status == Status::ok);
+    const Vec3 in_a = pose_a.rotation.transpose() * answer.point_a;
+    const Vec3 in_b = pose_b.rotation.transpose() * (answer.point_b - pose_b.translation);
+    worst_beyond = std::max({worst_beyond, beyond_cylinder(cylinder, in_a), beyond_capsule(capsule, in_b)});
+    worst_way = std::max(worst_way, (answer.point_b - answer.point_a - answer.signed_distance * answer.normal).norm());
+    // Between a capsule inside and one outside, which have a closed form.
+    const double inner =
+        solver.solve(Shape(Capsule{cylinder.radius, 1 - 2 * cylinder.radius}), pose_a, b, pose_b, Request::distance)
+            .signed_distance;
+    const double outer =
+        solver.solve(Shape(Capsule{cylinder.radius, 1}), pose_a, b, pose_b, Request::distance).signed_distance;
+    worst_bracket = std::max({worst_bracket, answer.signed_distance - inner, outer - answer.signed_distance});
+  }
+  CHECK(worst_beyond <= 1e-14);
+  CHECK(worst_way <= 5e-12);
+  CHECK(worst_bracket <= 1e-12);
+}
+
+TEST_CASE("round: a flat cone's rim is left straight out where that is the shortest way") {
+  const Shape disc(Cone{0.3242694809525214, 1.1879330506922726e-05}),
+      small(Cone{0.0779035408596397, 0.0779035408596397});
+  const Pose pose_a{
+      (Mat3() << 0.9405598074420284, -0.33959262455097255, -0.004908968852691555, 0.33962425619573305,
+       0.9403821023150281, 0.018353916450262485, -0.0016165482082408308, -0.018930161017549352, 0.9998195015980335)
+          .finished(),
+      Vec3::Zero()};
+  const Pose pose_b{
+      (Mat3() << -0.3395926245059343, 0.004908968916763659, -0.9405598074579552, 0.9403821023308122,
+       -0.018353916452401167, -0.3396242561519128, -0.01893016104139856, -0.9998195015976796, 0.001616548147810741)
+          .finished(),
+      {-0.20438783163118257, -0.28017829965907054, -0.013972709729368066}};
+  check_against_truth({disc, pose_a, small, pose_b});
+}
