@@ -273,14 +273,21 @@ class MeshConvex {
     return {convex_.pose.rotation, convex_.pose.translation + mesh_.pose.rotation * by};
   }
 
+  // A way out must be free this much farther on, too: at its very end what it leaves and what comes next may touch in
+  // one point, of which rounding says that it is free.
+  double clearance() const { return 10 * rounding * size_; }
+  bool is_free(double way, const Vec3& normal) const {
+    return !MeshConvex(mesh_, {convex_.shape, moved((way + clearance()) * normal)}, options_).collide();
+  }
+
   // Least way along d (unit) that was found to separate, as planes across d push the convex off one layer of triangles
   // after the other; infinity if it comes to more than `most`.
   double way_out(const Vec3& d, double most) const {
     constexpr int layers = 64;
-    const double low = d.dot(support(-d)), step = rounding * size_;
+    const double low = d.dot(support(-d));
     double way = 0;
     for (int i = 0; i < layers; ++i) {
-      const Pose at = moved(way * d);
+      const Pose at = moved((way + clearance()) * d);
       const MeshConvex there(mesh_, {convex_.shape, at}, options_);
       double next = -infinity;
       there.query().each_near(0, [&](std::uint32_t t) {
@@ -295,7 +302,7 @@ class MeshConvex {
         if (!std::isfinite(ahead)) return infinity;
         next = ahead;
       }
-      way += std::max(next, step);
+      way += std::max(clearance() + next, rounding * size_);
       if (way > most) return infinity;
     }
     return infinity;
@@ -349,8 +356,7 @@ class MeshConvex {
       way = length;
       normal = unit(shortest, length);
     }
-    if (way < before && MeshConvex(mesh_, {convex_.shape, moved((way + 1e-10 * size_) * normal)}, options_).collide())
-      way = before, normal = along;
+    if (way < before && !is_free(way, normal)) way = before, normal = along;
   }
 
   // A depth no translation can be less than, and the direction that asks for it.
@@ -471,8 +477,9 @@ class MeshConvex {
       if (MeshConvex(mesh_, {convex_.shape, moved(at)}, options_).collide()) continue;
       for (Wall& wall : walls) wall.bound -= slack;
       if (!shortest_beyond(walls, slack / 8, shortest)) break;
-      way = shortest.norm();
-      normal = unit(at, at.norm());
+      const double length = shortest.norm();
+      const Vec3 along = unit(at, at.norm());
+      if (is_free(length, along)) way = length, normal = along;
       break;
     }
     // Of these only those count that hold so far.
