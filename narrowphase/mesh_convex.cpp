@@ -273,21 +273,20 @@ class MeshConvex {
     return {convex_.pose.rotation, convex_.pose.translation + mesh_.pose.rotation * by};
   }
 
-  // A way out must be free this much farther on, too: at its very end what it leaves and what comes next may touch in
-  // one point, of which rounding says that it is free.
-  double clearance() const { return 10 * rounding * size_; }
-  bool is_free(double way, const Vec3& normal) const {
-    return !MeshConvex(mesh_, {convex_.shape, moved((way + clearance()) * normal)}, options_).collide();
+  // Is a way out free a little farther on, too? At its end what it leaves and what comes next may touch both, and
+  // rounding say that neither does.
+  bool goes_on(double way, const Vec3& normal) const {
+    return !MeshConvex(mesh_, {convex_.shape, moved((way + alike * size_) * normal)}, options_).collide();
   }
 
   // Least way along d (unit) that was found to separate, as planes across d push the convex off one layer of triangles
   // after the other; infinity if it comes to more than `most`.
   double way_out(const Vec3& d, double most) const {
     constexpr int layers = 64;
-    const double low = d.dot(support(-d));
+    const double low = d.dot(support(-d)), clearance = 10 * rounding * size_;  // past what only touches
     double way = 0;
     for (int i = 0; i < layers; ++i) {
-      const Pose at = moved((way + clearance()) * d);
+      const Pose at = moved((way + clearance) * d);
       const MeshConvex there(mesh_, {convex_.shape, at}, options_);
       double next = -infinity;
       there.query().each_near(0, [&](std::uint32_t t) {
@@ -297,13 +296,15 @@ class MeshConvex {
         return way + next > most;
       });
       if (next == -infinity) {
-        if (!there.inside()) return way;
-        const double ahead = first_crossing(model_, there.shift_ + there.centre(), d);
-        if (!std::isfinite(ahead)) return infinity;
-        next = ahead;
+        if (there.inside()) {
+          next = first_crossing(model_, there.shift_ + there.centre(), d);
+        } else {
+          if (goes_on(way, d)) return way;
+          next = alike * size_;
+        }
       }
-      way += std::max(clearance() + next, rounding * size_);
-      if (way > most) return infinity;
+      way += std::max(clearance + next, rounding * size_);
+      if (!(way < most)) return infinity;
     }
     return infinity;
   }
@@ -356,7 +357,7 @@ class MeshConvex {
       way = length;
       normal = unit(shortest, length);
     }
-    if (way < before && !is_free(way, normal)) way = before, normal = along;
+    if (way < before && !goes_on(way, normal)) way = before, normal = along;
   }
 
   // A depth no translation can be less than, and the direction that asks for it.
@@ -479,7 +480,7 @@ class MeshConvex {
       if (!shortest_beyond(walls, slack / 8, shortest)) break;
       const double length = shortest.norm();
       const Vec3 along = unit(at, at.norm());
-      if (is_free(length, along)) way = length, normal = along;
+      if (goes_on(length, along)) way = length, normal = along;
       break;
     }
     // Of these only those count that hold so far.
