@@ -684,11 +684,10 @@ class MeshConvex {
     if (found.size() == first) return apart;
     const bool outward = !model_.solid || !face.flat || r.normal.dot(face.normal) > -1e-6;
     // What only touches is pushed by the neighbours where it lies behind the face, or where they go on along the way.
-    const bool pushes =
-        outward &&
-        !(r.signed_distance >= -alike * size_ &&
-          is_at_edge_of_more(t, p, r.normal, std::span<const Contact>(found).subspan(first))) &&
-        bears(model_, t, r.normal, r.point_a + shift_, alike * size_);
+    const bool pushes = outward &&
+                        !(r.signed_distance >= -alike * size_ &&
+                          is_at_edge_of_more(t, p, r.normal, std::span<const Contact>(found).subspan(first))) &&
+                        bears(model_, t, r.normal, r.point_a + shift_, alike * size_);
     if (pushes) return apart;
     // Not a way the surface pushes: its neighbours lie there. What the face bears counts of what has gone through it.
     found.resize(first);
