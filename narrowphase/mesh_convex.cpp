@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <span>
+#include <tuple>
 
 #include "closed_forms.h"
 #include "constants.h"
@@ -64,50 +66,26 @@ class MeshConvex {
   }
 
   PairAnswer distance() const {
-    std::uint32_t first = no_index;
-    const PairAnswer near = nearest(first);
+    const PairAnswer near = nearest();
     if (near.signed_distance > 0 && !inside()) return in_world(near);
     return in_world(overlap(near));
   }
 
   PairAnswer contacts(std::vector<Contact>& out) const {
-    PatchCollector patches(size_);
-    double gap = infinity;
-    // What keeps it from one triangle keeps it from others near that.
-    std::array<Side, 4> clear;
-    std::size_t next = 0;
-    query().each_near(options_.margin, [&](std::uint32_t t) {
-      const Corners p = corners(t);
-      for (const Side& known : clear)
-        if (const double beyond = known.beyond(p); beyond > options_.margin + rounding * size_) {
-          gap = std::min(gap, beyond);
-          return false;
-        }
-      const Apart apart = add_contacts(t, p, patches, out);
-      gap = std::min(gap, apart.gap);
-      if (apart.gap > options_.margin && !apart.normal.isZero()) clear[next++ % clear.size()] = side(apart.normal);
-      return false;
-    });
     const std::size_t first = out.size();
-    patches.finish(centre(), model_.solid, out);
-    for (std::size_t i = first; i < out.size(); ++i) {
-      out[i].point = to_world(out[i].point);
-      out[i].normal = turned(out[i].normal);
-    }
-    PairAnswer answer;
-    double deepest = -infinity;
-    for (std::size_t i = first; i < out.size(); ++i) {
-      deepest = std::max(deepest, out[i].depth);
-      out[i].depth = std::max(out[i].depth, -margin_);
-    }
-    if (deepest < -margin_ && !(deepest >= -rounding * size_ && collide())) out.resize(first);
-    if (out.size() == first) {
-      if (!(gap > rounding * size_ ? inside() : collide())) return answer;
-      answer = distance();
-      out.push_back({(answer.point_a + answer.point_b) / 2, answer.normal, -answer.signed_distance, 0});
+    PairAnswer near;
+    near.signed_distance = infinity;
+    gather_contacts(infinity, near, out);
+    decide(near);
+    if (near.signed_distance <= 0) return contacts_of_overlap(near, first, out);
+    // Where the shape lies inside, the gaps that were found are to the wrong side of the surface.
+    if (inside()) {
+      out.resize(first);
+      const PairAnswer answer = distance();
+      out.push_back(contact_of(answer));
       return answer;
     }
-    return from_deepest(out, first);
+    return contacts_of_gap(near, first, out);
   }
 
  private:
@@ -119,6 +97,12 @@ class MeshConvex {
   }
   Vec3 to_world(const Vec3& p) const { return mesh_.pose.rotation * p + convex_.pose.translation; }
   Vec3 turned(const Vec3& n) const { return (mesh_.pose.rotation * n).normalized(); }
+  void to_world(std::span<Contact> contacts) const {
+    for (Contact& c : contacts) {
+      c.point = to_world(c.point);
+      c.normal = turned(c.normal);
+    }
+  }
   PairAnswer in_world(PairAnswer r) const {
     r.point_a = to_world(r.point_a);
     r.point_b = to_world(r.point_b);
@@ -168,26 +152,46 @@ class MeshConvex {
   static double highest(const Vec3& d, const Corners& p) { return std::max({d.dot(p[0]), d.dot(p[1]), d.dot(p[2])}); }
   Side side(const Vec3& normal) const { return {normal, normal.dot(support(-normal))}; }
 
-  // How far the convex keeps from the triangle's plane; a lower bound of the distance.
-  double plane_gap(const Corners& p) const {
+  // A triangle along its normal. That of a sliver may be any direction, for rounding: what is said of heights holds
+  // along whichever direction it is, what is said of a plane only where it is `flat`, all corners being at one height.
+  struct Face {
+    Vec3 normal = Vec3::Zero();  // unit; zero where there is no area at all
+    double low = -infinity, high = infinity;
+    bool flat = false;
+  };
+  Face face_of(const Corners& p) const {
+    Face face;
     const Vec3 n = area_vector(p);
     const double length = n.norm();
-    if (!(length > 0)) return 0;
-    const Vec3 u = unit(n, length);
-    const double level = u.dot(p[0]), off = level - u.dot(mid_);
-    const double extent = (turn_.rotation.transpose() * u).cwiseAbs().dot(own_half_);
-    if (std::abs(off) > extent || view_.kind == ShapeKind::box) return std::abs(off) - extent;
-    return off > 0 ? level - u.dot(support(u)) : u.dot(support(-u)) - level;
+    if (!(length > 0)) return face;
+    face.normal = unit(n, length);
+    std::tie(face.low, face.high) = std::minmax({face.normal.dot(p[0]), face.normal.dot(p[1]), face.normal.dot(p[2])});
+    face.flat = face.high - face.low <= rounding * size_;
+    return face;
   }
 
-  // The way off the triangle's plane, to the nearer side: its depth is at most this.
+  // How far the box about the convex keeps from the triangle along the face's normal.
+  double box_gap_along(const Face& face) const {
+    const double middle = face.normal.dot(mid_);
+    return std::max(face.low - middle, middle - face.high) -
+           (turn_.rotation.transpose() * face.normal).cwiseAbs().dot(own_half_);
+  }
+
+  // How far the convex keeps from the triangle along the face's normal; a lower bound of the distance.
+  double gap_along(const Face& face) const {
+    const double gap = box_gap_along(face);
+    if (gap > 0 || view_.kind == ShapeKind::box) return gap;
+    const Vec3& n = face.normal;
+    return face.low > n.dot(mid_) ? face.low - n.dot(support(n)) : n.dot(support(-n)) - face.high;
+  }
+  double plane_gap(const Corners& p) const { return gap_along(face_of(p)); }
+
+  // The way off the triangle along its normal, to the nearer side: its depth is at most this.
   double way_off(const Corners& p) const {
-    const Vec3 n = area_vector(p);
-    const double length = n.norm();
-    if (!(length > 0)) return infinity;
-    const Vec3 u = unit(n, length);
-    const double level = u.dot(p[0]);
-    return std::min(u.dot(support(u)) - level, level - u.dot(support(-u)));
+    const Face face = face_of(p);
+    const Vec3& n = face.normal;
+    if (n.isZero()) return infinity;
+    return std::min(n.dot(support(n)) - face.low, face.high - n.dot(support(-n)));
   }
 
   bool touches(const Corners& p) const {
@@ -204,7 +208,8 @@ class MeshConvex {
   }
 
   // Largest separation of box and triangle along their 13 axes (Akenine-Moeller, Fast 3D triangle-box overlap testing,
-  // 2001): < 0 says that they overlap, a positive one that they are apart.
+  // 2001): < 0 says that they overlap, a positive one that they are apart, 0 that they may: a sliver's normal is not
+  // known well enough to tell.
   double box_gap(const Corners& p) const {
     const Mat3 to_box = turn_.rotation.transpose();
     const Corners q{to_box * p[0], to_box * p[1], to_box * p[2]};
@@ -218,7 +223,7 @@ class MeshConvex {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
         // Axis i x edge: (.., -edge[k], edge[j]).
         const double length = std::hypot(edge[j], edge[k]);
-        if (!(length > 1e-9 * size_)) continue;
+        if (!(length > 0)) continue;
         const double extent = own_half_[j] * std::abs(edge[k]) + own_half_[k] * std::abs(edge[j]);
         const auto at = [&](const Vec3& v) { return edge[j] * v[k] - edge[k] * v[j]; };
         const double a = at(q[e]), b = at(q[(e + 2) % 3]);
@@ -226,13 +231,22 @@ class MeshConvex {
         if (gap > rounding * size_) return gap;
       }
     }
-    return std::max(gap, plane_gap(p));
+    const Face face = face_of(p);
+    return std::max(gap, face.flat ? gap_along(face) : std::max(0.0, gap_along(face)));
   }
 
   // ---- All of them ----
 
+  // At distances that may be rounding's doing the verdict is that of `collide`.
+  void decide(PairAnswer& near) const {
+    if (!(std::abs(near.signed_distance) <= rounding * size_)) return;
+    near.collide = collide();
+    near.signed_distance = near.collide ? std::min(near.signed_distance, 0.0)
+                                        : std::max(near.signed_distance, std::numeric_limits<double>::min());
+  }
+
   // The nearest triangle's answer; any that overlaps will do.
-  PairAnswer nearest(std::uint32_t& which) const {
+  PairAnswer nearest() const {
     PairAnswer best;
     best.signed_distance = infinity;
     Side clear;
@@ -243,11 +257,11 @@ class MeshConvex {
       const PairAnswer r = solve(p, Request::distance, nullptr);
       if (r.signed_distance < best.signed_distance) {
         best = r;
-        which = t;
         clear = side(best.normal);
       }
       return best.signed_distance;
     });
+    decide(best);
     return best;
   }
 
@@ -259,14 +273,20 @@ class MeshConvex {
     return {convex_.pose.rotation, convex_.pose.translation + mesh_.pose.rotation * by};
   }
 
+  // Is a way out free a little farther on, too? At its end what it leaves and what comes next may touch both, and
+  // rounding say that neither does.
+  bool goes_on(double way, const Vec3& normal) const {
+    return !MeshConvex(mesh_, {convex_.shape, moved((way + alike * size_) * normal)}, options_).collide();
+  }
+
   // Least way along d (unit) that was found to separate, as planes across d push the convex off one layer of triangles
   // after the other; infinity if it comes to more than `most`.
   double way_out(const Vec3& d, double most) const {
     constexpr int layers = 64;
-    const double low = d.dot(support(-d)), step = rounding * size_;
+    const double low = d.dot(support(-d)), clearance = 10 * rounding * size_;  // past what only touches
     double way = 0;
     for (int i = 0; i < layers; ++i) {
-      const Pose at = moved(way * d);
+      const Pose at = moved((way + clearance) * d);
       const MeshConvex there(mesh_, {convex_.shape, at}, options_);
       double next = -infinity;
       there.query().each_near(0, [&](std::uint32_t t) {
@@ -276,13 +296,15 @@ class MeshConvex {
         return way + next > most;
       });
       if (next == -infinity) {
-        if (!there.inside()) return way;
-        const double ahead = first_crossing(model_, there.shift_ + there.centre(), d);
-        if (!std::isfinite(ahead)) return infinity;
-        next = ahead;
+        if (there.inside()) {
+          next = first_crossing(model_, there.shift_ + there.centre(), d);
+        } else {
+          if (goes_on(way, d)) return way;
+          next = alike * size_;
+        }
       }
-      way += std::max(next, step);
-      if (way > most) return infinity;
+      way += std::max(clearance + next, rounding * size_);
+      if (!(way < most)) return infinity;
     }
     return infinity;
   }
@@ -335,8 +357,7 @@ class MeshConvex {
       way = length;
       normal = unit(shortest, length);
     }
-    if (way < before && MeshConvex(mesh_, {convex_.shape, moved((way + 1e-10 * size_) * normal)}, options_).collide())
-      way = before, normal = along;
+    if (way < before && !goes_on(way, normal)) way = before, normal = along;
   }
 
   // A depth no translation can be less than, and the direction that asks for it.
@@ -397,10 +418,9 @@ class MeshConvex {
     bool added = false;
     there.query().each_near(0, [&](std::uint32_t t) {
       const Corners p = there.corners(t);
-      const Vec3 area = area_vector(p);
-      const double length = area.norm();
-      if (!(length > 0)) return false;
-      Vec3 n = unit(area, length);
+      const Face face = there.face_of(p);
+      if (!face.flat) return false;
+      Vec3 n = face.normal;
       double height = n.dot(centre() - p[0]);
       if (height < 0 && model_.solid) return false;
       if (height < 0) n = -n, height = -height;
@@ -458,8 +478,9 @@ class MeshConvex {
       if (MeshConvex(mesh_, {convex_.shape, moved(at)}, options_).collide()) continue;
       for (Wall& wall : walls) wall.bound -= slack;
       if (!shortest_beyond(walls, slack / 8, shortest)) break;
-      way = shortest.norm();
-      normal = unit(at, at.norm());
+      const double length = shortest.norm();
+      const Vec3 along = unit(at, at.norm());
+      if (goes_on(length, along)) way = length, normal = along;
       break;
     }
     // Of these only those count that hold so far.
@@ -531,8 +552,7 @@ class MeshConvex {
     constexpr int most_turns = 6;
     for (int i = 0; i < most_turns && way > certain + enough && std::isfinite(way); ++i) {
       const Pose at = moved((way + 1e-4 * size_) * normal);
-      std::uint32_t which = no_index;
-      const PairAnswer r = MeshConvex(mesh_, {convex_.shape, at}, options_).nearest(which);
+      const PairAnswer r = MeshConvex(mesh_, {convex_.shape, at}, options_).nearest();
       if (!(r.signed_distance > 0) || r.normal.dot(normal) > 1 - 1e-14) break;
       const double before = way;
       attempt(r.normal);
@@ -560,8 +580,7 @@ class MeshConvex {
     answer.signed_distance = -way;
     answer.normal = normal;
     // Where they part: on the mesh there, and the same point of the convex where it is now.
-    std::uint32_t which = no_index;
-    const PairAnswer r = MeshConvex(mesh_, {convex_.shape, moved(way * normal)}, options_).nearest(which);
+    const PairAnswer r = MeshConvex(mesh_, {convex_.shape, moved(way * normal)}, options_).nearest();
     answer.point_a = r.point_a + way * normal;
     answer.point_b = answer.point_a - way * normal;
     return answer;
@@ -621,28 +640,32 @@ class MeshConvex {
     return false;
   }
 
-  // Adds the triangle's contacts. `room`: what it holds stays as it is.
-  Apart add_contacts(std::uint32_t t, const Corners& p, PatchCollector& patches, std::vector<Contact>& room) const {
+  static Contact contact_of(const PairAnswer& r) {
+    return {(r.point_a + r.point_b) / 2, r.normal, -r.signed_distance, 0};
+  }
+
+  // Adds the triangle's contacts but those deeper than `limit`; `near` is the nearest triangle's answer. `room`: what
+  // it holds stays as it is.
+  Apart add_contacts(std::uint32_t t, const Corners& p, double limit, PairAnswer& near, PatchCollector& patches,
+                     std::vector<Contact>& room) const {
     const std::size_t first = room.size();
-    const Apart apart = add_contacts(t, p, patches, room, first);
+    const Apart apart = find_contacts(t, p, near, room, first);
+    const auto is_too_deep = [&](const Contact& c) { return c.depth > limit; };
+    room.erase(std::remove_if(room.begin() + static_cast<std::ptrdiff_t>(first), room.end(), is_too_deep), room.end());
+    if (room.size() > first) patches.add(t, std::span<const Contact>(room).subspan(first));
     room.resize(first);
     return apart;
   }
 
-  // The same with the triangle's contacts from `first` on in `found` at last.
-  Apart add_contacts(std::uint32_t t, const Corners& p, PatchCollector& patches, std::vector<Contact>& found,
-                     std::size_t first) const {
-    const Vec3 area = area_vector(p);
-    const double length = area.norm();
-    const auto own = [&] { return std::span<const Contact>(found).subspan(first); };
+  // The triangle's contacts, appended to `found`, which holds `first` of others.
+  Apart find_contacts(std::uint32_t t, const Corners& p, PairAnswer& near, std::vector<Contact>& found,
+                      std::size_t first) const {
+    const Face face = face_of(p);
+    if (const double gap = box_gap_along(face); gap > options_.margin) return {gap};
     PairAnswer r;
     bool is_known = false;
-    if (length > 0) {
-      Vec3 n = unit(area, length);
-      const double level = n.dot(p[0]), off = level - n.dot(mid_);
-      const double box_gap = std::abs(off) - (turn_.rotation.transpose() * n).cwiseAbs().dot(own_half_);
-      if (box_gap > options_.margin) return {box_gap};
-      if (n.dot(centre()) < level) n = -n;
+    if (face.flat) {
+      const Vec3 n = face.normal.dot(centre() - p[0]) < 0 ? Vec3(-face.normal) : face.normal;
       const Vec3 deepest = support(-n);
       const double depth = n.dot(p[0] - deepest);
       if (depth < -options_.margin) return {-depth};
@@ -650,39 +673,112 @@ class MeshConvex {
       if (is_known) {
         r.signed_distance = -depth;
         r.normal = n;
-        append_points(p, {-depth, deepest + depth * n, deepest, n, 0}, found);
+        r.point_a = deepest + depth * n;
+        r.point_b = deepest;
       }
     }
-    if (!is_known) {
-      r = solve(p, Request::contacts, nullptr);
-      append_points(p, {r.signed_distance, r.point_a, r.point_b, r.normal, 0}, found);
-    }
-    if (found.size() == first) return {r.signed_distance, r.normal};
-    const Vec3 n = length > 0 ? unit(area, length) : Vec3::Zero();
-    const bool outward = !model_.solid || r.normal.dot(n) > -1e-6;
+    if (!is_known) r = solve(p, Request::contacts, nullptr);
+    append_points(p, {r.signed_distance, r.point_a, r.point_b, r.normal, 0}, found);
+    if (r.signed_distance < near.signed_distance) near = r;
+    const Apart apart{r.signed_distance, r.normal};
+    if (found.size() == first) return apart;
+    const bool outward = !model_.solid || !face.flat || r.normal.dot(face.normal) > -1e-6;
     // What only touches is pushed by the neighbours where it lies behind the face, or where they go on along the way.
-    if (r.signed_distance >= -alike * size_ && (!outward || is_at_edge_of_more(t, p, r.normal, own())))
-      return {r.signed_distance, r.normal};
-    if (n.isZero() || (outward && bears(model_, t, r.normal, r.point_a + shift_, alike * size_))) {
-      patches.add(t, own());
-      return {r.signed_distance, r.normal};
-    }
-    // Not a way the surface pushes: its neighbours lie there. What the triangle's face bears counts.
-    const double side = n.dot(centre() - p[0]);
-    const Vec3 face = model_.solid || side > 0 || (side == 0 && n.dot(r.normal) >= 0) ? n : Vec3(-n);
-    const Vec3 low = support(-face);
-    const double depth = face.dot(p[0] - low);
-    if (depth < -options_.margin) return {r.signed_distance, r.normal};
+    const bool pushes = outward &&
+                        !(r.signed_distance >= -alike * size_ &&
+                          is_at_edge_of_more(t, p, r.normal, std::span<const Contact>(found).subspan(first))) &&
+                        bears(model_, t, r.normal, r.point_a + shift_, alike * size_);
+    if (pushes) return apart;
+    // Not a way the surface pushes: its neighbours lie there. What the face bears counts of what has gone through it.
     found.resize(first);
-    const LocalAnswer along_face{-depth, low + depth * face, low, face, 0};
+    if (face.flat && r.signed_distance < -alike * size_) append_face_contacts(p, face, r.normal, found);
+    return apart;
+  }
+
+  // Those along the face's normal, to the outer side; of a surface to that of the convex's centre.
+  void append_face_contacts(const Corners& p, const Face& face, const Vec3& normal, std::vector<Contact>& found) const {
+    const std::size_t first = found.size();
+    const double side = face.normal.dot(centre() - p[0]);
+    const bool as_wound = model_.solid || side > 0 || (side == 0 && face.normal.dot(normal) >= 0);
+    const Vec3 n = as_wound ? face.normal : Vec3(-face.normal);
+    const Vec3 low = support(-n);
+    const double depth = n.dot(p[0] - low);
+    if (depth < -options_.margin) return;
+    const LocalAnswer along_face{-depth, low + depth * n, low, n, 0};
     append_points(p, along_face, found);
-    const bool over = point_distance(view_triangle(p), along_face.point_a).signed_distance <= 1e-9 * size_;
-    if (!over)
-      found.erase(std::remove_if(found.begin() + static_cast<std::ptrdiff_t>(first), found.end(),
-                                 [](const Contact& c) { return c.feature == 0xffffffffu; }),
-                  found.end());
-    patches.add(t, own());
-    return {r.signed_distance, r.normal};
+    if (point_distance(view_triangle(p), along_face.point_a).signed_distance <= 1e-9 * size_) return;
+    const auto is_made_up = [](const Contact& c) { return c.feature == 0xffffffffu; };
+    found.erase(std::remove_if(found.begin() + static_cast<std::ptrdiff_t>(first), found.end(), is_made_up),
+                found.end());
+  }
+
+  // Appends those of all triangles, in local coordinates, but what is deeper than `limit`; `near` is the answer of the
+  // nearest triangle within the margin, if that is nearer than what it was.
+  void gather_contacts(double limit, PairAnswer& near, std::vector<Contact>& out) const {
+    PatchCollector patches(size_);
+    const std::size_t first = out.size();
+    // What keeps it from one triangle keeps it from others near that.
+    std::array<Side, 4> clear;
+    std::size_t next = 0;
+    query().each_near(options_.margin, [&](std::uint32_t t) {
+      const Corners p = corners(t);
+      for (const Side& known : clear)
+        if (known.beyond(p) > options_.margin + rounding * size_) return false;
+      const Apart apart = add_contacts(t, p, limit, near, patches, out);
+      if (apart.gap > options_.margin && !apart.normal.isZero()) clear[next++ % clear.size()] = side(apart.normal);
+      return false;
+    });
+    patches.finish(centre(), model_.solid, out);
+    for (Contact& c : std::span(out).subspan(first)) c.depth = std::max(c.depth, -margin_);
+  }
+
+  static double deepest_of(std::span<const Contact> contacts) {
+    double deepest = -infinity;
+    for (const Contact& c : contacts) deepest = std::max(deepest, c.depth);
+    return deepest;
+  }
+
+  // Of two that are apart by `near`: no contact is nearer, and one is as near.
+  PairAnswer contacts_of_gap(const PairAnswer& near, std::size_t first, std::vector<Contact>& out) const {
+    if (near.signed_distance > margin_) {
+      out.resize(first);
+      return {};
+    }
+    const double gap = near.signed_distance;
+    for (Contact& c : std::span(out).subspan(first)) c.depth = std::min(c.depth, -gap);
+    if (!(deepest_of(std::span(out).subspan(first)) >= -gap - rounding * size_)) out.push_back(contact_of(near));
+    to_world(std::span(out).subspan(first));
+    PairAnswer answer = from_deepest(out, first);
+    answer.collide = false;
+    return answer;
+  }
+
+  // Of triangles that overlap, the deepest by `near`, from which no shorter way leads out. Where contacts are no deeper
+  // than that and one is as deep, they are as deep as the way out, or short of it between several walls. Else the way
+  // out is looked for: what is deeper does not push.
+  PairAnswer contacts_of_overlap(const PairAnswer& near, std::size_t first, std::vector<Contact>& out) const {
+    const auto deepest = [&] { return deepest_of(std::span(out).subspan(first)); };
+    double certain = -near.signed_distance;
+    const double slack = 10 * rounding * size_ + 1e-9 * certain;
+    if (!(std::abs(deepest() - certain) <= slack)) {
+      const PairAnswer out_of = overlap(nearest());
+      const double way = -out_of.signed_distance;
+      certain = way - out_of.error_bound;
+      if (deepest() > way + slack) {
+        out.resize(first);
+        PairAnswer again = near;
+        gather_contacts(way + slack, again, out);
+      }
+      if (!(deepest() >= certain - slack)) out.push_back(contact_of(out_of));
+    }
+    to_world(std::span(out).subspan(first));
+    PairAnswer answer = from_deepest(out, first);
+    answer.collide = true;
+    if (const double beyond = -answer.signed_distance - certain; beyond > slack) {
+      answer.status = Status::inexact;
+      answer.error_bound = beyond;
+    }
+    return answer;
   }
 
   const Posed mesh_, convex_;

@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "mesh_inside.h"
 #include "mesh_model.h"
@@ -67,6 +68,80 @@ Mesh hollow_box(const Vec3& outer, const Vec3& inner) {
   mesh.vertices.insert(mesh.vertices.end(), hole.vertices.begin(), hole.vertices.end());
   for (const auto& t : hole.triangles) mesh.triangles.push_back({first + t[0], first + t[2], first + t[1]});
   return mesh;
+}
+
+// Verdict, distance and contacts of a pair.
+struct Answers {
+  bool collide;
+  PairAnswer distance, contact;
+  std::vector<Contact> contacts;
+  double deepest = -std::numeric_limits<double>::infinity();
+};
+
+Answers answers(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb, double margin = 0) {
+  NarrowPhaseOptions options;
+  options.margin = margin;
+  const NarrowPhase solver(options);
+  Answers r;
+  r.collide = solver.solve(a, pa, b, pb, Request::collide).collide;
+  r.distance = solver.solve(a, pa, b, pb, Request::distance);
+  r.contact = solver.solve(a, pa, b, pb, Request::contacts, &r.contacts);
+  for (const Contact& c : r.contacts) r.deepest = std::max(r.deepest, c.depth);
+  return r;
+}
+
+Pose posed(const Vec3& t, const Mat3& rotation) { return {rotation, t}; }
+
+Mat3 rows(const Vec3& x, const Vec3& y, const Vec3& z) {
+  Mat3 m;
+  m << x.transpose(), y.transpose(), z.transpose();
+  return m;
+}
+
+// A prism of a U in the xy plane: a bar and two arms.
+Mesh u_body(double half) {
+  Mesh m;
+  m.solid = true;
+  for (const double z : {-half, half})
+    for (const auto& [x, y] :
+         {std::pair{0.0, 0.0}, {2.0, 0.0}, {2.0, 2.0}, {1.2, 2.0}, {1.2, 0.8}, {0.8, 0.8}, {0.8, 2.0}, {0.0, 2.0}})
+      m.vertices.emplace_back(x, y, z);
+  for (const auto& [i, j, k] :
+       {std::array<std::uint32_t, 3>{0, 1, 4}, {0, 4, 5}, {1, 2, 3}, {1, 3, 4}, {0, 5, 6}, {0, 6, 7}}) {
+    m.triangles.push_back({i, k, j});
+    m.triangles.push_back({i + 8, j + 8, k + 8});
+  }
+  for (std::uint32_t i = 0; i < 8; ++i) {
+    const std::uint32_t j = (i + 1) % 8;
+    m.triangles.push_back({i, j, j + 8});
+    m.triangles.push_back({i, j + 8, i + 8});
+  }
+  return m;
+}
+
+// Some edges cut by a triangle without area: what remains of the next triangle beside it keeps the whole edge.
+Mesh with_flat_triangles(Mesh m, Random& r) {
+  for (int i = 0; i < 6; ++i) {
+    const auto t = static_cast<std::size_t>(r.below(static_cast<int>(m.triangles.size())));
+    const auto [a, b, c] = m.triangles[t];
+    const auto cut = static_cast<std::uint32_t>(m.vertices.size());
+    m.vertices.push_back(m.vertices[a] + r.in(0.2, 0.8) * (m.vertices[b] - m.vertices[a]));
+    m.triangles[t] = {a, cut, c};
+    m.triangles.push_back({cut, b, c});
+    m.triangles.push_back({a, b, cut});
+  }
+  return m;
+}
+
+// Some of the triangles of a torus or a U, as a surface.
+Mesh open_shell(Random& r) {
+  Mesh m = r.once_in(2) ? torus(1, r.in(0.2, 0.5), 6, 4) : u_body(r.in(0.2, 0.8));
+  m.solid = false;
+  const auto first = static_cast<std::ptrdiff_t>(r.in(0, static_cast<double>(m.triangles.size()) - 1));
+  const auto count = static_cast<std::size_t>(r.in(1, static_cast<double>(m.triangles.size())));
+  std::rotate(m.triangles.begin(), m.triangles.begin() + first, m.triangles.end());
+  m.triangles.resize(count);
+  return m;
 }
 
 }  // namespace
@@ -422,4 +497,160 @@ TEST_CASE("what misses a mesh by less than rounding is apart, by a little") {
     CHECK(d.collide == (z == 0));
     CHECK(std::abs(d.signed_distance) <= 1e-15);
   }
+}
+
+TEST_CASE("triangles without area in a mesh are the segments and points that they are") {
+  // Three points on a line, the third between the others, through a box.
+  const std::array<Vec3, 3> line{Vec3(0.6, 0.5, 0.6), Vec3(-0.6, -0.5, -0.7), Vec3(-0.24, -0.2, -0.31)};
+  const Shape mesh(Mesh{{line[0], line[1], line[2]}, {{0, 1, 2}}, false}), one(Triangle{line}), box(Box{Vec3(1, 1, 1)});
+  const Answers through = answers(mesh, Pose{}, box, Pose{});
+  CHECK(through.collide);
+  CHECK(through.distance.signed_distance == Approx(answer(one, Pose{}, box, Pose{}).signed_distance));
+  CHECK(!through.contacts.empty());
+
+  // The way out of the other triangle's normal, which rounding has made, is not the shortest.
+  const Shape two(Mesh{{Vec3(0.2, 0.4, -1.1), Vec3(0.3, -0.2, -0.9), Vec3(0.2, 0.4, -1.1),
+                        Vec3(0.00820837755841397, -0.2890612818835353, -0.3592202536913357),
+                        Vec3(-0.5634604823250254, -0.17104761523968398, -0.9379941060444951),
+                        Vec3(-0.27762605238330573, -0.23005444856160964, -0.6486071798679154)},
+                       {{0, 1, 2}, {3, 4, 5}},
+                       false});
+  const Pose at = posed(Vec3(0, -1, 0.5), rows(Vec3(0.9063793512981771, 0.422464757749443, 0),
+                                               Vec3(-0.422464757749443, 0.9063793512981771, 0), Vec3(0, 0, 1)));
+  const Answers ball = answers(Shape(Sphere{2}), Pose::at(1.5, -0.5, 1), two, at);
+  CHECK(ball.collide);
+  CHECK(-ball.distance.signed_distance < 0.05);
+
+  // Many of them: the mesh collides if one of its triangles does, and keeps what the nearest keeps.
+  Random r(91);
+  int hits = 0;
+  for (int i = 0; i < 1500; ++i) {
+    Mesh soup;
+    for (std::uint32_t t = 0; t < 3; ++t) {
+      const Vec3 p = r.vec(-1, 1), q = r.vec(-1, 1);
+      const Vec3 between = p + r.in(0, 1) * (q - p);
+      for (const Vec3& v : {p, q, i % 3 == 0 ? p : i % 3 == 1 ? between : Vec3(between + 1e-12 * r.vec(-1, 1))})
+        soup.vertices.push_back(v);
+      soup.triangles.push_back({3 * t + t % 3, 3 * t + (t + 1) % 3, 3 * t + (t + 2) % 3});
+    }
+    const Shape a(soup), b = convex_shapes()[static_cast<std::size_t>(i) % 9];
+    const Pose pa = random_pose(r, 1), pb = moved(random_pose(r, 0.8), pa.translation);
+    const Answers found = answers(a, pa, b, pb);
+    double least = std::numeric_limits<double>::infinity();
+    for (std::uint32_t t = 0; t < 3; ++t)
+      least = std::min(least, answer(Shape(Triangle{a.mesh().corners(t)}), pa, b, pb).signed_distance);
+    CAPTURE(i, name(b.kind()), least, found.distance.signed_distance);
+    if (std::abs(least) < 1e-12) continue;
+    CHECK(found.collide == (least <= 0));
+    CHECK(found.distance.collide == found.collide);
+    CHECK(found.contacts.empty() != found.collide);
+    if (least > 0) CHECK(found.distance.signed_distance == Approx(least).margin(1e-10));
+    if (least <= 0) CHECK(found.distance.signed_distance <= least + 1e-9);
+    hits += found.collide ? 1 : 0;
+  }
+  CHECK(hits > 100);
+}
+
+TEST_CASE("a surface apart from a convex shape: with a margin one contact is as near as they are, none nearer") {
+  Random r(92);
+  int within = 0;
+  for (int i = 0; i < 2500; ++i) {
+    const Shape a(open_shell(r)), b = convex_shapes()[static_cast<std::size_t>(i) % 9];
+    const Pose pa = random_pose(r, 1);
+    Pose pb = moved(random_pose(r, 1.5), pa.translation);
+    const PairAnswer far = answer(a, pa, b, pb);
+    const double margin = 0.2, gap = std::pow(10, r.in(-5, -0.5));
+    pb.translation += far.normal * (gap - far.signed_distance);
+    const Answers found = answers(a, pa, b, pb, margin);
+    const double distance = found.distance.signed_distance;
+    CAPTURE(i, name(b.kind()), distance);
+    if (!(distance > 0) || std::abs(distance - margin) < 1e-9) continue;
+    CHECK_FALSE(found.contact.collide);
+    CHECK(found.contacts.empty() == (distance > margin));
+    if (found.contacts.empty()) continue;
+    CHECK(found.deepest == Approx(-distance).margin(1e-9));
+    ++within;
+  }
+  CHECK(within > 1000);
+}
+
+TEST_CASE("a convex shape in a solid overlaps it with a margin as without one") {
+  Random r(93);
+  int inside = 0;
+  for (int i = 0; i < 1800; ++i) {
+    const Shape solid(with_flat_triangles(i % 2 == 0 ? torus(1, 0.4, 8, 6) : u_body(0.6), r));
+    const Shape b = i % 4 < 2 ? Shape(Sphere{r.in(0, 0.2)}) : Shape(Box{r.vec(0.05, 0.3)});
+    const Pose pa = random_pose(r, 1);
+    Pose pb = random_pose(r, 0);
+    pb.translation = pa * (i % 2 == 0 ? Vec3(r.in(-1.3, 1.3), r.in(-1.3, 1.3), r.in(-0.3, 0.3)) : r.vec(-0.5, 2));
+    const Answers plain = answers(solid, pa, b, pb), wide = answers(solid, pa, b, pb, 0.2);
+    if (!(plain.distance.signed_distance < -1e-9)) continue;
+    CAPTURE(i, plain.distance.signed_distance);
+    CHECK(wide.contact.collide);
+    REQUIRE(!plain.contacts.empty());
+    CHECK(wide.deepest == Approx(plain.deepest).margin(1e-9));
+    ++inside;
+  }
+  CHECK(inside > 200);
+}
+
+TEST_CASE("no contact of a convex shape with a concave mesh is deeper than the way out") {
+  // A cylinder beside an arm's edge.
+  const Pose u_at =
+      posed(Vec3(-0.55, -0.56, -0.42), rows(Vec3(0.19980418723498528, 0.14182833097808462, 0.9695168958276786),
+                                            Vec3(0.8890656563310666, -0.44216546992320227, -0.11854094625994677),
+                                            Vec3(0.41187442928151874, 0.8856491527346282, -0.2144412105087512)));
+  const Pose at =
+      posed(Vec3(0.02, 0.1, -0.66), rows(Vec3(0.10387069634101764, -0.2294720633040791, -0.967756917105014),
+                                         Vec3(0.9897796151879733, -0.07174148112001033, 0.12324558103662325),
+                                         Vec3(-0.09770973237083269, -0.9706676733309274, 0.21967493291303009)));
+  const Answers beside = answers(Shape(u_body(0.61)), u_at, Shape(Cylinder{0.43, 0.84}), at);
+  CHECK(beside.distance.status == Status::ok);
+  CHECK(beside.deepest <= -beside.distance.signed_distance * (1 + 1e-8));
+
+  Random r(94);
+  int exact = 0;
+  for (int i = 0; i < 2000; ++i) {
+    Mesh mesh = i % 2 == 0 ? u_body(r.in(0.2, 0.8)) : torus(1, r.in(0.2, 0.5), 6, 5);
+    mesh.solid = i % 4 < 2;
+    const Shape a(mesh), b = convex_shapes()[static_cast<std::size_t>(i) % 9];
+    const Pose pa = random_pose(r, 1);
+    Pose pb = random_pose(r, 0);
+    pb.translation = pa * r.vec(-1, 2);
+    const PairAnswer far = answer(a, pa, b, pb);
+    pb.translation -= far.normal * (far.signed_distance + std::pow(10, r.in(-6, -1.5)));
+    const Answers found = answers(a, pa, b, pb);
+    const double depth = -found.distance.signed_distance;
+    if (!(depth > 0)) continue;
+    CAPTURE(i, name(b.kind()), depth, found.deepest);
+    REQUIRE(!found.contacts.empty());
+    // That moves it free, so no contact may ask for more.
+    CHECK_FALSE(collide(a, pa, b, moved(pb, found.distance.normal * (depth + 1e-8))));
+    CHECK(found.deepest <= depth * (1 + 2e-9) + 1e-11);
+    exact += found.contact.status == Status::ok ? 1 : 0;
+  }
+  CHECK(exact > 1500);
+}
+
+TEST_CASE("a point in a solid leaves it by the nearest way") {
+  const Shape ring(torus(1, 0.3, 5, 4));
+  Random r(95);
+  int inside = 0;
+  for (int i = 0; i < 400; ++i) {
+    const double u = 2 * std::numbers::pi * r.in(0, 1), v = 2 * std::numbers::pi * r.in(0, 1), tube = r.in(0, 0.3);
+    const Vec3 p((1 + tube * std::cos(v)) * std::cos(u), (1 + tube * std::cos(v)) * std::sin(u), tube * std::sin(v));
+    if (!collide(ring, Pose{}, Shape(Sphere{0}), Pose::at(p.x(), p.y(), p.z()))) continue;
+    ++inside;
+    const Answers point = answers(ring, Pose{}, Shape(Sphere{0}), Pose::at(p.x(), p.y(), p.z()));
+    double depth = std::numeric_limits<double>::infinity();
+    for (std::uint32_t t = 0; t < ring.mesh().triangles.size(); ++t)
+      depth = std::min(depth, answer(Shape(Triangle{ring.mesh().corners(t)}), Pose{}, Shape(Sphere{0}),
+                                     Pose::at(p.x(), p.y(), p.z()))
+                                  .signed_distance);
+    CAPTURE(i, p.transpose());
+    CHECK(point.distance.status == Status::ok);
+    CHECK(point.distance.signed_distance == Approx(-depth).margin(1e-12));
+    CHECK(point.deepest == Approx(-point.distance.signed_distance).margin(1e-12));
+  }
+  CHECK(inside > 200);
 }
