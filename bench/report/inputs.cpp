@@ -77,15 +77,7 @@ Json checked_run(std::string_view text, const std::string& file) {
   return {{"file", file}, {"steps", std::move(steps)}};
 }
 
-void add(Inputs& inputs, const std::filesystem::path& path, InputFile& in) {
-  constexpr std::string_view record = R"({"format":"tandem-record")";
-  if (in.peek(record.size()) == record) {
-    if (!in.size()) throw InputError({}, "a recording in a pipe", "one in a file, as it is read twice");
-    inputs.records.push_back(path);
-    return;
-  }
-  const std::string& file = in.name();
-  const std::string text = in.rest(limits::document_bytes);
+void add(Inputs& inputs, const std::string& text, const std::string& file) {
   if (text.find_first_not_of(" \t\r\n") == std::string::npos) throw InputError({}, "empty", kinds);
   if (text.starts_with("{\"step\":")) {
     inputs.runs.push_back(checked_run(text, file));
@@ -107,8 +99,15 @@ Inputs read_inputs(const std::vector<std::filesystem::path>& files) {
   Inputs inputs;
   for (const std::filesystem::path& path : files) {
     InputFile in(path);
+    constexpr std::string_view record = R"({"format":"tandem-record")";
+    if (in.peek(record.size()) == record) {
+      if (!in.size()) throw InputError(in.name(), "a recording in a pipe", "one in a file, as it is read twice");
+      inputs.records.push_back(path);
+      continue;
+    }
+    const std::string text = in.rest(limits::document_bytes);
     try {
-      add(inputs, path, in);
+      add(inputs, text, in.name());
     } catch (const InputError& error) {
       throw error.within(in.name());
     }
