@@ -11,6 +11,8 @@
 #include <sstream>
 
 #include "benches.h"
+#include "input_error.h"
+#include "input_limits.h"
 #include "option_text.h"
 #include "output_file.h"
 #include "report.h"
@@ -161,10 +163,8 @@ void add_report(CLI::App& program) {
   });
 }
 
-int complain(std::string what, int status) {
-  std::replace_if(
-      what.begin(), what.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }, ' ');
-  std::cerr << "tandem-bench: " << what << '\n';
+int complain(std::string_view what, int status) {
+  std::cerr << "tandem-bench: " << shortened(on_one_line(what), limits::message_bytes) << '\n';
   return status;
 }
 

@@ -1,25 +1,16 @@
 #include "inputs.h"
 
 #include <algorithm>
-#include <fstream>
 #include <string_view>
 
 #include "results.h"
+#include "text_file.h"
 #include "trace_steps.h"
 
 namespace tandem::bench {
 namespace {
 
 constexpr std::string_view kinds = "a result of tandem-bench, or of tandem run what --json, --trace or --record wrote";
-
-/// The first bytes, of a file that may be very large.
-std::string beginning(const std::filesystem::path& file) {
-  std::string bytes(64, '\0');
-  std::ifstream in(file, std::ios::binary);
-  in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  bytes.resize(static_cast<std::size_t>(std::max<std::streamsize>(0, in.gcount())));
-  return bytes;
-}
 
 void require_count(const JsonRef& object, std::string_view key) { object.at(key).number_at_least(0); }
 
@@ -49,7 +40,9 @@ Json checked_results(const JsonRef& document, const std::string& file) {
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const JsonRef row = rows.at(i);
     for (const char* key : {"bench", "workload", "contestant"}) row.at(key).text();
-    for (const char* key : {"threads", "n", "median_ns", "p10_ns", "p90_ns"}) require_count(row, key);
+    for (const char* key : {"threads", "n"}) row.at(key).whole(0xffffffffu);
+    for (const char* key : {"median_ns", "p10_ns", "p90_ns"}) require_count(row, key);
+    if (const auto request = row.find("request")) request->text();
   }
   Json out = document.value();
   out["file"] = file;
@@ -70,27 +63,22 @@ Json checked_step(const JsonRef& step) {
 /// One JSON object a line.
 Json checked_run(std::string_view text, const std::string& file) {
   Json steps = Json::array();
+  std::size_t values_left = limits::json_values;  // of all lines together
   for (std::size_t begin = 0, line = 1; begin < text.size(); ++line) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());
     try {
-      const Json json = parse_json(text.substr(begin, end - begin));
+      const Json json = parse_json(text.substr(begin, end - begin), nullptr, &values_left);
       steps.push_back(checked_step(JsonRef(json)));
     } catch (const InputError& error) {
-      throw InputError("line " + std::to_string(line) + ": " + error.what());
+      throw error.within("line " + std::to_string(line));
     }
     begin = end + 1;
   }
   return {{"file", file}, {"steps", std::move(steps)}};
 }
 
-void add(Inputs& inputs, const std::filesystem::path& path) {
-  const std::string file = path.string();
-  if (beginning(path).starts_with("{\"format\":\"tandem-record\"")) {
-    inputs.records.push_back(path);
-    return;
-  }
-  const std::string text = read_file(path);
-  if (text.find_first_not_of(" \t\r\n") == std::string::npos) throw InputError("empty, allowed: " + std::string(kinds));
+void add(Inputs& inputs, const std::string& text, const std::string& file) {
+  if (text.find_first_not_of(" \t\r\n") == std::string::npos) throw InputError({}, "empty", kinds);
   if (text.starts_with("{\"step\":")) {
     inputs.runs.push_back(checked_run(text, file));
     return;
@@ -109,12 +97,19 @@ void add(Inputs& inputs, const std::filesystem::path& path) {
 
 Inputs read_inputs(const std::vector<std::filesystem::path>& files) {
   Inputs inputs;
-  for (const std::filesystem::path& file : files) {
+  for (const std::filesystem::path& path : files) {
+    InputFile in(path);
+    constexpr std::string_view record = R"({"format":"tandem-record")";
+    if (in.peek(record.size()) == record) {
+      if (!in.size()) throw InputError(in.name(), "a recording in a pipe", "one in a file, as it is read twice");
+      inputs.records.push_back(path);
+      continue;
+    }
+    const std::string text = in.rest(limits::document_bytes);
     try {
-      add(inputs, file);
+      add(inputs, text, in.name());
     } catch (const InputError& error) {
-      const std::string what = error.what();
-      throw InputError(what.starts_with(file.string()) ? what : file.string() + ": " + what);
+      throw error.within(in.name());
     }
   }
   return inputs;

@@ -117,8 +117,9 @@ Survey survey(const std::filesystem::path& path) {
     if (out.steps == 0)
       for (const auto& [index, pose] : step.poses) out.moving.push_back(index);
     if (step.poses.size() != out.moving.size())
-      throw InputError(fmt::format("{}: step {}: {} moving bodies, allowed: {} as in the first step", path.string(),
-                                   step.step, step.poses.size(), out.moving.size()));
+      throw InputError(fmt::format("{}: step {}", path.string(), step.step),
+                       fmt::format("{} moving bodies", step.poses.size()),
+                       fmt::format("{} as in the first step", out.moving.size()));
     for (const auto& [index, pose] : step.poses)
       for (std::size_t k = 0; k < 3; ++k) out.place[k].add(pose.translation[static_cast<Eigen::Index>(k)]);
     for (const RecordedContact& contact : step.contacts) {
@@ -127,7 +128,7 @@ Survey survey(const std::filesystem::path& path) {
       out.depth.add(static_cast<double>(contact.depth));
     }
   }
-  if (out.steps == 0) throw InputError(path.string() + ": a record without a step, allowed: from 1");
+  if (out.steps == 0) throw InputError(path.string(), "a record without a step", "from 1");
   return out;
 }
 

@@ -132,7 +132,7 @@ std::string write_report(const std::vector<std::filesystem::path>& files, const 
     blocks += data_block(fmt::format("replay-{}-costs", i), replay.costs);
     progress.at(i + 1);
   }
-  blocks += data_block("data", deflated(data.dump()));
+  blocks += data_block("data", deflated(data.dump(-1, ' ', false, Json::error_handler_t::replace)));
 
   const std::string html =
       filled(asset("page.html"), {{"style", fmt::format("<style>\n{}</style>\n", asset("style.css"))},

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <ostream>
+#include <streambuf>
 #include <vector>
 
 namespace tandem {
@@ -23,6 +25,7 @@ std::string escaped(std::string_view key) {
 // Builds the document; keys are compared when an object ends, as looking each one up would be quadratic.
 class Builder : public nlohmann::json_sax<Json> {
  public:
+  explicit Builder(std::size_t& values_left) : values_left_(values_left) {}
   Json take() { return std::move(root_); }
 
   bool null() override { return add(nullptr); }
@@ -45,20 +48,21 @@ class Builder : public nlohmann::json_sax<Json> {
     const auto twice = std::adjacent_find(keys.begin(), keys.end());
     if (twice != keys.end()) {
       key_.back() = *twice;
-      throw InputError(path() + ": the key stands twice, allowed: once");
+      throw InputError(path(), "the key stands twice", "once");
     }
     return close();
   }
   bool end_array() override { return close(); }
   bool parse_error(std::size_t position, const std::string& token, const nlohmann::detail::exception& error) override {
     constexpr int out_of_range = 406;
-    if (error.id == out_of_range) throw InputError(path() + ": " + token + ", allowed: a number that fits a double");
+    if (error.id == out_of_range) throw InputError(path(), quotation(token), "a number that fits a double");
     std::string what = error.what();
     // "[json.exception.parse_error.101] parse error at line 1, column 2: syntax error ...": the reason alone.
     const std::size_t reason = what.find("syntax error");
     if (reason != std::string::npos) what.erase(0, reason);
     const std::string where = open_.empty() ? std::string() : path() + ": ";
-    throw InputError(where + "byte " + std::to_string(position) + ": " + what);
+    throw InputError(where + "byte " + std::to_string(position),
+                     shortened(on_one_line(what), 2 * limits::quoted_bytes));
   }
 
  private:
@@ -68,6 +72,9 @@ class Builder : public nlohmann::json_sax<Json> {
     return true;
   }
   Json* place(Json value) {
+    if (values_left_ == 0)
+      throw InputError(path(), "a document of more values", "at most " + std::to_string(limits::json_values));
+    --values_left_;
     if (open_.empty()) {
       root_ = std::move(value);
       return &root_;
@@ -84,6 +91,9 @@ class Builder : public nlohmann::json_sax<Json> {
     return &members.back().second;
   }
   bool open(Json value) {
+    if (open_.size() == limits::json_depth)
+      throw InputError(path(), value.is_array() ? "an array" : "an object",
+                       "at most " + std::to_string(limits::json_depth) + " arrays and objects within each other");
     Json* placed = place(std::move(value));
     open_.push_back(placed);
     key_.emplace_back();
@@ -102,10 +112,46 @@ class Builder : public nlohmann::json_sax<Json> {
     return out;
   }
 
+  std::size_t& values_left_;
   Json root_;
   std::vector<Json*> open_;       // containers that have not ended, outermost first
   std::vector<std::string> key_;  // of each open object, the last key read
 };
+
+/// Thrown where enough was written.
+struct Full {};
+
+/// Takes the first characters written to it.
+class Beginning : public std::streambuf {
+ public:
+  explicit Beginning(std::size_t most) : most_(most) {}
+  const std::string& text() const { return text_; }
+
+ protected:
+  int_type overflow(int_type c) override {
+    text_ += traits_type::to_char_type(c);
+    if (text_.size() > most_) throw Full();
+    return c;
+  }
+
+ private:
+  std::size_t most_;
+  std::string text_;
+};
+
+/// What a refusal quotes of a value, which may be as large as the document.
+std::string quotation_of(const Json& value) {
+  constexpr std::string_view gap = "...";
+  Beginning beginning(limits::quoted_bytes);
+  std::ostream out(&beginning);
+  out.exceptions(std::ios::badbit);
+  try {
+    out << value;
+    return beginning.text();
+  } catch (const Full&) {
+    return std::string(first_characters(beginning.text(), limits::quoted_bytes - gap.size())).append(gap);
+  }
+}
 
 std::string shown(double bound) {
   char text[32];
@@ -115,8 +161,9 @@ std::string shown(double bound) {
 
 }  // namespace
 
-Json parse_json(std::string_view text, Json* before_error) {
-  Builder builder;
+Json parse_json(std::string_view text, Json* before_error, std::size_t* values_left) {
+  std::size_t all = limits::json_values;
+  Builder builder(values_left != nullptr ? *values_left : all);
   try {
     Json::sax_parse(text.begin(), text.end(), &builder);
   } catch (const InputError&) {
@@ -131,21 +178,15 @@ std::string JsonRef::pointer() const {
   return parent_->pointer() + '/' + (parent_->value_->is_array() ? std::to_string(index_) : escaped(key_));
 }
 
-void JsonRef::refuse(std::string_view allowed) const {
-  constexpr std::size_t longest = 60;
-  std::string found = value_->dump();
-  if (found.size() > longest) {
-    std::size_t end = longest;
-    while (end > 0 && (static_cast<unsigned char>(found[end]) & 0xc0) == 0x80) --end;  // not inside a character
-    found = found.substr(0, end) + "...";
-  }
-  const std::string where = parent_ == nullptr ? "document" : pointer();
-  throw InputError(where + ": " + found + ", allowed: " + std::string(allowed));
+void JsonRef::refuse(std::string_view allowed) const { refuse(quotation_of(*value_), allowed); }
+
+void JsonRef::refuse(std::string_view found, std::string_view allowed) const {
+  throw InputError(parent_ == nullptr ? "document" : pointer(), found, allowed);
 }
 
 JsonRef JsonRef::at(std::string_view key) const& {
   const std::optional<JsonRef> member = find(key);
-  if (!member) throw InputError(pointer() + '/' + escaped(key) + ": missing, allowed: a value");
+  if (!member) throw InputError(pointer() + '/' + escaped(key), "missing", "a value");
   return *member;
 }
 
@@ -162,7 +203,7 @@ void JsonRef::require_keys(std::initializer_list<std::string_view> allowed) cons
     if (std::find(allowed.begin(), allowed.end(), name) != allowed.end()) continue;
     std::string list;
     for (const std::string_view key : allowed) list += (list.empty() ? "" : ", ") + std::string(key);
-    throw InputError(pointer() + '/' + escaped(name) + ": unknown key, allowed: " + list);
+    throw InputError(pointer() + '/' + escaped(name), "unknown key", list);
   }
 }
 

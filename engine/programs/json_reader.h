@@ -6,17 +6,20 @@
 #include <string>
 #include <string_view>
 
+#include "input_error.h"
+#include "input_limits.h"
 #include "tandem/narrowphase/pose.h"
-#include "text_file.h"
 
 namespace tandem {
 
 /// Objects keep the order of the text.
 using Json = nlohmann::ordered_json;
 
-/// Parses one JSON value. Throws InputError for anything that is not JSON, a number too large for a double, or a key
-/// that stands twice in an object; `before_error` (if given) then receives what was read so far.
-Json parse_json(std::string_view text, Json* before_error = nullptr);
+/// Parses one JSON value. Throws InputError for anything that is not JSON, a number too large for a double, a key that
+/// stands twice in an object, or what is beyond limits::json_depth and json_values; `before_error` (if given) then
+/// receives what was read so far. `values_left` (if given) stands for json_values, and is lessened by what was read:
+/// for documents of many lines.
+Json parse_json(std::string_view text, Json* before_error = nullptr, std::size_t* values_left = nullptr);
 
 /// A value together with where it stands, so that every refusal can say it as a JSON pointer. Refers to its parent,
 /// which must outlive it.
@@ -26,8 +29,10 @@ class JsonRef {
 
   const Json& value() const { return *value_; }
   std::string pointer() const;
-  /// Throws InputError "POINTER: FOUND, allowed: ALLOWED".
+  /// Throws InputError "POINTER: VALUE, allowed: ALLOWED", the value shortened.
   [[noreturn]] void refuse(std::string_view allowed) const;
+  /// The same with what is wrong in words.
+  [[noreturn]] void refuse(std::string_view found, std::string_view allowed) const;
 
   /// Objects: the member of that name, which must be there.
   JsonRef at(std::string_view key) const&;

@@ -1,13 +1,14 @@
 #include <fcntl.h>
 
 #include <algorithm>
-#include <cctype>
 #include <csignal>
 #include <cstdio>
 #include <iostream>
 #include <sstream>
 
 #include "commands.h"
+#include "input_error.h"
+#include "input_limits.h"
 #include "option_text.h"
 
 namespace tandem {
@@ -21,10 +22,8 @@ void occupy_standard_descriptors() {
     if (::fcntl(descriptor, F_GETFD) == -1 && ::open("/dev/null", O_RDONLY) != descriptor) return;
 }
 
-int complain(std::string what, Status status) {
-  for (char& c : what)
-    if (std::iscntrl(static_cast<unsigned char>(c)) != 0) c = ' ';
-  std::cerr << "tandem: " << what << '\n';
+int complain(std::string_view what, Status status) {
+  std::cerr << "tandem: " << shortened(on_one_line(what), limits::message_bytes) << '\n';
   return status;
 }
 

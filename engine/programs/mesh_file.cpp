@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <map>
 #include <string>
 #include <string_view>
@@ -16,6 +17,13 @@
 namespace tandem {
 namespace {
 
+/// Some editors write one before UTF-8.
+std::string_view without_byte_order_mark(std::string_view text) {
+  constexpr std::string_view mark = "\xef\xbb\xbf";
+  if (text.starts_with(mark)) text.remove_prefix(mark.size());
+  return text;
+}
+
 bool is_space(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n' || c == '\v' || c == '\f'; }
 
 // Words of a text with the line they stand in. With `by_line`, a word beyond the current line is not given until
@@ -25,12 +33,9 @@ class Words {
   Words(const std::string& file, std::string_view text) : file_(file), text_(text) {}
 
   std::size_t line() const { return line_; }
+  std::string place() const { return file_ + ':' + std::to_string(line_); }
   [[noreturn]] void fail(std::string_view found, std::string_view allowed) const {
-    constexpr std::size_t longest = 60;
-    std::string shown(found.substr(0, longest));
-    for (char& c : shown)
-      if (!std::isprint(static_cast<unsigned char>(c))) c = '?';
-    throw InputError(file_ + ':' + std::to_string(line_) + ": '" + shown + "', allowed: " + std::string(allowed));
+    throw InputError(place(), '\'' + quotation(found) + '\'', allowed);
   }
 
   /// The next word of the text; empty at its end.
@@ -94,25 +99,52 @@ double coordinate(const Words& words, std::string_view word) {
   return x;
 }
 
-struct ObjCorner {
-  std::int64_t index;  // from 0
-  std::size_t line;
+/// Vertex numbers of an OBJ file's faces. They may name vertices that come later, so that these are checked at the end.
+class ObjFaces {
+ public:
+  explicit ObjFaces(const Words& words) : words_(words) {}
+
+  /// v, v/vt, v//vn or v/vt/vn: only v is of use. `vertices` are known so far.
+  std::uint32_t corner(std::string_view word, std::size_t vertices) {
+    const std::string_view index = word.substr(0, word.find('/'));
+    std::int64_t i = 0;
+    const auto [end, error] = std::from_chars(index.data(), index.data() + index.size(), i);
+    constexpr std::int64_t most = std::numeric_limits<std::uint32_t>::max();
+    if (error != std::errc() || end != index.data() + index.size() || i == 0 || i > most)
+      words_.fail(word, "the number of a vertex, from 1, or from -1 backwards");
+    const auto known = static_cast<std::int64_t>(vertices);
+    if (i < -known)
+      throw InputError(words_.place(), "vertex " + std::to_string(i), "at most " + std::to_string(known) + " back");
+    const auto out = static_cast<std::uint32_t>(i > 0 ? i - 1 : known + i);
+    if (out >= known) later_.push_back({out, words_.line()});
+    return out;
+  }
+  void require_below(std::size_t vertices, const std::string& file) const {
+    for (const auto& [index, line] : later_)
+      if (index >= vertices)
+        throw InputError(file + ':' + std::to_string(line), "vertex " + std::to_string(std::uint64_t{index} + 1),
+                         "1 to " + std::to_string(vertices));
+  }
+
+ private:
+  struct Later {
+    std::uint32_t index;  // from 0
+    std::size_t line;
+  };
+  const Words& words_;
+  std::vector<Later> later_;
 };
 
-ObjCorner obj_corner(const Words& words, std::string_view word, std::size_t vertices) {
-  // v, v/vt, v//vn or v/vt/vn: only v is of use.
-  const std::string_view index = word.substr(0, word.find('/'));
-  std::int64_t i = 0;
-  const auto [end, error] = std::from_chars(index.data(), index.data() + index.size(), i);
-  if (error != std::errc() || end != index.data() + index.size() || i == 0)
-    words.fail(word, "the number of a vertex, from 1, or from -1 backwards");
-  return {i > 0 ? i - 1 : static_cast<std::int64_t>(vertices) + i, words.line()};
+void add_triangle(Mesh& mesh, const std::array<std::uint32_t, 3>& triangle, const Words& words) {
+  if (mesh.triangles.size() == limits::mesh_triangles)
+    words.fail("one more triangle", "at most " + std::to_string(limits::mesh_triangles) + " in all");
+  mesh.triangles.push_back(triangle);
 }
 
 Mesh read_obj(const std::string& file, std::string_view text) {
   Mesh mesh;
-  std::vector<ObjCorner> corners;  // three a triangle
-  Words words(file, text);
+  Words words(file, without_byte_order_mark(text));
+  ObjFaces faces(words);
   do {
     const std::string_view keyword = words.next_of_line();
     if (keyword == "v") {
@@ -124,27 +156,19 @@ Mesh read_obj(const std::string& file, std::string_view text) {
       }
       mesh.vertices.push_back(v);
     } else if (keyword == "f") {
-      std::vector<ObjCorner> polygon;
-      for (std::string_view word = words.next_of_line(); !word.empty() && word[0] != '#'; word = words.next_of_line())
-        polygon.push_back(obj_corner(words, word, mesh.vertices.size()));
-      if (polygon.size() < 3) words.fail(std::to_string(polygon.size()) + " corners", "3 or more corners after f");
-      for (std::size_t i = 2; i < polygon.size(); ++i)
-        corners.insert(corners.end(), {polygon[0], polygon[i - 1], polygon[i]});
+      std::array<std::uint32_t, 3> triangle{};
+      std::size_t corners = 0;
+      for (std::string_view word = words.next_of_line(); !word.empty() && word[0] != '#'; word = words.next_of_line()) {
+        const std::uint32_t corner = faces.corner(word, mesh.vertices.size());
+        if (corners > 2) triangle[1] = triangle[2];
+        triangle[std::min<std::size_t>(corners, 2)] = corner;
+        if (++corners > 2) add_triangle(mesh, triangle, words);
+      }
+      if (corners < 3) words.fail(std::to_string(corners) + " corners", "3 or more corners after f");
     }
   } while (words.next_line());
-  if (corners.empty()) throw InputError(file + ": no faces, allowed: one or more lines 'f ...'");
-  for (std::size_t i = 0; i < corners.size(); i += 3) {
-    std::array<std::uint32_t, 3> triangle;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto [index, line] = corners[i + k];
-      // A face may name vertices that come later in the file, so this is known only now.
-      if (index < 0 || index >= static_cast<std::int64_t>(mesh.vertices.size()))
-        throw InputError(file + ':' + std::to_string(line) + ": vertex " + std::to_string(index + 1) +
-                         ", allowed: 1 to " + std::to_string(mesh.vertices.size()));
-      triangle[k] = static_cast<std::uint32_t>(index);
-    }
-    mesh.triangles.push_back(triangle);
-  }
+  if (mesh.triangles.empty()) throw InputError(file, "no faces", "one or more lines 'f ...'");
+  faces.require_below(mesh.vertices.size(), file);
   return mesh;
 }
 
@@ -190,12 +214,12 @@ Mesh read_ascii_stl(const std::string& file, std::string_view text) {
       }
       expect("endloop");
       expect("endfacet");
-      mesh.triangles.push_back(triangle);
+      add_triangle(mesh, triangle, words);
     }
     if (word != "endsolid") words.fail(word.empty() ? "end of file" : word, "'facet' or 'endsolid'");
     words.next_line();
   }
-  if (mesh.triangles.empty()) throw InputError(file + ": no facets, allowed: one or more");
+  if (mesh.triangles.empty()) throw InputError(file, "no facets", "one or more");
   return mesh;
 }
 
@@ -208,15 +232,14 @@ std::uint32_t little_endian(const char* bytes) {
 }
 
 Mesh read_binary_stl(const std::string& file, std::string_view data) {
-  const auto fail = [&](std::size_t byte, const std::string& what) {
-    throw InputError(file + ": byte " + std::to_string(byte) + ": " + what);
+  const auto fail = [&](std::size_t byte, std::string_view found, std::string_view allowed) {
+    throw InputError(file + ": byte " + std::to_string(byte), found, allowed);
   };
   const std::uint32_t facets = little_endian(data.data() + stl_header);
   const std::size_t needed = stl_start + stl_facet * std::size_t{facets};
-  if (facets == 0) fail(stl_header, "0 facets, allowed: one or more");
+  if (facets == 0) fail(stl_header, "0 facets", "one or more");
   if (data.size() < needed)
-    fail(data.size(),
-         "end of file, allowed: " + std::to_string(needed) + " bytes for " + std::to_string(facets) + " facets");
+    fail(data.size(), "end of file", std::to_string(needed) + " bytes for " + std::to_string(facets) + " facets");
   Mesh mesh;
   Welder welder(mesh);
   mesh.triangles.resize(facets);
@@ -226,7 +249,7 @@ Mesh read_binary_stl(const std::string& file, std::string_view data) {
       Vec3 v;
       for (std::size_t axis = 0; axis < 3; ++axis)
         v[static_cast<Eigen::Index>(axis)] = std::bit_cast<float>(little_endian(data.data() + at + 4 * axis));
-      if (!v.allFinite()) fail(at, "a coordinate that is not finite, allowed: finite numbers");
+      if (!v.allFinite()) fail(at, "a coordinate that is not finite", "finite numbers");
       mesh.triangles[i][k] = welder.add(v);
     }
   }
@@ -238,12 +261,13 @@ Mesh read_stl(const std::string& file, std::string_view data) {
   const bool long_enough = data.size() >= stl_start;
   const bool fits =
       long_enough && data.size() == stl_start + stl_facet * std::size_t{little_endian(data.data() + stl_header)};
-  const std::size_t first = data.find_first_not_of(" \t\r\n");
-  const bool says_solid = first != std::string_view::npos && data.substr(first, 5) == "solid";
-  if (!fits && says_solid) return read_ascii_stl(file, data);
+  const std::string_view text = without_byte_order_mark(data);
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
+  const bool says_solid = first != std::string_view::npos && text.substr(first, 5) == "solid";
+  if (!fits && says_solid) return read_ascii_stl(file, text);
   if (!long_enough)
-    throw InputError(file + ": byte " + std::to_string(data.size()) +
-                     ": end of file, allowed: 'solid' or a binary STL's 84 bytes and more");
+    throw InputError(file + ": byte " + std::to_string(data.size()), "end of file",
+                     "'solid' or a binary STL's 84 bytes and more");
   return read_binary_stl(file, data);
 }
 
@@ -255,8 +279,8 @@ Mesh read_mesh_file(const std::filesystem::path& path) {
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   if (extension != ".obj" && extension != ".stl")
-    throw InputError(file + ": extension '" + extension + "', allowed: .obj, .stl");
-  const std::string text = read_file(path);
+    throw InputError(file, "extension '" + quotation(extension) + '\'', ".obj, .stl");
+  const std::string text = read_file(path, limits::mesh_bytes);
   return extension == ".obj" ? read_obj(file, text) : read_stl(file, text);
 }
 

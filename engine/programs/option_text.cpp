@@ -3,6 +3,8 @@
 #include <charconv>
 #include <cstdio>
 
+#include "input_error.h"
+
 namespace tandem {
 namespace {
 
@@ -15,7 +17,7 @@ std::string shown(double x) {
 }  // namespace
 
 void refuse_option(std::string_view option, std::string_view found, std::string_view allowed) {
-  throw RequestError(std::string(option) + ": '" + std::string(found) + "', allowed: " + std::string(allowed));
+  throw RequestError(std::string(option) + ": '" + quotation(found) + "', allowed: " + std::string(allowed));
 }
 
 std::uint64_t whole_option(std::string_view option, std::string_view text, std::uint64_t least, std::uint64_t most) {

@@ -88,7 +88,7 @@ PairRecord read_pair_record(const Json& json, ShapeReader& shapes) {
   if (const auto tmax = record.find("tmax"))
     out.tmax = tmax->number_up_to(1e30);
   else if (out.ask.toi)
-    throw InputError("/tmax: missing, allowed: a number >= 0, as toi is asked for");
+    throw InputError("/tmax", "missing", "a number >= 0, as toi is asked for");
   return out;
 }
 
@@ -98,7 +98,7 @@ PairRecordAnswer answer(const PairRecord& record, NarrowPhaseOptions options) {
   const Ask& ask = record.ask;
   const auto solve = [&](Request request, std::vector<Contact>* contacts = nullptr) {
     const std::string reason = narrow_phase.refuses(record.a.shape, record.b.shape, request);
-    if (!reason.empty()) throw InputError(reason);
+    if (!reason.empty()) throw InputError({}, reason);
     return tandem::solve(narrow_phase, record.a, record.b, request, contacts);
   };
   PairRecordAnswer out;
@@ -184,6 +184,7 @@ void write_answer(JsonWriter& out, const Json& id, const PairRecordAnswer& answe
 AnsweredLine answer_line(std::string_view line, std::size_t line_number, ShapeReader& shapes,
                          const QueryOptions& options) {
   Json json, id;
+  bool is_record = false;
   const auto find_id = [&] {
     if (json.is_object() && json.contains("id")) id = json["id"];
   };
@@ -191,19 +192,26 @@ AnsweredLine answer_line(std::string_view line, std::size_t line_number, ShapeRe
     json = parse_json(line, &json);
     find_id();
     const PairRecord record = read_pair_record(json, shapes);
+    is_record = true;
     const PairRecordAnswer found = answer(record, options.narrow_phase);
     std::optional<double> nanoseconds;
     if (options.time) nanoseconds = mean_nanoseconds([&] { (void)answer(record, options.narrow_phase); });
     JsonWriter out;
     write_answer(out, id, found, nanoseconds);
-    return {out.text(), true};
+    return {out.text(), true, is_record};
   } catch (const std::exception& error) {
     find_id();  // a line that breaks off later still says whose it is
-    JsonWriter out;
-    out.begin_object().key("id").raw(id.dump()).member("line", line_number).member("status", "error");
-    out.member("error", std::string_view(error.what())).end_object();
-    return {out.text(), false};
+    AnsweredLine answered = bad_line(id, line_number, error.what());
+    answered.is_record = is_record;
+    return answered;
   }
+}
+
+AnsweredLine bad_line(const Json& id, std::size_t line_number, std::string_view error) {
+  JsonWriter out;
+  out.begin_object().key("id").raw(id.dump()).member("line", line_number).member("status", "error");
+  out.member("error", std::string_view(shortened(on_one_line(error), limits::message_bytes))).end_object();
+  return {out.text()};
 }
 
 }  // namespace tandem

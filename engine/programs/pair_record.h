@@ -68,6 +68,7 @@ void write_answer(JsonWriter& out, const Json& id, const PairRecordAnswer& answe
 struct AnsweredLine {
   std::string text;  ///< JSON without a line end
   bool ok = false;
+  bool is_record = false;  ///< it was read as one, also if it could not be answered
 };
 
 struct QueryOptions {
@@ -78,5 +79,8 @@ struct QueryOptions {
 /// Never throws for what the line says: a bad record's answer is its error. `line_number` counts from 1.
 AnsweredLine answer_line(std::string_view line, std::size_t line_number, ShapeReader& shapes,
                          const QueryOptions& options);
+
+/// The answer to a line that cannot be read.
+AnsweredLine bad_line(const Json& id, std::size_t line_number, std::string_view error);
 
 }  // namespace tandem

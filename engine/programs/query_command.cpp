@@ -1,13 +1,12 @@
-#include <cerrno>
-#include <cstring>
-#include <fstream>
-#include <iostream>
+#include <unistd.h>
+
 #include <memory>
 
 #include "commands.h"
 #include "option_text.h"
 #include "pair_record.h"
 #include "progress.h"
+#include "text_file.h"
 
 namespace tandem {
 namespace {
@@ -40,25 +39,40 @@ std::vector<fs::path> mesh_folders(const Options& options) {
   return folders;
 }
 
-int answer_all(std::istream& in, const std::string& source, std::uint64_t bytes, const Options& options,
-               const QueryOptions& query, DescriptorBuffer& out) {
+int answer_all(InputFile& in, const Options& options, const QueryOptions& query, DescriptorBuffer& out) {
   const bool live = options.file == "-";  // whoever writes the records may wait for the answer
   ShapeReader shapes(mesh_folders(options));
-  Progress progress("query", bytes);
-  std::uint64_t done = 0;
+  Progress progress("query", in.size().value_or(0));
   bool all_good = true;
+  std::size_t others = 0;  // lines in succession that are no records
   std::string line;
-  for (std::size_t number = 1; std::getline(in, line); ++number) {
-    done += line.size() + 1;
-    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
-    const AnsweredLine answered = answer_line(line, number, shapes, query);
+  for (std::size_t number = 1;; ++number) {
+    const InputFile::Line found = in.line(line);
+    if (found == InputFile::Line::none) return all_good ? 0 : 1;
+    if (others++ == limits::lines_without_record) {
+      out.flush();
+      throw InputError(in.name() + ": line " + std::to_string(number), "no pair record in the lines before it",
+                       "one in " + std::to_string(limits::lines_without_record));
+    }
+    if (found == InputFile::Line::read && line.find_first_not_of(" \t\r") == std::string::npos) continue;
+    const AnsweredLine answered =
+        found == InputFile::Line::read
+            ? answer_line(line, number, shapes, query)
+            : bad_line({}, number, "a longer line, allowed: at most " + in_mebibytes(limits::stream_bytes));
+    if (answered.is_record) others = 0;
     all_good = all_good && answered.ok;
     out.append(answered.text + '\n');
     if (live) out.flush();
-    progress.at(std::min(done, bytes));
+    progress.at(std::min(in.position(), in.size().value_or(0)));
   }
-  if (in.bad()) throw std::runtime_error(source + ": " + std::strerror(errno));
-  return all_good ? 0 : 1;
+}
+
+std::unique_ptr<InputFile> open_records(const std::string& file) {
+  try {
+    return std::make_unique<InputFile>(file);
+  } catch (const InputError& error) {
+    throw error.within("FILE");
+  }
 }
 
 int query(const Options& options, DescriptorBuffer& out) {
@@ -75,14 +89,8 @@ int query(const Options& options, DescriptorBuffer& out) {
     }
     if (!known) refuse_option("--solver", options.solver, names);
   }
-  if (options.file == "-") return answer_all(std::cin, "stdin", 0, options, query, out);
-  std::error_code no_size;
-  if (fs::is_directory(options.file, no_size)) refuse_option("FILE", options.file, "a file of pair records, or -");
-  std::ifstream in(options.file, std::ios::binary);
-  if (!in)
-    refuse_option("FILE", options.file, std::string("a file of pair records, or -; this one: ") + std::strerror(errno));
-  const std::uintmax_t bytes = fs::is_regular_file(options.file, no_size) ? fs::file_size(options.file, no_size) : 0;
-  return answer_all(in, options.file, bytes, options, query, out);
+  const auto in = options.file == "-" ? std::make_unique<InputFile>(STDIN_FILENO, "stdin") : open_records(options.file);
+  return answer_all(*in, options, query, out);
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 #include "record_file.h"
 
+#include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
 
 #include "scene_file.h"
@@ -22,6 +24,24 @@ void put(std::string& out, const T& value) {
   std::memcpy(bytes, &value, sizeof(T));
   out.append(bytes, sizeof(T));
 }
+
+constexpr std::size_t step_head_bytes = 28, pose_bytes = 100, contact_bytes = 36;  // docs/record-format.md
+
+/// Gives the numbers that lie in bytes, one after the other.
+class Numbers {
+ public:
+  explicit Numbers(std::string_view bytes) : bytes_(bytes) {}
+  template <typename T>
+  T next() {
+    T value;
+    std::memcpy(&value, bytes_.data(), sizeof(T));
+    bytes_.remove_prefix(sizeof(T));
+    return value;
+  }
+
+ private:
+  std::string_view bytes_;
+};
 
 bool moves(const Scene& scene, std::uint32_t index) { return scene.alive(index) && scene.is_static()[index] == 0; }
 
@@ -70,10 +90,13 @@ void RecordWriter::step(std::uint64_t step, std::uint64_t contact_hash, const Sc
   file_.append(block_);
 }
 
-RecordReader::RecordReader(const std::filesystem::path& path) : file_(path.string()), data_(read_file(path)) {
+RecordReader::RecordReader(const std::filesystem::path& path) : file_(path) {
+  if (!file_.size()) throw InputError(file_.name(), "empty, a pipe or a device", "a file that can be read twice");
+  std::string line;
+  if (file_.line(line, limits::document_bytes) == InputFile::Line::too_long)
+    throw InputError(file_.name() + ": line 1", "a longer line", "at most " + in_mebibytes(limits::document_bytes));
   try {
-    const std::size_t end = data_.find('\n');
-    const Json json = parse_json(std::string_view(data_).substr(0, end));
+    const Json json = parse_json(line);
     const JsonRef header(json);
     header.require_keys({"format", "version", "scene"});
     const JsonRef found_format = header.at("format"), found_version = header.at("version");
@@ -81,57 +104,71 @@ RecordReader::RecordReader(const std::filesystem::path& path) : file_(path.strin
     if (found_version.whole(0xffffffffu) != version) found_version.refuse(std::to_string(version));
     ShapeReader shapes;
     scene_ = read_scene(header.at("scene"), shapes);
-    at_ = end == std::string::npos ? data_.size() : end + 1;
   } catch (const InputError& error) {
-    throw InputError(file_ + ": " + error.what());
+    throw error.within(file_.name());
   }
 }
 
-template <typename T>
-T RecordReader::take() {
-  if (data_.size() - at_ < sizeof(T))
-    throw InputError(file_ + ": byte " + std::to_string(data_.size()) + ": end of file within a step");
-  T value;
-  std::memcpy(&value, data_.data() + at_, sizeof(T));
-  at_ += sizeof(T);
-  return value;
+std::string_view RecordReader::take(std::size_t count, std::size_t size, std::string_view what) {
+  const std::uint64_t at = file_.position(), needed = std::uint64_t{count} * size;
+  const std::uint64_t left = *file_.size() - std::min(*file_.size(), at);
+  // Before memory is taken for a number that a damaged file may hold.
+  if (needed <= left) {
+    bytes_.resize(needed);
+    if (file_.read(bytes_.data(), bytes_.size()) == bytes_.size()) return bytes_;
+  }
+  throw InputError(file_.name() + ": byte " + std::to_string(at + left), "end of file within a step",
+                   std::to_string(needed) + " bytes of " + std::string(what) + " from byte " + std::to_string(at));
 }
 
 bool RecordReader::next(RecordedStep& step) {
-  if (at_ == data_.size()) return false;
-  const std::size_t begin = at_;
-  if (take<std::uint32_t>() != step_mark)
-    throw InputError(file_ + ": byte " + std::to_string(begin) + ": no step, allowed: the mark 'STEP'");
-  step.step = take<std::uint64_t>();
-  step.contact_hash = take<std::uint64_t>();
-  const auto moving = take<std::uint32_t>(), contacts = take<std::uint32_t>();
-  // Nothing is reserved by a number that a damaged file may hold.
+  const std::uint64_t begin = file_.position();
+  const auto refuse = [&](std::uint64_t at, std::string_view found, std::string_view allowed) {
+    throw InputError(file_.name() + ": byte " + std::to_string(at), found, allowed);
+  };
+  if (file_.peek(1).empty()) return false;
+  Numbers head(take(1, step_head_bytes, "the head of a step"));
+  if (head.next<std::uint32_t>() != step_mark) refuse(begin, "no step", "the mark 'STEP'");
+  step.step = head.next<std::uint64_t>();
+  step.contact_hash = head.next<std::uint64_t>();
+  const auto moving = head.next<std::uint32_t>(), contacts = head.next<std::uint32_t>();
+  const std::size_t bodies = scene_.indices();
+  const auto body = [&](Numbers& numbers, std::uint64_t at) {
+    const auto index = numbers.next<std::uint32_t>();
+    if (index >= bodies) refuse(at, "body " + std::to_string(index), "below " + std::to_string(bodies));
+    return index;
+  };
+  if (moving > bodies) refuse(begin, std::to_string(moving) + " bodies that move", "at most " + std::to_string(bodies));
+
+  std::uint64_t at = file_.position();
+  Numbers poses(take(moving, pose_bytes, "poses"));
   step.poses.clear();
-  step.contacts.clear();
-  for (std::uint32_t i = 0; i < moving; ++i) {
-    const std::size_t at = at_;
-    const auto index = take<std::uint32_t>();
+  for (std::uint32_t i = 0; i < moving; ++i, at += pose_bytes) {
+    const std::uint32_t index = body(poses, at);
     Pose pose;
-    for (double& x : pose.translation) x = take<double>();
+    for (double& x : pose.translation) x = poses.next<double>();
     for (Eigen::Index row = 0; row < 3; ++row)
-      for (Eigen::Index column = 0; column < 3; ++column) pose.rotation(row, column) = take<double>();
-    if (index >= scene_.indices())
-      throw InputError(file_ + ": byte " + std::to_string(at) + ": body " + std::to_string(index) +
-                       ", allowed: below " + std::to_string(scene_.indices()));
-    try {
-      require_valid(pose, file_ + ": byte " + std::to_string(at));
-    } catch (const std::invalid_argument& error) {
-      throw InputError(error.what());
-    }
+      for (Eigen::Index column = 0; column < 3; ++column) pose.rotation(row, column) = poses.next<double>();
+    require_valid_pose(pose, file_.name() + ": byte " + std::to_string(at));
     step.poses.emplace_back(index, pose);
   }
-  for (std::uint32_t i = 0; i < contacts; ++i) {
+
+  if (contacts > limits::step_contacts)
+    refuse(begin, std::to_string(contacts) + " contacts", "at most " + std::to_string(limits::step_contacts));
+  at = file_.position();
+  Numbers found(take(contacts, contact_bytes, "contacts"));
+  step.contacts.clear();
+  for (std::uint32_t i = 0; i < contacts; ++i, at += contact_bytes) {
     RecordedContact contact;
-    contact.a = take<std::uint32_t>();
-    contact.b = take<std::uint32_t>();
-    for (float& x : contact.point) x = take<float>();
-    for (float& x : contact.normal) x = take<float>();
-    contact.depth = take<float>();
+    contact.a = body(found, at);
+    contact.b = body(found, at);
+    for (float& x : contact.point) x = found.next<float>();
+    for (float& x : contact.normal) x = found.next<float>();
+    contact.depth = found.next<float>();
+    const auto finite = [](float x) { return std::isfinite(x); };
+    if (!std::all_of(contact.point, contact.point + 3, finite) ||
+        !std::all_of(contact.normal, contact.normal + 3, finite) || !finite(contact.depth))
+      refuse(at, "a contact with a number that is not finite", "finite numbers");
     step.contacts.push_back(contact);
   }
   return true;

@@ -9,6 +9,7 @@
 #include "output_file.h"
 #include "tandem/engine/scene.h"
 #include "tandem/flowgraph/contact_list.h"
+#include "text_file.h"
 
 namespace tandem {
 
@@ -38,10 +39,11 @@ class RecordWriter {
   std::string block_;
 };
 
-/// Reads a record step by step.
+/// Reads a record step by step; in memory is one step.
 class RecordReader {
  public:
-  /// Throws InputError "FILE: ..." for a file that is missing, no record or cut off; so does `next`, with the byte.
+  /// Throws InputError "FILE: ..." for a file that is missing, no record or cut off; so does `next`, with the byte. A
+  /// pipe is refused: who reads records reads them twice.
   explicit RecordReader(const std::filesystem::path& path);
   /// As it was before the first step.
   const Scene& scene() const { return scene_; }
@@ -49,12 +51,11 @@ class RecordReader {
   bool next(RecordedStep& step);
 
  private:
-  template <typename T>
-  T take();
+  /// The next bytes, as many as `count` numbers of this size take.
+  std::string_view take(std::size_t count, std::size_t size, std::string_view what);
 
-  std::string file_;
-  std::string data_;
-  std::size_t at_ = 0;
+  InputFile file_;
+  std::string bytes_;
   Scene scene_;
 };
 

@@ -3,6 +3,8 @@
 #include <map>
 #include <set>
 
+#include "text_file.h"
+
 namespace tandem {
 namespace {
 
@@ -23,7 +25,7 @@ BodyOptions read_body(const JsonRef& json, const ShapeIds& shapes) {
   if (const auto velocity = json.find("velocity")) body.velocity = velocity->vec3_up_to(fastest);
   if (const auto velocity = json.find("angular_velocity")) body.angular_velocity = velocity->vec3_up_to(fastest);
   const auto density = json.find("density"), is_static = json.find("static");
-  if (density && is_static) throw InputError(json.pointer() + ": both density and static, allowed: one of them");
+  if (density && is_static) json.refuse("both density and static", "one of them");
   if (density) {
     body.density = density->number_above(0);
     if (body.density > densest) density->refuse("> 0, at most 1e15 kg/m^3");
@@ -67,7 +69,7 @@ Scene read_scene(const JsonRef& json, ShapeReader& shape_reader) {
       try {
         scene.add_body(options);
       } catch (const std::invalid_argument& error) {
-        throw InputError(body.pointer() + ": " + error.what());
+        body.refuse(error.what(), {});
       }
     }
   }
@@ -82,7 +84,7 @@ Scene read_scene_file(const std::filesystem::path& path) {
     const Json json = parse_json(text);
     return read_scene(JsonRef(json), shapes);
   } catch (const InputError& error) {
-    throw InputError(path.string() + ": " + error.what());
+    throw error.within(path.string());
   }
 }
 

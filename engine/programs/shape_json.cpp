@@ -17,7 +17,7 @@ Shape make_shape(const JsonRef& json, Parameters&& parameters) {
   try {
     return Shape(std::forward<Parameters>(parameters));
   } catch (const std::invalid_argument& error) {
-    throw InputError(json.pointer() + ": " + error.what());
+    json.refuse(error.what(), {});
   }
 }
 
@@ -49,7 +49,7 @@ Shape ShapeReader::mesh(const JsonRef& json) {
   const bool solid = solid_flag && solid_flag->flag();
   if (const auto file = json.find("file")) {
     if (json.find("vertices") || json.find("triangles"))
-      throw InputError(json.pointer() + ": both file and vertices or triangles, allowed: one of them");
+      json.refuse("both file and vertices or triangles", "one of them");
     std::filesystem::path path = folders_.front() / file->text();
     for (const auto& folder : folders_) {
       std::error_code ignored;
@@ -57,17 +57,19 @@ Shape ShapeReader::mesh(const JsonRef& json) {
       path = folder / file->text();
       break;
     }
-    const std::pair key(path.string(), solid);
+    // One file may be named in many ways.
+    std::error_code unknown;
+    const std::filesystem::path one_name = std::filesystem::weakly_canonical(path, unknown);
+    const std::pair key((unknown ? path : one_name).string(), solid);
     if (const auto known = mesh_files_.find(key); known != mesh_files_.end()) return known->second;
+    Mesh mesh;
     try {
-      Mesh mesh = read_mesh_file(path);
-      mesh.solid = solid;
-      return mesh_files_.emplace(key, make_shape(*file, std::move(mesh))).first->second;
+      mesh = read_mesh_file(path);
     } catch (const InputError& error) {
-      const std::string where = file->pointer() + ": ";
-      const std::string what = error.what();
-      throw InputError(what.starts_with(where) ? what : where + what);
+      throw error.within(file->pointer());
     }
+    mesh.solid = solid;
+    return mesh_files_.emplace(key, make_shape(*file, std::move(mesh))).first->second;
   }
   Mesh mesh;
   mesh.solid = solid;
@@ -138,7 +140,7 @@ Pose read_pose(const JsonRef& json) {
   Pose pose;
   pose.translation = json.at("t").vec3();
   const auto rows = json.find("R"), quaternion = json.find("q");
-  if (rows && quaternion) throw InputError(json.pointer() + ": both R and q, allowed: one of them");
+  if (rows && quaternion) json.refuse("both R and q", "one of them");
   if (rows) {
     rows->require_array("three rows of three numbers");
     if (rows->size() != 3) rows->refuse("three rows of three numbers");
@@ -154,12 +156,18 @@ Pose read_pose(const JsonRef& json) {
     if (!(std::abs(q.norm() - 1) <= norm_error)) quaternion->refuse(allowed);
     pose = Pose::from(q, pose.translation);
   }
-  try {
-    require_valid(pose, json.pointer());
-  } catch (const std::invalid_argument& error) {
-    throw InputError(error.what());
-  }
+  require_valid_pose(pose, json.pointer());
   return pose;
+}
+
+void require_valid_pose(const Pose& pose, std::string_view where) {
+  try {
+    require_valid(pose, {});
+  } catch (const std::invalid_argument& error) {
+    std::string_view reason = error.what();
+    if (constexpr std::string_view nameless = ": "; reason.starts_with(nameless)) reason.remove_prefix(nameless.size());
+    throw InputError(where, reason);
+  }
 }
 
 void write_shape(JsonWriter& out, const Shape& shape) {

@@ -29,6 +29,9 @@ class ShapeReader {
 /// `t` is required; of `R` and `q` at most one, without either the rotation is none.
 Pose read_pose(const JsonRef& json);
 
+/// Throws InputError "WHERE: ..." for a pose that shapes cannot have.
+void require_valid_pose(const Pose& pose, std::string_view where);
+
 /// What `read` and `read_pose` read back as the same shape and the same bits. Meshes are written out, not named.
 void write_shape(JsonWriter& out, const Shape& shape);
 void write_pose(JsonWriter& out, const Pose& pose);

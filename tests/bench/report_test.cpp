@@ -192,6 +192,20 @@ TEST_CASE("report: bad input gets one line that says what, where and what is all
   CHECK(run(folder, TANDEM_BENCH_PATH " report good.json -o page.html --frames 1").status == 2);
 }
 
+TEST_CASE("report: results come from a pipe too, a recording from a file only") {
+  const TemporaryFolder folder;
+  write(folder / "good.json", result(json::array({row("scenes", "s", "sequential", 1, 1, json::object())})).dump());
+  CHECK(run(folder, "cat good.json | " TANDEM_BENCH_PATH " report /dev/stdin -o page.html").status == 0);
+  write(folder / "a.record", R"({"format":"tandem-record","version":1,"scene":{}})"
+                             "\n");
+  const Finished piped = run(folder, "cat a.record | " TANDEM_BENCH_PATH " report /dev/stdin -o page.html");
+  CHECK(piped.status == 2);
+  CHECK_THAT(piped.text, Catch::Contains("/dev/stdin: a recording in a pipe, allowed: one in a file"));
+  const Finished endless = run(folder, "yes | " TANDEM_BENCH_PATH " report /dev/stdin -o page.html");
+  CHECK(endless.status == 2);
+  CHECK_THAT(endless.text, Catch::StartsWith("tandem-bench: /dev/stdin: a pipe, device or growing file that goes on"));
+}
+
 TEST_CASE("report: a record that ends within a step is refused with the byte") {
   const TemporaryFolder folder;
   REQUIRE(run(folder, TANDEM_PROGRAM_PATH " run cubes-on-plane --bodies 5 --steps 3 --record whole.record").status ==

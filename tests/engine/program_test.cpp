@@ -11,6 +11,7 @@
 
 #include "json_reader.h"
 #include "temporary_folder.h"
+#include "text_file.h"
 
 using namespace tandem;
 
@@ -335,4 +336,80 @@ TEST_CASE("program: query answers in order, bad records with their error, and en
   const std::string good = folder.write("good.jsonl", record("a", sphere)).string();
   CHECK(tandem_program({"query", good}).status == 0);
   CHECK(json_lines(tandem_program({"query", good, "--time"}).out)[0]["ns"].get<double>() > 0);
+}
+
+TEST_CASE("program: a record nested too deep is answered with its error, and the next one is read") {
+  const TemporaryFolder folder;
+  const std::string deep = std::string(50'000, '[') + std::string(50'000, ']');
+  const std::string ball = R"({"kind":"sphere","radius":1})";
+  const auto file = folder.write("records.jsonl", R"({"id":)" + deep + "}\n" + R"({"id":1,"shapeA":)" + deep + "}\n" +
+                                                      R"({"id":2,")" + std::string(400'000, 'k') + R"(":)" + deep +
+                                                      "}\n" + record("last", ball));
+  const Ended ended = tandem_program({"query", file.string()});
+  CHECK(ended.status == 1);
+  CHECK(ended.err.empty());
+  const std::vector<Json> answers = json_lines(ended.out);
+  REQUIRE(answers.size() == 4);
+  for (std::size_t i = 0; i < 3; ++i) {
+    CHECK(answers[i]["status"] == "error");
+    CHECK(answers[i]["line"] == i + 1);
+    CHECK(answers[i]["error"].get<std::string>().size() < 300);
+  }
+  CHECK(answers[3]["collide"] == true);
+}
+
+TEST_CASE("program: input that never ends is refused") {
+  check_refused({"run", "/dev/zero"},
+                {"/dev/zero: a pipe, device or growing file that goes on, allowed: at most 512 MiB"});
+  // Its first line never ends: one answer, and no next line.
+  const Ended zeros = tandem_program({"query", "/dev/zero"});
+  CHECK(zeros.status == 1);
+  const std::vector<Json> answers = json_lines(zeros.out);
+  REQUIRE(answers.size() == 1);
+  CHECK(answers[0]["error"] == "a longer line, allowed: at most 512 MiB");
+  // Lines without end, none of which is a record.
+  const TemporaryFolder folder;
+  const std::string err = (folder / "err").string();
+  for (const std::string line : {"y", "''"}) {
+    const int status = std::system(("yes " + line + " | " + program() + " query - >/dev/null 2>" + err).c_str());
+    CHECK(WEXITSTATUS(status) == 2);
+    CHECK_THAT(read_file(err), Catch::StartsWith("tandem: stdin: line 100001: ") && Catch::Contains("one in 100000"));
+  }
+}
+
+TEST_CASE("program: pipes that end are read as files are") {
+  const TemporaryFolder folder;
+  const std::string ball = R"({"kind":"sphere","radius":1})";
+  const auto scene = folder.write("s.json", R"({"shapes":{"b":)" + ball + R"(},"bodies":[{"shape":"b"}]})").string();
+  const auto records = folder.write("r.jsonl", record("a", ball)).string();
+  const std::string out = (folder / "out").string();
+  const auto shell = [&](const std::string& command) { return std::system((command + " >" + out + " 2>&1").c_str()); };
+  CHECK(shell("cat " + scene + " | " + program() + " run /dev/stdin --steps 1") == 0);
+  CHECK_THAT(read_file(out), Catch::Contains("1 bodies"));
+  for (const std::string file : {"-", "/dev/stdin"}) {
+    CHECK(shell("cat " + records + " | " + program() + " query " + file) == 0);
+    CHECK(json_lines(read_file(out)).at(0)["collide"] == true);
+  }
+  CHECK(WEXITSTATUS(shell(program() + " query - <" + folder.path().string())) == 2);
+  CHECK_THAT(read_file(out), Catch::Contains("stdin: a directory"));
+  CHECK(shell(program() + " query /dev/null") == 0);
+  CHECK(read_file(out).empty());
+}
+
+TEST_CASE("program: a refusal is under 300 characters, however long what it names") {
+  const std::string long_name(400'000 / 4, 'x');  // what an argument may have at most is 128 KiB
+  for (const auto& arguments : std::vector<std::vector<std::string>>{{"run", long_name},
+                                                                     {"query", long_name},
+                                                                     {long_name},
+                                                                     {"run", "--" + long_name},
+                                                                     {"run", "cubes-on-plane", "--steps", long_name},
+                                                                     {"run", "cubes-on-plane", "--json", long_name},
+                                                                     {"query", "-", "--solver", long_name},
+                                                                     {"run", "no-such-scene"}}) {
+    const Ended ended = tandem_program(arguments);
+    CAPTURE(arguments[0].substr(0, 20), ended.err.substr(0, 400));
+    CHECK(ended.status == 2);
+    CHECK(ended.err.size() < 300);
+    CHECK(std::count(ended.err.begin(), ended.err.end(), '\n') == 1);
+  }
 }

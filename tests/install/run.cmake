@@ -14,7 +14,7 @@ if(MODE STREQUAL package)
   set(where -DCMAKE_PREFIX_PATH=${work}/prefix)
 else()
   # All of tandem is built anew, in a host that asks for a unity build of all, and by clang where it is there: a host may
-  # have it. It takes minutes, so the fuzz target, which needs clang, is built with it. Kernels for one instruction set
+  # have it. It takes minutes, so the fuzz targets, which need clang, are built with it. Kernels for one instruction set
   # are enough: on all of them the answers are the same bits, which another test shows.
   include(${SOURCE}/tests/clang.cmake)
   set(where -DTANDEM_SOURCE=${SOURCE} -DTANDEM_PRECOMPILE_HEADERS=ON -DCMAKE_UNITY_BUILD=ON)

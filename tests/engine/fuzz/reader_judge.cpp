@@ -1,0 +1,259 @@
+#include "reader_judge.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <functional>
+
+#include "inputs.h"
+#include "json_writer.h"
+#include "mesh_file.h"
+#include "output_file.h"
+#include "pair_record.h"
+#include "record_file.h"
+#include "scene_file.h"
+#include "temporary_folder.h"
+#include "text_file.h"
+
+namespace tandem::test {
+namespace {
+
+constexpr std::size_t refusal_bytes = 300;  // what is promised
+// Files of the fuzz targets are small: a line beyond this is too long for them.
+constexpr std::uint64_t line_bytes = 2048;
+
+/// Something accepted that another reader did not take for the same.
+struct Wrong {
+  std::string what;
+};
+
+void require(bool condition, std::string_view what) {
+  if (!condition) throw Wrong{std::string(what)};
+}
+
+/// A refusal is one line of valid UTF-8 under 300 characters.
+void check_refusal(const std::string& what) {
+  require(!what.empty() && what.size() < refusal_bytes,
+          "a refusal of " + std::to_string(what.size()) + " bytes: " + what);
+  require(std::none_of(what.begin(), what.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }),
+          "a refusal with a control character: " + what);
+  try {
+    (void)Json(what).dump();
+  } catch (const Json::exception&) {
+    throw Wrong{"a refusal that is not UTF-8: " + what};
+  }
+}
+
+/// What was accepted once must be so again.
+template <typename Read>
+auto read_again(Read&& read) {
+  try {
+    return read();
+  } catch (const InputError& error) {
+    throw Wrong{std::string("refused when written again: ") + error.what()};
+  }
+}
+
+const TemporaryFolder& folder() {
+  static const TemporaryFolder own;
+  return own;
+}
+
+/// The bytes as a file of that name. A new one: some file systems wait for the disk when an old one is written over.
+std::filesystem::path file_of(std::string_view name, std::string_view bytes) {
+  std::filesystem::remove(folder() / name);
+  return folder().write(name, bytes);
+}
+
+std::string written(const std::function<void(JsonWriter&)>& write) {
+  JsonWriter out;
+  write(out);
+  return out.text();
+}
+
+std::string shape_text(const Shape& shape) {
+  return written([&](JsonWriter& out) { write_shape(out, shape); });
+}
+
+/// Half-spaces normalise their normal, which of one that is normalised already may change the last bit.
+bool settled(const Shape& shape) {
+  if (shape.kind() != ShapeKind::halfspace) return true;
+  const Shape again(HalfSpace{shape.normal(), shape.offset()});
+  return again.normal() == shape.normal() && again.offset() == shape.offset();
+}
+
+bool settled(const Scene& scene) {
+  return std::all_of(scene.shapes().begin(), scene.shapes().end(), [](const Shape& s) { return settled(s); });
+}
+
+void check_shape(const Shape& shape) {
+  if (!settled(shape)) return;
+  const std::string once = shape_text(shape);
+  const std::string twice = read_again([&] {
+    const Json json = parse_json(once);
+    ShapeReader reader({folder().path()});
+    return shape_text(reader.read(JsonRef(json)));
+  });
+  require(twice == once, "a shape that reads back as another: " + once + " and " + twice);
+}
+
+void check_pose(const Pose& pose) {
+  const std::string once = written([&](JsonWriter& out) { write_pose(out, pose); });
+  const Pose again = read_again([&] {
+    const Json json = parse_json(once);
+    return read_pose(JsonRef(json));
+  });
+  require(again.translation == pose.translation && again.rotation == pose.rotation,
+          "a pose that reads back as another: " + once);
+}
+
+/// As `tandem query` reads: line by line, up to the shapes.
+void judge_pair_records(std::string_view bytes) {
+  InputFile file(file_of("records.jsonl", bytes));
+  ShapeReader shapes({folder().path()});
+  std::string line;
+  std::size_t number = 0;
+  for (InputFile::Line found; (found = file.line(line, line_bytes)) != InputFile::Line::none;) {
+    ++number;
+    if (found == InputFile::Line::too_long) continue;
+    try {
+      const Json json = parse_json(line);
+      const PairRecord record = read_pair_record(json, shapes);
+      for (const PlacedShape* placed : {&record.a, &record.b}) {
+        check_shape(placed->shape);
+        check_pose(placed->pose);
+      }
+      (void)record.id.dump();
+    } catch (const InputError& error) {
+      check_refusal(error.what());
+      const AnsweredLine answered = answer_line(line, number, shapes, {});
+      require(!answered.ok && !answered.is_record, "an answer to a bad record");
+      const Json answer = parse_json(answered.text);
+      require(answer.at("line") == number && answer.at("status") == "error", "another answer to a bad record");
+      check_refusal(answer.at("error").get<std::string>());
+    }
+  }
+}
+
+std::string scene_text(const Scene& scene) {
+  return written([&](JsonWriter& out) { write_scene(out, scene); });
+}
+
+void judge_scene(std::string_view bytes) {
+  const Scene scene = read_scene_file(file_of("scene.json", bytes));
+  if (!settled(scene)) return;
+  const std::string once = scene_text(scene);
+  const std::string twice = read_again([&] { return scene_text(read_scene_file(file_of("again.json", once))); });
+  require(twice == once, "a scene that reads back as another");
+}
+
+void judge_mesh(std::string_view bytes, std::string_view extension) {
+  const Mesh mesh = read_mesh_file(file_of("mesh" + std::string(extension), bytes));
+  std::string obj;
+  for (const Vec3& v : mesh.vertices) {
+    obj += 'v';
+    for (const double x : v) obj += ' ' + written([&](JsonWriter& out) { out.value(x); });
+    obj += '\n';
+  }
+  for (const auto& [i, j, k] : mesh.triangles) {
+    require(std::max({i, j, k}) < mesh.vertices.size(), "a triangle of a vertex that there is not");
+    obj += "f " + std::to_string(i + 1) + ' ' + std::to_string(j + 1) + ' ' + std::to_string(k + 1) + '\n';
+  }
+  const Mesh again = read_again([&] { return read_mesh_file(file_of("again.obj", obj)); });
+  require(again.vertices == mesh.vertices && again.triangles == mesh.triangles, "a mesh that reads back as another");
+  // As a scene gets it, where the mesh may be refused for what it is.
+  const Json json = parse_json(R"({"kind":"mesh","file":"again.obj"})");
+  ShapeReader reader({folder().path()});
+  check_shape(reader.read(JsonRef(json)));
+}
+
+/// What was read of a recording, written as one.
+std::string written_again(RecordReader& reader) {
+  Scene scene = reader.scene();
+  const auto path = folder() / "written.record";
+  OutputFile file("--record", path);
+  RecordWriter writer(file, scene);
+  for (RecordedStep step; reader.next(step);) {
+    for (const auto& [index, pose] : step.poses) scene.set_pose(scene.id(index), pose);
+    ContactList list;
+    for (const RecordedContact& from : step.contacts) {
+      Contact contact;
+      for (Eigen::Index k = 0; k < 3; ++k) {
+        contact.point[k] = static_cast<double>(from.point[k]);
+        contact.normal[k] = static_cast<double>(from.normal[k]);
+      }
+      contact.depth = static_cast<double>(from.depth);
+      PairResult pair;
+      pair.a = from.a, pair.b = from.b;
+      pair.first_contact = static_cast<std::uint32_t>(list.contacts.size()), pair.contact_count = 1;
+      list.pairs.push_back(pair);
+      list.contacts.push_back(contact);
+    }
+    writer.step(step.step, step.contact_hash, scene, list);
+  }
+  file.commit();
+  return read_file(path);
+}
+
+void judge_recording(std::string_view bytes) {
+  RecordReader reader(file_of("bytes.record", bytes));
+  if (!settled(reader.scene())) {
+    for (RecordedStep step; reader.next(step);) continue;
+    return;
+  }
+  const std::string once = written_again(reader);
+  const std::string twice = read_again([&] {
+    RecordReader again(file_of("again.record", once));
+    return written_again(again);
+  });
+  const auto [at, other] = std::mismatch(once.begin(), once.end(), twice.begin(), twice.end());
+  require(twice == once, "a recording that reads back as another from byte " + std::to_string(at - once.begin()) +
+                             " on: " + on_one_line({at, once.end()}) + " and " + on_one_line({other, twice.end()}));
+}
+
+void judge_results(std::string_view bytes) {
+  const auto path = file_of("results.json", bytes);
+  const bench::Inputs inputs = bench::read_inputs({path});
+  for (Json result : inputs.results) {
+    if (result.contains("pictures")) continue;  // without the rows that a file has
+    const auto again = read_again([&] { return bench::read_inputs({file_of("results.json", result.dump())}); });
+    require(again.results.size() == 1 && again.results[0] == result, "results that read back as others");
+  }
+  for (const Json& run : inputs.runs) {
+    std::string lines;
+    for (const Json& step : run.at("steps")) lines += step.dump() + '\n';
+    if (!lines.starts_with(R"({"step":)")) continue;  // another member came first in a line
+    const auto again = read_again([&] { return bench::read_inputs({file_of("results.json", lines)}); });
+    require(again.runs == inputs.runs, "a run that reads back as another");
+  }
+  (void)inputs.timelines.dump();
+}
+
+void judge(std::string_view reader, std::string_view bytes) {
+  if (reader == "pair_record") return judge_pair_records(bytes);
+  if (reader == "scene") return judge_scene(bytes);
+  if (reader == "obj") return judge_mesh(bytes, ".obj");
+  if (reader == "stl") return judge_mesh(bytes, ".stl");
+  if (reader == "recording") return judge_recording(bytes);
+  if (reader == "results") return judge_results(bytes);
+  throw Wrong{"no such reader"};
+}
+
+}  // namespace
+
+std::string judge_reader(std::string_view reader, std::string_view bytes) {
+  try {
+    try {
+      judge(reader, bytes);
+    } catch (const InputError& error) {
+      check_refusal(error.what());
+    }
+  } catch (const Wrong& wrong) {
+    return wrong.what;
+  } catch (const std::exception& error) {
+    return std::string("another exception: ") + error.what();
+  }
+  return {};
+}
+
+}  // namespace tandem::test

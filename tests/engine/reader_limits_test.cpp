@@ -1,0 +1,236 @@
+// What readers do with input that is too deep, too long, endless or no text at all: each is refused in one short line,
+// and nothing is taken of it beyond the bounds of input_limits.h.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cctype>
+#include <cstring>
+#include <limits>
+
+#include "json_writer.h"
+#include "mesh_file.h"
+#include "message_of.h"
+#include "pair_record.h"
+#include "record_file.h"
+#include "scene_file.h"
+#include "temporary_folder.h"
+#include "text_file.h"
+
+using namespace tandem;
+
+namespace {
+
+constexpr std::size_t long_size = 400'000;
+
+std::string nested(std::size_t depth) { return std::string(depth, '[') + std::string(depth, ']'); }
+
+std::string refusal_of_json(std::string_view text) {
+  return message_of([&] { (void)parse_json(text); });
+}
+
+std::string refusal_of_scene(std::string_view text) {
+  const TemporaryFolder folder;
+  return message_of([&] { (void)read_scene_file(folder.write("scene.json", text)); });
+}
+
+std::string refusal_of_recording(std::string_view bytes) {
+  const TemporaryFolder folder;
+  return message_of([&] {
+    RecordReader reader(folder.write("a.record", bytes));
+    for (RecordedStep step; reader.next(step);) continue;
+  });
+}
+
+Json answered(std::string_view line) {
+  ShapeReader shapes;
+  return parse_json(answer_line(line, 1, shapes, {}).text);
+}
+
+/// One line, short, of valid UTF-8.
+void check_refusal(const std::string& what) {
+  CAPTURE(what.substr(0, 1000));
+  CHECK_FALSE(what.empty());
+  CHECK(what.size() < 300);
+  CHECK(std::none_of(what.begin(), what.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }));
+  CHECK_NOTHROW(Json(what).dump());
+}
+
+template <typename T>
+std::string bytes_of(const T& value) {
+  char bytes[sizeof(T)];
+  std::memcpy(bytes, &value, sizeof(T));
+  return {bytes, sizeof(T)};
+}
+
+const std::string record_header =
+    R"({"format":"tandem-record","version":1,"scene":{"shapes":{"s":{"kind":"sphere","radius":1}},)"
+    R"("bodies":[{"shape":"s"}]}})"
+    "\n";
+
+std::string step_head(std::uint32_t moving, std::uint32_t contacts) {
+  return "STEP" + bytes_of(std::uint64_t{0}) + bytes_of(std::uint64_t{0}) + bytes_of(moving) + bytes_of(contacts);
+}
+
+std::string contact(std::uint32_t a, std::uint32_t b, float depth) {
+  std::string out = bytes_of(a) + bytes_of(b);
+  for (int i = 0; i < 6; ++i) out += bytes_of(0.5f);
+  return out + bytes_of(depth);
+}
+
+}  // namespace
+
+TEST_CASE("readers: a document nested too deep is refused, whatever reads it") {
+  CHECK(refusal_of_json(nested(limits::json_depth)).empty());
+  for (const std::size_t depth : {limits::json_depth + 1, std::size_t{50'000}, std::size_t{5'000'000}}) {
+    CAPTURE(depth);
+    check_refusal(refusal_of_json(nested(depth)));
+    CHECK_THAT(refusal_of_json(nested(depth)),
+               Catch::EndsWith("allowed: at most 64 arrays and objects within each other"));
+  }
+  check_refusal(refusal_of_scene(R"({"name":)" + nested(50'000) + "}"));
+  for (const std::string key : {"id", "shapeA", "note"}) {
+    const Json answer = answered(R"({"id":7,")" + key + R"(":)" + nested(50'000) + "}");
+    CHECK(answer["status"] == "error");
+    check_refusal(answer["error"].get<std::string>());
+  }
+  std::string objects;
+  for (int i = 0; i < 50'000; ++i) objects += R"({"a":)";
+  check_refusal(refusal_of_json(objects));
+}
+
+TEST_CASE("readers: the values of a document are counted") {
+  std::size_t left = 4;
+  CHECK(message_of([&] { (void)parse_json("[1,2,3]", nullptr, &left); }).empty());
+  CHECK(left == 0);
+  left = 3;
+  const std::string what = message_of([&] { (void)parse_json("[1,2,3]", nullptr, &left); });
+  CHECK_THAT(what, Catch::StartsWith("/2: a document of more values, allowed: at most "));
+}
+
+TEST_CASE("readers: a long key, value, number or name is shortened where it is quoted") {
+  const std::string long_text(long_size, 'x');
+  check_refusal(refusal_of_json(R"({"a":{")" + long_text + R"(":[1,2,nan]}})"));
+  check_refusal(refusal_of_json("[" + std::string(long_size, '9') + "e999]"));
+  check_refusal(refusal_of_json("[1, " + long_text + "]"));
+  check_refusal(refusal_of_json("[\"" + long_text));
+  const std::string unknown = refusal_of_scene(R"({"begin)" + long_text + R"(end":1})");
+  check_refusal(unknown);
+  CHECK_THAT(unknown, Catch::Contains("...") && Catch::Contains("end: unknown key, allowed: name, gravity"));
+  check_refusal(refusal_of_scene(R"({"shapes":{")" + long_text + R"(":{"kind":"sphere","radius":-1}}})"));
+  check_refusal(refusal_of_scene(R"({"request":")" + long_text + R"("})"));
+  check_refusal(refusal_of_scene(R"({"shapes":{"m":{"kind":"mesh","file":")" + long_text + R"(.obj"}}})"));
+  check_refusal(refusal_of_scene(R"({"gravity":[)" + std::string(long_size, '1') + R"(,2,3,4]})"));
+  check_refusal(answered(R"({"shapeA":{"kind":")" + long_text + R"("}})")["error"].get<std::string>());
+  const TemporaryFolder folder;
+  check_refusal(message_of([&] { (void)read_mesh_file(folder.write("a.obj", "v 1 2 " + long_text)); }));
+  check_refusal(message_of([&] { (void)read_mesh_file(folder.write("a.stl", "solid\n" + long_text)); }));
+  check_refusal(message_of([&] { (void)read_mesh_file("a." + long_text); }));
+  check_refusal(message_of([&] { (void)read_file("/" + long_text); }));
+  CHECK(shortened("abcdefghij", 9) == "abc...hij");
+  CHECK(shortened("abc", 9) == "abc");
+}
+
+TEST_CASE("readers: bytes that are no text end in a refusal that is") {
+  check_refusal(refusal_of_json("[\"\xff\xfe\"]"));
+  check_refusal(refusal_of_json("{\"\xc3\":1}"));
+  check_refusal(refusal_of_json(std::string_view("[1\0]", 4)));
+  check_refusal(refusal_of_json("{\"a\n\":1}"));
+  check_refusal(refusal_of_json("\xff\xfe[\0]\0"));
+  check_refusal(refusal_of_scene(R"({"a\nb\u0000\u2028":1})"));
+  check_refusal(refusal_of_scene(R"({"shapes":{"m":{"kind":"mesh","file":"a.txt\u0000.obj"}}})"));
+  CHECK_THAT(refusal_of_scene(R"({"shapes":{"m":{"kind":"mesh","file":"a.txt\u0000.obj"}}})"),
+             Catch::Contains("a zero byte"));
+  check_refusal(answered("{\"id\":\"\xff\"}")["error"].get<std::string>());
+  check_refusal(answered("[NaN]")["error"].get<std::string>());
+  CHECK(on_one_line("\xc3\xa9\xe2\x82\xac\xf0\x9f\x98\x80") == "\xc3\xa9\xe2\x82\xac\xf0\x9f\x98\x80");
+  CHECK(on_one_line("a\nb\x7f\xc2\x85"
+                    "c") == "a b  c");
+  // Too long for its character, a surrogate, beyond the last character, cut off, a continuation alone.
+  CHECK(on_one_line("\xc0\x80\xed\xa0\x80\xf4\x90\x80\x80\xe2\x82\x80x\xbf") == "?????????\xe2\x82\x80x?");
+  CHECK(on_one_line("\xe2\x82") == "??");
+}
+
+TEST_CASE("readers: a byte order mark is passed over") {
+  const TemporaryFolder folder;
+  const std::string mark = "\xef\xbb\xbf", obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  CHECK(refusal_of_scene(mark + R"({"name":"x"})").empty());
+  CHECK(read_mesh_file(folder.write("a.obj", mark + obj)).vertices.size() == 3);
+  const std::string stl =
+      "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n";
+  CHECK(read_mesh_file(folder.write("a.stl", mark + stl)).triangles.size() == 1);
+}
+
+TEST_CASE("readers: a device that never ends is read up to a bound") {
+  const std::string whole = message_of([] { (void)read_file("/dev/zero", 1 << 20); });
+  CHECK_THAT(whole, Catch::StartsWith("/dev/zero: ") && Catch::EndsWith("allowed: at most 1 MiB"));
+  check_refusal(whole);
+  InputFile zeros("/dev/zero");
+  std::string line;
+  CHECK(zeros.line(line, 100) == InputFile::Line::too_long);
+  CHECK(line.size() == 100);
+  CHECK(zeros.line(line, 100) == InputFile::Line::none);
+  CHECK_THAT(message_of([] { RecordReader reader("/dev/zero"); }), Catch::Contains("a file that can be read twice"));
+}
+
+TEST_CASE("readers: a line that is too long is passed over and the next one read") {
+  const TemporaryFolder folder;
+  InputFile file(folder.write("lines", "short\n" + std::string(200'000, 'x') + "\n\nlast"));
+  std::string line;
+  CHECK(file.line(line, 1000) == InputFile::Line::read);
+  CHECK(line == "short");
+  CHECK(file.line(line, 1000) == InputFile::Line::too_long);
+  CHECK(line == std::string(1000, 'x'));
+  CHECK(file.line(line, 1000) == InputFile::Line::read);
+  CHECK(line.empty());
+  CHECK(file.line(line, 1000) == InputFile::Line::read);
+  CHECK(line == "last");
+  CHECK(file.line(line, 1000) == InputFile::Line::none);
+  CHECK(file.position() == 5 + 1 + 200'000 + 1 + 1 + 4);
+}
+
+TEST_CASE("readers: a file larger than its bound is refused by its size") {
+  const TemporaryFolder folder;
+  const auto sparse = folder.write("a.obj", "v 0 0 0\n");
+  std::filesystem::resize_file(sparse, limits::mesh_bytes + 1);
+  CHECK_THAT(message_of([&] { (void)read_mesh_file(sparse); }), Catch::EndsWith("4096 MiB, allowed: at most 4096 MiB"));
+  std::filesystem::resize_file(sparse, limits::document_bytes + limits::mebibyte);
+  CHECK_THAT(message_of([&] { (void)read_scene_file(sparse); }),
+             Catch::EndsWith("1025 MiB, allowed: at most 1024 MiB"));
+}
+
+TEST_CASE("readers: numbers of triangles and steps that the file does not have take no memory") {
+  const TemporaryFolder folder;
+  const std::string stl = std::string(80, ' ') + bytes_of(0xffffffffu) + std::string(50, '\0');
+  CHECK_THAT(message_of([&] { (void)read_mesh_file(folder.write("a.stl", stl)); }),
+             Catch::EndsWith("byte 134: end of file, allowed: 214748364834 bytes for 4294967295 facets"));
+  CHECK(refusal_of_recording(record_header).empty());
+  const std::string poses = refusal_of_recording(record_header + step_head(0xffffffffu, 0));
+  CHECK_THAT(poses, Catch::EndsWith("4294967295 bodies that move, allowed: at most 1"));
+  const std::string contacts = refusal_of_recording(record_header + step_head(0, 0xffffffffu));
+  CHECK_THAT(contacts, Catch::EndsWith("4294967295 contacts, allowed: at most 67108864"));
+  const std::string few = refusal_of_recording(record_header + step_head(0, 1000));
+  CHECK_THAT(few, Catch::Contains("end of file within a step, allowed: 36000 bytes of contacts from byte "));
+  for (const std::string& what : {poses, contacts, few}) check_refusal(what);
+}
+
+TEST_CASE("readers: a recorded contact names bodies and finite numbers") {
+  CHECK(refusal_of_recording(record_header + step_head(0, 1) + contact(0, 0, 1)).empty());
+  check_refusal(refusal_of_recording(record_header + step_head(0, 1) + contact(0, 1, 1)));
+  CHECK_THAT(refusal_of_recording(record_header + step_head(0, 1) + contact(0, 1, 1)),
+             Catch::EndsWith("body 1, allowed: below 1"));
+  for (const float x : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()})
+    CHECK_THAT(refusal_of_recording(record_header + step_head(0, 1) + contact(0, 0, x)),
+               Catch::EndsWith("allowed: finite numbers"));
+}
+
+TEST_CASE("readers: a face that names a vertex too far back or beyond all is refused with its line") {
+  const TemporaryFolder folder;
+  const auto refusal = [&](std::string_view text) {
+    return message_of([&] { (void)read_mesh_file(folder.write("a.obj", text)); });
+  };
+  const std::string vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+  CHECK_THAT(refusal(vertices + "f 1 2 -4\n"), Catch::EndsWith("a.obj:4: vertex -4, allowed: at most 3 back"));
+  CHECK_THAT(refusal(vertices + "f 1 2 3\nf 1 5 9\nf 1 2 3\nv 1 1 1\n"),
+             Catch::EndsWith("a.obj:5: vertex 5, allowed: 1 to 4"));
+  CHECK_THAT(refusal(vertices + "f 1 2 9223372036854775807\n"), Catch::Contains("'9223372036854775807', allowed: "));
+  CHECK(refusal(vertices + "f 1 2 4\nv 1 1 1\n").empty());
+}
