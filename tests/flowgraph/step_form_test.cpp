@@ -1,10 +1,10 @@
 #include <oneapi/tbb/global_control.h>
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <memory>
 #include <random>
 
+#include "catch.h"
 #include "flowgraph/ordered_answers.h"
 #include "flowgraph/pair_order.h"
 #include "flowgraph/step_form.h"
