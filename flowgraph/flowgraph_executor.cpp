@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <mutex>
 #include <numeric>
 #include <optional>
 #include <thread>
@@ -237,6 +238,14 @@ class FlowGraphExecutor final : public Executor, private Delivery {
     }
   }
 
+  bool push(Queue& queue, Batch& batch) {
+#if TBB_INTERFACE_VERSION < 12090 && !defined(__x86_64__)
+    // Before 2021.9 a push reads what the push before it wrote without an order between the two: where the processor has
+    // none of its own, batches are lost.
+    const std::scoped_lock one_at_a_time(pushing_);
+#endif
+    return queue.try_push(&batch);
+  }
   bool pop(Batch*& batch) {
     return std::any_of(queues_.begin(), queues_.end(), [&](Queue& queue) { return queue.try_pop(batch); });
   }
@@ -248,7 +257,7 @@ class FlowGraphExecutor final : public Executor, private Delivery {
   void deliver(Batch& batch) override {
     Batch* other = nullptr;
     Queue& queue = queues_[batch.costliest ? 0 : batch.heavy ? 1 : 2];
-    while (!queue.try_push(&batch))
+    while (!push(queue, batch))
       if (pop(other)) state_.process(*other);
     state_.count_queue(std::accumulate(queues_.begin(), queues_.end(), std::size_t{0},
                                        [](std::size_t sum, const Queue& one) { return sum + waiting(one); }));
@@ -275,6 +284,9 @@ class FlowGraphExecutor final : public Executor, private Delivery {
   std::optional<Balancer> balancer_;
   StepState state_;
   std::array<Queue, 3> queues_;          // by turns: the costliest batches, other heavy ones, the rest
+#if TBB_INTERFACE_VERSION < 12090 && !defined(__x86_64__)
+  std::mutex pushing_;
+#endif
   std::atomic<int> present_{0};          // strict narrow runners
   std::atomic<int> writers_{0};          // of those that conserve work, who may still have pairs in hand
   std::optional<Phase> broad_, narrow_;  // last: their bodies use what is above

@@ -90,8 +90,9 @@ void keep_widest(std::vector<Contact>& contacts, std::size_t first, double size)
       *least = deepest;
     }
   }
-  std::sort(kept.begin(), kept.begin() + static_cast<std::ptrdiff_t>(count));
-  for (std::size_t k = 0; k < count; ++k) p[k] = p[kept[k]];
+  std::array<Contact, 4> widest;  // some of them may stand where others go
+  for (std::size_t k = 0; k < count; ++k) widest[k] = p[kept[k]];
+  std::copy_n(widest.begin(), count, p.begin());
   std::sort(p.begin(), p.begin() + static_cast<std::ptrdiff_t>(count), by_feature);
   contacts.resize(first + count);
 }

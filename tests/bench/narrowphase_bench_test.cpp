@@ -1,4 +1,3 @@
-#include <catch2/catch.hpp>
 #include <cstdlib>
 #include <fstream>
 #include <limits>
@@ -8,6 +7,7 @@
 
 #include "../engine/temporary_folder.h"
 #include "accuracy.h"
+#include "catch.h"
 #include "trial.h"
 
 using namespace tandem;

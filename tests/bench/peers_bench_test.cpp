@@ -1,4 +1,3 @@
-#include <catch2/catch.hpp>
 #include <cstdlib>
 #include <fstream>
 #include <map>
@@ -6,6 +5,7 @@
 #include <sstream>
 
 #include "../engine/temporary_folder.h"
+#include "catch.h"
 
 using namespace tandem;
 

@@ -1,4 +1,3 @@
-#include <catch2/catch.hpp>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -7,6 +6,7 @@
 
 #include "../engine/temporary_folder.h"
 #include "browser.h"
+#include "catch.h"
 
 using namespace tandem;
 using namespace tandem::bench;

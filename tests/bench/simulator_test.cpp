@@ -1,7 +1,8 @@
 #include "simulator.h"
 
-#include <catch2/catch.hpp>
 #include <chrono>
+
+#include "catch.h"
 
 using namespace tandem;
 using namespace tandem::bench;

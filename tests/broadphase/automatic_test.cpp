@@ -1,6 +1,5 @@
-#include <catch2/catch.hpp>
-
 #include "box_worlds.h"
+#include "catch.h"
 
 using namespace tandem;
 

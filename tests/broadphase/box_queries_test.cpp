@@ -1,8 +1,7 @@
 #include "tandem/broadphase/box_queries.h"
 
-#include <catch2/catch.hpp>
-
 #include "box_worlds.h"
+#include "catch.h"
 
 using namespace tandem;
 

@@ -1,8 +1,7 @@
 #include "box_record.h"
 
-#include <catch2/catch.hpp>
-
 #include "box_worlds.h"
+#include "catch.h"
 
 using namespace tandem;
 

@@ -1,11 +1,11 @@
 #include "tandem/broadphase/broad_phase.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
 
 #include "box_worlds.h"
+#include "catch.h"
 
 using namespace tandem;
 

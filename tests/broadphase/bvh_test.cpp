@@ -1,8 +1,7 @@
 #include "bvh.h"
 
-#include <catch2/catch.hpp>
-
 #include "box_worlds.h"
+#include "catch.h"
 
 using namespace tandem;
 

@@ -1,8 +1,9 @@
 #include "candidate_tiles.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <random>
+
+#include "catch.h"
 
 using namespace tandem;
 

@@ -1,9 +1,9 @@
 #include "early_slab.h"
 
-#include <catch2/catch.hpp>
 #include <new>
 
 #include "box_worlds.h"
+#include "catch.h"
 #include "joint_stages.h"
 #include "spatial_sample.h"
 

@@ -1,8 +1,7 @@
 #include "grid.h"
 
-#include <catch2/catch.hpp>
-
 #include "box_worlds.h"
+#include "catch.h"
 #include "spatial_sample.h"
 
 using namespace tandem;

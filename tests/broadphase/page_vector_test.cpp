@@ -1,8 +1,9 @@
 #include "page_vector.h"
 
-#include <catch2/catch.hpp>
 #include <cstdint>
 #include <numeric>
+
+#include "catch.h"
 
 using namespace tandem;
 

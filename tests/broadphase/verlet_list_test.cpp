@@ -1,12 +1,12 @@
 #include "verlet_list.h"
 
-#include <catch2/catch.hpp>
 #include <map>
 #include <span>
 #include <thread>
 
 #include "box_worlds.h"
 #include "bvh.h"
+#include "catch.h"
 #include "grid.h"
 #include "sweep.h"
 

@@ -2,10 +2,10 @@
 
 #include <oneapi/tbb/global_control.h>
 
-#include <catch2/catch.hpp>
 #include <optional>
 #include <random>
 
+#include "catch.h"
 #include "mesh_generators.h"
 #include "tandem/engine/builtin_scenes.h"
 #include "tandem/engine/pipeline.h"

@@ -1,8 +1,8 @@
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <functional>
 #include <random>
 
+#include "catch.h"
 #include "tandem/engine/pipeline.h"
 
 using namespace tandem;

@@ -1,8 +1,8 @@
 #include "mesh_file.h"
 
-#include <catch2/catch.hpp>
 #include <cstring>
 
+#include "catch.h"
 #include "message_of.h"
 #include "temporary_folder.h"
 #include "text_file.h"

@@ -1,12 +1,12 @@
 #include "outward_boxes.h"
 
 #include <bit>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <random>
 #include <vector>
 
+#include "catch.h"
 #include "tandem/broadphase/box_array.h"
 
 using namespace tandem;

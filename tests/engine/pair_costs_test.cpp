@@ -1,9 +1,10 @@
 #include "pair_costs.h"
 
-#include <catch2/catch.hpp>
 #include <chrono>
 #include <thread>
 #include <vector>
+
+#include "catch.h"
 
 using namespace tandem;
 using namespace std::chrono_literals;

@@ -1,11 +1,12 @@
 #include "pair_record.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
+
+#include "catch.h"
 
 using namespace tandem;
 

@@ -3,8 +3,7 @@
 #include <oneapi/tbb/flow_graph.h>
 #include <oneapi/tbb/global_control.h>
 
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "mesh_generators.h"
 #include "tandem/engine/builtin_scenes.h"
 #include "tandem/engine/response.h"

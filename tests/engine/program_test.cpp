@@ -6,9 +6,9 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cstdlib>
 
+#include "catch.h"
 #include "json_reader.h"
 #include "temporary_folder.h"
 #include "text_file.h"

@@ -3,11 +3,11 @@
 #include <oneapi/tbb/global_control.h>
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 
+#include "catch.h"
 #include "message_of.h"
 #include "random.h"
 #include "tandem/engine/builtin_scenes.h"

@@ -1,7 +1,6 @@
 #include "scene_file.h"
 
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "message_of.h"
 #include "record_file.h"
 #include "tandem/engine/builtin_scenes.h"

@@ -1,11 +1,11 @@
 #include "tandem/engine/scene.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <vector>
 
+#include "catch.h"
 #include "message_of.h"
 
 using namespace tandem;

@@ -1,11 +1,11 @@
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
 #include <map>
 #include <stdexcept>
 #include <vector>
 
+#include "catch.h"
 #include "mesh_generators.h"
 #include "message_of.h"
 #include "random.h"

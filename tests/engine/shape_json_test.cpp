@@ -1,9 +1,9 @@
 #include "shape_json.h"
 
 #include <bit>
-#include <catch2/catch.hpp>
 #include <random>
 
+#include "catch.h"
 #include "message_of.h"
 #include "temporary_folder.h"
 

@@ -1,8 +1,8 @@
 #include <atomic>
-#include <catch2/catch.hpp>
 #include <cstdlib>
 #include <new>
 
+#include "catch.h"
 #include "synthetic_work.h"
 
 namespace {

@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <barrier>
-#include <catch2/catch.hpp>
 #include <cstdint>
 #include <set>
 #include <thread>
 #include <vector>
+
+#include "catch.h"
 
 using namespace tandem;
 

@@ -1,8 +1,9 @@
 #include "tandem/flowgraph/balancer.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
+
+#include "catch.h"
 
 using namespace tandem;
 

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <catch2/catch.hpp>
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
@@ -16,6 +15,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "catch.h"
 #include "flowgraph/step_state.h"
 #include "synthetic_work.h"
 

@@ -5,13 +5,13 @@
 #include <unistd.h>
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
 #include <new>
 #include <random>
 
+#include "catch.h"
 #include "synthetic_work.h"
 #include "tandem/flowgraph/report.h"
 

@@ -1,10 +1,10 @@
 #include <oneapi/tbb/global_control.h>
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <memory>
 #include <random>
 
+#include "catch.h"
 #include "flowgraph/ordered_answers.h"
 #include "flowgraph/pair_order.h"
 #include "flowgraph/step_form.h"
@@ -156,7 +156,7 @@ TEST_CASE("step form: each gives the answer of a double loop, whatever was there
           const auto executor =
               make_executor({.kind = kind, .threads = threads, .batch_pairs = batch, .small_step_ms = 0, .form = form});
           ContactList contacts;
-          for (const std::size_t which : {0, 0, 1, 3, 2, 4, 4, 0}) {
+          for (const std::size_t which : {0u, 0u, 1u, 3u, 2u, 4u, 4u, 0u}) {
             ExecutionReport report;
             executor->run(*works[which], contacts, report, {}, nullptr);
             CHECK(hash(contacts) == expected[which]);

@@ -1,9 +1,9 @@
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <deque>
 #include <string>
 
+#include "catch.h"
 #include "one_instruction_set.h"
 #include "random_pairs.h"
 #include "tandem/narrowphase/several_pairs.h"

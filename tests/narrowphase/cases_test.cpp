@@ -1,7 +1,6 @@
 // Hard pairs with exact answers, collected from bug reports: beside this file, and in the folder that TANDEM_SHARED
 // names.
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -10,6 +9,7 @@
 #include <sstream>
 #include <string>
 
+#include "catch.h"
 #include "tandem/narrowphase/narrow_phase.h"
 
 namespace {

@@ -1,7 +1,6 @@
 #include "centre_test.h"
 
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "mesh_samples.h"
 #include "random_pairs.h"
 

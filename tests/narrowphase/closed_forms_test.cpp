@@ -1,8 +1,8 @@
 #include "closed_forms.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 
+#include "catch.h"
 #include "gjk.h"
 #include "random_pairs.h"
 #include "reference.h"

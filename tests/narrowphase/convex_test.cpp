@@ -1,8 +1,8 @@
 // Every bounded convex kind with every other, judged by what a signed distance must satisfy whatever computed it.
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 
+#include "catch.h"
 #include "closed_forms.h"
 #include "hull.h"
 #include "random_pairs.h"

@@ -1,12 +1,12 @@
 // Shapes that just touch, in every way that looks special: a hair apart, exactly there, a hair too far, straight and
 // tilted by next to nothing, along the world's axes and in a general position. And shapes with nothing left of them.
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "catch.h"
 #include "judge.h"
 #include "random.h"
 

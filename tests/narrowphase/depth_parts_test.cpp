@@ -1,9 +1,9 @@
 // The parts of the depth solvers that others stand behind, asked directly: what they miss, a pair's answer need not
 // show, since what fails is solved another way.
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 
+#include "catch.h"
 #include "face_depth.h"
 #include "random_pairs.h"
 #include "round_walk.h"

@@ -1,6 +1,6 @@
-#include <catch2/catch.hpp>
 #include <stdexcept>
 
+#include "catch.h"
 #include "random_pairs.h"
 
 using namespace tandem;

@@ -1,7 +1,6 @@
 #include "feature_search.h"
 
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "closed_forms.h"
 #include "hull_projection.h"
 #include "pair_classes.h"

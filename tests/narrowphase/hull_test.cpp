@@ -1,12 +1,12 @@
 #include "hull.h"
 
-#include <catch2/catch.hpp>
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
 #include <set>
 #include <thread>
 
+#include "catch.h"
 #include "faces_along.h"
 #include "mesh_samples.h"
 #include "random_pairs.h"

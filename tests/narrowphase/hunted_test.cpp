@@ -1,10 +1,10 @@
 // What random hunts against the reference found wrong once, and where they would find its like.
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
 #include <vector>
 
+#include "catch.h"
 #include "judge.h"
 #include "mesh_patches.h"
 #include "mesh_samples.h"

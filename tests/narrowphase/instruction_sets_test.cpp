@@ -1,10 +1,10 @@
 // Kernels are compiled for several instruction sets and chosen at run time: the answers must be the same bits on each.
 #include <hwy/targets.h>
-#include <catch2/catch.hpp>
 #include <cstring>
 #include <string>
 #include <vector>
 
+#include "catch.h"
 #include "mesh_samples.h"
 #include "one_instruction_set.h"
 #include "pair_classes.h"

@@ -1,9 +1,9 @@
 // Contact manifolds: what exchanging the bodies or moving them by next to nothing may not change.
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 
+#include "catch.h"
 #include "mesh_samples.h"
 #include "random_pairs.h"
 

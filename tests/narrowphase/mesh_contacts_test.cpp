@@ -1,10 +1,10 @@
 // Patches of two meshes that overlap a little: as deep as the shortest way out, along it, and the same a hair away.
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <vector>
 
+#include "catch.h"
 #include "mesh_samples.h"
 #include "random.h"
 #include "tandem/narrowphase/narrow_phase.h"

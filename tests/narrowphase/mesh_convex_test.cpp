@@ -1,8 +1,8 @@
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
+#include "catch.h"
 #include "mesh_inside.h"
 #include "mesh_model.h"
 #include "mesh_samples.h"

@@ -1,10 +1,10 @@
 #include "mesh_nearest.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 #include <vector>
 
+#include "catch.h"
 #include "mesh_model.h"
 #include "mesh_samples.h"
 #include "random.h"

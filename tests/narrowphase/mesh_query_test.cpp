@@ -1,8 +1,8 @@
 #include "mesh_query.h"
 
-#include <catch2/catch.hpp>
 #include <vector>
 
+#include "catch.h"
 #include "mesh_samples.h"
 #include "random.h"
 

@@ -1,6 +1,5 @@
 #include <fcl/narrowphase/collision.h>
 
-#include <catch2/catch.hpp>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -13,6 +12,7 @@
 #include <sstream>
 #include <thread>
 
+#include "catch.h"
 #include "mesh_inside.h"
 #include "mesh_model.h"
 #include "mesh_pair.h"

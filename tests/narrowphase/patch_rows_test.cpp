@@ -2,9 +2,9 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <vector>
 
+#include "catch.h"
 #include "predicates.h"
 #include "random.h"
 

@@ -1,10 +1,10 @@
 // Boxes, hulls and triangles in hard positions, judged in extended precision: by the separation along the normal, and
 // for overlaps by every direction that can be the shortest way out: the faces' normals and the edges' products.
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 
+#include "catch.h"
 #include "hull.h"
 #include "random_pairs.h"
 

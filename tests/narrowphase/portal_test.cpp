@@ -1,7 +1,6 @@
 #include "portal.h"
 
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "closed_forms.h"
 #include "hull.h"
 #include "pair_classes.h"

@@ -1,10 +1,10 @@
 #include "predicates.h"
 
 #include <boost/multiprecision/cpp_int.hpp>
-#include <catch2/catch.hpp>
 #include <tuple>
 #include <vector>
 
+#include "catch.h"
 #include "exact_number.h"
 #include "mesh_samples.h"
 

@@ -1,10 +1,10 @@
 // Every convex kind with every other in five classes of poses, held against the reference, and against what must not
 // change: under a rigid motion, another order of a hull's points, a small step along a slide.
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <utility>
 #include <vector>
 
+#include "catch.h"
 #include "hull.h"
 #include "judge.h"
 #include "random.h"

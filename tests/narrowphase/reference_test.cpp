@@ -3,10 +3,10 @@
 #include "reference.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 
+#include "catch.h"
 #include "hull.h"
 #include "judge.h"
 #include "pair_classes.h"

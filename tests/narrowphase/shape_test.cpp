@@ -1,8 +1,8 @@
 #include "tandem/narrowphase/shape.h"
 
-#include <catch2/catch.hpp>
 #include <functional>
 
+#include "catch.h"
 #include "hull.h"
 #include "mesh_model.h"
 #include "mesh_samples.h"

@@ -1,7 +1,7 @@
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 
+#include "catch.h"
 #include "mesh_model.h"
 #include "mesh_samples.h"
 #include "random_pairs.h"

@@ -1,8 +1,8 @@
 #include "triangle_axes.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 
+#include "catch.h"
 #include "hull.h"
 #include "random_pairs.h"
 

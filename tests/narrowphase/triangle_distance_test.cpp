@@ -1,7 +1,6 @@
 #include "triangle_distance.h"
 
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "pair_classes.h"
 #include "random_pairs.h"
 #include "reference.h"

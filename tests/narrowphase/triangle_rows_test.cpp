@@ -1,9 +1,9 @@
 #include "triangle_rows.h"
 
-#include <catch2/catch.hpp>
 #include <random>
 #include <vector>
 
+#include "catch.h"
 #include "predicates.h"
 #include "random.h"
 

@@ -1,0 +1,24 @@
+#pragma once
+// Catch2 of version 2 or 3, whichever the system has, by the names of version 2: 3 has no header of all, and its string
+// matchers are in another namespace, one of them under another name.
+#if __has_include(<catch2/catch_test_macros.hpp>)
+#include <catch2/catch_approx.hpp>
+#include <catch2/catch_test_macros.hpp>
+#include <catch2/generators/catch_generators.hpp>
+#include <catch2/matchers/catch_matchers.hpp>
+#include <catch2/matchers/catch_matchers_string.hpp>
+#include <string>
+
+using Catch::Approx;
+
+namespace Catch {
+namespace Matchers {
+inline auto Contains(const std::string& part) { return ContainsSubstring(part); }
+}  // namespace Matchers
+using Matchers::Contains;
+using Matchers::EndsWith;
+using Matchers::StartsWith;
+}  // namespace Catch
+#else
+#include <catch2/catch.hpp>
+#endif
