@@ -1,11 +1,11 @@
 // What readers do with input that is too deep, too long, endless or no text at all: each is refused in one short line,
 // and nothing is taken of it beyond the bounds of input_limits.h.
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cctype>
 #include <cstring>
 #include <limits>
 
+#include "catch.h"
 #include "json_writer.h"
 #include "mesh_file.h"
 #include "message_of.h"

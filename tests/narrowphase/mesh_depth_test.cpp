@@ -1,11 +1,11 @@
 // What the deepest contact of two meshes is promised to be: a translation that separates them, with a bound on how much
 // shorter one might be, whatever the size of the bodies and of their triangles.
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 #include <vector>
 
+#include "catch.h"
 #include "mesh_samples.h"
 #include "random.h"
 #include "tandem/narrowphase/narrow_phase.h"
