@@ -44,6 +44,8 @@ struct PairAnswer {
   /// > 0 gap, < 0 minus the penetration depth, the shortest translation that separates. With a mesh the depth is
   /// exact (Status::ok) where moving by the largest depth of a single triangle separates the two; else inexact with a
   /// rigorous bound: with a convex shape the upper end of what is known, of two meshes the lower if one is a surface.
+  /// No contact of a mesh and a convex shape is deeper than that; Request::contacts is inexact where the deepest is
+  /// deeper than the least that is known to be needed.
   double signed_distance = 0;
   Vec3 point_a = Vec3::Zero();  ///< on A, world
   Vec3 point_b = Vec3::Zero();  ///< on B, world
