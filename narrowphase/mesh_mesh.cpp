@@ -403,8 +403,8 @@ bool has_one_normal(std::span<const Contact> contacts) {
 }
 
 // The answer to contacts of two meshes that collide: their deepest, and how far off its depth may be. Contacts that are
-// deeper than a translation that separates, or push along one direction and do not separate, give way to that
-// translation.
+// deeper than a translation that separates, or push along one direction by less than any that does, give way to the
+// shortest translation that is known.
 PairAnswer bounded_answer(const Posed& a, const Posed& b, std::span<const std::array<std::uint32_t, 2>> pairs,
                           const NarrowPhaseOptions& options, std::size_t first, std::vector<Contact>& contacts) {
   PairAnswer answer = from_deepest(contacts, first);
@@ -418,12 +418,14 @@ PairAnswer bounded_answer(const Posed& a, const Posed& b, std::span<const std::a
   // Seen from A's translation: far out, B's would be rounded.
   const Pose at_a{a.pose.rotation, Vec3::Zero()};
   const Pose moved{b.pose.rotation, b.pose.translation - a.pose.translation + (depth + slack) * answer.normal};
-  double shortest = depth, certain = 0;  // the depth lies between
+  double shortest = depth, certain = 0;  // the true depth lies between
+  bool separates = true;
   if (meshes_collide({a.shape, at_a}, {b.shape, moved})) {
+    separates = false;
     const PairAnswer out = solve_meshes(a, b, Request::distance, options, nullptr);
     shortest = -out.signed_distance;
     certain = shortest - out.error_bound;
-    if (depth > shortest + slack || has_one_normal(found())) {
+    if (depth > shortest + slack || (certain > depth + slack && has_one_normal(found()))) {
       const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
       contacts.erase(std::remove_if(begin, contacts.end(), [&](const Contact& c) { return c.depth >= shortest; }),
                      contacts.end());
@@ -433,9 +435,10 @@ PairAnswer bounded_answer(const Posed& a, const Posed& b, std::span<const std::a
   } else {
     certain = certain_depth(a, b, pairs, found(), for_triangles(options));
   }
-  if (const double off = std::max(depth - certain, shortest - depth); off > slack) {
+  const double off = std::max(depth - certain, shortest - depth);
+  if (off > slack || !separates) {
     answer.status = Status::inexact;
-    answer.error_bound = off;
+    answer.error_bound = std::max(off, slack);
   }
   return answer;
 }

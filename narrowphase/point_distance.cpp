@@ -93,7 +93,11 @@ PointDistance to_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec
   const Vec3 ab = b - a, ac = c - a, bc = c - b;
   const double ab2 = ab.squaredNorm(), ac2 = ac.squaredNorm(), bc2 = bc.squaredNorm();
   const double longest = std::max({ab2, ac2, bc2});
-  const Vec3 n = longest == bc2 ? Vec3(ab.cross(ac)) : longest == ac2 ? Vec3(ab.cross(bc)) : Vec3(ac.cross(bc));
+  const Vec3& side = longest == bc2 ? bc : longest == ac2 ? ac : ab;
+  Vec3 n = longest == bc2 ? Vec3(ab.cross(ac)) : longest == ac2 ? Vec3(ab.cross(bc)) : Vec3(ac.cross(bc));
+  // A sliver's normal is off by rounding over its height; along the longest side, where corners are far from each
+  // other, that would show in heights above the plane.
+  if (longest > 0) n -= (n.dot(side) / longest) * side;
   const double length = n.norm();
   const bool area = length > 1e-14 * longest;
   PointDistance above{};

@@ -46,7 +46,10 @@ struct PairAnswer {
   /// that are apart, a lower bound on the gap, 0 if none is known, and there may be no normal).
   /// > 0 gap, < 0 minus the penetration depth, the length of the shortest translation that separates. With a mesh the
   /// depth is that of a translation which separates, the shortest that was found; error_bound says by how much the
-  /// shortest of all may be shorter. Status::ok: it is known to be the shortest. The same holds for the deepest contact.
+  /// shortest of all may be shorter. Status::ok: it is known to be the shortest. Request::contacts tells the depth of
+  /// the deepest contact, never deeper than that; where several patches push along different normals, as of a floor
+  /// and a wall, it may be less, and error_bound (inexact) covers the difference. What separates them from a surface,
+  /// or from a mesh that is not closed, may lead to either side of it.
   double signed_distance = 0;
   Vec3 point_a = Vec3::Zero();  ///< on A, world
   Vec3 point_b = Vec3::Zero();  ///< on B, world
