@@ -8,6 +8,7 @@ function(tandem_library name)
   target_sources(tandem_${name} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${arg_HEADERS})
   target_include_directories(tandem_${name} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
   tandem_flags(tandem_${name})
+  tandem_private_functions(tandem_${name})
   install(TARGETS tandem_${name} EXPORT tandemTargets
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
@@ -49,6 +50,20 @@ function(tandem_flags target)
     $<$<CXX_COMPILER_ID:GNU,Clang,AppleClang>:-fno-fast-math -ffp-contract=off>
     ${TANDEM_HIGHWAY_OPTIONS}
     $<$<AND:$<BOOL:${TANDEM_WARNINGS_AS_ERRORS}>,$<CXX_COMPILER_ID:GNU,Clang,AppleClang>>:-Werror>)
+endfunction()
+
+# tandem_private_functions(LIBRARY): a static library calls its own copies of inline functions, never a host's
+# (PrivateFunctions.cmake). Where objects hold no code yet (link-time optimisation) or are not ELF it may call a host's.
+set(TANDEM_PRIVATE_FUNCTIONS ${CMAKE_CURRENT_LIST_DIR}/PrivateFunctions.cmake)
+function(tandem_private_functions library)
+  get_target_property(type ${library} TYPE)
+  get_target_property(link_time ${library} INTERPROCEDURAL_OPTIMIZATION)
+  if(type STREQUAL STATIC_LIBRARY AND CMAKE_EXECUTABLE_FORMAT STREQUAL ELF AND CMAKE_OBJCOPY AND NOT link_time
+     AND NOT CMAKE_CXX_FLAGS MATCHES "-flto")
+    add_custom_command(TARGET ${library} POST_BUILD VERBATIM
+      COMMAND ${CMAKE_COMMAND} -DARCHIVE=$<TARGET_FILE:${library}> -DNM=${CMAKE_NM} -DOBJCOPY=${CMAKE_OBJCOPY}
+              -P ${TANDEM_PRIVATE_FUNCTIONS})
+  endif()
 endfunction()
 
 # tandem_precompile(TARGET HEADERS...) or (TARGET REUSE_FROM OTHER): headers that most of its files include, read once: two
