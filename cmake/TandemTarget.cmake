@@ -8,22 +8,62 @@ function(tandem_library name)
   target_sources(tandem_${name} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${arg_HEADERS})
   target_include_directories(tandem_${name} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
   tandem_flags(tandem_${name})
+  tandem_private_functions(tandem_${name})
   install(TARGETS tandem_${name} EXPORT tandemTargets
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
     FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 endfunction()
 
+# What Highway is told of the processor: instruction sets for which nothing is compiled. Those of ARM are all but NEON;
+# vectors of a length that only the running processor knows (SVE) fit into no array, and g++ 12 fails on them. Highway
+# before 1.0.5 knows NEON only with the AES instructions, which no kernel here has. SSSE3 without SSE4 was built from 2006
+# to 2008: not worth the tenth of the time that its kernels take to compile.
+set(TANDEM_HIGHWAY_OPTIONS)
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(aarch64|arm64|ARM64)$")
+  include(CheckCXXSourceCompiles)
+  set(CMAKE_REQUIRED_LIBRARIES hwy::hwy)
+  check_cxx_source_compiles("#include <hwy/detect_targets.h>\nlong long x = HWY_NEON_WITHOUT_AES;\nint main() {}" TANDEM_NEON_WITHOUT_AES)
+  unset(CMAKE_REQUIRED_LIBRARIES)
+  if(TANDEM_NEON_WITHOUT_AES)
+    set(TANDEM_DISABLED_TARGETS "(HWY_NEON_WITHOUT_AES-1)")  # what is better has lower bits
+  else()
+    set(TANDEM_DISABLED_TARGETS "(HWY_NEON-1)")
+    set(TANDEM_HIGHWAY_OPTIONS -march=armv8-a+crypto)
+  endif()
+else()
+  set(TANDEM_DISABLED_TARGETS HWY_SSSE3)
+endif()
+
 function(tandem_flags target)
   # In a host's unity build its files stay apart: each has short names of its own.
   set_target_properties(${target} PROPERTIES UNITY_BUILD OFF)
-  # SSSE3 without SSE4 was built from 2006 to 2008: not worth the tenth of the time that its kernels take to compile.
-  target_compile_definitions(${target} PRIVATE HWY_DISABLED_TARGETS=HWY_SSSE3)
+  target_compile_definitions(${target} PRIVATE
+    TANDEM_DISABLED_TARGETS=${TANDEM_DISABLED_TARGETS} HWY_DISABLED_TARGETS=TANDEM_DISABLED_TARGETS
+    # The same bits are promised on every machine. Eigen's vector code sums in another order than its scalar code, and
+    # fuses a*b+c on 64-bit ARM. Without it Eigen would not align its types any more: 16 bytes are what it chooses on
+    # both architectures, and what libraries that take its types, such as FCL, were built with.
+    EIGEN_DONT_VECTORIZE EIGEN_MAX_ALIGN_BYTES=16 EIGEN_MAX_STATIC_ALIGN_BYTES=16)
   target_compile_options(${target} PRIVATE
     $<$<CXX_COMPILER_ID:GNU,Clang,AppleClang>:-Wall -Wextra -Wpedantic -Wconversion>
-    # Fusing a*b+c changes rounding, and with it contacts: the same bits are promised on every machine.
-    $<$<CXX_COMPILER_ID:GNU,Clang,AppleClang>:-ffp-contract=off>
+    # For the same reason sums and products are taken as they are written, whatever flags a host gives to all its targets.
+    $<$<CXX_COMPILER_ID:GNU,Clang,AppleClang>:-fno-fast-math -ffp-contract=off>
+    ${TANDEM_HIGHWAY_OPTIONS}
     $<$<AND:$<BOOL:${TANDEM_WARNINGS_AS_ERRORS}>,$<CXX_COMPILER_ID:GNU,Clang,AppleClang>>:-Werror>)
+endfunction()
+
+# tandem_private_functions(LIBRARY): a static library calls its own copies of inline functions, never a host's
+# (PrivateFunctions.cmake). Where objects hold no code yet (link-time optimisation) or are not ELF it may call a host's.
+set(TANDEM_PRIVATE_FUNCTIONS ${CMAKE_CURRENT_LIST_DIR}/PrivateFunctions.cmake)
+function(tandem_private_functions library)
+  get_target_property(type ${library} TYPE)
+  get_target_property(link_time ${library} INTERPROCEDURAL_OPTIMIZATION)
+  if(type STREQUAL STATIC_LIBRARY AND CMAKE_EXECUTABLE_FORMAT STREQUAL ELF AND CMAKE_OBJCOPY AND NOT link_time
+     AND NOT CMAKE_CXX_FLAGS MATCHES "-flto")
+    add_custom_command(TARGET ${library} POST_BUILD VERBATIM
+      COMMAND ${CMAKE_COMMAND} -DARCHIVE=$<TARGET_FILE:${library}> -DNM=${CMAKE_NM} -DOBJCOPY=${CMAKE_OBJCOPY}
+              -P ${TANDEM_PRIVATE_FUNCTIONS})
+  endif()
 endfunction()
 
 # tandem_precompile(TARGET HEADERS...) or (TARGET REUSE_FROM OTHER): headers that most of its files include, read once: two

@@ -4,7 +4,7 @@
 
 // With vectors of 512 bits the spheres of a scene, which use none, take 1.07 of the time: see docs/notes.md.
 #undef HWY_DISABLED_TARGETS
-#define HWY_DISABLED_TARGETS ((HWY_AVX2 - 1) | HWY_SSSE3)
+#define HWY_DISABLED_TARGETS ((HWY_AVX2 - 1) | TANDEM_DISABLED_TARGETS)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "outward_boxes.cpp"
 #include <hwy/foreach_target.h>

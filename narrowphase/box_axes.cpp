@@ -15,7 +15,8 @@ HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Products are summed in the same order in both versions and never fused: the same bits on every machine.
+// Products are summed in one order in both versions, that of Eigen's scalar code and of the lanes of several pairs, and
+// never fused: the same bits on every machine.
 #if HWY_MAX_BYTES >= 32 && !HWY_HAVE_SCALABLE
 
 using Four = hn::FixedTag<double, 4>;
@@ -43,7 +44,7 @@ bool measure_axes(const double* half_a, const Pose* pose_a, const double* half_b
   transpose(hn::LoadU(d, ma), hn::LoadU(d, ma + 3), hn::LoadU(d, ma + 6), row_a);
   transpose(hn::LoadU(d, mb), hn::LoadU(d, mb + 3), hn::LoadU(d, mb + 6), row_b);
   const auto sum_of_products = [](V p0, V p1, V p2, const V* v) HWY_ATTR {
-    return hn::Add(hn::Add(hn::Mul(p0, v[0]), hn::Mul(p1, v[1])), hn::Mul(p2, v[2]));
+    return hn::Add(hn::Mul(p0, v[0]), hn::Add(hn::Mul(p1, v[1]), hn::Mul(p2, v[2])));
   };
   const auto of = [d](const double* p, int k) HWY_ATTR { return hn::Set(d, p[k]); };
   const V d0 = hn::Set(d, pose_b->translation[0] - pose_a->translation[0]);
@@ -116,7 +117,7 @@ bool measure_axes(const double* half_a, const Pose* pose_a, const double* half_b
   const double *ma = pose_a->rotation.data(), *mb = pose_b->rotation.data();
   double shift[3];
   for (int k = 0; k < 3; ++k) shift[k] = pose_b->translation[k] - pose_a->translation[k];
-  const auto dot = [](double p0, double p1, double p2, const double* v) { return p0 * v[0] + p1 * v[1] + p2 * v[2]; };
+  const auto dot = [](double p0, double p1, double p2, const double* v) { return p0 * v[0] + (p1 * v[1] + p2 * v[2]); };
   for (int i = 0; i < 3; ++i) {
     x->a[i] = half_a[i];
     x->b[i] = half_b[i];
@@ -131,7 +132,7 @@ bool measure_axes(const double* half_a, const Pose* pose_a, const double* half_b
   for (int k = 0; k < 3; ++k) {
     x->face_of_a[k] = std::abs(x->t[k]) - half_a[k] - dot(half_b[0], half_b[1], half_b[2], x->q[k]);
     x->face_of_b[k] =
-        std::abs(x->u[k]) - half_b[k] - (half_a[0] * x->q[0][k] + half_a[1] * x->q[1][k] + half_a[2] * x->q[2][k]);
+        std::abs(x->u[k]) - half_b[k] - (half_a[0] * x->q[0][k] + (half_a[1] * x->q[1][k] + half_a[2] * x->q[2][k]));
     x->most_face = std::max({x->most_face, x->face_of_a[k], x->face_of_b[k]});
   }
   if (x->most_face > beyond) {

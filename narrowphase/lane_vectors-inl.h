@@ -67,16 +67,16 @@ HWY_INLINE void store_in_turn(V x0, V x1, V x2, V x3, std::size_t at, double (&t
 /// The bits of whole numbers.
 HWY_INLINE V whole_bits(V x) { return hn::BitCast(D(), hn::ConvertTo(hn::RebindToSigned<D>(), x)); }
 
-// Sums in the order in which Eigen makes them of products of vectors and matrices of three: the same bits. Never fused.
+// Sums in the order in which Eigen's scalar code makes them of products of vectors and matrices of three, the last two
+// products first: the same bits. Never fused.
 HWY_INLINE V sum_of_products(V p0, V q0, V p1, V q1, V p2, V q2) {
-  return hn::Add(hn::Add(hn::Mul(p0, q0), hn::Mul(p1, q1)), hn::Mul(p2, q2));
+  return hn::Add(hn::Mul(p0, q0), hn::Add(hn::Mul(p1, q1), hn::Mul(p2, q2)));
 }
 HWY_INLINE V dot(const V* u, const V* v) { return sum_of_products(u[0], v[0], u[1], v[1], u[2], v[2]); }
 
-/// Rotation (its columns) times v: of the last row the last two products are added first.
+/// Rotation (its columns) times v.
 HWY_INLINE void turn(const V* columns, const V* v, V* out) {
-  for (int k = 0; k < 2; ++k) out[k] = sum_of_products(columns[k], v[0], columns[3 + k], v[1], columns[6 + k], v[2]);
-  out[2] = hn::Add(hn::Mul(columns[2], v[0]), hn::Add(hn::Mul(columns[5], v[1]), hn::Mul(columns[8], v[2])));
+  for (int k = 0; k < 3; ++k) out[k] = sum_of_products(columns[k], v[0], columns[3 + k], v[1], columns[6 + k], v[2]);
 }
 /// Pose (columns, then the translation) times v.
 HWY_INLINE void place(const V* pose, const V* v, V* out) {

@@ -2,4 +2,4 @@
 // guard. What comes after such vectors runs slower for a while (docs/notes.md has figures), so only those use them that
 // gain more than that.
 #undef HWY_DISABLED_TARGETS
-#define HWY_DISABLED_TARGETS ((HWY_AVX2 - 1) | HWY_SSSE3)  // all that are wider, as their bits are lower
+#define HWY_DISABLED_TARGETS ((HWY_AVX2 - 1) | TANDEM_DISABLED_TARGETS)  // all that are wider, as their bits are lower

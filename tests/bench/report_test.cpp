@@ -79,8 +79,8 @@ json series(const char* contestant, bool strict, double speedup) {
   return out;
 }
 
-/// Small results of every bench, with a few rows each.
-void write_results(const TemporaryFolder& folder) {
+/// Small results of every bench, with a few rows each. Used where there is a browser to open the report.
+[[maybe_unused]] void write_results(const TemporaryFolder& folder) {
   write(folder / "scenes.json",
         result({row("scenes", "cubes-on-plane", "sequential", 1, 4e6, {{"ratio_to_sequential", 1.0}, {"steps", 9}}),
                 row("scenes", "cubes-on-plane", "flowgraph", 2, 2e6,

@@ -5,7 +5,7 @@ using namespace tandem;
 
 namespace {
 
-const BoxArray& boxes_of(const std::vector<BoxWorld>& worlds, const std::string& name) {
+const BoxArray& boxes_of(const std::vector<BoxWorld>& worlds, std::string_view name) {
   return std::find_if(worlds.begin(), worlds.end(), [&](const BoxWorld& w) { return w.name == name; })->boxes;
 }
 
