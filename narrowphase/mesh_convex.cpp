@@ -753,32 +753,53 @@ class MeshConvex {
     return answer;
   }
 
-  // Of triangles that overlap, the deepest by `near`, from which no shorter way leads out. Where contacts are no deeper
-  // than that and one is as deep, they are as deep as the way out, or short of it between several walls. Else the way
-  // out is looked for: what is deeper does not push.
+  // Of triangles that overlap, the deepest by `near`: no shorter translation separates. Where a contact is that deep
+  // and none is deeper, moving by it is tried; else the translation that separates is looked for, and what is deeper
+  // than that does not push.
   PairAnswer contacts_of_overlap(const PairAnswer& near, std::size_t first, std::vector<Contact>& out) const {
     const auto deepest = [&] { return deepest_of(std::span(out).subspan(first)); };
-    double certain = -near.signed_distance;
+    double certain = -near.signed_distance, shortest = infinity;
     const double slack = 10 * rounding * size_ + 1e-9 * certain;
+    const auto find_shortest = [&] {
+      const PairAnswer translation = overlap(nearest());
+      shortest = -translation.signed_distance;
+      certain = std::max(certain, shortest - translation.error_bound);
+      return translation;
+    };
     if (!(std::abs(deepest() - certain) <= slack)) {
-      const PairAnswer out_of = overlap(nearest());
-      const double way = -out_of.signed_distance;
-      certain = way - out_of.error_bound;
-      if (deepest() > way + slack) {
+      const PairAnswer translation = find_shortest();
+      if (deepest() > shortest + slack) {
         out.resize(first);
         PairAnswer again = near;
-        gather_contacts(way + slack, again, out);
+        gather_contacts(shortest + slack, again, out);
       }
-      if (!(deepest() >= certain - slack)) out.push_back(contact_of(out_of));
+      if (!(deepest() >= certain - slack)) out.push_back(contact_of(translation));
     }
     to_world(std::span(out).subspan(first));
     PairAnswer answer = from_deepest(out, first);
     answer.collide = true;
-    if (const double beyond = -answer.signed_distance - certain; beyond > slack) {
+    const double depth = -answer.signed_distance;
+    bool separates = true;
+    if (shortest == infinity && !options_.mesh_bounds) {
+      answer.status = Status::unproven;
+    } else if (std::isinf(shortest) && collides_moved((depth + slack) * answer.normal)) {
+      separates = false;
+      find_shortest();
+    }
+    const double off = std::max(depth - certain, std::isinf(shortest) ? 0.0 : shortest - depth);
+    if (off > slack || !separates) {
       answer.status = Status::inexact;
-      answer.error_bound = beyond;
+      answer.error_bound = std::max(off, slack);
     }
     return answer;
+  }
+
+  // Do the two collide with the convex moved (world axes)? Seen from the mesh's translation: far out, the convex's
+  // would be rounded.
+  bool collides_moved(const Vec3& move) const {
+    const Pose at{mesh_.pose.rotation, Vec3::Zero()};
+    const Pose moved{convex_.pose.rotation, convex_.pose.translation - mesh_.pose.translation + move};
+    return MeshConvex({mesh_.shape, at}, {convex_.shape, moved}, options_).collide();
   }
 
   const Posed mesh_, convex_;

@@ -83,8 +83,15 @@ std::optional<bool> triangle_collides(const Shape& a, const Pose& pose_a, const 
   return std::nullopt;
 }
 
+SimpleSolver simple_solver(const Shape& a, const Shape& b) {
+  return simple_solvers[static_cast<std::size_t>(a.kind())][static_cast<std::size_t>(b.kind())];
+}
+
 PairAnswer solve_by_kinds(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                           const NarrowPhaseOptions& options, std::vector<Contact>* contacts, WarmStart* warm) {
+  if (options.solver.empty())
+    if (const SimpleSolver solver = simple_solver(a, b))
+      return solver(options, a, pose_a, b, pose_b, request, contacts);
   if (a.is_convex() && b.is_convex()) {
     PairAnswer plain;
     const bool with_triangle = a.kind() == ShapeKind::triangle || b.kind() == ShapeKind::triangle;
@@ -108,14 +115,11 @@ PairAnswer solve_by_kinds(const Shape& a, const Pose& pose_a, const Shape& b, co
   return solve_mesh(a, pose_a, b, pose_b, request, options, contacts);
 }
 
-/// What the sign of a distance this small, relative to the sizes and the translation between, says rounding decides.
-constexpr double decided_by_rounding = 1e-13;
-
 /// Gives an answer whose sign rounding decided the verdict of Request::collide, so that all requests agree. The
 /// contacts are those from `first` on.
-void take_verdict(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
-                  const NarrowPhaseOptions& options, PairAnswer& answer, std::vector<Contact>* contacts,
-                  std::size_t first, double within) {
+[[gnu::noinline]] void take_verdict(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
+                                    Request request, const NarrowPhaseOptions& options, PairAnswer& answer,
+                                    std::vector<Contact>* contacts, std::size_t first, double within) {
   constexpr double apart = std::numeric_limits<double>::min();
   answer.collide = solve_by_kinds(a, pose_a, b, pose_b, Request::collide, options, nullptr, nullptr).collide;
   answer.signed_distance =
@@ -152,8 +156,7 @@ void take_verdict(const Shape& a, const Pose& pose_a, const Shape& b, const Pose
   // Meshes among themselves are told by exact tests, whatever is asked.
   if (request == Request::collide || (triangular(a) && triangular(b) && !(a.is_convex() && b.is_convex())))
     return answer;
-  const double size = a.size() + b.size() + (pose_b.translation - pose_a.translation).lpNorm<1>();
-  const double undecided = decided_by_rounding * size;
+  const double undecided = undecided_distance(a, pose_a, b, pose_b);
   if (std::abs(answer.signed_distance) <= undecided && !answer.normal.isZero(0))
     take_verdict(a, pose_a, b, pose_b, request, options, answer, contacts, first, 4 * undecided);
   return answer;
@@ -209,9 +212,15 @@ std::string NarrowPhase::refuses(const Shape& a, const Shape& b, Request request
 PairAnswer NarrowPhase::solve(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                               std::vector<Contact>* contacts, WarmStart* warm) const {
   if (options_.solver.empty())
-    if (const SimpleSolver solver =
-            simple_solvers[static_cast<std::size_t>(a.kind())][static_cast<std::size_t>(b.kind())])
-      return solver(options_, a, pose_a, b, pose_b, request, contacts);
+    if (const SimpleSolver solver = simple_solver(a, b)) {
+      const std::size_t first = contacts != nullptr ? contacts->size() : 0;
+      PairAnswer answer = solver(options_, a, pose_a, b, pose_b, request, contacts);
+      if (request == Request::collide) return answer;
+      const double undecided = undecided_distance(a, pose_a, b, pose_b);
+      if (std::abs(answer.signed_distance) <= undecided)
+        take_verdict(a, pose_a, b, pose_b, request, options_, answer, contacts, first, 4 * undecided);
+      return answer;
+    }
   return solve_prepared(a, pose_a, b, pose_b, request, options_, contacts, warm);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 
 #include "box_screen.h"
 #include "halfspace_boxes.h"
@@ -22,6 +23,10 @@ Together together(const PlacedPair& pair) {
   const bool one =
       (a == ShapeKind::box && b == ShapeKind::halfspace) || (a == ShapeKind::halfspace && b == ShapeKind::box);
   return one ? Together::halfspace_box : Together::none;
+}
+
+bool is_undecided(const PlacedPair& pair, double distance) {
+  return std::abs(distance) <= undecided_distance(*pair.a, *pair.pose_a, *pair.b, *pair.pose_b);
 }
 
 /// Pairs of boxes, in columns one after the other.
@@ -53,7 +58,11 @@ class Boxes {
     const std::size_t k = next_++, first = contacts.size();
     const std::int64_t finding = found_.finding[k];
     if (finding == BoxFinding::apart) return true;
-    if (finding == BoxFinding::unknown) return false;
+    // By itself where rounding decides whether they touch.
+    if (finding == BoxFinding::unknown || is_undecided(pair, found_.distance[k])) {
+      if (finding == BoxFinding::faces) ++next_patch_;
+      return false;
+    }
     PairAnswer& answer = answers.begin(number);
     if (finding == BoxFinding::faces) {
       const std::size_t patch = next_patch_++;
@@ -128,9 +137,10 @@ class HalfspaceBoxes {
     find_on_halfspaces(list_, margin, found_);
     list_.count = next_ = places_ = 0;
   }
-  bool answer(std::size_t number, double margin, std::vector<Contact>& contacts, AnswerSink& answers) {
+  bool answer(const PlacedPair& pair, std::size_t number, double margin, std::vector<Contact>& contacts,
+              AnswerSink& answers) {
     const std::size_t k = next_++;
-    if (!found_.known[k]) return false;
+    if (!found_.known[k] || is_undecided(pair, found_.distance[k])) return false;
     if (found_.distance[k] > margin) return true;
     if (found_.corners[k] == 0) return false;  // rounding left nothing of a corner that just touches
     PairAnswer& answer = answers.begin(number);
@@ -181,7 +191,7 @@ void SeveralPairs::solve(std::span<const PlacedPair> pairs, std::vector<Contact>
     for (const auto& [i, kind] : std::span(waiting).first(count)) {
       const PlacedPair& pair = pairs[i];
       if (kind == Together::boxes && boxes.answer(pair, i, margin_, contacts, answers)) continue;
-      if (kind == Together::halfspace_box && halfspace_boxes.answer(i, margin_, contacts, answers)) continue;
+      if (kind == Together::halfspace_box && halfspace_boxes.answer(pair, i, margin_, contacts, answers)) continue;
       PairAnswer& answer = answers.begin(i);
       answer = one_by_one_.solve(*pair.a, *pair.pose_a, *pair.b, *pair.pose_b, Request::contacts, &contacts);
       answers.end();

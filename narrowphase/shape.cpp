@@ -7,6 +7,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "constants.h"
 #include "hull.h"
 #include "mesh_model.h"
 #include "support_kernel.h"
@@ -214,9 +215,12 @@ Shape::Shape(const HalfSpace& s) : kind_(ShapeKind::halfspace) {
   require_number("halfspace: offset", s.offset);
   const double length = s.normal.stableNorm();
   if (!(length >= 1e-100)) refuse("halfspace: length of normal", length, "at least 1e-100");
-  const Vec3 n = (s.normal / length).normalized();
-  require_number("halfspace: offset / length of normal", s.offset / length);
-  param_ = {n.x(), n.y(), n.z(), s.offset / length};
+  // One that is unit to rounding stays as it is: what was written is read back as the same bits.
+  const bool is_unit = std::abs(length - 1) <= 4 * epsilon;
+  const Vec3 n = is_unit ? s.normal : (s.normal / length).normalized();
+  const double offset = is_unit ? s.offset : s.offset / length;
+  require_number("halfspace: offset / length of normal", offset);
+  param_ = {n.x(), n.y(), n.z(), offset};
   mass_ = std::make_shared<MassProperties>(symmetric(0, 0, 0, 0));
 }
 

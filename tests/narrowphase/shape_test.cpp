@@ -6,6 +6,7 @@
 #include "hull.h"
 #include "mesh_model.h"
 #include "mesh_samples.h"
+#include "random.h"
 #include "tandem/narrowphase/narrow_phase.h"
 
 using namespace tandem;
@@ -239,4 +240,13 @@ TEST_CASE("corners of a surface that differ by rounding are one, as equal ones a
   Mesh solid = apart(1e-15);
   solid.solid = true;
   CHECK_THROWS_WITH(Shape(solid), Contains("the edge from vertex"));
+}
+
+TEST_CASE("shape: a half-space made of a half-space's normal and offset is the same bits") {
+  reference::Random random(3);
+  for (int i = 0; i < 2000; ++i) {
+    const Shape once(HalfSpace{random.in(0.1, 10) * random.direction(), random.in(-5, 5)});
+    const Shape twice(HalfSpace{once.normal(), once.offset()});
+    CHECK(twice.parameters() == once.parameters());
+  }
 }

@@ -17,7 +17,7 @@ namespace {
 constexpr double rounding = 1e-12;  // of distances that are the same real number
 constexpr double surface = 1e-9;  // of witness points from the surfaces: where these are curved, points are less exact
 
-constexpr double early = 1e-9;      // of the path: how much before a touch the time of impact may be
+constexpr double early = 1e-9;  // of the path: how much before a touch the time of impact may be
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
@@ -94,15 +94,17 @@ std::string same(const Case& c, const PosedPair& other, double factor = 1, bool 
 
 // ---- One pair, several requests ----
 
-bool all_finite(const PairAnswer& r) {
+// A bound goes with its status: what is ok is right to `surface`.
+bool all_finite(const PairAnswer& r, double unit) {
   return std::isfinite(r.signed_distance) && r.normal.allFinite() && r.point_a.allFinite() && r.point_b.allFinite() &&
-         std::isfinite(r.error_bound) && r.error_bound >= 0 && (r.status == Status::ok) == (r.error_bound == 0);
+         std::isfinite(r.error_bound) && r.error_bound >= 0 &&
+         (r.status == Status::ok ? r.error_bound <= surface * unit : r.error_bound > 0);
 }
 
 std::string numbers(const Case& c, Random&) {
   const Answers& r = c.answers;
   for (const PairAnswer* some : {&r.distance, &r.contacts, &r.near})
-    if (!all_finite(*some)) return say("not finite, or an error bound without its status");
+    if (!all_finite(*some, c.unit)) return say("not finite, or an error bound without its status");
   if (!(std::abs(r.distance.normal.norm() - 1) < 1e-14)) return say("normal of length ", r.distance.normal.norm());
   for (const auto* list : {&r.touching, &r.within})
     for (const Contact& contact : *list)
@@ -154,7 +156,8 @@ std::string margins(const Case& c, Random&) {
   return {};
 }
 
-// What coordinates so far out round to, metres: where B is moved, it comes to lie that far from the place that is meant.
+// What coordinates so far out round to, metres: where B is moved, it comes to lie that far from the place that is
+// meant.
 double world_rounding(const PosedPair& p) {
   return 0x1p-51 * std::max(p.a.pose.translation.cwiseAbs().maxCoeff(), p.b.pose.translation.cwiseAbs().maxCoeff());
 }
@@ -162,6 +165,7 @@ double world_rounding(const PosedPair& p) {
 std::string translation_out(const Case& c, Random&) {
   const PairAnswer& r = c.answers.distance;
   const double d = r.signed_distance;
+  if (!(c.unit > 0)) return {};  // two points at one place: no length to move by
   const auto moved = [&](double by) {
     Pose pose = c.pair.b.pose;
     pose.translation += by * r.normal;
@@ -181,7 +185,7 @@ std::string translation_out(const Case& c, Random&) {
 
 std::string deepest_contact_separates(const Case& c, Random&) {
   const Answers& r = c.answers;
-  if (r.touching.empty() || r.contacts.status != Status::ok) return {};
+  if (r.touching.empty() || r.contacts.status != Status::ok || !(c.unit > 0)) return {};
   const auto at = std::max_element(r.touching.begin(), r.touching.end(),
                                    [](const Contact& x, const Contact& y) { return x.depth < y.depth; });
   Pose pose = c.pair.b.pose;
@@ -490,6 +494,7 @@ bool holds(const PosedShape& outer, const PosedShape& inner) {
   const Mesh* m = std::get_if<Mesh>(&outer.shape);
   if (m == nullptr || !m->solid) return false;
   std::vector<Vec3> points{Vec3::Zero()};
+  if (inner.kind() == ShapeKind::halfspace) points.clear();
   if (const auto* s = std::get_if<Convex>(&inner.shape)) points = {s->vertices[0]};
   if (const auto* s = std::get_if<Triangle>(&inner.shape)) points = {s->vertices[0]};
   if (const auto* s = std::get_if<Mesh>(&inner.shape)) points = s->vertices;
