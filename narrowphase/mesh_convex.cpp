@@ -780,11 +780,11 @@ class MeshConvex {
     answer.collide = true;
     const double depth = -answer.signed_distance;
     bool separates = true;
-    if (shortest == infinity && !options_.mesh_bounds) {
+    if (options_.mesh_bounds) {
+      separates = !collides_moved((depth + slack) * answer.normal);
+      if (!separates && std::isinf(shortest)) find_shortest();
+    } else if (std::isinf(shortest)) {
       answer.status = Status::unproven;
-    } else if (std::isinf(shortest) && collides_moved((depth + slack) * answer.normal)) {
-      separates = false;
-      find_shortest();
     }
     const double off = std::max(depth - certain, std::isinf(shortest) ? 0.0 : shortest - depth);
     if (off > slack || !separates) {
@@ -794,12 +794,10 @@ class MeshConvex {
     return answer;
   }
 
-  // Do the two collide with the convex moved (world axes)? Seen from the mesh's translation: far out, the convex's
-  // would be rounded.
+  // Do the two collide with the convex moved (world axes)?
   bool collides_moved(const Vec3& move) const {
-    const Pose at{mesh_.pose.rotation, Vec3::Zero()};
-    const Pose moved{convex_.pose.rotation, convex_.pose.translation - mesh_.pose.translation + move};
-    return MeshConvex({mesh_.shape, at}, {convex_.shape, moved}, options_).collide();
+    const Pose moved{convex_.pose.rotation, convex_.pose.translation + move};
+    return MeshConvex(mesh_, {convex_.shape, moved}, options_).collide();
   }
 
   const Posed mesh_, convex_;
@@ -822,11 +820,21 @@ PairAnswer solve_mesh_convex(const Posed& mesh, const Posed& convex, Request req
   if (model.convex && (model.hull.vertices.size() <= small_hull || request == Request::contacts))
     return solve_convex(view_hull(mesh.shape), mesh.pose, view(convex.shape), convex.pose, request,
                         for_triangles(options), contacts);
-  const MeshConvex pair(mesh, convex, options);
-  if (request == Request::contacts) return pair.contacts(*contacts);
-  if (request == Request::distance) return pair.distance();
+  // Seen from the mesh's translation: far out, poses that are tried would be rounded.
+  const Vec3& origin = mesh.pose.translation;
+  const Pose at{mesh.pose.rotation, Vec3::Zero()}, convex_at{convex.pose.rotation, convex.pose.translation - origin};
+  const MeshConvex pair({mesh.shape, at}, {convex.shape, convex_at}, options);
   PairAnswer answer;
-  answer.collide = pair.collide();
+  if (request == Request::collide) {
+    answer.collide = pair.collide();
+    return answer;
+  }
+  const std::size_t first = contacts != nullptr ? contacts->size() : 0;
+  answer = request == Request::contacts ? pair.contacts(*contacts) : pair.distance();
+  answer.point_a += origin;
+  answer.point_b += origin;
+  if (request == Request::contacts)
+    for (Contact& c : std::span(*contacts).subspan(first)) c.point += origin;
   return answer;
 }
 

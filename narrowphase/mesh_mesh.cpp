@@ -469,6 +469,10 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
       // A triangle has a margin as all convex shapes have.
       if (options.margin > 0 && (a.shape.is_convex() || b.shape.is_convex()))
         answer = as_convex(a, b, request, options, contacts);
+      // They do not meet, exactly: what rounding took for a touch is a gap.
+      for (Contact& c : std::span(*contacts).subspan(first))
+        c.depth = std::min(c.depth, -std::numeric_limits<double>::min());
+      answer.signed_distance = std::max(answer.signed_distance, std::numeric_limits<double>::min());
       answer.collide = false;
       if (contacts->size() == first) answer.signed_distance = wants_gap ? gap_of(ma, mb, test, apart) : 0;
       return answer;
