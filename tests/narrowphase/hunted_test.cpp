@@ -828,7 +828,8 @@ TEST_CASE(
     }
     return m;
   };
-  const NarrowPhase solver;
+  // As steps ask: what takes the place of contacts that are too deep is searched for, and may be found elsewhere.
+  const NarrowPhase solver({.mesh_bounds = false});
   Random r(43);
   for (int i = 0; i < 96; ++i) {
     const bool are_stars = i % 4 == 3;
