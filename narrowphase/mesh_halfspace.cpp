@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <limits>
+#include <span>
 
 #include "manifold.h"
 #include "mesh_model.h"
@@ -19,7 +20,9 @@ PairAnswer solve_mesh_halfspace(const Posed& mesh, const Posed& half, Request re
   double lowest = std::numeric_limits<double>::infinity();
   std::uint32_t at = 0;
   const std::size_t first = contacts ? contacts->size() : 0;
-  const auto world = [&](std::uint32_t v) { return mesh.pose * m.vertices[v]; };
+  // Seen from the mesh's translation: far out, places that tell which corners are kept would be rounded.
+  const Vec3& origin = mesh.pose.translation;
+  const auto turned = [&](std::uint32_t v) -> Vec3 { return mesh.pose.rotation * m.vertices[v]; };
   // What touches to rounding has all of its patch.
   const double within = options.margin + alike * mesh.shape.size();
   // The vertices that span the part below the plane are vertices of the hull.
@@ -27,14 +30,17 @@ PairAnswer solve_mesh_halfspace(const Posed& mesh, const Posed& half, Request re
     const double height = local.dot(m.vertices[v]) - level;
     if (height < lowest) lowest = height, at = v;
     if (request == Request::contacts && height <= within)
-      contacts->push_back({world(v) - up * (height / 2), -up, std::max(-height, -options.margin), v});
+      contacts->push_back({turned(v) - up * (height / 2), -up, std::max(-height, -options.margin), v});
   }
   if (request == Request::contacts && lowest > options.margin) contacts->resize(first);
-  if (request == Request::contacts) keep_widest(*contacts, first, mesh.shape.size());
+  if (request == Request::contacts) {
+    keep_widest(*contacts, first, mesh.shape.size());
+    for (Contact& c : std::span(*contacts).subspan(first)) c.point += origin;
+  }
   answer.collide = lowest <= 0;
   if (request == Request::collide || (request == Request::contacts && contacts->size() == first)) return answer;
   answer.signed_distance = lowest;
-  answer.point_a = world(at);
+  answer.point_a = turned(at) + origin;
   answer.point_b = answer.point_a - up * lowest;
   answer.normal = -up;
   return answer;

@@ -74,8 +74,8 @@ std::optional<std::span<const Vec3, 3>> corners(const Shape& s) {
 /// Does a triangle meet a triangle (exactly) or a box? Empty for other pairs and for a box where rounding could decide.
 std::optional<bool> triangle_collides(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
   const auto in_a = corners(a), in_b = corners(b);
-  if (in_a && in_b) {
-    const auto by_axes = triangles_collide(*in_a, pose_a, *in_b, pose_b);
+  if (a.kind() == ShapeKind::triangle && b.kind() == ShapeKind::triangle) {
+    const auto by_axes = in_a && in_b ? triangles_collide(*in_a, pose_a, *in_b, pose_b) : std::nullopt;
     return by_axes ? *by_axes : !mesh_triangle_pairs(a, pose_a, b, pose_b).empty();
   }
   if (in_a && b.kind() == ShapeKind::box) return box_triangle_collide(b.parameters(), pose_b, *in_a, pose_a);
