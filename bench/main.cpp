@@ -164,7 +164,7 @@ void add_report(CLI::App& program) {
 }
 
 int complain(std::string_view what, int status) {
-  std::cerr << "tandem-bench: " << shortened(on_one_line(what), limits::message_bytes) << '\n';
+  std::cerr << "tandem-bench: " << shortened(on_one_line(what), limits::complaint_bytes) << '\n';
   return status;
 }
 
