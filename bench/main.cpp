@@ -164,7 +164,9 @@ void add_report(CLI::App& program) {
 }
 
 int complain(std::string_view what, int status) {
-  std::cerr << "tandem-bench: " << shortened(on_one_line(what), limits::complaint_bytes) << '\n';
+  // An option lists all that it allows: the pairs of kinds are more than a refusal of input may say.
+  constexpr std::size_t most = 4 * limits::message_bytes;
+  std::cerr << "tandem-bench: " << shortened(on_one_line(what), most) << '\n';
   return status;
 }
 

@@ -45,9 +45,6 @@ inline constexpr std::size_t lines_without_record = 100'000;
 /// Bytes of a refusal; with the program's name before it a line stays below 300.
 inline constexpr std::size_t message_bytes = 280;
 
-/// Bytes of any line on stderr: that of an option may list all kinds that it allows.
-inline constexpr std::size_t complaint_bytes = 1000;
-
 /// Bytes of the value found, as a refusal quotes it.
 inline constexpr std::size_t quoted_bytes = 64;
 

@@ -23,7 +23,7 @@ void occupy_standard_descriptors() {
 }
 
 int complain(std::string_view what, Status status) {
-  std::cerr << "tandem: " << shortened(on_one_line(what), limits::complaint_bytes) << '\n';
+  std::cerr << "tandem: " << shortened(on_one_line(what), limits::message_bytes) << '\n';
   return status;
 }
 
