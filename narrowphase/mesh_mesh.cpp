@@ -368,29 +368,27 @@ PairAnswer depth_answer(const Posed& a, const Posed& b, std::span<const std::arr
   return answer;
 }
 
-// How far a point (in the world) lies inside a solid mesh: a ball about it that large does. 0 outside, and of surfaces.
-double depth_inside(const Posed& mesh, const Vec3& point, const NarrowPhaseOptions& options) {
-  if (!mesh.shape.mesh().solid) return 0;
+// At most how far a point (in the world) lies from a mesh; < 0 inside a solid, which has a ball about it that large.
+double distance_of_point(const Posed& mesh, const Vec3& point, const NarrowPhaseOptions& options) {
   const Shape ball(Sphere{0});
   const Pose at{Mat3::Identity(), point};
-  const PairAnswer inside = solve_mesh_convex(mesh, {ball, at}, Request::distance, options, nullptr);
-  return std::max(0.0, -inside.signed_distance - inside.error_bound);
+  const PairAnswer r = solve_mesh_convex(mesh, {ball, at}, Request::distance, options, nullptr);
+  return mesh.shape.mesh().solid ? r.signed_distance + r.error_bound : std::max(0.0, r.signed_distance);
 }
 
 // A length that any translation has that separates two meshes that collide: that of the deepest of some triangles that
-// meet, and that of the balls about a point that lie in the one and in the other.
+// meet, and by how much the balls about a point, in the one and in the other, reach past what it lies outside of
+// either.
 double certain_depth(const Posed& a, const Posed& b, std::span<const std::array<std::uint32_t, 2>> pairs,
                      std::span<const Contact> contacts, const NarrowPhaseOptions& options) {
   constexpr std::size_t most_pairs = 32;  // whose depth is looked at: each takes as long as a distance of triangles
   double certain = deepest_pair(a, b, pairs.first(std::min(pairs.size(), most_pairs)), options).certain;
   for (const Contact& c : contacts) {
     if (!(c.depth > certain)) continue;
-    // On A's surface, on B's, and midway.
+    // On A's surface, on B's, and midway, but for contacts that were moved along a wall.
     for (const double part : {0.5, -0.5, 0.0}) {
       const Vec3 point = c.point + part * c.depth * c.normal;
-      const double in_a = part > 0 ? 0 : depth_inside(a, point, options),
-                   in_b = part < 0 ? 0 : depth_inside(b, point, options);
-      certain = std::max(certain, in_a + in_b);
+      certain = std::max(certain, -distance_of_point(a, point, options) - distance_of_point(b, point, options));
     }
   }
   return certain;
@@ -498,7 +496,7 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
         sides = add_patches();
         // Through the surface into what it bounds may be the shorter way.
         const PairAnswer way = solve_meshes(a, b, Request::distance, options, nullptr);
-        const double slack = 1e-12 * (a.shape.size() + b.shape.size());
+        const double slack = translation_slack * (a.shape.size() + b.shape.size());
         if (way.status == Status::ok && from_deepest(*contacts, first).signed_distance < way.signed_distance - slack) {
           contacts->resize(first);
           contacts->push_back({(way.point_a + way.point_b) / 2, way.normal, -way.signed_distance, 0});
