@@ -8,7 +8,7 @@
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>
 
-#include "narrowphase/hull.h"
+#include "shapes/hull.h"
 
 namespace tandem::bench {
 namespace {

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "narrowphase/hull.h"
+#include "shapes/hull.h"
 #include "pair_solver.h"
 
 namespace tandem::bench {

@@ -10,8 +10,8 @@
 #include <fcl/geometry/shape/halfspace.h>
 #include <fcl/geometry/shape/sphere.h>
 
-#include "narrowphase/hull.h"
-#include "narrowphase/mesh_model.h"
+#include "shapes/hull.h"
+#include "shapes/mesh_model.h"
 
 namespace tandem::bench {
 namespace {

@@ -12,7 +12,7 @@
 
 #include "engine/mesh_generators.h"
 #include "fcl_shape.h"
-#include "narrowphase/mesh_model.h"
+#include "shapes/mesh_model.h"
 #include "player.h"
 #include "random.h"
 #include "reference.h"

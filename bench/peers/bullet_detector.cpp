@@ -9,7 +9,7 @@
 #include <map>
 
 #include "bullet_shape.h"
-#include "narrowphase/mesh_model.h"
+#include "shapes/mesh_model.h"
 #include "scene_detector.h"
 
 namespace tandem::bench {

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <functional>
 
-#include "narrowphase/mesh_model.h"
+#include "shapes/mesh_model.h"
 #include "progress.h"
 #include "record_file.h"
 #include "tandem/engine/builtin_scenes.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "hull.h"
+#include "shapes/hull.h"
 #include "random.h"
 #include "reference.h"
 

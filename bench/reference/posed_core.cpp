@@ -1,6 +1,6 @@
 #include "posed_core.h"
 
-#include "hull.h"
+#include "shapes/hull.h"
 
 namespace tandem::reference {
 

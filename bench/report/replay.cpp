@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "encode.h"
-#include "hull.h"
-#include "mesh_model.h"
+#include "shapes/hull.h"
+#include "shapes/mesh_model.h"
 #include "record_file.h"
 #include "results.h"
 #include "tandem/engine/pipeline.h"

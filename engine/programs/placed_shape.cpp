@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
-#include "hull.h"
-#include "mesh_model.h"
-#include "round_walk.h"
+#include "shapes/hull.h"
+#include "shapes/mesh_model.h"
+#include "round/round_walk.h"
 
 namespace tandem {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "hull.h"
+#include "shapes/hull.h"
 #include "mesh_file.h"
-#include "mesh_model.h"
+#include "shapes/mesh_model.h"
 
 namespace tandem {
 namespace {

@@ -1,4 +1,4 @@
-#include "centre_test.h"
+#include "pairs/centre_test.h"
 
 #include "catch.h"
 #include "mesh_samples.h"

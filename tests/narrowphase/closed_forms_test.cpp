@@ -1,9 +1,9 @@
-#include "closed_forms.h"
+#include "closed_forms/closed_forms.h"
 
 #include <cmath>
 
 #include "catch.h"
-#include "gjk.h"
+#include "convex/gjk.h"
 #include "random_pairs.h"
 #include "reference.h"
 

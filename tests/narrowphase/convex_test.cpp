@@ -3,11 +3,11 @@
 #include <cmath>
 
 #include "catch.h"
-#include "closed_forms.h"
-#include "hull.h"
+#include "closed_forms/closed_forms.h"
+#include "shapes/hull.h"
 #include "random_pairs.h"
 #include "reference.h"
-#include "support.h"
+#include "shapes/support.h"
 
 using namespace tandem;
 using namespace tandem::test;

@@ -4,9 +4,9 @@
 #include <limits>
 
 #include "catch.h"
-#include "face_depth.h"
+#include "convex/face_depth.h"
 #include "random_pairs.h"
-#include "round_walk.h"
+#include "round/round_walk.h"
 
 using namespace tandem;
 using namespace tandem::test;

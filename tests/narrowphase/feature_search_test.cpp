@@ -1,8 +1,8 @@
-#include "feature_search.h"
+#include "round/feature_search.h"
 
 #include "catch.h"
-#include "closed_forms.h"
-#include "hull_projection.h"
+#include "closed_forms/closed_forms.h"
+#include "round/hull_projection.h"
 #include "pair_classes.h"
 #include "random_pairs.h"
 #include "reference.h"

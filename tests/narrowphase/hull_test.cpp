@@ -1,4 +1,4 @@
-#include "hull.h"
+#include "shapes/hull.h"
 
 #include <cstdlib>
 #include <fstream>
@@ -7,10 +7,10 @@
 #include <thread>
 
 #include "catch.h"
-#include "faces_along.h"
+#include "manifold/faces_along.h"
 #include "mesh_samples.h"
 #include "random_pairs.h"
-#include "support.h"
+#include "shapes/support.h"
 
 using namespace tandem;
 using namespace tandem::test;

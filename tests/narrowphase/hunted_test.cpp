@@ -6,7 +6,7 @@
 
 #include "catch.h"
 #include "judge.h"
-#include "mesh_patches.h"
+#include "manifold/patch_collector.h"
 #include "mesh_samples.h"
 #include "pair_classes.h"
 #include "random_pairs.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "hull.h"
+#include "shapes/hull.h"
 
 namespace tandem::test {
 namespace {

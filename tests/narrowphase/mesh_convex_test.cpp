@@ -3,8 +3,8 @@
 #include <numbers>
 
 #include "catch.h"
-#include "mesh_inside.h"
-#include "mesh_model.h"
+#include "meshes/depth/mesh_inside.h"
+#include "shapes/mesh_model.h"
 #include "mesh_samples.h"
 #include "random_pairs.h"
 #include "tandem/narrowphase/narrow_phase.h"

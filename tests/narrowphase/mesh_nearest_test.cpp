@@ -1,11 +1,12 @@
-#include "mesh_nearest.h"
+#include "meshes/traversal/mesh_nearest.h"
 
 #include <cmath>
 #include <numbers>
 #include <vector>
 
 #include "catch.h"
-#include "mesh_model.h"
+#include "shapes/mesh_model.h"
+#include "tandem/narrowphase/narrow_phase.h"
 #include "mesh_samples.h"
 #include "random.h"
 

@@ -1,4 +1,4 @@
-#include "mesh_query.h"
+#include "meshes/traversal/mesh_query.h"
 
 #include <vector>
 

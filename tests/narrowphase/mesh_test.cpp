@@ -13,11 +13,11 @@
 #include <thread>
 
 #include "catch.h"
-#include "mesh_inside.h"
-#include "mesh_model.h"
-#include "mesh_pair.h"
+#include "meshes/depth/mesh_inside.h"
+#include "shapes/mesh_model.h"
+#include "meshes/mesh_pair.h"
 #include "mesh_samples.h"
-#include "predicates.h"
+#include "triangles/predicates.h"
 #include "tandem/narrowphase/narrow_phase.h"
 
 using namespace tandem;

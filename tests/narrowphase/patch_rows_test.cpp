@@ -1,11 +1,11 @@
-#include "patch_rows.h"
+#include "triangles/patch_rows.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <vector>
 
 #include "catch.h"
-#include "predicates.h"
+#include "triangles/predicates.h"
 #include "random.h"
 
 using namespace tandem;

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "catch.h"
-#include "hull.h"
+#include "shapes/hull.h"
 #include "random_pairs.h"
 
 using namespace tandem;

@@ -1,11 +1,11 @@
-#include "predicates.h"
+#include "triangles/predicates.h"
 
 #include <boost/multiprecision/cpp_int.hpp>
 #include <tuple>
 #include <vector>
 
 #include "catch.h"
-#include "exact_number.h"
+#include "triangles/exact_number.h"
 #include "mesh_samples.h"
 
 using namespace tandem;

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "catch.h"
-#include "hull.h"
+#include "shapes/hull.h"
 #include "judge.h"
 #include "random.h"
 

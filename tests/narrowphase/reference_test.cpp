@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "catch.h"
-#include "hull.h"
+#include "shapes/hull.h"
 #include "judge.h"
 #include "pair_classes.h"
 #include "random.h"

@@ -6,7 +6,7 @@
 #include "pair_classes.h"
 #include "random.h"
 #include "reference.h"
-#include "support.h"
+#include "shapes/support.h"
 #include "tandem/narrowphase/narrow_phase.h"
 
 using namespace tandem;

@@ -3,8 +3,8 @@
 #include <functional>
 
 #include "catch.h"
-#include "hull.h"
-#include "mesh_model.h"
+#include "shapes/hull.h"
+#include "shapes/mesh_model.h"
 #include "mesh_samples.h"
 #include "random.h"
 #include "tandem/narrowphase/narrow_phase.h"

@@ -2,7 +2,7 @@
 #include <limits>
 
 #include "catch.h"
-#include "mesh_model.h"
+#include "shapes/mesh_model.h"
 #include "mesh_samples.h"
 #include "random_pairs.h"
 

@@ -1,9 +1,9 @@
-#include "triangle_axes.h"
+#include "triangles/triangle_axes.h"
 
 #include <cmath>
 
 #include "catch.h"
-#include "hull.h"
+#include "shapes/hull.h"
 #include "random_pairs.h"
 
 using namespace tandem;

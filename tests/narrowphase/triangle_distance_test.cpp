@@ -1,4 +1,4 @@
-#include "triangle_distance.h"
+#include "triangles/triangle_distance.h"
 
 #include "catch.h"
 #include "pair_classes.h"

@@ -1,10 +1,10 @@
-#include "triangle_rows.h"
+#include "triangles/triangle_rows.h"
 
 #include <random>
 #include <vector>
 
 #include "catch.h"
-#include "predicates.h"
+#include "triangles/predicates.h"
 #include "random.h"
 
 using namespace tandem;

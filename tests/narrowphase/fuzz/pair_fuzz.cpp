@@ -4,10 +4,10 @@
 #include <cmath>
 #include <string>
 
-#include "hull.h"
+#include "shapes/hull.h"
 #include "judge.h"
 #include "pair_bytes.h"
-#include "support.h"
+#include "shapes/support.h"
 
 namespace {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "hull.h"
+#include "shapes/hull.h"
 #include "mesh_samples.h"
 #include "tandem/narrowphase/narrow_phase.h"
 

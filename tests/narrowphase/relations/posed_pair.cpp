@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "hull.h"
-#include "mesh_model.h"
+#include "shapes/hull.h"
+#include "shapes/mesh_model.h"
 
 namespace tandem::relations {
 namespace {

@@ -94,4 +94,12 @@ class Shape {
   std::shared_ptr<const MassProperties> mass_;
 };
 
+/// Two shapes where they are, none of them owned.
+struct PlacedPair {
+  const Shape* a;
+  const Pose* pose_a;
+  const Shape* b;
+  const Pose* pose_b;
+};
+
 }  // namespace tandem

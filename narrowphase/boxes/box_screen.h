@@ -1,0 +1,33 @@
+#pragma once
+#include <cstdint>
+
+#include "boxes/box_lanes.h"
+#include "tandem/narrowphase/answer.h"
+
+namespace tandem {
+
+/// Pairs of boxes that are looked at together.
+struct BoxPairList {
+  static constexpr std::size_t most = 32;
+  const Pose *pose_a[most], *pose_b[most];
+  const HalfSize *half_a[most], *half_b[most];
+  std::size_t count = 0;
+
+  void add(const PlacedPair& pair) {
+    pose_a[count] = pair.pose_a;
+    pose_b[count] = pair.pose_b;
+    half_a[count] = &pair.a->parameters();
+    half_b[count++] = &pair.b->parameters();
+  }
+};
+
+/// The separating axis test (Gottschalk 1996) of several pairs at once, a pair a lane. Bit i is set unless some axis
+/// separates pair i by more than the margin and all that rounding may take from it. What stays may be apart as well:
+/// nearly parallel edges are left out, and machines without such lanes leave all.
+std::uint32_t screen_boxes(const BoxPairList& pairs, double margin);
+
+/// And puts those that stay into columns of `rows`, from `column` on: each in the order of its two boxes that
+/// `boxes_reversed` asks for. There must be room for `BoxPairList::most` columns, and what is in them is lost.
+std::uint32_t take_near_boxes(const BoxPairList& pairs, double margin, BoxPairRows& rows, std::size_t column);
+
+}  // namespace tandem

@@ -1,0 +1,256 @@
+#include "closed_forms/closed_forms.h"
+
+namespace tandem {
+namespace {
+
+PointDistance to_ball(const Vec3& centre, const Vec3& p, double radius) {
+  const Vec3 d = p - centre;
+  const double length = d.norm();
+  const Vec3 n = length > 0 ? unit(d, length) : Vec3::UnitX();
+  return {length - radius, centre + radius * n, n};
+}
+
+PointDistance to_box(const Vec3& half, const Vec3& p) {
+  const Vec3 clamped = p.cwiseMax(-half).cwiseMin(half);
+  const Vec3 d = p - clamped;
+  const double length = d.norm();
+  if (length > 0) return {length, clamped, unit(d, length)};
+  int axis = 0;
+  for (int i = 1; i < 3; ++i)
+    if (half[i] - std::abs(p[i]) < half[axis] - std::abs(p[axis])) axis = i;
+  PointDistance r{std::abs(p[axis]) - half[axis], p, Vec3::Zero()};
+  r.normal[axis] = std::copysign(1.0, p[axis]);
+  r.nearest[axis] = r.normal[axis] * half[axis];
+  return r;
+}
+
+/// A solid of revolution about z from its half profile: x is the distance from the axis.
+struct Profile {
+  double signed_distance, x, z, nx, nz;
+};
+
+PointDistance revolve(const Vec3& p, double rho, const Profile& f) {
+  const Vec3 out = rho > 0 ? unit(Vec3(p[0], p[1], 0), rho) : Vec3::UnitX();
+  const double cx = out[0], cy = out[1];
+  return {f.signed_distance, {f.x * cx, f.x * cy, f.z}, {f.nx * cx, f.nx * cy, f.nz}};
+}
+
+PointDistance to_cylinder(double radius, double half, const Vec3& p) {
+  const double rho = std::sqrt(p[0] * p[0] + p[1] * p[1]);
+  const double out = rho - radius, up = std::abs(p[2]) - half, side = std::copysign(1.0, p[2]);
+  if (out <= 0 && up <= 0) {
+    if (up >= out) return revolve(p, rho, {up, rho, side * half, 0, side});
+    return revolve(p, rho, {out, radius, p[2], 1, 0});
+  }
+  if (out <= 0) return revolve(p, rho, {up, rho, side * half, 0, side});
+  if (up <= 0) return revolve(p, rho, {out, radius, p[2], 1, 0});
+  const double d = std::sqrt(out * out + up * up);
+  return revolve(p, rho, {d, radius, side * half, out / d, side * up / d});
+}
+
+PointDistance to_cone(double radius, double length, const Vec3& p) {
+  const double rho = std::sqrt(p[0] * p[0] + p[1] * p[1]), h = 0.5 * length;
+  const double slant = std::sqrt(radius * radius + length * length);
+  const double nx = length / slant, nz = radius / slant;  // outward normal of the side
+  const double below = -h - p[2];
+  const double off = nx * rho + nz * (p[2] - h);  // above the side
+  if (below <= 0 && off <= 0) {
+    if (below >= off) return revolve(p, rho, {below, rho, -h, 0, -1});
+    return revolve(p, rho, {off, rho - off * nx, p[2] - off * nz, nx, nz});
+  }
+  // Outside: the base, the rim, the side or the apex is nearest.
+  if (below >= 0 && rho <= radius) return revolve(p, rho, {below, rho, -h, 0, -1});
+  const double t = nz * rho - nx * (p[2] - h);  // distance down the side from the apex, in [0, slant] on it
+  if (t <= 0 || t >= slant) {
+    const double x = t <= 0 ? 0 : radius, z = t <= 0 ? h : -h;
+    const double dx = rho - x, dz = p[2] - z, d = std::sqrt(dx * dx + dz * dz);
+    // The way to an edge is between the normals of its two sides, whatever rounding made of so small a difference.
+    if (!(d > 0) || (nz * dx < nx * dz) == (t >= slant)) return revolve(p, rho, {d, x, z, nx, nz});
+    if (dx < 0) return revolve(p, rho, {d, x, z, 0, -1});
+    return revolve(p, rho, {d, x, z, dx / d, dz / d});
+  }
+  return revolve(p, rho, {off, rho - off * nx, p[2] - off * nz, nx, nz});
+}
+
+/// The way to p from the nearest point of the segment: square to it, or from an end.
+struct Way {
+  Vec3 from, d;
+  bool square;
+};
+Way way_from_segment(const Vec3& a, const Vec3& b, const Vec3& p) {
+  const Vec3 ab = b - a;
+  // From both ends: how far from the nearer one would be lost in the length.
+  const double from_a = (p - a).dot(ab), from_b = (b - p).dot(ab), length2 = ab.squaredNorm();
+  if (!(from_a > 0)) return {a, p - a, false};
+  if (!(from_b > 0)) return {b, p - b, false};
+  const Vec3 q = from_a <= from_b ? Vec3(a + (from_a / length2) * ab) : Vec3(b - (from_b / length2) * ab);
+  const Vec3 d = p - q;
+  return {q, d - (d.dot(ab) / length2) * ab, true};  // whatever is left of so small a difference
+}
+
+PointDistance to_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p) {
+  const Vec3 pa = a - p, pb = b - p, pc = c - p;
+  const Vec3 ab = b - a, ac = c - a, bc = c - b;
+  const double ab2 = ab.squaredNorm(), ac2 = ac.squaredNorm(), bc2 = bc.squaredNorm();
+  const double longest = std::max({ab2, ac2, bc2});
+  const Vec3& side = longest == bc2 ? bc : longest == ac2 ? ac : ab;
+  Vec3 n = longest == bc2 ? Vec3(ab.cross(ac)) : longest == ac2 ? Vec3(ab.cross(bc)) : Vec3(ac.cross(bc));
+  // A sliver's normal is off by rounding over its height; along the longest side, where corners are far from each
+  // other, that would show in heights above the plane.
+  if (longest > 0) n -= (n.dot(side) / longest) * side;
+  const double length = n.norm();
+  const bool area = length > 1e-14 * longest;
+  PointDistance above{};
+  if (area) {
+    const Vec3 unit = n / length;
+    // By the nearest corner, so that a small height keeps its digits.
+    const double a2 = pa.squaredNorm(), b2 = pb.squaredNorm(), c2 = pc.squaredNorm();
+    const double height = -unit.dot(a2 <= b2 ? (a2 <= c2 ? pa : pc) : (b2 <= c2 ? pb : pc));
+    above = {std::abs(height), p - height * unit, height >= 0 ? unit : Vec3(-unit)};
+    // By the edges: from far away the ways to two corners are the same number.
+    if (n.dot(pa.cross(ab)) >= 0 && n.dot(pb.cross(bc)) >= 0 && n.dot(ac.cross(pc)) >= 0) return above;
+  }
+  PointDistance best{};
+  bool any = false, square = false;
+  const Vec3* edge[3][2] = {{&a, &b}, {&b, &c}, {&c, &a}};
+  for (const auto& e : edge) {
+    const Way way = way_from_segment(*e[0], *e[1], p);
+    const Vec3 along = *e[1] - *e[0];
+    const double distance = way.d.norm();
+    // Next to a corner the edge has the more exact direction, though not a smaller distance.
+    if (any && !(distance < best.signed_distance * (1 + 1e-15 * (way.square - square)))) continue;
+    any = true;
+    square = way.square;
+    Vec3 normal = Vec3::UnitX();
+    if (distance > 0)
+      normal = unit(way.d, distance);
+    else if (length > 0)
+      normal = unit(n, length);
+    else if (along.squaredNorm() > 0)
+      normal = any_perpendicular(along);
+    best = {distance, way.from, normal};
+  }
+  // Over the rim to rounding: the direction between points that nearly touch is noise, the plane's normal is not.
+  if (area && (best.nearest - above.nearest).squaredNorm() <= 1e-30 * longest) {
+    best.signed_distance = above.signed_distance;
+    best.normal = above.normal;
+  }
+  return best;
+}
+
+}  // namespace
+
+PointDistance point_distance(const ConvexView& s, const Vec3& p) {
+  switch (s.kind) {
+    case ShapeKind::box:
+      return to_box({s.param[0], s.param[1], s.param[2]}, p);
+    case ShapeKind::capsule: {
+      const double h = 0.5 * s.param[1];
+      const Vec3 on_axis{0, 0, std::clamp(p[2], -h, h)};
+      return to_ball(on_axis, p, s.param[0]);
+    }
+    case ShapeKind::cylinder:
+      return to_cylinder(s.param[0], 0.5 * s.param[1], p);
+    case ShapeKind::cone:
+      return to_cone(s.param[0], s.param[1], p);
+    case ShapeKind::halfspace: {
+      const Vec3 n{s.param[0], s.param[1], s.param[2]};
+      const double above = n.dot(p) - s.param[3];
+      return {above, p - above * n, n};
+    }
+    case ShapeKind::triangle: {
+      // A triangle of no area may keep fewer corners in its hull.
+      const std::size_t last = s.vertices.size() - 1;
+      return to_triangle(s.vertices[0], s.vertices[std::min<std::size_t>(1, last)],
+                         s.vertices[std::min<std::size_t>(2, last)], p);
+    }
+    default:
+      return to_ball(Vec3::Zero(), p, s.param[0]);
+  }
+}
+
+SegmentDistance segment_distance(const Vec3& centre_a, const Vec3& half_a, const Vec3& centre_b, const Vec3& half_b) {
+  SegmentDistance d;
+  // Minimise |r + s u - t v| over s, t in [-1, 1].
+  const Vec3 r = centre_a - centre_b;
+  const double uu = half_a.squaredNorm(), vv = half_b.squaredNorm(), uv = half_a.dot(half_b);
+  const double ru = r.dot(half_a), rv = r.dot(half_b);
+  const double by_uu = uu > 0 ? 1 / uu : 0.0, by_vv = vv > 0 ? 1 / vv : 0.0;
+  const Vec3 cross = half_a.cross(half_b);
+  const double det = cross.squaredNorm();  // uu vv - uv^2 without its cancellation
+  const auto best_s = [&](double t) { return std::clamp((t * uv - ru) * by_uu, -1.0, 1.0); };
+  const auto best_t = [&](double s) { return std::clamp((s * uv + rv) * by_vv, -1.0, 1.0); };
+  const bool crossing = det > 1e-24 * uu * vv && det > 0;
+  double s = 0, t = 0;
+  bool interior = false, sides = true;
+  if (crossing) {
+    // Both parameters from cross products: exact to rounding also for nearly parallel segments.
+    const Vec3 x = half_b.cross(cross), y = half_a.cross(cross);
+    s = -r.dot(x) / half_a.dot(x);
+    t = r.dot(y) / half_b.dot(y);
+    interior = std::abs(s) <= 1 && std::abs(t) <= 1;
+    // What rounding makes of either where they are nearly parallel is long; across the gap it shows only by the
+    // other's.
+    if (interior) t = best_t(s);
+    if (!interior && det > 1e-8 * uu * vv) {
+      // A convex quadratic over a square: from the best s of all to the best t for it, and where that is an end to the
+      // best s for that (Ericson 2005, 5.1.9). Nearly parallel ones could end on the wrong side.
+      t = best_t(std::clamp(s, -1.0, 1.0));
+      s = std::abs(t) < 1 ? std::clamp(s, -1.0, 1.0) : best_s(t);
+      sides = false;
+    }
+  }
+  if (!interior && sides) {
+    // The minimum lies on the boundary of the square: try its four sides.
+    double least = -1;
+    for (int side = 0; side < 4; ++side) {
+      const double end = side % 2 == 0 ? 1.0 : -1.0;
+      const double cs = side < 2 ? end : best_s(end), ct = side < 2 ? best_t(end) : end;
+      const double d2 = (r + cs * half_a - ct * half_b).squaredNorm();
+      if (least < 0 || d2 < least) least = d2, s = cs, t = ct;
+    }
+    if (!crossing && uu > 0 && vv > 0) {
+      // Parallel: the middle of the stretch where they run side by side.
+      const double length = std::sqrt(uu), reach = std::sqrt(vv), offset = -ru / length;
+      const double lo = std::max(-length, offset - reach), hi = std::min(length, offset + reach);
+      if (lo < hi) {
+        s = 0.5 * (lo + hi) / length;
+        t = best_t(s);
+      }
+    }
+  }
+  d.point_a = centre_a + s * half_a;
+  d.point_b = centre_b + t * half_b;
+  Vec3 gap = t * half_b - s * half_a - r;
+  // Inside a segment the way is square to it, whatever is left of so small a difference.
+  if (std::abs(s) < 1) gap -= (gap.dot(half_a) * by_uu) * half_a;
+  if (std::abs(t) < 1) gap -= (gap.dot(half_b) * by_vv) * half_b;
+  d.distance = gap.norm();
+  const auto above_rounding = [&] {
+    if (d.distance * d.distance > 3e-30 * (r.squaredNorm() + uu + vv)) return true;  // without three roots
+    return d.distance > 1e-15 * (r.norm() + std::sqrt(uu) + std::sqrt(vv));
+  };
+  // Of nearly parallel segments the product is small and askew: square to the longer, where its tilt would tell.
+  const auto across = [&] {
+    const Vec3 &longer = uu >= vv ? half_a : half_b, n = cross / std::sqrt(det);
+    return Vec3((n - (n.dot(longer) / std::max(uu, vv)) * longer).normalized());
+  };
+  if (interior) {
+    // Both inside: the common perpendicular, defined also where they cross.
+    const Vec3 n = across();
+    const double along = n.dot(-r);
+    d.distance = std::abs(along);
+    d.normal = along >= 0 ? n : Vec3(-n);
+  } else if (above_rounding()) {
+    d.normal = unit(gap, d.distance);
+  } else if (crossing) {
+    // They meet: the normal of the plane of both is right, and the direction of the gap would be noise.
+    d.normal = across();
+    if (d.normal.dot(r) > 0) d.normal = -d.normal;
+  } else {
+    d.normal = uu > 0 ? any_perpendicular(half_a) : vv > 0 ? any_perpendicular(half_b) : Vec3::UnitX();
+  }
+  return d;
+}
+
+}  // namespace tandem

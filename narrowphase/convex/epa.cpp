@@ -1,0 +1,435 @@
+#include "convex/epa.h"
+
+#include <array>
+#include <memory>
+#include <span>
+
+#include "lanes/constants.h"
+#include "lanes/fetch_ahead.h"
+
+namespace tandem {
+namespace {
+
+/// An edge of a face: four times the number of the face and which of its edges.
+constexpr int half_edge(int face, int edge) { return face << 2 | edge; }
+
+struct alignas(64) Face {
+  enum : int { none = -1, seen = -2 };
+  int v[4];         ///< the first once more
+  int across[3];    ///< of v[i] -> v[i + 1] the half-edge in the face beyond
+  int place;        ///< among the candidates; `none`; `seen` by a point added: no more a face
+  double plane[4];  ///< its normal, unit, outward (zero for a sliver), and offset
+
+  Vec3 normal() const { return {plane[0], plane[1], plane[2]}; }
+  double offset() const { return plane[3]; }
+  double along(const Vec3& p) const { return plane[0] * p[0] + plane[1] * p[1] + plane[2] * p[2]; }
+};
+
+struct HorizonEdge {
+  int across;  ///< the unseen face's
+  int from;    ///< the vertex where it begins in the sense of the new face
+};
+
+/// From the origin to the farthest point.
+double reach_of(const Simplex& s) {
+  double squared = 0;
+  for (int i = 0; i < s.count; ++i) squared = std::max(squared, s.p[i].w.squaredNorm());
+  return std::sqrt(squared);
+}
+
+/// Room for a polytope of a number of vertices. Faces are numbered in order of birth and never reused.
+template <int Vertices>
+struct Workspace {
+  static constexpr int max_vertices = Vertices, max_faces = 7 * Vertices;
+  MinkowskiPoint vertex[max_vertices];
+  Face face[max_faces];
+  double candidate_offset[max_faces];
+  int candidate[max_faces];
+  HorizonEdge horizon[2 * max_vertices + 1];  // the first once more
+  int pending[3 * max_faces];
+};
+
+/// What a workspace holds, whatever its size.
+struct Room {
+  template <int Vertices>
+  explicit Room(Workspace<Vertices>& w)
+      : max_vertices(w.max_vertices),
+        max_faces(w.max_faces),
+        vertex(w.vertex),
+        face(w.face),
+        candidate_offset(w.candidate_offset),
+        candidate(w.candidate),
+        horizon(w.horizon),
+        pending(w.pending) {}
+  int max_vertices, max_faces;
+  MinkowskiPoint* vertex;
+  Face* face;
+  double* candidate_offset;
+  int* candidate;
+  HorizonEdge* horizon;
+  int* pending;
+};
+
+class Polytope {
+ public:
+  Polytope(const MinkowskiDifference& d, const Room& room) : vertex(room.vertex), d_(d), room_(room) {}
+
+  int vertices = 0;
+  MinkowskiPoint* vertex;
+  Vec3 flat_normal;  ///< after span() < 3: a normal of the flat, line or point
+
+  /// Four points that span a volume, from the start's and supports; returns the dimension reached (3: all is well).
+  int span(const Simplex& start);
+  void close_tetrahedron();
+  /// The face whose plane is nearest the origin along its outward normal, among those below the limit; -1: none.
+  int nearest_face() const;
+  /// Faces whose offset is not below can not be the nearest any more.
+  void limit(double upper) { limit_ = std::min(limit_, upper); }
+
+  enum class Added { yes, full, torn };  ///< torn: the horizon is not one loop, rounding has the last word
+  /// Adds vertex number `vertices`, which lies beyond `face`.
+  Added add(int face);
+  /// Adds it if it lies outside.
+  Added include();
+
+  const Face& face(int i) const { return room_.face[i]; }
+  double rounding() const { return rounding_; }
+
+ private:
+  /// Number i of the vertices a, b, c, in the plane l of the batch.
+  void new_face(int i, int a, int b, int c, std::size_t l);
+  /// The triangles between the first `count` edges of the horizon, a loop, and the apex.
+  void fan(int apex, int count);
+  void drop(int face);
+
+  const MinkowskiDifference& d_;
+  Room room_;
+  double rounding_ = 0;
+  double limit_ = infinity;
+  int faces_ = 0;
+  int candidates_ = 0;
+  PlaneKernel planes_ = plane_kernel();
+  LeastKernel least_ = least_kernel();
+  PlaneBatch batch_;
+};
+
+int Polytope::span(const Simplex& start) {
+  // The most distant of the start's points and of supports along the axes are a sound seed where the start is thin.
+  vertices = 0;
+  const double reach = reach_of(start);
+  rounding_ = 8 * epsilon * (d_.scale() + reach);
+  if (is_solid(d_, start)) {
+    for (; vertices < 4; ++vertices) vertex[vertices] = start.p[vertices];
+    return 3;
+  }
+  vertex[vertices++] = start.p[0];
+
+  const auto farther = [](double distance, const MinkowskiPoint& p, double& best, MinkowskiPoint& at) {
+    if (distance > best) best = distance, at = p;
+  };
+  const auto try_axis = [&](const Vec3& axis, auto&& distance, double& best, MinkowskiPoint& at) {
+    for (const double sign : {1.0, -1.0}) {
+      const MinkowskiPoint p = d_.support(sign * axis);
+      farther(distance(p.w), p, best, at);
+    }
+  };
+  MinkowskiPoint at = start.p[0];
+  const double thin = 1e-9 * (d_.scale() + reach);  // prefer the start's points unless they lie this close
+
+  const auto from_point = [&](const Vec3& w) { return (w - vertex[0].w).norm(); };
+  double best = 0;
+  for (int i = 1; i < start.count; ++i) farther(from_point(start.p[i].w), start.p[i], best, at);
+  if (best <= thin)
+    for (int k = 0; k < 3; ++k) try_axis(Vec3::Unit(k), from_point, best, at);
+  if (best <= rounding_) {
+    flat_normal = Vec3::UnitX();
+    return 0;
+  }
+  vertex[vertices++] = at;
+
+  const Vec3 line = (vertex[1].w - vertex[0].w).normalized();
+  const auto from_line = [&](const Vec3& w) { return line.cross(w - vertex[0].w).norm(); };
+  best = 0;
+  for (int i = 1; i < start.count; ++i) farther(from_line(start.p[i].w), start.p[i], best, at);
+  if (best <= thin) {
+    const Vec3 e1 = any_perpendicular(line), e2 = line.cross(e1);
+    try_axis(e1, from_line, best, at);
+    try_axis(e2, from_line, best, at);
+  }
+  if (best <= rounding_) {
+    flat_normal = any_perpendicular(line);
+    return 1;
+  }
+  vertex[vertices++] = at;
+
+  const Vec3 plane = line.cross(vertex[2].w - vertex[0].w).normalized();
+  const auto from_plane = [&](const Vec3& w) { return std::abs(plane.dot(w - vertex[0].w)); };
+  best = 0;
+  for (int i = 1; i < start.count; ++i) farther(from_plane(start.p[i].w), start.p[i], best, at);
+  if (best <= thin) try_axis(plane, from_plane, best, at);
+  if (best <= rounding_) {
+    flat_normal = plane;
+    return 2;
+  }
+  vertex[vertices++] = at;
+  return 3;
+}
+
+void Polytope::new_face(int i, int a, int b, int c, std::size_t l) {
+  Face& f = room_.face[i];
+  f.v[0] = f.v[3] = a, f.v[1] = b, f.v[2] = c;
+  for (int k = 0; k < 3; ++k) f.plane[k] = batch_.normal[k][l];
+  const double offset = f.plane[3] = batch_.offset[l];
+  const bool candidate = offset < limit_;
+  const int place = candidates_;
+  room_.candidate[place] = i;
+  room_.candidate_offset[place] = offset;
+  f.place = candidate ? place : Face::none;
+  candidates_ = place + (candidate ? 1 : 0);
+}
+
+void Polytope::fan(int apex, int count) {
+  const Vec3& r = vertex[apex].w;
+  HorizonEdge* const edge = room_.horizon;
+  Face* const faces = room_.face;
+  edge[count] = edge[0];
+  const int first = faces_;
+  for (int done = 0; done < count;) {
+    const int n = std::min(static_cast<int>(PlaneBatch::most), count - done);
+    for (int l = 0; l <= n; ++l) {
+      const double* const p = vertex[edge[done + l].from].w.data();
+      batch_.loop[0][l] = p[0], batch_.loop[1][l] = p[1], batch_.loop[2][l] = p[2];
+    }
+    planes_(static_cast<std::size_t>(n), rounding_ * rounding_, r[0], r[1], r[2], batch_);
+    for (int l = 0; l < n; ++l, ++done) {
+      const int i = first + done;
+      new_face(i, edge[done].from, edge[done + 1].from, apex, static_cast<std::size_t>(l));
+      Face& f = faces[i];
+      const int across = edge[done].across;
+      f.across[0] = across;
+      f.across[1] = half_edge(i + 1, 2);
+      f.across[2] = half_edge(i - 1, 1);
+      faces[across >> 2].across[across & 3] = half_edge(i, 0);
+    }
+  }
+  faces_ += count;
+  faces[first].across[2] = half_edge(faces_ - 1, 1);
+  faces[faces_ - 1].across[1] = half_edge(first, 2);
+}
+
+void Polytope::drop(int face) {
+  const int place = room_.face[face].place;
+  if (place < 0) return;
+  --candidates_;
+  room_.candidate[place] = room_.candidate[candidates_];
+  room_.candidate_offset[place] = room_.candidate_offset[candidates_];
+  room_.face[room_.candidate[place]].place = place;
+}
+
+void Polytope::close_tetrahedron() {
+  const Vec3 n = (vertex[1].w - vertex[0].w).cross(vertex[2].w - vertex[0].w);
+  if (n.dot(vertex[3].w - vertex[0].w) > 0) std::swap(vertex[1], vertex[2]);
+  // Now 3 lies below the plane of 0, 1, 2.
+  for (int l = 0; l < 2; ++l)
+    for (int k = 0; k < 3; ++k) batch_.loop[k][l] = vertex[l].w[k];
+  const Vec3& c = vertex[2].w;
+  planes_(1, rounding_ * rounding_, c[0], c[1], c[2], batch_);
+  new_face(faces_++, 0, 1, 2, 0);
+  room_.horizon[0] = {half_edge(0, 0), 1};
+  room_.horizon[1] = {half_edge(0, 2), 0};
+  room_.horizon[2] = {half_edge(0, 1), 2};
+  fan(3, 3);
+}
+
+int Polytope::nearest_face() const {
+  const auto count = static_cast<std::size_t>(candidates_);
+  const std::size_t least = least_(room_.candidate_offset, count, limit_);
+  return least == count ? -1 : room_.candidate[least];
+}
+
+Polytope::Added Polytope::add(int face) {
+  if (vertices + 1 >= room_.max_vertices) return Added::full;
+  const Vec3& w = vertex[vertices].w;
+  // Depth first, edge after edge in the faces' sense: the horizon comes out in order. Faces in the new point's plane
+  // are seen too, so that no new face is a sliver along an old edge.
+  Face* const faces = room_.face;
+  int* const pending = room_.pending;
+  int stack = 0, edges = 0, end = -1;
+  bool loop = true;
+  const auto enter = [&](int f, int from) {
+    constexpr int others[3][2] = {{2, 1}, {0, 2}, {1, 0}};
+    drop(f);
+    faces[f].place = Face::seen;
+    for (const int i : others[from]) pending[stack++] = faces[f].across[i];
+  };
+  enter(face, 0);
+  pending[stack++] = faces[face].across[0];
+  while (stack > 0) {
+    const int at = pending[--stack], f = at >> 2, i = at & 3;
+    if (faces[f].place == Face::seen) continue;
+    if (faces[f].along(w) > faces[f].offset() - rounding_) {
+      enter(f, i);
+    } else {
+      if (edges == 2 * room_.max_vertices) return Added::full;
+      const int from = faces[f].v[i + 1];
+      loop = loop && (edges == 0 || from == end);
+      end = faces[f].v[i];
+      room_.horizon[edges++] = {at, from};
+    }
+  }
+  if (edges < 3 || !loop || end != room_.horizon[0].from) return Added::torn;
+  if (faces_ + edges > room_.max_faces) return Added::full;
+  fan(vertices, edges);
+  ++vertices;
+  return Added::yes;
+}
+
+Polytope::Added Polytope::include() {
+  const Vec3& w = vertex[vertices].w;
+  for (int f = 0; f < faces_; ++f)
+    if (room_.face[f].place != Face::seen && room_.face[f].along(w) > room_.face[f].offset() + rounding_) return add(f);
+  return Added::yes;
+}
+
+/// The origin's projection on a face: the weights of its vertices, clamped to the face.
+void set_points(const MinkowskiPoint& a, const MinkowskiPoint& b, const MinkowskiPoint& c, EpaResult& r) {
+  const Vec3 q = r.upper * r.normal;
+  const Vec3 n = (b.w - a.w).cross(c.w - a.w);
+  double wa = n.dot((b.w - q).cross(c.w - q)), wb = n.dot((c.w - q).cross(a.w - q)),
+         wc = n.dot((a.w - q).cross(b.w - q));
+  wa = std::max(wa, 0.0), wb = std::max(wb, 0.0), wc = std::max(wc, 0.0);
+  double sum = wa + wb + wc;
+  if (!(sum > 0)) wa = sum = 1;
+  r.point_a = (wa * a.a + wb * b.a + wc * c.a) / sum;
+  r.point_b = r.point_a - (wa * a.w + wb * b.w + wc * c.w) / sum;
+}
+
+/// Beginning with the start and more points. False where the room was too small; the result then is the best so far.
+bool expand_in(const Room& room, const MinkowskiDifference& d, const Simplex& start, double tolerance,
+               std::span<const MinkowskiPoint> more, EpaResult& r) {
+  r = {};
+  Polytope p(d, room);
+  if (p.span(start) < 3) {
+    r.normal = p.flat_normal;
+    const MinkowskiPoint up = d.support(r.normal), down = d.support(-r.normal);
+    const double h = r.normal.dot(up.w), opposite = -r.normal.dot(down.w);
+    const bool flip = opposite < h;
+    if (flip) r.normal = -r.normal;
+    r.upper = r.lower = flip ? opposite : h;
+    for (int i = 0; i < start.count; ++i) {
+      r.point_a += start.weight[i] * start.p[i].a;
+      r.point_b += start.weight[i] * (start.p[i].a - start.p[i].w);
+    }
+    return true;
+  }
+  p.close_tetrahedron();
+  r.upper = infinity;
+  const bool polytopes = d.polytopes();
+  int best[3] = {0, 1, 2};
+  auto added = Polytope::Added::yes;
+  for (const MinkowskiPoint& q : more) {
+    p.vertex[p.vertices] = q;
+    // Where rounding has the last word, without them.
+    if (p.include() != Polytope::Added::yes) return expand_in(room, d, start, tolerance, {}, r);
+  }
+  while (added == Polytope::Added::yes) {
+    const int nearest = p.nearest_face();
+    if (nearest < 0) {  // no face is nearer than the depth found
+      r.lower = r.upper < infinity ? r.upper : 0;
+      break;
+    }
+    const Face& f = p.face(nearest);
+    r.lower = f.offset();
+    const Vec3 normal = f.normal();
+    if (r.lower >= r.upper - tolerance) break;
+    p.vertex[p.vertices] = d.support(normal);
+    const MinkowskiPoint& w = p.vertex[p.vertices];
+    const double h = normal.dot(w.w);
+    if (h < r.upper) {
+      r.upper = h;
+      r.normal = normal;
+      std::copy_n(f.v, 3, best);
+      p.limit(h);
+    }
+    if (h - r.lower <= std::max(tolerance, p.rounding())) break;
+    if (polytopes) {
+      bool own = false;
+      for (const int v : f.v) own |= p.vertex[v].vertex_a == w.vertex_a && p.vertex[v].vertex_b == w.vertex_b;
+      if (own) break;
+    }
+    added = p.add(nearest);
+  }
+  if (r.upper == infinity) {  // nothing but slivers: the widest plane there is
+    r.normal = any_perpendicular(p.vertex[1].w - p.vertex[0].w);
+    r.upper = r.normal.dot(d.support(r.normal).w);
+    r.lower = 0;
+  }
+  const MinkowskiPoint &a = p.vertex[best[0]], &b = p.vertex[best[1]], &c = p.vertex[best[2]];
+  if (polytopes) {
+    // The plane again, from the shapes' own edges.
+    const Vec3 n = d.edge(a, c).cross(d.edge(b, c));
+    const double length = n.norm();
+    if (length > 0) {
+      const Vec3 m = n / length;
+      if ((m - r.normal).squaredNorm() > 64 * epsilon * epsilon) {
+        const double h = m.dot(d.support(m).w);
+        if (h <= r.upper + p.rounding()) r.upper = h, r.normal = m;
+      }
+    }
+  }
+  set_points(a, b, c, r);
+  return added != Polytope::Added::full;
+}
+
+}  // namespace
+
+bool is_solid(const MinkowskiDifference& d, const Simplex& s) {
+  if (s.count != 4) return false;
+  const Vec3 a = s.p[1].w - s.p[0].w, b = s.p[2].w - s.p[0].w, c = s.p[3].w - s.p[0].w;
+  const Vec3 n = a.cross(b);
+  const double thick = 1e-6 * (d.scale() + reach_of(s));
+  return a.squaredNorm() > thick * thick && n.squaredNorm() > thick * thick * a.squaredNorm() &&
+         std::abs(n.dot(c)) > thick * n.norm();
+}
+
+namespace {
+
+EpaResult expand(const MinkowskiDifference& d, const Simplex& start, double tolerance,
+                 std::span<const MinkowskiPoint> more) {
+  EpaResult r;
+  Workspace<128> small;
+  if (expand_in(Room(small), d, start, tolerance, more, r)) return r;
+  const auto large = std::make_unique_for_overwrite<Workspace<4096>>();
+  expand_in(Room(*large), d, start, tolerance, more, r);
+  return r;
+}
+
+}  // namespace
+
+EpaResult expand(const MinkowskiDifference& d, const Simplex& start, double tolerance) {
+  return expand(d, start, tolerance, {});
+}
+
+EpaResult expand_all_around(const MinkowskiDifference& d) {
+  // The corners of a cube, of a tetrahedron first, and the middles of its faces.
+  constexpr double directions[][3] = {{1, 1, 1},    {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}, {1, 0, 0},
+                                      {-1, 0, 0},   {0, 1, 0},   {0, -1, 0},  {0, 0, 1},   {0, 0, -1},
+                                      {-1, -1, -1}, {-1, 1, 1},  {1, -1, 1},  {1, 1, -1}};
+  constexpr std::size_t most_fetched = 512;  // vertices: of more few are read
+  for (const ConvexView* const v : {&d.a, &d.b}) {
+    if (v->vertices.size() > most_fetched) continue;
+    fetch_ahead(v->vertices);
+    if (v->hull != nullptr) fetch_ahead(v->hull->support.chambers());
+  }
+  std::array<MinkowskiPoint, std::size(directions)> points;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    points[i] = d.support({directions[i][0], directions[i][1], directions[i][2]});
+  Simplex start;
+  for (; start.count < 4; ++start.count) {
+    start.p[start.count] = points[static_cast<std::size_t>(start.count)];
+    start.weight[start.count] = 0.25;
+  }
+  return expand(d, start, 0, std::span(points).subspan(4));
+}
+
+}  // namespace tandem

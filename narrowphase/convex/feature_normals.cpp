@@ -1,0 +1,142 @@
+#include "convex/feature_normals.h"
+
+#include "lanes/constants.h"
+
+namespace tandem {
+namespace {
+
+constexpr int most_corners = 8;
+
+/// The corners of a core that reach (almost) farthest along a direction.
+struct Corners {
+  Vec3 at[most_corners];
+  int count = 0;
+};
+
+std::uint32_t corner_count(const ConvexView& v) {
+  switch (v.kind) {
+    case ShapeKind::box:
+      return 8;
+    case ShapeKind::capsule:
+      return 2;
+    case ShapeKind::convex:
+    case ShapeKind::triangle:
+      return static_cast<std::uint32_t>(v.vertices.size());
+    default:
+      return 1;
+  }
+}
+
+/// Corners within `depth` of the farthest along d (in the core's frame), the farthest first.
+Corners farthest_corners(const ConvexView& v, const Vec3& d, double depth) {
+  Corners c;
+  double reach[most_corners];
+  const double most = d.dot(core_support(v, d));
+  const std::uint32_t count = corner_count(v);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const Vec3 p = core_vertex(v, i);
+    const double along = d.dot(p);
+    if (along < most - depth) continue;
+    if (c.count == most_corners && along <= reach[most_corners - 1]) continue;
+    int k = c.count < most_corners ? c.count++ : most_corners - 1;
+    for (; k > 0 && reach[k - 1] < along; --k) reach[k] = reach[k - 1], c.at[k] = c.at[k - 1];
+    reach[k] = along;
+    c.at[k] = p;
+  }
+  return c;
+}
+
+class Features {
+ public:
+  Features(const MinkowskiDifference& d, const Vec3& n, double depth) : d_(d) {
+    a_ = farthest_corners(d.a, n, depth);
+    b_ = own_b_ = farthest_corners(d.b, -(d.pose.rotation.transpose() * n), depth);
+    for (int i = 0; i < b_.count; ++i) b_.at[i] = d.pose.rotation * b_.at[i];
+  }
+
+  /// The best direction of all, if it separates by more than `best`.
+  void search(double& best, Vec3& n) {
+    best_ = &best, n_ = &n;
+    try_faces(a_, Mat3::Identity());
+    // From its own corners: those that were turned are rounded, which a thin triangle shows.
+    try_faces(own_b_, d_.pose.rotation);
+    for (int i = 0; i < a_.count; ++i)
+      for (int j = i + 1; j < a_.count; ++j)
+        for (int k = 0; k < b_.count; ++k)
+          for (int l = k + 1; l < b_.count; ++l) try_across(a_.at[j] - a_.at[i], b_.at[l] - b_.at[k]);
+    for (int i = 0; i < a_.count; ++i)
+      for (int k = 0; k < b_.count; ++k) {
+        const Vec3 between = b_.at[k] + d_.pose.translation - a_.at[i];
+        try_direction(between);
+        for (int j = 0; j < a_.count; ++j)
+          if (j != i) try_beside(between, a_.at[j] - a_.at[i]);
+        for (int l = 0; l < b_.count; ++l)
+          if (l != k) try_beside(between, b_.at[l] - b_.at[k]);
+      }
+  }
+
+ private:
+  void try_faces(const Corners& c, const Mat3& turn) {
+    for (int i = 0; i < c.count; ++i)
+      for (int j = i + 1; j < c.count; ++j)
+        for (int k = j + 1; k < c.count; ++k) try_across(c.at[j] - c.at[i], c.at[k] - c.at[i], turn);
+  }
+  void try_across(const Vec3& e, const Vec3& f, const Mat3& turn = Mat3::Identity()) {
+    const Vec3 n = turn * e.cross(f);
+    if (n.squaredNorm() > 1e-28 * e.squaredNorm() * f.squaredNorm()) {
+      try_direction(n);
+      try_direction(-n);
+    }
+  }
+  void try_beside(const Vec3& between, const Vec3& edge) {
+    const double length2 = edge.squaredNorm();
+    if (!(length2 > 0)) return;
+    Vec3 n = between - (between.dot(edge) / length2) * edge;
+    n -= (n.dot(edge) / length2) * edge;  // what the first left by rounding
+    try_direction(n);
+  }
+  void try_direction(const Vec3& direction) {
+    const double length = direction.norm();
+    if (!(length > 0)) return;
+    const Vec3 n = unit(direction, length);
+    // The corners at hand are an upper bound.
+    const double t = n.dot(d_.pose.translation);
+    double separation = infinity;
+    double a = -separation;
+    for (int i = 0; i < b_.count; ++i) separation = std::min(separation, n.dot(b_.at[i]));
+    for (int i = 0; i < a_.count; ++i) a = std::max(a, n.dot(a_.at[i]));
+    if (!(separation + t - a > *best_)) return;
+    separation = separation_along(d_, n);
+    if (separation > *best_) *best_ = separation, *n_ = n;
+  }
+
+  const MinkowskiDifference& d_;
+  Corners a_, b_;  ///< in A's frame, about the origin of each
+  Corners own_b_;  ///< B's in its own frame
+  double* best_ = nullptr;
+  Vec3* n_ = nullptr;
+};
+
+}  // namespace
+
+double separation_along(const MinkowskiDifference& d, const Vec3& n) { return -n.dot(d.support(n).w); }
+
+bool settle_by_features(const MinkowskiDifference& d, LocalAnswer& answer) {
+  constexpr double near = 1e-6;
+  const double scale = d.scale(), rounding = 4 * epsilon * scale, claimed = answer.signed_distance;
+  double best = separation_along(d, answer.normal);
+  Vec3 n = answer.normal;
+  for (int round = 0; round < 3; ++round) {
+    const double before = best;
+    Features(d, n, std::max(near * scale, 4 * std::abs(claimed - best))).search(best, n);
+    if (!(best > before + rounding)) break;
+  }
+  if (std::abs(best - claimed) <= rounding && n == answer.normal) return false;
+  answer.signed_distance = best;
+  answer.normal = n;
+  answer.gap = std::max(0.0, claimed - best);
+  pair_points(d, answer);
+  return true;
+}
+
+}  // namespace tandem

@@ -1,0 +1,572 @@
+#include "convex/gjk.h"
+
+#include "convex/descent_kernel.h"
+#include "convex/epa.h"
+#include "convex/face_depth.h"
+#include "convex/feature_normals.h"
+#include "convex/polytope_portal.h"
+#include "lanes/constants.h"
+#include "round/round_walk.h"
+
+namespace tandem {
+namespace {
+
+constexpr int max_iterations = 96;
+// Relative to the scale: what ends on the surface by a ray may be far from the nearest face then.
+constexpr double far_apart = 1e-3;
+
+/// A candidate for the simplex's point nearest the origin: which vertices carry it, with what weights.
+struct Nearest {
+  Vec3 v;
+  double squared = infinity;
+  int index[4];
+  double weight[4];
+  int count = 0;
+  bool inside = false;
+
+  void take(const Vec3& point, std::initializer_list<int> which, std::initializer_list<double> weights) {
+    v = point;
+    squared = point.squaredNorm();
+    count = 0;
+    for (const int i : which) index[count++] = i;
+    std::copy(weights.begin(), weights.end(), weight);
+  }
+};
+
+void nearest_on_segment(const Simplex& s, int i, int j, Nearest& best) {
+  const Vec3 &a = s.p[i].w, &b = s.p[j].w;
+  const Vec3 ab = b - a;
+  const double length2 = ab.squaredNorm();
+  const double t = length2 > 0 ? -a.dot(ab) / length2 : 0.0;
+  Nearest n;
+  if (!(t > 0)) {
+    n.take(a, {i}, {1.0});
+  } else if (t >= 1) {
+    n.take(b, {j}, {1.0});
+  } else {
+    // From the end that is nearer: less cancellation.
+    n.take(t <= 0.5 ? Vec3(a + t * ab) : Vec3(b - (1 - t) * ab), {i, j}, {1 - t, t});
+  }
+  if (n.squared < best.squared) best = n;
+}
+
+void nearest_on_triangle(const Simplex& s, int i, int j, int k, Nearest& best) {
+  const Vec3 &a = s.p[i].w, &b = s.p[j].w, &c = s.p[k].w;
+  const Vec3 ab = b - a, ac = c - a, bc = c - b;
+  // The two shorter edges give the most exact normal.
+  const double ab2 = ab.squaredNorm(), ac2 = ac.squaredNorm(), bc2 = bc.squaredNorm();
+  const double longest = std::max({ab2, ac2, bc2});
+  const Vec3 n = longest == bc2 ? Vec3(ab.cross(ac)) : longest == ac2 ? Vec3(ab.cross(bc)) : Vec3(ac.cross(bc));
+  const double n2 = n.squaredNorm();
+  if (n2 > 1e-28 * longest * longest) {
+    const double wa = n.dot(b.cross(c)), wb = n.dot(c.cross(a)), wc = n.dot(a.cross(b));
+    if (wa > 0 && wb > 0 && wc > 0) {
+      const double sum = wa + wb + wc;
+      // The offset by the vertex nearest the origin, so that a tiny distance keeps its digits.
+      const double a2 = a.squaredNorm(), b2 = b.squaredNorm(), c2 = c.squaredNorm();
+      const Vec3& near = a2 <= b2 ? (a2 <= c2 ? a : c) : (b2 <= c2 ? b : c);
+      Nearest t;
+      t.take(n * (n.dot(near) / n2), {i, j, k}, {wa / sum, wb / sum, wc / sum});
+      if (t.squared < best.squared) best = t;
+      return;
+    }
+  }
+  nearest_on_segment(s, i, j, best);
+  nearest_on_segment(s, i, k, best);
+  nearest_on_segment(s, j, k, best);
+}
+
+void nearest_on_tetrahedron(const Simplex& s, Nearest& best) {
+  constexpr int face[4][4] = {{0, 1, 3, 2}, {0, 2, 3, 1}, {1, 2, 3, 0}, {0, 1, 2, 3}};  // the last: opposite
+  bool outside = false;
+  for (const auto& f : face) {
+    const Vec3 &a = s.p[f[0]].w, &b = s.p[f[1]].w, &c = s.p[f[2]].w, &opposite = s.p[f[3]].w;
+    const Vec3 n = (b - a).cross(c - a);
+    const double origin_side = -n.dot(a), other_side = n.dot(opposite - a);
+    const double rounding = 16 * epsilon * n.norm() * (a.norm() + opposite.norm());
+    const bool flat = std::abs(other_side) <= rounding;
+    if (flat || (other_side > 0 ? origin_side < 0 : origin_side > 0)) {
+      outside = true;
+      nearest_on_triangle(s, f[0], f[1], f[2], best);
+    }
+  }
+  if (!outside) best.inside = true;
+}
+
+Nearest nearest(const Simplex& s) {
+  Nearest best;
+  switch (s.count) {
+    case 1:
+      best.take(s.p[0].w, {0}, {1.0});
+      break;
+    case 2:
+      nearest_on_segment(s, 0, 1, best);
+      break;
+    case 3:
+      nearest_on_triangle(s, 0, 1, 2, best);
+      break;
+    default:
+      nearest_on_tetrahedron(s, best);
+      break;
+  }
+  return best;
+}
+
+void keep(Simplex& s, const Nearest& n) {
+  Simplex r;
+  for (int i = 0; i < n.count; ++i) {
+    r.p[i] = s.p[n.index[i]];
+    r.weight[i] = n.weight[i];
+  }
+  r.count = n.count;
+  s = r;
+}
+
+/// The point of a simplex nearest the origin, where the last point was added to the nearest feature of the others, so
+/// that the nearest feature holds the last point. Keeps that feature's points, the last one last.
+class Descent {
+ public:
+  explicit Descent(Simplex& s) : s_(s) {}
+
+  enum class Step { moved, inside, lost };
+  Step step(Vec3& v) {
+    switch (s_.count) {
+      case 1:
+        v = s_.p[0].w;
+        return Step::moved;
+      case 2:
+        on_segment(s_.p[1].w, s_.p[0].w);
+        break;
+      case 3:
+        on_triangle(2, 0, 1);
+        break;
+      default:
+        if (in_tetrahedron()) return Step::inside;
+    }
+    if (!(squared_ < v.squaredNorm())) return Step::lost;
+    v = v_;
+    const MinkowskiPoint last = s_.p[s_.count - 1];
+    int count = 0;
+    for (int i = 0; i + 1 < s_.count; ++i)
+      if (keep_ >> i & 1u) {
+        if (i != count) s_.p[count] = s_.p[i];
+        ++count;
+      }
+    s_.p[count++] = last;
+    s_.count = count;
+    return Step::moved;
+  }
+
+ private:
+  void take(const Vec3& v, unsigned keep) {
+    const double squared = v.squaredNorm();
+    if (squared < squared_) v_ = v, squared_ = squared, keep_ = keep;
+  }
+  static Vec3 point_on(const Vec3& p, const Vec3& q, const Vec3& pq, double t, double length2) {
+    // From the end that is nearer: less cancellation.
+    const double s = t / length2;
+    return s <= 0.5 ? Vec3(p + s * pq) : Vec3(q - ((length2 - t) / length2) * pq);
+  }
+  void on_segment(const Vec3& p, const Vec3& q) {
+    const Vec3 pq = q - p;
+    const double t = -p.dot(pq), length2 = pq.squaredNorm();
+    if (!(t > 0)) return take(p, 0);
+    take(t >= length2 ? q : point_on(p, q, pq, t, length2), 1);
+  }
+  void on_triangle(int ip, int iq, int ir) {
+    const Vec3 &p = s_.p[ip].w, &q = s_.p[iq].w, &r = s_.p[ir].w;
+    const Vec3 a = q - p, b = r - p;
+    const double aa = a.squaredNorm(), bb = b.squaredNorm(), ab = a.dot(b);
+    const double da = -p.dot(a), db = -p.dot(b);
+    double beyond_a = da * ab - db * aa, beyond_b = db * ab - da * bb;
+    if (aa * bb - ab * ab < 1e-8 * aa * bb) {
+      // A sliver: the same from cross products, where nothing cancels.
+      const Vec3 n = a.cross(b);
+      beyond_a = n.dot(a.cross(p)), beyond_b = -n.dot(b.cross(p));
+    }
+    if (!(beyond_a > 0) && !(beyond_b > 0)) {
+      // By the third side where that is the shortest: long ones lose what they differ by.
+      const Vec3 n = aa + bb - 2 * ab < std::min(aa, bb) ? Vec3(a.cross(r - q)) : Vec3(a.cross(b));
+      const double n2 = n.squaredNorm();
+      if (n2 > 1e-24 * aa * bb) return take(n * (n.dot(p) / n2), 1u << iq | 1u << ir);
+    }
+    const bool on_a = da > 0, on_b = db > 0;
+    if (!on_a && !on_b) return take(p, 0);
+    if (on_a) take(da >= aa ? q : point_on(p, q, a, da, aa), 1u << iq);
+    if (on_b) take(db >= bb ? r : point_on(p, r, b, db, bb), 1u << ir);
+  }
+  bool in_tetrahedron() {
+    const Vec3& p = s_.p[3].w;
+    const Vec3 a = s_.p[0].w - p, b = s_.p[1].w - p, c = s_.p[2].w - p;
+    const Vec3 ab = a.cross(b), bc = b.cross(c), ca = c.cross(a);
+    const double volume = ab.dot(c);
+    const double longest2 = std::max({a.squaredNorm(), b.squaredNorm(), c.squaredNorm()});
+    const bool thin = volume * volume <= 1e-28 * ab.squaredNorm() * longest2;
+    const double sign = volume > 0 ? 1 : -1;
+    const bool out_ab = thin || sign * p.dot(ab) > 0, out_bc = thin || sign * p.dot(bc) > 0,
+               out_ca = thin || sign * p.dot(ca) > 0;
+    if (!out_ab && !out_bc && !out_ca) return true;
+    if (out_ab) on_triangle(3, 0, 1);
+    if (out_bc) on_triangle(3, 1, 2);
+    if (out_ca) on_triangle(3, 2, 0);
+    return false;
+  }
+
+  Simplex& s_;
+  Vec3 v_;
+  double squared_ = infinity;
+  unsigned keep_ = 0;  ///< of the points before the last
+};
+
+/// The direction between two near polytopes is the difference of two nearly equal points; its exact part is that it is
+/// square to the edges of the simplex. Takes it from these, where that certifies more.
+void sharpen(const MinkowskiDifference& d, const Simplex& s, Vec3& v, GjkResult& r) {
+  Vec3 n = v;
+  if (s.count == 2) {
+    const Vec3 e = d.edge(s.p[1], s.p[0]);
+    if (const double e2 = e.squaredNorm(); e2 > 0) n -= (n.dot(e) / e2) * e;
+  } else if (s.count == 3) {
+    n = d.edge(s.p[0], s.p[2]).cross(d.edge(s.p[1], s.p[2]));
+    if (n.dot(v) < 0) n = -n;
+  }
+  const double length = n.norm();
+  if (!(length > 0)) return;
+  n = unit(n, length);
+  const double lower = n.dot(d.support(-n).w);
+  if (!(lower > r.lower)) return;
+  r.lower = r.along = lower;
+  v = r.upper * n;
+}
+
+/// Between shapes of which one is round: points of these have no numbers to know them by.
+void descend_round(const MinkowskiDifference& d, const DescentLimits& limits, GjkResult& r) {
+  Vec3& v = r.v;
+  Simplex& s = r.simplex;
+  r.upper = infinity;
+  r.lower = -r.upper;
+  double length = v.norm();
+  for (int iteration = 0; iteration < max_iterations; ++iteration) {
+    const MinkowskiPoint p = d.support(-v);
+    r.along = v.dot(p.w) / length;
+    r.lower = std::max(r.lower, r.along);
+    if (r.lower > limits.beyond ||
+        (s.count > 0 && r.upper - r.lower <= limits.tolerance * std::min(r.upper, limits.size) + limits.rounding))
+      break;
+    bool known = false;
+    for (int i = 0; i < s.count; ++i) known = known || p.w == s.p[i].w;
+    if (known) break;
+    s.p[s.count++] = p;
+    if (s.count == 1) {
+      v = p.w;
+    } else {
+      const auto step = Descent(s).step(v);
+      if (step == Descent::Step::inside) {
+        r.end = GjkResult::End::inside;
+        r.upper = 0;
+        return;
+      }
+      if (step == Descent::Step::lost) {
+        --s.count;
+        break;
+      }
+    }
+    length = v.norm();
+    r.upper = length;
+    if (r.upper <= limits.within || length <= limits.rounding) break;
+  }
+}
+
+/// `at_once`: where the first direction does not show two polytopes to be farther apart than this, it stops there.
+GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond, double within, const Vec3* start,
+                  double at_once = -infinity) {
+  GjkResult r;
+  Vec3& v = r.v;
+  v = start != nullptr ? -*start : Vec3(core_centre(d.a) - d.pose.rotation * core_centre(d.b) - d.pose.translation);
+  if (const double length = v.norm(); !(length > shortest_squared))
+    v = length > 0 ? unit(v, length) : Vec3(-Vec3::UnitX());
+  const bool polytopes = d.polytopes();
+  const double scale = d.scale();
+  const double rounding = 2 * epsilon * scale;
+  const DescentLimits limits{tolerance, beyond, within, at_once, rounding, scale, larger(d)};
+  r.end = GjkResult::End::near;
+  if (polytopes)
+    descent_kernel()(d, limits, r);
+  else
+    descend_round(d, limits, r);
+  if (r.end == GjkResult::End::inside || r.simplex.count == 0) return r;
+  if (polytopes && r.upper - r.lower > 2 * rounding && r.upper <= 1e-2 * scale && !(r.lower > beyond) &&
+      r.simplex.count <= 3)
+    sharpen(d, r.simplex, v, r);
+  // Polytopes: what is certified to rounding needs no second opinion.
+  const double near = polytopes
+                          ? (r.upper - r.lower <= 8 * rounding + tolerance * r.upper ? 16 * rounding : 1e-7 * scale)
+                          : 1e-7 * scale;
+  r.end = r.upper > near ? GjkResult::End::separated : GjkResult::End::near;
+  return r;
+}
+
+/// The weights of the simplex's at most 3 points for the point nearest the origin.
+void weigh(Simplex& s) {
+  Simplex all = s;
+  const Nearest n = nearest(s);
+  if (n.inside) return;
+  keep(all, n);
+  s = all;
+}
+
+}  // namespace
+
+GjkResult gjk(const MinkowskiDifference& d, double tolerance, double beyond, double within, const Vec3* start) {
+  GjkResult r = descend(d, tolerance, beyond, within, start);
+  if (r.simplex.count > 0) weigh(r.simplex);
+  return r;
+}
+
+bool gjk_collide(const MinkowskiDifference& d, double tolerance, const Vec3* start, Vec3* direction) {
+  const double radius = core_radius(d.a) + core_radius(d.b);
+  const double rounding = 16 * epsilon * d.scale();
+  if (radius == 0 && d.polytopes()) {
+    PortalResult portal;
+    portal_kernel()(d, portal);
+    if (portal.verdict != PortalResult::Verdict::open) {
+      const bool apart = portal.verdict == PortalResult::Verdict::apart;
+      if (apart && direction != nullptr) *direction = unit(portal.normal);
+      return !apart;
+    }
+  }
+  const GjkResult r = descend(d, std::max(tolerance, 1e-14), radius + rounding, radius - rounding, start);
+  if (r.lower > radius + rounding) {
+    if (direction != nullptr && r.v.squaredNorm() > 0) *direction = -unit(r.v);
+    return false;
+  }
+  // A simplex that encloses the origin where it has been close already may be a flat one that only seems to.
+  const double sure = 1e-7 * d.scale();
+  if (r.end == GjkResult::End::inside && r.v.squaredNorm() > sure * sure) return true;
+  if (r.upper < radius - rounding) return true;
+  return gjk_signed_distance(d, tolerance).signed_distance <= 0;
+}
+
+void pair_points(const MinkowskiDifference& d, LocalAnswer& answer) {
+  const bool polytopes = is_polytope(d.a.kind) && is_polytope(d.b.kind);
+  const double scale = d.scale();
+  MinkowskiDifference apart = d;
+  if (polytopes) {
+    // What a distance is rounded to leaves its ends free sideways, by the square root of it times the distance: nearer
+    // where that shows.
+    double least = infinity;
+    for (const double out : {1e-4 * scale, 1e-7 * scale, 1e-9 * scale}) {
+      apart.pose.translation = d.pose.translation + (out - answer.signed_distance) * answer.normal;
+      const GjkResult r = gjk(apart, 1e-14, infinity, -infinity);
+      const double sideways = (r.v + out * answer.normal).norm();
+      if (!(sideways < least)) continue;
+      least = sideways;
+      answer.point_a.setZero();
+      for (int i = 0; i < r.simplex.count; ++i) answer.point_a += r.simplex.weight[i] * r.simplex.p[i].a;
+      if (sideways <= 1e-13 * scale) break;
+    }
+    answer.point_b = answer.point_a + answer.signed_distance * answer.normal;
+    return;
+  }
+  const double out = 0.01 * scale;
+  for (int round = 0;; ++round) {
+    apart.pose.translation = d.pose.translation + (out - answer.signed_distance) * answer.normal;
+    const GjkResult r = gjk(apart, 1e-14, infinity, -infinity);
+    answer.point_a.setZero();
+    for (int i = 0; i < r.simplex.count; ++i) answer.point_a += r.simplex.weight[i] * r.simplex.p[i].a;
+    if (round == 8 || !(r.upper > 0)) break;
+    // From outside, the way to a curved surface turns towards the shortest one from inside.
+    const Vec3 n = -r.v / r.upper;
+    const double change = (n - answer.normal).squaredNorm();
+    const double depth = n.dot(d.support(n).w);
+    if (!(depth < -answer.signed_distance)) break;
+    answer.signed_distance = -depth;
+    answer.normal = n;
+    if (change < 1e-16) break;
+  }
+  answer.point_b = answer.point_a + answer.signed_distance * answer.normal;
+}
+
+namespace {
+
+/// By balls inside both.
+bool overlap_deeply(const MinkowskiDifference& d) {
+  // Rotations are orthonormal to 1e-6 only.
+  const double reach = (1 - 1e-5) * (core_inner_radius(d.a) + core_inner_radius(d.b));
+  if (!(reach > 1e-5 * d.scale())) return false;
+  return (core_centre(d.a) - d.pose.rotation * core_centre(d.b) - d.pose.translation).squaredNorm() < reach * reach;
+}
+
+/// Is a plane at the height h above the origin, which touches the difference within `margin` of the origin's foot and
+/// no nearer to that than to the rim, the nearest of all? Planes that are turned a little are kept out by the disc
+/// about the foot, those turned by more than 2 atan(margin / h) by the ball about the centre.
+bool is_least(double h, double margin, const Vec3& n, const Vec3& centre, double ball) {
+  if (!(margin > h)) return false;
+  const double below = -n.dot(centre), aside = (centre + below * n).norm();
+  const double m2 = margin * margin, h2 = h * h;
+  return below > 0 && below * (m2 - h2) - 2 * margin * h * aside + ball * (m2 + h2) > h * (m2 + h2);
+}
+
+/// The answer for two polytopes where the face on which the ray through the origin ends is the nearest; false where
+/// that is not sure.
+bool answer_by_face(const MinkowskiDifference& d, const SurfaceFace& face, LocalAnswer& answer) {
+  const MinkowskiPoint* const c = face.corner;
+  const double scale = d.scale();
+  // Edge i leads from corner i to the next.
+  const Vec3 edge[3] = {d.edge(c[1], c[0]), d.edge(c[2], c[1]), d.edge(c[0], c[2])};
+  const double length[3] = {edge[0].norm(), edge[1].norm(), edge[2].norm()};
+  Vec3 n = edge[2].cross(edge[0]);
+  if (n.dot(face.normal) < 0) n = -n;
+  const double area = n.norm();
+  if (!(area > 1e-4 * scale * std::max({length[0], length[1], length[2]}))) return false;
+  n /= area;
+  const double h = std::max({n.dot(c[0].w), n.dot(c[1].w), n.dot(c[2].w)});
+  double inward[3];  // from the edges to the origin's foot
+  for (int i = 0; i < 3; ++i) inward[i] = n.cross(edge[i]).dot(h * n - c[i].w) / length[i];
+  double margin = infinity;
+  for (int i = 0; i < 3; ++i) {
+    const int next = (i + 1) % 3, other = (i + 2) % 3;
+    // Between an edge of each the face is a parallelogram, of which the corners are three.
+    const auto shares = [&](int p, int q) {
+      return c[other].vertex_a == c[p].vertex_a && c[other].vertex_b == c[q].vertex_b;
+    };
+    const bool diagonal = shares(i, next) || shares(next, i);
+    if (!diagonal) {
+      margin = std::min(margin, inward[i]);
+      continue;
+    }
+    for (const int side : {next, other}) margin = std::min(margin, area / length[side] - inward[side]);
+  }
+  if (!(margin > 1e-7 * scale) || (h > 0 && !is_least(h, margin, n, face.centre, face.ball))) return false;
+  answer.signed_distance = -h;
+  answer.normal = n;
+  answer.point_a.setZero();
+  for (int i = 0; i < 3; ++i) answer.point_a += inward[i] * length[i] / area * c[(i + 2) % 3].a;
+  answer.point_b = answer.point_a - h * n;
+  answer.gap = 0;
+  return true;
+}
+
+}  // namespace
+
+LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, const Vec3* start, double beyond) {
+  const double ra = core_radius(d.a), rb = core_radius(d.b);
+  // Round surfaces are approached step by step: the last digits cost more steps than they are worth.
+  const bool polytopes = is_polytope(d.a.kind) && is_polytope(d.b.kind);
+  const double least = polytopes ? 1e-14 : 2e-10;
+  // They end after few steps as it is; what a tolerance broke off was then doubtful (3 times as long in the hard
+  // class).
+  if (polytopes) tolerance = 0;
+  const double scale = d.scale();
+  LocalAnswer answer;
+  const bool deep = polytopes && overlap_deeply(d);
+  if (deep && depth_by_faces(d, answer)) return answer;
+  GjkResult r;
+  const auto descend_from = [&](const Vec3* from, double at_once) {
+    r = descend(d, std::max(tolerance, least), beyond + ra + rb, -infinity, from, at_once);
+  };
+  const double far = far_apart * scale;
+  const bool near = beyond < far;
+  if (deep) {
+    r.end = GjkResult::End::inside;
+    r.lower = -infinity;
+  } else if (polytopes && ra + rb == 0) {
+    if (!near) descend_from(start, far);
+    if (near || !(r.lower > far)) {
+      SurfaceFace face;
+      surface_kernel()(d, std::min(beyond, far), face);
+      Vec3 towards;
+      if (face.end == SurfaceFace::End::apart) {
+        towards = unit(face.normal);
+        const double apart = -towards.dot(face.corner[0].w);
+        if (apart > beyond) {
+          answer.signed_distance = apart;
+          answer.normal = towards;
+          return answer;
+        }
+        start = &towards;
+      }
+      if (face.end == SurfaceFace::End::reached && answer_by_face(d, face, answer)) return answer;
+      descend_from(start, -infinity);
+    }
+  } else {
+    descend_from(start, -infinity);
+  }
+  if (r.lower > beyond + ra + rb) {
+    answer.signed_distance = r.lower - ra - rb;
+    answer.normal = -unit(r.v);
+    return answer;
+  }
+  if (r.simplex.count > 0 && (r.end != GjkResult::End::inside || !is_solid(d, r.simplex))) weigh(r.simplex);
+  double core;         // signed distance of the cores
+  double at_most = 0;  // where they overlap
+  bool doubtful = false;
+  if (r.end == GjkResult::End::separated) {
+    core = r.upper;
+    answer.normal = -unit(r.v, r.upper);
+    for (int i = 0; i < r.simplex.count; ++i) answer.point_a += r.simplex.weight[i] * r.simplex.p[i].a;
+    answer.point_b = answer.point_a - r.v;
+    answer.gap = r.upper - std::max(r.lower, 0.0);
+    doubtful = polytopes && r.upper - r.along > std::max(tolerance, least) * r.upper + 4 * epsilon * scale;
+  } else {
+    const double exact = polytopes ? 0 : std::max(tolerance * larger(d), least * scale);
+    const EpaResult e = deep ? expand_all_around(d) : expand(d, r.simplex, exact);
+    core = -e.upper;
+    at_most = -e.lower;
+    answer.normal = e.normal;
+    answer.point_a = e.point_a;
+    answer.point_b = e.point_b;
+    answer.gap = std::max(0.0, e.upper - e.lower);
+    // The bounds of two polytopes that are this near meet, or rounding has made them.
+    const double reached = r.end == GjkResult::End::near ? r.upper : e.upper < 1e-7 * scale ? r.v.norm() : 0.0;
+    doubtful = polytopes && reached > 16 * epsilon * scale;
+    // Of numbers so small that their squares are 0 nothing is asked.
+    const bool parted =
+        r.end == GjkResult::End::near && r.upper > 0 && (r.lower > core || polytopes) && std::max(r.lower, core) > 0;
+    if (parted) {
+      // Apart, and maybe by a corner or an edge that no face of the polytope stands for.
+      if (r.lower > core) answer.normal = -unit(r.v);
+      answer.gap = r.upper - std::max(r.lower, core);
+      core = r.upper;
+      answer.point_a.setZero();
+      for (int i = 0; i < r.simplex.count; ++i) answer.point_a += r.simplex.weight[i] * r.simplex.p[i].a;
+      answer.point_b = answer.point_a - r.v;
+    }
+    // Between polytopes that hardly touch the way from one to the other is noise, and so may its direction be.
+    const bool touching = polytopes && (r.end == GjkResult::End::near || e.upper < 1e-9 * scale);
+    if (touching && separation_along(d, answer.normal) < core - 16 * epsilon * scale) {
+      doubtful = true;
+    } else if (!parted && (e.point_a - e.point_b - e.upper * e.normal).squaredNorm() >
+                              (polytopes ? 1e-24 : 1e-16) * scale * scale) {
+      answer.signed_distance = core;
+      pair_points(d, answer);
+      core = answer.signed_distance;
+      answer.gap = std::max(0.0, -core - e.lower);
+    }
+  }
+  if (doubtful) {
+    LocalAnswer settled = answer;
+    settled.signed_distance = core;
+    if (settle_by_features(d, settled) && settled.signed_distance >= r.lower - 16 * epsilon * scale) {
+      answer = settled;
+      core = answer.signed_distance;
+    }
+  }
+  // Round surfaces are only approached: Newton's method has the last digits.
+  if (!polytopes && (core < 0 || tolerance < least)) {
+    const Support s = walk(RoundPair(d), answer.normal, -infinity);
+    if (s.optimal) {
+      core = -s.h;
+      answer.normal = s.n;
+      answer.point_a = s.point[0];
+      answer.point_b = -s.point[1];
+      answer.gap = core > 0 ? 0 : std::max(0.0, at_most - core);
+    }
+  }
+  answer.signed_distance = core - ra - rb;
+  answer.point_a += ra * answer.normal;
+  answer.point_b -= rb * answer.normal;
+  if (answer.gap <= 1e-13 * (d.scale() + std::abs(core))) answer.gap = 0;
+  return answer;
+}
+
+}  // namespace tandem

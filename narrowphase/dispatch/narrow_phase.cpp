@@ -1,0 +1,267 @@
+#include "tandem/narrowphase/narrow_phase.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <utility>
+
+#include "boxes/box_screen.h"
+#include "dispatch/undecided.h"
+#include "meshes/mesh_pair.h"
+#include "pairs/centre_test.h"
+#include "pairs/convex_pair.h"
+#include "pairs/simple_pairs.h"
+#include "pairs/solver_table.h"
+#include "shapes/convex_view.h"
+#include "shapes/hull.h"
+#include "shapes/pair_order.h"
+#include "shapes/unit_vector.h"
+#include "triangles/triangle_axes.h"
+
+namespace tandem {
+namespace {
+
+bool triangular(const Shape& s) { return s.kind() == ShapeKind::triangle || s.kind() == ShapeKind::mesh; }
+
+bool both_halfspaces(const Shape& a, const Shape& b) {
+  return a.kind() == ShapeKind::halfspace && b.kind() == ShapeKind::halfspace;
+}
+
+/// Two half-spaces miss each other only where their normals are opposite.
+bool halfspaces_collide(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
+  const Vec3 na = pose_a.rotation * a.normal(), nb = pose_b.rotation * b.normal();
+  if (na != -nb) return true;
+  return a.offset() + b.offset() >= na.dot(pose_b.translation - pose_a.translation);
+}
+
+std::string refusal(const Shape& a, const Shape& b, Request request) {
+  if (!both_halfspaces(a, b) || request == Request::collide) return {};
+  return "halfspace with halfspace: " + std::string(tandem::name(request)) +
+         " is not defined, no finite translation separates them unless their normals are opposite";
+}
+
+/// Do the centres alone answer the request? No manifold is left to be found.
+bool answered_by_centres(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
+                         double margin, PairAnswer& answer) {
+  const bool contacts = request == Request::contacts;
+  const CentreTest test = test_centres(a, pose_a, b, pose_b, contacts ? margin : 0);
+  if (test.verdict == CentreTest::Verdict::apart) {
+    if (contacts) {
+      answer.normal = unit(test.way);
+      answer.signed_distance = separation(a, pose_a, b, pose_b, answer.normal);
+    }
+    return true;
+  }
+  answer.collide = !contacts && test.verdict == CentreTest::Verdict::overlapping;
+  return answer.collide;
+}
+
+/// Are they apart along the direction that the last answer left?
+bool still_apart(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, const WarmStart& warm) {
+  const double length = warm.direction.norm();
+  if (!(length > 0)) return false;
+  const double reach = a.size() + b.size() + (pose_b.translation - pose_a.translation).norm();
+  return separation(a, pose_a, b, pose_b, pose_a.rotation * unit(warm.direction, length)) > 1e-12 * reach;
+}
+
+/// The corners of a triangle that has three.
+std::optional<std::span<const Vec3, 3>> corners(const Shape& s) {
+  if (s.kind() != ShapeKind::triangle || s.hull().vertices.size() != 3) return std::nullopt;
+  return std::span<const Vec3, 3>(s.hull().vertices);
+}
+
+/// Does a triangle meet a triangle (exactly) or a box? Empty for other pairs and for a box where rounding could decide.
+std::optional<bool> triangle_collides(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
+  const auto in_a = corners(a), in_b = corners(b);
+  if (a.kind() == ShapeKind::triangle && b.kind() == ShapeKind::triangle) {
+    const auto by_axes = in_a && in_b ? triangles_collide(*in_a, pose_a, *in_b, pose_b) : std::nullopt;
+    return by_axes ? *by_axes : !mesh_triangle_pairs(a, pose_a, b, pose_b).empty();
+  }
+  if (in_a && b.kind() == ShapeKind::box) return box_triangle_collide(b.parameters(), pose_b, *in_a, pose_a);
+  if (in_b && a.kind() == ShapeKind::box) return box_triangle_collide(a.parameters(), pose_a, *in_b, pose_b);
+  return std::nullopt;
+}
+
+SimpleSolver simple_solver(const Shape& a, const Shape& b) {
+  return simple_solvers[static_cast<std::size_t>(a.kind())][static_cast<std::size_t>(b.kind())];
+}
+
+PairAnswer solve_by_kinds(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
+                          const NarrowPhaseOptions& options, std::vector<Contact>* contacts, WarmStart* warm) {
+  if (options.solver.empty())
+    if (const SimpleSolver solver = simple_solver(a, b))
+      return solver(options, a, pose_a, b, pose_b, request, contacts);
+  if (a.is_convex() && b.is_convex()) {
+    PairAnswer plain;
+    const bool with_triangle = a.kind() == ShapeKind::triangle || b.kind() == ShapeKind::triangle;
+    if (with_triangle && request == Request::collide && options.solver.empty())
+      if (const auto collide = triangle_collides(a, pose_a, b, pose_b)) {
+        plain.collide = *collide;
+        return plain;
+      }
+    if (request == Request::collide && options.solver.empty() && warm != nullptr && a.is_bounded() && b.is_bounded() &&
+        still_apart(a, pose_a, b, pose_b, *warm))
+      return plain;
+    if (request != Request::distance && options.solver.empty() && a.is_bounded() && b.is_bounded() &&
+        answered_by_centres(a, pose_a, b, pose_b, request, options.margin, plain))
+      return plain;
+    if (!both_halfspaces(a, b)) return solve_convex(view(a), pose_a, view(b), pose_b, request, options, contacts, warm);
+    if (const std::string why = refusal(a, b, request); !why.empty()) throw std::invalid_argument(why);
+    PairAnswer answer;
+    answer.collide = halfspaces_collide(a, pose_a, b, pose_b);
+    return answer;
+  }
+  return solve_mesh(a, pose_a, b, pose_b, request, options, contacts);
+}
+
+/// Gives an answer whose sign rounding decided the verdict of Request::collide, so that all requests agree. The
+/// contacts are those from `first` on.
+[[gnu::noinline]] void take_verdict(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
+                                    Request request, const NarrowPhaseOptions& options, PairAnswer& answer,
+                                    std::vector<Contact>* contacts, std::size_t first, double within) {
+  constexpr double apart = std::numeric_limits<double>::min();
+  answer.collide = solve_by_kinds(a, pose_a, b, pose_b, Request::collide, options, nullptr, nullptr).collide;
+  answer.signed_distance =
+      answer.collide ? std::min(answer.signed_distance, 0.0) : std::max(answer.signed_distance, apart);
+  if (request != Request::contacts) return;
+  if (!answer.collide) {
+    if (options.margin == 0) contacts->resize(first);
+    for (Contact& c : std::span(*contacts).subspan(first)) c.depth = std::min(c.depth, -apart);
+    return;
+  }
+  if (contacts->size() == first) {
+    NarrowPhaseOptions wider = options;
+    wider.margin = within;
+    const PairAnswer touch = solve_by_kinds(a, pose_a, b, pose_b, request, wider, contacts, nullptr);
+    answer.point_a = touch.point_a;
+    answer.point_b = touch.point_b;
+    answer.normal = touch.normal;
+  }
+  const std::span<Contact> found = std::span(*contacts).subspan(first);
+  if (options.margin == 0)
+    for (Contact& c : found) c.depth = std::max(c.depth, 0.0);
+  else if (!found.empty())
+    std::max_element(found.begin(), found.end(), [](const Contact& x, const Contact& y) {
+      return x.depth < y.depth;
+    })->depth = -answer.signed_distance;
+}
+
+/// The pairs that are worth preparing; kept apart so that the simple ones do not pay for them.
+[[gnu::noinline]] PairAnswer solve_prepared(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
+                                            Request request, const NarrowPhaseOptions& options,
+                                            std::vector<Contact>* contacts, WarmStart* warm) {
+  const std::size_t first = contacts != nullptr ? contacts->size() : 0;
+  PairAnswer answer = solve_by_kinds(a, pose_a, b, pose_b, request, options, contacts, warm);
+  // Meshes among themselves are told by exact tests, whatever is asked.
+  if (request == Request::collide || (triangular(a) && triangular(b) && !(a.is_convex() && b.is_convex())))
+    return answer;
+  const double undecided = undecided_distance(a, pose_a, b, pose_b);
+  if (std::abs(answer.signed_distance) <= undecided && !answer.normal.isZero(0))
+    take_verdict(a, pose_a, b, pose_b, request, options, answer, contacts, first, 4 * undecided);
+  return answer;
+}
+
+}  // namespace
+
+std::string_view name(Request request) {
+  switch (request) {
+    case Request::collide:
+      return "collide";
+    case Request::distance:
+      return "distance";
+    default:
+      return "contacts";
+  }
+}
+
+NarrowPhase::NarrowPhase(NarrowPhaseOptions options) : options_(std::move(options)) {
+  if (!(options_.tolerance >= 0 && options_.tolerance <= 0.1))
+    throw std::invalid_argument("tolerance: " + std::to_string(options_.tolerance) + " is not in [0, 0.1]");
+  if (!(options_.margin >= 0) || !std::isfinite(options_.margin))
+    throw std::invalid_argument("margin: " + std::to_string(options_.margin) + " is not finite and >= 0");
+  if (!options_.solver.empty() && !find_method(options_.solver)) {
+    std::string known;
+    for (const SolverInfo& s : solvers()) known += (known.empty() ? "" : ", ") + std::string(s.name);
+    throw std::invalid_argument("solver: \"" + options_.solver + "\" is none of " + known);
+  }
+}
+
+const std::vector<SolverInfo>& NarrowPhase::solvers() {
+  // In the order of Method.
+  static const std::vector<SolverInfo> rows = {
+      {method_names[0], "closed forms: a sphere or half-space with any simple shape, capsules and boxes"},
+      {method_names[1],
+       "boxes and triangles by their separating axes (Gottschalk 1996), apart by nearest points or edges"},
+      {method_names[2],
+       "GJK on the shapes' cores (1988), polytopes by a portal first; expanding polytope for depths (van den Bergen "
+       "2001)"},
+      {method_names[3], "cylinder, cone or ellipsoid with any convex shape: Newton's method on the support functions"},
+      {method_names[4], "FCL 0.7, collide and signed distance"},
+      {method_names[5], "libccd, GJK and EPA; only touching pairs have a distance, the others' is by gjk"},
+      {method_names[6], "libccd, MPR (Snethen 2008); depth along the portal, an upper bound; apart: gjk"},
+      {method_names[7], "triangle meshes by their hierarchy of boxes, exact triangle predicates"},
+  };
+  return rows;
+}
+
+std::string NarrowPhase::refuses(const Shape& a, const Shape& b, Request request) const {
+  return refusal(a, b, request);
+}
+
+PairAnswer NarrowPhase::solve(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
+                              std::vector<Contact>* contacts, WarmStart* warm) const {
+  if (options_.solver.empty())
+    if (const SimpleSolver solver = simple_solver(a, b)) {
+      const std::size_t first = contacts != nullptr ? contacts->size() : 0;
+      PairAnswer answer = solver(options_, a, pose_a, b, pose_b, request, contacts);
+      if (request == Request::collide) return answer;
+      const double undecided = undecided_distance(a, pose_a, b, pose_b);
+      if (std::abs(answer.signed_distance) <= undecided)
+        take_verdict(a, pose_a, b, pose_b, request, options_, answer, contacts, first, 4 * undecided);
+      return answer;
+    }
+  return solve_prepared(a, pose_a, b, pose_b, request, options_, contacts, warm);
+}
+
+void NarrowPhase::mark_apart(std::span<const PlacedPair> pairs, std::span<std::uint8_t> apart) const {
+  std::fill(apart.begin(), apart.end(), std::uint8_t{0});
+  if (!options_.solver.empty()) return;
+  BoxPairList boxes;
+  std::size_t place[BoxPairList::most];
+  const auto screen = [&] {
+    const std::uint32_t near = screen_boxes(boxes, options_.margin);
+    for (std::size_t k = 0; k < boxes.count; ++k) apart[place[k]] = ~near >> k & 1u;
+    boxes.count = 0;
+  };
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (pairs[i].a->kind() != ShapeKind::box || pairs[i].b->kind() != ShapeKind::box) continue;
+    place[boxes.count] = i;
+    boxes.add(pairs[i]);
+    if (boxes.count == BoxPairList::most) screen();
+  }
+  screen();
+}
+
+std::vector<std::array<std::uint32_t, 2>> NarrowPhase::intersecting_triangles(const Shape& a, const Pose& pose_a,
+                                                                              const Shape& b,
+                                                                              const Pose& pose_b) const {
+  for (const Shape* s : {&a, &b})
+    if (!triangular(*s))
+      throw std::invalid_argument("intersecting_triangles: " + std::string(tandem::name(s->kind())) +
+                                  " has no triangles, a triangle or a mesh is needed");
+  return mesh_triangle_pairs(a, pose_a, b, pose_b);
+}
+
+std::span<const SolverRow> NarrowPhase::table() { return solver_rows(); }
+
+SolverRow NarrowPhase::solver_for(ShapeKind a, ShapeKind b, Request request) const {
+  if (const auto forced = find_method(options_.solver); forced && covers(*forced, a, b))
+    return {a, b, request, method_names[static_cast<std::size_t>(*forced)], options_.tolerance, 0, 0};
+  if (const SolverRow* row = cheapest_row(a, b, request, options_.tolerance)) return *row;
+  return {a, b, request, method_names[static_cast<std::size_t>(best_method(a, b))], options_.tolerance, 0, 0};
+}
+
+}  // namespace tandem

@@ -1,0 +1,200 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <queue>
+#include <stdexcept>
+#include <string>
+
+#include "dispatch/undecided.h"
+#include "meshes/mesh_pair.h"
+#include "meshes/traversal/mesh_walk.h"
+#include "pairs/convex_pair.h"
+#include "shapes/mesh_model.h"
+#include "shapes/pair_order.h"
+#include "shapes/support.h"
+#include "tandem/narrowphase/narrow_phase.h"
+
+namespace tandem {
+namespace {
+
+constexpr double never = std::numeric_limits<double>::infinity();
+
+// Ways are lengths along the unit vector that B moves along as A sees it: they do not depend on how fast it goes.
+
+// A convex shape or a mesh, with the axes of its pose.
+struct Body {
+  const MeshModel* mesh = nullptr;
+  ConvexView view{};  // without a mesh
+  Mat3 rotation;
+  Vec3 mid, half;  // of its box, in its frame
+
+  Body(const Shape& shape, const Pose& pose) : rotation(pose.rotation) {
+    const Bounds box = shape.bounds(Pose{});
+    mid = (box.lo + box.hi) / 2;
+    half = (box.hi - box.lo) / 2;
+    if (shape.is_convex())
+      view = tandem::view(shape);
+    else if (shape.mesh().convex)
+      view = view_hull(shape);
+    else
+      mesh = &shape.mesh();
+  }
+  bool is_leaf(std::uint32_t ref) const { return !mesh || tandem::is_leaf(*mesh, ref); }
+  std::pair<Vec3, Vec3> box(std::uint32_t ref) const {
+    if (!mesh) return {mid, half};
+    const BoxOf b(*mesh, ref);
+    return {b.mid, b.half};
+  }
+  template <class Visit>
+  void each_convex(std::uint32_t leaf, Visit&& visit) const {
+    if (!mesh) return visit(view);
+    each_triangle(*mesh, leaf, [&](std::uint32_t t) {
+      const auto corners = mesh->corners(t);
+      visit(view_triangle(corners));
+    });
+  }
+};
+
+class Sweep {
+ public:
+  Sweep(const Body& a, const Body& b, const Vec3& between, const Vec3& along, double longest)
+      : a_(a), b_(b), between_(between), along_(along), longest_(longest), map_(a.rotation.transpose() * b.rotation) {
+    shift_ = a.rotation.transpose() * between;
+    in_a_ = a.rotation.transpose() * along;
+    in_b_ = b.rotation.transpose() * along;
+    const auto reach = [](const Body& s) { return (s.mid.cwiseAbs() + s.half).maxCoeff(); };
+    const auto skew = [](const Mat3& r) { return (r.transpose() * r - Mat3::Identity()).cwiseAbs().maxCoeff(); };
+    // Rotations need not be quite orthonormal, and coordinates are rounded.
+    slack_ = (1e-13 + 4 * (skew(a.rotation) + skew(b.rotation))) * (reach(a) + reach(b) + between.norm());
+  }
+
+  // The way until the first touch; `never` if there is none within the longest.
+  double first() const {
+    double best = never;
+    std::priority_queue<Item> queue;
+    const auto push = [&](std::uint32_t x, std::uint32_t y) {
+      if (const double way = boxes_meet(x, y, std::min(best, longest_)); way < best) queue.push({way, x, y});
+    };
+    push(whole, whole);
+    while (!queue.empty() && queue.top().bound < best) {
+      const Item top = queue.top();
+      queue.pop();
+      const bool leaf_a = a_.is_leaf(top.a), leaf_b = b_.is_leaf(top.b);
+      if (leaf_a && leaf_b) {
+        a_.each_convex(top.a, [&](const ConvexView& p) {
+          b_.each_convex(top.b, [&](const ConvexView& q) {
+            best = std::min(best, convex_meet(p, q, top.bound, std::min(best, longest_)));
+          });
+        });
+      } else if (leaf_b || (!leaf_a && a_.box(top.a).second.norm() >= b_.box(top.b).second.norm())) {
+        each_child(*a_.mesh, top.a, [&](std::uint32_t x) { push(x, top.b); });
+      } else {
+        each_child(*b_.mesh, top.b, [&](std::uint32_t y) { push(top.a, y); });
+      }
+    }
+    return best;
+  }
+
+ private:
+  // Conservative advancement (Mirtich, Impulse-based dynamic simulation of rigid body systems, 1996). The plane that
+  // separates the two at one place bounds their distance at all later ones, so no advance is too far, and the distance
+  // being a convex function of the way, the advances converge from below like Newton's.
+  double convex_meet(const ConvexView& p, const ConvexView& q, double from, double until) const {
+    constexpr int most_advances = 200;
+    const NarrowPhaseOptions exact;
+    const double rounding = 1e-14 * (p.size + q.size);
+    const Pose at_a{a_.rotation, Vec3::Zero()};
+    double way = from;
+    for (int i = 0; i < most_advances; ++i) {
+      const Pose at_b{b_.rotation, between_ + way * along_};
+      const PairAnswer answer = solve_convex(p, at_a, q, at_b, Request::distance, exact, nullptr);
+      if (answer.signed_distance <= rounding) return way;
+      const double closing = -answer.normal.dot(along_);
+      if (!(closing > 0)) return never;
+      const double next = way + answer.signed_distance / closing;
+      if (!(next <= until)) {
+        // The last bits of the end belong to it.
+        return next <= longest_ * (1 + 1e-12) ? std::min(next, until) : never;
+      }
+      if (next <= way) return way;
+      way = next;
+    }
+    return way;  // creeping up on a graze: early, never late
+  }
+
+  // The way until two boxes of the hierarchies overlap along the axes of both; `never` if not within `until`.
+  double boxes_meet(std::uint32_t x, std::uint32_t y, double until) const {
+    const auto [mid_a, half_a] = a_.box(x);
+    const auto [mid_b, half_b] = b_.box(y);
+    const Vec3 d = map_ * mid_b + shift_ - mid_a;
+    double enter = 0, leave = until;
+    const auto clip = [&](double offset, double extent, double speed) {
+      const double wide = extent + slack_ + 1e-15 * until * std::abs(speed);
+      if (speed == 0) {
+        if (std::abs(offset) > wide) leave = -1;
+        return;
+      }
+      const double middle = -offset / speed, span = wide / std::abs(speed);
+      enter = std::max(enter, middle - span);
+      leave = std::min(leave, middle + span);
+    };
+    const Vec3 sum_a = half_a + map_.cwiseAbs() * half_b, sum_b = half_b + map_.cwiseAbs().transpose() * half_a;
+    const Vec3 d_b = map_.transpose() * d;
+    for (int k = 0; k < 3; ++k) {
+      clip(d[k], sum_a[k], in_a_[k]);
+      clip(d_b[k], sum_b[k], in_b_[k]);
+    }
+    return enter <= leave ? enter : never;
+  }
+
+  const Body &a_, &b_;
+  const Vec3 between_, along_;
+  const double longest_;
+  const Mat3 map_;  // from B's frame into A's
+  Vec3 shift_, in_a_, in_b_;
+  double slack_;
+};
+
+}  // namespace
+
+std::optional<double> NarrowPhase::time_of_impact(const Shape& a, const Pose& pose_a, const Vec3& velocity_a,
+                                                  const Shape& b, const Pose& pose_b, const Vec3& velocity_b,
+                                                  double tmax) const {
+  if (!std::isfinite(tmax) || tmax < 0)
+    throw std::invalid_argument("tmax: " + std::to_string(tmax) + " is not finite and >= 0");
+  if (!velocity_a.allFinite() || !velocity_b.allFinite())
+    throw std::invalid_argument("velocity: not finite, every component must be");
+  if (const std::string why = refuses(a, b, Request::distance); !why.empty()) throw std::invalid_argument(why);
+  if (solve(a, pose_a, b, pose_b, Request::collide).collide) return 0.0;
+  // Halved, differences stay finite; scaled to one, so do their squares.
+  const Vec3 half = velocity_b / 2 - velocity_a / 2;
+  const double most = half.cwiseAbs().maxCoeff();
+  if (!(most > 0)) return std::nullopt;
+  const double length = (half / most).norm();
+  const Vec3 along = half / most / length;
+  const auto time_of = [&](double way) { return std::min(tmax, way / length / most / 2); };
+  // Beyond this two bounded shapes have passed each other.
+  const Vec3 between = pose_b.translation - pose_a.translation;
+  double longest = std::min(2 * length * (most * tmax), 1e290);
+
+  if (!a.is_bounded() || !b.is_bounded()) {
+    // The gap to a half-space shrinks evenly.
+    const PairAnswer now = solve(a, pose_a, b, pose_b, Request::distance);
+    const double closing = -now.normal.dot(along);
+    if (now.signed_distance <= 0) return 0.0;
+    if (!(closing > 0)) return std::nullopt;
+    const double way = now.signed_distance / closing;
+    if (!(way <= longest * (1 + 1e-12))) return std::nullopt;
+    return time_of(way);
+  }
+
+  const Body body_a(a, pose_a), body_b(b, pose_b);
+  const auto extent = [](const Body& s) { return s.mid.norm() + s.half.norm(); };
+  const double passed = 2 * (between.norm() + extent(body_a) + extent(body_b));
+  longest = std::min(longest, passed);
+  const double way = Sweep(body_a, body_b, between, along, longest).first();
+  if (way == never) return std::nullopt;
+  return time_of(way);
+}
+
+}  // namespace tandem

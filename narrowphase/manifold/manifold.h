@@ -1,0 +1,64 @@
+#pragma once
+#include <vector>
+
+#include "closed_forms/closed_forms.h"
+#include "tandem/narrowphase/answer.h"
+
+namespace tandem {
+
+/// Cosine: a face within 1.1 degrees of the contact plane carries the patch.
+constexpr double carries_patch = 0.9998;
+/// And one within 1.4e-6 is as good as in it.
+constexpr double flush_face = 1 - 1e-12;
+/// Width of a contact patch to its length, up to which it counts as an edge.
+constexpr double thin = 0.005;
+/// Edges whose directions' cosine is no larger cross in one point.
+constexpr double clearly_crossing = 0.999;
+/// Cosine of the angle within which normals belong to one patch of a mesh.
+constexpr double one_patch = 0.9;
+
+/// A contact before it is placed in the world.
+struct PatchPoint {
+  Vec3 at;  ///< midway between the surfaces
+  double depth;
+  std::uint32_t feature;
+  bool rim = false;  ///< the deepest of a disc that leans: it moves farther than the poses do
+};
+
+// Poses that differ by 1e-9 must give the same points. So what a patch's symmetry makes equal (depths, lengths, places
+// of corners) counts as equal within this, relative to the bodies' size, and a rule of its own decides: a threshold in
+// the middle of boxes exactly aligned, or resting on a face, would be crossed by rounding.
+constexpr double alike = 4e-9;
+
+/// Contact points of two bounded convex shapes whose signed distance and normal are known: the face of one clipped
+/// by the face it lies on, or the stretch of two parallel edges, or one point; at most 4 that span the patch, each
+/// with its own depth along the common normal, at least -margin. Appended in world coordinates, by feature.
+/// `whole`: all points of the patch, not only those that span it.
+void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePose& relative, const LocalAnswer& answer,
+                     double margin, const Pose& pose_a, std::vector<Contact>& contacts, bool whole = false);
+
+/// The two ends of the stretch where capsules with parallel axes lie side by side; false (and nothing) where they do
+/// not. Neither lies farther apart than the margin. `axes` is the distance of their axes about A's centre, in world
+/// directions. A comes first by content.
+bool append_parallel_capsules(const SegmentDistance& axes, double radius_a, double length_a, const Pose& pose_a,
+                              double radius_b, double length_b, const Pose& pose_b, double margin,
+                              std::vector<Contact>& contacts);
+
+/// The same for a half-space with (unit) normal and offset given in the shape's frame; the contact normals are
+/// the half-space's.
+void append_halfspace_manifold(const ConvexView& shape, const Pose& pose, const Vec3& normal, double offset,
+                               double margin, std::vector<Contact>& contacts);
+
+/// Gives the greatest depth to the first of the points whose depth is that but for `slack`, as `span_patch` does.
+void stand_for_deepest(PatchPoint* points, int count, double slack);
+
+/// Leaves up to 4 of the points, in the order of their features: the deepest, the farthest from it, then those that
+/// widen the patch most to either side; among equals the first by feature. A disc's `rim`
+/// is the deepest of those that are as deep. Returns how many.
+int span_patch(PatchPoint* points, int count, const Vec3& normal, double size);
+
+/// Appends them; `normal` in world coordinates.
+void append_points(const PatchPoint* points, int count, const Pose& pose, const Vec3& normal,
+                   std::vector<Contact>& contacts);
+
+}  // namespace tandem

@@ -1,0 +1,160 @@
+#include "manifold/rectangle_clip.h"
+
+#include <algorithm>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "manifold/rectangle_clip.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "lanes/lane_vectors-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tandem::HWY_NAMESPACE {
+
+#if !HWY_HAVE_SCALABLE
+
+static_assert(RectanglePairRows::most % hn::MaxLanes(D()) == 0);
+
+// The sides of a rectangle's corners, counterclockwise.
+constexpr bool on_right[4] = {true, false, false, true}, on_top[4] = {true, true, false, false};
+HWY_INLINE V on_side(bool plus, V x) { return plus ? x : hn::Neg(x); }
+
+/// Pairs of some lanes; `append_box_manifold` from where its faces are known.
+struct RectangleLanes {
+  V centre[3], edge1[3], edge2[3], half_u, half_w, top, slant, slip_u, slip_w, distance, near, margin;
+  bool tilted;  // any
+  RectanglePatchRows& found;
+  std::size_t at;
+  V touching;
+
+  HWY_INLINE RectangleLanes(RectanglePatchRows& found_, std::size_t at_) : found(found_), at(at_) {}
+  HWY_INLINE void add(int point, M valid, V u, V w, V height) {
+    const D d;
+    const V over = hn::Sub(top, height), rest = tilted ? hn::Div(over, slant) : over, most = hn::Neg(distance);
+    V depth = hn::IfThenElse(hn::Lt(most, rest), most, rest);
+    valid = hn::AndNot(hn::Lt(depth, hn::Sub(hn::Neg(margin), near)), valid);
+    if (hn::AllFalse(d, valid)) return;
+    const V least = hn::Neg(margin);
+    depth = hn::IfThenElse(hn::Lt(depth, least), least, depth);
+    const V half = hn::Mul(number(0.5), depth);
+    const auto put = [&](V x, V reach, V slip, double* row) HWY_ATTR {
+      hn::Store(hn::Sub(hn::Min(hn::Max(x, hn::Neg(reach)), reach), hn::Mul(half, slip)), d, row + at);
+    };
+    hn::Store(depth, d, found.depth[point] + at);
+    put(u, half_u, slip_u, found.u[point]);
+    put(w, half_w, slip_w, found.w[point]);
+    touching = hn::Add(touching, hn::IfThenElseZero(valid, number(1u << point)));
+  }
+};
+
+// NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
+void clip_rectangles(const RectanglePairRows& pairs, const std::int64_t* columns, std::size_t count, double margin,
+                     RectanglePatchRows& found) {
+  const D d;
+  const hn::RebindToSigned<D> whole;
+  const V one = number(1);
+  for (std::size_t at = 0; at < count; at += hn::Lanes(d)) {
+    const auto from = hn::LoadU(whole, columns + at);
+    const auto read = [&](const double* row) HWY_ATTR { return hn::GatherIndex(d, row, from); };
+    RectangleLanes x(found, at);
+    x.half_u = read(pairs.half_u);
+    x.half_w = read(pairs.half_w);
+    x.top = read(pairs.top);
+    x.slant = read(pairs.slant);
+    x.slip_u = read(pairs.slip_u);
+    x.slip_w = read(pairs.slip_w);
+    x.distance = read(pairs.distance);
+    x.near = read(pairs.near);
+    x.margin = number(margin);
+    x.touching = number(0);
+    for (int k = 0; k < 3; ++k) {
+      x.centre[k] = read(pairs.centre[k]);
+      x.edge1[k] = read(pairs.edge1[k]);
+      x.edge2[k] = read(pairs.edge2[k]);
+    }
+    x.tilted = !hn::AllTrue(d, hn::Eq(x.slant, one));
+    V corner[4][3];
+    M all_inside = hn::Eq(one, one);
+    for (int i = 0; i < 4; ++i) {
+      for (int k = 0; k < 3; ++k)
+        corner[i][k] = hn::Add(x.centre[k], hn::Add(on_side(on_right[i], x.edge1[k]), on_side(on_top[i], x.edge2[k])));
+      const M inside = hn::And(hn::Le(hn::Abs(corner[i][0]), hn::Add(x.half_u, x.near)),
+                               hn::Le(hn::Abs(corner[i][1]), hn::Add(x.half_w, x.near)));
+      all_inside = hn::And(all_inside, inside);
+      x.add(i, inside, corner[i][0], corner[i][1], corner[i][2]);
+    }
+    M open = hn::Not(all_inside);
+    if (hn::AllFalse(d, open)) {
+      hn::Store(x.touching, d, found.touching + at);
+      continue;
+    }
+    const V det = hn::Sub(hn::Mul(x.edge1[0], x.edge2[1]), hn::Mul(x.edge1[1], x.edge2[0]));
+    const V near1 = hn::Div(x.near, read(pairs.half1)), near2 = hn::Div(x.near, read(pairs.half2));
+    M all_covered = hn::Eq(one, one);
+    for (int i = 0; i < 4; ++i) {
+      const V to_u = on_side(on_right[i], x.half_u), to_w = on_side(on_top[i], x.half_w);
+      const V u = hn::Sub(to_u, x.centre[0]), w = hn::Sub(to_w, x.centre[1]);
+      const V p = hn::Div(hn::Sub(hn::Mul(u, x.edge2[1]), hn::Mul(w, x.edge2[0])), det);
+      const V q = hn::Div(hn::Sub(hn::Mul(x.edge1[0], w), hn::Mul(x.edge1[1], u)), det);
+      const M covered =
+          hn::Not(hn::Or(hn::Gt(hn::Abs(p), hn::Add(one, near1)), hn::Gt(hn::Abs(q), hn::Add(one, near2))));
+      all_covered = hn::And(all_covered, covered);
+      const M at_corner = hn::And(hn::Ge(hn::Abs(p), hn::Sub(one, near1)), hn::Ge(hn::Abs(q), hn::Sub(one, near2)));
+      const V height = hn::Add(x.centre[2], hn::Add(hn::Mul(p, x.edge1[2]), hn::Mul(q, x.edge2[2])));
+      x.add(4 + i, hn::And(open, hn::AndNot(at_corner, covered)), to_u, to_w, height);
+    }
+    open = hn::AndNot(all_covered, open);
+
+    for (int line = 0; line < 4; ++line) {
+      const bool on_u = line < 2;
+      const int across = on_u ? 0 : 1, along = on_u ? 1 : 0;
+      const V place = on_side(line % 2 == 0, on_u ? x.half_u : x.half_w);
+      const V reach = hn::Sub(on_u ? x.half_w : x.half_u, x.near);
+      V before[4];
+      M over[4], under[4];
+      for (int i = 0; i < 4; ++i) {
+        before[i] = hn::Sub(place, corner[i][across]);
+        over[i] = hn::Gt(before[i], x.near);
+        under[i] = hn::Lt(before[i], hn::Neg(x.near));
+      }
+      for (int i = 0; i < 4; ++i) {
+        const int j = (i + 1) % 4;
+        const M crossed = hn::And(open, hn::Or(hn::And(over[i], under[j]), hn::And(under[i], over[j])));
+        if (hn::AllFalse(d, crossed)) continue;
+        const V s = hn::Div(before[i], hn::Sub(before[i], before[j]));
+        const auto between = [&](int k) HWY_ATTR {
+          return hn::Add(corner[i][k], hn::Mul(s, hn::Sub(corner[j][k], corner[i][k])));
+        };
+        const V there = between(along);
+        x.add(8 + 4 * line + i, hn::AndNot(hn::Gt(hn::Abs(there), reach), crossed), on_u ? place : there,
+              on_u ? there : place, between(2));
+      }
+    }
+    hn::Store(x.touching, d, found.touching + at);
+  }
+}
+
+#else
+
+// NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
+void clip_rectangles(const RectanglePairRows&, const std::int64_t*, std::size_t count, double,
+                     RectanglePatchRows& found) {
+  std::fill_n(found.touching, count, 0.0);
+}
+
+#endif
+
+}  // namespace tandem::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tandem {
+HWY_EXPORT(clip_rectangles);
+
+void clip_rectangles(const RectanglePairRows& pairs, const std::int64_t* columns, std::size_t count, double margin,
+                     RectanglePatchRows& found) {
+  HWY_DYNAMIC_DISPATCH(clip_rectangles)(pairs, columns, count, margin, found);
+}
+}  // namespace tandem
+#endif

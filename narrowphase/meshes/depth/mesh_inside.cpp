@@ -1,0 +1,204 @@
+#include "meshes/depth/mesh_inside.h"
+
+#include <algorithm>
+#include <array>
+#include <boost/multiprecision/cpp_int.hpp>
+#include <cmath>
+#include <limits>
+
+namespace tandem {
+namespace {
+
+using Rational = boost::multiprecision::cpp_rational;
+
+int sign(double x) { return x > 0 ? 1 : x < 0 ? -1 : 0; }
+int sign(const Rational& x) { return x.sign(); }
+
+// The ray from a point along the mesh's z axis. Where it meets an edge or a corner, it is the ray from the point moved
+// by (e, e^2, 0), e as small as need be, that counts: it crosses every edge on one side. No point of the surface being
+// at the place itself, the winding number there is the same (Edelsbrunner and Muecke, Simulation of simplicity, 1990).
+class Ray {
+ public:
+  Ray(const MeshModel& mesh, const Pose& pose, const Vec3& p, const Pose& pose_p)
+      : mesh_(mesh), pose_(pose), pose_p_(pose_p), p_(p) {
+    const Mat3 inverse = pose.rotation.inverse();
+    const Vec3 between = pose_p.translation - pose.translation;
+    from_ = inverse * (pose_p.rotation * p + between);
+    const bool same_frame = pose.rotation == pose_p.rotation && pose.translation == pose_p.translation;
+    if (same_frame) from_ = p;
+    delta_ = same_frame ? 0 : 64 * std::numeric_limits<double>::epsilon() * (3 * p.lpNorm<1>() + between.lpNorm<1>());
+  }
+
+  bool inside() const {
+    const Vec3 away = (from_ - mesh_.centre).cwiseAbs() - mesh_.half;
+    const double slack = delta_ + 1e-15 * (mesh_.centre.cwiseAbs() + mesh_.half).maxCoeff();
+    if (away.maxCoeff() > slack) return false;
+    // In units about the centre, as the boxes are.
+    const Vec3 at = (from_ - mesh_.centre) / mesh_.unit;
+    const double pad = slack / mesh_.unit + 1e-12;
+    int sum = 0;
+    std::array<std::uint32_t, 64 * sizeof(MeshNode::child) / sizeof(std::uint32_t)> stack;  // MeshModel::depth
+    std::size_t top = 0;
+    stack[top++] = 0;
+    while (top > 0) {
+      const MeshNode& n = mesh_.nodes[stack[--top]];
+      for (std::uint32_t k = 0; k < n.lanes; ++k) {
+        const auto gap = [&](int axis) {
+          return std::abs(static_cast<double>(n.mid[axis][k]) - at[axis]) - static_cast<double>(n.half[axis][k]);
+        };
+        const bool behind = at.z() > static_cast<double>(n.mid[2][k]) + static_cast<double>(n.half[2][k]) + pad;
+        if (behind || gap(0) > pad || gap(1) > pad) continue;
+        if (n.count[k] == 0) {
+          stack[top++] = n.child[k];
+          continue;
+        }
+        for (std::uint32_t i = 0; i < n.count[k]; ++i) {
+          const Crossing c = cross(mesh_.corners(mesh_.order[n.child[k] + i]));
+          if (c.on_surface) return true;
+          sum += c.count;
+        }
+      }
+    }
+    return sum != 0;
+  }
+
+ private:
+  using Corners = std::array<Vec3, 3>;
+  using Point = std::array<Rational, 3>;
+  struct Crossing {
+    int count = 0;
+    bool on_surface = false;
+  };
+
+  // Signs of a triangle as the point sees it: of the volume, and of the three areas along z.
+  struct Signs {
+    int volume = 0;
+    std::array<int, 3> area{};
+    bool certain = true;
+    bool on_it = false;
+  };
+
+  Crossing cross(const Corners& corners) const {
+    Signs s = filtered(corners);
+    if (!s.certain) s = exact(corners);
+    if (s.on_it) return {0, true};
+    int turns = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 &a = corners[k], &b = corners[(k + 1) % 3];
+      // The area changes with the point by -(b - a).y e + (b - a).x e^2.
+      int turn = s.area[k];
+      if (turn == 0) turn = sign(a.y() - b.y());
+      if (turn == 0) turn = sign(b.x() - a.x());
+      turns += turn;
+    }
+    if (turns != 3 && turns != -3) return {};
+    // Counterclockwise seen from above: its outside is up, and the volume positive where it lies above the point.
+    const bool above = turns > 0 ? s.volume > 0 : s.volume < 0;
+    return {above ? turns / 3 : 0, false};
+  }
+
+  Signs filtered(const Corners& corners) const {
+    const Vec3 a = corners[0] - from_, b = corners[1] - from_, c = corners[2] - from_;
+    const double span = std::max({a.cwiseAbs().maxCoeff(), b.cwiseAbs().maxCoeff(), c.cwiseAbs().maxCoeff()});
+    // Every difference is wrong by delta and its rounding at most.
+    const double off = delta_ + 2.3e-16 * span;
+    const double flat = span * (8 * off + 1e-15 * span) + std::numeric_limits<double>::min();
+    const double solid = span * span * (24 * off + 4e-15 * span) + std::numeric_limits<double>::min();
+    Signs s;
+    const auto decide = [&](double x, double bound) {
+      if (!(std::abs(x) > bound)) s.certain = false;
+      return sign(x);
+    };
+    const auto area = [](const Vec3& u, const Vec3& v) { return u.x() * v.y() - u.y() * v.x(); };
+    const std::array<double, 3> areas{area(a, b), area(b, c), area(c, a)};
+    bool left = false, right = false;
+    for (std::size_t k = 0; k < 3; ++k) {
+      s.area[k] = decide(areas[k], flat);
+      left = left || areas[k] > flat;
+      right = right || areas[k] < -flat;
+    }
+    // Clearly beside the triangle: nothing else matters, the point is not on it either.
+    if (left && right) {
+      s.certain = true;
+      return s;
+    }
+    s.volume = decide(a.dot(b.cross(c)), solid);
+    return s;
+  }
+
+  // In the world: the rotation's determinant is positive, so signs are those of the mesh's frame.
+  Signs exact(const Corners& corners) const {
+    std::array<Point, 3> v;
+    for (std::size_t c = 0; c < 3; ++c)
+      for (int i = 0; i < 3; ++i) {
+        Rational x = Rational(pose_.translation[i]) - Rational(pose_p_.translation[i]);
+        for (int j = 0; j < 3; ++j)
+          x += Rational(pose_.rotation(i, j)) * Rational(corners[c][j]) -
+               Rational(pose_p_.rotation(i, j)) * Rational(p_[j]);
+        v[c][static_cast<std::size_t>(i)] = x;
+      }
+    const auto det = [](const Point& a, const Point& b, const Point& c) {
+      const Point n = crossed(b, c);
+      return sign(a[0] * n[0] + a[1] * n[1] + a[2] * n[2]);
+    };
+    const Point up{Rational(pose_.rotation(0, 2)), Rational(pose_.rotation(1, 2)), Rational(pose_.rotation(2, 2))};
+    Signs s;
+    s.volume = det(v[0], v[1], v[2]);
+    for (std::size_t k = 0; k < 3; ++k) s.area[k] = det(up, v[k], v[(k + 1) % 3]);
+    s.on_it = s.volume == 0 && holds_origin(v);
+    return s;
+  }
+
+  static Point crossed(const Point& a, const Point& b) {
+    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+  }
+
+  // Is the origin in the closed triangle, in whose plane (or on whose line, if it has no area) it lies?
+  static bool holds_origin(const std::array<Point, 3>& v) {
+    // Each edge spans a parallelogram with the origin; from inside all three turn the same way. One that vanishes has
+    // the origin on its line.
+    const std::array<Point, 3> n{crossed(v[0], v[1]), crossed(v[1], v[2]), crossed(v[2], v[0])};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::array<int, 3> s{sign(n[0][i]), sign(n[1][i]), sign(n[2][i])};
+      const auto [low, high] = std::minmax_element(s.begin(), s.end());
+      if (*low < 0 && *high > 0) return false;
+    }
+    bool on_line = false;
+    for (std::size_t k = 0; k < 3; ++k)
+      if (sign(n[k][0]) == 0 && sign(n[k][1]) == 0 && sign(n[k][2]) == 0) {
+        if (between(v[k], v[(k + 1) % 3])) return true;
+        on_line = true;
+      }
+    return !on_line;
+  }
+
+  // Is the origin, on the line of a and b, between them?
+  static bool between(const Point& a, const Point& b) {
+    for (std::size_t i = 0; i < 3; ++i)
+      if (sign(a[i]) * sign(b[i]) > 0) return false;
+    return true;
+  }
+
+  const MeshModel& mesh_;
+  const Pose &pose_, &pose_p_;
+  const Vec3 p_;
+  Vec3 from_;  // the point in the mesh's frame, within delta_ in every coordinate
+  double delta_;
+};
+
+}  // namespace
+
+bool is_inside(const MeshModel& mesh, const Pose& pose, const Vec3& p, const Pose& pose_p) {
+  // Nearly always the point is far from the box, and a rotation's transpose, its inverse to 6e-6, tells.
+  const Vec3 between = pose_p.rotation * p + (pose_p.translation - pose.translation);
+  const Vec3 away = (pose.rotation.transpose() * between - mesh.centre).cwiseAbs() - mesh.half;
+  if (away.maxCoeff() > 1e-5 * (between.lpNorm<1>() + p.lpNorm<1>() + mesh.centre.lpNorm<1>())) return false;
+  return Ray(mesh, pose, p, pose_p).inside();
+}
+
+bool is_inside(const MeshModel& mesh, const Vec3& p) {
+  const Pose same;
+  return Ray(mesh, same, p, same).inside();
+}
+
+}  // namespace tandem

@@ -1,0 +1,12 @@
+#pragma once
+#include "shapes/mesh_model.h"
+
+namespace tandem {
+
+/// Is the point `pose_p` * p inside a closed mesh (winding number not 0) or on it? Exact for the real numbers R v + t.
+bool is_inside(const MeshModel& mesh, const Pose& pose, const Vec3& p, const Pose& pose_p);
+
+/// The same for a point in the mesh's frame.
+bool is_inside(const MeshModel& mesh, const Vec3& p);
+
+}  // namespace tandem

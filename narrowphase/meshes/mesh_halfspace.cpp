@@ -1,0 +1,49 @@
+#include <algorithm>
+#include <limits>
+#include <span>
+
+#include "manifold/manifold.h"
+#include "manifold/patch_collector.h"
+#include "meshes/mesh_pair.h"
+#include "shapes/mesh_model.h"
+
+namespace tandem {
+
+PairAnswer solve_mesh_halfspace(const Posed& mesh, const Posed& half, Request request,
+                                const NarrowPhaseOptions& options, std::vector<Contact>* contacts) {
+  const MeshModel& m = mesh.shape.mesh();
+  const Vec3 up = (half.pose.rotation * half.shape.normal()).normalized();
+  const Vec3 between = mesh.pose.translation - half.pose.translation;
+  const Vec3 local = mesh.pose.rotation.transpose() * up;
+  const double level = half.shape.offset() - up.dot(between);
+  PairAnswer answer;
+  double lowest = std::numeric_limits<double>::infinity();
+  std::uint32_t at = 0;
+  const std::size_t first = contacts ? contacts->size() : 0;
+  // Seen from the mesh's translation: far out, places that tell which corners are kept would be rounded.
+  const Vec3& origin = mesh.pose.translation;
+  const auto turned = [&](std::uint32_t v) -> Vec3 { return mesh.pose.rotation * m.vertices[v]; };
+  // What touches to rounding has all of its patch.
+  const double within = options.margin + alike * mesh.shape.size();
+  // The vertices that span the part below the plane are vertices of the hull.
+  for (const std::uint32_t v : m.extreme) {
+    const double height = local.dot(m.vertices[v]) - level;
+    if (height < lowest) lowest = height, at = v;
+    if (request == Request::contacts && height <= within)
+      contacts->push_back({turned(v) - up * (height / 2), -up, std::max(-height, -options.margin), v});
+  }
+  if (request == Request::contacts && lowest > options.margin) contacts->resize(first);
+  if (request == Request::contacts) {
+    keep_widest(*contacts, first, mesh.shape.size());
+    for (Contact& c : std::span(*contacts).subspan(first)) c.point += origin;
+  }
+  answer.collide = lowest <= 0;
+  if (request == Request::collide || (request == Request::contacts && contacts->size() == first)) return answer;
+  answer.signed_distance = lowest;
+  answer.point_a = turned(at) + origin;
+  answer.point_b = answer.point_a - up * lowest;
+  answer.normal = -up;
+  return answer;
+}
+
+}  // namespace tandem

@@ -1,0 +1,38 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "shapes/posed_mesh.h"
+#include "tandem/narrowphase/answer.h"
+#include "tandem/narrowphase/options.h"
+
+namespace tandem {
+
+/// All pairs of triangles [i of A, j of B] that meet, sorted; each shape a mesh or a triangle. Exact.
+std::vector<std::array<std::uint32_t, 2>> mesh_triangle_pairs(const Shape& a, const Pose& pose_a, const Shape& b,
+                                                              const Pose& pose_b);
+
+/// A mesh against anything (either or both may be the mesh; never two half-spaces).
+PairAnswer solve_mesh(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
+                      const NarrowPhaseOptions& options, std::vector<Contact>* contacts);
+
+/// Fixed roles for two with triangles, whichever way round they came: the same pair is then solved with the same
+/// rounding. The one that goes first has the larger unit.
+bool goes_first(const Posed& a, const Posed& b);
+
+/// The solvers by what the other shape is; the mesh comes first. Contacts are appended for Request::contacts only.
+PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const NarrowPhaseOptions& options,
+                        std::vector<Contact>* contacts);  ///< both have triangles, goes_first(a, b)
+PairAnswer solve_mesh_halfspace(const Posed& mesh, const Posed& half, Request request,
+                                const NarrowPhaseOptions& options, std::vector<Contact>* contacts);
+PairAnswer solve_mesh_convex(const Posed& mesh, const Posed& convex, Request request, const NarrowPhaseOptions& options,
+                             std::vector<Contact>* contacts);  ///< bounded; a solid mesh may be that is its own hull
+
+/// The options for the triangles of a mesh: a solver that was named is one for meshes.
+NarrowPhaseOptions for_triangles(const NarrowPhaseOptions& options);
+
+/// The answer of the deepest of the contacts from `first` on.
+PairAnswer from_deepest(const std::vector<Contact>& contacts, std::size_t first);
+
+}  // namespace tandem

@@ -1,0 +1,145 @@
+#include "meshes/traversal/mesh_nearest.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "meshes/traversal/mesh_walk.h"
+#include "pairs/convex_pair.h"
+#include "shapes/mesh_model.h"
+#include "shapes/pair_order.h"
+#include "shapes/unit_vector.h"
+
+namespace tandem {
+namespace {
+
+// Squared sine below which what two segments cross at is rounding's doing.
+constexpr double nearly_parallel = 1e-6;
+
+void segments_nearest(const Vec3& p, const Vec3& d, const Vec3& q, const Vec3& e, Nearest& best) {
+  // Ericson, Real-Time Collision Detection, 5.1.9.
+  const Vec3 r = p - q;
+  const double dd = d.squaredNorm(), ee = e.squaredNorm(), f = e.dot(r), c = d.dot(r), b = d.dot(e);
+  const auto along = [](double over, double under) { return under > 0 ? std::clamp(over / under, 0.0, 1.0) : 0.0; };
+  const auto take = [&](double s, double t) {
+    const Vec3 x = p + s * d, y = q + t * e;
+    best.take((x - y).norm(), x, y);
+  };
+  const double det = dd * ee - b * b;
+  const double s = along(b * f - c * ee, det), t = along(b * s + f, ee);
+  take(t > 0 && t < 1 ? s : along(b * t - c, dd), t);
+  if (det > nearly_parallel * dd * ee) return;
+  for (const double end : {0.0, 1.0}) take(end, along(b * end + f, ee)), take(along(b * end - c, dd), end);
+}
+
+// The foot of v on the plane of t, where it lies inside t. Edges are the segments' business.
+void vertex_nearest(const Vec3& v, const Corners& t, bool v_of_a, Nearest& best) {
+  const Vec3 u = t[1] - t[0], w = t[2] - t[0], n = u.cross(w), r = v - t[0];
+  const double nn = n.squaredNorm();
+  if (!(nn > 0)) return;
+  const double s = r.cross(w).dot(n) / nn, k = u.cross(r).dot(n) / nn;
+  if (!(s >= 0 && k >= 0 && s + k <= 1)) return;
+  const Vec3 foot = t[0] + s * u + k * w;
+  v_of_a ? best.take((v - foot).norm(), v, foot) : best.take((v - foot).norm(), foot, v);
+}
+
+double skew(const Mat3& r) { return (r.transpose() * r - Mat3::Identity()).cwiseAbs().maxCoeff(); }
+
+// A mesh as the other sees it: about the other's centre, in its units.
+MeshView view_of(const MeshModel& mesh, const MeshModel& by, const Mat3& turn, const Vec3& shift) {
+  return {mesh, turn, (turn * mesh.centre + shift - by.centre) / by.unit, by.unit};
+}
+
+}  // namespace
+
+void triangles_nearest(const Corners& p, const Corners& q, Nearest& best) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    vertex_nearest(p[i], q, true, best);
+    vertex_nearest(q[i], p, false, best);
+    for (std::size_t j = 0; j < 3; ++j)
+      segments_nearest(p[i], p[(i + 1) % 3] - p[i], q[j], q[(j + 1) % 3] - q[j], best);
+  }
+}
+
+NearestSearch::NearestSearch(const Posed& a, const Posed& b)
+    : a_(a.shape.mesh()),
+      b_(b.shape.mesh()),
+      turn_a_(a.pose.rotation),
+      turn_b_(b.pose.rotation),
+      between_(b.pose.translation - a.pose.translation),
+      a_by_b_(view_of(a_, b_, turn_b_.transpose() * turn_a_, -(turn_b_.transpose() * between_))),
+      b_by_a_(view_of(b_, a_, turn_a_.transpose() * turn_b_, turn_a_.transpose() * between_)),
+      // As far as the rotations are off from orthonormal, boxes may be nearer than they look.
+      slack_((12 * (skew(turn_a_) + skew(turn_b_)) + 1e-14) * (reach(a_) + reach(b_) + between_.lpNorm<1>())) {}
+
+Nearest NearestSearch::operator()() {
+  // Each of its levels leaves all children but one behind.
+  std::array<Item, 2 * most_mesh_levels * mesh_lanes> stack;
+  std::size_t top = 0;
+  stack[top++] = {0, whole, whole};
+  while (top > 0) {
+    const Item at = stack[--top];
+    if (!(at.bound < best_.distance)) continue;
+    if (is_leaf(a_, at.a) && is_leaf(b_, at.b)) {
+      solve(leaf_triangle(a_, at.a), leaf_triangle(b_, at.b));
+      continue;
+    }
+    const bool down_a = goes_down_a(at);
+    const MeshModel& mesh = down_a ? a_ : b_;
+    const NearPart part = down_a ? b_by_a_.part(at.b) : a_by_b_.part(at.a);
+    const Vec3 ahead = down_a ? Vec3(-normal_a_) : normal_b_;
+    const NearPlane plane{ahead, part.reach(ahead)};
+    const std::uint32_t number = node_under(mesh, down_a ? at.a : at.b);
+    const MeshNode& node = mesh.nodes[number];
+    std::array<double, mesh_lanes> least;
+    bound_distances(part, plane, mesh, node, least);
+    const double off = slack_ + bounds_off * mesh.unit;
+    const std::size_t first = top;
+    std::array<double, mesh_lanes> away;  // of those on the stack
+    for (std::uint32_t k = 0; k < node.lanes; ++k) {
+      const double bound = std::max(at.bound, mesh.unit * least[k] - off);
+      if (!(bound < best_.distance)) continue;
+      const std::uint32_t child = child_ref(number, k);
+      const double own = (Vec3(node.mid[0][k], node.mid[1][k], node.mid[2][k]) - part.aligned_mid).squaredNorm();
+      // The nearest on top; of equals, as of boxes that overlap, the one whose middle is, else the first.
+      std::size_t place = top++;
+      for (; place > first &&
+             (stack[place - 1].bound < bound || (stack[place - 1].bound == bound && away[place - 1 - first] <= own));
+           --place)
+        stack[place] = stack[place - 1], away[place - first] = away[place - 1 - first];
+      stack[place] = down_a ? Item{bound, child, at.b} : Item{bound, at.a, child};
+      away[place - first] = own;
+    }
+  }
+  return best_;
+}
+
+bool NearestSearch::goes_down_a(const Item& at) const {
+  return is_leaf(b_, at.b) ||
+         (!is_leaf(a_, at.a) && BoxOf(a_, at.a).half.squaredNorm() >= BoxOf(b_, at.b).half.squaredNorm());
+}
+
+void NearestSearch::solve(std::uint32_t i, std::uint32_t j) {
+  Corners p = a_.corners(i), q = b_.corners(j);
+  for (std::size_t k = 0; k < 3; ++k) p[k] = turn_a_ * p[k], q[k] = turn_b_ * q[k] + between_;
+  const auto least = [](const Corners& t, const Vec3& d) { return std::min({d.dot(t[0]), d.dot(t[1]), d.dot(t[2])}); };
+  if (least(q, normal_) + least(p, -normal_) >= best_.distance) return;
+  const double before = best_.distance;
+  triangles_nearest(p, q, best_);
+  if (best_.distance == before) return;
+  nearest_ = {i, j};
+  if (best_.distance == 0) return;
+  normal_ = unit(best_.on_b - best_.on_a, best_.distance);
+  normal_a_ = turn_a_.transpose() * normal_;
+  normal_b_ = turn_b_.transpose() * normal_;
+}
+
+Vec3 NearestSearch::normal(const NarrowPhaseOptions& options) const {
+  if (best_.distance > 1e-5 * (reach(a_) + reach(b_))) return unit(best_.on_b - best_.on_a, best_.distance);
+  const Corners p = a_.corners(nearest_[0]), q = b_.corners(nearest_[1]);
+  const PairAnswer r = solve_convex(view_triangle(p), {turn_a_, Vec3::Zero()}, view_triangle(q), {turn_b_, between_},
+                                    Request::distance, options, nullptr);
+  if (r.normal.norm() > 0.5) return r.normal;
+  return best_.distance > 0 ? unit(best_.on_b - best_.on_a, best_.distance) : Vec3::UnitZ();
+}
+
+}  // namespace tandem

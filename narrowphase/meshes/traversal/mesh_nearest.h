@@ -1,0 +1,51 @@
+#pragma once
+#include <array>
+#include <cstdint>
+
+#include "lanes/constants.h"
+#include "meshes/traversal/mesh_walk.h"
+#include "meshes/traversal/nearest_kernel.h"
+#include "shapes/posed_mesh.h"
+#include "tandem/narrowphase/options.h"
+
+namespace tandem {
+
+/// The nearest points found so far, and how far apart they are.
+struct Nearest {
+  double distance = infinity;
+  Vec3 on_a = Vec3::Zero(), on_b = Vec3::Zero();
+  void take(double d, const Vec3& p, const Vec3& q) {
+    if (d < distance) distance = d, on_a = p, on_b = q;
+  }
+};
+
+/// Takes the nearest points of two triangles that do not meet.
+void triangles_nearest(const Corners& p, const Corners& q, Nearest& best);
+
+/// The nearest points of surfaces that do not meet, by branch and bound; relative to A's translation, in world axes.
+class NearestSearch {
+ public:
+  NearestSearch(const Posed& a, const Posed& b);
+
+  Nearest operator()();
+
+  /// From A to B in world axes, unit, of what was found. Where the points lie so close that their places' rounding
+  /// turns the way between them, it is that of the two triangles' features.
+  Vec3 normal(const NarrowPhaseOptions& options) const;
+
+ private:
+  bool goes_down_a(const Item& at) const;
+  void solve(std::uint32_t triangle_a, std::uint32_t triangle_b);
+
+  const MeshModel &a_, &b_;
+  const Mat3 &turn_a_, &turn_b_;
+  const Vec3 between_;
+  const MeshView a_by_b_, b_by_a_;
+  const double slack_;  ///< of the bounds, metres
+  Nearest best_;
+  std::array<std::uint32_t, 2> nearest_{};  ///< the triangles of `best_`
+  /// From A to B, unit, once there is a pair: in world axes, A's and B's.
+  Vec3 normal_ = Vec3::Zero(), normal_a_ = Vec3::Zero(), normal_b_ = Vec3::Zero();
+};
+
+}  // namespace tandem

@@ -1,0 +1,63 @@
+#include "meshes/traversal/mesh_query.h"
+
+#include "lanes/lanes_of_256_bits.h"
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "meshes/traversal/mesh_query.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace tandem::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+// NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
+void find_gaps(const QueryBox* box, const MeshNode* node, bool squared, float reach, NodeGaps* out) {
+  const hn::CappedTag<float, mesh_lanes> tag;
+  const auto number = [&](float x) HWY_ATTR { return hn::Set(tag, x); };
+  const auto zero = hn::Zero(tag);
+  const auto dot = [&](float x, float y, float z, auto u, auto v, auto w) HWY_ATTR {
+    return hn::Add(hn::Add(hn::Mul(number(x), u), hn::Mul(number(y), v)), hn::Mul(number(z), w));
+  };
+  const auto square = [&](auto x) HWY_ATTR {
+    const auto positive = hn::Max(x, zero);
+    return hn::Mul(positive, positive);
+  };
+  std::uint32_t within = 0;
+  for (std::size_t l = 0; l < mesh_lanes; l += hn::Lanes(tag)) {
+    const auto x = hn::Load(tag, node->mid[0] + l), y = hn::Load(tag, node->mid[1] + l),
+               z = hn::Load(tag, node->mid[2] + l);
+    const auto u = hn::Load(tag, node->half[0] + l), v = hn::Load(tag, node->half[1] + l),
+               w = hn::Load(tag, node->half[2] + l);
+    const auto along = [&](int i, auto mid, auto half) HWY_ATTR {
+      return hn::Sub(hn::Abs(hn::Sub(mid, number(box->mid[i]))), hn::Add(half, number(box->half[i])));
+    };
+    const auto own = [&](int i) HWY_ATTR {
+      const float* a = box->axes[i];
+      const auto way = hn::Sub(dot(a[0], a[1], a[2], x, y, z), number(box->own_mid[i]));
+      const auto extent = dot(std::abs(a[0]), std::abs(a[1]), std::abs(a[2]), u, v, w);
+      return hn::Sub(hn::Abs(way), hn::Add(extent, number(box->own_half[i])));
+    };
+    const auto a0 = along(0, x, u), a1 = along(1, y, v), a2 = along(2, z, w), b0 = own(0), b1 = own(1), b2 = own(2);
+    const auto gap = squared ? hn::Max(hn::Add(hn::Add(square(a0), square(a1)), square(a2)),
+                                       hn::Add(hn::Add(square(b0), square(b1)), square(b2)))
+                             : hn::Max(hn::Max(hn::Max(a0, a1), a2), hn::Max(hn::Max(b0, b1), b2));
+    hn::Store(gap, tag, out->lane + l);
+    std::uint8_t bytes[8] = {};
+    hn::StoreMaskBits(tag, hn::Le(gap, number(reach)), bytes);
+    within |= std::uint32_t{bytes[0]} << l;
+  }
+  out->within = within & node->used();
+}
+
+}  // namespace tandem::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tandem {
+HWY_EXPORT(find_gaps);
+
+void find_gaps(const QueryBox& box, const MeshNode& node, bool squared, float reach, NodeGaps& gaps) {
+  HWY_DYNAMIC_DISPATCH(find_gaps)(&box, &node, squared, reach, &gaps);
+}
+}  // namespace tandem
+#endif

@@ -1,0 +1,133 @@
+#pragma once
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "shapes/mesh_model.h"
+
+namespace tandem {
+
+/// A box along a mesh's axes and one along its own, in the mesh's units about its centre; both hold the same thing.
+struct QueryBox {
+  float mid[3], half[3], own_mid[3], own_half[3], axes[3][3];
+};
+
+/// Gaps to the boxes of a node, a lane each: the largest along an axis, or `squared` the distance along the three axes
+/// of one or the other.
+struct alignas(32) NodeGaps {
+  float lane[mesh_lanes];
+  std::uint32_t within;  ///< a bit for each of its lanes in use that is no farther than asked for
+};
+void find_gaps(const QueryBox& box, const MeshNode& node, bool squared, float reach, NodeGaps& gaps);
+
+/// A box with axes of its own against the boxes of a mesh's hierarchy: which triangles may come near it. Gaps are lower
+/// bounds, along the axes of either; floats, with a margin for their rounding.
+class BoxQuery {
+ public:
+  /// In the mesh's frame: `aligned` is a box along the mesh's axes, `mid`, `half` and the columns of `axes` (unit) one
+  /// along its own; both hold the same thing.
+  /// `ball`: every point of the thing stands for a ball of this radius about it.
+  BoxQuery(const MeshModel& mesh, const Bounds& aligned, const Vec3& mid, const Vec3& half, const Mat3& axes,
+           double ball = 0)
+      : mesh_(mesh), ball_(ball) {
+    const Vec3 lo = (aligned.lo - mesh.centre) / mesh.unit, hi = (aligned.hi - mesh.centre) / mesh.unit;
+    const Vec3 m = (mid - mesh.centre) / mesh.unit, h = half / mesh.unit;
+    const double most =
+        std::max({lo.cwiseAbs().maxCoeff(), hi.cwiseAbs().maxCoeff(), m.cwiseAbs().maxCoeff() + h.sum()});
+    // Too far out for floats: every triangle may be near.
+    blunt_ = !(most < 1e18);
+    pad_ = blunt_ ? 0 : static_cast<float>(2e-6 * (2 + most));
+    for (int i = 0; i < 3; ++i) {
+      box_.mid[i] = blunt_ ? 0 : static_cast<float>((lo[i] + hi[i]) / 2);
+      box_.half[i] = blunt_ ? 0 : static_cast<float>((hi[i] - lo[i]) / 2) + pad_;
+      box_.own_mid[i] = blunt_ ? 0 : static_cast<float>(axes.col(i).dot(m));
+      box_.own_half[i] = blunt_ ? 0 : static_cast<float>(h[i]) + pad_;
+      for (int j = 0; j < 3; ++j) box_.axes[i][j] = static_cast<float>(axes(j, i));
+    }
+  }
+
+  /// Calls visit(t) for the triangles whose boxes come within `margin` (metres), in an order that depends on the
+  /// arguments only, until it returns true.
+  template <class Visit>
+  void each_near(double margin, Visit&& visit) const {
+    // Of boxes with corners the gap along an axis; of round ones the distance.
+    const float reach = ball_ > 0 ? squared(margin) : static_cast<float>(std::min(margin / mesh_.unit * 1.00001, 1e30));
+    std::array<std::uint32_t, stack_size> stack;
+    std::size_t top = 0;
+    stack[top++] = 0;
+    while (top > 0) {
+      const MeshNode& n = mesh_.nodes[stack[--top]];
+      NodeGaps gaps;
+      find(n, ball_ > 0, reach, gaps);
+      for (std::uint32_t left = gaps.within; left != 0; left &= left - 1) {
+        const int k = std::countr_zero(left);
+        if (n.count[k] == 0) {
+          stack[top++] = n.child[k];
+          continue;
+        }
+        for (std::uint32_t i = 0; i < n.count[k]; ++i)
+          if (visit(mesh_.order[n.child[k] + i])) return;
+      }
+    }
+  }
+
+  /// Calls visit(t), which returns the distance (metres) at which it is no longer interested, for triangles that may be
+  /// nearer than that; the nearer boxes first.
+  template <class Visit>
+  void nearest_first(double interest, Visit&& visit) const {
+    struct Entry {
+      float gap2;  // squared, units
+      std::uint32_t child, count;
+    };
+    std::array<Entry, stack_size> stack;
+    std::size_t top = 0;
+    float limit2 = squared(interest);
+    stack[top++] = {0, 0, 0};
+    while (top > 0) {
+      const Entry e = stack[--top];
+      if (e.gap2 > limit2) continue;
+      if (e.count > 0) {
+        for (std::uint32_t i = 0; i < e.count; ++i) limit2 = squared(visit(mesh_.order[e.child + i]));
+        continue;
+      }
+      const MeshNode& n = mesh_.nodes[e.child];
+      NodeGaps gaps;
+      find(n, true, limit2, gaps);
+      const std::size_t first = top;
+      for (std::uint32_t left = gaps.within; left != 0; left &= left - 1) {
+        const int k = std::countr_zero(left);
+        const float g = gaps.lane[k];
+        // Nearest on top; of equals the first lane.
+        std::size_t at = top++;
+        for (; at > first && stack[at - 1].gap2 <= g; --at) stack[at] = stack[at - 1];
+        stack[at] = {g, n.child[k], n.count[k]};
+      }
+    }
+  }
+
+ private:
+  static constexpr std::size_t stack_size = most_mesh_levels * mesh_lanes;
+
+  float squared(double distance) const {
+    const double d = (distance + ball_) / mesh_.unit * 1.00001;
+    return d * d < 1e37 ? static_cast<float>(d * d) : std::numeric_limits<float>::infinity();
+  }
+
+  void find(const MeshNode& n, bool squared, float reach, NodeGaps& gaps) const {
+    if (!blunt_) return find_gaps(box_, n, squared, reach, gaps);
+    std::fill_n(gaps.lane, mesh_lanes, 0.0f);
+    gaps.within = n.used();
+  }
+
+  const MeshModel& mesh_;
+  double ball_;
+  QueryBox box_;
+  float pad_;
+  bool blunt_;
+};
+
+}  // namespace tandem

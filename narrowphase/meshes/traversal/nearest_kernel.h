@@ -1,0 +1,56 @@
+#pragma once
+#include <array>
+#include <variant>
+
+#include "shapes/mesh_model.h"
+
+namespace tandem {
+
+/// A part of one mesh in the frame of the other's boxes: about its centre, in its units.
+struct NearBox {
+  Vec3 mid, half;
+  Mat3 axes;  ///< unit columns
+  /// What is in it lies between two planes, too: |thin . x - thin_mid| <= thin_half.
+  Vec3 thin = Vec3::Zero();
+  double thin_mid = 0, thin_half = 0;
+};
+struct NearTriangle {
+  std::array<Vec3, 3> corner, edge;  ///< each edge from its corner to the next
+  std::array<double, 3> per_square;  ///< 1 / edge^2, 0 for none
+  std::array<Vec3, 3> outward;       ///< across its edges, in its plane; all zero for one without area
+  Vec3 normal;                       ///< unit, or zero
+};
+struct NearPart {
+  std::variant<NearBox, NearTriangle> form;
+  Vec3 aligned_mid, aligned_half;  ///< a box about it along the frame's axes
+
+  explicit NearPart(const NearBox& box);
+  explicit NearPart(const std::array<Vec3, 3>& corners);
+  /// The most of n . x over all of it.
+  double reach(const Vec3& n) const;
+};
+
+/// A mesh as another sees it, whose frame that is.
+struct MeshView {
+  const MeshModel& mesh;
+  Mat3 turn;  ///< v about the mesh's centre, in metres, lies at turn * v / unit + shift
+  Vec3 shift;
+  double unit;  ///< the other's
+
+  /// The box or triangle at that place (`child_ref` or `whole`) of its hierarchy.
+  NearPart part(std::uint32_t ref) const;
+};
+
+/// A plane that the part keeps to one side of: normal (unit) . x <= top for all of it.
+struct NearPlane {
+  Vec3 normal;
+  double top;
+};
+
+/// Lower bounds on how far from the part the children of the node are, a lane each, boxes or triangles; in the units of
+/// the mesh, and too large by at most `bounds_off` of them. Those of lanes that are not in use are any.
+inline constexpr double bounds_off = 4e-7;
+void bound_distances(const NearPart& part, const NearPlane& plane, const MeshModel& mesh, const MeshNode& node,
+                     std::array<double, mesh_lanes>& least);
+
+}  // namespace tandem

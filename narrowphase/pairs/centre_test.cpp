@@ -1,0 +1,132 @@
+#include "pairs/centre_test.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "shapes/hull.h"
+#include "shapes/mesh_model.h"
+#include "shapes/support_kernel.h"
+#include "shapes/unit_vector.h"
+
+namespace tandem {
+namespace {
+
+/// Is the ball inside the shape about its origin?
+bool is_centred(const Shape& s) {
+  return s.kind() != ShapeKind::cone && s.kind() != ShapeKind::convex && s.kind() != ShapeKind::triangle;
+}
+
+/// The centre of a ball inside the shape, in its frame.
+Vec3 inner_centre(const Shape& s) {
+  if (is_centred(s)) return Vec3::Zero();
+  return s.kind() == ShapeKind::cone ? Vec3(0, 0, -0.25 * s.length()) : s.hull().inside;
+}
+
+[[gnu::always_inline]] inline double inner_radius(const Shape& s) {
+  switch (s.kind()) {
+    case ShapeKind::box:
+    case ShapeKind::ellipsoid:
+      return s.half_size().minCoeff();  // an ellipsoid's radii
+    case ShapeKind::cylinder:
+      return std::min(s.radius(), 0.5 * s.length());
+    case ShapeKind::cone: {
+      const double r = s.radius(), l = s.length();
+      return std::min(0.25 * l, 0.75 * l * r / std::sqrt(r * r + l * l));
+    }
+    case ShapeKind::convex:
+    case ShapeKind::triangle:
+      return s.hull().inner_radius;
+    default:
+      return s.radius();  // sphere, capsule
+  }
+}
+
+/// Of a hull: the cheap bound, or to rounding.
+enum class Reach { at_most, exact };
+
+double reach(const Hull& hull, const Vec3& d, Reach kind) {
+  if (!hull.support.empty()) {
+    if (kind == Reach::at_most) return reach_kernel()(hull.support, d.data());
+    return (hull.vertices[support_kernel()(hull.support, hull.vertices.data(), d.data())] - hull.inside).dot(d);
+  }
+  double most = -std::numeric_limits<double>::infinity();
+  for (const Vec3& v : hull.vertices) most = std::max(most, (v - hull.inside).dot(d));
+  return most;
+}
+
+/// How far the shape reaches along d (any length) beyond the centre of its ball, times that length.
+[[gnu::always_inline]] inline double reach(const Shape& s, const Vec3& d, Reach kind) {
+  const auto across = [&] { return s.radius() * std::sqrt(d[0] * d[0] + d[1] * d[1]); };
+  switch (s.kind()) {
+    case ShapeKind::sphere:
+      return s.radius() * d.norm();
+    case ShapeKind::box:
+      return s.half_size().dot(d.cwiseAbs());
+    case ShapeKind::ellipsoid:
+      return s.radii().cwiseProduct(d).norm();
+    case ShapeKind::capsule:
+      return s.radius() * d.norm() + 0.5 * s.length() * std::abs(d[2]);
+    case ShapeKind::cylinder:
+      return across() + 0.5 * s.length() * std::abs(d[2]);
+    case ShapeKind::cone:
+      return std::max(0.75 * s.length() * d[2], across() - 0.25 * s.length() * d[2]);
+    default:
+      return reach(s.hull(), d, kind);
+  }
+}
+
+/// Between points of A and B, in world directions; exchanged, exactly the opposite.
+Vec3 from_to(const Vec3& a, const Pose& pose_a, const Vec3& b, const Pose& pose_b) {
+  return (pose_b.translation - pose_a.translation) + (pose_b.rotation * b - pose_a.rotation * a);
+}
+
+// Of sums like those below, relative to their terms.
+constexpr double sum_rounding = 1e-12;
+
+}  // namespace
+
+CentreTest test_centres(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin) {
+  // Rotations count as they are given, and are orthonormal to 1e-6 only: balls are ellipsoids.
+  constexpr double askew = 4e-6;
+  // Most shapes' centres are their origins: nothing to turn then, and no root.
+  const bool centred = is_centred(a) && is_centred(b);
+  const Vec3 in_a = inner_centre(a), in_b = inner_centre(b);
+  const Vec3 between = centred ? Vec3(pose_b.translation - pose_a.translation) : from_to(in_a, pose_a, in_b, pose_b);
+  const double length2 = between.squaredNorm();
+  const double offset = centred ? 0.0 : in_a.norm() + in_b.norm();
+  const double inner = (1 - askew) * (inner_radius(a) + inner_radius(b)) - sum_rounding * offset;
+  if (inner > 0 && length2 < inner * inner) return {CentreTest::Verdict::overlapping};
+
+  const double covered = reach(a, pose_a.rotation.transpose() * between, Reach::at_most) +
+                         reach(b, -(pose_b.rotation.transpose() * between), Reach::at_most);
+  const bool rooted = !centred || margin > 0;
+  const double length = rooted ? std::sqrt(length2) : 0.0;
+  const double apart = length2 - covered - sum_rounding * (length2 + std::abs(covered) + length * offset);
+  if (!(apart > margin * length)) return {};
+  return {CentreTest::Verdict::apart, between};
+}
+
+double separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, const Vec3& n) {
+  return n.dot(from_to(inner_centre(a), pose_a, inner_centre(b), pose_b)) -
+         (reach(a, pose_a.rotation.transpose() * n, Reach::exact) +
+          reach(b, -(pose_b.rotation.transpose() * n), Reach::exact));
+}
+
+MeshGap test_hulls(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
+  const Hull &hull_a = a.mesh().hull, &hull_b = b.mesh().hull;
+  const Vec3 between = from_to(hull_a.inside, pose_a, hull_b.inside, pose_b);
+  const double length2 = between.squaredNorm(), inner = hull_a.inner_radius + hull_b.inner_radius;
+  if (length2 < 0.99 * inner * inner) return {};
+  const double covered = reach(hull_a, pose_a.rotation.transpose() * between, Reach::at_most) +
+                         reach(hull_b, -(pose_b.rotation.transpose() * between), Reach::at_most);
+  const double length = std::sqrt(length2);
+  // A point may lie outside its hull by 1e-12 of the size.
+  constexpr double outside = 4e-12;
+  const double slack = sum_rounding * (hull_a.inside.norm() + hull_b.inside.norm()) + outside * (a.size() + b.size());
+  const double apart = length2 - covered - sum_rounding * (length2 + std::abs(covered)) - length * slack;
+  if (!(apart > 0)) return {};
+  return {apart / length, between / length};
+}
+
+}  // namespace tandem

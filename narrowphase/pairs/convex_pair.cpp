@@ -1,0 +1,297 @@
+#include "pairs/convex_pair.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "closed_forms/closed_forms.h"
+#include "convex/gjk.h"
+#include "lanes/constants.h"
+#include "manifold/manifold.h"
+#include "pairs/round_pair.h"
+#include "pairs/simple_pairs.h"
+#include "pairs/solver_table.h"
+#include "peers/peer_solvers.h"
+#include "shapes/pair_order.h"
+#include "triangles/triangle_distance.h"
+
+namespace tandem {
+namespace {
+
+/// Half-spaces, then spheres, come first: their closed forms are written from their side only.
+constexpr int rank(ShapeKind kind) {
+  if (kind == ShapeKind::halfspace) return 0;
+  return kind == ShapeKind::sphere ? 1 : 2 + static_cast<int>(kind);
+}
+
+constexpr bool has_point_distance(ShapeKind kind) {
+  return kind != ShapeKind::ellipsoid && kind != ShapeKind::convex && kind != ShapeKind::mesh;
+}
+
+void finish(const LocalAnswer& local, const Pose& pose_a, double tolerance, PairAnswer& answer) {
+  answer.signed_distance = local.signed_distance;
+  answer.collide = local.signed_distance <= 0;
+  answer.normal = pose_a.rotation * local.normal;
+  answer.point_a = pose_a * local.point_a;
+  answer.point_b = pose_a * local.point_b;
+  answer.error_bound = local.gap;
+  answer.status = local.gap <= tolerance ? Status::ok : Status::inexact;
+}
+
+void append_single(const PairAnswer& answer, double margin, std::vector<Contact>* contacts) {
+  if (contacts != nullptr && answer.signed_distance <= margin)
+    contacts->push_back({0.5 * (answer.point_a + answer.point_b), answer.normal, -answer.signed_distance, 0});
+}
+
+PairAnswer sphere_with(double radius, const Vec3& centre, const ConvexView& b, const Pose& pose_b) {
+  const PointDistance d = point_distance(b, pose_b.rotation.transpose() * (centre - pose_b.translation));
+  PairAnswer r;
+  r.normal = -(pose_b.rotation * d.normal);
+  r.signed_distance = d.signed_distance - radius;
+  r.collide = r.signed_distance <= 0;
+  r.point_a = centre + radius * r.normal;
+  r.point_b = pose_b * d.nearest;
+  return r;
+}
+
+PairAnswer halfspace_with(const ConvexView& a, const Pose& pose_a, const ConvexView& b, const Pose& pose_b,
+                          Request request, const NarrowPhaseOptions& options, std::vector<Contact>* contacts) {
+  const Vec3 in_a{a.param[0], a.param[1], a.param[2]};
+  const Vec3 n = pose_b.rotation.transpose() * (pose_a.rotation * in_a);
+  const double offset = a.param[3] - in_a.dot(pose_a.rotation.transpose() * (pose_b.translation - pose_a.translation));
+  const Vec3 lowest = core_support(b, -n) - core_radius(b) * n;
+  PairAnswer r;
+  r.signed_distance = n.dot(lowest) - offset;
+  r.collide = r.signed_distance <= 0;
+  r.normal = pose_a.rotation * in_a;
+  r.point_b = pose_b * lowest;
+  r.point_a = r.point_b - r.signed_distance * r.normal;
+  if (request == Request::contacts && contacts != nullptr && r.signed_distance <= options.margin) {
+    const std::size_t first = contacts->size();
+    append_halfspace_manifold(b, pose_b, n, offset, options.margin, *contacts);
+    // Rounding may leave nothing of a corner that just touches.
+    if (contacts->size() == first) append_single(r, options.margin, contacts);
+  }
+  return r;
+}
+
+/// An order of two of a kind by what they are and where they stand: exchanged arguments then are solved alike, and
+/// answer the same to the last bit.
+bool comes_after(const ConvexView& a, const Pose& pose_a, const ConvexView& b, const Pose& pose_b) {
+  if (a.size != b.size) return a.size > b.size;
+  if (a.param != b.param) return a.param > b.param;
+  if (a.vertices.size() != b.vertices.size()) return a.vertices.size() > b.vertices.size();
+  const auto compare = [](const double* p, const double* q, std::size_t n) {
+    const auto [i, j] = std::mismatch(p, p + n, q);
+    return i == p + n ? 0 : *i > *j ? 1 : -1;
+  };
+  int order = 0;
+  if (a.vertices.data() != b.vertices.data())
+    order = compare(a.vertices[0].data(), b.vertices[0].data(), 3 * a.vertices.size());
+  if (order == 0) order = compare(pose_a.translation.data(), pose_b.translation.data(), 3);
+  if (order == 0) order = compare(pose_a.rotation.data(), pose_b.rotation.data(), 9);
+  return order > 0;
+}
+
+std::optional<bool> collide_by(Method method, const ConvexView& a, const Pose& pose_a, const ConvexView& b,
+                               const Pose& pose_b, double tolerance, const Vec3* start, WarmStart* warm) {
+  switch (method) {
+    case Method::fcl:
+      return fcl_collide(a, pose_a, b, pose_b);
+    case Method::libccd:
+      return ccd_collide(a, b, relative(pose_a, pose_b), false);
+    case Method::mpr:
+      return ccd_collide(a, b, relative(pose_a, pose_b), true);
+    case Method::newton:
+      return round_collide({a, b, relative(pose_a, pose_b)});
+    case Method::sat: {
+      const MinkowskiDifference d{a, b, relative(pose_a, pose_b)};
+      if (const auto answer = triangle_distance(d, 0)) return answer->signed_distance <= 0;
+      return gjk_collide(d, tolerance, start, warm != nullptr ? &warm->direction : nullptr);
+    }
+    default:
+      return gjk_collide({a, b, relative(pose_a, pose_b)}, tolerance, start,
+                         warm != nullptr ? &warm->direction : nullptr);
+  }
+}
+
+std::optional<LocalAnswer> distance_by(Method method, const ConvexView& a, const ConvexView& b,
+                                       const RelativePose& pose, double tolerance, const Vec3* start, double beyond) {
+  switch (method) {
+    case Method::fcl:
+      return fcl_signed_distance(a, b, pose);
+    case Method::libccd:
+      return ccd_depth(a, b, pose, false);
+    case Method::mpr:
+      return ccd_depth(a, b, pose, true);
+    case Method::newton:
+      return round_signed_distance({a, b, pose}, start, beyond);
+    case Method::sat:
+      if (auto answer = triangle_distance({a, b, pose}, beyond)) return answer;
+      return gjk_signed_distance({a, b, pose}, tolerance, start, beyond);
+    default:
+      return gjk_signed_distance({a, b, pose}, tolerance, start, beyond);
+  }
+}
+
+}  // namespace
+
+std::optional<Method> find_method(std::string_view solver) {
+  for (std::size_t i = 0; i < method_names.size(); ++i)
+    if (method_names[i] == solver) return static_cast<Method>(i);
+  return std::nullopt;
+}
+
+namespace {
+
+constexpr bool covered(Method method, ShapeKind a, ShapeKind b) {
+  if (a == ShapeKind::mesh || b == ShapeKind::mesh) return method == Method::bvh;
+  if (rank(a) > rank(b)) std::swap(a, b);
+  switch (method) {
+    case Method::closed:
+      return a == ShapeKind::halfspace || (a == ShapeKind::sphere && has_point_distance(b)) ||
+             (a == ShapeKind::box && b == ShapeKind::capsule) || (a == ShapeKind::capsule && b == ShapeKind::capsule);
+    case Method::sat:
+      return (a == ShapeKind::box && (b == ShapeKind::box || b == ShapeKind::triangle)) ||
+             (a == ShapeKind::triangle && b == ShapeKind::triangle);
+    case Method::newton:
+      if (a == ShapeKind::sphere) return b == ShapeKind::ellipsoid;
+      return a != ShapeKind::halfspace && !(is_polytope(a) && is_polytope(b));
+    case Method::bvh:
+      return false;
+    default:
+      return a != ShapeKind::halfspace;
+  }
+}
+
+constexpr auto best_methods = [] {
+  std::array<std::array<Method, shape_kinds>, shape_kinds> table{};
+  for (std::size_t a = 0; a < shape_kinds; ++a)
+    for (std::size_t b = 0; b < shape_kinds; ++b) {
+      const auto ka = static_cast<ShapeKind>(a), kb = static_cast<ShapeKind>(b);
+      table[a][b] = covered(Method::closed, ka, kb)   ? Method::closed
+                    : covered(Method::sat, ka, kb)    ? Method::sat
+                    : covered(Method::newton, ka, kb) ? Method::newton
+                                                      : Method::gjk;
+    }
+  return table;
+}();
+
+/// Whether this is a capsule so short beside what a pair reaches over (metres) that rounding swallows its axis.
+bool axis_is_lost(const ConvexView& view, double reach) {
+  return view.kind == ShapeKind::capsule && view.param[1] <= 1e-15 * reach;
+}
+
+/// Whether this is an ellipsoid whose radii are the same but for rounding. As such it would have its least depth in
+/// whatever is concentric with it in all directions, or all around an axis, and no few points bound that from below.
+bool is_round(const ConvexView& view) {
+  if (view.kind != ShapeKind::ellipsoid) return false;
+  const auto [least, most] = std::minmax({view.param[0], view.param[1], view.param[2]});
+  return most - least <= 4 * epsilon * most;
+}
+
+/// The ball of the first parameter: a capsule's or an ellipsoid's radius.
+ConvexView ball_of(ConvexView body) {
+  body.kind = ShapeKind::sphere;
+  return body;
+}
+
+}  // namespace
+
+bool covers(Method method, ShapeKind a, ShapeKind b) { return covered(method, a, b); }
+
+Method best_method(ShapeKind a, ShapeKind b) {
+  return best_methods[static_cast<std::size_t>(a)][static_cast<std::size_t>(b)];
+}
+
+PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexView& b, const Pose& pose_b,
+                        Request request, const NarrowPhaseOptions& options, std::vector<Contact>* contacts,
+                        WarmStart* warm) {
+  if (rank(a.kind) > rank(b.kind) || (a.kind == b.kind && comes_after(a, pose_a, b, pose_b))) {
+    const std::size_t first = contacts != nullptr ? contacts->size() : 0;
+    WarmStart other;
+    if (warm != nullptr) other.direction = -(pose_b.rotation.transpose() * (pose_a.rotation * warm->direction));
+    PairAnswer answer = solve_convex(b, pose_b, a, pose_a, request, options, contacts, &other);
+    if (warm != nullptr) warm->direction = -(pose_a.rotation.transpose() * (pose_b.rotation * other.direction));
+    swap_answer(answer, contacts, first);
+    return answer;
+  }
+  Method method = best_methods[static_cast<std::size_t>(a.kind)][static_cast<std::size_t>(b.kind)];
+  double tolerance = options.tolerance, measured = 0;
+  if (!options.solver.empty()) {
+    if (const auto forced = find_method(options.solver); forced && covers(*forced, a.kind, b.kind)) method = *forced;
+  } else if (tolerance > 0) {
+    if (const SolverRow* row = cheapest_row(a.kind, b.kind, request, tolerance)) {
+      method = method_of(*row);
+      tolerance = row->tolerance;
+      measured = row->error;
+    }
+  }
+
+  if (method == Method::sat && b.kind == ShapeKind::box)
+    return solve_boxes(a.param, pose_a, b.param, pose_b, request, options.margin, contacts);
+  if (method == Method::closed) {
+    if (a.kind == ShapeKind::halfspace) return halfspace_with(a, pose_a, b, pose_b, request, options, contacts);
+    if (a.kind == ShapeKind::capsule)
+      return solve_capsules(a.param[0], a.param[1], pose_a, b.param[0], b.param[1], pose_b, request, options.margin,
+                            contacts);
+    if (a.kind == ShapeKind::box)
+      return solve_box_capsule(a.param, pose_a, b.param[0], b.param[1], pose_b, request, options.margin, contacts);
+    const double radius = a.param[0];
+    const Vec3& centre = pose_a.translation;
+    if (b.kind == ShapeKind::sphere)
+      return solve_spheres(radius, centre, b.param[0], pose_b.translation, request, options.margin, contacts);
+    if (b.kind == ShapeKind::box)
+      return solve_sphere_box(radius, centre, b.param, pose_b, request, options.margin, contacts);
+    if (b.kind == ShapeKind::capsule)
+      return solve_sphere_capsule(radius, centre, b.param[0], b.param[1], pose_b, request, options.margin, contacts);
+    const PairAnswer answer = sphere_with(radius, centre, b, pose_b);
+    if (request == Request::contacts) append_single(answer, options.margin, contacts);
+    return answer;
+  }
+
+  const double size = a.size + b.size;
+  if (a.kind == ShapeKind::capsule || b.kind == ShapeKind::capsule) {
+    const double reach = size + (pose_b.translation - pose_a.translation).lpNorm<Eigen::Infinity>();
+    if (axis_is_lost(a, reach)) return solve_convex(ball_of(a), pose_a, b, pose_b, request, options, contacts, warm);
+    if (axis_is_lost(b, reach)) return solve_convex(a, pose_a, ball_of(b), pose_b, request, options, contacts, warm);
+  }
+  if (is_round(a)) return solve_convex(ball_of(a), pose_a, b, pose_b, request, options, contacts, warm);
+  if (is_round(b)) return solve_convex(a, pose_a, ball_of(b), pose_b, request, options, contacts, warm);
+  const double accepted = std::max(options.tolerance, 1e-9) * size;
+  Vec3 from;
+  const Vec3* start = nullptr;
+  if (warm != nullptr && warm->direction.allFinite() && !warm->direction.isZero(0)) {
+    from = unit(warm->direction);
+    start = &from;
+  }
+  PairAnswer answer;
+  if (request == Request::collide) {
+    answer.error_bound = measured * size;
+    std::optional<bool> collide = collide_by(method, a, pose_a, b, pose_b, tolerance, start, warm);
+    if (!collide) {  // a third party gave up: answer all the same, and say so
+      collide = collide_by(Method::gjk, a, pose_a, b, pose_b, tolerance, start, warm);
+      answer.status = Status::inexact;
+      answer.error_bound = size;
+    }
+    answer.collide = *collide;
+    return answer;
+  }
+  const RelativePose pose = relative(pose_a, pose_b);
+  const double beyond = request == Request::contacts ? options.margin : std::numeric_limits<double>::infinity();
+  std::optional<LocalAnswer> local = distance_by(method, a, b, pose, tolerance, start, beyond);
+  if (!local) {
+    local = gjk_signed_distance({a, b, pose}, tolerance);
+    local->gap = std::max(local->gap, size);
+  }
+  // What solvers of others do not bound themselves is known by measurement.
+  local->gap = std::max(local->gap, measured * size);
+  if (warm != nullptr && (method == Method::sat || method == Method::gjk || method == Method::newton))
+    warm->direction = local->normal;
+  finish(*local, pose_a, accepted, answer);
+  if (request == Request::contacts && contacts != nullptr)
+    append_manifold(a, b, pose, *local, options.margin, pose_a, *contacts);
+  return answer;
+}
+
+}  // namespace tandem

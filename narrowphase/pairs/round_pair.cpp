@@ -1,0 +1,99 @@
+#include "pairs/round_pair.h"
+
+#include <optional>
+
+#include "convex/portal.h"
+#include "convex/projection.h"
+#include "lanes/constants.h"
+#include "round/feature_search.h"
+#include "round/round_depth.h"
+
+namespace tandem {
+namespace {
+
+/// Is the point of one, where the other reaches farthest into it, within the other, beyond rounding?
+bool share_a_point(const MinkowskiDifference& d, const Support& s, double scale) {
+  const double rounding = 64 * epsilon * scale;
+  Vec3 a = s.point[0] + core_radius(d.a) * s.n, b = -s.point[1] - core_radius(d.b) * s.n;
+  a = d.pose.rotation.transpose() * (a - d.pose.translation);
+  return move_into(d.a, b, rounding).inside || move_into(d.b, a, rounding).inside;
+}
+
+Vec3 inside(const ConvexView& v) { return v.hull != nullptr ? v.hull->inside : core_centre(v); }
+
+Vec3 between_centres(const MinkowskiDifference& d) {
+  return d.pose.rotation * inside(d.b) + d.pose.translation - inside(d.a);
+}
+
+Vec3 direction(const Vec3& v) {
+  const double length = v.norm();
+  return length > 0 ? unit(v, length) : Vec3::UnitX();
+}
+
+}  // namespace
+
+LocalAnswer round_signed_distance(const MinkowskiDifference& d, const Vec3* start, double beyond) {
+  const RoundPair pair(d);
+  const double ra = core_radius(d.a), rb = core_radius(d.b), below = -beyond - ra - rb;
+  const Vec3 between = between_centres(d);
+  Support s;
+  s.n = direction(between);
+  s.h = s.n.dot(pair.support(s.n));
+  // So deep in each other, the way between the centres is no better to begin with than any.
+  const bool deep = s.h > between.norm();
+  if (!deep) {
+    if (start != nullptr) {
+      // Apart, there is one minimum, whichever way it is reached.
+      const double h = start->dot(pair.support(*start));
+      if (h < 0 && h < s.h) s.n = *start;
+    }
+    if (have_features(d.a, d.b)) s = search_features(d, below);
+    if (!s.optimal && s.h >= below) s = walk(pair, s.n, below);
+  }
+  if (s.h < below) {
+    LocalAnswer apart;
+    apart.signed_distance = -s.h - ra - rb;
+    apart.normal = s.n;
+    return apart;
+  }
+  double gap = 0;
+  if (s.h >= 0) {
+    const Depth depth = least_depth(pair, s, !deep);
+    s = depth.best;
+    gap = depth.gap;
+  }
+  if (!s.optimal) gap = std::max(gap, doubt(s));
+  LocalAnswer answer;
+  answer.normal = s.n;
+  answer.signed_distance = -s.h - ra - rb;
+  answer.point_a = s.point[0] + ra * s.n;
+  answer.point_b = -s.point[1] - rb * s.n;
+  answer.gap = gap <= 1e-13 * pair.scale ? 0 : gap;
+  return answer;
+}
+
+bool round_collide(const MinkowskiDifference& d) {
+  const double scale = rounding_scale(d), below = -core_radius(d.a) - core_radius(d.b) - 4 * epsilon * scale;
+  const auto by_features = [&]() -> std::optional<bool> {
+    bool common = false;
+    const Support s = search_features(d, below, &common);
+    if (common) return true;
+    if (s.h < below) return false;
+    if (s.optimal && share_a_point(d, s, scale)) return true;
+    return std::nullopt;
+  };
+  // A hull's take longer to find than a portal.
+  const bool features = have_features(d.a, d.b), first = d.a.hull == nullptr && d.b.hull == nullptr;
+  if (features && first)
+    if (const auto collide = by_features()) return *collide;
+  const PortalResult portal = search_portal(d);
+  if (portal.verdict != PortalResult::Verdict::open) return portal.verdict == PortalResult::Verdict::overlapping;
+  if (features && !first)
+    if (const auto collide = by_features()) return *collide;
+  const Support s = walk(RoundPair(d), direction(portal.normal), below);
+  if (s.h < below) return false;
+  if (share_a_point(d, s, scale)) return true;
+  return round_signed_distance(d).signed_distance <= 0;
+}
+
+}  // namespace tandem

@@ -1,0 +1,47 @@
+#include "round/face_reach.h"
+
+namespace tandem {
+
+void FaceReach::measure(const RoundBody& polytope, const RoundBody& rim) {
+  count_ = 0;
+  axes_ = rim.axes();
+  const Mat3 turn = rim.axes().transpose() * polytope.axes();
+  const Vec3 centre = polytope.axes().transpose() * (polytope.centre() + rim.centre());
+  const auto set = [&](const Vec3& normal, double offset) {
+    const Vec3 m = turn * normal, s = rim.rim_support(m);
+    for (int k = 0; k < 3; ++k) m_[k][count_] = m[k], s_[k][count_] = s[k];
+    base_[count_] = offset + centre.dot(normal);
+    h_[count_] = base_[count_] + m.dot(s);
+    ++count_;
+  };
+  if (polytope.kind() == ShapeKind::box) {
+    for (int k = 0; k < 3; ++k)
+      for (const double sign : {1.0, -1.0})
+        set(sign * Vec3::Unit(k), polytope.view().param[static_cast<std::size_t>(k)]);
+    return;
+  }
+  if (polytope.kind() == ShapeKind::triangle) {
+    const auto& v = polytope.view().vertices;
+    const Vec3 n = (v[1] - v[0]).cross(v[2] - v[0]).normalized();
+    set(n, n.dot(v[0]));
+    set(-n, -n.dot(v[0]));
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vec3 out = (v[(i + 1) % 3] - v[i]).cross(n).normalized();
+      set(out, out.dot(v[i]));
+    }
+    return;
+  }
+  for (const Hull::Face& f : polytope.hull().faces) {
+    if (count_ == most) break;
+    set(f.normal, f.offset);
+  }
+}
+
+FaceReach::Least FaceReach::least() const {
+  Least r{0, h_[0]};
+  for (std::size_t i = 1; i < count_; ++i)
+    if (h_[i] < r.h) r = {i, h_[i]};
+  return r;
+}
+
+}  // namespace tandem

@@ -1,0 +1,457 @@
+#include "round/feature_search.h"
+
+#include <utility>
+
+#include "lanes/constants.h"
+#include "round/hull_projection.h"
+
+namespace tandem {
+namespace {
+
+constexpr int rounds = 4;
+constexpr int turns = 4;           ///< of features a round
+constexpr double clearance = 0.1;  ///< of the smaller size
+constexpr int newton_steps = 8;
+constexpr double newton_end = 1e-7;  ///< radians: the step after so small a one changes no digit
+
+/// A core where it stands, in A's frame.
+struct Body {
+  const ConvexView& core;
+  const Mat3* axes;  ///< null: those of the frame
+  Vec3 centre;
+
+  Vec3 turned_in(const Vec3& v) const { return axes != nullptr ? Vec3(axes->transpose() * v) : v; }
+  Vec3 in(const Vec3& p) const { return axes != nullptr ? Vec3(axes->transpose() * (p - centre)) : p; }
+  Vec3 out(const Vec3& q) const { return axes != nullptr ? Vec3(*axes * q + centre) : q; }
+  Vec3 turned_out(const Vec3& v) const { return axes != nullptr ? Vec3(*axes * v) : v; }
+  Vec3 axis(int k) const { return axes != nullptr ? Vec3(axes->col(k)) : Vec3(Vec3::Unit(k)); }
+
+  /// How far it reaches along n beyond its centre.
+  double reach(const Vec3& n) const {
+    const Vec3 m = turned_in(n);
+    const double half = 0.5 * core.param[1];
+    switch (core.kind) {
+      case ShapeKind::box:
+        return core.param[0] * std::abs(m[0]) + core.param[1] * std::abs(m[1]) + core.param[2] * std::abs(m[2]);
+      case ShapeKind::capsule:
+        return half * std::abs(m[2]);
+      case ShapeKind::cylinder:
+        return core.param[0] * std::sqrt(m[0] * m[0] + m[1] * m[1]) + half * std::abs(m[2]);
+      case ShapeKind::convex:
+        return core_support(core, m).dot(m);
+      default:
+        return std::max(half * m[2], core.param[0] * std::sqrt(m[0] * m[0] + m[1] * m[1]) - half * m[2]);
+    }
+  }
+  Vec3 support(const Vec3& n) const { return out(core_support(core, turned_in(n))); }
+};
+
+/// The point of a body nearest to another.
+struct Spot {
+  Vec3 q;  ///< in the body's frame
+  Surface surface;
+  bool inside = false;                            ///< the point moved lies in the body, farther than rounding
+  std::uint32_t vertex = 0, other = 0, face = 0;  ///< of a hull: as HullSpot has them
+};
+
+/// Moves p to the nearest point of the body. On a hull it is searched from where the last one was found, if any was.
+Spot project(const Body& body, Vec3& p, double least, const Spot* last = nullptr) {
+  Spot spot;
+  spot.q = body.in(p);
+  if (body.core.kind == ShapeKind::convex) {
+    const Hull& hull = *body.core.hull;
+    const std::uint32_t from =
+        last != nullptr ? last->vertex : core_support_point(body.core, spot.q - hull.inside, support_kernel()).vertex;
+    const HullSpot found = nearest_on_hull(hull, spot.q, from);
+    spot = {found.q, found.surface, false, found.vertex, found.other, found.face};
+  } else {
+    const Projection moved = move_into(body.core, spot.q, least);
+    spot.surface = moved.surface, spot.inside = moved.inside;
+  }
+  p = body.out(spot.q);
+  return spot;
+}
+
+/// Of a core's surface, as far as it goes, and beyond: a point; a plane; a line, or what is `radius` from it; the
+/// mantle of an endless cone; a circle.
+struct Feature {
+  Surface surface = Surface::none;
+  Vec3 point;           ///< the corner; the foot on the plane; the middle of the line or circle; the apex
+  Vec3 axis;            ///< of the plane, outwards; along the line; of the cone, towards its apex
+  Vec3 u, v;            ///< the circle's plane
+  double c = 1, s = 0;  ///< where on the circle, along u and v
+  double radius = 0;
+  double sine = 0, cosine = 1;  ///< of the normals to the cone with the plane square to its axis
+  double low = 0, high = 0;     ///< the line's ends; on the cone, down from the apex
+  std::uint32_t face = 0;       ///< of a hull
+};
+
+Feature feature(const Body& body, const Spot& spot, double least) {
+  const ConvexView& core = body.core;
+  const Vec3& q = spot.q;
+  Feature f;
+  f.surface = spot.surface;
+  if (core.kind == ShapeKind::convex) {
+    if (f.surface == Surface::flat) {
+      f.face = spot.face;
+      f.axis = body.turned_out(core.hull->faces[spot.face].normal);
+      f.point = body.out(q);
+    } else if (f.surface == Surface::straight) {
+      const Vec3 v = core.vertices[spot.vertex], along = core.vertices[spot.other] - v;
+      f.high = along.norm();
+      f.axis = body.turned_out(unit(along));
+      f.point = body.out(v);
+    } else {
+      f.point = body.out(q);
+    }
+    return f;
+  }
+  const double half = 0.5 * core.param[1];
+  const auto box_axis = [&](bool on_face) {
+    int k = 0;
+    while (k < 2 && (std::abs(q[k]) < core.param[static_cast<std::size_t>(k)] - least) == on_face) ++k;
+    return k;
+  };
+  switch (f.surface) {
+    case Surface::flat: {
+      const int k = core.kind == ShapeKind::box ? box_axis(true) : 2;
+      f.axis = std::copysign(1.0, q[k]) * body.axis(k);
+      f.point = body.out(q);
+      break;
+    }
+    case Surface::straight: {
+      if (core.kind == ShapeKind::box) {
+        const int k = box_axis(false);
+        f.axis = body.axis(k);
+        f.high = core.param[static_cast<std::size_t>(k)];
+        f.point = body.out(q) - q[k] * f.axis;
+      } else {
+        f.axis = body.axis(2);
+        f.high = half;
+        f.point = body.centre;
+        if (core.kind == ShapeKind::cylinder) f.radius = core.param[0];
+      }
+      f.low = -f.high;
+      break;
+    }
+    case Surface::side: {
+      const double radius = core.param[0], length = core.param[1], slant = std::sqrt(radius * radius + length * length);
+      f.axis = body.axis(2);
+      f.point = body.centre + half * f.axis;
+      f.sine = radius / slant, f.cosine = length / slant;
+      f.high = slant;
+      break;
+    }
+    case Surface::rim: {
+      f.u = body.axis(0), f.v = body.axis(1);
+      f.radius = core.param[0];
+      f.point = body.centre + std::copysign(half, q[2]) * body.axis(2);
+      const double rho = std::sqrt(q[0] * q[0] + q[1] * q[1]);
+      f.c = q[0] / rho, f.s = q[1] / rho;
+      break;
+    }
+    default:
+      f.point = body.out(q);
+  }
+  return f;
+}
+
+/// Turns (c, s) by an angle below 1 and a bit.
+void turn(double& c, double& s, double angle) {
+  const double t = 0.5 * angle, k = 1 / (1 + t * t), x = (1 - t * t) * k, y = 2 * t * k;
+  const double turned = x * c - y * s;
+  s = x * s + y * c;
+  c = turned;
+}
+
+/// Between two features: their nearest points, or those that are farthest in each other. Where one lies beyond the
+/// feature's end, the end.
+struct Way {
+  Vec3 a, b;
+  Vec3 n;  ///< unit, from a to b where they are apart; before it is known about that
+};
+
+bool within(const Feature& f, double t, double rounding) { return t >= f.low - rounding && t <= f.high + rounding; }
+
+/// v of unit length; `otherwise` where it is too short to have a direction.
+Vec3 unit_or(const Vec3& v, const Vec3& otherwise) {
+  const double length2 = v.squaredNorm();
+  return length2 > shortest_squared ? Vec3(v / std::sqrt(length2)) : otherwise;
+}
+
+/// The same of v or -v, not against n.
+Vec3 unit_along(const Vec3& v, const Vec3& n) { return unit_or(v.dot(n) < 0 ? Vec3(-v) : v, n); }
+
+/// The line of a cone's side where its normal is `out`.
+Feature generator(const Feature& side, const Vec3& out) {
+  Feature line = side;
+  line.surface = Surface::straight;
+  line.axis = (side.sine * out - side.axis) / side.cosine;
+  return line;
+}
+
+/// From a corner to anything but a face.
+bool corner_way(const Vec3& corner, const Feature& f, double rounding, Way& w) {
+  w.a = corner;
+  const Vec3 from = corner - f.point;
+  if (f.surface == Surface::corner) {
+    w.b = f.point;
+    w.n = unit_along(from, w.n);
+    return true;
+  }
+  if (f.surface == Surface::rim) {
+    const double x = from.dot(f.u), y = from.dot(f.v), rho = std::sqrt(x * x + y * y);
+    if (!(rho > 0)) return false;
+    w.b = f.point + (f.radius / rho) * (x * f.u + y * f.v);
+    w.n = unit_along(corner - w.b, w.n);
+    return true;
+  }
+  const double up = from.dot(f.axis);
+  const Vec3 off = from - up * f.axis;
+  if (f.surface == Surface::side) {
+    const Vec3 out = f.cosine * unit_along(off, -w.n) + f.sine * f.axis;
+    const Feature line = generator(f, out);
+    const double down = from.dot(line.axis);
+    w.b = f.point + down * line.axis;
+    w.n = -out;
+    return within(f, down, rounding);
+  }
+  w.n = unit_along(off, w.n);
+  w.b = f.point + std::clamp(up, f.low, f.high) * f.axis - f.radius * w.n;
+  return within(f, up, rounding);
+}
+
+/// Two lines; `n` is square to both.
+bool lines_way(const Feature& a, const Feature& b, const Vec3& n, double rounding, Way& w) {
+  const Vec3 between = b.point - a.point, across = a.axis.cross(b.axis);
+  const double det = across.squaredNorm();
+  if (!(det > 1e-8)) return false;
+  const double s = between.cross(b.axis).dot(across) / det, t = between.cross(a.axis).dot(across) / det;
+  w.n = n;
+  w.a = a.point + std::clamp(s, a.low, a.high) * a.axis + a.radius * n;
+  w.b = b.point + std::clamp(t, b.low, b.high) * b.axis - b.radius * n;
+  return within(a, s, rounding) && within(b, t, rounding);
+}
+
+/// Two lines, or lines of cones' sides: their common normal is on a circle about each axis, and looks from a to b.
+bool straight_way(const Feature& a, const Feature& b, double rounding, Way& w) {
+  const Vec3 across = a.axis.cross(b.axis);
+  const double det = across.squaredNorm();
+  if (!(det > 1e-8)) return false;
+  if (a.surface == Surface::straight && b.surface == Surface::straight) {
+    const Vec3 n = std::copysign(1 / std::sqrt(det), across.dot(w.n)) * across;
+    return lines_way(a, b, n, rounding, w);
+  }
+  const double d = a.axis.dot(b.axis), p = a.sine, q = -b.sine;
+  const double x = (p - d * q) / det, y = (q - d * p) / det, rest = 1 - x * p - y * q;
+  if (!(rest > 0)) {
+    // One of them ends before: b's cone, if it is one.
+    const bool in_b = b.surface == Surface::side;
+    const Feature& side = in_b ? b : a;
+    const Vec3 p = in_b ? w.b : w.a, from = p - side.point;
+    const Vec3 down = from.dot(side.axis) < 0 ? unit(from) : Vec3(-side.axis);
+    const double slope = down.dot(in_b ? w.n : Vec3(-w.n));
+    w.a = w.b = side.point + (slope < 0 ? side.high : 0.0) * down;
+    return false;
+  }
+  const Vec3 n = x * a.axis + y * b.axis + std::copysign(std::sqrt(rest / det), across.dot(w.n)) * across;
+  const Feature in_a = a.surface == Surface::side ? generator(a, n) : a;
+  const Feature in_b = b.surface == Surface::side ? generator(b, -n) : b;
+  return lines_way(in_a, in_b, n, rounding, w);
+}
+
+/// From a rim to a line, or to a cone's side.
+bool rim_way(Feature rim, const Feature& line, double rounding, Way& w) {
+  const bool side = line.surface == Surface::side;
+  const Vec3 from = rim.point - line.point;
+  const double r = rim.radius, ue = rim.u.dot(line.axis), ve = rim.v.dot(line.axis), up = from.dot(line.axis);
+  const double a = from.dot(rim.u) - up * ue, b = from.dot(rim.v) - up * ve;
+  const double uu = 1 - ue * ue, uv = -ue * ve, vv = 1 - ve * ve, off2 = from.squaredNorm() - up * up;
+  double &c = rim.c, &s = rim.s;
+  bool found = false;
+  for (int step = 0; step < newton_steps && !found; ++step) {
+    // Half the squared distance from the line, by the angle.
+    const double x = a + r * (c * uu + s * uv), y = b + r * (c * uv + s * vv);
+    double first = r * (c * y - s * x), second = r * (r * (s * s * uu - 2 * s * c * uv + c * c * vv) - c * x - s * y);
+    if (side) {
+      const double rho2 = off2 + 2 * r * (c * a + s * b) + r * r * (c * c * uu + 2 * c * s * uv + s * s * vv);
+      if (!(rho2 > 0)) return false;
+      const double k = line.cosine / std::sqrt(rho2);
+      second = k * (second - first * first / rho2) - line.sine * r * (c * ue + s * ve);
+      first = k * first + line.sine * r * (c * ve - s * ue);
+    }
+    if (!(second > 0)) return false;
+    const double angle = std::clamp(-first / second, -0.7, 0.7);
+    turn(c, s, angle);
+    found = std::abs(angle) < newton_end;
+  }
+  w.a = rim.point + r * (c * rim.u + s * rim.v);
+  const Vec3 on = w.a - line.point;
+  Feature straight = line;
+  Vec3 out = on - on.dot(line.axis) * line.axis;
+  if (side) {
+    out = line.cosine * unit(out) + line.sine * line.axis;
+    straight = generator(line, out);
+  } else {
+    // Square to both: where they nearly touch, the way between them is noise.
+    const Vec3 across = line.axis.cross(c * rim.v - s * rim.u);
+    out = unit_along(across.squaredNorm() > 1e-2 ? across : out, -w.n);
+  }
+  const double t = on.dot(straight.axis);
+  w.b = straight.point + std::clamp(t, straight.low, straight.high) * straight.axis + (side ? 0 : line.radius) * out;
+  w.n = -out;
+  return found && within(straight, t, rounding);
+}
+
+bool rims_way(Feature a, Feature b, Way& w) {
+  const Vec3 between = a.point - b.point;
+  bool found = false;
+  for (int step = 0; step < newton_steps && !found; ++step) {
+    const Vec3 out_a = a.c * a.u + a.s * a.v, out_b = b.c * b.u + b.s * b.v;
+    const Vec3 along_a = a.c * a.v - a.s * a.u, along_b = b.c * b.v - b.s * b.u;
+    const Vec3 d = between + a.radius * out_a - b.radius * out_b;
+    // Of half the squared distance, over both radii.
+    const double ga = along_a.dot(d), gb = -along_b.dot(d);
+    const double aa = a.radius - out_a.dot(d), bb = b.radius + out_b.dot(d), ab = -along_a.dot(along_b);
+    const double det = aa * bb - a.radius * b.radius * ab * ab;
+    if (!(det > 0 && aa > 0)) return false;
+    const double turn_a = std::clamp(-(bb * ga - b.radius * ab * gb) / det, -0.7, 0.7);
+    const double turn_b = std::clamp(-(aa * gb - a.radius * ab * ga) / det, -0.7, 0.7);
+    turn(a.c, a.s, turn_a);
+    turn(b.c, b.s, turn_b);
+    found = std::abs(turn_a) < newton_end && std::abs(turn_b) < newton_end;
+  }
+  w.a = a.point + a.radius * (a.c * a.u + a.s * a.v), w.b = b.point + b.radius * (b.c * b.u + b.s * b.v);
+  const Vec3 across = (a.c * a.v - a.s * a.u).cross(b.c * b.v - b.s * b.u);
+  w.n = unit_along(across.squaredNorm() > 1e-2 ? across : Vec3(w.b - w.a), w.n);
+  return found;
+}
+
+/// From a face to what of the other body is farthest back along its normal.
+bool flat_way(const Body& body, const Feature& flat, const Body& other, double rounding, Way& w) {
+  w.n = flat.axis;
+  w.b = other.support(-w.n);
+  w.a = w.b - (w.b - flat.point).dot(w.n) * w.n;
+  const Vec3 q = body.in(w.a);
+  if (body.core.kind == ShapeKind::convex) {
+    const Vec3 end = end_on_face(*body.core.hull, flat.face, body.in(flat.point), q, rounding);
+    w.a = body.out(end);
+    return end == q;
+  }
+  Vec3 moved = q;
+  move_into(body.core, moved, 0);
+  w.a = body.out(moved);
+  return (moved - q).squaredNorm() <= rounding * rounding;
+}
+
+/// The way between two features; w.n tells about where to. False where it leaves them.
+bool find_way(const Body& a, const Feature& fa, const Body& b, const Feature& fb, double rounding, Way& w) {
+  const auto swapped = [&w](auto&& find) {
+    std::swap(w.a, w.b);
+    w.n = -w.n;
+    const bool found = find();
+    std::swap(w.a, w.b);
+    w.n = -w.n;
+    return found;
+  };
+  if (fa.surface == Surface::flat) return flat_way(a, fa, b, rounding, w);
+  if (fb.surface == Surface::flat) return swapped([&] { return flat_way(b, fb, a, rounding, w); });
+  if (fa.surface == Surface::corner) return corner_way(fa.point, fb, rounding, w);
+  if (fb.surface == Surface::corner) return swapped([&] { return corner_way(fb.point, fa, rounding, w); });
+  if (fa.surface == Surface::rim)
+    return fb.surface == Surface::rim ? rims_way(fa, fb, w) : rim_way(fa, fb, rounding, w);
+  if (fb.surface == Surface::rim) return swapped([&] { return rim_way(fb, fa, rounding, w); });
+  return straight_way(fa, fb, rounding, w);
+}
+
+}  // namespace
+
+bool have_features(const ConvexView& a, const ConvexView& b) {
+  const auto has = [](const ConvexView& v) {
+    return v.kind == ShapeKind::box || v.kind == ShapeKind::capsule || v.kind == ShapeKind::cylinder ||
+           v.kind == ShapeKind::cone || (v.kind == ShapeKind::convex && has_rings(*v.hull));
+  };
+  return has(a) && has(b);
+}
+
+Support search_features(const MinkowskiDifference& d, double below, bool* common) {
+  const double rounding = 16 * epsilon * rounding_scale(d), clear = clearance * std::min(d.a.size, d.b.size);
+  const Body a{d.a, nullptr, Vec3::Zero()};
+  Body b{d.b, &d.pose.rotation, d.pose.translation};
+  const auto reach = [&](const Vec3& n) { return a.reach(n) + b.reach(-n) - n.dot(d.pose.translation); };
+  const auto is_hull = [](const ConvexView& v) { return v.kind == ShapeKind::convex; };
+  const bool from_a = d.a.kind == ShapeKind::box || (is_hull(d.a) && !is_hull(d.b));
+  Support found;
+  Way w;
+  w.a = b.out(core_centre(d.b));
+  const Vec3 between = w.a - core_centre(d.a);
+  Spot sa = project(a, w.a, rounding);
+  w.b = w.a;
+  Spot sb = project(b, w.b, rounding);
+  const auto to_a = [&](Way& way) { way.a = way.b, sa = project(a, way.a, rounding, &sa); };
+  const auto to_b = [&](Way& way) { way.b = way.a, sb = project(b, way.b, rounding, &sb); };
+  const bool parted = sa.surface != Surface::none && sb.surface != Surface::none;
+  w.n = parted ? w.b - w.a : sa.surface != Surface::none ? b.out(core_centre(d.b)) - w.a : between;
+  w.n = unit_or(w.n, found.n);
+  if (common != nullptr && (*common = sa.inside || sb.inside)) return found;
+  for (int round = 0; round < rounds; ++round) {
+    const double h = reach(w.n);
+    if (round == 0 || h < found.h) found.n = w.n, found.h = h;
+    if (h < below) return found;
+    if (round == 0 && common != nullptr && parted) {
+      // One projection more parts nearly all that are well apart.
+      Vec3 p = w.b;
+      *common = project(a, p, rounding).inside;
+      if (*common) return found;
+      const Vec3 n = unit_or(w.b - p, w.n);
+      if (const double closer = reach(n); closer < below) {
+        found.n = n, found.h = closer;
+        return found;
+      }
+    }
+    const Vec3 shift = std::max(0.0, h + clear) * w.n;
+    b.centre = d.pose.translation + shift;
+    w.b += shift;
+    to_a(w);
+    // A hull's features are small: guesses had better be closer.
+    if ((is_hull(d.a) || is_hull(d.b)) && (round > 0 || h > -clear)) to_b(w), to_a(w);
+    if (sa.surface == Surface::corner) to_b(w);
+    if (sa.surface == Surface::none || sb.surface == Surface::none) return found;
+    w.n = unit_or(w.b - w.a, w.n);
+    b.centre = d.pose.translation;
+    w.b -= shift;
+    Way way = w;
+    for (int turn = 0; turn < turns; ++turn) {
+      way.n = w.n;
+      const bool between = find_way(a, feature(a, sa, rounding), b, feature(b, sb, rounding), rounding, way);
+      if (turn == 0) w.b = way.b;
+      const double length = way.n.norm();
+      if (between && length > 0.5 && length < 2) {
+        way.n /= length;
+        const double reached = reach(way.n);
+        const Vec3 off = way.a - way.b - reached * way.n;
+        if (off.squaredNorm() <= rounding * rounding) {
+          found.n = way.n, found.h = reached;
+          found.point[0] = way.a, found.point[1] = -way.b;
+          found.optimal = true;
+          return found;
+        }
+        break;
+      }
+      // To and fro from where the feature ends.
+      b.centre += shift;
+      way.b += shift;
+      if (from_a) {
+        to_b(way), to_a(way);
+      } else {
+        to_a(way), to_b(way);
+      }
+      b.centre = d.pose.translation;
+      way.b -= shift;
+      if (sa.surface == Surface::none || sb.surface == Surface::none) break;
+    }
+  }
+  return found;
+}
+
+}  // namespace tandem

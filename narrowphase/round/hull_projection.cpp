@@ -1,0 +1,132 @@
+#include "round/hull_projection.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tandem {
+namespace {
+
+constexpr int most_hull_steps = 32;
+
+class HullWalk {
+ public:
+  HullWalk(const Hull& hull, const Vec3& p, std::uint32_t from) : hull_(hull), p_(p) { spot_.vertex = from; }
+
+  HullSpot run() {
+    At at = At::corner;
+    for (int step = 0; step < most_hull_steps; ++step) {
+      at = at == At::corner ? from_corner() : at == At::edge ? from_edge() : from_face();
+      if (at == At::end) return spot_;
+    }
+    spot_.surface = Surface::none;
+    spot_.q = p_;
+    return spot_;
+  }
+
+ private:
+  enum class At { corner, edge, face, end };
+
+  At end(Surface surface, const Vec3& q) {
+    spot_.surface = surface;
+    spot_.q = q;
+    return At::end;
+  }
+
+  /// Along the edge that comes nearest to p.
+  At from_corner() {
+    const Vec3 v = hull_.vertices[spot_.vertex], d = p_ - v;
+    const std::uint32_t end_of_ring = hull_.neighbour_first[spot_.vertex + 1];
+    double best = 0, best2 = 1;  // how far along the edge, times its length, and that squared
+    for (std::uint32_t i = hull_.neighbour_first[spot_.vertex]; i < end_of_ring; ++i) {
+      const Vec3 e = hull_.vertices[hull_.neighbours[i]] - v;
+      const double along = e.dot(d), length2 = e.squaredNorm();
+      if (along > 0 && along * along * best2 > best * best * length2) best = along, best2 = length2, spoke_ = i;
+    }
+    if (best == 0) return end(Surface::corner, v);
+    if (best >= best2) {
+      spot_.vertex = hull_.neighbours[spoke_];
+      return At::corner;
+    }
+    part_ = best / best2;
+    return At::edge;
+  }
+
+  /// To the face over which p lies beside the edge, if there is one.
+  At from_edge() {
+    spot_.other = hull_.neighbours[spoke_];
+    const Vec3 v = hull_.vertices[spot_.vertex], e = hull_.vertices[spot_.other] - v, q = v + part_ * e, r = p_ - q;
+    const std::uint32_t first = hull_.neighbour_first[spot_.vertex];
+    const std::uint32_t left = hull_.neighbour_face[spoke_];
+    const std::uint32_t before = spoke_ > first ? spoke_ : hull_.neighbour_first[spot_.vertex + 1];
+    const std::uint32_t right = hull_.neighbour_face[before - 1];
+    const Vec3 across = e.cross(r);  // n x e . r = n . e x r
+    spot_.face = left;
+    if (hull_.faces[left].normal.dot(across) > 0) return At::face;
+    spot_.face = right;
+    if (hull_.faces[right].normal.dot(across) < 0) return At::face;
+    return end(Surface::straight, q);
+  }
+
+  /// To the edge beyond which p lies the farthest, if there is one.
+  At from_face() {
+    const Hull::Face& f = hull_.faces[spot_.face];
+    const std::uint32_t* loop = hull_.loop.data() + f.first;
+    double most = 0;
+    std::uint32_t a = 0, b = 0;
+    for (std::uint32_t k = 0, last = loop[f.count - 1]; k < f.count; last = loop[k++]) {
+      const Vec3 v = hull_.vertices[last], e = hull_.vertices[loop[k]] - v;
+      const double beyond = e.cross(f.normal).dot(p_ - v);
+      if (beyond > 0 && beyond * beyond > most * e.squaredNorm())
+        most = beyond * beyond / e.squaredNorm(), a = last, b = loop[k];
+    }
+    if (most == 0) {
+      const double height = f.normal.dot(p_ - hull_.vertices[spot_.vertex]);
+      return height < 0 ? end(Surface::none, p_) : end(Surface::flat, p_ - height * f.normal);
+    }
+    const Vec3 v = hull_.vertices[a], e = hull_.vertices[b] - v;
+    const double along = e.dot(p_ - v), length2 = e.squaredNorm();
+    spot_.vertex = along < length2 ? a : b;
+    if (!(along > 0 && along < length2)) return At::corner;
+    part_ = along / length2;
+    spoke_ = hull_.neighbour_first[a];
+    while (hull_.neighbours[spoke_] != b) ++spoke_;
+    return At::edge;
+  }
+
+  const Hull& hull_;
+  const Vec3 p_;
+  HullSpot spot_;
+  std::uint32_t spoke_ = 0;  ///< of the edge from spot_.vertex
+  double part_ = 0;          ///< of the way along it
+};
+
+}  // namespace
+
+HullSpot nearest_on_hull(const Hull& hull, const Vec3& p, std::uint32_t from) { return HullWalk(hull, p, from).run(); }
+
+bool on_face(const Hull& hull, std::uint32_t face, const Vec3& q, double inward) {
+  const Hull::Face& f = hull.faces[face];
+  const std::uint32_t* loop = hull.loop.data() + f.first;
+  for (std::uint32_t k = 0, last = loop[f.count - 1]; k < f.count; last = loop[k++]) {
+    const Vec3 v = hull.vertices[last], in = f.normal.cross(hull.vertices[loop[k]] - v);
+    const double depth = in.dot(q - v);
+    if (!(depth > 0 && depth * depth > inward * inward * in.squaredNorm())) return false;
+  }
+  return true;
+}
+
+Vec3 end_on_face(const Hull& hull, std::uint32_t face, const Vec3& from, const Vec3& to, double rounding) {
+  const Hull::Face& f = hull.faces[face];
+  const std::uint32_t* loop = hull.loop.data() + f.first;
+  double part = 1;
+  for (std::uint32_t k = 0, last = loop[f.count - 1]; k < f.count; last = loop[k++]) {
+    const Vec3 v = hull.vertices[last], e = hull.vertices[loop[k]] - v, out = e.cross(f.normal);
+    const double beyond = out.dot(to - v);
+    if (!(beyond > 0 && beyond * beyond > rounding * rounding * e.squaredNorm())) continue;
+    const double before = std::max(0.0, -out.dot(from - v));
+    part = std::min(part, before / (before + beyond));
+  }
+  return part == 1 ? to : Vec3(from + part * (to - from));
+}
+
+}  // namespace tandem

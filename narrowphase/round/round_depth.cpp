@@ -1,0 +1,764 @@
+#include "round/round_depth.h"
+
+#include <utility>
+
+#include "lanes/constants.h"
+#include "round/face_reach.h"
+#include "round/hull_projection.h"
+
+namespace tandem {
+namespace {
+
+constexpr int max_vertices = 480;
+constexpr int max_faces = 2 * max_vertices;  // a closed triangulation has 2 v - 4
+constexpr int max_known = 24;
+
+struct Face {
+  int v[3];
+  int next[3];  ///< the face across the edge v[i] -> v[i + 1]
+  Vec3 normal;  ///< unit, outward
+};
+
+/// A direction on a circle: its part in the circle's plane, unit, and the point that supports it.
+struct Sample {
+  Vec3 out, p;
+};
+
+/// From one direction on a circle to another, counterclockwise, less than half a turn.
+struct Span {
+  Sample first, last;
+};
+
+/// What a body reaches at least along the directions of a span of a circle, by its rims: r sqrt(1 - (n . axis)^2) is
+/// concave in n . axis, so not below its chord over the span, which is linear in n. Two bodies with parallel axes, or
+/// almost, are nearly the same all around: points of theirs would have to be as dense as the span is short.
+class RimFloor {
+ public:
+  explicit RimFloor(const Circle& circle) : circle_(circle) {}
+  RimFloor(const RoundBody& body, const Circle& circle, const Vec3& offset) : circle_(circle) {
+    if (!body.has_rim()) return;
+    axis_ = body.axis(), radius_ = body.radius();
+    for (int piece = 0; piece < 2; ++piece)
+      if (body.is_rim(piece)) centre_[count_++] = body.rim_centre(piece) + offset;
+  }
+
+  /// Minus infinity where there is none.
+  double over(const Span& span) const {
+    double most = -infinity;
+    const double lift = circle_.height, radius = circle_.radius;
+    const auto spread = [&](const Vec3& v) {  // of v . n
+      const Vec3 flat = v - v.dot(circle_.axis) * circle_.axis;
+      const double length = flat.norm(), at = lift * v.dot(circle_.axis);
+      const double ends[2] = {radius * flat.dot(span.first.out), radius * flat.dot(span.last.out)};
+      double low = std::min(ends[0], ends[1]), high = std::max(ends[0], ends[1]);
+      if (within(span, flat)) high = radius * length;
+      if (within(span, -flat)) low = -radius * length;
+      return std::pair{at + low, at + high};
+    };
+    if (count_ == 0) return most;
+    auto [low, high] = spread(axis_);
+    low = std::clamp(low, -1.0, 1.0), high = std::clamp(high, -1.0, 1.0);
+    const double at_low = std::sqrt(1 - low * low), at_high = std::sqrt(1 - high * high);
+    const double slope = at_low + at_high > 0 ? -(low + high) / (at_low + at_high) : 0.0;
+    const double rounding = 4 * epsilon / std::max(std::min(at_low, at_high), 1e-8);
+    for (int i = 0; i < count_; ++i)
+      most = std::max(most,
+                      spread(centre_[i] + radius_ * slope * axis_).first + radius_ * (at_low - slope * low - rounding));
+    return most;
+  }
+
+ private:
+  bool within(const Span& span, const Vec3& v) const {
+    return circle_.axis.dot(span.first.out.cross(v)) > 0 && circle_.axis.dot(v.cross(span.last.out)) > 0;
+  }
+
+  const Circle& circle_;
+  Vec3 axis_ = Vec3::Zero(), centre_[2];
+  double radius_ = 0;
+  int count_ = 0;
+};
+
+/// Is it a triangle that no rounding makes a segment?
+bool spans_plane(std::span<const Vec3> v) {
+  if (v.size() != 3) return false;
+  const Vec3 a = v[1] - v[0], b = v[2] - v[0], c = v[2] - v[1];
+  const double longest2 = std::max({a.squaredNorm(), b.squaredNorm(), c.squaredNorm()});
+  return a.cross(b).squaredNorm() > 1e-12 * longest2 * longest2;
+}
+
+/// The normal where the surface of an ellipsoid is nearest to a point inside it, in its own frame (Eberly, Distance
+/// from a Point to an Ellipse, an Ellipsoid, or a Hyperellipsoid, 2013); not of unit length.
+Vec3 nearest_way_out(const Vec3& radii, const Vec3& point) {
+  int shortest;
+  const double unit_length = radii.minCoeff(&shortest);
+  const Vec3 q = radii / unit_length, z = point.cwiseAbs() / unit_length;
+  const Vec3 longer = (q - Vec3::Ones()).cwiseProduct(q + Vec3::Ones()), qz = q.cwiseProduct(z);
+  // The surface's point is q z q / (u + longer), where u makes it lie on it: the root of a function that falls and is
+  // curved upwards, which Newton's method reaches from below without passing it.
+  double u = std::max(0.0, (qz - longer).maxCoeff());
+  Vec3 n = Vec3::Zero();
+  if (u == 0) {
+    double left = 1;
+    for (int i = 0; i < 3; ++i)
+      if (z[i] > 0) n[i] = z[i] / longer[i], left -= q[i] * n[i] * (q[i] * n[i]);
+    if (left >= 0) {
+      for (int i = 0; i < 3; ++i) n[i] = std::copysign(n[i], point[i]);
+      n[shortest] = std::sqrt(left);
+      return n;
+    }
+  }
+  constexpr int most = 200;
+  for (int round = 0; round < most; ++round) {
+    double value = -1, fall = 0;
+    for (int i = 0; i < 3; ++i) {
+      if (!(z[i] > 0)) continue;
+      const double at = qz[i] / (u + longer[i]);
+      value += at * at, fall += 2 * at * at / (u + longer[i]);
+    }
+    const double next = u + value / fall;
+    if (!(next > u)) break;
+    u = next;
+  }
+  for (int i = 0; i < 3; ++i) n[i] = z[i] > 0 ? std::copysign(z[i] / (u + longer[i]), point[i]) : 0.0;
+  return n;
+}
+
+/// Is the body's core one point, a ball's or all of its corners?
+bool is_point(const RoundBody& body) {
+  const std::span<const Vec3> corners = body.view().vertices;
+  if (corners.empty()) return body.kind() == ShapeKind::sphere;
+  return std::all_of(corners.begin(), corners.end(), [&](const Vec3& v) { return v == corners.front(); });
+}
+
+/// The axis about which the body is the same all around, but for rounding; zero where there is none, or any.
+Vec3 axis_of_revolution(const RoundBody& body) {
+  if (body.has_rim() || body.kind() == ShapeKind::capsule) return body.axis();
+  if (body.is_segment()) return body.axes() * (body.hull().vertices[1] - body.hull().vertices[0]).stableNormalized();
+  if (body.kind() != ShapeKind::ellipsoid) return Vec3::Zero();
+  const auto& radii = body.view().param;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double u = radii[(k + 1) % 3], v = radii[(k + 2) % 3];
+    if (std::abs(u - v) <= 4 * epsilon * u) return body.axes().col(static_cast<int>(k));
+  }
+  return Vec3::Zero();
+}
+
+class Search {
+ public:
+  /// From a minimum of h, or from any direction, which is then not walked from if another one is better.
+  Search(const RoundPair& pair, const Support& start, bool walked)
+      : pair_(pair), rounding_(16 * epsilon * pair.scale), walked_(walked) {
+    best_ = start;
+    if (walked) known_[known_count_++] = start.n;
+  }
+
+  Depth run();
+
+ private:
+  void try_axes();
+  Vec3 try_from(const Vec3& n);
+  bool try_face(int which, std::size_t face, const Vec3& n);
+  void search_circle(int which, const Circle& circle, bool kink);
+  double off_axis() const;
+  double search_meridian();
+  void search_arcs(int which);
+  bool by_arcs(int which) const;
+  Vec3 face_normal(int which, std::size_t face) const;
+  template <class Supporting>
+  void search_spans(const Circle& circle, const Span* spans, int count, double add, const Supporting& supporting,
+                    const RimFloor& floor);
+  void search_smooth();
+  bool may_be_smooth(const Vec3& n) const;
+  double expand();
+  bool is_known(const Face& f, const Vec3& w) const;
+  double foot_margin(const Face& f, double offset) const;
+  bool begin();
+  void new_face(int slot, int a, int b, int c);
+  bool add(int face, const Vec3& w);
+
+  const RoundPair& pair_;
+  double rounding_;
+  bool walked_;
+  Support best_;
+  FaceReach reach_[2];  ///< of a polytope with a rim
+  Vec3 known_[max_known];
+  int known_count_ = 0;
+  double gap_ = 0;
+  Vec3 vertex_[max_vertices];
+  int vertices_ = 0;
+  Face face_[max_faces];
+  double key_[max_faces];     ///< offset of the faces still to be looked at, else
+                              ///< infinity
+  double offset_[max_faces];  ///< infinity: a free slot or a sliver
+  int faces_ = 0;
+  int free_[max_faces];
+  int free_count_ = 0;
+};
+
+/// Returns the minimum's direction.
+Vec3 Search::try_from(const Vec3& n) {
+  const Support s = walk(pair_, n, -infinity);
+  if (known_count_ < max_known) known_[known_count_++] = s.n;
+  if (s.h < best_.h) best_ = s;
+  return s.n;
+}
+
+/// Is the face, whose normal n is, where the other body reaches farthest, well over its middle? Then h is least there
+/// among all directions near, and no walk is needed to tell.
+bool Search::try_face(int which, std::size_t face, const Vec3& n) {
+  const RoundBody &body = pair_.body[which], &other = pair_.body[1 - which];
+  if (body.kind() == ShapeKind::triangle) return false;
+  Support s;
+  s.n = n;
+  s.point[1 - which] = other.support(n);
+  const Vec3 corner = body.support(n);
+  s.h = n.dot(corner + s.point[1 - which]);
+  s.point[which] = s.h * n - s.point[1 - which];
+  const Vec3 q = body.axes().transpose() * (s.point[which] - body.centre());
+  if (body.kind() == ShapeKind::box) {
+    for (std::size_t k = 0; k < 3; ++k)
+      if (k != face / 2 && !(std::abs(q[static_cast<int>(k)]) < body.view().param[k] - rounding_)) return false;
+  } else if (!on_face(body.hull(), static_cast<std::uint32_t>(face), q, rounding_)) {
+    return false;
+  }
+  s.optimal = true;
+  if (known_count_ < max_known) known_[known_count_++] = n;
+  if (s.h < best_.h) best_ = s;
+  return true;
+}
+
+/// Is the body a polytope whose faces and arcs between them have all minima that a rim alone does not?
+bool Search::by_arcs(int which) const {
+  const RoundBody& body = pair_.body[which];
+  if (!pair_.body[1 - which].has_rim()) return false;
+  if (body.kind() == ShapeKind::triangle) return spans_plane(body.view().vertices);
+  return body.kind() == ShapeKind::box || (body.kind() == ShapeKind::convex && body.hull().dimension == 3);
+}
+
+/// The directions where minima like to sit: the axes of both, the common
+/// perpendicular, normals of faces.
+void Search::try_axes() {
+  Vec3 axes[12];
+  int count = 0;
+  double least = best_.h;
+  Vec3 from = best_.n;
+  int face_of = -1;  // whose face's normal `from` is
+  std::size_t face_number = 0;
+  for (int which = 0; which < 2; ++which) {
+    const RoundBody& body = pair_.body[which];
+    if (by_arcs(which)) {
+      reach_[which].measure(body, pair_.body[1 - which]);
+      const FaceReach::Least face = reach_[which].least();
+      if (face.h < least - rounding_)
+        least = face.h, from = face_normal(which, face.face), face_of = which, face_number = face.face;
+      continue;
+    }
+    if (body.kind() == ShapeKind::sphere || body.kind() == ShapeKind::convex || body.kind() == ShapeKind::triangle)
+      continue;
+    axes[count++] = body.axes().col(2);
+    if (body.kind() != ShapeKind::box && body.kind() != ShapeKind::ellipsoid) continue;
+    axes[count++] = body.axes().col(0);
+    axes[count++] = body.axes().col(1);
+  }
+  const RoundBody &a = pair_.body[0], &b = pair_.body[1];
+  const auto across = [&](const Vec3& u, const Vec3& v) {
+    const Vec3 c = u.cross(v);
+    if (c.squaredNorm() > 1e-20) axes[count++] = c.normalized();
+  };
+  const RoundBody* box = a.kind() == ShapeKind::box ? &a : b.kind() == ShapeKind::box ? &b : nullptr;
+  if (box != nullptr && !walked_ && (a.has_rim() || b.has_rim())) {
+    for (int k = 0; k < 3; ++k) across(box->axes().col(k), (box == &a ? b : a).axis());
+  } else {
+    across(a.axis(), b.axis());
+  }
+  for (int i = 0; i < count; ++i) {
+    const Vec3 up = pair_.support(axes[i]), down = pair_.opposite(axes[i], up);
+    const double h[2] = {axes[i].dot(up), -axes[i].dot(down)};
+    for (int k = 0; k < 2; ++k)
+      if (h[k] < least - rounding_) least = h[k], from = k == 0 ? axes[i] : Vec3(-axes[i]), face_of = -1;
+  }
+  if (walked_ && !(least < best_.h - rounding_)) return;
+  if (!walked_) best_.h = infinity;
+  if (face_of < 0 || !try_face(face_of, face_number, from)) try_from(from);
+}
+
+Vec3 Search::face_normal(int which, std::size_t face) const {
+  const RoundBody& body = pair_.body[which];
+  if (body.kind() == ShapeKind::triangle) return reach_[which].normal(face);
+  if (body.kind() != ShapeKind::box) return body.axes() * body.hull().faces[face].normal;
+  const Vec3 n = body.axes().col(static_cast<int>(face / 2));
+  return face % 2 == 0 ? n : Vec3(-n);
+}
+
+void Search::new_face(int slot, int a, int b, int c) {
+  Face& f = face_[slot];
+  f.v[0] = a, f.v[1] = b, f.v[2] = c;
+  const Vec3 &p = vertex_[a], &q = vertex_[b], &r = vertex_[c];
+  const Vec3 pq = q - p, qr = r - q, rp = p - r;
+  const double pq2 = pq.squaredNorm(), qr2 = qr.squaredNorm(), rp2 = rp.squaredNorm();
+  const double longest = std::max({pq2, qr2, rp2});
+  const Vec3 n = longest == qr2 ? Vec3(rp.cross(pq)) : longest == rp2 ? Vec3(pq.cross(qr)) : Vec3(qr.cross(rp));
+  const double length = n.norm();
+  if (length > rounding_ * std::sqrt(longest)) {
+    f.normal = n / length;
+    offset_[slot] = f.normal.dot(p);
+  } else {
+    f.normal.setZero();
+    offset_[slot] = infinity;
+  }
+  key_[slot] = offset_[slot];
+}
+
+bool Search::begin() {
+  vertex_[0] = best_.point[0] + best_.point[1];
+  vertex_[1] = pair_.support(-best_.n);
+  const Vec3 line = vertex_[1] - vertex_[0];
+  const auto farther = [&](const Vec3& axis) {
+    const Vec3 p = pair_.support(axis), q = pair_.support(-axis);
+    return axis.dot(p - vertex_[0]) >= axis.dot(vertex_[0] - q) ? p : q;
+  };
+  vertex_[2] = farther(any_perpendicular(line));
+  const Vec3 across = line.cross(vertex_[2] - vertex_[0]);
+  if (!(across.norm() > rounding_ * line.norm())) return false;
+  vertex_[3] = farther(across.normalized());
+  const double side = across.dot(vertex_[3] - vertex_[0]);
+  if (!(std::abs(side) > rounding_ * across.norm())) return false;
+  if (side > 0) std::swap(vertex_[1], vertex_[2]);
+  vertices_ = faces_ = 4;
+  new_face(0, 0, 1, 2);
+  new_face(1, 0, 3, 1);
+  new_face(2, 1, 3, 2);
+  new_face(3, 2, 3, 0);
+  constexpr int next[4][3] = {{1, 2, 3}, {3, 2, 0}, {1, 3, 0}, {2, 1, 0}};
+  for (int i = 0; i < 4; ++i) std::copy(next[i], next[i] + 3, face_[i].next);
+  return true;
+}
+
+/// Adds w, seen by `face`. False if the horizon is not one loop: rounding has
+/// the last word.
+bool Search::add(int face, const Vec3& w) {
+  if (vertices_ == max_vertices) return false;
+  int seen[max_faces], seen_count = 0;
+  bool is_seen[max_faces];
+  std::fill(is_seen, is_seen + faces_, false);
+  seen[seen_count++] = face;
+  is_seen[face] = true;
+  for (int k = 0; k < seen_count; ++k)
+    for (const int other : face_[seen[k]].next) {
+      if (is_seen[other]) continue;
+      const Face& f = face_[other];
+      if (f.normal.dot(w - vertex_[f.v[0]]) > -rounding_ && f.normal != Vec3::Zero()) {
+        is_seen[other] = true;
+        seen[seen_count++] = other;
+      }
+    }
+  struct Edge {
+    int from, to, outer;
+  } horizon[max_faces];
+  int edges = 0;
+  for (int k = 0; k < seen_count; ++k) {
+    const Face& f = face_[seen[k]];
+    for (int i = 0; i < 3; ++i)
+      if (!is_seen[f.next[i]]) horizon[edges++] = {f.v[i], f.v[(i + 1) % 3], f.next[i]};
+  }
+  if (edges < 3 || faces_ + edges - seen_count - free_count_ > max_faces) return false;
+  for (int k = 0; k + 1 < edges; ++k) {
+    int found = -1;
+    for (int j = k + 1; j < edges; ++j)
+      if (horizon[j].from == horizon[k].to) {
+        if (found >= 0) return false;
+        found = j;
+      }
+    if (found < 0) return false;
+    std::swap(horizon[k + 1], horizon[found]);
+  }
+  if (horizon[edges - 1].to != horizon[0].from) return false;
+
+  for (int k = 0; k < seen_count; ++k) {
+    key_[seen[k]] = offset_[seen[k]] = infinity;
+    free_[free_count_++] = seen[k];
+  }
+  const int added = vertices_++;
+  vertex_[added] = w;
+  int first = -1, last = -1;
+  for (int k = 0; k < edges; ++k) {
+    const auto [from, to, outer] = horizon[k];
+    const int i = free_count_ > 0 ? free_[--free_count_] : faces_++;
+    new_face(i, from, to, added);
+    face_[i].next[0] = outer;
+    for (int j = 0; j < 3; ++j)
+      if (face_[outer].v[j] == to && face_[outer].v[(j + 1) % 3] == from) face_[outer].next[j] = i;
+    if (last >= 0) {
+      face_[last].next[1] = i;
+      face_[i].next[2] = last;
+    } else {
+      first = i;
+    }
+    last = i;
+  }
+  face_[last].next[1] = first;
+  face_[first].next[2] = last;
+  return true;
+}
+
+/// How far within its triangle the origin's foot on the face lies; negative:
+/// outside.
+double Search::foot_margin(const Face& f, double offset) const {
+  const Vec3 foot = offset * f.normal;
+  double least = infinity;
+  for (int i = 0; i < 3; ++i) {
+    const Vec3 &p = vertex_[f.v[i]], &q = vertex_[f.v[(i + 1) % 3]];
+    const Vec3 in = f.normal.cross(q - p);
+    least = std::min(least, in.dot(foot - p) / in.norm());
+  }
+  return least;
+}
+
+/// Is there a minimum near the face towards which h falls? w supports it along
+/// the face's normal.
+bool Search::is_known(const Face& f, const Vec3& w) const {
+  for (int i = 0; i < known_count_; ++i) {
+    const double c = known_[i].dot(f.normal);
+    if (c > 0.9998 && known_[i].dot(w) < c * f.normal.dot(w)) return true;
+  }
+  return false;
+}
+
+/// Expands the polytope; returns what is not known.
+double Search::expand() {
+  constexpr double narrow = 0.02;  // radians: a hole so small holds one minimum
+  if (!begin()) return best_.h;
+  for (;;) {
+    int nearest = 0;
+    for (int i = 1; i < faces_; ++i)
+      if (key_[i] < key_[nearest]) nearest = i;
+    const double offset = key_[nearest];
+    if (offset >= best_.h - rounding_) return 0;
+    const Face& f = face_[nearest];
+    const double margin = offset > 0 ? foot_margin(f, offset) : 0;
+    if (margin < 0) {  // its neighbour there is nearer the origin
+      key_[nearest] = infinity;
+      continue;
+    }
+    const Vec3 w = pair_.support(f.normal);
+    const double h = f.normal.dot(w);
+    if (h < best_.h - rounding_) {
+      try_from(f.normal);
+      if (best_.h < 0) return 0;
+    }
+    if (h - offset <= rounding_) {
+      key_[nearest] = infinity;
+      continue;
+    }
+    if (offset > 0 && best_.h - offset < narrow * margin) {
+      if (!is_known(f, w)) try_from(f.normal);
+      key_[nearest] = infinity;
+      continue;
+    }
+    if (!add(nearest, w)) return best_.h - offset;
+  }
+}
+
+/// How far points of one body are at most from where they would be if both were the same all around one axis (metres);
+/// infinity if they are not nearly so.
+double Search::off_axis() const {
+  const RoundBody &a = pair_.body[0], &b = pair_.body[1];
+  const Vec3 u = axis_of_revolution(a), v = axis_of_revolution(b), middle = a.middle() + b.middle();
+  if (u.isZero(0) || v.isZero(0)) return infinity;
+  constexpr double leaning = 1e-3;
+  const double sine = u.cross(v).norm();
+  return sine < leaning ? u.cross(middle).norm() + 2 * sine * b.view().size : infinity;
+}
+
+/// The least of h in a plane through the axis about which both bodies are the same all around: there is no less
+/// elsewhere. Returns what is not known of it.
+double Search::search_meridian() {
+  const Vec3 axis = axis_of_revolution(pair_.body[0]), across = axis.cross(best_.n);
+  const double sine = across.norm();
+  const double known = std::exchange(gap_, 0.0);
+  // Through the best direction known, so that it is found again; not where it hardly tells the plane.
+  search_circle(pair_.body[0].kind() == ShapeKind::ellipsoid ? 1 : 0,
+                {sine > 1e-3 ? Vec3(across / sine) : any_perpendicular(axis)}, false);
+  return std::exchange(gap_, known);
+}
+
+/// The least of h on a circle, one where body `which` has a kink or another through its centre.
+void Search::search_circle(int which, const Circle& circle, bool kink) {
+  constexpr int start = 8;
+  const RoundBody &body = pair_.body[which], &other = pair_.body[1 - which];
+  const bool level = kink && body.is_level();
+  const double ball = other.rolling_ball(circle), lift = circle.height, radius = circle.radius;
+  const double add = (level ? body.level() : 0.0) + ball;
+  const auto support = [&](const Vec3& n) -> Vec3 {
+    return (level ? Vec3(body.middle() + other.support(n)) : pair_.support(n)) - ball * n;
+  };
+  const auto opposite = [&](const Vec3& n, const Vec3& along) -> Vec3 {
+    if (lift != 0 || !other.symmetric() || !body.symmetric()) return support(lift * circle.axis - radius * n);
+    return 2 * (body.centre() + other.centre()) - along;
+  };
+  const auto at = [&](const Vec3& out, const Vec3& p) {
+    const Vec3 n = lift * circle.axis + radius * out;
+    if (n.dot(p) + add < best_.h - rounding_) try_from(n);
+    return Sample{out, p};
+  };
+  const Vec3 x = any_perpendicular(circle.axis), y = circle.axis.cross(x);
+  constexpr double half = 0.70710678118654752440;
+  constexpr double turn[start / 2][2] = {{1, 0}, {half, half}, {0, 1}, {-half, half}};
+  Sample samples[start];
+  for (int i = 0; i < start / 2; ++i) {
+    const Vec3 out = turn[i][0] * x + turn[i][1] * y;
+    samples[i] = at(out, support(lift * circle.axis + radius * out));
+    samples[i + start / 2] = at(-out, opposite(out, samples[i].p));
+  }
+  Span spans[start];
+  for (int i = 0; i < start; ++i) spans[i] = {samples[i], samples[(i + 1) % start]};
+  search_spans(circle, spans, start, add, support, level ? RimFloor(other, circle, body.middle()) : RimFloor(circle));
+}
+
+/// The least of h on the arcs between the normals of a polytope's faces, where two of its corners reach as far.
+void Search::search_arcs(int which) {
+  const RoundBody &body = pair_.body[which], &other = pair_.body[1 - which];
+  const FaceReach& reach = reach_[which];
+  const auto follow = [&](std::uint32_t v, std::uint32_t f, std::uint32_t g) {
+    if (!(best_.h > 0) || reach.reaches(f, g, best_.h - rounding_)) return;
+    const Vec3 n0 = face_normal(which, f), n1 = face_normal(which, g);
+    const Vec3 across = n0.cross(n1);
+    const double sine = across.norm();
+    if (!(sine > 1e-12)) return;
+    const Vec3 corner = body.point(static_cast<int>(v), n0);
+    const auto support = [&](const Vec3& n) { return Vec3(corner + other.support(n)); };
+    const Circle circle{across / sine};
+    const Span span{{n0, support(n0)}, {n1, support(n1)}};
+    for (const Sample* end : {&span.first, &span.last})
+      if (end->out.dot(end->p) < best_.h - rounding_) try_from(end->out);
+    search_spans(circle, &span, 1, 0, support, RimFloor(other, circle, corner));
+  };
+  if (body.kind() == ShapeKind::box) {
+    for (const FaceArc& arc : box_arcs) follow(arc.v[0], arc.face[0], arc.face[1]);
+  } else if (body.kind() == ShapeKind::triangle) {
+    for (const std::uint32_t i : {0u, 1u, 2u})
+      for (const std::uint32_t face : {0u, 1u}) follow(i, face, 2 + i);
+  } else {
+    for (const Hull::Edge& e : body.hull().edges) follow(e.v[0], e.face[0], e.face[1]);
+  }
+}
+
+/// The least of h on spans of a circle, where it is `add` more than `supporting` reaches. Between two directions h is
+/// at least what the points that support them reach; where that is less than the best known, the direction in which
+/// both reach as far is looked at too.
+template <class Supporting>
+void Search::search_spans(const Circle& circle, const Span* spans, int count, double add, const Supporting& supporting,
+                          const RimFloor& floor) {
+  constexpr int most = 96, most_spans = 8;
+  constexpr double narrow = 0.1;
+  const double lift = circle.height, radius = circle.radius;
+  const auto direction = [&](const Vec3& out) { return Vec3(lift * circle.axis + radius * out); };
+  const auto look = [&](const Vec3& out) {
+    const Vec3 n = direction(out), p = supporting(n);
+    if (n.dot(p) + add < best_.h - rounding_) try_from(n);
+    return Sample{out, p};
+  };
+  Span stack[most_spans + most];
+  int height = count;
+  std::copy(spans, spans + count, stack);
+  // Where the larger of what the two ends' points reach is least: where they
+  // are equal, or one of them least.
+  const auto lowest = [&](const Span& span, Vec3& out) {
+    const Vec3 &u = span.first.out, v = circle.axis.cross(u), apart = span.first.p - span.last.p;
+    double least = infinity;
+    const auto consider = [&](const Vec3& at) {
+      const Vec3 n = direction(at);
+      const double value = std::max(n.dot(span.first.p), n.dot(span.last.p)) + add;
+      if (value < least) least = value, out = at;
+    };
+    // k + a cos + b sin = 0, in the tangent of half the angle.
+    const double k = lift * apart.dot(circle.axis), a = radius * apart.dot(u), b = radius * apart.dot(v);
+    const double root = std::sqrt(std::max(0.0, b * b + a * a - k * k)) - b;
+    if (root > 0) {
+      const double t = std::max(0.0, k + a) / root;
+      consider(((1 - t * t) * u + 2 * t * v) / (1 + t * t));
+    }
+    if (lift != 0 || add != 0)
+      for (const Sample* end : {&span.first, &span.last}) {
+        const Vec3 inward = end->p.dot(circle.axis) * circle.axis - end->p;
+        const double length = inward.norm();
+        if (!(length > rounding_ && inward.dot(v) > 0 && circle.axis.dot(inward.cross(span.last.out)) > 0)) continue;
+        const Vec3 at = inward / length;
+        consider((at - at.dot(circle.axis) * circle.axis).normalized());
+      }
+    return least;
+  };
+  // One end's point may reach as far at the other end: then between them too, unless it is least there.
+  const auto ruled_out = [&](const Span& span) {
+    const auto reaches = [&](const Vec3& p, const Vec3& out, const Vec3& own) {
+      const double limit = best_.h - rounding_ - add - lift * circle.axis.dot(p);
+      return radius * out.dot(p) >= limit && (limit >= 0 || own.dot(p) >= 0);
+    };
+    return reaches(span.first.p, span.last.out, span.first.out) || reaches(span.last.p, span.first.out, span.last.out);
+  };
+  for (int looked = 0; height > 0;) {
+    const Span span = stack[--height];
+    if (ruled_out(span)) continue;
+    Vec3 out;
+    double least = lowest(span, out);
+    if (least >= best_.h - rounding_) continue;
+    least = std::max(least, floor.over(span) + add);
+    if (least >= best_.h - rounding_) continue;
+    if (looked == most) {
+      gap_ = std::max(gap_, best_.h - least);
+      continue;
+    }
+    const Vec3 along = span.last.out - span.first.out;
+    const double width = along.squaredNorm();
+    if (width < narrow * narrow) {
+      // So short a span holds one minimum, unless what is found from it lies elsewhere.
+      const auto holds = [&](const Vec3& n) {
+        const Vec3 to = n - direction(span.first.out);
+        const double part = to.dot(along) / (radius * width);
+        return std::abs(n.dot(circle.axis) - lift) < 1e-6 && to.squaredNorm() < narrow * narrow && part > -0.01 &&
+               part < 1.01;
+      };
+      bool known = false;
+      for (int i = 0; i < known_count_ && !known; ++i) known = holds(known_[i]);
+      // From beside a narrow one a walk leads past it: then only what the points say counts.
+      constexpr double beside = 1e-3;
+      if (known || (width > beside * beside && holds(try_from(direction(out))))) continue;
+    }
+    const Sample middle = look(out);
+    ++looked;
+    if (best_.h < 0) return;
+    if (direction(out).dot(middle.p) + add - least <= rounding_) continue;
+    stack[height++] = {span.first, middle};
+    stack[height++] = {middle, span.last};
+  }
+}
+
+/// Minima where h is smooth: on two rims at once, or on ellipsoids. Between rims only where h curves upwards and
+/// Newton's step stays near; between ellipsoids from wherever it is not seen to lead to a known one.
+void Search::search_smooth() {
+  const bool rims = pair_.body[0].has_rim();
+  // The corners of an icosahedron and the middles of its edges: 42 directions,
+  // none farther than 21 degrees from one.
+  constexpr double phi = 1.61803398874989484820, c = 0.52573111211913360603, d = phi * c;
+  constexpr double q = 0.5 / phi, w = 0.5 * phi;
+  constexpr double base[21][3] = {{0, c, d},    {0, c, -d},   {c, d, 0},    {c, -d, 0},   {d, 0, c},    {-d, 0, c},
+                                  {1, 0, 0},    {0, 1, 0},    {0, 0, 1},    {q, 0.5, w},  {-q, 0.5, w}, {q, -0.5, w},
+                                  {q, 0.5, -w}, {0.5, w, q},  {-0.5, w, q}, {0.5, -w, q}, {0.5, w, -q}, {w, q, 0.5},
+                                  {-w, q, 0.5}, {w, -q, 0.5}, {w, q, -0.5}};
+  constexpr double cosine = 0.934, sine = 0.358, far = 1.0;
+  const auto look = [&](const Vec3& n, const Vec3& p) {
+    const double h = n.dot(p);
+    const Vec3 across = p - h * n;
+    if (h * cosine - across.norm() * sine >= best_.h) return;
+    const Vec3 u = any_perpendicular(n), v = n.cross(u);
+    double m[3] = {-h, 0, -h};
+    for (const RoundBody& body : pair_.body) body.add_curvature(body.support_piece(n), n, u, v, m);
+    const double det = m[0] * m[2] - m[1] * m[1];
+    if (m[0] + m[2] > 0 && det > 0) {
+      const double gu = across.dot(u), gv = across.dot(v);
+      const double x = -(m[2] * gu - m[1] * gv) / det, y = -(m[0] * gv - m[1] * gu) / det;
+      if (x * x + y * y > far * far && rims) return;
+      if (x * x + y * y < far * far) {
+        const Vec3 target = (n + x * u + y * v).normalized();
+        for (int k = 0; k < known_count_; ++k)
+          if ((known_[k] - target).squaredNorm() < 0.1 * 0.1) return;
+      }
+    } else if (rims) {
+      return;
+    }
+    try_from(n);
+  };
+  // Over the rim of a disc that is large beside the depth a minimum is narrower than the grid: straight out from the
+  // axis, past the other's middle.
+  constexpr double large = 4;
+  const Vec3 between = -(pair_.body[0].centre() + pair_.body[1].centre());
+  for (const RoundBody& body : pair_.body) {
+    if (!rims || body.radius() < large * best_.h) continue;
+    const Vec3 out = between - between.dot(body.axis()) * body.axis();
+    const double length = out.norm();
+    if (!(length > rounding_)) continue;
+    const Vec3 n = out / length;
+    if (n.dot(pair_.support(n)) * cosine < best_.h) try_from(n);
+    if (best_.h < 0) return;
+  }
+  for (const auto& b : base) {
+    const Vec3 n{b[0], b[1], b[2]};
+    if (!may_be_smooth(n)) continue;  // nor then at -n
+    const Vec3 p = pair_.support(n);
+    look(n, p);
+    look(-n, pair_.opposite(n, p));
+    if (best_.h < 0) return;
+  }
+}
+
+/// Can h have a minimum near n where it is smooth? Two rims must both curve
+/// upwards more than the ball there.
+bool Search::may_be_smooth(const Vec3& n) const {
+  if (pair_.body[0].kind() == ShapeKind::ellipsoid || pair_.body[1].kind() == ShapeKind::ellipsoid) return true;
+  for (const RoundBody& body : pair_.body) {
+    const double c = n.dot(body.axis());
+    if ((std::sqrt(std::max(0.0, 1 - c * c)) - 0.36) * best_.h > body.radius()) return false;
+  }
+  return true;
+}
+
+Depth Search::run() {
+  try_axes();
+  Depth r;
+  const auto has = [&](ShapeKind k) { return pair_.body[0].kind() == k || pair_.body[1].kind() == k; };
+  for (int which = 0; which < 2 && best_.h > 0; ++which) {
+    const RoundBody& body = pair_.body[which];
+    if (reach_[which].known()) {
+      search_arcs(which);
+    } else if (body.kind() == ShapeKind::convex && pair_.body[1 - which].has_rim()) {
+      // Between a flat hull's face and its back, or all around a segment.
+      const Hull& hull = body.hull();
+      for (const Hull::Edge& e : hull.edges)
+        if (best_.h > 0)
+          search_circle(which, {body.axes() * (hull.vertices[e.v[1]] - hull.vertices[e.v[0]]).stableNormalized()},
+                        true);
+    } else {
+      Circle circles[3];
+      const int count = body.kinks(circles);
+      for (int i = 0; i < count && best_.h > 0; ++i) search_circle(which, circles[i], true);
+    }
+  }
+  if (best_.h > 0) {
+    // Among stretched ellipsoids, and between one and what has edges, a minimum may be narrower than a grid of
+    // directions: of such pairs one in 500 got a depth too large from it, up to 2 %.
+    constexpr double stretched = 4;
+    const RoundBody &a = pair_.body[0], &b = pair_.body[1];
+    const bool ellipsoid = has(ShapeKind::ellipsoid);
+    if (ellipsoid && (is_point(a) || is_point(b))) {
+      const RoundBody &body = a.kind() == ShapeKind::ellipsoid ? a : b, &point = &body == &a ? b : a;
+      const Vec3 radii{body.view().param[0], body.view().param[1], body.view().param[2]};
+      const Vec3 n = nearest_way_out(radii, -(body.axes().transpose() * (body.centre() + point.support(best_.n))));
+      try_from((body.axes() * n).stableNormalized());
+      r.best = best_;
+      return r;
+    }
+    const auto smooth = [](const RoundBody& body) {
+      return body.kind() == ShapeKind::sphere || (body.kind() == ShapeKind::ellipsoid && body.aspect() <= stretched);
+    };
+    if (ellipsoid && !(smooth(a) && smooth(b))) {
+      // Where h is as low all around the axis, points of a polytope would have to be as dense there as the bound is
+      // tight.
+      const double off = off_axis(), around = off < infinity ? search_meridian() + 2 * off : infinity;
+      if (around > 1e-12 * pair_.scale && best_.h > 0) gap_ = std::max(gap_, expand());
+      gap_ = std::min(gap_, around);
+    } else if (ellipsoid || (a.has_rim() && b.has_rim())) {
+      search_smooth();
+    }
+  }
+  r.best = best_;
+  r.gap = best_.h > 0 ? gap_ : 0;
+  return r;
+}
+
+}  // namespace
+
+Depth least_depth(const RoundPair& pair, const Support& start, bool walked) {
+  return Search(pair, start, walked).run();
+}
+
+}  // namespace tandem

@@ -1,0 +1,18 @@
+#pragma once
+#include "round/round_walk.h"
+
+namespace tandem {
+
+/// The least of all local minima of h, and a bound on what is not known: h
+/// reaches nowhere less than depth.h - gap.
+struct Depth {
+  Support best;
+  double gap = 0;
+};
+
+/// From a local minimum h >= 0, where `walked`, else from any direction. An expanding polytope within A - B (van den
+/// Bergen 2001) bounds h from below and shows where else it may be less; a walk
+/// from there decides. Ends with best.h < 0 where the two turn out to be apart.
+Depth least_depth(const RoundPair& pair, const Support& start, bool walked);
+
+}  // namespace tandem

@@ -1,0 +1,524 @@
+#include "round/round_walk.h"
+
+#include "lanes/constants.h"
+
+namespace tandem {
+namespace {
+
+constexpr int max_steps = 64;
+constexpr int capacity = 4;  // pieces of a body that meet: a face of a box
+
+struct Flat {
+  double x, y;
+  int i, j;  ///< of the first body's point i and the second's j
+};
+
+/// The point nearest the origin of the hull of points in the plane, and the at
+/// most three that carry it.
+struct NearestFlat {
+  double x = 0, y = 0;
+  int index[3] = {0, 0, 0};
+  double weight[3] = {1, 0, 0};
+  int count = 1;
+};
+
+NearestFlat nearest_flat(const Flat* p, int count) {
+  NearestFlat best;
+  best.x = p[0].x, best.y = p[0].y;
+  if (count == 1) return best;
+  double least = infinity;
+  for (int i = 0; i < count; ++i)
+    for (int j = i + 1; j < count; ++j) {
+      const double dx = p[j].x - p[i].x, dy = p[j].y - p[i].y, length2 = dx * dx + dy * dy;
+      const double t = length2 > 0 ? std::clamp(-(p[i].x * dx + p[i].y * dy) / length2, 0.0, 1.0) : 0.0;
+      // From the nearer end: less cancellation.
+      const double x = t <= 0.5 ? p[i].x + t * dx : p[j].x - (1 - t) * dx;
+      const double y = t <= 0.5 ? p[i].y + t * dy : p[j].y - (1 - t) * dy;
+      const double squared = x * x + y * y;
+      if (!(squared < least)) continue;
+      least = squared;
+      best = {x, y, {t < 1 ? i : j, j, 0}, {t < 1 ? 1 - t : 1.0, t, 0}, t > 0 && t < 1 ? 2 : 1};
+    }
+  for (int i = 0; i < count; ++i)
+    for (int j = i + 1; j < count; ++j)
+      for (int k = j + 1; k < count; ++k) {
+        const double a = p[j].x * p[k].y - p[j].y * p[k].x, b = p[k].x * p[i].y - p[k].y * p[i].x,
+                     c = p[i].x * p[j].y - p[i].y * p[j].x;
+        const double sum = a + b + c;
+        if (sum != 0 && a / sum >= 0 && b / sum >= 0 && c / sum >= 0)
+          return {0, 0, {i, j, k}, {a / sum, b / sum, c / sum}, 3};
+      }
+  return best;
+}
+
+/// Is the origin inside the hull of the points, and not on its rim?
+bool surrounded(const Flat* p, int count, double tolerance) {
+  for (int i = 0; i < count; ++i) {
+    const double length = std::sqrt(p[i].x * p[i].x + p[i].y * p[i].y);
+    if (length <= tolerance) continue;
+    bool left = false, right = false;
+    for (int j = 0; j < count; ++j) {
+      const double side = (p[i].x * p[j].y - p[i].y * p[j].x) / length;
+      left = left || side > tolerance;
+      right = right || side < -tolerance;
+    }
+    if (!left || !right) return false;
+  }
+  return count > 2;
+}
+
+/// Two unit vectors that make a right-handed frame with n (Duff et al.,
+/// Building an Orthonormal Basis, Revisited, 2017).
+void tangents(const Vec3& n, Vec3& u, Vec3& v) {
+  const double sign = std::copysign(1.0, n[2]), a = -1 / (sign + n[2]), b = n[0] * n[1] * a;
+  u = {1 + sign * n[0] * n[0] * a, sign * b, -sign * n[0]};
+  v = {b, sign + n[1] * n[1] * a, -n[1]};
+}
+
+/// Where two circles meet, on n's side; false where they are (nearly) the same.
+bool meet(const Circle& a, const Circle& b, Vec3& n) {
+  const Vec3 c = a.axis.cross(b.axis);
+  const double det = c.squaredNorm();
+  if (det < 1e-24) return false;
+  const double d = a.axis.dot(b.axis);
+  const double x = (a.height - d * b.height) / det, y = (b.height - d * a.height) / det;
+  const double rest = std::max(0.0, 1 - x * a.height - y * b.height);
+  n = (x * a.axis + y * b.axis + std::copysign(std::sqrt(rest / det), c.dot(n)) * c).normalized();
+  return true;
+}
+
+/// The unit vector square to the circle's axis that points to n; any where n is on the axis.
+Vec3 off_axis(const Circle& c, const Vec3& n) {
+  Vec3 out = n;
+  for (int twice = 0; twice < 2; ++twice) {  // near the axis the first leaves mostly rounding
+    out -= out.dot(c.axis) * c.axis;
+    const double length = out.norm();
+    if (!(length > 0)) return any_perpendicular(c.axis);
+    out /= length;
+    if (length > 1e-3) break;
+  }
+  return out;
+}
+
+struct Active {
+  int piece[capacity];
+  int count = 1;
+
+  void add(const RoundBody& body, int from, int other) {
+    if (body.kind() == ShapeKind::box && count == 2) {
+      // The whole face: a box has no diagonals.
+      const int bit = from ^ other, first = piece[0], second = piece[1];
+      piece[2] = first ^ bit, piece[3] = second ^ bit;
+      count = 4;
+      return;
+    }
+    if (count == capacity) return;
+    piece[count++] = other;
+  }
+};
+
+class Walker {
+ public:
+  Walker(const RoundPair& pair, const Vec3& start, double below) : pair_(pair), below_(below) {
+    this->start(start);
+    started_ = at_.h;
+  }
+
+  Support run();
+  double started() const { return started_; }  ///< h at the start
+
+ private:
+  struct Trial {
+    Vec3 n;
+    double h;
+    int body = -1;  ///< whose piece `other` takes over from `from` at n; -1: none
+    int from = 0, other = 0;
+  };
+
+  void start(const Vec3& n) {
+    at_.n = n;
+    for (int b = 0; b < 2; ++b) {
+      active_[b].piece[0] = pair_.body[b].support_piece(n);
+      active_[b].count = 1;
+      at_.point[b] = pair_.body[b].point(active_[b].piece[0], n);
+    }
+    at_.h = n.dot(at_.point[0] + at_.point[1]);
+  }
+  void weigh();
+  bool at_disc();
+  bool step_freely();
+  bool step_along(const Circle& circle);
+  bool go(const Arc& arc, double t, double slope);
+  Trial follow(const Arc& arc, double t) const;
+  double small() const { return 16 * epsilon * pair_.scale; }
+
+  const RoundPair& pair_;
+  double below_;
+  double started_;
+  Support at_;
+  Active active_[2];
+  Vec3 u_, v_;               // tangents at n
+  double zx_ = 0, zy_ = 0;   // the least subgradient of h in them
+  bool checked_[2][2] = {};  // discs known not to be a minimum
+  int stuck_ = 0;            // steps that were stopped at once: then the subgradient is
+                             // followed, then the circle that stops them
+  int kicks_ = 0;
+  double last_ = infinity;  // |z| of the step before, where
+                            // h no longer tells
+};
+
+/// h and the least subgradient at n, whose first pieces' points are known;
+/// keeps the pieces that carry it.
+void Walker::weigh() {
+  const Vec3 sum = at_.point[0] + at_.point[1];
+  at_.h = at_.n.dot(sum);
+  at_.optimal = false;
+  tangents(at_.n, u_, v_);
+  if (active_[0].count == 1 && active_[1].count == 1) {
+    zx_ = u_.dot(sum), zy_ = v_.dot(sum);
+    return;
+  }
+  Vec3 p[2][capacity];
+  Flat flat[capacity * capacity];
+  flat[0] = {0, 0, 0, 0};
+  int count = 0;
+  for (int b = 0; b < 2; ++b) {
+    p[b][0] = at_.point[b];
+    for (int i = 1; i < active_[b].count; ++i) p[b][i] = pair_.body[b].point(active_[b].piece[i], at_.n);
+  }
+  for (int i = 0; i < active_[0].count; ++i)
+    for (int j = 0; j < active_[1].count; ++j) {
+      const Vec3 w = p[0][i] + p[1][j];
+      flat[count++] = {u_.dot(w), v_.dot(w), i, j};
+    }
+  const NearestFlat z = nearest_flat(flat, count);
+  zx_ = z.x, zy_ = z.y;
+  at_.optimal = zx_ * zx_ + zy_ * zy_ <= small() * small() && surrounded(flat, count, small());
+  double weight[2][capacity] = {};
+  for (int k = 0; k < z.count; ++k) {
+    weight[0][flat[z.index[k]].i] += z.weight[k];
+    weight[1][flat[z.index[k]].j] += z.weight[k];
+  }
+  for (int b = 0; b < 2; ++b) {
+    Active& active = active_[b];
+    if (active.count == 1) continue;
+    const bool keep = stuck_ > 1 && active.count == 2;
+    at_.point[b].setZero();
+    int kept = 0;
+    for (int i = 0; i < active.count; ++i) {
+      if (!(weight[b][i] > 0) && !keep) continue;
+      at_.point[b] += weight[b][i] * p[b][i];
+      active.piece[kept++] = active.piece[i];
+    }
+    active.count = kept;
+  }
+}
+
+/// Near the axis of a rim: its disc may be the minimum.
+bool Walker::at_disc() {
+  for (int b = 0; b < 2; ++b) {
+    const RoundBody& body = pair_.body[b];
+    const int piece = active_[b].piece[0];
+    if (active_[b].count > 1 || !body.is_rim(piece)) continue;
+    const double side = body.facing(piece);
+    bool& checked = checked_[b][side > 0 ? 0 : 1];
+    if (checked || side * at_.n.dot(body.axis()) < 0.8) continue;
+    checked = true;
+    Vec3 away;
+    const Support disc = facing_disc(pair_, b, side, away);
+    if (disc.h > at_.h + small()) continue;
+    if (disc.optimal) {
+      at_ = disc;
+      return true;
+    }
+    // Newton's steps towards a point where h is a cone would never leave it:
+    // start on the side where it falls.
+    for (double angle = std::min(0.3, away.norm() / (std::abs(disc.h) + body.radius())); angle > 1e-9; angle *= 0.4) {
+      const Vec3 n = (disc.n + angle * away.normalized()).normalized();
+      start(n);
+      weigh();
+      if (at_.h < disc.h) break;
+    }
+    return false;
+  }
+  return false;
+}
+
+Walker::Trial Walker::follow(const Arc& arc, double t) const {
+  Trial r;
+  double end = t;
+  for (int b = 0; b < 2; ++b)
+    pair_.body[b].first_crossing(arc, end, active_[b].piece, active_[b].count, [&](double at, int from, int other) {
+      if (r.body >= 0 && !(at < end)) return;
+      end = at;
+      r.body = b, r.from = from, r.other = other;
+    });
+  r.n = arc.at(end);
+  return r;
+}
+
+/// Along the arc by t, or less: until h decreases or a piece is met. False
+/// where rounding lets nothing more be gained.
+bool Walker::go(const Arc& arc, double t, double slope) {
+  for (int halving = 0; halving < 40; ++halving, t *= 0.4) {
+    Trial trial = follow(arc, t);
+    trial.n.normalize();
+    Vec3 point[2];
+    for (int b = 0; b < 2; ++b) point[b] = pair_.body[b].point(active_[b].piece[0], trial.n);
+    trial.h = trial.n.dot(point[0] + point[1]);
+    if (trial.h > at_.h + small()) continue;
+    if (trial.h > at_.h - small() && slope * t < 1e-6 * pair_.scale && trial.body < 0) {
+      // h is known to rounding: only the subgradient still tells.
+      if (slope >= 0.5 * last_) {
+        at_.optimal = slope <= 1e-9 * pair_.scale;
+        return false;
+      }
+      last_ = slope;
+    }
+    stuck_ = trial.body >= 0 && (trial.n - at_.n).squaredNorm() < 1e-28 ? stuck_ + 1 : 0;
+    at_.n = trial.n;
+    for (int b = 0; b < 2; ++b) at_.point[b] = point[b];
+    if (trial.body >= 0) {
+      const RoundBody& body = pair_.body[trial.body];
+      Active& active = active_[trial.body];
+      active.add(body, trial.from, trial.other);
+      // Exactly onto the circles.
+      Circle circles[2];
+      int count = 0;
+      for (int b = 0; b < 2; ++b)
+        for (int i = 1; i < active_[b].count && count < 2; ++i) {
+          const Circle c = pair_.body[b].circle(active_[b].piece[0], active_[b].piece[i]);
+          if (count == 1 && c.axis.cross(circles[0].axis).squaredNorm() < 1e-24) continue;
+          circles[count++] = c;
+        }
+      if (count == 2) {
+        meet(circles[0], circles[1], at_.n);
+      } else if (count == 1) {
+        const Circle& c = circles[0];
+        at_.n = c.height * c.axis + c.radius * off_axis(c, at_.n);
+      }
+      for (int b = 0; b < 2; ++b) at_.point[b] = pair_.body[b].point(active_[b].piece[0], at_.n);
+    }
+    return true;
+  }
+  return false;
+}
+
+bool Walker::step_freely() {
+  const double z = std::sqrt(zx_ * zx_ + zy_ * zy_);
+  if (z <= small() && at_.h <= 0) {
+    at_.optimal = true;
+    return false;
+  }
+  double w[3] = {-at_.h, 0, -at_.h};
+  for (int b = 0; b < 2; ++b) pair_.body[b].add_curvature(active_[b].piece[0], at_.n, u_, v_, w);
+  // Eigenvalues and vectors of the Hessian of h on the sphere.
+  const double mean = 0.5 * (w[0] + w[2]), half = 0.5 * (w[0] - w[2]);
+  const double spread = std::sqrt(half * half + w[1] * w[1]);
+  const double high = mean + spread, low = mean - spread;
+  double c = 1, s = 0;  // of `high`
+  if (spread > 0) {
+    if (half >= 0) {
+      c = half + spread, s = w[1];
+    } else {
+      c = w[1], s = spread - half;
+    }
+    const double length = std::sqrt(c * c + s * s);
+    c /= length, s /= length;
+  }
+  double x, y, length;
+  if (z <= small()) {
+    if (low >= -1e-9 * pair_.scale || kicks_++ > 2) {
+      at_.optimal = true;
+      return false;
+    }
+    x = -s, y = c, length = 0.3;  // a saddle or a maximum
+  } else {
+    const double least = 1e-14 * pair_.scale;
+    double gh = (zx_ * c + zy_ * s) / std::max(std::abs(high), least),
+           gl = (-zx_ * s + zy_ * c) / std::max(std::abs(low), least);
+    if (stuck_ > 0) gh = (zx_ * c + zy_ * s) / z, gl = (-zx_ * s + zy_ * c) / z;
+    x = -(gh * c - gl * s), y = -(gh * s + gl * c);
+    length = std::sqrt(x * x + y * y);
+    x /= length, y /= length;
+    length = std::min(length, 1.0);
+  }
+  const Vec3 along = x * u_ + y * v_;
+  return go({at_.n, 2 * along, -at_.n}, 0.5 * length, z);
+}
+
+bool Walker::step_along(const Circle& circle) {
+  const double radius = circle.radius;
+  const Vec3 out = off_axis(circle, at_.n);
+  Vec3 along = circle.axis.cross(out);
+  const double du = along.dot(u_), dv = along.dot(v_);
+  double slope = du * zx_ + dv * zy_;
+  if (slope > 0) along = -along;
+  slope = std::abs(slope);
+  double w[3] = {0, 0, 0};
+  Vec3 sum = Vec3::Zero();
+  for (int b = 0; b < 2; ++b) {
+    pair_.body[b].add_curvature(active_[b].piece[0], at_.n, u_, v_, w);
+    sum += pair_.body[b].point(active_[b].piece[0], at_.n);
+  }
+  const double bend = radius * (w[0] * du * du + 2 * w[1] * du * dv + w[2] * dv * dv) - sum.dot(out);
+  double angle;
+  if (slope <= small()) {
+    if (at_.h <= 0 || bend >= -1e-9 * pair_.scale || kicks_++ > 2) {
+      at_.optimal = zx_ * zx_ + zy_ * zy_ <= 1e-18 * pair_.scale * pair_.scale;
+      return false;
+    }
+    angle = 0.3;
+  } else {
+    angle = std::min(slope / std::max(std::abs(bend), 1e-14 * pair_.scale), 1.0);
+  }
+  const Vec3 base = circle.height * circle.axis, side = radius * out;
+  return go({base + side, 2 * radius * along, base - side}, 0.5 * angle, slope);
+}
+
+Support Walker::run() {
+  for (int step = 0; step < max_steps; ++step) {
+    weigh();
+    if (at_.h < below_ || at_.optimal) return at_;
+    if (at_disc()) return at_;
+    const int edges = active_[0].count + active_[1].count - 2;
+    if (edges == 0) {
+      if (!step_freely()) break;
+      continue;
+    }
+    const int b = active_[0].count > 1 ? 0 : 1;
+    if (!step_along(pair_.body[b].circle(active_[b].piece[0], active_[b].piece[1]))) break;
+  }
+  return at_;
+}
+
+/// Turns n along the way between the two points: an error of n shows in how far they are from h n apart, but only by
+/// its square in their distance and in h.
+void straighten(const RoundPair& pair, Support& s) {
+  const double rounding = 64 * epsilon * pair.scale;
+  const Vec3 p = s.point[0] + s.point[1];
+  const double off = (p - s.h * s.n).squaredNorm(), length = p.norm();
+  if (off <= rounding * rounding || !(length > 0)) return;
+  const Vec3 n = (s.h < 0 ? -p : p) / length;
+  const double h = n.dot(pair.support(n));
+  if (h <= s.h + rounding && (p - h * n).squaredNorm() < off) s.n = n, s.h = h;
+}
+
+/// How far the points are from bearing out that the way along n ends between them.
+double off_way(const Support& s) { return (s.point[0] + s.point[1] - s.h * s.n).norm(); }
+
+/// Do they bear it out to rounding?
+bool meets(const RoundPair& pair, const Support& s) { return off_way(s) <= 512 * epsilon * pair.scale; }
+
+}  // namespace
+
+Support walk(const RoundPair& pair, const Vec3& n, double below) {
+  constexpr int tries = 4;
+  const double rounding = 64 * epsilon * pair.scale;
+  Support s;
+  s.n = n;
+  s.h = infinity;
+  const auto descend = [&] {
+    for (int i = 0; i < tries; ++i) {
+      Walker walker(pair, s.n, below);
+      Support end = walker.run();
+      // Where the circles of two bodies meet, or cells are smaller than rounding, a piece may be missed: begin again,
+      // or, where that has led uphill, stay.
+      const double reached = end.h;
+      end.h = end.n.dot(pair.support(end.n));
+      if (end.h > walker.started() + rounding) return false;
+      s = end;
+      if (s.h - reached <= rounding) break;
+    }
+    straighten(pair, s);
+    return s.h < below || meets(pair, s);
+  };
+  const auto found = [&](Support best) {
+    best.optimal = doubt(best) <= (best.h < 0 ? rounding : 1e-10 * pair.scale) && off_way(best) <= 1e-10 * pair.scale;
+    return best;
+  };
+  if (descend()) return found(s);
+  const Support walked = s, settled = settle(pair, s.n, below);
+  const auto better = [&](const Support& p, const Support& q) {
+    return p.h < q.h - rounding || (p.h <= q.h + rounding && off_way(p) < off_way(q));
+  };
+  if (settled.h < below || meets(pair, settled)) return found(settled);
+  // Newton's method has the last digits.
+  s = settled;
+  descend();
+  if (!better(s, settled)) s = settled;
+  return found(better(walked, s) ? walked : s);
+}
+
+double doubt(const Support& s) { return s.h < 0 ? (s.point[0] + s.point[1]).norm() + s.h : off_way(s); }
+
+Support settle(const RoundPair& pair, const Vec3& n, double below) {
+  constexpr int rounds = 8;
+  const double rounding = 64 * epsilon * pair.scale;
+  MinkowskiDifference moved = pair.difference;
+  Support best;
+  best.n = n;
+  double least = infinity;  // |p - h n| of the best
+  const auto consider = [&](const Vec3& n, double h, const Vec3& a, const Vec3& b) {
+    const double off = (a + b - h * n).norm();
+    const bool lower = h < best.h - rounding || least == infinity;
+    if (!lower && !(h <= best.h + rounding && off < least)) return;
+    best.n = n, best.h = h, best.point[0] = a, best.point[1] = b;
+    least = off;
+  };
+  // The nearer, the less the last digits of the way found matter to where it ends, and the less exact it is.
+  for (const double out : {1e-2 * pair.scale, 1e-4 * pair.scale, 1e-6 * pair.scale}) {
+    Vec3 from = best.n;
+    double h = from.dot(pair.support(from));
+    for (int round = 0; round < rounds; ++round) {
+      const double shift = std::max(0.0, h + out);
+      moved.pose.translation = pair.difference.pose.translation + shift * from;
+      const GjkResult r = gjk(moved, 1e-15, infinity, -infinity);
+      // Each of its body, whatever rounding made of the way between them.
+      Vec3 a = Vec3::Zero(), b = shift * from;
+      for (int i = 0; i < r.simplex.count; ++i) {
+        a += r.simplex.weight[i] * r.simplex.p[i].a;
+        b += r.simplex.weight[i] * (r.simplex.p[i].w - r.simplex.p[i].a);
+      }
+      consider(from, h, a, b);
+      if (!(r.upper > 0)) break;
+      const Vec3 to = -r.v / r.upper;
+      h = to.dot(pair.support(to));
+      consider(to, h, a, b);
+      if (best.h < below || meets(pair, best) || shift == 0 || h > best.h + rounding) break;
+      from = to;
+    }
+    if (best.h < below || meets(pair, best)) break;
+  }
+  return best;
+}
+
+Support facing_disc(const RoundPair& pair, int which, double side, Vec3& away) {
+  constexpr int corners = 16;
+  const RoundBody &body = pair.body[which], &other = pair.body[1 - which];
+  Support r;
+  r.n = side * body.axis();
+  const Vec3 centre = body.rim_centre(body.support_piece(r.n));
+  Vec3 points[corners];
+  double disc = 0;
+  const int count = other.face(r.n, 8 * epsilon * pair.scale, points, corners, disc);
+  const Vec3 u = any_perpendicular(r.n), v = r.n.cross(u);
+  Flat flat[corners];
+  for (int i = 0; i < count; ++i) {
+    const Vec3 w = centre + points[i];
+    flat[i] = {u.dot(w), v.dot(w), i, 0};
+  }
+  const NearestFlat z = nearest_flat(flat, count);
+  const double apart = std::sqrt(z.x * z.x + z.y * z.y);
+  r.h = r.n.dot(centre + points[0]);
+  const double reach = body.radius() + disc;
+  r.optimal = apart <= reach;
+  away = r.optimal ? Vec3::Zero() : Vec3((reach / apart - 1) * (z.x * u + z.y * v));
+  const Vec3 off = (r.optimal ? 1.0 : reach / apart) * (z.x * u + z.y * v);
+  r.point[which] = centre - body.radius() / reach * off;
+  for (int k = 0; k < z.count; ++k) r.point[1 - which] += z.weight[k] * points[z.index[k]];
+  r.point[1 - which] -= disc / reach * off;
+  return r;
+}
+
+}  // namespace tandem

@@ -1,0 +1,507 @@
+#include "shapes/mesh_model.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+
+#include "shapes/hull.h"
+
+namespace tandem {
+namespace {
+
+constexpr std::size_t bins = 16;
+// Below this, splits are by the median, so that no input makes the tree deeper than this plus log2 of its triangles.
+constexpr int last_binned_level = 24;
+// Of the largest coordinate: how far apart the corners of a surface may be that are one.
+constexpr double seam_ulps = 16;
+
+[[noreturn]] void refuse(const std::string& why) { throw std::invalid_argument("mesh: " + why); }
+
+std::string text(const Vec3& v) {
+  std::ostringstream out;
+  out.precision(17);
+  out << "(" << v.x() << ", " << v.y() << ", " << v.z() << ")";
+  return out.str();
+}
+
+// The first of the vertices with the same coordinates, for each vertex. Files often repeat vertices.
+std::vector<std::uint32_t> weld(const std::vector<Vec3>& vertices) {
+  const auto less = [&](std::uint32_t i, std::uint32_t j) {
+    const Vec3 &p = vertices[i], &q = vertices[j];
+    if (p.x() != q.x()) return p.x() < q.x();
+    if (p.y() != q.y()) return p.y() < q.y();
+    if (p.z() != q.z()) return p.z() < q.z();
+    return i < j;
+  };
+  std::vector<std::uint32_t> order(vertices.size()), first(vertices.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(), less);
+  for (std::size_t k = 0; k < order.size(); ++k)
+    first[order[k]] = k > 0 && vertices[order[k]] == vertices[order[k - 1]] ? first[order[k - 1]] : order[k];
+  return first;
+}
+
+struct Side {
+  std::uint32_t lo, hi;  // welded ends
+  bool up;               // runs from lo to hi
+  std::uint32_t triangle;
+  std::uint8_t corner;
+};
+
+// All sides but those without length, by their ends. `first` is what `weld` says.
+std::vector<Side> sorted_sides(const MeshModel& mesh, const std::vector<std::uint32_t>& first) {
+  std::vector<Side> sides;
+  sides.reserve(3 * mesh.triangles.size());
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i)
+    for (std::uint8_t k = 0; k < 3; ++k) {
+      const std::uint32_t p = first[mesh.triangles[i][k]], q = first[mesh.triangles[i][(k + 1) % 3]];
+      if (p != q) sides.push_back({std::min(p, q), std::max(p, q), p < q, i, k});
+    }
+  std::stable_sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+    return a.lo != b.lo ? a.lo < b.lo : a.hi != b.hi ? a.hi < b.hi : a.up < b.up;
+  });
+  return sides;
+}
+
+// Lets the corners of a surface's triangles go round as those of the first one they hang together with. Only sides of
+// two triangles say how.
+void turn_alike(MeshModel& mesh, const std::vector<std::uint32_t>& first) {
+  struct Other {
+    std::uint32_t triangle = no_index;
+    bool against = false;  // the two go round in opposite ways
+  };
+  std::vector<std::array<Other, 3>> others(mesh.triangles.size());
+  const std::vector<Side> sides = sorted_sides(mesh, first);
+  bool any = false;
+  for (std::size_t begin = 0, end; begin < sides.size(); begin = end) {
+    for (end = begin; end < sides.size() && sides[end].lo == sides[begin].lo && sides[end].hi == sides[begin].hi;)
+      ++end;
+    if (end - begin != 2) continue;
+    const Side &p = sides[begin], &q = sides[begin + 1];
+    others[p.triangle][p.corner] = {q.triangle, p.up == q.up};
+    others[q.triangle][q.corner] = {p.triangle, p.up == q.up};
+    any = any || p.up == q.up;
+  }
+  if (!any) return;
+  std::vector<std::uint8_t> seen(mesh.triangles.size(), 0);
+  std::vector<std::pair<std::uint32_t, bool>> stack;  // with whether it is to be turned
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    if (seen[i]) continue;
+    seen[i] = 1;
+    stack.emplace_back(i, false);
+    while (!stack.empty()) {
+      const auto [t, turned] = stack.back();
+      stack.pop_back();
+      if (turned) std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
+      for (const Other& o : others[t])
+        if (o.triangle != no_index && !seen[o.triangle])
+          seen[o.triangle] = 1, stack.emplace_back(o.triangle, turned != o.against);
+    }
+  }
+}
+
+// Lets corners of a surface's borders that differ by rounding be one, as equal ones are: who computes the corners of
+// each triangle anew leaves such seams, and there is nothing between two sides of one.
+void weld_seams(const MeshModel& mesh, std::vector<std::uint32_t>& first) {
+  const std::vector<Side> sides = sorted_sides(mesh, first);
+  std::vector<std::uint32_t> ends;
+  for (std::size_t begin = 0, end; begin < sides.size(); begin = end) {
+    for (end = begin; end < sides.size() && sides[end].lo == sides[begin].lo && sides[end].hi == sides[begin].hi;)
+      ++end;
+    if (end - begin == 1) ends.insert(ends.end(), {sides[begin].lo, sides[begin].hi});
+  }
+  std::sort(ends.begin(), ends.end());
+  ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
+
+  using Cell = std::array<std::int64_t, 3>;
+  const double tolerance =
+      seam_ulps * std::numeric_limits<double>::epsilon() * (mesh.centre.cwiseAbs() + mesh.half).maxCoeff();
+  if (ends.empty() || !(tolerance > 0)) return;
+  const auto cell = [&](const Vec3& p) {
+    const Vec3 q = (p / (2 * tolerance)).array().floor();
+    return Cell{static_cast<std::int64_t>(q.x()), static_cast<std::int64_t>(q.y()), static_cast<std::int64_t>(q.z())};
+  };
+  std::vector<std::pair<Cell, std::uint32_t>> in_cells;
+  for (const std::uint32_t v : ends) in_cells.emplace_back(cell(mesh.vertices[v]), v);
+  std::sort(in_cells.begin(), in_cells.end());
+  const auto root = [&](std::uint32_t v) {
+    while (first[v] != v) v = first[v] = first[first[v]];
+    return v;
+  };
+  for (const std::uint32_t v : ends) {
+    const Vec3& p = mesh.vertices[v];
+    const Cell lo = cell(p - Vec3::Constant(tolerance)), hi = cell(p + Vec3::Constant(tolerance));
+    for (std::int64_t x = lo[0]; x <= hi[0]; ++x)
+      for (std::int64_t y = lo[1]; y <= hi[1]; ++y)
+        for (auto it = std::lower_bound(in_cells.begin(), in_cells.end(), std::pair(Cell{x, y, lo[2]}, 0u));
+             it != in_cells.end() && it->first <= Cell{x, y, hi[2]}; ++it) {
+          if (it->second >= v || (mesh.vertices[it->second] - p).lpNorm<Eigen::Infinity>() > tolerance) continue;
+          const std::uint32_t a = root(it->second), b = root(v);
+          first[std::max(a, b)] = std::min(a, b);
+        }
+  }
+  for (std::uint32_t v = 0; v < first.size(); ++v) first[v] = root(v);
+}
+
+void turn_all(MeshModel& mesh) {
+  for (auto& t : mesh.triangles) std::swap(t[1], t[2]);
+  for (auto& n : mesh.neighbours) std::swap(n[0], n[2]);
+}
+
+// Pairs sides of opposite sense. For a solid mesh every side must find its partner.
+void join_triangles(MeshModel& mesh, const std::vector<std::uint32_t>& first) {
+  const std::vector<Side> sides = sorted_sides(mesh, first);
+  mesh.neighbours.assign(mesh.triangles.size(), {no_index, no_index, no_index});
+  mesh.closed = true;
+  for (std::size_t begin = 0, end; begin < sides.size(); begin = end) {
+    for (end = begin; end < sides.size() && sides[end].lo == sides[begin].lo && sides[end].hi == sides[begin].hi;)
+      ++end;
+    std::size_t middle = begin;
+    while (middle < end && !sides[middle].up) ++middle;
+    const bool joined = middle - begin == end - middle;
+    mesh.closed = mesh.closed && joined;
+    if (mesh.solid && !joined)
+      refuse("solid, but the edge from vertex " + std::to_string(sides[begin].lo) + " " +
+             text(mesh.vertices[sides[begin].lo]) + " to vertex " + std::to_string(sides[begin].hi) + " " +
+             text(mesh.vertices[sides[begin].hi]) + " (triangle " + std::to_string(sides[begin].triangle) +
+             ") is used " + std::to_string(end - middle) + " times in one sense and " + std::to_string(middle - begin) +
+             " in the other; both must be as many (a closed, oriented surface)");
+    for (std::size_t i = begin, j = middle; i < middle && j < end; ++i, ++j) {
+      mesh.neighbours[sides[i].triangle][sides[i].corner] = sides[j].triangle;
+      mesh.neighbours[sides[j].triangle][sides[j].corner] = sides[i].triangle;
+    }
+  }
+}
+
+void find_parts(MeshModel& mesh, const std::vector<std::uint32_t>& first) {
+  std::vector<std::uint32_t> parent = first;
+  const auto root = [&](std::uint32_t v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  for (const auto& t : mesh.triangles)
+    for (std::size_t k = 1; k < 3; ++k) {
+      const std::uint32_t p = root(t[0]), q = root(t[k]);
+      parent[std::max(p, q)] = std::min(p, q);
+    }
+  std::vector<std::uint32_t> place(mesh.vertices.size(), no_index);
+  for (const auto& t : mesh.triangles) {
+    std::uint32_t& at = place[root(t[0])];
+    if (at == no_index) {
+      at = static_cast<std::uint32_t>(mesh.parts.size());
+      mesh.parts.emplace_back().fill(t[0]);
+    }
+    MeshModel::Part& part = mesh.parts[at];
+    for (const std::uint32_t v : t)
+      for (std::size_t k = 0; k < 6; ++k) {
+        const auto axis = static_cast<Eigen::Index>(k / 2);
+        const double beyond = mesh.vertices[v][axis] - mesh.vertices[part[k]][axis];
+        if (k % 2 == 0 ? beyond < 0 : beyond > 0) part[k] = v;
+      }
+  }
+}
+
+double six_volumes(const MeshModel& mesh) {
+  double sum = 0;
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    const auto [p, q, r] = mesh.corners(i);
+    sum += (p - mesh.centre).dot((q - mesh.centre).cross(r - mesh.centre));
+  }
+  return sum;
+}
+
+void require_outward(const MeshModel& mesh) {
+  const double volumes = six_volumes(mesh);
+  if (volumes < -1e-12 * mesh.half.squaredNorm() * mesh.half.norm())
+    refuse("solid, but its volume is " + std::to_string(volumes / 6) +
+           "; it must not be negative (triangles counterclockwise seen from outside)");
+}
+
+// Is the closed surface that of its hull? All vertices then lie on the hull, no edge is concave, and the area says that
+// the hull is covered once.
+bool is_own_hull(const MeshModel& mesh) {
+  const Hull& hull = mesh.hull;
+  if (hull.dimension < 3) return false;
+  const double flat = 1e-13 * 2 * mesh.half.norm();
+  double of_hull = 0, of_mesh = 0;
+  for (const Hull::Face& f : hull.faces)
+    for (std::uint32_t k = 2; k < f.count; ++k)
+      of_hull += (hull.vertices[hull.loop[f.first + k - 1]] - hull.vertices[hull.loop[f.first]])
+                     .cross(hull.vertices[hull.loop[f.first + k]] - hull.vertices[hull.loop[f.first]])
+                     .norm();
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    const auto [p, q, r] = mesh.corners(i);
+    const Vec3 n = (q - p).cross(r - p);
+    const double area = n.norm();
+    of_mesh += area;
+    if (area <= flat * mesh.half.norm()) continue;
+    for (const std::uint32_t t : mesh.neighbours[i]) {
+      if (t == no_index) continue;
+      for (const Vec3& v : mesh.corners(t))
+        if (n.dot(v - p) > flat * area) return false;
+    }
+  }
+  if (!(std::abs(of_mesh - of_hull) <= 1e-9 * of_hull)) return false;
+  std::vector<std::uint8_t> known(mesh.vertices.size(), 0);
+  for (const std::uint32_t v : mesh.extreme) known[v] = 1;
+  for (const auto& t : mesh.triangles)
+    for (const std::uint32_t v : t) {
+      if (known[v]) continue;
+      known[v] = 1;
+      const Vec3& p = mesh.vertices[v];
+      const bool on_it = std::any_of(hull.faces.begin(), hull.faces.end(),
+                                     [&](const Hull::Face& f) { return f.offset - f.normal.dot(p) <= flat; });
+      if (!on_it) return false;
+    }
+  return true;
+}
+
+struct Extent {
+  Vec3 lo = Vec3::Constant(std::numeric_limits<double>::infinity());
+  Vec3 hi = Vec3::Constant(-std::numeric_limits<double>::infinity());
+
+  void add(const Vec3& p) { lo = lo.cwiseMin(p), hi = hi.cwiseMax(p); }
+  void add(const Extent& e) { lo = lo.cwiseMin(e.lo), hi = hi.cwiseMax(e.hi); }
+  double area() const {
+    const Vec3 s = (hi - lo).cwiseMax(0);
+    return s.x() * s.y() + s.y() * s.z() + s.z() * s.x();
+  }
+};
+
+class HierarchyBuilder {
+ public:
+  explicit HierarchyBuilder(MeshModel& mesh) : mesh_(mesh), boxes_(mesh.triangles.size()) {
+    for (std::uint32_t i = 0; i < boxes_.size(); ++i)
+      // In units about the centre: the difference is rounded here once, and padded for it in store().
+      for (const Vec3& p : mesh.corners(i)) boxes_[i].add((p - mesh.centre) / mesh.unit);
+    mesh.order.resize(boxes_.size());
+    std::iota(mesh.order.begin(), mesh.order.end(), 0u);
+    build({0, static_cast<std::uint32_t>(boxes_.size())}, 1);
+  }
+
+ private:
+  struct Range {
+    std::uint32_t begin, end;
+    std::uint32_t size() const { return end - begin; }
+  };
+
+  Vec3 mid(std::uint32_t i) const { return boxes_[i].lo + boxes_[i].hi; }  // twice the middle: only compared
+
+  Extent extent(Range r) const {
+    Extent e;
+    for (std::uint32_t k = r.begin; k < r.end; ++k) e.add(boxes_[mesh_.order[k]]);
+    return e;
+  }
+
+  std::uint32_t build(Range range, int level) {
+    const auto self = static_cast<std::uint32_t>(mesh_.nodes.size());
+    mesh_.nodes.emplace_back();
+    mesh_.depth = std::max(mesh_.depth, level);
+    std::array<Range, mesh_lanes> part{range};
+    std::uint32_t lanes = 1;
+    const bool bottom = range.size() <= mesh_lanes;
+    while (lanes < mesh_lanes) {
+      std::uint32_t largest = 0;
+      for (std::uint32_t k = 1; k < lanes; ++k)
+        if (part[k].size() > part[largest].size()) largest = k;
+      if (part[largest].size() <= (bottom ? 1 : mesh_lanes)) break;
+      const std::uint32_t middle = split(part[largest], level);
+      part[lanes++] = {middle, part[largest].end};
+      part[largest].end = middle;
+    }
+    std::array<std::uint32_t, mesh_lanes> child{}, count{};
+    for (std::uint32_t k = 0; k < lanes; ++k) {
+      child[k] = bottom ? part[k].begin : build(part[k], level + 1);
+      count[k] = bottom ? 1 : 0;
+    }
+    MeshNode& node = mesh_.nodes[self];  // only now: building children moves the nodes
+    node.lanes = lanes;
+    node.bottom = bottom;
+    for (std::uint32_t k = 0; k < mesh_lanes; ++k) {
+      node.child[k] = child[k];
+      node.count[k] = count[k];
+      const Extent e = k < lanes ? extent(part[k]) : Extent();
+      for (int axis = 0; axis < 3; ++axis) store(e, axis, node.mid[axis][k], node.half[axis][k]);
+    }
+    const Extent all = extent(range);
+    for (int axis = 0; axis < 3; ++axis) store(all, axis, node.box_mid[axis], node.box_half[axis]);
+    node.reach = *std::max_element(node.box_half, node.box_half + 3);
+    if (bottom)
+      add_block(node);
+    else
+      add_slabs(node, part);
+    return self;
+  }
+
+  void add_slabs(MeshNode& node, const std::array<Range, mesh_lanes>& parts) {
+    node.block = static_cast<std::uint32_t>(mesh_.slabs.size());
+    ChildSlabs& slabs = mesh_.slabs.emplace_back();
+    for (std::uint32_t k = 0; k < node.lanes; ++k) {
+      const auto each_corner = [&](auto&& take) {
+        for (std::uint32_t i = parts[k].begin; i < parts[k].end; ++i)
+          for (const Vec3& p : mesh_.corners(mesh_.order[i])) take(Vec3((p - mesh_.centre) / mesh_.unit));
+      };
+      Vec3 sum = Vec3::Zero();
+      each_corner([&](const Vec3& p) { sum += p; });
+      const Vec3 mean = sum / (3.0 * parts[k].size());
+      Mat3 spread = Mat3::Zero();
+      each_corner([&](const Vec3& p) { spread += (p - mean) * (p - mean).transpose(); });
+      Eigen::SelfAdjointEigenSolver<Mat3> axes;
+      axes.computeDirect(spread);
+      Vec3 thin = axes.eigenvectors().col(0);
+      if (!(std::abs(thin.norm() - 1) < 1e-3)) thin = Vec3::UnitX();
+      for (int axis = 0; axis < 3; ++axis)
+        slabs.normal[axis][k] = static_cast<float>(thin[axis]), thin[axis] = slabs.normal[axis][k];
+      double low = std::numeric_limits<double>::infinity(), high = -low;
+      each_corner([&](const Vec3& p) { low = std::min(low, thin.dot(p)), high = std::max(high, thin.dot(p)); });
+      store(low, high, mesh_.centre.cwiseAbs().sum(), slabs.mid[k], slabs.half[k]);
+    }
+  }
+
+  void add_block(MeshNode& node) {
+    node.block = static_cast<std::uint32_t>(mesh_.blocks.size());
+    TriangleBlock& block = mesh_.blocks.emplace_back();
+    for (std::uint32_t k = 0; k < mesh_lanes; ++k) {
+      const auto corners = mesh_.corners(mesh_.order[node.child[std::min(k, node.lanes - 1)]]);
+      for (std::size_t c = 0; c < 3; ++c)
+        for (int axis = 0; axis < 3; ++axis)
+          block.corner[c][axis][k] = static_cast<float>((corners[c][axis] - mesh_.centre[axis]) / mesh_.unit);
+    }
+  }
+
+  void store(const Extent& e, int axis, float& mid, float& half) const {
+    const bool used = e.lo[axis] <= e.hi[axis];
+    mid = 0, half = -1e30f;
+    if (used) store(e.lo[axis], e.hi[axis], std::abs(mesh_.centre[axis]), mid, half);
+  }
+
+  // The middle and half of an interval, rounded outward; `away` is how far from the origin the centre lies.
+  void store(double low, double high, double away, float& mid, float& half) const {
+    mid = static_cast<float>((low + high) / 2);
+    const double pad = 1e-15 * (1 + away / mesh_.unit);
+    const double exact = std::max(high - mid, mid - low) + pad;
+    half = std::nextafter(static_cast<float>(exact), std::numeric_limits<float>::infinity());
+  }
+
+  // Surface area heuristic over bins of the centroids; the median where that brings nothing.
+  std::uint32_t split(Range r, int level) {
+    Extent centres;
+    for (std::uint32_t k = r.begin; k < r.end; ++k) centres.add(mid(mesh_.order[k]));
+    const Vec3 width = centres.hi - centres.lo;
+    int best_axis = -1;
+    std::size_t best_bin = 0;
+    double best_cost = std::numeric_limits<double>::infinity();
+    const auto bin_of = [&](std::uint32_t triangle, int axis) {
+      const double x = (mid(triangle)[axis] - centres.lo[axis]) / width[axis];
+      return std::min(static_cast<std::size_t>(x * static_cast<double>(bins)), bins - 1);
+    };
+    for (int axis = 0; axis < 3 && level < last_binned_level; ++axis) {
+      if (!(width[axis] > 1e-12)) continue;
+      std::array<Extent, bins> box;
+      std::array<std::uint32_t, bins> count{};
+      for (std::uint32_t k = r.begin; k < r.end; ++k) {
+        const std::size_t b = bin_of(mesh_.order[k], axis);
+        box[b].add(boxes_[mesh_.order[k]]);
+        ++count[b];
+      }
+      std::array<double, bins> right{};
+      Extent e;
+      std::uint32_t n = 0;
+      for (std::size_t b = bins - 1; b > 0; --b) {
+        e.add(box[b]);
+        n += count[b];
+        right[b] = n > 0 ? e.area() * n : 0;
+      }
+      e = {};
+      n = 0;
+      for (std::size_t b = 1; b < bins; ++b) {
+        e.add(box[b - 1]);
+        n += count[b - 1];
+        if (n == 0 || n == r.size()) continue;
+        if (const double cost = e.area() * n + right[b]; cost < best_cost)
+          best_cost = cost, best_axis = axis, best_bin = b;
+      }
+    }
+    const auto begin = mesh_.order.begin() + r.begin, end = mesh_.order.begin() + r.end;
+    if (best_axis >= 0)
+      return r.begin +
+             static_cast<std::uint32_t>(
+                 std::stable_partition(begin, end, [&](auto t) { return bin_of(t, best_axis) < best_bin; }) - begin);
+    int axis;
+    width.maxCoeff(&axis);
+    const auto middle = begin + r.size() / 2;
+    std::nth_element(begin, middle, end, [&](auto i, auto j) {
+      return mid(i)[axis] != mid(j)[axis] ? mid(i)[axis] < mid(j)[axis] : i < j;
+    });
+    return r.begin + r.size() / 2;
+  }
+
+  MeshModel& mesh_;
+  std::vector<Extent> boxes_;
+};
+
+}  // namespace
+
+MeshModel build_mesh(Mesh mesh) {
+  if (mesh.triangles.empty()) refuse("triangles is empty; at least one is needed");
+  if (mesh.triangles.size() > 0x0fffffff)
+    refuse("triangles holds " + std::to_string(mesh.triangles.size()) + "; at most 2^28 - 1 are allowed");
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
+    if (!mesh.vertices[i].allFinite())
+      refuse("vertices[" + std::to_string(i) + "] is " + text(mesh.vertices[i]) + "; it must be finite");
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
+    for (std::size_t k = 0; k < 3; ++k)
+      if (mesh.triangles[i][k] >= mesh.vertices.size())
+        refuse("triangles[" + std::to_string(i) + "][" + std::to_string(k) + "] is " +
+               std::to_string(mesh.triangles[i][k]) + "; it must be below the number of vertices, " +
+               std::to_string(mesh.vertices.size()));
+
+  MeshModel model;
+  model.vertices = std::move(mesh.vertices);
+  model.triangles = std::move(mesh.triangles);
+  model.solid = mesh.solid;
+
+  // Vertices that no triangle uses are no part of the surface.
+  std::vector<std::uint8_t> used(model.vertices.size(), 0);
+  for (const auto& t : model.triangles)
+    for (const std::uint32_t v : t) used[v] = 1;
+  Extent box;
+  std::vector<Vec3> points;
+  std::vector<std::uint32_t> point_of;
+  for (std::uint32_t v = 0; v < used.size(); ++v)
+    if (used[v]) {
+      box.add(model.vertices[v]);
+      points.push_back(model.vertices[v]);
+      point_of.push_back(v);
+    }
+  model.centre = box.lo + (box.hi - box.lo) / 2;
+  model.half = (box.hi - model.centre).cwiseMax(model.centre - box.lo);
+  if (const double most = model.half.maxCoeff(); most > 0) model.unit = std::exp2(std::ceil(std::log2(most)) + 1);
+
+  model.hull = build_hull(points);
+  const Hull& hull = model.hull;
+  // The hull keeps its vertices in the order given, each with the bits given.
+  for (std::size_t i = 0, k = 0; i < points.size() && k < hull.vertices.size(); ++i)
+    if (points[i] == hull.vertices[k]) model.extreme.push_back(point_of[i]), ++k;
+
+  std::vector<std::uint32_t> first = weld(model.vertices);
+  if (!model.solid) {
+    weld_seams(model, first);
+    turn_alike(model, first);
+  }
+  join_triangles(model, first);
+  if (!model.solid && model.closed && six_volumes(model) < 0) turn_all(model);
+  find_parts(model, first);
+  if (model.solid) require_outward(model);
+  model.own_hull = model.closed && is_own_hull(model);
+  model.convex = model.solid && model.own_hull;
+  HierarchyBuilder{model};
+  return model;
+}
+
+}  // namespace tandem

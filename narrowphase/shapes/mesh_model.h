@@ -1,0 +1,86 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "shapes/hull.h"
+#include "tandem/narrowphase/shape.h"
+
+namespace tandem {
+
+inline constexpr std::uint32_t no_index = 0xffffffffu;
+
+inline constexpr std::size_t mesh_lanes = 8;
+inline constexpr std::size_t most_mesh_levels = 64;  ///< of a hierarchy: MeshModel::depth is less
+
+/// Eight boxes of the hierarchy side by side, so that one instruction tests a bound of all: floats rounded outward,
+/// about MeshModel::centre, in units of MeshModel::unit. An unused lane has half = -1e30 and touches nothing.
+struct alignas(32) MeshNode {
+  float mid[3][mesh_lanes];
+  float half[3][mesh_lanes];
+  /// Inner child: its node. Leaf: its triangles are order[child, child + count).
+  std::uint32_t child[mesh_lanes];
+  std::uint32_t count[mesh_lanes];  ///< 0 for inner children; a leaf holds one triangle
+  float box_mid[3], box_half[3];    ///< around all lanes
+  float reach;                      ///< largest half of that box
+  std::uint32_t block = 0;          ///< a bottom node's triangles, in the lanes' order; of others the slabs
+  std::uint32_t lanes = 0;          ///< in use, 1..8
+  bool bottom = false;              ///< all its children are leaves; else none is
+
+  std::uint32_t used() const { return (1u << lanes) - 1; }
+};
+
+/// Corners of the triangles of a bottom node, in the units and about the centre of its boxes.
+struct alignas(32) TriangleBlock {
+  float corner[3][3][mesh_lanes];  ///< [corner][axis]
+};
+
+/// What lies under the children of an inner node, each between two planes of a direction of its own, in which it is
+/// thin: |normal . x - mid| <= half, in the units and about the centre of its boxes; rounded outward.
+struct alignas(32) ChildSlabs {
+  float normal[3][mesh_lanes];  ///< of length 1 to rounding
+  float mid[mesh_lanes];
+  float half[mesh_lanes];
+};
+
+/// A checked mesh with what queries need of it, built once. Immutable.
+struct MeshModel {
+  std::vector<Vec3> vertices;
+  std::vector<std::array<std::uint32_t, 3>> triangles;  ///< of a surface turned to go round alike, a closed one outward
+  bool solid = false;
+  /// Triangle on the other side of edge k, from corner k to corner k + 1; no_index on a border. Corners with equal
+  /// coordinates are one vertex here; of a surface's borders also those with coordinates that differ by rounding only.
+  std::vector<std::array<std::uint32_t, 3>> neighbours;
+  std::vector<std::uint32_t> extreme;  ///< vertices of the convex hull: enough for bounds (to 1e-12 of the size)
+
+  Hull hull;  ///< of all vertices in use
+  /// Every edge joins as many triangles in one sense as in the other: a solid's, or a surface that could be one's.
+  bool closed = false;
+  /// Closed, and the surface of its hull, to 1e-13 of the size.
+  bool own_hull = false;
+  bool convex = false;  ///< a solid that is its own hull: it is solved as one
+
+  /// Vertices of what hangs together by vertices with equal coordinates: those farthest along -x, x, -y, y, -z, z.
+  using Part = std::array<std::uint32_t, 6>;
+  std::vector<Part> parts;
+
+  Vec3 centre = Vec3::Zero();   ///< of the bounding box
+  Vec3 half = Vec3::Zero();     ///< of the bounding box
+  double unit = 1;              ///< power of two, at least the largest half
+  std::vector<MeshNode> nodes;  ///< the root is nodes[0]
+  std::vector<TriangleBlock> blocks;
+  std::vector<ChildSlabs> slabs;
+  std::vector<std::uint32_t> order;  ///< triangles in the leaves' order
+  int depth = 0;                     ///< levels of nodes: bounds every traversal's stack
+
+  std::array<Vec3, 3> corners(std::uint32_t triangle) const {
+    const auto& t = triangles[triangle];
+    return {vertices[t[0]], vertices[t[1]], vertices[t[2]]};
+  }
+};
+
+/// Throws std::invalid_argument naming the mesh's first fault: no triangles, a vertex that is not finite, an index
+/// out of range, or for a solid mesh an edge that does not join triangles in opposite sense.
+MeshModel build_mesh(Mesh mesh);
+
+}  // namespace tandem

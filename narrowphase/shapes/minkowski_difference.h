@@ -1,0 +1,42 @@
+#pragma once
+#include <algorithm>
+
+#include "shapes/support.h"
+
+namespace tandem {
+
+/// A point of the Minkowski difference A - B and the point of A it comes from. For polytopes the vertices of A and B
+/// are numbered.
+struct MinkowskiPoint {
+  Vec3 w;
+  Vec3 a;
+  std::uint32_t vertex_a;
+  std::uint32_t vertex_b;
+};
+
+/// A - B of two cores in A's frame.
+struct MinkowskiDifference {
+  const ConvexView& a;
+  const ConvexView& b;
+  RelativePose pose;
+  MinkowskiKernel kernel = minkowski_kernel();
+
+  MinkowskiPoint support(const Vec3& n) const {
+    MinkowskiPoint p;
+    kernel(*this, n, p);
+    return p;
+  }
+  /// p - q of two points of polytopes: exact to the length of the edges it is made of, not to that of p and q.
+  Vec3 edge(const MinkowskiPoint& p, const MinkowskiPoint& q) const {
+    return (core_vertex(a, p.vertex_a) - core_vertex(a, q.vertex_a)) -
+           pose.rotation * (core_vertex(b, p.vertex_b) - core_vertex(b, q.vertex_b));
+  }
+  bool polytopes() const { return is_polytope(a.kind) && is_polytope(b.kind); }
+  /// The unit of absolute rounding errors.
+  double scale() const { return a.size + b.size + pose.translation.norm(); }
+};
+
+/// The unit of relative tolerances.
+inline double larger(const MinkowskiDifference& d) { return std::max(d.a.size, d.b.size); }
+
+}  // namespace tandem

@@ -1,0 +1,25 @@
+#pragma once
+#include <array>
+
+#include "shapes/convex_view.h"
+#include "shapes/mesh_model.h"
+
+namespace tandem {
+
+/// A shape where it is.
+struct Posed {
+  const Shape& shape;
+  const Pose& pose;
+};
+
+inline bool has_triangles(const Shape& s) { return s.kind() == ShapeKind::mesh || s.kind() == ShapeKind::triangle; }
+
+using Corners = std::array<Vec3, 3>;
+
+/// Largest absolute coordinate of a vertex, or a little more.
+inline double reach(const MeshModel& mesh) { return (mesh.centre.cwiseAbs() + mesh.half).maxCoeff(); }
+
+/// The mesh's hull as a convex shape.
+ConvexView view_hull(const Shape& mesh);
+
+}  // namespace tandem

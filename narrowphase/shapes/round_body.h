@@ -1,0 +1,324 @@
+#pragma once
+#include <algorithm>
+#include <utility>
+
+#include "shapes/hull.h"
+#include "shapes/support.h"
+
+namespace tandem {
+
+/// An arc of a great or small circle of directions: (p + q t + s t^2) / (1 +
+/// t^2) is a unit vector for every t, the tangent of half the angle turned.
+struct Arc {
+  Vec3 p, q, s;
+  Vec3 at(double t) const { return (p + t * (q + t * s)) / (1 + t * t); }
+};
+
+/// The unit directions n with n . axis = height, `radius` off the axis; the axis is unit where height is not 0.
+struct Circle {
+  Vec3 axis;
+  double height = 0;
+  double radius = 1;
+};
+
+/// The core of A, or of B mirrored in the origin, in A's frame: a summand of A
+/// - B. It is the hull of a few pieces, each with a smooth support function:
+/// corners, rims of discs, a whole ellipsoid. Where the support goes from one
+/// piece to another the direction lies on a circle, and the edge, side line or
+/// face between them supports it.
+class RoundBody {
+ public:
+  /// Point x of the shape's frame stands at axes * x + centre.
+  RoundBody(const ConvexView& v, const Mat3& axes, const Vec3& centre)
+      : view_(&v), axes_(axes), centre_(centre), radius_(v.param[0]), half_(0.5 * v.param[1]) {
+    if (v.kind == ShapeKind::cone) {
+      const double slant = std::sqrt(v.param[0] * v.param[0] + v.param[1] * v.param[1]);
+      sine_ = v.param[0] / slant, cosine_ = v.param[1] / slant;
+    }
+  }
+
+  ShapeKind kind() const { return view_->kind; }
+  const Mat3& axes() const { return axes_; }
+  const Hull& hull() const { return *view_->hull; }  ///< of a convex body
+  const ConvexView& view() const { return *view_; }
+  Vec3 axis() const { return axes_.col(2); }
+  double radius() const { return radius_; }
+
+  bool has_rim() const { return kind() == ShapeKind::cylinder || kind() == ShapeKind::cone; }
+  bool is_rim(int piece) const { return kind() == ShapeKind::cylinder || (kind() == ShapeKind::cone && piece == 0); }
+  /// +1 or -1 for a rim: its disc faces +axis or -axis.
+  double facing(int piece) const { return kind() == ShapeKind::cylinder && piece == 0 ? 1.0 : -1.0; }
+  Vec3 rim_centre(int piece) const { return centre_ + facing(piece) * half_ * axis(); }
+
+  /// A piece that reaches farthest along n.
+  int support_piece(const Vec3& n) const {
+    const Vec3 m = axes_.transpose() * n;
+    switch (kind()) {
+      case ShapeKind::box:
+        return (m[0] < 0 ? 1 : 0) | (m[1] < 0 ? 2 : 0) | (m[2] < 0 ? 4 : 0);
+      case ShapeKind::capsule:
+      case ShapeKind::cylinder:
+        return m[2] < 0 ? 1 : 0;
+      case ShapeKind::cone:
+        return to_apex(m) ? 1 : 0;
+      case ShapeKind::convex:
+      case ShapeKind::triangle:
+        return static_cast<int>(core_support_point(*view_, m, support_kernel()).vertex);
+      default:
+        return 0;
+    }
+  }
+
+  /// Does the body look the same from n and from -n? Then centre() is its
+  /// middle.
+  bool symmetric() const { return kind() != ShapeKind::cone && view_->vertices.empty(); }
+  const Vec3& centre() const { return centre_; }
+
+  /// The point of support_piece(n).
+  Vec3 support(const Vec3& n) const {
+    if (kind() == ShapeKind::sphere) return centre_;
+    const Vec3 m = axes_.transpose() * n;
+    return centre_ + axes_ * (has_rim() ? rim_support(m) : core_support(*view_, m));
+  }
+  /// The same of a body with a rim, in its own frame: m is along its axes.
+  Vec3 rim_support(const Vec3& m) const {
+    if (kind() == ShapeKind::cone && to_apex(m)) return {0, 0, half_};
+    const double k = onto_rim(radius_, std::sqrt(m[0] * m[0] + m[1] * m[1]));
+    return {k * m[0], k * m[1], kind() == ShapeKind::cone || m[2] < 0 ? -half_ : half_};
+  }
+
+  /// The piece's point farthest along n; a rim seen along its axis has all of
+  /// them, and gives one.
+  Vec3 point(int piece, const Vec3& n) const {
+    if (is_rim(piece)) {
+      // In the disc's plane to rounding, however steeply it is seen.
+      const double x = axes_.col(0).dot(n), y = axes_.col(1).dot(n), k = onto_rim(radius_, std::sqrt(x * x + y * y));
+      return rim_centre(piece) + (k * x) * axes_.col(0) + (k * y) * axes_.col(1);
+    }
+    if (kind() == ShapeKind::ellipsoid) {
+      const Vec3 r{view_->param[0], view_->param[1], view_->param[2]};
+      const Vec3 q = r.cwiseProduct(axes_.transpose() * n);
+      return centre_ + axes_ * (r.cwiseProduct(q) / q.norm());
+    }
+    return centre_ + axes_ * corner(piece);
+  }
+
+  /// Radii of curvature of the piece where its normal is n, along the
+  /// orthonormal tangents u and v: uu, uv, vv.
+  void add_curvature(int piece, const Vec3& n, const Vec3& u, const Vec3& v, double w[3]) const {
+    if (is_rim(piece)) {
+      const Vec3 t = axis().cross(n);
+      const double rho2 = t.squaredNorm();
+      if (!(rho2 > 1e-160)) return;  // seen along the axis; beyond, the curvature would leave the range of a double
+      const double k = radius_ / (rho2 * std::sqrt(rho2)), tu = t.dot(u), tv = t.dot(v);
+      w[0] += k * tu * tu, w[1] += k * tu * tv, w[2] += k * tv * tv;
+    } else if (kind() == ShapeKind::ellipsoid) {
+      const Vec3 r{view_->param[0], view_->param[1], view_->param[2]};
+      const Vec3 q = r.cwiseProduct(axes_.transpose() * n), a = r.cwiseProduct(axes_.transpose() * u),
+                 b = r.cwiseProduct(axes_.transpose() * v);
+      const double l2 = q.squaredNorm(), k = 1 / std::sqrt(l2), qa = q.dot(a) / l2, qb = q.dot(b);
+      w[0] += k * (a.squaredNorm() - qa * q.dot(a)), w[1] += k * (a.dot(b) - qa * qb);
+      w[2] += k * (b.squaredNorm() - qb * qb / l2);
+    }
+  }
+
+  /// Where `other` takes over from `piece`: beyond the circle, on the side the
+  /// axis points to.
+  Circle circle(int piece, int other) const {
+    switch (kind()) {
+      case ShapeKind::capsule:
+      case ShapeKind::cylinder:
+        return {piece == 0 ? Vec3(-axis()) : axis()};
+      case ShapeKind::cone:
+        return piece == 0 ? Circle{axis(), sine_, cosine_} : Circle{-axis(), -sine_, cosine_};
+      default:
+        return {unit(axes_ * (corner(other) - corner(piece)))};
+    }
+  }
+
+  /// The circles that hold all directions with more than one supporting point,
+  /// but for discs and corners of hulls.
+  int kinks(Circle* circles) const {
+    switch (kind()) {
+      case ShapeKind::box:
+        for (int k = 0; k < 3; ++k) circles[k] = {axes_.col(k)};
+        return 3;
+      case ShapeKind::capsule:
+      case ShapeKind::cylinder:
+      case ShapeKind::cone:
+        circles[0] = {axis(), sine_, cosine_};
+        return 1;
+      case ShapeKind::triangle: {
+        int count = 0;
+        const std::size_t corners = view_->vertices.size();
+        for (std::size_t i = 0; i < corners; ++i) {
+          const Vec3 e = view_->vertices[(i + 1) % corners] - view_->vertices[i];
+          const double length = e.norm();
+          if (length > 0) circles[count++] = {axes_ * unit(e, length)};
+        }
+        return count;
+      }
+      case ShapeKind::ellipsoid: {
+        // A needle is almost a segment.
+        int longest = 0;
+        for (int k = 1; k < 3; ++k)
+          if (view_->param[static_cast<std::size_t>(k)] > view_->param[static_cast<std::size_t>(longest)]) longest = k;
+        for (int k = 0; k < 3; ++k)
+          if (k != longest &&
+              !(view_->param[static_cast<std::size_t>(longest)] > 8 * view_->param[static_cast<std::size_t>(k)]))
+            return 0;
+        circles[0] = {axes_.col(longest)};
+        return 1;
+      }
+      default:
+        return 0;
+    }
+  }
+
+  /// A hull or triangle whose corners lie on a line.
+  bool is_segment() const { return view_->hull != nullptr && view_->hull->dimension == 1; }
+
+  /// On the circles of these bodies they reach to middle() . n + level(), the same all around.
+  bool is_level() const { return kind() == ShapeKind::capsule || has_rim() || is_segment(); }
+  /// A point of the axis of a body that is the same all around one.
+  Vec3 middle() const { return is_segment() ? Vec3(centre_ + axes_ * corner(0)) : centre_; }
+  double level() const {
+    return kind() == ShapeKind::cylinder ? radius_ : kind() == ShapeKind::cone ? half_ * sine_ : 0.0;
+  }
+
+  /// The longest of an ellipsoid's axes over the shortest; 1 for all else.
+  double aspect() const {
+    if (kind() != ShapeKind::ellipsoid) return 1;
+    const auto [least, most] = std::minmax({view_->param[0], view_->param[1], view_->param[2]});
+    return most / least;
+  }
+
+  /// The radius of a ball that rolls inside an ellipsoid, as far as directions on the circle can tell: there it reaches
+  /// as far as a smaller body does and this much. No less than its radius of curvature is anywhere. 0 of other kinds.
+  double rolling_ball(const Circle& c) const {
+    if (kind() != ShapeKind::ellipsoid) return 0;
+    const Vec3 r{view_->param[0], view_->param[1], view_->param[2]};
+    if (c.height != 0) return r.minCoeff() * r.minCoeff() / r.maxCoeff();
+    // Seen along the axis it is an ellipse with these squared half axes.
+    const Vec3 u = any_perpendicular(c.axis), v = c.axis.cross(u);
+    const Vec3 a = r.cwiseProduct(axes_.transpose() * u), b = r.cwiseProduct(axes_.transpose() * v);
+    const double mean = 0.5 * (a.squaredNorm() + b.squaredNorm()), half = 0.5 * (a.squaredNorm() - b.squaredNorm());
+    const double spread = std::sqrt(half * half + a.dot(b) * a.dot(b));
+    return std::max(0.0, mean - spread) / std::sqrt(mean + spread);
+  }
+
+  /// The first t in (0, end) where a piece not among the `count` active ones
+  /// takes over from one of them.
+  template <class Report>
+  void first_crossing(const Arc& arc, double end, const int* active, int count, Report&& report) const {
+    if (kind() == ShapeKind::ellipsoid || kind() == ShapeKind::sphere) return;
+    const auto cross = [&](int from, int other, const Vec3& axis, double height) {
+      const double a = arc.p.dot(axis) - height, b = arc.q.dot(axis), c = arc.s.dot(axis) - height;
+      if (!(a + end * (b + end * c) > 0)) return;
+      if (a >= 0) return report(0.0, from, other);
+      const double root = b + std::sqrt(std::max(0.0, b * b - 4 * a * c));
+      report(root > 0 ? std::min(end, -2 * a / root) : end, from, other);
+    };
+    if (kind() == ShapeKind::capsule || kind() == ShapeKind::cylinder || kind() == ShapeKind::cone) {
+      if (count > 1) return;
+      const Circle k = circle(active[0], 1 - active[0]);
+      return cross(active[0], 1 - active[0], k.axis, k.height);
+    }
+    const auto is_active = [&](int i) {
+      for (int k = 0; k < count; ++k)
+        if (active[k] == i) return true;
+      return false;
+    };
+    if (kind() == ShapeKind::box) {
+      for (int bit = 1; bit < 8; bit *= 2) {
+        bool along = false;
+        for (int k = 1; k < count; ++k) along = along || ((active[0] ^ active[k]) & bit) != 0;
+        const int k = bit >> 1;
+        if (!along) cross(active[0], active[0] ^ bit, (active[0] & bit) != 0 ? axes_.col(k) : Vec3(-axes_.col(k)), 0);
+      }
+      return;
+    }
+    // Corners of a hull: in its frame.
+    const Arc local{axes_.transpose() * arc.p, axes_.transpose() * arc.q, axes_.transpose() * arc.s};
+    const auto cross_corner = [&](int from, int other) {
+      if (is_active(other)) return;
+      const Vec3 e = corner(other) - corner(from);
+      const double a = local.p.dot(e), b = local.q.dot(e), c = local.s.dot(e);
+      if (!(a + end * (b + end * c) > 0)) return;
+      if (a >= 0) return report(0.0, from, other);
+      const double root = b + std::sqrt(std::max(0.0, b * b - 4 * a * c));
+      report(root > 0 ? std::min(end, -2 * a / root) : end, from, other);
+    };
+    for (int k = 0; k < count; ++k) {
+      const auto i = static_cast<std::size_t>(active[k]);
+      if (view_->hull == nullptr || view_->vertices.size() <= 4) {
+        for (int j = 0; j < static_cast<int>(view_->vertices.size()); ++j) cross_corner(active[k], j);
+      } else {
+        for (std::uint32_t j = view_->hull->neighbour_first[i]; j < view_->hull->neighbour_first[i + 1]; ++j)
+          cross_corner(active[k], static_cast<int>(view_->hull->neighbours[j]));
+      }
+    }
+  }
+
+  /// The points that reach farthest along n to within `tolerance`: corners of a
+  /// face, ends of a side, at most `capacity`; returns how many. A disc seen
+  /// along its axis is its centre, and `disc` its radius.
+  int face(const Vec3& n, double tolerance, Vec3* points, int capacity, double& disc) const {
+    disc = 0;
+    const int first = support_piece(n);
+    if (is_rim(first)) {
+      const double rho = n.cross(axis()).norm();
+      if (rho * radius_ <= tolerance) {
+        disc = radius_;
+        points[0] = rim_centre(first);
+        return 1;
+      }
+    }
+    points[0] = point(first, n);
+    if (kind() == ShapeKind::ellipsoid || kind() == ShapeKind::sphere) return 1;
+    int count = 1;
+    const auto consider = [&](int i, double along) {
+      if (i != first && along >= -tolerance) points[count++] = point(i, n);
+    };
+    if (kind() == ShapeKind::convex || kind() == ShapeKind::triangle) {
+      const Vec3 m = axes_.transpose() * n, top = corner(first);
+      const int corners = static_cast<int>(view_->vertices.size());
+      for (int i = 0; i < corners && count < capacity; ++i) consider(i, m.dot(corner(i) - top));
+      return count;
+    }
+    const int pieces = kind() == ShapeKind::box ? 8 : 2;
+    for (int i = 0; i < pieces && count < capacity; ++i) consider(i, n.dot(point(i, n) - points[0]));
+    return count;
+  }
+
+ private:
+  /// Is a cone's apex farther along m, in its frame, than its rim? Flat cones need the ratio, not the cosine.
+  bool to_apex(const Vec3& m) const {
+    return m[2] > 0 && m[2] * m[2] * cosine_ * cosine_ > (m[0] * m[0] + m[1] * m[1]) * sine_ * sine_;
+  }
+
+  Vec3 corner(int i) const {
+    switch (kind()) {
+      case ShapeKind::box:
+        return {i & 1 ? -view_->param[0] : view_->param[0], i & 2 ? -view_->param[1] : view_->param[1],
+                i & 4 ? -view_->param[2] : view_->param[2]};
+      case ShapeKind::capsule:
+        return {0, 0, i == 0 ? half_ : -half_};
+      case ShapeKind::cone:
+        return {0, 0, half_};
+      case ShapeKind::convex:
+      case ShapeKind::triangle:
+        return view_->vertices[static_cast<std::size_t>(i)];
+      default:
+        return Vec3::Zero();
+    }
+  }
+
+  const ConvexView* view_;
+  Mat3 axes_;
+  Vec3 centre_;
+  double radius_, half_;
+  double sine_ = 0, cosine_ = 1;  ///< of a cone: height and radius of the circle of its side's normals
+};
+
+}  // namespace tandem

@@ -1,0 +1,290 @@
+#include "tandem/narrowphase/shape.h"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <span>
+#include <sstream>
+#include <stdexcept>
+
+#include "lanes/constants.h"
+#include "shapes/hull.h"
+#include "shapes/mesh_model.h"
+#include "shapes/support_kernel.h"
+
+namespace tandem {
+namespace {
+
+// Outside these bounds the solvers' products of several lengths would leave the range of a double. A length may be 0
+// where the kind allows it.
+constexpr double longest = 1e30;
+constexpr double shortest = 1e-30;
+constexpr double open_side = 1e300;
+constexpr double pi = std::numbers::pi;
+
+[[noreturn]] void refuse(std::string_view field, double value, std::string_view allowed) {
+  std::ostringstream text;
+  text.precision(17);
+  text << field << " is " << value << "; it must be " << allowed;
+  throw std::invalid_argument(text.str());
+}
+
+void require_positive(std::string_view field, double value) {
+  if (!(value >= shortest && value <= longest)) refuse(field, value, "> 0, from 1e-30 to 1e30");
+}
+
+void require_not_negative(std::string_view field, double value) {
+  if (!(value == 0 || (value >= shortest && value <= longest))) refuse(field, value, "0, or from 1e-30 to 1e30");
+}
+
+void require_number(std::string_view field, double value) {
+  if (!(std::abs(value) <= longest)) refuse(field, value, "finite and at most 1e30 in size");
+}
+
+void require_vertices(std::string_view what, std::span<const Vec3> vertices) {
+  for (std::size_t i = 0; i < vertices.size(); ++i)
+    for (int k = 0; k < 3; ++k)
+      if (!(std::abs(vertices[i][k]) <= longest))
+        require_number(std::string(what) + ": vertices[" + std::to_string(i) + "][" + std::to_string(k) + "]",
+                       vertices[i][k]);
+}
+
+/// Points may coincide, but not lie apart by less than can be reckoned with.
+void require_extent(std::string_view what, double size) {
+  if (size > 0 && size < shortest) refuse(std::string(what) + ": extent of the vertices", size, "0, or at least 1e-30");
+}
+
+MassProperties symmetric(double volume, double xx, double yy, double zz, double z = 0) {
+  return {volume, {0, 0, z}, Vec3(xx, yy, zz).asDiagonal()};
+}
+
+MassProperties box_mass(const Vec3& s) {
+  const double v = s.prod();
+  const Vec3 q = s.cwiseProduct(s) / 12 * v;
+  return symmetric(v, q.y() + q.z(), q.x() + q.z(), q.x() + q.y());
+}
+
+MassProperties bounding_box_mass(const Vec3& lo, const Vec3& hi) {
+  const Vec3 s = hi - lo;
+  MassProperties m = box_mass(s.cwiseMax(s.norm() / 100));
+  m.centre = lo + s / 2;
+  return m;
+}
+
+// Sums the signed tetrahedra that the triangles span with a point near them; false if they enclose no volume.
+class VolumeSum {
+ public:
+  explicit VolumeSum(const Vec3& base) : base_(base) {}
+
+  void add(const Vec3& p, const Vec3& q, const Vec3& r) {
+    const Vec3 a = p - base_, b = q - base_, c = r - base_;
+    const double det = a.dot(b.cross(c));
+    const Vec3 s = a + b + c;
+    volume_ += det / 6;
+    first_ += det / 24 * s;
+    second_ += det / 120 * (a * a.transpose() + b * b.transpose() + c * c.transpose() + s * s.transpose());
+  }
+
+  bool finish(double size, MassProperties& mass) const {
+    if (!(volume_ > 1e-9 * size * size * size)) return false;
+    const Vec3 c = first_ / volume_;
+    const Mat3 spread = second_ - volume_ * c * c.transpose();
+    mass = {volume_, base_ + c, spread.trace() * Mat3::Identity() - spread};
+    return true;
+  }
+
+ private:
+  Vec3 base_, first_ = Vec3::Zero();
+  double volume_ = 0;
+  Mat3 second_ = Mat3::Zero();
+};
+
+Bounds bounds_of(std::span<const Vec3> vertices) {
+  Bounds b{vertices[0], vertices[0]};
+  for (const Vec3& v : vertices) b = {b.lo.cwiseMin(v), b.hi.cwiseMax(v)};
+  return b;
+}
+
+MassProperties hull_mass(const Hull& hull) {
+  const Bounds b = bounds_of(hull.vertices);
+  MassProperties mass;
+  VolumeSum sum(hull.inside);
+  for (const auto& face : hull.faces)
+    for (std::uint32_t k = 2; k < face.count; ++k)
+      sum.add(hull.vertices[hull.loop[face.first]], hull.vertices[hull.loop[face.first + k - 1]],
+              hull.vertices[hull.loop[face.first + k]]);
+  return hull.dimension == 3 && sum.finish((b.hi - b.lo).norm(), mass) ? mass : bounding_box_mass(b.lo, b.hi);
+}
+
+MassProperties mesh_mass(const MeshModel& mesh) {
+  MassProperties mass;
+  VolumeSum sum(mesh.centre);
+  bool closed = true;
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    const auto [p, q, r] = mesh.corners(i);
+    sum.add(p, q, r);
+    for (const std::uint32_t n : mesh.neighbours[i]) closed = closed && n != no_index;
+  }
+  return closed && sum.finish(2 * mesh.half.norm(), mass)
+             ? mass
+             : bounding_box_mass(mesh.centre - mesh.half, mesh.centre + mesh.half);
+}
+
+Bounds around(const Vec3& centre, const Vec3& half) { return {centre - half, centre + half}; }
+
+Bounds posed_bounds(const Hull& hull, const Pose& pose) {
+  // Rotated first and moved last, so that a far translation costs one rounding only.
+  Vec3 lo = Vec3::Constant(std::numeric_limits<double>::infinity()), hi = -lo;
+  const auto add = [&](const Vec3& vertex) {
+    const Vec3 v = pose.rotation * vertex;
+    lo = lo.cwiseMin(v);
+    hi = hi.cwiseMax(v);
+  };
+  constexpr std::size_t few = 64;  // all are looked at in the time that six searches take
+  if (hull.vertices.size() <= few) {
+    for (const Vec3& v : hull.vertices) add(v);
+  } else {
+    const SupportKernel farthest = support_kernel();
+    for (int k = 0; k < 3; ++k)
+      for (const double sense : {1.0, -1.0}) {
+        const Vec3 d = sense * pose.rotation.row(k).transpose();
+        add(hull.vertices[farthest(hull.support, hull.vertices.data(), d.data())]);
+      }
+  }
+  return {lo + pose.translation, hi + pose.translation};
+}
+
+}  // namespace
+
+std::string_view name(ShapeKind kind) {
+  static constexpr std::array<std::string_view, shape_kinds> names = {
+      "sphere", "box", "capsule", "cylinder", "cone", "ellipsoid", "halfspace", "convex", "triangle", "mesh"};
+  return names[static_cast<std::size_t>(kind)];
+}
+
+Shape::Shape(const Sphere& s) : kind_(ShapeKind::sphere), param_{s.radius} {
+  require_not_negative("sphere: radius", s.radius);
+  const double r = s.radius, v = 4.0 / 3 * pi * r * r * r, i = 0.4 * v * r * r;
+  size_ = 2 * std::sqrt(3.0) * r;
+  mass_ = std::make_shared<MassProperties>(symmetric(v, i, i, i));
+}
+
+Shape::Shape(const Box& s) : kind_(ShapeKind::box), param_{s.size.x() / 2, s.size.y() / 2, s.size.z() / 2} {
+  for (int k = 0; k < 3; ++k) require_positive("box: size[" + std::to_string(k) + "]", s.size[k]);
+  size_ = s.size.norm();
+  mass_ = std::make_shared<MassProperties>(box_mass(s.size));
+}
+
+Shape::Shape(const Capsule& s) : kind_(ShapeKind::capsule), param_{s.radius, s.length} {
+  require_positive("capsule: radius", s.radius);
+  require_not_negative("capsule: length", s.length);
+  const double r = s.radius, l = s.length;
+  size_ = Vec3(2 * r, 2 * r, l + 2 * r).norm();
+  const double core = pi * r * r * l, ball = 4.0 / 3 * pi * r * r * r;
+  const double zz = core * r * r / 2 + ball * 0.4 * r * r;
+  const double xx = core * (r * r / 4 + l * l / 12) + ball * (0.4 * r * r + l * l / 4 + 3.0 / 8 * l * r);
+  mass_ = std::make_shared<MassProperties>(symmetric(core + ball, xx, xx, zz));
+}
+
+Shape::Shape(const Cylinder& s) : kind_(ShapeKind::cylinder), param_{s.radius, s.length} {
+  require_positive("cylinder: radius", s.radius);
+  require_positive("cylinder: length", s.length);
+  const double r = s.radius, l = s.length, v = pi * r * r * l, xx = v * (r * r / 4 + l * l / 12);
+  size_ = Vec3(2 * r, 2 * r, l).norm();
+  mass_ = std::make_shared<MassProperties>(symmetric(v, xx, xx, v * r * r / 2));
+}
+
+Shape::Shape(const Cone& s) : kind_(ShapeKind::cone), param_{s.radius, s.length} {
+  require_positive("cone: radius", s.radius);
+  require_positive("cone: length", s.length);
+  const double r = s.radius, l = s.length, v = pi * r * r * l / 3, xx = v * (0.15 * r * r + 0.0375 * l * l);
+  size_ = Vec3(2 * r, 2 * r, l).norm();
+  mass_ = std::make_shared<MassProperties>(symmetric(v, xx, xx, 0.3 * v * r * r, -l / 4));
+}
+
+Shape::Shape(const Ellipsoid& s) : kind_(ShapeKind::ellipsoid), param_{s.radii.x(), s.radii.y(), s.radii.z()} {
+  for (int k = 0; k < 3; ++k) require_positive("ellipsoid: radii[" + std::to_string(k) + "]", s.radii[k]);
+  size_ = 2 * s.radii.norm();
+  const double v = 4.0 / 3 * pi * s.radii.prod();
+  const Vec3 q = s.radii.cwiseProduct(s.radii) * (v / 5);
+  mass_ = std::make_shared<MassProperties>(symmetric(v, q.y() + q.z(), q.x() + q.z(), q.x() + q.y()));
+}
+
+Shape::Shape(const HalfSpace& s) : kind_(ShapeKind::halfspace) {
+  for (int k = 0; k < 3; ++k) require_number("halfspace: normal[" + std::to_string(k) + "]", s.normal[k]);
+  require_number("halfspace: offset", s.offset);
+  const double length = s.normal.stableNorm();
+  if (!(length >= 1e-100)) refuse("halfspace: length of normal", length, "at least 1e-100");
+  // One that is unit to rounding stays as it is: what was written is read back as the same bits.
+  const bool is_unit = std::abs(length - 1) <= 4 * epsilon;
+  const Vec3 n = is_unit ? s.normal : (s.normal / length).normalized();
+  const double offset = is_unit ? s.offset : s.offset / length;
+  require_number("halfspace: offset / length of normal", offset);
+  param_ = {n.x(), n.y(), n.z(), offset};
+  mass_ = std::make_shared<MassProperties>(symmetric(0, 0, 0, 0));
+}
+
+Shape::Shape(const Convex& s) : kind_(ShapeKind::convex) {
+  if (s.vertices.empty()) throw std::invalid_argument("convex: vertices is empty; at least one point is needed");
+  require_vertices("convex", s.vertices);
+  hull_ = std::make_shared<Hull>(build_hull(s.vertices));
+  const Bounds b = bounds_of(hull_->vertices);
+  size_ = (b.hi - b.lo).norm();
+  require_extent("convex", size_);
+  mass_ = std::make_shared<MassProperties>(hull_mass(*hull_));
+}
+
+Shape::Shape(const Triangle& s) : kind_(ShapeKind::triangle) {
+  require_vertices("triangle", s.vertices);
+  hull_ = std::make_shared<Hull>(build_hull(s.vertices));
+  // Queries that name triangles treat it as a mesh of one.
+  mesh_ = std::make_shared<MeshModel>(build_mesh({{s.vertices.begin(), s.vertices.end()}, {{0, 1, 2}}, false}));
+  size_ = 2 * mesh_->half.norm();
+  require_extent("triangle", size_);
+  mass_ = std::make_shared<MassProperties>(hull_mass(*hull_));
+}
+
+Shape::Shape(Mesh s) : kind_(ShapeKind::mesh) {
+  require_vertices("mesh", s.vertices);
+  mesh_ = std::make_shared<MeshModel>(build_mesh(std::move(s)));
+  size_ = 2 * mesh_->half.norm();
+  require_extent("mesh", size_);
+  mass_ = std::make_shared<MassProperties>(mesh_mass(*mesh_));
+}
+
+Bounds Shape::bounds(const Pose& pose) const {
+  const Mat3& r = pose.rotation;
+  const Vec3& t = pose.translation;
+  switch (kind_) {
+    case ShapeKind::sphere:
+      return around(t, Vec3::Constant(radius()));
+    case ShapeKind::box:
+      return around(t, r.cwiseAbs() * half_size());
+    case ShapeKind::capsule:
+      return around(t, r.col(2).cwiseAbs() * (length() / 2) + Vec3::Constant(radius()));
+    case ShapeKind::cylinder:
+      return around(t, r.col(2).cwiseAbs() * (length() / 2) + r.leftCols<2>().rowwise().norm() * radius());
+    case ShapeKind::cone: {
+      const Vec3 apex = r.col(2) * (length() / 2), disc = r.leftCols<2>().rowwise().norm() * radius();
+      return {t + apex.cwiseMin(-apex - disc), t + apex.cwiseMax(-apex + disc)};
+    }
+    case ShapeKind::ellipsoid:
+      return around(t, (r * radii().asDiagonal()).rowwise().norm());
+    case ShapeKind::halfspace: {
+      Bounds b{Vec3::Constant(-open_side), Vec3::Constant(open_side)};
+      const Vec3 n = r * normal();
+      for (int k = 0; k < 3; ++k)
+        if (n[k] != 0 && n[(k + 1) % 3] == 0 && n[(k + 2) % 3] == 0)
+          (n[k] > 0 ? b.hi : b.lo)[k] = t[k] + (n[k] > 0 ? offset() : -offset());
+      return b;
+    }
+    case ShapeKind::convex:
+    case ShapeKind::triangle:
+      return posed_bounds(*hull_, pose);
+    case ShapeKind::mesh:
+      return posed_bounds(mesh_->hull, pose);
+  }
+  return {t, t};
+}
+
+}  // namespace tandem

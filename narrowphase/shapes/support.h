@@ -1,0 +1,152 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "shapes/convex_view.h"
+#include "shapes/hull.h"
+#include "shapes/support_kernel.h"
+#include "shapes/unit_vector.h"
+
+namespace tandem {
+
+/// Every bounded convex shape is a core and a ball about each of its points: spheres are a point, capsules a segment,
+/// all others their own core with radius 0. Solvers work on cores: rounding never needs iterations.
+inline double core_radius(const ConvexView& v) {
+  return v.kind == ShapeKind::sphere || v.kind == ShapeKind::capsule ? v.param[0] : 0.0;
+}
+
+constexpr bool is_polytope(ShapeKind kind) {
+  return kind != ShapeKind::cylinder && kind != ShapeKind::cone && kind != ShapeKind::ellipsoid;
+}
+
+/// A point of a core and, for polytopes, which of its vertices it is: equal numbers mean equal points.
+struct SupportPoint {
+  Vec3 p;
+  std::uint32_t vertex;
+};
+
+/// The vertex of a polytope's core with the number that `core_support` gave it, in the shape's frame.
+inline Vec3 core_vertex(const ConvexView& v, std::uint32_t vertex) {
+  switch (v.kind) {
+    case ShapeKind::box:
+      return {vertex & 1u ? -v.param[0] : v.param[0], vertex & 2u ? -v.param[1] : v.param[1],
+              vertex & 4u ? -v.param[2] : v.param[2]};
+    case ShapeKind::capsule:
+      return {0, 0, vertex != 0 ? -0.5 * v.param[1] : 0.5 * v.param[1]};
+    case ShapeKind::convex:
+    case ShapeKind::triangle:
+      return v.vertices[vertex];
+    default:
+      return Vec3::Zero();
+  }
+}
+
+/// What takes a vector `rho` long in the plane of a disc to its rim. Seen along its axis all of a disc reaches as far,
+/// and one that is so nearly is its centre: such a vector's length is not known.
+inline double onto_rim(double radius, double rho) { return rho > shortest_squared ? radius / rho : 0.0; }
+
+/// A point of the core farthest along d (no shorter than 1e-100), in the shape's frame.
+inline SupportPoint core_support_point(const ConvexView& v, const Vec3& d, SupportKernel kernel) {
+  const auto negative = [&](int k) { return std::signbit(d[k]) ? 1u : 0u; };
+  switch (v.kind) {
+    case ShapeKind::box: {
+      return {{std::copysign(v.param[0], d[0]), std::copysign(v.param[1], d[1]), std::copysign(v.param[2], d[2])},
+              negative(0) | negative(1) << 1 | negative(2) << 2};
+    }
+    case ShapeKind::capsule:
+      return {{0, 0, std::copysign(0.5 * v.param[1], d[2])}, negative(2)};
+    case ShapeKind::cylinder: {
+      const double s = onto_rim(v.param[0], std::sqrt(d[0] * d[0] + d[1] * d[1]));
+      return {{d[0] * s, d[1] * s, std::copysign(0.5 * v.param[1], d[2])}, 0};
+    }
+    case ShapeKind::cone: {
+      const double rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
+      if (d[2] * v.param[1] > rho * v.param[0]) return {{0, 0, 0.5 * v.param[1]}, 0};
+      const double s = onto_rim(v.param[0], rho);
+      return {{d[0] * s, d[1] * s, -0.5 * v.param[1]}, 0};
+    }
+    case ShapeKind::ellipsoid: {
+      const Vec3 r{v.param[0], v.param[1], v.param[2]};
+      const Vec3 q = r.cwiseProduct(d);
+      const double length = q.norm();
+      return {length > 0 ? Vec3(r.cwiseProduct(q) / length) : Vec3(r[0], 0, 0), 0};
+    }
+    case ShapeKind::convex:
+    case ShapeKind::triangle: {
+      if (v.vertices.size() > 4) {
+        const std::uint32_t best = kernel(v.hull->support, v.vertices.data(), d.data());
+        return {v.vertices[best], best};
+      }
+      std::uint32_t best = 0;
+      double most = v.vertices[0].dot(d);
+      for (std::uint32_t i = 1; i < v.vertices.size(); ++i) {
+        const double along = v.vertices[i].dot(d);
+        if (along > most) most = along, best = i;
+      }
+      return {v.vertices[best], best};
+    }
+    default:
+      return {Vec3::Zero(), 0};
+  }
+}
+inline Vec3 core_support(const ConvexView& v, const Vec3& d) { return core_support_point(v, d, support_kernel()).p; }
+
+/// The middle of the shape's core, in its frame: inside it for every kind.
+inline Vec3 core_centre(const ConvexView& v) {
+  if (v.hull != nullptr) return v.hull->inside;
+  if (v.vertices.empty()) return Vec3::Zero();
+  Vec3 sum = Vec3::Zero();
+  for (const Vec3& p : v.vertices) sum += p;
+  return sum / static_cast<double>(v.vertices.size());
+}
+
+/// The radius of a ball about that point that is in the core; 0 where none is known.
+inline double core_inner_radius(const ConvexView& v) {
+  const double radius = v.param[0], half = 0.5 * v.param[1];
+  switch (v.kind) {
+    case ShapeKind::box:
+    case ShapeKind::ellipsoid:
+      return std::min({v.param[0], v.param[1], v.param[2]});
+    case ShapeKind::cylinder:
+      return std::min(radius, half);
+    case ShapeKind::cone:
+      return half * radius / std::hypot(radius, 2 * half);
+    default:
+      return v.hull != nullptr ? v.hull->inner_radius : 0;
+  }
+}
+
+/// Any unit vector at right angles to v (v not zero).
+inline Vec3 any_perpendicular(const Vec3& v) {
+  int least = 0;
+  for (int i = 1; i < 3; ++i)
+    if (std::abs(v[i]) < std::abs(v[least])) least = i;
+  return unit(v.cross(Vec3::Unit(least)));
+}
+
+/// B as A sees it. Subtracting the translations before rotating keeps far-away pairs as exact as near ones.
+struct RelativePose {
+  Mat3 rotation;
+  Vec3 translation;
+};
+inline RelativePose relative(const Pose& a, const Pose& b) {
+  RelativePose r;
+  const Vec3 d = b.translation - a.translation;
+  for (int i = 0; i < 3; ++i) {
+    r.translation[i] = a.rotation.col(i).dot(d);
+    for (int j = 0; j < 3; ++j) r.rotation(i, j) = a.rotation.col(i).dot(b.rotation.col(j));
+  }
+  return r;
+}
+
+/// What a solver finds, in A's frame. gap = upper - lower bound of the signed distance, 0 where exact to rounding.
+struct LocalAnswer {
+  double signed_distance = 0;
+  Vec3 point_a = Vec3::Zero();
+  Vec3 point_b = Vec3::Zero();
+  Vec3 normal = Vec3::UnitZ();  ///< from A to B
+  double gap = 0;
+};
+
+}  // namespace tandem

@@ -1,0 +1,489 @@
+#include "triangles/predicates.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <variant>
+
+#include "triangles/exact_number.h"
+
+namespace tandem {
+namespace {
+
+using Corners = std::array<Vec3, 3>;
+using Signs = std::array<int, 3>;
+
+constexpr std::size_t next(std::size_t k) { return k == 2 ? 0 : k + 1; }
+bool one_side(const Signs& s) { return s[0] != 0 && s[0] == s[1] && s[1] == s[2]; }
+// A line crosses a triangle whose edges it passes all on one side, or touches.
+bool no_two_sides(const Signs& s) {
+  return (s[0] >= 0 && s[1] >= 0 && s[2] >= 0) || (s[0] <= 0 && s[1] <= 0 && s[2] <= 0);
+}
+
+// ---- Exact: the definition, for any type of integer whose sums and products are exact ----
+
+template <class N>
+using Point = std::array<N, 3>;
+
+constexpr std::size_t no_axis = 3;
+
+template <class N>
+Point<N> operator-(const Point<N>& p, const Point<N>& q) {
+  return {p[0] - q[0], p[1] - q[1], p[2] - q[2]};
+}
+
+template <class N>
+auto minor(const Point<N>& u, const Point<N>& v, std::size_t k) {
+  const std::size_t i = next(k), j = next(i);
+  return u[i] * v[j] - u[j] * v[i];
+}
+
+template <class N>
+auto cross(const Point<N>& u, const Point<N>& v) {
+  return Point<decltype(u[0] * v[0])>{minor(u, v, 0), minor(u, v, 1), minor(u, v, 2)};
+}
+
+template <class M, class N>
+int dot_sign(const Point<M>& u, const Point<N>& v) {
+  return (u[0] * v[0] + u[1] * v[1] + u[2] * v[2]).sign();
+}
+
+template <class N>
+std::size_t axis_of(const Point<N>& n) {  // the first axis along which n is not zero, or no_axis
+  for (std::size_t k = 0; k < 3; ++k)
+    if (n[k].sign() != 0) return k;
+  return no_axis;
+}
+
+template <class N>
+int orient(const Point<N>& a, const Point<N>& b, const Point<N>& c, const Point<N>& d) {
+  return dot_sign(cross(b - d, c - d), a - d);
+}
+
+// The same points without coordinate `drop`.
+template <class N>
+int orient2(const Point<N>& a, const Point<N>& b, const Point<N>& c, std::size_t drop) {
+  return minor(b - a, c - a, drop).sign();
+}
+
+template <class N>
+bool intervals_meet(const N& p, const N& q, const N& r, const N& s) {
+  const bool pq = (q - p).sign() >= 0, rs = (s - r).sign() >= 0;
+  return ((rs ? s : r) - (pq ? p : q)).sign() >= 0 && ((pq ? q : p) - (rs ? r : s)).sign() >= 0;
+}
+
+// Closed segments in a plane that projects one to one along `drop`. Either may be a point.
+template <class N>
+bool segments_meet2(const Point<N>& p, const Point<N>& q, const Point<N>& r, const Point<N>& s, std::size_t drop) {
+  const int o1 = orient2(p, q, r, drop), o2 = orient2(p, q, s, drop);
+  if (o1 * o2 > 0) return false;
+  const int o3 = orient2(r, s, p, drop), o4 = orient2(r, s, q, drop);
+  if (o3 * o4 > 0) return false;
+  if (o1 != 0 || o2 != 0 || o3 != 0 || o4 != 0) return true;
+  const std::size_t i = next(drop), j = next(i);
+  return intervals_meet(p[i], q[i], r[i], s[i]) && intervals_meet(p[j], q[j], r[j], s[j]);
+}
+
+template <class N>
+bool segments_meet(const Point<N>& p, const Point<N>& q, const Point<N>& r, const Point<N>& s) {
+  const Point<N> pq = q - p, pr = r - p, ps = s - p, qr = r - q, qs = s - q;
+  for (const auto& n : {cross(pq, pr), cross(pq, ps), cross(pr, ps), cross(qr, qs)})
+    if (const std::size_t drop = axis_of(n); drop != no_axis)
+      return orient(p, q, r, s) == 0 && segments_meet2(p, q, r, s, drop);
+  // All on one line, or one point.
+  for (std::size_t k = 0; k < 3; ++k)
+    if (!intervals_meet(p[k], q[k], r[k], s[k])) return false;
+  return true;
+}
+
+template <class N>
+class ExactTriangle {
+ public:
+  std::array<Point<N>, 3> p;
+
+  std::size_t drop() {  // an axis along which its plane projects one to one; no_axis: no area
+    if (!normal_) normal_ = cross(p[1] - p[0], p[2] - p[0]), drop_ = axis_of(*normal_);
+    return drop_;
+  }
+  int side(const Point<N>& q) { return drop() == no_axis ? 0 : dot_sign(*normal_, q - p[0]); }
+  Signs sides(const ExactTriangle& other) { return {side(other.p[0]), side(other.p[1]), side(other.p[2])}; }
+  // In its plane: which side of the line from q to r is s on, seen from where the corners go counterclockwise?
+  int turn(const Point<N>& q, const Point<N>& r, const Point<N>& s) {
+    return orient2(q, r, s, drop()) * (*normal_)[drop()].sign();
+  }
+  // Segment q r, whose ends lie on sides sq and sr of the plane.
+  bool meets(const Point<N>& q, const Point<N>& r, int sq, int sr) {
+    if (drop() == no_axis) {
+      for (std::size_t k = 0; k < 3; ++k)
+        if (segments_meet(q, r, p[k], p[next(k)])) return true;
+      return false;
+    }
+    if (sq * sr > 0) return false;
+    if (sq == 0 && sr == 0) return meets_coplanar(q, r);
+    return no_two_sides({orient(q, r, p[0], p[1]), orient(q, r, p[1], p[2]), orient(q, r, p[2], p[0])});
+  }
+
+ private:
+  bool holds_coplanar(const Point<N>& q) const {
+    return no_two_sides({orient2(p[0], p[1], q, drop_), orient2(p[1], p[2], q, drop_), orient2(p[2], p[0], q, drop_)});
+  }
+  bool meets_coplanar(const Point<N>& q, const Point<N>& r) const {
+    if (holds_coplanar(q) || holds_coplanar(r)) return true;
+    for (std::size_t k = 0; k < 3; ++k)
+      if (segments_meet2(q, r, p[k], p[next(k)], drop_)) return true;
+    return false;
+  }
+
+  std::optional<Point<decltype(N() * N())>> normal_;
+  std::size_t drop_ = no_axis;
+};
+
+template <class N>
+struct ExactPair {
+  ExactTriangle<N> a, b;
+
+  // Two closed triangles meet if and only if an edge of one meets the other: an extreme point of what they share lies
+  // on the border of one of them.
+  bool meet() {
+    const Signs side_a = b.sides(a);
+    if (one_side(side_a)) return false;
+    const Signs side_b = a.sides(b);
+    if (one_side(side_b)) return false;
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (b.meets(a.p[k], a.p[next(k)], side_a[k], side_a[next(k)])) return true;
+      if (a.meets(b.p[k], b.p[next(k)], side_b[k], side_b[next(k)])) return true;
+    }
+    return false;
+  }
+};
+
+struct DyadicPose {
+  std::array<Dyadic, 9> rotation;  // row by row
+  Point<Dyadic> translation;
+
+  explicit DyadicPose(const Pose& pose) {
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) rotation[static_cast<std::size_t>(3 * i + j)] = Dyadic(pose.rotation(i, j));
+      translation[static_cast<std::size_t>(i)] = Dyadic(pose.translation[i]);
+    }
+  }
+};
+
+using AnyExactPair =
+    std::variant<ExactPair<WideInt<2>>, ExactPair<WideInt<4>>, ExactPair<WideInt<8>>, ExactPair<UnboundedInt>>;
+
+}  // namespace
+
+// Puts triangles into the world as integers, in a unit that fits both.
+class ExactPlaces {
+ public:
+  ExactPlaces(const Pose& pose_a, const Pose& pose_b) : pose_{DyadicPose(pose_a), DyadicPose(pose_b)} {}
+
+  AnyExactPair operator()(const Corners& a, const Corners& b) const {
+    const Dyadics corners[2] = {dyadic(a), dyadic(b)};
+    int low = std::numeric_limits<int>::max(), high = std::numeric_limits<int>::min();
+    for (std::size_t s = 0; s < 2; ++s) {
+      for (const Dyadic& t : pose_[s].translation)
+        if (t.mantissa) low = std::min(low, t.exponent), high = std::max(high, t.top());
+      for (std::size_t j = 0; j < 3; ++j) {
+        Range column, coordinate;
+        for (std::size_t i = 0; i < 3; ++i) column.add(pose_[s].rotation[3 * i + j]);
+        for (std::size_t c = 0; c < 3; ++c) coordinate.add(corners[s][c][j]);
+        if (column.empty() || coordinate.empty()) continue;
+        low = std::min(low, column.low + coordinate.low);
+        high = std::max(high, column.high + coordinate.high);
+      }
+    }
+    // A coordinate is a sum of four terms; a determinant of differences then leaves the top bits free.
+    const int bits = high < low ? 0 : high - low + 2;
+    if (bits <= 2 * 64 - 4) return pair<WideInt<2>>(corners, low);
+    if (bits <= 4 * 64 - 4) return pair<WideInt<4>>(corners, low);
+    if (bits <= 8 * 64 - 4) return pair<WideInt<8>>(corners, low);
+    return pair<UnboundedInt>(corners, low);
+  }
+
+ private:
+  using Dyadics = std::array<Point<Dyadic>, 3>;
+
+  struct Range {
+    int low = std::numeric_limits<int>::max(), high = std::numeric_limits<int>::min();
+    void add(const Dyadic& x) {
+      if (x.mantissa) low = std::min(low, x.exponent), high = std::max(high, x.top());
+    }
+    bool empty() const { return high < low; }
+  };
+
+  static Dyadics dyadic(const Corners& t) {
+    Dyadics r;
+    for (std::size_t c = 0; c < 3; ++c)
+      for (std::size_t k = 0; k < 3; ++k) r[c][k] = Dyadic(t[c][static_cast<Eigen::Index>(k)]);
+    return r;
+  }
+  template <class N>
+  ExactPair<N> pair(const Dyadics (&corners)[2], int low) const {
+    ExactPair<N> r;
+    place(corners[0], pose_[0], low, r.a.p);
+    place(corners[1], pose_[1], low, r.b.p);
+    return r;
+  }
+  template <class N>
+  static void place(const Dyadics& corners, const DyadicPose& pose, int low, std::array<Point<N>, 3>& p) {
+    for (std::size_t c = 0; c < 3; ++c)
+      for (std::size_t i = 0; i < 3; ++i) {
+        const Dyadic& t = pose.translation[i];
+        N& x = p[c][i];
+        if (t.mantissa) x.add(t.mantissa, static_cast<unsigned>(t.exponent - low), t.negative);
+        for (std::size_t j = 0; j < 3; ++j) {
+          const Dyadic &r = pose.rotation[3 * i + j], &v = corners[c][j];
+          if (r.mantissa && v.mantissa)
+            x.add(Uint128{r.mantissa} * v.mantissa, static_cast<unsigned>(r.exponent + v.exponent - low),
+                  r.negative != v.negative);
+        }
+      }
+  }
+
+  std::array<DyadicPose, 2> pose_;
+};
+
+namespace {
+
+// ---- Filter ----
+
+int certain_sign(double x, double bound) { return x > bound ? 1 : x < -bound ? -1 : 0; }
+
+// A difference of points, and how far each of its coordinates may be off beyond its own rounding.
+struct Difference {
+  Vec3 v;
+  double off;
+};
+
+constexpr double rounding = 2e-15;  // of a determinant of rounded differences, relative to its permanent
+
+// Cross product of differences, its error, and the sum of the products' sizes.
+struct Area {
+  Vec3 n, size;
+  double off;
+
+  Area(const Difference& u, const Difference& v)
+      : n(u.v.cross(v.v)), off(1.01 * (u.off * v.v.lpNorm<1>() + v.off * (u.v.lpNorm<1>() + 3 * u.off))) {
+    const Vec3 x = u.v.cwiseAbs(), y = v.v.cwiseAbs();
+    size = {x[1] * y[2] + x[2] * y[1], x[2] * y[0] + x[0] * y[2], x[0] * y[1] + x[1] * y[0]};
+  }
+  double error(Eigen::Index k) const { return rounding * size[k] + off + std::numeric_limits<double>::min(); }
+  int sign(Eigen::Index k) const { return certain_sign(n[k], error(k)); }
+  /// Of the product with w.
+  int sign(const Difference& w) const {
+    const double reach = w.v.lpNorm<1>() + 3 * w.off;
+    return certain_sign(n.dot(w.v), rounding * size.dot(w.v.cwiseAbs()) + 1.01 * (w.off * size.sum() + off * reach) +
+                                        std::numeric_limits<double>::min());
+  }
+};
+
+// Two triangles with the signs of their determinants: from doubles where they are certain, else from integers.
+// Corners 0 to 2 are A's, 3 to 5 B's.
+class PairSigns {
+ public:
+  PairSigns(TriangleTest& test, const Corners& a, const Corners& b, const Corners& c)
+      : test_(test), a_(a), b_(b), c_(c), area_{normal(0), normal(1)} {}
+
+  bool meet() {
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t j = 0; j < 3; ++j)
+        if ((c_[j] - a_[i]).cwiseAbs().maxCoeff() <= test_.delta() && same(i, j)) return true;
+    if (apart()) return false;
+    if (!has_area(0) || !has_area(1)) return exactly([](auto& x) { return x.meet(); }) != 0;
+    Signs side[2];
+    for (const std::size_t t : {1u, 0u}) {
+      for (std::size_t k = 0; k < 3; ++k) side[1 - t][k] = plane_side(t, k);
+      if (one_side(side[1 - t])) return false;
+      if (side[1 - t] == Signs{0, 0, 0}) return coplanar_meet();
+    }
+    for (const std::size_t t : {0u, 1u})
+      for (std::size_t k = 0; k < 3; ++k) {
+        const int s = side[t][k], e = side[t][next(k)];
+        if (s * e > 0) continue;
+        if (s == 0 && e == 0) {
+          if (!beside(1 - t, t, k)) return true;
+          continue;
+        }
+        if (no_two_sides(t == 0 ? Signs{edges(k, 0), edges(k, 1), edges(k, 2)}
+                                : Signs{edges(0, k), edges(1, k), edges(2, k)}))
+          return true;
+      }
+    return false;
+  }
+
+ private:
+  template <class Ask>
+  int exactly(Ask&& ask) {
+    if (!exact_) exact_.emplace(test_.places()(a_, b_));
+    return std::visit([&](auto& pair) -> int { return ask(pair); }, *exact_);
+  }
+
+  Difference difference(std::size_t i, std::size_t j) const {  // from corner i to corner j
+    if (i < 3 && j < 3) return {a_[j] - a_[i], 0};
+    if (i >= 3 && j >= 3) {
+      // Not the difference of the places in A's frame: their errors would be those of B's distance, not of its size.
+      const Vec3 d = b_[j - 3] - b_[i - 3];
+      return {test_.map() * d, 64 * std::numeric_limits<double>::epsilon() * d.lpNorm<1>()};
+    }
+    return i < 3 ? Difference{c_[j - 3] - a_[i], test_.delta()} : Difference{a_[j] - c_[i - 3], test_.delta()};
+  }
+  Area normal(std::size_t t) const { return Area(difference(3 * t, 3 * t + 1), difference(3 * t, 3 * t + 2)); }
+
+  // Does an edge's normal in its triangle's plane tell them apart? That needs no certainty of being coplanar.
+  bool apart() const {
+    const double span = (c_[0] - a_[0]).lpNorm<1>() + area_extent();
+    for (std::size_t t = 0; t < 2; ++t)
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3 e = difference(3 * t + k, 3 * t + next(k)).v;
+        const Vec3 d = e.cross(area_[t].n);
+        const double bound = d.lpNorm<1>() * (2 * test_.delta() + 2e-15 * span);
+        double low_a = 0, high_a = 0, low_b = std::numeric_limits<double>::infinity(), high_b = -low_b;
+        for (std::size_t i = 0; i < 3; ++i) {
+          const double x = d.dot(a_[i] - a_[0]), y = d.dot(c_[i] - a_[0]);
+          low_a = std::min(low_a, x), high_a = std::max(high_a, x);
+          low_b = std::min(low_b, y), high_b = std::max(high_b, y);
+        }
+        if (low_a - high_b > bound || low_b - high_a > bound) return true;
+      }
+    return false;
+  }
+  double area_extent() const {
+    double most = 0;
+    for (std::size_t i = 1; i < 3; ++i)
+      most = std::max({most, (a_[i] - a_[0]).lpNorm<1>(), (c_[i] - c_[0]).lpNorm<1>()});
+    return most;
+  }
+
+  bool same(std::size_t i, std::size_t j) {
+    if (test_.delta() == 0) return true;  // one frame: the places are exact
+    return exactly([&](auto& x) { return axis_of(x.a.p[i] - x.b.p[j]) == no_axis; }) != 0;
+  }
+  bool has_area(std::size_t t) {
+    for (Eigen::Index k = 0; k < 3; ++k)
+      if (area_[t].sign(k) != 0) return true;
+    return exactly([&](auto& x) { return (t == 0 ? x.a : x.b).drop() != no_axis; }) != 0;
+  }
+  // Side of triangle t's plane that corner k of the other is on.
+  int plane_side(std::size_t t, std::size_t k) {
+    if (const int s = area_[t].sign(difference(3 * t, 3 * (1 - t) + k))) return s;
+    return exactly([&](auto& x) { return t == 0 ? x.a.side(x.b.p[k]) : x.b.side(x.a.p[k]); });
+  }
+  // How the line of A's edge i passes that of B's edge j.
+  int edges(std::size_t i, std::size_t j) {
+    const Difference e = difference(i, next(i)), f = difference(3 + j, 3 + next(j));
+    if (const int s = Area(f, e).sign(difference(i, 3 + j))) return s;
+    return exactly([&](auto& x) {
+      const auto &p = x.a.p[i], &q = x.b.p[j];
+      return dot_sign(cross(x.b.p[next(j)] - q, x.a.p[next(i)] - p), q - p);
+    });
+  }
+  // For corners in the plane of triangle t: which side of the line from i to j is k on?
+  int turn(std::size_t t, std::size_t i, std::size_t j, std::size_t k) {
+    Eigen::Index axis;
+    area_[t].n.cwiseAbs().maxCoeff(&axis);
+    if (const int s = area_[t].sign(axis) * Area(difference(i, j), difference(i, k)).sign(axis)) return s;
+    return exactly([&](auto& x) {
+      const auto point = [&](std::size_t c) -> const auto& { return c < 3 ? x.a.p[c] : x.b.p[c - 3]; };
+      return (t == 0 ? x.a : x.b).turn(point(i), point(j), point(k));
+    });
+  }
+  // Is edge k of triangle s, which lies in the plane of t, off t?
+  bool beside(std::size_t t, std::size_t s, std::size_t k) {
+    const std::size_t q = 3 * s + k, r = 3 * s + next(k);
+    for (std::size_t m = 0; m < 3; ++m) {
+      const std::size_t p = 3 * t + m, n = 3 * t + next(m);
+      if (turn(t, p, n, q) < 0 && turn(t, p, n, r) < 0) return true;
+    }
+    return one_side({turn(t, q, r, 3 * t), turn(t, q, r, 3 * t + 1), turn(t, q, r, 3 * t + 2)});
+  }
+  bool coplanar_meet() {
+    for (std::size_t t = 0; t < 2; ++t)
+      for (std::size_t m = 0; m < 3; ++m) {
+        const std::size_t p = 3 * t + m, n = 3 * t + next(m), other = 3 * (1 - t);
+        if (turn(t, p, n, other) < 0 && turn(t, p, n, other + 1) < 0 && turn(t, p, n, other + 2) < 0) return false;
+      }
+    return true;
+  }
+
+  TriangleTest& test_;
+  const Corners &a_, &b_, &c_;
+  const std::array<Area, 2> area_;
+  std::optional<AnyExactPair> exact_;
+};
+
+double det(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) { return (a - d).dot((b - d).cross(c - d)); }
+
+// Brings the corner that is alone on its side to the front, keeping the sense.
+Corners alone_first(const Corners& t, const Signs& s) {
+  const std::size_t k = s[1] == s[2] ? 0 : s[0] == s[2] ? 1 : 2;
+  return {t[k], t[next(k)], t[next(next(k))]};
+}
+
+}  // namespace
+
+TriangleTest::TriangleTest(const Pose& pose_a, const Pose& pose_b, double reach_b) {
+  if (pose_a.rotation == pose_b.rotation && pose_a.translation == pose_b.translation) {
+    // What meets in one frame meets in the world.
+    map_ = Mat3::Identity();
+    shift_ = Vec3::Zero();
+    delta_ = 0;
+    return;
+  }
+  pose_a_ = pose_a;
+  pose_b_ = pose_b;
+  // The true inverse: a rotation may be off from orthonormal by 1e-6. Signs of volumes are those of the world, as its
+  // determinant is positive.
+  const Mat3 inverse = pose_a.rotation.inverse();
+  const Vec3 between = pose_b.translation - pose_a.translation;
+  map_ = inverse * pose_b.rotation;
+  shift_ = inverse * between;
+  delta_ = 64 * std::numeric_limits<double>::epsilon() * (3 * reach_b + between.lpNorm<1>());
+}
+
+TriangleTest::~TriangleTest() = default;
+
+const ExactPlaces& TriangleTest::places() {
+  if (!places_) places_ = std::make_unique<ExactPlaces>(pose_a_, pose_b_);
+  return *places_;
+}
+
+bool TriangleTest::exact(const Corners& a, const Corners& b) {
+  return std::visit([](auto pair) { return pair.meet(); }, places()(a, b));
+}
+
+// Guigue and Devillers, Fast and robust triangle-triangle overlap test using orientation predicates, 2003.
+bool TriangleTest::operator()(const Corners& a, const Corners& b, const Corners& b_in_a) {
+  const Corners& c = b_in_a;
+  const Vec3 low_a = a[0].cwiseMin(a[1]).cwiseMin(a[2]), high_a = a[0].cwiseMax(a[1]).cwiseMax(a[2]);
+  const Vec3 low_c = c[0].cwiseMin(c[1]).cwiseMin(c[2]), high_c = c[0].cwiseMax(c[1]).cwiseMax(c[2]);
+  if ((low_a - high_c).cwiseMax(low_c - high_a).maxCoeff() > delta_) return false;
+  const Vec3 low = low_a.cwiseMin(low_c), high = high_a.cwiseMax(high_c);
+  const double span = (high - low).maxCoeff();
+  const double bound = span * span * (of_places() + of_rounding * span) + std::numeric_limits<double>::min();
+
+  const auto slowly = [&] { return PairSigns(*this, a, b, c).meet(); };
+  const Vec3 normal_b = (c[1] - c[0]).cross(c[2] - c[0]);
+  Signs side_a, side_b;
+  for (std::size_t k = 0; k < 3; ++k) side_a[k] = certain_sign(normal_b.dot(a[k] - c[0]), bound);
+  if (one_side(side_a)) return false;
+  const Vec3 normal_a = (a[1] - a[0]).cross(a[2] - a[0]);
+  for (std::size_t k = 0; k < 3; ++k) side_b[k] = certain_sign(normal_a.dot(c[k] - a[0]), bound);
+  if (one_side(side_b)) return false;
+  if (side_a[0] * side_a[1] * side_a[2] == 0 || side_b[0] * side_b[1] * side_b[2] == 0) return slowly();
+
+  Corners p = alone_first(a, side_a), q = alone_first(c, side_b);
+  // Each alone corner on the positive side of the other's plane.
+  if (side_a[0] * side_a[1] * side_a[2] < 0) std::swap(q[1], q[2]);
+  if (side_b[0] * side_b[1] * side_b[2] < 0) std::swap(p[1], p[2]);
+  const int first = certain_sign(det(p[0], p[1], q[0], q[1]), bound);
+  if (first < 0) return false;
+  const int second = certain_sign(det(p[0], p[2], q[2], q[0]), bound);
+  if (second < 0) return false;
+  if (first == 0 || second == 0) return slowly();
+  return true;
+}
+
+}  // namespace tandem

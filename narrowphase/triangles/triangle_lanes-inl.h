@@ -1,0 +1,43 @@
+// Triangles, a pair of them a lane. Included by kernels once a target, within its namespace: no guard.
+#include "lanes/lane_vectors-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tandem::HWY_NAMESPACE {
+
+HWY_INLINE void subtract(const V* x, const V* y, V* out) {
+  for (int k = 0; k < 3; ++k) out[k] = hn::Sub(x[k], y[k]);
+}
+HWY_INLINE void cross(const V* x, const V* y, V* out) {
+  for (int k = 0; k < 3; ++k) {
+    const int i = (k + 1) % 3, j = (k + 2) % 3;
+    out[k] = hn::Sub(hn::Mul(x[i], y[j]), hn::Mul(x[j], y[i]));
+  }
+}
+HWY_INLINE void area_vector(const V (&t)[3][3], V* out) {
+  V u[3], v[3];
+  subtract(t[1], t[0], u);
+  subtract(t[2], t[0], v);
+  cross(u, v, out);
+}
+
+/// Both in A's frame. `pose`: of B there, as TriangleTest's.
+HWY_INLINE void load_triangles(const TriangleRows& pairs, std::size_t at, const double* pose, V (&a)[3][3],
+                               V (&b)[3][3]) {
+  V frame[12];
+  for (int k = 0; k < 12; ++k) frame[k] = number(pose[k]);
+  for (int c = 0; c < 3; ++c) {
+    V own[3];
+    load(pairs.a[c], at, a[c]);
+    load(pairs.b[c], at, own);
+    place(frame, own, b[c]);
+  }
+}
+
+HWY_INLINE std::uint32_t bits_of(M mask) {
+  std::uint8_t bytes[8] = {};
+  hn::StoreMaskBits(D(), mask, bytes);
+  return bytes[0];
+}
+
+}  // namespace tandem::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
