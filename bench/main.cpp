@@ -11,10 +11,10 @@
 #include <sstream>
 
 #include "benches.h"
-#include "input_error.h"
-#include "input_limits.h"
+#include "formats/input_error.h"
+#include "formats/input_limits.h"
+#include "formats/output_file.h"
 #include "option_text.h"
-#include "output_file.h"
 #include "report.h"
 #include "tandem/engine/builtin_scenes.h"
 

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "engine/pair_costs.h"
+#include "engine/pipeline/pair_costs.h"
 
 namespace tandem::bench {
 

@@ -3,7 +3,7 @@
 #include <string_view>
 #include <vector>
 
-#include "flowgraph/executors.h"  // what the executors keep from step to step
+#include "flowgraph/executors/executors.h"  // what the executors keep from step to step
 #include "recorded_step.h"
 #include "tandem/flowgraph/balancer.h"
 

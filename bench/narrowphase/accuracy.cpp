@@ -8,7 +8,7 @@
 #include <cmath>
 #include <tuple>
 
-#include "shape_json.h"
+#include "formats/shape_json.h"
 
 namespace tandem::bench {
 namespace {

@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
-#include "shapes/hull.h"
 #include "pair_solver.h"
+#include "shapes/hull.h"
 
 namespace tandem::bench {
 namespace {

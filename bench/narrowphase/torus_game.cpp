@@ -10,12 +10,12 @@
 #include <memory>
 #include <numbers>
 
-#include "engine/mesh_generators.h"
+#include "engine/scene/mesh_generators.h"
 #include "fcl_shape.h"
-#include "shapes/mesh_model.h"
 #include "player.h"
 #include "random.h"
 #include "reference.h"
+#include "shapes/mesh_model.h"
 
 namespace tandem::bench {
 namespace {

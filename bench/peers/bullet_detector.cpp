@@ -9,8 +9,8 @@
 #include <map>
 
 #include "bullet_shape.h"
-#include "shapes/mesh_model.h"
 #include "scene_detector.h"
+#include "shapes/mesh_model.h"
 
 namespace tandem::bench {
 namespace {

@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <functional>
 
-#include "shapes/mesh_model.h"
+#include "formats/record_file.h"
 #include "progress.h"
-#include "record_file.h"
+#include "shapes/mesh_model.h"
 #include "tandem/engine/builtin_scenes.h"
 #include "tandem/engine/pipeline.h"
 #include "tandem/engine/response.h"

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "shapes/hull.h"
 #include "random.h"
 #include "reference.h"
+#include "shapes/hull.h"
 
 namespace tandem::reference {
 namespace {

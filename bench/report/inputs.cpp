@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <string_view>
 
+#include "formats/text_file.h"
 #include "results.h"
-#include "text_file.h"
 #include "trace_steps.h"
 
 namespace tandem::bench {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "json_reader.h"
+#include "formats/json_reader.h"
 
 namespace tandem::bench {
 

@@ -14,13 +14,13 @@
 #include <vector>
 
 #include "encode.h"
+#include "formats/record_file.h"
+#include "formats/text_file.h"
+#include "results.h"
 #include "shapes/hull.h"
 #include "shapes/mesh_model.h"
-#include "record_file.h"
-#include "results.h"
 #include "tandem/engine/pipeline.h"
 #include "tandem/engine/response.h"
-#include "text_file.h"
 
 namespace tandem::bench {
 namespace {

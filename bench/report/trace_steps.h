@@ -1,7 +1,7 @@
 #pragma once
 #include <string>
 
-#include "json_reader.h"
+#include "formats/json_reader.h"
 
 namespace tandem::bench {
 

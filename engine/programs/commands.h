@@ -1,7 +1,7 @@
 #pragma once
 #include <CLI/CLI.hpp>
 
-#include "output_file.h"
+#include "formats/output_file.h"
 
 namespace tandem {
 

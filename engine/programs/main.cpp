@@ -7,8 +7,8 @@
 #include <sstream>
 
 #include "commands.h"
-#include "input_error.h"
-#include "input_limits.h"
+#include "formats/input_error.h"
+#include "formats/input_limits.h"
 #include "option_text.h"
 
 namespace tandem {

@@ -3,7 +3,7 @@
 #include <charconv>
 #include <cstdio>
 
-#include "input_error.h"
+#include "formats/input_error.h"
 
 namespace tandem {
 namespace {

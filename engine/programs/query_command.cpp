@@ -3,10 +3,10 @@
 #include <memory>
 
 #include "commands.h"
+#include "formats/pair_record.h"
+#include "formats/text_file.h"
 #include "option_text.h"
-#include "pair_record.h"
 #include "progress.h"
-#include "text_file.h"
 
 namespace tandem {
 namespace {

@@ -11,13 +11,14 @@
 #include <sstream>
 
 #include "commands.h"
+#include "formats/record_file.h"
+#include "formats/scene_json.h"
 #include "option_text.h"
 #include "progress.h"
-#include "record_file.h"
-#include "scene_file.h"
 #include "tandem/engine/builtin_scenes.h"
 #include "tandem/engine/pipeline.h"
 #include "tandem/engine/response.h"
+#include "tandem/formats/scene_file.h"
 
 namespace tandem {
 namespace {

@@ -2,8 +2,8 @@
 #include <sstream>
 
 #include "commands.h"
+#include "formats/scene_json.h"
 #include "option_text.h"
-#include "scene_file.h"
 #include "tandem/engine/builtin_scenes.h"
 
 namespace tandem {

@@ -13,9 +13,9 @@
 #include <bit>
 #include <cmath>
 
-#include "convex/gjk.h"
 #include "lanes/fetch_ahead.h"
-#include "shapes/support_search-inl.h"
+#include "shapes/core_point-inl.h"
+#include "shapes/minkowski_difference.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {

@@ -1,5 +1,5 @@
 #pragma once
-#include "convex/gjk.h"
+#include "convex/simplex.h"
 
 namespace tandem {
 

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "convex/face_heights.h"
+#include "convex/gjk.h"
 #include "lanes/constants.h"
 #include "lanes/fetch_ahead.h"
 

@@ -1,5 +1,6 @@
 #include "convex/feature_normals.h"
 
+#include "convex/gjk.h"
 #include "lanes/constants.h"
 
 namespace tandem {

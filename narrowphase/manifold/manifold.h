@@ -61,4 +61,10 @@ int span_patch(PatchPoint* points, int count, const Vec3& normal, double size);
 void append_points(const PatchPoint* points, int count, const Pose& pose, const Vec3& normal,
                    std::vector<Contact>& contacts);
 
+/// The answer's witness points as the one contact, where they are no farther apart than the margin; nothing for null.
+inline void append_single(const PairAnswer& answer, double margin, std::vector<Contact>* contacts) {
+  if (contacts != nullptr && answer.signed_distance <= margin)
+    contacts->push_back({0.5 * (answer.point_a + answer.point_b), answer.normal, -answer.signed_distance, 0});
+}
+
 }  // namespace tandem

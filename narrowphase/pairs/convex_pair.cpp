@@ -8,6 +8,7 @@
 #include "convex/gjk.h"
 #include "lanes/constants.h"
 #include "manifold/manifold.h"
+#include "pairs/methods.h"
 #include "pairs/round_pair.h"
 #include "pairs/simple_pairs.h"
 #include "pairs/solver_table.h"
@@ -18,16 +19,6 @@
 namespace tandem {
 namespace {
 
-/// Half-spaces, then spheres, come first: their closed forms are written from their side only.
-constexpr int rank(ShapeKind kind) {
-  if (kind == ShapeKind::halfspace) return 0;
-  return kind == ShapeKind::sphere ? 1 : 2 + static_cast<int>(kind);
-}
-
-constexpr bool has_point_distance(ShapeKind kind) {
-  return kind != ShapeKind::ellipsoid && kind != ShapeKind::convex && kind != ShapeKind::mesh;
-}
-
 void finish(const LocalAnswer& local, const Pose& pose_a, double tolerance, PairAnswer& answer) {
   answer.signed_distance = local.signed_distance;
   answer.collide = local.signed_distance <= 0;
@@ -36,11 +27,6 @@ void finish(const LocalAnswer& local, const Pose& pose_a, double tolerance, Pair
   answer.point_b = pose_a * local.point_b;
   answer.error_bound = local.gap;
   answer.status = local.gap <= tolerance ? Status::ok : Status::inexact;
-}
-
-void append_single(const PairAnswer& answer, double margin, std::vector<Contact>* contacts) {
-  if (contacts != nullptr && answer.signed_distance <= margin)
-    contacts->push_back({0.5 * (answer.point_a + answer.point_b), answer.normal, -answer.signed_distance, 0});
 }
 
 PairAnswer sphere_with(double radius, const Vec3& centre, const ConvexView& b, const Pose& pose_b) {
@@ -73,24 +59,6 @@ PairAnswer halfspace_with(const ConvexView& a, const Pose& pose_a, const ConvexV
     if (contacts->size() == first) append_single(r, options.margin, contacts);
   }
   return r;
-}
-
-/// An order of two of a kind by what they are and where they stand: exchanged arguments then are solved alike, and
-/// answer the same to the last bit.
-bool comes_after(const ConvexView& a, const Pose& pose_a, const ConvexView& b, const Pose& pose_b) {
-  if (a.size != b.size) return a.size > b.size;
-  if (a.param != b.param) return a.param > b.param;
-  if (a.vertices.size() != b.vertices.size()) return a.vertices.size() > b.vertices.size();
-  const auto compare = [](const double* p, const double* q, std::size_t n) {
-    const auto [i, j] = std::mismatch(p, p + n, q);
-    return i == p + n ? 0 : *i > *j ? 1 : -1;
-  };
-  int order = 0;
-  if (a.vertices.data() != b.vertices.data())
-    order = compare(a.vertices[0].data(), b.vertices[0].data(), 3 * a.vertices.size());
-  if (order == 0) order = compare(pose_a.translation.data(), pose_b.translation.data(), 3);
-  if (order == 0) order = compare(pose_a.rotation.data(), pose_b.rotation.data(), 9);
-  return order > 0;
 }
 
 std::optional<bool> collide_by(Method method, const ConvexView& a, const Pose& pose_a, const ConvexView& b,
@@ -136,46 +104,7 @@ std::optional<LocalAnswer> distance_by(Method method, const ConvexView& a, const
 
 }  // namespace
 
-std::optional<Method> find_method(std::string_view solver) {
-  for (std::size_t i = 0; i < method_names.size(); ++i)
-    if (method_names[i] == solver) return static_cast<Method>(i);
-  return std::nullopt;
-}
-
 namespace {
-
-constexpr bool covered(Method method, ShapeKind a, ShapeKind b) {
-  if (a == ShapeKind::mesh || b == ShapeKind::mesh) return method == Method::bvh;
-  if (rank(a) > rank(b)) std::swap(a, b);
-  switch (method) {
-    case Method::closed:
-      return a == ShapeKind::halfspace || (a == ShapeKind::sphere && has_point_distance(b)) ||
-             (a == ShapeKind::box && b == ShapeKind::capsule) || (a == ShapeKind::capsule && b == ShapeKind::capsule);
-    case Method::sat:
-      return (a == ShapeKind::box && (b == ShapeKind::box || b == ShapeKind::triangle)) ||
-             (a == ShapeKind::triangle && b == ShapeKind::triangle);
-    case Method::newton:
-      if (a == ShapeKind::sphere) return b == ShapeKind::ellipsoid;
-      return a != ShapeKind::halfspace && !(is_polytope(a) && is_polytope(b));
-    case Method::bvh:
-      return false;
-    default:
-      return a != ShapeKind::halfspace;
-  }
-}
-
-constexpr auto best_methods = [] {
-  std::array<std::array<Method, shape_kinds>, shape_kinds> table{};
-  for (std::size_t a = 0; a < shape_kinds; ++a)
-    for (std::size_t b = 0; b < shape_kinds; ++b) {
-      const auto ka = static_cast<ShapeKind>(a), kb = static_cast<ShapeKind>(b);
-      table[a][b] = covered(Method::closed, ka, kb)   ? Method::closed
-                    : covered(Method::sat, ka, kb)    ? Method::sat
-                    : covered(Method::newton, ka, kb) ? Method::newton
-                                                      : Method::gjk;
-    }
-  return table;
-}();
 
 /// Whether this is a capsule so short beside what a pair reaches over (metres) that rounding swallows its axis.
 bool axis_is_lost(const ConvexView& view, double reach) {
@@ -198,12 +127,6 @@ ConvexView ball_of(ConvexView body) {
 
 }  // namespace
 
-bool covers(Method method, ShapeKind a, ShapeKind b) { return covered(method, a, b); }
-
-Method best_method(ShapeKind a, ShapeKind b) {
-  return best_methods[static_cast<std::size_t>(a)][static_cast<std::size_t>(b)];
-}
-
 PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexView& b, const Pose& pose_b,
                         Request request, const NarrowPhaseOptions& options, std::vector<Contact>* contacts,
                         WarmStart* warm) {
@@ -216,7 +139,7 @@ PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexVie
     swap_answer(answer, contacts, first);
     return answer;
   }
-  Method method = best_methods[static_cast<std::size_t>(a.kind)][static_cast<std::size_t>(b.kind)];
+  Method method = best_method(a.kind, b.kind);
   double tolerance = options.tolerance, measured = 0;
   if (!options.solver.empty()) {
     if (const auto forced = find_method(options.solver); forced && covers(*forced, a.kind, b.kind)) method = *forced;

@@ -7,17 +7,11 @@
 #include "boxes/segment_box.h"
 #include "closed_forms/closed_forms.h"
 #include "manifold/manifold.h"
-#include "pairs/convex_pair.h"
 #include "shapes/pair_order.h"
 #include "shapes/unit_vector.h"
 
 namespace tandem {
 namespace {
-
-void append_single(const PairAnswer& answer, double margin, std::vector<Contact>* contacts) {
-  if (contacts != nullptr && answer.signed_distance <= margin)
-    contacts->push_back({0.5 * (answer.point_a + answer.point_b), answer.normal, -answer.signed_distance, 0});
-}
 
 /// length - reach <= 0 from the squared length: a root only where rounding could decide.
 bool within(double length2, double reach) {

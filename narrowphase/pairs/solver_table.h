@@ -1,7 +1,7 @@
 #pragma once
 #include <span>
 
-#include "pairs/convex_pair.h"
+#include "pairs/methods.h"
 #include "tandem/narrowphase/solver_info.h"
 
 namespace tandem {

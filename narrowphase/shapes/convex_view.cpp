@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "shapes/hull.h"
-#include "shapes/posed_mesh.h"
 
 namespace tandem {
 
@@ -45,11 +44,6 @@ ConvexView view_triangle(const std::array<Vec3, 3>& vertices) {
   const Vec3 lo = vertices[0].cwiseMin(vertices[1]).cwiseMin(vertices[2]);
   const Vec3 hi = vertices[0].cwiseMax(vertices[1]).cwiseMax(vertices[2]);
   return {.kind = ShapeKind::triangle, .param = {}, .vertices = vertices, .hull = nullptr, .size = (hi - lo).norm()};
-}
-
-ConvexView view_hull(const Shape& mesh) {
-  const Hull& hull = mesh.mesh().hull;
-  return {.kind = ShapeKind::convex, .param = {}, .vertices = hull.vertices, .hull = &hull, .size = mesh.size()};
 }
 
 }  // namespace tandem

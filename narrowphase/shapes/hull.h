@@ -1,7 +1,6 @@
 #pragma once
 #include <array>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "shapes/face_table.h"
@@ -44,9 +43,5 @@ struct Hull {
   std::vector<std::uint32_t> neighbour_face;
   int dimension = 0;  ///< 0 point, 1 segment, 2 flat polygon (two faces, back to back), 3 polytope
 };
-
-/// Hull of one or more finite points, through Qhull. Every point lies within 1e-12 of the cloud's size of it.
-/// Reentrant; prints nothing. Throws std::invalid_argument if `points` is empty.
-Hull build_hull(std::span<const Vec3> points);
 
 }  // namespace tandem

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "shapes/hull.h"
+#include "shapes/hull_builder.h"
 
 namespace tandem {
 namespace {

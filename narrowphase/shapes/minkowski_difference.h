@@ -14,6 +14,11 @@ struct MinkowskiPoint {
   std::uint32_t vertex_b;
 };
 
+struct MinkowskiDifference;
+/// A point of the difference farthest along n, in A's frame.
+using MinkowskiKernel = void (*)(const MinkowskiDifference& d, const Vec3& n, MinkowskiPoint& out);
+MinkowskiKernel minkowski_kernel();
+
 /// A - B of two cores in A's frame.
 struct MinkowskiDifference {
   const ConvexView& a;

@@ -17,12 +17,13 @@ class RayMap {
   using Corners = std::array<std::uint16_t, 3>;
 
   RayMap() = default;
-  explicit RayMap(const Hull& hull);  ///< of dimension 3, with faces; empty where corners have too high numbers
 
   bool empty() const { return corners_.empty(); }
   const Corners& corners(double dx, double dy, double dz) const { return corners_[cell({dx, dy, dz})]; }
 
  private:
+  friend RayMap map_rays(const Hull& hull);
+
   static constexpr std::size_t side = 8;  ///< cells along the edge of a cube's face
   static constexpr std::size_t cells = 6 * side * side;
 

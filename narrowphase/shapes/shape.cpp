@@ -9,6 +9,7 @@
 
 #include "lanes/constants.h"
 #include "shapes/hull.h"
+#include "shapes/hull_builder.h"
 #include "shapes/mesh_model.h"
 #include "shapes/support_kernel.h"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "shapes/minkowski_difference.h"
+#include "shapes/hull.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "shapes/support_kernel.cpp"
@@ -49,21 +49,6 @@ double reach(const SupportMap& map, const double* d) {
           hn::Max(top, hn::Add(hn::Add(hn::Mul(hn::Load(tag, b[i].x + l), dx), hn::Mul(hn::Load(tag, b[i].y + l), dy)),
                                hn::Mul(hn::Load(tag, b[i].z + l), dz)));
   return map.unit() * (static_cast<double>(hn::GetLane(hn::MaxOfLanes(tag, top))) + static_cast<double>(slack));
-}
-
-// NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
-void minkowski(const MinkowskiDifference& d, const Vec3& n, MinkowskiPoint& out) {
-  const Mat3& r = d.pose.rotation;
-  const Vec3 back(-(r(0, 0) * n[0] + r(1, 0) * n[1] + r(2, 0) * n[2]),
-                  -(r(0, 1) * n[0] + r(1, 1) * n[1] + r(2, 1) * n[2]),
-                  -(r(0, 2) * n[0] + r(1, 2) * n[1] + r(2, 2) * n[2]));
-  const SupportPoint pa = core_point(d.a, n), pb = core_point(d.b, back);
-  for (int k = 0; k < 3; ++k) {
-    out.a[k] = pa.p[k];
-    out.w[k] = pa.p[k] - (r(k, 0) * pb.p[0] + r(k, 1) * pb.p[1] + r(k, 2) * pb.p[2] + d.pose.translation[k]);
-  }
-  out.vertex_a = pa.vertex;
-  out.vertex_b = pb.vertex;
 }
 
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
@@ -125,13 +110,11 @@ HWY_EXPORT(farthest);
 HWY_EXPORT(most_along);
 HWY_EXPORT(planes);
 HWY_EXPORT(reach);
-HWY_EXPORT(minkowski);
 HWY_EXPORT(least);
 
 SupportKernel support_kernel() { return TANDEM_DISPATCH(farthest); }
 FaceKernel face_kernel() { return TANDEM_DISPATCH(most_along); }
 ReachKernel reach_kernel() { return TANDEM_DISPATCH(reach); }
-MinkowskiKernel minkowski_kernel() { return TANDEM_DISPATCH(minkowski); }
 LeastKernel least_kernel() { return TANDEM_DISPATCH(least); }
 PlaneKernel plane_kernel() { return TANDEM_DISPATCH(planes); }
 }  // namespace tandem

@@ -24,12 +24,6 @@ FaceKernel face_kernel();
 using ReachKernel = double (*)(const SupportMap& map, const double* d);
 ReachKernel reach_kernel();
 
-struct MinkowskiDifference;
-struct MinkowskiPoint;
-/// A point of the difference farthest along n, in A's frame.
-using MinkowskiKernel = void (*)(const MinkowskiDifference& d, const Vec3& n, MinkowskiPoint& out);
-MinkowskiKernel minkowski_kernel();
-
 /// The index of the least of `count` numbers below the limit, the first of equals; `count` where none is.
 using LeastKernel = std::size_t (*)(const double* values, std::size_t count, double limit);
 LeastKernel least_kernel();

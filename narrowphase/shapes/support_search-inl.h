@@ -13,7 +13,7 @@
 #include <cmath>
 #include <limits>
 
-#include "shapes/support.h"
+#include "shapes/support_map.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
@@ -80,13 +80,6 @@ HWY_INLINE std::uint32_t farthest_point(const SupportMap& map, const Place& plac
 HWY_INLINE std::uint32_t farthest_vertex(const SupportMap& map, const Vec3* vertices, double x, double y, double z) {
   const auto place = [vertices](std::uint32_t i) -> const Vec3& { return vertices[i]; };
   return farthest_point(map, place, x, y, z);
-}
-
-// NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
-HWY_INLINE SupportPoint core_point(const ConvexView& v, const Vec3& d) {
-  if (v.kind != ShapeKind::convex || v.vertices.size() <= 4) return core_support_point(v, d, nullptr);
-  const std::uint32_t i = farthest_vertex(v.hull->support, v.vertices.data(), d[0], d[1], d[2]);
-  return {v.vertices[i], i};
 }
 
 }  // namespace tandem::HWY_NAMESPACE

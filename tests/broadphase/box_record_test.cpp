@@ -1,4 +1,4 @@
-#include "box_record.h"
+#include "kernels/box_record.h"
 
 #include "box_worlds.h"
 #include "catch.h"

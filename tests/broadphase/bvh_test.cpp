@@ -1,4 +1,4 @@
-#include "bvh.h"
+#include "methods/bvh.h"
 
 #include "box_worlds.h"
 #include "catch.h"

@@ -1,4 +1,4 @@
-#include "candidate_tiles.h"
+#include "kept_candidates/candidate_tiles.h"
 
 #include <algorithm>
 #include <random>

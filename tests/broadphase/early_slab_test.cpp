@@ -1,11 +1,11 @@
-#include "early_slab.h"
+#include "kept_candidates/early_slab.h"
 
 #include <new>
 
 #include "box_worlds.h"
 #include "catch.h"
-#include "joint_stages.h"
-#include "spatial_sample.h"
+#include "kept_candidates/joint_stages.h"
+#include "trees/spatial_sample.h"
 
 using namespace tandem;
 

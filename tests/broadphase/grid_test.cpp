@@ -1,8 +1,8 @@
-#include "grid.h"
+#include "methods/grid.h"
 
 #include "box_worlds.h"
 #include "catch.h"
-#include "spatial_sample.h"
+#include "trees/spatial_sample.h"
 
 using namespace tandem;
 

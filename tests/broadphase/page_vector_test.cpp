@@ -1,4 +1,4 @@
-#include "page_vector.h"
+#include "storage/page_vector.h"
 
 #include <cstdint>
 #include <numeric>

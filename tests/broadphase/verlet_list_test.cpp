@@ -1,14 +1,14 @@
-#include "verlet_list.h"
+#include "methods/verlet_list.h"
 
 #include <map>
 #include <span>
 #include <thread>
 
 #include "box_worlds.h"
-#include "bvh.h"
 #include "catch.h"
-#include "grid.h"
-#include "sweep.h"
+#include "methods/bvh.h"
+#include "methods/grid.h"
+#include "methods/sweep.h"
 
 using namespace tandem;
 

@@ -1,4 +1,4 @@
-#include "kept_contacts.h"
+#include "pipeline/kept_contacts.h"
 
 #include <oneapi/tbb/global_control.h>
 
@@ -6,7 +6,7 @@
 #include <random>
 
 #include "catch.h"
-#include "mesh_generators.h"
+#include "scene/mesh_generators.h"
 #include "tandem/engine/builtin_scenes.h"
 #include "tandem/engine/pipeline.h"
 #include "tandem/engine/response.h"

@@ -1,4 +1,4 @@
-#include "list_splice.h"
+#include "pipeline/list_splice.h"
 
 #include <algorithm>
 #include <random>

@@ -1,11 +1,11 @@
-#include "mesh_file.h"
+#include "tandem/formats/mesh_file.h"
 
 #include <cstring>
 
 #include "catch.h"
+#include "formats/text_file.h"
 #include "message_of.h"
 #include "temporary_folder.h"
-#include "text_file.h"
 
 using namespace tandem;
 

@@ -1,4 +1,4 @@
-#include "outward_boxes.h"
+#include "pipeline/outward_boxes.h"
 
 #include <bit>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "pair_costs.h"
+#include "pipeline/pair_costs.h"
 
 #include <chrono>
 #include <thread>

@@ -1,4 +1,4 @@
-#include "pair_record.h"
+#include "formats/pair_record.h"
 
 #include <cmath>
 #include <cstdio>

@@ -4,7 +4,7 @@
 #include <oneapi/tbb/global_control.h>
 
 #include "catch.h"
-#include "mesh_generators.h"
+#include "scene/mesh_generators.h"
 #include "tandem/engine/builtin_scenes.h"
 #include "tandem/engine/response.h"
 

@@ -9,9 +9,9 @@
 #include <cstdlib>
 
 #include "catch.h"
-#include "json_reader.h"
+#include "formats/json_reader.h"
+#include "formats/text_file.h"
 #include "temporary_folder.h"
-#include "text_file.h"
 
 using namespace tandem;
 

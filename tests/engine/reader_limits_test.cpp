@@ -6,14 +6,14 @@
 #include <limits>
 
 #include "catch.h"
-#include "json_writer.h"
-#include "mesh_file.h"
+#include "formats/json_writer.h"
+#include "formats/pair_record.h"
+#include "formats/record_file.h"
+#include "formats/text_file.h"
 #include "message_of.h"
-#include "pair_record.h"
-#include "record_file.h"
-#include "scene_file.h"
+#include "tandem/formats/mesh_file.h"
+#include "tandem/formats/scene_file.h"
 #include "temporary_folder.h"
-#include "text_file.h"
 
 using namespace tandem;
 

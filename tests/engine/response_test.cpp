@@ -9,7 +9,7 @@
 
 #include "catch.h"
 #include "message_of.h"
-#include "random.h"
+#include "scene/random.h"
 #include "tandem/engine/builtin_scenes.h"
 #include "tandem/engine/pipeline.h"
 

@@ -1,8 +1,9 @@
-#include "scene_file.h"
+#include "formats/scene_json.h"
+#include "tandem/formats/scene_file.h"
 
 #include "catch.h"
+#include "formats/record_file.h"
 #include "message_of.h"
-#include "record_file.h"
 #include "tandem/engine/builtin_scenes.h"
 #include "tandem/engine/pipeline.h"
 #include "tandem/engine/response.h"

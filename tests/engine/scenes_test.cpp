@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "catch.h"
-#include "mesh_generators.h"
 #include "message_of.h"
-#include "random.h"
+#include "scene/mesh_generators.h"
+#include "scene/random.h"
 #include "tandem/engine/builtin_scenes.h"
 
 using namespace tandem;

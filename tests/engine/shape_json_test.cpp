@@ -1,4 +1,4 @@
-#include "shape_json.h"
+#include "formats/shape_json.h"
 
 #include <bit>
 #include <random>

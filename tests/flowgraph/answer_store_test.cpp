@@ -1,4 +1,4 @@
-#include "answer_store.h"
+#include "answers/answer_store.h"
 
 #include <algorithm>
 #include <barrier>

@@ -16,7 +16,7 @@
 #include <thread>
 
 #include "catch.h"
-#include "flowgraph/step_state.h"
+#include "flowgraph/step/step_state.h"
 #include "synthetic_work.h"
 
 using namespace tandem;

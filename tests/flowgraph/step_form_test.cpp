@@ -5,9 +5,9 @@
 #include <random>
 
 #include "catch.h"
-#include "flowgraph/ordered_answers.h"
-#include "flowgraph/pair_order.h"
-#include "flowgraph/step_form.h"
+#include "flowgraph/answers/ordered_answers.h"
+#include "flowgraph/answers/pair_order.h"
+#include "flowgraph/step/step_form.h"
 #include "synthetic_work.h"
 
 using namespace tandem;

@@ -4,9 +4,9 @@
 
 #include "catch.h"
 #include "closed_forms/closed_forms.h"
-#include "shapes/hull.h"
 #include "random_pairs.h"
 #include "reference.h"
+#include "shapes/hull.h"
 #include "shapes/support.h"
 
 using namespace tandem;

@@ -7,6 +7,7 @@
 #include "convex/face_depth.h"
 #include "random_pairs.h"
 #include "round/round_walk.h"
+#include "shapes/hull_builder.h"
 
 using namespace tandem;
 using namespace tandem::test;

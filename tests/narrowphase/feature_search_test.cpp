@@ -2,10 +2,10 @@
 
 #include "catch.h"
 #include "closed_forms/closed_forms.h"
-#include "round/hull_projection.h"
 #include "pair_classes.h"
 #include "random_pairs.h"
 #include "reference.h"
+#include "round/hull_projection.h"
 
 using namespace tandem;
 using namespace tandem::test;

@@ -1,4 +1,5 @@
 #include "shapes/hull.h"
+#include "shapes/hull_builder.h"
 
 #include <cstdlib>
 #include <fstream>

@@ -3,10 +3,10 @@
 #include <numbers>
 
 #include "catch.h"
-#include "meshes/depth/mesh_inside.h"
-#include "shapes/mesh_model.h"
 #include "mesh_samples.h"
+#include "meshes/depth/mesh_inside.h"
 #include "random_pairs.h"
+#include "shapes/mesh_model.h"
 #include "tandem/narrowphase/narrow_phase.h"
 
 using namespace tandem;

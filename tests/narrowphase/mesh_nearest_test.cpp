@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "catch.h"
-#include "shapes/mesh_model.h"
-#include "tandem/narrowphase/narrow_phase.h"
 #include "mesh_samples.h"
 #include "random.h"
+#include "shapes/mesh_model.h"
+#include "tandem/narrowphase/narrow_phase.h"
 
 using namespace tandem;
 using namespace tandem::test;

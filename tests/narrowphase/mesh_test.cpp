@@ -13,12 +13,12 @@
 #include <thread>
 
 #include "catch.h"
-#include "meshes/depth/mesh_inside.h"
-#include "shapes/mesh_model.h"
-#include "meshes/mesh_pair.h"
 #include "mesh_samples.h"
-#include "triangles/predicates.h"
+#include "meshes/depth/mesh_inside.h"
+#include "meshes/mesh_pair.h"
+#include "shapes/mesh_model.h"
 #include "tandem/narrowphase/narrow_phase.h"
+#include "triangles/predicates.h"
 
 using namespace tandem;
 using namespace tandem::test;

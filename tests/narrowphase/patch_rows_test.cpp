@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "catch.h"
-#include "triangles/predicates.h"
 #include "random.h"
+#include "triangles/predicates.h"
 
 using namespace tandem;
 

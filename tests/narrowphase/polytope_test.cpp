@@ -5,8 +5,9 @@
 #include <limits>
 
 #include "catch.h"
-#include "shapes/hull.h"
 #include "random_pairs.h"
+#include "shapes/hull.h"
+#include "shapes/hull_builder.h"
 
 using namespace tandem;
 using namespace tandem::test;

@@ -2,12 +2,12 @@
 
 #include "catch.h"
 #include "closed_forms/closed_forms.h"
-#include "shapes/hull.h"
-#include "pair_classes.h"
 #include "convex/polytope_portal.h"
+#include "pair_classes.h"
 #include "random.h"
 #include "random_pairs.h"
 #include "reference.h"
+#include "shapes/hull.h"
 
 using namespace tandem;
 using namespace tandem::test;

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "catch.h"
-#include "triangles/exact_number.h"
 #include "mesh_samples.h"
+#include "triangles/exact_number.h"
 
 using namespace tandem;
 using namespace tandem::test;

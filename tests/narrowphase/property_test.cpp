@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "catch.h"
-#include "shapes/hull.h"
 #include "judge.h"
 #include "random.h"
+#include "shapes/hull.h"
 
 using namespace tandem;
 using namespace tandem::test;

@@ -7,11 +7,12 @@
 #include <numbers>
 
 #include "catch.h"
-#include "shapes/hull.h"
 #include "judge.h"
 #include "pair_classes.h"
 #include "random.h"
 #include "real.h"
+#include "shapes/hull.h"
+#include "shapes/hull_builder.h"
 
 using namespace tandem;
 using namespace tandem::reference;

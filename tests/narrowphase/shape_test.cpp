@@ -3,10 +3,10 @@
 #include <functional>
 
 #include "catch.h"
-#include "shapes/hull.h"
-#include "shapes/mesh_model.h"
 #include "mesh_samples.h"
 #include "random.h"
+#include "shapes/hull.h"
+#include "shapes/mesh_model.h"
 #include "tandem/narrowphase/narrow_phase.h"
 
 using namespace tandem;

@@ -2,9 +2,9 @@
 #include <limits>
 
 #include "catch.h"
-#include "shapes/mesh_model.h"
 #include "mesh_samples.h"
 #include "random_pairs.h"
+#include "shapes/mesh_model.h"
 
 using namespace tandem;
 using namespace tandem::test;

@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "catch.h"
-#include "shapes/hull.h"
 #include "random_pairs.h"
+#include "shapes/hull.h"
 
 using namespace tandem;
 using namespace tandem::test;

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "catch.h"
-#include "triangles/predicates.h"
 #include "random.h"
+#include "triangles/predicates.h"
 
 using namespace tandem;
 

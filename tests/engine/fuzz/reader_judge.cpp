@@ -5,15 +5,16 @@
 #include <cctype>
 #include <functional>
 
+#include "formats/json_writer.h"
+#include "formats/output_file.h"
+#include "formats/pair_record.h"
+#include "formats/record_file.h"
+#include "formats/scene_json.h"
+#include "formats/text_file.h"
 #include "inputs.h"
-#include "json_writer.h"
-#include "mesh_file.h"
-#include "output_file.h"
-#include "pair_record.h"
-#include "record_file.h"
-#include "scene_file.h"
+#include "tandem/formats/mesh_file.h"
+#include "tandem/formats/scene_file.h"
 #include "temporary_folder.h"
-#include "text_file.h"
 
 namespace tandem::test {
 namespace {

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <string>
 
-#include "shapes/hull.h"
 #include "judge.h"
 #include "pair_bytes.h"
+#include "shapes/hull.h"
 #include "shapes/support.h"
 
 namespace {

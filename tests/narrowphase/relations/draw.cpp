@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "shapes/hull.h"
 #include "mesh_samples.h"
+#include "shapes/hull.h"
 #include "tandem/narrowphase/narrow_phase.h"
 
 namespace tandem::relations {

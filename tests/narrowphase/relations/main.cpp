@@ -13,9 +13,9 @@
 #include <vector>
 
 #include "draw.h"
-#include "mesh_file.h"
-#include "pair_record.h"
+#include "formats/pair_record.h"
 #include "relations.h"
+#include "tandem/formats/mesh_file.h"
 
 namespace {
 

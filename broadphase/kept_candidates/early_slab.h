@@ -1,0 +1,79 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "kernels/column_pairs.h"
+#include "tandem/broadphase/box_array.h"
+#include "tandem/broadphase/pair.h"
+
+namespace tandem {
+
+/// Pairs of a step that are found before the rest of it is prepared, so that the first batches leave early: those whose
+/// intersection begins, on one axis, within a thin slab. Their boxes are found by one scan along two arrays.
+class EarlySlab {
+ public:
+  /// Starts a step without a slab.
+  void leave_out() { state_.store(State::none, std::memory_order_relaxed); }
+  /// Starts a step: chooses a slab of some hundred boxes from a sample of them, or none where there are few in all or
+  /// where a thin slab would hold many. `boxes` must outlive the step. By one thread, as `leave_out`.
+  void choose(const BoxArray& boxes, const std::vector<Aabb>& sample);
+
+  /// Whether pairs are found early; looks for their boxes if nobody has. Depends on the boxes only. Threads may ask at
+  /// the same time, one of them looks while the others wait.
+  bool taken();
+  /// Hands on the early pairs, each once.
+  void emit(PairSink& sink);
+
+  /// Once it is taken: whether a pair of boxes with these lower bounds on the axis is an early one.
+  bool holds(float lo_a, float lo_b) const {
+    const float lo = std::max(lo_a, lo_b);
+    return begin_ <= lo && lo < end_;
+  }
+  std::size_t axis() const { return axis_; }
+  float begin() const { return begin_; }
+  float end() const { return end_; }
+  std::size_t memory() const;
+
+ private:
+  enum class State : std::uint8_t { none, chosen, looking, taken };
+
+  bool look();
+
+  const BoxArray* boxes_ = nullptr;
+  std::atomic<State> state_{State::none};
+  std::size_t axis_ = 0, along_ = 0, most_ = 0;
+  float begin_ = 0, end_ = 0;
+  std::vector<std::uint32_t> found_;
+  std::vector<ColumnRecord> records_;
+  ColumnScratch scratch_;
+};
+
+/// Hands on the pairs that are not early ones.
+class LaterPairs final : public PairSink {
+ public:
+  LaterPairs(const EarlySlab& slab, const BoxArray& boxes, PairSink& sink)
+      : slab_(slab), lo_(boxes.lo(static_cast<int>(slab.axis()))), sink_(sink) {
+    filter_ = &everything_;
+    buffer_ = room_.data();
+    capacity_ = room_.size();
+  }
+  void finish() { full(); }
+
+ private:
+  void full() override {
+    for (std::size_t k = 0; k < count_; ++k)
+      if (!slab_.holds(lo_[buffer_[k].a], lo_[buffer_[k].b])) sink_.put(buffer_[k].a, buffer_[k].b);
+    count_ = 0;
+  }
+  const EarlySlab& slab_;
+  const float* lo_;
+  PairSink& sink_;
+  PairFilter everything_;
+  std::array<Pair, 256> room_;
+};
+
+}  // namespace tandem

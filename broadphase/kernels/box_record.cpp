@@ -1,0 +1,312 @@
+#include "kernels/box_record.h"
+
+#include <hwy/cache_control.h>
+
+#include <algorithm>
+#include <bit>
+#include <limits>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "kernels/box_record.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace tandem::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+// Records of as many boxes would hardly be in a cache when they are read: so their lines are not fetched to be written.
+constexpr std::size_t least_streamed = 500'000;
+
+// Boxes as rows of four: a vector of them.
+struct Rows {
+  HWY_ALIGN float lo[4 * hn::MaxLanes(hn::ScalableTag<float>())], hi[4 * hn::MaxLanes(hn::ScalableTag<float>())];
+
+  template <class V>
+  HWY_INLINE void set(V lo0, V lo1, V lo2, V hi0, V hi1, V hi2) {
+    const hn::ScalableTag<float> df;
+    hn::StoreInterleaved4(lo0, lo1, lo2, hn::Zero(df), df, lo);
+    hn::StoreInterleaved4(hi0, hi1, hi2, hn::Zero(df), df, hi);
+  }
+  HWY_INLINE void copy(std::size_t k, BoxRecord& record) const {
+    const hn::CappedTag<float, 4> quad;
+    for (std::size_t axis = 0; axis < 4; axis += hn::Lanes(quad)) {
+      hn::Store(hn::Load(quad, lo + 4 * k + axis), quad, record.lo() + axis);
+      hn::Store(hn::Load(quad, hi + 4 * k + axis), quad, record.hi() + axis);
+    }
+  }
+  /// The same past the caches.
+  HWY_INLINE void stream(std::size_t k, BoxRecord& record) const {
+    const hn::CappedTag<float, 4> quad;
+    for (std::size_t axis = 0; axis < 4; axis += hn::Lanes(quad)) {
+      hn::Stream(hn::Load(quad, lo + 4 * k + axis), quad, record.lo() + axis);
+      hn::Stream(hn::Load(quad, hi + 4 * k + axis), quad, record.hi() + axis);
+    }
+  }
+};
+
+// NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
+void copy_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, BoxRecord* records) {
+  const hn::ScalableTag<float> df;
+  const std::size_t lanes = hn::Lanes(df);
+  const float *from_lo0 = boxes.lo(0), *from_lo1 = boxes.lo(1), *from_lo2 = boxes.lo(2);
+  const float *from_hi0 = boxes.hi(0), *from_hi1 = boxes.hi(1), *from_hi2 = boxes.hi(2);
+  const bool streams = boxes.size() >= least_streamed;
+  Rows rows;
+  for (std::size_t i = begin; i < end; i += lanes) {
+    rows.set(hn::LoadU(df, from_lo0 + i), hn::LoadU(df, from_lo1 + i), hn::LoadU(df, from_lo2 + i),
+             hn::LoadU(df, from_hi0 + i), hn::LoadU(df, from_hi1 + i), hn::LoadU(df, from_hi2 + i));
+    const std::size_t here = end - i < lanes ? end - i : lanes;
+    if (streams)
+      for (std::size_t k = 0; k < here; ++k) rows.stream(k, records[i + k]);
+    else
+      for (std::size_t k = 0; k < here; ++k) rows.copy(k, records[i + k]);
+  }
+  if (streams) hwy::FlushStream();
+}
+
+// Axis by axis, some boxes at a time: twelve arrays read side by side are more than the prefetchers follow.
+// NOLINTNEXTLINE(misc-definitions-in-headers)
+std::size_t copy_boxes_that_left(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxArray& within,
+                                 BoxRecord* records, std::uint32_t* outside, BoxRecord* before) {
+  const hn::CappedTag<float, 16> df;
+  const std::size_t lanes = hn::Lanes(df);
+  constexpr std::size_t boxes_at_once = 2048;
+  std::uint16_t out[boxes_at_once];  // bits of each vector
+  std::size_t count = 0;
+  for (std::size_t first = begin; first < end; first += boxes_at_once) {
+    const std::size_t last = end - first < boxes_at_once ? end : first + boxes_at_once;
+    std::uint32_t any = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const float *lo = boxes.lo(axis), *hi = boxes.hi(axis), *least = within.lo(axis), *most = within.hi(axis);
+      std::uint16_t* bits = out;
+      for (std::size_t i = first; i < last; i += lanes, ++bits) {
+        const auto inside = hn::And(hn::Le(hn::LoadU(df, least + i), hn::LoadU(df, lo + i)),
+                                    hn::Le(hn::LoadU(df, hi + i), hn::LoadU(df, most + i)));
+        std::uint8_t bytes[8] = {};
+        hn::StoreMaskBits(df, hn::Not(inside), bytes);
+        const std::uint32_t here = bytes[0] | static_cast<std::uint32_t>(bytes[1]) << 8;
+        *bits = static_cast<std::uint16_t>(axis == 0 ? here : *bits | here);
+        any |= here;
+      }
+    }
+    if (any != 0) {
+      for (std::size_t i = first; i < last; i += lanes) {
+        std::uint32_t bits = out[(i - first) / lanes];
+        if (last - i < lanes) bits &= (1u << (last - i)) - 1;
+        // Not CompressStore, of which g++ 12 makes a copy of a table of 1 KiB a call.
+        for (; bits != 0; bits &= bits - 1) {
+          const std::size_t left = i + static_cast<std::size_t>(std::countr_zero(bits));
+          if (records != nullptr) before[count] = records[left];
+          outside[count++] = static_cast<std::uint32_t>(left);
+        }
+      }
+    }
+    if (records != nullptr) HWY_NAMESPACE::copy_boxes(boxes, first, last, records);
+  }
+  return count;
+}
+
+// NOLINTNEXTLINE(misc-definitions-in-headers)
+std::size_t count_boxes_that_left(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxArray& within) {
+  const hn::CappedTag<float, 16> df;
+  const std::size_t lanes = hn::Lanes(df);
+  std::size_t count = 0;
+  for (std::size_t i = begin; i < end; i += lanes) {
+    auto all_inside = hn::FirstN(df, lanes);
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto inside = hn::And(hn::Le(hn::LoadU(df, within.lo(axis) + i), hn::LoadU(df, boxes.lo(axis) + i)),
+                                  hn::Le(hn::LoadU(df, boxes.hi(axis) + i), hn::LoadU(df, within.hi(axis) + i)));
+      all_inside = hn::And(all_inside, inside);
+    }
+    count += hn::CountTrue(df, hn::And(hn::FirstN(df, end - i), hn::Not(all_inside)));
+  }
+  return count;
+}
+
+// NOLINTNEXTLINE(misc-definitions-in-headers)
+std::size_t count_set(std::span<const std::uint8_t> bytes) {
+  const hn::ScalableTag<std::uint8_t> d;
+  std::size_t count = 0, i = 0;
+  for (; i + hn::Lanes(d) <= bytes.size(); i += hn::Lanes(d))
+    count += hn::CountTrue(d, hn::Ne(hn::LoadU(d, bytes.data() + i), hn::Zero(d)));
+  for (; i < bytes.size(); ++i) count += bytes[i] != 0 ? 1 : 0;
+  return count;
+}
+
+// NOLINTNEXTLINE(misc-definitions-in-headers)
+std::size_t indices_set(std::span<const std::uint8_t> bytes, std::size_t begin, std::size_t end, std::uint32_t* out) {
+  const hn::CappedTag<std::uint8_t, 64> d;
+  std::size_t count = 0, i = begin;
+  for (; i + hn::Lanes(d) <= end; i += hn::Lanes(d)) {
+    std::uint64_t bits = 0;
+    hn::StoreMaskBits(d, hn::Ne(hn::LoadU(d, bytes.data() + i), hn::Zero(d)), reinterpret_cast<std::uint8_t*>(&bits));
+    for (; bits != 0; bits &= bits - 1)
+      out[count++] = static_cast<std::uint32_t>(i) + static_cast<std::uint32_t>(std::countr_zero(bits));
+  }
+  for (; i < end; ++i) {
+    out[count] = static_cast<std::uint32_t>(i);
+    count += bytes[i] != 0 ? 1 : 0;
+  }
+  return count;
+}
+
+// NOLINTNEXTLINE(misc-definitions-in-headers)
+void gather_records(const BoxRecord* records, const std::uint32_t* bodies, std::size_t count, BoxRecord* out) {
+  constexpr std::size_t ahead = 32;
+  const hn::CappedTag<float, 8> d;
+  const auto copy = [&](std::size_t k) HWY_ATTR {
+    for (std::size_t at = 0; at < 8; at += hn::Lanes(d))
+      hn::Store(hn::Load(d, records[bodies[k]].bounds + at), d, out[k].bounds + at);
+  };
+  std::size_t k = 0;
+  for (; k + ahead < count; ++k) {
+    hwy::Prefetch(records + bodies[k + ahead]);
+    copy(k);
+  }
+  for (; k < count; ++k) copy(k);
+}
+
+// NOLINTNEXTLINE(misc-definitions-in-headers)
+std::size_t overlapping(const BoxRecord* records, const LocalPair* pairs, std::size_t count, LocalPair* out) {
+  const hn::CappedTag<float, 4> d;
+  std::size_t hits = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const LocalPair pair = pairs[i];
+    const BoxRecord &a = records[pair.a], &b = records[pair.b];
+    bool hit = true;
+    for (std::size_t axis = 0; axis < 4; axis += hn::Lanes(d)) {
+      const auto below = hn::Le(hn::Load(d, a.lo() + axis), hn::Load(d, b.hi() + axis));
+      const auto above = hn::Le(hn::Load(d, b.lo() + axis), hn::Load(d, a.hi() + axis));
+      hit = hit & hn::AllTrue(d, hn::And(below, above));
+    }
+    out[hits] = pair;  // without a branch: which pairs overlap is not to be foreseen
+    hits += hit ? 1 : 0;
+  }
+  return hits;
+}
+
+// NOLINTNEXTLINE(misc-definitions-in-headers)
+void enlarge_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxRecord* past, float steps,
+                   const UsualBox& usual, BoxArray& larger) {
+  const hn::ScalableTag<float> df;
+  using V = hn::Vec<decltype(df)>;
+  const hn::CappedTag<float, 4> quad;
+  const std::size_t lanes = hn::Lanes(df);
+  HWY_ALIGN float past_lo[4 * hn::MaxLanes(df)] = {}, past_hi[4 * hn::MaxLanes(df)] = {};
+  constexpr float largest = std::numeric_limits<float>::max();
+  const auto zero = hn::Zero(df), half = hn::Set(df, 0.5f), most = hn::Set(df, largest);
+  const auto least_sweep = hn::Set(df, usual.motion * steps), usual_motion = hn::Set(df, usual.motion);
+  const auto ahead = hn::Set(df, steps), share = hn::Set(df, 0.02f);
+  const auto most_grown = hn::Set(df, std::max(0.02f * usual.edge, usual.motion));
+
+  // Past the end may be another block's boxes: the last vector is stored by parts.
+  HWY_ALIGN float part[hn::MaxLanes(df)];
+  for (std::size_t i = begin; i < end; i += lanes) {
+    const std::size_t here = end - i < lanes ? end - i : lanes;
+    for (std::size_t k = 0; k < here; ++k) {
+      for (std::size_t axis = 0; axis < 4; axis += hn::Lanes(quad)) {
+        hn::Store(hn::Load(quad, past[i + k].lo() + axis), quad, past_lo + 4 * k + axis);
+        hn::Store(hn::Load(quad, past[i + k].hi() + axis), quad, past_hi + 4 * k + axis);
+      }
+    }
+    V p0, p1, p2, q0, q1, q2, unused;
+    hn::LoadInterleaved4(df, past_lo, p0, p1, p2, unused);
+    hn::LoadInterleaved4(df, past_hi, q0, q1, q2, unused);
+    const auto lo0 = hn::LoadU(df, boxes.lo(0) + i), hi0 = hn::LoadU(df, boxes.hi(0) + i);
+    const auto lo1 = hn::LoadU(df, boxes.lo(1) + i), hi1 = hn::LoadU(df, boxes.hi(1) + i);
+    const auto lo2 = hn::LoadU(df, boxes.lo(2) + i), hi2 = hn::LoadU(df, boxes.hi(2) + i);
+
+    const auto size = hn::Max(hn::Sub(hi0, lo0), hn::Max(hn::Sub(hi1, lo1), hn::Sub(hi2, lo2)));
+    const auto farther = [&](V a, V b, V c, V d)
+                             HWY_ATTR { return hn::Max(hn::Abs(hn::Sub(a, b)), hn::Abs(hn::Sub(c, d))); };
+    const auto motion =
+        hn::Max(farther(lo0, p0, hi0, q0), hn::Max(farther(lo1, p1, hi1, q1), farther(lo2, p2, hi2, q2)));
+    const auto goes_on = hn::Le(motion, hn::Max(hn::Mul(half, size), usual_motion));
+    const auto bounded = hn::And(hn::Lt(size, most), hn::Le(lo0, hi0));
+    const auto sweep = hn::Max(size, least_sweep);
+
+    const auto enlarge = [&](V lo, V hi, V p, V q, float* to_lo, float* to_hi) HWY_ATTR {
+      const auto lo_step = hn::IfThenElseZero(goes_on, hn::Sub(lo, p));
+      const auto hi_step = hn::IfThenElseZero(goes_on, hn::Sub(hi, q));
+      // Far from the origin rounding alone moves a box by its last bit.
+      const auto last_bit =
+          hn::Mul(hn::Set(df, std::numeric_limits<float>::epsilon()), hn::Max(hn::Abs(lo), hn::Abs(hi)));
+      const auto grow = hn::Add(hn::Add(hn::Min(hn::Mul(share, hn::Sub(hi, lo)), most_grown),
+                                        hn::Mul(hn::Set(df, 0.25f), hn::Max(hn::Abs(lo_step), hn::Abs(hi_step)))),
+                                last_bit);
+      const auto down = hn::Min(hn::Max(hn::Mul(lo_step, ahead), hn::Neg(sweep)), zero);
+      const auto up = hn::Max(hn::Min(hn::Mul(hi_step, ahead), sweep), zero);
+      const auto new_lo = hn::IfThenElse(bounded, hn::Max(hn::Sub(hn::Add(lo, down), grow), hn::Neg(most)), lo);
+      const auto new_hi = hn::IfThenElse(bounded, hn::Min(hn::Add(hn::Add(hi, up), grow), most), hi);
+      if (here == lanes) {
+        hn::StoreU(new_lo, df, to_lo + i);
+        hn::StoreU(new_hi, df, to_hi + i);
+      } else {
+        hn::Store(new_lo, df, part);
+        std::copy(part, part + here, to_lo + i);
+        hn::Store(new_hi, df, part);
+        std::copy(part, part + here, to_hi + i);
+      }
+    };
+    enlarge(lo0, hi0, p0, q0, larger.lo(0), larger.hi(0));
+    enlarge(lo1, hi1, p1, q1, larger.lo(1), larger.hi(1));
+    enlarge(lo2, hi2, p2, q2, larger.lo(2), larger.hi(2));
+  }
+}
+
+}  // namespace tandem::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tandem {
+HWY_EXPORT(copy_boxes);
+HWY_EXPORT(copy_boxes_that_left);
+HWY_EXPORT(count_boxes_that_left);
+HWY_EXPORT(count_set);
+HWY_EXPORT(enlarge_boxes);
+HWY_EXPORT(gather_records);
+HWY_EXPORT(indices_set);
+HWY_EXPORT(overlapping);
+
+void copy_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, BoxRecord* records) {
+  HWY_DYNAMIC_DISPATCH(copy_boxes)(boxes, begin, end, records);
+}
+
+std::size_t copy_boxes_that_left(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxArray& within,
+                                 BoxRecord* records, std::uint32_t* outside, BoxRecord* before) {
+  return HWY_DYNAMIC_DISPATCH(copy_boxes_that_left)(boxes, begin, end, within, records, outside, before);
+}
+
+std::size_t count_boxes_that_left(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxArray& within) {
+  return HWY_DYNAMIC_DISPATCH(count_boxes_that_left)(boxes, begin, end, within);
+}
+
+void enlarge_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxRecord* past, float steps,
+                   const UsualBox& usual, BoxArray& larger) {
+  HWY_DYNAMIC_DISPATCH(enlarge_boxes)(boxes, begin, end, past, steps, usual, larger);
+}
+
+std::size_t count_set(std::span<const std::uint8_t> bytes) { return HWY_DYNAMIC_DISPATCH(count_set)(bytes); }
+
+std::size_t indices_set(std::span<const std::uint8_t> bytes, std::size_t begin, std::size_t end, std::uint32_t* out) {
+  return HWY_DYNAMIC_DISPATCH(indices_set)(bytes, begin, end, out);
+}
+
+void gather_records(const BoxRecord* records, const std::uint32_t* bodies, std::size_t count, BoxRecord* out) {
+  HWY_DYNAMIC_DISPATCH(gather_records)(records, bodies, count, out);
+}
+
+void gather_boxes(const BoxArray& boxes, const std::uint32_t* bodies, std::size_t count, BoxRecord* out) {
+  constexpr std::size_t ahead = 16;
+  for (std::size_t k = 0; k < count; ++k) {
+    if (k + ahead < count) prefetch_box(boxes, bodies[k + ahead]);
+    out[k].set(boxes[bodies[k]]);
+  }
+}
+
+std::size_t overlapping(const BoxRecord* records, const LocalPair* pairs, std::size_t count, LocalPair* out) {
+  return HWY_DYNAMIC_DISPATCH(overlapping)(records, pairs, count, out);
+}
+}  // namespace tandem
+#endif

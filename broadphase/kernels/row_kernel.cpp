@@ -1,0 +1,57 @@
+#include "kernels/row_kernel.h"
+
+#include <bit>
+#include <cstdint>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "kernels/row_kernel.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace tandem::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+// NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
+std::size_t overlap_row(const BoxArray& boxes, std::size_t begin, std::size_t end, const Aabb& box,
+                        std::uint32_t* out) {
+  const hn::ScalableTag<float> df;
+  const std::size_t lanes = hn::Lanes(df);
+
+  const auto lo0 = hn::Set(df, box.lo[0]), hi0 = hn::Set(df, box.hi[0]);
+  const auto lo1 = hn::Set(df, box.lo[1]), hi1 = hn::Set(df, box.hi[1]);
+  const auto lo2 = hn::Set(df, box.lo[2]), hi2 = hn::Set(df, box.hi[2]);
+  const float *blo0 = boxes.lo(0), *blo1 = boxes.lo(1), *blo2 = boxes.lo(2);
+  const float *bhi0 = boxes.hi(0), *bhi1 = boxes.hi(1), *bhi2 = boxes.hi(2);
+
+  std::size_t count = 0;
+  for (std::size_t j = begin; j < end; j += lanes) {
+    const auto x = hn::And(hn::Le(hn::LoadU(df, blo0 + j), hi0), hn::Le(lo0, hn::LoadU(df, bhi0 + j)));
+    const auto y = hn::And(hn::Le(hn::LoadU(df, blo1 + j), hi1), hn::Le(lo1, hn::LoadU(df, bhi1 + j)));
+    const auto z = hn::And(hn::Le(hn::LoadU(df, blo2 + j), hi2), hn::Le(lo2, hn::LoadU(df, bhi2 + j)));
+    auto hit = hn::And(x, hn::And(y, z));
+    if (hn::AllFalse(df, hit)) continue;
+    // The last vector may reach into boxes that are not asked for.
+    if (j + lanes > end) hit = hn::And(hit, hn::FirstN(df, end - j));
+    // Not CompressStore, of which g++ 12 makes a copy of a table of 1 KiB a call.
+    std::uint64_t bits = 0;
+    hn::StoreMaskBits(df, hit, reinterpret_cast<std::uint8_t*>(&bits));
+    for (; bits != 0; bits &= bits - 1)
+      out[count++] = static_cast<std::uint32_t>(j + static_cast<std::size_t>(std::countr_zero(bits)));
+  }
+  return count;
+}
+
+}  // namespace tandem::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tandem {
+HWY_EXPORT(overlap_row);
+
+std::size_t overlap_row(const BoxArray& boxes, std::size_t begin, std::size_t end, const Aabb& box,
+                        std::uint32_t* out) {
+  return HWY_DYNAMIC_DISPATCH(overlap_row)(boxes, begin, end, box, out);
+}
+}  // namespace tandem
+#endif

@@ -1,0 +1,39 @@
+#include "tandem/broadphase/box_array.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "storage/memory.h"
+
+namespace tandem {
+
+float round_up(double x) {
+  constexpr float largest = std::numeric_limits<float>::max();
+  const float nearest = static_cast<float>(std::clamp(x, -double{largest}, double{largest}));
+  if (nearest >= x || nearest == largest) return nearest;
+  // The next float above, by its bits: std::nextafter is a call into the C library, and there are six a box.
+  if (nearest == 0) return std::numeric_limits<float>::denorm_min();
+  const auto bits = std::bit_cast<std::uint32_t>(nearest);
+  return std::bit_cast<float>(nearest > 0 ? bits + 1 : bits - 1);
+}
+
+float round_down(double x) { return -round_up(-x); }
+
+std::size_t BoxArray::memory() const {
+  std::size_t bytes = 0;
+  for (const auto& values : bounds_) bytes += bytes_of(values);
+  return bytes;
+}
+
+void BoxArray::resize(std::size_t n) {
+  constexpr float inf = std::numeric_limits<float>::infinity();
+  for (std::size_t bound = 0; bound < 6; ++bound) {
+    std::vector<float>& values = bounds_[bound];
+    const float empty = bound < 3 ? inf : -inf;
+    values.resize(n + padding);
+    std::fill(values.begin() + static_cast<std::ptrdiff_t>(std::min(size_, n)), values.end(), empty);
+  }
+  size_ = n;
+}
+
+}  // namespace tandem

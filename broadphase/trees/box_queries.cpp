@@ -1,0 +1,225 @@
+#include "tandem/broadphase/box_queries.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "kernels/row_kernel.h"
+#include "trees/box_tree.h"
+
+namespace tandem {
+namespace {
+
+void require(bool right, const char* what, double value, const char* allowed) {
+  if (!right)
+    throw std::invalid_argument("box query: " + std::string(what) + " is " + std::to_string(value) +
+                                ", allowed: " + allowed);
+}
+
+void run_blocks(const BlockRunner& runner, std::size_t blocks, const std::function<void(std::size_t)>& block) {
+  if (runner && blocks > 1) return runner(blocks, block);
+  for (std::size_t i = 0; i < blocks; ++i) block(i);
+}
+
+/// A ray made ready for slab tests (Kay and Kajiya, "Ray tracing complex scenes", 1986). Each step of the test rounds
+/// monotonically, so whatever meets a box meets every box around it.
+class Slabs {
+ public:
+  explicit Slabs(const Ray& ray) : origin_(ray.origin), t_max_(ray.t_max) {
+    bool some = false;
+    for (std::size_t k = 0; k < 3; ++k) {
+      require(std::isfinite(ray.origin[k]), "origin", ray.origin[k], "finite numbers");
+      require(std::isfinite(ray.direction[k]), "direction", ray.direction[k], "finite numbers");
+      inverse_[k] = 1 / ray.direction[k];
+      across_[k] = std::isinf(inverse_[k]);
+      some = some || !across_[k];
+    }
+    require(some, "direction", 0, "a vector that is not zero");
+    require(ray.t_max >= 0, "t_max", ray.t_max, ">= 0");
+  }
+
+  /// The t of entry; negative where the ray does not meet the box.
+  double enter(const Aabb& box) const {
+    double from = 0, to = t_max_;
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (across_[k]) {
+        if (!(box.lo[k] <= origin_[k] && origin_[k] <= box.hi[k])) return -1;
+        continue;
+      }
+      const double a = (box.lo[k] - origin_[k]) * inverse_[k], b = (box.hi[k] - origin_[k]) * inverse_[k];
+      from = std::max(from, std::min(a, b));
+      to = std::min(to, std::max(a, b));
+    }
+    return from <= to ? from : -1;
+  }
+
+ private:
+  std::array<double, 3> origin_, inverse_{};
+  std::array<bool, 3> across_{};
+  double t_max_;
+};
+
+double squared_distance(const std::array<double, 3>& point, const Aabb& box) {
+  double sum = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double off = std::max({box.lo[k] - point[k], point[k] - box.hi[k], 0.0});
+    sum += off * off;
+  }
+  return sum;
+}
+
+/// Answers of each query to lists of its block, then joined.
+template <class Item, class Answer>
+QueryAnswers<Item> answer_all(std::size_t queries, const BlockRunner& runner, const Answer& answer) {
+  constexpr std::size_t queries_a_block = 64;
+  const std::size_t blocks = (queries + queries_a_block - 1) / queries_a_block;
+  std::vector<std::vector<Item>> found(blocks);
+  QueryAnswers<Item> all;
+  all.begin.resize(queries + 1);
+  run_blocks(runner, blocks, [&](std::size_t block) {
+    for (std::size_t q = block * queries_a_block, end = std::min(queries, q + queries_a_block); q < end; ++q) {
+      const std::size_t before = found[block].size();
+      answer(q, found[block]);
+      all.begin[q + 1] = found[block].size() - before;
+    }
+  });
+  for (std::size_t q = 0; q < queries; ++q) all.begin[q + 1] += all.begin[q];
+  all.items.reserve(all.begin.back());
+  for (const std::vector<Item>& some : found) all.items.insert(all.items.end(), some.begin(), some.end());
+  return all;
+}
+
+}  // namespace
+
+struct BoxQueries::Impl {
+  BoxTree tree;
+};
+
+BoxQueries::BoxQueries() : impl_(std::make_unique<Impl>()) { build({}); }
+BoxQueries::~BoxQueries() = default;
+BoxQueries::BoxQueries(BoxQueries&&) noexcept = default;
+BoxQueries& BoxQueries::operator=(BoxQueries&&) noexcept = default;
+
+void BoxQueries::build(const BoxArray& boxes, const BlockRunner& runner) {
+  BoxTree& tree = impl_->tree;
+  tree.begin(boxes, nullptr);
+  for (std::size_t stage = 0; stage < BoxTree::build_stages; ++stage)
+    run_blocks(runner, tree.blocks(stage), [&](std::size_t block) { tree.run(stage, block); });
+}
+
+std::size_t BoxQueries::memory() const { return impl_->tree.memory(); }
+
+void BoxQueries::overlapping(const Aabb& box, std::vector<std::uint32_t>& out) const {
+  for (std::size_t k = 0; k < 3; ++k) {
+    require(!std::isnan(box.lo[k]), "lo", box.lo[k], "a number");
+    require(!std::isnan(box.hi[k]), "hi", box.hi[k], "a number");
+    if (box.lo[k] > box.hi[k]) return;
+  }
+  const auto old = static_cast<std::ptrdiff_t>(out.size());
+  const BoxTree& tree = impl_->tree;
+  if (tree.height() == 0) return;
+  std::vector<BoxTree::Node> open{tree.root()};
+  std::array<std::uint32_t, BoxTree::width + BoxArray::padding> hits;
+  if (!overlap(box, tree.box(tree.root()))) return;
+  while (!open.empty()) {
+    const BoxTree::Node node = open.back();
+    open.pop_back();
+    if (node.level == 0) {  // a tree of one box
+      out.push_back(tree.index(node.place));
+      continue;
+    }
+    const auto [first, last] = tree.children(node);
+    const std::size_t count = overlap_row(tree.level(node.level - 1), first, last, box, hits.data());
+    for (std::size_t k = 0; k < count; ++k) {
+      if (node.level == 1)
+        out.push_back(tree.index(hits[k]));
+      else
+        open.push_back({node.level - 1, hits[k]});
+    }
+  }
+  std::sort(out.begin() + old, out.end());
+}
+
+void BoxQueries::along(const Ray& ray, std::vector<RayHit>& out) const {
+  const Slabs slabs(ray);
+  const auto old = static_cast<std::ptrdiff_t>(out.size());
+  const BoxTree& tree = impl_->tree;
+  if (tree.height() == 0) return;
+  std::vector<BoxTree::Node> open{tree.root()};
+  while (!open.empty()) {
+    const BoxTree::Node node = open.back();
+    open.pop_back();
+    const double t = slabs.enter(tree.box(node));
+    if (t < 0) continue;
+    if (node.level == 0) {
+      out.push_back({tree.index(node.place), t});
+      continue;
+    }
+    const auto [first, last] = tree.children(node);
+    for (std::size_t child = first; child < last; ++child) open.push_back({node.level - 1, child});
+  }
+  std::sort(out.begin() + old, out.end(),
+            [](const RayHit& a, const RayHit& b) { return a.t != b.t ? a.t < b.t : a.index < b.index; });
+}
+
+// Best first (Hjaltason and Samet, "Distance browsing in spatial databases", 1999): what is on the heap is opened by
+// its distance, and nothing is left out but what is farther than the k best known.
+void BoxQueries::nearest(const std::array<double, 3>& point, std::size_t k, std::vector<Neighbour>& out) const {
+  for (const double x : point) require(std::isfinite(x), "point", x, "finite numbers");
+  const BoxTree& tree = impl_->tree;
+  if (tree.height() == 0 || k == 0) return;
+  struct Open {
+    double distance;
+    BoxTree::Node node;
+  };
+  const auto later = [](const Open& a, const Open& b) { return a.distance > b.distance; };
+  const auto nearer = [](const Neighbour& a, const Neighbour& b) {
+    return a.squared_distance != b.squared_distance ? a.squared_distance < b.squared_distance : a.index < b.index;
+  };
+  std::vector<Open> open{{squared_distance(point, tree.box(tree.root())), tree.root()}};
+  std::vector<Neighbour> best;  // a heap, the farthest in front
+  while (!open.empty()) {
+    std::pop_heap(open.begin(), open.end(), later);
+    const Open next = open.back();
+    open.pop_back();
+    if (best.size() == k && next.distance > best.front().squared_distance) break;
+    if (next.node.level == 0) {
+      const Neighbour found{tree.index(next.node.place), next.distance};
+      if (best.size() == k) {
+        if (!nearer(found, best.front())) continue;
+        std::pop_heap(best.begin(), best.end(), nearer);
+        best.pop_back();
+      }
+      best.push_back(found);
+      std::push_heap(best.begin(), best.end(), nearer);
+      continue;
+    }
+    const auto [first, last] = tree.children(next.node);
+    for (std::size_t child = first; child < last; ++child) {
+      const BoxTree::Node node{next.node.level - 1, child};
+      const double distance = squared_distance(point, tree.box(node));
+      if (best.size() == k && distance > best.front().squared_distance) continue;
+      open.push_back({distance, node});
+      std::push_heap(open.begin(), open.end(), later);
+    }
+  }
+  std::sort_heap(best.begin(), best.end(), nearer);
+  out.insert(out.end(), best.begin(), best.end());
+}
+
+QueryAnswers<std::uint32_t> BoxQueries::overlapping(std::span<const Aabb> boxes, const BlockRunner& runner) const {
+  return answer_all<std::uint32_t>(boxes.size(), runner, [&](std::size_t q, auto& out) { overlapping(boxes[q], out); });
+}
+
+QueryAnswers<RayHit> BoxQueries::along(std::span<const Ray> rays, const BlockRunner& runner) const {
+  return answer_all<RayHit>(rays.size(), runner, [&](std::size_t q, auto& out) { along(rays[q], out); });
+}
+
+QueryAnswers<Neighbour> BoxQueries::nearest(std::span<const std::array<double, 3>> points, std::size_t k,
+                                            const BlockRunner& runner) const {
+  return answer_all<Neighbour>(points.size(), runner, [&](std::size_t q, auto& out) { nearest(points[q], k, out); });
+}
+
+}  // namespace tandem

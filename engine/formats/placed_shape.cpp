@@ -1,0 +1,408 @@
+#include "formats/placed_shape.h"
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "round/round_walk.h"
+#include "shapes/hull.h"
+#include "shapes/mesh_model.h"
+
+namespace tandem {
+namespace {
+
+/// The shortest turn that takes z to a unit axis next to it.
+Mat3 turn_from_z(const Vec3& axis) {
+  const double s = std::sqrt(2 * (1 + axis[2]));
+  return Quat(0.5 * s, -axis[1] / s, axis[0] / s, 0).toRotationMatrix();
+}
+
+/// A cylinder or cone with a rest, from inside.
+class InnerHull {
+ public:
+  explicit InnerHull(const PlacedShape& placed) : of_(placed) {
+    constexpr int around = 24;
+    constexpr double turn = 2 * 3.14159265358979323846 / around;
+    if (is_cone()) points_.push_back(rest() * Vec3(0, 0, half()));
+    for (int i = 0; i < around; ++i) add_sides(i * turn);
+  }
+
+  Shape shape() const { return Convex{points_}; }
+
+  /// How much farther along n, in world axes, the shape reaches than it would without the rest.
+  double rest_adds(const Vec3& n) const {
+    const Vec3 local = of_.pose.rotation.transpose() * n;
+    return reach(rest().transpose() * local) - reach(local);
+  }
+
+  /// How much farther than the hull the shape reaches along n, in world axes; its points there are added, and those
+  /// `beside` them, radians around the axis.
+  double grow(const Vec3& n, double beside) {
+    const Vec3 local = of_.pose.rotation.transpose() * n, m = rest().transpose() * local;
+    double known = local.dot(points_[0]);
+    for (const Vec3& p : points_) known = std::max(known, local.dot(p));
+    const double beyond = std::max(reach(m) - known, 0.0);
+    if (m[0] == 0 && m[1] == 0) return beyond;
+    const double angle = std::atan2(m[1], m[0]);
+    add_sides(angle);
+    if (beside > 0) add_sides(angle - beside), add_sides(angle + beside);
+    return beyond;
+  }
+
+ private:
+  bool is_cone() const { return of_.shape.kind() == ShapeKind::cone; }
+  double half() const { return 0.5 * of_.shape.length(); }
+  const Mat3& rest() const { return *of_.rest; }
+
+  /// How far the shape as it is, in its own frame, reaches along m.
+  double reach(const Vec3& m) const {
+    const double side = of_.shape.radius() * std::hypot(m[0], m[1]);
+    return is_cone() ? std::max(side - half() * m[2], half() * m[2]) : side + half() * std::abs(m[2]);
+  }
+
+  void add_sides(double angle) {
+    const double x = of_.shape.radius() * std::cos(angle), y = of_.shape.radius() * std::sin(angle);
+    points_.push_back(rest() * Vec3(x, y, -half()));
+    if (!is_cone()) points_.push_back(rest() * Vec3(x, y, half()));
+  }
+
+  const PlacedShape& of_;
+  std::vector<Vec3> points_;
+};
+
+/// Without a rest, and the same to first order around the point farthest along n, a unit vector in world axes: a
+/// cylinder's or cone's side where n is near that of a side, else the plane of its disc.
+PlacedShape alike(const PlacedShape& placed, const Vec3& n) {
+  if (!placed.rest) return placed;
+  const Mat3& rest = *placed.rest;
+  const bool cone = placed.shape.kind() == ShapeKind::cone;
+  double radius = placed.shape.radius(), length = placed.shape.length();
+  const double half = 0.5 * length, slant = std::hypot(radius, length);
+  const double sine = cone ? radius / slant : 0.0, cosine = cone ? length / slant : 1.0;  // of the side's normals
+  const Vec3 local = placed.pose.rotation.transpose() * n, m = (rest.transpose() * local).normalized();
+  const double rho = std::hypot(m[0], m[1]), level = cone || m[2] < 0 ? -half : half;
+  const Vec3 out = rho > 0 ? Vec3(m[0] / rho, m[1] / rho, 0) : Vec3::UnitX(), rim_centre = level * rest.col(2);
+  Vec3 axis, centre = Vec3::Zero();
+  if (cone && m[2] > 0.5 * (sine - 1)) {
+    const Vec3 apex = half * rest.col(2), side = rim_centre + radius * (rest * out) - apex;
+    const Vec3 normal = rest.transpose().inverse() * Vec3(cosine * out[0], cosine * out[1], sine);
+    axis = sine * normal.normalized() - cosine * side.normalized();
+    radius = sine * side.norm(), length = cosine * side.norm();
+    centre = apex - 0.5 * length * axis;
+  } else {
+    const Vec3 across = rest.col(0).cross(rest.col(1));
+    axis = !cone && std::abs(m[2]) < 0.5 ? rest.col(2).normalized() : across.normalized();
+    length *= axis.dot(rest.col(2));
+    radius *= std::sqrt(across.norm());
+  }
+  const Vec3 along = local - local.dot(axis) * axis;
+  Vec3 off = Vec3::Zero();  // of the point on the rim
+  if (!cone || m[2] * cosine <= rho * sine) {
+    off = rim_centre - centre - std::copysign(0.5 * length, level) * axis;
+    if (rho > 1e-9) off += placed.shape.radius() * (rest * out) - radius * along.normalized();
+  }
+  const Mat3 turned = placed.pose.rotation * turn_from_z(axis);
+  const Pose pose{turned, placed.pose.translation + placed.pose.rotation * (centre + off)};
+  return {cone ? Shape(Cone{radius, length}) : Shape(Cylinder{radius, length}), pose, {}};
+}
+
+/// From a normal near that of a minimum of how far two bounded convex shapes reach along it, to the minimum: shapes
+/// that are alike there have theirs next to it, and those that are alike at that one. `signed_distance` is what the
+/// two are apart along the normal reached; minus infinity where none is.
+PairAnswer descend(const PlacedShape& a, const PlacedShape& b, const Vec3& normal) {
+  constexpr int most_rounds = 8;
+  PairAnswer out;
+  out.signed_distance = -std::numeric_limits<double>::infinity();
+  Vec3 n = normal;
+  for (int round = 0; round < most_rounds; ++round) {
+    const PlacedShape like_a = alike(a, n), like_b = alike(b, -n);
+    const ConvexView view_a = view(like_a.shape), view_b = view(like_b.shape);
+    const MinkowskiDifference difference{view_a, view_b, relative(like_a.pose, like_b.pose)};
+    const Support s =
+        walk(RoundPair(difference), like_a.pose.rotation.transpose() * n, -std::numeric_limits<double>::infinity());
+    const Vec3 to = (like_a.pose.rotation * s.n).normalized();
+    const double turned = (to - n).norm();
+    n = to;
+    if (turned > 1e-12 || !s.optimal) continue;
+    const double radius_a = core_radius(view_a), radius_b = core_radius(view_b);
+    out.signed_distance = -s.h - radius_a - radius_b;
+    out.normal = n;
+    out.point_a = like_a.pose * Vec3(s.point[0] + radius_a * s.n);
+    out.point_b = like_a.pose * Vec3(-s.point[1] - radius_b * s.n);
+    break;
+  }
+  return out;
+}
+
+/// A point of a bounded convex shape farthest along n, in world axes.
+Vec3 farthest(const PlacedShape& placed, const Vec3& n) {
+  const ConvexView shape = view(placed.shape);
+  const Vec3 local = placed.pose.rotation.transpose() * n;
+  const Vec3 p = placed.rest ? Vec3(*placed.rest * core_support(shape, placed.rest->transpose() * local))
+                             : core_support(shape, local);
+  return placed.pose * p + core_radius(shape) * n.normalized();
+}
+
+/// The normal of A's side, a cylinder's or cone's, along which A and B are farthest apart. Where the two look almost
+/// the same from all around, a rest alone decides which it is: the derivative along the circle of normals tells it
+/// best.
+Vec3 best_side(const PlacedShape& a, const PlacedShape& b) {
+  constexpr int samples = 96;
+  constexpr double turn = 2 * 3.14159265358979323846 / samples;
+  const double sine =
+      a.shape.kind() == ShapeKind::cone ? a.shape.radius() / std::hypot(a.shape.radius(), a.shape.length()) : 0.0;
+  const double cosine = std::sqrt(1 - sine * sine);
+  const Mat3 to_world = a.pose.rotation * a.rest->transpose().inverse();
+  struct Side {
+    Vec3 n;
+    double apart, slope;
+  };
+  const auto at = [&](double angle) {
+    const double x = cosine * std::cos(angle), y = cosine * std::sin(angle);
+    const Vec3 n = to_world * Vec3(x, y, sine), next = to_world * Vec3(-y, x, 0);
+    const double length = n.norm();
+    const Vec3 p = farthest(b, -n) - farthest(a, n);
+    return Side{n / length, n.dot(p) / length, next.dot(p) - n.dot(p) * n.dot(next) / (length * length)};
+  };
+  double angle = 0, most = -std::numeric_limits<double>::infinity();
+  for (int i = 0; i < samples; ++i)
+    if (const double apart = at(i * turn).apart; apart > most) most = apart, angle = i * turn;
+  double low = angle - turn, high = angle + turn;
+  if (at(low).slope > 0 && at(high).slope < 0) {
+    for (int i = 0; i < 60; ++i) {
+      angle = 0.5 * (low + high);
+      (at(angle).slope > 0 ? low : high) = angle;
+    }
+  }
+  return at(angle).n;
+}
+
+/// solve() of two that are not both without a rest, A at the origin.
+PairAnswer solve_loose(const NarrowPhase& narrow_phase, const PlacedShape& a, const PlacedShape& b, Request request,
+                       std::vector<Contact>* contacts) {
+  constexpr int most_rounds = 40;
+  PairAnswer best = narrow_phase.solve(a.shape, a.pose, b.shape, b.pose, Request::distance);
+  const auto solve_alike = [&] {
+    const PlacedShape like_a = alike(a, best.normal), like_b = alike(b, -best.normal);
+    return narrow_phase.solve(like_a.shape, like_a.pose, like_b.shape, like_b.pose, request, contacts);
+  };
+  if (!a.shape.is_bounded() || !b.shape.is_bounded()) return solve_alike();
+  const bool convex = a.shape.is_convex() && b.shape.is_convex();
+  const double size = std::max(a.shape.size(), b.shape.size()), rounding = 1e-14 * size;
+  std::optional<InnerHull> hull_a, hull_b;
+  if (a.rest) hull_a.emplace(a);
+  if (b.rest) hull_b.emplace(b);
+  // How far apart the bodies are along best.normal, never too much, and how far the hulls are, never too little.
+  best.signed_distance -=
+      (hull_a ? hull_a->rest_adds(best.normal) : 0.0) + (hull_b ? hull_b->rest_adds(-best.normal) : 0.0);
+  double above = std::numeric_limits<double>::infinity();
+  const auto consider = [&](const PairAnswer& found) {
+    if (found.signed_distance <= best.signed_distance) return;
+    best = found;
+  };
+  const auto improve = [&](const Vec3& n) {
+    if (!convex) return;
+    const PairAnswer found = descend(a, b, n);
+    if (found.signed_distance > 0) above = found.signed_distance;  // apart there is one minimum
+    // Beside the minimum by less than shows in what they are apart, the normal may be off by far more than rounding.
+    constexpr double epsilon = std::numeric_limits<double>::epsilon();
+    if (found.signed_distance >= best.signed_distance - 4 * epsilon * size) best = found;
+  };
+  const auto consider_side = [&](const Vec3& n) {
+    PairAnswer side;
+    side.normal = n;
+    side.point_a = farthest(a, n);
+    side.signed_distance = n.dot(farthest(b, -n) - side.point_a);
+    side.point_b = side.point_a + side.signed_distance * n;
+    consider(side);
+    improve(n);
+  };
+  improve(best.normal);
+  if (convex && best.signed_distance <= 0) {
+    if (a.rest) consider_side(best_side(a, b));
+    if (b.rest) consider_side(-best_side(b, a));
+  }
+  double beside = 1e-2;
+  for (int round = 0; round < most_rounds && above - best.signed_distance > rounding; ++round) {
+    const Shape in_a = hull_a ? hull_a->shape() : a.shape, in_b = hull_b ? hull_b->shape() : b.shape;
+    PairAnswer found = narrow_phase.solve(in_a, a.pose, in_b, b.pose, Request::distance);
+    above = std::min(above, found.signed_distance);
+    const auto grow = [&](const Vec3& n) {
+      return (hull_a ? hull_a->grow(n, beside) : 0.0) + (hull_b ? hull_b->grow(-n, beside) : 0.0);
+    };
+    const Vec3 n = found.normal;
+    found.signed_distance -= grow(n);  // before others have it grow
+    grow(best.normal);
+    found.point_b = found.point_a + found.signed_distance * n;
+    consider(found);
+    improve(n);
+    beside = beside > 2e-8 ? 0.1 * beside : 0;
+  }
+  if (above - best.signed_distance > rounding) best.error_bound += above - best.signed_distance;
+  best.collide = best.signed_distance <= 0;
+  best.status = best.error_bound > 1e-9 * size ? Status::inexact : Status::ok;
+  if (request == Request::contacts) (void)solve_alike();
+  return best;
+}
+
+}  // namespace
+
+PlacedShape place(const Shape& shape, const Pose& pose) {
+  PlacedShape out{shape, orthonormalized(pose), {}};
+  if (out.pose.rotation == pose.rotation) return out;
+  const Mat3 rest = out.pose.rotation.transpose() * pose.rotation;
+  switch (shape.kind()) {
+    case ShapeKind::sphere:
+      break;
+    case ShapeKind::box: {
+      Convex corners;
+      for (unsigned i = 0; i < 8; ++i)
+        corners.vertices.push_back(
+            rest * shape.half_size().cwiseProduct(Vec3(i & 1u ? 1 : -1, i & 2u ? 1 : -1, i & 4u ? 1 : -1)));
+      out.shape = corners;
+      break;
+    }
+    case ShapeKind::capsule: {
+      const Vec3 along = rest.col(2);
+      out.pose.rotation *= turn_from_z(along.normalized());
+      out.shape = Capsule{shape.radius(), shape.length() * along.norm()};
+      break;
+    }
+    case ShapeKind::ellipsoid: {
+      const Eigen::JacobiSVD<Mat3, Eigen::NoQRPreconditioner> svd(rest * shape.radii().asDiagonal(),
+                                                                  Eigen::ComputeFullU);
+      Mat3 axes = svd.matrixU();
+      if (axes.determinant() < 0) axes.col(2) = -axes.col(2);
+      out.pose.rotation *= axes;
+      out.shape = Ellipsoid{svd.singularValues()};
+      break;
+    }
+    case ShapeKind::convex: {
+      Convex corners{shape.hull().vertices};
+      for (Vec3& v : corners.vertices) v = rest * v;
+      out.shape = corners;
+      break;
+    }
+    case ShapeKind::triangle:
+    case ShapeKind::mesh: {
+      const MeshModel& model = shape.mesh();
+      Mesh mesh{model.vertices, model.triangles, model.solid};
+      for (Vec3& v : mesh.vertices) v = rest * v;
+      if (shape.kind() == ShapeKind::mesh)
+        out.shape = Shape(std::move(mesh));
+      else
+        out.shape = Triangle{{mesh.vertices[0], mesh.vertices[1], mesh.vertices[2]}};
+      break;
+    }
+    case ShapeKind::halfspace:
+      out.shape = HalfSpace{rest.transpose().inverse() * shape.normal(), shape.offset()};
+      break;
+    case ShapeKind::cylinder:
+    case ShapeKind::cone:
+      out.rest = rest;
+      break;
+  }
+  return out;
+}
+
+PairAnswer solve(const NarrowPhase& narrow_phase, const PlacedShape& a, const PlacedShape& b, Request request,
+                 std::vector<Contact>* contacts) {
+  if (!a.rest && !b.rest) return narrow_phase.solve(a.shape, a.pose, b.shape, b.pose, request, contacts);
+  // Far from the origin a shift by a hair would be lost.
+  const Vec3 origin = a.pose.translation;
+  PlacedShape near_a = a, near_b = b;
+  near_a.pose.translation -= origin, near_b.pose.translation -= origin;
+  const std::size_t first = contacts != nullptr ? contacts->size() : 0;
+  PairAnswer answer = solve_loose(narrow_phase, near_a, near_b, request, contacts);
+  answer.point_a += origin, answer.point_b += origin;
+  if (contacts != nullptr)
+    for (std::size_t i = first; i < contacts->size(); ++i) (*contacts)[i].point += origin;
+  return answer;
+}
+
+namespace {
+
+/// The shape with nearest rotation, so much larger that it holds the one with the rest.
+PlacedShape outside(const PlacedShape& placed) {
+  if (!placed.rest) return placed;
+  // A point is moved by no more than that, and a shape scaled about a ball that it holds reaches as much farther as the
+  // ball does.
+  const double moved = (*placed.rest - Mat3::Identity()).norm() * placed.shape.size();
+  const double scale = 1 + 1.01 * moved / core_inner_radius(view(placed.shape));
+  const double radius = scale * placed.shape.radius(), length = scale * placed.shape.length();
+  const bool cone = placed.shape.kind() == ShapeKind::cone;
+  return {cone ? Shape(Cone{radius, length}) : Shape(Cylinder{radius, length}), placed.pose, {}};
+}
+
+/// Two that move, A at pose + time * velocity.
+struct Meeting {
+  const NarrowPhase& narrow_phase;
+  const PlacedShape& a;
+  Vec3 velocity_a;
+  const PlacedShape& b;
+  Vec3 velocity_b;
+
+  std::optional<double> of_outsides(double until) const {
+    const PlacedShape out_a = outside(a), out_b = outside(b);
+    return narrow_phase.time_of_impact(out_a.shape, out_a.pose, velocity_a, out_b.shape, out_b.pose, velocity_b, until);
+  }
+
+  /// Both convex: conservative advancement (Mirtich 1996) from a time up to which they do not meet.
+  std::optional<double> advance(double from, double until) const {
+    constexpr int most_advances = 200;
+    const double rounding =
+        1e-14 * ((a.shape.is_bounded() ? a.shape.size() : 0) + (b.shape.is_bounded() ? b.shape.size() : 0));
+    double time = from;
+    for (int i = 0; i < most_advances; ++i) {
+      PlacedShape at_a = a, at_b = b;
+      at_a.pose.translation += time * velocity_a, at_b.pose.translation += time * velocity_b;
+      const PairAnswer now = solve(narrow_phase, at_a, at_b, Request::distance);
+      if (now.signed_distance <= rounding) return time;
+      const double closing = now.normal.dot(velocity_a - velocity_b);
+      if (!(closing > 0)) return std::nullopt;
+      const double next = time + now.signed_distance / closing;
+      if (!(next <= until * (1 + 1e-12))) return std::nullopt;
+      if (next <= time) return time;
+      time = std::min(next, until);
+    }
+    return time;
+  }
+};
+
+}  // namespace
+
+std::optional<double> time_of_impact(const NarrowPhase& narrow_phase, const PlacedShape& a, const Vec3& velocity_a,
+                                     const PlacedShape& b, const Vec3& velocity_b, double tmax) {
+  const Meeting whole{narrow_phase, a, velocity_a, b, velocity_b};
+  const std::optional<double> early = whole.of_outsides(tmax);
+  if (!early || (!a.rest && !b.rest)) return early;
+  if (solve(narrow_phase, a, b, Request::collide).collide) return 0.0;
+  if (a.shape.is_convex() && b.shape.is_convex()) return whole.advance(*early, tmax);
+  // Triangle by triangle, those that may be met first first.
+  const bool mesh_a = !a.shape.is_convex();
+  const PlacedShape& mesh = mesh_a ? a : b;
+  struct Candidate {
+    double early;
+    PlacedShape triangle;
+  };
+  const auto meeting = [&](const PlacedShape& triangle) {
+    return Meeting{narrow_phase, mesh_a ? triangle : a, velocity_a, mesh_a ? b : triangle, velocity_b};
+  };
+  std::vector<Candidate> candidates;
+  const MeshModel& model = mesh.shape.mesh();
+  for (std::uint32_t i = 0; i < model.triangles.size(); ++i) {
+    PlacedShape triangle{Triangle{model.corners(i)}, mesh.pose, {}};
+    if (const auto time = meeting(triangle).of_outsides(tmax)) candidates.push_back({*time, std::move(triangle)});
+  }
+  std::sort(candidates.begin(), candidates.end(),
+            [](const Candidate& x, const Candidate& y) { return x.early < y.early; });
+  std::optional<double> first;
+  for (const Candidate& c : candidates) {
+    if (c.early >= first.value_or(std::numeric_limits<double>::infinity())) break;
+    if (const auto time = meeting(c.triangle).advance(c.early, first.value_or(tmax))) first = time;
+  }
+  return first;
+}
+
+}  // namespace tandem

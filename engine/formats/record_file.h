@@ -1,0 +1,62 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "formats/output_file.h"
+#include "formats/text_file.h"
+#include "tandem/engine/scene.h"
+#include "tandem/flowgraph/contact_list.h"
+
+namespace tandem {
+
+/// What a contact looks like in a record: for looking at. The poses give it again exactly.
+struct RecordedContact {
+  std::uint32_t a, b;  ///< body indices
+  float point[3], normal[3], depth;
+};
+
+/// One step: the poses that detection saw, and what it found.
+struct RecordedStep {
+  std::uint64_t step = 0;
+  std::uint64_t contact_hash = 0;
+  std::vector<std::pair<std::uint32_t, Pose>> poses;  ///< of the bodies that are not static, by index
+  std::vector<RecordedContact> contacts;
+};
+
+/// Writes a record, as docs/record-format.md describes it.
+class RecordWriter {
+ public:
+  RecordWriter(OutputFile& file, const Scene& scene);
+  /// The scene as detection saw it. Throws OutputError.
+  void step(std::uint64_t step, std::uint64_t contact_hash, const Scene& scene, const ContactList& contacts);
+
+ private:
+  OutputFile& file_;
+  std::string block_;
+};
+
+/// Reads a record step by step; in memory is one step.
+class RecordReader {
+ public:
+  /// Throws InputError "FILE: ..." for a file that is missing, no record or cut off; so does `next`, with the byte. A
+  /// pipe is refused: who reads records reads them twice.
+  explicit RecordReader(const std::filesystem::path& path);
+  /// As it was before the first step.
+  const Scene& scene() const { return scene_; }
+  /// False at the end.
+  bool next(RecordedStep& step);
+
+ private:
+  /// The next bytes, as many as `count` numbers of this size take.
+  std::string_view take(std::size_t count, std::size_t size, std::string_view what);
+
+  InputFile file_;
+  std::string bytes_;
+  Scene scene_;
+};
+
+}  // namespace tandem

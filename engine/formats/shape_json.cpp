@@ -1,0 +1,220 @@
+#include "formats/shape_json.h"
+
+#include <cmath>
+
+#include "shapes/hull.h"
+#include "shapes/mesh_model.h"
+#include "tandem/formats/mesh_file.h"
+
+namespace tandem {
+namespace {
+
+constexpr std::string_view kinds = "sphere, box, capsule, cylinder, cone, ellipsoid, halfspace, convex, triangle, mesh";
+
+// A shape's own checks know nothing of the document; this says where in it they failed.
+template <typename Parameters>
+Shape make_shape(const JsonRef& json, Parameters&& parameters) {
+  try {
+    return Shape(std::forward<Parameters>(parameters));
+  } catch (const std::invalid_argument& error) {
+    json.refuse(error.what(), {});
+  }
+}
+
+Vec3 sizes(const JsonRef& json) {
+  const Vec3 v = json.vec3();
+  for (std::size_t i = 0; i < 3; ++i) json.at(i).number_above(0);
+  return v;
+}
+
+std::vector<Vec3> points(const JsonRef& json) {
+  json.require_array("an array of points [x, y, z]");
+  std::vector<Vec3> out;
+  out.reserve(json.size());
+  for (std::size_t i = 0; i < json.size(); ++i) out.push_back(json.at(i).vec3());
+  return out;
+}
+
+std::vector<Vec3> some_points(const JsonRef& json) {
+  std::vector<Vec3> out = points(json);
+  if (out.empty()) json.refuse("one or more points [x, y, z]");
+  return out;
+}
+
+}  // namespace
+
+Shape ShapeReader::mesh(const JsonRef& json) {
+  json.require_keys({"kind", "vertices", "triangles", "file", "solid"});
+  const auto solid_flag = json.find("solid");
+  const bool solid = solid_flag && solid_flag->flag();
+  if (const auto file = json.find("file")) {
+    if (json.find("vertices") || json.find("triangles"))
+      json.refuse("both file and vertices or triangles", "one of them");
+    std::filesystem::path path = folders_.front() / file->text();
+    for (const auto& folder : folders_) {
+      std::error_code ignored;
+      if (!std::filesystem::exists(folder / file->text(), ignored)) continue;
+      path = folder / file->text();
+      break;
+    }
+    // One file may be named in many ways.
+    std::error_code unknown;
+    const std::filesystem::path one_name = std::filesystem::weakly_canonical(path, unknown);
+    const std::pair key((unknown ? path : one_name).string(), solid);
+    if (const auto known = mesh_files_.find(key); known != mesh_files_.end()) return known->second;
+    Mesh mesh;
+    try {
+      mesh = read_mesh_file(path);
+    } catch (const InputError& error) {
+      throw error.within(file->pointer());
+    }
+    mesh.solid = solid;
+    return mesh_files_.emplace(key, make_shape(*file, std::move(mesh))).first->second;
+  }
+  Mesh mesh;
+  mesh.solid = solid;
+  mesh.vertices = some_points(json.at("vertices"));
+  const JsonRef triangles = json.at("triangles");
+  triangles.require_array("an array of triangles [i, j, k]");
+  if (triangles.size() == 0) triangles.refuse("one or more triangles [i, j, k]");
+  mesh.triangles.reserve(triangles.size());
+  const auto last = static_cast<std::uint32_t>(mesh.vertices.size() - 1);
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    const JsonRef triangle = triangles.at(i);
+    triangle.require_array("three vertex numbers [i, j, k]");
+    if (triangle.size() != 3) triangle.refuse("three vertex numbers [i, j, k]");
+    mesh.triangles.push_back({triangle.at(0).whole(last), triangle.at(1).whole(last), triangle.at(2).whole(last)});
+  }
+  return make_shape(json, std::move(mesh));
+}
+
+Shape ShapeReader::read(const JsonRef& json) {
+  const JsonRef kind_json = json.at("kind");
+  const std::string& kind = kind_json.text();
+  if (kind == "mesh") return mesh(json);
+  if (kind == "sphere") {
+    json.require_keys({"kind", "radius"});
+    return make_shape(json, Sphere{json.at("radius").number_at_least(0)});
+  }
+  if (kind == "box") {
+    json.require_keys({"kind", "size"});
+    return make_shape(json, Box{sizes(json.at("size"))});
+  }
+  if (kind == "capsule") {
+    json.require_keys({"kind", "radius", "length"});
+    return make_shape(json, Capsule{json.at("radius").number_above(0), json.at("length").number_at_least(0)});
+  }
+  if (kind == "cylinder") {
+    json.require_keys({"kind", "radius", "length"});
+    return make_shape(json, Cylinder{json.at("radius").number_above(0), json.at("length").number_above(0)});
+  }
+  if (kind == "cone") {
+    json.require_keys({"kind", "radius", "length"});
+    return make_shape(json, Cone{json.at("radius").number_above(0), json.at("length").number_above(0)});
+  }
+  if (kind == "ellipsoid") {
+    json.require_keys({"kind", "radii"});
+    return make_shape(json, Ellipsoid{sizes(json.at("radii"))});
+  }
+  if (kind == "halfspace") {
+    json.require_keys({"kind", "normal", "offset"});
+    return make_shape(json, HalfSpace{json.at("normal").vec3(), json.at("offset").number()});
+  }
+  if (kind == "convex") {
+    json.require_keys({"kind", "vertices"});
+    return make_shape(json, Convex{some_points(json.at("vertices"))});
+  }
+  if (kind == "triangle") {
+    json.require_keys({"kind", "vertices"});
+    const JsonRef vertices = json.at("vertices");
+    vertices.require_array("three points [x, y, z]");
+    if (vertices.size() != 3) vertices.refuse("three points [x, y, z]");
+    const std::vector<Vec3> corners = points(vertices);
+    return make_shape(json, Triangle{{corners[0], corners[1], corners[2]}});
+  }
+  kind_json.refuse(kinds);
+}
+
+Pose read_pose(const JsonRef& json) {
+  json.require_keys({"t", "R", "q"});
+  Pose pose;
+  pose.translation = json.at("t").vec3();
+  const auto rows = json.find("R"), quaternion = json.find("q");
+  if (rows && quaternion) json.refuse("both R and q", "one of them");
+  if (rows) {
+    rows->require_array("three rows of three numbers");
+    if (rows->size() != 3) rows->refuse("three rows of three numbers");
+    for (std::size_t i = 0; i < 3; ++i) pose.rotation.row(static_cast<Eigen::Index>(i)) = rows->at(i).vec3();
+  }
+  if (quaternion) {
+    constexpr double norm_error = 1e-6;
+    constexpr std::string_view allowed = "four numbers [w, x, y, z] of norm 1 within 1e-6";
+    quaternion->require_array(allowed);
+    if (quaternion->size() != 4) quaternion->refuse(allowed);
+    const Quat q(quaternion->at(0).number(), quaternion->at(1).number(), quaternion->at(2).number(),
+                 quaternion->at(3).number());
+    if (!(std::abs(q.norm() - 1) <= norm_error)) quaternion->refuse(allowed);
+    pose = Pose::from(q, pose.translation);
+  }
+  require_valid_pose(pose, json.pointer());
+  return pose;
+}
+
+void require_valid_pose(const Pose& pose, std::string_view where) {
+  try {
+    require_valid(pose, {});
+  } catch (const std::invalid_argument& error) {
+    std::string_view reason = error.what();
+    if (constexpr std::string_view nameless = ": "; reason.starts_with(nameless)) reason.remove_prefix(nameless.size());
+    throw InputError(where, reason);
+  }
+}
+
+void write_shape(JsonWriter& out, const Shape& shape) {
+  const auto write_points = [&](const auto& vertices) {
+    out.key("vertices").begin_array();
+    for (const Vec3& v : vertices) out.value(v);
+    out.end_array();
+  };
+  out.begin_object().member("kind", name(shape.kind()));
+  switch (shape.kind()) {
+    case ShapeKind::sphere:
+      out.member("radius", shape.radius());
+      break;
+    case ShapeKind::box:
+      out.member("size", Vec3(2 * shape.half_size()));
+      break;
+    case ShapeKind::capsule:
+    case ShapeKind::cylinder:
+    case ShapeKind::cone:
+      out.member("radius", shape.radius()).member("length", shape.length());
+      break;
+    case ShapeKind::ellipsoid:
+      out.member("radii", shape.radii());
+      break;
+    case ShapeKind::halfspace:
+      out.member("normal", shape.normal()).member("offset", shape.offset());
+      break;
+    case ShapeKind::convex:
+      write_points(shape.hull().vertices);
+      break;
+    case ShapeKind::triangle:
+      write_points(shape.mesh().vertices);  // all three, also when it has no area
+      break;
+    case ShapeKind::mesh:
+      write_points(shape.mesh().vertices);
+      out.key("triangles").begin_array();
+      for (const auto& [i, j, k] : shape.mesh().triangles) out.begin_array().value(i).value(j).value(k).end_array();
+      out.end_array().member("solid", shape.mesh().solid);
+      break;
+  }
+  out.end_object();
+}
+
+void write_pose(JsonWriter& out, const Pose& pose) {
+  out.begin_object().member("t", pose.translation).key("R").begin_array();
+  for (Eigen::Index row = 0; row < 3; ++row) out.value(Vec3(pose.rotation.row(row)));
+  out.end_array().end_object();
+}
+
+}  // namespace tandem

@@ -1,0 +1,39 @@
+#pragma once
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "formats/json_reader.h"
+#include "formats/json_writer.h"
+#include "tandem/narrowphase/shape.h"
+
+namespace tandem {
+
+/// Reads shapes; a mesh file that several of them name is read once.
+class ShapeReader {
+ public:
+  /// A mesh's `file` is relative to the first of these folders that has it.
+  explicit ShapeReader(std::vector<std::filesystem::path> folders = {"."}) : folders_(std::move(folders)) {}
+
+  /// Throws InputError that names the JSON pointer, the value found and what is allowed.
+  Shape read(const JsonRef& json);
+
+ private:
+  Shape mesh(const JsonRef& json);
+
+  std::vector<std::filesystem::path> folders_;
+  std::map<std::pair<std::string, bool>, Shape> mesh_files_;  // by path and `solid`
+};
+
+/// `t` is required; of `R` and `q` at most one, without either the rotation is none.
+Pose read_pose(const JsonRef& json);
+
+/// Throws InputError "WHERE: ..." for a pose that shapes cannot have.
+void require_valid_pose(const Pose& pose, std::string_view where);
+
+/// What `read` and `read_pose` read back as the same shape and the same bits. Meshes are written out, not named.
+void write_shape(JsonWriter& out, const Shape& shape);
+void write_pose(JsonWriter& out, const Pose& pose);
+
+}  // namespace tandem

@@ -1,0 +1,303 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <span>
+#include <vector>
+
+#include "pipeline/list_splice.h"
+#include "tandem/broadphase/pair.h"
+#include "tandem/engine/scene.h"
+#include "tandem/flowgraph/contact_list.h"
+
+namespace tandem {
+
+/// A pair's contacts; the first few lie with the pair's own data, where they are read next.
+class KeptManifold {
+ public:
+  void clear() {
+    count_ = 0;
+    more_.clear();
+  }
+  void add(const Contact& contact) {
+    if (count_ < few)
+      first_[count_] = contact;
+    else
+      more_.push_back(contact);
+    ++count_;
+  }
+  bool empty() const { return count_ == 0; }
+  template <class Visit>
+  void each(Visit&& visit) const {
+    for (std::size_t i = 0; i < std::min(count_, few); ++i) visit(first_[i]);
+    for (const Contact& contact : more_) visit(contact);
+  }
+
+ private:
+  static constexpr std::size_t few = 4;
+  std::size_t count_ = 0;
+  std::array<Contact, few> first_;
+  std::vector<Contact> more_;
+};
+
+/// What was computed for a pair, and for which poses: in the frame of one of the two, the reference.
+struct KeptPair {
+  Mat3 rotation;  ///< of the other, the mover, in the reference's frame
+  Vec3 translation;
+  double signed_distance = 0;
+  double error_bound = 0;
+  Vec3 point_a, point_b, normal;
+  bool collide = false;
+  Status status = Status::ok;
+  KeptManifold contacts;  ///< none (Request::contacts): the bodies are at least signed_distance apart
+};
+
+/// Answers of the last step that may stand for this one's, in two ways.
+///
+/// A body rests while no point of it is farther than a thousandth of the tolerance from where it was when its rest
+/// began. Two that have rested since their answer leave it as it is: it stays where it lies in the list, and says how
+/// far they may have moved. Boxes of bodies hold them wherever they may be while they rest, so they are not made anew;
+/// two whose boxes are those of the step before are candidates if they were, so that nobody need ask for them.
+///
+/// Else an answer is kept that was computed for poses of which no point of one body has moved by more than a bound,
+/// seen from the other: it is moved with one of the two, the reference, and says the bound.
+///
+/// Whether an answer is kept, and how, depends on the poses alone. For convex bodies the signed distance changes by no
+/// more than any point moves (the largest separation over all directions does, and each of them does), so the bound
+/// holds for distance and depth, and an answer is kept only where it leaves the verdict beyond doubt, or who asks can
+/// tell that it is as it was. A mesh's contacts are those of the poses that they were computed for.
+///
+/// In a step any number of threads ask for different pairs at once; nothing is locked but where a batch tells what it
+/// found. Nothing is searched where pairs come in order. What did not stand is then put in its place among what did;
+/// where that was most of the pairs, all are asked for in the next step, and what stands is copied to where the others
+/// go.
+class KeptContacts {
+ public:
+  /// `request` contacts or distance; `tolerance` relative to the smaller body's size, > 0; gaps up to `margin` (metres)
+  /// are contacts.
+  KeptContacts(Request request, double tolerance, double margin)
+      : distances_(request == Request::distance), tolerance_(tolerance), margin_(margin) {}
+
+  /// Takes the last step's answer, and leaves `contacts` to what does not stand. `same_bodies`: no body has come or
+  /// gone since the last step, nor has its part of the filter changed. True if only pairs of which a body does not rest
+  /// and the restless ones need to be asked for; else all candidates must be.
+  bool begin_step(const Scene& scene, ContactList& contacts, bool same_bodies);
+  /// Notes which of the bodies from `first` on rest, before any pair of theirs is asked for, and clears their bytes;
+  /// others' poses were not written since the last step. From several threads, on different bodies.
+  void look_at(std::size_t first, std::span<std::uint8_t> changed);
+  /// Candidates of the last step that are to be asked for even if both bodies rest.
+  std::span<const Pair> restless() const { return restless_; }
+  bool both_rest(Pair pair) const { return since_[pair.a] != step_ && since_[pair.b] != step_; }
+  /// After a step that was not cut short; without it the next one keeps nothing. `contacts`: answers of the pairs that
+  /// do not stand; of all of them after it.
+  void end_step(ContactList& contacts);
+
+  /// Where the body's rest began (its pose now, if it does not rest), and how far from there any of its points may be.
+  Pose anchor(std::size_t body) const { return {anchor_rotations_[body], anchor_places_[body]}; }
+  double reach(std::size_t body) const { return reach_[body]; }
+
+  /// Of the last step's candidates.
+  struct Counts {
+    std::uint64_t candidates = 0, computed_pairs = 0, colliding_pairs = 0;
+    std::uint64_t touching = 0, gaps = 0;  ///< contacts
+    std::uint64_t inexact = 0;             ///< answers
+    double max_depth = 0;
+    double error_bound = 0;  ///< metres, the largest of a kept answer that is reported
+  };
+  Counts counts() const;
+  std::size_t entries() const { return keys_.size(); }
+
+  /// A ball that holds a shape, in its frame.
+  struct Ball {
+    const MassProperties* shape = nullptr;  // names it
+    Vec3 centre = Vec3::Zero();
+    bool is_centred = true;  // there
+    bool is_round = false;   // however it is turned, it is the same
+    double radius = 0;       // infinite for a half-space
+    double allowed = 0;      // metres: the tolerance times the size; infinite for a half-space
+  };
+
+  class Batch;
+
+ private:
+  static constexpr std::uint32_t none = 0xffffffffu;
+  /// What is known of a pair that was a candidate.
+  struct Entry {
+    std::uint32_t seen = 0;       // step in which it was last asked for
+    std::uint32_t as_of = 0;      // step for whose poses the answer is
+    std::uint32_t detail = none;  // its place in details_
+    float bound = 0;              // metres, up to which the answer was moved along
+    std::uint32_t touching = 0, gaps = 0;
+    bool candidate : 1 = false;  // in the last step
+    bool reported : 1 = false;
+    bool steady : 1 = false;  // stands while both rest
+    bool told : 1 = false;    // that they rested, in the answer if there is one
+    bool collide : 1 = false;
+    bool inexact : 1 = false;
+  };
+  /// Of a pair; of all in the whole.
+  struct Largest {
+    double depth = 0;
+    double error_bound = 0;  // of a kept answer that is reported
+  };
+  struct Fresh {
+    std::uint64_t key = 0;
+    Entry entry;
+    Largest largest;
+  };
+  /// The largest of the pairs' values, and how many have it, so that one may leave without a look at all others.
+  struct Peak {
+    double value = 0;
+    std::int64_t pairs = 0;
+    void add(double its, std::int64_t count) {
+      if (its < value) return;
+      pairs = its == value ? pairs + count : count;
+      value = its;
+    }
+  };
+  /// How a batch changes the sums over all candidates.
+  struct Sums {
+    std::int64_t computed = 0, noted = 0, colliding = 0, touching = 0, gaps = 0, inexact = 0;
+    Peak depth, error_bound;                              // of those that enter
+    std::int64_t left_top_depth = 0, left_top_bound = 0;  // those that leave and had the largest of all
+
+    void leave(const Entry& entry, const Largest& its, const Sums& of_all);
+    void enter(const Entry& entry, const Largest& its);
+    void add(const Sums& other);
+  };
+
+  static std::uint64_t key_of(Pair pair) { return std::uint64_t{pair.a} << 32 | pair.b; }
+  static Pair pair_of(std::uint64_t key) {
+    return {static_cast<std::uint32_t>(key >> 32), static_cast<std::uint32_t>(key)};
+  }
+  const MassProperties* shape_now(std::size_t body, const Ball& ball) const;
+  double reach_now(std::size_t body, const Ball& ball) const;
+  bool is_as_it_was(std::size_t body, const Ball& ball) const;
+  void end_rest(std::size_t body, const Ball& ball);
+  double rest_bound(Pair pair) const { return 2 * (reach_[pair.a] + reach_[pair.b]); }
+  bool stands(const Entry& entry, Pair pair) const {
+    return entry.steady && since_[pair.a] <= entry.as_of && since_[pair.b] <= entry.as_of;
+  }
+  void clear();
+  void forget_gone();
+  void take_fresh();
+  void find_columns();
+  void add_columns();
+  void mark_pairs_of_moved();
+  void find_places();
+  void find_restless();
+  void take_over();
+  void tell(std::size_t i, Pair pair, std::uint32_t place);
+  void forget(std::size_t i);
+  std::size_t place_of(Pair pair) const;
+  std::uint32_t listed_between(std::size_t first, std::size_t last) const;
+  std::size_t next_marked(std::size_t i) const;
+  void look_through(std::size_t answers);
+  void add_told();
+
+  bool distances_;
+  double tolerance_, margin_;
+  const Scene* scene_ = nullptr;
+  std::uint32_t step_ = 1;
+  bool complete_ = true;
+  bool same_bodies_ = false;            // as in the last step
+  bool all_asked_ = true;               // in this step
+  bool restless_known_ = false;         // restless_ holds the last step's
+  std::atomic<bool> any_moved_{false};  // body
+
+  std::vector<Shape> shapes_;  // of the last step's scene: as long as they are held, no other shape has their address
+  std::vector<Ball> balls_;    // one a shape
+  // One a body:
+  std::vector<Vec3> anchor_places_;  // where its rest began, see anchor(); apart, as a ball's rotation is not read
+  std::vector<Mat3> anchor_rotations_;
+  std::vector<const MassProperties*> body_shapes_;  // as in Ball; null: no body
+  std::vector<double> reach_;
+  std::vector<std::uint32_t> since_;    // step in which its rest began
+  std::vector<std::uint32_t> changed_;  // step in which it got another shape
+
+  ContactList last_;
+  // One a pair that was a candidate, by (a, b):
+  std::vector<std::uint64_t> keys_;  // a in the high half, b in the low one
+  std::vector<Entry> entries_;
+  std::vector<std::uint8_t> listed_;  // whether it is in last_
+  std::vector<Largest> largest_;
+  std::vector<std::uint8_t> marked_;  // whether it is to be looked at in this step, for it may not be as it was
+
+  std::vector<std::uint32_t> rows_;     // a body: its first entry as a; and one past the last of all
+  std::vector<std::uint32_t> firsts_;   // the a of each pair, by (b, a)
+  std::vector<std::uint32_t> columns_;  // a body: its first pair as b in firsts_; and one past the last; or empty
+  std::vector<KeptPair> details_;
+  std::vector<std::uint32_t> free_details_;
+  std::vector<Pair> restless_;
+  bool any_marked_ = false;             // in the last step, to be told
+  std::vector<std::uint32_t> results_;  // a pair's place in last_, where all are asked for
+  std::size_t candidates_ = 0, listed_pairs_ = 0;
+  std::size_t noted_ = 0;  // did not stand in the last step
+  Sums sums_;
+  std::uint64_t computed_ = 0;
+
+  std::vector<std::size_t> places_;
+  std::vector<Splice> splices_;
+  ListSplicer splicer_;
+
+  std::mutex mutex_;  // of what batches tell:
+  std::vector<Fresh> fresh_;
+  std::vector<KeptPair> fresh_details_;
+  std::vector<std::array<std::uint32_t, 2>> adopted_;  // an entry that had none, and its place in fresh_details_
+  Sums told_;
+};
+
+/// One batch's end, on one thread. After the pairs that `stand` comes one that does not: it is moved along, where that
+/// can be, or computed and kept, and noted.
+class KeptContacts::Batch {
+ public:
+  /// Answers are appended to the two.
+  Batch(KeptContacts& all, std::vector<PairResult>& results, std::vector<Contact>& contacts)
+      : all_(all), results_(results), contacts_(contacts) {}
+  Batch(const Batch&) = delete;
+  Batch& operator=(const Batch&) = delete;
+  /// Hands over what is new.
+  ~Batch();
+
+  /// How many of these pairs, from the first on, have answers that stand; they are appended where all are asked for.
+  std::size_t stand(std::span<const Pair> pairs);
+  /// True if the answer of the pair that does not stand is moved along: then `result.answer` is set and the contacts
+  /// are appended.
+  /// `collide`, if not empty, is asked where the verdict is in doubt: whether they touch.
+  bool move_along(Pair pair, PairResult& result, const std::function<bool()>& collide = {});
+  /// Keeps what was computed, so that it can be moved along.
+  void keep(const PairResult& result, std::span<const Contact> contacts);
+  void note(const PairResult& result, std::span<const Contact> contacts, bool reported);
+  /// Whether the pair that does not stand touched in the last step.
+  bool touched() const { return was_candidate_ && entry_->collide; }
+
+ private:
+  struct Relative {
+    Mat3 rotation;
+    Vec3 translation;
+    bool a_is_reference;
+  };
+  Relative relative(Pair pair) const;
+  void seek(Pair pair);
+  void append(std::uint32_t begin, std::uint32_t end);
+
+  KeptContacts& all_;
+  std::vector<PairResult>& results_;
+  std::vector<Contact>& contacts_;
+  std::size_t next_ = 0;        // where the next pair's entry is expected
+  Entry* entry_ = nullptr;      // of the pair asked for, where it has one
+  bool was_candidate_ = false;  // in the step before
+  bool moved_ = false;
+  double gap_ = 0, moved_by_ = 0;  // of a pair that was moved along
+  Relative at_;
+  std::uint32_t detail_ = none;  // of the pair asked for, where it is new
+  std::vector<Fresh> fresh_;
+  std::vector<KeptPair> fresh_details_;
+  std::vector<std::array<std::uint32_t, 2>> adopted_;
+  Sums sums_;
+};
+
+}  // namespace tandem

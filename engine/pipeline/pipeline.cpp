@@ -1,0 +1,471 @@
+#include "tandem/engine/pipeline.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+
+#include "pipeline/kept_contacts.h"
+#include "pipeline/outward_boxes.h"
+#include "pipeline/pair_costs.h"
+#include "tandem/flowgraph/executor.h"
+#include "tandem/narrowphase/several_pairs.h"
+
+namespace tandem {
+namespace {
+
+/// Converts to what `make` returns: a container that is given one builds the element where it is to lie, uncopied.
+template <class Make>
+struct InPlace {
+  Make make;
+  operator std::invoke_result_t<const Make&>() const { return make(); }
+};
+template <class Make>
+InPlace(Make) -> InPlace<Make>;
+
+/// A step of a scene as stages of blocks: boxes, the broad phase's stages, and the dispatcher for each pair.
+class SceneWork final : public StepWork {
+ public:
+  explicit SceneWork(const PipelineOptions& options)
+      : options_(options),
+        narrow_phase_(narrow_options(true)),
+        without_gaps_(narrow_options(false)),
+        several_pairs_(narrow_options(false)),
+        broad_phase_(make_broad_phase(options.broad_phase)) {
+    if (!(options.keep_contacts >= 0 && options.keep_contacts <= 0.1))
+      throw std::invalid_argument("keep_contacts: " + std::to_string(options.keep_contacts) + " is not in [0, 0.1]");
+    if (options.keep_contacts == 0 || options.request == Request::collide) return;
+    kept_ = std::make_unique<KeptContacts>(options.request, options.keep_contacts, options.margin);
+    for (std::size_t a = 0; a < shape_kinds; ++a)
+      for (std::size_t b = 0; b < shape_kinds; ++b) {
+        const auto kind_a = static_cast<ShapeKind>(a), kind_b = static_cast<ShapeKind>(b);
+        worth_moving_[a][b] = narrow_phase_.solver_for(kind_a, kind_b, options.request).solver != "closed";
+      }
+  }
+
+  /// `contacts` is the last step's answer.
+  void look_at(const Scene& scene, ContactList& contacts) {
+    scene_ = &scene;
+    filter_ = {scene.groups(), scene.masks(), scene.is_static()};
+    // What the last whole step has seen of the same scene is still so where the scene tells of no change.
+    const bool same = looked_ && scene.history() == history_ && boxes_.size() == scene.indices();
+    changes_known_ = same && (!kept_ || scene.comings_and_goings() == comings_and_goings_);
+    comings_and_goings_ = scene.comings_and_goings();
+    history_ = scene.history();
+    looked_ = false;
+    boxes_.resize(scene.indices());
+    changed_.resize(scene.indices());
+    seen_.resize(scene.indices());
+    still_.resize(scene.indices());
+    changes_filter_ = {filter_.group, filter_.mask, still_};
+    broad_phase_->expect(filter_);
+    only_changes_ = kept_ && kept_->begin_step(scene, contacts, changes_known_ && !options_.predicate);
+    if (changes_known_) broad_phase_->expect_changes(changed_);
+    if (only_changes_) broad_phase_->expect_only_changes();
+    const auto has = [&scene](ShapeKind kind) {
+      return std::any_of(scene.shapes().begin(), scene.shapes().end(),
+                         [kind](const Shape& shape) { return shape.kind() == kind; });
+    };
+    has_mesh_ = has(ShapeKind::mesh);
+    if (has_mesh_) costs_.begin_step(scene.indices());
+    screens_ = !kept_ && options_.request != Request::distance && has(ShapeKind::box);
+    together_ = screens_ && options_.request == Request::contacts;
+    found_.clear();
+  }
+  /// Not to be called after a step that ended early.
+  void finish(ContactList& contacts, StepReport& report) {
+    looked_ = true;
+    if (kept_) return put_together(contacts, report);
+    report.colliding_pairs = found_.colliding_pairs.load(std::memory_order_relaxed);
+    report.contacts = found_.contacts.load(std::memory_order_relaxed);
+    report.gaps = found_.gaps.load(std::memory_order_relaxed);
+    report.max_depth = found_.max_depth.load(std::memory_order_relaxed);
+  }
+
+  const BroadPhase& broad_phase() const { return *broad_phase_; }
+
+  void work_with(Crew* crew) override { crew_ = crew; }
+  std::size_t begin() override {
+    stages_ = 1 + broad_phase_->begin(boxes_);
+    return stages_;
+  }
+  std::size_t blocks(std::size_t stage) const override {
+    if (stage == 0) return (boxes_.size() + bodies_a_block - 1) / bodies_a_block;
+    return broad_phase_->blocks(stage - 1) + (stage + 1 == stages_ && has_restless() ? 1 : 0);
+  }
+  void run(std::size_t stage, std::size_t block) override {
+    if (stage == 0)
+      update(block);
+    else
+      broad_phase_->run(stage - 1, block);
+  }
+  void emit(std::size_t block, PairSink& sink) override {
+    if (!has_restless()) return broad_phase_->emit(block, sink);
+    if (block != 0) return broad_phase_->emit(block - 1, sink);
+    for (const Pair pair : kept_->restless())
+      if (kept_->both_rest(pair)) sink.put_allowed(pair);
+  }
+  const PairFilter& filter() const override { return only_changes_ ? changes_filter_ : filter_; }
+  std::size_t bodies() const override { return boxes_.size(); }
+
+  std::size_t keep(std::span<Pair> pairs) const override {
+    if (!options_.predicate) return pairs.size();
+    const std::size_t kept = options_.predicate(pairs);
+    if (kept > pairs.size())
+      throw std::out_of_range("predicate: kept " + std::to_string(kept) + " pairs of " + std::to_string(pairs.size()));
+    return kept;
+  }
+
+  HeavyPairs heavy_first(std::span<Pair> pairs, std::chrono::nanoseconds batch) const override {
+    if (!has_mesh_) return {};
+    const auto rest = std::partition(pairs.begin(), pairs.end(), [this](Pair pair) { return is_heavy(pair); });
+    const auto heavy = std::partition(pairs.begin(), rest, [&](Pair pair) { return costs_.is_costliest(pair, batch); });
+    return {static_cast<std::size_t>(heavy - pairs.begin()), static_cast<std::size_t>(rest - pairs.begin())};
+  }
+  void took(const Batch& batch, std::chrono::nanoseconds time) const override {
+    const auto pairs = std::span(batch.pairs).first(batch.count);
+    const auto count = std::count_if(pairs.begin(), pairs.end(), [this](Pair pair) { return is_heavy(pair); });
+    for (const Pair pair : pairs)
+      if (is_heavy(pair)) costs_.learn(pair, time / count);
+  }
+
+  void narrow(Batch& batch) const override {
+    if (together_) return narrow_together(batch);
+    std::optional<KeptContacts::Batch> kept;
+    if (kept_) kept.emplace(*kept_, batch.results, batch.contacts);
+    const std::size_t first_contact = batch.contacts.size();
+    std::uint64_t colliding_pairs = 0;
+    const auto pairs = std::span<const Pair>(batch.pairs).first(batch.count);
+    std::array<std::uint8_t, screened> apart{};
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      if (kept) i += kept->stand(pairs.subspan(i));
+      if (i == pairs.size()) break;
+      const Pair pair = pairs[i];
+      if (screens_ && i % screened == 0) screen(pairs.subspan(i), apart);
+      if (apart[i % screened] != 0) continue;
+      // Pairs go by their first body; where the second one is, nothing foresees but this.
+      if (constexpr std::size_t ahead = 3; i + ahead < pairs.size()) {
+        const char* pose = reinterpret_cast<const char*>(&scene_->poses()[pairs[i + ahead].b]);
+        __builtin_prefetch(pose);
+        __builtin_prefetch(pose + sizeof(Pose) - 1);
+      }
+      const auto first = static_cast<std::uint32_t>(batch.contacts.size());
+      const bool may_move = kept && is_worth_moving(pair);
+      PairResult* result;
+      if (may_move) {
+        result = &batch.results.emplace_back(PairResult{pair.a, pair.b, first, 0, {}});
+        // Whether two meshes touch takes a tenth of what their contacts take.
+        const auto collide = [&] { return solve(pair, Request::collide, nullptr).collide; };
+        if (!(are_meshes(pair) ? kept->move_along(pair, *result, collide) : kept->move_along(pair, *result))) {
+          // Who touched will touch again; a gap would be of use only where it does not.
+          result->answer =
+              solve(pair, options_.request, &batch.contacts, kept->touched() ? without_gaps_ : narrow_phase_);
+          kept->keep(*result, std::span(batch.contacts).subspan(first));
+        }
+      } else {
+        result = &batch.results.emplace_back(InPlace{[&] {
+          return PairResult{pair.a, pair.b, first, 0, solve(pair, options_.request, &batch.contacts)};
+        }});
+      }
+      const bool reported = complete_last(batch, colliding_pairs) || options_.request == Request::distance;
+      if (kept) kept->note(*result, std::span(batch.contacts).subspan(first), reported);
+      if (!reported) batch.results.pop_back();
+    }
+    if (!kept) found_.add(colliding_pairs, std::span(batch.contacts).subspan(first_contact));
+  }
+
+ private:
+  static constexpr std::size_t bodies_a_block = 4 * BoundsRows::bodies;
+  static constexpr std::size_t screened = 32;
+
+  /// Marks those of the first pairs that need no answer.
+  void screen(std::span<const Pair> pairs, std::array<std::uint8_t, screened>& apart) const {
+    const std::size_t count = std::min(pairs.size(), screened);
+    std::array<PlacedPair, screened> posed;
+    place(pairs.first(count), posed);
+    narrow_phase_.mark_apart(std::span(posed).first(count), std::span(apart).first(count));
+  }
+
+  /// Counts the last result and the contacts that came after it; is it worth telling?
+  static bool complete_last(Batch& batch, std::uint64_t& colliding_pairs) {
+    PairResult& result = batch.results.back();
+    result.contact_count = static_cast<std::uint32_t>(batch.contacts.size()) - result.first_contact;
+    batch.inexact |= result.answer.status == Status::inexact;
+    colliding_pairs += result.answer.collide ? 1 : 0;
+    return result.answer.collide || result.contact_count != 0;
+  }
+
+  /// Appends answers that are worth telling to a batch's.
+  class Told final : public AnswerSink {
+   public:
+    Told(Batch& batch, const Pair* pairs) : batch_(batch), pairs_(pairs) {}
+    PairAnswer& begin(std::size_t pair) override {
+      const auto [a, b] = pairs_[pair];
+      return batch_.results.emplace_back(PairResult{a, b, static_cast<std::uint32_t>(batch_.contacts.size()), 0, {}})
+          .answer;
+    }
+    void end() override {
+      if (!complete_last(batch_, colliding_pairs_)) batch_.results.pop_back();
+    }
+    std::uint64_t colliding_pairs() const { return colliding_pairs_; }
+
+   private:
+    Batch& batch_;
+    const Pair* pairs_;
+    std::uint64_t colliding_pairs_ = 0;
+  };
+
+  /// Contacts, all computed.
+  void narrow_together(Batch& batch) const {
+    constexpr std::size_t most = 128;
+    const std::size_t first_contact = batch.contacts.size();
+    std::uint64_t colliding_pairs = 0;
+    std::array<PlacedPair, most> placed;
+    for (auto left = std::span<const Pair>(batch.pairs).first(batch.count); !left.empty();) {
+      const auto pairs = left.first(std::min(left.size(), most));
+      place(pairs, placed);
+      Told told(batch, pairs.data());
+      several_pairs_.solve(std::span(placed).first(pairs.size()), batch.contacts, told);
+      colliding_pairs += told.colliding_pairs();
+      left = left.subspan(pairs.size());
+    }
+    found_.add(colliding_pairs, std::span(batch.contacts).subspan(first_contact));
+  }
+
+  void place(std::span<const Pair> pairs, std::span<PlacedPair> placed) const {
+    const auto poses = scene_->poses();
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+      placed[i] = {&scene_->shape_of(pairs[i].a), &poses[pairs[i].a], &scene_->shape_of(pairs[i].b),
+                   &poses[pairs[i].b]};
+  }
+
+  NarrowPhaseOptions narrow_options(bool mesh_gaps) {
+    return {.tolerance = options_.tolerance,
+            .margin = options_.margin,
+            .solver = {},
+            .parts = [this](std::size_t parts, const auto& part) { share(parts, part); },
+            .mesh_gaps = mesh_gaps && options_.keep_contacts != 0,
+            .mesh_bounds = false};
+  }
+
+  void share(std::size_t parts, const std::function<void(std::size_t)>& part) const {
+    if (crew_ != nullptr) return crew_->share(parts, part);
+    for (std::size_t i = 0; i < parts; ++i) part(i);
+  }
+
+  /// A mesh with another solid takes up to a thousand times as long as two spheres; with a half-space it does not.
+  bool is_heavy(Pair pair) const {
+    const ShapeKind a = scene_->shape_of(pair.a).kind(), b = scene_->shape_of(pair.b).kind();
+    return (a == ShapeKind::mesh || b == ShapeKind::mesh) && a != ShapeKind::halfspace && b != ShapeKind::halfspace;
+  }
+
+  bool are_meshes(Pair pair) const {
+    return scene_->shape_of(pair.a).kind() == ShapeKind::mesh && scene_->shape_of(pair.b).kind() == ShapeKind::mesh;
+  }
+
+  PairAnswer solve(Pair pair, Request request, std::vector<Contact>* contacts) const {
+    return solve(pair, request, contacts, narrow_phase_);
+  }
+  PairAnswer solve(Pair pair, Request request, std::vector<Contact>* contacts, const NarrowPhase& with) const {
+    const auto poses = scene_->poses();
+    return with.solve(scene_->shape_of(pair.a), poses[pair.a], scene_->shape_of(pair.b), poses[pair.b], request,
+                      request == Request::contacts ? contacts : nullptr);
+  }
+
+  bool is_worth_moving(Pair pair) const {
+    return worth_moving_[static_cast<std::size_t>(scene_->shape_of(pair.a).kind())]
+                        [static_cast<std::size_t>(scene_->shape_of(pair.b).kind())];
+  }
+
+  void update(std::size_t block) {
+    const std::size_t first = block * bodies_a_block, end = std::min(boxes_.size(), first + bodies_a_block);
+    for (std::size_t i = first; i < end; i += BoundsRows::bodies) update(i, std::min(end, i + BoundsRows::bodies));
+  }
+
+  void update(std::size_t first, std::size_t end) {
+    const auto poses = scene_->poses();
+    const auto versions = scene_->versions();
+    const auto is_static = scene_->is_static();
+    // By pointers of its own: a byte that is written might else be part of any of them.
+    std::uint8_t *const changed = changed_.data(), *const still = still_.data();
+    std::uint32_t* const seen = seen_.data();
+    const std::uint8_t all_changed = changes_known_ ? 0 : 1;
+    for (std::size_t i = first; i < end; ++i) {
+      changed[i] = versions[i] != seen[i] ? 1 : all_changed;
+      seen[i] = versions[i];
+    }
+    if (kept_) kept_->look_at(first, std::span(changed_).subspan(first, end - first));  // boxes hold those that rest
+    std::uint8_t any = 0;
+    for (std::size_t i = first; i < end; ++i) {
+      any |= changed[i];
+      still[i] = static_cast<std::uint8_t>(is_static[i] | (2 - 2 * changed[i]));
+    }
+    if (any == 0) return;
+    std::array<std::uint32_t, BoundsRows::bodies> todo;
+    std::size_t count = 0;
+    for (std::size_t i = first; i < end; ++i) {
+      todo[count] = static_cast<std::uint32_t>(i);
+      count += changed[i];
+    }
+    BoundsRows rows;
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::uint32_t at = todo[k];
+      const Shape& shape = scene_->shape_of(at);
+      const Bounds bounds = kept_ ? shape.bounds(kept_->anchor(at)) : shape.bounds(poses[at]);
+      const double reach = kept_ ? kept_->reach(at) : 0;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        rows.lo[axis][k] = bounds.lo[static_cast<Eigen::Index>(axis)] - reach;
+        rows.hi[axis][k] = bounds.hi[static_cast<Eigen::Index>(axis)] + reach;
+      }
+    }
+    // Places past the end are rounded with the others: what is in them must be numbers.
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      std::fill(rows.lo[axis] + count, rows.lo[axis] + BoundsRows::bodies, 0.0);
+      std::fill(rows.hi[axis] + count, rows.hi[axis] + BoundsRows::bodies, 0.0);
+    }
+    // Half the margin on each side: two boxes meet when the gap between their bodies is within the margin.
+    FloatRows rounded;
+    round_outward(rows, 0.5 * options_.margin, rounded);
+    for (int axis = 0; axis < 3; ++axis) {
+      float *const lo = boxes_.lo(axis), *const hi = boxes_.hi(axis);
+      if (count == end - first) {
+        std::copy_n(rounded.lo[axis], count, lo + first);
+        std::copy_n(rounded.hi[axis], count, hi + first);
+        continue;
+      }
+      for (std::size_t k = 0; k < count; ++k) {
+        lo[todo[k]] = rounded.lo[axis][k];
+        hi[todo[k]] = rounded.hi[axis][k];
+      }
+    }
+    for (std::size_t k = 0; k < count; ++k)
+      if (!scene_->alive(todo[k])) boxes_.set_empty(todo[k]);
+  }
+
+  bool has_restless() const { return only_changes_ && !kept_->restless().empty(); }
+
+  void put_together(ContactList& contacts, StepReport& report) {
+    const auto begin = std::chrono::steady_clock::now();
+    kept_->end_step(contacts);
+    const KeptContacts::Counts counts = kept_->counts();
+    report.colliding_pairs = counts.colliding_pairs;
+    report.contacts = counts.touching;
+    report.gaps = counts.gaps;
+    report.max_depth = counts.max_depth;
+    report.kept_error_bound = counts.error_bound;
+    ExecutionReport& execution = report.execution;
+    if (only_changes_) execution.candidate_pairs = counts.candidates;
+    report.computed_pairs = counts.computed_pairs;
+    report.kept_pairs = counts.candidates - counts.computed_pairs;
+    if (counts.inexact != 0) execution.issues |= bit(StepIssue::inexact);
+    const double ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+    for (double* time : {&execution.detect_ms, &execution.join_ms, &execution.busy_ms}) *time += ms;
+    if (execution.form != StepForm::caller) execution.serial.join += ms;
+  }
+
+  /// What the batches found, summed up; the order of additions leaves no trace.
+  struct Found {
+    alignas(64) std::atomic<std::uint64_t> colliding_pairs{0};
+    std::atomic<std::uint64_t> contacts{0}, gaps{0};
+    std::atomic<double> max_depth{0};
+
+    void clear() {
+      for (auto* count : {&colliding_pairs, &contacts, &gaps}) count->store(0, std::memory_order_relaxed);
+      max_depth.store(0, std::memory_order_relaxed);
+    }
+    void add(std::uint64_t pairs, std::span<const Contact> fresh) {
+      std::uint64_t touching = 0;
+      double deepest = 0;
+      for (const Contact& contact : fresh) {
+        touching += contact.depth < 0 ? 0 : 1;
+        deepest = std::max(deepest, contact.depth);
+      }
+      colliding_pairs.fetch_add(pairs, std::memory_order_relaxed);
+      contacts.fetch_add(touching, std::memory_order_relaxed);
+      gaps.fetch_add(fresh.size() - touching, std::memory_order_relaxed);
+      double known = max_depth.load(std::memory_order_relaxed);
+      while (known < deepest && !max_depth.compare_exchange_weak(known, deepest, std::memory_order_relaxed)) {
+      }
+    }
+  };
+
+  PipelineOptions options_;
+  NarrowPhase narrow_phase_;
+  NarrowPhase without_gaps_;  // between meshes
+  SeveralPairs several_pairs_;
+  std::unique_ptr<BroadPhase> broad_phase_;
+  std::unique_ptr<KeptContacts> kept_;  // null: every answer is computed
+  bool worth_moving_[shape_kinds][shape_kinds] = {};
+  const Scene* scene_ = nullptr;
+  Crew* crew_ = nullptr;  // of the step at hand
+  PairFilter filter_;
+  // Of pairs whose boxes are as in the step before only those that the last step's answers name are asked for.
+  bool only_changes_ = false;
+  std::vector<std::uint8_t> still_;  // one a body: bits for a static one and for one whose box has not changed
+  PairFilter changes_filter_;
+  std::size_t stages_ = 0;
+  BoxArray boxes_;
+  std::vector<std::uint8_t> changed_;  // one a box: not as in the step before
+  // What the last whole step saw; whether it tells what has changed since.
+  bool looked_ = false, changes_known_ = false;
+  History::Name history_;
+  std::vector<std::uint32_t> seen_;  // versions
+  std::uint64_t comings_and_goings_ = 0;
+  bool has_mesh_ = false;
+  bool screens_ = false;     // pairs that are far enough apart are left out several at a time
+  bool together_ = false;    // contacts are computed for several pairs at a time
+  mutable Found found_;      // of the step at hand
+  mutable PairCosts costs_;  // where there are meshes
+};
+
+}  // namespace
+
+struct Pipeline::Impl {
+  explicit Impl(PipelineOptions wanted)
+      : options(std::move(wanted)),
+        work(options),
+        executor(make_executor({.kind = options.executor,
+                                .threads = options.threads,
+                                .split = options.split,
+                                .balance = options.balance,
+                                .strict_split = options.strict_split,
+                                .batch_pairs = options.batch_pairs,
+                                .queue_capacity = options.queue_capacity,
+                                .small_step_ms = options.small_step_ms,
+                                .form = options.form})) {}
+
+  PipelineOptions options;
+  SceneWork work;
+  std::unique_ptr<Executor> executor;
+  ContactList contacts;
+  Timeline* timeline = nullptr;
+  std::uint64_t step = 0;
+};
+
+Pipeline::Pipeline(PipelineOptions options) : impl_(std::make_unique<Impl>(std::move(options))) {}
+Pipeline::~Pipeline() = default;
+Pipeline::Pipeline(Pipeline&&) noexcept = default;
+Pipeline& Pipeline::operator=(Pipeline&&) noexcept = default;
+
+StepReport Pipeline::step(const Scene& scene, std::stop_token stop) {
+  Impl& impl = *impl_;
+  StepReport report;
+  report.step = impl.step++;
+  report.bodies = scene.bodies();
+  impl.work.look_at(scene, impl.contacts);
+  impl.executor->run(impl.work, impl.contacts, report.execution, std::move(stop), impl.timeline);
+  if ((report.execution.issues & bit(StepIssue::ended_early)) == 0) impl.work.finish(impl.contacts, report);
+  report.broad_phase = impl.work.broad_phase().kind();
+  report.broad_phase_reason = impl.work.broad_phase().reason();
+  if (impl.options.contact_hash) report.contact_hash = hash(impl.contacts);
+  return report;
+}
+
+const ContactList& Pipeline::contacts() const { return impl_->contacts; }
+const PipelineOptions& Pipeline::options() const { return impl_->options; }
+void Pipeline::record_to(Timeline* timeline) { impl_->timeline = timeline; }
+
+}  // namespace tandem

@@ -1,0 +1,182 @@
+#include "answers/joiner.h"
+
+#include <algorithm>
+#include <array>
+
+namespace tandem {
+
+namespace {
+
+/// By `key`, a byte at a time from the lowest: linear, where one body (the ground) meets all others. `spare`: as many.
+template <class Item, class Key>
+void radix_sort(std::span<Item> items, std::span<Item> spare, std::uint32_t most, Key key) {
+  std::span<Item> from = items, to = spare;
+  for (int shift = 0; shift < 32 && most >> shift != 0; shift += 8) {
+    const auto digit = [&](const Item& item) { return key(item) >> shift & 0xffu; };
+    std::array<std::size_t, 257> first{};
+    for (const Item& item : from) ++first[digit(item) + 1];
+    for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
+    for (const Item& item : from) to[first[digit(item)]++] = item;
+    std::swap(from, to);
+  }
+  if (from.data() != items.data()) std::copy(from.begin(), from.end(), items.begin());
+}
+
+template <class Item, class Key>
+void insertion_sort(std::span<Item> items, Key key) {
+  for (std::size_t i = 1; i < items.size(); ++i) {
+    const Item item = items[i];
+    std::size_t k = i;
+    for (; k > 0 && key(items[k - 1]) > key(item); --k) items[k] = items[k - 1];
+    items[k] = item;
+  }
+}
+
+void prefetch(const void* data, std::size_t bytes) {
+#if defined(__GNUC__)
+  for (std::size_t at = 0; at < bytes; at += 64) __builtin_prefetch(static_cast<const char*>(data) + at);
+#else
+  static_cast<void>(data);
+  static_cast<void>(bytes);
+#endif
+}
+
+}  // namespace
+
+void Joiner::begin(std::size_t bodies, ContactList& out) {
+  out_ = &out;
+  total_ = 0;
+  if (cursor_.size() != bodies)
+    cursor_ = std::vector<std::atomic<std::uint32_t>>(bodies);
+  else
+    for (auto& count : cursor_) count.store(0, std::memory_order_relaxed);
+}
+
+void Joiner::count(std::span<const PairResult> results) {
+  for (std::size_t i = 0; i < results.size();) {
+    // Pairs of one a mostly come together: one addition for all of them keeps threads off each other's counters.
+    std::uint32_t run = 0;
+    const std::uint32_t a = results[i].a;
+    for (; i < results.size() && results[i].a == a; ++i) ++run;
+    cursor_[a].fetch_add(run, std::memory_order_relaxed);
+  }
+}
+
+std::size_t Joiner::blocks(std::size_t stage) const {
+  switch (stage) {
+    case 0:
+    case 4:
+      return 1;
+    case 1:
+      return answers_.size();
+    default:
+      return (total_ + pairs_a_block - 1) / pairs_a_block;
+  }
+}
+
+void Joiner::run(std::size_t stage, std::size_t block) {
+  switch (stage) {
+    case 0:
+      return prefix();
+    case 1:
+      return scatter(block);
+    case 2:
+      return sort(block);
+    case 3:
+      return count_contacts(block);
+    case 4:
+      return prefix_contacts();
+    default:
+      return copy(block);
+  }
+}
+
+void Joiner::prefix() {
+  std::uint32_t sum = 0;
+  for (auto& count : cursor_) {
+    const std::uint32_t here = count.load(std::memory_order_relaxed);
+    count.store(sum, std::memory_order_relaxed);
+    sum += here;
+  }
+  total_ = sum;
+  refs_.resize(total_);
+  spare_.resize(total_);
+  out_->pairs.resize(total_);
+  block_contacts_.resize(blocks(2));
+}
+
+void Joiner::scatter(std::size_t block) {
+  const auto& results = answers_[block]->results;
+  for (std::size_t k = 0; k < results.size();) {
+    const std::uint32_t a = results[k].a;
+    std::size_t run_end = k;
+    while (run_end < results.size() && results[run_end].a == a) ++run_end;
+    const auto run = static_cast<std::uint32_t>(run_end - k);
+    for (std::size_t at = cursor_[a].fetch_add(run, std::memory_order_relaxed); k < run_end; ++k, ++at)
+      refs_[at] = {results[k].b, results[k].contact_count, &results[k],
+                   answers_[block]->contacts.data() + results[k].first_contact};
+  }
+}
+
+Joiner::Range Joiner::buckets(std::size_t block) const {
+  // The bucket that begins at or after a position is the one after the last that ends before it.
+  const auto first_from = [this](std::size_t position) {
+    if (position == 0) return std::size_t{0};
+    const auto at = std::lower_bound(cursor_.begin(), cursor_.end(), position, [](const auto& end, std::size_t p) {
+      return end.load(std::memory_order_relaxed) < p;
+    });
+    return std::min(static_cast<std::size_t>(at - cursor_.begin()) + 1, cursor_.size());
+  };
+  return {first_from(block * pairs_a_block), first_from(std::min(total_, (block + 1) * pairs_a_block))};
+}
+
+// Within one a each b occurs once, so that the order in which threads filled a bucket leaves no trace here.
+void Joiner::sort(std::size_t block) {
+  constexpr std::size_t few = 32;
+  const auto b = [](const Ref& ref) { return ref.b; };
+  const Range own = buckets(block);
+  for (std::size_t a = own.begin; a < own.end; ++a) {
+    const std::span bucket = std::span(refs_).subspan(bucket_begin(a), bucket_end(a) - bucket_begin(a));
+    if (bucket.size() <= few)
+      insertion_sort(bucket, b);
+    else
+      radix_sort(bucket, std::span(spare_).subspan(bucket_begin(a), bucket.size()),
+                 static_cast<std::uint32_t>(cursor_.size()), b);
+  }
+}
+
+void Joiner::count_contacts(std::size_t block) {
+  std::uint32_t sum = 0;
+  for (std::size_t i = block * pairs_a_block, end = std::min(total_, i + pairs_a_block); i < end; ++i)
+    sum += refs_[i].contacts;
+  block_contacts_[block] = sum;
+}
+
+void Joiner::prefix_contacts() {
+  std::uint32_t sum = 0;
+  for (std::uint32_t& contacts : block_contacts_) {
+    const std::uint32_t here = contacts;
+    contacts = sum;
+    sum += here;
+  }
+  out_->contacts.resize(sum);
+}
+
+void Joiner::copy(std::size_t block) {
+  std::uint32_t next_contact = block_contacts_[block];
+  // What is copied was written by other threads, in the order in which they found it: each would be waited for.
+  constexpr std::size_t ahead = 8;
+  for (std::size_t i = block * pairs_a_block, end = std::min(total_, i + pairs_a_block); i < end; ++i) {
+    const Ref& from = refs_[i];
+    if (i + ahead < end) {
+      prefetch(refs_[i + ahead].result, sizeof(PairResult));
+      prefetch(refs_[i + ahead].first, refs_[i + ahead].contacts * sizeof(Contact));
+    }
+    out_->pairs[i] = *from.result;
+    out_->pairs[i].first_contact = next_contact;
+    std::copy(from.first, from.first + from.contacts, out_->contacts.begin() + next_contact);
+    next_contact += from.contacts;
+  }
+}
+
+}  // namespace tandem

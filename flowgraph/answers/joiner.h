@@ -1,0 +1,57 @@
+#pragma once
+#include <atomic>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "answers/answer_store.h"
+
+namespace tandem {
+
+/// Puts the answers of all threads into canonical order: pairs by (a, b). Results go into a bucket for each a, and each
+/// bucket is put in order by itself, in stages of independent blocks like the rest of a step; the order in which they
+/// were found does not matter, since a pair occurs once. Serial are only sums over bodies and over blocks.
+class Joiner {
+ public:
+  static constexpr std::size_t stages = 6;
+
+  void begin(std::size_t bodies, ContactList& out);
+  /// Counts results while they are still in the cache of the thread that made them. Any thread, any order; all of them
+  /// before stage 0.
+  void count(std::span<const PairResult> results);
+  /// All answers of the step; known before stage 0.
+  void take(std::span<AnswerChunk* const> answers) { answers_ = answers; }
+  std::size_t blocks(std::size_t stage) const;
+  void run(std::size_t stage, std::size_t block);
+
+ private:
+  struct Ref {
+    std::uint32_t b, contacts;
+    const PairResult* result;
+    const Contact* first;
+  };
+  struct Range {
+    std::size_t begin, end;
+  };
+  static constexpr std::size_t pairs_a_block = 256;
+
+  void prefix();
+  void scatter(std::size_t block);
+  void sort(std::size_t block);
+  void count_contacts(std::size_t block);
+  void prefix_contacts();
+  void copy(std::size_t block);
+  /// The buckets that begin among the block's 256 results, as bodies; known once the results are scattered.
+  Range buckets(std::size_t block) const;
+  std::size_t bucket_end(std::size_t a) const { return cursor_[a].load(std::memory_order_relaxed); }
+  std::size_t bucket_begin(std::size_t a) const { return a == 0 ? 0 : bucket_end(a - 1); }
+
+  ContactList* out_ = nullptr;
+  std::span<AnswerChunk* const> answers_;
+  std::vector<std::atomic<std::uint32_t>> cursor_;  // a body: first counts, then where its bucket goes on
+  std::size_t total_ = 0;
+  std::vector<Ref> refs_, spare_;
+  std::vector<std::uint32_t> block_contacts_;
+};
+
+}  // namespace tandem

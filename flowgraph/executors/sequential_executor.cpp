@@ -1,0 +1,36 @@
+#include "executors/executors.h"
+
+namespace tandem {
+namespace {
+
+/// Broad, then narrow, on the calling thread; on request in the form of a step that several threads share, to measure
+/// what that costs.
+class SequentialExecutor final : public Executor {
+ public:
+  explicit SequentialExecutor(const ExecutorOptions& options)
+      : batch_pairs_(options.batch_pairs),
+        form_(options.form == StepForm::automatic ? StepForm::caller : options.form) {}
+
+  void run(StepWork& work, ContactList& contacts, ExecutionReport& report, std::stop_token stop,
+           Timeline* timeline) override {
+    state_.begin(work, contacts, {batch_pairs_, 1}, form_, std::move(stop), timeline);
+    run_on_caller(state_);
+    report.threads = 1;
+    report.split = {1, 0};
+    report.decision.reason = "one thread does both phases";
+    state_.end(report);
+  }
+
+ private:
+  std::size_t batch_pairs_;
+  StepForm form_;
+  StepState state_;
+};
+
+}  // namespace
+
+std::unique_ptr<Executor> make_sequential_executor(const ExecutorOptions& options) {
+  return std::make_unique<SequentialExecutor>(options);
+}
+
+}  // namespace tandem

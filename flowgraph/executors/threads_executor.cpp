@@ -1,0 +1,149 @@
+#include <atomic>
+#include <thread>
+#include <vector>
+
+#include "answers/pair_array.h"
+#include "executors/executors.h"
+
+namespace tandem {
+namespace {
+
+/// The paper's own design on std::thread alone, as the baseline: a control thread for each phase (the caller for the
+/// broad one) with workers of its own, the shared array of pairs between them, and a split that is balanced from
+/// measured times. Threads without work of their own phase go on with the other, unless the split is strict, as the
+/// paper's; without any they sleep, as between steps.
+class ThreadsExecutor final : public Executor {
+ public:
+  explicit ThreadsExecutor(const ExecutorOptions& options)
+      : threads_(count(options)),
+        strict_(options.strict_split),
+        batch_size_(options.batch_pairs),
+        form_(strict_ ? StepForm::overlapped : options.form, options.small_step_ms, true),
+        balancer_(std::max(2, threads_), options.split, options.balance) {}
+
+  ~ThreadsExecutor() override {
+    leaving_.store(true, std::memory_order_relaxed);
+    start_.fetch_add(1, std::memory_order_release);
+    start_.notify_all();
+  }
+
+  void run(StepWork& work, ContactList& contacts, ExecutionReport& report, std::stop_token stop,
+           Timeline* timeline) override {
+    const StepForm form = threads_ == 1 ? StepForm::caller : form_.next();
+    state_.begin(work, contacts, batch_size_.get(form), form, std::move(stop), timeline);
+    report.threads = threads_;
+    if (form == StepForm::caller) {
+      run_on_caller(state_);
+      report.split = {1, 0};
+      report.decision.reason = threads_ == 1 ? "one thread does both phases" : "the step stayed on the caller";
+      if (threads_ > 1) report.issues |= bit(StepIssue::ran_on_caller);
+      state_.end(report);
+      batch_size_.learn(report);
+      if (threads_ > 1) form_.learn(report, state_.work_ms(), load_of(work, report));
+      return;
+    }
+    split_ = balancer_.split();
+    report.split = split_;
+    array_.begin();
+    while (static_cast<int>(workers_.size()) < threads_ - 1) {
+      const int index = static_cast<int>(workers_.size()) + 1;
+      workers_.emplace_back([this, index, seen = start_.load()] { serve(index, seen); });
+    }
+    running_.store(threads_ - 1, std::memory_order_relaxed);
+    start_.fetch_add(1, std::memory_order_release);
+    start_.notify_all();
+    take_part_as(0);
+    for (int left = running_.load(std::memory_order_acquire); left != 0;
+         left = running_.load(std::memory_order_acquire))
+      running_.wait(left, std::memory_order_acquire);
+    const std::uint64_t step = step_++;
+    try {
+      state_.end(report);
+    } catch (...) {
+      report.decision.reason = "the step failed";
+      throw;
+    }
+    batch_size_.learn(report);
+    form_.learn(report, state_.work_ms(), load_of(work, report));
+    balance(balancer_, step, report, timeline);
+  }
+
+ private:
+  static int count(const ExecutorOptions& options) {
+    if (!options.split.dynamic()) return options.split.broad + options.split.narrow;
+    if (options.threads != 0) return options.threads;
+    return static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 1024u));
+  }
+
+  struct ArrayDelivery final : Delivery {
+    explicit ArrayDelivery(PairArray& array) : array(array) {}
+    void deliver(Batch& batch) override { array.put(batch); }
+    PairArray& array;
+  };
+
+  void serve(int index, std::uint32_t seen) {
+    for (;;) {
+      start_.wait(seen, std::memory_order_acquire);
+      seen = start_.load(std::memory_order_acquire);
+      if (leaving_.load(std::memory_order_relaxed)) return;
+      take_part_as(index);
+      if (running_.fetch_sub(1, std::memory_order_acq_rel) == 1) running_.notify_one();
+    }
+  }
+
+  // Threads [0, X) are the broad phase's, the others the narrow phase's. Poses to boxes and the joining of results
+  // belong to neither: all of them take part.
+  void take_part_as(int index) {
+    const bool broad = index < split_.broad;
+    take_part(
+        state_, [&](std::size_t stage) { return broad || !strict_ || !state_.is_broad(stage); },
+        [&] {
+          if (broad || !strict_) emit(broad);
+          if (!broad || !strict_)
+            while (Batch* batch = array_.take()) state_.process(*batch);
+          return true;
+        });
+  }
+
+  // Until no tile is left. The array is closed by the last writer to leave then; a thread that the system held up until
+  // then is not waited for.
+  void emit(bool tiles_first) {
+    writers_.fetch_add(1);
+    ArrayDelivery delivery(array_);
+    BatchWriter writer(state_, delivery);
+    for (;;) {
+      std::size_t tile = 0;
+      if (Batch* batch = tiles_first ? nullptr : array_.try_take())
+        state_.process(*batch);
+      else if (state_.take(state_.shared_stage(), tile))
+        state_.run_tile(tile, writer);
+      else
+        break;
+    }
+    writer.flush();
+    if (writers_.fetch_sub(1) == 1 && !state_.tiles_left()) array_.close();
+  }
+
+  int threads_;
+  bool strict_;
+  BatchSize batch_size_;
+  FormChooser form_;
+  Balancer balancer_;
+  StepState state_;
+  PairArray array_;
+  Split split_;
+  std::uint64_t step_ = 0;
+  alignas(64) std::atomic<std::uint32_t> start_{0};
+  alignas(64) std::atomic<int> running_{0};
+  alignas(64) std::atomic<int> writers_{0};
+  std::atomic<bool> leaving_{false};
+  std::vector<std::jthread> workers_;  // last: they join before what they use goes
+};
+
+}  // namespace
+
+std::unique_ptr<Executor> make_threads_executor(const ExecutorOptions& options) {
+  return std::make_unique<ThreadsExecutor>(options);
+}
+
+}  // namespace tandem

@@ -1,0 +1,115 @@
+#include "step/step_form.h"
+
+#include <algorithm>
+
+namespace tandem {
+namespace {
+
+constexpr double most_on_caller_ms = 2;   // of work: with more another thread always pays
+constexpr double little_shared = 1.5;     // work over time: where more is done at once one thread will not be faster
+constexpr double joining_to_gain = 0.03;  // of a step: what putting pairs in order first can save
+constexpr double mostly_heavy = 0.5;      // of the narrow phase: few answers then for the time they take
+constexpr double better = 0.97;           // less to gain is within the noise of a step, or not worth another core
+constexpr int gains_to_change = 2;        // in a row: one alone is often the noise of short steps
+constexpr int longest_period = 512;
+constexpr int longest_off_caller = 64;  // a core that does not help is given back soon
+
+}  // namespace
+
+FormChooser::FormChooser(StepForm wanted, double small_step_ms, bool can_order)
+    : wanted_(wanted), can_order_(can_order), small_(small_step_ms) {
+  if (wanted_ != StepForm::automatic) next_ = wanted_;
+}
+
+bool FormChooser::may_be(StepForm form, const ExecutionReport& report, double work_ms) const {
+  // What several threads do is more than the caller would have to: by about as much as a small step takes.
+  if (form == StepForm::caller)
+    return small_.ever() && work_ms < most_on_caller_ms &&
+           work_ms < std::max(little_shared * report.detect_ms, report.detect_ms + small_.limit_ms());
+  return form == StepForm::overlapped || (form == StepForm::ordered && can_order_);
+}
+
+/// Once the current form has run, only steps of its own tell, unless there is much more to do.
+bool FormChooser::may_stay(const ExecutionReport& report, double work_ms) {
+  const bool has_told = report.form != current_ && of(current_).has_two();
+  return has_told ? current_ != StepForm::caller || work_ms < most_on_caller_ms : may_be(current_, report, work_ms);
+}
+
+bool FormChooser::may_pay(StepForm form, const ExecutionReport& report) const {
+  return form != StepForm::ordered || report.form != StepForm::overlapped ||
+         (report.join_ms > joining_to_gain * report.detect_ms && report.heavy_ms < mostly_heavy * report.narrow_ms);
+}
+
+void FormChooser::go_to(StepForm form) {
+  of(current_).wait = of(current_).period = 16;
+  current_ = form;
+}
+
+void FormChooser::learn(const ExecutionReport& report, double work_ms, double load) {
+  small_.learn(work_ms);
+  if (wanted_ != StepForm::automatic) next_ = small_.stays_on_caller() ? StepForm::caller : wanted_;
+  if (wanted_ != StepForm::automatic || (report.issues & bit(StepIssue::ended_early)) != 0) return;
+  Form& ran = of(report.form);
+  ran.costs = {ran.costs[1], report.detect_ms / std::max(load, 1.0)};
+  for (Form& form : all_) form.wait = std::max(0, form.wait - 1);
+
+  if (small_.stays_on_caller()) {
+    current_ = tried_ = next_ = StepForm::caller;
+    return;
+  }
+  if (tried_ != current_) {
+    if (!may_be(tried_, report, work_ms))
+      end_trial(false);
+    else if (!may_stay(report, work_ms))
+      end_trial(true);
+    else if (of(next_).has_two())
+      go_on_trying();
+    if (tried_ != current_) return;
+  }
+  if (!may_stay(report, work_ms)) go_to(StepForm::overlapped);
+  tried_ = next_ = current_;
+  look_for_trial(report, work_ms, load);
+}
+
+/// The form tried and the current one have run for two steps each, one of the two just now.
+void FormChooser::go_on_trying() {
+  if (next_ == tried_) {
+    // Sharing must be worth it: of equals the caller is taken.
+    const double at_least = tried_ == StepForm::caller ? 1 / better : better;
+    const bool gained = of(tried_).cost() < at_least * of(current_).cost();
+    if (!gained || ++gains_ == gains_to_change) {
+      end_trial(gained);
+      return;
+    }
+  }
+  next_ = next_ == tried_ ? current_ : tried_;
+  of(next_).forget();
+}
+
+void FormChooser::end_trial(bool gained) {
+  Form& tried = of(tried_);
+  if (gained) {
+    go_to(tried_);
+    return;
+  }
+  tried.wait = tried.period;
+  tried.period = std::min(2 * tried.period, tried_ == StepForm::caller ? longest_off_caller : longest_period);
+  tried_ = current_;
+}
+
+void FormChooser::look_for_trial(const ExecutionReport& report, double work_ms, double load) {
+  if (!of(current_).has_two()) return;
+  for (const StepForm form : {StepForm::ordered, StepForm::overlapped, StepForm::caller}) {
+    Form& other = of(form);
+    if (form == current_ || !may_be(form, report, work_ms) || !may_pay(form, report)) continue;
+    const bool other_load = load > 1.5 * other.load || 1.5 * load < other.load;
+    if (other.wait > 0 && !other_load) continue;
+    other.load = load;
+    other.forget();
+    tried_ = next_ = form;
+    gains_ = 0;
+    return;
+  }
+}
+
+}  // namespace tandem

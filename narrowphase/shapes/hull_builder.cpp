@@ -1,0 +1,344 @@
+#include "shapes/hull_builder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <limits>
+#include <map>
+#include <memory>
+#include <new>
+#include <stdexcept>
+#include <string>
+
+#include "shapes/hull_rays.h"
+#include "shapes/support_kernel.h"
+
+extern "C" {
+#include <libqhull_r/qhull_ra.h>
+}
+
+namespace tandem {
+namespace {
+
+using Loops = std::vector<std::vector<std::uint32_t>>;  // of indices of input points
+
+// Thinner than this, relative to the longest extent, counts as flat.
+constexpr double flat = 1e-13;
+
+// Where the cloud lies: an origin in it, an orthonormal right-handed frame along its extents, longest first.
+struct Frame {
+  std::uint32_t origin;
+  Mat3 axes;                   // rows
+  Vec3 extent = Vec3::Zero();  // largest distance from origin, from the first axis, from the plane of both
+};
+
+Vec3 any_normal(const Vec3& v) {
+  int k;
+  v.cwiseAbs().minCoeff(&k);
+  return v.cross(Vec3::Unit(k)).normalized();
+}
+
+Frame find_frame(std::span<const Vec3> p) {
+  Frame f;
+  f.origin = 0;
+  f.axes.setIdentity();
+  for (std::uint32_t i = 1; i < p.size(); ++i)
+    if (p[i].x() < p[f.origin].x()) f.origin = i;
+  const Vec3 o = p[f.origin];
+
+  const auto farthest = [&](auto&& distance) {
+    Vec3 best = o;
+    double most = 0;
+    for (const Vec3& q : p)
+      if (const double d = distance(Vec3(q - o)); d > most) most = d, best = q;
+    return std::pair(Vec3(best - o), most);
+  };
+  const auto [first, d1] = farthest([](const Vec3& v) { return v.norm(); });
+  f.extent[0] = d1;
+  if (d1 == 0) return f;
+  const Vec3 e1 = first / d1;
+  const auto [second, d2] = farthest([&](const Vec3& v) { return v.cross(e1).norm(); });
+  f.extent[1] = d2;
+  Vec3 e2 = second - e1 * e1.dot(second);
+  e2 = d2 > flat * d1 ? Vec3((e2 - e1 * e1.dot(e2)).normalized()) : any_normal(e1);
+  const Vec3 e3 = e1.cross(e2).normalized();
+  f.extent[2] = farthest([&](const Vec3& v) { return std::abs(v.dot(e3)); }).second;
+  f.axes << e1.transpose(), e2.transpose(), e3.transpose();
+  return f;
+}
+
+// Andrew's monotone chain; counterclockwise in the frame's plane, collinear points left out.
+std::vector<std::uint32_t> flat_loop(std::span<const Vec3> p, const Frame& f) {
+  std::vector<std::array<double, 2>> q(p.size());
+  std::vector<std::uint32_t> order(p.size());
+  for (std::uint32_t i = 0; i < p.size(); ++i) {
+    const Vec3 v = f.axes * (p[i] - p[f.origin]);
+    q[i] = {v.x(), v.y()};
+    order[i] = i;
+  }
+  std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return q[a] < q[b]; });
+  std::vector<std::uint32_t> loop;
+  const auto chain = [&](auto begin, auto end) {
+    const std::size_t base = loop.size();
+    for (auto it = begin; it != end; ++it) {
+      while (loop.size() >= base + 2) {
+        const auto &a = q[loop[loop.size() - 2]], &b = q[loop.back()], &c = q[*it];
+        if ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0) break;
+        loop.pop_back();
+      }
+      loop.push_back(*it);
+    }
+    loop.pop_back();  // the other chain starts there
+  };
+  chain(order.begin(), order.end());
+  chain(order.rbegin(), order.rend());
+  return loop;
+}
+
+struct QhullDeleter {
+  void operator()(qhT* qh) const {
+    int current, total;
+    qh_freeqhull(qh, !qh_ALL);
+    qh_memfreeshort(qh, &current, &total);
+    delete qh;
+  }
+};
+
+// Qhull insists on a stream for its errors; this one prints nowhere.
+struct Log {
+  char* text = nullptr;
+  std::size_t length = 0;
+  std::FILE* stream = open_memstream(&text, &length);
+
+  Log() {
+    if (!stream) throw std::bad_alloc();
+  }
+  Log(const Log&) = delete;
+  Log& operator=(const Log&) = delete;
+  ~Log() {
+    std::fclose(stream);
+    std::free(text);
+  }
+};
+
+// Facets from Qhull, counterclockwise from outside. Empty if Qhull refuses the cloud.
+Loops qhull_loops(std::vector<double>& xyz, const char* options) {
+  const Log log;  // outlives qh, which keeps the stream
+  std::unique_ptr<qhT, QhullDeleter> owner(new qhT);
+  qhT* qh = owner.get();
+  qh_zero(qh, log.stream);
+  std::string command = options;
+  const int points = static_cast<int>(xyz.size() / 3);
+  if (qh_new_qhull(qh, 3, points, xyz.data(), False, command.data(), nullptr, log.stream) != 0) return {};
+  Loops loops;
+  facetT* facet;
+  FORALLfacets {
+    setT* around = qh_facet3vertex(qh, facet);
+    vertexT *vertex, **vertexp;
+    std::vector<std::uint32_t> loop;
+    FOREACHvertex_(around) loop.push_back(static_cast<std::uint32_t>(qh_pointid(qh, vertex->point)));
+    qh_settempfree(qh, &around);
+    loops.push_back(std::move(loop));
+  }
+  // Qhull gives all loops the same sense, but leaves open which.
+  Vec3 sum = Vec3::Zero();
+  const auto at = [&](std::uint32_t i) { return Vec3(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]); };
+  for (const auto& loop : loops) sum += at(loop[0]);
+  const Vec3 inside = sum / static_cast<double>(loops.size());
+  double volume = 0;
+  for (const auto& loop : loops)
+    for (std::size_t k = 2; k < loop.size(); ++k)
+      volume += (at(loop[0]) - inside).dot((at(loop[k - 1]) - inside).cross(at(loop[k]) - inside));
+  if (volume < 0)
+    for (auto& loop : loops) std::reverse(loop.begin(), loop.end());
+  return loops;
+}
+
+// Every directed edge once, with its opposite.
+bool closed(const Loops& loops) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> seen;
+  for (const auto& loop : loops) {
+    if (loop.size() < 3) return false;
+    for (std::size_t k = 0; k < loop.size(); ++k)
+      if (seen[{loop[k], loop[(k + 1) % loop.size()]}]++ > 0) return false;
+  }
+  return !loops.empty() && std::all_of(seen.begin(), seen.end(), [&](const auto& e) {
+    return seen.count({e.first.second, e.first.first});
+  });
+}
+
+Loops polytope_loops(std::span<const Vec3> p, const Frame& f) {
+  // Which points are extreme does not change under an affine map, so the cloud is stretched to a cube: a plate then
+  // is as good as a ball.
+  std::vector<double> xyz;
+  xyz.reserve(3 * p.size());
+  for (const Vec3& v : p) {
+    const Vec3 s = (f.axes * (v - p[f.origin])).cwiseQuotient(f.extent);
+    xyz.insert(xyz.end(), {s.x(), s.y(), s.z()});
+  }
+  // Merged facets first; where merging fails, triangles of the joggled cloud, whose vertices are still input points.
+  for (const char* options : {"qhull Qs Pp", "qhull Qs Qt Pp", "qhull QJ Pp"}) {
+    std::vector<double> copy = xyz;
+    if (Loops loops = qhull_loops(copy, options); closed(loops)) return loops;
+  }
+  return {};
+}
+
+// The face to the left of each directed edge.
+using FaceOf = std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t>;
+
+FaceOf find_faces(const Hull& hull) {
+  FaceOf face_of;
+  for (std::uint32_t i = 0; i < hull.faces.size(); ++i) {
+    const Hull::Face& face = hull.faces[i];
+    for (std::uint32_t k = 0; k < face.count; ++k)
+      face_of[{hull.loop[face.first + k], hull.loop[face.first + (k + 1) % face.count]}] = i;
+  }
+  return face_of;
+}
+
+void add_edges(Hull& hull, const FaceOf& face_of) {
+  for (const auto& [v, face] : face_of)
+    if (v.first < v.second) hull.edges.push_back({{v.first, v.second}, {face, face_of.at({v.second, v.first})}});
+}
+
+void add_neighbours(Hull& hull) {
+  std::vector<std::vector<std::uint32_t>> near(hull.vertices.size());
+  for (const auto& edge : hull.edges) {
+    near[edge.v[0]].push_back(edge.v[1]);
+    near[edge.v[1]].push_back(edge.v[0]);
+  }
+  hull.neighbour_first.push_back(0);
+  for (auto& list : near) {
+    std::sort(list.begin(), list.end());
+    hull.neighbours.insert(hull.neighbours.end(), list.begin(), list.end());
+    hull.neighbour_first.push_back(static_cast<std::uint32_t>(hull.neighbours.size()));
+  }
+}
+
+void put_in_turn(Hull& hull, const FaceOf& face_of) {
+  std::vector<std::uint32_t> faces;
+  for (std::uint32_t v = 0; v < hull.vertices.size(); ++v) {
+    const std::uint32_t first = hull.neighbour_first[v], end = hull.neighbour_first[v + 1];
+    std::vector<std::uint32_t> ring{hull.neighbours[first]};
+    for (;;) {
+      const std::uint32_t face = face_of.at({v, ring.back()});
+      faces.push_back(face);
+      const auto begin = hull.loop.begin() + hull.faces[face].first;
+      const auto at = std::find(begin, begin + hull.faces[face].count, v);
+      const std::uint32_t next = *(at == begin ? begin + hull.faces[face].count - 1 : at - 1);
+      if (next == ring.front() || ring.size() == end - first) break;
+      ring.push_back(next);
+    }
+    if (ring.size() != end - first) return;
+    std::copy(ring.begin(), ring.end(), hull.neighbours.begin() + first);
+  }
+  hull.neighbour_face = std::move(faces);
+}
+
+// Moves the face's plane out to the farthest vertex.
+void extend_offset(const Hull& hull, Hull::Face& face) {
+  const auto extend = [&](const Vec3& v) { face.offset = std::max(face.offset, face.normal.dot(v)); };
+  if (hull.support.empty()) {
+    std::for_each(hull.vertices.begin(), hull.vertices.end(), extend);
+    return;
+  }
+  extend(hull.vertices[support_kernel()(hull.support, hull.vertices.data(), face.normal.data())]);
+}
+
+// Planes are off from their faces by the hull's own rounding, a thousand times smaller than what is left out here.
+double inner_radius(const Hull& hull) {
+  double least = std::numeric_limits<double>::infinity(), reach = 0;
+  for (const Hull::Face& f : hull.faces) least = std::min(least, f.offset - f.normal.dot(hull.inside));
+  for (const Vec3& v : hull.vertices) reach = std::max(reach, v.norm());
+  return std::max(0.0, least - 1e-9 * reach);
+}
+
+FaceTable make_face_table(const Hull& hull) {
+  FaceTable t;
+  const std::size_t n = hull.faces.size();
+  if (n > FaceTable::most_faces || hull.vertices.size() > FaceTable::most_vertices || hull.support.empty()) return t;
+  t.resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const Hull::Face& f = hull.faces[i];
+    t.set(i, f.normal, (f.offset - f.normal.dot(hull.inside)) / hull.support.unit());
+  }
+  const auto small = [](std::uint32_t i) { return static_cast<std::uint8_t>(i); };
+  for (const Hull::Edge& e : hull.edges)
+    t.arcs.push_back({{small(e.v[0]), small(e.v[1])}, {small(e.face[0]), small(e.face[1])}});
+  return t;
+}
+
+Hull assemble(std::span<const Vec3> p, int dimension, const std::vector<std::uint32_t>& extreme, const Loops& loops,
+              const Vec3& flat_normal) {
+  Hull hull;
+  hull.dimension = dimension;
+  std::vector<std::uint32_t> place(p.size());
+  std::vector<std::uint32_t> kept = extreme;
+  std::sort(kept.begin(), kept.end());
+  kept.erase(std::unique(kept.begin(), kept.end()), kept.end());
+  Vec3 sum = Vec3::Zero();
+  for (const std::uint32_t i : kept) {
+    place[i] = static_cast<std::uint32_t>(hull.vertices.size());
+    hull.vertices.push_back(p[i]);
+    sum += p[i] - p[kept[0]];
+  }
+  hull.inside = p[kept[0]] + sum / static_cast<double>(kept.size());
+  if (hull.vertices.size() > 4) hull.support = SupportMap(hull.vertices, hull.inside);
+  for (const auto& loop : loops) {
+    Hull::Face face{Vec3::Zero(), 0, static_cast<std::uint32_t>(hull.loop.size()),
+                    static_cast<std::uint32_t>(loop.size())};
+    const Vec3 base = p[loop[0]];
+    for (std::size_t k = 2; k < loop.size(); ++k) face.normal += (p[loop[k - 1]] - base).cross(p[loop[k]] - base);
+    if (dimension == 2) face.normal = hull.faces.empty() ? flat_normal : Vec3(-flat_normal);
+    face.normal.normalize();
+    for (const std::uint32_t i : loop) hull.loop.push_back(place[i]);
+    face.offset = face.normal.dot(base);
+    extend_offset(hull, face);
+    hull.faces.push_back(face);
+  }
+  if (dimension == 3) hull.inner_radius = inner_radius(hull);
+  if (dimension == 1) hull.edges.push_back({{0, 1}, {0, 0}});
+  const FaceOf face_of = find_faces(hull);
+  add_edges(hull, face_of);
+  add_neighbours(hull);
+  if (dimension == 3) put_in_turn(hull, face_of);
+  if (dimension == 3) hull.face_table = make_face_table(hull);
+  if (hull.inner_radius > 0) hull.rays = map_rays(hull);
+  if (hull.face_table.faces == 0 && hull.faces.size() > 4) {
+    std::vector<Vec3> normals;
+    for (const Hull::Face& face : hull.faces) normals.push_back(face.normal);
+    hull.normals = SupportMap(normals, Vec3::Zero());
+  }
+  return hull;
+}
+
+}  // namespace
+
+Hull build_hull(std::span<const Vec3> points) {
+  if (points.empty()) throw std::invalid_argument("hull: no points; at least one is needed");
+  const Frame f = find_frame(points);
+  const double limit = flat * f.extent[0];
+  if (f.extent[0] == 0) return assemble(points, 0, {f.origin}, {}, Vec3::Zero());
+
+  if (f.extent[1] <= limit) {
+    std::uint32_t lo = f.origin, hi = f.origin;
+    const auto along = [&](std::uint32_t i) { return f.axes.row(0).dot(points[i] - points[f.origin]); };
+    for (std::uint32_t i = 0; i < points.size(); ++i) {
+      if (along(i) < along(lo)) lo = i;
+      if (along(i) > along(hi)) hi = i;
+    }
+    return assemble(points, 1, {lo, hi}, {}, Vec3::Zero());
+  }
+  if (f.extent[2] > limit) {
+    const Loops loops = polytope_loops(points, f);
+    std::vector<std::uint32_t> extreme;
+    for (const auto& loop : loops) extreme.insert(extreme.end(), loop.begin(), loop.end());
+    if (!loops.empty()) return assemble(points, 3, extreme, loops, Vec3::Zero());
+  }
+  const std::vector<std::uint32_t> loop = flat_loop(points, f);
+  return assemble(points, 2, loop, {loop, {loop.rbegin(), loop.rend()}}, f.axes.row(2).transpose());
+}
+
+}  // namespace tandem

@@ -1,0 +1,151 @@
+#include "source_tree.h"
+
+#include <algorithm>
+#include <fstream>
+#include <functional>
+#include <optional>
+#include <regex>
+#include <sstream>
+#include <stdexcept>
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::size_t no_room = ~std::size_t{0};
+
+void read_plan(const fs::path& plan, SourceTree& tree) {
+  std::ifstream file(plan);
+  if (!file) throw std::runtime_error(plan.string() + ": cannot be read");
+  for (std::string line; std::getline(file, line);) {
+    std::istringstream words(line);
+    std::string what, library, word;
+    if (!(words >> what) || what[0] == '#') continue;
+    words >> library;
+    if (what == "library") {
+      auto& uses = tree.uses[library];
+      while (words >> word) uses.insert(word);
+    } else if (what == "room" && tree.uses.contains(library) && words >> word) {
+      tree.rooms.push_back({library, word, {}, {}, 0});
+      while (words >> word) tree.rooms.back().public_headers.insert(word);
+    } else {
+      throw std::runtime_error(plan.string() + ": neither a library nor a room of one: " + line);
+    }
+  }
+}
+
+class Reader {
+ public:
+  Reader(const fs::path& root, SourceTree& tree) : root_(root), tree_(tree) {}
+
+  void read_all() {
+    for (const auto& [library, uses] : tree_.uses)
+      for (const auto& entry : fs::recursive_directory_iterator(root_ / library))
+        if (entry.path().extension() == ".h" || entry.path().extension() == ".cpp")
+          files_.push_back(entry.path().lexically_relative(root_));
+    std::sort(files_.begin(), files_.end());
+    for (const fs::path& file : files_) read(file);
+    find_circles();
+  }
+
+ private:
+  /// The room of a file by its path from the root; none if the plan has none for it.
+  std::size_t room_of(const fs::path& file) {
+    const std::string library = file.begin()->string();
+    const fs::path folder = file.parent_path().lexically_relative(library);
+    const bool is_public = file.string().find("/include/tandem/") != std::string::npos;
+    for (std::size_t i = 0; i < tree_.rooms.size(); ++i) {
+      const Room& room = tree_.rooms[i];
+      if (room.library == library &&
+          (is_public ? room.public_headers.contains(file.filename().string()) : room.folder == folder))
+        return i;
+    }
+    return no_room;
+  }
+
+  /// The file that an include names, by its path from the root; empty if it is none of these libraries'.
+  std::optional<fs::path> resolve(const fs::path& from, const std::string& name) const {
+    const std::string library = from.begin()->string();
+    std::vector<fs::path> candidates = {from.parent_path() / name, fs::path(library) / name, name,
+                                        fs::path(library) / fs::path(name).parent_path().filename() / "include" / name};
+    for (const auto& [other, uses] : tree_.uses) {
+      candidates.push_back(fs::path(other) / "include" / name);
+      candidates.push_back(fs::path(other) / name);
+    }
+    for (const fs::path& c : candidates) {
+      const fs::path path = c.lexically_normal();
+      if (std::binary_search(files_.begin(), files_.end(), path)) return path;
+    }
+    return std::nullopt;
+  }
+
+  void read(const fs::path& file) {
+    const std::size_t room = room_of(file);
+    if (room == no_room) return fault(file.string() + " is in no room of the plan");
+    const std::string unit = (file.parent_path() / file.stem()).string();
+    tree_.rooms[room].units.insert(file.stem().string());
+    std::ifstream text(root_ / file);
+    static const std::regex include("\\s*#\\s*include \"([^\"]+)\".*");
+    for (std::string line; std::getline(text, line);) {
+      ++tree_.rooms[room].lines;
+      std::smatch match;
+      if (!std::regex_match(line, match, include)) continue;
+      const auto target = resolve(file, match[1]);
+      if (!target) continue;
+      const std::string target_unit = (target->parent_path() / target->stem()).string();
+      if (target_unit != unit) units_[unit].insert(target_unit);
+      check(file, room, *target);
+    }
+  }
+
+  void check(const fs::path& file, std::size_t room, const fs::path& target) {
+    const std::size_t to = room_of(target);
+    if (to == no_room) return;
+    const Room &here = tree_.rooms[room], &there = tree_.rooms[to];
+    const std::string text = file.string() + " includes " + target.string();
+    if (here.library != there.library) {
+      if (!tree_.uses[here.library].contains(there.library)) fault(text + ": " + here.library + " may not use " + there.library);
+      return;
+    }
+    if (to > room) fault(text + ": " + there.folder + " stands above " + here.folder);
+    if (to != room) ++tree_.includes[{room, to}];
+  }
+
+  /// Headers with their sources that include each other in a circle.
+  void find_circles() {
+    std::map<std::string, int> state;  // 1: being visited, 2: done
+    std::vector<std::string> path;
+    const std::function<void(const std::string&)> visit = [&](const std::string& unit) {
+      state[unit] = 1;
+      path.push_back(unit);
+      for (const std::string& next : units_[unit]) {
+        if (state[next] == 0) visit(next);
+        if (state[next] != 1) continue;
+        std::string circle;
+        for (auto i = std::find(path.begin(), path.end(), next); i != path.end(); ++i) circle += *i + " -> ";
+        fault("a circle: " + circle + next);
+      }
+      path.pop_back();
+      state[unit] = 2;
+    };
+    const auto all = units_;
+    for (const auto& [unit, targets] : all)
+      if (state[unit] == 0) visit(unit);
+  }
+
+  void fault(const std::string& text) { tree_.faults.push_back(text); }
+
+  const fs::path root_;
+  SourceTree& tree_;
+  std::vector<fs::path> files_;
+  std::map<std::string, std::set<std::string>> units_;
+};
+
+}  // namespace
+
+SourceTree read_tree(const fs::path& plan, const fs::path& root) {
+  SourceTree tree;
+  read_plan(plan, tree);
+  Reader(root, tree).read_all();
+  return tree;
+}

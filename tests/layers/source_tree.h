@@ -1,0 +1,28 @@
+#pragma once
+#include <filesystem>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+/// A folder of a library, on its floor.
+struct Room {
+  std::string library, folder;
+  std::set<std::string> public_headers;
+  std::set<std::string> units;  ///< files by their names without extension: a header and its source are one
+  int lines = 0;
+};
+
+/// What the plan allows and the includes of the sources do.
+struct SourceTree {
+  std::map<std::string, std::set<std::string>> uses;  ///< libraries that each library may include
+  std::vector<Room> rooms;                            ///< of each library from the ground up
+  std::map<std::pair<std::size_t, std::size_t>, int> includes;  ///< from room to room: how many files
+  std::vector<std::string> faults;                    ///< a line each; empty where the plan is kept
+};
+
+/// Reads the plan and all .h and .cpp files of its libraries below `root`. Throws std::runtime_error where the plan is no plan.
+SourceTree read_tree(const std::filesystem::path& plan, const std::filesystem::path& root);
+
+/// A picture of it: a panel a library, a box a room, an arc for each two rooms of which the upper includes the lower.
+std::string draw_tree(const SourceTree& tree);
