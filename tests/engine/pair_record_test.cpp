@@ -345,10 +345,7 @@ TEST_CASE("pair record: a bad one is answered with its id, line and error") {
 
 TEST_CASE("pair record: the shared cases, all answered, verdicts and distances as expected") {
   const char* shared = std::getenv("TANDEM_SHARED");
-  if (shared == nullptr) {
-    std::cout << "skipped: TANDEM_SHARED is not set\n";
-    return;
-  }
+  if (shared == nullptr) TANDEM_SKIP("TANDEM_SHARED, a folder with cases/ and meshes/, is not set");
   std::ifstream in(std::string(shared) + "/cases/pairs.jsonl");
   REQUIRE(in);
   std::size_t records = 0;
