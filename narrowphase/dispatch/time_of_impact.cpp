@@ -50,7 +50,7 @@ struct Body {
     if (!mesh) return visit(view);
     each_triangle(*mesh, leaf, [&](std::uint32_t t) {
       const auto corners = mesh->corners(t);
-      visit(view_triangle(corners));
+      visit(TriangleView(corners));
     });
   }
 };

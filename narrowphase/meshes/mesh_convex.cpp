@@ -131,7 +131,7 @@ class MeshConvex {
 
   PairAnswer solve(const Corners& p, Request request, std::vector<Contact>* contacts) const {
     if (view_.kind == ShapeKind::sphere && request == Request::distance) {
-      const PointDistance d = point_distance(view_triangle(p), Vec3::Zero());
+      const PointDistance d = point_distance(TriangleView(p), Vec3::Zero());
       PairAnswer r;
       r.signed_distance = d.signed_distance - radius_;
       r.collide = r.signed_distance <= 0;
@@ -140,7 +140,7 @@ class MeshConvex {
       r.point_b = -radius_ * d.normal;
       return r;
     }
-    return solve_convex(view_triangle(p), Pose{}, view_, turn_, request, options_, contacts);
+    return solve_convex(TriangleView(p), Pose{}, view_, turn_, request, options_, contacts);
   }
 
   // The plane that bounds the convex against a direction.
@@ -620,7 +620,7 @@ class MeshConvex {
   // All of a triangle's: those that span the patch are chosen from all triangles' together.
   void append_points(const Corners& p, const LocalAnswer& answer, std::vector<Contact>& found) const {
     constexpr bool whole = true;
-    append_manifold(view_triangle(p), view_, {turn_.rotation, Vec3::Zero()}, answer, options_.margin, Pose{}, found,
+    append_manifold(TriangleView(p), view_, {turn_.rotation, Vec3::Zero()}, answer, options_.margin, Pose{}, found,
                     whole);
   }
 
@@ -707,7 +707,7 @@ class MeshConvex {
     if (depth < -options_.margin) return;
     const LocalAnswer along_face{-depth, low + depth * n, low, n, 0};
     append_points(p, along_face, found);
-    if (point_distance(view_triangle(p), along_face.point_a).signed_distance <= 1e-9 * size_) return;
+    if (point_distance(TriangleView(p), along_face.point_a).signed_distance <= 1e-9 * size_) return;
     const auto is_made_up = [](const Contact& c) { return c.feature == 0xffffffffu; };
     found.erase(std::remove_if(found.begin() + static_cast<std::ptrdiff_t>(first), found.end(), is_made_up),
                 found.end());

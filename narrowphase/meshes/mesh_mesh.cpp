@@ -191,7 +191,7 @@ DepthBound deepest_pair(const Posed& a, const Posed& b, std::span<const std::arr
   for (const auto& [i, j] : pairs) {
     const Corners p = a.shape.mesh().corners(i), q = b.shape.mesh().corners(j);
     const PairAnswer r =
-        solve_convex(view_triangle(p), a.pose, view_triangle(q), b.pose, Request::distance, options, nullptr);
+        solve_convex(TriangleView(p), a.pose, TriangleView(q), b.pose, Request::distance, options, nullptr);
     if (-r.signed_distance > deepest.certain && r.normal.norm() > 0.5)
       deepest = {-r.signed_distance, r.normal, (r.point_a + r.point_b) / 2};
   }

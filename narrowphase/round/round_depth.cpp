@@ -133,7 +133,7 @@ bool is_point(const RoundBody& body) {
 /// The axis about which the body is the same all around, but for rounding; zero where there is none, or any.
 Vec3 axis_of_revolution(const RoundBody& body) {
   if (body.has_rim() || body.kind() == ShapeKind::capsule) return body.axis();
-  if (body.is_segment()) return body.axes() * (body.hull().vertices[1] - body.hull().vertices[0]).stableNormalized();
+  if (body.is_segment()) return body.axes() * (body.view().vertices[1] - body.view().vertices[0]).stableNormalized();
   if (body.kind() != ShapeKind::ellipsoid) return Vec3::Zero();
   const auto& radii = body.view().param;
   for (std::size_t k = 0; k < 3; ++k) {

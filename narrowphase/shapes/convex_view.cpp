@@ -40,10 +40,22 @@ ConvexView view_box(const std::array<double, 4>& half) {
   return {.kind = ShapeKind::box, .param = half, .vertices = {}, .hull = nullptr, .size = size};
 }
 
-ConvexView view_triangle(const std::array<Vec3, 3>& vertices) {
-  const Vec3 lo = vertices[0].cwiseMin(vertices[1]).cwiseMin(vertices[2]);
-  const Vec3 hi = vertices[0].cwiseMax(vertices[1]).cwiseMax(vertices[2]);
-  return {.kind = ShapeKind::triangle, .param = {}, .vertices = vertices, .hull = nullptr, .size = (hi - lo).norm()};
+TriangleView::TriangleView(const std::array<Vec3, 3>& corners) {
+  const Vec3 lo = corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]);
+  const Vec3 hi = corners[0].cwiseMax(corners[1]).cwiseMax(corners[2]);
+  view_ = {
+      .kind = ShapeKind::triangle, .param = {}, .vertices = corners, .hull = nullptr, .size = (hi - lo).norm()};
+  const Vec3 sides[3] = {corners[1] - corners[0], corners[2] - corners[1], corners[0] - corners[2]};
+  // No side is longer than the size: where the area is this large, no height is below the limit.
+  const double area = sides[0].cross(sides[1]).norm();
+  if (area > flat_hull * view_.size * view_.size) return;
+  std::size_t longest = 0;
+  for (std::size_t i = 1; i < 3; ++i)
+    if (sides[i].squaredNorm() > sides[longest].squaredNorm()) longest = i;
+  const double length = sides[longest].norm();
+  if (area > flat_hull * length * length) return;
+  ends_ = {corners[longest], corners[(longest + 1) % 3]};
+  view_.vertices = std::span(ends_).first(length > 0 ? 2 : 1);
 }
 
 }  // namespace tandem

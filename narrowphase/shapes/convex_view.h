@@ -21,6 +21,20 @@ struct ConvexView {
 
 ConvexView view(const Shape& shape);  ///< shape.is_convex()
 ConvexView view_box(const std::array<double, 4>& half);
-ConvexView view_triangle(const std::array<Vec3, 3>& vertices);  ///< must outlive the view
+
+/// A mesh's triangle. One without area is seen as the segment or the point that it is, as its hull is: solvers count
+/// on corners that are extreme.
+class TriangleView {
+ public:
+  explicit TriangleView(const std::array<Vec3, 3>& corners);  ///< must outlive it
+  TriangleView(const TriangleView&) = delete;
+  TriangleView& operator=(const TriangleView&) = delete;
+
+  operator const ConvexView&() const { return view_; }
+
+ private:
+  std::array<Vec3, 2> ends_;  ///< of a segment, where view_ has these corners
+  ConvexView view_;
+};
 
 }  // namespace tandem

@@ -150,8 +150,8 @@ class RoundBody {
         return 1;
       case ShapeKind::triangle: {
         int count = 0;
-        const std::size_t corners = view_->vertices.size();
-        for (std::size_t i = 0; i < corners; ++i) {
+        const std::size_t corners = view_->vertices.size(), sides = is_segment() ? 1 : corners;
+        for (std::size_t i = 0; i < sides; ++i) {
           const Vec3 e = view_->vertices[(i + 1) % corners] - view_->vertices[i];
           const double length = e.norm();
           if (length > 0) circles[count++] = {axes_ * unit(e, length)};
@@ -176,7 +176,7 @@ class RoundBody {
   }
 
   /// A hull or triangle whose corners lie on a line.
-  bool is_segment() const { return view_->hull != nullptr && view_->hull->dimension == 1; }
+  bool is_segment() const { return view_->vertices.size() == 2; }
 
   /// On the circles of these bodies they reach to middle() . n + level(), the same all around.
   bool is_level() const { return kind() == ShapeKind::capsule || has_rim() || is_segment(); }

@@ -723,7 +723,7 @@ class Touching {
     for (std::size_t k = 0; k < pairs_.size(); ++k) {
       const double depth = overlap(faces_[k], n_);
       if (depth < depth_ - slack_) continue;
-      const ConvexView p = view_triangle(faces_[k].a), q = view_triangle(faces_[k].b);
+      const TriangleView p(faces_[k].a), q(faces_[k].b);
       const PairAnswer near = solve_convex(p, {}, q, {}, Request::distance, {}, nullptr);
       const std::size_t known = contacts.size();
       append_manifold(p, q, {Mat3::Identity(), Vec3::Zero()},

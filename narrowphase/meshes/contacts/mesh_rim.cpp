@@ -107,7 +107,7 @@ SurfacePoint nearest_point(const MeshModel& mesh, const Vec3& p) {
   SurfacePoint best{std::numeric_limits<double>::infinity(), p};
   BoxQuery(mesh, {p, p}, p, Vec3::Zero(), Mat3::Identity()).nearest_first(best.distance, [&](std::uint32_t t) {
     const auto c = mesh.corners(t);
-    const PointDistance d = point_distance(view_triangle(c), p);
+    const PointDistance d = point_distance(TriangleView(c), p);
     if (d.signed_distance < best.distance) best = {d.signed_distance, d.nearest};
     return best.distance;
   });

@@ -87,7 +87,7 @@ void outline(Sheet& sheet, double size, Memory memory, std::vector<Contact>& roo
         apart = apart || box.lo[k] > boxes[j].hi[k] + slack || boxes[j].lo[k] > box.hi[k] + slack;
       if (apart) continue;
       const std::size_t first = room.size(), begin = sheet.points.size();
-      append_manifold(view_triangle(f.p), view_triangle(g.p), {Mat3::Identity(), Vec3::Zero()},
+      append_manifold(TriangleView(f.p), TriangleView(g.p), {Mat3::Identity(), Vec3::Zero()},
                       {.signed_distance = -any_depth, .point_a = f.p[0], .point_b = g.p[0], .normal = n}, 0, {}, room,
                       true);
       for (Contact& found : std::span(room).subspan(first)) {

@@ -322,7 +322,7 @@ struct WaysOut::Parts {
           if (is_parted([&](const Plane& plane) { return gap_along(plane.n); })) return;
           const Pose none;
           const PairAnswer r =
-              solve_convex(view_triangle(s), none, view_triangle(t), none, Request::distance, {}, nullptr);
+              solve_convex(TriangleView(s), none, TriangleView(t), none, Request::distance, {}, nullptr);
           if (r.signed_distance > reach) return;
           const double gap = gap_along(r.normal);
           if (walls.size() == most || !(r.signed_distance > 0 && gap > 0)) {

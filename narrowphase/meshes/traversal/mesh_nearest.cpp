@@ -136,7 +136,7 @@ void NearestSearch::solve(std::uint32_t i, std::uint32_t j) {
 Vec3 NearestSearch::normal(const NarrowPhaseOptions& options) const {
   if (best_.distance > 1e-5 * (reach(a_) + reach(b_))) return unit(best_.on_b - best_.on_a, best_.distance);
   const Corners p = a_.corners(nearest_[0]), q = b_.corners(nearest_[1]);
-  const PairAnswer r = solve_convex(view_triangle(p), {turn_a_, Vec3::Zero()}, view_triangle(q), {turn_b_, between_},
+  const PairAnswer r = solve_convex(TriangleView(p), {turn_a_, Vec3::Zero()}, TriangleView(q), {turn_b_, between_},
                                     Request::distance, options, nullptr);
   if (r.normal.norm() > 0.5) return r.normal;
   return best_.distance > 0 ? unit(best_.on_b - best_.on_a, best_.distance) : Vec3::UnitZ();
