@@ -4,6 +4,7 @@
 #include <memory>
 #include <span>
 
+#include "convex/triangle_height.h"
 #include "lanes/constants.h"
 #include "lanes/fetch_ahead.h"
 
@@ -367,10 +368,11 @@ bool expand_in(const Room& room, const MinkowskiDifference& d, const Simplex& st
   const MinkowskiPoint &a = p.vertex[best[0]], &b = p.vertex[best[1]], &c = p.vertex[best[2]];
   if (polytopes) {
     // The plane again, from the shapes' own edges.
-    const Vec3 n = d.edge(a, c).cross(d.edge(b, c));
+    const Height over = height_of(d.edge(b, a), d.edge(c, b), d.edge(a, c));
+    const Vec3 n = over.side.cross(over.height);
     const double length = n.norm();
     if (length > 0) {
-      const Vec3 m = n / length;
+      const Vec3 m = (n.dot(r.normal) < 0 ? -1 : 1) / length * n;
       if ((m - r.normal).squaredNorm() > 64 * epsilon * epsilon) {
         const double h = m.dot(d.support(m).w);
         if (h <= r.upper + p.rounding()) r.upper = h, r.normal = m;

@@ -1,6 +1,7 @@
 #include "convex/feature_normals.h"
 
 #include "convex/gjk.h"
+#include "convex/triangle_height.h"
 #include "lanes/constants.h"
 
 namespace tandem {
@@ -80,14 +81,19 @@ class Features {
   void try_faces(const Corners& c, const Mat3& turn) {
     for (int i = 0; i < c.count; ++i)
       for (int j = i + 1; j < c.count; ++j)
-        for (int k = j + 1; k < c.count; ++k) try_across(c.at[j] - c.at[i], c.at[k] - c.at[i], turn);
+        for (int k = j + 1; k < c.count; ++k)
+          try_across(height_of(c.at[j] - c.at[i], c.at[k] - c.at[j], c.at[i] - c.at[k]), turn);
   }
-  void try_across(const Vec3& e, const Vec3& f, const Mat3& turn = Mat3::Identity()) {
-    const Vec3 n = turn * e.cross(f);
-    if (n.squaredNorm() > 1e-28 * e.squaredNorm() * f.squaredNorm()) {
-      try_direction(n);
-      try_direction(-n);
-    }
+  /// Square to two edges: to the shorter as it is seen along the longer.
+  void try_across(const Vec3& e, const Vec3& f) {
+    const bool longer = e.squaredNorm() > f.squaredNorm();
+    try_across(Height(longer ? e : f, longer ? f : e), Mat3::Identity());
+  }
+  void try_across(const Height& h, const Mat3& turn) {
+    if (!(h.height.squaredNorm() > flat_squared * h.side.squaredNorm())) return;
+    const Vec3 n = turn * h.side.cross(h.height);
+    try_direction(n);
+    try_direction(-n);
   }
   void try_beside(const Vec3& between, const Vec3& edge) {
     const double length2 = edge.squaredNorm();
@@ -125,11 +131,13 @@ double separation_along(const MinkowskiDifference& d, const Vec3& n) { return -n
 bool settle_by_features(const MinkowskiDifference& d, LocalAnswer& answer) {
   constexpr double near = 1e-6;
   const double scale = d.scale(), rounding = 4 * epsilon * scale, claimed = answer.signed_distance;
+  // Where they overlap, the shortest way out may be through any side of the smaller.
+  const double all = claimed < 0 ? 2 * std::min(d.a.size, d.b.size) : 0;
   double best = separation_along(d, answer.normal);
   Vec3 n = answer.normal;
   for (int round = 0; round < 3; ++round) {
     const double before = best;
-    Features(d, n, std::max(near * scale, 4 * std::abs(claimed - best))).search(best, n);
+    Features(d, n, std::max({near * scale, 4 * std::abs(claimed - best), all})).search(best, n);
     if (!(best > before + rounding)) break;
   }
   if (std::abs(best - claimed) <= rounding && n == answer.normal) return false;

@@ -1,10 +1,13 @@
 #include "convex/gjk.h"
 
+#include <tuple>
+
 #include "convex/descent_kernel.h"
 #include "convex/epa.h"
 #include "convex/face_depth.h"
 #include "convex/feature_normals.h"
 #include "convex/polytope_portal.h"
+#include "convex/triangle_height.h"
 #include "lanes/constants.h"
 #include "round/round_walk.h"
 
@@ -50,23 +53,29 @@ void nearest_on_segment(const Simplex& s, int i, int j, Nearest& best) {
   if (n.squared < best.squared) best = n;
 }
 
+/// By the longest side first, then away from it: a sliver's height keeps its digits, and so does the place along it.
 void nearest_on_triangle(const Simplex& s, int i, int j, int k, Nearest& best) {
+  const auto length2 = [&s](int p, int q) { return (s.p[q].w - s.p[p].w).squaredNorm(); };
+  // The longest side leads from i to j.
+  const double ij = length2(i, j), jk = length2(j, k), ki = length2(k, i), longest = std::max({ij, jk, ki});
+  if (longest == jk)
+    std::tie(i, j, k) = std::tuple(j, k, i);
+  else if (longest == ki)
+    std::tie(i, j, k) = std::tuple(k, i, j);
   const Vec3 &a = s.p[i].w, &b = s.p[j].w, &c = s.p[k].w;
-  const Vec3 ab = b - a, ac = c - a, bc = c - b;
-  // The two shorter edges give the most exact normal.
-  const double ab2 = ab.squaredNorm(), ac2 = ac.squaredNorm(), bc2 = bc.squaredNorm();
-  const double longest = std::max({ab2, ac2, bc2});
-  const Vec3 n = longest == bc2 ? Vec3(ab.cross(ac)) : longest == ac2 ? Vec3(ab.cross(bc)) : Vec3(ac.cross(bc));
-  const double n2 = n.squaredNorm();
-  if (n2 > 1e-28 * longest * longest) {
-    const double wa = n.dot(b.cross(c)), wb = n.dot(c.cross(a)), wc = n.dot(a.cross(b));
+  const Vec3 side = b - a, slant = c - a;
+  Vec3 height = slant - (slant.dot(side) / longest) * side;
+  height -= (height.dot(side) / longest) * side;  // square, whatever is left of so small a difference
+  const double height2 = height.squaredNorm();
+  if (height2 > flat_squared * longest) {
+    const double wc = -a.dot(height) / height2, wb = -(a + wc * slant).dot(side) / longest, wa = 1 - wb - wc;
     if (wa > 0 && wb > 0 && wc > 0) {
-      const double sum = wa + wb + wc;
+      const Vec3 n = side.cross(height);
       // The offset by the vertex nearest the origin, so that a tiny distance keeps its digits.
       const double a2 = a.squaredNorm(), b2 = b.squaredNorm(), c2 = c.squaredNorm();
       const Vec3& near = a2 <= b2 ? (a2 <= c2 ? a : c) : (b2 <= c2 ? b : c);
       Nearest t;
-      t.take(n * (n.dot(near) / n2), {i, j, k}, {wa / sum, wb / sum, wc / sum});
+      t.take(n * (n.dot(near) / (longest * height2)), {i, j, k}, {wa, wb, wc});
       if (t.squared < best.squared) best = t;
       return;
     }
@@ -218,24 +227,53 @@ class Descent {
   unsigned keep_ = 0;  ///< of the points before the last
 };
 
-/// The direction between two near polytopes is the difference of two nearly equal points; its exact part is that it is
-/// square to the edges of the simplex. Takes it from these, where that certifies more.
-void sharpen(const MinkowskiDifference& d, const Simplex& s, Vec3& v, GjkResult& r) {
+/// The direction of v as the edges of the shapes have it that the simplex is made of: the difference of two nearly
+/// equal points is exact only in that it is square to these.
+Vec3 square_to_edges(const MinkowskiDifference& d, const Simplex& s, const Vec3& v) {
   Vec3 n = v;
   if (s.count == 2) {
     const Vec3 e = d.edge(s.p[1], s.p[0]);
-    if (const double e2 = e.squaredNorm(); e2 > 0) n -= (n.dot(e) / e2) * e;
+    const double e2 = e.squaredNorm();
+    for (int i = 0; i < 2 && e2 > 0; ++i) n -= (n.dot(e) / e2) * e;
   } else if (s.count == 3) {
-    n = d.edge(s.p[0], s.p[2]).cross(d.edge(s.p[1], s.p[2]));
+    const Height h = height_of(d.edge(s.p[1], s.p[0]), d.edge(s.p[2], s.p[1]), d.edge(s.p[0], s.p[2]));
+    n = h.side.cross(h.height);
     if (n.dot(v) < 0) n = -n;
   }
   const double length = n.norm();
-  if (!(length > 0)) return;
-  n = unit(n, length);
-  const double lower = n.dot(d.support(-n).w);
-  if (!(lower > r.lower)) return;
-  r.lower = r.along = lower;
-  v = r.upper * n;
+  return length > 0 ? unit(n, length) : unit(v);
+}
+
+/// GJK's last steps between polytopes once more where rounding may have made what the fast ones ended with: the upper
+/// bound is the length of a point that the simplex has, the lower one is along a direction square to its edges.
+void refine(const MinkowskiDifference& d, const DescentLimits& limits, GjkResult& r) {
+  constexpr int most_steps = 16;
+  Simplex s = r.simplex;
+  Vec3 towards = r.v;
+  for (int step = 0; step < most_steps; ++step) {
+    const Nearest n = nearest(s);
+    if (n.inside) break;
+    const double upper = std::sqrt(n.squared);
+    if (step == 0 && (n.v - r.v).norm() <= 4 * limits.rounding &&
+        upper - r.lower <= 2 * limits.rounding + limits.tolerance * upper)
+      break;
+    if (step > 0 && !(upper < r.upper)) break;
+    keep(s, n);
+    r.simplex = s;
+    r.upper = upper;
+    const Vec3 m = square_to_edges(d, s, n.v);
+    const MinkowskiPoint p = d.support(-m);
+    const double along = m.dot(p.w);
+    if (along > r.lower || step == 0) towards = m, r.along = along;
+    r.lower = std::max(r.lower, along);
+    r.v = r.upper * unit(towards);
+    if (upper - r.lower <= 2 * limits.rounding + limits.tolerance * upper) break;
+    bool known = false;
+    for (int i = 0; i < s.count; ++i)
+      known = known || (p.vertex_a == s.p[i].vertex_a && p.vertex_b == s.p[i].vertex_b);
+    if (known) break;
+    s.p[s.count++] = p;
+  }
 }
 
 /// Between shapes of which one is round: points of these have no numbers to know them by.
@@ -294,9 +332,7 @@ GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond,
   else
     descend_round(d, limits, r);
   if (r.end == GjkResult::End::inside || r.simplex.count == 0) return r;
-  if (polytopes && r.upper - r.lower > 2 * rounding && r.upper <= 1e-2 * scale && !(r.lower > beyond) &&
-      r.simplex.count <= 3)
-    sharpen(d, r.simplex, v, r);
+  if (polytopes && !(r.lower > beyond)) refine(d, limits, r);
   // Polytopes: what is certified to rounding needs no second opinion.
   const double near = polytopes
                           ? (r.upper - r.lower <= 8 * rounding + tolerance * r.upper ? 16 * rounding : 1e-7 * scale)
@@ -518,7 +554,7 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
     answer.gap = std::max(0.0, e.upper - e.lower);
     // The bounds of two polytopes that are this near meet, or rounding has made them.
     const double reached = r.end == GjkResult::End::near ? r.upper : e.upper < 1e-7 * scale ? r.v.norm() : 0.0;
-    doubtful = polytopes && reached > 16 * epsilon * scale;
+    doubtful = polytopes && (reached > 16 * epsilon * scale || answer.gap > 16 * epsilon * scale);
     // Of numbers so small that their squares are 0 nothing is asked.
     const bool parted =
         r.end == GjkResult::End::near && r.upper > 0 && (r.lower > core || polytopes) && std::max(r.lower, core) > 0;

@@ -52,6 +52,18 @@ std::array<Vec3, 3> corners(Random& r, Build build) {
   }
 }
 
+/// Three corners on a line but for 1e-16 to 1e-5 of its length, or a long cloud, thin to 1e-8.
+ShapeData needle(Random& r) {
+  if (r.once_in(2)) {
+    const Vec3 p = point(r, Build::degenerate), q = point(r, Build::degenerate);
+    return Triangle{{p, q, Vec3(p + r.in(-0.5, 1.5) * (q - p) + std::pow(10.0, -r.in(5, 16)) * r.direction())}};
+  }
+  Convex c;
+  const Vec3 stretch(std::pow(10.0, -r.in(4, 8)), r.once_in(3) ? 1 : std::pow(10.0, -r.in(4, 8)), 1);
+  for (int n = 3 + r.below(12); n > 0; --n) c.vertices.push_back(point(r, Build::degenerate).cwiseProduct(stretch));
+  return c;
+}
+
 Convex cloud(Random& r, Build build) {
   Convex c;
   const int n = 1 + r.below(r.once_in(4) ? 60 : 12);
@@ -246,13 +258,18 @@ PosedPair draw_pair(std::uint64_t seed, const DrawOptions& options) {
   const auto any_kind = [&] { return static_cast<ShapeKind>(r.below(static_cast<int>(shape_kinds))); };
   ShapeKind ka = options.a.value_or(any_kind()), kb = options.b.value_or(any_kind());
   if (ka == ShapeKind::halfspace && kb == ShapeKind::halfspace) (options.a ? kb : ka) = ShapeKind::box;
-  const Build build = std::array{Build::plump, Build::degenerate, Build::dyadic}[static_cast<std::size_t>(r.below(3))];
+  const Build build =
+      options.needles ? Build::degenerate
+                      : std::array{Build::plump, Build::degenerate, Build::dyadic}[static_cast<std::size_t>(r.below(3))];
   const bool exact = build == Build::dyadic;
   PosedPair p;
   p.seed = r.bits();
-  p.a.shape = draw_shape(ka, r, build, options.meshes);
+  p.a.shape = options.needles ? needle(r) : draw_shape(ka, r, build, options.meshes);
   p.b.shape = draw_shape(kb, r, build, options.meshes);
-  if (r.once_in(4)) scale(p.b.shape, exact ? std::ldexp(1.0, -r.below(27)) : small(r, 8));
+  if (options.needles)
+    scale(p.b.shape, std::pow(10.0, -r.in(3, 8)));
+  else if (r.once_in(4))
+    scale(p.b.shape, exact ? std::ldexp(1.0, -r.below(27)) : small(r, 8));
   const auto translation = [&]() -> Vec3 {
     if (exact) return point(r, build) + point(r, build);
     return r.in(0.1, 1.0) * (reach(p.a.shape) + reach(p.b.shape)) * r.direction();

@@ -34,6 +34,7 @@ struct Options {
   std::string a, b, meshes, records;
   std::size_t largest_mesh = 4000;  // triangles
   std::size_t show = 1;             // failures printed for a relation and two kinds
+  bool needles = false;             // A a sliver or a long thin hull, B much smaller
   bool raw = false;                 // as they are drawn
 };
 
@@ -148,7 +149,8 @@ int run(const Options& options) {
     }
     return tally.finish();
   }
-  const DrawOptions draw{kind_of(options.a), kind_of(options.b), read_meshes(options.meshes, options.largest_mesh)};
+  const DrawOptions draw{kind_of(options.a), kind_of(options.b), read_meshes(options.meshes, options.largest_mesh),
+                         options.needles};
   for (std::uint64_t k = 0; k < options.pairs; ++k) {
     const std::uint64_t seed = options.seed + k;
     tally.judge(draw_pair(seed, draw), std::to_string(seed));
@@ -172,6 +174,7 @@ int main(int argc, char** argv) {
   app.add_option("--largest-mesh", options.largest_mesh, "of those, triangles");
   app.add_option("--records", options.records, "judges the pair records of this file instead");
   app.add_option("--show", options.show, "failures printed for a relation and two kinds");
+  app.add_flag("--needles", options.needles, "only slivers and long thin hulls with something 1e3 to 1e8 times smaller");
   app.add_flag("--raw", options.raw, "prints pairs as they were drawn, not minimal ones");
   CLI11_PARSE(app, argc, argv);
   try {
