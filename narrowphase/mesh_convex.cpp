@@ -24,6 +24,8 @@ namespace {
 
 // What two pieces of rounding may make of nothing, relative to the size.
 constexpr double rounding = 1e-13;
+// By how much a depth may be off that counts as certain, relative to the size: two such agree to 1e-12.
+constexpr double certain_within = 3 * rounding;
 
 Vec3 area_vector(const Corners& p) { return (p[1] - p[0]).cross(p[2] - p[0]); }
 
@@ -787,7 +789,7 @@ class MeshConvex {
       answer.status = Status::unproven;
     }
     const double off = std::max(depth - certain, std::isinf(shortest) ? 0.0 : shortest - depth);
-    if (off > slack || !separates) {
+    if (off > certain_within * size_ || !separates) {
       answer.status = Status::inexact;
       answer.error_bound = std::max(off, slack);
     }

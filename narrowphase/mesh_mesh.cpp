@@ -201,7 +201,8 @@ DepthBound deepest_pair(const Posed& a, const Posed& b, std::span<const std::arr
 constexpr std::uint32_t of_no_feature = 0xffffffffu;  // of a contact that stands for the overlap as a whole
 
 // What a translation that separates is longer than the depth, relative to the sizes: so much rounding may move a mesh.
-constexpr double translation_slack = 1e-12;
+// Two depths that both are within it of the true one agree to 1e-12.
+constexpr double translation_slack = 3e-13;
 
 constexpr std::size_t small_meshes = std::size_t{1} << 18;  // triangles of the one times those of the other
 
@@ -328,7 +329,10 @@ PairAnswer depth_answer(const Posed& a, const Posed& b, std::span<const std::arr
     body.error_bound = infinity;
     if (bounds_convex(a) || bounds_convex(b)) {
       const PairAnswer with_body = with_convex(a, b, Request::distance, options, nullptr);
-      if (body_stands(-with_body.signed_distance)) body = with_body;
+      // Of two that only touch, rounding may have set the body apart, wedged in as it may be.
+      if (body_stands(-with_body.signed_distance) &&
+          ways.is_out(with_body.normal, rounding - with_body.signed_distance))
+        body = with_body;
       if (body.status == Status::ok) return body;
     }
     // What parts the hulls parts the meshes.
@@ -359,8 +363,12 @@ PairAnswer depth_answer(const Posed& a, const Posed& b, std::span<const std::arr
     }
     if (body.error_bound < out.length - out.certain) return body;
   }
-  answer.status = is_known() ? Status::ok : Status::inexact;
-  answer.error_bound = is_known() ? 0 : out.length - out.certain;
+  if (is_known()) {
+    out.length = out.certain;  // without what rounding asked for
+  } else {
+    answer.status = Status::inexact;
+    answer.error_bound = out.length - out.certain;
+  }
   answer.signed_distance = -out.length;
   answer.normal = out.normal;
   answer.point_a = out.point + out.normal * (out.length / 2);
