@@ -378,12 +378,14 @@ class MeshConvex {
   }
 
   // Does every way out that is no longer than this lead out of the closed surface, not into it? A point of the convex
-  // that far outside stays there, and the rest with it.
+  // farther outside stays there, and the rest with it. A way that leads in is, but for rounding, as long as the
+  // farthest point is outside.
   bool leaves_within(double way, const Vec3& normal) const {
     if (model_.solid) return true;
     if (!model_.closed || !std::isfinite(way)) return false;
     for (const Vec3& p : {centre(), support(normal)})
-      if (nearest_point(model_, p + shift_).distance > way && !is_inside(model_, p + shift_)) return true;
+      if (nearest_point(model_, p + shift_).distance > way + 10 * rounding * size_ && !is_inside(model_, p + shift_))
+        return true;
     return false;
   }
 
@@ -783,7 +785,7 @@ class MeshConvex {
     const double depth = -answer.signed_distance;
     bool separates = true;
     if (options_.mesh_bounds) {
-      separates = !collides_moved((depth + slack) * answer.normal);
+      separates = !collides_moved((depth + 10 * rounding * size_) * answer.normal);
       if (!separates && std::isinf(shortest)) find_shortest();
     } else if (std::isinf(shortest)) {
       answer.status = Status::unproven;

@@ -297,28 +297,25 @@ PairAnswer depth_answer(const Posed& a, const Posed& b, std::span<const std::arr
   } else {
     depth = deepest_pair(a, b, pairs, for_triangles(options));
   }
-  const auto collide_moved = [&](const Vec3& move) {
-    return meshes_collide(a, {b.shape, Pose{b.pose.rotation, b.pose.translation + move}});
-  };
-  const double rounding = translation_slack * (a.shape.size() + b.shape.size());
-  answer.collide = true;
-  if (!collide_moved(depth.normal * (depth.certain + rounding))) {
-    answer.signed_distance = -depth.certain;
-    answer.normal = depth.normal;
-    answer.point_a = depth.point + depth.normal * (depth.certain / 2);
-    answer.point_b = depth.point - depth.normal * (depth.certain / 2);
-    return answer;
-  }
   WaysOut ways(a, b, [&](const Vec3& move, std::vector<std::array<std::uint32_t, 2>>* found) {
-    if (found == nullptr) return collide_moved(move);
     const Pose at{b.pose.rotation, b.pose.translation + move};
     const Posed moved{b.shape, at};
+    if (found == nullptr) return meshes_collide(a, moved);
     TriangleTest there(a.pose, at, reach(mb));
     PairMemory own;
     const TrianglePairs all = meeting_pairs(a, moved, there, options.parts, own, nullptr);
     found->assign(all.begin(), all.end());
     return !found->empty() || contained(a, moved);
   });
+  const double rounding = translation_slack * (a.shape.size() + b.shape.size());
+  answer.collide = true;
+  if (ways.is_out(depth.normal, depth.certain + rounding)) {
+    answer.signed_distance = -depth.certain;
+    answer.normal = depth.normal;
+    answer.point_a = depth.point + depth.normal * (depth.certain / 2);
+    answer.point_b = depth.point - depth.normal * (depth.certain / 2);
+    return answer;
+  }
   WayOut out;
   out.certain = depth.certain;
   ways.leave_walls(pairs, out);

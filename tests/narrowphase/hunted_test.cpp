@@ -815,6 +815,40 @@ TEST_CASE("hunted: a box that touches both sides of a notch is not pushed from t
   CHECK(touching > 50);
 }
 
+TEST_CASE("hunted: what reaches little out of a closed surface that has no inside may part from it by going in") {
+  Mesh surface = torus(1, 0.4, 10, 7);
+  surface.solid = false;
+  const Shape a(surface);
+  const NarrowPhase solver;
+  Random r(53);
+  for (int i = 0; i < 600; ++i) {
+    const Shape b(Triangle{{0.3 * r.direction(), 0.3 * r.direction(), 0.3 * r.direction()}});
+    const Pose at{r.rotation(), r.in(0.6, 1.4) * Vec3(r.direction().cwiseProduct(Vec3(1, 1, 0.3)))};
+    const PairAnswer way = solver.solve(a, Pose{}, b, at, Request::distance);
+    if (!way.collide || way.status != Status::ok || way.signed_distance > -1e-6) continue;
+    CAPTURE(i, way.signed_distance);
+    const Pose moved{at.rotation, at.translation - 0.99 * way.signed_distance * way.normal};
+    CHECK(solver.solve(a, Pose{}, b, moved, Request::collide).collide);
+  }
+}
+
+TEST_CASE("hunted: moving by the deepest contact of a speck in a capsule separates them to rounding") {
+  // Two triangles, as deep but for 4e-12, each along a normal of its own.
+  const Shape speck(Mesh{{Vec3(-2e-5, -2e-5, -2e-5), Vec3(5e-5, 5e-5, -5e-5), Vec3(3.8147e-5, -7.6294e-6, 2.2888e-5),
+                          Vec3(7.6294e-6, 4.5776e-5, 3.8147e-5), Vec3(-2e-5, -5e-5, -6e-5), Vec3(0, -3e-5, -4e-5)},
+                         {{0, 1, 2}, {3, 4, 5}}});
+  const Shape capsule(Capsule{0.625, 1});
+  const Pose lying{(Mat3() << 0, 1, 0, 0, 0, -1, -1, 0, 0).finished(), Vec3::Zero()};
+  const Pose inside{Vec3(-1, 1, -1).asDiagonal().toDenseMatrix(), Vec3(0.125, -0.125, 0.25)};
+  const NarrowPhase solver;
+  std::vector<Contact> contacts;
+  const PairAnswer deepest = solver.solve(capsule, lying, speck, inside, Request::contacts, &contacts);
+  CAPTURE(deepest.signed_distance, deepest.error_bound);
+  CHECK(deepest.error_bound < 1e-9);
+  const Pose moved{inside.rotation, inside.translation + (3e-12 - deepest.signed_distance) * deepest.normal};
+  CHECK((deepest.status == Status::inexact || !solver.solve(capsule, lying, speck, moved, Request::collide).collide));
+}
+
 TEST_CASE("hunted: contacts of concave meshes whose faces have sunk into each other are the same at any scale") {
   const auto angle = [](double width) {
     return prism({{0, 0, 0}, {2, 0, 0}, {2, 0, 0.5}, {0.5, 0, 0.5}, {0.5, 0, 2}, {0, 0, 2}},
