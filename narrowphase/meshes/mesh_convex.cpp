@@ -25,6 +25,8 @@ namespace {
 
 // What two pieces of rounding may make of nothing, relative to the size.
 constexpr double rounding = 1e-13;
+// By how much a depth may be off that counts as certain, relative to the size: two such agree to 1e-12.
+constexpr double certain_within = 3 * rounding;
 
 Vec3 area_vector(const Corners& p) { return (p[1] - p[0]).cross(p[2] - p[0]); }
 
@@ -377,12 +379,14 @@ class MeshConvex {
   }
 
   // Does every way out that is no longer than this lead out of the closed surface, not into it? A point of the convex
-  // that far outside stays there, and the rest with it.
+  // farther outside stays there, and the rest with it. A way that leads in is, but for rounding, as long as the
+  // farthest point is outside.
   bool leaves_within(double way, const Vec3& normal) const {
     if (model_.solid) return true;
     if (!model_.closed || !std::isfinite(way)) return false;
     for (const Vec3& p : {centre(), support(normal)})
-      if (nearest_point(model_, p + shift_).distance > way && !is_inside(model_, p + shift_)) return true;
+      if (nearest_point(model_, p + shift_).distance > way + 10 * rounding * size_ && !is_inside(model_, p + shift_))
+        return true;
     return false;
   }
 
@@ -782,13 +786,13 @@ class MeshConvex {
     const double depth = -answer.signed_distance;
     bool separates = true;
     if (options_.mesh_bounds) {
-      separates = !collides_moved((depth + slack) * answer.normal);
+      separates = !collides_moved((depth + 10 * rounding * size_) * answer.normal);
       if (!separates && std::isinf(shortest)) find_shortest();
     } else if (std::isinf(shortest)) {
       answer.status = Status::unproven;
     }
     const double off = std::max(depth - certain, std::isinf(shortest) ? 0.0 : shortest - depth);
-    if (off > slack || !separates) {
+    if (off > certain_within * size_ || !separates) {
       answer.status = Status::inexact;
       answer.error_bound = std::max(off, slack);
     }

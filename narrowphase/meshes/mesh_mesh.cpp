@@ -202,7 +202,8 @@ DepthBound deepest_pair(const Posed& a, const Posed& b, std::span<const std::arr
 constexpr std::uint32_t of_no_feature = 0xffffffffu;  // of a contact that stands for the overlap as a whole
 
 // What a translation that separates is longer than the depth, relative to the sizes: so much rounding may move a mesh.
-constexpr double translation_slack = 1e-12;
+// Two depths that both are within it of the true one agree to 1e-12.
+constexpr double translation_slack = 3e-13;
 
 constexpr std::size_t small_meshes = std::size_t{1} << 18;  // triangles of the one times those of the other
 
@@ -297,28 +298,25 @@ PairAnswer depth_answer(const Posed& a, const Posed& b, std::span<const std::arr
   } else {
     depth = deepest_pair(a, b, pairs, for_triangles(options));
   }
-  const auto collide_moved = [&](const Vec3& move) {
-    return meshes_collide(a, {b.shape, Pose{b.pose.rotation, b.pose.translation + move}});
-  };
-  const double rounding = translation_slack * (a.shape.size() + b.shape.size());
-  answer.collide = true;
-  if (!collide_moved(depth.normal * (depth.certain + rounding))) {
-    answer.signed_distance = -depth.certain;
-    answer.normal = depth.normal;
-    answer.point_a = depth.point + depth.normal * (depth.certain / 2);
-    answer.point_b = depth.point - depth.normal * (depth.certain / 2);
-    return answer;
-  }
   WaysOut ways(a, b, [&](const Vec3& move, std::vector<std::array<std::uint32_t, 2>>* found) {
-    if (found == nullptr) return collide_moved(move);
     const Pose at{b.pose.rotation, b.pose.translation + move};
     const Posed moved{b.shape, at};
+    if (found == nullptr) return meshes_collide(a, moved);
     TriangleTest there(a.pose, at, reach(mb));
     PairMemory own;
     const TrianglePairs all = meeting_pairs(a, moved, there, options.parts, own, nullptr);
     found->assign(all.begin(), all.end());
     return !found->empty() || contained(a, moved);
   });
+  const double rounding = translation_slack * (a.shape.size() + b.shape.size());
+  answer.collide = true;
+  if (ways.is_out(depth.normal, depth.certain + rounding)) {
+    answer.signed_distance = -depth.certain;
+    answer.normal = depth.normal;
+    answer.point_a = depth.point + depth.normal * (depth.certain / 2);
+    answer.point_b = depth.point - depth.normal * (depth.certain / 2);
+    return answer;
+  }
   WayOut out;
   out.certain = depth.certain;
   ways.leave_walls(pairs, out);
@@ -329,7 +327,10 @@ PairAnswer depth_answer(const Posed& a, const Posed& b, std::span<const std::arr
     body.error_bound = infinity;
     if (bounds_convex(a) || bounds_convex(b)) {
       const PairAnswer with_body = with_convex(a, b, Request::distance, options, nullptr);
-      if (body_stands(-with_body.signed_distance)) body = with_body;
+      // Of two that only touch, rounding may have set the body apart, wedged in as it may be.
+      if (body_stands(-with_body.signed_distance) &&
+          ways.is_out(with_body.normal, rounding - with_body.signed_distance))
+        body = with_body;
       if (body.status == Status::ok) return body;
     }
     // What parts the hulls parts the meshes.
@@ -360,8 +361,12 @@ PairAnswer depth_answer(const Posed& a, const Posed& b, std::span<const std::arr
     }
     if (body.error_bound < out.length - out.certain) return body;
   }
-  answer.status = is_known() ? Status::ok : Status::inexact;
-  answer.error_bound = is_known() ? 0 : out.length - out.certain;
+  if (is_known()) {
+    out.length = out.certain;  // without what rounding asked for
+  } else {
+    answer.status = Status::inexact;
+    answer.error_bound = out.length - out.certain;
+  }
   answer.signed_distance = -out.length;
   answer.normal = out.normal;
   answer.point_a = out.point + out.normal * (out.length / 2);

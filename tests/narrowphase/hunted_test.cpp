@@ -771,6 +771,144 @@ TEST_CASE("hunted: a face holds a mesh only as far as to its border") {
   CHECK(-way.signed_distance - way.error_bound < shortest + 1e-9);
 }
 
+// Beside a triangle that fits between two faces of the other mesh there is room for what rounding leaves only.
+TEST_CASE("hunted: no way out of a mesh ends in a gap as wide as rounding") {
+  const Mesh angle = prism({{0, 0, 0}, {2, 0, 0}, {2, 0, 0.5}, {0.5, 0, 0.5}, {0.5, 0, 2}, {0, 0, 2}},
+                           {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}}, 1);
+  const Mesh fork =
+      prism({{0, 0, 0}, {2, 0, 0}, {2, 0, 2}, {1.1, 0, 2}, {1.1, 0, 0.8}, {0.9, 0, 0.8}, {0.9, 0, 2}, {0, 0, 2}},
+            {{0, 1, 4}, {0, 4, 5}, {1, 2, 3}, {1, 3, 4}, {0, 5, 6}, {0, 6, 7}}, 1.4);
+  const Mesh in_angle{{Vec3(1.8, -0.6, 0.3), Vec3(2.9, -0.2, 2.8), Vec3(0.3, 0.7, 2)}, {{0, 1, 2}}};
+  const Mesh in_fork{{Vec3(2.2, 2.1, 2), Vec3(2.4, 2.1, -0.4), Vec3(0.5, -0.6, 3)}, {{0, 1, 2}}};
+  const NarrowPhase solver;
+  for (const auto& [solid, sheet] : {std::pair(&angle, &in_angle), std::pair(&fork, &in_fork)}) {
+    const Shape a(*solid), b(*sheet);
+    const PairAnswer way = solver.solve(a, Pose{}, b, Pose{}, Request::distance);
+    REQUIRE(way.collide);
+    const Pose moved{Mat3::Identity(), (1e-11 - way.signed_distance) * way.normal};
+    CHECK_FALSE(solver.solve(a, Pose{}, b, moved, Request::collide).collide);
+  }
+}
+
+TEST_CASE("hunted: a box that touches both sides of a notch is not pushed from the one into the other") {
+  const Shape notch(prism({{-1, 0, -0.5}, {1, 0, -0.5}, {1, 0, 1}, {0.5, 0, 1}, {0, 0, 0}, {-0.5, 0, 1}, {-1, 0, 1}},
+                          {{0, 1, 4}, {1, 2, 3}, {1, 3, 4}, {0, 4, 5}, {0, 5, 6}}, 1));
+  Mesh surface = box_mesh({0.5, 0.4, 0.5});
+  surface.solid = false;
+  const Shape box(surface);
+  const NarrowPhase solver;
+  Random r(43);
+  int touching = 0;
+  for (int i = 0; i < 100; ++i) {
+    const Mat3 turned = r.rotation();
+    const auto solve = [&](const Vec3& move, Request request) {
+      return solver.solve(notch, Pose{turned, Vec3::Zero()}, box, Pose{turned, turned * Vec3(0, 0, 0.75) + move},
+                          request);
+    };
+    const PairAnswer way = solve(Vec3::Zero(), Request::distance);
+    if (!way.collide) continue;
+    ++touching;
+    CAPTURE(i, way.signed_distance, way.error_bound);
+    CHECK(way.signed_distance > -1e-11);
+    CHECK_FALSE(solve((1e-11 - way.signed_distance) * way.normal, Request::collide).collide);
+  }
+  CHECK(touching > 50);
+}
+
+TEST_CASE("hunted: what reaches little out of a closed surface that has no inside may part from it by going in") {
+  Mesh surface = torus(1, 0.4, 10, 7);
+  surface.solid = false;
+  const Shape a(surface);
+  const NarrowPhase solver;
+  Random r(53);
+  for (int i = 0; i < 600; ++i) {
+    const Shape b(Triangle{{0.3 * r.direction(), 0.3 * r.direction(), 0.3 * r.direction()}});
+    const Pose at{r.rotation(), r.in(0.6, 1.4) * Vec3(r.direction().cwiseProduct(Vec3(1, 1, 0.3)))};
+    const PairAnswer way = solver.solve(a, Pose{}, b, at, Request::distance);
+    if (!way.collide || way.status != Status::ok || way.signed_distance > -1e-6) continue;
+    CAPTURE(i, way.signed_distance);
+    const Pose moved{at.rotation, at.translation - 0.99 * way.signed_distance * way.normal};
+    CHECK(solver.solve(a, Pose{}, b, moved, Request::collide).collide);
+  }
+}
+
+TEST_CASE("hunted: moving by the deepest contact of a speck in a capsule separates them to rounding") {
+  // Two triangles, as deep but for 4e-12, each along a normal of its own.
+  const Shape speck(Mesh{{Vec3(-2e-5, -2e-5, -2e-5), Vec3(5e-5, 5e-5, -5e-5), Vec3(3.8147e-5, -7.6294e-6, 2.2888e-5),
+                          Vec3(7.6294e-6, 4.5776e-5, 3.8147e-5), Vec3(-2e-5, -5e-5, -6e-5), Vec3(0, -3e-5, -4e-5)},
+                         {{0, 1, 2}, {3, 4, 5}}});
+  const Shape capsule(Capsule{0.625, 1});
+  const Pose lying{(Mat3() << 0, 1, 0, 0, 0, -1, -1, 0, 0).finished(), Vec3::Zero()};
+  const Pose inside{Vec3(-1, 1, -1).asDiagonal().toDenseMatrix(), Vec3(0.125, -0.125, 0.25)};
+  const NarrowPhase solver;
+  std::vector<Contact> contacts;
+  const PairAnswer deepest = solver.solve(capsule, lying, speck, inside, Request::contacts, &contacts);
+  CAPTURE(deepest.signed_distance, deepest.error_bound);
+  CHECK(deepest.error_bound < 1e-9);
+  const Pose moved{inside.rotation, inside.translation + (3e-12 - deepest.signed_distance) * deepest.normal};
+  CHECK((deepest.status == Status::inexact || !solver.solve(capsule, lying, speck, moved, Request::collide).collide));
+}
+
+TEST_CASE("hunted: contacts of concave meshes whose faces have sunk into each other are the same at any scale") {
+  const auto angle = [](double width) {
+    return prism({{0, 0, 0}, {2, 0, 0}, {2, 0, 0.5}, {0.5, 0, 0.5}, {0.5, 0, 2}, {0, 0, 2}},
+                 {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}}, width);
+  };
+  const auto solve = [&](double factor, const Vec3& move) {
+    Mesh narrow = angle(1), wide = angle(1.25);
+    for (Mesh* m : {&narrow, &wide})
+      for (Vec3& v : m->vertices) v *= factor;
+    std::vector<Contact> contacts;
+    const Pose at{Mat3::Identity(), factor * move};
+    NarrowPhase().solve(Shape(narrow), Pose{}, Shape(wide), at, Request::contacts, &contacts);
+    return contacts;
+  };
+  for (const Vec3& move : {Vec3(0.5, -0.5, -0.375), Vec3(0.375, -0.125, -0.25), Vec3(-0.125, -0.25, 0.125)}) {
+    const std::vector<Contact> expected = solve(1, move);
+    for (const int power : {-80, -28, -20, 30, 80}) {
+      const double factor = std::ldexp(1.0, power);
+      const std::vector<Contact> contacts = solve(factor, move);
+      CAPTURE(move.transpose(), power);
+      REQUIRE(contacts.size() == expected.size());
+      for (std::size_t i = 0; i < contacts.size(); ++i) {
+        CHECK(contacts[i].depth == factor * expected[i].depth);
+        CHECK(contacts[i].point == factor * expected[i].point);
+      }
+    }
+  }
+}
+
+TEST_CASE("hunted: the depth and the deepest contact of two meshes agree to rounding where both are certain") {
+  const Shape tube(torus(1, 0.4, 12, 7));
+  Mesh surface = box_mesh({1, 1, 1});
+  surface.solid = false;
+  const Shape cube(surface);
+  const Shape angle(prism({{0, 0, 0}, {2, 0, 0}, {2, 0, 1}, {1, 0, 1}, {1, 0, 2}, {0, 0, 2}},
+                          {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}}, 1));
+  const NarrowPhase solver;
+  Random r(47);
+  int certain = 0;
+  for (int i = 0; i < 120; ++i) {
+    const bool is_tube = i % 2 == 0;
+    const Shape &a = is_tube ? tube : cube, &b = is_tube ? tube : angle;
+    // Tubes that have sunk into each other by 1e-11, a surface of a cube that lies nearly flush in an angle.
+    Pose at{is_tube ? r.rotation() : Mat3(Eigen::AngleAxisd(1e-11, r.direction())),
+            is_tube ? Vec3(1.5 * r.direction()) : Vec3::Zero()};
+    for (int step = 0; is_tube && step < 2; ++step) {
+      const PairAnswer d = solver.solve(a, Pose{}, b, at, Request::distance);
+      at.translation -= (d.signed_distance + 1e-11) * d.normal;
+    }
+    std::vector<Contact> contacts;
+    const PairAnswer way = solver.solve(a, Pose{}, b, at, Request::distance);
+    const PairAnswer deepest = solver.solve(a, Pose{}, b, at, Request::contacts, &contacts);
+    if (way.status != Status::ok || deepest.status != Status::ok) continue;
+    ++certain;
+    CAPTURE(i, way.signed_distance, deepest.signed_distance);
+    CHECK(std::abs(way.signed_distance - deepest.signed_distance) < 4e-12);
+  }
+  CHECK(certain > 30);
+}
+
 TEST_CASE("hunted: the bound of a depth that is not certain comes from a way that nothing near it is shorter than") {
   // Stars whose points have come into each other's gaps, along one axis.
   const Shape a(star(0.4)), b(star(0.5));

@@ -142,7 +142,7 @@ List<FacePair> facing_pairs(const PosedMeshes& m, const Facets& facets, const Ve
                             Memory memory) {
   const double slack = 1e-9 * size;
   constexpr std::size_t most_pairs = 16;
-  const double width = area.isZero() ? size : std::sqrt(area.norm());
+  const double width = area.isZero(0) ? size : std::sqrt(area.norm());
   List<FacePair> found(memory);
   for (const Facet& f : facets[1])
     for (const Facet& g : facets[0]) {
@@ -151,7 +151,7 @@ List<FacePair> facing_pairs(const PosedMeshes& m, const Facets& facets, const Ve
       // would be the lesser part of the patch.
       const double depth = f.n.dot(f.p[0] - g.p[0]), tilt = (f.n - g.n).norm();
       if (!(depth > -slack && depth < most && tilt * width <= std::max(slack, depth / 2))) continue;
-      if (!area.isZero() && (depth > width || !(area.dot(f.n) > 0.1 * width * width))) continue;
+      if (!area.isZero(0) && (depth > width || !(area.dot(f.n) > 0.1 * width * width))) continue;
       const bool is_known = std::any_of(found.begin(), found.end(), [&](const FacePair& pair) {
         return pair.of_a.holds(f, slack) && pair.of_b.holds(g, slack);
       });
@@ -194,7 +194,7 @@ bool add_sheets(const PosedMeshes& m, const Facets& facets, const Vec3& area, Me
       taken.push_back(&sheet);
       covered += sheet.area * sheet.n;
     }
-  if (taken.empty() || (!area.isZero() && !((area - covered).norm() < 0.5 * area.norm()))) return false;
+  if (taken.empty() || (!area.isZero(0) && !((area - covered).norm() < 0.5 * area.norm()))) return false;
   for (const Sheet* sheet : taken)
     for (const Contact& c : sheet->points) collector.add(c.feature, {&c, 1});
   return true;

@@ -6,6 +6,7 @@
 #include <map>
 #include <utility>
 
+#include "manifold/manifold.h"
 #include "meshes/depth/mesh_walls.h"
 #include "meshes/traversal/mesh_walk.h"
 #include "pairs/convex_pair.h"
@@ -150,6 +151,9 @@ struct WaysOut::Parts {
         size(a.shape.size() + b.shape.size()),
         slack(rounding * size),
         flat{FlatParts(b.shape.mesh(), slack), FlatParts(a.shape.mesh(), slack)} {}
+
+  bool is_out(const Vec3& move) const { return !meet(move, nullptr) && !meet(farther(move), nullptr); }
+  Vec3 farther(const Vec3& move) const { return move + alike * size * unit(move, move.norm()); }
 
   // World axes about A's translation, B moved.
   Vec3 placed(bool of_a, const Vec3& v, const Vec3& at) const {
@@ -359,6 +363,8 @@ WaysOut::WaysOut(const Posed& a, const Posed& b, MovedPairs meet)
     : parts_(std::make_unique<Parts>(a, b, std::move(meet))) {}
 WaysOut::~WaysOut() = default;
 
+bool WaysOut::is_out(const Vec3& direction, double length) const { return parts_->is_out(length * direction); }
+
 void WaysOut::leave_walls(std::span<const std::array<std::uint32_t, 2>> pairs, WayOut& out) {
   constexpr int rounds = 8;
   Parts& p = *parts_;
@@ -367,15 +373,13 @@ void WaysOut::leave_walls(std::span<const std::array<std::uint32_t, 2>> pairs, W
   for (int i = 0; i < rounds && leads_on && p.is_new; ++i) {
     p.is_new = false;
     if (!p.shortest(0, p.slack, at) || !(at.norm() > 0 && at.norm() < out.length)) break;
-    p.found.clear();
-    if (p.meet(at, &p.found)) {
-      leads_on = p.look_at(p.found, at);
+    const Vec3 farther = p.farther(at);
+    if (const bool meet = p.meet(at, &p.found); meet || p.meet(farther, &p.found)) {
+      leads_on = p.look_at(p.found, meet ? at : farther);
       continue;
     }
-    Vec3 to;
-    if (!p.shortest(0, 0, to)) break;
-    out.length = to.norm();
-    out.normal = unit(at, at.norm());
+    out.length = at.norm();
+    out.normal = unit(at, out.length);
     // Where the wall is that is most in the way.
     double most = -infinity;
     for (const HoldAt& h : p.holds)
@@ -390,10 +394,10 @@ void WaysOut::attempt(const Vec3& direction, WayOut& out) {
   constexpr int halvings = 12;
   constexpr double worth_it = 0.999;
   double free = worth_it * out.length, blocked = out.certain;
-  if (!(direction.norm() > 0.5) || parts_->meet(direction * free, nullptr)) return;
+  if (!(direction.norm() > 0.5) || !is_out(direction, free)) return;
   for (int i = 0; i < halvings; ++i) {
     const double middle = (free + blocked) / 2;
-    (parts_->meet(direction * middle, nullptr) ? blocked : free) = middle;
+    (is_out(direction, middle) ? free : blocked) = middle;
   }
   out.length = free;
   out.normal = direction;
@@ -405,7 +409,7 @@ void WaysOut::attempt(std::span<const Contact> contacts, WayOut& out) {
   for (const Contact& c : contacts)
     if (p.walls.size() < Parts::most_holds && c.depth > 0) p.walls.push_back({c.normal, c.depth + p.slack});
   Vec3 at;
-  if (!shortest_beyond(p.walls, p.slack, at) || !(at.norm() < out.length) || p.meet(at, nullptr)) return;
+  if (!shortest_beyond(p.walls, p.slack, at) || !(at.norm() < out.length) || !p.is_out(at)) return;
   out.length = at.norm();
   out.normal = unit(at, out.length);
 }
@@ -424,7 +428,7 @@ void WaysOut::shorten(WayOut& out) {
     if (!shortest_beyond(p.walls, p.slack / 8, to)) break;
     if (const double step = (to - at).norm(); step > reach) to = at + (0.999 * reach / step) * (to - at);
     const double length = to.norm();
-    if (!(length > 0 && length < out.length - p.slack) || p.meet(to, nullptr)) break;
+    if (!(length > 0 && length < out.length - p.slack) || !p.is_out(to)) break;
     out.length = length;
     out.normal = unit(to, length);
   }
@@ -433,7 +437,6 @@ void WaysOut::shorten(WayOut& out) {
 void WaysOut::confirm(WayOut& out) {
   Parts& p = *parts_;
   const Vec3 at = (out.length - std::min(0.5 * out.length, 1e-7 * p.size)) * out.normal;
-  p.found.clear();
   p.meet(at, &p.found);
   p.look_at(p.found, at);
   p.make_certain(out);

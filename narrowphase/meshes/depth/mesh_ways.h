@@ -33,6 +33,10 @@ class WaysOut {
   WaysOut(const Posed& a, const Posed& b, MovedPairs meet);
   ~WaysOut();
 
+  /// Does a translation that long, along a direction (unit), part them, and one a little longer, too? Between two faces
+  /// that fit each other there is room for rounding only.
+  bool is_out(const Vec3& direction, double length) const;
+
   /// Looks for a way shorter than `out.length`, beyond the walls about `pairs`, which meet, and those met on the way.
   void leave_walls(std::span<const std::array<std::uint32_t, 2>> pairs, WayOut& out);
 

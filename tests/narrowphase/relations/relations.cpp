@@ -162,16 +162,18 @@ double world_rounding(const PosedPair& p) {
   return 0x1p-51 * std::max(p.a.pose.translation.cwiseAbs().maxCoeff(), p.b.pose.translation.cwiseAbs().maxCoeff());
 }
 
+// Do they with B moved? Seen from A's translation: far out, B would come to lie where coordinates round to.
+bool collide_moved(const Case& c, const Vec3& by) {
+  const Pose &a = c.pair.a.pose, &b = c.pair.b.pose;
+  return collide(c.a, {a.rotation, Vec3::Zero()}, c.b, {b.rotation, b.translation - a.translation + by});
+}
+
 std::string translation_out(const Case& c, Random&) {
   const PairAnswer& r = c.answers.distance;
   const double d = r.signed_distance;
   if (!(c.unit > 0)) return {};  // two points at one place: no length to move by
-  const auto moved = [&](double by) {
-    Pose pose = c.pair.b.pose;
-    pose.translation += by * r.normal;
-    return collide(c.a, c.pair.a.pose, c.b, pose);
-  };
-  const double slack = 2 * rounding * c.unit + world_rounding(c.pair);
+  const auto moved = [&](double by) { return collide_moved(c, by * r.normal); };
+  const double slack = 2 * rounding * c.unit;
   if (d > 0) {
     if (moved(-(d - r.error_bound - slack)) && d - r.error_bound > 2 * slack)
       return say("they collide before the gap ", d, " is closed");
@@ -188,9 +190,7 @@ std::string deepest_contact_separates(const Case& c, Random&) {
   if (r.touching.empty() || r.contacts.status != Status::ok || !(c.unit > 0)) return {};
   const auto at = std::max_element(r.touching.begin(), r.touching.end(),
                                    [](const Contact& x, const Contact& y) { return x.depth < y.depth; });
-  Pose pose = c.pair.b.pose;
-  pose.translation += (at->depth + 2 * rounding * c.unit + world_rounding(c.pair)) * at->normal;
-  if (!collide(c.a, c.pair.a.pose, c.b, pose)) return {};
+  if (!collide_moved(c, (at->depth + 2 * rounding * c.unit) * at->normal)) return {};
   return say("moving by the deepest contact, ", at->depth, ", does not separate");
 }
 
