@@ -3,21 +3,13 @@
 #include <tuple>
 
 #include "convex/descent_kernel.h"
-#include "convex/epa.h"
-#include "convex/face_depth.h"
-#include "convex/feature_normals.h"
-#include "convex/polytope_portal.h"
 #include "convex/triangle_height.h"
 #include "lanes/constants.h"
-#include "round/round_walk.h"
 
 namespace tandem {
 namespace {
 
 constexpr int max_iterations = 96;
-// Relative to the scale: what ends on the surface by a ray may be far from the nearest face then.
-constexpr double far_apart = 1e-3;
-
 /// A candidate for the simplex's point nearest the origin: which vertices carry it, with what weights.
 struct Nearest {
   Vec3 v;
@@ -314,9 +306,10 @@ void descend_round(const MinkowskiDifference& d, const DescentLimits& limits, Gj
   }
 }
 
-/// `at_once`: where the first direction does not show two polytopes to be farther apart than this, it stops there.
+}  // namespace
+
 GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond, double within, const Vec3* start,
-                  double at_once = -infinity) {
+                  double at_once) {
   GjkResult r;
   Vec3& v = r.v;
   v = start != nullptr ? -*start : Vec3(core_centre(d.a) - d.pose.rotation * core_centre(d.b) - d.pose.translation);
@@ -341,7 +334,6 @@ GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond,
   return r;
 }
 
-/// The weights of the simplex's at most 3 points for the point nearest the origin.
 void weigh(Simplex& s) {
   Simplex all = s;
   const Nearest n = nearest(s);
@@ -350,36 +342,10 @@ void weigh(Simplex& s) {
   s = all;
 }
 
-}  // namespace
-
 GjkResult gjk(const MinkowskiDifference& d, double tolerance, double beyond, double within, const Vec3* start) {
   GjkResult r = descend(d, tolerance, beyond, within, start);
   if (r.simplex.count > 0) weigh(r.simplex);
   return r;
-}
-
-bool gjk_collide(const MinkowskiDifference& d, double tolerance, const Vec3* start, Vec3* direction) {
-  const double radius = core_radius(d.a) + core_radius(d.b);
-  const double rounding = 16 * epsilon * d.scale();
-  if (radius == 0 && d.polytopes()) {
-    PortalResult portal;
-    portal_kernel()(d, portal);
-    if (portal.verdict != PortalResult::Verdict::open) {
-      const bool apart = portal.verdict == PortalResult::Verdict::apart;
-      if (apart && direction != nullptr) *direction = unit(portal.normal);
-      return !apart;
-    }
-  }
-  const GjkResult r = descend(d, std::max(tolerance, 1e-14), radius + rounding, radius - rounding, start);
-  if (r.lower > radius + rounding) {
-    if (direction != nullptr && r.v.squaredNorm() > 0) *direction = -unit(r.v);
-    return false;
-  }
-  // A simplex that encloses the origin where it has been close already may be a flat one that only seems to.
-  const double sure = 1e-7 * d.scale();
-  if (r.end == GjkResult::End::inside && r.v.squaredNorm() > sure * sure) return true;
-  if (r.upper < radius - rounding) return true;
-  return gjk_signed_distance(d, tolerance).signed_distance <= 0;
 }
 
 void pair_points(const MinkowskiDifference& d, LocalAnswer& answer) {
@@ -420,189 +386,6 @@ void pair_points(const MinkowskiDifference& d, LocalAnswer& answer) {
     if (change < 1e-16) break;
   }
   answer.point_b = answer.point_a + answer.signed_distance * answer.normal;
-}
-
-namespace {
-
-/// By balls inside both.
-bool overlap_deeply(const MinkowskiDifference& d) {
-  // Rotations are orthonormal to 1e-6 only.
-  const double reach = (1 - 1e-5) * (core_inner_radius(d.a) + core_inner_radius(d.b));
-  if (!(reach > 1e-5 * d.scale())) return false;
-  return (core_centre(d.a) - d.pose.rotation * core_centre(d.b) - d.pose.translation).squaredNorm() < reach * reach;
-}
-
-/// Is a plane at the height h above the origin, which touches the difference within `margin` of the origin's foot and
-/// no nearer to that than to the rim, the nearest of all? Planes that are turned a little are kept out by the disc
-/// about the foot, those turned by more than 2 atan(margin / h) by the ball about the centre.
-bool is_least(double h, double margin, const Vec3& n, const Vec3& centre, double ball) {
-  if (!(margin > h)) return false;
-  const double below = -n.dot(centre), aside = (centre + below * n).norm();
-  const double m2 = margin * margin, h2 = h * h;
-  return below > 0 && below * (m2 - h2) - 2 * margin * h * aside + ball * (m2 + h2) > h * (m2 + h2);
-}
-
-/// The answer for two polytopes where the face on which the ray through the origin ends is the nearest; false where
-/// that is not sure.
-bool answer_by_face(const MinkowskiDifference& d, const SurfaceFace& face, LocalAnswer& answer) {
-  const MinkowskiPoint* const c = face.corner;
-  const double scale = d.scale();
-  // Edge i leads from corner i to the next.
-  const Vec3 edge[3] = {d.edge(c[1], c[0]), d.edge(c[2], c[1]), d.edge(c[0], c[2])};
-  const double length[3] = {edge[0].norm(), edge[1].norm(), edge[2].norm()};
-  Vec3 n = edge[2].cross(edge[0]);
-  if (n.dot(face.normal) < 0) n = -n;
-  const double area = n.norm();
-  if (!(area > 1e-4 * scale * std::max({length[0], length[1], length[2]}))) return false;
-  n /= area;
-  const double h = std::max({n.dot(c[0].w), n.dot(c[1].w), n.dot(c[2].w)});
-  double inward[3];  // from the edges to the origin's foot
-  for (int i = 0; i < 3; ++i) inward[i] = n.cross(edge[i]).dot(h * n - c[i].w) / length[i];
-  double margin = infinity;
-  for (int i = 0; i < 3; ++i) {
-    const int next = (i + 1) % 3, other = (i + 2) % 3;
-    // Between an edge of each the face is a parallelogram, of which the corners are three.
-    const auto shares = [&](int p, int q) {
-      return c[other].vertex_a == c[p].vertex_a && c[other].vertex_b == c[q].vertex_b;
-    };
-    const bool diagonal = shares(i, next) || shares(next, i);
-    if (!diagonal) {
-      margin = std::min(margin, inward[i]);
-      continue;
-    }
-    for (const int side : {next, other}) margin = std::min(margin, area / length[side] - inward[side]);
-  }
-  if (!(margin > 1e-7 * scale) || (h > 0 && !is_least(h, margin, n, face.centre, face.ball))) return false;
-  answer.signed_distance = -h;
-  answer.normal = n;
-  answer.point_a.setZero();
-  for (int i = 0; i < 3; ++i) answer.point_a += inward[i] * length[i] / area * c[(i + 2) % 3].a;
-  answer.point_b = answer.point_a - h * n;
-  answer.gap = 0;
-  return true;
-}
-
-}  // namespace
-
-LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, const Vec3* start, double beyond) {
-  const double ra = core_radius(d.a), rb = core_radius(d.b);
-  // Round surfaces are approached step by step: the last digits cost more steps than they are worth.
-  const bool polytopes = is_polytope(d.a.kind) && is_polytope(d.b.kind);
-  const double least = polytopes ? 1e-14 : 2e-10;
-  // They end after few steps as it is; what a tolerance broke off was then doubtful (3 times as long in the hard
-  // class).
-  if (polytopes) tolerance = 0;
-  const double scale = d.scale();
-  LocalAnswer answer;
-  const bool deep = polytopes && overlap_deeply(d);
-  if (deep && depth_by_faces(d, answer)) return answer;
-  GjkResult r;
-  const auto descend_from = [&](const Vec3* from, double at_once) {
-    r = descend(d, std::max(tolerance, least), beyond + ra + rb, -infinity, from, at_once);
-  };
-  const double far = far_apart * scale;
-  const bool near = beyond < far;
-  if (deep) {
-    r.end = GjkResult::End::inside;
-    r.lower = -infinity;
-  } else if (polytopes && ra + rb == 0) {
-    if (!near) descend_from(start, far);
-    if (near || !(r.lower > far)) {
-      SurfaceFace face;
-      surface_kernel()(d, std::min(beyond, far), face);
-      Vec3 towards;
-      if (face.end == SurfaceFace::End::apart) {
-        towards = unit(face.normal);
-        const double apart = -towards.dot(face.corner[0].w);
-        if (apart > beyond) {
-          answer.signed_distance = apart;
-          answer.normal = towards;
-          return answer;
-        }
-        start = &towards;
-      }
-      if (face.end == SurfaceFace::End::reached && answer_by_face(d, face, answer)) return answer;
-      descend_from(start, -infinity);
-    }
-  } else {
-    descend_from(start, -infinity);
-  }
-  if (r.lower > beyond + ra + rb) {
-    answer.signed_distance = r.lower - ra - rb;
-    answer.normal = -unit(r.v);
-    return answer;
-  }
-  if (r.simplex.count > 0 && (r.end != GjkResult::End::inside || !is_solid(d, r.simplex))) weigh(r.simplex);
-  double core;         // signed distance of the cores
-  double at_most = 0;  // where they overlap
-  bool doubtful = false;
-  if (r.end == GjkResult::End::separated) {
-    core = r.upper;
-    answer.normal = -unit(r.v, r.upper);
-    for (int i = 0; i < r.simplex.count; ++i) answer.point_a += r.simplex.weight[i] * r.simplex.p[i].a;
-    answer.point_b = answer.point_a - r.v;
-    answer.gap = r.upper - std::max(r.lower, 0.0);
-    doubtful = polytopes && r.upper - r.along > std::max(tolerance, least) * r.upper + 4 * epsilon * scale;
-  } else {
-    const double exact = polytopes ? 0 : std::max(tolerance * larger(d), least * scale);
-    const EpaResult e = deep ? expand_all_around(d) : expand(d, r.simplex, exact);
-    core = -e.upper;
-    at_most = -e.lower;
-    answer.normal = e.normal;
-    answer.point_a = e.point_a;
-    answer.point_b = e.point_b;
-    answer.gap = std::max(0.0, e.upper - e.lower);
-    // The bounds of two polytopes that are this near meet, or rounding has made them.
-    const double reached = r.end == GjkResult::End::near ? r.upper : e.upper < 1e-7 * scale ? r.v.norm() : 0.0;
-    doubtful = polytopes && (reached > 16 * epsilon * scale || answer.gap > 16 * epsilon * scale);
-    // Of numbers so small that their squares are 0 nothing is asked.
-    const bool parted =
-        r.end == GjkResult::End::near && r.upper > 0 && (r.lower > core || polytopes) && std::max(r.lower, core) > 0;
-    if (parted) {
-      // Apart, and maybe by a corner or an edge that no face of the polytope stands for.
-      if (r.lower > core) answer.normal = -unit(r.v);
-      answer.gap = r.upper - std::max(r.lower, core);
-      core = r.upper;
-      answer.point_a.setZero();
-      for (int i = 0; i < r.simplex.count; ++i) answer.point_a += r.simplex.weight[i] * r.simplex.p[i].a;
-      answer.point_b = answer.point_a - r.v;
-    }
-    // Between polytopes that hardly touch the way from one to the other is noise, and so may its direction be.
-    const bool touching = polytopes && (r.end == GjkResult::End::near || e.upper < 1e-9 * scale);
-    if (touching && separation_along(d, answer.normal) < core - 16 * epsilon * scale) {
-      doubtful = true;
-    } else if (!parted && (e.point_a - e.point_b - e.upper * e.normal).squaredNorm() >
-                              (polytopes ? 1e-24 : 1e-16) * scale * scale) {
-      answer.signed_distance = core;
-      pair_points(d, answer);
-      core = answer.signed_distance;
-      answer.gap = std::max(0.0, -core - e.lower);
-    }
-  }
-  if (doubtful) {
-    LocalAnswer settled = answer;
-    settled.signed_distance = core;
-    if (settle_by_features(d, settled) && settled.signed_distance >= r.lower - 16 * epsilon * scale) {
-      answer = settled;
-      core = answer.signed_distance;
-    }
-  }
-  // Round surfaces are only approached: Newton's method has the last digits.
-  if (!polytopes && (core < 0 || tolerance < least)) {
-    const Support s = walk(RoundPair(d), answer.normal, -infinity);
-    if (s.optimal) {
-      core = -s.h;
-      answer.normal = s.n;
-      answer.point_a = s.point[0];
-      answer.point_b = -s.point[1];
-      answer.gap = core > 0 ? 0 : std::max(0.0, at_most - core);
-    }
-  }
-  answer.signed_distance = core - ra - rb;
-  answer.point_a += ra * answer.normal;
-  answer.point_b -= rb * answer.normal;
-  if (answer.gap <= 1e-13 * (d.scale() + std::abs(core))) answer.gap = 0;
-  return answer;
 }
 
 }  // namespace tandem

@@ -11,20 +11,17 @@ namespace tandem {
 GjkResult gjk(const MinkowskiDifference& d, double tolerance, double beyond, double within,
               const Vec3* start = nullptr);
 
+/// The same without the weights of the simplex's points. `at_once`: where the first direction does not show two polytopes
+/// to be farther apart than this, it stops there.
+GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond, double within, const Vec3* start,
+                  double at_once = -std::numeric_limits<double>::infinity());
+
+/// Sets the weights of the simplex's points, of which it leaves at most 3, for the point nearest the origin.
+void weigh(Simplex& s);
+
 /// Sets the points of the answer from its signed distance (of the cores, < 0) and normal: B is moved out along the
 /// normal, where the nearest points are the pair sought, whichever of its faces, edges and corners touch. On curved
 /// surfaces it also improves the normal and the distance.
 void pair_points(const MinkowskiDifference& d, LocalAnswer& answer);
-
-/// Signed distance, normal, witness points of two bounded convex shapes: GJK on the cores, and the depth solver
-/// where they overlap or nearly do; of polytopes the face on which a portal ends, where that is sure to be the nearest.
-/// `tolerance` is relative to the shapes' size, 0: to rounding, as polytopes always are. Ends early for shapes that are
-/// more than `beyond` apart: signed_distance is then a separation along the normal, the points are not set.
-LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, const Vec3* start = nullptr,
-                                double beyond = std::numeric_limits<double>::infinity());
-
-/// Do the shapes touch? Cheaper than the distance. `direction`, where they are apart: one that says so.
-bool gjk_collide(const MinkowskiDifference& d, double tolerance, const Vec3* start = nullptr,
-                 Vec3* direction = nullptr);
 
 }  // namespace tandem

@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "closed_forms/closed_forms.h"
-#include "convex/gjk.h"
 #include "lanes/constants.h"
 #include "manifold/manifold.h"
+#include "pairs/gjk_pair.h"
 #include "pairs/methods.h"
 #include "pairs/round_pair.h"
 #include "pairs/simple_pairs.h"
