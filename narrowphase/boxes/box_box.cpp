@@ -298,9 +298,7 @@ BoxAnswer box_box_distance(const HalfSize& a, const Pose& pose_a, const HalfSize
     const GjkResult r = gjk(boxes.difference, rounding, std::numeric_limits<double>::infinity(), 0);
     upper = r.upper;
     direction = -unit(r.v, upper);
-    local.point_a.setZero();
-    for (int i = 0; i < r.simplex.count; ++i) local.point_a += r.simplex.weight[i] * r.simplex.p[i].a;
-    local.point_b = local.point_a - r.v;
+    set_points(r.simplex, local);
   }
   // Where the axis says as much and the points lie along it, it is exact, and the direction between nearest points that
   // nearly touch is noise.

@@ -62,12 +62,19 @@ void nearest_on_triangle(const Simplex& s, int i, int j, int k, Nearest& best) {
   if (height2 > flat_squared * longest) {
     const double wc = -a.dot(height) / height2, wb = -(a + wc * slant).dot(side) / longest, wa = 1 - wb - wc;
     if (wa > 0 && wb > 0 && wc > 0) {
-      const Vec3 n = side.cross(height);
-      // The offset by the vertex nearest the origin, so that a tiny distance keeps its digits.
-      const double a2 = a.squaredNorm(), b2 = b.squaredNorm(), c2 = c.squaredNorm();
-      const Vec3& near = a2 <= b2 ? (a2 <= c2 ? a : c) : (b2 <= c2 ? b : c);
       Nearest t;
-      t.take(n * (n.dot(near) / (longest * height2)), {i, j, k}, {wa, wb, wc});
+      // The nearer it is, the more exactly the sides tell its direction: they are rounded, too.
+      Vec3 v = wa * a + wb * b + wc * c;
+      if (v.squaredNorm() < longest) v -= (v.dot(side) / longest) * side;
+      if (v.squaredNorm() > height2) {
+        t.take(v, {i, j, k}, {wa, wb, wc});
+      } else {
+        // Along the normal, as far as the corner nearest the origin is: a tiny distance keeps its digits.
+        const Vec3 n = side.cross(height);
+        const double a2 = a.squaredNorm(), b2 = b.squaredNorm(), c2 = c.squaredNorm();
+        const Vec3& near = a2 <= b2 ? (a2 <= c2 ? a : c) : (b2 <= c2 ? b : c);
+        t.take(n * (n.dot(near) / (longest * height2)), {i, j, k}, {wa, wb, wc});
+      }
       if (t.squared < best.squared) best = t;
       return;
     }
@@ -114,6 +121,10 @@ Nearest nearest(const Simplex& s) {
 }
 
 void keep(Simplex& s, const Nearest& n) {
+  if (n.count == s.count) {
+    for (int i = 0; i < n.count; ++i) s.weight[n.index[i]] = n.weight[i];
+    return;
+  }
   Simplex r;
   for (int i = 0; i < n.count; ++i) {
     r.p[i] = s.p[n.index[i]];
@@ -236,35 +247,41 @@ Vec3 square_to_edges(const MinkowskiDifference& d, const Simplex& s, const Vec3&
   return length > 0 ? unit(n, length) : unit(v);
 }
 
+bool has(const Simplex& s, const MinkowskiPoint& p) {
+  return std::any_of(s.p, s.p + s.count,
+                     [&p](const MinkowskiPoint& q) { return p.vertex_a == q.vertex_a && p.vertex_b == q.vertex_b; });
+}
+
 /// GJK's last steps between polytopes once more where rounding may have made what the fast ones ended with: the upper
-/// bound is the length of a point that the simplex has, the lower one is along a direction square to its edges.
+/// bound is the length of a point that the simplex has, the lower one is along that, or else along a direction square
+/// to the simplex's edges. Sets the weights.
 void refine(const MinkowskiDifference& d, const DescentLimits& limits, GjkResult& r) {
   constexpr int most_steps = 16;
+  const auto close = [&limits](double upper) { return 2 * limits.rounding + limits.tolerance * upper; };
+  Nearest n = nearest(r.simplex);
+  if ((n.v - r.v).squaredNorm() <= 16 * limits.rounding * limits.rounding && r.upper - r.lower <= close(r.upper))
+    return keep(r.simplex, n);
   Simplex s = r.simplex;
-  Vec3 towards = r.v;
-  for (int step = 0; step < most_steps; ++step) {
-    const Nearest n = nearest(s);
-    if (n.inside) break;
+  for (int step = 0; step < most_steps && !n.inside; ++step, n = nearest(s)) {
     const double upper = std::sqrt(n.squared);
-    if (step == 0 && (n.v - r.v).norm() <= 4 * limits.rounding &&
-        upper - r.lower <= 2 * limits.rounding + limits.tolerance * upper)
-      break;
-    if (step > 0 && !(upper < r.upper)) break;
+    // From afar a step sideways changes the direction, and of the length no digit.
+    if (step > 0 && !(upper <= r.upper)) return;
     keep(s, n);
     r.simplex = s;
     r.upper = upper;
-    const Vec3 m = square_to_edges(d, s, n.v);
-    const MinkowskiPoint p = d.support(-m);
-    const double along = m.dot(p.w);
-    if (along > r.lower || step == 0) towards = m, r.along = along;
-    r.lower = std::max(r.lower, along);
-    r.v = r.upper * unit(towards);
-    if (upper - r.lower <= 2 * limits.rounding + limits.tolerance * upper) break;
-    bool known = false;
-    for (int i = 0; i < s.count; ++i)
-      known = known || (p.vertex_a == s.p[i].vertex_a && p.vertex_b == s.p[i].vertex_b);
-    if (known) break;
-    s.p[s.count++] = p;
+    r.along = -infinity;
+    bool known = true;
+    const auto look = [&](const Vec3& along) {
+      const MinkowskiPoint p = d.support(-along);
+      const double lower = along.dot(p.w);
+      if (lower > r.along) r.along = lower, r.v = upper * along;
+      if (!has(s, p)) known = false, s.p[s.count] = p;
+      return upper - lower <= close(upper);
+    };
+    const bool met = look(unit(n.v)) || look(square_to_edges(d, s, n.v));
+    r.lower = std::max(r.lower, r.along);
+    if (met || known) return;
+    ++s.count;
   }
 }
 
@@ -335,11 +352,24 @@ GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond,
 }
 
 void weigh(Simplex& s) {
-  Simplex all = s;
-  const Nearest n = nearest(s);
-  if (n.inside) return;
-  keep(all, n);
-  s = all;
+  Nearest n = nearest(s);
+  if (!n.inside) return keep(s, n);
+  // Asked of flat ones only: the origin lies next to a side.
+  nearest_on_triangle(s, 0, 1, 2, n);
+  nearest_on_triangle(s, 0, 1, 3, n);
+  nearest_on_triangle(s, 0, 2, 3, n);
+  nearest_on_triangle(s, 1, 2, 3, n);
+  std::fill_n(s.weight, s.count, 0.0);
+  for (int i = 0; i < n.count; ++i) s.weight[n.index[i]] = n.weight[i];
+}
+
+void set_points(const Simplex& s, LocalAnswer& answer) {
+  answer.point_a.setZero();
+  answer.point_b.setZero();
+  for (int i = 0; i < s.count; ++i) {
+    answer.point_a += s.weight[i] * s.p[i].a;
+    answer.point_b += s.weight[i] * (s.p[i].a - s.p[i].w);
+  }
 }
 
 GjkResult gjk(const MinkowskiDifference& d, double tolerance, double beyond, double within, const Vec3* start) {
@@ -362,11 +392,10 @@ void pair_points(const MinkowskiDifference& d, LocalAnswer& answer) {
       const double sideways = (r.v + out * answer.normal).norm();
       if (!(sideways < least)) continue;
       least = sideways;
-      answer.point_a.setZero();
-      for (int i = 0; i < r.simplex.count; ++i) answer.point_a += r.simplex.weight[i] * r.simplex.p[i].a;
+      set_points(r.simplex, answer);
+      answer.point_b -= (out - answer.signed_distance) * answer.normal;
       if (sideways <= 1e-13 * scale) break;
     }
-    answer.point_b = answer.point_a + answer.signed_distance * answer.normal;
     return;
   }
   const double out = 0.01 * scale;

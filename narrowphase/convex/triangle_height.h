@@ -13,7 +13,8 @@ struct Height {
     for (int i = 0; i < 2 && length2 > 0; ++i) height -= (height.dot(side) / length2) * side;
   }
 };
-/// Over the longest side: a sliver's normal, side x height, is rounded about that side only, where its corners are near.
+/// Over the longest side: a sliver's normal, side x height, is rounded about that side only, where its corners are
+/// near.
 inline Height height_of(const Vec3& ab, const Vec3& bc, const Vec3& ca) {
   const double ab2 = ab.squaredNorm(), bc2 = bc.squaredNorm(), ca2 = ca.squaredNorm();
   if (ab2 >= bc2 && ab2 >= ca2) return {ab, bc};

@@ -91,10 +91,10 @@ bool gjk_collide(const MinkowskiDifference& d, double tolerance, const Vec3* sta
     if (direction != nullptr && r.v.squaredNorm() > 0) *direction = -unit(r.v);
     return false;
   }
-  // A simplex that encloses the origin where it has been close already may be a flat one that only seems to.
+  // A simplex that encloses the origin where it has been close already, or is flat, may only seem to.
   const double sure = 1e-7 * d.scale();
-  if (r.end == GjkResult::End::inside && r.v.squaredNorm() > sure * sure) return true;
-  if (r.upper < radius - rounding) return true;
+  if (r.end == GjkResult::End::inside && r.v.squaredNorm() > sure * sure && is_solid(d, r.simplex)) return true;
+  if (r.end != GjkResult::End::inside && r.upper < radius - rounding) return true;
   return gjk_signed_distance(d, tolerance).signed_distance <= 0;
 }
 
@@ -146,15 +146,15 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
     answer.normal = -unit(r.v);
     return answer;
   }
-  if (r.simplex.count > 0 && (r.end != GjkResult::End::inside || !is_solid(d, r.simplex))) weigh(r.simplex);
+  const bool weighs = r.end == GjkResult::End::inside ? !is_solid(d, r.simplex) : !polytopes;
+  if (r.simplex.count > 0 && weighs) weigh(r.simplex);
   double core;         // signed distance of the cores
   double at_most = 0;  // where they overlap
   bool doubtful = false;
   if (r.end == GjkResult::End::separated) {
     core = r.upper;
     answer.normal = -unit(r.v, r.upper);
-    for (int i = 0; i < r.simplex.count; ++i) answer.point_a += r.simplex.weight[i] * r.simplex.p[i].a;
-    answer.point_b = answer.point_a - r.v;
+    set_points(r.simplex, answer);
     answer.gap = r.upper - std::max(r.lower, 0.0);
     doubtful = polytopes && r.upper - r.along > std::max(tolerance, least) * r.upper + 4 * epsilon * scale;
   } else {
@@ -169,17 +169,14 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
     // The bounds of two polytopes that are this near meet, or rounding has made them.
     const double reached = r.end == GjkResult::End::near ? r.upper : e.upper < 1e-7 * scale ? r.v.norm() : 0.0;
     doubtful = polytopes && (reached > 16 * epsilon * scale || answer.gap > 16 * epsilon * scale);
-    // Of numbers so small that their squares are 0 nothing is asked.
     const bool parted =
-        r.end == GjkResult::End::near && r.upper > 0 && (r.lower > core || polytopes) && std::max(r.lower, core) > 0;
+        r.end == GjkResult::End::near && r.upper > 0 && (r.lower > core ? r.lower >= 0 : polytopes && core > 0);
     if (parted) {
       // Apart, and maybe by a corner or an edge that no face of the polytope stands for.
       if (r.lower > core) answer.normal = -unit(r.v);
       answer.gap = r.upper - std::max(r.lower, core);
       core = r.upper;
-      answer.point_a.setZero();
-      for (int i = 0; i < r.simplex.count; ++i) answer.point_a += r.simplex.weight[i] * r.simplex.p[i].a;
-      answer.point_b = answer.point_a - r.v;
+      set_points(r.simplex, answer);
     }
     // Between polytopes that hardly touch the way from one to the other is noise, and so may its direction be.
     const bool touching = polytopes && (r.end == GjkResult::End::near || e.upper < 1e-9 * scale);

@@ -258,9 +258,9 @@ PosedPair draw_pair(std::uint64_t seed, const DrawOptions& options) {
   const auto any_kind = [&] { return static_cast<ShapeKind>(r.below(static_cast<int>(shape_kinds))); };
   ShapeKind ka = options.a.value_or(any_kind()), kb = options.b.value_or(any_kind());
   if (ka == ShapeKind::halfspace && kb == ShapeKind::halfspace) (options.a ? kb : ka) = ShapeKind::box;
-  const Build build =
-      options.needles ? Build::degenerate
-                      : std::array{Build::plump, Build::degenerate, Build::dyadic}[static_cast<std::size_t>(r.below(3))];
+  const Build build = options.needles ? Build::degenerate
+                                      : std::array{Build::plump, Build::degenerate,
+                                                   Build::dyadic}[static_cast<std::size_t>(r.below(3))];
   const bool exact = build == Build::dyadic;
   PosedPair p;
   p.seed = r.bits();

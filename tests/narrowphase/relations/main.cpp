@@ -174,7 +174,8 @@ int main(int argc, char** argv) {
   app.add_option("--largest-mesh", options.largest_mesh, "of those, triangles");
   app.add_option("--records", options.records, "judges the pair records of this file instead");
   app.add_option("--show", options.show, "failures printed for a relation and two kinds");
-  app.add_flag("--needles", options.needles, "only slivers and long thin hulls with something 1e3 to 1e8 times smaller");
+  app.add_flag("--needles", options.needles,
+               "only slivers and long thin hulls with something 1e3 to 1e8 times smaller");
   app.add_flag("--raw", options.raw, "prints pairs as they were drawn, not minimal ones");
   CLI11_PARSE(app, argc, argv);
   try {

@@ -1,0 +1,115 @@
+// Slivers and long thin hulls beside flat-faced shapes a thousand times smaller and more, judged by the reference: the
+// rounding of the large one is a part of the small one's size, and of the thin one's width.
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "catch.h"
+#include "random_pairs.h"
+#include "reference.h"
+
+using namespace tandem;
+using namespace tandem::test;
+
+namespace {
+
+constexpr double worst = 1e-12;  ///< of what a pair reaches over: distances and points
+constexpr double loose = 3e-12;  ///< the same: from one point to the other against distance x normal
+
+double small(Random& r, double least, double most) { return std::pow(10.0, -r.in(least, most)); }
+
+Shape needle(Random& r) {
+  if (r.once_in(2)) {
+    const Vec3 p = r.vec(-1, 1), q = r.vec(-1, 1);
+    return Shape(Triangle{{p, q, Vec3(p + r.in(-0.5, 1.5) * (q - p) + small(r, 5, 16) * r.direction())}});
+  }
+  const Vec3 stretch(small(r, 4, 8), r.once_in(3) ? 1 : small(r, 4, 8), 1);
+  Convex c;
+  for (int n = 3 + r.below(12); n > 0; --n) c.vertices.push_back(r.vec(-1, 1).cwiseProduct(stretch));
+  return Shape(c);
+}
+
+Shape speck(Random& r) {
+  const double size = small(r, 3, 8);
+  const Vec3 stretch(1, r.once_in(2) ? 1 : small(r, 0, 8), r.once_in(2) ? 1 : small(r, 0, 8));
+  const auto point = [&] { return Vec3(size * r.vec(-1, 1).cwiseProduct(stretch)); };
+  switch (r.below(4)) {
+    case 0:
+      return Shape(Box{size * stretch});
+    case 1:
+      return Shape(Capsule{size * small(r, 0, 8), size});
+    case 2:
+      return Shape(Triangle{{point(), point(), point()}});
+    default: {
+      Convex c;
+      for (int n = 4 + r.below(8); n > 0; --n) c.vertices.push_back(point());
+      return Shape(c);
+    }
+  }
+}
+
+void check(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb) {
+  const PairAnswer answer = NarrowPhase().solve(a, pa, b, pb, Request::distance);
+  const reference::Truth truth = reference::signed_distance(a, pa, b, pb);
+  const double unit = a.size() + b.size() + (pb.translation - pa.translation).norm();
+  CHECK(std::abs(answer.signed_distance - truth.signed_distance) <= truth.error + worst * unit);
+  CHECK((answer.point_b - answer.point_a - answer.signed_distance * answer.normal).norm() <= loose * unit);
+  const auto off = [](const Shape& s, const Pose& pose, const Vec3& p) {
+    return std::abs(reference::signed_distance(s, pose, Shape(Sphere{0}), {Mat3::Identity(), p}).signed_distance);
+  };
+  CHECK(off(a, pa, answer.point_a) <= worst * unit);
+  CHECK(off(b, pb, answer.point_b) <= worst * unit);
+  if (std::abs(truth.signed_distance) > worst * unit)
+    CHECK(NarrowPhase().solve(a, pa, b, pb, Request::collide).collide == (truth.signed_distance <= 0));
+}
+
+}  // namespace
+
+TEST_CASE("slivers and long thin hulls with something much smaller: apart, touching, overlapping") {
+  for (std::uint64_t seed = 0; seed < 1200; ++seed) {
+    CAPTURE(seed);
+    Random r(7000 + seed);
+    const Shape a = needle(r), b = speck(r);
+    const Pose pose_a{r.rotation(), Vec3::Zero()};
+    Pose pose_b{r.rotation(), r.in(0, 1) * r.direction()};
+    // As near as a wanted gap.
+    const double gap = r.once_in(8) ? 0.0 : r.sign() * small(r, 3, 14);
+    for (int i = 0; i < 2; ++i) {
+      const reference::Truth t = reference::signed_distance(a, pose_a, b, pose_b);
+      pose_b.translation += (gap - t.signed_distance) * t.normal;
+    }
+    check(a, pose_a, b, pose_b);
+    check(b, pose_b, a, pose_a);
+  }
+}
+
+TEST_CASE("a hull 1e-8 wide around a point 1e-5 of that inside: no verdict by a simplex that is flat") {
+  // The simplex of four points seemed to hold the origin; moved out by the depth, they collided.
+  const Shape hull(
+      Convex{{Vec3(2e-08, -1e-07, 0.4), Vec3(7.5e-10, -2.3e-07, -0.93), Vec3(-2e-08, 1e-07, -0.9),
+              Vec3(2e-08, 1e-07, -0.2), Vec3(-1.57e-08, -1.23e-07, 0.974), Vec3(1.42e-08, 3.22e-07, 0.725)}});
+  const Shape ball(Sphere{1.749236090136385e-12});
+  Pose pose;
+  pose.rotation << 0.20007152452361765, 0.9603326596704589, -0.19424872675273386, 0.9178788610340669,
+      -0.2530631706204707, -0.30570807667171507, -0.3427386490339249, -0.11713331911022393, -0.932099782218955;
+  const PairAnswer in = NarrowPhase().solve(hull, pose, ball, {}, Request::distance);
+  const Pose out{Mat3::Identity(), (2e-12 - in.signed_distance) * in.normal};
+  CHECK(in.signed_distance < -1e-9);
+  CHECK(!NarrowPhase().solve(hull, pose, ball, out, Request::collide).collide);
+}
+
+TEST_CASE("a segment through a triangle 1e5 times smaller: no depth of the segment's length") {
+  const Shape segment(Convex{{Vec3(-0.9333925247192383, 0.26656341552734375, -0.22878170013427734),
+                              Vec3(0.7527217864990234, 0.8968276977539063, 0.811549186706543),
+                              Vec3(-1.1725040983621406, 0.17718425343173203, -0.3763133080488631)}});
+  const Shape speck(
+      Triangle{{Vec3(-4.862315152890818e-06, -1.8225980346031376e-06, -1.40752122094964e-06),
+                Vec3(-3.3648e-06, 7.9962e-06, -6.076e-06), Vec3(-3.8882462e-06, 4.5640692e-06, -4.4441423e-06)}});
+  Pose pose_a, pose_b;
+  pose_a.rotation << -0.05735931332716149, 0.261687588736702, -0.9634466851236799, -0.29957307232564473,
+      0.9160533449193283, 0.2666500395640027, 0.9523475644490359, 0.3039175466525105, 0.02585036411172148;
+  pose_b.rotation << 0.21003703302627086, -0.3349224901116841, -0.9185376259984728, -0.21182418921564689,
+      -0.9327681552488132, 0.2916746156539157, -0.9544710355063977, 0.13330601701016526, -0.2668605407478415;
+  pose_b.translation = {-0.10784643042318005, 0.6318257701468232, 0.06804698631110115};
+  check(segment, pose_a, speck, pose_b);
+}
