@@ -5,6 +5,7 @@
 #include "lanes/constants.h"
 #include "round/face_reach.h"
 #include "round/hull_projection.h"
+#include "round/rim_distance.h"
 
 namespace tandem {
 namespace {
@@ -167,8 +168,9 @@ class Search {
   template <class Supporting>
   void search_spans(const Circle& circle, const Span* spans, int count, double add, const Supporting& supporting,
                     const RimFloor& floor);
+  void search_rims();
+  void search_rims(const RimDistance& rims);
   void search_smooth();
-  bool may_be_smooth(const Vec3& n) const;
   double expand();
   bool is_known(const Face& f, const Vec3& w) const;
   double foot_margin(const Face& f, double offset) const;
@@ -633,10 +635,51 @@ void Search::search_spans(const Circle& circle, const Span* spans, int count, do
   }
 }
 
-/// Minima where h is smooth: on two rims at once, or on ellipsoids. Between rims only where h curves upwards and
-/// Newton's step stays near; between ellipsoids from wherever it is not seen to lead to a known one.
+/// Minima where h is smooth: on a rim of each.
+void Search::search_rims() {
+  RimDistance rims(pair_.body[0], pair_.body[1]);
+  for (int i = 0; i < 2; ++i)
+    for (int j = 0; j < 2; ++j)
+      if (best_.h > 0 && pair_.body[0].is_rim(i) && pair_.body[1].is_rim(j) && rims.take(i, j, best_.h, rounding_))
+        search_rims(rims);
+}
+
+/// By branch and bound: parts of the smaller rim are halved until they are known to have one minimum, or none.
+void Search::search_rims(const RimDistance& rims) {
+  using Sample = RimDistance::Sample;
+  using Minima = RimDistance::Minima;
+  constexpr int most = 400, deepest = 64;  // 53 halvings leave nothing
+  const auto look = [&](const Sample& s) {
+    const double limit = best_.h - rounding_;
+    if (!(s.squared < limit * limit && s.squared > rounding_ * rounding_ && rims.supports(s, rounding_))) return;
+    const Vec3 n = rims.direction(s);
+    if (n.dot(pair_.support(n)) < limit) try_from(n);
+  };
+  const double nothing = rounding_ / std::min(pair_.body[0].radius(), pair_.body[1].radius());
+  RimDistance::Part stack[RimDistance::most_parts + deepest];
+  int height = rims.parts(best_.h, rounding_, stack);
+  for (int halved = 0; height > 0 && best_.h > rounding_;) {
+    const RimDistance::Part part = stack[--height];
+    if (!rims.may_have_minimum(part, best_.h, rounding_)) continue;
+    const double limit = best_.h - rounding_, least = rims.least_squared(part);
+    if (least >= limit * limit) continue;
+    const Minima minima = rims.minima(part);
+    if (minima == Minima::one) look(rims.minimum(part));
+    // A part as short as rounding is what its ends are, and these were looked at.
+    if (minima != Minima::unknown || part.chord2() <= nothing * nothing) continue;
+    if (halved++ >= most) {
+      gap_ = std::max(gap_, best_.h - std::sqrt(std::max(0.0, least)));
+      continue;
+    }
+    const Sample middle = rims.middle(part);
+    look(middle);
+    stack[height++] = {part.first, middle};
+    stack[height++] = {middle, part.last};
+  }
+}
+
+/// Minima where h is smooth, on two ellipsoids: from wherever Newton's step is not seen to lead to a known one.
 void Search::search_smooth() {
-  const bool rims = pair_.body[0].has_rim();
   // The corners of an icosahedron and the middles of its edges: 42 directions,
   // none farther than 21 degrees from one.
   constexpr double phi = 1.61803398874989484820, c = 0.52573111211913360603, d = phi * c;
@@ -657,49 +700,21 @@ void Search::search_smooth() {
     if (m[0] + m[2] > 0 && det > 0) {
       const double gu = across.dot(u), gv = across.dot(v);
       const double x = -(m[2] * gu - m[1] * gv) / det, y = -(m[0] * gv - m[1] * gu) / det;
-      if (x * x + y * y > far * far && rims) return;
       if (x * x + y * y < far * far) {
         const Vec3 target = (n + x * u + y * v).normalized();
         for (int k = 0; k < known_count_; ++k)
           if ((known_[k] - target).squaredNorm() < 0.1 * 0.1) return;
       }
-    } else if (rims) {
-      return;
     }
     try_from(n);
   };
-  // Over the rim of a disc that is large beside the depth a minimum is narrower than the grid: straight out from the
-  // axis, past the other's middle.
-  constexpr double large = 4;
-  const Vec3 between = -(pair_.body[0].centre() + pair_.body[1].centre());
-  for (const RoundBody& body : pair_.body) {
-    if (!rims || body.radius() < large * best_.h) continue;
-    const Vec3 out = between - between.dot(body.axis()) * body.axis();
-    const double length = out.norm();
-    if (!(length > rounding_)) continue;
-    const Vec3 n = out / length;
-    if (n.dot(pair_.support(n)) * cosine < best_.h) try_from(n);
-    if (best_.h < 0) return;
-  }
   for (const auto& b : base) {
     const Vec3 n{b[0], b[1], b[2]};
-    if (!may_be_smooth(n)) continue;  // nor then at -n
     const Vec3 p = pair_.support(n);
     look(n, p);
     look(-n, pair_.opposite(n, p));
     if (best_.h < 0) return;
   }
-}
-
-/// Can h have a minimum near n where it is smooth? Two rims must both curve
-/// upwards more than the ball there.
-bool Search::may_be_smooth(const Vec3& n) const {
-  if (pair_.body[0].kind() == ShapeKind::ellipsoid || pair_.body[1].kind() == ShapeKind::ellipsoid) return true;
-  for (const RoundBody& body : pair_.body) {
-    const double c = n.dot(body.axis());
-    if ((std::sqrt(std::max(0.0, 1 - c * c)) - 0.36) * best_.h > body.radius()) return false;
-  }
-  return true;
 }
 
 Depth Search::run() {
@@ -746,8 +761,10 @@ Depth Search::run() {
       const double off = off_axis(), around = off < infinity ? search_meridian() + 2 * off : infinity;
       if (around > 1e-12 * pair_.scale && best_.h > 0) gap_ = std::max(gap_, expand());
       gap_ = std::min(gap_, around);
-    } else if (ellipsoid || (a.has_rim() && b.has_rim())) {
+    } else if (ellipsoid) {
       search_smooth();
+    } else if (a.has_rim() && b.has_rim()) {
+      search_rims();
     }
   }
   r.best = best_;

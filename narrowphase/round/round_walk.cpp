@@ -8,6 +8,18 @@ namespace {
 constexpr int max_steps = 64;
 constexpr int capacity = 4;  // pieces of a body that meet: a face of a box
 
+// Relative to RoundPair::scale, without unit.
+
+/// What h by supports is rounded by: sums of some ten products of rounded numbers.
+constexpr double height_rounding = 64 * epsilon;
+/// How far two points that bear out a way to rounding may be from h n apart: beside h they have n's rounding, times
+/// radii of curvature. With more, distances were taken for right that were off by as much; with less, walks that have
+/// arrived go on in `settle`.
+constexpr double meeting = 512 * epsilon;
+/// How far the points may be from h n apart in a minimum: n is off by no more than this over the size, which h is off
+/// by the square of. Beyond it what is open is told.
+constexpr double open_points = 1e-10;
+
 struct Flat {
   double x, y;
   int i, j;  ///< of the first body's point i and the second's j
@@ -395,7 +407,7 @@ Support Walker::run() {
 /// Turns n along the way between the two points: an error of n shows in how far they are from h n apart, but only by
 /// its square in their distance and in h.
 void straighten(const RoundPair& pair, Support& s) {
-  const double rounding = 64 * epsilon * pair.scale;
+  const double rounding = height_rounding * pair.scale;
   const Vec3 p = s.point[0] + s.point[1];
   const double off = (p - s.h * s.n).squaredNorm(), length = p.norm();
   if (off <= rounding * rounding || !(length > 0)) return;
@@ -408,13 +420,13 @@ void straighten(const RoundPair& pair, Support& s) {
 double off_way(const Support& s) { return (s.point[0] + s.point[1] - s.h * s.n).norm(); }
 
 /// Do they bear it out to rounding?
-bool meets(const RoundPair& pair, const Support& s) { return off_way(s) <= 512 * epsilon * pair.scale; }
+bool meets(const RoundPair& pair, const Support& s) { return off_way(s) <= meeting * pair.scale; }
 
 }  // namespace
 
 Support walk(const RoundPair& pair, const Vec3& n, double below) {
   constexpr int tries = 4;
-  const double rounding = 64 * epsilon * pair.scale;
+  const double rounding = height_rounding * pair.scale;
   Support s;
   s.n = n;
   s.h = infinity;
@@ -434,7 +446,8 @@ Support walk(const RoundPair& pair, const Vec3& n, double below) {
     return s.h < below || meets(pair, s);
   };
   const auto found = [&](Support best) {
-    best.optimal = doubt(best) <= (best.h < 0 ? rounding : 1e-10 * pair.scale) && off_way(best) <= 1e-10 * pair.scale;
+    const double open = open_points * pair.scale;
+    best.optimal = doubt(best) <= (best.h < 0 ? rounding : open) && off_way(best) <= open;
     return best;
   };
   if (descend()) return found(s);
@@ -454,7 +467,7 @@ double doubt(const Support& s) { return s.h < 0 ? (s.point[0] + s.point[1]).norm
 
 Support settle(const RoundPair& pair, const Vec3& n, double below) {
   constexpr int rounds = 8;
-  const double rounding = 64 * epsilon * pair.scale;
+  const double rounding = height_rounding * pair.scale;
   MinkowskiDifference moved = pair.difference;
   Support best;
   best.n = n;

@@ -40,19 +40,33 @@ ConvexView view_box(const std::array<double, 4>& half) {
   return {.kind = ShapeKind::box, .param = half, .vertices = {}, .hull = nullptr, .size = size};
 }
 
-TriangleView::TriangleView(const std::array<Vec3, 3>& corners) {
+namespace {
+
+double box_diagonal(const std::array<Vec3, 3>& corners) {
   const Vec3 lo = corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]);
   const Vec3 hi = corners[0].cwiseMax(corners[1]).cwiseMax(corners[2]);
-  view_ = {
-      .kind = ShapeKind::triangle, .param = {}, .vertices = corners, .hull = nullptr, .size = (hi - lo).norm()};
-  const Vec3 sides[3] = {corners[1] - corners[0], corners[2] - corners[1], corners[0] - corners[2]};
-  // No side is longer than the size: where the area is this large, no height is below the limit.
-  const double area = sides[0].cross(sides[1]).norm();
-  if (area > flat_hull * view_.size * view_.size) return;
+  return (hi - lo).norm();
+}
+
+}  // namespace
+
+TriangleView::TriangleView(const std::array<Vec3, 3>& corners)
+    : view_{.kind = ShapeKind::triangle,
+            .param = {},
+            .vertices = corners,
+            .hull = nullptr,
+            .size = box_diagonal(corners)} {
+  // No side is longer than the size: of a larger area no height is below the limit. Squares may be lost, not made.
+  const double limit = flat_hull * view_.size * view_.size;
+  const Vec3 area = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+  if (!(area.squaredNorm() > limit * limit)) drop_inner_corners(corners, area.norm());
+}
+
+void TriangleView::drop_inner_corners(const std::array<Vec3, 3>& corners, double area) {
   std::size_t longest = 0;
-  for (std::size_t i = 1; i < 3; ++i)
-    if (sides[i].squaredNorm() > sides[longest].squaredNorm()) longest = i;
-  const double length = sides[longest].norm();
+  double length = 0;
+  for (std::size_t i = 0; i < 3; ++i)
+    if (const double side = (corners[(i + 1) % 3] - corners[i]).norm(); side > length) longest = i, length = side;
   if (area > flat_hull * length * length) return;
   ends_ = {corners[longest], corners[(longest + 1) % 3]};
   view_.vertices = std::span(ends_).first(length > 0 ? 2 : 1);

@@ -33,6 +33,8 @@ class TriangleView {
   operator const ConvexView&() const { return view_; }
 
  private:
+  void drop_inner_corners(const std::array<Vec3, 3>& corners, double area);
+
   std::array<Vec3, 2> ends_;  ///< of a segment, where view_ has these corners
   ConvexView view_;
 };

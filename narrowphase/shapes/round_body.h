@@ -48,6 +48,8 @@ class RoundBody {
   bool is_rim(int piece) const { return kind() == ShapeKind::cylinder || (kind() == ShapeKind::cone && piece == 0); }
   /// +1 or -1 for a rim: its disc faces +axis or -axis.
   double facing(int piece) const { return kind() == ShapeKind::cylinder && piece == 0 ? 1.0 : -1.0; }
+  /// A rim is what supports n where facing * (axis . n) >= -rim_lift().
+  double rim_lift() const { return sine_; }
   Vec3 rim_centre(int piece) const { return centre_ + facing(piece) * half_ * axis(); }
 
   /// A piece that reaches farthest along n.

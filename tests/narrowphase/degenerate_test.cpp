@@ -1,5 +1,7 @@
 // Shapes that just touch, in every way that looks special: a hair apart, exactly there, a hair too far, straight and
 // tilted by next to nothing, along the world's axes and in a general position. And shapes with nothing left of them.
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <stdexcept>
@@ -308,6 +310,28 @@ TEST_CASE("degenerate: triangles with corners so near each other that the square
       CHECK(is_unit(d.normal));
       CHECK(std::abs(d.signed_distance - e.signed_distance) <= 1e-12 + d.error_bound + e.error_bound);
       CHECK((d.point_b - d.point_a - d.signed_distance * d.normal).norm() < 1e-9);
+    }
+  }
+}
+
+TEST_CASE("degenerate: a mesh's triangle without area is as far from round shapes as the triangle by itself") {
+  const NarrowPhase solver;
+  Random r(19);
+  for (int i = 0; i < 300; ++i) {
+    const Vec3 p = r.vec(-1, 1), q = r.vec(-1, 1);
+    std::array<Vec3, 3> corners{p, q, i % 3 == 0 ? p : i % 3 == 1 ? q : Vec3(0.5 * (p + q))};
+    std::rotate(corners.begin(), corners.begin() + i / 3 % 3, corners.end());
+    const Shape triangle(Triangle{corners}), mesh(Mesh{{corners.begin(), corners.end()}, {{0, 1, 2}}, false});
+    const double size = std::pow(10.0, -r.in(0, 4)), thin = size * std::pow(10.0, -r.in(0, 8));
+    for (const Shape& round : {Shape(Cylinder{thin, size}), Shape(Cylinder{size, thin}), Shape(Cone{thin, size}),
+                               Shape(Ellipsoid{{thin, size, thin}})}) {
+      const Pose pose{r.rotation(), 0.6 * p + 0.4 * q + r.in(0, 0.7) * size * r.direction()};
+      CAPTURE(i, size, thin, name(round.kind()));
+      const PairAnswer one = solver.solve(triangle, {}, round, pose, Request::distance);
+      const PairAnswer other = solver.solve(mesh, {}, round, pose, Request::distance);
+      CHECK(std::abs(one.signed_distance - other.signed_distance) <= 1e-12 + one.error_bound + other.error_bound);
+      if (other.signed_distance > 0)
+        CHECK((other.point_b - other.point_a - other.signed_distance * other.normal).norm() < 1e-9);
     }
   }
 }

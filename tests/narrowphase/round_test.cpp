@@ -1,4 +1,6 @@
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "catch.h"
@@ -502,4 +504,48 @@ TEST_CASE("round: a flat cone's rim is left straight out where that is the short
           .finished(),
       {-0.20438783163118257, -0.28017829965907054, -0.013972709729368066}};
   check_against_truth({disc, pose_a, small, pose_b});
+}
+
+TEST_CASE("round: the least depth over two rims is found, however narrow it is") {
+  const auto turned = [](const std::array<double, 9>& rows) {
+    return Mat3(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rows.data()));
+  };
+  const auto about = [](const Vec3& axis, double angle) {
+    return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
+  };
+  const auto check = [](const PosedPair& p) {
+    check_against_truth(p);
+    CHECK(NarrowPhase().solve(p.a, p.pose_a, p.b, p.pose_b, Request::distance).status == Status::ok);
+  };
+  const Mat3 disc_turn =
+      turned({0.15921221543041653, -0.9118770384184316, -0.3783275528731268, 0.59815060479918158, 0.39396908784219309,
+              -0.69785687057100998, 0.78540901728724222, -0.11518951614630751, 0.60816449331892752});
+  check({Shape(Cylinder{0.71071330966969815, 0.25538404330875558}),
+         {},
+         Shape(Cylinder{0.62102732352728807, 0.082726435526131042}),
+         {disc_turn, {-0.6787933103192767, 0.46346165132685541, 0.094699101046740231}}});
+  const Mat3 cone_turn = turned({0.85683151068151953, -0.089806464619132748, -0.50771503938315399, -0.45149027754672244,
+                                 -0.60622223089408322, -0.65471454547045427, -0.24899054516990918, 0.79020845710635912,
+                                 -0.55997705554208044});
+  check({Shape(Cylinder{0.40595811052465325, 0.39353756164705267}),
+         {},
+         Shape(Cone{0.66252409876015395, 0.39213322748892832}),
+         {cone_turn, {0.26728087440318188, -0.67810400255619574, 0.21741902189744314}}});
+  // One rim passes near the other's axis.
+  const Mat3 near_axis =
+      turned({-0.43637584406880436, -0.85607540495762735, 0.2769675499762983, 0.69383585931171488, -0.12418007709104439,
+              0.70934554963489882, -0.57285942695081227, 0.50171128099764406, 0.64816500019153311});
+  check({Shape(Cylinder{0.5736858971440868, 0.82453200319712372}),
+         {},
+         Shape(Cylinder{0.93371753371584765, 1.0636186712127063}),
+         {near_axis, {0.36230153481359695, 0.064529020546017807, 0.16708439773118158}}});
+  // Rims that are almost concentric.
+  check({Shape(Cylinder{0.33535796933232631, 0.52618904982555981}),
+         {},
+         Shape(Cylinder{0.32725834400581832, 0.045296956530123736}),
+         {about({0.2, 1, 1.2}, 2e-5), {-0.005929668046405219, 0.0061149372448676661, -0.0085035271750127876}}});
+  check({Shape(Cone{0.76685573056443412, 0.51869214093309091}),
+         {},
+         Shape(Cone{0.75767127304250725, 0.33913910402645764}),
+         {about({-1.6, 0.9, 0.9}, 2e-10), {-0.011951576350643849, 0.015388486649677397, -0.21263408382639915}}});
 }

@@ -56,7 +56,8 @@ double surface_distance(const PosedShape& shape, const Vec3& world) {
     double operator()(const HalfSpace& s) const { return (s.normal.dot(p) - s.offset) / s.normal.norm(); }
     double operator()(const Convex& s) const { return asked(s, p); }
     double operator()(const Triangle& s) const { return asked(s, p); }
-    double operator()(const Mesh& s) const { return asked(s, p); }
+    // A point that touches a surface lies on it, however far it is out of there.
+    double operator()(const Mesh& s) const { return std::max(0.0, asked(s, p)); }
   };
   return std::abs(std::visit(Distance{p, ring}, shape.shape));
 }

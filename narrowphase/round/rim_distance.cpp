@@ -1,0 +1,193 @@
+#include "round/rim_distance.h"
+
+#include "lanes/constants.h"
+
+namespace tandem {
+namespace {
+
+struct Range {
+  double low, high;
+
+  static Range of(double p, double q) { return {std::min(p, q), std::max(p, q)}; }
+  Range operator+(const Range& o) const { return {low + o.low, high + o.high}; }
+  Range operator*(double k) const { return of(k * low, k * high); }
+  /// By numbers that are not negative.
+  Range by(const Range& k) const { return {low * (low < 0 ? k.high : k.low), high * (high > 0 ? k.high : k.low)}; }
+};
+
+/// The square of an angle (radians) that a part is no longer than: the arc of a quarter is pi / sqrt(8) of its chord,
+/// that of less is less.
+double longest_arc2(const RimDistance::Part& part) {
+  constexpr double most = 1.234;  // the square of that, rounded up
+  return most * part.chord2();
+}
+
+}  // namespace
+
+RimDistance::RimDistance(const RoundBody& a, const RoundBody& b)
+    : a_(&a), b_(&b), first_(a.radius() >= b.radius()), lift_{a.rim_lift(), b.rim_lift()} {
+  if (!first_) std::swap(lift_[0], lift_[1]);
+  const RoundBody &large = first_ ? a : b, &small = first_ ? b : a;
+  large_ = large.radius(), small_ = small.radius();
+  const Vec3 axis = large.axis(), other = small.axis(), cross = axis.cross(other);
+  // Of axes that are parallel to rounding any direction is square to both.
+  Vec3 across = cross.norm() > 4 * epsilon ? cross.normalized() : any_perpendicular(axis);
+  across = (across - across.dot(axis) * axis).normalized();
+  frame_ << across, axis.cross(across), axis;
+  lean_ = other.dot(frame_.col(1)), upright_ = other.dot(axis);
+}
+
+bool RimDistance::take(int piece_a, int piece_b, double below, double rounding) {
+  centre_ = frame_.transpose() * (a_->rim_centre(piece_a) + b_->rim_centre(piece_b));
+  out_ = centre_[1] * upright_ - centre_[2] * lean_;
+  const double sine = std::abs(lean_), farthest = std::abs(centre_[2]) + small_ * sine;
+  const double beside = std::sqrt(centre_[0] * centre_[0] + out_ * out_);
+  off_bend_ = 2 * small_ * (beside + sine * (farthest + small_ * sine));
+  facing_[0] = a_->facing(piece_a), facing_[1] = b_->facing(piece_b);
+  if (!first_) std::swap(facing_[0], facing_[1]);
+  const double over[2] = {centre_[2], centre_[1] * lean_ + centre_[2] * upright_};
+  const double sway[2] = {small_ * sine, large_ * sine};
+  for (int k = 0; k < 2; ++k) {
+    if (facing_[k] * over[k] + sway[k] <= rounding - lift_[k] * below) return false;
+    if (std::abs(over[k]) - sway[k] > below) return false;
+  }
+  return true;
+}
+
+RimDistance::Sample RimDistance::at(double cosine, double sine) const {
+  Sample s;
+  s.cosine = cosine, s.sine = sine;
+  s.u = centre_[0] + small_ * cosine;
+  s.w = centre_[1] + small_ * sine * upright_;
+  s.x = centre_[2] - small_ * sine * lean_;
+  // On the larger circle's axis all of it is as near.
+  s.off = std::max(std::sqrt(s.u * s.u + s.w * s.w), epsilon * large_);
+  s.squared = s.x * s.x + (s.off - large_) * (s.off - large_);
+  return s;
+}
+
+RimDistance::Sample RimDistance::between(const Part& part, double weight) const {
+  const double c = (1 - weight) * part.first.cosine + weight * part.last.cosine;
+  const double s = (1 - weight) * part.first.sine + weight * part.last.sine;
+  const double length = std::sqrt(c * c + s * s);
+  return at(c / length, s / length);
+}
+
+bool RimDistance::supports(const Sample& s, double rounding) const {
+  const Vec3 p = sum(s);
+  const double length = s.length();
+  return large_ - s.off > rounding && facing_[0] * s.x > rounding - lift_[0] * length &&
+         facing_[1] * (lean_ * p[1] + upright_ * s.x) > rounding - lift_[1] * length &&
+         s.cosine * p[0] + s.sine * (upright_ * p[1] - lean_ * s.x) > rounding;
+}
+
+double RimDistance::turn(const Sample& s) const {
+  const Vec3 p = sum(s);
+  return s.cosine * (upright_ * p[1] - lean_ * s.x) - s.sine * p[0];
+}
+
+double RimDistance::least_squared(const Part& part) const {
+  const auto& [first, last] = part;
+  const auto under = [&](const Sample& at, const Sample& to) {
+    const double m = (at.off - large_) / at.off;
+    const double g[2] = {2 * small_ * m * centre_[0], 2 * small_ * (m * out_ - (1 - m) * at.x * lean_)};
+    // Opposite the slope, where that is on the part; else at an end.
+    if (g[0] * part.first.sine > g[1] * part.first.cosine && g[1] * part.last.cosine > g[0] * part.last.sine)
+      return at.squared - std::sqrt(g[0] * g[0] + g[1] * g[1]) - (g[0] * at.cosine + g[1] * at.sine);
+    return at.squared + std::min(0.0, g[0] * (to.cosine - at.cosine) + g[1] * (to.sine - at.sine));
+  };
+  return std::max(under(first, last), under(last, first));
+}
+
+int RimDistance::parts(double below, double rounding, Part* all) const {
+  // Where the larger rim supports the sum: between these sines.
+  double low = -1, high = 1;
+  const double rise = -facing_[0] * small_ * lean_, start = facing_[0] * centre_[2];
+  if (std::abs(rise) > rounding) {
+    const Range sine = Range::of((rounding - lift_[0] * below - start) / rise, (below - start) / rise);
+    low = std::max(low, sine.low), high = std::min(high, sine.high);
+  }
+  int count = 0;
+  const auto add = [&](double from, double to) {
+    if (!(from < to)) return;
+    const double c = std::sqrt(1 - from * from), d = std::sqrt(1 - to * to);
+    all[count++] = {at(c, from), at(d, to)};
+    all[count++] = {at(-d, to), at(-c, from)};
+  };
+  add(low, std::min(high, 0.0));
+  add(std::max(low, 0.0), high);
+  return count;
+}
+
+bool RimDistance::may_have_minimum(const Part& part, double below, double rounding) const {
+  const auto& [first, last] = part;
+  // What has a second derivative is that by an eighth of the square of the angle from between its ends at most.
+  const double square[2] = {first.off * first.off, last.off * last.off}, bulge = off_bend_ / 8 * longest_arc2(part);
+  const double least = std::max(std::sqrt(std::max(0.0, std::min(square[0], square[1]) - bulge)), large_ - below);
+  const double most = std::min(std::sqrt(std::max(square[0], square[1]) + bulge), large_);
+  if (large_ - least <= rounding || most < large_ - below) return false;
+
+  // The sum is -m u, -m w, x.
+  const Range u = Range::of(first.u, last.u), w = Range::of(first.w, last.w), x = Range::of(first.x, last.x);
+  const Range m{large_ / most - 1, std::max(0.0, large_ / std::max(least, epsilon * large_) - 1)};
+  const double highest = std::max(-x.low, x.high), aside = large_ - least;
+  const double longest = std::min(below, std::sqrt(highest * highest + aside * aside));
+  if ((x * facing_[0]).high <= rounding - lift_[0] * longest) return false;
+  const Range along = (w.by(m) * -lean_ + x * upright_) * facing_[1];
+  if (along.high <= rounding - lift_[1] * longest) return false;
+  const double sign_c = first.cosine + last.cosine < 0 ? -1 : 1, sign_s = first.sine + last.sine < 0 ? -1 : 1;
+  const Range c = Range::of(std::abs(first.cosine), std::abs(last.cosine));
+  const Range s = Range::of(std::abs(first.sine), std::abs(last.sine));
+  const Range in = ((u * sign_c).by(c) + (w * (upright_ * sign_s)).by(s)).by(m) + (x * (lean_ * sign_s)).by(s);
+  if (in.low >= -rounding) return false;
+  // Minus the sum along the tangent. Far from the axis the second is wide, near it the first.
+  const Range ahead =
+      m.high < 1
+          ? ((m * out_ + x.by({1 + m.low, 1 + m.high}) * lean_) * sign_c).by(c) + (m * (-centre_[0] * sign_s)).by(s)
+          : ((w * (upright_ * sign_c)).by(c) + (u * -sign_s).by(s)).by(m) + (x * (lean_ * sign_c)).by(c);
+  return ahead.low <= rounding && ahead.high >= -rounding;
+}
+
+double RimDistance::bend(const Sample& s) const {
+  const Vec3 p = sum(s);
+  const double around = (s.sine * s.w + s.cosine * upright_ * s.u) / s.off;
+  return small_ * (1 - large_ / s.off * around * around) - s.cosine * p[0] - s.sine * (upright_ * p[1] - lean_ * s.x);
+}
+
+RimDistance::Minima RimDistance::minima(const Part& part) const {
+  const auto& [first, last] = part;
+  const double half = 0.5 * std::sqrt(longest_arc2(part));
+  const double near = 0.5 * (first.off + last.off) - small_ * half;
+  if (!(near > 0)) return Minima::unknown;
+  // By the angle the sum changes no faster than this, and its parts along what turns with the angle:
+  const double k = large_ / near, change = small_ * std::max(1.0, k - 1);
+  const double turned = change + std::sqrt(std::max(first.squared, last.squared)) + change * half;
+  // What changes no faster than v is within v times half of the angle from the mean of its ends. In bend() one over the
+  // distance from the axis changes by small_ / near of it, the cosine to the way around that by 1 + small_ / near.
+  const double rate = small_ * k * (3 * small_ / near + 2) + turned;
+  const double mean = 0.5 * (bend(first) + bend(last)), spread = rate * half;
+  if (mean + spread < 0) return Minima::none;
+  if (!(mean - spread > 0)) return Minima::unknown;
+  return turn(first) <= 0 && turn(last) >= 0 ? Minima::one : Minima::none;
+}
+
+RimDistance::Sample RimDistance::minimum(Part part) const {
+  constexpr int most = 60;
+  double low = turn(part.first), high = turn(part.last);
+  for (int i = 0; i < most && low < 0 && high > 0; ++i) {
+    const Sample s = between(part, low / (low - high));
+    // Neighbours in the last digits.
+    if ((s.cosine == part.first.cosine && s.sine == part.first.sine) ||
+        (s.cosine == part.last.cosine && s.sine == part.last.sine))
+      return s;
+    const double at = turn(s);
+    if (at < 0) {
+      part.first = s, low = at, high *= 0.5;
+    } else {
+      part.last = s, high = at, low *= 0.5;
+    }
+  }
+  return low >= 0 ? part.first : part.last;
+}
+
+}  // namespace tandem
