@@ -320,6 +320,7 @@ PairAnswer depth_answer(const Posed& a, const Posed& b, std::span<const std::arr
   WayOut out;
   out.certain = depth.certain;
   ways.leave_walls(pairs, out);
+  out.certain = std::min(out.certain, out.length);  // which was tried: a sliver's depth may be more, for rounding
   const auto is_known = [&] { return out.length <= out.certain + rounding; };
   if (!is_known()) {
     PairAnswer body;

@@ -849,6 +849,28 @@ TEST_CASE("hunted: moving by the deepest contact of a speck in a capsule separat
   CHECK((deepest.status == Status::inexact || !solver.solve(capsule, lying, speck, moved, Request::collide).collide));
 }
 
+TEST_CASE("hunted: a mesh is not deeper in another than a way that was tried is long") {
+  const Shape plate(box_mesh(2 * Vec3(0.24925613403320312, 0.524531364440918, 0.0035533905029296875)));
+  // A sliver: rounding makes its depth 9e-10 where the two only touch.
+  const Shape sliver(Mesh{{Vec3(-0.886566162109375, 0.142669677734375, 0.9890155792236328),
+                           Vec3(-0.3022146224975586, 0.8825368881225586, -0.5485916137695312),
+                           Vec3(-0.5871571335962865, 0.5217615552908241, 0.20117907271467153)},
+                          {{0, 1, 2}}});
+  const Pose at_plate{
+      (Mat3() << 0.13875248103751914, 0.9891261614888054, -0.04875639101035345, -0.3261128509264408,
+       -0.0008511902199919152, -0.945330462820192, -0.9350925929909625, 0.14706703278991845, 0.3224486476941828)
+          .finished(),
+      Vec3::Zero()};
+  const Pose at_sliver{
+      (Mat3() << -0.7926608250935516, -0.6069725504872097, -0.05721135653925863, 0.025623267894378243,
+       -0.12692545826723078, 0.9915812504207947, -0.6091241782300416, 0.7845216701906362, 0.1161614587411478)
+          .finished(),
+      Vec3(0.6232653943288613, 0.4969871872434304, -0.4943769528285826)};
+  const PairAnswer way = NarrowPhase().solve(plate, at_plate, sliver, at_sliver, Request::distance);
+  CHECK(way.collide);
+  CHECK(way.signed_distance > -1e-11);
+}
+
 TEST_CASE("hunted: contacts of concave meshes whose faces have sunk into each other are the same at any scale") {
   const auto angle = [](double width) {
     return prism({{0, 0, 0}, {2, 0, 0}, {2, 0, 0.5}, {0.5, 0, 0.5}, {0.5, 0, 2}, {0, 0, 2}},
