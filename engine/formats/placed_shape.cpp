@@ -300,9 +300,13 @@ PlacedShape place(const Shape& shape, const Pose& pose) {
       break;
     case ShapeKind::cylinder:
     case ShapeKind::cone:
+      if (shape.rounding() > 0)
+        throw std::invalid_argument("rounding of a " + std::string(name(shape.kind())) +
+                                    ": the rotation is not orthonormal to rounding, as it must be for one");
       out.rest = rest;
       break;
   }
+  if (shape.rounding() > 0 && out.shape.rounding() == 0) out.shape = out.shape.rounded(shape.rounding());
   return out;
 }
 

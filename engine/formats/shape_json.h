@@ -20,6 +20,7 @@ class ShapeReader {
   Shape read(const JsonRef& json);
 
  private:
+  Shape read_core(const JsonRef& json);
   Shape mesh(const JsonRef& json);
 
   std::vector<std::filesystem::path> folders_;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "boxes/box_screen.h"
+#include "dispatch/rounded_pair.h"
 #include "dispatch/undecided.h"
 #include "meshes/mesh_pair.h"
 #include "pairs/centre_test.h"
@@ -166,6 +167,21 @@ PairAnswer solve_by_kinds(const Shape& a, const Pose& pose_a, const Shape& b, co
 
 }  // namespace
 
+PairAnswer solve_cores(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
+                       const NarrowPhaseOptions& options, std::vector<Contact>* contacts, WarmStart* warm) {
+  if (options.solver.empty())
+    if (const SimpleSolver solver = simple_solver(a, b)) {
+      const std::size_t first = contacts != nullptr ? contacts->size() : 0;
+      PairAnswer answer = solver(options, a, pose_a, b, pose_b, request, contacts);
+      if (request == Request::collide) return answer;
+      const double undecided = undecided_distance(a, pose_a, b, pose_b);
+      if (std::abs(answer.signed_distance) <= undecided)
+        take_verdict(a, pose_a, b, pose_b, request, options, answer, contacts, first, 4 * undecided);
+      return answer;
+    }
+  return solve_prepared(a, pose_a, b, pose_b, request, options, contacts, warm);
+}
+
 std::string_view name(Request request) {
   switch (request) {
     case Request::collide:
@@ -213,17 +229,9 @@ std::string NarrowPhase::refuses(const Shape& a, const Shape& b, Request request
 
 PairAnswer NarrowPhase::solve(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                               std::vector<Contact>* contacts, WarmStart* warm) const {
-  if (options_.solver.empty())
-    if (const SimpleSolver solver = simple_solver(a, b)) {
-      const std::size_t first = contacts != nullptr ? contacts->size() : 0;
-      PairAnswer answer = solver(options_, a, pose_a, b, pose_b, request, contacts);
-      if (request == Request::collide) return answer;
-      const double undecided = undecided_distance(a, pose_a, b, pose_b);
-      if (std::abs(answer.signed_distance) <= undecided)
-        take_verdict(a, pose_a, b, pose_b, request, options_, answer, contacts, first, 4 * undecided);
-      return answer;
-    }
-  return solve_prepared(a, pose_a, b, pose_b, request, options_, contacts, warm);
+  if (a.rounding() + b.rounding() > 0)
+    return solve_rounded(a, pose_a, b, pose_b, request, options_, contacts, warm);
+  return solve_cores(a, pose_a, b, pose_b, request, options_, contacts, warm);
 }
 
 void NarrowPhase::mark_apart(std::span<const PlacedPair> pairs, std::span<std::uint8_t> apart) const {
@@ -238,6 +246,7 @@ void NarrowPhase::mark_apart(std::span<const PlacedPair> pairs, std::span<std::u
   };
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     if (pairs[i].a->kind() != ShapeKind::box || pairs[i].b->kind() != ShapeKind::box) continue;
+    if (pairs[i].a->rounding() + pairs[i].b->rounding() > 0) continue;
     place[boxes.count] = i;
     boxes.add(pairs[i]);
     if (boxes.count == BoxPairList::most) screen();
@@ -248,10 +257,14 @@ void NarrowPhase::mark_apart(std::span<const PlacedPair> pairs, std::span<std::u
 std::vector<std::array<std::uint32_t, 2>> NarrowPhase::intersecting_triangles(const Shape& a, const Pose& pose_a,
                                                                               const Shape& b,
                                                                               const Pose& pose_b) const {
-  for (const Shape* s : {&a, &b})
+  for (const Shape* s : {&a, &b}) {
     if (!triangular(*s))
       throw std::invalid_argument("intersecting_triangles: " + std::string(tandem::name(s->kind())) +
                                   " has no triangles, a triangle or a mesh is needed");
+    if (s->rounding() > 0)
+      throw std::invalid_argument("intersecting_triangles: rounding " + std::to_string(s->rounding()) +
+                                  ", a shape without rounding is needed");
+  }
   return mesh_triangle_pairs(a, pose_a, b, pose_b);
 }
 

@@ -22,6 +22,7 @@ enum class Together : std::uint8_t { none, boxes, halfspace_box };
 
 Together together(const PlacedPair& pair) {
   const ShapeKind a = pair.a->kind(), b = pair.b->kind();
+  if (pair.a->rounding() + pair.b->rounding() > 0) return Together::none;
   if (a == ShapeKind::box && b == ShapeKind::box) return Together::boxes;
   const bool one =
       (a == ShapeKind::box && b == ShapeKind::halfspace) || (a == ShapeKind::halfspace && b == ShapeKind::box);

@@ -57,15 +57,16 @@ struct Body {
 
 class Sweep {
  public:
-  Sweep(const Body& a, const Body& b, const Vec3& between, const Vec3& along, double longest)
-      : a_(a), b_(b), between_(between), along_(along), longest_(longest), map_(a.rotation.transpose() * b.rotation) {
+  /// `radius`: both shapes' rounding.
+  Sweep(const Body& a, const Body& b, const Vec3& between, const Vec3& along, double longest, double radius)
+      : a_(a), b_(b), between_(between), along_(along), longest_(longest), radius_(radius), map_(a.rotation.transpose() * b.rotation) {
     shift_ = a.rotation.transpose() * between;
     in_a_ = a.rotation.transpose() * along;
     in_b_ = b.rotation.transpose() * along;
     const auto reach = [](const Body& s) { return (s.mid.cwiseAbs() + s.half).maxCoeff(); };
     const auto skew = [](const Mat3& r) { return (r.transpose() * r - Mat3::Identity()).cwiseAbs().maxCoeff(); };
     // Rotations need not be quite orthonormal, and coordinates are rounded.
-    slack_ = (1e-13 + 4 * (skew(a.rotation) + skew(b.rotation))) * (reach(a) + reach(b) + between.norm());
+    slack_ = radius + (1e-13 + 4 * (skew(a.rotation) + skew(b.rotation))) * (reach(a) + reach(b) + between.norm());
   }
 
   // The way until the first touch; `never` if there is none within the longest.
@@ -102,16 +103,17 @@ class Sweep {
   double convex_meet(const ConvexView& p, const ConvexView& q, double from, double until) const {
     constexpr int most_advances = 200;
     const NarrowPhaseOptions exact;
-    const double rounding = 1e-14 * (p.size + q.size);
+    const double rounding = 1e-14 * (p.size + q.size + radius_);
     const Pose at_a{a_.rotation, Vec3::Zero()};
     double way = from;
     for (int i = 0; i < most_advances; ++i) {
       const Pose at_b{b_.rotation, between_ + way * along_};
       const PairAnswer answer = solve_convex(p, at_a, q, at_b, Request::distance, exact, nullptr);
-      if (answer.signed_distance <= rounding) return way;
+      const double gap = answer.signed_distance - radius_;
+      if (gap <= rounding) return way;
       const double closing = -answer.normal.dot(along_);
       if (!(closing > 0)) return never;
-      const double next = way + answer.signed_distance / closing;
+      const double next = way + gap / closing;
       if (!(next <= until)) {
         // The last bits of the end belong to it.
         return next <= longest_ * (1 + 1e-12) ? std::min(next, until) : never;
@@ -149,7 +151,7 @@ class Sweep {
 
   const Body &a_, &b_;
   const Vec3 between_, along_;
-  const double longest_;
+  const double longest_, radius_;
   const Mat3 map_;  // from B's frame into A's
   Vec3 shift_, in_a_, in_b_;
   double slack_;
@@ -192,7 +194,8 @@ std::optional<double> NarrowPhase::time_of_impact(const Shape& a, const Pose& po
   const auto extent = [](const Body& s) { return s.mid.norm() + s.half.norm(); };
   const double passed = 2 * (between.norm() + extent(body_a) + extent(body_b));
   longest = std::min(longest, passed);
-  const double way = Sweep(body_a, body_b, between, along, longest).first();
+  const double radius = a.rounding() + b.rounding();
+  const double way = Sweep(body_a, body_b, between, along, longest, radius).first();
   if (way == never) return std::nullopt;
   return time_of(way);
 }

@@ -253,7 +253,25 @@ Shape::Shape(Mesh s) : kind_(ShapeKind::mesh) {
   mass_ = std::make_shared<MassProperties>(mesh_mass(*mesh_));
 }
 
+Shape Shape::rounded(double radius) const {
+  require_not_negative("rounding", radius);
+  Shape s = *this;
+  s.rounding_ += radius;
+  require_not_negative("rounding", s.rounding_);
+  s.mass_ = std::make_shared<MassProperties>(*mass_);  // its address names the shape
+  if (is_bounded()) {
+    const Bounds box = s.bounds(Pose{});
+    s.size_ = (box.hi - box.lo).norm();
+  }
+  return s;
+}
+
 Bounds Shape::bounds(const Pose& pose) const {
+  const Bounds core = core_bounds(pose);
+  return {core.lo - Vec3::Constant(rounding_), core.hi + Vec3::Constant(rounding_)};
+}
+
+Bounds Shape::core_bounds(const Pose& pose) const {
   const Mat3& r = pose.rotation;
   const Vec3& t = pose.translation;
   switch (kind_) {

@@ -64,6 +64,11 @@ class Shape {
   Shape(const Triangle&);
   Shape(Mesh);
 
+  /// This shape with a ball of this radius (>= 0, finite, metres) about each of its points: a box with round edges, a thick
+  /// triangle. Adds to the rounding it has. Distances are the core's less the radius, exactly; mass stays the core's.
+  Shape rounded(double radius) const;
+  double rounding() const { return rounding_; }  ///< metres; all other parameters are the core's
+
   ShapeKind kind() const { return kind_; }
   bool is_convex() const { return kind_ != ShapeKind::mesh; }
   bool is_bounded() const { return kind_ != ShapeKind::halfspace; }
@@ -86,9 +91,12 @@ class Shape {
   const MassProperties& mass() const { return *mass_; }
 
  private:
+  Bounds core_bounds(const Pose& pose) const;
+
   ShapeKind kind_;
   std::array<double, 4> param_{};
   double size_ = 0;
+  double rounding_ = 0;
   std::shared_ptr<const Hull> hull_;
   std::shared_ptr<const MeshModel> mesh_;
   std::shared_ptr<const MassProperties> mass_;

@@ -1,0 +1,130 @@
+#include "dispatch/rounded_pair.h"
+
+#include <algorithm>
+#include <span>
+
+#include "meshes/mesh_pair.h"
+#include "pairs/convex_pair.h"
+#include "shapes/mesh_model.h"
+#include "shapes/posed_mesh.h"
+
+namespace tandem {
+namespace {
+
+/// By how much rounding may make a translation too short, relative to the sizes and the translation between them.
+constexpr double translation_rounding = 1e-12;
+
+class RoundedPair {
+ public:
+  RoundedPair(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, const NarrowPhaseOptions& options)
+      : a_(a), b_(b), pose_a_(pose_a), pose_b_(pose_b), options_(options), radius_(a.rounding() + b.rounding()) {
+    slack_ = translation_rounding *
+             (a.size() + b.size() + (pose_b.translation - pose_a.translation).lpNorm<1>());
+  }
+
+  PairAnswer distance(WarmStart* warm) const {
+    PairAnswer answer = solve_cores(a_, pose_a_, b_, pose_b_, Request::distance, options_, nullptr, warm);
+    grow(answer);
+    if (answer.signed_distance < 0 && has_mesh()) bound_depth(answer);
+    return answer;
+  }
+
+  PairAnswer contacts(std::vector<Contact>& contacts, WarmStart* warm) const {
+    const std::size_t first = contacts.size();
+    NarrowPhaseOptions wider = options_;
+    wider.margin += radius_;
+    PairAnswer answer = solve_cores(a_, pose_a_, b_, pose_b_, Request::contacts, wider, &contacts, warm);
+    const auto found = [&] { return std::span(contacts).subspan(first); };
+    if (found().empty() && both_have_triangles()) return nearest_contact(contacts);
+    grow(answer);
+    for (Contact& c : found()) {
+      c.depth = std::max(c.depth + radius_, -options_.margin);
+      c.point += 0.5 * (a_.rounding() - b_.rounding()) * c.normal;
+    }
+    if (!found().empty()) {
+      const auto deepest = std::max_element(found().begin(), found().end(),
+                                            [](const Contact& x, const Contact& y) { return x.depth < y.depth; });
+      if (answer.collide != (deepest->depth >= 0)) deepest->depth = -answer.signed_distance;
+    }
+    if (answer.collide && has_mesh()) compare_with_distance(answer);
+    return answer;
+  }
+
+ private:
+  static bool has_no_inner_side(const Shape& s) { return s.kind() == ShapeKind::mesh; }
+  bool has_mesh() const { return has_no_inner_side(a_) || has_no_inner_side(b_); }
+  bool both_have_triangles() const { return has_triangles(a_) && has_triangles(b_); }
+
+  void grow(PairAnswer& answer) const {
+    answer.signed_distance -= radius_;
+    answer.point_a += a_.rounding() * answer.normal;
+    answer.point_b -= b_.rounding() * answer.normal;
+    answer.collide = answer.signed_distance <= 0;
+  }
+
+  /// Two meshes without a margin know no contacts before they intersect: where they are nearest there is one.
+  PairAnswer nearest_contact(std::vector<Contact>& contacts) const {
+    PairAnswer answer = distance(nullptr);
+    if (answer.signed_distance <= options_.margin)
+      contacts.push_back({(answer.point_a + answer.point_b) / 2, answer.normal, -answer.signed_distance, 0});
+    if (answer.status != Status::ok && !options_.mesh_bounds) answer.status = Status::unproven, answer.error_bound = 0;
+    return answer;
+  }
+
+  bool separates(const Vec3& translation) const {
+    const Pose moved{pose_b_.rotation, pose_b_.translation + translation};
+    return solve_cores(a_, pose_a_, b_, moved, Request::distance, options_, nullptr, nullptr).signed_distance >=
+           radius_ - slack_;
+  }
+
+  /// `answer` tells the depth of the cores and the radii; where moving by it does not separate, that of the hulls does.
+  void bound_depth(PairAnswer& answer) const {
+    const double depth = -answer.signed_distance, certain = depth - answer.error_bound;
+    if (separates(depth * answer.normal)) return;
+    const auto hull_of = [](const Shape& s) { return s.is_convex() ? view(s) : view_hull(s); };
+    const PairAnswer hulls =
+        solve_convex(hull_of(a_), pose_a_, hull_of(b_), pose_b_, Request::distance, for_triangles(options_), nullptr);
+    answer = hulls;
+    grow(answer);
+    answer.collide = true;
+    answer.status = Status::inexact;
+    answer.error_bound = std::max(-answer.signed_distance - certain, slack_);
+  }
+
+  /// How far off the deepest contact's depth may be.
+  void compare_with_distance(PairAnswer& answer) const {
+    if (!options_.mesh_bounds) {
+      answer.status = Status::unproven;
+      answer.error_bound = 0;
+      return;
+    }
+    const PairAnswer out = distance(nullptr);
+    const double depth = -answer.signed_distance, upper = -out.signed_distance, lower = upper - out.error_bound;
+    const double off = std::max(depth - lower, upper - depth);
+    answer.status = off > slack_ ? Status::inexact : Status::ok;
+    answer.error_bound = off > slack_ ? off : 0;
+  }
+
+  const Shape &a_, &b_;
+  const Pose &pose_a_, &pose_b_;
+  const NarrowPhaseOptions& options_;
+  const double radius_;
+  double slack_;
+};
+
+}  // namespace
+
+PairAnswer solve_rounded(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
+                         const NarrowPhaseOptions& options, std::vector<Contact>* contacts, WarmStart* warm) {
+  const bool halfspaces = !a.is_bounded() && !b.is_bounded();
+  if (halfspaces) return solve_cores(a, pose_a, b, pose_b, request, options, contacts, warm);
+  const RoundedPair pair(a, pose_a, b, pose_b, options);
+  if (request == Request::contacts && contacts != nullptr) return pair.contacts(*contacts, warm);
+  PairAnswer answer = pair.distance(warm);
+  if (request != Request::collide) return answer;
+  PairAnswer verdict;
+  verdict.collide = answer.collide;
+  return verdict;
+}
+
+}  // namespace tandem
