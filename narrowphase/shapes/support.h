@@ -16,8 +16,24 @@ inline double core_radius(const ConvexView& v) {
   return v.kind == ShapeKind::sphere || v.kind == ShapeKind::capsule ? v.param[0] : 0.0;
 }
 
+/// Has the core of a shape of this kind flat faces, straight edges and corners alone (or is it a point)? No default: a new
+/// kind must say.
 constexpr bool is_polytope(ShapeKind kind) {
-  return kind != ShapeKind::cylinder && kind != ShapeKind::cone && kind != ShapeKind::ellipsoid;
+  switch (kind) {
+    case ShapeKind::cylinder:
+    case ShapeKind::cone:
+    case ShapeKind::ellipsoid:
+      return false;
+    case ShapeKind::sphere:
+    case ShapeKind::box:
+    case ShapeKind::capsule:
+    case ShapeKind::halfspace:
+    case ShapeKind::convex:
+    case ShapeKind::triangle:
+    case ShapeKind::mesh:
+      return true;
+  }
+  return false;
 }
 
 /// A point of a core and, for polytopes, which of its vertices it is: equal numbers mean equal points.
@@ -86,9 +102,12 @@ inline SupportPoint core_support_point(const ConvexView& v, const Vec3& d, Suppo
       }
       return {v.vertices[best], best};
     }
-    default:
-      return {Vec3::Zero(), 0};
+    case ShapeKind::sphere:
+    case ShapeKind::halfspace:  // has no farthest point
+    case ShapeKind::mesh:       // its triangles and its hull have
+      break;
   }
+  return {Vec3::Zero(), 0};
 }
 inline Vec3 core_support(const ConvexView& v, const Vec3& d) { return core_support_point(v, d, support_kernel()).p; }
 

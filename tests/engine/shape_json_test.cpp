@@ -54,8 +54,17 @@ TEST_CASE("shape JSON: every kind reads as its parameters say") {
   CHECK(shape_of(tetrahedron).kind() == ShapeKind::mesh);
 }
 
+TEST_CASE("shape JSON: every kind may have rounding") {
+  CHECK(shape_of(R"({"kind":"box","rounding":0.25,"size":[1,2,3]})").rounding() == 0.25);
+  CHECK(shape_of(R"({"kind":"cylinder","rounding":0.5,"radius":1,"length":2})").radius() == 1);
+  CHECK(shape_of(R"({"kind":"box","size":[1,2,3]})").rounding() == 0);
+  CHECK_THAT(refusal_of_shape(R"({"kind":"cone","radius":1,"length":2,"rounding":-1})"), Catch::Contains("/rounding"));
+  CHECK_THAT(refusal_of_shape(R"({"kind":"cone","radius":1,"length":2,"rounding":1e40})"), Catch::Contains("rounding"));
+}
+
 TEST_CASE("shape JSON: what is written reads back as the same text") {
   const std::string texts[] = {
+      R"({"kind":"box","rounding":0.125,"size":[0.1,1e-30,3]})",
       R"({"kind":"sphere","radius":0.1})",
       R"({"kind":"box","size":[0.1,1e-30,3]})",
       R"({"kind":"capsule","radius":0.3,"length":0.7})",
