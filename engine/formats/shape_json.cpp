@@ -44,7 +44,7 @@ std::vector<Vec3> some_points(const JsonRef& json) {
 }  // namespace
 
 Shape ShapeReader::mesh(const JsonRef& json) {
-  json.require_keys({"kind", "rounding", "vertices", "triangles", "file", "solid"});
+  json.require_keys({"kind", "vertices", "triangles", "file", "solid", "rounding"});
   const auto solid_flag = json.find("solid");
   const bool solid = solid_flag && solid_flag->flag();
   if (const auto file = json.find("file")) {
@@ -99,39 +99,39 @@ Shape ShapeReader::read_core(const JsonRef& json) {
   const std::string& kind = kind_json.text();
   if (kind == "mesh") return mesh(json);
   if (kind == "sphere") {
-    json.require_keys({"kind", "rounding", "radius"});
+    json.require_keys({"kind", "radius", "rounding"});
     return make_shape(json, Sphere{json.at("radius").number_at_least(0)});
   }
   if (kind == "box") {
-    json.require_keys({"kind", "rounding", "size"});
+    json.require_keys({"kind", "size", "rounding"});
     return make_shape(json, Box{sizes(json.at("size"))});
   }
   if (kind == "capsule") {
-    json.require_keys({"kind", "rounding", "radius", "length"});
+    json.require_keys({"kind", "radius", "length", "rounding"});
     return make_shape(json, Capsule{json.at("radius").number_above(0), json.at("length").number_at_least(0)});
   }
   if (kind == "cylinder") {
-    json.require_keys({"kind", "rounding", "radius", "length"});
+    json.require_keys({"kind", "radius", "length", "rounding"});
     return make_shape(json, Cylinder{json.at("radius").number_above(0), json.at("length").number_above(0)});
   }
   if (kind == "cone") {
-    json.require_keys({"kind", "rounding", "radius", "length"});
+    json.require_keys({"kind", "radius", "length", "rounding"});
     return make_shape(json, Cone{json.at("radius").number_above(0), json.at("length").number_above(0)});
   }
   if (kind == "ellipsoid") {
-    json.require_keys({"kind", "rounding", "radii"});
+    json.require_keys({"kind", "radii", "rounding"});
     return make_shape(json, Ellipsoid{sizes(json.at("radii"))});
   }
   if (kind == "halfspace") {
-    json.require_keys({"kind", "rounding", "normal", "offset"});
+    json.require_keys({"kind", "normal", "offset", "rounding"});
     return make_shape(json, HalfSpace{json.at("normal").vec3(), json.at("offset").number()});
   }
   if (kind == "convex") {
-    json.require_keys({"kind", "rounding", "vertices"});
+    json.require_keys({"kind", "vertices", "rounding"});
     return make_shape(json, Convex{some_points(json.at("vertices"))});
   }
   if (kind == "triangle") {
-    json.require_keys({"kind", "rounding", "vertices"});
+    json.require_keys({"kind", "vertices", "rounding"});
     const JsonRef vertices = json.at("vertices");
     vertices.require_array("three points [x, y, z]");
     if (vertices.size() != 3) vertices.refuse("three points [x, y, z]");

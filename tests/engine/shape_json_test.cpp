@@ -64,7 +64,6 @@ TEST_CASE("shape JSON: every kind may have rounding") {
 
 TEST_CASE("shape JSON: what is written reads back as the same text") {
   const std::string texts[] = {
-      R"({"kind":"box","rounding":0.125,"size":[0.1,1e-30,3]})",
       R"({"kind":"sphere","radius":0.1})",
       R"({"kind":"box","size":[0.1,1e-30,3]})",
       R"({"kind":"capsule","radius":0.3,"length":0.7})",
@@ -74,6 +73,7 @@ TEST_CASE("shape JSON: what is written reads back as the same text") {
       R"({"kind":"convex","vertices":[[0,0,0],[0.1,0,0],[0,0.1,0],[0,0,0.3]]})",
       R"({"kind":"triangle","vertices":[[0,0,0],[0.1,0,0],[0.2,0,0]]})",
       tetrahedron,
+      R"({"kind":"box","rounding":0.125,"size":[0.1,1e-30,3]})",
   };
   for (const std::string& text : texts) {
     const std::string once = written(shape_of(text));
@@ -106,7 +106,7 @@ TEST_CASE("shape JSON: bad shapes are refused with pointer, value and what is al
   CHECK(refusal_of_shape(R"({"kind":"cylinder","radius":1,"length":0})") == "/length: 0, allowed: a number > 0");
   CHECK(refusal_of_shape(R"({"kind":"cone","radius":1,"length":-2})") == "/length: -2, allowed: a number > 0");
   CHECK(refusal_of_shape(R"({"kind":"ellipsoid","radii":[1,2,0]})") == "/radii/2: 0, allowed: a number > 0");
-  CHECK(refusal_of_shape(R"({"kind":"sphere","radius":1,"size":1})") == "/size: unknown key, allowed: kind, radius");
+  CHECK(refusal_of_shape(R"({"kind":"sphere","radius":1,"size":1})") == "/size: unknown key, allowed: kind, radius, rounding");
   CHECK_THAT(refusal_of_shape(R"({"kind":"ball","radius":1})"),
              Catch::StartsWith(R"(/kind: "ball", allowed: sphere, )"));
   CHECK(refusal_of_shape("3") == "document: 3, allowed: an object");
