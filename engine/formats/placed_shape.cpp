@@ -6,8 +6,10 @@
 #include <limits>
 
 #include "round/round_walk.h"
+#include "scene/tolerances.h"
 #include "shapes/hull.h"
 #include "shapes/mesh_model.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {
@@ -100,7 +102,7 @@ PlacedShape alike(const PlacedShape& placed, const Vec3& n) {
   Vec3 off = Vec3::Zero();  // of the point on the rim
   if (!cone || m[2] * cosine <= rho * sine) {
     off = rim_centre - centre - std::copysign(0.5 * length, level) * axis;
-    if (rho > 1e-9) off += placed.shape.radius() * (rest * out) - radius * along.normalized();
+    if (rho > tolerance::along_axis) off += placed.shape.radius() * (rest * out) - radius * along.normalized();
   }
   const Mat3 turned = placed.pose.rotation * turn_from_z(axis);
   const Pose pose{turned, placed.pose.translation + placed.pose.rotation * (centre + off)};
@@ -124,7 +126,7 @@ PairAnswer descend(const PlacedShape& a, const PlacedShape& b, const Vec3& norma
     const Vec3 to = (like_a.pose.rotation * s.n).normalized();
     const double turned = (to - n).norm();
     n = to;
-    if (turned > 1e-12 || !s.optimal) continue;
+    if (turned > tolerance::normal_turned || !s.optimal) continue;
     const double radius_a = core_radius(view_a), radius_b = core_radius(view_b);
     out.signed_distance = -s.h - radius_a - radius_b;
     out.normal = n;
@@ -189,7 +191,7 @@ PairAnswer solve_loose(const NarrowPhase& narrow_phase, const PlacedShape& a, co
   };
   if (!a.shape.is_bounded() || !b.shape.is_bounded()) return solve_alike();
   const bool convex = a.shape.is_convex() && b.shape.is_convex();
-  const double size = std::max(a.shape.size(), b.shape.size()), rounding = 1e-14 * size;
+  const double size = std::max(a.shape.size(), b.shape.size()), rounding = tolerance::bounds_meet * size;
   std::optional<InnerHull> hull_a, hull_b;
   if (a.rest) hull_a.emplace(a);
   if (b.rest) hull_b.emplace(b);
@@ -206,7 +208,6 @@ PairAnswer solve_loose(const NarrowPhase& narrow_phase, const PlacedShape& a, co
     const PairAnswer found = descend(a, b, n);
     if (found.signed_distance > 0) above = found.signed_distance;  // apart there is one minimum
     // Beside the minimum by less than shows in what they are apart, the normal may be off by far more than rounding.
-    constexpr double epsilon = std::numeric_limits<double>::epsilon();
     if (found.signed_distance >= best.signed_distance - 4 * epsilon * size) best = found;
   };
   const auto consider_side = [&](const Vec3& n) {
@@ -237,11 +238,11 @@ PairAnswer solve_loose(const NarrowPhase& narrow_phase, const PlacedShape& a, co
     found.point_b = found.point_a + found.signed_distance * n;
     consider(found);
     improve(n);
-    beside = beside > 2e-8 ? 0.1 * beside : 0;
+    beside = beside > tolerance::nearest_beside ? 0.1 * beside : 0;
   }
   if (above - best.signed_distance > rounding) best.error_bound += above - best.signed_distance;
   best.collide = best.signed_distance <= 0;
-  best.status = best.error_bound > 1e-9 * size ? Status::inexact : Status::ok;
+  best.status = best.error_bound > tolerance::accepted_error * size ? Status::inexact : Status::ok;
   if (request == Request::contacts) (void)solve_alike();
   return best;
 }
@@ -356,7 +357,7 @@ struct Meeting {
   std::optional<double> advance(double from, double until) const {
     constexpr int most_advances = 200;
     const double rounding =
-        1e-14 * ((a.shape.is_bounded() ? a.shape.size() : 0) + (b.shape.is_bounded() ? b.shape.size() : 0));
+        tolerance::touch * ((a.shape.is_bounded() ? a.shape.size() : 0) + (b.shape.is_bounded() ? b.shape.size() : 0));
     double time = from;
     for (int i = 0; i < most_advances; ++i) {
       PlacedShape at_a = a, at_b = b;
@@ -366,7 +367,7 @@ struct Meeting {
       const double closing = now.normal.dot(velocity_a - velocity_b);
       if (!(closing > 0)) return std::nullopt;
       const double next = time + now.signed_distance / closing;
-      if (!(next <= until * (1 + 1e-12))) return std::nullopt;
+      if (!(next <= until * (1 + tolerance::end_of_way))) return std::nullopt;
       if (next <= time) return time;
       time = std::min(next, until);
     }

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "scene/tolerances.h"
 #include "shapes/hull.h"
 #include "shapes/mesh_model.h"
 #include "tandem/formats/mesh_file.h"
@@ -153,13 +154,12 @@ Pose read_pose(const JsonRef& json) {
     for (std::size_t i = 0; i < 3; ++i) pose.rotation.row(static_cast<Eigen::Index>(i)) = rows->at(i).vec3();
   }
   if (quaternion) {
-    constexpr double norm_error = 1e-6;
     constexpr std::string_view allowed = "four numbers [w, x, y, z] of norm 1 within 1e-6";
     quaternion->require_array(allowed);
     if (quaternion->size() != 4) quaternion->refuse(allowed);
     const Quat q(quaternion->at(0).number(), quaternion->at(1).number(), quaternion->at(2).number(),
                  quaternion->at(3).number());
-    if (!(std::abs(q.norm() - 1) <= norm_error)) quaternion->refuse(allowed);
+    if (!(std::abs(q.norm() - 1) <= tolerance::quaternion_norm)) quaternion->refuse(allowed);
     pose = Pose::from(q, pose.translation);
   }
   require_valid_pose(pose, json.pointer());

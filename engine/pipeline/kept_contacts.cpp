@@ -8,6 +8,8 @@
 #include <limits>
 #include <utility>
 
+#include "scene/tolerances.h"
+
 namespace tandem {
 namespace {
 
@@ -610,9 +612,8 @@ bool KeptContacts::Batch::move_along(Pair pair, PairResult& result, const std::f
   const Vec3 moved = turned * ball.centre + (at_.translation - kept.translation);
   // The spectral norm of the difference of two rotations, 2 sin(angle / 2).
   const double angle = turned.norm() / std::sqrt(2.0);
-  // Rounding, and rotations that are orthonormal to 1e-6 only.
-  const double bound =
-      (moved.norm() + angle * ball.radius) * (1 + 4e-6) + 4e-15 * (at_.translation.lpNorm<1>() + ball.radius);
+  const double bound = (moved.norm() + angle * ball.radius) * (1 + tolerance::motion_stretch) +
+                       tolerance::motion_rounding * (at_.translation.lpNorm<1>() + ball.radius);
   const double distance = std::abs(kept.signed_distance) - kept.error_bound;
   gap_ = distance - bound;
   moved_by_ = 0;
@@ -706,7 +707,7 @@ void KeptContacts::Batch::note(const PairResult& result, std::span<const Contact
     largest = &fresh.largest;
   }
   entry->seen = entry->as_of = all_.step_;
-  entry->bound = static_cast<float>(moved_by_ * (1 + 1e-6));
+  entry->bound = static_cast<float>(moved_by_ * (1 + tolerance::bound_of_floats));
   entry->reported = reported;
   entry->told = false;
   entry->collide = answer.collide;

@@ -7,14 +7,10 @@
 #include "closed_forms/closed_forms.h"
 #include "convex/feature_normals.h"
 #include "convex/gjk.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {
-
-// An edge or face within this angle of the other's face lies in it.
-constexpr double flat = 1e-11;
-// What the terms of an axis may lose together, relative to the boxes' size.
-constexpr double rounding = 4e-15;
 
 constexpr int next[3] = {1, 2, 0}, last[3] = {2, 0, 1};
 
@@ -37,7 +33,7 @@ Vec3 edge_axis(const BoxAxes& x, int i, int j) {
 
 /// How far apart along the edges' axis, by projecting in full; never more than the signed distance, to rounding.
 double along_edge(const BoxAxes& x, int i, int j) {
-  if (!(edge_length2(x, i, j) > parallel_edges)) return -std::numeric_limits<double>::infinity();
+  if (!(edge_length2(x, i, j) > tolerance::parallel_axes2)) return -std::numeric_limits<double>::infinity();
   const Vec3 n = edge_axis(x, i, j);
   const int i1 = next[i], i2 = last[i];
   double s = std::abs(n[i1] * x.t[i1] + n[i2] * x.t[i2]) - (x.a[i1] * std::abs(n[i1]) + x.a[i2] * std::abs(n[i2]));
@@ -62,10 +58,10 @@ bool over_face(const Vec3& a, int axis, const Vec3& n, const Vec3& b, const Mat3
   int free[3] = {}, frees = 0;
   for (int k = 0; k < 3; ++k) {
     corner[k] = -std::copysign(b[k], m[k]);
-    if (std::abs(m[k]) <= flat) free[frees++] = k;
+    if (std::abs(m[k]) <= tolerance::in_face) free[frees++] = k;
   }
   const int u = next[axis], w = last[axis];
-  const double slack = 1e-12 * (a.sum() + b.sum());
+  const double slack = tolerance::on_feature * (a.sum() + b.sum());
   point = t + r * corner;
   if (std::abs(point[u]) <= a[u] && std::abs(point[w]) <= a[w]) return true;
   if (frees == 0) return std::abs(point[u]) <= a[u] + slack && std::abs(point[w]) <= a[w] + slack;
@@ -111,7 +107,7 @@ Separation best_separation(const BoxAxes& x) {
     if (s > best.distance) best = {s, k};
   }
   // An edge axis that is a face's too must not win by its rounding: the face's formula is the more exact one.
-  double least = 1e-15 * size(x);
+  double least = tolerance::tie * size(x);
   for (unsigned hopeful = x.hopeful; hopeful != 0; hopeful &= hopeful - 1) {
     const int k = std::countr_zero(hopeful), i = k / 3, j = k % 3;
     const double length2 = edge_length2(x, i, j), now = best.distance, numerator = x.edge[i][j];
@@ -135,7 +131,7 @@ bool edges_witness(const BoxAxes& x, int i, int j, LocalAnswer& answer) {
   const auto on_line = [&](int k) { return x.t[k] + (x.r[k][j1] * b1 + x.r[k][j2] * b2); };
   const double a1 = std::copysign(x.a[i1], n[i1]), a2 = std::copysign(x.a[i2], n[i2]);
   const double w1 = on_line(i1) - a1, w2 = on_line(i2) - a2, y = x.r[i1][j], z = x.r[i2][j];
-  const double slack = 1e-12 * size(x);
+  const double slack = tolerance::on_feature * size(x);
   double on_b = -(w1 * y + w2 * z) / (y * y + z * z);
   double on_a = on_line(i) + on_b * x.r[i][j];
   if (!(std::abs(on_a) <= x.a[i] + slack && std::abs(on_b) <= x.b[j] + slack)) return false;
@@ -182,7 +178,7 @@ bool witness(const BoxAxes& x, int axis, LocalAnswer& answer) {
 /// coordinates at a time and exactly in each, from the corner the axis points to. Ends where no coordinate wants to
 /// move, which proves the minimum; false if that takes too long.
 bool nearest_points(const BoxAxes& x, const Vec3& n, Vec3& point_a, Vec3& point_b) {
-  const double tolerance = 5e-16 * size(x);
+  const double enough = tolerance::box_points * size(x);
   double u[3];
   for (int k = 0; k < 3; ++k) u[k] = -std::copysign(x.b[k], n[0] * x.r[0][k] + n[1] * x.r[1][k] + n[2] * x.r[2][k]);
   bool projected = false;
@@ -193,10 +189,10 @@ bool nearest_points(const BoxAxes& x, const Vec3& n, Vec3& point_a, Vec3& point_
     }
     const Vec3 w = point_b - point_a;
     int moves = 0, fastest = 0;
-    double most = tolerance;
+    double most = enough;
     for (int k = 0; k < 3; ++k) {
       const double v = w[0] * x.r[0][k] + w[1] * x.r[1][k] + w[2] * x.r[2][k];
-      if (!(std::abs(v) > tolerance) || u[k] == -std::copysign(x.b[k], v)) continue;
+      if (!(std::abs(v) > enough) || u[k] == -std::copysign(x.b[k], v)) continue;
       ++moves;
       if (std::abs(v) > most) most = std::abs(v), fastest = k;
     }
@@ -265,7 +261,7 @@ struct Boxes {
 bool box_box_collide(const HalfSize& a, const Pose& pose_a, const HalfSize& b, const Pose& pose_b) {
   BoxAxes x;
   if (measure_axes(a.data(), &pose_a, b.data(), &pose_b, 0, &x)) return false;
-  const double doubt = rounding * size(x);
+  const double doubt = tolerance::axis_rounding * size(x);
   if (x.most_edge < -doubt && x.most_cosine <= nearly_parallel) return true;
   return !edges_separate(x, doubt);
 }
@@ -302,9 +298,9 @@ BoxAnswer box_box_distance(const HalfSize& a, const Pose& pose_a, const HalfSize
   }
   // Where the axis says as much and the points lie along it, it is exact, and the direction between nearest points that
   // nearly touch is noise.
-  const double doubt = rounding * size(x);
+  const double doubt = tolerance::axis_rounding * size(x);
   const bool equal = !(upper - best.distance > doubt);
-  if (equal && (local.point_b - local.point_a - best.distance * axis).norm() <= 1e-12 * size(x)) {
+  if (equal && (local.point_b - local.point_a - best.distance * axis).norm() <= tolerance::on_feature * size(x)) {
     local.signed_distance = best.distance;
     local.normal = axis;
     local.gap = 0;

@@ -5,6 +5,7 @@
 
 #include "boxes/box_manifold.h"
 #include "manifold/manifold.h"
+#include "tolerances.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "boxes/box_lanes.cpp"
@@ -95,13 +96,13 @@ HWY_INLINE void Lanes::find_axis(double margin) {
       const M hopeful =
           hn::And(near, hn::Or(hn::Gt(numerator, hopeless), hn::Gt(q[3 * j + i], number(nearly_parallel))));
       const V length2 = hn::Add(hn::Mul(y, y), hn::Mul(z, z));
-      may_win[3 * i + j] =
-          hn::And(hn::AndNot(is_worse(numerator, length2), hopeful), hn::Gt(length2, number(parallel_edges)));
+      may_win[3 * i + j] = hn::And(hn::AndNot(is_worse(numerator, length2), hopeful),
+                                   hn::Gt(length2, number(tolerance::parallel_axes2)));
       numerators[3 * i + j] = numerator;
     }
   }
   // Each lane goes through its own edges, which are few, in their order.
-  V least = hn::Mul(number(1e-15), size), edge = number(-1);
+  V least = hn::Mul(number(tolerance::tie), size), edge = number(-1);
   for (;;) {
     V next = number(9), numerator = number(0);
     HWY_UNROLL(9)
@@ -173,7 +174,7 @@ HWY_INLINE M Lanes::find_edges_witness() {
   const V half_i = i.own(half_a), half_j = j.own(half_b);
   const V a1 = hn::CopySign(i.next(half_a), i.next(normal)), a2 = hn::CopySign(i.last(half_a), i.last(normal));
   const V w1 = hn::Sub(i.next(line), a1), w2 = hn::Sub(i.last(line), a2), y = i.next(along), z = i.last(along);
-  const V slack = hn::Mul(number(1e-12), size);
+  const V slack = hn::Mul(number(tolerance::on_feature), size);
   V on_b = hn::Div(hn::Neg(hn::Add(hn::Mul(w1, y), hn::Mul(w2, z))), hn::Add(hn::Mul(y, y), hn::Mul(z, z)));
   V on_a = hn::Add(i.own(line), hn::Mul(on_b, i.own(along)));
   M witness = hn::And(hn::Ge(axis, number(6)), hn::And(hn::Le(hn::Abs(on_a), hn::Add(half_i, slack)),
@@ -209,12 +210,12 @@ HWY_INLINE M Lanes::find_faces(double margin, std::size_t at, RectanglePairRows&
         steepest[body] = hn::IfThenElse(more, number(k), steepest[body]);
       }
     }
-    const M b_is_steeper = hn::Lt(hn::Add(most[0], number(1e-12)), most[1]);
+    const M b_is_steeper = hn::Lt(hn::Add(most[0], number(tolerance::alike_cosines)), most[1]);
     of_b = hn::Or(hn::AndNot(edges, of_b), hn::And(edges, b_is_steeper));
     face = hn::IfThenElse(edges, hn::IfThenElse(b_is_steeper, steepest[1], steepest[0]), face);
   }
   for (int i = 0; i < 3; ++i) {
-    const M flush = hn::Gt(hn::Abs(normal[i]), number(flush_face));
+    const M flush = hn::Gt(hn::Abs(normal[i]), number(tolerance::flush_face));
     of_b = hn::AndNot(flush, of_b);
     face = hn::IfThenElse(flush, number(i), face);
   }
@@ -248,7 +249,7 @@ HWY_INLINE M Lanes::find_faces(double margin, std::size_t at, RectanglePairRows&
   V most = hn::Abs(looks[0]);
   for (int k = 1; k < 3; ++k) {
     const V looking = hn::Abs(looks[k]);
-    const M more = hn::Gt(looking, hn::Add(most, number(alike)));
+    const M more = hn::Gt(looking, hn::Add(most, number(tolerance::alike)));
     most = hn::IfThenElse(more, looking, most);
     incident_face = hn::IfThenElse(more, number(k), incident_face);
   }
@@ -268,7 +269,7 @@ HWY_INLINE M Lanes::find_faces(double margin, std::size_t at, RectanglePairRows&
   const V height = dot(outward, own), height1 = dot(outward, next), height2 = dot(outward, last);
   const V e1[2] = {dot(along_u, next), dot(along_w, next)}, e2[2] = {dot(along_u, last), dot(along_w, last)};
   const V rectangle[2] = {reference_axis.next(reference), reference_axis.last(reference)};
-  const V top = reference_axis.own(reference), near = hn::Mul(number(alike), all);
+  const V top = reference_axis.own(reference), near = hn::Mul(number(tolerance::alike), all);
   const V lowest = hn::Sub(hn::Sub(height, hn::Abs(height1)), hn::Abs(height2));
   const V room = hn::Sub(hn::Add(top, hn::Add(number(margin), near)), lowest);
   const V rise1 = hn::Mul(number(2), hn::Abs(height1)), rise2 = hn::Mul(number(2), hn::Abs(height2));

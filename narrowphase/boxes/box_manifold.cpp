@@ -3,6 +3,7 @@
 #include <bit>
 
 #include "manifold/manifold.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {
@@ -42,7 +43,7 @@ void append_patch(PatchPoint* points, int count, const Carrier& face, double sig
     int deepest = 0;
     for (int i = 1; i < count; ++i)
       if (points[i].depth > points[deepest].depth) deepest = i;
-    if (count == 0 || points[deepest].depth + 0.02 * (alike * size) < -signed_distance) return;
+    if (count == 0 || points[deepest].depth + 0.02 * (tolerance::alike * size) < -signed_distance) return;
     points[deepest].depth = -signed_distance;
   }
   Vec3 normal = Vec3::Zero();
@@ -59,7 +60,7 @@ void append_box_manifold(const HalfSize& a, const Pose& pose_a, const HalfSize& 
   // which separates by more, or an edge's axis by more than both, is left to rounding: A's.
   const Vec3& in_a = answer.local.normal;
   const Vec3 world_normal = pose_a.rotation * in_a;
-  const bool slants = answer.axis >= 6, tilted = slants && answer.facing <= flush_face;
+  const bool slants = answer.axis >= 6, tilted = slants && answer.facing <= tolerance::flush_face;
   bool of_b = answer.axis >= 3;
   int axis = answer.axis % 3;
   if (answer.axis >= 6) {
@@ -69,11 +70,11 @@ void append_box_manifold(const HalfSize& a, const Pose& pose_a, const HalfSize& 
       if (std::abs(in_a[i]) > std::abs(in_a[face_a])) face_a = i;
       if (std::abs(in_b[i]) > std::abs(in_b[face_b])) face_b = i;
     }
-    of_b = std::abs(in_a[face_a]) + 1e-12 < std::abs(in_b[face_b]);
+    of_b = std::abs(in_a[face_a]) + tolerance::alike_cosines < std::abs(in_b[face_b]);
     axis = of_b ? face_b : face_a;
   }
   for (int i = 0; i < 3; ++i)
-    if (std::abs(in_a[i]) > flush_face) of_b = false, axis = i;
+    if (std::abs(in_a[i]) > tolerance::flush_face) of_b = false, axis = i;
   const int iu = (axis + 1) % 3, iw = (axis + 2) % 3;
   const HalfSize &reference = of_b ? b : a, &incident = of_b ? a : b;
   const Pose &pose = of_b ? pose_b : pose_a, &other = of_b ? pose_a : pose_b;
@@ -92,7 +93,7 @@ void append_box_manifold(const HalfSize& a, const Pose& pose_a, const HalfSize& 
   double facing = std::abs(outward.dot(other.rotation.col(0)));
   for (int j = 1; j < 3; ++j) {
     const double f = std::abs(outward.dot(other.rotation.col(j)));
-    if (f > facing + alike) facing = f, k = j;
+    if (f > facing + tolerance::alike) facing = f, k = j;
   }
   const auto at_axis = [](const HalfSize& h, int i) { return h[static_cast<std::size_t>(i)]; };
   const int k1 = (k + 1) % 3, k2 = (k + 2) % 3;
@@ -110,7 +111,7 @@ void append_box_manifold(const HalfSize& a, const Pose& pose_a, const HalfSize& 
     e1.u -= lean_u * e1.height, e1.w -= lean_w * e1.height;
     e2.u -= lean_u * e2.height, e2.w -= lean_w * e2.height;
   }
-  const double near = alike * size;
+  const double near = tolerance::alike * size;
   const int reference_face = 2 * axis + (side > 0 ? 0 : 1), incident_face = 2 * k + (towards > 0 ? 0 : 1);
 
   // Deepest is the corner below both edges. Where it is the face's only one that touches, and all that touches around
@@ -253,7 +254,7 @@ void append_halfspace_box(const HalfSize& half, const Pose& pose, const Vec3& wo
   const std::uint32_t face = static_cast<std::uint32_t>(2 * k + (side > 0 ? 0 : 1)) << 8;
   const double middle = height + slope[k] * side * size(k), du = slope[u] * size(u), dw = slope[w] * size(w);
   constexpr double su[4] = {1, -1, -1, 1}, sw[4] = {1, 1, -1, -1};
-  const double diagonal = 2 * Vec3(half[0], half[1], half[2]).norm(), slack = alike * diagonal;
+  const double diagonal = 2 * Vec3(half[0], half[1], half[2]).norm(), slack = tolerance::alike * diagonal;
   PatchPoint points[4];
   int count = 0;
   for (int i = 0; i < 4; ++i) {

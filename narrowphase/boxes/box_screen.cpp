@@ -7,6 +7,7 @@
 
 #include "boxes/box_axes.h"
 #include "shapes/pair_order.h"
+#include "tolerances.h"
 
 #ifndef TANDEM_BOX_SCREEN_TABLE
 #define TANDEM_BOX_SCREEN_TABLE
@@ -68,7 +69,7 @@ HWY_INLINE M NearLanes::are_apart(double margin) const {
   const V size =
       hn::Add(hn::Add(hn::Add(half_a[0], half_a[1]), half_a[2]), hn::Add(hn::Add(half_b[0], half_b[1]), half_b[2]));
   const V far = hn::Add(hn::Add(hn::Abs(shift[0]), hn::Abs(shift[1])), hn::Abs(shift[2]));
-  const V enough = hn::MulAdd(number(1e-12), hn::Add(size, far), number(margin));
+  const V enough = hn::MulAdd(number(tolerance::certain), hn::Add(size, far), number(margin));
 
   V r[3][3], q[3][3], t[3];
   for (int i = 0; i < 3; ++i) {

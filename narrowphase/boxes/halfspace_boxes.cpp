@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "manifold/manifold.h"
+#include "tolerances.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "boxes/halfspace_boxes.cpp"
@@ -73,7 +74,7 @@ void find_on_halfspaces(const HalfspaceBoxList& pairs, double margin, HalfspaceB
     V depth[4], kept[4], points = zero, deepest = number(-1e300), stands = deepest, standing = zero;
     M touches[4];
     const V diagonal = hn::Mul(number(2), hn::Sqrt(dot(half, half)));
-    const V slack = hn::Mul(number(alike), diagonal);
+    const V slack = hn::Mul(number(tolerance::alike), diagonal);
     for (int i = 0; i < 4; ++i) {
       const V side_u = number(i == 0 || i == 3 ? 1 : -1), side_w = i < 2 ? side : hn::Neg(side);
       depth[i] = hn::Neg(hn::Add(hn::Add(middle, hn::Mul(side_u, rise_u)), hn::Mul(side_w, rise_w)));

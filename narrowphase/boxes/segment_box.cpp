@@ -2,6 +2,7 @@
 
 #include "closed_forms/closed_forms.h"
 #include "convex/gjk.h"
+#include "tolerances.h"
 
 namespace tandem {
 
@@ -28,13 +29,13 @@ double nearest_on_line(const Vec3& half, const Vec3& middle, const Vec3& along, 
       curvature += over != 0 ? along[i] * along[i] : 0.0;
     }
     // The distance itself changes by less than its rounding from here to either end.
-    if (slope * slope <= 1e-32 * squared) return x;
+    if (slope * slope <= tolerance::line_slope2 * squared) return x;
     if (slope > 0)
       hi = x, slope_hi = slope, seen_hi = true;
     else
       lo = x, slope_lo = slope, seen_lo = true;
     double next = x - slope / curvature;
-    if (std::abs(next - x) <= 4e-16 * reach) return x;
+    if (std::abs(next - x) <= tolerance::line_step * reach) return x;
     if (seen_lo && seen_hi && !(next > lo && next < hi)) {
       next = end_of_piece();
       if (!(next > lo && next < hi)) return next;
@@ -47,10 +48,6 @@ double nearest_on_line(const Vec3& half, const Vec3& middle, const Vec3& along, 
 }
 
 namespace {
-
-constexpr double rounding = 4e-15;   // what the terms of an axis may lose together, relative to size
-constexpr double parallel2 = 1e-30;  // squared sine: a segment along an edge makes no axis with it
-constexpr double flat = 1e-11;       // a segment within this angle of a face lies in it
 
 struct Nearest {
   Vec3 on_segment, on_box;
@@ -77,11 +74,11 @@ Axis best_axis(const Vec3& half, const Vec3& centre, const Vec3& along, double r
     if (s > best.separation) best = {s, k, Vec3::Unit(k)};
   }
   // An axis that is a face's too must not win by its rounding.
-  const double least = 1e-15 * (half.sum() + reach);
+  const double least = tolerance::tie * (half.sum() + reach);
   for (int i = 0; i < 3; ++i) {
     const int u = (i + 1) % 3, w = (i + 2) % 3;
     const double length2 = along[u] * along[u] + along[w] * along[w];
-    if (!(length2 > parallel2)) continue;
+    if (!(length2 > tolerance::parallel_axes2)) continue;
     const double length = std::sqrt(length2), nu = -along[w] / length, nw = along[u] / length;
     const double s = std::abs(nu * centre[u] + nw * centre[w]) - half[u] * std::abs(nu) - half[w] * std::abs(nw);
     if (s > best.separation + least) {
@@ -96,7 +93,7 @@ Axis best_axis(const Vec3& half, const Vec3& centre, const Vec3& along, double r
 
 /// The parameter of the segment's point that answers the axis, over the box's face or edge; false if there is none.
 bool witness(const Vec3& half, const Vec3& centre, const Vec3& along, double reach, const Axis& axis, double& x) {
-  const double slack = 1e-12 * (half.sum() + reach);
+  const double slack = tolerance::on_feature * (half.sum() + reach);
   if (axis.index >= 3) {
     const int i = axis.index - 3;
     // Where the line of the edge passes the segment's, seen along the axis.
@@ -111,7 +108,7 @@ bool witness(const Vec3& half, const Vec3& centre, const Vec3& along, double rea
   }
   const double slope = along.dot(axis.normal);
   double lo = -reach, hi = reach;
-  if (std::abs(slope) > flat) {
+  if (std::abs(slope) > tolerance::in_face) {
     lo = hi = -std::copysign(reach, slope);
   }
   for (int e = 0; e < 3; ++e) {
@@ -152,7 +149,7 @@ LocalAnswer segment_box_distance(const HalfSize& half_size, const Vec3& centre, 
   }
   // Close by, the direction between the points is noise where an axis is exact.
   const Axis axis = best_axis(half, centre, along, reach);
-  if (axis.separation > 0 && upper - axis.separation > rounding * size) {
+  if (axis.separation > 0 && upper - axis.separation > tolerance::axis_rounding * size) {
     answer.normal = way / upper;
     return answer;
   }

@@ -1,5 +1,7 @@
 #include "closed_forms/closed_forms.h"
 
+#include "tolerances.h"
+
 namespace tandem {
 namespace {
 
@@ -99,7 +101,7 @@ PointDistance to_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec
   // other, that would show in heights above the plane.
   if (longest > 0) n -= (n.dot(side) / longest) * side;
   const double length = n.norm();
-  const bool area = length > 1e-14 * longest;
+  const bool area = length > tolerance::no_area * longest;
   PointDistance above{};
   if (area) {
     const Vec3 unit = n / length;
@@ -118,7 +120,7 @@ PointDistance to_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec
     const Vec3 along = *e[1] - *e[0];
     const double distance = way.d.norm();
     // Next to a corner the edge has the more exact direction, though not a smaller distance.
-    if (any && !(distance < best.signed_distance * (1 + 1e-15 * (way.square - square)))) continue;
+    if (any && !(distance < best.signed_distance * (1 + tolerance::tie * (way.square - square)))) continue;
     any = true;
     square = way.square;
     Vec3 normal = Vec3::UnitX();
@@ -131,7 +133,7 @@ PointDistance to_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec
     best = {distance, way.from, normal};
   }
   // Over the rim to rounding: the direction between points that nearly touch is noise, the plane's normal is not.
-  if (area && (best.nearest - above.nearest).squaredNorm() <= 1e-30 * longest) {
+  if (area && (best.nearest - above.nearest).squaredNorm() <= tolerance::lost2 * longest) {
     best.signed_distance = above.signed_distance;
     best.normal = above.normal;
   }
@@ -180,7 +182,7 @@ SegmentDistance segment_distance(const Vec3& centre_a, const Vec3& half_a, const
   const double det = cross.squaredNorm();  // uu vv - uv^2 without its cancellation
   const auto best_s = [&](double t) { return std::clamp((t * uv - ru) * by_uu, -1.0, 1.0); };
   const auto best_t = [&](double s) { return std::clamp((s * uv + rv) * by_vv, -1.0, 1.0); };
-  const bool crossing = det > 1e-24 * uu * vv && det > 0;
+  const bool crossing = det > tolerance::parallel_lines2 * uu * vv && det > 0;
   double s = 0, t = 0;
   bool interior = false, sides = true;
   if (crossing) {
@@ -192,7 +194,7 @@ SegmentDistance segment_distance(const Vec3& centre_a, const Vec3& half_a, const
     // What rounding makes of either where they are nearly parallel is long; across the gap it shows only by the
     // other's.
     if (interior) t = best_t(s);
-    if (!interior && det > 1e-8 * uu * vv) {
+    if (!interior && det > tolerance::crossing2 * uu * vv) {
       // A convex quadratic over a square: from the best s of all to the best t for it, and where that is an end to the
       // best s for that (Ericson 2005, 5.1.9). Nearly parallel ones could end on the wrong side.
       t = best_t(std::clamp(s, -1.0, 1.0));
@@ -227,8 +229,9 @@ SegmentDistance segment_distance(const Vec3& centre_a, const Vec3& half_a, const
   if (std::abs(t) < 1) gap -= (gap.dot(half_b) * by_vv) * half_b;
   d.distance = gap.norm();
   const auto above_rounding = [&] {
-    if (d.distance * d.distance > 3e-30 * (r.squaredNorm() + uu + vv)) return true;  // without three roots
-    return d.distance > 1e-15 * (r.norm() + std::sqrt(uu) + std::sqrt(vv));
+    if (d.distance * d.distance > tolerance::lost_of_three2 * (r.squaredNorm() + uu + vv))
+      return true;  // without three roots
+    return d.distance > tolerance::lost * (r.norm() + std::sqrt(uu) + std::sqrt(vv));
   };
   // Of nearly parallel segments the product is small and askew: square to the longer, where its tilt would tell.
   const auto across = [&] {

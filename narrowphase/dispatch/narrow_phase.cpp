@@ -20,6 +20,7 @@
 #include "shapes/hull.h"
 #include "shapes/pair_order.h"
 #include "shapes/unit_vector.h"
+#include "tolerances.h"
 #include "triangles/triangle_axes.h"
 
 namespace tandem {
@@ -65,7 +66,7 @@ bool still_apart(const Shape& a, const Pose& pose_a, const Shape& b, const Pose&
   const double length = warm.direction.norm();
   if (!(length > 0)) return false;
   const double reach = a.size() + b.size() + (pose_b.translation - pose_a.translation).norm();
-  return separation(a, pose_a, b, pose_b, pose_a.rotation * unit(warm.direction, length)) > 1e-12 * reach;
+  return separation(a, pose_a, b, pose_b, pose_a.rotation * unit(warm.direction, length)) > tolerance::certain * reach;
 }
 
 /// The corners of a triangle that has three.

@@ -1,5 +1,5 @@
-#include "boxes/box_manifold.h"
 #include "tandem/narrowphase/several_pairs.h"
+#include "boxes/box_manifold.h"
 
 #include <algorithm>
 #include <array>
@@ -13,6 +13,7 @@
 #include "pairs/convex_pair.h"
 #include "pairs/simple_pairs.h"
 #include "shapes/pair_order.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {
@@ -95,7 +96,7 @@ class Boxes {
   bool append_patch(const PlacedPair& pair, std::size_t k, std::size_t patch, std::vector<Contact>& contacts,
                     PairAnswer& answer) const {
     const std::size_t first = contacts.size();
-    const bool reversed = rows_.sense[k] < 0, tilted = found_.axis[k] >= 6 && found_.facing[k] <= flush_face;
+    const bool reversed = rows_.sense[k] < 0, tilted = found_.axis[k] >= 6 && found_.facing[k] <= tolerance::flush_face;
     const Shape &a = reversed ? *pair.b : *pair.a, &b = reversed ? *pair.a : *pair.b;
     const Pose &pose_a = reversed ? *pair.pose_b : *pair.pose_a, &pose_b = reversed ? *pair.pose_a : *pair.pose_b;
     append_box_patch(found_.faces, k, patches_, patch, tilted, a.parameters(), pose_a, b.parameters(), pose_b,

@@ -13,6 +13,7 @@
 #include "shapes/pair_order.h"
 #include "shapes/support.h"
 #include "tandem/narrowphase/narrow_phase.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {
@@ -66,7 +67,8 @@ class Sweep {
     const auto reach = [](const Body& s) { return (s.mid.cwiseAbs() + s.half).maxCoeff(); };
     const auto skew = [](const Mat3& r) { return (r.transpose() * r - Mat3::Identity()).cwiseAbs().maxCoeff(); };
     // Rotations need not be quite orthonormal, and coordinates are rounded.
-    slack_ = radius + (1e-13 + 4 * (skew(a.rotation) + skew(b.rotation))) * (reach(a) + reach(b) + between.norm());
+    slack_ = radius + (tolerance::place_rounding + 4 * (skew(a.rotation) + skew(b.rotation))) *
+             (reach(a) + reach(b) + between.norm());
   }
 
   // The way until the first touch; `never` if there is none within the longest.
@@ -103,7 +105,7 @@ class Sweep {
   double convex_meet(const ConvexView& p, const ConvexView& q, double from, double until) const {
     constexpr int most_advances = 200;
     const NarrowPhaseOptions exact;
-    const double rounding = 1e-14 * (p.size + q.size + radius_);
+    const double rounding = tolerance::touch * (p.size + q.size + radius_);
     const Pose at_a{a_.rotation, Vec3::Zero()};
     double way = from;
     for (int i = 0; i < most_advances; ++i) {
@@ -116,7 +118,7 @@ class Sweep {
       const double next = way + gap / closing;
       if (!(next <= until)) {
         // The last bits of the end belong to it.
-        return next <= longest_ * (1 + 1e-12) ? std::min(next, until) : never;
+        return next <= longest_ * (1 + tolerance::end_of_way) ? std::min(next, until) : never;
       }
       if (next <= way) return way;
       way = next;
@@ -131,7 +133,7 @@ class Sweep {
     const Vec3 d = map_ * mid_b + shift_ - mid_a;
     double enter = 0, leave = until;
     const auto clip = [&](double offset, double extent, double speed) {
-      const double wide = extent + slack_ + 1e-15 * until * std::abs(speed);
+      const double wide = extent + slack_ + tolerance::outward * until * std::abs(speed);
       if (speed == 0) {
         if (std::abs(offset) > wide) leave = -1;
         return;
@@ -186,7 +188,7 @@ std::optional<double> NarrowPhase::time_of_impact(const Shape& a, const Pose& po
     if (now.signed_distance <= 0) return 0.0;
     if (!(closing > 0)) return std::nullopt;
     const double way = now.signed_distance / closing;
-    if (!(way <= longest * (1 + 1e-12))) return std::nullopt;
+    if (!(way <= longest * (1 + tolerance::end_of_way))) return std::nullopt;
     return time_of(way);
   }
 

@@ -2,6 +2,8 @@
 
 #include <limits>
 
+#include "tolerances.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "manifold/faces_along.cpp"
 #include <hwy/foreach_target.h>
@@ -26,8 +28,8 @@ void faces_along(const FaceTable& faces, const float (&d)[3], FaceBits& bits) {
     hn::Store(here, tag, along + i);
     most = hn::Max(most, here);
   }
-  // Two cosines of rounded vectors are off by less than 1e-6 together.
-  const auto enough = hn::Sub(hn::MaxOfLanes(tag, most), hn::Set(tag, 2e-6f));
+  constexpr auto cosine_rounding = static_cast<float>(tolerance::cosine_of_floats);
+  const auto enough = hn::Sub(hn::MaxOfLanes(tag, most), hn::Set(tag, cosine_rounding));
   for (std::size_t i = 0; i < faces.faces; i += lanes) {
     std::uint8_t some[8] = {};
     const auto are_faces = hn::FirstN(tag, faces.faces - i);

@@ -3,9 +3,9 @@
 #include <bit>
 #include <tuple>
 
-#include "lanes/constants.h"
 #include "manifold/faces_along.h"
 #include "shapes/hull.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {
@@ -16,7 +16,6 @@ constexpr int max_patch = max_clipped + 1;
 constexpr std::uint32_t witness_point = 0xffffffffu;  // deeper than all that clipping found
 constexpr double rim_lacks = 0.25;                    // what it may lack to the greatest depth, in `alike`
 constexpr double sharp = 0.96;                        // squared cosine: a tip of 11 degrees
-constexpr double flush = 1e-6;                        // an edge within this angle of the contact plane lies in it
 
 /// A face (3 or more corners, counterclockwise from outside), an edge or a point of a shape, in some frame. Or what a
 /// capsule that leans shows: the edge along its side, and beyond its end the point of the ball that reaches farthest.
@@ -77,7 +76,7 @@ void find_deepest_of_rim(double rho, double& x, double& y) {
   const bool diagonal = std::min(ax, ay) > 0.41421356 * std::max(ax, ay);
   const double cx = diagonal || ax > ay ? std::copysign(1.0, x) : 0.0;
   const double cy = diagonal || ay >= ax ? std::copysign(1.0, y) : 0.0;
-  const double step = power_below_root(1e-8 / rho);  // rho step^2 / 8 is what the depth lacks
+  const double step = power_below_root(tolerance::rim_lacks2 / rho);  // rho step^2 / 8 is what the depth lacks
   constexpr double to_whole = 0x1.8p52;
   const double t = ((cx * y - cy * x) / (cx * x + cy * y) / step + to_whole - to_whole) * step;
   const double length = std::sqrt((cx * cx + cy * cy) * (1 + t * t));
@@ -93,7 +92,7 @@ void add_circle(FlatFeature& f, double radius, double z, const Vec3& towards, bo
   const double width = counterclockwise ? radius : -radius;
   for (int i = 0; i < max_corners; ++i) f.add({radius * circle.x[i], width * circle.y[i], z});
   const double rho = std::sqrt(towards[0] * towards[0] + towards[1] * towards[1]);
-  if (!(rho > alike)) return;
+  if (!(rho > tolerance::alike)) return;
   double x = towards[0] / rho, y = std::copysign(1.0, width) * towards[1] / rho;
   find_deepest_of_rim(rho, x, y);
   const int before = corner_before(x, y);
@@ -148,9 +147,9 @@ FlatFeature best_face(const ConvexView& v, const Vec3& d) {
       // Unless it lies flat, what reaches farthest is beyond an end of the side's line, and the line's direction
       // another.
       const double h = 0.5 * v.param[1], r = v.param[0], rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
-      const bool leans = std::abs(d[2]) > flush;
+      const bool leans = std::abs(d[2]) > tolerance::flush;
       if (leans && d[2] > 0) f.add(Vec3(0, 0, h) + r * d);
-      if (rho > alike) {
+      if (rho > tolerance::alike) {
         const Vec3 side = leans ? Vec3(r * (d[0] / rho), r * (d[1] / rho), 0) : Vec3(r * d);
         f.add(Vec3(0, 0, h) + side);
         f.add(Vec3(0, 0, -h) + side);
@@ -228,7 +227,7 @@ FlatFeature flush_edge(const ConvexView& v, const Vec3& d) {
     case ShapeKind::box: {
       int along = -1, flat = 0;
       for (int k = 0; k < 3; ++k)
-        if (std::abs(d[k]) <= flush) along = k, ++flat;
+        if (std::abs(d[k]) <= tolerance::flush) along = k, ++flat;
       if (flat != 1) return f;
       Vec3 p = core_support(v, d);
       f.id = static_cast<std::uint32_t>(along);
@@ -240,18 +239,19 @@ FlatFeature flush_edge(const ConvexView& v, const Vec3& d) {
     }
     case ShapeKind::capsule:
     case ShapeKind::cylinder:
-      if (std::abs(d[2]) <= flush) return best_face(v, d);
+      if (std::abs(d[2]) <= tolerance::flush) return best_face(v, d);
       return f;
     case ShapeKind::cone: {
       const double r = v.param[0], length = v.param[1], rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
-      if (std::abs(length * d[2] - r * rho) <= flush * std::sqrt(r * r + length * length)) return best_face(v, d);
+      if (std::abs(length * d[2] - r * rho) <= tolerance::flush * std::sqrt(r * r + length * length))
+        return best_face(v, d);
       return f;
     }
     case ShapeKind::convex:
     case ShapeKind::triangle: {
       const double most = core_support(v, d).dot(d);
       for (const Vec3& p : v.vertices)
-        if (p.dot(d) >= most - flush * v.size) {
+        if (p.dot(d) >= most - tolerance::flush * v.size) {
           if (f.count == 2) {
             f.count = 0;
             return f;
@@ -357,7 +357,7 @@ int clip_faces(const FlatFeature& reference, const FlatFeature& incident, const 
       const Vec3 out = at - incident.ball;
       const double along = outward.dot(out), across2 = (out - along * outward).squaredNorm(),
                    radius2 = incident.radius * incident.radius;
-      if (incident.end.dot(out) > alike * incident.radius && across2 < radius2)
+      if (incident.end.dot(out) > tolerance::alike * incident.radius && across2 < radius2)
         at -= (along + std::sqrt(radius2 - across2)) * outward;
     }
     // Moving by the pair's depth separates them everywhere, so nowhere is it more.
@@ -376,7 +376,7 @@ int overlap_edges(const FlatFeature& a, const FlatFeature& b, const LocalAnswer&
                   PatchPoint* points) {
   const Vec3 along = a.corner[1] - a.corner[0], other = b.corner[1] - b.corner[0];
   const double length2 = along.squaredNorm();
-  if (!(length2 > 0) || along.cross(other).squaredNorm() > flush * flush * length2 * other.squaredNorm()) return 0;
+  if (!(length2 > 0) || along.cross(other).squaredNorm() > tolerance::flush2 * length2 * other.squaredNorm()) return 0;
   const double t0 = along.dot(b.corner[0] - a.corner[0]) / length2, t1 = along.dot(b.corner[1] - a.corner[0]) / length2;
   const double lo = std::max(std::min(t0, t1), 0.0), hi = std::min(std::max(t0, t1), 1.0);
   if (!(hi > lo)) return 0;
@@ -385,7 +385,7 @@ int overlap_edges(const FlatFeature& a, const FlatFeature& b, const LocalAnswer&
     const Vec3 on_a = a.corner[0] + t * along;
     const Vec3 on_b = b.corner[0] + std::clamp((t - t0) / (t1 - t0), 0.0, 1.0) * other;
     const double here = answer.normal.dot(on_a - on_b);
-    if (here < -margin - alike * size) continue;
+    if (here < -margin - tolerance::alike * size) continue;
     const double depth = std::max(std::min(here, -answer.signed_distance), -margin);
     const bool at_first = t == lo;
     const bool of_a = at_first ? std::min(t0, t1) <= 0 : std::max(t0, t1) >= 1;
@@ -414,7 +414,7 @@ int span_patch(PatchPoint* p, int count, const Vec3& normal, double size) {
     for (int k = i; k > 0 && before(p[k], p[k - 1]); --k) std::swap(p[k], p[k - 1]);
   if (count <= 2) return count;
   // The best of those not taken; a later one must be better by more than the slack.
-  const double slack = alike * size;
+  const double slack = tolerance::alike * size;
   bool taken[max_patch] = {};
   double most;
   const auto choose = [&](auto&& score) {
@@ -442,7 +442,7 @@ int span_patch(PatchPoint* p, int count, const Vec3& normal, double size) {
   const auto from_first = [&first](const PatchPoint& x) { return (x.at - first.at).norm(); };
   const int second = choose(from_first);
   const double length = most;
-  const Vec3 along = p[second].at - first.at, side = normal.cross(along / std::max(length, 1e-300));
+  const Vec3 along = p[second].at - first.at, side = normal.cross(along / std::max(length, tolerance::never_zero));
   const int third = choose([&](const PatchPoint& x) { return std::abs(side.dot(x.at - first.at)); });
   if (most <= thin * length) {
     // A strip this thin is an edge: its deepest end, and the deepest at the other.
@@ -480,7 +480,7 @@ void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePos
   const Vec3& n = answer.normal;
   PatchPoint points[max_patch];
   int count = 0;
-  const double slack = alike * (a.size + b.size);
+  const double slack = tolerance::alike * (a.size + b.size);
   const bool point_like = a.kind == ShapeKind::sphere || b.kind == ShapeKind::sphere ||
                           a.kind == ShapeKind::ellipsoid || b.kind == ShapeKind::ellipsoid;
   if (!point_like) {
@@ -490,7 +490,8 @@ void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePos
     const double flat_a = fa.is_face() ? fa.normal.dot(n) : 0, flat_b = fb.is_face() ? -fb.normal.dot(n) : 0;
     // Of two that are as flat A's carries the patch, but a leaning disc is clipped by a face that does not lean: its
     // deepest point must be among what is left.
-    const bool as_flat = std::abs(flat_a - flat_b) <= 1e-12, only_a_leans = as_flat && fa.rim >= 0 && fb.rim < 0;
+    const bool as_flat = std::abs(flat_a - flat_b) <= tolerance::alike_cosines;
+    const bool only_a_leans = as_flat && fa.rim >= 0 && fb.rim < 0;
     if (flat_a >= carries_patch && (as_flat || flat_a > flat_b) && !(only_a_leans && flat_b >= carries_patch)) {
       count = clip_faces(fa, fb, n, false, margin, -answer.signed_distance, slack, points);
     } else if (flat_b >= carries_patch) {
@@ -527,12 +528,13 @@ bool append_parallel_capsules(const SegmentDistance& axes, double radius_a, doub
                               double radius_b, double length_b, const Pose& pose_b, double margin,
                               std::vector<Contact>& contacts) {
   const Vec3 along = pose_a.rotation.col(2), other = pose_b.rotation.col(2);
-  if (along.cross(other).squaredNorm() > flush * flush || std::abs(axes.normal.dot(along)) > flush) return false;
+  if (along.cross(other).squaredNorm() > tolerance::flush2 || std::abs(axes.normal.dot(along)) > tolerance::flush)
+    return false;
   // From A's centre along its axis.
   const double centre = along.dot(pose_b.translation - pose_a.translation), sense = along.dot(other) >= 0 ? 0.5 : -0.5;
   const double ha = 0.5 * length_a, hb = 0.5 * length_b;
   const double lo = std::max(-ha, centre - hb), hi = std::min(ha, centre + hb);
-  if (!(hi - lo > flush * (length_a + length_b))) return false;
+  if (!(hi - lo > tolerance::flush * (length_a + length_b))) return false;
   const double depth = radius_a + radius_b - axes.distance;
   // The gap of the axes at A's centre, and how it changes along them: each end has its own place midway.
   const std::size_t first = contacts.size();
@@ -541,7 +543,7 @@ bool append_parallel_capsules(const SegmentDistance& axes, double radius_a, doub
     const Vec3 on_b = pose_b.translation - pose_a.translation + (end - centre) * (2 * sense) * other;
     const double here = radius_a + radius_b - axes.normal.dot(on_b - on_a);
     const Vec3 at = 0.5 * ((on_a + radius_a * axes.normal) + (on_b - radius_b * axes.normal));
-    if (here < -margin - alike * (length_a + length_b)) continue;
+    if (here < -margin - tolerance::alike * (length_a + length_b)) continue;
     contacts.push_back(
         {pose_a.translation + at, axes.normal, std::max(std::min(here, depth), -margin), end == lo ? 0u : 1u});
   }
@@ -556,7 +558,7 @@ void append_halfspace_manifold(const ConvexView& shape, const Pose& pose, const 
   double deepest = -infinity;
   for (int i = 0; i < f.count; ++i) {
     const double depth = offset - normal.dot(f.corner[i]);
-    if (depth < -margin - alike * shape.size) continue;
+    if (depth < -margin - tolerance::alike * shape.size) continue;
     const double kept = std::max(depth, -margin);
     deepest = std::max(deepest, kept);
     points[count++] = {f.corner[i] + 0.5 * depth * normal, kept,
@@ -564,7 +566,7 @@ void append_halfspace_manifold(const ConvexView& shape, const Pose& pose, const 
   }
   const Vec3 lowest = core_support(shape, -normal) - core_radius(shape) * normal;
   const double depth = offset - normal.dot(lowest);
-  if (depth > deepest + 1e-9 * shape.size) {
+  if (depth > deepest + tolerance::deeper * shape.size) {
     points[count++] = {lowest + 0.5 * depth * normal, depth, 0x80000000u};
   } else {
     // Of a disc's circle the corners stand for what lies between them.

@@ -3,13 +3,12 @@
 
 #include "closed_forms/closed_forms.h"
 #include "tandem/narrowphase/answer.h"
+#include "tolerances.h"
 
 namespace tandem {
 
 /// Cosine: a face within 1.1 degrees of the contact plane carries the patch.
 constexpr double carries_patch = 0.9998;
-/// And one within 1.4e-6 is as good as in it.
-constexpr double flush_face = 1 - 1e-12;
 /// Width of a contact patch to its length, up to which it counts as an edge.
 constexpr double thin = 0.005;
 /// Edges whose directions' cosine is no larger cross in one point.
@@ -25,10 +24,7 @@ struct PatchPoint {
   bool rim = false;  ///< the deepest of a disc that leans: it moves farther than the poses do
 };
 
-// Poses that differ by 1e-9 must give the same points. So what a patch's symmetry makes equal (depths, lengths, places
-// of corners) counts as equal within this, relative to the bodies' size, and a rule of its own decides: a threshold in
-// the middle of boxes exactly aligned, or resting on a face, would be crossed by rounding.
-constexpr double alike = 4e-9;
+using tolerance::alike;
 
 /// Contact points of two bounded convex shapes whose signed distance and normal are known: the face of one clipped
 /// by the face it lies on, or the stretch of two parallel edges, or one point; at most 4 that span the patch, each

@@ -5,13 +5,13 @@
 #include <cmath>
 
 #include "manifold/manifold.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {
 
 constexpr double opposing = -0.7;  // cosines of the angle between normals
 constexpr double one_side = -0.9999;
-constexpr double same_depth = 1e-6;  // of the size
 
 using Points = std::pmr::vector<Contact>;
 
@@ -26,7 +26,7 @@ void keep_widest(std::vector<Contact>& contacts, std::size_t first, double size)
   const std::span<Contact> p = std::span(contacts).subspan(first);
   const auto by_feature = [](const Contact& x, const Contact& y) { return x.feature < y.feature; };
   if (p.size() <= 1) return;
-  const double slack = alike * size;
+  const double slack = tolerance::alike * size;
   // What is told apart by less could be one of those kept before: the best but for rounding is less by up to `slack`.
   const double apart = 2 * slack;
   const Vec3 axis = p[0].normal, tie_break = uncommon(axis);
@@ -114,7 +114,7 @@ void PatchCollector::finish(const Vec3& centre, bool solid, std::vector<Contact>
   std::pmr::vector<Place> order(&memory_);
   order.reserve(all_.size());
   for (std::uint32_t i = 0; i < all_.size(); ++i)
-    order.push_back({std::round(all_[i].depth / (same_depth * size_)), all_[i].feature, i});
+    order.push_back({std::round(all_[i].depth / (tolerance::same_depth * size_)), all_[i].feature, i});
   std::sort(order.begin(), order.end(), [](const Place& x, const Place& y) {
     return x.depth != y.depth ? x.depth > y.depth : x.feature < y.feature;
   });
@@ -137,7 +137,7 @@ void PatchCollector::finish(const Vec3& centre, bool solid, std::vector<Contact>
     std::erase_if(patches, [&](const auto&) { return far[i++] != 0; });
   }
   // Of a sheet that lies on the surface rounding says which side it is on: one patch.
-  const double slack = alike * size_;
+  const double slack = tolerance::alike * size_;
   const auto only_touches = [&](const Points& patch) {
     return std::all_of(patch.begin(), patch.end(), [&](const Contact& c) { return std::abs(c.depth) <= slack; });
   };

@@ -8,6 +8,7 @@
 #include "shapes/mesh_model.h"
 #include "shapes/support_kernel.h"
 #include "shapes/unit_vector.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {
@@ -81,28 +82,24 @@ Vec3 from_to(const Vec3& a, const Pose& pose_a, const Vec3& b, const Pose& pose_
   return (pose_b.translation - pose_a.translation) + (pose_b.rotation * b - pose_a.rotation * a);
 }
 
-// Of sums like those below, relative to their terms.
-constexpr double sum_rounding = 1e-12;
-
 }  // namespace
 
 CentreTest test_centres(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin) {
-  // Rotations count as they are given, and are orthonormal to 1e-6 only: balls are ellipsoids.
-  constexpr double askew = 4e-6;
+  // Rotations count as they are given: balls are ellipsoids.
   // Most shapes' centres are their origins: nothing to turn then, and no root.
   const bool centred = is_centred(a) && is_centred(b);
   const Vec3 in_a = inner_centre(a), in_b = inner_centre(b);
   const Vec3 between = centred ? Vec3(pose_b.translation - pose_a.translation) : from_to(in_a, pose_a, in_b, pose_b);
   const double length2 = between.squaredNorm();
   const double offset = centred ? 0.0 : in_a.norm() + in_b.norm();
-  const double inner = (1 - askew) * (inner_radius(a) + inner_radius(b)) - sum_rounding * offset;
+  const double inner = (1 - tolerance::askew) * (inner_radius(a) + inner_radius(b)) - tolerance::certain * offset;
   if (inner > 0 && length2 < inner * inner) return {CentreTest::Verdict::overlapping};
 
   const double covered = reach(a, pose_a.rotation.transpose() * between, Reach::at_most) +
                          reach(b, -(pose_b.rotation.transpose() * between), Reach::at_most);
   const bool rooted = !centred || margin > 0;
   const double length = rooted ? std::sqrt(length2) : 0.0;
-  const double apart = length2 - covered - sum_rounding * (length2 + std::abs(covered) + length * offset);
+  const double apart = length2 - covered - tolerance::certain * (length2 + std::abs(covered) + length * offset);
   if (!(apart > margin * length)) return {};
   return {CentreTest::Verdict::apart, between};
 }
@@ -121,10 +118,9 @@ MeshGap test_hulls(const Shape& a, const Pose& pose_a, const Shape& b, const Pos
   const double covered = reach(hull_a, pose_a.rotation.transpose() * between, Reach::at_most) +
                          reach(hull_b, -(pose_b.rotation.transpose() * between), Reach::at_most);
   const double length = std::sqrt(length2);
-  // A point may lie outside its hull by 1e-12 of the size.
-  constexpr double outside = 4e-12;
-  const double slack = sum_rounding * (hull_a.inside.norm() + hull_b.inside.norm()) + outside * (a.size() + b.size());
-  const double apart = length2 - covered - sum_rounding * (length2 + std::abs(covered)) - length * slack;
+  const double slack = tolerance::certain * (hull_a.inside.norm() + hull_b.inside.norm()) +
+                       tolerance::outside_of_hull * (a.size() + b.size());
+  const double apart = length2 - covered - tolerance::certain * (length2 + std::abs(covered)) - length * slack;
   if (!(apart > 0)) return {};
   return {apart / length, between / length};
 }

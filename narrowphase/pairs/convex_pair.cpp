@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "closed_forms/closed_forms.h"
-#include "lanes/constants.h"
 #include "manifold/manifold.h"
 #include "pairs/gjk_pair.h"
 #include "pairs/methods.h"
@@ -14,6 +13,7 @@
 #include "pairs/solver_table.h"
 #include "peers/peer_solvers.h"
 #include "shapes/pair_order.h"
+#include "tolerances.h"
 #include "triangles/triangle_distance.h"
 
 namespace tandem {
@@ -108,7 +108,7 @@ namespace {
 
 /// Whether this is a capsule so short beside what a pair reaches over (metres) that rounding swallows its axis.
 bool axis_is_lost(const ConvexView& view, double reach) {
-  return view.kind == ShapeKind::capsule && view.param[1] <= 1e-15 * reach;
+  return view.kind == ShapeKind::capsule && view.param[1] <= tolerance::lost * reach;
 }
 
 /// Whether this is an ellipsoid whose radii are the same but for rounding. As such it would have its least depth in
@@ -181,7 +181,7 @@ PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexVie
   }
   if (is_round(a)) return solve_convex(ball_of(a), pose_a, b, pose_b, request, options, contacts, warm);
   if (is_round(b)) return solve_convex(a, pose_a, ball_of(b), pose_b, request, options, contacts, warm);
-  const double accepted = std::max(options.tolerance, 1e-9) * size;
+  const double accepted = std::max(options.tolerance, tolerance::accepted_error) * size;
   Vec3 from;
   const Vec3* start = nullptr;
   if (warm != nullptr && warm->direction.allFinite() && !warm->direction.isZero(0)) {

@@ -4,9 +4,9 @@
 
 #include "convex/portal.h"
 #include "convex/projection.h"
-#include "lanes/constants.h"
 #include "round/feature_search.h"
 #include "round/round_depth.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {
@@ -68,7 +68,7 @@ LocalAnswer round_signed_distance(const MinkowskiDifference& d, const Vec3* star
   answer.signed_distance = -s.h - ra - rb;
   answer.point_a = s.point[0] + ra * s.n;
   answer.point_b = -s.point[1] - rb * s.n;
-  answer.gap = gap <= 1e-13 * pair.scale ? 0 : gap;
+  answer.gap = gap <= tolerance::no_gap * pair.scale ? 0 : gap;
   return answer;
 }
 

@@ -9,6 +9,7 @@
 #include "manifold/manifold.h"
 #include "shapes/pair_order.h"
 #include "shapes/unit_vector.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {
@@ -16,9 +17,8 @@ namespace {
 /// length - reach <= 0 from the squared length: a root only where rounding could decide.
 bool within(double length2, double reach) {
   const double reach2 = reach * reach;
-  constexpr double close = 1e-15;
-  if (length2 < reach2 * (1 - close)) return true;
-  if (length2 > reach2 * (1 + close)) return false;
+  if (length2 < reach2 * (1 - tolerance::squares_rounding)) return true;
+  if (length2 > reach2 * (1 + tolerance::squares_rounding)) return false;
   return std::sqrt(length2) - reach <= 0;
 }
 
@@ -47,7 +47,7 @@ double difference(const double (&a)[n], const double (&b)[n]) {
   const Vec3 r = -centre_b;
   const double uu = half_a.squaredNorm(), vv = half_b.squaredNorm(), uv = half_a.dot(half_b);
   const double ru = r.dot(half_a), rv = r.dot(half_b), det = uu * vv - uv * uv;
-  if (!(det > clearly_crossing * (uu * vv) && det > shortest_squared)) return false;
+  if (!(det > clearly_crossing * (uu * vv) && det > tolerance::shortest_squared)) return false;
   // The best s of all; the best t for it; where that is an end, the best s for that, else the same (Ericson
   // 2005, 5.1.9).
   const double by_uu = 1 / uu, by_vv = 1 / vv;
@@ -56,14 +56,15 @@ double difference(const double (&a)[n], const double (&b)[n]) {
   const bool inside_a = std::abs(s) < 1, inside_b = std::abs(t) < 1, inside = inside_a && inside_b;
   Vec3 gap = t * half_b - s * half_a - r;
   // Inside a segment the way is square to it, whatever is left of a small difference.
-  if (gap.squaredNorm() < 1e-4 * (r.squaredNorm() + uu + vv)) {
+  if (gap.squaredNorm() < tolerance::short_gap2 * (r.squaredNorm() + uu + vv)) {
     gap -= ((inside_a ? by_uu : 0.0) * gap.dot(half_a)) * half_a;
     gap -= ((inside_b ? by_vv : 0.0) * gap.dot(half_b)) * half_b;
   }
   // Inside both it is square to both, also where they cross.
   const Vec3 way = inside ? Vec3(half_a.cross(half_b)) : gap, from = inside ? Vec3(-r) : gap;
   const double length2 = way.squaredNorm();
-  if (!(length2 > (inside ? shortest_squared : 3e-30 * (r.squaredNorm() + uu + vv)))) return false;
+  if (!(length2 > (inside ? tolerance::shortest_squared : tolerance::lost_of_three2 * (r.squaredNorm() + uu + vv))))
+    return false;
   // The length divides last: the distance does not wait for the normal.
   const double along = way.dot(from), length = std::sqrt(length2);
   d.distance = std::abs(along) / length;
@@ -113,7 +114,7 @@ void append_boxes(const HalfSize& half_a, const Pose& pose_a, const HalfSize& ha
   const std::size_t first = contacts.size();
   if (answer.axis >= 0 && (answer.axis < 6 || answer.facing >= carries_patch)) {
     append_box_manifold(half_a, pose_a, half_b, pose_b, answer, margin, contacts);
-    const bool flush = answer.axis < 6 || answer.facing > flush_face;
+    const bool flush = answer.axis < 6 || answer.facing > tolerance::flush_face;
     if (flush && answer.local.signed_distance <= 0 && contacts.size() > first) {
       answer_by_deepest(std::span(contacts).subspan(first), answer.local.signed_distance, r);
       return;
@@ -123,7 +124,7 @@ void append_boxes(const HalfSize& half_a, const Pose& pose_a, const HalfSize& ha
   if (contacts.size() > first) return;
   // Two edges that touch across each other meet in one point.
   const bool edges_alone = answer.axis >= 6 && answer.edges_cosine <= clearly_crossing && answer.facing < carries_patch;
-  const bool rounded_off = answer.axis >= 0 && (answer.axis < 6 || answer.facing > flush_face);
+  const bool rounded_off = answer.axis >= 0 && (answer.axis < 6 || answer.facing > tolerance::flush_face);
   if (!edges_alone && !rounded_off)
     append_manifold(view_box(half_a), view_box(half_b), relative(pose_a, pose_b), answer.local, margin, pose_a,
                     contacts);
@@ -147,7 +148,7 @@ PairAnswer solve_spheres(double radius_a, const Vec3& a, double radius_b, const 
   r.point_b = b - radius_b * r.normal;
   // Clearly apart: known before the root is.
   const double far = reach + margin;
-  if (request == Request::contacts && length2 > far * far * (1 + 1e-12)) return r;
+  if (request == Request::contacts && length2 > far * far * (1 + tolerance::certain)) return r;
   r.collide = r.signed_distance <= 0;
   if (request == Request::contacts) append_single(r, margin, contacts);
   return r;

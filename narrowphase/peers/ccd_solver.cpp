@@ -1,6 +1,7 @@
 #include <ccd/ccd.h>
 
 #include "peers/peer_solvers.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {
@@ -32,7 +33,7 @@ ccd_t settings() {
   s.support1 = s.support2 = support;
   s.center1 = s.center2 = centre;
   s.max_iterations = 200;
-  s.epa_tolerance = s.mpr_tolerance = s.dist_tolerance = 1e-10;
+  s.epa_tolerance = s.mpr_tolerance = s.dist_tolerance = tolerance::peer_accuracy;
   return s;
 }
 
@@ -53,7 +54,8 @@ std::optional<LocalAnswer> ccd_depth(const ConvexView& a, const ConvexView& b, c
                             : ccdGJKPenetration(&pa, &pb, &s, &depth, &direction, &position);
   if (failed != 0) return std::nullopt;
   const Vec3 n{direction.v[0], direction.v[1], direction.v[2]}, at{position.v[0], position.v[1], position.v[2]};
-  if (!(std::abs(n.norm() - 1) < 1e-6) || !std::isfinite(depth) || !at.allFinite()) return std::nullopt;
+  if (!(std::abs(n.norm() - 1) < tolerance::peer_normal) || !std::isfinite(depth) || !at.allFinite())
+    return std::nullopt;
   return LocalAnswer{-depth, at + 0.5 * depth * n, at - 0.5 * depth * n, n, 0};
 }
 

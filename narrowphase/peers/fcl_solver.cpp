@@ -6,6 +6,7 @@
 
 #include "peers/peer_solvers.h"
 #include "shapes/hull.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {
@@ -76,7 +77,7 @@ std::optional<LocalAnswer> fcl_signed_distance(const ConvexView& a, const Convex
   if (!ga || !gb) return std::nullopt;
   try {
     fcl::DistanceRequestd request(true, true);
-    request.distance_tolerance = 1e-10;
+    request.distance_tolerance = tolerance::peer_accuracy;
     fcl::DistanceResultd result;
     fcl::distance(ga.get(), fcl::Transform3d::Identity(), gb.get(), transform(pose.rotation, pose.translation), request,
                   result);

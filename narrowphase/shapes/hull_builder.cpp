@@ -13,6 +13,7 @@
 
 #include "shapes/hull_rays.h"
 #include "shapes/support_kernel.h"
+#include "tolerances.h"
 
 extern "C" {
 #include <libqhull_r/qhull_ra.h>
@@ -58,7 +59,7 @@ Frame find_frame(std::span<const Vec3> p) {
   const auto [second, d2] = farthest([&](const Vec3& v) { return v.cross(e1).norm(); });
   f.extent[1] = d2;
   Vec3 e2 = second - e1 * e1.dot(second);
-  e2 = d2 > flat_hull * d1 ? Vec3((e2 - e1 * e1.dot(e2)).normalized()) : any_normal(e1);
+  e2 = d2 > tolerance::flat_hull * d1 ? Vec3((e2 - e1 * e1.dot(e2)).normalized()) : any_normal(e1);
   const Vec3 e3 = e1.cross(e2).normalized();
   f.extent[2] = farthest([&](const Vec3& v) { return std::abs(v.dot(e3)); }).second;
   f.axes << e1.transpose(), e2.transpose(), e3.transpose();
@@ -244,12 +245,11 @@ void extend_offset(const Hull& hull, Hull::Face& face) {
   extend(hull.vertices[support_kernel()(hull.support, hull.vertices.data(), face.normal.data())]);
 }
 
-// Planes are off from their faces by the hull's own rounding, a thousand times smaller than what is left out here.
 double inner_radius(const Hull& hull) {
   double least = std::numeric_limits<double>::infinity(), reach = 0;
   for (const Hull::Face& f : hull.faces) least = std::min(least, f.offset - f.normal.dot(hull.inside));
   for (const Vec3& v : hull.vertices) reach = std::max(reach, v.norm());
-  return std::max(0.0, least - 1e-9 * reach);
+  return std::max(0.0, least - tolerance::inner_ball_lacks * reach);
 }
 
 FaceTable make_face_table(const Hull& hull) {
@@ -316,7 +316,7 @@ Hull assemble(std::span<const Vec3> p, int dimension, const std::vector<std::uin
 Hull build_hull(std::span<const Vec3> points) {
   if (points.empty()) throw std::invalid_argument("hull: no points; at least one is needed");
   const Frame f = find_frame(points);
-  const double limit = flat_hull * f.extent[0];
+  const double limit = tolerance::flat_hull * f.extent[0];
   if (f.extent[0] == 0) return assemble(points, 0, {f.origin}, {}, Vec3::Zero());
 
   if (f.extent[1] <= limit) {

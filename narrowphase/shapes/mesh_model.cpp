@@ -11,6 +11,7 @@
 
 #include "shapes/hull.h"
 #include "shapes/hull_builder.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {
@@ -120,8 +121,7 @@ void weld_seams(const MeshModel& mesh, std::vector<std::uint32_t>& first) {
   ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
 
   using Cell = std::array<std::int64_t, 3>;
-  const double tolerance =
-      seam_ulps * std::numeric_limits<double>::epsilon() * (mesh.centre.cwiseAbs() + mesh.half).maxCoeff();
+  const double tolerance = seam_ulps * epsilon * (mesh.centre.cwiseAbs() + mesh.half).maxCoeff();
   if (ends.empty() || !(tolerance > 0)) return;
   const auto cell = [&](const Vec3& p) {
     const Vec3 q = (p / (2 * tolerance)).array().floor();
@@ -218,7 +218,7 @@ double six_volumes(const MeshModel& mesh) {
 
 void require_outward(const MeshModel& mesh) {
   const double volumes = six_volumes(mesh);
-  if (volumes < -1e-12 * mesh.half.squaredNorm() * mesh.half.norm())
+  if (volumes < -tolerance::inside_out * mesh.half.squaredNorm() * mesh.half.norm())
     refuse("solid, but its volume is " + std::to_string(volumes / 6) +
            "; it must not be negative (triangles counterclockwise seen from outside)");
 }
@@ -228,7 +228,7 @@ void require_outward(const MeshModel& mesh) {
 bool is_own_hull(const MeshModel& mesh) {
   const Hull& hull = mesh.hull;
   if (hull.dimension < 3) return false;
-  const double flat = 1e-13 * 2 * mesh.half.norm();
+  const double flat = tolerance::flat_hull * 2 * mesh.half.norm();
   double of_hull = 0, of_mesh = 0;
   for (const Hull::Face& f : hull.faces)
     for (std::uint32_t k = 2; k < f.count; ++k)
@@ -247,7 +247,7 @@ bool is_own_hull(const MeshModel& mesh) {
         if (n.dot(v - p) > flat * area) return false;
     }
   }
-  if (!(std::abs(of_mesh - of_hull) <= 1e-9 * of_hull)) return false;
+  if (!(std::abs(of_mesh - of_hull) <= tolerance::same_area * of_hull)) return false;
   std::vector<std::uint8_t> known(mesh.vertices.size(), 0);
   for (const std::uint32_t v : mesh.extreme) known[v] = 1;
   for (const auto& t : mesh.triangles)
@@ -384,7 +384,7 @@ class HierarchyBuilder {
   // The middle and half of an interval, rounded outward; `away` is how far from the origin the centre lies.
   void store(double low, double high, double away, float& mid, float& half) const {
     mid = static_cast<float>((low + high) / 2);
-    const double pad = 1e-15 * (1 + away / mesh_.unit);
+    const double pad = tolerance::outward * (1 + away / mesh_.unit);
     const double exact = std::max(high - mid, mid - low) + pad;
     half = std::nextafter(static_cast<float>(exact), std::numeric_limits<float>::infinity());
   }
@@ -402,7 +402,7 @@ class HierarchyBuilder {
       return std::min(static_cast<std::size_t>(x * static_cast<double>(bins)), bins - 1);
     };
     for (int axis = 0; axis < 3 && level < last_binned_level; ++axis) {
-      if (!(width[axis] > 1e-12)) continue;
+      if (!(width[axis] > tolerance::no_extent)) continue;
       std::array<Extent, bins> box;
       std::array<std::uint32_t, bins> count{};
       for (std::uint32_t k = r.begin; k < r.end; ++k) {

@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "tolerances.h"
+
 namespace tandem {
 
 namespace {
@@ -33,14 +35,14 @@ void require_valid(const Pose& pose, std::string_view what) {
                "; it must be finite");
   }
   const double off = skewness(pose.rotation);
-  if (!(off <= 2e-6)) refuse("rotation is off from orthonormal by " + written(off) + "; at most 2e-6 is allowed");
+  if (!(off <= tolerance::skew_allowed))
+    refuse("rotation is off from orthonormal by " + written(off) + "; at most 2e-6 is allowed");
   if (!(pose.rotation.determinant() > 0)) refuse("rotation has determinant -1; it must be +1, not a reflection");
 }
 
 Pose orthonormalized(const Pose& pose) {
-  constexpr double rounding = 1e-14;
   Pose out = pose;
-  if (skewness(pose.rotation) <= rounding) return out;
+  if (skewness(pose.rotation) <= tolerance::orthonormal) return out;
   // The polar factor (Higham, Computing the Polar Decomposition, 1986): each round squares what is left.
   for (int i = 0; i < 3; ++i) out.rotation *= 1.5 * Mat3::Identity() - 0.5 * out.rotation.transpose() * out.rotation;
   return out;

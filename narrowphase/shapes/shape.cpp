@@ -7,19 +7,17 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "lanes/constants.h"
 #include "shapes/hull.h"
 #include "shapes/hull_builder.h"
 #include "shapes/mesh_model.h"
 #include "shapes/support_kernel.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {
 
-// Outside these bounds the solvers' products of several lengths would leave the range of a double. A length may be 0
-// where the kind allows it.
+// A length may be 0 where the kind allows it.
 constexpr double longest = 1e30;
-constexpr double shortest = 1e-30;
 constexpr double open_side = 1e300;
 constexpr double pi = std::numbers::pi;
 
@@ -31,11 +29,12 @@ constexpr double pi = std::numbers::pi;
 }
 
 void require_positive(std::string_view field, double value) {
-  if (!(value >= shortest && value <= longest)) refuse(field, value, "> 0, from 1e-30 to 1e30");
+  if (!(value >= tolerance::shortest_length && value <= longest)) refuse(field, value, "> 0, from 1e-30 to 1e30");
 }
 
 void require_not_negative(std::string_view field, double value) {
-  if (!(value == 0 || (value >= shortest && value <= longest))) refuse(field, value, "0, or from 1e-30 to 1e30");
+  if (!(value == 0 || (value >= tolerance::shortest_length && value <= longest)))
+    refuse(field, value, "0, or from 1e-30 to 1e30");
 }
 
 void require_number(std::string_view field, double value) {
@@ -52,7 +51,8 @@ void require_vertices(std::string_view what, std::span<const Vec3> vertices) {
 
 /// Points may coincide, but not lie apart by less than can be reckoned with.
 void require_extent(std::string_view what, double size) {
-  if (size > 0 && size < shortest) refuse(std::string(what) + ": extent of the vertices", size, "0, or at least 1e-30");
+  if (size > 0 && size < tolerance::shortest_length)
+    refuse(std::string(what) + ": extent of the vertices", size, "0, or at least 1e-30");
 }
 
 MassProperties symmetric(double volume, double xx, double yy, double zz, double z = 0) {
@@ -87,7 +87,7 @@ class VolumeSum {
   }
 
   bool finish(double size, MassProperties& mass) const {
-    if (!(volume_ > 1e-9 * size * size * size)) return false;
+    if (!(volume_ > tolerance::no_volume * size * size * size)) return false;
     const Vec3 c = first_ / volume_;
     const Mat3 spread = second_ - volume_ * c * c.transpose();
     mass = {volume_, base_ + c, spread.trace() * Mat3::Identity() - spread};
@@ -215,7 +215,7 @@ Shape::Shape(const HalfSpace& s) : kind_(ShapeKind::halfspace) {
   for (int k = 0; k < 3; ++k) require_number("halfspace: normal[" + std::to_string(k) + "]", s.normal[k]);
   require_number("halfspace: offset", s.offset);
   const double length = s.normal.stableNorm();
-  if (!(length >= 1e-100)) refuse("halfspace: length of normal", length, "at least 1e-100");
+  if (!(length >= tolerance::shortest_normal)) refuse("halfspace: length of normal", length, "at least 1e-100");
   // One that is unit to rounding stays as it is: what was written is read back as the same bits.
   const bool is_unit = std::abs(length - 1) <= 4 * epsilon;
   const Vec3 n = is_unit ? s.normal : (s.normal / length).normalized();

@@ -60,7 +60,7 @@ inline Vec3 core_vertex(const ConvexView& v, std::uint32_t vertex) {
 
 /// What takes a vector `rho` long in the plane of a disc to its rim. Seen along its axis all of a disc reaches as far,
 /// and one that is so nearly is its centre: such a vector's length is not known.
-inline double onto_rim(double radius, double rho) { return rho > shortest_squared ? radius / rho : 0.0; }
+inline double onto_rim(double radius, double rho) { return rho > tolerance::shortest_squared ? radius / rho : 0.0; }
 
 /// A point of the core farthest along d (no shorter than 1e-100), in the shape's frame.
 inline SupportPoint core_support_point(const ConvexView& v, const Vec3& d, SupportKernel kernel) {

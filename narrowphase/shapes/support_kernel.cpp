@@ -13,8 +13,8 @@
 #include <hwy/highway.h>
 
 #include "lanes/cpu_dispatch.h"
-
 #include "shapes/support_search-inl.h"
+#include "tolerances.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
@@ -35,7 +35,7 @@ std::uint32_t most_along(const Hull& hull, const double* d) {
 double reach(const SupportMap& map, const double* d) {
   const hn::CappedTag<float, 8> tag;
   const double longest = std::max({std::abs(d[0]), std::abs(d[1]), std::abs(d[2])});
-  if (!(longest > 1e-25 && longest < 1e25)) return std::numeric_limits<double>::infinity();
+  if (!(longest > tolerance::shortest_in_floats && longest < 1e25)) return std::numeric_limits<double>::infinity();
   const SupportMap::Range range = map.candidates(d[0], d[1], d[2]);
   const SupportMap::Block* const b = map.blocks() + range.first;
   const float fx = static_cast<float>(d[0]), fy = static_cast<float>(d[1]), fz = static_cast<float>(d[2]);

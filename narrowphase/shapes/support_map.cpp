@@ -5,6 +5,8 @@
 #include <limits>
 #include <numeric>
 
+#include "tolerances.h"
+
 namespace tandem {
 namespace {
 
@@ -41,9 +43,9 @@ SupportMap::SupportMap(std::span<const Vec3> vertices, const Vec3& middle) : mid
   const Vec3 reach = (hi - middle_).cwiseMax(middle_ - lo);
   if (reach.maxCoeff() > 0) unit_ = std::ldexp(1.0, std::ilogb(reach.maxCoeff()));
   for (int k = 0; k < 3; ++k) {
-    // Two values, each of three products of two rounded numbers and two sums, are off by at most 10 units of single
-    // precision; those in double by 10 of theirs, about the shape's origin. The last keeps clear of denormal numbers.
-    const double slack = (0x1p-20 * reach[k] + 0x1p-49 * most[k]) / unit_ + 1e-18;
+    // Values in double precision are about the shape's origin.
+    const double rounding = tolerance::support_of_floats * reach[k] + tolerance::support_of_doubles * most[k];
+    const double slack = rounding / unit_ + tolerance::clear_of_denormals;
     slack_[static_cast<std::size_t>(k)] = static_cast<float>(1.001 * slack);
   }
   const auto append = [&](std::span<const std::uint32_t> kept) {
@@ -60,7 +62,7 @@ SupportMap::SupportMap(std::span<const Vec3> vertices, const Vec3& middle) : mid
     return;
   }
   // Beaten by more than any rounding of a dot product: the answer is that of a scan of all vertices, bit for bit.
-  const double margin = 32 * std::numeric_limits<double>::epsilon() * most.maxCoeff();
+  const double margin = 32 * epsilon * most.maxCoeff();
   std::vector<std::array<double, 3>> along(n);
   chambers_.resize(64);
   for (unsigned code = 0; code < 64; ++code) {

@@ -14,6 +14,7 @@
 #include <limits>
 
 #include "shapes/support_map.h"
+#include "tolerances.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
@@ -28,7 +29,7 @@ HWY_INLINE std::uint32_t farthest_point(const SupportMap& map, const Place& plac
   const SupportMap::Block* const first = map.blocks() + range.first;
   double sx = x, sy = y, sz = z;
   const double longest = std::max({std::abs(x), std::abs(y), std::abs(z)});
-  if (!(longest > 1e-25 && longest < 1e25)) {
+  if (!(longest > tolerance::shortest_in_floats && longest < 1e25)) {
     const int e = longest > 0 && longest < std::numeric_limits<double>::infinity() ? -std::ilogb(longest) : 0;
     sx = std::ldexp(x, e), sy = std::ldexp(y, e), sz = std::ldexp(z, e);
   }

@@ -6,6 +6,7 @@
 #include <optional>
 #include <variant>
 
+#include "tolerances.h"
 #include "triangles/exact_number.h"
 
 namespace tandem {
@@ -258,8 +259,6 @@ struct Difference {
   double off;
 };
 
-constexpr double rounding = 2e-15;  // of a determinant of rounded differences, relative to its permanent
-
 // Cross product of differences, its error, and the sum of the products' sizes.
 struct Area {
   Vec3 n, size;
@@ -270,13 +269,15 @@ struct Area {
     const Vec3 x = u.v.cwiseAbs(), y = v.v.cwiseAbs();
     size = {x[1] * y[2] + x[2] * y[1], x[2] * y[0] + x[0] * y[2], x[0] * y[1] + x[1] * y[0]};
   }
-  double error(Eigen::Index k) const { return rounding * size[k] + off + std::numeric_limits<double>::min(); }
+  double error(Eigen::Index k) const {
+    return tolerance::permanent_rounding * size[k] + off + std::numeric_limits<double>::min();
+  }
   int sign(Eigen::Index k) const { return certain_sign(n[k], error(k)); }
   /// Of the product with w.
   int sign(const Difference& w) const {
     const double reach = w.v.lpNorm<1>() + 3 * w.off;
-    return certain_sign(n.dot(w.v), rounding * size.dot(w.v.cwiseAbs()) + 1.01 * (w.off * size.sum() + off * reach) +
-                                        std::numeric_limits<double>::min());
+    return certain_sign(n.dot(w.v), tolerance::permanent_rounding * size.dot(w.v.cwiseAbs()) +
+                                        1.01 * (w.off * size.sum() + off * reach) + std::numeric_limits<double>::min());
   }
 };
 
@@ -326,7 +327,7 @@ class PairSigns {
     if (i >= 3 && j >= 3) {
       // Not the difference of the places in A's frame: their errors would be those of B's distance, not of its size.
       const Vec3 d = b_[j - 3] - b_[i - 3];
-      return {test_.map() * d, 64 * std::numeric_limits<double>::epsilon() * d.lpNorm<1>()};
+      return {test_.map() * d, 64 * epsilon * d.lpNorm<1>()};
     }
     return i < 3 ? Difference{c_[j - 3] - a_[i], test_.delta()} : Difference{a_[j] - c_[i - 3], test_.delta()};
   }
@@ -339,7 +340,7 @@ class PairSigns {
       for (std::size_t k = 0; k < 3; ++k) {
         const Vec3 e = difference(3 * t + k, 3 * t + next(k)).v;
         const Vec3 d = e.cross(area_[t].n);
-        const double bound = d.lpNorm<1>() * (2 * test_.delta() + 2e-15 * span);
+        const double bound = d.lpNorm<1>() * (2 * test_.delta() + tolerance::permanent_rounding * span);
         double low_a = 0, high_a = 0, low_b = std::numeric_limits<double>::infinity(), high_b = -low_b;
         for (std::size_t i = 0; i < 3; ++i) {
           const double x = d.dot(a_[i] - a_[0]), y = d.dot(c_[i] - a_[0]);
@@ -440,7 +441,7 @@ TriangleTest::TriangleTest(const Pose& pose_a, const Pose& pose_b, double reach_
   const Vec3 between = pose_b.translation - pose_a.translation;
   map_ = inverse * pose_b.rotation;
   shift_ = inverse * between;
-  delta_ = 64 * std::numeric_limits<double>::epsilon() * (3 * reach_b + between.lpNorm<1>());
+  delta_ = 64 * epsilon * (3 * reach_b + between.lpNorm<1>());
 }
 
 TriangleTest::~TriangleTest() = default;
@@ -462,7 +463,8 @@ bool TriangleTest::operator()(const Corners& a, const Corners& b, const Corners&
   if ((low_a - high_c).cwiseMax(low_c - high_a).maxCoeff() > delta_) return false;
   const Vec3 low = low_a.cwiseMin(low_c), high = high_a.cwiseMax(high_c);
   const double span = (high - low).maxCoeff();
-  const double bound = span * span * (of_places() + of_rounding * span) + std::numeric_limits<double>::min();
+  const double bound =
+      span * span * (of_places() + tolerance::determinant_rounding * span) + std::numeric_limits<double>::min();
 
   const auto slowly = [&] { return PairSigns(*this, a, b, c).meet(); };
   const Vec3 normal_b = (c[1] - c[0]).cross(c[2] - c[0]);

@@ -24,10 +24,9 @@ class TriangleTest {
   double delta() const { return delta_; }
 
   /// Where coordinates of both triangles differ by `span` at most, a determinant of three differences of places is
-  /// wrong by less than span² (of_places() + of_rounding span): every difference is wrong by 2 delta plus its rounding,
-  /// the determinant by less than 6 span² (6 delta + 10 u span), u = 2^-53.
+  /// wrong by less than span² (of_places() + tolerance::determinant_rounding span): every difference is wrong by 2
+  /// delta plus its rounding, the determinant by less than 6 span² (6 delta + 10 u span), u = 2^-53.
   double of_places() const { return 48 * delta_; }
-  static constexpr double of_rounding = 1e-14;
 
   /// Triangle `a` in A's frame, `b` in B's, and the same corners of B through in_a().
   bool operator()(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b, const std::array<Vec3, 3>& b_in_a);

@@ -5,13 +5,14 @@
 #include <limits>
 
 #include "shapes/support.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {
 
 /// Separations along axes of any length are products of up to three lengths: what their terms may lose, relative to
 /// those. A dozen times what was ever seen.
-constexpr double rounding = 64 * std::numeric_limits<double>::epsilon();
+constexpr double rounding = 64 * epsilon;
 
 /// B's corners in A's frame and the largest number that took part.
 double place(std::span<const Vec3, 3> b, const Pose& pose_a, const Pose& pose_b, Vec3* out) {

@@ -2,18 +2,11 @@
 
 #include <bit>
 
-#include "lanes/constants.h"
+#include "tolerances.h"
 #include "triangles/triangle_kernel.h"
 
 namespace tandem {
 namespace {
-
-// Squared sine of the angle between the two shorter sides of a triangle that has no exact normal.
-constexpr double nearly_flat = 1e-6;
-// Squared sine of edges that make no axis of their own, for its face is narrower than rounding.
-constexpr double parallel_edges = 1e-26;
-// Corners that lie as deep as the deepest, and points that lie over a face, relative to the size.
-constexpr double level = 1e-14;
 
 constexpr int next[3] = {1, 2, 0}, last[3] = {2, 0, 1};
 
@@ -51,7 +44,9 @@ struct TriangleSides {
       n2 = n.squaredNorm();
     }
     const double longest = std::max({length2[0], length2[1], length2[2]});
-    if (!(longest < 1e60 && n2 > nearly_flat * length2[next[i]] * length2[last[i]] && n2 > 1e-120)) return false;
+    if (!(longest < 1e60 && n2 > tolerance::slanting2 * length2[next[i]] * length2[last[i]] &&
+          n2 > tolerance::least_area2))
+      return false;
     area2 = std::sqrt(n2);
     normal = n / area2;
     return true;
@@ -316,7 +311,7 @@ void take_products(const A& a, const TriangleSides& b, const EdgeProducts& produ
     double e2f2;
     const Vec3 n = product(k / 4, k % 4, e2f2);
     const double length2 = n.squaredNorm();
-    if (!(length2 > parallel_edges * e2f2)) continue;
+    if (!(length2 > tolerance::parallel_sides2 * e2f2)) continue;
     const double distance = apart_along(a, b, n / std::sqrt(length2)).distance;
     axis.doubtful = std::max(axis.doubtful, distance + 16 * epsilon * reach * std::sqrt(e2f2 / length2));
   }
@@ -395,7 +390,7 @@ bool solve(const A& a, const TriangleSides& b, const MinkowskiDifference& d, dou
   answer.signed_distance = axis.distance;
   answer.normal = axis.normal;
   if (axis.distance > beyond) return true;
-  if (!(axis.doubtful > axis.distance) && witness(a, b, axis, level * size, answer)) return true;
+  if (!(axis.doubtful > axis.distance) && witness(a, b, axis, tolerance::over_face * size, answer)) return true;
   if (!(axis.distance > 0)) return false;
   const Way way = nearest_edges(a, b);
   const double length = way.d.norm();
@@ -405,7 +400,7 @@ bool solve(const A& a, const TriangleSides& b, const MinkowskiDifference& d, dou
   answer.point_a = way.from;
   answer.point_b = way.from + way.d;
   const double along = -b.reach(-answer.normal) - a.reach(answer.normal);
-  return length - along <= 1e-14 * length + 4 * epsilon * reach;
+  return length - along <= tolerance::same_distance * length + 4 * epsilon * reach;
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include <hwy/highway.h>
 
 #include "lanes/cpu_dispatch.h"
+#include "tolerances.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
@@ -37,7 +38,7 @@ struct Three {
 /// Returns the bits of those that are doubtful.
 HWY_INLINE unsigned put_separations(W squared, W by_parallel, W there, W back, std::size_t j, double* row) {
   const Columns d;
-  const auto clear = hn::Gt(squared, hn::Mul(number_of(nearly_parallel_edges), by_parallel));
+  const auto clear = hn::Gt(squared, hn::Mul(number_of(tolerance::clearly_crossing_edges2), by_parallel));
   const W separation = hn::Div(hn::Max(there, back), hn::Sqrt(squared));
   hn::Store(hn::IfThenElse(clear, separation, number_of(-std::numeric_limits<double>::infinity())), d, row + j);
   std::uint8_t bits[8] = {};

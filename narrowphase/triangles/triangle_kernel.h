@@ -33,7 +33,4 @@ struct alignas(32) EdgeWays {
 };
 void edge_ways(const double (&half)[3], const TriangleParts& b, EdgeWays& out);
 
-/// Squared sine of the angle of two edges, below which their product is not exact enough to be trusted.
-constexpr double nearly_parallel_edges = 1e-4;
-
 }  // namespace tandem

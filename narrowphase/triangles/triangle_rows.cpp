@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "tolerances.h"
 #include "triangles/predicates.h"
 
 #include "lanes/lanes_of_256_bits.h"
@@ -72,9 +73,9 @@ TriangleVerdicts compare_triangles(const TriangleRows& pairs, std::size_t count,
       const V high = hn::Max(hn::Max(hn::Max(p[0][k], p[1][k]), p[2][k]), hn::Max(hn::Max(q[0][k], q[1][k]), q[2][k]));
       span = hn::Max(span, hn::Sub(high, low));
     }
-    const V bound = hn::Add(
-        hn::Mul(hn::Mul(span, span), hn::Add(number(of_places), hn::Mul(number(TriangleTest::of_rounding), span))),
-        number(std::numeric_limits<double>::min()));
+    const V bound = hn::Add(hn::Mul(hn::Mul(span, span),
+                                    hn::Add(number(of_places), hn::Mul(number(tolerance::determinant_rounding), span))),
+                            number(std::numeric_limits<double>::min()));
     const V below = hn::Neg(bound);
     V side_a[3], side_b[3];
     sides(q, p, side_a);

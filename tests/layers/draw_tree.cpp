@@ -32,7 +32,8 @@ int draw_library(const SourceTree& tree, const std::string& library, int x, int 
     const Room& room = tree.rooms[i];
     const int height = height_of(room);
     out << "<rect x='" << x << "' y='" << top << "' width='" << box_width << "' height='" << height << "'/>\n"
-        << "<text class='room' x='" << x + 10 << "' y='" << top + 19 << "'>" << room.folder << "</text>\n"
+        << "<text class='room' x='" << x + 10 << "' y='" << top + 19 << "'>"
+        << (room.folder == "." ? "of the library itself" : room.folder) << "</text>\n"
         << "<text class='size' x='" << x + box_width - 10 << "' y='" << top + 19 << "'>" << room.units.size()
         << " units, " << room.lines << " lines</text>\n";
     int line_y = top + 36;

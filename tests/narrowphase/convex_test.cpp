@@ -40,7 +40,7 @@ double best_separation(const Shape& a, const Pose& pa, const Shape& b, const Pos
   return best;
 }
 
-double tolerance(const Shape& a, const Shape& b) {
+double accuracy_of(const Shape& a, const Shape& b) {
   const auto round = [](ShapeKind k) {
     return k == ShapeKind::cylinder || k == ShapeKind::cone || k == ShapeKind::ellipsoid;
   };
@@ -91,12 +91,12 @@ TEST_CASE("convex: the witness points lie on both surfaces, the signed distance 
         const Shape a = random_shape(ka, r), b = random_shape(kb, r);
         Pose pa = random_pose(r, 0.5), pb = random_pose(r, i % 2 == 0 ? 0.5 : 1.2);
         CAPTURE(name(ka), name(kb), i);
-        check_points(a, pa, b, pb, 2 * tolerance(a, b));
+        check_points(a, pa, b, pb, 2 * accuracy_of(a, b));
         // The same with parallel faces and edges, in a turned world, and tilted by next to nothing.
         pb.rotation = pa.rotation * aligned();
-        check_points(a, pa, b, pb, 2 * tolerance(a, b));
+        check_points(a, pa, b, pb, 2 * accuracy_of(a, b));
         pb.rotation = pb.rotation * Eigen::AngleAxisd(std::pow(10.0, r.in(-16, -3)), r.direction()).toRotationMatrix();
-        check_points(a, pa, b, pb, 2 * tolerance(a, b));
+        check_points(a, pa, b, pb, 2 * accuracy_of(a, b));
       }
     }
 }
@@ -112,7 +112,7 @@ TEST_CASE("convex: the normal certifies the distance, no direction separates bet
         const Pose pa = random_pose(r, 0.5), pb = random_pose(r, i % 2 == 0 ? 0.5 : 1.2);
         CAPTURE(name(ka), name(kb), i);
         const PairAnswer answer = solver.solve(a, pa, b, pb, Request::distance);
-        const double eps = tolerance(a, b);
+        const double eps = accuracy_of(a, b);
         REQUIRE(std::abs(answer.normal.norm() - 1) < 1e-12);
         CHECK(std::abs(separation(a, pa, b, pb, answer.normal) - answer.signed_distance) < eps);
         CHECK(answer.signed_distance > best_separation(a, pa, b, pb, r) - eps);
@@ -162,7 +162,7 @@ TEST_CASE("convex: gaps of 1e-12 to 1e-3 of either sign are seen as such") {
         CAPTURE(name(ka), name(kb), i, gap);
         const PairAnswer near = solver.solve(a, pa, b, pb, Request::distance);
         const bool collide = solver.solve(a, pa, b, pb, Request::collide).collide;
-        const double eps = std::max(tolerance(a, b) * 1e-3, 1e-12);
+        const double eps = std::max(accuracy_of(a, b) * 1e-3, 1e-12);
         if (gap > 0) {
           CHECK(std::abs(near.signed_distance - gap) < eps);
           if (gap > eps) CHECK_FALSE(collide);

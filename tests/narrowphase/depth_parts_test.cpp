@@ -1,7 +1,6 @@
 // The parts of the depth solvers that others stand behind, asked directly: what they miss, a pair's answer need not
 // show, since what fails is solved another way.
 #include <cmath>
-#include <limits>
 
 #include "catch.h"
 #include "convex/face_depth.h"
@@ -13,8 +12,6 @@ using namespace tandem;
 using namespace tandem::test;
 
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 Hull corners_of(const Shape& s) {
   if (s.kind() != ShapeKind::box) return s.hull();

@@ -1,0 +1,30 @@
+#pragma once
+
+/// The numbers of the engine below which a difference does not count, each once. What it shares with the narrow phase
+/// is in narrowphase/tolerances.h.
+namespace tandem::tolerance {
+
+/// How far the norm of a quaternion in a file may be from 1: six digits leave 1e-6. Less: files written so are refused.
+inline constexpr double quaternion_norm = 1e-6;
+
+/// More than rotations, which are orthonormal to 2e-6 only, stretch a body's motion by, relative: the narrow phase's
+/// `askew`, which is private to it. Less: a contact is kept that a fast body has left.
+inline constexpr double motion_stretch = 4e-6;
+/// Of a place after a motion, relative to the numbers in it: 18 epsilon. Less: the same, for bodies that hardly move.
+inline constexpr double motion_rounding = 4e-15;
+/// What a bound grows by when it is rounded to single precision, relative: 8 of its epsilon. Less: the bound is less
+/// than the motion, and the largest motion of a step is told too small.
+inline constexpr double bound_of_floats = 1e-6;
+
+/// Bodies whose rotation has a rest: the sine to the axis below which all of a rim is as far out, and one point of it
+/// no answer. Less: the point is noise. More: it is off by as much of the radius.
+inline constexpr double along_axis = 1e-9;
+/// A normal that no longer turns, radians. Less: eight rounds without end. More: depths off by its square.
+inline constexpr double normal_turned = 1e-12;
+/// Upper and lower bound on what they are apart by are one, relative to the size: 45 epsilon.
+inline constexpr double bounds_meet = 1e-14;
+/// How near, in radians, the last points of an inner hull lie beside the direction: root of epsilon, for what lies
+/// nearer does not show. Less: more rounds, of points in one place.
+inline constexpr double nearest_beside = 2e-8;
+
+}  // namespace tandem::tolerance
