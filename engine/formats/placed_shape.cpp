@@ -28,7 +28,7 @@ class InnerHull {
     for (int i = 0; i < around; ++i) add_sides(i * turn);
   }
 
-  Shape shape() const { return Convex{points_}; }
+  Shape shape() const { return Shape(Convex{points_}); }
 
   /// How much farther along n, in world axes, the shape reaches than it would without the rest.
   double rest_adds(const Vec3& n) const {
@@ -260,7 +260,7 @@ PlacedShape place(const Shape& shape, const Pose& pose) {
       for (unsigned i = 0; i < 8; ++i)
         corners.vertices.push_back(
             rest * shape.half_size().cwiseProduct(Vec3(i & 1u ? 1 : -1, i & 2u ? 1 : -1, i & 4u ? 1 : -1)));
-      out.shape = corners;
+      out.shape = Shape(corners);
       break;
     }
     case ShapeKind::capsule: {
@@ -281,7 +281,7 @@ PlacedShape place(const Shape& shape, const Pose& pose) {
     case ShapeKind::convex: {
       Convex corners{shape.hull().vertices};
       for (Vec3& v : corners.vertices) v = rest * v;
-      out.shape = corners;
+      out.shape = Shape(corners);
       break;
     }
     case ShapeKind::triangle:

@@ -113,12 +113,12 @@ Pose read_pose(const Json& json) {
 }
 
 Shape read_shape(const Json& json, const std::filesystem::path& meshes) {
-  if (json.contains("file")) return read_mesh(meshes / json["file"].get<std::string>());
+  if (json.contains("file")) return Shape(read_mesh(meshes / json["file"].get<std::string>()));
   Mesh mesh;
   for (const Json& v : json["vertices"]) mesh.vertices.emplace_back(v[0], v[1], v[2]);
   if (json["kind"] == "triangle") return Triangle{{mesh.vertices[0], mesh.vertices[1], mesh.vertices[2]}};
   for (const Json& t : json["triangles"]) mesh.triangles.push_back({t[0], t[1], t[2]});
-  return mesh;
+  return Shape(mesh);
 }
 
 }  // namespace
@@ -197,7 +197,7 @@ TEST_CASE("stretched, tiny, far, aligned and shifted meshes: every pair that exa
   flat.solid = ring.solid = needle.solid = tiny.solid = false;
   flat.triangles.push_back({0, 1, 0});
   flat.triangles.push_back({2, 2, 2});
-  const std::vector<Shape> shapes{ring, needle, tiny, flat};
+  const std::vector<Shape> shapes{Shape(ring), Shape(needle), Shape(tiny), Shape(flat)};
   std::mt19937_64 random(27);
   std::size_t found = 0;
   for (std::size_t i = 0; i < 24; ++i) {
@@ -716,7 +716,7 @@ TEST_CASE("identical, touching and zero-area meshes have finite answers") {
                                   Cone{0.5, 1},
                                   Ellipsoid{Vec3(0.5, 0.6, 0.7)},
                                   HalfSpace{Vec3::UnitX(), 0},
-                                  Convex{{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)}},
+                                  Shape(Convex{{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)}}),
                                   Triangle{{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)}},
                                   Triangle{{Vec3(0.5, 0, 0), Vec3(0.5, 0, 0), Vec3(0.5, 0, 0)}}};
   for (const Shape& mesh : {ring, cube, ill})

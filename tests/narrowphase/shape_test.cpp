@@ -1,6 +1,7 @@
 #include "tandem/narrowphase/shape.h"
 
 #include <functional>
+#include <type_traits>
 
 #include "catch.h"
 #include "mesh_samples.h"
@@ -15,7 +16,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-Shape tetrahedron() { return Convex{{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 2, 0), Vec3(0, 0, 3)}}; }
+Shape tetrahedron() { return Shape(Convex{{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 2, 0), Vec3(0, 0, 3)}}); }
 
 // Is a point in the shape, by its definition? For the kinds with a closed form.
 bool holds(const Shape& s, const Vec3& p) {
@@ -63,6 +64,11 @@ TEST_CASE("shapes refuse what they cannot be, by the field's name") {
   CHECK_NOTHROW(Shape(Sphere{0}));
   CHECK_NOTHROW(Shape(Capsule{1, 0}));
   CHECK_NOTHROW(Shape(Triangle{{Vec3(1, 1, 1), Vec3(1, 1, 1), Vec3(1, 1, 1)}}));
+}
+
+TEST_CASE("shapes that are costly to build are not built by the way") {
+  static_assert(!std::is_convertible_v<Mesh, Shape> && !std::is_convertible_v<Convex, Shape>);
+  static_assert(std::is_convertible_v<Box, Shape> && std::is_convertible_v<Triangle, Shape>);
 }
 
 TEST_CASE("poses: rotations of float precision pass, others do not") {

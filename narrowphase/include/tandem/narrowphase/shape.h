@@ -60,9 +60,9 @@ class Shape {
   Shape(const Cone&);
   Shape(const Ellipsoid&);
   Shape(const HalfSpace&);  ///< normal and offset are divided by the normal's length
-  Shape(const Convex&);
+  explicit Shape(const Convex&);  ///< builds the hull
   Shape(const Triangle&);
-  Shape(Mesh);
+  explicit Shape(Mesh);  ///< builds a hierarchy of boxes
 
   ShapeKind kind() const { return kind_; }
   bool is_convex() const { return kind_ != ShapeKind::mesh; }
