@@ -6,8 +6,6 @@
 #include <limits>
 
 #include "round/round_walk.h"
-#include "shapes/hull.h"
-#include "shapes/mesh_model.h"
 
 namespace tandem {
 namespace {
@@ -279,15 +277,16 @@ PlacedShape place(const Shape& shape, const Pose& pose) {
       break;
     }
     case ShapeKind::convex: {
-      Convex corners{shape.hull().vertices};
+      Convex corners{{shape.vertices().begin(), shape.vertices().end()}};
       for (Vec3& v : corners.vertices) v = rest * v;
       out.shape = Shape(corners);
       break;
     }
     case ShapeKind::triangle:
     case ShapeKind::mesh: {
-      const MeshModel& model = shape.mesh();
-      Mesh mesh{model.vertices, model.triangles, model.solid};
+      Mesh mesh{{shape.vertices().begin(), shape.vertices().end()},
+                {shape.triangles().begin(), shape.triangles().end()},
+                shape.is_solid()};
       for (Vec3& v : mesh.vertices) v = rest * v;
       if (shape.kind() == ShapeKind::mesh)
         out.shape = Shape(std::move(mesh));
@@ -390,9 +389,9 @@ std::optional<double> time_of_impact(const NarrowPhase& narrow_phase, const Plac
     return Meeting{narrow_phase, mesh_a ? triangle : a, velocity_a, mesh_a ? b : triangle, velocity_b};
   };
   std::vector<Candidate> candidates;
-  const MeshModel& model = mesh.shape.mesh();
-  for (std::uint32_t i = 0; i < model.triangles.size(); ++i) {
-    PlacedShape triangle{Triangle{model.corners(i)}, mesh.pose, {}};
+  const auto vertices = mesh.shape.vertices();
+  for (const auto& [i, j, k] : mesh.shape.triangles()) {
+    PlacedShape triangle{Triangle{{vertices[i], vertices[j], vertices[k]}}, mesh.pose, {}};
     if (const auto time = meeting(triangle).of_outsides(tmax)) candidates.push_back({*time, std::move(triangle)});
   }
   std::sort(candidates.begin(), candidates.end(),

@@ -253,6 +253,19 @@ Shape::Shape(Mesh s) : kind_(ShapeKind::mesh) {
   mass_ = std::make_shared<MassProperties>(mesh_mass(*mesh_));
 }
 
+std::span<const Vec3> Shape::vertices() const {
+  if (mesh_ != nullptr) return mesh_->vertices;
+  if (hull_ != nullptr) return hull_->vertices;
+  return {};
+}
+
+std::span<const std::array<std::uint32_t, 3>> Shape::triangles() const {
+  if (mesh_ == nullptr) return {};
+  return mesh_->triangles;
+}
+
+bool Shape::is_solid() const { return kind_ == ShapeKind::mesh ? mesh_->solid : kind_ != ShapeKind::triangle; }
+
 Bounds Shape::bounds(const Pose& pose) const {
   const Mat3& r = pose.rotation;
   const Vec3& t = pose.translation;

@@ -2,6 +2,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -32,8 +33,11 @@ inline constexpr std::size_t shape_kinds = 10;
 
 std::string_view name(ShapeKind kind);
 
-struct Hull;       // narrowphase/hull.h
-struct MeshModel;  // narrowphase/mesh_model.h
+namespace detail {
+struct Hull;
+struct MeshModel;
+struct ShapeInsides;
+}  // namespace detail
 
 /// Box in doubles, world axes.
 struct Bounds {
@@ -76,8 +80,12 @@ class Shape {
   Vec3 radii() const { return {param_[0], param_[1], param_[2]}; }      ///< ellipsoid
   Vec3 normal() const { return {param_[0], param_[1], param_[2]}; }     ///< halfspace, unit
   double offset() const { return param_[3]; }                           ///< halfspace
-  const Hull& hull() const { return *hull_; }                           ///< convex, triangle
-  const MeshModel& mesh() const { return *mesh_; }                      ///< mesh
+  /// Convex: the corners of the hull, in the order given; triangle, mesh: as given; else empty.
+  std::span<const Vec3> vertices() const;
+  /// Triangle, mesh: corners as indices of vertices, else empty. Triangles of a mesh that hang together go round alike,
+  /// those of a closed one counterclockwise seen from outside.
+  std::span<const std::array<std::uint32_t, 3>> triangles() const;
+  bool is_solid() const;  ///< the inside counts too: all but triangles and meshes that are surfaces
 
   /// Smallest box in world axes that holds the posed shape (a half-space: +-1e300 on open sides).
   Bounds bounds(const Pose& pose) const;
@@ -86,11 +94,13 @@ class Shape {
   const MassProperties& mass() const { return *mass_; }
 
  private:
+  friend struct detail::ShapeInsides;
+
   ShapeKind kind_;
   std::array<double, 4> param_{};
   double size_ = 0;
-  std::shared_ptr<const Hull> hull_;
-  std::shared_ptr<const MeshModel> mesh_;
+  std::shared_ptr<const detail::Hull> hull_;       // convex, triangle
+  std::shared_ptr<const detail::MeshModel> mesh_;  // mesh, triangle
   std::shared_ptr<const MassProperties> mass_;
 };
 
