@@ -95,6 +95,45 @@ TEST_CASE("scene: a static body's density is not looked at, and a half-space may
   CHECK(f.scene.bodies() == 4);
 }
 
+TEST_CASE(
+    "scene: bodies of all kinds, fixed and moving, with a shape each, come and go; only a half-space may not move") {
+  const auto point = [](double x, double y, double z) { return Vec3(x, y, z); };
+  const std::vector<Vec3> corners = {point(0, 0, 0), point(1, 0, 0), point(0, 1, 0), point(0, 0, 1)};
+  const std::vector<Shape> kinds = {Sphere{1},
+                                    Box{{1, 1, 1}},
+                                    Capsule{1, 1},
+                                    Cylinder{1, 1},
+                                    Cone{1, 1},
+                                    Ellipsoid{{1, 2, 3}},
+                                    HalfSpace{},
+                                    Shape(Convex{corners}),
+                                    Triangle{{corners[0], corners[1], corners[2]}},
+                                    Shape(Mesh{corners, {{0, 1, 2}, {0, 1, 3}}})};
+  REQUIRE(kinds.size() == shape_kinds);
+  Scene scene;
+  std::size_t bodies = 0;
+  for (int round = 0; round < 3; ++round) {
+    for (const bool is_static : {round != 1, round == 1})
+      for (const Shape& shape : kinds) {
+        const BodyOptions body{.shape = scene.add_shape(shape), .is_static = is_static};
+        CAPTURE(round, is_static, name(shape.kind()));
+        if (shape.is_bounded() || is_static) {
+          CHECK_NOTHROW(scene.add_body(body));
+          ++bodies;
+        } else {
+          CHECK_THAT(message_of([&] { scene.add_body(body); }), Contains("is_static") && Contains("half-space"));
+        }
+        CHECK(scene.bodies() == bodies);
+      }
+    for (std::uint32_t i = 0; i < scene.indices(); ++i)
+      if (scene.alive(i) && i % 3 != 0) {
+        scene.remove_body(scene.id(i));
+        --bodies;
+      }
+    CHECK(scene.bodies() == bodies);
+  }
+}
+
 TEST_CASE("scene: changes are checked as bodies are, and a refused one changes nothing") {
   Fixture f;
   const BodyId id = f.scene.add_body(f.body());

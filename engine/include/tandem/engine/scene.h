@@ -65,8 +65,8 @@ class History {
 class Scene {
  public:
   ShapeId add_shape(Shape shape, std::string name = {});
-  /// Throws std::invalid_argument that names the body, field and value: a bad pose or number, an unknown shape, a
-  /// half-space that is not static, or a pair of kinds that no solver covers.
+  /// Throws std::invalid_argument that names the body, field and value: a bad pose or number, an unknown shape, or
+  /// a half-space that is not static. Two half-spaces thus never meet: all other pairs of kinds have a solver.
   BodyId add_body(const BodyOptions& options);
   /// Throws std::invalid_argument for an id that names no body (any more); so do all calls that take an id.
   void remove_body(BodyId id);
@@ -109,17 +109,10 @@ class Scene {
   Request request = Request::contacts;
 
  private:
-  struct ShapeUses {
-    std::uint32_t moving = 0;
-    std::uint32_t fixed = 0;
-  };
-
   std::uint32_t checked(BodyId id) const;
-  void require_solvable(std::uint32_t shape, bool is_static, const std::string& what) const;
 
   std::vector<Shape> shapes_;
   std::vector<std::string> shape_names_;
-  std::vector<ShapeUses> uses_;  // a shape: bodies that have it
   std::vector<std::uint32_t> shape_, generation_, groups_, masks_, free_, versions_;
   std::vector<Pose> poses_;
   std::vector<Vec3> velocities_, angular_velocities_;
