@@ -11,6 +11,7 @@
 #include "pipeline/kept_contacts.h"
 #include "pipeline/outward_boxes.h"
 #include "pipeline/pair_costs.h"
+#include "scene/scene_changes.h"
 #include "tandem/flowgraph/executor.h"
 #include "tandem/narrowphase/several_pairs.h"
 
@@ -51,10 +52,12 @@ class SceneWork final : public StepWork {
     scene_ = &scene;
     filter_ = {scene.groups(), scene.masks(), scene.is_static()};
     // What the last whole step has seen of the same scene is still so where the scene tells of no change.
-    const bool same = looked_ && scene.history() == history_ && boxes_.size() == scene.indices();
-    changes_known_ = same && (!kept_ || scene.comings_and_goings() == comings_and_goings_);
-    comings_and_goings_ = scene.comings_and_goings();
-    history_ = scene.history();
+    const SceneChanges::HistoryName history(scene);
+    const std::uint64_t comings_and_goings = SceneChanges::comings_and_goings(scene);
+    const bool same = looked_ && history == history_ && boxes_.size() == scene.indices();
+    changes_known_ = same && (!kept_ || comings_and_goings == comings_and_goings_);
+    comings_and_goings_ = comings_and_goings;
+    history_ = history;
     looked_ = false;
     boxes_.resize(scene.indices());
     changed_.resize(scene.indices());
@@ -287,7 +290,7 @@ class SceneWork final : public StepWork {
 
   void update(std::size_t first, std::size_t end) {
     const auto poses = scene_->poses();
-    const auto versions = scene_->versions();
+    const auto versions = SceneChanges::versions(*scene_);
     const auto is_static = scene_->is_static();
     // By pointers of its own: a byte that is written might else be part of any of them.
     std::uint8_t *const changed = changed_.data(), *const still = still_.data();
@@ -411,7 +414,7 @@ class SceneWork final : public StepWork {
   std::vector<std::uint8_t> changed_;  // one a box: not as in the step before
   // What the last whole step saw; whether it tells what has changed since.
   bool looked_ = false, changes_known_ = false;
-  History::Name history_;
+  SceneChanges::HistoryName history_;
   std::vector<std::uint32_t> seen_;  // versions
   std::uint64_t comings_and_goings_ = 0;
   bool has_mesh_ = false;

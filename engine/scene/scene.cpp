@@ -32,6 +32,13 @@ std::string body_name(std::uint32_t index) { return "body " + std::to_string(ind
 
 }  // namespace
 
+Scene::History::History() : mark_(std::make_shared<char>()) {}
+Scene::History::History(const History&) : History() {}
+Scene::History& Scene::History::operator=(const History& other) {
+  if (this != &other) mark_ = std::make_shared<char>();
+  return *this;
+}
+
 ShapeId Scene::add_shape(Shape shape, std::string shape_name) {
   shapes_.push_back(std::move(shape));
   shape_names_.push_back(std::move(shape_name));

@@ -3,10 +3,12 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "catch.h"
 #include "message_of.h"
+#include "scene/scene_changes.h"
 
 using namespace tandem;
 using Catch::Matchers::Contains;
@@ -132,6 +134,30 @@ TEST_CASE(
       }
     CHECK(scene.bodies() == bodies);
   }
+}
+
+TEST_CASE("scene: a copy has another history, what is moved keeps its own") {
+  Fixture f;
+  const BodyId id = f.scene.add_body(f.body());
+  const SceneChanges::HistoryName name(f.scene);
+  CHECK(name == SceneChanges::HistoryName(f.scene));
+  CHECK_FALSE(SceneChanges::HistoryName() == SceneChanges::HistoryName());
+  Scene copy = f.scene;
+  CHECK_FALSE(name == SceneChanges::HistoryName(copy));
+  const SceneChanges::HistoryName of_copy(copy);
+  copy = f.scene;
+  CHECK_FALSE(of_copy == SceneChanges::HistoryName(copy));
+  CHECK_FALSE(name == SceneChanges::HistoryName(copy));
+  const Scene moved = std::move(f.scene);
+  CHECK(name == SceneChanges::HistoryName(moved));
+
+  CHECK(SceneChanges::comings_and_goings(moved) == 1);
+  CHECK(SceneChanges::versions(moved)[id.index()] == 1);
+  copy.set_pose(id, Pose::at(1, 0, 0));
+  CHECK(SceneChanges::versions(copy)[id.index()] == 2);
+  copy.remove_body(id);
+  CHECK(SceneChanges::versions(copy)[id.index()] == 3);
+  CHECK(SceneChanges::comings_and_goings(copy) == 2);
 }
 
 TEST_CASE("scene: changes are checked as bodies are, and a refused one changes nothing") {
