@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "flowgraph/executors/executors.h"  // what the executors keep from step to step
+#include "measurement/balancer.h"
 #include "recorded_step.h"
-#include "tandem/flowgraph/balancer.h"
 
 namespace tandem::bench {
 

@@ -8,7 +8,7 @@
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>
 
-#include "shapes/hull.h"
+#include "shapes/shape_insides.h"
 
 namespace tandem::bench {
 namespace {
@@ -44,13 +44,13 @@ std::unique_ptr<btConvexShape> bullet_convex(const Shape& s) {
       break;
     case ShapeKind::convex: {
       auto hull = std::make_unique<btConvexHullShape>();
-      for (const Vec3& v : s.hull().vertices) hull->addPoint(to_bullet(v), false);
+      for (const Vec3& v : s.vertices()) hull->addPoint(to_bullet(v), false);
       hull->recalcLocalAabb();
       out = std::move(hull);
       break;
     }
     case ShapeKind::triangle: {
-      const auto& v = s.hull().vertices;
+      const auto& v = hull_of(s).vertices;
       if (v.size() != 3) return nullptr;
       out = std::make_unique<btTriangleShape>(to_bullet(v[0]), to_bullet(v[1]), to_bullet(v[2]));
       break;

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "pair_solver.h"
-#include "shapes/hull.h"
 
 namespace tandem::bench {
 namespace {
@@ -39,7 +38,7 @@ Body body(const Shape& s) {
       break;
     }
     default:
-      out.vertices = s.hull().vertices;
+      out.vertices = s.vertices();
       for (const Vec3& v : out.vertices) out.middle += v / static_cast<double>(out.vertices.size());
   }
   return out;

@@ -12,6 +12,7 @@
 
 #include "shapes/hull.h"
 #include "shapes/mesh_model.h"
+#include "shapes/shape_insides.h"
 
 namespace tandem::bench {
 namespace {
@@ -56,14 +57,14 @@ std::shared_ptr<fcl::CollisionGeometryd> fcl_shape(const Shape& s) {
     case ShapeKind::halfspace:
       return std::make_shared<fcl::Halfspaced>(s.normal(), s.offset());
     case ShapeKind::mesh:
-      return hierarchy<fcl::OBBRSSd>(s.mesh());
+      return hierarchy<fcl::OBBRSSd>(mesh_of(s));
     default:
-      return polytope(s.hull());
+      return polytope(hull_of(s));
   }
 }
 
 std::shared_ptr<fcl::CollisionGeometryd> fcl_spheres_shape(const Shape& mesh) {
-  return hierarchy<fcl::RSSd>(mesh.mesh());
+  return hierarchy<fcl::RSSd>(mesh_of(mesh));
 }
 
 }  // namespace tandem::bench

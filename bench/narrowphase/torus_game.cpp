@@ -16,6 +16,7 @@
 #include "random.h"
 #include "reference.h"
 #include "shapes/mesh_model.h"
+#include "shapes/shape_insides.h"
 
 namespace tandem::bench {
 namespace {
@@ -134,7 +135,7 @@ std::vector<Shape> triangles_of(const MeshModel& mesh) {
 
 std::shared_ptr<const Tori> make_tori(std::string_view pair_class, std::size_t n) {
   auto tori = std::make_shared<Tori>(Tori{torus(), std::vector<PosePair>(n), std::vector<TrianglePairs>(n)});
-  const std::vector<Shape> triangles = triangles_of(tori->shape.mesh());
+  const std::vector<Shape> triangles = triangles_of(mesh_of(tori->shape));
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) {
     tori->poses[i] = place(tori->shape, pair_class, i);
     tori->truths[i] = all_against_all(triangles, tori->poses[i]);
@@ -191,7 +192,7 @@ std::shared_ptr<const TorusGaps> make_gaps(const Tori& tori) {
   for (std::size_t i = 0; i < tori.poses.size(); ++i)
     if (tori.truths[i].empty()) gaps->poses.push_back(tori.poses[i]);
   gaps->truths.resize(gaps->poses.size());
-  const MeshModel& mesh = tori.shape.mesh();
+  const MeshModel& mesh = mesh_of(tori.shape);
   const std::vector<Shape> triangles = triangles_of(mesh);
   tbb::parallel_for(std::size_t{0}, gaps->poses.size(),
                     [&](std::size_t i) { gaps->truths[i] = all_distances(mesh, triangles, gaps->poses[i]); });

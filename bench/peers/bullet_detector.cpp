@@ -10,7 +10,6 @@
 
 #include "bullet_shape.h"
 #include "scene_detector.h"
-#include "shapes/mesh_model.h"
 
 namespace tandem::bench {
 namespace {
@@ -31,11 +30,11 @@ std::unique_ptr<BulletShape> bullet_shape(const Shape& shape, bool is_static) {
     out->shape = std::make_unique<btStaticPlaneShape>(to_bullet(shape.normal()), static_cast<btScalar>(shape.offset()));
     out->shape->setMargin(0);
   } else if (shape.kind() == ShapeKind::mesh) {
-    for (const Vec3& v : shape.mesh().vertices) out->vertices.push_back(to_bullet(v));
-    for (const auto& triangle : shape.mesh().triangles)
+    for (const Vec3& v : shape.vertices()) out->vertices.push_back(to_bullet(v));
+    for (const auto& triangle : shape.triangles())
       for (const std::uint32_t corner : triangle) out->indices.push_back(static_cast<int>(corner));
     out->triangles = std::make_unique<btTriangleIndexVertexArray>(
-        static_cast<int>(shape.mesh().triangles.size()), out->indices.data(), static_cast<int>(3 * sizeof(int)),
+        static_cast<int>(shape.triangles().size()), out->indices.data(), static_cast<int>(3 * sizeof(int)),
         static_cast<int>(out->vertices.size()), &out->vertices[0][0], static_cast<int>(sizeof(btVector3)));
     if (is_static) {
       out->shape = std::make_unique<btBvhTriangleMeshShape>(out->triangles.get(), true);

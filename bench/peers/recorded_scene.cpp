@@ -7,7 +7,6 @@
 
 #include "formats/record_file.h"
 #include "progress.h"
-#include "shapes/mesh_model.h"
 #include "tandem/engine/builtin_scenes.h"
 #include "tandem/engine/pipeline.h"
 #include "tandem/engine/response.h"
@@ -38,7 +37,9 @@ Scene with_hulls(const Scene& from) {
   for (std::size_t k = 0; k < from.shapes().size(); ++k) {
     const Shape& shape = from.shapes()[k];
     const bool replaced = shape.kind() == ShapeKind::mesh && moves[k];
-    ids.push_back(out.add_shape(replaced ? Shape(Convex{shape.mesh().vertices}) : shape, from.shape_names()[k]));
+    const auto points = shape.vertices();
+    ids.push_back(
+        out.add_shape(replaced ? Shape(Convex{{points.begin(), points.end()}}) : shape, from.shape_names()[k]));
   }
   for (std::uint32_t i = 0; i < from.indices(); ++i)
     out.add_body({.shape = ids[from.shape_indices()[i]],
@@ -86,7 +87,7 @@ RecordedScene simulate(const PeersScene& wanted, std::size_t bodies, std::size_t
   if (wanted.hulls) scene = with_hulls(scene);
   RecordedScene out{std::string(wanted.name), scene, steps, {}};
   const Stretches stretches(steps, timed);
-  Pipeline pipeline({.margin = recommended_margin(scene)});
+  Pipeline pipeline({.answer = {.margin = recommended_margin(scene)}});
   Response response;
   Progress progress(wanted.name, steps);
   for (std::size_t step = 0; step < steps; ++step) {

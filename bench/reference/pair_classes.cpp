@@ -6,7 +6,7 @@
 
 #include "random.h"
 #include "reference.h"
-#include "shapes/hull.h"
+#include "shapes/shape_insides.h"
 
 namespace tandem::reference {
 namespace {
@@ -111,7 +111,7 @@ Vec3 middle(const Shape& s) {
       return {0, 0, -0.25 * s.length()};
     case ShapeKind::convex:
     case ShapeKind::triangle:
-      return s.hull().inside;
+      return hull_of(s).inside;
     default:
       return Vec3::Zero();
   }

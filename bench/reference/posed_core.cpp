@@ -1,7 +1,5 @@
 #include "posed_core.h"
 
-#include "shapes/hull.h"
-
 namespace tandem::reference {
 
 PosedCore::PosedCore(const Shape& shape, const Pose& pose, const Vec3& origin)
@@ -9,7 +7,7 @@ PosedCore::PosedCore(const Shape& shape, const Pose& pose, const Vec3& origin)
   for (int k = 0; k < 3; ++k) columns_[k] = Vec(Vec3(pose.rotation.col(k)));
   Real farthest = shape.size();
   if (shape.kind() == ShapeKind::convex || shape.kind() == ShapeKind::triangle)
-    for (const Vec3& v : shape.hull().vertices) farthest = max(farthest, norm(Vec(v)));
+    for (const Vec3& v : shape.vertices()) farthest = max(farthest, norm(Vec(v)));
   reach_ = norm(translation_) + Real(1.00001) * farthest;
 }
 
@@ -24,7 +22,7 @@ bool PosedCore::is_polytope() const {
 
 Vec PosedCore::hull_support(const Vec& d) const {
   // A scan in doubles; what comes within its rounding of the best is compared again.
-  const auto& vertices = shape_.hull().vertices;
+  const auto vertices = shape_.vertices();
   const Real length = max(max(abs(d.x), abs(d.y)), abs(d.z));
   if (!(length > 0)) return Vec(vertices[0]);
   const Vec3 coarse = (d / length).rounded();

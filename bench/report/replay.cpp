@@ -18,9 +18,10 @@
 #include "formats/text_file.h"
 #include "results.h"
 #include "shapes/hull.h"
-#include "shapes/mesh_model.h"
+#include "shapes/shape_insides.h"
 #include "tandem/engine/pipeline.h"
 #include "tandem/engine/response.h"
+#include "tandem/narrowphase/narrow_phase.h"
 
 namespace tandem::bench {
 namespace {
@@ -232,13 +233,13 @@ json drawn(const Shape& shape) {
       break;
     case ShapeKind::convex:
     case ShapeKind::triangle:
-      out.update(hull_mesh(shape.hull()));
+      out.update(hull_mesh(hull_of(shape)));
       break;
     case ShapeKind::mesh: {
       json vertices = json::array(), triangles = json::array();
-      for (const Vec3& v : shape.mesh().vertices)
+      for (const Vec3& v : shape.vertices())
         for (const double x : v) vertices.push_back(static_cast<float>(x));
-      for (const auto& t : shape.mesh().triangles)
+      for (const auto& t : shape.triangles())
         for (const std::uint32_t i : t) triangles.push_back(i);
       out["vertices"] = vertices;
       out["triangles"] = triangles;
@@ -255,9 +256,9 @@ class Costs {
     PipelineOptions options;
     options.executor = ExecutorKind::sequential;
     options.threads = 1;
-    options.request = scene.request;
-    if (scene.request == Request::contacts) options.margin = margin_;
-    options.contact_hash = true;
+    options.answer.request = scene.request;
+    if (scene.request == Request::contacts) options.answer.margin = margin_;
+    options.answer.contact_hash = true;
     options.predicate = [this](std::span<Pair> pairs) {
       candidates_.insert(candidates_.end(), pairs.begin(), pairs.end());
       return pairs.size();

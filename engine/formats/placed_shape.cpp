@@ -7,8 +7,6 @@
 
 #include "round/round_walk.h"
 #include "scene/tolerances.h"
-#include "shapes/hull.h"
-#include "shapes/mesh_model.h"
 #include "tolerances.h"
 
 namespace tandem {
@@ -30,7 +28,7 @@ class InnerHull {
     for (int i = 0; i < around; ++i) add_sides(i * turn);
   }
 
-  Shape shape() const { return Convex{points_}; }
+  Shape shape() const { return Shape(Convex{points_}); }
 
   /// How much farther along n, in world axes, the shape reaches than it would without the rest.
   double rest_adds(const Vec3& n) const {
@@ -261,7 +259,7 @@ PlacedShape place(const Shape& shape, const Pose& pose) {
       for (unsigned i = 0; i < 8; ++i)
         corners.vertices.push_back(
             rest * shape.half_size().cwiseProduct(Vec3(i & 1u ? 1 : -1, i & 2u ? 1 : -1, i & 4u ? 1 : -1)));
-      out.shape = corners;
+      out.shape = Shape(corners);
       break;
     }
     case ShapeKind::capsule: {
@@ -280,15 +278,16 @@ PlacedShape place(const Shape& shape, const Pose& pose) {
       break;
     }
     case ShapeKind::convex: {
-      Convex corners{shape.hull().vertices};
+      Convex corners{{shape.vertices().begin(), shape.vertices().end()}};
       for (Vec3& v : corners.vertices) v = rest * v;
-      out.shape = corners;
+      out.shape = Shape(corners);
       break;
     }
     case ShapeKind::triangle:
     case ShapeKind::mesh: {
-      const MeshModel& model = shape.mesh();
-      Mesh mesh{model.vertices, model.triangles, model.solid};
+      Mesh mesh{{shape.vertices().begin(), shape.vertices().end()},
+                {shape.triangles().begin(), shape.triangles().end()},
+                shape.is_solid()};
       for (Vec3& v : mesh.vertices) v = rest * v;
       if (shape.kind() == ShapeKind::mesh)
         out.shape = Shape(std::move(mesh));
@@ -395,9 +394,9 @@ std::optional<double> time_of_impact(const NarrowPhase& narrow_phase, const Plac
     return Meeting{narrow_phase, mesh_a ? triangle : a, velocity_a, mesh_a ? b : triangle, velocity_b};
   };
   std::vector<Candidate> candidates;
-  const MeshModel& model = mesh.shape.mesh();
-  for (std::uint32_t i = 0; i < model.triangles.size(); ++i) {
-    PlacedShape triangle{Triangle{model.corners(i)}, mesh.pose, {}};
+  const auto vertices = mesh.shape.vertices();
+  for (const auto& [i, j, k] : mesh.shape.triangles()) {
+    PlacedShape triangle{Triangle{{vertices[i], vertices[j], vertices[k]}}, mesh.pose, {}};
     if (const auto time = meeting(triangle).of_outsides(tmax)) candidates.push_back({*time, std::move(triangle)});
   }
   std::sort(candidates.begin(), candidates.end(),

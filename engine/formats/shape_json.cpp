@@ -3,8 +3,6 @@
 #include <cmath>
 
 #include "scene/tolerances.h"
-#include "shapes/hull.h"
-#include "shapes/mesh_model.h"
 #include "tandem/formats/mesh_file.h"
 
 namespace tandem {
@@ -203,16 +201,14 @@ void write_shape(JsonWriter& out, const Shape& shape) {
       out.member("normal", shape.normal()).member("offset", shape.offset());
       break;
     case ShapeKind::convex:
-      write_points(shape.hull().vertices);
-      break;
     case ShapeKind::triangle:
-      write_points(shape.mesh().vertices);  // all three, also when it has no area
+      write_points(shape.vertices());
       break;
     case ShapeKind::mesh:
-      write_points(shape.mesh().vertices);
+      write_points(shape.vertices());
       out.key("triangles").begin_array();
-      for (const auto& [i, j, k] : shape.mesh().triangles) out.begin_array().value(i).value(j).value(k).end_array();
-      out.end_array().member("solid", shape.mesh().solid);
+      for (const auto& [i, j, k] : shape.triangles()) out.begin_array().value(i).value(j).value(k).end_array();
+      out.end_array().member("solid", shape.is_solid());
       break;
   }
   out.end_object();

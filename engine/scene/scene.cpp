@@ -32,22 +32,17 @@ std::string body_name(std::uint32_t index) { return "body " + std::to_string(ind
 
 }  // namespace
 
+Scene::History::History() : mark_(std::make_shared<char>()) {}
+Scene::History::History(const History&) : History() {}
+Scene::History& Scene::History::operator=(const History& other) {
+  if (this != &other) mark_ = std::make_shared<char>();
+  return *this;
+}
+
 ShapeId Scene::add_shape(Shape shape, std::string shape_name) {
   shapes_.push_back(std::move(shape));
   shape_names_.push_back(std::move(shape_name));
-  uses_.push_back({0, 0});
   return {static_cast<std::uint32_t>(shapes_.size())};
-}
-
-void Scene::require_solvable(std::uint32_t shape, bool is_static, const std::string& what) const {
-  const NarrowPhase narrow_phase;
-  for (std::uint32_t other = 0; other < shapes_.size(); ++other) {
-    const bool meets =
-        uses_[other].moving > 0 || (uses_[other].fixed > 0 && !is_static) || (other == shape && !is_static);
-    if (!meets) continue;
-    const std::string reason = narrow_phase.refuses(shapes_[shape], shapes_[other], request);
-    if (!reason.empty()) refuse(what, "shape", tandem::name(shapes_[shape].kind()), reason);
-  }
 }
 
 BodyId Scene::add_body(const BodyOptions& options) {
@@ -65,8 +60,6 @@ BodyId Scene::add_body(const BodyOptions& options) {
       refuse(what, "density", options.density, "finite, > 0 kg/m^3");
     if (!shapes_[shape].is_bounded()) refuse(what, "is_static", "false", "true, as its shape is a half-space");
   }
-  ShapeUses& uses = uses_[shape];
-  if ((options.is_static ? uses.fixed : uses.moving) == 0) require_solvable(shape, options.is_static, what);
   if (free_.empty()) {
     if (index == 0xffffffffu) refuse("scene", "bodies", index, "fewer than 4294967295");
     const std::size_t size = poses_.size() + 1;
@@ -95,7 +88,6 @@ BodyId Scene::add_body(const BodyOptions& options) {
   alive_[index] = 1;
   ++versions_[index];
   ++comings_and_goings_;
-  ++(options.is_static ? uses.fixed : uses.moving);
   ++count_;
   return {index + 1, generation_[index]};
 }
@@ -113,8 +105,6 @@ std::uint32_t Scene::checked(BodyId id) const {
 
 void Scene::remove_body(BodyId id) {
   const std::uint32_t index = checked(id);
-  ShapeUses& uses = uses_[shape_[index]];
-  --(is_static_[index] ? uses.fixed : uses.moving);
   alive_[index] = 0;
   ++versions_[index];
   ++comings_and_goings_;

@@ -3,9 +3,9 @@
 #include <functional>
 #include <memory>
 
+#include "measurement/balancer.h"
 #include "step/step_form.h"
 #include "step/step_state.h"
-#include "tandem/flowgraph/balancer.h"
 #include "tandem/flowgraph/executor.h"
 
 namespace tandem {

@@ -1,4 +1,4 @@
-#include "tandem/flowgraph/balancer.h"
+#include "measurement/balancer.h"
 
 #include <algorithm>
 #include <cstdlib>

@@ -17,8 +17,8 @@
 #include "pairs/simple_pairs.h"
 #include "pairs/solver_table.h"
 #include "shapes/convex_view.h"
-#include "shapes/hull.h"
 #include "shapes/pair_order.h"
+#include "shapes/shape_insides.h"
 #include "shapes/unit_vector.h"
 #include "tolerances.h"
 #include "triangles/triangle_axes.h"
@@ -71,8 +71,8 @@ bool still_apart(const Shape& a, const Pose& pose_a, const Shape& b, const Pose&
 
 /// The corners of a triangle that has three.
 std::optional<std::span<const Vec3, 3>> corners(const Shape& s) {
-  if (s.kind() != ShapeKind::triangle || s.hull().vertices.size() != 3) return std::nullopt;
-  return std::span<const Vec3, 3>(s.hull().vertices);
+  if (s.kind() != ShapeKind::triangle || hull_of(s).vertices.size() != 3) return std::nullopt;
+  return std::span<const Vec3, 3>(hull_of(s).vertices);
 }
 
 /// Does a triangle meet a triangle (exactly) or a box? Empty for other pairs and for a box where rounding could decide.

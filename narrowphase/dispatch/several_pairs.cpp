@@ -1,5 +1,5 @@
-#include "tandem/narrowphase/several_pairs.h"
 #include "boxes/box_manifold.h"
+#include "tandem/narrowphase/several_pairs.h"
 
 #include <algorithm>
 #include <array>

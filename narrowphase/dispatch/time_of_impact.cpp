@@ -11,6 +11,7 @@
 #include "pairs/convex_pair.h"
 #include "shapes/mesh_model.h"
 #include "shapes/pair_order.h"
+#include "shapes/shape_insides.h"
 #include "shapes/support.h"
 #include "tandem/narrowphase/narrow_phase.h"
 #include "tolerances.h"
@@ -35,10 +36,10 @@ struct Body {
     half = (box.hi - box.lo) / 2;
     if (shape.is_convex())
       view = tandem::view(shape);
-    else if (shape.mesh().convex)
+    else if (mesh_of(shape).convex)
       view = view_hull(shape);
     else
-      mesh = &shape.mesh();
+      mesh = &mesh_of(shape);
   }
   bool is_leaf(std::uint32_t ref) const { return !mesh || tandem::is_leaf(*mesh, ref); }
   std::pair<Vec3, Vec3> box(std::uint32_t ref) const {

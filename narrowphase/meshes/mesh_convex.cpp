@@ -15,9 +15,9 @@
 #include "meshes/mesh_pair.h"
 #include "meshes/traversal/mesh_query.h"
 #include "pairs/convex_pair.h"
-#include "shapes/hull.h"
 #include "shapes/mesh_model.h"
 #include "shapes/pair_order.h"
+#include "shapes/shape_insides.h"
 #include "shapes/unit_vector.h"
 
 namespace tandem {
@@ -37,7 +37,7 @@ class MeshConvex {
   MeshConvex(const Posed& mesh, const Posed& convex, const NarrowPhaseOptions& options)
       : mesh_(mesh),
         convex_(convex),
-        model_(mesh.shape.mesh()),
+        model_(mesh_of(mesh.shape)),
         view_(convex.shape.is_convex() ? view(convex.shape) : view_hull(convex.shape)),
         options_(for_triangles(options)),
         size_(mesh.shape.size() + convex.shape.size()),
@@ -820,7 +820,7 @@ class MeshConvex {
 
 PairAnswer solve_mesh_convex(const Posed& mesh, const Posed& convex, Request request, const NarrowPhaseOptions& options,
                              std::vector<Contact>* contacts) {
-  const MeshModel& model = mesh.shape.mesh();
+  const MeshModel& model = mesh_of(mesh.shape);
   constexpr std::size_t small_hull = 64;
   if (model.convex && (model.hull.vertices.size() <= small_hull || request == Request::contacts))
     return solve_convex(view_hull(mesh.shape), mesh.pose, view(convex.shape), convex.pose, request,

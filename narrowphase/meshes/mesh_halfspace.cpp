@@ -6,12 +6,13 @@
 #include "manifold/patch_collector.h"
 #include "meshes/mesh_pair.h"
 #include "shapes/mesh_model.h"
+#include "shapes/shape_insides.h"
 
 namespace tandem {
 
 PairAnswer solve_mesh_halfspace(const Posed& mesh, const Posed& half, Request request,
                                 const NarrowPhaseOptions& options, std::vector<Contact>* contacts) {
-  const MeshModel& m = mesh.shape.mesh();
+  const MeshModel& m = mesh_of(mesh.shape);
   const Vec3 up = (half.pose.rotation * half.shape.normal()).normalized();
   const Vec3 between = mesh.pose.translation - half.pose.translation;
   const Vec3 local = mesh.pose.rotation.transpose() * up;

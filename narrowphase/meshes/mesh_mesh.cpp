@@ -17,6 +17,7 @@
 #include "pairs/convex_pair.h"
 #include "shapes/mesh_model.h"
 #include "shapes/pair_order.h"
+#include "shapes/shape_insides.h"
 #include "shapes/unit_vector.h"
 #include "triangles/predicates.h"
 #include "triangles/triangle_rows.h"
@@ -109,7 +110,7 @@ class MeetingPairs final : public PairVisitor {
 // Sorted: who found them and when leaves no trace.
 TrianglePairs meeting_pairs(const Posed& a, const Posed& b, TriangleTest& test, const PartRunner& runner,
                             PairMemory& memory, Apart* apart) {
-  const MeshModel &ma = a.shape.mesh(), &mb = b.shape.mesh();
+  const MeshModel &ma = mesh_of(a.shape), &mb = mesh_of(b.shape);
   constexpr std::size_t large = 16384, wanted = 64;  // triangles of both; parts
   std::vector<NodePair> parts;
   if (runner && ma.triangles.size() + mb.triangles.size() >= large)
@@ -134,7 +135,7 @@ TrianglePairs meeting_pairs(const Posed& a, const Posed& b, TriangleTest& test, 
 }
 
 bool part_inside(const Posed& outer, const Posed& inner) {
-  const MeshModel &o = outer.shape.mesh(), &i = inner.shape.mesh();
+  const MeshModel &o = mesh_of(outer.shape), &i = mesh_of(inner.shape);
   return o.solid && std::any_of(i.parts.begin(), i.parts.end(), [&](const MeshModel::Part& part) {
            return is_inside(o, outer.pose, i.vertices[part[0]], inner.pose);
          });
@@ -144,7 +145,7 @@ bool part_inside(const Posed& outer, const Posed& inner) {
 bool contained(const Posed& a, const Posed& b) { return part_inside(a, b) || part_inside(b, a); }
 
 bool meshes_collide(const Posed& a, const Posed& b) {
-  const MeshModel &ma = a.shape.mesh(), &mb = b.shape.mesh();
+  const MeshModel &ma = mesh_of(a.shape), &mb = mesh_of(b.shape);
   TriangleTest test(a.pose, b.pose, reach(mb));
   return MeetingPairs(ma, mb, test, nullptr, nullptr).any() || contained(a, b);
 }
@@ -189,7 +190,7 @@ DepthBound deepest_pair(const Posed& a, const Posed& b, std::span<const std::arr
   DepthBound deepest;
   deepest.certain = -1;
   for (const auto& [i, j] : pairs) {
-    const Corners p = a.shape.mesh().corners(i), q = b.shape.mesh().corners(j);
+    const Corners p = mesh_of(a.shape).corners(i), q = mesh_of(b.shape).corners(j);
     const PairAnswer r =
         solve_convex(TriangleView(p), a.pose, TriangleView(q), b.pose, Request::distance, options, nullptr);
     if (-r.signed_distance > deepest.certain && r.normal.norm() > 0.5)
@@ -208,12 +209,12 @@ constexpr double translation_slack = 3e-13;
 constexpr std::size_t small_meshes = std::size_t{1} << 18;  // triangles of the one times those of the other
 
 // A triangle, or what encloses its hull.
-bool bounds_convex(const Posed& s) { return s.shape.is_convex() || s.shape.mesh().own_hull; }
+bool bounds_convex(const Posed& s) { return s.shape.is_convex() || mesh_of(s.shape).own_hull; }
 
 // Which of two is taken for the convex set that it bounds: a triangle before a mesh, a solid before a surface, of alike
 // surfaces the second, which is no larger.
 bool first_is_body(const Posed& a, const Posed& b) {
-  const auto rank = [](const Posed& s) { return s.shape.mesh().convex ? 2 : s.shape.mesh().own_hull ? 1 : 0; };
+  const auto rank = [](const Posed& s) { return mesh_of(s.shape).convex ? 2 : mesh_of(s.shape).own_hull ? 1 : 0; };
   return a.shape.is_convex() || (!b.shape.is_convex() && rank(a) > rank(b));
 }
 
@@ -249,7 +250,7 @@ PairAnswer with_hulls(const Posed& a, const Posed& b, Request request, const Nar
 // Does a vertex of each part of the other mesh stay outside `outer`'s hull however that moves by at most `way`? No part
 // can come to lie inside then.
 bool stays_outside(const Posed& outer, const Posed& other, double way) {
-  const MeshModel &o = outer.shape.mesh(), &m = other.shape.mesh();
+  const MeshModel &o = mesh_of(outer.shape), &m = mesh_of(other.shape);
   const auto is_outside = [&](std::uint32_t v) {
     const Vec3 p = outer.pose.rotation.transpose() *
                    (other.pose.rotation * m.vertices[v] + (other.pose.translation - outer.pose.translation));
@@ -264,7 +265,7 @@ bool stays_outside(const Posed& outer, const Posed& other, double way) {
 // A surface has nothing inside: may the body it bounds stand for it all the same, as the other cannot slip into it on a
 // way shorter than that which parts them?
 bool stands_for(const Posed& s, const Posed& other, double way) {
-  return s.shape.is_convex() || s.shape.mesh().convex || stays_outside(s, other, way);
+  return s.shape.is_convex() || mesh_of(s.shape).convex || stays_outside(s, other, way);
 }
 
 // The distance of two that do not meet.
@@ -283,7 +284,7 @@ PairAnswer distance_apart(const Posed& a, const Posed& b, const NarrowPhaseOptio
 // The depth of two that collide: triangles `pairs` meet, or one is inside the other. A's translation is zero.
 PairAnswer depth_answer(const Posed& a, const Posed& b, std::span<const std::array<std::uint32_t, 2>> pairs,
                         const NarrowPhaseOptions& options) {
-  const MeshModel &ma = a.shape.mesh(), &mb = b.shape.mesh();
+  const MeshModel &ma = mesh_of(a.shape), &mb = mesh_of(b.shape);
   const auto body_stands = [&](double way) {
     return first_is_body(a, b) ? stands_for(a, b, way) : stands_for(b, a, way);
   };
@@ -380,7 +381,7 @@ double distance_of_point(const Posed& mesh, const Vec3& point, const NarrowPhase
   const Shape ball(Sphere{0});
   const Pose at{Mat3::Identity(), point};
   const PairAnswer r = solve_mesh_convex(mesh, {ball, at}, Request::distance, options, nullptr);
-  return mesh.shape.mesh().solid ? r.signed_distance + r.error_bound : std::max(0.0, r.signed_distance);
+  return mesh_of(mesh.shape).solid ? r.signed_distance + r.error_bound : std::max(0.0, r.signed_distance);
 }
 
 // A length that any translation has that separates two meshes that collide: that of the deepest of some triangles that
@@ -457,7 +458,7 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
     answer.collide = meshes_collide(a, b);
     return answer;
   }
-  const MeshModel &ma = a.shape.mesh(), &mb = b.shape.mesh();
+  const MeshModel &ma = mesh_of(a.shape), &mb = mesh_of(b.shape);
   TriangleTest test(a.pose, b.pose, reach(mb));
   PairMemory memory;
   Apart apart;
@@ -539,7 +540,7 @@ std::vector<std::array<std::uint32_t, 2>> mesh_triangle_pairs(const Shape& a, co
   const Posed first{a, pose_a}, second{b, pose_b};
   const bool in_order = goes_first(first, second);
   const Posed &p = in_order ? first : second, &q = in_order ? second : first;
-  TriangleTest test(p.pose, q.pose, reach(q.shape.mesh()));
+  TriangleTest test(p.pose, q.pose, reach(mesh_of(q.shape)));
   PairMemory memory;
   const TrianglePairs found = meeting_pairs(p, q, test, {}, memory, nullptr);
   std::vector<std::array<std::uint32_t, 2>> pairs(found.begin(), found.end());

@@ -8,6 +8,7 @@
 #include "pairs/convex_pair.h"
 #include "shapes/mesh_model.h"
 #include "shapes/pair_order.h"
+#include "shapes/shape_insides.h"
 
 namespace tandem {
 namespace {
@@ -23,7 +24,7 @@ PairAnswer solve_with_mesh_first(const Posed& a, const Posed& b, Request request
 }  // namespace
 
 bool goes_first(const Posed& a, const Posed& b) {
-  const MeshModel &ma = a.shape.mesh(), &mb = b.shape.mesh();
+  const MeshModel &ma = mesh_of(a.shape), &mb = mesh_of(b.shape);
   if (ma.unit != mb.unit) return ma.unit > mb.unit;
   if (ma.triangles.size() != mb.triangles.size()) return ma.triangles.size() > mb.triangles.size();
   const auto before = [](const auto& x, const auto& y) {

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "shapes/hull.h"
-#include "shapes/mesh_model.h"
+#include "shapes/shape_insides.h"
 #include "shapes/support_kernel.h"
 #include "shapes/unit_vector.h"
 #include "tolerances.h"
@@ -21,7 +21,7 @@ bool is_centred(const Shape& s) {
 /// The centre of a ball inside the shape, in its frame.
 Vec3 inner_centre(const Shape& s) {
   if (is_centred(s)) return Vec3::Zero();
-  return s.kind() == ShapeKind::cone ? Vec3(0, 0, -0.25 * s.length()) : s.hull().inside;
+  return s.kind() == ShapeKind::cone ? Vec3(0, 0, -0.25 * s.length()) : hull_of(s).inside;
 }
 
 [[gnu::always_inline]] inline double inner_radius(const Shape& s) {
@@ -37,7 +37,7 @@ Vec3 inner_centre(const Shape& s) {
     }
     case ShapeKind::convex:
     case ShapeKind::triangle:
-      return s.hull().inner_radius;
+      return hull_of(s).inner_radius;
     default:
       return s.radius();  // sphere, capsule
   }
@@ -73,7 +73,7 @@ double reach(const Hull& hull, const Vec3& d, Reach kind) {
     case ShapeKind::cone:
       return std::max(0.75 * s.length() * d[2], across() - 0.25 * s.length() * d[2]);
     default:
-      return reach(s.hull(), d, kind);
+      return reach(hull_of(s), d, kind);
   }
 }
 
@@ -111,7 +111,7 @@ double separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose
 }
 
 MeshGap test_hulls(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
-  const Hull &hull_a = a.mesh().hull, &hull_b = b.mesh().hull;
+  const Hull &hull_a = mesh_of(a).hull, &hull_b = mesh_of(b).hull;
   const Vec3 between = from_to(hull_a.inside, pose_a, hull_b.inside, pose_b);
   const double length2 = between.squaredNorm(), inner = hull_a.inner_radius + hull_b.inner_radius;
   if (length2 < 0.99 * inner * inner) return {};

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "shapes/hull.h"
+#include "shapes/shape_insides.h"
 
 namespace tandem {
 
@@ -26,7 +27,7 @@ ConvexView view(const Shape& shape) {
     }
     case ShapeKind::convex:
     case ShapeKind::triangle:
-      v.hull = &shape.hull();
+      v.hull = &hull_of(shape);
       v.vertices = v.hull->vertices;
       break;
     case ShapeKind::mesh:

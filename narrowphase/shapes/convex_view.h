@@ -15,7 +15,7 @@ struct ConvexView {
   ShapeKind kind;
   std::array<double, 4> param{};
   std::span<const Vec3> vertices;
-  const Hull* hull = nullptr;  ///< null for a triangle of a mesh
+  const detail::Hull* hull = nullptr;  ///< null for a triangle of a mesh
   double size = 0;
 };
 

@@ -13,6 +13,8 @@ namespace tandem {
 /// much of nothing.
 inline constexpr double flat_hull = 1e-13;
 
+namespace detail {
+
 /// The convex hull of points, of any dimension: a point, a segment, a flat polygon or a polytope.
 struct Hull {
   /// Facet: the polygon loop[first, first + count) counterclockwise seen from outside; normal . x <= offset holds for
@@ -47,5 +49,9 @@ struct Hull {
   std::vector<std::uint32_t> neighbour_face;
   int dimension = 0;  ///< 0 point, 1 segment, 2 flat polygon (two faces, back to back), 3 polytope
 };
+
+}  // namespace detail
+
+using detail::Hull;
 
 }  // namespace tandem

@@ -43,6 +43,8 @@ struct alignas(32) ChildSlabs {
   float half[mesh_lanes];
 };
 
+namespace detail {
+
 /// A checked mesh with what queries need of it, built once. Immutable.
 struct MeshModel {
   std::vector<Vec3> vertices;
@@ -78,6 +80,10 @@ struct MeshModel {
     return {vertices[t[0]], vertices[t[1]], vertices[t[2]]};
   }
 };
+
+}  // namespace detail
+
+using detail::MeshModel;
 
 /// Throws std::invalid_argument naming the mesh's first fault: no triangles, a vertex that is not finite, an index
 /// out of range, or for a solid mesh an edge that does not join triangles in opposite sense.

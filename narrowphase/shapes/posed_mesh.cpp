@@ -1,9 +1,11 @@
 #include "shapes/posed_mesh.h"
 
+#include "shapes/shape_insides.h"
+
 namespace tandem {
 
 ConvexView view_hull(const Shape& mesh) {
-  const Hull& hull = mesh.mesh().hull;
+  const Hull& hull = mesh_of(mesh).hull;
   return {.kind = ShapeKind::convex, .param = {}, .vertices = hull.vertices, .hull = &hull, .size = mesh.size()};
 }
 

@@ -8,7 +8,10 @@
 
 namespace tandem {
 
+namespace detail {
 struct Hull;
+}
+using detail::Hull;
 
 /// Where rays from a polytope's inside point leave it: three corners of a face for each of 384 cells of directions,
 /// those of the ray through the cell's middle. A hint where to begin, no more.

@@ -266,6 +266,19 @@ Shape Shape::rounded(double radius) const {
   return s;
 }
 
+std::span<const Vec3> Shape::vertices() const {
+  if (mesh_ != nullptr) return mesh_->vertices;
+  if (hull_ != nullptr) return hull_->vertices;
+  return {};
+}
+
+std::span<const std::array<std::uint32_t, 3>> Shape::triangles() const {
+  if (mesh_ == nullptr) return {};
+  return mesh_->triangles;
+}
+
+bool Shape::is_solid() const { return kind_ == ShapeKind::mesh ? mesh_->solid : kind_ != ShapeKind::triangle; }
+
 Bounds Shape::bounds(const Pose& pose) const {
   const Bounds core = core_bounds(pose);
   return {core.lo - Vec3::Constant(rounding_), core.hi + Vec3::Constant(rounding_)};

@@ -13,7 +13,11 @@ using SupportKernel = std::uint32_t (*)(const SupportMap& map, const Vec3* verti
 /// The kernel for the widest instruction set of the processor (SSE2 to AVX-512). All give the same answer.
 SupportKernel support_kernel();
 
+namespace detail {
 struct Hull;
+}
+using detail::Hull;
+
 /// The number of the face whose normal is the most along d (x, y, z), among equals the first. The hull has
 /// `normals`.
 using FaceKernel = std::uint32_t (*)(const Hull& hull, const double* d);

@@ -3,10 +3,12 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "catch.h"
 #include "message_of.h"
+#include "scene/scene_changes.h"
 
 using namespace tandem;
 using Catch::Matchers::Contains;
@@ -93,6 +95,69 @@ TEST_CASE("scene: a static body's density is not looked at, and a half-space may
   CHECK_NOTHROW(f.scene.add_body(fixed));
   CHECK_NOTHROW(f.scene.add_body(f.body()));
   CHECK(f.scene.bodies() == 4);
+}
+
+TEST_CASE(
+    "scene: bodies of all kinds, fixed and moving, with a shape each, come and go; only a half-space may not move") {
+  const auto point = [](double x, double y, double z) { return Vec3(x, y, z); };
+  const std::vector<Vec3> corners = {point(0, 0, 0), point(1, 0, 0), point(0, 1, 0), point(0, 0, 1)};
+  const std::vector<Shape> kinds = {Sphere{1},
+                                    Box{{1, 1, 1}},
+                                    Capsule{1, 1},
+                                    Cylinder{1, 1},
+                                    Cone{1, 1},
+                                    Ellipsoid{{1, 2, 3}},
+                                    HalfSpace{},
+                                    Shape(Convex{corners}),
+                                    Triangle{{corners[0], corners[1], corners[2]}},
+                                    Shape(Mesh{corners, {{0, 1, 2}, {0, 1, 3}}})};
+  REQUIRE(kinds.size() == shape_kinds);
+  Scene scene;
+  std::size_t bodies = 0;
+  for (int round = 0; round < 3; ++round) {
+    for (const bool is_static : {round != 1, round == 1})
+      for (const Shape& shape : kinds) {
+        const BodyOptions body{.shape = scene.add_shape(shape), .is_static = is_static};
+        CAPTURE(round, is_static, name(shape.kind()));
+        if (shape.is_bounded() || is_static) {
+          CHECK_NOTHROW(scene.add_body(body));
+          ++bodies;
+        } else {
+          CHECK_THAT(message_of([&] { scene.add_body(body); }), Contains("is_static") && Contains("half-space"));
+        }
+        CHECK(scene.bodies() == bodies);
+      }
+    for (std::uint32_t i = 0; i < scene.indices(); ++i)
+      if (scene.alive(i) && i % 3 != 0) {
+        scene.remove_body(scene.id(i));
+        --bodies;
+      }
+    CHECK(scene.bodies() == bodies);
+  }
+}
+
+TEST_CASE("scene: a copy has another history, what is moved keeps its own") {
+  Fixture f;
+  const BodyId id = f.scene.add_body(f.body());
+  const SceneChanges::HistoryName name(f.scene);
+  CHECK(name == SceneChanges::HistoryName(f.scene));
+  CHECK_FALSE(SceneChanges::HistoryName() == SceneChanges::HistoryName());
+  Scene copy = f.scene;
+  CHECK_FALSE(name == SceneChanges::HistoryName(copy));
+  const SceneChanges::HistoryName of_copy(copy);
+  copy = f.scene;
+  CHECK_FALSE(of_copy == SceneChanges::HistoryName(copy));
+  CHECK_FALSE(name == SceneChanges::HistoryName(copy));
+  const Scene moved = std::move(f.scene);
+  CHECK(name == SceneChanges::HistoryName(moved));
+
+  CHECK(SceneChanges::comings_and_goings(moved) == 1);
+  CHECK(SceneChanges::versions(moved)[id.index()] == 1);
+  copy.set_pose(id, Pose::at(1, 0, 0));
+  CHECK(SceneChanges::versions(copy)[id.index()] == 2);
+  copy.remove_body(id);
+  CHECK(SceneChanges::versions(copy)[id.index()] == 3);
+  CHECK(SceneChanges::comings_and_goings(copy) == 2);
 }
 
 TEST_CASE("scene: changes are checked as bodies are, and a refused one changes nothing") {

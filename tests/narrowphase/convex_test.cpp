@@ -7,6 +7,7 @@
 #include "random_pairs.h"
 #include "reference.h"
 #include "shapes/hull.h"
+#include "shapes/shape_insides.h"
 #include "shapes/support.h"
 
 using namespace tandem;
@@ -56,7 +57,7 @@ double off_surface(const Shape& s, const Pose& pose, const Vec3& world) {
   }
   if (s.kind() == ShapeKind::convex) {
     double out = -1e300;
-    for (const Hull::Face& face : s.hull().faces) out = std::max(out, face.normal.dot(p) - face.offset);
+    for (const Hull::Face& face : hull_of(s).faces) out = std::max(out, face.normal.dot(p) - face.offset);
     return std::abs(out);
   }
   return std::abs(point_distance(view(s), p).signed_distance);

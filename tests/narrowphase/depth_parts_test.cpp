@@ -7,6 +7,7 @@
 #include "random_pairs.h"
 #include "round/round_walk.h"
 #include "shapes/hull_builder.h"
+#include "shapes/shape_insides.h"
 
 using namespace tandem;
 using namespace tandem::test;
@@ -14,7 +15,7 @@ using namespace tandem::test;
 namespace {
 
 Hull corners_of(const Shape& s) {
-  if (s.kind() != ShapeKind::box) return s.hull();
+  if (s.kind() != ShapeKind::box) return hull_of(s);
   std::vector<Vec3> corners;
   for (int i = 0; i < 8; ++i)
     corners.push_back(s.half_size().cwiseProduct(Vec3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1)));

@@ -6,6 +6,7 @@
 #include "random_pairs.h"
 #include "reference.h"
 #include "round/hull_projection.h"
+#include "shapes/shape_insides.h"
 
 using namespace tandem;
 using namespace tandem::test;
@@ -125,7 +126,7 @@ TEST_CASE("projection: of a hull the nearest corner, edge or face, from wherever
     std::vector<Vec3> cloud(static_cast<std::size_t>(6 + i % 40));
     for (Vec3& v : cloud) v = r.vec(-1, 1);
     const Shape shape{Convex{cloud}};
-    const Hull& hull = shape.hull();
+    const Hull& hull = hull_of(shape);
     REQUIRE(has_rings(hull));
     for (int k = 0; k < 20; ++k) {
       const Vec3 p = r.vec(-3, 3);

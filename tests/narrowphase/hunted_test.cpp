@@ -32,7 +32,7 @@ Shape faced_shape(int which, Random& r, double scale) {
         for (const double h : {-0.5, 0.5})
           c.vertices.emplace_back(size[0] * std::cos(turn * i / sides), size[1] * std::sin(turn * i / sides),
                                   h * size[2]);
-      return c;
+      return Shape(c);
     }
     default:
       return Triangle{{Vec3(size[0], 0, 0), Vec3(-size[0], size[1], 0), Vec3(-size[0] * r.unit(), -size[1], 0)}};
@@ -175,7 +175,7 @@ TEST_CASE("hunted: a least depth all around an axis, or in all directions, is kn
         {Cylinder{f / 3, 3 * f}, [=](double s, double c) { return f * (s / 3 + 1.5 * std::abs(c)); }},
         {Capsule{f / 2, f}, [=](double, double c) { return f * (0.5 + 0.5 * std::abs(c)); }},
         {Cone{f / 3, 3 * f}, [=](double s, double c) { return f * std::max(1.5 * c, s / 3 - 1.5 * c); }},
-        {Convex{{tip, -tip, 0.25 * tip}}, segment},
+        {Shape(Convex{{tip, -tip, 0.25 * tip}}), segment},
         {Triangle{{tip, 0.4 * tip, -tip}}, segment},
         spheroid(f, 9 * f)};
   };
@@ -557,7 +557,7 @@ TEST_CASE("hunted: between several walls the way out is the shortest beyond all 
                                   Sphere{0.4},
                                   Capsule{0.2, 0.7},
                                   Cylinder{0.3, 0.6},
-                                  Convex{box_mesh(Vec3(0.7, 0.5, 0.9)).vertices},
+                                  Shape(Convex{box_mesh(Vec3(0.7, 0.5, 0.9)).vertices}),
                                   Shape(box_mesh(Vec3(0.7, 0.9, 0.5), 2))};
   Random r(5);
   for (const int kind : {0, 1, 2})

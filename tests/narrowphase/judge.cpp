@@ -4,7 +4,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "shapes/hull.h"
+#include "shapes/shape_insides.h"
 
 namespace tandem::test {
 namespace {
@@ -40,7 +40,7 @@ void write(std::ostream& out, const Shape& s) {
     case ShapeKind::convex:
     case ShapeKind::triangle: {
       // A triangle without area has fewer extreme points than corners.
-      const auto& vertices = s.hull().vertices;
+      const auto& vertices = hull_of(s).vertices;
       const std::size_t corners = s.kind() == ShapeKind::triangle ? 3 : vertices.size();
       out << ",\"vertices\":[";
       for (std::size_t i = 0; i < corners; ++i) out << (i > 0 ? "," : "") << vertices[std::min(i, vertices.size() - 1)];
@@ -170,7 +170,7 @@ double reach(const PosedPair& p) {
   double far = (p.pose_b.translation - p.pose_a.translation).norm();
   for (const Shape* s : {&p.a, &p.b}) {
     if (s->kind() == ShapeKind::halfspace) far += std::abs(s->offset());
-    if (s->kind() == ShapeKind::convex || s->kind() == ShapeKind::triangle) far += s->hull().inside.norm();
+    if (s->kind() == ShapeKind::convex || s->kind() == ShapeKind::triangle) far += hull_of(*s).inside.norm();
   }
   return far;
 }

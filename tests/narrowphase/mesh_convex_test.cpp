@@ -7,6 +7,7 @@
 #include "meshes/depth/mesh_inside.h"
 #include "random_pairs.h"
 #include "shapes/mesh_model.h"
+#include "shapes/shape_insides.h"
 #include "tandem/narrowphase/narrow_phase.h"
 
 using namespace tandem;
@@ -33,8 +34,9 @@ std::vector<Shape> convex_shapes() {
           Cylinder{0.2, 0.4},
           Cone{0.2, 0.5},
           Ellipsoid{Vec3(0.1, 0.2, 0.3)},
-          Convex{{Vec3(0.2, 0, 0), Vec3(-0.1, 0.2, 0), Vec3(-0.1, -0.2, 0.1), Vec3(0, 0, 0.3), Vec3(0.1, 0.1, -0.2)}},
-          Convex{{Vec3(0.2, 0, 0), Vec3(-0.1, 0.2, 0), Vec3(-0.1, -0.2, 0)}},
+          Shape(Convex{
+              {Vec3(0.2, 0, 0), Vec3(-0.1, 0.2, 0), Vec3(-0.1, -0.2, 0.1), Vec3(0, 0, 0.3), Vec3(0.1, 0.1, -0.2)}}),
+          Shape(Convex{{Vec3(0.2, 0, 0), Vec3(-0.1, 0.2, 0), Vec3(-0.1, -0.2, 0)}}),
           Triangle{{Vec3(0.2, 0, 0), Vec3(-0.1, 0.2, 0), Vec3(-0.1, -0.2, 0.1)}}};
 }
 
@@ -164,7 +166,7 @@ TEST_CASE("a surface keeps from a convex shape what its nearest triangle keeps, 
       d = answer(mesh, pa, shape, pb);
       double want = 1e9;
       for (std::uint32_t t = 0; t < ring.triangles.size(); ++t) {
-        const Shape one(Triangle{mesh.mesh().corners(t)});
+        const Shape one(Triangle{mesh_of(mesh).corners(t)});
         want = std::min(want, answer(one, pa, shape, pb).signed_distance);
       }
       CAPTURE(name(shape.kind()), i, gap, want);
@@ -291,9 +293,9 @@ TEST_CASE("a solid with a cavity: what floats in it touches nothing") {
 
 TEST_CASE("a solid mesh that is convex is solved as its hull: depth, normal, manifold") {
   const Shape mesh(box_mesh(Vec3(1, 2, 3), 3)), box(Box{Vec3(1, 2, 3)});
-  REQUIRE(mesh.mesh().convex);
-  CHECK_FALSE(Shape(torus(1, 0.3, 8, 6)).mesh().convex);
-  CHECK_FALSE(Shape(hollow_box(Vec3(2, 2, 2), Vec3(1, 1, 1))).mesh().convex);
+  REQUIRE(mesh_of(mesh).convex);
+  CHECK_FALSE(mesh_of(Shape(torus(1, 0.3, 8, 6))).convex);
+  CHECK_FALSE(mesh_of(Shape(hollow_box(Vec3(2, 2, 2), Vec3(1, 1, 1)))).convex);
   Random r(32);
   for (int i = 0; i < 40; ++i) {
     const Pose pa = random_pose(r, 1), pb = i == 0 ? pa : random_pose(r, 1);
@@ -415,7 +417,7 @@ TEST_CASE("shapes that slide over tessellated ground meet its plane alone") {
           at.translation = Vec3(i == 0 ? 0 : r.in(-1, 1), i == 0 ? 0 : r.in(-1, 1), s.lowest - sunk);
           std::vector<Contact> contacts, shaken;
           NarrowPhase({.margin = 1e-6}).solve(ground, Pose{}, s.shape, at, Request::contacts, &contacts);
-          CAPTURE(name(s.shape.kind()), sunk, i, ground.mesh().solid);
+          CAPTURE(name(s.shape.kind()), sunk, i, mesh_of(ground).solid);
           CHECK(contacts.size() == s.points);
           double most = -1;
           for (const Contact& c : contacts) {
@@ -538,7 +540,7 @@ TEST_CASE("triangles without area in a mesh are the segments and points that the
     const Answers found = answers(a, pa, b, pb);
     double least = std::numeric_limits<double>::infinity();
     for (std::uint32_t t = 0; t < 3; ++t)
-      least = std::min(least, answer(Shape(Triangle{a.mesh().corners(t)}), pa, b, pb).signed_distance);
+      least = std::min(least, answer(Shape(Triangle{mesh_of(a).corners(t)}), pa, b, pb).signed_distance);
     CAPTURE(i, name(b.kind()), least, found.distance.signed_distance);
     if (std::abs(least) < 1e-12) continue;
     CHECK(found.collide == (least <= 0));
@@ -643,8 +645,8 @@ TEST_CASE("a point in a solid leaves it by the nearest way") {
     ++inside;
     const Answers point = answers(ring, Pose{}, Shape(Sphere{0}), Pose::at(p.x(), p.y(), p.z()));
     double depth = std::numeric_limits<double>::infinity();
-    for (std::uint32_t t = 0; t < ring.mesh().triangles.size(); ++t)
-      depth = std::min(depth, answer(Shape(Triangle{ring.mesh().corners(t)}), Pose{}, Shape(Sphere{0}),
+    for (std::uint32_t t = 0; t < mesh_of(ring).triangles.size(); ++t)
+      depth = std::min(depth, answer(Shape(Triangle{mesh_of(ring).corners(t)}), Pose{}, Shape(Sphere{0}),
                                      Pose::at(p.x(), p.y(), p.z()))
                                   .signed_distance);
     CAPTURE(i, p.transpose());

@@ -8,6 +8,7 @@
 #include "mesh_samples.h"
 #include "random.h"
 #include "shapes/mesh_model.h"
+#include "shapes/shape_insides.h"
 #include "tandem/narrowphase/narrow_phase.h"
 
 using namespace tandem;
@@ -61,9 +62,9 @@ double least_distance(const Shape& a, const Pose& pose_a, const Shape& b, const 
   double least = infinity;
   const NarrowPhase solver;
   std::vector<Shape> of_b;
-  for (std::uint32_t y = 0; y < b.mesh().triangles.size(); ++y) of_b.emplace_back(Triangle{b.mesh().corners(y)});
-  for (std::uint32_t x = 0; x < a.mesh().triangles.size(); ++x) {
-    const Shape t(Triangle{a.mesh().corners(x)});
+  for (std::uint32_t y = 0; y < mesh_of(b).triangles.size(); ++y) of_b.emplace_back(Triangle{mesh_of(b).corners(y)});
+  for (std::uint32_t x = 0; x < mesh_of(a).triangles.size(); ++x) {
+    const Shape t(Triangle{mesh_of(a).corners(x)});
     for (const Shape& other : of_b)
       least = std::min(least, solver.solve(t, pose_a, other, pose_b, Request::distance).signed_distance);
   }

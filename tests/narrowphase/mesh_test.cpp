@@ -17,6 +17,7 @@
 #include "meshes/depth/mesh_inside.h"
 #include "meshes/mesh_pair.h"
 #include "shapes/mesh_model.h"
+#include "shapes/shape_insides.h"
 #include "tandem/narrowphase/narrow_phase.h"
 #include "triangles/predicates.h"
 
@@ -113,12 +114,12 @@ Pose read_pose(const Json& json) {
 }
 
 Shape read_shape(const Json& json, const std::filesystem::path& meshes) {
-  if (json.contains("file")) return read_mesh(meshes / json["file"].get<std::string>());
+  if (json.contains("file")) return Shape(read_mesh(meshes / json["file"].get<std::string>()));
   Mesh mesh;
   for (const Json& v : json["vertices"]) mesh.vertices.emplace_back(v[0], v[1], v[2]);
   if (json["kind"] == "triangle") return Triangle{{mesh.vertices[0], mesh.vertices[1], mesh.vertices[2]}};
   for (const Json& t : json["triangles"]) mesh.triangles.push_back({t[0], t[1], t[2]});
-  return mesh;
+  return Shape(mesh);
 }
 
 }  // namespace
@@ -136,7 +137,7 @@ TEST_CASE("all intersecting triangle pairs of two meshes are those of all agains
     Pairs want;
     for (std::uint32_t x = 0; x < input_a.triangles.size(); ++x)
       for (std::uint32_t y = 0; y < input_b.triangles.size(); ++y) {
-        const auto p = a.mesh().corners(x), q = b.mesh().corners(y);
+        const auto p = mesh_of(a).corners(x), q = mesh_of(b).corners(y);
         if (test(p, q, {test.in_a(q[0]), test.in_a(q[1]), test.in_a(q[2])})) want.push_back({x, y});
       }
     CAPTURE(i);
@@ -169,18 +170,18 @@ TEST_CASE("a small mesh whose corners just pierce or just miss a large one: what
     const Pose pa = Pose::from(random_turn(random), random_point(random, 1));
     Pose pb = Pose::from(random_turn(random), Vec3::Zero());
     // A corner within some 1e-8 of the middle of a triangle, the rest of the box outside.
-    const auto p = a.mesh().corners(static_cast<std::uint32_t>(1 + 7 * i % (large.triangles.size() - 1)));
+    const auto p = mesh_of(a).corners(static_cast<std::uint32_t>(1 + 7 * i % (large.triangles.size() - 1)));
     const Vec3 out = pa.rotation * (p[1] - p[0]).cross(p[2] - p[0]).normalized();
     const double sink = (i % 2 != 0 ? 1 : -1) * std::pow(10.0, -8 - static_cast<double>(i % 4));
-    Vec3 corner = pb.rotation * b.mesh().vertices[0];
-    for (const Vec3& v : b.mesh().vertices)
+    Vec3 corner = pb.rotation * mesh_of(b).vertices[0];
+    for (const Vec3& v : mesh_of(b).vertices)
       if ((pb.rotation * v).dot(out) < corner.dot(out)) corner = pb.rotation * v;
     pb.translation = pa * ((p[0] + p[1] + p[2]) / 3) - corner - sink * out;
     TriangleTest test(pa, pb, 1);
     Pairs want;
     for (std::uint32_t x = 0; x < large.triangles.size(); ++x)
       for (std::uint32_t y = 0; y < small.triangles.size(); ++y) {
-        const auto t = a.mesh().corners(x), q = b.mesh().corners(y);
+        const auto t = mesh_of(a).corners(x), q = mesh_of(b).corners(y);
         if (test(t, q, {test.in_a(q[0]), test.in_a(q[1]), test.in_a(q[2])})) want.push_back({x, y});
       }
     CAPTURE(i, sink);
@@ -197,7 +198,7 @@ TEST_CASE("stretched, tiny, far, aligned and shifted meshes: every pair that exa
   flat.solid = ring.solid = needle.solid = tiny.solid = false;
   flat.triangles.push_back({0, 1, 0});
   flat.triangles.push_back({2, 2, 2});
-  const std::vector<Shape> shapes{ring, needle, tiny, flat};
+  const std::vector<Shape> shapes{Shape(ring), Shape(needle), Shape(tiny), Shape(flat)};
   std::mt19937_64 random(27);
   std::size_t found = 0;
   for (std::size_t i = 0; i < 24; ++i) {
@@ -207,13 +208,13 @@ TEST_CASE("stretched, tiny, far, aligned and shifted meshes: every pair that exa
     pb = pa;
     if (i % 6 == 1)
       pb = {pa.rotation * Eigen::AngleAxisd(std::numbers::pi / 6, Vec3::UnitZ()).toRotationMatrix(), pa.translation};
-    if (i % 6 > 2) pb.translation += pa.rotation * a.mesh().vertices[5 * i % 60];
+    if (i % 6 > 2) pb.translation += pa.rotation * mesh_of(a).vertices[5 * i % 60];
     if (i % 6 > 3) pb.rotation = random_turn(random).toRotationMatrix();
     TriangleTest test(pa, pb, 1e4);
     Pairs want;
-    for (std::uint32_t x = 0; x < a.mesh().triangles.size(); ++x)
-      for (std::uint32_t y = 0; y < b.mesh().triangles.size(); ++y) {
-        const auto p = a.mesh().corners(x), q = b.mesh().corners(y);
+    for (std::uint32_t x = 0; x < mesh_of(a).triangles.size(); ++x)
+      for (std::uint32_t y = 0; y < mesh_of(b).triangles.size(); ++y) {
+        const auto p = mesh_of(a).corners(x), q = mesh_of(b).corners(y);
         // Far apart by any account: not worth the exact answer.
         Bounds bp{p[0], p[0]}, bq{test.in_a(q[0]), test.in_a(q[0])};
         for (std::size_t k = 1; k < 3; ++k) {
@@ -247,10 +248,10 @@ TEST_CASE("distance of meshes near and far is the least of all their triangles")
     double want = 1e9;
     for (std::uint32_t x = 0; x < ring.triangles.size(); ++x)
       for (std::uint32_t y = 0; y < sheet.triangles.size(); ++y)
-        want = std::min(
-            want, NarrowPhase()
-                      .solve(Triangle{a.mesh().corners(x)}, pa, Triangle{b.mesh().corners(y)}, pb, Request::distance)
-                      .signed_distance);
+        want = std::min(want, NarrowPhase()
+                                  .solve(Triangle{mesh_of(a).corners(x)}, pa, Triangle{mesh_of(b).corners(y)}, pb,
+                                         Request::distance)
+                                  .signed_distance);
     const PairAnswer r = NarrowPhase().solve(a, pa, b, pb, Request::distance);
     CAPTURE(i);
     CHECK(r.signed_distance == Approx(want).margin(1e-12));
@@ -409,7 +410,7 @@ TEST_CASE("distance of disjoint meshes is that of all triangles against all") {
     double want = 1e9;
     for (std::uint32_t x = 0; x < ring.triangles.size(); ++x)
       want = std::min(
-          want, NarrowPhase().solve(Triangle{a.mesh().corners(x)}, pa, box, pb, Request::distance).signed_distance);
+          want, NarrowPhase().solve(Triangle{mesh_of(a).corners(x)}, pa, box, pb, Request::distance).signed_distance);
     const PairAnswer meshes = NarrowPhase().solve(a, pa, b, pb, Request::distance);
     const PairAnswer convex = NarrowPhase().solve(a, pa, box, pb, Request::distance);
     const PairAnswer swapped = NarrowPhase().solve(b, pb, a, pa, Request::distance);
@@ -716,7 +717,7 @@ TEST_CASE("identical, touching and zero-area meshes have finite answers") {
                                   Cone{0.5, 1},
                                   Ellipsoid{Vec3(0.5, 0.6, 0.7)},
                                   HalfSpace{Vec3::UnitX(), 0},
-                                  Convex{{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)}},
+                                  Shape(Convex{{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)}}),
                                   Triangle{{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)}},
                                   Triangle{{Vec3(0.5, 0, 0), Vec3(0.5, 0, 0), Vec3(0.5, 0, 0)}}};
   for (const Shape& mesh : {ring, cube, ill})
@@ -738,7 +739,7 @@ TEST_CASE("identical, touching and zero-area meshes have finite answers") {
         const auto contacts = contacts_of(mesh, Pose{}, other, pose);
         CHECK((hit || contacts.empty()));
         // Of boxes that share a face, all the same.
-        if (hit && other.kind() == ShapeKind::mesh && &other == &shapes[1] && mesh.mesh().triangles.size() == 12 &&
+        if (hit && other.kind() == ShapeKind::mesh && &other == &shapes[1] && mesh_of(mesh).triangles.size() == 12 &&
             at == Vec3(1, 0, 0))
           for (const Contact& c : contacts) {
             CHECK(c.depth == Approx(0).margin(1e-9));

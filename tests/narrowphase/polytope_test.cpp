@@ -8,6 +8,7 @@
 #include "random_pairs.h"
 #include "shapes/hull.h"
 #include "shapes/hull_builder.h"
+#include "shapes/shape_insides.h"
 
 using namespace tandem;
 using namespace tandem::test;
@@ -27,8 +28,8 @@ struct Posed {
   std::vector<Real3> vertices, normals, edges;
 };
 
-Hull hull_of(const Shape& s) {
-  if (s.kind() != ShapeKind::box) return s.hull();
+Hull polytope_of(const Shape& s) {
+  if (s.kind() != ShapeKind::box) return hull_of(s);
   std::vector<Vec3> corners;
   for (int i = 0; i < 8; ++i)
     corners.push_back(s.half_size().cwiseProduct(Vec3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1)));
@@ -36,7 +37,7 @@ Hull hull_of(const Shape& s) {
 }
 
 Posed posed(const Shape& s, const Pose& pose, const Vec3& origin) {
-  const Hull hull = hull_of(s);
+  const Hull hull = polytope_of(s);
   Posed p;
   for (const Vec3& v : hull.vertices) {
     Real3 w;
@@ -192,7 +193,7 @@ TEST_CASE("polytopes: identical, concentric and aligned ones, faces on faces and
         check(a, pa, b, pb, tally);
       }
     // Moved along by its own edges and faces: they stay on each other.
-    const Hull hull = hull_of(a);
+    const Hull hull = polytope_of(a);
     for (std::size_t e = 0; e < std::min<std::size_t>(hull.edges.size(), 4); ++e) {
       Pose pb = pa;
       pb.translation += pa.rotation * (0.5 * (hull.vertices[hull.edges[e].v[1]] - hull.vertices[hull.edges[e].v[0]]));

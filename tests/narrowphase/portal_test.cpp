@@ -8,6 +8,7 @@
 #include "random_pairs.h"
 #include "reference.h"
 #include "shapes/hull.h"
+#include "shapes/shape_insides.h"
 
 using namespace tandem;
 using namespace tandem::test;
@@ -80,7 +81,7 @@ TEST_CASE("rays leave a hull near the corners that its map names") {
   for (const int points : {5, 32, 300}) {
     const Shape shape =
         reference::make_pair({ShapeKind::convex, points}, {ShapeKind::box}, reference::PairClass::deep, 1).a;
-    const Hull& hull = shape.hull();
+    const Hull& hull = hull_of(shape);
     REQUIRE(!hull.rays.empty());
     reference::Random random(7);
     int hit = 0;

@@ -7,7 +7,7 @@
 #include "catch.h"
 #include "judge.h"
 #include "random.h"
-#include "shapes/hull.h"
+#include "shapes/shape_insides.h"
 
 using namespace tandem;
 using namespace tandem::test;
@@ -83,7 +83,7 @@ TEST_CASE("property: the order of a hull's points changes nothing") {
     for (const PairClass c : all_pair_classes)
       for (std::uint64_t k = 0; k < 6; ++k) {
         const PosedPair p = make_pair({ShapeKind::convex}, other, c, k);
-        Convex shuffled{p.a.hull().vertices};
+        Convex shuffled{hull_of(p.a).vertices};
         for (std::size_t i = shuffled.vertices.size(); i > 1; --i)
           std::swap(shuffled.vertices[i - 1],
                     shuffled.vertices[static_cast<std::size_t>(r.below(static_cast<int>(i)))]);

@@ -13,6 +13,7 @@
 #include "real.h"
 #include "shapes/hull.h"
 #include "shapes/hull_builder.h"
+#include "shapes/shape_insides.h"
 
 using namespace tandem;
 using namespace tandem::reference;
@@ -46,7 +47,7 @@ Polytope posed(const Shape& s, const Pose& pose, const Vec3& origin) {
     for (int i = 0; i < 8; ++i)
       corners.push_back(s.half_size().cwiseProduct(Vec3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1)));
   } else {
-    corners = s.hull().vertices;
+    corners = hull_of(s).vertices;
   }
   const Hull hull = build_hull(corners);
   const auto to_world = [&](const Vec3& v) {
@@ -113,7 +114,7 @@ double extent(const Shape& s, const Vec3& n) {
       return s.half_size().dot(n.cwiseAbs());
     default: {
       double most = -1e300;
-      for (const Vec3& v : s.hull().vertices) most = std::max(most, v.dot(n));
+      for (const Vec3& v : hull_of(s).vertices) most = std::max(most, v.dot(n));
       return most;
     }
   }

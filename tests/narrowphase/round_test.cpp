@@ -388,7 +388,7 @@ TEST_CASE("round: a hull far from its own origin has points as exact as another"
     for (int k = 0; k < 12; ++k) far.vertices.push_back(Vec3(300, -700, 200) + 0.5 * r.direction());
     const Pose here{r.rotation(), Vec3::Zero()};
     const Pose back{Mat3::Identity(), r.vec(-1, 1) - Vec3(300, -700, 200)};
-    const PosedPair p{far, back, i % 2 == 0 ? cone : Shape(Cylinder{0.4, 0.6}), here};
+    const PosedPair p{Shape(far), back, i % 2 == 0 ? cone : Shape(Cylinder{0.4, 0.6}), here};
     CHECK(test::judge(NarrowPhase(), p, reference::signed_distance(p.a, p.pose_a, p.b, p.pose_b)) == "");
   }
 }

@@ -1,12 +1,15 @@
 #include "tandem/narrowphase/shape.h"
 
+#include <array>
 #include <functional>
+#include <type_traits>
+#include <vector>
 
 #include "catch.h"
 #include "mesh_samples.h"
 #include "random.h"
-#include "shapes/hull.h"
 #include "shapes/mesh_model.h"
+#include "shapes/shape_insides.h"
 #include "tandem/narrowphase/narrow_phase.h"
 
 using namespace tandem;
@@ -15,7 +18,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-Shape tetrahedron() { return Convex{{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 2, 0), Vec3(0, 0, 3)}}; }
+Shape tetrahedron() { return Shape(Convex{{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 2, 0), Vec3(0, 0, 3)}}); }
 
 // Is a point in the shape, by its definition? For the kinds with a closed form.
 bool holds(const Shape& s, const Vec3& p) {
@@ -34,7 +37,7 @@ bool holds(const Shape& s, const Vec3& p) {
     case ShapeKind::ellipsoid:
       return p.cwiseQuotient(s.radii()).norm() <= 1;
     default: {
-      for (const auto& face : s.hull().faces)
+      for (const auto& face : hull_of(s).faces)
         if (face.normal.dot(p) > face.offset) return false;
       return true;
     }
@@ -63,6 +66,39 @@ TEST_CASE("shapes refuse what they cannot be, by the field's name") {
   CHECK_NOTHROW(Shape(Sphere{0}));
   CHECK_NOTHROW(Shape(Capsule{1, 0}));
   CHECK_NOTHROW(Shape(Triangle{{Vec3(1, 1, 1), Vec3(1, 1, 1), Vec3(1, 1, 1)}}));
+}
+
+TEST_CASE("shapes tell their vertices and triangles") {
+  const std::vector<Vec3> corners = {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)};
+  std::vector<Vec3> more = corners;
+  more.insert(more.begin() + 1, Vec3(0.1, 0.1, 0.1));
+  const Shape hull{Convex{more}};
+  CHECK(std::vector(hull.vertices().begin(), hull.vertices().end()) == corners);
+  CHECK(hull.triangles().empty());
+  CHECK(hull.is_solid());
+
+  const Shape flat(Triangle{{corners[0], corners[1], corners[1]}});
+  CHECK(flat.vertices().size() == 3);
+  CHECK(flat.triangles().size() == 1);
+  CHECK_FALSE(flat.is_solid());
+
+  const std::vector<std::array<std::uint32_t, 3>> faces = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+  for (const bool solid : {false, true}) {
+    const Shape mesh(Mesh{corners, faces, solid});
+    CHECK(std::vector(mesh.vertices().begin(), mesh.vertices().end()) == corners);
+    CHECK(std::vector(mesh.triangles().begin(), mesh.triangles().end()) == faces);
+    CHECK(mesh.is_solid() == solid);
+  }
+
+  const Shape ball(Sphere{1});
+  CHECK(ball.vertices().empty());
+  CHECK(ball.triangles().empty());
+  CHECK(ball.is_solid());
+}
+
+TEST_CASE("shapes that are costly to build are not built by the way") {
+  static_assert(!std::is_convertible_v<Mesh, Shape> && !std::is_convertible_v<Convex, Shape>);
+  static_assert(std::is_convertible_v<Box, Shape> && std::is_convertible_v<Triangle, Shape>);
 }
 
 TEST_CASE("poses: rotations of float precision pass, others do not") {
@@ -99,7 +135,7 @@ TEST_CASE("bounds hold the shape and touch it on all six sides") {
       for (int k = 0; k < 40000; ++k) {
         // Push random points out to the surface along a ray from an inner point.
         const Vec3 d = random_point(random, 1).normalized();
-        const Vec3 from = shape.kind() == ShapeKind::convex ? shape.hull().inside : Vec3(0, 0, 0);
+        const Vec3 from = shape.kind() == ShapeKind::convex ? hull_of(shape).inside : Vec3(0, 0, 0);
         double in = 0, out = shape.size();
         for (int step = 0; step < 30; ++step) (holds(shape, from + (in + out) / 2 * d) ? in : out) = (in + out) / 2;
         const Vec3 p = pose * Vec3(from + in * d);

@@ -4,7 +4,7 @@
 #include "catch.h"
 #include "mesh_samples.h"
 #include "random_pairs.h"
-#include "shapes/mesh_model.h"
+#include "shapes/shape_insides.h"
 
 using namespace tandem;
 using namespace tandem::test;
@@ -114,7 +114,7 @@ TEST_CASE("time of impact: speeds of nothing, next to nothing and next to infini
     const Shape wall(Box{Vec3(1, 1, 1)});
     const Pose at = Pose::at(3, 0, 0);
     CAPTURE(name(s.kind()));
-    const double reach = s.kind() == ShapeKind::mesh && !s.mesh().convex ? 0.7 : 0.5, gap = 2.5 - reach;
+    const double reach = s.kind() == ShapeKind::mesh && !mesh_of(s).convex ? 0.7 : 0.5, gap = 2.5 - reach;
     for (const double speed : {1e-300, 1e-12, 1.0, 1e12, 1e300, 1.7e308}) {
       const Vec3 v(-speed, 0, 0);
       const double due = gap / speed;
@@ -201,7 +201,7 @@ TEST_CASE("time of impact of meshes is the first of all their triangles'") {
     for (const Shape& s : {small, Shape(Box{Vec3(0.2, 0.3, 0.4)}), Shape(Sphere{0.2}), Shape(Cone{0.2, 0.5})}) {
       double want = 1e9;
       for (std::uint32_t x = 0; x < open.triangles.size(); ++x) {
-        const Shape one(Triangle{ring.mesh().corners(x)});
+        const Shape one(Triangle{mesh_of(ring).corners(x)});
         if (const auto t = n.time_of_impact(one, pa, Vec3::Zero(), s, pb, v, 3)) want = std::min(want, *t);
       }
       const auto t = n.time_of_impact(ring, pa, Vec3::Zero(), s, pb, v, 3);

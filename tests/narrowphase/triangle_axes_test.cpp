@@ -4,7 +4,7 @@
 
 #include "catch.h"
 #include "random_pairs.h"
-#include "shapes/hull.h"
+#include "shapes/shape_insides.h"
 
 using namespace tandem;
 using namespace tandem::test;
@@ -12,9 +12,9 @@ using namespace tandem::test;
 namespace {
 
 std::optional<bool> by_axes(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
-  const std::span<const Vec3, 3> corners_b(b.hull().vertices);
+  const std::span<const Vec3, 3> corners_b(hull_of(b).vertices);
   if (a.kind() == ShapeKind::box) return box_triangle_collide(a.parameters(), pose_a, corners_b, pose_b);
-  return triangles_collide(std::span<const Vec3, 3>(a.hull().vertices), pose_a, corners_b, pose_b);
+  return triangles_collide(std::span<const Vec3, 3>(hull_of(a).vertices), pose_a, corners_b, pose_b);
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "pairs/convex_pair.h"
 #include "shapes/mesh_model.h"
 #include "shapes/pair_order.h"
+#include "shapes/shape_insides.h"
 #include "shapes/unit_vector.h"
 
 namespace tandem {
@@ -150,7 +151,7 @@ struct WaysOut::Parts {
         between(b.pose.translation - a.pose.translation),
         size(a.shape.size() + b.shape.size()),
         slack(rounding * size),
-        flat{FlatParts(b.shape.mesh(), slack), FlatParts(a.shape.mesh(), slack)} {}
+        flat{FlatParts(mesh_of(b.shape), slack), FlatParts(mesh_of(a.shape), slack)} {}
 
   bool is_out(const Vec3& move) const { return !meet(move, nullptr) && !meet(farther(move), nullptr); }
   Vec3 farther(const Vec3& move) const { return move + alike * size * unit(move, move.norm()); }
@@ -171,7 +172,7 @@ struct WaysOut::Parts {
 
   // Edge k of triangle i of one mesh, B moved by `at`, through triangle j of the other.
   void look(bool of_a, std::uint32_t i, std::size_t k, std::uint32_t j, const Vec3& at) {
-    const MeshModel &own = (of_a ? a : b).shape.mesh(), &other = (of_a ? b : a).shape.mesh();
+    const MeshModel &own = mesh_of((of_a ? a : b).shape), &other = mesh_of((of_a ? b : a).shape);
     if (!flat[of_a ? 1 : 0].is_edge(i, k)) return;
     const Corners edges = own.corners(i), corners = other.corners(j);
     const Vec3 p = placed(of_a, edges[k], at), q = placed(of_a, edges[(k + 1) % 3], at);
@@ -276,7 +277,7 @@ struct WaysOut::Parts {
     };
     std::vector<Plane> planes;
     walls.clear();
-    const MeshModel &ma = a.shape.mesh(), &mb = b.shape.mesh();
+    const MeshModel &ma = mesh_of(a.shape), &mb = mesh_of(b.shape);
     const Mat3 &turn_a = a.pose.rotation, &turn_b = b.pose.rotation;
     const Vec3 shift = between + at;
     const double far = reach + 1e-6 * size;  // rotations may be a little off

@@ -7,6 +7,7 @@
 #include "pairs/convex_pair.h"
 #include "shapes/mesh_model.h"
 #include "shapes/pair_order.h"
+#include "shapes/shape_insides.h"
 #include "shapes/unit_vector.h"
 
 namespace tandem {
@@ -61,8 +62,8 @@ void triangles_nearest(const Corners& p, const Corners& q, Nearest& best) {
 }
 
 NearestSearch::NearestSearch(const Posed& a, const Posed& b)
-    : a_(a.shape.mesh()),
-      b_(b.shape.mesh()),
+    : a_(mesh_of(a.shape)),
+      b_(mesh_of(b.shape)),
       turn_a_(a.pose.rotation),
       turn_b_(b.pose.rotation),
       between_(b.pose.translation - a.pose.translation),

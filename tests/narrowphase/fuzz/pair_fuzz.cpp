@@ -7,6 +7,7 @@
 #include "judge.h"
 #include "pair_bytes.h"
 #include "shapes/hull.h"
+#include "shapes/shape_insides.h"
 #include "shapes/support.h"
 
 namespace {
@@ -43,7 +44,7 @@ bool is_plump(const Shape& s) {
     case ShapeKind::triangle:
       return false;
     case ShapeKind::convex: {
-      const Hull& hull = s.hull();
+      const Hull& hull = hull_of(s);
       double width = hull.dimension == 3 ? s.size() : 0;
       for (const Hull::Face& face : hull.faces) {
         double below = 0;

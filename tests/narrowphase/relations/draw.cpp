@@ -6,6 +6,7 @@
 
 #include "mesh_samples.h"
 #include "shapes/hull.h"
+#include "shapes/shape_insides.h"
 #include "tandem/narrowphase/narrow_phase.h"
 
 namespace tandem::relations {
@@ -138,7 +139,7 @@ Mesh soup(Random& r, Build build) {
 
 Mesh hull_mesh(Random& r) {
   const Shape s(cloud(r, Build::plump));
-  const Hull& h = s.hull();
+  const Hull& h = hull_of(s);
   if (h.dimension < 3) return test::box_mesh({1, 1, 1});
   Mesh m;
   m.solid = true;

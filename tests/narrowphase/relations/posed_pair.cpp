@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "shapes/hull.h"
-#include "shapes/mesh_model.h"
+#include "shapes/shape_insides.h"
 
 namespace tandem::relations {
 namespace {
@@ -86,15 +85,15 @@ ShapeData data_of(const Shape& s) {
     case ShapeKind::halfspace:
       return HalfSpace{s.normal(), s.offset()};
     case ShapeKind::convex:
-      return Convex{s.hull().vertices};
+      return Convex{hull_of(s).vertices};
     case ShapeKind::triangle: {
       // A triangle without area has fewer extreme points than corners.
-      const auto& v = s.hull().vertices;
+      const auto& v = hull_of(s).vertices;
       const auto corner = [&](std::size_t k) { return v[std::min(k, v.size() - 1)]; };
       return Triangle{{corner(0), corner(1), corner(2)}};
     }
     default:
-      return Mesh{s.mesh().vertices, s.mesh().triangles, s.mesh().solid};
+      return Mesh{mesh_of(s).vertices, mesh_of(s).triangles, mesh_of(s).solid};
   }
 }
 

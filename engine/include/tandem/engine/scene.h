@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "tandem/narrowphase/narrow_phase.h"
+#include "tandem/narrowphase/answer.h"
 #include "tandem/narrowphase/shape.h"
 
 namespace tandem {
@@ -36,37 +36,17 @@ struct BodyOptions {
   std::uint32_t mask = 0xffffffffu;      ///< bits of the groups it meets; a pair needs both directions
 };
 
-/// Names the past of an object: a copy of the object has another one.
-class History {
- public:
-  History() = default;
-  History(const History&) : History() {}
-  History& operator=(const History& other) {
-    if (this != &other) mark_ = std::make_shared<char>();
-    return *this;
-  }
-  History(History&&) noexcept = default;
-  History& operator=(History&&) noexcept = default;
-  ~History() = default;
-
-  /// Whether it is certain that both are of the same object; keeping one keeps its name from being used again.
-  struct Name {
-    std::shared_ptr<const char> mark;
-    friend bool operator==(const Name& a, const Name& b) { return a.mark != nullptr && a.mark == b.mark; }
-  };
-  Name name() const { return {mark_}; }
-
- private:
-  std::shared_ptr<const char> mark_ = std::make_shared<char>();
-};
+namespace detail {
+class SceneChanges;
+}
 
 /// Bodies and their shapes: what a pipeline looks at and a response moves. Plain data with checks at the door; not
 /// thread-safe while it is changed. A body's index stays the same until it is removed; freed indices are used again.
 class Scene {
  public:
   ShapeId add_shape(Shape shape, std::string name = {});
-  /// Throws std::invalid_argument that names the body, field and value: a bad pose or number, an unknown shape, a
-  /// half-space that is not static, or a pair of kinds that no solver covers.
+  /// Throws std::invalid_argument that names the body, field and value: a bad pose or number, an unknown shape, or
+  /// a half-space that is not static. Two half-spaces thus never meet: all other pairs of kinds have a solver.
   BodyId add_body(const BodyOptions& options);
   /// Throws std::invalid_argument for an id that names no body (any more); so do all calls that take an id.
   void remove_body(BodyId id);
@@ -93,12 +73,6 @@ class Scene {
   std::span<const std::uint32_t> groups() const { return groups_; }
   std::span<const std::uint32_t> masks() const { return masks_; }
 
-  /// One element an index: how often the body there was added, removed or given a pose. In a scene of the same history
-  /// a body whose number is the same is where it was.
-  std::span<const std::uint32_t> versions() const { return versions_; }
-  std::uint64_t comings_and_goings() const { return comings_and_goings_; }  ///< bodies added and removed so far
-  History::Name history() const { return history_.name(); }
-
   /// For a response: moves a body without the checks of set_pose; the caller keeps the rotation orthonormal.
   /// Several threads may move different bodies.
   void move(std::uint32_t index, const Pose& pose, const Vec3& velocity, const Vec3& angular_velocity);
@@ -109,25 +83,38 @@ class Scene {
   Request request = Request::contacts;
 
  private:
-  struct ShapeUses {
-    std::uint32_t moving = 0;
-    std::uint32_t fixed = 0;
+  friend class detail::SceneChanges;
+
+  /// Names the past of a scene: a copy has another one.
+  class History {
+   public:
+    History();
+    History(const History&);
+    History& operator=(const History&);
+    History(History&&) noexcept = default;
+    History& operator=(History&&) noexcept = default;
+    ~History() = default;
+    const std::shared_ptr<const char>& mark() const { return mark_; }
+
+   private:
+    std::shared_ptr<const char> mark_;
   };
 
   std::uint32_t checked(BodyId id) const;
-  void require_solvable(std::uint32_t shape, bool is_static, const std::string& what) const;
 
   std::vector<Shape> shapes_;
   std::vector<std::string> shape_names_;
-  std::vector<ShapeUses> uses_;  // a shape: bodies that have it
-  std::vector<std::uint32_t> shape_, generation_, groups_, masks_, free_, versions_;
+  std::vector<std::uint32_t> shape_, generation_, groups_, masks_, free_;
   std::vector<Pose> poses_;
   std::vector<Vec3> velocities_, angular_velocities_;
   std::vector<double> densities_;
   std::vector<std::uint8_t> is_static_, alive_;
+  std::size_t count_ = 0;
+
+  // For who looks at the scene step by step, see SceneChanges.
+  std::vector<std::uint32_t> versions_;
   std::uint64_t comings_and_goings_ = 0;
   History history_;
-  std::size_t count_ = 0;
 };
 
 }  // namespace tandem

@@ -2,6 +2,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -32,8 +33,11 @@ inline constexpr std::size_t shape_kinds = 10;
 
 std::string_view name(ShapeKind kind);
 
-struct Hull;       // narrowphase/hull.h
-struct MeshModel;  // narrowphase/mesh_model.h
+namespace detail {
+struct Hull;
+struct MeshModel;
+struct ShapeInsides;
+}  // namespace detail
 
 /// Box in doubles, world axes.
 struct Bounds {
@@ -60,9 +64,9 @@ class Shape {
   Shape(const Cone&);
   Shape(const Ellipsoid&);
   Shape(const HalfSpace&);  ///< normal and offset are divided by the normal's length
-  Shape(const Convex&);
+  explicit Shape(const Convex&);  ///< builds the hull
   Shape(const Triangle&);
-  Shape(Mesh);
+  explicit Shape(Mesh);  ///< builds a hierarchy of boxes
 
   /// This shape with a ball of this radius (>= 0, finite, metres) about each of its points: a box with round edges, a thick
   /// triangle. Adds to the rounding it has. Distances are the core's less the radius, exactly; mass stays the core's.
@@ -81,8 +85,12 @@ class Shape {
   Vec3 radii() const { return {param_[0], param_[1], param_[2]}; }      ///< ellipsoid
   Vec3 normal() const { return {param_[0], param_[1], param_[2]}; }     ///< halfspace, unit
   double offset() const { return param_[3]; }                           ///< halfspace
-  const Hull& hull() const { return *hull_; }                           ///< convex, triangle
-  const MeshModel& mesh() const { return *mesh_; }                      ///< mesh
+  /// Convex: the corners of the hull, in the order given; triangle, mesh: as given; else empty.
+  std::span<const Vec3> vertices() const;
+  /// Triangle, mesh: corners as indices of vertices, else empty. Triangles of a mesh that hang together go round alike,
+  /// those of a closed one counterclockwise seen from outside.
+  std::span<const std::array<std::uint32_t, 3>> triangles() const;
+  bool is_solid() const;  ///< the inside counts too: all but triangles and meshes that are surfaces
 
   /// Smallest box in world axes that holds the posed shape (a half-space: +-1e300 on open sides).
   Bounds bounds(const Pose& pose) const;
@@ -91,14 +99,16 @@ class Shape {
   const MassProperties& mass() const { return *mass_; }
 
  private:
+  friend struct detail::ShapeInsides;
+
   Bounds core_bounds(const Pose& pose) const;
 
   ShapeKind kind_;
   std::array<double, 4> param_{};
   double size_ = 0;
   double rounding_ = 0;
-  std::shared_ptr<const Hull> hull_;
-  std::shared_ptr<const MeshModel> mesh_;
+  std::shared_ptr<const detail::Hull> hull_;       // convex, triangle
+  std::shared_ptr<const detail::MeshModel> mesh_;  // mesh, triangle
   std::shared_ptr<const MassProperties> mass_;
 };
 

@@ -1,0 +1,19 @@
+#pragma once
+#include "shapes/hull.h"
+#include "shapes/mesh_model.h"
+#include "tandem/narrowphase/shape.h"
+
+namespace tandem {
+
+/// What was built of a shape; lives as long as a copy of the shape does.
+struct detail::ShapeInsides {
+  static const Hull& hull(const Shape& shape) { return *shape.hull_; }
+  static const MeshModel& mesh(const Shape& shape) { return *shape.mesh_; }
+};
+
+/// Of a convex or a triangle.
+inline const Hull& hull_of(const Shape& shape) { return detail::ShapeInsides::hull(shape); }
+/// Of a mesh or a triangle.
+inline const MeshModel& mesh_of(const Shape& shape) { return detail::ShapeInsides::mesh(shape); }
+
+}  // namespace tandem
