@@ -291,7 +291,7 @@ BoxAnswer box_box_distance(const HalfSize& a, const Pose& pose_a, const HalfSize
     direction /= upper;
   } else {
     const Boxes boxes(a, b, x);
-    const GjkResult r = gjk(boxes.difference, rounding, std::numeric_limits<double>::infinity(), 0);
+    const GjkResult r = gjk(boxes.difference, tolerance::axis_rounding, std::numeric_limits<double>::infinity(), 0);
     upper = r.upper;
     direction = -unit(r.v, upper);
     set_points(r.simplex, local);

@@ -785,6 +785,7 @@ class MeshConvex {
     answer.collide = true;
     const double depth = -answer.signed_distance;
     bool separates = true;
+    if (size_ == 0) return answer;  // two points in one place: any translation separates
     if (options_.mesh_bounds) {
       separates = !collides_moved((depth + 10 * rounding * size_) * answer.normal);
       if (!separates && std::isinf(shortest)) find_shortest();

@@ -354,3 +354,14 @@ TEST_CASE("degenerate: a warm start of any length leads to the same answer") {
     }
   }
 }
+
+TEST_CASE("degenerate: two points in one place touch, and no bound is left open") {
+  const Shape point(Sphere{0}), mesh(Mesh{{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, {{0, 1, 2}}, false});
+  std::vector<Contact> contacts;
+  const PairAnswer r = NarrowPhase().solve(point, {}, mesh, {}, Request::contacts, &contacts);
+  CHECK(r.collide);
+  CHECK(r.status == Status::ok);
+  CHECK(r.error_bound == 0);
+  REQUIRE(contacts.size() == 1);
+  CHECK(contacts[0].depth == 0);
+}
