@@ -82,8 +82,15 @@ inline constexpr double place_rounding = 1e-13;
 inline constexpr double place_rounding_of_nearest = 1e-14;
 
 /// What a translation that separates two meshes is longer than the depth, relative to the sizes: rounding may move a
-/// mesh by ten times less (`place_rounding`). Less: moved by the depth, they still meet.
-inline constexpr double translation_slack = 1e-12;
+/// mesh by a third of it (`place_rounding`). Less: moved by the depth, they still meet. More: two depths that are both
+/// within it of the true one differ by more than 1e-12.
+inline constexpr double translation_slack = 3e-13;
+/// The same for shapes with rounding, relative to the sizes and the translation between them: distances of round shapes
+/// are right to this.
+inline constexpr double rounded_translation_slack = 1e-12;
+/// How much a direction leans to one that is square to it, to choose the same one of points that are as far: no more
+/// than a patch is flat.
+inline constexpr double tie_lean = 1e-6;
 
 // ---- Single precision and the units of hierarchies
 

@@ -16,6 +16,7 @@
 #include "lanes/fetch_ahead.h"
 #include "shapes/core_point-inl.h"
 #include "shapes/minkowski_difference.h"
+#include "tolerances.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
@@ -124,7 +125,7 @@ class Core {
   }
   /// The vertex of a small hull farthest along n, in the frame of its blocks; false: rounding could decide.
   HWY_INLINE bool farthest_vertex(const Point& n, double length, std::uint32_t& vertex, Point& out) const {
-    if (!(length > 1e-25 && length < 1e25)) return false;
+    if (!(length > tolerance::shortest_in_floats && length < 1e25)) return false;
     const std::uint64_t near =
         farthest_of(blocks_, view_.vertices.size(), static_cast<float>(n.x), static_cast<float>(n.y),
                     static_cast<float>(n.z), slack_ * static_cast<float>(length));

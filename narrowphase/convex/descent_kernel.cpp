@@ -11,6 +11,7 @@
 #include <hwy/highway.h>
 
 #include "convex/core_search-inl.h"
+#include "tolerances.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
@@ -59,7 +60,7 @@ class NearestFeature {
       const V n2 = dot(nx, ny, nz, nx, ny, nz), height = dot(nx, ny, nz, px, py, pz);
       const V volume = dot(nx, ny, nz, cx, cy, cz);
       auto out =
-          hn::Le(hn::Mul(volume, volume), hn::Mul(hn::Mul(hn::Set(tag, 1e-28), n2), hn::Max(aa, hn::Max(bb, cc))));
+          hn::Le(hn::Mul(volume, volume), hn::Mul(hn::Mul(hn::Set(tag, tolerance::parallel_edges2), n2), hn::Max(aa, hn::Max(bb, cc))));
       out = hn::Or(out, hn::Gt(hn::Xor(height, hn::And(hn::SignBit(tag), volume)), zero));
       if (full) {
         outside |= !hn::AllFalse(tag, out);
@@ -70,7 +71,7 @@ class NearestFeature {
               mz = hn::Sub(hn::Mul(nx, py), hn::Mul(ny, px));
       const auto on_face =
           hn::And(hn::And(hn::Ge(dot(ax, ay, az, mx, my, mz), zero), hn::Le(dot(bx, by, bz, mx, my, mz), zero)),
-                  hn::And(out, hn::Gt(n2, hn::Mul(hn::Set(tag, 1e-24), hn::Mul(aa, bb)))));
+                  hn::And(out, hn::Gt(n2, hn::Mul(hn::Set(tag, tolerance::parallel_lines2), hn::Mul(aa, bb)))));
       const V along_n = hn::Div(height, n2);
       hn::Store(hn::Mul(nx, along_n), tag, near[0] + l);
       hn::Store(hn::Mul(ny, along_n), tag, near[1] + l);
@@ -188,7 +189,7 @@ void descend(const MinkowskiDifference& d, const DescentLimits& limits, GjkResul
         break;
       }
       length = std::sqrt(v.dot(v));
-      if (simplex.count() == 2 && length < 1e-4 * limits.scale) {
+      if (simplex.count() == 2 && length < tolerance::short_way * limits.scale) {
         // The cancellation that makes v short leaves it askew: square to the edge it is exact where it matters.
         const Point e = simplex.point(0).plus(-1, simplex.point(1));
         if (const double e2 = e.dot(e); e2 > 0) v = v.plus(-(v.dot(e) / e2), e);

@@ -5,8 +5,8 @@
 #include <span>
 
 #include "convex/triangle_height.h"
-#include "lanes/constants.h"
 #include "lanes/fetch_ahead.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {
@@ -135,7 +135,7 @@ int Polytope::span(const Simplex& start) {
     }
   };
   MinkowskiPoint at = start.p[0];
-  const double thin = 1e-9 * (d_.scale() + reach);  // prefer the start's points unless they lie this close
+  const double thin = tolerance::thin_start * (d_.scale() + reach);  // prefer the start's points unless they lie this close
 
   const auto from_point = [&](const Vec3& w) { return (w - vertex[0].w).norm(); };
   double best = 0;
@@ -389,7 +389,7 @@ bool is_solid(const MinkowskiDifference& d, const Simplex& s) {
   if (s.count != 4) return false;
   const Vec3 a = s.p[1].w - s.p[0].w, b = s.p[2].w - s.p[0].w, c = s.p[3].w - s.p[0].w;
   const Vec3 n = a.cross(b);
-  const double thick = 1e-6 * (d.scale() + reach_of(s));
+  const double thick = tolerance::thick_start * (d.scale() + reach_of(s));
   return a.squaredNorm() > thick * thick && n.squaredNorm() > thick * thick * a.squaredNorm() &&
          std::abs(n.dot(c)) > thick * n.norm();
 }

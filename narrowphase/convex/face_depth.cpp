@@ -6,8 +6,8 @@
 
 #include "convex/face_heights.h"
 #include "convex/gjk.h"
-#include "lanes/constants.h"
 #include "lanes/fetch_ahead.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {
@@ -148,7 +148,7 @@ class Search {
     const double reach = (d_.a.size + d_.b.size) / unit_ + between.norm();
     if (!(reach < 1e3)) return false;
     // Twice the numbers' bits in the heights, and rounding.
-    slack_ = static_cast<float>(0x1p-15 * reach);
+    slack_ = static_cast<float>(tolerance::height_of_shorts * reach);
     a_.small.vertices(unit_, own_a_);
     b_.small.vertices(unit_, own_b_);
     measure(a_.small, own_b_, Mat3(-r), -between, b_in_a_, over_a_);
@@ -158,7 +158,7 @@ class Search {
     const bool by_a = a_.small.arcs.size() <= b_.small.arcs.size();
     if (!(by_a ? follow_arcs(a_, b_, b_in_a_, over_a_) : follow_arcs(b_, a_, a_in_b_, over_b_))) return false;
     // All of this holds where the origin lies inside, which is certain then.
-    if (!(best_ > 1e-7 * d_.scale())) return false;
+    if (!(best_ > tolerance::near_surface * d_.scale())) return false;
     answer.signed_distance = -best_;
     answer.normal = normal_;
     answer.gap = 0;
@@ -249,7 +249,7 @@ class Search {
       const Vec3 across = other.edge(part.to, part.from);
       Vec3 m = edge.cross(across);
       const double length2 = m.squaredNorm();
-      if (!(length2 > 1e-28 * edge.squaredNorm() * across.squaredNorm())) continue;  // parallel: level all along
+      if (!(length2 > tolerance::parallel_edges2 * edge.squaredNorm() * across.squaredNorm())) continue;  // parallel: level all along
       m /= m.dot(mid) < 0 ? -std::sqrt(length2) : std::sqrt(length2);
       const double level = m.dot(corner + other.vertex(part.from));
       if (level >= best_ - rounding_) continue;
@@ -274,7 +274,7 @@ class Search {
 
   /// Points that touch once B has been moved out.
   bool witness(LocalAnswer& answer) const {
-    const double slack = 1e-12 * d_.scale();
+    const double slack = tolerance::on_feature * d_.scale();
     if (edges_) {
       const Vec3 a = core_vertex(d_.a, ends_a_[0]), e = core_vertex(d_.a, ends_a_[1]) - a;
       const Vec3 b = d_.pose.rotation * core_vertex(d_.b, ends_b_[0]) + d_.pose.translation + best_ * normal_;

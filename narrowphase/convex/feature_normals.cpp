@@ -2,7 +2,7 @@
 
 #include "convex/gjk.h"
 #include "convex/triangle_height.h"
-#include "lanes/constants.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {
@@ -90,7 +90,7 @@ class Features {
     try_across(Height(longer ? e : f, longer ? f : e), Mat3::Identity());
   }
   void try_across(const Height& h, const Mat3& turn) {
-    if (!(h.height.squaredNorm() > flat_squared * h.side.squaredNorm())) return;
+    if (!(h.height.squaredNorm() > tolerance::parallel_edges2 * h.side.squaredNorm())) return;
     const Vec3 n = turn * h.side.cross(h.height);
     try_direction(n);
     try_direction(-n);
@@ -129,7 +129,7 @@ class Features {
 double separation_along(const MinkowskiDifference& d, const Vec3& n) { return -n.dot(d.support(n).w); }
 
 bool settle_by_features(const MinkowskiDifference& d, LocalAnswer& answer) {
-  constexpr double near = 1e-6;
+  constexpr double near = tolerance::near_features;
   const double scale = d.scale(), rounding = 4 * epsilon * scale, claimed = answer.signed_distance;
   // Where they overlap and the bounds do not meet, the shortest way out may be through any side of the smaller.
   const double all = claimed < 0 && answer.gap > 4 * rounding ? 2 * std::min(d.a.size, d.b.size) : 0;

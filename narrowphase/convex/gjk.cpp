@@ -4,7 +4,7 @@
 
 #include "convex/descent_kernel.h"
 #include "convex/triangle_height.h"
-#include "lanes/constants.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {
@@ -59,7 +59,7 @@ void nearest_on_triangle(const Simplex& s, int i, int j, int k, Nearest& best) {
   Vec3 height = slant - (slant.dot(side) / longest) * side;
   height -= (height.dot(side) / longest) * side;  // square, whatever is left of so small a difference
   const double height2 = height.squaredNorm();
-  if (height2 > flat_squared * longest) {
+  if (height2 > tolerance::parallel_edges2 * longest) {
     const double wc = -a.dot(height) / height2, wb = -(a + wc * slant).dot(side) / longest, wa = 1 - wb - wc;
     if (wa > 0 && wb > 0 && wc > 0) {
       Nearest t;
@@ -191,7 +191,7 @@ class Descent {
     const double aa = a.squaredNorm(), bb = b.squaredNorm(), ab = a.dot(b);
     const double da = -p.dot(a), db = -p.dot(b);
     double beyond_a = da * ab - db * aa, beyond_b = db * ab - da * bb;
-    if (aa * bb - ab * ab < 1e-8 * aa * bb) {
+    if (aa * bb - ab * ab < tolerance::crossing2 * aa * bb) {
       // A sliver: the same from cross products, where nothing cancels.
       const Vec3 n = a.cross(b);
       beyond_a = n.dot(a.cross(p)), beyond_b = -n.dot(b.cross(p));
@@ -200,7 +200,7 @@ class Descent {
       // By the third side where that is the shortest: long ones lose what they differ by.
       const Vec3 n = aa + bb - 2 * ab < std::min(aa, bb) ? Vec3(a.cross(r - q)) : Vec3(a.cross(b));
       const double n2 = n.squaredNorm();
-      if (n2 > 1e-24 * aa * bb) return take(n * (n.dot(p) / n2), 1u << iq | 1u << ir);
+      if (n2 > tolerance::parallel_lines2 * aa * bb) return take(n * (n.dot(p) / n2), 1u << iq | 1u << ir);
     }
     const bool on_a = da > 0, on_b = db > 0;
     if (!on_a && !on_b) return take(p, 0);
@@ -213,7 +213,7 @@ class Descent {
     const Vec3 ab = a.cross(b), bc = b.cross(c), ca = c.cross(a);
     const double volume = ab.dot(c);
     const double longest2 = std::max({a.squaredNorm(), b.squaredNorm(), c.squaredNorm()});
-    const bool thin = volume * volume <= 1e-28 * ab.squaredNorm() * longest2;
+    const bool thin = volume * volume <= tolerance::parallel_edges2 * ab.squaredNorm() * longest2;
     const double sign = volume > 0 ? 1 : -1;
     const bool out_ab = thin || sign * p.dot(ab) > 0, out_bc = thin || sign * p.dot(bc) > 0,
                out_ca = thin || sign * p.dot(ca) > 0;
@@ -330,7 +330,7 @@ GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond,
   GjkResult r;
   Vec3& v = r.v;
   v = start != nullptr ? -*start : Vec3(core_centre(d.a) - d.pose.rotation * core_centre(d.b) - d.pose.translation);
-  if (const double length = v.norm(); !(length > shortest_squared))
+  if (const double length = v.norm(); !(length > tolerance::shortest_squared))
     v = length > 0 ? unit(v, length) : Vec3(-Vec3::UnitX());
   const bool polytopes = d.polytopes();
   const double scale = d.scale();
@@ -345,8 +345,8 @@ GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond,
   if (polytopes && !(r.lower > beyond)) refine(d, limits, r);
   // Polytopes: what is certified to rounding needs no second opinion.
   const double near = polytopes
-                          ? (r.upper - r.lower <= 8 * rounding + tolerance * r.upper ? 16 * rounding : 1e-7 * scale)
-                          : 1e-7 * scale;
+                          ? (r.upper - r.lower <= 8 * rounding + tolerance * r.upper ? 16 * rounding : tolerance::near_surface * scale)
+                          : tolerance::near_surface * scale;
   r.end = r.upper > near ? GjkResult::End::separated : GjkResult::End::near;
   return r;
 }
@@ -386,22 +386,22 @@ void pair_points(const MinkowskiDifference& d, LocalAnswer& answer) {
     // What a distance is rounded to leaves its ends free sideways, by the square root of it times the distance: nearer
     // where that shows.
     double least = infinity;
-    for (const double out : {1e-4 * scale, 1e-7 * scale, 1e-9 * scale}) {
+    for (const double out : {tolerance::far_apart * scale, tolerance::near_apart * scale, tolerance::least_apart * scale}) {
       apart.pose.translation = d.pose.translation + (out - answer.signed_distance) * answer.normal;
-      const GjkResult r = gjk(apart, 1e-14, infinity, -infinity);
+      const GjkResult r = gjk(apart, tolerance::ends_on_polytopes, infinity, -infinity);
       const double sideways = (r.v + out * answer.normal).norm();
       if (!(sideways < least)) continue;
       least = sideways;
       set_points(r.simplex, answer);
       answer.point_b -= (out - answer.signed_distance) * answer.normal;
-      if (sideways <= 1e-13 * scale) break;
+      if (sideways <= tolerance::place_rounding * scale) break;
     }
     return;
   }
   const double out = 0.01 * scale;
   for (int round = 0;; ++round) {
     apart.pose.translation = d.pose.translation + (out - answer.signed_distance) * answer.normal;
-    const GjkResult r = gjk(apart, 1e-14, infinity, -infinity);
+    const GjkResult r = gjk(apart, tolerance::ends_on_polytopes, infinity, -infinity);
     answer.point_a.setZero();
     for (int i = 0; i < r.simplex.count; ++i) answer.point_a += r.simplex.weight[i] * r.simplex.p[i].a;
     if (round == 8 || !(r.upper > 0)) break;
@@ -412,7 +412,7 @@ void pair_points(const MinkowskiDifference& d, LocalAnswer& answer) {
     if (!(depth < -answer.signed_distance)) break;
     answer.signed_distance = -depth;
     answer.normal = n;
-    if (change < 1e-16) break;
+    if (change < tolerance::stopped_turning2) break;
   }
   answer.point_b = answer.point_a + answer.signed_distance * answer.normal;
 }

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "lanes/constants.h"
+#include "tolerances.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "convex/polytope_portal.cpp"
@@ -145,7 +145,7 @@ class PolytopePortal {
         shift_(point(d.pose.translation)),
         scale_(d.scale() + off_origin(d.a) + off_origin(d.b)),
         // Rotations are orthonormal to 1e-6 only.
-        ball_((1 - 4e-6) * (core_inner_radius(d.a) + core_inner_radius(d.b))) {
+        ball_((1 - tolerance::askew) * (core_inner_radius(d.a) + core_inner_radius(d.b))) {
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) {
         turn_.column[j][i] = d.pose.rotation(i, j);
@@ -155,7 +155,7 @@ class PolytopePortal {
   }
 
   bool usable() const {
-    return a_.usable() && b_.usable() && ball_ > 1e-12 * scale_ && centre_.dot(centre_) > 1e-24 * scale_ * scale_;
+    return a_.usable() && b_.usable() && ball_ > tolerance::no_way * scale_ && centre_.dot(centre_) > tolerance::no_way2 * scale_ * scale_;
   }
   double ball() const { return ball_; }
   const Point& centre() const { return centre_; }

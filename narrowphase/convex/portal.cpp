@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "convex/projection.h"
-#include "lanes/constants.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {
@@ -38,17 +38,17 @@ class Portal {
 PortalResult Portal::search() {
   using Verdict = PortalResult::Verdict;
   // Rotations are orthonormal to 1e-6 only.
-  const double ball = (1 - 4e-6) * (core_inner_radius(d_.a) + core_inner_radius(d_.b)) + radius_;
+  const double ball = (1 - tolerance::askew) * (core_inner_radius(d_.a) + core_inner_radius(d_.b)) + radius_;
   const Vec3 centre_b = d_.pose.rotation * core_centre(d_.b) + d_.pose.translation, v0 = core_centre(d_.a) - centre_b;
   PortalResult r;
   const auto says = [&r](Verdict verdict, const Vec3& n) {
     r.verdict = verdict, r.normal = n;
     return r;
   };
-  if (ball > 1e-12 * scale_ && v0.squaredNorm() < 0.99 * ball * ball) return says(Verdict::overlapping, -v0);
-  if (!(v0.squaredNorm() > 1e-24 * scale_ * scale_)) return says(Verdict::open, Vec3::UnitX());
+  if (ball > tolerance::no_way * scale_ && v0.squaredNorm() < 0.99 * ball * ball) return says(Verdict::overlapping, -v0);
+  if (!(v0.squaredNorm() > tolerance::no_way2 * scale_ * scale_)) return says(Verdict::open, Vec3::UnitX());
   // From B's centre into A, into B and into A again: apart, that comes near the shortest way.
-  const double least = 1e-12 * scale_;
+  const double least = tolerance::on_feature * scale_;
   Vec3 a = centre_b;
   if (move_into(d_.a, a, least).inside) return says(Verdict::overlapping, -v0);
   Vec3 b = d_.pose.rotation.transpose() * (a - d_.pose.translation);
@@ -57,11 +57,11 @@ PortalResult Portal::search() {
   a = b;
   if (move_into(d_.a, a, least).inside) return says(Verdict::overlapping, -v0);
   Vec3 n = b - a;
-  if (!(n.squaredNorm() > 1e-24 * scale_ * scale_)) n = -v0;
+  if (!(n.squaredNorm() > tolerance::no_way2 * scale_ * scale_)) n = -v0;
   Vec3 v1, v2, v3;
   if (!support(n, v1)) return says(Verdict::apart, n);
   n = v1.cross(v0);
-  if (!(n.squaredNorm() > 1e-24 * v0.squaredNorm() * scale_ * scale_)) n = any_perpendicular(v0);
+  if (!(n.squaredNorm() > tolerance::parallel_lines2 * v0.squaredNorm() * scale_ * scale_)) n = any_perpendicular(v0);
   if (!support(n, v2)) return says(Verdict::apart, n);
   n = (v1 - v0).cross(v2 - v0);
   if (n.dot(v0) > 0) std::swap(v1, v2), n = -n;

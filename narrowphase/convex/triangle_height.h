@@ -20,7 +20,4 @@ inline Height height_of(const Vec3& ab, const Vec3& bc, const Vec3& ca) {
   if (ab2 >= bc2 && ab2 >= ca2) return {ab, bc};
   return bc2 >= ca2 ? Height(bc, ca) : Height(ca, ab);
 }
-/// The squared height of a triangle over its longest side, relative to that side's square: flatter ones are segments.
-inline constexpr double flat_squared = 1e-28;
-
 }  // namespace tandem

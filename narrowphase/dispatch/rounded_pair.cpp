@@ -7,18 +7,16 @@
 #include "pairs/convex_pair.h"
 #include "shapes/mesh_model.h"
 #include "shapes/posed_mesh.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {
-
-/// By how much rounding may make a translation too short, relative to the sizes and the translation between them.
-constexpr double translation_rounding = 1e-12;
 
 class RoundedPair {
  public:
   RoundedPair(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, const NarrowPhaseOptions& options)
       : a_(a), b_(b), pose_a_(pose_a), pose_b_(pose_b), options_(options), radius_(a.rounding() + b.rounding()) {
-    slack_ = translation_rounding *
+    slack_ = tolerance::rounded_translation_slack *
              (a.size() + b.size() + (pose_b.translation - pose_a.translation).lpNorm<1>());
   }
 

@@ -6,7 +6,6 @@
 #include <tuple>
 
 #include "closed_forms/closed_forms.h"
-#include "lanes/constants.h"
 #include "manifold/manifold.h"
 #include "manifold/patch_collector.h"
 #include "meshes/contacts/mesh_rim.h"
@@ -19,12 +18,13 @@
 #include "shapes/pair_order.h"
 #include "shapes/shape_insides.h"
 #include "shapes/unit_vector.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {
 
 // What two pieces of rounding may make of nothing, relative to the size.
-constexpr double rounding = 1e-13;
+constexpr double rounding = tolerance::place_rounding;
 // By how much a depth may be off that counts as certain, relative to the size: two such agree to 1e-12.
 constexpr double certain_within = 3 * rounding;
 
@@ -43,7 +43,7 @@ class MeshConvex {
         size_(mesh.shape.size() + convex.shape.size()),
         margin_(options.margin),
         radius_(core_radius(view_)) {
-    options_.margin += alike * size_;
+    options_.margin += tolerance::alike * size_;
     const RelativePose r = relative(mesh.pose, convex.pose);
     turn_.rotation = r.rotation;
     shift_ = r.translation;
@@ -279,7 +279,7 @@ class MeshConvex {
   // Is a way out free a little farther on, too? At its end what it leaves and what comes next may touch both, and
   // rounding say that neither does.
   bool goes_on(double way, const Vec3& normal) const {
-    return !MeshConvex(mesh_, {convex_.shape, moved((way + alike * size_) * normal)}, options_).collide();
+    return !MeshConvex(mesh_, {convex_.shape, moved((way + tolerance::alike * size_) * normal)}, options_).collide();
   }
 
   // Least way along d (unit) that was found to separate, as planes across d push the convex off one layer of triangles
@@ -303,7 +303,7 @@ class MeshConvex {
           next = first_crossing(model_, there.shift_ + there.centre(), d);
         } else {
           if (goes_on(way, d)) return way;
-          next = alike * size_;
+          next = tolerance::alike * size_;
         }
       }
       way += std::max(clearance + next, rounding * size_);
@@ -351,8 +351,8 @@ class MeshConvex {
     const double before = way, slack = rounding * size_;
     const Vec3 along = normal;
     std::vector<Wall> walls;
-    double out = 1e-4 * size_;
-    for (int i = 0; i < rounds; ++i, out = std::max(0.1 * out, 1e-9 * size_)) {
+    double out = tolerance::far_apart * size_;
+    for (int i = 0; i < rounds; ++i, out = std::max(0.1 * out, tolerance::least_apart * size_)) {
       Vec3 shortest;
       if (!walls_about((way + out) * normal, way + out, walls) || !shortest_beyond(walls, slack, shortest)) break;
       const double length = shortest.norm();
@@ -433,7 +433,7 @@ class MeshConvex {
       const double depth = n.dot(p[0] - lowest);
       if (!(depth > 0)) return false;
       const auto known =
-          std::find_if(holds.begin(), holds.end(), [&](const Hold& h) { return h.wall.normal.dot(n) > 1 - 1e-13; });
+          std::find_if(holds.begin(), holds.end(), [&](const Hold& h) { return h.wall.normal.dot(n) > tolerance::one_direction; });
       constexpr double ample = 16;
       if (known != holds.end() && known->wall.bound >= n.dot(at) + depth - slack && known->reach > ample * depth)
         return false;
@@ -556,12 +556,12 @@ class MeshConvex {
     // Where it comes free, the surfaces' normal is a better way out.
     constexpr int most_turns = 6;
     for (int i = 0; i < most_turns && way > certain + enough && std::isfinite(way); ++i) {
-      const Pose at = moved((way + 1e-4 * size_) * normal);
+      const Pose at = moved((way + tolerance::far_apart * size_) * normal);
       const PairAnswer r = MeshConvex(mesh_, {convex_.shape, at}, options_).nearest();
-      if (!(r.signed_distance > 0) || r.normal.dot(normal) > 1 - 1e-14) break;
+      if (!(r.signed_distance > 0) || r.normal.dot(normal) > tolerance::no_turn) break;
       const double before = way;
       attempt(r.normal);
-      if (!(way < before * (1 - 1e-9))) break;
+      if (!(way < before * (1 - tolerance::no_shorter))) break;
     }
     if (way > certain + enough && std::isfinite(way)) {
       shorten(way, normal);
@@ -630,7 +630,7 @@ class MeshConvex {
 
   // Do all of the points lie on an edge or a corner of the triangle beyond which its neighbours reach farther along n?
   bool is_at_edge_of_more(std::uint32_t t, const Corners& p, const Vec3& n, std::span<const Contact> points) const {
-    const double slack = alike * size_;
+    const double slack = tolerance::alike * size_;
     const auto all = [&](auto&& are_there) {
       return std::all_of(points.begin(), points.end(), [&](const Contact& c) { return are_there(c.point); });
     };
@@ -687,16 +687,16 @@ class MeshConvex {
     if (r.signed_distance < near.signed_distance) near = r;
     const Apart apart{r.signed_distance, r.normal};
     if (found.size() == first) return apart;
-    const bool outward = !model_.solid || !face.flat || r.normal.dot(face.normal) > -1e-6;
+    const bool outward = !model_.solid || !face.flat || r.normal.dot(face.normal) > -tolerance::flush;
     // What only touches is pushed by the neighbours where it lies behind the face, or where they go on along the way.
     const bool pushes = outward &&
-                        !(r.signed_distance >= -alike * size_ &&
+                        !(r.signed_distance >= -tolerance::alike * size_ &&
                           is_at_edge_of_more(t, p, r.normal, std::span<const Contact>(found).subspan(first))) &&
-                        bears(model_, t, r.normal, r.point_a + shift_, alike * size_);
+                        bears(model_, t, r.normal, r.point_a + shift_, tolerance::alike * size_);
     if (pushes) return apart;
     // Not a way the surface pushes: its neighbours lie there. What the face bears counts of what has gone through it.
     found.resize(first);
-    if (face.flat && r.signed_distance < -alike * size_) append_face_contacts(p, face, r.normal, found);
+    if (face.flat && r.signed_distance < -tolerance::alike * size_) append_face_contacts(p, face, r.normal, found);
     return apart;
   }
 
@@ -711,7 +711,7 @@ class MeshConvex {
     if (depth < -options_.margin) return;
     const LocalAnswer along_face{-depth, low + depth * n, low, n, 0};
     append_points(p, along_face, found);
-    if (point_distance(TriangleView(p), along_face.point_a).signed_distance <= 1e-9 * size_) return;
+    if (point_distance(TriangleView(p), along_face.point_a).signed_distance <= tolerance::in_plane * size_) return;
     const auto is_made_up = [](const Contact& c) { return c.feature == 0xffffffffu; };
     found.erase(std::remove_if(found.begin() + static_cast<std::ptrdiff_t>(first), found.end(), is_made_up),
                 found.end());
@@ -764,7 +764,7 @@ class MeshConvex {
   PairAnswer contacts_of_overlap(const PairAnswer& near, std::size_t first, std::vector<Contact>& out) const {
     const auto deepest = [&] { return deepest_of(std::span(out).subspan(first)); };
     double certain = -near.signed_distance, shortest = infinity;
-    const double slack = 10 * rounding * size_ + 1e-9 * certain;
+    const double slack = 10 * rounding * size_ + tolerance::no_shorter * certain;
     const auto find_shortest = [&] {
       const PairAnswer translation = overlap(nearest());
       shortest = -translation.signed_distance;

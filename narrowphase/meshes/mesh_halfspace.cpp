@@ -7,6 +7,7 @@
 #include "meshes/mesh_pair.h"
 #include "shapes/mesh_model.h"
 #include "shapes/shape_insides.h"
+#include "tolerances.h"
 
 namespace tandem {
 
@@ -25,7 +26,7 @@ PairAnswer solve_mesh_halfspace(const Posed& mesh, const Posed& half, Request re
   const Vec3& origin = mesh.pose.translation;
   const auto turned = [&](std::uint32_t v) -> Vec3 { return mesh.pose.rotation * m.vertices[v]; };
   // What touches to rounding has all of its patch.
-  const double within = options.margin + alike * mesh.shape.size();
+  const double within = options.margin + tolerance::alike * mesh.shape.size();
   // The vertices that span the part below the plane are vertices of the hull.
   for (const std::uint32_t v : m.extreme) {
     const double height = local.dot(m.vertices[v]) - level;

@@ -5,7 +5,6 @@
 #include <memory_resource>
 #include <span>
 
-#include "lanes/constants.h"
 #include "manifold/manifold.h"
 #include "meshes/contacts/mesh_contacts.h"
 #include "meshes/depth/mesh_inside.h"
@@ -19,6 +18,7 @@
 #include "shapes/pair_order.h"
 #include "shapes/shape_insides.h"
 #include "shapes/unit_vector.h"
+#include "tolerances.h"
 #include "triangles/predicates.h"
 #include "triangles/triangle_rows.h"
 
@@ -163,7 +163,7 @@ double gap_between(const Corners& p, const Corners& q) {
     near_q = std::min(near_q, normal.dot(q[k] - p[0]));
     span = std::max({span, (p[k] - p[0]).lpNorm<1>(), (q[k] - p[0]).lpNorm<1>()});
   }
-  return std::max(0.0, (1 - 1e-5) * (near_q - far_p) - 1e-14 * span);
+  return std::max(0.0, (1 - tolerance::askew_with_room) * (near_q - far_p) - tolerance::place_rounding_of_nearest * span);
 }
 
 // A lower bound on how far apart two meshes are that do not meet; 0 if none is known.
@@ -201,10 +201,6 @@ DepthBound deepest_pair(const Posed& a, const Posed& b, std::span<const std::arr
 }
 
 constexpr std::uint32_t of_no_feature = 0xffffffffu;  // of a contact that stands for the overlap as a whole
-
-// What a translation that separates is longer than the depth, relative to the sizes: so much rounding may move a mesh.
-// Two depths that both are within it of the true one agree to 1e-12.
-constexpr double translation_slack = 3e-13;
 
 constexpr std::size_t small_meshes = std::size_t{1} << 18;  // triangles of the one times those of the other
 
@@ -309,7 +305,7 @@ PairAnswer depth_answer(const Posed& a, const Posed& b, std::span<const std::arr
     found->assign(all.begin(), all.end());
     return !found->empty() || contained(a, moved);
   });
-  const double rounding = translation_slack * (a.shape.size() + b.shape.size());
+  const double rounding = tolerance::translation_slack * (a.shape.size() + b.shape.size());
   answer.collide = true;
   if (ways.is_out(depth.normal, depth.certain + rounding)) {
     answer.signed_distance = -depth.certain;
@@ -358,7 +354,7 @@ PairAnswer depth_answer(const Posed& a, const Posed& b, std::span<const std::arr
       ways.confirm(out);
       // Where they are last to part.
       const Pose at{b.pose.rotation,
-                    b.pose.translation + (out.length + 1e-9 * (a.shape.size() + b.shape.size())) * out.normal};
+                    b.pose.translation + (out.length + tolerance::least_apart * (a.shape.size() + b.shape.size())) * out.normal};
       out.point = NearestSearch(a, {b.shape, at})().on_a - out.normal * (out.length / 2);
     }
     if (body.error_bound < out.length - out.certain) return body;
@@ -419,7 +415,7 @@ PairAnswer bounded_answer(const Posed& a, const Posed& b, std::span<const std::a
     answer.status = Status::unproven;
     return answer;
   }
-  const double depth = -answer.signed_distance, slack = translation_slack * (a.shape.size() + b.shape.size());
+  const double depth = -answer.signed_distance, slack = tolerance::translation_slack * (a.shape.size() + b.shape.size());
   const auto found = [&] { return std::span(contacts).subspan(first); };
   // Seen from A's translation: far out, B's would be rounded.
   const Pose at_a{a.pose.rotation, Vec3::Zero()};
@@ -504,7 +500,7 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
         sides = add_patches();
         // Through the surface into what it bounds may be the shorter way.
         const PairAnswer way = solve_meshes(a, b, Request::distance, options, nullptr);
-        const double slack = translation_slack * (a.shape.size() + b.shape.size());
+        const double slack = tolerance::translation_slack * (a.shape.size() + b.shape.size());
         if (way.status == Status::ok && from_deepest(*contacts, first).signed_distance < way.signed_distance - slack) {
           contacts->resize(first);
           contacts->push_back({(way.point_a + way.point_b) / 2, way.normal, -way.signed_distance, 0});

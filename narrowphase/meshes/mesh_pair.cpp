@@ -2,13 +2,13 @@
 
 #include <algorithm>
 
-#include "lanes/constants.h"
 #include "manifold/manifold.h"
 #include "pairs/centre_test.h"
 #include "pairs/convex_pair.h"
 #include "shapes/mesh_model.h"
 #include "shapes/pair_order.h"
 #include "shapes/shape_insides.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {
@@ -35,9 +35,9 @@ bool goes_first(const Posed& a, const Posed& b) {
   const Pose &pa = a.pose, &pb = b.pose;
   const Vec3 way = pb.translation - pa.translation, g(0.3613, 0.4789, 0.8001), h(0.8171, -0.5471, 0.1829);
   const double b_of_a = g.dot(pa.rotation.transpose() * way), a_of_b = -g.dot(pb.rotation.transpose() * way);
-  if (std::abs(b_of_a - a_of_b) > alike * (a.shape.size() + b.shape.size())) return b_of_a > a_of_b;
+  if (std::abs(b_of_a - a_of_b) > tolerance::alike * (a.shape.size() + b.shape.size())) return b_of_a > a_of_b;
   const double turn = (pa.rotation * g).dot(pb.rotation * h), back = (pb.rotation * g).dot(pa.rotation * h);
-  if (std::abs(turn - back) > alike) return turn > back;
+  if (std::abs(turn - back) > tolerance::alike) return turn > back;
   if (pa.translation != pb.translation) return before(pa.translation, pb.translation);
   if (pa.rotation != pb.rotation) return before(pa.rotation, pb.rotation);
   return !std::lexicographical_compare(mb.vertices.begin(), mb.vertices.end(), ma.vertices.begin(), ma.vertices.end(),

@@ -5,8 +5,8 @@
 #include "convex/feature_normals.h"
 #include "convex/gjk.h"
 #include "convex/polytope_portal.h"
-#include "lanes/constants.h"
 #include "round/round_walk.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {
@@ -17,8 +17,8 @@ constexpr double far_apart = 1e-3;
 /// By balls inside both.
 bool overlap_deeply(const MinkowskiDifference& d) {
   // Rotations are orthonormal to 1e-6 only.
-  const double reach = (1 - 1e-5) * (core_inner_radius(d.a) + core_inner_radius(d.b));
-  if (!(reach > 1e-5 * d.scale())) return false;
+  const double reach = (1 - tolerance::askew_with_room) * (core_inner_radius(d.a) + core_inner_radius(d.b));
+  if (!(reach > tolerance::small_ball * d.scale())) return false;
   return (core_centre(d.a) - d.pose.rotation * core_centre(d.b) - d.pose.translation).squaredNorm() < reach * reach;
 }
 
@@ -43,7 +43,7 @@ bool answer_by_face(const MinkowskiDifference& d, const SurfaceFace& face, Local
   Vec3 n = edge[2].cross(edge[0]);
   if (n.dot(face.normal) < 0) n = -n;
   const double area = n.norm();
-  if (!(area > 1e-4 * scale * std::max({length[0], length[1], length[2]}))) return false;
+  if (!(area > tolerance::wide_face * scale * std::max({length[0], length[1], length[2]}))) return false;
   n /= area;
   const double h = std::max({n.dot(c[0].w), n.dot(c[1].w), n.dot(c[2].w)});
   double inward[3];  // from the edges to the origin's foot
@@ -62,7 +62,7 @@ bool answer_by_face(const MinkowskiDifference& d, const SurfaceFace& face, Local
     }
     for (const int side : {next, other}) margin = std::min(margin, area / length[side] - inward[side]);
   }
-  if (!(margin > 1e-7 * scale) || (h > 0 && !is_least(h, margin, n, face.centre, face.ball))) return false;
+  if (!(margin > tolerance::near_surface * scale) || (h > 0 && !is_least(h, margin, n, face.centre, face.ball))) return false;
   answer.signed_distance = -h;
   answer.normal = n;
   answer.point_a.setZero();
@@ -86,13 +86,13 @@ bool gjk_collide(const MinkowskiDifference& d, double tolerance, const Vec3* sta
       return !apart;
     }
   }
-  const GjkResult r = descend(d, std::max(tolerance, 1e-14), radius + rounding, radius - rounding, start);
+  const GjkResult r = descend(d, std::max(tolerance, tolerance::ends_on_polytopes), radius + rounding, radius - rounding, start);
   if (r.lower > radius + rounding) {
     if (direction != nullptr && r.v.squaredNorm() > 0) *direction = -unit(r.v);
     return false;
   }
   // A simplex that encloses the origin where it has been close already, or is flat, may only seem to.
-  const double sure = 1e-7 * d.scale();
+  const double sure = tolerance::near_surface * d.scale();
   if (r.end == GjkResult::End::inside && r.v.squaredNorm() > sure * sure && is_solid(d, r.simplex)) return true;
   if (r.end != GjkResult::End::inside && r.upper < radius - rounding) return true;
   return gjk_signed_distance(d, tolerance).signed_distance <= 0;
@@ -102,7 +102,7 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
   const double ra = core_radius(d.a), rb = core_radius(d.b);
   // Round surfaces are approached step by step: the last digits cost more steps than they are worth.
   const bool polytopes = is_polytope(d.a.kind) && is_polytope(d.b.kind);
-  const double least = polytopes ? 1e-14 : 2e-10;
+  const double least = polytopes ? tolerance::ends_on_polytopes : tolerance::ends_on_round;
   // They end after few steps as it is; what a tolerance broke off was then doubtful (3 times as long in the hard
   // class).
   if (polytopes) tolerance = 0;
@@ -167,7 +167,7 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
     answer.point_b = e.point_b;
     answer.gap = std::max(0.0, e.upper - e.lower);
     // The bounds of two polytopes that are this near meet, or rounding has made them.
-    const double reached = r.end == GjkResult::End::near ? r.upper : e.upper < 1e-7 * scale ? r.v.norm() : 0.0;
+    const double reached = r.end == GjkResult::End::near ? r.upper : e.upper < tolerance::near_surface * scale ? r.v.norm() : 0.0;
     doubtful = polytopes && (reached > 16 * epsilon * scale || answer.gap > 16 * epsilon * scale);
     const bool parted =
         r.end == GjkResult::End::near && r.upper > 0 && (r.lower > core ? r.lower >= 0 : polytopes && core > 0);
@@ -179,11 +179,11 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
       set_points(r.simplex, answer);
     }
     // Between polytopes that hardly touch the way from one to the other is noise, and so may its direction be.
-    const bool touching = polytopes && (r.end == GjkResult::End::near || e.upper < 1e-9 * scale);
+    const bool touching = polytopes && (r.end == GjkResult::End::near || e.upper < tolerance::hardly_touching * scale);
     if (touching && separation_along(d, answer.normal) < core - 16 * epsilon * scale) {
       doubtful = true;
     } else if (!parted && (e.point_a - e.point_b - e.upper * e.normal).squaredNorm() >
-                              (polytopes ? 1e-24 : 1e-16) * scale * scale) {
+                              (polytopes ? tolerance::on_feature2 : tolerance::on_round2) * scale * scale) {
       answer.signed_distance = core;
       pair_points(d, answer);
       core = answer.signed_distance;
@@ -212,7 +212,7 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
   answer.signed_distance = core - ra - rb;
   answer.point_a += ra * answer.normal;
   answer.point_b -= rb * answer.normal;
-  if (answer.gap <= 1e-13 * (d.scale() + std::abs(core))) answer.gap = 0;
+  if (answer.gap <= tolerance::no_gap * (d.scale() + std::abs(core))) answer.gap = 0;
   return answer;
 }
 

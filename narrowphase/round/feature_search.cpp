@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "lanes/constants.h"
 #include "round/hull_projection.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {
@@ -12,7 +12,7 @@ constexpr int rounds = 4;
 constexpr int turns = 4;           ///< of features a round
 constexpr double clearance = 0.1;  ///< of the smaller size
 constexpr int newton_steps = 8;
-constexpr double newton_end = 1e-7;  ///< radians: the step after so small a one changes no digit
+using tolerance::newton_end;  ///< radians: the step after so small a one changes no digit
 
 /// A core where it stands, in A's frame.
 struct Body {
@@ -176,7 +176,7 @@ bool within(const Feature& f, double t, double rounding) { return t >= f.low - r
 /// v of unit length; `otherwise` where it is too short to have a direction.
 Vec3 unit_or(const Vec3& v, const Vec3& otherwise) {
   const double length2 = v.squaredNorm();
-  return length2 > shortest_squared ? Vec3(v / std::sqrt(length2)) : otherwise;
+  return length2 > tolerance::shortest_squared ? Vec3(v / std::sqrt(length2)) : otherwise;
 }
 
 /// The same of v or -v, not against n.
@@ -225,7 +225,7 @@ bool corner_way(const Vec3& corner, const Feature& f, double rounding, Way& w) {
 bool lines_way(const Feature& a, const Feature& b, const Vec3& n, double rounding, Way& w) {
   const Vec3 between = b.point - a.point, across = a.axis.cross(b.axis);
   const double det = across.squaredNorm();
-  if (!(det > 1e-8)) return false;
+  if (!(det > tolerance::crossing2)) return false;
   const double s = between.cross(b.axis).dot(across) / det, t = between.cross(a.axis).dot(across) / det;
   w.n = n;
   w.a = a.point + std::clamp(s, a.low, a.high) * a.axis + a.radius * n;
@@ -237,7 +237,7 @@ bool lines_way(const Feature& a, const Feature& b, const Vec3& n, double roundin
 bool straight_way(const Feature& a, const Feature& b, double rounding, Way& w) {
   const Vec3 across = a.axis.cross(b.axis);
   const double det = across.squaredNorm();
-  if (!(det > 1e-8)) return false;
+  if (!(det > tolerance::crossing2)) return false;
   if (a.surface == Surface::straight && b.surface == Surface::straight) {
     const Vec3 n = std::copysign(1 / std::sqrt(det), across.dot(w.n)) * across;
     return lines_way(a, b, n, rounding, w);

@@ -1,6 +1,6 @@
 #include "round/rim_distance.h"
 
-#include "lanes/constants.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {

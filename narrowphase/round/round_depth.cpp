@@ -2,10 +2,10 @@
 
 #include <utility>
 
-#include "lanes/constants.h"
 #include "round/face_reach.h"
 #include "round/hull_projection.h"
 #include "round/rim_distance.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {
@@ -61,7 +61,7 @@ class RimFloor {
     low = std::clamp(low, -1.0, 1.0), high = std::clamp(high, -1.0, 1.0);
     const double at_low = std::sqrt(1 - low * low), at_high = std::sqrt(1 - high * high);
     const double slope = at_low + at_high > 0 ? -(low + high) / (at_low + at_high) : 0.0;
-    const double rounding = 4 * epsilon / std::max(std::min(at_low, at_high), 1e-8);
+    const double rounding = 4 * epsilon / std::max(std::min(at_low, at_high), tolerance::never_zero_sine);
     for (int i = 0; i < count_; ++i)
       most = std::max(most,
                       spread(centre_[i] + radius_ * slope * axis_).first + radius_ * (at_low - slope * low - rounding));
@@ -84,7 +84,7 @@ bool spans_plane(std::span<const Vec3> v) {
   if (v.size() != 3) return false;
   const Vec3 a = v[1] - v[0], b = v[2] - v[0], c = v[2] - v[1];
   const double longest2 = std::max({a.squaredNorm(), b.squaredNorm(), c.squaredNorm()});
-  return a.cross(b).squaredNorm() > 1e-12 * longest2 * longest2;
+  return a.cross(b).squaredNorm() > tolerance::spans_plane2 * longest2 * longest2;
 }
 
 /// The normal where the surface of an ellipsoid is nearest to a point inside it, in its own frame (Eberly, Distance
@@ -265,7 +265,7 @@ void Search::try_axes() {
   const RoundBody &a = pair_.body[0], &b = pair_.body[1];
   const auto across = [&](const Vec3& u, const Vec3& v) {
     const Vec3 c = u.cross(v);
-    if (c.squaredNorm() > 1e-20) axes[count++] = c.normalized();
+    if (c.squaredNorm() > tolerance::parallel_planes2) axes[count++] = c.normalized();
   };
   const RoundBody* box = a.kind() == ShapeKind::box ? &a : b.kind() == ShapeKind::box ? &b : nullptr;
   if (box != nullptr && !walked_ && (a.has_rim() || b.has_rim())) {
@@ -526,7 +526,7 @@ void Search::search_arcs(int which) {
     const Vec3 n0 = face_normal(which, f), n1 = face_normal(which, g);
     const Vec3 across = n0.cross(n1);
     const double sine = across.norm();
-    if (!(sine > 1e-12)) return;
+    if (!(sine > tolerance::parallel_lines)) return;
     const Vec3 corner = body.point(static_cast<int>(v), n0);
     const auto support = [&](const Vec3& n) { return Vec3(corner + other.support(n)); };
     const Circle circle{across / sine};
@@ -617,7 +617,7 @@ void Search::search_spans(const Circle& circle, const Span* spans, int count, do
       const auto holds = [&](const Vec3& n) {
         const Vec3 to = n - direction(span.first.out);
         const double part = to.dot(along) / (radius * width);
-        return std::abs(n.dot(circle.axis) - lift) < 1e-6 && to.squaredNorm() < narrow * narrow && part > -0.01 &&
+        return std::abs(n.dot(circle.axis) - lift) < tolerance::flush && to.squaredNorm() < narrow * narrow && part > -0.01 &&
                part < 1.01;
       };
       bool known = false;
@@ -759,7 +759,7 @@ Depth Search::run() {
       // Where h is as low all around the axis, points of a polytope would have to be as dense there as the bound is
       // tight.
       const double off = off_axis(), around = off < infinity ? search_meridian() + 2 * off : infinity;
-      if (around > 1e-12 * pair_.scale && best_.h > 0) gap_ = std::max(gap_, expand());
+      if (around > tolerance::search_left * pair_.scale && best_.h > 0) gap_ = std::max(gap_, expand());
       gap_ = std::min(gap_, around);
     } else if (ellipsoid) {
       search_smooth();

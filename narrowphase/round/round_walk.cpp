@@ -1,6 +1,6 @@
 #include "round/round_walk.h"
 
-#include "lanes/constants.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {
@@ -16,9 +16,6 @@ constexpr double height_rounding = 64 * epsilon;
 /// radii of curvature. With more, distances were taken for right that were off by as much; with less, walks that have
 /// arrived go on in `settle`.
 constexpr double meeting = 512 * epsilon;
-/// How far the points may be from h n apart in a minimum: n is off by no more than this over the size, which h is off
-/// by the square of. Beyond it what is open is told.
-constexpr double open_points = 1e-10;
 
 struct Flat {
   double x, y;
@@ -91,7 +88,7 @@ void tangents(const Vec3& n, Vec3& u, Vec3& v) {
 bool meet(const Circle& a, const Circle& b, Vec3& n) {
   const Vec3 c = a.axis.cross(b.axis);
   const double det = c.squaredNorm();
-  if (det < 1e-24) return false;
+  if (det < tolerance::parallel_lines2) return false;
   const double d = a.axis.dot(b.axis);
   const double x = (a.height - d * b.height) / det, y = (b.height - d * a.height) / det;
   const double rest = std::max(0.0, 1 - x * a.height - y * b.height);
@@ -245,7 +242,7 @@ bool Walker::at_disc() {
     }
     // Newton's steps towards a point where h is a cone would never leave it:
     // start on the side where it falls.
-    for (double angle = std::min(0.3, away.norm() / (std::abs(disc.h) + body.radius())); angle > 1e-9; angle *= 0.4) {
+    for (double angle = std::min(0.3, away.norm() / (std::abs(disc.h) + body.radius())); angle > tolerance::walk_angle; angle *= 0.4) {
       const Vec3 n = (disc.n + angle * away.normalized()).normalized();
       start(n);
       weigh();
@@ -279,15 +276,15 @@ bool Walker::go(const Arc& arc, double t, double slope) {
     for (int b = 0; b < 2; ++b) point[b] = pair_.body[b].point(active_[b].piece[0], trial.n);
     trial.h = trial.n.dot(point[0] + point[1]);
     if (trial.h > at_.h + small()) continue;
-    if (trial.h > at_.h - small() && slope * t < 1e-6 * pair_.scale && trial.body < 0) {
+    if (trial.h > at_.h - small() && slope * t < tolerance::walk_end * pair_.scale && trial.body < 0) {
       // h is known to rounding: only the subgradient still tells.
       if (slope >= 0.5 * last_) {
-        at_.optimal = slope <= 1e-9 * pair_.scale;
+        at_.optimal = slope <= tolerance::walk_flat * pair_.scale;
         return false;
       }
       last_ = slope;
     }
-    stuck_ = trial.body >= 0 && (trial.n - at_.n).squaredNorm() < 1e-28 ? stuck_ + 1 : 0;
+    stuck_ = trial.body >= 0 && (trial.n - at_.n).squaredNorm() < tolerance::standing_still2 ? stuck_ + 1 : 0;
     at_.n = trial.n;
     for (int b = 0; b < 2; ++b) at_.point[b] = point[b];
     if (trial.body >= 0) {
@@ -300,7 +297,7 @@ bool Walker::go(const Arc& arc, double t, double slope) {
       for (int b = 0; b < 2; ++b)
         for (int i = 1; i < active_[b].count && count < 2; ++i) {
           const Circle c = pair_.body[b].circle(active_[b].piece[0], active_[b].piece[i]);
-          if (count == 1 && c.axis.cross(circles[0].axis).squaredNorm() < 1e-24) continue;
+          if (count == 1 && c.axis.cross(circles[0].axis).squaredNorm() < tolerance::parallel_lines2) continue;
           circles[count++] = c;
         }
       if (count == 2) {
@@ -340,13 +337,13 @@ bool Walker::step_freely() {
   }
   double x, y, length;
   if (z <= small()) {
-    if (low >= -1e-9 * pair_.scale || kicks_++ > 2) {
+    if (low >= -tolerance::walk_flat * pair_.scale || kicks_++ > 2) {
       at_.optimal = true;
       return false;
     }
     x = -s, y = c, length = 0.3;  // a saddle or a maximum
   } else {
-    const double least = 1e-14 * pair_.scale;
+    const double least = tolerance::walk_bend * pair_.scale;
     double gh = (zx_ * c + zy_ * s) / std::max(std::abs(high), least),
            gl = (-zx_ * s + zy_ * c) / std::max(std::abs(low), least);
     if (stuck_ > 0) gh = (zx_ * c + zy_ * s) / z, gl = (-zx_ * s + zy_ * c) / z;
@@ -376,13 +373,13 @@ bool Walker::step_along(const Circle& circle) {
   const double bend = radius * (w[0] * du * du + 2 * w[1] * du * dv + w[2] * dv * dv) - sum.dot(out);
   double angle;
   if (slope <= small()) {
-    if (at_.h <= 0 || bend >= -1e-9 * pair_.scale || kicks_++ > 2) {
-      at_.optimal = zx_ * zx_ + zy_ * zy_ <= 1e-18 * pair_.scale * pair_.scale;
+    if (at_.h <= 0 || bend >= -tolerance::walk_flat * pair_.scale || kicks_++ > 2) {
+      at_.optimal = zx_ * zx_ + zy_ * zy_ <= tolerance::walk_flat2 * pair_.scale * pair_.scale;
       return false;
     }
     angle = 0.3;
   } else {
-    angle = std::min(slope / std::max(std::abs(bend), 1e-14 * pair_.scale), 1.0);
+    angle = std::min(slope / std::max(std::abs(bend), tolerance::walk_bend * pair_.scale), 1.0);
   }
   const Vec3 base = circle.height * circle.axis, side = radius * out;
   return go({base + side, 2 * radius * along, base - side}, 0.5 * angle, slope);
@@ -446,7 +443,7 @@ Support walk(const RoundPair& pair, const Vec3& n, double below) {
     return s.h < below || meets(pair, s);
   };
   const auto found = [&](Support best) {
-    const double open = open_points * pair.scale;
+    const double open = tolerance::walk_accuracy * pair.scale;
     best.optimal = doubt(best) <= (best.h < 0 ? rounding : open) && off_way(best) <= open;
     return best;
   };
@@ -480,13 +477,13 @@ Support settle(const RoundPair& pair, const Vec3& n, double below) {
     least = off;
   };
   // The nearer, the less the last digits of the way found matter to where it ends, and the less exact it is.
-  for (const double out : {1e-2 * pair.scale, 1e-4 * pair.scale, 1e-6 * pair.scale}) {
+  for (const double out : {1e-2 * pair.scale, tolerance::far_apart * pair.scale, tolerance::round_least_apart * pair.scale}) {
     Vec3 from = best.n;
     double h = from.dot(pair.support(from));
     for (int round = 0; round < rounds; ++round) {
       const double shift = std::max(0.0, h + out);
       moved.pose.translation = pair.difference.pose.translation + shift * from;
-      const GjkResult r = gjk(moved, 1e-15, infinity, -infinity);
+      const GjkResult r = gjk(moved, tolerance::ends_at_standstill, infinity, -infinity);
       // Each of its body, whatever rounding made of the way between them.
       Vec3 a = Vec3::Zero(), b = shift * from;
       for (int i = 0; i < r.simplex.count; ++i) {

@@ -4,6 +4,7 @@
 
 #include "shapes/hull.h"
 #include "shapes/shape_insides.h"
+#include "tolerances.h"
 
 namespace tandem {
 
@@ -58,7 +59,7 @@ TriangleView::TriangleView(const std::array<Vec3, 3>& corners)
             .hull = nullptr,
             .size = box_diagonal(corners)} {
   // No side is longer than the size: of a larger area no height is below the limit. Squares may be lost, not made.
-  const double limit = flat_hull * view_.size * view_.size;
+  const double limit = tolerance::flat_hull * view_.size * view_.size;
   const Vec3 area = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
   if (!(area.squaredNorm() > limit * limit)) drop_inner_corners(corners, area.norm());
 }
@@ -68,7 +69,7 @@ void TriangleView::drop_inner_corners(const std::array<Vec3, 3>& corners, double
   double length = 0;
   for (std::size_t i = 0; i < 3; ++i)
     if (const double side = (corners[(i + 1) % 3] - corners[i]).norm(); side > length) longest = i, length = side;
-  if (area > flat_hull * length * length) return;
+  if (area > tolerance::flat_hull * length * length) return;
   ends_ = {corners[longest], corners[(longest + 1) % 3]};
   view_.vertices = std::span(ends_).first(length > 0 ? 2 : 1);
 }

@@ -9,10 +9,6 @@
 
 namespace tandem {
 
-/// What is thinner than this, relative to its longest extent, counts as flat, and as a segment: rounding may make as
-/// much of nothing.
-inline constexpr double flat_hull = 1e-13;
-
 namespace detail {
 
 /// The convex hull of points, of any dimension: a point, a segment, a flat polygon or a polytope.

@@ -4,6 +4,7 @@
 
 #include "shapes/hull.h"
 #include "shapes/support.h"
+#include "tolerances.h"
 
 namespace tandem {
 
@@ -111,7 +112,7 @@ class RoundBody {
     if (is_rim(piece)) {
       const Vec3 t = axis().cross(n);
       const double rho2 = t.squaredNorm();
-      if (!(rho2 > 1e-160)) return;  // seen along the axis; beyond, the curvature would leave the range of a double
+      if (!(rho2 > tolerance::curvature_in_range)) return;  // seen along the axis; beyond, the curvature would leave the range of a double
       const double k = radius_ / (rho2 * std::sqrt(rho2)), tu = t.dot(u), tv = t.dot(v);
       w[0] += k * tu * tu, w[1] += k * tu * tv, w[2] += k * tv * tv;
     } else if (kind() == ShapeKind::ellipsoid) {

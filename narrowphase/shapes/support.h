@@ -7,6 +7,7 @@
 #include "shapes/hull.h"
 #include "shapes/support_kernel.h"
 #include "shapes/unit_vector.h"
+#include "tolerances.h"
 
 namespace tandem {
 

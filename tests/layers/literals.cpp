@@ -28,10 +28,6 @@ struct Exception {
 constexpr std::array exceptions{
     Exception{"engine/scene/random.cpp", "a random generator's, no tolerances"},
     Exception{"flowgraph/step/step_state.cpp", "nanoseconds to milliseconds"},
-    Exception{"narrowphase/convex/", "not moved yet"},
-    Exception{"narrowphase/meshes/", "not moved yet"},
-    Exception{"narrowphase/round/", "not moved yet"},
-    Exception{"narrowphase/shapes/round_body.h", "not moved yet"},
 };
 
 struct Literal {

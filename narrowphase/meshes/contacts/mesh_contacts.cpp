@@ -11,7 +11,6 @@
 #include <numeric>
 #include <optional>
 
-#include "lanes/constants.h"
 #include "manifold/manifold.h"
 #include "manifold/patch_collector.h"
 #include "meshes/contacts/mesh_sheets.h"
@@ -20,6 +19,7 @@
 #include "shapes/pair_order.h"
 #include "shapes/support.h"
 #include "shapes/unit_vector.h"
+#include "tolerances.h"
 #include "triangles/patch_rows.h"
 
 namespace tandem {
@@ -32,7 +32,7 @@ constexpr std::size_t usual_memory = std::size_t{48} << 10;  // bytes
 constexpr std::size_t span_limit = 16;     // ridges of a patch that are held against those of the other mesh
 constexpr std::size_t crossed_faces = 16;  // pairs of triangles that touch whose edges say how
 constexpr std::size_t flat_limit = 512;    // triangles of a patch and mesh among which flat faces are looked for
-constexpr double same_place = 1e-10;       // points nearer than this times the size are one
+using tolerance::same_place;       // points nearer than this times the size are one
 constexpr std::size_t shared_from = 1024;  // pairs of triangles from which on several threads may share the work
 constexpr std::size_t pairs_a_part = 256;
 
@@ -304,13 +304,13 @@ PatchNormal normal_of(const PosedMeshes& m, const Patch& patch, const Facets& fa
   }
   // A curve that closes has an area; a slit or an open curve (of a surface with a border) does not say which way.
   // Two edges that cross make a sliver with the right normal, however thin; a wide patch that thin is noise.
-  const double least = patch.vertices.empty() ? 1e-7 : 1e-3, ample = 1e3;
-  if (open.norm() <= 1e-6 * length &&
+  const double least = patch.vertices.empty() ? tolerance::sliver_patch : 1e-3, ample = 1e3;
+  if (open.norm() <= tolerance::flush * length &&
       (area.norm() > least * length * length || area.norm() > ample * noise_of(m, patch, crossings)))
     return {unit(area), true, area};
   for (const bool of_a : {true, false})
     for (const Facet& f : facets[of_a ? 1 : 0]) sides += f.n;
-  return {sides.norm() > 1e-6 ? Vec3(sides.normalized()) : Vec3(Vec3::Zero()), false, area};
+  return {sides.norm() > tolerance::flush ? Vec3(sides.normalized()) : Vec3(Vec3::Zero()), false, area};
 }
 
 // How far `point` of one mesh lies beyond the other's surface, measured along `n` (from A to B); negative if nothing of
@@ -326,13 +326,13 @@ class DepthProbe {
       for (const Facet& facet : facets[of_a]) {
         const auto& p = facet.p;
         // Only the sides that face each other, not those along n but for what little a pose is off.
-        if (!(facet.n.dot(n) > 1e-6)) continue;
+        if (!(facet.n.dot(n) > tolerance::flush)) continue;
         Flat f;
         for (std::size_t k = 0; k < 3; ++k) f.x[k] = u_.dot(p[k]), f.y[k] = v_.dot(p[k]), f.z[k] = n.dot(p[k]);
         const auto [low_x, high_x] = std::minmax({f.x[0], f.x[1], f.x[2]});
         const auto [low_y, high_y] = std::minmax({f.y[0], f.y[1], f.y[2]});
         const double slack =
-            4 * edge * (high_x - low_x + high_y - low_y) + 1e-14 * (std::abs(f.x[0]) + std::abs(f.y[0]));
+            4 * edge * (high_x - low_x + high_y - low_y) + tolerance::place_rounding_of_nearest * (std::abs(f.x[0]) + std::abs(f.y[0]));
         f.low_x = low_x - slack, f.high_x = high_x + slack, f.low_y = low_y - slack, f.high_y = high_y + slack;
         flats_[of_a].push_back(f);
       }
@@ -361,7 +361,7 @@ class DepthProbe {
   const Vec3& v() const { return v_; }
 
  private:
-  static constexpr double edge = 1e-9;  // a point on an edge belongs to both sides
+  static constexpr double edge = tolerance::on_edge;  // a point on an edge belongs to both sides
   static constexpr std::size_t usual_flats = 64;
   struct Flat {
     double low_x, high_x, low_y, high_y;  // wide enough for that
@@ -386,7 +386,7 @@ bool is_ridge(const MeshModel& mesh, std::uint32_t t, std::uint32_t corner) {
   const Vec3 n = (p[1] - p[0]).cross(p[2] - p[0]);
   const auto& back = mesh.neighbours[next];
   const auto shared = static_cast<std::size_t>(std::find(back.begin(), back.end(), t) - back.begin());
-  return n.dot(q[(shared + 2) % 3] - p[0]) < -1e-9 * n.norm() * mesh.half.norm();
+  return n.dot(q[(shared + 2) % 3] - p[0]) < -tolerance::in_plane * n.norm() * mesh.half.norm();
 }
 
 // What of the ridges of a mesh lies inside the other: between two piercings, or from one to an end that is inside. Of
@@ -439,7 +439,7 @@ std::optional<double> over(const Span& a, const Span& b, const Vec3& n, double s
   const Vec3 d = a.q - a.p, e = b.q - b.p, r = b.p - a.p;
   const double det = n.dot(d.cross(e));
   // Where two that are parallel cross is rounding's doing; what lies over their ends is known without.
-  if (!(std::abs(det) > 1e-6 * d.norm() * e.norm())) return std::nullopt;
+  if (!(std::abs(det) > tolerance::flush * d.norm() * e.norm())) return std::nullopt;
   const double s = n.dot(r.cross(e)) / det, t = n.dot(r.cross(d)) / det;
   const auto on = [slack](double part, const Vec3& way) {
     return std::max(-part, part - 1) <= 0 || std::max(-part, part - 1) * way.norm() <= slack;
@@ -473,7 +473,7 @@ List<const Span*> farthest(std::span<const Span> spans, const Vec3& n, double sl
 // those that are as far but for `slack` the farthest along the patch's u.
 void choose(std::span<const Candidate> all, const Vec3& n, const Vec3& u, const Vec3& v, double slack,
             List<Candidate>& chosen) {
-  constexpr double lean = 1e-6;
+  constexpr double lean = tolerance::tie_lean;
   if (all.empty()) return;
   const Vec3 beyond = all.front().of_a ? n : Vec3(-n);
   const std::array<Vec3, 10> directions{u, v, u + v, u - v, -u, -v, -u - v, v - u, beyond, beyond + lean * u};
@@ -511,7 +511,7 @@ Corner find_corner(const PosedMeshes& m, std::span<const Facet> facets, bool of_
     Vec3 n;
     double level;
   };
-  const double slack = 1e-9 * (m.a.half + m.b.half).norm(), side = of_a ? 1 : -1;
+  const double slack = tolerance::in_plane * (m.a.half + m.b.half).norm(), side = of_a ? 1 : -1;
   std::array<Plane, most> planes;
   std::size_t count = 0;
   // How far a triangle reaches in front of a plane, least and most.
@@ -558,7 +558,7 @@ struct PatchPoints {
 // Adds the contacts of a patch along n.
 void add_points(const PosedMeshes& m, const PatchPoints& points, const Vec3& n, Memory memory,
                 std::vector<Contact>& contacts) {
-  const double size = (m.a.half + m.b.half).norm(), slack = alike * size;
+  const double size = (m.a.half + m.b.half).norm(), slack = tolerance::alike * size;
   const DepthProbe depth(points.facets, n, memory);
   List<Candidate> chosen(memory);
   chosen.reserve(40);
@@ -596,7 +596,7 @@ void add_points(const PosedMeshes& m, const PatchPoints& points, const Vec3& n, 
 void add_wall(const PosedMeshes& m, const PatchPoints& points, const Corner& corner, const CornerWall& wall,
               Memory memory, std::vector<Contact>& contacts) {
   const std::size_t own = corner.of_a ? 1 : 0;
-  const double slack = 1e-9 * (m.a.half + m.b.half).norm(), side = corner.of_a ? 1 : -1;
+  const double slack = tolerance::in_plane * (m.a.half + m.b.half).norm(), side = corner.of_a ? 1 : -1;
   Facets facets = points.facets;
   facets[own] = wall.facets;
   const auto is_beside = [&](const Vec3& p) { return std::abs(wall.n.dot(p) - wall.level) > slack; };
@@ -607,7 +607,7 @@ void add_wall(const PosedMeshes& m, const PatchPoints& points, const Corner& cor
       for (const CornerWall& other : corner.walls) {
         const double ahead = other.n.dot(c.point) - other.level;
         const Vec3 across = other.n - other.n.dot(wall.n) * wall.n;
-        if (!is_own && side * ahead < 0 && across.squaredNorm() > 1e-6)
+        if (!is_own && side * ahead < 0 && across.squaredNorm() > tolerance::slanting2)
           c.point -= (ahead / across.squaredNorm()) * across;
       }
       to.push_back(c);
@@ -638,7 +638,7 @@ const Facet* sole_face(std::span<const Facet> facets, const Vec3& n, double slac
 // The curve of what has come through a flat face goes round the face's edge, too, where it lies over that: a little off
 // the face's normal, which is the shorter way.
 Vec3 normal_of_face(const PosedMeshes& m, const PatchPoints& points, const Vec3& n) {
-  const double slack = 1e-9 * (m.a.half + m.b.half).norm();
+  const double slack = tolerance::in_plane * (m.a.half + m.b.half).norm();
   const Facet *of_a = sole_face(points.facets[1], n, slack), *of_b = sole_face(points.facets[0], n, slack);
   if (of_a != nullptr && of_b != nullptr) {
     // Of two that which less has come through.
@@ -706,7 +706,7 @@ PatchSides add_patch(const PosedMeshes& m, const Patch& patch, std::span<const C
 class Touching {
  public:
   Touching(const PosedMeshes& m, std::span<const std::array<std::uint32_t, 2>> pairs, Memory memory)
-      : m_(m), pairs_(pairs), slack_(1e-9 * (m.a.half + m.b.half).norm()), faces_(memory) {
+      : m_(m), pairs_(pairs), slack_(tolerance::in_plane * (m.a.half + m.b.half).norm()), faces_(memory) {
     faces_.reserve(pairs.size());
     for (const auto& [i, j] : pairs) faces_.push_back(faces(m.corners(true, i), m.corners(false, j)));
     look_for_parting_direction();
@@ -757,7 +757,7 @@ class Touching {
   void keep_outer(std::vector<Contact>& contacts, std::size_t first) const {
     constexpr int directions = 16;
     const Vec3 u = any_perpendicular(n_), v = n_.cross(u);
-    const double alike_here = alike * (m_.a.half + m_.b.half).norm();
+    const double alike_here = tolerance::alike * (m_.a.half + m_.b.half).norm();
     std::array<std::size_t, directions> outer;
     for (int d = 0; d < directions; ++d) {
       const double angle = d * (2 * std::numbers::pi / directions);
@@ -906,7 +906,7 @@ Sides add_patches(const PosedMeshes& m, std::span<const std::array<std::uint32_t
   sheets.finish(Vec3::Zero(), false, contacts);
   for (std::size_t c = first; c < contacts.size(); ++c) sides.deepest = std::max(sides.deepest, contacts[c].depth);
   if (sides.deepest > 0.25 * std::min(m.a.half.norm(), m.b.half.norm()) ||
-      sides.deepest < 1e-12 * (m.a.half + m.b.half).norm())
+      sides.deepest < tolerance::no_depth * (m.a.half + m.b.half).norm())
     sides.sure = false;
   return sides;
 }
@@ -917,7 +917,7 @@ PatchSides patch_contacts(const MeshModel& a, const MeshModel& b, const Triangle
                           std::span<const std::array<std::uint32_t, 2>> pairs, const PartRunner& parts,
                           std::vector<Contact>& contacts) {
   const std::size_t first = contacts.size();
-  const double slack = alike * (a.half + b.half).norm();
+  const double slack = tolerance::alike * (a.half + b.half).norm();
   Sides taken;  // those in `contacts`
   std::vector<Contact> found;
   for (const bool turned_a : {false, true})

@@ -7,11 +7,12 @@
 
 #include "closed_forms/closed_forms.h"
 #include "meshes/traversal/mesh_query.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {
 
-constexpr double flush = 1e-6;       // sine of an angle that is none
+using tolerance::flush;       // sine of an angle that is none
 constexpr int most_neighbours = 64;  // about a corner
 
 }  // namespace
@@ -128,7 +129,7 @@ double first_crossing(const MeshModel& mesh, const Vec3& p, const Vec3& d) {
     const double det = e.dot(h);
     if (det == 0) return false;
     const double s = r.dot(h) / det, w = d.dot(q) / det, at = f.dot(q) / det;
-    if (s >= -1e-9 && w >= -1e-9 && s + w <= 1 + 1e-9 && at > 0) first = std::min(first, at);
+    if (s >= -tolerance::on_edge && w >= -tolerance::on_edge && s + w <= 1 + tolerance::on_edge && at > 0) first = std::min(first, at);
     return false;
   });
   return first;

@@ -6,6 +6,7 @@
 
 #include "manifold/manifold.h"
 #include "shapes/support.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {
@@ -66,7 +67,7 @@ void outline(Sheet& sheet, double size, Memory memory, std::vector<Contact>& roo
   const Vec3& n = sheet.n;
   constexpr std::uint32_t made_up = 0xffffffffu;  // deepest of all, for want of others
   constexpr double any_depth = std::numeric_limits<double>::infinity();
-  const double slack = alike * size;
+  const double slack = tolerance::alike * size;
   const Vec3 u = any_perpendicular(n), v = n.cross(u);
   struct Box {
     double lo[2], hi[2];
@@ -140,7 +141,7 @@ struct FacePair {
 // The faces of a patch that face each other and have sunk into each other by `most` at most. Most patches have none.
 List<FacePair> facing_pairs(const PosedMeshes& m, const Facets& facets, const Vec3& area, double most, double size,
                             Memory memory) {
-  const double slack = 1e-9 * size;
+  const double slack = tolerance::in_plane * size;
   constexpr std::size_t most_pairs = 16;
   const double width = area.isZero(0) ? size : std::sqrt(area.norm());
   List<FacePair> found(memory);
@@ -167,7 +168,7 @@ List<FacePair> facing_pairs(const PosedMeshes& m, const Facets& facets, const Ve
 
 bool add_sheets(const PosedMeshes& m, const Facets& facets, const Vec3& area, Memory memory, PatchCollector& collector,
                 std::vector<Contact>& room) {
-  const double size = (m.a.half + m.b.half).norm(), slack = 1e-9 * size;
+  const double size = (m.a.half + m.b.half).norm(), slack = tolerance::in_plane * size;
   const double most = 0.25 * std::min(m.a.half.norm(), m.b.half.norm());
   const List<FacePair> pairs = facing_pairs(m, facets, area, most, size, memory);
   if (pairs.empty()) return false;
@@ -178,7 +179,7 @@ bool add_sheets(const PosedMeshes& m, const Facets& facets, const Vec3& area, Me
     outline(sheet, size, memory, room);
     sheet.width = width_of(sheet);
     // No edge, but for rounding.
-    if (sheet.depth <= most && sheet.width > 4 * alike * size) sheets.push_back(std::move(sheet));
+    if (sheet.depth <= most && sheet.width > 4 * tolerance::alike * size) sheets.push_back(std::move(sheet));
   }
   const auto gives_way = [&](const Sheet& sheet) {
     return std::any_of(sheets.begin(), sheets.end(), [&](const Sheet& other) {

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "tolerances.h"
+
 namespace tandem {
 namespace {
 
@@ -31,11 +33,11 @@ class Ray {
 
   bool inside() const {
     const Vec3 away = (from_ - mesh_.centre).cwiseAbs() - mesh_.half;
-    const double slack = delta_ + 1e-15 * (mesh_.centre.cwiseAbs() + mesh_.half).maxCoeff();
+    const double slack = delta_ + tolerance::outward * (mesh_.centre.cwiseAbs() + mesh_.half).maxCoeff();
     if (away.maxCoeff() > slack) return false;
     // In units about the centre, as the boxes are.
     const Vec3 at = (from_ - mesh_.centre) / mesh_.unit;
-    const double pad = slack / mesh_.unit + 1e-12;
+    const double pad = slack / mesh_.unit + tolerance::no_extent;
     int sum = 0;
     std::array<std::uint32_t, 64 * sizeof(MeshNode::child) / sizeof(std::uint32_t)> stack;  // MeshModel::depth
     std::size_t top = 0;
@@ -101,9 +103,9 @@ class Ray {
     const Vec3 a = corners[0] - from_, b = corners[1] - from_, c = corners[2] - from_;
     const double span = std::max({a.cwiseAbs().maxCoeff(), b.cwiseAbs().maxCoeff(), c.cwiseAbs().maxCoeff()});
     // Every difference is wrong by delta and its rounding at most.
-    const double off = delta_ + 2.3e-16 * span;
-    const double flat = span * (8 * off + 1e-15 * span) + std::numeric_limits<double>::min();
-    const double solid = span * span * (24 * off + 4e-15 * span) + std::numeric_limits<double>::min();
+    const double off = delta_ + tolerance::difference_rounding * span;
+    const double flat = span * (8 * off + tolerance::area_rounding * span) + std::numeric_limits<double>::min();
+    const double solid = span * span * (24 * off + tolerance::volume_rounding * span) + std::numeric_limits<double>::min();
     Signs s;
     const auto decide = [&](double x, double bound) {
       if (!(std::abs(x) > bound)) s.certain = false;
@@ -192,7 +194,7 @@ bool is_inside(const MeshModel& mesh, const Pose& pose, const Vec3& p, const Pos
   // Nearly always the point is far from the box, and a rotation's transpose, its inverse to 6e-6, tells.
   const Vec3 between = pose_p.rotation * p + (pose_p.translation - pose.translation);
   const Vec3 away = (pose.rotation.transpose() * between - mesh.centre).cwiseAbs() - mesh.half;
-  if (away.maxCoeff() > 1e-5 * (between.lpNorm<1>() + p.lpNorm<1>() + mesh.centre.lpNorm<1>())) return false;
+  if (away.maxCoeff() > tolerance::askew_with_room * (between.lpNorm<1>() + p.lpNorm<1>() + mesh.centre.lpNorm<1>())) return false;
   return Ray(mesh, pose, p, pose_p).inside();
 }
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "lanes/constants.h"
+#include "tolerances.h"
 
 namespace tandem {
 
@@ -25,7 +25,7 @@ bool shortest_beyond(std::span<const Wall> walls, double slack, Vec3& shortest) 
       const Wall line = within(walls[j]);
       if (line.normal.dot(y) >= line.bound - slack) continue;
       const double length2 = line.normal.squaredNorm();
-      if (!(length2 > 1e-20)) return false;
+      if (!(length2 > tolerance::parallel_planes2)) return false;
       // Along the line where the two meet.
       const Vec3 on_line = (line.bound / length2) * line.normal;
       const Vec3 along = wall.normal.cross(line.normal) / std::sqrt(length2);
@@ -33,9 +33,9 @@ bool shortest_beyond(std::span<const Wall> walls, double slack, Vec3& shortest) 
       for (std::size_t k = 0; k < j; ++k) {
         const Wall other = within(walls[k]);
         const double slope = other.normal.dot(along), left = other.bound - other.normal.dot(on_line);
-        if (slope > 1e-12) low = std::max(low, left / slope);
-        if (slope < -1e-12) high = std::min(high, left / slope);
-        if (std::abs(slope) <= 1e-12 && left > slack) return false;
+        if (slope > tolerance::parallel_lines) low = std::max(low, left / slope);
+        if (slope < -tolerance::parallel_lines) high = std::min(high, left / slope);
+        if (std::abs(slope) <= tolerance::parallel_lines && left > slack) return false;
       }
       if (low > high + slack) return false;
       y = on_line + std::clamp(0.0, low, std::max(low, high)) * along;

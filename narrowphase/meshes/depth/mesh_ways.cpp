@@ -14,13 +14,14 @@
 #include "shapes/pair_order.h"
 #include "shapes/shape_insides.h"
 #include "shapes/unit_vector.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {
 
 using Pairs = std::vector<std::array<std::uint32_t, 2>>;
 
-constexpr double rounding = 1e-13;  // of places, relative to the size
+constexpr double rounding = tolerance::place_rounding;  // of places, relative to the size
 
 // What lies in the plane of a triangle about it, in its mesh's frame.
 struct FlatFace {
@@ -163,7 +164,7 @@ struct WaysOut::Parts {
 
   void add(const HoldAt& hold) {
     const auto says_more = [&](const HoldAt& x, const HoldAt& y) {
-      return x.wall.normal.dot(y.wall.normal) > 1 - 1e-13 && x.wall.bound >= y.wall.bound - slack && x.reach >= y.reach;
+      return x.wall.normal.dot(y.wall.normal) > tolerance::one_direction && x.wall.bound >= y.wall.bound - slack && x.reach >= y.reach;
     };
     if (std::any_of(holds.begin(), holds.end(), [&](const HoldAt& h) { return says_more(h, hold); })) return;
     std::erase_if(holds, [&](const HoldAt& h) { return says_more(hold, h); });
@@ -201,7 +202,7 @@ struct WaysOut::Parts {
     constexpr std::size_t most_lines = 4;
     const Vec3 from = placed(of_a, chain.from, at), to = placed(of_a, chain.to, at), u = unit(to - from);
     const double low = n.dot(from - c), high = n.dot(to - c), slope = n.dot(u);
-    if (!(std::abs(slope) > 1e-6)) return;
+    if (!(std::abs(slope) > tolerance::flush)) return;
     borders.clear();
     for (const FlatFace::Border& border : face.borders) {
       const Vec3 p = placed(!of_a, border.from, at), q = placed(!of_a, border.to, at), d = q - p;
@@ -280,7 +281,7 @@ struct WaysOut::Parts {
     const MeshModel &ma = mesh_of(a.shape), &mb = mesh_of(b.shape);
     const Mat3 &turn_a = a.pose.rotation, &turn_b = b.pose.rotation;
     const Vec3 shift = between + at;
-    const double far = reach + 1e-6 * size;  // rotations may be a little off
+    const double far = reach + tolerance::askew_place * size;  // rotations may be a little off
     // Does a plane that is known part them by its gap? The last that did is asked first.
     std::size_t last = 0;
     const auto is_parted = [&](auto&& gap_along) {
@@ -420,8 +421,8 @@ void WaysOut::shorten(WayOut& out) {
   std::size_t work = 16384;
   Parts& p = *parts_;
   const double reach = 0.02 * p.size, spare = 4 * p.slack;
-  double ahead = 1e-4 * p.size;
-  for (int i = 0; i < rounds; ++i, ahead = std::max(0.1 * ahead, 1e-9 * p.size)) {
+  double ahead = tolerance::far_apart * p.size;
+  for (int i = 0; i < rounds; ++i, ahead = std::max(0.1 * ahead, tolerance::least_apart * p.size)) {
     const Vec3 at = (out.length + ahead) * out.normal;
     Vec3 to;
     if (!p.walls_about(at, reach, work)) break;
@@ -437,7 +438,7 @@ void WaysOut::shorten(WayOut& out) {
 
 void WaysOut::confirm(WayOut& out) {
   Parts& p = *parts_;
-  const Vec3 at = (out.length - std::min(0.5 * out.length, 1e-7 * p.size)) * out.normal;
+  const Vec3 at = (out.length - std::min(0.5 * out.length, tolerance::near_apart * p.size)) * out.normal;
   p.meet(at, &p.found);
   p.look_at(p.found, at);
   p.make_certain(out);

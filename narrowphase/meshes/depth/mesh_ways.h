@@ -6,9 +6,9 @@
 #include <span>
 #include <vector>
 
-#include "lanes/constants.h"
 #include "shapes/posed_mesh.h"
 #include "tandem/narrowphase/answer.h"
+#include "tolerances.h"
 
 namespace tandem {
 

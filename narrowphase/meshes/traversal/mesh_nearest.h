@@ -2,11 +2,11 @@
 #include <array>
 #include <cstdint>
 
-#include "lanes/constants.h"
 #include "meshes/traversal/mesh_walk.h"
 #include "meshes/traversal/nearest_kernel.h"
 #include "shapes/posed_mesh.h"
 #include "tandem/narrowphase/options.h"
+#include "tolerances.h"
 
 namespace tandem {
 

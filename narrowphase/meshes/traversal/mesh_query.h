@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "shapes/mesh_model.h"
+#include "tolerances.h"
 
 namespace tandem {
 
@@ -40,7 +41,7 @@ class BoxQuery {
         std::max({lo.cwiseAbs().maxCoeff(), hi.cwiseAbs().maxCoeff(), m.cwiseAbs().maxCoeff() + h.sum()});
     // Too far out for floats: every triangle may be near.
     blunt_ = !(most < 1e18);
-    pad_ = blunt_ ? 0 : static_cast<float>(2e-6 * (2 + most));
+    pad_ = blunt_ ? 0 : static_cast<float>(tolerance::query_of_floats * (2 + most));
     for (int i = 0; i < 3; ++i) {
       box_.mid[i] = blunt_ ? 0 : static_cast<float>((lo[i] + hi[i]) / 2);
       box_.half[i] = blunt_ ? 0 : static_cast<float>((hi[i] - lo[i]) / 2) + pad_;

@@ -12,6 +12,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "tolerances.h"
+
 #ifndef TANDEM_MESH_TRAVERSAL_ONCE
 #define TANDEM_MESH_TRAVERSAL_ONCE
 namespace tandem {
@@ -33,12 +35,12 @@ struct TraversalFrame {
     const Mat3 inv = frame.map().inverse();
     const Vec3 between = (frame.map() * b.centre + (frame.shift() - a.centre)) / a.unit;
     const Vec3 half_a = a.half / a.unit, half_b = frame.map().cwiseAbs() * b.half / a.unit;
-    gap = (between.cwiseAbs() - half_a - half_b).maxCoeff() - 1e-6;
+    gap = (between.cwiseAbs() - half_a - half_b).maxCoeff() - tolerance::whole_boxes;
     if (!(gap <= 0)) return;
     // Coordinates of A are rounded once, those of B go through three products and sums of rounded factors: 6 units in
     // the last place of the largest term, 2^-24 each. Comparing them takes a few more.
     const Vec3 size = half_a + half_b + between.cwiseAbs();
-    const Vec3 pad = 8e-7 * size + Vec3::Constant(4 * frame.delta() / a.unit + 1e-12);
+    const Vec3 pad = tolerance::box_of_floats * size + Vec3::Constant(4 * frame.delta() / a.unit + tolerance::no_extent);
     const Vec3 along_b = 3 * (inv.cwiseAbs() * pad);
     for (int i = 0; i < 3; ++i) {
       shift[i] = static_cast<float>(between[i]);
@@ -52,7 +54,7 @@ struct TraversalFrame {
     ratio = static_cast<float>(scale);
     // Nothing is compared in these: 1, 6 and 2 units.
     const Vec3 rounded = 1.3 * std::exp2(-24) * (half_a + 6 * half_b + 2 * between.cwiseAbs());
-    off = static_cast<float>((rounded + Vec3::Constant(4 * frame.delta() / a.unit + 1e-12)).maxCoeff());
+    off = static_cast<float>((rounded + Vec3::Constant(4 * frame.delta() / a.unit + tolerance::no_extent)).maxCoeff());
   }
 };
 
@@ -424,7 +426,7 @@ class Traversal {
     }
     // Every difference is at most `span`, and wrong by 2 off plus its rounding: a determinant of them is wrong by
     // less than 6 span^2 (6 off + 10 u span), u = 2^-24, and a normal by less than that over span.
-    const auto askew = hn::Mul(span, hn::Add(hn::Set(tag, 48 * f_.off), hn::Mul(hn::Set(tag, 4e-6f), span)));
+    const auto askew = hn::Mul(span, hn::Add(hn::Set(tag, 48 * f_.off), hn::Mul(hn::Set(tag, static_cast<float>(tolerance::determinant_rounding_of_floats)), span)));
     const auto bound = hn::Mul(span, askew), below = hn::Neg(bound);
     auto keep = hn::FirstN(tag, count);
     const auto tell_apart = [&](const Floats(&t)[3][3], const Floats(&other)[3][3]) HWY_ATTR {
@@ -498,7 +500,7 @@ namespace {
 
 // Less than single precision and rotations that are orthonormal to 1e-6 are off by.
 void lower(double* gap, double units, const MeshModel& a) {
-  if (gap != nullptr) *gap = std::min(*gap, (1 - 1e-5) * units * a.unit);
+  if (gap != nullptr) *gap = std::min(*gap, (1 - tolerance::askew_with_room) * units * a.unit);
 }
 
 void traverse(const MeshModel& a, const MeshModel& b, const TraversalFrame& frame, NodePair from, bool likely_first,

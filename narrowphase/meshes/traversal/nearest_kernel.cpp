@@ -7,6 +7,7 @@
 #include "shapes/unit_vector.h"
 
 #include "lanes/lanes_of_256_bits.h"
+#include "tolerances.h"
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "meshes/traversal/nearest_kernel.cpp"
 #include <hwy/foreach_target.h>
@@ -125,7 +126,7 @@ HWY_INLINE Lane most(const NearTriangle& t, const Lane* u) {
 
 template <class Form, class Children>
 HWY_INLINE Lane bound(const Form& form, const NearPart& part, const NearPlane& plane, const Children& c) {
-  const Lane tiny = all(1e-30);
+  const Lane tiny = all(tolerance::never_zero_way);
   const auto along = [&](const Lane* way) HWY_ATTR {
     return hn::Div(hn::Sub(c.least(way), most(form, way)), hn::Max(length(way), tiny));
   };
@@ -186,7 +187,7 @@ NearPart::NearPart(const std::array<Vec3, 3>& p) : form(std::in_place_type<NearT
   for (std::size_t k = 0; k < 3; ++k) {
     t.edge[k] = p[(k + 1) % 3] - p[k];
     const double square = t.edge[k].squaredNorm();
-    t.per_square[k] = square > shortest_squared ? 1 / square : 0;
+    t.per_square[k] = square > tolerance::shortest_squared ? 1 / square : 0;
     t.outward[k] = t.edge[k].cross(t.normal);
   }
 }

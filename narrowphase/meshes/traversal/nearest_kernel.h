@@ -49,7 +49,7 @@ struct NearPlane {
 
 /// Lower bounds on how far from the part the children of the node are, a lane each, boxes or triangles; in the units of
 /// the mesh, and too large by at most `bounds_off` of them. Those of lanes that are not in use are any.
-inline constexpr double bounds_off = 4e-7;
+inline constexpr double bounds_off = tolerance::distance_of_floats;
 void bound_distances(const NearPart& part, const NearPlane& plane, const MeshModel& mesh, const MeshNode& node,
                      std::array<double, mesh_lanes>& least);
 
