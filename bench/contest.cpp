@@ -55,8 +55,8 @@ class Entry {
  public:
   Entry(const Contestant& contestant, double margin) {
     PipelineOptions options = contestant.options;
-    options.contact_hash = true;
-    options.margin = margin;
+    options.answer.contact_hash = true;
+    options.answer.margin = margin;
     for (int i = 0; i < contestant.copies; ++i) pipelines_.emplace_back(options);
     pipelines_.front().record_to(contestant.timeline);
     if (contestant.copies > 1) crew_ = std::make_unique<AtOnce>(contestant.copies);

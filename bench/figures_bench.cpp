@@ -16,6 +16,7 @@
 #include "simulator.h"
 #include "tandem/engine/builtin_scenes.h"
 #include "tandem/engine/response.h"
+#include "tandem/flowgraph/timeline.h"
 
 namespace tandem::bench {
 namespace {
@@ -110,15 +111,15 @@ std::vector<Entrant> entrants(int threads, bool every_split) {
   all.push_back({{"flowgraph", papers(ExecutorKind::flowgraph, threads), {}}});
   for (const BalanceRule rule : {BalanceRule::paper, BalanceRule::busy}) {
     Entrant strict{{fmt::format("strict, {} rule", name(rule)), papers(ExecutorKind::flowgraph, threads), {}}};
-    strict.contestant.options.strict_split = true;
-    strict.contestant.options.balance = rule;
+    strict.contestant.options.balance.strict = true;
+    strict.contestant.options.balance.rule = rule;
     all.push_back(std::move(strict));
   }
   for (int broad = 1; every_split && broad < threads; ++broad) {
     const Split split{broad, threads - broad};
     Entrant fixed{{fmt::format("strict {}", written(split)), papers(ExecutorKind::flowgraph, threads), {}}, true};
-    fixed.contestant.options.split = split;
-    fixed.contestant.options.strict_split = true;
+    fixed.contestant.options.balance.split = split;
+    fixed.contestant.options.balance.strict = true;
     all.push_back(std::move(fixed));
   }
   return all;
@@ -147,8 +148,8 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
     PipelineOptions recorded = papers(ExecutorKind::sequential, 1);
     // Small enough to be put together to any batch; smaller ones cost more than what is in them. Heavy pairs are one
     // each.
-    if (forms[i] != StepForm::caller) recorded.batch_pairs = 32;
-    recorded.form = forms[i];
+    if (forms[i] != StepForm::caller) recorded.batches.pairs = 32;
+    recorded.sharing.form = forms[i];
     contestants.push_back({fmt::format("recorder, {}", name(forms[i])), recorded, &timelines[i]});
   }
   Measured result{{std::string(scene_name), scene.bodies(), threads, false, 1, 1, {}}, {}};
@@ -221,7 +222,7 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
       [&](int step) {
         for (std::size_t i = 1; i < all.size(); ++i)
           for (std::size_t form = 1; form < std::size(forms); ++form)  // but for the caller's
-            if (!all[i].contestant.options.strict_split && cells[i].busy[form].size() != 0)
+            if (!all[i].contestant.options.balance.strict && cells[i].busy[form].size() != 0)
               busy_ms += cells[i].busy[form].median(), recorded_busy_ms += recorded_busy[form].median();
         for (std::size_t i = 0; i < all.size(); ++i) {
           Cell& cell = cells[i];
@@ -373,8 +374,8 @@ json figure_4(const Settings& settings, int threads, std::vector<Row>& rows) {
     std::vector<Pipeline> pipelines;
     for (const ExecutorKind kind : {ExecutorKind::sequential, ExecutorKind::flowgraph}) {
       PipelineOptions options = papers(kind, threads);
-      options.margin = margin;
-      options.contact_hash = true;
+      options.answer.margin = margin;
+      options.answer.contact_hash = true;
       pipelines.emplace_back(std::move(options));
     }
     Response response;

@@ -149,11 +149,12 @@ class Race {
 
  private:
   static nlohmann::json json_of(const ExecutorOptions& options) {
-    return {{"batch_pairs", options.batch_pairs},
-            {"queue_capacity", options.queue_capacity},
-            {"form", name(options.form)},
-            {"split",
-             options.split.dynamic() ? "dynamic" : fmt::format("{}-{}", options.split.broad, options.split.narrow)}};
+    return {{"batch_pairs", options.batches.pairs},
+            {"queue_capacity", options.batches.queue_capacity},
+            {"form", name(options.sharing.form)},
+            {"split", options.balance.split.dynamic()
+                          ? "dynamic"
+                          : fmt::format("{}-{}", options.balance.split.broad, options.balance.split.narrow)}};
   }
 
   std::vector<Row>& rows_;
@@ -226,24 +227,24 @@ void costs(std::vector<Row>& rows, int threads, int steps) {
              steps_of(runner, {.tiles = 1}, steps, detect_ns), threads);
     if (runner.options.kind == ExecutorKind::sequential) continue;
     Runner shared = runner;
-    shared.options.small_step_ms = 0;
+    shared.options.sharing.short_step_ms = 0;
     add_cost(rows, fmt::format("the same shared, {}", runner.name), steps_of(shared, {.tiles = 1}, steps, detect_ns),
              threads);
   }
   // One form throughout: what each costs, not which is chosen.
-  std::vector<Runner> forms = everyone(threads, {.form = StepForm::overlapped});
-  forms.push_back({"flowgraph, ordered", {.threads = threads, .form = StepForm::ordered}});
+  std::vector<Runner> forms = everyone(threads, {.sharing = {.form = StepForm::overlapped}});
+  forms.push_back({"flowgraph, ordered", {.threads = threads, .sharing = {.form = StepForm::ordered}}});
   // Pairs and batches that cost next to nothing: what is left is the machinery.
   const TileWork::Size light{.tiles = 200, .pairs_a_tile = 128};
   const double pairs = static_cast<double>(light.tiles * light.pairs_a_tile);
   for (const Runner& runner : forms) {
     Runner shared = runner;
-    shared.options.small_step_ms = 0;
+    shared.options.sharing.short_step_ms = 0;
     add_cost(rows, fmt::format("a pair without work, {}", runner.name),
              steps_of(shared, light, steps,
                       [&](const ExecutionReport& r, const Timeline&) { return 1e6 * r.detect_ms / pairs; }),
              threads);
-    shared.options.batch_pairs = 1;
+    shared.options.batches.pairs = 1;
     add_cost(rows, fmt::format("a batch of one such pair, {}", runner.name),
              steps_of(shared, light, steps,
                       [&](const ExecutionReport& r, const Timeline&) { return 1e6 * r.detect_ms / pairs; }),
@@ -285,15 +286,15 @@ void synthetic(std::vector<Row>& rows, const std::vector<int>& thread_counts, in
   for (int broad = 1; broad < threads; broad += std::max(1, threads / 8))
     for (const bool strict : {true, false})
       splits.push_back({fmt::format("{} {}-{}", strict ? "strict" : "split", broad, threads - broad),
-                        {.threads = threads, .split = {broad, threads - broad}, .strict_split = strict}});
+                        {.threads = threads, .balance = {.split = {broad, threads - broad}, .strict = strict}}});
   race.run(ratio_load(work_ns, 1, 1), splits);
 
   Race::header("Pairs a batch");
   std::vector<Runner> batches{{"sequential", {.kind = ExecutorKind::sequential}}};
   for (const std::size_t pairs : {1, 4, 16, 64, 128, 256, 1024})
     for (const StepForm form : {StepForm::overlapped, StepForm::ordered})
-      batches.push_back(
-          {fmt::format("{}, at most {}", name(form), pairs), {.threads = cores, .batch_pairs = pairs, .form = form}});
+      batches.push_back({fmt::format("{}, at most {}", name(form), pairs),
+                         {.threads = cores, .batches = {.pairs = pairs}, .sharing = {.form = form}}});
   Load light = ratio_load(work_ns, 1, 1);
   light.size.pairs_a_tile *= 4;  // 50 ns a pair
   light.size.pair_ns /= 4;
@@ -303,8 +304,9 @@ void synthetic(std::vector<Row>& rows, const std::vector<int>& thread_counts, in
   Race::header("Batches in the queue");
   std::vector<Runner> queues{{"sequential", {.kind = ExecutorKind::sequential}}};
   for (const std::size_t capacity : {1, 2, 4, 16, 64, 512})
-    queues.push_back({fmt::format("flowgraph, room for {}", capacity),
-                      {.threads = cores, .queue_capacity = capacity, .form = StepForm::overlapped}});
+    queues.push_back(
+        {fmt::format("flowgraph, room for {}", capacity),
+         {.threads = cores, .batches = {.queue_capacity = capacity}, .sharing = {.form = StepForm::overlapped}}});
   race.run(ratio_load(work_ns, 1, 1), queues);
 
   Race::header("Loads that are hard to balance");

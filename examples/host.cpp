@@ -24,7 +24,7 @@ using tandem::StepReport;
 
 using Message = const Scene*;
 
-tandem::PipelineOptions options(int threads) { return {.threads = threads, .contact_hash = true}; }
+tandem::PipelineOptions options(int threads) { return {.threads = threads, .answer = {.contact_hash = true}}; }
 
 /// Takes a scene, gives a report. To the host's graph it is one node; inside it may become several.
 class DetectionNode : public flow::composite_node<std::tuple<Message>, std::tuple<StepReport>> {

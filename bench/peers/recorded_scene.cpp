@@ -87,7 +87,7 @@ RecordedScene simulate(const PeersScene& wanted, std::size_t bodies, std::size_t
   if (wanted.hulls) scene = with_hulls(scene);
   RecordedScene out{std::string(wanted.name), scene, steps, {}};
   const Stretches stretches(steps, timed);
-  Pipeline pipeline({.margin = recommended_margin(scene)});
+  Pipeline pipeline({.answer = {.margin = recommended_margin(scene)}});
   Response response;
   Progress progress(wanted.name, steps);
   for (std::size_t step = 0; step < steps; ++step) {

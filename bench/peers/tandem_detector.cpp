@@ -11,9 +11,11 @@ class TandemDetector final : public SceneDetector {
   TandemDetector(int threads, double keep_contacts)
       : pipeline_({.executor = threads == 1 ? ExecutorKind::sequential : ExecutorKind::flowgraph,
                    .threads = threads,
-                   .keep_contacts = keep_contacts}) {}
+                   .answer = {.keep_contacts = keep_contacts}}) {}
 
-  std::string name() const override { return pipeline_.options().keep_contacts == 0 ? "tandem" : "tandem, kept 1e-3"; }
+  std::string name() const override {
+    return pipeline_.options().answer.keep_contacts == 0 ? "tandem" : "tandem, kept 1e-3";
+  }
   int threads() const override { return pipeline_.options().threads; }
   void detect(const Scene& scene) override { report_ = pipeline_.step(scene); }
   double kept_pairs() const override { return static_cast<double>(report_.kept_pairs); }

@@ -256,9 +256,9 @@ class Costs {
     PipelineOptions options;
     options.executor = ExecutorKind::sequential;
     options.threads = 1;
-    options.request = scene.request;
-    if (scene.request == Request::contacts) options.margin = margin_;
-    options.contact_hash = true;
+    options.answer.request = scene.request;
+    if (scene.request == Request::contacts) options.answer.margin = margin_;
+    options.answer.contact_hash = true;
     options.predicate = [this](std::span<Pair> pairs) {
       candidates_.insert(candidates_.end(), pairs.begin(), pairs.end());
       return pairs.size();

@@ -27,6 +27,20 @@ struct InPlace {
 template <class Make>
 InPlace(Make) -> InPlace<Make>;
 
+/// Refuses what cannot be by the names that a pipeline's user writes.
+PipelineOptions checked(PipelineOptions options) {
+  const AnswerOptions& answer = options.answer;
+  try {
+    const NarrowPhase narrow_phase({.tolerance = answer.tolerance, .margin = answer.margin});
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(std::string("answer.") + error.what());
+  }
+  if (!(answer.keep_contacts >= 0 && answer.keep_contacts <= 0.1))
+    throw std::invalid_argument("answer.keep_contacts: " + std::to_string(answer.keep_contacts) +
+                                " is not in [0, 0.1]");
+  return options;
+}
+
 /// A step of a scene as stages of blocks: boxes, the broad phase's stages, and the dispatcher for each pair.
 class SceneWork final : public StepWork {
  public:
@@ -36,14 +50,12 @@ class SceneWork final : public StepWork {
         without_gaps_(narrow_options(false)),
         several_pairs_(narrow_options(false)),
         broad_phase_(make_broad_phase(options.broad_phase)) {
-    if (!(options.keep_contacts >= 0 && options.keep_contacts <= 0.1))
-      throw std::invalid_argument("keep_contacts: " + std::to_string(options.keep_contacts) + " is not in [0, 0.1]");
-    if (options.keep_contacts == 0 || options.request == Request::collide) return;
-    kept_ = std::make_unique<KeptContacts>(options.request, options.keep_contacts, options.margin);
+    if (options.answer.keep_contacts == 0 || options.answer.request == Request::collide) return;
+    kept_ = std::make_unique<KeptContacts>(options.answer.request, options.answer.keep_contacts, options.answer.margin);
     for (std::size_t a = 0; a < shape_kinds; ++a)
       for (std::size_t b = 0; b < shape_kinds; ++b) {
         const auto kind_a = static_cast<ShapeKind>(a), kind_b = static_cast<ShapeKind>(b);
-        worth_moving_[a][b] = narrow_phase_.solver_for(kind_a, kind_b, options.request).solver != "closed";
+        worth_moving_[a][b] = narrow_phase_.solver_for(kind_a, kind_b, options.answer.request).solver != "closed";
       }
   }
 
@@ -74,8 +86,8 @@ class SceneWork final : public StepWork {
     };
     has_mesh_ = has(ShapeKind::mesh);
     if (has_mesh_) costs_.begin_step(scene.indices());
-    screens_ = !kept_ && options_.request != Request::distance && has(ShapeKind::box);
-    together_ = screens_ && options_.request == Request::contacts;
+    screens_ = !kept_ && options_.answer.request != Request::distance && has(ShapeKind::box);
+    together_ = screens_ && options_.answer.request == Request::contacts;
     found_.clear();
   }
   /// Not to be called after a step that ended early.
@@ -165,15 +177,15 @@ class SceneWork final : public StepWork {
         if (!(are_meshes(pair) ? kept->move_along(pair, *result, collide) : kept->move_along(pair, *result))) {
           // Who touched will touch again; a gap would be of use only where it does not.
           result->answer =
-              solve(pair, options_.request, &batch.contacts, kept->touched() ? without_gaps_ : narrow_phase_);
+              solve(pair, options_.answer.request, &batch.contacts, kept->touched() ? without_gaps_ : narrow_phase_);
           kept->keep(*result, std::span(batch.contacts).subspan(first));
         }
       } else {
         result = &batch.results.emplace_back(InPlace{[&] {
-          return PairResult{pair.a, pair.b, first, 0, solve(pair, options_.request, &batch.contacts)};
+          return PairResult{pair.a, pair.b, first, 0, solve(pair, options_.answer.request, &batch.contacts)};
         }});
       }
-      const bool reported = complete_last(batch, colliding_pairs) || options_.request == Request::distance;
+      const bool reported = complete_last(batch, colliding_pairs) || options_.answer.request == Request::distance;
       if (kept) kept->note(*result, std::span(batch.contacts).subspan(first), reported);
       if (!reported) batch.results.pop_back();
     }
@@ -246,11 +258,11 @@ class SceneWork final : public StepWork {
   }
 
   NarrowPhaseOptions narrow_options(bool mesh_gaps) {
-    return {.tolerance = options_.tolerance,
-            .margin = options_.margin,
+    return {.tolerance = options_.answer.tolerance,
+            .margin = options_.answer.margin,
             .solver = {},
             .parts = [this](std::size_t parts, const auto& part) { share(parts, part); },
-            .mesh_gaps = mesh_gaps && options_.keep_contacts != 0,
+            .mesh_gaps = mesh_gaps && options_.answer.keep_contacts != 0,
             .mesh_bounds = false};
   }
 
@@ -331,7 +343,7 @@ class SceneWork final : public StepWork {
     }
     // Half the margin on each side: two boxes meet when the gap between their bodies is within the margin.
     FloatRows rounded;
-    round_outward(rows, 0.5 * options_.margin, rounded);
+    round_outward(rows, 0.5 * options_.answer.margin, rounded);
     for (int axis = 0; axis < 3; ++axis) {
       float *const lo = boxes_.lo(axis), *const hi = boxes_.hi(axis);
       if (count == end - first) {
@@ -428,17 +440,13 @@ class SceneWork final : public StepWork {
 
 struct Pipeline::Impl {
   explicit Impl(PipelineOptions wanted)
-      : options(std::move(wanted)),
+      : options(checked(std::move(wanted))),
         work(options),
         executor(make_executor({.kind = options.executor,
                                 .threads = options.threads,
-                                .split = options.split,
                                 .balance = options.balance,
-                                .strict_split = options.strict_split,
-                                .batch_pairs = options.batch_pairs,
-                                .queue_capacity = options.queue_capacity,
-                                .small_step_ms = options.small_step_ms,
-                                .form = options.form})) {}
+                                .batches = options.batches,
+                                .sharing = options.sharing})) {}
 
   PipelineOptions options;
   SceneWork work;
@@ -463,7 +471,7 @@ StepReport Pipeline::step(const Scene& scene, std::stop_token stop) {
   if ((report.execution.issues & bit(StepIssue::ended_early)) == 0) impl.work.finish(impl.contacts, report);
   report.broad_phase = impl.work.broad_phase().kind();
   report.broad_phase_reason = impl.work.broad_phase().reason();
-  if (impl.options.contact_hash) report.contact_hash = hash(impl.contacts);
+  if (impl.options.answer.contact_hash) report.contact_hash = hash(impl.contacts);
   return report;
 }
 

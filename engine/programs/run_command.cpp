@@ -18,6 +18,7 @@
 #include "tandem/engine/builtin_scenes.h"
 #include "tandem/engine/pipeline.h"
 #include "tandem/engine/response.h"
+#include "tandem/flowgraph/timeline.h"
 #include "tandem/formats/scene_file.h"
 
 namespace tandem {
@@ -85,12 +86,12 @@ PipelineOptions pipeline_options(const Options& options) {
   PipelineOptions out;
   out.executor = named_option("--executor", options.executor, executor_kinds);
   out.threads = static_cast<int>(whole_option("--threads", options.threads, 0, 1024));
-  out.balance = named_option("--balance", options.balance, rules);
-  out.strict_split = options.strict;
+  out.balance.rule = named_option("--balance", options.balance, rules);
+  out.balance.strict = options.strict;
   out.broad_phase = named_option("--broadphase", options.broad_phase, broad_phases);
-  out.tolerance = number_option("--tolerance", options.tolerance, 0, 0.1);
-  out.keep_contacts = number_option("--keep-contacts", options.keep, 0, 0.1);
-  if (!options.margin.empty()) out.margin = number_option("--margin", options.margin, 0, 1e6);
+  out.answer.tolerance = number_option("--tolerance", options.tolerance, 0, 0.1);
+  out.answer.keep_contacts = number_option("--keep-contacts", options.keep, 0, 0.1);
+  if (!options.margin.empty()) out.answer.margin = number_option("--margin", options.margin, 0, 1e6);
   const Split split = read_split(options.split);
   if (!split.dynamic()) {
     const int sum = split.broad + split.narrow;
@@ -99,7 +100,7 @@ PipelineOptions pipeline_options(const Options& options) {
     // The other executors have one group of threads for both phases.
     const bool divides = out.executor == ExecutorKind::threads || out.executor == ExecutorKind::flowgraph;
     out.threads = sum;
-    if (divides) out.split = split;
+    if (divides) out.balance.split = split;
   }
   return out;
 }
@@ -181,7 +182,7 @@ void write_step(JsonWriter& out, const PipelineOptions& options, const StepRepor
       .member("response_ms", response.serial_ms)
       .end_object();
   out.member("gaps", report.gaps)
-      .member("margin", options.margin)
+      .member("margin", options.answer.margin)
       .member("kept_pairs", report.kept_pairs)
       .member("computed_pairs", report.computed_pairs)
       .member("kept_error_bound", report.kept_error_bound)
@@ -277,14 +278,14 @@ class Summary {
     std::ostringstream out;
     out << "scene            " << scene.name << ", " << last_.bodies << " bodies, " << step_.size() << " steps\n"
         << "run by           " << name(options.executor) << ", " << execution.threads << " threads, split "
-        << (options.split.dynamic() ? "dynamic" : "fixed") << ", last " << written(execution.split) << '\n'
+        << (options.balance.split.dynamic() ? "dynamic" : "fixed") << ", last " << written(execution.split) << '\n'
         << "broad phase      "
         << (last_.broad_phase_reason.empty() ? name(last_.broad_phase) : last_.broad_phase_reason) << '\n'
-        << "request          " << name(options.request) << '\n'
+        << "request          " << name(options.answer.request) << '\n'
         << "last step        " << execution.candidate_pairs << " candidate pairs, " << last_.colliding_pairs
         << " colliding, " << last_.contacts << " contacts, largest depth " << last_.max_depth << " m\n"
         << "contact hash     " << hex(last_.contact_hash) << '\n';
-    if (options.keep_contacts > 0)
+    if (options.answer.keep_contacts > 0)
       out << "kept             " << last_.kept_pairs << " pairs, " << last_.computed_pairs
           << " computed, error at most " << last_.kept_error_bound << " m\n";
     out.precision(3);
@@ -319,10 +320,10 @@ int run(const Options& options, DescriptorBuffer& out) {
   if (!options.request.empty()) request = named_option("--request", options.request, requests);
   Scene scene = load_scene(options);
   if (request) scene.request = *request;
-  how.request = scene.request;
-  how.contact_hash = true;
+  how.answer.request = scene.request;
+  how.answer.contact_hash = true;
   // A response stops bodies in time by the gaps it is told of; they are written only where they were asked for.
-  if (options.margin.empty() && scene.request == Request::contacts) how.margin = recommended_margin(scene);
+  if (options.margin.empty() && scene.request == Request::contacts) how.answer.margin = recommended_margin(scene);
   const bool responds = scene.request == Request::contacts;
   if (!options.contacts.empty() && !responds)
     refuse_option("--contacts", options.contacts,

@@ -26,21 +26,22 @@ std::string text(Split split) { return std::to_string(split.broad) + "-" + std::
 std::unique_ptr<Executor> make_executor(const ExecutorOptions& options) {
   require(options.threads >= 0 && options.threads <= 1024,
           "threads: " + std::to_string(options.threads) + ", allowed: 0 (ask the runtime) to 1024");
-  if (!options.split.dynamic()) {
-    require(options.split.broad >= 1 && options.split.narrow >= 1,
-            "split: " + text(options.split) + ", allowed: at least one thread for each phase");
-    require(options.threads == 0 || options.split.broad + options.split.narrow == options.threads,
-            "split: " + text(options.split) + ", allowed: two numbers that add up to the threads, " +
+  if (const Split split = options.balance.split; !split.dynamic()) {
+    require(split.broad >= 1 && split.narrow >= 1,
+            "balance.split: " + text(split) + ", allowed: at least one thread for each phase");
+    require(options.threads == 0 || split.broad + split.narrow == options.threads,
+            "balance.split: " + text(split) + ", allowed: two numbers that add up to the threads, " +
                 std::to_string(options.threads));
-    require(options.split.broad + options.split.narrow <= 1024,
-            "split: " + text(options.split) + ", allowed: at most 1024 threads in all");
+    require(split.broad + split.narrow <= 1024,
+            "balance.split: " + text(split) + ", allowed: at most 1024 threads in all");
   }
-  require(options.batch_pairs >= 1 && options.batch_pairs <= 65536,
-          "batch_pairs: " + std::to_string(options.batch_pairs) + ", allowed: 1 to 65536");
-  require(options.queue_capacity <= 1u << 20,
-          "queue_capacity: " + std::to_string(options.queue_capacity) + ", allowed: 0 (chosen) to 1048576");
-  require(options.small_step_ms >= 0 && options.small_step_ms <= 1e6,
-          "small_step_ms: " + std::to_string(options.small_step_ms) + ", allowed: 0 (never) to 1e6");
+  require(options.batches.pairs >= 1 && options.batches.pairs <= 65536,
+          "batches.pairs: " + std::to_string(options.batches.pairs) + ", allowed: 1 to 65536");
+  require(
+      options.batches.queue_capacity <= 1u << 20,
+      "batches.queue_capacity: " + std::to_string(options.batches.queue_capacity) + ", allowed: 0 (chosen) to 1048576");
+  require(options.sharing.short_step_ms >= 0 && options.sharing.short_step_ms <= 1e6,
+          "sharing.short_step_ms: " + std::to_string(options.sharing.short_step_ms) + ", allowed: 0 (never) to 1e6");
   switch (options.kind) {
     case ExecutorKind::sequential:
       return make_sequential_executor(options);

@@ -76,12 +76,13 @@ class FlowGraphExecutor final : public Executor, private Delivery {
  public:
   explicit FlowGraphExecutor(const ExecutorOptions& options)
       : options_(options),
-        batch_size_(options.batch_pairs),
-        form_(options.strict_split ? StepForm::overlapped : options.form, options.small_step_ms, true) {}
+        batch_size_(options.batches.pairs),
+        form_(options.balance.strict ? StepForm::overlapped : options.sharing.form, options.sharing.short_step_ms,
+              true) {}
 
   void run(StepWork& work, ContactList& contacts, ExecutionReport& report, std::stop_token stop,
            Timeline* timeline) override {
-    const Split fixed = options_.split;
+    const Split fixed = options_.balance.split;
     const int threads = tbb_threads(fixed.dynamic() ? options_.threads : fixed.broad + fixed.narrow);
     const StepForm form = threads == 1 ? StepForm::caller : form_.next();
     const bool shared = form != StepForm::caller;
@@ -112,19 +113,19 @@ class FlowGraphExecutor final : public Executor, private Delivery {
     if (!balancer_ || threads != threads_) {
       threads_ = threads;
       // The process's limit may leave fewer threads than a fixed split asks for; its proportion is kept then.
-      Split fixed = options_.split;
+      Split fixed = options_.balance.split;
       if (!fixed.dynamic() && fixed.broad + fixed.narrow != threads) {
         fixed.broad = std::clamp(fixed.broad * threads / (fixed.broad + fixed.narrow), 1, threads - 1);
         fixed.narrow = threads - fixed.broad;
       }
-      balancer_.emplace(threads, fixed, options_.balance);
+      balancer_.emplace(threads, fixed, options_.balance.rule);
       const std::size_t chosen = usual_queue_capacity(threads);
       // A strict producer must neither help nor wait, so its queue never gets full: the paper's array.
       for (Queue& queue : queues_)
-        queue.set_capacity(
-            options_.strict_split
-                ? std::ptrdiff_t{1} << 30
-                : static_cast<std::ptrdiff_t>(options_.queue_capacity != 0 ? options_.queue_capacity : chosen));
+        queue.set_capacity(options_.balance.strict
+                               ? std::ptrdiff_t{1} << 30
+                               : static_cast<std::ptrdiff_t>(
+                                     options_.batches.queue_capacity != 0 ? options_.batches.queue_capacity : chosen));
     }
     split_ = balancer_->split();
     // The caller works in the broad arena and then joins the narrow one: together they ask for threads - 1 workers.
@@ -148,7 +149,7 @@ class FlowGraphExecutor final : public Executor, private Delivery {
         state_, [](std::size_t) { return true; },
         [this] {
           BatchWriter writer(state_, *this);
-          if (options_.strict_split) {
+          if (options_.balance.strict) {
             for (std::size_t tile; state_.take(state_.shared_stage(), tile);) state_.run_tile(tile, writer);
             writer.flush();
             watch_narrow();
@@ -161,9 +162,9 @@ class FlowGraphExecutor final : public Executor, private Delivery {
 
   void run_narrow() {
     take_part(
-        state_, [this](std::size_t stage) { return !options_.strict_split || !state_.is_broad(stage); },
+        state_, [this](std::size_t stage) { return !options_.balance.strict || !state_.is_broad(stage); },
         [this] {
-          if (options_.strict_split) return take_batches();
+          if (options_.balance.strict) return take_batches();
           BatchWriter writer(state_, *this);
           overlap(writer, false);
           return true;
@@ -261,7 +262,7 @@ class FlowGraphExecutor final : public Executor, private Delivery {
       if (pop(other)) state_.process(*other);
     state_.count_queue(std::accumulate(queues_.begin(), queues_.end(), std::size_t{0},
                                        [](std::size_t sum, const Queue& one) { return sum + waiting(one); }));
-    if (!options_.strict_split) return;  // runners that take both tiles and batches stay to the end
+    if (!options_.balance.strict) return;  // runners that take both tiles and batches stay to the end
     std::atomic_thread_fence(std::memory_order_seq_cst);
     try {
       if (present_.load() < split_.narrow) narrow_->put_runner();

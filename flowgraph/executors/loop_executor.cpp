@@ -15,9 +15,10 @@ class LoopExecutor final : public Executor {
  public:
   explicit LoopExecutor(const ExecutorOptions& options)
       : fused_(options.kind == ExecutorKind::fused),
-        wished_(options.split.dynamic() ? options.threads : options.split.broad + options.split.narrow),
-        batch_size_(options.batch_pairs),
-        form_(options.form, options.small_step_ms, !fused_) {}
+        wished_(options.balance.split.dynamic() ? options.threads
+                                                : options.balance.split.broad + options.balance.split.narrow),
+        batch_size_(options.batches.pairs),
+        form_(options.sharing.form, options.sharing.short_step_ms, !fused_) {}
 
   void run(StepWork& work, ContactList& contacts, ExecutionReport& report, std::stop_token stop,
            Timeline* timeline) override {

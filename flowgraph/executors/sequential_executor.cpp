@@ -8,8 +8,8 @@ namespace {
 class SequentialExecutor final : public Executor {
  public:
   explicit SequentialExecutor(const ExecutorOptions& options)
-      : batch_pairs_(options.batch_pairs),
-        form_(options.form == StepForm::automatic ? StepForm::caller : options.form) {}
+      : batch_pairs_(options.batches.pairs),
+        form_(options.sharing.form == StepForm::automatic ? StepForm::caller : options.sharing.form) {}
 
   void run(StepWork& work, ContactList& contacts, ExecutionReport& report, std::stop_token stop,
            Timeline* timeline) override {

@@ -16,10 +16,10 @@ class ThreadsExecutor final : public Executor {
  public:
   explicit ThreadsExecutor(const ExecutorOptions& options)
       : threads_(count(options)),
-        strict_(options.strict_split),
-        batch_size_(options.batch_pairs),
-        form_(strict_ ? StepForm::overlapped : options.form, options.small_step_ms, true),
-        balancer_(std::max(2, threads_), options.split, options.balance) {}
+        strict_(options.balance.strict),
+        batch_size_(options.batches.pairs),
+        form_(strict_ ? StepForm::overlapped : options.sharing.form, options.sharing.short_step_ms, true),
+        balancer_(std::max(2, threads_), options.balance.split, options.balance.rule) {}
 
   ~ThreadsExecutor() override {
     leaving_.store(true, std::memory_order_relaxed);
@@ -70,7 +70,7 @@ class ThreadsExecutor final : public Executor {
 
  private:
   static int count(const ExecutorOptions& options) {
-    if (!options.split.dynamic()) return options.split.broad + options.split.narrow;
+    if (!options.balance.split.dynamic()) return options.balance.split.broad + options.balance.split.narrow;
     if (options.threads != 0) return options.threads;
     return static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 1024u));
   }

@@ -33,11 +33,11 @@ TEST_CASE("pipeline: a step whose load was there before allocates nothing, pairs
       PipelineOptions options;
       options.executor = threads == 1 ? ExecutorKind::sequential : ExecutorKind::flowgraph;
       options.threads = threads;
-      options.margin = recommended_margin(scene);
-      options.small_step_ms = 0;
+      options.answer.margin = recommended_margin(scene);
+      options.sharing.short_step_ms = 0;
       if (threads > 1) {  // in batches whose size does not go with measured times
-        options.batch_pairs = 1;
-        options.form = StepForm::overlapped;
+        options.batches.pairs = 1;
+        options.sharing.form = StepForm::overlapped;
       }
       Pipeline pipeline(options);
       Response response({.threads = 1});

@@ -10,6 +10,7 @@
 #include "tandem/engine/builtin_scenes.h"
 #include "tandem/engine/pipeline.h"
 #include "tandem/engine/response.h"
+#include "tandem/narrowphase/narrow_phase.h"
 
 using namespace tandem;
 
@@ -84,7 +85,7 @@ TEST_CASE("kept contacts: distance, depth, normal and verdict are right within t
         at_b.translation += draw.in(0.4, 0.9) * draw.vector(1).stableNormalized();
         const BodyId a = scene.add_body({.shape = scene.add_shape(shapes[i]), .pose = at_a});
         const BodyId b = scene.add_body({.shape = scene.add_shape(shapes[j]), .pose = at_b});
-        Pipeline pipeline({.executor = ExecutorKind::sequential, .margin = margin, .keep_contacts = 0.01});
+        Pipeline pipeline({.executor = ExecutorKind::sequential, .answer = {.margin = margin, .keep_contacts = 0.01}});
         for (int step = 0; step < 40; ++step) {
           const StepReport report = pipeline.step(scene);
           kept += report.kept_pairs, computed += report.computed_pairs;
@@ -130,7 +131,8 @@ TEST_CASE("kept contacts: answers of bodies at rest stand, and are right within 
         at_b.translation += draw.in(0.2, 0.9) * draw.vector(1).stableNormalized();
         const BodyId a = scene.add_body({.shape = scene.add_shape(shapes[i]), .pose = at_a, .is_static = !bounded});
         const BodyId b = scene.add_body({.shape = scene.add_shape(shapes[j]), .pose = at_b});
-        Pipeline pipeline({.executor = ExecutorKind::sequential, .margin = margin, .keep_contacts = tolerance});
+        Pipeline pipeline(
+            {.executor = ExecutorKind::sequential, .answer = {.margin = margin, .keep_contacts = tolerance}});
         // Each for itself, a little: a body at rest may be a thousandth of what is tolerated away.
         const double little = draw.power_of_ten(-8, -4.3);
         for (int step = 0; step < 20; ++step) {
@@ -155,7 +157,7 @@ TEST_CASE("kept contacts: a drift is not lost however slow it is") {
   const ShapeId ball = scene.add_shape(Sphere{1});
   scene.add_body({.shape = ball});
   const BodyId other = scene.add_body({.shape = ball, .pose = Pose::at(1.9, 0, 0)});
-  Pipeline pipeline({.keep_contacts = 1e-3});
+  Pipeline pipeline({.answer = {.keep_contacts = 1e-3}});
   const double reach = 1e-3 * 1e-3 * scene.shape_of(0).size();
   std::uint64_t kept = 0, computed = 0;
   for (int step = 0; step < 300; ++step) {
@@ -175,7 +177,8 @@ TEST_CASE("kept contacts: a drift is not lost however slow it is") {
 
 TEST_CASE("kept contacts: cubes come to rest on what is kept, and then hardly a pair is computed") {
   Scene scene = make_builtin_scene("cubes-on-plane", 120);
-  Pipeline keeping({.executor = ExecutorKind::sequential, .margin = recommended_margin(scene), .keep_contacts = 1e-3});
+  Pipeline keeping(
+      {.executor = ExecutorKind::sequential, .answer = {.margin = recommended_margin(scene), .keep_contacts = 1e-3}});
   Response response;
   StepReport report;
   for (int step = 0; step < 420; ++step) {
@@ -196,8 +199,8 @@ TEST_CASE("kept contacts: cubes come to rest on what is kept, and then hardly a 
 TEST_CASE("kept contacts: in a scene verdicts between convex bodies are exact and depths within the bound") {
   Scene scene = make_builtin_scene("cubes-on-plane", 150);
   const double margin = recommended_margin(scene);
-  Pipeline keeping({.executor = ExecutorKind::sequential, .margin = margin, .keep_contacts = 1e-3});
-  Pipeline exact({.executor = ExecutorKind::sequential, .margin = margin});
+  Pipeline keeping({.executor = ExecutorKind::sequential, .answer = {.margin = margin, .keep_contacts = 1e-3}});
+  Pipeline exact({.executor = ExecutorKind::sequential, .answer = {.margin = margin}});
   Response response;
   std::uint64_t kept = 0;
   double largest = 0, tolerated = 0;
@@ -244,7 +247,7 @@ TEST_CASE("kept contacts: verdicts between meshes that hardly touch are exact, a
     const bool collide = exact.solve(shape, at_a, shape, at_b, Request::collide).collide;
     (collide ? touching : apart) = (touching + apart) / 2;
   }
-  Pipeline pipeline({.executor = ExecutorKind::sequential, .keep_contacts = 1e-2});
+  Pipeline pipeline({.executor = ExecutorKind::sequential, .answer = {.keep_contacts = 1e-2}});
   int kept_touching = 0, kept_apart = 0, changed = 0;
   bool before = false;
   for (int step = 0; step < 400; ++step) {
@@ -276,11 +279,11 @@ TEST_CASE("kept contacts: the same bits for every executor and number of threads
     for (const auto& [kind, threads] : {std::pair{ExecutorKind::sequential, 1}, std::pair{ExecutorKind::barrier, 2},
                                         std::pair{ExecutorKind::threads, 2}, std::pair{ExecutorKind::flowgraph, 1},
                                         std::pair{ExecutorKind::flowgraph, 2}, std::pair{ExecutorKind::flowgraph, 5}}) {
-      PipelineOptions options{.executor = kind, .threads = threads, .margin = recommended_margin(scene)};
-      options.keep_contacts = 1e-3;
-      options.small_step_ms = 0;
-      options.contact_hash = true;
-      options.batch_pairs = pipelines.size() % 2 == 0 ? 128 : 7;
+      PipelineOptions options{.executor = kind, .threads = threads, .answer = {.margin = recommended_margin(scene)}};
+      options.answer.keep_contacts = 1e-3;
+      options.sharing.short_step_ms = 0;
+      options.answer.contact_hash = true;
+      options.batches.pairs = pipelines.size() % 2 == 0 ? 128 : 7;
       options.broad_phase = pipelines.size() % 3 == 0 ? BroadPhaseKind::brute : BroadPhaseKind::automatic;
       pipelines.emplace_back(options);
     }
@@ -423,10 +426,10 @@ TEST_CASE("kept contacts: what changes in its place is what it would be if all p
   std::vector<Pipeline> pipelines;
   bool interrupt = false;
   const auto options = [&](ExecutorKind kind, int threads) {
-    PipelineOptions wanted{.executor = kind, .threads = threads, .margin = 0.02, .keep_contacts = 0.01};
-    wanted.small_step_ms = 0;
-    wanted.contact_hash = true;
-    wanted.batch_pairs = pipelines.size() % 2 == 0 ? 128 : 5;
+    PipelineOptions wanted{.executor = kind, .threads = threads, .answer = {.margin = 0.02, .keep_contacts = 0.01}};
+    wanted.sharing.short_step_ms = 0;
+    wanted.answer.contact_hash = true;
+    wanted.batches.pairs = pipelines.size() % 2 == 0 ? 128 : 5;
     wanted.broad_phase = pipelines.size() % 3 == 2 ? BroadPhaseKind::sweep : BroadPhaseKind::automatic;
     return wanted;
   };
@@ -435,7 +438,7 @@ TEST_CASE("kept contacts: what changes in its place is what it would be if all p
                                       std::pair{ExecutorKind::flowgraph, 5}, std::pair{ExecutorKind::fused, 2}})
     pipelines.emplace_back(options(kind, threads));
   PipelineOptions ordered = options(ExecutorKind::flowgraph, 3);
-  ordered.form = StepForm::ordered;
+  ordered.sharing.form = StepForm::ordered;
   pipelines.emplace_back(ordered);
   // Who may leave out any pair must be shown all of them.
   PipelineOptions asks_all = options(ExecutorKind::sequential, 1);
@@ -444,7 +447,7 @@ TEST_CASE("kept contacts: what changes in its place is what it would be if all p
     return pairs.size();
   };
   pipelines.emplace_back(asks_all);
-  Pipeline exact({.executor = ExecutorKind::sequential, .margin = 0.02});
+  Pipeline exact({.executor = ExecutorKind::sequential, .answer = {.margin = 0.02}});
   std::uint64_t kept = 0, computed = 0, quiet_steps = 0;
   for (int step = 0; step < 240; ++step) {
     CAPTURE(step);
@@ -493,7 +496,7 @@ TEST_CASE("kept contacts: a pair of two that rest is found again whoever of them
     const BodyId cup = scene.add_body({.shape = box, .pose = Pose::at(0, 0, 0.95)});
     scene.add_body({.shape = box, .pose = Pose::at(0, 5, 0), .is_static = true});
     scene.add_body({.shape = box, .pose = Pose::at(0, 5, 0.5), .is_static = true});
-    Pipeline pipeline({.keep_contacts = 1e-3});
+    Pipeline pipeline({.answer = {.keep_contacts = 1e-3}});
     const auto pairs = [&] {
       const StepReport report = pipeline.step(scene);
       REQUIRE(report.execution.candidate_pairs == report.kept_pairs + report.computed_pairs);
@@ -527,7 +530,7 @@ TEST_CASE("kept contacts: a pair that came to rest with an answer moved into dou
     const ShapeId box = scene.add_shape(Box{Vec3::Constant(1)});
     scene.add_body({.shape = box, .pose = at(0, 0), .is_static = true});
     const BodyId cup = scene.add_body({.shape = box, .pose = at(0, 1 + distance)});
-    Pipeline pipeline({.keep_contacts = 1e-3});
+    Pipeline pipeline({.answer = {.keep_contacts = 1e-3}});
     CHECK(pipeline.step(scene).computed_pairs == 1);
     constexpr double sideways = gap - 1e-6;
     scene.set_pose(cup, at(sideways, 1 + distance));
@@ -558,7 +561,7 @@ TEST_CASE("kept contacts: pairs that a body had in passing are gone when it has 
       scene.add_body({.shape = box, .pose = Pose::at(3 * i, 0, 0.95)});
     }
     if (!is_first) visitor = scene.add_body({.shape = box, .pose = away});
-    Pipeline pipeline({.keep_contacts = 1e-3});
+    Pipeline pipeline({.answer = {.keep_contacts = 1e-3}});
     const auto pairs = [&] {
       const StepReport report = pipeline.step(scene);
       REQUIRE(report.execution.candidate_pairs == pipeline.contacts().pairs.size());
@@ -585,7 +588,7 @@ TEST_CASE("kept contacts: nothing is taken over from another shape, another scen
   };
   Scene scene = make(1);
   const Scene other = make(1.05);
-  Pipeline pipeline({.keep_contacts = 1e-2});
+  Pipeline pipeline({.answer = {.keep_contacts = 1e-2}});
   const auto depth = [&] { return -pipeline.contacts().pairs.at(0).answer.signed_distance; };
   CHECK(pipeline.step(scene).kept_pairs == 0);
   CHECK(depth() == Approx(0.1));
@@ -624,7 +627,7 @@ TEST_CASE("kept contacts: off by default, closed forms at rest only, none for ye
   const ShapeId ball = scene.add_shape(Sphere{1}), box = scene.add_shape(Box{Vec3::Constant(1)});
   scene.add_body({.shape = ball});
   scene.add_body({.shape = ball, .pose = Pose::at(1.5, 0, 0)});
-  Pipeline balls({.keep_contacts = 1e-2});
+  Pipeline balls({.answer = {.keep_contacts = 1e-2}});
   balls.step(scene);
   CHECK(balls.step(scene).kept_pairs == 1);
   scene.set_pose(scene.id(1), Pose::at(1.499, 0, 0));
@@ -639,15 +642,17 @@ TEST_CASE("kept contacts: off by default, closed forms at rest only, none for ye
   Pipeline standard;
   standard.step(scene);
   CHECK(standard.step(scene).kept_pairs == 0);
-  Pipeline verdicts({.request = Request::collide, .keep_contacts = 1e-2});
+  Pipeline verdicts({.answer = {.request = Request::collide, .keep_contacts = 1e-2}});
   verdicts.step(scene);
   CHECK(verdicts.step(scene).kept_pairs == 0);
-  Pipeline distances({.request = Request::distance, .keep_contacts = 1e-2});
+  Pipeline distances({.answer = {.request = Request::distance, .keep_contacts = 1e-2}});
   distances.step(scene);
   CHECK(distances.step(scene).kept_pairs == 2);
   CHECK(distances.contacts().pairs.at(1).answer.signed_distance == Approx(-0.499));
-  CHECK_THROWS_WITH(Pipeline({.keep_contacts = 0.2}), Catch::Matchers::Contains("keep_contacts: 0.2"));
-  CHECK_THROWS_WITH(Pipeline({.keep_contacts = std::nan("")}), Catch::Matchers::Contains("keep_contacts"));
+  CHECK_THROWS_WITH(Pipeline({.answer = {.keep_contacts = 0.2}}),
+                    Catch::Matchers::Contains("answer.keep_contacts: 0.2"));
+  CHECK_THROWS_WITH(Pipeline({.answer = {.keep_contacts = std::nan("")}}),
+                    Catch::Matchers::Contains("answer.keep_contacts"));
 }
 
 TEST_CASE("kept contacts: what pairs that come and go leave behind does not add up") {
@@ -689,7 +694,7 @@ TEST_CASE("kept contacts: a ball that spins in its place rests, a cube does not"
     const ShapeId id = scene.add_shape(shape);
     const BodyId spinning = scene.add_body({.shape = id, .pose = Pose::at(0, 0, 0)});
     scene.add_body({.shape = id, .pose = Pose::at(0, 0, 0.9)});
-    Pipeline pipeline({.executor = ExecutorKind::sequential, .keep_contacts = 1e-3});
+    Pipeline pipeline({.executor = ExecutorKind::sequential, .answer = {.keep_contacts = 1e-3}});
     pipeline.step(scene);
     pipeline.step(scene);
     for (int step = 1; step <= 5; ++step) {
@@ -715,7 +720,7 @@ TEST_CASE("kept contacts: where another scene had a body and this one never has,
     if (first_goes) scene.remove_body(first);
     return scene;
   };
-  Pipeline pipeline({.executor = ExecutorKind::sequential, .keep_contacts = 1e-3});
+  Pipeline pipeline({.executor = ExecutorKind::sequential, .answer = {.keep_contacts = 1e-3}});
   const Scene whole = make(3, false), emptied = make(2, true);
   for (int step = 0; step < 3; ++step) {
     pipeline.step(whole);

@@ -35,7 +35,7 @@ TEST_CASE("many bodies: one order of all pairs for each broad phase, executor an
   pipelines.emplace_back(PipelineOptions{.executor = ExecutorKind::sequential,
                                          .threads = 1,
                                          .broad_phase = BroadPhaseKind::brute,
-                                         .request = Request::collide});
+                                         .answer = {.request = Request::collide}});
   for (const BroadPhaseKind kind :
        {BroadPhaseKind::sweep, BroadPhaseKind::grid, BroadPhaseKind::bvh, BroadPhaseKind::automatic})
     for (const auto& [executor, threads] : {std::pair{ExecutorKind::sequential, 1},
@@ -44,8 +44,8 @@ TEST_CASE("many bodies: one order of all pairs for each broad phase, executor an
                                             {ExecutorKind::threads, 4},
                                             {ExecutorKind::flowgraph, 4},
                                             {ExecutorKind::flowgraph, 2}})
-      pipelines.emplace_back(
-          PipelineOptions{.executor = executor, .threads = threads, .broad_phase = kind, .request = Request::collide});
+      pipelines.emplace_back(PipelineOptions{
+          .executor = executor, .threads = threads, .broad_phase = kind, .answer = {.request = Request::collide}});
   for (int step = 0; step < 3; ++step) {
     for (std::size_t i = 0; i < n; ++i) {
       poses[i].translation[0] += 0.01;

@@ -19,17 +19,17 @@ std::vector<PipelineOptions> all_ways(const PipelineOptions& base) {
       PipelineOptions options = base;
       options.executor = kind;
       options.threads = threads;
-      options.small_step_ms = 0;
-      options.contact_hash = true;
+      options.sharing.short_step_ms = 0;
+      options.answer.contact_hash = true;
       ways.push_back(options);
       if (kind == ExecutorKind::sequential) break;
       if (kind == ExecutorKind::barrier || kind == ExecutorKind::fused || threads == 1) continue;
       for (const int broad : {1, threads / 2, threads - 1}) {
-        options.split = {broad, threads - broad};
+        options.balance.split = {broad, threads - broad};
         ways.push_back(options);
-        options.strict_split = true;
+        options.balance.strict = true;
         if (kind == ExecutorKind::flowgraph) ways.push_back(options);
-        options.strict_split = false;
+        options.balance.strict = false;
       }
     }
   return ways;
@@ -43,7 +43,7 @@ TEST_CASE("every executor, thread count and split gives the sequential contacts 
   for (const BuiltinScene& builtin : builtin_scenes()) {
     CAPTURE(builtin.name);
     Scene scene = make_builtin_scene(builtin.name, 60);
-    const auto ways = all_ways({.margin = recommended_margin(scene)});
+    const auto ways = all_ways({.answer = {.margin = recommended_margin(scene)}});
     std::vector<Pipeline> pipelines;
     for (const PipelineOptions& way : ways) pipelines.emplace_back(way);
     Response response;
@@ -54,7 +54,7 @@ TEST_CASE("every executor, thread count and split gives the sequential contacts 
       for (std::size_t i = 0; i < ways.size(); ++i) {
         const StepReport report = pipelines[i].step(scene);
         if (i == 0) expected = report.contact_hash, contacts += report.contacts;
-        CAPTURE(step, name(ways[i].executor), ways[i].threads, ways[i].split.broad, ways[i].strict_split);
+        CAPTURE(step, name(ways[i].executor), ways[i].threads, ways[i].balance.split.broad, ways[i].balance.strict);
         if (report.contact_hash != expected) FAIL_CHECK("other contacts than sequential");
         if (!compare) break;
       }
@@ -80,7 +80,7 @@ TEST_CASE("every broad phase and every request: one answer for all executors") {
                                        BroadPhaseKind::bvh, BroadPhaseKind::automatic}) {
       PipelineOptions base;
       base.broad_phase = broad;
-      base.request = request;
+      base.answer.request = request;
       for (const PipelineOptions& way : all_ways(base)) {
         Pipeline pipeline(way);
         const StepReport report = pipeline.step(scene);
@@ -114,7 +114,7 @@ TEST_CASE("two meshes of many triangles among spheres: one answer for all execut
     for (int step = 0; step < 2; ++step) {
       const StepReport report = pipeline.step(scene);
       if (expected == 0) expected = report.contact_hash;
-      CAPTURE(name(way.executor), way.threads, way.split.broad, way.strict_split);
+      CAPTURE(name(way.executor), way.threads, way.balance.split.broad, way.balance.strict);
       CHECK(report.contact_hash == expected);
       CHECK(report.contacts > 600);
     }
@@ -124,9 +124,9 @@ TEST_CASE("two meshes of many triangles among spheres: one answer for all execut
 TEST_CASE("a step as a node of the host's own flow graph") {
   const tbb::global_control many(tbb::global_control::max_allowed_parallelism, 4);
   Scene scene = make_builtin_scene("cubes-on-plane", 100);
-  Pipeline reference({.executor = ExecutorKind::sequential, .contact_hash = true});
+  Pipeline reference({.executor = ExecutorKind::sequential, .answer = {.contact_hash = true}});
   const std::uint64_t expected = reference.step(scene).contact_hash;
-  Pipeline pipeline({.threads = 3, .small_step_ms = 0, .contact_hash = true});
+  Pipeline pipeline({.threads = 3, .answer = {.contact_hash = true}, .sharing = {.short_step_ms = 0}});
   std::vector<std::uint64_t> hashes;
   tbb::flow::graph host;
   tbb::flow::function_node<int> node(host, tbb::flow::serial,
@@ -157,7 +157,7 @@ TEST_CASE("groups, masks and a predicate keep pairs away from the narrow phase")
 
 TEST_CASE("an empty scene, removed bodies and bodies added between steps") {
   Scene scene;
-  Pipeline pipeline({.small_step_ms = 0});
+  Pipeline pipeline({.sharing = {.short_step_ms = 0}});
   CHECK(pipeline.step(scene).contacts == 0);
   const ShapeId ball = scene.add_shape(Sphere{1});
   const BodyId first = scene.add_body({.shape = ball});
@@ -181,23 +181,23 @@ TEST_CASE("the margin reports gaps as negative depths, and no further") {
   scene.add_body({.shape = ball, .pose = Pose::at(2.05, 0, 0)});
   Pipeline exact;
   CHECK(exact.step(scene).gaps == 0);
-  Pipeline near({.margin = 0.1});
+  Pipeline near({.answer = {.margin = 0.1}});
   const StepReport report = near.step(scene);
   CHECK(report.contacts == 0);
   REQUIRE(report.gaps == 1);
   CHECK(report.colliding_pairs == 0);
   CHECK(near.contacts().contacts[0].depth == Approx(-0.05));
-  Pipeline nearer({.margin = 0.01});
+  Pipeline nearer({.answer = {.margin = 0.01}});
   CHECK(nearer.step(scene).gaps == 0);
 }
 
 TEST_CASE("bad pipeline options are refused with what was found and what is allowed") {
   using Catch::Matchers::Contains;
   CHECK_THROWS_WITH(Pipeline({.threads = 5000}), Contains("threads: 5000") && Contains("1024"));
-  CHECK_THROWS_WITH(Pipeline({.threads = 4, .split = {1, 1}}), Contains("split: 1-1"));
-  CHECK_THROWS_WITH(Pipeline({.tolerance = -1}), Contains("tolerance"));
-  CHECK_THROWS_WITH(Pipeline({.margin = std::nan("")}), Contains("margin"));
-  CHECK_THROWS_WITH(Pipeline({.batch_pairs = 0}), Contains("batch_pairs"));
+  CHECK_THROWS_WITH(Pipeline({.threads = 4, .balance = {.split = {1, 1}}}), Contains("balance.split: 1-1"));
+  CHECK_THROWS_WITH(Pipeline({.answer = {.tolerance = -1}}), Contains("answer.tolerance: -1"));
+  CHECK_THROWS_WITH(Pipeline({.answer = {.margin = std::nan("")}}), Contains("answer.margin: nan"));
+  CHECK_THROWS_WITH(Pipeline({.batches = {.pairs = 0}}), Contains("batches.pairs: 0"));
 }
 
 TEST_CASE("what stands still is not looked at again, whatever is done to a scene between steps") {
@@ -219,7 +219,7 @@ TEST_CASE("what stands still is not looked at again, whatever is done to a scene
                          .mask = 7u & ~(1u << draw(3))};
     };
     for (int i = 0; i < 400; ++i) scene.add_body(body());
-    Pipeline pipeline({.keep_contacts = keep, .small_step_ms = 0, .contact_hash = true});
+    Pipeline pipeline({.answer = {.keep_contacts = keep, .contact_hash = true}, .sharing = {.short_step_ms = 0}});
     Scene copy = scene;
     std::size_t pairs = 0;
     for (int step = 0; step < 60; ++step) {
@@ -254,7 +254,7 @@ TEST_CASE("what stands still is not looked at again, whatever is done to a scene
         for (std::uint32_t i = 0; i < 30; ++i) copy.move(i, anywhere(), Vec3::Zero(), Vec3::Zero());
         std::swap(copy, scene);
       }
-      Pipeline fresh({.keep_contacts = keep, .small_step_ms = 0, .contact_hash = true});
+      Pipeline fresh({.answer = {.keep_contacts = keep, .contact_hash = true}, .sharing = {.short_step_ms = 0}});
       const StepReport expected = fresh.step(scene), report = pipeline.step(scene);
       REQUIRE(report.execution.candidate_pairs == expected.execution.candidate_pairs);
       REQUIRE(report.colliding_pairs == expected.colliding_pairs);

@@ -12,6 +12,7 @@
 #include "scene/random.h"
 #include "tandem/engine/builtin_scenes.h"
 #include "tandem/engine/pipeline.h"
+#include "tandem/narrowphase/narrow_phase.h"
 
 using namespace tandem;
 using Catch::Matchers::Contains;
@@ -397,7 +398,7 @@ TEST_CASE("response: the motion is the same bits on any number of threads") {
   const tbb::global_control many(tbb::global_control::max_allowed_parallelism, 8);
   Scene reference = make_builtin_scene("cubes-on-plane", 400);
   std::vector<Scene> scenes(3, reference);
-  Pipeline pipeline({.margin = recommended_margin(reference)});
+  Pipeline pipeline({.answer = {.margin = recommended_margin(reference)}});
   Response alone({.threads = 1});
   std::vector<Response> responses;
   for (const int threads : {2, 3, 8}) responses.emplace_back(ResponseOptions{.threads = threads});

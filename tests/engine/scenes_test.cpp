@@ -10,6 +10,7 @@
 #include "scene/mesh_generators.h"
 #include "scene/random.h"
 #include "tandem/engine/builtin_scenes.h"
+#include "tandem/narrowphase/narrow_phase.h"
 
 using namespace tandem;
 using Catch::Matchers::Contains;

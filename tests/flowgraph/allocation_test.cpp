@@ -32,8 +32,8 @@ TEST_CASE("whichever allocation of a step fails, it ends with bad_alloc or is ri
     int failed = 0;
     for (long k = 0; k < 120; k += form == StepForm::ordered ? 5 : 1) {
       CAPTURE(name(kind), name(form), k);
-      const auto executor =
-          make_executor({.kind = kind, .threads = 2, .batch_pairs = 64, .small_step_ms = 0, .form = form});
+      const auto executor = make_executor(
+          {.kind = kind, .threads = 2, .batches = {.pairs = 64}, .sharing = {.form = form, .short_step_ms = 0}});
       ContactList contacts;
       ExecutionReport report;
       // The threads of the baseline start with the first step; the failures are to hit the steps after it.
@@ -67,7 +67,8 @@ TEST_CASE("a step whose load was there before allocates nothing") {
     for (const int threads : {1, 2})
       for (const StepForm form : {StepForm::overlapped, StepForm::ordered}) {
         CAPTURE(name(kind), threads, name(form));
-        const auto executor = make_executor({.kind = kind, .threads = threads, .small_step_ms = 0, .form = form});
+        const auto executor =
+            make_executor({.kind = kind, .threads = threads, .sharing = {.form = form, .short_step_ms = 0}});
         ContactList contacts;
         std::uint64_t least = UINT64_MAX;  // sizes of batches go with measured times: a slow step may want more of them
         for (int step = 0; step < 60; ++step) {

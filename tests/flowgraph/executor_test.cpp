@@ -83,8 +83,10 @@ TEST_CASE("every executor, thread count and split gives the answer of a double l
             for (const bool strict : {false, true}) {
               if (strict && kind != ExecutorKind::flowgraph && kind != ExecutorKind::threads) continue;
               CAPTURE(name(broad), n, name(kind), threads, split.broad, split.narrow, strict);
-              const auto executor = make_executor(
-                  {.kind = kind, .threads = threads, .split = split, .strict_split = strict, .small_step_ms = 0});
+              const auto executor = make_executor({.kind = kind,
+                                                   .threads = threads,
+                                                   .balance = {.split = split, .strict = strict},
+                                                   .sharing = {.short_step_ms = 0}});
               for (int step = 0; step < 3; ++step) {
                 ContactList contacts;
                 ExecutionReport report;
@@ -105,7 +107,8 @@ TEST_CASE("a step without tiles leaves nothing of the last one's answer") {
   for (const auto& [kind, form] : kinds_and_forms())
     for (const int threads : {1, 3}) {
       CAPTURE(name(kind), threads, static_cast<int>(form));
-      const auto executor = make_executor({.kind = kind, .threads = threads, .small_step_ms = 0, .form = form});
+      const auto executor =
+          make_executor({.kind = kind, .threads = threads, .sharing = {.form = form, .short_step_ms = 0}});
       ContactList contacts;
       for (const bool no_tiles : {false, true, false, true}) {
         work.no_tiles = no_tiles;
@@ -127,10 +130,9 @@ TEST_CASE("batch size and queue capacity change nothing") {
           CAPTURE(name(kind), batch, capacity, strict);
           const auto executor = make_executor({.kind = kind,
                                                .threads = 4,
-                                               .strict_split = strict,
-                                               .batch_pairs = batch,
-                                               .queue_capacity = capacity,
-                                               .small_step_ms = 0});
+                                               .balance = {.strict = strict},
+                                               .batches = {.pairs = batch, .queue_capacity = capacity},
+                                               .sharing = {.short_step_ms = 0}});
           ContactList contacts;
           ExecutionReport report;
           executor->run(work, contacts, report, {}, nullptr);
@@ -194,11 +196,9 @@ TEST_CASE("heavy pairs travel in batches of their own, each once") {
           CAPTURE(every, name(kind), batch, way.strict, name(way.form));
           const auto executor = make_executor({.kind = kind,
                                                .threads = 3,
-                                               .strict_split = way.strict,
-                                               .batch_pairs = batch,
-                                               .queue_capacity = 2,
-                                               .small_step_ms = 0,
-                                               .form = way.form});
+                                               .balance = {.strict = way.strict},
+                                               .batches = {.pairs = batch, .queue_capacity = 2},
+                                               .sharing = {.form = way.form, .short_step_ms = 0}});
           for (int step = 0; step < 3; ++step) {
             ContactList contacts;
             ExecutionReport report;
@@ -219,7 +219,8 @@ TEST_CASE("a hundred runs with a moving balance have one hash") {
        {ExecutorKind::barrier, ExecutorKind::fused, ExecutorKind::threads, ExecutorKind::flowgraph})
     for (const BalanceRule rule : {BalanceRule::paper, BalanceRule::busy}) {
       CAPTURE(name(kind), name(rule));
-      const auto executor = make_executor({.kind = kind, .threads = 6, .balance = rule, .small_step_ms = 0});
+      const auto executor =
+          make_executor({.kind = kind, .threads = 6, .balance = {.rule = rule}, .sharing = {.short_step_ms = 0}});
       ContactList contacts;
       int different = 0;
       for (int run = 0; run < 100; ++run) {
@@ -245,10 +246,9 @@ TEST_CASE("under a process limit of one thread every executor still ends") {
       CAPTURE(name(kind), strict);
       const auto executor = make_executor({.kind = kind,
                                            .threads = 4,
-                                           .split = {2, 2},
-                                           .strict_split = strict,
-                                           .queue_capacity = 1,
-                                           .small_step_ms = 0});
+                                           .balance = {.split = {2, 2}, .strict = strict},
+                                           .batches = {.queue_capacity = 1},
+                                           .sharing = {.short_step_ms = 0}});
       ContactList contacts;
       ExecutionReport report;
       executor->run(work, contacts, report, {}, nullptr);
@@ -259,8 +259,8 @@ TEST_CASE("under a process limit of one thread every executor still ends") {
 TEST_CASE("a limit that shrinks or grows between steps is followed") {
   SyntheticWork work(1500, 9.0f, 2);
   const ContactList expected = work.expected();
-  const auto executor =
-      make_executor({.kind = ExecutorKind::flowgraph, .threads = 6, .split = {4, 2}, .small_step_ms = 0});
+  const auto executor = make_executor(
+      {.kind = ExecutorKind::flowgraph, .threads = 6, .balance = {.split = {4, 2}}, .sharing = {.short_step_ms = 0}});
   for (const std::size_t limit : {6u, 1u, 3u, 2u, 8u}) {
     const tbb::global_control control(tbb::global_control::max_allowed_parallelism, limit);
     const auto allowed =
@@ -282,7 +282,8 @@ TEST_CASE("inside a host's arena, from several of its tasks at once") {
       SyntheticWork work(800, 7.0f, static_cast<unsigned>(i));
       const std::uint64_t expected = hash(work.expected());
       for (const ExecutorKind kind : executor_kinds) {
-        const auto executor = make_executor({.kind = kind, .threads = i % 2 == 0 ? 3 : 0, .small_step_ms = 0});
+        const auto executor =
+            make_executor({.kind = kind, .threads = i % 2 == 0 ? 3 : 0, .sharing = {.short_step_ms = 0}});
         for (int step = 0; step < 5; ++step) {
           ContactList contacts;
           ExecutionReport report;
@@ -306,11 +307,9 @@ TEST_CASE("what a callback throws ends the step, comes out once, and the next st
           CAPTURE(name(kind), threads, way.strict, name(way.form), where);
           const auto executor = make_executor({.kind = kind,
                                                .threads = threads,
-                                               .strict_split = way.strict,
-                                               .batch_pairs = 16,
-                                               .queue_capacity = 2,
-                                               .small_step_ms = 0,
-                                               .form = way.form});
+                                               .balance = {.strict = way.strict},
+                                               .batches = {.pairs = 16, .queue_capacity = 2},
+                                               .sharing = {.form = way.form, .short_step_ms = 0}});
           for (int round = 0; round < 2; ++round) {
             if (where == 0)
               work.on_tile = [](std::size_t tile) {
@@ -340,7 +339,7 @@ TEST_CASE("a requested stop ends the step early, with an empty answer") {
   const ContactList expected = work.expected();
   for (const auto& [kind, form] : kinds_and_forms()) {
     CAPTURE(name(kind), name(form));
-    const auto executor = make_executor({.kind = kind, .threads = 3, .small_step_ms = 0, .form = form});
+    const auto executor = make_executor({.kind = kind, .threads = 3, .sharing = {.form = form, .short_step_ms = 0}});
     ContactList contacts;
     ExecutionReport report;
     std::stop_source before;
@@ -369,8 +368,8 @@ TEST_CASE("a predicate that drops pairs is applied to each once") {
   };
   const auto kept = std::count_if(all.pairs.begin(), all.pairs.end(), [](const PairResult& p) { return p.b % 2 == 0; });
   for (const auto& [kind, form] : kinds_and_forms()) {
-    const auto executor =
-        make_executor({.kind = kind, .threads = 3, .batch_pairs = 10, .small_step_ms = 0, .form = form});
+    const auto executor = make_executor(
+        {.kind = kind, .threads = 3, .batches = {.pairs = 10}, .sharing = {.form = form, .short_step_ms = 0}});
     ContactList contacts;
     ExecutionReport report;
     executor->run(work, contacts, report, {}, nullptr);
@@ -403,8 +402,11 @@ TEST_CASE("a predicate that uses oneTBB itself neither hangs nor re-enters a til
     for (const int threads : {2, 4, 16})
       for (const bool strict : {false, true}) {
         CAPTURE(name(kind), threads, strict);
-        const auto executor = make_executor(
-            {.kind = kind, .threads = threads, .strict_split = strict, .batch_pairs = 256, .small_step_ms = 0});
+        const auto executor = make_executor({.kind = kind,
+                                             .threads = threads,
+                                             .balance = {.strict = strict},
+                                             .batches = {.pairs = 256},
+                                             .sharing = {.short_step_ms = 0}});
         for (int step = 0; step < 5; ++step) {
           ContactList contacts;
           ExecutionReport report;
@@ -421,7 +423,7 @@ TEST_CASE("the host's cancellation ends a step early, with an empty answer") {
   for (const auto& [kind, form] : kinds_and_forms()) {
     if (kind == ExecutorKind::sequential || kind == ExecutorKind::threads) continue;
     CAPTURE(name(kind), name(form));
-    const auto executor = make_executor({.kind = kind, .threads = 3, .small_step_ms = 0, .form = form});
+    const auto executor = make_executor({.kind = kind, .threads = 3, .sharing = {.form = form, .short_step_ms = 0}});
     ContactList contacts;
     tbb::task_group group;
     work.on_tile = [&](std::size_t tile) {
@@ -445,7 +447,7 @@ TEST_CASE("a small step stays on the caller and says so") {
   SyntheticWork work(20, 3.0f, 1);
   for (const ExecutorKind kind :
        {ExecutorKind::barrier, ExecutorKind::fused, ExecutorKind::threads, ExecutorKind::flowgraph}) {
-    const auto executor = make_executor({.kind = kind, .threads = 2, .small_step_ms = 1000});
+    const auto executor = make_executor({.kind = kind, .threads = 2, .sharing = {.short_step_ms = 1000}});
     ContactList contacts;
     ExecutionReport first, second;
     executor->run(work, contacts, first, {}, nullptr);
@@ -466,7 +468,8 @@ TEST_CASE("on the caller alone batches are as large as they may be, whatever a p
   };
   for (const ExecutorKind kind : executor_kinds) {
     CAPTURE(name(kind));
-    const auto executor = make_executor({.kind = kind, .threads = 2, .batch_pairs = 64, .small_step_ms = 1000});
+    const auto executor =
+        make_executor({.kind = kind, .threads = 2, .batches = {.pairs = 64}, .sharing = {.short_step_ms = 1000}});
     ContactList contacts;
     ExecutionReport report;
     for (int i = 0; i < 3; ++i) {
@@ -502,7 +505,7 @@ TEST_CASE("what one thread does while no other can take a part is told by phase"
   for (const ExecutorKind kind : {ExecutorKind::barrier, ExecutorKind::threads, ExecutorKind::flowgraph})
     for (const StepForm form : {StepForm::overlapped, StepForm::ordered, StepForm::caller}) {
       CAPTURE(name(kind), name(form));
-      const auto executor = make_executor({.kind = kind, .threads = 2, .small_step_ms = 0, .form = form});
+      const auto executor = make_executor({.kind = kind, .threads = 2, .sharing = {.form = form, .short_step_ms = 0}});
       double update = 1e300, join = 1e300;  // the least: a thread that is held up while it opens a stage counts
       for (int step = 0; step < 5; ++step) {
         ContactList contacts;
@@ -567,7 +570,7 @@ TEST_CASE("parts of one batch are shared with threads that have nothing to do, e
     for (const StepForm form : {StepForm::overlapped, StepForm::ordered}) {
       CAPTURE(name(kind), name(form));
       OnePair work;
-      const auto executor = make_executor({.kind = kind, .threads = 2, .small_step_ms = 0, .form = form});
+      const auto executor = make_executor({.kind = kind, .threads = 2, .sharing = {.form = form, .short_step_ms = 0}});
       const auto step = [&] {
         ContactList contacts;
         ExecutionReport report;
@@ -588,8 +591,9 @@ TEST_CASE("bad executor options are refused with what was found and what is allo
   using Catch::Matchers::Contains;
   CHECK_THROWS_WITH(make_executor({.threads = -1}), Contains("threads: -1") && Contains("1024"));
   CHECK_THROWS_WITH(make_executor({.threads = 4096}), Contains("threads: 4096"));
-  CHECK_THROWS_WITH(make_executor({.threads = 4, .split = {1, 2}}), Contains("split: 1-2") && Contains("4"));
-  CHECK_THROWS_WITH(make_executor({.threads = 4, .split = {4, 0}}), Contains("split: 4-0"));
-  CHECK_THROWS_WITH(make_executor({.batch_pairs = 0}), Contains("batch_pairs: 0"));
-  CHECK_THROWS_WITH(make_executor({.small_step_ms = -1}), Contains("small_step_ms"));
+  CHECK_THROWS_WITH(make_executor({.threads = 4, .balance = {.split = {1, 2}}}),
+                    Contains("balance.split: 1-2") && Contains("4"));
+  CHECK_THROWS_WITH(make_executor({.threads = 4, .balance = {.split = {4, 0}}}), Contains("balance.split: 4-0"));
+  CHECK_THROWS_WITH(make_executor({.batches = {.pairs = 0}}), Contains("batches.pairs: 0"));
+  CHECK_THROWS_WITH(make_executor({.sharing = {.short_step_ms = -1}}), Contains("sharing.short_step_ms"));
 }

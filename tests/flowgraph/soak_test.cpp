@@ -9,6 +9,7 @@
 #include <fstream>
 #include <iostream>
 #include <new>
+#include <optional>
 #include <random>
 
 #include "catch.h"
@@ -147,16 +148,16 @@ class Soak {
     options.kind = executor_kinds[pick(std::size(executor_kinds))];
     options.threads = static_cast<int>(1 + pick(most_threads_));
     if (options.threads > 1 && pick(2) == 0) {
-      options.split.broad = static_cast<int>(1 + pick(static_cast<std::size_t>(options.threads - 1)));
-      options.split.narrow = options.threads - options.split.broad;
+      options.balance.split.broad = static_cast<int>(1 + pick(static_cast<std::size_t>(options.threads - 1)));
+      options.balance.split.narrow = options.threads - options.balance.split.broad;
     }
-    options.strict_split = pick(3) == 0;
-    if (!options.strict_split)
-      options.form = std::array{StepForm::automatic, StepForm::overlapped, StepForm::ordered}[pick(3)];
-    options.balance = pick(2) == 0 ? BalanceRule::paper : BalanceRule::busy;
-    options.batch_pairs = std::size_t{1} << pick(9);
-    options.queue_capacity = pick(3) == 0 ? 1 + pick(4) : 0;
-    options.small_step_ms = pick(5) == 0 ? 0.3 : 0;
+    options.balance.strict = pick(3) == 0;
+    if (!options.balance.strict)
+      options.sharing.form = std::array{StepForm::automatic, StepForm::overlapped, StepForm::ordered}[pick(3)];
+    options.balance.rule = pick(2) == 0 ? BalanceRule::paper : BalanceRule::busy;
+    options.batches.pairs = std::size_t{1} << pick(9);
+    options.batches.queue_capacity = pick(3) == 0 ? 1 + pick(4) : 0;
+    options.sharing.short_step_ms = pick(5) == 0 ? 0.3 : 0;
     return options;
   }
 

@@ -153,8 +153,10 @@ TEST_CASE("step form: each gives the answer of a double loop, whatever was there
       for (const int threads : {2, 5})
         for (const std::size_t batch : {7u, 128u}) {
           CAPTURE(name(kind), name(form), threads, batch);
-          const auto executor =
-              make_executor({.kind = kind, .threads = threads, .batch_pairs = batch, .small_step_ms = 0, .form = form});
+          const auto executor = make_executor({.kind = kind,
+                                               .threads = threads,
+                                               .batches = {.pairs = batch},
+                                               .sharing = {.form = form, .short_step_ms = 0}});
           ContactList contacts;
           for (const std::size_t which : {0u, 0u, 1u, 3u, 2u, 4u, 4u, 0u}) {
             ExecutionReport report;

@@ -28,7 +28,7 @@ int main(int argc, char** argv) {
   const std::size_t bodies = std::strtoul(argv[1], nullptr, 10), steps = std::strtoul(argv[2], nullptr, 10);
   for (const tandem::BuiltinScene& builtin : tandem::builtin_scenes()) {
     tandem::Scene scene = tandem::make_builtin_scene(builtin.name, bodies);
-    tandem::Pipeline pipeline({.margin = tandem::recommended_margin(scene), .contact_hash = true});
+    tandem::Pipeline pipeline({.answer = {.margin = tandem::recommended_margin(scene), .contact_hash = true}});
     tandem::Response response;
     for (std::size_t step = 0; step < steps; ++step) {
       const tandem::StepReport report = pipeline.step(scene);

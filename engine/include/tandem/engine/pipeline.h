@@ -1,29 +1,25 @@
 #pragma once
 #include <memory>
-#include <span>
 #include <stop_token>
 #include <string_view>
 
 #include "tandem/broadphase/broad_phase.h"
 #include "tandem/engine/scene.h"
 #include "tandem/flowgraph/contact_list.h"
+#include "tandem/flowgraph/options.h"
 #include "tandem/flowgraph/report.h"
 #include "tandem/flowgraph/timeline.h"
 
 namespace tandem {
 
-/// How steps are run. The answer depends on request, tolerance and margin alone.
-struct PipelineOptions {
-  ExecutorKind executor = ExecutorKind::flowgraph;
-  int threads = 0;  ///< in all, the caller counted, [0, 1024]; 0 asks oneTBB. Capped by the process's limit.
-  Split split{};    ///< fixed split, both >= 1 with sum `threads`; default dynamic
-  BalanceRule balance = BalanceRule::busy;
-  /// flowgraph, threads: no help across phases, as in the paper; default: work is conserved.
-  bool strict_split = false;
-  BroadPhaseKind broad_phase = BroadPhaseKind::automatic;
+/// What is answered.
+struct AnswerOptions {
+  /// What is computed for a pair: yes or no, the distance, or the contacts.
   Request request = Request::contacts;
-  double tolerance = 0;  ///< relative to the bodies' size, [0, 0.1]; 0: to rounding
-  double margin = 0;     ///< metres, >= 0: contacts with gaps up to this are reported, with negative depth
+  /// Error that is accepted, relative to the bodies' size, [0, 0.1]; 0: to rounding. More may be faster.
+  double tolerance = 0;
+  /// Metres, finite, >= 0: contacts with gaps up to this are reported, too, with negative depth; of two meshes none.
+  double margin = 0;
   /// Answers of the last step may stand for this one's, within this error relative to the smaller body's size, [0,
   /// 0.1]; 0: all are computed. A body rests while no point of it leaves its place by more than a thousandth of that;
   /// the answer of two at rest stays as it is. Else, for pairs that moved so little, one body seen from the other, that
@@ -32,12 +28,20 @@ struct PipelineOptions {
   /// distance and depth are right within it and verdicts exact; contacts with a mesh are those of poses so near.
   /// Request::collide is always computed.
   double keep_contacts = 0;
-  std::size_t batch_pairs = 128;        ///< candidate pairs a batch, [1, 65536]
-  std::size_t queue_capacity = 0;       ///< batches waiting at most; 0: max(16, 4 threads^2)
-  double small_step_ms = 0.3;           ///< below this much work a step stays on the caller; 0: no step does
-  StepForm form = StepForm::automatic;  ///< not fused: of steps that several threads may share; sequential: of all
-  bool contact_hash = false;            ///< fill StepReport::contact_hash (some 10 ns a contact, outside detect_ms)
-  PairPredicate predicate{};            ///< a user's own filter, by batches; empty: none
+  bool contact_hash = false;  ///< fill StepReport::contact_hash (some 10 ns a contact, outside detect_ms)
+};
+
+/// What is answered, and how steps are run. The answer depends on `answer` and `predicate` alone.
+struct PipelineOptions {
+  ExecutorKind executor = ExecutorKind::flowgraph;
+  /// In all, the caller counted, [0, 1024]; 0 asks oneTBB. Capped by the process's limit.
+  int threads = 0;
+  BroadPhaseKind broad_phase = BroadPhaseKind::automatic;
+  AnswerOptions answer{};
+  BalanceOptions balance{};
+  BatchOptions batches{};
+  SharingOptions sharing{};
+  PairPredicate predicate{};  ///< a user's own filter of pairs, by batches; empty: none
 };
 
 /// What one step found and did.

@@ -25,7 +25,7 @@ struct ResponseReport {
   double serial_ms = 0;       ///< of it, what is not in loops that threads may share: on one thread the share of Amdahl
 };
 
-/// How wide gaps detection should report (PipelineOptions::margin) for a response to stop bodies in time, metres: what
+/// How wide gaps detection should report (AnswerOptions::margin) for a response to stop bodies in time, metres: what
 /// 6 m/s cover in a step, but at most a tenth of the smallest moving body's size. 0 if nothing moves.
 double recommended_margin(const Scene& scene);
 

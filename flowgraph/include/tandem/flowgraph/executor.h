@@ -1,10 +1,9 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
 #include <memory>
 #include <stop_token>
 
 #include "tandem/flowgraph/contact_list.h"
+#include "tandem/flowgraph/options.h"
 #include "tandem/flowgraph/report.h"
 #include "tandem/flowgraph/step_work.h"
 #include "tandem/flowgraph/timeline.h"
@@ -14,13 +13,9 @@ namespace tandem {
 struct ExecutorOptions {
   ExecutorKind kind = ExecutorKind::flowgraph;
   int threads = 0;  ///< in all, the caller counted, [0, 1024]; 0 asks the runtime
-  Split split{};    ///< fixed, both >= 1; default dynamic
-  BalanceRule balance = BalanceRule::busy;
-  bool strict_split = false;            ///< flowgraph, threads: no help across phases
-  std::size_t batch_pairs = 128;        ///< at most; fewer where a pair is costly, so that a batch is 15-60 us of work
-  std::size_t queue_capacity = 0;       ///< batches; 0: max(16, 4 threads^2)
-  double small_step_ms = 0.3;           ///< less work than this stays on the caller; 0: no step does
-  StepForm form = StepForm::automatic;  ///< not fused: of steps that several threads may share; sequential: of all
+  BalanceOptions balance{};
+  BatchOptions batches{};
+  SharingOptions sharing{};
 };
 
 /// Runs steps. The contacts do not depend on which executor it is, on threads or on timing.

@@ -1,46 +1,10 @@
 #pragma once
 #include <cstdint>
-#include <string>
 #include <string_view>
-#include <vector>
+
+#include "tandem/flowgraph/options.h"
 
 namespace tandem {
-
-/// Ways to run the same step; one answer.
-enum class ExecutorKind : std::uint8_t {
-  sequential,  ///< broad, then narrow, on the calling thread
-  barrier,     ///< both phases parallel with oneTBB, the broad one ends before the narrow one begins
-  fused,       ///< parallel with oneTBB over tiles of the broad phase, each of which narrows its own pairs at once
-  threads,     ///< the paper's design on std::thread alone
-  flowgraph,   ///< the two phases as graphs in two arenas, a bounded queue between, balanced
-};
-inline constexpr ExecutorKind executor_kinds[] = {ExecutorKind::sequential, ExecutorKind::barrier, ExecutorKind::fused,
-                                                  ExecutorKind::threads, ExecutorKind::flowgraph};
-std::string_view name(ExecutorKind kind);
-
-/// Threads for the broad and the narrow phase; both 0 means "dynamic".
-struct Split {
-  int broad = 0;
-  int narrow = 0;
-  bool dynamic() const { return broad == 0 && narrow == 0; }
-  friend bool operator==(Split, Split) = default;
-};
-
-/// How a dynamic split is found.
-enum class BalanceRule : std::uint8_t {
-  paper,  ///< one thread moves at a time, from the phase that ends first to the one that ends last
-  busy,   ///< at once to the split that the phases' busy times ask for, verified on time per unit of work
-};
-std::string_view name(BalanceRule rule);
-
-/// Ways to run a step's stages; one answer.
-enum class StepForm : std::uint8_t {
-  automatic,   ///< the fastest of those that may be, by measured times
-  caller,      ///< on the calling thread alone: pairs are put in order, then narrowed
-  overlapped,  ///< shared: both phases at once, answers are put in order at last
-  ordered,     ///< shared: pairs are put in order first, so that answers go to their places
-};
-std::string_view name(StepForm form);
 
 /// What the balancer did after a step.
 enum class BalanceAction : std::uint8_t {
