@@ -8,9 +8,10 @@
 #include "tandem/flowgraph/contact_list.h"
 #include "tandem/flowgraph/options.h"
 #include "tandem/flowgraph/report.h"
-#include "tandem/flowgraph/timeline.h"
 
 namespace tandem {
+
+class Timeline;
 
 /// What is answered.
 struct AnswerOptions {

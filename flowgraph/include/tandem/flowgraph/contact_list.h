@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "tandem/narrowphase/narrow_phase.h"
+#include "tandem/narrowphase/answer.h"
 
 namespace tandem {
 

@@ -47,7 +47,8 @@ struct BalanceOptions {
   /// between the phases as `rule` says.
   Split split{};
   BalanceRule rule = BalanceRule::busy;
-  bool strict = false;  ///< no help across the phases, as in the paper; steps stay overlapped. Default: work is conserved
+  /// No help across the phases, as in the paper; steps stay overlapped. Default: work is conserved.
+  bool strict = false;
 };
 
 /// How pairs go from the broad to the narrow phase.
