@@ -3,6 +3,7 @@
 #include <variant>
 
 #include "shapes/mesh_model.h"
+#include "tolerances.h"
 
 namespace tandem {
 
