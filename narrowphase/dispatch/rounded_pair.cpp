@@ -49,8 +49,7 @@ class RoundedPair {
   }
 
  private:
-  static bool has_no_inner_side(const Shape& s) { return s.kind() == ShapeKind::mesh; }
-  bool has_mesh() const { return has_no_inner_side(a_) || has_no_inner_side(b_); }
+  bool has_mesh() const { return !a_.is_convex() || !b_.is_convex(); }
   bool both_have_triangles() const { return has_triangles(a_) && has_triangles(b_); }
 
   void grow(PairAnswer& answer) const {
@@ -114,8 +113,6 @@ class RoundedPair {
 
 PairAnswer solve_rounded(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                          const NarrowPhaseOptions& options, std::vector<Contact>* contacts, WarmStart* warm) {
-  const bool halfspaces = !a.is_bounded() && !b.is_bounded();
-  if (halfspaces) return solve_cores(a, pose_a, b, pose_b, request, options, contacts, warm);
   const RoundedPair pair(a, pose_a, b, pose_b, options);
   if (request == Request::contacts && contacts != nullptr) return pair.contacts(*contacts, warm);
   PairAnswer answer = pair.distance(warm);

@@ -1,4 +1,3 @@
-#include "boxes/box_manifold.h"
 #include "tandem/narrowphase/several_pairs.h"
 
 #include <algorithm>
@@ -6,6 +5,7 @@
 #include <bit>
 #include <cmath>
 
+#include "boxes/box_manifold.h"
 #include "boxes/box_screen.h"
 #include "boxes/halfspace_boxes.h"
 #include "dispatch/undecided.h"

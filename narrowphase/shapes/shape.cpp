@@ -255,14 +255,15 @@ Shape::Shape(Mesh s) : kind_(ShapeKind::mesh) {
 
 Shape Shape::rounded(double radius) const {
   require_not_negative("rounding", radius);
+  if (kind_ == ShapeKind::sphere) return Sphere{this->radius() + radius};
+  if (kind_ == ShapeKind::capsule) return Capsule{this->radius() + radius, length()};
+  if (kind_ == ShapeKind::halfspace) return HalfSpace{normal(), offset() + radius};
   Shape s = *this;
   s.rounding_ += radius;
   require_not_negative("rounding", s.rounding_);
   s.mass_ = std::make_shared<MassProperties>(*mass_);  // its address names the shape
-  if (is_bounded()) {
-    const Bounds box = s.bounds(Pose{});
-    s.size_ = (box.hi - box.lo).norm();
-  }
+  const Bounds box = s.bounds(Pose{});
+  s.size_ = (box.hi - box.lo).norm();
   return s;
 }
 

@@ -157,6 +157,12 @@ TEST_CASE("rounding: several pairs, bounds, time of impact and refusals know it"
   CHECK(thick.rounded(0.25).rounding() == 0.5);
   CHECK(thick.size() == Approx(std::sqrt(3.0) * 1.5));
   CHECK(thick.bounds(Pose::at(1, 0, 0)).hi.x() == 1.75);
+  CHECK(Shape(Sphere{1}).rounded(0.5).radius() == 1.5);
+  CHECK(Shape(Sphere{1}).rounded(0.5).mass().volume == Shape(Sphere{1.5}).mass().volume);
+  CHECK(Shape(Capsule{1, 2}).rounded(0.5).radius() == 1.5);
+  const Shape below(HalfSpace{{0, 0, 1}, -1}), above(HalfSpace{{0, 0, -1}, -1});
+  CHECK_FALSE(NarrowPhase().solve(below, {}, above, {}, Request::collide).collide);
+  CHECK(NarrowPhase().solve(below.rounded(1), {}, above.rounded(1), {}, Request::collide).collide);
   CHECK_THROWS_WITH(box.rounded(-1), Catch::Contains("rounding"));
   CHECK_THROWS_AS(box.rounded(std::nan("")), std::invalid_argument);
   const NarrowPhase narrow_phase;

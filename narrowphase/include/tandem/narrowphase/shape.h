@@ -69,9 +69,9 @@ class Shape {
   explicit Shape(Mesh);  ///< builds a hierarchy of boxes
 
   /// This shape with a ball of this radius (>= 0, finite, metres) about each of its points: a box with round edges, a thick
-  /// triangle. Adds to the rounding it has. Distances are the core's less the radius, exactly; mass stays the core's.
+  /// triangle. Of sphere, capsule and half-space one of the same kind; of others the mass stays the core's.
   Shape rounded(double radius) const;
-  double rounding() const { return rounding_; }  ///< metres; all other parameters are the core's
+  double rounding() const { return rounding_; }  ///< metres; other parameters are the core's
 
   ShapeKind kind() const { return kind_; }
   bool is_convex() const { return kind_ != ShapeKind::mesh; }
