@@ -95,6 +95,8 @@ QueryAnswers<Item> answer_all(std::size_t queries, const BlockRunner& runner, co
 
 struct BoxQueries::Impl {
   BoxTree tree;
+  std::size_t boxes = 0;
+  double built_surface = 0;
 };
 
 BoxQueries::BoxQueries() : impl_(std::make_unique<Impl>()) { build({}); }
@@ -107,9 +109,99 @@ void BoxQueries::build(const BoxArray& boxes, const BlockRunner& runner) {
   tree.begin(boxes, nullptr);
   for (std::size_t stage = 0; stage < BoxTree::build_stages; ++stage)
     run_blocks(runner, tree.blocks(stage), [&](std::size_t block) { tree.run(stage, block); });
+  impl_->boxes = boxes.size();
+  impl_->built_surface = tree.surface();
+}
+
+void BoxQueries::refit(const BoxArray& boxes, std::span<const std::uint32_t> changed) {
+  if (boxes.size() != impl_->boxes)
+    throw std::invalid_argument("box query: refit with " + std::to_string(boxes.size()) + " boxes, built from " +
+                                std::to_string(impl_->boxes));
+  if (!impl_->tree.refit(boxes, changed))
+    throw std::invalid_argument("box query: refit of a box that was empty or not there at the build");
+}
+
+double BoxQueries::worn() const {
+  return impl_->built_surface > 0 ? impl_->tree.surface() / impl_->built_surface : 1;
 }
 
 std::size_t BoxQueries::memory() const { return impl_->tree.memory(); }
+
+namespace {
+
+/// The most nodes that wait on a stack that is worked off depth first: all children but one of a node a level, and there
+/// are fewer than 2^32 boxes, so at most 11 levels.
+constexpr std::size_t most_waiting = 12 * BoxTree::width;
+
+}  // namespace
+
+bool BoxQueries::visit_overlapping(const Aabb& box, BoxVisitor& visitor) const {
+  const BoxTree& tree = impl_->tree;
+  if (tree.height() == 0 || !overlap(box, tree.box(tree.root()))) return true;
+  if (tree.height() == 1) return visitor.visit(tree.index(0));
+  std::array<BoxTree::Node, most_waiting> waiting;
+  std::array<std::uint32_t, BoxTree::width + BoxArray::padding> hits;
+  std::size_t count = 0;
+  waiting[count++] = tree.root();
+  while (count > 0) {
+    const BoxTree::Node node = waiting[--count];
+    const auto [first, last] = tree.children(node);
+    const std::size_t found = overlap_row(tree.level(node.level - 1), first, last, box, hits.data());
+    for (std::size_t k = 0; k < found; ++k) {
+      if (node.level > 1)
+        waiting[count++] = {node.level - 1, hits[k]};
+      else if (!visitor.visit(tree.index(hits[k])))
+        return false;
+    }
+  }
+  return true;
+}
+
+namespace {
+
+/// Distance of two boxes, infinite where `b` is empty.
+double box_distance(const Aabb& a, const Aabb& b) {
+  if (b.lo[0] > b.hi[0]) return std::numeric_limits<double>::infinity();
+  double sum = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double off = std::max({double{b.lo[k]} - a.hi[k], double{a.lo[k]} - b.hi[k], 0.0});
+    sum += off * off;
+  }
+  return std::sqrt(sum);
+}
+
+}  // namespace
+
+void BoxQueries::visit_near(const Aabb& box, double limit, NearVisitor& visitor) const {
+  const BoxTree& tree = impl_->tree;
+  if (tree.height() == 0) return;
+  struct Waiting {
+    double distance;
+    BoxTree::Node node;
+  };
+  std::array<Waiting, most_waiting> waiting;
+  std::size_t count = 0;
+  waiting[count++] = {box_distance(box, tree.box(tree.root())), tree.root()};
+  while (count > 0) {
+    const Waiting next = waiting[--count];
+    if (next.distance > limit || std::isinf(next.distance)) continue;
+    if (next.node.level == 0) {
+      limit = visitor.visit(tree.index(next.node.place), next.distance);
+      continue;
+    }
+    const auto [first, last] = tree.children(next.node);
+    const std::size_t before = count;
+    for (std::size_t child = first; child < last; ++child) {
+      const BoxTree::Node node{next.node.level - 1, child};
+      const double distance = box_distance(box, tree.box(node));
+      if (!(distance <= limit) || std::isinf(distance)) continue;
+      // The nearest last, to be taken first.
+      std::size_t place = count++;
+      for (; place > before && waiting[place - 1].distance < distance; --place) waiting[place] = waiting[place - 1];
+      waiting[place] = {distance, node};
+    }
+  }
+}
 
 void BoxQueries::overlapping(const Aabb& box, std::vector<std::uint32_t>& out) const {
   for (std::size_t k = 0; k < 3; ++k) {
@@ -118,27 +210,15 @@ void BoxQueries::overlapping(const Aabb& box, std::vector<std::uint32_t>& out) c
     if (box.lo[k] > box.hi[k]) return;
   }
   const auto old = static_cast<std::ptrdiff_t>(out.size());
-  const BoxTree& tree = impl_->tree;
-  if (tree.height() == 0) return;
-  std::vector<BoxTree::Node> open{tree.root()};
-  std::array<std::uint32_t, BoxTree::width + BoxArray::padding> hits;
-  if (!overlap(box, tree.box(tree.root()))) return;
-  while (!open.empty()) {
-    const BoxTree::Node node = open.back();
-    open.pop_back();
-    if (node.level == 0) {  // a tree of one box
-      out.push_back(tree.index(node.place));
-      continue;
+  struct List final : BoxVisitor {
+    std::vector<std::uint32_t>& found;
+    explicit List(std::vector<std::uint32_t>& out) : found(out) {}
+    bool visit(std::uint32_t index) override {
+      found.push_back(index);
+      return true;
     }
-    const auto [first, last] = tree.children(node);
-    const std::size_t count = overlap_row(tree.level(node.level - 1), first, last, box, hits.data());
-    for (std::size_t k = 0; k < count; ++k) {
-      if (node.level == 1)
-        out.push_back(tree.index(hits[k]));
-      else
-        open.push_back({node.level - 1, hits[k]});
-    }
-  }
+  } list(out);
+  visit_overlapping(box, list);
   std::sort(out.begin() + old, out.end());
 }
 

@@ -105,6 +105,7 @@ void BoxTree::begin(const BoxArray& boxes, const std::vector<std::uint32_t>* sub
   cell_.resize(n);
   height_ = 0;
   group_cells_.clear();
+  place_.clear();
 }
 
 std::size_t BoxTree::blocks(std::size_t stage) const {
@@ -223,6 +224,46 @@ void BoxTree::raise(std::size_t level, std::size_t first, std::size_t last) {
     levels_[level].set(node, unite(levels_[level - 1], node * width, children_end(level, node)));
 }
 
+bool BoxTree::find_places(std::span<const std::uint32_t> changed) {
+  if (place_.empty()) {
+    place_.assign(items(), nowhere);
+    for (std::size_t place = 0; place < index_.size(); ++place) {
+      if (index_[place] >= place_.size()) place_.resize(index_[place] + 1, nowhere);
+      place_[index_[place]] = static_cast<std::uint32_t>(place);
+    }
+  }
+  moved_.clear();
+  for (const std::uint32_t index : changed) {
+    if (index >= place_.size() || place_[index] == nowhere) return false;
+    moved_.push_back(place_[index]);
+  }
+  return true;
+}
+
+bool BoxTree::refit(const BoxArray& boxes, std::span<const std::uint32_t> changed) {
+  if (!find_places(changed)) return false;
+  std::sort(moved_.begin(), moved_.end());
+  for (const std::uint32_t place : moved_) levels_[0].set(place, boxes[index_[place]]);
+  for (std::size_t level = 1; level < height_; ++level) {
+    for (std::uint32_t& node : moved_) node /= width;
+    moved_.erase(std::unique(moved_.begin(), moved_.end()), moved_.end());
+    for (const std::uint32_t node : moved_) raise(level, node, node + 1);
+  }
+  return true;
+}
+
+double BoxTree::surface() const {
+  double sum = 0;
+  if (height_ > 1)
+    for (std::size_t node = 0; node < levels_[1].size(); ++node) {
+      const Aabb box = levels_[1][node];
+      if (box.lo[0] > box.hi[0]) continue;
+      const double x = double{box.hi[0]} - box.lo[0], y = double{box.hi[1]} - box.lo[1], z = double{box.hi[2]} - box.lo[2];
+      sum += x * y + y * z + z * x;
+    }
+  return sum;
+}
+
 namespace {
 
 /// Blocks of the self join are the nodes of this level: 512 boxes, or 64 in small worlds.
@@ -272,7 +313,8 @@ void BoxTree::cross(std::size_t level, std::size_t i, std::size_t j, PairSink& s
 
 std::size_t BoxTree::memory() const {
   std::size_t bytes = bytes_of(offsets_) + bytes_of(cell_) + bytes_of(cell_begin_) + bytes_of(group_cells_) +
-                      bytes_of(records_) + bytes_of(index_) + bytes_of(levels_);
+                      bytes_of(records_) + bytes_of(index_) + bytes_of(place_) + bytes_of(moved_) +
+                      bytes_of(levels_);
   for (const BoxArray& level : levels_) bytes += level.memory();
   return bytes;
 }

@@ -2,6 +2,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "tandem/broadphase/box_array.h"
@@ -42,6 +43,13 @@ class BoxTree {
   /// Pairs of box `index`, which is not in the tree, with the boxes in it.
   void query(const Aabb& box, std::uint32_t index, PairSink& sink) const;
 
+  /// Gives bodies `changed` of a finished tree their new boxes, which may be empty, in the places where they are: the
+  /// tree stays right, and gets slower the farther they move from where it was built. False, and nothing is changed, if
+  /// one of them had no box then.
+  bool refit(const BoxArray& boxes, std::span<const std::uint32_t> changed);
+  /// Sum of the half surfaces of the nodes just above the boxes: what a query meets grows with it.
+  double surface() const;
+
   /// The finished tree. Its root is at level height() - 1; no boxes, no levels.
   std::size_t height() const { return height_; }
   Node root() const { return {height_ - 1, 0}; }
@@ -54,6 +62,7 @@ class BoxTree {
   std::size_t memory() const;  ///< bytes held
 
  private:
+  static constexpr std::uint32_t nowhere = 0xffffffffu;
   static constexpr std::size_t levels_a_block = 4;
   static constexpr std::size_t boxes_a_level_block = width * width * width * width;
   struct Record {
@@ -64,6 +73,7 @@ class BoxTree {
   std::size_t items() const { return subset_ != nullptr ? subset_->size() : boxes_->size(); }
   std::uint32_t item(std::size_t i) const { return subset_ != nullptr ? (*subset_)[i] : static_cast<std::uint32_t>(i); }
   std::size_t children_end(std::size_t level, std::size_t node) const;
+  bool find_places(std::span<const std::uint32_t> changed);
   void choose_cells();
   void count_cells(std::size_t block);
   void plan();
@@ -85,6 +95,8 @@ class BoxTree {
   std::vector<Range> group_cells_;
   std::vector<Record> records_;       // cell by cell
   std::vector<std::uint32_t> index_;  // of the sorted boxes
+  std::vector<std::uint32_t> place_;  // of each body among them; made by the first refit after a build
+  std::vector<std::uint32_t> moved_;  // of a refit: places, then nodes
   std::vector<BoxArray> levels_;      // levels_[0] are the sorted boxes
   std::size_t height_ = 0;            // levels in use; the last has one node
 };

@@ -190,3 +190,97 @@ TEST_CASE("box queries: nothing there, and what is refused") {
   CHECK_THROWS_WITH(queries.nearest({0, nan, 0}, 1, near), Catch::Contains("point"));
   CHECK_THROWS_AS(queries.overlapping({{0, 0, 0}, {1, std::nanf(""), 1}}, found), std::invalid_argument);
 }
+
+namespace {
+
+struct NearestBoxes final : NearVisitor {
+  std::vector<std::uint32_t> visited;
+  double best = std::numeric_limits<double>::infinity();
+  double visit(std::uint32_t index, double distance) override {
+    visited.push_back(index);
+    return best = std::min(best, distance);
+  }
+};
+
+double distance_plainly(const Aabb& a, const Aabb& b) {
+  double sum = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double off = std::max({double{b.lo[k]} - a.hi[k], double{a.lo[k]} - b.hi[k], 0.0});
+    sum += off * off;
+  }
+  return std::sqrt(sum);
+}
+
+}  // namespace
+
+TEST_CASE("boxes that have moved are found where they are") {
+  for (const std::size_t n : {1u, 2u, 9u, 500u, 20000u}) {
+    BoxArray boxes = make_boxes(
+        n, 5, [](Random& r) { return Point{uniform(r, 0, 30), uniform(r, 0, 30), uniform(r, 0, 30)}; },
+        [](Random& r) { return Point{uniform(r, 0, 2), uniform(r, 0, 2), uniform(r, 0, 2)}; });
+    BoxQueries queries;
+    queries.build(boxes);
+    CHECK(queries.worn() == 1);
+    Random random(7);
+    for (int round = 0; round < 5; ++round) {
+      std::vector<std::uint32_t> changed;
+      for (std::uint32_t i = 0; i < n; ++i) {
+        if (random() % 3 != 0) continue;
+        changed.push_back(i);
+        if (random() % 5 == 0) {
+          boxes.set_empty(i);
+          continue;
+        }
+        Aabb box;
+        for (std::size_t k = 0; k < 3; ++k) {
+          box.lo[k] = uniform(random, -5, 40);
+          box.hi[k] = box.lo[k] + uniform(random, 0, 2);
+        }
+        boxes.set(i, box);
+      }
+      queries.refit(boxes, changed);
+      for (int q = 0; q < 20; ++q) {
+        Aabb asked;
+        for (std::size_t k = 0; k < 3; ++k) {
+          asked.lo[k] = uniform(random, -5, 40);
+          asked.hi[k] = asked.lo[k] + uniform(random, 0, 4);
+        }
+        std::vector<std::uint32_t> found;
+        queries.overlapping(asked, found);
+        REQUIRE(found == overlapping_plainly(boxes, asked));
+        double least = std::numeric_limits<double>::infinity();
+        for (std::uint32_t i = 0; i < n; ++i)
+          if (!is_empty(boxes[i])) least = std::min(least, distance_plainly(asked, boxes[i]));
+        NearestBoxes nearest;
+        queries.visit_near(asked, std::numeric_limits<double>::infinity(), nearest);
+        REQUIRE(nearest.best == least);
+        if (n == 20000) CHECK(nearest.visited.size() < 200);
+        NearestBoxes none;
+        if (least > 0 && std::isfinite(least)) {
+          queries.visit_near(asked, std::nextafter(least, 0.0), none);
+          CHECK(none.visited.empty());
+        }
+      }
+    }
+    if (n == 20000) CHECK(queries.worn() > 2);
+  }
+}
+
+TEST_CASE("a visit of boxes ends when the visitor says so, and a refit knows its boxes") {
+  BoxArray boxes = make_boxes(
+      100, 5, [](Random& r) { return Point{uniform(r, 0, 1), 0, 0}; }, [](Random&) { return Point{1, 1, 1}; });
+  boxes.set_empty(7);
+  BoxQueries queries;
+  queries.build(boxes);
+  struct Three final : BoxVisitor {
+    int seen = 0;
+    bool visit(std::uint32_t) override { return ++seen < 3; }
+  } three;
+  CHECK_FALSE(queries.visit_overlapping({{0, 0, 0}, {1, 1, 1}}, three));
+  CHECK(three.seen == 3);
+  const std::uint32_t was_empty[] = {7}, beyond[] = {100};
+  CHECK_THROWS_AS(queries.refit(boxes, was_empty), std::invalid_argument);
+  CHECK_THROWS_AS(queries.refit(boxes, beyond), std::invalid_argument);
+  boxes.resize(101);
+  CHECK_THROWS_AS(queries.refit(boxes, {}), std::invalid_argument);
+}
