@@ -369,6 +369,9 @@ inline constexpr double search_left = 1e-12;
 /// Time of impact: bodies that are no farther apart, relative to their sizes, touch. Less: creeping towards a graze
 /// never ends. More: early by as much over the speed of closing.
 inline constexpr double touch = 1e-14;
+/// The same of bodies that turn, relative to the length of the path: advances halve what is left rather than square it.
+/// Less: more of them. More: early by as much over the speed of closing; 1e-9 is promised.
+inline constexpr double motion_touch = 1e-10;
 /// The last bits of the end of a motion belong to it, relative to its length.
 inline constexpr double end_of_way = 1e-12;
 

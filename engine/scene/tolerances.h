@@ -27,4 +27,11 @@ inline constexpr double bounds_meet = 1e-14;
 /// nearer does not show. Less: more rounds, of points in one place.
 inline constexpr double nearest_beside = 2e-8;
 
+/// A hierarchy of queries is built anew when refits have made the surface of its lowest nodes larger by this factor. More:
+/// queries meet that many more boxes. Less: builds, which cost ten refits, for bodies that come back.
+inline constexpr double worn_hierarchy = 1.5;
+/// Of two distances that are compared to leave out the farther one, relative: 16 epsilon. Less: of two bodies equally far
+/// the first by index may be left out.
+inline constexpr double distance_rounding = 4e-15;
+
 }  // namespace tandem::tolerance

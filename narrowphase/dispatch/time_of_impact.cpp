@@ -5,14 +5,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "dispatch/undecided.h"
-#include "meshes/mesh_pair.h"
-#include "meshes/traversal/mesh_walk.h"
+#include "dispatch/swept_body.h"
 #include "pairs/convex_pair.h"
-#include "shapes/mesh_model.h"
-#include "shapes/pair_order.h"
-#include "shapes/shape_insides.h"
-#include "shapes/support.h"
 #include "tandem/narrowphase/narrow_phase.h"
 #include "tolerances.h"
 
@@ -23,38 +17,10 @@ constexpr double never = std::numeric_limits<double>::infinity();
 
 // Ways are lengths along the unit vector that B moves along as A sees it: they do not depend on how fast it goes.
 
-// A convex shape or a mesh, with the axes of its pose.
-struct Body {
-  const MeshModel* mesh = nullptr;
-  ConvexView view{};  // without a mesh
+// With the axes of its pose.
+struct Body : SweptBody {
   Mat3 rotation;
-  Vec3 mid, half;  // of its box, in its frame
-
-  Body(const Shape& shape, const Pose& pose) : rotation(pose.rotation) {
-    const Bounds box = shape.bounds(Pose{});
-    mid = (box.lo + box.hi) / 2;
-    half = (box.hi - box.lo) / 2;
-    if (shape.is_convex())
-      view = tandem::view(shape);
-    else if (mesh_of(shape).convex)
-      view = view_hull(shape);
-    else
-      mesh = &mesh_of(shape);
-  }
-  bool is_leaf(std::uint32_t ref) const { return !mesh || tandem::is_leaf(*mesh, ref); }
-  std::pair<Vec3, Vec3> box(std::uint32_t ref) const {
-    if (!mesh) return {mid, half};
-    const BoxOf b(*mesh, ref);
-    return {b.mid, b.half};
-  }
-  template <class Visit>
-  void each_convex(std::uint32_t leaf, Visit&& visit) const {
-    if (!mesh) return visit(view);
-    each_triangle(*mesh, leaf, [&](std::uint32_t t) {
-      const auto corners = mesh->corners(t);
-      visit(TriangleView(corners));
-    });
-  }
+  Body(const Shape& shape, const Pose& pose) : SweptBody(shape), rotation(pose.rotation) {}
 };
 
 class Sweep {
@@ -85,8 +51,8 @@ class Sweep {
       queue.pop();
       const bool leaf_a = a_.is_leaf(top.a), leaf_b = b_.is_leaf(top.b);
       if (leaf_a && leaf_b) {
-        a_.each_convex(top.a, [&](const ConvexView& p) {
-          b_.each_convex(top.b, [&](const ConvexView& q) {
+        a_.each_convex(top.a, [&](const ConvexView& p, std::uint32_t) {
+          b_.each_convex(top.b, [&](const ConvexView& q, std::uint32_t) {
             best = std::min(best, convex_meet(p, q, top.bound, std::min(best, longest_)));
           });
         });

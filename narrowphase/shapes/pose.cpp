@@ -22,6 +22,12 @@ double skewness(const Mat3& r) { return (r.transpose() * r - Mat3::Identity()).c
 
 }  // namespace
 
+bool is_valid(const Pose& pose) {
+  // Written so that NaN fails; one in the rotation makes the determinant NaN.
+  return pose.translation.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() <= 1e30 && pose.rotation.determinant() > 0 &&
+         skewness(pose.rotation) <= tolerance::skew_allowed;
+}
+
 void require_valid(const Pose& pose, std::string_view what) {
   const auto refuse = [&](const std::string& why) { throw std::invalid_argument(std::string(what) + ": " + why); };
   for (int i = 0; i < 3; ++i) {

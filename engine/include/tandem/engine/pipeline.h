@@ -40,7 +40,7 @@ struct PipelineOptions {
   BroadPhaseKind broad_phase = BroadPhaseKind::automatic;
   AnswerOptions answer{};
   BalanceOptions balance{};
-  BatchOptions batches{};
+  PairBatchOptions batches{};
   SharingOptions sharing{};
   PairPredicate predicate{};  ///< a user's own filter of pairs, by batches; empty: none
 };

@@ -14,7 +14,7 @@ struct ExecutorOptions {
   ExecutorKind kind = ExecutorKind::flowgraph;
   int threads = 0;  ///< in all, the caller counted, [0, 1024]; 0 asks the runtime
   BalanceOptions balance{};
-  BatchOptions batches{};
+  PairBatchOptions batches{};
   SharingOptions sharing{};
 };
 

@@ -52,7 +52,7 @@ struct BalanceOptions {
 };
 
 /// How pairs go from the broad to the narrow phase.
-struct BatchOptions {
+struct PairBatchOptions {
   /// Pairs a batch at most, [1, 65536]; fewer where a pair is costly, so that a batch is 15 to 60 us of work.
   std::size_t pairs = 128;
   /// Batches that wait at most, [0, 2^20]; 0: max(16, 4 threads^2).

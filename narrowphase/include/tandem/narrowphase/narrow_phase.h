@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tandem/narrowphase/answer.h"
+#include "tandem/narrowphase/motion.h"
 #include "tandem/narrowphase/options.h"
 #include "tandem/narrowphase/shape.h"
 #include "tandem/narrowphase/solver_info.h"
@@ -51,6 +52,13 @@ class NarrowPhase {
   /// Conservative advancement on the signed distance; never late by more than 1e-12 of the path.
   std::optional<double> time_of_impact(const Shape& a, const Pose& pose_a, const Vec3& velocity_a, const Shape& b,
                                        const Pose& pose_b, const Vec3& velocity_b, double tmax) const;
+
+  /// First touch of two bodies on motions that may turn; empty if there is none. Never missed and never late by more
+  /// than rounding; early where they come as near as 1e-10 of the path. Conservative advancement with a bound on how
+  /// fast each body's points move along the normal (Mirtich 1996; Zhang, Lee and Kim, "Interactive continuous collision
+  /// detection for non-convex polyhedra", 2006), of meshes by their hierarchies. Poses must be valid.
+  std::optional<FirstTouch> time_of_impact(const Shape& a, const Motion& motion_a, const Shape& b,
+                                      const Motion& motion_b) const;
 
  private:
   NarrowPhaseOptions options_;

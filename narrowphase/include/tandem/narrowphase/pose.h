@@ -23,6 +23,8 @@ struct Pose {
 /// Throws std::invalid_argument unless every number is finite, translations at most 1e30, and the rotation is one: of
 /// determinant +1 and orthonormal within 2e-6, so that six decimals are enough. `what` opens the message, "body 3".
 void require_valid(const Pose& pose, std::string_view what);
+/// Whether require_valid takes it.
+bool is_valid(const Pose& pose);
 
 /// The pose with the rotation nearest to a valid one's; the same bits where that is orthonormal to rounding (1e-14).
 Pose orthonormalized(const Pose& pose);

@@ -1,0 +1,135 @@
+#pragma once
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+#include <stop_token>
+#include <vector>
+
+#include "tandem/engine/pair_table.h"
+#include "tandem/engine/scene.h"
+#include "tandem/narrowphase/answer.h"
+#include "tandem/narrowphase/motion.h"
+#include "tandem/narrowphase/options.h"
+#include "tandem/narrowphase/shape.h"
+
+namespace tandem {
+
+/// Which bodies a query is for; all others are left out before a pair exists.
+struct QueryFilter {
+  std::uint32_t group = 1;           ///< bits of the groups that the asking shape is in
+  std::uint32_t mask = 0xffffffffu;  ///< bits of the groups it meets; as of two bodies, both directions are needed
+  std::span<const BodyId> ignore{};  ///< bodies that are left out; ids of removed bodies name none
+  std::function<bool(BodyId)> admits{};  ///< a rule of one's own, from any of the threads that ask; empty: all bodies
+};
+
+/// A body and the answer of the pair [the asking shape, the body].
+struct Hit {
+  BodyId body;
+  PairAnswer answer;
+};
+
+/// A body, the answer of the pair and its contacts, a range of the list they were appended to.
+struct ContactHit {
+  BodyId body;
+  PairAnswer answer;
+  std::size_t first = 0, count = 0;
+};
+
+/// The first touch of a moving shape with a body.
+struct Impact {
+  BodyId body;
+  double t = 0;  ///< of the motion, [0, 1]; 0: they touch at the start
+  Vec3 point = Vec3::Zero(), normal = Vec3::Zero();  ///< as in PairAnswer: midway, from the shape to the body
+  std::array<std::uint32_t, 2> feature{};            ///< of the shape and of the body: the triangle of a mesh, else 0
+};
+
+/// What is known of a configuration or of a motion.
+enum class Verdict : std::uint8_t {
+  free,
+  hit,
+  unknown,  ///< the deadline passed or a stop was requested before it was looked at
+};
+
+/// How configurations are checked.
+struct BatchOptions {
+  double margin = 0;              ///< metres, finite, >= 0: gaps up to this count as hits
+  QueryFilter filter{};           ///< for all links
+  const PairTable* world = nullptr;  ///< links x body indices: which are checked; null: all that the filter admits
+  /// Configurations that follow one another and form a motion, of which one verdict is asked: is all of it free? They
+  /// are looked at in the order that finds a hit soonest. Their number is a multiple of this; >= 1.
+  std::size_t configurations_a_motion = 1;
+  std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
+  std::stop_token stop{};
+  std::function<void(std::size_t done, std::size_t all)> progress{};  ///< verdicts; from any thread, now and then
+};
+
+/// What an update did.
+struct UpdateReport {
+  std::size_t changed = 0;  ///< bodies that came, went or moved
+  bool rebuilt = false;     ///< the hierarchy was built anew, not refitted
+  double ms = 0;
+};
+
+/// Asks a scene: which of its bodies does a shape meet, which is nearest, which does it meet first on its way, and that
+/// for many configurations of a robot at once. A copy of the scene as it was at the last update is asked; the scene
+/// itself may change meanwhile.
+///
+/// Const calls are safe from any number of threads at once and answer the same bits on any number; each runs on the
+/// calling thread, but for `check` and `clearance`, which use the oneTBB arena they are called in. Shapes are tested
+/// themselves, never their boxes. All refuse with std::invalid_argument, naming it, a pose that is none, a margin or
+/// cut-off that is negative or NaN, and pairs that NarrowPhase refuses.
+class SceneQueries {
+ public:
+  /// `options`: the tolerance and solver of all queries; its margin is not used.
+  explicit SceneQueries(const Scene& scene, const NarrowPhaseOptions& options = {});
+  ~SceneQueries();
+  SceneQueries(SceneQueries&&) noexcept;
+  SceneQueries& operator=(SceneQueries&&) noexcept;
+
+  /// Takes over what changed in the scene, or another scene. Bodies that moved: a refit, k log n; many that came: n log n.
+  UpdateReport update(const Scene& scene);
+  std::size_t memory() const;  ///< bytes held, shapes not counted
+
+  /// Is any body touched, or nearer than or as near as `margin`? Ends at the first.
+  bool collides(const Shape& shape, const Pose& pose, double margin = 0, const QueryFilter& filter = {}) const;
+  /// Bodies that are touched, by index; appended.
+  void hits(const Shape& shape, const Pose& pose, std::vector<BodyId>& bodies, const QueryFilter& filter = {}) const;
+  /// The body of the least signed distance that is at most `cutoff`, the first by index of several.
+  std::optional<Hit> nearest(const Shape& shape, const Pose& pose,
+                             double cutoff = std::numeric_limits<double>::infinity(),
+                             const QueryFilter& filter = {}) const;
+  /// Bodies whose signed distance is at most `margin`, by index; appended.
+  void within(const Shape& shape, const Pose& pose, double margin, std::vector<Hit>& hits,
+              const QueryFilter& filter = {}) const;
+  /// Bodies with contacts, gaps up to `margin` included (of two meshes none), by index, and the contacts; appended.
+  void contacts(const Shape& shape, const Pose& pose, double margin, std::vector<ContactHit>& hits,
+                std::vector<Contact>& contacts, const QueryFilter& filter = {}) const;
+  /// The first body that the moving shape touches, the first by index of several; a sphere of radius 0 is a ray.
+  std::optional<Impact> cast(const Shape& shape, const Motion& motion, const QueryFilter& filter = {}) const;
+
+  /// A filter that asks as the body would: by its groups and mask; `ignore` is the body itself, whose id must outlive it.
+  QueryFilter filter_of(const BodyId& body) const;
+
+  /// Checks configurations of links, row by row: link j of configuration i stands at poses[i * links.size() + j].
+  /// Verdict i is `hit` where some link meets a body, or another link (pairs i < j that `self` has). Throws
+  /// std::invalid_argument unless the sizes fit; links must be bounded.
+  void check(std::span<const Shape> links, std::span<const Pose> poses, const PairTable& self,
+             std::span<Verdict> verdicts, const BatchOptions& options = {}) const;
+  /// The least signed distance of each configuration, of all its links from the bodies and from one another; `cutoff`
+  /// where it is not less, minus infinity where the deadline passed or a stop was requested first.
+  void clearance(std::span<const Shape> links, std::span<const Pose> poses, const PairTable& self,
+                 std::span<double> distances, double cutoff = std::numeric_limits<double>::infinity(),
+                 const BatchOptions& options = {}) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tandem

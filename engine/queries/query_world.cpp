@@ -1,0 +1,122 @@
+#include "queries/query_world.h"
+
+#include <oneapi/tbb/parallel_for.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "scene/tolerances.h"
+
+namespace tandem {
+
+Aabb outward_box(const Shape& shape, const Pose& pose, double margin) {
+  const Bounds bounds = shape.bounds(pose);
+  Aabb box;
+  for (int k = 0; k < 3; ++k) {
+    box.lo[static_cast<std::size_t>(k)] = round_down(bounds.lo[k] - margin);
+    box.hi[static_cast<std::size_t>(k)] = round_up(bounds.hi[k] + margin);
+  }
+  return box;
+}
+
+bool QueryWorld::admits(const QueryFilter& filter, std::uint32_t index) const {
+  if ((groups_[index] & filter.mask) == 0 || (filter.group & masks_[index]) == 0) return false;
+  const BodyId body = ids_[index];
+  if (std::find(filter.ignore.begin(), filter.ignore.end(), body) != filter.ignore.end()) return false;
+  return !filter.admits || filter.admits(body);
+}
+
+void QueryWorld::set_box(std::uint32_t index) {
+  if (ids_[index] == BodyId{} || !shape(index).is_bounded())
+    boxes_.set_empty(index);
+  else
+    boxes_.set(index, outward_box(shape(index), poses_[index], 0));
+}
+
+void QueryWorld::copy_all(const Scene& scene) {
+  const std::size_t size = scene.indices();
+  shapes_.assign(scene.shapes().begin(), scene.shapes().end());
+  shape_.assign(scene.shape_indices().begin(), scene.shape_indices().end());
+  poses_.assign(scene.poses().begin(), scene.poses().end());
+  groups_.assign(scene.groups().begin(), scene.groups().end());
+  masks_.assign(scene.masks().begin(), scene.masks().end());
+  const auto versions = SceneChanges::versions(scene);
+  versions_.assign(versions.begin(), versions.end());
+  ids_.resize(size);
+  boxes_.resize(size);
+  tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, static_cast<std::uint32_t>(size), 1024), [&](const auto& block) {
+    for (std::uint32_t i = block.begin(); i != block.end(); ++i) {
+      ids_[i] = scene.alive(i) ? scene.id(i) : BodyId{};
+      set_box(i);
+    }
+  });
+}
+
+void QueryWorld::build() {
+  tree_.build(boxes_, [](std::size_t blocks, const auto& block) { tbb::parallel_for(std::size_t{0}, blocks, block); });
+  placed_.resize(ids_.size());
+  unbounded_.clear();
+  for (std::uint32_t i = 0; i < ids_.size(); ++i) {
+    placed_[i] = ids_[i] != BodyId{} && shape(i).is_bounded();
+    if (ids_[i] != BodyId{} && !placed_[i]) unbounded_.push_back(i);
+  }
+}
+
+// False: some of what changed has no place in the hierarchy.
+bool QueryWorld::copy_changed(const Scene& scene) {
+  const std::span<const Shape> shapes = scene.shapes();
+  shapes_.insert(shapes_.end(), shapes.begin() + static_cast<std::ptrdiff_t>(shapes_.size()), shapes.end());
+  bool have_places = true;
+  for (const std::uint32_t i : changed_) {
+    const bool bounded_before = placed_[i] != 0;
+    shape_[i] = scene.shape_indices()[i];
+    poses_[i] = scene.poses()[i];
+    groups_[i] = scene.groups()[i];
+    masks_[i] = scene.masks()[i];
+    const bool was_unbounded = ids_[i] != BodyId{} && !bounded_before;
+    ids_[i] = scene.alive(i) ? scene.id(i) : BodyId{};
+    set_box(i);
+    const bool is_unbounded = ids_[i] != BodyId{} && !shape(i).is_bounded();
+    have_places = have_places && bounded_before && !was_unbounded && !is_unbounded;
+  }
+  return have_places;
+}
+
+UpdateReport QueryWorld::update(const Scene& scene) {
+  const auto start = std::chrono::steady_clock::now();
+  UpdateReport report;
+  const auto versions = SceneChanges::versions(scene);
+  if (!(history_ == SceneChanges::HistoryName(scene)) || ids_.size() != scene.indices()) {
+    copy_all(scene);
+    build();
+    history_ = SceneChanges::HistoryName(scene);
+    report.changed = ids_.size();
+    report.rebuilt = true;
+  } else {
+    changed_.clear();
+    for (std::uint32_t i = 0; i < versions.size(); ++i)
+      if (versions[i] != versions_[i]) changed_.push_back(i);
+    for (const std::uint32_t i : changed_) versions_[i] = versions[i];
+    report.changed = changed_.size();
+    if (!copy_changed(scene)) {
+      build();
+      report.rebuilt = true;
+    } else if (!changed_.empty()) {
+      tree_.refit(boxes_, changed_);
+      if (tree_.worn() > tolerance::worn_hierarchy) {
+        build();
+        report.rebuilt = true;
+      }
+    }
+  }
+  report.ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  return report;
+}
+
+std::size_t QueryWorld::memory() const {
+  const auto bytes = [](const auto& list) { return list.capacity() * sizeof(*list.data()); };
+  return bytes(shapes_) + bytes(shape_) + bytes(groups_) + bytes(masks_) + bytes(versions_) + bytes(unbounded_) +
+         bytes(poses_) + bytes(ids_) + bytes(placed_) + bytes(changed_) + boxes_.memory() + tree_.memory();
+}
+
+}  // namespace tandem

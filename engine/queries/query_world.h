@@ -1,0 +1,51 @@
+// A copy of a scene's bodies with a hierarchy of their boxes, for queries.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "scene/scene_changes.h"
+#include "tandem/broadphase/box_queries.h"
+#include "tandem/engine/scene_queries.h"
+
+namespace tandem {
+
+/// The box of a shape and all that is within `margin` of it, rounded outward.
+Aabb outward_box(const Shape& shape, const Pose& pose, double margin);
+
+/// The bodies of a scene as of the last update. Const calls from any number of threads.
+class QueryWorld {
+ public:
+  UpdateReport update(const Scene& scene);
+  std::size_t memory() const;
+
+  const Shape& shape(std::uint32_t index) const { return shapes_[shape_[index]]; }
+  const Pose& pose(std::uint32_t index) const { return poses_[index]; }
+  BodyId id(std::uint32_t index) const { return ids_[index]; }
+  bool has(BodyId id) const { return id.index() < ids_.size() && ids_[id.index()] == id; }
+  std::uint32_t group(std::uint32_t index) const { return groups_[index]; }
+  std::uint32_t mask(std::uint32_t index) const { return masks_[index]; }
+  const BoxQueries& tree() const { return tree_; }
+  /// Bodies without a box: half-spaces, ascending.
+  std::span<const std::uint32_t> unbounded() const { return unbounded_; }
+
+  bool admits(const QueryFilter& filter, std::uint32_t index) const;
+
+ private:
+  bool copy_changed(const Scene& scene);
+  void copy_all(const Scene& scene);
+  void build();
+  void set_box(std::uint32_t index);
+
+  SceneChanges::HistoryName history_;
+  std::vector<Shape> shapes_;
+  std::vector<std::uint32_t> shape_, groups_, masks_, versions_, unbounded_;
+  std::vector<Pose> poses_;
+  std::vector<BodyId> ids_;  // "no body" where none is alive
+  std::vector<std::uint8_t> placed_;  // had a box when the tree was built
+  std::vector<std::uint32_t> changed_;
+  BoxArray boxes_;
+  BoxQueries tree_;
+};
+
+}  // namespace tandem

@@ -1,0 +1,211 @@
+#include "tandem/engine/scene_queries.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "queries/configuration_check.h"
+#include "queries/query_world.h"
+#include "queries/swept_boxes.h"
+#include "scene/tolerances.h"
+#include "tandem/narrowphase/narrow_phase.h"
+
+namespace tandem {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+void require_margin(double margin) {
+  if (!(margin >= 0) || !std::isfinite(margin))
+    throw std::invalid_argument("margin: " + std::to_string(margin) + " is not finite and >= 0");
+}
+
+/// Visits bodies until one says that it is enough.
+template <class Enough>
+class Until final : public BoxVisitor {
+ public:
+  explicit Until(Enough enough) : enough_(enough) {}
+  bool visit(std::uint32_t index) override { return !enough_(index); }
+
+ private:
+  Enough enough_;
+};
+
+}  // namespace
+
+struct SceneQueries::Impl {
+  explicit Impl(const NarrowPhaseOptions& given) : options(given), narrow(without_margin(given)) {}
+
+  static NarrowPhaseOptions without_margin(NarrowPhaseOptions options) {
+    options.margin = 0;
+    return options;
+  }
+
+  /// All bodies that the filter admits and whose boxes come within `margin` of the shape's, half-spaces first; false if
+  /// `enough(index)` ended it.
+  template <class Enough>
+  bool each_candidate(const Aabb& box, const QueryFilter& filter, Enough&& enough) const {
+    for (const std::uint32_t index : world.unbounded())
+      if (world.admits(filter, index) && enough(index)) return false;
+    Until until([&](std::uint32_t index) { return world.admits(filter, index) && enough(index); });
+    return world.tree().visit_overlapping(box, until);
+  }
+
+  PairAnswer solve(const Shape& shape, const Pose& pose, std::uint32_t index, Request request) const {
+    return narrow.solve(shape, pose, world.shape(index), world.pose(index), request);
+  }
+
+  NarrowPhaseOptions options;
+  NarrowPhase narrow;
+  QueryWorld world;
+};
+
+SceneQueries::SceneQueries(const Scene& scene, const NarrowPhaseOptions& options)
+    : impl_(std::make_unique<Impl>(options)) {
+  update(scene);
+}
+SceneQueries::~SceneQueries() = default;
+SceneQueries::SceneQueries(SceneQueries&&) noexcept = default;
+SceneQueries& SceneQueries::operator=(SceneQueries&&) noexcept = default;
+
+UpdateReport SceneQueries::update(const Scene& scene) { return impl_->world.update(scene); }
+
+std::size_t SceneQueries::memory() const { return impl_->world.memory(); }
+
+bool SceneQueries::collides(const Shape& shape, const Pose& pose, double margin, const QueryFilter& filter) const {
+  require_valid(pose, "query");
+  require_margin(margin);
+  return !impl_->each_candidate(outward_box(shape, pose, margin), filter, [&](std::uint32_t index) {
+    return margin == 0 ? impl_->solve(shape, pose, index, Request::collide).collide
+                       : impl_->solve(shape, pose, index, Request::distance).signed_distance <= margin;
+  });
+}
+
+void SceneQueries::hits(const Shape& shape, const Pose& pose, std::vector<BodyId>& bodies,
+                        const QueryFilter& filter) const {
+  require_valid(pose, "query");
+  const auto first = static_cast<std::ptrdiff_t>(bodies.size());
+  impl_->each_candidate(outward_box(shape, pose, 0), filter, [&](std::uint32_t index) {
+    if (impl_->solve(shape, pose, index, Request::collide).collide) bodies.push_back(impl_->world.id(index));
+    return false;
+  });
+  std::sort(bodies.begin() + first, bodies.end(), [](BodyId a, BodyId b) { return a.index() < b.index(); });
+}
+
+std::optional<Hit> SceneQueries::nearest(const Shape& shape, const Pose& pose, double cutoff,
+                                         const QueryFilter& filter) const {
+  require_valid(pose, "query");
+  if (!(cutoff >= 0)) throw std::invalid_argument("cutoff: " + std::to_string(cutoff) + " is not >= 0");
+
+  struct Nearest final : NearVisitor {
+    const Impl& impl;
+    const Shape& shape;
+    const Pose& pose;
+    const QueryFilter& filter;
+    double limit;
+    std::optional<Hit> best;
+
+    Nearest(const Impl& i, const Shape& s, const Pose& p, const QueryFilter& f, double cutoff)
+        : impl(i), shape(s), pose(p), filter(f), limit(cutoff) {}
+
+    double visit(std::uint32_t index, double) override {
+      if (impl.world.admits(filter, index)) {
+        const PairAnswer answer = impl.solve(shape, pose, index, Request::distance);
+        const double d = answer.signed_distance;
+        const bool nearer = best ? d < best->answer.signed_distance ||
+                                       (d == best->answer.signed_distance && index < best->body.index())
+                                 : d <= limit;
+        if (nearer) best = Hit{impl.world.id(index), answer};
+      }
+      return farthest_wanted();
+    }
+    // A body whose box overlaps may be deeper than the best: it is never left out.
+    double farthest_wanted() const {
+      return best ? std::max(0.0, best->answer.signed_distance) * (1 + tolerance::distance_rounding) : limit;
+    }
+  } nearest(*impl_, shape, pose, filter, cutoff);
+
+  for (const std::uint32_t index : impl_->world.unbounded()) nearest.visit(index, 0);
+  impl_->world.tree().visit_near(outward_box(shape, pose, 0), nearest.farthest_wanted(), nearest);
+  return nearest.best;
+}
+
+void SceneQueries::within(const Shape& shape, const Pose& pose, double margin, std::vector<Hit>& hits,
+                          const QueryFilter& filter) const {
+  require_valid(pose, "query");
+  require_margin(margin);
+  const auto first = static_cast<std::ptrdiff_t>(hits.size());
+  impl_->each_candidate(outward_box(shape, pose, margin), filter, [&](std::uint32_t index) {
+    const PairAnswer answer = impl_->solve(shape, pose, index, Request::distance);
+    if (answer.signed_distance <= margin) hits.push_back({impl_->world.id(index), answer});
+    return false;
+  });
+  std::sort(hits.begin() + first, hits.end(), [](const Hit& a, const Hit& b) { return a.body.index() < b.body.index(); });
+}
+
+void SceneQueries::contacts(const Shape& shape, const Pose& pose, double margin, std::vector<ContactHit>& hits,
+                            std::vector<Contact>& contacts, const QueryFilter& filter) const {
+  require_valid(pose, "query");
+  NarrowPhaseOptions options = impl_->options;
+  options.margin = margin;
+  const NarrowPhase narrow(options);  // refuses a bad margin
+  std::vector<std::uint32_t> bodies;
+  impl_->each_candidate(outward_box(shape, pose, margin), filter, [&](std::uint32_t index) {
+    bodies.push_back(index);
+    return false;
+  });
+  std::sort(bodies.begin(), bodies.end());
+  for (const std::uint32_t index : bodies) {
+    ContactHit hit{impl_->world.id(index), {}, contacts.size(), 0};
+    hit.answer =
+        narrow.solve(shape, pose, impl_->world.shape(index), impl_->world.pose(index), Request::contacts, &contacts);
+    hit.count = contacts.size() - hit.first;
+    if (hit.count > 0) hits.push_back(hit);
+  }
+}
+
+std::optional<Impact> SceneQueries::cast(const Shape& shape, const Motion& motion, const QueryFilter& filter) const {
+  require_valid(motion.from, "motion: from");
+  require_valid(motion.to, "motion: to");
+  std::optional<Impact> best;
+  std::vector<std::uint32_t> tried;  // sorted
+  const auto attempt = [&](std::uint32_t index) {
+    const auto place = std::lower_bound(tried.begin(), tried.end(), index);
+    if (place != tried.end() && *place == index) return false;
+    tried.insert(place, index);
+    const Pose& at = impl_->world.pose(index);
+    const auto touch = impl_->narrow.time_of_impact(shape, motion, impl_->world.shape(index), Motion{at, at});
+    const BodyId body = impl_->world.id(index);
+    if (touch && (!best || touch->t < best->t || (touch->t == best->t && index < best->body.index())))
+      best = Impact{body, touch->t, touch->point, touch->normal, touch->feature};
+    return false;
+  };
+  const SweptBoxes swept(shape, motion);
+  for (std::size_t i = 0; i < swept.size(); ++i) {
+    if (best && best->t < swept.begins(i)) break;
+    impl_->each_candidate(swept.box(i), filter, attempt);
+  }
+  return best;
+}
+
+QueryFilter SceneQueries::filter_of(const BodyId& body) const {
+  if (!impl_->world.has(body))
+    throw std::invalid_argument("body id: slot_plus_one is " + std::to_string(body.slot_plus_one) + ", generation " +
+                                std::to_string(body.generation) + ": no body of the last update has it");
+  return {impl_->world.group(body.index()), impl_->world.mask(body.index()), std::span(&body, 1), {}};
+}
+
+void SceneQueries::check(std::span<const Shape> links, std::span<const Pose> poses, const PairTable& self,
+                         std::span<Verdict> verdicts, const BatchOptions& options) const {
+  require_margin(options.margin);
+  ConfigurationCheck(impl_->world, impl_->narrow, links, poses, self, options).verdicts(verdicts);
+}
+
+void SceneQueries::clearance(std::span<const Shape> links, std::span<const Pose> poses, const PairTable& self,
+                             std::span<double> distances, double cutoff, const BatchOptions& options) const {
+  if (!(cutoff >= 0)) throw std::invalid_argument("cutoff: " + std::to_string(cutoff) + " is not >= 0");
+  ConfigurationCheck(impl_->world, impl_->narrow, links, poses, self, options).clearances(distances, cutoff);
+}
+
+}  // namespace tandem

@@ -1,0 +1,25 @@
+// Boxes that hold a moving shape, for one stretch of its motion after the other.
+#pragma once
+#include <vector>
+
+#include "tandem/broadphase/box_array.h"
+#include "tandem/narrowphase/motion.h"
+#include "tandem/narrowphase/shape.h"
+
+namespace tandem {
+
+/// The motion is cut so that a stretch is about as long as the shape; a point's path in it departs from the straight line
+/// between its ends by at most an eighth of its acceleration times the stretch's square.
+class SweptBoxes {
+ public:
+  SweptBoxes(const Shape& shape, const Motion& motion);
+
+  std::size_t size() const { return boxes_.size(); }
+  double begins(std::size_t i) const { return static_cast<double>(i) / static_cast<double>(size()); }
+  const Aabb& box(std::size_t i) const { return boxes_[i]; }
+
+ private:
+  std::vector<Aabb> boxes_;
+};
+
+}  // namespace tandem

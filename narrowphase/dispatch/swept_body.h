@@ -1,0 +1,46 @@
+// A shape in the searches for the first touch of two that move: a convex shape, or a mesh by its hierarchy of boxes.
+#pragma once
+#include <utility>
+
+#include "meshes/traversal/mesh_walk.h"
+#include "shapes/convex_view.h"
+#include "shapes/mesh_model.h"
+#include "shapes/posed_mesh.h"
+#include "shapes/shape_insides.h"
+
+namespace tandem {
+
+struct SweptBody {
+  const MeshModel* mesh = nullptr;
+  ConvexView view{};  // without a mesh
+  Vec3 mid, half;     // of its box, in its frame
+
+  explicit SweptBody(const Shape& shape) {
+    const Bounds box = shape.bounds(Pose{});
+    mid = (box.lo + box.hi) / 2;
+    half = (box.hi - box.lo) / 2;
+    if (shape.is_convex())
+      view = tandem::view(shape);
+    else if (mesh_of(shape).convex)
+      view = view_hull(shape);
+    else
+      mesh = &mesh_of(shape);
+  }
+  bool is_leaf(std::uint32_t ref) const { return !mesh || tandem::is_leaf(*mesh, ref); }
+  std::pair<Vec3, Vec3> box(std::uint32_t ref) const {
+    if (!mesh) return {mid, half};
+    const BoxOf b(*mesh, ref);
+    return {b.mid, b.half};
+  }
+  /// visit(view, triangle); without a mesh the triangle is 0.
+  template <class Visit>
+  void each_convex(std::uint32_t leaf, Visit&& visit) const {
+    if (!mesh) return visit(view, std::uint32_t{0});
+    each_triangle(*mesh, leaf, [&](std::uint32_t t) {
+      const auto corners = mesh->corners(t);
+      visit(TriangleView(corners), t);
+    });
+  }
+};
+
+}  // namespace tandem

@@ -1,0 +1,328 @@
+// Queries of a scene against a plain loop over its bodies.
+#include "tandem/engine/scene_queries.h"
+
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "catch.h"
+#include "message_of.h"
+#include "narrowphase/random_pairs.h"
+#include "tandem/narrowphase/narrow_phase.h"
+
+using namespace tandem;
+using namespace tandem::test;
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// All kinds of bodies in a cube, a floor, some in other groups.
+struct World {
+  Scene scene;
+  std::vector<BodyId> bodies;
+  Random random;
+
+  explicit World(unsigned seed, int count) : random(seed) {
+    for (int i = 0; i < count; ++i) add();
+    bodies.push_back(scene.add_body({.shape = scene.add_shape(HalfSpace{{0, 0, 1}, -6}), .is_static = true}));
+  }
+  void add() {
+    auto kind = static_cast<ShapeKind>(bodies.size() % shape_kinds);
+    if (kind == ShapeKind::halfspace) kind = ShapeKind::box;
+    const ShapeId shape = scene.add_shape(random_shape(kind, random));
+    bodies.push_back(scene.add_body({.shape = shape,
+                                     .pose = random_pose(random, 5),
+                                     .group = bodies.size() % 7 == 0 ? 2u : 1u,
+                                     .mask = bodies.size() % 11 == 0 ? 2u : ~0u}));
+  }
+  bool admits(BodyId body, const QueryFilter& f) const {
+    const std::uint32_t i = body.index();
+    return (f.group & scene.masks()[i]) != 0 && (f.mask & scene.groups()[i]) != 0 &&
+           std::find(f.ignore.begin(), f.ignore.end(), body) == f.ignore.end() && (!f.admits || f.admits(body));
+  }
+  /// The answer of each body that is admitted, by index.
+  std::vector<Hit> all(const Shape& shape, const Pose& pose, const QueryFilter& filter, Request request) const {
+    const NarrowPhase narrow;
+    std::vector<Hit> hits;
+    for (const BodyId body : bodies)
+      if (admits(body, filter))
+        hits.push_back({body, narrow.solve(shape, pose, scene.shape_of(body.index()), scene.pose(body), request)});
+    std::sort(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) { return a.body.index() < b.body.index(); });
+    return hits;
+  }
+};
+
+Shape asking(Random& random) {
+  const auto kind = static_cast<ShapeKind>(static_cast<int>(random.in(0, shape_kinds)));
+  return random_shape(kind == ShapeKind::halfspace ? ShapeKind::sphere : kind, random);
+}
+
+bool same(const PairAnswer& a, const PairAnswer& b) {
+  return a.collide == b.collide && a.signed_distance == b.signed_distance && a.point_a == b.point_a &&
+         a.point_b == b.point_b && a.normal == b.normal && a.error_bound == b.error_bound;
+}
+
+void compare(const World& world, const SceneQueries& queries, Random& random, int times) {
+  const std::vector<BodyId> ignored{world.bodies[1], world.bodies[2], BodyId{}};
+  for (int i = 0; i < times; ++i) {
+    const Shape shape = asking(random);
+    const Pose pose = random_pose(random, 6);
+    QueryFilter filter;
+    if (i % 4 == 1) filter.group = 2;
+    if (i % 4 == 2) filter.ignore = ignored;
+    if (i % 4 == 3) filter.admits = [](BodyId body) { return body.index() % 3 != 0; };
+    CAPTURE(i, name(shape.kind()));
+
+    std::vector<BodyId> touched;
+    queries.hits(shape, pose, touched, filter);
+    std::vector<BodyId> expected;
+    for (const Hit& hit : world.all(shape, pose, filter, Request::collide))
+      if (hit.answer.collide) expected.push_back(hit.body);
+    REQUIRE(touched == expected);
+    CHECK(queries.collides(shape, pose, 0, filter) == !expected.empty());
+
+    const std::vector<Hit> distances = world.all(shape, pose, filter, Request::distance);
+    const double margin = random.in(0, 2);
+    std::vector<Hit> near, plain;
+    queries.within(shape, pose, margin, near, filter);
+    for (const Hit& hit : distances)
+      if (hit.answer.signed_distance <= margin) plain.push_back(hit);
+    REQUIRE(near.size() == plain.size());
+    for (std::size_t k = 0; k < near.size(); ++k) {
+      CHECK(near[k].body == plain[k].body);
+      CHECK(same(near[k].answer, plain[k].answer));
+    }
+    CHECK(queries.collides(shape, pose, margin, filter) == !plain.empty());
+
+    const auto least = std::min_element(distances.begin(), distances.end(), [](const Hit& a, const Hit& b) {
+      return a.answer.signed_distance < b.answer.signed_distance;
+    });
+    const auto nearest = queries.nearest(shape, pose, infinity, filter);
+    REQUIRE(nearest.has_value() == (least != distances.end()));
+    if (!nearest) continue;
+    CHECK(nearest->body == least->body);
+    CHECK(same(nearest->answer, least->answer));
+    const double d = least->answer.signed_distance;
+    if (d > 0) {
+      CHECK(queries.nearest(shape, pose, d, filter)->body == least->body);
+      CHECK_FALSE(queries.nearest(shape, pose, std::nextafter(d, 0.0), filter));
+    }
+
+    std::vector<ContactHit> contact_hits;
+    std::vector<Contact> contacts;
+    queries.contacts(shape, pose, 0, contact_hits, contacts, filter);
+    for (const ContactHit& hit : contact_hits) {
+      std::vector<Contact> alone;
+      NarrowPhase().solve(shape, pose, world.scene.shape_of(hit.body.index()), world.scene.pose(hit.body),
+                          Request::contacts, &alone);
+      REQUIRE(hit.count == alone.size());
+      for (std::size_t k = 0; k < alone.size(); ++k) {
+        CHECK(contacts[hit.first + k].point == alone[k].point);
+        CHECK(contacts[hit.first + k].depth == alone[k].depth);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+TEST_CASE("queries of a scene: those of a loop over its bodies, whatever moves, comes and goes") {
+  World world(3, 120);
+  SceneQueries queries(world.scene);
+  Random random(5);
+  for (int round = 0; round < 6; ++round) {
+    compare(world, queries, random, 40);
+    for (std::size_t i = 0; i + 1 < world.bodies.size(); ++i)
+      if (random.in(0, 1) < (round % 2 == 0 ? 0.1 : 0.5))
+        world.scene.set_pose(world.bodies[i], random_pose(random, 5));
+    if (round >= 2) {
+      world.scene.remove_body(world.bodies[10]);
+      world.bodies.erase(world.bodies.begin() + 10);
+    }
+    if (round >= 3) world.add();
+    if (round == 5) world.add();
+    const UpdateReport report = queries.update(world.scene);
+    CHECK(report.changed > 0);
+  }
+  CHECK(queries.update(world.scene).changed == 0);
+  const Scene other;
+  queries.update(other);
+  CHECK_FALSE(queries.nearest(Sphere{1}, Pose{}));
+}
+
+TEST_CASE("queries of a scene: a few that move are refitted, and a copy is asked") {
+  World world(9, 200);
+  SceneQueries queries(world.scene);
+  Pose moved = world.scene.pose(world.bodies[5]);
+  moved.translation += Vec3(0.1, 0, 0);
+  world.scene.set_pose(world.bodies[5], moved);
+  const Shape point = Sphere{0};
+  const auto before = queries.nearest(point, Pose::at(0, 0, 0));
+  const UpdateReport report = queries.update(world.scene);
+  CHECK(report.changed == 1);
+  CHECK_FALSE(report.rebuilt);
+  REQUIRE(before);
+  CHECK(queries.memory() > 200 * sizeof(Pose));
+}
+
+TEST_CASE("queries of a scene: bad input is refused by name") {
+  World world(1, 5);
+  SceneQueries queries(world.scene);
+  const Shape ball = Sphere{1};
+  Pose bad;
+  bad.translation.x() = std::numeric_limits<double>::quiet_NaN();
+  std::vector<Hit> hits;
+  CHECK(message_of([&] { queries.collides(ball, bad); }).find("translation[0]") != std::string::npos);
+  CHECK(message_of([&] { queries.collides(ball, Pose{}, -1); }).find("margin") != std::string::npos);
+  CHECK(message_of([&] { queries.within(ball, Pose{}, infinity, hits); }).find("margin") != std::string::npos);
+  CHECK(message_of([&] { queries.nearest(ball, Pose{}, -1); }).find("cutoff") != std::string::npos);
+  CHECK(message_of([&] { queries.cast(ball, {Pose{}, bad}); }).find("motion: to") != std::string::npos);
+  const BodyId gone = world.bodies[0];
+  CHECK(queries.filter_of(gone).ignore.size() == 1);
+  world.scene.remove_body(gone);
+  queries.update(world.scene);
+  CHECK(message_of([&] { queries.filter_of(gone); }).find("no body") != std::string::npos);
+
+  const std::vector<Shape> links{ball, ball};
+  std::vector<Pose> poses(4);
+  std::vector<Verdict> verdicts(2);
+  const PairTable all(2, 2, true);
+  queries.check(links, poses, all, verdicts);
+  CHECK(message_of([&] { queries.check(links, std::span(poses).first(3), all, verdicts); }).find("poses") != std::string::npos);
+  CHECK(message_of([&] { queries.check(links, poses, PairTable(3, 3, true), verdicts); }).find("table") != std::string::npos);
+  CHECK(message_of([&] { queries.check(links, poses, all, std::span(verdicts).first(1)); }).find("verdicts") != std::string::npos);
+  CHECK(message_of([&] { queries.check({}, poses, all, verdicts); }).find("links") != std::string::npos);
+  BatchOptions three;
+  three.configurations_a_motion = 3;
+  CHECK(message_of([&] { queries.check(links, poses, all, verdicts, three); }).find("configurations_a_motion") != std::string::npos);
+  poses[3] = bad;
+  CHECK(message_of([&] { queries.check(links, poses, all, verdicts); }).find("configuration 1, link 1") != std::string::npos);
+  const std::vector<Shape> open{HalfSpace{}};
+  CHECK(message_of([&] { queries.check(open, std::span(poses).first(2), {}, verdicts); }).find("half-space") != std::string::npos);
+}
+
+TEST_CASE("configurations: verdicts and clearances are those of single queries, on any number of threads") {
+  World world(21, 60);
+  SceneQueries queries(world.scene);
+  Random random(4);
+  const std::vector<Shape> links{Capsule{0.2, 1}, Box{{0.4, 0.3, 0.8}}, random_shape(ShapeKind::convex, random),
+                                 random_shape(ShapeKind::mesh, random)};
+  PairTable self(4, 4, true), bodies(4, 30, true);
+  self.set(0, 1, false);
+  bodies.set(2, 7, false);
+  const std::size_t configurations = 600;
+  std::vector<Pose> poses;
+  for (std::size_t i = 0; i < configurations * links.size(); ++i) poses.push_back(random_pose(random, i % 5 == 0 ? 9 : 6));
+  const NarrowPhase narrow;
+  for (const double margin : {0.0, 0.3}) {
+    BatchOptions options;
+    options.margin = margin;
+    options.world = &bodies;
+    options.filter.ignore = std::span(world.bodies).first(2);
+    std::vector<Verdict> verdicts(configurations), again(configurations), motions(configurations / 20);
+    std::vector<double> clearances(configurations), capped(configurations);
+    queries.check(links, poses, self, verdicts, options);
+    queries.clearance(links, poses, self, clearances, infinity, options);
+    queries.clearance(links, poses, self, capped, 0.5, options);
+    std::size_t hits = 0;
+    for (std::size_t i = 0; i < configurations; ++i) {
+      const Pose* at = &poses[i * links.size()];
+      double least = infinity;
+      for (std::size_t a = 0; a < links.size(); ++a) {
+        for (std::size_t b = a + 1; b < links.size(); ++b)
+          if (self.checked(a, b))
+            least = std::min(least, narrow.solve(links[a], at[a], links[b], at[b], Request::distance).signed_distance);
+        for (const BodyId body : world.bodies) {
+          if (body.index() < bodies.columns() && !bodies.checked(a, body.index())) continue;
+          if (!world.admits(body, options.filter)) continue;
+          least = std::min(least, narrow.solve(links[a], at[a], world.scene.shape_of(body.index()),
+                                               world.scene.pose(body), Request::distance).signed_distance);
+        }
+      }
+      CAPTURE(i, least);
+      REQUIRE((verdicts[i] == Verdict::hit) == (least <= margin));
+      REQUIRE(clearances[i] == least);
+      REQUIRE(capped[i] == std::min(least, 0.5));
+      hits += verdicts[i] == Verdict::hit;
+    }
+    CHECK(hits > 20);
+    CHECK(hits < configurations - 20);
+    for (const int threads : {1, 2, 4}) {
+      tbb::task_arena(threads).execute([&] { queries.check(links, poses, self, again, options); });
+      CHECK(again == verdicts);
+    }
+    options.configurations_a_motion = 20;
+    queries.check(links, poses, self, motions, options);
+    for (std::size_t i = 0; i < motions.size(); ++i) {
+      const auto of = verdicts.begin() + static_cast<std::ptrdiff_t>(20 * i);
+      CHECK((motions[i] == Verdict::hit) == (std::find(of, of + 20, Verdict::hit) != of + 20));
+    }
+  }
+}
+
+TEST_CASE("configurations: what the deadline or a stop leaves out is unknown, never free") {
+  World world(2, 30);
+  SceneQueries queries(world.scene);
+  const std::vector<Shape> links{Sphere{0.1}};
+  std::vector<Pose> poses(1000, Pose::at(0, 0, 100));
+  std::vector<Verdict> verdicts(poses.size());
+  std::vector<double> distances(poses.size());
+  BatchOptions options;
+  std::atomic<std::size_t> last{0};
+  options.progress = [&](std::size_t done, std::size_t all) {
+    CHECK(all == 1000);
+    last = std::max<std::size_t>(last, done);
+  };
+  queries.check(links, poses, {}, verdicts, options);
+  CHECK(last == 1000);
+  CHECK(std::count(verdicts.begin(), verdicts.end(), Verdict::free) == 1000);
+  options.progress = {};
+  options.deadline = std::chrono::steady_clock::now();
+  queries.check(links, poses, {}, verdicts, options);
+  CHECK(std::count(verdicts.begin(), verdicts.end(), Verdict::unknown) == 1000);
+  queries.clearance(links, poses, {}, distances, infinity, options);
+  CHECK(std::count(distances.begin(), distances.end(), -infinity) == 1000);
+  std::stop_source stop;
+  stop.request_stop();
+  options.deadline = std::chrono::steady_clock::time_point::max();
+  options.stop = stop.get_token();
+  queries.check(links, poses, {}, verdicts, options);
+  CHECK(std::count(verdicts.begin(), verdicts.end(), Verdict::unknown) == 1000);
+}
+
+TEST_CASE("a cast meets the body that sampling meets first") {
+  World world(31, 80);
+  SceneQueries queries(world.scene);
+  Random random(8);
+  const NarrowPhase narrow;
+  int hits = 0, free = 0;
+  for (int i = 0; i < 150; ++i) {
+    const Shape shape = i % 3 == 0 ? Shape(Sphere{0}) : asking(random);
+    Motion motion{random_pose(random, 7), random_pose(random, 7)};
+    if (i % 2 == 0) motion.to.rotation = motion.from.rotation;
+    const auto impact = queries.cast(shape, motion);
+    CAPTURE(i, name(shape.kind()));
+    const double end = impact ? impact->t : 1;
+    for (int k = 0; k < 200; ++k) {
+      const double t = end * k / 200;
+      REQUIRE((t >= end || !queries.collides(shape, pose_at(motion, t))));
+    }
+    if (!impact) {
+      ++free;
+      continue;
+    }
+    ++hits;
+    const auto there = narrow.solve(shape, pose_at(motion, impact->t), world.scene.shape_of(impact->body.index()),
+                                    world.scene.pose(impact->body), Request::distance);
+    CHECK(there.signed_distance < 1e-8);
+    if (impact->t > 0) CHECK(there.signed_distance > -1e-8);
+    if (impact->t > 0) CHECK(std::abs(impact->normal.norm() - 1) < 1e-12);
+  }
+  CHECK(hits > 40);
+  CHECK(free > 5);
+}
