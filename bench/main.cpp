@@ -140,6 +140,12 @@ void add_peers(CLI::App& program) {
   });
 }
 
+void add_planner(CLI::App& program) {
+  const auto [app, o] = add(program, "planner", "robot arms among obstacles, beside FCL's manager", planner_bench);
+  app->add_option("--threads", o->threads, "tandem's numbers of threads, a comma between them; default: 1,2");
+  app->add_option("--poses", o->poses, "configurations of each world; default: 6400");
+}
+
 void add_report(CLI::App& program) {
   struct ReportOptions {
     std::vector<std::string> files;
@@ -181,6 +187,7 @@ int run_program(int count, char** arguments) {
   add_narrowphase(program);
   add_broadphase(program);
   add_peers(program);
+  add_planner(program);
   add_report(program);
   program.footer("WHAT --help tells its options.\nExit status: 0 done, 1 the work failed, 2 the request was wrong.");
   try {
@@ -188,7 +195,7 @@ int run_program(int count, char** arguments) {
     const auto commands = program.get_subcommands([](const CLI::App*) { return true; });
     if ((first.empty() || first[0] != '-') &&
         std::none_of(commands.begin(), commands.end(), [&](const auto* c) { return c->get_name() == first; }))
-      refuse_option("WHAT", first, "scenes, figures, flowgraph, narrowphase, broadphase, peers, report, --help");
+      refuse_option("WHAT", first, "scenes, figures, flowgraph, narrowphase, broadphase, peers, planner, report, --help");
     program.parse(count, arguments);
   } catch (const CLI::Success& asked) {
     program.exit(asked);

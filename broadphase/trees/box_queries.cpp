@@ -132,27 +132,35 @@ namespace {
 /// The most nodes that wait on a stack that is worked off depth first: all children but one of a node a level, and there
 /// are fewer than 2^32 boxes, so at most 11 levels.
 constexpr std::size_t most_waiting = 12 * BoxTree::width;
+/// Boxes that a visit begins with at most.
+constexpr std::size_t first_row = 64;
 
 }  // namespace
 
 bool BoxQueries::visit_overlapping(const Aabb& box, BoxVisitor& visitor) const {
   const BoxTree& tree = impl_->tree;
-  if (tree.height() == 0 || !overlap(box, tree.box(tree.root()))) return true;
-  if (tree.height() == 1) return visitor.visit(tree.index(0));
-  std::array<BoxTree::Node, most_waiting> waiting;
-  std::array<std::uint32_t, BoxTree::width + BoxArray::padding> hits;
+  if (tree.height() == 0) return true;
+  // The kernel compares a few dozen boxes in the time of two calls: the first row is the lowest level so short.
+  std::size_t level = tree.height() - 1;
+  while (level > 0 && tree.level(level - 1).size() <= first_row) --level;
+  std::array<BoxTree::Node, first_row + most_waiting> waiting;
+  std::array<std::uint32_t, first_row + BoxArray::padding> hits;
   std::size_t count = 0;
-  waiting[count++] = tree.root();
-  while (count > 0) {
-    const BoxTree::Node node = waiting[--count];
-    const auto [first, last] = tree.children(node);
-    const std::size_t found = overlap_row(tree.level(node.level - 1), first, last, box, hits.data());
+  const auto take = [&](std::size_t at, std::size_t first, std::size_t last) {
+    const std::size_t found = overlap_row(tree.level(at), first, last, box, hits.data());
     for (std::size_t k = 0; k < found; ++k) {
-      if (node.level > 1)
-        waiting[count++] = {node.level - 1, hits[k]};
+      if (at > 0)
+        waiting[count++] = {at, hits[k]};
       else if (!visitor.visit(tree.index(hits[k])))
         return false;
     }
+    return true;
+  };
+  if (!take(level, 0, tree.level(level).size())) return false;
+  while (count > 0) {
+    const BoxTree::Node node = waiting[--count];
+    const auto [first, last] = tree.children(node);
+    if (!take(node.level - 1, first, last)) return false;
   }
   return true;
 }

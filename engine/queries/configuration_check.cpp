@@ -19,24 +19,6 @@ namespace {
   throw std::invalid_argument("configurations: " + what + " is " + std::to_string(found) + ", allowed: " + allowed);
 }
 
-/// Bisection order: the configurations of a motion that lie farthest from all that were looked at come first.
-std::vector<std::size_t> bisection_order(std::size_t n) {
-  std::vector<std::size_t> order;
-  std::vector<std::pair<std::size_t, std::size_t>> open{{0, n}}, next;
-  while (!open.empty()) {
-    next.clear();
-    for (const auto& [first, last] : open) {
-      if (first == last) continue;
-      const std::size_t middle = first + (last - first) / 2;
-      order.push_back(middle);
-      next.push_back({first, middle});
-      next.push_back({middle + 1, last});
-    }
-    open.swap(next);
-  }
-  return order;
-}
-
 double box_distance(const Aabb& a, const Aabb& b) {
   double sum = 0;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -68,7 +50,7 @@ ConfigurationCheck::ConfigurationCheck(const QueryWorld& world, const NarrowPhas
   for (std::uint32_t i = 0; i < self.rows(); ++i)
     for (std::uint32_t j = i + 1; j < n; ++j)
       if (self.checked(i, j)) self_.push_back({i, j});
-  order_ = bisection_order(a_motion);
+  for (const Shape& link : links) link_boxes_.emplace_back(link);
 }
 
 bool ConfigurationCheck::out_of_time() const {
@@ -77,30 +59,31 @@ bool ConfigurationCheck::out_of_time() const {
          std::chrono::steady_clock::now() >= options_.deadline;
 }
 
-const Pose* ConfigurationCheck::configuration(std::size_t i) const {
-  const Pose* poses = poses_.data() + i * links_.size();
-  for (std::size_t link = 0; link < links_.size(); ++link)
-    if (!is_valid(poses[link]))
-      require_valid(poses[link], "configuration " + std::to_string(i) + ", link " + std::to_string(link));
+/// Boxes of all links in `count` configurations from `first` on, link j's in configuration k at place j * count + k; the
+/// first one's poses.
+const Pose* ConfigurationCheck::take_boxes(std::size_t first, std::size_t count, double margin, Workspace& work) const {
+  const std::size_t n = links_.size();
+  const Pose* poses = poses_.data() + first * n;
+  if (work.boxes.size() < count * n) work.boxes.resize(count * n);
+  bool valid = true;
+  for (std::size_t link = 0; link < n; ++link)
+    valid = link_boxes(LinkBox(link_boxes_[link], margin), poses + link, n, count, work.boxes, link * count) && valid;
+  for (std::size_t i = 0; !valid && i < count * n; ++i)
+    require_valid(poses[i], "configuration " + std::to_string(first + i / n) + ", link " + std::to_string(i % n));
   return poses;
 }
 
-/// one(item, workspace) for all items, in blocks on the threads of the caller's arena.
-template <class One>
-void ConfigurationCheck::each(std::size_t items, const One& one) const {
-  tbb::enumerable_thread_specific<Workspace> workspaces([&] {
-    Workspace work;
-    work.boxes.resize(links_.size());
-    return work;
-  });
+/// block(first, last, workspace) for all of `items`, on the threads of the caller's arena.
+template <class Block>
+void ConfigurationCheck::each_block(std::size_t items, std::size_t most, const Block& block) const {
+  tbb::enumerable_thread_specific<Workspace> workspaces;
   std::atomic<std::size_t> done{0};
   const auto threads = static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
-  const std::size_t a_block = std::clamp<std::size_t>(items / (16 * threads), 1, 64);
+  const std::size_t a_block = std::clamp<std::size_t>(items / (16 * threads), 1, most);
   const std::size_t blocks = (items + a_block - 1) / a_block;
-  tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t block) {
-    Workspace& work = workspaces.local();
-    const std::size_t first = block * a_block, last = std::min(items, first + a_block);
-    for (std::size_t i = first; i < last; ++i) one(i, work);
+  tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t i) {
+    const std::size_t first = i * a_block, last = std::min(items, first + a_block);
+    block(first, last, workspaces.local());
     if (options_.progress) options_.progress(done += last - first, items);
   });
 }
@@ -117,22 +100,24 @@ bool ConfigurationCheck::is_checked(std::uint32_t link, std::uint32_t body) cons
 }
 
 bool ConfigurationCheck::hits_again(const Pose* poses, const Workspace& work) const {
-  if (work.last == Workspace::nothing) return false;
-  const Shape& link = links_[work.link];
-  if (work.last == Workspace::a_link) return touch(link, poses[work.link], links_[work.other], poses[work.other]);
-  return touch(link, poses[work.link], world_.shape(work.other), world_.pose(work.other));
+  if (!work.has_last_hit) return false;
+  const auto& [link, other, is_body, first, last] = work.last_hit;
+  return is_body ? touch(links_[link], poses[link], world_.shape(other), world_.pose(other))
+                 : touch(links_[link], poses[link], links_[other], poses[other]);
 }
 
-bool ConfigurationCheck::hits_link(const Pose* poses, Workspace& work) const {
+// Of configuration `place` of the `count` whose boxes were taken.
+bool ConfigurationCheck::hits_link(const Pose* poses, std::size_t place, std::size_t count, Workspace& work) const {
   for (const auto& [i, j] : self_)
-    if (overlap(work.boxes[i], work.boxes[j]) && touch(links_[i], poses[i], links_[j], poses[j])) {
-      work.link = i, work.other = j, work.last = Workspace::a_link;
-      return true;
+    if (overlap(work.boxes[i * count + place], work.boxes[j * count + place]) &&
+        touch(links_[i], poses[i], links_[j], poses[j])) {
+      work.last_hit = {i, j, false, 0, 0};
+      return work.has_last_hit = true;
     }
   return false;
 }
 
-bool ConfigurationCheck::hits_body(const Pose* poses, Workspace& work) const {
+bool ConfigurationCheck::hits_body(const Pose* poses, std::size_t place, std::size_t count, Workspace& work) const {
   struct First final : BoxVisitor {
     const ConfigurationCheck& check;
     const Pose* poses;
@@ -147,38 +132,146 @@ bool ConfigurationCheck::hits_body(const Pose* poses, Workspace& work) const {
   for (; first.link < links_.size(); ++first.link) {
     const std::span<const std::uint32_t> unbounded = world_.unbounded();
     if (std::all_of(unbounded.begin(), unbounded.end(), [&](std::uint32_t index) { return first.visit(index); }) &&
-        world_.tree().visit_overlapping(work.boxes[first.link], first))
+        world_.tree().visit_overlapping(work.boxes[first.link * count + place], first))
       continue;
-    work.link = first.link, work.other = first.body, work.last = Workspace::a_body;
-    return true;
+    work.last_hit = {first.link, first.body, true, 0, 0};
+    return work.has_last_hit = true;
   }
   return false;
 }
 
-bool ConfigurationCheck::hit(std::size_t index, Workspace& work) const {
-  const Pose* poses = configuration(index);
-  if (hits_again(poses, work)) return true;
-  for (std::size_t link = 0; link < links_.size(); ++link)
-    work.boxes[link] = outward_box(links_[link], poses[link], options_.margin);
-  return hits_link(poses, work) || hits_body(poses, work);
+/// Notes in which configurations the boxes of a pair overlap, if in any.
+template <class Overlaps>
+void ConfigurationCheck::add_suspects(std::uint32_t link, std::uint32_t other, bool is_body, Workspace& work,
+                                      const Overlaps& overlaps) const {
+  const auto first = static_cast<std::uint32_t>(work.near.size());
+  const auto count = static_cast<std::uint32_t>(options_.configurations_a_motion);
+  for (std::uint32_t k = 0; k < count; ++k)
+    if (overlaps(k)) work.near.push_back(k);
+  const auto last = static_cast<std::uint32_t>(work.near.size());
+  if (first < last) work.suspects.push_back({link, other, is_body, first, last});
 }
 
-Verdict ConfigurationCheck::motion(std::size_t first, Workspace& work) const {
-  for (const std::size_t i : order_) {
+void ConfigurationCheck::suspect_links(Workspace& work) const {
+  const std::size_t count = options_.configurations_a_motion;
+  for (const auto& pair : self_) {
+    const std::uint32_t i = pair.first, j = pair.second;
+    if (overlap(work.swept[i], work.swept[j]))
+      add_suspects(i, j, false, work, [&](std::size_t k) {
+        return overlap(work.boxes[i * count + k], work.boxes[j * count + k]);
+      });
+  }
+}
+
+void ConfigurationCheck::suspect_bodies(Workspace& work) const {
+  struct All final : BoxVisitor {
+    std::vector<std::uint32_t>& bodies;
+    explicit All(std::vector<std::uint32_t>& list) : bodies(list) {}
+    bool visit(std::uint32_t index) override {
+      bodies.push_back(index);
+      return true;
+    }
+  };
+  const std::size_t count = options_.configurations_a_motion;
+  for (std::uint32_t link = 0; link < links_.size(); ++link) {
+    work.bodies.clear();
+    All all(work.bodies);
+    world_.tree().visit_overlapping(work.swept[link], all);
+    for (const std::uint32_t body : work.bodies) {
+      if (!is_checked(link, body)) continue;
+      const Aabb box = world_.box(body);
+      add_suspects(link, body, true, work, [&](std::size_t k) { return overlap(work.boxes[link * count + k], box); });
+    }
+    for (const std::uint32_t body : world_.unbounded())
+      if (is_checked(link, body)) add_suspects(link, body, true, work, [](std::size_t) { return true; });
+  }
+}
+
+/// The most that the gap of the two can have changed from one configuration to another.
+double ConfigurationCheck::may_move(const CheckWorkspace::Suspects& pair, const Pose* from, const Pose* to) const {
+  const auto moved = [&](std::uint32_t link) {
+    return (to[link].translation - from[link].translation).norm() +
+           (to[link].rotation - from[link].rotation).norm() * link_boxes_[link].reach();
+  };
+  return moved(pair.link) + (pair.is_body ? 0 : moved(pair.other));
+}
+
+/// Does the pair touch in one of the configurations near[first .. last)? The middle is looked at, what is too near to it
+/// to have closed the gap is passed over, then what is left on either side.
+bool ConfigurationCheck::hits_between(const Pose* poses, const Workspace& work, const CheckWorkspace::Suspects& pair,
+                                      std::size_t first, std::size_t last) const {
+  if (first >= last) return false;
+  const std::size_t middle = first + (last - first) / 2;
+  const auto at = [&](std::size_t i) { return poses + work.near[i] * links_.size(); };
+  const Pose* here = at(middle);
+  const Shape &a = links_[pair.link], &b = pair.is_body ? world_.shape(pair.other) : links_[pair.other];
+  const Pose &pose_a = here[pair.link], &pose_b = pair.is_body ? world_.pose(pair.other) : here[pair.other];
+  std::size_t left = middle, right = middle + 1;
+  // A distance from a mesh costs many verdicts.
+  if (a.is_convex() && b.is_convex() && last - first > 1) {
+    const double gap = narrow_.solve(a, pose_a, b, pose_b, Request::distance).signed_distance - options_.margin;
+    if (gap <= 0) return true;
+    const double passed = gap - tolerance::gap_left * link_boxes_[pair.link].reach();
+    while (left > first && may_move(pair, here, at(left - 1)) < passed) --left;
+    while (right < last && may_move(pair, here, at(right)) < passed) ++right;
+  } else if (touch(a, pose_a, b, pose_b)) {
+    return true;
+  }
+  return hits_between(poses, work, pair, first, left) || hits_between(poses, work, pair, right, last);
+}
+
+/// Each link's boxes in all configurations of a motion together.
+void ConfigurationCheck::unite(Workspace& work) const {
+  const std::size_t count = options_.configurations_a_motion;
+  work.swept.resize(links_.size());
+  for (std::size_t link = 0; link < links_.size(); ++link)
+    for (int axis = 0; axis < 3; ++axis) {
+      const float *lo = work.boxes.lo(axis) + link * count, *hi = work.boxes.hi(axis) + link * count;
+      work.swept[link].lo[static_cast<std::size_t>(axis)] = *std::min_element(lo, lo + count);
+      work.swept[link].hi[static_cast<std::size_t>(axis)] = *std::max_element(hi, hi + count);
+    }
+}
+
+/// All configurations of a motion at once: each link's boxes together are looked for in the hierarchy, and what they meet
+/// is compared with the box of each.
+Verdict ConfigurationCheck::motion(std::size_t index, Workspace& work) const {
+  const std::size_t count = options_.configurations_a_motion;
+  if (out_of_time()) return Verdict::unknown;
+  const Pose* poses = take_boxes(index * count, count, options_.margin, work);
+  unite(work);
+  work.suspects.clear();
+  work.near.clear();
+  suspect_bodies(work);
+  suspect_links(work);
+  // What is near in the most configurations is most likely hit.
+  std::sort(work.suspects.begin(), work.suspects.end(), [](const auto& p, const auto& q) {
+    return p.last - p.first != q.last - q.first ? p.last - p.first > q.last - q.first : p.first < q.first;
+  });
+  for (const CheckWorkspace::Suspects& pair : work.suspects) {
     if (out_of_time()) return Verdict::unknown;
-    if (hit(first + i, work)) return Verdict::hit;
+    if (hits_between(poses, work, pair, pair.first, pair.last)) return Verdict::hit;
   }
   return Verdict::free;
 }
 
 void ConfigurationCheck::verdicts(std::span<Verdict> out) const {
-  const std::size_t a_motion = order_.size(), motions = configurations_ / a_motion;
+  const std::size_t a_motion = options_.configurations_a_motion, motions = configurations_ / a_motion;
   if (out.size() != motions) refuse("the number of verdicts", out.size(), std::to_string(motions));
-  each(motions, [&](std::size_t i, Workspace& work) { out[i] = motion(i * a_motion, work); });
+  if (a_motion != 1)
+    return each_block(motions, 1, [&](std::size_t i, std::size_t, Workspace& work) { out[i] = motion(i, work); });
+  each_block(motions, 64, [&](std::size_t first, std::size_t last, Workspace& work) {
+    const std::size_t count = last - first;
+    const Pose* poses = take_boxes(first, count, options_.margin, work);
+    for (std::size_t k = 0; k < count; ++k, poses += links_.size())
+      out[first + k] = out_of_time() ? Verdict::unknown
+                       : hits_again(poses, work) || hits_link(poses, k, count, work) || hits_body(poses, k, count, work)
+                           ? Verdict::hit
+                           : Verdict::free;
+  });
 }
 
-double ConfigurationCheck::clearance(std::size_t index, double cutoff, Workspace& work) const {
-  const Pose* poses = configuration(index);
+double ConfigurationCheck::clearance(const Pose* poses, std::size_t place, std::size_t count, double cutoff,
+                                     const Workspace& work) const {
   struct Least final : NearVisitor {
     const ConfigurationCheck& check;
     const Pose* poses;
@@ -197,14 +290,12 @@ double ConfigurationCheck::clearance(std::size_t index, double cutoff, Workspace
       return farthest_wanted();
     }
   } least(*this, poses, cutoff);
-  for (std::size_t link = 0; link < links_.size(); ++link)
-    work.boxes[link] = outward_box(links_[link], poses[link], 0);
   for (; least.link < links_.size(); ++least.link) {
     for (const std::uint32_t body : world_.unbounded()) least.visit(body, 0);
-    world_.tree().visit_near(work.boxes[least.link], least.farthest_wanted(), least);
+    world_.tree().visit_near(work.boxes[least.link * count + place], least.farthest_wanted(), least);
   }
   for (const auto& [i, j] : self_)
-    if (box_distance(work.boxes[i], work.boxes[j]) <= least.farthest_wanted()) {
+    if (box_distance(work.boxes[i * count + place], work.boxes[j * count + place]) <= least.farthest_wanted()) {
       least.link = i;
       least.take(links_[j], poses[j]);
     }
@@ -213,8 +304,12 @@ double ConfigurationCheck::clearance(std::size_t index, double cutoff, Workspace
 
 void ConfigurationCheck::clearances(std::span<double> out, double cutoff) const {
   if (out.size() != configurations_) refuse("the number of distances", out.size(), std::to_string(configurations_));
-  each(configurations_, [&](std::size_t i, Workspace& work) {
-    out[i] = out_of_time() ? -std::numeric_limits<double>::infinity() : clearance(i, cutoff, work);
+  each_block(configurations_, 64, [&](std::size_t first, std::size_t last, Workspace& work) {
+    const std::size_t count = last - first;
+    const Pose* poses = take_boxes(first, count, 0, work);
+    for (std::size_t k = 0; k < count; ++k, poses += links_.size())
+      out[first + k] = out_of_time() ? -std::numeric_limits<double>::infinity()
+                                     : clearance(poses, k, count, cutoff, work);
   });
 }
 

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "queries/link_boxes.h"
 #include "queries/query_world.h"
 #include "tandem/narrowphase/narrow_phase.h"
 
@@ -11,10 +12,19 @@ namespace tandem {
 
 /// Numbers of a batch that one thread works with.
 struct CheckWorkspace {
-  std::vector<Aabb> boxes;  // of the links, grown by the margin
-  // What was hit last is looked at first: neighbours on a motion mostly hit the same. A link and a body, or two links.
-  std::uint32_t link = 0, other = 0;
-  enum : std::uint8_t { nothing, a_body, a_link } last = nothing;
+  BoxArray boxes;                     // of the links, grown by the margin: one link's in all configurations, then the next's
+  std::vector<Aabb> swept;            // of each link, in all configurations of a motion
+  std::vector<std::uint32_t> bodies;  // whose boxes a link's swept box meets
+  struct Suspects {
+    std::uint32_t link, other;
+    bool is_body;
+    std::uint32_t first, last;  // of `near`
+  };
+  std::vector<Suspects> suspects;  // pairs whose boxes overlap
+  std::vector<std::uint32_t> near;  // in which configurations
+  // What was hit last is looked at first: neighbours mostly hit the same. A link and a body, or two links.
+  Suspects last_hit{};
+  bool has_last_hit = false;
 };
 
 class ConfigurationCheck {
@@ -29,18 +39,25 @@ class ConfigurationCheck {
  private:
   using Workspace = CheckWorkspace;
 
-  template <class One>
-  void each(std::size_t items, const One& one) const;
+  template <class Block>
+  void each_block(std::size_t items, std::size_t most, const Block& block) const;
   bool out_of_time() const;
-  const Pose* configuration(std::size_t i) const;
-  Verdict motion(std::size_t first, Workspace& work) const;
-  bool hit(std::size_t configuration, Workspace& work) const;
+  Verdict motion(std::size_t motion, Workspace& work) const;
+  const Pose* take_boxes(std::size_t first, std::size_t count, double margin, Workspace& work) const;
   bool hits_again(const Pose* poses, const Workspace& work) const;
-  bool hits_link(const Pose* poses, Workspace& work) const;
-  bool hits_body(const Pose* poses, Workspace& work) const;
+  bool hits_link(const Pose* poses, std::size_t place, std::size_t count, Workspace& work) const;
+  bool hits_body(const Pose* poses, std::size_t place, std::size_t count, Workspace& work) const;
+  void suspect_links(Workspace& work) const;
+  void suspect_bodies(Workspace& work) const;
+  template <class Overlaps>
+  void add_suspects(std::uint32_t link, std::uint32_t other, bool is_body, Workspace& work, const Overlaps& overlaps) const;
+  void unite(Workspace& work) const;
+  bool hits_between(const Pose* poses, const Workspace& work, const CheckWorkspace::Suspects& pair, std::size_t first,
+                    std::size_t last) const;
+  double may_move(const CheckWorkspace::Suspects& pair, const Pose* from, const Pose* to) const;
   bool touch(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) const;
   bool is_checked(std::uint32_t link, std::uint32_t body) const;
-  double clearance(std::size_t configuration, double cutoff, Workspace& work) const;
+  double clearance(const Pose* poses, std::size_t place, std::size_t count, double cutoff, const Workspace& work) const;
 
   const QueryWorld& world_;
   const NarrowPhase& narrow_;
@@ -48,8 +65,8 @@ class ConfigurationCheck {
   const std::span<const Pose> poses_;
   const BatchOptions& options_;
   std::size_t configurations_ = 0;
+  std::vector<LinkBox> link_boxes_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> self_;  // pairs of links
-  std::vector<std::size_t> order_;                             // of a motion's configurations: the middle first
 };
 
 }  // namespace tandem

@@ -22,6 +22,7 @@ class QueryWorld {
   const Shape& shape(std::uint32_t index) const { return shapes_[shape_[index]]; }
   const Pose& pose(std::uint32_t index) const { return poses_[index]; }
   BodyId id(std::uint32_t index) const { return ids_[index]; }
+  Aabb box(std::uint32_t index) const { return boxes_[index]; }
   bool has(BodyId id) const { return id.index() < ids_.size() && ids_[id.index()] == id; }
   std::uint32_t group(std::uint32_t index) const { return groups_[index]; }
   std::uint32_t mask(std::uint32_t index) const { return masks_[index]; }

@@ -27,11 +27,17 @@ inline constexpr double bounds_meet = 1e-14;
 /// nearer does not show. Less: more rounds, of points in one place.
 inline constexpr double nearest_beside = 2e-8;
 
+/// How far a link's rotation may be from orthonormal before its pose is looked at more closely: the narrow phase's
+/// `skew_allowed`, which is private to it, and decides. Less: valid poses are looked at twice. More: bad ones pass.
+inline constexpr double skew_of_links = 2e-6;
 /// A hierarchy of queries is built anew when refits have made the surface of its lowest nodes larger by this factor. More:
 /// queries meet that many more boxes. Less: builds, which cost ten refits, for bodies that come back.
 inline constexpr double worn_hierarchy = 1.5;
 /// Of two distances that are compared to leave out the farther one, relative: 16 epsilon. Less: of two bodies equally far
 /// the first by index may be left out.
 inline constexpr double distance_rounding = 4e-15;
+/// What is left of a gap after a motion for the pair to be passed over, relative to the link's reach: five times what
+/// rotations that are off by 2e-6 make of it. Less: such rotations hide a touch. More: more pairs are looked at.
+inline constexpr double gap_left = 1e-5;
 
 }  // namespace tandem::tolerance
