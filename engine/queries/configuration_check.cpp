@@ -51,6 +51,9 @@ ConfigurationCheck::ConfigurationCheck(const QueryWorld& world, const NarrowPhas
     for (std::uint32_t j = i + 1; j < n; ++j)
       if (self.checked(i, j)) self_.push_back({i, j});
   for (const Shape& link : links) link_boxes_.emplace_back(link);
+  if (options.continuous && a_motion < 2) refuse("configurations_a_motion", a_motion, ">= 2 where motions are continuous");
+  if (options.continuous)
+    for (const Shape& link : links) grown_.push_back(options.margin > 0 ? link.rounded(link.rounding() + options.margin) : link);
 }
 
 bool ConfigurationCheck::out_of_time() const {
@@ -164,19 +167,10 @@ void ConfigurationCheck::suspect_links(Workspace& work) const {
 }
 
 void ConfigurationCheck::suspect_bodies(Workspace& work) const {
-  struct All final : BoxVisitor {
-    std::vector<std::uint32_t>& bodies;
-    explicit All(std::vector<std::uint32_t>& list) : bodies(list) {}
-    bool visit(std::uint32_t index) override {
-      bodies.push_back(index);
-      return true;
-    }
-  };
   const std::size_t count = options_.configurations_a_motion;
   for (std::uint32_t link = 0; link < links_.size(); ++link) {
     work.bodies.clear();
-    All all(work.bodies);
-    world_.tree().visit_overlapping(work.swept[link], all);
+    world_.append_overlapping(work.swept[link], work.bodies);
     for (const std::uint32_t body : work.bodies) {
       if (!is_checked(link, body)) continue;
       const Aabb box = world_.box(body);
@@ -251,7 +245,9 @@ Verdict ConfigurationCheck::motion(std::size_t index, Workspace& work) const {
     if (out_of_time()) return Verdict::unknown;
     if (hits_between(poses, work, pair, pair.first, pair.last)) return Verdict::hit;
   }
-  return Verdict::free;
+  if (!options_.continuous) return Verdict::free;
+  if (out_of_time()) return Verdict::unknown;
+  return hits_on_the_way(poses, work) ? Verdict::hit : Verdict::free;
 }
 
 void ConfigurationCheck::verdicts(std::span<Verdict> out) const {

@@ -15,6 +15,7 @@ struct CheckWorkspace {
   BoxArray boxes;                     // of the links, grown by the margin: one link's in all configurations, then the next's
   std::vector<Aabb> swept;            // of each link, in all configurations of a motion
   std::vector<std::uint32_t> bodies;  // whose boxes a link's swept box meets
+  std::vector<Aabb> stretches;        // of each link's way from one configuration of a motion to the next
   struct Suspects {
     std::uint32_t link, other;
     bool is_body;
@@ -55,6 +56,9 @@ class ConfigurationCheck {
   bool hits_between(const Pose* poses, const Workspace& work, const CheckWorkspace::Suspects& pair, std::size_t first,
                     std::size_t last) const;
   double may_move(const CheckWorkspace::Suspects& pair, const Pose* from, const Pose* to) const;
+  bool hits_on_the_way(const Pose* poses, Workspace& work) const;
+  bool meets_body(const Pose* poses, std::uint32_t link, std::uint32_t body, const Workspace& work) const;
+  bool meet_links(const Pose* poses, std::uint32_t a, std::uint32_t b, const Workspace& work) const;
   bool touch(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) const;
   bool is_checked(std::uint32_t link, std::uint32_t body) const;
   double clearance(const Pose* poses, std::size_t place, std::size_t count, double cutoff, const Workspace& work) const;
@@ -65,6 +69,7 @@ class ConfigurationCheck {
   const std::span<const Pose> poses_;
   const BatchOptions& options_;
   std::size_t configurations_ = 0;
+  std::vector<Shape> grown_;  // the links with the margin about them, where motions are continuous
   std::vector<LinkBox> link_boxes_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> self_;  // pairs of links
 };

@@ -24,6 +24,8 @@ Bound bound_of(const Motion& motion, double reach) {
 
 }  // namespace
 
+double bulge(const Motion& motion, double reach) { return bound_of(motion, reach).acceleration / 8; }
+
 SweptBoxes::SweptBoxes(const Shape& shape, const Motion& motion) {
   if (!shape.is_bounded()) {
     constexpr float all = std::numeric_limits<float>::max();

@@ -8,6 +8,10 @@
 
 namespace tandem {
 
+/// How far a point of a shape that reaches so far from its origin may be, during the motion, from the straight line between
+/// where it starts and ends: an eighth of its acceleration.
+double bulge(const Motion& motion, double reach);
+
 /// The motion is cut so that a stretch is about as long as the shape; a point's path in it departs from the straight line
 /// between its ends by at most an eighth of its acceleration times the stretch's square.
 class SweptBoxes {

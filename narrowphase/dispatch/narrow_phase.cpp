@@ -14,6 +14,7 @@
 #include "meshes/mesh_pair.h"
 #include "pairs/centre_test.h"
 #include "pairs/convex_pair.h"
+#include "pairs/methods.h"
 #include "pairs/simple_pairs.h"
 #include "pairs/solver_table.h"
 #include "shapes/convex_view.h"
@@ -208,7 +209,7 @@ NarrowPhase::NarrowPhase(NarrowPhaseOptions options) : options_(std::move(option
 
 const std::vector<SolverInfo>& NarrowPhase::solvers() {
   // In the order of Method.
-  static const std::vector<SolverInfo> rows = {
+  static const std::vector<SolverInfo> all = {
       {method_names[0], "closed forms: a sphere or half-space with any simple shape, capsules and boxes"},
       {method_names[1],
        "boxes and triangles by their separating axes (Gottschalk 1996), apart by nearest points or edges"},
@@ -221,7 +222,13 @@ const std::vector<SolverInfo>& NarrowPhase::solvers() {
       {method_names[6], "libccd, MPR (Snethen 2008); depth along the portal, an upper bound; apart: gjk"},
       {method_names[7], "triangle meshes by their hierarchy of boxes, exact triangle predicates"},
   };
-  return rows;
+  static const std::vector<SolverInfo> built = [] {
+    std::vector<SolverInfo> rows;
+    for (std::size_t i = 0; i < all.size(); ++i)
+      if (is_built(static_cast<Method>(i))) rows.push_back(all[i]);
+    return rows;
+  }();
+  return built;
 }
 
 std::string NarrowPhase::refuses(const Shape& a, const Shape& b, Request request) const {

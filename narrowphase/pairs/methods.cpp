@@ -7,9 +7,18 @@
 
 namespace tandem {
 
+bool is_built(Method method) {
+#ifdef TANDEM_PEER_SOLVERS
+  constexpr bool with_peers = true;
+#else
+  constexpr bool with_peers = false;
+#endif
+  return with_peers || (method != Method::fcl && method != Method::libccd && method != Method::mpr);
+}
+
 std::optional<Method> find_method(std::string_view solver) {
   for (std::size_t i = 0; i < method_names.size(); ++i)
-    if (method_names[i] == solver) return static_cast<Method>(i);
+    if (method_names[i] == solver && is_built(static_cast<Method>(i))) return static_cast<Method>(i);
   return std::nullopt;
 }
 

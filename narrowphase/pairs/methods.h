@@ -14,7 +14,11 @@ enum class Method : std::uint8_t { closed, sat, gjk, newton, fcl, libccd, mpr, b
 /// Their names, in that order.
 inline constexpr std::array<std::string_view, 8> method_names = {"closed", "sat",    "gjk", "newton",
                                                                  "fcl",    "libccd", "mpr", "bvh"};
+/// Empty for an unknown name, and for FCL's and libccd's where the library is built without them.
 std::optional<Method> find_method(std::string_view solver);
+
+/// Is it in this build?
+bool is_built(Method method);
 
 /// Does the method answer this (unordered) pair of convex kinds?
 bool covers(Method method, ShapeKind a, ShapeKind b);

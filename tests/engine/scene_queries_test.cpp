@@ -295,6 +295,62 @@ TEST_CASE("configurations: what the deadline or a stop leaves out is unknown, ne
   CHECK(std::count(verdicts.begin(), verdicts.end(), Verdict::unknown) == 1000);
 }
 
+TEST_CASE("configurations: continuous motions see what lies between, and what they call free is free") {
+  World world(77, 60);
+  SceneQueries queries(world.scene);
+  Random random(14);
+  const std::vector<Shape> links{Capsule{0.1, 0.6}, Box{{0.2, 0.3, 0.4}}};
+  PairTable self(2, 2, true);
+  constexpr std::size_t a_motion = 4, motions = 150;
+  std::vector<Pose> poses;
+  for (std::size_t i = 0; i < motions; ++i) {
+    Pose a = random_pose(random, 6), b = random_pose(random, 6);
+    for (std::size_t k = 0; k < a_motion; ++k) {
+      for (Pose* pose : {&a, &b}) {
+        poses.push_back(*pose);
+        pose->rotation = Eigen::AngleAxisd(random.in(0, 1), random.direction()).toRotationMatrix() * pose->rotation;
+        pose->translation += random.vec(-1, 1);
+      }
+    }
+  }
+  const NarrowPhase narrow;
+  for (const double margin : {0.0, 0.1}) {
+    BatchOptions options;
+    options.configurations_a_motion = a_motion;
+    options.margin = margin;
+    std::vector<Verdict> sampled(motions), certified(motions), fine(20);
+    queries.check(links, poses, self, sampled, options);
+    options.continuous = true;
+    queries.check(links, poses, self, certified, options);
+    std::size_t between = 0, free = 0;
+    for (std::size_t i = 0; i < motions; ++i) {
+      CAPTURE(i, margin);
+      if (sampled[i] == Verdict::hit) {
+        CHECK(certified[i] == Verdict::hit);
+        continue;
+      }
+      free += certified[i] == Verdict::free;
+      bool hit = false;
+      for (std::size_t k = 0; k + 1 < a_motion; ++k) {
+        const Pose* at = &poses[(i * a_motion + k) * 2];
+        for (int t = 0; t <= 400 && !hit; ++t) {
+          const Pose a = pose_at({at[0], at[2]}, t / 400.0), b = pose_at({at[1], at[3]}, t / 400.0);
+          hit = queries.collides(links[0], a, margin) || queries.collides(links[1], b, margin) ||
+                narrow.solve(links[0], a, links[1], b, Request::distance).signed_distance <= margin;
+        }
+      }
+      if (hit) CHECK(certified[i] == Verdict::hit);
+      between += hit;
+    }
+    CHECK(between >= 3);
+    CHECK(free > 20);
+  }
+  BatchOptions one;
+  one.continuous = true;
+  std::vector<Verdict> verdicts(motions * a_motion);
+  CHECK(message_of([&] { queries.check(links, poses, self, verdicts, one); }).find("continuous") != std::string::npos);
+}
+
 TEST_CASE("a cast meets the body that sampling meets first") {
   World world(31, 80);
   SceneQueries queries(world.scene);

@@ -64,6 +64,9 @@ struct BatchOptions {
   /// Configurations that follow one another and form a motion, of which one verdict is asked: is all of it free? They
   /// are looked at in the order that finds a hit soonest. Their number is a multiple of this; >= 1.
   std::size_t configurations_a_motion = 1;
+  /// What lies between the configurations of a motion counts, too: every link goes from one to the next on a screw
+  /// (Motion), and `free` is certified, not sampled. A gap below 1e-10 of the path may be told as a hit. `check` only.
+  bool continuous = false;
   std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
   std::stop_token stop{};
   std::function<void(std::size_t done, std::size_t all)> progress{};  ///< verdicts; from any thread, now and then

@@ -1,0 +1,68 @@
+// Links on their way from one configuration of a motion to the next: certified free, or a first touch.
+#include <algorithm>
+
+#include "queries/configuration_check.h"
+#include "queries/swept_boxes.h"
+
+namespace tandem {
+namespace {
+
+/// The box of all that lies between two boxes of a shape whose points leave the straight line by so much.
+Aabb between(const Aabb& a, const Aabb& b, double bulge) {
+  Aabb box;
+  for (std::size_t k = 0; k < 3; ++k) {
+    box.lo[k] = round_down(std::min(a.lo[k], b.lo[k]) - bulge);
+    box.hi[k] = round_up(std::max(a.hi[k], b.hi[k]) + bulge);
+  }
+  return box;
+}
+
+}  // namespace
+
+bool ConfigurationCheck::meets_body(const Pose* poses, std::uint32_t link, std::uint32_t body,
+                                    const Workspace& work) const {
+  const std::size_t n = links_.size(), stretches = options_.configurations_a_motion - 1;
+  const Motion still{world_.pose(body), world_.pose(body)};
+  const bool bounded = world_.shape(body).is_bounded();
+  for (std::size_t k = 0; k < stretches; ++k) {
+    if (bounded && !overlap(work.stretches[link * stretches + k], world_.box(body))) continue;
+    const Motion way{poses[k * n + link], poses[(k + 1) * n + link]};
+    if (narrow_.time_of_impact(grown_[link], way, world_.shape(body), still)) return true;
+  }
+  return false;
+}
+
+bool ConfigurationCheck::meet_links(const Pose* poses, std::uint32_t a, std::uint32_t b, const Workspace& work) const {
+  const std::size_t n = links_.size(), stretches = options_.configurations_a_motion - 1;
+  for (std::size_t k = 0; k < stretches; ++k) {
+    if (!overlap(work.stretches[a * stretches + k], work.stretches[b * stretches + k])) continue;
+    const Motion way_a{poses[k * n + a], poses[(k + 1) * n + a]}, way_b{poses[k * n + b], poses[(k + 1) * n + b]};
+    // One of the two has the margin about it.
+    if (narrow_.time_of_impact(grown_[a], way_a, links_[b], way_b)) return true;
+  }
+  return false;
+}
+
+/// No configuration of the motion touches; does what lies between two of them?
+bool ConfigurationCheck::hits_on_the_way(const Pose* poses, Workspace& work) const {
+  const std::size_t n = links_.size(), count = options_.configurations_a_motion, stretches = count - 1;
+  work.stretches.resize(n * stretches);
+  for (std::uint32_t link = 0; link < n; ++link) {
+    const double reach = link_boxes_[link].reach();
+    Aabb swept = work.swept[link];
+    for (std::size_t k = 0; k < stretches; ++k) {
+      const double off = bulge({poses[k * n + link], poses[(k + 1) * n + link]}, reach);
+      const Aabb box = between(work.boxes[link * count + k], work.boxes[link * count + k + 1], off);
+      work.stretches[link * stretches + k] = box;
+      swept = between(swept, box, 0);
+    }
+    work.bodies.assign(world_.unbounded().begin(), world_.unbounded().end());
+    world_.append_overlapping(swept, work.bodies);
+    for (const std::uint32_t body : work.bodies)
+      if (is_checked(link, body) && meets_body(poses, link, body, work)) return true;
+  }
+  return std::any_of(self_.begin(), self_.end(),
+                     [&](const auto& pair) { return meet_links(poses, pair.first, pair.second, work); });
+}
+
+}  // namespace tandem
