@@ -52,6 +52,7 @@ void QueryWorld::copy_all(const Scene& scene) {
   poses_.assign(scene.poses().begin(), scene.poses().end());
   groups_.assign(scene.groups().begin(), scene.groups().end());
   masks_.assign(scene.masks().begin(), scene.masks().end());
+  static_.assign(scene.is_static().begin(), scene.is_static().end());
   const auto versions = SceneChanges::versions(scene);
   versions_.assign(versions.begin(), versions.end());
   ids_.resize(size);
@@ -85,6 +86,7 @@ bool QueryWorld::copy_changed(const Scene& scene) {
     poses_[i] = scene.poses()[i];
     groups_[i] = scene.groups()[i];
     masks_[i] = scene.masks()[i];
+    static_[i] = scene.is_static()[i];
     const bool was_unbounded = ids_[i] != BodyId{} && !bounded_before;
     ids_[i] = scene.alive(i) ? scene.id(i) : BodyId{};
     set_box(i);
@@ -128,7 +130,7 @@ UpdateReport QueryWorld::update(const Scene& scene) {
 std::size_t QueryWorld::memory() const {
   const auto bytes = [](const auto& list) { return list.capacity() * sizeof(*list.data()); };
   return bytes(shapes_) + bytes(shape_) + bytes(groups_) + bytes(masks_) + bytes(versions_) + bytes(unbounded_) +
-         bytes(poses_) + bytes(ids_) + bytes(placed_) + bytes(changed_) + boxes_.memory() + tree_.memory();
+         bytes(poses_) + bytes(ids_) + bytes(static_) + bytes(placed_) + bytes(changed_) + boxes_.memory() + tree_.memory();
 }
 
 }  // namespace tandem

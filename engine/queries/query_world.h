@@ -26,6 +26,7 @@ class QueryWorld {
   bool has(BodyId id) const { return id.index() < ids_.size() && ids_[id.index()] == id; }
   std::uint32_t group(std::uint32_t index) const { return groups_[index]; }
   std::uint32_t mask(std::uint32_t index) const { return masks_[index]; }
+  bool is_static(std::uint32_t index) const { return static_[index] != 0; }
   const BoxQueries& tree() const { return tree_; }
   /// Bodies without a box: half-spaces, ascending.
   std::span<const std::uint32_t> unbounded() const { return unbounded_; }
@@ -45,6 +46,7 @@ class QueryWorld {
   std::vector<std::uint32_t> shape_, groups_, masks_, versions_, unbounded_;
   std::vector<Pose> poses_;
   std::vector<BodyId> ids_;  // "no body" where none is alive
+  std::vector<std::uint8_t> static_;
   std::vector<std::uint8_t> placed_;  // had a box when the tree was built
   std::vector<std::uint32_t> changed_;
   BoxArray boxes_;

@@ -189,11 +189,54 @@ std::optional<Impact> SceneQueries::cast(const Shape& shape, const Motion& motio
   return best;
 }
 
-QueryFilter SceneQueries::filter_of(const BodyId& body) const {
-  if (!impl_->world.has(body))
-    throw std::invalid_argument("body id: slot_plus_one is " + std::to_string(body.slot_plus_one) + ", generation " +
-                                std::to_string(body.generation) + ": no body of the last update has it");
-  return {impl_->world.group(body.index()), impl_->world.mask(body.index()), std::span(&body, 1), {}};
+namespace {
+
+/// A body of the world that asks: its shape and pose, and the filter that it is.
+class AskingBody {
+ public:
+  AskingBody(const QueryWorld& world, BodyId body) : world_(world), body_(body) {
+    if (!world.has(body))
+      throw std::invalid_argument("body id: slot_plus_one is " + std::to_string(body.slot_plus_one) + ", generation " +
+                                  std::to_string(body.generation) + ": no body of the last update has it");
+    filter_.group = world.group(body.index());
+    filter_.mask = world.mask(body.index());
+    filter_.ignore = std::span(&body_, 1);
+    if (world.is_static(body.index()))
+      filter_.admits = [&world](BodyId other) { return !world.is_static(other.index()); };
+  }
+  AskingBody(const AskingBody&) = delete;
+  AskingBody& operator=(const AskingBody&) = delete;
+
+  const Shape& shape() const { return world_.shape(body_.index()); }
+  const Pose& pose() const { return world_.pose(body_.index()); }
+  const QueryFilter& filter() const { return filter_; }
+
+ private:
+  const QueryWorld& world_;
+  const BodyId body_;
+  QueryFilter filter_;
+};
+
+}  // namespace
+
+bool SceneQueries::collides(BodyId body, double margin) const {
+  const AskingBody asking(impl_->world, body);
+  return collides(asking.shape(), asking.pose(), margin, asking.filter());
+}
+
+void SceneQueries::hits(BodyId body, std::vector<BodyId>& bodies) const {
+  const AskingBody asking(impl_->world, body);
+  hits(asking.shape(), asking.pose(), bodies, asking.filter());
+}
+
+std::optional<Hit> SceneQueries::nearest(BodyId body, double cutoff) const {
+  const AskingBody asking(impl_->world, body);
+  return nearest(asking.shape(), asking.pose(), cutoff, asking.filter());
+}
+
+void SceneQueries::within(BodyId body, double margin, std::vector<Hit>& hits) const {
+  const AskingBody asking(impl_->world, body);
+  within(asking.shape(), asking.pose(), margin, hits, asking.filter());
 }
 
 void SceneQueries::check(std::span<const Shape> links, std::span<const Pose> poses, const PairTable& self,

@@ -170,6 +170,45 @@ TEST_CASE("queries of a scene: a few that move are refitted, and a copy is asked
   CHECK(queries.memory() > 200 * sizeof(Pose));
 }
 
+TEST_CASE("queries of a scene: asked by its own bodies, and from many threads at once") {
+  World world(13, 150);
+  const SceneQueries queries(world.scene);
+  const NarrowPhase narrow;
+  const auto meets = [&](BodyId a, BodyId b) {
+    const std::uint32_t i = a.index(), j = b.index();
+    const Scene& s = world.scene;
+    return i != j && (s.groups()[i] & s.masks()[j]) != 0 && (s.groups()[j] & s.masks()[i]) != 0 &&
+           (s.is_static()[i] == 0 || s.is_static()[j] == 0);
+  };
+  std::vector<std::uint8_t> wrong(world.bodies.size());
+  tbb::task_arena(4).execute([&] {
+    tbb::parallel_for(std::size_t{0}, world.bodies.size(), [&](std::size_t i) {
+      const BodyId body = world.bodies[i];
+      const Shape& shape = world.scene.shape_of(body.index());
+      const Pose& pose = world.scene.pose(body);
+      std::vector<BodyId> expected, touched;
+      std::optional<Hit> least;
+      for (const BodyId other : world.bodies) {
+        if (!meets(body, other)) continue;
+        const Pose& at = world.scene.pose(other);
+        const Shape& theirs = world.scene.shape_of(other.index());
+        if (narrow.solve(shape, pose, theirs, at, Request::collide).collide) expected.push_back(other);
+        const PairAnswer answer = narrow.solve(shape, pose, theirs, at, Request::distance);
+        if (!least || answer.signed_distance < least->answer.signed_distance) least = Hit{other, answer};
+      }
+      std::sort(expected.begin(), expected.end(), [](BodyId a, BodyId b) { return a.index() < b.index(); });
+      queries.hits(body, touched);
+      const auto nearest = queries.nearest(body);
+      std::vector<Hit> near;
+      queries.within(body, 0.5, near);
+      wrong[i] = touched != expected || queries.collides(body) == expected.empty() || !nearest || !least ||
+                 nearest->body != least->body || !same(nearest->answer, least->answer) ||
+                 queries.collides(body, 0.5) == near.empty();
+    });
+  });
+  CHECK(std::count(wrong.begin(), wrong.end(), 0) == static_cast<std::ptrdiff_t>(wrong.size()));
+}
+
 TEST_CASE("queries of a scene: bad input is refused by name") {
   World world(1, 5);
   SceneQueries queries(world.scene);
@@ -183,10 +222,10 @@ TEST_CASE("queries of a scene: bad input is refused by name") {
   CHECK(message_of([&] { queries.nearest(ball, Pose{}, -1); }).find("cutoff") != std::string::npos);
   CHECK(message_of([&] { queries.cast(ball, {Pose{}, bad}); }).find("motion: to") != std::string::npos);
   const BodyId gone = world.bodies[0];
-  CHECK(queries.filter_of(gone).ignore.size() == 1);
+  queries.collides(gone);
   world.scene.remove_body(gone);
   queries.update(world.scene);
-  CHECK(message_of([&] { queries.filter_of(gone); }).find("no body") != std::string::npos);
+  CHECK(message_of([&] { queries.collides(gone); }).find("no body") != std::string::npos);
 
   const std::vector<Shape> links{ball, ball};
   std::vector<Pose> poses(4);

@@ -116,8 +116,12 @@ class SceneQueries {
   /// The first body that the moving shape touches, the first by index of several; a sphere of radius 0 is a ray.
   std::optional<Impact> cast(const Shape& shape, const Motion& motion, const QueryFilter& filter = {}) const;
 
-  /// A filter that asks as the body would: by its groups and mask; `ignore` is the body itself, whose id must outlive it.
-  QueryFilter filter_of(const BodyId& body) const;
+  /// The same asked by a body of the scene where it is, by its groups and mask, itself left out and, if it is static, all
+  /// that are. Throws std::invalid_argument unless the id is that of a body of the last update.
+  bool collides(BodyId body, double margin = 0) const;
+  void hits(BodyId body, std::vector<BodyId>& bodies) const;
+  std::optional<Hit> nearest(BodyId body, double cutoff = std::numeric_limits<double>::infinity()) const;
+  void within(BodyId body, double margin, std::vector<Hit>& hits) const;
 
   /// Checks configurations of links, row by row: link j of configuration i stands at poses[i * links.size() + j].
   /// Verdict i is `hit` where some link meets a body, or another link (pairs i < j that `self` has). Throws
