@@ -62,6 +62,10 @@ std::vector<Row> ask(const PlannerWorld& world, Question question, std::size_t r
   Planners planners;
   for (const int n : threads) planners.push_back(tandem_planner(world, n));
   planners.push_back(fcl_planner(world));
+  const std::size_t peer = planners.size() - 1;
+#ifdef TANDEM_HAS_BULLET
+  if (question != Question::clearance) planners.push_back(bullet_planner(world));
+#endif
   const std::span<const Pose> all = question == Question::motions ? world.motions : world.random;
   const std::size_t per_question = world.links.size() * (question == Question::motions ? PlannerWorld::a_motion : 1);
   const std::size_t a_round = all.size() / per_question / rounds;
@@ -75,7 +79,6 @@ std::vector<Row> ask(const PlannerWorld& world, Question question, std::size_t r
     for (const std::size_t who : order) play(*planners[who], question, poses, a_round, tallies[who]);
   }
   std::vector<Row> rows;
-  const std::size_t last = planners.size() - 1;
   for (std::size_t i = 0; i < planners.size(); ++i) {
     Tally& tally = tallies[i];
     const double hits = question == Question::clearance
@@ -84,14 +87,14 @@ std::vector<Row> ask(const PlannerWorld& world, Question question, std::size_t r
     std::uint64_t hash = 0xcbf29ce484222325u;
     for (const double answer : tally.answers) add(hash, std::bit_cast<std::uint64_t>(answer));
     Samples ratio;
-    for (std::size_t k = 0; k < rounds; ++k) ratio.add(tallies[last].time[k] / tally.time[k]);
+    for (std::size_t k = 0; k < rounds; ++k) ratio.add(tallies[peer].time[k] / tally.time[k]);
     fmt::print("{:<36} {:<15} {:<8} {:>2} {:>11.3f} {:>9.3f} {:>9.3f} {:>6.1f} % {:>7} {:>7.2f}x ({:.2f} to {:.2f})  {}\n",
                world.name, name(question), planners[i]->name(), planners[i]->threads(), 1e-3 * tally.time.median(),
                1e-3 * tally.time.quantile(0.1), 1e-3 * tally.time.quantile(0.9),
                100 * hits / static_cast<double>(tally.answers.size()), others(tallies[0], tally), ratio.median(),
                ratio.quantile(0.1), ratio.quantile(0.9), hex(hash));
     Row row{"planner", world.name + ", " + name(question), planners[i]->name(), planners[i]->threads(),
-            world.obstacles.bodies(), std::move(tally.time), hash, {}};
+            world.obstacles.bodies(), tally.time, hash, {}};
     row.more = {{"hits", hits}, {"questions", tally.answers.size()}, {"others", others(tallies[0], tally)},
                 {"ratio_to_fcl", ratio.median()}, {"ratio_p10", ratio.quantile(0.1)}, {"ratio_p90", ratio.quantile(0.9)}};
     rows.push_back(std::move(row));

@@ -20,7 +20,7 @@ class Planner {
   virtual void check(std::span<const Pose> poses, std::span<std::uint8_t> hits) = 0;
   /// The same of motions, each so many configurations that follow one another: is all of it free?
   virtual void check_motions(std::span<const Pose> poses, std::span<std::uint8_t> hits) = 0;
-  /// The least distance of each configuration, 0 where it hits.
+  /// The least distance of each configuration, 0 where it hits. Not asked of Bullet, which has none.
   virtual void clearance(std::span<const Pose> poses, std::span<double> distances) = 0;
 };
 
@@ -29,5 +29,6 @@ using Planners = std::vector<std::unique_ptr<Planner>>;
 // The world outlives them.
 std::unique_ptr<Planner> tandem_planner(const PlannerWorld& world, int threads);
 std::unique_ptr<Planner> fcl_planner(const PlannerWorld& world);
+std::unique_ptr<Planner> bullet_planner(const PlannerWorld& world);  ///< where it is installed
 
 }  // namespace tandem::bench

@@ -94,7 +94,7 @@ void ConfigurationCheck::each_block(std::size_t items, std::size_t most, const B
 bool ConfigurationCheck::touch(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) const {
   return options_.margin == 0
              ? narrow_.solve(a, pose_a, b, pose_b, Request::collide).collide
-             : narrow_.solve(a, pose_a, b, pose_b, Request::distance).signed_distance <= options_.margin;
+             : !narrow_.distance_within(a, pose_a, b, pose_b, options_.margin).farther;
 }
 
 bool ConfigurationCheck::is_checked(std::uint32_t link, std::uint32_t body) const {
@@ -266,6 +266,49 @@ void ConfigurationCheck::verdicts(std::span<Verdict> out) const {
   });
 }
 
+/// The first body by index that the link touches.
+bool ConfigurationCheck::first_body(const Pose* pose, std::uint32_t link, const Aabb& box, Workspace& work,
+                                    BodyId& body) const {
+  work.bodies.assign(world_.unbounded().begin(), world_.unbounded().end());
+  world_.append_overlapping(box, work.bodies);
+  std::sort(work.bodies.begin(), work.bodies.end());
+  const auto hit = std::find_if(work.bodies.begin(), work.bodies.end(), [&](std::uint32_t index) {
+    return is_checked(link, index) && touch(links_[link], *pose, world_.shape(index), world_.pose(index));
+  });
+  if (hit == work.bodies.end()) return false;
+  body = world_.id(*hit);
+  return true;
+}
+
+FirstHit ConfigurationCheck::first_hit(std::size_t motion, Workspace& work) const {
+  const std::size_t n = links_.size(), count = options_.configurations_a_motion;
+  FirstHit hit;
+  const Pose* poses = take_boxes(motion * count, count, options_.margin, work);
+  for (std::size_t k = 0; k < count; ++k, poses += n) {
+    if (out_of_time()) return {};
+    hit.configuration = static_cast<std::uint32_t>(k);
+    hit.verdict = Verdict::hit;
+    if (hits_link(poses, k, count, work)) {
+      hit.link = work.last_hit.link, hit.other_link = work.last_hit.other;
+      return hit;
+    }
+    for (hit.link = 0; hit.link < n; ++hit.link)
+      if (first_body(poses + hit.link, hit.link, work.boxes[hit.link * count + k], work, hit.body)) return hit;
+  }
+  hit = {};
+  hit.verdict = Verdict::free;
+  return hit;
+}
+
+void ConfigurationCheck::first_hits(std::span<FirstHit> out) const {
+  const std::size_t motions = configurations_ / options_.configurations_a_motion;
+  if (out.size() != motions) refuse("the number of hits", out.size(), std::to_string(motions));
+  if (options_.continuous) throw std::invalid_argument("configurations: continuous is true, allowed where hits are told: false");
+  each_block(motions, 16, [&](std::size_t first, std::size_t last, Workspace& work) {
+    for (std::size_t i = first; i < last; ++i) out[i] = first_hit(i, work);
+  });
+}
+
 double ConfigurationCheck::clearance(const Pose* poses, std::size_t place, std::size_t count, double cutoff,
                                      const Workspace& work) const {
   struct Least final : NearVisitor {
@@ -278,8 +321,8 @@ double ConfigurationCheck::clearance(const Pose* poses, std::size_t place, std::
     double farthest_wanted() const { return std::max(0.0, least) * (1 + tolerance::distance_rounding); }
     void take(const Shape& other, const Pose& pose) {
       const PairAnswer answer =
-          check.narrow_.solve(check.links_[link], poses[link], other, pose, Request::distance);
-      least = std::min(least, answer.signed_distance);
+          check.narrow_.distance_within(check.links_[link], poses[link], other, pose, farthest_wanted());
+      if (!answer.farther) least = std::min(least, answer.signed_distance);
     }
     double visit(std::uint32_t body, double) override {
       if (check.is_checked(link, body)) take(check.world_.shape(body), check.world_.pose(body));

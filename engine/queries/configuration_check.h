@@ -35,6 +35,7 @@ class ConfigurationCheck {
                      std::span<const Pose> poses, const PairTable& self, const BatchOptions& options);
 
   void verdicts(std::span<Verdict> out) const;
+  void first_hits(std::span<FirstHit> out) const;
   void clearances(std::span<double> out, double cutoff) const;
 
  private:
@@ -48,6 +49,8 @@ class ConfigurationCheck {
   bool hits_again(const Pose* poses, const Workspace& work) const;
   bool hits_link(const Pose* poses, std::size_t place, std::size_t count, Workspace& work) const;
   bool hits_body(const Pose* poses, std::size_t place, std::size_t count, Workspace& work) const;
+  FirstHit first_hit(std::size_t motion, Workspace& work) const;
+  bool first_body(const Pose* pose, std::uint32_t link, const Aabb& box, Workspace& work, BodyId& body) const;
   void suspect_links(Workspace& work) const;
   void suspect_bodies(Workspace& work) const;
   template <class Overlaps>

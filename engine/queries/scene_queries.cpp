@@ -35,10 +35,11 @@ class Until final : public BoxVisitor {
 }  // namespace
 
 struct SceneQueries::Impl {
-  explicit Impl(const NarrowPhaseOptions& given) : options(given), narrow(without_margin(given)) {}
+  explicit Impl(const NarrowPhaseOptions& given) : options(given), narrow(without_bounds(given)) {}
 
-  static NarrowPhaseOptions without_margin(NarrowPhaseOptions options) {
+  static NarrowPhaseOptions without_bounds(NarrowPhaseOptions options) {
     options.margin = 0;
+    options.cutoff = infinity;
     return options;
   }
 
@@ -54,6 +55,10 @@ struct SceneQueries::Impl {
 
   PairAnswer solve(const Shape& shape, const Pose& pose, std::uint32_t index, Request request) const {
     return narrow.solve(shape, pose, world.shape(index), world.pose(index), request);
+  }
+
+  PairAnswer distance(const Shape& shape, const Pose& pose, std::uint32_t index, double cutoff) const {
+    return narrow.distance_within(shape, pose, world.shape(index), world.pose(index), cutoff);
   }
 
   NarrowPhaseOptions options;
@@ -78,7 +83,7 @@ bool SceneQueries::collides(const Shape& shape, const Pose& pose, double margin,
   require_margin(margin);
   return !impl_->each_candidate(outward_box(shape, pose, margin), filter, [&](std::uint32_t index) {
     return margin == 0 ? impl_->solve(shape, pose, index, Request::collide).collide
-                       : impl_->solve(shape, pose, index, Request::distance).signed_distance <= margin;
+                       : !impl_->distance(shape, pose, index, margin).farther;
   });
 }
 
@@ -111,7 +116,8 @@ std::optional<Hit> SceneQueries::nearest(const Shape& shape, const Pose& pose, d
 
     double visit(std::uint32_t index, double) override {
       if (impl.world.admits(filter, index)) {
-        const PairAnswer answer = impl.solve(shape, pose, index, Request::distance);
+        const PairAnswer answer = impl.distance(shape, pose, index, farthest_wanted());
+        if (answer.farther) return farthest_wanted();
         const double d = answer.signed_distance;
         const bool nearer = best ? d < best->answer.signed_distance ||
                                        (d == best->answer.signed_distance && index < best->body.index())
@@ -137,8 +143,8 @@ void SceneQueries::within(const Shape& shape, const Pose& pose, double margin, s
   require_margin(margin);
   const auto first = static_cast<std::ptrdiff_t>(hits.size());
   impl_->each_candidate(outward_box(shape, pose, margin), filter, [&](std::uint32_t index) {
-    const PairAnswer answer = impl_->solve(shape, pose, index, Request::distance);
-    if (answer.signed_distance <= margin) hits.push_back({impl_->world.id(index), answer});
+    const PairAnswer answer = impl_->distance(shape, pose, index, margin);
+    if (!answer.farther) hits.push_back({impl_->world.id(index), answer});
     return false;
   });
   std::sort(hits.begin() + first, hits.end(), [](const Hit& a, const Hit& b) { return a.body.index() < b.body.index(); });
@@ -243,6 +249,12 @@ void SceneQueries::check(std::span<const Shape> links, std::span<const Pose> pos
                          std::span<Verdict> verdicts, const BatchOptions& options) const {
   require_margin(options.margin);
   ConfigurationCheck(impl_->world, impl_->narrow, links, poses, self, options).verdicts(verdicts);
+}
+
+void SceneQueries::first_hits(std::span<const Shape> links, std::span<const Pose> poses, const PairTable& self,
+                              std::span<FirstHit> hits, const BatchOptions& options) const {
+  require_margin(options.margin);
+  ConfigurationCheck(impl_->world, impl_->narrow, links, poses, self, options).first_hits(hits);
 }
 
 void SceneQueries::clearance(std::span<const Shape> links, std::span<const Pose> poses, const PairTable& self,

@@ -167,6 +167,29 @@ PairAnswer solve_by_kinds(const Shape& a, const Pose& pose_a, const Shape& b, co
   return answer;
 }
 
+/// A lower bound on the distance, by the boxes in world axes.
+double distance_of_bounds(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
+  const Bounds p = a.bounds(pose_a), q = b.bounds(pose_b);
+  return (q.lo - p.hi).cwiseMax(p.lo - q.hi).cwiseMax(0.0).norm();
+}
+
+/// Request::distance with a finite cut-off.
+PairAnswer solve_within(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
+                        const NarrowPhaseOptions& options, WarmStart* warm) {
+  PairAnswer farther;
+  farther.farther = true;
+  farther.signed_distance = options.cutoff;
+  // Boxes are rounded: at the cut-off itself the answer decides.
+  if (a.is_bounded() && b.is_bounded() &&
+      distance_of_bounds(a, pose_a, b, pose_b) - undecided_distance(a, pose_a, b, pose_b) > options.cutoff)
+    return farther;
+  const PairAnswer answer =
+      a.rounding() + b.rounding() > 0
+          ? solve_rounded(a, pose_a, b, pose_b, Request::distance, options, nullptr, warm)
+          : solve_cores(a, pose_a, b, pose_b, Request::distance, options, nullptr, warm);
+  return answer.signed_distance > options.cutoff ? farther : answer;
+}
+
 }  // namespace
 
 PairAnswer solve_cores(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
@@ -200,6 +223,8 @@ NarrowPhase::NarrowPhase(NarrowPhaseOptions options) : options_(std::move(option
     throw std::invalid_argument("tolerance: " + std::to_string(options_.tolerance) + " is not in [0, 0.1]");
   if (!(options_.margin >= 0) || !std::isfinite(options_.margin))
     throw std::invalid_argument("margin: " + std::to_string(options_.margin) + " is not finite and >= 0");
+  if (!(options_.cutoff >= 0))
+    throw std::invalid_argument("cutoff: " + std::to_string(options_.cutoff) + " is not >= 0");
   if (!options_.solver.empty() && !find_method(options_.solver)) {
     std::string known;
     for (const SolverInfo& s : solvers()) known += (known.empty() ? "" : ", ") + std::string(s.name);
@@ -237,9 +262,20 @@ std::string NarrowPhase::refuses(const Shape& a, const Shape& b, Request request
 
 PairAnswer NarrowPhase::solve(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                               std::vector<Contact>* contacts, WarmStart* warm) const {
+  if (request == Request::distance && options_.cutoff < std::numeric_limits<double>::infinity())
+    return solve_within(a, pose_a, b, pose_b, options_, warm);
   if (a.rounding() + b.rounding() > 0)
     return solve_rounded(a, pose_a, b, pose_b, request, options_, contacts, warm);
   return solve_cores(a, pose_a, b, pose_b, request, options_, contacts, warm);
+}
+
+PairAnswer NarrowPhase::distance_within(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
+                                        double cutoff) const {
+  if (!(cutoff >= 0)) throw std::invalid_argument("cutoff: " + std::to_string(cutoff) + " is not >= 0");
+  if (cutoff >= options_.cutoff) return solve(a, pose_a, b, pose_b, Request::distance);
+  NarrowPhaseOptions options = options_;
+  options.cutoff = cutoff;
+  return solve_within(a, pose_a, b, pose_b, options, nullptr);
 }
 
 void NarrowPhase::mark_apart(std::span<const PlacedPair> pairs, std::span<std::uint8_t> apart) const {

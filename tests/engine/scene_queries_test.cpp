@@ -295,7 +295,43 @@ TEST_CASE("configurations: verdicts and clearances are those of single queries, 
       tbb::task_arena(threads).execute([&] { queries.check(links, poses, self, again, options); });
       CHECK(again == verdicts);
     }
+    std::vector<FirstHit> first(configurations), first_of_motions(motions.size());
+    queries.first_hits(links, poses, self, first, options);
+    for (std::size_t i = 0; i < configurations; ++i) {
+      REQUIRE(first[i].verdict == verdicts[i]);
+      if (verdicts[i] != Verdict::hit) continue;
+      const Pose* at = &poses[i * links.size()];
+      const FirstHit& hit = first[i];
+      const auto gap = [&](std::size_t link, const Shape& other, const Pose& pose) {
+        return narrow.solve(links[link], at[link], other, pose, Request::distance).signed_distance;
+      };
+      const bool of_links = hit.body == BodyId{};
+      const Shape& other = of_links ? links[hit.other_link] : world.scene.shape_of(hit.body.index());
+      CHECK(gap(hit.link, other, of_links ? at[hit.other_link] : world.scene.pose(hit.body)) <= margin);
+      // Nothing before it hits.
+      for (std::size_t a = 0; a < links.size() && (!of_links || a < hit.link); ++a)
+        for (std::size_t b = a + 1; b < links.size(); ++b)
+          if (self.checked(a, b)) CHECK(gap(a, links[b], at[b]) > margin);
+      for (std::size_t a = 0; !of_links && a <= hit.link; ++a)
+        for (const BodyId body : world.bodies) {
+          if (a == hit.link && body.index() >= hit.body.index()) continue;
+          if (body.index() < bodies.columns() && !bodies.checked(a, body.index())) continue;
+          if (world.admits(body, options.filter))
+            CHECK(gap(a, world.scene.shape_of(body.index()), world.scene.pose(body)) > margin);
+        }
+    }
     options.configurations_a_motion = 20;
+    queries.first_hits(links, poses, self, first_of_motions, options);
+    for (std::size_t i = 0; i < motions.size(); ++i) {
+      const auto of = std::find_if(&first[20 * i], &first[20 * i] + 20, [](const FirstHit& h) { return h.verdict == Verdict::hit; });
+      const auto place = static_cast<std::uint32_t>(of - &first[20 * i]);
+      CHECK((first_of_motions[i].verdict == Verdict::hit) == (place < 20));
+      if (place < 20) {
+        CHECK(first_of_motions[i].configuration == place);
+        CHECK(first_of_motions[i].body == of->body);
+        CHECK(first_of_motions[i].link == of->link);
+      }
+    }
     queries.check(links, poses, self, motions, options);
     for (std::size_t i = 0; i < motions.size(); ++i) {
       const auto of = verdicts.begin() + static_cast<std::ptrdiff_t>(20 * i);

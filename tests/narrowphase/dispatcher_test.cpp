@@ -134,3 +134,49 @@ TEST_CASE("dispatcher: a tolerance takes the cheapest row that meets it, and its
     }
   }
 }
+
+TEST_CASE("a cut-off tells what is farther and changes nothing else") {
+  Random r(29);
+  const NarrowPhase plain;
+  int farther = 0, nearer = 0;
+  for (std::size_t ia = 0; ia < shape_kinds; ++ia)
+    for (std::size_t ib = 0; ib < shape_kinds; ++ib)
+      for (int i = 0; i < 12; ++i) {
+        Shape a = random_shape(static_cast<ShapeKind>(ia), r), b = random_shape(static_cast<ShapeKind>(ib), r);
+        if (i % 4 == 3) a = a.rounded(0.1);
+        if (!plain.refuses(a, b, Request::distance).empty()) continue;
+        const Pose pa = random_pose(r, 1), pb = random_pose(r, 2);
+        CAPTURE(name(a.kind()), name(b.kind()), i);
+        const PairAnswer all = plain.solve(a, pa, b, pb, Request::distance);
+        CHECK_FALSE(all.farther);
+        for (const double cutoff : {0.0, 0.5 * all.signed_distance, all.signed_distance, 1.5 * all.signed_distance + 1}) {
+          if (!(cutoff >= 0)) continue;
+          NarrowPhaseOptions options;
+          options.cutoff = cutoff;
+          const PairAnswer answer = NarrowPhase(options).solve(a, pa, b, pb, Request::distance);
+          const PairAnswer same = plain.distance_within(a, pa, b, pb, cutoff);
+          CHECK(answer.farther == (all.signed_distance > cutoff));
+          CHECK(same.farther == answer.farther);
+          CHECK(same.signed_distance == answer.signed_distance);
+          if (answer.farther) {
+            ++farther;
+            CHECK(answer.signed_distance == cutoff);
+            CHECK_FALSE(answer.collide);
+            CHECK(answer.normal.isZero(0));
+          } else {
+            ++nearer;
+            CHECK(answer.collide == all.collide);
+            CHECK(answer.signed_distance == all.signed_distance);
+            CHECK(answer.point_a == all.point_a);
+            CHECK(answer.point_b == all.point_b);
+            CHECK(answer.normal == all.normal);
+          }
+        }
+      }
+  CHECK(farther > 500);
+  CHECK(nearer > 500);
+  NarrowPhaseOptions bad;
+  bad.cutoff = -1;
+  CHECK_THROWS_AS(NarrowPhase(bad), std::invalid_argument);
+  CHECK_THROWS_AS(plain.distance_within(Sphere{1}, Pose{}, Sphere{1}, Pose{}, std::nan("")), std::invalid_argument);
+}

@@ -72,6 +72,16 @@ struct BatchOptions {
   std::function<void(std::size_t done, std::size_t all)> progress{};  ///< verdicts; from any thread, now and then
 };
 
+/// What a configuration or motion hits first: of its configurations the first that hits, of that the first pair of links
+/// [link, other_link], else the first link and of the bodies that it hits the first by index.
+struct FirstHit {
+  Verdict verdict = Verdict::unknown;
+  std::uint32_t configuration = 0;  ///< of the motion; this and all below: only where the verdict is `hit`
+  std::uint32_t link = 0;
+  std::uint32_t other_link = 0;  ///< where `body` names none
+  BodyId body{};
+};
+
 /// What an update did.
 struct UpdateReport {
   std::size_t changed = 0;  ///< bodies that came, went or moved
@@ -89,7 +99,7 @@ struct UpdateReport {
 /// cut-off that is negative or NaN, and pairs that NarrowPhase refuses.
 class SceneQueries {
  public:
-  /// `options`: the tolerance and solver of all queries; its margin is not used.
+  /// `options`: the tolerance and solver of all queries; its margin and cut-off are not used.
   explicit SceneQueries(const Scene& scene, const NarrowPhaseOptions& options = {});
   ~SceneQueries();
   SceneQueries(SceneQueries&&) noexcept;
@@ -128,6 +138,9 @@ class SceneQueries {
   /// std::invalid_argument unless the sizes fit; links must be bounded.
   void check(std::span<const Shape> links, std::span<const Pose> poses, const PairTable& self,
              std::span<Verdict> verdicts, const BatchOptions& options = {}) const;
+  /// The same, told what is hit first; not continuous. Slower, as the order of looking is not free.
+  void first_hits(std::span<const Shape> links, std::span<const Pose> poses, const PairTable& self,
+                  std::span<FirstHit> hits, const BatchOptions& options = {}) const;
   /// The least signed distance of each configuration, of all its links from the bodies and from one another; `cutoff`
   /// where it is not less, minus infinity where the deadline passed or a stop was requested first.
   void clearance(std::span<const Shape> links, std::span<const Pose> poses, const PairTable& self,

@@ -35,6 +35,9 @@ struct Contact {
 
 struct PairAnswer {
   bool collide = false;
+  /// All that is known is that they are farther apart than NarrowPhaseOptions::cutoff, which signed_distance is then;
+  /// there are no points and no normal.
+  bool farther = false;
   /// Set by Request::distance and Request::contacts (there: of the deepest contact; where the pair is farther apart
   /// than the margin, it may be the separation along any normal that says so, and the points not set; of two meshes
   /// that are apart, a lower bound on the gap, 0 if none is known, and there may be no normal).

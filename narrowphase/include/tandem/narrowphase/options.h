@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <functional>
+#include <limits>
 #include <string>
 
 namespace tandem {
@@ -15,6 +16,9 @@ struct NarrowPhaseOptions {
   /// Request::contacts also reports gaps up to this, as negative depths (metres, finite, >= 0). Not used between two
   /// meshes, which report what intersects.
   double margin = 0;
+  /// Request::distance tells of pairs farther apart than this (metres, >= 0, infinity is allowed) no more than that:
+  /// PairAnswer::farther. What is farther is left out of hierarchies.
+  double cutoff = std::numeric_limits<double>::infinity();
   /// Forces the solver of that name (`solvers()` lists them) wherever it covers the pair; empty: the table's choice.
   std::string solver{};
   /// Shares the work on a pair of very large meshes, by subtrees; the answer does not depend on it. Empty: the caller.

@@ -1,0 +1,96 @@
+#include <BulletCollision/Gimpact/btGImpactCollisionAlgorithm.h>
+#include <btBulletCollisionCommon.h>
+
+#include "bullet_shape.h"
+#include "peers/bullet_body.h"
+#include "planner/planner.h"
+
+namespace tandem::bench {
+namespace {
+
+constexpr bool is_double = sizeof(btScalar) == sizeof(double);
+
+/// The obstacles in a btCollisionWorld; links are asked of it by contactTest, pairs of links by contactPairTest. It keeps
+/// contacts that are a little apart: those do not count.
+class BulletPlanner final : public Planner {
+ public:
+  explicit BulletPlanner(const PlannerWorld& world) {
+    btGImpactCollisionAlgorithm::registerAlgorithm(&dispatcher_);
+    for (std::uint32_t i = 0; i < world.obstacles.indices(); ++i) {
+      add(world.obstacles.shape_of(i), true);
+      objects_.back()->setWorldTransform(bullet_pose(world.obstacles.poses()[i], Vec3::Zero()));
+      world_.addCollisionObject(objects_.back().get());
+    }
+    for (const Shape& link : world.links) {
+      add(link, false);
+      links_.push_back(objects_.back().get());
+    }
+    for (std::size_t i = 0; i < links_.size(); ++i)
+      for (std::size_t j = i + 1; j < links_.size(); ++j)
+        if (world.self.checked(i, j)) self_.push_back({i, j});
+  }
+  BulletPlanner(const BulletPlanner&) = delete;
+  BulletPlanner& operator=(const BulletPlanner&) = delete;
+  ~BulletPlanner() override {
+    for (const auto& object : objects_) world_.removeCollisionObject(object.get());
+  }
+
+  std::string name() const override { return is_double ? "Bullet, double" : "Bullet, float"; }
+
+  void check(std::span<const Pose> poses, std::span<std::uint8_t> hits) override {
+    for (std::size_t i = 0; i < hits.size(); ++i) hits[i] = hit(&poses[i * links_.size()]);
+  }
+  void check_motions(std::span<const Pose> poses, std::span<std::uint8_t> hits) override {
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+      hits[i] = 0;
+      for (std::size_t k = 0; k < PlannerWorld::a_motion && hits[i] == 0; ++k)
+        hits[i] = hit(&poses[(i * PlannerWorld::a_motion + k) * links_.size()]);
+    }
+  }
+  void clearance(std::span<const Pose>, std::span<double>) override {}
+
+ private:
+  struct Touch final : btCollisionWorld::ContactResultCallback {
+    bool found = false;
+    btScalar addSingleResult(btManifoldPoint& point, const btCollisionObjectWrapper*, int, int,
+                             const btCollisionObjectWrapper*, int, int) override {
+      found = found || point.getDistance() <= 0;
+      return 0;
+    }
+  };
+
+  void add(const Shape& shape, bool is_static) {
+    shapes_.push_back(bullet_shape(shape, is_static));
+    objects_.push_back(std::make_unique<btCollisionObject>());
+    objects_.back()->setCollisionShape(shapes_.back()->shape.get());
+    if (is_static) objects_.back()->setCollisionFlags(btCollisionObject::CF_STATIC_OBJECT);
+  }
+  bool hit(const Pose* poses) {
+    for (std::size_t i = 0; i < links_.size(); ++i) links_[i]->setWorldTransform(bullet_pose(poses[i], Vec3::Zero()));
+    Touch touch;
+    for (const auto& [a, b] : self_) {
+      world_.contactPairTest(links_[a], links_[b], touch);
+      if (touch.found) return true;
+    }
+    for (btCollisionObject* link : links_) {
+      world_.contactTest(link, touch);
+      if (touch.found) return true;
+    }
+    return false;
+  }
+
+  btDefaultCollisionConfiguration configuration_;
+  btCollisionDispatcher dispatcher_{&configuration_};
+  btDbvtBroadphase broadphase_;
+  btCollisionWorld world_{&dispatcher_, &broadphase_, &configuration_};
+  std::vector<std::unique_ptr<BulletShape>> shapes_;
+  std::vector<std::unique_ptr<btCollisionObject>> objects_;
+  std::vector<btCollisionObject*> links_;
+  std::vector<std::pair<std::size_t, std::size_t>> self_;
+};
+
+}  // namespace
+
+std::unique_ptr<Planner> bullet_planner(const PlannerWorld& world) { return std::make_unique<BulletPlanner>(world); }
+
+}  // namespace tandem::bench
