@@ -13,7 +13,7 @@ constexpr double densest = 1e15;
 using ShapeIds = std::map<std::string, ShapeId, std::less<>>;
 
 BodyOptions read_body(const JsonRef& json, const ShapeIds& shapes) {
-  json.require_keys({"shape", "pose", "velocity", "angular_velocity", "density", "static", "group", "mask"});
+  json.require_keys({"shape", "pose", "velocity", "angular_velocity", "density", "static", "sensor", "group", "mask"});
   BodyOptions body;
   const JsonRef shape = json.at("shape");
   const auto found = shapes.find(shape.text());
@@ -29,6 +29,7 @@ BodyOptions read_body(const JsonRef& json, const ShapeIds& shapes) {
     if (body.density > densest) density->refuse("> 0, at most 1e15 kg/m^3");
   }
   if (is_static) body.is_static = is_static->flag();
+  if (const auto sensor = json.find("sensor")) body.is_sensor = sensor->flag();
   constexpr std::uint32_t all = 0xffffffffu;
   if (const auto group = json.find("group")) body.group = group->whole(all);
   if (const auto mask = json.find("mask")) body.mask = mask->whole(all);
@@ -84,6 +85,10 @@ void write_scene(JsonWriter& out, const Scene& scene) {
   std::set<std::string> taken;
   out.new_line(" ").key("shapes").begin_object();
   for (std::size_t i = 0; i < scene.shapes().size(); ++i) {
+    if (!scene.has_shape(static_cast<std::uint32_t>(i))) {
+      names.emplace_back();
+      continue;
+    }
     std::string unique = scene.shape_names()[i];
     for (std::size_t n = i; unique.empty() || taken.contains(unique); ++n) unique = "shape" + std::to_string(n);
     taken.insert(unique);
@@ -107,6 +112,7 @@ void write_scene(JsonWriter& out, const Scene& scene) {
       out.member("static", true);
     else
       out.member("density", scene.densities()[i]);
+    if (scene.is_sensor()[i]) out.member("sensor", true);
     if (scene.groups()[i] != defaults.group) out.member("group", scene.groups()[i]);
     if (scene.masks()[i] != defaults.mask) out.member("mask", scene.masks()[i]);
     out.end_object();

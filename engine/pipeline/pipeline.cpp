@@ -80,13 +80,9 @@ class SceneWork final : public StepWork {
     only_changes_ = kept_ && kept_->begin_step(scene, contacts, changes_known_ && !options_.predicate);
     if (changes_known_) broad_phase_->expect_changes(changed_);
     if (only_changes_) broad_phase_->expect_only_changes();
-    const auto has = [&scene](ShapeKind kind) {
-      return std::any_of(scene.shapes().begin(), scene.shapes().end(),
-                         [kind](const Shape& shape) { return shape.kind() == kind; });
-    };
-    has_mesh_ = has(ShapeKind::mesh);
+    has_mesh_ = scene.has_kind(ShapeKind::mesh);
     if (has_mesh_) costs_.begin_step(scene.indices());
-    screens_ = !kept_ && options_.answer.request != Request::distance && has(ShapeKind::box);
+    screens_ = !kept_ && options_.answer.request != Request::distance && scene.has_kind(ShapeKind::box);
     together_ = screens_ && options_.answer.request == Request::contacts;
     found_.clear();
   }

@@ -45,9 +45,14 @@ void QueryWorld::set_box(std::uint32_t index) {
     boxes_.set(index, outward_box(shape(index), poses_[index], 0));
 }
 
+void QueryWorld::copy_shapes(const Scene& scene) {
+  shapes_.assign(scene.shapes().begin(), scene.shapes().end());
+  shape_changes_ = SceneChanges::shape_changes(scene);
+}
+
 void QueryWorld::copy_all(const Scene& scene) {
   const std::size_t size = scene.indices();
-  shapes_.assign(scene.shapes().begin(), scene.shapes().end());
+  copy_shapes(scene);
   shape_.assign(scene.shape_indices().begin(), scene.shape_indices().end());
   poses_.assign(scene.poses().begin(), scene.poses().end());
   groups_.assign(scene.groups().begin(), scene.groups().end());
@@ -77,8 +82,7 @@ void QueryWorld::build() {
 
 // False: some of what changed has no place in the hierarchy.
 bool QueryWorld::copy_changed(const Scene& scene) {
-  const std::span<const Shape> shapes = scene.shapes();
-  shapes_.insert(shapes_.end(), shapes.begin() + static_cast<std::ptrdiff_t>(shapes_.size()), shapes.end());
+  if (SceneChanges::shape_changes(scene) != shape_changes_) copy_shapes(scene);
   bool have_places = true;
   for (const std::uint32_t i : changed_) {
     const bool bounded_before = placed_[i] != 0;

@@ -37,11 +37,13 @@ class QueryWorld {
 
  private:
   bool copy_changed(const Scene& scene);
+  void copy_shapes(const Scene& scene);
   void copy_all(const Scene& scene);
   void build();
   void set_box(std::uint32_t index);
 
   SceneChanges::HistoryName history_;
+  std::uint64_t shape_changes_ = 0;
   std::vector<Shape> shapes_;
   std::vector<std::uint32_t> shape_, groups_, masks_, versions_, unbounded_;
   std::vector<Pose> poses_;

@@ -68,6 +68,7 @@ void ContactSolver::give_colours(const ContactList& contacts, const std::vector<
     const PairResult& found = contacts.pairs[i];
     const bool moves_a = bodies[found.a].inverse_mass != 0, moves_b = bodies[found.b].inverse_mass != 0;
     if (found.contact_count == 0 || (!moves_a && !moves_b)) continue;
+    if (bodies[found.a].is_sensor || bodies[found.b].is_sensor) continue;
     std::uint64_t &taken_a = taken_[found.a], &taken_b = taken_[found.b];
     const std::uint64_t taken = (moves_a ? taken_a : 0) | (moves_b ? taken_b : 0);
     const auto colour = static_cast<std::uint32_t>(std::countr_one(taken));
@@ -200,7 +201,11 @@ void ContactSolver::for_each_pair(std::vector<SolverBody>& bodies, const Body& b
     // A fixed body belongs to many pairs of a colour and none may write to it; what is added to this one is zero.
     SolverBody fixed;
     const auto side = [&](std::uint32_t index) -> SolverBody& {
-      return bodies[index].inverse_mass != 0 ? bodies[index] : fixed;
+      SolverBody& own = bodies[index];
+      if (own.inverse_mass != 0) return own;
+      fixed.velocity = own.velocity;
+      fixed.angular_velocity = own.angular_velocity;
+      return fixed;
     };
     for (std::size_t i = first; i < last; ++i) body(i, side(pairs_[i].a), side(pairs_[i].b));
   };

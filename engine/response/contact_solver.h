@@ -7,7 +7,7 @@
 
 namespace tandem {
 
-/// What the solver knows of a body; a fixed one has no inverse mass and no velocity.
+/// What the solver knows of a body; a fixed one has no inverse mass, and its velocity stays.
 struct SolverBody {
   Vec3 velocity = Vec3::Zero();  ///< of the centre of mass
   Vec3 angular_velocity = Vec3::Zero();
@@ -17,6 +17,7 @@ struct SolverBody {
   Vec3 turned = Vec3::Zero();           ///< the same, as a rotation vector, to first order
   Vec3 centre = Vec3::Zero();           ///< of mass, at the beginning of the step
   double radius = 0;
+  bool is_sensor = false;  ///< pushes nothing
 };
 
 /// Contacts as constraints on velocities, solved by sequential impulses. Pairs are given colours, in the order of the

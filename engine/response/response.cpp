@@ -102,7 +102,14 @@ void Response::Impl::prepare_body(const Scene& scene, std::uint32_t i) {
   const Pose& pose = scene.poses()[i];
   const ShapeMass& shape = shapes[scene.shape_indices()[i]];
   body.centre = scene.is_static()[i] ? pose.translation : pose * shape.centre;
-  if (scene.is_static()[i]) return;
+  body.is_sensor = scene.is_sensor()[i] != 0;
+  if (scene.is_static()[i]) {
+    body.velocity = scene.velocities()[i];
+    body.angular_velocity = scene.angular_velocities()[i];
+    limit(body.velocity, options.max_speed);
+    limit(body.angular_velocity, fastest_turn(scene.dt));
+    return;
+  }
   const double density = scene.densities()[i];
   orientations[i] = Quat(pose.rotation);
   // While a body turns its angular momentum stays, not its angular velocity: that is the gyroscopic torque. With the

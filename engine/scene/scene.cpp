@@ -1,5 +1,7 @@
 #include "tandem/engine/scene.h"
 
+#include <oneapi/tbb/parallel_for.h>
+
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
@@ -40,26 +42,61 @@ Scene::History& Scene::History::operator=(const History& other) {
 }
 
 ShapeId Scene::add_shape(Shape shape, std::string shape_name) {
-  shapes_.push_back(std::move(shape));
-  shape_names_.push_back(std::move(shape_name));
-  return {static_cast<std::uint32_t>(shapes_.size())};
+  ++kinds_[static_cast<std::size_t>(shape.kind())];
+  ++shape_changes_;
+  if (free_shapes_.empty()) {
+    shapes_.push_back(std::move(shape));
+    shape_names_.push_back(std::move(shape_name));
+    shape_generation_.push_back(1);
+    shape_users_.push_back(0);
+    shape_alive_.push_back(1);
+    return {static_cast<std::uint32_t>(shapes_.size()), 1};
+  }
+  const std::uint32_t place = free_shapes_.back();
+  free_shapes_.pop_back();
+  shapes_[place] = std::move(shape);
+  shape_names_[place] = std::move(shape_name);
+  shape_alive_[place] = 1;
+  return {place + 1, shape_generation_[place]};
+}
+
+std::uint32_t Scene::checked(ShapeId id, std::string_view what) const {
+  const std::uint32_t place = id.index_plus_one - 1;
+  if (id.index_plus_one == 0 || id.index_plus_one > shapes_.size())
+    refuse(std::string(what), "shape", "number " + std::to_string(id.index_plus_one),
+           "1 to " + std::to_string(shapes_.size()) + ", the shapes of this scene");
+  if (!shape_alive_[place] || shape_generation_[place] != id.generation)
+    refuse(std::string(what), "shape", "number " + std::to_string(id.index_plus_one) + " of generation " + std::to_string(id.generation),
+           "a shape that was not removed");
+  return place;
+}
+
+void Scene::remove_shape(ShapeId id) {
+  const std::uint32_t place = checked(id, "remove_shape");
+  if (shape_users_[place] != 0)
+    refuse("remove_shape", "shape", "number " + std::to_string(id.index_plus_one),
+           "one that no body has; this one has " + std::to_string(shape_users_[place]));
+  --kinds_[static_cast<std::size_t>(shapes_[place].kind())];
+  ++shape_changes_;
+  shapes_[place] = Sphere{0};
+  shape_names_[place].clear();
+  shape_alive_[place] = 0;
+  if (++shape_generation_[place] != 0) free_shapes_.push_back(place);
+}
+
+void Scene::require_may_move(std::uint32_t index, const Shape& shape, double density) const {
+  if (!std::isfinite(density) || density <= 0) refuse(body_name(index), "density", density, "finite, > 0 kg/m^3");
+  if (!shape.is_bounded()) refuse(body_name(index), "is_static", "false", "true, as its shape is a half-space");
 }
 
 BodyId Scene::add_body(const BodyOptions& options) {
   const std::uint32_t index = free_.empty() ? static_cast<std::uint32_t>(poses_.size()) : free_.back();
   const std::string what = body_name(index);
-  if (options.shape.index_plus_one == 0 || options.shape.index_plus_one > shapes_.size())
-    refuse(what, "shape", "number " + std::to_string(options.shape.index_plus_one),
-           "1 to " + std::to_string(shapes_.size()) + ", the shapes of this scene");
-  const std::uint32_t shape = options.shape.index_plus_one - 1;
+  const std::uint32_t shape = checked(options.shape, what);
   require_valid(options.pose, what);
   require_finite(options.velocity, what, "velocity");
   require_finite(options.angular_velocity, what, "angular_velocity");
-  if (!options.is_static) {
-    if (!std::isfinite(options.density) || options.density <= 0)
-      refuse(what, "density", options.density, "finite, > 0 kg/m^3");
-    if (!shapes_[shape].is_bounded()) refuse(what, "is_static", "false", "true, as its shape is a half-space");
-  }
+  if (!options.is_static) require_may_move(index, shapes_[shape], options.density);
   if (free_.empty()) {
     if (index == 0xffffffffu) refuse("scene", "bodies", index, "fewer than 4294967295");
     const std::size_t size = poses_.size() + 1;
@@ -72,12 +109,14 @@ BodyId Scene::add_body(const BodyOptions& options) {
     angular_velocities_.resize(size);
     densities_.resize(size);
     is_static_.resize(size);
+    is_sensor_.resize(size);
     alive_.resize(size);
     versions_.resize(size);
   } else {
     free_.pop_back();
   }
   shape_[index] = shape;
+  ++shape_users_[shape];
   groups_[index] = options.group;
   masks_[index] = options.mask;
   poses_[index] = orthonormalized(options.pose);
@@ -85,9 +124,9 @@ BodyId Scene::add_body(const BodyOptions& options) {
   angular_velocities_[index] = options.angular_velocity;
   densities_[index] = options.density;
   is_static_[index] = options.is_static;
+  is_sensor_[index] = options.is_sensor;
   alive_[index] = 1;
-  ++versions_[index];
-  ++comings_and_goings_;
+  changed(index);
   ++count_;
   return {index + 1, generation_[index]};
 }
@@ -103,11 +142,17 @@ std::uint32_t Scene::checked(BodyId id) const {
   return index;
 }
 
+/// More of it than its pose: as if another body came in its place.
+void Scene::changed(std::uint32_t index) {
+  ++versions_[index];
+  ++comings_and_goings_;
+}
+
 void Scene::remove_body(BodyId id) {
   const std::uint32_t index = checked(id);
   alive_[index] = 0;
-  ++versions_[index];
-  ++comings_and_goings_;
+  --shape_users_[shape_[index]];
+  changed(index);
   --count_;
   // A slot whose generations are used up is given away: an old id must never come true again.
   if (++generation_[index] != 0) free_.push_back(index);
@@ -118,6 +163,56 @@ void Scene::set_pose(BodyId id, const Pose& pose) {
   require_valid(pose, body_name(index));
   poses_[index] = orthonormalized(pose);
   ++versions_[index];
+}
+
+void Scene::set_poses(std::span<const BodyId> ids, std::span<const Pose> poses) {
+  if (ids.size() != poses.size())
+    refuse("set_poses", "poses", std::to_string(poses.size()), std::to_string(ids.size()) + ", one a body");
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, ids.size(), 512), [&](const auto& block) {
+    for (std::size_t i = block.begin(); i != block.end(); ++i) {
+      const std::uint32_t index = checked(ids[i]);
+      if (!is_valid(poses[i])) require_valid(poses[i], body_name(index));
+    }
+  });
+  // In turn: of a body that is named twice the last pose counts.
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    poses_[ids[i].index()] = orthonormalized(poses[i]);
+    ++versions_[ids[i].index()];
+  }
+}
+
+void Scene::set_shape(BodyId id, ShapeId shape) {
+  const std::uint32_t index = checked(id), place = checked(shape, body_name(index));
+  if (is_static_[index] == 0) require_may_move(index, shapes_[place], densities_[index]);
+  --shape_users_[shape_[index]];
+  ++shape_users_[place];
+  shape_[index] = place;
+  changed(index);
+}
+
+void Scene::set_filter(BodyId id, std::uint32_t group, std::uint32_t mask) {
+  const std::uint32_t index = checked(id);
+  groups_[index] = group;
+  masks_[index] = mask;
+  changed(index);
+}
+
+void Scene::set_static(BodyId id, bool is_static) {
+  const std::uint32_t index = checked(id);
+  if (!is_static) require_may_move(index, shapes_[shape_[index]], densities_[index]);
+  is_static_[index] = is_static;
+  changed(index);
+}
+
+void Scene::reserve(std::size_t bodies) {
+  const auto each = [&](auto&... lists) { (lists.reserve(bodies), ...); };
+  each(shape_, generation_, groups_, masks_, poses_, velocities_, angular_velocities_, densities_, is_static_, is_sensor_,
+       alive_, versions_);
+}
+
+ShapeId Scene::shape_id(BodyId id) const {
+  const std::uint32_t place = shape_[checked(id)];
+  return {place + 1, shape_generation_[place]};
 }
 
 void Scene::set_velocity(BodyId id, const Vec3& velocity, const Vec3& angular_velocity) {

@@ -431,3 +431,25 @@ TEST_CASE("response: bodies removed and added between steps do no harm") {
   }
   for (std::uint32_t i = 0; i < scene.indices(); ++i) CHECK(scene.poses()[i].translation.allFinite());
 }
+
+TEST_CASE("response: a static body with a velocity is a conveyor, a sensor pushes nothing") {
+  Scene scene;
+  const ShapeId ground = scene.add_shape(HalfSpace{}), box = scene.add_shape(Box{{1, 1, 0.5}});
+  const BodyId belt = scene.add_body({.shape = ground, .velocity = {0.8, 0, 0}, .is_static = true});
+  const BodyId load = scene.add_body({.shape = box, .pose = Pose::at(0, 0, 0.25)});
+  const BodyId falls = scene.add_body({.shape = box, .pose = Pose::at(5, 0, 0.25), .is_sensor = true});
+  Pipeline pipeline({.threads = 1, .answer = {.margin = recommended_margin(scene)}});
+  Response response;
+  bool sensed = false;
+  for (int i = 0; i < 120; ++i) {
+    pipeline.step(scene);
+    for (const PairResult& pair : pipeline.contacts().pairs) sensed = sensed || (pair.b == falls.index() && pair.answer.collide);
+    response.step(scene, pipeline.contacts());
+  }
+  CHECK(std::abs(scene.velocities()[load.index()].x() - 0.8) < 1e-3);
+  CHECK(scene.pose(load).translation.x() > 1);
+  CHECK(std::abs(scene.pose(load).translation.z() - 0.25) < 0.01);
+  CHECK(scene.pose(belt).translation.isZero(0));
+  CHECK(sensed);
+  CHECK(scene.pose(falls).translation.z() < -5);
+}

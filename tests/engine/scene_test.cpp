@@ -236,3 +236,41 @@ TEST_CASE("scene: freed indices are all used before new ones, again and again") 
     CHECK(f.scene.indices() == 10);
   }
 }
+
+TEST_CASE("scene: shapes come and go, bodies change what they are, and what cannot be changes nothing") {
+  Scene scene;
+  const ShapeId ball = scene.add_shape(Sphere{1}, "ball"), box = scene.add_shape(Box{{1, 1, 1}});
+  const ShapeId ground = scene.add_shape(HalfSpace{});
+  const BodyId body = scene.add_body({.shape = ball}), other = scene.add_body({.shape = box, .is_static = true});
+  CHECK(scene.has_kind(ShapeKind::sphere));
+  CHECK_THROWS_AS(scene.remove_shape(ball), std::invalid_argument);
+  CHECK_THROWS_AS(scene.set_shape(body, ground), std::invalid_argument);  // it moves
+  scene.set_shape(body, box);
+  CHECK(scene.shape_id(body) == box);
+  scene.remove_shape(ball);
+  CHECK_FALSE(scene.has_kind(ShapeKind::sphere));
+  CHECK_FALSE(scene.has_shape(0));
+  CHECK_THROWS_AS(scene.remove_shape(ball), std::invalid_argument);
+  CHECK_THROWS_AS(scene.add_body({.shape = ball}), std::invalid_argument);
+  const ShapeId newer = scene.add_shape(Capsule{1, 1});
+  CHECK(newer.index_plus_one == ball.index_plus_one);
+  CHECK_FALSE(newer == ball);
+  CHECK_THROWS_AS(scene.set_shape(body, ball), std::invalid_argument);
+  scene.set_static(body, true);
+  scene.set_shape(body, ground);
+  CHECK_THROWS_AS(scene.set_static(body, false), std::invalid_argument);
+  scene.set_filter(other, 4, 8);
+  CHECK(scene.groups()[other.index()] == 4);
+  CHECK(scene.masks()[other.index()] == 8);
+  scene.reserve(1000);
+  std::vector<BodyId> ids{other, body, other};
+  std::vector<Pose> poses{Pose::at(1, 0, 0), Pose::at(2, 0, 0), Pose::at(3, 0, 0)};
+  scene.set_poses(ids, poses);
+  CHECK(scene.pose(other).translation.x() == 3);
+  CHECK(scene.pose(body).translation.x() == 2);
+  poses[2].translation.x() = std::numeric_limits<double>::quiet_NaN();
+  poses[0] = Pose::at(9, 0, 0);
+  CHECK_THROWS_AS(scene.set_poses(ids, poses), std::invalid_argument);
+  CHECK(scene.pose(other).translation.x() == 3);
+  CHECK_THROWS_AS(scene.set_poses(ids, std::span(poses).first(2)), std::invalid_argument);
+}

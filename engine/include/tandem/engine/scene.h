@@ -1,8 +1,10 @@
 #pragma once
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tandem/narrowphase/answer.h"
@@ -19,9 +21,10 @@ struct BodyId {
   friend bool operator==(BodyId, BodyId) = default;
 };
 
-/// Names a shape of a scene.
+/// Names a shape of a scene, as BodyId a body.
 struct ShapeId {
   std::uint32_t index_plus_one = 0;
+  std::uint32_t generation = 0;
   friend bool operator==(ShapeId, ShapeId) = default;
 };
 
@@ -31,7 +34,10 @@ struct BodyOptions {
   Vec3 velocity = Vec3::Zero();          ///< m/s, of the centre of mass, which need not be the shape's origin
   Vec3 angular_velocity = Vec3::Zero();  ///< rad/s, world axes
   double density = 1000;                 ///< kg/m^3, finite, > 0; not used when is_static
-  bool is_static = false;                ///< never moved by a response; two static bodies make no pair
+  /// Never moved by a response; two static bodies make no pair. One with a velocity carries along what lies on it: a
+  /// conveyor, or a body that its owner moves by set_pose.
+  bool is_static = false;
+  bool is_sensor = false;                ///< its contacts are reported, and no response pushes by them
   std::uint32_t group = 1;               ///< bits of the groups this body is in
   std::uint32_t mask = 0xffffffffu;      ///< bits of the groups it meets; a pair needs both directions
 };
@@ -45,12 +51,22 @@ class SceneChanges;
 class Scene {
  public:
   ShapeId add_shape(Shape shape, std::string name = {});
+  /// Throws std::invalid_argument for an id that names no shape (any more) or one that a body has.
+  void remove_shape(ShapeId id);
   /// Throws std::invalid_argument that names the body, field and value: a bad pose or number, an unknown shape, or
   /// a half-space that is not static. Two half-spaces thus never meet: all other pairs of kinds have a solver.
   BodyId add_body(const BodyOptions& options);
   /// Throws std::invalid_argument for an id that names no body (any more); so do all calls that take an id.
   void remove_body(BodyId id);
   void set_pose(BodyId id, const Pose& pose);
+  /// The same for many; checked on the threads of the caller's oneTBB arena. Throws before any is changed. Both spans one
+  /// length; of a body named twice the last pose counts.
+  void set_poses(std::span<const BodyId> ids, std::span<const Pose> poses);
+  /// Gives the body another shape, other groups, fixes or frees it: what holds of add_body holds of these, too.
+  void set_shape(BodyId id, ShapeId shape);
+  void set_filter(BodyId id, std::uint32_t group, std::uint32_t mask);
+  void set_static(BodyId id, bool is_static);
+  void reserve(std::size_t bodies);  ///< room for so many in all
   void set_velocity(BodyId id, const Vec3& velocity, const Vec3& angular_velocity);
 
   const Pose& pose(BodyId id) const;
@@ -58,8 +74,12 @@ class Scene {
   std::size_t indices() const { return poses_.size(); }  ///< one past the largest index ever used
   bool alive(std::uint32_t index) const { return alive_[index] != 0; }
   BodyId id(std::uint32_t index) const;  ///< throws std::invalid_argument unless a body is alive there
+  ShapeId shape_id(BodyId id) const;
+  bool has_kind(ShapeKind kind) const { return kinds_[static_cast<std::size_t>(kind)] != 0; }  ///< among its shapes
 
+  /// In the order added; in the place of a removed shape stands a point, until another one takes it.
   std::span<const Shape> shapes() const { return shapes_; }
+  bool has_shape(std::uint32_t place) const { return shape_alive_[place] != 0; }
   std::span<const std::string> shape_names() const { return shape_names_; }
   const Shape& shape_of(std::uint32_t index) const { return shapes_[shape_[index]]; }
 
@@ -70,6 +90,7 @@ class Scene {
   std::span<const Vec3> angular_velocities() const { return angular_velocities_; }
   std::span<const double> densities() const { return densities_; }
   std::span<const std::uint8_t> is_static() const { return is_static_; }
+  std::span<const std::uint8_t> is_sensor() const { return is_sensor_; }
   std::span<const std::uint32_t> groups() const { return groups_; }
   std::span<const std::uint32_t> masks() const { return masks_; }
 
@@ -101,19 +122,25 @@ class Scene {
   };
 
   std::uint32_t checked(BodyId id) const;
+  std::uint32_t checked(ShapeId id, std::string_view what) const;
+  void require_may_move(std::uint32_t index, const Shape& shape, double density) const;
+  void changed(std::uint32_t index);
 
   std::vector<Shape> shapes_;
   std::vector<std::string> shape_names_;
+  std::vector<std::uint32_t> shape_generation_, shape_users_, free_shapes_;
+  std::vector<std::uint8_t> shape_alive_;
+  std::array<std::size_t, shape_kinds> kinds_{};
   std::vector<std::uint32_t> shape_, generation_, groups_, masks_, free_;
   std::vector<Pose> poses_;
   std::vector<Vec3> velocities_, angular_velocities_;
   std::vector<double> densities_;
-  std::vector<std::uint8_t> is_static_, alive_;
+  std::vector<std::uint8_t> is_static_, is_sensor_, alive_;
   std::size_t count_ = 0;
 
   // For who looks at the scene step by step, see SceneChanges.
   std::vector<std::uint32_t> versions_;
-  std::uint64_t comings_and_goings_ = 0;
+  std::uint64_t comings_and_goings_ = 0, shape_changes_ = 0;
   History history_;
 };
 
