@@ -4,54 +4,44 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <deque>
 #include <optional>
 #include <thread>
-#include <tuple>
 
 #include "executors/batch_queue.h"
 #include "executors/executors.h"
 #include "executors/step_frame.h"
 
-// The flowgraph executor: a step as two oneTBB flow graphs, one for the threads of each phase, after the paper's
-// pipeline.
+// The flowgraph executor: a step as two oneTBB flow graphs, one for the threads of each phase, with a bounded queue of
+// batches between them; after the pipeline of Avril, Gouranton and Arnaldi (ICAT 2010).
 
 namespace tandem {
 namespace {
 
-using tbb::flow::continue_msg;
 using tbb::flow::function_node;
 using tbb::flow::make_edge;
-using tbb::flow::multifunction_node;
-using tbb::flow::node_priority_t;
-using tbb::flow::output_port;
 using tbb::flow::unlimited;
 
-/// A thread's turn: it goes through the stages with the batch that its tiles fill.
-struct Turn {
-  BatchWriter* writer;
-};
+/// A message: a thread's turn, which goes along the edges through all stages of a step.
+struct Turn {};
+
+/// What a thread looks for first.
+enum class Phase { broad, narrow };
 
 /// The nodes of a step, in an arena whose limit is the number of threads of one phase. The executor makes the edges.
 struct PhaseGraph {
-  using Tiles = multifunction_node<Turn, std::tuple<Turn, continue_msg, continue_msg>>;
-  enum TilesPort { again, to_narrow, to_join };
-  using Narrow = multifunction_node<continue_msg, std::tuple<continue_msg>>;
+  using Node = function_node<Turn, Turn>;
 
-  /// `body`: has a member for each node. A user's callback may wait for tasks of its own; it must not be given another
-  /// message meanwhile, hence the isolation.
-  template <class Body>
-  PhaseGraph(int threads, Body& body, node_priority_t narrow_priority)
+  /// `stages`: has a member for each node.
+  template <class Stages>
+  PhaseGraph(Phase phase, int threads, Stages& stages)
       : arena(threads, 1),
         context(tbb::task_group_context::isolated),
         graph(context),
-        update(graph, unlimited, [&](Turn turn) noexcept { return alone([&] { return body.update(turn); }); }),
-        prepare(graph, unlimited, [&](Turn turn) noexcept { return alone([&] { return body.prepare(turn); }); }),
-        tiles(graph, unlimited, [&](Turn turn, auto& to) noexcept { alone([&] { body.tiles(*this, turn, to); }); }),
-        narrow(
-            graph, unlimited, [&](continue_msg, auto& to) noexcept { alone([&] { body.narrow(*this, to); }); },
-            narrow_priority),
-        join(graph, unlimited, [&](continue_msg) noexcept { return alone([&] { return body.join(); }); }) {
+        update(graph, unlimited, body([&] { stages.update(); })),
+        prepare(graph, unlimited, body([&] { stages.prepare(); })),
+        tiles(graph, unlimited, body([&stages, phase] { stages.tiles(phase); })),
+        narrow(graph, unlimited, body([&] { stages.narrow(); })),
+        join(graph, unlimited, body([&] { stages.join(); })) {
     attach();
   }
 
@@ -62,24 +52,30 @@ struct PhaseGraph {
     arena.initialize(threads, 1);
     attach();
   }
-  /// The caller joins the arena until no message is left.
+
+  void put(int turns) {
+    for (int i = 0; i < turns; ++i) update.try_put({});
+  }
+  /// The caller takes turns, too, until all are at their end.
   void wait() {
     arena.execute([this] { graph.wait_for_all(); });
   }
 
   tbb::task_arena arena;
-  // Not bound to the caller's: that one may end before this graph does, and a step that lost messages would hang.
+  // Not bound to the caller's: that one may end before this graph does, and a step that lost turns would hang.
   tbb::task_group_context context;
   tbb::flow::graph graph;
-  function_node<Turn, Turn> update, prepare;
-  Tiles tiles;
-  Narrow narrow;
-  function_node<continue_msg> join;
+  Node update, prepare, tiles, narrow, join;
 
  private:
-  template <class Body>
-  static auto alone(Body&& body) {
-    return tbb::this_task_arena::isolate(body);
+  /// A user's callback may wait for tasks of its own. It must not be given another turn meanwhile, which would wait for
+  /// the tile that this one holds.
+  template <class Stage>
+  static auto body(Stage stage) {
+    return [stage](Turn turn) noexcept {
+      tbb::this_task_arena::isolate(stage);
+      return turn;
+    };
   }
   /// A graph's messages go to the arena in which it was reset last, whoever sends them.
   void attach() {
@@ -87,7 +83,8 @@ struct PhaseGraph {
   }
 };
 
-/// The product. Each phase has an arena, of X and Y threads for the split X-Y, and in it a graph of the step's stages:
+/// The product. Each phase has an arena, of X and Y threads for the split X-Y, and in it a graph of the step's stages.
+/// Each thread has a turn, which takes blocks of a stage until none is left and goes on when the stage is over:
 ///
 ///   broad arena:    update -> prepare -> tiles -> narrow -> join
 ///                                          | batches
@@ -95,16 +92,16 @@ struct PhaseGraph {
 ///                                          v
 ///   narrow arena:   update -> prepare -> tiles -> narrow -> join
 ///
-/// The tiles of the broad phase fill batches; each goes into the queue, and a message to the narrow phase's node. The
-/// two graphs have the same nodes, so that threads without work of their own phase go on with the other's at once,
-/// where a worker needs 100 us to change arenas: the narrow arena's take tiles while no batch waits, the broad arena's
-/// take batches when no tile is left. In a strict split, as the paper's, the edges for that are missing.
+/// Both arenas have all nodes, so that threads without work of their own phase go on with the other's at once, where a
+/// worker needs 100 us to change arenas: in the narrow arena a turn takes tiles only while no batch waits, in the broad
+/// one it takes batches when no tile is left. A strict split, as the paper's, leaves these nodes out:
+///
+///   broad arena:    update -> prepare -> tiles -> join
+///   narrow arena:   update -> narrow -> join
 class FlowGraphExecutor final : public Executor, private Delivery {
  public:
   explicit FlowGraphExecutor(const ExecutorOptions& options)
-      : options_(options), strict_(options.balance.strict), frame_(options, strict_, true) {
-    state_.on_share([this] { call_helpers(); });
-  }
+      : options_(options), strict_(options.balance.strict), frame_(options, strict_, true) {}
 
   void run(StepWork& work, ContactList& contacts, ExecutionReport& report, std::stop_token stop,
            Timeline* timeline) override {
@@ -114,8 +111,10 @@ class FlowGraphExecutor final : public Executor, private Delivery {
     if (shared) {
       resize(threads);
       report.split = split_;
-      send_turns();
-      wait();
+      narrow_->put(split_.narrow);
+      broad_->put(split_.broad);
+      broad_->wait();
+      narrow_->wait();
     }
     frame_.end(work, report);
     if (shared) frame_.balance(*balancer_, report, timeline);
@@ -124,7 +123,7 @@ class FlowGraphExecutor final : public Executor, private Delivery {
  private:
   friend PhaseGraph;
 
-  // ---- Before a step: arenas, queue and edges
+  // ---- Before a step: arenas, edges and queue
 
   void resize(int threads) {
     if (!balancer_ || threads != threads_) {
@@ -133,28 +132,31 @@ class FlowGraphExecutor final : public Executor, private Delivery {
       queue_.set_capacity(queue_capacity(threads));
     }
     split_ = balancer_->split();
+    // The caller works in the broad arena and then joins the narrow one: together they ask for threads - 1 workers.
+    const int broad_slots = split_.broad, narrow_slots = split_.narrow + 1;
     if (!broad_) {
-      broad_.emplace(split_.broad, *this, tbb::flow::no_priority);
-      narrow_.emplace(narrow_slots(), *this, node_priority_t{1});  // batches before the tiles of the other phase
-      connect();
+      broad_.emplace(Phase::broad, broad_slots, *this);
+      narrow_.emplace(Phase::narrow, narrow_slots, *this);
+      make_edges();
     }
-    broad_->resize(split_.broad);
-    narrow_->resize(narrow_slots());
-    Delivery& into_queue = *this;
-    while (writers_.size() < static_cast<std::size_t>(threads)) writers_.emplace_back(state_, into_queue);
+    broad_->resize(broad_slots);
+    narrow_->resize(narrow_slots);
   }
 
-  void connect() {
+  void make_edges() {
+    if (strict_) {
+      make_edge(broad_->update, broad_->prepare);
+      make_edge(broad_->prepare, broad_->tiles);
+      make_edge(broad_->tiles, broad_->join);
+      make_edge(narrow_->update, narrow_->narrow);
+      make_edge(narrow_->narrow, narrow_->join);
+      return;
+    }
     for (PhaseGraph* phase : {&*broad_, &*narrow_}) {
-      const bool broad = phase == &*broad_;
-      if (broad || !strict_) {
-        make_edge(phase->update, phase->prepare);
-        make_edge(phase->prepare, phase->tiles);
-        make_edge(output_port<PhaseGraph::again>(phase->tiles), phase->tiles);
-      }
-      if (!strict_) make_edge(output_port<PhaseGraph::to_narrow>(phase->tiles), phase->narrow);
-      make_edge(output_port<PhaseGraph::to_join>(phase->tiles), phase->join);
-      make_edge(output_port<0>(phase->narrow), phase->join);
+      make_edge(phase->update, phase->prepare);
+      make_edge(phase->prepare, phase->tiles);
+      make_edge(phase->tiles, phase->narrow);
+      make_edge(phase->narrow, phase->join);
     }
   }
 
@@ -174,112 +176,56 @@ class FlowGraphExecutor final : public Executor, private Delivery {
     return options_.batches.queue_capacity != 0 ? options_.batches.queue_capacity : usual_queue_capacity(threads);
   }
 
-  /// The caller works in the broad arena first and then joins the narrow one: together they ask for threads - 1
-  /// workers.
-  int narrow_slots() const { return split_.narrow + 1; }
+  // ---- A step: the bodies of the nodes
 
-  // ---- A step: its messages, and the bodies of the nodes
+  void update() { run_stages(state_, 1); }
 
-  void send_turns() {
-    called_to_join_.store(false, std::memory_order_relaxed);
-    for (int i = 0; i < threads_; ++i) {
-      PhaseGraph& phase = i < split_.narrow ? *narrow_ : *broad_;
-      phase.update.try_put({&writers_[static_cast<std::size_t>(i)]});
+  void prepare() { run_stages(state_, state_.shared_stage()); }
+
+  /// Fills batches from tiles until none is left.
+  void tiles(Phase phase) {
+    const std::size_t stage = state_.shared_stage();
+    BatchWriter writer(state_, *this);
+    while (!state_.all_taken(stage)) {
+      if (state_.help() || (phase == Phase::narrow && narrow_one())) continue;
+      if (std::size_t tile; state_.take(stage, tile)) state_.run_tile(tile, writer);
     }
-  }
-
-  void wait() {
-    for (bool finished = false; !finished;) {
-      finished = state_.finished();
-      broad_->wait();
-      if (strict_) watch_narrow();
-      narrow_->wait();
-    }
-    broad_->wait();  // for messages of the narrow arena that came too late
-  }
-
-  Turn update(Turn turn) {
-    run_stages(state_, 1);
-    return turn;
-  }
-
-  Turn prepare(Turn turn) {
-    run_stages(state_, state_.shared_stage());
-    return turn;
-  }
-
-  /// One tile, and the turn comes again; without a tile its pairs leave, and it goes on with the batches that wait.
-  template <class Ports>
-  void tiles(PhaseGraph& phase, Turn turn, Ports& to) {
-    while (state_.help()) continue;
-    if (std::size_t tile; state_.take(state_.shared_stage(), tile)) {
-      state_.run_tile(tile, *turn.writer);
-      std::get<PhaseGraph::again>(to).try_put(turn);
-      return;
-    }
-    turn.writer->flush();
-    std::get<PhaseGraph::to_narrow>(to).try_put({});
-    go_on(phase, std::get<PhaseGraph::to_join>(to));
+    writer.flush();
+    if (strict_) watch_narrow();
   }
 
   /// A full batch from a writer goes into the queue, or, when that is full, another one out of it.
   void deliver(Batch& batch) override {
-    for (Batch* other = nullptr; !queue_.try_push(batch);)
-      if (queue_.try_pop(other)) state_.process(*other);
+    while (!queue_.try_push(batch)) narrow_one();
     state_.count_queue(queue_.size());
-    const bool told = state_.guard([this] {
-      narrow_->narrow.try_put({});
-      if (!strict_ && state_.all_taken(state_.shared_stage())) broad_->narrow.try_put({});
-    });
-    if (!told) narrow_all();  // the batch is in the queue all the same
+    state_.wake();
   }
 
-  template <class Ports>
-  void narrow(PhaseGraph& phase, Ports& to) {
-    at_work_.fetch_add(1);
-    narrow_all();
-    at_work_.fetch_sub(1);
-    go_on(phase, std::get<0>(to));
+  /// Narrows batches until the last one is answered.
+  void narrow() {
+    at_batches_.fetch_add(1);
+    for (std::size_t stage = state_.stage(); stage <= state_.shared_stage(); stage = state_.stage())
+      state_.wait_while(stage, [this] { return narrow_one(); });
+    at_batches_.fetch_sub(1);
   }
 
-  void narrow_all() {
-    for (;;) {
-      Batch* batch = nullptr;
-      if (state_.help()) continue;
-      if (!queue_.try_pop(batch)) return;
-      state_.process(*batch);
-    }
+  bool narrow_one() {
+    Batch* batch = nullptr;
+    if (!queue_.try_pop(batch)) return false;
+    state_.process(*batch);
+    return true;
   }
 
-  /// Whoever sees that the shared stage is over calls all threads to the stages that follow: those of its own arena by
-  /// the edge, the others by a message, as the successor of an edge runs in the arena of its source.
-  template <class Port>
-  void go_on(PhaseGraph& phase, Port& to_join) {
-    if (state_.stage() == state_.shared_stage() || called_to_join_.exchange(true)) return;
-    const bool is_broad = &phase == &*broad_;
-    PhaseGraph& other = is_broad ? *narrow_ : *broad_;
-    for (int i = 0; i < (is_broad ? narrow_slots() : split_.broad); ++i) other.join.try_put({});
-    for (int i = 0; i < (is_broad ? split_.broad : narrow_slots()); ++i) to_join.try_put({});
-  }
+  void join() { run_stages(state_, state_.end_stage()); }
 
-  continue_msg join() {
-    run_stages(state_, state_.end_stage());
-    return {};
-  }
-
-  /// Parts of a batch are there to share.
-  void call_helpers() {
-    for (int i = 0; i < split_.broad; ++i) broad_->narrow.try_put({});
-    for (int i = 0; i < narrow_slots(); ++i) narrow_->narrow.try_put({});
-  }
-
-  /// In a strict split the caller takes no batch. But where the scheduler grants the narrow arena no worker, as under a
-  /// limit of one thread, the step must still end: then it joins that arena after all.
+  /// A strict broad thread without tiles does nothing more. But where the scheduler grants the narrow arena no worker,
+  /// as under a limit of one thread, the step must still end: then it takes the batches after all.
   void watch_narrow() {
     constexpr auto patience = std::chrono::microseconds(500);
-    for (auto end = Clock::now() + patience; state_.stage() == state_.shared_stage(); std::this_thread::yield()) {
-      if (at_work_.load() != 0) end = Clock::now() + patience;
-      if (Clock::now() > end) return;
+    for (auto look = Clock::now() + patience; state_.stage() == state_.shared_stage(); std::this_thread::yield()) {
+      if (Clock::now() < look) continue;
+      look = Clock::now() + patience;
+      if (at_batches_.load() == 0) narrow_one();
     }
   }
 
@@ -291,9 +237,7 @@ class FlowGraphExecutor final : public Executor, private Delivery {
   int threads_ = 0;
   Split split_;
   BatchQueue queue_;
-  std::deque<BatchWriter> writers_;  // one a turn
-  std::atomic<int> at_work_{0};      // on batches, in the bodies of `narrow`
-  std::atomic<bool> called_to_join_{false};
+  std::atomic<int> at_batches_{0};            // turns in the nodes `narrow`
   std::optional<PhaseGraph> broad_, narrow_;  // last: their bodies use what is above
 };
 

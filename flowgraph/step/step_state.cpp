@@ -154,10 +154,6 @@ void StepState::process_in_order(std::span<Batch* const> batches) {
   for (Batch* batch : batches) process(*batch);
 }
 
-void StepState::wait_while(std::size_t stage) {
-  tickets_.wait_while(stage, [this] { return help(); });
-}
-
 bool StepState::help() {
   if (!shared_work_.any()) return false;
   const Clock::time_point begin = Clock::now();
@@ -170,10 +166,7 @@ bool StepState::help() {
 }
 
 void StepState::share(std::size_t parts, const std::function<void(std::size_t)>& part) {
-  shared_work_.share(parts, part, [this] {
-    tickets_.wake();
-    if (call_) guard(call_);
-  });
+  shared_work_.share(parts, part, [this] { wake(); });
 }
 
 void StepState::count_queue(std::size_t length) noexcept {

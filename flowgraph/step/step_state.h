@@ -57,15 +57,22 @@ class StepState final : public Crew, public BatchOwner {
   /// Narrow phase of all batches of a step whose shared stage is on one thread alone, all tiles done: their pairs are
   /// put in order first, so that answers go to their places at once and nothing is left to join.
   void process_in_order(std::span<Batch* const> batches);
-  /// Returns when the stage is over and helps until then.
-  void wait_while(std::size_t stage);
+  /// Returns when the stage is over. Until then it helps, or else calls more(), which returns whether there was
+  /// something to do; sleeps if there is nothing for long.
+  template <class More>
+  void wait_while(std::size_t stage, More&& more) {
+    tickets_.wait_while(stage, [&] { return help() || more(); });
+  }
+  void wait_while(std::size_t stage) {
+    wait_while(stage, [] { return false; });
+  }
+  /// To those who sleep: there is more to do.
+  void wake() { tickets_.wake(); }
 
   /// Works within a batch of another thread, if it has parts to share; false if there is none. To be looked for before
   /// anything else: such a batch may be the longest of all.
   bool help();
   void share(std::size_t parts, const std::function<void(std::size_t)>& part) override;
-  /// Also told when there are parts to share: reaches threads that do not wait in a stage. Before begin(), may throw.
-  void on_share(std::function<void()> call) { call_ = std::move(call); }
 
   StepWork& work() override { return *work_; }
   StepForm form() const override { return answers_.form(); }
@@ -104,7 +111,6 @@ class StepState final : public Crew, public BatchOwner {
   StepWork* work_ = nullptr;
   BatchPairs batch_pairs_{0};
   std::size_t shared_ = 0, end_ = 0;
-  std::function<void()> call_;
   AnswerStages answers_;
   BatchPool pool_;
   EarlyEnd early_end_;
@@ -114,8 +120,8 @@ class StepState final : public Crew, public BatchOwner {
   SharedWork shared_work_;
 };
 
-/// Takes blocks of the stages from the open one to before `end`, none of them the shared one; returns when they are
-/// over.
+/// Takes blocks of the stages from the open one to before `end`, and returns when they are over. The shared one must
+/// have no tile left.
 inline void run_stages(StepState& state, std::size_t end) {
   for (std::size_t stage = state.stage(); stage < end; stage = state.stage()) {
     for (std::size_t block; state.take(stage, block); state.run(stage, block))
