@@ -224,8 +224,8 @@ class FlowGraphExecutor final : public Executor, private Delivery {
     constexpr auto patience = std::chrono::microseconds(500);
     for (auto look = Clock::now() + patience; state_.stage() == state_.shared_stage(); std::this_thread::yield()) {
       if (Clock::now() < look) continue;
+      while (at_batches_.load() == 0 && narrow_one()) continue;
       look = Clock::now() + patience;
-      if (at_batches_.load() == 0) narrow_one();
     }
   }
 

@@ -24,7 +24,8 @@ class Tickets {
   /// Takes a block; false when the stage has none left or is not open.
   bool take(std::size_t stage, std::size_t& block);
 
-  /// One thing more that the open stage may not end before, such as a batch; by who has not finished a thing of it.
+  /// The open stage may not end before one thing more, such as a batch, is done. The calling thread holds a block of
+  /// it, or such a thing.
   void add() { left_.fetch_add(1, std::memory_order_relaxed); }
   /// A block, or what was added, is done: true for the last one.
   bool finish() { return left_.fetch_sub(1, std::memory_order_acq_rel) == 1; }
