@@ -88,7 +88,7 @@ void measure_hand_over(Samples& out) {
   }
 }
 
-/// A phase as the executor has it: a graph of one node in an arena with room for one worker.
+/// An arena of a phase as the executor has it, with room for one worker, and in it a graph of one node.
 class Node {
  public:
   Node() : arena_(2, 1) {

@@ -19,8 +19,6 @@ void require(bool good, const std::string& message) {
   if (!good) throw std::invalid_argument(message);
 }
 
-std::string text(Split split) { return std::to_string(split.broad) + "-" + std::to_string(split.narrow); }
-
 }  // namespace
 
 std::unique_ptr<Executor> make_executor(const ExecutorOptions& options) {
@@ -68,31 +66,6 @@ std::function<bool()> host_cancellation() {
   tbb::task_group_context* context = tbb::task::current_context();
   if (context == nullptr) return {};
   return [context] { return context->is_group_execution_cancelled(); };
-}
-
-void BatchSize::learn(const ExecutionReport& report) {
-  // A batch costs half a microsecond where another thread narrows it than found its pairs: in long steps they are
-  // larger, as long as the last of them is a small part of a thread's share.
-  constexpr double least_ms = std::chrono::duration<double, std::milli>(shortest_batch).count();
-  const double target_ms = std::clamp(report.narrow_ms / (100.0 * report.threads), least_ms, 8 * least_ms);
-  size_.threads = static_cast<std::size_t>(report.threads);
-  size_.time = std::chrono::nanoseconds(static_cast<std::int64_t>(1e6 * target_ms));
-  const auto pairs_for = [this, target_ms](double ms, std::uint64_t pairs) {
-    const double wanted = ms > 0 ? target_ms * static_cast<double>(pairs) / ms : static_cast<double>(most_);
-    return static_cast<std::size_t>(std::clamp(wanted, 1.0, static_cast<double>(most_)));
-  };
-  if (report.candidate_pairs != 0) size_.most = pairs_for(report.narrow_ms, report.candidate_pairs);
-  if (report.heavy_ms > 0) size_.heavy = pairs_for(report.heavy_ms, report.heavy_pairs);
-}
-
-void balance(Balancer& balancer, std::uint64_t step, ExecutionReport& report, Timeline* timeline) {
-  report.decision = balancer.after_step(step, report);
-  if (timeline == nullptr) return;
-  timeline->count("split: broad threads", report.split.broad);
-  if (report.decision.action == BalanceAction::none) return;
-  timeline->note("step " + std::to_string(step) + ": " + std::string(name(report.decision.action)) + " " +
-                 text(report.decision.before) + " -> " + text(report.decision.after) + ", " +
-                 std::string(report.decision.reason));
 }
 
 }  // namespace tandem

@@ -1,11 +1,8 @@
 #pragma once
-#include <algorithm>
 #include <functional>
 #include <memory>
+#include <string>
 
-#include "measurement/balancer.h"
-#include "step/step_form.h"
-#include "step/step_state.h"
 #include "tandem/flowgraph/executor.h"
 
 namespace tandem {
@@ -21,32 +18,7 @@ int tbb_threads(int wished);
 /// Asks whether the task group that the calling task belongs to has been cancelled; valid while that task runs.
 std::function<bool()> host_cancellation();
 
-/// Chooses the batch size by the last step's cost of a pair: 15 us of narrow work, up to 120 in long steps, at most
-/// what the user allows. On the caller alone, where none is handed on, that is what they hold.
-class BatchSize {
- public:
-  explicit BatchSize(std::size_t most) : most_(most), size_{.most = most, .heavy = 1} {}
-  BatchPairs get(StepForm form) const { return form == StepForm::caller ? BatchPairs{.most = most_} : size_; }
-  void learn(const ExecutionReport& report);
-
- private:
-  std::size_t most_;
-  BatchPairs size_;
-};
-
-/// Batches that may wait. A producer that finds the queue full narrows a batch, and the tile in its hand waits: the
-/// more threads there are, the more of them may do that at once and leave the costly pairs of their tiles for the end.
-inline std::size_t usual_queue_capacity(int threads) {
-  const auto count = static_cast<std::size_t>(threads);
-  return std::clamp(4 * count * count, std::size_t{16}, std::size_t{1} << 20);
-}
-
-/// What a step's time goes with.
-inline double load_of(const StepWork& work, const ExecutionReport& report) {
-  return static_cast<double>(work.bodies() + report.candidate_pairs);
-}
-
-/// Balances after a step and writes what it decided into the report and the timeline.
-void balance(Balancer& balancer, std::uint64_t step, ExecutionReport& report, Timeline* timeline);
+/// As options and reports tell it: 1-3.
+inline std::string text(Split split) { return std::to_string(split.broad) + "-" + std::to_string(split.narrow); }
 
 }  // namespace tandem

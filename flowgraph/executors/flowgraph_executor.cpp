@@ -1,296 +1,244 @@
-#include <oneapi/tbb/concurrent_queue.h>
 #include <oneapi/tbb/flow_graph.h>
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
-#include <array>
+#include <atomic>
 #include <chrono>
-#include <mutex>
-#include <numeric>
 #include <optional>
 #include <thread>
 
+#include "executors/batch_queue.h"
 #include "executors/executors.h"
+#include "executors/step_frame.h"
+
+// The flowgraph executor: a step as two oneTBB flow graphs, one for the threads of each phase, with a bounded queue of
+// batches between them; after the pipeline of Avril, Gouranton and Arnaldi (ICAT 2010).
 
 namespace tandem {
 namespace {
 
-using tbb::flow::continue_msg;
 using tbb::flow::function_node;
-using tbb::flow::graph;
+using tbb::flow::make_edge;
 using tbb::flow::unlimited;
 
-/// Asks a node's body to take part in the step.
-struct Runner {};
+/// A message: a thread's turn, which goes along the edges through all stages of a step.
+struct Turn {};
 
-/// A graph with one node, in an arena of its own. The number of threads at work in it is the arena's limit.
-class Phase {
- public:
-  template <class Body>
-  Phase(int concurrency, Body body) : arena_(concurrency, 1), context_(tbb::task_group_context::isolated) {
-    // A graph stays with the arena in which it was made or last reset, whoever sends it messages.
-    arena_.execute([&] {
-      graph_.emplace(context_);
-      node_.emplace(*graph_, unlimited, [body](Runner) noexcept {
-        // A user's callback may wait for tasks of its own; it must not be given another runner meanwhile, which would
-        // wait for the tile that this one holds.
-        tbb::this_task_arena::isolate(body);
-        return continue_msg();
-      });
-    });
+/// What a thread looks for first.
+enum class Phase { broad, narrow };
+
+/// The nodes of a step, in an arena whose limit is the number of threads of one phase. The executor makes the edges.
+struct PhaseGraph {
+  using Node = function_node<Turn, Turn>;
+
+  /// `stages`: has a member for each node.
+  template <class Stages>
+  PhaseGraph(Phase phase, int threads, Stages& stages)
+      : arena(threads, 1),
+        context(tbb::task_group_context::isolated),
+        graph(context),
+        update(graph, unlimited, body([&] { stages.update(); })),
+        prepare(graph, unlimited, body([&] { stages.prepare(); })),
+        tiles(graph, unlimited, body([&stages, phase] { stages.tiles(phase); })),
+        narrow(graph, unlimited, body([&] { stages.narrow(); })),
+        join(graph, unlimited, body([&] { stages.join(); })) {
+    attach();
   }
 
-  void resize(int concurrency) {
-    if (concurrency == arena_.max_concurrency()) return;
-    arena_.terminate();
-    arena_.initialize(concurrency, 1);
-    arena_.execute([this] { graph_->reset(); });
+  /// Between steps.
+  void resize(int threads) {
+    if (threads == arena.max_concurrency()) return;
+    arena.terminate();
+    arena.initialize(threads, 1);
+    attach();
   }
 
-  void put_runner() { node_->try_put({}); }
-
-  /// The caller joins the arena with `runners` more messages until its work is done.
-  void wait(int runners) {
-    arena_.execute([&] {
-      for (int i = 0; i < runners; ++i) put_runner();
-      graph_->wait_for_all();
-    });
+  void put(int turns) {
+    for (int i = 0; i < turns; ++i) update.try_put({});
   }
+  /// The caller takes turns, too, until all are at their end.
+  void wait() {
+    arena.execute([this] { graph.wait_for_all(); });
+  }
+
+  tbb::task_arena arena;
+  // Not bound to the caller's: that one may end before this graph does, and a step that lost turns would hang.
+  tbb::task_group_context context;
+  tbb::flow::graph graph;
+  Node update, prepare, tiles, narrow, join;
 
  private:
-  tbb::task_arena arena_;
-  // Not bound to the caller's: that one may end before this graph does, and a step that lost messages would hang.
-  tbb::task_group_context context_;
-  std::optional<graph> graph_;  // before the node, so that it outlives it
-  std::optional<function_node<Runner, continue_msg>> node_;
+  /// A user's callback may wait for tasks of its own. It must not be given another turn meanwhile, which would wait for
+  /// the tile that this one holds.
+  template <class Stage>
+  static auto body(Stage stage) {
+    return [stage](Turn turn) noexcept {
+      tbb::this_task_arena::isolate(stage);
+      return turn;
+    };
+  }
+  /// A graph's messages go to the arena in which it was reset last, whoever sends them.
+  void attach() {
+    arena.execute([this] { graph.reset(); });
+  }
 };
 
-/// The product: the broad phase's node in one arena, the narrow phase's in another, a bounded queue of batches
-/// between them. Split X-Y sends X runners into the broad node and Y into the narrow one; the arenas are resized when
-/// the balancer moves a thread.
+/// The product. Each phase has an arena, of X and Y threads for the split X-Y, and in it a graph of the step's stages.
+/// Each thread has a turn, which takes blocks of a stage until none is left and goes on when the stage is over:
 ///
-/// Work is conserved unless the split is strict: a producer that finds the queue full narrows a batch itself,
-/// producers without tiles drain the queue, and starved narrow runners take tiles. So threads help the other phase
-/// inside a step at once, where a worker needs 100 us to change arenas; the split says where they begin.
+///   broad arena:    update -> prepare -> tiles -> narrow -> join
+///                                          | batches
+///                                    bounded queue
+///                                          v
+///   narrow arena:   update -> prepare -> tiles -> narrow -> join
+///
+/// Both arenas have all nodes, so that threads without work of their own phase go on with the other's at once, where a
+/// worker needs 100 us to change arenas: in the narrow arena a turn takes tiles only while no batch waits, in the broad
+/// one it takes batches when no tile is left. A strict split, as the paper's, leaves these nodes out:
+///
+///   broad arena:    update -> prepare -> tiles -> join
+///   narrow arena:   update -> narrow -> join
 class FlowGraphExecutor final : public Executor, private Delivery {
  public:
   explicit FlowGraphExecutor(const ExecutorOptions& options)
-      : options_(options),
-        batch_size_(options.batches.pairs),
-        form_(options.balance.strict ? StepForm::overlapped : options.sharing.form, options.sharing.short_step_ms,
-              true) {}
+      : options_(options), strict_(options.balance.strict), frame_(options, strict_, true) {}
 
   void run(StepWork& work, ContactList& contacts, ExecutionReport& report, std::stop_token stop,
            Timeline* timeline) override {
     const Split fixed = options_.balance.split;
     const int threads = tbb_threads(fixed.dynamic() ? options_.threads : fixed.broad + fixed.narrow);
-    const StepForm form = threads == 1 ? StepForm::caller : form_.next();
-    const bool shared = form != StepForm::caller;
-    report.threads = threads;
-    state_.begin(work, contacts, batch_size_.get(form), form, std::move(stop), timeline, host_cancellation());
+    const bool shared = frame_.begin({work, contacts, report, std::move(stop), timeline}, threads, host_cancellation());
     if (shared) {
-      prepare(threads);
+      resize(threads);
       report.split = split_;
-      run_shared();
-    } else {
-      report.split = {1, 0};
-      report.decision.reason = threads == 1 ? "one thread does both phases" : "the step stayed on the caller";
-      if (threads > 1) report.issues |= bit(StepIssue::ran_on_caller);
-      run_on_caller(state_);
+      narrow_->put(split_.narrow);
+      broad_->put(split_.broad);
+      broad_->wait();
+      narrow_->wait();
     }
-    const std::uint64_t step = step_++;
-    state_.end(report);
-    batch_size_.learn(report);
-    if (threads > 1) form_.learn(report, state_.work_ms(), load_of(work, report));
-    if (shared) balance(*balancer_, step, report, timeline);
+    frame_.end(work, report);
+    if (shared) frame_.balance(*balancer_, report, timeline);
   }
 
  private:
-  using Queue = tbb::concurrent_bounded_queue<Batch*>;
+  friend PhaseGraph;
 
-  /// Arenas and graphs for the threads and the split of this step.
-  void prepare(int threads) {
+  // ---- Before a step: arenas, edges and queue
+
+  void resize(int threads) {
     if (!balancer_ || threads != threads_) {
       threads_ = threads;
-      // The process's limit may leave fewer threads than a fixed split asks for; its proportion is kept then.
-      Split fixed = options_.balance.split;
-      if (!fixed.dynamic() && fixed.broad + fixed.narrow != threads) {
-        fixed.broad = std::clamp(fixed.broad * threads / (fixed.broad + fixed.narrow), 1, threads - 1);
-        fixed.narrow = threads - fixed.broad;
-      }
-      balancer_.emplace(threads, fixed, options_.balance.rule);
-      const std::size_t chosen = usual_queue_capacity(threads);
-      // A strict producer must neither help nor wait, so its queue never gets full: the paper's array.
-      for (Queue& queue : queues_)
-        queue.set_capacity(options_.balance.strict
-                               ? std::ptrdiff_t{1} << 30
-                               : static_cast<std::ptrdiff_t>(
-                                     options_.batches.queue_capacity != 0 ? options_.batches.queue_capacity : chosen));
+      balancer_.emplace(threads, fixed_split(threads), options_.balance.rule);
+      queue_.set_capacity(queue_capacity(threads));
     }
     split_ = balancer_->split();
     // The caller works in the broad arena and then joins the narrow one: together they ask for threads - 1 workers.
+    const int broad_slots = split_.broad, narrow_slots = split_.narrow + 1;
     if (!broad_) {
-      broad_.emplace(split_.broad, [this] { run_broad(); });
-      narrow_.emplace(split_.narrow + 1, [this] { run_narrow(); });
+      broad_.emplace(Phase::broad, broad_slots, *this);
+      narrow_.emplace(Phase::narrow, narrow_slots, *this);
+      make_edges();
     }
-    broad_->resize(split_.broad);
-    narrow_->resize(split_.narrow + 1);
+    broad_->resize(broad_slots);
+    narrow_->resize(narrow_slots);
   }
 
-  void run_shared() {
-    present_.store(0, std::memory_order_relaxed);
-    for (int i = 0; i < split_.narrow; ++i) narrow_->put_runner();
-    broad_->wait(split_.broad);
-    narrow_->wait(0);
+  void make_edges() {
+    if (strict_) {
+      make_edge(broad_->update, broad_->prepare);
+      make_edge(broad_->prepare, broad_->tiles);
+      make_edge(broad_->tiles, broad_->join);
+      make_edge(narrow_->update, narrow_->narrow);
+      make_edge(narrow_->narrow, narrow_->join);
+      return;
+    }
+    for (PhaseGraph* phase : {&*broad_, &*narrow_}) {
+      make_edge(phase->update, phase->prepare);
+      make_edge(phase->prepare, phase->tiles);
+      make_edge(phase->tiles, phase->narrow);
+      make_edge(phase->narrow, phase->join);
+    }
   }
 
-  void run_broad() {
-    take_part(
-        state_, [](std::size_t) { return true; },
-        [this] {
-          BatchWriter writer(state_, *this);
-          if (options_.balance.strict) {
-            for (std::size_t tile; state_.take(state_.shared_stage(), tile);) state_.run_tile(tile, writer);
-            writer.flush();
-            watch_narrow();
-          } else {
-            overlap(writer, true);
-          }
-          return true;
-        });
+  /// The process's limit may leave fewer threads than a fixed split asks for; its proportion is kept then.
+  Split fixed_split(int threads) const {
+    Split fixed = options_.balance.split;
+    if (!fixed.dynamic() && fixed.broad + fixed.narrow != threads) {
+      fixed.broad = std::clamp(fixed.broad * threads / (fixed.broad + fixed.narrow), 1, threads - 1);
+      fixed.narrow = threads - fixed.broad;
+    }
+    return fixed;
   }
 
-  void run_narrow() {
-    take_part(
-        state_, [this](std::size_t stage) { return !options_.balance.strict || !state_.is_broad(stage); },
-        [this] {
-          if (options_.balance.strict) return take_batches();
-          BatchWriter writer(state_, *this);
-          overlap(writer, false);
-          return true;
-        });
+  std::size_t queue_capacity(int threads) const {
+    // A strict producer must neither help nor wait, so its queue never gets full: the paper's array.
+    if (strict_) return std::size_t{1} << 30;
+    return options_.batches.queue_capacity != 0 ? options_.batches.queue_capacity : usual_queue_capacity(threads);
   }
 
-  /// A strict narrow runner: leaves when it has been starved for a while; the next batch's message brings it back.
-  bool take_batches() {
-    constexpr int patience = 200;  // yields, some 50 us
+  // ---- A step: the bodies of the nodes
+
+  void update() { run_stages(state_, 1); }
+
+  void prepare() { run_stages(state_, state_.shared_stage()); }
+
+  /// Fills batches from tiles until none is left.
+  void tiles(Phase phase) {
+    const std::size_t stage = state_.shared_stage();
+    BatchWriter writer(state_, *this);
+    while (!state_.all_taken(stage)) {
+      if (state_.help() || (phase == Phase::narrow && narrow_one())) continue;
+      if (std::size_t tile; state_.take(stage, tile)) state_.run_tile(tile, writer);
+    }
+    writer.flush();
+    if (strict_) watch_narrow();
+  }
+
+  /// A full batch from a writer goes into the queue, or, when that is full, another one out of it.
+  void deliver(Batch& batch) override {
+    while (!queue_.try_push(batch)) narrow_one();
+    state_.count_queue(queue_.size());
+    state_.wake();
+  }
+
+  /// Narrows batches until the last one is answered.
+  void narrow() {
+    at_batches_.fetch_add(1);
+    for (std::size_t stage = state_.stage(); stage <= state_.shared_stage(); stage = state_.stage())
+      state_.wait_while(stage, [this] { return narrow_one(); });
+    at_batches_.fetch_sub(1);
+  }
+
+  bool narrow_one() {
     Batch* batch = nullptr;
-    present_.fetch_add(1);
-    for (int starved = 0; state_.stage() == state_.shared_stage();) {
-      if (pop(batch)) {
-        state_.process(*batch);
-        starved = 0;
-      } else if (state_.help()) {
-        starved = 0;
-      } else if (++starved < patience) {
-        std::this_thread::yield();
-      } else {
-        present_.fetch_sub(1);
-        std::atomic_thread_fence(std::memory_order_seq_cst);
-        // A batch that came in between found this runner still present and sent no message.
-        if (nothing_queued()) return false;
-        present_.fetch_add(1);
-        starved = 0;
-      }
-    }
-    present_.fetch_sub(1);
+    if (!queue_.try_pop(batch)) return false;
+    state_.process(*batch);
     return true;
   }
 
-  /// A strict broad runner without tiles does nothing more. But where the scheduler grants the narrow arena no worker,
+  void join() { run_stages(state_, state_.end_stage()); }
+
+  /// A strict broad thread without tiles does nothing more. But where the scheduler grants the narrow arena no worker,
   /// as under a limit of one thread, the step must still end: then it takes the batches after all.
   void watch_narrow() {
     constexpr auto patience = std::chrono::microseconds(500);
     for (auto look = Clock::now() + patience; state_.stage() == state_.shared_stage(); std::this_thread::yield()) {
       if (Clock::now() < look) continue;
+      while (at_batches_.load() == 0 && narrow_one()) continue;
       look = Clock::now() + patience;
-      if (Batch* batch = nullptr; present_.load() == 0 && pop(batch)) state_.process(*batch);
     }
-  }
-
-  /// One thread's part in the shared phase with work conserved. Both sides do both things; they differ in what they
-  /// look for first. It ends when there is neither a tile nor a batch left that nobody works on, and nobody has pairs
-  /// in hand: what comes with the last tile may be most of the work.
-  void overlap(BatchWriter& writer, bool tiles_first) {
-    const std::size_t stage = state_.shared_stage();
-    Batch* batch = nullptr;
-    std::size_t tile = 0;
-    writers_.fetch_add(1);
-    // With the last tile taken nobody keeps pairs in hand while there are batches.
-    while (!state_.all_taken(stage)) {
-      if (state_.help())
-        continue;
-      else if (!tiles_first && pop(batch))
-        state_.process(*batch);
-      else if (state_.take(stage, tile))
-        state_.run_tile(tile, writer);
-    }
-    writer.flush();
-    writers_.fetch_sub(1);
-    while (state_.stage() == stage) {
-      if (state_.help())
-        continue;
-      else if (pop(batch))
-        state_.process(*batch);
-      else if (state_.tiles_left() || writers_.load() != 0 || !nothing_queued())
-        std::this_thread::yield();
-      else
-        return;
-    }
-  }
-
-  bool push(Queue& queue, Batch& batch) {
-#if TBB_INTERFACE_VERSION < 12090 && !defined(__x86_64__)
-    // Before 2021.9 a push reads what the push before it wrote without an order between the two: where the processor has
-    // none of its own, batches are lost.
-    const std::scoped_lock one_at_a_time(pushing_);
-#endif
-    return queue.try_push(&batch);
-  }
-  bool pop(Batch*& batch) {
-    return std::any_of(queues_.begin(), queues_.end(), [&](Queue& queue) { return queue.try_pop(batch); });
-  }
-  bool nothing_queued() const {
-    return std::all_of(queues_.begin(), queues_.end(), [](const Queue& queue) { return queue.empty(); });
-  }
-
-  /// From a writer: into the queue, or, when it is full, another batch out of it.
-  void deliver(Batch& batch) override {
-    Batch* other = nullptr;
-    Queue& queue = queues_[batch.costliest ? 0 : batch.heavy ? 1 : 2];
-    while (!push(queue, batch))
-      if (pop(other)) state_.process(*other);
-    state_.count_queue(std::accumulate(queues_.begin(), queues_.end(), std::size_t{0},
-                                       [](std::size_t sum, const Queue& one) { return sum + waiting(one); }));
-    if (!options_.balance.strict) return;  // runners that take both tiles and batches stay to the end
-    std::atomic_thread_fence(std::memory_order_seq_cst);
-    try {
-      if (present_.load() < split_.narrow) narrow_->put_runner();
-    } catch (...) {
-      state_.capture();  // the batch is in the queue all the same
-    }
-  }
-
-  /// A size is the difference of two counters that are read one after the other: other threads may come in between.
-  static std::size_t waiting(const Queue& queue) {
-    return static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(queue.size(), 0, queue.capacity()));
   }
 
   ExecutorOptions options_;
-  BatchSize batch_size_;
-  FormChooser form_;
+  bool strict_;
+  StepFrame frame_;
+  StepState& state_ = frame_.state();
+  std::optional<Balancer> balancer_;
   int threads_ = 0;
   Split split_;
-  std::uint64_t step_ = 0;
-  std::optional<Balancer> balancer_;
-  StepState state_;
-  std::array<Queue, 3> queues_;          // by turns: the costliest batches, other heavy ones, the rest
-#if TBB_INTERFACE_VERSION < 12090 && !defined(__x86_64__)
-  std::mutex pushing_;
-#endif
-  std::atomic<int> present_{0};          // strict narrow runners
-  std::atomic<int> writers_{0};          // of those that conserve work, who may still have pairs in hand
-  std::optional<Phase> broad_, narrow_;  // last: their bodies use what is above
+  BatchQueue queue_;
+  std::atomic<int> at_batches_{0};            // turns in the nodes `narrow`
+  std::optional<PhaseGraph> broad_, narrow_;  // last: their bodies use what is above
 };
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "executors/executors.h"
+#include "executors/step_frame.h"
 
 namespace tandem {
 namespace {
@@ -17,29 +18,22 @@ class LoopExecutor final : public Executor {
       : fused_(options.kind == ExecutorKind::fused),
         wished_(options.balance.split.dynamic() ? options.threads
                                                 : options.balance.split.broad + options.balance.split.narrow),
-        batch_size_(options.batches.pairs),
-        form_(options.sharing.form, options.sharing.short_step_ms, !fused_) {}
+        frame_(options, false, !fused_) {}
 
   void run(StepWork& work, ContactList& contacts, ExecutionReport& report, std::stop_token stop,
            Timeline* timeline) override {
     const int threads = tbb_threads(wished_);
-    const StepForm form = threads == 1 ? StepForm::caller : form_.next();
-    state_.begin(work, contacts, batch_size_.get(form), form, std::move(stop), timeline, host_cancellation());
-    if (form == StepForm::caller) {
-      run_on_caller(state_);
-      if (threads > 1) report.issues |= bit(StepIssue::ran_on_caller);
-    } else if (threads == tbb::this_task_arena::max_concurrency()) {
-      tbb::this_task_arena::isolate([this] { run_stages(); });  // while it waits, no other task of the host
-    } else {
-      if (!arena_ || arena_->max_concurrency() != threads) arena_ = std::make_unique<tbb::task_arena>(threads);
-      arena_->execute([this] { run_stages(); });
+    if (frame_.begin({work, contacts, report, std::move(stop), timeline}, threads, host_cancellation())) {
+      report.split = {threads, threads};
+      report.decision.reason = "both phases have all threads";
+      if (threads == tbb::this_task_arena::max_concurrency()) {
+        tbb::this_task_arena::isolate([this] { run_stages(); });  // while it waits, no other task of the host
+      } else {
+        if (!arena_ || arena_->max_concurrency() != threads) arena_ = std::make_unique<tbb::task_arena>(threads);
+        arena_->execute([this] { run_stages(); });
+      }
     }
-    report.threads = threads;
-    report.split = threads == 1 ? Split{1, 0} : Split{threads, threads};
-    report.decision.reason = threads == 1 ? "one thread does both phases" : "both phases have all threads";
-    state_.end(report);
-    batch_size_.learn(report);
-    if (threads > 1) form_.learn(report, state_.work_ms(), load_of(work, report));
+    frame_.end(work, report);
   }
 
  private:
@@ -96,22 +90,22 @@ class LoopExecutor final : public Executor {
     // Counting each filled batch as open keeps the stage open until the last one is processed.
     for (BatchWriter& writer : writers) writer.flush();
     if (state_.stage() != stage) return;
-    std::vector<Batch*>& ready = state_.shelf();
-    ready.clear();
+    ready_.clear();
     for (Batch* batch : state_.batches())
-      if (batch->count != 0) ready.push_back(batch);
-    const auto rest = std::stable_partition(ready.begin(), ready.end(), [](const Batch* b) { return b->heavy; });
-    std::stable_partition(ready.begin(), rest, [](const Batch* batch) { return batch->costliest; });
+      if (batch->count != 0) ready_.push_back(batch);
+    const auto rest = std::stable_partition(ready_.begin(), ready_.end(), [](const Batch* b) { return b->heavy; });
+    std::stable_partition(ready_.begin(), rest, [](const Batch* batch) { return batch->costliest; });
     std::atomic<std::size_t> next{0};  // threads are given ranges: by these the costliest would be one thread's
-    for_each(ready.size(), [&](std::size_t) { state_.process(*ready[next.fetch_add(1, std::memory_order_relaxed)]); });
+    for_each(ready_.size(),
+             [&](std::size_t) { state_.process(*ready_[next.fetch_add(1, std::memory_order_relaxed)]); });
   }
 
   bool fused_;
   int wished_;
-  BatchSize batch_size_;
-  FormChooser form_;
   std::unique_ptr<tbb::task_arena> arena_;
-  StepState state_;
+  StepFrame frame_;
+  StepState& state_ = frame_.state();
+  std::vector<Batch*> ready_;  // kept from step to step
 };
 
 }  // namespace

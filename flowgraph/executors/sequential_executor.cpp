@@ -1,4 +1,5 @@
 #include "executors/executors.h"
+#include "executors/step_frame.h"
 
 namespace tandem {
 namespace {
@@ -14,7 +15,7 @@ class SequentialExecutor final : public Executor {
   void run(StepWork& work, ContactList& contacts, ExecutionReport& report, std::stop_token stop,
            Timeline* timeline) override {
     state_.begin(work, contacts, {batch_pairs_, 1}, form_, std::move(stop), timeline);
-    run_on_caller(state_);
+    caller_.run(state_);
     report.threads = 1;
     report.split = {1, 0};
     report.decision.reason = "one thread does both phases";
@@ -24,6 +25,7 @@ class SequentialExecutor final : public Executor {
  private:
   std::size_t batch_pairs_;
   StepForm form_;
+  CallerAlone caller_;
   StepState state_;
 };
 

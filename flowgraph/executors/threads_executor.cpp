@@ -4,6 +4,7 @@
 
 #include "answers/pair_array.h"
 #include "executors/executors.h"
+#include "executors/step_frame.h"
 
 namespace tandem {
 namespace {
@@ -17,8 +18,7 @@ class ThreadsExecutor final : public Executor {
   explicit ThreadsExecutor(const ExecutorOptions& options)
       : threads_(count(options)),
         strict_(options.balance.strict),
-        batch_size_(options.batches.pairs),
-        form_(strict_ ? StepForm::overlapped : options.sharing.form, options.sharing.short_step_ms, true),
+        frame_(options, strict_, true),
         balancer_(std::max(2, threads_), options.balance.split, options.balance.rule) {}
 
   ~ThreadsExecutor() override {
@@ -29,43 +29,13 @@ class ThreadsExecutor final : public Executor {
 
   void run(StepWork& work, ContactList& contacts, ExecutionReport& report, std::stop_token stop,
            Timeline* timeline) override {
-    const StepForm form = threads_ == 1 ? StepForm::caller : form_.next();
-    state_.begin(work, contacts, batch_size_.get(form), form, std::move(stop), timeline);
-    report.threads = threads_;
-    if (form == StepForm::caller) {
-      run_on_caller(state_);
-      report.split = {1, 0};
-      report.decision.reason = threads_ == 1 ? "one thread does both phases" : "the step stayed on the caller";
-      if (threads_ > 1) report.issues |= bit(StepIssue::ran_on_caller);
-      state_.end(report);
-      batch_size_.learn(report);
-      if (threads_ > 1) form_.learn(report, state_.work_ms(), load_of(work, report));
-      return;
+    const bool shared = frame_.begin({work, contacts, report, std::move(stop), timeline}, threads_, {});
+    if (shared) {
+      report.split = split_ = balancer_.split();
+      run_shared();
     }
-    split_ = balancer_.split();
-    report.split = split_;
-    array_.begin();
-    while (static_cast<int>(workers_.size()) < threads_ - 1) {
-      const int index = static_cast<int>(workers_.size()) + 1;
-      workers_.emplace_back([this, index, seen = start_.load()] { serve(index, seen); });
-    }
-    running_.store(threads_ - 1, std::memory_order_relaxed);
-    start_.fetch_add(1, std::memory_order_release);
-    start_.notify_all();
-    take_part_as(0);
-    for (int left = running_.load(std::memory_order_acquire); left != 0;
-         left = running_.load(std::memory_order_acquire))
-      running_.wait(left, std::memory_order_acquire);
-    const std::uint64_t step = step_++;
-    try {
-      state_.end(report);
-    } catch (...) {
-      report.decision.reason = "the step failed";
-      throw;
-    }
-    batch_size_.learn(report);
-    form_.learn(report, state_.work_ms(), load_of(work, report));
-    balance(balancer_, step, report, timeline);
+    frame_.end(work, report);
+    if (shared) frame_.balance(balancer_, report, timeline);
   }
 
  private:
@@ -80,6 +50,21 @@ class ThreadsExecutor final : public Executor {
     void deliver(Batch& batch) override { array.put(batch); }
     PairArray& array;
   };
+
+  void run_shared() {
+    array_.begin();
+    while (static_cast<int>(workers_.size()) < threads_ - 1) {
+      const int index = static_cast<int>(workers_.size()) + 1;
+      workers_.emplace_back([this, index, seen = start_.load()] { serve(index, seen); });
+    }
+    running_.store(threads_ - 1, std::memory_order_relaxed);
+    start_.fetch_add(1, std::memory_order_release);
+    start_.notify_all();
+    take_part_as(0);
+    for (int left = running_.load(std::memory_order_acquire); left != 0;
+         left = running_.load(std::memory_order_acquire))
+      running_.wait(left, std::memory_order_acquire);
+  }
 
   void serve(int index, std::uint32_t seen) {
     for (;;) {
@@ -101,7 +86,6 @@ class ThreadsExecutor final : public Executor {
           if (broad || !strict_) emit(broad);
           if (!broad || !strict_)
             while (Batch* batch = array_.take()) state_.process(*batch);
-          return true;
         });
   }
 
@@ -126,13 +110,11 @@ class ThreadsExecutor final : public Executor {
 
   int threads_;
   bool strict_;
-  BatchSize batch_size_;
-  FormChooser form_;
+  StepFrame frame_;
+  StepState& state_ = frame_.state();
   Balancer balancer_;
-  StepState state_;
   PairArray array_;
   Split split_;
-  std::uint64_t step_ = 0;
   alignas(64) std::atomic<std::uint32_t> start_{0};
   alignas(64) std::atomic<int> running_{0};
   alignas(64) std::atomic<int> writers_{0};

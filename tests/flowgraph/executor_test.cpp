@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "catch.h"
+#include "flowgraph/executors/batch_queue.h"
 #include "flowgraph/step/step_state.h"
 #include "synthetic_work.h"
 
@@ -170,7 +171,6 @@ TEST_CASE("a writer hands on the costliest pairs one by one, other heavy ones in
           (batch->costliest ? costliest : batch->heavy ? heavy : light) += batch->count;
           state.process(*batch);
         }
-        return true;
       });
   ExecutionReport report;
   state.end(report);
@@ -585,6 +585,67 @@ TEST_CASE("parts of one batch are shared with threads that have nothing to do, e
       work.fails_at = 1000;
       step();
     }
+}
+
+TEST_CASE("threads without work of their own phase go on with the other's, unless the split is strict") {
+  const ManyThreads many;
+  SyntheticWork work(2000, 10.0f, 9);
+  std::mutex mutex;
+  std::set<std::thread::id> at_tiles, at_pairs;
+  const auto note = [&](std::set<std::thread::id>& threads) {
+    const std::scoped_lock lock(mutex);
+    threads.insert(std::this_thread::get_id());
+  };
+  const auto sleep = [] { std::this_thread::sleep_for(std::chrono::milliseconds(2)); };
+  for (const bool broad_is_long : {true, false})
+    for (const bool strict : {false, true}) {
+      CAPTURE(broad_is_long, strict);
+      std::size_t most = 0;
+      work.on_tile = [&](std::size_t) {
+        note(at_tiles);
+        if (broad_is_long) sleep();
+      };
+      work.on_pair = [&](Pair pair) {
+        note(at_pairs);
+        if (!broad_is_long && pair.b % 32 == 0) sleep();
+      };
+      const auto executor = make_executor({.kind = ExecutorKind::flowgraph,
+                                           .threads = 4,
+                                           .balance = {.split = {2, 2}, .strict = strict},
+                                           .batches = {.pairs = 32},
+                                           .sharing = {.form = StepForm::overlapped, .short_step_ms = 0}});
+      for (int step = 0; step < 3; ++step) {
+        at_tiles.clear();
+        at_pairs.clear();
+        ContactList contacts;
+        ExecutionReport report;
+        executor->run(work, contacts, report, {}, nullptr);
+        most = std::max(most, (broad_is_long ? at_tiles : at_pairs).size());
+        if (strict) CHECK(at_tiles.size() <= 2);
+      }
+      if (!strict) CHECK(most > 2);
+    }
+}
+
+TEST_CASE("the queue between the phases is bounded, and gives away the costliest batches first") {
+  BatchQueue queue;
+  queue.set_capacity(2);
+  Batch light, heavy, costliest, more, too_many;
+  heavy.heavy = true;
+  costliest.heavy = costliest.costliest = true;
+  CHECK(queue.try_push(light));
+  CHECK(queue.try_push(heavy));
+  CHECK(queue.try_push(costliest));
+  CHECK(queue.try_push(more));
+  CHECK(!queue.try_push(too_many));
+  CHECK(queue.size() == 4);
+  for (const Batch* expected : {&costliest, &heavy, &light, &more}) {
+    Batch* batch = nullptr;
+    CHECK(queue.try_pop(batch));
+    CHECK(batch == expected);
+  }
+  Batch* none = nullptr;
+  CHECK(!queue.try_pop(none));
 }
 
 TEST_CASE("bad executor options are refused with what was found and what is allowed") {

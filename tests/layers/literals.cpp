@@ -27,7 +27,7 @@ struct Exception {
 };
 constexpr std::array exceptions{
     Exception{"engine/scene/random.cpp", "a random generator's, no tolerances"},
-    Exception{"flowgraph/step/step_state.cpp", "nanoseconds to milliseconds"},
+    Exception{"flowgraph/step/clock.h", "nanoseconds to milliseconds"},
 };
 
 struct Literal {

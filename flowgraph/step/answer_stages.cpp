@@ -1,0 +1,101 @@
+#include "step/answer_stages.h"
+
+#include <functional>
+#include <vector>
+
+namespace tandem {
+namespace {
+
+/// While it lives, a batch appends its answers to these lists.
+class Appending {
+ public:
+  Appending(Batch& batch, std::vector<PairResult>& results, std::vector<Contact>& contacts)
+      : batch_(batch), results_(results), contacts_(contacts) {
+    exchange();
+  }
+  ~Appending() { exchange(); }
+  Appending(const Appending&) = delete;
+  Appending& operator=(const Appending&) = delete;
+
+ private:
+  void exchange() {
+    batch_.results.swap(results_);
+    batch_.contacts.swap(contacts_);
+  }
+  Batch& batch_;
+  std::vector<PairResult>& results_;
+  std::vector<Contact>& contacts_;
+};
+
+}  // namespace
+
+void AnswerStages::begin(StepWork& work, StepForm form, BatchPairs batch_pairs, ContactList& contacts) {
+  work_ = &work;
+  contacts_ = &contacts;
+  form_ = form;
+  batch_pairs_ = batch_pairs;
+  has_heavy_.store(false, std::memory_order_relaxed);
+  if (form == StepForm::caller) clear();  // where there are no tiles, nobody comes to write
+  if (form == StepForm::overlapped) {
+    store_.begin();
+    joiner_.begin(work.bodies(), contacts);
+  }
+}
+
+std::size_t AnswerStages::stages() const {
+  if (form_ == StepForm::overlapped) return Joiner::stages;
+  return form_ == StepForm::ordered ? PairOrder::stages + 2 : 0;
+}
+
+std::size_t AnswerStages::open(std::size_t stage, std::span<Batch* const> batches) {
+  if (form_ == StepForm::overlapped) {
+    if (stage == 0) joiner_.take(store_.taken());
+    return joiner_.blocks(stage);
+  }
+  if (stage == 0) order_.begin(batches, work_->bodies());
+  if (stage < PairOrder::stages) return order_.open(stage);
+  if (stage > narrow_stage()) return runs_.open_rest();
+  std::function<bool(Pair)> is_heavy;
+  if (has_heavy_.load(std::memory_order_relaxed))
+    is_heavy = [this](Pair pair) { return work_->heavy_first({&pair, 1}, batch_pairs_.time).all != 0; };
+  runs_.begin(order_.sorted(), batch_pairs_, is_heavy, *contacts_);
+  return runs_.runs();
+}
+
+void AnswerStages::run(std::size_t stage, std::size_t block) {
+  if (form_ == StepForm::overlapped)
+    joiner_.run(stage, block);
+  else if (stage < PairOrder::stages)
+    order_.run(stage, block);
+  else
+    runs_.copy_rest(block);
+}
+
+void AnswerStages::narrow(Batch& batch) {
+  if (form_ == StepForm::ordered) return work_->narrow(batch);
+  if (form_ == StepForm::caller) {
+    const Appending to_list(batch, contacts_->pairs, contacts_->contacts);
+    return work_->narrow(batch);
+  }
+  AnswerChunk& own = store_.room(batch.count);
+  const std::size_t before = own.results.size();
+  {
+    const Appending to_chunk(batch, own.results, own.contacts);
+    work_->narrow(batch);
+  }
+  joiner_.count(std::span(own.results).subspan(before));
+}
+
+void AnswerStages::sort(std::span<Batch* const> batches) {
+  order_.sort(batches, work_->bodies());
+  auto from = order_.sorted().begin();
+  for (Batch* batch : batches)
+    for (Pair& pair : std::span(batch->pairs).first(batch->count)) pair = pair_of(*from++);
+}
+
+void AnswerStages::clear() {
+  contacts_->pairs.clear();
+  contacts_->contacts.clear();
+}
+
+}  // namespace tandem

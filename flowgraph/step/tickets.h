@@ -1,0 +1,61 @@
+#pragma once
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "step/pause.h"
+
+namespace tandem {
+
+/// Which block of which stage is next, and what is left of the stage: threads take blocks of the open stage until it is
+/// used up, and whoever finishes what was left opens the next one.
+class Tickets {
+ public:
+  /// A step of `stages` stages, none open; the last one that is opened is `stages` itself, without blocks.
+  void begin(std::size_t stages) { blocks_.assign(stages + 1, 0); }
+  /// By one thread at a time: the one that finished the stage before.
+  void open(std::size_t stage, std::size_t blocks);
+
+  std::size_t stage() const { return next_.load(std::memory_order_acquire) >> 32; }
+  std::size_t blocks(std::size_t stage) const { return blocks_[stage]; }
+  /// No block of the stage is left to take.
+  bool all_taken(std::size_t stage) const;
+  /// Takes a block; false when the stage has none left or is not open.
+  bool take(std::size_t stage, std::size_t& block);
+
+  /// The open stage may not end before one thing more, such as a batch, is done. The calling thread holds a block of
+  /// it, or such a thing.
+  void add() { left_.fetch_add(1, std::memory_order_relaxed); }
+  /// A block, or what was added, is done: true for the last one.
+  bool finish() { return left_.fetch_sub(1, std::memory_order_acq_rel) == 1; }
+
+  /// Returns when the stage is over and calls help() until then, which returns whether there was something to do: spins
+  /// for about as long as a short block lasts, then sleeps until a stage opens or wake() is called.
+  template <class Help>
+  void wait_while(std::size_t stage, Help&& help);
+  void wake();
+
+ private:
+  std::vector<std::size_t> blocks_;
+  // Stage in the high half, block in the low half: a block can only be taken of the stage it belongs to.
+  alignas(64) std::atomic<std::uint64_t> next_{0};
+  alignas(64) std::atomic<std::size_t> left_{0};
+  alignas(64) std::atomic<std::uint32_t> changes_{0};  // sleepers wait on it
+};
+
+template <class Help>
+void Tickets::wait_while(std::size_t stage, Help&& help) {
+  constexpr int spins = 1000;  // about 20-50 us: what a sleeping thread would need to wake
+  for (int i = 0; i < spins; ++i) {
+    if (this->stage() != stage) return;
+    if (!help()) pause();
+  }
+  for (;;) {
+    const std::uint32_t changes = changes_.load(std::memory_order_acquire);
+    if (this->stage() != stage) return;
+    if (!help()) changes_.wait(changes, std::memory_order_acquire);
+  }
+}
+
+}  // namespace tandem
