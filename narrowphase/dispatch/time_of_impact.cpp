@@ -7,7 +7,7 @@
 
 #include "dispatch/undecided.h"
 #include "meshes/mesh_pair.h"
-#include "meshes/traversal/mesh_walk.h"
+#include "meshes/traversal/hierarchy.h"
 #include "pairs/convex_pair.h"
 #include "shapes/mesh_model.h"
 #include "shapes/pair_order.h"

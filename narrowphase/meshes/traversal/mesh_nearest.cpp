@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "meshes/traversal/mesh_walk.h"
+#include "meshes/traversal/hierarchy.h"
 #include "pairs/convex_pair.h"
 #include "shapes/mesh_model.h"
 #include "shapes/pair_order.h"
@@ -71,7 +71,8 @@ NearestSearch::NearestSearch(const Posed& a, const Posed& b)
       a_by_b_(view_of(a_, b_, turn_b_.transpose() * turn_a_, -(turn_b_.transpose() * between_))),
       b_by_a_(view_of(b_, a_, turn_a_.transpose() * turn_b_, turn_a_.transpose() * between_)),
       // As far as the rotations are off from orthonormal, boxes may be nearer than they look.
-      slack_((12 * (skew(turn_a_) + skew(turn_b_)) + tolerance::place_rounding_of_nearest) * (reach(a_) + reach(b_) + between_.lpNorm<1>())) {}
+      slack_((12 * (skew(turn_a_) + skew(turn_b_)) + tolerance::place_rounding_of_nearest) *
+             (reach(a_) + reach(b_) + between_.lpNorm<1>())) {}
 
 Nearest NearestSearch::operator()() {
   // Each of its levels leaves all children but one behind.
@@ -136,7 +137,8 @@ void NearestSearch::solve(std::uint32_t i, std::uint32_t j) {
 }
 
 Vec3 NearestSearch::normal(const NarrowPhaseOptions& options) const {
-  if (best_.distance > tolerance::noisy_way * (reach(a_) + reach(b_))) return unit(best_.on_b - best_.on_a, best_.distance);
+  if (best_.distance > tolerance::noisy_way * (reach(a_) + reach(b_)))
+    return unit(best_.on_b - best_.on_a, best_.distance);
   const Corners p = a_.corners(nearest_[0]), q = b_.corners(nearest_[1]);
   const PairAnswer r = solve_convex(TriangleView(p), {turn_a_, Vec3::Zero()}, TriangleView(q), {turn_b_, between_},
                                     Request::distance, options, nullptr);

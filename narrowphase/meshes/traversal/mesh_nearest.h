@@ -2,7 +2,7 @@
 #include <array>
 #include <cstdint>
 
-#include "meshes/traversal/mesh_walk.h"
+#include "meshes/traversal/hierarchy.h"
 #include "meshes/traversal/nearest_kernel.h"
 #include "shapes/posed_mesh.h"
 #include "tandem/narrowphase/options.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "meshes/traversal/mesh_walk.h"
+#include "meshes/traversal/hierarchy.h"
 #include "shapes/unit_vector.h"
 
 #include "lanes/lanes_of_256_bits.h"
