@@ -34,9 +34,10 @@ bool stays_outside(const Posed& outer, const Posed& other, double length) {
     return std::any_of(o.hull.faces.begin(), o.hull.faces.end(),
                        [&](const Hull::Face& f) { return f.normal.dot(p) - f.offset > length; });
   };
-  if (m.parts.size() == 1) return std::any_of(m.extreme.begin(), m.extreme.end(), is_outside);
-  return std::all_of(m.parts.begin(), m.parts.end(),
-                     [&](const MeshModel::Part& part) { return std::any_of(part.begin(), part.end(), is_outside); });
+  if (m.components.size() == 1) return std::any_of(m.extreme.begin(), m.extreme.end(), is_outside);
+  return std::all_of(m.components.begin(), m.components.end(), [&](const MeshModel::Component& component) {
+    return std::any_of(component.begin(), component.end(), is_outside);
+  });
 }
 
 bool is_convex_for(const Posed& s, const Posed& other, double length) {

@@ -34,12 +34,12 @@ Separation bound_by_triangles(const Posed& a, const Posed& b, std::span<const Tr
   return deepest;
 }
 
-// Of one inside the other: the way out is no shorter than to the nearest point of its surface.
+// Of one inside the other: no separating translation is shorter than the distance of the nearest point of the surface.
 Separation bound_by_surface(const Posed& a, const Posed& b, const NarrowPhaseOptions& options) {
   NearestSearch search(a, b);
   const Nearest near = search();
   const Vec3 out = -search.normal(options);
-  // B inside A leaves A through its nearest face; A inside B the other way round.
+  // B inside A leaves A through its nearest face; A inside B is the reverse.
   return {near.distance, infinity, has_inside(a, b) ? Vec3(-out) : out, (near.on_a + near.on_b) / 2};
 }
 
@@ -107,8 +107,8 @@ double certain_depth(const Posed& a, const Posed& b, std::span<const TrianglePai
   for (const Contact& c : contacts) {
     if (!(c.depth > certain)) continue;
     // On A's surface, on B's, and midway, but for contacts that were moved along a face.
-    for (const double part : {0.5, -0.5, 0.0}) {
-      const Vec3 point = c.point + part * c.depth * c.normal;
+    for (const double side : {0.5, -0.5, 0.0}) {
+      const Vec3 point = c.point + side * c.depth * c.normal;
       certain = std::max(certain, -distance_of_point(a, point, options) - distance_of_point(b, point, options));
     }
   }

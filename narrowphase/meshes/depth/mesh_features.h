@@ -19,7 +19,7 @@ class MeshFeatures {
   /// The coplanar region about a triangle.
   const CoplanarRegion& face(std::uint32_t t);
 
-  /// The straight line of edges that a triangle's edge k is part of.
+  /// The straight line of edges that a triangle's edge k lies on.
   const Edge& straight_edge(std::uint32_t t, std::size_t k);
 
   /// Does the surface bend at edge k? Of the two triangles there the first says so.

@@ -41,8 +41,8 @@ std::vector<Border> nearest_borders(const CoplanarRegion& face, const Vec3& poin
     const Vec3 p = place(border.from), q = place(border.to), d = q - p;
     const double length2 = d.squaredNorm();
     // A border too short to be squared is a point.
-    const double part = length2 > 0 ? std::clamp((point - p).dot(d) / length2, 0.0, 1.0) : 0;
-    borders.push_back({{p, q}, (p + part * d - point).norm()});
+    const double fraction = length2 > 0 ? std::clamp((point - p).dot(d) / length2, 0.0, 1.0) : 0;
+    borders.push_back({{p, q}, (p + fraction * d - point).norm()});
   }
   const std::size_t lines = std::min(most_lines, borders.size());
   std::partial_sort(borders.begin(), borders.begin() + static_cast<std::ptrdiff_t>(lines), borders.end(),

@@ -45,8 +45,8 @@ double distance_to_region_border(const MeshModel& mesh, std::uint32_t t, const V
   double nearest = infinity;
   for (const auto& [from, to] : coplanar_region(mesh, t, most, slack).border) {
     const Vec3 edge = to - from;
-    const double part = std::clamp((p - from).dot(edge) / edge.squaredNorm(), 0.0, 1.0);
-    nearest = std::min(nearest, (p - from - part * edge).norm());
+    const double fraction = std::clamp((p - from).dot(edge) / edge.squaredNorm(), 0.0, 1.0);
+    nearest = std::min(nearest, (p - from - fraction * edge).norm());
   }
   return nearest;
 }

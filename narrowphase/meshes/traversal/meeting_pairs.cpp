@@ -21,10 +21,10 @@ class MeetingPairs final : public PairVisitor {
     traverse(a, b, test, pairs == nullptr, *this, gap == nullptr ? nullptr : &gap->of_others);
     decide_waiting();
   }
-  MeetingPairs(const MeshModel& a, const MeshModel& b, TriangleTest& test, NodePair part, TrianglePairs& pairs,
+  MeetingPairs(const MeshModel& a, const MeshModel& b, TriangleTest& test, NodePair subtrees, TrianglePairs& pairs,
                GapBound* gap)
       : a_(a), b_(b), test_(test), pairs_(&pairs), gap_(gap) {
-    traverse(a, b, test, part, *this, gap == nullptr ? nullptr : &gap->of_others);
+    traverse(a, b, test, subtrees, *this, gap == nullptr ? nullptr : &gap->of_others);
     decide_waiting();
   }
 
@@ -91,19 +91,19 @@ double gap_between(const Corners& p, const Corners& q) {
 TrianglePairs meeting_pairs(const Posed& a, const Posed& b, TriangleTest& test, const PartRunner& runner,
                             PairMemory& memory, GapBound* gap) {
   const MeshModel &ma = mesh_of(a.shape), &mb = mesh_of(b.shape);
-  constexpr std::size_t large = 16384, wanted = 64;  // triangles of both; parts
-  std::vector<NodePair> parts;
+  constexpr std::size_t large = 16384, wanted = 64;  // triangles of both; pairs of subtrees
+  std::vector<NodePair> subtrees;
   if (runner && ma.triangles.size() + mb.triangles.size() >= large)
-    parts = traversal_parts(ma, mb, test, wanted, gap == nullptr ? nullptr : &gap->of_others);
+    subtrees = traversal_subtrees(ma, mb, test, wanted, gap == nullptr ? nullptr : &gap->of_others);
   TrianglePairs pairs(&memory.resource);
-  if (parts.size() < wanted) {
+  if (subtrees.size() < wanted) {
     MeetingPairs(ma, mb, test, &pairs, gap);
   } else {
-    std::vector<TrianglePairs> found(parts.size());
-    std::vector<GapBound> gaps(gap == nullptr ? 0 : parts.size());
-    runner(parts.size(), [&](std::size_t part) {
+    std::vector<TrianglePairs> found(subtrees.size());
+    std::vector<GapBound> gaps(gap == nullptr ? 0 : subtrees.size());
+    runner(subtrees.size(), [&](std::size_t k) {
       TriangleTest own(a.pose, b.pose, reach(mb));
-      MeetingPairs(ma, mb, own, parts[part], found[part], gap == nullptr ? nullptr : &gaps[part]);
+      MeetingPairs(ma, mb, own, subtrees[k], found[k], gap == nullptr ? nullptr : &gaps[k]);
     });
     for (const GapBound& there : gaps) gap->join(there);
     for (const TrianglePairs& some : found) pairs.insert(pairs.end(), some.begin(), some.end());
@@ -116,8 +116,8 @@ TrianglePairs meeting_pairs(const Posed& a, const Posed& b, TriangleTest& test, 
 
 bool has_inside(const Posed& outer, const Posed& inner) {
   const MeshModel &o = mesh_of(outer.shape), &i = mesh_of(inner.shape);
-  return o.solid && std::any_of(i.parts.begin(), i.parts.end(), [&](const MeshModel::Part& part) {
-           return is_inside(o, outer.pose, i.vertices[part[0]], inner.pose);
+  return o.solid && std::any_of(i.components.begin(), i.components.end(), [&](const MeshModel::Component& component) {
+           return is_inside(o, outer.pose, i.vertices[component[0]], inner.pose);
          });
 }
 

@@ -88,13 +88,13 @@ Nearest NearestSearch::operator()() {
     }
     const bool down_a = goes_down_a(at);
     const MeshModel& mesh = down_a ? a_ : b_;
-    const NearPart part = down_a ? b_by_a_.part(at.b) : a_by_b_.part(at.a);
+    const NearVolume volume = down_a ? b_by_a_.volume(at.b) : a_by_b_.volume(at.a);
     const Vec3 ahead = down_a ? Vec3(-normal_a_) : normal_b_;
-    const NearPlane plane{ahead, part.reach(ahead)};
+    const NearPlane plane{ahead, volume.reach(ahead)};
     const std::uint32_t number = node_under(mesh, down_a ? at.a : at.b);
     const MeshNode& node = mesh.nodes[number];
     std::array<double, mesh_lanes> least;
-    bound_distances(part, plane, mesh, node, least);
+    bound_distances(volume, plane, mesh, node, least);
     const double off = slack_ + bounds_off * mesh.unit;
     const std::size_t first = top;
     std::array<double, mesh_lanes> away;  // of those on the stack
@@ -102,7 +102,7 @@ Nearest NearestSearch::operator()() {
       const double bound = std::max(at.bound, mesh.unit * least[k] - off);
       if (!(bound < best_.distance)) continue;
       const std::uint32_t child = child_ref(number, k);
-      const double own = (Vec3(node.mid[0][k], node.mid[1][k], node.mid[2][k]) - part.aligned_mid).squaredNorm();
+      const double own = (Vec3(node.mid[0][k], node.mid[1][k], node.mid[2][k]) - volume.aligned_mid).squaredNorm();
       // The nearest on top; of equals, as of boxes that overlap, the one whose middle is, else the first.
       std::size_t place = top++;
       for (; place > first &&
