@@ -137,7 +137,7 @@ void NearestSearch::solve(std::uint32_t i, std::uint32_t j) {
 }
 
 Vec3 NearestSearch::normal(const NarrowPhaseOptions& options) const {
-  if (best_.distance > tolerance::noisy_way * (reach(a_) + reach(b_)))
+  if (best_.distance > tolerance::noisy_difference * (reach(a_) + reach(b_)))
     return unit(best_.on_b - best_.on_a, best_.distance);
   const Corners p = a_.corners(nearest_[0]), q = b_.corners(nearest_[1]);
   const PairAnswer r = solve_convex(TriangleView(p), {turn_a_, Vec3::Zero()}, TriangleView(q), {turn_b_, between_},

@@ -126,7 +126,7 @@ HWY_INLINE Lane most(const NearTriangle& t, const Lane* u) {
 
 template <class Shape, class Children>
 HWY_INLINE Lane bound(const Shape& shape, const NearVolume& volume, const NearPlane& plane, const Children& c) {
-  const Lane tiny = all(tolerance::never_zero_way);
+  const Lane tiny = all(tolerance::never_zero_length);
   const auto along = [&](const Lane* direction) HWY_ATTR {
     return hn::Div(hn::Sub(c.least(direction), most(shape, direction)), hn::Max(length(direction), tiny));
   };
