@@ -254,9 +254,9 @@ inline constexpr double lost_of_three2 = 3e-30;
 /// descent, where it costs a product each step.
 inline constexpr double short_gap2 = squared(1e-2);
 inline constexpr double short_way = 1e-4;
-/// The way between the nearest points of two triangles is their normal where it is longer than this, relative to the
+/// The difference of the nearest points of two triangles is their normal where it is longer than this, relative to the
 /// reach of both meshes: the third value of that idea. Less: normals off by epsilon over this. More: solved again.
-inline constexpr double noisy_way = 1e-5;
+inline constexpr double noisy_difference = 1e-5;
 
 /// A way between centres, or a ball inside both, relative to the scale, that says nothing.
 inline constexpr double no_way = 1e-12;
@@ -298,7 +298,7 @@ inline constexpr double shortest_in_floats = 1e-25;
 inline constexpr double curvature_in_range = squared(1e-80);
 /// Divisors instead of 0, where the quotient is not used or is 0.
 inline constexpr double never_zero = 1e-300;
-inline constexpr double never_zero_way = 1e-30;
+inline constexpr double never_zero_length = 1e-30;
 inline constexpr double never_zero_sine = 1e-8;
 
 // ---- Limits of input
@@ -352,17 +352,17 @@ inline constexpr double box_points = 5e-16;
 
 /// Newton's method on circles, radians: the step after so small a one changes no digit.
 inline constexpr double newton_end = 1e-7;
-/// A walk's slope that is none, and its bend, relative to the scale: where h is known to rounding, only they tell.
-inline constexpr double walk_flat = 1e-9;
-inline constexpr double walk_flat2 = squared(walk_flat);
-/// From where a walk looks at its slope for that.
-inline constexpr double walk_end = 1e-6;
-/// A walk's curvature, relative to the scale, at least: longer steps would lead nowhere.
-inline constexpr double walk_bend = 1e-14;
-/// The least angle, radians, that a walk leaves a disc by.
-inline constexpr double walk_angle = 1e-9;
-/// A walk's bounds and points, relative to the scale, for an optimum (between `accepted_error` and rounding).
-inline constexpr double walk_accuracy = 1e-10;
+/// A descent's slope that is none, and its bend, relative to the scale: where h is known to rounding, only they tell.
+inline constexpr double descent_flat = 1e-9;
+inline constexpr double descent_flat2 = squared(descent_flat);
+/// From where a descent looks at its slope for that.
+inline constexpr double descent_end = 1e-6;
+/// A descent's curvature, relative to the scale, at least: longer steps would lead nowhere.
+inline constexpr double descent_bend = 1e-14;
+/// The least angle, radians, that a descent leaves a disc by.
+inline constexpr double descent_angle = 1e-9;
+/// A descent's bounds and points, relative to the scale, for an optimum (between `accepted_error` and rounding).
+inline constexpr double descent_accuracy = 1e-10;
 /// What a search by a meridian must leave open, relative to the scale, for a polytope to be worth its time.
 inline constexpr double search_left = 1e-12;
 

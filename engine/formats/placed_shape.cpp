@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "round/round_walk.h"
+#include "round/support_descent.h"
 #include "scene/tolerances.h"
 #include "tolerances.h"
 
@@ -82,10 +82,10 @@ PlacedShape alike(const PlacedShape& placed, const Vec3& n) {
   const double sine = cone ? radius / slant : 0.0, cosine = cone ? length / slant : 1.0;  // of the side's normals
   const Vec3 local = placed.pose.rotation.transpose() * n, m = (rest.transpose() * local).normalized();
   const double rho = std::hypot(m[0], m[1]), level = cone || m[2] < 0 ? -half : half;
-  const Vec3 out = rho > 0 ? Vec3(m[0] / rho, m[1] / rho, 0) : Vec3::UnitX(), rim_centre = level * rest.col(2);
+  const Vec3 out = rho > 0 ? Vec3(m[0] / rho, m[1] / rho, 0) : Vec3::UnitX(), circle_centre = level * rest.col(2);
   Vec3 axis, centre = Vec3::Zero();
   if (cone && m[2] > 0.5 * (sine - 1)) {
-    const Vec3 apex = half * rest.col(2), side = rim_centre + radius * (rest * out) - apex;
+    const Vec3 apex = half * rest.col(2), side = circle_centre + radius * (rest * out) - apex;
     const Vec3 normal = rest.transpose().inverse() * Vec3(cosine * out[0], cosine * out[1], sine);
     axis = sine * normal.normalized() - cosine * side.normalized();
     radius = sine * side.norm(), length = cosine * side.norm();
@@ -99,7 +99,7 @@ PlacedShape alike(const PlacedShape& placed, const Vec3& n) {
   const Vec3 along = local - local.dot(axis) * axis;
   Vec3 off = Vec3::Zero();  // of the point on the rim
   if (!cone || m[2] * cosine <= rho * sine) {
-    off = rim_centre - centre - std::copysign(0.5 * length, level) * axis;
+    off = circle_centre - centre - std::copysign(0.5 * length, level) * axis;
     if (rho > tolerance::along_axis) off += placed.shape.radius() * (rest * out) - radius * along.normalized();
   }
   const Mat3 turned = placed.pose.rotation * turn_from_z(axis);
@@ -120,7 +120,7 @@ PairAnswer descend(const PlacedShape& a, const PlacedShape& b, const Vec3& norma
     const ConvexView view_a = view(like_a.shape), view_b = view(like_b.shape);
     const MinkowskiDifference difference{view_a, view_b, relative(like_a.pose, like_b.pose)};
     const Support s =
-        walk(RoundPair(difference), like_a.pose.rotation.transpose() * n, -std::numeric_limits<double>::infinity());
+        minimize(RoundPair(difference), like_a.pose.rotation.transpose() * n, -std::numeric_limits<double>::infinity());
     const Vec3 to = (like_a.pose.rotation * s.n).normalized();
     const double turned = (to - n).norm();
     n = to;

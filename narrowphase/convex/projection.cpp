@@ -25,7 +25,7 @@ Projection move_into(const ConvexView& v, Vec3& p, double least) {
       p[0] = p[1] = 0;
       return {false, clamp(2, half) ? Surface::straight : Surface::corner};
     case ShapeKind::cylinder: {
-      constexpr Surface by_both[] = {Surface::rim, Surface::straight, Surface::flat, Surface::none};
+      constexpr Surface by_both[] = {Surface::circle, Surface::straight, Surface::flat, Surface::none};
       const double rho = std::sqrt(p[0] * p[0] + p[1] * p[1]), radius = v.param[0];
       const int within = clamp(2, half) + 2 * (rho < radius - least);
       const double k = radius / std::max(rho, radius);
@@ -44,7 +44,7 @@ Projection move_into(const ConvexView& v, Vec3& p, double least) {
       const double down = std::min(std::max((radius * rho - length * (p[2] - half)) / slant2, 0.0), 1.0);
       const double k = rho > 0 ? down * radius / rho : 0.0;
       p = {k * p[0], k * p[1], half - down * length};
-      return {false, down == 0 ? Surface::corner : down == 1 ? Surface::rim : Surface::side};
+      return {false, down == 0 ? Surface::corner : down == 1 ? Surface::circle : Surface::side};
     }
     case ShapeKind::ellipsoid: {
       const Vec3 r{v.param[0], v.param[1], v.param[2]};

@@ -12,7 +12,7 @@ enum class Surface : std::uint8_t {
   flat,      ///< a face of a box, a disc
   straight,  ///< an edge of a box, the side of a cylinder, the inside of a segment
   side,      ///< of a cone
-  rim,
+  circle,
 };
 
 struct Projection {

@@ -2,7 +2,7 @@
 #pragma once
 #include <utility>
 
-#include "meshes/traversal/mesh_walk.h"
+#include "meshes/traversal/hierarchy.h"
 #include "shapes/convex_view.h"
 #include "shapes/mesh_model.h"
 #include "shapes/posed_mesh.h"

@@ -120,104 +120,118 @@ std::size_t facing_most(const Hull& hull, const Vec3& d) {
   return best;
 }
 
+FlatFeature face_of_box(const ConvexView& v, const Vec3& d) {
+  FlatFeature f;
+  int k = 0;
+  for (int i = 1; i < 3; ++i)
+    if (std::abs(d[i]) > std::abs(d[k])) k = i;
+  const int u = (k + 1) % 3, w = (k + 2) % 3;
+  const double side = std::copysign(1.0, d[k]);
+  f.normal[k] = side;
+  constexpr double su[4] = {1, -1, -1, 1}, sw[4] = {1, 1, -1, -1};
+  for (int i = 0; i < 4; ++i) {
+    Vec3 p;
+    const int at = side > 0 ? i : 3 - i;
+    p[k] = side * v.param[static_cast<std::size_t>(k)];
+    p[u] = su[at] * v.param[static_cast<std::size_t>(u)];
+    p[w] = sw[at] * v.param[static_cast<std::size_t>(w)];
+    f.add(p);
+  }
+  f.id = static_cast<std::uint32_t>(2 * k + (side > 0 ? 0 : 1));
+  return f;
+}
+
+/// Of a capsule the line of its side; unless it lies flat, what reaches farthest is beyond an end of that, and its
+/// direction another.
+FlatFeature face_of_capsule(const ConvexView& v, const Vec3& d) {
+  FlatFeature f;
+  const double h = 0.5 * v.param[1], r = v.param[0], rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
+  const bool leans = std::abs(d[2]) > tolerance::flush;
+  if (leans && d[2] > 0) f.add(Vec3(0, 0, h) + r * d);
+  if (rho > tolerance::alike) {
+    const Vec3 side = leans ? Vec3(r * (d[0] / rho), r * (d[1] / rho), 0) : Vec3(r * d);
+    f.add(Vec3(0, 0, h) + side);
+    f.add(Vec3(0, 0, -h) + side);
+  }
+  if (leans && d[2] < 0) f.add(Vec3(0, 0, -h) + r * d);
+  if (leans) {
+    f.end[2] = std::copysign(1.0, d[2]);
+    f.ball = h * f.end;
+    f.radius = r;
+  }
+  return f;
+}
+
+/// A disc as a polygon, else a line of the side.
+FlatFeature face_of_cylinder(const ConvexView& v, const Vec3& d) {
+  FlatFeature f;
+  const double h = 0.5 * v.param[1], rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
+  if (std::abs(d[2]) > rho) {
+    f.normal = {0, 0, std::copysign(1.0, d[2])};
+    add_circle(f, v.param[0], std::copysign(h, d[2]), d, d[2] > 0);
+    f.id = d[2] > 0 ? 1 : 2;
+  } else {
+    const double x = v.param[0] * d[0] / rho, y = v.param[0] * d[1] / rho;
+    f.add({x, y, h});
+    f.add({x, y, -h});
+  }
+  return f;
+}
+
+/// Its disc, else a line of the side.
+FlatFeature face_of_cone(const ConvexView& v, const Vec3& d) {
+  FlatFeature f;
+  const double r = v.param[0], length = v.param[1], rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
+  const double side = (length * rho + r * d[2]) / std::sqrt(r * r + length * length);
+  if (-d[2] >= side) {
+    f.normal = {0, 0, -1};
+    add_circle(f, r, -0.5 * length, d, false);
+    f.id = 1;
+  } else {
+    f.add({0, 0, 0.5 * length});
+    if (rho > shortest_squared) f.add({r * d[0] / rho, r * d[1] / rho, -0.5 * length});
+  }
+  return f;
+}
+
+/// Of a hull or triangle; of one without area the segment or point.
+FlatFeature face_of_hull(const ConvexView& v, const Vec3& d) {
+  FlatFeature f;
+  if (v.hull != nullptr && !v.hull->faces.empty()) {
+    const std::size_t best = facing_most(*v.hull, d);
+    const Hull::Face& face = v.hull->faces[best];
+    f.normal = face.normal;
+    f.id = static_cast<std::uint32_t>(best);
+    // A face with more corners than fit is thinned evenly.
+    const std::uint32_t kept = std::min<std::uint32_t>(face.count, max_corners);
+    for (std::uint32_t i = 0; i < kept; ++i) f.add(v.vertices[v.hull->loop[face.first + i * face.count / kept]]);
+    return f;
+  }
+  if (v.vertices.size() == 3) {
+    const Vec3 n = (v.vertices[1] - v.vertices[0]).cross(v.vertices[2] - v.vertices[0]);
+    const double length = n.norm();
+    if (length > 0) {
+      const bool front = n.dot(d) >= 0;
+      f.normal = unit(front ? n : Vec3(-n), length);
+      for (std::size_t i = 0; i < 3; ++i) f.add(v.vertices[front ? i : 2 - i]);
+      f.id = front ? 0 : 1;
+      return f;
+    }
+  }
+  for (std::size_t i = 0; i < v.vertices.size() && i < 2; ++i) f.add(v.vertices[i]);
+  return f;
+}
+
 /// The face that looks most along d, or the edge or point that stands for it on round shapes.
 FlatFeature best_face(const ConvexView& v, const Vec3& d) {
+  if (v.kind == ShapeKind::box) return face_of_box(v, d);
+  if (v.kind == ShapeKind::capsule) return face_of_capsule(v, d);
+  if (v.kind == ShapeKind::cylinder) return face_of_cylinder(v, d);
+  if (v.kind == ShapeKind::cone) return face_of_cone(v, d);
+  if (v.kind == ShapeKind::convex || v.kind == ShapeKind::triangle) return face_of_hull(v, d);
   FlatFeature f;
-  switch (v.kind) {
-    case ShapeKind::box: {
-      int k = 0;
-      for (int i = 1; i < 3; ++i)
-        if (std::abs(d[i]) > std::abs(d[k])) k = i;
-      const int u = (k + 1) % 3, w = (k + 2) % 3;
-      const double side = std::copysign(1.0, d[k]);
-      f.normal[k] = side;
-      constexpr double su[4] = {1, -1, -1, 1}, sw[4] = {1, 1, -1, -1};
-      for (int i = 0; i < 4; ++i) {
-        Vec3 p;
-        const int at = side > 0 ? i : 3 - i;
-        p[k] = side * v.param[static_cast<std::size_t>(k)];
-        p[u] = su[at] * v.param[static_cast<std::size_t>(u)];
-        p[w] = sw[at] * v.param[static_cast<std::size_t>(w)];
-        f.add(p);
-      }
-      f.id = static_cast<std::uint32_t>(2 * k + (side > 0 ? 0 : 1));
-      return f;
-    }
-    case ShapeKind::capsule: {
-      // Unless it lies flat, what reaches farthest is beyond an end of the side's line, and the line's direction
-      // another.
-      const double h = 0.5 * v.param[1], r = v.param[0], rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
-      const bool leans = std::abs(d[2]) > tolerance::flush;
-      if (leans && d[2] > 0) f.add(Vec3(0, 0, h) + r * d);
-      if (rho > tolerance::alike) {
-        const Vec3 side = leans ? Vec3(r * (d[0] / rho), r * (d[1] / rho), 0) : Vec3(r * d);
-        f.add(Vec3(0, 0, h) + side);
-        f.add(Vec3(0, 0, -h) + side);
-      }
-      if (leans && d[2] < 0) f.add(Vec3(0, 0, -h) + r * d);
-      if (leans) {
-        f.end[2] = std::copysign(1.0, d[2]);
-        f.ball = h * f.end;
-        f.radius = r;
-      }
-      return f;
-    }
-    case ShapeKind::cylinder: {
-      const double h = 0.5 * v.param[1], rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
-      if (std::abs(d[2]) > rho) {
-        f.normal = {0, 0, std::copysign(1.0, d[2])};
-        add_circle(f, v.param[0], std::copysign(h, d[2]), d, d[2] > 0);
-        f.id = d[2] > 0 ? 1 : 2;
-      } else {
-        const double x = v.param[0] * d[0] / rho, y = v.param[0] * d[1] / rho;
-        f.add({x, y, h});
-        f.add({x, y, -h});
-      }
-      return f;
-    }
-    case ShapeKind::cone: {
-      const double r = v.param[0], length = v.param[1], rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
-      const double side = (length * rho + r * d[2]) / std::sqrt(r * r + length * length);
-      if (-d[2] >= side) {
-        f.normal = {0, 0, -1};
-        add_circle(f, r, -0.5 * length, d, false);
-        f.id = 1;
-      } else {
-        f.add({0, 0, 0.5 * length});
-        if (rho > shortest_squared) f.add({r * d[0] / rho, r * d[1] / rho, -0.5 * length});
-      }
-      return f;
-    }
-    case ShapeKind::convex:
-    case ShapeKind::triangle: {
-      if (v.hull != nullptr && !v.hull->faces.empty()) {
-        const std::size_t best = facing_most(*v.hull, d);
-        const Hull::Face& face = v.hull->faces[best];
-        f.normal = face.normal;
-        f.id = static_cast<std::uint32_t>(best);
-        // A face with more corners than fit is thinned evenly.
-        const std::uint32_t kept = std::min<std::uint32_t>(face.count, max_corners);
-        for (std::uint32_t i = 0; i < kept; ++i) f.add(v.vertices[v.hull->loop[face.first + i * face.count / kept]]);
-        return f;
-      }
-      if (v.vertices.size() == 3) {
-        const Vec3 n = (v.vertices[1] - v.vertices[0]).cross(v.vertices[2] - v.vertices[0]);
-        const double length = n.norm();
-        if (length > 0) {
-          const bool front = n.dot(d) >= 0;
-          f.normal = unit(front ? n : Vec3(-n), length);
-          for (std::size_t i = 0; i < 3; ++i) f.add(v.vertices[front ? i : 2 - i]);
-          f.id = front ? 0 : 1;
-          return f;
-        }
-      }
-      for (std::size_t i = 0; i < v.vertices.size() && i < 2; ++i) f.add(v.vertices[i]);
-      return f;
-    }
-    default:
-      f.add(core_support(v, d) + core_radius(v) * d);
-      return f;
-  }
+  f.add(core_support(v, d) + core_radius(v) * d);
+  return f;
 }
 
 /// The edge that lies in the contact plane with outward normal d; none (count 0) if it is not an edge.

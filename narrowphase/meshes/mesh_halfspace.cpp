@@ -27,7 +27,7 @@ PairAnswer solve_mesh_halfspace(const Posed& mesh, const Posed& half, Request re
   const auto turned = [&](std::uint32_t v) -> Vec3 { return mesh.pose.rotation * m.vertices[v]; };
   // What touches to rounding has all of its patch.
   const double within = options.margin + tolerance::alike * mesh.shape.size();
-  // The vertices that span the part below the plane are vertices of the hull.
+  // The vertices that span what lies below the plane are vertices of the hull.
   for (const std::uint32_t v : m.extreme) {
     const double height = local.dot(m.vertices[v]) - level;
     if (height < lowest) lowest = height, at = v;

@@ -33,8 +33,8 @@ bool goes_first(const Posed& a, const Posed& b) {
   // Where each lies as seen from the other, which neither a common motion nor the order of vertices changes, along
   // directions of no shape.
   const Pose &pa = a.pose, &pb = b.pose;
-  const Vec3 way = pb.translation - pa.translation, g(0.3613, 0.4789, 0.8001), h(0.8171, -0.5471, 0.1829);
-  const double b_of_a = g.dot(pa.rotation.transpose() * way), a_of_b = -g.dot(pb.rotation.transpose() * way);
+  const Vec3 between = pb.translation - pa.translation, g(0.3613, 0.4789, 0.8001), h(0.8171, -0.5471, 0.1829);
+  const double b_of_a = g.dot(pa.rotation.transpose() * between), a_of_b = -g.dot(pb.rotation.transpose() * between);
   if (std::abs(b_of_a - a_of_b) > tolerance::alike * (a.shape.size() + b.shape.size())) return b_of_a > a_of_b;
   const double turn = (pa.rotation * g).dot(pb.rotation * h), back = (pb.rotation * g).dot(pa.rotation * h);
   if (std::abs(turn - back) > tolerance::alike) return turn > back;

@@ -32,6 +32,11 @@ PairAnswer solve_mesh_convex(const Posed& mesh, const Posed& convex, Request req
 /// The options for the triangles of a mesh: a solver that was named is one for meshes.
 NarrowPhaseOptions for_triangles(const NarrowPhaseOptions& options);
 
+/// The answer's points as one contact.
+inline Contact contact_of(const PairAnswer& r, std::uint32_t feature = 0) {
+  return {(r.point_a + r.point_b) / 2, r.normal, -r.signed_distance, feature};
+}
+
 /// The answer of the deepest of the contacts from `first` on.
 PairAnswer from_deepest(const std::vector<Contact>& contacts, std::size_t first);
 

@@ -5,7 +5,7 @@
 #include "convex/feature_normals.h"
 #include "convex/gjk.h"
 #include "convex/polytope_portal.h"
-#include "round/round_walk.h"
+#include "round/support_descent.h"
 #include "tolerances.h"
 
 namespace tandem {
@@ -62,7 +62,8 @@ bool answer_by_face(const MinkowskiDifference& d, const SurfaceFace& face, Local
     }
     for (const int side : {next, other}) margin = std::min(margin, area / length[side] - inward[side]);
   }
-  if (!(margin > tolerance::near_surface * scale) || (h > 0 && !is_least(h, margin, n, face.centre, face.ball))) return false;
+  if (!(margin > tolerance::near_surface * scale) || (h > 0 && !is_least(h, margin, n, face.centre, face.ball)))
+    return false;
   answer.signed_distance = -h;
   answer.normal = n;
   answer.point_a.setZero();
@@ -70,6 +71,70 @@ bool answer_by_face(const MinkowskiDifference& d, const SurfaceFace& face, Local
   answer.point_b = answer.point_a - h * n;
   answer.gap = 0;
   return true;
+}
+
+/// The signed distance of two cores, and what is not known of it.
+struct CoreDistance {
+  double distance = 0;
+  double at_most = 0;  ///< where they overlap
+  bool doubtful = false;
+};
+
+/// Of polytopes near each other, by the face of the difference that the origin lies over or beneath: is that the
+/// answer? Else `towards` is a direction that separates, if one was found.
+bool answer_on_surface(const MinkowskiDifference& d, double beyond, double reach, Vec3& towards, LocalAnswer& answer) {
+  SurfaceFace face;
+  surface_kernel()(d, std::min(beyond, reach), face);
+  if (face.end == SurfaceFace::End::apart) {
+    towards = unit(face.normal);
+    const double apart = -towards.dot(face.corner[0].w);
+    if (apart > beyond) {
+      answer.signed_distance = apart;
+      answer.normal = towards;
+      return true;
+    }
+  }
+  return face.end == SurfaceFace::End::reached && answer_by_face(d, face, answer);
+}
+
+/// Of cores that a descent left inside each other or nearly so: by an expanding polytope, to `exact`.
+CoreDistance expand_from(const MinkowskiDifference& d, const GjkResult& r, bool polytopes, bool deep, double exact,
+                         LocalAnswer& answer) {
+  const double scale = d.scale();
+  CoreDistance core;
+  const EpaResult e = deep ? expand_all_around(d) : expand(d, r.simplex, exact);
+  core.distance = -e.upper;
+  core.at_most = -e.lower;
+  answer.normal = e.normal;
+  answer.point_a = e.point_a;
+  answer.point_b = e.point_b;
+  answer.gap = std::max(0.0, e.upper - e.lower);
+  // The bounds of two polytopes that are this near meet, or rounding has made them.
+  const double reached = r.end == GjkResult::End::near               ? r.upper
+                         : e.upper < tolerance::near_surface * scale ? r.v.norm()
+                                                                     : 0.0;
+  core.doubtful = polytopes && (reached > 16 * epsilon * scale || answer.gap > 16 * epsilon * scale);
+  const bool apart = r.end == GjkResult::End::near && r.upper > 0 &&
+                     (r.lower > core.distance ? r.lower >= 0 : polytopes && core.distance > 0);
+  if (apart) {
+    // Apart, and maybe by a corner or an edge that no face of the polytope stands for.
+    if (r.lower > core.distance) answer.normal = -unit(r.v);
+    answer.gap = r.upper - std::max(r.lower, core.distance);
+    core.distance = r.upper;
+    set_points(r.simplex, answer);
+  }
+  // Between polytopes that hardly touch their difference is noise, and so may its direction be.
+  const bool touching = polytopes && (r.end == GjkResult::End::near || e.upper < tolerance::hardly_touching * scale);
+  if (touching && separation_along(d, answer.normal) < core.distance - 16 * epsilon * scale) {
+    core.doubtful = true;
+  } else if (!apart && (e.point_a - e.point_b - e.upper * e.normal).squaredNorm() >
+                           (polytopes ? tolerance::on_feature2 : tolerance::on_round2) * scale * scale) {
+    answer.signed_distance = core.distance;
+    pair_points(d, answer);
+    core.distance = answer.signed_distance;
+    answer.gap = std::max(0.0, -core.distance - e.lower);
+  }
+  return core;
 }
 
 }  // namespace
@@ -86,7 +151,8 @@ bool gjk_collide(const MinkowskiDifference& d, double tolerance, const Vec3* sta
       return !apart;
     }
   }
-  const GjkResult r = descend(d, std::max(tolerance, tolerance::ends_on_polytopes), radius + rounding, radius - rounding, start);
+  const GjkResult r =
+      descend(d, std::max(tolerance, tolerance::ends_on_polytopes), radius + rounding, radius - rounding, start);
   if (r.lower > radius + rounding) {
     if (direction != nullptr && r.v.squaredNorm() > 0) *direction = -unit(r.v);
     return false;
@@ -122,20 +188,9 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
   } else if (polytopes && ra + rb == 0) {
     if (!near) descend_from(start, far);
     if (near || !(r.lower > far)) {
-      SurfaceFace face;
-      surface_kernel()(d, std::min(beyond, far), face);
-      Vec3 towards;
-      if (face.end == SurfaceFace::End::apart) {
-        towards = unit(face.normal);
-        const double apart = -towards.dot(face.corner[0].w);
-        if (apart > beyond) {
-          answer.signed_distance = apart;
-          answer.normal = towards;
-          return answer;
-        }
-        start = &towards;
-      }
-      if (face.end == SurfaceFace::End::reached && answer_by_face(d, face, answer)) return answer;
+      Vec3 towards = Vec3::Zero();
+      if (answer_on_surface(d, beyond, far, towards, answer)) return answer;
+      if (!towards.isZero(0)) start = &towards;
       descend_from(start, -infinity);
     }
   } else {
@@ -148,71 +203,40 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
   }
   const bool weighs = r.end == GjkResult::End::inside ? !is_solid(d, r.simplex) : !polytopes;
   if (r.simplex.count > 0 && weighs) weigh(r.simplex);
-  double core;         // signed distance of the cores
-  double at_most = 0;  // where they overlap
-  bool doubtful = false;
+  CoreDistance core;
   if (r.end == GjkResult::End::separated) {
-    core = r.upper;
+    core.distance = r.upper;
     answer.normal = -unit(r.v, r.upper);
     set_points(r.simplex, answer);
     answer.gap = r.upper - std::max(r.lower, 0.0);
-    doubtful = polytopes && r.upper - r.along > std::max(tolerance, least) * r.upper + 4 * epsilon * scale;
+    core.doubtful = polytopes && r.upper - r.along > std::max(tolerance, least) * r.upper + 4 * epsilon * scale;
   } else {
     const double exact = polytopes ? 0 : std::max(tolerance * larger(d), least * scale);
-    const EpaResult e = deep ? expand_all_around(d) : expand(d, r.simplex, exact);
-    core = -e.upper;
-    at_most = -e.lower;
-    answer.normal = e.normal;
-    answer.point_a = e.point_a;
-    answer.point_b = e.point_b;
-    answer.gap = std::max(0.0, e.upper - e.lower);
-    // The bounds of two polytopes that are this near meet, or rounding has made them.
-    const double reached = r.end == GjkResult::End::near ? r.upper : e.upper < tolerance::near_surface * scale ? r.v.norm() : 0.0;
-    doubtful = polytopes && (reached > 16 * epsilon * scale || answer.gap > 16 * epsilon * scale);
-    const bool parted =
-        r.end == GjkResult::End::near && r.upper > 0 && (r.lower > core ? r.lower >= 0 : polytopes && core > 0);
-    if (parted) {
-      // Apart, and maybe by a corner or an edge that no face of the polytope stands for.
-      if (r.lower > core) answer.normal = -unit(r.v);
-      answer.gap = r.upper - std::max(r.lower, core);
-      core = r.upper;
-      set_points(r.simplex, answer);
-    }
-    // Between polytopes that hardly touch the way from one to the other is noise, and so may its direction be.
-    const bool touching = polytopes && (r.end == GjkResult::End::near || e.upper < tolerance::hardly_touching * scale);
-    if (touching && separation_along(d, answer.normal) < core - 16 * epsilon * scale) {
-      doubtful = true;
-    } else if (!parted && (e.point_a - e.point_b - e.upper * e.normal).squaredNorm() >
-                              (polytopes ? tolerance::on_feature2 : tolerance::on_round2) * scale * scale) {
-      answer.signed_distance = core;
-      pair_points(d, answer);
-      core = answer.signed_distance;
-      answer.gap = std::max(0.0, -core - e.lower);
-    }
+    core = expand_from(d, r, polytopes, deep, exact, answer);
   }
-  if (doubtful) {
+  if (core.doubtful) {
     LocalAnswer settled = answer;
-    settled.signed_distance = core;
+    settled.signed_distance = core.distance;
     if (settle_by_features(d, settled) && settled.signed_distance >= r.lower - 16 * epsilon * scale) {
       answer = settled;
-      core = answer.signed_distance;
+      core.distance = answer.signed_distance;
     }
   }
   // Round surfaces are only approached: Newton's method has the last digits.
-  if (!polytopes && (core < 0 || tolerance < least)) {
-    const Support s = walk(RoundPair(d), answer.normal, -infinity);
+  if (!polytopes && (core.distance < 0 || tolerance < least)) {
+    const Support s = minimize(RoundPair(d), answer.normal, -infinity);
     if (s.optimal) {
-      core = -s.h;
+      core.distance = -s.h;
       answer.normal = s.n;
       answer.point_a = s.point[0];
       answer.point_b = -s.point[1];
-      answer.gap = core > 0 ? 0 : std::max(0.0, at_most - core);
+      answer.gap = core.distance > 0 ? 0 : std::max(0.0, core.at_most - core.distance);
     }
   }
-  answer.signed_distance = core - ra - rb;
+  answer.signed_distance = core.distance - ra - rb;
   answer.point_a += ra * answer.normal;
   answer.point_b -= rb * answer.normal;
-  if (answer.gap <= tolerance::no_gap * (d.scale() + std::abs(core))) answer.gap = 0;
+  if (answer.gap <= tolerance::no_gap * (d.scale() + std::abs(core.distance))) answer.gap = 0;
   return answer;
 }
 

@@ -48,7 +48,7 @@ LocalAnswer round_signed_distance(const MinkowskiDifference& d, const Vec3* star
       if (h < 0 && h < s.h) s.n = *start;
     }
     if (have_features(d.a, d.b)) s = search_features(d, below);
-    if (!s.optimal && s.h >= below) s = walk(pair, s.n, below);
+    if (!s.optimal && s.h >= below) s = minimize(pair, s.n, below);
   }
   if (s.h < below) {
     LocalAnswer apart;
@@ -90,7 +90,7 @@ bool round_collide(const MinkowskiDifference& d) {
   if (portal.verdict != PortalResult::Verdict::open) return portal.verdict == PortalResult::Verdict::overlapping;
   if (features && !first)
     if (const auto collide = by_features()) return *collide;
-  const Support s = walk(RoundPair(d), direction(portal.normal), below);
+  const Support s = minimize(RoundPair(d), direction(portal.normal), below);
   if (s.h < below) return false;
   if (share_a_point(d, s, scale)) return true;
   return round_signed_distance(d).signed_distance <= 0;

@@ -2,13 +2,13 @@
 
 namespace tandem {
 
-void FaceReach::measure(const RoundBody& polytope, const RoundBody& rim) {
+void FaceReach::measure(const RoundBody& polytope, const RoundBody& circle) {
   count_ = 0;
-  axes_ = rim.axes();
-  const Mat3 turn = rim.axes().transpose() * polytope.axes();
-  const Vec3 centre = polytope.axes().transpose() * (polytope.centre() + rim.centre());
+  axes_ = circle.axes();
+  const Mat3 turn = circle.axes().transpose() * polytope.axes();
+  const Vec3 centre = polytope.axes().transpose() * (polytope.centre() + circle.centre());
   const auto set = [&](const Vec3& normal, double offset) {
-    const Vec3 m = turn * normal, s = rim.rim_support(m);
+    const Vec3 m = turn * normal, s = circle.circle_support(m);
     for (int k = 0; k < 3; ++k) m_[k][count_] = m[k], s_[k][count_] = s[k];
     base_[count_] = offset + centre.dot(normal);
     h_[count_] = base_[count_] + m.dot(s);

@@ -6,14 +6,14 @@
 
 namespace tandem {
 
-/// How far a box, a triangle or a hull with a volume and a body with a rim reach together along the normals of the
+/// How far a box, a triangle or a hull with a volume and a body with a circle reach together along the normals of the
 /// one's faces, and what that says of the arcs of directions between them. A triangle has two faces, 0 and 1, and one
 /// more across each edge, in its plane: 2 + i from its corner i on.
 class FaceReach {
  public:
   static constexpr std::size_t most = 512;  ///< of more faces the rest is not known
 
-  void measure(const RoundBody& polytope, const RoundBody& rim);
+  void measure(const RoundBody& polytope, const RoundBody& circle);
   bool known() const { return count_ > 0; }
 
   std::size_t faces() const { return count_; }
@@ -41,14 +41,14 @@ class FaceReach {
   }
 
  private:
-  /// Along the normal of face f, the rim's point that is farthest along g's.
+  /// Along the normal of face f, the circle's point that is farthest along g's.
   double along(std::size_t f, std::size_t g) const {
     return m_[0][f] * s_[0][g] + m_[1][f] * s_[1][g] + m_[2][f] * s_[2][g];
   }
 
   std::size_t count_ = 0;
-  Mat3 axes_;          ///< of the rim
-  double m_[3][most];  ///< the normals along the rim's axes
+  Mat3 axes_;          ///< of the circle
+  double m_[3][most];  ///< the normals along the circle's axes
   double s_[3][most];  ///< there its farthest points
   double base_[most];  ///< how far all else reaches
   double h_[most];

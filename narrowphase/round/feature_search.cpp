@@ -142,7 +142,7 @@ Feature feature(const Body& body, const Spot& spot, double least) {
       f.high = slant;
       break;
     }
-    case Surface::rim: {
+    case Surface::circle: {
       f.u = body.axis(0), f.v = body.axis(1);
       f.radius = core.param[0];
       f.point = body.centre + std::copysign(half, q[2]) * body.axis(2);
@@ -166,7 +166,7 @@ void turn(double& c, double& s, double angle) {
 
 /// Between two features: their nearest points, or those that are farthest in each other. Where one lies beyond the
 /// feature's end, the end.
-struct Way {
+struct NearestPoints {
   Vec3 a, b;
   Vec3 n;  ///< unit, from a to b where they are apart; before it is known about that
 };
@@ -191,7 +191,7 @@ Feature generator(const Feature& side, const Vec3& out) {
 }
 
 /// From a corner to anything but a face.
-bool corner_way(const Vec3& corner, const Feature& f, double rounding, Way& w) {
+bool corner_to_feature(const Vec3& corner, const Feature& f, double rounding, NearestPoints& w) {
   w.a = corner;
   const Vec3 from = corner - f.point;
   if (f.surface == Surface::corner) {
@@ -199,7 +199,7 @@ bool corner_way(const Vec3& corner, const Feature& f, double rounding, Way& w) {
     w.n = unit_along(from, w.n);
     return true;
   }
-  if (f.surface == Surface::rim) {
+  if (f.surface == Surface::circle) {
     const double x = from.dot(f.u), y = from.dot(f.v), rho = std::sqrt(x * x + y * y);
     if (!(rho > 0)) return false;
     w.b = f.point + (f.radius / rho) * (x * f.u + y * f.v);
@@ -222,7 +222,7 @@ bool corner_way(const Vec3& corner, const Feature& f, double rounding, Way& w) {
 }
 
 /// Two lines; `n` is square to both.
-bool lines_way(const Feature& a, const Feature& b, const Vec3& n, double rounding, Way& w) {
+bool line_to_line(const Feature& a, const Feature& b, const Vec3& n, double rounding, NearestPoints& w) {
   const Vec3 between = b.point - a.point, across = a.axis.cross(b.axis);
   const double det = across.squaredNorm();
   if (!(det > tolerance::crossing2)) return false;
@@ -233,14 +233,14 @@ bool lines_way(const Feature& a, const Feature& b, const Vec3& n, double roundin
   return within(a, s, rounding) && within(b, t, rounding);
 }
 
-/// Two lines, or lines of cones' sides: their common normal is on a circle about each axis, and looks from a to b.
-bool straight_way(const Feature& a, const Feature& b, double rounding, Way& w) {
+/// Two lines, or lines of cones' sides: their common normal is on a circle about each axis, and points from a to b.
+bool straight_to_straight(const Feature& a, const Feature& b, double rounding, NearestPoints& w) {
   const Vec3 across = a.axis.cross(b.axis);
   const double det = across.squaredNorm();
   if (!(det > tolerance::crossing2)) return false;
   if (a.surface == Surface::straight && b.surface == Surface::straight) {
     const Vec3 n = std::copysign(1 / std::sqrt(det), across.dot(w.n)) * across;
-    return lines_way(a, b, n, rounding, w);
+    return line_to_line(a, b, n, rounding, w);
   }
   const double d = a.axis.dot(b.axis), p = a.sine, q = -b.sine;
   const double x = (p - d * q) / det, y = (q - d * p) / det, rest = 1 - x * p - y * q;
@@ -257,17 +257,17 @@ bool straight_way(const Feature& a, const Feature& b, double rounding, Way& w) {
   const Vec3 n = x * a.axis + y * b.axis + std::copysign(std::sqrt(rest / det), across.dot(w.n)) * across;
   const Feature in_a = a.surface == Surface::side ? generator(a, n) : a;
   const Feature in_b = b.surface == Surface::side ? generator(b, -n) : b;
-  return lines_way(in_a, in_b, n, rounding, w);
+  return line_to_line(in_a, in_b, n, rounding, w);
 }
 
-/// From a rim to a line, or to a cone's side.
-bool rim_way(Feature rim, const Feature& line, double rounding, Way& w) {
+/// From a circle to a line, or to a cone's side.
+bool circle_to_line(Feature circle, const Feature& line, double rounding, NearestPoints& w) {
   const bool side = line.surface == Surface::side;
-  const Vec3 from = rim.point - line.point;
-  const double r = rim.radius, ue = rim.u.dot(line.axis), ve = rim.v.dot(line.axis), up = from.dot(line.axis);
-  const double a = from.dot(rim.u) - up * ue, b = from.dot(rim.v) - up * ve;
+  const Vec3 from = circle.point - line.point;
+  const double r = circle.radius, ue = circle.u.dot(line.axis), ve = circle.v.dot(line.axis), up = from.dot(line.axis);
+  const double a = from.dot(circle.u) - up * ue, b = from.dot(circle.v) - up * ve;
   const double uu = 1 - ue * ue, uv = -ue * ve, vv = 1 - ve * ve, off2 = from.squaredNorm() - up * up;
-  double &c = rim.c, &s = rim.s;
+  double &c = circle.c, &s = circle.s;
   bool found = false;
   for (int step = 0; step < newton_steps && !found; ++step) {
     // Half the squared distance from the line, by the angle.
@@ -285,7 +285,7 @@ bool rim_way(Feature rim, const Feature& line, double rounding, Way& w) {
     turn(c, s, angle);
     found = std::abs(angle) < newton_end;
   }
-  w.a = rim.point + r * (c * rim.u + s * rim.v);
+  w.a = circle.point + r * (c * circle.u + s * circle.v);
   const Vec3 on = w.a - line.point;
   Feature straight = line;
   Vec3 out = on - on.dot(line.axis) * line.axis;
@@ -293,8 +293,8 @@ bool rim_way(Feature rim, const Feature& line, double rounding, Way& w) {
     out = line.cosine * unit(out) + line.sine * line.axis;
     straight = generator(line, out);
   } else {
-    // Square to both: where they nearly touch, the way between them is noise.
-    const Vec3 across = line.axis.cross(c * rim.v - s * rim.u);
+    // Square to both: where they nearly touch, their difference is noise.
+    const Vec3 across = line.axis.cross(c * circle.v - s * circle.u);
     out = unit_along(across.squaredNorm() > 1e-2 ? across : out, -w.n);
   }
   const double t = on.dot(straight.axis);
@@ -303,7 +303,7 @@ bool rim_way(Feature rim, const Feature& line, double rounding, Way& w) {
   return found && within(straight, t, rounding);
 }
 
-bool rims_way(Feature a, Feature b, Way& w) {
+bool circle_to_circle(Feature a, Feature b, NearestPoints& w) {
   const Vec3 between = a.point - b.point;
   bool found = false;
   for (int step = 0; step < newton_steps && !found; ++step) {
@@ -328,7 +328,7 @@ bool rims_way(Feature a, Feature b, Way& w) {
 }
 
 /// From a face to what of the other body is farthest back along its normal.
-bool flat_way(const Body& body, const Feature& flat, const Body& other, double rounding, Way& w) {
+bool face_to_body(const Body& body, const Feature& flat, const Body& other, double rounding, NearestPoints& w) {
   w.n = flat.axis;
   w.b = other.support(-w.n);
   w.a = w.b - (w.b - flat.point).dot(w.n) * w.n;
@@ -344,8 +344,9 @@ bool flat_way(const Body& body, const Feature& flat, const Body& other, double r
   return (moved - q).squaredNorm() <= rounding * rounding;
 }
 
-/// The way between two features; w.n tells about where to. False where it leaves them.
-bool find_way(const Body& a, const Feature& fa, const Body& b, const Feature& fb, double rounding, Way& w) {
+/// The nearest points of two features; w.n tells about where to. False where it leaves them.
+bool nearest_points(const Body& a, const Feature& fa, const Body& b, const Feature& fb, double rounding,
+                    NearestPoints& w) {
   const auto swapped = [&w](auto&& find) {
     std::swap(w.a, w.b);
     w.n = -w.n;
@@ -354,14 +355,14 @@ bool find_way(const Body& a, const Feature& fa, const Body& b, const Feature& fb
     w.n = -w.n;
     return found;
   };
-  if (fa.surface == Surface::flat) return flat_way(a, fa, b, rounding, w);
-  if (fb.surface == Surface::flat) return swapped([&] { return flat_way(b, fb, a, rounding, w); });
-  if (fa.surface == Surface::corner) return corner_way(fa.point, fb, rounding, w);
-  if (fb.surface == Surface::corner) return swapped([&] { return corner_way(fb.point, fa, rounding, w); });
-  if (fa.surface == Surface::rim)
-    return fb.surface == Surface::rim ? rims_way(fa, fb, w) : rim_way(fa, fb, rounding, w);
-  if (fb.surface == Surface::rim) return swapped([&] { return rim_way(fb, fa, rounding, w); });
-  return straight_way(fa, fb, rounding, w);
+  if (fa.surface == Surface::flat) return face_to_body(a, fa, b, rounding, w);
+  if (fb.surface == Surface::flat) return swapped([&] { return face_to_body(b, fb, a, rounding, w); });
+  if (fa.surface == Surface::corner) return corner_to_feature(fa.point, fb, rounding, w);
+  if (fb.surface == Surface::corner) return swapped([&] { return corner_to_feature(fb.point, fa, rounding, w); });
+  if (fa.surface == Surface::circle)
+    return fb.surface == Surface::circle ? circle_to_circle(fa, fb, w) : circle_to_line(fa, fb, rounding, w);
+  if (fb.surface == Surface::circle) return swapped([&] { return circle_to_line(fb, fa, rounding, w); });
+  return straight_to_straight(fa, fb, rounding, w);
 }
 
 }  // namespace
@@ -382,24 +383,24 @@ Support search_features(const MinkowskiDifference& d, double below, bool* common
   const auto is_hull = [](const ConvexView& v) { return v.kind == ShapeKind::convex; };
   const bool from_a = d.a.kind == ShapeKind::box || (is_hull(d.a) && !is_hull(d.b));
   Support found;
-  Way w;
+  NearestPoints w;
   w.a = b.out(core_centre(d.b));
   const Vec3 between = w.a - core_centre(d.a);
   Spot sa = project(a, w.a, rounding);
   w.b = w.a;
   Spot sb = project(b, w.b, rounding);
-  const auto to_a = [&](Way& way) { way.a = way.b, sa = project(a, way.a, rounding, &sa); };
-  const auto to_b = [&](Way& way) { way.b = way.a, sb = project(b, way.b, rounding, &sb); };
-  const bool parted = sa.surface != Surface::none && sb.surface != Surface::none;
-  w.n = parted ? w.b - w.a : sa.surface != Surface::none ? b.out(core_centre(d.b)) - w.a : between;
+  const auto to_a = [&](NearestPoints& points) { points.a = points.b, sa = project(a, points.a, rounding, &sa); };
+  const auto to_b = [&](NearestPoints& points) { points.b = points.a, sb = project(b, points.b, rounding, &sb); };
+  const bool apart = sa.surface != Surface::none && sb.surface != Surface::none;
+  w.n = apart ? w.b - w.a : sa.surface != Surface::none ? b.out(core_centre(d.b)) - w.a : between;
   w.n = unit_or(w.n, found.n);
   if (common != nullptr && (*common = sa.inside || sb.inside)) return found;
   for (int round = 0; round < rounds; ++round) {
     const double h = reach(w.n);
     if (round == 0 || h < found.h) found.n = w.n, found.h = h;
     if (h < below) return found;
-    if (round == 0 && common != nullptr && parted) {
-      // One projection more parts nearly all that are well apart.
+    if (round == 0 && common != nullptr && apart) {
+      // One projection more separates nearly all that are well apart.
       Vec3 p = w.b;
       *common = project(a, p, rounding).inside;
       if (*common) return found;
@@ -420,19 +421,19 @@ Support search_features(const MinkowskiDifference& d, double below, bool* common
     w.n = unit_or(w.b - w.a, w.n);
     b.centre = d.pose.translation;
     w.b -= shift;
-    Way way = w;
+    NearestPoints points = w;
     for (int turn = 0; turn < turns; ++turn) {
-      way.n = w.n;
-      const bool between = find_way(a, feature(a, sa, rounding), b, feature(b, sb, rounding), rounding, way);
-      if (turn == 0) w.b = way.b;
-      const double length = way.n.norm();
+      points.n = w.n;
+      const bool between = nearest_points(a, feature(a, sa, rounding), b, feature(b, sb, rounding), rounding, points);
+      if (turn == 0) w.b = points.b;
+      const double length = points.n.norm();
       if (between && length > 0.5 && length < 2) {
-        way.n /= length;
-        const double reached = reach(way.n);
-        const Vec3 off = way.a - way.b - reached * way.n;
+        points.n /= length;
+        const double reached = reach(points.n);
+        const Vec3 off = points.a - points.b - reached * points.n;
         if (off.squaredNorm() <= rounding * rounding) {
-          found.n = way.n, found.h = reached;
-          found.point[0] = way.a, found.point[1] = -way.b;
+          found.n = points.n, found.h = reached;
+          found.point[0] = points.a, found.point[1] = -points.b;
           found.optimal = true;
           return found;
         }
@@ -440,14 +441,14 @@ Support search_features(const MinkowskiDifference& d, double below, bool* common
       }
       // To and fro from where the feature ends.
       b.centre += shift;
-      way.b += shift;
+      points.b += shift;
       if (from_a) {
-        to_b(way), to_a(way);
+        to_b(points), to_a(points);
       } else {
-        to_a(way), to_b(way);
+        to_a(points), to_b(points);
       }
       b.centre = d.pose.translation;
-      way.b -= shift;
+      points.b -= shift;
       if (sa.surface == Surface::none || sb.surface == Surface::none) break;
     }
   }

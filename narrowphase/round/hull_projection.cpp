@@ -8,9 +8,9 @@ namespace {
 
 constexpr int most_hull_steps = 32;
 
-class HullWalk {
+class HullDescent {
  public:
-  HullWalk(const Hull& hull, const Vec3& p, std::uint32_t from) : hull_(hull), p_(p) { spot_.vertex = from; }
+  HullDescent(const Hull& hull, const Vec3& p, std::uint32_t from) : hull_(hull), p_(p) { spot_.vertex = from; }
 
   HullSpot run() {
     At at = At::corner;
@@ -47,14 +47,14 @@ class HullWalk {
       spot_.vertex = hull_.neighbours[spoke_];
       return At::corner;
     }
-    part_ = best / best2;
+    fraction_ = best / best2;
     return At::edge;
   }
 
   /// To the face over which p lies beside the edge, if there is one.
   At from_edge() {
     spot_.other = hull_.neighbours[spoke_];
-    const Vec3 v = hull_.vertices[spot_.vertex], e = hull_.vertices[spot_.other] - v, q = v + part_ * e, r = p_ - q;
+    const Vec3 v = hull_.vertices[spot_.vertex], e = hull_.vertices[spot_.other] - v, q = v + fraction_ * e, r = p_ - q;
     const std::uint32_t first = hull_.neighbour_first[spot_.vertex];
     const std::uint32_t left = hull_.neighbour_face[spoke_];
     const std::uint32_t before = spoke_ > first ? spoke_ : hull_.neighbour_first[spot_.vertex + 1];
@@ -87,7 +87,7 @@ class HullWalk {
     const double along = e.dot(p_ - v), length2 = e.squaredNorm();
     spot_.vertex = along < length2 ? a : b;
     if (!(along > 0 && along < length2)) return At::corner;
-    part_ = along / length2;
+    fraction_ = along / length2;
     spoke_ = hull_.neighbour_first[a];
     while (hull_.neighbours[spoke_] != b) ++spoke_;
     return At::edge;
@@ -97,12 +97,12 @@ class HullWalk {
   const Vec3 p_;
   HullSpot spot_;
   std::uint32_t spoke_ = 0;  ///< of the edge from spot_.vertex
-  double part_ = 0;          ///< of the way along it
+  double fraction_ = 0;      ///< along it
 };
 
 }  // namespace
 
-HullSpot nearest_on_hull(const Hull& hull, const Vec3& p, std::uint32_t from) { return HullWalk(hull, p, from).run(); }
+HullSpot nearest_on_hull(const Hull& hull, const Vec3& p, std::uint32_t from) { return HullDescent(hull, p, from).run(); }
 
 bool on_face(const Hull& hull, std::uint32_t face, const Vec3& q, double inward) {
   const Hull::Face& f = hull.faces[face];
@@ -118,15 +118,15 @@ bool on_face(const Hull& hull, std::uint32_t face, const Vec3& q, double inward)
 Vec3 end_on_face(const Hull& hull, std::uint32_t face, const Vec3& from, const Vec3& to, double rounding) {
   const Hull::Face& f = hull.faces[face];
   const std::uint32_t* loop = hull.loop.data() + f.first;
-  double part = 1;
+  double fraction = 1;
   for (std::uint32_t k = 0, last = loop[f.count - 1]; k < f.count; last = loop[k++]) {
     const Vec3 v = hull.vertices[last], e = hull.vertices[loop[k]] - v, out = e.cross(f.normal);
     const double beyond = out.dot(to - v);
     if (!(beyond > 0 && beyond * beyond > rounding * rounding * e.squaredNorm())) continue;
     const double before = std::max(0.0, -out.dot(from - v));
-    part = std::min(part, before / (before + beyond));
+    fraction = std::min(fraction, before / (before + beyond));
   }
-  return part == 1 ? to : Vec3(from + part * (to - from));
+  return fraction == 1 ? to : Vec3(from + fraction * (to - from));
 }
 
 }  // namespace tandem

@@ -20,13 +20,13 @@ inline bool has_rings(const Hull& hull) { return !hull.neighbour_face.empty(); }
 
 /// The nearest point to p, walking from the corner `from` over edges and faces (Lin and Canny 1991), each nearer than
 /// the one before: a corner, an edge or a face over which p lies. `none`, q = p, where p lies beneath the face that the
-/// walk ends on, as it does inside, or where there are many steps.
+/// descent ends on, as it does inside, or where there are many steps.
 HullSpot nearest_on_hull(const Hull& hull, const Vec3& p, std::uint32_t from);
 
 /// Does a point of the face's plane lie on it, `inward` from its edges at least?
 bool on_face(const Hull& hull, std::uint32_t face, const Vec3& q, double inward);
 
-/// On the way from a point of the face to another of its plane: the end, or where it leaves the face by more than
+/// On the segment from a point of the face to another of its plane: the end, or where it leaves the face by more than
 /// `rounding`.
 Vec3 end_on_face(const Hull& hull, std::uint32_t face, const Vec3& from, const Vec3& to, double rounding);
 

@@ -4,7 +4,7 @@
 
 #include "round/face_reach.h"
 #include "round/hull_projection.h"
-#include "round/rim_distance.h"
+#include "round/circle_distance.h"
 #include "tolerances.h"
 
 namespace tandem {
@@ -20,7 +20,7 @@ struct Face {
   Vec3 normal;  ///< unit, outward
 };
 
-/// A direction on a circle: its part in the circle's plane, unit, and the point that supports it.
+/// A direction on a circle: what of it lies in the circle's plane, unit, and the point that supports it.
 struct Sample {
   Vec3 out, p;
 };
@@ -30,17 +30,17 @@ struct Span {
   Sample first, last;
 };
 
-/// What a body reaches at least along the directions of a span of a circle, by its rims: r sqrt(1 - (n . axis)^2) is
+/// What a body reaches at least along the directions of a span of a circle, by its circles: r sqrt(1 - (n . axis)^2) is
 /// concave in n . axis, so not below its chord over the span, which is linear in n. Two bodies with parallel axes, or
 /// almost, are nearly the same all around: points of theirs would have to be as dense as the span is short.
-class RimFloor {
+class CircleFloor {
  public:
-  explicit RimFloor(const Circle& circle) : circle_(circle) {}
-  RimFloor(const RoundBody& body, const Circle& circle, const Vec3& offset) : circle_(circle) {
-    if (!body.has_rim()) return;
+  explicit CircleFloor(const Circle& circle) : circle_(circle) {}
+  CircleFloor(const RoundBody& body, const Circle& circle, const Vec3& offset) : circle_(circle) {
+    if (!body.has_circle()) return;
     axis_ = body.axis(), radius_ = body.radius();
     for (int piece = 0; piece < 2; ++piece)
-      if (body.is_rim(piece)) centre_[count_++] = body.rim_centre(piece) + offset;
+      if (body.is_circle(piece)) centre_[count_++] = body.circle_centre(piece) + offset;
   }
 
   /// Minus infinity where there is none.
@@ -133,7 +133,7 @@ bool is_point(const RoundBody& body) {
 
 /// The axis about which the body is the same all around, but for rounding; zero where there is none, or any.
 Vec3 axis_of_revolution(const RoundBody& body) {
-  if (body.has_rim() || body.kind() == ShapeKind::capsule) return body.axis();
+  if (body.has_circle() || body.kind() == ShapeKind::capsule) return body.axis();
   if (body.is_segment()) return body.axes() * (body.view().vertices[1] - body.view().vertices[0]).stableNormalized();
   if (body.kind() != ShapeKind::ellipsoid) return Vec3::Zero();
   const auto& radii = body.view().param;
@@ -146,11 +146,11 @@ Vec3 axis_of_revolution(const RoundBody& body) {
 
 class Search {
  public:
-  /// From a minimum of h, or from any direction, which is then not walked from if another one is better.
-  Search(const RoundPair& pair, const Support& start, bool walked)
-      : pair_(pair), rounding_(16 * epsilon * pair.scale), walked_(walked) {
+  /// From a minimum of h, or from any direction, from which is then not descended if another one is better.
+  Search(const RoundPair& pair, const Support& start, bool descended)
+      : pair_(pair), rounding_(16 * epsilon * pair.scale), descended_(descended) {
     best_ = start;
-    if (walked) known_[known_count_++] = start.n;
+    if (descended) known_[known_count_++] = start.n;
   }
 
   Depth run();
@@ -167,9 +167,9 @@ class Search {
   Vec3 face_normal(int which, std::size_t face) const;
   template <class Supporting>
   void search_spans(const Circle& circle, const Span* spans, int count, double add, const Supporting& supporting,
-                    const RimFloor& floor);
-  void search_rims();
-  void search_rims(const RimDistance& rims);
+                    const CircleFloor& floor);
+  void search_circles();
+  void search_circles(const CircleDistance& circles);
   void search_smooth();
   double expand();
   bool is_known(const Face& f, const Vec3& w) const;
@@ -180,9 +180,9 @@ class Search {
 
   const RoundPair& pair_;
   double rounding_;
-  bool walked_;
+  bool descended_;
   Support best_;
-  FaceReach reach_[2];  ///< of a polytope with a rim
+  FaceReach reach_[2];  ///< of a polytope with a circle
   Vec3 known_[max_known];
   int known_count_ = 0;
   double gap_ = 0;
@@ -199,14 +199,14 @@ class Search {
 
 /// Returns the minimum's direction.
 Vec3 Search::try_from(const Vec3& n) {
-  const Support s = walk(pair_, n, -infinity);
+  const Support s = minimize(pair_, n, -infinity);
   if (known_count_ < max_known) known_[known_count_++] = s.n;
   if (s.h < best_.h) best_ = s;
   return s.n;
 }
 
 /// Is the face, whose normal n is, where the other body reaches farthest, well over its middle? Then h is least there
-/// among all directions near, and no walk is needed to tell.
+/// among all directions near, and no descent is needed to tell.
 bool Search::try_face(int which, std::size_t face, const Vec3& n) {
   const RoundBody &body = pair_.body[which], &other = pair_.body[1 - which];
   if (body.kind() == ShapeKind::triangle) return false;
@@ -229,10 +229,10 @@ bool Search::try_face(int which, std::size_t face, const Vec3& n) {
   return true;
 }
 
-/// Is the body a polytope whose faces and arcs between them have all minima that a rim alone does not?
+/// Is the body a polytope whose faces and arcs between them have all minima that a circle alone does not?
 bool Search::by_arcs(int which) const {
   const RoundBody& body = pair_.body[which];
-  if (!pair_.body[1 - which].has_rim()) return false;
+  if (!pair_.body[1 - which].has_circle()) return false;
   if (body.kind() == ShapeKind::triangle) return spans_plane(body.view().vertices);
   return body.kind() == ShapeKind::box || (body.kind() == ShapeKind::convex && body.hull().dimension == 3);
 }
@@ -268,7 +268,7 @@ void Search::try_axes() {
     if (c.squaredNorm() > tolerance::parallel_planes2) axes[count++] = c.normalized();
   };
   const RoundBody* box = a.kind() == ShapeKind::box ? &a : b.kind() == ShapeKind::box ? &b : nullptr;
-  if (box != nullptr && !walked_ && (a.has_rim() || b.has_rim())) {
+  if (box != nullptr && !descended_ && (a.has_circle() || b.has_circle())) {
     for (int k = 0; k < 3; ++k) across(box->axes().col(k), (box == &a ? b : a).axis());
   } else {
     across(a.axis(), b.axis());
@@ -279,8 +279,8 @@ void Search::try_axes() {
     for (int k = 0; k < 2; ++k)
       if (h[k] < least - rounding_) least = h[k], from = k == 0 ? axes[i] : Vec3(-axes[i]), face_of = -1;
   }
-  if (walked_ && !(least < best_.h - rounding_)) return;
-  if (!walked_) best_.h = infinity;
+  if (descended_ && !(least < best_.h - rounding_)) return;
+  if (!descended_) best_.h = infinity;
   if (face_of < 0 || !try_face(face_of, face_number, from)) try_from(from);
 }
 
@@ -514,7 +514,7 @@ void Search::search_circle(int which, const Circle& circle, bool kink) {
   }
   Span spans[start];
   for (int i = 0; i < start; ++i) spans[i] = {samples[i], samples[(i + 1) % start]};
-  search_spans(circle, spans, start, add, support, level ? RimFloor(other, circle, body.middle()) : RimFloor(circle));
+  search_spans(circle, spans, start, add, support, level ? CircleFloor(other, circle, body.middle()) : CircleFloor(circle));
 }
 
 /// The least of h on the arcs between the normals of a polytope's faces, where two of its corners reach as far.
@@ -533,7 +533,7 @@ void Search::search_arcs(int which) {
     const Span span{{n0, support(n0)}, {n1, support(n1)}};
     for (const Sample* end : {&span.first, &span.last})
       if (end->out.dot(end->p) < best_.h - rounding_) try_from(end->out);
-    search_spans(circle, &span, 1, 0, support, RimFloor(other, circle, corner));
+    search_spans(circle, &span, 1, 0, support, CircleFloor(other, circle, corner));
   };
   if (body.kind() == ShapeKind::box) {
     for (const FaceArc& arc : box_arcs) follow(arc.v[0], arc.face[0], arc.face[1]);
@@ -550,12 +550,12 @@ void Search::search_arcs(int which) {
 /// both reach as far is looked at too.
 template <class Supporting>
 void Search::search_spans(const Circle& circle, const Span* spans, int count, double add, const Supporting& supporting,
-                          const RimFloor& floor) {
+                          const CircleFloor& floor) {
   constexpr int most = 96, most_spans = 8;
   constexpr double narrow = 0.1;
   const double lift = circle.height, radius = circle.radius;
   const auto direction = [&](const Vec3& out) { return Vec3(lift * circle.axis + radius * out); };
-  const auto look = [&](const Vec3& out) {
+  const auto evaluate = [&](const Vec3& out) {
     const Vec3 n = direction(out), p = supporting(n);
     if (n.dot(p) + add < best_.h - rounding_) try_from(n);
     return Sample{out, p};
@@ -616,17 +616,17 @@ void Search::search_spans(const Circle& circle, const Span* spans, int count, do
       // So short a span holds one minimum, unless what is found from it lies elsewhere.
       const auto holds = [&](const Vec3& n) {
         const Vec3 to = n - direction(span.first.out);
-        const double part = to.dot(along) / (radius * width);
-        return std::abs(n.dot(circle.axis) - lift) < tolerance::flush && to.squaredNorm() < narrow * narrow && part > -0.01 &&
-               part < 1.01;
+        const double place = to.dot(along) / (radius * width);
+        return std::abs(n.dot(circle.axis) - lift) < tolerance::flush && to.squaredNorm() < narrow * narrow && place > -0.01 &&
+               place < 1.01;
       };
       bool known = false;
       for (int i = 0; i < known_count_ && !known; ++i) known = holds(known_[i]);
-      // From beside a narrow one a walk leads past it: then only what the points say counts.
+      // From beside a narrow one a descent leads past it: then only what the points say counts.
       constexpr double beside = 1e-3;
       if (known || (width > beside * beside && holds(try_from(direction(out))))) continue;
     }
-    const Sample middle = look(out);
+    const Sample middle = evaluate(out);
     ++looked;
     if (best_.h < 0) return;
     if (direction(out).dot(middle.p) + add - least <= rounding_) continue;
@@ -635,46 +635,46 @@ void Search::search_spans(const Circle& circle, const Span* spans, int count, do
   }
 }
 
-/// Minima where h is smooth: on a rim of each.
-void Search::search_rims() {
-  RimDistance rims(pair_.body[0], pair_.body[1]);
+/// Minima where h is smooth: on a circle of each.
+void Search::search_circles() {
+  CircleDistance circles(pair_.body[0], pair_.body[1]);
   for (int i = 0; i < 2; ++i)
     for (int j = 0; j < 2; ++j)
-      if (best_.h > 0 && pair_.body[0].is_rim(i) && pair_.body[1].is_rim(j) && rims.take(i, j, best_.h, rounding_))
-        search_rims(rims);
+      if (best_.h > 0 && pair_.body[0].is_circle(i) && pair_.body[1].is_circle(j) && circles.take(i, j, best_.h, rounding_))
+        search_circles(circles);
 }
 
-/// By branch and bound: parts of the smaller rim are halved until they are known to have one minimum, or none.
-void Search::search_rims(const RimDistance& rims) {
-  using Sample = RimDistance::Sample;
-  using Minima = RimDistance::Minima;
+/// By branch and bound: arcs of the smaller circle are halved until they are known to have one minimum, or none.
+void Search::search_circles(const CircleDistance& circles) {
+  using Sample = CircleDistance::Sample;
+  using Minima = CircleDistance::Minima;
   constexpr int most = 400, deepest = 64;  // 53 halvings leave nothing
-  const auto look = [&](const Sample& s) {
+  const auto evaluate = [&](const Sample& s) {
     const double limit = best_.h - rounding_;
-    if (!(s.squared < limit * limit && s.squared > rounding_ * rounding_ && rims.supports(s, rounding_))) return;
-    const Vec3 n = rims.direction(s);
+    if (!(s.squared < limit * limit && s.squared > rounding_ * rounding_ && circles.supports(s, rounding_))) return;
+    const Vec3 n = circles.direction(s);
     if (n.dot(pair_.support(n)) < limit) try_from(n);
   };
   const double nothing = rounding_ / std::min(pair_.body[0].radius(), pair_.body[1].radius());
-  RimDistance::Part stack[RimDistance::most_parts + deepest];
-  int height = rims.parts(best_.h, rounding_, stack);
+  CircleDistance::Arc stack[CircleDistance::most_arcs + deepest];
+  int height = circles.arcs(best_.h, rounding_, stack);
   for (int halved = 0; height > 0 && best_.h > rounding_;) {
-    const RimDistance::Part part = stack[--height];
-    if (!rims.may_have_minimum(part, best_.h, rounding_)) continue;
-    const double limit = best_.h - rounding_, least = rims.least_squared(part);
+    const CircleDistance::Arc arc = stack[--height];
+    if (!circles.may_have_minimum(arc, best_.h, rounding_)) continue;
+    const double limit = best_.h - rounding_, least = circles.least_squared(arc);
     if (least >= limit * limit) continue;
-    const Minima minima = rims.minima(part);
-    if (minima == Minima::one) look(rims.minimum(part));
-    // A part as short as rounding is what its ends are, and these were looked at.
-    if (minima != Minima::unknown || part.chord2() <= nothing * nothing) continue;
+    const Minima minima = circles.minima(arc);
+    if (minima == Minima::one) evaluate(circles.minimum(arc));
+    // An arc as short as rounding is what its ends are, and these were looked at.
+    if (minima != Minima::unknown || arc.chord2() <= nothing * nothing) continue;
     if (halved++ >= most) {
       gap_ = std::max(gap_, best_.h - std::sqrt(std::max(0.0, least)));
       continue;
     }
-    const Sample middle = rims.middle(part);
-    look(middle);
-    stack[height++] = {part.first, middle};
-    stack[height++] = {middle, part.last};
+    const Sample middle = circles.middle(arc);
+    evaluate(middle);
+    stack[height++] = {arc.first, middle};
+    stack[height++] = {middle, arc.last};
   }
 }
 
@@ -689,7 +689,7 @@ void Search::search_smooth() {
                                   {q, 0.5, -w}, {0.5, w, q},  {-0.5, w, q}, {0.5, -w, q}, {0.5, w, -q}, {w, q, 0.5},
                                   {-w, q, 0.5}, {w, -q, 0.5}, {w, q, -0.5}};
   constexpr double cosine = 0.934, sine = 0.358, far = 1.0;
-  const auto look = [&](const Vec3& n, const Vec3& p) {
+  const auto evaluate = [&](const Vec3& n, const Vec3& p) {
     const double h = n.dot(p);
     const Vec3 across = p - h * n;
     if (h * cosine - across.norm() * sine >= best_.h) return;
@@ -711,8 +711,8 @@ void Search::search_smooth() {
   for (const auto& b : base) {
     const Vec3 n{b[0], b[1], b[2]};
     const Vec3 p = pair_.support(n);
-    look(n, p);
-    look(-n, pair_.opposite(n, p));
+    evaluate(n, p);
+    evaluate(-n, pair_.opposite(n, p));
     if (best_.h < 0) return;
   }
 }
@@ -725,7 +725,7 @@ Depth Search::run() {
     const RoundBody& body = pair_.body[which];
     if (reach_[which].known()) {
       search_arcs(which);
-    } else if (body.kind() == ShapeKind::convex && pair_.body[1 - which].has_rim()) {
+    } else if (body.kind() == ShapeKind::convex && pair_.body[1 - which].has_circle()) {
       // Between a flat hull's face and its back, or all around a segment.
       const Hull& hull = body.hull();
       for (const Hull::Edge& e : hull.edges)
@@ -763,8 +763,8 @@ Depth Search::run() {
       gap_ = std::min(gap_, around);
     } else if (ellipsoid) {
       search_smooth();
-    } else if (a.has_rim() && b.has_rim()) {
-      search_rims();
+    } else if (a.has_circle() && b.has_circle()) {
+      search_circles();
     }
   }
   r.best = best_;
@@ -774,8 +774,8 @@ Depth Search::run() {
 
 }  // namespace
 
-Depth least_depth(const RoundPair& pair, const Support& start, bool walked) {
-  return Search(pair, start, walked).run();
+Depth least_depth(const RoundPair& pair, const Support& start, bool descended) {
+  return Search(pair, start, descended).run();
 }
 
 }  // namespace tandem

@@ -1,5 +1,6 @@
+// The depth of two bodies of which one is round: the least of the minima of h.
 #pragma once
-#include "round/round_walk.h"
+#include "round/support_descent.h"
 
 namespace tandem {
 
@@ -10,9 +11,9 @@ struct Depth {
   double gap = 0;
 };
 
-/// From a local minimum h >= 0, where `walked`, else from any direction. An expanding polytope within A - B (van den
-/// Bergen 2001) bounds h from below and shows where else it may be less; a walk
+/// From a local minimum h >= 0, where `descended`, else from any direction. An expanding polytope within A - B (van den
+/// Bergen 2001) bounds h from below and shows where else it may be less; a descent
 /// from there decides. Ends with best.h < 0 where the two turn out to be apart.
-Depth least_depth(const RoundPair& pair, const Support& start, bool walked);
+Depth least_depth(const RoundPair& pair, const Support& start, bool descended);
 
 }  // namespace tandem

@@ -194,15 +194,15 @@ void find_parts(MeshModel& mesh, const std::vector<std::uint32_t>& first) {
   for (const auto& t : mesh.triangles) {
     std::uint32_t& at = place[root(t[0])];
     if (at == no_index) {
-      at = static_cast<std::uint32_t>(mesh.parts.size());
-      mesh.parts.emplace_back().fill(t[0]);
+      at = static_cast<std::uint32_t>(mesh.components.size());
+      mesh.components.emplace_back().fill(t[0]);
     }
-    MeshModel::Part& part = mesh.parts[at];
+    MeshModel::Component& component = mesh.components[at];
     for (const std::uint32_t v : t)
       for (std::size_t k = 0; k < 6; ++k) {
         const auto axis = static_cast<Eigen::Index>(k / 2);
-        const double beyond = mesh.vertices[v][axis] - mesh.vertices[part[k]][axis];
-        if (k % 2 == 0 ? beyond < 0 : beyond > 0) part[k] = v;
+        const double beyond = mesh.vertices[v][axis] - mesh.vertices[component[k]][axis];
+        if (k % 2 == 0 ? beyond < 0 : beyond > 0) component[k] = v;
       }
   }
 }

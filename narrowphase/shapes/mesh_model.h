@@ -63,8 +63,8 @@ struct MeshModel {
   bool convex = false;  ///< a solid that is its own hull: it is solved as one
 
   /// Vertices of what hangs together by vertices with equal coordinates: those farthest along -x, x, -y, y, -z, z.
-  using Part = std::array<std::uint32_t, 6>;
-  std::vector<Part> parts;
+  using Component = std::array<std::uint32_t, 6>;
+  std::vector<Component> components;
 
   Vec3 centre = Vec3::Zero();   ///< of the bounding box
   Vec3 half = Vec3::Zero();     ///< of the bounding box

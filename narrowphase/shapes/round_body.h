@@ -24,7 +24,7 @@ struct Circle {
 
 /// The core of A, or of B mirrored in the origin, in A's frame: a summand of A
 /// - B. It is the hull of a few pieces, each with a smooth support function:
-/// corners, rims of discs, a whole ellipsoid. Where the support goes from one
+/// corners, circles of discs, a whole ellipsoid. Where the support goes from one
 /// piece to another the direction lies on a circle, and the edge, side line or
 /// face between them supports it.
 class RoundBody {
@@ -45,13 +45,13 @@ class RoundBody {
   Vec3 axis() const { return axes_.col(2); }
   double radius() const { return radius_; }
 
-  bool has_rim() const { return kind() == ShapeKind::cylinder || kind() == ShapeKind::cone; }
-  bool is_rim(int piece) const { return kind() == ShapeKind::cylinder || (kind() == ShapeKind::cone && piece == 0); }
-  /// +1 or -1 for a rim: its disc faces +axis or -axis.
+  bool has_circle() const { return kind() == ShapeKind::cylinder || kind() == ShapeKind::cone; }
+  bool is_circle(int piece) const { return kind() == ShapeKind::cylinder || (kind() == ShapeKind::cone && piece == 0); }
+  /// +1 or -1 for a circle: its disc faces +axis or -axis.
   double facing(int piece) const { return kind() == ShapeKind::cylinder && piece == 0 ? 1.0 : -1.0; }
-  /// A rim is what supports n where facing * (axis . n) >= -rim_lift().
-  double rim_lift() const { return sine_; }
-  Vec3 rim_centre(int piece) const { return centre_ + facing(piece) * half_ * axis(); }
+  /// A circle is what supports n where facing * (axis . n) >= -circle_lift().
+  double circle_lift() const { return sine_; }
+  Vec3 circle_centre(int piece) const { return centre_ + facing(piece) * half_ * axis(); }
 
   /// A piece that reaches farthest along n.
   int support_piece(const Vec3& n) const {
@@ -81,22 +81,22 @@ class RoundBody {
   Vec3 support(const Vec3& n) const {
     if (kind() == ShapeKind::sphere) return centre_;
     const Vec3 m = axes_.transpose() * n;
-    return centre_ + axes_ * (has_rim() ? rim_support(m) : core_support(*view_, m));
+    return centre_ + axes_ * (has_circle() ? circle_support(m) : core_support(*view_, m));
   }
-  /// The same of a body with a rim, in its own frame: m is along its axes.
-  Vec3 rim_support(const Vec3& m) const {
+  /// The same of a body with a circle, in its own frame: m is along its axes.
+  Vec3 circle_support(const Vec3& m) const {
     if (kind() == ShapeKind::cone && to_apex(m)) return {0, 0, half_};
-    const double k = onto_rim(radius_, std::sqrt(m[0] * m[0] + m[1] * m[1]));
+    const double k = onto_circle(radius_, std::sqrt(m[0] * m[0] + m[1] * m[1]));
     return {k * m[0], k * m[1], kind() == ShapeKind::cone || m[2] < 0 ? -half_ : half_};
   }
 
-  /// The piece's point farthest along n; a rim seen along its axis has all of
+  /// The piece's point farthest along n; a circle seen along its axis has all of
   /// them, and gives one.
   Vec3 point(int piece, const Vec3& n) const {
-    if (is_rim(piece)) {
+    if (is_circle(piece)) {
       // In the disc's plane to rounding, however steeply it is seen.
-      const double x = axes_.col(0).dot(n), y = axes_.col(1).dot(n), k = onto_rim(radius_, std::sqrt(x * x + y * y));
-      return rim_centre(piece) + (k * x) * axes_.col(0) + (k * y) * axes_.col(1);
+      const double x = axes_.col(0).dot(n), y = axes_.col(1).dot(n), k = onto_circle(radius_, std::sqrt(x * x + y * y));
+      return circle_centre(piece) + (k * x) * axes_.col(0) + (k * y) * axes_.col(1);
     }
     if (kind() == ShapeKind::ellipsoid) {
       const Vec3 r{view_->param[0], view_->param[1], view_->param[2]};
@@ -109,7 +109,7 @@ class RoundBody {
   /// Radii of curvature of the piece where its normal is n, along the
   /// orthonormal tangents u and v: uu, uv, vv.
   void add_curvature(int piece, const Vec3& n, const Vec3& u, const Vec3& v, double w[3]) const {
-    if (is_rim(piece)) {
+    if (is_circle(piece)) {
       const Vec3 t = axis().cross(n);
       const double rho2 = t.squaredNorm();
       if (!(rho2 > tolerance::curvature_in_range)) return;  // seen along the axis; beyond, the curvature would leave the range of a double
@@ -182,7 +182,7 @@ class RoundBody {
   bool is_segment() const { return view_->vertices.size() == 2; }
 
   /// On the circles of these bodies they reach to middle() . n + level(), the same all around.
-  bool is_level() const { return kind() == ShapeKind::capsule || has_rim() || is_segment(); }
+  bool is_level() const { return kind() == ShapeKind::capsule || has_circle() || is_segment(); }
   /// A point of the axis of a body that is the same all around one.
   Vec3 middle() const { return is_segment() ? Vec3(centre_ + axes_ * corner(0)) : centre_; }
   double level() const {
@@ -269,11 +269,11 @@ class RoundBody {
   int face(const Vec3& n, double tolerance, Vec3* points, int capacity, double& disc) const {
     disc = 0;
     const int first = support_piece(n);
-    if (is_rim(first)) {
+    if (is_circle(first)) {
       const double rho = n.cross(axis()).norm();
       if (rho * radius_ <= tolerance) {
         disc = radius_;
-        points[0] = rim_centre(first);
+        points[0] = circle_centre(first);
         return 1;
       }
     }
@@ -295,7 +295,7 @@ class RoundBody {
   }
 
  private:
-  /// Is a cone's apex farther along m, in its frame, than its rim? Flat cones need the ratio, not the cosine.
+  /// Is a cone's apex farther along m, in its frame, than its circle? Flat cones need the ratio, not the cosine.
   bool to_apex(const Vec3& m) const {
     return m[2] > 0 && m[2] * m[2] * cosine_ * cosine_ > (m[0] * m[0] + m[1] * m[1]) * sine_ * sine_;
   }

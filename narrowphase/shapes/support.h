@@ -59,9 +59,9 @@ inline Vec3 core_vertex(const ConvexView& v, std::uint32_t vertex) {
   }
 }
 
-/// What takes a vector `rho` long in the plane of a disc to its rim. Seen along its axis all of a disc reaches as far,
+/// What takes a vector `rho` long in the plane of a disc to its circle. Seen along its axis all of a disc reaches as far,
 /// and one that is so nearly is its centre: such a vector's length is not known.
-inline double onto_rim(double radius, double rho) { return rho > tolerance::shortest_squared ? radius / rho : 0.0; }
+inline double onto_circle(double radius, double rho) { return rho > tolerance::shortest_squared ? radius / rho : 0.0; }
 
 /// A point of the core farthest along d (no shorter than 1e-100), in the shape's frame.
 inline SupportPoint core_support_point(const ConvexView& v, const Vec3& d, SupportKernel kernel) {
@@ -74,13 +74,13 @@ inline SupportPoint core_support_point(const ConvexView& v, const Vec3& d, Suppo
     case ShapeKind::capsule:
       return {{0, 0, std::copysign(0.5 * v.param[1], d[2])}, negative(2)};
     case ShapeKind::cylinder: {
-      const double s = onto_rim(v.param[0], std::sqrt(d[0] * d[0] + d[1] * d[1]));
+      const double s = onto_circle(v.param[0], std::sqrt(d[0] * d[0] + d[1] * d[1]));
       return {{d[0] * s, d[1] * s, std::copysign(0.5 * v.param[1], d[2])}, 0};
     }
     case ShapeKind::cone: {
       const double rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
       if (d[2] * v.param[1] > rho * v.param[0]) return {{0, 0, 0.5 * v.param[1]}, 0};
-      const double s = onto_rim(v.param[0], rho);
+      const double s = onto_circle(v.param[0], rho);
       return {{d[0] * s, d[1] * s, -0.5 * v.param[1]}, 0};
     }
     case ShapeKind::ellipsoid: {

@@ -5,7 +5,7 @@
 #include "catch.h"
 #include "convex/face_depth.h"
 #include "random_pairs.h"
-#include "round/round_walk.h"
+#include "round/support_descent.h"
 #include "shapes/hull_builder.h"
 #include "shapes/shape_insides.h"
 
@@ -100,11 +100,11 @@ TEST_CASE("settling by itself reaches the distance, and from inside the minimum 
     const MinkowskiDifference d{view_a, view_b, relative(Pose{}, random_pose(r, i % 2 == 0 ? 1.5 : 0.3))};
     const RoundPair pair(d);
     Vec3 n = r.direction();
-    const Support walked = walk(pair, n, -infinity);
-    n = (walked.n + (walked.h > 0 ? 1e-3 : 0.3) * n).normalized();
+    const Support descended = minimize(pair, n, -infinity);
+    n = (descended.n + (descended.h > 0 ? 1e-3 : 0.3) * n).normalized();
     const double start = n.dot(pair.support(n));
     const Support s = settle(pair, n, -infinity);
-    CAPTURE(i, name(a.kind()), name(b.kind()), start, walked.h, s.h);
+    CAPTURE(i, name(a.kind()), name(b.kind()), start, descended.h, s.h);
     CHECK(s.h <= start + 1e-13 * pair.scale);
     CHECK(std::abs(s.h - s.n.dot(pair.support(s.n))) <= 1e-13 * pair.scale);
     if (s.h < 0) {
@@ -113,8 +113,8 @@ TEST_CASE("settling by itself reaches the distance, and from inside the minimum 
       CHECK((s.point[0] + s.point[1]).norm() + s.h <= 1e-9 * pair.scale);
     } else {
       ++deep;
-      CHECK(s.h <= walked.h + 1e-9 * pair.scale);
-      CHECK(start - s.h >= 0.9 * (start - walked.h));
+      CHECK(s.h <= descended.h + 1e-9 * pair.scale);
+      CHECK(start - s.h >= 0.9 * (start - descended.h));
       CHECK((s.point[0] + s.point[1] - s.h * s.n).norm() <= 1e-4 * pair.scale);
     }
   }

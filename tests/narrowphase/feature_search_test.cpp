@@ -111,10 +111,10 @@ TEST_CASE("projection: what of the surface is nearest") {
   CHECK(surface(capsule, {2, 2, 4}) == Surface::corner);
   CHECK(surface(cylinder, {0.2, 0.3, -3}) == Surface::flat);
   CHECK(surface(cylinder, {2, 2, 0.5}) == Surface::straight);
-  CHECK(surface(cylinder, {2, 2, 3}) == Surface::rim);
+  CHECK(surface(cylinder, {2, 2, 3}) == Surface::circle);
   CHECK(surface(cylinder, {0.2, 0.3, 0}) == Surface::none);
   CHECK(surface(cone, {0.2, 0.3, -3}) == Surface::flat);
-  CHECK(surface(cone, {2, 2, -3}) == Surface::rim);
+  CHECK(surface(cone, {2, 2, -3}) == Surface::circle);
   CHECK(surface(cone, {2, 2, 0.5}) == Surface::side);
   CHECK(surface(cone, {0.1, 0, 5}) == Surface::corner);
 }

@@ -4,7 +4,7 @@
 
 #include "catch.h"
 #include "mesh_samples.h"
-#include "meshes/depth/mesh_inside.h"
+#include "meshes/traversal/point_in_mesh.h"
 #include "random_pairs.h"
 #include "shapes/mesh_model.h"
 #include "shapes/shape_insides.h"

@@ -93,21 +93,21 @@ TEST_CASE("bounds between parts of two meshes hold for all triangles in them, an
     const MeshView seen{b, turn, (turn * b.centre + shift - a.centre) / a.unit, a.unit};
     const std::uint32_t above = index(random, b.nodes.size());
     const std::uint32_t ref = i % 7 == 0 ? whole : child_ref(above, index(random, b.nodes[above].lanes));
-    const NearPart part = seen.part(ref);
+    const NearVolume volume = seen.volume(ref);
     const std::uint32_t number = index(random, a.nodes.size());
     const MeshNode& node = a.nodes[number];
     const Vec3 ahead = random.direction();
-    const NearPlane plane{ahead, part.reach(ahead)};
+    const NearPlane plane{ahead, volume.reach(ahead)};
     std::array<double, mesh_lanes> least;
-    bound_distances(part, plane, a, node, least);
-    std::vector<std::uint32_t> in_part;
-    collect(b, ref, in_part);
+    bound_distances(volume, plane, a, node, least);
+    std::vector<std::uint32_t> in_volume;
+    collect(b, ref, in_volume);
     for (std::uint32_t k = 0; k < node.lanes; ++k) {
       std::vector<std::uint32_t> in_child;
       collect(a, child_ref(number, k), in_child);
       Nearest nearest;
       for (const std::uint32_t x : in_child)
-        for (const std::uint32_t y : in_part) {
+        for (const std::uint32_t y : in_volume) {
           Corners q = b.corners(y);
           for (Vec3& corner : q) corner = turn * corner + shift;
           triangles_nearest(a.corners(x), q, nearest);

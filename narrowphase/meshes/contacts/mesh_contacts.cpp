@@ -2,22 +2,16 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <limits>
 #include <memory_resource>
-#include <numbers>
-#include <numeric>
 #include <optional>
 
 #include "manifold/manifold.h"
 #include "manifold/patch_collector.h"
-#include "meshes/contacts/mesh_sheets.h"
-#include "pairs/convex_pair.h"
-#include "shapes/index_map.h"
-#include "shapes/pair_order.h"
-#include "shapes/support.h"
+#include "meshes/contacts/crossing_patches.h"
+#include "meshes/contacts/face_overlaps.h"
 #include "shapes/unit_vector.h"
 #include "tolerances.h"
 #include "triangles/patch_rows.h"
@@ -25,247 +19,9 @@
 namespace tandem {
 namespace {
 
-// Everything of a query lies in one piece of memory, nearly always on the stack, and goes with it.
-using Memory = std::pmr::memory_resource*;
-constexpr std::size_t usual_memory = std::size_t{48} << 10;  // bytes
-
-constexpr std::size_t span_limit = 16;     // ridges of a patch that are held against those of the other mesh
-constexpr std::size_t crossed_faces = 16;  // pairs of triangles that touch whose edges say how
-constexpr std::size_t flat_limit = 512;    // triangles of a patch and mesh among which flat faces are looked for
-using tolerance::same_place;       // points nearer than this times the size are one
-constexpr std::size_t shared_from = 1024;  // pairs of triangles from which on several threads may share the work
-constexpr std::size_t pairs_a_part = 256;
-
-// Where a curve enters or leaves a triangle: an edge of one mesh through the inside of a triangle of the other.
-struct Piercing {
-  Vec3 point;
-  bool edge_of_a;
-  std::uint32_t triangle, corner;  // the edge: from this corner to the next
-  std::uint32_t from, to;          // its vertices
-  double part;                     // how far along it, 0..1
-  bool from_inside;                // `from` is on the inner side there
-};
-
-struct Crossing {
-  Piercing end[2];                         // in the curve's sense: A's inside part to the left, seen from outside A
-  std::array<std::uint32_t, 2> triangles;  // of A, of B
-};
-
-// Calls take(k, crossing) for those of some pairs of triangles that cross, in their order.
-template <class Take>
-void each_crossing(const PosedMeshes& m, std::span<const std::array<std::uint32_t, 2>> pairs, Take&& take) {
-  TriangleRows rows{};  // columns that are not set are computed with the others: what is in them must be numbers
-  CrossingRows found;
-  for (std::size_t first = 0; first < pairs.size(); first += TriangleRows::most) {
-    const auto some = pairs.subspan(first, std::min(TriangleRows::most, pairs.size() - first));
-    for (std::size_t k = 0; k < some.size(); ++k) rows.set(k, m.a.corners(some[k][0]), m.b.corners(some[k][1]));
-    cross_triangles(rows, some.size(), m.frame, found);
-    for (std::uint32_t left = found.crosses; left != 0; left &= left - 1) {
-      const auto k = static_cast<std::size_t>(std::countr_zero(left));
-      const auto end = [&](const CrossingRows::End& e) {
-        const auto edge = static_cast<std::uint32_t>(static_cast<std::int32_t>(e.edge[k]));
-        const bool of_a = edge < 3;
-        const std::uint32_t triangle = some[k][of_a ? 0 : 1], corner = edge % 3;
-        const auto& index = m.mesh(of_a).triangles[triangle];
-        return Piercing{{e.point[0][k], e.point[1][k], e.point[2][k]},
-                        of_a,
-                        triangle,
-                        corner,
-                        index[corner],
-                        index[(corner + 1) % 3],
-                        e.part[k],
-                        ((e.from_inside >> k & 1u) != 0) != m.turned(!of_a)};
-      };
-      const bool back = m.turned_a != m.turned_b;
-      take(first + k, Crossing{{end(found.end[back ? 1 : 0]), end(found.end[back ? 0 : 1])}, some[k]});
-    }
-  }
-}
-
-class Groups {
- public:
-  Groups(std::size_t n, Memory memory) : parent_(n, memory) { std::iota(parent_.begin(), parent_.end(), 0u); }
-  std::uint32_t find(std::uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void join(std::uint32_t i, std::uint32_t j) {
-    i = find(i), j = find(j);
-    parent_[std::max(i, j)] = std::min(i, j);
-  }
-
- private:
-  List<std::uint32_t> parent_;
-};
-
-// A point of one mesh inside the other, and what it is called.
-struct Candidate {
-  Vec3 point;
-  bool of_a;
-  std::uint32_t feature;
-};
-
-constexpr std::uint32_t feature_of(std::uint32_t kind, std::uint32_t index) {
-  return kind << 30 | (index & 0x3fffffffu);
-}
-
-struct Patch {
-  explicit Patch(Memory memory)
-      : crossings(memory), vertices(memory), triangles{List<std::uint32_t>(memory), List<std::uint32_t>(memory)} {}
-  List<std::uint32_t> crossings;
-  List<Candidate> vertices;                      // inside the other mesh; A's come first
-  std::array<List<std::uint32_t>, 2> triangles;  // of B, of A: crossed or inside the other mesh
-};
-
-class PatchFinder {
- public:
-  PatchFinder(const PosedMeshes& m, std::span<const std::array<std::uint32_t, 2>> pairs, const PartRunner& parts,
-              Memory memory)
-      : m_(m), memory_(memory), groups_(pairs.size(), memory) {
-    crossings_.reserve(pairs.size());
-    if (parts && pairs.size() >= shared_from) {
-      find_crossings(pairs, parts);
-      flood_both(parts);
-    } else {
-      each_crossing(m, pairs, [&](std::size_t, const Crossing& c) { crossings_.push_back(c); });
-      inside_.reserve(pairs.size());
-      touched_.reserve(2 * pairs.size());
-      for (const bool of_a : {true, false}) join_and_flood(of_a, groups_, inside_, touched_, memory_);
-    }
-    collect();
-  }
-
-  std::span<const Crossing> crossings() const { return crossings_; }
-  std::span<const Patch> patches() const { return patches_; }
-
- private:
-  struct Inner {
-    double part = std::numeric_limits<double>::infinity();
-    bool inside = false;
-    std::uint32_t crossing = 0;
-  };
-
-  struct Found {
-    std::uint32_t index;
-    bool of_a;
-    std::uint32_t crossing;
-  };
-
-  void find_crossings(std::span<const std::array<std::uint32_t, 2>> pairs, const PartRunner& parts) {
-    std::vector<Crossing> all(pairs.size());
-    std::vector<std::uint8_t> cross(pairs.size());
-    parts((pairs.size() + pairs_a_part - 1) / pairs_a_part, [&](std::size_t part) {
-      const std::size_t begin = part * pairs_a_part, end = std::min(pairs.size(), begin + pairs_a_part);
-      each_crossing(m_, pairs.subspan(begin, end - begin), [&](std::size_t k, const Crossing& c) {
-        all[begin + k] = c;
-        cross[begin + k] = 1;
-      });
-    });
-    for (std::size_t k = 0; k < pairs.size(); ++k)
-      if (cross[k] != 0) crossings_.push_back(all[k]);
-  }
-
-  // What is joined over A and what over B: each by itself, then all of it. A group's root is its first crossing,
-  // in whatever order it was joined.
-  void flood_both(const PartRunner& parts) {
-    std::pmr::monotonic_buffer_resource memory;  // not for several threads
-    Groups groups(crossings_.size(), &memory);
-    List<Found> inside(&memory), touched(&memory);
-    parts(2, [&](std::size_t part) {
-      if (part == 0)
-        join_and_flood(true, groups_, inside_, touched_, memory_);
-      else
-        join_and_flood(false, groups, inside, touched, &memory);
-    });
-    for (std::uint32_t c = 0; c < crossings_.size(); ++c) groups_.join(c, groups.find(c));
-    inside_.insert(inside_.end(), inside.begin(), inside.end());
-    touched_.insert(touched_.end(), touched.begin(), touched.end());
-  }
-
-  // Curves that share a triangle bound one patch, and so do curves between which the surface lies inside.
-  void join_and_flood(bool of_a, Groups& groups, List<Found>& inside, List<Found>& touched, Memory memory) const {
-    const MeshModel& mesh = m_.mesh(of_a);
-    struct Crossed {
-      std::uint32_t crossing;  // one of them
-      std::uint32_t edges;     // bits of the edges crossed
-    };
-    IndexMap<Crossed> crossed(memory);  // triangles
-    IndexMap<Inner> inner(memory);      // ends of crossed edges, each with its nearest piercing
-    for (std::uint32_t c = 0; c < crossings_.size(); ++c) {
-      const std::uint32_t t = crossings_[c].triangles[of_a ? 0 : 1];
-      const auto [entry, fresh] = crossed.emplace(t, {c, 0});
-      if (!fresh) groups.join(entry.crossing, c);
-      for (const Piercing& p : crossings_[c].end) {
-        if (p.edge_of_a != of_a) continue;
-        entry.edges |= 1u << p.corner;
-        // Which side the end of an edge is on, the piercing nearest to it tells.
-        const double length = (mesh.vertices[p.to] - mesh.vertices[p.from]).norm();
-        for (const bool start : {true, false}) {
-          Inner& n = inner.emplace(start ? p.from : p.to, Inner()).first;
-          const double away = (start ? p.part : 1 - p.part) * length;
-          if (away < n.part) n = {away, p.from_inside == start, c};
-        }
-      }
-    }
-    for (const auto& [vertex, n] : inner)
-      if (n.inside) inside.push_back({vertex, of_a, n.crossing});
-    // From crossed triangles over edges whose ends are inside into those that are inside as a whole.
-    IndexMap<std::uint32_t> reached(memory);
-    List<std::pair<std::uint32_t, std::uint32_t>> stack(memory);
-    const auto visit = [&](std::uint32_t t, std::uint32_t c) {
-      if (t == no_index) return;
-      if (const Crossed* hit = crossed.find(t)) return groups.join(hit->crossing, c);
-      const auto [origin, fresh] = reached.emplace(t, c);
-      if (fresh)
-        stack.emplace_back(t, c);
-      else
-        groups.join(origin, c);
-    };
-    for (const auto& [t, hit] : crossed) {
-      for (std::uint32_t k = 0; k < 3; ++k) {
-        if (hit.edges >> k & 1u) continue;
-        const Inner* from = inner.find(mesh.triangles[t][k]);
-        const Inner* to = inner.find(mesh.triangles[t][(k + 1) % 3]);
-        if (from && to && from->inside && to->inside) visit(mesh.neighbours[t][k], hit.crossing);
-      }
-      while (!stack.empty()) {
-        const auto [next, origin] = stack.back();
-        stack.pop_back();
-        for (std::uint32_t k = 0; k < 3; ++k) {
-          if (inner.emplace(mesh.triangles[next][k], {0, true, origin}).second)
-            inside.push_back({mesh.triangles[next][k], of_a, origin});
-          visit(mesh.neighbours[next][k], origin);
-        }
-      }
-    }
-    for (const auto& [t, hit] : crossed) touched.push_back({t, of_a, hit.crossing});
-    for (const auto& [t, c] : reached) touched.push_back({t, of_a, c});
-  }
-
-  void collect() {
-    List<std::uint32_t> place(crossings_.size(), no_index, memory_);
-    const auto patch_of = [&](std::uint32_t c) -> Patch& {
-      const std::uint32_t root = groups_.find(c);
-      if (place[root] == no_index)
-        place[root] = static_cast<std::uint32_t>(patches_.size()), patches_.emplace_back(memory_);
-      return patches_[place[root]];
-    };
-    for (std::uint32_t c = 0; c < crossings_.size(); ++c) patch_of(c).crossings.push_back(c);
-    for (const auto& v : inside_)
-      patch_of(v.crossing)
-          .vertices.push_back({m_.vertex(v.of_a, v.index), v.of_a, feature_of(v.of_a ? 0 : 1, v.index)});
-    for (const auto& t : touched_) {
-      patch_of(t.crossing).triangles[t.of_a ? 1 : 0].push_back(t.index);
-    }
-  }
-
-  const PosedMeshes& m_;
-  const Memory memory_;
-  Groups groups_;
-  List<Crossing> crossings_{memory_};
-  List<Found> inside_{memory_}, touched_{memory_};
-  List<Patch> patches_{memory_};
-};
+constexpr std::size_t span_limit = 16;   // ridges of a patch that are held against those of the other mesh
+constexpr std::size_t flat_limit = 512;  // triangles of a patch and mesh among which flat faces are looked for
+using tolerance::same_place;             // points nearer than this times the size are one
 
 struct PatchNormal {
   Vec3 n;             // unit, from A to B; zero if there is none
@@ -302,7 +58,7 @@ PatchNormal normal_of(const PosedMeshes& m, const Patch& patch, const Facets& fa
     open += q - p;
     length += (q - p).norm();
   }
-  // A curve that closes has an area; a slit or an open curve (of a surface with a border) does not say which way.
+  // A curve that closes has an area; a slit or an open curve (of a surface with a border) has no direction.
   // Two edges that cross make a sliver with the right normal, however thin; a wide patch that thin is noise.
   const double least = patch.vertices.empty() ? tolerance::sliver_patch : 1e-3, ample = 1e3;
   if (open.norm() <= tolerance::flush * length &&
@@ -331,8 +87,8 @@ class DepthProbe {
         for (std::size_t k = 0; k < 3; ++k) f.x[k] = u_.dot(p[k]), f.y[k] = v_.dot(p[k]), f.z[k] = n.dot(p[k]);
         const auto [low_x, high_x] = std::minmax({f.x[0], f.x[1], f.x[2]});
         const auto [low_y, high_y] = std::minmax({f.y[0], f.y[1], f.y[2]});
-        const double slack =
-            4 * edge * (high_x - low_x + high_y - low_y) + tolerance::place_rounding_of_nearest * (std::abs(f.x[0]) + std::abs(f.y[0]));
+        const double slack = 4 * edge * (high_x - low_x + high_y - low_y) +
+                             tolerance::place_rounding_of_nearest * (std::abs(f.x[0]) + std::abs(f.y[0]));
         f.low_x = low_x - slack, f.high_x = high_x + slack, f.low_y = low_y - slack, f.high_y = high_y + slack;
         flats_[of_a].push_back(f);
       }
@@ -418,18 +174,19 @@ void find_spans(const PosedMeshes& m, const Patch& patch, std::span<const Crossi
     for (const Piercing& p : crossings[k].end)
       if (p.edge_of_a == of_a && is_first(p.triangle, p.corner)) pierced.push_back({3 * p.triangle + p.corner, &p});
   std::sort(pierced.begin(), pierced.end(), [](const Pierced& x, const Pierced& y) {
-    return x.edge != y.edge ? x.edge < y.edge : x.piercing->part < y.piercing->part;
+    return x.edge != y.edge ? x.edge < y.edge : x.piercing->fraction < y.piercing->fraction;
   });
   for (auto at = pierced.begin(); at != pierced.end();) {
     const std::uint32_t edge = at->edge;
     const Piercing& first = *at->piercing;
-    std::optional<Vec3> begin;
-    if (first.from_inside && is_inside(first.from)) begin = m.vertex(of_a, first.from);
+    bool is_open = first.from_inside && is_inside(first.from);
+    Vec3 begin = is_open ? m.vertex(of_a, first.from) : Vec3(Vec3::Zero());
     for (; at != pierced.end() && at->edge == edge; ++at) {
-      if (at->piercing->from_inside && begin) add(edge, *begin, at->piercing->point);
-      begin = at->piercing->from_inside ? std::nullopt : std::optional(at->piercing->point);
+      if (at->piercing->from_inside && is_open) add(edge, begin, at->piercing->point);
+      is_open = !at->piercing->from_inside;
+      begin = at->piercing->point;
     }
-    if (begin && is_inside(first.to)) add(edge, *begin, m.vertex(of_a, first.to));
+    if (is_open && is_inside(first.to)) add(edge, begin, m.vertex(of_a, first.to));
   }
 }
 
@@ -441,8 +198,9 @@ std::optional<double> over(const Span& a, const Span& b, const Vec3& n, double s
   // Where two that are parallel cross is rounding's doing; what lies over their ends is known without.
   if (!(std::abs(det) > tolerance::flush * d.norm() * e.norm())) return std::nullopt;
   const double s = n.dot(r.cross(e)) / det, t = n.dot(r.cross(d)) / det;
-  const auto on = [slack](double part, const Vec3& way) {
-    return std::max(-part, part - 1) <= 0 || std::max(-part, part - 1) * way.norm() <= slack;
+  const auto on = [slack](double fraction, const Vec3& edge) {
+    const double beyond = std::max(-fraction, fraction - 1);
+    return beyond <= 0 || beyond * edge.norm() <= slack;
   };
   if (!on(s, d) || !on(t, e)) return std::nullopt;
   const Vec3 on_a = a.p + std::clamp(s, 0.0, 1.0) * d, on_b = b.p + std::clamp(t, 0.0, 1.0) * e;
@@ -490,21 +248,21 @@ void choose(std::span<const Candidate> all, const Vec3& n, const Vec3& u, const 
     if (std::find(best.begin(), at, *at) == at) chosen.push_back(all[*at]);
 }
 
-// One of several planes that enclose a corner, as of a room.
-struct CornerWall {
+// One of several planes that enclose a concave corner, as of a room.
+struct CornerFace {
   Vec3 n;  // unit, from A to B
   double level;
   List<Facet> facets;
 };
 
 struct Corner {
-  explicit Corner(Memory memory) : walls(memory) {}
-  List<CornerWall> walls;  // none: it is no corner
+  explicit Corner(Memory memory) : faces(memory) {}
+  List<CornerFace> faces;  // none: it is no corner
   bool of_a = false;
 };
 
-// The planes of a mesh's part of a patch, where these are few and each lies in front of the others: what has come into
-// such a corner is pushed by each of them. Most parts bend the other way somewhere, which shows early.
+// The planes of a mesh's triangles of a patch, where these are few and each lies in front of the others: what has come
+// into such a corner is pushed by each of them. Most patches bend to the other side somewhere, which shows early.
 Corner find_corner(const PosedMeshes& m, std::span<const Facet> facets, bool of_a, Memory memory) {
   constexpr std::size_t most = 4;
   struct Plane {
@@ -535,15 +293,15 @@ Corner find_corner(const PosedMeshes& m, std::span<const Facet> facets, bool of_
     planes[count++] = {facet.n, facet.n.dot(facet.p[0])};
   }
   if (!is_bent) return corner;
-  for (const Plane& f : std::span(planes).first(count)) corner.walls.push_back({f.n, f.level, List<Facet>(memory)});
+  for (const Plane& f : std::span(planes).first(count)) corner.faces.push_back({f.n, f.level, List<Facet>(memory)});
   for (const Facet& facet : facets)
     for (std::size_t k = 0; k < count; ++k) {
       const auto [low, high] = heights(planes[k], facet.p);
       if (low < -slack) {
-        corner.walls.clear();
+        corner.faces.clear();
         return corner;
       }
-      if (high <= slack) corner.walls[k].facets.push_back(facet);
+      if (high <= slack) corner.faces[k].facets.push_back(facet);
     }
   return corner;
 }
@@ -591,22 +349,22 @@ void add_points(const PosedMeshes& m, const PatchPoints& points, const Vec3& n, 
   keep_widest(contacts, first, size);
 }
 
-// The same for one of a corner's walls: of its own mesh only what lies in it counts, and what of the other has gone
-// through another wall, too, lies over its rim there.
-void add_wall(const PosedMeshes& m, const PatchPoints& points, const Corner& corner, const CornerWall& wall,
-              Memory memory, std::vector<Contact>& contacts) {
+// The same for one of a corner's faces: of its own mesh only what lies in it counts, and what of the other has gone
+// through another face, too, lies over its border there.
+void add_corner_face(const PosedMeshes& m, const PatchPoints& points, const Corner& corner, const CornerFace& face,
+                     Memory memory, std::vector<Contact>& contacts) {
   const std::size_t own = corner.of_a ? 1 : 0;
   const double slack = tolerance::in_plane * (m.a.half + m.b.half).norm(), side = corner.of_a ? 1 : -1;
   Facets facets = points.facets;
-  facets[own] = wall.facets;
-  const auto is_beside = [&](const Vec3& p) { return std::abs(wall.n.dot(p) - wall.level) > slack; };
+  facets[own] = face.facets;
+  const auto is_beside = [&](const Vec3& p) { return std::abs(face.n.dot(p) - face.level) > slack; };
   const auto there = [&](std::span<const Candidate> from, bool is_own) {
     List<Candidate> to(memory);
     for (Candidate c : from) {
       if (is_own && is_beside(c.point)) continue;
-      for (const CornerWall& other : corner.walls) {
+      for (const CornerFace& other : corner.faces) {
         const double ahead = other.n.dot(c.point) - other.level;
-        const Vec3 across = other.n - other.n.dot(wall.n) * wall.n;
+        const Vec3 across = other.n - other.n.dot(face.n) * face.n;
         if (!is_own && side * ahead < 0 && across.squaredNorm() > tolerance::slanting2)
           c.point -= (ahead / across.squaredNorm()) * across;
       }
@@ -617,12 +375,12 @@ void add_wall(const PosedMeshes& m, const PatchPoints& points, const Corner& cor
   const std::array<List<Candidate>, 2> vertices{there(points.vertices[0], own == 0),
                                                 there(points.vertices[1], own == 1)},
       edges{there(points.edges[0], own == 0), there(points.edges[1], own == 1)};
-  // An edge in a wall, or between two, is no ridge that another edge could lie on.
+  // An edge in a face, or between two, is no ridge that another edge could lie on.
   const PatchPoints on_it{{vertices[0], vertices[1]}, {edges[0], edges[1]}, {}, facets};
-  add_points(m, on_it, wall.n, memory, contacts);
+  add_points(m, on_it, face.n, memory, contacts);
 }
 
-// The one plane of a mesh's part of a patch that faces the other along n; nullptr if there are several.
+// The one plane of a mesh's triangles of a patch that faces the other along n; nullptr if there are several.
 const Facet* sole_face(std::span<const Facet> facets, const Vec3& n, double slack) {
   constexpr double on_its_side = 0.1;
   const Facet* face = nullptr;
@@ -636,20 +394,20 @@ const Facet* sole_face(std::span<const Facet> facets, const Vec3& n, double slac
 }
 
 // The curve of what has come through a flat face goes round the face's edge, too, where it lies over that: a little off
-// the face's normal, which is the shorter way.
+// the face's normal, which is the shorter translation.
 Vec3 normal_of_face(const PosedMeshes& m, const PatchPoints& points, const Vec3& n) {
   const double slack = tolerance::in_plane * (m.a.half + m.b.half).norm();
   const Facet *of_a = sole_face(points.facets[1], n, slack), *of_b = sole_face(points.facets[0], n, slack);
   if (of_a != nullptr && of_b != nullptr) {
     // Of two that which less has come through.
     double beyond_a = 0, beyond_b = 0;
-    const auto look = [&](std::span<const Candidate> some) {
+    const auto include = [&](std::span<const Candidate> some) {
       for (const Candidate& c : some) {
         beyond_a = std::max(beyond_a, of_a->n.dot(of_a->p[0] - c.point));
         beyond_b = std::max(beyond_b, of_b->n.dot(c.point - of_b->p[0]));
       }
     };
-    for (const std::size_t k : {std::size_t{0}, std::size_t{1}}) look(points.vertices[k]), look(points.edges[k]);
+    for (const std::size_t k : {std::size_t{0}, std::size_t{1}}) include(points.vertices[k]), include(points.edges[k]);
     return beyond_a <= beyond_b ? of_a->n : of_b->n;
   }
   if (of_a == nullptr && of_b == nullptr) return n;
@@ -657,7 +415,7 @@ Vec3 normal_of_face(const PosedMeshes& m, const PatchPoints& points, const Vec3&
 }
 
 PatchSides add_patch(const PosedMeshes& m, const Patch& patch, std::span<const Crossing> crossings, Memory memory,
-                     PatchCollector& sheets, std::vector<Contact>& contacts) {
+                     PatchCollector& overlaps, std::vector<Contact>& contacts) {
   std::array<List<Facet>, 2> all{List<Facet>(memory), List<Facet>(memory)};
   for (const std::size_t of_a : {std::size_t{0}, std::size_t{1}}) {
     all[of_a].reserve(patch.triangles[of_a].size());
@@ -669,11 +427,12 @@ PatchSides add_patch(const PosedMeshes& m, const Patch& patch, std::span<const C
     return normal.sure ? find_corner(m, facets[of_a ? 1 : 0], of_a, memory) : Corner(memory);
   };
   const Corner of_first = corner_of(true), of_second = corner_of(false);
-  const bool in_corner = of_first.walls.empty() != of_second.walls.empty();
+  const bool in_corner = of_first.faces.empty() != of_second.faces.empty();
   // Every triangle of the one is held against every one of the other.
   const Facets some{facets[0].first(std::min(facets[0].size(), flat_limit)),
                     facets[1].first(std::min(facets[1].size(), flat_limit))};
-  if (!in_corner && add_sheets(m, some, normal.sure ? normal.area : Vec3(Vec3::Zero()), memory, sheets, contacts))
+  if (!in_corner &&
+      add_face_overlaps(m, some, normal.sure ? normal.area : Vec3(Vec3::Zero()), memory, overlaps, contacts))
     return {true, false};
   if (normal.n.isZero()) return {};
   std::array<List<Candidate>, 2> edges{List<Candidate>(memory), List<Candidate>(memory)};
@@ -692,218 +451,34 @@ PatchSides add_patch(const PosedMeshes& m, const Patch& patch, std::span<const C
   const PatchPoints points{
       {vertices.subspan(of_b), vertices.first(of_b)}, {edges[0], edges[1]}, {spans[0], spans[1]}, facets};
   if (in_corner) {
-    const Corner& corner = of_first.walls.empty() ? of_second : of_first;
-    for (const CornerWall& wall : corner.walls) add_wall(m, points, corner, wall, memory, contacts);
+    const Corner& corner = of_first.faces.empty() ? of_second : of_first;
+    for (const CornerFace& face : corner.faces) add_corner_face(m, points, corner, face, memory, contacts);
     return {true, true};
   }
   add_points(m, points, normal.sure ? normal_of_face(m, points, normal.n) : normal.n, memory, contacts);
   return {normal.sure, false};
 }
 
-// Surfaces that only touch, or lie in each other's planes, cross along no curve. A direction along which no triangle of
-// A reaches beyond one of B that it meets parts them; where there is none (or one holds the other) it is that of the
-// least overlap of the hulls.
-class Touching {
- public:
-  Touching(const PosedMeshes& m, std::span<const std::array<std::uint32_t, 2>> pairs, Memory memory)
-      : m_(m), pairs_(pairs), slack_(tolerance::in_plane * (m.a.half + m.b.half).norm()), faces_(memory) {
-    faces_.reserve(pairs.size());
-    for (const auto& [i, j] : pairs) faces_.push_back(faces(m.corners(true, i), m.corners(false, j)));
-    look_for_parting_direction();
-  }
-
-  /// Does a direction part them, to rounding?
-  bool parts() const { return parts_; }
-
-  void append(std::vector<Contact>& contacts) {
-    if (!parts_) take_direction_of_hulls();
-    const double size = (m_.a.half + m_.b.half).norm();
-    const std::size_t first = contacts.size();
-    if (faces_.empty()) contacts.push_back({middle(), n_, depth_, 0});
-    for (std::size_t k = 0; k < pairs_.size(); ++k) {
-      const double depth = overlap(faces_[k], n_);
-      if (depth < depth_ - slack_) continue;
-      const TriangleView p(faces_[k].a), q(faces_[k].b);
-      const PairAnswer near = solve_convex(p, {}, q, {}, Request::distance, {}, nullptr);
-      const std::size_t known = contacts.size();
-      append_manifold(p, q, {Mat3::Identity(), Vec3::Zero()},
-                      {.signed_distance = -depth, .point_a = near.point_a, .point_b = near.point_b, .normal = n_},
-                      slack_, {}, contacts);
-      std::size_t end = known;
-      for (std::size_t c = known; c < contacts.size(); ++c) {
-        const Contact found = contacts[c];
-        const bool again = std::any_of(contacts.begin() + static_cast<std::ptrdiff_t>(first),
-                                       contacts.begin() + static_cast<std::ptrdiff_t>(known),
-                                       [&](const Contact& o) { return (o.point - found.point).norm() < slack_; });
-        if (!again)
-          contacts[end++] = {found.point, n_, std::max(0.0, found.depth),
-                             feature_of(1, 8 * pairs_[k][0] + found.feature % 8)};
-      }
-      contacts.resize(end);
-      if (contacts.size() - first > most_points) keep_outer(contacts, first);
-    }
-    keep_widest(contacts, first, size);
-  }
-
- private:
-  struct Faces {
-    std::array<Vec3, 3> a, b;
-    Vec3 normal_a, normal_b;  // unit; zero without area
-  };
-
-  static constexpr std::size_t most_points = 128;  // held against each other
-
-  // Those farthest out in sixteen directions along the contact's plane, the first among alike.
-  void keep_outer(std::vector<Contact>& contacts, std::size_t first) const {
-    constexpr int directions = 16;
-    const Vec3 u = any_perpendicular(n_), v = n_.cross(u);
-    const double alike_here = tolerance::alike * (m_.a.half + m_.b.half).norm();
-    std::array<std::size_t, directions> outer;
-    for (int d = 0; d < directions; ++d) {
-      const double angle = d * (2 * std::numbers::pi / directions);
-      const Vec3 way = std::cos(angle) * u + std::sin(angle) * v;
-      std::size_t best = first;
-      for (std::size_t c = first + 1; c < contacts.size(); ++c)
-        if (way.dot(contacts[c].point - contacts[best].point) > alike_here) best = c;
-      outer[static_cast<std::size_t>(d)] = best;
-    }
-    std::sort(outer.begin(), outer.end());
-    const auto end = std::unique(outer.begin(), outer.end());
-    std::size_t kept = first;
-    for (auto at = outer.begin(); at != end; ++at) contacts[kept++] = contacts[*at];
-    contacts.resize(kept);
-  }
-
-  static Faces faces(const std::array<Vec3, 3>& p, const std::array<Vec3, 3>& q) {
-    const auto normal = [](const std::array<Vec3, 3>& t) {
-      return (t[1] - t[0]).cross(t[2] - t[0]).stableNormalized();
-    };
-    return {p, q, normal(p), normal(q)};
-  }
-
-  static double overlap(const Faces& f, const Vec3& n) {
-    const auto along = [&n](const Vec3& v) { return n.dot(v); };
-    return std::max({along(f.a[0]), along(f.a[1]), along(f.a[2])}) -
-           std::min({along(f.b[0]), along(f.b[1]), along(f.b[2])});
-  }
-
-  bool is_in_the_way(const Faces& f, const Vec3& n) const {
-    // A solid may not be pushed into.
-    if (m_.a.solid && n.dot(f.normal_a) < -carries_patch) return true;
-    if (m_.b.solid && n.dot(f.normal_b) > carries_patch) return true;
-    return overlap(f, n) > slack_;
-  }
-
-  // Takes the direction if it parts them and none did before. Who was in the way of the one before is asked first: with
-  // many triangles next to no direction is held against more than a few.
-  void consider(const Vec3& n) {
-    if (parts_ || n.norm() < 0.5 || is_in_the_way(faces_[in_the_way_], n)) return;
-    for (std::size_t k = 0; k < faces_.size(); ++k)
-      if (is_in_the_way(faces_[k], n)) {
-        in_the_way_ = k;
-        return;
-      }
-    n_ = n;
-    parts_ = true;
-  }
-
-  double deepest_along(const Vec3& n) const {
-    double most = 0;
-    for (const Faces& f : faces_) most = std::max(most, overlap(f, n));
-    return most;
-  }
-
-  struct Reach {
-    double high, low;  // of A's hull, of B's
-  };
-  Reach reach_of_hulls(const Vec3& n) const {
-    Reach r{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
-    for (const std::uint32_t v : m_.a.extreme) r.high = std::max(r.high, n.dot(m_.vertex(true, v)));
-    for (const std::uint32_t v : m_.b.extreme) r.low = std::min(r.low, n.dot(m_.vertex(false, v)));
-    return r;
-  }
-
-  // Of what the boxes share, midway between the hulls' surfaces.
-  Vec3 middle() const {
-    const Vec3 centre_b = m_.frame.in_a(m_.b.centre), half_b = m_.frame.map().cwiseAbs() * m_.b.half;
-    const Vec3 p = 0.5 * ((m_.a.centre - m_.a.half).cwiseMax(centre_b - half_b) +
-                          (m_.a.centre + m_.a.half).cwiseMin(centre_b + half_b));
-    const Reach r = reach_of_hulls(n_);
-    return p + n_ * (0.5 * (r.high + r.low) - n_.dot(p));
-  }
-
-  void look_for_parting_direction() {
-    for (const Faces& f : faces_) sides_ += f.normal_a - f.normal_b;
-    sides_ = sides_.stableNormalized();
-    if (!faces_.empty()) consider(sides_);
-    for (std::size_t k = 0; k < faces_.size() && !parts_; ++k) {
-      consider(faces_[k].normal_a);
-      consider(-faces_[k].normal_b);
-    }
-    for (std::size_t k = 0; k < std::min(faces_.size(), crossed_faces) && !parts_; ++k)
-      for (std::size_t edges = 0; edges < 9; ++edges) {
-        const auto edge = [](const std::array<Vec3, 3>& t, std::size_t e) { return t[(e + 1) % 3] - t[e]; };
-        const Vec3 n = edge(faces_[k].a, edges / 3).cross(edge(faces_[k].b, edges % 3)).stableNormalized();
-        consider(n), consider(-n);
-      }
-    depth_ = deepest_along(n_);
-  }
-
-  void take_direction_of_hulls() {
-    double least = std::numeric_limits<double>::infinity();
-    const auto consider_hulls = [&](const Vec3& n) {
-      if (n.norm() < 0.5) return;
-      const Reach r = reach_of_hulls(n);
-      if (const double depth = r.high - r.low; depth < least - slack_) least = depth, n_ = n;
-    };
-    consider_hulls(sides_);
-    consider_hulls((m_.frame.in_a(m_.b.centre) - m_.a.centre).stableNormalized());
-    for (int k = 0; k < 3; ++k)
-      for (const double s : {1.0, -1.0}) {
-        consider_hulls(s * Vec3::Unit(k));
-        consider_hulls(s * m_.frame.map().col(k).normalized());
-      }
-    depth_ = faces_.empty() ? std::max(least, 0.0) : deepest_along(n_);
-  }
-
-  const PosedMeshes& m_;
-  const std::span<const std::array<std::uint32_t, 2>> pairs_;
-  const double slack_;  // what counts as touching
-  List<Faces> faces_;
-  Vec3 sides_ = Vec3::Zero();  // where the triangles look, A's less B's; unit
-  Vec3 n_ = Vec3::UnitZ();
-  bool parts_ = false;
-  std::size_t in_the_way_ = 0;  // a face that was
-  double depth_ = 0;            // of the triangles that meet, along n
-};
-
-// Of one feature in several patches the place decides.
-void sort_contacts(std::span<Contact> contacts) {
-  std::sort(contacts.begin(), contacts.end(), [](const Contact& x, const Contact& y) {
-    if (x.feature != y.feature) return x.feature < y.feature;
-    return std::lexicographical_compare(x.point.begin(), x.point.end(), y.point.begin(), y.point.end());
-  });
-}
-
 struct Sides : PatchSides {
   double deepest = 0;
 };
 
-Sides add_patches(const PosedMeshes& m, std::span<const std::array<std::uint32_t, 2>> pairs, const PartRunner& parts,
+Sides add_patches(const PosedMeshes& m, std::span<const TrianglePair> pairs, const PartRunner& parts,
                   std::vector<Contact>& contacts) {
   alignas(std::max_align_t) std::array<std::byte, usual_memory> usual;
   std::pmr::monotonic_buffer_resource memory(usual.data(), usual.size());
   const std::size_t first = contacts.size();
-  const PatchFinder finder(m, pairs, parts, &memory);
-  PatchCollector sheets((m.a.half + m.b.half).norm());  // those along one normal are one patch, as with a convex shape
+  const CrossingPatches found(m, pairs, parts, &memory);
+  PatchCollector overlaps(
+      (m.a.half + m.b.half).norm());  // those along one normal are one patch, as with a convex shape
   Sides sides;
   sides.sure = true;
-  for (const Patch& patch : finder.patches()) {
-    const PatchSides here = add_patch(m, patch, finder.crossings(), &memory, sheets, contacts);
+  for (const Patch& patch : found.patches()) {
+    const PatchSides here = add_patch(m, patch, found.crossings(), &memory, overlaps, contacts);
     sides.sure = sides.sure && here.sure;
     sides.in_corner = sides.in_corner || here.in_corner;
   }
-  sheets.finish(Vec3::Zero(), false, contacts);
+  overlaps.finish(Vec3::Zero(), false, contacts);
   for (std::size_t c = first; c < contacts.size(); ++c) sides.deepest = std::max(sides.deepest, contacts[c].depth);
   if (sides.deepest > 0.25 * std::min(m.a.half.norm(), m.b.half.norm()) ||
       sides.deepest < tolerance::no_depth * (m.a.half + m.b.half).norm())
@@ -914,7 +489,7 @@ Sides add_patches(const PosedMeshes& m, std::span<const std::array<std::uint32_t
 }  // namespace
 
 PatchSides patch_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
-                          std::span<const std::array<std::uint32_t, 2>> pairs, const PartRunner& parts,
+                          std::span<const TrianglePair> pairs, const PartRunner& parts,
                           std::vector<Contact>& contacts) {
   const std::size_t first = contacts.size();
   const double slack = tolerance::alike * (a.half + b.half).norm();
@@ -928,7 +503,7 @@ PatchSides patch_contacts(const MeshModel& a, const MeshModel& b, const Triangle
       if (!is_first) found.clear();
       const Sides sides = add_patches({a, b, frame, turned_a, turned_b}, pairs, parts, here);
       if (!is_first) {
-        // The shorter way out, if any.
+        // The shorter translation, if any.
         const bool better = contacts.size() == first || sides.sure > taken.sure ||
                             (sides.sure == taken.sure && sides.deepest < taken.deepest - slack);
         if (found.empty() || !better) continue;
@@ -939,19 +514,6 @@ PatchSides patch_contacts(const MeshModel& a, const MeshModel& b, const Triangle
     }
   sort_contacts(std::span(contacts).subspan(first));
   return taken;
-}
-
-void touching_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
-                       std::span<const std::array<std::uint32_t, 2>> pairs, std::size_t first,
-                       std::vector<Contact>& contacts) {
-  const PosedMeshes m{a, b, frame};
-  alignas(std::max_align_t) std::array<std::byte, usual_memory> usual;
-  std::pmr::monotonic_buffer_resource memory(usual.data(), usual.size());
-  Touching touching(m, pairs, &memory);
-  if (!touching.parts() && contacts.size() > first) return;
-  contacts.resize(first);
-  touching.append(contacts);
-  sort_contacts(std::span(contacts).subspan(first));
 }
 
 }  // namespace tandem

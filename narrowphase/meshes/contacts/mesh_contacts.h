@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "shapes/mesh_model.h"
+#include "meshes/traversal/meeting_pairs.h"
 #include "tandem/narrowphase/answer.h"
 #include "tandem/narrowphase/options.h"
 #include "triangles/predicates.h"
@@ -14,25 +14,23 @@ namespace tandem {
 /// What is known of the patches that were found.
 struct PatchSides {
   bool sure = false;  ///< no normal is in doubt, as of faces and edges that only touch, of which rounding makes curves
-  bool in_corner = false;  ///< a patch lies in a corner of one of the meshes and has a part on each of its walls
+  bool in_corner = false;  ///< a patch lies in a concave corner of one of the meshes, on each of its faces
 };
 
 /// Appends contacts of two meshes whose triangles `pairs` meet (not empty), in A's frame: one patch for each connected
 /// curve along which the surfaces cross, at most 4 points a patch. A patch's normal is the area vector of its curve,
-/// which equals the integral of A's normals over the part of A inside B; its depth is how far those parts of A and B
-/// that lie inside the other reach past each other along it. Of a mesh with a border the inside is that of its two
-/// sides with the shorter way out. Where a curve goes round a corner of one mesh, two planes and up to four that each
-/// lie in front of the others, there is a patch for each of them. Where flat faces have sunk into each other there is a
-/// patch for each of their normals instead. Normals from A to B. `parts` shares the work where many triangles meet, and
-/// changes no bit; empty: the caller.
+/// which equals the integral of A's normals over what of A is inside B; its depth is how far what of A and of B
+/// lies inside the other reaches past each other along it. Of a mesh with a border the inside is that of its two
+/// sides with the shorter translation. Where a curve goes round a corner of one mesh, two planes and up to four that
+/// each lie in front of the others, there is a patch for each of them. Where flat faces have sunk into each other there
+/// is a patch for each of their normals instead. Normals from A to B. `parts` shares the work where many triangles
+/// meet, and changes no bit; empty: the caller.
 PatchSides patch_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
-                          std::span<const std::array<std::uint32_t, 2>> pairs, const PartRunner& parts,
-                          std::vector<Contact>& contacts);
+                          std::span<const TrianglePair> pairs, const PartRunner& parts, std::vector<Contact>& contacts);
 
 /// For those: if all triangles that meet only touch along some direction, their contacts along it take the place of
 /// those from `first` on; if there are none of these, there is at least one afterwards.
 void touching_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
-                       std::span<const std::array<std::uint32_t, 2>> pairs, std::size_t first,
-                       std::vector<Contact>& contacts);
+                       std::span<const TrianglePair> pairs, std::size_t first, std::vector<Contact>& contacts);
 
 }  // namespace tandem

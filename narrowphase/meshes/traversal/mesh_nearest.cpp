@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "meshes/traversal/mesh_walk.h"
+#include "meshes/traversal/hierarchy.h"
 #include "pairs/convex_pair.h"
 #include "shapes/mesh_model.h"
 #include "shapes/pair_order.h"
@@ -71,7 +71,8 @@ NearestSearch::NearestSearch(const Posed& a, const Posed& b)
       a_by_b_(view_of(a_, b_, turn_b_.transpose() * turn_a_, -(turn_b_.transpose() * between_))),
       b_by_a_(view_of(b_, a_, turn_a_.transpose() * turn_b_, turn_a_.transpose() * between_)),
       // As far as the rotations are off from orthonormal, boxes may be nearer than they look.
-      slack_((12 * (skew(turn_a_) + skew(turn_b_)) + tolerance::place_rounding_of_nearest) * (reach(a_) + reach(b_) + between_.lpNorm<1>())) {}
+      slack_((12 * (skew(turn_a_) + skew(turn_b_)) + tolerance::place_rounding_of_nearest) *
+             (reach(a_) + reach(b_) + between_.lpNorm<1>())) {}
 
 Nearest NearestSearch::operator()() {
   // Each of its levels leaves all children but one behind.
@@ -87,13 +88,13 @@ Nearest NearestSearch::operator()() {
     }
     const bool down_a = goes_down_a(at);
     const MeshModel& mesh = down_a ? a_ : b_;
-    const NearPart part = down_a ? b_by_a_.part(at.b) : a_by_b_.part(at.a);
+    const NearVolume volume = down_a ? b_by_a_.volume(at.b) : a_by_b_.volume(at.a);
     const Vec3 ahead = down_a ? Vec3(-normal_a_) : normal_b_;
-    const NearPlane plane{ahead, part.reach(ahead)};
+    const NearPlane plane{ahead, volume.reach(ahead)};
     const std::uint32_t number = node_under(mesh, down_a ? at.a : at.b);
     const MeshNode& node = mesh.nodes[number];
     std::array<double, mesh_lanes> least;
-    bound_distances(part, plane, mesh, node, least);
+    bound_distances(volume, plane, mesh, node, least);
     const double off = slack_ + bounds_off * mesh.unit;
     const std::size_t first = top;
     std::array<double, mesh_lanes> away;  // of those on the stack
@@ -101,7 +102,7 @@ Nearest NearestSearch::operator()() {
       const double bound = std::max(at.bound, mesh.unit * least[k] - off);
       if (!(bound < best_.distance)) continue;
       const std::uint32_t child = child_ref(number, k);
-      const double own = (Vec3(node.mid[0][k], node.mid[1][k], node.mid[2][k]) - part.aligned_mid).squaredNorm();
+      const double own = (Vec3(node.mid[0][k], node.mid[1][k], node.mid[2][k]) - volume.aligned_mid).squaredNorm();
       // The nearest on top; of equals, as of boxes that overlap, the one whose middle is, else the first.
       std::size_t place = top++;
       for (; place > first &&
@@ -136,7 +137,8 @@ void NearestSearch::solve(std::uint32_t i, std::uint32_t j) {
 }
 
 Vec3 NearestSearch::normal(const NarrowPhaseOptions& options) const {
-  if (best_.distance > tolerance::noisy_way * (reach(a_) + reach(b_))) return unit(best_.on_b - best_.on_a, best_.distance);
+  if (best_.distance > tolerance::noisy_difference * (reach(a_) + reach(b_)))
+    return unit(best_.on_b - best_.on_a, best_.distance);
   const Corners p = a_.corners(nearest_[0]), q = b_.corners(nearest_[1]);
   const PairAnswer r = solve_convex(TriangleView(p), {turn_a_, Vec3::Zero()}, TriangleView(q), {turn_b_, between_},
                                     Request::distance, options, nullptr);

@@ -2,7 +2,7 @@
 #include <array>
 #include <cstdint>
 
-#include "meshes/traversal/mesh_walk.h"
+#include "meshes/traversal/hierarchy.h"
 #include "meshes/traversal/nearest_kernel.h"
 #include "shapes/posed_mesh.h"
 #include "tandem/narrowphase/options.h"
@@ -30,7 +30,7 @@ class NearestSearch {
   Nearest operator()();
 
   /// From A to B in world axes, unit, of what was found. Where the points lie so close that their places' rounding
-  /// turns the way between them, it is that of the two triangles' features.
+  /// turns the direction between them, it is that of the two triangles' features.
   Vec3 normal(const NarrowPhaseOptions& options) const;
 
  private:

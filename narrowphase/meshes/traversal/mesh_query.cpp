@@ -33,9 +33,9 @@ void find_gaps(const QueryBox* box, const MeshNode* node, bool squared, float re
     };
     const auto own = [&](int i) HWY_ATTR {
       const float* a = box->axes[i];
-      const auto way = hn::Sub(dot(a[0], a[1], a[2], x, y, z), number(box->own_mid[i]));
+      const auto centre_offset = hn::Sub(dot(a[0], a[1], a[2], x, y, z), number(box->own_mid[i]));
       const auto extent = dot(std::abs(a[0]), std::abs(a[1]), std::abs(a[2]), u, v, w);
-      return hn::Sub(hn::Abs(way), hn::Add(extent, number(box->own_half[i])));
+      return hn::Sub(hn::Abs(centre_offset), hn::Add(extent, number(box->own_half[i])));
     };
     const auto a0 = along(0, x, u), a1 = along(1, y, v), a2 = along(2, z, w), b0 = own(0), b1 = own(1), b2 = own(2);
     const auto gap = squared ? hn::Max(hn::Add(hn::Add(square(a0), square(a1)), square(a2)),

@@ -40,7 +40,8 @@ struct TraversalFrame {
     // Coordinates of A are rounded once, those of B go through three products and sums of rounded factors: 6 units in
     // the last place of the largest term, 2^-24 each. Comparing them takes a few more.
     const Vec3 size = half_a + half_b + between.cwiseAbs();
-    const Vec3 pad = tolerance::box_of_floats * size + Vec3::Constant(4 * frame.delta() / a.unit + tolerance::no_extent);
+    const Vec3 pad =
+        tolerance::box_of_floats * size + Vec3::Constant(4 * frame.delta() / a.unit + tolerance::no_extent);
     const Vec3 along_b = 3 * (inv.cwiseAbs() * pad);
     for (int i = 0; i < 3; ++i) {
       shift[i] = static_cast<float>(between[i]);
@@ -150,7 +151,7 @@ class Traversal {
   }
 
   // Level by level until there are so many.
-  std::vector<NodePair> parts(std::size_t wanted) {
+  std::vector<NodePair> subtrees(std::size_t wanted) {
     std::vector<NodePair> level{{0, 0}}, next;
     for (bool deeper = true; deeper && level.size() < wanted; level.swap(next)) {
       deeper = false;
@@ -426,7 +427,9 @@ class Traversal {
     }
     // Every difference is at most `span`, and wrong by 2 off plus its rounding: a determinant of them is wrong by
     // less than 6 span^2 (6 off + 10 u span), u = 2^-24, and a normal by less than that over span.
-    const auto askew = hn::Mul(span, hn::Add(hn::Set(tag, 48 * f_.off), hn::Mul(hn::Set(tag, static_cast<float>(tolerance::determinant_rounding_of_floats)), span)));
+    const auto askew = hn::Mul(
+        span, hn::Add(hn::Set(tag, 48 * f_.off),
+                      hn::Mul(hn::Set(tag, static_cast<float>(tolerance::determinant_rounding_of_floats)), span)));
     const auto bound = hn::Mul(span, askew), below = hn::Neg(bound);
     auto keep = hn::FirstN(tag, count);
     const auto tell_apart = [&](const Floats(&t)[3][3], const Floats(&other)[3][3]) HWY_ATTR {
@@ -476,15 +479,15 @@ float run_noting_gaps(const MeshModel& a, const MeshModel& b, const TraversalFra
 }
 
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
-std::vector<NodePair> parts_of_traversal(const MeshModel& a, const MeshModel& b, const TraversalFrame& frame,
-                                         std::size_t wanted, float& gap) {
+std::vector<NodePair> subtrees_of_traversal(const MeshModel& a, const MeshModel& b, const TraversalFrame& frame,
+                                            std::size_t wanted, float& gap) {
   struct Nobody final : PairVisitor {
     bool visit(std::uint32_t, std::uint32_t) override { return true; }
   } nobody;
   Traversal<true> traversal(a, b, frame, nobody);
-  std::vector<NodePair> parts = traversal.parts(wanted);
+  std::vector<NodePair> subtrees = traversal.subtrees(wanted);
   gap = traversal.least_gap();
-  return parts;
+  return subtrees;
 }
 
 }  // namespace tandem::HWY_NAMESPACE
@@ -494,7 +497,7 @@ HWY_AFTER_NAMESPACE();
 namespace tandem {
 HWY_EXPORT(run_traversal);
 HWY_EXPORT(run_noting_gaps);
-HWY_EXPORT(parts_of_traversal);
+HWY_EXPORT(subtrees_of_traversal);
 
 namespace {
 
@@ -522,22 +525,22 @@ void traverse(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
     traverse(a, b, in_units, {0, 0}, likely_first, visitor, gap);
 }
 
-std::vector<NodePair> traversal_parts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
-                                      std::size_t wanted, double* gap) {
+std::vector<NodePair> traversal_subtrees(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
+                                         std::size_t wanted, double* gap) {
   const TraversalFrame in_units(a, b, frame);
   if (in_units.gap > 0) {
     lower(gap, in_units.gap, a);
     return {};
   }
   float units;
-  std::vector<NodePair> parts = HWY_DYNAMIC_DISPATCH(parts_of_traversal)(a, b, in_units, wanted, units);
+  std::vector<NodePair> subtrees = HWY_DYNAMIC_DISPATCH(subtrees_of_traversal)(a, b, in_units, wanted, units);
   lower(gap, static_cast<double>(units), a);
-  return parts;
+  return subtrees;
 }
 
-void traverse(const MeshModel& a, const MeshModel& b, const TriangleTest& frame, NodePair part, PairVisitor& visitor,
+void traverse(const MeshModel& a, const MeshModel& b, const TriangleTest& frame, NodePair subtree, PairVisitor& visitor,
               double* gap) {
-  traverse(a, b, TraversalFrame(a, b, frame), part, false, visitor, gap);
+  traverse(a, b, TraversalFrame(a, b, frame), subtree, false, visitor, gap);
 }
 
 }  // namespace tandem

@@ -30,11 +30,11 @@ struct NodePair {
   std::uint32_t a, b;
 };
 
-/// The same traversal in parts that do not depend on each other: together they visit what traverse() does. `wanted` of
+/// Pairs of subtrees that do not depend on each other: together they visit what traverse() does. `wanted` of
 /// them or more, unless there is less to do.
-std::vector<NodePair> traversal_parts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
-                                      std::size_t wanted, double* gap = nullptr);
-void traverse(const MeshModel& a, const MeshModel& b, const TriangleTest& frame, NodePair part, PairVisitor& visitor,
-              double* gap = nullptr);
+std::vector<NodePair> traversal_subtrees(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
+                                         std::size_t wanted, double* gap = nullptr);
+void traverse(const MeshModel& a, const MeshModel& b, const TriangleTest& frame, NodePair subtrees,
+              PairVisitor& visitor, double* gap = nullptr);
 
 }  // namespace tandem

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "meshes/traversal/mesh_walk.h"
+#include "meshes/traversal/hierarchy.h"
 #include "shapes/unit_vector.h"
 
 #include "lanes/lanes_of_256_bits.h"
@@ -56,9 +56,9 @@ struct Slabs : Boxes {
   // The least of u . x over each, times |u|: by the box alone, or of u what goes along the thin direction by the
   // planes.
   HWY_INLINE Lane least(const Lane* u) const {
-    const Lane part = dot(u, thin), back = hn::Neg(part);
+    const Lane cosine = dot(u, thin), back = hn::Neg(cosine);
     const Lane w[3] = {add(back, thin[0], u[0]), add(back, thin[1], u[1]), add(back, thin[2], u[2])};
-    const Lane by_planes = hn::Sub(hn::Mul(part, thin_mid), hn::Mul(hn::Abs(part), thin_half));
+    const Lane by_planes = hn::Sub(hn::Mul(cosine, thin_mid), hn::Mul(hn::Abs(cosine), thin_half));
     return hn::Max(hn::Sub(dot(u, mid), dot_abs(u, half)), hn::Add(by_planes, hn::Sub(dot(w, mid), dot_abs(w, half))));
   }
 };
@@ -77,18 +77,18 @@ struct Triangles : Boxes {
 };
 
 // From the nearest point of what they are held against to a point each.
-HWY_INLINE void way_to(const NearBox& box, const Lane* to, Lane* way) {
+HWY_INLINE void direction_to(const NearBox& box, const Lane* to, Lane* direction) {
   const Lane d[3] = {hn::Sub(to[0], all(box.mid[0])), hn::Sub(to[1], all(box.mid[1])), hn::Sub(to[2], all(box.mid[2]))};
-  for (int i = 0; i < 3; ++i) way[i] = hn::Zero(N());
+  for (int i = 0; i < 3; ++i) direction[i] = hn::Zero(N());
   for (int k = 0; k < 3; ++k) {
     const Vec3 axis = box.axes.col(k);
     const Lane along = dot(axis, d), beyond = positive(hn::Sub(hn::Abs(along), all(box.half[k])));
     const Lane out = hn::CopySign(beyond, along);
-    for (int i = 0; i < 3; ++i) way[i] = add(out, all(axis[i]), way[i]);
+    for (int i = 0; i < 3; ++i) direction[i] = add(out, all(axis[i]), direction[i]);
   }
 }
 // Ericson, Real-Time Collision Detection, 5.1.5, by the three edges and the face.
-HWY_INLINE void way_to(const NearTriangle& t, const Lane* to, Lane* way) {
+HWY_INLINE void direction_to(const NearTriangle& t, const Lane* to, Lane* direction) {
   Lane nearest = all(1e300);
   auto over = hn::Eq(nearest, nearest);
   for (std::size_t k = 3; k-- > 0;) {
@@ -99,11 +99,11 @@ HWY_INLINE void way_to(const NearTriangle& t, const Lane* to, Lane* way) {
     const Lane square = dot(w, w);
     const auto nearer = hn::Lt(square, nearest);
     nearest = hn::Min(nearest, square);
-    for (int i = 0; i < 3; ++i) way[i] = k == 2 ? w[i] : hn::IfThenElse(nearer, w[i], way[i]);
+    for (int i = 0; i < 3; ++i) direction[i] = k == 2 ? w[i] : hn::IfThenElse(nearer, w[i], direction[i]);
     over = hn::And(over, hn::Lt(dot(t.outward[k], d), hn::Zero(N())));
     if (k > 0) continue;
     const Lane height = dot(t.normal, d);
-    for (int i = 0; i < 3; ++i) way[i] = hn::IfThenElse(over, hn::Mul(height, all(t.normal[i])), way[i]);
+    for (int i = 0; i < 3; ++i) direction[i] = hn::IfThenElse(over, hn::Mul(height, all(t.normal[i])), direction[i]);
   }
 }
 
@@ -124,44 +124,44 @@ HWY_INLINE Lane most(const NearTriangle& t, const Lane* u) {
   return hn::Max(hn::Max(dot(t.corner[0], u), dot(t.corner[1], u)), dot(t.corner[2], u));
 }
 
-template <class Form, class Children>
-HWY_INLINE Lane bound(const Form& form, const NearPart& part, const NearPlane& plane, const Children& c) {
-  const Lane tiny = all(tolerance::never_zero_way);
-  const auto along = [&](const Lane* way) HWY_ATTR {
-    return hn::Div(hn::Sub(c.least(way), most(form, way)), hn::Max(length(way), tiny));
+template <class Shape, class Children>
+HWY_INLINE Lane bound(const Shape& shape, const NearVolume& volume, const NearPlane& plane, const Children& c) {
+  const Lane tiny = all(tolerance::never_zero_length);
+  const auto along = [&](const Lane* direction) HWY_ATTR {
+    return hn::Div(hn::Sub(c.least(direction), most(shape, direction)), hn::Max(length(direction), tiny));
   };
-  // Boxes along the frame's axes, and from the middle of the part to what is nearest of the child's box.
+  // Boxes along the frame's axes, and from the middle of the volume to what is nearest of the child's box.
   Lane gap[3], to_box[3];
   for (int i = 0; i < 3; ++i) {
-    const Lane d = hn::Sub(c.mid[i], all(part.aligned_mid[i])), beyond = hn::Sub(hn::Abs(d), c.half[i]);
-    gap[i] = positive(hn::Sub(beyond, all(part.aligned_half[i])));
+    const Lane d = hn::Sub(c.mid[i], all(volume.aligned_mid[i])), beyond = hn::Sub(hn::Abs(d), c.half[i]);
+    gap[i] = positive(hn::Sub(beyond, all(volume.aligned_half[i])));
     to_box[i] = hn::CopySign(positive(beyond), d);
   }
   const Lane u[3] = {all(plane.normal[0]), all(plane.normal[1]), all(plane.normal[2])};
-  Lane way[3];
-  way_to(form, c.mid, way);
-  return hn::Max(hn::Max(length(gap), hn::Sub(c.least(u), all(plane.top))), hn::Max(along(way), along(to_box)));
+  Lane direction[3];
+  direction_to(shape, c.mid, direction);
+  return hn::Max(hn::Max(length(gap), hn::Sub(c.least(u), all(plane.top))), hn::Max(along(direction), along(to_box)));
 }
 
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
-void bound_distances(const NearPart& part, const NearPlane& plane, const MeshModel& mesh, const MeshNode& node,
+void bound_distances(const NearVolume& volume, const NearPlane& plane, const MeshModel& mesh, const MeshNode& node,
                      double* least) {
-  const auto each = [&](const auto& form) HWY_ATTR {
+  const auto each = [&](const auto& shape) HWY_ATTR {
     for (std::size_t l = 0; l < mesh_lanes; l += hn::Lanes(N()))
-      hn::StoreU(node.bottom ? bound(form, part, plane, Triangles(mesh, node, l))
-                             : bound(form, part, plane, Slabs(mesh, node, l)),
+      hn::StoreU(node.bottom ? bound(shape, volume, plane, Triangles(mesh, node, l))
+                             : bound(shape, volume, plane, Slabs(mesh, node, l)),
                  N(), least + l);
   };
-  if (const NearBox* box = std::get_if<NearBox>(&part.form))
+  if (const NearBox* box = std::get_if<NearBox>(&volume.shape))
     each(*box);
   else
-    each(std::get<NearTriangle>(part.form));
+    each(std::get<NearTriangle>(volume.shape));
 }
 
 #else
 
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
-void bound_distances(const NearPart&, const NearPlane&, const MeshModel&, const MeshNode&, double* least) {
+void bound_distances(const NearVolume&, const NearPlane&, const MeshModel&, const MeshNode&, double* least) {
   std::fill_n(least, mesh_lanes, -1.0);
 }
 
@@ -174,14 +174,14 @@ HWY_AFTER_NAMESPACE();
 namespace tandem {
 HWY_EXPORT(bound_distances);
 
-NearPart::NearPart(const NearBox& box)
-    : form(box), aligned_mid(box.mid), aligned_half(box.axes.cwiseAbs() * box.half) {}
+NearVolume::NearVolume(const NearBox& box)
+    : shape(box), aligned_mid(box.mid), aligned_half(box.axes.cwiseAbs() * box.half) {}
 
-NearPart::NearPart(const std::array<Vec3, 3>& p) : form(std::in_place_type<NearTriangle>) {
+NearVolume::NearVolume(const std::array<Vec3, 3>& p) : shape(std::in_place_type<NearTriangle>) {
   const Vec3 lo = p[0].cwiseMin(p[1]).cwiseMin(p[2]), hi = p[0].cwiseMax(p[1]).cwiseMax(p[2]);
   aligned_mid = (lo + hi) / 2;
   aligned_half = (hi - lo) / 2;
-  NearTriangle& t = std::get<NearTriangle>(form);
+  NearTriangle& t = std::get<NearTriangle>(shape);
   t.corner = p;
   t.normal = unit((p[1] - p[0]).cross(p[2] - p[0]));
   for (std::size_t k = 0; k < 3; ++k) {
@@ -192,10 +192,10 @@ NearPart::NearPart(const std::array<Vec3, 3>& p) : form(std::in_place_type<NearT
   }
 }
 
-double NearPart::reach(const Vec3& n) const {
-  if (const NearTriangle* t = std::get_if<NearTriangle>(&form))
+double NearVolume::reach(const Vec3& n) const {
+  if (const NearTriangle* t = std::get_if<NearTriangle>(&shape))
     return std::max({n.dot(t->corner[0]), n.dot(t->corner[1]), n.dot(t->corner[2])});
-  const NearBox& box = std::get<NearBox>(form);
+  const NearBox& box = std::get<NearBox>(shape);
   const auto of_box = [&](const Vec3& u) {
     return u.dot(box.mid) + (box.axes.transpose() * u).cwiseAbs().dot(box.half);
   };
@@ -203,11 +203,11 @@ double NearPart::reach(const Vec3& n) const {
   return std::min(of_box(n), by * box.thin_mid + std::abs(by) * box.thin_half + of_box(n - by * box.thin));
 }
 
-NearPart MeshView::part(std::uint32_t ref) const {
+NearVolume MeshView::volume(std::uint32_t ref) const {
   if (is_leaf(mesh, ref)) {
     std::array<Vec3, 3> p = mesh.corners(leaf_triangle(mesh, ref));
     for (Vec3& corner : p) corner = turn * ((corner - mesh.centre) / unit) + shift;
-    return NearPart(p);
+    return NearVolume(p);
   }
   const BoxOf own(mesh, ref);
   NearBox box{turn * ((own.mid - mesh.centre) / unit) + shift, own.half / unit, turn};
@@ -218,12 +218,12 @@ NearPart MeshView::part(std::uint32_t ref) const {
     box.thin_mid = scale * slabs.mid[k] + box.thin.dot(shift);
     box.thin_half = scale * slabs.half[k];
   }
-  return NearPart(box);
+  return NearVolume(box);
 }
 
-void bound_distances(const NearPart& part, const NearPlane& plane, const MeshModel& mesh, const MeshNode& node,
+void bound_distances(const NearVolume& volume, const NearPlane& plane, const MeshModel& mesh, const MeshNode& node,
                      std::array<double, mesh_lanes>& least) {
-  HWY_DYNAMIC_DISPATCH(bound_distances)(part, plane, mesh, node, least.data());
+  HWY_DYNAMIC_DISPATCH(bound_distances)(volume, plane, mesh, node, least.data());
 }
 }  // namespace tandem
 #endif

@@ -7,7 +7,7 @@
 
 namespace tandem {
 
-/// A part of one mesh in the frame of the other's boxes: about its centre, in its units.
+/// A box or triangle of one mesh in the frame of the other's boxes: about its centre, in its units.
 struct NearBox {
   Vec3 mid, half;
   Mat3 axes;  ///< unit columns
@@ -21,12 +21,12 @@ struct NearTriangle {
   std::array<Vec3, 3> outward;       ///< across its edges, in its plane; all zero for one without area
   Vec3 normal;                       ///< unit, or zero
 };
-struct NearPart {
-  std::variant<NearBox, NearTriangle> form;
+struct NearVolume {
+  std::variant<NearBox, NearTriangle> shape;
   Vec3 aligned_mid, aligned_half;  ///< a box about it along the frame's axes
 
-  explicit NearPart(const NearBox& box);
-  explicit NearPart(const std::array<Vec3, 3>& corners);
+  explicit NearVolume(const NearBox& box);
+  explicit NearVolume(const std::array<Vec3, 3>& corners);
   /// The most of n . x over all of it.
   double reach(const Vec3& n) const;
 };
@@ -39,19 +39,19 @@ struct MeshView {
   double unit;  ///< the other's
 
   /// The box or triangle at that place (`child_ref` or `whole`) of its hierarchy.
-  NearPart part(std::uint32_t ref) const;
+  NearVolume volume(std::uint32_t ref) const;
 };
 
-/// A plane that the part keeps to one side of: normal (unit) . x <= top for all of it.
+/// A plane that the volume keeps to one side of: normal (unit) . x <= top for all of it.
 struct NearPlane {
   Vec3 normal;
   double top;
 };
 
-/// Lower bounds on how far from the part the children of the node are, a lane each, boxes or triangles; in the units of
-/// the mesh, and too large by at most `bounds_off` of them. Those of lanes that are not in use are any.
+/// Lower bounds on how far from the volume the children of the node are, a lane each, boxes or triangles; in the units
+/// of the mesh, and too large by at most `bounds_off` of them. Those of lanes that are not in use are any.
 inline constexpr double bounds_off = tolerance::distance_of_floats;
-void bound_distances(const NearPart& part, const NearPlane& plane, const MeshModel& mesh, const MeshNode& node,
+void bound_distances(const NearVolume& volume, const NearPlane& plane, const MeshModel& mesh, const MeshNode& node,
                      std::array<double, mesh_lanes>& least);
 
 }  // namespace tandem

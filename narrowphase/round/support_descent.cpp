@@ -1,4 +1,4 @@
-#include "round/round_walk.h"
+#include "round/support_descent.h"
 
 #include "tolerances.h"
 
@@ -12,9 +12,9 @@ constexpr int capacity = 4;  // pieces of a body that meet: a face of a box
 
 /// What h by supports is rounded by: sums of some ten products of rounded numbers.
 constexpr double height_rounding = 64 * epsilon;
-/// How far two points that bear out a way to rounding may be from h n apart: beside h they have n's rounding, times
-/// radii of curvature. With more, distances were taken for right that were off by as much; with less, walks that have
-/// arrived go on in `settle`.
+/// How far two points that bear out a distance to rounding may be from h n apart: beside h they have n's rounding,
+/// times radii of curvature. With more, distances were taken for right that were off by as much; with less, descents
+/// that have arrived go on in `settle`.
 constexpr double meeting = 512 * epsilon;
 
 struct Flat {
@@ -60,7 +60,7 @@ NearestFlat nearest_flat(const Flat* p, int count) {
   return best;
 }
 
-/// Is the origin inside the hull of the points, and not on its rim?
+/// Is the origin inside the hull of the points, and not on its border?
 bool surrounded(const Flat* p, int count, double tolerance) {
   for (int i = 0; i < count; ++i) {
     const double length = std::sqrt(p[i].x * p[i].x + p[i].y * p[i].y);
@@ -126,9 +126,9 @@ struct Active {
   }
 };
 
-class Walker {
+class NewtonDescent {
  public:
-  Walker(const RoundPair& pair, const Vec3& start, double below) : pair_(pair), below_(below) {
+  NewtonDescent(const RoundPair& pair, const Vec3& start, double below) : pair_(pair), below_(below) {
     this->start(start);
     started_ = at_.h;
   }
@@ -178,7 +178,7 @@ class Walker {
 
 /// h and the least subgradient at n, whose first pieces' points are known;
 /// keeps the pieces that carry it.
-void Walker::weigh() {
+void NewtonDescent::weigh() {
   const Vec3 sum = at_.point[0] + at_.point[1];
   at_.h = at_.n.dot(sum);
   at_.optimal = false;
@@ -223,12 +223,12 @@ void Walker::weigh() {
   }
 }
 
-/// Near the axis of a rim: its disc may be the minimum.
-bool Walker::at_disc() {
+/// Near the axis of a circle: its disc may be the minimum.
+bool NewtonDescent::at_disc() {
   for (int b = 0; b < 2; ++b) {
     const RoundBody& body = pair_.body[b];
     const int piece = active_[b].piece[0];
-    if (active_[b].count > 1 || !body.is_rim(piece)) continue;
+    if (active_[b].count > 1 || !body.is_circle(piece)) continue;
     const double side = body.facing(piece);
     bool& checked = checked_[b][side > 0 ? 0 : 1];
     if (checked || side * at_.n.dot(body.axis()) < 0.8) continue;
@@ -242,7 +242,8 @@ bool Walker::at_disc() {
     }
     // Newton's steps towards a point where h is a cone would never leave it:
     // start on the side where it falls.
-    for (double angle = std::min(0.3, away.norm() / (std::abs(disc.h) + body.radius())); angle > tolerance::walk_angle; angle *= 0.4) {
+    for (double angle = std::min(0.3, away.norm() / (std::abs(disc.h) + body.radius()));
+         angle > tolerance::descent_angle; angle *= 0.4) {
       const Vec3 n = (disc.n + angle * away.normalized()).normalized();
       start(n);
       weigh();
@@ -253,7 +254,7 @@ bool Walker::at_disc() {
   return false;
 }
 
-Walker::Trial Walker::follow(const Arc& arc, double t) const {
+NewtonDescent::Trial NewtonDescent::follow(const Arc& arc, double t) const {
   Trial r;
   double end = t;
   for (int b = 0; b < 2; ++b)
@@ -268,7 +269,7 @@ Walker::Trial Walker::follow(const Arc& arc, double t) const {
 
 /// Along the arc by t, or less: until h decreases or a piece is met. False
 /// where rounding lets nothing more be gained.
-bool Walker::go(const Arc& arc, double t, double slope) {
+bool NewtonDescent::go(const Arc& arc, double t, double slope) {
   for (int halving = 0; halving < 40; ++halving, t *= 0.4) {
     Trial trial = follow(arc, t);
     trial.n.normalize();
@@ -276,10 +277,10 @@ bool Walker::go(const Arc& arc, double t, double slope) {
     for (int b = 0; b < 2; ++b) point[b] = pair_.body[b].point(active_[b].piece[0], trial.n);
     trial.h = trial.n.dot(point[0] + point[1]);
     if (trial.h > at_.h + small()) continue;
-    if (trial.h > at_.h - small() && slope * t < tolerance::walk_end * pair_.scale && trial.body < 0) {
+    if (trial.h > at_.h - small() && slope * t < tolerance::descent_end * pair_.scale && trial.body < 0) {
       // h is known to rounding: only the subgradient still tells.
       if (slope >= 0.5 * last_) {
-        at_.optimal = slope <= tolerance::walk_flat * pair_.scale;
+        at_.optimal = slope <= tolerance::descent_flat * pair_.scale;
         return false;
       }
       last_ = slope;
@@ -313,7 +314,7 @@ bool Walker::go(const Arc& arc, double t, double slope) {
   return false;
 }
 
-bool Walker::step_freely() {
+bool NewtonDescent::step_freely() {
   const double z = std::sqrt(zx_ * zx_ + zy_ * zy_);
   if (z <= small() && at_.h <= 0) {
     at_.optimal = true;
@@ -337,13 +338,13 @@ bool Walker::step_freely() {
   }
   double x, y, length;
   if (z <= small()) {
-    if (low >= -tolerance::walk_flat * pair_.scale || kicks_++ > 2) {
+    if (low >= -tolerance::descent_flat * pair_.scale || kicks_++ > 2) {
       at_.optimal = true;
       return false;
     }
     x = -s, y = c, length = 0.3;  // a saddle or a maximum
   } else {
-    const double least = tolerance::walk_bend * pair_.scale;
+    const double least = tolerance::descent_bend * pair_.scale;
     double gh = (zx_ * c + zy_ * s) / std::max(std::abs(high), least),
            gl = (-zx_ * s + zy_ * c) / std::max(std::abs(low), least);
     if (stuck_ > 0) gh = (zx_ * c + zy_ * s) / z, gl = (-zx_ * s + zy_ * c) / z;
@@ -356,7 +357,7 @@ bool Walker::step_freely() {
   return go({at_.n, 2 * along, -at_.n}, 0.5 * length, z);
 }
 
-bool Walker::step_along(const Circle& circle) {
+bool NewtonDescent::step_along(const Circle& circle) {
   const double radius = circle.radius;
   const Vec3 out = off_axis(circle, at_.n);
   Vec3 along = circle.axis.cross(out);
@@ -373,19 +374,19 @@ bool Walker::step_along(const Circle& circle) {
   const double bend = radius * (w[0] * du * du + 2 * w[1] * du * dv + w[2] * dv * dv) - sum.dot(out);
   double angle;
   if (slope <= small()) {
-    if (at_.h <= 0 || bend >= -tolerance::walk_flat * pair_.scale || kicks_++ > 2) {
-      at_.optimal = zx_ * zx_ + zy_ * zy_ <= tolerance::walk_flat2 * pair_.scale * pair_.scale;
+    if (at_.h <= 0 || bend >= -tolerance::descent_flat * pair_.scale || kicks_++ > 2) {
+      at_.optimal = zx_ * zx_ + zy_ * zy_ <= tolerance::descent_flat2 * pair_.scale * pair_.scale;
       return false;
     }
     angle = 0.3;
   } else {
-    angle = std::min(slope / std::max(std::abs(bend), tolerance::walk_bend * pair_.scale), 1.0);
+    angle = std::min(slope / std::max(std::abs(bend), tolerance::descent_bend * pair_.scale), 1.0);
   }
   const Vec3 base = circle.height * circle.axis, side = radius * out;
   return go({base + side, 2 * radius * along, base - side}, 0.5 * angle, slope);
 }
 
-Support Walker::run() {
+Support NewtonDescent::run() {
   for (int step = 0; step < max_steps; ++step) {
     weigh();
     if (at_.h < below_ || at_.optimal) return at_;
@@ -401,7 +402,7 @@ Support Walker::run() {
   return at_;
 }
 
-/// Turns n along the way between the two points: an error of n shows in how far they are from h n apart, but only by
+/// Turns n to the difference of the two points: an error of n shows in how far they are from h n apart, but only by
 /// its square in their distance and in h.
 void straighten(const RoundPair& pair, Support& s) {
   const double rounding = height_rounding * pair.scale;
@@ -413,29 +414,29 @@ void straighten(const RoundPair& pair, Support& s) {
   if (h <= s.h + rounding && (p - h * n).squaredNorm() < off) s.n = n, s.h = h;
 }
 
-/// How far the points are from bearing out that the way along n ends between them.
-double off_way(const Support& s) { return (s.point[0] + s.point[1] - s.h * s.n).norm(); }
+/// How far the points are from bearing out that h n joins them.
+double residual(const Support& s) { return (s.point[0] + s.point[1] - s.h * s.n).norm(); }
 
 /// Do they bear it out to rounding?
-bool meets(const RoundPair& pair, const Support& s) { return off_way(s) <= meeting * pair.scale; }
+bool meets(const RoundPair& pair, const Support& s) { return residual(s) <= meeting * pair.scale; }
 
 }  // namespace
 
-Support walk(const RoundPair& pair, const Vec3& n, double below) {
+Support minimize(const RoundPair& pair, const Vec3& n, double below) {
   constexpr int tries = 4;
   const double rounding = height_rounding * pair.scale;
   Support s;
   s.n = n;
   s.h = infinity;
-  const auto descend = [&] {
+  const auto run_newton = [&] {
     for (int i = 0; i < tries; ++i) {
-      Walker walker(pair, s.n, below);
-      Support end = walker.run();
+      NewtonDescent newton(pair, s.n, below);
+      Support end = newton.run();
       // Where the circles of two bodies meet, or cells are smaller than rounding, a piece may be missed: begin again,
       // or, where that has led uphill, stay.
       const double reached = end.h;
       end.h = end.n.dot(pair.support(end.n));
-      if (end.h > walker.started() + rounding) return false;
+      if (end.h > newton.started() + rounding) return false;
       s = end;
       if (s.h - reached <= rounding) break;
     }
@@ -443,24 +444,24 @@ Support walk(const RoundPair& pair, const Vec3& n, double below) {
     return s.h < below || meets(pair, s);
   };
   const auto found = [&](Support best) {
-    const double open = tolerance::walk_accuracy * pair.scale;
-    best.optimal = doubt(best) <= (best.h < 0 ? rounding : open) && off_way(best) <= open;
+    const double open = tolerance::descent_accuracy * pair.scale;
+    best.optimal = doubt(best) <= (best.h < 0 ? rounding : open) && residual(best) <= open;
     return best;
   };
-  if (descend()) return found(s);
-  const Support walked = s, settled = settle(pair, s.n, below);
+  if (run_newton()) return found(s);
+  const Support descended = s, settled = settle(pair, s.n, below);
   const auto better = [&](const Support& p, const Support& q) {
-    return p.h < q.h - rounding || (p.h <= q.h + rounding && off_way(p) < off_way(q));
+    return p.h < q.h - rounding || (p.h <= q.h + rounding && residual(p) < residual(q));
   };
   if (settled.h < below || meets(pair, settled)) return found(settled);
   // Newton's method has the last digits.
   s = settled;
-  descend();
+  run_newton();
   if (!better(s, settled)) s = settled;
-  return found(better(walked, s) ? walked : s);
+  return found(better(descended, s) ? descended : s);
 }
 
-double doubt(const Support& s) { return s.h < 0 ? (s.point[0] + s.point[1]).norm() + s.h : off_way(s); }
+double doubt(const Support& s) { return s.h < 0 ? (s.point[0] + s.point[1]).norm() + s.h : residual(s); }
 
 Support settle(const RoundPair& pair, const Vec3& n, double below) {
   constexpr int rounds = 8;
@@ -476,15 +477,16 @@ Support settle(const RoundPair& pair, const Vec3& n, double below) {
     best.n = n, best.h = h, best.point[0] = a, best.point[1] = b;
     least = off;
   };
-  // The nearer, the less the last digits of the way found matter to where it ends, and the less exact it is.
-  for (const double out : {1e-2 * pair.scale, tolerance::far_apart * pair.scale, tolerance::round_least_apart * pair.scale}) {
+  // The nearer, the less the last digits of the direction found matter to where it ends, and the less exact it is.
+  for (const double out :
+       {1e-2 * pair.scale, tolerance::far_apart * pair.scale, tolerance::round_least_apart * pair.scale}) {
     Vec3 from = best.n;
     double h = from.dot(pair.support(from));
     for (int round = 0; round < rounds; ++round) {
       const double shift = std::max(0.0, h + out);
       moved.pose.translation = pair.difference.pose.translation + shift * from;
       const GjkResult r = gjk(moved, tolerance::ends_at_standstill, infinity, -infinity);
-      // Each of its body, whatever rounding made of the way between them.
+      // Each of its body, whatever rounding made of their difference.
       Vec3 a = Vec3::Zero(), b = shift * from;
       for (int i = 0; i < r.simplex.count; ++i) {
         a += r.simplex.weight[i] * r.simplex.p[i].a;
@@ -508,7 +510,7 @@ Support facing_disc(const RoundPair& pair, int which, double side, Vec3& away) {
   const RoundBody &body = pair.body[which], &other = pair.body[1 - which];
   Support r;
   r.n = side * body.axis();
-  const Vec3 centre = body.rim_centre(body.support_piece(r.n));
+  const Vec3 centre = body.circle_centre(body.support_piece(r.n));
   Vec3 points[corners];
   double disc = 0;
   const int count = other.face(r.n, 8 * epsilon * pair.scale, points, corners, disc);

@@ -1,4 +1,4 @@
-#include "round/rim_distance.h"
+#include "round/circle_distance.h"
 
 #include "tolerances.h"
 
@@ -15,17 +15,17 @@ struct Range {
   Range by(const Range& k) const { return {low * (low < 0 ? k.high : k.low), high * (high > 0 ? k.high : k.low)}; }
 };
 
-/// The square of an angle (radians) that a part is no longer than: the arc of a quarter is pi / sqrt(8) of its chord,
+/// The square of an angle (radians) that a arc is no longer than: the arc of a quarter is pi / sqrt(8) of its chord,
 /// that of less is less.
-double longest_arc2(const RimDistance::Part& part) {
+double longest_arc2(const CircleDistance::Arc& arc) {
   constexpr double most = 1.234;  // the square of that, rounded up
-  return most * part.chord2();
+  return most * arc.chord2();
 }
 
 }  // namespace
 
-RimDistance::RimDistance(const RoundBody& a, const RoundBody& b)
-    : a_(&a), b_(&b), first_(a.radius() >= b.radius()), lift_{a.rim_lift(), b.rim_lift()} {
+CircleDistance::CircleDistance(const RoundBody& a, const RoundBody& b)
+    : a_(&a), b_(&b), first_(a.radius() >= b.radius()), lift_{a.circle_lift(), b.circle_lift()} {
   if (!first_) std::swap(lift_[0], lift_[1]);
   const RoundBody &large = first_ ? a : b, &small = first_ ? b : a;
   large_ = large.radius(), small_ = small.radius();
@@ -37,8 +37,8 @@ RimDistance::RimDistance(const RoundBody& a, const RoundBody& b)
   lean_ = other.dot(frame_.col(1)), upright_ = other.dot(axis);
 }
 
-bool RimDistance::take(int piece_a, int piece_b, double below, double rounding) {
-  centre_ = frame_.transpose() * (a_->rim_centre(piece_a) + b_->rim_centre(piece_b));
+bool CircleDistance::take(int piece_a, int piece_b, double below, double rounding) {
+  centre_ = frame_.transpose() * (a_->circle_centre(piece_a) + b_->circle_centre(piece_b));
   out_ = centre_[1] * upright_ - centre_[2] * lean_;
   const double sine = std::abs(lean_), farthest = std::abs(centre_[2]) + small_ * sine;
   const double beside = std::sqrt(centre_[0] * centre_[0] + out_ * out_);
@@ -54,7 +54,7 @@ bool RimDistance::take(int piece_a, int piece_b, double below, double rounding) 
   return true;
 }
 
-RimDistance::Sample RimDistance::at(double cosine, double sine) const {
+CircleDistance::Sample CircleDistance::at(double cosine, double sine) const {
   Sample s;
   s.cosine = cosine, s.sine = sine;
   s.u = centre_[0] + small_ * cosine;
@@ -66,14 +66,14 @@ RimDistance::Sample RimDistance::at(double cosine, double sine) const {
   return s;
 }
 
-RimDistance::Sample RimDistance::between(const Part& part, double weight) const {
-  const double c = (1 - weight) * part.first.cosine + weight * part.last.cosine;
-  const double s = (1 - weight) * part.first.sine + weight * part.last.sine;
+CircleDistance::Sample CircleDistance::between(const Arc& arc, double weight) const {
+  const double c = (1 - weight) * arc.first.cosine + weight * arc.last.cosine;
+  const double s = (1 - weight) * arc.first.sine + weight * arc.last.sine;
   const double length = std::sqrt(c * c + s * s);
   return at(c / length, s / length);
 }
 
-bool RimDistance::supports(const Sample& s, double rounding) const {
+bool CircleDistance::supports(const Sample& s, double rounding) const {
   const Vec3 p = sum(s);
   const double length = s.length();
   return large_ - s.off > rounding && facing_[0] * s.x > rounding - lift_[0] * length &&
@@ -81,26 +81,26 @@ bool RimDistance::supports(const Sample& s, double rounding) const {
          s.cosine * p[0] + s.sine * (upright_ * p[1] - lean_ * s.x) > rounding;
 }
 
-double RimDistance::turn(const Sample& s) const {
+double CircleDistance::turn(const Sample& s) const {
   const Vec3 p = sum(s);
   return s.cosine * (upright_ * p[1] - lean_ * s.x) - s.sine * p[0];
 }
 
-double RimDistance::least_squared(const Part& part) const {
-  const auto& [first, last] = part;
+double CircleDistance::least_squared(const Arc& arc) const {
+  const auto& [first, last] = arc;
   const auto under = [&](const Sample& at, const Sample& to) {
     const double m = (at.off - large_) / at.off;
     const double g[2] = {2 * small_ * m * centre_[0], 2 * small_ * (m * out_ - (1 - m) * at.x * lean_)};
-    // Opposite the slope, where that is on the part; else at an end.
-    if (g[0] * part.first.sine > g[1] * part.first.cosine && g[1] * part.last.cosine > g[0] * part.last.sine)
+    // Opposite the slope, where that is on the arc; else at an end.
+    if (g[0] * arc.first.sine > g[1] * arc.first.cosine && g[1] * arc.last.cosine > g[0] * arc.last.sine)
       return at.squared - std::sqrt(g[0] * g[0] + g[1] * g[1]) - (g[0] * at.cosine + g[1] * at.sine);
     return at.squared + std::min(0.0, g[0] * (to.cosine - at.cosine) + g[1] * (to.sine - at.sine));
   };
   return std::max(under(first, last), under(last, first));
 }
 
-int RimDistance::parts(double below, double rounding, Part* all) const {
-  // Where the larger rim supports the sum: between these sines.
+int CircleDistance::arcs(double below, double rounding, Arc* all) const {
+  // Where the larger circle supports the sum: between these sines.
   double low = -1, high = 1;
   const double rise = -facing_[0] * small_ * lean_, start = facing_[0] * centre_[2];
   if (std::abs(rise) > rounding) {
@@ -119,10 +119,10 @@ int RimDistance::parts(double below, double rounding, Part* all) const {
   return count;
 }
 
-bool RimDistance::may_have_minimum(const Part& part, double below, double rounding) const {
-  const auto& [first, last] = part;
+bool CircleDistance::may_have_minimum(const Arc& arc, double below, double rounding) const {
+  const auto& [first, last] = arc;
   // What has a second derivative is that by an eighth of the square of the angle from between its ends at most.
-  const double square[2] = {first.off * first.off, last.off * last.off}, bulge = off_bend_ / 8 * longest_arc2(part);
+  const double square[2] = {first.off * first.off, last.off * last.off}, bulge = off_bend_ / 8 * longest_arc2(arc);
   const double least = std::max(std::sqrt(std::max(0.0, std::min(square[0], square[1]) - bulge)), large_ - below);
   const double most = std::min(std::sqrt(std::max(square[0], square[1]) + bulge), large_);
   if (large_ - least <= rounding || most < large_ - below) return false;
@@ -148,22 +148,23 @@ bool RimDistance::may_have_minimum(const Part& part, double below, double roundi
   return ahead.low <= rounding && ahead.high >= -rounding;
 }
 
-double RimDistance::bend(const Sample& s) const {
+double CircleDistance::bend(const Sample& s) const {
   const Vec3 p = sum(s);
   const double around = (s.sine * s.w + s.cosine * upright_ * s.u) / s.off;
   return small_ * (1 - large_ / s.off * around * around) - s.cosine * p[0] - s.sine * (upright_ * p[1] - lean_ * s.x);
 }
 
-RimDistance::Minima RimDistance::minima(const Part& part) const {
-  const auto& [first, last] = part;
-  const double half = 0.5 * std::sqrt(longest_arc2(part));
+CircleDistance::Minima CircleDistance::minima(const Arc& arc) const {
+  const auto& [first, last] = arc;
+  const double half = 0.5 * std::sqrt(longest_arc2(arc));
   const double near = 0.5 * (first.off + last.off) - small_ * half;
   if (!(near > 0)) return Minima::unknown;
-  // By the angle the sum changes no faster than this, and its parts along what turns with the angle:
+  // By the angle the sum changes no faster than this, and what of it lies along what turns with the angle:
   const double k = large_ / near, change = small_ * std::max(1.0, k - 1);
   const double turned = change + std::sqrt(std::max(first.squared, last.squared)) + change * half;
   // What changes no faster than v is within v times half of the angle from the mean of its ends. In bend() one over the
-  // distance from the axis changes by small_ / near of it, the cosine to the way around that by 1 + small_ / near.
+  // distance from the axis changes by small_ / near of it, the cosine to the direction around that by 1 + small_ /
+  // near.
   const double rate = small_ * k * (3 * small_ / near + 2) + turned;
   const double mean = 0.5 * (bend(first) + bend(last)), spread = rate * half;
   if (mean + spread < 0) return Minima::none;
@@ -171,23 +172,23 @@ RimDistance::Minima RimDistance::minima(const Part& part) const {
   return turn(first) <= 0 && turn(last) >= 0 ? Minima::one : Minima::none;
 }
 
-RimDistance::Sample RimDistance::minimum(Part part) const {
+CircleDistance::Sample CircleDistance::minimum(Arc arc) const {
   constexpr int most = 60;
-  double low = turn(part.first), high = turn(part.last);
+  double low = turn(arc.first), high = turn(arc.last);
   for (int i = 0; i < most && low < 0 && high > 0; ++i) {
-    const Sample s = between(part, low / (low - high));
+    const Sample s = between(arc, low / (low - high));
     // Neighbours in the last digits.
-    if ((s.cosine == part.first.cosine && s.sine == part.first.sine) ||
-        (s.cosine == part.last.cosine && s.sine == part.last.sine))
+    if ((s.cosine == arc.first.cosine && s.sine == arc.first.sine) ||
+        (s.cosine == arc.last.cosine && s.sine == arc.last.sine))
       return s;
     const double at = turn(s);
     if (at < 0) {
-      part.first = s, low = at, high *= 0.5;
+      arc.first = s, low = at, high *= 0.5;
     } else {
-      part.last = s, high = at, low *= 0.5;
+      arc.last = s, high = at, low *= 0.5;
     }
   }
-  return low >= 0 ? part.first : part.last;
+  return low >= 0 ? arc.first : arc.last;
 }
 
 }  // namespace tandem

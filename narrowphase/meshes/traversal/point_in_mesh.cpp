@@ -1,4 +1,4 @@
-#include "meshes/depth/mesh_inside.h"
+#include "meshes/traversal/point_in_mesh.h"
 
 #include <algorithm>
 #include <array>
@@ -105,7 +105,8 @@ class Ray {
     // Every difference is wrong by delta and its rounding at most.
     const double off = delta_ + tolerance::difference_rounding * span;
     const double flat = span * (8 * off + tolerance::area_rounding * span) + std::numeric_limits<double>::min();
-    const double solid = span * span * (24 * off + tolerance::volume_rounding * span) + std::numeric_limits<double>::min();
+    const double solid =
+        span * span * (24 * off + tolerance::volume_rounding * span) + std::numeric_limits<double>::min();
     Signs s;
     const auto decide = [&](double x, double bound) {
       if (!(std::abs(x) > bound)) s.certain = false;
@@ -194,7 +195,8 @@ bool is_inside(const MeshModel& mesh, const Pose& pose, const Vec3& p, const Pos
   // Nearly always the point is far from the box, and a rotation's transpose, its inverse to 6e-6, tells.
   const Vec3 between = pose_p.rotation * p + (pose_p.translation - pose.translation);
   const Vec3 away = (pose.rotation.transpose() * between - mesh.centre).cwiseAbs() - mesh.half;
-  if (away.maxCoeff() > tolerance::askew_with_room * (between.lpNorm<1>() + p.lpNorm<1>() + mesh.centre.lpNorm<1>())) return false;
+  if (away.maxCoeff() > tolerance::askew_with_room * (between.lpNorm<1>() + p.lpNorm<1>() + mesh.centre.lpNorm<1>()))
+    return false;
   return Ray(mesh, pose, p, pose_p).inside();
 }
 

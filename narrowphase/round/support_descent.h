@@ -1,3 +1,4 @@
+// The minima of h, how far A - B reaches along a direction: by Newton's method, and by convex problems.
 #pragma once
 #include "convex/gjk.h"
 #include "shapes/round_body.h"
@@ -51,11 +52,11 @@ double doubt(const Support& s);
 /// with an active set), or as soon as h < below. h is always what the bodies'
 /// supports along n say; where that and the two points do not bear out what was
 /// found, settle() goes on.
-Support walk(const RoundPair& pair, const Vec3& n, double below);
+Support minimize(const RoundPair& pair, const Vec3& n, double below);
 
 /// The same by a sequence of convex problems, slower, but nothing can mislead it: A - B is moved away from the origin
-/// against n, GJK finds the way to its nearest point, and n turns there, until it turns no more. h never increases
-/// (the concave part of h(n) - c |n| linearised at n: Yuille and Rangarajan 2003).
+/// against n, GJK finds the direction to its nearest point, and n turns there, until it turns no more. h never
+/// increases (the concave part of h(n) - c |n| linearised at n: Yuille and Rangarajan 2003).
 Support settle(const RoundPair& pair, const Vec3& n, double below);
 
 /// The disc of body `which` that faces `side` times its axis as the supporting

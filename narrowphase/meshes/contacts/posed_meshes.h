@@ -1,3 +1,4 @@
+// Two meshes in the frame of the first, their triangles, and what contacts of theirs are named by.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -5,12 +6,16 @@
 #include <span>
 #include <vector>
 
-#include "manifold/patch_collector.h"
 #include "shapes/mesh_model.h"
 #include "shapes/unit_vector.h"
+#include "tandem/narrowphase/answer.h"
 #include "triangles/predicates.h"
 
 namespace tandem {
+
+/// Everything of a query lies in one piece of memory, nearly always on the stack, and goes with it.
+using Memory = std::pmr::memory_resource*;
+constexpr std::size_t usual_memory = std::size_t{48} << 10;  // bytes
 
 template <class T>
 using List = std::pmr::vector<T>;
@@ -51,12 +56,12 @@ inline Facet facet_of(const PosedMeshes& m, bool of_a, std::uint32_t t) {
   return f;
 }
 
-/// Where flat faces of both meshes have sunk into each other, as thick all over, it is these that push: adds the
-/// corners of what each two of them share, along their normal. Of two whose edges have gone past each other only those
-/// count that have less of a way; in a corner of either mesh all. `facets` are those of a patch, `area` the area vector
-/// of its curve, zero where that is not known. False, and nothing: there are no such faces, or they are the lesser part
-/// of the patch. What `room` holds stays as it is.
-bool add_sheets(const PosedMeshes& m, const Facets& facets, const Vec3& area, std::pmr::memory_resource* memory,
-                PatchCollector& collector, std::vector<Contact>& room);
+/// The name of a vertex or edge.
+constexpr std::uint32_t feature_of(std::uint32_t kind, std::uint32_t index) {
+  return kind << 30 | (index & 0x3fffffffu);
+}
+
+/// By feature; of one feature in several patches the place decides.
+void sort_contacts(std::span<Contact> contacts);
 
 }  // namespace tandem

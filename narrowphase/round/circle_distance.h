@@ -1,20 +1,20 @@
+// The distance of two circles, as which the depth of two discs shows.
 #pragma once
 #include "shapes/round_body.h"
 
 namespace tandem {
 
-/// A rim of one body and a rim of the other, summands of A - B. Where h has a minimum and is smooth, both bodies are
-/// supported on rims (with one rim or none h curves downwards along some tangent), and h n is the sum of a point of
-/// each that no neighbours bring nearer the origin: a minimum of the distance of two circles, one of them mirrored.
-/// For a point of the smaller circle the nearest of the larger is known, so that the shortest sum is a function of one
-/// angle. Its square is a convex function of the angle's cosine and sine (with E the squared distance from the larger
-/// circle's centre and x the height over its plane, both linear in them, E + R^2 - 2 R sqrt(E - x^2)), and lies over
-/// its tangent planes.
-/// Minima nearer than rounding to where another piece takes over, a disc, a side or an apex, are left to whoever looks
-/// there: h is the same to the square of that.
-class RimDistance {
+/// A circle of one body and a circle of the other, summands of A - B. Where h has a minimum and is smooth, both bodies
+/// are supported on circles (with one circle or none h curves downwards along some tangent), and h n is the sum of a
+/// point of each that no neighbours bring nearer the origin: a minimum of the distance of two circles, one of them
+/// mirrored. For a point of the smaller circle the nearest of the larger is known, so that the shortest sum is a
+/// function of one angle. Its square is a convex function of the angle's cosine and sine (with E the squared distance
+/// from the larger circle's centre and x the height over its plane, both linear in them, E + R^2 - 2 R sqrt(E - x^2)),
+/// and lies over its tangent planes. Minima nearer than rounding to where another piece takes over, a disc, a side or
+/// an apex, are left to the search there: h is the same to the square of that.
+class CircleDistance {
  public:
-  RimDistance(const RoundBody& a, const RoundBody& b);
+  CircleDistance(const RoundBody& a, const RoundBody& b);
 
   /// From here on of these two; false where no sum shorter than `below` has both bodies supported along it.
   bool take(int piece_a, int piece_b, double below, double rounding);
@@ -30,11 +30,11 @@ class RimDistance {
   Sample at(double cosine, double sine) const;
   /// Unit, along the sum.
   Vec3 direction(const Sample& s) const { return frame_ * sum(s) / s.length(); }
-  /// Are both bodies supported on these rims along the sum, beyond rounding?
+  /// Are both bodies supported on these circles along the sum, beyond rounding?
   bool supports(const Sample& s, double rounding) const;
 
   /// From one point to another, counterclockwise, within a quarter where cosine and sine are monotone.
-  struct Part {
+  struct Arc {
     Sample first, last;
 
     double chord2() const {
@@ -43,19 +43,19 @@ class RimDistance {
     }
   };
   /// All that may have a minimum, a sum shorter than `below` along which both bodies are supported. Returns how many.
-  static constexpr int most_parts = 4;
-  int parts(double below, double rounding, Part* all) const;
-  /// May a part have one? By arithmetic of intervals.
-  bool may_have_minimum(const Part& part, double below, double rounding) const;
-  /// The square of what the sums of a part are not shorter than.
-  double least_squared(const Part& part) const;
+  static constexpr int most_arcs = 4;
+  int arcs(double below, double rounding, Arc* all) const;
+  /// May a arc have one? By arithmetic of intervals.
+  bool may_have_minimum(const Arc& arc, double below, double rounding) const;
+  /// The square of what the sums of a arc are not shorter than.
+  double least_squared(const Arc& arc) const;
   /// How many minima there are, supported or not.
   enum class Minima { none, one, unknown };
-  Minima minima(const Part& part) const;
-  /// The one minimum of a part. By regula falsi with halved weights (Dowell and Jarratt, The "Illinois" algorithm,
+  Minima minima(const Arc& arc) const;
+  /// The one minimum of a arc. By regula falsi with halved weights (Dowell and Jarratt, The "Illinois" algorithm,
   /// 1971).
-  Sample minimum(Part part) const;
-  Sample middle(const Part& part) const { return between(part, 0.5); }
+  Sample minimum(Arc arc) const;
+  Sample middle(const Arc& arc) const { return between(arc, 0.5); }
 
  private:
   Vec3 sum(const Sample& s) const {
@@ -66,13 +66,13 @@ class RimDistance {
   double bend(const Sample& s) const;
   /// Half of how fast the squared length changes with the angle, over the smaller radius.
   double turn(const Sample& s) const;
-  Sample between(const Part& part, double weight) const;
+  Sample between(const Arc& arc, double weight) const;
 
   const RoundBody *a_, *b_;
-  bool first_;            ///< a's rim is the larger
+  bool first_;            ///< a's circle is the larger
   Mat3 frame_;            ///< columns: square to both axes, square to that and the larger's axis, that axis
   double large_, small_;  ///< radii
-  double lift_[2];        ///< of the larger and the smaller: rim_lift
+  double lift_[2];        ///< of the larger and the smaller: circle_lift
   double facing_[2] = {1, 1};
   double lean_, upright_;       ///< the smaller's axis: 0, lean_, upright_
   Vec3 centre_ = Vec3::Zero();  ///< the sum of both centres

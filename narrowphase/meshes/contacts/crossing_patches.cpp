@@ -1,0 +1,222 @@
+#include "meshes/contacts/crossing_patches.h"
+
+#include <bit>
+#include <numeric>
+
+#include "shapes/index_map.h"
+#include "tolerances.h"
+#include "triangles/patch_rows.h"
+
+namespace tandem {
+namespace {
+
+constexpr std::size_t shared_from = 1024;  // pairs of triangles from which on several threads may share the work
+constexpr std::size_t pairs_a_task = 256;
+
+// Calls take(k, crossing) for those of some pairs of triangles that cross, in their order.
+template <class Take>
+void each_crossing(const PosedMeshes& m, std::span<const TrianglePair> pairs, Take&& take) {
+  TriangleRows rows{};  // columns that are not set are computed with the others: what is in them must be numbers
+  CrossingRows found;
+  for (std::size_t first = 0; first < pairs.size(); first += TriangleRows::most) {
+    const auto some = pairs.subspan(first, std::min(TriangleRows::most, pairs.size() - first));
+    for (std::size_t k = 0; k < some.size(); ++k) rows.set(k, m.a.corners(some[k][0]), m.b.corners(some[k][1]));
+    cross_triangles(rows, some.size(), m.frame, found);
+    for (std::uint32_t left = found.crosses; left != 0; left &= left - 1) {
+      const auto k = static_cast<std::size_t>(std::countr_zero(left));
+      const auto end = [&](const CrossingRows::End& e) {
+        const auto edge = static_cast<std::uint32_t>(static_cast<std::int32_t>(e.edge[k]));
+        const bool of_a = edge < 3;
+        const std::uint32_t triangle = some[k][of_a ? 0 : 1], corner = edge % 3;
+        const auto& index = m.mesh(of_a).triangles[triangle];
+        return Piercing{{e.point[0][k], e.point[1][k], e.point[2][k]},
+                        of_a,
+                        triangle,
+                        corner,
+                        index[corner],
+                        index[(corner + 1) % 3],
+                        e.part[k],
+                        ((e.from_inside >> k & 1u) != 0) != m.turned(!of_a)};
+      };
+      const bool back = m.turned_a != m.turned_b;
+      take(first + k, Crossing{{end(found.end[back ? 1 : 0]), end(found.end[back ? 0 : 1])}, some[k]});
+    }
+  }
+}
+
+class DisjointSets {
+ public:
+  DisjointSets(std::size_t n, Memory memory) : parent_(n, memory) { std::iota(parent_.begin(), parent_.end(), 0u); }
+  std::uint32_t find(std::uint32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void join(std::uint32_t i, std::uint32_t j) {
+    i = find(i), j = find(j);
+    parent_[std::max(i, j)] = std::min(i, j);
+  }
+
+ private:
+  List<std::uint32_t> parent_;
+};
+
+class PatchFinder {
+ public:
+  PatchFinder(const PosedMeshes& m, std::span<const TrianglePair> pairs, const PartRunner& parts, Memory memory)
+      : m_(m), memory_(memory), sets_(pairs.size(), memory) {
+    crossings_.reserve(pairs.size());
+    if (parts && pairs.size() >= shared_from) {
+      find_crossings(pairs, parts);
+      flood_both(parts);
+    } else {
+      each_crossing(m, pairs, [&](std::size_t, const Crossing& c) { crossings_.push_back(c); });
+      inside_.reserve(pairs.size());
+      touched_.reserve(2 * pairs.size());
+      for (const bool of_a : {true, false}) join_and_flood(of_a, sets_, inside_, touched_, memory_);
+    }
+    collect();
+  }
+
+  List<Crossing>& crossings() { return crossings_; }
+  List<Patch>& patches() { return patches_; }
+
+ private:
+  struct Inner {
+    double distance = std::numeric_limits<double>::infinity();  // of the nearest piercing
+    bool inside = false;
+    std::uint32_t crossing = 0;
+  };
+
+  struct Found {
+    std::uint32_t index;
+    bool of_a;
+    std::uint32_t crossing;
+  };
+
+  void find_crossings(std::span<const TrianglePair> pairs, const PartRunner& parts) {
+    std::vector<Crossing> all(pairs.size());
+    std::vector<std::uint8_t> cross(pairs.size());
+    parts((pairs.size() + pairs_a_task - 1) / pairs_a_task, [&](std::size_t task) {
+      const std::size_t begin = task * pairs_a_task, end = std::min(pairs.size(), begin + pairs_a_task);
+      each_crossing(m_, pairs.subspan(begin, end - begin), [&](std::size_t k, const Crossing& c) {
+        all[begin + k] = c;
+        cross[begin + k] = 1;
+      });
+    });
+    for (std::size_t k = 0; k < pairs.size(); ++k)
+      if (cross[k] != 0) crossings_.push_back(all[k]);
+  }
+
+  // What is joined over A and what over B: each by itself, then all of it. A set's root is its first crossing,
+  // in whatever order it was joined.
+  void flood_both(const PartRunner& parts) {
+    std::pmr::monotonic_buffer_resource memory;  // not for several threads
+    DisjointSets sets(crossings_.size(), &memory);
+    List<Found> inside(&memory), touched(&memory);
+    parts(2, [&](std::size_t task) {
+      if (task == 0)
+        join_and_flood(true, sets_, inside_, touched_, memory_);
+      else
+        join_and_flood(false, sets, inside, touched, &memory);
+    });
+    for (std::uint32_t c = 0; c < crossings_.size(); ++c) sets_.join(c, sets.find(c));
+    inside_.insert(inside_.end(), inside.begin(), inside.end());
+    touched_.insert(touched_.end(), touched.begin(), touched.end());
+  }
+
+  // Curves that share a triangle bound one patch, and so do curves between which the surface lies inside.
+  void join_and_flood(bool of_a, DisjointSets& sets, List<Found>& inside, List<Found>& touched, Memory memory) const {
+    const MeshModel& mesh = m_.mesh(of_a);
+    struct Crossed {
+      std::uint32_t crossing;  // one of them
+      std::uint32_t edges;     // bits of the edges crossed
+    };
+    IndexMap<Crossed> crossed(memory);  // triangles
+    IndexMap<Inner> inner(memory);      // ends of crossed edges, each with its nearest piercing
+    for (std::uint32_t c = 0; c < crossings_.size(); ++c) {
+      const std::uint32_t t = crossings_[c].triangles[of_a ? 0 : 1];
+      const auto [entry, fresh] = crossed.emplace(t, {c, 0});
+      if (!fresh) sets.join(entry.crossing, c);
+      for (const Piercing& p : crossings_[c].end) {
+        if (p.edge_of_a != of_a) continue;
+        entry.edges |= 1u << p.corner;
+        // Which side the end of an edge is on, the piercing nearest to it tells.
+        const double length = (mesh.vertices[p.to] - mesh.vertices[p.from]).norm();
+        for (const bool start : {true, false}) {
+          Inner& n = inner.emplace(start ? p.from : p.to, Inner()).first;
+          const double away = (start ? p.fraction : 1 - p.fraction) * length;
+          if (away < n.distance) n = {away, p.from_inside == start, c};
+        }
+      }
+    }
+    for (const auto& [vertex, n] : inner)
+      if (n.inside) inside.push_back({vertex, of_a, n.crossing});
+    // From crossed triangles over edges whose ends are inside into those that are inside as a whole.
+    IndexMap<std::uint32_t> reached(memory);
+    List<std::pair<std::uint32_t, std::uint32_t>> stack(memory);
+    const auto visit = [&](std::uint32_t t, std::uint32_t c) {
+      if (t == no_index) return;
+      if (const Crossed* hit = crossed.find(t)) return sets.join(hit->crossing, c);
+      const auto [origin, fresh] = reached.emplace(t, c);
+      if (fresh)
+        stack.emplace_back(t, c);
+      else
+        sets.join(origin, c);
+    };
+    for (const auto& [t, hit] : crossed) {
+      for (std::uint32_t k = 0; k < 3; ++k) {
+        if (hit.edges >> k & 1u) continue;
+        const Inner* from = inner.find(mesh.triangles[t][k]);
+        const Inner* to = inner.find(mesh.triangles[t][(k + 1) % 3]);
+        if (from && to && from->inside && to->inside) visit(mesh.neighbours[t][k], hit.crossing);
+      }
+      while (!stack.empty()) {
+        const auto [next, origin] = stack.back();
+        stack.pop_back();
+        for (std::uint32_t k = 0; k < 3; ++k) {
+          if (inner.emplace(mesh.triangles[next][k], {0, true, origin}).second)
+            inside.push_back({mesh.triangles[next][k], of_a, origin});
+          visit(mesh.neighbours[next][k], origin);
+        }
+      }
+    }
+    for (const auto& [t, hit] : crossed) touched.push_back({t, of_a, hit.crossing});
+    for (const auto& [t, c] : reached) touched.push_back({t, of_a, c});
+  }
+
+  void collect() {
+    List<std::uint32_t> place(crossings_.size(), no_index, memory_);
+    const auto patch_of = [&](std::uint32_t c) -> Patch& {
+      const std::uint32_t root = sets_.find(c);
+      if (place[root] == no_index)
+        place[root] = static_cast<std::uint32_t>(patches_.size()), patches_.emplace_back(memory_);
+      return patches_[place[root]];
+    };
+    for (std::uint32_t c = 0; c < crossings_.size(); ++c) patch_of(c).crossings.push_back(c);
+    for (const auto& v : inside_)
+      patch_of(v.crossing)
+          .vertices.push_back({m_.vertex(v.of_a, v.index), v.of_a, feature_of(v.of_a ? 0 : 1, v.index)});
+    for (const auto& t : touched_) {
+      patch_of(t.crossing).triangles[t.of_a ? 1 : 0].push_back(t.index);
+    }
+  }
+
+  const PosedMeshes& m_;
+  const Memory memory_;
+  DisjointSets sets_;
+  List<Crossing> crossings_{memory_};
+  List<Found> inside_{memory_}, touched_{memory_};
+  List<Patch> patches_{memory_};
+};
+
+}  // namespace
+
+CrossingPatches::CrossingPatches(const PosedMeshes& m, std::span<const TrianglePair> pairs, const PartRunner& parts,
+                                 Memory memory)
+    : crossings_(memory), patches_(memory) {
+  PatchFinder finder(m, pairs, parts, memory);
+  crossings_ = std::move(finder.crossings());
+  patches_ = std::move(finder.patches());
+}
+
+}  // namespace tandem

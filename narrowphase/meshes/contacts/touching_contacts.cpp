@@ -1,0 +1,219 @@
+// Contacts of two meshes whose surfaces only touch.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "manifold/manifold.h"
+#include "manifold/patch_collector.h"
+#include "meshes/contacts/mesh_contacts.h"
+#include "meshes/contacts/posed_meshes.h"
+#include "pairs/convex_pair.h"
+#include "shapes/support.h"
+#include "tolerances.h"
+
+namespace tandem {
+namespace {
+
+constexpr std::size_t crossed_faces = 16;  // pairs of triangles that touch whose edges say how
+
+// Surfaces that only touch, or lie in each other's planes, cross along no curve. A direction along which no triangle of
+// A reaches beyond one of B that it meets separates them; where there is none (or one holds the other) it is that of
+// the least overlap of the hulls.
+class Touching {
+ public:
+  Touching(const PosedMeshes& m, std::span<const TrianglePair> pairs, Memory memory)
+      : m_(m), pairs_(pairs), slack_(tolerance::in_plane * (m.a.half + m.b.half).norm()), faces_(memory) {
+    faces_.reserve(pairs.size());
+    for (const auto& [i, j] : pairs) faces_.push_back(faces(m.corners(true, i), m.corners(false, j)));
+    find_separating_direction();
+  }
+
+  /// Is there such a direction, to rounding?
+  bool separable() const { return separable_; }
+
+  void append(std::vector<Contact>& contacts) {
+    if (!separable_) take_direction_of_hulls();
+    const double size = (m_.a.half + m_.b.half).norm();
+    const std::size_t first = contacts.size();
+    if (faces_.empty()) contacts.push_back({middle(), n_, depth_, 0});
+    for (std::size_t k = 0; k < pairs_.size(); ++k) {
+      const double depth = overlap(faces_[k], n_);
+      if (depth < depth_ - slack_) continue;
+      const TriangleView p(faces_[k].a), q(faces_[k].b);
+      const PairAnswer near = solve_convex(p, {}, q, {}, Request::distance, {}, nullptr);
+      const std::size_t known = contacts.size();
+      append_manifold(p, q, {Mat3::Identity(), Vec3::Zero()},
+                      {.signed_distance = -depth, .point_a = near.point_a, .point_b = near.point_b, .normal = n_},
+                      slack_, {}, contacts);
+      std::size_t end = known;
+      for (std::size_t c = known; c < contacts.size(); ++c) {
+        const Contact found = contacts[c];
+        const bool again = std::any_of(contacts.begin() + static_cast<std::ptrdiff_t>(first),
+                                       contacts.begin() + static_cast<std::ptrdiff_t>(known),
+                                       [&](const Contact& o) { return (o.point - found.point).norm() < slack_; });
+        if (!again)
+          contacts[end++] = {found.point, n_, std::max(0.0, found.depth),
+                             feature_of(1, 8 * pairs_[k][0] + found.feature % 8)};
+      }
+      contacts.resize(end);
+      if (contacts.size() - first > most_points) keep_outer(contacts, first);
+    }
+    keep_widest(contacts, first, size);
+  }
+
+ private:
+  struct Faces {
+    std::array<Vec3, 3> a, b;
+    Vec3 normal_a, normal_b;  // unit; zero without area
+  };
+
+  static constexpr std::size_t most_points = 128;  // held against each other
+
+  // Those farthest out in sixteen directions along the contact's plane, the first among alike.
+  void keep_outer(std::vector<Contact>& contacts, std::size_t first) const {
+    constexpr int directions = 16;
+    const Vec3 u = any_perpendicular(n_), v = n_.cross(u);
+    const double alike_here = tolerance::alike * (m_.a.half + m_.b.half).norm();
+    std::array<std::size_t, directions> outer;
+    for (int d = 0; d < directions; ++d) {
+      const double angle = d * (2 * std::numbers::pi / directions);
+      const Vec3 direction = std::cos(angle) * u + std::sin(angle) * v;
+      std::size_t best = first;
+      for (std::size_t c = first + 1; c < contacts.size(); ++c)
+        if (direction.dot(contacts[c].point - contacts[best].point) > alike_here) best = c;
+      outer[static_cast<std::size_t>(d)] = best;
+    }
+    std::sort(outer.begin(), outer.end());
+    const auto end = std::unique(outer.begin(), outer.end());
+    std::size_t kept = first;
+    for (auto at = outer.begin(); at != end; ++at) contacts[kept++] = contacts[*at];
+    contacts.resize(kept);
+  }
+
+  static Faces faces(const std::array<Vec3, 3>& p, const std::array<Vec3, 3>& q) {
+    const auto normal = [](const std::array<Vec3, 3>& t) {
+      return (t[1] - t[0]).cross(t[2] - t[0]).stableNormalized();
+    };
+    return {p, q, normal(p), normal(q)};
+  }
+
+  static double overlap(const Faces& f, const Vec3& n) {
+    const auto along = [&n](const Vec3& v) { return n.dot(v); };
+    return std::max({along(f.a[0]), along(f.a[1]), along(f.a[2])}) -
+           std::min({along(f.b[0]), along(f.b[1]), along(f.b[2])});
+  }
+
+  bool blocks(const Faces& f, const Vec3& n) const {
+    // A solid may not be pushed into.
+    if (m_.a.solid && n.dot(f.normal_a) < -carries_patch) return true;
+    if (m_.b.solid && n.dot(f.normal_b) > carries_patch) return true;
+    return overlap(f, n) > slack_;
+  }
+
+  // Takes the direction if it separates them and none did before. Who blocked the one before is asked first: with
+  // many triangles next to no direction is held against more than a few.
+  void consider(const Vec3& n) {
+    if (separable_ || n.norm() < 0.5 || blocks(faces_[blocking_], n)) return;
+    for (std::size_t k = 0; k < faces_.size(); ++k)
+      if (blocks(faces_[k], n)) {
+        blocking_ = k;
+        return;
+      }
+    n_ = n;
+    separable_ = true;
+  }
+
+  double deepest_along(const Vec3& n) const {
+    double most = 0;
+    for (const Faces& f : faces_) most = std::max(most, overlap(f, n));
+    return most;
+  }
+
+  struct Reach {
+    double high, low;  // of A's hull, of B's
+  };
+  Reach reach_of_hulls(const Vec3& n) const {
+    Reach r{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+    for (const std::uint32_t v : m_.a.extreme) r.high = std::max(r.high, n.dot(m_.vertex(true, v)));
+    for (const std::uint32_t v : m_.b.extreme) r.low = std::min(r.low, n.dot(m_.vertex(false, v)));
+    return r;
+  }
+
+  // Of what the boxes share, midway between the hulls' surfaces.
+  Vec3 middle() const {
+    const Vec3 centre_b = m_.frame.in_a(m_.b.centre), half_b = m_.frame.map().cwiseAbs() * m_.b.half;
+    const Vec3 p = 0.5 * ((m_.a.centre - m_.a.half).cwiseMax(centre_b - half_b) +
+                          (m_.a.centre + m_.a.half).cwiseMin(centre_b + half_b));
+    const Reach r = reach_of_hulls(n_);
+    return p + n_ * (0.5 * (r.high + r.low) - n_.dot(p));
+  }
+
+  void find_separating_direction() {
+    for (const Faces& f : faces_) sides_ += f.normal_a - f.normal_b;
+    sides_ = sides_.stableNormalized();
+    if (!faces_.empty()) consider(sides_);
+    for (std::size_t k = 0; k < faces_.size() && !separable_; ++k) {
+      consider(faces_[k].normal_a);
+      consider(-faces_[k].normal_b);
+    }
+    for (std::size_t k = 0; k < std::min(faces_.size(), crossed_faces) && !separable_; ++k)
+      for (std::size_t edges = 0; edges < 9; ++edges) {
+        const auto edge = [](const std::array<Vec3, 3>& t, std::size_t e) { return t[(e + 1) % 3] - t[e]; };
+        const Vec3 n = edge(faces_[k].a, edges / 3).cross(edge(faces_[k].b, edges % 3)).stableNormalized();
+        consider(n), consider(-n);
+      }
+    depth_ = deepest_along(n_);
+  }
+
+  void take_direction_of_hulls() {
+    double least = std::numeric_limits<double>::infinity();
+    const auto consider_hulls = [&](const Vec3& n) {
+      if (n.norm() < 0.5) return;
+      const Reach r = reach_of_hulls(n);
+      if (const double depth = r.high - r.low; depth < least - slack_) least = depth, n_ = n;
+    };
+    consider_hulls(sides_);
+    consider_hulls((m_.frame.in_a(m_.b.centre) - m_.a.centre).stableNormalized());
+    for (int k = 0; k < 3; ++k)
+      for (const double s : {1.0, -1.0}) {
+        consider_hulls(s * Vec3::Unit(k));
+        consider_hulls(s * m_.frame.map().col(k).normalized());
+      }
+    depth_ = faces_.empty() ? std::max(least, 0.0) : deepest_along(n_);
+  }
+
+  const PosedMeshes& m_;
+  const std::span<const TrianglePair> pairs_;
+  const double slack_;  // what counts as touching
+  List<Faces> faces_;
+  Vec3 sides_ = Vec3::Zero();  // where the triangles face, A's less B's; unit
+  Vec3 n_ = Vec3::UnitZ();
+  bool separable_ = false;
+  std::size_t blocking_ = 0;  // a face that did
+  double depth_ = 0;          // of the triangles that meet, along n
+};
+
+}  // namespace
+
+void sort_contacts(std::span<Contact> contacts) {
+  std::sort(contacts.begin(), contacts.end(), [](const Contact& x, const Contact& y) {
+    if (x.feature != y.feature) return x.feature < y.feature;
+    return std::lexicographical_compare(x.point.begin(), x.point.end(), y.point.begin(), y.point.end());
+  });
+}
+
+void touching_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
+                       std::span<const TrianglePair> pairs, std::size_t first, std::vector<Contact>& contacts) {
+  const PosedMeshes m{a, b, frame};
+  alignas(std::max_align_t) std::array<std::byte, usual_memory> usual;
+  std::pmr::monotonic_buffer_resource memory(usual.data(), usual.size());
+  Touching touching(m, pairs, &memory);
+  if (!touching.separable() && contacts.size() > first) return;
+  contacts.resize(first);
+  touching.append(contacts);
+  sort_contacts(std::span(contacts).subspan(first));
+}
+
+}  // namespace tandem

@@ -1,0 +1,38 @@
+// A mesh and a convex shape that overlap, for the search for a translation that separates them.
+#pragma once
+#include <vector>
+
+#include "meshes/depth/separation_search.h"
+#include "meshes/traversal/mesh_convex_pair.h"
+
+namespace tandem {
+
+/// The mesh's axes about the convex shape's origin; the convex shape is B.
+class ConvexInMesh final : public OverlappingPair {
+ public:
+  explicit ConvexInMesh(const MeshConvexPair& pair);
+
+  bool collide(const Vec3& move) const override { return pair_.moved(move).collide(); }
+  bool is_free(const Vec3& move) const override { return !collide(farther(move)); }
+  double free_length(const Vec3& direction, const Separation& known) const override;
+  bool add_constraints(const Vec3& at, LocalConstraints& constraints) const override;
+  bool separating_planes(const Vec3& at, double reach, std::vector<Constraint>& planes) override;
+
+  /// Raises what is certain by points of the convex shape deep inside the mesh; the direction out of it of the deepest,
+  /// zero where it is none. `normal` is that of a translation that separates.
+  Vec3 raise_by_deep_points(const Vec3& normal, Separation& known) const;
+
+ private:
+  struct DeepPoint {
+    double depth = 0;
+    Vec3 out = Vec3::Zero();
+  };
+  DeepPoint deep_point(const Vec3& p, double ball, bool leads_out) const;
+  bool leads_out(double length, const Vec3& normal) const;
+  bool chord_constraint(const MeshConvexPair& there, std::uint32_t t, const Vec3& n, const Vec3& lowest, const Vec3& at,
+                        LocalConstraint& found) const;
+
+  const MeshConvexPair& pair_;
+};
+
+}  // namespace tandem

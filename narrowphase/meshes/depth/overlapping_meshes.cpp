@@ -1,0 +1,252 @@
+#include "meshes/depth/overlapping_meshes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+#include "meshes/traversal/hierarchy.h"
+#include "pairs/convex_pair.h"
+#include "shapes/mesh_model.h"
+#include "shapes/shape_insides.h"
+#include "shapes/unit_vector.h"
+#include "tolerances.h"
+
+namespace tandem {
+namespace {
+
+SearchEffort effort_of_meshes(double size) {
+  const double slack = tolerance::place_rounding * size;
+  return {.enough = tolerance::translation_slack * size,
+          .least_reach = 0.01,
+          .rounds = 12,
+          .plane_reach = 0.02 * size,
+          .margin = 4 * slack,
+          .plane_slack = slack / 8,
+          .trust_planes = false};
+}
+
+// A border of a face, placed, and how far from it the face is pierced.
+struct Border : Edge {
+  double distance;
+};
+
+// The borders of a face that is pierced at a point, the nearest few in front, in order.
+constexpr std::size_t most_lines = 4;
+template <class Place>
+std::vector<Border> nearest_borders(const CoplanarRegion& face, const Vec3& point, const Place& place) {
+  std::vector<Border> borders;
+  borders.reserve(face.border.size());
+  for (const Edge& border : face.border) {
+    const Vec3 p = place(border.from), q = place(border.to), d = q - p;
+    const double length2 = d.squaredNorm();
+    // A border too short to be squared is a point.
+    const double fraction = length2 > 0 ? std::clamp((point - p).dot(d) / length2, 0.0, 1.0) : 0;
+    borders.push_back({{p, q}, (p + fraction * d - point).norm()});
+  }
+  const std::size_t lines = std::min(most_lines, borders.size());
+  std::partial_sort(borders.begin(), borders.begin() + static_cast<std::ptrdiff_t>(lines), borders.end(),
+                    [](const Border& x, const Border& y) { return x.distance < y.distance; });
+  return borders;
+}
+
+// Known planes that separate; the last that did is asked first.
+class SeparatingPlanes {
+ public:
+  struct Plane {
+    Vec3 n, of_a, of_b;  // world axes; A's and B's, absolute
+    double gap;
+  };
+
+  // Does one of them separate two things by its gap?
+  template <class GapAlong>
+  bool separate(GapAlong&& gap_along) {
+    if (last_ < planes_.size() && gap_along(planes_[last_]) >= planes_[last_].gap) return true;
+    for (std::size_t k = 0; k < planes_.size(); ++k)
+      if (k != last_ && gap_along(planes_[k]) >= planes_[k].gap) {
+        last_ = k;
+        return true;
+      }
+    return false;
+  }
+  void add(const Plane& plane) { planes_.push_back(plane); }
+
+ private:
+  std::vector<Plane> planes_;
+  std::size_t last_ = 0;
+};
+
+double gap_along(const Vec3& n, const Corners& s, const Corners& t) {
+  return std::min({n.dot(t[0]), n.dot(t[1]), n.dot(t[2])}) - std::max({n.dot(s[0]), n.dot(s[1]), n.dot(s[2])});
+}
+
+}  // namespace
+
+OverlappingMeshes::OverlappingMeshes(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
+                                     const PartRunner& parts)
+    : OverlappingPair(a.shape.size() + b.shape.size(), effort_of_meshes(a.shape.size() + b.shape.size())),
+      a_(a),
+      b_(b),
+      pairs_(pairs),
+      parts_(parts),
+      between_(b.pose.translation - a.pose.translation),
+      features_{MeshFeatures(mesh_of(b.shape), slack), MeshFeatures(mesh_of(a.shape), slack)} {}
+
+Vec3 OverlappingMeshes::placed(bool of_a, const Vec3& v, const Vec3& at) const {
+  return of_a ? Vec3(a_.pose.rotation * v) : Vec3(b_.pose.rotation * v + between_ + at);
+}
+
+bool OverlappingMeshes::collide(const Vec3& move) const { return meshes_collide(a_, {b_.shape, moved_b(move)}); }
+
+// By halving: what lies between need not be free.
+double OverlappingMeshes::free_length(const Vec3& direction, const Separation& known) const {
+  constexpr int halvings = 12;
+  constexpr double worth_it = 0.999;
+  double free = worth_it * std::min(known.length, size), blocked = known.certain;
+  if (!is_free(free * direction)) return infinity;
+  for (int i = 0; i < halvings; ++i) {
+    const double middle = (free + blocked) / 2;
+    (is_free(middle * direction) ? free : blocked) = middle;
+  }
+  return free;
+}
+
+bool OverlappingMeshes::add_constraints(const Vec3& at, LocalConstraints& constraints) const {
+  constexpr std::size_t most_pairs = 512;
+  constexpr std::size_t at_once = 16;  // many that oppose each other show early
+  PairMemory memory;
+  TrianglePairs there(&memory.resource);
+  if (!at.isZero(0)) {
+    const Pose pose = moved_b(at);
+    TriangleTest test(a_.pose, pose, reach(mesh(false)));
+    there = meeting_pairs(a_, {b_.shape, pose}, test, parts_, memory, nullptr);
+  }
+  const std::span<const TrianglePair> pairs = at.isZero(0) ? pairs_ : std::span<const TrianglePair>(there);
+  bool is_new = false;
+  for (std::size_t first = 0; first < std::min(pairs.size(), most_pairs); first += at_once) {
+    for (const auto& [i, j] : pairs.subspan(first, std::min(at_once, pairs.size() - first)))
+      for (std::size_t k = 0; k < 3; ++k) {
+        is_new = add_edge_through_face(true, i, k, j, at, constraints) || is_new;
+        is_new = add_edge_through_face(false, j, k, i, at, constraints) || is_new;
+      }
+    if (Vec3 to; !constraints.shortest(0, slack, to)) return false;
+  }
+  return is_new;
+}
+
+// Edge k of triangle i of one mesh, B moved by `at`, through triangle j of the other.
+bool OverlappingMeshes::add_edge_through_face(bool of_a, std::uint32_t i, std::size_t k, std::uint32_t j,
+                                              const Vec3& at, LocalConstraints& constraints) const {
+  MeshFeatures &own = features_[of_a ? 1 : 0], &other = features_[of_a ? 0 : 1];
+  if (!own.is_edge(i, k)) return false;
+  const Corners edges = mesh(of_a).corners(i);
+  const Vec3 p = placed(of_a, edges[k], at), q = placed(of_a, edges[(k + 1) % 3], at);
+  const auto all_placed = [&](const Corners& c) {
+    return Corners{placed(!of_a, c[0], at), placed(!of_a, c[1], at), placed(!of_a, c[2], at)};
+  };
+  const CoplanarRegion& face = other.face(j);
+  const Corners t = all_placed(mesh(!of_a).corners(j)), seed = all_placed(mesh(!of_a).corners(face.triangles[0]));
+  const Vec3 area = (seed[1] - seed[0]).cross(seed[2] - seed[0]);
+  const double length = area.norm();
+  if (!(length > 0)) return false;
+  const Vec3 n = unit(area, length);
+  const double from = n.dot(p - seed[0]), to = n.dot(q - seed[0]);
+  if (!(from * to < 0)) return false;
+  const Vec3 crossing = p + from / (from - to) * (q - p);
+  for (std::size_t e = 0; e < 3; ++e) {
+    const Vec3 side = t[(e + 1) % 3] - t[e];
+    if (!(n.cross(side).dot(crossing - t[e]) >= -slack * side.norm())) return false;
+  }
+  return add_constraints_of(of_a, own.straight_edge(i, k), face, n, crossing, at, constraints);
+}
+
+// An edge through the inside of a face with this normal. It leaves the face with one of its ends or over a border: of
+// the half disc about the crossing on the inner side of a border's line all lies in the face that no other border comes
+// into.
+bool OverlappingMeshes::add_constraints_of(bool of_a, const Edge& edge, const CoplanarRegion& face, const Vec3& n,
+                                           const Vec3& crossing, const Vec3& at, LocalConstraints& constraints) const {
+  const Vec3 from = placed(of_a, edge.from, at), to = placed(of_a, edge.to, at), u = unit(to - from);
+  const double low = n.dot(from - crossing), high = n.dot(to - crossing), slope = n.dot(u);
+  if (!(std::abs(slope) > tolerance::flush)) return false;
+  const std::vector<Border> borders =
+      nearest_borders(face, crossing, [&](const Vec3& v) { return placed(!of_a, v, at); });
+  bool is_new = false;
+  // `direction`: of the edge relative to the face, which it leaves at `place`.
+  const auto add = [&](const Vec3& direction, double bound, double reach, const Vec3& place) {
+    const Vec3 normal = of_a ? Vec3(-direction) : direction;
+    const LocalConstraint found{
+        {normal, normal.dot(at) + bound}, reach - at.norm(), place - (bound * direction + at) / 2};
+    if (found.bound > 0 && found.reach > found.bound) is_new = constraints.add(found) || is_new;
+  };
+  const double inside = borders.empty() ? 0 : borders.front().distance * std::abs(slope);
+  add(low < 0 ? n : Vec3(-n), std::abs(low), std::min(std::abs(high), inside), from - low * n);
+  add(high < 0 ? n : Vec3(-n), std::abs(high), std::min(std::abs(low), inside), to - high * n);
+  for (const Border& line : std::span(borders).first(std::min(most_lines, borders.size()))) {
+    const Vec3 inward = n.cross(unit(line.to - line.from));
+    const double beside = inward.dot(crossing - line.from);
+    double reach = std::min(std::abs(low), std::abs(high));
+    for (const Border& other : borders)
+      if (inward.dot(other.from - line.from) > slack || inward.dot(other.to - line.from) > slack)
+        reach = std::min(reach, other.distance * std::abs(slope));
+    const Vec3 across = inward - (inward.dot(u) / slope) * n;
+    const double steep = across.norm();
+    if (!(beside > 0)) continue;
+    const Vec3 direction = -across / steep;
+    const double bound = beside / steep;
+    add(direction, bound, reach, crossing + bound * (direction - (n.dot(direction) / slope) * u));
+  }
+  return is_new;
+}
+
+// Boxes of both hierarchies, the larger opened first, down to triangles; what a plane that is known separates is left.
+bool OverlappingMeshes::separating_planes(const Vec3& at, double reach, std::vector<Constraint>& planes) {
+  const MeshModel &ma = mesh(true), &mb = mesh(false);
+  const Mat3 &turn_a = a_.pose.rotation, &turn_b = b_.pose.rotation;
+  const Vec3 shift = between_ + at;
+  const double far = reach + tolerance::askew_place * size;  // rotations may be a little off
+  SeparatingPlanes known;
+  planes.clear();
+  // False: they touch.
+  const auto separate = [&](std::uint32_t i, std::uint32_t j) {
+    constexpr std::size_t most = 64;
+    Corners s = ma.corners(i), t = mb.corners(j);
+    for (std::size_t k = 0; k < 3; ++k) s[k] = placed(true, s[k], at), t[k] = placed(false, t[k], at);
+    if (known.separate([&](const SeparatingPlanes::Plane& plane) { return gap_along(plane.n, s, t); })) return true;
+    const Pose none;
+    const PairAnswer r = solve_convex(TriangleView(s), none, TriangleView(t), none, Request::distance, {}, nullptr);
+    if (r.signed_distance > reach) return true;
+    const double gap = gap_along(r.normal, s, t);
+    if (planes.size() == most || !(r.signed_distance > 0 && gap > 0)) return false;
+    known.add({r.normal, (turn_a.transpose() * r.normal).cwiseAbs(), (turn_b.transpose() * r.normal).cwiseAbs(), gap});
+    planes.push_back({r.normal, r.normal.dot(at) - gap});
+    return true;
+  };
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> stack{{whole, whole}};
+  while (!stack.empty()) {
+    const std::uint32_t x = stack.back().first, y = stack.back().second;
+    stack.pop_back();
+    const BoxOf box_a(ma, x), box_b(mb, y);
+    const Vec3 d = turn_b * box_b.mid + shift - turn_a * box_a.mid;
+    if (d.norm() - box_a.half.norm() - box_b.half.norm() > far) continue;
+    if (known.separate([&](const SeparatingPlanes::Plane& plane) {
+          return plane.n.dot(d) - plane.of_a.dot(box_a.half) - plane.of_b.dot(box_b.half);
+        }))
+      continue;
+    if (work_left_ == 0) return false;
+    --work_left_;
+    const bool leaf_a = is_leaf(ma, x), leaf_b = is_leaf(mb, y);
+    if (leaf_b ? !leaf_a : !leaf_a && box_a.half.squaredNorm() >= box_b.half.squaredNorm()) {
+      each_child(ma, x, [&](std::uint32_t child) { stack.emplace_back(child, y); });
+    } else if (!leaf_b) {
+      each_child(mb, y, [&](std::uint32_t child) { stack.emplace_back(x, child); });
+    } else {
+      bool all = true;
+      each_triangle(
+          ma, x, [&](std::uint32_t i) { each_triangle(mb, y, [&](std::uint32_t j) { all = all && separate(i, j); }); });
+      if (!all) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace tandem

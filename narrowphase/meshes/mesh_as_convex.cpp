@@ -1,0 +1,80 @@
+#include "meshes/mesh_as_convex.h"
+
+#include <algorithm>
+
+#include "meshes/mesh_pair.h"
+#include "pairs/convex_pair.h"
+#include "shapes/mesh_model.h"
+#include "shapes/pair_order.h"
+#include "shapes/shape_insides.h"
+
+namespace tandem {
+namespace {
+
+// Which of two is taken for the convex set that it bounds: a triangle before a mesh, a solid before a surface, of alike
+// surfaces the second, which is no larger.
+bool first_is_convex(const Posed& a, const Posed& b) {
+  const auto rank = [](const Posed& s) { return mesh_of(s.shape).convex ? 2 : mesh_of(s.shape).own_hull ? 1 : 0; };
+  return a.shape.is_convex() || (!b.shape.is_convex() && rank(a) > rank(b));
+}
+
+PairAnswer of_collision(PairAnswer answer) {
+  answer.collide = true;
+  answer.signed_distance = std::min(answer.signed_distance, 0.0);
+  return answer;
+}
+
+// Does a vertex of each component of the other mesh stay outside `outer`'s hull however that moves by at most `length`?
+// No component can come to lie inside then.
+bool stays_outside(const Posed& outer, const Posed& other, double length) {
+  const MeshModel &o = mesh_of(outer.shape), &m = mesh_of(other.shape);
+  const auto is_outside = [&](std::uint32_t v) {
+    const Vec3 p = outer.pose.rotation.transpose() *
+                   (other.pose.rotation * m.vertices[v] + (other.pose.translation - outer.pose.translation));
+    return std::any_of(o.hull.faces.begin(), o.hull.faces.end(),
+                       [&](const Hull::Face& f) { return f.normal.dot(p) - f.offset > length; });
+  };
+  if (m.components.size() == 1) return std::any_of(m.extreme.begin(), m.extreme.end(), is_outside);
+  return std::all_of(m.components.begin(), m.components.end(), [&](const MeshModel::Component& component) {
+    return std::any_of(component.begin(), component.end(), is_outside);
+  });
+}
+
+bool is_convex_for(const Posed& s, const Posed& other, double length) {
+  return s.shape.is_convex() || mesh_of(s.shape).convex || stays_outside(s, other, length);
+}
+
+}  // namespace
+
+bool bounds_convex(const Posed& s) { return s.shape.is_convex() || mesh_of(s.shape).own_hull; }
+
+PairAnswer solve_as_convex(const Posed& a, const Posed& b, Request request, const NarrowPhaseOptions& options,
+                           std::vector<Contact>* contacts) {
+  const bool exchanged = first_is_convex(a, b);
+  const std::size_t first = contacts != nullptr ? contacts->size() : 0;
+  PairAnswer answer =
+      solve_mesh_convex(exchanged ? b : a, exchanged ? a : b, request, for_triangles(options), contacts);
+  if (exchanged) swap_answer(answer, contacts, first);
+  return answer;
+}
+
+PairAnswer overlap_as_convex(const Posed& a, const Posed& b, Request request, const NarrowPhaseOptions& options,
+                             std::vector<Contact>* contacts) {
+  return of_collision(solve_as_convex(a, b, request, options, contacts));
+}
+
+PairAnswer overlap_of_hulls(const Posed& a, const Posed& b, Request request, const NarrowPhaseOptions& options,
+                            std::vector<Contact>* contacts) {
+  return of_collision(
+      solve_convex(view_hull(a.shape), a.pose, view_hull(b.shape), b.pose, request, for_triangles(options), contacts));
+}
+
+bool is_as_convex(const Posed& a, const Posed& b, double length) {
+  return first_is_convex(a, b) ? is_convex_for(a, b, length) : is_convex_for(b, a, length);
+}
+
+bool is_as_hulls(const Posed& a, const Posed& b, double length) {
+  return is_convex_for(a, b, length) && is_convex_for(b, a, length);
+}
+
+}  // namespace tandem

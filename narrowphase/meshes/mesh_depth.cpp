@@ -1,0 +1,210 @@
+#include "meshes/mesh_depth.h"
+
+#include <algorithm>
+
+#include "manifold/manifold.h"
+#include "meshes/contacts/mesh_contacts.h"
+#include "meshes/depth/overlapping_meshes.h"
+#include "meshes/mesh_as_convex.h"
+#include "meshes/mesh_pair.h"
+#include "meshes/traversal/mesh_nearest.h"
+#include "pairs/convex_pair.h"
+#include "shapes/mesh_model.h"
+#include "shapes/shape_insides.h"
+#include "tolerances.h"
+
+namespace tandem {
+namespace {
+
+constexpr std::uint32_t of_no_feature = 0xffffffffu;  // of a contact that stands for the overlap as a whole
+
+// By the deepest of the pairs of triangles: no shorter translation separates even these.
+Separation bound_by_triangles(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
+                              const NarrowPhaseOptions& options) {
+  Separation deepest;
+  deepest.certain = -1;
+  for (const auto& [i, j] : pairs) {
+    const Corners p = mesh_of(a.shape).corners(i), q = mesh_of(b.shape).corners(j);
+    const PairAnswer r =
+        solve_convex(TriangleView(p), a.pose, TriangleView(q), b.pose, Request::distance, options, nullptr);
+    if (-r.signed_distance > deepest.certain && r.normal.norm() > 0.5)
+      deepest = {-r.signed_distance, infinity, r.normal, (r.point_a + r.point_b) / 2};
+  }
+  deepest.certain = std::max(0.0, deepest.certain);
+  return deepest;
+}
+
+// Of one inside the other: no separating translation is shorter than the distance of the nearest point of the surface.
+Separation bound_by_surface(const Posed& a, const Posed& b, const NarrowPhaseOptions& options) {
+  NearestSearch search(a, b);
+  const Nearest near = search();
+  const Vec3 out = -search.normal(options);
+  // B inside A leaves A through its nearest face; A inside B is the reverse.
+  return {near.distance, infinity, has_inside(a, b) ? Vec3(-out) : out, (near.on_a + near.on_b) / 2};
+}
+
+PairAnswer with_points(PairAnswer answer, const Vec3& middle) {
+  answer.point_a = middle + answer.normal * (-answer.signed_distance / 2);
+  answer.point_b = middle - answer.normal * (-answer.signed_distance / 2);
+  return answer;
+}
+
+// As with the convex set that one bounds, if that is free; else inexact without bound.
+PairAnswer depth_as_convex(const Posed& a, const Posed& b, const OverlappingMeshes& overlap,
+                           const NarrowPhaseOptions& options) {
+  PairAnswer none;
+  none.status = Status::inexact;
+  none.error_bound = infinity;
+  if (!bounds_convex(a) && !bounds_convex(b)) return none;
+  const PairAnswer convex = overlap_as_convex(a, b, Request::distance, options, nullptr);
+  const double depth = -convex.signed_distance;
+  // Of two that only touch, rounding may have set the convex one apart, wedged in as it may be.
+  const bool separates = is_as_convex(a, b, depth) && overlap.is_free((overlap.effort.enough + depth) * convex.normal);
+  return separates ? convex : none;
+}
+
+// What separates the hulls separates the meshes.
+void separate_hulls(const Posed& a, const Posed& b, const NarrowPhaseOptions& options, Separation& known) {
+  const PairAnswer hulls =
+      solve_convex(view_hull(a.shape), a.pose, view_hull(b.shape), b.pose, Request::distance, options, nullptr);
+  const double length = std::max(0.0, -hulls.signed_distance);
+  if (length < known.length) known = {known.certain, length, hulls.normal, (hulls.point_a + hulls.point_b) / 2};
+}
+
+// Beyond what the contacts ask for together, and along the normal of each patch.
+void separate_contacts(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs, const PartRunner& parts,
+                       double slack, SeparationSearch& search) {
+  constexpr std::size_t most = 48;
+  std::vector<Contact> contacts;
+  const MeshModel &ma = mesh_of(a.shape), &mb = mesh_of(b.shape);
+  TriangleTest test(a.pose, b.pose, reach(mb));
+  if (!pairs.empty()) patch_contacts(ma, mb, test, pairs, parts, contacts);
+  for (Contact& c : contacts) c.normal = (a.pose.rotation * c.normal).normalized();
+  std::vector<Constraint> together;
+  for (const Contact& c : contacts)
+    if (together.size() < most && c.depth > 0) together.push_back({c.normal, c.depth + slack});
+  search.beyond(together);
+  for (auto at = contacts.begin(); at != contacts.end(); ++at)
+    if (std::none_of(contacts.begin(), at, [&](const Contact& o) { return o.normal.dot(at->normal) > one_patch; }))
+      search.along(at->normal);
+}
+
+// At most how far a point (in the world) lies from a mesh; < 0 inside a solid, which has a ball about it that large.
+double distance_of_point(const Posed& mesh, const Vec3& point, const NarrowPhaseOptions& options) {
+  const Shape ball(Sphere{0});
+  const Pose at{Mat3::Identity(), point};
+  const PairAnswer r = solve_mesh_convex(mesh, {ball, at}, Request::distance, options, nullptr);
+  return mesh_of(mesh.shape).solid ? r.signed_distance + r.error_bound : std::max(0.0, r.signed_distance);
+}
+
+// A length that any translation has that separates two meshes that collide: that of the deepest of some triangles that
+// meet, and by how much the balls about a point, in the one and in the other, reach past what it lies outside of
+// either.
+double certain_depth(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
+                     std::span<const Contact> contacts, const NarrowPhaseOptions& options) {
+  constexpr std::size_t most_pairs = 32;  // whose depth is looked at: each takes as long as a distance of triangles
+  double certain = bound_by_triangles(a, b, pairs.first(std::min(pairs.size(), most_pairs)), options).certain;
+  for (const Contact& c : contacts) {
+    if (!(c.depth > certain)) continue;
+    // On A's surface, on B's, and midway, but for contacts that were moved along a face.
+    for (const double side : {0.5, -0.5, 0.0}) {
+      const Vec3 point = c.point + side * c.depth * c.normal;
+      certain = std::max(certain, -distance_of_point(a, point, options) - distance_of_point(b, point, options));
+    }
+  }
+  return certain;
+}
+
+// Does one direction push all contacts? Several, as of a floor and a wall, separate together.
+bool has_one_normal(std::span<const Contact> contacts) {
+  return std::all_of(contacts.begin(), contacts.end(),
+                     [&](const Contact& c) { return c.normal.dot(contacts.front().normal) > one_patch; });
+}
+
+// Seen from A's translation, which is zero: far out, those of moved bodies would be rounded.
+PairAnswer depth_about_a(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
+                         const NarrowPhaseOptions& options) {
+  constexpr std::size_t small_meshes = std::size_t{1} << 18;  // triangles of the one times those of the other
+  const Separation bound = pairs.empty() ? bound_by_surface(a, b, options) : bound_by_triangles(a, b, pairs, options);
+  OverlappingMeshes overlap(a, b, pairs, options.parts);
+  if (overlap.is_free((bound.certain + overlap.effort.enough) * bound.normal)) {
+    PairAnswer answer;
+    answer.collide = true;
+    answer.signed_distance = -bound.certain;
+    answer.normal = bound.normal;
+    return with_points(answer, bound.point);
+  }
+  SeparationSearch search(overlap, {.certain = bound.certain});
+  Separation& known = search.known;
+  search.beyond_obstacles();
+  known.certain = std::min(known.certain, known.length);  // a sliver's depth may be more, for rounding
+  if (!search.is_shortest()) {
+    const PairAnswer convex = depth_as_convex(a, b, overlap, options);
+    if (convex.status == Status::ok) return convex;
+    separate_hulls(a, b, options, known);
+    search.along(bound.normal);
+    // Small meshes are worth more work.
+    if (mesh_of(a.shape).triangles.size() * mesh_of(b.shape).triangles.size() <= small_meshes) {
+      separate_contacts(a, b, pairs, options.parts, overlap.slack, search);
+      search.shorten();
+      search.confirm();
+      // Where they are last to separate.
+      const Pose at{b.pose.rotation,
+                    b.pose.translation + (known.length + tolerance::least_apart * overlap.size) * known.normal};
+      known.point = NearestSearch(a, {b.shape, at})().on_a - known.normal * (known.length / 2);
+    }
+    if (convex.error_bound < known.length - known.certain) return convex;
+  }
+  return with_points(search.answer(), known.point);
+}
+
+}  // namespace
+
+PairAnswer depth_of_meshes(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
+                           const NarrowPhaseOptions& options) {
+  const Pose at_a{a.pose.rotation, Vec3::Zero()}, at_b{b.pose.rotation, b.pose.translation - a.pose.translation};
+  PairAnswer answer = depth_about_a({a.shape, at_a}, {b.shape, at_b}, pairs, for_triangles(options));
+  answer.point_a += a.pose.translation;
+  answer.point_b += a.pose.translation;
+  return answer;
+}
+
+PairAnswer bounded_contacts(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
+                            const NarrowPhaseOptions& options, std::size_t first, std::vector<Contact>& contacts) {
+  PairAnswer answer = from_deepest(contacts, first);
+  answer.collide = true;
+  if (!options.mesh_bounds) {
+    answer.status = Status::unproven;
+    return answer;
+  }
+  const double depth = -answer.signed_distance,
+               slack = tolerance::translation_slack * (a.shape.size() + b.shape.size());
+  const auto found = [&] { return std::span(contacts).subspan(first); };
+  // Seen from A's translation: far out, B's would be rounded.
+  const Pose at_a{a.pose.rotation, Vec3::Zero()};
+  const Pose moved{b.pose.rotation, b.pose.translation - a.pose.translation + (depth + slack) * answer.normal};
+  double shortest = depth, certain = 0;  // the true depth lies between
+  const bool separates = !meshes_collide({a.shape, at_a}, {b.shape, moved});
+  if (separates) {
+    certain = certain_depth(a, b, pairs, found(), for_triangles(options));
+  } else {
+    const PairAnswer out = solve_meshes(a, b, Request::distance, options, nullptr);
+    shortest = -out.signed_distance;
+    certain = shortest - out.error_bound;
+    if (depth > shortest + slack || (certain > depth + slack && has_one_normal(found()))) {
+      const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
+      contacts.erase(std::remove_if(begin, contacts.end(), [&](const Contact& c) { return c.depth >= shortest; }),
+                     contacts.end());
+      contacts.push_back(contact_of(out, of_no_feature));
+      return out;
+    }
+  }
+  const double off = std::max(depth - certain, shortest - depth);
+  if (off > slack || !separates) {
+    answer.status = Status::inexact;
+    answer.error_bound = std::max(off, slack);
+  }
+  return answer;
+}
+
+}  // namespace tandem

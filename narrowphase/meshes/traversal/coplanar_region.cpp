@@ -1,0 +1,54 @@
+#include "meshes/traversal/coplanar_region.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "shapes/unit_vector.h"
+#include "tolerances.h"
+
+namespace tandem {
+
+bool lies_in_plane(const MeshModel& mesh, std::uint32_t t, const Vec3& normal, const Vec3& at, double slack) {
+  const Corners c = mesh.corners(t);
+  return std::all_of(c.begin(), c.end(), [&](const Vec3& v) { return std::abs(normal.dot(v - at)) <= slack; }) &&
+         normal.dot((c[1] - c[0]).cross(c[2] - c[0])) > 0;
+}
+
+// Breadth first over edges; what was not reached lies beyond the border.
+CoplanarRegion coplanar_region(const MeshModel& mesh, std::uint32_t t, std::size_t most, double slack) {
+  const Corners own = mesh.corners(t);
+  const Vec3 n = unit((own[1] - own[0]).cross(own[2] - own[0]));
+  CoplanarRegion region{{t}, {}};
+  std::vector<std::uint32_t>& flat = region.triangles;
+  const auto is_known = [&](std::uint32_t i) { return std::find(flat.begin(), flat.end(), i) != flat.end(); };
+  for (std::size_t i = 0; i < flat.size() && flat.size() < most; ++i)
+    for (const std::uint32_t next : mesh.neighbours[flat[i]])
+      if (flat.size() < most && next != no_index && !is_known(next) && lies_in_plane(mesh, next, n, own[0], slack))
+        flat.push_back(next);
+  for (const std::uint32_t i : flat) {
+    const Corners c = mesh.corners(i);
+    for (std::size_t k = 0; k < 3; ++k)
+      if (const std::uint32_t next = mesh.neighbours[i][k]; next == no_index || !is_known(next))
+        region.border.push_back({c[k], c[(k + 1) % 3]});
+  }
+  return region;
+}
+
+double distance_to_region_border(const MeshModel& mesh, std::uint32_t t, const Vec3& p, double slack) {
+  constexpr std::size_t most = 16;
+  const Corners own = mesh.corners(t);
+  const Vec3 n = (own[1] - own[0]).cross(own[2] - own[0]).stableNormalized();
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3 edge = own[(k + 1) % 3] - own[k];
+    if (!(n.cross(edge).dot(p - own[k]) >= -slack * edge.norm())) return -1;
+  }
+  double nearest = infinity;
+  for (const auto& [from, to] : coplanar_region(mesh, t, most, slack).border) {
+    const Vec3 edge = to - from;
+    const double fraction = std::clamp((p - from).dot(edge) / edge.squaredNorm(), 0.0, 1.0);
+    nearest = std::min(nearest, (p - from - fraction * edge).norm());
+  }
+  return nearest;
+}
+
+}  // namespace tandem

@@ -1,0 +1,57 @@
+// The triangles of two meshes that meet, exactly; whether two meshes collide; how far apart they are if not.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory_resource>
+#include <vector>
+
+#include "shapes/posed_mesh.h"
+#include "tandem/narrowphase/options.h"
+#include "tolerances.h"
+#include "triangles/predicates.h"
+
+namespace tandem {
+
+using TrianglePair = std::array<std::uint32_t, 2>;  ///< of A, of B
+using TrianglePairs = std::pmr::vector<TrianglePair>;
+
+/// What a query usually needs for pairs lies on the stack.
+struct PairMemory {
+  alignas(std::max_align_t) std::array<std::byte, std::size_t{16} << 10> usual;
+  std::pmr::monotonic_buffer_resource resource{usual.data(), usual.size()};
+};
+
+/// What is known of how far apart two meshes are that do not meet.
+struct GapBound {
+  static constexpr std::size_t most = 32;
+  double of_others = infinity;  ///< any two triangles but these, in A's frame
+  std::array<TrianglePair, most> close{};
+  std::size_t count = 0;  ///< of `close`; beyond `most` nothing is known
+
+  void add(const TrianglePair& pair) {
+    if (count < most) close[count] = pair;
+    ++count;
+  }
+  void join(const GapBound& other) {
+    of_others = std::min(of_others, other.of_others);
+    for (std::size_t i = 0; i < std::min(other.count, most); ++i) add(other.close[i]);
+    if (other.count > most) count = most + 1;
+  }
+};
+
+/// Sorted: who found them and when leaves no trace. `gap`, if not null, says what is known if there are none. `memory`
+/// holds the list.
+TrianglePairs meeting_pairs(const Posed& a, const Posed& b, TriangleTest& test, const PartRunner& runner,
+                            PairMemory& memory, GapBound* gap);
+
+/// A lower bound on how far apart two meshes are that do not meet; 0 if none is known.
+double gap_of(const MeshModel& a, const MeshModel& b, const TriangleTest& test, const GapBound& gap);
+
+/// For two whose surfaces do not meet: is a component of the one inside the other?
+bool has_inside(const Posed& outer, const Posed& inner);
+inline bool is_contained(const Posed& a, const Posed& b) { return has_inside(a, b) || has_inside(b, a); }
+
+bool meshes_collide(const Posed& a, const Posed& b);
+
+}  // namespace tandem

@@ -1,0 +1,158 @@
+// A mesh and a bounded convex shape, triangle by triangle: which come near it, which touch it, the nearest.
+#pragma once
+#include <algorithm>
+#include <tuple>
+#include <vector>
+
+#include "meshes/traversal/mesh_query.h"
+#include "shapes/posed_mesh.h"
+#include "shapes/support.h"
+#include "shapes/unit_vector.h"
+#include "tandem/narrowphase/answer.h"
+#include "tandem/narrowphase/options.h"
+#include "tolerances.h"
+
+namespace tandem {
+
+inline Vec3 area_vector(const Corners& p) { return (p[1] - p[0]).cross(p[2] - p[0]); }
+
+/// The plane that bounds the convex shape against a direction.
+struct SupportPlane {
+  Vec3 normal = Vec3::Zero();  ///< towards the convex shape
+  double low = -infinity;
+  /// How far a triangle lies beyond it.
+  double beyond(const Corners& p) const {
+    return low - std::max({normal.dot(p[0]), normal.dot(p[1]), normal.dot(p[2])});
+  }
+};
+
+/// A triangle along its normal. That of a sliver may be any direction, for rounding: what is said of heights holds
+/// along whichever direction it is, what is said of a plane only where it is `flat`, all corners being at one height.
+struct TrianglePlane {
+  Vec3 normal = Vec3::Zero();  ///< unit; zero where there is no area at all
+  double low = -infinity, high = infinity;
+  bool flat = false;
+};
+
+/// Everything is computed with the mesh's axes about the convex shape's origin: far from the origin of either frame,
+/// nothing is lost.
+class MeshConvexPair {
+ public:
+  /// Options are those of a triangle and the convex shape; all arguments must outlive this.
+  MeshConvexPair(const Posed& mesh, const Posed& convex, const NarrowPhaseOptions& options);
+
+  /// The same with the convex shape moved (mesh's axes), or elsewhere (world).
+  MeshConvexPair moved(const Vec3& by) const {
+    return placed({convex_pose_.rotation, convex_pose_.translation + mesh_.pose.rotation * by});
+  }
+  MeshConvexPair placed(const Pose& convex_pose) const;
+
+  const MeshModel& model() const { return model_; }
+  const ConvexView& convex() const { return view_; }
+  double size() const { return size_; }      ///< of both, metres
+  double radius() const { return radius_; }  ///< of the ball about each point of the convex shape's core
+  /// What two pieces of rounding may make of nothing, metres.
+  double slack() const { return tolerance::place_rounding * size_; }
+  const NarrowPhaseOptions& options() const { return options_; }
+  const Posed& mesh() const { return mesh_; }
+  Posed posed_convex() const { return {convex_shape_, convex_pose_}; }
+
+  // ---- Frames
+
+  Corners corners(std::uint32_t t) const {
+    const auto& v = model_.triangles[t];
+    return {model_.vertices[v[0]] - shift_, model_.vertices[v[1]] - shift_, model_.vertices[v[2]] - shift_};
+  }
+  Vec3 vertex(std::uint32_t v) const { return model_.vertices[v] - shift_; }
+  Vec3 in_mesh(const Vec3& p) const { return p + shift_; }  ///< a point in the mesh's frame
+  Vec3 to_world(const Vec3& p) const { return mesh_.pose.rotation * p + convex_pose_.translation; }
+  Vec3 direction_to_world(const Vec3& n) const { return (mesh_.pose.rotation * n).normalized(); }
+  const Mat3& turn() const { return turn_.rotation; }  ///< of the convex shape; its origin is the origin
+  Vec3 centre() const { return turn_.rotation * own_centre(); }
+  const Vec3& box_half() const { return own_half_; }  ///< of the convex shape's box along its own axes
+
+  // ---- The convex shape along a direction
+
+  /// Its point farthest along d (unit).
+  Vec3 support(const Vec3& d) const {
+    return turn_.rotation * core_support(view_, turn_.rotation.transpose() * d) + radius_ * d;
+  }
+  SupportPlane support_plane(const Vec3& normal) const { return {normal, normal.dot(support(-normal))}; }
+
+  // ---- One triangle
+
+  PairAnswer solve(const Corners& p, Request request) const;
+  bool touches(const Corners& p) const;
+
+  /// Appends all contacts of a triangle with this answer, not only those that span the patch.
+  void append_patch(const Corners& p, const LocalAnswer& answer, std::vector<Contact>& contacts) const;
+
+  TrianglePlane plane_of(const Corners& p) const {
+    TrianglePlane plane;
+    const Vec3 n = area_vector(p);
+    const double length = n.norm();
+    if (!(length > 0)) return plane;
+    plane.normal = unit(n, length);
+    std::tie(plane.low, plane.high) =
+        std::minmax({plane.normal.dot(p[0]), plane.normal.dot(p[1]), plane.normal.dot(p[2])});
+    plane.flat = plane.high - plane.low <= slack();
+    return plane;
+  }
+
+  /// How far the box about the convex shape keeps from the triangle along the plane's normal.
+  double box_gap_along(const TrianglePlane& plane) const {
+    const double middle = plane.normal.dot(mid_);
+    return std::max(plane.low - middle, middle - plane.high) -
+           (turn_.rotation.transpose() * plane.normal).cwiseAbs().dot(own_half_);
+  }
+
+  /// How far the convex shape keeps from the triangle along the plane's normal; a lower bound of the distance.
+  double gap_along(const TrianglePlane& plane) const {
+    const double gap = box_gap_along(plane);
+    if (gap > 0 || view_.kind == ShapeKind::box) return gap;
+    const Vec3& n = plane.normal;
+    return plane.low > n.dot(mid_) ? plane.low - n.dot(support(n)) : n.dot(support(-n)) - plane.high;
+  }
+  double plane_gap(const Corners& p) const { return gap_along(plane_of(p)); }
+
+  /// Largest separation of box and triangle along their axes: < 0 says that they overlap, a positive one that they are
+  /// apart, 0 that they may: a sliver's normal is not known well enough to tell.
+  double box_gap(const Corners& p) const;
+
+  // ---- All of them
+
+  /// Calls visit(t) for the triangles whose boxes come within `margin` of the convex shape, until it returns true.
+  template <class Visit>
+  void each_near(double margin, Visit&& visit) const {
+    query().each_near(margin, visit);
+  }
+
+  bool collide() const;
+
+  /// The nearest triangle's answer; any that overlaps will do.
+  PairAnswer nearest() const;
+
+  /// At distances that may be rounding's doing the verdict is that of `collide`.
+  void decide(PairAnswer& near) const;
+
+  /// Is the convex shape's centre inside a solid mesh?
+  bool inside() const;
+
+ private:
+  Vec3 own_centre() const { return view_.hull != nullptr ? view_.hull->inside : Vec3(0, 0, 0); }
+  BoxQuery query() const;
+
+  const Posed mesh_;
+  const Shape& convex_shape_;
+  Pose convex_pose_;
+  const MeshModel& model_;
+  const ConvexView view_;
+  const NarrowPhaseOptions& options_;
+  const double size_, radius_;
+  Pose turn_;                      // of the convex shape; its origin is the origin
+  Vec3 shift_;                     // of the mesh's frame: subtract it from vertices
+  Bounds aligned_;                 // of the convex shape along the mesh's axes
+  Vec3 mid_, own_mid_, own_half_;  // of its box, along its own axes
+};
+
+}  // namespace tandem

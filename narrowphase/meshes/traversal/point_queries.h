@@ -1,0 +1,17 @@
+// Queries of a mesh's surface by a point: the nearest point, the first crossing of a ray.
+#pragma once
+#include "shapes/mesh_model.h"
+
+namespace tandem {
+
+/// The point of the surface nearest to p; in the mesh's frame, as p is.
+struct SurfacePoint {
+  double distance;
+  Vec3 at;
+};
+SurfacePoint nearest_point(const MeshModel& mesh, const Vec3& p);
+
+/// Distance of the first crossing along d (unit) from p, infinity if there is none; in the mesh's frame.
+double first_crossing(const MeshModel& mesh, const Vec3& p, const Vec3& d);
+
+}  // namespace tandem
