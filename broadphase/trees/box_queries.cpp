@@ -159,47 +159,44 @@ bool BoxQueries::visit_overlapping(const Aabb& box, BoxVisitor& visitor) const {
 
 namespace {
 
-/// Distance of two boxes, infinite where `b` is empty.
-double box_distance(const Aabb& a, const Aabb& b) {
-  if (b.lo[0] > b.hi[0]) return std::numeric_limits<double>::infinity();
-  double sum = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const double off = std::max({double{b.lo[k]} - a.hi[k], double{a.lo[k]} - b.hi[k], 0.0});
-    sum += off * off;
-  }
-  return std::sqrt(sum);
-}
+/// Squares of distances and of limits are rounded: a limit's square is larger by more than that.
+constexpr double above_rounding = 1 + 1e-15;
 
 }  // namespace
 
 void BoxQueries::visit_near(const Aabb& box, double limit, NearVisitor& visitor) const {
   const BoxTree& tree = impl_->tree;
-  if (tree.height() == 0) return;
+  if (tree.height() == 0 || !(limit >= 0)) return;
   struct Waiting {
-    double distance;
+    double squared;  // distance
     BoxTree::Node node;
   };
   std::array<Waiting, most_waiting> waiting;
+  std::array<double, BoxTree::width + BoxArray::padding> squared;
+  std::array<std::uint32_t, BoxTree::width + BoxArray::padding> children;
   std::size_t count = 0;
-  waiting[count++] = {box_distance(box, tree.box(tree.root())), tree.root()};
-  while (count > 0) {
+  double most = limit * limit * above_rounding;
+  const auto add = [&](std::size_t level, std::size_t first, std::size_t last) {
+    const std::size_t near = near_row(tree.level(level), first, last, box, most, children.data(), squared.data());
+    for (std::size_t k = 0; k < near; ++k) {
+      waiting[count++] = {squared[k], {level, children[k]}};
+      // The nearest last, to be taken first.
+      if (k > 0 && waiting[count - 2].squared < squared[k]) std::swap(waiting[count - 2], waiting[count - 1]);
+    }
+  };
+  add(tree.root().level, 0, 1);
+  while (count > 0 && limit >= 0) {
     const Waiting next = waiting[--count];
-    if (next.distance > limit || std::isinf(next.distance)) continue;
-    if (next.node.level == 0) {
-      limit = visitor.visit(tree.index(next.node.place), next.distance);
+    if (next.squared > most) continue;
+    if (next.node.level > 0) {
+      const auto [first, last] = tree.children(next.node);
+      add(next.node.level - 1, first, last);
       continue;
     }
-    const auto [first, last] = tree.children(next.node);
-    const std::size_t before = count;
-    for (std::size_t child = first; child < last; ++child) {
-      const BoxTree::Node node{next.node.level - 1, child};
-      const double distance = box_distance(box, tree.box(node));
-      if (!(distance <= limit) || std::isinf(distance)) continue;
-      // The nearest last, to be taken first.
-      std::size_t place = count++;
-      for (; place > before && waiting[place - 1].distance < distance; --place) waiting[place] = waiting[place - 1];
-      waiting[place] = {distance, node};
-    }
+    const double distance = std::sqrt(next.squared);
+    if (distance > limit) continue;
+    limit = visitor.visit(tree.index(next.node.place), distance);
+    most = limit * limit * above_rounding;
   }
 }
 
