@@ -39,6 +39,8 @@ std::vector<Row> broadphase_bench(const Settings& settings);
 /// scene is one of `peers_scene_names`, or a file of `tandem run --record`.
 std::vector<Row> peers_bench(const Settings& settings);
 std::vector<std::string> peers_scene_names();
+/// tandem::fcl::CollisionManager beside FCL's managers, operation by operation.
+std::vector<Row> fcl_bench(const Settings& settings);
 /// What it calls its worlds.
 std::vector<std::string> broadphase_scenes();
 
