@@ -121,16 +121,14 @@ void BoxQueries::refit(const BoxArray& boxes, std::span<const std::uint32_t> cha
     throw std::invalid_argument("box query: refit of a box that was empty or not there at the build");
 }
 
-double BoxQueries::worn() const {
-  return impl_->built_surface > 0 ? impl_->tree.surface() / impl_->built_surface : 1;
-}
+double BoxQueries::worn() const { return impl_->built_surface > 0 ? impl_->tree.surface() / impl_->built_surface : 1; }
 
 std::size_t BoxQueries::memory() const { return impl_->tree.memory(); }
 
 namespace {
 
-/// The most nodes that wait on a stack that is worked off depth first: all children but one of a node a level, and there
-/// are fewer than 2^32 boxes, so at most 11 levels.
+/// The most nodes that wait on a stack that is worked off depth first: all children but one of a node a level, and
+/// there are fewer than 2^32 boxes, so at most 11 levels.
 constexpr std::size_t most_waiting = 12 * BoxTree::width;
 
 }  // namespace
@@ -171,21 +169,45 @@ void BoxQueries::visit_near(const Aabb& box, double limit, NearVisitor& visitor)
     double squared;  // distance
     BoxTree::Node node;
   };
-  std::array<Waiting, most_waiting> waiting;
+  // Best first (Hjaltason and Samet, "Distance browsing in spatial databases", 1999): what waits is a heap. A node
+  // whose children have no room there is worked off depth first, on a stack above the heap.
+  constexpr std::size_t most_in_heap = 256;
+  std::array<Waiting, most_in_heap + most_waiting> waiting;
   std::array<double, BoxTree::width + BoxArray::padding> squared;
   std::array<std::uint32_t, BoxTree::width + BoxArray::padding> children;
-  std::size_t count = 0;
+  std::size_t heap = 0, count = 0;
   double most = limit * limit * above_rounding;
+  const auto later = [](const Waiting& a, const Waiting& b) { return a.squared > b.squared; };
   const auto add = [&](std::size_t level, std::size_t first, std::size_t last) {
     const std::size_t near = near_row(tree.level(level), first, last, box, most, children.data(), squared.data());
+    const bool is_heap = count == heap && heap + near <= most_in_heap;
     for (std::size_t k = 0; k < near; ++k) {
       waiting[count++] = {squared[k], {level, children[k]}};
-      // The nearest last, to be taken first.
-      if (k > 0 && waiting[count - 2].squared < squared[k]) std::swap(waiting[count - 2], waiting[count - 1]);
+      if (is_heap) std::push_heap(waiting.begin(), waiting.begin() + static_cast<std::ptrdiff_t>(heap = count), later);
     }
   };
+  const auto show = [&](const Waiting& leaf) {
+    const double distance = std::sqrt(leaf.squared);
+    if (distance > limit) return;
+    limit = visitor.visit(tree.index(leaf.node.place), distance);
+    most = limit * limit * above_rounding;
+  };
+  // The first box is where the nearest child of each node leads: what it says keeps most nodes from waiting.
   add(tree.root().level, 0, 1);
+  if (count == 0) return;
+  Waiting first = waiting[0];
+  while (first.node.level > 0) {
+    const auto [begin, end] = tree.children(first.node);
+    const std::size_t level = first.node.level - 1;
+    const std::size_t near = near_row(tree.level(level), begin, end, box, most, children.data(), squared.data());
+    if (near == 0) return;
+    const auto nearest = static_cast<std::size_t>(
+        std::min_element(squared.begin(), squared.begin() + static_cast<std::ptrdiff_t>(near)) - squared.begin());
+    first = {squared[nearest], {level, children[nearest]}};
+  }
+  show(first);
   while (count > 0 && limit >= 0) {
+    if (count == heap) std::pop_heap(waiting.begin(), waiting.begin() + static_cast<std::ptrdiff_t>(heap--), later);
     const Waiting next = waiting[--count];
     if (next.squared > most) continue;
     if (next.node.level > 0) {
@@ -193,10 +215,7 @@ void BoxQueries::visit_near(const Aabb& box, double limit, NearVisitor& visitor)
       add(next.node.level - 1, first, last);
       continue;
     }
-    const double distance = std::sqrt(next.squared);
-    if (distance > limit) continue;
-    limit = visitor.visit(tree.index(next.node.place), distance);
-    most = limit * limit * above_rounding;
+    if (next.node.place != first.node.place) show(next);
   }
 }
 

@@ -226,7 +226,7 @@ void BoxTree::raise(std::size_t level, std::size_t first, std::size_t last) {
 
 bool BoxTree::find_places(std::span<const std::uint32_t> changed) {
   if (place_.empty()) {
-    place_.assign(items(), nowhere);
+    place_.assign(index_.size(), nowhere);  // the array of the build may be gone
     for (std::size_t place = 0; place < index_.size(); ++place) {
       if (index_[place] >= place_.size()) place_.resize(index_[place] + 1, nowhere);
       place_[index_[place]] = static_cast<std::uint32_t>(place);

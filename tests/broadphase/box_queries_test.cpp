@@ -284,3 +284,28 @@ TEST_CASE("a visit of boxes ends when the visitor says so, and a refit knows its
   boxes.resize(101);
   CHECK_THROWS_AS(queries.refit(boxes, {}), std::invalid_argument);
 }
+
+TEST_CASE("a visit of near boxes that is never content sees each box once, and nearer ones first") {
+  struct All final : NearVisitor {
+    std::vector<std::uint32_t> visited;
+    std::size_t turned_back = 0;
+    double last = 0;
+    double visit(std::uint32_t index, double distance) override {
+      visited.push_back(index);
+      turned_back += distance < last ? 1 : 0;
+      last = distance;
+      return std::numeric_limits<double>::infinity();
+    }
+  };
+  for (const std::size_t n : {1u, 7u, 60u, 20000u}) {
+    const BoxArray boxes = hard_worlds(n)[0].boxes;
+    BoxQueries queries;
+    queries.build(boxes);
+    All all;
+    queries.visit_near(boxes[0], std::numeric_limits<double>::infinity(), all);
+    CHECK(all.turned_back <= (n < 200 ? 1u : n / 2));  // the first is a guess, and there is room for some hundreds
+    std::sort(all.visited.begin(), all.visited.end());
+    REQUIRE(all.visited.size() == n);
+    CHECK(std::adjacent_find(all.visited.begin(), all.visited.end()) == all.visited.end());
+  }
+}
