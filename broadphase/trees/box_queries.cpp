@@ -194,18 +194,18 @@ void BoxQueries::visit_near(const Aabb& box, double limit, NearVisitor& visitor)
   };
   // The first box is where the nearest child of each node leads: what it says keeps most nodes from waiting.
   add(tree.root().level, 0, 1);
-  if (count == 0) return;
   Waiting first = waiting[0];
-  while (first.node.level > 0) {
+  std::size_t near = count;
+  while (near > 0 && first.node.level > 0) {
     const auto [begin, end] = tree.children(first.node);
     const std::size_t level = first.node.level - 1;
-    const std::size_t near = near_row(tree.level(level), begin, end, box, most, children.data(), squared.data());
-    if (near == 0) return;
+    near = near_row(tree.level(level), begin, end, box, most, children.data(), squared.data());
     const auto nearest = static_cast<std::size_t>(
         std::min_element(squared.begin(), squared.begin() + static_cast<std::ptrdiff_t>(near)) - squared.begin());
-    first = {squared[nearest], {level, children[nearest]}};
+    if (near > 0) first = {squared[nearest], {level, children[nearest]}};
   }
-  show(first);
+  const bool is_found = near > 0;
+  if (is_found) show(first);
   while (count > 0 && limit >= 0) {
     if (count == heap) std::pop_heap(waiting.begin(), waiting.begin() + static_cast<std::ptrdiff_t>(heap--), later);
     const Waiting next = waiting[--count];
@@ -215,7 +215,7 @@ void BoxQueries::visit_near(const Aabb& box, double limit, NearVisitor& visitor)
       add(next.node.level - 1, first, last);
       continue;
     }
-    if (next.node.place != first.node.place) show(next);
+    if (!is_found || next.node.place != first.node.place) show(next);
   }
 }
 

@@ -309,3 +309,25 @@ TEST_CASE("a visit of near boxes that is never content sees each box once, and n
     CHECK(std::adjacent_find(all.visited.begin(), all.visited.end()) == all.visited.end());
   }
 }
+
+TEST_CASE("near boxes are found where the nearest node has none of them") {
+  // A limit hardly above the least distance: most nodes around the point hold nothing so near.
+  BoxArray boxes = make_boxes(
+      4000, 9, [](Random& r) { return Point{uniform(r, 0, 30), uniform(r, 0, 30), uniform(r, 0, 30)}; },
+      [](Random&) { return Point{0.1f, 0.1f, 0.1f}; });
+  BoxQueries queries;
+  queries.build(boxes);
+  Random random(3);
+  std::size_t shown = 0;
+  for (int q = 0; q < 300; ++q) {
+    const Point at{uniform(random, 0, 30), uniform(random, 0, 30), uniform(random, 0, 30)};
+    const Aabb asked{at, at};
+    double least = std::numeric_limits<double>::infinity();
+    for (std::uint32_t i = 0; i < boxes.size(); ++i) least = std::min(least, distance_plainly(asked, boxes[i]));
+    NearestBoxes nearest;
+    queries.visit_near(asked, 1.01 * least, nearest);
+    REQUIRE(nearest.best == least);
+    shown += nearest.visited.size();
+  }
+  CHECK(shown < 400);
+}
