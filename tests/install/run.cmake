@@ -32,3 +32,6 @@ step(${CMAKE_COMMAND} -S ${SOURCE}/tests/install/consumer -B ${work}/build -G ${
 step(${CMAKE_COMMAND} --build ${work}/build)
 step(${work}/build/consumer)
 step(${work}/build/distance)
+if(EXISTS ${work}/build/from_fcl)  # where the adapter is built
+  step(${work}/build/from_fcl)
+endif()
