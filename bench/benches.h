@@ -41,6 +41,8 @@ std::vector<Row> peers_bench(const Settings& settings);
 std::vector<std::string> peers_scene_names();
 /// Configurations and motions of robot arms among obstacles, and their clearance, beside FCL's manager.
 std::vector<Row> planner_bench(const Settings& settings);
+/// tandem::fcl::CollisionManager beside FCL's managers, operation by operation.
+std::vector<Row> fcl_bench(const Settings& settings);
 /// What it calls its worlds.
 std::vector<std::string> broadphase_scenes();
 

@@ -146,6 +146,16 @@ void add_planner(CLI::App& program) {
   app->add_option("--poses", o->poses, "configurations of each world; default: 6400");
 }
 
+#ifdef TANDEM_HAS_FCL_ADAPTER
+void add_fcl(CLI::App& program) {
+  const auto [app, o] = add(program, "fcl", "tandem::fcl's broad-phase manager beside FCL's managers", fcl_bench);
+  app->add_option("--sizes", o->sizes, "numbers of objects, a comma between them; default: 300,3000,30000");
+  app->add_option("--contestant", o->contestants,
+                  "managers, a comma between them: tandem, FCL tree, FCL SaP, FCL naive");
+  app->add_option("--steps", o->steps, "simulation steps; default: 60");
+}
+#endif
+
 void add_report(CLI::App& program) {
   struct ReportOptions {
     std::vector<std::string> files;
@@ -188,6 +198,9 @@ int run_program(int count, char** arguments) {
   add_broadphase(program);
   add_peers(program);
   add_planner(program);
+#ifdef TANDEM_HAS_FCL_ADAPTER
+  add_fcl(program);
+#endif
   add_report(program);
   program.footer("WHAT --help tells its options.\nExit status: 0 done, 1 the work failed, 2 the request was wrong.");
   try {
@@ -195,7 +208,7 @@ int run_program(int count, char** arguments) {
     const auto commands = program.get_subcommands([](const CLI::App*) { return true; });
     if ((first.empty() || first[0] != '-') &&
         std::none_of(commands.begin(), commands.end(), [&](const auto* c) { return c->get_name() == first; }))
-      refuse_option("WHAT", first, "scenes, figures, flowgraph, narrowphase, broadphase, peers, planner, report, --help");
+      refuse_option("WHAT", first, "scenes, figures, flowgraph, narrowphase, broadphase, peers, planner, fcl, report, --help");
     program.parse(count, arguments);
   } catch (const CLI::Success& asked) {
     program.exit(asked);

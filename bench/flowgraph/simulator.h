@@ -3,7 +3,9 @@
 #include <string_view>
 #include <vector>
 
-#include "flowgraph/executors/executors.h"  // what the executors keep from step to step
+#include "flowgraph/executors/batch_queue.h"  // what the executors keep from step to step
+#include "flowgraph/step/batch_size.h"
+#include "flowgraph/step/step_form.h"
 #include "measurement/balancer.h"
 #include "recorded_step.h"
 

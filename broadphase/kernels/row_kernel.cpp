@@ -1,7 +1,9 @@
 #include "kernels/row_kernel.h"
 
+#include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <limits>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/row_kernel.cpp"
@@ -42,16 +44,55 @@ std::size_t overlap_row(const BoxArray& boxes, std::size_t begin, std::size_t en
   return count;
 }
 
+// NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
+std::size_t near_row(const BoxArray& boxes, std::size_t begin, std::size_t end, const Aabb& box, double most,
+                     std::uint32_t* out, double* squared) {
+  const hn::ScalableTag<double> dd;
+  const hn::Rebind<float, decltype(dd)> df;
+  const std::size_t lanes = hn::Lanes(dd);
+  const auto at_most = hn::Set(dd, std::min(most, std::numeric_limits<double>::max()));
+  alignas(64) double sums[hn::MaxLanes(dd)];
+  std::size_t count = 0;
+  for (std::size_t j = begin; j < end; j += lanes) {
+    auto sum = hn::Zero(dd);
+    for (int k = 0; k < 3; ++k) {
+      const auto lo = hn::Set(dd, double{box.lo[static_cast<std::size_t>(k)]});
+      const auto hi = hn::Set(dd, double{box.hi[static_cast<std::size_t>(k)]});
+      const auto above = hn::Sub(hn::PromoteTo(dd, hn::LoadU(df, boxes.lo(k) + j)), hi);
+      const auto below = hn::Sub(lo, hn::PromoteTo(dd, hn::LoadU(df, boxes.hi(k) + j)));
+      const auto off = hn::Max(hn::Max(above, below), hn::Zero(dd));
+      sum = hn::Add(sum, hn::Mul(off, off));
+    }
+    auto near = hn::Le(sum, at_most);
+    if (j + lanes > end) near = hn::And(near, hn::FirstN(dd, end - j));
+    std::uint64_t bits = 0;
+    hn::StoreMaskBits(dd, near, reinterpret_cast<std::uint8_t*>(&bits));
+    if (bits == 0) continue;
+    hn::Store(sum, dd, sums);
+    for (; bits != 0; bits &= bits - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(bits));
+      squared[count] = sums[lane];
+      out[count++] = static_cast<std::uint32_t>(j + lane);
+    }
+  }
+  return count;
+}
+
 }  // namespace tandem::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace tandem {
 HWY_EXPORT(overlap_row);
+HWY_EXPORT(near_row);
 
 std::size_t overlap_row(const BoxArray& boxes, std::size_t begin, std::size_t end, const Aabb& box,
                         std::uint32_t* out) {
   return HWY_DYNAMIC_DISPATCH(overlap_row)(boxes, begin, end, box, out);
+}
+std::size_t near_row(const BoxArray& boxes, std::size_t begin, std::size_t end, const Aabb& box, double most,
+                     std::uint32_t* out, double* squared) {
+  return HWY_DYNAMIC_DISPATCH(near_row)(boxes, begin, end, box, most, out, squared);
 }
 }  // namespace tandem
 #endif

@@ -14,4 +14,10 @@ namespace tandem {
 /// as long. Hits are compress-stored here and turned into pairs by the caller.
 std::size_t overlap_row(const BoxArray& boxes, std::size_t begin, std::size_t end, const Aabb& box, std::uint32_t* out);
 
+/// Writes the indices of those of boxes[begin, end) to `out` whose distance from `box`, squared, is finite and at most
+/// `most`, ascending, and these squares to `squared`; returns how many. Both need the room that overlap_row's `out` needs.
+/// The same bits by every instruction set.
+std::size_t near_row(const BoxArray& boxes, std::size_t begin, std::size_t end, const Aabb& box, double most,
+                     std::uint32_t* out, double* squared);
+
 }  // namespace tandem

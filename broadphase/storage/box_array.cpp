@@ -8,13 +8,13 @@
 namespace tandem {
 
 float round_up(double x) {
-  constexpr float largest = std::numeric_limits<float>::max();
-  const float nearest = static_cast<float>(std::clamp(x, -double{largest}, double{largest}));
-  if (nearest >= x || nearest == largest) return nearest;
-  // The next float above, by its bits: std::nextafter is a call into the C library, and there are six a box.
-  if (nearest == 0) return std::numeric_limits<float>::denorm_min();
-  const auto bits = std::bit_cast<std::uint32_t>(nearest);
-  return std::bit_cast<float>(nearest > 0 ? bits + 1 : bits - 1);
+  constexpr double largest = std::numeric_limits<float>::max();
+  const double finite = std::clamp(x, -largest, largest);
+  const auto nearest = static_cast<float>(finite);
+  // The next float above where that is below, by its bits: half of all numbers take each branch, which no processor
+  // foresees, and std::nextafter is a call into the C library. A zero that is below is not negative.
+  const auto bits = std::bit_cast<std::int32_t>(nearest);
+  return std::bit_cast<float>(bits + (nearest < finite ? 1 : 0) * ((bits >> 31) | 1));
 }
 
 float round_down(double x) { return -round_up(-x); }

@@ -121,16 +121,14 @@ void BoxQueries::refit(const BoxArray& boxes, std::span<const std::uint32_t> cha
     throw std::invalid_argument("box query: refit of a box that was empty or not there at the build");
 }
 
-double BoxQueries::worn() const {
-  return impl_->built_surface > 0 ? impl_->tree.surface() / impl_->built_surface : 1;
-}
+double BoxQueries::worn() const { return impl_->built_surface > 0 ? impl_->tree.surface() / impl_->built_surface : 1; }
 
 std::size_t BoxQueries::memory() const { return impl_->tree.memory(); }
 
 namespace {
 
-/// The most nodes that wait on a stack that is worked off depth first: all children but one of a node a level, and there
-/// are fewer than 2^32 boxes, so at most 11 levels.
+/// The most nodes that wait on a stack that is worked off depth first: all children but one of a node a level, and
+/// there are fewer than 2^32 boxes, so at most 11 levels.
 constexpr std::size_t most_waiting = 12 * BoxTree::width;
 /// Boxes that a visit begins with at most.
 constexpr std::size_t first_row = 64;
@@ -167,47 +165,65 @@ bool BoxQueries::visit_overlapping(const Aabb& box, BoxVisitor& visitor) const {
 
 namespace {
 
-/// Distance of two boxes, infinite where `b` is empty.
-double box_distance(const Aabb& a, const Aabb& b) {
-  if (b.lo[0] > b.hi[0]) return std::numeric_limits<double>::infinity();
-  double sum = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const double off = std::max({double{b.lo[k]} - a.hi[k], double{a.lo[k]} - b.hi[k], 0.0});
-    sum += off * off;
-  }
-  return std::sqrt(sum);
-}
+/// Squares of distances and of limits are rounded: a limit's square is larger by more than that.
+constexpr double above_rounding = 1 + 4 * std::numeric_limits<double>::epsilon();
 
 }  // namespace
 
 void BoxQueries::visit_near(const Aabb& box, double limit, NearVisitor& visitor) const {
   const BoxTree& tree = impl_->tree;
-  if (tree.height() == 0) return;
+  if (tree.height() == 0 || !(limit >= 0)) return;
   struct Waiting {
-    double distance;
+    double squared;  // distance
     BoxTree::Node node;
   };
-  std::array<Waiting, most_waiting> waiting;
-  std::size_t count = 0;
-  waiting[count++] = {box_distance(box, tree.box(tree.root())), tree.root()};
-  while (count > 0) {
+  // Best first (Hjaltason and Samet, "Distance browsing in spatial databases", 1999): what waits is a heap. A node
+  // whose children have no room there is worked off depth first, on a stack above the heap.
+  constexpr std::size_t most_in_heap = 256;
+  std::array<Waiting, most_in_heap + most_waiting> waiting;
+  std::array<double, BoxTree::width + BoxArray::padding> squared;
+  std::array<std::uint32_t, BoxTree::width + BoxArray::padding> children;
+  std::size_t heap = 0, count = 0;
+  double most = limit * limit * above_rounding;
+  const auto later = [](const Waiting& a, const Waiting& b) { return a.squared > b.squared; };
+  const auto add = [&](std::size_t level, std::size_t first, std::size_t last) {
+    const std::size_t near = near_row(tree.level(level), first, last, box, most, children.data(), squared.data());
+    const bool is_heap = count == heap && heap + near <= most_in_heap;
+    for (std::size_t k = 0; k < near; ++k) {
+      waiting[count++] = {squared[k], {level, children[k]}};
+      if (is_heap) std::push_heap(waiting.begin(), waiting.begin() + static_cast<std::ptrdiff_t>(heap = count), later);
+    }
+  };
+  const auto show = [&](const Waiting& leaf) {
+    const double distance = std::sqrt(leaf.squared);
+    if (distance > limit) return;
+    limit = visitor.visit(tree.index(leaf.node.place), distance);
+    most = limit * limit * above_rounding;
+  };
+  // The first box is where the nearest child of each node leads: what it says keeps most nodes from waiting.
+  add(tree.root().level, 0, 1);
+  Waiting first = waiting[0];
+  std::size_t near = count;
+  while (near > 0 && first.node.level > 0) {
+    const auto [begin, end] = tree.children(first.node);
+    const std::size_t level = first.node.level - 1;
+    near = near_row(tree.level(level), begin, end, box, most, children.data(), squared.data());
+    const auto nearest = static_cast<std::size_t>(
+        std::min_element(squared.begin(), squared.begin() + static_cast<std::ptrdiff_t>(near)) - squared.begin());
+    if (near > 0) first = {squared[nearest], {level, children[nearest]}};
+  }
+  const bool is_found = near > 0;
+  if (is_found) show(first);
+  while (count > 0 && limit >= 0) {
+    if (count == heap) std::pop_heap(waiting.begin(), waiting.begin() + static_cast<std::ptrdiff_t>(heap--), later);
     const Waiting next = waiting[--count];
-    if (next.distance > limit || std::isinf(next.distance)) continue;
-    if (next.node.level == 0) {
-      limit = visitor.visit(tree.index(next.node.place), next.distance);
+    if (next.squared > most) continue;
+    if (next.node.level > 0) {
+      const auto [first, last] = tree.children(next.node);
+      add(next.node.level - 1, first, last);
       continue;
     }
-    const auto [first, last] = tree.children(next.node);
-    const std::size_t before = count;
-    for (std::size_t child = first; child < last; ++child) {
-      const BoxTree::Node node{next.node.level - 1, child};
-      const double distance = box_distance(box, tree.box(node));
-      if (!(distance <= limit) || std::isinf(distance)) continue;
-      // The nearest last, to be taken first.
-      std::size_t place = count++;
-      for (; place > before && waiting[place - 1].distance < distance; --place) waiting[place] = waiting[place - 1];
-      waiting[place] = {distance, node};
-    }
+    if (!is_found || next.node.place != first.node.place) show(next);
   }
 }
 

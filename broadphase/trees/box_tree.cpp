@@ -226,7 +226,7 @@ void BoxTree::raise(std::size_t level, std::size_t first, std::size_t last) {
 
 bool BoxTree::find_places(std::span<const std::uint32_t> changed) {
   if (place_.empty()) {
-    place_.assign(items(), nowhere);
+    place_.assign(index_.size(), nowhere);  // the array of the build may be gone
     for (std::size_t place = 0; place < index_.size(); ++place) {
       if (index_[place] >= place_.size()) place_.resize(index_[place] + 1, nowhere);
       place_[index_[place]] = static_cast<std::uint32_t>(place);
@@ -242,9 +242,14 @@ bool BoxTree::find_places(std::span<const std::uint32_t> changed) {
 
 bool BoxTree::refit(const BoxArray& boxes, std::span<const std::uint32_t> changed) {
   if (!find_places(changed)) return false;
-  std::sort(moved_.begin(), moved_.end());
+  const bool all = moved_.size() > index_.size() / all_at_once;
+  if (!all) std::sort(moved_.begin(), moved_.end());
   for (const std::uint32_t place : moved_) levels_[0].set(place, boxes[index_[place]]);
   for (std::size_t level = 1; level < height_; ++level) {
+    if (all) {
+      raise(level, 0, levels_[level].size());
+      continue;
+    }
     for (std::uint32_t& node : moved_) node /= width;
     moved_.erase(std::unique(moved_.begin(), moved_.end()), moved_.end());
     for (const std::uint32_t node : moved_) raise(level, node, node + 1);

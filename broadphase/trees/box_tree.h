@@ -64,6 +64,7 @@ class BoxTree {
  private:
   static constexpr std::uint32_t nowhere = 0xffffffffu;
   static constexpr std::size_t levels_a_block = 4;
+  static constexpr std::size_t all_at_once = 4;  // a refit of more boxes than one in so many goes through all nodes
   static constexpr std::size_t boxes_a_level_block = width * width * width * width;
   struct Record {
     Aabb box;

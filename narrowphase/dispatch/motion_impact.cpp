@@ -130,7 +130,7 @@ std::optional<FirstTouch> NarrowPhase::time_of_impact(const Shape& a, const Moti
   if (const std::string why = refuses(a, b, Request::distance); !why.empty()) throw std::invalid_argument(why);
   const ScrewPath path_a(motion_a), path_b(motion_b);
   const auto touch_at = [&](FirstTouch touch) {
-    const PairAnswer then = solve(a, path_a.at(touch.t), b, path_b.at(touch.t), Request::distance);
+    const PairAnswer then = NarrowPhase(without_cutoff(options_)).solve(a, path_a.at(touch.t), b, path_b.at(touch.t), Request::distance);
     touch.point = 0.5 * (then.point_a + then.point_b);
     touch.normal = then.normal;
     return touch;

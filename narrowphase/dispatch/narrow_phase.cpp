@@ -173,20 +173,29 @@ double distance_of_bounds(const Shape& a, const Pose& pose_a, const Shape& b, co
   return (q.lo - p.hi).cwiseMax(p.lo - q.hi).cwiseMax(0.0).norm();
 }
 
-/// Request::distance with a finite cut-off.
+PairAnswer solve_distance(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
+                          const NarrowPhaseOptions& options, WarmStart* warm) {
+  return a.rounding() + b.rounding() > 0
+             ? solve_rounded(a, pose_a, b, pose_b, Request::distance, options, nullptr, warm)
+             : solve_cores(a, pose_a, b, pose_b, Request::distance, options, nullptr, warm);
+}
+
+/// Request::distance with a finite cut-off. Hierarchies of meshes are asked twice where they are not farther: which of
+/// several triangles equally near is found first depends on the cut-off, and with it the last bit.
 PairAnswer solve_within(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
                         const NarrowPhaseOptions& options, WarmStart* warm) {
   PairAnswer farther;
   farther.farther = true;
   farther.signed_distance = options.cutoff;
-  // Boxes are rounded: at the cut-off itself the answer decides.
-  if (a.is_bounded() && b.is_bounded() &&
-      distance_of_bounds(a, pose_a, b, pose_b) - undecided_distance(a, pose_a, b, pose_b) > options.cutoff)
+  const double undecided = undecided_distance(a, pose_a, b, pose_b);
+  if (a.is_bounded() && b.is_bounded() && distance_of_bounds(a, pose_a, b, pose_b) - undecided > options.cutoff)
     return farther;
-  const PairAnswer answer =
-      a.rounding() + b.rounding() > 0
-          ? solve_rounded(a, pose_a, b, pose_b, Request::distance, options, nullptr, warm)
-          : solve_cores(a, pose_a, b, pose_b, Request::distance, options, nullptr, warm);
+  if ((!a.is_convex() || !b.is_convex()) &&
+      solve_distance(a, pose_a, b, pose_b, options, nullptr).signed_distance > options.cutoff + undecided)
+    return farther;
+  NarrowPhaseOptions all = options;
+  all.cutoff = std::numeric_limits<double>::infinity();
+  const PairAnswer answer = solve_distance(a, pose_a, b, pose_b, all, warm);
   return answer.signed_distance > options.cutoff ? farther : answer;
 }
 

@@ -113,7 +113,9 @@ class RoundedPair {
 
 PairAnswer solve_rounded(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                          const NarrowPhaseOptions& options, std::vector<Contact>* contacts, WarmStart* warm) {
-  const RoundedPair pair(a, pose_a, b, pose_b, options);
+  NarrowPhaseOptions of_cores = options;
+  of_cores.cutoff += a.rounding() + b.rounding();
+  const RoundedPair pair(a, pose_a, b, pose_b, of_cores);
   if (request == Request::contacts && contacts != nullptr) return pair.contacts(*contacts, warm);
   PairAnswer answer = pair.distance(warm);
   if (request != Request::collide) return answer;

@@ -1,5 +1,6 @@
 // A shape in the searches for the first touch of two that move: a convex shape, or a mesh by its hierarchy of boxes.
 #pragma once
+#include <limits>
 #include <utility>
 
 #include "meshes/traversal/hierarchy.h"
@@ -7,8 +8,15 @@
 #include "shapes/mesh_model.h"
 #include "shapes/posed_mesh.h"
 #include "shapes/shape_insides.h"
+#include "tandem/narrowphase/options.h"
 
 namespace tandem {
+
+/// A touch is told whatever the cut-off of distances is.
+inline NarrowPhaseOptions without_cutoff(NarrowPhaseOptions options) {
+  options.cutoff = std::numeric_limits<double>::infinity();
+  return options;
+}
 
 struct SweptBody {
   const MeshModel* mesh = nullptr;

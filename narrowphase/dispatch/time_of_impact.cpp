@@ -150,7 +150,7 @@ std::optional<double> NarrowPhase::time_of_impact(const Shape& a, const Pose& po
 
   if (!a.is_bounded() || !b.is_bounded()) {
     // The gap to a half-space shrinks evenly.
-    const PairAnswer now = solve(a, pose_a, b, pose_b, Request::distance);
+    const PairAnswer now = NarrowPhase(without_cutoff(options_)).solve(a, pose_a, b, pose_b, Request::distance);
     const double closing = -now.normal.dot(along);
     if (now.signed_distance <= 0) return 0.0;
     if (!(closing > 0)) return std::nullopt;

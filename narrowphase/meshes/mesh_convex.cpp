@@ -26,8 +26,10 @@ class MeshConvex {
   MeshConvex(const MeshConvexPair& pair, double margin) : pair_(pair), margin_(margin), contacts_(pair, margin) {}
 
   PairAnswer distance() const {
-    const PairAnswer near = pair_.nearest();
-    return in_world(near.signed_distance > 0 && !pair_.inside() ? near : depth(near));
+    PairAnswer near = pair_.nearest(pair_.options().cutoff);
+    if (near.signed_distance > 0 && !pair_.inside()) return in_world(near);
+    if (std::isinf(near.signed_distance)) near = pair_.nearest();  // it lies inside, beyond the cut-off
+    return in_world(depth(near));
   }
 
   PairAnswer contacts(std::vector<Contact>& out) const {

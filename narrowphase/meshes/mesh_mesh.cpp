@@ -1,5 +1,6 @@
 // Two meshes: which method answers a request, by whether their surfaces meet and whether one bounds a convex set.
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <span>
 
@@ -36,9 +37,10 @@ double no_touch(double distance) { return std::max(distance, std::numeric_limits
 
 PairAnswer distance_apart(const Posed& a, const Posed& b, const NarrowPhaseOptions& options) {
   NearestSearch search(a, b);
-  const Nearest near = search();
+  const Nearest near = search(options.cutoff);
   PairAnswer answer;
   answer.signed_distance = no_touch(near.distance);
+  if (std::isinf(near.distance)) return answer;
   answer.point_a = near.on_a + a.pose.translation;
   answer.point_b = near.on_b + a.pose.translation;
   answer.normal = search.normal(for_triangles(options));

@@ -225,7 +225,7 @@ TEST_CASE("boxes that have moved are found where they are") {
     for (int round = 0; round < 5; ++round) {
       std::vector<std::uint32_t> changed;
       for (std::uint32_t i = 0; i < n; ++i) {
-        if (random() % 3 != 0) continue;
+        if (random() % (round % 2 == 0 ? 3 : 20) != 0) continue;  // many, all nodes anew, or few
         changed.push_back(i);
         if (random() % 5 == 0) {
           boxes.set_empty(i);
@@ -283,4 +283,51 @@ TEST_CASE("a visit of boxes ends when the visitor says so, and a refit knows its
   CHECK_THROWS_AS(queries.refit(boxes, beyond), std::invalid_argument);
   boxes.resize(101);
   CHECK_THROWS_AS(queries.refit(boxes, {}), std::invalid_argument);
+}
+
+TEST_CASE("a visit of near boxes that is never content sees each box once, and nearer ones first") {
+  struct All final : NearVisitor {
+    std::vector<std::uint32_t> visited;
+    std::size_t turned_back = 0;
+    double last = 0;
+    double visit(std::uint32_t index, double distance) override {
+      visited.push_back(index);
+      turned_back += distance < last ? 1 : 0;
+      last = distance;
+      return std::numeric_limits<double>::infinity();
+    }
+  };
+  for (const std::size_t n : {1u, 7u, 60u, 20000u}) {
+    const BoxArray boxes = hard_worlds(n)[0].boxes;
+    BoxQueries queries;
+    queries.build(boxes);
+    All all;
+    queries.visit_near(boxes[0], std::numeric_limits<double>::infinity(), all);
+    CHECK(all.turned_back <= (n < 200 ? 1u : n / 2));  // the first is a guess, and there is room for some hundreds
+    std::sort(all.visited.begin(), all.visited.end());
+    REQUIRE(all.visited.size() == n);
+    CHECK(std::adjacent_find(all.visited.begin(), all.visited.end()) == all.visited.end());
+  }
+}
+
+TEST_CASE("near boxes are found where the nearest node has none of them") {
+  // A limit hardly above the least distance: most nodes around the point hold nothing so near.
+  BoxArray boxes = make_boxes(
+      4000, 9, [](Random& r) { return Point{uniform(r, 0, 30), uniform(r, 0, 30), uniform(r, 0, 30)}; },
+      [](Random&) { return Point{0.1f, 0.1f, 0.1f}; });
+  BoxQueries queries;
+  queries.build(boxes);
+  Random random(3);
+  std::size_t shown = 0;
+  for (int q = 0; q < 300; ++q) {
+    const Point at{uniform(random, 0, 30), uniform(random, 0, 30), uniform(random, 0, 30)};
+    const Aabb asked{at, at};
+    double least = std::numeric_limits<double>::infinity();
+    for (std::uint32_t i = 0; i < boxes.size(); ++i) least = std::min(least, distance_plainly(asked, boxes[i]));
+    NearestBoxes nearest;
+    queries.visit_near(asked, 1.01 * least, nearest);
+    REQUIRE(nearest.best == least);
+    shown += nearest.visited.size();
+  }
+  CHECK(shown < 400);
 }

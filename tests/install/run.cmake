@@ -39,3 +39,6 @@ if(MODE STREQUAL subdirectory)
     message(FATAL_ERROR "without its peer solvers tandem still links:\n${libraries}")
   endif()
 endif()
+if(EXISTS ${work}/build/from_fcl)  # where the adapter is built
+  step(${work}/build/from_fcl)
+endif()

@@ -66,8 +66,9 @@ class Reader {
   /// The file that an include names, by its path from the root; empty if it is none of these libraries'.
   std::optional<fs::path> resolve(const fs::path& from, const std::string& name) const {
     const std::string library = from.begin()->string();
-    std::vector<fs::path> candidates = {from.parent_path() / name, fs::path(library) / name, name,
-                                        fs::path(library) / fs::path(name).parent_path().filename() / "include" / name};
+    std::vector<fs::path> candidates = {from.parent_path() / name, fs::path(library) / name, name};
+    for (const Room& room : tree_.rooms)
+      if (room.library == library) candidates.push_back(fs::path(library) / room.folder / "include" / name);
     for (const auto& [other, uses] : tree_.uses) {
       candidates.push_back(fs::path(other) / "include" / name);
       candidates.push_back(fs::path(other) / name);

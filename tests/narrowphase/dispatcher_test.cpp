@@ -1,6 +1,7 @@
 #include <stdexcept>
 
 #include "catch.h"
+#include "mesh_samples.h"
 #include "random_pairs.h"
 
 using namespace tandem;
@@ -175,6 +176,34 @@ TEST_CASE("a cut-off tells what is farther and changes nothing else") {
       }
   CHECK(farther > 500);
   CHECK(nearer > 500);
+  // Meshes with insides and hollows, whose hierarchies the cut-off prunes.
+  std::vector<Shape> shapes;
+  for (const bool solid : {false, true}) {
+    Mesh ring = torus(1, 0.4, 24, 12);
+    ring.solid = solid;
+    shapes.push_back(Shape(ring));
+    shapes.push_back(shapes.back().rounded(0.05));
+  }
+  shapes.push_back(Sphere{0.2});
+  shapes.push_back(Box{{0.2, 0.3, 0.1}});
+  shapes.push_back(Triangle{{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)}});
+  for (int i = 0; i < 400; ++i) {
+    const Shape &a = shapes[static_cast<std::size_t>(i) % 4], &b = shapes[static_cast<std::size_t>(r.in(0, 7))];
+    const Pose pa = random_pose(r, 0.2), pb = random_pose(r, i % 2 == 0 ? 3 : 1.2);
+    const PairAnswer all = plain.solve(a, pa, b, pb, Request::distance);
+    for (const double cutoff : {0.0, 0.3 * std::abs(all.signed_distance), std::max(all.signed_distance, 0.0), 1.0}) {
+      const PairAnswer answer = plain.distance_within(a, pa, b, pb, cutoff);
+      CAPTURE(i, cutoff, all.signed_distance, name(b.kind()), b.rounding(), b.size(), b.is_solid(), answer.signed_distance - all.signed_distance);
+      REQUIRE(answer.farther == (all.signed_distance > cutoff));
+      if (!answer.farther) {
+        CHECK(answer.signed_distance == all.signed_distance);
+        CHECK(answer.point_a == all.point_a);
+        CHECK(answer.point_b == all.point_b);
+        CHECK(answer.normal == all.normal);
+        CHECK(answer.status == all.status);
+      }
+    }
+  }
   NarrowPhaseOptions bad;
   bad.cutoff = -1;
   CHECK_THROWS_AS(NarrowPhase(bad), std::invalid_argument);

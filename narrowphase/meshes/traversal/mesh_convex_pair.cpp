@@ -120,20 +120,22 @@ bool MeshConvexPair::collide() const {
   return hit || inside();
 }
 
-PairAnswer MeshConvexPair::nearest() const {
+PairAnswer MeshConvexPair::nearest(double cutoff) const {
   PairAnswer best;
   best.signed_distance = infinity;
   SupportPlane clear;
-  query().nearest_first(infinity, [&](std::uint32_t t) {
+  const double within = cutoff + slack();
+  query().nearest_first(within, [&](std::uint32_t t) {
     if (best.signed_distance <= 0) return -1.0;
     const Corners p = corners(t);
-    if (clear.beyond(p) >= best.signed_distance || plane_gap(p) >= best.signed_distance) return best.signed_distance;
+    const double interest = std::min(best.signed_distance, within);
+    if (clear.beyond(p) >= interest || plane_gap(p) >= interest) return interest;
     const PairAnswer r = solve(p, Request::distance);
     if (r.signed_distance < best.signed_distance) {
       best = r;
       clear = support_plane(best.normal);
     }
-    return best.signed_distance;
+    return std::min(best.signed_distance, within);
   });
   decide(best);
   return best;

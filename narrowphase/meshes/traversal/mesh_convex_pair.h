@@ -129,8 +129,8 @@ class MeshConvexPair {
 
   bool collide() const;
 
-  /// The nearest triangle's answer; any that overlaps will do.
-  PairAnswer nearest() const;
+  /// The nearest triangle's answer; any that overlaps will do. Of none within `cutoff` (metres) an infinite distance.
+  PairAnswer nearest(double cutoff = infinity) const;
 
   /// At distances that may be rounding's doing the verdict is that of `collide`.
   void decide(PairAnswer& near) const;

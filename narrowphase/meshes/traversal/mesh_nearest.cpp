@@ -74,7 +74,9 @@ NearestSearch::NearestSearch(const Posed& a, const Posed& b)
       slack_((12 * (skew(turn_a_) + skew(turn_b_)) + tolerance::place_rounding_of_nearest) *
              (reach(a_) + reach(b_) + between_.lpNorm<1>())) {}
 
-Nearest NearestSearch::operator()() {
+Nearest NearestSearch::operator()(double cutoff) {
+  const double within = cutoff + slack_;
+  best_.distance = within;
   // Each of its levels leaves all children but one behind.
   std::array<Item, 2 * most_mesh_levels * mesh_lanes> stack;
   std::size_t top = 0;
@@ -113,6 +115,7 @@ Nearest NearestSearch::operator()() {
       away[place - first] = own;
     }
   }
+  if (!(best_.distance < within)) best_.distance = infinity;
   return best_;
 }
 

@@ -27,7 +27,8 @@ class NearestSearch {
  public:
   NearestSearch(const Posed& a, const Posed& b);
 
-  Nearest operator()();
+  /// Of none nearer than `cutoff` (metres) an infinite distance.
+  Nearest operator()(double cutoff = infinity);
 
   /// From A to B in world axes, unit, of what was found. Where the points lie so close that their places' rounding
   /// turns the direction between them, it is that of the two triangles' features.

@@ -60,7 +60,7 @@ class BoxVisitor {
 class NearVisitor {
  public:
   virtual ~NearVisitor() = default;
-  /// Takes a box and returns the distance (>= 0) beyond which no further one is wanted.
+  /// Takes a box and returns the distance beyond which no further one is wanted; negative: none at all.
   virtual double visit(std::uint32_t index, double distance) = 0;
 };
 

@@ -1,0 +1,65 @@
+#pragma once
+#include <fcl/geometry/collision_geometry.h>
+
+#include <memory>
+#include <optional>
+#include <unordered_map>
+
+#include "tandem/narrowphase/shape.h"
+
+namespace tandem::fcl {
+
+/// The same shape in tandem; S is float or double. Empty for what tandem has no kind for: planes (two-sided), octrees,
+/// hierarchies over points without triangles and geometries of a user's own class. Meshes are surfaces, as FCL's are.
+/// Throws std::invalid_argument for sizes that tandem::Shape refuses, such as a radius below 0.
+template <class S>
+std::optional<Shape> to_shape(const ::fcl::CollisionGeometry<S>& geometry);
+template <>
+std::optional<Shape> to_shape(const ::fcl::CollisionGeometry<float>& geometry);
+template <>
+std::optional<Shape> to_shape(const ::fcl::CollisionGeometry<double>& geometry);
+
+/// The same pose, with the rotation nearest to that given. Throws std::invalid_argument where it is none within 2e-6
+/// (require_valid, tandem/narrowphase/pose.h): FCL takes a matrix that scales, tandem does not.
+template <class S>
+Pose to_pose(const ::fcl::Transform3<S>& transform) {
+  const Pose pose{transform.linear().template cast<double>(), transform.translation().template cast<double>()};
+  require_valid(pose, "fcl::Transform3");
+  return orthonormalized(pose);
+}
+
+/// Keeps the shapes of hulls and meshes, which take long to convert, while their geometries live: to be held by the
+/// caller, for one thread. A geometry is known by its address and by a weak pointer that tells whether it still lives.
+/// One that is changed in place (BVHModel::beginReplaceModel) is to be forgotten by the caller.
+class ShapeCache {
+ public:
+  /// The shape of a geometry, converted if it is not known; nullptr where to_shape gives none. Valid while the
+  /// geometry lives and is not forgotten.
+  template <class S>
+  const Shape* shape_of(const std::shared_ptr<const ::fcl::CollisionGeometry<S>>& geometry);
+  void forget(const void* geometry) { kept_.erase(geometry); }
+  void clear() { kept_.clear(); }
+  std::size_t size() const { return kept_.size(); }
+
+ private:
+  struct Kept {
+    std::weak_ptr<const void> geometry;
+    std::optional<Shape> shape;
+  };
+  void drop_the_dead();
+
+  std::unordered_map<const void*, Kept> kept_;
+  std::size_t drop_at_ = 64;  // how many are kept when the dead are dropped next
+};
+
+template <class S>
+const Shape* ShapeCache::shape_of(const std::shared_ptr<const ::fcl::CollisionGeometry<S>>& geometry) {
+  const auto known = kept_.find(geometry.get());
+  if (known != kept_.end() && !known->second.geometry.expired())
+    return known->second.shape ? &*known->second.shape : nullptr;
+  if (kept_.size() >= drop_at_) drop_the_dead();
+  Kept& kept = kept_[geometry.get()] = {geometry, to_shape(*geometry)};
+  return kept.shape ? &*kept.shape : nullptr;
+}
+
+}  // namespace tandem::fcl
