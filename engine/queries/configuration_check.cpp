@@ -68,9 +68,10 @@ const Pose* ConfigurationCheck::take_boxes(std::size_t first, std::size_t count,
   const std::size_t n = links_.size();
   const Pose* poses = poses_.data() + first * n;
   if (work.boxes.size() < count * n) work.boxes.resize(count * n);
+  work.swept.resize(n);
   bool valid = true;
   for (std::size_t link = 0; link < n; ++link)
-    valid = link_boxes(LinkBox(link_boxes_[link], margin), poses + link, n, count, work.boxes, link * count) && valid;
+    valid = link_boxes(LinkBox(link_boxes_[link], margin), poses + link, n, count, work.boxes, link * count, work.swept[link]) && valid;
   for (std::size_t i = 0; !valid && i < count * n; ++i)
     require_valid(poses[i], "configuration " + std::to_string(first + i / n) + ", link " + std::to_string(i % n));
   return poses;
@@ -214,25 +215,12 @@ bool ConfigurationCheck::hits_between(const Pose* poses, const Workspace& work, 
   return hits_between(poses, work, pair, first, left) || hits_between(poses, work, pair, right, last);
 }
 
-/// Each link's boxes in all configurations of a motion together.
-void ConfigurationCheck::unite(Workspace& work) const {
-  const std::size_t count = options_.configurations_a_motion;
-  work.swept.resize(links_.size());
-  for (std::size_t link = 0; link < links_.size(); ++link)
-    for (int axis = 0; axis < 3; ++axis) {
-      const float *lo = work.boxes.lo(axis) + link * count, *hi = work.boxes.hi(axis) + link * count;
-      work.swept[link].lo[static_cast<std::size_t>(axis)] = *std::min_element(lo, lo + count);
-      work.swept[link].hi[static_cast<std::size_t>(axis)] = *std::max_element(hi, hi + count);
-    }
-}
-
 /// All configurations of a motion at once: each link's boxes together are looked for in the hierarchy, and what they meet
 /// is compared with the box of each.
 Verdict ConfigurationCheck::motion(std::size_t index, Workspace& work) const {
   const std::size_t count = options_.configurations_a_motion;
   if (out_of_time()) return Verdict::unknown;
   const Pose* poses = take_boxes(index * count, count, options_.margin, work);
-  unite(work);
   work.suspects.clear();
   work.near.clear();
   suspect_bodies(work);

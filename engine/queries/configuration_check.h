@@ -13,7 +13,7 @@ namespace tandem {
 /// Numbers of a batch that one thread works with.
 struct CheckWorkspace {
   BoxArray boxes;                     // of the links, grown by the margin: one link's in all configurations, then the next's
-  std::vector<Aabb> swept;            // of each link, in all configurations of a motion
+  std::vector<Aabb> swept;            // of each link, in all of them
   std::vector<std::uint32_t> bodies;  // whose boxes a link's swept box meets
   std::vector<Aabb> stretches;        // of each link's way from one configuration of a motion to the next
   struct Suspects {
@@ -55,7 +55,6 @@ class ConfigurationCheck {
   void suspect_bodies(Workspace& work) const;
   template <class Overlaps>
   void add_suspects(std::uint32_t link, std::uint32_t other, bool is_body, Workspace& work, const Overlaps& overlaps) const;
-  void unite(Workspace& work) const;
   bool hits_between(const Pose* poses, const Workspace& work, const CheckWorkspace::Suspects& pair, std::size_t first,
                     std::size_t last) const;
   double may_move(const CheckWorkspace::Suspects& pair, const Pose* from, const Pose* to) const;

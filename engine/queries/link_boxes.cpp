@@ -15,38 +15,41 @@ HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// A pose as twelve doubles: the rotation column by column, then the translation.
-static_assert(sizeof(Pose) == 12 * sizeof(double));
+constexpr std::size_t poses_a_copy = 64;  // a multiple of all vectors' lengths
+
+// Numbers of poses, one array each; the last pose is repeated up to a vector's end. Not by gathers, which some processors
+// have been made slow at, nor a vector at a time: what was just stored in pieces cannot be loaded at once.
+void copy_numbers(const Pose* pose, std::size_t stride, std::size_t count, double (*rows)[poses_a_copy]) {
+  for (std::size_t k = 0; k < count; ++k, pose += stride) {
+    for (std::size_t n = 0; n < 9; ++n) rows[n][k] = pose->rotation.data()[n];  // column by column
+    for (std::size_t n = 0; n < 3; ++n) rows[9 + n][k] = pose->translation.data()[n];
+  }
+  for (std::size_t k = count; k % (HWY_MAX_BYTES / sizeof(double)) != 0; ++k)
+    for (std::size_t n = 0; n < 12; ++n) rows[n][k] = rows[n][count - 1];
+}
 
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
 bool link_boxes(const LinkBox* link, const Pose* first, std::size_t stride, std::size_t count, BoxArray* boxes,
-                       std::size_t at) {
+                       std::size_t at, Aabb* all) {
   const hn::ScalableTag<double> d;
   const hn::Rebind<float, decltype(d)> f;
-  const hn::RebindToSigned<decltype(d)> i64;
   const std::size_t lanes = hn::Lanes(d);
-  const double* numbers = first->rotation.data();
-  const auto step = static_cast<std::int64_t>(12 * stride);
   const auto radius = hn::Set(d, link->radius), one = hn::Set(d, 1.0);
   const auto skew = hn::Set(d, tolerance::skew_of_links), far = hn::Set(d, 1e30);
   const auto largest = hn::Set(d, double{std::numeric_limits<float>::max()});
   const auto last_bit = hn::Set(d, double{std::numeric_limits<float>::epsilon()});
   const auto smallest = hn::Set(d, double{std::numeric_limits<float>::min()});
+  alignas(64) double rows[12][poses_a_copy];
   bool all_valid = true;
+  hn::VFromD<decltype(f)> least[3], most[3];
+  for (int row = 0; row < 3; ++row) {
+    least[row] = hn::Set(f, std::numeric_limits<float>::infinity());
+    most[row] = hn::Neg(least[row]);
+  }
   for (std::size_t k = 0; k < count; k += lanes) {
-    // Lanes past the end repeat the last pose.
-    const auto place = hn::Min(hn::Iota(i64, static_cast<std::int64_t>(k)), hn::Set(i64, static_cast<std::int64_t>(count) - 1));
+    if (k % poses_a_copy == 0) copy_numbers(first + k * stride, stride, std::min(poses_a_copy, count - k), rows);
     hn::VFromD<decltype(d)> x[12];
-    {
-      alignas(64) std::int64_t places[HWY_MAX_BYTES / 8];
-      hn::Store(place, i64, places);
-      alignas(64) double rows[12][HWY_MAX_BYTES / 8];
-      for (std::size_t lane = 0; lane < lanes; ++lane) {
-        const double* pose = numbers + places[lane] * step;
-        for (int n = 0; n < 12; ++n) rows[n][lane] = pose[n];
-      }
-      for (int n = 0; n < 12; ++n) x[n] = hn::Load(d, rows[n]);
-    }
+    for (std::size_t n = 0; n < 12; ++n) x[n] = hn::Load(d, rows[n] + k % poses_a_copy);
     const auto dot = [&](int i, int j) HWY_ATTR {
       return hn::Add(hn::Add(hn::Mul(x[3 * i], x[3 * j]), hn::Mul(x[3 * i + 1], x[3 * j + 1])),
                      hn::Mul(x[3 * i + 2], x[3 * j + 2]));
@@ -75,9 +78,16 @@ bool link_boxes(const LinkBox* link, const Pose* first, std::size_t stride, std:
         extent = hn::Add(extent, hn::Mul(hn::Abs(x[3 * column + row]), hn::Set(d, link->half[column])));
       }
       // What is written past the count is set later, or is room at the end.
-      hn::StoreU(hn::Neg(up(hn::Sub(extent, middle))), f, boxes->lo(row) + at + k);
-      hn::StoreU(up(hn::Add(middle, extent)), f, boxes->hi(row) + at + k);
+      const auto lo = hn::Neg(up(hn::Sub(extent, middle))), hi = up(hn::Add(middle, extent));
+      hn::StoreU(lo, f, boxes->lo(row) + at + k);
+      hn::StoreU(hi, f, boxes->hi(row) + at + k);
+      least[row] = hn::Min(least[row], lo);
+      most[row] = hn::Max(most[row], hi);
     }
+  }
+  for (int row = 0; row < 3; ++row) {
+    all->lo[static_cast<std::size_t>(row)] = hn::GetLane(hn::MinOfLanes(f, least[row]));
+    all->hi[static_cast<std::size_t>(row)] = hn::GetLane(hn::MaxOfLanes(f, most[row]));
   }
   return all_valid;
 }
@@ -101,8 +111,8 @@ LinkBox::LinkBox(const Shape& link) : radius(link.rounding()) {
 }
 
 bool link_boxes(const LinkBox& link, const Pose* first, std::size_t stride, std::size_t count, BoxArray& boxes,
-                std::size_t at) {
-  return HWY_DYNAMIC_DISPATCH(link_boxes)(&link, first, stride, count, &boxes, at);
+                std::size_t at, Aabb& all) {
+  return HWY_DYNAMIC_DISPATCH(link_boxes)(&link, first, stride, count, &boxes, at, &all);
 }
 
 }  // namespace tandem
