@@ -115,6 +115,8 @@ Scene load_scene(const Options& options) {
   }
   std::error_code ignored;
   if (!fs::exists(options.scene, ignored)) {
+    if (options.scene.find_first_of("./") != std::string::npos)
+      throw std::invalid_argument("SCENE: there is no file '" + options.scene + "'");
     std::string names;
     for (const BuiltinScene& scene : known) names += std::string(scene.name) + ", ";
     refuse_option("SCENE", options.scene, names + "or a scene file");
@@ -133,11 +135,13 @@ std::string hex(std::uint64_t x) {
 struct IssueName {
   StepIssue issue;
   std::string_view name;
+  std::string_view advice;  // what to change; empty where nothing is to be
 };
-constexpr IssueName issue_names[] = {{StepIssue::inexact, "inexact"},
-                                     {StepIssue::pool_grew, "pool_grew"},
-                                     {StepIssue::ran_on_caller, "ran_on_caller"},
-                                     {StepIssue::ended_early, "ended_early"}};
+constexpr IssueName issue_names[] = {
+    {StepIssue::inexact, "inexact", "some depths are not exact (PairAnswer::error_bound); --tolerance says what is accepted"},
+    {StepIssue::pool_grew, "pool_grew", ""},
+    {StepIssue::ran_on_caller, "ran_on_caller", ""},
+    {StepIssue::ended_early, "ended_early", "a stop was requested"}};
 
 struct StepTimes {
   double detect_ms, response_ms;
@@ -193,7 +197,7 @@ void write_step(JsonWriter& out, const PipelineOptions& options, const StepRepor
       .member("batches", execution.batches)
       .member("queue_high_water", execution.queue_high_water);
   out.key("issues").begin_array();
-  for (const auto& [issue, issue_name] : issue_names)
+  for (const auto& [issue, issue_name, advice] : issue_names)
     if ((execution.issues & bit(issue)) != 0) out.value(issue_name);
   out.end_array();
   const BalanceDecision& decision = execution.decision;
@@ -292,8 +296,10 @@ class Summary {
     out << std::fixed << "ms, medians      update " << median(update_) << ", broad " << median(broad_) << ", narrow "
         << median(narrow_) << ", detect " << median(detect_) << ", response " << median(response_) << ", step "
         << median(step_) << '\n';
+    // What is normal is told by --json alone.
     for (std::size_t i = 0; i < std::size(issue_names); ++i)
-      if (issues_[i] > 0) out << "issue            " << issue_names[i].name << " in " << issues_[i] << " steps\n";
+      if (issues_[i] > 0 && !issue_names[i].advice.empty())
+        out << "warning          " << issue_names[i].name << " in " << issues_[i] << " steps: " << issue_names[i].advice << '\n';
     return out.str();
   }
 

@@ -134,6 +134,7 @@ TEST_CASE("program: a wrong request is one line that names the option, the value
   check_refused({}, {"run", "query", "scenes"});
   check_refused({"fly"}, {"'fly'", "run, query, scenes"});
   check_refused({"run"}, {"SCENE"});
+  check_refused({"run", "nofile.json"}, {"SCENE", "there is no file 'nofile.json'"});
   check_refused({"run", "no-such-scene"}, {"'no-such-scene'", "spheres-on-plane", "tori-on-cones"});
   check_refused({"run", "line\nbreak"}, {"spheres-on-plane"});
   check_refused(small_run_with({"--fast"}), {"--fast"});
