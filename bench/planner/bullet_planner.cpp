@@ -12,9 +12,9 @@ constexpr bool is_double = sizeof(btScalar) == sizeof(double);
 
 /// The obstacles in a btCollisionWorld; links are asked of it by contactTest, pairs of links by contactPairTest. It keeps
 /// contacts that are a little apart: those do not count.
-class BulletPlanner final : public Planner {
+class BulletPlanner final : public OneByOnePlanner {
  public:
-  explicit BulletPlanner(const PlannerWorld& world) {
+  explicit BulletPlanner(const PlannerWorld& world) : OneByOnePlanner(world) {
     btGImpactCollisionAlgorithm::registerAlgorithm(&dispatcher_);
     for (std::uint32_t i = 0; i < world.obstacles.indices(); ++i) {
       add(world.obstacles.shape_of(i), true);
@@ -25,9 +25,6 @@ class BulletPlanner final : public Planner {
       add(link, false);
       links_.push_back(objects_.back().get());
     }
-    for (std::size_t i = 0; i < links_.size(); ++i)
-      for (std::size_t j = i + 1; j < links_.size(); ++j)
-        if (world.self.checked(i, j)) self_.push_back({i, j});
   }
   BulletPlanner(const BulletPlanner&) = delete;
   BulletPlanner& operator=(const BulletPlanner&) = delete;
@@ -37,16 +34,6 @@ class BulletPlanner final : public Planner {
 
   std::string name() const override { return is_double ? "Bullet, double" : "Bullet, float"; }
 
-  void check(std::span<const Pose> poses, std::span<std::uint8_t> hits) override {
-    for (std::size_t i = 0; i < hits.size(); ++i) hits[i] = hit(&poses[i * links_.size()]);
-  }
-  void check_motions(std::span<const Pose> poses, std::span<std::uint8_t> hits) override {
-    for (std::size_t i = 0; i < hits.size(); ++i) {
-      hits[i] = 0;
-      for (std::size_t k = 0; k < PlannerWorld::a_motion && hits[i] == 0; ++k)
-        hits[i] = hit(&poses[(i * PlannerWorld::a_motion + k) * links_.size()]);
-    }
-  }
   void clearance(std::span<const Pose>, std::span<double>) override {}
 
  private:
@@ -65,10 +52,10 @@ class BulletPlanner final : public Planner {
     objects_.back()->setCollisionShape(shapes_.back()->shape.get());
     if (is_static) objects_.back()->setCollisionFlags(btCollisionObject::CF_STATIC_OBJECT);
   }
-  bool hit(const Pose* poses) {
+  bool hit(const Pose* poses) override {
     for (std::size_t i = 0; i < links_.size(); ++i) links_[i]->setWorldTransform(bullet_pose(poses[i], Vec3::Zero()));
     Touch touch;
-    for (const auto& [a, b] : self_) {
+    for (const auto& [a, b] : self()) {
       world_.contactPairTest(links_[a], links_[b], touch);
       if (touch.found) return true;
     }
@@ -86,7 +73,6 @@ class BulletPlanner final : public Planner {
   std::vector<std::unique_ptr<BulletShape>> shapes_;
   std::vector<std::unique_ptr<btCollisionObject>> objects_;
   std::vector<btCollisionObject*> links_;
-  std::vector<std::pair<std::size_t, std::size_t>> self_;
 };
 
 }  // namespace

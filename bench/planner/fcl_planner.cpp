@@ -13,9 +13,9 @@ namespace {
 
 /// The obstacles in a DynamicAABBTreeCollisionManager; links are asked of it one by one, pairs of links by fcl::collide.
 /// GJK is FCL's own (GST_INDEP), which is its fastest here.
-class FclPlanner final : public Planner {
+class FclPlanner final : public OneByOnePlanner {
  public:
-  explicit FclPlanner(const PlannerWorld& world) {
+  explicit FclPlanner(const PlannerWorld& world) : OneByOnePlanner(world) {
     for (std::uint32_t i = 0; i < world.obstacles.indices(); ++i) {
       objects_.push_back(std::make_unique<fcl::CollisionObjectd>(
           fcl_shape(world.obstacles.shape_of(i)), fcl_pose(world.obstacles.poses()[i], Vec3::Zero())));
@@ -23,31 +23,18 @@ class FclPlanner final : public Planner {
     }
     manager_.setup();
     for (const Shape& link : world.links) links_.push_back(std::make_unique<fcl::CollisionObjectd>(fcl_shape(link)));
-    for (std::size_t i = 0; i < links_.size(); ++i)
-      for (std::size_t j = i + 1; j < links_.size(); ++j)
-        if (world.self.checked(i, j)) self_.push_back({i, j});
     request_.gjk_solver_type = fcl::GST_INDEP;
     distance_request_.gjk_solver_type = fcl::GST_INDEP;
   }
 
   std::string name() const override { return "FCL"; }
 
-  void check(std::span<const Pose> poses, std::span<std::uint8_t> hits) override {
-    for (std::size_t i = 0; i < hits.size(); ++i) hits[i] = hit(&poses[i * links_.size()]);
-  }
-  void check_motions(std::span<const Pose> poses, std::span<std::uint8_t> hits) override {
-    for (std::size_t i = 0; i < hits.size(); ++i) {
-      hits[i] = 0;
-      for (std::size_t k = 0; k < PlannerWorld::a_motion && hits[i] == 0; ++k)
-        hits[i] = hit(&poses[(i * PlannerWorld::a_motion + k) * links_.size()]);
-    }
-  }
   void clearance(std::span<const Pose> poses, std::span<double> distances) override {
     for (std::size_t i = 0; i < distances.size(); ++i) {
       place(&poses[i * links_.size()]);
       least_ = std::numeric_limits<double>::infinity();
       for (const auto& link : links_) manager_.distance(link.get(), this, nearer);
-      for (const auto& [a, b] : self_) take_distance(links_[a].get(), links_[b].get());
+      for (const auto& [a, b] : self()) take_distance(links_[a].get(), links_[b].get());
       distances[i] = std::max(least_, 0.0);
     }
   }
@@ -59,10 +46,10 @@ class FclPlanner final : public Planner {
       links_[i]->computeAABB();
     }
   }
-  bool hit(const Pose* poses) {
+  bool hit(const Pose* poses) override {
     place(poses);
     hit_ = false;
-    for (const auto& [a, b] : self_)
+    for (const auto& [a, b] : self())
       if (links_[a]->getAABB().overlap(links_[b]->getAABB()) && meet(links_[a].get(), links_[b].get(), this)) return true;
     for (const auto& link : links_) {
       manager_.collide(link.get(), this, meet);
@@ -91,7 +78,6 @@ class FclPlanner final : public Planner {
   fcl::CollisionRequestd request_;
   fcl::DistanceRequestd distance_request_;
   std::vector<std::unique_ptr<fcl::CollisionObjectd>> objects_, links_;
-  std::vector<std::pair<std::size_t, std::size_t>> self_;
   fcl::DynamicAABBTreeCollisionManagerd manager_;
   bool hit_ = false;
   double least_ = 0;

@@ -171,7 +171,7 @@ void ConfigurationCheck::suspect_bodies(Workspace& work) const {
   const std::size_t count = options_.configurations_a_motion;
   for (std::uint32_t link = 0; link < links_.size(); ++link) {
     work.bodies.clear();
-    world_.append_overlapping(work.swept[link], work.bodies);
+    world_.tree().overlapping(work.swept[link], work.bodies);
     for (const std::uint32_t body : work.bodies) {
       if (!is_checked(link, body)) continue;
       const Aabb box = world_.box(body);
@@ -258,7 +258,7 @@ void ConfigurationCheck::verdicts(std::span<Verdict> out) const {
 bool ConfigurationCheck::first_body(const Pose* pose, std::uint32_t link, const Aabb& box, Workspace& work,
                                     BodyId& body) const {
   work.bodies.assign(world_.unbounded().begin(), world_.unbounded().end());
-  world_.append_overlapping(box, work.bodies);
+  world_.tree().overlapping(box, work.bodies);
   std::sort(work.bodies.begin(), work.bodies.end());
   const auto hit = std::find_if(work.bodies.begin(), work.bodies.end(), [&](std::uint32_t index) {
     return is_checked(link, index) && touch(links_[link], *pose, world_.shape(index), world_.pose(index));

@@ -57,7 +57,7 @@ bool ConfigurationCheck::hits_on_the_way(const Pose* poses, Workspace& work) con
       swept = between(swept, box, 0);
     }
     work.bodies.assign(world_.unbounded().begin(), world_.unbounded().end());
-    world_.append_overlapping(swept, work.bodies);
+    world_.tree().overlapping(swept, work.bodies);
     for (const std::uint32_t body : work.bodies)
       if (is_checked(link, body) && meets_body(poses, link, body, work)) return true;
   }

@@ -19,18 +19,6 @@ Aabb outward_box(const Shape& shape, const Pose& pose, double margin) {
   return box;
 }
 
-void QueryWorld::append_overlapping(const Aabb& box, std::vector<std::uint32_t>& bodies) const {
-  struct All final : BoxVisitor {
-    std::vector<std::uint32_t>& bodies;
-    explicit All(std::vector<std::uint32_t>& list) : bodies(list) {}
-    bool visit(std::uint32_t index) override {
-      bodies.push_back(index);
-      return true;
-    }
-  } all(bodies);
-  tree_.visit_overlapping(box, all);
-}
-
 bool QueryWorld::admits(const QueryFilter& filter, std::uint32_t index) const {
   if ((groups_[index] & filter.mask) == 0 || (filter.group & masks_[index]) == 0) return false;
   const BodyId body = ids_[index];

@@ -31,8 +31,6 @@ class QueryWorld {
   /// Bodies without a box: half-spaces, ascending.
   std::span<const std::uint32_t> unbounded() const { return unbounded_; }
 
-  /// Bodies whose boxes overlap this one, in any order.
-  void append_overlapping(const Aabb& box, std::vector<std::uint32_t>& bodies) const;
   bool admits(const QueryFilter& filter, std::uint32_t index) const;
 
  private:
