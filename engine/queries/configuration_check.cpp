@@ -87,7 +87,8 @@ void ConfigurationCheck::each_block(std::size_t items, std::size_t most, const B
   const std::size_t blocks = (items + a_block - 1) / a_block;
   tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t i) {
     const std::size_t first = i * a_block, last = std::min(items, first + a_block);
-    block(first, last, workspaces.local());
+    // A filter or a shared pair may wait for tasks of its own; another block must not come in then and take the workspace.
+    tbb::this_task_arena::isolate([&] { block(first, last, workspaces.local()); });
     if (options_.progress) options_.progress(done += last - first, items);
   });
 }

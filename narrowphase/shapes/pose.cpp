@@ -36,6 +36,7 @@ bool is_valid(const Pose& pose) {
 }
 
 void require_valid(const Pose& pose, std::string_view what) {
+  if (is_valid(pose)) return;
   const auto refuse = [&](const std::string& why) { throw std::invalid_argument(std::string(what) + ": " + why); };
   for (int i = 0; i < 3; ++i) {
     // Written so that NaN fails too.

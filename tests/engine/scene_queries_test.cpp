@@ -6,6 +6,7 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 
@@ -338,6 +339,40 @@ TEST_CASE("configurations: verdicts and clearances are those of single queries, 
       CHECK((motions[i] == Verdict::hit) == (std::find(of, of + 20, Verdict::hit) != of + 20));
     }
   }
+}
+
+TEST_CASE("configurations: a filter may wait for tasks of its own") {
+  World world(8, 60);
+  const SceneQueries queries(world.scene);
+  Random random(6);
+  const std::vector<Shape> links{Capsule{0.2, 1}, Box{{0.4, 0.3, 0.8}}};
+  const PairTable self(2, 2, true);
+  constexpr std::size_t a_motion = 5, motions = 200;
+  std::vector<Pose> poses;
+  for (std::size_t i = 0; i < 2 * a_motion * motions; ++i) poses.push_back(random_pose(random, 7));
+  std::vector<Verdict> plain(motions), waiting(motions);
+  std::vector<FirstHit> first(motions), first_waiting(motions);
+  BatchOptions options;
+  options.configurations_a_motion = a_motion;
+  queries.check(links, poses, self, plain, options);
+  queries.first_hits(links, poses, self, first, options);
+  options.filter.admits = [](BodyId) {
+    std::atomic<int> done{0};
+    const auto spin = [&](int) {
+      const auto end = std::chrono::steady_clock::now() + std::chrono::microseconds(30);
+      while (std::chrono::steady_clock::now() < end) continue;
+      ++done;
+    };
+    tbb::parallel_for(0, 4, spin, tbb::simple_partitioner());
+    return done == 4;
+  };
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 4);
+  tbb::task_arena(4).execute([&] {
+    queries.check(links, poses, self, waiting, options);
+    queries.first_hits(links, poses, self, first_waiting, options);
+  });
+  CHECK(plain == waiting);
+  for (std::size_t i = 0; i < motions; ++i) CHECK((first[i].body == first_waiting[i].body && first[i].link == first_waiting[i].link));
 }
 
 TEST_CASE("configurations: what the deadline or a stop leaves out is unknown, never free") {

@@ -105,7 +105,8 @@ class SceneQueries {
   SceneQueries(SceneQueries&&) noexcept;
   SceneQueries& operator=(SceneQueries&&) noexcept;
 
-  /// Takes over what changed in the scene, or another scene. Bodies that moved: a refit, k log n; many that came: n log n.
+  /// Takes over what changed in the scene, or another scene. Some that moved: a pass over all bodies' versions and a refit,
+  /// k log n; those that come where none was, and another scene: n log n.
   UpdateReport update(const Scene& scene);
   std::size_t memory() const;  ///< bytes held, shapes not counted
 
