@@ -168,6 +168,13 @@ bool collide_moved(const Case& c, const Vec3& by) {
   return collide(c.a, {a.rotation, Vec3::Zero()}, c.b, {b.rotation, b.translation - a.translation + by});
 }
 
+// How deep they overlap with B moved, 0 where they do not.
+double overlap_moved(const Case& c, const Vec3& by) {
+  const Pose &a = c.pair.a.pose, &b = c.pair.b.pose;
+  if (!collide_moved(c, by)) return 0;
+  return -distance(c.a, {a.rotation, Vec3::Zero()}, c.b, {b.rotation, b.translation - a.translation + by}).signed_distance;
+}
+
 std::string translation_out(const Case& c, Random&) {
   const PairAnswer& r = c.answers.distance;
   const double d = r.signed_distance;
@@ -179,7 +186,9 @@ std::string translation_out(const Case& c, Random&) {
       return say("they collide before the gap ", d, " is closed");
     return {};
   }
-  if (moved(-d + slack)) return say("moving by the depth ", -d, " (", r.error_bound, ") does not separate");
+  // They may still touch: along a face on which B slides.
+  if (overlap_moved(c, (-d + slack) * r.normal) > slack)
+    return say("moving by the depth ", -d, " (", r.error_bound, ") does not separate");
   if (r.status == Status::ok && -d > 100 * slack && !moved(-0.99 * d))
     return say("moving by 0.99 of the depth ", -d, " separates");
   return {};
@@ -190,7 +199,8 @@ std::string deepest_contact_separates(const Case& c, Random&) {
   if (r.touching.empty() || r.contacts.status != Status::ok || !(c.unit > 0)) return {};
   const auto at = std::max_element(r.touching.begin(), r.touching.end(),
                                    [](const Contact& x, const Contact& y) { return x.depth < y.depth; });
-  if (!collide_moved(c, (at->depth + 2 * rounding * c.unit) * at->normal)) return {};
+  const double slack = 2 * rounding * c.unit;
+  if (!(overlap_moved(c, (at->depth + slack) * at->normal) > slack)) return {};
   return say("moving by the deepest contact, ", at->depth, ", does not separate");
 }
 
