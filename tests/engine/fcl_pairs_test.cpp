@@ -181,6 +181,34 @@ TEST_CASE("FCL's normals and depths: from the first to the second, of a ball on 
     }
 }
 
+TEST_CASE("contacts and distances name the triangles of meshes, as FCL's do") {
+  ::fcl::Transform3d at = ::fcl::Transform3d::Identity();
+  const Object mesh(mesh_of<::fcl::OBBRSSd>(::fcl::Boxd(1, 1.4, 0.8)));
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> number(-0.3, 0.3);
+  for (int i = 0; i < 40; ++i) {
+    at.translation() = ::fcl::Vector3d(number(random), number(random), 0.4 + 0.49);
+    const Object ball(std::make_shared<::fcl::Sphered>(0.5), at);
+    const ::fcl::CollisionRequestd request(4, true);
+    ::fcl::CollisionResultd ours, theirs;
+    REQUIRE(tandem::fcl::collide(&mesh, &ball, request, ours) == 1);
+    ::fcl::collide(&mesh, &ball, request, theirs);
+    std::set<std::intptr_t> named;
+    for (std::size_t j = 0; j < theirs.numContacts(); ++j) named.insert(theirs.getContact(j).b1);
+    CHECK(named.count(ours.getContact(0).b1) == 1);
+    CHECK(ours.getContact(0).b2 == -1);
+
+    at.translation().z() = 1.5;
+    const Object above(std::make_shared<::fcl::Sphered>(0.5), at);
+    ::fcl::DistanceRequestd nearest(true);
+    ::fcl::DistanceResultd near, far;
+    tandem::fcl::distance(&mesh, &above, nearest, near);
+    ::fcl::distance(&mesh, &above, nearest, far);
+    CHECK(near.b1 == far.b1);
+    CHECK(near.b2 == -1);
+  }
+}
+
 TEST_CASE("limits on contacts, better results and what is not occupied are honoured as by FCL") {
   const auto box = std::make_shared<::fcl::Boxd>(1, 1, 1);
   ::fcl::Transform3d lower = ::fcl::Transform3d::Identity();

@@ -2,10 +2,12 @@
 #include "tandem/fcl/pair_queries.h"
 
 #include <algorithm>
+#include <array>
 #include <vector>
 
 #include "fcl_answers.h"
 #include "tandem/narrowphase/narrow_phase.h"
+#include "tandem/narrowphase/triangles_at.h"
 
 namespace tandem::fcl {
 namespace {
@@ -18,10 +20,20 @@ template <class S>
   return {q.o1, q.o2, b1, b2, ::fcl::Vector3<S>::Zero(), ::fcl::Vector3<S>::Zero(), S(0)};
 }
 
+/// The triangles of meshes at a contact or answer, in FCL's terms: NONE of what is no mesh.
+template <class S, class Place>
+std::array<int, 2> triangles(const GeometryPair<S>& q, const Place& place) {
+  const auto at = triangles_at(*q.a, to_pose(q.tf1), *q.b, to_pose(q.tf2), place);
+  const auto name = [](const Shape& shape, std::uint32_t triangle) {
+    return shape.kind() == ShapeKind::mesh ? static_cast<int>(triangle) : ::fcl::Contact<S>::NONE;
+  };
+  return {name(*q.a, at[0]), name(*q.b, at[1])};
+}
+
 template <class S>
 ::fcl::Contact<S> to_contact(const GeometryPair<S>& q, const Contact& c) {
-  constexpr int none = ::fcl::Contact<S>::NONE;
-  return {q.o1, q.o2, none, none, c.point.cast<S>(), c.normal.cast<S>(), static_cast<S>(c.depth)};
+  const auto [b1, b2] = triangles(q, c);
+  return {q.o1, q.o2, b1, b2, c.point.cast<S>(), c.normal.cast<S>(), static_cast<S>(c.depth)};
 }
 
 template <class S>
@@ -77,10 +89,12 @@ S answer_distance(const GeometryPair<S>& q, const ::fcl::DistanceRequest<S>& req
   const PairAnswer answer = narrow_phase.solve(*q.a, pose_a, *q.b, pose_b, Request::distance);
   const bool is_told = answer.signed_distance >= 0 || request.enable_signed_distance;
   const S least = is_told ? static_cast<S>(answer.signed_distance) : S(-1);
-  if (request.enable_nearest_points)
-    result.update(least, q.o1, q.o2, none, none, answer.point_a.cast<S>(), answer.point_b.cast<S>());
-  else
+  if (request.enable_nearest_points) {
+    const auto [b1, b2] = triangles(q, answer);
+    result.update(least, q.o1, q.o2, b1, b2, answer.point_a.cast<S>(), answer.point_b.cast<S>());
+  } else {
     result.update(least, q.o1, q.o2, none, none);
+  }
   return result.min_distance;
 }
 

@@ -1,5 +1,6 @@
 #include "meshes/traversal/point_queries.h"
 
+#include <cmath>
 #include <limits>
 
 #include "closed_forms/closed_forms.h"
@@ -15,6 +16,23 @@ SurfacePoint nearest_point(const MeshModel& mesh, const Vec3& p) {
     const PointDistance d = point_distance(TriangleView(c), p);
     if (d.signed_distance < best.distance) best = {d.signed_distance, d.nearest};
     return best.distance;
+  });
+  return best;
+}
+
+std::uint32_t nearest_triangle(const MeshModel& mesh, const Vec3& p, const Vec3& outward) {
+  const double reach = mesh.half.norm() + (p - mesh.centre).norm();
+  const double as_near = nearest_point(mesh, p).distance + tolerance::place_rounding * reach;
+  std::uint32_t best = 0;
+  double most = -infinity;
+  BoxQuery(mesh, {p, p}, p, Vec3::Zero(), Mat3::Identity()).each_near(as_near, [&](std::uint32_t t) {
+    const auto c = mesh.corners(t);
+    if (point_distance(TriangleView(c), p).signed_distance > as_near) return false;
+    const Vec3 area = (c[1] - c[0]).cross(c[2] - c[0]);
+    const double length = area.norm(), along = length > 0 ? area.dot(outward) / length : 0;
+    const double facing = mesh.solid ? along : std::abs(along);
+    if (facing > most || (facing == most && t < best)) most = facing, best = t;
+    return false;
   });
   return best;
 }
