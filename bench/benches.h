@@ -43,6 +43,8 @@ std::vector<std::string> peers_scene_names();
 std::vector<Row> planner_bench(const Settings& settings);
 /// tandem::fcl::CollisionManager beside FCL's managers, operation by operation.
 std::vector<Row> fcl_bench(const Settings& settings);
+/// A tool of 10,000 triangles in a loop of 1 kHz against a scene of 500,000: the slowest queries, beside FCL's.
+std::vector<Row> haptics_bench(const Settings& settings);
 /// What it calls its worlds.
 std::vector<std::string> broadphase_scenes();
 

@@ -146,6 +146,11 @@ void add_planner(CLI::App& program) {
   app->add_option("--poses", o->poses, "configurations of each world; default: 32000");
 }
 
+void add_haptics(CLI::App& program) {
+  const auto [app, o] = add(program, "haptics", "a tool of 10,000 triangles against 500,000 at 1 kHz, beside FCL", haptics_bench);
+  app->add_option("--steps", o->steps, "milliseconds; default: 20000");
+}
+
 #ifdef TANDEM_HAS_FCL_ADAPTER
 void add_fcl(CLI::App& program) {
   const auto [app, o] = add(program, "fcl", "tandem::fcl's broad-phase manager beside FCL's managers", fcl_bench);
@@ -198,6 +203,7 @@ int run_program(int count, char** arguments) {
   add_broadphase(program);
   add_peers(program);
   add_planner(program);
+  add_haptics(program);
 #ifdef TANDEM_HAS_FCL_ADAPTER
   add_fcl(program);
 #endif
@@ -208,7 +214,7 @@ int run_program(int count, char** arguments) {
     const auto commands = program.get_subcommands([](const CLI::App*) { return true; });
     if ((first.empty() || first[0] != '-') &&
         std::none_of(commands.begin(), commands.end(), [&](const auto* c) { return c->get_name() == first; }))
-      refuse_option("WHAT", first, "scenes, figures, flowgraph, narrowphase, broadphase, peers, planner, fcl, report, --help");
+      refuse_option("WHAT", first, "scenes, figures, flowgraph, narrowphase, broadphase, peers, planner, haptics, fcl, report, --help");
     program.parse(count, arguments);
   } catch (const CLI::Success& asked) {
     program.exit(asked);

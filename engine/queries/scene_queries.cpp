@@ -156,19 +156,23 @@ void SceneQueries::contacts(const Shape& shape, const Pose& pose, double margin,
   NarrowPhaseOptions options = impl_->options;
   options.margin = margin;
   const NarrowPhase narrow(options);  // refuses a bad margin
-  std::vector<std::uint32_t> bodies;
+  // Those that may touch, then those that do: in the caller's list, so that nothing is allocated once it is large enough.
+  const auto first = static_cast<std::ptrdiff_t>(hits.size());
   impl_->each_candidate(outward_box(shape, pose, margin), filter, [&](std::uint32_t index) {
-    bodies.push_back(index);
+    hits.push_back({impl_->world.id(index), {}, 0, 0});
     return false;
   });
-  std::sort(bodies.begin(), bodies.end());
-  for (const std::uint32_t index : bodies) {
-    ContactHit hit{impl_->world.id(index), {}, contacts.size(), 0};
-    hit.answer =
+  std::sort(hits.begin() + first, hits.end(),
+            [](const ContactHit& a, const ContactHit& b) { return a.body.index() < b.body.index(); });
+  for (auto hit = hits.begin() + first; hit != hits.end(); ++hit) {
+    const std::uint32_t index = hit->body.index();
+    hit->first = contacts.size();
+    hit->answer =
         narrow.solve(shape, pose, impl_->world.shape(index), impl_->world.pose(index), Request::contacts, &contacts);
-    hit.count = contacts.size() - hit.first;
-    if (hit.count > 0) hits.push_back(hit);
+    hit->count = contacts.size() - hit->first;
   }
+  hits.erase(std::remove_if(hits.begin() + first, hits.end(), [](const ContactHit& hit) { return hit.count == 0; }),
+             hits.end());
 }
 
 std::optional<Impact> SceneQueries::cast(const Shape& shape, const Motion& motion, const QueryFilter& filter) const {

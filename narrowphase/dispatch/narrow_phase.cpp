@@ -180,8 +180,8 @@ PairAnswer solve_distance(const Shape& a, const Pose& pose_a, const Shape& b, co
              : solve_cores(a, pose_a, b, pose_b, Request::distance, options, nullptr, warm);
 }
 
-/// Request::distance with a finite cut-off. Hierarchies of meshes are asked twice where they are not farther: which of
-/// several triangles equally near is found first depends on the cut-off, and with it the last bit.
+/// Request::distance with a finite cut-off. Meshes that overlap are asked once more without it: which triangle is found
+/// first depends on the cut-off, and their depth begins with it.
 PairAnswer solve_within(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
                         const NarrowPhaseOptions& options, WarmStart* warm) {
   PairAnswer farther;
@@ -190,9 +190,11 @@ PairAnswer solve_within(const Shape& a, const Pose& pose_a, const Shape& b, cons
   const double undecided = undecided_distance(a, pose_a, b, pose_b);
   if (a.is_bounded() && b.is_bounded() && distance_of_bounds(a, pose_a, b, pose_b) - undecided > options.cutoff)
     return farther;
-  if ((!a.is_convex() || !b.is_convex()) &&
-      solve_distance(a, pose_a, b, pose_b, options, nullptr).signed_distance > options.cutoff + undecided)
-    return farther;
+  if (!a.is_convex() || !b.is_convex()) {
+    const PairAnswer answer = solve_distance(a, pose_a, b, pose_b, options, nullptr);
+    if (answer.signed_distance > options.cutoff + undecided) return farther;
+    if (answer.signed_distance > undecided) return answer.signed_distance > options.cutoff ? farther : answer;
+  }
   NarrowPhaseOptions all = options;
   all.cutoff = std::numeric_limits<double>::infinity();
   const PairAnswer answer = solve_distance(a, pose_a, b, pose_b, all, warm);

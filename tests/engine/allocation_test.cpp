@@ -1,13 +1,17 @@
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <new>
 
 #include "catch.h"
+#include "narrowphase/mesh_samples.h"
 #include "tandem/engine/builtin_scenes.h"
 #include "tandem/engine/pipeline.h"
 #include "tandem/engine/response.h"
+#include "tandem/engine/scene_queries.h"
+#include "tandem/narrowphase/shape_makers.h"
 
 namespace {
 
@@ -56,4 +60,51 @@ TEST_CASE("pipeline: a step whose load was there before allocates nothing, pairs
       }
       CHECK(least == 0);
     }
+}
+
+TEST_CASE("queries: a tool that glides over ground, near and touching, allocates nothing after the first round") {
+  std::vector<double> heights;
+  for (int j = 0; j <= 40; ++j)
+    for (int i = 0; i <= 40; ++i) heights.push_back(0.1 * std::sin(0.4 * i) * std::cos(0.3 * j));
+  Scene scene;
+  BodyOptions ground;
+  ground.shape = scene.add_shape(height_field(heights, 41, 41, 0.0987, -1));
+  ground.is_static = true;
+  scene.add_body(ground);
+  NarrowPhaseOptions options;
+  // The proof of a depth takes memory as it goes, and so does a convex shape with corners deep in a mesh.
+  options.mesh_bounds = false;
+  const SceneQueries queries(scene, options);
+  const Mesh torus = test::torus(0.3, 0.1, 24, 12);
+  for (const Shape& tool : {Shape(torus), Shape(Sphere{0.2})}) {
+    CAPTURE(name(tool.kind()));
+    std::vector<BodyId> touched;
+    std::vector<ContactHit> hits;
+    std::vector<Contact> contacts;
+    std::size_t in_contact = 0;
+    const auto glide = [&] {
+      for (int i = 0; i < 100; ++i) {
+        const Pose pose{Quat(Eigen::AngleAxisd(0.1 * i, Vec3::UnitX())).toRotationMatrix(),
+                        {-1 + 0.02 * i, 0.3, 0.28 + 0.1 * std::sin(0.2 * i)}};
+        touched.clear();
+        hits.clear();
+        contacts.clear();
+        queries.collides(tool, pose);
+        if (!queries.collides(tool, pose)) queries.nearest(tool, pose, 0.1);
+        queries.hits(tool, pose, touched);
+        queries.contacts(tool, pose, 0, hits, contacts);
+        in_contact += hits.size();
+      }
+    };
+    glide();
+    CHECK(in_contact > 5);
+    CHECK(in_contact < 95);
+    std::uint64_t least = UINT64_MAX;
+    for (int again = 0; again < 3 && least != 0; ++again) {
+      const std::uint64_t before = allocations.load();
+      glide();
+      least = std::min(least, allocations.load() - before);
+    }
+    CHECK(least == 0);
+  }
 }

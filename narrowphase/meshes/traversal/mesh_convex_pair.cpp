@@ -123,19 +123,22 @@ bool MeshConvexPair::collide() const {
 PairAnswer MeshConvexPair::nearest(double cutoff) const {
   PairAnswer best;
   best.signed_distance = infinity;
+  std::uint32_t nearest = 0;
   SupportPlane clear;
   const double within = cutoff + slack();
   query().nearest_first(within, [&](std::uint32_t t) {
     if (best.signed_distance <= 0) return -1.0;
     const Corners p = corners(t);
-    const double interest = std::min(best.signed_distance, within);
-    if (clear.beyond(p) >= interest || plane_gap(p) >= interest) return interest;
+    const double interest = std::min(best.signed_distance, within) + slack();
+    if (clear.beyond(p) > interest || plane_gap(p) > interest) return interest;
+    // Of triangles equally near the first by index: whatever order they are found in, it is the same one.
     const PairAnswer r = solve(p, Request::distance);
-    if (r.signed_distance < best.signed_distance) {
+    if (r.signed_distance < best.signed_distance || (r.signed_distance == best.signed_distance && t < nearest)) {
       best = r;
+      nearest = t;
       clear = support_plane(best.normal);
     }
-    return std::min(best.signed_distance, within);
+    return std::min(best.signed_distance, within) + slack();
   });
   decide(best);
   return best;

@@ -83,7 +83,7 @@ Nearest NearestSearch::operator()(double cutoff) {
   stack[top++] = {0, whole, whole};
   while (top > 0) {
     const Item at = stack[--top];
-    if (!(at.bound < best_.distance)) continue;
+    if (!(at.bound <= best_.distance)) continue;
     if (is_leaf(a_, at.a) && is_leaf(b_, at.b)) {
       solve(leaf_triangle(a_, at.a), leaf_triangle(b_, at.b));
       continue;
@@ -102,7 +102,7 @@ Nearest NearestSearch::operator()(double cutoff) {
     std::array<double, mesh_lanes> away;  // of those on the stack
     for (std::uint32_t k = 0; k < node.lanes; ++k) {
       const double bound = std::max(at.bound, mesh.unit * least[k] - off);
-      if (!(bound < best_.distance)) continue;
+      if (!(bound <= best_.distance)) continue;
       const std::uint32_t child = child_ref(number, k);
       const double own = (Vec3(node.mid[0][k], node.mid[1][k], node.mid[2][k]) - volume.aligned_mid).squaredNorm();
       // The nearest on top; of equals, as of boxes that overlap, the one whose middle is, else the first.
@@ -128,11 +128,14 @@ void NearestSearch::solve(std::uint32_t i, std::uint32_t j) {
   Corners p = a_.corners(i), q = b_.corners(j);
   for (std::size_t k = 0; k < 3; ++k) p[k] = turn_a_ * p[k], q[k] = turn_b_ * q[k] + between_;
   const auto least = [](const Corners& t, const Vec3& d) { return std::min({d.dot(t[0]), d.dot(t[1]), d.dot(t[2])}); };
-  if (least(q, normal_) + least(p, -normal_) >= best_.distance) return;
-  const double before = best_.distance;
-  triangles_nearest(p, q, best_);
-  if (best_.distance == before) return;
-  nearest_ = {i, j};
+  if (least(q, normal_) + least(p, -normal_) > best_.distance + slack_) return;
+  // Of pairs equally near the first by index: whatever order they are found in, it is the same one.
+  Nearest found;
+  triangles_nearest(p, q, found);
+  const std::array<std::uint32_t, 2> pair{i, j};
+  if (!(found.distance < best_.distance || (found.distance == best_.distance && pair < nearest_))) return;
+  best_ = found;
+  nearest_ = pair;
   if (best_.distance == 0) return;
   normal_ = unit(best_.on_b - best_.on_a, best_.distance);
   normal_a_ = turn_a_.transpose() * normal_;

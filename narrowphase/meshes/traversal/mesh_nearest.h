@@ -44,7 +44,7 @@ class NearestSearch {
   const MeshView a_by_b_, b_by_a_;
   const double slack_;  ///< of the bounds, metres
   Nearest best_;
-  std::array<std::uint32_t, 2> nearest_{};  ///< the triangles of `best_`
+  std::array<std::uint32_t, 2> nearest_{};  ///< the triangles of `best_`, of A and of B
   /// From A to B, unit, once there is a pair: in world axes, A's and B's.
   Vec3 normal_ = Vec3::Zero(), normal_a_ = Vec3::Zero(), normal_b_ = Vec3::Zero();
 };
