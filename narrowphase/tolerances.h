@@ -119,6 +119,12 @@ inline constexpr double box_of_floats = 8e-7;
 inline constexpr double query_of_floats = 2e-6;
 /// And of a distance from a box or triangle of a hierarchy, in units of the mesh: 7 units in the last place.
 inline constexpr double distance_of_floats = 4e-7;
+/// The height of a corner that was rounded to floats over a plane, in units of the mesh: 7 units in the last place.
+/// Less: a slab of a hierarchy lacks a corner, and a nearer triangle is missed. More: more boxes are opened.
+inline constexpr double height_of_floats = 4e-7;
+/// A direction whose length is off from 1 by more is none: what an eigenvector of nothing is.
+inline constexpr double no_direction = 1e-3;
+
 /// What whole meshes may be apart by, in units of the first, and be looked at all the same. More costs little.
 inline constexpr double whole_boxes = 1e-6;
 /// An extent, or a pad, in units of a mesh that stands for none. Less: centroids in one place are sorted into bins.

@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
-#include <map>
 #include <memory>
 #include <new>
 #include <stdexcept>
@@ -153,16 +152,36 @@ Loops qhull_loops(std::vector<double>& xyz, const char* options) {
   return loops;
 }
 
+// Directed edges of loops with the face to the left of each, in order.
+class EdgeFaces {
+ public:
+  using Edge = std::pair<std::uint32_t, std::uint32_t>;
+  explicit EdgeFaces(std::size_t size) { rows_.reserve(size); }
+  void add(std::uint32_t from, std::uint32_t to, std::uint32_t face) { rows_.push_back({{from, to}, face}); }
+  void sort() { std::sort(rows_.begin(), rows_.end()); }
+  const std::vector<std::pair<Edge, std::uint32_t>>& rows() const { return rows_; }
+  /// Null if there is none.
+  const std::uint32_t* find(const Edge& edge) const {
+    const auto at = std::lower_bound(rows_.begin(), rows_.end(), std::pair(edge, 0u));
+    return at != rows_.end() && at->first == edge ? &at->second : nullptr;
+  }
+
+ private:
+  std::vector<std::pair<Edge, std::uint32_t>> rows_;
+};
+
 // Every directed edge once, with its opposite.
 bool closed(const Loops& loops) {
-  std::map<std::pair<std::uint32_t, std::uint32_t>, int> seen;
+  EdgeFaces edges(4 * loops.size());
   for (const auto& loop : loops) {
     if (loop.size() < 3) return false;
-    for (std::size_t k = 0; k < loop.size(); ++k)
-      if (seen[{loop[k], loop[(k + 1) % loop.size()]}]++ > 0) return false;
+    for (std::size_t k = 0; k < loop.size(); ++k) edges.add(loop[k], loop[(k + 1) % loop.size()], 0);
   }
-  return !loops.empty() && std::all_of(seen.begin(), seen.end(), [&](const auto& e) {
-    return seen.count({e.first.second, e.first.first});
+  edges.sort();
+  const auto& rows = edges.rows();
+  if (std::adjacent_find(rows.begin(), rows.end()) != rows.end()) return false;
+  return !loops.empty() && std::all_of(rows.begin(), rows.end(), [&](const auto& row) {
+    return edges.find({row.first.second, row.first.first}) != nullptr;
   });
 }
 
@@ -183,22 +202,20 @@ Loops polytope_loops(std::span<const Vec3> p, const Frame& f) {
   return {};
 }
 
-// The face to the left of each directed edge.
-using FaceOf = std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t>;
-
-FaceOf find_faces(const Hull& hull) {
-  FaceOf face_of;
+EdgeFaces find_faces(const Hull& hull) {
+  EdgeFaces face_of(hull.loop.size());
   for (std::uint32_t i = 0; i < hull.faces.size(); ++i) {
     const Hull::Face& face = hull.faces[i];
     for (std::uint32_t k = 0; k < face.count; ++k)
-      face_of[{hull.loop[face.first + k], hull.loop[face.first + (k + 1) % face.count]}] = i;
+      face_of.add(hull.loop[face.first + k], hull.loop[face.first + (k + 1) % face.count], i);
   }
+  face_of.sort();
   return face_of;
 }
 
-void add_edges(Hull& hull, const FaceOf& face_of) {
-  for (const auto& [v, face] : face_of)
-    if (v.first < v.second) hull.edges.push_back({{v.first, v.second}, {face, face_of.at({v.second, v.first})}});
+void add_edges(Hull& hull, const EdgeFaces& face_of) {
+  for (const auto& [v, face] : face_of.rows())
+    if (v.first < v.second) hull.edges.push_back({{v.first, v.second}, {face, *face_of.find({v.second, v.first})}});
 }
 
 void add_neighbours(Hull& hull) {
@@ -215,13 +232,13 @@ void add_neighbours(Hull& hull) {
   }
 }
 
-void put_in_turn(Hull& hull, const FaceOf& face_of) {
+void put_in_turn(Hull& hull, const EdgeFaces& face_of) {
   std::vector<std::uint32_t> faces;
   for (std::uint32_t v = 0; v < hull.vertices.size(); ++v) {
     const std::uint32_t first = hull.neighbour_first[v], end = hull.neighbour_first[v + 1];
     std::vector<std::uint32_t> ring{hull.neighbours[first]};
     for (;;) {
-      const std::uint32_t face = face_of.at({v, ring.back()});
+      const std::uint32_t face = *face_of.find({v, ring.back()});
       faces.push_back(face);
       const auto begin = hull.loop.begin() + hull.faces[face].first;
       const auto at = std::find(begin, begin + hull.faces[face].count, v);
@@ -297,7 +314,7 @@ Hull assemble(std::span<const Vec3> p, int dimension, const std::vector<std::uin
   }
   if (dimension == 3) hull.inner_radius = inner_radius(hull);
   if (dimension == 1) hull.edges.push_back({{0, 1}, {0, 0}});
-  const FaceOf face_of = find_faces(hull);
+  const EdgeFaces face_of = find_faces(hull);
   add_edges(hull, face_of);
   add_neighbours(hull);
   if (dimension == 3) put_in_turn(hull, face_of);
@@ -312,6 +329,12 @@ Hull assemble(std::span<const Vec3> p, int dimension, const std::vector<std::uin
 }
 
 }  // namespace
+
+std::size_t Hull::memory() const {
+  const auto bytes = [](const auto&... list) { return (std::size_t(0) + ... + (list.capacity() * sizeof(list[0]))); };
+  return sizeof(Hull) + bytes(vertices, faces, loop, edges, neighbour_first, neighbours, neighbour_face) +
+         support.memory() + normals.memory();
+}
 
 Hull build_hull(std::span<const Vec3> points) {
   if (points.empty()) throw std::invalid_argument("hull: no points; at least one is needed");

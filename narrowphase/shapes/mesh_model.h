@@ -75,6 +75,8 @@ struct MeshModel {
   std::vector<std::uint32_t> order;  ///< triangles in the leaves' order
   int depth = 0;                     ///< levels of nodes: bounds every traversal's stack
 
+  std::size_t memory() const;  ///< bytes
+
   std::array<Vec3, 3> corners(std::uint32_t triangle) const {
     const auto& t = triangles[triangle];
     return {vertices[t[0]], vertices[t[1]], vertices[t[2]]};
@@ -84,9 +86,5 @@ struct MeshModel {
 }  // namespace detail
 
 using detail::MeshModel;
-
-/// Throws std::invalid_argument naming the mesh's first fault: no triangles, a vertex that is not finite, an index
-/// out of range, or for a solid mesh an edge that does not join triangles in opposite sense.
-MeshModel build_mesh(Mesh mesh);
 
 }  // namespace tandem

@@ -9,7 +9,7 @@
 
 #include "shapes/hull.h"
 #include "shapes/hull_builder.h"
-#include "shapes/mesh_model.h"
+#include "shapes/mesh_builder.h"
 #include "shapes/support_kernel.h"
 #include "tolerances.h"
 
@@ -239,15 +239,17 @@ Shape::Shape(const Triangle& s) : kind_(ShapeKind::triangle) {
   require_vertices("triangle", s.vertices);
   hull_ = std::make_shared<Hull>(build_hull(s.vertices));
   // Queries that name triangles treat it as a mesh of one.
-  mesh_ = std::make_shared<MeshModel>(build_mesh({{s.vertices.begin(), s.vertices.end()}, {{0, 1, 2}}, false}));
+  mesh_ = std::make_shared<MeshModel>(build_mesh({{s.vertices.begin(), s.vertices.end()}, {{0, 1, 2}}, false}, {}));
   size_ = 2 * mesh_->half.norm();
   require_extent("triangle", size_);
   mass_ = std::make_shared<MassProperties>(hull_mass(*hull_));
 }
 
-Shape::Shape(Mesh s) : kind_(ShapeKind::mesh) {
+Shape::Shape(Mesh s) : Shape(std::move(s), PartRunner()) {}
+
+Shape::Shape(Mesh s, const PartRunner& parts) : kind_(ShapeKind::mesh) {
   require_vertices("mesh", s.vertices);
-  mesh_ = std::make_shared<MeshModel>(build_mesh(std::move(s)));
+  mesh_ = std::make_shared<MeshModel>(build_mesh(std::move(s), parts));
   size_ = 2 * mesh_->half.norm();
   require_extent("mesh", size_);
   mass_ = std::make_shared<MassProperties>(mesh_mass(*mesh_));
@@ -265,6 +267,11 @@ Shape Shape::rounded(double radius) const {
   const Bounds box = s.bounds(Pose{});
   s.size_ = (box.hi - box.lo).norm();
   return s;
+}
+
+std::size_t Shape::memory() const {
+  return (hull_ != nullptr ? hull_->memory() : 0) + (mesh_ != nullptr ? mesh_->memory() : 0) +
+         (mass_ != nullptr ? sizeof(MassProperties) : 0);
 }
 
 std::span<const Vec3> Shape::vertices() const {

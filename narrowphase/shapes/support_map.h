@@ -36,6 +36,7 @@ class SupportMap {
   SupportMap(std::span<const Vec3> vertices, const Vec3& middle);
 
   bool empty() const { return blocks_.empty(); }
+  std::size_t memory() const { return blocks_.capacity() * sizeof(Block) + chambers_.capacity() * sizeof(Range); }
   const Block* blocks() const { return blocks_.data(); }
   std::span<const Range> chambers() const { return chambers_; }  ///< by `candidates`, or empty
   Range candidates(double dx, double dy, double dz) const {

@@ -6,7 +6,7 @@
 #include "mesh_samples.h"
 #include "meshes/traversal/point_in_mesh.h"
 #include "random_pairs.h"
-#include "shapes/mesh_model.h"
+#include "shapes/mesh_builder.h"
 #include "shapes/shape_insides.h"
 #include "tandem/narrowphase/narrow_phase.h"
 

@@ -7,7 +7,7 @@
 #include "catch.h"
 #include "mesh_samples.h"
 #include "random.h"
-#include "shapes/mesh_model.h"
+#include "shapes/mesh_builder.h"
 #include "shapes/shape_insides.h"
 #include "tandem/narrowphase/narrow_phase.h"
 

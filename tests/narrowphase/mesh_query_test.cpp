@@ -1,3 +1,4 @@
+#include "shapes/mesh_builder.h"
 #include "meshes/traversal/mesh_query.h"
 
 #include <vector>

@@ -1,14 +1,17 @@
 #include "tandem/narrowphase/shape.h"
 
+#include <algorithm>
 #include <array>
+#include <cstring>
 #include <functional>
+#include <thread>
 #include <type_traits>
 #include <vector>
 
 #include "catch.h"
 #include "mesh_samples.h"
 #include "random.h"
-#include "shapes/mesh_model.h"
+#include "shapes/mesh_builder.h"
 #include "shapes/shape_insides.h"
 #include "tandem/narrowphase/narrow_phase.h"
 
@@ -284,5 +287,64 @@ TEST_CASE("shape: a half-space made of a half-space's normal and offset is the s
     const Shape once(HalfSpace{random.in(0.1, 10) * random.direction(), random.in(-5, 5)});
     const Shape twice(HalfSpace{once.normal(), once.offset()});
     CHECK(twice.parameters() == once.parameters());
+  }
+}
+
+TEST_CASE("meshes: built by parts on several threads, or by hand in any order, the hierarchy is the same") {
+  const Mesh input = torus(1, 0.4, 320, 160);  // more triangles than one thread keeps to itself
+  const MeshModel alone = build_mesh(input);
+  const PartRunner backwards = [](std::size_t parts, const std::function<void(std::size_t)>& part) {
+    for (std::size_t k = parts; k-- > 0;) part(k);
+  };
+  const PartRunner at_once = [](std::size_t parts, const std::function<void(std::size_t)>& part) {
+    std::vector<std::thread> threads;
+    for (std::size_t k = 0; k < parts; ++k) threads.emplace_back(part, k);
+    for (std::thread& thread : threads) thread.join();
+  };
+  for (const PartRunner& runner : {backwards, at_once}) {
+    const MeshModel shared = build_mesh(input, runner);
+    REQUIRE(shared.nodes.size() == alone.nodes.size());
+    CHECK(std::memcmp(shared.nodes.data(), alone.nodes.data(), alone.nodes.size() * sizeof(MeshNode)) == 0);
+    CHECK(std::memcmp(shared.blocks.data(), alone.blocks.data(), alone.blocks.size() * sizeof(TriangleBlock)) == 0);
+    REQUIRE(shared.slabs.size() == alone.slabs.size());
+    CHECK(shared.order == alone.order);
+    CHECK(shared.extreme == alone.extreme);
+    CHECK(shared.depth == alone.depth);
+    CHECK(shared.memory() == alone.memory());
+  }
+  const Shape shape(input);
+  CHECK(shape.memory() > 100 * input.triangles.size());
+  CHECK(shape.memory() < 280 * input.triangles.size());  // half of it what the hull needs
+}
+
+TEST_CASE("meshes: every triangle is in one leaf, within its box and its slab") {
+  for (const Mesh& input : {torus(1, 0.4, 40, 20), box_mesh({1, 2, 1e-9}, 12), torus(1e6, 1, 64, 3)}) {
+    const MeshModel mesh = build_mesh(input);
+    std::vector<int> seen(mesh.triangles.size());
+    for (const std::uint32_t t : mesh.order) ++seen[t];
+    CHECK(std::count(seen.begin(), seen.end(), 1) == static_cast<std::ptrdiff_t>(seen.size()));
+    const std::function<void(std::uint32_t, std::vector<std::uint32_t>&)> gather = [&](std::uint32_t node, auto& out) {
+      const MeshNode& n = mesh.nodes[node];
+      for (std::uint32_t k = 0; k < n.lanes; ++k) {
+        std::vector<std::uint32_t> below;
+        if (n.bottom)
+          below.push_back(mesh.order[n.child[k]]);
+        else
+          gather(n.child[k], below);
+        for (const std::uint32_t t : below)
+          for (const Vec3& corner : mesh.corners(t)) {
+            const Vec3 p = (corner - mesh.centre) / mesh.unit;
+            for (int i = 0; i < 3; ++i) CHECK(std::abs(p[i] - n.mid[i][k]) <= n.half[i][k]);
+            if (n.bottom) continue;
+            const ChildSlabs& s = mesh.slabs[n.block];
+            const double height = s.normal[0][k] * p[0] + s.normal[1][k] * p[1] + s.normal[2][k] * p[2];
+            CHECK(std::abs(height - s.mid[k]) <= s.half[k]);
+          }
+        out.insert(out.end(), below.begin(), below.end());
+      }
+    };
+    std::vector<std::uint32_t> all;
+    gather(0, all);
+    CHECK(all.size() == mesh.triangles.size());
   }
 }

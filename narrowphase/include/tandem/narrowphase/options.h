@@ -1,13 +1,10 @@
 #pragma once
-#include <cstddef>
-#include <functional>
 #include <limits>
 #include <string>
 
-namespace tandem {
+#include "tandem/narrowphase/part_runner.h"
 
-/// Runs part(0) ... part(parts - 1), on one thread or several, and returns when all are done; throws what a part threw.
-using PartRunner = std::function<void(std::size_t parts, const std::function<void(std::size_t)>& part)>;
+namespace tandem {
 
 struct NarrowPhaseOptions {
   /// Error the user accepts, relative to the bodies' size, [0, 0.1]; 0: to rounding. The cheapest solver of the

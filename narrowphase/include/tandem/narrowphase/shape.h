@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "tandem/narrowphase/part_runner.h"
 #include "tandem/narrowphase/pose.h"
 
 namespace tandem {
@@ -67,6 +68,7 @@ class Shape {
   explicit Shape(const Convex&);  ///< builds the hull
   Shape(const Triangle&);
   explicit Shape(Mesh);  ///< builds a hierarchy of boxes
+  Shape(Mesh, const PartRunner& parts);  ///< the same, the work shared by `parts`
 
   /// This shape with a ball of this radius (>= 0, finite, metres) about each of its points: a box with round edges, a thick
   /// triangle. Of sphere, capsule and half-space one of the same kind; of others the mass stays the core's.
@@ -97,6 +99,7 @@ class Shape {
   /// Diagonal of the box in the shape's frame; the unit of relative errors. A half-space has 0, a point too.
   double size() const { return size_; }
   const MassProperties& mass() const { return *mass_; }
+  std::size_t memory() const;  ///< bytes held beside the shape itself; copies share them
 
  private:
   friend struct detail::ShapeInsides;

@@ -1,6 +1,6 @@
-#include "shapes/mesh_model.h"
+// Checks a mesh, joins its triangles at their edges, turns a surface's alike, and builds hull and hierarchy.
+#include "shapes/mesh_builder.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,14 +11,12 @@
 
 #include "shapes/hull.h"
 #include "shapes/hull_builder.h"
+#include "shapes/mesh_hierarchy.h"
 #include "tolerances.h"
 
 namespace tandem {
 namespace {
 
-constexpr std::size_t bins = 16;
-// Below this, splits are by the median, so that no input makes the tree deeper than this plus log2 of its triangles.
-constexpr int last_binned_level = 24;
 // Of the largest coordinate: how far apart the corners of a surface may be that are one.
 constexpr double seam_ulps = 16;
 
@@ -55,18 +53,25 @@ struct Side {
   std::uint8_t corner;
 };
 
-// All sides but those without length, by their ends. `first` is what `weld` says.
+// All sides but those without length, by their ends. `first` is what `weld` says. A counting sort by the lower end, then
+// those of one vertex, which are few.
 std::vector<Side> sorted_sides(const MeshModel& mesh, const std::vector<std::uint32_t>& first) {
-  std::vector<Side> sides;
-  sides.reserve(3 * mesh.triangles.size());
-  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i)
-    for (std::uint8_t k = 0; k < 3; ++k) {
-      const std::uint32_t p = first[mesh.triangles[i][k]], q = first[mesh.triangles[i][(k + 1) % 3]];
-      if (p != q) sides.push_back({std::min(p, q), std::max(p, q), p < q, i, k});
-    }
-  std::stable_sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
-    return a.lo != b.lo ? a.lo < b.lo : a.hi != b.hi ? a.hi < b.hi : a.up < b.up;
-  });
+  const auto each_side = [&](auto&& take) {
+    for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i)
+      for (std::uint8_t k = 0; k < 3; ++k) {
+        const std::uint32_t p = first[mesh.triangles[i][k]], q = first[mesh.triangles[i][(k + 1) % 3]];
+        if (p != q) take(Side{std::min(p, q), std::max(p, q), p < q, i, k});
+      }
+  };
+  std::vector<std::uint32_t> begins(mesh.vertices.size() + 1, 0);
+  each_side([&](const Side& side) { ++begins[side.lo + 1]; });
+  std::partial_sum(begins.begin(), begins.end(), begins.begin());
+  std::vector<Side> sides(begins.back());
+  std::vector<std::uint32_t> next(begins.begin(), begins.end() - 1);
+  each_side([&](const Side& side) { sides[next[side.lo]++] = side; });
+  for (std::size_t v = 0; v + 1 < begins.size(); ++v)
+    std::stable_sort(sides.begin() + begins[v], sides.begin() + begins[v + 1],
+                     [](const Side& a, const Side& b) { return a.hi != b.hi ? a.hi < b.hi : a.up < b.up; });
   return sides;
 }
 
@@ -267,188 +272,9 @@ struct Extent {
   Vec3 hi = Vec3::Constant(-std::numeric_limits<double>::infinity());
 
   void add(const Vec3& p) { lo = lo.cwiseMin(p), hi = hi.cwiseMax(p); }
-  void add(const Extent& e) { lo = lo.cwiseMin(e.lo), hi = hi.cwiseMax(e.hi); }
-  double area() const {
-    const Vec3 s = (hi - lo).cwiseMax(0);
-    return s.x() * s.y() + s.y() * s.z() + s.z() * s.x();
-  }
 };
 
-class HierarchyBuilder {
- public:
-  explicit HierarchyBuilder(MeshModel& mesh) : mesh_(mesh), boxes_(mesh.triangles.size()) {
-    for (std::uint32_t i = 0; i < boxes_.size(); ++i)
-      // In units about the centre: the difference is rounded here once, and padded for it in store().
-      for (const Vec3& p : mesh.corners(i)) boxes_[i].add((p - mesh.centre) / mesh.unit);
-    mesh.order.resize(boxes_.size());
-    std::iota(mesh.order.begin(), mesh.order.end(), 0u);
-    build({0, static_cast<std::uint32_t>(boxes_.size())}, 1);
-  }
-
- private:
-  struct Range {
-    std::uint32_t begin, end;
-    std::uint32_t size() const { return end - begin; }
-  };
-
-  Vec3 mid(std::uint32_t i) const { return boxes_[i].lo + boxes_[i].hi; }  // twice the middle: only compared
-
-  Extent extent(Range r) const {
-    Extent e;
-    for (std::uint32_t k = r.begin; k < r.end; ++k) e.add(boxes_[mesh_.order[k]]);
-    return e;
-  }
-
-  std::uint32_t build(Range range, int level) {
-    const auto self = static_cast<std::uint32_t>(mesh_.nodes.size());
-    mesh_.nodes.emplace_back();
-    mesh_.depth = std::max(mesh_.depth, level);
-    std::array<Range, mesh_lanes> part{range};
-    std::uint32_t lanes = 1;
-    const bool bottom = range.size() <= mesh_lanes;
-    while (lanes < mesh_lanes) {
-      std::uint32_t largest = 0;
-      for (std::uint32_t k = 1; k < lanes; ++k)
-        if (part[k].size() > part[largest].size()) largest = k;
-      if (part[largest].size() <= (bottom ? 1 : mesh_lanes)) break;
-      const std::uint32_t middle = split(part[largest], level);
-      part[lanes++] = {middle, part[largest].end};
-      part[largest].end = middle;
-    }
-    std::array<std::uint32_t, mesh_lanes> child{}, count{};
-    for (std::uint32_t k = 0; k < lanes; ++k) {
-      child[k] = bottom ? part[k].begin : build(part[k], level + 1);
-      count[k] = bottom ? 1 : 0;
-    }
-    MeshNode& node = mesh_.nodes[self];  // only now: building children moves the nodes
-    node.lanes = lanes;
-    node.bottom = bottom;
-    for (std::uint32_t k = 0; k < mesh_lanes; ++k) {
-      node.child[k] = child[k];
-      node.count[k] = count[k];
-      const Extent e = k < lanes ? extent(part[k]) : Extent();
-      for (int axis = 0; axis < 3; ++axis) store(e, axis, node.mid[axis][k], node.half[axis][k]);
-    }
-    const Extent all = extent(range);
-    for (int axis = 0; axis < 3; ++axis) store(all, axis, node.box_mid[axis], node.box_half[axis]);
-    node.reach = *std::max_element(node.box_half, node.box_half + 3);
-    if (bottom)
-      add_block(node);
-    else
-      add_slabs(node, part);
-    return self;
-  }
-
-  void add_slabs(MeshNode& node, const std::array<Range, mesh_lanes>& parts) {
-    node.block = static_cast<std::uint32_t>(mesh_.slabs.size());
-    ChildSlabs& slabs = mesh_.slabs.emplace_back();
-    for (std::uint32_t k = 0; k < node.lanes; ++k) {
-      const auto each_corner = [&](auto&& take) {
-        for (std::uint32_t i = parts[k].begin; i < parts[k].end; ++i)
-          for (const Vec3& p : mesh_.corners(mesh_.order[i])) take(Vec3((p - mesh_.centre) / mesh_.unit));
-      };
-      Vec3 sum = Vec3::Zero();
-      each_corner([&](const Vec3& p) { sum += p; });
-      const Vec3 mean = sum / (3.0 * parts[k].size());
-      Mat3 spread = Mat3::Zero();
-      each_corner([&](const Vec3& p) { spread += (p - mean) * (p - mean).transpose(); });
-      Eigen::SelfAdjointEigenSolver<Mat3> axes;
-      axes.computeDirect(spread);
-      Vec3 thin = axes.eigenvectors().col(0);
-      if (!(std::abs(thin.norm() - 1) < 1e-3)) thin = Vec3::UnitX();
-      for (int axis = 0; axis < 3; ++axis)
-        slabs.normal[axis][k] = static_cast<float>(thin[axis]), thin[axis] = slabs.normal[axis][k];
-      double low = std::numeric_limits<double>::infinity(), high = -low;
-      each_corner([&](const Vec3& p) { low = std::min(low, thin.dot(p)), high = std::max(high, thin.dot(p)); });
-      store(low, high, mesh_.centre.cwiseAbs().sum(), slabs.mid[k], slabs.half[k]);
-    }
-  }
-
-  void add_block(MeshNode& node) {
-    node.block = static_cast<std::uint32_t>(mesh_.blocks.size());
-    TriangleBlock& block = mesh_.blocks.emplace_back();
-    for (std::uint32_t k = 0; k < mesh_lanes; ++k) {
-      const auto corners = mesh_.corners(mesh_.order[node.child[std::min(k, node.lanes - 1)]]);
-      for (std::size_t c = 0; c < 3; ++c)
-        for (int axis = 0; axis < 3; ++axis)
-          block.corner[c][axis][k] = static_cast<float>((corners[c][axis] - mesh_.centre[axis]) / mesh_.unit);
-    }
-  }
-
-  void store(const Extent& e, int axis, float& mid, float& half) const {
-    const bool used = e.lo[axis] <= e.hi[axis];
-    mid = 0, half = -1e30f;
-    if (used) store(e.lo[axis], e.hi[axis], std::abs(mesh_.centre[axis]), mid, half);
-  }
-
-  // The middle and half of an interval, rounded outward; `away` is how far from the origin the centre lies.
-  void store(double low, double high, double away, float& mid, float& half) const {
-    mid = static_cast<float>((low + high) / 2);
-    const double pad = tolerance::outward * (1 + away / mesh_.unit);
-    const double exact = std::max(high - mid, mid - low) + pad;
-    half = std::nextafter(static_cast<float>(exact), std::numeric_limits<float>::infinity());
-  }
-
-  // Surface area heuristic over bins of the centroids; the median where that brings nothing.
-  std::uint32_t split(Range r, int level) {
-    Extent centres;
-    for (std::uint32_t k = r.begin; k < r.end; ++k) centres.add(mid(mesh_.order[k]));
-    const Vec3 width = centres.hi - centres.lo;
-    int best_axis = -1;
-    std::size_t best_bin = 0;
-    double best_cost = std::numeric_limits<double>::infinity();
-    const auto bin_of = [&](std::uint32_t triangle, int axis) {
-      const double x = (mid(triangle)[axis] - centres.lo[axis]) / width[axis];
-      return std::min(static_cast<std::size_t>(x * static_cast<double>(bins)), bins - 1);
-    };
-    for (int axis = 0; axis < 3 && level < last_binned_level; ++axis) {
-      if (!(width[axis] > tolerance::no_extent)) continue;
-      std::array<Extent, bins> box;
-      std::array<std::uint32_t, bins> count{};
-      for (std::uint32_t k = r.begin; k < r.end; ++k) {
-        const std::size_t b = bin_of(mesh_.order[k], axis);
-        box[b].add(boxes_[mesh_.order[k]]);
-        ++count[b];
-      }
-      std::array<double, bins> right{};
-      Extent e;
-      std::uint32_t n = 0;
-      for (std::size_t b = bins - 1; b > 0; --b) {
-        e.add(box[b]);
-        n += count[b];
-        right[b] = n > 0 ? e.area() * n : 0;
-      }
-      e = {};
-      n = 0;
-      for (std::size_t b = 1; b < bins; ++b) {
-        e.add(box[b - 1]);
-        n += count[b - 1];
-        if (n == 0 || n == r.size()) continue;
-        if (const double cost = e.area() * n + right[b]; cost < best_cost)
-          best_cost = cost, best_axis = axis, best_bin = b;
-      }
-    }
-    const auto begin = mesh_.order.begin() + r.begin, end = mesh_.order.begin() + r.end;
-    if (best_axis >= 0)
-      return r.begin +
-             static_cast<std::uint32_t>(
-                 std::stable_partition(begin, end, [&](auto t) { return bin_of(t, best_axis) < best_bin; }) - begin);
-    int axis;
-    width.maxCoeff(&axis);
-    const auto middle = begin + r.size() / 2;
-    std::nth_element(begin, middle, end, [&](auto i, auto j) {
-      return mid(i)[axis] != mid(j)[axis] ? mid(i)[axis] < mid(j)[axis] : i < j;
-    });
-    return r.begin + r.size() / 2;
-  }
-
-  MeshModel& mesh_;
-  std::vector<Extent> boxes_;
-};
-
-}  // namespace
-
-MeshModel build_mesh(Mesh mesh) {
+void check(const Mesh& mesh) {
   if (mesh.triangles.empty()) refuse("triangles is empty; at least one is needed");
   if (mesh.triangles.size() > 0x0fffffff)
     refuse("triangles holds " + std::to_string(mesh.triangles.size()) + "; at most 2^28 - 1 are allowed");
@@ -461,35 +287,43 @@ MeshModel build_mesh(Mesh mesh) {
         refuse("triangles[" + std::to_string(i) + "][" + std::to_string(k) + "] is " +
                std::to_string(mesh.triangles[i][k]) + "; it must be below the number of vertices, " +
                std::to_string(mesh.vertices.size()));
+}
 
-  MeshModel model;
-  model.vertices = std::move(mesh.vertices);
-  model.triangles = std::move(mesh.triangles);
-  model.solid = mesh.solid;
-
-  // Vertices that no triangle uses are no part of the surface.
-  std::vector<std::uint8_t> used(model.vertices.size(), 0);
-  for (const auto& t : model.triangles)
-    for (const std::uint32_t v : t) used[v] = 1;
-  Extent box;
+// Of what the mesh's triangles use: vertices that none uses are no part of the surface.
+struct UsedPoints {
   std::vector<Vec3> points;
-  std::vector<std::uint32_t> point_of;
-  for (std::uint32_t v = 0; v < used.size(); ++v)
-    if (used[v]) {
-      box.add(model.vertices[v]);
-      points.push_back(model.vertices[v]);
-      point_of.push_back(v);
-    }
+  std::vector<std::uint32_t> vertex;
+  Extent box;
+
+  explicit UsedPoints(const MeshModel& model) {
+    std::vector<std::uint8_t> used(model.vertices.size(), 0);
+    for (const auto& t : model.triangles)
+      for (const std::uint32_t v : t) used[v] = 1;
+    for (std::uint32_t v = 0; v < used.size(); ++v)
+      if (used[v]) {
+        box.add(model.vertices[v]);
+        points.push_back(model.vertices[v]);
+        vertex.push_back(v);
+      }
+  }
+};
+
+void place(MeshModel& model, const Extent& box) {
   model.centre = box.lo + (box.hi - box.lo) / 2;
   model.half = (box.hi - model.centre).cwiseMax(model.centre - box.lo);
   if (const double most = model.half.maxCoeff(); most > 0) model.unit = std::exp2(std::ceil(std::log2(most)) + 1);
+}
 
-  model.hull = build_hull(points);
+void add_hull(MeshModel& model, const UsedPoints& used) {
+  model.hull = build_hull(used.points);
   const Hull& hull = model.hull;
   // The hull keeps its vertices in the order given, each with the bits given.
-  for (std::size_t i = 0, k = 0; i < points.size() && k < hull.vertices.size(); ++i)
-    if (points[i] == hull.vertices[k]) model.extreme.push_back(point_of[i]), ++k;
+  for (std::size_t i = 0, k = 0; i < used.points.size() && k < hull.vertices.size(); ++i)
+    if (used.points[i] == hull.vertices[k]) model.extreme.push_back(used.vertex[i]), ++k;
+}
 
+// Which triangle lies beside which, all that hang together turned alike; then the hierarchy.
+void add_surface(MeshModel& model, const PartRunner& parts) {
   std::vector<std::uint32_t> first = weld(model.vertices);
   if (!model.solid) {
     weld_seams(model, first);
@@ -499,9 +333,32 @@ MeshModel build_mesh(Mesh mesh) {
   if (!model.solid && model.closed && six_volumes(model) < 0) turn_all(model);
   find_parts(model, first);
   if (model.solid) require_outward(model);
+  build_hierarchy(model, parts);
+}
+
+}  // namespace
+
+std::size_t MeshModel::memory() const {
+  const auto bytes = [](const auto&... list) { return (std::size_t(0) + ... + (list.capacity() * sizeof(list[0]))); };
+  return sizeof(MeshModel) + hull.memory() +
+         bytes(vertices, triangles, neighbours, extreme, components, nodes, blocks, slabs, order);
+}
+
+MeshModel build_mesh(Mesh mesh, const PartRunner& parts) {
+  check(mesh);
+  MeshModel model;
+  model.vertices = std::move(mesh.vertices);
+  model.triangles = std::move(mesh.triangles);
+  model.solid = mesh.solid;
+  const UsedPoints used(model);
+  place(model, used.box);
+  const auto part = [&](std::size_t k) { k == 0 ? add_hull(model, used) : add_surface(model, parts); };
+  if (parts)
+    parts(2, part);
+  else
+    part(1), part(0);
   model.own_hull = model.closed && is_own_hull(model);
   model.convex = model.solid && model.own_hull;
-  HierarchyBuilder{model};
   return model;
 }
 

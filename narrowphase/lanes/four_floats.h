@@ -1,0 +1,27 @@
+// Four floats side by side, in what every processor of an architecture has: for loops whose data come one triangle or box
+// at a time, where no wider vectors help. Arithmetic lane by lane, never fused: the same bits everywhere.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <cstring>
+
+namespace tandem {
+
+using FourFloats = float __attribute__((vector_size(16)));
+
+inline FourFloats all_four(float x) { return FourFloats{x, x, x, x}; }
+inline FourFloats load_four(const float* from) {
+  FourFloats v;
+  std::memcpy(&v, from, sizeof v);
+  return v;
+}
+inline FourFloats min_of(FourFloats a, FourFloats b) { return a < b ? a : b; }
+inline FourFloats max_of(FourFloats a, FourFloats b) { return a > b ? a : b; }
+/// Rounded towards 0; the lanes must fit.
+inline std::array<std::int32_t, 4> to_integers(FourFloats v) {
+  using FourIntegers = std::int32_t __attribute__((vector_size(16)));
+  const FourIntegers whole = __builtin_convertvector(v, FourIntegers);
+  return {whole[0], whole[1], whole[2], whole[3]};
+}
+
+}  // namespace tandem
