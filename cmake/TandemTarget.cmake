@@ -1,18 +1,35 @@
-# tandem_library(NAME SOURCES... HEADERS...): one library of the house, with its alias, warnings and install rules.
+# tandem_library(NAME SOURCES... HEADERS... [EXPORT SET]): one static library, with its alias, warnings and install rules.
+# The shared library is made of those of EXPORT tandemTargets.
 function(tandem_library name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;HEADERS")
-  add_library(tandem_${name} ${arg_SOURCES})
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "EXPORT" "SOURCES;HEADERS")
+  add_library(tandem_${name} STATIC ${arg_SOURCES})
   add_library(tandem::${name} ALIAS tandem_${name})
   set_target_properties(tandem_${name} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)
   target_compile_features(tandem_${name} PUBLIC cxx_std_20)
-  target_sources(tandem_${name} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${arg_HEADERS})
-  target_include_directories(tandem_${name} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
+  target_sources(tandem_${name} PRIVATE ${arg_HEADERS})
+  target_include_directories(tandem_${name}
+    PUBLIC $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>
+    PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
+  target_link_libraries(tandem_${name} PUBLIC tandem_version)
   tandem_flags(tandem_${name})
   tandem_private_functions(tandem_${name})
-  install(TARGETS tandem_${name} EXPORT tandemTargets
-    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
-    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
-    FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+  if(NOT arg_EXPORT)
+    set(arg_EXPORT tandemTargets)
+  endif()
+  tandem_install(TARGETS tandem_${name} EXPORT ${arg_EXPORT}
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
+  foreach(header IN LISTS arg_HEADERS)
+    get_filename_component(folder ${header} DIRECTORY)
+    string(REGEX REPLACE "^include" "" folder ${folder})
+    tandem_install(FILES ${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}${folder} COMPONENT dev)
+  endforeach()
+endfunction()
+
+# tandem_install(...): install(...), where it is asked for: a parent project's prefix is left alone.
+function(tandem_install)
+  if(TANDEM_INSTALL)
+    install(${ARGV})
+  endif()
 endfunction()
 
 # What Highway is told of the processor: instruction sets for which nothing is compiled. Those of ARM are all but NEON;

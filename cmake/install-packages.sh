@@ -1,7 +1,10 @@
 #!/usr/bin/env bash
 # Installs what the build and most tests need, and the packages given, by name from the system's package manager. Does
-# nothing, quickly, when all of it is there.
+# nothing, quickly, when all of it is there. With --no-install first it says what is missing, and goes on.
 set -euo pipefail
+
+install=yes
+if [ "${1-}" = --no-install ]; then install=no && shift; fi
 
 packages=(
   g++ cmake ninja-build ca-certificates
@@ -21,6 +24,10 @@ for package in "${packages[@]}"; do
   dpkg-query -W -f '${db:Status-Status}\n' "$package" 2>/dev/null | grep -qx installed || missing+=("$package")
 done
 [ ${#missing[@]} -gt 0 ] || exit 0
+if [ $install = no ]; then
+  echo "tandem: not installed, as asked: ${missing[*]}" >&2
+  exit 0
+fi
 
 sudo=()
 if [ "$(id -u)" -ne 0 ]; then

@@ -1,6 +1,9 @@
 #include <tandem/engine/pipeline.h>
+#include <tandem/version.h>
 
 #include <cstdio>
+
+static_assert(TANDEM_VERSION_MAJOR == 0 && TANDEM_VERSION_MINOR >= 1);
 
 int main() {
   tandem::Scene scene;

@@ -1,0 +1,11 @@
+#!/usr/bin/env bash
+# Builds Debian packages of this checkout in build/packages, for the Debian that this runs on, and lets lintian judge them:
+# cmake/make-packages.sh [--no-install]
+set -euo pipefail
+cd "$(dirname "$(readlink -f "$0")")/.."
+cmake/install-packages.sh "$@" dpkg-dev file lintian
+cmake --preset packages >/dev/null
+cmake --build --preset packages
+rm -f build/packages/*.deb
+(cd build/packages && cpack)
+lintian --allow-root --fail-on error build/packages/*.deb

@@ -1,0 +1,30 @@
+#!/usr/bin/env bash
+# Installs the Debian packages of a folder on this machine and uses them as a newcomer would: the programs, a consumer by
+# find_package, one by pkg-config. For a bare machine: tests/install/from-packages.sh FOLDER
+set -euo pipefail
+packages=$(readlink -f "$1")
+cd "$(dirname "$(readlink -f "$0")")/consumer"
+export DEBIAN_FRONTEND=noninteractive
+apt-get update -qq
+apt-get install -y -qq --no-install-recommends "$packages"/libtandem0_*.deb "$packages"/libtandem-dev_*.deb >/dev/null
+if dpkg-query -W libfcl0.7 libccd2 liboctomap1.9 2>/dev/null | grep .; then
+  echo "libtandem-dev brings libraries that distances do not need" >&2
+  exit 1
+fi
+apt-get install -y -qq --no-install-recommends g++ cmake make pkgconf "$packages"/tandem-tools_*.deb >/dev/null
+work=$(mktemp -d)
+cmake -S . -B "$work" >/dev/null
+cmake --build "$work"
+"$work"/consumer
+"$work"/by_shared_library
+"$work"/distance
+# shellcheck disable=SC2046 # several flags
+g++ main.cpp -o "$work"/by_pkg_config $(pkg-config --cflags --libs tandem)
+"$work"/by_pkg_config
+for program in distance by_shared_library; do
+  echo "$program needs: $(ldd "$work/$program" | awk '{print $1}' | paste -sd " ")"
+done
+tandem run cubes-on-plane --steps 5
+tandem-bench --version
+rm -r "$work"
+echo "packages: all works"
