@@ -4,6 +4,7 @@
 set -euo pipefail
 packages=$(readlink -f "$1")
 cd "$(dirname "$(readlink -f "$0")")/consumer"
+examples=$(readlink -f ../../../examples)
 export DEBIAN_FRONTEND=noninteractive
 apt-get update -qq
 apt-get install -y -qq --no-install-recommends "$packages"/libtandem0_*.deb "$packages"/libtandem-dev_*.deb >/dev/null
@@ -26,5 +27,9 @@ for program in distance by_shared_library; do
 done
 tandem run cubes-on-plane --steps 5
 tandem-bench --version
+apt-get install -y -qq --no-install-recommends "$packages"/python3-tandem_*.deb >/dev/null
+for example in first_distance falling_pile planner; do
+  (cd "$work" && python3 "$examples/python/$example.py")
+done
 rm -r "$work"
 echo "packages: all works"

@@ -1,0 +1,203 @@
+#include "arrays.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "scene/tolerances.h"
+#include "shared_use.h"
+
+namespace tandem::python {
+namespace {
+
+std::string shape_text(const py::array& array) {
+  std::string text = "(";
+  for (py::ssize_t i = 0; i < array.ndim(); ++i) text += (i > 0 ? ", " : "") + std::to_string(array.shape(i));
+  return text + ")";
+}
+
+std::string shape_text(std::initializer_list<py::ssize_t> shape) {
+  std::string text = "(";
+  for (const py::ssize_t length : shape)
+    text += (text.size() > 1 ? ", " : "") + (length < 0 ? "n" : std::to_string(length));
+  return text + ")";
+}
+
+[[noreturn]] void refuse(std::string_view what, const std::string& found, const std::string& allowed) {
+  throw std::invalid_argument(std::string(what) + ": " + found + ", allowed: " + allowed);
+}
+
+py::array any_array(const py::handle& value, std::string_view what) {
+  py::array array = py::array::ensure(value);
+  if (!array) {
+    PyErr_Clear();
+    refuse(what, "not an array", "real numbers");
+  }
+  return array;
+}
+
+std::string element(std::string_view what, std::size_t i) { return std::string(what) + "[" + std::to_string(i) + "]"; }
+
+// Of a homogeneous matrix, 16 numbers row by row.
+bool has_last_row(const double* m) { return m[12] == 0 && m[13] == 0 && m[14] == 0 && m[15] == 1; }
+
+Pose from_matrix(const double* m) {
+  Pose pose;
+  pose.rotation << m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10];
+  pose.translation << m[3], m[7], m[11];
+  return pose;
+}
+
+void require_last_row(const double* m, std::string_view what) {
+  if (!has_last_row(m))
+    refuse(what, "the last row of a (4, 4) matrix is not 0, 0, 0, 1", "a rotation and a translation");
+}
+
+// Of a translation, then a quaternion w, x, y, z.
+Quat quaternion(const double* v) { return {v[3], v[4], v[5], v[6]}; }
+
+bool has_unit_quaternion(const double* v) { return std::abs(quaternion(v).norm() - 1) <= tolerance::quaternion_norm; }
+
+Pose from_seven(const double* v) { return Pose::from(quaternion(v), {v[0], v[1], v[2]}); }
+
+void require_unit_quaternion(const double* v, std::string_view what) {
+  if (!has_unit_quaternion(v))
+    refuse(what, "a quaternion (w, x, y, z) of length " + std::to_string(quaternion(v).norm()), "length 1");
+}
+
+void write(const Pose& pose, double* m) {
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) m[4 * i + j] = pose.rotation(i, j);
+    m[4 * i + 3] = pose.translation[i];
+    m[12 + i] = 0;
+  }
+  m[15] = 1;
+}
+
+template <std::size_t N>
+py::array_t<std::uint32_t> rows(std::span<const std::array<std::uint32_t, N>> values) {
+  py::array_t<std::uint32_t> out({static_cast<py::ssize_t>(values.size()), static_cast<py::ssize_t>(N)});
+  if (!values.empty()) std::memcpy(out.mutable_data(), values.data(), values.size_bytes());
+  return out;
+}
+
+}  // namespace
+
+Doubles doubles(const py::handle& value, std::string_view what) {
+  if (py::isinstance<Doubles>(value)) return py::reinterpret_borrow<Doubles>(value);
+  const py::array array = any_array(value, what);
+  if (std::string_view("fiu").find(array.dtype().kind()) == std::string_view::npos)
+    refuse(what, "an array of " + std::string(py::str(static_cast<const py::object&>(array.dtype()))), "real numbers");
+  return py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(array);
+}
+
+Doubles doubles(const py::handle& value, std::string_view what, std::initializer_list<py::ssize_t> shape) {
+  Doubles out = doubles(value, what);
+  bool fits = out.ndim() == static_cast<py::ssize_t>(shape.size());
+  for (std::size_t i = 0; fits && i < shape.size(); ++i) {
+    const py::ssize_t length = shape.begin()[i];
+    fits = length < 0 || out.shape(static_cast<py::ssize_t>(i)) == length;
+  }
+  if (!fits) refuse(what, "an array of shape " + shape_text(out), shape_text(shape));
+  return out;
+}
+
+Vec3 vec3(const py::handle& value, std::string_view what) {
+  const Doubles v = doubles(value, what, {3});
+  return {v.data()[0], v.data()[1], v.data()[2]};
+}
+
+std::vector<Vec3> points(const py::handle& value, std::string_view what) {
+  const Doubles v = doubles(value, what, {-1, 3});
+  std::vector<Vec3> out(static_cast<std::size_t>(v.shape(0)));
+  for (std::size_t i = 0; i < out.size(); ++i) out[i] = Eigen::Map<const Vec3>(v.data() + 3 * i);
+  return out;
+}
+
+std::vector<std::array<std::uint32_t, 3>> triangles(const py::handle& value, std::string_view what) {
+  const py::array array = any_array(value, what);
+  if (array.dtype().kind() != 'i' && array.dtype().kind() != 'u')
+    refuse(what, "not whole numbers", "indices of vertices");
+  if (array.ndim() != 2 || array.shape(1) != 3) refuse(what, "an array of shape " + shape_text(array), "(n, 3)");
+  const auto wide = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>::ensure(array);
+  std::vector<std::array<std::uint32_t, 3>> out(static_cast<std::size_t>(wide.shape(0)));
+  for (std::size_t i = 0; i < 3 * out.size(); ++i) {
+    const std::int64_t index = wide.data()[i];
+    if (index < 0 || index > std::numeric_limits<std::uint32_t>::max())
+      refuse(what, "index " + std::to_string(index) + " in triangle " + std::to_string(i / 3), "[0, 2^32)");
+    out[i / 3][i % 3] = static_cast<std::uint32_t>(index);
+  }
+  return out;
+}
+
+Pose pose(const py::handle& value, std::string_view what) {
+  if (value.is_none()) return {};
+  const Doubles v = doubles(value, what);
+  const bool matrix = v.ndim() == 2 && v.shape(0) == 4 && v.shape(1) == 4;
+  if (!matrix && !(v.ndim() == 1 && v.shape(0) == 7))
+    refuse(what, "an array of shape " + shape_text(v), "(4, 4), or (7): translation, then quaternion w, x, y, z");
+  matrix ? require_last_row(v.data(), what) : require_unit_quaternion(v.data(), what);
+  const Pose pose = matrix ? from_matrix(v.data()) : from_seven(v.data());
+  require_valid(pose, what);
+  return pose;
+}
+
+std::vector<Pose> poses(const py::handle& value, std::string_view what) {
+  const Doubles v = doubles(value, what);
+  const py::ssize_t n = v.ndim();
+  const bool matrices = n >= 3 && v.shape(n - 2) == 4 && v.shape(n - 1) == 4;
+  if (!matrices && !(n >= 2 && v.shape(n - 1) == 7))
+    refuse(what, "an array of shape " + shape_text(v),
+           "(..., 4, 4), or (..., 7): translations, then quaternions w, x, y, z");
+  const std::size_t numbers = matrices ? 16 : 7;
+  std::vector<Pose> out(static_cast<std::size_t>(v.size()) / numbers);
+  const double* from = v.data();
+  const WithoutGil released;
+  tbb::parallel_for(
+      tbb::blocked_range<std::size_t>(0, out.size(), 256), [&](const tbb::blocked_range<std::size_t>& block) {
+        for (std::size_t i = block.begin(); i < block.end(); ++i) {
+          const double* x = from + i * numbers;
+          if (matrices ? has_last_row(x) : has_unit_quaternion(x)) {
+            out[i] = matrices ? from_matrix(x) : from_seven(x);
+          } else {
+            matrices ? require_last_row(x, element(what, i)) : require_unit_quaternion(x, element(what, i));
+          }
+        }
+      });
+  return out;
+}
+
+Doubles to_array(const Vec3& v) {
+  Doubles out(3);
+  std::copy_n(v.data(), 3, out.mutable_data());
+  return out;
+}
+
+Doubles to_array(const Pose& pose) {
+  Doubles out({4, 4});
+  write(pose, out.mutable_data());
+  return out;
+}
+
+Doubles to_array(std::span<const Pose> poses) {
+  Doubles out({static_cast<py::ssize_t>(poses.size()), py::ssize_t{4}, py::ssize_t{4}});
+  for (std::size_t i = 0; i < poses.size(); ++i) write(poses[i], out.mutable_data() + 16 * i);
+  return out;
+}
+
+Doubles to_array(std::span<const Vec3> points) {
+  Doubles out({static_cast<py::ssize_t>(points.size()), py::ssize_t{3}});
+  if (!points.empty()) std::memcpy(out.mutable_data(), points.data(), points.size_bytes());
+  return out;
+}
+
+py::array_t<std::uint32_t> to_array(std::span<const std::array<std::uint32_t, 3>> triangles) { return rows(triangles); }
+py::array_t<std::uint32_t> to_array(std::span<const std::array<std::uint32_t, 2>> pairs) { return rows(pairs); }
+
+}  // namespace tandem::python

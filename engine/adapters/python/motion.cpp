@@ -1,0 +1,145 @@
+#include <pybind11/pybind11.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <optional>
+
+#include "arrays.h"
+#include "bindings.h"
+#include "detector.h"
+#include "formats/output_file.h"
+#include "formats/record_file.h"
+#include "scene_objects.h"
+#include "tandem/engine/contact_memory.h"
+#include "tandem/engine/response.h"
+
+namespace tandem::python {
+namespace {
+
+using SharedResponse = SharedUse<Response>;
+using SharedEvents = SharedUse<ContactEvents>;
+
+std::unique_ptr<SharedResponse> response(int substeps, double friction, double rolling_resistance, double contact_hertz,
+                                         int threads) {
+  ResponseOptions options;
+  options.substeps = substeps;
+  options.friction = friction;
+  options.rolling_resistance = rolling_resistance;
+  options.contact_hertz = contact_hertz;
+  options.threads = threads;
+  return std::make_unique<SharedResponse>(options);
+}
+
+ResponseReport respond(SharedResponse& response, SharedScene& scene, const SharedPipeline& pipeline) {
+  return response.change([&](Response& r) {
+    return pipeline.look(
+        [&](const Detector& d) { return scene.change([&](Scene& s) { return r.step(s, d.pipeline.contacts()); }); });
+  });
+}
+
+// (n, 2) ids
+py::array_t<IdNumber> ids_of(const std::vector<BodyPair>& pairs) {
+  py::array_t<IdNumber> out({static_cast<py::ssize_t>(pairs.size()), py::ssize_t{2}});
+  IdNumber* id = out.mutable_data();
+  for (const BodyPair& pair : pairs) {
+    *id++ = number(pair.a);
+    *id++ = number(pair.b);
+  }
+  return out;
+}
+
+template <std::span<const BodyPair> (ContactEvents::*Get)() const>
+py::array_t<IdNumber> events_of(const SharedEvents& events) {
+  return ids_of(
+      events.look([](const ContactEvents& e) { return std::vector<BodyPair>((e.*Get)().begin(), (e.*Get)().end()); }));
+}
+
+/// A record that is being written: of steps as a pipeline saw them.
+class Recording {
+ public:
+  Recording(const std::filesystem::path& path, const Scene& scene) : file_("Recording", path), writer_(file_, scene) {}
+  void add(const Scene& scene, const ContactList& contacts) {
+    require_open();
+    writer_.step(steps_++, hash(contacts), scene, contacts);
+  }
+  void close() {
+    require_open();
+    open_ = false;
+    file_.commit();
+  }
+
+ private:
+  void require_open() const {
+    if (!open_) throw std::invalid_argument("Recording: it is closed, allowed: one that is open");
+  }
+  OutputFile file_;
+  RecordWriter writer_;
+  std::uint64_t steps_ = 0;
+  bool open_ = true;
+};
+using SharedRecording = SharedUse<std::optional<Recording>>;
+
+void bind_recording(py::module_& m) {
+  py::class_<SharedRecording>(
+      m, "Recording", "Writes steps to a file, for tandem.show and `tandem-bench report`; as `with` block, or closed.")
+      .def(py::init([](const std::filesystem::path& path, const SharedScene& scene) {
+             auto made = std::make_unique<SharedRecording>();
+             made->change([&](auto& r) { scene.look([&](const Scene& s) { r.emplace(path, s); }); });
+             return made;
+           }),
+           py::arg("path"), py::arg("scene"))
+      .def(
+          "add",
+          [](SharedRecording& recording, const SharedScene& scene, const SharedPipeline& pipeline) {
+            recording.change([&](auto& r) {
+              pipeline.look(
+                  [&](const Detector& d) { scene.look([&](const Scene& s) { r->add(s, d.pipeline.contacts()); }); });
+            });
+          },
+          py::arg("scene"), py::arg("pipeline"), "After a step, before the scene changes.")
+      .def("close", [](SharedRecording& recording) { recording.change([](auto& r) { r->close(); }); })
+      .def("__enter__", [](const py::object& self) { return self; })
+      .def("__exit__", [](SharedRecording& recording, const py::object& type, const py::object&, const py::object&) {
+        if (type.is_none()) recording.change([](auto& r) { r->close(); });
+      });
+}
+
+void bind_events(py::module_& m) {
+  py::class_<SharedEvents>(
+      m, "ContactEvents", "Which pairs began to touch, still touch and no longer touch: (n, 2) ids, sorted by indices.")
+      .def(py::init([] { return std::make_unique<SharedEvents>(); }))
+      .def(
+          "update",
+          [](SharedEvents& events, const SharedScene& scene, const SharedPipeline& pipeline) {
+            events.change([&](ContactEvents& e) {
+              pipeline.look(
+                  [&](const Detector& d) { scene.look([&](const Scene& s) { e.update(s, d.pipeline.contacts()); }); });
+            });
+          },
+          py::arg("scene"), py::arg("pipeline"), "After a step, before the scene changes.")
+      .def_property_readonly("began", &events_of<&ContactEvents::began>)
+      .def_property_readonly("stayed", &events_of<&ContactEvents::stayed>)
+      .def_property_readonly("ended", &events_of<&ContactEvents::ended>);
+}
+
+}  // namespace
+
+void bind_motion(py::module_& m) {
+  py::class_<ResponseReport>(m, "ResponseReport")
+      .def_readonly("kinetic_energy", &ResponseReport::kinetic_energy, "J, all moving bodies")
+      .def_readonly("max_depth", &ResponseReport::max_depth, "m, as detected")
+      .def_readonly("ms", &ResponseReport::ms, "wall");
+  py::class_<SharedResponse>(m, "Response", "Moves the bodies of one scene by their contacts, gravity and friction.")
+      .def(py::init(&response), py::kw_only(), py::arg("substeps") = 4, py::arg("friction") = 0.5,
+           py::arg("rolling_resistance") = ResponseOptions{}.rolling_resistance, py::arg("contact_hertz") = 30.0,
+           py::arg("threads") = 0)
+      .def("step", &respond, py::arg("scene"), py::arg("pipeline"),
+           "Moves the scene by its dt, by the contacts of the pipeline's last step.");
+  m.def(
+      "recommended_margin",
+      [](const SharedScene& scene) { return scene.look([](const Scene& s) { return recommended_margin(s); }); },
+      py::arg("scene"), "m: for a pipeline whose contacts a response uses.");
+  bind_recording(m);
+  bind_events(m);
+}
+
+}  // namespace tandem::python

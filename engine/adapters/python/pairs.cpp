@@ -1,0 +1,158 @@
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <limits>
+#include <sstream>
+
+#include "arrays.h"
+#include "bindings.h"
+#include "contact_arrays.h"
+#include "tandem/narrowphase/narrow_phase.h"
+#include "tandem/narrowphase/triangles_at.h"
+
+namespace tandem::python {
+namespace {
+
+constexpr double infinite = std::numeric_limits<double>::infinity();
+
+// Two shapes where they are, as the calls below are given them.
+struct Placed {
+  Placed(const Shape& a, const py::handle& pose_a, const Shape& b, const py::handle& pose_b)
+      : a(a), b(b), at_a(pose(pose_a, "pose_a")), at_b(pose(pose_b, "pose_b")) {}
+
+  const Shape &a, &b;
+  Pose at_a, at_b;
+};
+
+PairAnswer solved(const Placed& pair, Request request, const NarrowPhaseOptions& options = {},
+                  std::vector<Contact>* contacts = nullptr) {
+  const py::gil_scoped_release released;
+  const NarrowPhase solver(options);
+  if (const std::string why = solver.refuses(pair.a, pair.b, request); !why.empty()) throw std::invalid_argument(why);
+  return solver.solve(pair.a, pair.at_a, pair.b, pair.at_b, request, contacts);
+}
+
+PairAnswer distance(const Shape& a, const py::object& pose_a, const Shape& b, const py::object& pose_b,
+                    double tolerance, double cutoff) {
+  NarrowPhaseOptions options;
+  options.tolerance = tolerance;
+  options.cutoff = cutoff;
+  return solved({a, pose_a, b, pose_b}, Request::distance, options);
+}
+
+bool collide(const Shape& a, const py::object& pose_a, const Shape& b, const py::object& pose_b) {
+  return solved({a, pose_a, b, pose_b}, Request::collide).collide;
+}
+
+py::array contacts(const Shape& a, const py::object& pose_a, const Shape& b, const py::object& pose_b, double margin) {
+  NarrowPhaseOptions options;
+  options.margin = margin;
+  std::vector<Contact> found;
+  solved({a, pose_a, b, pose_b}, Request::contacts, options, &found);
+  return contact_array(found);
+}
+
+py::array intersecting_triangles(const Shape& a, const py::object& pose_a, const Shape& b, const py::object& pose_b) {
+  const Placed pair(a, pose_a, b, pose_b);
+  std::vector<std::array<std::uint32_t, 2>> found;
+  {
+    const py::gil_scoped_release released;
+    found = NarrowPhase().intersecting_triangles(a, pair.at_a, b, pair.at_b);
+  }
+  return to_array(std::span<const std::array<std::uint32_t, 2>>(found));
+}
+
+std::optional<FirstTouch> time_of_impact(const Shape& a, const py::object& from_a, const py::object& to_a,
+                                         const Shape& b, const py::object& from_b, const py::object& to_b) {
+  const Motion motion_a{pose(from_a, "from_a"), pose(to_a, "to_a")},
+      motion_b{pose(from_b, "from_b"), pose(to_b, "to_b")};
+  const py::gil_scoped_release released;
+  return NarrowPhase().time_of_impact(a, motion_a, b, motion_b);
+}
+
+py::tuple triangles_of(const Shape& a, const py::object& pose_a, const Shape& b, const py::object& pose_b,
+                       const PairAnswer& answer) {
+  const Placed pair(a, pose_a, b, pose_b);
+  const auto found = triangles_at(a, pair.at_a, b, pair.at_b, answer);
+  return py::make_tuple(found[0], found[1]);
+}
+
+py::array_t<std::uint32_t> triangles_of_contacts(const Shape& a, const py::object& pose_a, const Shape& b,
+                                                 const py::object& pose_b, const py::object& given) {
+  const Placed pair(a, pose_a, b, pose_b);
+  std::vector<std::array<std::uint32_t, 2>> found;
+  for (const Contact& contact : contacts_in(given, "of"))
+    found.push_back(triangles_at(a, pair.at_a, b, pair.at_b, contact));
+  return to_array(std::span<const std::array<std::uint32_t, 2>>(found));
+}
+
+const char* status_name(Status status) {
+  switch (status) {
+    case Status::ok:
+      return "ok";
+    case Status::inexact:
+      return "inexact";
+    default:
+      return "unproven";
+  }
+}
+
+std::string described(const PairAnswer& answer) {
+  std::ostringstream out;
+  out << "<tandem.Answer signed_distance " << answer.signed_distance << " m, " << status_name(answer.status) << ">";
+  return out.str();
+}
+
+void bind_answers(py::module_& m) {
+  py::class_<PairAnswer>(m, "Answer", "What is known of two shapes; points and normal in world axes.")
+      .def_readonly("collide", &PairAnswer::collide)
+      .def_readonly("farther", &PairAnswer::farther, "Farther apart than the cut-off, which is signed_distance then.")
+      .def_readonly("signed_distance", &PairAnswer::signed_distance, "m; > 0 gap, < 0 minus the penetration depth")
+      .def_property_readonly(
+          "point_a", [](const PairAnswer& a) { return to_array(a.point_a); }, "(3,) on A, m")
+      .def_property_readonly(
+          "point_b", [](const PairAnswer& a) { return to_array(a.point_b); }, "(3,) on B, m")
+      .def_property_readonly(
+          "normal", [](const PairAnswer& a) { return to_array(a.normal); }, "(3,) unit, from A to B")
+      .def_property_readonly(
+          "status", [](const PairAnswer& a) { return status_name(a.status); }, "'ok' or 'inexact'")
+      .def_readonly("error_bound", &PairAnswer::error_bound, "m, on signed_distance; 0: rounding")
+      .def("__repr__", &described);
+  py::class_<FirstTouch>(m, "FirstTouch", "The first touch of two shapes on their motions.")
+      .def_readonly("t", &FirstTouch::t, "[0, 1]; 0 where they touch at the start")
+      .def_property_readonly(
+          "point", [](const FirstTouch& f) { return to_array(f.point); }, "(3,) midway, m")
+      .def_property_readonly(
+          "normal", [](const FirstTouch& f) { return to_array(f.normal); }, "(3,) unit, from A to B")
+      .def_property_readonly(
+          "feature", [](const FirstTouch& f) { return py::make_tuple(f.feature[0], f.feature[1]); },
+          "of A and of B: the triangle of a mesh, else 0");
+}
+
+}  // namespace
+
+void bind_pairs(py::module_& m) {
+  bind_answers(m);
+  const auto a = py::arg("a"), pose_a = py::arg("pose_a"), b = py::arg("b"), pose_b = py::arg("pose_b");
+  m.def("distance", &distance, a, pose_a, b, pose_b, py::kw_only(), py::arg("tolerance") = 0.0,
+        py::arg("cutoff") = infinite,
+        "Signed distance, points and normal of two shapes. Poses: (4, 4), or (7,): translation, then quaternion w, x, "
+        "y, z;\n"
+        "or None. tolerance: accepted error relative to the size, [0, 0.1]. cutoff: m; farther pairs are not told "
+        "apart.");
+  m.def("collide", &collide, a, pose_a, b, pose_b, "Whether two shapes touch or overlap; exact for meshes.");
+  m.def("contacts", &contacts, a, pose_a, b, pose_b, py::kw_only(), py::arg("margin") = 0.0,
+        "Contacts as a structured array: point, normal (unit, from a to b), depth, feature. margin: m; gaps up to it "
+        "are\n"
+        "reported with negative depth (of two meshes none).");
+  m.def("intersecting_triangles", &intersecting_triangles, a, pose_a, b, pose_b,
+        "(n, 2): all intersecting pairs of triangles of two meshes, sorted; exact.");
+  m.def("time_of_impact", &time_of_impact, a, py::arg("from_a"), py::arg("to_a"), b, py::arg("from_b"), py::arg("to_b"),
+        "The first touch on screw motions between two poses each, or None. Never missed.");
+  m.def("triangles_at", &triangles_of, a, pose_a, b, pose_b, py::arg("of"),
+        "The triangles of a and of b on which the points of an Answer lie; 0 where a shape is no mesh.");
+  m.def("triangles_at", &triangles_of_contacts, a, pose_a, b, pose_b, py::arg("of"),
+        "(n, 2): the same of each contact of an array as tandem.contacts gives it.");
+}
+
+}  // namespace tandem::python

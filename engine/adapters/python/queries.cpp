@@ -1,0 +1,236 @@
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <chrono>
+#include <limits>
+
+#include "arrays.h"
+#include "bindings.h"
+#include "contact_arrays.h"
+#include "scene_objects.h"
+#include "tandem/engine/scene_queries.h"
+
+namespace tandem::python {
+namespace {
+
+using SharedQueries = SharedUse<SceneQueries>;
+constexpr double infinite = std::numeric_limits<double>::infinity();
+
+// What is left out of a query, as it was given.
+struct Filter {
+  Filter(std::uint32_t group, std::uint32_t mask, const py::object& ignored) {
+    if (!ignored.is_none()) ignore = body_ids(ignored, "ignore");
+    filter.group = group;
+    filter.mask = mask;
+    filter.ignore = ignore;
+  }
+  Filter(const Filter&) = delete;
+  Filter& operator=(const Filter&) = delete;
+
+  std::vector<BodyId> ignore;
+  QueryFilter filter;
+};
+
+bool collides(const SharedQueries& queries, const Shape& shape, const py::object& at, double margin,
+              std::uint32_t group, std::uint32_t mask, const py::object& ignore) {
+  const Filter filter(group, mask, ignore);
+  const Pose where = pose(at, "pose");
+  return queries.look([&](const SceneQueries& q) { return q.collides(shape, where, margin, filter.filter); });
+}
+
+py::array_t<IdNumber> hits(const SharedQueries& queries, const Shape& shape, const py::object& at, std::uint32_t group,
+                           std::uint32_t mask, const py::object& ignore) {
+  const Filter filter(group, mask, ignore);
+  const Pose where = pose(at, "pose");
+  std::vector<BodyId> found;
+  queries.look([&](const SceneQueries& q) { q.hits(shape, where, found, filter.filter); });
+  return to_array(found);
+}
+
+py::object tuple_of(const std::optional<Hit>& hit) {
+  if (!hit) return py::none();
+  return py::make_tuple(number(hit->body), hit->answer);
+}
+
+py::object nearest(const SharedQueries& queries, const Shape& shape, const py::object& at, double cutoff,
+                   std::uint32_t group, std::uint32_t mask, const py::object& ignore) {
+  const Filter filter(group, mask, ignore);
+  const Pose where = pose(at, "pose");
+  return tuple_of(queries.look([&](const SceneQueries& q) { return q.nearest(shape, where, cutoff, filter.filter); }));
+}
+
+py::list within(const SharedQueries& queries, const Shape& shape, const py::object& at, double margin,
+                std::uint32_t group, std::uint32_t mask, const py::object& ignore) {
+  const Filter filter(group, mask, ignore);
+  const Pose where = pose(at, "pose");
+  std::vector<Hit> found;
+  queries.look([&](const SceneQueries& q) { q.within(shape, where, margin, found, filter.filter); });
+  py::list out;
+  for (const Hit& hit : found) out.append(py::make_tuple(number(hit.body), hit.answer));
+  return out;
+}
+
+py::list contacts(const SharedQueries& queries, const Shape& shape, const py::object& at, double margin,
+                  std::uint32_t group, std::uint32_t mask, const py::object& ignore) {
+  const Filter filter(group, mask, ignore);
+  const Pose where = pose(at, "pose");
+  std::vector<ContactHit> found;
+  std::vector<Contact> points;
+  queries.look([&](const SceneQueries& q) { q.contacts(shape, where, margin, found, points, filter.filter); });
+  py::list out;
+  for (const ContactHit& hit : found)
+    out.append(
+        py::make_tuple(number(hit.body), hit.answer, contact_array(std::span(points).subspan(hit.first, hit.count))));
+  return out;
+}
+
+py::object cast(const SharedQueries& queries, const Shape& shape, const py::object& from, const py::object& to,
+                std::uint32_t group, std::uint32_t mask, const py::object& ignore) {
+  const Filter filter(group, mask, ignore);
+  const Motion motion{pose(from, "from_pose"), pose(to, "to_pose")};
+  const auto found = queries.look([&](const SceneQueries& q) { return q.cast(shape, motion, filter.filter); });
+  if (!found) return py::none();
+  return py::make_tuple(number(found->body), FirstTouch{found->t, found->point, found->normal, found->feature});
+}
+
+PairTable pair_table(const py::object& value, const char* what) {
+  if (value.is_none()) return {};
+  const auto array = py::array_t<bool, py::array::c_style>::ensure(value);
+  if (!array || array.ndim() != 2) {
+    PyErr_Clear();
+    throw std::invalid_argument(std::string(what) + ": not a table, allowed: a bool array of two dimensions");
+  }
+  const auto rows = static_cast<std::size_t>(array.shape(0)), columns = static_cast<std::size_t>(array.shape(1));
+  PairTable table(rows, columns, false);
+  for (std::size_t i = 0; i < rows; ++i)
+    for (std::size_t j = 0; j < columns; ++j) table.set(i, j, array.data()[i * columns + j]);
+  return table;
+}
+
+// What a batch is asked with: links, their poses, and which pairs of them are checked.
+struct Batch {
+  Batch(const std::vector<Shape>& links, const py::object& at, const py::object& self_pairs,
+        const py::object& world_pairs, double margin, const Filter& filter, std::optional<double> timeout)
+      : links(links),
+        placed(poses(at, "poses")),
+        self(pair_table(self_pairs, "self_pairs")),
+        world(pair_table(world_pairs, "world_pairs")) {
+    if (links.empty()) throw std::invalid_argument("links: none, allowed: at least one");
+    if (placed.size() % links.size() != 0)
+      throw std::invalid_argument("poses: " + std::to_string(placed.size()) + " of " + std::to_string(links.size()) +
+                                  " links, allowed: one for each link of each configuration");
+    configurations = placed.size() / links.size();
+    options.margin = margin;
+    options.filter = filter.filter;
+    if (world.rows() > 0) options.world = &world;
+    if (timeout) {
+      if (!(*timeout >= 0))
+        throw std::invalid_argument("timeout: " + std::to_string(*timeout) + ", allowed: seconds >= 0, or None");
+      const std::chrono::duration<double> most = std::chrono::hours(24 * 365);
+      options.deadline =
+          std::chrono::steady_clock::now() + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                                                 std::min(std::chrono::duration<double>(*timeout), most));
+    }
+  }
+  Batch(const Batch&) = delete;
+  Batch& operator=(const Batch&) = delete;
+
+  const std::vector<Shape>& links;
+  std::vector<Pose> placed;
+  PairTable self, world;
+  std::size_t configurations = 0;
+  BatchOptions options;
+};
+
+py::array_t<std::uint8_t> check(const SharedQueries& queries, const std::vector<Shape>& links, const py::object& at,
+                                const py::object& self_pairs, const py::object& world_pairs, double margin,
+                                std::size_t configurations_a_motion, bool continuous, std::optional<double> timeout,
+                                std::uint32_t group, std::uint32_t mask, const py::object& ignore) {
+  const Filter filter(group, mask, ignore);
+  Batch batch(links, at, self_pairs, world_pairs, margin, filter, timeout);
+  batch.options.configurations_a_motion = configurations_a_motion;
+  batch.options.continuous = continuous;
+  if (configurations_a_motion == 0) throw std::invalid_argument("configurations_a_motion: 0, allowed: >= 1");
+  py::array_t<std::uint8_t> out(static_cast<py::ssize_t>(batch.configurations / configurations_a_motion));
+  static_assert(sizeof(Verdict) == 1);
+  const std::span verdicts(reinterpret_cast<Verdict*>(out.mutable_data()), static_cast<std::size_t>(out.size()));
+  queries.look([&](const SceneQueries& q) { q.check(links, batch.placed, batch.self, verdicts, batch.options); });
+  return out;
+}
+
+Doubles clearance(const SharedQueries& queries, const std::vector<Shape>& links, const py::object& at,
+                  const py::object& self_pairs, const py::object& world_pairs, double cutoff,
+                  std::optional<double> timeout, std::uint32_t group, std::uint32_t mask, const py::object& ignore) {
+  const Filter filter(group, mask, ignore);
+  const Batch batch(links, at, self_pairs, world_pairs, 0, filter, timeout);
+  Doubles out(static_cast<py::ssize_t>(batch.configurations));
+  const std::span distances(out.mutable_data(), batch.configurations);
+  queries.look(
+      [&](const SceneQueries& q) { q.clearance(links, batch.placed, batch.self, distances, cutoff, batch.options); });
+  return out;
+}
+
+void bind_batches(py::class_<SharedQueries>& queries) {
+  const auto links = py::arg("links"), poses = py::arg("poses");
+  const auto self = py::arg("self_pairs") = py::none(), world = py::arg("world_pairs") = py::none(),
+             group = py::arg("group") = 1, mask = py::arg("mask") = 0xffffffffu,
+             ignore = py::arg("ignore") = py::none(), timeout = py::arg("timeout") = py::none();
+  queries
+      .def("check", &check, links, poses, py::kw_only(), self, world, py::arg("margin") = 0.0,
+           py::arg("configurations_a_motion") = 1, py::arg("continuous") = false, timeout, group, mask, ignore,
+           "Configurations of links, on all threads: (configurations,) uint8, 0 free, 1 hit, 2 unknown (the timeout "
+           "passed).\n"
+           "links: Shapes. poses: (configurations, links, 4, 4) or (configurations, links, 7). self_pairs: (links, "
+           "links) bool, i < j:\n"
+           "which links are checked with one another. world_pairs: (links, indices) bool: which with which bodies. "
+           "margin: m, gaps up\n"
+           "to it count. configurations_a_motion: that many in a row are one motion, of which one verdict is told; "
+           "continuous: what\n"
+           "lies between them counts, too, certified. timeout: s.")
+      .def("clearance", &clearance, links, poses, py::kw_only(), self, world, py::arg("cutoff") = infinite, timeout,
+           group, mask, ignore,
+           "(configurations,) m: the least signed distance of all links from bodies and one another, `cutoff` where it "
+           "is not less,\n"
+           "-inf where the timeout passed first.");
+}
+
+}  // namespace
+
+void bind_queries(py::module_& m) {
+  py::class_<SharedQueries> queries(m, "SceneQueries",
+                                    "Asks a scene as it was at the last update; from any number of threads.");
+  const auto shape = py::arg("shape");
+  const auto at = py::arg("pose") = py::none(), group = py::arg("group") = 1, mask = py::arg("mask") = 0xffffffffu,
+             ignore = py::arg("ignore") = py::none();
+  queries
+      .def(py::init([](const SharedScene& scene, double tolerance) {
+             NarrowPhaseOptions options;
+             options.tolerance = tolerance;
+             return scene.look([&](const Scene& s) { return std::make_unique<SharedQueries>(s, options); });
+           }),
+           py::arg("scene"), py::kw_only(), py::arg("tolerance") = 0.0)
+      .def(
+          "update",
+          [](SharedQueries& queries_, const SharedScene& scene) {
+            return queries_
+                .change([&](SceneQueries& q) { return scene.look([&](const Scene& s) { return q.update(s); }); })
+                .changed;
+          },
+          py::arg("scene"), "Takes over what changed; returns how many bodies did.")
+      .def("collides", &collides, shape, at, py::kw_only(), py::arg("margin") = 0.0, group, mask, ignore,
+           "Is any body touched, or as near as the margin (m)? group, mask: of the asking shape. ignore: ids that are "
+           "left out.")
+      .def("hits", &hits, shape, at, py::kw_only(), group, mask, ignore,
+           "(n,) ids of bodies that are touched, by index.")
+      .def("nearest", &nearest, shape, at, py::kw_only(), py::arg("cutoff") = infinite, group, mask, ignore,
+           "(id, Answer) of the body of the least signed distance that is at most cutoff (m), or None.")
+      .def("within", &within, shape, at, py::kw_only(), py::arg("margin"), group, mask, ignore,
+           "[(id, Answer), ...] of the bodies at most margin (m) away, by index.")
+      .def("contacts", &contacts, shape, at, py::kw_only(), py::arg("margin") = 0.0, group, mask, ignore,
+           "[(id, Answer, contacts), ...] of the bodies with contacts, by index.")
+      .def("cast", &cast, shape, py::arg("from_pose"), py::arg("to_pose"), py::kw_only(), group, mask, ignore,
+           "(id, FirstTouch) of the first body that the moving shape touches, or None; a sphere of radius 0 is a ray.");
+  bind_batches(queries);
+}
+
+}  // namespace tandem::python

@@ -1,0 +1,270 @@
+#include "tandem/engine/scene.h"
+
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include "arrays.h"
+#include "bindings.h"
+#include "names.h"
+#include "scene_objects.h"
+#include "tandem/engine/builtin_scenes.h"
+#include "tandem/formats/scene_file.h"
+
+namespace tandem::python {
+
+std::vector<BodyId> body_ids(const py::handle& value, std::string_view what) {
+  const py::array array = py::array::ensure(value);
+  if (!array || array.ndim() != 1 ||
+      (array.size() > 0 && std::string_view("iu").find(array.dtype().kind()) == std::string_view::npos)) {
+    PyErr_Clear();
+    throw std::invalid_argument(std::string(what) +
+                                ": not a list of ids, allowed: an array of shape (n) of whole numbers");
+  }
+  const auto numbers = py::array_t<IdNumber, py::array::c_style | py::array::forcecast>::ensure(array);
+  std::vector<BodyId> ids(static_cast<std::size_t>(numbers.size()));
+  for (std::size_t i = 0; i < ids.size(); ++i) ids[i] = body_id(numbers.data()[i]);
+  return ids;
+}
+
+py::array_t<IdNumber> to_array(std::span<const BodyId> ids) {
+  py::array_t<IdNumber> out(static_cast<py::ssize_t>(ids.size()));
+  for (std::size_t i = 0; i < ids.size(); ++i) out.mutable_data()[i] = number(ids[i]);
+  return out;
+}
+
+Request request(std::string_view text) {
+  return named(text, "request", std::array{Request::collide, Request::distance, Request::contacts});
+}
+
+namespace {
+
+// What add_body and add_bodies are told alike. The shape: one of the scene, or a new one.
+struct BodyArguments {
+  BodyOptions options;
+  std::optional<Shape> shape;
+};
+
+BodyArguments arguments(const py::object& shape, const py::object& velocity, const py::object& angular_velocity,
+                        double density, bool is_static, bool is_sensor, std::uint32_t group, std::uint32_t mask) {
+  BodyArguments body;
+  if (py::isinstance<Shape>(shape)) {
+    body.shape = shape.cast<Shape>();
+  } else if (py::isinstance<py::int_>(shape)) {
+    body.options.shape = shape_id(shape.cast<IdNumber>());
+  } else {
+    throw std::invalid_argument("shape: " + std::string(py::str(py::type::of(shape))) +
+                                ", allowed: a Shape, or the id of one of the scene");
+  }
+  if (!velocity.is_none()) body.options.velocity = vec3(velocity, "velocity");
+  if (!angular_velocity.is_none()) body.options.angular_velocity = vec3(angular_velocity, "angular_velocity");
+  body.options.density = density;
+  body.options.is_static = is_static;
+  body.options.is_sensor = is_sensor;
+  body.options.group = group;
+  body.options.mask = mask;
+  return body;
+}
+
+// A shape that was given is the scene's only where its bodies are.
+std::vector<BodyId> add(Scene& scene, BodyArguments body, std::span<const Pose> poses) {
+  if (body.shape) body.options.shape = scene.add_shape(*std::move(body.shape));
+  std::vector<BodyId> ids;
+  ids.reserve(poses.size());
+  try {
+    for (const Pose& pose : poses) {
+      body.options.pose = pose;
+      ids.push_back(scene.add_body(body.options));
+    }
+  } catch (...) {
+    for (const BodyId id : ids) scene.remove_body(id);
+    if (body.shape) scene.remove_shape(body.options.shape);
+    throw;
+  }
+  return ids;
+}
+
+template <class... Rest>
+IdNumber add_body(SharedScene& scene, const py::object& shape, const py::object& at, Rest... rest) {
+  const BodyArguments body = arguments(shape, rest...);
+  const Pose where = pose(at, "pose");
+  return number(scene.change([&](Scene& s) { return add(s, body, {&where, 1}); }).front());
+}
+
+template <class... Rest>
+py::array_t<IdNumber> add_bodies(SharedScene& scene, const py::object& shape, const py::object& at, Rest... rest) {
+  const BodyArguments body = arguments(shape, rest...);
+  const std::vector<Pose> where = poses(at, "poses");
+  return to_array(scene.change([&](Scene& s) { return add(s, body, where); }));
+}
+
+// One element an index; 0 where no body lives.
+py::array_t<IdNumber> ids(const SharedScene& scene) {
+  return to_array(scene.look([](const Scene& s) {
+    std::vector<BodyId> all(s.indices());
+    for (std::uint32_t i = 0; i < all.size(); ++i)
+      if (s.alive(i)) all[i] = s.id(i);
+    return all;
+  }));
+}
+
+std::vector<Pose> poses_of(const Scene& scene) { return {scene.poses().begin(), scene.poses().end()}; }
+
+py::list builtin_names() {
+  py::list names;
+  for (const BuiltinScene& scene : builtin_scenes()) names.append(py::str(scene.name.data(), scene.name.size()));
+  return names;
+}
+
+void bind_bodies(py::class_<SharedScene>& scene) {
+  const auto shape = py::arg("shape");
+  const auto velocity = py::arg("velocity") = py::none(), spin = py::arg("angular_velocity") = py::none(),
+             density = py::arg("density") = 1000.0, fixed = py::arg("is_static") = false,
+             sensor = py::arg("is_sensor") = false, group = py::arg("group") = 1, mask = py::arg("mask") = 0xffffffffu;
+  using Object = const py::object&;
+  scene
+      .def("add_body", &add_body<Object, Object, double, bool, bool, std::uint32_t, std::uint32_t>, shape,
+           py::arg("pose") = py::none(), py::kw_only(), velocity, spin, density, fixed, sensor, group, mask,
+           "Adds a body; returns its id. shape: a Shape, or the id of one of the scene. velocity, angular_velocity: "
+           "(3,), m/s\n"
+           "and rad/s, of the centre of mass, world axes. density: kg/m^3, > 0. is_static: never moved by a response.\n"
+           "is_sensor: reported, never pushed. group, mask: bits; a pair needs both directions.")
+      .def("add_bodies", &add_bodies<Object, Object, double, bool, bool, std::uint32_t, std::uint32_t>, shape,
+           py::arg("poses"), py::kw_only(), velocity, spin, density, fixed, sensor, group, mask,
+           "The same for (n, 4, 4) or (n, 7) poses, all of one shape; returns (n,) ids. All or none are added.")
+      .def(
+          "remove_body", [](SharedScene& s, IdNumber id) { s.change([&](Scene& x) { x.remove_body(body_id(id)); }); },
+          py::arg("id"))
+      .def(
+          "set_pose",
+          [](SharedScene& s, IdNumber id, const py::object& at) {
+            const Pose where = pose(at, "pose");
+            s.change([&](Scene& x) { x.set_pose(body_id(id), where); });
+          },
+          py::arg("id"), py::arg("pose"))
+      .def(
+          "set_poses",
+          [](SharedScene& s, const py::object& which, const py::object& at) {
+            const std::vector<BodyId> bodies = body_ids(which, "ids");
+            const std::vector<Pose> where = poses(at, "poses");
+            s.change([&](Scene& x) { x.set_poses(bodies, where); });
+          },
+          py::arg("ids"), py::arg("poses"), "Of many bodies: (n,) ids and as many poses. All or none are changed.")
+      .def(
+          "set_velocity",
+          [](SharedScene& s, IdNumber id, const py::object& velocity, const py::object& angular) {
+            const Vec3 v = vec3(velocity, "velocity"), w = vec3(angular, "angular_velocity");
+            s.change([&](Scene& x) { x.set_velocity(body_id(id), v, w); });
+          },
+          py::arg("id"), py::arg("velocity"), py::arg("angular_velocity"), "(3,) each: m/s, rad/s")
+      .def(
+          "set_shape",
+          [](SharedScene& s, IdNumber id, IdNumber to) {
+            s.change([&](Scene& x) { x.set_shape(body_id(id), shape_id(to)); });
+          },
+          py::arg("id"), py::arg("shape"), "shape: the id of one of the scene")
+      .def(
+          "set_filter",
+          [](SharedScene& s, IdNumber id, std::uint32_t g, std::uint32_t m) {
+            s.change([&](Scene& x) { x.set_filter(body_id(id), g, m); });
+          },
+          py::arg("id"), py::arg("group"), py::arg("mask"))
+      .def(
+          "set_static",
+          [](SharedScene& s, IdNumber id, bool f) { s.change([&](Scene& x) { x.set_static(body_id(id), f); }); },
+          py::arg("id"), py::arg("is_static"))
+      .def(
+          "pose",
+          [](const SharedScene& s, IdNumber id) {
+            return to_array(s.look([&](const Scene& x) { return x.pose(body_id(id)); }));
+          },
+          py::arg("id"), "(4, 4)")
+      .def(
+          "index",
+          [](const SharedScene& s, IdNumber id) {
+            return s.look([&](const Scene& x) { return static_cast<void>(x.pose(body_id(id))), body_id(id).index(); });
+          },
+          py::arg("id"), "As in contacts and pairs.")
+      .def(
+          "shape_of",
+          [](const SharedScene& s, IdNumber id) {
+            return s.look([&](const Scene& x) {
+              return static_cast<void>(x.pose(body_id(id))), x.shape_of(body_id(id).index());
+            });
+          },
+          py::arg("id"))
+      .def("ids", &ids,
+           "(indices,) uint64: scene.ids()[contacts['a']] are the ids of bodies in contact; 0 where none lives.")
+      .def(
+          "poses", [](const SharedScene& s) { return to_array(std::span<const Pose>(s.look(&poses_of))); },
+          "(indices, 4, 4); those of removed bodies are stale.")
+      .def("__len__", [](const SharedScene& s) { return s.look([](const Scene& x) { return x.bodies(); }); });
+}
+
+void bind_settings(py::class_<SharedScene>& scene) {
+  scene
+      .def_property(
+          "name", [](const SharedScene& s) { return s.look([](const Scene& x) { return x.name; }); },
+          [](SharedScene& s, std::string to) { s.change([&](Scene& x) { x.name = std::move(to); }); })
+      .def_property(
+          "gravity", [](const SharedScene& s) { return to_array(s.look([](const Scene& x) { return x.gravity; })); },
+          [](SharedScene& s, const py::object& to) {
+            const Vec3 v = vec3(to, "gravity");
+            s.change([&](Scene& x) { x.gravity = v; });
+          },
+          "(3,), m/s^2")
+      .def_property(
+          "dt", [](const SharedScene& s) { return s.look([](const Scene& x) { return x.dt; }); },
+          [](SharedScene& s, double to) { s.change([&](Scene& x) { x.dt = to; }); }, "s, of one step")
+      .def("__repr__", [](const SharedScene& s) {
+        return s.look([](const Scene& x) {
+          return "<tandem.Scene '" + x.name + "', " + std::to_string(x.bodies()) + " bodies>";
+        });
+      });
+}
+
+}  // namespace
+
+void bind_scene(py::module_& m) {
+  py::class_<SharedScene> scene(
+      m, "Scene",
+      "Bodies and their shapes. Ids of bodies and shapes are whole numbers; that of a removed one is found out.");
+  scene.def(py::init([] { return std::make_unique<SharedScene>(); }))
+      .def("copy",
+           [](const SharedScene& s) { return std::make_unique<SharedScene>(s.look([](const Scene& x) { return x; })); })
+      .def(
+          "add_shape",
+          [](SharedScene& s, const Shape& shape, const std::string& name) {
+            return number(s.change([&](Scene& x) { return x.add_shape(shape, name); }));
+          },
+          py::arg("shape"), py::arg("name") = "", "Returns its id: many bodies may have one shape.")
+      .def(
+          "remove_shape",
+          [](SharedScene& s, IdNumber id) { s.change([&](Scene& x) { x.remove_shape(shape_id(id)); }); },
+          py::arg("id"));
+  bind_bodies(scene);
+  bind_settings(scene);
+  m.def("builtin_scenes", &builtin_names, "Names for builtin_scene.");
+  m.def(
+      "builtin_scene",
+      [](const std::string& name, std::size_t bodies, std::uint64_t seed) {
+        const py::gil_scoped_release released;
+        return std::make_unique<SharedScene>(make_builtin_scene(name, bodies, seed));
+      },
+      py::arg("name"), py::arg("bodies") = 0, py::arg("seed") = 1, "bodies: 0 is the paper's size; [1, 1000000].");
+  m.def(
+      "read_scene",
+      [](const std::filesystem::path& path) {
+        const py::gil_scoped_release released;
+        return std::make_unique<SharedScene>(read_scene_file(path));
+      },
+      py::arg("path"), "ValueError 'FILE: POINTER: ...' where it cannot be used.");
+  m.def(
+      "write_scene",
+      [](const std::filesystem::path& path, const SharedScene& s) {
+        s.look([&](const Scene& x) { write_scene_file(path, x); });
+      },
+      py::arg("path"), py::arg("scene"), "Read back, it has the same contacts, bit for bit.");
+}
+
+}  // namespace tandem::python

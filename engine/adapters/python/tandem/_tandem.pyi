@@ -1,0 +1,492 @@
+"""Collision detection on many cores; what the compiled part of tandem has. Lengths are metres."""
+
+from os import PathLike as _PathLike
+from types import TracebackType
+from typing import List, Optional, Sequence, Tuple, Type, Union, overload
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+PathLike = Union[str, _PathLike[str]]
+PoseLike = Optional[ArrayLike]
+
+__version__: str
+
+class Answer:
+    """What is known of two shapes; points and normal in world axes."""
+
+    @property
+    def collide(self) -> bool: ...
+    @property
+    def farther(self) -> bool:
+        """Farther apart than the cut-off, which is signed_distance then."""
+    @property
+    def signed_distance(self) -> float:
+        """m; > 0 gap, < 0 minus the penetration depth"""
+    @property
+    def point_a(self) -> NDArray[np.float64]:
+        """(3,) on A, m"""
+    @property
+    def point_b(self) -> NDArray[np.float64]:
+        """(3,) on B, m"""
+    @property
+    def normal(self) -> NDArray[np.float64]:
+        """(3,) unit, from A to B"""
+    @property
+    def status(self) -> str:
+        """'ok' or 'inexact'"""
+    @property
+    def error_bound(self) -> float:
+        """m, on signed_distance; 0: rounding"""
+
+class ContactEvents:
+    """Which pairs began to touch, still touch and no longer touch: (n, 2) ids, sorted by indices."""
+
+    def __init__(self) -> None: ...
+    def update(self, scene: Scene, pipeline: Pipeline) -> None:
+        """After a step, before the scene changes."""
+    @property
+    def began(self) -> NDArray[np.uint64]: ...
+    @property
+    def stayed(self) -> NDArray[np.uint64]: ...
+    @property
+    def ended(self) -> NDArray[np.uint64]: ...
+
+class FirstTouch:
+    """The first touch of two shapes on their motions."""
+
+    @property
+    def t(self) -> float:
+        """[0, 1]; 0 where they touch at the start"""
+    @property
+    def point(self) -> NDArray[np.float64]:
+        """(3,) midway, m"""
+    @property
+    def normal(self) -> NDArray[np.float64]:
+        """(3,) unit, from A to B"""
+    @property
+    def feature(self) -> Tuple[int, int]:
+        """of A and of B: the triangle of a mesh, else 0"""
+
+class Pipeline:
+    """Detects collisions in a scene, step by step; the answer does not depend on threads or executor."""
+
+    def __init__(
+        self,
+        *,
+        threads: int = 0,
+        executor: str = "flowgraph",
+        broad_phase: str = "auto",
+        request: str = "contacts",
+        tolerance: float = 0.0,
+        margin: float = 0.0,
+        keep_contacts: float = 0.0,
+        contact_hash: bool = False,
+        split: Optional[Tuple[int, int]] = None
+    ) -> None:
+        """threads: in all, 0 asks oneTBB. executor: 'sequential', 'barrier', 'fused', 'threads', 'flowgraph'. broad_phase: 'brute',
+        'sweep', 'grid', 'bvh', 'auto'. request: 'collide', 'distance', 'contacts'. tolerance, keep_contacts: accepted error
+        relative to the bodies' size, [0, 0.1]. margin: m, gaps up to it are reported. split: (broad, narrow) threads.
+        """
+    def step(self, scene: Scene) -> StepReport:
+        """Finds all contacts; returns the report."""
+    def contacts(self) -> NDArray[np.void]:
+        """Of the last step: a structured array a, b (body indices), point, normal (unit, a to b), depth (m), feature."""
+    def pairs(self) -> NDArray[np.void]:
+        """Of the last step: a structured array a, b, collide, signed_distance (m), error_bound, first_contact, contact_count."""
+    def record_timeline(self) -> None:
+        """Slices of the steps that follow are recorded, until write_timeline."""
+    def write_timeline(self, path: PathLike) -> None:
+        """A trace as JSON, for Perfetto or the report."""
+
+class Recording:
+    """Writes steps to a file, for tandem.show and `tandem-bench report`; as `with` block, or closed."""
+
+    def __init__(self, path: PathLike, scene: Scene) -> None: ...
+    def add(self, scene: Scene, pipeline: Pipeline) -> None:
+        """After a step, before the scene changes."""
+    def close(self) -> None: ...
+    def __enter__(self) -> "Recording": ...
+    def __exit__(
+        self, type: Optional[Type[BaseException]], value: Optional[BaseException], traceback: Optional[TracebackType]
+    ) -> None: ...
+
+class Response:
+    """Moves the bodies of one scene by their contacts, gravity and friction."""
+
+    def __init__(
+        self,
+        *,
+        substeps: int = 4,
+        friction: float = 0.5,
+        rolling_resistance: float = 0.05,
+        contact_hertz: float = 30.0,
+        threads: int = 0
+    ) -> None: ...
+    def step(self, scene: Scene, pipeline: Pipeline) -> ResponseReport:
+        """Moves the scene by its dt, by the contacts of the pipeline's last step."""
+
+class ResponseReport:
+    @property
+    def kinetic_energy(self) -> float:
+        """J, all moving bodies"""
+    @property
+    def max_depth(self) -> float:
+        """m, as detected"""
+    @property
+    def ms(self) -> float:
+        """wall"""
+
+class Scene:
+    """Bodies and their shapes. Ids of bodies and shapes are whole numbers; that of a removed one is found out."""
+
+    def __init__(self) -> None: ...
+    def copy(self) -> Scene: ...
+    def add_shape(self, shape: Shape, name: str = "") -> int:
+        """Returns its id: many bodies may have one shape."""
+    def remove_shape(self, id: int) -> None: ...
+    def add_body(
+        self,
+        shape: Union[Shape, int],
+        pose: PoseLike = None,
+        *,
+        velocity: Optional[ArrayLike] = None,
+        angular_velocity: Optional[ArrayLike] = None,
+        density: float = 1000.0,
+        is_static: bool = False,
+        is_sensor: bool = False,
+        group: int = 1,
+        mask: int = 0xFFFFFFFF
+    ) -> int:
+        """Adds a body; returns its id. shape: a Shape, or the id of one of the scene. velocity, angular_velocity: (3,), m/s
+        and rad/s, of the centre of mass, world axes. density: kg/m^3, > 0. is_static: never moved by a response.
+        is_sensor: reported, never pushed. group, mask: bits; a pair needs both directions.
+        """
+    def add_bodies(
+        self,
+        shape: Union[Shape, int],
+        poses: ArrayLike,
+        *,
+        velocity: Optional[ArrayLike] = None,
+        angular_velocity: Optional[ArrayLike] = None,
+        density: float = 1000.0,
+        is_static: bool = False,
+        is_sensor: bool = False,
+        group: int = 1,
+        mask: int = 0xFFFFFFFF
+    ) -> NDArray[np.uint64]:
+        """The same for (n, 4, 4) or (n, 7) poses, all of one shape; returns (n,) ids. All or none are added."""
+    def remove_body(self, id: int) -> None: ...
+    def set_pose(self, id: int, pose: PoseLike) -> None: ...
+    def set_poses(self, ids: ArrayLike, poses: ArrayLike) -> None:
+        """Of many bodies: (n,) ids and as many poses. All or none are changed."""
+    def set_velocity(self, id: int, velocity: Optional[ArrayLike], angular_velocity: Optional[ArrayLike]) -> None:
+        """(3,) each: m/s, rad/s"""
+    def set_shape(self, id: int, shape: int) -> None:
+        """shape: the id of one of the scene"""
+    def set_filter(self, id: int, group: int, mask: int) -> None: ...
+    def set_static(self, id: int, is_static: bool) -> None: ...
+    def pose(self, id: int) -> NDArray[np.float64]:
+        """(4, 4)"""
+    def index(self, id: int) -> int:
+        """As in contacts and pairs."""
+    def shape_of(self, id: int) -> Shape: ...
+    def ids(self) -> NDArray[np.uint64]:
+        """(indices,) uint64: scene.ids()[contacts['a']] are the ids of bodies in contact; 0 where none lives."""
+    def poses(self) -> NDArray[np.float64]:
+        """(indices, 4, 4); those of removed bodies are stale."""
+    def __len__(self) -> int: ...
+    @property
+    def name(self) -> str: ...
+    @name.setter
+    def name(self, to: str) -> None: ...
+    @property
+    def gravity(self) -> NDArray[np.float64]:
+        """(3,), m/s^2"""
+    @gravity.setter
+    def gravity(self, to: ArrayLike) -> None: ...
+    @property
+    def dt(self) -> float:
+        """s, of one step"""
+    @dt.setter
+    def dt(self, to: float) -> None: ...
+
+class SceneQueries:
+    """Asks a scene as it was at the last update; from any number of threads."""
+
+    def __init__(self, scene: Scene, *, tolerance: float = 0.0) -> None: ...
+    def update(self, scene: Scene) -> int:
+        """Takes over what changed; returns how many bodies did."""
+    def collides(
+        self,
+        shape: Shape,
+        pose: PoseLike = None,
+        *,
+        margin: float = 0.0,
+        group: int = 1,
+        mask: int = 0xFFFFFFFF,
+        ignore: Optional[ArrayLike] = None
+    ) -> bool:
+        """Is any body touched, or as near as the margin (m)? group, mask: of the asking shape. ignore: ids that are left out."""
+    def hits(
+        self,
+        shape: Shape,
+        pose: PoseLike = None,
+        *,
+        group: int = 1,
+        mask: int = 0xFFFFFFFF,
+        ignore: Optional[ArrayLike] = None
+    ) -> NDArray[np.uint64]:
+        """(n,) ids of bodies that are touched, by index."""
+    def nearest(
+        self,
+        shape: Shape,
+        pose: PoseLike = None,
+        *,
+        cutoff: float = ...,
+        group: int = 1,
+        mask: int = 0xFFFFFFFF,
+        ignore: Optional[ArrayLike] = None
+    ) -> Optional[Tuple[int, Answer]]:
+        """(id, Answer) of the body of the least signed distance that is at most cutoff (m), or None."""
+    def within(
+        self,
+        shape: Shape,
+        pose: PoseLike = None,
+        *,
+        margin: float,
+        group: int = 1,
+        mask: int = 0xFFFFFFFF,
+        ignore: Optional[ArrayLike] = None
+    ) -> List[Tuple[int, Answer]]:
+        """[(id, Answer), ...] of the bodies at most margin (m) away, by index."""
+    def contacts(
+        self,
+        shape: Shape,
+        pose: PoseLike = None,
+        *,
+        margin: float = 0.0,
+        group: int = 1,
+        mask: int = 0xFFFFFFFF,
+        ignore: Optional[ArrayLike] = None
+    ) -> List[Tuple[int, Answer, NDArray[np.void]]]:
+        """[(id, Answer, contacts), ...] of the bodies with contacts, by index."""
+    def cast(
+        self,
+        shape: Shape,
+        from_pose: PoseLike,
+        to_pose: PoseLike,
+        *,
+        group: int = 1,
+        mask: int = 0xFFFFFFFF,
+        ignore: Optional[ArrayLike] = None
+    ) -> Optional[Tuple[int, FirstTouch]]:
+        """(id, FirstTouch) of the first body that the moving shape touches, or None; a sphere of radius 0 is a ray."""
+    def check(
+        self,
+        links: Sequence[Shape],
+        poses: ArrayLike,
+        *,
+        self_pairs: Optional[ArrayLike] = None,
+        world_pairs: Optional[ArrayLike] = None,
+        margin: float = 0.0,
+        configurations_a_motion: int = 1,
+        continuous: bool = False,
+        timeout: Optional[float] = None,
+        group: int = 1,
+        mask: int = 0xFFFFFFFF,
+        ignore: Optional[ArrayLike] = None
+    ) -> NDArray[np.uint8]:
+        """Configurations of links, on all threads: (configurations,) uint8, 0 free, 1 hit, 2 unknown (the timeout passed).
+        links: Shapes. poses: (configurations, links, 4, 4) or (configurations, links, 7). self_pairs: (links, links) bool, i < j:
+        which links are checked with one another. world_pairs: (links, indices) bool: which with which bodies. margin: m, gaps up
+        to it count. configurations_a_motion: that many in a row are one motion, of which one verdict is told; continuous: what
+        lies between them counts, too, certified. timeout: s.
+        """
+    def clearance(
+        self,
+        links: Sequence[Shape],
+        poses: ArrayLike,
+        *,
+        self_pairs: Optional[ArrayLike] = None,
+        world_pairs: Optional[ArrayLike] = None,
+        cutoff: float = ...,
+        timeout: Optional[float] = None,
+        group: int = 1,
+        mask: int = 0xFFFFFFFF,
+        ignore: Optional[ArrayLike] = None
+    ) -> NDArray[np.float64]:
+        """(configurations,) m: the least signed distance of all links from bodies and one another, `cutoff` where it is not less,
+        -inf where the timeout passed first.
+        """
+
+class Shape:
+    """A checked shape in its own frame, metres; immutable. Made by Sphere, Box, Mesh ..."""
+
+    def rounded(self, radius: float) -> Shape:
+        """This shape with a ball of the radius (m, >= 0) about each point."""
+    @property
+    def kind(self) -> str:
+        """'sphere', 'box', ... 'mesh'"""
+    @property
+    def size(self) -> float:
+        """Diagonal of the box in the shape's frame, m; of a half-space 0."""
+    @property
+    def rounding(self) -> float:
+        """m"""
+    @property
+    def is_solid(self) -> bool:
+        """Whether the inside counts: all but triangles and open meshes."""
+    @property
+    def vertices(self) -> NDArray[np.float64]:
+        """(n, 3), m: of a hull, triangle or mesh; else empty."""
+    @property
+    def triangles(self) -> NDArray[np.uint32]:
+        """(n, 3) indices of vertices: of a triangle or mesh; else empty."""
+    @property
+    def volume(self) -> float:
+        """m^3"""
+    @property
+    def centre_of_mass(self) -> NDArray[np.float64]:
+        """(3,), m"""
+    @property
+    def memory(self) -> int:
+        """Bytes beside the object itself; copies share them."""
+    def bounds(self, pose: PoseLike = None) -> NDArray[np.float64]:
+        """(2, 3): least and largest corner of the smallest box around it, world axes."""
+
+class StepReport:
+    """What one step found and did; times in ms."""
+
+    @property
+    def step(self) -> int: ...
+    @property
+    def bodies(self) -> int: ...
+    @property
+    def colliding_pairs(self) -> int: ...
+    @property
+    def contacts(self) -> int:
+        """that touch or overlap"""
+    @property
+    def gaps(self) -> int:
+        """contacts within the margin"""
+    @property
+    def contact_hash(self) -> int:
+        """0 unless asked for"""
+    @property
+    def max_depth(self) -> float:
+        """m"""
+    @property
+    def kept_pairs(self) -> int: ...
+    @property
+    def computed_pairs(self) -> int: ...
+    @property
+    def kept_error_bound(self) -> float:
+        """m"""
+    @property
+    def broad_phase(self) -> str: ...
+    @property
+    def candidate_pairs(self) -> int: ...
+    @property
+    def detect_ms(self) -> float:
+        """wall"""
+    @property
+    def broad_ms(self) -> float:
+        """busy, summed over threads"""
+    @property
+    def narrow_ms(self) -> float:
+        """busy, summed over threads"""
+    @property
+    def threads(self) -> int: ...
+    @property
+    def split(self) -> Tuple[int, int]: ...
+    @property
+    def form(self) -> str: ...
+    @property
+    def issues(self) -> List[str]:
+        """'inexact', 'pool_grew', 'ran_on_caller', 'ended_early'"""
+
+def Box(size: ArrayLike) -> Shape:
+    """size: (3,) full edge lengths, m, > 0; centred"""
+
+def Capsule(radius: float, length: float) -> Shape:
+    """radius > 0; a core segment of length >= 0 along z, centred; m"""
+
+def Cone(radius: float, length: float) -> Shape:
+    """base at z = -length / 2, apex at z = +length / 2; m"""
+
+def Convex(vertices: ArrayLike) -> Shape:
+    """The hull of (n, 3) points, m; may be flat."""
+
+def Cylinder(radius: float, length: float) -> Shape:
+    """radius > 0; length > 0 along z, centred; m"""
+
+def Ellipsoid(radii: ArrayLike) -> Shape:
+    """radii: (3,), m, > 0"""
+
+def HalfSpace(normal: ArrayLike, offset: float = 0.0) -> Shape:
+    """normal . x <= offset; a normal of any length but 0"""
+
+def Mesh(vertices: ArrayLike, triangles: ArrayLike, solid: bool = False) -> Shape:
+    """vertices (n, 3), m; triangles (k, 3) indices. solid: the inside counts; every edge must then join two triangles."""
+
+def Sphere(radius: float) -> Shape:
+    """radius >= 0, m; 0 is a point"""
+
+def Triangle(vertices: ArrayLike) -> Shape:
+    """vertices: (3, 3), m; may have no area"""
+
+def builtin_scene(name: str, bodies: int = 0, seed: int = 1) -> Scene:
+    """bodies: 0 is the paper's size; [1, 1000000]."""
+
+def builtin_scenes() -> List[str]:
+    """Names for builtin_scene."""
+
+def collide(a: Shape, pose_a: PoseLike, b: Shape, pose_b: PoseLike) -> bool:
+    """Whether two shapes touch or overlap; exact for meshes."""
+
+def contacts(a: Shape, pose_a: PoseLike, b: Shape, pose_b: PoseLike, *, margin: float = 0.0) -> NDArray[np.void]:
+    """Contacts as a structured array: point, normal (unit, from a to b), depth, feature. margin: m; gaps up to it are
+    reported with negative depth (of two meshes none).
+    """
+
+def distance(
+    a: Shape, pose_a: PoseLike, b: Shape, pose_b: PoseLike, *, tolerance: float = 0.0, cutoff: float = ...
+) -> Answer:
+    """Signed distance, points and normal of two shapes. Poses: (4, 4), or (7,): translation, then quaternion w, x, y, z;
+    or None. tolerance: accepted error relative to the size, [0, 0.1]. cutoff: m; farther pairs are not told apart.
+    """
+
+def height_field(heights: ArrayLike, spacing: float, bottom: float) -> Shape:
+    """The solid between `bottom` and (rows, columns) heights, m, `spacing` (m, > 0) apart; centred in x and y."""
+
+def intersecting_triangles(a: Shape, pose_a: PoseLike, b: Shape, pose_b: PoseLike) -> NDArray[np.uint32]:
+    """(n, 2): all intersecting pairs of triangles of two meshes, sorted; exact."""
+
+def point_cloud(points: ArrayLike, radius: float) -> Shape:
+    """Balls of one radius (m, >= 0) about (n, 3) points, as one shape."""
+
+def read_mesh(path: PathLike, solid: bool = False) -> Shape:
+    """The mesh in a .obj or .stl file. ValueError 'FILE:LINE: ...' where it cannot be used."""
+
+def read_scene(path: PathLike) -> Scene:
+    """ValueError 'FILE: POINTER: ...' where it cannot be used."""
+
+def recommended_margin(scene: Scene) -> float:
+    """m: for a pipeline whose contacts a response uses."""
+
+def time_of_impact(
+    a: Shape, from_a: PoseLike, to_a: PoseLike, b: Shape, from_b: PoseLike, to_b: PoseLike
+) -> Optional[FirstTouch]:
+    """The first touch on screw motions between two poses each, or None. Never missed."""
+
+@overload
+def triangles_at(a: Shape, pose_a: PoseLike, b: Shape, pose_b: PoseLike, of: Answer) -> Tuple[int, int]:
+    """The triangles of a and of b on which the points of an Answer lie; 0 where a shape is no mesh."""
+
+@overload
+def triangles_at(a: Shape, pose_a: PoseLike, b: Shape, pose_b: PoseLike, of: NDArray[np.void]) -> NDArray[np.uint32]:
+    """(n, 2): the same of each contact of an array as tandem.contacts gives it."""
+
+def write_scene(path: PathLike, scene: Scene) -> None:
+    """Read back, it has the same contacts, bit for bit."""
