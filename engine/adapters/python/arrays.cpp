@@ -148,7 +148,7 @@ Pose pose(const py::handle& value, std::string_view what) {
   return pose;
 }
 
-std::vector<Pose> poses(const py::handle& value, std::string_view what) {
+Poses poses(const py::handle& value, std::string_view what) {
   const Doubles v = doubles(value, what);
   const py::ssize_t n = v.ndim();
   const bool matrices = n >= 3 && v.shape(n - 2) == 4 && v.shape(n - 1) == 4;
@@ -156,7 +156,7 @@ std::vector<Pose> poses(const py::handle& value, std::string_view what) {
     refuse(what, "an array of shape " + shape_text(v),
            "(..., 4, 4), or (..., 7): translations, then quaternions w, x, y, z");
   const std::size_t numbers = matrices ? 16 : 7;
-  std::vector<Pose> out(static_cast<std::size_t>(v.size()) / numbers);
+  Poses out(static_cast<std::size_t>(v.size()) / numbers);
   const double* from = v.data();
   const WithoutGil released;
   tbb::parallel_for(
@@ -164,7 +164,7 @@ std::vector<Pose> poses(const py::handle& value, std::string_view what) {
         for (std::size_t i = block.begin(); i < block.end(); ++i) {
           const double* x = from + i * numbers;
           if (matrices ? has_last_row(x) : has_unit_quaternion(x)) {
-            out[i] = matrices ? from_matrix(x) : from_seven(x);
+            out.make(i, matrices ? from_matrix(x) : from_seven(x));
           } else {
             matrices ? require_last_row(x, element(what, i)) : require_unit_quaternion(x, element(what, i));
           }

@@ -3,10 +3,13 @@
 #include <pybind11/pybind11.h>
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <initializer_list>
+#include <memory>
 #include <span>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "tandem/narrowphase/pose.h"
@@ -31,8 +34,23 @@ std::vector<std::array<std::uint32_t, 3>> triangles(const py::handle& value, std
 /// None: the identity. (4, 4): homogeneous. (7): translation, then quaternion w, x, y, z. Throws where it is not a
 /// pose.
 Pose pose(const py::handle& value, std::string_view what);
+/// Poses that were made where they are: a vector would write each twice, which a batch of many would feel.
+class Poses {
+ public:
+  explicit Poses(std::size_t size)
+      : storage_(std::make_unique_for_overwrite<std::byte[]>(size * sizeof(Pose))), size_(size) {}
+  void make(std::size_t i, const Pose& pose) { std::construct_at(data() + i, pose); }
+  std::size_t size() const { return size_; }
+  operator std::span<const Pose>() const { return {data(), size_}; }
+
+ private:
+  static_assert(std::is_trivially_destructible_v<Pose> && alignof(Pose) <= __STDCPP_DEFAULT_NEW_ALIGNMENT__);
+  Pose* data() const { return reinterpret_cast<Pose*>(storage_.get()); }
+  std::unique_ptr<std::byte[]> storage_;
+  std::size_t size_;
+};
 /// (..., 4, 4) or (..., 7), in order. Whether they are rotations is for the called to check.
-std::vector<Pose> poses(const py::handle& value, std::string_view what);
+Poses poses(const py::handle& value, std::string_view what);
 
 Doubles to_array(const Vec3& v);
 Doubles to_array(const Pose& pose);              ///< (4, 4)

@@ -136,7 +136,7 @@ struct Batch {
   Batch& operator=(const Batch&) = delete;
 
   const std::vector<Shape>& links;
-  std::vector<Pose> placed;
+  Poses placed;
   PairTable self, world;
   std::size_t configurations = 0;
   BatchOptions options;

@@ -94,7 +94,7 @@ IdNumber add_body(SharedScene& scene, const py::object& shape, const py::object&
 template <class... Rest>
 py::array_t<IdNumber> add_bodies(SharedScene& scene, const py::object& shape, const py::object& at, Rest... rest) {
   const BodyArguments body = arguments(shape, rest...);
-  const std::vector<Pose> where = poses(at, "poses");
+  const Poses where = poses(at, "poses");
   return to_array(scene.change([&](Scene& s) { return add(s, body, where); }));
 }
 
@@ -146,7 +146,7 @@ void bind_bodies(py::class_<SharedScene>& scene) {
           "set_poses",
           [](SharedScene& s, const py::object& which, const py::object& at) {
             const std::vector<BodyId> bodies = body_ids(which, "ids");
-            const std::vector<Pose> where = poses(at, "poses");
+            const Poses where = poses(at, "poses");
             s.change([&](Scene& x) { x.set_poses(bodies, where); });
           },
           py::arg("ids"), py::arg("poses"), "Of many bodies: (n,) ids and as many poses. All or none are changed.")
