@@ -132,7 +132,7 @@ TEST_CASE("program: help, version and lists come on stdout") {
 
 TEST_CASE("program: a wrong request is one line that names the option, the value and what is allowed") {
   check_refused({}, {"run", "query", "scenes"});
-  check_refused({"fly"}, {"'fly'", "run, query, scenes"});
+  check_refused({"fly"}, {"'fly'", "run, query, clash, scenes"});
   check_refused({"run"}, {"SCENE"});
   check_refused({"run", "nofile.json"}, {"SCENE", "there is no file 'nofile.json'"});
   check_refused({"run", "no-such-scene"}, {"'no-such-scene'", "spheres-on-plane", "tori-on-cones"});
@@ -412,5 +412,111 @@ TEST_CASE("program: a refusal is under 300 characters, however long what it name
     CHECK(ended.status == 2);
     CHECK(ended.err.size() < 300);
     CHECK(std::count(ended.err.begin(), ended.err.end(), '\n') == 1);
+  }
+}
+
+namespace {
+
+// A cube of edge 1 about (x, y, 0) as an OBJ file, or without its last face.
+std::string cube(double x, double y, bool closed = true) {
+  std::string out;
+  for (const double cx : {-0.5, 0.5})
+    for (const double cy : {-0.5, 0.5})
+      for (const double cz : {-0.5, 0.5})
+        out += "v " + std::to_string(x + cx) + ' ' + std::to_string(y + cy) + ' ' + std::to_string(cz) + '\n';
+  out += "f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\n";
+  return closed ? out + "f 2 6 8 4\n" : out;
+}
+
+}  // namespace
+
+TEST_CASE("program: clash tells parts that intersect, lie inside or are too near") {
+  const TemporaryFolder folder;
+  folder.write("a.obj", cube(0, 0));
+  folder.write("b.obj", cube(0.9, 0.25));
+  folder.write("c.obj", cube(2, 0));
+  folder.write("far.obj", cube(9, 9));
+  folder.write("notes.txt", "not a mesh");
+  folder.write("small.obj", "v 9 9 0\nv 9.1 9 0\nv 9 9.1 0\nv 9 9 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  const std::string in = folder.path().string(), page = (folder / "page.html").string();
+  const Ended told = tandem_program({"clash", in, "--clearance", "0.2", "--json", "--report", page});
+  CHECK(told.err.empty());
+  REQUIRE(told.status == 0);
+  const auto lines = json_lines(told.out);
+  REQUIRE(lines.size() == 3);
+  CHECK(lines[0]["a"].get<std::string>().ends_with("far.obj"));
+  CHECK(lines[0]["b"].get<std::string>().ends_with("small.obj"));
+  CHECK(lines[0]["intersects"] == true);
+  CHECK(lines[0]["triangle_pairs"] == 0);
+  CHECK(lines[1]["distance"].get<double>() == Approx(-0.1));
+  CHECK(lines[1]["triangle_pairs"].get<int>() > 0);
+  CHECK(lines[2]["intersects"] == false);
+  CHECK(lines[2]["distance"].get<double>() == Approx(0.1));
+  CHECK(read_file(page).find("small.obj") != std::string::npos);
+  for (const char* threads : {"1", "3"})
+    CHECK(tandem_program({"clash", in, "--clearance", "0.2", "--json", "--threads", threads}).out == told.out);
+
+  const Ended table = tandem_program({"clash", in + "/a.obj", in + "/b.obj"});
+  CHECK(table.out.find("1 of 1 pairs of 2 parts intersect") != std::string::npos);
+  CHECK(table.out.find("a.obj  b.obj  0.1 deep") != std::string::npos);
+
+  folder.write("open.obj", cube(0, 5, false));
+  const Ended open = tandem_program({"clash", in + "/a.obj", in + "/open.obj"});
+  CHECK(open.out.find("open.obj: a surface, whose inside does not count") != std::string::npos);
+}
+
+TEST_CASE("program: clash goes on where it was cut off, and leaves files alone that are not its own") {
+  const TemporaryFolder folder;
+  for (int i = 0; i < 6; ++i) folder.write("part" + std::to_string(i) + ".obj", cube(0.7 * i, 0.1 * i));
+  const std::string in = folder.path().string(), kept = (folder / "kept").string();
+  const Ended whole = tandem_program({"clash", in, "--json", "--resume", kept});
+  REQUIRE(whole.status == 0);
+  REQUIRE(json_lines(whole.out).size() == 5);
+  const std::string all = read_file(kept);
+  REQUIRE(json_lines(all).size() == 6);
+  for (std::size_t length = 0; length < all.size(); length += 97) {
+    folder.write("kept", all.substr(0, length));
+    REQUIRE(tandem_program({"clash", in, "--json", "--resume", kept}).out == whole.out);
+    REQUIRE(json_lines(read_file(kept)).size() == 6);
+  }
+  // What is in the file is not asked again.
+  std::string changed = all;
+  const std::size_t at = changed.find("\"distance\":-") + 12;
+  changed.replace(at, 3, "7.5");
+  folder.write("kept", changed);
+  CHECK(tandem_program({"clash", in, "--json", "--resume", kept}).out.find("-7.5") != std::string::npos);
+
+  const std::string mesh = cube(0, 0);
+  for (const std::string& other : {mesh, std::string("one line without an end"), all}) {
+    folder.write("other", other);
+    const Ended refused = tandem_program({"clash", in, "--clearance", "1", "--resume", (folder / "other").string()});
+    CHECK(refused.status == 2);
+    CHECK(refused.err.find("--resume") != std::string::npos);
+    CHECK(read_file(folder / "other") == other);
+  }
+}
+
+TEST_CASE("program: clash refuses what it cannot read, before the work") {
+  const TemporaryFolder folder;
+  folder.write("a.obj", cube(0, 0));
+  folder.write("cut.stl", "solid\nfacet normal 0 0 1\n");
+  const std::string in = folder.path().string();
+  const std::vector<std::pair<std::vector<std::string>, std::string>> bad = {
+      {{in + "/a.obj"}, "at least two"},
+      {{in + "/a.obj", in + "/a.obj"}, "twice"},
+      {{in + "/a.obj", in + "/none.stl"}, "none.stl"},
+      {{in + "/a.obj", in + "/cut.stl"}, "cut.stl"},
+      {{in + "/a.obj", in + "/cut.stl", "--clearance", "-1"}, "--clearance"},
+      {{in, "--report", in + "/no/page.html"}, "--report"},
+      {{in, "--resume", in + "/a.obj"}, "FILES"},
+  };
+  for (const auto& [arguments, message] : bad) {
+    std::vector<std::string> words = {"clash"};
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    const Ended refused = tandem_program(words);
+    CHECK(refused.status == 2);
+    CHECK(refused.out.empty());
+    INFO(refused.err);
+    CHECK(refused.err.find(message) != std::string::npos);
   }
 }

@@ -1,0 +1,114 @@
+#include "journal.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <bit>
+#include <cerrno>
+#include <cstring>
+
+#include "formats/json_reader.h"
+#include "formats/text_file.h"
+
+namespace tandem::clash {
+namespace {
+
+// FNV-1a (Fowler, Noll, Vo) of a mesh's numbers.
+std::uint64_t hash(const Shape& shape) {
+  std::uint64_t out = 0xcbf29ce484222325u;
+  const auto add = [&](std::uint64_t bits) { out = (out ^ bits) * 0x100000001b3u; };
+  for (const Vec3& v : shape.vertices())
+    for (int k = 0; k < 3; ++k) add(std::bit_cast<std::uint64_t>(v[k]));
+  for (const auto& t : shape.triangles())
+    for (const std::uint32_t corner : t) add(corner);
+  return out;
+}
+
+std::string header(const std::vector<Part>& parts, double clearance) {
+  JsonWriter out;
+  out.begin_object().member("tandem_clash", 1).member("clearance", clearance).key("parts").begin_array();
+  for (const Part& part : parts)
+    out.begin_object().member("file", part.file).member("mesh", std::to_string(hash(part.shape))).end_object();
+  out.end_array().end_object();
+  return out.text();
+}
+
+std::string line(const Pair& pair, const Answer& answer) {
+  const Clash& c = answer.clash;
+  JsonWriter out;
+  out.begin_object().key("pair").begin_array().value(pair.a).value(pair.b).end_array().member("near", answer.near);
+  out.member("intersects", c.intersects).member("triangle_pairs", c.triangle_pairs).member("distance", c.distance);
+  out.member("place", c.place).member("normal", c.normal).member("status", static_cast<int>(c.status)).end_object();
+  return out.text() + '\n';
+}
+
+Answer read(const JsonRef& entry, std::size_t parts) {
+  Answer out;
+  const JsonRef pair = entry.at("pair");
+  pair.require_array("two parts");
+  const auto most = static_cast<std::uint32_t>(parts - 1);
+  out.clash.a = pair.at(std::size_t{0}).whole(most);
+  out.clash.b = pair.at(std::size_t{1}).whole(most);
+  out.near = entry.at("near").flag();
+  out.clash.intersects = entry.at("intersects").flag();
+  out.clash.triangle_pairs = entry.at("triangle_pairs").value().get<std::size_t>();
+  out.clash.distance = entry.at("distance").number();
+  out.clash.place = entry.at("place").vec3();
+  out.clash.normal = entry.at("normal").vec3();
+  out.clash.status = static_cast<Status>(entry.at("status").whole(static_cast<std::uint32_t>(Status::unproven)));
+  return out;
+}
+
+int opened(const std::filesystem::path& path) {
+  const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (descriptor < 0) throw InputError("--resume " + path.string(), std::strerror(errno));
+  return descriptor;
+}
+
+}  // namespace
+
+void write(JsonWriter& out, const std::vector<Part>& parts, const Clash& clash) {
+  out.begin_object().member("a", parts[clash.a].file).member("b", parts[clash.b].file);
+  out.member("intersects", clash.intersects).member("triangle_pairs", clash.triangle_pairs);
+  out.member("distance", clash.distance).member("place", clash.place).member("normal", clash.normal);
+  out.member("status", clash.status == Status::ok ? "ok" : clash.status == Status::inexact ? "inexact" : "unproven");
+  out.end_object();
+}
+
+Journal::Journal(const std::filesystem::path& path, const std::vector<Part>& parts, double clearance)
+    : descriptor_(opened(path)), out_(descriptor_, "--resume") {
+  const std::string first = header(parts, clearance);
+  InputFile in(path);
+  std::string text;
+  std::uint64_t kept = 0;
+  InputFile::Line found = in.line(text);
+  const auto whole = [&] { return in.position() == kept + text.size() + 1; };  // with its end
+  if (found != InputFile::Line::none && !(whole() ? text == first : first.starts_with(text)))
+    throw InputError("--resume " + path.string(), "no answers for these parts, meshes and clearance",
+                     "a file that this tool wrote for them, or a new one");
+  for (std::size_t number = 2; found == InputFile::Line::read && whole(); ++number) {
+    kept = in.position();
+    found = in.line(text);
+    if (found != InputFile::Line::read || !whole()) break;
+    try {
+      const Json json = parse_json(text);
+      const Answer answer = read(JsonRef(json), parts.size());
+      answers_[{answer.clash.a, answer.clash.b}] = answer;
+    } catch (const InputError& error) {
+      throw error.within("--resume " + path.string() + ": line " + std::to_string(number));
+    }
+  }
+  if (::ftruncate(descriptor_, static_cast<off_t>(kept)) != 0 || ::lseek(descriptor_, 0, SEEK_END) < 0)
+    throw OutputError("--resume: " + std::string(std::strerror(errno)));
+  if (kept == 0) out_.append(first + '\n');
+  out_.flush();
+}
+
+Journal::~Journal() { ::close(descriptor_); }
+
+void Journal::add(const Pair& pair, const Answer& answer) {
+  out_.append(line(pair, answer));
+  out_.flush();
+}
+
+}  // namespace tandem::clash
