@@ -270,7 +270,8 @@ class Costs {
     for (const auto& [index, pose] : step.poses) scene_.set_pose(scene_.id(index), pose);
     candidates_.clear();
     equal_ += pipeline_->step(scene_).contact_hash == step.contact_hash;
-    NarrowPhaseOptions options;
+    NarrowPhaseOptions options;  // as the pipeline's: contacts of meshes without what only one pair's user needs
+    options.mesh_gaps = options.mesh_bounds = false;
     if (scene_.request == Request::contacts) options.margin = margin_;
     const NarrowPhase narrow(options);
     std::vector<std::uint16_t> count(scene_.indices());

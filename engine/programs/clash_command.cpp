@@ -135,7 +135,7 @@ std::string table(const std::vector<Part>& parts, const std::vector<Clash>& clas
   if (clearance > 0)
     out << ", " << clashes.size() - static_cast<std::size_t>(hits) << " more are at most " << clearance << " apart";
   out << "; " << triangles << " triangles in " << (memory >> 20) << " MiB\n";
-  if (unproven) out << "~: no bound of the error of this depth is proven; that they intersect is exact\n";
+  if (unproven) out << "~: not exact; --json tells the error's bound, error_bound. That they intersect is exact\n";
   for (std::size_t i = 0; i < parts.size(); ++i)
     if (!parts[i].open.empty())
       out << names[i] << ": a surface, whose inside does not count: " << parts[i].open << '\n';

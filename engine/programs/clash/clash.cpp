@@ -45,6 +45,7 @@ Clash intersecting(const NarrowPhase& narrow_phase, const Part& a, const Part& b
   out.triangle_pairs = narrow_phase.intersecting_triangles(a.shape, {}, b.shape, {}).size();
   out.distance = found.signed_distance;
   out.status = found.status;
+  out.error_bound = found.error_bound;
   out.place = (found.point_a + found.point_b) / 2;
   out.normal = found.normal;
   const auto deepest = std::max_element(contacts.begin(), contacts.end(),
@@ -105,6 +106,7 @@ Answer answer(const std::vector<Part>& parts, const Pair& pair, double clearance
     out.clash.place = (found.point_a + found.point_b) / 2;
     out.clash.normal = found.normal;
     out.clash.status = found.status;
+    out.clash.error_bound = found.error_bound;
   }
   out.clash.a = pair.a;
   out.clash.b = pair.b;

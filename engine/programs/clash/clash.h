@@ -27,6 +27,7 @@ struct Clash {
   Vec3 place = Vec3::Zero();       ///< of the deepest contact, or midway between the nearest points
   Vec3 normal = Vec3::Zero();      ///< unit, from a to b
   Status status = Status::ok;      ///< of the distance; whether they intersect is exact
+  double error_bound = 0;          ///< on the distance, where it is inexact
 };
 
 struct Pair {

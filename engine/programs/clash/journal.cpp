@@ -38,7 +38,8 @@ std::string line(const Pair& pair, const Answer& answer) {
   JsonWriter out;
   out.begin_object().key("pair").begin_array().value(pair.a).value(pair.b).end_array().member("near", answer.near);
   out.member("intersects", c.intersects).member("triangle_pairs", c.triangle_pairs).member("distance", c.distance);
-  out.member("place", c.place).member("normal", c.normal).member("status", static_cast<int>(c.status)).end_object();
+  out.member("place", c.place).member("normal", c.normal).member("status", static_cast<int>(c.status));
+  out.member("error_bound", c.error_bound).end_object();
   return out.text() + '\n';
 }
 
@@ -56,6 +57,7 @@ Answer read(const JsonRef& entry, std::size_t parts) {
   out.clash.place = entry.at("place").vec3();
   out.clash.normal = entry.at("normal").vec3();
   out.clash.status = static_cast<Status>(entry.at("status").whole(static_cast<std::uint32_t>(Status::unproven)));
+  out.clash.error_bound = entry.at("error_bound").number();
   return out;
 }
 
@@ -72,6 +74,7 @@ void write(JsonWriter& out, const std::vector<Part>& parts, const Clash& clash) 
   out.member("intersects", clash.intersects).member("triangle_pairs", clash.triangle_pairs);
   out.member("distance", clash.distance).member("place", clash.place).member("normal", clash.normal);
   out.member("status", clash.status == Status::ok ? "ok" : clash.status == Status::inexact ? "inexact" : "unproven");
+  if (clash.status == Status::inexact) out.member("error_bound", clash.error_bound);
   out.end_object();
 }
 
