@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "formats/text_file.h"
+#include "gzip.h"
 #include "results.h"
 #include "trace_steps.h"
 
@@ -77,8 +78,22 @@ Json checked_run(std::string_view text, const std::string& file) {
   return {{"file", file}, {"steps", std::move(steps)}};
 }
 
+// Files that people have beside those that a report shows, by their beginning; empty for none that is known.
+std::string_view other_kind(std::string_view text) {
+  const std::string_view line = text.substr(0, text.find('\n'));
+  const auto has = [&](std::string_view part) { return text.substr(0, 4096).find(part) != std::string_view::npos; };
+  if (has(std::string_view("\0", 1))) return "a binary file";
+  if (line.starts_with("{\"step\":") && line.find("\"contacts\":[") != std::string_view::npos)
+    return "what --contacts wrote";
+  if (has("\"shapeA\"")) return "pair records";
+  if (has("\"shapes\"") && has("\"gravity\"")) return "a scene file";
+  if (text.find_first_of("{[") != text.find_first_not_of(" \t\r\n")) return "no JSON";
+  return {};
+}
+
 void add(Inputs& inputs, const std::string& text, const std::string& file) {
   if (text.find_first_not_of(" \t\r\n") == std::string::npos) throw InputError({}, "empty", kinds);
+  if (const std::string_view other = other_kind(text); !other.empty()) throw InputError({}, other, kinds);
   if (text.starts_with("{\"step\":")) {
     inputs.runs.push_back(checked_run(text, file));
     return;
@@ -105,8 +120,9 @@ Inputs read_inputs(const std::vector<std::filesystem::path>& files) {
       inputs.records.push_back(path);
       continue;
     }
-    const std::string text = in.rest(limits::document_bytes);
+    std::string text = in.rest(limits::document_bytes);
     try {
+      if (is_gzipped(text)) text = gunzipped(text, limits::document_bytes);
       add(inputs, text, in.name());
     } catch (const InputError& error) {
       throw error.within(in.name());

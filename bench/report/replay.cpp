@@ -310,7 +310,8 @@ class Costs {
 
 }  // namespace
 
-Replay read_replay(const std::filesystem::path& path, std::size_t most_frames, std::size_t most_bytes) {
+Replay read_replay(const std::filesystem::path& path, std::size_t most_frames, std::size_t most_bytes,
+                   const std::function<void(std::size_t done, std::size_t of)>& done) {
   const Survey about = survey(path);
   const std::size_t every = (about.steps + most_frames - 1) / most_frames;
   const std::size_t count = (about.steps + every - 1) / every;
@@ -325,6 +326,7 @@ Replay read_replay(const std::filesystem::path& path, std::size_t most_frames, s
   RecordedStep step;
   for (std::size_t i = 0; reader.next(step); ++i) {
     hashes.push_back(hex(step.contact_hash));
+    done(i, about.steps);
     if (i % every != 0) continue;
     if (frames.size() % cost_every == 0) costs.measure(step, frames.size());
     frames.push_back(frame_of(step, about));

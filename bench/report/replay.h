@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -18,6 +19,8 @@ struct Replay {
 /// `most_frames` and the compressed parts take at most `most_bytes`. At up to 24 of the frames detection is run
 /// anew on the recorded poses: its hash is compared with the recorded one, and each pair's narrow phase is timed.
 /// Throws InputError for what RecordReader refuses, and for a record without a step.
-Replay read_replay(const std::filesystem::path& path, std::size_t most_frames, std::size_t most_bytes);
+/// `done` receives the steps read, of how many.
+Replay read_replay(const std::filesystem::path& path, std::size_t most_frames, std::size_t most_bytes,
+                   const std::function<void(std::size_t done, std::size_t of)>& done);
 
 }  // namespace tandem::bench

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <ctime>
 #include <map>
+#include <optional>
 #include <stdexcept>
 
 #include "accuracy.h"
@@ -122,15 +123,17 @@ std::string write_report(const std::vector<std::filesystem::path>& files, const 
             {"worst", worst_records(inputs.results)},
             {"worlds", box_worlds()}};
   std::string blocks;
-  Progress progress("report", inputs.records.size());
   for (std::size_t i = 0; i < inputs.records.size(); ++i) {
-    const Replay replay =
-        read_replay(inputs.records[i], most_frames, replay_bytes / std::max<std::size_t>(1, inputs.records.size()));
+    std::optional<Progress> progress;
+    const Replay replay = read_replay(inputs.records[i], most_frames, replay_bytes / inputs.records.size(),
+                                      [&](std::size_t done, std::size_t of) {
+                                        if (!progress) progress.emplace("steps", of);
+                                        progress->at(done);
+                                      });
     data["replays"].push_back(Json::parse(replay.about.dump()));
     blocks += data_block(fmt::format("replay-{}-poses", i), replay.poses);
     blocks += data_block(fmt::format("replay-{}-contacts", i), replay.contacts);
     blocks += data_block(fmt::format("replay-{}-costs", i), replay.costs);
-    progress.at(i + 1);
   }
   blocks += data_block("data", deflated(data.dump(-1, ' ', false, Json::error_handler_t::replace)));
 

@@ -13,6 +13,7 @@
 #include "commands.h"
 #include "formats/record_file.h"
 #include "formats/scene_json.h"
+#include "gzip.h"
 #include "option_text.h"
 #include "progress.h"
 #include "tandem/engine/builtin_scenes.h"
@@ -138,7 +139,8 @@ struct IssueName {
   std::string_view advice;  // what to change; empty where nothing is to be
 };
 constexpr IssueName issue_names[] = {
-    {StepIssue::inexact, "inexact", "some depths are not exact (PairAnswer::error_bound); --tolerance says what is accepted"},
+    {StepIssue::inexact, "inexact",
+     "some depths are not exact (PairAnswer::error_bound); --tolerance says what is accepted"},
     {StepIssue::pool_grew, "pool_grew", ""},
     {StepIssue::ran_on_caller, "ran_on_caller", ""},
     {StepIssue::ended_early, "ended_early", "a stop was requested"}};
@@ -299,7 +301,8 @@ class Summary {
     // What is normal is told by --json alone.
     for (std::size_t i = 0; i < std::size(issue_names); ++i)
       if (issues_[i] > 0 && !issue_names[i].advice.empty())
-        out << "warning          " << issue_names[i].name << " in " << issues_[i] << " steps: " << issue_names[i].advice << '\n';
+        out << "warning          " << issue_names[i].name << " in " << issues_[i] << " steps: " << issue_names[i].advice
+            << '\n';
     return out.str();
   }
 
@@ -317,6 +320,15 @@ class Summary {
 
 double ms_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+}
+
+constexpr std::size_t most_slices = 200'000;  // of a timeline: some 40 MB, as much as a viewer opens with ease
+
+void write_trace(const Timeline& timeline, OutputFile& file, std::string_view path) {
+  if (!path.ends_with(".gz")) return timeline.write(file.stream());
+  std::ostringstream text;
+  timeline.write(text);
+  file.append(gzipped(text.view()));
 }
 
 int run(const Options& options, DescriptorBuffer& out) {
@@ -341,6 +353,7 @@ int run(const Options& options, DescriptorBuffer& out) {
   Outputs outputs(options);
   Timeline timeline;
   if (outputs.trace) pipeline.record_to(&timeline);
+  std::uint64_t traced = 0;
   std::optional<RecordWriter> record;
   if (outputs.record) record.emplace(*outputs.record, scene);
   Response response({.threads = how.executor == ExecutorKind::sequential ? 1 : how.threads});
@@ -354,6 +367,10 @@ int run(const Options& options, DescriptorBuffer& out) {
       if (interrupted != 0) throw std::runtime_error("interrupted before step " + std::to_string(step));
       const auto begin = std::chrono::steady_clock::now();
       const StepReport report = pipeline.step(scene);
+      if (outputs.trace && timeline.slices() < most_slices)
+        traced = step + 1;
+      else
+        pipeline.record_to(nullptr);
       StepTimes times{ms_since(begin), 0};
       const ContactList& found = pipeline.contacts();
       if (record) record->step(report.step, report.contact_hash, scene, found);
@@ -372,9 +389,12 @@ int run(const Options& options, DescriptorBuffer& out) {
       progress.at(step + 1);
     }
   }
-  if (outputs.trace) timeline.write(outputs.trace->stream());
+  if (outputs.trace) write_trace(timeline, *outputs.trace, options.trace);
   outputs.commit();
   out.append(summary.table(scene, how));
+  if (outputs.trace && traced < steps)
+    out.append("trace            the first " + std::to_string(traced) + " steps alone: " + std::to_string(most_slices) +
+               " slices are kept\n");
   return 0;
 }
 
@@ -403,7 +423,7 @@ void add_run_command(CLI::App& program, DescriptorBuffer& out, int& status) {
       "keep answers of pairs that moved less than this, relative to the bodies' size, 0 to 0.1; 0 computes all");
   add("--json", "FILE", o->json, "write a report a step to this FILE");
   add("--contacts", "FILE", o->contacts, "write the contacts of every step to this FILE");
-  add("--trace", "FILE", o->trace, "write a timeline to this FILE, for Perfetto");
+  add("--trace", "FILE", o->trace, "write a timeline to this FILE, for Perfetto; compressed if it ends in .gz");
   add("--record", "FILE", o->record, "write poses and contacts of every step to this FILE (docs/record-format.md)");
   command->footer(
       "Bodies collide when the request is contacts; with collide and distance they only fly.\n"

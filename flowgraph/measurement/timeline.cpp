@@ -15,6 +15,12 @@ Timeline::Lane& Timeline::lane() {
   return *lanes_.back();
 }
 
+std::size_t Timeline::slices() const {
+  std::size_t out = 0;
+  for (const auto& lane : lanes_) out += lane->slices.size();
+  return out;
+}
+
 void Timeline::count(std::string_view name, double value) {
   const std::scoped_lock lock(mutex_);
   counters_.push_back({name, Clock::now(), value});

@@ -168,14 +168,18 @@ TEST_CASE("report: bad input gets one line that says what, where and what is all
       {no_time.dump(), "bad.json: /rows/0/median_ns: missing"},
       {text_time.dump(), "bad.json: /rows/0/median_ns: \"fast\", allowed: "},
       {R"({"id":"a","shapeA":{"kind":"sphere","radius":1},"ask":["distance"]})",
-       "bad.json: document: {\"id\":\"a\",\"shapeA\":"},
+       "bad.json: pair records, allowed: a result of tandem-bench"},
+      {"{\"step\":0,\"contacts\":[]}\n", "bad.json: what --contacts wrote, allowed: "},
+      {"{\"shapes\":{},\"gravity\":[0,0,0]}", "bad.json: a scene file, allowed: "},
+      {"# Words", "bad.json: no JSON, allowed: "},
+      {"\x1f\x8b\x08", "bad.json: a .gz file that is damaged or cut off"},
       {"{\"name\":1}", "bad.json: document: {\"name\":1}, allowed: a result of tandem-bench"},
       {"{\"traceEvents\":[]}", "bad.json: /traceEvents: [], allowed: slices"},
       {"{\"step\":0,\"candidate", "bad.json: line 1: /step: byte 21"},
       {"{\"step\":0}\n", "bad.json: line 1: /candidate_pairs: missing"},
       {"{\"format\":\"tandem-record\",\"version\":2,\"scene\":{}}\n", "bad.json: /version: 2, allowed: 1"},
       {"{\"format\":\"tandem-record\",\"version\":1,\"scene\":{\"bodies\":[]", "bad.json: /scene/bodies: byte 59"},
-      {std::string("\0\xff\x7f", 3), "bad.json: byte "}};
+      {std::string("\0\xff\x7f", 3), "bad.json: a binary file, allowed: "}};
   for (const auto& [text, says] : bad) {
     write(folder / "bad.json", text);
     std::filesystem::remove(folder / "page.html");

@@ -11,6 +11,7 @@
 #include "catch.h"
 #include "formats/json_reader.h"
 #include "formats/text_file.h"
+#include "gzip.h"
 #include "temporary_folder.h"
 
 using namespace tandem;
@@ -519,4 +520,19 @@ TEST_CASE("program: clash refuses what it cannot read, before the work") {
     INFO(refused.err);
     CHECK(refused.err.find(message) != std::string::npos);
   }
+}
+
+TEST_CASE("program: a timeline is compressed if its name says so, and has a bound that is told") {
+  const TemporaryFolder folder;
+  const std::string plain = (folder / "t.json").string(), packed = (folder / "t.json.gz").string();
+  for (const std::string& file : {plain, packed})
+    REQUIRE(tandem_program({"run", "cubes-on-plane", "--bodies", "50", "--steps", "3", "--trace", file}).status == 0);
+  const std::string bytes = read_file(packed);
+  CHECK(is_gzipped(bytes));
+  const std::string text = gunzipped(bytes, 1u << 24);
+  CHECK(parse_json(text).contains("traceEvents"));
+  CHECK_THROWS_WITH(gunzipped(bytes.substr(0, bytes.size() / 2), 1u << 24), Catch::Contains("cut off"));
+  CHECK_THROWS_WITH(gunzipped(bytes, 10), Catch::Contains("more inside"));
+  CHECK(gunzipped(gzipped(std::string(5'000'000, 'x')), 5'000'000) == std::string(5'000'000, 'x'));
+  CHECK(gunzipped(gzipped(""), 0).empty());
 }

@@ -48,6 +48,8 @@ class Timeline {
     for (const auto& lane : lanes_)
       for (const Slice& slice : lane->slices) visit(slice);
   }
+  /// How many were recorded. Not while a step runs.
+  std::size_t slices() const;
   void count(std::string_view name, double value);
   void note(std::string text);
 
