@@ -144,6 +144,17 @@ class SceneWork final : public StepWork {
   }
 
   void narrow(Batch& batch) const override {
+    const std::size_t before = batch.results.size();
+    answer(batch);
+    const auto fresh = std::span<const PairResult>(batch.results).subspan(before);
+    if (options_.on_answers && !fresh.empty()) options_.on_answers(fresh, batch.contacts);
+  }
+
+ private:
+  static constexpr std::size_t bodies_a_block = 4 * BoundsRows::bodies;
+  static constexpr std::size_t screened = 32;
+
+  void answer(Batch& batch) const {
     if (together_) return narrow_together(batch);
     std::optional<KeptContacts::Batch> kept;
     if (kept_) kept.emplace(*kept_, batch.results, batch.contacts);
@@ -187,10 +198,6 @@ class SceneWork final : public StepWork {
     }
     if (!kept) found_.add(colliding_pairs, std::span(batch.contacts).subspan(first_contact));
   }
-
- private:
-  static constexpr std::size_t bodies_a_block = 4 * BoundsRows::bodies;
-  static constexpr std::size_t screened = 32;
 
   /// Marks those of the first pairs that need no answer.
   void screen(std::span<const Pair> pairs, std::array<std::uint8_t, screened>& apart) const {

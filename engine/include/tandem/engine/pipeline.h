@@ -1,5 +1,7 @@
 #pragma once
+#include <functional>
 #include <memory>
+#include <span>
 #include <stop_token>
 #include <string_view>
 
@@ -32,6 +34,12 @@ struct AnswerOptions {
   bool contact_hash = false;  ///< fill StepReport::contact_hash (some 10 ns a contact, outside detect_ms)
 };
 
+/// Receives the answers of a batch when they are there, while others are still computed: in any order, from many
+/// threads at once. Every answer that the step computes and reports comes once; one that was kept
+/// (AnswerOptions::keep_contacts) stands in the list alone. A pair's contacts are contacts[first_contact, first_contact
+/// + contact_count). Both are gone when it returns. What it throws ends the step and is thrown by it.
+using AnswerListener = std::function<void(std::span<const PairResult> pairs, std::span<const Contact> contacts)>;
+
 /// What is answered, and how steps are run. The answer depends on `answer` and `predicate` alone.
 struct PipelineOptions {
   ExecutorKind executor = ExecutorKind::flowgraph;
@@ -42,7 +50,8 @@ struct PipelineOptions {
   BalanceOptions balance{};
   PairBatchOptions batches{};
   SharingOptions sharing{};
-  PairPredicate predicate{};  ///< a user's own filter of pairs, by batches; empty: none
+  PairPredicate predicate{};    ///< a user's own filter of pairs, by batches; empty: none
+  AnswerListener on_answers{};  ///< empty: the list at the end is all
 };
 
 /// What one step found and did.
@@ -72,9 +81,9 @@ class Pipeline {
   Pipeline(Pipeline&&) noexcept;
   Pipeline& operator=(Pipeline&&) noexcept;
 
-  /// Throws only what the predicate throws, or std::bad_alloc; the pipeline is ready for the next step then. When
-  /// `stop` is requested, or the task group of the calling oneTBB task is cancelled (executors barrier, fused and
-  /// flowgraph), the step ends early with an empty answer.
+  /// Throws only what the predicate or the listener throws, or std::bad_alloc; the pipeline is ready for the next step
+  /// then. When `stop` is requested, or the task group of the calling oneTBB task is cancelled (executors barrier,
+  /// fused and flowgraph), the step ends early with an empty answer.
   StepReport step(const Scene& scene, std::stop_token stop = {});
 
   /// The last step's answer; valid until the next step.

@@ -1,0 +1,94 @@
+#pragma once
+#include <oneapi/tbb/flow_graph.h>
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <stop_token>
+#include <tuple>
+#include <utility>
+
+#include "tandem/engine/pipeline.h"
+
+namespace tandem::flow {
+
+/// Starts a step. The scene stays as it is until the step's StepAnswer is there.
+struct StepRequest {
+  const Scene* scene = nullptr;
+  std::stop_token stop{};
+};
+
+/// Answers of a step that is still running, in no order: messages of several threads overtake each other, and a
+/// StepAnswer may overtake them.
+struct AnswerBatch {
+  std::uint64_t step = 0;  ///< as StepReport::step
+  std::shared_ptr<const ContactList> answers;
+};
+
+/// A step's end: all answers in canonical order, and the report.
+struct StepAnswer {
+  StepReport report;
+  std::shared_ptr<const ContactList> list;
+  std::uint64_t batches = 0;  ///< how many AnswerBatch messages the step sent: who counts them knows when all have come
+};
+
+/// Collision detection as a node of a host's oneTBB flow graph: a StepRequest comes in; batches of answers go out at
+/// port 0 while others are still computed, and at port 1 the step's end. One step at a time a node; several nodes of
+/// one graph run at once. The step takes the threads of the graph's arena. What the graph cancels ends early
+/// (StepIssue::ended_early); what is thrown cancels the graph and leaves wait_for_all, as of any node. Programs that
+/// use it link TBB::tbb.
+class StepNode : public tbb::flow::composite_node<std::tuple<StepRequest>, std::tuple<AnswerBatch, StepAnswer>> {
+  using Base = tbb::flow::composite_node<std::tuple<StepRequest>, std::tuple<AnswerBatch, StepAnswer>>;
+
+ public:
+  /// Throws what Pipeline's constructor throws. A listener of the host's own is called, too.
+  StepNode(tbb::flow::graph& graph, PipelineOptions options)
+      : Base(graph),
+        listener_(std::move(options.on_answers)),
+        pipeline_(listening(std::move(options))),
+        step_(graph, tbb::flow::serial,
+              [this](const StepRequest& request, Step::output_ports_type&) { run(request); }) {
+    Base::set_external_ports(Base::input_ports_type(step_), Base::output_ports_type(tbb::flow::output_port<0>(step_),
+                                                                                    tbb::flow::output_port<1>(step_)));
+  }
+
+ private:
+  using Step = tbb::flow::multifunction_node<StepRequest, std::tuple<AnswerBatch, StepAnswer>>;
+
+  PipelineOptions listening(PipelineOptions options) {
+    options.on_answers = [this](std::span<const PairResult> pairs, std::span<const Contact> contacts) {
+      send(pairs, contacts);
+    };
+    return options;
+  }
+
+  void run(const StepRequest& request) {
+    batches_ = 0;
+    const StepReport report = pipeline_.step(*request.scene, request.stop);
+    number_ = report.step + 1;
+    tbb::flow::output_port<1>(step_).try_put(
+        {report, std::make_shared<const ContactList>(pipeline_.contacts()), batches_});
+  }
+
+  void send(std::span<const PairResult> pairs, std::span<const Contact> contacts) {
+    if (listener_) listener_(pairs, contacts);
+    auto copy = std::make_shared<ContactList>();
+    copy->pairs.assign(pairs.begin(), pairs.end());
+    for (PairResult& pair : copy->pairs) {
+      const auto own = contacts.subspan(pair.first_contact, pair.contact_count);
+      pair.first_contact = static_cast<std::uint32_t>(copy->contacts.size());
+      copy->contacts.insert(copy->contacts.end(), own.begin(), own.end());
+    }
+    ++batches_;
+    tbb::flow::output_port<0>(step_).try_put({number_, std::move(copy)});
+  }
+
+  AnswerListener listener_;
+  Pipeline pipeline_;
+  Step step_;
+  std::atomic<std::uint64_t> batches_{0};
+  std::uint64_t number_ = 0;  // of the step that runs
+};
+
+}  // namespace tandem::flow
