@@ -45,6 +45,10 @@ struct Lanes {
                    hn::Le(hn::Mul(numerator, hn::Abs(numerator)), hn::Mul(hn::Mul(best, hn::Abs(best)), length2)));
   }
   HWY_INLINE void find_axis(double margin);
+  HWY_INLINE void measure_faces();
+  HWY_INLINE void screen_edges(double margin, V* numerators, M* may_win) const;
+  HWY_INLINE void measure_edges(const V* numerators, const M* may_win);
+  HWY_INLINE void measure_edge(V edge, V numerator, M valid, V& least);
   HWY_INLINE void find_normal();
   HWY_INLINE M find_edges_witness();
   HWY_INLINE M find_faces(double margin, std::size_t at, RectanglePairRows& faces, V* point, V& depth,
@@ -53,6 +57,15 @@ struct Lanes {
 
 // measure_axes and best_separation.
 HWY_INLINE void Lanes::find_axis(double margin) {
+  V numerators[9];
+  M may_win[9];
+  measure_faces();
+  screen_edges(margin, numerators, may_win);
+  measure_edges(numerators, may_win);
+}
+
+/// The boxes as A sees them, and the best of the six faces' normals.
+HWY_INLINE void Lanes::measure_faces() {
   for (int k = 0; k < 3; ++k) shift[k] = hn::Sub(b[9 + k], a[9 + k]);
   V u[3], face_of_a[3], face_of_b[3];
   for (int i = 0; i < 3; ++i) {
@@ -78,10 +91,12 @@ HWY_INLINE void Lanes::find_axis(double margin) {
   }
   edge_i = edge_j = number(-1);
   for (V& n : edge_normal) n = number(0);
+}
+
+/// Of the nine products of edges those that may be better than the best face, by their short formula.
+HWY_INLINE void Lanes::screen_edges(double margin, V* numerators, M* may_win) const {
   const V hopeless = hn::Min(best, number(0));
   const M near = hn::Le(best, number(margin));
-  V numerators[9];
-  M may_win[9];
   HWY_UNROLL(3)
   for (int i = 0; i < 3; ++i) {
     const int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
@@ -101,7 +116,10 @@ HWY_INLINE void Lanes::find_axis(double margin) {
       numerators[3 * i + j] = numerator;
     }
   }
-  // Each lane goes through its own edges, which are few, in their order.
+}
+
+/// Each lane goes through its own edges, which are few, in their order.
+HWY_INLINE void Lanes::measure_edges(const V* numerators, const M* may_win) {
   V least = hn::Mul(number(tolerance::tie), size), edge = number(-1);
   for (;;) {
     V next = number(9), numerator = number(0);
@@ -114,32 +132,37 @@ HWY_INLINE void Lanes::find_axis(double margin) {
     edge = next;
     const M some = hn::Lt(edge, number(9));
     if (hn::AllFalse(D(), some)) break;
-    const M second = hn::Ge(edge, number(3)), third = hn::Ge(edge, number(6));
-    const V i = hn::IfThenElse(third, number(2), hn::IfThenElseZero(second, number(1)));
-    const V j = hn::Sub(edge, hn::Mul(number(3), i));
-    const Choice of_a(i), of_b(j);
-    V own[3], others[2][3];
-    of_b.own_column(r, own);
-    of_b.next_column(r, others[0]);
-    of_b.last_column(r, others[1]);
-    const V y = of_a.next(own), z = of_a.last(own);
-    const V length2 = hn::Add(hn::Mul(y, y), hn::Mul(z, z)), length = hn::Sqrt(length2);
-    const V n1 = hn::Div(hn::Neg(z), length), n2 = hn::Div(y, length);
-    V s = hn::Sub(hn::Abs(hn::Add(hn::Mul(n1, of_a.next(t)), hn::Mul(n2, of_a.last(t)))),
-                  hn::Add(hn::Mul(of_a.next(half_a), hn::Abs(n1)), hn::Mul(of_a.last(half_a), hn::Abs(n2))));
-    for (const int k : {0, 1}) {
-      const V reach = hn::Abs(hn::Add(hn::Mul(n1, of_a.next(others[k])), hn::Mul(n2, of_a.last(others[k]))));
-      s = hn::Sub(s, hn::Mul(k == 0 ? of_b.next(half_b) : of_b.last(half_b), reach));
-    }
-    const M better = hn::And(hn::AndNot(is_worse(numerator, length2), some), hn::Gt(s, hn::Add(best, least)));
-    best = hn::IfThenElse(better, s, best);
-    least = hn::IfThenZeroElse(better, least);
-    axis = hn::IfThenElse(better, hn::Add(number(6), edge), axis);
-    edge_i = hn::IfThenElse(better, i, edge_i);
-    edge_j = hn::IfThenElse(better, j, edge_j);
-    const V zero = number(0), n[3] = {of_a.of(zero, n2, n1), of_a.of(n1, zero, n2), of_a.of(n2, n1, zero)};
-    for (int k = 0; k < 3; ++k) edge_normal[k] = hn::IfThenElse(better, n[k], edge_normal[k]);
+    measure_edge(edge, numerator, some, least);
   }
+}
+
+/// The separation along the product of two edges, 3 i + j, a pair of them a lane; the best if it is better by `least`.
+HWY_INLINE void Lanes::measure_edge(V edge, V numerator, M valid, V& least) {
+  const M second = hn::Ge(edge, number(3)), third = hn::Ge(edge, number(6));
+  const V i = hn::IfThenElse(third, number(2), hn::IfThenElseZero(second, number(1)));
+  const V j = hn::Sub(edge, hn::Mul(number(3), i));
+  const Choice of_a(i), of_b(j);
+  V own[3], others[2][3];
+  of_b.own_column(r, own);
+  of_b.next_column(r, others[0]);
+  of_b.last_column(r, others[1]);
+  const V y = of_a.next(own), z = of_a.last(own);
+  const V length2 = hn::Add(hn::Mul(y, y), hn::Mul(z, z)), length = hn::Sqrt(length2);
+  const V n1 = hn::Div(hn::Neg(z), length), n2 = hn::Div(y, length);
+  V s = hn::Sub(hn::Abs(hn::Add(hn::Mul(n1, of_a.next(t)), hn::Mul(n2, of_a.last(t)))),
+                hn::Add(hn::Mul(of_a.next(half_a), hn::Abs(n1)), hn::Mul(of_a.last(half_a), hn::Abs(n2))));
+  for (const int k : {0, 1}) {
+    const V reach = hn::Abs(hn::Add(hn::Mul(n1, of_a.next(others[k])), hn::Mul(n2, of_a.last(others[k]))));
+    s = hn::Sub(s, hn::Mul(k == 0 ? of_b.next(half_b) : of_b.last(half_b), reach));
+  }
+  const M better = hn::And(hn::AndNot(is_worse(numerator, length2), valid), hn::Gt(s, hn::Add(best, least)));
+  best = hn::IfThenElse(better, s, best);
+  least = hn::IfThenZeroElse(better, least);
+  axis = hn::IfThenElse(better, hn::Add(number(6), edge), axis);
+  edge_i = hn::IfThenElse(better, i, edge_i);
+  edge_j = hn::IfThenElse(better, j, edge_j);
+  const V zero = number(0), n[3] = {of_a.of(zero, n2, n1), of_a.of(n1, zero, n2), of_a.of(n2, n1, zero)};
+  for (int k = 0; k < 3; ++k) edge_normal[k] = hn::IfThenElse(better, n[k], edge_normal[k]);
 }
 
 // axis_direction.

@@ -171,30 +171,52 @@ PointDistance point_distance(const ConvexView& s, const Vec3& p) {
   }
 }
 
-SegmentDistance segment_distance(const Vec3& centre_a, const Vec3& half_a, const Vec3& centre_b, const Vec3& half_b) {
-  SegmentDistance d;
-  // Minimise |r + s u - t v| over s, t in [-1, 1].
-  const Vec3 r = centre_a - centre_b;
-  const double uu = half_a.squaredNorm(), vv = half_b.squaredNorm(), uv = half_a.dot(half_b);
-  const double ru = r.dot(half_a), rv = r.dot(half_b);
-  const double by_uu = uu > 0 ? 1 / uu : 0.0, by_vv = vv > 0 ? 1 / vv : 0.0;
-  const Vec3 cross = half_a.cross(half_b);
-  const double det = cross.squaredNorm();  // uu vv - uv^2 without its cancellation
-  const auto best_s = [&](double t) { return std::clamp((t * uv - ru) * by_uu, -1.0, 1.0); };
-  const auto best_t = [&](double s) { return std::clamp((s * uv + rv) * by_vv, -1.0, 1.0); };
-  const bool crossing = det > tolerance::parallel_lines2 * uu * vv && det > 0;
+namespace {
+
+/// Two segments, r + s u and t v with s and t in [-1, 1], seen from the centre of the second.
+class SegmentPair {
+ public:
+  SegmentPair(const Vec3& r, const Vec3& u, const Vec3& v) : r_(r), u_(u), v_(v) {}
+
+  /// s and t where they are nearest.
+  void find_nearest();
+  /// From the point at s to the one at t; inside a segment square to it, whatever is left of so small a difference.
+  Vec3 gap() const;
+  /// The distance and the unit normal from the first to the second; `gap` as above.
+  void measure(const Vec3& gap, SegmentDistance& d) const;
+
   double s = 0, t = 0;
-  bool interior = false, sides = true;
-  if (crossing) {
+
+ private:
+  double best_s(double at) const { return std::clamp((at * uv_ - ru_) * by_uu_, -1.0, 1.0); }
+  double best_t(double at) const { return std::clamp((at * uv_ + rv_) * by_vv_, -1.0, 1.0); }
+  void try_sides();
+  void take_middle();
+  bool above_rounding(double distance) const;
+  Vec3 across() const;
+
+  const Vec3 &r_, &u_, &v_;
+  const double uu_ = u_.squaredNorm(), vv_ = v_.squaredNorm(), uv_ = u_.dot(v_);
+  const double ru_ = r_.dot(u_), rv_ = r_.dot(v_);
+  const double by_uu_ = uu_ > 0 ? 1 / uu_ : 0.0, by_vv_ = vv_ > 0 ? 1 / vv_ : 0.0;
+  const Vec3 cross_ = u_.cross(v_);
+  const double det_ = cross_.squaredNorm();  // uu vv - uv^2 without its cancellation
+  const bool crossing_ = det_ > tolerance::parallel_lines2 * uu_ * vv_ && det_ > 0;
+  bool interior_ = false;  // both parameters are those of the lines' common perpendicular
+};
+
+void SegmentPair::find_nearest() {
+  bool sides = true;
+  if (crossing_) {
     // Both parameters from cross products: exact to rounding also for nearly parallel segments.
-    const Vec3 x = half_b.cross(cross), y = half_a.cross(cross);
-    s = -r.dot(x) / half_a.dot(x);
-    t = r.dot(y) / half_b.dot(y);
-    interior = std::abs(s) <= 1 && std::abs(t) <= 1;
+    const Vec3 x = v_.cross(cross_), y = u_.cross(cross_);
+    s = -r_.dot(x) / u_.dot(x);
+    t = r_.dot(y) / v_.dot(y);
+    interior_ = std::abs(s) <= 1 && std::abs(t) <= 1;
     // What rounding makes of either where they are nearly parallel is long; across the gap it shows only by the
     // other's.
-    if (interior) t = best_t(s);
-    if (!interior && det > tolerance::crossing2 * uu * vv) {
+    if (interior_) t = best_t(s);
+    if (!interior_ && det_ > tolerance::crossing2 * uu_ * vv_) {
       // A convex quadratic over a square: from the best s of all to the best t for it, and where that is an end to the
       // best s for that (Ericson 2005, 5.1.9). Nearly parallel ones could end on the wrong side.
       t = best_t(std::clamp(s, -1.0, 1.0));
@@ -202,57 +224,80 @@ SegmentDistance segment_distance(const Vec3& centre_a, const Vec3& half_a, const
       sides = false;
     }
   }
-  if (!interior && sides) {
-    // The minimum lies on the boundary of the square: try its four sides.
-    double least = -1;
-    for (int side = 0; side < 4; ++side) {
-      const double end = side % 2 == 0 ? 1.0 : -1.0;
-      const double cs = side < 2 ? end : best_s(end), ct = side < 2 ? best_t(end) : end;
-      const double d2 = (r + cs * half_a - ct * half_b).squaredNorm();
-      if (least < 0 || d2 < least) least = d2, s = cs, t = ct;
-    }
-    if (!crossing && uu > 0 && vv > 0) {
-      // Parallel: the middle of the stretch where they run side by side.
-      const double length = std::sqrt(uu), reach = std::sqrt(vv), offset = -ru / length;
-      const double lo = std::max(-length, offset - reach), hi = std::min(length, offset + reach);
-      if (lo < hi) {
-        s = 0.5 * (lo + hi) / length;
-        t = best_t(s);
-      }
-    }
+  if (!interior_ && sides) try_sides();
+}
+
+/// The minimum lies on the boundary of the square of parameters: the best of its four sides.
+void SegmentPair::try_sides() {
+  double least = -1;
+  for (int side = 0; side < 4; ++side) {
+    const double end = side % 2 == 0 ? 1.0 : -1.0;
+    const double cs = side < 2 ? end : best_s(end), ct = side < 2 ? best_t(end) : end;
+    const double d2 = (r_ + cs * u_ - ct * v_).squaredNorm();
+    if (least < 0 || d2 < least) least = d2, s = cs, t = ct;
   }
-  d.point_a = centre_a + s * half_a;
-  d.point_b = centre_b + t * half_b;
-  Vec3 gap = t * half_b - s * half_a - r;
-  // Inside a segment the way is square to it, whatever is left of so small a difference.
-  if (std::abs(s) < 1) gap -= (gap.dot(half_a) * by_uu) * half_a;
-  if (std::abs(t) < 1) gap -= (gap.dot(half_b) * by_vv) * half_b;
+  if (!crossing_ && uu_ > 0 && vv_ > 0) take_middle();
+}
+
+/// Of parallel segments the middle of the stretch where they run side by side, if there is one.
+void SegmentPair::take_middle() {
+  const double length = std::sqrt(uu_), reach = std::sqrt(vv_), offset = -ru_ / length;
+  const double lo = std::max(-length, offset - reach), hi = std::min(length, offset + reach);
+  if (!(lo < hi)) return;
+  s = 0.5 * (lo + hi) / length;
+  t = best_t(s);
+}
+
+Vec3 SegmentPair::gap() const {
+  Vec3 gap = t * v_ - s * u_ - r_;
+  if (std::abs(s) < 1) gap -= (gap.dot(u_) * by_uu_) * u_;
+  if (std::abs(t) < 1) gap -= (gap.dot(v_) * by_vv_) * v_;
+  return gap;
+}
+
+/// Is so small a distance more than what rounding leaves of a difference?
+bool SegmentPair::above_rounding(double distance) const {
+  if (distance * distance > tolerance::lost_of_three2 * (r_.squaredNorm() + uu_ + vv_))
+    return true;  // without three roots
+  return distance > tolerance::lost * (r_.norm() + std::sqrt(uu_) + std::sqrt(vv_));
+}
+
+/// The unit normal of both. Of nearly parallel segments the product is small and askew: square to the longer, where its
+/// tilt would tell.
+Vec3 SegmentPair::across() const {
+  const Vec3 &longer = uu_ >= vv_ ? u_ : v_, n = cross_ / std::sqrt(det_);
+  return (n - (n.dot(longer) / std::max(uu_, vv_)) * longer).normalized();
+}
+
+void SegmentPair::measure(const Vec3& gap, SegmentDistance& d) const {
   d.distance = gap.norm();
-  const auto above_rounding = [&] {
-    if (d.distance * d.distance > tolerance::lost_of_three2 * (r.squaredNorm() + uu + vv))
-      return true;  // without three roots
-    return d.distance > tolerance::lost * (r.norm() + std::sqrt(uu) + std::sqrt(vv));
-  };
-  // Of nearly parallel segments the product is small and askew: square to the longer, where its tilt would tell.
-  const auto across = [&] {
-    const Vec3 &longer = uu >= vv ? half_a : half_b, n = cross / std::sqrt(det);
-    return Vec3((n - (n.dot(longer) / std::max(uu, vv)) * longer).normalized());
-  };
-  if (interior) {
+  if (interior_) {
     // Both inside: the common perpendicular, defined also where they cross.
     const Vec3 n = across();
-    const double along = n.dot(-r);
+    const double along = n.dot(-r_);
     d.distance = std::abs(along);
     d.normal = along >= 0 ? n : Vec3(-n);
-  } else if (above_rounding()) {
+  } else if (above_rounding(d.distance)) {
     d.normal = unit(gap, d.distance);
-  } else if (crossing) {
+  } else if (crossing_) {
     // They meet: the normal of the plane of both is right, and the direction of the gap would be noise.
     d.normal = across();
-    if (d.normal.dot(r) > 0) d.normal = -d.normal;
+    if (d.normal.dot(r_) > 0) d.normal = -d.normal;
   } else {
-    d.normal = uu > 0 ? any_perpendicular(half_a) : vv > 0 ? any_perpendicular(half_b) : Vec3::UnitX();
+    d.normal = uu_ > 0 ? any_perpendicular(u_) : vv_ > 0 ? any_perpendicular(v_) : Vec3::UnitX();
   }
+}
+
+}  // namespace
+
+SegmentDistance segment_distance(const Vec3& centre_a, const Vec3& half_a, const Vec3& centre_b, const Vec3& half_b) {
+  const Vec3 r = centre_a - centre_b;
+  SegmentPair pair(r, half_a, half_b);
+  pair.find_nearest();
+  SegmentDistance d;
+  d.point_a = centre_a + pair.s * half_a;
+  d.point_b = centre_b + pair.t * half_b;
+  pair.measure(pair.gap(), d);
   return d;
 }
 

@@ -18,6 +18,12 @@ class Portal {
   PortalResult search();
 
  private:
+  using Verdict = PortalResult::Verdict;
+
+  bool first_direction(const Vec3& centre_b, Vec3& n) const;
+  bool open_portal(Vec3& n);
+  PortalResult refine_portal(double ball);
+
   static double off_origin(const ConvexView& v) { return v.hull != nullptr ? v.hull->inside.norm() : 0.0; }
 
   /// Takes the point farthest along n; false where that proves them apart.
@@ -33,74 +39,86 @@ class Portal {
   const MinkowskiDifference& d_;
   double radius_, scale_;
   const SupportKernel kernel_ = support_kernel();
+  Vec3 v0_, v1_, v2_, v3_;  // a point inside A - B, and the portal: supports of A - B about the ray from it to the origin
 };
 
 PortalResult Portal::search() {
-  using Verdict = PortalResult::Verdict;
   // Rotations are orthonormal to 1e-6 only.
   const double ball = (1 - tolerance::askew) * (core_inner_radius(d_.a) + core_inner_radius(d_.b)) + radius_;
-  const Vec3 centre_b = d_.pose.rotation * core_centre(d_.b) + d_.pose.translation, v0 = core_centre(d_.a) - centre_b;
-  PortalResult r;
-  const auto says = [&r](Verdict verdict, const Vec3& n) {
-    r.verdict = verdict, r.normal = n;
-    return r;
-  };
-  if (ball > tolerance::no_way * scale_ && v0.squaredNorm() < 0.99 * ball * ball) return says(Verdict::overlapping, -v0);
-  if (!(v0.squaredNorm() > tolerance::no_way2 * scale_ * scale_)) return says(Verdict::open, Vec3::UnitX());
-  // From B's centre into A, into B and into A again: apart, that comes near the shortest way.
+  const Vec3 centre_b = d_.pose.rotation * core_centre(d_.b) + d_.pose.translation;
+  v0_ = core_centre(d_.a) - centre_b;
+  if (ball > tolerance::no_way * scale_ && v0_.squaredNorm() < 0.99 * ball * ball) return {Verdict::overlapping, -v0_};
+  if (!(v0_.squaredNorm() > tolerance::no_way2 * scale_ * scale_)) return {Verdict::open, Vec3::UnitX()};
+  Vec3 n;
+  if (!first_direction(centre_b, n)) return {Verdict::overlapping, -v0_};
+  if (!open_portal(n)) return {Verdict::apart, n};
+  return refine_portal(ball);
+}
+
+/// From B's centre into A, into B and into A again: apart, that comes near the nearest points. False: a point in both.
+bool Portal::first_direction(const Vec3& centre_b, Vec3& n) const {
   const double least = tolerance::on_feature * scale_;
   Vec3 a = centre_b;
-  if (move_into(d_.a, a, least).inside) return says(Verdict::overlapping, -v0);
+  if (move_into(d_.a, a, least).inside) return false;
   Vec3 b = d_.pose.rotation.transpose() * (a - d_.pose.translation);
-  if (move_into(d_.b, b, least).inside) return says(Verdict::overlapping, -v0);
+  if (move_into(d_.b, b, least).inside) return false;
   b = d_.pose.rotation * b + d_.pose.translation;
   a = b;
-  if (move_into(d_.a, a, least).inside) return says(Verdict::overlapping, -v0);
-  Vec3 n = b - a;
-  if (!(n.squaredNorm() > tolerance::no_way2 * scale_ * scale_)) n = -v0;
-  Vec3 v1, v2, v3;
-  if (!support(n, v1)) return says(Verdict::apart, n);
-  n = v1.cross(v0);
-  if (!(n.squaredNorm() > tolerance::parallel_lines2 * v0.squaredNorm() * scale_ * scale_)) n = any_perpendicular(v0);
-  if (!support(n, v2)) return says(Verdict::apart, n);
-  n = (v1 - v0).cross(v2 - v0);
-  if (n.dot(v0) > 0) std::swap(v1, v2), n = -n;
-  // Until the ray goes through the triangle.
+  if (move_into(d_.a, a, least).inside) return false;
+  n = b - a;
+  if (!(n.squaredNorm() > tolerance::no_way2 * scale_ * scale_)) n = -v0_;
+  return true;
+}
+
+/// Two corners of the portal, of supports along `n` and across. False: `n` separates.
+bool Portal::open_portal(Vec3& n) {
+  if (!support(n, v1_)) return false;
+  n = v1_.cross(v0_);
+  if (!(n.squaredNorm() > tolerance::parallel_lines2 * v0_.squaredNorm() * scale_ * scale_)) n = any_perpendicular(v0_);
+  if (!support(n, v2_)) return false;
+  n = (v1_ - v0_).cross(v2_ - v0_);
+  if (n.dot(v0_) > 0) std::swap(v1_, v2_);
+  return true;
+}
+
+/// Turns the portal until the ray from v0 to the origin goes through it, then moves it outward.
+PortalResult Portal::refine_portal(double ball) {
   int step = 0;
   for (;; ++step) {
-    if (step == max_steps) return says(Verdict::open, -v0);
-    if (!support(n, v3)) return says(Verdict::apart, n);
-    if (v1.cross(v3).dot(v0) < 0) {
-      v2 = v3;
-    } else if (v3.cross(v2).dot(v0) < 0) {
-      v1 = v3;
+    const Vec3 n = (v1_ - v0_).cross(v2_ - v0_);
+    if (step == max_steps) return {Verdict::open, -v0_};
+    if (!support(n, v3_)) return {Verdict::apart, n};
+    if (v1_.cross(v3_).dot(v0_) < 0) {
+      v2_ = v3_;
+    } else if (v3_.cross(v2_).dot(v0_) < 0) {
+      v1_ = v3_;
     } else {
       break;
     }
-    n = (v1 - v0).cross(v2 - v0);
   }
   // The volumes of the origin with three of the four corners, as products of six times that: off by `volume` at most,
   // which moves the origin within their hull by that over the hull's own volume times its size. The ball about v0
   // leaves as much room about a point as the point is on the way from the portal to v0.
   const double volume = 64 * epsilon * scale_ * scale_ * scale_;
+  Vec3 n = Vec3::Zero();
   for (; step < max_steps; ++step) {
-    n = (v2 - v1).cross(v3 - v1);
-    const double at_origin = n.dot(v1);
-    if (at_origin > volume && at_origin * ball > 8 * volume * scale_ && v1.cross(v3).dot(v0) > -volume &&
-        v3.cross(v2).dot(v0) > -volume && v2.cross(v1).dot(v0) > -volume)
-      return says(Verdict::overlapping, n);
+    n = (v2_ - v1_).cross(v3_ - v1_);
+    const double at_origin = n.dot(v1_);
+    if (at_origin > volume && at_origin * ball > 8 * volume * scale_ && v1_.cross(v3_).dot(v0_) > -volume &&
+        v3_.cross(v2_).dot(v0_) > -volume && v2_.cross(v1_).dot(v0_) > -volume)
+      return {Verdict::overlapping, n};
     Vec3 w;
     if (!(n.squaredNorm() > 0)) break;
-    if (!support(n, w)) return says(Verdict::apart, n);
-    if (!(n.dot(w - v1) > 16 * epsilon * scale_ * n.norm())) break;
-    const Vec3 across = w.cross(v0);
-    if (v1.dot(across) > 0) {
-      (v2.dot(across) > 0 ? v1 : v3) = w;
+    if (!support(n, w)) return {Verdict::apart, n};
+    if (!(n.dot(w - v1_) > 16 * epsilon * scale_ * n.norm())) break;
+    const Vec3 across = w.cross(v0_);
+    if (v1_.dot(across) > 0) {
+      (v2_.dot(across) > 0 ? v1_ : v3_) = w;
     } else {
-      (v3.dot(across) > 0 ? v2 : v1) = w;
+      (v3_.dot(across) > 0 ? v2_ : v1_) = w;
     }
   }
-  return says(Verdict::open, n);
+  return {Verdict::open, n};
 }
 
 }  // namespace

@@ -15,6 +15,112 @@ constexpr double one_side = -0.9999;
 
 using Points = std::pmr::vector<Contact>;
 
+/// Chooses at most four of a patch's contacts that span it, the deepest among them.
+class WidestPoints {
+ public:
+  WidestPoints(std::span<Contact> contacts, double size)
+      : p_(contacts), slack_(tolerance::alike * size), axis_(contacts[0].normal), tie_break_(uncommon(axis_)) {}
+
+  /// Corners of the patch: along a direction, far from that, off their line, outside of their triangle.
+  void span();
+  /// The deepest one is kept, or one that counts as deep has its depth.
+  void keep_deepest();
+  /// Those kept, to the front of the contacts.
+  std::size_t move_to_front();
+
+ private:
+  template <class Score>
+  std::size_t best(Score&& score);
+  std::size_t farthest_outside(std::size_t third, const Vec3& side);
+  void replace_nearest(std::size_t deepest);
+
+  std::span<Contact> p_;
+  double slack_;
+  Vec3 axis_, tie_break_;
+  double most_ = 0;  // the score of the last best
+  std::array<std::size_t, 4> kept_{};
+  std::size_t count_ = 0;
+};
+
+/// Of those that are as good as the best but for rounding the one farthest along a direction of its own: where they are
+/// in the list may be rounding's doing, too.
+template <class Score>
+std::size_t WidestPoints::best(Score&& score) {
+  most_ = score(p_[0]);
+  for (const Contact& c : p_) most_ = std::max(most_, score(c));
+  std::size_t winner = p_.size();
+  for (std::size_t i = 0; i < p_.size(); ++i)
+    if (score(p_[i]) >= most_ - slack_ &&
+        (winner == p_.size() || tie_break_.dot(p_[i].point) > tie_break_.dot(p_[winner].point)))
+      winner = i;
+  return winner;
+}
+
+void WidestPoints::span() {
+  // What is told apart by less could be one of those kept before: the best but for rounding is less by up to `slack_`.
+  const double apart = 2 * slack_;
+  kept_[count_++] = best([&](const Contact& c) { return tie_break_.dot(c.point); });
+  const Vec3 from = p_[kept_[0]].point;
+  const std::size_t second = best([&](const Contact& c) { return (c.point - from).norm(); });
+  const double length = most_;
+  if (!(length > apart)) return;
+  kept_[count_++] = second;
+  const Vec3 along = (p_[second].point - from) / length, side = axis_.cross(along);
+  const std::size_t third = best([&](const Contact& c) { return std::abs(side.dot(c.point - from)); });
+  if (!(most_ > std::max(thin * length, apart))) return;
+  kept_[count_++] = third;
+  const std::size_t fourth = farthest_outside(third, side);
+  if (most_ > std::max(thin * length, apart)) kept_[count_++] = fourth;
+}
+
+/// Of the triangle of the first three.
+std::size_t WidestPoints::farthest_outside(std::size_t third, const Vec3& side) {
+  const double turn = side.dot(p_[third].point - p_[kept_[0]].point) >= 0 ? 1.0 : -1.0;
+  std::array<Vec3, 3> outward;
+  for (std::size_t k = 0; k < 3; ++k)
+    outward[k] = -turn * axis_.cross(p_[kept_[(k + 1) % 3]].point - p_[kept_[k]].point).stableNormalized();
+  return best([&](const Contact& c) {
+    double out = 0;
+    for (std::size_t k = 0; k < 3; ++k) out = std::max(out, outward[k].dot(c.point - p_[kept_[k]].point));
+    return out;
+  });
+}
+
+void WidestPoints::keep_deepest() {
+  const std::size_t deepest = best([](const Contact& c) { return c.depth; });
+  const auto deepest_kept = std::max_element(kept_.begin(), kept_.begin() + static_cast<std::ptrdiff_t>(count_),
+                                             [&](std::size_t i, std::size_t j) { return p_[i].depth < p_[j].depth; });
+  if (p_[*deepest_kept].depth >= most_ - slack_) {
+    p_[*deepest_kept].depth = most_;
+    return;
+  }
+  p_[deepest].depth = most_;
+  if (count_ < kept_.size())
+    kept_[count_++] = deepest;
+  else
+    replace_nearest(deepest);
+}
+
+void WidestPoints::replace_nearest(std::size_t deepest) {
+  const auto away = [&](std::size_t i) { return (p_[i].point - p_[deepest].point).norm(); };
+  const double nearest = away(
+      *std::min_element(kept_.begin(), kept_.end(), [&](std::size_t i, std::size_t j) { return away(i) < away(j); }));
+  std::size_t* least = nullptr;
+  for (std::size_t& i : kept_)
+    if (away(i) <= nearest + slack_ && (!least || tie_break_.dot(p_[i].point) < tie_break_.dot(p_[*least].point)))
+      least = &i;
+  *least = deepest;
+}
+
+std::size_t WidestPoints::move_to_front() {
+  std::array<Contact, 4> widest;  // some of them may stand where others go
+  for (std::size_t k = 0; k < count_; ++k) widest[k] = p_[kept_[k]];
+  std::copy_n(widest.begin(), count_, p_.begin());
+  std::sort(p_.begin(), p_.begin() + static_cast<std::ptrdiff_t>(count_),
+            [](const Contact& x, const Contact& y) { return x.feature < y.feature; });
+  return count_;
+}
+
 }  // namespace
 
 Vec3 uncommon(const Vec3& axis) {
@@ -23,78 +129,11 @@ Vec3 uncommon(const Vec3& axis) {
 }
 
 void keep_widest(std::vector<Contact>& contacts, std::size_t first, double size) {
-  const std::span<Contact> p = std::span(contacts).subspan(first);
-  const auto by_feature = [](const Contact& x, const Contact& y) { return x.feature < y.feature; };
-  if (p.size() <= 1) return;
-  const double slack = tolerance::alike * size;
-  // What is told apart by less could be one of those kept before: the best but for rounding is less by up to `slack`.
-  const double apart = 2 * slack;
-  const Vec3 axis = p[0].normal, tie_break = uncommon(axis);
-  double most;
-  // Of those that are as good as the best but for rounding the one farthest along a direction of its own: where they
-  // are in the list may be rounding's doing, too.
-  const auto best = [&](auto&& score) {
-    most = score(p[0]);
-    for (const Contact& c : p) most = std::max(most, score(c));
-    std::size_t winner = p.size();
-    for (std::size_t i = 0; i < p.size(); ++i)
-      if (score(p[i]) >= most - slack &&
-          (winner == p.size() || tie_break.dot(p[i].point) > tie_break.dot(p[winner].point)))
-        winner = i;
-    return winner;
-  };
-  std::array<std::size_t, 4> kept;
-  std::size_t count = 0;
-  kept[count++] = best([&](const Contact& c) { return tie_break.dot(c.point); });
-  const Vec3 from = p[kept[0]].point;
-  const std::size_t second = best([&](const Contact& c) { return (c.point - from).norm(); });
-  if (const double length = most; length > apart) {
-    kept[count++] = second;
-    const Vec3 along = (p[second].point - from) / length, side = axis.cross(along);
-    const std::size_t third = best([&](const Contact& c) { return std::abs(side.dot(c.point - from)); });
-    if (most > std::max(thin * length, apart)) {
-      kept[count++] = third;
-      // The fourth: outside the triangle of the three by most.
-      const double turn = side.dot(p[third].point - from) >= 0 ? 1.0 : -1.0;
-      std::array<Vec3, 3> outward;
-      for (std::size_t k = 0; k < 3; ++k)
-        outward[k] = -turn * axis.cross(p[kept[(k + 1) % 3]].point - p[kept[k]].point).stableNormalized();
-      const std::size_t fourth = best([&](const Contact& c) {
-        double out = 0;
-        for (std::size_t k = 0; k < 3; ++k) out = std::max(out, outward[k].dot(c.point - p[kept[k]].point));
-        return out;
-      });
-      if (most > std::max(thin * length, apart)) kept[count++] = fourth;
-    }
-  }
-  const std::size_t deepest = best([](const Contact& c) { return c.depth; });
-  const double depth = most;
-  const auto deepest_kept = std::max_element(kept.begin(), kept.begin() + static_cast<std::ptrdiff_t>(count),
-                                             [&](std::size_t i, std::size_t j) { return p[i].depth < p[j].depth; });
-  // One that counts as equal stands for the deepest.
-  if (p[*deepest_kept].depth >= depth - slack) {
-    p[*deepest_kept].depth = depth;
-  } else {
-    p[deepest].depth = depth;
-    if (count < kept.size()) {
-      kept[count++] = deepest;
-    } else {
-      // It takes the place of the one nearest to it.
-      const auto away = [&](std::size_t i) { return (p[i].point - p[deepest].point).norm(); };
-      const double nearest = away(
-          *std::min_element(kept.begin(), kept.end(), [&](std::size_t i, std::size_t j) { return away(i) < away(j); }));
-      std::size_t* least = nullptr;
-      for (std::size_t& i : kept)
-        if (away(i) <= nearest + slack && (!least || tie_break.dot(p[i].point) < tie_break.dot(p[*least].point)))
-          least = &i;
-      *least = deepest;
-    }
-  }
-  std::array<Contact, 4> widest;  // some of them may stand where others go
-  for (std::size_t k = 0; k < count; ++k) widest[k] = p[kept[k]];
-  std::copy_n(widest.begin(), count, p.begin());
-  std::sort(p.begin(), p.begin() + static_cast<std::ptrdiff_t>(count), by_feature);
-  contacts.resize(first + count);
+  if (contacts.size() <= first + 1) return;
+  WidestPoints widest(std::span<Contact>(contacts).subspan(first), size);
+  widest.span();
+  widest.keep_deepest();
+  contacts.resize(first + widest.move_to_front());
 }
 
 void PatchCollector::add(std::uint32_t t, std::span<const Contact> contacts) {

@@ -365,6 +365,135 @@ bool nearest_points(const Body& a, const Feature& fa, const Body& b, const Featu
   return straight_to_straight(fa, fb, rounding, w);
 }
 
+bool is_hull(const ConvexView& v) { return v.kind == ShapeKind::convex; }
+
+/// The search for the features that meet: nearest points of both bodies held apart, and from the features that they lie
+/// on the nearest points and the normal of these.
+class FeatureSearch {
+ public:
+  FeatureSearch(const MinkowskiDifference& d, double below)
+      : d_(d), below_(below), rounding_(16 * epsilon * rounding_scale(d)),
+        a_{d.a, nullptr, Vec3::Zero()}, b_{d.b, &d.pose.rotation, d.pose.translation} {}
+
+  /// `common`: as of search_features.
+  Support run(bool* common);
+
+ private:
+  void begin();
+  bool separated_by_projection(bool& common);
+  bool bring_near(int round, bool near, const Vec3& shift);
+  bool meet(const Vec3& shift);
+  bool accept(const NearestPoints& points);
+
+  double reach(const Vec3& n) const { return a_.reach(n) + b_.reach(-n) - n.dot(d_.pose.translation); }
+  void to_a(NearestPoints& points) { points.a = points.b, spot_a_ = project(a_, points.a, rounding_, &spot_a_); }
+  void to_b(NearestPoints& points) { points.b = points.a, spot_b_ = project(b_, points.b, rounding_, &spot_b_); }
+  bool lost() const { return spot_a_.surface == Surface::none || spot_b_.surface == Surface::none; }
+
+  const MinkowskiDifference& d_;
+  const double below_, rounding_;
+  const Body a_;
+  Body b_;
+  Spot spot_a_, spot_b_;
+  NearestPoints w_;
+  bool apart_ = false;
+  Support found_;
+};
+
+Support FeatureSearch::run(bool* common) {
+  begin();
+  if (common != nullptr && (*common = spot_a_.inside || spot_b_.inside)) return found_;
+  const double clear = clearance * std::min(d_.a.size, d_.b.size);
+  for (int round = 0; round < rounds; ++round) {
+    const double h = reach(w_.n);
+    if (round == 0 || h < found_.h) found_.n = w_.n, found_.h = h;
+    if (h < below_) return found_;
+    if (round == 0 && common != nullptr && apart_ && separated_by_projection(*common)) return found_;
+    const Vec3 shift = std::max(0.0, h + clear) * w_.n;
+    if (!bring_near(round, h > -clear, shift) || meet(shift)) return found_;
+  }
+  return found_;
+}
+
+/// The point of A nearest to B's centre, the point of B nearest to that, and the direction between.
+void FeatureSearch::begin() {
+  const Vec3 centre_b = b_.out(core_centre(d_.b));
+  w_.a = centre_b;
+  const Vec3 between = w_.a - core_centre(d_.a);
+  spot_a_ = project(a_, w_.a, rounding_);
+  w_.b = w_.a;
+  spot_b_ = project(b_, w_.b, rounding_);
+  apart_ = !lost();
+  w_.n = apart_ ? w_.b - w_.a : spot_a_.surface != Surface::none ? centre_b - w_.a : between;
+  w_.n = unit_or(w_.n, found_.n);
+}
+
+/// One projection more separates nearly all that are well apart. True: the answer is there.
+bool FeatureSearch::separated_by_projection(bool& common) {
+  Vec3 p = w_.b;
+  common = project(a_, p, rounding_).inside;
+  if (common) return true;
+  const Vec3 n = unit_or(w_.b - p, w_.n);
+  const double closer = reach(n);
+  if (!(closer < below_)) return false;
+  found_.n = n, found_.h = closer;
+  return true;
+}
+
+/// Nearest points of the bodies while B stands off by `shift`, and the normal between them. False: one is inside.
+bool FeatureSearch::bring_near(int round, bool near, const Vec3& shift) {
+  b_.centre = d_.pose.translation + shift;
+  w_.b += shift;
+  to_a(w_);
+  // A hull's features are small: guesses had better be closer.
+  if ((is_hull(d_.a) || is_hull(d_.b)) && (round > 0 || near)) to_b(w_), to_a(w_);
+  if (spot_a_.surface == Surface::corner) to_b(w_);
+  if (lost()) return false;
+  w_.n = unit_or(w_.b - w_.a, w_.n);
+  b_.centre = d_.pose.translation;
+  w_.b -= shift;
+  return true;
+}
+
+/// The nearest points of the features that the points lie on; where a feature ends before, to and fro from its end.
+bool FeatureSearch::meet(const Vec3& shift) {
+  const bool from_a = d_.a.kind == ShapeKind::box || (is_hull(d_.a) && !is_hull(d_.b));
+  NearestPoints points = w_;
+  for (int turn = 0; turn < turns; ++turn) {
+    points.n = w_.n;
+    const bool between = nearest_points(a_, feature(a_, spot_a_, rounding_), b_, feature(b_, spot_b_, rounding_),
+                                        rounding_, points);
+    if (turn == 0) w_.b = points.b;
+    const double length = points.n.norm();
+    if (between && length > 0.5 && length < 2) {
+      points.n /= length;
+      return accept(points);
+    }
+    b_.centre += shift;
+    points.b += shift;
+    if (from_a) {
+      to_b(points), to_a(points);
+    } else {
+      to_a(points), to_b(points);
+    }
+    b_.centre = d_.pose.translation;
+    points.b -= shift;
+    if (lost()) return false;
+  }
+  return false;
+}
+
+/// Are these the nearest points of the bodies? They are if the bodies reach no farther along the normal.
+bool FeatureSearch::accept(const NearestPoints& points) {
+  const double reached = reach(points.n);
+  const Vec3 off = points.a - points.b - reached * points.n;
+  if (!(off.squaredNorm() <= rounding_ * rounding_)) return false;
+  found_.n = points.n, found_.h = reached;
+  found_.point[0] = points.a, found_.point[1] = -points.b;
+  found_.optimal = true;
+  return true;
+}
+
 }  // namespace
 
 bool have_features(const ConvexView& a, const ConvexView& b) {
@@ -376,83 +505,7 @@ bool have_features(const ConvexView& a, const ConvexView& b) {
 }
 
 Support search_features(const MinkowskiDifference& d, double below, bool* common) {
-  const double rounding = 16 * epsilon * rounding_scale(d), clear = clearance * std::min(d.a.size, d.b.size);
-  const Body a{d.a, nullptr, Vec3::Zero()};
-  Body b{d.b, &d.pose.rotation, d.pose.translation};
-  const auto reach = [&](const Vec3& n) { return a.reach(n) + b.reach(-n) - n.dot(d.pose.translation); };
-  const auto is_hull = [](const ConvexView& v) { return v.kind == ShapeKind::convex; };
-  const bool from_a = d.a.kind == ShapeKind::box || (is_hull(d.a) && !is_hull(d.b));
-  Support found;
-  NearestPoints w;
-  w.a = b.out(core_centre(d.b));
-  const Vec3 between = w.a - core_centre(d.a);
-  Spot sa = project(a, w.a, rounding);
-  w.b = w.a;
-  Spot sb = project(b, w.b, rounding);
-  const auto to_a = [&](NearestPoints& points) { points.a = points.b, sa = project(a, points.a, rounding, &sa); };
-  const auto to_b = [&](NearestPoints& points) { points.b = points.a, sb = project(b, points.b, rounding, &sb); };
-  const bool apart = sa.surface != Surface::none && sb.surface != Surface::none;
-  w.n = apart ? w.b - w.a : sa.surface != Surface::none ? b.out(core_centre(d.b)) - w.a : between;
-  w.n = unit_or(w.n, found.n);
-  if (common != nullptr && (*common = sa.inside || sb.inside)) return found;
-  for (int round = 0; round < rounds; ++round) {
-    const double h = reach(w.n);
-    if (round == 0 || h < found.h) found.n = w.n, found.h = h;
-    if (h < below) return found;
-    if (round == 0 && common != nullptr && apart) {
-      // One projection more separates nearly all that are well apart.
-      Vec3 p = w.b;
-      *common = project(a, p, rounding).inside;
-      if (*common) return found;
-      const Vec3 n = unit_or(w.b - p, w.n);
-      if (const double closer = reach(n); closer < below) {
-        found.n = n, found.h = closer;
-        return found;
-      }
-    }
-    const Vec3 shift = std::max(0.0, h + clear) * w.n;
-    b.centre = d.pose.translation + shift;
-    w.b += shift;
-    to_a(w);
-    // A hull's features are small: guesses had better be closer.
-    if ((is_hull(d.a) || is_hull(d.b)) && (round > 0 || h > -clear)) to_b(w), to_a(w);
-    if (sa.surface == Surface::corner) to_b(w);
-    if (sa.surface == Surface::none || sb.surface == Surface::none) return found;
-    w.n = unit_or(w.b - w.a, w.n);
-    b.centre = d.pose.translation;
-    w.b -= shift;
-    NearestPoints points = w;
-    for (int turn = 0; turn < turns; ++turn) {
-      points.n = w.n;
-      const bool between = nearest_points(a, feature(a, sa, rounding), b, feature(b, sb, rounding), rounding, points);
-      if (turn == 0) w.b = points.b;
-      const double length = points.n.norm();
-      if (between && length > 0.5 && length < 2) {
-        points.n /= length;
-        const double reached = reach(points.n);
-        const Vec3 off = points.a - points.b - reached * points.n;
-        if (off.squaredNorm() <= rounding * rounding) {
-          found.n = points.n, found.h = reached;
-          found.point[0] = points.a, found.point[1] = -points.b;
-          found.optimal = true;
-          return found;
-        }
-        break;
-      }
-      // To and fro from where the feature ends.
-      b.centre += shift;
-      points.b += shift;
-      if (from_a) {
-        to_b(points), to_a(points);
-      } else {
-        to_a(points), to_b(points);
-      }
-      b.centre = d.pose.translation;
-      points.b -= shift;
-      if (sa.surface == Surface::none || sb.surface == Surface::none) break;
-    }
-  }
-  return found;
+  return FeatureSearch(d, below).run(common);
 }
 
 }  // namespace tandem
