@@ -34,6 +34,10 @@ class RoundedPair {
     PairAnswer answer = solve_cores(a_, pose_a_, b_, pose_b_, Request::contacts, wider, &contacts, warm);
     const auto found = [&] { return std::span(contacts).subspan(first); };
     if (found().empty() && both_have_triangles()) return nearest_contact(contacts);
+    if (found().empty()) {  // the cores are farther apart than that
+      answer.signed_distance = std::max(answer.signed_distance - radius_, options_.margin);
+      return answer;
+    }
     grow(answer);
     for (Contact& c : found()) {
       c.depth = std::max(c.depth + radius_, -options_.margin);

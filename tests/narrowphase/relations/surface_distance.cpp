@@ -37,7 +37,7 @@ double surface_distance(const PosedShape& shape, const Vec3& world) {
   const double ring = std::hypot(p.x(), p.y());
   struct Distance {
     const Vec3& p;
-    double ring;
+    double ring, rounding;
     double operator()(const Sphere& s) const { return p.norm() - s.radius; }
     double operator()(const Box& s) const { return box<Vec3>(p, s.size / 2); }
     double operator()(const Capsule& s) const {
@@ -49,6 +49,7 @@ double surface_distance(const PosedShape& shape, const Vec3& world) {
       return std::min(segment(q, rim, apex), segment(q, Vec2(0, -s.length / 2), rim));
     }
     double operator()(const Ellipsoid& s) const {
+      if (rounding > 0) return asked(s, p);  // what follows holds near its surface
       const double k = p.cwiseQuotient(s.radii).norm(),
                    gradient = p.cwiseQuotient(s.radii.cwiseProduct(s.radii)).norm();
       return gradient > 0 ? k * (k - 1) / gradient : s.radii.minCoeff();
@@ -59,7 +60,7 @@ double surface_distance(const PosedShape& shape, const Vec3& world) {
     // A point that touches a surface lies on it, however far it is out of there.
     double operator()(const Mesh& s) const { return std::max(0.0, asked(s, p)); }
   };
-  return std::abs(std::visit(Distance{p, ring}, shape.shape));
+  return std::abs(std::visit(Distance{p, ring, shape.rounding}, shape.shape) - shape.rounding);
 }
 
 }  // namespace tandem::relations
