@@ -143,8 +143,9 @@ std::string rounded(const Case& c, Random&) {
 
 std::string numbers(const Case& c, Random&) {
   const Answers& r = c.answers;
+  const double unit = std::max(c.unit, c.a.size() + c.b.size());  // the status goes by the sizes
   for (const PairAnswer* some : {&r.distance, &r.contacts, &r.near})
-    if (!all_finite(*some, c.unit)) return say("not finite, or an error bound without its status");
+    if (!all_finite(*some, unit)) return say("not finite, or an error bound without its status");
   if (!(std::abs(r.distance.normal.norm() - 1) < 1e-14)) return say("normal of length ", r.distance.normal.norm());
   for (const auto* list : {&r.touching, &r.within})
     for (const Contact& contact : *list)
@@ -580,18 +581,21 @@ std::string by_triangles(const Case& c, Random&) {
   constexpr std::size_t most = 1024;
   if (of_a.size() * of_b.size() > most) return {};
   bool any = false;
-  double least = infinity;
+  double least = infinity, certain = infinity;  // what the nearest are apart at most, and at least
   for (const Shape& s : of_a)
     for (const Shape& t : of_b) {
-      least = std::min(least, distance(s, p.a.pose, t, p.b.pose).signed_distance);
+      const PairAnswer r = distance(s, p.a.pose, t, p.b.pose);
+      least = std::min(least, r.signed_distance + r.error_bound);
+      certain = std::min(certain, r.signed_distance - r.error_bound);
       any = any || collide(s, p.a.pose, t, p.b.pose);
     }
-  const double tolerance = rounding * c.unit, d = c.answers.distance.signed_distance;
+  const double d = c.answers.distance.signed_distance, tolerance = rounding * c.unit + c.answers.distance.error_bound;
   const bool inside = !any && (holds(p.a, p.b) || holds(p.b, p.a));
   if (c.answers.collide != (any || inside) && std::abs(least) > tolerance)
     return say("collide ", c.answers.collide, ", of the triangles ", any, ", one inside the other ", inside, " at ",
                least);
-  if (!any && !inside && !(std::abs(d - least) <= tolerance)) return say("distance ", d, ", of the triangles ", least);
+  if (!any && !inside && !(d >= certain - tolerance && d <= least + tolerance))
+    return say("distance ", d, ", of the triangles ", certain, " to ", least);
   return {};
 }
 

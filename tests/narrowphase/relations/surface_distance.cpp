@@ -50,9 +50,13 @@ double surface_distance(const PosedShape& shape, const Vec3& world) {
     }
     double operator()(const Ellipsoid& s) const {
       if (rounding > 0) return asked(s, p);  // what follows holds near its surface
-      const double k = p.cwiseQuotient(s.radii).norm(),
-                   gradient = p.cwiseQuotient(s.radii.cwiseProduct(s.radii)).norm();
-      return gradient > 0 ? k * (k - 1) / gradient : s.radii.minCoeff();
+      const Vec3 q = p.cwiseQuotient(s.radii);
+      const double k = q.norm(), gradient = q.cwiseQuotient(s.radii).norm();
+      double far = gradient > 0 ? std::abs(k * (k - 1) / gradient) : s.radii.minCoeff();
+      // Inside a flat one to first order says nothing: along an axis the surface is no nearer than it is.
+      for (int i = 0; i < 3 && k < 1; ++i)
+        far = std::min(far, s.radii[i] * std::sqrt(1 - (k * k - q[i] * q[i])) - std::abs(p[i]));
+      return far;
     }
     double operator()(const HalfSpace& s) const { return (s.normal.dot(p) - s.offset) / s.normal.norm(); }
     double operator()(const Convex& s) const { return asked(s, p); }
