@@ -167,9 +167,11 @@ PairAnswer solve_by_kinds(const Shape& a, const Pose& pose_a, const Shape& b, co
   return answer;
 }
 
-/// A lower bound on the distance, by the boxes in world axes.
+/// A lower bound on the distance, by the boxes in world axes; seen from A's translation: far out, they would be rounded
+/// by more than what is near lies apart.
 double distance_of_bounds(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
-  const Bounds p = a.bounds(pose_a), q = b.bounds(pose_b);
+  const Bounds p = a.bounds({pose_a.rotation, Vec3::Zero()}),
+               q = b.bounds({pose_b.rotation, pose_b.translation - pose_a.translation});
   return (q.lo - p.hi).cwiseMax(p.lo - q.hi).cwiseMax(0.0).norm();
 }
 

@@ -1,8 +1,11 @@
 #include "dispatch/rounded_pair.h"
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 
+#include "dispatch/undecided.h"
+#include "manifold/manifold.h"
 #include "meshes/mesh_pair.h"
 #include "pairs/convex_pair.h"
 #include "shapes/mesh_model.h"
@@ -18,6 +21,7 @@ class RoundedPair {
       : a_(a), b_(b), pose_a_(pose_a), pose_b_(pose_b), options_(options), radius_(a.rounding() + b.rounding()) {
     slack_ = tolerance::rounded_translation_slack *
              (a.size() + b.size() + (pose_b.translation - pose_a.translation).lpNorm<1>());
+    undecided_ = undecided_distance(a, pose_a, b, pose_b);
   }
 
   PairAnswer distance(WarmStart* warm) const {
@@ -30,21 +34,28 @@ class RoundedPair {
   PairAnswer contacts(std::vector<Contact>& contacts, WarmStart* warm) const {
     const std::size_t first = contacts.size();
     NarrowPhaseOptions wider = options_;
-    wider.margin += radius_;
+    wider.margin += radius_ + undecided_;
     PairAnswer answer = solve_cores(a_, pose_a_, b_, pose_b_, Request::contacts, wider, &contacts, warm);
     const auto found = [&] { return std::span(contacts).subspan(first); };
     if (found().empty() && both_have_triangles()) return nearest_contact(contacts);
+    if (found().empty()) {  // the cores are farther apart than that
+      answer.signed_distance = std::max(answer.signed_distance - radius_, options_.margin);
+      return answer;
+    }
     grow(answer);
     for (Contact& c : found()) {
-      c.depth = std::max(c.depth + radius_, -options_.margin);
+      c.depth += radius_;
       c.point += 0.5 * (a_.rounding() - b_.rounding()) * c.normal;
     }
-    if (!found().empty()) {
-      const auto deepest = std::max_element(found().begin(), found().end(),
-                                            [](const Contact& x, const Contact& y) { return x.depth < y.depth; });
-      if (answer.collide != (deepest->depth >= 0)) deepest->depth = -answer.signed_distance;
-    }
-    if (answer.collide && has_mesh()) compare_with_distance(answer);
+    if (std::abs(answer.signed_distance) <= undecided_) take_verdict(answer, found());
+    const double least = answer.collide && options_.margin == 0 ? 0 : -options_.margin;
+    const auto is_beyond = [&](const Contact& c) {
+      return c.depth < least - undecided_ || !(answer.collide || least < 0);
+    };
+    contacts.erase(std::remove_if(contacts.begin() + static_cast<std::ptrdiff_t>(first), contacts.end(), is_beyond),
+                   contacts.end());
+    for (Contact& c : found()) c.depth = std::max(c.depth, least);
+    if (answer.collide && has_mesh()) compare_with_distance(answer, first, contacts);
     return answer;
   }
 
@@ -68,6 +79,17 @@ class RoundedPair {
     return answer;
   }
 
+  /// Where rounding decides, the verdict is the distance's.
+  void take_verdict(PairAnswer& answer, std::span<Contact> found) const {
+    const PairAnswer exact = distance(nullptr);
+    answer.collide = exact.collide;
+    answer.signed_distance = exact.signed_distance;
+    for (Contact& c : found) c.depth = std::min(c.depth, -exact.signed_distance);
+    std::max_element(found.begin(), found.end(), [](const Contact& x, const Contact& y) {
+      return x.depth < y.depth;
+    })->depth = -exact.signed_distance;
+  }
+
   bool separates(const Vec3& translation) const {
     const Pose moved{pose_b_.rotation, pose_b_.translation + translation};
     return solve_cores(a_, pose_a_, b_, moved, Request::distance, options_, nullptr, nullptr).signed_distance >=
@@ -88,8 +110,9 @@ class RoundedPair {
     answer.error_bound = std::max(-answer.signed_distance - certain, slack_);
   }
 
-  /// How far off the deepest contact's depth may be.
-  void compare_with_distance(PairAnswer& answer) const {
+  /// How far off the deepest contact's depth may be. One as deep as what separates, along which moving does not, gives
+  /// way to that.
+  void compare_with_distance(PairAnswer& answer, std::size_t first, std::vector<Contact>& contacts) const {
     if (!options_.mesh_bounds) {
       answer.status = Status::unproven;
       answer.error_bound = 0;
@@ -97,9 +120,19 @@ class RoundedPair {
     }
     const PairAnswer out = distance(nullptr);
     const double depth = -answer.signed_distance, upper = -out.signed_distance, lower = upper - out.error_bound;
+    const bool is_free = separates((depth + slack_) * answer.normal);
+    if (!is_free && depth >= upper - slack_) {
+      const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
+      contacts.erase(std::remove_if(begin, contacts.end(), [&](const Contact& c) { return c.depth >= upper - slack_; }),
+                     contacts.end());
+      contacts.push_back(contact_of(out));
+      answer = out;
+      return;
+    }
     const double off = std::max(depth - lower, upper - depth);
-    answer.status = off > slack_ ? Status::inexact : Status::ok;
-    answer.error_bound = off > slack_ ? off : 0;
+    const bool is_exact = is_free && off <= slack_;
+    answer.status = is_exact ? Status::ok : Status::inexact;
+    answer.error_bound = is_exact ? 0 : std::max(off, slack_);
   }
 
   const Shape &a_, &b_;
@@ -107,6 +140,7 @@ class RoundedPair {
   const NarrowPhaseOptions& options_;
   const double radius_;
   double slack_;
+  double undecided_;
 };
 
 }  // namespace

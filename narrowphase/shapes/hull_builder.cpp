@@ -262,6 +262,39 @@ void extend_offset(const Hull& hull, Hull::Face& face) {
   extend(hull.vertices[support_kernel()(hull.support, hull.vertices.data(), face.normal.data())]);
 }
 
+// Is a face with this area vector (twice or more) a sliver, whose normal is noise?
+bool is_sliver(std::span<const Vec3> p, const std::vector<std::uint32_t>& loop, const Vec3& area) {
+  double longest2 = 0;
+  for (const std::uint32_t i : loop) longest2 = std::max(longest2, (p[i] - p[loop[0]]).squaredNorm());
+  return !(area.norm() > tolerance::no_area * longest2);
+}
+
+// Corners on a line are an edge between the faces around: what lies between their normals bears it. `slivers`: the
+// numbers of such faces.
+void turn_slivers(Hull& hull, const EdgeFaces& face_of, std::vector<std::uint32_t> slivers) {
+  for (const std::uint32_t i : slivers) hull.faces[i].normal.setZero();
+  for (bool turned = true; turned && !slivers.empty();) {
+    turned = false;
+    std::vector<std::uint32_t> left;
+    for (const std::uint32_t i : slivers) {
+      Hull::Face& face = hull.faces[i];
+      Vec3 sum = Vec3::Zero();
+      for (std::uint32_t k = 0; k < face.count; ++k)
+        sum +=
+            hull.faces[*face_of.find({hull.loop[face.first + (k + 1) % face.count], hull.loop[face.first + k]})].normal;
+      if (!(sum.norm() > tolerance::parallel_lines)) {
+        left.push_back(i);
+        continue;
+      }
+      face.normal = sum.normalized();
+      face.offset = face.normal.dot(hull.vertices[hull.loop[face.first]]);
+      extend_offset(hull, face);
+      turned = true;
+    }
+    slivers = left;
+  }
+}
+
 double inner_radius(const Hull& hull) {
   double least = std::numeric_limits<double>::infinity(), reach = 0;
   for (const Hull::Face& f : hull.faces) least = std::min(least, f.offset - f.normal.dot(hull.inside));
@@ -300,21 +333,25 @@ Hull assemble(std::span<const Vec3> p, int dimension, const std::vector<std::uin
   }
   hull.inside = p[kept[0]] + sum / static_cast<double>(kept.size());
   if (hull.vertices.size() > 4) hull.support = SupportMap(hull.vertices, hull.inside);
+  std::vector<std::uint32_t> slivers;
   for (const auto& loop : loops) {
     Hull::Face face{Vec3::Zero(), 0, static_cast<std::uint32_t>(hull.loop.size()),
                     static_cast<std::uint32_t>(loop.size())};
     const Vec3 base = p[loop[0]];
     for (std::size_t k = 2; k < loop.size(); ++k) face.normal += (p[loop[k - 1]] - base).cross(p[loop[k]] - base);
     if (dimension == 2) face.normal = hull.faces.empty() ? flat_normal : Vec3(-flat_normal);
+    if (dimension == 3 && is_sliver(p, loop, face.normal))
+      slivers.push_back(static_cast<std::uint32_t>(hull.faces.size()));
     face.normal.normalize();
     for (const std::uint32_t i : loop) hull.loop.push_back(place[i]);
     face.offset = face.normal.dot(base);
     extend_offset(hull, face);
     hull.faces.push_back(face);
   }
-  if (dimension == 3) hull.inner_radius = inner_radius(hull);
   if (dimension == 1) hull.edges.push_back({{0, 1}, {0, 0}});
   const EdgeFaces face_of = find_faces(hull);
+  turn_slivers(hull, face_of, slivers);
+  if (dimension == 3) hull.inner_radius = inner_radius(hull);
   add_edges(hull, face_of);
   add_neighbours(hull);
   if (dimension == 3) put_in_turn(hull, face_of);

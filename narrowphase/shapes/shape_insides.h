@@ -9,11 +9,17 @@ namespace tandem {
 struct detail::ShapeInsides {
   static const Hull& hull(const Shape& shape) { return *shape.hull_; }
   static const MeshModel& mesh(const Shape& shape) { return *shape.mesh_; }
+  static Bounds core_bounds(const Shape& shape, const Pose& pose) { return shape.core_bounds(pose); }
 };
 
 /// Of a convex or a triangle.
 inline const Hull& hull_of(const Shape& shape) { return detail::ShapeInsides::hull(shape); }
 /// Of a mesh or a triangle.
 inline const MeshModel& mesh_of(const Shape& shape) { return detail::ShapeInsides::mesh(shape); }
+
+/// The box of a shape without its rounding.
+inline Bounds core_bounds(const Shape& shape, const Pose& pose) {
+  return detail::ShapeInsides::core_bounds(shape, pose);
+}
 
 }  // namespace tandem

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "convex/triangle_height.h"
 #include "meshes/traversal/hierarchy.h"
 #include "pairs/convex_pair.h"
 #include "shapes/mesh_model.h"
@@ -145,12 +146,15 @@ bool OverlappingMeshes::add_edge_through_face(bool of_a, std::uint32_t i, std::s
     return Corners{placed(!of_a, c[0], at), placed(!of_a, c[1], at), placed(!of_a, c[2], at)};
   };
   const CoplanarRegion& face = other.face(j);
-  const Corners t = all_placed(mesh(!of_a).corners(j)), seed = all_placed(mesh(!of_a).corners(face.triangles[0]));
-  const Vec3 area = (seed[1] - seed[0]).cross(seed[2] - seed[0]);
+  const Corners t = all_placed(mesh(!of_a).corners(j)), seed = mesh(!of_a).corners(face.triangles[0]);
+  // By the corners as they are given: what placing rounds turns a sliver's normal.
+  const Height own_face = height_of(seed[1] - seed[0], seed[2] - seed[1], seed[0] - seed[2]);
+  const Mat3& turn = (of_a ? b_ : a_).pose.rotation;
+  const Vec3 area = (turn * own_face.side).cross(turn * own_face.height);
   const double length = area.norm();
   if (!(length > 0)) return false;
-  const Vec3 n = unit(area, length);
-  const double from = n.dot(p - seed[0]), to = n.dot(q - seed[0]);
+  const Vec3 n = unit(area, length), foot = placed(!of_a, seed[0], at);
+  const double from = n.dot(p - foot), to = n.dot(q - foot);
   if (!(from * to < 0)) return false;
   const Vec3 crossing = p + from / (from - to) * (q - p);
   for (std::size_t e = 0; e < 3; ++e) {

@@ -24,11 +24,11 @@ MeshConvexPair::MeshConvexPair(const Posed& mesh, const Posed& convex, const Nar
   const RelativePose r = relative(mesh.pose, convex.pose);
   turn_.rotation = r.rotation;
   shift_ = r.translation;
-  const Bounds own = convex.shape.bounds(Pose{});
+  const Bounds own = core_bounds(convex.shape, Pose{});
   own_mid_ = (own.lo + own.hi) / 2;
   own_half_ = (own.hi - own.lo) / 2;
   mid_ = turn_.rotation * own_mid_;
-  if (!(radius_ > 0)) aligned_ = convex.shape.bounds(turn_);
+  if (!(radius_ > 0)) aligned_ = core_bounds(convex.shape, turn_);
 }
 
 // Rotated as it is: but for the shift nothing changes.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "convex/triangle_height.h"
 #include "meshes/traversal/hierarchy.h"
 #include "pairs/convex_pair.h"
 #include "shapes/mesh_model.h"
@@ -33,14 +34,31 @@ void segments_nearest(const Vec3& p, const Vec3& d, const Vec3& q, const Vec3& e
   for (const double end : {0.0, 1.0}) take(end, along(b * end + f, ee)), take(along(b * end - c, dd), end);
 }
 
-// The foot of v on the plane of t, where it lies inside t. Edges are the segments' business.
-void vertex_nearest(const Vec3& v, const Corners& t, bool v_of_a, Nearest& best) {
-  const Vec3 u = t[1] - t[0], w = t[2] - t[0], n = u.cross(w), r = v - t[0];
-  const double nn = n.squaredNorm();
-  if (!(nn > 0)) return;
-  const double s = r.cross(w).dot(n) / nn, k = u.cross(r).dot(n) / nn;
-  if (!(s >= 0 && k >= 0 && s + k <= 1)) return;
-  const Vec3 foot = t[0] + s * u + k * w;
+// A triangle by its longest side and what is square to that: the foot of a point on its plane keeps its place along the
+// side, and a sliver's normal, which rounding may turn anywhere, is not asked for.
+struct Frame {
+  Vec3 from, side, slant, height;
+  double side2, height2;
+
+  explicit Frame(const Corners& t) {
+    const double length2[3] = {(t[1] - t[0]).squaredNorm(), (t[2] - t[1]).squaredNorm(), (t[0] - t[2]).squaredNorm()};
+    const std::size_t i = length2[0] >= length2[1] && length2[0] >= length2[2] ? 0 : length2[1] >= length2[2] ? 1 : 2;
+    from = t[i];
+    side = t[(i + 1) % 3] - from;
+    slant = t[(i + 2) % 3] - from;
+    side2 = length2[i];
+    height = Height(side, slant).height;
+    height2 = height.squaredNorm();
+  }
+};
+
+// The foot of v on the plane of a triangle, where it lies inside. Edges are the segments' business.
+void vertex_nearest(const Vec3& v, const Frame& t, bool v_of_a, Nearest& best) {
+  if (!(t.height2 > 0)) return;
+  const Vec3 r = v - t.from;
+  const double up = r.dot(t.height) / t.height2, along = (r - up * t.slant).dot(t.side) / t.side2;
+  if (!(up >= 0 && along >= 0 && up + along <= 1)) return;
+  const Vec3 foot = t.from + up * t.slant + along * t.side;
   v_of_a ? best.take((v - foot).norm(), v, foot) : best.take((v - foot).norm(), foot, v);
 }
 
@@ -54,9 +72,10 @@ MeshView view_of(const MeshModel& mesh, const MeshModel& by, const Mat3& turn, c
 }  // namespace
 
 void triangles_nearest(const Corners& p, const Corners& q, Nearest& best) {
+  const Frame of_p(p), of_q(q);
   for (std::size_t i = 0; i < 3; ++i) {
-    vertex_nearest(p[i], q, true, best);
-    vertex_nearest(q[i], p, false, best);
+    vertex_nearest(p[i], of_q, true, best);
+    vertex_nearest(q[i], of_p, false, best);
     for (std::size_t j = 0; j < 3; ++j)
       segments_nearest(p[i], p[(i + 1) % 3] - p[i], q[j], q[(j + 1) % 3] - q[j], best);
   }

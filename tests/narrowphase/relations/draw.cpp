@@ -242,7 +242,7 @@ Mat3 rotation(Random& r, Build build) {
 
 /// Moves B along the separating direction until the signed distance is about `gap`.
 void place(PosedPair& p, double gap) {
-  const Shape a = make_shape(p.a.shape), b = make_shape(p.b.shape);
+  const Shape a = make_shape(p.a), b = make_shape(p.b);
   const NarrowPhase solver;
   for (int i = 0; i < 2; ++i) {
     const PairAnswer r = solver.solve(a, p.a.pose, b, p.b.pose, Request::distance);
@@ -271,13 +271,18 @@ PosedPair draw_pair(std::uint64_t seed, const DrawOptions& options) {
     scale(p.b.shape, std::pow(10.0, -r.in(3, 8)));
   else if (r.once_in(4))
     scale(p.b.shape, exact ? std::ldexp(1.0, -r.below(27)) : small(r, 8));
+  if (options.rounded) {
+    const int which = r.below(3);
+    for (PosedShape* s : {which != 1 ? &p.a : nullptr, which != 0 ? &p.b : nullptr})
+      if (s != nullptr) s->rounding = exact ? std::ldexp(1.0, -r.below(8)) : r.in(0.1, 1) * small(r, 8);
+  }
   const auto translation = [&]() -> Vec3 {
     if (exact) return point(r, build) + point(r, build);
-    return r.in(0.1, 1.0) * (reach(p.a.shape) + reach(p.b.shape)) * r.direction();
+    return r.in(0.1, 1.0) * (reach(p.a) + reach(p.b)) * r.direction();
   };
   p.a.pose = {rotation(r, build), Vec3::Zero()};
   p.b.pose = {rotation(r, build), r.once_in(12) ? Vec3(Vec3::Zero()) : translation()};
-  const double size = reach(p.a.shape) + reach(p.b.shape);
+  const double size = reach(p.a) + reach(p.b);
   if (!exact && r.once_in(2))
     place(p, r.once_in(8) ? 0.0 : r.sign() * (r.once_in(2) ? small(r, 16) : 0.02 * small(r, 2)) * size);
   if (r.once_in(4)) {

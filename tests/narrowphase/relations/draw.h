@@ -18,6 +18,7 @@ struct DrawOptions {
   std::optional<ShapeKind> a, b;    ///< else any; two half-spaces are never drawn
   std::vector<NamedMesh> meshes{};  ///< real ones, taken as solids where they close and as surfaces; may be empty
   bool needles = false;             ///< A a sliver or a long thin hull (`a` is not asked), B 1e3 to 1e8 times smaller
+  bool rounded = false;             ///< one shape or both with a ball about each point
 };
 
 /// The pair of a seed. Sizes within 1 or ratios up to 1e8, plump, flat and thin to 1e-8,

@@ -1,12 +1,19 @@
 // Holds answers of the narrow phase against each other, on random pairs or on records. Prints what fails as minimal
 // records for `tandem query`, and counts by relation and kinds. 1 if any relation fails.
+#include <oneapi/tbb/parallel_pipeline.h>
+#include <oneapi/tbb/task_arena.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <cinttypes>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <map>
+#include <memory>
+#include <numeric>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -22,9 +29,7 @@ namespace {
 using namespace tandem;
 using namespace tandem::relations;
 
-struct Count {
-  std::uint64_t pairs = 0, failures = 0;
-};
+constexpr std::size_t most_relations = 32;
 
 constexpr double default_margin = 0.1;  // metres, of records without
 
@@ -35,7 +40,10 @@ struct Options {
   std::size_t largest_mesh = 4000;  // triangles
   std::size_t show = 1;             // failures printed for a relation and two kinds
   bool needles = false;             // A a sliver or a long thin hull, B much smaller
+  bool rounded = false;             // a ball about each point of one or both
   bool raw = false;                 // as they are drawn
+  bool table = false;               // counts by kinds and relation, too
+  int threads = 0;                  // 0: one a core
 };
 
 std::optional<ShapeKind> kind_of(const std::string& word) {
@@ -69,93 +77,181 @@ std::vector<NamedMesh> read_meshes(const std::string& folder, std::size_t larges
   return all;
 }
 
+// A pair and the relations that it contradicts.
+struct Judged {
+  std::string id;
+  PosedPair pair;
+  bool inexact_distance = false, inexact_contacts = false;
+  std::array<bool, most_relations> asked{}, failed{};
+};
+
+std::string name_of(const PosedShape& s) {
+  return std::string(s.rounding > 0 ? "rounded " : "").append(name(s.kind()));
+}
+
+std::string kinds_of(const PosedPair& pair) {
+  std::array kinds{name_of(pair.a), name_of(pair.b)};
+  std::sort(kinds.begin(), kinds.end());
+  return kinds[0] + "-" + kinds[1];
+}
+
+Judged judge(const Options& options, const std::string& id, const PosedPair& pair) {
+  Judged judged{id, pair};
+  const Shape a = make_shape(pair.a), b = make_shape(pair.b);
+  const Answers answers = answer(pair);
+  judged.inexact_distance = answers.distance.status == Status::inexact;
+  judged.inexact_contacts = !answers.touching.empty() && answers.contacts.status == Status::inexact;
+  for (std::size_t k = 0; k < relations::relations().size(); ++k) {
+    const Relation& relation = relations::relations()[k];
+    judged.asked[k] = relation.covers(pair) &&
+                      (options.only.empty() ||
+                       std::find(options.only.begin(), options.only.end(), relation.name) != options.only.end());
+    if (!judged.asked[k]) continue;
+    Random random(pair.seed);
+    judged.failed[k] = !relation.check({pair, a, b, answers, unit_of(pair)}, random).empty();
+  }
+  return judged;
+}
+
 class Tally {
  public:
   explicit Tally(const Options& options) : options_(options) {}
 
-  void judge(const PosedPair& pair, const std::string& id) {
-    const Shape a = make_shape(pair.a.shape), b = make_shape(pair.b.shape);
-    const Answers answers = answer(pair);
-    std::array kinds{name(a.kind()), name(b.kind())};
-    if (kinds[1] < kinds[0]) std::swap(kinds[0], kinds[1]);
-    if (answers.distance.status == Status::inexact) ++inexact_;
-    if (!answers.touching.empty() && answers.contacts.status == Status::inexact) ++inexact_contacts_;
-    for (const Relation& relation : relations::relations()) {
-      if (!options_.only.empty() &&
-          std::find(options_.only.begin(), options_.only.end(), relation.name) == options_.only.end())
-        continue;
-      Count& count = counts_[{std::string(relation.name), std::string(kinds[0]).append("-").append(kinds[1])}];
-      ++count.pairs;
-      Random random(pair.seed);
-      const std::string why = relation.check({pair, a, b, answers, unit_of(pair)}, random);
-      if (why.empty()) continue;
-      if (++count.failures <= options_.show) {
-        const PosedPair shown = options_.raw ? pair : minimal(relation, pair);
-        std::printf("%s %s (%s): %s\n", std::string(relation.name).c_str(), id.c_str(), count_name(kinds).c_str(),
-                    check(relation, shown).c_str());
-        if (const std::string line = record(shown, std::string(relation.name) + "-" + id); line.size() < 6000)
-          std::printf("%s\n", line.c_str());
-        std::fflush(stdout);
-      }
+  void add(const Judged& judged) {
+    Row& row = rows_[kinds_of(judged.pair)];
+    row.inexact_distances += judged.inexact_distance ? 1 : 0;
+    row.inexact_contacts += judged.inexact_contacts ? 1 : 0;
+    ++row.pairs;
+    for (std::size_t k = 0; k < most_relations; ++k) {
+      row.asked[k] += judged.asked[k] ? 1 : 0;
+      if (judged.failed[k] && ++row.failures[k] <= options_.show) show(relations::relations()[k], judged);
     }
-    ++judged_;
   }
 
+  // 1 if any relation failed.
   int finish() const {
-    std::map<std::string, Count> sums;
-    for (const auto& [key, count] : counts_) {
-      sums[key[0]].pairs += count.pairs;
-      sums[key[0]].failures += count.failures;
-    }
-    std::uint64_t failures = 0;
+    if (options_.table) print_table();
+    Row all;
+    for (const auto& [kinds, row] : rows_) all += row;
     std::printf("%-18s %10s %9s\n", "relation", "pairs", "failures");
-    for (const auto& [relation, sum] : sums) {
-      std::printf("%-18s %10llu %9llu", relation.c_str(), static_cast<unsigned long long>(sum.pairs),
-                  static_cast<unsigned long long>(sum.failures));
-      for (const auto& [key, count] : counts_)
-        if (key[0] == relation && count.failures > 0)
-          std::printf("  %s %llu/%llu", key[1].c_str(), static_cast<unsigned long long>(count.failures),
-                      static_cast<unsigned long long>(count.pairs));
+    for (std::size_t k = 0; k < relations::relations().size(); ++k) {
+      if (all.asked[k] == 0) continue;
+      std::printf("%-18s %10" PRIu64 " %9" PRIu64, std::string(relations::relations()[k].name).c_str(), all.asked[k],
+                  all.failures[k]);
+      for (const auto& [kinds, row] : rows_)
+        if (row.failures[k] > 0) std::printf("  %s %" PRIu64 "/%" PRIu64, kinds.c_str(), row.failures[k], row.asked[k]);
       std::printf("\n");
-      failures += sum.failures;
     }
-    std::printf("%llu pairs, %llu failures; inexact: %llu distances, %llu deepest contacts\n",
-                static_cast<unsigned long long>(judged_), static_cast<unsigned long long>(failures),
-                static_cast<unsigned long long>(inexact_), static_cast<unsigned long long>(inexact_contacts_));
-    return failures > 0 ? 1 : 0;
+    std::printf("%" PRIu64 " pairs, %" PRIu64 " failures; inexact: %" PRIu64 " distances, %" PRIu64
+                " deepest contacts\n",
+                all.pairs, all.all_failures(), all.inexact_distances, all.inexact_contacts);
+    return all.all_failures() > 0 ? 1 : 0;
   }
 
  private:
-  static std::string count_name(const std::array<std::string_view, 2>& kinds) {
-    return std::string(kinds[0]).append("-").append(kinds[1]);
+  // Of two kinds.
+  struct Row {
+    std::uint64_t pairs = 0, inexact_distances = 0, inexact_contacts = 0;
+    std::array<std::uint64_t, most_relations> asked{}, failures{};  // by relation
+
+    std::uint64_t all_failures() const { return std::accumulate(failures.begin(), failures.end(), std::uint64_t{0}); }
+    Row& operator+=(const Row& r) {
+      pairs += r.pairs;
+      inexact_distances += r.inexact_distances;
+      inexact_contacts += r.inexact_contacts;
+      for (std::size_t k = 0; k < most_relations; ++k) asked[k] += r.asked[k], failures[k] += r.failures[k];
+      return *this;
+    }
+  };
+
+  void show(const Relation& relation, const Judged& judged) const {
+    const PosedPair shown = options_.raw ? judged.pair : minimal(relation, judged.pair);
+    std::printf("%s %s (%s): %s\n", std::string(relation.name).c_str(), judged.id.c_str(),
+                kinds_of(judged.pair).c_str(), check(relation, shown).c_str());
+    if (const std::string line = record(shown, std::string(relation.name) + "-" + judged.id); line.size() < 6000)
+      std::printf("%s\n", line.c_str());
+    std::fflush(stdout);
+  }
+
+  // Markdown: a row for two kinds, a column for a relation; empty where the relation says nothing of them.
+  void print_table() const {
+    std::printf("| kinds | pairs | inexact |");
+    const auto& all = relations::relations();
+    for (const Relation& r : all) std::printf(" %s |", std::string(r.name).c_str());
+    std::printf("\n|---|--:|--:|");
+    for (std::size_t k = 0; k < all.size(); ++k) std::printf("--:|");
+    for (const auto& [kinds, row] : rows_) {
+      std::printf("\n| %s | %" PRIu64 " | %" PRIu64 " |", kinds.c_str(), row.pairs, row.inexact_distances);
+      for (std::size_t k = 0; k < all.size(); ++k)
+        std::printf(" %s |", row.asked[k] > 0 ? std::to_string(row.failures[k]).c_str() : "");
+    }
+    std::printf("\n\n");
   }
 
   const Options& options_;
-  std::map<std::array<std::string, 2>, Count> counts_;
-  std::uint64_t judged_ = 0, inexact_ = 0, inexact_contacts_ = 0;
+  std::map<std::string, Row> rows_;
 };
 
-int run(const Options& options) {
+// A pair that is made where it is judged.
+struct Draft {
+  std::string id;
+  std::function<PosedPair()> make;
+};
+
+// Gives the next, or none.
+using Source = std::function<std::shared_ptr<Draft>()>;
+
+// Judged on several threads, counted and printed in the order of the pairs.
+int run(const Options& options, const Source& source) {
+  using Made = std::shared_ptr<Draft>;
+  using Done = std::shared_ptr<Judged>;
   Tally tally(options);
-  if (!options.records.empty()) {
-    std::ifstream file(options.records);
-    if (!file) throw std::invalid_argument("cannot read " + options.records);
-    ShapeReader shapes({std::filesystem::path(options.records).parent_path()});
+  const auto next = [&](tbb::flow_control& flow) {
+    Made draft = source();
+    if (draft == nullptr) flow.stop();
+    return draft;
+  };
+  const auto answer = [&](const Made& draft) {
+    return std::make_shared<Judged>(judge(options, draft->id, draft->make()));
+  };
+  const auto count = [&](const Done& judged) { tally.add(*judged); };
+  constexpr std::size_t ahead = 16;  // pairs in work for each thread: one may take as long as a hundred others
+  const int threads = options.threads > 0 ? options.threads : tbb::this_task_arena::max_concurrency();
+  tbb::task_arena(threads).execute([&] {
+    tbb::parallel_pipeline(ahead * static_cast<std::size_t>(threads),
+                           tbb::make_filter<void, Made>(tbb::filter_mode::serial_in_order, next) &
+                               tbb::make_filter<Made, Done>(tbb::filter_mode::parallel, answer) &
+                               tbb::make_filter<Done, void>(tbb::filter_mode::serial_in_order, count));
+  });
+  return tally.finish();
+}
+
+PosedShape posed(const PlacedShape& s) { return {data_of(s.shape), s.pose, s.shape.rounding()}; }
+
+int run_records(const Options& options) {
+  std::ifstream file(options.records);
+  if (!file) throw std::invalid_argument("cannot read " + options.records);
+  ShapeReader shapes({std::filesystem::path(options.records).parent_path()});
+  return run(options, [&]() -> std::shared_ptr<Draft> {
     for (std::string line; std::getline(file, line);) {
       const PairRecord r = read_pair_record(Json::parse(line), shapes);
       if (r.a.shape.kind() == ShapeKind::halfspace && r.b.shape.kind() == ShapeKind::halfspace) continue;
-      const double margin = r.margin > 0 ? r.margin : default_margin;
-      tally.judge({{data_of(r.a.shape), r.a.pose}, {data_of(r.b.shape), r.b.pose}, margin, options.seed}, r.id.dump());
+      const PosedPair pair{posed(r.a), posed(r.b), r.margin > 0 ? r.margin : default_margin, options.seed};
+      return std::make_shared<Draft>(Draft{r.id.dump(), [pair] { return pair; }});
     }
-    return tally.finish();
-  }
+    return nullptr;
+  });
+}
+
+int run_random(const Options& options) {
   const DrawOptions draw{kind_of(options.a), kind_of(options.b), read_meshes(options.meshes, options.largest_mesh),
-                         options.needles};
-  for (std::uint64_t k = 0; k < options.pairs; ++k) {
-    const std::uint64_t seed = options.seed + k;
-    tally.judge(draw_pair(seed, draw), std::to_string(seed));
-  }
-  return tally.finish();
+                         options.needles, options.rounded};
+  std::uint64_t drawn = 0;
+  return run(options, [&]() -> std::shared_ptr<Draft> {
+    if (drawn == options.pairs) return nullptr;
+    const std::uint64_t seed = options.seed + drawn++;
+    return std::make_shared<Draft>(Draft{std::to_string(seed), [&draw, seed] { return draw_pair(seed, draw); }});
+  });
 }
 
 }  // namespace
@@ -176,10 +272,14 @@ int main(int argc, char** argv) {
   app.add_option("--show", options.show, "failures printed for a relation and two kinds");
   app.add_flag("--needles", options.needles,
                "only slivers and long thin hulls with something 1e3 to 1e8 times smaller");
+  app.add_flag("--rounded", options.rounded, "only shapes with a ball about each point, one of two or both");
+  app.add_option("--threads", options.threads, "0: one a core; results do not depend on it")
+      ->check(CLI::NonNegativeNumber);
+  app.add_flag("--table", options.table, "failures by kinds and relation as a table (Markdown), too");
   app.add_flag("--raw", options.raw, "prints pairs as they were drawn, not minimal ones");
   CLI11_PARSE(app, argc, argv);
   try {
-    return run(options);
+    return options.records.empty() ? run_random(options) : run_records(options);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "relations: %s\n", error.what());
     return 2;

@@ -65,6 +65,7 @@ PosedPair minimal(const Relation& relation, PosedPair pair) {
   attempt([&] { pair.b.pose.rotation = Mat3::Identity(); });
   attempt([&] { pair.a.pose.rotation = Mat3::Identity(); });
   for (PosedShape* s : {&pair.a, &pair.b}) {
+    if (s->rounding > 0) attempt([&] { s->rounding = 0; });
     if (Mesh* m = std::get_if<Mesh>(&s->shape)) {
       thin_out(m->triangles, fails);
       attempt([&] { drop_unused_vertices(*m); });
@@ -78,6 +79,8 @@ PosedPair minimal(const Relation& relation, PosedPair pair) {
     };
     for (PosedShape* s : {&pair.a, &pair.b}) {
       round(s->pose.translation);
+      if (with_digits(s->rounding, digits) != s->rounding)
+        attempt([&] { s->rounding = with_digits(s->rounding, digits); });
       if (Mesh* m = std::get_if<Mesh>(&s->shape)) {
         if (m->vertices.size() <= 64)
           for (Vec3& v : m->vertices) round(v);

@@ -41,6 +41,12 @@ Json json(const ShapeData& data) {
   return j;
 }
 
+Json json(const PosedShape& posed) {
+  Json j = json(posed.shape);
+  if (posed.rounding > 0) j["rounding"] = posed.rounding;
+  return j;
+}
+
 Json json(const Pose& pose) {
   return {{"t", json(pose.translation)},
           {"R", Json::array({json(pose.rotation.row(0)), json(pose.rotation.row(1)), json(pose.rotation.row(2))})}};
@@ -66,6 +72,11 @@ void each_length(Data& data, Take&& take) {
 
 Shape make_shape(const ShapeData& data) {
   return std::visit([](const auto& s) { return Shape(s); }, data);
+}
+
+Shape make_shape(const PosedShape& posed) {
+  const Shape core = make_shape(posed.shape);
+  return posed.rounding > 0 ? core.rounded(posed.rounding) : core;
 }
 
 ShapeData data_of(const Shape& s) {
@@ -114,8 +125,10 @@ double reach(const ShapeData& data) {
                     data);
 }
 
+double reach(const PosedShape& posed) { return reach(posed.shape) + posed.rounding; }
+
 double unit_of(const PosedPair& p) {
-  return reach(p.a.shape) + reach(p.b.shape) + (p.b.pose.translation - p.a.pose.translation).norm();
+  return reach(p.a) + reach(p.b) + (p.b.pose.translation - p.a.pose.translation).norm();
 }
 
 void scale(ShapeData& data, double factor) {
@@ -125,6 +138,7 @@ void scale(ShapeData& data, double factor) {
 void scale(PosedPair& pair, double factor) {
   for (PosedShape* s : {&pair.a, &pair.b}) {
     scale(s->shape, factor);
+    s->rounding *= factor;
     s->pose.translation *= factor;
   }
   pair.margin *= factor;
@@ -141,6 +155,7 @@ bool can_scale(const PosedPair& pair, double factor) {
   for (const PosedShape* s : {&pair.a, &pair.b}) {
     ShapeData data = s->shape;
     each_length(data, [&](double& x) { check(x); });
+    check(s->rounding);
     for (const double x : s->pose.translation) check(x);
   }
   check(pair.margin);
@@ -151,9 +166,9 @@ PosedPair swapped(const PosedPair& p) { return {p.b, p.a, p.margin, p.seed}; }
 
 std::string record(const PosedPair& p, const std::string& id) {
   Json j{{"id", id},
-         {"shapeA", json(p.a.shape)},
+         {"shapeA", json(p.a)},
          {"poseA", json(p.a.pose)},
-         {"shapeB", json(p.b.shape)},
+         {"shapeB", json(p.b)},
          {"poseB", json(p.b.pose)},
          {"margin", p.margin},
          {"ask", {"collide", "distance", "normal", "contacts"}}};

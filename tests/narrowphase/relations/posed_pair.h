@@ -18,6 +18,7 @@ using ShapeData = std::variant<Sphere, Box, Capsule, Cylinder, Cone, Ellipsoid, 
 struct PosedShape {
   ShapeData shape;
   Pose pose;
+  double rounding = 0;  ///< metres; the radius of a ball about each of its points
   ShapeKind kind() const { return static_cast<ShapeKind>(shape.index()); }
 };
 
@@ -28,11 +29,13 @@ struct PosedPair {
 };
 
 Shape make_shape(const ShapeData& data);
+Shape make_shape(const PosedShape& posed);
 /// What a checked shape was made of, but for the order of a hull's vertices.
 ShapeData data_of(const Shape& shape);
 
 /// How far its points lie from the origin of its frame, at most (a half-space: its offset).
 double reach(const ShapeData& data);
+double reach(const PosedShape& posed);
 /// The unit of a pair's relative errors, metres: how far the shapes and the translation between them reach.
 double unit_of(const PosedPair& pair);
 

@@ -101,10 +101,51 @@ bool all_finite(const PairAnswer& r, double unit) {
          (r.status == Status::ok ? r.error_bound <= surface * unit : r.error_bound > 0);
 }
 
+// What a cut-off leaves is the same answer, what it does not is farther.
+std::string cutoffs(const Case& c, Random& random) {
+  const PairAnswer& full = c.answers.distance;
+  const double d = full.signed_distance, tolerance = rounding * c.unit;
+  for (const double cutoff : {0.0, random.unit() * std::abs(d), std::abs(d), 2 * std::abs(d), 0.01 * c.unit}) {
+    const PairAnswer r = plain().distance_within(c.a, c.pair.a.pose, c.b, c.pair.b.pose, cutoff),
+                     option = NarrowPhase({.cutoff = cutoff})
+                                  .solve(c.a, c.pair.a.pose, c.b, c.pair.b.pose, Request::distance);
+    if (r.farther != option.farther || r.signed_distance != option.signed_distance)
+      return say("cut-off ", cutoff, " as an argument: ", r.signed_distance,
+                 ", as an option: ", option.signed_distance);
+    if (r.farther != (d > cutoff) && std::abs(d - cutoff) > tolerance + full.error_bound)
+      return say(r.farther ? "farther" : "not farther", " than ", cutoff, " at ", d);
+    if (r.farther ? r.collide || r.signed_distance != cutoff : r.collide != full.collide)
+      return say("collide ", r.collide, " with the cut-off ", cutoff, " at ", d);
+    if (!r.farther && !(std::abs(r.signed_distance - d) <= tolerance + r.error_bound + full.error_bound))
+      return say("distance ", r.signed_distance, " with the cut-off ", cutoff, ", ", d, " without");
+  }
+  return {};
+}
+
+// Balls about the points of two shapes take their radii off the distance.
+std::string rounded(const Case& c, Random&) {
+  PosedPair cores = c.pair;
+  cores.a.rounding = cores.b.rounding = 0;
+  const bool has_mesh = c.a.kind() == ShapeKind::mesh || c.b.kind() == ShapeKind::mesh;
+  const PairAnswer r = distance(make_shape(cores.a), cores.a.pose, make_shape(cores.b), cores.b.pose);
+  if (has_mesh && r.signed_distance <= 0) return {};  // out of a mesh, a ball may take another way than its centre
+  const PairAnswer& full = c.answers.distance;
+  const double expected = r.signed_distance - c.pair.a.rounding - c.pair.b.rounding;
+  if (has_mesh && expected < 0) {
+    if (!c.answers.collide && expected < -rounding * c.unit)
+      return say("no collision, cores ", r.signed_distance, " apart");
+    return {};
+  }
+  if (!(std::abs(full.signed_distance - expected) <= rounding * c.unit + full.error_bound + r.error_bound))
+    return say("distance ", full.signed_distance, ", of the cores less the radii ", expected);
+  return {};
+}
+
 std::string numbers(const Case& c, Random&) {
   const Answers& r = c.answers;
+  const double unit = std::max(c.unit, c.a.size() + c.b.size());  // the status goes by the sizes
   for (const PairAnswer* some : {&r.distance, &r.contacts, &r.near})
-    if (!all_finite(*some, c.unit)) return say("not finite, or an error bound without its status");
+    if (!all_finite(*some, unit)) return say("not finite, or an error bound without its status");
   if (!(std::abs(r.distance.normal.norm() - 1) < 1e-14)) return say("normal of length ", r.distance.normal.norm());
   for (const auto* list : {&r.touching, &r.within})
     for (const Contact& contact : *list)
@@ -172,7 +213,8 @@ bool collide_moved(const Case& c, const Vec3& by) {
 double overlap_moved(const Case& c, const Vec3& by) {
   const Pose &a = c.pair.a.pose, &b = c.pair.b.pose;
   if (!collide_moved(c, by)) return 0;
-  return -distance(c.a, {a.rotation, Vec3::Zero()}, c.b, {b.rotation, b.translation - a.translation + by}).signed_distance;
+  return -distance(c.a, {a.rotation, Vec3::Zero()}, c.b, {b.rotation, b.translation - a.translation + by})
+              .signed_distance;
 }
 
 std::string translation_out(const Case& c, Random&) {
@@ -377,36 +419,46 @@ Mesh box_mesh(const Vec3& size) {
   return m;
 }
 
+struct OtherKind {
+  ShapeData shape;
+  double rounding = 0;  // more than the shape has
+};
+
 // The other kinds that are the same solid.
-std::vector<ShapeData> other_kinds(const ShapeData& data) {
-  std::vector<ShapeData> others;
+std::vector<OtherKind> other_kinds(const ShapeData& data) {
+  std::vector<OtherKind> others;
   if (const auto* s = std::get_if<Sphere>(&data); s != nullptr && s->radius > 0) {
-    others.emplace_back(Ellipsoid{Vec3::Constant(s->radius)});
-    others.emplace_back(Capsule{s->radius, 0});
+    others.push_back({Ellipsoid{Vec3::Constant(s->radius)}});
+    others.push_back({Capsule{s->radius, 0}});
+    others.push_back({Convex{{Vec3::Zero()}}, s->radius});
   }
   if (const auto* s = std::get_if<Box>(&data)) {
     const Mesh m = box_mesh(s->size);
-    others.emplace_back(Convex{m.vertices});
-    others.emplace_back(m);
+    others.push_back({Convex{m.vertices}});
+    others.push_back({m});
   }
   if (const auto* s = std::get_if<Triangle>(&data)) {
-    others.emplace_back(Convex{{s->vertices.begin(), s->vertices.end()}});
-    others.emplace_back(single(s->vertices));
+    others.push_back({Convex{{s->vertices.begin(), s->vertices.end()}}});
+    others.push_back({single(s->vertices)});
   }
+  if (const auto* s = std::get_if<Capsule>(&data))
+    others.push_back({Convex{{Vec3(0, 0, -s->length / 2), Vec3(0, 0, s->length / 2)}}, s->radius});
   return others;
 }
 
 std::string other_kind(const Case& c, Random&) {
   for (const bool first : {true, false})
-    for (const ShapeData& data : other_kinds((first ? c.pair.a : c.pair.b).shape)) {
+    for (const OtherKind& kind : other_kinds((first ? c.pair.a : c.pair.b).shape)) {
       PosedPair other = c.pair;
-      (first ? other.a : other.b).shape = data;
+      PosedShape& changed = first ? other.a : other.b;
+      changed.shape = kind.shape;
+      changed.rounding += kind.rounding;
       // Two meshes have no margin.
       Answers r = answer(other);
       if (other.a.kind() == ShapeKind::mesh && other.b.kind() == ShapeKind::mesh)
         r.near = c.answers.near, r.within = c.answers.within;
       if (std::string why = difference(c.answers, r, 1, c.unit, false, c.pair.margin); !why.empty())
-        return say(first ? "A" : "B", " as ", name(static_cast<ShapeKind>(data.index())), ": ", why);
+        return say(first ? "A" : "B", " as ", name(changed.kind()), kind.rounding > 0 ? ", rounded: " : ": ", why);
     }
   return {};
 }
@@ -445,7 +497,7 @@ std::string bracketed(const Case& c, Random&) {
       for (const bool around : {false, true}) {
         PosedPair other = c.pair;
         (first ? other.a : other.b).shape = bracket[around ? 1 : 0];
-        const PairAnswer r = distance(make_shape(other.a.shape), other.a.pose, make_shape(other.b.shape), other.b.pose);
+        const PairAnswer r = distance(make_shape(other.a), other.a.pose, make_shape(other.b), other.b.pose);
         const double beyond = around ? r.signed_distance - d : d - r.signed_distance;
         if (beyond > rounding * c.unit + error + r.error_bound)
           return say("distance ", d, ", but ", r.signed_distance, " of the ",
@@ -490,12 +542,12 @@ std::string subdivided(const Case& c, Random&) {
 
 // ---- Meshes by their triangles ----
 
-std::vector<Shape> triangles(const ShapeData& data) {
+std::vector<Shape> triangles(const PosedShape& posed) {
   std::vector<Shape> all;
-  if (const auto* t = std::get_if<Triangle>(&data)) all.emplace_back(*t);
-  if (const auto* m = std::get_if<Mesh>(&data))
-    for (const auto& t : m->triangles)
-      all.emplace_back(Triangle{{m->vertices[t[0]], m->vertices[t[1]], m->vertices[t[2]]}});
+  const auto add = [&](const Triangle& t) { all.push_back(make_shape({t, {}, posed.rounding})); };
+  if (const auto* t = std::get_if<Triangle>(&posed.shape)) add(*t);
+  if (const auto* m = std::get_if<Mesh>(&posed.shape))
+    for (const auto& t : m->triangles) add({{m->vertices[t[0]], m->vertices[t[1]], m->vertices[t[2]]}});
   return all;
 }
 
@@ -523,33 +575,31 @@ bool holds(const PosedShape& outer, const PosedShape& inner) {
 
 std::string by_triangles(const Case& c, Random&) {
   const PosedPair& p = c.pair;
-  if (c.a.kind() != ShapeKind::mesh && c.b.kind() != ShapeKind::mesh) return {};
-  std::vector<Shape> of_a = triangles(p.a.shape), of_b = triangles(p.b.shape);
+  std::vector<Shape> of_a = triangles(p.a), of_b = triangles(p.b);
   if (of_a.empty()) of_a.push_back(c.a);
   if (of_b.empty()) of_b.push_back(c.b);
   constexpr std::size_t most = 1024;
   if (of_a.size() * of_b.size() > most) return {};
   bool any = false;
-  double least = infinity;
+  double least = infinity, certain = infinity;  // what the nearest are apart at most, and at least
   for (const Shape& s : of_a)
     for (const Shape& t : of_b) {
-      least = std::min(least, distance(s, p.a.pose, t, p.b.pose).signed_distance);
+      const PairAnswer r = distance(s, p.a.pose, t, p.b.pose);
+      least = std::min(least, r.signed_distance + r.error_bound);
+      certain = std::min(certain, r.signed_distance - r.error_bound);
       any = any || collide(s, p.a.pose, t, p.b.pose);
     }
-  const double tolerance = rounding * c.unit, d = c.answers.distance.signed_distance;
+  const double d = c.answers.distance.signed_distance, tolerance = rounding * c.unit + c.answers.distance.error_bound;
   const bool inside = !any && (holds(p.a, p.b) || holds(p.b, p.a));
   if (c.answers.collide != (any || inside) && std::abs(least) > tolerance)
     return say("collide ", c.answers.collide, ", of the triangles ", any, ", one inside the other ", inside, " at ",
                least);
-  if (!any && !inside && !(std::abs(d - least) <= tolerance)) return say("distance ", d, ", of the triangles ", least);
+  if (!any && !inside && !(d >= certain - tolerance && d <= least + tolerance))
+    return say("distance ", d, ", of the triangles ", certain, " to ", least);
   return {};
 }
 
 std::string triangle_list(const Case& c, Random&) {
-  const auto has_triangles = [](const Shape& s) {
-    return s.kind() == ShapeKind::mesh || s.kind() == ShapeKind::triangle;
-  };
-  if (!has_triangles(c.a) || !has_triangles(c.b)) return {};
   const auto list = plain().intersecting_triangles(c.a, c.pair.a.pose, c.b, c.pair.b.pose);
   if (!list.empty() && !c.answers.collide) return say(list.size(), " pairs of triangles intersect, collide is false");
   const auto is_solid = [](const PosedShape& s) {
@@ -561,41 +611,62 @@ std::string triangle_list(const Case& c, Random&) {
   return {};
 }
 
+// ---- Of which pairs a relation says something
+
+bool any(const PosedPair&) { return true; }
+
+template <class... Kinds>
+bool has(const PosedPair& p) {
+  return ((std::holds_alternative<Kinds>(p.a.shape) || std::holds_alternative<Kinds>(p.b.shape)) || ...);
+}
+
+bool has_rounding(const PosedPair& p) { return p.a.rounding + p.b.rounding > 0; }
+
+bool has_triangles_only(const PosedPair& p) {
+  const auto is_triangular = [](const PosedShape& s) {
+    return s.kind() == ShapeKind::mesh || s.kind() == ShapeKind::triangle;
+  };
+  return is_triangular(p.a) && is_triangular(p.b) && !has_rounding(p);  // lists are not told of rounded shapes
+}
+
 constexpr std::array table{
-    Relation{"numbers", "every number is finite, normals are unit, a bound goes with its status", numbers},
-    Relation{"verdicts", "collide is the sign of the distance, and contacts are there where it is true", verdicts},
-    Relation{"contact-depths", "the deepest contact is the depth", contact_depths},
-    Relation{"margins", "contacts within a margin are there where the gap is, as deep as it", margins},
-    Relation{"translation-out", "moving by the depth separates, by 0.99 of it does not; closing the gap touches",
+    Relation{"numbers", "every number is finite, normals are unit, a bound goes with its status", any, numbers},
+    Relation{"verdicts", "collide is the sign of the distance, and contacts are there where it is true", any, verdicts},
+    Relation{"contact-depths", "the deepest contact is the depth", any, contact_depths},
+    Relation{"margins", "contacts within a margin are there where the gap is, as deep as it", any, margins},
+    Relation{"cutoffs", "what is within a cut-off has the same distance, what is not is farther", any, cutoffs},
+    Relation{"translation-out", "moving by the depth separates, by 0.99 of it does not; closing the gap touches", any,
              translation_out},
-    Relation{"contact-separates", "moving by the deepest contact separates where its status is ok",
+    Relation{"contact-separates", "moving by the deepest contact separates where its status is ok", any,
              deepest_contact_separates},
-    Relation{"witnesses", "witness points lie on the surfaces, distance x normal apart", witnesses},
-    Relation{"warm-starts", "any warm start gives the same answers", warm_starts},
-    Relation{"several", "SeveralPairs gives the same bits, mark_apart is never wrong", several},
-    Relation{"impact", "no overlap before the time of impact, a touch at it", impact},
-    Relation{"swap", "exchanging A and B exchanges the answers", swap},
-    Relation{"scale", "lengths times 2^k give answers times 2^k, the same verdict and features", scaled},
-    Relation{"turn", "a rotation that takes axes to axes changes nothing", turned},
-    Relation{"move", "a translation without rounding changes no bit of what it does not move", moved},
-    Relation{"permute", "the order of vertices, triangles and corners changes nothing", permuted},
-    Relation{"other-kind", "one solid as several kinds has one answer", other_kind},
-    Relation{"bracket", "a cylinder or cone lies between solids inside and around it", bracketed},
-    Relation{"subdivide", "cutting triangles at exact midpoints changes nothing", subdivided},
-    Relation{"by-triangles", "a mesh is its triangles, and its inside where it is solid", by_triangles},
-    Relation{"triangle-list", "triangles intersect where the meshes collide", triangle_list},
+    Relation{"witnesses", "witness points lie on the surfaces, distance x normal apart", any, witnesses},
+    Relation{"warm-starts", "any warm start gives the same answers", any, warm_starts},
+    Relation{"several", "SeveralPairs gives the same bits, mark_apart is never wrong", any, several},
+    Relation{"impact", "no overlap before the time of impact, a touch at it", any, impact},
+    Relation{"swap", "exchanging A and B exchanges the answers", any, swap},
+    Relation{"scale", "lengths times 2^k give answers times 2^k, the same verdict and features", any, scaled},
+    Relation{"turn", "a rotation that takes axes to axes changes nothing", any, turned},
+    Relation{"move", "a translation without rounding changes no bit of what it does not move", any, moved},
+    Relation{"permute", "the order of vertices, triangles and corners changes nothing", has<Convex, Triangle, Mesh>,
+             permuted},
+    Relation{"other-kind", "one solid as several kinds has one answer", has<Sphere, Capsule, Box, Triangle>,
+             other_kind},
+    Relation{"bracket", "a cylinder or cone lies between solids inside and around it", has<Cylinder, Cone>, bracketed},
+    Relation{"subdivide", "cutting triangles at exact midpoints changes nothing", has<Mesh>, subdivided},
+    Relation{"by-triangles", "a mesh is its triangles, and its inside where it is solid", has<Mesh>, by_triangles},
+    Relation{"triangle-list", "triangles intersect where the meshes collide", has_triangles_only, triangle_list},
+    Relation{"rounded", "balls about the points of two shapes take their radii off the distance", has_rounding,
+             rounded},
 };
 
 }  // namespace
 
 std::span<const Relation> relations() { return table; }
 
-Answers answer(const PosedPair& p) {
-  return answer(make_shape(p.a.shape), p.a.pose, make_shape(p.b.shape), p.b.pose, p.margin);
-}
+Answers answer(const PosedPair& p) { return answer(make_shape(p.a), p.a.pose, make_shape(p.b), p.b.pose, p.margin); }
 
 std::string check(const Relation& relation, const PosedPair& pair) {
-  const Shape a = make_shape(pair.a.shape), b = make_shape(pair.b.shape);
+  const Shape a = make_shape(pair.a), b = make_shape(pair.b);
   const Answers answers = answer(a, pair.a.pose, b, pair.b.pose, pair.margin);
   Random random(pair.seed);
   return relation.check({pair, a, b, answers, unit_of(pair)}, random);

@@ -29,6 +29,8 @@ struct Case {
 struct Relation {
   std::string_view name;
   std::string_view says;  ///< in one line
+  /// Does the relation say anything of such shapes?
+  bool (*covers)(const PosedPair& pair);
   /// Empty, or what contradicts the relation. `random` draws what the relation needs.
   std::string (*check)(const Case& c, Random& random);
 };

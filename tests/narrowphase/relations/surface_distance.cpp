@@ -37,7 +37,7 @@ double surface_distance(const PosedShape& shape, const Vec3& world) {
   const double ring = std::hypot(p.x(), p.y());
   struct Distance {
     const Vec3& p;
-    double ring;
+    double ring, rounding;
     double operator()(const Sphere& s) const { return p.norm() - s.radius; }
     double operator()(const Box& s) const { return box<Vec3>(p, s.size / 2); }
     double operator()(const Capsule& s) const {
@@ -49,9 +49,14 @@ double surface_distance(const PosedShape& shape, const Vec3& world) {
       return std::min(segment(q, rim, apex), segment(q, Vec2(0, -s.length / 2), rim));
     }
     double operator()(const Ellipsoid& s) const {
-      const double k = p.cwiseQuotient(s.radii).norm(),
-                   gradient = p.cwiseQuotient(s.radii.cwiseProduct(s.radii)).norm();
-      return gradient > 0 ? k * (k - 1) / gradient : s.radii.minCoeff();
+      if (rounding > 0) return asked(s, p);  // what follows holds near its surface
+      const Vec3 q = p.cwiseQuotient(s.radii);
+      const double k = q.norm(), gradient = q.cwiseQuotient(s.radii).norm();
+      double far = gradient > 0 ? std::abs(k * (k - 1) / gradient) : s.radii.minCoeff();
+      // Inside a flat one to first order says nothing: along an axis the surface is no nearer than it is.
+      for (int i = 0; i < 3 && k < 1; ++i)
+        far = std::min(far, s.radii[i] * std::sqrt(1 - (k * k - q[i] * q[i])) - std::abs(p[i]));
+      return far;
     }
     double operator()(const HalfSpace& s) const { return (s.normal.dot(p) - s.offset) / s.normal.norm(); }
     double operator()(const Convex& s) const { return asked(s, p); }
@@ -59,7 +64,7 @@ double surface_distance(const PosedShape& shape, const Vec3& world) {
     // A point that touches a surface lies on it, however far it is out of there.
     double operator()(const Mesh& s) const { return std::max(0.0, asked(s, p)); }
   };
-  return std::abs(std::visit(Distance{p, ring}, shape.shape));
+  return std::abs(std::visit(Distance{p, ring, shape.rounding}, shape.shape) - shape.rounding);
 }
 
 }  // namespace tandem::relations
