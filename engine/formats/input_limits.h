@@ -16,8 +16,8 @@ inline constexpr std::uint64_t stream_bytes = 512 * mebibyte;
 /// takes a third of it.
 inline constexpr std::uint64_t document_bytes = 1024 * mebibyte;
 
-/// Bytes of a mesh in a regular file: some 80 million triangles as STL, some 60 million as OBJ. A recording has no
-/// bound of its own: it is read step by step.
+/// Bytes of a mesh in a regular file, and of the buffers that a glTF file names: some 80 million triangles as STL, some
+/// 60 million as OBJ. A recording has no bound of its own: it is read step by step.
 inline constexpr std::uint64_t mesh_bytes = 4096 * mebibyte;
 
 /// Bytes passed over behind the bound of a line of pair records, in search of its end. What goes on beyond them, as
@@ -32,8 +32,12 @@ inline constexpr std::size_t json_depth = 64;
 /// text. A scene of a million bodies has 30 million.
 inline constexpr std::size_t json_values = std::size_t{1} << 26;
 
-/// Triangles of a mesh file: a face of an OBJ file gives one for each two bytes.
+/// Triangles of a mesh file: a face of an OBJ file gives one for each two bytes, and a glTF file may place a mesh many
+/// times.
 inline constexpr std::size_t mesh_triangles = std::size_t{1} << 27;
+
+/// Vertices of a mesh file: three of their own for each triangle.
+inline constexpr std::size_t mesh_vertices = 3 * mesh_triangles;
 
 /// Contacts of a recorded step, of which one is in memory.
 inline constexpr std::size_t step_contacts = std::size_t{1} << 26;

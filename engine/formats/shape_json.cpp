@@ -61,14 +61,11 @@ Shape ShapeReader::mesh(const JsonRef& json) {
     const std::filesystem::path one_name = std::filesystem::weakly_canonical(path, unknown);
     const std::pair key((unknown ? path : one_name).string(), solid);
     if (const auto known = mesh_files_.find(key); known != mesh_files_.end()) return known->second;
-    Mesh mesh;
     try {
-      mesh = read_mesh_file(path);
+      return mesh_files_.emplace(key, read_mesh_shape(path, solid)).first->second;
     } catch (const InputError& error) {
       throw error.within(file->pointer());
     }
-    mesh.solid = solid;
-    return mesh_files_.emplace(key, make_shape(*file, std::move(mesh))).first->second;
   }
   Mesh mesh;
   mesh.solid = solid;

@@ -15,6 +15,7 @@
 #include "commands.h"
 #include "option_text.h"
 #include "progress.h"
+#include "tandem/formats/mesh_file.h"
 
 namespace tandem {
 namespace {
@@ -28,12 +29,6 @@ struct Options {
   bool json = false;
 };
 
-bool is_mesh_file(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return extension == ".stl" || extension == ".obj";
-}
-
 // Folders stand for the mesh files in them, by name.
 std::vector<std::filesystem::path> listed(const std::vector<std::string>& given) {
   std::vector<std::filesystem::path> out;
@@ -45,7 +40,8 @@ std::vector<std::filesystem::path> listed(const std::vector<std::string>& given)
     std::vector<std::filesystem::path> inside;
     for (const auto& entry : std::filesystem::directory_iterator(name))
       if (is_mesh_file(entry.path())) inside.push_back(entry.path());
-    if (inside.empty()) throw RequestError("FILES: '" + name + "' has no mesh file, allowed: .stl, .obj");
+    if (inside.empty())
+      throw RequestError("FILES: '" + name + "' has no mesh file, allowed: " + std::string(mesh_extensions));
     std::sort(inside.begin(), inside.end());
     out.insert(out.end(), inside.begin(), inside.end());
   }
@@ -186,7 +182,9 @@ int run(const Options& options, DescriptorBuffer& out) {
 void add_clash_command(CLI::App& program, DescriptorBuffer& out, int& status) {
   CLI::App* command = program.add_subcommand("clash", "which of these mesh files intersect or are too near each other");
   const auto options = std::make_shared<Options>();
-  command->add_option("FILES", options->files, "mesh files (.stl, .obj) in one frame and unit, or folders of them")
+  command
+      ->add_option("FILES", options->files,
+                   "mesh files (" + std::string(mesh_extensions) + ") in one frame and unit, or folders of them")
       ->type_name("");
   command
       ->add_option("--clearance", options->clearance,

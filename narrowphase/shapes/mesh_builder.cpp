@@ -22,6 +22,13 @@ constexpr double seam_ulps = 16;
 
 [[noreturn]] void refuse(const std::string& why) { throw std::invalid_argument("mesh: " + why); }
 
+/// To find it by, in a refusal, which is short.
+std::string short_text(const Vec3& v) {
+  std::ostringstream out;
+  out << "(" << v.x() << ", " << v.y() << ", " << v.z() << ")";
+  return out.str();
+}
+
 std::string text(const Vec3& v) {
   std::ostringstream out;
   out.precision(17);
@@ -53,8 +60,8 @@ struct Side {
   std::uint8_t corner;
 };
 
-// All sides but those without length, by their ends. `first` is what `weld` says. A counting sort by the lower end, then
-// those of one vertex, which are few.
+// All sides but those without length, by their ends. `first` is what `weld` says. A counting sort by the lower end,
+// then those of one vertex, which are few.
 std::vector<Side> sorted_sides(const MeshModel& mesh, const std::vector<std::uint32_t>& first) {
   const auto each_side = [&](auto&& take) {
     for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i)
@@ -172,11 +179,10 @@ void join_triangles(MeshModel& mesh, const std::vector<std::uint32_t>& first) {
     const bool joined = middle - begin == end - middle;
     mesh.closed = mesh.closed && joined;
     if (mesh.solid && !joined)
-      refuse("solid, but the edge from vertex " + std::to_string(sides[begin].lo) + " " +
-             text(mesh.vertices[sides[begin].lo]) + " to vertex " + std::to_string(sides[begin].hi) + " " +
-             text(mesh.vertices[sides[begin].hi]) + " (triangle " + std::to_string(sides[begin].triangle) +
-             ") is used " + std::to_string(end - middle) + " times in one sense and " + std::to_string(middle - begin) +
-             " in the other; both must be as many (a closed, oriented surface)");
+      refuse("solid, but not closed: the edge " + short_text(mesh.vertices[sides[begin].lo]) + " to " +
+             short_text(mesh.vertices[sides[begin].hi]) + " of triangle " + std::to_string(sides[begin].triangle) +
+             " is in " + std::to_string(end - middle) + " one way, in " + std::to_string(middle - begin) +
+             " the other, allowed: as many");
     for (std::size_t i = begin, j = middle; i < middle && j < end; ++i, ++j) {
       mesh.neighbours[sides[i].triangle][sides[i].corner] = sides[j].triangle;
       mesh.neighbours[sides[j].triangle][sides[j].corner] = sides[i].triangle;

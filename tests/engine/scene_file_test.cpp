@@ -1,8 +1,10 @@
-#include "formats/scene_json.h"
 #include "tandem/formats/scene_file.h"
+#include "formats/scene_json.h"
 
 #include "catch.h"
+#include "formats/pair_record.h"
 #include "formats/record_file.h"
+#include "formats/text_file.h"
 #include "message_of.h"
 #include "tandem/engine/builtin_scenes.h"
 #include "tandem/engine/pipeline.h"
@@ -67,6 +69,44 @@ TEST_CASE("scene file: no bodies and shapes that no body uses are fine") {
   CHECK(scene_of("{}").bodies() == 0);
   CHECK(scene_of(R"({"shapes":{},"bodies":[]})").bodies() == 0);
   CHECK(scene_of(R"({"shapes":{"unused":{"kind":"sphere","radius":1}},"bodies":[]})").shapes().size() == 1);
+}
+
+TEST_CASE("scene file: the page that describes it has every key, and its examples are read") {
+  const std::string page = read_file(TANDEM_DOCS "/scene-format.md");
+  const TemporaryFolder folder;
+  folder.write(
+      "part.stl",
+      "solid\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
+      "facet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 0 1 0\nvertex 1 0 0\nendloop\nendfacet\nendsolid\n");
+  std::vector<std::string> examples;
+  constexpr std::string_view open = "```json\n";
+  for (std::size_t at = page.find(open); at != std::string::npos; at = page.find(open, at)) {
+    at += open.size();
+    examples.push_back(page.substr(at, page.find("```", at) - at));
+  }
+  REQUIRE(examples.size() == 2);
+  const Scene scene = read_scene_file(folder.write("scene.json", examples[0]));
+  CHECK(scene.bodies() == 4);
+  CHECK(scene.shapes().back().is_solid());
+  ShapeReader shapes;
+  CHECK(answer_line(examples[1], 1, shapes, {}).ok);
+  const auto check_keys = [&](const std::string& refused) {
+    constexpr std::string_view mark = "allowed: ";
+    REQUIRE(refused.find(mark) != std::string::npos);
+    for (std::size_t at = refused.find(mark) + mark.size(), end; at < refused.size(); at = end + 2) {
+      end = std::min(refused.find(", ", at), refused.size());
+      const std::string key = refused.substr(at, end - at);
+      CAPTURE(key);
+      CHECK(page.find('`' + key + '`') != std::string::npos);
+    }
+  };
+  check_keys(refusal(R"({"?":1})"));
+  check_keys(refusal(with_body(R"({"?":1})")));
+  check_keys(refusal(with_body(R"({"shape":"ball","pose":{"?":1}})")));
+  check_keys(refusal(R"({"shapes":{"a":{"kind":"?"}}})"));
+  for (const std::string kind :
+       {"sphere", "box", "capsule", "cylinder", "cone", "ellipsoid", "halfspace", "convex", "triangle", "mesh"})
+    check_keys(refusal(R"({"shapes":{"a":{"kind":")" + kind + R"(","?":1}}})"));
 }
 
 TEST_CASE("scene file: faults are refused with the pointer to them") {

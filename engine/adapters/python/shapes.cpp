@@ -25,9 +25,7 @@ Shape mesh(std::vector<Vec3> vertices, std::vector<std::array<std::uint32_t, 3>>
 
 Shape read_mesh(const std::filesystem::path& path, bool solid) {
   const py::gil_scoped_release released;
-  Mesh read = read_mesh_file(path);
-  read.solid = solid;
-  return Shape(std::move(read));
+  return read_mesh_shape(path, solid);
 }
 
 Shape height_field_of(const py::handle& heights, double spacing, double bottom) {
@@ -123,8 +121,10 @@ void bind_shapes(py::module_& m) {
       py::arg("vertices"), py::arg("triangles"), py::arg("solid") = false,
       "vertices (n, 3), m; triangles (k, 3) indices. solid: the inside counts; every edge must then join two "
       "triangles.");
-  m.def("read_mesh", &read_mesh, py::arg("path"), py::arg("solid") = false,
-        "The mesh in a .obj or .stl file. ValueError 'FILE:LINE: ...' where it cannot be used.");
+  m.def(
+      "read_mesh", &read_mesh, py::arg("path"), py::arg("solid") = false,
+      "The mesh in a .obj, .stl, .ply, .off, .gltf or .glb file. solid: the inside counts. ValueError 'FILE:LINE: ...' "
+      "where it cannot be used, or with the first edge that does not close.");
   m.def(
       "point_cloud", [](const py::object& p, double radius) { return point_cloud(points(p, "points"), radius); },
       py::arg("points"), py::arg("radius"), "Balls of one radius (m, >= 0) about (n, 3) points, as one shape.");

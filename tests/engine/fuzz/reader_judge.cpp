@@ -216,8 +216,8 @@ void judge_results(std::string_view bytes) {
 void judge(std::string_view reader, std::string_view bytes) {
   if (reader == "pair_record") return judge_pair_records(bytes);
   if (reader == "scene") return judge_scene(bytes);
-  if (reader == "obj") return judge_mesh(bytes, ".obj");
-  if (reader == "stl") return judge_mesh(bytes, ".stl");
+  for (const std::string_view extension : {".obj", ".stl", ".ply", ".off", ".gltf", ".glb"})
+    if (reader == extension.substr(1)) return judge_mesh(bytes, extension);
   if (reader == "recording") return judge_recording(bytes);
   if (reader == "results") return judge_results(bytes);
   throw Wrong{"no such reader"};

@@ -58,7 +58,7 @@ std::vector<NamedMesh> read_meshes(const std::string& folder, std::size_t larges
   if (folder.empty()) return all;
   std::vector<std::filesystem::path> files;
   for (const auto& entry : std::filesystem::directory_iterator(folder))
-    if (entry.path().extension() == ".obj" || entry.path().extension() == ".stl") files.push_back(entry.path());
+    if (is_mesh_file(entry.path())) files.push_back(entry.path());
   std::sort(files.begin(), files.end());
   for (const auto& file : files) {
     Mesh mesh = read_mesh_file(file.string());

@@ -467,7 +467,8 @@ def point_cloud(points: ArrayLike, radius: float) -> Shape:
     """Balls of one radius (m, >= 0) about (n, 3) points, as one shape."""
 
 def read_mesh(path: PathLike, solid: bool = False) -> Shape:
-    """The mesh in a .obj or .stl file. ValueError 'FILE:LINE: ...' where it cannot be used."""
+    """The mesh in a .obj, .stl, .ply, .off, .gltf or .glb file. solid: the inside counts. ValueError 'FILE:LINE: ...'
+    where it cannot be used, or with the first edge that does not close."""
 
 def read_scene(path: PathLike) -> Scene:
     """ValueError 'FILE: POINTER: ...' where it cannot be used."""

@@ -1,14 +1,32 @@
 #pragma once
 #include <filesystem>
+#include <string_view>
 
 #include "tandem/narrowphase/shape.h"
 
 namespace tandem {
 
-/// The surface in a .obj or .stl file (by extension, either case): triangles in the file's order of faces, polygons as
-/// fans from their first corner, coordinates rounded correctly to doubles. OBJ vertices stay as they are; STL corners
-/// with equal coordinates become one vertex. Not solid. Throws InputError "FILE:LINE: ..." (text) or "FILE: byte N:
-/// ..." (binary STL) for a file that is missing, cut off, empty, of another format or has an index out of range.
+/// The files that read_mesh_file takes, for messages.
+inline constexpr std::string_view mesh_extensions = ".obj, .stl, .ply, .off, .gltf, .glb";
+
+/// Whether the name has one of mesh_extensions, in either case. The file need not be there.
+bool is_mesh_file(const std::filesystem::path& path);
+
+/// The surface in a file of one of mesh_extensions: triangles in the file's order of faces, polygons as fans from their
+/// first corner, coordinates as they are written, text rounded correctly to doubles. Not solid: set Mesh::solid for a
+/// surface that closes.
+///
+/// OBJ, PLY (text and binary) and OFF (text) vertices stay as they are. STL and glTF corners with equal coordinates
+/// become one vertex, as these formats have a corner of its own for each triangle or normal. Of a glTF file (2.0, its
+/// buffers in it or beside it) the triangles of its scene's nodes are taken in the scene's axes, y up; without skins,
+/// morph targets and compression.
+///
+/// Throws InputError "FILE:LINE: ..." (text), "FILE: byte N: ..." (binary) or "FILE: /JSON/POINTER: ..." (glTF) for a
+/// file that is missing, cut off, empty, of another format or has an index out of range.
 Mesh read_mesh_file(const std::filesystem::path& path);
+
+/// The same as a shape. `solid`: the inside counts; throws InputError that names the first edge that does not close, and
+/// where it is, if the surface has one. Corners with equal coordinates are one, whatever the format.
+Shape read_mesh_shape(const std::filesystem::path& path, bool solid = false);
 
 }  // namespace tandem
