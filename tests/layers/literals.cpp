@@ -28,6 +28,7 @@ struct Exception {
 constexpr std::array exceptions{
     Exception{"engine/scene/random.cpp", "a random generator's, no tolerances"},
     Exception{"flowgraph/step/clock.h", "nanoseconds to milliseconds"},
+    Exception{"narrowphase/include/tandem/narrowphase/vertex_impact.h", "an option's default"},
 };
 
 struct Literal {

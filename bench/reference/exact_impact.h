@@ -1,0 +1,30 @@
+#pragma once
+#include <array>
+#include <memory>
+
+#include "tandem/narrowphase/pose.h"
+
+namespace tandem::reference {
+
+/// Two features whose vertices move on straight lines: a point (vertex 0) and a triangle, or two edges (0 1 and 2 3).
+struct ImpactQuery {
+  bool edges = false;
+  std::array<Vec3, 4> from, to;  ///< at t = 0 and t = 1
+};
+
+/// All times at which two such features may begin or cease to meet, in integers: no rounding, whatever the input.
+class ExactImpact {
+ public:
+  explicit ExactImpact(const ImpactQuery& query);
+  ~ExactImpact();
+  ExactImpact(ExactImpact&&) noexcept;
+
+  bool hit() const;                 ///< they meet at some t in [0, 1]
+  bool hit_before(double t) const;  ///< they meet at some time in [0, t)
+
+ private:
+  struct Insides;
+  std::unique_ptr<Insides> insides_;
+};
+
+}  // namespace tandem::reference
