@@ -219,14 +219,14 @@ void Bodies::for_each_index(const Body& body) const {
 void Bodies::look_at(std::uint32_t index, const Regions& regions) {
   seen_[index] = SceneChanges::versions(scene_)[index];
   boxes_[index] = outward(scene_.shape_of(index).bounds(scene_.poses()[index]), 0.5 * margin_);
-  inside_[index] = regions.own().holds(boxes_[index]) ? 1 : 0;
+  inside_[index] = regions.holds(boxes_[index]) ? 1 : 0;
   fresh_[index] = 1;
 }
 
 /// Of an owned body whose box is new: to whom it goes, and who needs a copy.
 void Bodies::tell_about(std::uint32_t index, const Regions& regions) {
-  const Vec3 middle = centre(index);
-  const bool stays = regions.own().holds(middle);
+  const auto middle = place_of_centre(index);
+  const bool stays = regions.holds(middle);
   std::vector<int>& copies = copies_[index];
   const bool resend = std::exchange(resend_[index], std::uint8_t{0}) != 0;
   if (stays && inside_[index] != 0 && copies.empty()) return;

@@ -56,16 +56,19 @@ class Bodies {
   };
   Sent exchange(const Regions& regions, bool recut);
   /// Whether a pair of overlapping boxes is reported here.
-  bool reports(const Region& region, std::uint32_t a, std::uint32_t b) const {
+  bool reports(const Regions& regions, std::uint32_t a, std::uint32_t b) const {
     if ((inside_[a] | inside_[b]) != 0) return true;
-    for (std::size_t i = 0; i < 3; ++i)
-      if (const double lo = std::max(boxes_[a].lo[i], boxes_[b].lo[i]); !(region.lo[i] < lo && lo <= region.hi[i]))
-        return false;
-    return true;
+    std::array<double, 3> corner{};
+    for (std::size_t i = 0; i < 3; ++i) corner[i] = std::max(boxes_[a].lo[i], boxes_[b].lo[i]);
+    return regions.holds(corner);
   }
   const FloatBox& box(std::uint32_t index) const { return boxes_[index]; }
   /// Where a body is owned: the middle of its box in its own frame.
   Vec3 centre(std::uint32_t index) const;
+  std::array<double, 3> place_of_centre(std::uint32_t index) const {
+    const Vec3 middle = centre(index);
+    return {middle.x(), middle.y(), middle.z()};
+  }
 
   Directory& directory() { return directory_; }
 

@@ -69,7 +69,7 @@ std::size_t Pipeline::Impl::take_own(std::span<Pair> candidates) {
   std::size_t kept = 0;
   const bool alone = communicator.ranks() == 1;
   for (Pair pair : candidates) {
-    if (!alone && !bodies.reports(regions.own(), pair.a, pair.b)) continue;
+    if (!alone && !bodies.reports(regions, pair.a, pair.b)) continue;
     if (bodies.id(pair.a) > bodies.id(pair.b)) std::swap(pair.a, pair.b);
     if (counts_costs) costs.count(bodies, pair);
     candidates[kept++] = pair;

@@ -3,6 +3,7 @@
 #include <zoltan.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <string>
 #include <utility>
@@ -109,11 +110,19 @@ void Regions::look() {
     // Nothing lies in the others' regions.
     own_.lo.fill(communicator_.rank() == 0 ? -everywhere : everywhere);
     own_.hi.fill(everywhere);
+    is_box_ = true;
     return;
   }
   int axes = 0;
   auto &lo = own_.lo, &hi = own_.hi;
   Zoltan_RCB_Box(cut_, communicator_.rank(), &axes, &lo[0], &lo[1], &lo[2], &hi[0], &hi[1], &hi[2]);
+  // Where a cut of a group of ranks without points lies outside of the group's own region, Zoltan tells a box that
+  // reaches into others'; its assignment of points and boxes does not.
+  std::array<double, 3> first{};
+  for (std::size_t i = 0; i < 3; ++i) first[i] = std::nextafter(lo[i], everywhere);
+  int count = 0;
+  Zoltan_LB_Box_Assign(cut_, first[0], first[1], first[2], hi[0], hi[1], hi[2], ranks_.data(), &count);
+  is_box_ = count == 1 && ranks_[0] == communicator_.rank();
   // The outer sides are open.
   for (std::size_t i = 0; i < 3; ++i) {
     if (lo[i] <= -std::numeric_limits<double>::max()) lo[i] = -everywhere;
@@ -121,11 +130,11 @@ void Regions::look() {
   }
 }
 
-int Regions::owner(const Vec3& point) const {
+int Regions::owner(const std::array<double, 3>& point) const {
   if (cut_ == nullptr) return 0;
-  double place[3] = {point.x(), point.y(), point.z()};
+  auto place = point;  // it is not const there
   int owner = 0;
-  Zoltan_LB_Point_Assign(cut_, place, &owner);
+  Zoltan_LB_Point_Assign(cut_, place.data(), &owner);
   return owner;
 }
 

@@ -15,13 +15,13 @@ struct FloatBox {
   std::array<float, 3> lo{}, hi{};
 };
 
-/// A region: what lies in (lo, hi] on every axis. Those of all ranks fill space without overlap.
+/// What lies in (lo, hi] on every axis.
 struct Region {
   std::array<double, 3> lo{}, hi{};
 
-  bool holds(const Vec3& point) const {
+  bool holds(const std::array<double, 3>& point) const {
     for (std::size_t i = 0; i < 3; ++i)
-      if (const double x = point[static_cast<Eigen::Index>(i)]; !(lo[i] < x && x <= hi[i])) return false;
+      if (!(lo[i] < point[i] && point[i] <= hi[i])) return false;
     return true;
   }
   bool holds(const FloatBox& box) const {
@@ -48,9 +48,14 @@ class Regions {
   void take_back();
   bool is_cut() const { return cut_ != nullptr; }
 
-  const Region& own() const { return own_; }
-  /// The rank whose region holds a point.
-  int owner(const Vec3& point) const;
+  /// The rank whose region holds a point. From any thread.
+  int owner(const std::array<double, 3>& point) const;
+  /// Whether that is this rank. From any thread.
+  bool holds(const std::array<double, 3>& point) const {
+    return is_box_ ? own_.holds(point) : owner(point) == communicator_.rank();
+  }
+  /// False if any of the box is others' (it may be false although none is). From any thread.
+  bool holds(const FloatBox& box) const { return is_box_ && own_.holds(box); }
   /// The ranks whose regions a box reaches into, by rank. Good until the next call.
   std::span<const int> reached(const FloatBox& box) const;
 
@@ -60,6 +65,7 @@ class Regions {
   const Communicator& communicator_;
   Zoltan_Struct *cut_ = nullptr, *before_ = nullptr;
   Region own_;
+  bool is_box_ = true;  // own_ is this rank's region
   mutable std::vector<int> ranks_;
 };
 
