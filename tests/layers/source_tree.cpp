@@ -54,12 +54,13 @@ class Reader {
     const std::string library = file.begin()->string();
     const fs::path folder = file.parent_path().lexically_relative(library);
     const bool is_public = file.string().find("/include/tandem/") != std::string::npos;
-    for (std::size_t i = 0; i < tree_.rooms.size(); ++i) {
-      const Room& room = tree_.rooms[i];
-      if (room.library == library &&
-          (is_public ? room.public_headers.contains(file.filename().string()) : room.folder == folder))
-        return i;
-    }
+    const std::string name = file.filename().string(), with_folder = file.parent_path().filename().string() + "/" + name;
+    // Of two public headers of one name that of an adapter is named with its folder.
+    for (const std::string& header : {with_folder, name})
+      for (std::size_t i = 0; i < tree_.rooms.size(); ++i) {
+        const Room& room = tree_.rooms[i];
+        if (room.library == library && (is_public ? room.public_headers.contains(header) : room.folder == folder)) return i;
+      }
     return no_room;
   }
 

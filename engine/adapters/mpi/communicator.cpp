@@ -1,0 +1,144 @@
+#include "communicator.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <thread>
+
+namespace tandem::mpi {
+namespace {
+
+// A message is cut into pieces of this: MPI counts in int.
+constexpr std::size_t most_bytes = std::size_t{1} << 28;
+
+}  // namespace
+
+Communicator::Communicator(MPI_Comm of, double patience) : patience_(patience) {
+  MPI_Comm_dup(of, &comm_);
+  MPI_Comm_rank(comm_, &rank_);
+  MPI_Comm_size(comm_, &ranks_);
+}
+
+Communicator::~Communicator() {
+  int finalized = 0;
+  MPI_Finalized(&finalized);
+  if (finalized == 0) MPI_Comm_free(&comm_);
+}
+
+void Communicator::abort(const std::string& cause) const {
+  std::fprintf(stderr, "tandem::mpi: rank %d, step %llu: %s\n", rank_, static_cast<unsigned long long>(step_),
+               cause.c_str());
+  std::fflush(stderr);
+  MPI_Abort(comm_, 1);
+  std::abort();  // not reached: MPI_Abort is not declared so
+}
+
+template <class Done>
+void Communicator::until(const Done& done, const char* what) const {
+  using Clock = std::chrono::steady_clock;
+  const auto begin = patience_ > 0 ? Clock::now() : Clock::time_point{};
+  while (!done()) {
+    std::this_thread::yield();  // ranks may share a core
+    if (patience_ > 0 && std::chrono::duration<double>(Clock::now() - begin).count() > patience_)
+      abort(std::string("another rank was waited for longer than ") + std::to_string(patience_) + " s, in " + what);
+  }
+}
+
+void Communicator::wait(std::span<MPI_Request> requests, const char* what) const {
+  until(
+      [&] {
+        int done = 0;
+        MPI_Testall(static_cast<int>(requests.size()), requests.data(), &done, MPI_STATUSES_IGNORE);
+        return done != 0;
+      },
+      what);
+}
+
+void Communicator::receive_one(std::vector<Letter>& received, std::size_t& count, const MPI_Status& status) {
+  int bytes = 0;
+  MPI_Get_count(&status, MPI_BYTE, &bytes);
+  // Pieces of one letter come in the order in which they were sent.
+  const auto known = std::find_if(received.begin(), received.begin() + static_cast<std::ptrdiff_t>(count),
+                                  [&](const Letter& letter) { return letter.rank == status.MPI_SOURCE; });
+  auto at = static_cast<std::size_t>(known - received.begin());
+  if (at == count) {
+    if (count == received.size()) received.emplace_back();
+    received[count].rank = status.MPI_SOURCE;
+    received[count++].message.clear();
+  }
+  auto& into = received[at].message.bytes();
+  const std::size_t before = into.size();
+  into.resize(before + static_cast<std::size_t>(bytes));
+  MPI_Recv(into.data() + before, bytes, MPI_BYTE, status.MPI_SOURCE, status.MPI_TAG, comm_, MPI_STATUS_IGNORE);
+}
+
+void Communicator::exchange(std::span<Letter> letters, std::vector<Letter>& received) {
+  // Rounds that follow each other may overlap between ranks.
+  round_ = (round_ + 1) % 2;
+  requests_.clear();
+  for (Letter& letter : letters) {
+    const auto& bytes = letter.message.bytes();
+    for (std::size_t at = 0; at < bytes.size(); at += most_bytes) {
+      const auto count = static_cast<int>(std::min(most_bytes, bytes.size() - at));
+      MPI_Issend(bytes.data() + at, count, MPI_BYTE, letter.rank, round_, comm_, &requests_.emplace_back());
+    }
+  }
+  std::size_t count = 0;
+  MPI_Request barrier = MPI_REQUEST_NULL;
+  bool at_barrier = false;
+  until(
+      [&] {
+        int flag = 0;
+        MPI_Status status;
+        MPI_Iprobe(MPI_ANY_SOURCE, round_, comm_, &flag, &status);
+        if (flag != 0) receive_one(received, count, status);
+        int done = 0;
+        if (!at_barrier) {
+          MPI_Testall(static_cast<int>(requests_.size()), requests_.data(), &done, MPI_STATUSES_IGNORE);
+          if (done == 0) return false;
+          MPI_Ibarrier(comm_, &barrier);
+          at_barrier = true;
+          return false;
+        }
+        MPI_Test(&barrier, &done, MPI_STATUS_IGNORE);
+        return done != 0;
+      },
+      "the exchange of bodies");
+  received.resize(count);
+  std::sort(received.begin(), received.end(), [](const Letter& x, const Letter& y) { return x.rank < y.rank; });
+}
+
+void Communicator::reduce(void* values, std::size_t count, MPI_Datatype type, MPI_Op op) const {
+  MPI_Request request = MPI_REQUEST_NULL;
+  MPI_Iallreduce(MPI_IN_PLACE, values, static_cast<int>(count), type, op, comm_, &request);
+  wait({&request, 1}, "a sum over ranks");
+}
+
+void Communicator::sum(std::span<std::uint64_t> values) const {
+  reduce(values.data(), values.size(), MPI_UINT64_T, MPI_SUM);
+}
+void Communicator::sum(std::span<double> values) const { reduce(values.data(), values.size(), MPI_DOUBLE, MPI_SUM); }
+void Communicator::largest(std::span<double> values) const {
+  reduce(values.data(), values.size(), MPI_DOUBLE, MPI_MAX);
+}
+void Communicator::largest(std::span<std::uint64_t> values) const {
+  reduce(values.data(), values.size(), MPI_UINT64_T, MPI_MAX);
+}
+
+std::vector<std::string> Communicator::texts(const std::string& own) const {
+  const int size = static_cast<int>(own.size());
+  std::vector<int> sizes(static_cast<std::size_t>(ranks_)), places(static_cast<std::size_t>(ranks_));
+  MPI_Allgather(&size, 1, MPI_INT, sizes.data(), 1, MPI_INT, comm_);
+  int total = 0;
+  for (std::size_t i = 0; i < sizes.size(); ++i) places[i] = total, total += sizes[i];
+  std::string all(static_cast<std::size_t>(total), ' ');
+  MPI_Allgatherv(own.data(), size, MPI_CHAR, all.data(), sizes.data(), places.data(), MPI_CHAR, comm_);
+  std::vector<std::string> out;
+  for (std::size_t i = 0; i < sizes.size(); ++i)
+    out.push_back(all.substr(static_cast<std::size_t>(places[i]), static_cast<std::size_t>(sizes[i])));
+  return out;
+}
+
+}  // namespace tandem::mpi

@@ -1,0 +1,102 @@
+#pragma once
+#include <mpi.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+namespace tandem::mpi {
+
+/// Bytes of one message, written and read as plain values one after the other.
+class Message {
+ public:
+  template <class T>
+  void put(const T& value) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    const std::size_t at = bytes_.size();
+    bytes_.resize(at + sizeof(T));
+    std::memcpy(bytes_.data() + at, &value, sizeof(T));
+  }
+  template <class T>
+  T take() {
+    T value;
+    std::memcpy(&value, bytes_.data() + read_, sizeof(T));
+    read_ += sizeof(T);
+    return value;
+  }
+  bool done() const { return read_ == bytes_.size(); }
+  bool empty() const { return bytes_.empty(); }
+  std::size_t size() const { return bytes_.size(); }
+  /// Empty, with the room it had.
+  void clear() {
+    bytes_.clear();
+    read_ = 0;
+  }
+  std::vector<std::byte>& bytes() { return bytes_; }
+
+ private:
+  std::vector<std::byte> bytes_;
+  std::size_t read_ = 0;
+};
+
+/// From or to one rank.
+struct Letter {
+  int rank = 0;
+  Message message;
+};
+
+/// A duplicate of a communicator, and the few ways in which ranks talk. All waiting has an end: `patience`.
+class Communicator {
+ public:
+  Communicator(MPI_Comm of, double patience);
+  ~Communicator();
+  Communicator(const Communicator&) = delete;
+  Communicator& operator=(const Communicator&) = delete;
+
+  MPI_Comm comm() const { return comm_; }
+  int rank() const { return rank_; }
+  int ranks() const { return ranks_; }
+  /// For the line that a failure writes.
+  void at_step(std::uint64_t step) { step_ = step; }
+  std::uint64_t step() const { return step_; }
+
+  /// Collective. Sends letters to a few ranks, oneself not among them, who do not know of them, and returns those that
+  /// came, by rank (Hoefler, Siebert, Lumsdaine, "Scalable communication protocols for dynamic sparse data exchange",
+  /// PPoPP 2010). What is sent is left as it is; `received` keeps its memory from call to call.
+  void exchange(std::span<Letter> letters, std::vector<Letter>& received);
+
+  /// Collective: sums, and largest values.
+  void sum(std::span<std::uint64_t> values) const;
+  void sum(std::span<double> values) const;
+  void largest(std::span<double> values) const;
+  void largest(std::span<std::uint64_t> values) const;
+
+  /// Collective: the texts of all ranks on all ranks, by rank.
+  std::vector<std::string> texts(const std::string& own) const;
+
+  /// Completes the requests.
+  void wait(std::span<MPI_Request> requests, const char* what) const;
+
+  /// One line on stderr that names rank, step and cause, then MPI_Abort.
+  [[noreturn]] void abort(const std::string& cause) const;
+
+ private:
+  void reduce(void* values, std::size_t count, MPI_Datatype type, MPI_Op op) const;
+  /// Calls done() until it is true.
+  template <class Done>
+  void until(const Done& done, const char* what) const;
+  void receive_one(std::vector<Letter>& received, std::size_t& count, const MPI_Status& status);
+
+  MPI_Comm comm_ = MPI_COMM_NULL;
+  int rank_ = 0, ranks_ = 1;
+  double patience_;
+  std::uint64_t step_ = 0;
+  int round_ = 0;
+  std::vector<MPI_Request> requests_;
+};
+
+}  // namespace tandem::mpi

@@ -1,0 +1,59 @@
+#pragma once
+#include <atomic>
+#include <cstdint>
+#include <vector>
+
+#include "bodies.h"
+#include "tandem/broadphase/pair.h"
+#include "tandem/flowgraph/report.h"
+
+namespace tandem::mpi {
+
+/// What each body costs, from a step's measured times: its share of the broad phase, and of the narrow phase the pairs
+/// that lie where it is, those with meshes by their own price.
+class Costs {
+ public:
+  void begin(const Bodies& bodies) {
+    light_.assign(bodies.scene().indices(), 0);
+    heavy_.assign(bodies.scene().indices(), 0);
+  }
+  /// Counted for the bodies that are there now.
+  bool known(const Bodies& bodies) const { return !light_.empty() && light_.size() == bodies.scene().indices(); }
+  /// A pair that is narrowed here. From many threads at once.
+  void count(const Bodies& bodies, Pair pair) {
+    const Scene& scene = bodies.scene();
+    const Shape &a = scene.shape_of(pair.a), &b = scene.shape_of(pair.b);
+    // A pair lies where the smaller body is; a half-space is everywhere.
+    std::uint32_t at = pair.a, other = pair.b;
+    if (!a.is_bounded() || (b.is_bounded() && b.size() < a.size())) std::swap(at, other);
+    if (!bodies.owns(at)) std::swap(at, other);
+    if (!bodies.owns(at) || !scene.shape_of(at).is_bounded()) return;
+    const bool mesh = a.kind() == ShapeKind::mesh || b.kind() == ShapeKind::mesh;
+    const bool is_heavy = mesh && a.is_bounded() && b.is_bounded();
+    std::atomic_ref<std::uint32_t>((is_heavy ? heavy_ : light_)[at]).fetch_add(1, std::memory_order_relaxed);
+  }
+  /// ns, of the bodies that this rank owns, in the order of their indices.
+  std::vector<float> weights(const Bodies& bodies, const ExecutionReport& execution) const {
+    double light = 0, heavy = 0, owned = 0;
+    for (std::uint32_t i = 0; i < light_.size(); ++i)
+      if (bodies.scene().alive(i) && bodies.owns(i)) light += light_[i], heavy += heavy_[i], ++owned;
+    constexpr double ns = 1e6;
+    const double broad = owned > 0 ? ns * execution.broad_ms / owned : 0;
+    // Where heavy pairs were not measured apart, all cost alike.
+    const bool apart = execution.heavy_ms > 0 && heavy > 0 && light > 0;
+    const double narrow = execution.narrow_ms;
+    const double all = light + heavy > 0 ? ns * narrow / (light + heavy) : 0;
+    const double light_ns = apart ? ns * std::max(0.0, narrow - execution.heavy_ms) / light : all;
+    const double heavy_ns = apart ? ns * execution.heavy_ms / heavy : all;
+    std::vector<float> out;
+    for (std::uint32_t i = 0; i < light_.size(); ++i)
+      if (bodies.scene().alive(i) && bodies.owns(i))
+        out.push_back(static_cast<float>(1 + broad + light_ns * light_[i] + heavy_ns * heavy_[i]));
+    return out;
+  }
+
+ private:
+  std::vector<std::uint32_t> light_, heavy_;  // pairs a body
+};
+
+}  // namespace tandem::mpi

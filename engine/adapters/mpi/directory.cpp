@@ -1,0 +1,58 @@
+#include "directory.h"
+
+#include <zoltan_dd.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace tandem::mpi {
+namespace {
+
+constexpr int words = sizeof(GlobalId) / sizeof(ZOLTAN_ID_TYPE);
+
+std::vector<ZOLTAN_ID_TYPE> in_words(std::span<const GlobalId> ids) {
+  std::vector<ZOLTAN_ID_TYPE> out(ids.size() * words + 1);  // never empty: Zoltan wants a pointer
+  std::memcpy(out.data(), ids.data(), ids.size_bytes());
+  return out;
+}
+
+void require(int status) {
+  if (status != ZOLTAN_OK && status != ZOLTAN_WARN) throw std::runtime_error("Zoltan's directory failed");
+}
+
+}  // namespace
+
+Directory::~Directory() {
+  int finalized = 0;
+  MPI_Finalized(&finalized);
+  if (directory_ != nullptr && finalized == 0) Zoltan_DD_Destroy(&directory_);
+}
+
+void Directory::tell(const std::function<bool(GlobalId)>& owned) {
+  if (directory_ == nullptr) require(Zoltan_DD_Create(&directory_, communicator_.comm(), words, 0, 0, 0, 0));
+  const auto by_id = [](std::vector<GlobalId>& ids) {
+    std::sort(ids.begin(), ids.end());
+    ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  };
+  by_id(gone_);
+  auto gone = in_words(gone_);
+  require(Zoltan_DD_Remove(directory_, gone.data(), static_cast<int>(gone_.size())));
+  by_id(came_);
+  std::erase_if(came_, [&](GlobalId id) { return !owned(id); });
+  auto came = in_words(came_);
+  require(Zoltan_DD_Update(directory_, came.data(), nullptr, nullptr, nullptr, static_cast<int>(came_.size())));
+  gone_.clear();
+  came_.clear();
+}
+
+std::vector<int> Directory::owners(std::span<const GlobalId> ids) {
+  auto keys = in_words(ids);
+  std::vector<int> owners(ids.size() + 1, -1);
+  // It warns of ids that it does not know, and leaves their owner at -1.
+  require(
+      Zoltan_DD_Find(directory_, keys.data(), nullptr, nullptr, nullptr, static_cast<int>(ids.size()), owners.data()));
+  owners.pop_back();
+  return owners;
+}
+
+}  // namespace tandem::mpi

@@ -1,0 +1,173 @@
+#pragma once
+#include <mpi.h>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "tandem/engine/pipeline.h"
+#include "tandem/engine/scene.h"
+
+/// Collision detection by any number of MPI ranks, each with threads of its own: the same contacts as on one. Space is
+/// cut into one region a rank; a body is owned by the rank whose region holds its centre, and copied to those whose
+/// regions its box reaches into. See docs/mpi.md.
+namespace tandem::mpi {
+
+/// Names a body on all ranks. Chosen by whoever adds it; a removed body's may be used again from the next step on.
+using GlobalId = std::uint64_t;
+
+/// When regions are cut anew from measured costs.
+struct RebalanceOptions {
+  bool enabled = true;
+  /// Steps between two looks at most, [1, 1024]; looks are frequent at first and after every change.
+  int longest_control_step = 64;
+  /// The slowest rank's load over the mean from which on a cut is thought of, [1, 100].
+  double tolerated = 1.05;
+};
+
+struct Options {
+  /// How each rank runs its part: threads, executor, what is answered. answer.keep_contacts must be 0: kept answers
+  /// belong to a rank's past, which a body leaves behind when it moves to another.
+  PipelineOptions rank{};
+  RebalanceOptions rebalance{};
+  /// Seconds, finite, >= 0: a rank that waits longer for another ends the job (MPI_Abort) with one line on stderr; 0:
+  /// waits for ever.
+  double patience = 0;
+};
+
+/// What a rebalance looked at and did, after a step; the same on all ranks.
+struct RebalanceDecision {
+  BalanceAction action = BalanceAction::none;
+  int control_step = 0;     ///< steps until the next look
+  double imbalance = 1;     ///< the largest load of a rank over the mean, since the last look
+  double gain_ms = 0;       ///< a step that equal loads would save, at most
+  double migration_ms = 0;  ///< what the last cut cost, slowest rank: the cut itself, migration, new copies
+  std::string_view reason;
+};
+
+/// What a rank alone found and did in a step.
+struct RankReport {
+  StepReport detection;          ///< its own part; pairs that another rank reports are among its candidate_pairs
+  std::uint64_t owned = 0;       ///< bodies whose centres lie in its region
+  std::uint64_t copies = 0;      ///< of others' bodies
+  std::uint64_t moved_away = 0;  ///< bodies that went to another owner
+  std::uint64_t bytes_sent = 0;  ///< to other ranks, by exchange alone
+  std::uint64_t messages_sent = 0;
+  double exchange_ms = 0;  ///< wall: changes, bodies and copies sent and received, waiting included
+  double wait_ms = 0;      ///< wall: for the others, at the step's end
+  double step_ms = 0;      ///< wall, all of it
+};
+
+/// What all ranks found in a step; the same on each of them.
+struct Report {
+  std::uint64_t step = 0;
+  std::uint64_t bodies = 0;
+  std::uint64_t pairs = 0;  ///< candidates, each counted once
+  std::uint64_t colliding_pairs = 0;
+  std::uint64_t contacts = 0;      ///< that touch or overlap
+  std::uint64_t gaps = 0;          ///< contacts of negative depth, within the margin
+  std::uint64_t contact_hash = 0;  ///< hash(GatheredContacts) of all ranks' answers; 0 unless asked for
+  double max_depth = 0;            ///< metres
+  std::uint64_t moved_away = 0, copies = 0, bytes_sent = 0, messages_sent = 0;  ///< sums over ranks
+  double slowest_load_ms = 0, mean_load_ms = 0;                                 ///< busy time a thread
+  RebalanceDecision rebalance;
+  RankReport rank;
+};
+
+/// A pair by its bodies' ids, a < b; the answer is of (a, b).
+struct GatheredPair {
+  GlobalId a = 0, b = 0;
+  std::uint64_t first_contact = 0;
+  std::uint32_t contact_count = 0;
+  PairAnswer answer;
+};
+
+/// Answers of all ranks in canonical order: pairs by (a, b), a pair's contacts by feature.
+struct GatheredContacts {
+  std::vector<GatheredPair> pairs;
+  std::vector<Contact> contacts;
+};
+
+/// A sum over pairs, each of which is hashed with its contacts: it does not depend on the pairs' order or rank.
+std::uint64_t hash(const GatheredContacts& contacts);
+
+/// A step that failed on some rank; every rank throws it, with the same text, and is ready for the next step.
+struct StepError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Bodies on all ranks of a communicator, and their detection step by step. Calls are made by one thread a rank, the
+/// one that MPI_Init_thread allows to call MPI (MPI_THREAD_FUNNELED is enough). Those said to be collective are made by
+/// all ranks, in the same order.
+///
+/// Every pair is reported by one rank: that whose region holds the lower corner of what the two bodies' boxes have in
+/// common. Both are there, and every rank that has them sees that corner alike, so that no word is lost on it.
+class Pipeline {
+ public:
+  /// Collective. Throws std::invalid_argument that names the option, its value and what is allowed. Takes a duplicate
+  /// of the communicator.
+  explicit Pipeline(MPI_Comm communicator, Options options = {});
+  /// Collective, before MPI_Finalize.
+  ~Pipeline();
+  Pipeline(Pipeline&&) noexcept;
+  Pipeline& operator=(Pipeline&&) noexcept;
+
+  int rank() const;
+  int ranks() const;
+
+  /// Collective: every rank adds the same shapes in the same order; the next step checks it. The id is the same on all.
+  ShapeId add_shape(Shape shape, std::string name = {});
+
+  /// Changes of bodies, by any rank, wherever the body is; they take hold in the next step, those of one body in the
+  /// order of ranks, then of calls. One rank's fault is thrown at once where it can be seen at once (a bad number), by
+  /// std::invalid_argument; an id that exists already or not at all makes the step throw StepError on all ranks, and
+  /// that change is left out.
+  void add_body(GlobalId id, const BodyOptions& body);
+  void remove_body(GlobalId id);
+  void set_pose(GlobalId id, const Pose& pose);
+  void set_velocity(GlobalId id, const Vec3& velocity, const Vec3& angular_velocity);
+  void set_shape(GlobalId id, ShapeId shape);
+  void set_filter(GlobalId id, std::uint32_t group, std::uint32_t mask);
+  void set_static(GlobalId id, bool is_static);
+
+  /// Collective: changes take hold, bodies go to their owners and copies to where they are needed, then each rank
+  /// detects. Throws StepError on all ranks if one failed. What fails while messages are under way (no memory) ends
+  /// the job, with one line on stderr that names rank, step and cause.
+  Report step();
+  /// Collective: cuts regions anew before the next step, from the last step's measured costs, whatever the control step
+  /// says.
+  void rebalance();
+
+  /// This rank's bodies: its own and copies of others'. Indices are its own, and change with migration.
+  const Scene& scene() const;
+  GlobalId id(std::uint32_t index) const;
+  bool owns(std::uint32_t index) const;
+  /// Of a body that is on this rank, else throws std::invalid_argument.
+  BodyId local(GlobalId id) const;
+  bool has(GlobalId id) const;
+  /// Moves a body that this rank owns, at once, as Scene::move does; the next step tells those who have copies.
+  void move(std::uint32_t index, const Pose& pose, const Vec3& velocity, const Vec3& angular_velocity);
+  Vec3 gravity{0, 0, -9.81};  ///< m/s^2, for a response
+  double dt = 1.0 / 60;       ///< s, the same
+
+  /// The pairs that this rank reports, of the last step, by local indices: those of one pair in the order of global
+  /// ids (id(a) < id(b)), pairs by (a, b). Until the next step.
+  const ContactList& contacts() const;
+  /// Collective: all of them on rank `root`; empty on the others.
+  GatheredContacts gather(int root = 0) const;
+
+  /// Slices and counters of this rank's steps, until null; `timeline` must outlive them.
+  void record_to(Timeline* timeline);
+
+ private:
+  friend class Response;
+  friend class Checkpoint;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tandem::mpi

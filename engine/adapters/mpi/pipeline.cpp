@@ -1,0 +1,450 @@
+#include "tandem/mpi/pipeline.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <sstream>
+#include <utility>
+
+#include "answer_sum.h"
+#include "bodies.h"
+#include "communicator.h"
+#include "costs.h"
+#include "pipeline_impl.h"
+#include "rebalancer.h"
+#include "regions.h"
+
+namespace tandem::mpi {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double ms_since(Clock::time_point begin) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+}
+
+void require(bool allowed, const char* option, double value, const char* range) {
+  if (allowed) return;
+  std::ostringstream message;
+  message.precision(17);
+  message << option << " is " << value << ", allowed: " << range;
+  throw std::invalid_argument(message.str());
+}
+
+Options checked(Options options) {
+  require(options.rank.answer.keep_contacts == 0, "rank.answer.keep_contacts", options.rank.answer.keep_contacts,
+          "0: kept answers would depend on the ranks");
+  require(std::isfinite(options.patience) && options.patience >= 0, "patience", options.patience, "finite, >= 0 s");
+  require(options.rebalance.longest_control_step >= 1 && options.rebalance.longest_control_step <= 1024,
+          "rebalance.longest_control_step", options.rebalance.longest_control_step, "1 to 1024");
+  require(options.rebalance.tolerated >= 1 && options.rebalance.tolerated <= 100, "rebalance.tolerated",
+          options.rebalance.tolerated, "1 to 100");
+  return options;
+}
+
+}  // namespace
+
+Pipeline::Impl::Impl(MPI_Comm of, Options wanted)
+    : options(checked(std::move(wanted))),
+      communicator(of, options.patience),
+      regions(communicator),
+      bodies(communicator, options.rank.answer.margin, options.rank.threads),
+      rebalancer(options.rebalance),
+      detection(detecting()) {}
+
+PipelineOptions Pipeline::Impl::detecting() {
+  PipelineOptions out = options.rank;
+  out.answer.contact_hash = false;  // the sum stands for it
+  out.predicate = [this](std::span<Pair> candidates) {
+    const std::size_t kept = take_own(candidates);
+    return options.rank.predicate ? options.rank.predicate(candidates.first(kept)) : kept;
+  };
+  return out;
+}
+
+/// Keeps the pairs that this rank reports, each in the order of its global ids.
+std::size_t Pipeline::Impl::take_own(std::span<Pair> candidates) {
+  std::size_t kept = 0;
+  const bool alone = communicator.ranks() == 1;
+  for (Pair pair : candidates) {
+    if (!alone && !bodies.reports(regions, pair.a, pair.b)) continue;
+    if (bodies.id(pair.a) > bodies.id(pair.b)) std::swap(pair.a, pair.b);
+    if (counts_costs) costs.count(bodies, pair);
+    candidates[kept++] = pair;
+  }
+  pairs.fetch_add(kept, std::memory_order_relaxed);
+  return kept;
+}
+
+void Pipeline::Impl::note_failure(const std::string& cause) {
+  if (!failure.empty()) return;
+  failure =
+      "rank " + std::to_string(communicator.rank()) + ", step " + std::to_string(communicator.step()) + ": " + cause;
+}
+
+void Pipeline::Impl::apply(const Change& change) {
+  try {
+    bodies.apply(change);
+  } catch (const std::invalid_argument& error) {
+    note_failure(error.what());
+  }
+}
+
+/// Adds first, so that every rank's changes find what any rank added; then the others, by ranks.
+void Pipeline::Impl::apply_changes() {
+  const bool alone = communicator.ranks() == 1;
+  const bool asks = std::any_of(changes.begin(), changes.end(), [&](const Change& change) {
+    return change.kind == Change::Kind::add || !bodies.owns_id(change.id());
+  });
+  std::array<std::uint64_t, 3> all{asks ? 1u : 0u, bodies.shapes_hash(), ~bodies.shapes_hash()};
+  if (!alone) communicator.largest(std::span<std::uint64_t>(all));
+  if (all[1] != ~all[2])
+    note_failure("add_shape: the ranks have different shapes; all must add the same ones in the same order");
+  std::vector<Change> own = std::exchange(changes, {});
+  if (alone || all[0] == 0) {
+    for (const bool adds : {true, false})
+      for (const Change& change : own)
+        if ((change.kind == Change::Kind::add) == adds) apply(change);
+    return;
+  }
+  add_bodies(own);
+  send_changes(own);
+}
+
+/// Of an id that several ranks add the directory knows one owner; the others take theirs back.
+void Pipeline::Impl::add_bodies(std::span<const Change> own) {
+  const auto tell = [&] { bodies.directory().tell([&](GlobalId id) { return bodies.owns_id(id); }); };
+  tell();
+  std::vector<GlobalId> ids;
+  for (const Change& change : own)
+    if (change.kind == Change::Kind::add) ids.push_back(change.id());
+  const std::vector<int> before = bodies.directory().owners(ids);
+  std::vector<GlobalId> added;
+  std::size_t k = 0;
+  for (const Change& change : own) {
+    if (change.kind != Change::Kind::add) continue;
+    if (before[k++] >= 0) {
+      note_failure("body " + std::to_string(change.id()) + ": exists already");
+    } else {
+      const bool twice = bodies.owns_id(change.id());
+      apply(change);
+      if (!twice) added.push_back(change.id());
+    }
+  }
+  tell();
+  const std::vector<int> after = bodies.directory().owners(added);
+  for (std::size_t i = 0; i < added.size(); ++i) {
+    if (after[i] == communicator.rank()) continue;
+    note_failure("body " + std::to_string(added[i]) + ": was added by another rank, too");
+    bodies.forget(added[i]);
+  }
+}
+
+void Pipeline::Impl::send_changes(std::span<const Change> own) {
+  std::vector<GlobalId> ids;
+  for (const Change& change : own)
+    if (change.kind != Change::Kind::add) ids.push_back(change.id());
+  const std::vector<int> owners = bodies.directory().owners(ids);
+  std::vector<Letter> letters, received;
+  std::vector<Change> here;
+  std::size_t k = 0;
+  for (const Change& change : own) {
+    if (change.kind == Change::Kind::add) continue;
+    const int owner = owners[k++];
+    if (owner < 0) {
+      note_failure("body " + std::to_string(change.id()) + ": does not exist");
+    } else if (owner == communicator.rank()) {
+      here.push_back(change);
+    } else {
+      auto to =
+          std::find_if(letters.begin(), letters.end(), [&](const Letter& letter) { return letter.rank == owner; });
+      if (to == letters.end()) to = letters.insert(letters.end(), Letter{owner, {}});
+      to->message.put(change);
+    }
+  }
+  communicator.exchange(letters, received);
+  Letter& mine = received.emplace_back();
+  mine.rank = communicator.rank();
+  for (const Change& change : here) mine.message.put(change);
+  std::sort(received.begin(), received.end(), [](const Letter& x, const Letter& y) { return x.rank < y.rank; });
+  for (Letter& letter : received)
+    while (!letter.message.done()) apply(letter.message.take<Change>());
+}
+
+/// Collective: regions of equal weight.
+void Pipeline::Impl::cut(std::span<const float> weights) {
+  const auto begin = Clock::now();
+  std::vector<Vec3> points;
+  std::vector<float> own;
+  const Scene& scene = bodies.scene();
+  std::size_t k = 0;
+  for (std::uint32_t i = 0; i < scene.indices(); ++i) {
+    if (!scene.alive(i) || !bodies.owns(i)) continue;
+    const float weight = weights.empty() ? 1 : weights[k++];
+    if (!scene.shape_of(i).is_bounded()) continue;  // it is everywhere
+    points.push_back(bodies.centre(i));
+    own.push_back(weight);
+  }
+  std::uint64_t all_points[] = {points.size()};
+  communicator.sum(std::span<std::uint64_t>(all_points));
+  if (all_points[0] == 0) return;
+  learns_cost = regions.is_cut();  // the first cut sends all bodies from wherever they were added
+  if (regions.cut(points, own)) recut = true;
+  cut_ms = ms_since(begin);
+}
+
+void Pipeline::Impl::exchange(Report& report) {
+  if (communicator.ranks() == 1) return;
+  if (!regions.is_cut()) cut({});
+  const Bodies::Sent sent = bodies.exchange(regions, recut);
+  report.rank.moved_away = sent.moved_away;
+  report.rank.bytes_sent = sent.bytes;
+  report.rank.messages_sent = sent.messages;
+}
+
+void Pipeline::Impl::detect(Report& report) {
+  pairs.store(0, std::memory_order_relaxed);
+  counts_costs = communicator.ranks() > 1 && rebalancer.looks();
+  if (counts_costs) costs.begin(bodies);
+  try {
+    report.rank.detection = detection.step(bodies.scene());
+    report.rank.detection.step = communicator.step();
+  } catch (const std::exception& error) {
+    note_failure(error.what());
+  } catch (...) {
+    note_failure("what was thrown is no std::exception");
+  }
+  found = failure.empty();
+  if (!found || !options.rank.answer.contact_hash) return;
+  const ContactList& list = detection.contacts();
+  std::uint64_t sum = 0;
+  for (const PairResult& pair : list.pairs)
+    sum += hash_of_pair(bodies.id(pair.a), bodies.id(pair.b), pair.answer, list.of(pair));
+  report.rank.detection.contact_hash = sum;
+}
+
+/// What all ranks know after it.
+void Pipeline::Impl::put_together(Report& report) {
+  const StepReport& own = report.rank.detection;
+  report.rank.owned = bodies.owned();
+  report.rank.copies = bodies.copies();
+  const double load = own.execution.busy_ms / std::max(1, own.execution.threads);
+  const double exchanged = recut ? cut_ms + report.rank.exchange_ms : 0;
+  std::array<std::uint64_t, 12> sums{report.rank.owned,
+                                     pairs.load(std::memory_order_relaxed),
+                                     own.colliding_pairs,
+                                     own.contacts,
+                                     own.gaps,
+                                     own.contact_hash,
+                                     report.rank.moved_away,
+                                     report.rank.copies,
+                                     report.rank.bytes_sent,
+                                     report.rank.messages_sent,
+                                     failure.empty() ? 0u : 1u,
+                                     static_cast<std::uint64_t>(1e6 * load)};
+  std::array<double, 3> most{own.max_depth, load, exchanged};
+  const auto begin = Clock::now();
+  if (communicator.ranks() > 1) {
+    communicator.sum(std::span<std::uint64_t>(sums));
+    communicator.largest(std::span<double>(most));
+  }
+  report.rank.wait_ms = ms_since(begin);
+  report.bodies = sums[0];
+  report.pairs = sums[1];
+  report.colliding_pairs = sums[2];
+  report.contacts = sums[3];
+  report.gaps = sums[4];
+  report.contact_hash = sums[5];
+  report.moved_away = sums[6];
+  report.copies = sums[7];
+  report.bytes_sent = sums[8];
+  report.messages_sent = sums[9];
+  report.mean_load_ms = 1e-6 * static_cast<double>(sums[11]) / communicator.ranks();
+  report.max_depth = most[0];
+  report.slowest_load_ms = most[1];
+  if (std::exchange(recut, false) && learns_cost) rebalancer.learn_cost(most[2]);
+  cut_ms = 0;
+  if (sums[10] == 0) return;
+  found = false;
+  throw_failure();
+}
+
+void Pipeline::Impl::throw_failure() {
+  const std::string own = std::exchange(failure, {});
+  if (communicator.ranks() == 1) throw StepError(own);
+  for (const std::string& text : communicator.texts(own))
+    if (!text.empty()) throw StepError(text);
+  throw StepError("a step failed");  // not reached: one rank has a text
+}
+
+void Pipeline::Impl::rebalance(Report& report) {
+  if (communicator.ranks() == 1) return;
+  report.rebalance = rebalancer.after_step(report.slowest_load_ms, report.mean_load_ms);
+  if (report.rebalance.action == BalanceAction::change) {
+    cut(counts_costs ? costs.weights(bodies, report.rank.detection.execution) : std::vector<float>{});
+  } else if (report.rebalance.action == BalanceAction::revert) {
+    regions.take_back();
+    recut = true;
+  }
+}
+
+void Pipeline::Impl::recut_now() {
+  if (communicator.ranks() == 1 || !regions.is_cut()) return;
+  const bool known = costs.known(bodies);
+  std::uint64_t all_known[] = {known ? 0u : 1u};
+  communicator.largest(std::span<std::uint64_t>(all_known));
+  cut(all_known[0] == 0 ? costs.weights(bodies, last) : std::vector<float>{});
+}
+
+Report Pipeline::Impl::step() {
+  const auto begin = Clock::now();
+  Report report;
+  report.step = steps++;
+  communicator.at_step(report.step);
+  found = false;
+  try {
+    apply_changes();
+    exchange(report);
+    report.rank.exchange_ms = ms_since(begin);
+    detect(report);
+    put_together(report);
+    rebalance(report);
+  } catch (const StepError&) {
+    throw;
+  } catch (const std::exception& error) {
+    // The others wait for what this rank will not send.
+    if (communicator.ranks() > 1) communicator.abort(error.what());
+    throw;
+  }
+  last = report.rank.detection.execution;
+  report.rank.step_ms = ms_since(begin);
+  return report;
+}
+
+GatheredContacts Pipeline::Impl::gather(int root) {
+  std::vector<Letter> letters, received;
+  Message message;
+  const ContactList& list = contacts();
+  for (const PairResult& pair : list.pairs) {
+    message.put(bodies.id(pair.a));
+    message.put(bodies.id(pair.b));
+    message.put(pair.contact_count);
+    message.put(AnswerRecord::of(pair.answer));
+    for (const Contact& contact : list.of(pair)) message.put(ContactRecord::of(contact));
+  }
+  if (communicator.rank() == root)
+    received.push_back({root, std::move(message)});
+  else if (!message.empty())
+    letters.push_back({root, std::move(message)});
+  std::vector<Letter> others;
+  if (communicator.ranks() > 1) communicator.exchange(letters, others);
+  for (Letter& letter : others) received.push_back(std::move(letter));
+  GatheredContacts all;
+  std::vector<Contact> points;
+  for (Letter& letter : received)
+    while (!letter.message.done()) {
+      GatheredPair& pair = all.pairs.emplace_back();
+      pair.a = letter.message.take<GlobalId>();
+      pair.b = letter.message.take<GlobalId>();
+      pair.contact_count = letter.message.take<std::uint32_t>();
+      pair.first_contact = points.size();
+      pair.answer = letter.message.take<AnswerRecord>().answer();
+      for (std::uint32_t i = 0; i < pair.contact_count; ++i)
+        points.push_back(letter.message.take<ContactRecord>().contact());
+    }
+  std::sort(all.pairs.begin(), all.pairs.end(),
+            [](const GatheredPair& x, const GatheredPair& y) { return std::pair(x.a, x.b) < std::pair(y.a, y.b); });
+  all.contacts.reserve(points.size());
+  for (GatheredPair& pair : all.pairs) {
+    const auto first = points.begin() + static_cast<std::ptrdiff_t>(pair.first_contact);
+    pair.first_contact = all.contacts.size();
+    all.contacts.insert(all.contacts.end(), first, first + pair.contact_count);
+  }
+  return all;
+}
+
+Pipeline::Pipeline(MPI_Comm communicator, Options options)
+    : impl_(std::make_unique<Impl>(communicator, std::move(options))) {}
+Pipeline::~Pipeline() = default;
+Pipeline::Pipeline(Pipeline&&) noexcept = default;
+Pipeline& Pipeline::operator=(Pipeline&&) noexcept = default;
+
+int Pipeline::rank() const { return impl_->communicator.rank(); }
+int Pipeline::ranks() const { return impl_->communicator.ranks(); }
+ShapeId Pipeline::add_shape(Shape shape, std::string name) {
+  return impl_->bodies.add_shape(std::move(shape), std::move(name));
+}
+
+void Pipeline::add_body(GlobalId id, const BodyOptions& body) {
+  impl_->changes.push_back({Change::Kind::add, 0, impl_->bodies.checked(id, body)});
+}
+void Pipeline::remove_body(GlobalId id) {
+  Change change{Change::Kind::remove, 0, {}};
+  change.body.motion.id = id;
+  impl_->changes.push_back(change);
+}
+void Pipeline::set_pose(GlobalId id, const Pose& pose) {
+  require_valid(pose, "body " + std::to_string(id));
+  Change change{Change::Kind::pose, 0, {}};
+  change.body.motion = MotionRecord::of(id, orthonormalized(pose), Vec3::Zero(), Vec3::Zero());
+  impl_->changes.push_back(change);
+}
+void Pipeline::set_velocity(GlobalId id, const Vec3& velocity, const Vec3& angular_velocity) {
+  if (!velocity.allFinite() || !angular_velocity.allFinite())
+    throw std::invalid_argument("body " + std::to_string(id) + ": a velocity is not finite, allowed: finite numbers");
+  Change change{Change::Kind::velocity, 0, {}};
+  change.body.motion = MotionRecord::of(id, {}, velocity, angular_velocity);
+  impl_->changes.push_back(change);
+}
+void Pipeline::set_shape(GlobalId id, ShapeId shape) {
+  const std::size_t shapes = impl_->bodies.scene().shapes().size();
+  if (shape.index_plus_one == 0 || shape.index_plus_one > shapes || shape.generation != 1)
+    throw std::invalid_argument("body " + std::to_string(id) + ": shape is number " +
+                                std::to_string(shape.index_plus_one) + ", allowed: 1 to " + std::to_string(shapes) +
+                                ", the shapes added");
+  Change change{Change::Kind::shape, 0, {}};
+  change.body.motion.id = id;
+  change.body.shape = shape.index_plus_one - 1;
+  impl_->changes.push_back(change);
+}
+void Pipeline::set_filter(GlobalId id, std::uint32_t group, std::uint32_t mask) {
+  Change change{Change::Kind::filter, 0, {}};
+  change.body.motion.id = id;
+  change.body.group = group;
+  change.body.mask = mask;
+  impl_->changes.push_back(change);
+}
+void Pipeline::set_static(GlobalId id, bool is_static) {
+  Change change{Change::Kind::is_static, 0, {}};
+  change.body.motion.id = id;
+  change.body.is_static = is_static ? 1 : 0;
+  impl_->changes.push_back(change);
+}
+
+void Pipeline::rebalance() { impl_->recut_now(); }
+Report Pipeline::step() { return impl_->step(); }
+
+const Scene& Pipeline::scene() const { return impl_->bodies.scene(); }
+GlobalId Pipeline::id(std::uint32_t index) const { return impl_->bodies.id(index); }
+bool Pipeline::owns(std::uint32_t index) const { return scene().alive(index) && impl_->bodies.owns(index); }
+bool Pipeline::has(GlobalId id) const { return impl_->bodies.has(id); }
+BodyId Pipeline::local(GlobalId id) const {
+  const auto index = impl_->bodies.place(id);
+  if (!index) throw std::invalid_argument("body " + std::to_string(id) + ": is not on this rank");
+  return scene().id(*index);
+}
+void Pipeline::move(std::uint32_t index, const Pose& pose, const Vec3& velocity, const Vec3& angular_velocity) {
+  impl_->bodies.scene().move(index, pose, velocity, angular_velocity);
+}
+
+const ContactList& Pipeline::Impl::contacts() const {
+  static const ContactList none;
+  return found ? detection.contacts() : none;
+}
+const ContactList& Pipeline::contacts() const { return impl_->contacts(); }
+GatheredContacts Pipeline::gather(int root) const { return impl_->gather(root); }
+void Pipeline::record_to(Timeline* timeline) { impl_->detection.record_to(timeline); }
+
+}  // namespace tandem::mpi

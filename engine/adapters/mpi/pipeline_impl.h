@@ -1,0 +1,59 @@
+#pragma once
+#include <atomic>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bodies.h"
+#include "communicator.h"
+#include "costs.h"
+#include "rebalancer.h"
+#include "regions.h"
+#include "tandem/engine/pipeline.h"
+#include "tandem/mpi/pipeline.h"
+
+namespace tandem::mpi {
+
+/// What a Pipeline of one rank consists of.
+struct Pipeline::Impl {
+  Impl(MPI_Comm of, Options wanted);
+
+  Report step();
+  GatheredContacts gather(int root);
+  const ContactList& contacts() const;
+
+  PipelineOptions detecting();
+  std::size_t take_own(std::span<Pair> candidates);
+  void note_failure(const std::string& cause);
+  [[noreturn]] void throw_failure();
+  void apply(const Change& change);
+  void apply_changes();
+  void add_bodies(std::span<const Change> own);
+  void send_changes(std::span<const Change> own);
+  void cut(std::span<const float> weights);
+  void exchange(Report& report);
+  void detect(Report& report);
+  void put_together(Report& report);
+  void rebalance(Report& report);
+  void recut_now();
+
+  Options options;
+  Communicator communicator;
+  Regions regions;
+  Bodies bodies;
+  Rebalancer rebalancer;
+  Costs costs;
+  ExecutionReport last;
+  bool counts_costs = false;  // in the step at hand
+  std::atomic<std::uint64_t> pairs{0};
+  std::vector<Change> changes;
+  std::string failure;  // of the step at hand, on this rank
+  bool found = false;   // contacts() are those of the last step
+  bool recut = false;   // regions are not those of the last exchange
+  bool learns_cost = false;
+  double cut_ms = 0;
+  std::uint64_t steps = 0;
+  tandem::Pipeline detection;
+};
+
+}  // namespace tandem::mpi

@@ -1,0 +1,72 @@
+#pragma once
+#include <array>
+#include <span>
+#include <vector>
+
+#include "communicator.h"
+#include "tandem/narrowphase/pose.h"
+
+struct Zoltan_Struct;
+
+namespace tandem::mpi {
+
+/// A body's box, outward to floats, as the broad phase has it: pairs that it finds have boxes here that overlap, too.
+struct FloatBox {
+  std::array<float, 3> lo{}, hi{};
+};
+
+/// What lies in (lo, hi] on every axis.
+struct Region {
+  std::array<double, 3> lo{}, hi{};
+
+  bool holds(const std::array<double, 3>& point) const {
+    for (std::size_t i = 0; i < 3; ++i)
+      if (!(lo[i] < point[i] && point[i] <= hi[i])) return false;
+    return true;
+  }
+  bool holds(const FloatBox& box) const {
+    for (std::size_t i = 0; i < 3; ++i)
+      if (!(lo[i] < double{box.lo[i]} && double{box.hi[i]} <= hi[i])) return false;
+    return true;
+  }
+};
+
+/// Space cut into a region a rank by Zoltan's recursive coordinate bisection (Berger and Bokhari 1987): every rank
+/// knows all cuts, so that it can tell without a word whose a place is.
+class Regions {
+ public:
+  /// Collective. All of space is rank 0's until the first cut.
+  explicit Regions(const Communicator& communicator);
+  ~Regions();
+  Regions(const Regions&) = delete;
+  Regions& operator=(const Regions&) = delete;
+
+  /// Collective: cuts anew so that the weights (>= 0) of all ranks' points are shared evenly; there
+  /// must be some. False, and nothing is changed, if Zoltan fails.
+  bool cut(std::span<const Vec3> points, std::span<const float> weights);
+  /// Back to the cuts before the last.
+  void take_back();
+  bool is_cut() const { return cut_ != nullptr; }
+
+  /// The rank whose region holds a point. From any thread.
+  int owner(const std::array<double, 3>& point) const;
+  /// Whether that is this rank. From any thread.
+  bool holds(const std::array<double, 3>& point) const {
+    return is_box_ ? own_.holds(point) : owner(point) == communicator_.rank();
+  }
+  /// False if any of the box is others' (it may be false although none is). From any thread.
+  bool holds(const FloatBox& box) const { return is_box_ && own_.holds(box); }
+  /// The ranks whose regions a box reaches into, by rank. Good until the next call.
+  std::span<const int> reached(const FloatBox& box) const;
+
+ private:
+  void look();
+
+  const Communicator& communicator_;
+  Zoltan_Struct *cut_ = nullptr, *before_ = nullptr;
+  Region own_;
+  bool is_box_ = true;  // own_ is this rank's region
+  mutable std::vector<int> ranks_;
+};
+
+}  // namespace tandem::mpi

@@ -1,0 +1,360 @@
+#include "tandem/mpi/pipeline.h"
+
+#include <array>
+#include <optional>
+
+#include "world.h"
+
+using namespace tandem;
+using mpi::GlobalId;
+
+namespace {
+
+/// A built-in scene as one machine runs it: rank 0 computes, all are told.
+class Reference {
+ public:
+  explicit Reference(std::string_view name) : scene(make_builtin_scene(name, 40)), margin(recommended_margin(scene)) {
+    if (world::rank() == 0) {
+      alone_.emplace(PipelineOptions{
+          .executor = ExecutorKind::sequential, .threads = 1, .answer = {.margin = margin, .contact_hash = true}});
+      for (int step = 0; step < 25; ++step) {  // until they have fallen on each other
+        alone_->step(scene);
+        response_.step(scene, alone_->contacts());
+      }
+    }
+    tell_places();
+  }
+  void detect() {
+    std::array<std::uint64_t, 5> told{};
+    if (world::rank() == 0) {
+      report = alone_->step(scene);
+      answers = world::gathered(alone_->contacts(), world::all_indices(scene));
+      told = {mpi::hash(answers), report.execution.candidate_pairs, report.colliding_pairs, report.contacts,
+              report.gaps};
+    }
+    MPI_Bcast(told.data(), 5, MPI_UINT64_T, 0, MPI_COMM_WORLD);
+    MPI_Bcast(&report.max_depth, 1, MPI_DOUBLE, 0, MPI_COMM_WORLD);
+    hash = told[0];
+    report.bodies = scene.bodies();
+    report.execution.candidate_pairs = told[1];
+    report.colliding_pairs = told[2];
+    report.contacts = told[3];
+    report.gaps = told[4];
+  }
+  void respond() {
+    if (world::rank() == 0) response_.step(scene, alone_->contacts());
+    tell_places();
+  }
+
+  Scene scene;
+  double margin;
+  StepReport report;
+  std::uint64_t hash = 0;
+  mpi::GatheredContacts answers;  // on rank 0
+
+ private:
+  void tell_places() {
+    for (std::uint32_t i = 0; i < scene.indices(); ++i) {
+      std::array<double, 18> numbers{};
+      if (world::rank() == 0) {
+        Eigen::Map<Mat3>(numbers.data()) = scene.poses()[i].rotation;
+        Eigen::Map<Vec3>(numbers.data() + 9) = scene.poses()[i].translation;
+        Eigen::Map<Vec3>(numbers.data() + 12) = scene.velocities()[i];
+        Eigen::Map<Vec3>(numbers.data() + 15) = scene.angular_velocities()[i];
+      }
+      all_.insert(all_.end(), numbers.begin(), numbers.end());
+    }
+    MPI_Bcast(all_.data(), static_cast<int>(all_.size()), MPI_DOUBLE, 0, MPI_COMM_WORLD);
+    for (std::uint32_t i = 0; i < scene.indices(); ++i) {
+      const double* const numbers = &all_[18 * i];
+      scene.move(i, {Eigen::Map<const Mat3>(numbers), Eigen::Map<const Vec3>(numbers + 9)},
+                 Eigen::Map<const Vec3>(numbers + 12), Eigen::Map<const Vec3>(numbers + 15));
+    }
+    all_.clear();
+  }
+
+  std::optional<tandem::Pipeline> alone_;
+  Response response_;
+  std::vector<double> all_;
+};
+
+}  // namespace
+
+TEST_CASE("every built-in scene: any number of ranks and threads finds what one finds, whoever moves the bodies") {
+  for (const BuiltinScene& builtin : builtin_scenes()) {
+    CAPTURE(builtin.name);
+    Reference one(builtin.name);
+    Scene& scene = one.scene;
+    // Of poses from a response: add_body makes them orthonormal, as set_pose does.
+    for (std::uint32_t i = 0; i < scene.indices(); ++i) scene.set_pose(scene.id(i), scene.poses()[i]);
+    std::vector<std::unique_ptr<mpi::Pipeline>> pipelines;
+    for (const int threads : {1, 2}) {
+      pipelines.push_back(std::make_unique<mpi::Pipeline>(MPI_COMM_WORLD, world::options(threads, one.margin)));
+      world::add_all(*pipelines.back(), scene);
+    }
+    std::uint64_t contacts = 0, moved_away = 0, copies = 0;
+    for (int step = 0; step < 12; ++step) {
+      one.detect();
+      for (const auto& pipeline : pipelines) {
+        CAPTURE(step, pipeline->ranks());
+        if (step % 4 == 2) pipeline->rebalance();
+        const mpi::Report report = pipeline->step();
+        CHECK(report.contact_hash == one.hash);
+        CHECK(report.bodies == one.report.bodies);
+        CHECK(report.pairs == one.report.execution.candidate_pairs);
+        CHECK(report.colliding_pairs == one.report.colliding_pairs);
+        CHECK(report.contacts == one.report.contacts);
+        CHECK(report.gaps == one.report.gaps);
+        CHECK(report.max_depth == one.report.max_depth);
+        if (step % 5 == 0) {
+          const auto all = pipeline->gather(0);
+          CHECK((world::rank() != 0 || world::same_bits(all, one.answers)));
+        }
+        contacts += report.contacts;
+        moved_away += report.moved_away;
+        copies += report.copies;
+      }
+      one.respond();
+      // By the owner at once in even steps, by any rank in odd ones.
+      for (const auto& pipeline : pipelines)
+        for (std::uint32_t i = 0; i < scene.indices(); ++i) {
+          if (scene.is_static()[i] != 0) continue;
+          if (step % 2 == 0 && pipeline->has(i)) {
+            const std::uint32_t local = pipeline->local(i).index();
+            if (pipeline->owns(local))
+              pipeline->move(local, scene.poses()[i], scene.velocities()[i], scene.angular_velocities()[i]);
+          } else if (step % 2 == 1 &&
+                     static_cast<int>(i + static_cast<std::uint32_t>(step)) % world::ranks() == world::rank()) {
+            pipeline->set_pose(i, scene.poses()[i]);
+          }
+        }
+      // What a response gives is not orthonormal to the last bit, what set_pose takes becomes so.
+      if (step % 2 == 1)
+        for (std::uint32_t i = 0; i < scene.indices(); ++i)
+          if (scene.is_static()[i] == 0) scene.set_pose(scene.id(i), scene.poses()[i]);
+    }
+    // A test on nothing would pass too.
+    if (builtin.name != "falling-apart") CHECK(contacts > 100);
+    if (world::ranks() > 1) {
+      CHECK(moved_away > 5);
+      CHECK(copies > 20);
+    }
+  }
+}
+
+namespace {
+
+/// A scene that lives: all ranks draw the same random numbers, one of them does each thing.
+class Life {
+ public:
+  Life(unsigned seed, mpi::Pipeline& pipeline) : random_(seed), pipeline_(pipeline) {
+    shapes_ = {
+        Shape(HalfSpace{Vec3::UnitZ(), 0}), Shape(Sphere{0.5}),  Shape(Box{Vec3(1, 0.6, 0.4)}), Shape(Capsule{0.3, 1}),
+        Shape(Box{Vec3(12, 1, 0.5)}),       Shape(Sphere{0.05}), Shape(Cylinder{0.4, 1.2})};
+    for (const Shape& shape : shapes_) scene_ids_.push_back(pipeline.add_shape(shape));
+    bodies_[7] = ground();
+    doing([&] { pipeline_.add_body(7, bodies_[7]); });
+  }
+
+  /// Some things happen.
+  void go() {
+    for (int i = 0; i < 12; ++i) happen();
+    changed_.clear();
+  }
+
+  /// What one machine finds: bodies in the order of their ids.
+  mpi::GatheredContacts expected(double margin) const {
+    Scene scene;
+    std::vector<ShapeId> own;
+    for (const Shape& shape : shapes_) own.push_back(scene.add_shape(shape));
+    std::vector<GlobalId> ids;
+    for (const auto& [id, body] : bodies_) {
+      BodyOptions copy = body;
+      copy.shape = own[body.shape.index_plus_one - 1];
+      scene.add_body(copy);
+      ids.push_back(id);
+    }
+    tandem::Pipeline alone({.executor = ExecutorKind::sequential, .threads = 1, .answer = {.margin = margin}});
+    alone.step(scene);
+    return world::gathered(alone.contacts(), ids);
+  }
+  std::size_t bodies() const { return bodies_.size(); }
+
+ private:
+  double number(double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random_); }
+  std::size_t below(std::size_t n) { return std::uniform_int_distribution<std::size_t>(0, n - 1)(random_); }
+  Pose pose() {
+    const Quat q(number(-1, 1), number(-1, 1), number(-1, 1), number(-1, 1));
+    return Pose::from(q, {number(-6, 6), number(-3, 3), number(0, 2)});
+  }
+  BodyOptions ground() const { return {.shape = scene_ids_[0], .is_static = true}; }
+  template <class Thing>
+  void doing(const Thing& thing) {
+    if (static_cast<int>(below(static_cast<std::size_t>(world::ranks()))) == world::rank()) thing();
+  }
+  /// One that nothing has happened to in this step: ranks' changes of one body would come in the order of ranks.
+  GlobalId any() {
+    for (int tries = 0; tries < 100; ++tries) {
+      const auto at = std::next(bodies_.begin(), static_cast<std::ptrdiff_t>(below(bodies_.size())));
+      if (at->first != 7 && !changed_[at->first]) {
+        changed_[at->first] = true;
+        return at->first;
+      }
+    }
+    return 7;
+  }
+  void happen() {
+    const std::size_t what = below(10);
+    if (what < 4 || bodies_.size() < 20) {
+      BodyOptions body;
+      body.shape = scene_ids_[1 + below(scene_ids_.size() - 1)];
+      body.pose = pose();
+      body.is_static = below(6) == 0;
+      const GlobalId id = std::uniform_int_distribution<GlobalId>()(random_);
+      changed_[id] = true;
+      bodies_[id] = body;
+      return doing([&] { pipeline_.add_body(id, body); });
+    }
+    const GlobalId id = any();
+    if (id == 7) return;
+    BodyOptions& body = bodies_[id];
+    if (what < 6) {
+      bodies_.erase(id);
+      doing([&] { pipeline_.remove_body(id); });
+    } else if (what < 8) {
+      body.pose = pose();
+      doing([&] { pipeline_.set_pose(id, body.pose); });
+    } else if (what < 9) {
+      body.shape = scene_ids_[1 + below(scene_ids_.size() - 1)];
+      doing([&] { pipeline_.set_shape(id, body.shape); });
+    } else {
+      body.group = 1u << below(2);
+      body.mask = below(2) == 0 ? ~0u : 2u;
+      body.is_static = below(3) == 0;
+      doing([&] {
+        pipeline_.set_filter(id, body.group, body.mask);
+        pipeline_.set_static(id, body.is_static);
+      });
+    }
+  }
+
+  std::mt19937_64 random_;
+  mpi::Pipeline& pipeline_;
+  std::vector<Shape> shapes_;
+  std::vector<ShapeId> scene_ids_;
+  std::map<GlobalId, BodyOptions> bodies_;
+  std::map<GlobalId, bool> changed_;
+};
+
+}  // namespace
+
+TEST_CASE("lives of scenes: bodies come, go, move and change on any rank") {
+  const double margin = 0.05;
+  for (const int threads : {1, 2}) {
+    mpi::Pipeline pipeline(MPI_COMM_WORLD, world::options(threads, margin));
+    Life life(41 + static_cast<unsigned>(threads), pipeline);
+    std::uint64_t contacts = 0;
+    for (int step = 0; step < 20; ++step) {
+      CAPTURE(threads, step);
+      life.go();
+      if (step % 9 == 5) pipeline.rebalance();
+      const mpi::Report report = pipeline.step();
+      const auto expected = life.expected(margin);
+      CHECK(report.bodies == life.bodies());
+      CHECK(report.contact_hash == mpi::hash(expected));
+      const auto all = pipeline.gather(world::ranks() - 1);
+      if (world::rank() == world::ranks() - 1) CHECK(world::same_bits(all, expected));
+      contacts += report.contacts;
+    }
+    CHECK(contacts > 300);
+  }
+}
+
+namespace {
+
+/// The text of the error that a step throws on every rank, the same one; empty: none.
+std::string failure(mpi::Pipeline& pipeline) {
+  std::string text;
+  try {
+    pipeline.step();
+  } catch (const mpi::StepError& error) {
+    text = error.what();
+  }
+  std::uint64_t hash[2] = {std::hash<std::string>()(text), 0};
+  hash[1] = ~hash[0];
+  MPI_Allreduce(MPI_IN_PLACE, hash, 2, MPI_UINT64_T, MPI_MAX, MPI_COMM_WORLD);
+  CHECK(hash[0] == ~hash[1]);
+  return text;
+}
+
+}  // namespace
+
+TEST_CASE("a step that fails on one rank fails on all, with one text, and the next one is right") {
+  const int last = world::ranks() - 1;
+  bool throws = false;
+  mpi::Options options = world::options(2, 0);
+  options.rank.predicate = [&](std::span<Pair> pairs) -> std::size_t {
+    if (throws && world::rank() == 0) throw std::runtime_error("no more pairs");
+    return pairs.size();
+  };
+  mpi::Pipeline pipeline(MPI_COMM_WORLD, options);
+  const ShapeId sphere = pipeline.add_shape(Shape(Sphere{0.6}));
+  if (world::rank() == 0)
+    for (GlobalId i = 0; i < 20; ++i)
+      pipeline.add_body(i, {.shape = sphere, .pose = Pose::at(static_cast<double>(i), 0, 0)});
+  REQUIRE(pipeline.step().colliding_pairs == 19);
+
+  throws = true;
+  const std::string thrown = failure(pipeline);
+  CHECK(thrown.find("step 1: no more pairs") != std::string::npos);
+  CHECK(pipeline.contacts().pairs.empty());
+  throws = false;
+  CHECK(pipeline.step().colliding_pairs == 19);
+
+  if (world::rank() == last) pipeline.set_pose(99, {});
+  CHECK(failure(pipeline) == "rank " + std::to_string(last) + ", step 3: body 99: does not exist");
+  if (world::rank() == last) pipeline.add_body(3, {.shape = sphere});
+  CHECK(failure(pipeline).find("body 3: exists already") != std::string::npos);
+  pipeline.add_body(50, {.shape = sphere, .pose = Pose::at(0, 50, 0)});  // by all
+  if (world::ranks() == 1)
+    CHECK(failure(pipeline).empty());
+  else
+    CHECK(failure(pipeline).find("body 50: was added by another rank, too") != std::string::npos);
+  const mpi::Report report = pipeline.step();
+  CHECK(report.bodies == 21);
+  CHECK(report.colliding_pairs == 19);
+  if (world::rank() == 0) {
+    pipeline.remove_body(50);
+    pipeline.set_pose(50, {});
+  }
+  CHECK(failure(pipeline).find("body 50: does not exist") != std::string::npos);
+  CHECK(pipeline.step().bodies == 20);
+  if (world::ranks() > 1) {
+    pipeline.add_shape(Shape(Sphere{world::rank() == last ? 1.0 : 2.0}));
+    CHECK(failure(pipeline).find("the ranks have different shapes") != std::string::npos);
+  }
+}
+
+TEST_CASE("what cannot be is refused where it is said") {
+  mpi::Pipeline pipeline(MPI_COMM_WORLD, world::options(1, 0));
+  const ShapeId half = pipeline.add_shape(Shape(HalfSpace{Vec3::UnitZ(), 0}));
+  const auto text = [](const auto& what) -> std::string {
+    try {
+      what();
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return {};
+  };
+  CHECK(text([&] { pipeline.add_body(77, {.shape = half}); }) ==
+        "body 77: is_static is false, allowed: true, as its shape is a half-space");
+  CHECK(text([&] { pipeline.set_pose(78, Pose::at(0, 0, std::nan(""))); }).starts_with("body 78"));
+  CHECK(text([&] { pipeline.set_shape(78, {}); }).starts_with("body 78: shape is number 0, allowed: 1 to 1"));
+  CHECK(text([&] { (void)pipeline.local(78); }) == "body 78: is not on this rank");
+  CHECK(text([&] {
+          mpi::Options options;
+          options.rank.answer.keep_contacts = 0.01;
+          const mpi::Pipeline refused(MPI_COMM_WORLD, options);
+        }).starts_with("rank.answer.keep_contacts is 0.01"));
+  CHECK(pipeline.step().bodies == 0);
+}
