@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -14,6 +15,7 @@
 #include "scene/scene_changes.h"
 #include "tandem/flowgraph/executor.h"
 #include "tandem/narrowphase/several_pairs.h"
+#include "tandem/narrowphase/work_limit.h"
 
 namespace tandem {
 namespace {
@@ -60,8 +62,10 @@ class SceneWork final : public StepWork {
   }
 
   /// `contacts` is the last step's answer.
-  void look_at(const Scene& scene, ContactList& contacts) {
+  void look_at(const Scene& scene, ContactList& contacts, std::chrono::steady_clock::time_point deadline) {
     scene_ = &scene;
+    limit_.deadline = deadline;
+    incomplete_.store(false, std::memory_order_relaxed);
     filter_ = {scene.groups(), scene.masks(), scene.is_static()};
     // What the last whole step has seen of the same scene is still so where the scene tells of no change.
     const SceneChanges::HistoryName history(scene);
@@ -88,6 +92,7 @@ class SceneWork final : public StepWork {
   }
   /// Not to be called after a step that ended early.
   void finish(ContactList& contacts, StepReport& report) {
+    if (incomplete_.load(std::memory_order_relaxed)) return finish_incomplete(contacts, report);
     looked_ = true;
     if (kept_) return put_together(contacts, report);
     report.colliding_pairs = found_.colliding_pairs.load(std::memory_order_relaxed);
@@ -99,6 +104,7 @@ class SceneWork final : public StepWork {
   const BroadPhase& broad_phase() const { return *broad_phase_; }
 
   void work_with(Crew* crew) override { crew_ = crew; }
+  void ended_by(std::function<bool()> ended) override { limit_.ended = std::move(ended); }
   std::size_t begin() override {
     stages_ = 1 + broad_phase_->begin(boxes_);
     return stages_;
@@ -114,6 +120,7 @@ class SceneWork final : public StepWork {
       broad_phase_->run(stage - 1, block);
   }
   void emit(std::size_t block, PairSink& sink) override {
+    if (is_late()) return incomplete_.store(true, std::memory_order_relaxed);
     if (!has_restless()) return broad_phase_->emit(block, sink);
     if (block != 0) return broad_phase_->emit(block - 1, sink);
     for (const Pair pair : kept_->restless())
@@ -155,6 +162,7 @@ class SceneWork final : public StepWork {
   static constexpr std::size_t screened = 32;
 
   void answer(Batch& batch) const {
+    if (is_late()) return leave_unfinished(batch);
     if (together_) return narrow_together(batch);
     std::optional<KeptContacts::Batch> kept;
     if (kept_) kept.emplace(*kept_, batch.results, batch.contacts);
@@ -199,6 +207,32 @@ class SceneWork final : public StepWork {
     if (!kept) found_.add(colliding_pairs, std::span(batch.contacts).subspan(first_contact));
   }
 
+  bool is_late() const {
+    using Clock = std::chrono::steady_clock;
+    return limit_.deadline != Clock::time_point::max() && Clock::now() >= limit_.deadline;
+  }
+
+  /// Past the deadline pairs are told as they are: not finished.
+  void leave_unfinished(Batch& batch) const {
+    PairAnswer unfinished;
+    unfinished.status = Status::stopped;
+    unfinished.error_bound = std::numeric_limits<double>::infinity();
+    const auto contacts = static_cast<std::uint32_t>(batch.contacts.size());
+    for (const Pair pair : std::span(batch.pairs).first(batch.count))
+      batch.results.push_back(PairResult{pair.a, pair.b, contacts, 0, unfinished});
+    if (batch.count != 0) incomplete_.store(true, std::memory_order_relaxed);
+  }
+
+  /// Of a step whose deadline passed. What the next one could learn from it may be missing.
+  static void finish_incomplete(const ContactList& contacts, StepReport& report) {
+    report.execution.issues |= bit(StepIssue::incomplete);
+    for (const PairResult& pair : contacts.pairs) report.colliding_pairs += pair.answer.collide ? 1 : 0;
+    for (const Contact& contact : contacts.contacts) {
+      ++(contact.depth < 0 ? report.gaps : report.contacts);
+      report.max_depth = std::max(report.max_depth, contact.depth);
+    }
+  }
+
   /// Marks those of the first pairs that need no answer.
   void screen(std::span<const Pair> pairs, std::array<std::uint8_t, screened>& apart) const {
     const std::size_t count = std::min(pairs.size(), screened);
@@ -208,29 +242,32 @@ class SceneWork final : public StepWork {
   }
 
   /// Counts the last result and the contacts that came after it; is it worth telling?
-  static bool complete_last(Batch& batch, std::uint64_t& colliding_pairs) {
+  bool complete_last(Batch& batch, std::uint64_t& colliding_pairs) const {
     PairResult& result = batch.results.back();
     result.contact_count = static_cast<std::uint32_t>(batch.contacts.size()) - result.first_contact;
     batch.inexact |= result.answer.status == Status::inexact;
     colliding_pairs += result.answer.collide ? 1 : 0;
-    return result.answer.collide || result.contact_count != 0;
+    const bool stopped = result.answer.status == Status::stopped;
+    if (stopped) incomplete_.store(true, std::memory_order_relaxed);
+    return result.answer.collide || result.contact_count != 0 || stopped;
   }
 
   /// Appends answers that are worth telling to a batch's.
   class Told final : public AnswerSink {
    public:
-    Told(Batch& batch, const Pair* pairs) : batch_(batch), pairs_(pairs) {}
+    Told(const SceneWork& work, Batch& batch, const Pair* pairs) : work_(work), batch_(batch), pairs_(pairs) {}
     PairAnswer& begin(std::size_t pair) override {
       const auto [a, b] = pairs_[pair];
       return batch_.results.emplace_back(PairResult{a, b, static_cast<std::uint32_t>(batch_.contacts.size()), 0, {}})
           .answer;
     }
     void end() override {
-      if (!complete_last(batch_, colliding_pairs_)) batch_.results.pop_back();
+      if (!work_.complete_last(batch_, colliding_pairs_)) batch_.results.pop_back();
     }
     std::uint64_t colliding_pairs() const { return colliding_pairs_; }
 
    private:
+    const SceneWork& work_;
     Batch& batch_;
     const Pair* pairs_;
     std::uint64_t colliding_pairs_ = 0;
@@ -245,7 +282,7 @@ class SceneWork final : public StepWork {
     for (auto left = std::span<const Pair>(batch.pairs).first(batch.count); !left.empty();) {
       const auto pairs = left.first(std::min(left.size(), most));
       place(pairs, placed);
-      Told told(batch, pairs.data());
+      Told told(*this, batch, pairs.data());
       several_pairs_.solve(std::span(placed).first(pairs.size()), batch.contacts, told);
       colliding_pairs += told.colliding_pairs();
       left = left.subspan(pairs.size());
@@ -266,7 +303,8 @@ class SceneWork final : public StepWork {
             .solver = {},
             .parts = [this](std::size_t parts, const auto& part) { share(parts, part); },
             .mesh_gaps = mesh_gaps && options_.answer.keep_contacts != 0,
-            .mesh_bounds = false};
+            .mesh_bounds = false,
+            .limit = &limit_};
   }
 
   void share(std::size_t parts, const std::function<void(std::size_t)>& part) const {
@@ -411,6 +449,7 @@ class SceneWork final : public StepWork {
   };
 
   PipelineOptions options_;
+  WorkLimit limit_;  // of the step at hand
   NarrowPhase narrow_phase_;
   NarrowPhase without_gaps_;  // between meshes
   SeveralPairs several_pairs_;
@@ -436,6 +475,7 @@ class SceneWork final : public StepWork {
   bool screens_ = false;     // pairs that are far enough apart are left out several at a time
   bool together_ = false;    // contacts are computed for several pairs at a time
   mutable Found found_;      // of the step at hand
+  mutable std::atomic<bool> incomplete_{false};
   mutable PairCosts costs_;  // where there are meshes
 };
 
@@ -464,12 +504,12 @@ Pipeline::~Pipeline() = default;
 Pipeline::Pipeline(Pipeline&&) noexcept = default;
 Pipeline& Pipeline::operator=(Pipeline&&) noexcept = default;
 
-StepReport Pipeline::step(const Scene& scene, std::stop_token stop) {
+StepReport Pipeline::step(const Scene& scene, std::stop_token stop, std::chrono::steady_clock::time_point deadline) {
   Impl& impl = *impl_;
   StepReport report;
   report.step = impl.step++;
   report.bodies = scene.bodies();
-  impl.work.look_at(scene, impl.contacts);
+  impl.work.look_at(scene, impl.contacts, deadline);
   impl.executor->run(impl.work, impl.contacts, report.execution, std::move(stop), impl.timeline);
   if ((report.execution.issues & bit(StepIssue::ended_early)) == 0) impl.work.finish(impl.contacts, report);
   report.broad_phase = impl.work.broad_phase().kind();

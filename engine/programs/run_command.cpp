@@ -143,7 +143,8 @@ constexpr IssueName issue_names[] = {
      "some depths are not exact (PairAnswer::error_bound); --tolerance says what is accepted"},
     {StepIssue::pool_grew, "pool_grew", ""},
     {StepIssue::ran_on_caller, "ran_on_caller", ""},
-    {StepIssue::ended_early, "ended_early", "a stop was requested"}};
+    {StepIssue::ended_early, "ended_early", "a stop was requested"},
+    {StepIssue::incomplete, "incomplete", "the deadline passed before all pairs were finished"}};
 
 struct StepTimes {
   double detect_ms, response_ms;

@@ -19,6 +19,16 @@ namespace {
   throw std::invalid_argument("configurations: " + what + " is " + std::to_string(found) + ", allowed: " + allowed);
 }
 
+/// What the body finds; `unknown` where the limit was reached within a pair.
+template <class Result, class Body>
+Result or_unknown(const Result& unknown, const Body& body) {
+  try {
+    return body();
+  } catch (const WorkStopped&) {
+    return unknown;
+  }
+}
+
 double box_distance(const Aabb& a, const Aabb& b) {
   double sum = 0;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -30,10 +40,15 @@ double box_distance(const Aabb& a, const Aabb& b) {
 
 }  // namespace
 
-ConfigurationCheck::ConfigurationCheck(const QueryWorld& world, const NarrowPhase& narrow,
-                                       std::span<const Shape> links, std::span<const Pose> poses,
-                                       const PairTable& self, const BatchOptions& options)
-    : world_(world), narrow_(narrow), links_(links), poses_(poses), options_(options) {
+ConfigurationCheck::ConfigurationCheck(const QueryWorld& world, const NarrowPhaseOptions& narrow,
+                                       std::span<const Shape> links, std::span<const Pose> poses, const PairTable& self,
+                                       const BatchOptions& options)
+    : world_(world),
+      limit_(limit_of(options, narrow.limit)),
+      narrow_(limited(narrow, limit_)),
+      links_(links),
+      poses_(poses),
+      options_(options) {
   const std::size_t n = links.size(), a_motion = options.configurations_a_motion;
   if (n == 0) refuse("the number of links", 0, ">= 1");
   if (poses.size() % n != 0) refuse("the number of poses", poses.size(), "a multiple of " + std::to_string(n) + " links");
@@ -56,10 +71,15 @@ ConfigurationCheck::ConfigurationCheck(const QueryWorld& world, const NarrowPhas
     for (const Shape& link : links) grown_.push_back(options.margin > 0 ? link.rounded(link.rounding() + options.margin) : link);
 }
 
-bool ConfigurationCheck::out_of_time() const {
-  if (options_.stop.stop_requested()) return true;
-  return options_.deadline != std::chrono::steady_clock::time_point::max() &&
-         std::chrono::steady_clock::now() >= options_.deadline;
+WorkLimit ConfigurationCheck::limit_of(const BatchOptions& options, const WorkLimit* of_all) {
+  WorkLimit limit{options.stop, options.deadline, {}};
+  if (of_all != nullptr) limit.ended = [of_all] { return of_all->reached(); };
+  return limit;
+}
+
+NarrowPhaseOptions ConfigurationCheck::limited(NarrowPhaseOptions options, const WorkLimit& limit) {
+  options.limit = &limit;
+  return options;
 }
 
 /// Boxes of all links in `count` configurations from `first` on, link j's in configuration k at place j * count + k; the
@@ -94,9 +114,8 @@ void ConfigurationCheck::each_block(std::size_t items, std::size_t most, const B
 }
 
 bool ConfigurationCheck::touch(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) const {
-  return options_.margin == 0
-             ? narrow_.solve(a, pose_a, b, pose_b, Request::collide).collide
-             : !narrow_.distance_within(a, pose_a, b, pose_b, options_.margin).farther;
+  return options_.margin == 0 ? unless_stopped(narrow_.solve(a, pose_a, b, pose_b, Request::collide)).collide
+                              : !unless_stopped(narrow_.distance_within(a, pose_a, b, pose_b, options_.margin)).farther;
 }
 
 bool ConfigurationCheck::is_checked(std::uint32_t link, std::uint32_t body) const {
@@ -205,7 +224,8 @@ bool ConfigurationCheck::hits_between(const Pose* poses, const Workspace& work, 
   std::size_t left = middle, right = middle + 1;
   // A distance from a mesh costs many verdicts.
   if (a.is_convex() && b.is_convex() && last - first > 1) {
-    const double gap = narrow_.solve(a, pose_a, b, pose_b, Request::distance).signed_distance - options_.margin;
+    const double gap =
+        unless_stopped(narrow_.solve(a, pose_a, b, pose_b, Request::distance)).signed_distance - options_.margin;
     if (gap <= 0) return true;
     const double passed = gap - tolerance::gap_left * link_boxes_[pair.link].reach();
     while (left > first && may_move(pair, here, at(left - 1)) < passed) --left;
@@ -243,15 +263,19 @@ void ConfigurationCheck::verdicts(std::span<Verdict> out) const {
   const std::size_t a_motion = options_.configurations_a_motion, motions = configurations_ / a_motion;
   if (out.size() != motions) refuse("the number of verdicts", out.size(), std::to_string(motions));
   if (a_motion != 1)
-    return each_block(motions, 1, [&](std::size_t i, std::size_t, Workspace& work) { out[i] = motion(i, work); });
+    return each_block(motions, 1, [&](std::size_t i, std::size_t, Workspace& work) {
+      out[i] = or_unknown(Verdict::unknown, [&] { return motion(i, work); });
+    });
   each_block(motions, 64, [&](std::size_t first, std::size_t last, Workspace& work) {
     const std::size_t count = last - first;
     const Pose* poses = take_boxes(first, count, options_.margin, work);
     for (std::size_t k = 0; k < count; ++k, poses += links_.size())
-      out[first + k] = out_of_time() ? Verdict::unknown
-                       : hits_again(poses, work) || hits_link(poses, k, count, work) || hits_body(poses, k, count, work)
-                           ? Verdict::hit
-                           : Verdict::free;
+      out[first + k] = or_unknown(Verdict::unknown, [&] {
+        if (out_of_time()) return Verdict::unknown;
+        const bool hits =
+            hits_again(poses, work) || hits_link(poses, k, count, work) || hits_body(poses, k, count, work);
+        return hits ? Verdict::hit : Verdict::free;
+      });
   });
 }
 
@@ -294,7 +318,7 @@ void ConfigurationCheck::first_hits(std::span<FirstHit> out) const {
   if (out.size() != motions) refuse("the number of hits", out.size(), std::to_string(motions));
   if (options_.continuous) throw std::invalid_argument("configurations: continuous is true, allowed where hits are told: false");
   each_block(motions, 16, [&](std::size_t first, std::size_t last, Workspace& work) {
-    for (std::size_t i = first; i < last; ++i) out[i] = first_hit(i, work);
+    for (std::size_t i = first; i < last; ++i) out[i] = or_unknown(FirstHit{}, [&] { return first_hit(i, work); });
   });
 }
 
@@ -309,8 +333,8 @@ double ConfigurationCheck::clearance(const Pose* poses, std::size_t place, std::
     // What overlaps may be deeper than the least known: it is never left out.
     double farthest_wanted() const { return std::max(0.0, least) * (1 + tolerance::distance_rounding); }
     void take(const Shape& other, const Pose& pose) {
-      const PairAnswer answer =
-          check.narrow_.distance_within(check.links_[link], poses[link], other, pose, farthest_wanted());
+      const PairAnswer answer = unless_stopped(
+          check.narrow_.distance_within(check.links_[link], poses[link], other, pose, farthest_wanted()));
       if (!answer.farther) least = std::min(least, answer.signed_distance);
     }
     double visit(std::uint32_t body, double) override {
@@ -336,8 +360,9 @@ void ConfigurationCheck::clearances(std::span<double> out, double cutoff) const 
     const std::size_t count = last - first;
     const Pose* poses = take_boxes(first, count, 0, work);
     for (std::size_t k = 0; k < count; ++k, poses += links_.size())
-      out[first + k] = out_of_time() ? -std::numeric_limits<double>::infinity()
-                                     : clearance(poses, k, count, cutoff, work);
+      out[first + k] = or_unknown(-std::numeric_limits<double>::infinity(), [&] {
+        return out_of_time() ? -std::numeric_limits<double>::infinity() : clearance(poses, k, count, cutoff, work);
+      });
   });
 }
 

@@ -7,6 +7,7 @@
 #include "queries/link_boxes.h"
 #include "queries/query_world.h"
 #include "tandem/narrowphase/narrow_phase.h"
+#include "tandem/narrowphase/work_limit.h"
 
 namespace tandem {
 
@@ -31,7 +32,7 @@ struct CheckWorkspace {
 class ConfigurationCheck {
  public:
   /// Throws std::invalid_argument that names what does not fit. All arguments must outlive it.
-  ConfigurationCheck(const QueryWorld& world, const NarrowPhase& narrow, std::span<const Shape> links,
+  ConfigurationCheck(const QueryWorld& world, const NarrowPhaseOptions& narrow, std::span<const Shape> links,
                      std::span<const Pose> poses, const PairTable& self, const BatchOptions& options);
 
   void verdicts(std::span<Verdict> out) const;
@@ -43,7 +44,9 @@ class ConfigurationCheck {
 
   template <class Block>
   void each_block(std::size_t items, std::size_t most, const Block& block) const;
-  bool out_of_time() const;
+  static WorkLimit limit_of(const BatchOptions& options, const WorkLimit* of_all);
+  static NarrowPhaseOptions limited(NarrowPhaseOptions options, const WorkLimit& limit);
+  bool out_of_time() const { return limit_.reached(); }
   Verdict motion(std::size_t motion, Workspace& work) const;
   const Pose* take_boxes(std::size_t first, std::size_t count, double margin, Workspace& work) const;
   bool hits_again(const Pose* poses, const Workspace& work) const;
@@ -66,7 +69,8 @@ class ConfigurationCheck {
   double clearance(const Pose* poses, std::size_t place, std::size_t count, double cutoff, const Workspace& work) const;
 
   const QueryWorld& world_;
-  const NarrowPhase& narrow_;
+  const WorkLimit limit_;
+  const NarrowPhase narrow_;
   const std::span<const Shape> links_;
   const std::span<const Pose> poses_;
   const BatchOptions& options_;

@@ -10,6 +10,7 @@
 #include "queries/swept_boxes.h"
 #include "scene/tolerances.h"
 #include "tandem/narrowphase/narrow_phase.h"
+#include "tandem/narrowphase/work_limit.h"
 
 namespace tandem {
 namespace {
@@ -35,7 +36,7 @@ class Until final : public BoxVisitor {
 }  // namespace
 
 struct SceneQueries::Impl {
-  explicit Impl(const NarrowPhaseOptions& given) : options(given), narrow(without_bounds(given)) {}
+  explicit Impl(const NarrowPhaseOptions& given) : options(without_bounds(given)), narrow(options) {}
 
   static NarrowPhaseOptions without_bounds(NarrowPhaseOptions options) {
     options.margin = 0;
@@ -54,11 +55,11 @@ struct SceneQueries::Impl {
   }
 
   PairAnswer solve(const Shape& shape, const Pose& pose, std::uint32_t index, Request request) const {
-    return narrow.solve(shape, pose, world.shape(index), world.pose(index), request);
+    return unless_stopped(narrow.solve(shape, pose, world.shape(index), world.pose(index), request));
   }
 
   PairAnswer distance(const Shape& shape, const Pose& pose, std::uint32_t index, double cutoff) const {
-    return narrow.distance_within(shape, pose, world.shape(index), world.pose(index), cutoff);
+    return unless_stopped(narrow.distance_within(shape, pose, world.shape(index), world.pose(index), cutoff));
   }
 
   NarrowPhaseOptions options;
@@ -167,8 +168,8 @@ void SceneQueries::contacts(const Shape& shape, const Pose& pose, double margin,
   for (auto hit = hits.begin() + first; hit != hits.end(); ++hit) {
     const std::uint32_t index = hit->body.index();
     hit->first = contacts.size();
-    hit->answer =
-        narrow.solve(shape, pose, impl_->world.shape(index), impl_->world.pose(index), Request::contacts, &contacts);
+    hit->answer = unless_stopped(
+        narrow.solve(shape, pose, impl_->world.shape(index), impl_->world.pose(index), Request::contacts, &contacts));
     hit->count = contacts.size() - hit->first;
   }
   hits.erase(std::remove_if(hits.begin() + first, hits.end(), [](const ContactHit& hit) { return hit.count == 0; }),
@@ -252,19 +253,19 @@ void SceneQueries::within(BodyId body, double margin, std::vector<Hit>& hits) co
 void SceneQueries::check(std::span<const Shape> links, std::span<const Pose> poses, const PairTable& self,
                          std::span<Verdict> verdicts, const BatchOptions& options) const {
   require_margin(options.margin);
-  ConfigurationCheck(impl_->world, impl_->narrow, links, poses, self, options).verdicts(verdicts);
+  ConfigurationCheck(impl_->world, impl_->options, links, poses, self, options).verdicts(verdicts);
 }
 
 void SceneQueries::first_hits(std::span<const Shape> links, std::span<const Pose> poses, const PairTable& self,
                               std::span<FirstHit> hits, const BatchOptions& options) const {
   require_margin(options.margin);
-  ConfigurationCheck(impl_->world, impl_->narrow, links, poses, self, options).first_hits(hits);
+  ConfigurationCheck(impl_->world, impl_->options, links, poses, self, options).first_hits(hits);
 }
 
 void SceneQueries::clearance(std::span<const Shape> links, std::span<const Pose> poses, const PairTable& self,
                              std::span<double> distances, double cutoff, const BatchOptions& options) const {
   if (!(cutoff >= 0)) throw std::invalid_argument("cutoff: " + std::to_string(cutoff) + " is not >= 0");
-  ConfigurationCheck(impl_->world, impl_->narrow, links, poses, self, options).clearances(distances, cutoff);
+  ConfigurationCheck(impl_->world, impl_->options, links, poses, self, options).clearances(distances, cutoff);
 }
 
 }  // namespace tandem

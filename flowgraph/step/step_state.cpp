@@ -13,6 +13,7 @@ void StepState::begin(StepWork& work, ContactList& contacts, BatchPairs batch_pa
   pool_.begin(batch_pairs.most);
   answers_.begin(work, form, batch_pairs, contacts);
   work.work_with(form == StepForm::caller ? nullptr : this);
+  work.ended_by([this] { return early_end_.look(); });
   const std::size_t stages = work.begin();
   slice("begin", meters_.start(), Clock::now());
   shared_ = stages - 1;

@@ -22,8 +22,8 @@ constexpr double never = std::numeric_limits<double>::infinity();
 class ScrewSweep {
  public:
   ScrewSweep(const SweptBody& a, const ScrewPath& path_a, const SweptBody& b, const ScrewPath& path_b, double radius,
-             double gap_of_touch)
-      : a_(a), b_(b), path_a_(path_a), path_b_(path_b), radius_(radius), gap_of_touch_(gap_of_touch) {
+             double gap_of_touch, const WorkLimit* limit)
+      : meter_(limit), a_(a), b_(b), path_a_(path_a), path_b_(path_b), radius_(radius), gap_of_touch_(gap_of_touch) {
     const auto reach = [](const SweptBody& s, const ScrewPath& path) {
       return s.mid.norm() + s.half.norm() + path.at(0).translation.norm() + path.length(0);
     };
@@ -31,7 +31,7 @@ class ScrewSweep {
   }
 
   /// The time of the first touch, and the triangles; `never` if there is none.
-  FirstTouch first() const {
+  FirstTouch first() {
     FirstTouch best;
     best.t = never;
     std::priority_queue<Item> queue;
@@ -40,6 +40,7 @@ class ScrewSweep {
     };
     push(whole, whole, 0);
     while (!queue.empty() && queue.top().bound < best.t) {
+      meter_.spend(8);
       const Item top = queue.top();
       queue.pop();
       const bool leaf_a = a_.is_leaf(top.a), leaf_b = b_.is_leaf(top.b);
@@ -65,9 +66,10 @@ class ScrewSweep {
   /// Advances from `from`, at most `most` times, while the gap that `distance` tells at a time is no touch: no time that
   /// is passed over has one. Returns `never` beyond `until`.
   template <class Distance>
-  double advance(const Box& box_a, const Box& box_b, double from, double until, int most, Distance&& distance) const {
+  double advance(const Box& box_a, const Box& box_b, double from, double until, int most, Distance&& distance) {
     double t = from;
     for (int i = 0; i < most; ++i) {
+      meter_.spend(8);
       const Pose at_a = path_a_.at(t), at_b = path_b_.at(t);
       const auto [signed_distance, normal] = distance(at_a, at_b);
       const double gap = signed_distance - radius_;
@@ -88,7 +90,7 @@ class ScrewSweep {
   }
 
   double convex_meet(const ConvexView& p, const Box& box_p, const ConvexView& q, const Box& box_q, double from,
-                     double until) const {
+                     double until) {
     constexpr int most_advances = 10000;  // then it creeps up on a graze: early, never late
     const NarrowPhaseOptions exact;
     return advance(box_p, box_q, from, until, most_advances, [&](const Pose& at_a, const Pose& at_b) {
@@ -98,7 +100,7 @@ class ScrewSweep {
   }
 
   /// A time before which the boxes of two places do not touch: a few advances, as children will tell more.
-  double boxes_meet(std::uint32_t x, std::uint32_t y, double from, double until) const {
+  double boxes_meet(std::uint32_t x, std::uint32_t y, double from, double until) {
     if (!a_.mesh && !b_.mesh) return from;
     constexpr int most_advances = 4;
     const Box box_a = a_.box(x), box_b = b_.box(y);
@@ -111,6 +113,7 @@ class ScrewSweep {
     });
   }
 
+  WorkMeter meter_;
   const SweptBody &a_, &b_;
   const ScrewPath &path_a_, &path_b_;
   const double radius_, gap_of_touch_;
@@ -130,12 +133,13 @@ std::optional<FirstTouch> NarrowPhase::time_of_impact(const Shape& a, const Moti
   if (const std::string why = refuses(a, b, Request::distance); !why.empty()) throw std::invalid_argument(why);
   const ScrewPath path_a(motion_a), path_b(motion_b);
   const auto touch_at = [&](FirstTouch touch) {
-    const PairAnswer then = NarrowPhase(without_cutoff(options_)).solve(a, path_a.at(touch.t), b, path_b.at(touch.t), Request::distance);
+    const PairAnswer then = unless_stopped(
+        NarrowPhase(without_cutoff(options_)).solve(a, path_a.at(touch.t), b, path_b.at(touch.t), Request::distance));
     touch.point = 0.5 * (then.point_a + then.point_b);
     touch.normal = then.normal;
     return touch;
   };
-  if (solve(a, path_a.at(0), b, path_b.at(0), Request::collide).collide) return touch_at({});
+  if (unless_stopped(solve(a, path_a.at(0), b, path_b.at(0), Request::collide)).collide) return touch_at({});
   SweptBody body_a(a), body_b(b);
   const auto limit = [](SweptBody& unbounded, double within) {
     unbounded.mid.setZero();
@@ -147,7 +151,7 @@ std::optional<FirstTouch> NarrowPhase::time_of_impact(const Shape& a, const Moti
   const double radius = a.rounding() + b.rounding();
   const double path = path_a.length(a.is_bounded() ? reach(body_a) : 0) + path_b.length(b.is_bounded() ? reach(body_b) : 0);
   const double gap_of_touch = tolerance::touch * (a.size() + b.size() + radius) + tolerance::motion_touch * path;
-  const FirstTouch first = ScrewSweep(body_a, path_a, body_b, path_b, radius, gap_of_touch).first();
+  const FirstTouch first = ScrewSweep(body_a, path_a, body_b, path_b, radius, gap_of_touch, options_.limit).first();
   if (first.t == never) return std::nullopt;
   return touch_at(first);
 }

@@ -21,6 +21,7 @@
 #include "shapes/pair_order.h"
 #include "shapes/shape_insides.h"
 #include "shapes/unit_vector.h"
+#include "shapes/work_meter.h"
 #include "tolerances.h"
 #include "triangles/triangle_axes.h"
 
@@ -77,11 +78,12 @@ std::optional<std::span<const Vec3, 3>> corners(const Shape& s) {
 }
 
 /// Does a triangle meet a triangle (exactly) or a box? Empty for other pairs and for a box where rounding could decide.
-std::optional<bool> triangle_collides(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
+std::optional<bool> triangle_collides(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
+                                      const NarrowPhaseOptions& options) {
   const auto in_a = corners(a), in_b = corners(b);
   if (a.kind() == ShapeKind::triangle && b.kind() == ShapeKind::triangle) {
     const auto by_axes = in_a && in_b ? triangles_collide(*in_a, pose_a, *in_b, pose_b) : std::nullopt;
-    return by_axes ? *by_axes : !mesh_triangle_pairs(a, pose_a, b, pose_b).empty();
+    return by_axes ? *by_axes : !mesh_triangle_pairs(a, pose_a, b, pose_b, options).empty();
   }
   if (in_a && b.kind() == ShapeKind::box) return box_triangle_collide(b.parameters(), pose_b, *in_a, pose_a);
   if (in_b && a.kind() == ShapeKind::box) return box_triangle_collide(a.parameters(), pose_a, *in_b, pose_b);
@@ -101,7 +103,7 @@ PairAnswer solve_by_kinds(const Shape& a, const Pose& pose_a, const Shape& b, co
     PairAnswer plain;
     const bool with_triangle = a.kind() == ShapeKind::triangle || b.kind() == ShapeKind::triangle;
     if (with_triangle && request == Request::collide && options.solver.empty())
-      if (const auto collide = triangle_collides(a, pose_a, b, pose_b)) {
+      if (const auto collide = triangle_collides(a, pose_a, b, pose_b, options)) {
         plain.collide = *collide;
         return plain;
       }
@@ -203,6 +205,31 @@ PairAnswer solve_within(const Shape& a, const Pose& pose_a, const Shape& b, cons
   return answer.signed_distance > options.cutoff ? farther : answer;
 }
 
+PairAnswer solve_any(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
+                     const NarrowPhaseOptions& options, std::vector<Contact>* contacts, WarmStart* warm) {
+  if (request == Request::distance && options.cutoff < std::numeric_limits<double>::infinity())
+    return solve_within(a, pose_a, b, pose_b, options, warm);
+  if (a.rounding() + b.rounding() > 0) return solve_rounded(a, pose_a, b, pose_b, request, options, contacts, warm);
+  return solve_cores(a, pose_a, b, pose_b, request, options, contacts, warm);
+}
+
+/// The same, which the limit may end. Kept apart so that others do not pay for it.
+[[gnu::noinline]] PairAnswer solve_limited(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
+                                           Request request, const NarrowPhaseOptions& options,
+                                           std::vector<Contact>* contacts, WarmStart* warm) {
+  const std::size_t first = contacts != nullptr ? contacts->size() : 0;
+  try {
+    WorkMeter(options.limit).spend();
+    return solve_any(a, pose_a, b, pose_b, request, options, contacts, warm);
+  } catch (const WorkStopped&) {
+    if (contacts != nullptr) contacts->resize(first);
+    PairAnswer stopped;
+    stopped.status = Status::stopped;
+    stopped.error_bound = std::numeric_limits<double>::infinity();
+    return stopped;
+  }
+}
+
 }  // namespace
 
 PairAnswer solve_cores(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
@@ -275,11 +302,9 @@ std::string NarrowPhase::refuses(const Shape& a, const Shape& b, Request request
 
 PairAnswer NarrowPhase::solve(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                               std::vector<Contact>* contacts, WarmStart* warm) const {
-  if (request == Request::distance && options_.cutoff < std::numeric_limits<double>::infinity())
-    return solve_within(a, pose_a, b, pose_b, options_, warm);
-  if (a.rounding() + b.rounding() > 0)
-    return solve_rounded(a, pose_a, b, pose_b, request, options_, contacts, warm);
-  return solve_cores(a, pose_a, b, pose_b, request, options_, contacts, warm);
+  if (options_.limit != nullptr && !(a.is_convex() && b.is_convex()))
+    return solve_limited(a, pose_a, b, pose_b, request, options_, contacts, warm);
+  return solve_any(a, pose_a, b, pose_b, request, options_, contacts, warm);
 }
 
 PairAnswer NarrowPhase::distance_within(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
@@ -288,6 +313,8 @@ PairAnswer NarrowPhase::distance_within(const Shape& a, const Pose& pose_a, cons
   if (cutoff >= options_.cutoff) return solve(a, pose_a, b, pose_b, Request::distance);
   NarrowPhaseOptions options = options_;
   options.cutoff = cutoff;
+  if (options.limit != nullptr && !(a.is_convex() && b.is_convex()))
+    return solve_limited(a, pose_a, b, pose_b, Request::distance, options, nullptr, nullptr);
   return solve_within(a, pose_a, b, pose_b, options, nullptr);
 }
 
@@ -322,7 +349,7 @@ std::vector<std::array<std::uint32_t, 2>> NarrowPhase::intersecting_triangles(co
       throw std::invalid_argument("intersecting_triangles: rounding " + std::to_string(s->rounding()) +
                                   ", a shape without rounding is needed");
   }
-  return mesh_triangle_pairs(a, pose_a, b, pose_b);
+  return mesh_triangle_pairs(a, pose_a, b, pose_b, options_);
 }
 
 std::span<const SolverRow> NarrowPhase::table() { return solver_rows(); }

@@ -8,6 +8,7 @@
 #include "shapes/mesh_model.h"
 #include "shapes/posed_mesh.h"
 #include "shapes/shape_insides.h"
+#include "shapes/work_meter.h"
 #include "tandem/narrowphase/options.h"
 
 namespace tandem {

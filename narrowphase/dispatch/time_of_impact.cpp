@@ -26,8 +26,16 @@ struct Body : SweptBody {
 class Sweep {
  public:
   /// `radius`: both shapes' rounding.
-  Sweep(const Body& a, const Body& b, const Vec3& between, const Vec3& along, double longest, double radius)
-      : a_(a), b_(b), between_(between), along_(along), longest_(longest), radius_(radius), map_(a.rotation.transpose() * b.rotation) {
+  Sweep(const Body& a, const Body& b, const Vec3& between, const Vec3& along, double longest, double radius,
+        const WorkLimit* limit)
+      : meter_(limit),
+        a_(a),
+        b_(b),
+        between_(between),
+        along_(along),
+        longest_(longest),
+        radius_(radius),
+        map_(a.rotation.transpose() * b.rotation) {
     shift_ = a.rotation.transpose() * between;
     in_a_ = a.rotation.transpose() * along;
     in_b_ = b.rotation.transpose() * along;
@@ -39,7 +47,7 @@ class Sweep {
   }
 
   // The way until the first touch; `never` if there is none within the longest.
-  double first() const {
+  double first() {
     double best = never;
     std::priority_queue<Item> queue;
     const auto push = [&](std::uint32_t x, std::uint32_t y) {
@@ -47,6 +55,7 @@ class Sweep {
     };
     push(whole, whole);
     while (!queue.empty() && queue.top().bound < best) {
+      meter_.spend(16);
       const Item top = queue.top();
       queue.pop();
       const bool leaf_a = a_.is_leaf(top.a), leaf_b = b_.is_leaf(top.b);
@@ -69,13 +78,14 @@ class Sweep {
   // Conservative advancement (Mirtich, Impulse-based dynamic simulation of rigid body systems, 1996). The plane that
   // separates the two at one place bounds their distance at all later ones, so no advance is too far, and the distance
   // being a convex function of the way, the advances converge from below like Newton's.
-  double convex_meet(const ConvexView& p, const ConvexView& q, double from, double until) const {
+  double convex_meet(const ConvexView& p, const ConvexView& q, double from, double until) {
     constexpr int most_advances = 200;
     const NarrowPhaseOptions exact;
     const double rounding = tolerance::touch * (p.size + q.size + radius_);
     const Pose at_a{a_.rotation, Vec3::Zero()};
     double way = from;
     for (int i = 0; i < most_advances; ++i) {
+      meter_.spend(8);
       const Pose at_b{b_.rotation, between_ + way * along_};
       const PairAnswer answer = solve_convex(p, at_a, q, at_b, Request::distance, exact, nullptr);
       const double gap = answer.signed_distance - radius_;
@@ -118,6 +128,7 @@ class Sweep {
     return enter <= leave ? enter : never;
   }
 
+  WorkMeter meter_;
   const Body &a_, &b_;
   const Vec3 between_, along_;
   const double longest_, radius_;
@@ -136,7 +147,7 @@ std::optional<double> NarrowPhase::time_of_impact(const Shape& a, const Pose& po
   if (!velocity_a.allFinite() || !velocity_b.allFinite())
     throw std::invalid_argument("velocity: not finite, every component must be");
   if (const std::string why = refuses(a, b, Request::distance); !why.empty()) throw std::invalid_argument(why);
-  if (solve(a, pose_a, b, pose_b, Request::collide).collide) return 0.0;
+  if (unless_stopped(solve(a, pose_a, b, pose_b, Request::collide)).collide) return 0.0;
   // Halved, differences stay finite; scaled to one, so do their squares.
   const Vec3 half = velocity_b / 2 - velocity_a / 2;
   const double most = half.cwiseAbs().maxCoeff();
@@ -150,7 +161,8 @@ std::optional<double> NarrowPhase::time_of_impact(const Shape& a, const Pose& po
 
   if (!a.is_bounded() || !b.is_bounded()) {
     // The gap to a half-space shrinks evenly.
-    const PairAnswer now = NarrowPhase(without_cutoff(options_)).solve(a, pose_a, b, pose_b, Request::distance);
+    const PairAnswer now =
+        unless_stopped(NarrowPhase(without_cutoff(options_)).solve(a, pose_a, b, pose_b, Request::distance));
     const double closing = -now.normal.dot(along);
     if (now.signed_distance <= 0) return 0.0;
     if (!(closing > 0)) return std::nullopt;
@@ -164,7 +176,7 @@ std::optional<double> NarrowPhase::time_of_impact(const Shape& a, const Pose& po
   const double passed = 2 * (between.norm() + extent(body_a) + extent(body_b));
   longest = std::min(longest, passed);
   const double radius = a.rounding() + b.rounding();
-  const double way = Sweep(body_a, body_b, between, along, longest, radius).first();
+  const double way = Sweep(body_a, body_b, between, along, longest, radius, options_.limit).first();
   if (way == never) return std::nullopt;
   return time_of(way);
 }

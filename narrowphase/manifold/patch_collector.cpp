@@ -159,6 +159,7 @@ void PatchCollector::finish(const Vec3& centre, bool solid, std::vector<Contact>
   });
   std::pmr::vector<Points> patches(&memory_);
   for (const Place& place : order) {
+    meter_.spend(1 + static_cast<int>(patches.size() / 16));
     const Contact& c = all_[place.at];
     const auto same = std::find_if(patches.begin(), patches.end(),
                                    [&](const Points& p) { return p.front().normal.dot(c.normal) > one_patch; });

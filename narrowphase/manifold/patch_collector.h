@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "shapes/work_meter.h"
 #include "tandem/narrowphase/answer.h"
 
 namespace tandem {
@@ -23,7 +24,8 @@ void keep_widest(std::vector<Contact>& contacts, std::size_t first, double size)
 /// four, that span the patch.
 class PatchCollector {
  public:
-  explicit PatchCollector(double size) : size_(size) {}
+  /// `limit` ends the work of `finish` (WorkStopped).
+  explicit PatchCollector(double size, const WorkLimit* limit) : size_(size), meter_(limit) {}
   PatchCollector(const PatchCollector&) = delete;
   PatchCollector& operator=(const PatchCollector&) = delete;
 
@@ -36,6 +38,7 @@ class PatchCollector {
 
  private:
   double size_;
+  WorkMeter meter_;
   alignas(std::max_align_t) std::array<std::byte, 16384> usual_;  // enough but for very many triangles
   std::pmr::monotonic_buffer_resource memory_{usual_.data(), usual_.size()};
   std::pmr::vector<Contact> all_{&memory_};

@@ -7,6 +7,7 @@
 #include "shapes/mesh_model.h"
 #include "shapes/pair_order.h"
 #include "shapes/shape_insides.h"
+#include "shapes/work_meter.h"
 
 namespace tandem {
 namespace {
@@ -26,9 +27,11 @@ PairAnswer of_collision(PairAnswer answer) {
 
 // Does a vertex of each component of the other mesh stay outside `outer`'s hull however that moves by at most `length`?
 // No component can come to lie inside then.
-bool stays_outside(const Posed& outer, const Posed& other, double length) {
+bool stays_outside(const Posed& outer, const Posed& other, double length, const WorkLimit* limit) {
+  WorkMeter meter(limit);
   const MeshModel &o = mesh_of(outer.shape), &m = mesh_of(other.shape);
   const auto is_outside = [&](std::uint32_t v) {
+    meter.spend(1 + static_cast<int>(o.hull.faces.size() / 64));
     const Vec3 p = outer.pose.rotation.transpose() *
                    (other.pose.rotation * m.vertices[v] + (other.pose.translation - outer.pose.translation));
     return std::any_of(o.hull.faces.begin(), o.hull.faces.end(),
@@ -40,8 +43,8 @@ bool stays_outside(const Posed& outer, const Posed& other, double length) {
   });
 }
 
-bool is_convex_for(const Posed& s, const Posed& other, double length) {
-  return s.shape.is_convex() || mesh_of(s.shape).convex || stays_outside(s, other, length);
+bool is_convex_for(const Posed& s, const Posed& other, double length, const WorkLimit* limit) {
+  return s.shape.is_convex() || mesh_of(s.shape).convex || stays_outside(s, other, length, limit);
 }
 
 }  // namespace
@@ -69,12 +72,12 @@ PairAnswer overlap_of_hulls(const Posed& a, const Posed& b, Request request, con
       solve_convex(view_hull(a.shape), a.pose, view_hull(b.shape), b.pose, request, for_triangles(options), contacts));
 }
 
-bool is_as_convex(const Posed& a, const Posed& b, double length) {
-  return first_is_convex(a, b) ? is_convex_for(a, b, length) : is_convex_for(b, a, length);
+bool is_as_convex(const Posed& a, const Posed& b, double length, const WorkLimit* limit) {
+  return first_is_convex(a, b) ? is_convex_for(a, b, length, limit) : is_convex_for(b, a, length, limit);
 }
 
-bool is_as_hulls(const Posed& a, const Posed& b, double length) {
-  return is_convex_for(a, b, length) && is_convex_for(b, a, length);
+bool is_as_hulls(const Posed& a, const Posed& b, double length, const WorkLimit* limit) {
+  return is_convex_for(a, b, length, limit) && is_convex_for(b, a, length, limit);
 }
 
 }  // namespace tandem

@@ -24,7 +24,7 @@ PairAnswer overlap_of_hulls(const Posed& a, const Posed& b, Request request, con
 
 /// A surface has nothing inside. Is what `overlap_as_convex` or `overlap_of_hulls` finds true all the same, as nothing
 /// can slip into a surface on a translation shorter than `length`, that which separates?
-bool is_as_convex(const Posed& a, const Posed& b, double length);
-bool is_as_hulls(const Posed& a, const Posed& b, double length);
+bool is_as_convex(const Posed& a, const Posed& b, double length, const WorkLimit* limit);
+bool is_as_hulls(const Posed& a, const Posed& b, double length, const WorkLimit* limit);
 
 }  // namespace tandem

@@ -11,6 +11,7 @@
 #include "pairs/convex_pair.h"
 #include "shapes/mesh_model.h"
 #include "shapes/shape_insides.h"
+#include "shapes/work_meter.h"
 #include "tolerances.h"
 
 namespace tandem {
@@ -23,7 +24,9 @@ Separation bound_by_triangles(const Posed& a, const Posed& b, std::span<const Tr
                               const NarrowPhaseOptions& options) {
   Separation deepest;
   deepest.certain = -1;
+  WorkMeter meter(options.limit);
   for (const auto& [i, j] : pairs) {
+    meter.spend(16);
     const Corners p = mesh_of(a.shape).corners(i), q = mesh_of(b.shape).corners(j);
     const PairAnswer r =
         solve_convex(TriangleView(p), a.pose, TriangleView(q), b.pose, Request::distance, options, nullptr);
@@ -36,11 +39,11 @@ Separation bound_by_triangles(const Posed& a, const Posed& b, std::span<const Tr
 
 // Of one inside the other: no separating translation is shorter than the distance of the nearest point of the surface.
 Separation bound_by_surface(const Posed& a, const Posed& b, const NarrowPhaseOptions& options) {
-  NearestSearch search(a, b);
+  NearestSearch search(a, b, options.limit);
   const Nearest near = search();
   const Vec3 out = -search.normal(options);
   // B inside A leaves A through its nearest face; A inside B is the reverse.
-  return {near.distance, infinity, has_inside(a, b) ? Vec3(-out) : out, (near.on_a + near.on_b) / 2};
+  return {near.distance, infinity, has_inside(a, b, options.limit) ? Vec3(-out) : out, (near.on_a + near.on_b) / 2};
 }
 
 PairAnswer with_points(PairAnswer answer, const Vec3& middle) {
@@ -59,7 +62,8 @@ PairAnswer depth_as_convex(const Posed& a, const Posed& b, const OverlappingMesh
   const PairAnswer convex = overlap_as_convex(a, b, Request::distance, options, nullptr);
   const double depth = -convex.signed_distance;
   // Of two that only touch, rounding may have set the convex one apart, wedged in as it may be.
-  const bool separates = is_as_convex(a, b, depth) && overlap.is_free((overlap.effort.enough + depth) * convex.normal);
+  const bool separates =
+      is_as_convex(a, b, depth, options.limit) && overlap.is_free((overlap.effort.enough + depth) * convex.normal);
   return separates ? convex : none;
 }
 
@@ -72,13 +76,13 @@ void separate_hulls(const Posed& a, const Posed& b, const NarrowPhaseOptions& op
 }
 
 // Beyond what the contacts ask for together, and along the normal of each patch.
-void separate_contacts(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs, const PartRunner& parts,
-                       double slack, SeparationSearch& search) {
+void separate_contacts(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
+                       const NarrowPhaseOptions& options, double slack, SeparationSearch& search) {
   constexpr std::size_t most = 48;
   std::vector<Contact> contacts;
   const MeshModel &ma = mesh_of(a.shape), &mb = mesh_of(b.shape);
   TriangleTest test(a.pose, b.pose, reach(mb));
-  if (!pairs.empty()) patch_contacts(ma, mb, test, pairs, parts, contacts);
+  if (!pairs.empty()) patch_contacts(ma, mb, test, pairs, options, contacts);
   for (Contact& c : contacts) c.normal = (a.pose.rotation * c.normal).normalized();
   std::vector<Constraint> together;
   for (const Contact& c : contacts)
@@ -126,7 +130,7 @@ PairAnswer depth_about_a(const Posed& a, const Posed& b, std::span<const Triangl
                          const NarrowPhaseOptions& options) {
   constexpr std::size_t small_meshes = std::size_t{1} << 18;  // triangles of the one times those of the other
   const Separation bound = pairs.empty() ? bound_by_surface(a, b, options) : bound_by_triangles(a, b, pairs, options);
-  OverlappingMeshes overlap(a, b, pairs, options.parts);
+  OverlappingMeshes overlap(a, b, pairs, options);
   if (overlap.is_free((bound.certain + overlap.effort.enough) * bound.normal)) {
     PairAnswer answer;
     answer.collide = true;
@@ -145,13 +149,13 @@ PairAnswer depth_about_a(const Posed& a, const Posed& b, std::span<const Triangl
     search.along(bound.normal);
     // Small meshes are worth more work.
     if (mesh_of(a.shape).triangles.size() * mesh_of(b.shape).triangles.size() <= small_meshes) {
-      separate_contacts(a, b, pairs, options.parts, overlap.slack, search);
+      separate_contacts(a, b, pairs, options, overlap.slack, search);
       search.shorten();
       search.confirm();
       // Where they are last to separate.
       const Pose at{b.pose.rotation,
                     b.pose.translation + (known.length + tolerance::least_apart * overlap.size) * known.normal};
-      known.point = NearestSearch(a, {b.shape, at})().on_a - known.normal * (known.length / 2);
+      known.point = NearestSearch(a, {b.shape, at}, options.limit)().on_a - known.normal * (known.length / 2);
     }
     if (convex.error_bound < known.length - known.certain) return convex;
   }
@@ -184,7 +188,7 @@ PairAnswer bounded_contacts(const Posed& a, const Posed& b, std::span<const Tria
   const Pose at_a{a.pose.rotation, Vec3::Zero()};
   const Pose moved{b.pose.rotation, b.pose.translation - a.pose.translation + (depth + slack) * answer.normal};
   double shortest = depth, certain = 0;  // the true depth lies between
-  const bool separates = !meshes_collide({a.shape, at_a}, {b.shape, moved});
+  const bool separates = !meshes_collide({a.shape, at_a}, {b.shape, moved}, options.limit);
   if (separates) {
     certain = certain_depth(a, b, pairs, found(), for_triangles(options));
   } else {

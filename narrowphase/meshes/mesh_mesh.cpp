@@ -1,6 +1,7 @@
 // Two meshes: which method answers a request, by whether their surfaces meet and whether one bounds a convex set.
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <span>
 
@@ -12,6 +13,7 @@
 #include "meshes/traversal/mesh_nearest.h"
 #include "pairs/centre_test.h"
 #include "shapes/mesh_model.h"
+#include "shapes/metered_sort.h"
 #include "shapes/shape_insides.h"
 #include "tolerances.h"
 
@@ -28,7 +30,7 @@ struct Collision {
   const MeshModel& mesh_a() const { return mesh_of(a.shape); }
   const MeshModel& mesh_b() const { return mesh_of(b.shape); }
   PatchSides add_patches(std::vector<Contact>& contacts) const {
-    return patch_contacts(mesh_a(), mesh_b(), test, pairs, options.parts, contacts);
+    return patch_contacts(mesh_a(), mesh_b(), test, pairs, options, contacts);
   }
 };
 
@@ -36,7 +38,7 @@ struct Collision {
 double no_touch(double distance) { return std::max(distance, std::numeric_limits<double>::min()); }
 
 PairAnswer distance_apart(const Posed& a, const Posed& b, const NarrowPhaseOptions& options) {
-  NearestSearch search(a, b);
+  NearestSearch search(a, b, options.limit);
   const Nearest near = search(options.cutoff);
   PairAnswer answer;
   answer.signed_distance = no_touch(near.distance);
@@ -69,7 +71,7 @@ bool contacts_of_hulls(const Collision& c, PairAnswer& answer, std::vector<Conta
   if (!c.mesh_a().own_hull || !c.mesh_b().own_hull) return false;
   const std::size_t first = contacts.size();
   answer = overlap_of_hulls(c.a, c.b, Request::contacts, c.options, &contacts);
-  if (contacts.size() > first && is_as_hulls(c.a, c.b, -answer.signed_distance)) return true;
+  if (contacts.size() > first && is_as_hulls(c.a, c.b, -answer.signed_distance, c.options.limit)) return true;
   contacts.resize(first);
   return false;
 }
@@ -79,7 +81,7 @@ bool contacts_as_convex(const Collision& c, PairAnswer& answer, PatchSides& side
   const std::size_t first = contacts.size();
   answer = overlap_as_convex(c.a, c.b, Request::contacts, c.options, &contacts);
   if (contacts.size() == first) return false;
-  if (is_as_convex(c.a, c.b, -answer.signed_distance)) return true;
+  if (is_as_convex(c.a, c.b, -answer.signed_distance, c.options.limit)) return true;
   contacts.resize(first);
   sides = c.add_patches(contacts);
   // Through the surface into what it bounds may be the shorter translation.
@@ -106,7 +108,7 @@ PairAnswer contacts_of_collision(const Collision& c, std::vector<Contact>& conta
     contacts.resize(first);
     if (contacts_as_convex(c, answer, sides, contacts)) return answer;
   }
-  if (!sides.sure) touching_contacts(c.mesh_a(), c.mesh_b(), c.test, c.pairs, first, contacts);
+  if (!sides.sure) touching_contacts(c.mesh_a(), c.mesh_b(), c.test, c.pairs, c.options.limit, first, contacts);
   for (Contact& contact : std::span(contacts).subspan(first)) {
     contact.point = c.a.pose * contact.point;
     contact.normal = (c.a.pose.rotation * contact.normal).normalized();
@@ -119,7 +121,7 @@ PairAnswer distance_of_collision(const Collision& c) {
     return overlap_as_convex(c.a, c.b, Request::distance, c.options, nullptr);
   if (c.mesh_a().own_hull && c.mesh_b().own_hull) {
     const PairAnswer hulls = overlap_of_hulls(c.a, c.b, Request::distance, c.options, nullptr);
-    if (is_as_hulls(c.a, c.b, -hulls.signed_distance)) return hulls;
+    if (is_as_hulls(c.a, c.b, -hulls.signed_distance, c.options.limit)) return hulls;
   }
   return depth_of_meshes(c.a, c.b, c.pairs, c.options);
 }
@@ -130,15 +132,15 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
                         std::vector<Contact>* contacts) {
   if (request == Request::collide) {
     PairAnswer answer;
-    answer.collide = meshes_collide(a, b);
+    answer.collide = meshes_collide(a, b, options.limit);
     return answer;
   }
   TriangleTest test(a.pose, b.pose, reach(mesh_of(b.shape)));
   PairMemory memory;
   GapBound bound;
   GapBound* gap = request == Request::contacts && options.mesh_gaps ? &bound : nullptr;
-  const TrianglePairs pairs = meeting_pairs(a, b, test, options.parts, memory, gap);
-  const bool collide = !pairs.empty() || is_contained(a, b);
+  const TrianglePairs pairs = meeting_pairs(a, b, test, options, memory, gap);
+  const bool collide = !pairs.empty() || is_contained(a, b, options.limit);
   const Collision collision{a, b, test, pairs, options};
   if (request == Request::contacts)
     return collide ? contacts_of_collision(collision, *contacts) : contacts_apart(a, b, test, gap, options, *contacts);
@@ -146,19 +148,22 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
 }
 
 std::vector<std::array<std::uint32_t, 2>> mesh_triangle_pairs(const Shape& a, const Pose& pose_a, const Shape& b,
-                                                              const Pose& pose_b) {
+                                                              const Pose& pose_b, const NarrowPhaseOptions& options) {
   if (test_hulls(a, pose_a, b, pose_b).at_least > 0) return {};
   const Posed first{a, pose_a}, second{b, pose_b};
   const bool in_order = goes_first(first, second);
   const Posed &p = in_order ? first : second, &q = in_order ? second : first;
   TriangleTest test(p.pose, q.pose, reach(mesh_of(q.shape)));
   PairMemory memory;
-  const TrianglePairs found = meeting_pairs(p, q, test, {}, memory, nullptr);
-  std::vector<std::array<std::uint32_t, 2>> pairs(found.begin(), found.end());
-  if (!in_order) {
-    for (auto& pair : pairs) std::swap(pair[0], pair[1]);
-    std::sort(pairs.begin(), pairs.end());
+  const TrianglePairs found = meeting_pairs(p, q, test, options, memory, nullptr);
+  std::vector<std::array<std::uint32_t, 2>> pairs;
+  pairs.reserve(found.size());
+  WorkMeter meter(options.limit);
+  for (const auto& [i, j] : found) {
+    meter.spend();
+    pairs.push_back(in_order ? TrianglePair{i, j} : TrianglePair{j, i});
   }
+  if (!in_order) sort_metered(meter, pairs.begin(), pairs.end(), std::less<TrianglePair>());
   return pairs;
 }
 

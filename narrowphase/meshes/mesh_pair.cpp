@@ -40,6 +40,7 @@ bool goes_first(const Posed& a, const Posed& b) {
   if (std::abs(turn - back) > tolerance::alike) return turn > back;
   if (pa.translation != pb.translation) return before(pa.translation, pb.translation);
   if (pa.rotation != pb.rotation) return before(pa.rotation, pb.rotation);
+  if (&ma == &mb) return true;
   return !std::lexicographical_compare(mb.vertices.begin(), mb.vertices.end(), ma.vertices.begin(), ma.vertices.end(),
                                        before);
 }

@@ -9,9 +9,10 @@
 
 namespace tandem {
 
-/// All pairs of triangles [i of A, j of B] that meet, sorted; each shape a mesh or a triangle. Exact.
+/// All pairs of triangles [i of A, j of B] that meet, sorted; each shape a mesh or a triangle. Exact. Of the
+/// options: `parts` and `limit`.
 std::vector<std::array<std::uint32_t, 2>> mesh_triangle_pairs(const Shape& a, const Pose& pose_a, const Shape& b,
-                                                              const Pose& pose_b);
+                                                              const Pose& pose_b, const NarrowPhaseOptions& options);
 
 /// A mesh against anything (either or both may be the mesh; never two half-spaces).
 PairAnswer solve_mesh(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,

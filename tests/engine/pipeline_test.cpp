@@ -121,6 +121,72 @@ TEST_CASE("two meshes of many triangles among spheres: one answer for all execut
   }
 }
 
+namespace {
+
+/// Two balls that touch, then two rings of many triangles deep in each other.
+Scene balls_and_rings() {
+  Scene scene;
+  const ShapeId ring = scene.add_shape(Shape(make_torus(1, 0.4, 200, 100))), ball = scene.add_shape(Shape(Sphere{0.2}));
+  scene.add_body({.shape = ball, .pose = Pose::at(0, 0, 9)});
+  scene.add_body({.shape = ball, .pose = Pose::at(0.3, 0, 9)});
+  scene.add_body({.shape = ring});
+  scene.add_body({.shape = ring, .pose = Pose::from(Quat(0.9, 0.1, 0.3, 0.2), {0.3, 0.2, 0.1})});
+  return scene;
+}
+
+bool has(const StepReport& report, StepIssue issue) { return (report.execution.issues & bit(issue)) != 0; }
+
+}  // namespace
+
+TEST_CASE("a step whose deadline has passed marks every pair it lists, and the next one is whole") {
+  const tbb::global_control many(tbb::global_control::max_allowed_parallelism, 8);
+  const Scene scene = balls_and_rings();
+  Pipeline reference({.executor = ExecutorKind::sequential, .answer = {.contact_hash = true}});
+  const std::uint64_t expected = reference.step(scene).contact_hash;
+  for (const double kept : {0.0, 1e-3})
+    for (const ExecutorKind kind : executor_kinds) {
+      CAPTURE(name(kind), kept);
+      Pipeline pipeline({.executor = kind,
+                         .threads = 3,
+                         .answer = {.keep_contacts = kept, .contact_hash = true},
+                         .sharing = {.short_step_ms = 0}});
+      CHECK(!has(pipeline.step(scene), StepIssue::incomplete));
+      const StepReport late = pipeline.step(scene, {}, std::chrono::steady_clock::now());
+      CHECK(has(late, StepIssue::incomplete));
+      CHECK(!has(late, StepIssue::ended_early));
+      CHECK(late.contacts == 0);
+      for (const PairResult& pair : pipeline.contacts().pairs) CHECK(pair.answer.status == Status::stopped);
+      const StepReport next = pipeline.step(scene, {}, std::chrono::steady_clock::now() + std::chrono::hours(1));
+      CHECK(next.contact_hash == expected);
+      CHECK(!has(next, StepIssue::incomplete));
+      CHECK(next.colliding_pairs == 2);
+    }
+}
+
+TEST_CASE("a deadline that passes within a pair ends it there: what was finished before is told, the pair is marked") {
+  const Scene scene = balls_and_rings();
+  Pipeline pipeline({.executor = ExecutorKind::sequential, .answer = {.contact_hash = true}});
+  pipeline.step(scene);
+  using Clock = std::chrono::steady_clock;
+  const auto begin = Clock::now();
+  const std::uint64_t whole = pipeline.step(scene).contact_hash;
+  const auto took = Clock::now() - begin;
+  // Whether it passes within the second pair is up to the machine; nearly all of the step is that pair.
+  bool seen = false;
+  for (int i = 0; i < 50 && !seen; ++i) {
+    const StepReport report = pipeline.step(scene, {}, Clock::now() + took * (1 + i % 5) / 8);
+    const std::vector<PairResult>& pairs = pipeline.contacts().pairs;
+    seen = pairs.size() == 2 && pairs[0].answer.status == Status::ok && pairs[1].answer.status == Status::stopped;
+    if (!seen) continue;
+    CHECK(has(report, StepIssue::incomplete));
+    CHECK((report.colliding_pairs == 1 && report.contacts == 1));
+    CHECK((pairs[1].contact_count == 0 && !pairs[1].answer.collide));
+    CHECK(pipeline.contacts().of(pairs[0]).size() == 1);
+  }
+  CHECK(seen);
+  CHECK(pipeline.step(scene).contact_hash == whole);
+}
+
 TEST_CASE("a step as a node of the host's own flow graph") {
   const tbb::global_control many(tbb::global_control::max_allowed_parallelism, 4);
   Scene scene = make_builtin_scene("cubes-on-plane", 100);

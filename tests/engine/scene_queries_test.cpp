@@ -14,6 +14,7 @@
 #include "message_of.h"
 #include "narrowphase/random_pairs.h"
 #include "tandem/narrowphase/narrow_phase.h"
+#include "tandem/narrowphase/work_limit.h"
 
 using namespace tandem;
 using namespace tandem::test;
@@ -403,6 +404,69 @@ TEST_CASE("configurations: what the deadline or a stop leaves out is unknown, ne
   options.stop = stop.get_token();
   queries.check(links, poses, {}, verdicts, options);
   CHECK(std::count(verdicts.begin(), verdicts.end(), Verdict::unknown) == 1000);
+}
+
+TEST_CASE("queries: a stop and the limit reach into pairs of meshes, and nothing of them is told") {
+  Scene scene;
+  Mesh grid;  // a sheet of many triangles
+  constexpr std::uint32_t n = 120;
+  for (std::uint32_t i = 0; i <= n; ++i)
+    for (std::uint32_t j = 0; j <= n; ++j) grid.vertices.emplace_back(i, j, std::sin(0.3 * i) * std::cos(0.2 * j));
+  for (std::uint32_t i = 0; i < n; ++i)
+    for (std::uint32_t j = 0; j < n; ++j) {
+      const std::uint32_t at = i * (n + 1) + j;
+      grid.triangles.push_back({at, at + n + 1, at + 1});
+      grid.triangles.push_back({at + 1, at + n + 1, at + n + 2});
+    }
+  const Shape sheet(grid);
+  scene.add_body({.shape = scene.add_shape(sheet)});
+  const Pose above = Pose::at(0.3, 0.2, 2.5), through = Pose::at(0.3, 0.2, 0);
+  const std::vector<Shape> links{sheet};
+  const std::vector<Pose> poses{above};
+  std::vector<Verdict> verdicts(1);
+  std::vector<double> distances(1);
+  SceneQueries queries(scene);
+  std::stop_source stop;
+  BatchOptions options;
+  options.stop = stop.get_token();
+  // The filter is asked last before the pair is begun.
+  options.filter.admits = [&](BodyId) { return stop.request_stop(), true; };
+  queries.check(links, std::vector<Pose>{through}, {}, verdicts);
+  CHECK(verdicts[0] == Verdict::hit);
+  queries.check(links, std::vector<Pose>{through}, {}, verdicts, options);
+  CHECK(verdicts[0] == Verdict::unknown);
+  stop = std::stop_source();
+  options.stop = stop.get_token();
+  queries.clearance(links, poses, {}, distances, infinity, options);
+  CHECK(distances[0] == -infinity);
+  std::vector<FirstHit> hits(1);
+  stop = std::stop_source();
+  options.stop = stop.get_token();
+  queries.first_hits(links, std::vector<Pose>{through}, {}, hits, options);
+  CHECK(hits[0].verdict == Verdict::unknown);
+
+  bool reached = false;
+  WorkLimit limit;
+  limit.ended = [&] { return reached; };
+  const SceneQueries limited(scene, {.limit = &limit});
+  const std::optional<Hit> whole = limited.nearest(sheet, above);
+  REQUIRE(whole);
+  reached = true;
+  std::vector<Hit> within;
+  std::vector<BodyId> bodies;
+  std::vector<ContactHit> contact_hits;
+  std::vector<Contact> contacts;
+  CHECK_THROWS_AS(limited.nearest(sheet, above), WorkStopped);
+  CHECK_THROWS_AS(limited.collides(sheet, through), WorkStopped);
+  CHECK_THROWS_AS(limited.collides(sheet, above, 3.0), WorkStopped);
+  CHECK_THROWS_AS(limited.hits(sheet, through, bodies), WorkStopped);
+  CHECK_THROWS_AS(limited.within(sheet, above, 3.0, within), WorkStopped);
+  CHECK_THROWS_AS(limited.contacts(sheet, through, 0, contact_hits, contacts), WorkStopped);
+  CHECK_THROWS_AS(limited.cast(sheet, {above, through}), WorkStopped);
+  limited.check(links, std::vector<Pose>{through}, {}, verdicts);
+  CHECK(verdicts[0] == Verdict::unknown);
+  reached = false;
+  CHECK(limited.nearest(sheet, above)->answer.signed_distance == whole->answer.signed_distance);
 }
 
 TEST_CASE("configurations: continuous motions see what lies between, and what they call free is free") {

@@ -358,6 +358,34 @@ TEST_CASE("a requested stop ends the step early, with an empty answer") {
   }
 }
 
+TEST_CASE("work within a batch is told that the step was stopped, cancelled or has failed") {
+  const ManyThreads many;
+  SyntheticWork work(500, 6.0f, 9);
+  for (const auto& [kind, form] : kinds_and_forms())
+    for (const bool by_error : {false, true}) {
+      CAPTURE(name(kind), name(form), by_error);
+      const auto executor = make_executor({.kind = kind, .threads = 3, .sharing = {.form = form, .short_step_ms = 0}});
+      ContactList contacts;
+      ExecutionReport report;
+      std::stop_source within;
+      std::atomic<int> asked{0}, early{0}, told{0};
+      work.on_pair = [&](Pair) {
+        if (asked.fetch_add(1) != 0) return;
+        early += work.has_ended() ? 1 : 0;
+        within.request_stop();
+        told += work.has_ended() ? 1 : 0;
+        if (by_error) throw std::runtime_error("in a pair");
+      };
+      if (by_error)
+        CHECK_THROWS_AS(executor->run(work, contacts, report, within.get_token(), nullptr), std::runtime_error);
+      else
+        executor->run(work, contacts, report, within.get_token(), nullptr);
+      CHECK(early == 0);
+      CHECK(told == 1);
+      CHECK(contacts.pairs.empty());
+    }
+}
+
 TEST_CASE("a predicate that drops pairs is applied to each once") {
   const ManyThreads many;
   SyntheticWork work(2000, 10.0f, 9);

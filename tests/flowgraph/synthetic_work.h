@@ -27,6 +27,7 @@ class SyntheticWork final : public StepWork {
     }
   }
 
+  void ended_by(std::function<bool()> ended) override { has_ended = std::move(ended); }
   std::size_t begin() override {
     stages_ = 1 + broad_phase_->begin(boxes_);
     return stages_;
@@ -75,6 +76,7 @@ class SyntheticWork final : public StepWork {
   std::function<std::size_t(std::span<Pair>)> on_keep;  // may throw
   std::function<bool(Pair)> is_heavy, is_costliest;
   bool no_tiles = false;
+  std::function<bool()> has_ended;  // as the executor told it
 
  private:
   static void answer(Pair pair, std::vector<PairResult>& results, std::vector<Contact>& contacts) {

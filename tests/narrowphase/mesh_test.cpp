@@ -141,10 +141,10 @@ TEST_CASE("all intersecting triangle pairs of two meshes are those of all agains
         if (test(p, q, {test.in_a(q[0]), test.in_a(q[1]), test.in_a(q[2])})) want.push_back({x, y});
       }
     CAPTURE(i);
-    REQUIRE(mesh_triangle_pairs(a, pa, b, pb) == want);
+    REQUIRE(mesh_triangle_pairs(a, pa, b, pb, {}) == want);
     for (auto& pair : want) std::swap(pair[0], pair[1]);
     std::sort(want.begin(), want.end());
-    REQUIRE(mesh_triangle_pairs(b, pb, a, pa) == want);
+    REQUIRE(mesh_triangle_pairs(b, pb, a, pa, {}) == want);
     found += want.size();
   }
   CHECK(found > 1000);
@@ -185,7 +185,7 @@ TEST_CASE("a small mesh whose corners just pierce or just miss a large one: what
         if (test(t, q, {test.in_a(q[0]), test.in_a(q[1]), test.in_a(q[2])})) want.push_back({x, y});
       }
     CAPTURE(i, sink);
-    REQUIRE(mesh_triangle_pairs(a, pa, b, pb) == want);
+    REQUIRE(mesh_triangle_pairs(a, pa, b, pb, {}) == want);
     found += want.empty() ? 0 : 1;
   }
   CHECK(found >= 200);
@@ -225,7 +225,7 @@ TEST_CASE("stretched, tiny, far, aligned and shifted meshes: every pair that exa
         if (test.exact(p, q)) want.push_back({x, y});
       }
     CAPTURE(i);
-    REQUIRE(mesh_triangle_pairs(a, pa, b, pb) == want);
+    REQUIRE(mesh_triangle_pairs(a, pa, b, pb, {}) == want);
     REQUIRE(NarrowPhase().solve(a, pa, b, pb, Request::collide).collide == !want.empty());
     found += want.size();
   }
@@ -286,7 +286,7 @@ TEST_CASE("real meshes and hard triangles: every intersecting pair, exactly") {
   for (const auto& entry : std::filesystem::directory_iterator(root / "cases" / "mesh_pairs")) {
     const Json json = Json::parse(std::ifstream(entry.path()));
     const Pairs pairs = mesh_triangle_pairs(read_shape(json["shapeA"], root / "meshes"), read_pose(json["poseA"]),
-                                            read_shape(json["shapeB"], root / "meshes"), read_pose(json["poseB"]));
+                                            read_shape(json["shapeB"], root / "meshes"), read_pose(json["poseB"]), {});
     CAPTURE(entry.path());
     const Json& expect = json["expect"];
     CHECK(pairs.size() == expect["intersecting_pairs"].get<std::size_t>());

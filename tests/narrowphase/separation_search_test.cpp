@@ -84,7 +84,7 @@ const Pose sunk = Pose::at(0.65, 0.1, 0.4);
 TEST_CASE("search for a separating translation: two meshes") {
   const Shape cube{box_mesh({1, 1, 1}, 2)};
   const Posed a{block, at_block}, b{cube, sunk};
-  const PartRunner none;
+  const NarrowPhaseOptions none;
   TriangleTest test(a.pose, b.pose, reach(mesh_of(b.shape)));
   PairMemory memory;
   const TrianglePairs pairs = meeting_pairs(a, b, test, none, memory, nullptr);

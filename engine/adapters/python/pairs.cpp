@@ -92,6 +92,8 @@ const char* status_name(Status status) {
       return "ok";
     case Status::inexact:
       return "inexact";
+    case Status::stopped:
+      return "stopped";
     default:
       return "unproven";
   }

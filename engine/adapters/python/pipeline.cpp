@@ -72,6 +72,7 @@ std::vector<std::string> issues(const StepReport& report) {
   add(StepIssue::pool_grew, "pool_grew");
   add(StepIssue::ran_on_caller, "ran_on_caller");
   add(StepIssue::ended_early, "ended_early");
+  add(StepIssue::incomplete, "incomplete");
   return out;
 }
 

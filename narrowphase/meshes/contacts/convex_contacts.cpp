@@ -130,7 +130,7 @@ void ConvexContacts::append_along_plane(const Corners& p, const TrianglePlane& p
 
 void ConvexContacts::gather(double limit, PairAnswer& near, std::vector<Contact>& out) const {
   const double margin = pair_.options().margin;
-  PatchCollector patches(pair_.size());
+  PatchCollector patches(pair_.size(), pair_.options().limit);
   const std::size_t first = out.size();
   // What keeps it from one triangle keeps it from others near that.
   std::array<SupportPlane, 4> clear;

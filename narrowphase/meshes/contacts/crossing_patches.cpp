@@ -1,8 +1,8 @@
 #include "meshes/contacts/crossing_patches.h"
 
 #include <bit>
-#include <numeric>
 
+#include "shapes/disjoint_sets.h"
 #include "shapes/index_map.h"
 #include "tolerances.h"
 #include "triangles/patch_rows.h"
@@ -18,8 +18,10 @@ template <class Take>
 void each_crossing(const PosedMeshes& m, std::span<const TrianglePair> pairs, Take&& take) {
   TriangleRows rows{};  // columns that are not set are computed with the others: what is in them must be numbers
   CrossingRows found;
+  WorkMeter meter(m.limit);
   for (std::size_t first = 0; first < pairs.size(); first += TriangleRows::most) {
     const auto some = pairs.subspan(first, std::min(TriangleRows::most, pairs.size() - first));
+    meter.spend(static_cast<int>(some.size()));
     for (std::size_t k = 0; k < some.size(); ++k) rows.set(k, m.a.corners(some[k][0]), m.b.corners(some[k][1]));
     cross_triangles(rows, some.size(), m.frame, found);
     for (std::uint32_t left = found.crosses; left != 0; left &= left - 1) {
@@ -43,22 +45,6 @@ void each_crossing(const PosedMeshes& m, std::span<const TrianglePair> pairs, Ta
     }
   }
 }
-
-class DisjointSets {
- public:
-  DisjointSets(std::size_t n, Memory memory) : parent_(n, memory) { std::iota(parent_.begin(), parent_.end(), 0u); }
-  std::uint32_t find(std::uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void join(std::uint32_t i, std::uint32_t j) {
-    i = find(i), j = find(j);
-    parent_[std::max(i, j)] = std::min(i, j);
-  }
-
- private:
-  List<std::uint32_t> parent_;
-};
 
 class PatchFinder {
  public:
@@ -119,7 +105,11 @@ class PatchFinder {
       else
         join_and_flood(false, sets, inside, touched, &memory);
     });
-    for (std::uint32_t c = 0; c < crossings_.size(); ++c) sets_.join(c, sets.find(c));
+    WorkMeter meter(m_.limit);
+    for (std::uint32_t c = 0; c < crossings_.size(); ++c) {
+      meter.spend();
+      sets_.join(c, sets.find(c));
+    }
     inside_.insert(inside_.end(), inside.begin(), inside.end());
     touched_.insert(touched_.end(), touched.begin(), touched.end());
   }
@@ -127,6 +117,7 @@ class PatchFinder {
   // Curves that share a triangle bound one patch, and so do curves between which the surface lies inside.
   void join_and_flood(bool of_a, DisjointSets& sets, List<Found>& inside, List<Found>& touched, Memory memory) const {
     const MeshModel& mesh = m_.mesh(of_a);
+    WorkMeter meter(m_.limit);
     struct Crossed {
       std::uint32_t crossing;  // one of them
       std::uint32_t edges;     // bits of the edges crossed
@@ -134,6 +125,7 @@ class PatchFinder {
     IndexMap<Crossed> crossed(memory);  // triangles
     IndexMap<Inner> inner(memory);      // ends of crossed edges, each with its nearest piercing
     for (std::uint32_t c = 0; c < crossings_.size(); ++c) {
+      meter.spend(6);
       const std::uint32_t t = crossings_[c].triangles[of_a ? 0 : 1];
       const auto [entry, fresh] = crossed.emplace(t, {c, 0});
       if (!fresh) sets.join(entry.crossing, c);
@@ -149,8 +141,10 @@ class PatchFinder {
         }
       }
     }
-    for (const auto& [vertex, n] : inner)
+    for (const auto& [vertex, n] : inner) {
+      meter.spend();
       if (n.inside) inside.push_back({vertex, of_a, n.crossing});
+    }
     // From crossed triangles over edges whose ends are inside into those that are inside as a whole.
     IndexMap<std::uint32_t> reached(memory);
     List<std::pair<std::uint32_t, std::uint32_t>> stack(memory);
@@ -164,6 +158,7 @@ class PatchFinder {
         sets.join(origin, c);
     };
     for (const auto& [t, hit] : crossed) {
+      meter.spend();
       for (std::uint32_t k = 0; k < 3; ++k) {
         if (hit.edges >> k & 1u) continue;
         const Inner* from = inner.find(mesh.triangles[t][k]);
@@ -171,6 +166,7 @@ class PatchFinder {
         if (from && to && from->inside && to->inside) visit(mesh.neighbours[t][k], hit.crossing);
       }
       while (!stack.empty()) {
+        meter.spend(6);
         const auto [next, origin] = stack.back();
         stack.pop_back();
         for (std::uint32_t k = 0; k < 3; ++k) {
@@ -185,8 +181,10 @@ class PatchFinder {
   }
 
   void collect() {
+    WorkMeter meter(m_.limit);
     List<std::uint32_t> place(crossings_.size(), no_index, memory_);
     const auto patch_of = [&](std::uint32_t c) -> Patch& {
+      meter.spend();
       const std::uint32_t root = sets_.find(c);
       if (place[root] == no_index)
         place[root] = static_cast<std::uint32_t>(patches_.size()), patches_.emplace_back(memory_);

@@ -32,9 +32,11 @@ CoplanarFacets coplanar_facets(const PosedMeshes& m, std::span<const Facet> face
   const Vec3 centre = of_a ? m.frame.in_a(m.b.centre) : m.a.centre,
              half = of_a ? Vec3(m.frame.map().cwiseAbs() * m.b.half) : m.a.half;
   CoplanarFacets face{seed.n, seed.n.dot(seed.p[0]), 0, List<Facet>(memory)};
+  WorkMeter meter(m.limit);
   for (const Facet& f : facets)
     if (face.contains(f, slack)) face.facets.push_back(f);
-  for (std::size_t i = 0; i < face.facets.size() && face.facets.size() < most; ++i)
+  for (std::size_t i = 0; i < face.facets.size() && face.facets.size() < most; ++i) {
+    meter.spend(8);
     for (const std::uint32_t next : mesh.neighbours[face.facets[i].triangle]) {
       const bool is_known =
           std::any_of(face.facets.begin(), face.facets.end(), [&](const Facet& f) { return f.triangle == next; });
@@ -45,6 +47,7 @@ CoplanarFacets coplanar_facets(const PosedMeshes& m, std::span<const Facet> face
           ((lo - centre - half).array() <= slack).all() && ((centre - half - hi).array() <= slack).all();
       if (is_near && face.contains(f, slack)) face.facets.push_back(f);
     }
+  }
   std::sort(face.facets.begin(), face.facets.end(),
             [](const Facet& x, const Facet& y) { return x.triangle < y.triangle; });
   for (const Facet& f : face.facets) face.area += (f.p[1] - f.p[0]).cross(f.p[2] - f.p[0]).norm() / 2;
@@ -61,7 +64,8 @@ struct FaceOverlap {
 
 // All corners of the overlap's outline along n.
 // `room`: what it holds stays as it is.
-void outline(FaceOverlap& overlap, double size, Memory memory, std::vector<Contact>& room) {
+void outline(FaceOverlap& overlap, double size, Memory memory, const WorkLimit* limit, std::vector<Contact>& room) {
+  WorkMeter meter(limit);
   const Vec3& n = overlap.n;
   constexpr std::uint32_t made_up = 0xffffffffu;  // deepest of all, for want of others
   constexpr double any_depth = std::numeric_limits<double>::infinity();
@@ -78,6 +82,7 @@ void outline(FaceOverlap& overlap, double size, Memory memory, std::vector<Conta
   List<Box> boxes(memory);
   for (const Facet& f : overlap.of_b->facets) boxes.push_back(box_of(f.p));
   for (const Facet& f : overlap.of_a->facets) {
+    meter.spend(8);
     const Box box = box_of(f.p);
     for (std::size_t j = 0; j < boxes.size(); ++j) {
       const Facet& g = overlap.of_b->facets[j];
@@ -85,6 +90,7 @@ void outline(FaceOverlap& overlap, double size, Memory memory, std::vector<Conta
       for (std::size_t k = 0; k < 2; ++k)
         apart = apart || box.lo[k] > boxes[j].hi[k] + slack || boxes[j].lo[k] > box.hi[k] + slack;
       if (apart) continue;
+      meter.spend(8);
       const std::size_t first = room.size(), begin = overlap.points.size();
       append_manifold(TriangleView(f.p), TriangleView(g.p), {Mat3::Identity(), Vec3::Zero()},
                       {.signed_distance = -any_depth, .point_a = f.p[0], .point_b = g.p[0], .normal = n}, 0, {}, room,
@@ -143,7 +149,9 @@ List<FacePair> facing_pairs(const PosedMeshes& m, const Facets& facets, const Ve
   constexpr std::size_t most_pairs = 16;
   const double width = area.isZero(0) ? size : std::sqrt(area.norm());
   List<FacePair> found(memory);
-  for (const Facet& f : facets[1])
+  WorkMeter meter(m.limit);
+  for (const Facet& f : facets[1]) {
+    meter.spend(1 + static_cast<int>(facets[0].size() / 8));
     for (const Facet& g : facets[0]) {
       if (!(f.n.dot(g.n) > carries_patch)) continue;
       // As thick all over, but for what an angle makes of it; and not deeper than wide, or nearly on its side: that
@@ -159,6 +167,7 @@ List<FacePair> facing_pairs(const PosedMeshes& m, const Facets& facets, const Ve
       found.push_back({coplanar_facets(m, facets[1], f, true, slack, memory),
                        coplanar_facets(m, facets[0], g, false, slack, memory)});
     }
+  }
   return found;
 }
 
@@ -174,7 +183,7 @@ bool add_face_overlaps(const PosedMeshes& m, const Facets& facets, const Vec3& a
   for (const FacePair& pair : pairs) {
     const Vec3& n = pair.of_a.area >= pair.of_b.area ? pair.of_a.n : pair.of_b.n;
     FaceOverlap overlap{&pair.of_a, &pair.of_b, n, 0, 0, 0, List<Contact>(memory)};
-    outline(overlap, size, memory, room);
+    outline(overlap, size, memory, m.limit, room);
     overlap.width = width_of(overlap);
     // No edge, but for rounding.
     if (overlap.depth <= most && overlap.width > 4 * tolerance::alike * size) overlaps.push_back(std::move(overlap));

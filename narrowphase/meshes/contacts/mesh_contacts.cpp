@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <functional>
 #include <limits>
 #include <memory_resource>
 #include <optional>
@@ -12,6 +13,7 @@
 #include "manifold/patch_collector.h"
 #include "meshes/contacts/crossing_patches.h"
 #include "meshes/contacts/face_overlaps.h"
+#include "shapes/metered_sort.h"
 #include "shapes/unit_vector.h"
 #include "tolerances.h"
 #include "triangles/patch_rows.h"
@@ -38,7 +40,9 @@ double noise_of(const PosedMeshes& m, const Patch& patch, std::span<const Crossi
   };
   const double off = 8 * epsilon * (m.a.half + m.b.half).norm() + m.frame.delta();
   double noise = 0;
+  WorkMeter meter(m.limit);
   for (const std::uint32_t k : patch.crossings) {
+    meter.spend();
     const Crossing& c = crossings[k];
     const double length = (c.end[1].point - c.end[0].point).norm();
     const double sine = normal(true, c.triangles[0]).cross(normal(false, c.triangles[1])).norm();
@@ -52,7 +56,9 @@ PatchNormal normal_of(const PosedMeshes& m, const Patch& patch, const Facets& fa
   const Vec3 base = crossings[patch.crossings[0]].end[0].point;
   Vec3 area = Vec3::Zero(), open = Vec3::Zero(), sides = Vec3::Zero();
   double length = 0;
+  WorkMeter meter(m.limit);
   for (const std::uint32_t c : patch.crossings) {
+    meter.spend();
     const Vec3 p = crossings[c].end[0].point - base, q = crossings[c].end[1].point - base;
     area += p.cross(q) / 2;
     open += q - p;
@@ -73,13 +79,15 @@ PatchNormal normal_of(const PosedMeshes& m, const Patch& patch, const Facets& fa
 // that surface is there.
 class DepthProbe {
  public:
-  DepthProbe(const Facets& facets, const Vec3& n, Memory memory)
+  DepthProbe(const Facets& facets, const Vec3& n, const WorkLimit* limit, Memory memory)
       : n_(n), flats_{List<Flat>(memory), List<Flat>(memory)} {
     u_ = uncommon(n).normalized();
     v_ = n.cross(u_);
+    WorkMeter meter(limit);
     for (const std::size_t of_a : {std::size_t{1}, std::size_t{0}}) {
       flats_[of_a].reserve(std::min(facets[of_a].size(), usual_flats));
       for (const Facet& facet : facets[of_a]) {
+        meter.spend();
         const auto& p = facet.p;
         // Only the sides that face each other, not those along n but for what little a pose is off.
         if (!(facet.n.dot(n) > tolerance::flush)) continue;
@@ -158,11 +166,12 @@ void find_spans(const PosedMeshes& m, const Patch& patch, std::span<const Crossi
   const auto add = [&](std::uint32_t edge, const Vec3& p, const Vec3& q) {
     if (is_ridge(mesh, edge / 3, edge % 3)) spans.push_back({p, q, feature_of(of_a ? 2 : 3, edge)});
   };
+  WorkMeter meter(m.limit);
   List<std::uint32_t> inner(memory);
   inner.reserve(patch.vertices.size());
   for (const Candidate& c : patch.vertices)
     if (c.of_a == of_a) inner.push_back(c.feature & 0x3fffffffu);
-  std::sort(inner.begin(), inner.end());
+  sort_metered(meter, inner.begin(), inner.end(), std::less<std::uint32_t>());
   const auto is_inside = [&](std::uint32_t vertex) { return std::binary_search(inner.begin(), inner.end(), vertex); };
   struct Pierced {
     std::uint32_t edge;
@@ -170,13 +179,16 @@ void find_spans(const PosedMeshes& m, const Patch& patch, std::span<const Crossi
   };
   List<Pierced> pierced(memory);
   pierced.reserve(patch.crossings.size());
-  for (const std::uint32_t k : patch.crossings)
+  for (const std::uint32_t k : patch.crossings) {
+    meter.spend();
     for (const Piercing& p : crossings[k].end)
       if (p.edge_of_a == of_a && is_first(p.triangle, p.corner)) pierced.push_back({3 * p.triangle + p.corner, &p});
-  std::sort(pierced.begin(), pierced.end(), [](const Pierced& x, const Pierced& y) {
+  }
+  sort_metered(meter, pierced.begin(), pierced.end(), [](const Pierced& x, const Pierced& y) {
     return x.edge != y.edge ? x.edge < y.edge : x.piercing->fraction < y.piercing->fraction;
   });
   for (auto at = pierced.begin(); at != pierced.end();) {
+    meter.spend(4);
     const std::uint32_t edge = at->edge;
     const Piercing& first = *at->piercing;
     bool is_open = first.from_inside && is_inside(first.from);
@@ -280,7 +292,9 @@ Corner find_corner(const PosedMeshes& m, std::span<const Facet> facets, bool of_
   Corner corner(memory);
   corner.of_a = of_a;
   bool is_bent = false;
+  WorkMeter meter(m.limit);
   for (const Facet& facet : facets) {
+    meter.spend();
     bool is_known = false;
     for (std::size_t k = 0; k < count && !is_known; ++k) {
       const auto [low, high] = heights(planes[k], facet.p);
@@ -294,7 +308,8 @@ Corner find_corner(const PosedMeshes& m, std::span<const Facet> facets, bool of_
   }
   if (!is_bent) return corner;
   for (const Plane& f : std::span(planes).first(count)) corner.faces.push_back({f.n, f.level, List<Facet>(memory)});
-  for (const Facet& facet : facets)
+  for (const Facet& facet : facets) {
+    meter.spend();
     for (std::size_t k = 0; k < count; ++k) {
       const auto [low, high] = heights(planes[k], facet.p);
       if (low < -slack) {
@@ -303,6 +318,7 @@ Corner find_corner(const PosedMeshes& m, std::span<const Facet> facets, bool of_
       }
       if (high <= slack) corner.faces[k].facets.push_back(facet);
     }
+  }
   return corner;
 }
 
@@ -317,10 +333,12 @@ struct PatchPoints {
 void add_points(const PosedMeshes& m, const PatchPoints& points, const Vec3& n, Memory memory,
                 std::vector<Contact>& contacts) {
   const double size = (m.a.half + m.b.half).norm(), slack = tolerance::alike * size;
-  const DepthProbe depth(points.facets, n, memory);
+  WorkMeter meter(m.limit);
+  const DepthProbe depth(points.facets, n, m.limit, memory);
   List<Candidate> chosen(memory);
   chosen.reserve(40);
   for (const std::size_t of_a : {std::size_t{1}, std::size_t{0}}) {
+    meter.spend(1 + static_cast<int>((points.vertices[of_a].size() + points.edges[of_a].size()) / 8));
     choose(points.vertices[of_a], n, depth.u(), depth.v(), slack, chosen);
     choose(points.edges[of_a], n, depth.u(), depth.v(), slack, chosen);
   }
@@ -335,8 +353,11 @@ void add_points(const PosedMeshes& m, const PatchPoints& points, const Vec3& n, 
     else
       known->depth = std::max(known->depth, d);
   };
-  for (const Candidate& c : chosen)
+  const int a_probe = 1 + static_cast<int>((points.facets[0].size() + points.facets[1].size()) / 32);
+  for (const Candidate& c : chosen) {
+    meter.spend(a_probe);
     if (const double d = depth(c); d >= 0) add(c.point - n * (c.of_a ? d / 2 : -d / 2), d, c.feature);
+  }
   const List<const Span*> ridges[] = {farthest(points.spans[0], -n, slack, memory),
                                       farthest(points.spans[1], n, slack, memory)};
   for (const Span* a : ridges[1])
@@ -416,10 +437,14 @@ Vec3 normal_of_face(const PosedMeshes& m, const PatchPoints& points, const Vec3&
 
 PatchSides add_patch(const PosedMeshes& m, const Patch& patch, std::span<const Crossing> crossings, Memory memory,
                      PatchCollector& overlaps, std::vector<Contact>& contacts) {
+  WorkMeter meter(m.limit);
   std::array<List<Facet>, 2> all{List<Facet>(memory), List<Facet>(memory)};
   for (const std::size_t of_a : {std::size_t{0}, std::size_t{1}}) {
     all[of_a].reserve(patch.triangles[of_a].size());
-    for (const std::uint32_t t : patch.triangles[of_a]) all[of_a].push_back(facet_of(m, of_a == 1, t));
+    for (const std::uint32_t t : patch.triangles[of_a]) {
+      meter.spend();
+      all[of_a].push_back(facet_of(m, of_a == 1, t));
+    }
   }
   const Facets facets{all[0], all[1]};
   const PatchNormal normal = normal_of(m, patch, facets, crossings);
@@ -437,10 +462,12 @@ PatchSides add_patch(const PosedMeshes& m, const Patch& patch, std::span<const C
   if (normal.n.isZero()) return {};
   std::array<List<Candidate>, 2> edges{List<Candidate>(memory), List<Candidate>(memory)};
   for (List<Candidate>& some : edges) some.reserve(2 * patch.crossings.size());
-  for (const std::uint32_t k : patch.crossings)
+  for (const std::uint32_t k : patch.crossings) {
+    meter.spend();
     for (const Piercing& p : crossings[k].end)
       edges[p.edge_of_a ? 1 : 0].push_back(
           {p.point, p.edge_of_a, feature_of(p.edge_of_a ? 2 : 3, 3 * p.triangle + p.corner)});
+  }
   std::array<List<Span>, 2> spans{List<Span>(memory), List<Span>(memory)};
   const std::size_t fewer = edges[0].size() < edges[1].size() ? 0 : 1;
   find_spans(m, patch, crossings, fewer == 1, memory, spans[fewer]);
@@ -463,17 +490,19 @@ struct Sides : PatchSides {
   double deepest = 0;
 };
 
-Sides add_patches(const PosedMeshes& m, std::span<const TrianglePair> pairs, const PartRunner& parts,
+Sides add_patches(const PosedMeshes& m, std::span<const TrianglePair> pairs, const NarrowPhaseOptions& options,
                   std::vector<Contact>& contacts) {
   alignas(std::max_align_t) std::array<std::byte, usual_memory> usual;
   std::pmr::monotonic_buffer_resource memory(usual.data(), usual.size());
   const std::size_t first = contacts.size();
-  const CrossingPatches found(m, pairs, parts, &memory);
-  PatchCollector overlaps(
-      (m.a.half + m.b.half).norm());  // those along one normal are one patch, as with a convex shape
+  const CrossingPatches found(m, pairs, options.parts, &memory);
+  PatchCollector overlaps((m.a.half + m.b.half).norm(),
+                          options.limit);  // those along one normal are one patch, as with a convex shape
   Sides sides;
   sides.sure = true;
+  WorkMeter meter(options.limit);
   for (const Patch& patch : found.patches()) {
+    meter.spend(8);
     const PatchSides here = add_patch(m, patch, found.crossings(), &memory, overlaps, contacts);
     sides.sure = sides.sure && here.sure;
     sides.in_corner = sides.in_corner || here.in_corner;
@@ -489,7 +518,7 @@ Sides add_patches(const PosedMeshes& m, std::span<const TrianglePair> pairs, con
 }  // namespace
 
 PatchSides patch_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
-                          std::span<const TrianglePair> pairs, const PartRunner& parts,
+                          std::span<const TrianglePair> pairs, const NarrowPhaseOptions& options,
                           std::vector<Contact>& contacts) {
   const std::size_t first = contacts.size();
   const double slack = tolerance::alike * (a.half + b.half).norm();
@@ -501,7 +530,7 @@ PatchSides patch_contacts(const MeshModel& a, const MeshModel& b, const Triangle
       const bool is_first = !turned_a && !turned_b;
       std::vector<Contact>& here = is_first ? contacts : found;
       if (!is_first) found.clear();
-      const Sides sides = add_patches({a, b, frame, turned_a, turned_b}, pairs, parts, here);
+      const Sides sides = add_patches({a, b, frame, turned_a, turned_b, options.limit}, pairs, options, here);
       if (!is_first) {
         // The shorter translation, if any.
         const bool better = contacts.size() == first || sides.sure > taken.sure ||

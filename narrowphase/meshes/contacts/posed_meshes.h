@@ -8,6 +8,7 @@
 
 #include "shapes/mesh_model.h"
 #include "shapes/unit_vector.h"
+#include "shapes/work_meter.h"
 #include "tandem/narrowphase/answer.h"
 #include "triangles/predicates.h"
 
@@ -27,6 +28,7 @@ struct PosedMeshes {
   const TriangleTest& frame;
   /// Its triangles are taken to go round the other way: of a surface with a border either side may be the outer one.
   bool turned_a = false, turned_b = false;
+  const WorkLimit* limit = nullptr;
 
   bool turned(bool of_a) const { return of_a ? turned_a : turned_b; }
   std::array<Vec3, 3> corners(bool of_a, std::uint32_t t) const {

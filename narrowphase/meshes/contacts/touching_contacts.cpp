@@ -24,9 +24,16 @@ constexpr std::size_t crossed_faces = 16;  // pairs of triangles that touch whos
 class Touching {
  public:
   Touching(const PosedMeshes& m, std::span<const TrianglePair> pairs, Memory memory)
-      : m_(m), pairs_(pairs), slack_(tolerance::in_plane * (m.a.half + m.b.half).norm()), faces_(memory) {
+      : m_(m),
+        pairs_(pairs),
+        slack_(tolerance::in_plane * (m.a.half + m.b.half).norm()),
+        meter_(m.limit),
+        faces_(memory) {
     faces_.reserve(pairs.size());
-    for (const auto& [i, j] : pairs) faces_.push_back(faces(m.corners(true, i), m.corners(false, j)));
+    for (const auto& [i, j] : pairs) {
+      meter_.spend();
+      faces_.push_back(faces(m.corners(true, i), m.corners(false, j)));
+    }
     find_separating_direction();
   }
 
@@ -39,8 +46,10 @@ class Touching {
     const std::size_t first = contacts.size();
     if (faces_.empty()) contacts.push_back({middle(), n_, depth_, 0});
     for (std::size_t k = 0; k < pairs_.size(); ++k) {
+      meter_.spend();
       const double depth = overlap(faces_[k], n_);
       if (depth < depth_ - slack_) continue;
+      meter_.spend(32);
       const TriangleView p(faces_[k].a), q(faces_[k].b);
       const PairAnswer near = solve_convex(p, {}, q, {}, Request::distance, {}, nullptr);
       const std::size_t known = contacts.size();
@@ -116,6 +125,7 @@ class Touching {
   // many triangles next to no direction is held against more than a few.
   void consider(const Vec3& n) {
     if (separable_ || n.norm() < 0.5 || blocks(faces_[blocking_], n)) return;
+    meter_.spend(1 + static_cast<int>(faces_.size() / 16));
     for (std::size_t k = 0; k < faces_.size(); ++k)
       if (blocks(faces_[k], n)) {
         blocking_ = k;
@@ -187,6 +197,7 @@ class Touching {
   const PosedMeshes& m_;
   const std::span<const TrianglePair> pairs_;
   const double slack_;  // what counts as touching
+  WorkMeter meter_;
   List<Faces> faces_;
   Vec3 sides_ = Vec3::Zero();  // where the triangles face, A's less B's; unit
   Vec3 n_ = Vec3::UnitZ();
@@ -205,8 +216,9 @@ void sort_contacts(std::span<Contact> contacts) {
 }
 
 void touching_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
-                       std::span<const TrianglePair> pairs, std::size_t first, std::vector<Contact>& contacts) {
-  const PosedMeshes m{a, b, frame};
+                       std::span<const TrianglePair> pairs, const WorkLimit* limit, std::size_t first,
+                       std::vector<Contact>& contacts) {
+  const PosedMeshes m{a, b, frame, false, false, limit};
   alignas(std::max_align_t) std::array<std::byte, usual_memory> usual;
   std::pmr::monotonic_buffer_resource memory(usual.data(), usual.size());
   Touching touching(m, pairs, &memory);

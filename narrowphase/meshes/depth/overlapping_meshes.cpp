@@ -11,6 +11,7 @@
 #include "shapes/mesh_model.h"
 #include "shapes/shape_insides.h"
 #include "shapes/unit_vector.h"
+#include "shapes/work_meter.h"
 #include "tolerances.h"
 
 namespace tandem {
@@ -84,12 +85,12 @@ double gap_along(const Vec3& n, const Corners& s, const Corners& t) {
 }  // namespace
 
 OverlappingMeshes::OverlappingMeshes(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
-                                     const PartRunner& parts)
+                                     const NarrowPhaseOptions& options)
     : OverlappingPair(a.shape.size() + b.shape.size(), effort_of_meshes(a.shape.size() + b.shape.size())),
       a_(a),
       b_(b),
       pairs_(pairs),
-      parts_(parts),
+      options_(options),
       between_(b.pose.translation - a.pose.translation),
       features_{MeshFeatures(mesh_of(b.shape), slack), MeshFeatures(mesh_of(a.shape), slack)} {}
 
@@ -97,7 +98,9 @@ Vec3 OverlappingMeshes::placed(bool of_a, const Vec3& v, const Vec3& at) const {
   return of_a ? Vec3(a_.pose.rotation * v) : Vec3(b_.pose.rotation * v + between_ + at);
 }
 
-bool OverlappingMeshes::collide(const Vec3& move) const { return meshes_collide(a_, {b_.shape, moved_b(move)}); }
+bool OverlappingMeshes::collide(const Vec3& move) const {
+  return meshes_collide(a_, {b_.shape, moved_b(move)}, options_.limit);
+}
 
 // By halving: what lies between need not be free.
 double OverlappingMeshes::free_length(const Vec3& direction, const Separation& known) const {
@@ -120,16 +123,19 @@ bool OverlappingMeshes::add_constraints(const Vec3& at, LocalConstraints& constr
   if (!at.isZero(0)) {
     const Pose pose = moved_b(at);
     TriangleTest test(a_.pose, pose, reach(mesh(false)));
-    there = meeting_pairs(a_, {b_.shape, pose}, test, parts_, memory, nullptr);
+    there = meeting_pairs(a_, {b_.shape, pose}, test, options_, memory, nullptr);
   }
   const std::span<const TrianglePair> pairs = at.isZero(0) ? pairs_ : std::span<const TrianglePair>(there);
   bool is_new = false;
+  WorkMeter meter(options_.limit);
   for (std::size_t first = 0; first < std::min(pairs.size(), most_pairs); first += at_once) {
-    for (const auto& [i, j] : pairs.subspan(first, std::min(at_once, pairs.size() - first)))
+    for (const auto& [i, j] : pairs.subspan(first, std::min(at_once, pairs.size() - first))) {
+      meter.spend(64);
       for (std::size_t k = 0; k < 3; ++k) {
         is_new = add_edge_through_face(true, i, k, j, at, constraints) || is_new;
         is_new = add_edge_through_face(false, j, k, i, at, constraints) || is_new;
       }
+    }
     if (Vec3 to; !constraints.shortest(0, slack, to)) return false;
   }
   return is_new;
@@ -209,6 +215,7 @@ bool OverlappingMeshes::separating_planes(const Vec3& at, double reach, std::vec
   const Vec3 shift = between_ + at;
   const double far = reach + tolerance::askew_place * size;  // rotations may be a little off
   SeparatingPlanes known;
+  WorkMeter meter(options_.limit);
   planes.clear();
   // False: they touch.
   const auto separate = [&](std::uint32_t i, std::uint32_t j) {
@@ -236,6 +243,7 @@ bool OverlappingMeshes::separating_planes(const Vec3& at, double reach, std::vec
           return plane.n.dot(d) - plane.of_a.dot(box_a.half) - plane.of_b.dot(box_b.half);
         }))
       continue;
+    meter.spend(8);
     if (work_left_ == 0) return false;
     --work_left_;
     const bool leaf_a = is_leaf(ma, x), leaf_b = is_leaf(mb, y);

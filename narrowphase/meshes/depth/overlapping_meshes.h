@@ -19,8 +19,9 @@ namespace tandem {
 /// if nothing else is there.
 class OverlappingMeshes final : public OverlappingPair {
  public:
-  /// `pairs`: the triangles that meet; `parts` shares the work.
-  OverlappingMeshes(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs, const PartRunner& parts);
+  /// `pairs`: the triangles that meet. Of the options: `parts` and `limit`; they must outlive this.
+  OverlappingMeshes(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
+                    const NarrowPhaseOptions& options);
 
   bool collide(const Vec3& move) const override;
   bool is_free(const Vec3& move) const override { return !collide(move) && !collide(farther(move)); }
@@ -40,7 +41,7 @@ class OverlappingMeshes final : public OverlappingPair {
 
   const Posed a_, b_;
   const std::span<const TrianglePair> pairs_;
-  const PartRunner& parts_;
+  const NarrowPhaseOptions& options_;
   const Vec3 between_;
   mutable std::array<MeshFeatures, 2> features_;  ///< of B, of A; what was found is kept
   std::size_t work_left_ = 16384;                 ///< pairs of boxes that separating_planes may look at

@@ -7,45 +7,58 @@
 #include "meshes/traversal/mesh_traversal.h"
 #include "meshes/traversal/point_in_mesh.h"
 #include "shapes/mesh_model.h"
+#include "shapes/metered_sort.h"
 #include "shapes/shape_insides.h"
 #include "triangles/triangle_rows.h"
 
 namespace tandem {
 namespace {
 
-// Collects the pairs of triangles that meet, exactly, or only whether there is one; and what is known if there is none.
+// Collects the pairs of triangles that meet, exactly, or hands them on, or tells only whether there is one; and what is
+// known if there is none.
 class MeetingPairs final : public PairVisitor {
  public:
-  MeetingPairs(const MeshModel& a, const MeshModel& b, TriangleTest& test, TrianglePairs* pairs, GapBound* gap)
-      : a_(a), b_(b), test_(test), pairs_(pairs), gap_(gap) {
+  MeetingPairs(const MeshModel& a, const MeshModel& b, TriangleTest& test, TrianglePairs* pairs, GapBound* gap,
+               const WorkLimit* limit)
+      : PairVisitor(limit), a_(a), b_(b), test_(test), pairs_(pairs), gap_(gap) {
     traverse(a, b, test, pairs == nullptr, *this, gap == nullptr ? nullptr : &gap->of_others);
     decide_waiting();
   }
   MeetingPairs(const MeshModel& a, const MeshModel& b, TriangleTest& test, NodePair subtrees, TrianglePairs& pairs,
-               GapBound* gap)
-      : a_(a), b_(b), test_(test), pairs_(&pairs), gap_(gap) {
+               GapBound* gap, const WorkLimit* limit)
+      : PairVisitor(limit), a_(a), b_(b), test_(test), pairs_(&pairs), gap_(gap) {
     traverse(a, b, test, subtrees, *this, gap == nullptr ? nullptr : &gap->of_others);
     decide_waiting();
   }
 
+  MeetingPairs(const MeshModel& a, const MeshModel& b, TriangleTest& test, NodePair subtrees, const TakePair& take,
+               const WorkLimit* limit)
+      : PairVisitor(limit), a_(a), b_(b), test_(test), pairs_(nullptr), take_(&take), gap_(nullptr) {
+    traverse(a, b, test, subtrees, *this, nullptr);
+    if (!ended_) decide_waiting();
+  }
+
   bool any() const { return any_; }
+  bool ended() const { return ended_; }
 
   bool visit(std::uint32_t i, std::uint32_t j) override {
     waiting_[count_] = {i, j};
     rows_.set(count_++, a_.corners(i), b_.corners(j));
-    if (count_ == TriangleRows::most || pairs_ == nullptr) decide_waiting();
-    return pairs_ == nullptr && any_;
+    if (count_ == TriangleRows::most || (pairs_ == nullptr && take_ == nullptr)) decide_waiting();
+    return ended_ || (pairs_ == nullptr && take_ == nullptr && any_);
   }
 
  private:
   void decide_waiting() {
     if (count_ == 0) return;
+    meter.spend(static_cast<int>(count_));
     const TriangleVerdicts verdicts = compare_triangles(rows_, count_, test_);
-    for (std::size_t k = 0; k < count_; ++k) {
+    for (std::size_t k = 0; k < count_ && !ended_; ++k) {
       const auto [i, j] = waiting_[k];
       if ((verdicts.meet >> k & 1u) != 0 || ((verdicts.unknown >> k & 1u) != 0 && meet(i, j))) {
         any_ = true;
         if (pairs_ != nullptr) pairs_->push_back({i, j});
+        if (take_ != nullptr) ended_ = !(*take_)({i, j});
       } else if (gap_ != nullptr) {
         gap_->add({i, j});
       }
@@ -62,11 +75,13 @@ class MeetingPairs final : public PairVisitor {
   const MeshModel& b_;
   TriangleTest& test_;
   TrianglePairs* pairs_;
+  const TakePair* take_ = nullptr;
   GapBound* gap_;
   TriangleRows rows_{};  // columns that are not set are computed with the others: what is in them must be numbers
   std::array<TrianglePair, TriangleRows::most> waiting_;
   std::size_t count_ = 0;
   bool any_ = false;
+  bool ended_ = false;  // by who takes them
 };
 
 // How far apart two triangles that do not meet are, or a little less.
@@ -88,43 +103,60 @@ double gap_between(const Corners& p, const Corners& q) {
 
 }  // namespace
 
-TrianglePairs meeting_pairs(const Posed& a, const Posed& b, TriangleTest& test, const PartRunner& runner,
+TrianglePairs meeting_pairs(const Posed& a, const Posed& b, TriangleTest& test, const NarrowPhaseOptions& options,
                             PairMemory& memory, GapBound* gap) {
   const MeshModel &ma = mesh_of(a.shape), &mb = mesh_of(b.shape);
   constexpr std::size_t large = 16384, wanted = 64;  // triangles of both; pairs of subtrees
   std::vector<NodePair> subtrees;
-  if (runner && ma.triangles.size() + mb.triangles.size() >= large)
+  if (options.parts && ma.triangles.size() + mb.triangles.size() >= large)
     subtrees = traversal_subtrees(ma, mb, test, wanted, gap == nullptr ? nullptr : &gap->of_others);
   TrianglePairs pairs(&memory.resource);
   if (subtrees.size() < wanted) {
-    MeetingPairs(ma, mb, test, &pairs, gap);
+    MeetingPairs(ma, mb, test, &pairs, gap, options.limit);
   } else {
     std::vector<TrianglePairs> found(subtrees.size());
     std::vector<GapBound> gaps(gap == nullptr ? 0 : subtrees.size());
-    runner(subtrees.size(), [&](std::size_t k) {
+    options.parts(subtrees.size(), [&](std::size_t k) {
       TriangleTest own(a.pose, b.pose, reach(mb));
-      MeetingPairs(ma, mb, own, subtrees[k], found[k], gap == nullptr ? nullptr : &gaps[k]);
+      MeetingPairs(ma, mb, own, subtrees[k], found[k], gap == nullptr ? nullptr : &gaps[k], options.limit);
     });
     for (const GapBound& there : gaps) gap->join(there);
     for (const TrianglePairs& some : found) pairs.insert(pairs.end(), some.begin(), some.end());
   }
-  std::sort(pairs.begin(), pairs.end(), [](const auto& x, const auto& y) {
+  WorkMeter meter(options.limit);
+  sort_metered(meter, pairs.begin(), pairs.end(), [](const TrianglePair& x, const TrianglePair& y) {
     return (std::uint64_t{x[0]} << 32 | x[1]) < (std::uint64_t{y[0]} << 32 | y[1]);
   });
   return pairs;
 }
 
-bool has_inside(const Posed& outer, const Posed& inner) {
+bool each_meeting_pair(const Posed& a, const Posed& b, const WorkLimit* limit, const TakePair& take,
+                       const std::function<void(double)>& progress) {
+  constexpr std::size_t parts = 128;  // which progress is told by
+  const MeshModel &ma = mesh_of(a.shape), &mb = mesh_of(b.shape);
+  TriangleTest test(a.pose, b.pose, reach(mb));
+  const std::vector<NodePair> subtrees = traversal_subtrees(ma, mb, test, parts);
+  for (std::size_t k = 0; k < subtrees.size(); ++k) {
+    if (MeetingPairs(ma, mb, test, subtrees[k], take, limit).ended()) return false;
+    if (progress && k * parts / subtrees.size() != (k + 1) * parts / subtrees.size())
+      progress(static_cast<double>(k + 1) / static_cast<double>(subtrees.size()));
+  }
+  return true;
+}
+
+bool has_inside(const Posed& outer, const Posed& inner, const WorkLimit* limit) {
+  WorkMeter meter(limit);
   const MeshModel &o = mesh_of(outer.shape), &i = mesh_of(inner.shape);
   return o.solid && std::any_of(i.components.begin(), i.components.end(), [&](const MeshModel::Component& component) {
+           meter.spend(16);
            return is_inside(o, outer.pose, i.vertices[component[0]], inner.pose);
          });
 }
 
-bool meshes_collide(const Posed& a, const Posed& b) {
+bool meshes_collide(const Posed& a, const Posed& b, const WorkLimit* limit) {
   const MeshModel &ma = mesh_of(a.shape), &mb = mesh_of(b.shape);
   TriangleTest test(a.pose, b.pose, reach(mb));
-  return MeetingPairs(ma, mb, test, nullptr, nullptr).any() || is_contained(a, b);
+  return MeetingPairs(ma, mb, test, nullptr, nullptr, limit).any() || is_contained(a, b, limit);
 }
 
 double gap_of(const MeshModel& a, const MeshModel& b, const TriangleTest& test, const GapBound& gap) {

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory_resource>
 #include <vector>
 
@@ -40,18 +41,28 @@ struct GapBound {
   }
 };
 
-/// Sorted: who found them and when leaves no trace. `gap`, if not null, says what is known if there are none. `memory`
-/// holds the list.
-TrianglePairs meeting_pairs(const Posed& a, const Posed& b, TriangleTest& test, const PartRunner& runner,
+/// Sorted: who found them and when leaves no trace. Of the options: `parts` and `limit`. `gap`, if not null, says what
+/// is known if there are none. `memory` holds the list.
+TrianglePairs meeting_pairs(const Posed& a, const Posed& b, TriangleTest& test, const NarrowPhaseOptions& options,
                             PairMemory& memory, GapBound* gap);
+
+/// Takes one; false ends the search.
+using TakePair = std::function<bool(const TrianglePair&)>;
+
+/// The same pairs one after the other, in an order that depends on the arguments only; a.unit >= b.unit. False if it
+/// was ended. `progress`, if not empty, is told the part that is done, rising to 1 where the boxes overlap.
+bool each_meeting_pair(const Posed& a, const Posed& b, const WorkLimit* limit, const TakePair& take,
+                       const std::function<void(double)>& progress);
 
 /// A lower bound on how far apart two meshes are that do not meet; 0 if none is known.
 double gap_of(const MeshModel& a, const MeshModel& b, const TriangleTest& test, const GapBound& gap);
 
 /// For two whose surfaces do not meet: is a component of the one inside the other?
-bool has_inside(const Posed& outer, const Posed& inner);
-inline bool is_contained(const Posed& a, const Posed& b) { return has_inside(a, b) || has_inside(b, a); }
+bool has_inside(const Posed& outer, const Posed& inner, const WorkLimit* limit);
+inline bool is_contained(const Posed& a, const Posed& b, const WorkLimit* limit) {
+  return has_inside(a, b, limit) || has_inside(b, a, limit);
+}
 
-bool meshes_collide(const Posed& a, const Posed& b);
+bool meshes_collide(const Posed& a, const Posed& b, const WorkLimit* limit);
 
 }  // namespace tandem

@@ -42,9 +42,10 @@ MeshConvexPair MeshConvexPair::placed(const Pose& convex_pose) const {
 BoxQuery MeshConvexPair::query() const {
   if (radius_ > 0) {
     const Vec3 half(0, 0, own_half_.z() - radius_), along = (turn_.rotation * half).cwiseAbs();
-    return {model_, {shift_ - along, shift_ + along}, shift_, half, turn_.rotation, radius_};
+    return {model_, {shift_ - along, shift_ + along}, shift_, half, turn_.rotation, radius_, options_.limit};
   }
-  return {model_, {aligned_.lo + shift_, aligned_.hi + shift_}, mid_ + shift_, own_half_, turn_.rotation};
+  return {model_,        {aligned_.lo + shift_, aligned_.hi + shift_}, mid_ + shift_, own_half_, turn_.rotation, 0,
+          options_.limit};
 }
 
 PairAnswer MeshConvexPair::solve(const Corners& p, Request request) const {

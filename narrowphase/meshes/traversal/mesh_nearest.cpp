@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "convex/triangle_height.h"
 #include "meshes/traversal/hierarchy.h"
@@ -81,7 +82,7 @@ void triangles_nearest(const Corners& p, const Corners& q, Nearest& best) {
   }
 }
 
-NearestSearch::NearestSearch(const Posed& a, const Posed& b)
+NearestSearch::NearestSearch(const Posed& a, const Posed& b, const WorkLimit* limit)
     : a_(mesh_of(a.shape)),
       b_(mesh_of(b.shape)),
       turn_a_(a.pose.rotation),
@@ -91,7 +92,8 @@ NearestSearch::NearestSearch(const Posed& a, const Posed& b)
       b_by_a_(view_of(b_, a_, turn_a_.transpose() * turn_b_, turn_a_.transpose() * between_)),
       // As far as the rotations are off from orthonormal, boxes may be nearer than they look.
       slack_((12 * (skew(turn_a_) + skew(turn_b_)) + tolerance::place_rounding_of_nearest) *
-             (reach(a_) + reach(b_) + between_.lpNorm<1>())) {}
+             (reach(a_) + reach(b_) + between_.lpNorm<1>())),
+      meter_(limit) {}
 
 Nearest NearestSearch::operator()(double cutoff) {
   const double within = cutoff + slack_;
@@ -103,27 +105,21 @@ Nearest NearestSearch::operator()(double cutoff) {
   while (top > 0) {
     const Item at = stack[--top];
     if (!(at.bound <= best_.distance)) continue;
+    meter_.spend(4);
     if (is_leaf(a_, at.a) && is_leaf(b_, at.b)) {
       solve(leaf_triangle(a_, at.a), leaf_triangle(b_, at.b));
       continue;
     }
-    const bool down_a = goes_down_a(at);
-    const MeshModel& mesh = down_a ? a_ : b_;
-    const NearVolume volume = down_a ? b_by_a_.volume(at.b) : a_by_b_.volume(at.a);
-    const Vec3 ahead = down_a ? Vec3(-normal_a_) : normal_b_;
-    const NearPlane plane{ahead, volume.reach(ahead)};
-    const std::uint32_t number = node_under(mesh, down_a ? at.a : at.b);
-    const MeshNode& node = mesh.nodes[number];
-    std::array<double, mesh_lanes> least;
-    bound_distances(volume, plane, mesh, node, least);
-    const double off = slack_ + bounds_off * mesh.unit;
+    const Children children = bounds_of_children(at);
+    const bool down_a = children.of_a;
+    const MeshNode& node = (down_a ? a_ : b_).nodes[children.node];
     const std::size_t first = top;
     std::array<double, mesh_lanes> away;  // of those on the stack
     for (std::uint32_t k = 0; k < node.lanes; ++k) {
-      const double bound = std::max(at.bound, mesh.unit * least[k] - off);
+      const double bound = std::max(at.bound, children.bound[k]);
       if (!(bound <= best_.distance)) continue;
-      const std::uint32_t child = child_ref(number, k);
-      const double own = (Vec3(node.mid[0][k], node.mid[1][k], node.mid[2][k]) - volume.aligned_mid).squaredNorm();
+      const std::uint32_t child = child_ref(children.node, k);
+      const double own = (Vec3(node.mid[0][k], node.mid[1][k], node.mid[2][k]) - children.aligned_mid).squaredNorm();
       // The nearest on top; of equals, as of boxes that overlap, the one whose middle is, else the first.
       std::size_t place = top++;
       for (; place > first &&
@@ -143,9 +139,73 @@ bool NearestSearch::goes_down_a(const Item& at) const {
          (!is_leaf(a_, at.a) && BoxOf(a_, at.a).half.squaredNorm() >= BoxOf(b_, at.b).half.squaredNorm());
 }
 
-void NearestSearch::solve(std::uint32_t i, std::uint32_t j) {
+NearestSearch::Children NearestSearch::bounds_of_children(const Item& at) const {
+  const bool down_a = goes_down_a(at);
+  const MeshModel& mesh = down_a ? a_ : b_;
+  const NearVolume volume = down_a ? b_by_a_.volume(at.b) : a_by_b_.volume(at.a);
+  const Vec3 ahead = down_a ? Vec3(-normal_a_) : normal_b_;
+  Children children{down_a, node_under(mesh, down_a ? at.a : at.b), {}, volume.aligned_mid};
+  bound_distances(volume, {ahead, volume.reach(ahead)}, mesh, mesh.nodes[children.node], children.bound);
+  const double off = slack_ + bounds_off * mesh.unit;
+  for (double& bound : children.bound) bound = mesh.unit * bound - off;
+  return children;
+}
+
+std::array<Corners, 2> NearestSearch::placed(std::uint32_t i, std::uint32_t j) const {
   Corners p = a_.corners(i), q = b_.corners(j);
   for (std::size_t k = 0; k < 3; ++k) p[k] = turn_a_ * p[k], q[k] = turn_b_ * q[k] + between_;
+  return {p, q};
+}
+
+bool NearestSearch::each_within(double within, const Meet& meet, const Visit& visit,
+                                const std::function<void(double)>& progress) {
+  constexpr double steps = 128;  // in which progress is told
+  struct Part {
+    Item at;
+    double share;  // of all the work, as if every child were as much
+  };
+  std::array<Part, 2 * most_mesh_levels * mesh_lanes> stack;
+  std::size_t top = 0;
+  stack[top++] = {{0, whole, whole}, 1};
+  double done = 0, told = 0;
+  const auto finish = [&](double share) {
+    done += share;
+    if (!progress || (done < told + 1 / steps && top > 0)) return;
+    progress(told = top > 0 ? std::min(done, 1.0) : 1);
+  };
+  while (top > 0) {
+    const auto [at, share] = stack[--top];
+    meter_.spend(4);
+    if (is_leaf(a_, at.a) && is_leaf(b_, at.b)) {
+      const std::array<std::uint32_t, 2> pair{leaf_triangle(a_, at.a), leaf_triangle(b_, at.b)};
+      Nearest nearest;
+      if (meet(pair[0], pair[1])) {
+        nearest.distance = 0;
+      } else {
+        const auto [p, q] = placed(pair[0], pair[1]);
+        triangles_nearest(p, q, nearest);
+        nearest.distance = std::max(nearest.distance, std::numeric_limits<double>::min());
+      }
+      if (nearest.distance <= within && !visit(pair, nearest)) return false;
+      finish(share);
+      continue;
+    }
+    const Children children = bounds_of_children(at);
+    const std::uint32_t lanes = (children.of_a ? a_ : b_).nodes[children.node].lanes;
+    for (std::uint32_t k = lanes; k-- > 0;) {
+      if (!(children.bound[k] <= within)) continue;
+      const std::uint32_t child = child_ref(children.node, k);
+      stack[top++] = {children.of_a ? Item{0, child, at.b} : Item{0, at.a, child}, share / lanes};
+    }
+    const auto left = static_cast<double>(std::count_if(children.bound.begin(), children.bound.begin() + lanes,
+                                                        [&](double bound) { return !(bound <= within); }));
+    finish(share * left / lanes);
+  }
+  return true;
+}
+
+void NearestSearch::solve(std::uint32_t i, std::uint32_t j) {
+  const auto [p, q] = placed(i, j);
   const auto least = [](const Corners& t, const Vec3& d) { return std::min({d.dot(t[0]), d.dot(t[1]), d.dot(t[2])}); };
   if (least(q, normal_) + least(p, -normal_) > best_.distance + slack_) return;
   // Of pairs equally near the first by index: whatever order they are found in, it is the same one.

@@ -1,10 +1,12 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <functional>
 
 #include "meshes/traversal/hierarchy.h"
 #include "meshes/traversal/nearest_kernel.h"
 #include "shapes/posed_mesh.h"
+#include "shapes/work_meter.h"
 #include "tandem/narrowphase/options.h"
 #include "tolerances.h"
 
@@ -25,10 +27,17 @@ void triangles_nearest(const Corners& p, const Corners& q, Nearest& best);
 /// The nearest points of surfaces that do not meet, by branch and bound; relative to A's translation, in world axes.
 class NearestSearch {
  public:
-  NearestSearch(const Posed& a, const Posed& b);
+  NearestSearch(const Posed& a, const Posed& b, const WorkLimit* limit);
 
   /// Of none nearer than `cutoff` (metres) an infinite distance.
   Nearest operator()(double cutoff = infinity);
+
+  /// Visits every pair of triangles [of A, of B] at most `within` apart, with its nearest points; those of which `meet`
+  /// says so are 0 apart, without points. False: visit(pair, nearest) returned false. `progress`, if not empty, is told
+  /// the part that is done, rising.
+  using Meet = std::function<bool(std::uint32_t, std::uint32_t)>;
+  using Visit = std::function<bool(const std::array<std::uint32_t, 2>&, const Nearest&)>;
+  bool each_within(double within, const Meet& meet, const Visit& visit, const std::function<void(double)>& progress);
 
   /// From A to B in world axes, unit, of what was found. Where the points lie so close that their places' rounding
   /// turns the direction between them, it is that of the two triangles' features.
@@ -37,12 +46,23 @@ class NearestSearch {
  private:
   bool goes_down_a(const Item& at) const;
   void solve(std::uint32_t triangle_a, std::uint32_t triangle_b);
+  /// The triangles in world axes about A's translation.
+  std::array<Corners, 2> placed(std::uint32_t triangle_a, std::uint32_t triangle_b) const;
+  /// Lower bounds (metres) for the children of the larger of two places; which of the two it is, and its node.
+  struct Children {
+    bool of_a;
+    std::uint32_t node;
+    std::array<double, mesh_lanes> bound;
+    Vec3 aligned_mid;
+  };
+  Children bounds_of_children(const Item& at) const;
 
   const MeshModel &a_, &b_;
   const Mat3 &turn_a_, &turn_b_;
   const Vec3 between_;
   const MeshView a_by_b_, b_by_a_;
   const double slack_;  ///< of the bounds, metres
+  WorkMeter meter_;
   Nearest best_;
   std::array<std::uint32_t, 2> nearest_{};  ///< the triangles of `best_`, of A and of B
   /// From A to B, unit, once there is a pair: in world axes, A's and B's.

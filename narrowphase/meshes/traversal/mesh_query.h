@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "shapes/mesh_model.h"
+#include "shapes/work_meter.h"
 #include "tolerances.h"
 
 namespace tandem {
@@ -33,8 +34,8 @@ class BoxQuery {
   /// along its own; both hold the same thing.
   /// `ball`: every point of the thing stands for a ball of this radius about it.
   BoxQuery(const MeshModel& mesh, const Bounds& aligned, const Vec3& mid, const Vec3& half, const Mat3& axes,
-           double ball = 0)
-      : mesh_(mesh), ball_(ball) {
+           double ball = 0, const WorkLimit* limit = nullptr)
+      : mesh_(mesh), ball_(ball), limit_(limit) {
     const Vec3 lo = (aligned.lo - mesh.centre) / mesh.unit, hi = (aligned.hi - mesh.centre) / mesh.unit;
     const Vec3 m = (mid - mesh.centre) / mesh.unit, h = half / mesh.unit;
     const double most =
@@ -57,10 +58,12 @@ class BoxQuery {
   void each_near(double margin, Visit&& visit) const {
     // Of boxes with corners the gap along an axis; of round ones the distance.
     const float reach = ball_ > 0 ? squared(margin) : static_cast<float>(std::min(margin / mesh_.unit * 1.00001, 1e30));
+    WorkMeter meter(limit_);
     std::array<std::uint32_t, stack_size> stack;
     std::size_t top = 0;
     stack[top++] = 0;
     while (top > 0) {
+      meter.spend();
       const MeshNode& n = mesh_.nodes[stack[--top]];
       NodeGaps gaps;
       find(n, ball_ > 0, reach, gaps);
@@ -70,6 +73,7 @@ class BoxQuery {
           stack[top++] = n.child[k];
           continue;
         }
+        meter.spend(a_visit);
         for (std::uint32_t i = 0; i < n.count[k]; ++i)
           if (visit(mesh_.order[n.child[k] + i])) return;
       }
@@ -84,6 +88,7 @@ class BoxQuery {
       float gap2;  // squared, units
       std::uint32_t child, count;
     };
+    WorkMeter meter(limit_);
     std::array<Entry, stack_size> stack;
     std::size_t top = 0;
     float limit2 = squared(interest);
@@ -91,7 +96,9 @@ class BoxQuery {
     while (top > 0) {
       const Entry e = stack[--top];
       if (e.gap2 > limit2) continue;
+      meter.spend();
       if (e.count > 0) {
+        meter.spend(a_visit);
         for (std::uint32_t i = 0; i < e.count; ++i) limit2 = squared(visit(mesh_.order[e.child + i]));
         continue;
       }
@@ -112,6 +119,7 @@ class BoxQuery {
 
  private:
   static constexpr std::size_t stack_size = most_mesh_levels * mesh_lanes;
+  static constexpr int a_visit = 4;  // of a triangle: units of work
 
   float squared(double distance) const {
     const double d = (distance + ball_) / mesh_.unit * 1.00001;
@@ -126,6 +134,7 @@ class BoxQuery {
 
   const MeshModel& mesh_;
   double ball_;
+  const WorkLimit* limit_;
   QueryBox box_;
   float pad_;
   bool blunt_;

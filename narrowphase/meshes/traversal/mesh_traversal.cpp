@@ -138,6 +138,7 @@ class Traversal {
   void run(NodePair from, bool likely_first) {
     stack_.push(from);
     while (!stack_.empty()) {
+      visitor_.meter.spend();
       const NodePair at = stack_.pop();
       const MeshNode &na = a_.nodes[at.a], &nb = b_.nodes[at.b];
       if (na.bottom && nb.bottom) {
@@ -482,6 +483,7 @@ float run_noting_gaps(const MeshModel& a, const MeshModel& b, const TraversalFra
 std::vector<NodePair> subtrees_of_traversal(const MeshModel& a, const MeshModel& b, const TraversalFrame& frame,
                                             std::size_t wanted, float& gap) {
   struct Nobody final : PairVisitor {
+    Nobody() : PairVisitor(nullptr) {}
     bool visit(std::uint32_t, std::uint32_t) override { return true; }
   } nobody;
   Traversal<true> traversal(a, b, frame, nobody);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "shapes/mesh_model.h"
+#include "shapes/work_meter.h"
 #include "triangles/predicates.h"
 
 namespace tandem {
@@ -11,9 +12,12 @@ namespace tandem {
 /// What is done with pairs of triangles that may meet.
 class PairVisitor {
  public:
+  explicit PairVisitor(const WorkLimit* limit) : meter(limit) {}
   virtual ~PairVisitor() = default;
   /// Triangle i of A and j of B; true ends the traversal.
   virtual bool visit(std::uint32_t i, std::uint32_t j) = 0;
+
+  WorkMeter meter;  ///< the traversal's work and the visitor's
 };
 
 /// Simultaneous traversal of two hierarchies: visits every triangle i of `a` and j of `b` that may meet, never leaving

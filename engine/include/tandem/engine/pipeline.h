@@ -1,4 +1,5 @@
 #pragma once
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <span>
@@ -83,8 +84,14 @@ class Pipeline {
 
   /// Throws only what the predicate or the listener throws, or std::bad_alloc; the pipeline is ready for the next step
   /// then. When `stop` is requested, or the task group of the calling oneTBB task is cancelled (executors barrier,
-  /// fused and flowgraph), the step ends early with an empty answer.
-  StepReport step(const Scene& scene, std::stop_token stop = {});
+  /// fused and flowgraph), the step ends early with an empty answer; both reach into pairs with a mesh.
+  ///
+  /// When the deadline passes, the answer has what is finished: pairs that are complete; pairs that were found but not
+  /// finished, with Status::stopped and no contacts; and of boxes that were not looked at yet no pairs. If any is not
+  /// complete the report says so, StepIssue::incomplete; kept answers (AnswerOptions::keep_contacts) are not in such a
+  /// list, and the next step computes all.
+  StepReport step(const Scene& scene, std::stop_token stop = {},
+                  std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max());
 
   /// The last step's answer; valid until the next step.
   const ContactList& contacts() const;

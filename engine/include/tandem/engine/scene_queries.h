@@ -53,7 +53,7 @@ struct Impact {
 enum class Verdict : std::uint8_t {
   free,
   hit,
-  unknown,  ///< the deadline passed or a stop was requested before it was looked at
+  unknown,  ///< the deadline passed or a stop was requested before it was known
 };
 
 /// How configurations are checked.
@@ -68,7 +68,7 @@ struct BatchOptions {
   /// (Motion), and `free` is certified, not sampled. A gap below 1e-10 of the path may be told as a hit. `check` only.
   bool continuous = false;
   std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
-  std::stop_token stop{};
+  std::stop_token stop{};  ///< as the deadline: reaches into pairs with a mesh
   std::function<void(std::size_t done, std::size_t all)> progress{};  ///< verdicts; from any thread, now and then
 };
 
@@ -99,7 +99,8 @@ struct UpdateReport {
 /// cut-off that is negative or NaN, and pairs that NarrowPhase refuses.
 class SceneQueries {
  public:
-  /// `options`: the tolerance and solver of all queries; its margin and cut-off are not used.
+  /// `options`: the tolerance, solver and limit of all queries; its margin and cut-off are not used. Where the limit is
+  /// reached, `check`, `first_hits` and `clearance` tell what they do not know, and all others throw WorkStopped.
   explicit SceneQueries(const Scene& scene, const NarrowPhaseOptions& options = {});
   ~SceneQueries();
   SceneQueries(SceneQueries&&) noexcept;

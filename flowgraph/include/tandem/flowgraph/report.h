@@ -35,7 +35,8 @@ enum class StepIssue : std::uint32_t {
   inexact = 1u << 0,        ///< the tolerance was not reached for some pair: see PairAnswer::error_bound
   pool_grew = 1u << 1,      ///< the batch pool had to grow (once in a while is fine)
   ran_on_caller = 1u << 2,  ///< too little work to share: the step stayed on the calling thread
-  ended_early = 1u << 3     ///< stopped or cancelled: the answer is empty
+  ended_early = 1u << 3,    ///< stopped or cancelled: the answer is empty
+  incomplete = 1u << 4      ///< the deadline passed: the answer has what was finished, pair by pair
 };
 constexpr std::uint32_t bit(StepIssue issue) { return static_cast<std::uint32_t>(issue); }
 

@@ -36,6 +36,9 @@ class StepWork {
   virtual std::size_t begin() = 0;
   /// Who may be asked for help from `narrow`, until the step ends; null: the caller is alone. Before begin().
   virtual void work_with(Crew*) {}
+  /// Tells, until the step ends, whether the rest of it is not wanted any more: stopped, cancelled or failed. Long work
+  /// within a batch may ask, from any thread, and leave its answers as they are. Before begin().
+  virtual void ended_by(std::function<bool()>) {}
   /// Blocks of a stage; asked for once the stages before it are done.
   virtual std::size_t blocks(std::size_t stage) const = 0;
   virtual void run(std::size_t stage, std::size_t block) = 0;

@@ -33,8 +33,9 @@ class NarrowPhase {
   std::string refuses(const Shape& a, const Shape& b, Request request) const;
 
   /// Solves one pair. Poses must be valid. With Request::contacts the manifold is appended to `contacts`, in
-  /// canonical order (by feature). Bounded work, no NaN; swapping A and B swaps the answer. `warm` is read and written
-  /// where the pair's solver iterates, and left alone where it does not.
+  /// canonical order (by feature). Bounded work, no NaN; swapping A and B swaps the answer. Where
+  /// NarrowPhaseOptions::limit is reached first the answer is Status::stopped and no contact is appended. `warm` is
+  /// read and written where the pair's solver iterates, and left alone where it does not.
   PairAnswer solve(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                    std::vector<Contact>* contacts = nullptr, WarmStart* warm = nullptr) const;
 
@@ -48,19 +49,22 @@ class NarrowPhase {
   void mark_apart(std::span<const PlacedPair> pairs, std::span<std::uint8_t> apart) const;
 
   /// All intersecting pairs of triangles [i of A, j of B], sorted; both shapes a triangle or a mesh (else throws
-  /// std::invalid_argument). Closed triangles; exact for the real numbers R v + t.
+  /// std::invalid_argument). Closed triangles; exact for the real numbers R v + t. Throws WorkStopped (work_limit.h)
+  /// where NarrowPhaseOptions::limit is reached first.
   std::vector<std::array<std::uint32_t, 2>> intersecting_triangles(const Shape& a, const Pose& pose_a, const Shape& b,
                                                                    const Pose& pose_b) const;
 
   /// First time in [0, tmax] at which they touch when A and B translate with constant velocities; empty if never.
-  /// Conservative advancement on the signed distance; never late by more than 1e-12 of the path.
+  /// Conservative advancement on the signed distance; never late by more than 1e-12 of the path. Throws WorkStopped as
+  /// above.
   std::optional<double> time_of_impact(const Shape& a, const Pose& pose_a, const Vec3& velocity_a, const Shape& b,
                                        const Pose& pose_b, const Vec3& velocity_b, double tmax) const;
 
   /// First touch of two bodies on motions that may turn; empty if there is none. Never missed and never late by more
   /// than rounding; early where they come as near as 1e-10 of the path. Conservative advancement with a bound on how
   /// fast each body's points move along the normal (Mirtich 1996; Zhang, Lee and Kim, "Interactive continuous collision
-  /// detection for non-convex polyhedra", 2006), of meshes by their hierarchies. Poses must be valid.
+  /// detection for non-convex polyhedra", 2006), of meshes by their hierarchies. Poses must be valid. Throws
+  /// WorkStopped as above.
   std::optional<FirstTouch> time_of_impact(const Shape& a, const Motion& motion_a, const Shape& b,
                                       const Motion& motion_b) const;
 

@@ -6,6 +6,8 @@
 
 namespace tandem {
 
+struct WorkLimit;
+
 struct NarrowPhaseOptions {
   /// Error the user accepts, relative to the bodies' size, [0, 0.1]; 0: to rounding. The cheapest solver of the
   /// table that meets it is taken.
@@ -27,6 +29,9 @@ struct NarrowPhaseOptions {
   /// where that is not so, and bounds the error. False: Status::unproven; saves a yes/no and some distances of points a
   /// pair, and hundredfold that of meshes deep in each other.
   bool mesh_bounds = true;
+  /// Ends work on a pair before it is done (work_limit.h), from this thread or another; must outlive the queries. Null:
+  /// none. Without it, and as long as it is not reached, it changes no bit.
+  const WorkLimit* limit = nullptr;
 };
 
 }  // namespace tandem

@@ -1,0 +1,53 @@
+// The last touch of two shapes of which one moves along a direction: the first on the way back from far out.
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "dispatch/swept_body.h"
+#include "tandem/narrowphase/clearance.h"
+#include "tandem/narrowphase/narrow_phase.h"
+#include "tolerances.h"
+
+namespace tandem {
+namespace {
+
+// Of a half-space (A, where not `exchanged`) and another shape that moves along d (unit) as seen from it.
+double out_of_halfspace(const NarrowPhase& narrow, const Shape& a, const Pose& pose_a, const Shape& b,
+                        const Pose& pose_b, const Vec3& d) {
+  const PairAnswer now = unless_stopped(narrow.solve(a, pose_a, b, pose_b, Request::distance));
+  const double leaving = now.normal.dot(d);
+  // Apart, it comes nearer for ever or never touches; overlapping, it comes out or never does.
+  if (leaving < 0) return infinity;
+  if (now.signed_distance > 0) return 0;
+  return leaving > 0 ? -now.signed_distance / leaving : infinity;
+}
+
+// How far B must be moved along d (unit) at most until it lies beyond A, by boxes about them in world axes.
+double beyond(const Bounds& a, const Bounds& b, const Vec3& d) {
+  const Vec3 far_a = (d.array() > 0).select(a.hi, a.lo), near_b = (d.array() > 0).select(b.lo, b.hi);
+  const double size = (a.hi - a.lo).norm() + (b.hi - b.lo).norm();
+  return d.dot(far_a - near_b) + tolerance::alike * (size + (far_a - near_b).norm());
+}
+
+}  // namespace
+
+double separation_along(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, const Vec3& direction,
+                        const NarrowPhaseOptions& options) {
+  require_valid(pose_a, "separation_along: pose of A");
+  require_valid(pose_b, "separation_along: pose of B");
+  const double most = direction.cwiseAbs().maxCoeff();
+  if (!direction.allFinite() || !(most > 0))
+    throw std::invalid_argument("separation_along: direction, every component must be finite and one not 0");
+  const Vec3 d = (direction / most).normalized();
+  const NarrowPhase narrow(without_cutoff(options));
+  if (const std::string why = narrow.refuses(a, b, Request::distance); !why.empty()) throw std::invalid_argument(why);
+  if (!a.is_bounded() || !b.is_bounded()) return out_of_halfspace(narrow, a, pose_a, b, pose_b, d);
+  const double way = beyond(a.bounds(pose_a), b.bounds(pose_b), d);
+  if (!(way > 0)) return 0;
+  const Pose far{pose_b.rotation, pose_b.translation + way * d};
+  const auto back = narrow.time_of_impact(a, pose_a, Vec3::Zero(), b, far, -d, way);
+  return back ? std::max(0.0, way - *back) : 0;
+}
+
+}  // namespace tandem

@@ -1,0 +1,16 @@
+#include "shapes/work_meter.h"
+
+namespace tandem {
+
+bool WorkLimit::reached() const {
+  using Clock = std::chrono::steady_clock;
+  return stop.stop_requested() || (deadline != Clock::time_point::max() && Clock::now() >= deadline) ||
+         (ended && ended());
+}
+
+void WorkMeter::look() {
+  left_ = between;
+  if (limit_ != nullptr && limit_->reached()) throw WorkStopped();
+}
+
+}  // namespace tandem

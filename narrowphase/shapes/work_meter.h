@@ -1,0 +1,29 @@
+// How much a query has worked since it last looked at its limit.
+#pragma once
+#include "tandem/narrowphase/work_limit.h"
+
+namespace tandem {
+
+/// Of one thread. Looked at are the first work of all, so that searches of many short queries end, too, and then every
+/// `between` units: a unit is some 100 ns, the time that a node of a hierarchy takes, more or less.
+class WorkMeter {
+ public:
+  /// No limit: null.
+  explicit WorkMeter(const WorkLimit* limit) : limit_(limit) {}
+
+  /// Before work of so many units. Throws WorkStopped once the limit is reached.
+  void spend(int units = 1) {
+    if ((left_ -= units) < 0) [[unlikely]]
+      look();
+  }
+
+ private:
+  static constexpr int between = 256;
+
+  void look();
+
+  const WorkLimit* limit_;
+  int left_ = 0;
+};
+
+}  // namespace tandem

@@ -1,0 +1,193 @@
+// A limit of the work on a pair: where it is reached the pair ends there, says so, and leaves nothing behind.
+#include "tandem/narrowphase/work_limit.h"
+
+#include <semaphore>
+#include <thread>
+
+#include "catch.h"
+#include "mesh_samples.h"
+#include "tandem/narrowphase/narrow_phase.h"
+
+using namespace tandem;
+using namespace tandem::test;
+
+namespace {
+
+/// Two placed shapes of which every request takes many looks at the limit.
+struct Pair {
+  Shape a, b;
+  Pose at_a, at_b;
+};
+
+Pose turned(double x, double y, double z) {
+  Pose pose = Pose::from(Quat(0.9, 0.1, 0.3, 0.2), {x, y, z});
+  return pose;
+}
+
+std::vector<Pair> pairs() {
+  const Shape ring{torus(1, 0.4, 120, 60)}, small{torus(0.8, 0.3, 80, 60)};
+  return {{ring, small, {}, turned(0.4, 0.3, 0.2)},
+          {ring, small, {}, turned(2.6, 0.1, 0.2)},
+          {ring, Ellipsoid{{0.8, 0.5, 1.2}}, {}, turned(0.8, 0.2, 0.1)}};
+}
+
+/// What a query tells, in numbers.
+using Told = std::vector<double>;
+
+Told told(const PairAnswer& answer, const std::vector<Contact>& contacts) {
+  Told out{answer.collide ? 1.0 : 0.0, answer.signed_distance, answer.error_bound, answer.normal.x(),
+           answer.point_a.x()};
+  for (const Contact& c : contacts) out.insert(out.end(), {c.point.x(), c.point.y(), c.normal.z(), c.depth});
+  return out;
+}
+
+/// Asks something; empty if it was stopped.
+using Ask = std::function<Told(const NarrowPhase&, const Pair&)>;
+
+Ask ask(Request request) {
+  return [=](const NarrowPhase& narrow, const Pair& p) {
+    std::vector<Contact> contacts(1);
+    const PairAnswer answer = narrow.solve(p.a, p.at_a, p.b, p.at_b, request, &contacts);
+    if (answer.status != Status::stopped) return told(answer, contacts);
+    CHECK(contacts.size() == 1);
+    CHECK(!answer.collide);
+    CHECK(std::isinf(answer.error_bound));
+    return Told{};
+  };
+}
+
+template <class Body>
+Ask unless_thrown(Body body) {
+  return [=](const NarrowPhase& narrow, const Pair& p) {
+    try {
+      return body(narrow, p);
+    } catch (const WorkStopped&) {
+      return Told{};
+    }
+  };
+}
+
+std::vector<std::pair<const char*, Ask>> questions() {
+  const auto far = [](const Pair& p) {
+    Pose pose = p.at_b;
+    pose.translation += Vec3(5, 1, 0.3);
+    return pose;
+  };
+  return {{"collide", ask(Request::collide)},
+          {"distance", ask(Request::distance)},
+          {"contacts", ask(Request::contacts)},
+          {"distance within", unless_thrown([](const NarrowPhase& narrow, const Pair& p) {
+             return told(unless_stopped(narrow.distance_within(p.a, p.at_a, p.b, p.at_b, 0.9)), {});
+           })},
+          {"triangles", unless_thrown([](const NarrowPhase& narrow, const Pair& p) {
+             Told out{-1};
+             if (p.b.kind() != ShapeKind::mesh) return out;
+             for (const auto& [i, j] : narrow.intersecting_triangles(p.a, p.at_a, p.b, p.at_b))
+               out.push_back(i * 1e6 + j);
+             return out;
+           })},
+          {"time of impact", unless_thrown([=](const NarrowPhase& narrow, const Pair& p) {
+             const auto t = narrow.time_of_impact(p.a, p.at_a, Vec3::Zero(), p.b, far(p), Vec3(-5, -1, -0.3), 1);
+             return Told{t.value_or(-1)};
+           })},
+          {"time of impact of what turns", unless_thrown([=](const NarrowPhase& narrow, const Pair& p) {
+             Pose from = far(p);
+             from.rotation = from.rotation * Eigen::AngleAxisd(1, Vec3(1, 2, 3).normalized()).toRotationMatrix();
+             const auto touch = narrow.time_of_impact(p.a, {p.at_a, p.at_a}, p.b, Motion{from, p.at_b});
+             return touch ? Told{touch->t, touch->point.x()} : Told{-1};
+           })}};
+}
+
+}  // namespace
+
+TEST_CASE("work limit: every request of meshes ends where it is reached, and the next one is right") {
+  long most = 0;
+  for (const Pair& pair : pairs())
+    for (const auto& [what, question] : questions()) {
+      CAPTURE(what, pair.b.kind());
+      const Told whole = question(NarrowPhase(), pair);
+      REQUIRE(!whole.empty());
+      long looks = 0, last = std::numeric_limits<long>::max();
+      WorkLimit limit;
+      limit.ended = [&] { return ++looks >= last; };
+      const NarrowPhase narrow({.limit = &limit});
+      CHECK(question(narrow, pair) == whole);
+      const long all = looks;
+      most = std::max(most, all);
+      for (const long at : {1L, 2L, all / 4, all / 2, all - 1}) {
+        if (at < 1 || at > all) continue;
+        looks = 0, last = at;
+        CHECK(question(narrow, pair).empty());
+        CHECK(looks == at);  // and no further work that looks
+      }
+      last = std::numeric_limits<long>::max();
+      CHECK(question(narrow, pair) == whole);
+    }
+  CHECK(most > 200);
+}
+
+TEST_CASE("work limit: a look comes after no more than some hundred nodes or triangles") {
+  long looks = 0;
+  WorkLimit limit;
+  limit.ended = [&] { return ++looks, false; };
+  const NarrowPhase narrow({.limit = &limit});
+  const Pair pair = pairs()[0];
+  const std::size_t found = narrow.intersecting_triangles(pair.a, pair.at_a, pair.b, pair.at_b).size();
+  REQUIRE(found > 500);
+  CHECK(looks > static_cast<long>(found / 256));
+}
+
+TEST_CASE("work limit: a stop that another thread requests within a pair ends it") {
+  for (const Pair& pair : pairs()) {
+    std::stop_source source;
+    std::binary_semaphore within(0), requested(0);
+    std::jthread other([&] {
+      within.acquire();
+      source.request_stop();
+      requested.release();
+    });
+    int looks = 0;
+    WorkLimit limit;
+    limit.stop = source.get_token();
+    limit.ended = [&] {
+      if (++looks == 3) within.release(), requested.acquire();
+      return false;
+    };
+    const NarrowPhase narrow({.limit = &limit});
+    const PairAnswer answer = narrow.solve(pair.a, pair.at_a, pair.b, pair.at_b, Request::distance);
+    CHECK(answer.status == Status::stopped);
+    CHECK(looks == 3);
+  }
+}
+
+TEST_CASE("work limit: parts of a pair that are shared end, too") {
+  const Shape ring{torus(1, 0.4, 160, 80)};
+  const Pose at = turned(0.4, 0.3, 0.2);
+  int parts_run = 0, looks = 0;
+  WorkLimit limit;
+  const auto runner = [&](std::size_t parts, const std::function<void(std::size_t)>& part) {
+    for (std::size_t i = 0; i < parts; ++i) ++parts_run, part(i);
+  };
+  const NarrowPhase narrow({.parts = runner, .limit = &limit});
+  std::vector<Contact> contacts;
+  narrow.solve(ring, {}, ring, at, Request::contacts, &contacts);
+  const int all = parts_run;
+  REQUIRE(all >= 64);
+  contacts.clear();
+  parts_run = 0;
+  limit.ended = [&] { return ++looks > 20; };
+  CHECK(narrow.solve(ring, {}, ring, at, Request::contacts, &contacts).status == Status::stopped);
+  CHECK(contacts.empty());
+  CHECK((parts_run > 0 && parts_run < all / 2));
+}
+
+TEST_CASE("work limit: a deadline that has passed stops meshes, two convex shapes are solved") {
+  WorkLimit limit;
+  limit.deadline = std::chrono::steady_clock::now();
+  const NarrowPhase narrow({.limit = &limit});
+  for (const Pair& pair : pairs())
+    CHECK(narrow.solve(pair.a, pair.at_a, pair.b, pair.at_b, Request::collide).status == Status::stopped);
+  CHECK(narrow.solve(Sphere{1}, {}, Sphere{1}, Pose::at(3, 0, 0), Request::distance).signed_distance == 1);
+  limit.deadline = std::chrono::steady_clock::time_point::max();
+  CHECK(narrow.solve(pairs()[0].a, {}, pairs()[0].b, pairs()[0].at_b, Request::collide).collide);
+}
