@@ -13,7 +13,7 @@ constexpr double densest = 1e15;
 using ShapeIds = std::map<std::string, ShapeId, std::less<>>;
 
 BodyOptions read_body(const JsonRef& json, const ShapeIds& shapes) {
-  json.require_keys({"shape", "pose", "velocity", "angular_velocity", "density", "static", "sensor", "group", "mask"});
+  json.require_keys({"shape", "pose", "velocity", "angular_velocity", "density", "static", "sensor", "continuous", "group", "mask"});
   BodyOptions body;
   const JsonRef shape = json.at("shape");
   const auto found = shapes.find(shape.text());
@@ -30,6 +30,7 @@ BodyOptions read_body(const JsonRef& json, const ShapeIds& shapes) {
   }
   if (is_static) body.is_static = is_static->flag();
   if (const auto sensor = json.find("sensor")) body.is_sensor = sensor->flag();
+  if (const auto continuous = json.find("continuous")) body.continuous = continuous->flag();
   constexpr std::uint32_t all = 0xffffffffu;
   if (const auto group = json.find("group")) body.group = group->whole(all);
   if (const auto mask = json.find("mask")) body.mask = mask->whole(all);
@@ -113,6 +114,7 @@ void write_scene(JsonWriter& out, const Scene& scene) {
     else
       out.member("density", scene.densities()[i]);
     if (scene.is_sensor()[i]) out.member("sensor", true);
+    if (scene.continuous()[i]) out.member("continuous", true);
     if (scene.groups()[i] != defaults.group) out.member("group", scene.groups()[i]);
     if (scene.masks()[i] != defaults.mask) out.member("mask", scene.masks()[i]);
     out.end_object();

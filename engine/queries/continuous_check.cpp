@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "queries/configuration_check.h"
-#include "queries/swept_boxes.h"
+#include "scene/swept_boxes.h"
 
 namespace tandem {
 namespace {

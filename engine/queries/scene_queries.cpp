@@ -7,7 +7,7 @@
 
 #include "queries/configuration_check.h"
 #include "queries/query_world.h"
-#include "queries/swept_boxes.h"
+#include "scene/swept_boxes.h"
 #include "scene/tolerances.h"
 #include "tandem/narrowphase/narrow_phase.h"
 #include "tandem/narrowphase/work_limit.h"

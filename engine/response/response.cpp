@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
+#include <optional>
 #include <span>
 #include <sstream>
 #include <stdexcept>
@@ -13,6 +14,7 @@
 
 #include "response/contact_solver.h"
 #include "response/parallel_blocks.h"
+#include "tandem/engine/continuous_motion.h"
 
 namespace tandem {
 namespace {
@@ -66,10 +68,17 @@ struct Response::Impl {
   std::vector<Quat> orientations;  // the same, and so are the rotations half a step ahead
   std::vector<Mat3> half_turned;
   std::vector<std::uint32_t> moving;
+  std::optional<ContinuousMotion> motion;
+  std::vector<Pose> ends;       // one an index, where there are continuous bodies
+  ContactList with_stopped;     // the contacts, and those of bodies that were stopped in the step before
+  std::size_t stops_before = 0;
 
   void prepare_bodies(const Scene& scene);
   void accelerate(const Vec3& change);
   void advance(double h);
+  const ContactList& with_stops(const Scene& scene, const ContactList& contacts);
+  std::size_t limit_motion(const Scene& scene);
+  Pose end_of(const Scene& scene, std::uint32_t index) const;
   double put_back(Scene& scene);
   double put_back(Scene& scene, std::uint32_t index) const;
   ResponseReport step(Scene& scene, const ContactList& contacts);
@@ -151,6 +160,34 @@ void Response::Impl::advance(double h) {
   });
 }
 
+/// Those of a step, and the nearest points of pairs that were stopped in the step before.
+const ContactList& Response::Impl::with_stops(const Scene& scene, const ContactList& contacts) {
+  if (stops_before == 0) return contacts;
+  with_stopped = contacts;
+  motion->add_contacts(scene, with_stopped);
+  return with_stopped;
+}
+
+/// Where continuous bodies end; returns how many stops there were.
+std::size_t Response::Impl::limit_motion(const Scene& scene) {
+  ends.clear();
+  if (!scene.has_continuous()) return 0;
+  free_ends(scene, ends);  // of the static ones
+  for (std::uint32_t i = 0; i < scene.indices(); ++i)
+    if (bodies[i].inverse_mass != 0)
+      ends[i] = end_of(scene, i);
+    else if (!scene.is_static()[i] || !is_valid(ends[i]))
+      ends[i] = scene.poses()[i];
+  return motion->limit(scene, ends).size();
+}
+
+Pose Response::Impl::end_of(const Scene& scene, std::uint32_t i) const {
+  Pose pose;
+  pose.rotation = orientations[i].toRotationMatrix();
+  pose.translation = bodies[i].centre + bodies[i].moved - pose.rotation * shapes[scene.shape_indices()[i]].centre;
+  return pose;
+}
+
 /// Returns the kinetic energy.
 double Response::Impl::put_back(Scene& scene) {
   // Summed by blocks, so that the rounding does not depend on threads either.
@@ -166,9 +203,7 @@ double Response::Impl::put_back(Scene& scene) {
 double Response::Impl::put_back(Scene& scene, std::uint32_t i) const {
   const SolverBody& body = bodies[i];
   const ShapeMass& shape = shapes[scene.shape_indices()[i]];
-  Pose pose;
-  pose.rotation = orientations[i].toRotationMatrix();
-  pose.translation = body.centre + body.moved - pose.rotation * shape.centre;
+  const Pose pose = ends.empty() ? end_of(scene, i) : ends[i];
   const Mat3& to_world = half_turned[i];
   const Vec3 momentum = to_world * (shape.inertia * (to_world.transpose() * body.angular_velocity));
   const Vec3 own_momentum = pose.rotation.transpose() * momentum;
@@ -195,7 +230,8 @@ Response::Response(ResponseOptions options) : impl_(std::make_unique<Impl>()) {
           "finite, > 0");
   require(is_positive(options.max_push_out), "max_push_out", options.max_push_out, "finite, > 0");
   require(is_positive(options.max_speed), "max_speed", options.max_speed, "finite, > 0");
-  impl_->options = options;
+  impl_->motion.emplace(options.predicate);
+  impl_->options = std::move(options);
 }
 
 Response::~Response() = default;
@@ -205,7 +241,7 @@ Response& Response::operator=(Response&&) noexcept = default;
 ResponseReport Response::Impl::step(Scene& scene, const ContactList& contacts) {
   parallel = {};
   prepare_bodies(scene);
-  solver.prepare(contacts, bodies, options);
+  solver.prepare(with_stops(scene, contacts), bodies, options);
   const double h = scene.dt / options.substeps;
   solver.begin_substeps(h, options);
   for (int substep = 0; substep < options.substeps; ++substep) {
@@ -216,6 +252,7 @@ ResponseReport Response::Impl::step(Scene& scene, const ContactList& contacts) {
     solver.solve(bodies, ContactSolver::Overlap::leave);
   }
   ResponseReport report;
+  report.stops = stops_before = limit_motion(scene);
   report.kinetic_energy = put_back(scene);
   return report;
 }

@@ -110,6 +110,7 @@ BodyId Scene::add_body(const BodyOptions& options) {
     densities_.resize(size);
     is_static_.resize(size);
     is_sensor_.resize(size);
+    continuous_.resize(size);
     alive_.resize(size);
     versions_.resize(size);
   } else {
@@ -125,6 +126,8 @@ BodyId Scene::add_body(const BodyOptions& options) {
   densities_[index] = options.density;
   is_static_[index] = options.is_static;
   is_sensor_[index] = options.is_sensor;
+  continuous_[index] = options.continuous;
+  continuous_count_ += continuous_[index];
   alive_[index] = 1;
   changed(index);
   ++count_;
@@ -152,6 +155,7 @@ void Scene::remove_body(BodyId id) {
   const std::uint32_t index = checked(id);
   alive_[index] = 0;
   --shape_users_[shape_[index]];
+  continuous_count_ -= continuous_[index];
   changed(index);
   --count_;
   // A slot whose generations are used up is given away: an old id must never come true again.
@@ -204,10 +208,17 @@ void Scene::set_static(BodyId id, bool is_static) {
   changed(index);
 }
 
+void Scene::set_continuous(BodyId id, bool continuous) {
+  const std::uint32_t index = checked(id);
+  continuous_count_ -= continuous_[index];
+  continuous_[index] = continuous;
+  continuous_count_ += continuous_[index];
+}
+
 void Scene::reserve(std::size_t bodies) {
   const auto each = [&](auto&... lists) { (lists.reserve(bodies), ...); };
   each(shape_, generation_, groups_, masks_, poses_, velocities_, angular_velocities_, densities_, is_static_, is_sensor_,
-       alive_, versions_);
+       continuous_, alive_, versions_);
 }
 
 ShapeId Scene::shape_id(BodyId id) const {

@@ -11,6 +11,12 @@ ScrewPath::ScrewPath(const Motion& motion) : motion_{orthonormalized(motion.from
     axis_ = (turn.w() < 0 ? -1.0 : 1.0) / sine * turn.vec();
     angle_ = 2 * std::atan2(sine, std::abs(turn.w()));
   }
+  if (motion.straight_of) {
+    centre_ = *motion.straight_of;
+    along_ = motion_.to * centre_ - motion_.from * centre_;
+    across_ = square_ = Vec3::Zero();
+    return;
+  }
   const Vec3 displacement = motion.to.translation - motion.from.translation;
   along_ = axis_.dot(displacement) * axis_;
   across_ = displacement - along_;
@@ -28,12 +34,12 @@ Pose ScrewPath::at(double t) const {
   const double half = angle_ / 2;
   const double ratio = half > 0 ? std::sin(t * half) / std::sin(half) : t;
   Pose pose;
-  pose.translation = motion_.from.translation + t * along_ + ratio * across_at((t - 1) * half);
   const double s = std::sin(t * half);
   Mat3 cross;
   cross << 0, -axis_[2], axis_[1], axis_[2], 0, -axis_[0], -axis_[1], axis_[0], 0;
   const Mat3 turn = Mat3::Identity() + std::sin(t * angle_) * cross + 2 * s * s * (cross * cross);  // Rodrigues 1840
   pose.rotation = turn * motion_.from.rotation;
+  pose.translation = motion_.from * centre_ + t * along_ + ratio * across_at((t - 1) * half) - pose.rotation * centre_;
   return pose;
 }
 
@@ -44,11 +50,11 @@ double ScrewPath::speed_along(const Vec3& n, const Pose& pose, double t, const V
   if (angle_ == 0) return n.dot(velocity);
   // n . (omega x r) = (n x omega) . r, the most over the box.
   const Vec3 lever = pose.rotation.transpose() * n.cross(angle_ * axis_);
-  return n.dot(velocity) + lever.dot(mid) + lever.cwiseAbs().dot(half);
+  return n.dot(velocity) + lever.dot(mid - centre_) + lever.cwiseAbs().dot(half);
 }
 
 double ScrewPath::acceleration(const Vec3& mid, const Vec3& half) const {
-  return angle_ == 0 ? 0 : angle_ * (chord_speed_ + angle_ * (mid.norm() + half.norm()));
+  return angle_ == 0 ? 0 : angle_ * (chord_speed_ + angle_ * ((mid - centre_).norm() + half.norm()));
 }
 
 Pose pose_at(const Motion& motion, double t) { return ScrewPath(motion).at(t); }

@@ -46,7 +46,8 @@ struct BodyArguments {
 };
 
 BodyArguments arguments(const py::object& shape, const py::object& velocity, const py::object& angular_velocity,
-                        double density, bool is_static, bool is_sensor, std::uint32_t group, std::uint32_t mask) {
+                        double density, bool is_static, bool is_sensor, bool continuous,
+                        std::uint32_t group, std::uint32_t mask) {
   BodyArguments body;
   if (py::isinstance<Shape>(shape)) {
     body.shape = shape.cast<Shape>();
@@ -61,6 +62,7 @@ BodyArguments arguments(const py::object& shape, const py::object& velocity, con
   body.options.density = density;
   body.options.is_static = is_static;
   body.options.is_sensor = is_sensor;
+  body.options.continuous = continuous;
   body.options.group = group;
   body.options.mask = mask;
   return body;
@@ -120,17 +122,19 @@ void bind_bodies(py::class_<SharedScene>& scene) {
   const auto shape = py::arg("shape");
   const auto velocity = py::arg("velocity") = py::none(), spin = py::arg("angular_velocity") = py::none(),
              density = py::arg("density") = 1000.0, fixed = py::arg("is_static") = false,
-             sensor = py::arg("is_sensor") = false, group = py::arg("group") = 1, mask = py::arg("mask") = 0xffffffffu;
+             sensor = py::arg("is_sensor") = false, continuous = py::arg("continuous") = false,
+             group = py::arg("group") = 1, mask = py::arg("mask") = 0xffffffffu;
   using Object = const py::object&;
   scene
-      .def("add_body", &add_body<Object, Object, double, bool, bool, std::uint32_t, std::uint32_t>, shape,
-           py::arg("pose") = py::none(), py::kw_only(), velocity, spin, density, fixed, sensor, group, mask,
+      .def("add_body", &add_body<Object, Object, double, bool, bool, bool, std::uint32_t, std::uint32_t>, shape,
+           py::arg("pose") = py::none(), py::kw_only(), velocity, spin, density, fixed, sensor, continuous, group, mask,
            "Adds a body; returns its id. shape: a Shape, or the id of one of the scene. velocity, angular_velocity: "
            "(3,), m/s\n"
            "and rad/s, of the centre of mass, world axes. density: kg/m^3, > 0. is_static: never moved by a response.\n"
-           "is_sensor: reported, never pushed. group, mask: bits; a pair needs both directions.")
-      .def("add_bodies", &add_bodies<Object, Object, double, bool, bool, std::uint32_t, std::uint32_t>, shape,
-           py::arg("poses"), py::kw_only(), velocity, spin, density, fixed, sensor, group, mask,
+           "is_sensor: reported, never pushed. continuous: passes through nothing, however fast it is. group, mask: bits; a\n"
+           "pair needs both directions.")
+      .def("add_bodies", &add_bodies<Object, Object, double, bool, bool, bool, std::uint32_t, std::uint32_t>, shape,
+           py::arg("poses"), py::kw_only(), velocity, spin, density, fixed, sensor, continuous, group, mask,
            "The same for (n, 4, 4) or (n, 7) poses, all of one shape; returns (n,) ids. All or none are added.")
       .def(
           "remove_body", [](SharedScene& s, IdNumber id) { s.change([&](Scene& x) { x.remove_body(body_id(id)); }); },
@@ -173,6 +177,10 @@ void bind_bodies(py::class_<SharedScene>& scene) {
           "set_static",
           [](SharedScene& s, IdNumber id, bool f) { s.change([&](Scene& x) { x.set_static(body_id(id), f); }); },
           py::arg("id"), py::arg("is_static"))
+      .def(
+          "set_continuous",
+          [](SharedScene& s, IdNumber id, bool c) { s.change([&](Scene& x) { x.set_continuous(body_id(id), c); }); },
+          py::arg("id"), py::arg("continuous"))
       .def(
           "pose",
           [](const SharedScene& s, IdNumber id) {

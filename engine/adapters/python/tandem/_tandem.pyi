@@ -155,12 +155,14 @@ class Scene:
         density: float = 1000.0,
         is_static: bool = False,
         is_sensor: bool = False,
+        continuous: bool = False,
         group: int = 1,
         mask: int = 0xFFFFFFFF
     ) -> int:
         """Adds a body; returns its id. shape: a Shape, or the id of one of the scene. velocity, angular_velocity: (3,), m/s
         and rad/s, of the centre of mass, world axes. density: kg/m^3, > 0. is_static: never moved by a response.
-        is_sensor: reported, never pushed. group, mask: bits; a pair needs both directions.
+        is_sensor: reported, never pushed. continuous: passes through nothing, however fast it is. group, mask: bits; a
+        pair needs both directions.
         """
     def add_bodies(
         self,
@@ -172,6 +174,7 @@ class Scene:
         density: float = 1000.0,
         is_static: bool = False,
         is_sensor: bool = False,
+        continuous: bool = False,
         group: int = 1,
         mask: int = 0xFFFFFFFF
     ) -> NDArray[np.uint64]:
@@ -186,6 +189,7 @@ class Scene:
         """shape: the id of one of the scene"""
     def set_filter(self, id: int, group: int, mask: int) -> None: ...
     def set_static(self, id: int, is_static: bool) -> None: ...
+    def set_continuous(self, id: int, continuous: bool) -> None: ...
     def pose(self, id: int) -> NDArray[np.float64]:
         """(4, 4)"""
     def index(self, id: int) -> int:

@@ -38,6 +38,7 @@ struct BodyOptions {
   /// conveyor, or a body that its owner moves by set_pose.
   bool is_static = false;
   bool is_sensor = false;                ///< its contacts are reported, and no response pushes by them
+  bool continuous = false;               ///< does not pass through others however fast it is: continuous_motion.h
   std::uint32_t group = 1;               ///< bits of the groups this body is in
   std::uint32_t mask = 0xffffffffu;      ///< bits of the groups it meets; a pair needs both directions
 };
@@ -66,6 +67,7 @@ class Scene {
   void set_shape(BodyId id, ShapeId shape);
   void set_filter(BodyId id, std::uint32_t group, std::uint32_t mask);
   void set_static(BodyId id, bool is_static);
+  void set_continuous(BodyId id, bool continuous);
   void reserve(std::size_t bodies);  ///< room for so many in all
   void set_velocity(BodyId id, const Vec3& velocity, const Vec3& angular_velocity);
 
@@ -91,6 +93,8 @@ class Scene {
   std::span<const double> densities() const { return densities_; }
   std::span<const std::uint8_t> is_static() const { return is_static_; }
   std::span<const std::uint8_t> is_sensor() const { return is_sensor_; }
+  std::span<const std::uint8_t> continuous() const { return continuous_; }
+  bool has_continuous() const { return continuous_count_ != 0; }  ///< is any body?
   std::span<const std::uint32_t> groups() const { return groups_; }
   std::span<const std::uint32_t> masks() const { return masks_; }
 
@@ -135,8 +139,8 @@ class Scene {
   std::vector<Pose> poses_;
   std::vector<Vec3> velocities_, angular_velocities_;
   std::vector<double> densities_;
-  std::vector<std::uint8_t> is_static_, is_sensor_, alive_;
-  std::size_t count_ = 0;
+  std::vector<std::uint8_t> is_static_, is_sensor_, continuous_, alive_;
+  std::size_t count_ = 0, continuous_count_ = 0;
 
   // For who looks at the scene step by step, see SceneChanges.
   std::vector<std::uint32_t> versions_;

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "tandem/narrowphase/pose.h"
 
@@ -10,6 +11,9 @@ namespace tandem {
 /// most half a circle that leads from one pose to the other.
 struct Motion {
   Pose from, to;
+  /// Where given, no screw: this point of the body, in its frame, goes straight and evenly, and the body turns about it.
+  /// So does the centre of mass of a body in free flight.
+  std::optional<Vec3> straight_of{};
 };
 
 /// Where the body is at a time in [0, 1]; `from` and `to` at the ends, with the rotations nearest to theirs. Of valid

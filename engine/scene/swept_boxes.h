@@ -11,6 +11,13 @@ namespace tandem {
 /// How far a point of a shape that reaches so far from its origin may be, during the motion, from the straight line between
 /// where it starts and ends: an eighth of its acceleration.
 double bulge(const Motion& motion, double reach);
+/// The most that such a point goes during the motion, metres.
+double path_length(const Motion& motion, double reach);
+/// How far a bounded shape reaches from its origin at most, metres.
+double reach_of(const Shape& shape);
+
+/// One box about all of the motion: for a short one, or where a wide box will do.
+Aabb swept_box(const Shape& shape, const Motion& motion);
 
 /// The motion is cut so that a stretch is about as long as the shape; a point's path in it departs from the straight line
 /// between its ends by at most an eighth of its acceleration times the stretch's square.

@@ -1,4 +1,4 @@
-#include "queries/swept_boxes.h"
+#include "scene/swept_boxes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,28 +13,57 @@ struct Bound {
 };
 
 Bound bound_of(const Motion& motion, double reach) {
-  const double displacement = (motion.to.translation - motion.from.translation).norm();
   const Mat3 turn = motion.to.rotation * motion.from.rotation.transpose();
   // Twice the sine of half the angle is the largest distance over all unit vectors from their images.
   const double half_sine = std::min(1.0, (turn - Mat3::Identity()).norm() / std::sqrt(8.0));
   const double half = std::asin(half_sine), angle = 2 * half;
+  if (motion.straight_of) {
+    const double lever = reach + motion.straight_of->norm();
+    return {(motion.to * *motion.straight_of - motion.from * *motion.straight_of).norm() + angle * lever,
+            angle * angle * lever};
+  }
+  const double displacement = (motion.to.translation - motion.from.translation).norm();
   const double arc = half > 0 ? half / half_sine * displacement : displacement;
   return {arc + angle * reach, angle * (arc + angle * reach)};
+}
+
+constexpr float farthest = std::numeric_limits<float>::max();
+constexpr Aabb everywhere{{-farthest, -farthest, -farthest}, {farthest, farthest, farthest}};
+
+/// Rounded outward, and wider by `more`.
+Aabb joined(const Bounds& a, const Bounds& b, double more) {
+  Aabb box;
+  for (int k = 0; k < 3; ++k) {
+    box.lo[static_cast<std::size_t>(k)] = round_down(std::min(a.lo[k], b.lo[k]) - more);
+    box.hi[static_cast<std::size_t>(k)] = round_up(std::max(a.hi[k], b.hi[k]) + more);
+  }
+  return box;
 }
 
 }  // namespace
 
 double bulge(const Motion& motion, double reach) { return bound_of(motion, reach).acceleration / 8; }
+double path_length(const Motion& motion, double reach) { return bound_of(motion, reach).path; }
+double reach_of(const Shape& shape) {
+  const Bounds own = shape.bounds(Pose{});
+  return own.lo.cwiseAbs().cwiseMax(own.hi.cwiseAbs()).norm();
+}
+
+Aabb swept_box(const Shape& shape, const Motion& motion) {
+  if (!shape.is_bounded()) return everywhere;
+  const Bounds from = shape.bounds(motion.from);
+  if (motion.from.translation == motion.to.translation && motion.from.rotation == motion.to.rotation)
+    return joined(from, from, 0);
+  return joined(from, shape.bounds(motion.to), bulge(motion, reach_of(shape)));
+}
 
 SweptBoxes::SweptBoxes(const Shape& shape, const Motion& motion) {
   if (!shape.is_bounded()) {
-    constexpr float all = std::numeric_limits<float>::max();
-    boxes_.push_back({{-all, -all, -all}, {all, all, all}});
+    boxes_.push_back(everywhere);
     return;
   }
   const Bounds own = shape.bounds(Pose{});
-  const double reach = own.lo.cwiseAbs().cwiseMax(own.hi.cwiseAbs()).norm();
-  const Bound bound = bound_of(motion, reach);
+  const Bound bound = bound_of(motion, reach_of(shape));
   constexpr double most_stretches = 64;
   const double length = std::max((own.hi - own.lo).maxCoeff(), bound.path / most_stretches);
   const auto stretches = static_cast<std::size_t>(length > 0 ? std::clamp(std::ceil(bound.path / length), 1.0, most_stretches) : 1);
@@ -43,12 +72,7 @@ SweptBoxes::SweptBoxes(const Shape& shape, const Motion& motion) {
   Bounds last = shape.bounds(pose_at(motion, 0));
   for (std::size_t i = 1; i <= stretches; ++i) {
     const Bounds next = shape.bounds(pose_at(motion, static_cast<double>(i) / static_cast<double>(stretches)));
-    Aabb box;
-    for (int k = 0; k < 3; ++k) {
-      box.lo[static_cast<std::size_t>(k)] = round_down(std::min(last.lo[k], next.lo[k]) - bulge);
-      box.hi[static_cast<std::size_t>(k)] = round_up(std::max(last.hi[k], next.hi[k]) + bulge);
-    }
-    boxes_.push_back(box);
+    boxes_.push_back(joined(last, next, bulge));
     last = next;
   }
 }

@@ -1,0 +1,240 @@
+#include "response/moving_bodies.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "response/parallel_blocks.h"
+#include "scene/swept_boxes.h"
+
+namespace tandem {
+namespace {
+
+constexpr std::size_t bodies_a_block = 256;
+/// Of the inner radius: what a continuous body that touches another one at the start still keeps out of it.
+constexpr double core_share = 0.5;
+
+/// Of a body without a ball inside, in place of fast_motion of its radius: of its size.
+constexpr double fast_surface = 0.01;
+
+/// The shape, solid if it is a closed mesh; empty if it has no inside.
+std::optional<Shape> with_inside(const Shape& shape) {
+  if (shape.is_solid()) return shape;
+  if (shape.kind() != ShapeKind::mesh) return std::nullopt;
+  try {
+    const auto vertices = shape.vertices();
+    const auto triangles = shape.triangles();
+    return Shape(Mesh{{vertices.begin(), vertices.end()}, {triangles.begin(), triangles.end()}, true});
+  } catch (const std::invalid_argument&) {
+    return std::nullopt;  // not closed
+  }
+}
+
+/// The ball about the point that touches the surface from inside.
+InnerBall ball_about(const NarrowPhase& narrow, const Shape& solid, const Vec3& centre) {
+  Pose at;
+  at.translation = centre;
+  const PairAnswer inside = narrow.solve(Sphere{0}, at, solid, Pose{}, Request::distance);
+  return {centre, std::max(0.0, -inside.signed_distance - inside.error_bound)};
+}
+
+/// About the centre of mass, or, if that is larger, one of those tried under the triangles of a mesh.
+InnerBall inner_ball(const NarrowPhase& narrow, const Shape& shape) {
+  InnerBall best{shape.mass().centre, 0};
+  const std::optional<Shape> solid = with_inside(shape);
+  if (!solid) return best;
+  best = ball_about(narrow, *solid, best.centre);
+  constexpr std::size_t places = 32;
+  const auto triangles = shape.kind() == ShapeKind::mesh ? solid->triangles() : solid->triangles().first(0);
+  for (std::size_t i = 0; i < std::min(places, triangles.size()); ++i) {
+    const auto& [p, q, r] = triangles[i * triangles.size() / std::min(places, triangles.size())];
+    const Vec3 a = solid->vertices()[p], b = solid->vertices()[q], c = solid->vertices()[r];
+    const Vec3 inward = (c - a).cross(b - a).stableNormalized();
+    for (double depth = solid->size() / 4; depth > solid->size() / 100; depth /= 2)
+      if (const InnerBall ball = ball_about(narrow, *solid, (a + b + c) / 3 + depth * inward); ball.radius > best.radius)
+        best = ball;
+  }
+  return best;
+}
+
+}  // namespace
+
+Pose Leg::at(double t) const { return t <= begin ? motion.from : pose_at(motion, (t - begin) / (1 - begin)); }
+
+Motion MovingBodies::whole(std::uint32_t body) const {
+  const Vec3 centre = scene_->is_static()[body] ? Vec3(Vec3::Zero()) : scene_->shape_of(body).mass().centre;
+  return {scene_->poses()[body], ends_[body], centre};
+}
+
+Leg MovingBodies::leg(std::uint32_t body) const {
+  if (is_watched(body)) return legs_[place_[body]];
+  return {0, whole(body), false, length_[body]};
+}
+
+void MovingBodies::learn_shapes() {
+  const SceneChanges::HistoryName history(*scene_);
+  if (!(history == history_) || shape_changes_ != SceneChanges::shape_changes(*scene_)) {
+    history_ = history;
+    shape_changes_ = SceneChanges::shape_changes(*scene_);
+    const auto shapes = scene_->shapes();
+    balls_.assign(shapes.size(), {});
+    has_ball_.assign(shapes.size(), 0);
+    reach_.resize(shapes.size());
+    for (std::size_t i = 0; i < shapes.size(); ++i) reach_[i] = shapes[i].is_bounded() ? reach_of(shapes[i]) : 0;
+  }
+  for (std::uint32_t i = 0; i < scene_->indices(); ++i) {
+    const std::uint32_t shape = scene_->shape_indices()[i];
+    if (!scene_->continuous()[i] || !takes_part_[i] || has_ball_[shape]) continue;
+    balls_[shape] = inner_ball(narrow_, scene_->shapes()[shape]);
+    has_ball_[shape] = 1;
+  }
+}
+
+void MovingBodies::measure(std::uint32_t i) {
+  const Pose &from = scene_->poses()[i], &to = ends_[i];
+  length_[i] = 0;
+  if (takes_part_[i] == 0 || (from.translation == to.translation && from.rotation == to.rotation)) return;
+  // A half-space turned by however little goes any way, far from its origin.
+  if (!scene_->shape_of(i).is_bounded() && from.rotation != to.rotation)
+    length_[i] = std::numeric_limits<double>::max();
+  else
+    length_[i] = path_length(whole(i), reach_[scene_->shape_indices()[i]]);
+}
+
+bool MovingBodies::begin(const Scene& scene, std::span<const Pose> ends) {
+  scene_ = &scene;
+  ends_ = ends;
+  watched_.clear();
+  legs_.clear();
+  const std::size_t count = scene.indices();
+  takes_part_.resize(count);
+  length_.resize(count);
+  place_.assign(count, none);
+  for (std::uint32_t i = 0; i < count; ++i) takes_part_[i] = scene.alive(i) && scene.is_sensor()[i] == 0 ? 1 : 0;
+  learn_shapes();
+  ParallelTime unused;
+  for_blocks(count, bodies_a_block, unused, [&](std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) measure(static_cast<std::uint32_t>(i));
+  });
+  // Nothing comes faster towards a body than the fastest of the others.
+  double fastest = 0, second = 0;
+  for (const double length : length_) {
+    second = std::max(second, std::min(length, fastest));
+    fastest = std::max(fastest, length);
+  }
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (scene.continuous()[i] == 0 || scene.is_static()[i] != 0 || takes_part_[i] == 0) continue;
+    const double other = length_[i] == fastest ? second : fastest;
+    if (!(length_[i] + other > not_fast(i))) continue;
+    place_[i] = static_cast<std::uint32_t>(legs_.size());
+    watched_.push_back(i);
+    legs_.push_back({0, whole(i), true, 0});
+  }
+  return !watched_.empty();
+}
+
+bool MovingBodies::allows(std::uint32_t a, std::uint32_t b) const {
+  const PairFilter filter{scene_->groups(), scene_->masks(), scene_->is_static()};
+  if (!filter.allows(a, b)) return false;
+  if (!predicate_) return true;
+  Pair pair{std::min(a, b), std::max(a, b)};
+  return predicate_({&pair, 1}) != 0;
+}
+
+bool MovingBodies::may_meet(std::uint32_t a, std::uint32_t b, double t) const {
+  const bool watched_a = is_watched(a), watched_b = is_watched(b);
+  const auto state = [&](std::uint32_t body, bool watched) {
+    return watched ? std::pair(legs_[place_[body]].free, legs_[place_[body]].speed) : std::pair(false, length_[body]);
+  };
+  const auto [free_a, speed_a] = state(a, watched_a);
+  const auto [free_b, speed_b] = state(b, watched_b);
+  // Of two that no longer go their own ways the faster one takes the other along, if it can be.
+  if (!free_a && !free_b && !(watched_a && speed_a < speed_b) && !(watched_b && speed_b < speed_a)) return false;
+  return left(a, b, t) > not_fast(a, b) && allows(a, b);
+}
+
+double MovingBodies::not_fast(std::uint32_t body) const {
+  const double radius = balls_[scene_->shape_indices()[body]].radius;
+  return radius > 0 ? fast_motion * radius : fast_surface * scene_->shape_of(body).size();
+}
+
+double MovingBodies::not_fast(std::uint32_t a, std::uint32_t b) const {
+  if (!is_watched(a)) return not_fast(b);
+  return is_watched(b) ? std::min(not_fast(a), not_fast(b)) : not_fast(a);
+}
+
+double MovingBodies::left(std::uint32_t a, std::uint32_t b, double t) const {
+  // What goes with another one may reach farther than it from where that turns: its own length tells.
+  const auto of = [&](std::uint32_t body) {
+    if (!is_watched(body)) return (1 - t) * length_[body];
+    const Leg& leg = legs_[place_[body]];
+    return (1 - t) / (1 - leg.begin) * path_length(leg.motion, reach_[scene_->shape_indices()[body]]);
+  };
+  return of(a) + of(b);
+}
+
+std::optional<FirstTouch> MovingBodies::core_meets(std::uint32_t a, std::uint32_t b, double t, double soon) const {
+  const InnerBall& ball = balls_[scene_->shape_indices()[a]];
+  if (ball.radius == 0) return std::nullopt;
+  const Shape core = Sphere{core_share * ball.radius};
+  const Shape& other = scene_->shape_of(b);
+  const Leg leg_a = leg(a), leg_b = leg(b);
+  const auto motion = [&](double from) {
+    Motion shifted = leg_a.from(from);
+    for (Pose* pose : {&shifted.from, &shifted.to}) pose->translation = *pose * ball.centre;
+    shifted.straight_of = *shifted.straight_of - ball.centre;
+    return shifted;
+  };
+  auto touch = narrow_.time_of_impact(core, motion(t), other, leg_b.from(t));
+  if (touch && touch->t == 0) {
+    // It may go along and out, not deeper.
+    const auto distance = [&](double at) {
+      return narrow_.solve(core, motion(at).from, other, leg_b.at(at), Request::distance).signed_distance;
+    };
+    if (distance(soon) < distance(t)) {
+      touch->t = t;
+      return touch;
+    }
+    t = soon;
+    touch = narrow_.time_of_impact(core, motion(t), other, leg_b.from(t));
+    if (touch && touch->t == 0) return std::nullopt;
+  }
+  if (touch) touch->t = t + touch->t * (1 - t);
+  return touch;
+}
+
+std::optional<FirstTouch> MovingBodies::cores_meet(std::uint32_t a, std::uint32_t b, double t, double soon) const {
+  std::optional<FirstTouch> first;
+  if (is_watched(a)) first = core_meets(a, b, t, soon);
+  if (!is_watched(b)) return first;
+  auto other = core_meets(b, a, t, soon);
+  if (!other || (first && first->t <= other->t)) return first;
+  other->normal = -other->normal;
+  return other;
+}
+
+/// A touch that comes; empty also where they touch already, which `touching` tells.
+std::optional<FirstTouch> MovingBodies::whole_meet(std::uint32_t a, std::uint32_t b, double t, bool& touching) const {
+  const Motion motion_a = leg(a).from(t), motion_b = leg(b).from(t);
+  const Shape &shape_a = scene_->shape_of(a), &shape_b = scene_->shape_of(b);
+  touching = narrow_.solve(shape_a, motion_a.from, shape_b, motion_b.from, Request::collide).collide;
+  if (touching) return std::nullopt;
+  auto touch = narrow_.time_of_impact(shape_a, motion_a, shape_b, motion_b);
+  touching = touch && touch->t == 0;
+  if (!touch || touching) return std::nullopt;
+  touch->t = t + touch->t * (1 - t);
+  return touch;
+}
+
+std::optional<FirstTouch> MovingBodies::meet(std::uint32_t a, std::uint32_t b, double t) const {
+  bool touching = false;
+  auto first = whole_meet(a, b, t, touching);
+  if (!touching) return first;
+  // They may part at once, and meet elsewhere.
+  const double soon = t + (1 - t) * std::min(1.0, not_fast(a, b) / left(a, b, t));
+  first = whole_meet(a, b, soon, touching);
+  return touching ? cores_meet(a, b, t, soon) : first;
+}
+
+}  // namespace tandem
