@@ -16,16 +16,13 @@
 #include "gzip.h"
 #include "option_text.h"
 #include "progress.h"
-#include "tandem/engine/builtin_scenes.h"
+#include "scene_option.h"
 #include "tandem/engine/pipeline.h"
 #include "tandem/engine/response.h"
 #include "tandem/flowgraph/timeline.h"
-#include "tandem/formats/scene_file.h"
 
 namespace tandem {
 namespace {
-
-namespace fs = std::filesystem;
 
 // As typed; empty: not given.
 struct Options {
@@ -104,27 +101,6 @@ PipelineOptions pipeline_options(const Options& options) {
     if (divides) out.balance.split = split;
   }
   return out;
-}
-
-Scene load_scene(const Options& options) {
-  const auto known = builtin_scenes();
-  const bool builtin = std::any_of(known.begin(), known.end(), [&](const auto& s) { return s.name == options.scene; });
-  if (builtin) {
-    const auto bodies = options.bodies.empty() ? 0 : whole_option("--bodies", options.bodies, 1, 1'000'000);
-    const auto seed = options.seed.empty() ? 1 : whole_option("--seed", options.seed, 0, UINT64_MAX);
-    return make_builtin_scene(options.scene, bodies, seed);
-  }
-  std::error_code ignored;
-  if (!fs::exists(options.scene, ignored)) {
-    if (options.scene.find_first_of("./") != std::string::npos)
-      throw std::invalid_argument("SCENE: there is no file '" + options.scene + "'");
-    std::string names;
-    for (const BuiltinScene& scene : known) names += std::string(scene.name) + ", ";
-    refuse_option("SCENE", options.scene, names + "or a scene file");
-  }
-  if (!options.bodies.empty()) refuse_option("--bodies", options.bodies, "with a built-in scene only");
-  if (!options.seed.empty()) refuse_option("--seed", options.seed, "with a built-in scene only");
-  return read_scene_file(options.scene);
 }
 
 std::string hex(std::uint64_t x) {
@@ -337,7 +313,7 @@ int run(const Options& options, DescriptorBuffer& out) {
   PipelineOptions how = pipeline_options(options);
   std::optional<Request> request;
   if (!options.request.empty()) request = named_option("--request", options.request, requests);
-  Scene scene = load_scene(options);
+  Scene scene = load_scene(options.scene, options.bodies, options.seed);
   if (request) scene.request = *request;
   how.answer.request = scene.request;
   how.answer.contact_hash = true;

@@ -163,6 +163,7 @@ void Bodies::apply_to(std::uint32_t index, const Change& change) {
       }
       drop(index);
       directory_.gone(id);
+      if (notes_removed_) removed_.push_back(id);
       break;
     case Kind::pose:
       scene_.move(index, motion.pose(), scene_.velocities()[index], scene_.angular_velocities()[index]);

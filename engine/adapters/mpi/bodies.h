@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "communicator.h"
@@ -48,6 +49,10 @@ class Bodies {
   void apply(const Change& change);
   /// Takes back one that was added in this step.
   void forget(GlobalId id) { drop(places_.at(id)); }
+
+  /// From now on removed bodies are kept in mind, for one who asks.
+  void note_removed() { notes_removed_ = true; }
+  std::vector<GlobalId> take_removed() { return std::exchange(removed_, {}); }
 
   /// Collective, with several ranks. Bodies go to their owners, copies to where boxes reach; all of them are looked at
   /// if `recut`.
@@ -104,6 +109,9 @@ class Bodies {
   std::vector<std::uint32_t> seen_;   // version for which its box is
   std::vector<FloatBox> boxes_;
   std::vector<std::vector<int>> copies_;  // of an owned body: ranks that have one, ascending
+
+  bool notes_removed_ = false;
+  std::vector<GlobalId> removed_;
 
   std::vector<Letter> letters_, received_;
   std::vector<int> letter_of_;  // a rank's place in letters_, -1: none

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <climits>
 #include <cstdio>
 #include <cstdlib>
+#include <stdexcept>
 #include <thread>
 
 namespace tandem::mpi {
@@ -127,17 +129,38 @@ void Communicator::largest(std::span<std::uint64_t> values) const {
   reduce(values.data(), values.size(), MPI_UINT64_T, MPI_MAX);
 }
 
+std::vector<Message> Communicator::to_all(Message& own) const {
+  std::vector<std::uint64_t> sizes(static_cast<std::size_t>(ranks_));
+  const std::uint64_t size = own.size();
+  MPI_Request request = MPI_REQUEST_NULL;
+  MPI_Iallgather(&size, 1, MPI_UINT64_T, sizes.data(), 1, MPI_UINT64_T, comm_, &request);
+  wait({&request, 1}, "sizes of messages to all");
+  std::vector<int> counts, places;
+  std::uint64_t total = 0;
+  for (const std::uint64_t bytes : sizes) {
+    counts.push_back(static_cast<int>(bytes));
+    places.push_back(static_cast<int>(total));
+    total += bytes;
+    if (total > std::uint64_t{INT_MAX}) throw std::length_error("messages to all ranks are longer than 2 GiB");
+  }
+  std::vector<std::byte> all(total);
+  MPI_Iallgatherv(own.bytes().data(), counts[static_cast<std::size_t>(rank_)], MPI_BYTE, all.data(), counts.data(),
+                  places.data(), MPI_BYTE, comm_, &request);
+  wait({&request, 1}, "messages to all");
+  std::vector<Message> out(sizes.size());
+  for (std::size_t i = 0; i < out.size(); ++i)
+    out[i].bytes().assign(all.begin() + places[i], all.begin() + places[i] + counts[i]);
+  return out;
+}
+
 std::vector<std::string> Communicator::texts(const std::string& own) const {
-  const int size = static_cast<int>(own.size());
-  std::vector<int> sizes(static_cast<std::size_t>(ranks_)), places(static_cast<std::size_t>(ranks_));
-  MPI_Allgather(&size, 1, MPI_INT, sizes.data(), 1, MPI_INT, comm_);
-  int total = 0;
-  for (std::size_t i = 0; i < sizes.size(); ++i) places[i] = total, total += sizes[i];
-  std::string all(static_cast<std::size_t>(total), ' ');
-  MPI_Allgatherv(own.data(), size, MPI_CHAR, all.data(), sizes.data(), places.data(), MPI_CHAR, comm_);
+  Message message;
+  for (const char letter : own) message.put(letter);
   std::vector<std::string> out;
-  for (std::size_t i = 0; i < sizes.size(); ++i)
-    out.push_back(all.substr(static_cast<std::size_t>(places[i]), static_cast<std::size_t>(sizes[i])));
+  for (Message& one : to_all(message)) {
+    std::string& text = out.emplace_back();
+    while (!one.done()) text += one.take<char>();
+  }
   return out;
 }
 

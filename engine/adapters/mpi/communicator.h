@@ -28,6 +28,7 @@ class Message {
     read_ += sizeof(T);
     return value;
   }
+  void append(const Message& other) { bytes_.insert(bytes_.end(), other.bytes_.begin(), other.bytes_.end()); }
   bool done() const { return read_ == bytes_.size(); }
   bool empty() const { return bytes_.empty(); }
   std::size_t size() const { return bytes_.size(); }
@@ -74,6 +75,9 @@ class Communicator {
   void sum(std::span<double> values) const;
   void largest(std::span<double> values) const;
   void largest(std::span<std::uint64_t> values) const;
+
+  /// Collective: the messages of all ranks on all ranks, by rank. Throws std::length_error beyond 2 GiB together.
+  std::vector<Message> to_all(Message& own) const;
 
   /// Collective: the texts of all ranks on all ranks, by rank.
   std::vector<std::string> texts(const std::string& own) const;

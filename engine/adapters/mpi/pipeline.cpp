@@ -439,6 +439,15 @@ void Pipeline::move(std::uint32_t index, const Pose& pose, const Vec3& velocity,
   impl_->bodies.scene().move(index, pose, velocity, angular_velocity);
 }
 
+void Pipeline::set_gravity(const Vec3& gravity) {
+  if (!gravity.allFinite()) throw std::invalid_argument("gravity is not finite, allowed: finite numbers");
+  impl_->bodies.scene().gravity = gravity;
+}
+void Pipeline::set_dt(double dt) {
+  require(std::isfinite(dt) && dt > 0, "dt", dt, "finite, > 0 s");
+  impl_->bodies.scene().dt = dt;
+}
+
 const ContactList& Pipeline::Impl::contacts() const {
   static const ContactList none;
   return found ? detection.contacts() : none;

@@ -95,7 +95,7 @@ struct GatheredContacts {
 /// A sum over pairs, each of which is hashed with its contacts: it does not depend on the pairs' order or rank.
 std::uint64_t hash(const GatheredContacts& contacts);
 
-/// A step that failed on some rank; every rank throws it, with the same text, and is ready for the next step.
+/// A step or a checkpoint that failed on some rank; every rank throws it, with the same text, and is ready for the next step.
 struct StepError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -151,8 +151,9 @@ class Pipeline {
   bool has(GlobalId id) const;
   /// Moves a body that this rank owns, at once, as Scene::move does; the next step tells those who have copies.
   void move(std::uint32_t index, const Pose& pose, const Vec3& velocity, const Vec3& angular_velocity);
-  Vec3 gravity{0, 0, -9.81};  ///< m/s^2, for a response
-  double dt = 1.0 / 60;       ///< s, the same
+  /// For a response, all ranks alike: m/s^2, finite; s, finite, > 0.
+  void set_gravity(const Vec3& gravity);
+  void set_dt(double dt);
 
   /// The pairs that this rank reports, of the last step, by local indices: those of one pair in the order of global
   /// ids (id(a) < id(b)), pairs by (a, b). Until the next step.
@@ -165,6 +166,7 @@ class Pipeline {
 
  private:
   friend class Response;
+  friend class ContactEvents;
   friend class Checkpoint;
   struct Impl;
   std::unique_ptr<Impl> impl_;

@@ -1,0 +1,68 @@
+#include "tandem/mpi/contact_events.h"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "communicator.h"
+#include "pipeline_impl.h"
+
+namespace tandem::mpi {
+namespace {
+
+/// The rank that is told of a pair's begins and ends.
+int home(const IdPair& pair, int ranks) {
+  std::uint64_t x = pair.a * 0x9e3779b97f4a7c15u ^ pair.b;
+  x = (x ^ x >> 32) * 0xd6e8feb86659fd93u;
+  return static_cast<int>((x ^ x >> 32) % static_cast<std::uint64_t>(ranks));
+}
+
+/// What is in one of two ascending lists alone: a pair that one rank no longer reports and another one does stays.
+void cancel(std::vector<IdPair>& x, std::vector<IdPair>& y) {
+  std::sort(x.begin(), x.end());
+  std::sort(y.begin(), y.end());
+  std::vector<IdPair> only_x, only_y;
+  std::set_difference(x.begin(), x.end(), y.begin(), y.end(), std::back_inserter(only_x));
+  std::set_difference(y.begin(), y.end(), x.begin(), x.end(), std::back_inserter(only_y));
+  x.swap(only_x);
+  y.swap(only_y);
+}
+
+}  // namespace
+
+void ContactEvents::update(const Pipeline& pipeline) {
+  Communicator& communicator = pipeline.impl_->communicator;
+  std::swap(touching_, before_);
+  touching_.clear();
+  for (const PairResult& pair : pipeline.contacts().pairs)
+    if (pair.answer.collide) touching_.push_back({pipeline.id(pair.a), pipeline.id(pair.b)});
+  std::sort(touching_.begin(), touching_.end());
+  began_ = touching_;
+  ended_ = before_;
+  cancel(began_, ended_);
+  const int ranks = communicator.ranks();
+  if (ranks == 1) return;
+  std::vector<Message> messages(static_cast<std::size_t>(ranks));
+  for (const bool begins : {true, false})
+    for (const IdPair& pair : begins ? began_ : ended_) {
+      Message& message = messages[static_cast<std::size_t>(home(pair, ranks))];
+      message.put(pair);
+      message.put(begins);
+    }
+  std::vector<Letter> letters, received;
+  for (int rank = 0; rank < ranks; ++rank)
+    if (Message& message = messages[static_cast<std::size_t>(rank)]; rank != communicator.rank() && !message.empty())
+      letters.push_back({rank, std::move(message)});
+  communicator.exchange(letters, received);
+  received.push_back({communicator.rank(), std::move(messages[static_cast<std::size_t>(communicator.rank())])});
+  began_.clear();
+  ended_.clear();
+  for (Letter& letter : received)
+    while (!letter.message.done()) {
+      const auto pair = letter.message.take<IdPair>();
+      (letter.message.take<bool>() ? began_ : ended_).push_back(pair);
+    }
+  cancel(began_, ended_);
+}
+
+}  // namespace tandem::mpi

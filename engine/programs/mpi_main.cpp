@@ -1,0 +1,401 @@
+// The program tandem-mpi: `tandem run` on the ranks of MPI. Rank 0 writes; all others are silent but for a failure.
+#include <mpi.h>
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/info.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <iostream>
+#include <optional>
+#include <sstream>
+
+#include "formats/json_writer.h"
+#include "formats/output_file.h"
+#include "formats/scene_json.h"
+#include "option_text.h"
+#include "progress.h"
+#include "scene_option.h"
+#include "tandem/mpi/checkpoint.h"
+#include "tandem/mpi/pipeline.h"
+#include "tandem/mpi/response.h"
+
+namespace tandem {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// As typed; empty: not given.
+struct Options {
+  std::string scene, steps = "300", bodies, seed, executor = "flowgraph", threads = "1", broad_phase = "auto", request;
+  std::string tolerance = "0", margin, json, contacts, rebalance = "on", response = "all", patience = "0";
+  std::string checkpoint, every = "100", restart;
+};
+
+// For the line that a fatal signal's handler writes.
+volatile std::sig_atomic_t rank_now = 0, step_now = 0;
+
+// What kills a rank by its own fault is told before it ends; only calls that a handler may make.
+void tell_signal(int signal) {
+  char text[96];
+  std::size_t length = 0;
+  const auto add = [&](const char* part) {
+    while (*part != 0 && length < sizeof text - 1) text[length++] = *part++;
+  };
+  const auto number = [&](int value) {
+    char digits[12];
+    int count = 0;
+    do digits[count++] = static_cast<char>('0' + value % 10);
+    while ((value /= 10) != 0);
+    while (count > 0 && length < sizeof text - 1) text[length++] = digits[--count];
+  };
+  add("tandem-mpi: rank ");
+  number(rank_now);
+  add(", step ");
+  number(step_now);
+  add(": signal ");
+  number(signal);
+  add("\n");
+  if (::write(2, text, length) < 0) _exit(1);
+  std::signal(signal, SIG_DFL);
+  std::raise(signal);
+}
+
+double ms_since(Clock::time_point begin) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+}
+
+std::string hex(std::uint64_t x) {
+  char text[17];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(x));
+  return text;
+}
+
+mpi::Options pipeline_options(const Options& options) {
+  constexpr BroadPhaseKind broad_phases[] = {BroadPhaseKind::brute, BroadPhaseKind::sweep, BroadPhaseKind::grid,
+                                             BroadPhaseKind::bvh, BroadPhaseKind::automatic};
+  mpi::Options out;
+  out.rank.executor = named_option("--executor", options.executor, executor_kinds);
+  out.rank.threads = static_cast<int>(whole_option("--threads", options.threads, 0, 1024));
+  out.rank.broad_phase = named_option("--broadphase", options.broad_phase, broad_phases);
+  out.rank.answer.tolerance = number_option("--tolerance", options.tolerance, 0, 0.1);
+  out.rank.answer.contact_hash = true;
+  if (!options.margin.empty()) out.rank.answer.margin = number_option("--margin", options.margin, 0, 1e6);
+  if (options.rebalance != "on" && options.rebalance != "off")
+    refuse_option("--rebalance", options.rebalance, "on, off");
+  out.rebalance.enabled = options.rebalance == "on";
+  out.patience = number_option("--patience", options.patience, 0, 1e6);
+  return out;
+}
+
+// Bodies are named by their indices in the scene, each added by one rank; the first step takes them to their owners.
+void add_bodies(mpi::Pipeline& pipeline, const Scene& scene, bool bodies) {
+  for (std::size_t k = 0; k < scene.shapes().size(); ++k) pipeline.add_shape(scene.shapes()[k], scene.shape_names()[k]);
+  pipeline.set_gravity(scene.gravity);
+  pipeline.set_dt(scene.dt);
+  const auto ranks = static_cast<std::uint32_t>(pipeline.ranks()), rank = static_cast<std::uint32_t>(pipeline.rank());
+  for (std::uint32_t i = rank; bodies && i < scene.indices(); i += ranks)
+    pipeline.add_body(i, {.shape = scene.shape_id(scene.id(i)),
+                          .pose = scene.poses()[i],
+                          .velocity = scene.velocities()[i],
+                          .angular_velocity = scene.angular_velocities()[i],
+                          .density = scene.densities()[i],
+                          .is_static = scene.is_static()[i] != 0,
+                          .is_sensor = scene.is_sensor()[i] != 0,
+                          .group = scene.groups()[i],
+                          .mask = scene.masks()[i]});
+}
+
+void write_step(JsonWriter& out, const Options& options, const mpi::Report& report,
+                const mpi::RankResponseReport& response, double response_ms, int ranks) {
+  const ExecutionReport& execution = report.rank.detection.execution;
+  out.begin_object()
+      .member("step", report.step)
+      .member("bodies", report.bodies)
+      .member("candidate_pairs", report.pairs)
+      .member("colliding_pairs", report.colliding_pairs)
+      .member("contacts", report.contacts)
+      .member("contact_hash", std::string_view(hex(report.contact_hash)))
+      .member("max_depth", report.max_depth)
+      .member("kinetic_energy", response.response.kinetic_energy);
+  // Of rank 0, but for the loads.
+  out.key("ms")
+      .begin_object()
+      .member("exchange", report.rank.exchange_ms)
+      .member("detect", execution.detect_ms)
+      .member("wait", report.rank.wait_ms)
+      .member("response", response_ms)
+      .member("gather", response.gather_ms)
+      .member("step", report.rank.step_ms + response_ms)
+      .member("slowest_load", report.slowest_load_ms)
+      .member("mean_load", report.mean_load_ms)
+      .end_object();
+  const mpi::RebalanceDecision& decision = report.rebalance;
+  out.member("gaps", report.gaps)
+      .member("ranks", ranks)
+      .member("threads", execution.threads)
+      .member("executor", std::string_view(options.executor))
+      .member("copies", report.copies)
+      .member("moved_away", report.moved_away)
+      .member("bytes_sent", report.bytes_sent)
+      .member("messages_sent", report.messages_sent);
+  out.key("rebalance")
+      .begin_object()
+      .member("action", name(decision.action))
+      .member("reason", decision.reason)
+      .member("control_step", decision.control_step)
+      .member("imbalance", decision.imbalance)
+      .member("gain_ms", decision.gain_ms)
+      .member("migration_ms", decision.migration_ms)
+      .end_object();
+  out.end_object();
+}
+
+void write_contacts(JsonWriter& out, std::uint64_t step, const mpi::GatheredContacts& all, bool gaps) {
+  out.begin_object().member("step", step).key("contacts").begin_array();
+  for (const mpi::GatheredPair& pair : all.pairs)
+    for (std::uint64_t k = pair.first_contact; k < pair.first_contact + pair.contact_count; ++k) {
+      const Contact& contact = all.contacts[k];
+      if (contact.depth < 0 && !gaps) continue;
+      out.begin_object()
+          .member("a", pair.a)
+          .member("b", pair.b)
+          .member("point", contact.point)
+          .member("normal", contact.normal)
+          .member("depth", contact.depth)
+          .end_object();
+    }
+  out.end_array().end_object();
+}
+
+void append_line(OutputFile& file, JsonWriter& line) {
+  file.append(line.text());
+  file.append("\n");
+  line.clear();
+}
+
+// What the table at the end is made from; of rank 0 but for what all ranks know.
+class Summary {
+ public:
+  void add(const mpi::Report& report, double response_ms) {
+    exchange_.push_back(report.rank.exchange_ms);
+    detect_.push_back(report.rank.detection.execution.detect_ms);
+    wait_.push_back(report.rank.wait_ms);
+    response_.push_back(response_ms);
+    step_.push_back(report.rank.step_ms + response_ms);
+    bytes_.push_back(static_cast<double>(report.bytes_sent));
+    moved_ += report.moved_away;
+    cuts_ += report.rebalance.action == BalanceAction::change ? 1 : 0;
+    taken_back_ += report.rebalance.action == BalanceAction::revert ? 1 : 0;
+    last_ = report;
+  }
+  std::string table(const std::string& scene, const mpi::Options& options, Request request, int ranks) const {
+    std::ostringstream out;
+    out << "scene            " << scene << ", " << last_.bodies << " bodies, " << step_.size() << " steps\n"
+        << "run by           " << ranks << " ranks of " << last_.rank.detection.execution.threads << " threads, "
+        << name(options.rank.executor) << '\n'
+        << "request          " << name(request) << '\n'
+        << "last step        " << last_.pairs << " candidate pairs, " << last_.colliding_pairs << " colliding, "
+        << last_.contacts << " contacts, largest depth " << last_.max_depth << " m\n"
+        << "contact hash     " << hex(last_.contact_hash) << ", the same for any number of ranks\n";
+    out.precision(3);
+    out << std::fixed << "loads            slowest rank " << last_.slowest_load_ms << " ms, mean " << last_.mean_load_ms
+        << " ms; " << cuts_ << " cuts, " << taken_back_ << " taken back, " << moved_ << " bodies changed owner\n"
+        << "exchange         " << last_.copies << " copies, " << median(bytes_) / 1e6 << " MB a step, median\n"
+        << "ms, medians      exchange " << median(exchange_) << ", detect " << median(detect_) << ", wait "
+        << median(wait_) << ", response " << median(response_) << ", step " << median(step_) << " (rank 0)\n";
+    return out.str();
+  }
+
+ private:
+  static double median(std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+  }
+  std::vector<double> exchange_, detect_, wait_, response_, step_, bytes_;
+  std::uint64_t moved_ = 0;
+  int cuts_ = 0, taken_back_ = 0;
+  mpi::Report last_;
+};
+
+// Rank 0's files; the others have none.
+struct Outputs {
+  std::optional<OutputFile> json, contacts;
+
+  Outputs(const Options& options, int rank) {
+    std::string fault;
+    try {
+      require_different({{"SCENE", options.scene},
+                         {"--json", options.json},
+                         {"--contacts", options.contacts},
+                         {"--checkpoint", options.checkpoint}});
+      if (rank == 0 && !options.json.empty()) json.emplace("--json", options.json);
+      if (rank == 0 && !options.contacts.empty()) contacts.emplace("--contacts", options.contacts);
+    } catch (const std::exception& error) {
+      fault = error.what();
+    }
+    std::array<char, 512> text{};  // rank 0's: all end alike
+    std::copy_n(fault.begin(), std::min(fault.size(), text.size() - 1), text.begin());
+    MPI_Bcast(text.data(), static_cast<int>(text.size()), MPI_CHAR, 0, MPI_COMM_WORLD);
+    if (text[0] != 0) throw RequestError(text.data());
+  }
+  void commit() {
+    for (auto* file : {&json, &contacts})
+      if (*file) (*file)->finish();
+    for (auto* file : {&json, &contacts})
+      if (*file) (*file)->commit();
+  }
+};
+
+void run(const Options& options) {
+  const std::uint64_t steps = whole_option("--steps", options.steps, 1, 1'000'000'000);
+  const std::uint64_t every = whole_option("--checkpoint-every", options.every, 1, 1'000'000'000);
+  mpi::Options how = pipeline_options(options);
+  std::optional<Request> request;
+  if (!options.request.empty()) request = named_option("--request", options.request, requests);
+  if (options.response != "all" && options.response != "none")
+    refuse_option("--response", options.response, "all, none");
+  Scene scene = load_scene(options.scene, options.bodies, options.seed);
+  const std::string scene_name = scene.name;
+  if (request) scene.request = *request;
+  const Request asked = how.rank.answer.request = scene.request;
+  if (options.margin.empty() && asked == Request::contacts) how.rank.answer.margin = recommended_margin(scene);
+  if (!options.contacts.empty() && asked != Request::contacts)
+    refuse_option("--contacts", options.contacts,
+                  "with the request 'contacts'; this one is '" + std::string(name(asked)) + "'");
+  const tbb::global_control limit(
+      tbb::global_control::max_allowed_parallelism,
+      static_cast<std::size_t>(std::max(how.rank.threads, tbb::info::default_concurrency())));
+  mpi::Pipeline pipeline(MPI_COMM_WORLD, how);
+  add_bodies(pipeline, scene, options.restart.empty());
+  scene = Scene();  // each rank keeps its own bodies alone
+  if (!options.restart.empty()) mpi::Checkpoint::read(pipeline, options.restart);
+  std::optional<mpi::Response> response;
+  if (options.response == "all")
+    response.emplace(pipeline,
+                     ResponseOptions{.threads = how.rank.executor == ExecutorKind::sequential ? 1 : how.rank.threads});
+  Outputs outputs(options, pipeline.rank());
+  Summary summary;
+  JsonWriter line;
+  {
+    std::optional<Progress> progress;
+    if (pipeline.rank() == 0) progress.emplace("run", steps);
+    for (std::uint64_t done = 0; done < steps; ++done) {
+      const mpi::Report report = pipeline.step();
+      step_now = static_cast<std::sig_atomic_t>(report.step);
+      if (!options.contacts.empty()) {
+        const mpi::GatheredContacts all = pipeline.gather(0);
+        if (outputs.contacts) {
+          write_contacts(line, report.step, all, !options.margin.empty());
+          append_line(*outputs.contacts, line);
+        }
+      }
+      const auto begin = Clock::now();
+      mpi::RankResponseReport moved;
+      if (response) moved = response->step(asked == Request::contacts);
+      const double response_ms = ms_since(begin);
+      if (outputs.json) {
+        write_step(line, options, report, moved, response_ms, pipeline.ranks());
+        append_line(*outputs.json, line);
+      }
+      if (!options.checkpoint.empty() && (report.step + 1) % every == 0) {
+        mpi::Checkpoint::write(pipeline, options.checkpoint);
+        if (response) response->begin_anew();
+      }
+      summary.add(report, response_ms);
+      if (progress) progress->at(done + 1);
+    }
+  }
+  outputs.commit();
+  if (pipeline.rank() == 0) std::cout << summary.table(scene_name, how, asked, pipeline.ranks()) << std::flush;
+}
+
+void add_run(CLI::App& program, Options& o) {
+  CLI::App* command = program.add_subcommand("run", "simulate a scene");
+  command->add_option("SCENE", o.scene, "a built-in scene (tandem scenes) or a scene file")->type_name("");
+  const auto add = [&](const char* option, const char* type, std::string& value, const char* text) {
+    command->add_option(option, value, text)->type_name(type)->capture_default_str();
+  };
+  add("--steps", "N", o.steps, "simulation steps");
+  add("--bodies", "N", o.bodies, "bodies of a built-in scene; default: the paper's number");
+  add("--seed", "N", o.seed, "what a built-in scene's random numbers start from; default 1");
+  add("--executor", "NAME", o.executor, "sequential, barrier, fused, threads or flowgraph");
+  add("--threads", "P", o.threads, "threads of each rank, 0 to 1024; 0 asks the runtime");
+  add("--broadphase", "NAME", o.broad_phase, "brute, sweep, grid, bvh or auto");
+  add("--request", "NAME", o.request, "collide, distance or contacts; default: the scene's");
+  add("--tolerance", "T", o.tolerance, "error accepted, relative to the bodies' size, 0 to 0.1");
+  add("--margin", "M", o.margin, "report gaps up to this as contacts of negative depth, metres");
+  add("--json", "FILE", o.json, "write a report a step to this FILE");
+  add("--contacts", "FILE", o.contacts, "write the contacts of every step to this FILE: gathered on rank 0");
+  add("--rebalance", "on|off", o.rebalance, "cut regions anew from measured costs");
+  add("--response", "all|none", o.response, "all: every rank moves all bodies by all contacts; none: nothing moves");
+  add("--checkpoint", "FILE", o.checkpoint, "write all bodies to this FILE, now and then");
+  add("--checkpoint-every", "N", o.every, "steps from one checkpoint to the next");
+  add("--restart", "FILE", o.restart, "go on from this checkpoint of the same scene, on any number of ranks");
+  add("--patience", "S", o.patience, "seconds after which a rank that waits for another ends the job; 0: never");
+  command->footer(
+      "Start it with mpirun: mpirun -n 4 tandem-mpi run spheres-on-plane --bodies 100000 --steps 100\n"
+      "Exit status: 0 done, 1 the work failed, 2 the request was wrong.");
+  command->callback([&o] {
+    if (o.scene.empty()) refuse_option("SCENE", "", "a built-in scene (tandem scenes) or a scene file");
+    run(o);
+  });
+}
+
+enum Status { done = 0, work_failed = 1, request_wrong = 2 };
+
+int run_program(int count, char** arguments, int rank) {
+  CLI::App program("Collision detection on the ranks of MPI.", "tandem-mpi");
+  program.set_version_flag("--version", "tandem-mpi " TANDEM_VERSION);
+  Options options;
+  add_run(program, options);
+  program.require_subcommand(1);
+  try {
+    program.parse(count, arguments);
+  } catch (const CLI::Success& asked) {
+    std::ostringstream help, unused;
+    program.exit(asked, help, unused);
+    if (rank == 0) std::cout << help.str() << std::flush;
+  } catch (const CLI::ParseError& error) {
+    throw RequestError(error.what() + std::string(", allowed: what --help tells"));
+  }
+  return done;
+}
+
+// Every rank comes here with the same error, but where memory went short.
+int complain(const char* what, int rank, Status status) {
+  if (rank == 0) std::cerr << "tandem-mpi: " << what << std::endl;
+  return status;
+}
+
+}  // namespace
+}  // namespace tandem
+
+int main(int count, char** arguments) {
+  using namespace tandem;
+  int provided = 0, rank = 0;
+  MPI_Init_thread(&count, &arguments, MPI_THREAD_FUNNELED, &provided);
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  rank_now = rank;
+  for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) std::signal(signal, tell_signal);
+  int status = done;
+  try {
+    status = run_program(count, arguments, rank);
+  } catch (const std::invalid_argument& error) {
+    status = complain(error.what(), rank, request_wrong);
+  } catch (const mpi::StepError& error) {
+    status = complain(error.what(), rank, work_failed);
+  } catch (const std::exception& error) {
+    // The others may wait for this rank.
+    std::cerr << "tandem-mpi: rank " << rank << ", step " << step_now << ": " << error.what() << std::endl;
+    MPI_Abort(MPI_COMM_WORLD, work_failed);
+  }
+  MPI_Finalize();
+  return status;
+}

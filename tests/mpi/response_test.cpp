@@ -1,0 +1,143 @@
+#include "tandem/mpi/response.h"
+
+#include <array>
+#include <bit>
+
+#include "tandem/engine/contact_memory.h"
+#include "tandem/mpi/contact_events.h"
+#include "world.h"
+
+using namespace tandem;
+using mpi::GlobalId;
+using mpi::IdPair;
+
+namespace {
+
+std::uint64_t hash_of(GlobalId id, const Scene& scene, std::uint32_t i) {
+  std::uint64_t hash = id + 1;
+  const auto add = [&](double x) { hash = (hash ^ std::bit_cast<std::uint64_t>(x + 0.0)) * 0x9e3779b97f4a7c15u; };
+  const Pose& pose = scene.poses()[i];
+  for (Eigen::Index k = 0; k < 9; ++k) add(pose.rotation.data()[k]);
+  for (const Vec3* v : {&pose.translation, &scene.velocities()[i], &scene.angular_velocities()[i]})
+    for (Eigen::Index k = 0; k < 3; ++k) add((*v)[k]);
+  return hash ^ hash >> 31;
+}
+
+/// A sum over all bodies of what their owners know of them.
+std::uint64_t hash_of_motion(const mpi::Pipeline& pipeline) {
+  std::uint64_t sum = 0;
+  for (std::uint32_t i = 0; i < pipeline.scene().indices(); ++i)
+    if (pipeline.owns(i)) sum += hash_of(pipeline.id(i), pipeline.scene(), i);
+  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_UINT64_T, MPI_SUM, MPI_COMM_WORLD);
+  return sum;
+}
+
+/// The pairs that ranks tell of, put together on all.
+std::vector<IdPair> all_of(std::span<const IdPair> own) {
+  const int count = static_cast<int>(2 * own.size());
+  std::vector<int> counts(static_cast<std::size_t>(world::ranks())), places(counts.size());
+  MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, MPI_COMM_WORLD);
+  int total = 0;
+  for (std::size_t i = 0; i < counts.size(); ++i) places[i] = total, total += counts[i];
+  std::vector<IdPair> all(static_cast<std::size_t>(total / 2));
+  MPI_Allgatherv(own.data(), count, MPI_UINT64_T, all.data(), counts.data(), places.data(), MPI_UINT64_T,
+                 MPI_COMM_WORLD);
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+std::vector<IdPair> ids_of(std::span<const BodyPair> pairs) {
+  std::vector<IdPair> out;
+  for (const BodyPair& pair : pairs) out.push_back({pair.a.index(), pair.b.index()});
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("with the response of all ranks the motion is that of one, and so are the events") {
+  for (const std::string_view name : {"cubes-on-plane", "spheres-on-plane"}) {
+    CAPTURE(name);
+    Scene scene = make_builtin_scene(name, 30);
+    const double margin = recommended_margin(scene);
+    tandem::Pipeline alone({.executor = ExecutorKind::sequential, .threads = 1, .answer = {.margin = margin}});
+    tandem::Response response({.threads = 1});
+    tandem::ContactEvents events;
+    mpi::Pipeline pipeline(MPI_COMM_WORLD, world::options(1, margin));
+    world::add_all(pipeline, scene);
+    pipeline.set_dt(scene.dt);
+    pipeline.set_gravity(scene.gravity);
+    mpi::Response together(pipeline, {.threads = 1});
+    mpi::ContactEvents told;
+    const auto ids = world::all_indices(scene);
+    std::size_t began = 0, ended = 0;
+    for (int step = 0; step < 30; ++step) {
+      CAPTURE(step);
+      alone.step(scene);
+      events.update(scene, alone.contacts());
+      if (step % 10 == 9) pipeline.rebalance();
+      const mpi::Report report = pipeline.step();
+      CHECK(report.contact_hash == mpi::hash(world::gathered(alone.contacts(), ids)));
+      told.update(pipeline);
+      CHECK(all_of(told.began()) == ids_of(events.began()));
+      CHECK(all_of(told.ended()) == ids_of(events.ended()));
+      CHECK(all_of(told.touching()) == ids_of(events.touching()));
+      began += events.began().size();
+      ended += events.ended().size();
+      const ResponseReport moved = response.step(scene, alone.contacts());
+      const mpi::RankResponseReport all_moved = together.step();
+      CHECK(all_moved.response.kinetic_energy == moved.kinetic_energy);
+      std::uint64_t expected = 0;
+      for (std::uint32_t i = 0; i < scene.indices(); ++i) expected += hash_of(i, scene, i);
+      CHECK(hash_of_motion(pipeline) == expected);
+      if (step == 20) {  // a host's hand
+        scene.set_pose(scene.id(5), Pose::at(0, 0, 4));
+        if (world::rank() == world::ranks() - 1) pipeline.set_pose(5, Pose::at(0, 0, 4));
+      }
+    }
+    CHECK(began > 10);
+    CHECK(ended > 0);
+  }
+}
+
+TEST_CASE("a response of a scene to which bodies come and from which they go: the same motion on any number of ranks") {
+  // One rank alone, in a communicator of its own, beside all.
+  mpi::Pipeline all(MPI_COMM_WORLD, world::options(1, 0.02)), alone(MPI_COMM_SELF, world::options(1, 0.02));
+  mpi::Response together(all, {.threads = 1}), single(alone, {.threads = 1});
+  std::vector<ShapeId> shapes;
+  for (const Shape& shape : {Shape(HalfSpace{Vec3::UnitZ(), 0}), Shape(Sphere{0.4}), Shape(Box{Vec3(1, 0.5, 0.7)})}) {
+    shapes.push_back(all.add_shape(shape));
+    alone.add_shape(shape);
+  }
+  std::mt19937_64 random(5);
+  std::vector<GlobalId> ids;
+  const auto turn = [&](const auto& what) {
+    what(alone);
+    if (static_cast<int>(random() % static_cast<std::uint64_t>(world::ranks())) == world::rank()) what(all);
+  };
+  turn([&](mpi::Pipeline& p) { p.add_body(1u << 20, {.shape = shapes[0], .is_static = true}); });
+  for (int step = 0; step < 30; ++step) {
+    CAPTURE(step);
+    for (int k = 0; k < 2; ++k) {
+      const GlobalId id = random() >> 40;
+      if (std::find(ids.begin(), ids.end(), id) != ids.end()) continue;
+      ids.push_back(id);
+      const auto number = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
+      const Pose pose = Pose::at(number(-2, 2), number(-1, 1), number(0.5, 2));
+      const ShapeId shape = shapes[1 + random() % 2];
+      turn([&](mpi::Pipeline& p) { p.add_body(id, {.shape = shape, .pose = pose}); });
+    }
+    if (ids.size() > 12) {
+      const std::size_t at = random() % (ids.size() - 2);
+      const GlobalId id = ids[at];
+      ids.erase(ids.begin() + static_cast<std::ptrdiff_t>(at));
+      turn([&](mpi::Pipeline& p) { p.remove_body(id); });
+    }
+    const mpi::Report report = all.step(), expected = alone.step();
+    CHECK(report.contact_hash == expected.contact_hash);
+    CHECK(together.step().response.kinetic_energy == single.step().response.kinetic_energy);
+    std::uint64_t motion = 0;
+    for (std::uint32_t i = 0; i < alone.scene().indices(); ++i)
+      if (alone.owns(i)) motion += hash_of(alone.id(i), alone.scene(), i);
+    CHECK(hash_of_motion(all) == motion);
+  }
+}
