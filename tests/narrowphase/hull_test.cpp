@@ -92,6 +92,23 @@ TEST_CASE("hull of a point, a segment and a flat polygon") {
   check(polygon, flat);
 }
 
+TEST_CASE("a hull's face whose corners lie on a line has a normal that bears its corners") {
+  // A tetrahedron and the middles of its edges, which are exact: Qhull makes triangles of three of them on an edge.
+  std::vector<Vec3> corners{{-0.7902402877807617, -0.6212806701660156, -0.3888711929321289},
+                            {-0.7051172256469727, 0.2648906707763672, 0.13526058197021484},
+                            {-0.010662078857421875, -0.3474130630493164, 0.6670713424682617},
+                            {-0.6271896362304688, -0.5592460632324219, -0.1459817886352539}};
+  for (std::size_t i = 0; i < 4; ++i)
+    for (std::size_t j = i + 1; j < 4; ++j) corners.push_back((corners[i] + corners[j]) / 2);
+  const Hull hull = build_hull(corners);
+  for (const Hull::Face& face : hull.faces) {
+    CHECK(face.normal.norm() == Approx(1));
+    for (std::uint32_t k = 0; k < face.count; ++k)
+      CHECK(face.normal.dot(hull.vertices[hull.loop[face.first + k]]) == Approx(face.offset).margin(1e-12));
+    CHECK(face.normal.dot(hull.inside) < face.offset);
+  }
+}
+
 TEST_CASE("hulls of plates, needles, tiny, huge and distant clouds hold all their points") {
   std::mt19937_64 random(4);
   for (const Vec3& scale : {Vec3(1, 1, 1), Vec3(1, 1, 1e-4), Vec3(1, 1, 1e-10), Vec3(1, 1e-4, 1e-4),

@@ -152,6 +152,24 @@ TEST_CASE("rounding: meshes with thickness touch where their surfaces are no far
   CHECK(moved.distance().signed_distance >= -1e-9);
 }
 
+TEST_CASE("rounding: a thick box on a mesh is as deep as its radius, and far from one has no contact") {
+  const Shape block(test::box_mesh({2, 2, 2})), box = Shape(Box{{1.6, 1.5, 0.6}}).rounded(0.02);
+  Mesh open = test::box_mesh({2, 2, 2});
+  open.solid = false;
+  for (const Shape& mesh : {block, Shape(open)}) {
+    const Pair touching{mesh, Pose{}, box, Pose::at(0.1, 0.1, 1.3)};
+    const PairAnswer r = touching.distance();
+    CHECK(r.signed_distance == Approx(-0.02).margin(1e-12));
+    CHECK(r.status == Status::ok);
+    const Pair apart{mesh, Pose{}, box, Pose::at(0.1, 0.1, 3)};
+    std::vector<Contact> contacts;
+    const PairAnswer none = NarrowPhase().solve(mesh, {}, box, apart.pose_b, Request::contacts, &contacts);
+    CHECK_FALSE(none.collide);
+    CHECK(none.signed_distance >= 0);
+    CHECK(contacts.empty());
+  }
+}
+
 TEST_CASE("rounding: several pairs, bounds, time of impact and refusals know it") {
   const Shape box(Box{{1, 1, 1}}), thick = box.rounded(0.25);
   CHECK(thick.rounded(0.25).rounding() == 0.5);
