@@ -20,6 +20,7 @@
 #include "tandem/engine/pipeline.h"
 #include "tandem/engine/response.h"
 #include "tandem/flowgraph/timeline.h"
+#include "tandem/formats/mesh_file.h"
 #include "tandem/formats/scene_file.h"
 
 namespace tandem {
@@ -122,6 +123,9 @@ Scene load_scene(const Options& options) {
     for (const BuiltinScene& scene : known) names += std::string(scene.name) + ", ";
     refuse_option("SCENE", options.scene, names + "or a scene file");
   }
+  if (is_mesh_file(options.scene))
+    throw RequestError("SCENE: '" + options.scene +
+                       "' is a mesh, allowed: a scene file in JSON whose shapes may name it");
   if (!options.bodies.empty()) refuse_option("--bodies", options.bodies, "with a built-in scene only");
   if (!options.seed.empty()) refuse_option("--seed", options.seed, "with a built-in scene only");
   return read_scene_file(options.scene);
