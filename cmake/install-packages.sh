@@ -17,7 +17,8 @@ packages=(
 
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
   echo "tandem: this system has no apt; please install the equivalents of: ${packages[*]}" >&2
-  exit 1
+  [ $install = no ] # with --no-install, go on with what is there
+  exit
 fi
 missing=()
 for package in "${packages[@]}"; do

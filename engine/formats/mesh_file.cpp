@@ -40,8 +40,10 @@ bool is_mesh_file(const std::filesystem::path& path) { return reader_of(path) !=
 Mesh read_mesh_file(const std::filesystem::path& path) {
   const std::string file = path.string();
   const Read read = reader_of(path);
-  if (read == nullptr)
+  if (read == nullptr) {
+    const InputFile must_exist(path);
     throw InputError(file, "extension '" + quotation(path.extension().string()) + '\'', mesh_extensions);
+  }
   return read(file, read_file(path, limits::mesh_bytes), path.parent_path());
 }
 

@@ -13,6 +13,7 @@
 #include "clash/journal.h"
 #include "clash/page.h"
 #include "commands.h"
+#include "formats/input_limits.h"
 #include "option_text.h"
 #include "progress.h"
 #include "tandem/formats/mesh_file.h"
@@ -130,7 +131,7 @@ std::string table(const std::vector<Part>& parts, const std::vector<Clash>& clas
   out << hits << " of " << parts.size() * (parts.size() - 1) / 2 << " pairs of " << parts.size() << " parts intersect";
   if (clearance > 0)
     out << ", " << clashes.size() - static_cast<std::size_t>(hits) << " more are at most " << clearance << " apart";
-  out << "; " << triangles << " triangles in " << (memory >> 20) << " MiB\n";
+  out << "; " << triangles << " triangles in " << (memory + limits::mebibyte - 1) / limits::mebibyte << " MiB\n";
   if (unproven) out << "~: not exact; --json tells the error's bound, error_bound. That they intersect is exact\n";
   for (std::size_t i = 0; i < parts.size(); ++i)
     if (!parts[i].open.empty())

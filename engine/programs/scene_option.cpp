@@ -6,6 +6,7 @@
 
 #include "option_text.h"
 #include "tandem/engine/builtin_scenes.h"
+#include "tandem/formats/mesh_file.h"
 #include "tandem/formats/scene_file.h"
 
 namespace tandem {
@@ -26,6 +27,8 @@ Scene load_scene(const std::string& scene, const std::string& bodies, const std:
     for (const BuiltinScene& one : known) names += std::string(one.name) + ", ";
     refuse_option("SCENE", scene, names + "or a scene file");
   }
+  if (is_mesh_file(scene))
+    throw RequestError("SCENE: '" + scene + "' is a mesh, allowed: a scene file in JSON whose shapes may name it");
   if (!bodies.empty()) refuse_option("--bodies", bodies, "with a built-in scene only");
   if (!seed.empty()) refuse_option("--seed", seed, "with a built-in scene only");
   return read_scene_file(scene);

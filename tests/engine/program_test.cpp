@@ -136,6 +136,8 @@ TEST_CASE("program: a wrong request is one line that names the option, the value
   check_refused({"fly"}, {"'fly'", "run, query, clash, scenes"});
   check_refused({"run"}, {"SCENE"});
   check_refused({"run", "nofile.json"}, {"SCENE", "there is no file 'nofile.json'"});
+  const TemporaryFolder meshes;
+  check_refused({"run", meshes.write("a.ply", "ply")}, {"SCENE", "is a mesh"});
   check_refused({"run", "no-such-scene"}, {"'no-such-scene'", "spheres-on-plane", "tori-on-cones"});
   check_refused({"run", "line\nbreak"}, {"spheres-on-plane"});
   check_refused(small_run_with({"--fast"}), {"--fast"});
@@ -506,6 +508,7 @@ TEST_CASE("program: clash refuses what it cannot read, before the work") {
       {{in + "/a.obj"}, "at least two"},
       {{in + "/a.obj", in + "/a.obj"}, "twice"},
       {{in + "/a.obj", in + "/none.stl"}, "none.stl"},
+      {{in + "/a.obj", in + "/none"}, "none: No such file"},
       {{in + "/a.obj", in + "/cut.stl"}, "cut.stl"},
       {{in + "/a.obj", in + "/cut.stl", "--clearance", "-1"}, "--clearance"},
       {{in, "--report", in + "/no/page.html"}, "--report"},

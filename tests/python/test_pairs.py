@@ -1,5 +1,7 @@
 """Answers of pairs are the C++ answers, bit for bit: `tandem query` prints all digits."""
 
+import pathlib
+import tempfile
 import unittest
 
 import numpy as np
@@ -37,6 +39,18 @@ class Pairs(unittest.TestCase):
             if exact_rotations(r)
         ]
         cls.answers = records.query(cls.records)
+
+    def test_mesh_files(self):
+        off = "OFF\n4 4 6\n0 0 0\n2 0 0\n0 2 0\n0 0 2\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "wedge.off"
+            path.write_text(off)
+            solid = tandem.read_mesh(path, solid=True)
+            self.assertEqual((solid.is_solid, solid.vertices.shape, len(solid.triangles)), (True, (4, 3), 4))
+            path.write_text(off.replace("4 4 6", "4 3 6"))
+            self.assertFalse(tandem.read_mesh(path).is_solid)
+            with self.assertRaisesRegex(ValueError, r"wedge.off: mesh: solid, but not closed: the edge \(2, 0, 0\)"):
+                tandem.read_mesh(str(path), solid=True)
 
     def test_all_records_are_answered_as_by_the_program(self):
         self.assertEqual(len(self.records), len(self.answers))

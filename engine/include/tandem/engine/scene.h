@@ -98,7 +98,7 @@ class Scene {
   std::span<const std::uint32_t> groups() const { return groups_; }
   std::span<const std::uint32_t> masks() const { return masks_; }
 
-  /// For a response: moves a body without the checks of set_pose; the caller keeps the rotation orthonormal.
+  /// For an integrator, yours or Response: moves a body without the checks of set_pose; the rotation must be orthonormal.
   /// Several threads may move different bodies.
   void move(std::uint32_t index, const Pose& pose, const Vec3& velocity, const Vec3& angular_velocity);
 

@@ -9,15 +9,14 @@
 namespace tandem::fcl {
 
 /// FCL's broad-phase manager (fcl/broadphase/broadphase_collision_manager.h) over tandem's hierarchy of boxes: in place
-/// of
-/// ::fcl::DynamicAABBTreeCollisionManager<S> and its kin. Callbacks are called as by that one: on the calling thread,
+/// of FCL's DynamicAABBTreeCollisionManager and its kin. Callbacks are called as by that one: on the calling thread,
 /// one after the other, until one returns true; for pairs whose AABBs overlap as they were at the last update or
 /// registration; distances with the least distance so far, nearer AABBs about first. It differs where that one's
 /// behaviour is none to rely on:
-/// - A manager with itself, collide(&manager, ...), is collide(...), as with ::fcl::NaiveCollisionManager.
+/// - A manager with itself, collide(&manager, ...), is collide(...), as with FCL's NaiveCollisionManager.
 /// - The other manager may be of any class; its objects' AABBs are then those of now.
 /// - An object registered twice is there twice, as there, and update() sees to both; each unregisterObject takes one
-/// away.
+///   away.
 /// - An object that is not registered can be unregistered; nothing happens.
 /// - An octree is one object, never one for each of its cells (octree_as_geometry_distance).
 /// Registration and updates take note of boxes that changed, the next query works them in: updates one by one cost no

@@ -1,0 +1,22 @@
+# The target `docs`, where Doxygen is: the public headers' reference and the guide, as pages that open offline.
+find_program(TANDEM_DOXYGEN doxygen)
+set(TANDEM_DOCS_FOLDER ${CMAKE_BINARY_DIR}/docs)
+set(includes broadphase narrowphase flowgraph engine engine/formats engine/adapters/fcl)
+list(TRANSFORM includes PREPEND ${PROJECT_SOURCE_DIR}/)
+list(TRANSFORM includes APPEND /include)
+set(pages guide guide.md python.md from-fcl.md scene-format.md record-format.md result-format.md install.md clash.md)
+list(TRANSFORM pages PREPEND ${PROJECT_SOURCE_DIR}/docs/)
+list(JOIN includes " " TANDEM_DOCS_INCLUDES)
+list(JOIN pages " " pages)
+set(TANDEM_DOCS_INPUT "${TANDEM_DOCS_INCLUDES} ${pages}")
+configure_file(${PROJECT_SOURCE_DIR}/docs/Doxyfile.in ${TANDEM_DOCS_FOLDER}/Doxyfile @ONLY)
+if(TANDEM_DOXYGEN)
+  add_custom_target(docs
+    COMMAND ${TANDEM_DOXYGEN} ${TANDEM_DOCS_FOLDER}/Doxyfile
+    COMMAND ${CMAKE_COMMAND} -E echo "Pages, open in a browser: ${TANDEM_DOCS_FOLDER}/html/index.html"
+    VERBATIM)
+else()
+  add_custom_target(docs
+    COMMAND ${CMAKE_COMMAND} -E echo "docs: there is no doxygen (Debian: doxygen)"
+    COMMAND ${CMAKE_COMMAND} -E false)
+endif()

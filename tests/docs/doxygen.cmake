@@ -1,0 +1,11 @@
+# Makes the pages with DOXYGEN by the Doxyfile in FOLDER. What it warns of is an error.
+execute_process(COMMAND ${DOXYGEN} ${FOLDER}/Doxyfile COMMAND_ERROR_IS_FATAL ANY)
+file(READ ${FOLDER}/warnings.txt warnings)
+if(warnings)
+  message(FATAL_ERROR "${warnings}")
+endif()
+foreach(page index.html search/search.js)
+  if(NOT EXISTS ${FOLDER}/html/${page})
+    message(FATAL_ERROR "no ${page}")
+  endif()
+endforeach()
