@@ -45,6 +45,8 @@ std::vector<Row> planner_bench(const Settings& settings);
 std::vector<Row> fcl_bench(const Settings& settings);
 /// A tool of 10,000 triangles in a loop of 1 kHz against a scene of 500,000: the slowest queries, beside FCL's.
 std::vector<Row> haptics_bench(const Settings& settings);
+/// Times of impact of vertices on straight lines, each held against the exact one. Throws std::runtime_error on a miss.
+std::vector<Row> vertex_impacts_bench(const Settings& settings);
 /// What it calls its worlds.
 std::vector<std::string> broadphase_scenes();
 

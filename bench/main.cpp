@@ -151,6 +151,12 @@ void add_haptics(CLI::App& program) {
   app->add_option("--steps", o->steps, "milliseconds; default: 20000");
 }
 
+void add_vertex_impacts(CLI::App& program) {
+  const auto [app, o] = add(program, "vertex-impacts",
+                            "first impacts of vertices on straight lines, held against exact ones", vertex_impacts_bench);
+  app->add_option("--poses", o->poses, "queries of each kind; default: 40000");
+}
+
 #ifdef TANDEM_HAS_FCL_ADAPTER
 void add_fcl(CLI::App& program) {
   const auto [app, o] = add(program, "fcl", "tandem::fcl's broad-phase manager beside FCL's managers", fcl_bench);
@@ -204,6 +210,7 @@ int run_program(int count, char** arguments) {
   add_peers(program);
   add_planner(program);
   add_haptics(program);
+  add_vertex_impacts(program);
 #ifdef TANDEM_HAS_FCL_ADAPTER
   add_fcl(program);
 #endif
@@ -214,7 +221,7 @@ int run_program(int count, char** arguments) {
     const auto commands = program.get_subcommands([](const CLI::App*) { return true; });
     if ((first.empty() || first[0] != '-') &&
         std::none_of(commands.begin(), commands.end(), [&](const auto* c) { return c->get_name() == first; }))
-      refuse_option("WHAT", first, "scenes, figures, flowgraph, narrowphase, broadphase, peers, planner, haptics, fcl, report, --help");
+      refuse_option("WHAT", first, "scenes, figures, flowgraph, narrowphase, broadphase, peers, planner, haptics, vertex-impacts, fcl, report, --help");
     program.parse(count, arguments);
   } catch (const CLI::Success& asked) {
     program.exit(asked);
