@@ -193,6 +193,8 @@ class MeshConvex {
     to_world(std::span(out).subspan(first));
     PairAnswer answer = from_deepest(out, first);
     answer.collide = false;
+    answer.status = near.status;
+    answer.error_bound = near.error_bound;
     return answer;
   }
 

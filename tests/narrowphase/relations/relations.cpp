@@ -566,8 +566,10 @@ bool holds(const PosedShape& outer, const PosedShape& inner) {
     double angle = 0;
     for (const auto& t : m->triangles) {
       const Vec3 a = m->vertices[t[0]] - at, b = m->vertices[t[1]] - at, e = m->vertices[t[2]] - at;
-      const double la = a.norm(), lb = b.norm(), le = e.norm();
-      angle += 2 * std::atan2(a.dot(b.cross(e)), la * lb * le + a.dot(b) * le + b.dot(e) * la + e.dot(a) * lb);
+      const double la = a.norm(), lb = b.norm(), le = e.norm(), volume = a.dot(b.cross(e));
+      // A sliver that the point is near has a volume of rounding, of either sign: half a turn either way.
+      if (std::abs(volume) <= 16 * std::numeric_limits<double>::epsilon() * la * lb * le) continue;
+      angle += 2 * std::atan2(volume, la * lb * le + a.dot(b) * le + b.dot(e) * la + e.dot(a) * lb);
     }
     return std::abs(angle) > 2 * std::numbers::pi;
   });
