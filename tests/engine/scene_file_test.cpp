@@ -49,7 +49,7 @@ TEST_CASE("scene file: every key is read") {
   const Scene scene = scene_of(
       R"({"name":"n","gravity":[0,0,-1],"dt":0.5,"request":"distance","shapes":{"ball":{"kind":"sphere","radius":1}},
           "bodies":[{"shape":"ball","pose":{"t":[1,2,3]},"velocity":[4,5,6],"angular_velocity":[7,8,9],"density":10,
-                     "group":2,"mask":4294967295},{"shape":"ball","static":true}]})");
+                     "continuous":true,"group":2,"mask":4294967295},{"shape":"ball","static":true}]})");
   CHECK(scene.name == "n");
   CHECK(scene.gravity == Vec3(0, 0, -1));
   CHECK(scene.dt == 0.5);
@@ -63,6 +63,8 @@ TEST_CASE("scene file: every key is read") {
   CHECK(scene.masks()[0] == 0xffffffffu);
   CHECK(scene.is_static()[0] == 0);
   CHECK(scene.is_static()[1] == 1);
+  CHECK(scene.continuous()[0] == 1);
+  CHECK(scene.continuous()[1] == 0);
 }
 
 TEST_CASE("scene file: no bodies and shapes that no body uses are fine") {
