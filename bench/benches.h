@@ -45,6 +45,8 @@ std::vector<Row> planner_bench(const Settings& settings);
 std::vector<Row> fcl_bench(const Settings& settings);
 /// A tool of 10,000 triangles in a loop of 1 kHz against a scene of 500,000: the slowest queries, beside FCL's.
 std::vector<Row> haptics_bench(const Settings& settings);
+/// A bed of spheres of all sizes beside a plain cell list and Bullet, and what it takes of memory.
+std::vector<Row> grains_bench(const Settings& settings);
 /// What it calls its worlds.
 std::vector<std::string> broadphase_scenes();
 
