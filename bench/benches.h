@@ -47,6 +47,8 @@ std::vector<Row> fcl_bench(const Settings& settings);
 std::vector<Row> haptics_bench(const Settings& settings);
 /// Times of impact of vertices on straight lines, each held against the exact one. Throws std::runtime_error on a miss.
 std::vector<Row> vertex_impacts_bench(const Settings& settings);
+/// A bed of spheres of all sizes beside a plain cell list and Bullet, and what it takes of memory.
+std::vector<Row> grains_bench(const Settings& settings);
 /// What it calls its worlds.
 std::vector<std::string> broadphase_scenes();
 

@@ -147,7 +147,8 @@ void add_planner(CLI::App& program) {
 }
 
 void add_haptics(CLI::App& program) {
-  const auto [app, o] = add(program, "haptics", "a tool of 10,000 triangles against 500,000 at 1 kHz, beside FCL", haptics_bench);
+  const auto [app, o] =
+      add(program, "haptics", "a tool of 10,000 triangles against 500,000 at 1 kHz, beside FCL", haptics_bench);
   app->add_option("--steps", o->steps, "milliseconds; default: 20000");
 }
 
@@ -155,6 +156,15 @@ void add_vertex_impacts(CLI::App& program) {
   const auto [app, o] = add(program, "vertex-impacts",
                             "first impacts of vertices on straight lines, held against exact ones", vertex_impacts_bench);
   app->add_option("--poses", o->poses, "queries of each kind; default: 40000");
+}
+
+void add_grains(CLI::App& program) {
+  const auto [app, o] =
+      add(program, "grains", "a bed of spheres of all sizes, beside a cell list and Bullet", grains_bench);
+  app->add_option("--sizes", o->sizes, "numbers of spheres, a comma between them; default: 20000,100000");
+  app->add_option("--threads", o->threads, "tandem's numbers of threads, a comma between them; default: 1,2");
+  app->add_option("--steps", o->steps, "of the bed's fall before the first that is timed; default: 100");
+  app->add_option("--repeat", o->repeat, "stretches of six timed steps; default: 8");
 }
 
 #ifdef TANDEM_HAS_FCL_ADAPTER
@@ -211,6 +221,7 @@ int run_program(int count, char** arguments) {
   add_planner(program);
   add_haptics(program);
   add_vertex_impacts(program);
+  add_grains(program);
 #ifdef TANDEM_HAS_FCL_ADAPTER
   add_fcl(program);
 #endif
@@ -221,7 +232,9 @@ int run_program(int count, char** arguments) {
     const auto commands = program.get_subcommands([](const CLI::App*) { return true; });
     if ((first.empty() || first[0] != '-') &&
         std::none_of(commands.begin(), commands.end(), [&](const auto* c) { return c->get_name() == first; }))
-      refuse_option("WHAT", first, "scenes, figures, flowgraph, narrowphase, broadphase, peers, planner, haptics, vertex-impacts, fcl, report, --help");
+      refuse_option("WHAT", first,
+                    "scenes, figures, flowgraph, narrowphase, broadphase, peers, planner, haptics, vertex-impacts, grains, "
+                    "fcl, report, --help");
     program.parse(count, arguments);
   } catch (const CLI::Success& asked) {
     program.exit(asked);

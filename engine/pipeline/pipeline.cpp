@@ -52,6 +52,7 @@ class SceneWork final : public StepWork {
         without_gaps_(narrow_options(false)),
         several_pairs_(narrow_options(false)),
         broad_phase_(make_broad_phase(options.broad_phase)) {
+    together_ = options.answer.keep_contacts == 0 && options.answer.request == Request::contacts;
     if (options.answer.keep_contacts == 0 || options.answer.request == Request::collide) return;
     kept_ = std::make_unique<KeptContacts>(options.answer.request, options.answer.keep_contacts, options.answer.margin);
     for (std::size_t a = 0; a < shape_kinds; ++a)
@@ -86,8 +87,9 @@ class SceneWork final : public StepWork {
     if (only_changes_) broad_phase_->expect_only_changes();
     has_mesh_ = scene.has_kind(ShapeKind::mesh);
     if (has_mesh_) costs_.begin_step(scene.indices());
-    screens_ = !kept_ && options_.answer.request != Request::distance && scene.has_kind(ShapeKind::box);
-    together_ = screens_ && options_.answer.request == Request::contacts;
+    screens_ = !kept_ && options_.answer.request == Request::collide && scene.has_kind(ShapeKind::box);
+    has_sphere_ = scene.has_kind(ShapeKind::sphere);
+    if (together_) spheres_.resize(scene.indices());
     found_.clear();
   }
   /// Not to be called after a step that ended early.
@@ -130,11 +132,11 @@ class SceneWork final : public StepWork {
   std::size_t bodies() const override { return boxes_.size(); }
 
   std::size_t keep(std::span<Pair> pairs) const override {
-    if (!options_.predicate) return pairs.size();
-    const std::size_t kept = options_.predicate(pairs);
+    std::size_t kept = pairs.size();
+    if (options_.predicate) kept = options_.predicate(pairs);
     if (kept > pairs.size())
       throw std::out_of_range("predicate: kept " + std::to_string(kept) + " pairs of " + std::to_string(pairs.size()));
-    return kept;
+    return has_sphere_ && together_ ? keep_near_spheres(pairs.first(kept)) : kept;
   }
 
   HeavyPairs heavy_first(std::span<Pair> pairs, std::chrono::nanoseconds batch) const override {
@@ -233,6 +235,24 @@ class SceneWork final : public StepWork {
     }
   }
 
+  /// Leaves out pairs of spheres whose boxes meet but not they: before pairs are put in order, and while what is known
+  /// of them is in the caches.
+  std::size_t keep_near_spheres(std::span<Pair> pairs) const {
+    constexpr std::size_t block = SeveralPairs::most_screened;
+    std::array<PlacedSpheres, block> spheres;
+    std::size_t kept = 0;
+    for (std::size_t first = 0; first < pairs.size(); first += block) {
+      const auto some = pairs.subspan(first, std::min(block, pairs.size() - first));
+      for (std::size_t i = 0; i < some.size(); ++i) spheres[i] = {&spheres_[some[i].a], &spheres_[some[i].b]};
+      const std::uint32_t near = several_pairs_.near(std::span(spheres).first(some.size()));
+      for (std::size_t i = 0; i < some.size(); ++i) {
+        pairs[kept] = some[i];
+        kept += near >> i & 1u;
+      }
+    }
+    return kept;
+  }
+
   /// Marks those of the first pairs that need no answer.
   void screen(std::span<const Pair> pairs, std::array<std::uint8_t, screened>& apart) const {
     const std::size_t count = std::min(pairs.size(), screened);
@@ -258,8 +278,11 @@ class SceneWork final : public StepWork {
     Told(const SceneWork& work, Batch& batch, const Pair* pairs) : work_(work), batch_(batch), pairs_(pairs) {}
     PairAnswer& begin(std::size_t pair) override {
       const auto [a, b] = pairs_[pair];
-      return batch_.results.emplace_back(PairResult{a, b, static_cast<std::uint32_t>(batch_.contacts.size()), 0, {}})
-          .answer;
+      PairResult& result = batch_.results.emplace_back();
+      result.a = a;
+      result.b = b;
+      result.first_contact = static_cast<std::uint32_t>(batch_.contacts.size());
+      return result.answer;
     }
     void end() override {
       if (!work_.complete_last(batch_, colliding_pairs_)) batch_.results.pop_back();
@@ -279,11 +302,14 @@ class SceneWork final : public StepWork {
     const std::size_t first_contact = batch.contacts.size();
     std::uint64_t colliding_pairs = 0;
     std::array<PlacedPair, most> placed;
+    std::array<PlacedSpheres, most> spheres;
     for (auto left = std::span<const Pair>(batch.pairs).first(batch.count); !left.empty();) {
       const auto pairs = left.first(std::min(left.size(), most));
       place(pairs, placed);
+      place_spheres(pairs, spheres);
       Told told(*this, batch, pairs.data());
-      several_pairs_.solve(std::span(placed).first(pairs.size()), batch.contacts, told);
+      several_pairs_.solve(std::span(placed).first(pairs.size()), batch.contacts, told,
+                           std::span(spheres).first(pairs.size()));
       colliding_pairs += told.colliding_pairs();
       left = left.subspan(pairs.size());
     }
@@ -295,6 +321,14 @@ class SceneWork final : public StepWork {
     for (std::size_t i = 0; i < pairs.size(); ++i)
       placed[i] = {&scene_->shape_of(pairs[i].a), &poses[pairs[i].a], &scene_->shape_of(pairs[i].b),
                    &poses[pairs[i].b]};
+  }
+
+  void place_spheres(std::span<const Pair> pairs, std::span<PlacedSpheres> spheres) const {
+    const auto sphere = [this](std::uint32_t body) {
+      const PlacedSphere& placed = spheres_[body];
+      return placed.radius > std::numeric_limits<double>::max() ? nullptr : &placed;
+    };
+    for (std::size_t i = 0; i < pairs.size(); ++i) spheres[i] = {sphere(pairs[i].a), sphere(pairs[i].b)};
   }
 
   NarrowPhaseOptions narrow_options(bool mesh_gaps) {
@@ -370,6 +404,9 @@ class SceneWork final : public StepWork {
     for (std::size_t k = 0; k < count; ++k) {
       const std::uint32_t at = todo[k];
       const Shape& shape = scene_->shape_of(at);
+      if (together_)
+        spheres_[at] = {poses[at].translation,
+                        shape.kind() == ShapeKind::sphere ? shape.radius() : std::numeric_limits<double>::infinity()};
       const Bounds bounds = kept_ ? shape.bounds(kept_->anchor(at)) : shape.bounds(poses[at]);
       const double reach = kept_ ? kept_->reach(at) : 0;
       for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -471,12 +508,13 @@ class SceneWork final : public StepWork {
   SceneChanges::HistoryName history_;
   std::vector<std::uint32_t> seen_;  // versions
   std::uint64_t comings_and_goings_ = 0;
-  bool has_mesh_ = false;
-  bool screens_ = false;     // pairs that are far enough apart are left out several at a time
-  bool together_ = false;    // contacts are computed for several pairs at a time
-  mutable Found found_;      // of the step at hand
+  bool has_mesh_ = false, has_sphere_ = false;
+  bool screens_ = false;               // pairs that are far enough apart are left out several at a time
+  bool together_ = false;              // contacts are computed, for several pairs at a time
+  std::vector<PlacedSphere> spheres_;  // then: one a body, with an infinite radius where it is another shape
+  mutable Found found_;                // of the step at hand
   mutable std::atomic<bool> incomplete_{false};
-  mutable PairCosts costs_;  // where there are meshes
+  mutable PairCosts costs_;            // where there are meshes
 };
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "scene/mesh_generators.h"
 #include "scene/random.h"
@@ -16,7 +17,7 @@ namespace {
 
 constexpr std::size_t most_bodies = 1'000'000;
 
-constexpr std::array<BuiltinScene, 8> table{{
+constexpr std::array<BuiltinScene, 10> table{{
     {"screws-in-bowl", "threaded bolts and nuts, solid meshes, falling into a bowl", 500},
     {"tori-on-cones", "tori of 1152 triangles falling on a field of cones", 2000},
     {"cubes-on-plane", "boxes falling on a plane", 3000},
@@ -25,6 +26,8 @@ constexpr std::array<BuiltinScene, 8> table{{
     {"tori-and-cubes", "one torus to two boxes falling on a plane: pairs of very unequal cost", 1500},
     {"falling-apart", "spheres and boxes in free fall that never meet", 20000},
     {"complex-in-contact", "finely tessellated tori stacked so that all touch from the first step", 8},
+    {"grains", "spheres, each with a radius of its own, falling into a bed in a box", 100000},
+    {"mixed-grains", "spheres, ellipsoids, hulls and boxes with round edges falling into a bed in a box", 20000},
 }};
 
 /// Bodies that are dropped: what they share, and how much room one needs.
@@ -215,9 +218,73 @@ Scene complex_in_contact(std::size_t bodies, Random& random) {
   return scene;
 }
 
+/// The largest grain's radius, metres; half as large are the smallest.
+constexpr double grain_radius = 0.6;
+
+/// Layers over the floor of a box, whose walls are half-spaces. So few that the highest bodies do not fall by more than
+/// a quarter of the smallest one's diameter a step.
+Layers add_box(Scene& scene, std::size_t bodies) {
+  const Layers layers{.spacing = 1.04 * 2 * grain_radius, .layers = 12, .bottom = 0.05};
+  add_ground(scene);
+  const double half_width = layers.spacing * (static_cast<double>(layers.side(bodies)) / 2 + 0.25);
+  for (const Vec3& inward : {Vec3(1, 0, 0), Vec3(-1, 0, 0), Vec3(0, 1, 0), Vec3(0, -1, 0)})
+    add_fixed(scene, scene.add_shape(Shape(HalfSpace{inward, -half_width}), "wall"));
+  return layers;
+}
+
+Scene grains(std::size_t bodies, Random& random) {
+  Scene scene;
+  const Layers layers = add_box(scene, bodies);
+  scene.reserve(scene.indices() + bodies);
+  for (std::size_t k = 0; k < bodies; ++k) {
+    const double radius = random.uniform(grain_radius / 2, grain_radius);
+    const Kind grain{scene.add_shape(Shape(Sphere{radius}), "grain"), radius};
+    scene.add_body(tumbled(grain, layers.place(k, bodies), layers.spacing, random));
+  }
+  return scene;
+}
+
+Kind add_hull(Scene& scene, double radius, Random& random) {
+  Convex hull;
+  for (int k = 0; k < 16; ++k) {
+    const double distance = radius * random.uniform(0.8, 1);
+    hull.vertices.emplace_back(distance * random.rotation().col(0));
+  }
+  return {scene.add_shape(Shape(hull), "hull"), radius};
+}
+
+/// Sizes of each kind of grain as sieves would have them, in turn: sphere, ellipsoid, hull, box with round edges.
+std::vector<Kind> add_mixed_kinds(Scene& scene, Random& random) {
+  std::vector<Kind> kinds;
+  const auto part = [&random](double whole) { return whole * random.uniform(0.6, 1); };
+  for (int sieve = 0; sieve < 16; ++sieve) {
+    const double radius = random.uniform(grain_radius / 2, grain_radius);
+    kinds.push_back({scene.add_shape(Shape(Sphere{radius}), "sphere"), radius});
+    const Ellipsoid ellipsoid{{radius, part(radius), part(radius)}};
+    kinds.push_back({scene.add_shape(Shape(ellipsoid), "ellipsoid"), radius});
+    kinds.push_back(add_hull(scene, radius, random));
+    const double rounding = 0.2 * radius, edge = 2 * (radius - rounding) / std::numbers::sqrt3;
+    const Box box{{edge, part(edge), part(edge)}};
+    kinds.push_back({scene.add_shape(Shape(box).rounded(rounding), "round box"), radius});
+  }
+  return kinds;
+}
+
+Scene mixed_grains(std::size_t bodies, Random& random) {
+  Scene scene;
+  const Layers layers = add_box(scene, bodies);
+  const std::vector<Kind> kinds = add_mixed_kinds(scene, random);
+  scene.reserve(scene.indices() + bodies);
+  for (std::size_t k = 0; k < bodies; ++k) {
+    const Kind& kind = kinds[random.bits() % kinds.size()];
+    scene.add_body(tumbled(kind, layers.place(k, bodies), layers.spacing, random));
+  }
+  return scene;
+}
+
 constexpr std::array<Scene (*)(std::size_t, Random&), table.size()> makers{
-    screws_in_bowl, tori_on_cones,  cubes_on_plane, spheres_on_plane,
-    tori_on_plane,  tori_and_cubes, falling_apart,  complex_in_contact};
+    screws_in_bowl, tori_on_cones, cubes_on_plane,     spheres_on_plane, tori_on_plane,
+    tori_and_cubes, falling_apart, complex_in_contact, grains,           mixed_grains};
 
 }  // namespace
 

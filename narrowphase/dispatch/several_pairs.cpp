@@ -8,6 +8,7 @@
 #include "boxes/box_manifold.h"
 #include "boxes/box_screen.h"
 #include "boxes/halfspace_boxes.h"
+#include "dispatch/sphere_lanes.h"
 #include "dispatch/undecided.h"
 #include "manifold/manifold.h"
 #include "pairs/convex_pair.h"
@@ -19,15 +20,19 @@ namespace tandem {
 namespace {
 
 /// The kinds of pairs that are solved together.
-enum class Together : std::uint8_t { none, boxes, halfspace_box };
+enum class Together : std::uint8_t { none, spheres, halfspace_sphere, boxes, halfspace_box };
 
-Together together(const PlacedPair& pair) {
+Together together(const PlacedPair& pair, const PlacedSpheres& spheres) {
+  if (spheres.a != nullptr && spheres.b != nullptr) return Together::spheres;
   const ShapeKind a = pair.a->kind(), b = pair.b->kind();
   if (pair.a->rounding() + pair.b->rounding() > 0) return Together::none;
-  if (a == ShapeKind::box && b == ShapeKind::box) return Together::boxes;
-  const bool one =
-      (a == ShapeKind::box && b == ShapeKind::halfspace) || (a == ShapeKind::halfspace && b == ShapeKind::box);
-  return one ? Together::halfspace_box : Together::none;
+  if (a == b)
+    return a == ShapeKind::sphere ? Together::spheres : a == ShapeKind::box ? Together::boxes : Together::none;
+  if (a != ShapeKind::halfspace && b != ShapeKind::halfspace) return Together::none;
+  const ShapeKind other = a == ShapeKind::halfspace ? b : a;
+  return other == ShapeKind::sphere ? Together::halfspace_sphere
+         : other == ShapeKind::box  ? Together::halfspace_box
+                                    : Together::none;
 }
 
 bool is_undecided(const PlacedPair& pair, double distance) {
@@ -118,6 +123,36 @@ class Boxes {
   RectanglePatchRows patches_;
 };
 
+/// Half-spaces of pairs, as they stand in the world.
+class PlacedHalfspaces {
+ public:
+  static constexpr std::size_t most = HalfspaceBoxList::most;
+
+  /// That of a pair, which has it second if reversed.
+  const PlacedHalfspace& place(const PlacedPair& pair, bool reversed) {
+    const Shape& halfspace = reversed ? *pair.b : *pair.a;
+    const Pose& at = reversed ? *pair.pose_b : *pair.pose_a;
+    // Most pairs have the same one.
+    if (count_ == 0 || &halfspace != last_.shape || &at != last_.pose || reversed != last_.reversed) {
+      placed_[count_++] = {at.rotation * halfspace.normal(), halfspace.offset(), at.translation, reversed ? -1.0 : 1.0};
+      last_ = {&halfspace, &at, reversed};
+    }
+    return placed_[count_ - 1];
+  }
+  void clear() { count_ = 0; }
+
+ private:
+  struct Source {
+    const Shape* shape;
+    const Pose* pose;
+    bool reversed;
+  };
+
+  std::size_t count_ = 0;
+  PlacedHalfspace placed_[most];
+  Source last_;  // of the last one placed
+};
+
 /// A half-space and a box each.
 class HalfspaceBoxes {
  public:
@@ -125,22 +160,15 @@ class HalfspaceBoxes {
 
   void add(const PlacedPair& pair) {
     const bool reversed = pair.a->kind() == ShapeKind::box;
-    const Shape &halfspace = reversed ? *pair.b : *pair.a, &box = reversed ? *pair.a : *pair.b;
-    const Pose &at = reversed ? *pair.pose_b : *pair.pose_a, &box_at = reversed ? *pair.pose_a : *pair.pose_b;
-    // Most boxes lie on the same one.
-    if (list_.count == 0 || &halfspace != last_.shape || &at != last_.pose || reversed != last_.reversed) {
-      placed_[places_++] = {at.rotation * halfspace.normal(), halfspace.offset(), at.translation,
-                            reversed ? -1.0 : 1.0};
-      last_ = {&halfspace, &at, reversed};
-    }
-    list_.halfspace[list_.count] = &placed_[places_ - 1];
-    list_.pose[list_.count] = &box_at;
-    list_.half[list_.count++] = &box.parameters();
+    list_.halfspace[list_.count] = &halfspaces_.place(pair, reversed);
+    list_.pose[list_.count] = reversed ? pair.pose_a : pair.pose_b;
+    list_.half[list_.count++] = &(reversed ? *pair.a : *pair.b).parameters();
   }
   void look(double margin) {
     if (list_.count == 0) return;
     find_on_halfspaces(list_, margin, found_);
-    list_.count = next_ = places_ = 0;
+    list_.count = next_ = 0;
+    halfspaces_.clear();
   }
   bool answer(const PlacedPair& pair, std::size_t number, double margin, std::vector<Contact>& contacts,
               AnswerSink& answers) {
@@ -164,68 +192,169 @@ class HalfspaceBoxes {
   }
 
  private:
-  struct Source {
-    const Shape* shape;
-    const Pose* pose;
-    bool reversed;
-  };
-
-  std::size_t next_ = 0, places_ = 0;
+  std::size_t next_ = 0;
   HalfspaceBoxList list_;
-  PlacedHalfspace placed_[most];
-  Source last_;  // of the last one placed
+  PlacedHalfspaces halfspaces_;
   HalfspaceBoxFindings found_;
 };
 
-}  // namespace
+PlacedSphere sphere_of(const PlacedSphere* placed, const Shape& sphere, const Pose& pose) {
+  return placed != nullptr ? *placed : PlacedSphere{pose.translation, sphere.radius()};
+}
 
-void SeveralPairs::solve(std::span<const PlacedPair> pairs, std::vector<Contact>& contacts, AnswerSink& answers) const {
-  constexpr std::size_t block = BoxPairList::most;
-  Boxes boxes;
-  HalfspaceBoxes halfspace_boxes;
-  struct Waiting {
-    std::uint32_t pair;
-    Together kind;
-  };
-  std::array<Waiting, 3 * block> waiting;
-  static_assert(waiting.size() <= Boxes::most && waiting.size() <= HalfspaceBoxes::most);
-  std::size_t count = 0;
-  const auto answer_waiting = [&] {
-    boxes.look(margin_);
-    halfspace_boxes.look(margin_);
-    for (const auto& [i, kind] : std::span(waiting).first(count)) {
-      const PlacedPair& pair = pairs[i];
-      if (kind == Together::boxes && boxes.answer(pair, i, margin_, contacts, answers)) continue;
-      if (kind == Together::halfspace_box && halfspace_boxes.answer(pair, i, margin_, contacts, answers)) continue;
-      PairAnswer& answer = answers.begin(i);
-      answer = one_by_one_.solve(*pair.a, *pair.pose_a, *pair.b, *pair.pose_b, Request::contacts, &contacts);
-      answers.end();
-    }
-    count = 0;
-  };
-  for (std::size_t first = 0; first < pairs.size(); first += block) {
-    const auto some = pairs.subspan(first, std::min(block, pairs.size() - first));
+/// Pairs of spheres.
+class Spheres {
+ public:
+  static constexpr std::size_t most = SphereFindings::most;
+
+  void add(const PlacedPair& pair, const PlacedSpheres& placed) {
+    pairs_[count_++] = {sphere_of(placed.a, *pair.a, *pair.pose_a), sphere_of(placed.b, *pair.b, *pair.pose_b)};
+  }
+  void look(double margin) {
+    if (count_ == 0) return;
+    find_on_spheres(std::span(pairs_).first(count_), margin, found_);
+    count_ = next_ = 0;
+  }
+  bool answer(std::size_t number, std::vector<Contact>& contacts, AnswerSink& answers) {
+    return found_.append(next_++, number, contacts, answers);
+  }
+
+ private:
+  std::size_t count_ = 0, next_ = 0;
+  std::array<SpherePair, most> pairs_;
+  SphereFindings found_;
+};
+
+/// A half-space and a sphere each.
+class HalfspaceSpheres {
+ public:
+  static constexpr std::size_t most = SphereFindings::most;
+
+  void add(const PlacedPair& pair, const PlacedSpheres& placed) {
+    const bool reversed = pair.a->kind() == ShapeKind::sphere;
+    pairs_[count_++] = {&halfspaces_.place(pair, reversed), reversed ? sphere_of(placed.a, *pair.a, *pair.pose_a)
+                                                                     : sphere_of(placed.b, *pair.b, *pair.pose_b)};
+  }
+  void look(double margin) {
+    if (count_ == 0) return;
+    find_spheres_on_halfspaces(std::span(pairs_).first(count_), margin, found_);
+    count_ = next_ = 0;
+    halfspaces_.clear();
+  }
+  bool answer(std::size_t number, std::vector<Contact>& contacts, AnswerSink& answers) {
+    return found_.append(next_++, number, contacts, answers);
+  }
+
+ private:
+  std::size_t count_ = 0, next_ = 0;
+  std::array<HalfspaceSphere, most> pairs_;
+  PlacedHalfspaces halfspaces_;
+  SphereFindings found_;
+};
+
+/// Pairs in groups of those that are solved alike, until they are answered in their order.
+class PairGroups {
+ public:
+  static constexpr std::size_t block = 32;
+
+  /// Some pairs, at most a block, the first one's number being `first`.
+  void take(std::span<const PlacedPair> pairs, std::span<const PlacedSpheres> spheres, std::size_t first, bool by_kind,
+            double margin) {
     std::array<Together, block> kinds;
     std::array<std::uint8_t, block> place;
-    BoxPairList list;
+    BoxPairList boxes;
     std::uint32_t left = 0;  // bits of those that must be answered
-    for (std::size_t i = 0; i < some.size(); ++i) {
-      kinds[i] = by_kind_ ? together(some[i]) : Together::none;
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      kinds[i] = by_kind ? together(pairs[i], spheres.empty() ? PlacedSpheres{} : spheres[i]) : Together::none;
       if (kinds[i] == Together::boxes) {
-        place[list.count] = static_cast<std::uint8_t>(i);
-        list.add(some[i]);
+        place[boxes.count] = static_cast<std::uint8_t>(i);
+        boxes.add(pairs[i]);
       } else {
         left |= std::uint32_t{1} << i;
       }
     }
-    for (std::uint32_t near = boxes.take(list, margin_); near != 0; near &= near - 1)
-      left |= std::uint32_t{1} << place[static_cast<std::size_t>(std::countr_zero(near))];
+    if (boxes.count != 0)
+      for (std::uint32_t near = boxes_.take(boxes, margin); near != 0; near &= near - 1)
+        left |= std::uint32_t{1} << place[static_cast<std::size_t>(std::countr_zero(near))];
     for (; left != 0; left &= left - 1) {
       const auto i = static_cast<std::size_t>(std::countr_zero(left));
-      if (kinds[i] == Together::halfspace_box) halfspace_boxes.add(some[i]);
-      waiting[count++] = {static_cast<std::uint32_t>(first + i), kinds[i]};
+      const PlacedSpheres placed = spheres.empty() ? PlacedSpheres{} : spheres[i];
+      if (kinds[i] == Together::spheres) spheres_.add(pairs[i], placed);
+      if (kinds[i] == Together::halfspace_box) halfspace_boxes_.add(pairs[i]);
+      if (kinds[i] == Together::halfspace_sphere) halfspace_spheres_.add(pairs[i], placed);
+      waiting_[count_++] = {static_cast<std::uint32_t>(first + i), kinds[i]};
     }
-    if (count > waiting.size() - block) answer_waiting();
+  }
+  bool has_room() const { return count_ + block <= most; }
+
+  /// Answers all that wait; those that no group answers by `alone(pair's number)`.
+  template <class Alone>
+  void answer(std::span<const PlacedPair> pairs, double margin, std::vector<Contact>& contacts, AnswerSink& answers,
+              const Alone& alone) {
+    boxes_.look(margin);
+    spheres_.look(margin);
+    halfspace_boxes_.look(margin);
+    halfspace_spheres_.look(margin);
+    for (const auto& [i, kind] : std::span(waiting_).first(count_))
+      if (!answer_together(pairs[i], i, kind, margin, contacts, answers)) alone(i);
+    count_ = 0;
+  }
+
+ private:
+  static constexpr std::size_t most = 3 * block;
+  static_assert(most <= Boxes::most && most <= HalfspaceBoxes::most && most <= Spheres::most);
+
+  struct Waiting {
+    std::uint32_t pair;
+    Together kind;
+  };
+
+  bool answer_together(const PlacedPair& pair, std::size_t number, Together kind, double margin,
+                       std::vector<Contact>& contacts, AnswerSink& answers) {
+    switch (kind) {
+      case Together::spheres:
+        return spheres_.answer(number, contacts, answers);
+      case Together::halfspace_sphere:
+        return halfspace_spheres_.answer(number, contacts, answers);
+      case Together::boxes:
+        return boxes_.answer(pair, number, margin, contacts, answers);
+      case Together::halfspace_box:
+        return halfspace_boxes_.answer(pair, number, margin, contacts, answers);
+      case Together::none:
+        break;
+    }
+    return false;
+  }
+
+  std::array<Waiting, most> waiting_;
+  std::size_t count_ = 0;
+  Boxes boxes_;
+  Spheres spheres_;
+  HalfspaceBoxes halfspace_boxes_;
+  HalfspaceSpheres halfspace_spheres_;
+};
+
+}  // namespace
+
+std::uint32_t SeveralPairs::near(std::span<const PlacedSpheres> pairs) const { return near_spheres(pairs, margin_); }
+
+void SeveralPairs::solve(std::span<const PlacedPair> pairs, std::vector<Contact>& contacts, AnswerSink& answers,
+                         std::span<const PlacedSpheres> spheres) const {
+  PairGroups groups;
+  const auto answer_waiting = [&] {
+    groups.answer(pairs, margin_, contacts, answers, [&](std::size_t i) {
+      const PlacedPair& pair = pairs[i];
+      PairAnswer& answer = answers.begin(i);
+      answer = one_by_one_.solve(*pair.a, *pair.pose_a, *pair.b, *pair.pose_b, Request::contacts, &contacts);
+      answers.end();
+    });
+  };
+  constexpr std::size_t block = PairGroups::block;
+  for (std::size_t first = 0; first < pairs.size(); first += block) {
+    const std::size_t count = std::min(block, pairs.size() - first);
+    groups.take(pairs.subspan(first, count), spheres.empty() ? spheres : spheres.subspan(first, count), first, by_kind_,
+                margin_);
+    if (!groups.has_room()) answer_waiting();
   }
   answer_waiting();
 }

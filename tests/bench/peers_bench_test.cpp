@@ -64,3 +64,18 @@ TEST_CASE("peers bench: poses from a record; a scene that is neither is refused"
   CHECK(rows[0].at("pairs") > 30);
   CHECK(run(TANDEM_BENCH_PATH, "peers --scene nothing", folder / "out.txt") == 2);
 }
+
+TEST_CASE("grains bench: pairs and depths are the cell list's, and memory is told") {
+  const TemporaryFolder folder;
+  const auto json = folder / "grains.json";
+  REQUIRE(run(TANDEM_BENCH_PATH, "grains --sizes 300 --steps 60 --repeat 1 --json " + json.string(),
+              folder / "out.txt") == 0);
+  const auto rows = rows_of(json);
+  REQUIRE(rows.size() >= 3);
+  CHECK(rows[2].at("contestant") == "cell list");
+  CHECK(rows[0].at("hash") == rows[2].at("hash"));
+  CHECK(rows[1].at("hash") == rows[2].at("hash"));
+  CHECK(rows[0].at("pairs") > 1000);
+  CHECK(rows[0].at("scene_bytes_a_body") > 100);
+  CHECK(rows[0].at("pipeline_bytes_a_body") > 50);
+}

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <set>
 #include <stdexcept>
 #include <vector>
 
@@ -213,7 +214,7 @@ TEST_CASE("scenes: the paper's four come first and all have the bodies they say"
       CHECK(scene.dt == 1.0 / 60);
       for (std::uint32_t i = 0; i < scene.indices(); ++i)
         if (!scene.is_static()[i]) {
-          REQUIRE(scene.shape_of(i).size() > 1);
+          REQUIRE(scene.shape_of(i).size() > 0.5);
           REQUIRE(scene.shape_of(i).size() < 3);
           REQUIRE(scene.densities()[i] == 1000);
         }
@@ -259,7 +260,7 @@ TEST_CASE("scenes: the same bits everywhere") {
   for (const Mesh& mesh : {make_torus(0.6, 0.25, 24, 24), make_nut({nut_thread, 0.6, 12})})
     for (const Vec3& v : mesh.vertices)
       for (int i = 0; i < 3; ++i) add(v[i]);
-  CHECK(hash == 0x4cf631edc9de1226u);
+  CHECK(hash == 0x1c0f9948f613ff5au);
 }
 
 TEST_CASE("scenes: bodies start apart") {
@@ -284,6 +285,43 @@ TEST_CASE("scenes: bodies start apart") {
       }
     CHECK(colliding == 0);
     if (known.name == "screws-in-bowl") CHECK(near > 0);  // the bowl's box holds the bodies: something was asked
+  }
+}
+
+TEST_CASE("scenes: grains are of the kinds and sizes they say, within the walls of their box") {
+  const Scene grains = make_builtin_scene("grains", 500), mixed = make_builtin_scene("mixed-grains", 500);
+  std::set<double> radii;
+  for (std::uint32_t i = 0; i < grains.indices(); ++i)
+    if (!grains.is_static()[i]) {
+      REQUIRE(grains.shape_of(i).kind() == ShapeKind::sphere);
+      radii.insert(grains.shape_of(i).radius());
+    }
+  CHECK(radii.size() == 500);
+  CHECK((*radii.begin() >= 0.3 && *radii.begin() < 0.31 && *radii.rbegin() > 0.59 && *radii.rbegin() < 0.6));
+  std::map<ShapeKind, int> kinds;
+  for (std::uint32_t i = 0; i < mixed.indices(); ++i) {
+    if (mixed.is_static()[i]) continue;
+    ++kinds[mixed.shape_of(i).kind()];
+    if (mixed.shape_of(i).kind() == ShapeKind::box) CHECK(mixed.shape_of(i).rounding() > 0);
+  }
+  CHECK(kinds.size() == 4);
+  for (const ShapeKind kind : {ShapeKind::sphere, ShapeKind::ellipsoid, ShapeKind::convex, ShapeKind::box})
+    CHECK(kinds[kind] > 60);
+  for (const Scene* scene : {&grains, &mixed}) {
+    Bounds all = scene->shape_of(5).bounds(scene->poses()[5]);
+    for (std::uint32_t i = 5; i < scene->indices(); ++i) {
+      const Bounds own = scene->shape_of(i).bounds(scene->poses()[i]);
+      all = {all.lo.cwiseMin(own.lo), all.hi.cwiseMax(own.hi)};
+    }
+    CHECK(all.lo.z() >= 0);
+    // The floor, then the four walls, whose solid is beyond a plane that no grain reaches.
+    for (std::uint32_t wall = 1; wall < 5; ++wall) {
+      const Shape& shape = scene->shape_of(wall);
+      REQUIRE(shape.kind() == ShapeKind::halfspace);
+      const Vec3 nearest = (shape.normal().array() > 0).select(all.lo, all.hi);
+      CHECK(shape.normal().dot(nearest) > shape.offset());
+      CHECK(shape.normal().dot(nearest) < shape.offset() + 1.5);
+    }
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -17,8 +18,22 @@ class AnswerSink {
   virtual void end() = 0;
 };
 
-/// Solves several pairs in turn with Request::contacts: the same bits as one by one (`NarrowPhase::solve`), but boxes
-/// with boxes and with half-spaces several at a time, a pair a lane. Const and safe from any number of threads.
+/// A sphere where it is, in the world: side by side what is read of it, where a shape and a pose are two places in
+/// memory.
+struct PlacedSphere {
+  Vec3 centre;
+  double radius;
+};
+
+/// Of a pair of placed shapes those that are spheres; null: another shape, or one to be made from shape and pose.
+struct PlacedSpheres {
+  const PlacedSphere* a = nullptr;
+  const PlacedSphere* b = nullptr;
+};
+
+/// Solves several pairs in turn with Request::contacts: the same bits as one by one (`NarrowPhase::solve`), but spheres
+/// and boxes, each with its like and with half-spaces, several at a time, a pair a lane. Const and safe from any number
+/// of threads.
 class SeveralPairs {
  public:
   /// Throws as NarrowPhase does.
@@ -27,7 +42,14 @@ class SeveralPairs {
 
   /// Answers come in the order of the pairs; some that are farther apart than the margin are passed over. Contacts are
   /// appended.
-  void solve(std::span<const PlacedPair> pairs, std::vector<Contact>& contacts, AnswerSink& answers) const;
+  /// `spheres`: none, or one element a pair; what is given there is read instead of the pair's shape and pose.
+  void solve(std::span<const PlacedPair> pairs, std::vector<Contact>& contacts, AnswerSink& answers,
+             std::span<const PlacedSpheres> spheres = {}) const;
+
+  static constexpr std::size_t most_screened = 32;
+  /// Of at most so many pairs of spheres, none null: bit i is set unless pair i is farther apart than the margin. What
+  /// has an infinite radius is near all.
+  std::uint32_t near(std::span<const PlacedSpheres> pairs) const;
 
  private:
   NarrowPhase one_by_one_;

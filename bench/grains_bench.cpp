@@ -1,0 +1,188 @@
+// A bed of spheres with a radius each, as codes of the discrete element method have them: a step beside a plain cell
+// list and Bullet, and what it holds of memory. LAMMPS' granular package is no contestant: its pairs come out of a
+// whole time step of its own, forces included, not out of a list that could be compared.
+#include <fmt/format.h>
+#include <malloc.h>
+#include <time.h>
+
+#include <algorithm>
+#include <bit>
+#include <numeric>
+#include <random>
+#include <stdexcept>
+
+#include "benches.h"
+#include "grains/cell_list.h"
+#include "peers/scene_detector.h"
+#include "progress.h"
+#include "tandem/engine/builtin_scenes.h"
+#include "tandem/engine/pipeline.h"
+#include "tandem/engine/response.h"
+
+namespace tandem::bench {
+namespace {
+
+/// Of the processor, for who has one thread: others on the machine disturb it less than the clock on the wall.
+double now_ns(bool alone) {
+  timespec now{};
+  clock_gettime(alone ? CLOCK_THREAD_CPUTIME_ID : CLOCK_MONOTONIC, &now);
+  return 1e9 * static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec);
+}
+
+constexpr std::size_t untimed = 2, timed = 6;  // steps of a stretch
+
+/// Bytes in use of the heap.
+double heap() {
+  const struct mallinfo2 now = mallinfo2();
+  return static_cast<double>(now.uordblks + now.hblkhd);
+}
+
+/// Bytes a body: the scene; a pipeline between two steps, without the list of its answer; the list, a contact.
+nlohmann::json memory_of(std::size_t bodies) {
+  const double empty = heap();
+  const Scene scene = make_builtin_scene("grains", bodies);
+  const double with_scene = heap();
+  Pipeline pipeline({.executor = ExecutorKind::sequential});
+  pipeline.step(scene);
+  pipeline.step(scene);
+  const ContactList& list = pipeline.contacts();
+  const double answers =
+      static_cast<double>(list.pairs.capacity() * sizeof(PairResult) + list.contacts.capacity() * sizeof(Contact));
+  const auto n = static_cast<double>(bodies);
+  return {{"scene_bytes_a_body", (with_scene - empty) / n},
+          {"pipeline_bytes_a_body", (heap() - with_scene - answers) / n},
+          {"bytes_a_contact", sizeof(PairResult) + sizeof(Contact)}};
+}
+
+struct Tally {
+  Samples time, stretches;
+  std::uint64_t pairs = 0, hash = 0xcbf29ce484222325u;
+
+  void add(std::uint64_t word) {
+    hash = (hash ^ word) * 0x100000001b3u;
+    hash ^= hash >> 32;
+  }
+  void add(std::vector<TouchingPair> found) {
+    std::sort(found.begin(), found.end(),
+              [](const TouchingPair& x, const TouchingPair& y) { return x.a != y.a ? x.a < y.a : x.b < y.b; });
+    pairs += found.size();
+    for (const TouchingPair& pair : found) {
+      add(std::uint64_t{pair.a} << 32 | pair.b);
+      add(std::bit_cast<std::uint64_t>(pair.depth + 0.0));
+    }
+  }
+};
+
+SceneDetectors contestants(const Scene& scene, const std::vector<int>& threads) {
+  SceneDetectors all;
+  for (auto& detector : tandem_detectors(threads))
+    if (detector->name() == "tandem") all.push_back(std::move(detector));
+  all.push_back(cell_list_detector(scene));
+#ifdef TANDEM_HAS_BULLET
+  for (auto& detector : bullet_detectors(scene)) all.push_back(std::move(detector));
+#endif
+  return all;
+}
+
+using Poses = std::vector<Pose>;
+
+/// Detects all poses in turn, and takes the time of all but the first ones.
+void play(Scene& scene, const std::vector<Poses>& stretch, SceneDetector& who, Tally& tally) {
+  Samples own;
+  for (std::size_t k = 0; k < stretch.size(); ++k) {
+    for (std::uint32_t i = 0; i < scene.indices(); ++i)
+      if (scene.is_static()[i] == 0) scene.move(i, stretch[k][i], Vec3::Zero(), Vec3::Zero());
+    const double begin = now_ns(who.threads() == 1);
+    who.detect(scene);
+    const double ns = now_ns(who.threads() == 1) - begin;
+    if (k < untimed) continue;
+    tally.time.add(ns);
+    own.add(ns);
+    tally.add(who.found());
+  }
+  tally.stretches.add(own.median());
+}
+
+/// A bed that has come to rest but for some grains, and what all found in the steps that follow.
+std::vector<Tally> contest(Scene& scene, const SceneDetectors& all, int settling, int stretches) {
+  Scene ahead = scene;
+  Pipeline pipeline({.answer = {.margin = recommended_margin(ahead)}});
+  Response response;
+  Progress progress("grains", static_cast<std::uint64_t>(settling + stretches));
+  const auto go_on = [&] {
+    pipeline.step(ahead);
+    response.step(ahead, pipeline.contacts());
+  };
+  for (int step = 0; step < settling; ++step, progress.at(static_cast<std::uint64_t>(step))) go_on();
+  std::vector<Tally> tallies(all.size());
+  std::vector<std::size_t> order(all.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::mt19937 random(1);
+  for (int k = 0; k < stretches; ++k) {
+    std::vector<Poses> stretch;
+    for (std::size_t step = 0; step < untimed + timed; ++step, go_on())
+      stretch.emplace_back(ahead.poses().begin(), ahead.poses().end());
+    std::shuffle(order.begin(), order.end(), random);
+    for (const std::size_t who : order) play(scene, stretch, *all[who], tallies[who]);
+    progress.at(static_cast<std::uint64_t>(settling + k + 1));
+  }
+  return tallies;
+}
+
+}  // namespace
+
+std::vector<Row> grains_bench(const Settings& settings) {
+  std::vector<std::size_t> sizes = settings.sizes;
+  if (sizes.empty()) sizes = settings.quick ? std::vector<std::size_t>{2000} : std::vector<std::size_t>{20000, 100000};
+  const std::vector<int> threads = settings.threads.empty() ? std::vector<int>{1, 2} : settings.threads;
+  const int settling = settings.steps != 0 ? settings.steps : 100;
+  const int stretches = settings.repeat != 0 ? settings.repeat : settings.quick ? 2 : 8;
+  std::vector<Row> rows;
+  fmt::print(
+      "Spheres in a box, each with a radius of its own; ms a step, contacts computed; on one thread of the processor.\n"
+      "ratio: the cell list's time of a stretch over that of the same poses, median, p10 and p90.\n"
+      "{:<9} {:<16} {:>7} {:>9} {:>9} {:>9} {:>22} {:>10}  {}\n",
+      "grains", "contestant", "threads", "median", "p10", "p90", "ratio", "pairs", "hash");
+  for (const std::size_t size : sizes) {
+    nlohmann::json memory = memory_of(size);
+    Scene scene = make_builtin_scene("grains", size);
+    const SceneDetectors all = contestants(scene, threads);
+    std::vector<Tally> tallies = contest(scene, all, settling, stretches);
+    const std::size_t cells = threads.size();
+    for (std::size_t i = 0; i < cells; ++i)
+      if (tallies[i].hash != tallies[cells].hash)
+        throw std::runtime_error(
+            fmt::format("{} grains: {} on {} threads found other pairs or depths than the cell list", size,
+                        all[i]->name(), all[i]->threads()));
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      Tally& tally = tallies[i];
+      Samples ratios;
+      for (std::size_t k = 0; k < tally.stretches.size(); ++k)
+        ratios.add(tallies[cells].stretches[k] / tally.stretches[k]);
+      fmt::print("{:<9} {:<16} {:>7} {:>9.3f} {:>9.3f} {:>9.3f} {:>22} {:>10}  {}\n", size, all[i]->name(),
+                 all[i]->threads(), 1e-6 * tally.time.median(), 1e-6 * tally.time.quantile(0.1),
+                 1e-6 * tally.time.quantile(0.9),
+                 fmt::format("{:.2f}x ({:.2f} to {:.2f})", ratios.median(), ratios.quantile(0.1), ratios.quantile(0.9)),
+                 tally.pairs, hex(tally.hash));
+      Row row{"grains",
+              "grains",
+              all[i]->name(),
+              all[i]->threads(),
+              size,
+              std::move(tally.time),
+              tally.hash,
+              {{"pairs", tally.pairs},
+               {"ratio_to_cell_list", ratios.median()},
+               {"ratio_p10", ratios.quantile(0.1)},
+               {"ratio_p90", ratios.quantile(0.9)}}};
+      if (i == 0) row.more.update(memory);
+      rows.push_back(std::move(row));
+    }
+    fmt::print("bytes a body: scene {:.0f}, pipeline {:.0f} and {} a contact\n",
+               memory["scene_bytes_a_body"].get<double>(), memory["pipeline_bytes_a_body"].get<double>(),
+               memory["bytes_a_contact"].get<int>());
+  }
+  return rows;
+}
+
+}  // namespace tandem::bench
