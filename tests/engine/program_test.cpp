@@ -485,9 +485,9 @@ TEST_CASE("program: clash goes on where it was cut off, and leaves files alone t
   // What is in the file is not asked again.
   std::string changed = all;
   const std::size_t at = changed.find("\"distance\":-") + 12;
-  changed.replace(at, 3, "7.5");
+  changed.replace(at, 2, "7.");  // of 0.3, or of 0.29999999999999982: which pair comes first differs
   folder.write("kept", changed);
-  CHECK(tandem_program({"clash", in, "--json", "--resume", kept}).out.find("-7.5") != std::string::npos);
+  CHECK(tandem_program({"clash", in, "--json", "--resume", kept}).out.find("\"distance\":-7.") != std::string::npos);
 
   const std::string mesh = cube(0, 0);
   for (const std::string& other : {mesh, std::string("one line without an end"), all}) {
