@@ -1,10 +1,11 @@
 # The target `docs`, where Doxygen is: the public headers' reference and the guide, as pages that open offline.
 find_program(TANDEM_DOXYGEN doxygen)
 set(TANDEM_DOCS_FOLDER ${CMAKE_BINARY_DIR}/docs)
-set(includes broadphase narrowphase flowgraph engine engine/formats engine/adapters/fcl)
+set(includes broadphase narrowphase flowgraph engine engine/formats engine/adapters/fcl engine/adapters/mpi)
 list(TRANSFORM includes PREPEND ${PROJECT_SOURCE_DIR}/)
 list(TRANSFORM includes APPEND /include)
-set(pages guide guide.md python.md from-fcl.md scene-format.md record-format.md result-format.md install.md clash.md)
+set(pages guide guide.md python.md from-fcl.md scene-format.md record-format.md result-format.md install.md clash.md
+  clearance.md continuous.md)
 list(TRANSFORM pages PREPEND ${PROJECT_SOURCE_DIR}/docs/)
 list(JOIN includes " " TANDEM_DOCS_INCLUDES)
 list(JOIN pages " " pages)
