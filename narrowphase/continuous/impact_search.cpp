@@ -146,7 +146,9 @@ class Search {
       const double first = p.axis.n.dot(p.w[i]) - bound_, last = q.axis.n.dot(q.w[i]) - bound_;
       if (!(first > 0 && last > 0)) return false;
       const double middle = p.axis.n.dot(q.w[i]) + q.axis.n.dot(p.w[i]) - 2 * bound_;
-      if (!(middle > 0 || middle * middle < 3.9 * first * last)) return false;
+      // A quadratic with such coefficients has no root; products in the range of a double.
+      if (!(middle > 0 || (first * last > tolerance::shortest_squared && middle * middle < 3.9 * first * last)))
+        return false;
     }
     return true;
   }

@@ -36,23 +36,6 @@ std::string text(const Vec3& v) {
   return out.str();
 }
 
-// The first of the vertices with the same coordinates, for each vertex. Files often repeat vertices.
-std::vector<std::uint32_t> weld(const std::vector<Vec3>& vertices) {
-  const auto less = [&](std::uint32_t i, std::uint32_t j) {
-    const Vec3 &p = vertices[i], &q = vertices[j];
-    if (p.x() != q.x()) return p.x() < q.x();
-    if (p.y() != q.y()) return p.y() < q.y();
-    if (p.z() != q.z()) return p.z() < q.z();
-    return i < j;
-  };
-  std::vector<std::uint32_t> order(vertices.size()), first(vertices.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(), less);
-  for (std::size_t k = 0; k < order.size(); ++k)
-    first[order[k]] = k > 0 && vertices[order[k]] == vertices[order[k - 1]] ? first[order[k - 1]] : order[k];
-  return first;
-}
-
 struct Side {
   std::uint32_t lo, hi;  // welded ends
   bool up;               // runs from lo to hi
@@ -343,6 +326,22 @@ void add_surface(MeshModel& model, const PartRunner& parts) {
 }
 
 }  // namespace
+
+std::vector<std::uint32_t> weld(const std::vector<Vec3>& vertices) {
+  const auto less = [&](std::uint32_t i, std::uint32_t j) {
+    const Vec3 &p = vertices[i], &q = vertices[j];
+    if (p.x() != q.x()) return p.x() < q.x();
+    if (p.y() != q.y()) return p.y() < q.y();
+    if (p.z() != q.z()) return p.z() < q.z();
+    return i < j;
+  };
+  std::vector<std::uint32_t> order(vertices.size()), first(vertices.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(), less);
+  for (std::size_t k = 0; k < order.size(); ++k)
+    first[order[k]] = k > 0 && vertices[order[k]] == vertices[order[k - 1]] ? first[order[k - 1]] : order[k];
+  return first;
+}
 
 std::size_t MeshModel::memory() const {
   const auto bytes = [](const auto&... list) { return (std::size_t(0) + ... + (list.capacity() * sizeof(list[0]))); };

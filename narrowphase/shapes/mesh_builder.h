@@ -10,4 +10,7 @@ namespace tandem {
 /// `parts` (may be empty: the caller) shares the work; the model does not depend on it.
 MeshModel build_mesh(Mesh mesh, const PartRunner& parts = {});
 
+/// The first of the vertices with the same coordinates, for each vertex. Files often repeat vertices.
+std::vector<std::uint32_t> weld(const std::vector<Vec3>& vertices);
+
 }  // namespace tandem
