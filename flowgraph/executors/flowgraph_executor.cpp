@@ -128,7 +128,7 @@ class FlowGraphExecutor final : public Executor, private Delivery {
   void resize(int threads) {
     if (!balancer_ || threads != threads_) {
       threads_ = threads;
-      balancer_.emplace(threads, fixed_split(threads), options_.balance.rule);
+      balancer_.emplace(threads, fixed_split(threads), options_.balance.rule, options_.balance.own_rule);
       queue_.set_capacity(queue_capacity(threads));
     }
     split_ = balancer_->split();

@@ -19,7 +19,8 @@ class ThreadsExecutor final : public Executor {
       : threads_(count(options)),
         strict_(options.balance.strict),
         frame_(options, strict_, true),
-        balancer_(std::max(2, threads_), options.balance.split, options.balance.rule) {}
+        balancer_(std::max(2, threads_), options.balance.split, options.balance.rule,
+                  options.balance.own_rule) {}
 
   ~ThreadsExecutor() override {
     leaving_.store(true, std::memory_order_relaxed);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <utility>
 
 namespace tandem {
 namespace {
@@ -12,8 +13,8 @@ constexpr double balanced = 1.05;
 
 }  // namespace
 
-Balancer::Balancer(int threads, Split fixed, BalanceRule rule)
-    : threads_(threads), fixed_(!fixed.dynamic()), rule_(rule), split_(fixed) {
+Balancer::Balancer(int threads, Split fixed, BalanceRule rule, BalanceFunction own_rule)
+    : threads_(threads), fixed_(!fixed.dynamic()), rule_(rule), own_rule_(std::move(own_rule)), split_(fixed) {
   if (!fixed_) split_ = {std::max(1, threads / 2), threads - std::max(1, threads / 2)};
 }
 
@@ -46,6 +47,16 @@ int Balancer::best_broad(double broad, double narrow) const {
   return best;
 }
 
+void Balancer::ask_own_rule(const ExecutionReport& report, BalanceDecision& decision) {
+  const int broad = std::clamp(own_rule_(report), 1, threads_ - 1);
+  split_ = {broad, threads_ - broad};
+  decision.after = split_;
+  decision.action = split_ == decision.before ? BalanceAction::keep : BalanceAction::change;
+  decision.broad_ms = report.broad_ms;
+  decision.narrow_ms = report.narrow_ms;
+  decision.reason = "the caller's own rule";
+}
+
 BalanceDecision Balancer::after_step(std::uint64_t step, const ExecutionReport& report) {
   BalanceDecision decision;
   decision.step = step;
@@ -58,6 +69,10 @@ BalanceDecision Balancer::after_step(std::uint64_t step, const ExecutionReport& 
   }
   if ((report.issues & bit(StepIssue::ran_on_caller)) != 0) {
     decision.reason = "the step stayed on the caller";
+    return decision;
+  }
+  if (own_rule_) {
+    ask_own_rule(report, decision);
     return decision;
   }
   const bool paper = rule_ == BalanceRule::paper;

@@ -16,13 +16,14 @@ namespace tandem {
 class Balancer {
  public:
   /// `fixed` dynamic: starts at half of `threads` each. threads >= 2.
-  Balancer(int threads, Split fixed, BalanceRule rule);
+  Balancer(int threads, Split fixed, BalanceRule rule, BalanceFunction own_rule = {});
 
   Split split() const { return split_; }
   /// Takes one step's measurements; the split it returns in `after` is in force from the next step on.
   BalanceDecision after_step(std::uint64_t step, const ExecutionReport& report);
 
  private:
+  void ask_own_rule(const ExecutionReport& report, BalanceDecision& decision);
   int wanted_broad() const;
   int best_broad(double broad, double narrow) const;
   void clear_window();
@@ -30,6 +31,7 @@ class Balancer {
   int threads_;
   bool fixed_;
   BalanceRule rule_;
+  BalanceFunction own_rule_;  // asked after every step, and believed
   Split split_;
 
   // Sums over the steps since the last look.

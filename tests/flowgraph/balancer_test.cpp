@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "catch.h"
 
@@ -105,4 +106,32 @@ TEST_CASE("a fixed split stays, and two threads have only one") {
     CHECK_FALSE(decision.reason.empty());
   }
   CHECK(two.split() == Split{1, 1});
+}
+
+TEST_CASE("a rule of one's own is asked after each shared step, and its number is kept within what there is") {
+  std::vector<Split> told;
+  int wanted = 3;
+  Balancer balancer(4, {}, BalanceRule::paper, [&](const ExecutionReport& report) {
+    told.push_back(report.split);
+    return wanted;
+  });
+  CHECK(balancer.split() == Split{2, 2});
+  BalanceDecision decision = balancer.after_step(0, measured(balancer.split(), 1, 1));
+  CHECK(decision.action == BalanceAction::change);
+  CHECK(decision.before == Split{2, 2});
+  CHECK(balancer.split() == Split{3, 1});
+  CHECK(balancer.after_step(1, measured(balancer.split(), 1, 1)).action == BalanceAction::keep);
+  wanted = 99;
+  balancer.after_step(2, measured(balancer.split(), 1, 1));
+  CHECK(balancer.split() == Split{3, 1});
+  wanted = -5;
+  balancer.after_step(3, measured(balancer.split(), 1, 1));
+  CHECK(balancer.split() == Split{1, 3});
+  ExecutionReport alone = measured({1, 3}, 1, 1);
+  alone.issues = bit(StepIssue::ran_on_caller);
+  balancer.after_step(4, alone);
+  CHECK(told == std::vector<Split>{{2, 2}, {3, 1}, {3, 1}, {3, 1}});
+  Balancer fixed(4, {1, 3}, BalanceRule::busy, [](const ExecutionReport&) { return 2; });
+  fixed.after_step(0, measured({1, 3}, 9, 1));
+  CHECK(fixed.split() == Split{1, 3});
 }

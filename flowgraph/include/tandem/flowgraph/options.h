@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string_view>
 
 namespace tandem {
@@ -41,12 +42,21 @@ enum class StepForm : std::uint8_t {
 };
 std::string_view name(StepForm form);
 
+struct ExecutionReport;
+
+/// A rule of one's own: told what a step measured whose phases had threads of their own (report.split, broad_ms,
+/// narrow_ms, detect_ms, threads, ...), it says how many threads the broad phase has from the next step on; what is
+/// outside of [1, threads - 1] is taken for the nearest. Called on the thread that runs the steps, after each such step;
+/// what it throws is thrown by that step, whose answer is there. Answers do not depend on it.
+using BalanceFunction = std::function<int(const ExecutionReport& report)>;
+
 /// Which threads work on which phase. For executors that divide them: threads, flowgraph.
 struct BalanceOptions {
   /// Threads for each phase, both >= 1, with the sum `threads` unless that is 0; at most 1024. Default: dynamic, moved
   /// between the phases as `rule` says.
   Split split{};
   BalanceRule rule = BalanceRule::busy;
+  BalanceFunction own_rule{};  ///< in place of `rule` where the split is dynamic; empty: none
   /// No help across the phases, as in the paper; steps stay overlapped. Default: work is conserved.
   bool strict = false;
 };
