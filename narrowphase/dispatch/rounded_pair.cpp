@@ -132,7 +132,7 @@ class RoundedPair {
     const double off = std::max(depth - lower, upper - depth);
     const bool is_exact = is_free && off <= slack_;
     answer.status = is_exact ? Status::ok : Status::inexact;
-    answer.error_bound = is_exact ? 0 : std::max(off, slack_);
+    answer.error_bound = is_exact ? std::max(off, 0.0) : std::max(off, slack_);
   }
 
   const Shape &a_, &b_;

@@ -216,7 +216,8 @@ int run(const Options& options, const Source& source) {
   };
   const auto count = [&](const Done& judged) { tally.add(*judged); };
   constexpr std::size_t ahead = 16;  // pairs in work for each thread: one may take as long as a hundred others
-  const int threads = options.threads > 0 ? options.threads : tbb::this_task_arena::max_concurrency();
+  const int cores = tbb::this_task_arena::max_concurrency();
+  const int threads = options.threads > 0 ? std::min(options.threads, cores) : cores;
   tbb::task_arena(threads).execute([&] {
     tbb::parallel_pipeline(ahead * static_cast<std::size_t>(threads),
                            tbb::make_filter<void, Made>(tbb::filter_mode::serial_in_order, next) &
