@@ -8,6 +8,7 @@ namespace tandem {
 /// Each adds one command to the program; the command sets `status` (0 done, 1 the work failed) when it runs, and
 /// throws std::invalid_argument for a wrong request, anything else for work that failed. Results go to `out`.
 void add_clash_command(CLI::App& program, DescriptorBuffer& out, int& status);
+void add_inspect_command(CLI::App& program, DescriptorBuffer& out, int& status);
 void add_run_command(CLI::App& program, DescriptorBuffer& out, int& status);
 void add_query_command(CLI::App& program, DescriptorBuffer& out, int& status);
 void add_scenes_command(CLI::App& program, DescriptorBuffer& out, int& status);

@@ -44,6 +44,7 @@ int run_program(int count, char** arguments) {
   DescriptorBuffer out(1, "stdout");
   int status = done;
   add_clash_command(program, out, status);
+  add_inspect_command(program, out, status);
   add_run_command(program, out, status);
   add_query_command(program, out, status);
   add_scenes_command(program, out, status);
@@ -53,7 +54,7 @@ int run_program(int count, char** arguments) {
     if (first.empty() || first[0] != '-') {
       const auto commands = program.get_subcommands([](const CLI::App*) { return true; });
       if (std::none_of(commands.begin(), commands.end(), [&](const auto* c) { return c->get_name() == first; }))
-        refuse_option("COMMAND", first, "run, query, clash, scenes, --help");
+        refuse_option("COMMAND", first, "run, query, clash, inspect, scenes, --help");
     }
     program.parse(count, arguments);
   } catch (const CLI::Success& asked) {

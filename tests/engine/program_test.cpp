@@ -133,7 +133,7 @@ TEST_CASE("program: help, version and lists come on stdout") {
 
 TEST_CASE("program: a wrong request is one line that names the option, the value and what is allowed") {
   check_refused({}, {"run", "query", "scenes"});
-  check_refused({"fly"}, {"'fly'", "run, query, clash, scenes"});
+  check_refused({"fly"}, {"'fly'", "run, query, clash, inspect, scenes"});
   check_refused({"run"}, {"SCENE"});
   check_refused({"run", "nofile.json"}, {"SCENE", "there is no file 'nofile.json'"});
   const TemporaryFolder meshes;
@@ -538,4 +538,26 @@ TEST_CASE("program: a timeline is compressed if its name says so, and has a boun
   CHECK_THROWS_WITH(gunzipped(bytes, 10), Catch::Contains("more inside"));
   CHECK(gunzipped(gzipped(std::string(5'000'000, 'x')), 5'000'000) == std::string(5'000'000, 'x'));
   CHECK(gunzipped(gzipped(""), 0).empty());
+}
+
+TEST_CASE("program: inspect tells what is wrong with mesh files, with places") {
+  const TemporaryFolder folder;
+  folder.write("clean.obj", cube(0, 0));
+  folder.write("open.obj", cube(0, 5, false));
+  const std::string clean = (folder / "clean.obj").string(), open = (folder / "open.obj").string();
+  const Ended told = tandem_program({"inspect", clean, open, "--json", "--most", "2"});
+  CHECK(told.err.empty());
+  REQUIRE(told.status == 0);
+  const auto lines = json_lines(told.out);
+  REQUIRE(lines.size() == 2);
+  CHECK(lines[0]["clean_solid"] == true);
+  CHECK(lines[1]["closed"] == false);
+  CHECK(lines[1]["faulty_edges"]["count"].get<int>() >= 3);
+  REQUIRE(lines[1]["faulty_edges"]["first"].size() == 2);
+  CHECK(lines[1]["faulty_edges"]["first"][0]["fault"] == "open");
+  const Ended words = tandem_program({"inspect", clean, open});
+  CHECK(words.out.find("a clean solid") != std::string::npos);
+  CHECK(words.out.find("open edge from vertex") != std::string::npos);
+  CHECK(tandem_program({"inspect"}).status == 2);
+  CHECK(tandem_program({"inspect", (folder / "none.obj").string()}).status != 0);
 }
