@@ -49,6 +49,8 @@ std::vector<Row> haptics_bench(const Settings& settings);
 std::vector<Row> vertex_impacts_bench(const Settings& settings);
 /// A bed of spheres of all sizes beside a plain cell list and Bullet, and what it takes of memory.
 std::vector<Row> grains_bench(const Settings& settings);
+/// Steps with kept contacts: time against the true error of every answer, and whether it is within the bound told.
+std::vector<Row> steps_bench(const Settings& settings);
 /// What it calls its worlds.
 std::vector<std::string> broadphase_scenes();
 

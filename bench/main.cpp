@@ -167,6 +167,13 @@ void add_grains(CLI::App& program) {
   app->add_option("--repeat", o->repeat, "stretches of six timed steps; default: 8");
 }
 
+void add_steps(CLI::App& program) {
+  const auto [app, o] = add(program, "steps", "steps with kept contacts: speed against error", steps_bench);
+  app->add_option("--scene", o->scenes, "built-in scenes, a comma between them");
+  app->add_option("--steps", o->steps, "simulation steps; default: 400");
+  app->add_option("--bodies", o->bodies, "bodies of each scene; default: 400");
+}
+
 #ifdef TANDEM_HAS_FCL_ADAPTER
 void add_fcl(CLI::App& program) {
   const auto [app, o] = add(program, "fcl", "tandem::fcl's broad-phase manager beside FCL's managers", fcl_bench);
@@ -222,6 +229,7 @@ int run_program(int count, char** arguments) {
   add_haptics(program);
   add_vertex_impacts(program);
   add_grains(program);
+  add_steps(program);
 #ifdef TANDEM_HAS_FCL_ADAPTER
   add_fcl(program);
 #endif
@@ -234,7 +242,7 @@ int run_program(int count, char** arguments) {
         std::none_of(commands.begin(), commands.end(), [&](const auto* c) { return c->get_name() == first; }))
       refuse_option("WHAT", first,
                     "scenes, figures, flowgraph, narrowphase, broadphase, peers, planner, haptics, vertex-impacts, grains, "
-                    "fcl, report, --help");
+                    "steps, fcl, report, --help");
     program.parse(count, arguments);
   } catch (const CLI::Success& asked) {
     program.exit(asked);

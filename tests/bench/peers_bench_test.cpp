@@ -79,3 +79,22 @@ TEST_CASE("grains bench: pairs and depths are the cell list's, and memory is tol
   CHECK(rows[0].at("scene_bytes_a_body") > 100);
   CHECK(rows[0].at("pipeline_bytes_a_body") > 50);
 }
+
+TEST_CASE("steps bench: of convex bodies no kept answer is beyond its bound, and no verdict wrong") {
+  const TemporaryFolder folder;
+  const auto json = folder / "steps.json";
+  REQUIRE(run(TANDEM_BENCH_PATH,
+              "steps --bodies 40 --steps 120 --json " + json.string() +
+                  " --scene cubes-on-plane,mixed-grains,tori-and-cubes",
+              folder / "out.txt") == 0);
+  std::size_t kept = 0;
+  for (const auto& row : rows_of(json)) {
+    CAPTURE(row.at("workload"), row.at("contestant"));
+    CHECK(row.at("beyond_bound") == 0);
+    CHECK(row.at("wrong") == 0);
+    CHECK(row.at("distance").at("max") <= row.at("told").at("max"));
+    kept += row.at("kept_answers").get<std::size_t>();
+    if (row.at("tolerance") == 0) CHECK(row.at("kept_answers") == 0);
+  }
+  CHECK(kept > 500);
+}
