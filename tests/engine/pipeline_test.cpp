@@ -221,6 +221,27 @@ TEST_CASE("groups, masks and a predicate keep pairs away from the narrow phase")
   CHECK_THROWS_WITH(wrong.step(scene), Catch::Matchers::Contains("predicate"));
 }
 
+TEST_CASE("pairs that a predicate turns round are answered so, by every executor") {
+  const tbb::global_control many(tbb::global_control::max_allowed_parallelism, 8);
+  const Scene scene = make_builtin_scene("complex-in-contact", 30);
+  const auto turn = [](std::span<Pair> pairs) {
+    for (Pair& pair : pairs)
+      if ((pair.a + pair.b) % 2 == 1) std::swap(pair.a, pair.b);
+    return pairs.size();
+  };
+  std::uint64_t expected = 0;
+  for (PipelineOptions way : all_ways({})) {
+    way.predicate = turn;
+    Pipeline pipeline(way);
+    const StepReport report = pipeline.step(scene);
+    if (expected == 0) expected = report.contact_hash;
+    CAPTURE(name(way.executor), way.threads);
+    CHECK(report.contact_hash == expected);
+    CHECK(report.colliding_pairs > 20);
+    for (const PairResult& pair : pipeline.contacts().pairs) CHECK((pair.a > pair.b) == ((pair.a + pair.b) % 2 == 1));
+  }
+}
+
 TEST_CASE("an empty scene, removed bodies and bodies added between steps") {
   Scene scene;
   Pipeline pipeline({.sharing = {.short_step_ms = 0}});

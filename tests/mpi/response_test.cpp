@@ -70,7 +70,7 @@ TEST_CASE("with the response of all ranks the motion is that of one, and so are 
     mpi::ContactEvents told;
     const auto ids = world::all_indices(scene);
     std::size_t began = 0, ended = 0;
-    for (int step = 0; step < 30; ++step) {
+    for (int step = 0; step < 24; ++step) {
       CAPTURE(step);
       alone.step(scene);
       events.update(scene, alone.contacts());
@@ -115,7 +115,7 @@ TEST_CASE("a response of a scene to which bodies come and from which they go: th
     if (static_cast<int>(random() % static_cast<std::uint64_t>(world::ranks())) == world::rank()) what(all);
   };
   turn([&](mpi::Pipeline& p) { p.add_body(1u << 20, {.shape = shapes[0], .is_static = true}); });
-  for (int step = 0; step < 30; ++step) {
+  for (int step = 0; step < 24; ++step) {
     CAPTURE(step);
     for (int k = 0; k < 2; ++k) {
       const GlobalId id = random() >> 40;

@@ -51,7 +51,9 @@ struct PipelineOptions {
   BalanceOptions balance{};
   PairBatchOptions batches{};
   SharingOptions sharing{};
-  PairPredicate predicate{};    ///< a user's own filter of pairs, by batches; empty: none
+  /// A user's own filter of pairs, by batches; empty: none. It may turn a pair round: then it is answered, and listed, as
+  /// (a, b) with a > b.
+  PairPredicate predicate{};
   AnswerListener on_answers{};  ///< empty: the list at the end is all
 };
 
