@@ -6,9 +6,9 @@
 #include "meshes/traversal/mesh_nearest.h"
 #include "meshes/traversal/mesh_traversal.h"
 #include "meshes/traversal/point_in_mesh.h"
+#include "meshes/traversal/waiting_pairs.h"
 #include "shapes/mesh_model.h"
 #include "shapes/shape_insides.h"
-#include "triangles/triangle_rows.h"
 
 namespace tandem {
 namespace {
@@ -17,13 +17,13 @@ namespace {
 class MeetingPairs final : public PairVisitor {
  public:
   MeetingPairs(const MeshModel& a, const MeshModel& b, TriangleTest& test, TrianglePairs* pairs, GapBound* gap)
-      : a_(a), b_(b), test_(test), pairs_(pairs), gap_(gap) {
+      : waiting_(a, b, test), pairs_(pairs), gap_(gap) {
     traverse(a, b, test, pairs == nullptr, *this, gap == nullptr ? nullptr : &gap->of_others);
     decide_waiting();
   }
   MeetingPairs(const MeshModel& a, const MeshModel& b, TriangleTest& test, NodePair subtrees, TrianglePairs& pairs,
                GapBound* gap)
-      : a_(a), b_(b), test_(test), pairs_(&pairs), gap_(gap) {
+      : waiting_(a, b, test), pairs_(&pairs), gap_(gap) {
     traverse(a, b, test, subtrees, *this, gap == nullptr ? nullptr : &gap->of_others);
     decide_waiting();
   }
@@ -31,41 +31,25 @@ class MeetingPairs final : public PairVisitor {
   bool any() const { return any_; }
 
   bool visit(std::uint32_t i, std::uint32_t j) override {
-    waiting_[count_] = {i, j};
-    rows_.set(count_++, a_.corners(i), b_.corners(j));
-    if (count_ == TriangleRows::most || pairs_ == nullptr) decide_waiting();
+    if (waiting_.add(i, j) || pairs_ == nullptr) decide_waiting();
     return pairs_ == nullptr && any_;
   }
 
  private:
   void decide_waiting() {
-    if (count_ == 0) return;
-    const TriangleVerdicts verdicts = compare_triangles(rows_, count_, test_);
-    for (std::size_t k = 0; k < count_; ++k) {
-      const auto [i, j] = waiting_[k];
-      if ((verdicts.meet >> k & 1u) != 0 || ((verdicts.unknown >> k & 1u) != 0 && meet(i, j))) {
+    waiting_.decide([this](std::uint32_t i, std::uint32_t j, bool meet) {
+      if (meet) {
         any_ = true;
         if (pairs_ != nullptr) pairs_->push_back({i, j});
       } else if (gap_ != nullptr) {
         gap_->add({i, j});
       }
-    }
-    count_ = 0;
+    });
   }
 
-  bool meet(std::uint32_t i, std::uint32_t j) {
-    const Corners q = b_.corners(j);
-    return test_(a_.corners(i), q, {test_.in_a(q[0]), test_.in_a(q[1]), test_.in_a(q[2])});
-  }
-
-  const MeshModel& a_;
-  const MeshModel& b_;
-  TriangleTest& test_;
+  WaitingPairs waiting_;
   TrianglePairs* pairs_;
   GapBound* gap_;
-  TriangleRows rows_{};  // columns that are not set are computed with the others: what is in them must be numbers
-  std::array<TrianglePair, TriangleRows::most> waiting_;
-  std::size_t count_ = 0;
   bool any_ = false;
 };
 
@@ -116,7 +100,7 @@ TrianglePairs meeting_pairs(const Posed& a, const Posed& b, TriangleTest& test, 
 
 bool has_inside(const Posed& outer, const Posed& inner) {
   const MeshModel &o = mesh_of(outer.shape), &i = mesh_of(inner.shape);
-  return o.solid && std::any_of(i.components.begin(), i.components.end(), [&](const MeshModel::Component& component) {
+  return o.solid && std::any_of(i.components().begin(), i.components().end(), [&](const MeshModel::Component& component) {
            return is_inside(o, outer.pose, i.vertices[component[0]], inner.pose);
          });
 }
