@@ -84,6 +84,19 @@ void Scene::remove_shape(ShapeId id) {
   if (++shape_generation_[place] != 0) free_shapes_.push_back(place);
 }
 
+void Scene::replace_shape(ShapeId id, Shape shape) {
+  const std::uint32_t place = checked(id, "replace_shape");
+  const auto has_it = [&](std::uint32_t index) { return alive_[index] != 0 && shape_[index] == place; };
+  for (std::uint32_t i = 0; i < shape_.size() && !shape.is_bounded(); ++i)
+    if (has_it(i) && is_static_[i] == 0) require_may_move(i, shape, densities_[i]);
+  --kinds_[static_cast<std::size_t>(shapes_[place].kind())];
+  ++kinds_[static_cast<std::size_t>(shape.kind())];
+  ++shape_changes_;
+  shapes_[place] = std::move(shape);
+  for (std::uint32_t i = 0; i < shape_.size(); ++i)
+    if (has_it(i)) changed(i);
+}
+
 void Scene::require_may_move(std::uint32_t index, const Shape& shape, double density) const {
   if (!std::isfinite(density) || density <= 0) refuse(body_name(index), "density", density, "finite, > 0 kg/m^3");
   if (!shape.is_bounded()) refuse(body_name(index), "is_static", "false", "true, as its shape is a half-space");

@@ -16,7 +16,7 @@ class detail::SceneChanges {
   /// Bodies added and removed so far.
   static std::uint64_t comings_and_goings(const Scene& scene) { return scene.comings_and_goings_; }
 
-  /// Shapes added and removed so far.
+  /// Shapes added, removed and replaced so far.
   static std::uint64_t shape_changes(const Scene& scene) { return scene.shape_changes_; }
 
   /// Names a scene's past: a copy of the scene has another one. Keeping a name keeps it from being used again.

@@ -30,7 +30,7 @@ struct SweptBody {
     half = (box.hi - box.lo) / 2;
     if (shape.is_convex())
       view = tandem::view(shape);
-    else if (mesh_of(shape).convex)
+    else if (mesh_of(shape).convex())
       view = view_hull(shape);
     else
       mesh = &mesh_of(shape);

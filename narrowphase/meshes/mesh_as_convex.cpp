@@ -15,7 +15,7 @@ namespace {
 // Which of two is taken for the convex set that it bounds: a triangle before a mesh, a solid before a surface, of alike
 // surfaces the second, which is no larger.
 bool first_is_convex(const Posed& a, const Posed& b) {
-  const auto rank = [](const Posed& s) { return mesh_of(s.shape).convex ? 2 : mesh_of(s.shape).own_hull ? 1 : 0; };
+  const auto rank = [](const Posed& s) { return mesh_of(s.shape).convex() ? 2 : mesh_of(s.shape).own_hull() ? 1 : 0; };
   return a.shape.is_convex() || (!b.shape.is_convex() && rank(a) > rank(b));
 }
 
@@ -34,22 +34,22 @@ bool stays_outside(const Posed& outer, const Posed& other, double length, const 
     meter.spend(1 + static_cast<int>(o.hull.faces.size() / 64));
     const Vec3 p = outer.pose.rotation.transpose() *
                    (other.pose.rotation * m.vertices[v] + (other.pose.translation - outer.pose.translation));
-    return std::any_of(o.hull.faces.begin(), o.hull.faces.end(),
+    return std::any_of(o.hull().faces.begin(), o.hull().faces.end(),
                        [&](const Hull::Face& f) { return f.normal.dot(p) - f.offset > length; });
   };
-  if (m.components.size() == 1) return std::any_of(m.extreme.begin(), m.extreme.end(), is_outside);
-  return std::all_of(m.components.begin(), m.components.end(), [&](const MeshModel::Component& component) {
+  if (m.components().size() == 1) return std::any_of(m.extreme().begin(), m.extreme().end(), is_outside);
+  return std::all_of(m.components().begin(), m.components().end(), [&](const MeshModel::Component& component) {
     return std::any_of(component.begin(), component.end(), is_outside);
   });
 }
 
 bool is_convex_for(const Posed& s, const Posed& other, double length, const WorkLimit* limit) {
-  return s.shape.is_convex() || mesh_of(s.shape).convex || stays_outside(s, other, length, limit);
+  return s.shape.is_convex() || mesh_of(s.shape).convex() || stays_outside(s, other, length, limit);
 }
 
 }  // namespace
 
-bool bounds_convex(const Posed& s) { return s.shape.is_convex() || mesh_of(s.shape).own_hull; }
+bool bounds_convex(const Posed& s) { return s.shape.is_convex() || mesh_of(s.shape).own_hull(); }
 
 PairAnswer solve_as_convex(const Posed& a, const Posed& b, Request request, const NarrowPhaseOptions& options,
                            std::vector<Contact>* contacts) {

@@ -5,6 +5,7 @@
 #include "manifold/manifold.h"
 #include "manifold/patch_collector.h"
 #include "meshes/mesh_pair.h"
+#include "shapes/mesh_hierarchy.h"
 #include "shapes/mesh_model.h"
 #include "shapes/shape_insides.h"
 #include "tolerances.h"
@@ -19,6 +20,14 @@ PairAnswer solve_mesh_halfspace(const Posed& mesh, const Posed& half, Request re
   const Vec3 local = mesh.pose.rotation.transpose() * up;
   const double level = half.shape.offset() - up.dot(between);
   PairAnswer answer;
+  // One that bends is asked for its hull only where there is something to tell of it.
+  if (m.bends && request != Request::distance) {
+    const double height = -farthest_along(m, -local) - level;
+    if (request == Request::collide || !(height <= options.margin)) {
+      answer.collide = height <= 0;
+      return answer;
+    }
+  }
   double lowest = std::numeric_limits<double>::infinity();
   std::uint32_t at = 0;
   const std::size_t first = contacts ? contacts->size() : 0;
@@ -28,7 +37,7 @@ PairAnswer solve_mesh_halfspace(const Posed& mesh, const Posed& half, Request re
   // What touches to rounding has all of its patch.
   const double within = options.margin + tolerance::alike * mesh.shape.size();
   // The vertices that span what lies below the plane are vertices of the hull.
-  for (const std::uint32_t v : m.extreme) {
+  for (const std::uint32_t v : m.extreme()) {
     const double height = local.dot(m.vertices[v]) - level;
     if (height < lowest) lowest = height, at = v;
     if (request == Request::contacts && height <= within)

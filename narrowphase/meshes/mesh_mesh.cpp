@@ -68,7 +68,7 @@ PairAnswer contacts_apart(const Posed& a, const Posed& b, const TriangleTest& te
 
 // Of their hulls, unless these hardly touch and miss each other by rounding; false, and no contacts.
 bool contacts_of_hulls(const Collision& c, PairAnswer& answer, std::vector<Contact>& contacts) {
-  if (!c.mesh_a().own_hull || !c.mesh_b().own_hull) return false;
+  if (!c.mesh_a().own_hull() || !c.mesh_b().own_hull()) return false;
   const std::size_t first = contacts.size();
   answer = overlap_of_hulls(c.a, c.b, Request::contacts, c.options, &contacts);
   if (contacts.size() > first && is_as_hulls(c.a, c.b, -answer.signed_distance, c.options.limit)) return true;
@@ -119,7 +119,7 @@ PairAnswer contacts_of_collision(const Collision& c, std::vector<Contact>& conta
 PairAnswer distance_of_collision(const Collision& c) {
   if (c.a.shape.is_convex() || c.b.shape.is_convex())
     return overlap_as_convex(c.a, c.b, Request::distance, c.options, nullptr);
-  if (c.mesh_a().own_hull && c.mesh_b().own_hull) {
+  if (c.mesh_a().own_hull() && c.mesh_b().own_hull()) {
     const PairAnswer hulls = overlap_of_hulls(c.a, c.b, Request::distance, c.options, nullptr);
     if (is_as_hulls(c.a, c.b, -hulls.signed_distance, c.options.limit)) return hulls;
   }

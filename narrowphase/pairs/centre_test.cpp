@@ -111,7 +111,8 @@ double separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose
 }
 
 MeshGap test_hulls(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
-  const Hull &hull_a = mesh_of(a).hull, &hull_b = mesh_of(b).hull;
+  if (mesh_of(a).bends || mesh_of(b).bends) return {};
+  const Hull &hull_a = mesh_of(a).hull(), &hull_b = mesh_of(b).hull();
   const Vec3 between = from_to(hull_a.inside, pose_a, hull_b.inside, pose_b);
   const double length2 = between.squaredNorm(), inner = hull_a.inner_radius + hull_b.inner_radius;
   if (length2 < 0.99 * inner * inner) return {};

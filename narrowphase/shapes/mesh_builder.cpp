@@ -104,7 +104,7 @@ void turn_alike(MeshModel& mesh, const std::vector<std::uint32_t>& first) {
 
 // Lets corners of a surface's borders that differ by rounding be one, as equal ones are: who computes the corners of
 // each triangle anew leaves such seams, and there is nothing between two sides of one.
-void weld_seams(const MeshModel& mesh, std::vector<std::uint32_t>& first) {
+void weld_seams(const MeshModel& mesh, const MeshFrame& frame, std::vector<std::uint32_t>& first) {
   const std::vector<Side> sides = sorted_sides(mesh, first);
   std::vector<std::uint32_t> ends;
   for (std::size_t begin = 0, end; begin < sides.size(); begin = end) {
@@ -116,7 +116,7 @@ void weld_seams(const MeshModel& mesh, std::vector<std::uint32_t>& first) {
   ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
 
   using Cell = std::array<std::int64_t, 3>;
-  const double tolerance = seam_ulps * epsilon * (mesh.centre.cwiseAbs() + mesh.half).maxCoeff();
+  const double tolerance = seam_tolerance(frame);
   if (ends.empty() || !(tolerance > 0)) return;
   const auto cell = [&](const Vec3& p) {
     const Vec3 q = (p / (2 * tolerance)).array().floor();
@@ -184,14 +184,22 @@ void find_parts(MeshModel& mesh, const std::vector<std::uint32_t>& first) {
       const std::uint32_t p = root(t[0]), q = root(t[k]);
       parent[std::max(p, q)] = std::min(p, q);
     }
-  std::vector<std::uint32_t> place(mesh.vertices.size(), no_index);
+  std::vector<std::uint32_t> number(mesh.vertices.size(), no_index);
+  mesh.component.assign(mesh.vertices.size(), no_index);
+  std::uint32_t count = 0;
   for (const auto& t : mesh.triangles) {
-    std::uint32_t& at = place[root(t[0])];
-    if (at == no_index) {
-      at = static_cast<std::uint32_t>(mesh.components.size());
-      mesh.components.emplace_back().fill(t[0]);
-    }
-    MeshModel::Component& component = mesh.components[at];
+    std::uint32_t& at = number[root(t[0])];
+    if (at == no_index) at = count++;
+    for (const std::uint32_t v : t) mesh.component[v] = at;
+  }
+}
+
+std::vector<MeshModel::Component> extremes_of_components(const MeshModel& mesh) {
+  std::vector<MeshModel::Component> components;
+  for (const auto& t : mesh.triangles) {
+    const std::uint32_t at = mesh.component[t[0]];
+    if (at == components.size()) components.emplace_back().fill(t[0]);
+    MeshModel::Component& component = components[at];
     for (const std::uint32_t v : t)
       for (std::size_t k = 0; k < 6; ++k) {
         const auto axis = static_cast<Eigen::Index>(k / 2);
@@ -199,28 +207,37 @@ void find_parts(MeshModel& mesh, const std::vector<std::uint32_t>& first) {
         if (k % 2 == 0 ? beyond < 0 : beyond > 0) component[k] = v;
       }
   }
+  return components;
 }
 
-double six_volumes(const MeshModel& mesh) {
+double six_volumes(const MeshModel& mesh, std::span<const Vec3> vertices, const Vec3& about) {
   double sum = 0;
-  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
-    const auto [p, q, r] = mesh.corners(i);
-    sum += (p - mesh.centre).dot((q - mesh.centre).cross(r - mesh.centre));
-  }
+  for (const auto& t : mesh.triangles)
+    sum += (vertices[t[0]] - about).dot((vertices[t[1]] - about).cross(vertices[t[2]] - about));
   return sum;
 }
 
-void require_outward(const MeshModel& mesh) {
-  const double volumes = six_volumes(mesh);
-  if (volumes < -tolerance::inside_out * mesh.half.squaredNorm() * mesh.half.norm())
-    refuse("solid, but its volume is " + std::to_string(volumes / 6) +
-           "; it must not be negative (triangles counterclockwise seen from outside)");
+// Of a closed surface: no edge is concave.
+bool has_convex_edges(const MeshModel& mesh) {
+  const double flat = tolerance::flat_hull * 2 * mesh.half.norm();
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    const auto [p, q, r] = mesh.corners(i);
+    const Vec3 n = (q - p).cross(r - p);
+    const double area = n.norm();
+    if (area <= flat * mesh.half.norm()) continue;
+    for (const std::uint32_t t : mesh.neighbours[i]) {
+      if (t == no_index) continue;
+      for (const Vec3& v : mesh.corners(t))
+        if (n.dot(v - p) > flat * area) return false;
+    }
+  }
+  return true;
 }
 
-// Is the closed surface that of its hull? All vertices then lie on the hull, no edge is concave, and the area says that
+// Is the closed surface without concave edges that of its hull? All vertices then lie on the hull, and the area says that
 // the hull is covered once.
-bool is_own_hull(const MeshModel& mesh) {
-  const Hull& hull = mesh.hull;
+bool covers_hull(const MeshModel& mesh) {
+  const Hull& hull = mesh.hull();
   if (hull.dimension < 3) return false;
   const double flat = tolerance::flat_hull * 2 * mesh.half.norm();
   double of_hull = 0, of_mesh = 0;
@@ -231,19 +248,11 @@ bool is_own_hull(const MeshModel& mesh) {
                      .norm();
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
     const auto [p, q, r] = mesh.corners(i);
-    const Vec3 n = (q - p).cross(r - p);
-    const double area = n.norm();
-    of_mesh += area;
-    if (area <= flat * mesh.half.norm()) continue;
-    for (const std::uint32_t t : mesh.neighbours[i]) {
-      if (t == no_index) continue;
-      for (const Vec3& v : mesh.corners(t))
-        if (n.dot(v - p) > flat * area) return false;
-    }
+    of_mesh += (q - p).cross(r - p).norm();
   }
   if (!(std::abs(of_mesh - of_hull) <= tolerance::same_area * of_hull)) return false;
   std::vector<std::uint8_t> known(mesh.vertices.size(), 0);
-  for (const std::uint32_t v : mesh.extreme) known[v] = 1;
+  for (const std::uint32_t v : mesh.extreme()) known[v] = 1;
   for (const auto& t : mesh.triangles)
     for (const std::uint32_t v : t) {
       if (known[v]) continue;
@@ -255,13 +264,6 @@ bool is_own_hull(const MeshModel& mesh) {
     }
   return true;
 }
-
-struct Extent {
-  Vec3 lo = Vec3::Constant(std::numeric_limits<double>::infinity());
-  Vec3 hi = Vec3::Constant(-std::numeric_limits<double>::infinity());
-
-  void add(const Vec3& p) { lo = lo.cwiseMin(p), hi = hi.cwiseMax(p); }
-};
 
 void check(const Mesh& mesh) {
   if (mesh.triangles.empty()) refuse("triangles is empty; at least one is needed");
@@ -282,47 +284,40 @@ void check(const Mesh& mesh) {
 struct UsedPoints {
   std::vector<Vec3> points;
   std::vector<std::uint32_t> vertex;
-  Extent box;
 
   explicit UsedPoints(const MeshModel& model) {
-    std::vector<std::uint8_t> used(model.vertices.size(), 0);
-    for (const auto& t : model.triangles)
-      for (const std::uint32_t v : t) used[v] = 1;
+    const std::vector<std::uint8_t> used = vertices_in_use(model);
     for (std::uint32_t v = 0; v < used.size(); ++v)
       if (used[v]) {
-        box.add(model.vertices[v]);
         points.push_back(model.vertices[v]);
         vertex.push_back(v);
       }
   }
 };
 
-void place(MeshModel& model, const Extent& box) {
-  model.centre = box.lo + (box.hi - box.lo) / 2;
-  model.half = (box.hi - model.centre).cwiseMax(model.centre - box.lo);
-  if (const double most = model.half.maxCoeff(); most > 0) model.unit = std::exp2(std::ceil(std::log2(most)) + 1);
-}
-
-void add_hull(MeshModel& model, const UsedPoints& used) {
-  model.hull = build_hull(used.points);
-  const Hull& hull = model.hull;
+MeshHull hull_of_points(const UsedPoints& used) {
+  MeshHull made{build_hull(used.points), {}};
   // The hull keeps its vertices in the order given, each with the bits given.
-  for (std::size_t i = 0, k = 0; i < used.points.size() && k < hull.vertices.size(); ++i)
-    if (used.points[i] == hull.vertices[k]) model.extreme.push_back(used.vertex[i]), ++k;
+  for (std::size_t i = 0, k = 0; i < used.points.size() && k < made.hull.vertices.size(); ++i)
+    if (used.points[i] == made.hull.vertices[k]) made.extreme.push_back(used.vertex[i]), ++k;
+  return made;
 }
 
-// Which triangle lies beside which, all that hang together turned alike; then the hierarchy.
-void add_surface(MeshModel& model, const PartRunner& parts) {
+// Which triangle lies beside which, all that hang together turned alike. Answers what stands for each vertex.
+std::vector<std::uint32_t> add_surface(MeshModel& model, const MeshFrame& frame) {
   std::vector<std::uint32_t> first = weld(model.vertices);
   if (!model.solid) {
-    weld_seams(model, first);
+    weld_seams(model, frame, first);
     turn_alike(model, first);
   }
   join_triangles(model, first);
-  if (!model.solid && model.closed && six_volumes(model) < 0) turn_all(model);
+  if (!model.solid && model.closed && six_volumes(model, model.vertices, model.centre) < 0) turn_all(model);
   find_parts(model, first);
-  if (model.solid) require_outward(model);
-  build_hierarchy(model, parts);
+  if (!model.solid) return first;
+  if (const auto volume = inside_out(model, model.vertices, frame))
+    refuse("solid, but its volume is " + std::to_string(*volume) +
+           "; it must not be negative (triangles counterclockwise seen from outside)");
+  return first;
 }
 
 }  // namespace
@@ -343,27 +338,63 @@ std::vector<std::uint32_t> weld(const std::vector<Vec3>& vertices) {
   return first;
 }
 
-std::size_t MeshModel::memory() const {
-  const auto bytes = [](const auto&... list) { return (std::size_t(0) + ... + (list.capacity() * sizeof(list[0]))); };
-  return sizeof(MeshModel) + hull.memory() +
-         bytes(vertices, triangles, neighbours, extreme, components, nodes, blocks, slabs, order);
+std::vector<std::uint8_t> vertices_in_use(const MeshModel& mesh) {
+  std::vector<std::uint8_t> used(mesh.vertices.size(), 0);
+  for (const auto& t : mesh.triangles)
+    for (const std::uint32_t v : t) used[v] = 1;
+  return used;
 }
 
-MeshModel build_mesh(Mesh mesh, const PartRunner& parts) {
+MeshFrame::MeshFrame(const Extent& box) : centre(box.lo + (box.hi - box.lo) / 2) {
+  half = (box.hi - centre).cwiseMax(centre - box.lo);
+  if (const double most = half.maxCoeff(); most > 0) unit = std::exp2(std::ceil(std::log2(most)) + 1);
+}
+
+double seam_tolerance(const MeshFrame& frame) {
+  return seam_ulps * epsilon * (frame.centre.cwiseAbs() + frame.half).maxCoeff();
+}
+
+std::optional<double> inside_out(const MeshModel& mesh, std::span<const Vec3> vertices, const MeshFrame& frame) {
+  const double volumes = six_volumes(mesh, vertices, frame.centre);
+  if (!(volumes < -tolerance::inside_out * frame.half.squaredNorm() * frame.half.norm())) return std::nullopt;
+  return volumes / 6;
+}
+
+const MeshHull& MeshModel::with_hull() const {
+  return hull_.get([this] { return hull_of_points(UsedPoints(*this)); });
+}
+
+bool MeshModel::own_hull() const {
+  if (!closed) return false;
+  return own_hull_.get([this] { return has_convex_edges(*this) && covers_hull(*this); });
+}
+
+const std::vector<MeshModel::Component>& MeshModel::components() const {
+  return components_.get([this] { return extremes_of_components(*this); });
+}
+
+std::size_t MeshModel::memory() const {
+  const auto bytes = [](const auto&... list) { return (std::size_t(0) + ... + (list.capacity() * sizeof(list[0]))); };
+  const MeshHull* made = hull_.made();
+  return sizeof(MeshModel) + bytes(vertices, triangles, neighbours, component, nodes, blocks, slabs, order) +
+         (made != nullptr ? sizeof(MeshHull) + made->hull.memory() + bytes(made->extreme) : 0);
+}
+
+MeshModel build_mesh(Mesh mesh, const PartRunner& parts, std::vector<std::uint32_t>* first) {
   check(mesh);
   MeshModel model;
   model.vertices = std::move(mesh.vertices);
   model.triangles = std::move(mesh.triangles);
   model.solid = mesh.solid;
-  const UsedPoints used(model);
-  place(model, used.box);
-  const auto part = [&](std::size_t k) { k == 0 ? add_hull(model, used) : add_surface(model, parts); };
-  if (parts)
-    parts(2, part);
-  else
-    part(1), part(0);
-  model.own_hull = model.closed && is_own_hull(model);
-  model.convex = model.solid && model.own_hull;
+  Extent box;
+  const std::vector<std::uint8_t> used = vertices_in_use(model);
+  for (std::size_t v = 0; v < used.size(); ++v)
+    if (used[v]) box.add(model.vertices[v]);
+  const MeshFrame frame(box);
+  model.centre = frame.centre, model.half = frame.half, model.unit = frame.unit;
+  std::vector<std::uint32_t> welded = add_surface(model, frame);
+  build_hierarchy(model, parts);
+  if (first != nullptr) *first = std::move(welded);
   return model;
 }
 

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <utility>
 
 #include "lanes/four_floats.h"
 #include "tolerances.h"
@@ -68,28 +70,6 @@ struct Content {
       for (int j = 0; j <= i; ++j) spread(i, j) += o.spread(i, j) + weight * apart[i] * apart[j];
     mean += o.corners / all * apart;
     corners = all;
-  }
-};
-
-struct Tree {
-  std::vector<MeshNode> nodes;
-  std::vector<TriangleBlock> blocks;
-  std::vector<ChildSlabs> slabs;
-  int depth = 0;
-
-  // Puts another's nodes behind one's own; answers the place of the first.
-  std::uint32_t append(const Tree& other) {
-    const auto first = static_cast<std::uint32_t>(nodes.size()), block = static_cast<std::uint32_t>(blocks.size()),
-               slab = static_cast<std::uint32_t>(slabs.size());
-    for (MeshNode node : other.nodes) {
-      node.block += node.bottom ? block : slab;
-      for (std::uint32_t k = 0; k < node.lanes && !node.bottom; ++k) node.child[k] += first;
-      nodes.push_back(node);
-    }
-    blocks.insert(blocks.end(), other.blocks.begin(), other.blocks.end());
-    slabs.insert(slabs.end(), other.slabs.begin(), other.slabs.end());
-    depth = std::max(depth, other.depth);
-    return first;
   }
 };
 
@@ -155,21 +135,21 @@ class Binning {
 
 class HierarchyBuilder {
  public:
-  HierarchyBuilder(MeshModel& mesh, const PartRunner& parts) : mesh_(mesh), runner_(parts) {
-    const auto n = static_cast<std::uint32_t>(mesh.triangles.size());
+  HierarchyBuilder(const MeshModel& mesh, std::span<std::uint32_t> triangles, std::uint32_t place, int level,
+                   const PartRunner& parts)
+      : mesh_(mesh), place_(place), runner_(parts) {
+    const auto n = static_cast<std::uint32_t>(triangles.size());
     references_.resize(n);
     Range all{0, n};
-    for (std::uint32_t i = 0; i < n; ++i) all.centres.add((references_[i] = reference(i)).centre(), references_[i].centre());
-    Tree tree;
-    build(all, 1, tree);
-    mesh.order.resize(n);
-    for (std::uint32_t i = 0; i < n; ++i) mesh.order[i] = references_[i].triangle;
-    // Of the size that is needed: they stay as long as the mesh does.
-    mesh.nodes.assign(tree.nodes.begin(), tree.nodes.end());
-    mesh.blocks.assign(tree.blocks.begin(), tree.blocks.end());
-    mesh.slabs.assign(tree.slabs.begin(), tree.slabs.end());
-    mesh.depth = tree.depth;
+    for (std::uint32_t i = 0; i < n; ++i) {
+      references_[i] = reference(triangles[i]);
+      all.centres.add(references_[i].centre(), references_[i].centre());
+    }
+    build(all, level, tree_);
+    for (std::uint32_t i = 0; i < n; ++i) triangles[i] = references_[i].triangle;
   }
+
+  HierarchyTree& tree() { return tree_; }
 
  private:
   Vec3 in_units(const Vec3& p) const { return (p - mesh_.centre) / mesh_.unit; }
@@ -184,7 +164,7 @@ class HierarchyBuilder {
     return r;
   }
 
-  Content build(const Range& range, int level, Tree& tree) {
+  Content build(const Range& range, int level, HierarchyTree& tree) {
     const auto self = static_cast<std::uint32_t>(tree.nodes.size());
     tree.nodes.emplace_back();
     tree.depth = std::max(tree.depth, level);
@@ -226,7 +206,7 @@ class HierarchyBuilder {
   }
 
   void build_children(const std::array<Range, mesh_lanes>& part, int level, MeshNode& node,
-                      std::array<Content, mesh_lanes>& held, Tree& tree) {
+                      std::array<Content, mesh_lanes>& held, HierarchyTree& tree) {
     const auto size = [&](std::uint32_t k) { return part[k].size(); };
     std::uint32_t all = 0;
     for (std::uint32_t k = 0; k < node.lanes; ++k) all += size(k);
@@ -237,12 +217,12 @@ class HierarchyBuilder {
       }
       return;
     }
-    std::array<Tree, mesh_lanes> subtree;
+    std::array<HierarchyTree, mesh_lanes> subtree;
     runner_(node.lanes, [&](std::size_t k) { held[k] = build(part[k], level, subtree[k]); });
     for (std::uint32_t k = 0; k < node.lanes; ++k) node.child[k] = tree.append(subtree[k]);
   }
 
-  void add_triangles(const Range& range, MeshNode& node, std::array<Content, mesh_lanes>& held, Tree& tree) {
+  void add_triangles(const Range& range, MeshNode& node, std::array<Content, mesh_lanes>& held, HierarchyTree& tree) {
     node.block = static_cast<std::uint32_t>(tree.blocks.size());
     TriangleBlock& block = tree.blocks.emplace_back();
     for (std::uint32_t k = 0; k < mesh_lanes; ++k) {
@@ -252,7 +232,7 @@ class HierarchyBuilder {
       for (std::size_t i = 0; i < 3; ++i)
         for (int axis = 0; axis < 3; ++axis) block.corner[i][axis][k] = static_cast<float>(c[i][axis]);
       if (k >= node.lanes) continue;
-      node.child[k] = at;
+      node.child[k] = place_ + at;
       node.count[k] = 1;
       Content& content = held[k];
       content.low = c[0].cwiseMin(c[1]).cwiseMin(c[2]);
@@ -267,7 +247,7 @@ class HierarchyBuilder {
     }
   }
 
-  void add_slabs(MeshNode& node, const std::array<Content, mesh_lanes>& held, Tree& tree) {
+  void add_slabs(MeshNode& node, const std::array<Content, mesh_lanes>& held, HierarchyTree& tree) {
     node.block = static_cast<std::uint32_t>(tree.slabs.size());
     ChildSlabs& slabs = tree.slabs.emplace_back();
     for (std::uint32_t k = 0; k < node.lanes; ++k) {
@@ -285,14 +265,14 @@ class HierarchyBuilder {
     }
   }
 
-  static std::uint32_t end_of(const Tree& tree) { return static_cast<std::uint32_t>(tree.blocks.size()); }
-  static std::uint32_t first_block(std::uint32_t node, const Tree& tree) {
+  static std::uint32_t end_of(const HierarchyTree& tree) { return static_cast<std::uint32_t>(tree.blocks.size()); }
+  static std::uint32_t first_block(std::uint32_t node, const HierarchyTree& tree) {
     while (!tree.nodes[node].bottom) node = tree.nodes[node].child[0];
     return tree.nodes[node].block;
   }
 
   // The least and most of the corners of some blocks along a direction.
-  static std::pair<float, float> heights(const Tree& tree, std::uint32_t from, std::uint32_t to, const ChildSlabs& slabs,
+  static std::pair<float, float> heights(const HierarchyTree& tree, std::uint32_t from, std::uint32_t to, const ChildSlabs& slabs,
                                          std::uint32_t k) {
     FlatBox box;
     const Lanes x = all_four(slabs.normal[0][k]), y = all_four(slabs.normal[1][k]), z = all_four(slabs.normal[2][k]);
@@ -347,13 +327,74 @@ class HierarchyBuilder {
     });
   }
 
-  MeshModel& mesh_;
+  const MeshModel& mesh_;
+  const std::uint32_t place_;  // of the first triangle in the mesh's order
   const PartRunner& runner_;
   std::vector<Reference> references_;
+  HierarchyTree tree_;
 };
 
 }  // namespace
 
-void build_hierarchy(MeshModel& mesh, const PartRunner& parts) { HierarchyBuilder(mesh, parts); }
+std::uint32_t HierarchyTree::append(const HierarchyTree& other) {
+  const auto first = static_cast<std::uint32_t>(nodes.size()), block = static_cast<std::uint32_t>(blocks.size()),
+             slab = static_cast<std::uint32_t>(slabs.size());
+  for (MeshNode node : other.nodes) {
+    node.block += node.bottom ? block : slab;
+    for (std::uint32_t k = 0; k < node.lanes && !node.bottom; ++k) node.child[k] += first;
+    nodes.push_back(node);
+  }
+  blocks.insert(blocks.end(), other.blocks.begin(), other.blocks.end());
+  slabs.insert(slabs.end(), other.slabs.begin(), other.slabs.end());
+  depth = std::max(depth, other.depth);
+  return first;
+}
+
+HierarchyTree build_subtree(const MeshModel& mesh, std::span<std::uint32_t> triangles, std::uint32_t place, int level,
+                            const PartRunner& parts) {
+  return std::move(HierarchyBuilder(mesh, triangles, place, level, parts).tree());
+}
+
+void build_hierarchy(MeshModel& mesh, const PartRunner& parts) {
+  mesh.order.resize(mesh.triangles.size());
+  std::iota(mesh.order.begin(), mesh.order.end(), 0u);
+  const HierarchyTree tree = build_subtree(mesh, mesh.order, 0, 1, parts);
+  // Of the size that is needed: they stay as long as the mesh does.
+  mesh.nodes.assign(tree.nodes.begin(), tree.nodes.end());
+  mesh.blocks.assign(tree.blocks.begin(), tree.blocks.end());
+  mesh.slabs.assign(tree.slabs.begin(), tree.slabs.end());
+  mesh.depth = tree.depth;
+}
+
+double farthest_along(const MeshModel& mesh, const Vec3& direction) {
+  double most = -infinity;
+  const Vec3 extent = direction.cwiseAbs();
+  const double base = direction.dot(mesh.centre);
+  // Subtrees by how far their boxes reach, the farthest on top.
+  struct Reach {
+    double bound;
+    std::uint32_t node;
+  };
+  std::vector<Reach> stack{{infinity, 0}};
+  while (!stack.empty()) {
+    const Reach at = stack.back();
+    stack.pop_back();
+    if (!(at.bound > most)) continue;
+    const MeshNode& node = mesh.nodes[at.node];
+    const std::size_t first = stack.size();
+    for (std::uint32_t k = 0; k < node.lanes; ++k) {
+      const Vec3 mid(node.mid[0][k], node.mid[1][k], node.mid[2][k]), half(node.half[0][k], node.half[1][k], node.half[2][k]);
+      const double bound = base + mesh.unit * (direction.dot(mid) + extent.dot(half));
+      if (!(bound > most)) continue;
+      if (!node.bottom)
+        stack.push_back({bound, node.child[k]});
+      else
+        for (const Vec3& corner : mesh.corners(mesh.order[node.child[k]])) most = std::max(most, direction.dot(corner));
+    }
+    std::sort(stack.begin() + static_cast<std::ptrdiff_t>(first), stack.end(),
+              [](const Reach& x, const Reach& y) { return x.bound < y.bound; });
+  }
+  return most;
+}
 
 }  // namespace tandem

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "shapes/hull.h"
+#include "shapes/lazily.h"
 #include "tandem/narrowphase/shape.h"
 
 namespace tandem {
@@ -45,7 +46,14 @@ struct alignas(32) ChildSlabs {
 
 namespace detail {
 
-/// A checked mesh with what queries need of it, built once. Immutable.
+/// The convex hull of a mesh's vertices in use.
+struct MeshHull {
+  Hull hull;
+  std::vector<std::uint32_t> extreme;  ///< the mesh's vertices that are the hull's: enough for bounds (to 1e-12 of the size)
+};
+
+/// A checked mesh with what queries need of it, built once but for what only some queries need. Immutable where more than
+/// one knows of it.
 struct MeshModel {
   std::vector<Vec3> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< of a surface turned to go round alike, a closed one outward
@@ -53,18 +61,22 @@ struct MeshModel {
   /// Triangle on the other side of edge k, from corner k to corner k + 1; no_index on a border. Corners with equal
   /// coordinates are one vertex here; of a surface's borders also those with coordinates that differ by rounding only.
   std::vector<std::array<std::uint32_t, 3>> neighbours;
-  std::vector<std::uint32_t> extreme;  ///< vertices of the convex hull: enough for bounds (to 1e-12 of the size)
-
-  Hull hull;  ///< of all vertices in use
+  /// Vertices change every now and then (DeformableMesh): the hull, which takes longer than all else, is asked for where
+  /// an answer needs it, and never to be quicker.
+  bool bends = false;
   /// Every edge joins as many triangles in one sense as in the other: a solid's, or a surface that could be one's.
   bool closed = false;
-  /// Closed, and the surface of its hull, to 1e-13 of the size.
-  bool own_hull = false;
-  bool convex = false;  ///< a solid that is its own hull: it is solved as one
+
+  // Made when first asked for, from any thread.
+  const Hull& hull() const { return with_hull().hull; }
+  const std::vector<std::uint32_t>& extreme() const { return with_hull().extreme; }
+  bool own_hull() const;  ///< closed, and the surface of its hull, to 1e-13 of the size
+  bool convex() const { return solid && own_hull(); }  ///< it is solved as its hull
 
   /// Vertices of what hangs together by vertices with equal coordinates: those farthest along -x, x, -y, y, -z, z.
   using Component = std::array<std::uint32_t, 6>;
-  std::vector<Component> components;
+  const std::vector<Component>& components() const;  ///< made when first asked for
+  std::vector<std::uint32_t> component;              ///< of each vertex in use, in the order of the triangles
 
   Vec3 centre = Vec3::Zero();   ///< of the bounding box
   Vec3 half = Vec3::Zero();     ///< of the bounding box
@@ -81,10 +93,21 @@ struct MeshModel {
     const auto& t = triangles[triangle];
     return {vertices[t[0]], vertices[t[1]], vertices[t[2]]};
   }
+
+  /// After vertices have changed.
+  void forget_extremes() { hull_.clear(), own_hull_.clear(), components_.clear(); }
+
+ private:
+  const MeshHull& with_hull() const;
+
+  Lazily<MeshHull> hull_;
+  Lazily<bool> own_hull_;
+  Lazily<std::vector<Component>> components_;
 };
 
 }  // namespace detail
 
+using detail::MeshHull;
 using detail::MeshModel;
 
 }  // namespace tandem

@@ -5,7 +5,7 @@
 namespace tandem {
 
 ConvexView view_hull(const Shape& mesh) {
-  const Hull& hull = mesh_of(mesh).hull;
+  const Hull& hull = mesh_of(mesh).hull();
   return {.kind = ShapeKind::convex, .param = {}, .vertices = hull.vertices, .hull = &hull, .size = mesh.size()};
 }
 

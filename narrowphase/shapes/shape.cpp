@@ -1,5 +1,6 @@
 #include "tandem/narrowphase/shape.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -10,6 +11,8 @@
 #include "shapes/hull.h"
 #include "shapes/hull_builder.h"
 #include "shapes/mesh_builder.h"
+#include "shapes/mesh_hierarchy.h"
+#include "shapes/shape_insides.h"
 #include "shapes/support_kernel.h"
 #include "tolerances.h"
 
@@ -120,11 +123,12 @@ MassProperties hull_mass(const Hull& hull) {
 MassProperties mesh_mass(const MeshModel& mesh) {
   MassProperties mass;
   VolumeSum sum(mesh.centre);
-  bool closed = true;
-  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+  const bool closed = std::all_of(mesh.neighbours.begin(), mesh.neighbours.end(), [](const auto& beside) {
+    return std::find(beside.begin(), beside.end(), no_index) == beside.end();
+  });
+  for (std::uint32_t i = 0; closed && i < mesh.triangles.size(); ++i) {
     const auto [p, q, r] = mesh.corners(i);
     sum.add(p, q, r);
-    for (const std::uint32_t n : mesh.neighbours[i]) closed = closed && n != no_index;
   }
   return closed && sum.finish(2 * mesh.half.norm(), mass)
              ? mass
@@ -132,6 +136,17 @@ MassProperties mesh_mass(const MeshModel& mesh) {
 }
 
 Bounds around(const Vec3& centre, const Vec3& half) { return {centre - half, centre + half}; }
+
+// By the hierarchy, where there need be no hull.
+Bounds posed_bounds(const MeshModel& mesh, const Pose& pose) {
+  Vec3 lo, hi;
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 axis = pose.rotation.row(k).transpose();
+    lo[k] = -farthest_along(mesh, -axis);
+    hi[k] = farthest_along(mesh, axis);
+  }
+  return {lo + pose.translation, hi + pose.translation};
+}
 
 Bounds posed_bounds(const Hull& hull, const Pose& pose) {
   // Rotated first and moved last, so that a far translation costs one rounding only.
@@ -249,10 +264,17 @@ Shape::Shape(Mesh s) : Shape(std::move(s), PartRunner()) {}
 
 Shape::Shape(Mesh s, const PartRunner& parts) : kind_(ShapeKind::mesh) {
   require_vertices("mesh", s.vertices);
-  mesh_ = std::make_shared<MeshModel>(build_mesh(std::move(s), parts));
-  size_ = 2 * mesh_->half.norm();
-  require_extent("mesh", size_);
-  mass_ = std::make_shared<MassProperties>(mesh_mass(*mesh_));
+  *this = detail::ShapeInsides::shape(std::make_shared<MeshModel>(build_mesh(std::move(s), parts)));
+}
+
+Shape detail::ShapeInsides::shape(std::shared_ptr<const MeshModel> model) {
+  Shape s = Sphere{0};
+  s.kind_ = ShapeKind::mesh;
+  s.mesh_ = std::move(model);
+  s.size_ = 2 * s.mesh_->half.norm();
+  require_extent("mesh", s.size_);
+  s.mass_ = std::make_shared<MassProperties>(mesh_mass(*s.mesh_));
+  return s;
 }
 
 Shape Shape::rounded(double radius) const {
@@ -322,7 +344,7 @@ Bounds Shape::core_bounds(const Pose& pose) const {
     case ShapeKind::triangle:
       return posed_bounds(*hull_, pose);
     case ShapeKind::mesh:
-      return posed_bounds(mesh_->hull, pose);
+      return mesh_->bends ? posed_bounds(*mesh_, pose) : posed_bounds(mesh_->hull(), pose);
   }
   return {t, t};
 }

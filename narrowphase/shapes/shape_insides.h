@@ -1,4 +1,6 @@
 #pragma once
+#include <memory>
+
 #include "shapes/hull.h"
 #include "shapes/mesh_model.h"
 #include "tandem/narrowphase/shape.h"
@@ -10,6 +12,8 @@ struct detail::ShapeInsides {
   static const Hull& hull(const Shape& shape) { return *shape.hull_; }
   static const MeshModel& mesh(const Shape& shape) { return *shape.mesh_; }
   static Bounds core_bounds(const Shape& shape, const Pose& pose) { return shape.core_bounds(pose); }
+  /// The mesh of a model that is not to change as long as a copy of the shape lives.
+  static Shape shape(std::shared_ptr<const MeshModel> model);
 };
 
 /// Of a convex or a triangle.

@@ -293,9 +293,9 @@ TEST_CASE("a solid with a cavity: what floats in it touches nothing") {
 
 TEST_CASE("a solid mesh that is convex is solved as its hull: depth, normal, manifold") {
   const Shape mesh(box_mesh(Vec3(1, 2, 3), 3)), box(Box{Vec3(1, 2, 3)});
-  REQUIRE(mesh_of(mesh).convex);
-  CHECK_FALSE(mesh_of(Shape(torus(1, 0.3, 8, 6))).convex);
-  CHECK_FALSE(mesh_of(Shape(hollow_box(Vec3(2, 2, 2), Vec3(1, 1, 1)))).convex);
+  REQUIRE(mesh_of(mesh).convex());
+  CHECK_FALSE(mesh_of(Shape(torus(1, 0.3, 8, 6))).convex());
+  CHECK_FALSE(mesh_of(Shape(hollow_box(Vec3(2, 2, 2), Vec3(1, 1, 1)))).convex());
   Random r(32);
   for (int i = 0; i < 40; ++i) {
     const Pose pa = random_pose(r, 1), pb = i == 0 ? pa : random_pose(r, 1);

@@ -308,7 +308,7 @@ TEST_CASE("meshes: built by parts on several threads, or by hand in any order, t
     CHECK(std::memcmp(shared.blocks.data(), alone.blocks.data(), alone.blocks.size() * sizeof(TriangleBlock)) == 0);
     REQUIRE(shared.slabs.size() == alone.slabs.size());
     CHECK(shared.order == alone.order);
-    CHECK(shared.extreme == alone.extreme);
+    CHECK(shared.extreme() == alone.extreme());
     CHECK(shared.depth == alone.depth);
     CHECK(shared.memory() == alone.memory());
   }

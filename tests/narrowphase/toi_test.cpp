@@ -114,7 +114,7 @@ TEST_CASE("time of impact: speeds of nothing, next to nothing and next to infini
     const Shape wall(Box{Vec3(1, 1, 1)});
     const Pose at = Pose::at(3, 0, 0);
     CAPTURE(name(s.kind()));
-    const double reach = s.kind() == ShapeKind::mesh && !mesh_of(s).convex ? 0.7 : 0.5, gap = 2.5 - reach;
+    const double reach = s.kind() == ShapeKind::mesh && !mesh_of(s).convex() ? 0.7 : 0.5, gap = 2.5 - reach;
     for (const double speed : {1e-300, 1e-12, 1.0, 1e12, 1e300, 1.7e308}) {
       const Vec3 v(-speed, 0, 0);
       const double due = gap / speed;

@@ -6,10 +6,10 @@
 #include "meshes/traversal/mesh_nearest.h"
 #include "meshes/traversal/mesh_traversal.h"
 #include "meshes/traversal/point_in_mesh.h"
+#include "meshes/traversal/waiting_pairs.h"
 #include "shapes/mesh_model.h"
 #include "shapes/metered_sort.h"
 #include "shapes/shape_insides.h"
-#include "triangles/triangle_rows.h"
 
 namespace tandem {
 namespace {
@@ -20,20 +20,20 @@ class MeetingPairs final : public PairVisitor {
  public:
   MeetingPairs(const MeshModel& a, const MeshModel& b, TriangleTest& test, TrianglePairs* pairs, GapBound* gap,
                const WorkLimit* limit)
-      : PairVisitor(limit), a_(a), b_(b), test_(test), pairs_(pairs), gap_(gap) {
+      : PairVisitor(limit), waiting_(a, b, test), pairs_(pairs), gap_(gap) {
     traverse(a, b, test, pairs == nullptr, *this, gap == nullptr ? nullptr : &gap->of_others);
     decide_waiting();
   }
   MeetingPairs(const MeshModel& a, const MeshModel& b, TriangleTest& test, NodePair subtrees, TrianglePairs& pairs,
                GapBound* gap, const WorkLimit* limit)
-      : PairVisitor(limit), a_(a), b_(b), test_(test), pairs_(&pairs), gap_(gap) {
+      : PairVisitor(limit), waiting_(a, b, test), pairs_(&pairs), gap_(gap) {
     traverse(a, b, test, subtrees, *this, gap == nullptr ? nullptr : &gap->of_others);
     decide_waiting();
   }
 
   MeetingPairs(const MeshModel& a, const MeshModel& b, TriangleTest& test, NodePair subtrees, const TakePair& take,
                const WorkLimit* limit)
-      : PairVisitor(limit), a_(a), b_(b), test_(test), pairs_(nullptr), take_(&take), gap_(nullptr) {
+      : PairVisitor(limit), waiting_(a, b, test), pairs_(nullptr), take_(&take), gap_(nullptr) {
     traverse(a, b, test, subtrees, *this, nullptr);
     if (!ended_) decide_waiting();
   }
@@ -42,44 +42,30 @@ class MeetingPairs final : public PairVisitor {
   bool ended() const { return ended_; }
 
   bool visit(std::uint32_t i, std::uint32_t j) override {
-    waiting_[count_] = {i, j};
-    rows_.set(count_++, a_.corners(i), b_.corners(j));
-    if (count_ == TriangleRows::most || (pairs_ == nullptr && take_ == nullptr)) decide_waiting();
-    return ended_ || (pairs_ == nullptr && take_ == nullptr && any_);
+    const bool verdict_alone = pairs_ == nullptr && take_ == nullptr;
+    if (waiting_.add(i, j) || verdict_alone) decide_waiting();
+    return ended_ || (verdict_alone && any_);
   }
 
  private:
   void decide_waiting() {
-    if (count_ == 0) return;
-    meter.spend(static_cast<int>(count_));
-    const TriangleVerdicts verdicts = compare_triangles(rows_, count_, test_);
-    for (std::size_t k = 0; k < count_ && !ended_; ++k) {
-      const auto [i, j] = waiting_[k];
-      if ((verdicts.meet >> k & 1u) != 0 || ((verdicts.unknown >> k & 1u) != 0 && meet(i, j))) {
+    meter.spend(static_cast<int>(waiting_.size()));
+    waiting_.decide([this](std::uint32_t i, std::uint32_t j, bool meet) {
+      if (ended_) return;
+      if (meet) {
         any_ = true;
         if (pairs_ != nullptr) pairs_->push_back({i, j});
         if (take_ != nullptr) ended_ = !(*take_)({i, j});
       } else if (gap_ != nullptr) {
         gap_->add({i, j});
       }
-    }
-    count_ = 0;
+    });
   }
 
-  bool meet(std::uint32_t i, std::uint32_t j) {
-    const Corners q = b_.corners(j);
-    return test_(a_.corners(i), q, {test_.in_a(q[0]), test_.in_a(q[1]), test_.in_a(q[2])});
-  }
-
-  const MeshModel& a_;
-  const MeshModel& b_;
-  TriangleTest& test_;
+  WaitingPairs waiting_;
   TrianglePairs* pairs_;
   const TakePair* take_ = nullptr;
   GapBound* gap_;
-  TriangleRows rows_{};  // columns that are not set are computed with the others: what is in them must be numbers
-  std::array<TrianglePair, TriangleRows::most> waiting_;
-  std::size_t count_ = 0;
   bool any_ = false;
   bool ended_ = false;  // by who takes them
 };
@@ -147,7 +133,7 @@ bool each_meeting_pair(const Posed& a, const Posed& b, const WorkLimit* limit, c
 bool has_inside(const Posed& outer, const Posed& inner, const WorkLimit* limit) {
   WorkMeter meter(limit);
   const MeshModel &o = mesh_of(outer.shape), &i = mesh_of(inner.shape);
-  return o.solid && std::any_of(i.components.begin(), i.components.end(), [&](const MeshModel::Component& component) {
+  return o.solid && std::any_of(i.components().begin(), i.components().end(), [&](const MeshModel::Component& component) {
            meter.spend(16);
            return is_inside(o, outer.pose, i.vertices[component[0]], inner.pose);
          });

@@ -54,6 +54,11 @@ class Scene {
   ShapeId add_shape(Shape shape, std::string name = {});
   /// Throws std::invalid_argument for an id that names no shape (any more) or one that a body has.
   void remove_shape(ShapeId id);
+  /// Gives all bodies of this shape another one in its place, as set_shape does: one that has bent (DeformableMesh::shape),
+  /// say. The next step and the next SceneQueries::update see it, and nothing that was kept for these bodies stands.
+  /// Throws std::invalid_argument, and nothing has changed, for an id that names no shape and a half-space for bodies that
+  /// are not static.
+  void replace_shape(ShapeId id, Shape shape);
   /// Throws std::invalid_argument that names the body, field and value: a bad pose or number, an unknown shape, or
   /// a half-space that is not static. Two half-spaces thus never meet: all other pairs of kinds have a solver.
   BodyId add_body(const BodyOptions& options);

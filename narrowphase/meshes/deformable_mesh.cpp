@@ -1,0 +1,196 @@
+#include "tandem/narrowphase/deformable_mesh.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+
+#include "meshes/feature_pairs.h"
+#include "meshes/traversal/self_intersections.h"
+#include "shapes/mesh_builder.h"
+#include "shapes/mesh_refit.h"
+#include "shapes/run_parts.h"
+#include "shapes/shape_insides.h"
+#include "tolerances.h"
+
+namespace tandem {
+namespace {
+
+[[noreturn]] void refuse(const std::string& why) { throw std::invalid_argument("deformable mesh: " + why); }
+
+std::string text(const Vec3& v) {
+  std::ostringstream out;
+  out.precision(17);
+  out << "(" << v.x() << ", " << v.y() << ", " << v.z() << ")";
+  return out.str();
+}
+
+constexpr double farthest = 1e30;  // as of all shapes
+bool is_place(const Vec3& v) { return v.cwiseAbs().maxCoeff() <= farthest && v.allFinite(); }
+
+[[noreturn]] void refuse_place(std::size_t v, const Vec3& place) {
+  refuse("vertices[" + std::to_string(v) + "] is " + text(place) + "; it must be finite and at most 1e30 in size");
+}
+
+std::shared_ptr<MeshModel> model_of(Mesh mesh, const PartRunner& parts, std::vector<std::uint32_t>& first) {
+  // Refuses what a Shape refuses, too.
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+    if (!is_place(mesh.vertices[v])) refuse_place(v, mesh.vertices[v]);
+  auto model = std::make_shared<MeshModel>(build_mesh(std::move(mesh), parts, &first));
+  model->bends = true;
+  return model;
+}
+
+}  // namespace
+
+struct DeformableMesh::Impl {
+  /// Vertices and hierarchy of one update. Written where nobody else holds it.
+  struct Buffer {
+    std::shared_ptr<MeshModel> model;
+    std::uint64_t structure = 0;  ///< of which its hierarchy is
+  };
+
+  Impl(Mesh mesh, const PartRunner& parts) : current{model_of(std::move(mesh), parts, first), 0}, refit(*current.model) {
+    used = vertices_in_use(*current.model);
+    for (std::uint32_t v = 0; v < first.size(); ++v)
+      if (first[v] != v) seams.push_back(v);
+    shape.emplace(detail::ShapeInsides::shape(current.model));
+  }
+
+  Extent checked_extent(std::span<const Vec3> vertices, const PartRunner& parts) const;
+  void require_seams(std::span<const Vec3> vertices, const MeshFrame& frame) const;
+  void require_outward(std::span<const Vec3> vertices, const MeshFrame& frame) const;
+  void take_free_buffer();
+
+  std::vector<std::uint32_t> first;  ///< of each vertex, the one that stands for it
+  std::vector<std::uint32_t> seams;  ///< vertices that another one stands for
+  std::vector<std::uint8_t> used;
+  Buffer current;
+  std::vector<Buffer> others;  ///< of earlier updates
+  std::uint64_t structure = 0;
+  MeshRefit refit;
+  std::optional<Shape> shape;
+};
+
+Extent DeformableMesh::Impl::checked_extent(std::span<const Vec3> vertices, const PartRunner& parts) const {
+  constexpr std::size_t a_part = 16384;
+  const std::size_t count = (vertices.size() + a_part - 1) / a_part;
+  std::vector<Extent> extents(count);
+  std::vector<std::uint8_t> faulty(count, 0);
+  run_parts(parts, count, [&](std::size_t k) {
+    const std::size_t end = std::min(vertices.size(), (k + 1) * a_part);
+    for (std::size_t v = k * a_part; v < end; ++v) {
+      if (!is_place(vertices[v])) faulty[k] = 1;
+      if (used[v] != 0) extents[k].add(vertices[v]);
+    }
+  });
+  if (const auto part = std::find(faulty.begin(), faulty.end(), 1); part != faulty.end())
+    for (auto v = static_cast<std::size_t>(part - faulty.begin()) * a_part;; ++v)
+      if (!is_place(vertices[v])) refuse_place(v, vertices[v]);
+  Extent all;
+  for (const Extent& extent : extents) all.add(extent);
+  return all;
+}
+
+// Corners that were one are one, or nearly, as they were.
+void DeformableMesh::Impl::require_seams(std::span<const Vec3> vertices, const MeshFrame& frame) const {
+  // Those that hang together by a third one may lie twice as far apart.
+  const double apart = current.model->solid ? 0 : 2 * seam_tolerance(frame);
+  for (const std::uint32_t v : seams)
+    if ((vertices[v] - vertices[first[v]]).lpNorm<Eigen::Infinity>() > apart)
+      refuse("vertices[" + std::to_string(v) + "] is " + text(vertices[v]) + " and vertices[" +
+             std::to_string(first[v]) + "] is " + text(vertices[first[v]]) +
+             "; they were one when the mesh was built and must stay so");
+}
+
+void DeformableMesh::Impl::require_outward(std::span<const Vec3> vertices, const MeshFrame& frame) const {
+  if (!current.model->closed) return;
+  if (const auto volume = inside_out(*current.model, vertices, frame))
+    refuse("the mesh is closed, but its volume is " + std::to_string(*volume) +
+           "; it must not be negative: it was turned inside out");
+}
+
+// The current one where no Shape holds it; else an earlier one; else a copy. All but the vertices and boxes is then as in
+// the one before.
+void DeformableMesh::Impl::take_free_buffer() {
+  const auto is_free = [](const Buffer& buffer) {
+    if (buffer.model.use_count() > 1) return false;
+    std::atomic_thread_fence(std::memory_order_acquire);  // whoever let go of it has read it
+    return true;
+  };
+  if (current.model.use_count() <= 2) shape.reset();  // the shape here and the buffer itself
+  if (is_free(current)) return;
+  Buffer next;
+  const auto free = std::find_if(others.begin(), others.end(), is_free);
+  if (free != others.end()) {
+    next = std::move(*free);
+    others.erase(free);
+  }
+  if (next.model == nullptr || next.structure != current.structure) {
+    next.model = std::make_shared<MeshModel>(*current.model);
+    next.structure = current.structure;
+  }
+  others.push_back(std::move(current));
+  current = std::move(next);
+  // Of those that nobody holds one is enough.
+  std::size_t spare = 0;
+  std::erase_if(others, [&](const Buffer& buffer) { return is_free(buffer) && spare++ > 0; });
+}
+
+DeformableMesh::DeformableMesh(Mesh mesh, const PartRunner& parts)
+    : impl_(std::make_unique<Impl>(std::move(mesh), parts)) {}
+DeformableMesh::~DeformableMesh() = default;
+DeformableMesh::DeformableMesh(DeformableMesh&&) noexcept = default;
+DeformableMesh& DeformableMesh::operator=(DeformableMesh&&) noexcept = default;
+
+DeformReport DeformableMesh::update(std::span<const Vec3> vertices, const PartRunner& parts) {
+  Impl& impl = *impl_;
+  const std::size_t wanted = impl.current.model->vertices.size();
+  if (vertices.size() != wanted)
+    refuse("vertices holds " + std::to_string(vertices.size()) + "; it must hold " + std::to_string(wanted) +
+           ", as many as the mesh has");
+  const MeshFrame frame(impl.checked_extent(vertices, parts));
+  const double size = 2 * frame.half.norm();
+  if (size > 0 && size < tolerance::shortest_length)
+    refuse("the extent of the vertices is " + text(2 * frame.half) + "; it must be 0 or at least 1e-30");
+  impl.require_seams(vertices, frame);
+  impl.require_outward(vertices, frame);
+
+  impl.take_free_buffer();
+  MeshModel& mesh = *impl.current.model;
+  mesh.forget_extremes();
+  std::copy(vertices.begin(), vertices.end(), mesh.vertices.begin());
+  mesh.centre = frame.centre, mesh.half = frame.half, mesh.unit = frame.unit;
+  const MeshRefit::Report report = impl.refit.refit(mesh, parts);
+  if (report.rebuilt != 0) impl.current.structure = ++impl.structure;
+  impl.shape.emplace(detail::ShapeInsides::shape(impl.current.model));
+  return {report.rebuilt, report.worn};
+}
+
+Shape DeformableMesh::shape() const { return *impl_->shape; }
+std::span<const Vec3> DeformableMesh::vertices() const { return impl_->current.model->vertices; }
+std::span<const std::array<std::uint32_t, 3>> DeformableMesh::triangles() const {
+  return impl_->current.model->triangles;
+}
+
+std::vector<std::array<std::uint32_t, 2>> DeformableMesh::self_intersections(const PartRunner& parts) const {
+  return tandem::self_intersections(*impl_->current.model, impl_->first, parts);
+}
+
+NearFeatures DeformableMesh::near_features(double margin, const PartRunner& parts) const {
+  require_feature_margin(margin);
+  return tandem::near_features(*impl_->current.model, impl_->first, margin, parts);
+}
+
+std::size_t DeformableMesh::memory() const {
+  const Impl& impl = *impl_;
+  std::size_t bytes = sizeof(Impl) + impl.refit.memory() + impl.current.model->memory() + impl.used.capacity() +
+                      (impl.first.capacity() + impl.seams.capacity()) * sizeof(std::uint32_t);
+  for (const Impl::Buffer& buffer : impl.others) bytes += buffer.model->memory();
+  return bytes;
+}
+
+}  // namespace tandem

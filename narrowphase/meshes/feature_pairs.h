@@ -1,0 +1,17 @@
+// Vertices and triangles, edges and edges of meshes that are no farther apart than a margin.
+#pragma once
+#include <span>
+
+#include "meshes/traversal/near_triangles.h"
+#include "tandem/narrowphase/near_features.h"
+
+namespace tandem {
+
+/// Of a mesh with itself. `first`: of each vertex the one that stands for it, by which features are named.
+NearFeatures near_features(const MeshModel& mesh, std::span<const std::uint32_t> first, double margin,
+                           const PartRunner& parts);
+
+/// Throws std::invalid_argument unless it is finite and >= 0.
+void require_feature_margin(double margin);
+
+}  // namespace tandem

@@ -1,0 +1,153 @@
+#include "meshes/traversal/near_triangles.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "lanes/four_floats.h"
+#include "shapes/shape_insides.h"
+#include "tolerances.h"
+
+namespace tandem {
+namespace {
+
+using Lanes = FourFloats;
+constexpr std::size_t wanted_subtrees = 512;
+
+Lanes absolute(Lanes v) { return max_of(v, -v); }
+
+// Which lanes of a node lie no farther from a box than its half says, along every axis.
+std::uint32_t lanes_near(const MeshNode& node, const float (&mid)[3], const float (&half)[3]) {
+  std::uint32_t near = 0;
+  for (std::size_t l = 0; l < mesh_lanes; l += 4) {
+    Lanes gap = all_four(-1);
+    for (int axis = 0; axis < 3; ++axis)
+      gap = max_of(gap, absolute(load_four(node.mid[axis] + l) - all_four(mid[axis])) -
+                            (load_four(node.half[axis] + l) + all_four(half[axis])));
+    for (int k = 0; k < 4; ++k) near |= (gap[k] <= 0 ? 1u : 0u) << (static_cast<int>(l) + k);
+  }
+  return near & node.used();
+}
+
+}  // namespace
+
+// Of a node of B in A's frame; halves grown by the margin.
+struct NearTriangles::Boxes {
+  float mid[mesh_lanes][3], half[mesh_lanes][3];
+};
+
+NearTriangles::NearTriangles(const MeshModel& mesh, double margin)
+    : a_(mesh),
+      b_(mesh),
+      self_(true),
+      map_{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+      shift_{0, 0, 0},
+      pad_(static_cast<float>((margin / mesh.unit + 2 * tolerance::box_of_floats) * (1 + tolerance::box_of_floats))) {}
+
+NearTriangles::NearTriangles(const Posed& a, const Posed& b, double margin)
+    : a_(mesh_of(a.shape)), b_(mesh_of(b.shape)), self_(false) {
+  const Mat3 turn = a.pose.rotation.transpose() * b.pose.rotation;
+  const Vec3 between = a.pose.rotation.transpose() * (b.pose.translation - a.pose.translation);
+  const Vec3 shift = (turn * b_.centre + between - a_.centre) / a_.unit;
+  const double scale = b_.unit / a_.unit;
+  for (int i = 0; i < 3; ++i) {
+    shift_[i] = static_cast<float>(shift[i]);
+    for (int j = 0; j < 3; ++j) map_[i][j] = static_cast<float>(turn(i, j) * scale);
+  }
+  // Rotations need not be quite orthonormal.
+  const auto skew = [](const Mat3& r) { return (r.transpose() * r - Mat3::Identity()).cwiseAbs().maxCoeff(); };
+  const double off = 4 * tolerance::box_of_floats + 4 * (skew(a.pose.rotation) + skew(b.pose.rotation));
+  pad_ = static_cast<float>((margin / a_.unit + off * (1 + scale + shift.cwiseAbs().maxCoeff())) *
+                            (1 + tolerance::box_of_floats));
+}
+
+void NearTriangles::map(const MeshNode& node, Boxes& out) const {
+  for (std::uint32_t k = 0; k < node.lanes; ++k)
+    for (int i = 0; i < 3; ++i) {
+      if (self_) {
+        out.mid[k][i] = node.mid[i][k];
+        out.half[k][i] = node.half[i][k] + pad_;
+        continue;
+      }
+      out.mid[k][i] = map_[i][0] * node.mid[0][k] + map_[i][1] * node.mid[1][k] + map_[i][2] * node.mid[2][k] + shift_[i];
+      out.half[k][i] = std::abs(map_[i][0]) * node.half[0][k] + std::abs(map_[i][1]) * node.half[1][k] +
+                       std::abs(map_[i][2]) * node.half[2][k] + pad_;
+    }
+}
+
+void NearTriangles::descend(NodePair at, std::vector<NodePair>& out) const {
+  const MeshNode &na = a_.nodes[at.a], &nb = b_.nodes[at.b];
+  Boxes boxes;
+  if (na.bottom) {  // B's lanes against the whole of A's node
+    map(nb, boxes);
+    for (std::uint32_t j = 0; j < nb.lanes; ++j) {
+      bool near = true;
+      for (int i = 0; i < 3; ++i)
+        near = near && std::abs(na.box_mid[i] - boxes.mid[j][i]) - (na.box_half[i] + boxes.half[j][i]) <= 0;
+      if (near) out.push_back({at.a, nb.child[j]});
+    }
+    return;
+  }
+  if (nb.bottom) {
+    MeshNode one{};
+    one.lanes = 1;
+    for (int i = 0; i < 3; ++i) one.mid[i][0] = nb.box_mid[i], one.half[i][0] = nb.box_half[i];
+    map(one, boxes);
+    for (std::uint32_t near = lanes_near(na, boxes.mid[0], boxes.half[0]); near != 0; near &= near - 1)
+      out.push_back({na.child[std::countr_zero(near)], at.b});
+    return;
+  }
+  map(nb, boxes);
+  for (std::uint32_t j = 0; j < nb.lanes; ++j) {
+    std::uint32_t near = lanes_near(na, boxes.mid[j], boxes.half[j]);
+    if (self_ && at.a == at.b) near &= (2u << j) - 1;  // each pair once, and each child with itself
+    for (; near != 0; near &= near - 1) out.push_back({na.child[std::countr_zero(near)], nb.child[j]});
+  }
+}
+
+bool NearTriangles::visit_bottom(NodePair at, PairVisitor& visitor) const {
+  const MeshNode &na = a_.nodes[at.a], &nb = b_.nodes[at.b];
+  Boxes boxes;
+  map(nb, boxes);
+  for (std::uint32_t j = 0; j < nb.lanes; ++j) {
+    std::uint32_t near = lanes_near(na, boxes.mid[j], boxes.half[j]);
+    if (self_ && at.a == at.b) near &= (1u << j) - 1;
+    const std::uint32_t of_b = b_.order[nb.child[j]];
+    for (; near != 0; near &= near - 1) {
+      const std::uint32_t of_a = a_.order[na.child[std::countr_zero(near)]];
+      if (self_ ? visitor.visit(std::min(of_a, of_b), std::max(of_a, of_b)) : visitor.visit(of_a, of_b)) return true;
+    }
+  }
+  return false;
+}
+
+std::vector<NodePair> NearTriangles::subtrees() const {
+  std::vector<NodePair> level{{0, 0}}, next;
+  for (bool deeper = true; deeper && level.size() < wanted_subtrees; level.swap(next)) {
+    deeper = false;
+    next.clear();
+    for (const NodePair at : level) {
+      if (a_.nodes[at.a].bottom && b_.nodes[at.b].bottom) {
+        next.push_back(at);
+        continue;
+      }
+      deeper = true;
+      descend(at, next);
+    }
+  }
+  return level;
+}
+
+void NearTriangles::visit(NodePair subtrees, PairVisitor& visitor) const {
+  std::vector<NodePair> stack{subtrees};
+  while (!stack.empty()) {
+    const NodePair at = stack.back();
+    stack.pop_back();
+    if (!a_.nodes[at.a].bottom || !b_.nodes[at.b].bottom)
+      descend(at, stack);
+    else if (visit_bottom(at, visitor))
+      return;
+  }
+}
+
+}  // namespace tandem

@@ -1,0 +1,17 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "shapes/mesh_model.h"
+#include "tandem/narrowphase/part_runner.h"
+
+namespace tandem {
+
+/// All pairs of triangles i < j of a mesh that meet, exactly, and share no vertex, sorted. `first`: of each vertex the one
+/// that stands for it.
+std::vector<std::array<std::uint32_t, 2>> self_intersections(const MeshModel& mesh, std::span<const std::uint32_t> first,
+                                                             const PartRunner& parts);
+
+}  // namespace tandem

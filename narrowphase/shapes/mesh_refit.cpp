@@ -1,0 +1,332 @@
+#include "shapes/mesh_refit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <span>
+#include <utility>
+
+#include "shapes/run_parts.h"
+#include "tolerances.h"
+
+namespace tandem {
+namespace {
+
+using Lanes = FourFloats;
+
+// A subtree whose boxes have grown so much costs a query about as much more; building it anew costs some thirty refits.
+constexpr double worn_from = 1.5;
+// Subtrees that threads share: enough of them for any number of cores, none so small that its boxes hardly matter.
+constexpr std::size_t most_subtrees = 256;
+constexpr std::uint32_t least_subtree = 1024;  // triangles
+constexpr std::size_t vertices_a_part = 8192;
+
+struct FlatBox {
+  Lanes low = all_four(std::numeric_limits<float>::infinity()), high = -low;
+  void add(Lanes l, Lanes h) { low = min_of(low, l), high = max_of(high, h); }
+};
+
+Lanes absolute(Lanes v) { return max_of(v, -v); }
+
+// Rows of four to columns.
+void transpose(const Lanes* rows, Lanes* columns) {
+  const Lanes a = __builtin_shufflevector(rows[0], rows[1], 0, 4, 1, 5);
+  const Lanes b = __builtin_shufflevector(rows[0], rows[1], 2, 6, 3, 7);
+  const Lanes c = __builtin_shufflevector(rows[2], rows[3], 0, 4, 1, 5);
+  const Lanes d = __builtin_shufflevector(rows[2], rows[3], 2, 6, 3, 7);
+  columns[0] = __builtin_shufflevector(a, c, 0, 1, 4, 5);
+  columns[1] = __builtin_shufflevector(a, c, 2, 3, 6, 7);
+  columns[2] = __builtin_shufflevector(b, d, 0, 1, 4, 5);
+}
+
+// Eight of x, y, z, ... as three rows of eight.
+void store_rows(const Lanes* eight, float (*rows)[mesh_lanes]) {
+  for (std::size_t l = 0; l < mesh_lanes; l += 4) {
+    Lanes column[3];
+    transpose(eight + l, column);
+    for (int axis = 0; axis < 3; ++axis) std::memcpy(rows[axis] + l, &column[axis], sizeof(Lanes));
+  }
+}
+
+Lanes cross(Lanes u, Lanes v) {
+  const Lanes u_next = __builtin_shufflevector(u, u, 1, 2, 0, 3), v_next = __builtin_shufflevector(v, v, 1, 2, 0, 3);
+  const Lanes w = u * v_next - u_next * v;
+  return __builtin_shufflevector(w, w, 1, 2, 0, 3);
+}
+
+// Of the boxes of a node's lanes.
+double half_areas(const MeshNode& node) {
+  double sum = 0;
+  for (std::size_t l = 0; l < mesh_lanes; l += 4) {
+    Lanes half[3];
+    for (int axis = 0; axis < 3; ++axis) half[axis] = max_of(load_four(node.half[axis] + l), all_four(0));
+    const Lanes area = half[0] * half[1] + half[1] * half[2] + half[2] * half[0];
+    for (int k = 0; k < 4; ++k) sum += static_cast<double>(area[k]);
+  }
+  return sum;
+}
+
+}  // namespace
+
+MeshRefit::MeshRefit(const MeshModel& mesh) {
+  cut(mesh);
+  for (Subtree& s : subtrees_) {
+    for (std::uint32_t n = s.node; n < s.end_node; ++n)
+      (mesh.nodes[n].bottom ? s.areas.leaves : s.areas.inner) += half_areas(mesh.nodes[n]);
+    s.built = s.areas.ratio();
+  }
+  for (const std::uint32_t n : top_) top_areas_.inner += half_areas(mesh.nodes[n]);
+  top_built_ = sum_of_all().ratio();
+}
+
+// Subtrees of no more triangles than threads need, and what is above them.
+void MeshRefit::cut(const MeshModel& mesh) {
+  const auto size = static_cast<std::uint32_t>(mesh.nodes.size());
+  std::vector<Subtree> all(size);
+  for (std::uint32_t n = size; n-- > 0;) {
+    const MeshNode& node = mesh.nodes[n];
+    const std::uint32_t first = node.child[0], last = node.child[node.lanes - 1];
+    all[n] = {n, n + 1, first, last + 1, 0, 0, {}};
+    if (node.bottom) continue;
+    // Nodes lie in the order of the lanes; triangles need not.
+    all[n] = {n, all[last].end_node, all[first].begin, all[first].end, 0, 0, {}};
+    for (std::uint32_t k = 1; k < node.lanes; ++k) {
+      all[n].begin = std::min(all[n].begin, all[node.child[k]].begin);
+      all[n].end = std::max(all[n].end, all[node.child[k]].end);
+    }
+  }
+  const auto limit = std::max(least_subtree, static_cast<std::uint32_t>(mesh.order.size() / most_subtrees));
+  subtrees_.clear();
+  top_.clear();
+  std::vector<std::pair<std::uint32_t, int>> stack{{0, 1}};
+  while (!stack.empty()) {
+    const auto [n, level] = stack.back();
+    stack.pop_back();
+    all[n].level = level;
+    if (mesh.nodes[n].bottom || all[n].end - all[n].begin <= limit) {
+      subtrees_.push_back(all[n]);
+      continue;
+    }
+    top_.push_back(n);
+    for (std::uint32_t k = mesh.nodes[n].lanes; k-- > 0;) stack.emplace_back(mesh.nodes[n].child[k], level + 1);
+  }
+}
+
+void MeshRefit::place_corners(const MeshModel& mesh, const PartRunner& parts) {
+  // Corners in floats, which are at most 1/2, are off by a quarter of epsilon at most, and so are middles of boxes.
+  pad_ = static_cast<float>(tolerance::epsilon_of_floats / 2 +
+                            tolerance::outward * (1 + mesh.centre.cwiseAbs().maxCoeff() / mesh.unit));
+  const std::size_t count = mesh.vertices.size();
+  corners_.resize(count);
+  const double scale = 1 / mesh.unit;
+  run_parts(parts, (count + vertices_a_part - 1) / vertices_a_part, [&](std::size_t k) {
+    const std::size_t end = std::min(count, (k + 1) * vertices_a_part);
+    for (std::size_t v = k * vertices_a_part; v < end; ++v) {
+      const Vec3 p = (mesh.vertices[v] - mesh.centre) * scale;
+      corners_[v] = Lanes{static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z()), 0};
+    }
+  });
+}
+
+void MeshRefit::refit_bottom(MeshModel& mesh, MeshNode& node, Lanes& normal, Areas& areas) const {
+  Lanes corner[3][mesh_lanes], mid[mesh_lanes], half[mesh_lanes];
+  FlatBox all;
+  normal = all_four(0);
+  for (std::uint32_t k = 0; k < mesh_lanes; ++k) {
+    if (k >= node.lanes) {  // repeats the last; its box touches nothing
+      for (auto& c : corner) c[k] = c[k - 1];
+      mid[k] = all_four(0), half[k] = all_four(-1e30f);
+      continue;
+    }
+    const auto& t = mesh.triangles[mesh.order[node.child[k]]];
+    const Lanes p = corners_[t[0]], q = corners_[t[1]], r = corners_[t[2]];
+    corner[0][k] = p, corner[1][k] = q, corner[2][k] = r;
+    const Lanes low = min_of(p, min_of(q, r)), high = max_of(p, max_of(q, r));
+    all.add(low, high);
+    mid[k] = (low + high) * all_four(0.5f);
+    half[k] = max_of(high - mid[k], mid[k] - low) + all_four(pad_);
+    normal += cross(q - p, r - p);
+  }
+  TriangleBlock& block = mesh.blocks[node.block];
+  for (std::size_t c = 0; c < 3; ++c) store_rows(corner[c], block.corner[c]);
+  store_rows(mid, node.mid);
+  store_rows(half, node.half);
+  const Lanes middle = (all.low + all.high) * all_four(0.5f);
+  const Lanes reach = max_of(all.high - middle, middle - all.low) + all_four(pad_);
+  for (int axis = 0; axis < 3; ++axis) node.box_mid[axis] = middle[axis], node.box_half[axis] = reach[axis];
+  node.reach = std::max({reach[0], reach[1], reach[2]});
+  areas.leaves += half_areas(node);
+}
+
+void MeshRefit::refit_inner(MeshModel& mesh, MeshNode& node, Lanes& normal, Areas& areas) const {
+  ChildSlabs& slabs = mesh.slabs[node.block];
+  normal = all_four(0);
+  double low[3], high[3];
+  for (int axis = 0; axis < 3; ++axis) low[axis] = infinity, high[axis] = -infinity;
+  for (std::uint32_t k = 0; k < node.lanes; ++k) {
+    const MeshNode& child = mesh.nodes[node.child[k]];
+    for (int axis = 0; axis < 3; ++axis) {
+      node.mid[axis][k] = child.box_mid[axis], node.half[axis][k] = child.box_half[axis];
+      const double mid = static_cast<double>(child.box_mid[axis]), half = static_cast<double>(child.box_half[axis]);
+      low[axis] = std::min(low[axis], mid - half), high[axis] = std::max(high[axis], mid + half);
+    }
+    normal += normals_[node.child[k]];
+    refit_slab(mesh, node.child[k], slabs, k);
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto mid = static_cast<float>((low[axis] + high[axis]) / 2);
+    const double exact = std::max(high[axis] - static_cast<double>(mid), static_cast<double>(mid) - low[axis]);
+    node.box_mid[axis] = mid;
+    node.box_half[axis] = std::nextafter(static_cast<float>(exact), std::numeric_limits<float>::infinity());
+  }
+  node.reach = *std::max_element(node.box_half, node.box_half + 3);
+  areas.inner += half_areas(node);
+}
+
+// Between two planes across the sum of the triangles' area vectors: what a surface that bends little is thin along.
+void MeshRefit::refit_slab(const MeshModel& mesh, std::uint32_t child, ChildSlabs& slabs, std::size_t lane) const {
+  const Lanes area = normals_[child];
+  const float length = std::sqrt(area[0] * area[0] + area[1] * area[1] + area[2] * area[2]);
+  Lanes n = area / all_four(length);
+  if (!(std::abs(static_cast<double>(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) - 1) < tolerance::no_direction))
+    n = Lanes{1, 0, 0, 0};
+  const Lanes x = all_four(n[0]), y = all_four(n[1]), z = all_four(n[2]);
+  FlatBox heights;
+  const MeshNode& below = mesh.nodes[child];
+  if (below.bottom) {
+    for (const auto& corner : mesh.blocks[below.block].corner)
+      for (std::size_t l = 0; l < mesh_lanes; l += 4) {
+        const Lanes at = x * load_four(corner[0] + l) + y * load_four(corner[1] + l) + z * load_four(corner[2] + l);
+        heights.add(at, at);
+      }
+  } else {
+    for (std::size_t l = 0; l < mesh_lanes; l += 4) {
+      const auto sum = [l](Lanes u, Lanes v, Lanes w, const float(&rows)[3][mesh_lanes]) {
+        return u * load_four(rows[0] + l) + v * load_four(rows[1] + l) + w * load_four(rows[2] + l);
+      };
+      const Lanes at = sum(x, y, z, below.mid), reach = sum(absolute(x), absolute(y), absolute(z), below.half);
+      heights.add(at - reach, at + reach);
+    }
+  }
+  const float low = std::min({heights.low[0], heights.low[1], heights.low[2], heights.low[3]});
+  const float high = std::max({heights.high[0], heights.high[1], heights.high[2], heights.high[3]});
+  for (int axis = 0; axis < 3; ++axis) slabs.normal[axis][lane] = n[axis];
+  slabs.mid[lane] = (low + high) / 2;
+  // Twice: of boxes the height of the middle and the reach are off by as much each.
+  slabs.half[lane] =
+      std::max(high - slabs.mid[lane], slabs.mid[lane] - low) + static_cast<float>(2 * tolerance::height_of_floats);
+}
+
+void MeshRefit::refit_node(MeshModel& mesh, std::uint32_t n, Areas& areas) {
+  MeshNode& node = mesh.nodes[n];
+  if (node.bottom)
+    refit_bottom(mesh, node, normals_[n], areas);
+  else
+    refit_inner(mesh, node, normals_[n], areas);
+}
+
+MeshRefit::Areas MeshRefit::sum_of_all() const {
+  Areas all = top_areas_;
+  for (const Subtree& s : subtrees_) all.leaves += s.areas.leaves;
+  return all;
+}
+
+// How much more than when it was built.
+double MeshRefit::wear(double ratio, double& built) const {
+  built = std::min(built, ratio);
+  return built > 0 ? ratio / built : 1;
+}
+
+MeshRefit::Report MeshRefit::refit(MeshModel& mesh, const PartRunner& parts) {
+  place_corners(mesh, parts);
+  normals_.resize(mesh.nodes.size());
+  run_parts(parts, subtrees_.size(), [&](std::size_t k) {
+    Subtree& s = subtrees_[k];
+    s.areas = {};
+    for (std::uint32_t n = s.end_node; n-- > s.node;) refit_node(mesh, n, s.areas);  // children first
+  });
+  top_areas_ = {};
+  for (auto n = top_.rbegin(); n != top_.rend(); ++n) refit_node(mesh, *n, top_areas_);
+
+  Report report;
+  report.worn = wear(sum_of_all().ratio(), top_built_);
+  std::vector<std::uint8_t> worn(subtrees_.size(), report.worn > worn_from ? 1 : 0);
+  const bool all = report.worn > worn_from;
+  for (std::size_t k = 0; k < subtrees_.size(); ++k) {
+    const double its = wear(subtrees_[k].areas.ratio(), subtrees_[k].built);
+    if (its > worn_from) worn[k] = 1;
+    if (worn[k] != 0) report.rebuilt += subtrees_[k].end - subtrees_[k].begin;
+    report.worn = std::max(report.worn, its);
+  }
+  if (all) {
+    build_hierarchy(mesh, parts);
+    *this = MeshRefit(mesh);
+  } else if (report.rebuilt != 0) {
+    rebuild(mesh, worn, parts);
+  }
+  return report;
+}
+
+// Builds subtrees anew and puts the hierarchy together of these, of those that stay, and of what is above them all.
+void MeshRefit::rebuild(MeshModel& mesh, const std::vector<std::uint8_t>& worn, const PartRunner& parts) {
+  std::vector<HierarchyTree> fresh(subtrees_.size());
+  run_parts(parts, subtrees_.size(), [&](std::size_t k) {
+    const Subtree& s = subtrees_[k];
+    if (worn[k] == 0) return;
+    fresh[k] = build_subtree(mesh, std::span(mesh.order).subspan(s.begin, s.end - s.begin), s.begin, s.level, {});
+  });
+  HierarchyTree all;
+  all.nodes.reserve(mesh.nodes.size());
+  all.blocks.reserve(mesh.blocks.size());
+  all.slabs.reserve(mesh.slabs.size());
+  std::size_t subtree = 0;
+  const auto keep = [&](const MeshNode& node) {
+    MeshNode& kept = all.nodes.emplace_back(node);
+    kept.block = static_cast<std::uint32_t>(node.bottom ? all.blocks.size() : all.slabs.size());
+    if (node.bottom)
+      all.blocks.push_back(mesh.blocks[node.block]);
+    else
+      all.slabs.push_back(mesh.slabs[node.block]);
+    return static_cast<std::uint32_t>(all.nodes.size() - 1);
+  };
+  // In the order in which `cut` has found them.
+  const std::function<std::uint32_t(std::uint32_t)> put = [&](std::uint32_t n) -> std::uint32_t {
+    if (subtree < subtrees_.size() && subtrees_[subtree].node == n) {
+      const Subtree& s = subtrees_[subtree++];
+      if (worn[subtree - 1] != 0) return all.append(fresh[subtree - 1]);
+      const auto first = static_cast<std::uint32_t>(all.nodes.size());
+      for (std::uint32_t m = s.node; m < s.end_node; ++m) {
+        MeshNode& node = all.nodes[keep(mesh.nodes[m])];
+        for (std::uint32_t k = 0; k < node.lanes && !node.bottom; ++k) node.child[k] += first - s.node;
+      }
+      return first;
+    }
+    const std::uint32_t self = keep(mesh.nodes[n]);
+    for (std::uint32_t k = 0; k < mesh.nodes[n].lanes; ++k) all.nodes[self].child[k] = put(mesh.nodes[n].child[k]);
+    return self;
+  };
+  put(0);
+  for (const HierarchyTree& tree : fresh) all.depth = std::max(all.depth, tree.depth);
+  mesh.nodes = std::move(all.nodes);
+  mesh.blocks = std::move(all.blocks);
+  mesh.slabs = std::move(all.slabs);
+  mesh.depth = std::max(mesh.depth, all.depth);
+  // What stays is measured by what it was when it was built.
+  std::vector<double> built;
+  for (const Subtree& s : subtrees_) built.push_back(s.built);
+  const double top_built = top_built_;
+  MeshRefit anew(mesh);
+  for (std::size_t k = 0; k < built.size(); ++k)
+    if (worn[k] == 0) anew.subtrees_[k].built = built[k];
+  anew.top_built_ = top_built;
+  *this = std::move(anew);
+}
+
+std::size_t MeshRefit::memory() const {
+  return subtrees_.capacity() * sizeof(Subtree) + top_.capacity() * sizeof(top_[0]) +
+         (corners_.capacity() + normals_.capacity()) * sizeof(Lanes);
+}
+
+}  // namespace tandem

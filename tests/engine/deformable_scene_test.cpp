@@ -1,0 +1,99 @@
+// A shape of a scene that is replaced, as a mesh that bends is: steps and queries see it at once.
+#include <memory>
+
+#include "catch.h"
+#include "tandem/engine/pipeline.h"
+#include "tandem/engine/scene_queries.h"
+#include "tandem/narrowphase/deformable_mesh.h"
+
+namespace tandem {
+namespace {
+
+// A sheet of n x n squares, side 4, sagged by `depth` in the middle.
+Mesh sheet(int n, double depth) {
+  Mesh mesh;
+  for (int i = 0; i <= n; ++i)
+    for (int j = 0; j <= n; ++j) {
+      const double x = 4.0 * i / n - 2, y = 4.0 * j / n - 2;
+      mesh.vertices.emplace_back(x, y, -depth * (1 - x * x / 4) * (1 - y * y / 4));
+    }
+  const auto at = [&](int i, int j) { return static_cast<std::uint32_t>(i * (n + 1) + j); };
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) {
+      mesh.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+      mesh.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+    }
+  return mesh;
+}
+
+// A cloth of two bodies, with balls, a box and a torus-like ring of boxes about it.
+struct World {
+  Scene scene;
+  ShapeId cloth;
+
+  explicit World(const Shape& shape) : cloth(scene.add_shape(shape)) {
+    scene.add_body({.shape = cloth, .is_static = true});
+    scene.add_body({.shape = cloth, .pose = Pose::at(0.3, 0.2, -1.5), .is_static = true});
+    const auto ball = scene.add_shape(Sphere{0.2}), box = scene.add_shape(Box{{0.3, 0.4, 0.2}});
+    const auto floor = scene.add_shape(HalfSpace{{0, 0, 1}, -1.9});
+    scene.add_body({.shape = floor, .is_static = true});
+    for (int i = 0; i < 60; ++i)
+      scene.add_body({.shape = i % 2 == 0 ? ball : box,
+                      .pose = Pose::at(0.5 * (i % 8) - 1.8, 0.45 * (i / 8) - 1.6, 0.1 - 0.3 * (i % 5))});
+  }
+};
+
+}  // namespace
+
+TEST_CASE("scenes: a shape that is replaced is seen by kept contacts, computed ones and queries as in a scene built anew") {
+  DeformableMesh mesh(sheet(16, 0));
+  World world(mesh.shape());
+  Pipeline kept({.threads = 2, .answer = {.keep_contacts = 1e-3, .contact_hash = true}}),
+      computed({.threads = 1, .answer = {.contact_hash = true}});
+  SceneQueries queries(world.scene);
+  std::size_t contacts = 0;
+  for (int step = 0; step < 12; ++step) {
+    if (step % 3 != 2) {  // else nothing has moved: contacts are kept
+      mesh.update(sheet(16, 0.1 * step).vertices);
+      world.scene.replace_shape(world.cloth, mesh.shape());
+    }
+    Mesh bent = sheet(16, 0);
+    bent.vertices.assign(mesh.vertices().begin(), mesh.vertices().end());
+    const World anew{Shape(bent)};
+    Pipeline fresh({.threads = 1, .answer = {.contact_hash = true}});
+    const StepReport expected = fresh.step(anew.scene), report = computed.step(world.scene),
+                     of_kept = kept.step(world.scene);
+    CHECK(report.contact_hash == expected.contact_hash);
+    CHECK(of_kept.contacts == expected.contacts);
+    CHECK(of_kept.colliding_pairs == expected.colliding_pairs);
+    CHECK(of_kept.max_depth == Approx(expected.max_depth));
+    CHECK((step % 3 != 2 || of_kept.kept_pairs > 0));
+    contacts += expected.contacts;
+
+    if (step % 2 == 0) continue;  // queries asked only now and then
+    queries.update(world.scene);
+    const SceneQueries of_anew(anew.scene);
+    for (double x = -1.5; x < 2; x += 0.5) {
+      const auto hit = queries.nearest(Sphere{0.05}, Pose::at(x, 0.1, 0.4)),
+                 other = of_anew.nearest(Sphere{0.05}, Pose::at(x, 0.1, 0.4));
+      REQUIRE((hit && other));
+      CHECK(hit->body == other->body);
+      CHECK(hit->answer.signed_distance == other->answer.signed_distance);
+    }
+  }
+  CHECK(contacts > 100);
+}
+
+TEST_CASE("scenes: what may not replace a shape") {
+  Scene scene;
+  const ShapeId ball = scene.add_shape(Sphere{1});
+  scene.add_body({.shape = ball});
+  CHECK_THROWS_AS(scene.replace_shape(ball, HalfSpace{}), std::invalid_argument);
+  CHECK_THROWS_AS(scene.replace_shape(ShapeId{}, Sphere{2}), std::invalid_argument);
+  CHECK(scene.shapes()[0].kind() == ShapeKind::sphere);
+  scene.replace_shape(ball, Box{{1, 1, 1}});
+  CHECK(scene.has_kind(ShapeKind::box));
+  CHECK_FALSE(scene.has_kind(ShapeKind::sphere));
+}
+
+}  // namespace tandem
