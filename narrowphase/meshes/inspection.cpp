@@ -233,7 +233,7 @@ class Inspector {
   // Counts pairs and keeps the first.
   class CrossingPairs : public PairVisitor {
    public:
-    explicit CrossingPairs(Inspector& all) : all_(all) {}
+    explicit CrossingPairs(Inspector& all) : PairVisitor(nullptr), all_(all) {}
     bool visit(std::uint32_t i, std::uint32_t j) override {
       if (i >= j || !all_.cross(i, j)) return false;
       ++count_;
