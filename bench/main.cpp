@@ -174,6 +174,12 @@ void add_steps(CLI::App& program) {
   app->add_option("--bodies", o->bodies, "bodies of each scene; default: 400");
 }
 
+void add_cloth(CLI::App& program) {
+  const auto [app, o] = add(program, "cloth", "a folding sheet on a ball and on itself, beside FCL's updates", cloth_bench);
+  app->add_option("--sizes", o->sizes, "triangles of the sheet; default: 100000");
+  app->add_option("--steps", o->steps, "steps of the motion; default: 24");
+}
+
 #ifdef TANDEM_HAS_FCL_ADAPTER
 void add_fcl(CLI::App& program) {
   const auto [app, o] = add(program, "fcl", "tandem::fcl's broad-phase manager beside FCL's managers", fcl_bench);
@@ -230,6 +236,7 @@ int run_program(int count, char** arguments) {
   add_vertex_impacts(program);
   add_grains(program);
   add_steps(program);
+  add_cloth(program);
 #ifdef TANDEM_HAS_FCL_ADAPTER
   add_fcl(program);
 #endif
@@ -239,10 +246,11 @@ int run_program(int count, char** arguments) {
     const std::string first = count > 1 ? arguments[1] : "";
     const auto commands = program.get_subcommands([](const CLI::App*) { return true; });
     if ((first.empty() || first[0] != '-') &&
-        std::none_of(commands.begin(), commands.end(), [&](const auto* c) { return c->get_name() == first; }))
-      refuse_option("WHAT", first,
-                    "scenes, figures, flowgraph, narrowphase, broadphase, peers, planner, haptics, vertex-impacts, grains, "
-                    "steps, fcl, report, --help");
+        std::none_of(commands.begin(), commands.end(), [&](const auto* c) { return c->get_name() == first; })) {
+      std::string names;
+      for (const auto* command : commands) names += command->get_name() + ", ";
+      refuse_option("WHAT", first, names + "--help");
+    }
     program.parse(count, arguments);
   } catch (const CLI::Success& asked) {
     program.exit(asked);

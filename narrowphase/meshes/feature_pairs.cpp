@@ -32,7 +32,8 @@ double point_triangle(const Vec3& p, const Corners& t) {
 
 // Where both are nearest inside (Ericson, Real-Time Collision Detection, 5.1.9), or at an end of one.
 double segment_segment(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& s) {
-  double least = std::min({point_segment(p, r, s), point_segment(q, r, s), point_segment(r, p, q), point_segment(s, p, q)});
+  double least =
+      std::min({point_segment(p, r, s), point_segment(q, r, s), point_segment(r, p, q), point_segment(s, p, q)});
   const Vec3 d = q - p, e = s - r, w = p - r;
   const double dd = d.squaredNorm(), ee = e.squaredNorm(), de = d.dot(e), det = dd * ee - de * de;
   if (!(det > 0)) return least;
@@ -52,7 +53,8 @@ class Features {
         const std::uint32_t v = vertex(t, k), beside = mesh.neighbours[t][k];
         if (seen[v] == 0) own_[t] |= static_cast<std::uint8_t>(1u << k);
         seen[v] = 1;
-        if ((beside == no_index || t < beside) && v != vertex(t, (k + 1) % 3)) own_[t] |= static_cast<std::uint8_t>(8u << k);
+        if ((beside == no_index || t < beside) && v != vertex(t, (k + 1) % 3))
+          own_[t] |= static_cast<std::uint8_t>(8u << k);
       }
   }
 
@@ -82,7 +84,15 @@ class FeaturePairs final : public PairVisitor {
   /// Corners of A as they are, of B turned and moved. `self`: one mesh.
   FeaturePairs(const MeshModel& a, const Features& of_a, const MeshModel& b, const Features& of_b, bool self,
                const Pose& b_in_a, double margin, NearFeatures& found)
-      : a_(a), of_a_(of_a), b_(b), of_b_(of_b), self_(self), b_in_a_(b_in_a), margin_(margin), found_(found) {}
+      : PairVisitor(nullptr),
+        a_(a),
+        of_a_(of_a),
+        b_(b),
+        of_b_(of_b),
+        self_(self),
+        b_in_a_(b_in_a),
+        margin_(margin),
+        found_(found) {}
 
   bool visit(std::uint32_t i, std::uint32_t j) override {
     const Corners p = a_.corners(i);
@@ -91,7 +101,8 @@ class FeaturePairs final : public PairVisitor {
       for (Vec3& corner : q) corner = b_in_a_ * corner;
     for (std::size_t k = 0; k < 3; ++k) {
       if (of_a_.owns_vertex(i, k)) add_point(of_a_.vertex(i, k), p[k], j, of_b_, q, found_.points);
-      if (of_b_.owns_vertex(j, k)) add_point(of_b_.vertex(j, k), q[k], i, of_a_, p, self_ ? found_.points : found_.points_of_b);
+      if (of_b_.owns_vertex(j, k))
+        add_point(of_b_.vertex(j, k), q[k], i, of_a_, p, self_ ? found_.points : found_.points_of_b);
       for (std::size_t l = 0; l < 3 && of_a_.owns_edge(i, k); ++l)
         if (of_b_.owns_edge(j, l))
           add_edges(of_a_.edge(i, k), of_b_.edge(j, l), segment_segment(p[k], p[(k + 1) % 3], q[l], q[(l + 1) % 3]));
@@ -141,7 +152,8 @@ void join(std::vector<NearFeatures>& found, std::vector<Pair> NearFeatures::*lis
     some.*list = {};
   }
   std::sort(pairs.begin(), pairs.end(), [](const Pair& x, const Pair& y) { return before(x, y); });
-  pairs.erase(std::unique(pairs.begin(), pairs.end(), [](const Pair& x, const Pair& y) { return same(x, y); }), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end(), [](const Pair& x, const Pair& y) { return same(x, y); }),
+              pairs.end());
 }
 
 template <class MakeVisitor>
@@ -187,9 +199,8 @@ NearFeatures near_features(const Shape& a, const Pose& pose_a, const Shape& b, c
   const Features of_a(ma, {}), of_b(mb, {});
   const Mat3 back = pose_a.rotation.transpose();
   const Pose b_in_a{back * pose_b.rotation, back * (pose_b.translation - pose_a.translation)};
-  return find(NearTriangles({a, pose_a}, {b, pose_b}, margin), parts, [&](NearFeatures& found) {
-    return FeaturePairs(ma, of_a, mb, of_b, false, b_in_a, margin, found);
-  });
+  return find(NearTriangles({a, pose_a}, {b, pose_b}, margin), parts,
+              [&](NearFeatures& found) { return FeaturePairs(ma, of_a, mb, of_b, false, b_in_a, margin, found); });
 }
 
 }  // namespace tandem

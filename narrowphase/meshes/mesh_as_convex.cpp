@@ -31,7 +31,7 @@ bool stays_outside(const Posed& outer, const Posed& other, double length, const 
   WorkMeter meter(limit);
   const MeshModel &o = mesh_of(outer.shape), &m = mesh_of(other.shape);
   const auto is_outside = [&](std::uint32_t v) {
-    meter.spend(1 + static_cast<int>(o.hull.faces.size() / 64));
+    meter.spend(1 + static_cast<int>(o.hull().faces.size() / 64));
     const Vec3 p = outer.pose.rotation.transpose() *
                    (other.pose.rotation * m.vertices[v] + (other.pose.translation - outer.pose.translation));
     return std::any_of(o.hull().faces.begin(), o.hull().faces.end(),

@@ -15,7 +15,12 @@ using Pairs = std::vector<std::array<std::uint32_t, 2>>;
 class SelfIntersections final : public PairVisitor {
  public:
   SelfIntersections(const MeshModel& mesh, std::span<const std::uint32_t> first, Pairs& pairs)
-      : mesh_(mesh), first_(first), test_(Pose{}, Pose{}, reach(mesh)), waiting_(mesh, mesh, test_), pairs_(pairs) {}
+      : PairVisitor(nullptr),
+        mesh_(mesh),
+        first_(first),
+        test_(Pose{}, Pose{}, reach(mesh)),
+        waiting_(mesh, mesh, test_),
+        pairs_(pairs) {}
 
   bool visit(std::uint32_t i, std::uint32_t j) override {
     if (!share_vertex(mesh_.triangles[i], mesh_.triangles[j]) && waiting_.add(i, j)) decide();
