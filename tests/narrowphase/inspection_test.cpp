@@ -121,6 +121,7 @@ TEST_CASE("inspection: triangles that cross, also beside corners and edges that 
   CHECK(two({0, 1, 2}, {3, 4, 6}) == 1);  // no corner is shared
   CHECK(two({0, 1, 2}, {3, 5, 6}) == 0);
   CHECK(two({0, 1, 2}, {0, 3, 4}) == 1);  // corner 0 is
+  CHECK(two({0, 3, 4}, {0, 1, 2}) == 1);  // the other way round
   CHECK(two({0, 1, 2}, {0, 3, 5}) == 0);
   CHECK(two({0, 1, 2}, {0, 1, 3}) == 0);  // an edge is
   CHECK(two({0, 1, 2}, {0, 1, 7}) == 0);  // in one plane, beside it
