@@ -131,7 +131,7 @@ void check_answers(const Shape& bent, const Shape& anew, const Shape& partner, c
     CHECK(of_bent[k].feature == of_anew[k].feature);
   }
   if (partner.kind() == ShapeKind::mesh || partner.kind() == ShapeKind::triangle)
-    CHECK(mesh_triangle_pairs(bent, at, partner, pose) == mesh_triangle_pairs(anew, at, partner, pose));
+    CHECK(mesh_triangle_pairs(bent, at, partner, pose, {}) == mesh_triangle_pairs(anew, at, partner, pose, {}));
 }
 
 // Are all triangles in the boxes and slabs above them?

@@ -261,7 +261,7 @@ void Pipeline::Impl::put_together(Report& report) {
   report.copies = sums[7];
   report.bytes_sent = sums[8];
   report.messages_sent = sums[9];
-  report.mean_load_ms = 1e-6 * static_cast<double>(sums[11]) / communicator.ranks();
+  report.mean_load_ms = static_cast<double>(sums[11]) / (1e6 * communicator.ranks());  // ns
   report.max_depth = most[0];
   report.slowest_load_ms = most[1];
   if (std::exchange(recut, false) && learns_cost) rebalancer.learn_cost(most[2]);
