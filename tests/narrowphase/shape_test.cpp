@@ -264,7 +264,7 @@ TEST_CASE("corners of a surface that differ by rounding are one, as equal ones a
     CAPTURE(by);
     const MeshModel mesh = build_mesh(apart(by));
     CHECK(mesh.closed);
-    CHECK(mesh.components.size() == 1);
+    CHECK(mesh.components().size() == 1);
     CHECK(mesh.neighbours == expected);
     // A ball that rests on it has one contact, and none from sides that would be borders.
     std::vector<Contact> contacts;
@@ -274,7 +274,7 @@ TEST_CASE("corners of a surface that differ by rounding are one, as equal ones a
   for (const double by : {1e-13, 1e-9}) {
     const MeshModel mesh = build_mesh(apart(by));
     CHECK_FALSE(mesh.closed);
-    CHECK(mesh.components.size() == whole.triangles.size());
+    CHECK(mesh.components().size() == whole.triangles.size());
   }
   Mesh solid = apart(1e-15);
   solid.solid = true;
