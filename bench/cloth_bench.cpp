@@ -148,20 +148,25 @@ void run(Task& task) {
   task.pairs += pairs.size();
 }
 
-/// Two who were asked for the same must have found the same.
+/// Whether it found other pairs than the first that was asked for the same, which is tandem after a refit.
+bool differs(const Task& task, const std::vector<Task>& tasks) {
+  const auto first = std::find_if(tasks.begin(), tasks.end(), [&](const Task& t) { return t.workload == task.workload; });
+  return first->hash != task.hash;
+}
+
+/// All must have found the same but FCL after its update, which now and then loses pairs that it finds after a rebuild.
 void require_agreement(const std::vector<Task>& tasks) {
-  for (const Task& x : tasks)
-    for (const Task& y : tasks)
-      if (x.workload == y.workload && x.hash != y.hash)
-        throw std::runtime_error(fmt::format("{}: {} found {} pairs, {} found {}, or others", x.workload, x.contestant,
-                                             x.pairs, y.contestant, y.pairs));
+  for (const Task& task : tasks)
+    if (differs(task, tasks) && task.contestant != "FCL, update")
+      throw std::runtime_error(fmt::format("{}: {} found other pairs than tandem", task.workload, task.contestant));
 }
 
 void print(const std::vector<Task>& tasks) {
   fmt::print("{:22}{:20}{:>8}{:>10}{:>10}{:>10}{:>12}  hash\n", "", "", "threads", "ms", "p10", "p90", "pairs");
   for (const Task& t : tasks)
-    fmt::print("{:22}{:20}{:8}{:10.3f}{:10.3f}{:10.3f}{:12}  {}\n", t.workload, t.contestant, t.threads,
-               t.time.median() / 1e6, t.time.quantile(0.1) / 1e6, t.time.quantile(0.9) / 1e6, t.pairs, hex(t.hash));
+    fmt::print("{:22}{:20}{:8}{:10.3f}{:10.3f}{:10.3f}{:12}  {}{}\n", t.workload, t.contestant, t.threads,
+               t.time.median() / 1e6, t.time.quantile(0.1) / 1e6, t.time.quantile(0.9) / 1e6, t.pairs, hex(t.hash),
+               differs(t, tasks) ? " differs" : "");
 }
 
 }  // namespace
