@@ -9,17 +9,15 @@
 #include <array>
 #include <chrono>
 #include <csignal>
-#include <cstdio>
 #include <cstring>
 #include <iostream>
 #include <optional>
 #include <sstream>
 
-#include "formats/json_writer.h"
-#include "formats/output_file.h"
 #include "formats/scene_json.h"
 #include "option_text.h"
 #include "progress.h"
+#include "run_output.h"
 #include "scene_option.h"
 #include "tandem/mpi/checkpoint.h"
 #include "tandem/mpi/pipeline.h"
@@ -64,16 +62,6 @@ void tell_signal(int signal) {
   if (::write(2, text, length) < 0) _exit(1);
   std::signal(signal, SIG_DFL);
   std::raise(signal);
-}
-
-double ms_since(Clock::time_point begin) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
-}
-
-std::string hex(std::uint64_t x) {
-  char text[17];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(x));
-  return text;
 }
 
 mpi::Options pipeline_options(const Options& options) {
@@ -159,24 +147,9 @@ void write_step(JsonWriter& out, const Options& options, const mpi::Report& repo
 void write_contacts(JsonWriter& out, std::uint64_t step, const mpi::GatheredContacts& all, bool gaps) {
   out.begin_object().member("step", step).key("contacts").begin_array();
   for (const mpi::GatheredPair& pair : all.pairs)
-    for (std::uint64_t k = pair.first_contact; k < pair.first_contact + pair.contact_count; ++k) {
-      const Contact& contact = all.contacts[k];
-      if (contact.depth < 0 && !gaps) continue;
-      out.begin_object()
-          .member("a", pair.a)
-          .member("b", pair.b)
-          .member("point", contact.point)
-          .member("normal", contact.normal)
-          .member("depth", contact.depth)
-          .end_object();
-    }
+    for (std::uint64_t k = pair.first_contact; k < pair.first_contact + pair.contact_count; ++k)
+      if (all.contacts[k].depth >= 0 || gaps) write_contact(out, pair.a, pair.b, all.contacts[k]);
   out.end_array().end_object();
-}
-
-void append_line(OutputFile& file, JsonWriter& line) {
-  file.append(line.text());
-  file.append("\n");
-  line.clear();
 }
 
 // What the table at the end is made from; of rank 0 but for what all ranks know.
@@ -213,11 +186,6 @@ class Summary {
   }
 
  private:
-  static double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-  }
   std::vector<double> exchange_, detect_, wait_, response_, step_, bytes_;
   std::uint64_t moved_ = 0;
   int cuts_ = 0, taken_back_ = 0;
@@ -245,12 +213,7 @@ struct Outputs {
     MPI_Bcast(text.data(), static_cast<int>(text.size()), MPI_CHAR, 0, MPI_COMM_WORLD);
     if (text[0] != 0) throw RequestError(text.data());
   }
-  void commit() {
-    for (auto* file : {&json, &contacts})
-      if (*file) (*file)->finish();
-    for (auto* file : {&json, &contacts})
-      if (*file) (*file)->commit();
-  }
+  void commit() { commit_all({&json, &contacts}); }
 };
 
 void run(const Options& options) {

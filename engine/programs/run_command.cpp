@@ -5,7 +5,6 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
-#include <cstdio>
 #include <memory>
 #include <optional>
 #include <sstream>
@@ -16,6 +15,7 @@
 #include "gzip.h"
 #include "option_text.h"
 #include "progress.h"
+#include "run_output.h"
 #include "scene_option.h"
 #include "tandem/engine/pipeline.h"
 #include "tandem/engine/response.h"
@@ -101,12 +101,6 @@ PipelineOptions pipeline_options(const Options& options) {
     if (divides) out.balance.split = split;
   }
   return out;
-}
-
-std::string hex(std::uint64_t x) {
-  char text[17];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(x));
-  return text;
 }
 
 struct IssueName {
@@ -197,23 +191,9 @@ void write_step(JsonWriter& out, const PipelineOptions& options, const StepRepor
 void write_contacts(JsonWriter& out, std::uint64_t step, const ContactList& list, bool gaps) {
   out.begin_object().member("step", step).key("contacts").begin_array();
   for (const PairResult& pair : list.pairs)
-    for (const Contact& contact : list.of(pair)) {
-      if (contact.depth < 0 && !gaps) continue;
-      out.begin_object()
-          .member("a", pair.a)
-          .member("b", pair.b)
-          .member("point", contact.point)
-          .member("normal", contact.normal)
-          .member("depth", contact.depth)
-          .end_object();
-    }
+    for (const Contact& contact : list.of(pair))
+      if (contact.depth >= 0 || gaps) write_contact(out, pair.a, pair.b, contact);
   out.end_array().end_object();
-}
-
-void append_line(OutputFile& file, JsonWriter& line) {
-  file.append(line.text());
-  file.append("\n");
-  line.clear();
 }
 
 // The files of a run; all are opened before the first step, and get their names when the last is done.
@@ -231,13 +211,7 @@ struct Outputs {
     if (!options.trace.empty()) trace.emplace("--trace", options.trace);
     if (!options.record.empty()) record.emplace("--record", options.record);
   }
-  // All or none: the first gets its name when the last is known to be complete.
-  void commit() {
-    for (auto* file : {&json, &contacts, &trace, &record})
-      if (*file) (*file)->finish();
-    for (auto* file : {&json, &contacts, &trace, &record})
-      if (*file) (*file)->commit();
-  }
+  void commit() { commit_all({&json, &contacts, &trace, &record}); }
 };
 
 // What the table at the end is made from.
@@ -284,20 +258,10 @@ class Summary {
   }
 
  private:
-  static double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-  }
-
   std::vector<double> update_, broad_, narrow_, detect_, response_, step_;
   std::size_t issues_[std::size(issue_names)] = {};
   StepReport last_;
 };
-
-double ms_since(std::chrono::steady_clock::time_point begin) {
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-}
 
 constexpr std::size_t most_slices = 200'000;  // of a timeline: some 40 MB, as much as a viewer opens with ease
 

@@ -1,0 +1,33 @@
+// What `tandem run` and `tandem-mpi run` write alike: lines of JSON, contacts, medians, hashes as text.
+#pragma once
+#include <chrono>
+#include <cstdint>
+#include <initializer_list>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "formats/json_writer.h"
+#include "formats/output_file.h"
+#include "tandem/narrowphase/answer.h"
+
+namespace tandem {
+
+/// Sixteen digits.
+std::string hex(std::uint64_t x);
+
+/// The upper one of two; of one value at least.
+double median(std::vector<double> values);
+
+double ms_since(std::chrono::steady_clock::time_point begin);
+
+/// Of the pair of bodies a and b: an object of --contacts.
+void write_contact(JsonWriter& out, std::uint64_t a, std::uint64_t b, const Contact& contact);
+
+/// Appends what was written and a line's end, and empties the writer.
+void append_line(OutputFile& file, JsonWriter& line);
+
+/// Those that are there get their names, all or none: the first when the last is known to be complete.
+void commit_all(std::initializer_list<std::optional<OutputFile>*> files);
+
+}  // namespace tandem
