@@ -49,7 +49,8 @@ void compare_pairs(std::span<const BodyPair> before, std::span<const BodyPair> n
 /// touch, also where a body was removed or changed meanwhile. Sorted by indices; the same on any number of threads.
 class ContactEvents {
  public:
-  /// After a step, with its contacts, before the scene changes. Pairs within a margin do not touch. O(contacts).
+  /// After a step, with its contacts, before the scene changes. Pairs within a margin do not touch. O(contacts). Not after
+  /// a step that its deadline ended (StepIssue::incomplete): pairs that it did not finish would be told to have ended.
   void update(const Scene& scene, const ContactList& contacts) {
     std::swap(touching_, before_);
     touching_.clear();
