@@ -1,35 +1,13 @@
 #include <algorithm>
-#include <bit>
 
 #include "answer_sum.h"
+#include "answers/word_hash.h"
 #include "tandem/mpi/pipeline.h"
 
 namespace tandem::mpi {
-namespace {
-
-class Words {
- public:
-  void add(std::uint64_t word) {
-    value_ = (value_ ^ word) * 0x9e3779b97f4a7c15u;
-    value_ ^= value_ >> 32;
-  }
-  // Adding zero makes -0 and +0, which are equal, hash alike.
-  void add(double x) { add(std::bit_cast<std::uint64_t>(x + 0.0)); }
-  void add(const Vec3& v) {
-    add(v.x());
-    add(v.y());
-    add(v.z());
-  }
-  std::uint64_t value() const { return value_; }
-
- private:
-  std::uint64_t value_ = 0xcbf29ce484222325u;
-};
-
-}  // namespace
 
 std::uint64_t hash_of_pair(GlobalId a, GlobalId b, const PairAnswer& answer, std::span<const Contact> contacts) {
-  Words words;
+  WordHash words;
   words.add(a);
   words.add(b);
   words.add(std::uint64_t{contacts.size()} << 1 | std::uint64_t{answer.collide});
