@@ -39,8 +39,8 @@ std::string words(const FlatTriangle& f) {
 std::string words(const FaultyEdge& f) {
   return std::string(name(f.fault)) + " edge from vertex " + std::to_string(f.vertices[0]) + " " + text(f.ends[0]) +
          " to vertex " + std::to_string(f.vertices[1]) + " " + text(f.ends[1]) + " (triangle " +
-         std::to_string(f.triangle) + "): " + std::to_string(f.forward) + " triangles in this sense, " +
-         std::to_string(f.backward) + " in the other";
+         std::to_string(f.triangle) + "): triangles in this sense: " + std::to_string(f.forward) +
+         ", in the other: " + std::to_string(f.backward);
 }
 std::string words(const InsideOut& f) {
   return "inside out: " + std::to_string(f.triangles) + " triangles, the first is " + std::to_string(f.triangle) +
@@ -59,12 +59,20 @@ void members(JsonWriter& out, const DuplicateTriangle& f) {
 }
 void members(JsonWriter& out, const FlatTriangle& f) { out.member("triangle", f.triangle).member("place", f.place); }
 void members(JsonWriter& out, const FaultyEdge& f) {
-  out.member("fault", name(f.fault)).key("vertices").begin_array().value(f.vertices[0]).value(f.vertices[1]).end_array();
+  out.member("fault", name(f.fault))
+      .key("vertices")
+      .begin_array()
+      .value(f.vertices[0])
+      .value(f.vertices[1])
+      .end_array();
   out.key("ends").begin_array().value(f.ends[0]).value(f.ends[1]).end_array();
   out.member("triangle", f.triangle).member("forward", f.forward).member("backward", f.backward);
 }
 void members(JsonWriter& out, const InsideOut& f) {
-  out.member("triangle", f.triangle).member("triangles", f.triangles).member("volume", f.volume).member("place", f.place);
+  out.member("triangle", f.triangle)
+      .member("triangles", f.triangles)
+      .member("volume", f.volume)
+      .member("place", f.place);
 }
 void members(JsonWriter& out, const SelfIntersection& f) {
   out.key("triangles").begin_array().value(f.triangles[0]).value(f.triangles[1]).end_array().member("place", f.place);
@@ -72,18 +80,20 @@ void members(JsonWriter& out, const SelfIntersection& f) {
 
 template <class Take>
 void each_list(const MeshInspection& found, const Take& take) {
-  take("faulty_edges", "edges do not join two triangles in opposite sense", found.faulty_edges);
-  take("self_intersections", "pairs of triangles cross", found.self_intersections);
-  take("inside_out", "components are inside out", found.inside_out);
-  take("flat_triangles", "triangles have no area", found.flat_triangles);
-  take("duplicate_triangles", "triangles are there more than once", found.duplicate_triangles);
-  take("duplicate_vertices", "vertices are where others are", found.duplicate_vertices);
+  take("faulty_edges", "edges that do not join two triangles in opposite sense", found.faulty_edges);
+  take("self_intersections", "pairs of triangles that cross", found.self_intersections);
+  take("inside_out", "components that are inside out", found.inside_out);
+  take("flat_triangles", "triangles without area", found.flat_triangles);
+  take("duplicate_triangles", "triangles that are there more than once", found.duplicate_triangles);
+  take("duplicate_vertices", "vertices that are where others are", found.duplicate_vertices);
 }
 
 std::string as_json(const std::string& file, const MeshInspection& found) {
   JsonWriter out;
   out.begin_object().member("file", file).member("vertices", found.vertices).member("triangles", found.triangles);
-  out.member("components", found.components).member("closed", found.closed()).member("clean_solid", found.is_clean_solid());
+  out.member("components", found.components)
+      .member("closed", found.closed())
+      .member("clean_solid", found.is_clean_solid());
   each_list(found, [&](const char* key, const char*, const auto& list) {
     out.key(key).begin_object().member("count", list.count).key("first").begin_array();
     for (const auto& fault : list.first) {
@@ -99,12 +109,15 @@ std::string as_json(const std::string& file, const MeshInspection& found) {
 
 std::string as_text(const std::string& file, const MeshInspection& found) {
   std::ostringstream out;
-  out << file << ": " << found.triangles << " triangles, " << found.vertices << " vertices, components: "
-      << found.components << (found.is_clean_solid() ? "; a clean solid" : found.closed() ? "; closed" : "; not closed")
+  out << file << ": triangles: " << found.triangles << ", vertices: " << found.vertices
+      << ", components: " << found.components
+      << (found.is_clean_solid() ? "; a clean solid"
+          : found.closed()       ? "; closed"
+                                 : "; not closed")
       << '\n';
   each_list(found, [&](const char*, const char* what, const auto& list) {
     if (list.count == 0) return;
-    out << "  " << list.count << " " << what << ":\n";
+    out << "  " << what << ": " << list.count << '\n';
     for (const auto& fault : list.first) out << "    " << words(fault) << '\n';
     if (list.count > list.first.size()) out << "    ... and " << list.count - list.first.size() << " more\n";
   });
@@ -118,7 +131,9 @@ void add_inspect_command(CLI::App& program, DescriptorBuffer& out, int& status) 
   const auto options = std::make_shared<Options>();
   command->add_option("FILES", options->files, "mesh files (" + std::string(mesh_extensions) + ")")->type_name("");
   command->add_flag("--json", options->json, "a JSON object a file instead of text");
-  command->add_option("--most", options->most, "faults listed of each kind, 0 to 1000000")->type_name("N")->capture_default_str();
+  command->add_option("--most", options->most, "faults listed of each kind, 0 to 1000000")
+      ->type_name("N")
+      ->capture_default_str();
   command->footer(
       "Vertices with equal coordinates count as one. Crossings and areas are exact.\n"
       "Exit status: 0 done, whatever was found; 1 the work failed, 2 the request was wrong.");

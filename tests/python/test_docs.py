@@ -20,10 +20,12 @@ class Page(unittest.TestCase):
         lines = printed.getvalue().splitlines()
         self.assertEqual(lines[0], "1.0 [0.5 0.  0. ] [1.5 0.  0. ]")
         self.assertRegex(lines[1], r"^4 \[0\.1")
-        self.assertEqual(lines[2], "9 5")
-        self.assertRegex(lines[3], r"<tandem.Answer signed_distance 0\.75")
-        self.assertRegex(lines[4], r"^\d+ True$")
-        self.assertEqual(len(lines), 5)
+        self.assertRegex(lines[2], r"^1 \[\d{4,}\] 0$")
+        self.assertEqual(lines[3], "80")  # the border of 20 by 20 cells
+        self.assertEqual(lines[4], "9 5")
+        self.assertRegex(lines[5], r"<tandem.Answer signed_distance 0\.75")
+        self.assertRegex(lines[6], r"^\d+ True$")
+        self.assertEqual(len(lines), 7)
 
 
 if __name__ == "__main__":

@@ -120,21 +120,26 @@ std::vector<Vec3> points(const py::handle& value, std::string_view what) {
   return out;
 }
 
-std::vector<std::array<std::uint32_t, 3>> triangles(const py::handle& value, std::string_view what) {
+template <std::size_t N>
+std::vector<std::array<std::uint32_t, N>> index_rows(const py::handle& value, std::string_view what) {
   const py::array array = any_array(value, what);
   if (array.dtype().kind() != 'i' && array.dtype().kind() != 'u')
     refuse(what, "not whole numbers", "indices of vertices");
-  if (array.ndim() != 2 || array.shape(1) != 3) refuse(what, "an array of shape " + shape_text(array), "(n, 3)");
+  constexpr auto columns = static_cast<py::ssize_t>(N);
+  if (array.ndim() != 2 || array.shape(1) != columns)
+    refuse(what, "an array of shape " + shape_text(array), shape_text({-1, columns}));
   const auto wide = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>::ensure(array);
-  std::vector<std::array<std::uint32_t, 3>> out(static_cast<std::size_t>(wide.shape(0)));
-  for (std::size_t i = 0; i < 3 * out.size(); ++i) {
+  std::vector<std::array<std::uint32_t, N>> out(static_cast<std::size_t>(wide.shape(0)));
+  for (std::size_t i = 0; i < N * out.size(); ++i) {
     const std::int64_t index = wide.data()[i];
     if (index < 0 || index > std::numeric_limits<std::uint32_t>::max())
-      refuse(what, "index " + std::to_string(index) + " in triangle " + std::to_string(i / 3), "[0, 2^32)");
-    out[i / 3][i % 3] = static_cast<std::uint32_t>(index);
+      refuse(what, "index " + std::to_string(index) + " in row " + std::to_string(i / N), "[0, 2^32)");
+    out[i / N][i % N] = static_cast<std::uint32_t>(index);
   }
   return out;
 }
+template std::vector<std::array<std::uint32_t, 3>> index_rows(const py::handle&, std::string_view);
+template std::vector<std::array<std::uint32_t, 4>> index_rows(const py::handle&, std::string_view);
 
 Pose pose(const py::handle& value, std::string_view what) {
   if (value.is_none()) return {};

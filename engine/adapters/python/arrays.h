@@ -29,8 +29,9 @@ Doubles doubles(const py::handle& value, std::string_view what, std::initializer
 Vec3 vec3(const py::handle& value, std::string_view what);
 /// (n, 3)
 std::vector<Vec3> points(const py::handle& value, std::string_view what);
-/// (n, 3) whole numbers in [0, 2^32)
-std::vector<std::array<std::uint32_t, 3>> triangles(const py::handle& value, std::string_view what);
+/// (n, N) whole numbers in [0, 2^32); N: 3 for triangles, 4 for pairs of features
+template <std::size_t N>
+std::vector<std::array<std::uint32_t, N>> index_rows(const py::handle& value, std::string_view what);
 /// None: the identity. (4, 4): homogeneous. (7): translation, then quaternion w, x, y, z. Throws where it is not a
 /// pose.
 Pose pose(const py::handle& value, std::string_view what);

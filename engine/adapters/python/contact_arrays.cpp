@@ -5,19 +5,21 @@
 #include <stdexcept>
 #include <string>
 
+#include "rows.h"
+
 namespace tandem::python {
 
 namespace py = pybind11;
 
 // Rows of the arrays; the members' names are the arrays' fields.
 struct PairContact {
-  std::array<double, 3> point, normal;
+  Triple point, normal;
   double depth;
   std::uint32_t feature;
 };
 struct StepContact {
   std::uint32_t a, b;
-  std::array<double, 3> point, normal;
+  Triple point, normal;
   double depth;
   std::uint32_t feature;
 };
@@ -29,8 +31,6 @@ struct StepPair {
 };
 
 namespace {
-
-std::array<double, 3> numbers(const Vec3& v) { return {v[0], v[1], v[2]}; }
 
 // numpy's description of a row is made once, when it is first asked for.
 void describe_rows() {

@@ -8,11 +8,21 @@
 #include "detector.h"
 #include "formats/output_file.h"
 #include "formats/record_file.h"
+#include "rows.h"
 #include "scene_objects.h"
 #include "tandem/engine/contact_memory.h"
+#include "tandem/engine/continuous_motion.h"
 #include "tandem/engine/response.h"
 
 namespace tandem::python {
+
+// A row of the array; the members' names are the array's fields.
+struct MotionStopRow {
+  double t;
+  IdNumber a, b;
+  Triple point, normal;
+};
+
 namespace {
 
 using SharedResponse = SharedUse<Response>;
@@ -121,6 +131,41 @@ void bind_events(py::module_& m) {
       .def_property_readonly("ended", &events_of<&ContactEvents::ended>);
 }
 
+py::tuple limited(const SharedScene& scene, const py::object& given) {
+  const Poses asked = poses(given, "ends");
+  const std::span<const Pose> span = asked;
+  std::vector<Pose> ends(span.begin(), span.end());
+  std::vector<MotionStop> stops;
+  scene.look([&](const Scene& s) {
+    ContinuousMotion motion;
+    const auto found = motion.limit(s, ends);
+    stops.assign(found.begin(), found.end());
+  });
+  return py::make_tuple(
+      to_array(ends), structured<MotionStopRow>(stops, [](const MotionStop& stop) {
+        return MotionStopRow{stop.t, number(stop.a), number(stop.b), numbers(stop.point), numbers(stop.normal)};
+      }));
+}
+
+Doubles ends_of(const SharedScene& scene) {
+  std::vector<Pose> ends;
+  scene.look([&](const Scene& s) { free_ends(s, ends); });
+  return to_array(ends);
+}
+
+void bind_continuous_motion(py::module_& m) {
+  PYBIND11_NUMPY_DTYPE(MotionStopRow, t, a, b, point, normal);
+  m.def("free_ends", &ends_of, py::arg("scene"),
+        "(indices, 4, 4): where each body would be after scene.dt by its velocities alone.");
+  m.def(
+      "limit_motion", &limited, py::arg("scene"), py::arg("ends"),
+      "Keeps continuous bodies from passing through others on their way to ends, (indices, 4, 4) or (indices, 7): "
+      "(ends taken\n"
+      "back as far as needed, stops). Stops are a structured array: t ([0, 1] of the step), a, b (ids), point, normal "
+      "(unit, from\n"
+      "a to b). For who moves bodies himself; a Response does it.");
+}
+
 }  // namespace
 
 void bind_motion(py::module_& m) {
@@ -138,6 +183,7 @@ void bind_motion(py::module_& m) {
       "recommended_margin",
       [](const SharedScene& scene) { return scene.look([](const Scene& s) { return recommended_margin(s); }); },
       py::arg("scene"), "m: for a pipeline whose contacts a response uses.");
+  bind_continuous_motion(m);
   bind_recording(m);
   bind_events(m);
 }

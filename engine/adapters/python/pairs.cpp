@@ -9,6 +9,7 @@
 #include "contact_arrays.h"
 #include "tandem/narrowphase/narrow_phase.h"
 #include "tandem/narrowphase/triangles_at.h"
+#include "timeout.h"
 
 namespace tandem::python {
 namespace {
@@ -24,8 +25,10 @@ struct Placed {
   Pose at_a, at_b;
 };
 
-PairAnswer solved(const Placed& pair, Request request, const NarrowPhaseOptions& options = {},
+PairAnswer solved(const Placed& pair, Request request, NarrowPhaseOptions options, std::optional<double> timeout,
                   std::vector<Contact>* contacts = nullptr) {
+  const WorkLimit limit = limit_after(timeout);
+  if (timeout) options.limit = &limit;
   const py::gil_scoped_release released;
   const NarrowPhase solver(options);
   if (const std::string why = solver.refuses(pair.a, pair.b, request); !why.empty()) throw std::invalid_argument(why);
@@ -33,41 +36,51 @@ PairAnswer solved(const Placed& pair, Request request, const NarrowPhaseOptions&
 }
 
 PairAnswer distance(const Shape& a, const py::object& pose_a, const Shape& b, const py::object& pose_b,
-                    double tolerance, double cutoff) {
+                    double tolerance, double cutoff, std::optional<double> timeout) {
   NarrowPhaseOptions options;
   options.tolerance = tolerance;
   options.cutoff = cutoff;
-  return solved({a, pose_a, b, pose_b}, Request::distance, options);
+  return solved({a, pose_a, b, pose_b}, Request::distance, options, timeout);
 }
 
-bool collide(const Shape& a, const py::object& pose_a, const Shape& b, const py::object& pose_b) {
-  return solved({a, pose_a, b, pose_b}, Request::collide).collide;
+bool collide(const Shape& a, const py::object& pose_a, const Shape& b, const py::object& pose_b,
+             std::optional<double> timeout) {
+  return unless_stopped(solved({a, pose_a, b, pose_b}, Request::collide, {}, timeout)).collide;
 }
 
-py::array contacts(const Shape& a, const py::object& pose_a, const Shape& b, const py::object& pose_b, double margin) {
+py::array contacts(const Shape& a, const py::object& pose_a, const Shape& b, const py::object& pose_b, double margin,
+                   std::optional<double> timeout) {
   NarrowPhaseOptions options;
   options.margin = margin;
   std::vector<Contact> found;
-  solved({a, pose_a, b, pose_b}, Request::contacts, options, &found);
+  unless_stopped(solved({a, pose_a, b, pose_b}, Request::contacts, options, timeout, &found));
   return contact_array(found);
 }
 
-py::array intersecting_triangles(const Shape& a, const py::object& pose_a, const Shape& b, const py::object& pose_b) {
+py::array intersecting_triangles(const Shape& a, const py::object& pose_a, const Shape& b, const py::object& pose_b,
+                                 std::optional<double> timeout) {
   const Placed pair(a, pose_a, b, pose_b);
+  const WorkLimit limit = limit_after(timeout);
+  NarrowPhaseOptions options;
+  if (timeout) options.limit = &limit;
   std::vector<std::array<std::uint32_t, 2>> found;
   {
     const py::gil_scoped_release released;
-    found = NarrowPhase().intersecting_triangles(a, pair.at_a, b, pair.at_b);
+    found = NarrowPhase(options).intersecting_triangles(a, pair.at_a, b, pair.at_b);
   }
   return to_array(std::span<const std::array<std::uint32_t, 2>>(found));
 }
 
 std::optional<FirstTouch> time_of_impact(const Shape& a, const py::object& from_a, const py::object& to_a,
-                                         const Shape& b, const py::object& from_b, const py::object& to_b) {
+                                         const Shape& b, const py::object& from_b, const py::object& to_b,
+                                         std::optional<double> timeout) {
   const Motion motion_a{pose(from_a, "from_a"), pose(to_a, "to_a")},
       motion_b{pose(from_b, "from_b"), pose(to_b, "to_b")};
+  const WorkLimit limit = limit_after(timeout);
+  NarrowPhaseOptions options;
+  if (timeout) options.limit = &limit;
   const py::gil_scoped_release released;
-  return NarrowPhase().time_of_impact(a, motion_a, b, motion_b);
+  return NarrowPhase(options).time_of_impact(a, motion_a, b, motion_b);
 }
 
 py::tuple triangles_of(const Shape& a, const py::object& pose_a, const Shape& b, const py::object& pose_b,
@@ -117,7 +130,8 @@ void bind_answers(py::module_& m) {
       .def_property_readonly(
           "normal", [](const PairAnswer& a) { return to_array(a.normal); }, "(3,) unit, from A to B")
       .def_property_readonly(
-          "status", [](const PairAnswer& a) { return status_name(a.status); }, "'ok' or 'inexact'")
+          "status", [](const PairAnswer& a) { return status_name(a.status); },
+          "'ok', 'inexact', or 'stopped': the timeout passed first")
       .def_readonly("error_bound", &PairAnswer::error_bound, "m, on signed_distance; 0: rounding")
       .def("__repr__", &described);
   py::class_<FirstTouch>(m, "FirstTouch", "The first touch of two shapes on their motions.")
@@ -136,21 +150,24 @@ void bind_answers(py::module_& m) {
 void bind_pairs(py::module_& m) {
   bind_answers(m);
   const auto a = py::arg("a"), pose_a = py::arg("pose_a"), b = py::arg("b"), pose_b = py::arg("pose_b");
+  const auto timeout = py::arg("timeout") = py::none();
   m.def("distance", &distance, a, pose_a, b, pose_b, py::kw_only(), py::arg("tolerance") = 0.0,
-        py::arg("cutoff") = infinite,
+        py::arg("cutoff") = infinite, timeout,
         "Signed distance, points and normal of two shapes. Poses: (4, 4), or (7,): translation, then quaternion w, x, "
         "y, z;\n"
         "or None. tolerance: accepted error relative to the size, [0, 0.1]. cutoff: m; farther pairs are not told "
-        "apart.");
-  m.def("collide", &collide, a, pose_a, b, pose_b, "Whether two shapes touch or overlap; exact for meshes.");
-  m.def("contacts", &contacts, a, pose_a, b, pose_b, py::kw_only(), py::arg("margin") = 0.0,
+        "apart.\n"
+        "timeout: s; status 'stopped' where it passed first; the calls below raise TimeoutError then.");
+  m.def("collide", &collide, a, pose_a, b, pose_b, py::kw_only(), timeout,
+        "Whether two shapes touch or overlap; exact for meshes.");
+  m.def("contacts", &contacts, a, pose_a, b, pose_b, py::kw_only(), py::arg("margin") = 0.0, timeout,
         "Contacts as a structured array: point, normal (unit, from a to b), depth, feature. margin: m; gaps up to it "
         "are\n"
         "reported with negative depth (of two meshes none).");
-  m.def("intersecting_triangles", &intersecting_triangles, a, pose_a, b, pose_b,
+  m.def("intersecting_triangles", &intersecting_triangles, a, pose_a, b, pose_b, py::kw_only(), timeout,
         "(n, 2): all intersecting pairs of triangles of two meshes, sorted; exact.");
   m.def("time_of_impact", &time_of_impact, a, py::arg("from_a"), py::arg("to_a"), b, py::arg("from_b"), py::arg("to_b"),
-        "The first touch on screw motions between two poses each, or None. Never missed.");
+        py::kw_only(), timeout, "The first touch on screw motions between two poses each, or None. Never missed.");
   m.def("triangles_at", &triangles_of, a, pose_a, b, pose_b, py::arg("of"),
         "The triangles of a and of b on which the points of an Answer lie; 0 where a shape is no mesh.");
   m.def("triangles_at", &triangles_of_contacts, a, pose_a, b, pose_b, py::arg("of"),

@@ -11,6 +11,7 @@
 #include "formats/output_file.h"
 #include "names.h"
 #include "scene_objects.h"
+#include "timeout.h"
 
 namespace tandem::python {
 namespace {
@@ -34,8 +35,10 @@ std::unique_ptr<SharedPipeline> pipeline(int threads, const std::string& executo
   return std::make_unique<SharedPipeline>(std::move(options));
 }
 
-StepReport step(SharedPipeline& pipeline, const SharedScene& scene) {
-  return pipeline.change([&](Detector& d) { return scene.look([&](const Scene& s) { return d.pipeline.step(s); }); });
+StepReport step(SharedPipeline& pipeline, const SharedScene& scene, std::optional<double> timeout) {
+  const auto deadline = deadline_after(timeout);
+  return pipeline.change(
+      [&](Detector& d) { return scene.look([&](const Scene& s) { return d.pipeline.step(s, {}, deadline); }); });
 }
 
 // The list is copied while no step may run, as making an array takes the GIL.
@@ -99,7 +102,7 @@ void bind_report(py::module_& m) {
           "split",
           [](const StepReport& r) { return py::make_tuple(r.execution.split.broad, r.execution.split.narrow); })
       .def_property_readonly("form", [](const StepReport& r) { return std::string(name(r.execution.form)); })
-      .def_property_readonly("issues", &issues, "'inexact', 'pool_grew', 'ran_on_caller', 'ended_early'")
+      .def_property_readonly("issues", &issues, "'inexact', 'pool_grew', 'ran_on_caller', 'ended_early', 'incomplete'")
       .def("__repr__", [](const StepReport& r) {
         return "<tandem.StepReport " + std::to_string(r.step) + ": " + std::to_string(r.contacts) + " contacts of " +
                std::to_string(r.bodies) + " bodies>";
@@ -122,7 +125,9 @@ void bind_pipeline(py::module_& m) {
            "accepted error\n"
            "relative to the bodies' size, [0, 0.1]. margin: m, gaps up to it are reported. split: (broad, narrow) "
            "threads.")
-      .def("step", &step, py::arg("scene"), "Finds all contacts; returns the report.")
+      .def("step", &step, py::arg("scene"), py::kw_only(), py::arg("timeout") = py::none(),
+           "Finds all contacts; returns the report. timeout: s; then with what is finished, and 'incomplete' among its "
+           "issues.")
       .def(
           "contacts", [](const SharedPipeline& p) { return contact_array(list_of(p)); },
           "Of the last step: a structured array a, b (body indices), point, normal (unit, a to b), depth (m), feature.")

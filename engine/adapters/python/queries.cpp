@@ -1,7 +1,6 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
-#include <chrono>
 #include <limits>
 
 #include "arrays.h"
@@ -9,6 +8,7 @@
 #include "contact_arrays.h"
 #include "scene_objects.h"
 #include "tandem/engine/scene_queries.h"
+#include "timeout.h"
 
 namespace tandem::python {
 namespace {
@@ -123,14 +123,7 @@ struct Batch {
     options.margin = margin;
     options.filter = filter.filter;
     if (world.rows() > 0) options.world = &world;
-    if (timeout) {
-      if (!(*timeout >= 0))
-        throw std::invalid_argument("timeout: " + std::to_string(*timeout) + ", allowed: seconds >= 0, or None");
-      const std::chrono::duration<double> most = std::chrono::hours(24 * 365);
-      options.deadline =
-          std::chrono::steady_clock::now() + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
-                                                 std::min(std::chrono::duration<double>(*timeout), most));
-    }
+    options.deadline = deadline_after(timeout);
   }
   Batch(const Batch&) = delete;
   Batch& operator=(const Batch&) = delete;

@@ -116,7 +116,7 @@ void bind_shapes(py::module_& m) {
   m.def(
       "Mesh",
       [](const py::object& v, const py::object& t, bool solid) {
-        return mesh(points(v, "vertices"), triangles(t, "triangles"), solid);
+        return mesh(points(v, "vertices"), index_rows<3>(t, "triangles"), solid);
       },
       py::arg("vertices"), py::arg("triangles"), py::arg("solid") = false,
       "vertices (n, 3), m; triangles (k, 3) indices. solid: the inside counts; every edge must then join two "

@@ -4,6 +4,8 @@ Lengths are metres. Poses are (4, 4) homogeneous matrices, or (7,): translation,
 Errors are ValueError with what is wrong, where, and what is allowed.
 """
 
+import numpy as _numpy  # noqa: F401  # first: the compiled part cannot say that it is missing
+
 from ._tandem import *  # noqa: F401,F403
 from ._tandem import __version__ as __version__
 from .collision_manager import CollisionManager as CollisionManager

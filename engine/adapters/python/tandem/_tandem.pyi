@@ -34,7 +34,7 @@ class Answer:
         """(3,) unit, from A to B"""
     @property
     def status(self) -> str:
-        """'ok' or 'inexact'"""
+        """'ok', 'inexact', or 'stopped': the timeout passed first"""
     @property
     def error_bound(self) -> float:
         """m, on signed_distance; 0: rounding"""
@@ -52,6 +52,22 @@ class ContactEvents:
     @property
     def ended(self) -> NDArray[np.uint64]: ...
 
+class DeformableMesh:
+    """A mesh whose vertices move while its triangles stay."""
+
+    def __init__(self, vertices: ArrayLike, triangles: ArrayLike, *, solid: bool = False) -> None: ...
+    def update(self, vertices: ArrayLike) -> int:
+        """Moves all vertices, (n, 3), m. Returns how many triangles' hierarchy was built anew, as it had become slow."""
+    def shape(self) -> Shape:
+        """As of the last update; later ones do not change it."""
+    def self_intersections(self) -> NDArray[np.uint32]:
+        """(n, 2): all pairs of triangles that share no vertex and meet, sorted; exact."""
+    def near_features(self, margin: float) -> Tuple[NDArray[np.void], NDArray[np.void], NDArray[np.void]]:
+        """As tandem.near_features, of the mesh with itself, for features without a common vertex."""
+    @property
+    def memory(self) -> int:
+        """Bytes, shapes of earlier updates that are in use included."""
+
 class FirstTouch:
     """The first touch of two shapes on their motions."""
 
@@ -67,6 +83,41 @@ class FirstTouch:
     @property
     def feature(self) -> Tuple[int, int]:
         """of A and of B: the triangle of a mesh, else 0"""
+
+class Inspection:
+    """What is found in a mesh that may not be as it should: of each kind (how many, array of the first)."""
+
+    @property
+    def vertices(self) -> int: ...
+    @property
+    def triangles(self) -> int: ...
+    @property
+    def components(self) -> int:
+        """of triangles that hang together by edges"""
+    @property
+    def is_closed(self) -> bool:
+        """every edge joins two triangles in opposite sense"""
+    @property
+    def is_clean_solid(self) -> bool:
+        """closed, and nothing of it crosses itself, is double, flat or inside out"""
+    @property
+    def faulty_edges(self) -> Tuple[int, NDArray[np.void]]:
+        """fault: 0 of one triangle, 1 of more than two, 2 of two in the same sense; vertices, ends, triangle, forward, backward"""
+    @property
+    def self_intersections(self) -> Tuple[int, NDArray[np.void]]:
+        """triangles, place; exact"""
+    @property
+    def inside_out(self) -> Tuple[int, NDArray[np.void]]:
+        """components of negative volume: their first triangle, how many, volume (m^3), place"""
+    @property
+    def flat_triangles(self) -> Tuple[int, NDArray[np.void]]:
+        """triangle, place; exact"""
+    @property
+    def duplicate_triangles(self) -> Tuple[int, NDArray[np.void]]:
+        """index, same_as, place"""
+    @property
+    def duplicate_vertices(self) -> Tuple[int, NDArray[np.void]]:
+        """index, same_as, place; they do no harm"""
 
 class Pipeline:
     """Detects collisions in a scene, step by step; the answer does not depend on threads or executor."""
@@ -88,8 +139,8 @@ class Pipeline:
         'sweep', 'grid', 'bvh', 'auto'. request: 'collide', 'distance', 'contacts'. tolerance, keep_contacts: accepted error
         relative to the bodies' size, [0, 0.1]. margin: m, gaps up to it are reported. split: (broad, narrow) threads.
         """
-    def step(self, scene: Scene) -> StepReport:
-        """Finds all contacts; returns the report."""
+    def step(self, scene: Scene, *, timeout: Optional[float] = None) -> StepReport:
+        """Finds all contacts; returns the report. timeout: s; then with what is finished, and 'incomplete' among its issues."""
     def contacts(self) -> NDArray[np.void]:
         """Of the last step: a structured array a, b (body indices), point, normal (unit, a to b), depth (m), feature."""
     def pairs(self) -> NDArray[np.void]:
@@ -408,7 +459,7 @@ class StepReport:
     def form(self) -> str: ...
     @property
     def issues(self) -> List[str]:
-        """'inexact', 'pool_grew', 'ran_on_caller', 'ended_early'"""
+        """'inexact', 'pool_grew', 'ran_on_caller', 'ended_early', 'incomplete'"""
 
 def Box(size: ArrayLike) -> Shape:
     """size: (3,) full edge lengths, m, > 0; centred"""
@@ -446,29 +497,121 @@ def builtin_scene(name: str, bodies: int = 0, seed: int = 1) -> Scene:
 def builtin_scenes() -> List[str]:
     """Names for builtin_scene."""
 
-def collide(a: Shape, pose_a: PoseLike, b: Shape, pose_b: PoseLike) -> bool:
+def clearance_zones(
+    a: Shape,
+    pose_a: PoseLike,
+    b: Shape,
+    pose_b: PoseLike,
+    *,
+    clearance: float = 0.0,
+    timeout: Optional[float] = None
+) -> NDArray[np.void]:
+    """Those pairs by places where the meshes meet or come near, the deepest or nearest first. A structured array: pairs,
+    intersecting_pairs, bounds (2, 3), area (2,) m^2, and of the nearest pair triangles (2,), signed_distance (m), point_a,
+    point_b, normal. timeout: s; then TimeoutError.
+    """
+
+def collide(a: Shape, pose_a: PoseLike, b: Shape, pose_b: PoseLike, *, timeout: Optional[float] = None) -> bool:
     """Whether two shapes touch or overlap; exact for meshes."""
 
-def contacts(a: Shape, pose_a: PoseLike, b: Shape, pose_b: PoseLike, *, margin: float = 0.0) -> NDArray[np.void]:
+def contacts(
+    a: Shape,
+    pose_a: PoseLike,
+    b: Shape,
+    pose_b: PoseLike,
+    *,
+    margin: float = 0.0,
+    timeout: Optional[float] = None
+) -> NDArray[np.void]:
     """Contacts as a structured array: point, normal (unit, from a to b), depth, feature. margin: m; gaps up to it are
     reported with negative depth (of two meshes none).
     """
 
 def distance(
-    a: Shape, pose_a: PoseLike, b: Shape, pose_b: PoseLike, *, tolerance: float = 0.0, cutoff: float = ...
+    a: Shape,
+    pose_a: PoseLike,
+    b: Shape,
+    pose_b: PoseLike,
+    *,
+    tolerance: float = 0.0,
+    cutoff: float = ...,
+    timeout: Optional[float] = None
 ) -> Answer:
     """Signed distance, points and normal of two shapes. Poses: (4, 4), or (7,): translation, then quaternion w, x, y, z;
     or None. tolerance: accepted error relative to the size, [0, 0.1]. cutoff: m; farther pairs are not told apart.
+    timeout: s; status 'stopped' where it passed first; the calls below raise TimeoutError then.
     """
+
+def edge_edge_impacts(
+    a_from: ArrayLike,
+    a_to: ArrayLike,
+    b_from: ArrayLike,
+    b_to: ArrayLike,
+    pairs: ArrayLike,
+    *,
+    tolerance: float = 1e-6,
+    separation: float = 0.0
+) -> NDArray[np.void]:
+    """The same as point_triangle_impacts, of edges. pairs: (k, 4) indices: two vertices of a, two of b."""
+
+def free_ends(scene: Scene) -> NDArray[np.float64]:
+    """(indices, 4, 4): where each body would be after scene.dt by its velocities alone."""
 
 def height_field(heights: ArrayLike, spacing: float, bottom: float) -> Shape:
     """The solid between `bottom` and (rows, columns) heights, m, `spacing` (m, > 0) apart; centred in x and y."""
 
-def intersecting_triangles(a: Shape, pose_a: PoseLike, b: Shape, pose_b: PoseLike) -> NDArray[np.uint32]:
+def inspect(vertices: ArrayLike, triangles: ArrayLike, *, most: int = 100) -> Inspection:
+    """What is wrong with a mesh, with places. most: faults listed of each kind; all are counted."""
+
+def intersecting_triangles(
+    a: Shape, pose_a: PoseLike, b: Shape, pose_b: PoseLike, *, timeout: Optional[float] = None
+) -> NDArray[np.uint32]:
     """(n, 2): all intersecting pairs of triangles of two meshes, sorted; exact."""
+
+def limit_motion(scene: Scene, ends: ArrayLike) -> Tuple[NDArray[np.float64], NDArray[np.void]]:
+    """Keeps continuous bodies from passing through others on their way to ends, (indices, 4, 4) or (indices, 7): (ends taken
+    back as far as needed, stops). Stops are a structured array: t ([0, 1] of the step), a, b (ids), point, normal (unit, from
+    a to b). For who moves bodies himself; a Response does it.
+    """
+
+def near_features(
+    a: Shape, pose_a: PoseLike, b: Shape, pose_b: PoseLike, margin: float
+) -> Tuple[NDArray[np.void], NDArray[np.void], NDArray[np.void]]:
+    """Points and triangles, and edges, of two meshes at most margin (m) apart, on all threads: (points of a with triangles of
+    b, points of b with triangles of a, edges). Structured arrays: vertex, triangle, distance; a (2,), b (2,), distance.
+    """
+
+def near_triangles(
+    a: Shape,
+    pose_a: PoseLike,
+    b: Shape,
+    pose_b: PoseLike,
+    *,
+    clearance: float = 0.0,
+    timeout: Optional[float] = None
+) -> NDArray[np.void]:
+    """All pairs of triangles of two meshes at most clearance (m) apart, sorted; 0: those that intersect, exactly. A structured
+    array: triangles (2,), distance (m), point_a, point_b. timeout: s; then TimeoutError.
+    """
 
 def point_cloud(points: ArrayLike, radius: float) -> Shape:
     """Balls of one radius (m, >= 0) about (n, 3) points, as one shape."""
+
+def point_triangle_impacts(
+    points_from: ArrayLike,
+    points_to: ArrayLike,
+    vertices_from: ArrayLike,
+    vertices_to: ArrayLike,
+    pairs: ArrayLike,
+    *,
+    tolerance: float = 1e-6,
+    separation: float = 0.0
+) -> NDArray[np.void]:
+    """First impacts of points and triangles whose vertices move on straight lines, on all threads: a structured array hit, t
+    ([0, 1]: at or before the impact), gap (m: a bound on the distance then). No impact is missed. ..._from, ..._to: (n, 3), m,
+    before and after. pairs: (k, 4) indices: a point, three vertices. tolerance: [0, 0.1], of the longest way of a vertex.
+    separation: m; features that come this near meet.
+    """
 
 def read_mesh(path: PathLike, solid: bool = False) -> Shape:
     """The mesh in a .obj, .stl, .ply, .off, .gltf or .glb file. solid: the inside counts. ValueError 'FILE:LINE: ...'
@@ -480,8 +623,26 @@ def read_scene(path: PathLike) -> Scene:
 def recommended_margin(scene: Scene) -> float:
     """m: for a pipeline whose contacts a response uses."""
 
+def separation_along(
+    a: Shape,
+    pose_a: PoseLike,
+    b: Shape,
+    pose_b: PoseLike,
+    direction: ArrayLike,
+    *,
+    timeout: Optional[float] = None
+) -> float:
+    """How far b must be moved along a direction (metres along it) to be apart from a and stay so. timeout: s; then TimeoutError."""
+
 def time_of_impact(
-    a: Shape, from_a: PoseLike, to_a: PoseLike, b: Shape, from_b: PoseLike, to_b: PoseLike
+    a: Shape,
+    from_a: PoseLike,
+    to_a: PoseLike,
+    b: Shape,
+    from_b: PoseLike,
+    to_b: PoseLike,
+    *,
+    timeout: Optional[float] = None
 ) -> Optional[FirstTouch]:
     """The first touch on screw motions between two poses each, or None. Never missed."""
 
