@@ -104,14 +104,15 @@ std::string aligned(const std::vector<std::vector<std::string>>& rows) {
 }
 
 std::string clash_rows(const std::vector<std::string>& names, const std::vector<Clash>& clashes) {
-  std::vector<std::vector<std::string>> rows = {{"part", "part", "depth or gap", "triangle pairs", "place"}};
+  std::vector<std::vector<std::string>> rows = {
+      {"part", "part", "depth or gap", "triangle pairs", "places", "deepest"}};
   for (const Clash& c : clashes) {
     std::ostringstream size, place;
     size << (c.status == Status::ok ? "" : "~") << std::abs(c.distance) << (c.intersects ? " deep" : " apart");
     place << c.place.x() << ' ' << c.place.y() << ' ' << c.place.z();
     const bool inside = c.intersects && c.triangle_pairs == 0;
-    rows.push_back(
-        {names[c.a], names[c.b], size.str(), inside ? "inside" : std::to_string(c.triangle_pairs), place.str()});
+    rows.push_back({names[c.a], names[c.b], size.str(), inside ? "inside" : std::to_string(c.triangle_pairs),
+                    c.zone_count > 0 ? std::to_string(c.zone_count) : "", place.str()});
   }
   return aligned(rows);
 }

@@ -463,6 +463,15 @@ TEST_CASE("program: clash tells parts that intersect, lie inside or are too near
   CHECK(table.out.find("1 of 1 pairs of 2 parts intersect") != std::string::npos);
   CHECK(table.out.find("a.obj  b.obj  0.1 deep") != std::string::npos);
 
+  const std::string sides = "f -4 -2 -3\nf -4 -3 -1\nf -4 -1 -2\nf -3 -2 -1\n";
+  folder.write("feet.obj", "v 0.4 0 0\nv 0.6 0 0\nv 0.4 0.1 0\nv 0.4 0 0.1\n" + sides +
+                               "v -0.6 0 0\nv -0.4 0 0\nv -0.6 0.1 0\nv -0.6 0 0.1\n" + sides);
+  const auto feet = json_lines(tandem_program({"clash", in + "/a.obj", in + "/feet.obj", "--json"}).out).at(0);
+  CHECK(feet["zone_count"] == 2);
+  CHECK(feet["zones"].at(0)["triangle_pairs"].get<int>() + feet["zones"].at(1)["triangle_pairs"].get<int>() ==
+        feet["triangle_pairs"].get<int>());
+  for (const auto& zone : feet["zones"]) CHECK(std::abs(zone["place"].at(0).get<double>()) == Approx(0.5).margin(0.1));
+
   folder.write("open.obj", cube(0, 5, false));
   const Ended open = tandem_program({"clash", in + "/a.obj", in + "/open.obj"});
   CHECK(open.out.find("open.obj: a surface, whose inside does not count") != std::string::npos);

@@ -8,6 +8,7 @@
 
 #include "formats/input_error.h"
 #include "tandem/formats/mesh_file.h"
+#include "tandem/narrowphase/clearance.h"
 #include "tandem/narrowphase/narrow_phase.h"
 
 namespace tandem::clash {
@@ -37,12 +38,22 @@ bool near(const Bounds& a, const Bounds& b, double clearance) {
   return ((a.lo.array() - clearance <= b.hi.array()) && (b.lo.array() - clearance <= a.hi.array())).all();
 }
 
+void add_zones(Clash& clash, const Part& a, const Part& b) {
+  const auto zones = clearance_zones(a.shape, {}, b.shape, {}, NearOptions{});
+  clash.zone_count = zones.size();
+  for (const ClearanceZone& zone : zones) {
+    clash.triangle_pairs += zone.intersecting_pairs;
+    if (clash.zones.size() < most_zones)
+      clash.zones.push_back({zone.intersecting_pairs, (zone.point_a + zone.point_b) / 2, zone.bounds});
+  }
+}
+
 Clash intersecting(const NarrowPhase& narrow_phase, const Part& a, const Part& b) {
   std::vector<Contact> contacts;
   const PairAnswer found = narrow_phase.solve(a.shape, {}, b.shape, {}, Request::contacts, &contacts);
   Clash out;
   out.intersects = true;
-  out.triangle_pairs = narrow_phase.intersecting_triangles(a.shape, {}, b.shape, {}).size();
+  add_zones(out, a, b);
   out.distance = found.signed_distance;
   out.status = found.status;
   out.error_bound = found.error_bound;

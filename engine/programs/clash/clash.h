@@ -18,6 +18,13 @@ struct Part {
   std::string open;  ///< why the inside does not count; empty for a solid
 };
 
+/// A place where two parts intersect: pairs of triangles that hang together.
+struct Zone {
+  std::size_t triangle_pairs = 0;
+  Vec3 place = Vec3::Zero();  ///< of its deepest pair
+  Bounds bounds{Vec3::Zero(), Vec3::Zero()};
+};
+
 /// Two parts that intersect, or are at most the clearance apart.
 struct Clash {
   std::size_t a = 0, b = 0;        ///< parts, a < b
@@ -28,7 +35,11 @@ struct Clash {
   Vec3 normal = Vec3::Zero();      ///< unit, from a to b
   Status status = Status::ok;      ///< of the distance; whether they intersect is exact
   double error_bound = 0;          ///< on the distance, where it is inexact
+  std::size_t zone_count = 0;      ///< places where their surfaces intersect
+  std::vector<Zone> zones;         ///< of them the deepest, most_zones at most
 };
+
+inline constexpr std::size_t most_zones = 100;
 
 struct Pair {
   std::size_t a, b;

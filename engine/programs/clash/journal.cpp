@@ -26,11 +26,33 @@ std::uint64_t hash(const Shape& shape) {
 
 std::string header(const std::vector<Part>& parts, double clearance) {
   JsonWriter out;
-  out.begin_object().member("tandem_clash", 1).member("clearance", clearance).key("parts").begin_array();
+  out.begin_object().member("tandem_clash", 2).member("clearance", clearance).key("parts").begin_array();
   for (const Part& part : parts)
     out.begin_object().member("file", part.file).member("mesh", std::to_string(hash(part.shape))).end_object();
   out.end_array().end_object();
   return out.text();
+}
+
+void write_zones(JsonWriter& out, const Clash& clash) {
+  out.member("zone_count", clash.zone_count).key("zones").begin_array();
+  for (const Zone& zone : clash.zones) {
+    out.begin_object().member("triangle_pairs", zone.triangle_pairs).member("place", zone.place);
+    out.key("bounds").begin_array().value(zone.bounds.lo).value(zone.bounds.hi).end_array().end_object();
+  }
+  out.end_array();
+}
+
+void read_zones(const JsonRef& entry, Clash& clash) {
+  clash.zone_count = entry.at("zone_count").value().get<std::size_t>();
+  const JsonRef zones = entry.at("zones");
+  zones.require_array("zones");
+  for (std::size_t i = 0; i < zones.size(); ++i) {
+    const JsonRef zone = zones.at(i), bounds = zone.at("bounds");
+    bounds.require_array("two corners");
+    clash.zones.push_back({zone.at("triangle_pairs").value().get<std::size_t>(),
+                           zone.at("place").vec3(),
+                           {bounds.at(std::size_t{0}).vec3(), bounds.at(std::size_t{1}).vec3()}});
+  }
 }
 
 std::string line(const Pair& pair, const Answer& answer) {
@@ -39,7 +61,9 @@ std::string line(const Pair& pair, const Answer& answer) {
   out.begin_object().key("pair").begin_array().value(pair.a).value(pair.b).end_array().member("near", answer.near);
   out.member("intersects", c.intersects).member("triangle_pairs", c.triangle_pairs).member("distance", c.distance);
   out.member("place", c.place).member("normal", c.normal).member("status", static_cast<int>(c.status));
-  out.member("error_bound", c.error_bound).end_object();
+  out.member("error_bound", c.error_bound);
+  write_zones(out, c);
+  out.end_object();
   return out.text() + '\n';
 }
 
@@ -58,6 +82,7 @@ Answer read(const JsonRef& entry, std::size_t parts) {
   out.clash.normal = entry.at("normal").vec3();
   out.clash.status = static_cast<Status>(entry.at("status").whole(static_cast<std::uint32_t>(Status::unproven)));
   out.clash.error_bound = entry.at("error_bound").number();
+  read_zones(entry, out.clash);
   return out;
 }
 
@@ -75,6 +100,7 @@ void write(JsonWriter& out, const std::vector<Part>& parts, const Clash& clash) 
   out.member("distance", clash.distance).member("place", clash.place).member("normal", clash.normal);
   out.member("status", clash.status == Status::ok ? "ok" : clash.status == Status::inexact ? "inexact" : "unproven");
   if (clash.status == Status::inexact) out.member("error_bound", clash.error_bound);
+  write_zones(out, clash);
   out.end_object();
 }
 

@@ -56,7 +56,9 @@ std::string page(const std::vector<Part>& parts, const std::vector<Clash>& clash
   for (const Clash& clash : clashes) {
     data.begin_object().member("a", clash.a).member("b", clash.b).member("intersects", clash.intersects);
     data.member("triangle_pairs", clash.triangle_pairs).member("distance", clash.distance).member("place", clash.place);
-    data.end_object();
+    data.member("zone_count", clash.zone_count).key("zones").begin_array();
+    for (const Zone& zone : clash.zones) data.value(zone.place);
+    data.end_array().end_object();
   }
   data.end_array().end_object();
   std::string json = data.text();  // in a script element, which a file's name must not end
