@@ -7,6 +7,7 @@
 #include "formats/text_file.h"
 #include "option_text.h"
 #include "progress.h"
+#include "solver_list.h"
 
 namespace tandem {
 namespace {
@@ -17,15 +18,6 @@ struct Options {
   std::string file, solver, tolerance = "0", meshes;
   bool list_solvers = false, time = false;
 };
-
-int list_solvers(DescriptorBuffer& out) {
-  for (const SolverInfo& solver : NarrowPhase::solvers()) {
-    std::string name(solver.name);
-    name.resize(std::max<std::size_t>(name.size() + 1, 16), ' ');
-    out.append(name + std::string(solver.description) + '\n');
-  }
-  return 0;
-}
 
 std::vector<fs::path> mesh_folders(const Options& options) {
   std::vector<fs::path> folders;
@@ -100,7 +92,7 @@ void add_query_command(CLI::App& program, DescriptorBuffer& out, int& status) {
   const auto options = std::make_shared<Options>();
   command->add_option("FILE", options->file, "pair records; - is stdin")->type_name("");
   command->add_option("--solver", options->solver, "use this solver wherever it covers the pair")->type_name("NAME");
-  command->add_flag("--list-solvers", options->list_solvers, "list the solvers");
+  command->add_flag("--list-solvers", options->list_solvers, "list the solvers, and which of them answers which two kinds of shapes");
   command->add_option("--tolerance", options->tolerance, "error accepted, relative to the bodies' size, 0 to 0.1")
       ->type_name("T")
       ->capture_default_str();
@@ -114,7 +106,8 @@ void add_query_command(CLI::App& program, DescriptorBuffer& out, int& status) {
       "Exit status: 0 all answered, 1 a record was bad, 2 the request was wrong.");
   command->callback([options, &out, &status] {
     if (options->list_solvers) {
-      status = list_solvers(out);
+      out.append(solver_list());
+      status = 0;
       return;
     }
     if (options->file.empty()) refuse_option("FILE", "", "a file of pair records, or -");

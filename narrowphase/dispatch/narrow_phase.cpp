@@ -14,8 +14,6 @@
 #include "meshes/mesh_pair.h"
 #include "pairs/centre_test.h"
 #include "pairs/convex_pair.h"
-#include "pairs/methods.h"
-#include "pairs/simple_pairs.h"
 #include "pairs/solver_table.h"
 #include "shapes/convex_view.h"
 #include "shapes/pair_order.h"
@@ -30,10 +28,6 @@ namespace {
 
 bool triangular(const Shape& s) { return s.kind() == ShapeKind::triangle || s.kind() == ShapeKind::mesh; }
 
-bool both_halfspaces(const Shape& a, const Shape& b) {
-  return a.kind() == ShapeKind::halfspace && b.kind() == ShapeKind::halfspace;
-}
-
 /// Two half-spaces miss each other only where their normals are opposite.
 bool halfspaces_collide(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
   const Vec3 na = pose_a.rotation * a.normal(), nb = pose_b.rotation * b.normal();
@@ -42,8 +36,8 @@ bool halfspaces_collide(const Shape& a, const Pose& pose_a, const Shape& b, cons
 }
 
 std::string refusal(const Shape& a, const Shape& b, Request request) {
-  if (!both_halfspaces(a, b) || request == Request::collide) return {};
-  return "halfspace with halfspace: " + std::string(tandem::name(request)) +
+  if (!is_refused(a.kind(), b.kind(), request)) return {};
+  return std::string(name(a.kind())) + " with " + std::string(name(b.kind())) + ": " + std::string(name(request)) +
          " is not defined, no finite translation separates them unless their normals are opposite";
 }
 
@@ -77,49 +71,47 @@ std::optional<std::span<const Vec3, 3>> corners(const Shape& s) {
   return std::span<const Vec3, 3>(hull_of(s).vertices);
 }
 
-/// Does a triangle meet a triangle (exactly) or a box? Empty for other pairs and for a box where rounding could decide.
-std::optional<bool> triangle_collides(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
-                                      const NarrowPhaseOptions& options) {
-  const auto in_a = corners(a), in_b = corners(b);
-  if (a.kind() == ShapeKind::triangle && b.kind() == ShapeKind::triangle) {
-    const auto by_axes = in_a && in_b ? triangles_collide(*in_a, pose_a, *in_b, pose_b) : std::nullopt;
-    return by_axes ? *by_axes : !mesh_triangle_pairs(a, pose_a, b, pose_b, options).empty();
+/// Do they meet, by the test that the pair of kinds has? Empty where it has none, and where rounding could decide.
+std::optional<bool> collide_by_test(CollideTest test, const Shape& a, const Pose& pose_a, const Shape& b,
+                                    const Pose& pose_b, const NarrowPhaseOptions& options) {
+  switch (test) {
+    case CollideTest::none:
+      break;
+    case CollideTest::halfspaces:
+      return halfspaces_collide(a, pose_a, b, pose_b);
+    case CollideTest::triangles: {
+      const auto in_a = corners(a), in_b = corners(b);
+      const auto by_axes = in_a && in_b ? triangles_collide(*in_a, pose_a, *in_b, pose_b) : std::nullopt;
+      return by_axes ? *by_axes : !mesh_triangle_pairs(a, pose_a, b, pose_b, options).empty();
+    }
+    case CollideTest::box_triangle:
+      if (const auto in_a = corners(a)) return box_triangle_collide(b.parameters(), pose_b, *in_a, pose_a);
+      if (const auto in_b = corners(b)) return box_triangle_collide(a.parameters(), pose_a, *in_b, pose_b);
+      break;
   }
-  if (in_a && b.kind() == ShapeKind::box) return box_triangle_collide(b.parameters(), pose_b, *in_a, pose_a);
-  if (in_b && a.kind() == ShapeKind::box) return box_triangle_collide(a.parameters(), pose_a, *in_b, pose_b);
   return std::nullopt;
-}
-
-SimpleSolver simple_solver(const Shape& a, const Shape& b) {
-  return simple_solvers[static_cast<std::size_t>(a.kind())][static_cast<std::size_t>(b.kind())];
 }
 
 PairAnswer solve_by_kinds(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                           const NarrowPhaseOptions& options, std::vector<Contact>* contacts, WarmStart* warm) {
-  if (options.solver.empty())
-    if (const SimpleSolver solver = simple_solver(a, b))
-      return solver(options, a, pose_a, b, pose_b, request, contacts);
-  if (a.is_convex() && b.is_convex()) {
-    PairAnswer plain;
-    const bool with_triangle = a.kind() == ShapeKind::triangle || b.kind() == ShapeKind::triangle;
-    if (with_triangle && request == Request::collide && options.solver.empty())
-      if (const auto collide = triangle_collides(a, pose_a, b, pose_b, options)) {
-        plain.collide = *collide;
-        return plain;
-      }
-    if (request == Request::collide && options.solver.empty() && warm != nullptr && a.is_bounded() && b.is_bounded() &&
-        still_apart(a, pose_a, b, pose_b, *warm))
+  const PairSolver& pair = pair_solver(a.kind(), b.kind());
+  const bool unforced = options.solver.empty();
+  if (unforced && pair.direct != nullptr)
+    return pair.direct(a.parameters(), pose_a, b.parameters(), pose_b, request, options.margin, contacts);
+  if (pair.method == Method::bvh) return solve_mesh(a, pose_a, b, pose_b, request, options, contacts);
+  if (is_refused(a.kind(), b.kind(), request)) throw std::invalid_argument(refusal(a, b, request));
+  PairAnswer plain;
+  if (request == Request::collide && (unforced || pair.collides == CollideTest::halfspaces))
+    if (const auto collide = collide_by_test(pair.collides, a, pose_a, b, pose_b, options)) {
+      plain.collide = *collide;
       return plain;
-    if (request != Request::distance && options.solver.empty() && a.is_bounded() && b.is_bounded() &&
-        answered_by_centres(a, pose_a, b, pose_b, request, options.margin, plain))
+    }
+  if (unforced && a.is_bounded() && b.is_bounded()) {
+    if (request == Request::collide && warm != nullptr && still_apart(a, pose_a, b, pose_b, *warm)) return plain;
+    if (request != Request::distance && answered_by_centres(a, pose_a, b, pose_b, request, options.margin, plain))
       return plain;
-    if (!both_halfspaces(a, b)) return solve_convex(view(a), pose_a, view(b), pose_b, request, options, contacts, warm);
-    if (const std::string why = refusal(a, b, request); !why.empty()) throw std::invalid_argument(why);
-    PairAnswer answer;
-    answer.collide = halfspaces_collide(a, pose_a, b, pose_b);
-    return answer;
   }
-  return solve_mesh(a, pose_a, b, pose_b, request, options, contacts);
+  return solve_convex(view(a), pose_a, view(b), pose_b, request, options, contacts, warm);
 }
 
 /// Gives an answer whose sign rounding decided the verdict of Request::collide, so that all requests agree. The
@@ -235,9 +227,9 @@ PairAnswer solve_any(const Shape& a, const Pose& pose_a, const Shape& b, const P
 PairAnswer solve_cores(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                        const NarrowPhaseOptions& options, std::vector<Contact>* contacts, WarmStart* warm) {
   if (options.solver.empty())
-    if (const SimpleSolver solver = simple_solver(a, b)) {
+    if (DirectSolver* const solver = pair_solver(a.kind(), b.kind()).direct) {
       const std::size_t first = contacts != nullptr ? contacts->size() : 0;
-      PairAnswer answer = solver(options, a, pose_a, b, pose_b, request, contacts);
+      PairAnswer answer = solver(a.parameters(), pose_a, b.parameters(), pose_b, request, options.margin, contacts);
       if (request == Request::collide) return answer;
       const double undecided = undecided_distance(a, pose_a, b, pose_b);
       if (std::abs(answer.signed_distance) <= undecided)
@@ -258,6 +250,25 @@ std::string_view name(Request request) {
   }
 }
 
+std::string_view name(Exactness exactness) {
+  switch (exactness) {
+    case Exactness::exact:
+      return "exact";
+    case Exactness::rounding:
+      return "to rounding";
+    case Exactness::bounded:
+      return "bounded";
+    case Exactness::least_found:
+      return "least found";
+    case Exactness::separating:
+      return "separating";
+    case Exactness::unknown:
+      return "unknown";
+    default:
+      return "refused";
+  }
+}
+
 NarrowPhase::NarrowPhase(NarrowPhaseOptions options) : options_(std::move(options)) {
   if (!(options_.tolerance >= 0 && options_.tolerance <= 0.1))
     throw std::invalid_argument("tolerance: " + std::to_string(options_.tolerance) + " is not in [0, 0.1]");
@@ -273,25 +284,11 @@ NarrowPhase::NarrowPhase(NarrowPhaseOptions options) : options_(std::move(option
 }
 
 const std::vector<SolverInfo>& NarrowPhase::solvers() {
-  // In the order of Method.
-  static const std::vector<SolverInfo> all = {
-      {method_names[0], "closed forms: a sphere or half-space with any simple shape, capsules and boxes"},
-      {method_names[1],
-       "boxes and triangles by their separating axes (Gottschalk 1996), apart by nearest points or edges"},
-      {method_names[2],
-       "GJK on the shapes' cores (1988), polytopes by a portal first; expanding polytope for depths (van den Bergen "
-       "2001)"},
-      {method_names[3], "cylinder, cone or ellipsoid with any convex shape: Newton's method on the support functions"},
-      {method_names[4], "FCL 0.7, collide and signed distance"},
-      {method_names[5], "libccd, GJK and EPA; only touching pairs have a distance, the others' is by gjk"},
-      {method_names[6], "libccd, MPR (Snethen 2008); depth along the portal, an upper bound; apart: gjk"},
-      {method_names[7], "triangle meshes by their hierarchy of boxes, exact triangle predicates"},
-  };
   static const std::vector<SolverInfo> built = [] {
-    std::vector<SolverInfo> rows;
-    for (std::size_t i = 0; i < all.size(); ++i)
-      if (is_built(static_cast<Method>(i))) rows.push_back(all[i]);
-    return rows;
+    std::vector<SolverInfo> list;
+    for (const MethodRow& row : method_rows)
+      if (is_built(row.method)) list.push_back(row.info);
+    return list;
   }();
   return built;
 }
@@ -329,7 +326,7 @@ void NarrowPhase::mark_apart(std::span<const PlacedPair> pairs, std::span<std::u
     boxes.count = 0;
   };
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    if (pairs[i].a->kind() != ShapeKind::box || pairs[i].b->kind() != ShapeKind::box) continue;
+    if (pair_solver(pairs[i].a->kind(), pairs[i].b->kind()).lanes != LaneGroup::boxes) continue;
     if (pairs[i].a->rounding() + pairs[i].b->rounding() > 0) continue;
     place[boxes.count] = i;
     boxes.add(pairs[i]);
@@ -355,10 +352,10 @@ std::vector<std::array<std::uint32_t, 2>> NarrowPhase::intersecting_triangles(co
 std::span<const SolverRow> NarrowPhase::table() { return solver_rows(); }
 
 SolverRow NarrowPhase::solver_for(ShapeKind a, ShapeKind b, Request request) const {
-  if (const auto forced = find_method(options_.solver); forced && covers(*forced, a, b))
-    return {a, b, request, method_names[static_cast<std::size_t>(*forced)], options_.tolerance, 0, 0};
-  if (const SolverRow* row = cheapest_row(a, b, request, options_.tolerance)) return *row;
-  return {a, b, request, method_names[static_cast<std::size_t>(best_method(a, b))], options_.tolerance, 0, 0};
+  const MethodChoice choice = choose_method(a, b, request, options_);
+  if (choice.row != nullptr) return *choice.row;
+  return {
+      a, b, request, tandem::name(choice.method), options_.tolerance, 0, 0, exactness(choice.method, a, b, request)};
 }
 
 }  // namespace tandem

@@ -12,27 +12,17 @@
 #include "dispatch/undecided.h"
 #include "manifold/manifold.h"
 #include "pairs/convex_pair.h"
-#include "pairs/simple_pairs.h"
+#include "pairs/solver_table.h"
 #include "shapes/pair_order.h"
 #include "tolerances.h"
 
 namespace tandem {
 namespace {
 
-/// The kinds of pairs that are solved together.
-enum class Together : std::uint8_t { none, spheres, halfspace_sphere, boxes, halfspace_box };
-
-Together together(const PlacedPair& pair, const PlacedSpheres& spheres) {
-  if (spheres.a != nullptr && spheres.b != nullptr) return Together::spheres;
-  const ShapeKind a = pair.a->kind(), b = pair.b->kind();
-  if (pair.a->rounding() + pair.b->rounding() > 0) return Together::none;
-  if (a == b)
-    return a == ShapeKind::sphere ? Together::spheres : a == ShapeKind::box ? Together::boxes : Together::none;
-  if (a != ShapeKind::halfspace && b != ShapeKind::halfspace) return Together::none;
-  const ShapeKind other = a == ShapeKind::halfspace ? b : a;
-  return other == ShapeKind::sphere ? Together::halfspace_sphere
-         : other == ShapeKind::box  ? Together::halfspace_box
-                                    : Together::none;
+LaneGroup group_of(const PlacedPair& pair, const PlacedSpheres& spheres) {
+  if (spheres.a != nullptr && spheres.b != nullptr) return LaneGroup::spheres;
+  if (pair.a->rounding() + pair.b->rounding() > 0) return LaneGroup::none;
+  return pair_solver(pair.a->kind(), pair.b->kind()).lanes;
 }
 
 bool is_undecided(const PlacedPair& pair, double distance) {
@@ -260,13 +250,13 @@ class PairGroups {
   /// Some pairs, at most a block, the first one's number being `first`.
   void take(std::span<const PlacedPair> pairs, std::span<const PlacedSpheres> spheres, std::size_t first, bool by_kind,
             double margin) {
-    std::array<Together, block> kinds;
+    std::array<LaneGroup, block> kinds;
     std::array<std::uint8_t, block> place;
     BoxPairList boxes;
     std::uint32_t left = 0;  // bits of those that must be answered
     for (std::size_t i = 0; i < pairs.size(); ++i) {
-      kinds[i] = by_kind ? together(pairs[i], spheres.empty() ? PlacedSpheres{} : spheres[i]) : Together::none;
-      if (kinds[i] == Together::boxes) {
+      kinds[i] = by_kind ? group_of(pairs[i], spheres.empty() ? PlacedSpheres{} : spheres[i]) : LaneGroup::none;
+      if (kinds[i] == LaneGroup::boxes) {
         place[boxes.count] = static_cast<std::uint8_t>(i);
         boxes.add(pairs[i]);
       } else {
@@ -279,9 +269,9 @@ class PairGroups {
     for (; left != 0; left &= left - 1) {
       const auto i = static_cast<std::size_t>(std::countr_zero(left));
       const PlacedSpheres placed = spheres.empty() ? PlacedSpheres{} : spheres[i];
-      if (kinds[i] == Together::spheres) spheres_.add(pairs[i], placed);
-      if (kinds[i] == Together::halfspace_box) halfspace_boxes_.add(pairs[i]);
-      if (kinds[i] == Together::halfspace_sphere) halfspace_spheres_.add(pairs[i], placed);
+      if (kinds[i] == LaneGroup::spheres) spheres_.add(pairs[i], placed);
+      if (kinds[i] == LaneGroup::halfspace_box) halfspace_boxes_.add(pairs[i]);
+      if (kinds[i] == LaneGroup::halfspace_sphere) halfspace_spheres_.add(pairs[i], placed);
       waiting_[count_++] = {static_cast<std::uint32_t>(first + i), kinds[i]};
     }
   }
@@ -306,21 +296,21 @@ class PairGroups {
 
   struct Waiting {
     std::uint32_t pair;
-    Together kind;
+    LaneGroup kind;
   };
 
-  bool answer_together(const PlacedPair& pair, std::size_t number, Together kind, double margin,
+  bool answer_together(const PlacedPair& pair, std::size_t number, LaneGroup kind, double margin,
                        std::vector<Contact>& contacts, AnswerSink& answers) {
     switch (kind) {
-      case Together::spheres:
+      case LaneGroup::spheres:
         return spheres_.answer(number, contacts, answers);
-      case Together::halfspace_sphere:
+      case LaneGroup::halfspace_sphere:
         return halfspace_spheres_.answer(number, contacts, answers);
-      case Together::boxes:
+      case LaneGroup::boxes:
         return boxes_.answer(pair, number, margin, contacts, answers);
-      case Together::halfspace_box:
+      case LaneGroup::halfspace_box:
         return halfspace_boxes_.answer(pair, number, margin, contacts, answers);
-      case Together::none:
+      case LaneGroup::none:
         break;
     }
     return false;

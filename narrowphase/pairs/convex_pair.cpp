@@ -7,9 +7,7 @@
 #include "closed_forms/closed_forms.h"
 #include "manifold/manifold.h"
 #include "pairs/gjk_pair.h"
-#include "pairs/methods.h"
 #include "pairs/round_pair.h"
-#include "pairs/simple_pairs.h"
 #include "pairs/solver_table.h"
 #include "peers/peer_solvers.h"
 #include "shapes/pair_order.h"
@@ -139,36 +137,14 @@ PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexVie
     swap_answer(answer, contacts, first);
     return answer;
   }
-  Method method = best_method(a.kind, b.kind);
-  double tolerance = options.tolerance, measured = 0;
-  if (!options.solver.empty()) {
-    if (const auto forced = find_method(options.solver); forced && covers(*forced, a.kind, b.kind)) method = *forced;
-  } else if (tolerance > 0) {
-    if (const SolverRow* row = cheapest_row(a.kind, b.kind, request, tolerance)) {
-      method = method_of(*row);
-      tolerance = row->tolerance;
-      measured = row->error;
-    }
-  }
-
-  if (method == Method::sat && b.kind == ShapeKind::box)
-    return solve_boxes(a.param, pose_a, b.param, pose_b, request, options.margin, contacts);
+  const MethodChoice choice = choose_method(a.kind, b.kind, request, options);
+  const Method method = choice.method;
+  const double tolerance = choice.tolerance, measured = choice.row != nullptr ? choice.row->error : 0;
+  if (const PairSolver& pair = pair_solver(a.kind, b.kind); pair.direct != nullptr && method == pair.method)
+    return pair.direct(a.param, pose_a, b.param, pose_b, request, options.margin, contacts);
   if (method == Method::closed) {
     if (a.kind == ShapeKind::halfspace) return halfspace_with(a, pose_a, b, pose_b, request, options, contacts);
-    if (a.kind == ShapeKind::capsule)
-      return solve_capsules(a.param[0], a.param[1], pose_a, b.param[0], b.param[1], pose_b, request, options.margin,
-                            contacts);
-    if (a.kind == ShapeKind::box)
-      return solve_box_capsule(a.param, pose_a, b.param[0], b.param[1], pose_b, request, options.margin, contacts);
-    const double radius = a.param[0];
-    const Vec3& centre = pose_a.translation;
-    if (b.kind == ShapeKind::sphere)
-      return solve_spheres(radius, centre, b.param[0], pose_b.translation, request, options.margin, contacts);
-    if (b.kind == ShapeKind::box)
-      return solve_sphere_box(radius, centre, b.param, pose_b, request, options.margin, contacts);
-    if (b.kind == ShapeKind::capsule)
-      return solve_sphere_capsule(radius, centre, b.param[0], b.param[1], pose_b, request, options.margin, contacts);
-    const PairAnswer answer = sphere_with(radius, centre, b, pose_b);
+    const PairAnswer answer = sphere_with(a.param[0], pose_a.translation, b, pose_b);
     if (request == Request::contacts) append_single(answer, options.margin, contacts);
     return answer;
   }

@@ -1,29 +1,57 @@
+// The methods that solve a pair, a row each: what `--list-solvers` prints and NarrowPhaseOptions::solver may name.
 #pragma once
 #include <array>
 #include <cstdint>
 #include <optional>
 #include <string_view>
 
-#include "tandem/narrowphase/shape.h"
+#include "tandem/narrowphase/solver_info.h"
 
 namespace tandem {
 
-/// The rows of the solver table, cheapest first. `bvh` is the one for meshes.
 enum class Method : std::uint8_t { closed, sat, gjk, newton, fcl, libccd, mpr, bvh };
+inline constexpr std::size_t method_count = 8;
 
-/// Their names, in that order.
-inline constexpr std::array<std::string_view, 8> method_names = {"closed", "sat",    "gjk", "newton",
-                                                                 "fcl",    "libccd", "mpr", "bvh"};
-/// Empty for an unknown name, and for FCL's and libccd's where the library is built without them.
-std::optional<Method> find_method(std::string_view solver);
+struct MethodRow {
+  Method method;
+  SolverInfo info;
+  bool by_peers;  ///< FCL's or libccd's: only where the library is built with them
+};
+
+inline constexpr std::array<MethodRow, method_count> method_rows = {{
+    {Method::closed,
+     {"closed", "closed forms: a sphere or half-space with any simple shape, capsules and boxes"},
+     false},
+    {Method::sat,
+     {"sat", "boxes and triangles by their separating axes (Gottschalk 1996), apart by nearest points or edges"},
+     false},
+    {Method::gjk,
+     {"gjk",
+      "GJK on the shapes' cores (1988), polytopes by a portal first; expanding polytope for depths (van den Bergen "
+      "2001)"},
+     false},
+    {Method::newton,
+     {"newton", "cylinder, cone or ellipsoid with any convex shape: Newton's method on the support functions"},
+     false},
+    {Method::fcl, {"fcl", "FCL 0.7, collide and signed distance"}, true},
+    {Method::libccd,
+     {"libccd", "libccd, GJK and EPA; only touching pairs have a distance, the others' is by gjk"},
+     true},
+    {Method::mpr, {"mpr", "libccd, MPR (Snethen 2008); depth along the portal, an upper bound; apart: gjk"}, true},
+    {Method::bvh, {"bvh", "triangle meshes by their hierarchy of boxes, exact triangle predicates"}, false},
+}};
+static_assert([] {
+  for (std::size_t i = 0; i < method_count; ++i)
+    if (method_rows[i].method != static_cast<Method>(i) || method_rows[i].info.name.empty()) return false;
+  return true;
+}());
+
+constexpr std::string_view name(Method method) { return method_rows[static_cast<std::size_t>(method)].info.name; }
 
 /// Is it in this build?
 bool is_built(Method method);
 
-/// Does the method answer this (unordered) pair of convex kinds?
-bool covers(Method method, ShapeKind a, ShapeKind b);
-
-/// The method that is right to rounding for the pair, and cheapest among those.
-Method best_method(ShapeKind a, ShapeKind b);
+/// Empty for an unknown name, and for FCL's and libccd's where the library is built without them.
+std::optional<Method> find_method(std::string_view solver);
 
 }  // namespace tandem

@@ -132,9 +132,10 @@ void append_boxes(const HalfSize& half_a, const Pose& pose_a, const HalfSize& ha
   if (contacts.size() == first) append_single(r, margin, &contacts);
 }
 
-PairAnswer solve_spheres(double radius_a, const Vec3& a, double radius_b, const Vec3& b, Request request, double margin,
-                         std::vector<Contact>* contacts) {
-  const Vec3 d = b - a;
+PairAnswer solve_spheres(const Parameters& a, const Pose& pose_a, const Parameters& b, const Pose& pose_b,
+                         Request request, double margin, std::vector<Contact>* contacts) {
+  const double radius_a = a[0], radius_b = b[0];
+  const Vec3 d = pose_b.translation - pose_a.translation;
   const double length2 = d.squaredNorm(), reach = radius_a + radius_b;
   PairAnswer r;
   if (request == Request::collide) {
@@ -144,8 +145,8 @@ PairAnswer solve_spheres(double radius_a, const Vec3& a, double radius_b, const 
   const double length = std::sqrt(length2);
   r.normal = length > 0 ? unit(d, length) : Vec3(radius_a > radius_b ? -1.0 : 1.0, 0, 0);
   r.signed_distance = length - reach;
-  r.point_a = a + radius_a * r.normal;
-  r.point_b = b - radius_b * r.normal;
+  r.point_a = pose_a.translation + radius_a * r.normal;
+  r.point_b = pose_b.translation - radius_b * r.normal;
   // Clearly apart: known before the root is.
   const double far = reach + margin;
   if (request == Request::contacts && length2 > far * far * (1 + tolerance::certain)) return r;
@@ -154,9 +155,10 @@ PairAnswer solve_spheres(double radius_a, const Vec3& a, double radius_b, const 
   return r;
 }
 
-PairAnswer solve_sphere_box(double radius, const Vec3& centre, const HalfSize& size, const Pose& pose, Request request,
-                            double margin, std::vector<Contact>* contacts) {
-  const double half[3] = {size[0], size[1], size[2]};
+PairAnswer solve_sphere_box(const Parameters& a, const Pose& pose_a, const Parameters& b, const Pose& pose,
+                            Request request, double margin, std::vector<Contact>* contacts) {
+  const double radius = a[0], half[3] = {b[0], b[1], b[2]};
+  const Vec3& centre = pose_a.translation;
   const Vec3 d = centre - pose.translation;
   Vec3 p, out;
   for (int i = 0; i < 3; ++i) {
@@ -192,8 +194,10 @@ PairAnswer solve_sphere_box(double radius, const Vec3& centre, const HalfSize& s
   return r;
 }
 
-PairAnswer solve_sphere_capsule(double radius, const Vec3& centre, double capsule_radius, double length,
-                                const Pose& pose, Request request, double margin, std::vector<Contact>* contacts) {
+PairAnswer solve_sphere_capsule(const Parameters& a, const Pose& pose_a, const Parameters& b, const Pose& pose,
+                                Request request, double margin, std::vector<Contact>* contacts) {
+  const double radius = a[0], capsule_radius = b[0], length = b[1];
+  const Vec3& centre = pose_a.translation;
   const Vec3 d = centre - pose.translation, axis = pose.rotation.col(2);
   const double half = 0.5 * length, along = std::clamp(axis.dot(d), -half, half);
   Vec3 out = d - along * axis;
@@ -215,14 +219,14 @@ PairAnswer solve_sphere_capsule(double radius, const Vec3& centre, double capsul
   return r;
 }
 
-PairAnswer solve_capsules(double radius_a, double length_a, const Pose& pose_a, double radius_b, double length_b,
-                          const Pose& pose_b, Request request, double margin, std::vector<Contact>* contacts) {
+PairAnswer solve_capsules(const Parameters& a, const Pose& pose_a, const Parameters& b, const Pose& pose_b,
+                          Request request, double margin, std::vector<Contact>* contacts) {
   // Which comes first cannot be foreseen: no branch.
   struct Side {
     double radius, length;
     const Pose* pose;
-  } const sides[2] = {{radius_a, length_a, &pose_a}, {radius_b, length_b, &pose_b}};
-  const double parameters = difference({radius_a, length_a}, {radius_b, length_b});
+  } const sides[2] = {{a[0], a[1], &pose_a}, {b[0], b[1], &pose_b}};
+  const double parameters = difference({a[0], a[1]}, {b[0], b[1]});
   const std::size_t first = reversed(parameters, pose_a, pose_b) ? 1 : 0, second = 1 - first;
   const Side &p = sides[first], &q = sides[second];
   const SegmentDistance s = axes_distance(*p.pose, p.length, *q.pose, q.length);
@@ -277,8 +281,10 @@ void answer_apart(const BoxAxes& axes, const HalfSize& half_a, const Pose& pose_
   swap_answer(r, &contacts, first);
 }
 
-inline PairAnswer boxes_by_size(const HalfSize& half_a, const Pose& pose_a, const HalfSize& half_b, const Pose& pose_b,
-                                Request request, double margin, std::vector<Contact>* contacts) {
+}  // namespace
+
+PairAnswer solve_boxes(const Parameters& half_a, const Pose& pose_a, const Parameters& half_b, const Pose& pose_b,
+                       Request request, double margin, std::vector<Contact>* contacts) {
   PairAnswer r;
   if (request == Request::collide) {
     r.collide = box_box_collide(half_a, pose_a, half_b, pose_b);
@@ -297,15 +303,9 @@ inline PairAnswer boxes_by_size(const HalfSize& half_a, const Pose& pose_a, cons
   return r;
 }
 
-}  // namespace
-
-PairAnswer solve_boxes(const HalfSize& half_a, const Pose& pose_a, const HalfSize& half_b, const Pose& pose_b,
-                       Request request, double margin, std::vector<Contact>* contacts) {
-  return boxes_by_size(half_a, pose_a, half_b, pose_b, request, margin, contacts);
-}
-
-PairAnswer solve_box_capsule(const HalfSize& half, const Pose& pose_a, double radius, double length, const Pose& pose_b,
+PairAnswer solve_box_capsule(const Parameters& half, const Pose& pose_a, const Parameters& b, const Pose& pose_b,
                              Request request, double margin, std::vector<Contact>* contacts) {
+  const double radius = b[0], length = b[1];
   const Vec3 d = pose_b.translation - pose_a.translation;
   Vec3 centre, along;
   for (int i = 0; i < 3; ++i) {
@@ -335,26 +335,30 @@ PairAnswer solve_box_capsule(const HalfSize& half, const Pose& pose_a, double ra
 namespace {
 
 /// The half-space's normal in the world.
-Vec3 world_normal(const Shape& halfspace, const Pose& pose) { return pose.rotation * halfspace.normal(); }
+Vec3 world_normal(const Parameters& halfspace, const Pose& pose) {
+  return pose.rotation * Vec3(halfspace[0], halfspace[1], halfspace[2]);
+}
 
-PairAnswer halfspace_sphere(const NarrowPhaseOptions& options, const Shape& a, const Pose& pose_a, const Shape& b,
-                            const Pose& pose_b, Request request, std::vector<Contact>* contacts) {
+}  // namespace
+
+PairAnswer solve_halfspace_sphere(const Parameters& a, const Pose& pose_a, const Parameters& b, const Pose& pose_b,
+                                  Request request, double margin, std::vector<Contact>* contacts) {
+  const double offset = a[3], radius = b[0];
   PairAnswer r;
   r.normal = world_normal(a, pose_a);
-  r.signed_distance = r.normal.dot(pose_b.translation - pose_a.translation) - a.offset() - b.radius();
+  r.signed_distance = r.normal.dot(pose_b.translation - pose_a.translation) - offset - radius;
   r.collide = r.signed_distance <= 0;
-  r.point_b = pose_b.translation - b.radius() * r.normal;
+  r.point_b = pose_b.translation - radius * r.normal;
   r.point_a = r.point_b - r.signed_distance * r.normal;
-  if (request == Request::contacts) append_single(r, options.margin, contacts);
+  if (request == Request::contacts) append_single(r, margin, contacts);
   return r;
 }
 
-PairAnswer halfspace_box(const NarrowPhaseOptions& options, const Shape& a, const Pose& pose_a, const Shape& b,
-                         const Pose& pose_b, Request request, std::vector<Contact>* contacts) {
+PairAnswer solve_halfspace_box(const Parameters& a, const Pose& pose_a, const Parameters& half, const Pose& pose_b,
+                               Request request, double margin, std::vector<Contact>* contacts) {
   PairAnswer r;
   r.normal = world_normal(a, pose_a);
-  const double height = r.normal.dot(pose_b.translation - pose_a.translation) - a.offset();
-  const HalfSize& half = b.parameters();
+  const double height = r.normal.dot(pose_b.translation - pose_a.translation) - a[3];
   Vec3 slope, lowest;
   for (int i = 0; i < 3; ++i) {
     slope[i] = pose_b.rotation.col(i).dot(r.normal);
@@ -364,73 +368,13 @@ PairAnswer halfspace_box(const NarrowPhaseOptions& options, const Shape& a, cons
   r.collide = r.signed_distance <= 0;
   r.point_b = pose_b * lowest;
   r.point_a = r.point_b - r.signed_distance * r.normal;
-  if (request == Request::contacts && contacts != nullptr && r.signed_distance <= options.margin) {
+  if (request == Request::contacts && contacts != nullptr && r.signed_distance <= margin) {
     const std::size_t first = contacts->size();
-    append_halfspace_box(half, pose_b, r.normal, slope, height, options.margin, *contacts);
+    append_halfspace_box(half, pose_b, r.normal, slope, height, margin, *contacts);
     // Rounding may leave nothing of a corner that just touches.
-    if (contacts->size() == first) append_single(r, options.margin, contacts);
+    if (contacts->size() == first) append_single(r, margin, contacts);
   }
   return r;
 }
-
-PairAnswer spheres(const NarrowPhaseOptions& options, const Shape& a, const Pose& pose_a, const Shape& b,
-                   const Pose& pose_b, Request request, std::vector<Contact>* contacts) {
-  return solve_spheres(a.radius(), pose_a.translation, b.radius(), pose_b.translation, request, options.margin,
-                       contacts);
-}
-PairAnswer sphere_box(const NarrowPhaseOptions& options, const Shape& a, const Pose& pose_a, const Shape& b,
-                      const Pose& pose_b, Request request, std::vector<Contact>* contacts) {
-  return solve_sphere_box(a.radius(), pose_a.translation, b.parameters(), pose_b, request, options.margin, contacts);
-}
-PairAnswer sphere_capsule(const NarrowPhaseOptions& options, const Shape& a, const Pose& pose_a, const Shape& b,
-                          const Pose& pose_b, Request request, std::vector<Contact>* contacts) {
-  return solve_sphere_capsule(a.radius(), pose_a.translation, b.radius(), b.length(), pose_b, request, options.margin,
-                              contacts);
-}
-PairAnswer capsules(const NarrowPhaseOptions& options, const Shape& a, const Pose& pose_a, const Shape& b,
-                    const Pose& pose_b, Request request, std::vector<Contact>* contacts) {
-  return solve_capsules(a.radius(), a.length(), pose_a, b.radius(), b.length(), pose_b, request, options.margin,
-                        contacts);
-}
-PairAnswer box_capsule(const NarrowPhaseOptions& options, const Shape& a, const Pose& pose_a, const Shape& b,
-                       const Pose& pose_b, Request request, std::vector<Contact>* contacts) {
-  return solve_box_capsule(a.parameters(), pose_a, b.radius(), b.length(), pose_b, request, options.margin, contacts);
-}
-PairAnswer boxes(const NarrowPhaseOptions& options, const Shape& a, const Pose& pose_a, const Shape& b,
-                 const Pose& pose_b, Request request, std::vector<Contact>* contacts) {
-  return boxes_by_size(a.parameters(), pose_a, b.parameters(), pose_b, request, options.margin, contacts);
-}
-
-template <SimpleSolver solver>
-PairAnswer exchanged(const NarrowPhaseOptions& options, const Shape& a, const Pose& pose_a, const Shape& b,
-                     const Pose& pose_b, Request request, std::vector<Contact>* contacts) {
-  const std::size_t first = contacts != nullptr ? contacts->size() : 0;
-  PairAnswer r = solver(options, b, pose_b, a, pose_a, request, contacts);
-  if (request != Request::collide) swap_answer(r, contacts, first);
-  return r;
-}
-
-}  // namespace
-
-constinit const std::array<std::array<SimpleSolver, shape_kinds>, shape_kinds> simple_solvers = [] {
-  std::array<std::array<SimpleSolver, shape_kinds>, shape_kinds> t{};
-  const auto at = [&t](ShapeKind a, ShapeKind b) -> SimpleSolver& {
-    return t[static_cast<std::size_t>(a)][static_cast<std::size_t>(b)];
-  };
-  at(ShapeKind::halfspace, ShapeKind::sphere) = halfspace_sphere;
-  at(ShapeKind::sphere, ShapeKind::halfspace) = exchanged<halfspace_sphere>;
-  at(ShapeKind::halfspace, ShapeKind::box) = halfspace_box;
-  at(ShapeKind::box, ShapeKind::halfspace) = exchanged<halfspace_box>;
-  at(ShapeKind::sphere, ShapeKind::sphere) = spheres;
-  at(ShapeKind::sphere, ShapeKind::box) = sphere_box;
-  at(ShapeKind::box, ShapeKind::sphere) = exchanged<sphere_box>;
-  at(ShapeKind::sphere, ShapeKind::capsule) = sphere_capsule;
-  at(ShapeKind::capsule, ShapeKind::sphere) = exchanged<sphere_capsule>;
-  at(ShapeKind::capsule, ShapeKind::capsule) = capsules;
-  at(ShapeKind::box, ShapeKind::capsule) = box_capsule;
-  at(ShapeKind::capsule, ShapeKind::box) = exchanged<box_capsule>;
-  at(ShapeKind::box, ShapeKind::box) = boxes;
-  return t;
-}();
 
 }  // namespace tandem

@@ -1,18 +1,132 @@
 #include "pairs/solver_table.h"
 
-#include <array>
+#include <utility>
+
+#include "shapes/pair_order.h"
 
 namespace tandem {
 namespace {
 
+/// A set of kinds.
+struct KindSet {
+  std::uint32_t bits = 0;
+  constexpr bool has(ShapeKind kind) const { return bits >> static_cast<unsigned>(kind) & 1u; }
+};
+
+template <class... Kind>
+constexpr KindSet kinds(Kind... kind) {
+  return {((1u << static_cast<unsigned>(kind)) | ...)};
+}
+constexpr KindSet without(KindSet all, KindSet some) { return {all.bits & ~some.bits}; }
+
+using enum ShapeKind;
+
+constexpr KindSet all_kinds{(1u << shape_kinds) - 1};
+constexpr KindSet bounded = without(all_kinds, kinds(halfspace, mesh));
+constexpr KindSet curved = kinds(cylinder, cone, ellipsoid);
+constexpr KindSet flat = without(bounded, curved);
+
+/// A direct solver and the same with A and B exchanged.
+struct DirectBothWays {
+  DirectSolver* forward = nullptr;
+  DirectSolver* exchanged = nullptr;
+};
+
+template <DirectSolver solver>
+PairAnswer solve_exchanged(const Parameters& a, const Pose& pose_a, const Parameters& b, const Pose& pose_b,
+                           Request request, double margin, std::vector<Contact>* contacts) {
+  const std::size_t first = contacts != nullptr ? contacts->size() : 0;
+  PairAnswer r = solver(b, pose_b, a, pose_a, request, margin, contacts);
+  if (request != Request::collide) swap_answer(r, contacts, first);
+  return r;
+}
+
+template <DirectSolver solver>
+constexpr DirectBothWays direct{solver, solve_exchanged<solver>};
+
+/// A method for the pairs of one kind of a set with one of another, in either order.
+struct Rule {
+  KindSet a, b;
+  Method method;
+  std::array<Exactness, 3> exactness;  // collide, distance, contacts
+  DirectBothWays direct{};
+  CollideTest collides = CollideTest::none;
+  LaneGroup lanes = LaneGroup::none;
+};
+
+constexpr std::array<Exactness, 3> every(Exactness e) { return {e, e, e}; }
+constexpr std::array<Exactness, 3> to_rounding = every(Exactness::rounding);
+constexpr std::array<Exactness, 3> least_found = {Exactness::rounding, Exactness::least_found, Exactness::least_found};
+constexpr std::array<Exactness, 3> separating = {Exactness::rounding, Exactness::separating, Exactness::separating};
+constexpr std::array<Exactness, 3> exact_separating = {Exactness::exact, Exactness::separating, Exactness::separating};
+
+// Of the rules that hold for a pair the first one's method is taken; the others can be named. Where a rule has a direct
+// solver, the kind that ranks first (pair_order.h) stands first.
+constexpr std::array rules = std::to_array<Rule>({
+    {kinds(mesh), kinds(mesh, triangle), Method::bvh, exact_separating},
+    {kinds(mesh), kinds(halfspace), Method::bvh, to_rounding},
+    {kinds(mesh), all_kinds, Method::bvh, separating},
+    {kinds(halfspace),
+     kinds(halfspace),
+     Method::closed,
+     {Exactness::rounding, Exactness::refused, Exactness::refused},
+     {},
+     CollideTest::halfspaces},
+    {kinds(halfspace), kinds(sphere), Method::closed, to_rounding, direct<solve_halfspace_sphere>, CollideTest::none,
+     LaneGroup::halfspace_sphere},
+    {kinds(halfspace), kinds(box), Method::closed, to_rounding, direct<solve_halfspace_box>, CollideTest::none,
+     LaneGroup::halfspace_box},
+    {kinds(halfspace), bounded, Method::closed, to_rounding},
+    {kinds(sphere), kinds(sphere), Method::closed, to_rounding, direct<solve_spheres>, CollideTest::none,
+     LaneGroup::spheres},
+    {kinds(sphere), kinds(box), Method::closed, to_rounding, direct<solve_sphere_box>},
+    {kinds(sphere), kinds(capsule), Method::closed, to_rounding, direct<solve_sphere_capsule>},
+    {kinds(sphere), kinds(cylinder, cone, triangle), Method::closed, to_rounding},
+    {kinds(box), kinds(capsule), Method::closed, to_rounding, direct<solve_box_capsule>},
+    {kinds(capsule), kinds(capsule), Method::closed, to_rounding, direct<solve_capsules>},
+    {kinds(box), kinds(box), Method::sat, to_rounding, direct<solve_boxes>, CollideTest::none, LaneGroup::boxes},
+    {kinds(box), kinds(triangle), Method::sat, to_rounding, {}, CollideTest::box_triangle},
+    {kinds(triangle),
+     kinds(triangle),
+     Method::sat,
+     {Exactness::exact, Exactness::rounding, Exactness::rounding},
+     {},
+     CollideTest::triangles},
+    {kinds(ellipsoid), kinds(sphere), Method::newton, least_found},
+    {curved, without(bounded, kinds(sphere)), Method::newton, least_found},
+    {flat, flat, Method::gjk, to_rounding},
+    {bounded, bounded, Method::gjk, every(Exactness::bounded)},
+    {bounded, bounded, Method::fcl, every(Exactness::unknown)},
+    {bounded, bounded, Method::libccd, every(Exactness::unknown)},
+    {bounded, bounded, Method::mpr, every(Exactness::unknown)},
+});
+
+/// Whether the rule holds for the pair as it stands: rules with a direct solver for one kind of the two are written
+/// from that kind's side.
+constexpr bool holds(const Rule& rule, ShapeKind a, ShapeKind b) { return rule.a.has(a) && rule.b.has(b); }
+
+constexpr PairSolver compile(ShapeKind a, ShapeKind b) {
+  for (const Rule& rule : rules) {
+    if (!holds(rule, a, b) && !holds(rule, b, a)) continue;
+    if (rule.direct.forward != nullptr && rank(a) <= rank(b) && !holds(rule, a, b)) throw "a direct rule out of order";
+    DirectSolver* solver = rank(a) <= rank(b) ? rule.direct.forward : rule.direct.exchanged;
+    return {rule.method, rule.collides, rule.lanes, rule.exactness, solver};
+  }
+  throw "two kinds without a rule";
+}
+
 // Measured over 400 pairs of each two kinds, 80 a class; the error is three times the largest met, and no less than the
 // tolerance the solver ran with. Only rows that save a fifth of the time are kept: for verdicts none does. FCL has
 // none: on pairs that nearly touch its own assertions end the process.
-constexpr std::array rows = std::to_array<SolverRow>({
-    {ShapeKind::capsule, ShapeKind::cylinder, Request::distance, "gjk", 0.01, 2952, 3e-02},
-    {ShapeKind::capsule, ShapeKind::cylinder, Request::distance, "gjk", 0.001, 4126, 2e-03},
-    {ShapeKind::capsule, ShapeKind::cone, Request::distance, "gjk", 0.01, 2422, 1e-02},
-    {ShapeKind::ellipsoid, ShapeKind::ellipsoid, Request::distance, "gjk", 0.001, 3875, 1e-03},
+constexpr SolverRow measured(ShapeKind a, ShapeKind b, Request request, Method method, double tolerance,
+                             double nanoseconds, double error) {
+  return {a, b, request, name(method), tolerance, nanoseconds, error, Exactness::bounded};
+}
+constexpr std::array measured_rows = std::to_array<SolverRow>({
+    measured(capsule, cylinder, Request::distance, Method::gjk, 0.01, 2952, 3e-02),
+    measured(capsule, cylinder, Request::distance, Method::gjk, 0.001, 4126, 2e-03),
+    measured(capsule, cone, Request::distance, Method::gjk, 0.01, 2422, 1e-02),
+    measured(ellipsoid, ellipsoid, Request::distance, Method::gjk, 0.001, 3875, 1e-03),
 });
 
 constexpr std::size_t requests = 3;
@@ -22,17 +136,17 @@ constexpr std::size_t cell(ShapeKind a, ShapeKind b, Request request) {
   return (lo * shape_kinds + hi) * requests + static_cast<std::size_t>(request);
 }
 
-/// Where each pair's rows begin; a pair without rows begins where its successor does.
+/// Where each pair's measured rows begin; a pair without rows begins where its successor does.
 constexpr auto first_row = [] {
   std::array<std::uint16_t, shape_kinds * shape_kinds * requests + 1> first{};
-  for (const SolverRow& row : rows) ++first[cell(row.a, row.b, row.request) + 1];
+  for (const SolverRow& row : measured_rows) ++first[cell(row.a, row.b, row.request) + 1];
   for (std::size_t i = 1; i < first.size(); ++i) first[i] = static_cast<std::uint16_t>(first[i] + first[i - 1]);
   return first;
 }();
 
 constexpr bool in_order() {
-  for (std::size_t i = 1; i < rows.size(); ++i) {
-    const SolverRow &x = rows[i - 1], &y = rows[i];
+  for (std::size_t i = 1; i < measured_rows.size(); ++i) {
+    const SolverRow &x = measured_rows[i - 1], &y = measured_rows[i];
     const std::size_t cx = cell(x.a, x.b, x.request), cy = cell(y.a, y.b, y.request);
     if (cx > cy || (cx == cy && x.nanoseconds > y.nanoseconds)) return false;
   }
@@ -40,25 +154,51 @@ constexpr bool in_order() {
 }
 static_assert(in_order(), "by pair of kinds and request, then the cheapest first");
 
-constexpr auto methods = [] {
-  std::array<Method, rows.size()> list{};
-  for (std::size_t i = 0; i < rows.size(); ++i)
-    for (std::size_t m = 0; m < method_names.size(); ++m)
-      if (method_names[m] == rows[i].solver) list[i] = static_cast<Method>(m);
-  return list;
-}();
-
-}  // namespace
-
+/// The cheapest measured row whose error is within the tolerance; null if there is none.
 const SolverRow* cheapest_row(ShapeKind a, ShapeKind b, Request request, double tolerance) {
   const std::size_t c = cell(a, b, request);
   for (std::size_t i = first_row[c]; i < first_row[c + 1]; ++i)
-    if (rows[i].error <= tolerance) return &rows[i];
+    if (measured_rows[i].error <= tolerance) return &measured_rows[i];
   return nullptr;
 }
 
-Method method_of(const SolverRow& row) { return methods[static_cast<std::size_t>(&row - rows.data())]; }
+}  // namespace
 
-std::span<const SolverRow> solver_rows() { return rows; }
+constinit const std::array<std::array<PairSolver, shape_kinds>, shape_kinds> pair_solvers = [] {
+  std::array<std::array<PairSolver, shape_kinds>, shape_kinds> table{};
+  for (std::size_t a = 0; a < shape_kinds; ++a)
+    for (std::size_t b = 0; b < shape_kinds; ++b)
+      table[a][b] = compile(static_cast<ShapeKind>(a), static_cast<ShapeKind>(b));
+  return table;
+}();
+
+namespace {
+
+const Rule* find_rule(Method method, ShapeKind a, ShapeKind b) {
+  for (const Rule& rule : rules)
+    if (rule.method == method && (holds(rule, a, b) || holds(rule, b, a))) return &rule;
+  return nullptr;
+}
+
+}  // namespace
+
+bool covers(Method method, ShapeKind a, ShapeKind b) { return find_rule(method, a, b) != nullptr; }
+
+Exactness exactness(Method method, ShapeKind a, ShapeKind b, Request request) {
+  return find_rule(method, a, b)->exactness[static_cast<std::size_t>(request)];
+}
+
+MethodChoice choose_method(ShapeKind a, ShapeKind b, Request request, const NarrowPhaseOptions& options) {
+  if (!options.solver.empty()) {
+    if (const auto named = find_method(options.solver); named && covers(*named, a, b))
+      return {*named, options.tolerance, nullptr};
+  } else if (options.tolerance > 0) {
+    if (const SolverRow* row = cheapest_row(a, b, request, options.tolerance))
+      return {*find_method(row->solver), row->tolerance, row};
+  }
+  return {pair_solver(a, b).method, options.tolerance, nullptr};
+}
+
+std::span<const SolverRow> solver_rows() { return measured_rows; }
 
 }  // namespace tandem

@@ -136,6 +136,43 @@ TEST_CASE("dispatcher: a tolerance takes the cheapest row that meets it, and its
   }
 }
 
+TEST_CASE("dispatcher: the table tells what is refused, which solver answers and how sure it is") {
+  const auto shapes = one_of_each();
+  const NarrowPhase n, by_gjk({.solver = "gjk"});
+  for (const Shape& a : shapes)
+    for (const Shape& b : shapes)
+      for (const Request q : {Request::collide, Request::distance, Request::contacts}) {
+        CAPTURE(name(a.kind()), name(b.kind()), name(q));
+        const SolverRow row = n.solver_for(a.kind(), b.kind(), q), exchanged = n.solver_for(b.kind(), a.kind(), q);
+        CHECK((row.exactness == Exactness::refused) == !n.refuses(a, b, q).empty());
+        CHECK(row.solver == exchanged.solver);
+        CHECK(row.exactness == exchanged.exactness);
+        CHECK((row.solver == "bvh") == !(a.is_convex() && b.is_convex()));
+        if (row.exactness == Exactness::exact) CHECK(q == Request::collide);
+        const bool bounded = a.is_convex() && b.is_convex() && a.is_bounded() && b.is_bounded();
+        CHECK(by_gjk.solver_for(a.kind(), b.kind(), q).solver == (bounded ? "gjk" : row.solver));
+      }
+  CHECK(n.solver_for(ShapeKind::cone, ShapeKind::convex, Request::distance).exactness == Exactness::least_found);
+  CHECK(n.solver_for(ShapeKind::box, ShapeKind::convex, Request::distance).exactness == Exactness::rounding);
+  CHECK(name(Exactness::least_found) == "least found");
+}
+
+TEST_CASE("dispatcher: a half-space is answered alike whichever solver is named") {
+  Random r(14);
+  for (const ShapeKind kind : {ShapeKind::sphere, ShapeKind::box, ShapeKind::cylinder})
+    for (int i = 0; i < 20; ++i) {
+      const Shape halfspace = random_shape(ShapeKind::halfspace, r), body = random_shape(kind, r);
+      const Pose pa = random_pose(r, 0.5), pb = random_pose(r, 1);
+      CAPTURE(name(kind), i);
+      const PairAnswer plain = NarrowPhase().solve(halfspace, pa, body, pb, Request::distance);
+      for (const char* solver : {"closed", "gjk"}) {
+        const PairAnswer named = NarrowPhase({.solver = solver}).solve(halfspace, pa, body, pb, Request::distance);
+        CHECK(named.signed_distance == plain.signed_distance);
+        CHECK(named.point_b == plain.point_b);
+      }
+    }
+}
+
 TEST_CASE("a cut-off tells what is farther and changes nothing else") {
   Random r(29);
   const NarrowPhase plain;
@@ -150,7 +187,8 @@ TEST_CASE("a cut-off tells what is farther and changes nothing else") {
         CAPTURE(name(a.kind()), name(b.kind()), i);
         const PairAnswer all = plain.solve(a, pa, b, pb, Request::distance);
         CHECK_FALSE(all.farther);
-        for (const double cutoff : {0.0, 0.5 * all.signed_distance, all.signed_distance, 1.5 * all.signed_distance + 1}) {
+        for (const double cutoff :
+             {0.0, 0.5 * all.signed_distance, all.signed_distance, 1.5 * all.signed_distance + 1}) {
           if (!(cutoff >= 0)) continue;
           NarrowPhaseOptions options;
           options.cutoff = cutoff;
@@ -193,7 +231,8 @@ TEST_CASE("a cut-off tells what is farther and changes nothing else") {
     const PairAnswer all = plain.solve(a, pa, b, pb, Request::distance);
     for (const double cutoff : {0.0, 0.3 * std::abs(all.signed_distance), std::max(all.signed_distance, 0.0), 1.0}) {
       const PairAnswer answer = plain.distance_within(a, pa, b, pb, cutoff);
-      CAPTURE(i, cutoff, all.signed_distance, name(b.kind()), b.rounding(), b.size(), b.is_solid(), answer.signed_distance - all.signed_distance);
+      CAPTURE(i, cutoff, all.signed_distance, name(b.kind()), b.rounding(), b.size(), b.is_solid(),
+              answer.signed_distance - all.signed_distance);
       REQUIRE(answer.farther == (all.signed_distance > cutoff));
       if (!answer.farther) {
         CHECK(answer.signed_distance == all.signed_distance);
