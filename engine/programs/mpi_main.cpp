@@ -115,6 +115,8 @@ void write_step(JsonWriter& out, const Options& options, const mpi::Report& repo
   out.key("ms")
       .begin_object()
       .member("exchange", report.rank.exchange_ms)
+      .member("exchange_wait", report.rank.exchange_wait_ms)
+      .member("slowest_exchange", report.slowest_exchange_ms)
       .member("detect", execution.detect_ms)
       .member("wait", report.rank.wait_ms)
       .member("response", response_ms)

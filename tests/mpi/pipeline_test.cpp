@@ -270,6 +270,47 @@ TEST_CASE("lives of scenes: bodies come, go, move and change on any rank") {
   }
 }
 
+TEST_CASE(
+    "every owner moves its bodies a little, at times far: copies and owners follow, and little is sent meanwhile") {
+  const double margin = 0.02;
+  mpi::Pipeline pipeline(MPI_COMM_WORLD, world::options(2, margin));
+  Scene scene;
+  const Shape shapes[] = {Shape(Sphere{0.5}), Shape(Box{Vec3(1, 0.7, 0.5)}), Shape(HalfSpace{Vec3::UnitZ(), -0.4})};
+  for (const Shape& shape : shapes) scene.add_shape(shape);
+  for (std::uint32_t i = 0; i < 400; ++i)
+    scene.add_body({.shape = {1 + i % 2, 1}, .pose = Pose::at(0.9 * (i % 20), 0.9 * (i / 20), 0)});
+  scene.add_body({.shape = {3, 1}, .is_static = true});
+  world::add_all(pipeline, scene);
+  tandem::Pipeline alone({.executor = ExecutorKind::sequential, .threads = 1, .answer = {.margin = margin}});
+  std::mt19937_64 random(11);
+  const auto number = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
+  std::uint64_t sent_when_calm = 0, sent_at_first = 0, moved_away = 0;
+  for (int step = 0; step < 40; ++step) {
+    CAPTURE(step);
+    if (step % 15 == 14) pipeline.rebalance();
+    const mpi::Report report = pipeline.step();
+    alone.step(scene);
+    CHECK(report.contact_hash == mpi::hash(world::gathered(alone.contacts(), world::all_indices(scene))));
+    if (step == 0) sent_at_first = report.bytes_sent;
+    if (step == 8) sent_when_calm = report.bytes_sent;
+    if (step > 8) moved_away += report.moved_away;
+    // All a little; from the tenth step on some so far that any rank may get them.
+    for (std::uint32_t i = 0; i < 400; ++i) {
+      Pose pose = scene.poses()[i];
+      pose.translation += Vec3(number(-1, 1), number(-1, 1), number(-1, 1)) * 0.002;
+      if (step > 8 && random() % 100 == 0) pose.translation = Vec3(number(-2, 20), number(-2, 20), number(0, 1));
+      if (step > 20 && random() % 10 == 0) pose.translation.x() += number(-0.6, 0.6);
+      scene.move(i, pose, Vec3::Zero(), Vec3::Zero());
+      if (pipeline.has(i) && pipeline.owns(pipeline.local(i).index()))
+        pipeline.move(pipeline.local(i).index(), pose, Vec3::Zero(), Vec3::Zero());
+    }
+  }
+  if (world::ranks() == 1) return;
+  CHECK(moved_away > 20);
+  CHECK(sent_when_calm > 0);
+  CHECK(sent_when_calm < sent_at_first);
+}
+
 namespace {
 
 /// The text of the error that a step throws on every rank, the same one; empty: none.

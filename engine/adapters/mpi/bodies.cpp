@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -16,6 +17,17 @@ namespace tandem::mpi {
 namespace {
 
 constexpr std::size_t bodies_a_block = 512;
+/// Of a body's radius: how far its box may go before its copies are chosen anew. Wider means more copies, narrower more
+/// looks at who needs one.
+constexpr double skin_share = 0.1;
+/// Of a ball about a shape's box: covers what rotations and bounds are off by rounding.
+constexpr double ball_share = 1.01;
+
+using Clock = std::chrono::steady_clock;
+
+double ms_between(Clock::time_point begin, Clock::time_point end) {
+  return std::chrono::duration<double, std::milli>(end - begin).count();
+}
 
 /// The largest float that is not above x.
 float down(double x) {
@@ -50,18 +62,23 @@ std::uint64_t mixed(std::uint64_t hash, double x) {
 
 }  // namespace
 
-Bodies::Bodies(Communicator& communicator, double margin, int threads)
-    : communicator_(communicator), margin_(margin), alone_(threads == 1), directory_(communicator) {
+Bodies::Bodies(Communicator& communicator, const Regions& regions, double margin, int threads)
+    : communicator_(communicator), regions_(regions), margin_(margin), alone_(threads == 1), directory_(communicator) {
   if (threads > 1) arena_ = std::make_unique<tbb::task_arena>(threads);
   letter_of_.assign(static_cast<std::size_t>(communicator.ranks()), -1);
+  is_neighbour_.assign(static_cast<std::size_t>(communicator.ranks()), 0);
+  own_ = regions_.own();
 }
 
 ShapeId Bodies::add_shape(Shape shape, std::string name) {
+  Ball& ball = balls_.emplace_back();
   if (shape.is_bounded()) {
     const Bounds box = shape.bounds({});
-    centres_.push_back((box.lo + box.hi) / 2);
+    ball.centre = (box.lo + box.hi) / 2;
+    const double radius = shape.kind() == ShapeKind::sphere ? shape.radius() : (box.hi - box.lo).norm() / 2;
+    ball.radius = ball_share * radius;
   } else {
-    centres_.push_back(Vec3::Zero());
+    ball.radius = std::numeric_limits<double>::infinity();
   }
   // What tells shapes apart in all but contrived cases.
   const MassProperties& mass = shape.mass();
@@ -92,10 +109,9 @@ void Bodies::prepare(std::uint32_t index) {
   owned_.resize(size);
   resend_.resize(size);
   inside_.resize(size);
-  fresh_.resize(size);
-  seen_.resize(size);
-  boxes_.resize(size);
-  copies_.resize(size);
+  stirred_.resize(size);
+  queued_.resize(size);
+  edge_of_.resize(size, no_edge);
 }
 
 /// Adds a body to the scene with the very bits that it has elsewhere, or puts it in the place of the one that is there.
@@ -117,15 +133,15 @@ std::uint32_t Bodies::put(const BodyRecord& record, bool owned) {
   ids_[index] = id;
   owned_[index] = owned ? 1 : 0;
   count_ += owned ? 1 : 0;
-  resend_[index] = 0;
-  seen_[index] = SceneChanges::versions(scene_)[index] - 1;
-  copies_[index].clear();
+  stirred_[index] = owned ? 1 : 0;
   return index;
 }
 
 void Bodies::drop(std::uint32_t index) {
   count_ -= owned_[index];
   owned_[index] = 0;
+  resend_[index] = stirred_[index] = queued_[index] = 0;
+  give_back_edge(index);
   places_.erase(ids_[index]);
   scene_.remove_body(scene_.id(index));
 }
@@ -157,19 +173,20 @@ void Bodies::apply_to(std::uint32_t index, const Change& change) {
     case Kind::add:
       break;
     case Kind::remove:
-      for (const int rank : copies_[index]) {
-        to(rank).put(Item::gone);
-        to(rank).put(id);
-      }
+      if (edge_of_[index] != no_edge)
+        for (const int rank : edges_[edge_of_[index]].copies) {
+          to(rank).put(Item::gone);
+          to(rank).put(id);
+        }
       drop(index);
       directory_.gone(id);
       if (notes_removed_) removed_.push_back(id);
       break;
     case Kind::pose:
-      scene_.move(index, motion.pose(), scene_.velocities()[index], scene_.angular_velocities()[index]);
+      move(index, motion.pose(), scene_.velocities()[index], scene_.angular_velocities()[index]);
       break;
     case Kind::velocity:
-      scene_.move(index, scene_.poses()[index], motion.speed(), motion.spin());
+      move(index, scene_.poses()[index], motion.speed(), motion.spin());
       break;
     case Kind::shape:
       scene_.set_shape(body, {change.body.shape + 1, 1});
@@ -181,14 +198,16 @@ void Bodies::apply_to(std::uint32_t index, const Change& change) {
       scene_.set_static(body, change.body.is_static != 0);
       break;
   }
-  if (change.kind == Kind::shape || change.kind == Kind::filter || change.kind == Kind::is_static) resend_[index] = 1;
+  if (change.kind == Kind::shape || change.kind == Kind::filter || change.kind == Kind::is_static)
+    resend_[index] = stirred_[index] = 1;
 }
 
 Vec3 Bodies::centre(std::uint32_t index) const {
-  return scene_.poses()[index] * centres_[scene_.shape_indices()[index]];
+  return scene_.poses()[index] * balls_[scene_.shape_indices()[index]].centre;
 }
 
 Message& Bodies::to(int rank) {
+  expected_ = expected_ && is_neighbour_[static_cast<std::size_t>(rank)] != 0;
   int& place = letter_of_[static_cast<std::size_t>(rank)];
   if (place < 0) {
     place = static_cast<int>(used_++);
@@ -217,36 +236,159 @@ void Bodies::for_each_index(const Body& body) const {
     run();
 }
 
-void Bodies::look_at(std::uint32_t index, const Regions& regions) {
-  seen_[index] = SceneChanges::versions(scene_)[index];
-  boxes_[index] = outward(scene_.shape_of(index).bounds(scene_.poses()[index]), 0.5 * margin_);
-  inside_[index] = regions.holds(boxes_[index]) ? 1 : 0;
-  fresh_[index] = 1;
+/// Whether a body lies so that no other rank need know of it, whatever its box is to the last bit.
+bool Bodies::is_calm(std::uint32_t index) const {
+  constexpr double rounding = std::numeric_limits<float>::epsilon();  // boxes are rounded outward to floats
+  const Vec3 middle = centre(index);
+  const double reach = balls_[scene_.shape_indices()[index]].radius + 0.5 * margin_;
+  bool calm = true;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double x = middle[static_cast<Eigen::Index>(i)], lo = x - reach, hi = x + reach;
+    calm &= own_.lo[i] < lo - rounding * std::abs(lo) && hi + rounding * std::abs(hi) <= own_.hi[i];
+  }
+  return calm;
 }
 
-/// Of an owned body whose box is new: to whom it goes, and who needs a copy.
-void Bodies::tell_about(std::uint32_t index, const Regions& regions) {
+/// Metres by which a box may grow.
+double Bodies::skin(std::uint32_t index) const {
+  const double radius = balls_[scene_.shape_indices()[index]].radius;
+  return scene_.is_static()[index] != 0 ? 0 : skin_share * radius;
+}
+
+FloatBox Bodies::box_now(std::uint32_t index, double grow) const {
+  return outward(scene_.shape_of(index).bounds(scene_.poses()[index]), 0.5 * margin_ + grow);
+}
+
+Bodies::Edge& Bodies::edge(std::uint32_t index) {
+  std::uint32_t& place = edge_of_[index];
+  if (place == no_edge) {
+    if (free_edges_.empty()) {
+      place = static_cast<std::uint32_t>(edges_.size());
+      edges_.emplace_back();
+    } else {
+      place = free_edges_.back();
+      free_edges_.pop_back();
+    }
+    edges_[place].index = index;
+    edges_[place].copies.clear();
+  }
+  return edges_[place];
+}
+
+void Bodies::give_back_edge(std::uint32_t index) {
+  const std::uint32_t place = std::exchange(edge_of_[index], no_edge);
+  if (place == no_edge) return;
+  edges_[place].index = no_edge;
+  free_edges_.push_back(place);
+}
+
+void Bodies::take_box(Edge& edge, const FloatBox& box) {
+  edge.box = box;
+  edge.seen = SceneChanges::versions(scene_)[edge.index];
+  inside_[edge.index] = regions_.holds(box) ? 1 : 0;
+}
+
+void Bodies::queue(std::uint32_t index) {
+  if (std::exchange(queued_[index], std::uint8_t{1}) == 0) todo_.push_back(index);
+}
+
+/// Where the regions are others: every body may be near one, or in one.
+void Bodies::look_at_all() {
+  own_ = regions_.own();
+  for_each_index([&](std::uint32_t i) {
+    if (owned_[i] == 0 || edge_of_[i] != no_edge) return;
+    inside_[i] = is_calm(i) ? 1 : 0;
+    stirred_[i] = 1 - inside_[i];
+  });
+  for (const Edge& one : edges_) {
+    if (one.index == no_edge) continue;
+    if (owned_[one.index] != 0)
+      queue(one.index);
+    else
+      inside_[one.index] = regions_.holds(one.box) ? 1 : 0;
+  }
+}
+
+void Bodies::look_at_moved() {
+  const auto versions = SceneChanges::versions(scene_);
+  for (Edge& one : edges_) {
+    const std::uint32_t i = one.index;
+    if (i == no_edge || owned_[i] == 0 || queued_[i] != 0 || (resend_[i] == 0 && one.seen == versions[i])) continue;
+    const FloatBox box = box_now(i, 0);
+    if (resend_[i] != 0 || !one.skin.holds(box)) {
+      queue(i);
+      continue;
+    }
+    take_box(one, box);
+    if (one.copies.empty()) continue;
+    const MotionRecord motion = MotionRecord::of(ids_[i], scene_, i);
+    for (const int rank : one.copies) {
+      Message& letter = to(rank);
+      letter.put(Item::moved);
+      letter.put(motion);
+    }
+  }
+  const auto begin = stirred_.begin(), end = stirred_.end();
+  for (auto at = begin; (at = std::find(at, end, 1)) != end; ++at) {
+    *at = 0;
+    queue(static_cast<std::uint32_t>(at - begin));
+  }
+}
+
+/// Whether all ranks that renew() would write to are neighbours.
+bool Bodies::are_expected(std::uint32_t index) const {
+  const auto known = [&](int rank) {
+    return rank == communicator_.rank() || is_neighbour_[static_cast<std::size_t>(rank)] != 0;
+  };
+  const auto reached = regions_.reached(box_now(index, skin(index)));
+  if (!std::all_of(reached.begin(), reached.end(), known)) return false;
+  if (!known(regions_.owner(place_of_centre(index)))) return false;
+  const std::uint32_t place = edge_of_[index];
+  return place == no_edge || std::all_of(edges_[place].copies.begin(), edges_[place].copies.end(), known);
+}
+
+bool Bodies::look_ahead() {
+  expected_ = true;
+  look_at_moved();
+  return expected_ &&
+         std::all_of(todo_.begin(), todo_.end(), [this](std::uint32_t index) { return are_expected(index); });
+}
+
+/// Of an owned body that has left its skin: to whom it goes, and who needs a copy from now on.
+void Bodies::renew(std::uint32_t index) {
+  const int own = communicator_.rank();
   const auto middle = place_of_centre(index);
-  const bool stays = regions.holds(middle);
-  std::vector<int>& copies = copies_[index];
-  const bool resend = std::exchange(resend_[index], std::uint8_t{0}) != 0;
-  if (stays && inside_[index] != 0 && copies.empty()) return;
-  const int own = communicator_.rank(), owner = stays ? own : regions.owner(middle);
-  const GlobalId id = ids_[index];
-  bool stays_as_copy = false;
+  const int owner = regions_.holds(middle) ? own : regions_.owner(middle);
+  const FloatBox skinned = box_now(index, skin(index));
+  bool stays = false;
   std::vector<int> wanted;
-  for (const int rank : regions.reached(boxes_[index])) {
-    stays_as_copy = stays_as_copy || (rank == own && owner != own);
+  for (const int rank : regions_.reached(skinned)) {
+    stays = stays || rank == own;
     if (rank != owner) wanted.push_back(rank);
   }
-  for (const int rank : copies)
+  Edge& one = edge(index);
+  one.skin = skinned;
+  take_box(one, box_now(index, 0));
+  write_copies(one, owner, wanted);
+  resend_[index] = 0;
+  if (owner != own) return give_to(owner, index, wanted, stays);
+  one.copies = std::move(wanted);
+  if (!one.copies.empty() || !is_calm(index)) return;
+  give_back_edge(index);
+  inside_[index] = 1;
+}
+
+void Bodies::write_copies(const Edge& edge, int owner, std::span<const int> wanted) {
+  const std::uint32_t index = edge.index;
+  const GlobalId id = ids_[index];
+  for (const int rank : edge.copies)
     if (rank != owner && !std::binary_search(wanted.begin(), wanted.end(), rank)) {
       to(rank).put(Item::gone);
       to(rank).put(id);
     }
   for (const int rank : wanted) {
-    if (rank == own) continue;
-    if (!resend && std::binary_search(copies.begin(), copies.end(), rank)) {
+    if (rank == communicator_.rank()) continue;
+    if (resend_[index] == 0 && std::binary_search(edge.copies.begin(), edge.copies.end(), rank)) {
       to(rank).put(Item::moved);
       to(rank).put(MotionRecord::of(id, scene_, index));
     } else {
@@ -254,18 +396,18 @@ void Bodies::tell_about(std::uint32_t index, const Regions& regions) {
       to(rank).put(BodyRecord::of(id, scene_, index));
     }
   }
-  if (owner == own) {
-    copies = std::move(wanted);
-    return;
-  }
+}
+
+/// To another owner; `stays`: a copy of it is needed here.
+void Bodies::give_to(int owner, std::uint32_t index, std::span<const int> wanted, bool stays) {
   Message& letter = to(owner);
   letter.put(Item::owned);
-  letter.put(BodyRecord::of(id, scene_, index));
+  letter.put(BodyRecord::of(ids_[index], scene_, index));
   letter.put(static_cast<std::uint32_t>(wanted.size()));
   for (const int rank : wanted) letter.put(rank);
   ++moved_away_;
-  copies.clear();
-  if (!stays_as_copy) return drop(index);
+  if (!stays) return drop(index);
+  edge(index).copies.clear();
   owned_[index] = 0;
   --count_;
 }
@@ -274,20 +416,28 @@ void Bodies::take(Letter& letter) {
   Message& message = letter.message;
   while (!message.done()) {
     switch (message.take<Item>()) {
-      case Item::body:
-        put(message.take<BodyRecord>(), false);
+      case Item::body: {
+        const std::uint32_t index = put(message.take<BodyRecord>(), false);
+        take_box(edge(index), box_now(index, 0));
         break;
+      }
       case Item::owned: {
         const auto record = message.take<BodyRecord>();
         const std::uint32_t index = put(record, true);
         const auto count = message.take<std::uint32_t>();
-        for (std::uint32_t i = 0; i < count; ++i) copies_[index].push_back(message.take<int>());
+        Edge& one = edge(index);
+        for (std::uint32_t i = 0; i < count; ++i) one.copies.push_back(message.take<int>());
+        one.skin = box_now(index, skin(index));  // that for which these copies were chosen
+        take_box(one, box_now(index, 0));
+        stirred_[index] = 0;
         directory_.came(record.motion.id);
         break;
       }
       case Item::moved: {
         const auto motion = message.take<MotionRecord>();
-        scene_.move(places_.at(motion.id), motion.pose(), motion.speed(), motion.spin());
+        const std::uint32_t index = places_.at(motion.id);
+        scene_.move(index, motion.pose(), motion.speed(), motion.spin());
+        take_box(edge(index), box_now(index, 0));
         break;
       }
       case Item::gone:
@@ -299,30 +449,50 @@ void Bodies::take(Letter& letter) {
   }
 }
 
-Bodies::Sent Bodies::exchange(const Regions& regions, bool recut) {
+/// Whoever has sent this rank a letter has got none from it perhaps, but it will send one back from now on.
+void Bodies::know_neighbours(bool recut) {
+  if (recut) {
+    neighbours_.clear();
+    std::fill(is_neighbour_.begin(), is_neighbour_.end(), std::uint8_t{0});
+  }
+  const auto know = [&](std::span<const Letter> letters) {
+    for (const Letter& letter : letters)
+      if (std::exchange(is_neighbour_[static_cast<std::size_t>(letter.rank)], std::uint8_t{1}) == 0)
+        neighbours_.push_back(letter.rank);
+  };
+  know(std::span(letters_).first(used_));
+  know(received_);
+  std::sort(neighbours_.begin(), neighbours_.end());
+}
+
+Bodies::Sent Bodies::exchange(bool recut, bool expected) {
+  const auto begin = Clock::now();
   moved_away_ = 0;
-  const auto versions = SceneChanges::versions(scene_);
-  prepare(0);
-  for_each_index([&](std::uint32_t i) {
-    fresh_[i] = 0;
-    if (owned_[i] == 0) return;
-    if (recut || resend_[i] != 0 || seen_[i] != versions[i]) look_at(i, regions);
-  });
-  for (std::uint32_t i = 0; i < scene_.indices(); ++i)
-    if (fresh_[i] != 0 && owned_[i] != 0) tell_about(i, regions);
-  Sent sent{moved_away_, 0, used_};
-  for (Letter& letter : std::span(letters_).first(used_)) {
+  if (recut) look_at_all();
+  if (!expected) look_at_moved();
+  for (const std::uint32_t index : todo_)
+    if (std::exchange(queued_[index], std::uint8_t{0}) != 0 && owned_[index] != 0) renew(index);
+  todo_.clear();
+  if (expected)
+    for (const int rank : neighbours_) to(rank);  // an empty letter is one, too
+  Sent sent{.moved_away = moved_away_, .bytes = 0, .messages = used_};
+  const auto letters = std::span(letters_).first(used_);
+  for (const Letter& letter : letters) {
     sent.bytes += letter.message.size();
     letter_of_[static_cast<std::size_t>(letter.rank)] = -1;
   }
-  communicator_.exchange(std::span(letters_).first(used_), received_);
+  const auto packed = Clock::now();
+  if (expected)
+    communicator_.exchange_expected(letters, received_);
+  else
+    communicator_.exchange(letters, received_);
+  const auto got = Clock::now();
+  if (!expected) know_neighbours(recut);
   used_ = 0;
   for (Letter& letter : received_) take(letter);
-  // Copies, and what has come: where the regions are others, all copies are either side of other cuts.
-  for_each_index([&](std::uint32_t i) {
-    if (!scene_.alive(i)) return;
-    if (seen_[i] != SceneChanges::versions(scene_)[i] || (recut && owned_[i] == 0)) look_at(i, regions);
-  });
+  sent.pack_ms = ms_between(begin, packed);
+  sent.wait_ms = ms_between(packed, got);
+  sent.unpack_ms = ms_between(got, Clock::now());
   return sent;
 }
 

@@ -19,9 +19,14 @@ namespace tandem::mpi {
 
 /// The bodies of one rank: those that it owns and copies of others', in a scene of its own, and what of them the other
 /// ranks must be told.
+///
+/// Most bodies are far from every other region. As long as a ball about such a body stays in the rank's own region no
+/// word is lost on it, and no step looks at it; move() tells when it leaves. All others have an Edge: their boxes, and
+/// the ranks that have copies, which stay the same ones while the box stays within what it was when they were chosen,
+/// grown by a skin (Verlet 1967). A step in which no body leaves its skin sends poses alone, to ranks that expect them.
 class Bodies {
  public:
-  Bodies(Communicator& communicator, double margin, int threads);
+  Bodies(Communicator& communicator, const Regions& regions, double margin, int threads);
 
   Scene& scene() { return scene_; }
   const Scene& scene() const { return scene_; }
@@ -43,6 +48,13 @@ class Bodies {
   std::size_t owned() const { return count_; }
   std::size_t copies() const { return places_.size() - count_; }
 
+  /// Moves a body, as Scene::move does, and notes whether it leaves the places where no other rank need know of it.
+  /// Several threads may move different bodies.
+  void move(std::uint32_t index, const Pose& pose, const Vec3& velocity, const Vec3& angular_velocity) {
+    scene_.move(index, pose, velocity, angular_velocity);
+    if (owned_[index] != 0 && edge_of_[index] == no_edge && !is_calm(index)) stirred_[index] = 1;
+  }
+
   /// Checks a change's numbers as Scene does: std::invalid_argument that names the body by its id.
   BodyRecord checked(GlobalId id, const BodyOptions& body);
   /// Of a body that this rank owns (Kind::add: will own); throws std::invalid_argument.
@@ -54,20 +66,26 @@ class Bodies {
   void note_removed() { notes_removed_ = true; }
   std::vector<GlobalId> take_removed() { return std::exchange(removed_, {}); }
 
-  /// Collective, with several ranks. Bodies go to their owners, copies to where boxes reach; all of them are looked at
-  /// if `recut`.
+  /// Looks at what has moved since the last exchange, and writes the letters for those whose copies stay the same ones.
+  /// False if a rank would get a letter that does not expect one.
+  bool look_ahead();
+
   struct Sent {
     std::uint64_t moved_away = 0, bytes = 0, messages = 0;
+    double pack_ms = 0, wait_ms = 0, unpack_ms = 0;  ///< wall
   };
-  Sent exchange(const Regions& regions, bool recut);
+  /// Collective, with several ranks. Bodies go to their owners, copies to where boxes reach; all bodies are looked at
+  /// if `recut`: the regions are others than in the last exchange. `expected`: look_ahead() was true on all ranks, and
+  /// nothing has changed since.
+  Sent exchange(bool recut, bool expected);
   /// Whether a pair of overlapping boxes is reported here.
-  bool reports(const Regions& regions, std::uint32_t a, std::uint32_t b) const {
+  bool reports(std::uint32_t a, std::uint32_t b) const {
     if ((inside_[a] | inside_[b]) != 0) return true;
+    const FloatBox &box_a = edges_[edge_of_[a]].box, &box_b = edges_[edge_of_[b]].box;
     std::array<double, 3> corner{};
-    for (std::size_t i = 0; i < 3; ++i) corner[i] = std::max(boxes_[a].lo[i], boxes_[b].lo[i]);
-    return regions.holds(corner);
+    for (std::size_t i = 0; i < 3; ++i) corner[i] = std::max(box_a.lo[i], box_b.lo[i]);
+    return regions_.holds(corner);
   }
-  const FloatBox& box(std::uint32_t index) const { return boxes_[index]; }
   /// Where a body is owned: the middle of its box in its own frame.
   Vec3 centre(std::uint32_t index) const;
   std::array<double, 3> place_of_centre(std::uint32_t index) const {
@@ -78,24 +96,53 @@ class Bodies {
   Directory& directory() { return directory_; }
 
  private:
+  static constexpr std::uint32_t no_edge = 0xffffffffu;
+
+  /// Of a body that is a copy, or near other ranks' regions.
+  struct Edge {
+    std::uint32_t index = 0;
+    std::uint32_t seen = 0;  // version for which the box is
+    FloatBox box;
+    FloatBox skin;            // while the box stays in it an owned body's copies are where they must be
+    std::vector<int> copies;  // of an owned body: ranks that have one, ascending
+  };
+  /// Of a shape, in its own frame: a ball that holds its box wherever it is turned.
+  struct Ball {
+    Vec3 centre = Vec3::Zero();
+    double radius = 0;
+  };
+
   void apply_to(std::uint32_t index, const Change& change);
   void prepare(std::uint32_t index);
   std::uint32_t put(const BodyRecord& record, bool owned);
   void drop(std::uint32_t index);
-  void look_at(std::uint32_t index, const Regions& regions);
-  void tell_about(std::uint32_t index, const Regions& regions);
+  bool is_calm(std::uint32_t index) const;
+  double skin(std::uint32_t index) const;
+  FloatBox box_now(std::uint32_t index, double grow) const;
+  Edge& edge(std::uint32_t index);
+  void give_back_edge(std::uint32_t index);
+  void take_box(Edge& edge, const FloatBox& box);
+  void look_at_all();
+  void look_at_moved();
+  void queue(std::uint32_t index);
+  bool are_expected(std::uint32_t index) const;
+  void renew(std::uint32_t index);
+  void write_copies(const Edge& edge, int owner, std::span<const int> wanted);
+  void give_to(int owner, std::uint32_t index, std::span<const int> wanted, bool stays);
+  void know_neighbours(bool recut);
   void take(Letter& letter);
   Message& to(int rank);
   template <class Body>
   void for_each_index(const Body& body) const;
 
   Communicator& communicator_;
+  const Regions& regions_;
   double margin_;                           // boxes are grown by half of it
   std::unique_ptr<tbb::task_arena> arena_;  // null: the caller's
   bool alone_;                              // one thread
   Directory directory_;
-  Scene scene_, door_;         // door_: has the shapes alone, and looks at what comes in
-  std::vector<Vec3> centres_;  // one a shape: the middle of its box
+  Scene scene_, door_;       // door_: has the shapes alone, and looks at what comes in
+  std::vector<Ball> balls_;  // one a shape
   std::uint64_t shapes_hash_ = 0;
 
   std::unordered_map<GlobalId, std::uint32_t> places_;
@@ -103,12 +150,15 @@ class Bodies {
   // One an index of the scene:
   std::vector<GlobalId> ids_;
   std::vector<std::uint8_t> owned_;
-  std::vector<std::uint8_t> resend_;  // more of it has changed than its pose
-  std::vector<std::uint8_t> inside_;  // its box lies in the rank's region
-  std::vector<std::uint8_t> fresh_;   // its box was made anew in this step
-  std::vector<std::uint32_t> seen_;   // version for which its box is
-  std::vector<FloatBox> boxes_;
-  std::vector<std::vector<int>> copies_;  // of an owned body: ranks that have one, ascending
+  std::vector<std::uint8_t> resend_;   // more of it has changed than its pose
+  std::vector<std::uint8_t> inside_;   // its box lies in the rank's region
+  std::vector<std::uint8_t> stirred_;  // an owned one without an edge that must be looked at
+  std::vector<std::uint8_t> queued_;   // in todo_
+  std::vector<std::uint32_t> edge_of_;
+  std::vector<Edge> edges_;
+  std::vector<std::uint32_t> free_edges_;
+  Region own_;                       // at the last exchange
+  std::vector<std::uint32_t> todo_;  // bodies whose copies, or owner, may be others from now on
 
   bool notes_removed_ = false;
   std::vector<GlobalId> removed_;
@@ -116,6 +166,10 @@ class Bodies {
   std::vector<Letter> letters_, received_;
   std::vector<int> letter_of_;  // a rank's place in letters_, -1: none
   std::size_t used_ = 0;
+  // Ranks with which this one has exchanged letters since the last cut, and they with it: in most steps these alone.
+  std::vector<int> neighbours_;
+  std::vector<std::uint8_t> is_neighbour_;  // one a rank
+  bool expected_ = true;                    // no letter goes to another one
   std::uint64_t moved_away_ = 0;
 };
 

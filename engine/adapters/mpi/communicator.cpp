@@ -15,18 +15,38 @@ namespace {
 // A message is cut into pieces of this: MPI counts in int.
 constexpr std::size_t most_bytes = std::size_t{1} << 28;
 
+constexpr int rounds =
+    2;  // of one kind that follow each other may overlap between ranks; each kind has tags of its own
+
+void combine_two(void* given, void* total, int* count, MPI_Datatype*) {
+  const auto* const from = static_cast<const Communicator::Totals*>(given);
+  auto* const into = static_cast<Communicator::Totals*>(total);
+  for (int k = 0; k < *count; ++k) {
+    for (std::size_t i = 0; i < into[k].sums.size(); ++i) into[k].sums[i] += from[k].sums[i];
+    for (std::size_t i = 0; i < into[k].largest.size(); ++i)
+      into[k].largest[i] = std::max(into[k].largest[i], from[k].largest[i]);
+  }
+}
+
 }  // namespace
 
 Communicator::Communicator(MPI_Comm of, double patience) : patience_(patience) {
   MPI_Comm_dup(of, &comm_);
   MPI_Comm_rank(comm_, &rank_);
   MPI_Comm_size(comm_, &ranks_);
+  static_assert(std::is_trivially_copyable_v<Totals>);
+  MPI_Type_contiguous(sizeof(Totals), MPI_BYTE, &totals_type_);
+  MPI_Type_commit(&totals_type_);
+  MPI_Op_create(combine_two, 1, &totals_op_);
 }
 
 Communicator::~Communicator() {
   int finalized = 0;
   MPI_Finalized(&finalized);
-  if (finalized == 0) MPI_Comm_free(&comm_);
+  if (finalized != 0) return;
+  MPI_Op_free(&totals_op_);
+  MPI_Type_free(&totals_type_);
+  MPI_Comm_free(&comm_);
 }
 
 void Communicator::abort(const std::string& cause) const {
@@ -58,35 +78,81 @@ void Communicator::wait(std::span<MPI_Request> requests, const char* what) const
       what);
 }
 
-void Communicator::receive_one(std::vector<Letter>& received, std::size_t& count, const MPI_Status& status) {
+std::size_t Communicator::receive(Message& into, const MPI_Status& status) {
   int bytes = 0;
   MPI_Get_count(&status, MPI_BYTE, &bytes);
+  auto& all = into.bytes();
+  const std::size_t before = all.size();
+  all.resize(before + static_cast<std::size_t>(bytes));
+  MPI_Recv(all.data() + before, bytes, MPI_BYTE, status.MPI_SOURCE, status.MPI_TAG, comm_, MPI_STATUS_IGNORE);
+  return static_cast<std::size_t>(bytes);
+}
+
+void Communicator::receive_one(std::vector<Letter>& received, std::size_t& count, const MPI_Status& status) {
   // Pieces of one letter come in the order in which they were sent.
   const auto known = std::find_if(received.begin(), received.begin() + static_cast<std::ptrdiff_t>(count),
                                   [&](const Letter& letter) { return letter.rank == status.MPI_SOURCE; });
-  auto at = static_cast<std::size_t>(known - received.begin());
+  const auto at = static_cast<std::size_t>(known - received.begin());
   if (at == count) {
     if (count == received.size()) received.emplace_back();
     received[count].rank = status.MPI_SOURCE;
     received[count++].message.clear();
   }
-  auto& into = received[at].message.bytes();
-  const std::size_t before = into.size();
-  into.resize(before + static_cast<std::size_t>(bytes));
-  MPI_Recv(into.data() + before, bytes, MPI_BYTE, status.MPI_SOURCE, status.MPI_TAG, comm_, MPI_STATUS_IGNORE);
+  receive(received[at].message, status);
+}
+
+/// Pieces; the last one of an expected letter is shorter than the others, so that the receiver knows it.
+void Communicator::send(Letter& letter, int tag, bool expected) {
+  const auto& bytes = letter.message.bytes();
+  for (std::size_t at = 0;; at += most_bytes) {
+    if (at >= bytes.size() && !expected) return;
+    const std::size_t count = std::min(most_bytes, bytes.size() - at);
+    const auto piece = static_cast<int>(count);
+    MPI_Request& request = requests_.emplace_back();
+    if (expected)
+      MPI_Isend(bytes.data() + at, piece, MPI_BYTE, letter.rank, tag, comm_, &request);
+    else
+      MPI_Issend(bytes.data() + at, piece, MPI_BYTE, letter.rank, tag, comm_, &request);
+    if (count < most_bytes) return;
+  }
+}
+
+void Communicator::exchange_expected(std::span<Letter> letters, std::vector<Letter>& received) {
+  expected_round_ = (expected_round_ + 1) % rounds;
+  const int tag = rounds + expected_round_;
+  requests_.clear();
+  received.resize(letters.size());
+  waiting_.clear();
+  for (std::size_t i = 0; i < letters.size(); ++i) {
+    send(letters[i], tag, true);
+    received[i].rank = letters[i].rank;
+    received[i].message.clear();
+    waiting_.push_back(i);
+  }
+  const auto has_come = [&](std::size_t i) {
+    int flag = 1;
+    MPI_Status status;
+    while (true) {
+      MPI_Iprobe(received[i].rank, tag, comm_, &flag, &status);
+      if (flag == 0) return false;
+      if (receive(received[i].message, status) < most_bytes) return true;
+    }
+  };
+  until(
+      [&] {
+        std::erase_if(waiting_, has_come);
+        int done = 0;
+        MPI_Testall(static_cast<int>(requests_.size()), requests_.data(), &done, MPI_STATUSES_IGNORE);
+        return done != 0 && waiting_.empty();
+      },
+      "the exchange of bodies");
+  std::sort(received.begin(), received.end(), [](const Letter& x, const Letter& y) { return x.rank < y.rank; });
 }
 
 void Communicator::exchange(std::span<Letter> letters, std::vector<Letter>& received) {
-  // Rounds that follow each other may overlap between ranks.
-  round_ = (round_ + 1) % 2;
+  round_ = (round_ + 1) % rounds;
   requests_.clear();
-  for (Letter& letter : letters) {
-    const auto& bytes = letter.message.bytes();
-    for (std::size_t at = 0; at < bytes.size(); at += most_bytes) {
-      const auto count = static_cast<int>(std::min(most_bytes, bytes.size() - at));
-      MPI_Issend(bytes.data() + at, count, MPI_BYTE, letter.rank, round_, comm_, &requests_.emplace_back());
-    }
-  }
+  for (Letter& letter : letters) send(letter, round_, false);
   std::size_t count = 0;
   MPI_Request barrier = MPI_REQUEST_NULL;
   bool at_barrier = false;
@@ -116,6 +182,12 @@ void Communicator::reduce(void* values, std::size_t count, MPI_Datatype type, MP
   MPI_Request request = MPI_REQUEST_NULL;
   MPI_Iallreduce(MPI_IN_PLACE, values, static_cast<int>(count), type, op, comm_, &request);
   wait({&request, 1}, "a sum over ranks");
+}
+
+void Communicator::combine(Totals& totals) const {
+  MPI_Request request = MPI_REQUEST_NULL;
+  MPI_Iallreduce(MPI_IN_PLACE, &totals, 1, totals_type_, totals_op_, comm_, &request);
+  wait({&request, 1}, "a step's end");
 }
 
 void Communicator::sum(std::span<std::uint64_t> values) const {

@@ -1,6 +1,7 @@
 #pragma once
 #include <mpi.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -70,6 +71,17 @@ class Communicator {
   /// PPoPP 2010). What is sent is left as it is; `received` keeps its memory from call to call.
   void exchange(std::span<Letter> letters, std::vector<Letter>& received);
 
+  /// One letter to each of some ranks, and one from each of the same; they name this rank, too.
+  void exchange_expected(std::span<Letter> letters, std::vector<Letter>& received);
+
+  /// What combine() makes of the values of all ranks: the sums of the first, the largest of the others, which are >= 0.
+  struct Totals {
+    std::array<std::uint64_t, 12> sums{};
+    std::array<double, 4> largest{};
+  };
+  /// Collective.
+  void combine(Totals& totals) const;
+
   /// Collective: sums, and largest values.
   void sum(std::span<std::uint64_t> values) const;
   void sum(std::span<double> values) const;
@@ -93,13 +105,19 @@ class Communicator {
   /// Calls done() until it is true.
   template <class Done>
   void until(const Done& done, const char* what) const;
+  void send(Letter& letter, int tag, bool expected);
+  /// Returns the bytes of the piece.
+  std::size_t receive(Message& into, const MPI_Status& status);
   void receive_one(std::vector<Letter>& received, std::size_t& count, const MPI_Status& status);
 
   MPI_Comm comm_ = MPI_COMM_NULL;
   int rank_ = 0, ranks_ = 1;
   double patience_;
   std::uint64_t step_ = 0;
-  int round_ = 0;
+  int round_ = 0, expected_round_ = 0;
+  MPI_Datatype totals_type_ = MPI_DATATYPE_NULL;
+  MPI_Op totals_op_ = MPI_OP_NULL;
+  std::vector<std::size_t> waiting_;
   std::vector<MPI_Request> requests_;
 };
 

@@ -50,7 +50,7 @@ Pipeline::Impl::Impl(MPI_Comm of, Options wanted)
     : options(checked(std::move(wanted))),
       communicator(of, options.patience),
       regions(communicator),
-      bodies(communicator, options.rank.answer.margin, options.rank.threads),
+      bodies(communicator, regions, options.rank.answer.margin, options.rank.threads),
       rebalancer(options.rebalance),
       detection(detecting()) {}
 
@@ -69,7 +69,7 @@ std::size_t Pipeline::Impl::take_own(std::span<Pair> candidates) {
   std::size_t kept = 0;
   const bool alone = communicator.ranks() == 1;
   for (Pair pair : candidates) {
-    if (!alone && !bodies.reports(regions, pair.a, pair.b)) continue;
+    if (!alone && !bodies.reports(pair.a, pair.b)) continue;
     if (bodies.id(pair.a) > bodies.id(pair.b)) std::swap(pair.a, pair.b);
     if (counts_costs) costs.count(bodies, pair);
     candidates[kept++] = pair;
@@ -93,13 +93,17 @@ void Pipeline::Impl::apply(const Change& change) {
 }
 
 /// Adds first, so that every rank's changes find what any rank added; then the others, by ranks.
-void Pipeline::Impl::apply_changes() {
+void Pipeline::Impl::apply_changes(Report& report) {
   const bool alone = communicator.ranks() == 1;
   const bool asks = std::any_of(changes.begin(), changes.end(), [&](const Change& change) {
     return change.kind == Change::Kind::add || !bodies.owns_id(change.id());
   });
-  std::array<std::uint64_t, 3> all{asks ? 1u : 0u, bodies.shapes_hash(), ~bodies.shapes_hash()};
+  const bool as_expected = !alone && changes.empty() && !recut && regions.is_cut() && bodies.look_ahead();
+  std::array<std::uint64_t, 4> all{asks ? 1u : 0u, bodies.shapes_hash(), ~bodies.shapes_hash(), as_expected ? 0u : 1u};
+  const auto looked = Clock::now();
   if (!alone) communicator.largest(std::span<std::uint64_t>(all));
+  report.rank.exchange_wait_ms = ms_since(looked);
+  expected = all[3] == 0;
   if (all[1] != ~all[2])
     note_failure("add_shape: the ranks have different shapes; all must add the same ones in the same order");
   std::vector<Change> own = std::exchange(changes, {});
@@ -198,10 +202,11 @@ void Pipeline::Impl::cut(std::span<const float> weights) {
 void Pipeline::Impl::exchange(Report& report) {
   if (communicator.ranks() == 1) return;
   if (!regions.is_cut()) cut({});
-  const Bodies::Sent sent = bodies.exchange(regions, recut);
+  const Bodies::Sent sent = bodies.exchange(recut, expected);
   report.rank.moved_away = sent.moved_away;
   report.rank.bytes_sent = sent.bytes;
   report.rank.messages_sent = sent.messages;
+  report.rank.exchange_wait_ms += sent.wait_ms;
 }
 
 void Pipeline::Impl::detect(Report& report) {
@@ -232,24 +237,14 @@ void Pipeline::Impl::put_together(Report& report) {
   report.rank.copies = bodies.copies();
   const double load = own.execution.busy_ms / std::max(1, own.execution.threads);
   const double exchanged = recut ? cut_ms + report.rank.exchange_ms : 0;
-  std::array<std::uint64_t, 12> sums{report.rank.owned,
-                                     pairs.load(std::memory_order_relaxed),
-                                     own.colliding_pairs,
-                                     own.contacts,
-                                     own.gaps,
-                                     own.contact_hash,
-                                     report.rank.moved_away,
-                                     report.rank.copies,
-                                     report.rank.bytes_sent,
-                                     report.rank.messages_sent,
-                                     failure.empty() ? 0u : 1u,
-                                     static_cast<std::uint64_t>(1e6 * load)};
-  std::array<double, 3> most{own.max_depth, load, exchanged};
+  Communicator::Totals totals{
+      {report.rank.owned, pairs.load(std::memory_order_relaxed), own.colliding_pairs, own.contacts, own.gaps,
+       own.contact_hash, report.rank.moved_away, report.rank.copies, report.rank.bytes_sent, report.rank.messages_sent,
+       failure.empty() ? 0u : 1u, static_cast<std::uint64_t>(1e6 * load)},
+      {own.max_depth, load, exchanged, report.rank.exchange_ms - report.rank.exchange_wait_ms}};
   const auto begin = Clock::now();
-  if (communicator.ranks() > 1) {
-    communicator.sum(std::span<std::uint64_t>(sums));
-    communicator.largest(std::span<double>(most));
-  }
+  if (communicator.ranks() > 1) communicator.combine(totals);
+  const auto& [sums, most] = totals;
   report.rank.wait_ms = ms_since(begin);
   report.bodies = sums[0];
   report.pairs = sums[1];
@@ -264,6 +259,7 @@ void Pipeline::Impl::put_together(Report& report) {
   report.mean_load_ms = static_cast<double>(sums[11]) / (1e6 * communicator.ranks());  // ns
   report.max_depth = most[0];
   report.slowest_load_ms = most[1];
+  report.slowest_exchange_ms = most[3];
   if (std::exchange(recut, false) && learns_cost) rebalancer.learn_cost(most[2]);
   cut_ms = 0;
   if (sums[10] == 0) return;
@@ -305,7 +301,7 @@ Report Pipeline::Impl::step() {
   communicator.at_step(report.step);
   found = false;
   try {
-    apply_changes();
+    apply_changes(report);
     exchange(report);
     report.rank.exchange_ms = ms_since(begin);
     detect(report);
@@ -436,7 +432,7 @@ BodyId Pipeline::local(GlobalId id) const {
   return scene().id(*index);
 }
 void Pipeline::move(std::uint32_t index, const Pose& pose, const Vec3& velocity, const Vec3& angular_velocity) {
-  impl_->bodies.scene().move(index, pose, velocity, angular_velocity);
+  impl_->bodies.move(index, pose, velocity, angular_velocity);
 }
 
 void Pipeline::set_gravity(const Vec3& gravity) {

@@ -27,7 +27,7 @@ struct Pipeline::Impl {
   void note_failure(const std::string& cause);
   [[noreturn]] void throw_failure();
   void apply(const Change& change);
-  void apply_changes();
+  void apply_changes(Report& report);
   void add_bodies(std::span<const Change> own);
   void send_changes(std::span<const Change> own);
   void cut(std::span<const float> weights);
@@ -47,9 +47,10 @@ struct Pipeline::Impl {
   bool counts_costs = false;  // in the step at hand
   std::atomic<std::uint64_t> pairs{0};
   std::vector<Change> changes;
-  std::string failure;  // of the step at hand, on this rank
-  bool found = false;   // contacts() are those of the last step
-  bool recut = false;   // regions are not those of the last exchange
+  std::string failure;    // of the step at hand, on this rank
+  bool found = false;     // contacts() are those of the last step
+  bool expected = false;  // no rank gets a letter that it does not expect, in the step at hand
+  bool recut = false;     // regions are not those of the last exchange
   bool learns_cost = false;
   double cut_ms = 0;
   std::uint64_t steps = 0;

@@ -130,6 +130,14 @@ void Regions::look() {
   }
 }
 
+Region Regions::own() const {
+  if (is_box_) return own_;
+  Region none;
+  none.lo.fill(everywhere);
+  none.hi.fill(-everywhere);
+  return none;
+}
+
 int Regions::owner(const std::array<double, 3>& point) const {
   if (cut_ == nullptr) return 0;
   auto place = point;  // it is not const there

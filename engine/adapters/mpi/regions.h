@@ -13,6 +13,12 @@ namespace tandem::mpi {
 /// A body's box, outward to floats, as the broad phase has it: pairs that it finds have boxes here that overlap, too.
 struct FloatBox {
   std::array<float, 3> lo{}, hi{};
+
+  bool holds(const FloatBox& other) const {
+    for (std::size_t i = 0; i < 3; ++i)
+      if (!(lo[i] <= other.lo[i] && other.hi[i] <= hi[i])) return false;
+    return true;
+  }
 };
 
 /// What lies in (lo, hi] on every axis.
@@ -56,6 +62,8 @@ class Regions {
   }
   /// False if any of the box is others' (it may be false although none is). From any thread.
   bool holds(const FloatBox& box) const { return is_box_ && own_.holds(box); }
+  /// This rank's region, or an empty one: what lies in it is certainly not others'.
+  Region own() const;
   /// The ranks whose regions a box reaches into, by rank. Good until the next call.
   std::span<const int> reached(const FloatBox& box) const;
 

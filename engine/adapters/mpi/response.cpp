@@ -151,11 +151,11 @@ void Response::Impl::compact() {
 }
 
 void Response::Impl::move_own() const {
-  Scene& scene = pipeline.bodies.scene();
+  const Scene& scene = pipeline.bodies.scene();
   for (std::uint32_t i = 0; i < scene.indices(); ++i) {
     if (!scene.alive(i) || scene.is_static()[i] != 0 || !pipeline.bodies.owns(i)) continue;
     const std::uint32_t place = places.at(pipeline.bodies.id(i));
-    scene.move(i, replica.poses()[place], replica.velocities()[place], replica.angular_velocities()[place]);
+    pipeline.bodies.move(i, replica.poses()[place], replica.velocities()[place], replica.angular_velocities()[place]);
   }
 }
 

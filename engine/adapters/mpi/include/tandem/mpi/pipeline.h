@@ -13,8 +13,8 @@
 #include "tandem/engine/scene.h"
 
 /// Collision detection by any number of MPI ranks, each with threads of its own: the same contacts as on one. Space is
-/// cut into one region a rank; a body is owned by the rank whose region holds its centre, and copied to those whose
-/// regions its box reaches into. See docs/mpi.md.
+/// cut into one region a rank; a body is owned by the rank whose region holds its centre (or did before it moved by a
+/// tenth of its radius), and copied to those whose regions its box reaches into. See docs/mpi.md.
 namespace tandem::mpi {
 
 /// Names a body on all ranks. Chosen by whoever adds it; a removed body's may be used again from the next step on.
@@ -52,12 +52,13 @@ struct RebalanceDecision {
 /// What a rank alone found and did in a step.
 struct RankReport {
   StepReport detection;          ///< its own part; pairs that another rank reports are among its candidate_pairs
-  std::uint64_t owned = 0;       ///< bodies whose centres lie in its region
+  std::uint64_t owned = 0;       ///< bodies
   std::uint64_t copies = 0;      ///< of others' bodies
   std::uint64_t moved_away = 0;  ///< bodies that went to another owner
   std::uint64_t bytes_sent = 0;  ///< to other ranks, by exchange alone
   std::uint64_t messages_sent = 0;
-  double exchange_ms = 0;  ///< wall: changes, bodies and copies sent and received, waiting included
+  double exchange_ms = 0;       ///< wall: changes, bodies and copies sent and received, waiting included
+  double exchange_wait_ms = 0;  ///< of it, in MPI: what is under way, and ranks that come later
   double wait_ms = 0;      ///< wall: for the others, at the step's end
   double step_ms = 0;      ///< wall, all of it
 };
@@ -74,6 +75,7 @@ struct Report {
   double max_depth = 0;            ///< metres
   std::uint64_t moved_away = 0, copies = 0, bytes_sent = 0, messages_sent = 0;  ///< sums over ranks
   double slowest_load_ms = 0, mean_load_ms = 0;                                 ///< busy time a thread
+  double slowest_exchange_ms = 0;                                               ///< of a rank, without waiting
   RebalanceDecision rebalance;
   RankReport rank;
 };
