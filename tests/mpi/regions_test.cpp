@@ -10,7 +10,7 @@ TEST_CASE("every place is one rank's, and a box reaches into the regions of all 
   mpi::Regions regions(communicator);
   std::mt19937_64 random(7);  // the same on all ranks
   const auto number = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
-  std::uint64_t reached = 0;
+  std::uint64_t reached = 0, insides = 0;
   for (int cut = 0; cut < 60; ++cut) {
     CAPTURE(cut);
     // Few points or many, on a grid so that they share coordinates, some or nearly all without weight.
@@ -47,6 +47,7 @@ TEST_CASE("every place is one rank's, and a box reaches into the regions of all 
       const auto ranks = regions.reached(box);
       reached += ranks.size();
       wrong += std::find(ranks.begin(), ranks.end(), owners[i]) == ranks.end();
+      insides += regions.holds(box) ? 1 : 0;
       wrong += regions.holds(box) && (ranks.size() != 1 || ranks[0] != world::rank());
     }
     CHECK(wrong == 0);
@@ -54,4 +55,6 @@ TEST_CASE("every place is one rank's, and a box reaches into the regions of all 
     CHECK(std::count(holders.begin(), holders.end(), 1) == 400);
   }
   CHECK(reached > 60 * 400);
+  // Every rank knows a box to be its own alone, or each look would be one into Zoltan's tree.
+  CHECK(insides > 100);
 }
