@@ -10,8 +10,11 @@
 namespace tandem::bench {
 namespace {
 
+/// Process and thread, as the events name them.
+using Thread = std::pair<std::uint32_t, std::uint32_t>;
+
 struct Slice {
-  std::uint32_t thread;
+  Thread thread;
   std::string name;
   double begin, duration;
   std::uint64_t pairs;
@@ -29,6 +32,18 @@ struct Sample {
 
 /// Some hundred ns are enough for a picture.
 double rounded(double us) { return std::round(10 * us) / 10; }
+
+/// What the rows of a picture are called: threads, or ranks where a file has several processes.
+std::vector<std::string> row_names(const std::set<Thread>& threads, const std::map<std::uint32_t, std::string>& names) {
+  const bool several = !threads.empty() && threads.begin()->first != threads.rbegin()->first;
+  std::vector<std::string> out;
+  for (const auto& [process, thread] : threads) {
+    const std::string own = "thread " + std::to_string(thread);
+    const auto name = names.find(process);
+    out.push_back(!several || name == names.end() ? own : name->second + (thread == 0 ? "" : ", " + own));
+  }
+  return out;
+}
 
 std::set<std::uint32_t> chosen(const std::map<std::uint32_t, Step>& steps) {
   std::vector<std::pair<double, std::uint32_t>> by_length;
@@ -50,19 +65,23 @@ Json trace_steps(const JsonRef& document, const std::string& file) {
   std::map<std::uint32_t, Step> steps;
   std::vector<Sample> queue;
   std::vector<std::pair<double, std::string>> notes;
-  std::uint32_t threads = 0;
+  std::set<Thread> threads;
+  std::map<std::uint32_t, std::string> processes;
   for (std::size_t i = 0; i < events.size(); ++i) {
     const JsonRef event = events.at(i);
     const std::string& phase = event.at("ph").text();
     if (phase == "X") {
       const JsonRef args = event.at("args");
       Step& step = steps[args.at("step").whole(0xffffffffu)];
-      const Slice slice{event.at("tid").whole(65535), event.at("name").text(), event.at("ts").number(),
-                        event.at("dur").number_at_least(0), args.at("pairs").whole(0xffffffffu)};
+      const Thread thread(event.at("pid").whole(0xffffffffu), event.at("tid").whole(65535));
+      const Slice slice{thread, event.at("name").text(), event.at("ts").number(), event.at("dur").number_at_least(0),
+                        args.at("pairs").whole(0xffffffffu)};
       step.begin = std::min(step.begin, slice.begin);
       step.end = std::max(step.end, slice.begin + slice.duration);
-      threads = std::max(threads, slice.thread + 1);
+      threads.insert(thread);
       step.slices.push_back(slice);
+    } else if (phase == "M" && event.at("name").text() == "process_name") {
+      processes[event.at("pid").whole(0xffffffffu)] = event.at("args").at("name").text();
     } else if (phase == "C" && event.at("name").text() == "queue") {
       const JsonRef args = event.at("args");
       queue.push_back({event.at("ts").number(), args.at("value").number()});
@@ -80,7 +99,8 @@ Json trace_steps(const JsonRef& document, const std::string& file) {
                      [](const Slice& x, const Slice& y) { return x.begin < y.begin; });
     Json slices = Json::array(), samples = Json::array(), said = Json::array();
     for (const Slice& s : step.slices)
-      slices.push_back({s.thread, s.name, rounded(s.begin - step.begin), rounded(s.duration), s.pairs});
+      slices.push_back({std::distance(threads.begin(), threads.find(s.thread)), s.name, rounded(s.begin - step.begin),
+                        rounded(s.duration), s.pairs});
     for (const Sample& s : queue)
       if (s.at >= step.begin && s.at <= step.end) samples.push_back({rounded(s.at - step.begin), s.value});
     const std::string begin = "step " + std::to_string(number) + ":";
@@ -92,7 +112,11 @@ Json trace_steps(const JsonRef& document, const std::string& file) {
                    {"queue", samples},
                    {"notes", said}});
   }
-  return {{"file", file}, {"threads", threads}, {"recorded_steps", steps.size()}, {"steps", out}};
+  return {{"file", file},
+          {"threads", threads.size()},
+          {"rows", row_names(threads, processes)},
+          {"recorded_steps", steps.size()},
+          {"steps", out}};
 }
 
 }  // namespace tandem::bench

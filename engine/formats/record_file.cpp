@@ -25,8 +25,6 @@ void put(std::string& out, const T& value) {
   out.append(bytes, sizeof(T));
 }
 
-constexpr std::size_t step_head_bytes = 28, pose_bytes = 100, contact_bytes = 36;  // docs/record-format.md
-
 /// Gives the numbers that lie in bytes, one after the other.
 class Numbers {
  public:
@@ -47,7 +45,7 @@ bool moves(const Scene& scene, std::uint32_t index) { return scene.alive(index) 
 
 }  // namespace
 
-RecordWriter::RecordWriter(OutputFile& file, const Scene& scene) : file_(file) {
+std::string record::header(const Scene& scene) {
   JsonWriter text;
   write_scene(text, scene);
   // Strings escape theirs, so every line feed is one between elements, and the header is one line without them.
@@ -56,37 +54,45 @@ RecordWriter::RecordWriter(OutputFile& file, const Scene& scene) : file_(file) {
   JsonWriter header;
   header.begin_object().member("format", format).member("version", version);
   header.key("scene").raw(one_line).end_object();
-  file_.append(header.text());
-  file_.append("\n");
+  return header.text() + '\n';
 }
+
+void record::append_step_head(std::string& out, std::uint64_t step, std::uint64_t contact_hash, std::uint32_t moving,
+                              std::uint32_t contacts) {
+  put(out, step_mark);
+  put(out, step);
+  put(out, contact_hash);
+  put(out, moving);
+  put(out, contacts);
+}
+
+void record::append_pose(std::string& out, std::uint32_t index, const Pose& pose) {
+  put(out, index);
+  for (Eigen::Index k = 0; k < 3; ++k) put(out, pose.translation[k]);
+  for (Eigen::Index row = 0; row < 3; ++row)
+    for (Eigen::Index column = 0; column < 3; ++column) put(out, pose.rotation(row, column));
+}
+
+void record::append_contact(std::string& out, std::uint32_t a, std::uint32_t b, const Contact& contact) {
+  put(out, a);
+  put(out, b);
+  for (Eigen::Index k = 0; k < 3; ++k) put(out, static_cast<float>(contact.point[k]));
+  for (Eigen::Index k = 0; k < 3; ++k) put(out, static_cast<float>(contact.normal[k]));
+  put(out, static_cast<float>(contact.depth));
+}
+
+RecordWriter::RecordWriter(OutputFile& file, const Scene& scene) : file_(file) { file_.append(record::header(scene)); }
 
 void RecordWriter::step(std::uint64_t step, std::uint64_t contact_hash, const Scene& scene,
                         const ContactList& contacts) {
   block_.clear();
   std::uint32_t moving = 0;
   for (std::uint32_t i = 0; i < scene.indices(); ++i) moving += moves(scene, i);
-  put(block_, step_mark);
-  put(block_, step);
-  put(block_, contact_hash);
-  put(block_, moving);
-  put(block_, static_cast<std::uint32_t>(contacts.contacts.size()));
-  for (std::uint32_t i = 0; i < scene.indices(); ++i) {
-    if (!moves(scene, i)) continue;
-    const Pose& pose = scene.poses()[i];
-    put(block_, i);
-    for (Eigen::Index k = 0; k < 3; ++k) put(block_, pose.translation[k]);
-    for (Eigen::Index row = 0; row < 3; ++row)
-      for (Eigen::Index column = 0; column < 3; ++column) put(block_, pose.rotation(row, column));
-  }
-  for (const PairResult& pair : contacts.pairs) {
-    for (const Contact& contact : contacts.of(pair)) {
-      put(block_, pair.a);
-      put(block_, pair.b);
-      for (Eigen::Index k = 0; k < 3; ++k) put(block_, static_cast<float>(contact.point[k]));
-      for (Eigen::Index k = 0; k < 3; ++k) put(block_, static_cast<float>(contact.normal[k]));
-      put(block_, static_cast<float>(contact.depth));
-    }
-  }
+  record::append_step_head(block_, step, contact_hash, moving, static_cast<std::uint32_t>(contacts.contacts.size()));
+  for (std::uint32_t i = 0; i < scene.indices(); ++i)
+    if (moves(scene, i)) record::append_pose(block_, i, scene.poses()[i]);
+  for (const PairResult& pair : contacts.pairs)
+    for (const Contact& contact : contacts.of(pair)) record::append_contact(block_, pair.a, pair.b, contact);
   file_.append(block_);
 }
 
@@ -127,7 +133,7 @@ bool RecordReader::next(RecordedStep& step) {
     throw InputError(file_.name() + ": byte " + std::to_string(at), found, allowed);
   };
   if (file_.peek(1).empty()) return false;
-  Numbers head(take(1, step_head_bytes, "the head of a step"));
+  Numbers head(take(1, record::step_head_bytes, "the head of a step"));
   if (head.next<std::uint32_t>() != step_mark) refuse(begin, "no step", "the mark 'STEP'");
   step.step = head.next<std::uint64_t>();
   step.contact_hash = head.next<std::uint64_t>();
@@ -141,9 +147,9 @@ bool RecordReader::next(RecordedStep& step) {
   if (moving > bodies) refuse(begin, std::to_string(moving) + " bodies that move", "at most " + std::to_string(bodies));
 
   std::uint64_t at = file_.position();
-  Numbers poses(take(moving, pose_bytes, "poses"));
+  Numbers poses(take(moving, record::pose_bytes, "poses"));
   step.poses.clear();
-  for (std::uint32_t i = 0; i < moving; ++i, at += pose_bytes) {
+  for (std::uint32_t i = 0; i < moving; ++i, at += record::pose_bytes) {
     const std::uint32_t index = body(poses, at);
     Pose pose;
     for (double& x : pose.translation) x = poses.next<double>();
@@ -156,9 +162,9 @@ bool RecordReader::next(RecordedStep& step) {
   if (contacts > limits::step_contacts)
     refuse(begin, std::to_string(contacts) + " contacts", "at most " + std::to_string(limits::step_contacts));
   at = file_.position();
-  Numbers found(take(contacts, contact_bytes, "contacts"));
+  Numbers found(take(contacts, record::contact_bytes, "contacts"));
   step.contacts.clear();
-  for (std::uint32_t i = 0; i < contacts; ++i, at += contact_bytes) {
+  for (std::uint32_t i = 0; i < contacts; ++i, at += record::contact_bytes) {
     RecordedContact contact;
     contact.a = body(found, at);
     contact.b = body(found, at);

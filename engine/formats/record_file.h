@@ -27,6 +27,19 @@ struct RecordedStep {
   std::vector<RecordedContact> contacts;
 };
 
+/// The parts of a record, as docs/record-format.md describes them, for who puts one together of several writers'
+/// shares.
+namespace record {
+constexpr std::size_t step_head_bytes = 28, pose_bytes = 100, contact_bytes = 36;
+
+/// One line.
+std::string header(const Scene& scene);
+void append_step_head(std::string& out, std::uint64_t step, std::uint64_t contact_hash, std::uint32_t moving,
+                      std::uint32_t contacts);
+void append_pose(std::string& out, std::uint32_t index, const Pose& pose);
+void append_contact(std::string& out, std::uint32_t a, std::uint32_t b, const Contact& contact);
+}  // namespace record
+
 /// Writes a record, as docs/record-format.md describes it.
 class RecordWriter {
  public:

@@ -17,6 +17,8 @@
 #include "formats/scene_json.h"
 #include "option_text.h"
 #include "progress.h"
+#include "rank_record.h"
+#include "rank_trace.h"
 #include "run_output.h"
 #include "scene_option.h"
 #include "tandem/mpi/checkpoint.h"
@@ -32,7 +34,7 @@ using Clock = std::chrono::steady_clock;
 struct Options {
   std::string scene, steps = "300", bodies, seed, executor = "flowgraph", threads = "1", broad_phase = "auto", request;
   std::string tolerance = "0", margin, json, contacts, rebalance = "on", response = "all", patience = "0";
-  std::string checkpoint, every = "100", restart;
+  std::string trace, record, checkpoint, every = "100", restart;
 };
 
 // For the line that a fatal signal's handler writes.
@@ -109,6 +111,7 @@ void write_step(JsonWriter& out, const Options& options, const mpi::Report& repo
       .member("colliding_pairs", report.colliding_pairs)
       .member("contacts", report.contacts)
       .member("contact_hash", std::string_view(hex(report.contact_hash)))
+      .member("split", std::string_view(written(execution.split)))
       .member("max_depth", report.max_depth)
       .member("kinetic_energy", response.response.kinetic_energy);
   // Of rank 0, but for the loads.
@@ -116,7 +119,11 @@ void write_step(JsonWriter& out, const Options& options, const mpi::Report& repo
       .begin_object()
       .member("exchange", report.rank.exchange_ms)
       .member("exchange_wait", report.rank.exchange_wait_ms)
-      .member("slowest_exchange", report.slowest_exchange_ms)
+      .member("slowest_exchange_cpu", report.slowest_exchange_cpu_ms)
+      .member("slowest_detect_cpu", report.slowest_detect_cpu_ms)
+      .member("update", execution.update_ms)
+      .member("broad", execution.broad_ms)
+      .member("narrow", execution.narrow_ms)
       .member("detect", execution.detect_ms)
       .member("wait", report.rank.wait_ms)
       .member("response", response_ms)
@@ -196,7 +203,7 @@ class Summary {
 
 // Rank 0's files; the others have none.
 struct Outputs {
-  std::optional<OutputFile> json, contacts;
+  std::optional<OutputFile> json, contacts, trace;
 
   Outputs(const Options& options, int rank) {
     std::string fault;
@@ -204,9 +211,12 @@ struct Outputs {
       require_different({{"SCENE", options.scene},
                          {"--json", options.json},
                          {"--contacts", options.contacts},
+                         {"--trace", options.trace},
+                         {"--record", options.record},
                          {"--checkpoint", options.checkpoint}});
       if (rank == 0 && !options.json.empty()) json.emplace("--json", options.json);
       if (rank == 0 && !options.contacts.empty()) contacts.emplace("--contacts", options.contacts);
+      if (rank == 0 && !options.trace.empty()) trace.emplace("--trace", options.trace);
     } catch (const std::exception& error) {
       fault = error.what();
     }
@@ -215,7 +225,7 @@ struct Outputs {
     MPI_Bcast(text.data(), static_cast<int>(text.size()), MPI_CHAR, 0, MPI_COMM_WORLD);
     if (text[0] != 0) throw RequestError(text.data());
   }
-  void commit() { commit_all({&json, &contacts}); }
+  void commit() { commit_all({&json, &contacts, &trace}); }
 };
 
 void run(const Options& options) {
@@ -239,13 +249,17 @@ void run(const Options& options) {
       static_cast<std::size_t>(std::max(how.rank.threads, tbb::info::default_concurrency())));
   mpi::Pipeline pipeline(MPI_COMM_WORLD, how);
   add_bodies(pipeline, scene, options.restart.empty());
+  Outputs outputs(options, pipeline.rank());
+  std::optional<RankRecord> record;
+  if (!options.record.empty()) record.emplace(MPI_COMM_WORLD, options.record, scene);
   scene = Scene();  // each rank keeps its own bodies alone
   if (!options.restart.empty()) mpi::Checkpoint::read(pipeline, options.restart);
   std::optional<mpi::Response> response;
   if (options.response == "all")
     response.emplace(pipeline,
                      ResponseOptions{.threads = how.rank.executor == ExecutorKind::sequential ? 1 : how.rank.threads});
-  Outputs outputs(options, pipeline.rank());
+  std::optional<RankTrace> trace;
+  if (!options.trace.empty()) trace.emplace(MPI_COMM_WORLD, pipeline);
   Summary summary;
   JsonWriter line;
   {
@@ -254,6 +268,8 @@ void run(const Options& options) {
     for (std::uint64_t done = 0; done < steps; ++done) {
       const mpi::Report report = pipeline.step();
       step_now = static_cast<std::sig_atomic_t>(report.step);
+      if (trace) trace->look(pipeline);
+      if (record) record->step(pipeline, report.step);
       if (!options.contacts.empty()) {
         const mpi::GatheredContacts all = pipeline.gather(0);
         if (outputs.contacts) {
@@ -277,8 +293,13 @@ void run(const Options& options) {
       if (progress) progress->at(done + 1);
     }
   }
+  if (trace) trace->write(outputs.trace ? &*outputs.trace : nullptr, options.trace);
+  if (record) record->commit();
   outputs.commit();
-  if (pipeline.rank() == 0) std::cout << summary.table(scene_name, how, asked, pipeline.ranks()) << std::flush;
+  if (pipeline.rank() != 0) return;
+  std::cout << summary.table(scene_name, how, asked, pipeline.ranks());
+  if (trace && trace->is_full()) std::cout << "trace            the first " << trace->steps() << " steps alone\n";
+  std::cout << std::flush;
 }
 
 void add_run(CLI::App& program, Options& o) {
@@ -298,6 +319,9 @@ void add_run(CLI::App& program, Options& o) {
   add("--margin", "M", o.margin, "report gaps up to this as contacts of negative depth, metres");
   add("--json", "FILE", o.json, "write a report a step to this FILE");
   add("--contacts", "FILE", o.contacts, "write the contacts of every step to this FILE: gathered on rank 0");
+  add("--trace", "FILE", o.trace,
+      "write a timeline of all ranks to this FILE, for Perfetto; compressed if it ends in .gz");
+  add("--record", "FILE", o.record, "write poses and contacts of every step to this FILE, by all ranks at once");
   add("--rebalance", "on|off", o.rebalance, "cut regions anew from measured costs");
   add("--response", "all|none", o.response, "all: every rank moves all bodies by all contacts; none: nothing moves");
   add("--checkpoint", "FILE", o.checkpoint, "write all bodies to this FILE, now and then");

@@ -75,8 +75,6 @@ Split read_split(const std::string& text) {
   return split;
 }
 
-std::string written(Split split) { return std::to_string(split.broad) + '-' + std::to_string(split.narrow); }
-
 PipelineOptions pipeline_options(const Options& options) {
   constexpr BalanceRule rules[] = {BalanceRule::paper, BalanceRule::busy};
   constexpr BroadPhaseKind broad_phases[] = {BroadPhaseKind::brute, BroadPhaseKind::sweep, BroadPhaseKind::grid,

@@ -11,6 +11,8 @@ std::string hex(std::uint64_t x) {
   return text;
 }
 
+std::string written(Split split) { return std::to_string(split.broad) + '-' + std::to_string(split.narrow); }
+
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());

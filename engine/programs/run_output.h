@@ -9,12 +9,16 @@
 
 #include "formats/json_writer.h"
 #include "formats/output_file.h"
+#include "tandem/flowgraph/options.h"
 #include "tandem/narrowphase/answer.h"
 
 namespace tandem {
 
 /// Sixteen digits.
 std::string hex(std::uint64_t x);
+
+/// X-Y, as --split takes it.
+std::string written(Split split);
 
 /// The upper one of two; of one value at least.
 double median(std::vector<double> values);

@@ -10,6 +10,9 @@ namespace tandem {
 /// FNV-1a over 64-bit words instead of bytes: eight times fewer multiplications.
 class WordHash {
  public:
+  WordHash() = default;
+  /// Goes on where another one stopped.
+  explicit WordHash(std::uint64_t value) : value_(value) {}
   void add(std::uint64_t word) {
     value_ = (value_ ^ word) * 0x100000001b3u;
     value_ ^= value_ >> 32;

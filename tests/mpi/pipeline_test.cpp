@@ -25,14 +25,14 @@ class Reference {
     tell_places();
   }
   void detect() {
-    std::array<std::uint64_t, 5> told{};
+    std::array<std::uint64_t, 6> told{};
     if (world::rank() == 0) {
       report = alone_->step(scene);
       answers = world::gathered(alone_->contacts(), world::all_indices(scene));
       told = {mpi::hash(answers), report.execution.candidate_pairs, report.colliding_pairs, report.contacts,
-              report.gaps};
+              report.gaps, report.contact_hash};
     }
-    MPI_Bcast(told.data(), 5, MPI_UINT64_T, 0, MPI_COMM_WORLD);
+    MPI_Bcast(told.data(), 6, MPI_UINT64_T, 0, MPI_COMM_WORLD);
     MPI_Bcast(&report.max_depth, 1, MPI_DOUBLE, 0, MPI_COMM_WORLD);
     hash = told[0];
     report.bodies = scene.bodies();
@@ -40,6 +40,7 @@ class Reference {
     report.colliding_pairs = told[2];
     report.contacts = told[3];
     report.gaps = told[4];
+    report.contact_hash = told[5];
   }
   void respond() {
     if (world::rank() == 0) response_.step(scene, alone_->contacts());
@@ -109,6 +110,7 @@ TEST_CASE("every built-in scene: any number of ranks and threads finds what one 
         if (step % 5 == 0) {
           const auto all = pipeline->gather(0);
           CHECK((world::rank() != 0 || world::same_bits(all, one.answers)));
+          CHECK(pipeline->list_hash(pipeline->share()) == one.report.contact_hash);
         }
         contacts += report.contacts;
         moved_away += report.moved_away;

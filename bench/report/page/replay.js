@@ -39,8 +39,9 @@ function curvesOf(replay, run, seek) {
   }
   const line = (name, colour, value, step) => ({name, colour, step, points: run.steps.map((s) => [s.step, value(s)])});
   const broadThreads = (s) => Number(s.split.split("-")[0]);
-  const decided = run.steps.filter((s) => s.decision && s.decision.action !== "none");
-  const notes = (x) => { const d = decided.find((s) => s.step === x); return d ? [`${d.decision.action}: ${d.decision.reason}`] : []; };
+  const decision = (s) => s.decision ?? s.rebalance;  // of threads, or of ranks
+  const decided = run.steps.filter((s) => decision(s) && decision(s).action !== "none");
+  const notes = (x) => { const s = decided.find((one) => one.step === x); return s ? [`${decision(s).action}: ${decision(s).reason}`] : []; };
   const shared = {xLabel: "step", xFormat: whole, onSeek: seek, height: 185};
   return [
     lineChart([line("broad threads", "var(--broad)", broadThreads, true), line("narrow threads", "var(--narrow)", (s) => Number(s.split.split("-")[1]), true)],

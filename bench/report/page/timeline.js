@@ -1,22 +1,24 @@
-// One step: threads as rows, tasks as bars.
+// One step: threads as rows, of all ranks if there are several; tasks as bars.
 import {h, select, none, rerun, whole, short} from "report/dom.js";
 import {sized} from "report/chart.js";
 import {showTip, hideTip} from "report/tip.js";
 
-const colours = {update: "var(--s-7)", "broad prepare": "var(--s-5)", broad: "var(--broad)", narrow: "var(--narrow)", join: "var(--s-3)", open: "var(--ink)"};
-const order = ["update", "broad prepare", "broad", "narrow", "join", "open"];
+const colours = {update: "var(--s-7)", "broad prepare": "var(--s-5)", broad: "var(--broad)", narrow: "var(--narrow)", join: "var(--s-3)", exchange: "var(--s-2)", wait: "var(--s-4)", open: "var(--ink)"};
+const order = ["update", "broad prepare", "broad", "narrow", "join", "exchange", "wait", "open"];
 
 /// Time that a thread spends in some slice; a slice may lie within another.
 function busy(slices) {
   let sum = 0, end = -Infinity;
-  for (const [, , begin, duration] of slices) {
+  for (const [, name, begin, duration] of slices) {
+    if (name === "wait") continue;
     sum += Math.max(0, begin + duration - Math.max(begin, end));
     end = Math.max(end, begin + duration);
   }
   return sum;
 }
 
-function picture(step, threads, width) {
+function picture(step, rowNames, width) {
+  const threads = rowNames.length;
   const row = 34, gap = 10, left = 84, queueHeight = step.queue.length ? 64 : 0, height = threads * (row + gap) + queueHeight + 38;
   const full = [0, step.length];
   const svg = sized(width, height).attr("role", "img")
@@ -27,7 +29,7 @@ function picture(step, threads, width) {
   for (let t = 0; t < threads; ++t) {
     const own = step.slices.filter((s) => s[0] === t);
     const at = t * (row + gap);
-    svg.append("text").attr("x", 0).attr("y", at + row / 2 - 1).attr("style", "fill:var(--ink);font-weight:600").text(`thread ${t}`);
+    svg.append("text").attr("x", 0).attr("y", at + row / 2 - 1).attr("style", "fill:var(--ink);font-weight:600").text(rowNames[t]);
     svg.append("text").attr("x", 0).attr("y", at + row / 2 + 13).text(`${Math.round((100 * busy(own)) / step.length)} % busy`);
     rows.append("rect").attr("x", left).attr("y", at).attr("width", width).attr("height", row).attr("fill", "var(--idle)");
     rows.selectAll(null).data(own).enter().append("rect").attr("class", "slice").attr("y", (s) => at + (s[1] === "narrow" ? 4 : 0))
@@ -80,7 +82,7 @@ export function timeline(section, data) {
       data.timelines.length > 1 ? select("timeline", data.timelines.map((t, i) => [String(i), t.file]), String(state.file), (v) => { state.file = Number(v); state.step = 0; draw(); }) : "",
       select("step", file.steps.map((s, i) => [String(i), `${s.step}: ${short(s.length / 1000)} ms${i === longest ? ", the longest" : ""}`]), String(state.step), (v) => { state.step = Number(v); draw(); }),
       h("button", {type: "button", click: () => current.by(1.6)}, "zoom in"), h("button", {type: "button", click: () => current.by(1 / 1.6)}, "zoom out"), h("button", {type: "button", click: () => current.all()}, "all"));
-    current = picture(step, file.threads, Math.max(300, plot.clientWidth || 800));
+    current = picture(step, file.rows, Math.max(300, plot.clientWidth || 800));
     plot.replaceChildren(current.node);
     const sum = (name) => d3.sum(step.slices.filter((s) => s[1] === name), (s) => s[3]);
     facts.replaceChildren(`Step ${step.step} of ${file.recorded_steps} in ${file.file}: ${whole(step.slices.length)} tasks, ${short(step.length / 1000)} ms from the first to the end of the last; ` +

@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "cpu_time.h"
 #include "scene/scene_changes.h"
 
 namespace tandem::mpi {
@@ -24,10 +25,6 @@ constexpr double skin_share = 0.1;
 constexpr double ball_share = 1.01;
 
 using Clock = std::chrono::steady_clock;
-
-double ms_between(Clock::time_point begin, Clock::time_point end) {
-  return std::chrono::duration<double, std::milli>(end - begin).count();
-}
 
 /// The largest float that is not above x.
 float down(double x) {
@@ -45,6 +42,17 @@ FloatBox outward(const Bounds& bounds, double grow) {
     box.hi[i] = -down(-(bounds.hi[axis] + grow));
   }
   return box;
+}
+
+/// The region within which doubles, rounded outward to floats, stay in this one.
+Region calm_within(Region region) {
+  const auto inward = [](double x) {
+    constexpr double two_floats = 2 * std::numeric_limits<float>::epsilon();
+    return std::isfinite(x) ? two_floats * std::abs(x) + std::numeric_limits<float>::min() : 0;
+  };
+  for (double& x : region.lo) x += inward(x);
+  for (double& x : region.hi) x -= inward(x);
+  return region;
 }
 
 /// A scene calls a body by its index, which nobody knows here.
@@ -67,7 +75,7 @@ Bodies::Bodies(Communicator& communicator, const Regions& regions, double margin
   if (threads > 1) arena_ = std::make_unique<tbb::task_arena>(threads);
   letter_of_.assign(static_cast<std::size_t>(communicator.ranks()), -1);
   is_neighbour_.assign(static_cast<std::size_t>(communicator.ranks()), 0);
-  own_ = regions_.own();
+  calm_ = calm_within(regions_.own());
 }
 
 ShapeId Bodies::add_shape(Shape shape, std::string name) {
@@ -77,8 +85,9 @@ ShapeId Bodies::add_shape(Shape shape, std::string name) {
     ball.centre = (box.lo + box.hi) / 2;
     const double radius = shape.kind() == ShapeKind::sphere ? shape.radius() : (box.hi - box.lo).norm() / 2;
     ball.radius = ball_share * radius;
+    ball.reach = ball_share * (ball.centre.norm() + radius);
   } else {
-    ball.radius = std::numeric_limits<double>::infinity();
+    ball.radius = ball.reach = std::numeric_limits<double>::infinity();
   }
   // What tells shapes apart in all but contrived cases.
   const MassProperties& mass = shape.mass();
@@ -236,15 +245,14 @@ void Bodies::for_each_index(const Body& body) const {
     run();
 }
 
-/// Whether a body lies so that no other rank need know of it, whatever its box is to the last bit.
+/// Whether a body lies so that no other rank need know of it, however it is turned.
 bool Bodies::is_calm(std::uint32_t index) const {
-  constexpr double rounding = std::numeric_limits<float>::epsilon();  // boxes are rounded outward to floats
-  const Vec3 middle = centre(index);
-  const double reach = balls_[scene_.shape_indices()[index]].radius + 0.5 * margin_;
+  const Vec3& place = scene_.poses()[index].translation;
+  const double reach = balls_[scene_.shape_indices()[index]].reach + 0.5 * margin_;
   bool calm = true;
   for (std::size_t i = 0; i < 3; ++i) {
-    const double x = middle[static_cast<Eigen::Index>(i)], lo = x - reach, hi = x + reach;
-    calm &= own_.lo[i] < lo - rounding * std::abs(lo) && hi + rounding * std::abs(hi) <= own_.hi[i];
+    const double x = place[static_cast<Eigen::Index>(i)];
+    calm &= calm_.lo[i] < x - reach && x + reach <= calm_.hi[i];
   }
   return calm;
 }
@@ -294,7 +302,7 @@ void Bodies::queue(std::uint32_t index) {
 
 /// Where the regions are others: every body may be near one, or in one.
 void Bodies::look_at_all() {
-  own_ = regions_.own();
+  calm_ = calm_within(regions_.own());
   for_each_index([&](std::uint32_t i) {
     if (owned_[i] == 0 || edge_of_[i] != no_edge) return;
     inside_[i] = is_calm(i) ? 1 : 0;
@@ -466,7 +474,9 @@ void Bodies::know_neighbours(bool recut) {
 }
 
 Bodies::Sent Bodies::exchange(bool recut, bool expected) {
-  const auto begin = Clock::now();
+  Sent sent;
+  sent.begin = Clock::now();
+  double cpu = cpu_ms();
   moved_away_ = 0;
   if (recut) look_at_all();
   if (!expected) look_at_moved();
@@ -475,24 +485,26 @@ Bodies::Sent Bodies::exchange(bool recut, bool expected) {
   todo_.clear();
   if (expected)
     for (const int rank : neighbours_) to(rank);  // an empty letter is one, too
-  Sent sent{.moved_away = moved_away_, .bytes = 0, .messages = used_};
+  sent.moved_away = moved_away_;
+  sent.messages = used_;
   const auto letters = std::span(letters_).first(used_);
   for (const Letter& letter : letters) {
     sent.bytes += letter.message.size();
     letter_of_[static_cast<std::size_t>(letter.rank)] = -1;
   }
-  const auto packed = Clock::now();
+  sent.packed = Clock::now();
+  sent.cpu_ms = cpu_ms() - cpu;
   if (expected)
     communicator_.exchange_expected(letters, received_);
   else
     communicator_.exchange(letters, received_);
-  const auto got = Clock::now();
+  sent.got = Clock::now();
+  cpu = cpu_ms();
   if (!expected) know_neighbours(recut);
   used_ = 0;
   for (Letter& letter : received_) take(letter);
-  sent.pack_ms = ms_between(begin, packed);
-  sent.wait_ms = ms_between(packed, got);
-  sent.unpack_ms = ms_between(got, Clock::now());
+  sent.end = Clock::now();
+  sent.cpu_ms += cpu_ms() - cpu;
   return sent;
 }
 

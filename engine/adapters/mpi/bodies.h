@@ -1,6 +1,7 @@
 #pragma once
 #include <oneapi/tbb/task_arena.h>
 
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -72,7 +73,8 @@ class Bodies {
 
   struct Sent {
     std::uint64_t moved_away = 0, bytes = 0, messages = 0;
-    double pack_ms = 0, wait_ms = 0, unpack_ms = 0;  ///< wall
+    std::chrono::steady_clock::time_point begin, packed, got, end;
+    double cpu_ms = 0;  ///< without waiting
   };
   /// Collective, with several ranks. Bodies go to their owners, copies to where boxes reach; all bodies are looked at
   /// if `recut`: the regions are others than in the last exchange. `expected`: look_ahead() was true on all ranks, and
@@ -110,6 +112,7 @@ class Bodies {
   struct Ball {
     Vec3 centre = Vec3::Zero();
     double radius = 0;
+    double reach = 0;  // of a ball about the origin that holds this one
   };
 
   void apply_to(std::uint32_t index, const Change& change);
@@ -157,7 +160,7 @@ class Bodies {
   std::vector<std::uint32_t> edge_of_;
   std::vector<Edge> edges_;
   std::vector<std::uint32_t> free_edges_;
-  Region own_;                       // at the last exchange
+  Region calm_;                      // a ball in it reaches into no other rank's region; of the last exchange
   std::vector<std::uint32_t> todo_;  // bodies whose copies, or owner, may be others from now on
 
   bool notes_removed_ = false;

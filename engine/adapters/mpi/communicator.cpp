@@ -18,6 +18,8 @@ constexpr std::size_t most_bytes = std::size_t{1} << 28;
 constexpr int rounds =
     2;  // of one kind that follow each other may overlap between ranks; each kind has tags of its own
 
+constexpr int value_tag = 2 * rounds;
+
 void combine_two(void* given, void* total, int* count, MPI_Datatype*) {
   const auto* const from = static_cast<const Communicator::Totals*>(given);
   auto* const into = static_cast<Communicator::Totals*>(total);
@@ -176,6 +178,20 @@ void Communicator::exchange(std::span<Letter> letters, std::vector<Letter>& rece
       "the exchange of bodies");
   received.resize(count);
   std::sort(received.begin(), received.end(), [](const Letter& x, const Letter& y) { return x.rank < y.rank; });
+}
+
+void Communicator::send(std::uint64_t value, int rank) const {
+  MPI_Request request = MPI_REQUEST_NULL;
+  MPI_Isend(&value, 1, MPI_UINT64_T, rank, value_tag, comm_, &request);
+  wait({&request, 1}, "a value sent");
+}
+
+std::uint64_t Communicator::receive(int rank) const {
+  std::uint64_t value = 0;
+  MPI_Request request = MPI_REQUEST_NULL;
+  MPI_Irecv(&value, 1, MPI_UINT64_T, rank, value_tag, comm_, &request);
+  wait({&request, 1}, "a value from another rank");
+  return value;
 }
 
 void Communicator::reduce(void* values, std::size_t count, MPI_Datatype type, MPI_Op op) const {

@@ -77,7 +77,7 @@ class Communicator {
   /// What combine() makes of the values of all ranks: the sums of the first, the largest of the others, which are >= 0.
   struct Totals {
     std::array<std::uint64_t, 12> sums{};
-    std::array<double, 4> largest{};
+    std::array<double, 5> largest{};
   };
   /// Collective.
   void combine(Totals& totals) const;
@@ -93,6 +93,10 @@ class Communicator {
 
   /// Collective: the texts of all ranks on all ranks, by rank.
   std::vector<std::string> texts(const std::string& own) const;
+
+  /// From one rank to another that expects it.
+  void send(std::uint64_t value, int rank) const;
+  std::uint64_t receive(int rank) const;
 
   /// Completes the requests.
   void wait(std::span<MPI_Request> requests, const char* what) const;

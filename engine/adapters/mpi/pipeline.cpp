@@ -12,14 +12,14 @@
 #include "bodies.h"
 #include "communicator.h"
 #include "costs.h"
+#include "cpu_time.h"
 #include "pipeline_impl.h"
 #include "rebalancer.h"
 #include "regions.h"
+#include "tandem/flowgraph/timeline.h"
 
 namespace tandem::mpi {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 double ms_since(Clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
@@ -94,6 +94,8 @@ void Pipeline::Impl::apply(const Change& change) {
 
 /// Adds first, so that every rank's changes find what any rank added; then the others, by ranks.
 void Pipeline::Impl::apply_changes(Report& report) {
+  const auto begin = Clock::now();
+  const double cpu = cpu_ms();
   const bool alone = communicator.ranks() == 1;
   const bool asks = std::any_of(changes.begin(), changes.end(), [&](const Change& change) {
     return change.kind == Change::Kind::add || !bodies.owns_id(change.id());
@@ -101,8 +103,11 @@ void Pipeline::Impl::apply_changes(Report& report) {
   const bool as_expected = !alone && changes.empty() && !recut && regions.is_cut() && bodies.look_ahead();
   std::array<std::uint64_t, 4> all{asks ? 1u : 0u, bodies.shapes_hash(), ~bodies.shapes_hash(), as_expected ? 0u : 1u};
   const auto looked = Clock::now();
+  report.rank.exchange_cpu_ms = cpu_ms() - cpu;
   if (!alone) communicator.largest(std::span<std::uint64_t>(all));
   report.rank.exchange_wait_ms = ms_since(looked);
+  record("exchange", begin, looked);
+  record("wait", looked, Clock::now());
   expected = all[3] == 0;
   if (all[1] != ~all[2])
     note_failure("add_shape: the ranks have different shapes; all must add the same ones in the same order");
@@ -206,13 +211,18 @@ void Pipeline::Impl::exchange(Report& report) {
   report.rank.moved_away = sent.moved_away;
   report.rank.bytes_sent = sent.bytes;
   report.rank.messages_sent = sent.messages;
-  report.rank.exchange_wait_ms += sent.wait_ms;
+  report.rank.exchange_cpu_ms += sent.cpu_ms;
+  report.rank.exchange_wait_ms += std::chrono::duration<double, std::milli>(sent.got - sent.packed).count();
+  record("exchange", sent.begin, sent.packed);
+  record("wait", sent.packed, sent.got);
+  record("exchange", sent.got, sent.end);
 }
 
 void Pipeline::Impl::detect(Report& report) {
   pairs.store(0, std::memory_order_relaxed);
   counts_costs = communicator.ranks() > 1 && rebalancer.looks();
   if (counts_costs) costs.begin(bodies);
+  const double cpu = cpu_ms();
   try {
     report.rank.detection = detection.step(bodies.scene());
     report.rank.detection.step = communicator.step();
@@ -221,6 +231,7 @@ void Pipeline::Impl::detect(Report& report) {
   } catch (...) {
     note_failure("what was thrown is no std::exception");
   }
+  report.rank.detect_cpu_ms = cpu_ms() - cpu;
   found = failure.empty();
   if (!found || !options.rank.answer.contact_hash) return;
   const ContactList& list = detection.contacts();
@@ -241,11 +252,12 @@ void Pipeline::Impl::put_together(Report& report) {
       {report.rank.owned, pairs.load(std::memory_order_relaxed), own.colliding_pairs, own.contacts, own.gaps,
        own.contact_hash, report.rank.moved_away, report.rank.copies, report.rank.bytes_sent, report.rank.messages_sent,
        failure.empty() ? 0u : 1u, static_cast<std::uint64_t>(1e6 * load)},
-      {own.max_depth, load, exchanged, report.rank.exchange_ms - report.rank.exchange_wait_ms}};
+      {own.max_depth, load, exchanged, report.rank.exchange_cpu_ms, report.rank.detect_cpu_ms}};
   const auto begin = Clock::now();
   if (communicator.ranks() > 1) communicator.combine(totals);
   const auto& [sums, most] = totals;
   report.rank.wait_ms = ms_since(begin);
+  record("wait", begin, Clock::now());
   report.bodies = sums[0];
   report.pairs = sums[1];
   report.colliding_pairs = sums[2];
@@ -259,7 +271,8 @@ void Pipeline::Impl::put_together(Report& report) {
   report.mean_load_ms = static_cast<double>(sums[11]) / (1e6 * communicator.ranks());  // ns
   report.max_depth = most[0];
   report.slowest_load_ms = most[1];
-  report.slowest_exchange_ms = most[3];
+  report.slowest_exchange_cpu_ms = most[3];
+  report.slowest_detect_cpu_ms = most[4];
   if (std::exchange(recut, false) && learns_cost) rebalancer.learn_cost(most[2]);
   cut_ms = 0;
   if (sums[10] == 0) return;
@@ -319,46 +332,9 @@ Report Pipeline::Impl::step() {
   return report;
 }
 
-GatheredContacts Pipeline::Impl::gather(int root) {
-  std::vector<Letter> letters, received;
-  Message message;
-  const ContactList& list = contacts();
-  for (const PairResult& pair : list.pairs) {
-    message.put(bodies.id(pair.a));
-    message.put(bodies.id(pair.b));
-    message.put(pair.contact_count);
-    message.put(AnswerRecord::of(pair.answer));
-    for (const Contact& contact : list.of(pair)) message.put(ContactRecord::of(contact));
-  }
-  if (communicator.rank() == root)
-    received.push_back({root, std::move(message)});
-  else if (!message.empty())
-    letters.push_back({root, std::move(message)});
-  std::vector<Letter> others;
-  if (communicator.ranks() > 1) communicator.exchange(letters, others);
-  for (Letter& letter : others) received.push_back(std::move(letter));
-  GatheredContacts all;
-  std::vector<Contact> points;
-  for (Letter& letter : received)
-    while (!letter.message.done()) {
-      GatheredPair& pair = all.pairs.emplace_back();
-      pair.a = letter.message.take<GlobalId>();
-      pair.b = letter.message.take<GlobalId>();
-      pair.contact_count = letter.message.take<std::uint32_t>();
-      pair.first_contact = points.size();
-      pair.answer = letter.message.take<AnswerRecord>().answer();
-      for (std::uint32_t i = 0; i < pair.contact_count; ++i)
-        points.push_back(letter.message.take<ContactRecord>().contact());
-    }
-  std::sort(all.pairs.begin(), all.pairs.end(),
-            [](const GatheredPair& x, const GatheredPair& y) { return std::pair(x.a, x.b) < std::pair(y.a, y.b); });
-  all.contacts.reserve(points.size());
-  for (GatheredPair& pair : all.pairs) {
-    const auto first = points.begin() + static_cast<std::ptrdiff_t>(pair.first_contact);
-    pair.first_contact = all.contacts.size();
-    all.contacts.insert(all.contacts.end(), first, first + pair.contact_count);
-  }
-  return all;
+void Pipeline::Impl::record(std::string_view slice, Clock::time_point begin, Clock::time_point end) {
+  if (timeline != nullptr && communicator.ranks() > 1)
+    timeline->lane().slices.push_back({.name = slice, .begin = begin, .end = end, .step = communicator.step()});
 }
 
 Pipeline::Pipeline(MPI_Comm communicator, Options options)
@@ -449,7 +425,14 @@ const ContactList& Pipeline::Impl::contacts() const {
   return found ? detection.contacts() : none;
 }
 const ContactList& Pipeline::contacts() const { return impl_->contacts(); }
-GatheredContacts Pipeline::gather(int root) const { return impl_->gather(root); }
-void Pipeline::record_to(Timeline* timeline) { impl_->detection.record_to(timeline); }
+GatheredContacts Pipeline::gather(int root) const {
+  return impl_->gather([root](GlobalId) { return root; });
+}
+GatheredContacts Pipeline::share() const { return impl_->share(); }
+std::uint64_t Pipeline::list_hash(const GatheredContacts& share) const { return impl_->list_hash(share); }
+void Pipeline::record_to(Timeline* timeline) {
+  impl_->timeline = timeline;
+  impl_->detection.record_to(timeline);
+}
 
 }  // namespace tandem::mpi

@@ -1,7 +1,10 @@
 #pragma once
 #include <atomic>
+#include <chrono>
+#include <functional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "bodies.h"
@@ -14,12 +17,18 @@
 
 namespace tandem::mpi {
 
+using Clock = std::chrono::steady_clock;
+
 /// What a Pipeline of one rank consists of.
 struct Pipeline::Impl {
   Impl(MPI_Comm of, Options wanted);
 
   Report step();
-  GatheredContacts gather(int root);
+  /// Collective: each pair on the rank that `to` gives for its first body.
+  GatheredContacts gather(const std::function<int(GlobalId)>& to) const;
+  GatheredContacts share() const;
+  std::uint64_t list_hash(const GatheredContacts& share) const;
+  void record(std::string_view slice, Clock::time_point begin, Clock::time_point end);
   const ContactList& contacts() const;
 
   PipelineOptions detecting();
@@ -38,7 +47,7 @@ struct Pipeline::Impl {
   void recut_now();
 
   Options options;
-  Communicator communicator;
+  mutable Communicator communicator;
   Regions regions;
   Bodies bodies;
   Rebalancer rebalancer;
@@ -54,6 +63,7 @@ struct Pipeline::Impl {
   bool learns_cost = false;
   double cut_ms = 0;
   std::uint64_t steps = 0;
+  Timeline* timeline = nullptr;
   tandem::Pipeline detection;
 };
 

@@ -118,7 +118,8 @@ void Regions::look() {
   Zoltan_RCB_Box(cut_, communicator_.rank(), &axes, &lo[0], &lo[1], &lo[2], &hi[0], &hi[1], &hi[2]);
   // Where a cut of a group of ranks without points lies outside of the group's own region, Zoltan tells a box that
   // reaches into others'; its assignment of points and boxes does not.
-  // A box that touches a cut from below is told to reach the other side, too, though the cut itself is the lower side's.
+  // A box that touches a cut from below is told to reach the other side, too, though the cut itself is the lower
+  // side's.
   std::array<double, 3> first{}, last{};
   for (std::size_t i = 0; i < 3; ++i) {
     first[i] = std::nextafter(lo[i], everywhere);

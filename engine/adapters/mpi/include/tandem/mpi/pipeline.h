@@ -59,8 +59,10 @@ struct RankReport {
   std::uint64_t messages_sent = 0;
   double exchange_ms = 0;       ///< wall: changes, bodies and copies sent and received, waiting included
   double exchange_wait_ms = 0;  ///< of it, in MPI: what is under way, and ranks that come later
-  double wait_ms = 0;      ///< wall: for the others, at the step's end
-  double step_ms = 0;      ///< wall, all of it
+  double wait_ms = 0;           ///< wall: for the others, at the step's end
+  double step_ms = 0;           ///< wall, all of it
+  double exchange_cpu_ms = 0;   ///< of the calling thread, without waiting
+  double detect_cpu_ms = 0;     ///< of the calling thread alone
 };
 
 /// What all ranks found in a step; the same on each of them.
@@ -75,7 +77,8 @@ struct Report {
   double max_depth = 0;            ///< metres
   std::uint64_t moved_away = 0, copies = 0, bytes_sent = 0, messages_sent = 0;  ///< sums over ranks
   double slowest_load_ms = 0, mean_load_ms = 0;                                 ///< busy time a thread
-  double slowest_exchange_ms = 0;                                               ///< of a rank, without waiting
+  /// Of the calling threads, CPU time without waiting, slowest ranks: what other programs take of a core is not in it.
+  double slowest_exchange_cpu_ms = 0, slowest_detect_cpu_ms = 0;
   RebalanceDecision rebalance;
   RankReport rank;
 };
@@ -97,7 +100,8 @@ struct GatheredContacts {
 /// A sum over pairs, each of which is hashed with its contacts: it does not depend on the pairs' order or rank.
 std::uint64_t hash(const GatheredContacts& contacts);
 
-/// A step or a checkpoint that failed on some rank; every rank throws it, with the same text, and is ready for the next step.
+/// A step or a checkpoint that failed on some rank; every rank throws it, with the same text, and is ready for the next
+/// step.
 struct StepError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -162,8 +166,14 @@ class Pipeline {
   const ContactList& contacts() const;
   /// Collective: all of them on rank `root`; empty on the others.
   GatheredContacts gather(int root = 0) const;
+  /// Collective: all of them in canonical order, a share on each rank: rank r's come before those of rank r + 1.
+  GatheredContacts share() const;
+  /// Collective, of the shares: tandem::hash of the list that one rank would have, where ids are indices. Goes from
+  /// rank to rank, so that it takes as long as on one.
+  std::uint64_t list_hash(const GatheredContacts& share) const;
 
-  /// Slices and counters of this rank's steps, until null; `timeline` must outlive them.
+  /// Slices and counters of this rank's steps, until null; `timeline` must outlive them. Beside those of detection
+  /// "exchange", and "wait" for what is under way and for other ranks.
   void record_to(Timeline* timeline);
 
  private:

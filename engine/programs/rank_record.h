@@ -1,0 +1,44 @@
+// The record of a run on ranks: the file that `tandem run --record` writes, byte for byte, written by all ranks at
+// once.
+#pragma once
+#include <mpi.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tandem/engine/scene.h"
+#include "tandem/mpi/pipeline.h"
+
+namespace tandem {
+
+/// Ids are the scene's indices. Each rank writes a share of a step's poses and contacts, those of a range of ids, to
+/// its place in the file (MPI-IO). The file gets its name when it is complete. All calls are collective; what fails on
+/// one rank makes all throw mpi::StepError.
+class RankRecord {
+ public:
+  /// `scene`: before the first step.
+  RankRecord(MPI_Comm communicator, const std::string& path, const Scene& scene);
+  ~RankRecord();
+  RankRecord(const RankRecord&) = delete;
+  RankRecord& operator=(const RankRecord&) = delete;
+
+  /// After a step of the pipeline, before anything moves.
+  void step(const mpi::Pipeline& pipeline, std::uint64_t step);
+  void commit();
+
+ private:
+  std::string poses(const mpi::Pipeline& pipeline) const;
+  void write(std::uint64_t place, const std::string& bytes);
+  void require_all(const char* what);
+
+  MPI_Comm communicator_;
+  int rank_ = 0, ranks_ = 1;
+  std::string path_, temporary_;
+  MPI_File file_ = MPI_FILE_NULL;
+  std::uint64_t end_ = 0;  // of what is written
+  std::uint32_t ids_a_rank_ = 1;
+  bool good_ = true;
+};
+
+}  // namespace tandem
