@@ -81,7 +81,8 @@ Json trace_steps(const JsonRef& document, const std::string& file) {
       threads.insert(thread);
       step.slices.push_back(slice);
     } else if (phase == "M" && event.at("name").text() == "process_name") {
-      processes[event.at("pid").whole(0xffffffffu)] = event.at("args").at("name").text();
+      const JsonRef args = event.at("args");
+      processes[event.at("pid").whole(0xffffffffu)] = args.at("name").text();
     } else if (phase == "C" && event.at("name").text() == "queue") {
       const JsonRef args = event.at("args");
       queue.push_back({event.at("ts").number(), args.at("value").number()});

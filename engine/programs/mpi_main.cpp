@@ -13,6 +13,7 @@
 #include <iostream>
 #include <optional>
 #include <sstream>
+#include <vector>
 
 #include "formats/scene_json.h"
 #include "option_text.h"
@@ -101,8 +102,24 @@ void add_bodies(mpi::Pipeline& pipeline, const Scene& scene, bool bodies) {
                           .mask = scene.masks()[i]});
 }
 
+// What one rank has to tell beyond what all know.
+struct RankNumbers {
+  double owned = 0, copies = 0, detect_cpu_ms = 0, exchange_cpu_ms = 0;
+};
+
+// On rank 0: of all ranks.
+std::vector<RankNumbers> gathered(const mpi::RankReport& report, int ranks) {
+  const RankNumbers own{static_cast<double>(report.owned), static_cast<double>(report.copies), report.detect_cpu_ms,
+                        report.exchange_cpu_ms};
+  std::vector<RankNumbers> all(static_cast<std::size_t>(ranks));
+  constexpr int numbers = sizeof(RankNumbers) / sizeof(double);
+  MPI_Gather(&own, numbers, MPI_DOUBLE, all.data(), numbers, MPI_DOUBLE, 0, MPI_COMM_WORLD);
+  return all;
+}
+
 void write_step(JsonWriter& out, const Options& options, const mpi::Report& report,
-                const mpi::RankResponseReport& response, double response_ms, int ranks) {
+                const mpi::RankResponseReport& response, double response_ms, const std::vector<RankNumbers>& ranks,
+                std::optional<std::uint64_t> list_hash) {
   const ExecutionReport& execution = report.rank.detection.execution;
   out.begin_object()
       .member("step", report.step)
@@ -132,15 +149,25 @@ void write_step(JsonWriter& out, const Options& options, const mpi::Report& repo
       .member("slowest_load", report.slowest_load_ms)
       .member("mean_load", report.mean_load_ms)
       .end_object();
-  const mpi::RebalanceDecision& decision = report.rebalance;
   out.member("gaps", report.gaps)
-      .member("ranks", ranks)
+      .member("ranks", ranks.size())
       .member("threads", execution.threads)
       .member("executor", std::string_view(options.executor))
       .member("copies", report.copies)
       .member("moved_away", report.moved_away)
       .member("bytes_sent", report.bytes_sent)
       .member("messages_sent", report.messages_sent);
+  if (list_hash) out.member("list_hash", std::string_view(hex(*list_hash)));
+  out.key("by_rank").begin_array();
+  for (const RankNumbers& rank : ranks)
+    out.begin_object()
+        .member("owned", rank.owned)
+        .member("copies", rank.copies)
+        .member("detect_cpu_ms", rank.detect_cpu_ms)
+        .member("exchange_cpu_ms", rank.exchange_cpu_ms)
+        .end_object();
+  out.end_array();
+  const mpi::RebalanceDecision& decision = report.rebalance;
   out.key("rebalance")
       .begin_object()
       .member("action", name(decision.action))
@@ -269,7 +296,8 @@ void run(const Options& options) {
       const mpi::Report report = pipeline.step();
       step_now = static_cast<std::sig_atomic_t>(report.step);
       if (trace) trace->look(pipeline);
-      if (record) record->step(pipeline, report.step);
+      std::optional<std::uint64_t> list_hash;
+      if (record) list_hash = record->step(pipeline, report.step);
       if (!options.contacts.empty()) {
         const mpi::GatheredContacts all = pipeline.gather(0);
         if (outputs.contacts) {
@@ -281,8 +309,10 @@ void run(const Options& options) {
       mpi::RankResponseReport moved;
       if (response) moved = response->step(asked == Request::contacts);
       const double response_ms = ms_since(begin);
+      std::vector<RankNumbers> ranks;
+      if (!options.json.empty()) ranks = gathered(report.rank, pipeline.ranks());
       if (outputs.json) {
-        write_step(line, options, report, moved, response_ms, pipeline.ranks());
+        write_step(line, options, report, moved, response_ms, ranks, list_hash);
         append_line(*outputs.json, line);
       }
       if (!options.checkpoint.empty() && (report.step + 1) % every == 0) {

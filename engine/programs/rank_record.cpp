@@ -106,7 +106,7 @@ std::string RankRecord::poses(const mpi::Pipeline& pipeline) const {
   return sorted(mixed);
 }
 
-void RankRecord::step(const mpi::Pipeline& pipeline, std::uint64_t step) {
+std::uint64_t RankRecord::step(const mpi::Pipeline& pipeline, std::uint64_t step) {
   const mpi::GatheredContacts share = pipeline.share();
   const std::uint64_t hash = pipeline.list_hash(share);
   const std::string moving = poses(pipeline);
@@ -132,6 +132,7 @@ void RankRecord::step(const mpi::Pipeline& pipeline, std::uint64_t step) {
   write(end_ + before[1], contacts);
   end_ += all[1];
   require_all("cannot be written");
+  return hash;
 }
 
 void RankRecord::commit() {

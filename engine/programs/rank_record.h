@@ -23,8 +23,9 @@ class RankRecord {
   RankRecord(const RankRecord&) = delete;
   RankRecord& operator=(const RankRecord&) = delete;
 
-  /// After a step of the pipeline, before anything moves.
-  void step(const mpi::Pipeline& pipeline, std::uint64_t step);
+  /// After a step of the pipeline, before anything moves. Returns the contact hash that the record has,
+  /// mpi::Pipeline::list_hash.
+  std::uint64_t step(const mpi::Pipeline& pipeline, std::uint64_t step);
   void commit();
 
  private:

@@ -27,9 +27,9 @@ function meanings(replay) {
   };
 }
 
-/// The run whose contact hashes are those of the record.
+/// The run whose contact hashes are those of the record; a run on ranks has another hash, and that of the list if it was recorded.
 const runOf = (data, about) => data.runs.find((run) => run.steps.length > 0 && about.hashes.length > 0 &&
-  run.steps.every((step, i) => i >= about.hashes.length || step.contact_hash === about.hashes[i]));
+  run.steps.every((step, i) => i >= about.hashes.length || (step.list_hash ?? step.contact_hash) === about.hashes[i]));
 
 function curvesOf(replay, run, seek) {
   const {about} = replay;

@@ -3,7 +3,7 @@ import {h, select, none, rerun, whole, short} from "report/dom.js";
 import {sized} from "report/chart.js";
 import {showTip, hideTip} from "report/tip.js";
 
-const colours = {update: "var(--s-7)", "broad prepare": "var(--s-5)", broad: "var(--broad)", narrow: "var(--narrow)", join: "var(--s-3)", exchange: "var(--s-2)", wait: "var(--s-4)", open: "var(--ink)"};
+const colours = {update: "var(--s-7)", "broad prepare": "var(--s-5)", broad: "var(--broad)", narrow: "var(--narrow)", join: "var(--s-3)", exchange: "var(--s-2)", wait: "var(--faint)", open: "var(--ink)"};
 const order = ["update", "broad prepare", "broad", "narrow", "join", "exchange", "wait", "open"];
 
 /// Time that a thread spends in some slice; a slice may lie within another.
