@@ -43,7 +43,7 @@ class Sweep {
     const auto skew = [](const Mat3& r) { return (r.transpose() * r - Mat3::Identity()).cwiseAbs().maxCoeff(); };
     // Rotations need not be quite orthonormal, and coordinates are rounded.
     slack_ = radius + (tolerance::place_rounding + 4 * (skew(a.rotation) + skew(b.rotation))) *
-             (reach(a) + reach(b) + between.norm());
+                          (reach(a) + reach(b) + between.norm());
   }
 
   // The way until the first touch; `never` if there is none within the longest.
@@ -94,8 +94,11 @@ class Sweep {
       if (!(closing > 0)) return never;
       const double next = way + gap / closing;
       if (!(next <= until)) {
-        // The last bits of the end belong to it.
-        return next <= longest_ * (1 + tolerance::end_of_way) ? std::min(next, until) : never;
+        // The last bits of the end belong to it: what is that near there touches.
+        if (until < longest_ || !(next <= longest_ * (1 + tolerance::end_of_way))) return never;
+        if (way == until) return until;
+        way = until;
+        continue;
       }
       if (next <= way) return way;
       way = next;

@@ -7,6 +7,7 @@
 #include <string>
 #include <tuple>
 
+#include "closed_forms/closed_forms.h"
 #include "shapes/run_parts.h"
 #include "shapes/shape_insides.h"
 #include "tolerances.h"
@@ -20,26 +21,27 @@ double point_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
   return (p - (a + t * d)).norm();
 }
 
-// To the foot on its plane where that lies inside, else to the nearest side.
+// To the foot on its plane where that lies inside, or to a side: of a sliver, whose normal is noise, the sides tell.
 double point_triangle(const Vec3& p, const Corners& t) {
+  double least = std::min({point_segment(p, t[0], t[1]), point_segment(p, t[1], t[2]), point_segment(p, t[2], t[0])});
   const Vec3 u = t[1] - t[0], v = t[2] - t[0], n = u.cross(v), r = p - t[0];
   if (const double nn = n.squaredNorm(); nn > 0) {
     const double s = r.cross(v).dot(n) / nn, k = u.cross(r).dot(n) / nn;
-    if (s >= 0 && k >= 0 && s + k <= 1) return (r - (s * u + k * v)).norm();
+    if (s >= 0 && k >= 0 && s + k <= 1) least = std::min(least, (r - (s * u + k * v)).norm());
   }
-  return std::min({point_segment(p, t[0], t[1]), point_segment(p, t[1], t[2]), point_segment(p, t[2], t[0])});
+  return least;
 }
 
 // Where both are nearest inside (Ericson, Real-Time Collision Detection, 5.1.9), or at an end of one.
 double segment_segment(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& s) {
-  double least =
-      std::min({point_segment(p, r, s), point_segment(q, r, s), point_segment(r, p, q), point_segment(s, p, q)});
   const Vec3 d = q - p, e = s - r, w = p - r;
   const double dd = d.squaredNorm(), ee = e.squaredNorm(), de = d.dot(e), det = dd * ee - de * de;
-  if (!(det > 0)) return least;
+  if (!(det > tolerance::crossing2 * dd * ee))  // squares have lost half of the crossing's digits
+    return segment_distance((p + q) / 2, d / 2, (r + s) / 2, e / 2).distance;
+  const double least =
+      std::min({point_segment(p, r, s), point_segment(q, r, s), point_segment(r, p, q), point_segment(s, p, q)});
   const double at = (de * e.dot(w) - d.dot(w) * ee) / det, on = (dd * e.dot(w) - de * d.dot(w)) / det;
-  if (at > 0 && at < 1 && on > 0 && on < 1) least = std::min(least, (w + at * d - on * e).norm());
-  return least;
+  return at > 0 && at < 1 && on > 0 && on < 1 ? std::min(least, (w + at * d - on * e).norm()) : least;
 }
 
 // A mesh's features: a vertex belongs to the first of its triangles, an edge to the first of those beside it.
@@ -53,7 +55,8 @@ class Features {
         const std::uint32_t v = vertex(t, k), beside = mesh.neighbours[t][k];
         if (seen[v] == 0) own_[t] |= static_cast<std::uint8_t>(1u << k);
         seen[v] = 1;
-        if ((beside == no_index || t < beside) && v != vertex(t, (k + 1) % 3))
+        // Beside itself where it is given with one corner twice.
+        if ((beside == no_index || t <= beside) && v != vertex(t, (k + 1) % 3))
           own_[t] |= static_cast<std::uint8_t>(8u << k);
       }
   }

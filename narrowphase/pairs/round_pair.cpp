@@ -25,6 +25,27 @@ Vec3 between_centres(const MinkowskiDifference& d) {
   return d.pose.rotation * inside(d.b) + d.pose.translation - inside(d.a);
 }
 
+/// How far a point lies off an ellipsoid's surface, in its frame: to first order, for points near it.
+double off_ellipsoid(const ConvexView& v, const Vec3& p) {
+  const Vec3 radii{v.param[0], v.param[1], v.param[2]}, q = p.cwiseQuotient(radii);
+  const double k = q.norm(), gradient = q.cwiseQuotient(radii).norm();
+  return gradient > 0 ? std::abs(k * (k - 1) / gradient) : infinity;
+}
+
+/// The last digit of n moves the point of a flat ellipsoid by as much of its radius of curvature. The other body's
+/// point and h n tell it with all digits, where what they tell lies on it.
+void straighten_points(const RoundPair& pair, Support& s) {
+  const double open = tolerance::descent_accuracy * pair.scale, rounding = 64 * epsilon * pair.scale;
+  for (const int which : {0, 1}) {
+    const RoundBody& body = pair.body[which];
+    const Vec3 told = s.h * s.n - s.point[1 - which];
+    if ((told - s.point[which]).squaredNorm() <= open * open) return;
+    if (body.kind() == ShapeKind::ellipsoid &&
+        off_ellipsoid(body.view(), body.axes().transpose() * (told - body.centre())) <= rounding)
+      s.point[which] = told;
+  }
+}
+
 Vec3 direction(const Vec3& v) {
   const double length = v.norm();
   return length > 0 ? unit(v, length) : Vec3::UnitX();
@@ -63,6 +84,7 @@ LocalAnswer round_signed_distance(const MinkowskiDifference& d, const Vec3* star
     gap = depth.gap;
   }
   if (!s.optimal) gap = std::max(gap, doubt(s));
+  straighten_points(pair, s);
   LocalAnswer answer;
   answer.normal = s.n;
   answer.signed_distance = -s.h - ra - rb;

@@ -156,6 +156,9 @@ struct Axis {
 
 /// A point of `points` that lies over `face` (3 corners or more), seen along n.
 bool over(const Flat& points, const Flat& face, const Vec3& n, double slack, Vec3& point) {
+  // One smaller than the slack may stand on edge: it bounds nothing then.
+  const Vec3 own = (face.corner[1] - face.corner[0]).cross(face.corner[2] - face.corner[1]);
+  if (!(std::abs(own.dot(n)) > 0.5 * own.norm())) return false;
   Vec3 side[4];
   double offset[4];
   for (int i = 0; i < face.count; ++i) {

@@ -317,6 +317,17 @@ TEST_CASE("separation along a direction: they touch until there and never again,
   CHECK(touching > 30);
 }
 
+TEST_CASE("separation along a direction: an advance that ends where B stands is no touch by itself") {
+  Mesh square{{{-1, -1, 0}, {-1, 1, 0}, {1, -1, 0}, {1, 1, 0}}, {{0, 2, 3}, {0, 3, 1}}, false};
+  Pose at_square, at_triangle = Pose::at(-0.625, -0.125, 1.25);
+  at_square.rotation << -1, 0, 0, 0, 0, 1, 0, 1, 0;
+  at_triangle.rotation << 0, 0, -1, 0, 1, 0, 1, 0, 0;
+  const Shape triangle(Triangle{{Vec3(-0.25, -0.125, 0.625), Vec3(0.625, 0.75, 0.625), Vec3(0.25, 0.375, 0.125)}});
+  // They are 0.2 apart, and the last plane between them is reached where the way ends, but for its last bits.
+  CHECK(separation_along(Shape(square), at_square, triangle, at_triangle,
+                         {-0.33384970903780736, 0.50601770021838899, -0.79529268753149251}) == 0);
+}
+
 TEST_CASE("separation along a direction: of boxes, of what lies inside, of a ring, of half-spaces") {
   const Shape block{box_mesh({2, 2, 2}, 2)}, small{box_mesh({0.2, 0.2, 0.2}, 1)}, ring{torus(1, 0.25, 48, 24)};
   const auto along = [](const Shape& a, const Shape& b, const Pose& at, const Vec3& d) {

@@ -29,7 +29,7 @@ namespace {
 using namespace tandem;
 using namespace tandem::relations;
 
-constexpr std::size_t most_relations = 32;
+constexpr std::size_t most_relations = 48;
 
 constexpr double default_margin = 0.1;  // metres, of records without
 

@@ -7,32 +7,15 @@
 #include <numbers>
 #include <sstream>
 
+#include "checks.h"
+#include "other_calls.h"
+#include "shapes/hull.h"
+#include "shapes/shape_insides.h"
 #include "surface_distance.h"
 #include "tandem/narrowphase/several_pairs.h"
 
 namespace tandem::relations {
 namespace {
-
-// Tolerances, relative to unit_of(pair).
-constexpr double rounding = 1e-12;  // of distances that are the same real number
-constexpr double surface = 1e-9;  // of witness points from the surfaces: where these are curved, points are less exact
-
-constexpr double early = 1e-9;  // of the path: how much before a touch the time of impact may be
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
-const NarrowPhase& plain() {
-  static const NarrowPhase solver;
-  return solver;
-}
-
-template <class... T>
-std::string say(const T&... words) {
-  std::ostringstream out;
-  out.precision(17);
-  (out << ... << words);
-  return out.str();
-}
 
 double deepest(std::span<const Contact> contacts) {
   double most = -infinity;
@@ -40,13 +23,7 @@ double deepest(std::span<const Contact> contacts) {
   return most;
 }
 
-PairAnswer distance(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
-  return plain().solve(a, pose_a, b, pose_b, Request::distance);
-}
-
-bool collide(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
-  return plain().solve(a, pose_a, b, pose_b, Request::collide).collide;
-}
+}  // namespace
 
 Answers answer(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin) {
   Answers r;
@@ -57,8 +34,6 @@ Answers answer(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& p
   return r;
 }
 
-// Between two answers for the same real numbers, the second for lengths times `factor`. `verdicts`: also those that
-// rounding could change, the number of contacts and their features.
 std::string difference(const Answers& x, const Answers& y, double factor, double unit, bool verdicts, double margin) {
   const double tolerance = rounding * unit, d = x.distance.signed_distance;
   const bool is_tie = std::abs(d) <= tolerance && !verdicts;
@@ -87,6 +62,8 @@ std::string difference(const Answers& x, const Answers& y, double factor, double
       return say("other contacts: ", q->size(), " for ", p->size());
   return {};
 }
+
+namespace {
 
 std::string same(const Case& c, const PosedPair& other, double factor = 1, bool verdicts = false) {
   return difference(c.answers, answer(other), factor, c.unit, verdicts, c.pair.margin);
@@ -195,12 +172,6 @@ std::string margins(const Case& c, Random&) {
     return say("deepest contact ", most, " +- ", r.near.error_bound, " for a distance of ", d, " +- ",
                r.distance.error_bound);
   return {};
-}
-
-// What coordinates so far out round to, metres: where B is moved, it comes to lie that far from the place that is
-// meant.
-double world_rounding(const PosedPair& p) {
-  return 0x1p-51 * std::max(p.a.pose.translation.cwiseAbs().maxCoeff(), p.b.pose.translation.cwiseAbs().maxCoeff());
 }
 
 // Do they with B moved? Seen from A's translation: far out, B would come to lie where coordinates round to.
@@ -424,6 +395,55 @@ struct OtherKind {
   double rounding = 0;  // more than the shape has
 };
 
+// The faces of a hull that has a volume, cut into triangles; else none.
+Mesh hull_mesh(const Convex& convex) {
+  const Shape shape(convex);
+  const Hull& h = hull_of(shape);
+  Mesh m;
+  if (h.dimension < 3) return m;
+  m.solid = true;
+  m.vertices = h.vertices;
+  for (const Hull::Face& f : h.faces)
+    for (std::uint32_t k = 1; k + 1 < f.count; ++k)
+      m.triangles.push_back({h.loop[f.first], h.loop[f.first + k], h.loop[f.first + k + 1]});
+  return m;
+}
+
+// The same hull, given with points inside it.
+Convex with_midpoints(Convex convex) {
+  const std::size_t count = convex.vertices.size();
+  for (std::size_t i = 0; i < count; ++i)
+    convex.vertices.push_back((convex.vertices[i] + convex.vertices[(i + 1) % count]) / 2);
+  return convex;
+}
+
+// Every triangle with corners of its own.
+Mesh unshared(const Mesh& mesh) {
+  Mesh m;
+  m.solid = mesh.solid;
+  for (const auto& t : mesh.triangles) {
+    const auto first = static_cast<std::uint32_t>(m.vertices.size());
+    for (const std::uint32_t v : t) m.vertices.push_back(mesh.vertices[v]);
+    m.triangles.push_back({first, first + 1, first + 2});
+  }
+  return m;
+}
+
+// Every triangle twice, once from either side.
+Mesh both_sides(Mesh mesh) {
+  const std::size_t count = mesh.triangles.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto t = mesh.triangles[i];
+    mesh.triangles.push_back({t[0], t[2], t[1]});
+  }
+  return mesh;
+}
+
+bool is_convex(const Mesh& mesh) {
+  const double own = Shape(mesh).mass().volume, hull = Shape(Convex{mesh.vertices}).mass().volume;
+  return std::abs(hull - own) <= 1e-14 * hull;
+}
+
 // The other kinds that are the same solid.
 std::vector<OtherKind> other_kinds(const ShapeData& data) {
   std::vector<OtherKind> others;
@@ -443,6 +463,17 @@ std::vector<OtherKind> other_kinds(const ShapeData& data) {
   }
   if (const auto* s = std::get_if<Capsule>(&data))
     others.push_back({Convex{{Vec3(0, 0, -s->length / 2), Vec3(0, 0, s->length / 2)}}, s->radius});
+  if (const auto* s = std::get_if<Ellipsoid>(&data); s != nullptr && s->radii == Vec3::Constant(s->radii[0]))
+    others.push_back({Sphere{s->radii[0]}});
+  if (const auto* s = std::get_if<Convex>(&data)) {
+    others.push_back({with_midpoints(*s)});
+    if (const Mesh m = hull_mesh(*s); !m.triangles.empty()) others.push_back({m});
+  }
+  if (const auto* s = std::get_if<Mesh>(&data); s != nullptr && s->triangles.size() <= 512) {
+    others.push_back({unshared(*s)});
+    if (!s->solid) others.push_back({both_sides(*s)});
+    if (s->solid && is_convex(*s)) others.push_back({Convex{s->vertices}});
+  }
   return others;
 }
 
@@ -455,8 +486,10 @@ std::string other_kind(const Case& c, Random&) {
       changed.rounding += kind.rounding;
       // Two meshes have no margin.
       Answers r = answer(other);
-      if (other.a.kind() == ShapeKind::mesh && other.b.kind() == ShapeKind::mesh)
-        r.near = c.answers.near, r.within = c.answers.within;
+      const auto are_meshes = [](const PosedPair& p) {
+        return p.a.kind() == ShapeKind::mesh && p.b.kind() == ShapeKind::mesh;
+      };
+      if (are_meshes(other) || are_meshes(c.pair)) r.near = c.answers.near, r.within = c.answers.within;
       if (std::string why = difference(c.answers, r, 1, c.unit, false, c.pair.margin); !why.empty())
         return say(first ? "A" : "B", " as ", name(changed.kind()), kind.rounding > 0 ? ", rounded: " : ": ", why);
     }
@@ -651,12 +684,23 @@ constexpr std::array table{
     Relation{"move", "a translation without rounding changes no bit of what it does not move", any, moved},
     Relation{"permute", "the order of vertices, triangles and corners changes nothing", has<Convex, Triangle, Mesh>,
              permuted},
-    Relation{"other-kind", "one solid as several kinds has one answer", has<Sphere, Capsule, Box, Triangle>,
-             other_kind},
+    Relation{"other-kind", "one solid as several kinds has one answer",
+             has<Sphere, Capsule, Box, Triangle, Ellipsoid, Convex, Mesh>, other_kind},
     Relation{"bracket", "a cylinder or cone lies between solids inside and around it", has<Cylinder, Cone>, bracketed},
     Relation{"subdivide", "cutting triangles at exact midpoints changes nothing", has<Mesh>, subdivided},
     Relation{"by-triangles", "a mesh is its triangles, and its inside where it is solid", has<Mesh>, by_triangles},
     Relation{"triangle-list", "triangles intersect where the meshes collide", has_triangles_only, triangle_list},
+    Relation{"motions", "no overlap before the first touch of screws, a touch at it, exchanged the same", any, motions},
+    Relation{"contact-points", "a contact's point is within half its depth of both bodies", any, contact_points},
+    Relation{"planes", "convex bodies lie behind the planes through their witness points", any, planes},
+    Relation{"along", "no way along a direction is shorter than the depth, and it separates", any, along},
+    Relation{"options", "another solver, a tolerance, other parts: the same within what was asked for", any, options},
+    Relation{"lanes", "several pairs side by side have the bits they have alone", any, lanes},
+    Relation{"scene", "a scene of one body answers as the pair", any, scene},
+    Relation{"near-triangles", "pairs of triangles and features within a clearance: the nearest is the distance",
+             has_triangles_only, near_triangles},
+    Relation{"triangle-places", "the triangles of witness points lie there", has<Mesh>, triangle_places},
+    Relation{"deformed", "a mesh bent into its place is the mesh made there", has<Mesh>, deformed},
     Relation{"rounded", "balls about the points of two shapes take their radii off the distance", has_rounding,
              rounded},
 };

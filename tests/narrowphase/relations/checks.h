@@ -1,0 +1,55 @@
+// What all relations are judged by: tolerances, the queries asked most, words for what contradicts.
+#pragma once
+#include <algorithm>
+#include <limits>
+#include <sstream>
+#include <string>
+
+#include "relations.h"
+
+namespace tandem::relations {
+
+// Tolerances, relative to unit_of(pair).
+inline constexpr double rounding = 1e-12;  ///< of distances that are the same real number
+/// Of witness points from the surfaces: where these are curved, points are less exact.
+inline constexpr double surface = 1e-9;
+inline constexpr double early = 1e-9;  ///< of the path: how much before a touch the time of impact may be
+
+inline constexpr double infinity = std::numeric_limits<double>::infinity();
+
+inline const NarrowPhase& plain() {
+  static const NarrowPhase solver;
+  return solver;
+}
+
+template <class... T>
+std::string say(const T&... words) {
+  std::ostringstream out;
+  out.precision(17);
+  (out << ... << words);
+  return out.str();
+}
+
+inline PairAnswer distance(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
+  return plain().solve(a, pose_a, b, pose_b, Request::distance);
+}
+
+inline bool collide(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
+  return plain().solve(a, pose_a, b, pose_b, Request::collide).collide;
+}
+
+/// What coordinates so far out round to, metres: where B is moved, it comes to lie that far from the place that is
+/// meant.
+inline double world_rounding(const PosedPair& p) {
+  return 0x1p-51 * std::max(p.a.pose.translation.cwiseAbs().maxCoeff(), p.b.pose.translation.cwiseAbs().maxCoeff());
+}
+
+/// Between two answers for the same real numbers, the second for lengths times `factor`; empty where there is none.
+/// `verdicts`: also those that rounding could change, the number of contacts and their features.
+std::string difference(const Answers& x, const Answers& y, double factor, double unit, bool verdicts, double margin);
+
+Answers answer(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin);
+
+inline bool is_mesh(const Shape& s) { return s.kind() == ShapeKind::mesh; }
+
+}  // namespace tandem::relations
