@@ -1,5 +1,5 @@
-// The first touch of two bodies that move on screws: conservative advancement (Mirtich, Impulse-based dynamic simulation
-// of rigid body systems, 1996), best first over the hierarchies of meshes.
+// The first touch of two bodies that move on screws: conservative advancement (Mirtich, Impulse-based dynamic
+// simulation of rigid body systems, 1996), best first over the hierarchies of meshes.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -28,6 +28,11 @@ class ScrewSweep {
       return s.mid.norm() + s.half.norm() + path.at(0).translation.norm() + path.length(0);
     };
     box_slack_ = tolerance::place_rounding * (reach(a, path_a) + reach(b, path_b));
+    const auto length = [](const SweptBody& s, const ScrewPath& path) {
+      return path.length(s.mid.norm() + s.half.norm());
+    };
+    const double turn = (is_plane(a) ? path_a.angle() : 0) + (is_plane(b) ? path_b.angle() : 0);
+    coriolis_ = 2 * turn * (length(a, path_a) + length(b, path_b));
   }
 
   /// The time of the first touch, and the triangles; `never` if there is none.
@@ -63,10 +68,29 @@ class ScrewSweep {
  private:
   using Box = std::pair<Vec3, Vec3>;  // middle and half sizes, in the body's frame
 
-  /// Advances from `from`, at most `most` times, while the gap that `distance` tells at a time is no touch: no time that
-  /// is passed over has one. Returns `never` beyond `until`.
+  static bool is_plane(const SweptBody& body) { return !body.mesh && body.view.kind == ShapeKind::halfspace; }
+
+  /// Another body's box as `own` sees it.
+  static Box seen_from(const Pose& own, const Pose& other, const Box& box) {
+    const Mat3 back = own.rotation.transpose();
+    return {back * (other * box.first - own.translation), (back * other.rotation).cwiseAbs() * box.second};
+  }
+
+  /// How fast the gap along the normal may shrink at time t. A half-space does not turn in its own frame, in which the
+  /// other body passes it: what counts is how its points go where the other's are, not how those far out do.
+  double approach(const Vec3& normal, const Pose& at_a, const Pose& at_b, double t, const Box& box_a, const Box& box_b,
+                  bool planes) const {
+    const Box a = planes && is_plane(a_) ? seen_from(at_a, at_b, box_b) : box_a,
+              b = planes && is_plane(b_) ? seen_from(at_b, at_a, box_a) : box_b;
+    return path_a_.speed_along(normal, at_a, t, a.first, a.second) +
+           path_b_.speed_along(-normal, at_b, t, b.first, b.second);
+  }
+
+  /// Advances from `from`, at most `most` times, while the gap that `distance` tells at a time is no touch: no time
+  /// that is passed over has one. Returns `never` beyond `until`. `planes`: gaps to a half-space are to its plane.
   template <class Distance>
-  double advance(const Box& box_a, const Box& box_b, double from, double until, int most, Distance&& distance) {
+  double advance(const Box& box_a, const Box& box_b, double from, double until, int most, bool planes,
+                 Distance&& distance) {
     double t = from;
     for (int i = 0; i < most; ++i) {
       meter_.spend(8);
@@ -75,10 +99,9 @@ class ScrewSweep {
       const double gap = signed_distance - radius_;
       if (gap <= gap_of_touch_) return t;
       // Along the normal the two approach each other by at most speed * dt + acceleration * dt^2 / 2.
-      const double speed = path_a_.speed_along(normal, at_a, t, box_a.first, box_a.second) +
-                           path_b_.speed_along(-normal, at_b, t, box_b.first, box_b.second);
-      const double acceleration =
-          path_a_.acceleration(box_a.first, box_a.second) + path_b_.acceleration(box_b.first, box_b.second);
+      const double speed = approach(normal, at_a, at_b, t, box_a, box_b, planes);
+      const double acceleration = path_a_.acceleration(box_a.first, box_a.second) +
+                                  path_b_.acceleration(box_b.first, box_b.second) + (planes ? coriolis_ : 0);
       const double closing = speed + std::sqrt(speed * speed + 2 * acceleration * gap);
       if (!(closing > 0)) return never;
       const double next = t + 2 * gap / closing;
@@ -93,7 +116,7 @@ class ScrewSweep {
                      double until) {
     constexpr int most_advances = 10000;  // then it creeps up on a graze: early, never late
     const NarrowPhaseOptions exact;
-    return advance(box_p, box_q, from, until, most_advances, [&](const Pose& at_a, const Pose& at_b) {
+    return advance(box_p, box_q, from, until, most_advances, true, [&](const Pose& at_a, const Pose& at_b) {
       const PairAnswer answer = solve_convex(p, at_a, q, at_b, Request::distance, exact, nullptr);
       return std::pair(answer.signed_distance, answer.normal);
     });
@@ -106,7 +129,7 @@ class ScrewSweep {
     const Box box_a = a_.box(x), box_b = b_.box(y);
     const auto place = [](const Pose& pose, const Vec3& mid) { return Pose{pose.rotation, pose * mid}; };
     const auto half = [](const Vec3& h) { return HalfSize{h[0], h[1], h[2], 0}; };
-    return advance(box_a, box_b, from, until, most_advances, [&](const Pose& at_a, const Pose& at_b) {
+    return advance(box_a, box_b, from, until, most_advances, false, [&](const Pose& at_a, const Pose& at_b) {
       const BoxAnswer answer =
           box_box_distance(half(box_a.second), place(at_a, box_a.first), half(box_b.second), place(at_b, box_b.first));
       return std::pair(answer.local.signed_distance - box_slack_, Vec3(at_a.rotation * answer.local.normal));
@@ -118,6 +141,7 @@ class ScrewSweep {
   const ScrewPath &path_a_, &path_b_;
   const double radius_, gap_of_touch_;
   double box_slack_;  // numbers in hierarchies and places are rounded
+  double coriolis_;   // acceleration of what passes a half-space that turns, in its frame: at most
 };
 
 /// Of an unbounded shape's points only those can be touched that the other one reaches: within this of its origin.
@@ -129,7 +153,7 @@ double farthest(const SweptBody& other, const ScrewPath& path, const ScrewPath& 
 }  // namespace
 
 std::optional<FirstTouch> NarrowPhase::time_of_impact(const Shape& a, const Motion& motion_a, const Shape& b,
-                                                 const Motion& motion_b) const {
+                                                      const Motion& motion_b) const {
   if (const std::string why = refuses(a, b, Request::distance); !why.empty()) throw std::invalid_argument(why);
   const ScrewPath path_a(motion_a), path_b(motion_b);
   const auto touch_at = [&](FirstTouch touch) {
@@ -149,7 +173,8 @@ std::optional<FirstTouch> NarrowPhase::time_of_impact(const Shape& a, const Moti
   if (!b.is_bounded()) limit(body_b, farthest(body_a, path_a, path_b));
   const auto reach = [](const SweptBody& body) { return body.mid.norm() + body.half.norm(); };
   const double radius = a.rounding() + b.rounding();
-  const double path = path_a.length(a.is_bounded() ? reach(body_a) : 0) + path_b.length(b.is_bounded() ? reach(body_b) : 0);
+  const double path =
+      path_a.length(a.is_bounded() ? reach(body_a) : 0) + path_b.length(b.is_bounded() ? reach(body_b) : 0);
   const double gap_of_touch = tolerance::touch * (a.size() + b.size() + radius) + tolerance::motion_touch * path;
   const FirstTouch first = ScrewSweep(body_a, path_a, body_b, path_b, radius, gap_of_touch, options_.limit).first();
   if (first.t == never) return std::nullopt;
