@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "closed_forms/closed_forms.h"
+#include "convex/triangle_height.h"
 #include "shapes/run_parts.h"
 #include "shapes/shape_insides.h"
 #include "tolerances.h"
@@ -21,14 +22,20 @@ double point_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
   return (p - (a + t * d)).norm();
 }
 
-// To the foot on its plane where that lies inside, or to a side: of a sliver, whose normal is noise, the sides tell.
+// To the foot on its plane where that lies inside, or to a side. The foot keeps its place along the longest side,
+// whatever rounding makes of a sliver's normal.
 double point_triangle(const Vec3& p, const Corners& t) {
   double least = std::min({point_segment(p, t[0], t[1]), point_segment(p, t[1], t[2]), point_segment(p, t[2], t[0])});
-  const Vec3 u = t[1] - t[0], v = t[2] - t[0], n = u.cross(v), r = p - t[0];
-  if (const double nn = n.squaredNorm(); nn > 0) {
-    const double s = r.cross(v).dot(n) / nn, k = u.cross(r).dot(n) / nn;
-    if (s >= 0 && k >= 0 && s + k <= 1) least = std::min(least, (r - (s * u + k * v)).norm());
-  }
+  std::size_t i = 0;
+  double side2 = 0;
+  for (std::size_t k = 0; k < 3; ++k)
+    if (const double length2 = (t[(k + 1) % 3] - t[k]).squaredNorm(); length2 > side2) side2 = length2, i = k;
+  const Vec3 side = t[(i + 1) % 3] - t[i], slant = t[(i + 2) % 3] - t[i], height = Height(side, slant).height;
+  const double height2 = height.squaredNorm();
+  if (!(height2 > 0)) return least;
+  const Vec3 r = p - t[i];
+  const double up = r.dot(height) / height2, along = (r - up * slant).dot(side) / side2;
+  if (up >= 0 && along >= 0 && up + along <= 1) least = std::min(least, (r - up * slant - along * side).norm());
   return least;
 }
 
