@@ -90,9 +90,11 @@ class RoundedPair {
     })->depth = -exact.signed_distance;
   }
 
+  // Seen from A's translation: far out, B's would be rounded.
   bool separates(const Vec3& translation) const {
-    const Pose moved{pose_b_.rotation, pose_b_.translation + translation};
-    return solve_cores(a_, pose_a_, b_, moved, Request::distance, options_, nullptr, nullptr).signed_distance >=
+    const Pose at_a{pose_a_.rotation, Vec3::Zero()},
+        moved{pose_b_.rotation, pose_b_.translation - pose_a_.translation + translation};
+    return solve_cores(a_, at_a, b_, moved, Request::distance, options_, nullptr, nullptr).signed_distance >=
            radius_ - slack_;
   }
 
