@@ -16,6 +16,7 @@
 #include "tandem/narrowphase/deformable_mesh.h"
 #include "tandem/narrowphase/near_features.h"
 #include "tandem/narrowphase/several_pairs.h"
+#include "tandem/narrowphase/shape_makers.h"
 #include "tandem/narrowphase/triangles_at.h"
 
 namespace tandem::relations {
@@ -83,13 +84,13 @@ std::string motions(const Case& c, Random& random) {
 
 // ---- Contacts and planes ----
 
-// Points of patches whose depths differ by less count as one, relative: they may be that far from where they are told.
-constexpr double alike = 1.2e-8;
+// An edge within this angle of the contact plane carries a patch, all of whose points have the depth of the deepest.
+constexpr double flush = 1e-6;
 
 // A contact's point is no farther from either body than half its depth.
 std::string contact_points(const Case& c, Random&) {
   const Shape point(Sphere{0});
-  const double tolerance = alike * c.unit + 4 * world_rounding(c.pair) +
+  const double tolerance = flush * c.unit + 4 * world_rounding(c.pair) +
                            std::max(c.answers.contacts.error_bound, c.answers.near.error_bound);
   for (const auto* list : {&c.answers.touching, &c.answers.within})
     for (const Contact& contact : *list)
@@ -409,6 +410,32 @@ std::string triangle_places(const Case& c, Random&) {
       if (at[first ? 0 : 1] >= s.triangles().size()) return say("no triangle has the number ", at[first ? 0 : 1]);
     }
   }
+  return {};
+}
+
+// The vertices of A as a cloud of points, or of balls: as near to B as the nearest ball.
+std::string cloud(const Case& c, Random& random) {
+  const std::span<const Vec3> points = c.a.vertices();
+  if (points.empty() || points.size() > 64) return {};
+  const double radius = random.once_in(2) ? 0 : random.unit() * 0.1 * c.unit;
+  const Shape all = point_cloud(points, radius), ball(Sphere{radius});
+  const PairAnswer r = distance(all, c.pair.a.pose, c.b, c.pair.b.pose);
+  double least = infinity, bound = 0;
+  bool any = false;
+  for (const Vec3& p : points) {
+    const Pose at{Mat3::Identity(), c.pair.a.pose * p};
+    const PairAnswer one = distance(ball, at, c.b, c.pair.b.pose);
+    least = std::min(least, one.signed_distance);
+    bound = std::max(bound, one.error_bound);
+    any = any || collide(ball, at, c.b, c.pair.b.pose);
+  }
+  const double tolerance = rounding * c.unit + bound + r.error_bound + 4 * world_rounding(c.pair);
+  if (collide(all, c.pair.a.pose, c.b, c.pair.b.pose) != any && std::abs(least) > tolerance)
+    return say("a cloud's collide is ", !any, ", the nearest of its balls is ", least, " off");
+  if (least > 0 && !(std::abs(r.signed_distance - least) <= tolerance))
+    return say("a cloud is ", r.signed_distance, " off, the nearest of its balls ", least);
+  if (least < -tolerance && r.signed_distance > least + tolerance)
+    return say("a cloud is ", -r.signed_distance, " deep, the deepest of its balls ", -least);
   return {};
 }
 

@@ -15,6 +15,7 @@ std::string lanes(const Case& c, Random& random);
 std::string scene(const Case& c, Random& random);
 std::string near_triangles(const Case& c, Random& random);
 std::string triangle_places(const Case& c, Random& random);
+std::string cloud(const Case& c, Random& random);
 std::string deformed(const Case& c, Random& random);
 
 }  // namespace tandem::relations
