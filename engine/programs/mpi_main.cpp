@@ -117,6 +117,18 @@ std::vector<RankNumbers> gathered(const mpi::RankReport& report, int ranks) {
   return all;
 }
 
+void write_ranks(JsonWriter& out, const std::vector<RankNumbers>& ranks) {
+  out.key("by_rank").begin_array();
+  for (const RankNumbers& rank : ranks)
+    out.begin_object()
+        .member("owned", rank.owned)
+        .member("copies", rank.copies)
+        .member("detect_cpu_ms", rank.detect_cpu_ms)
+        .member("exchange_cpu_ms", rank.exchange_cpu_ms)
+        .end_object();
+  out.end_array();
+}
+
 void write_step(JsonWriter& out, const Options& options, const mpi::Report& report,
                 const mpi::RankResponseReport& response, double response_ms, const std::vector<RankNumbers>& ranks,
                 std::optional<std::uint64_t> list_hash) {
@@ -158,15 +170,7 @@ void write_step(JsonWriter& out, const Options& options, const mpi::Report& repo
       .member("bytes_sent", report.bytes_sent)
       .member("messages_sent", report.messages_sent);
   if (list_hash) out.member("list_hash", std::string_view(hex(*list_hash)));
-  out.key("by_rank").begin_array();
-  for (const RankNumbers& rank : ranks)
-    out.begin_object()
-        .member("owned", rank.owned)
-        .member("copies", rank.copies)
-        .member("detect_cpu_ms", rank.detect_cpu_ms)
-        .member("exchange_cpu_ms", rank.exchange_cpu_ms)
-        .end_object();
-  out.end_array();
+  write_ranks(out, ranks);
   const mpi::RebalanceDecision& decision = report.rebalance;
   out.key("rebalance")
       .begin_object()
@@ -203,12 +207,12 @@ class Summary {
     taken_back_ += report.rebalance.action == BalanceAction::revert ? 1 : 0;
     last_ = report;
   }
-  std::string table(const std::string& scene, const mpi::Options& options, Request request, int ranks) const {
+  std::string table(const std::string& scene, const mpi::Options& options, int ranks) const {
     std::ostringstream out;
     out << "scene            " << scene << ", " << last_.bodies << " bodies, " << step_.size() << " steps\n"
         << "run by           " << ranks << " ranks of " << last_.rank.detection.execution.threads << " threads, "
         << name(options.rank.executor) << '\n'
-        << "request          " << name(request) << '\n'
+        << "request          " << name(options.rank.answer.request) << '\n'
         << "last step        " << last_.pairs << " candidate pairs, " << last_.colliding_pairs << " colliding, "
         << last_.contacts << " contacts, largest depth " << last_.max_depth << " m\n"
         << "contact hash     " << hex(last_.contact_hash) << ", the same for any number of ranks\n";
@@ -252,25 +256,40 @@ struct Outputs {
     MPI_Bcast(text.data(), static_cast<int>(text.size()), MPI_CHAR, 0, MPI_COMM_WORLD);
     if (text[0] != 0) throw RequestError(text.data());
   }
+  // By all ranks.
+  void write_contacts_of(const mpi::Pipeline& pipeline, std::uint64_t step, bool gaps) {
+    const mpi::GatheredContacts all = pipeline.gather(0);
+    if (!contacts) return;
+    JsonWriter line;
+    write_contacts(line, step, all, gaps);
+    append_line(*contacts, line);
+  }
   void commit() { commit_all({&json, &contacts, &trace}); }
 };
 
-void run(const Options& options) {
-  const std::uint64_t steps = whole_option("--steps", options.steps, 1, 1'000'000'000);
-  const std::uint64_t every = whole_option("--checkpoint-every", options.every, 1, 1'000'000'000);
-  mpi::Options how = pipeline_options(options);
+// The scene, and what of the answer depends on it.
+Scene load_scene_for(const Options& options, mpi::Options& how) {
   std::optional<Request> request;
   if (!options.request.empty()) request = named_option("--request", options.request, requests);
   if (options.response != "all" && options.response != "none")
     refuse_option("--response", options.response, "all, none");
   Scene scene = load_scene(options.scene, options.bodies, options.seed);
-  const std::string scene_name = scene.name;
   if (request) scene.request = *request;
-  const Request asked = how.rank.answer.request = scene.request;
-  if (options.margin.empty() && asked == Request::contacts) how.rank.answer.margin = recommended_margin(scene);
-  if (!options.contacts.empty() && asked != Request::contacts)
+  how.rank.answer.request = scene.request;
+  const bool contacts = scene.request == Request::contacts;
+  if (options.margin.empty() && contacts) how.rank.answer.margin = recommended_margin(scene);
+  if (!options.contacts.empty() && !contacts)
     refuse_option("--contacts", options.contacts,
-                  "with the request 'contacts'; this one is '" + std::string(name(asked)) + "'");
+                  "with the request 'contacts'; this one is '" + std::string(name(scene.request)) + "'");
+  return scene;
+}
+
+void run(const Options& options) {
+  const std::uint64_t steps = whole_option("--steps", options.steps, 1, 1'000'000'000);
+  const std::uint64_t every = whole_option("--checkpoint-every", options.every, 1, 1'000'000'000);
+  mpi::Options how = pipeline_options(options);
+  Scene scene = load_scene_for(options, how);
+  const std::string scene_name = scene.name;
   const tbb::global_control limit(
       tbb::global_control::max_allowed_parallelism,
       static_cast<std::size_t>(std::max(how.rank.threads, tbb::info::default_concurrency())));
@@ -298,16 +317,10 @@ void run(const Options& options) {
       if (trace) trace->look(pipeline);
       std::optional<std::uint64_t> list_hash;
       if (record) list_hash = record->step(pipeline, report.step);
-      if (!options.contacts.empty()) {
-        const mpi::GatheredContacts all = pipeline.gather(0);
-        if (outputs.contacts) {
-          write_contacts(line, report.step, all, !options.margin.empty());
-          append_line(*outputs.contacts, line);
-        }
-      }
+      if (!options.contacts.empty()) outputs.write_contacts_of(pipeline, report.step, !options.margin.empty());
       const auto begin = Clock::now();
       mpi::RankResponseReport moved;
-      if (response) moved = response->step(asked == Request::contacts);
+      if (response) moved = response->step(how.rank.answer.request == Request::contacts);
       const double response_ms = ms_since(begin);
       std::vector<RankNumbers> ranks;
       if (!options.json.empty()) ranks = gathered(report.rank, pipeline.ranks());
@@ -327,7 +340,7 @@ void run(const Options& options) {
   if (record) record->commit();
   outputs.commit();
   if (pipeline.rank() != 0) return;
-  std::cout << summary.table(scene_name, how, asked, pipeline.ranks());
+  std::cout << summary.table(scene_name, how, pipeline.ranks());
   if (trace && trace->is_full()) std::cout << "trace            the first " << trace->steps() << " steps alone\n";
   std::cout << std::flush;
 }
