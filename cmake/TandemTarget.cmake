@@ -60,7 +60,8 @@ function(tandem_flags target)
     # The same bits are promised on every machine. Eigen's vector code sums in another order than its scalar code, and
     # fuses a*b+c on 64-bit ARM. Without it Eigen would not align its types any more: 16 bytes are what it chooses on
     # both architectures, and what libraries that take its types, such as FCL, were built with.
-    EIGEN_DONT_VECTORIZE EIGEN_MAX_ALIGN_BYTES=16 EIGEN_MAX_STATIC_ALIGN_BYTES=16)
+    EIGEN_DONT_VECTORIZE EIGEN_MAX_ALIGN_BYTES=16 EIGEN_MAX_STATIC_ALIGN_BYTES=16
+    $<$<BOOL:${TANDEM_ONE_INSTRUCTION_SET}>:HWY_COMPILE_ONLY_STATIC>)
   target_compile_options(${target} PRIVATE
     $<$<CXX_COMPILER_ID:GNU,Clang,AppleClang>:-Wall -Wextra -Wpedantic -Wconversion>
     # For the same reason sums and products are taken as they are written, whatever flags a host gives to all its targets.

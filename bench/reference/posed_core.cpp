@@ -16,8 +16,21 @@ Real PosedCore::radius() const {
 }
 
 bool PosedCore::is_polytope() const {
-  return shape_.kind() != ShapeKind::cylinder && shape_.kind() != ShapeKind::cone &&
-         shape_.kind() != ShapeKind::ellipsoid;
+  switch (shape_.kind()) {  // no default: a new kind must say
+    case ShapeKind::cylinder:
+    case ShapeKind::cone:
+    case ShapeKind::ellipsoid:
+      return false;
+    case ShapeKind::sphere:
+    case ShapeKind::box:
+    case ShapeKind::capsule:
+    case ShapeKind::halfspace:
+    case ShapeKind::convex:
+    case ShapeKind::triangle:
+    case ShapeKind::mesh:
+      break;
+  }
+  return true;
 }
 
 Vec PosedCore::hull_support(const Vec& d) const {
@@ -78,7 +91,9 @@ Vec PosedCore::support(const Vec& world) const {
     case ShapeKind::triangle:
       p = hull_support(d);
       break;
-    default:
+    case ShapeKind::sphere:
+    case ShapeKind::halfspace:
+    case ShapeKind::mesh:
       break;
   }
   return p.x * columns_[0] + p.y * columns_[1] + p.z * columns_[2] + translation_;

@@ -1,14 +1,14 @@
 #include "formats/shape_json.h"
 
+#include <array>
 #include <cmath>
+#include <functional>
 
 #include "scene/tolerances.h"
 #include "tandem/formats/mesh_file.h"
 
 namespace tandem {
 namespace {
-
-constexpr std::string_view kinds = "sphere, box, capsule, cylinder, cone, ellipsoid, halfspace, convex, triangle, mesh";
 
 // A shape's own checks know nothing of the document; this says where in it they failed.
 template <typename Parameters>
@@ -38,6 +38,117 @@ std::vector<Vec3> some_points(const JsonRef& json) {
   std::vector<Vec3> out = points(json);
   if (out.empty()) json.refuse("one or more points [x, y, z]");
   return out;
+}
+
+std::array<Vec3, 3> three_points(const JsonRef& json) {
+  json.require_array("three points [x, y, z]");
+  if (json.size() != 3) json.refuse("three points [x, y, z]");
+  const std::vector<Vec3> corners = points(json);
+  return {corners[0], corners[1], corners[2]};
+}
+
+void write_vertices(JsonWriter& out, const Shape& shape) {
+  out.key("vertices").begin_array();
+  for (const Vec3& v : shape.vertices()) out.value(v);
+  out.end_array();
+}
+
+void write_radius_and_length(JsonWriter& out, const Shape& shape) {
+  out.member("radius", shape.radius()).member("length", shape.length());
+}
+
+void write_mesh(JsonWriter& out, const Shape& shape) {
+  write_vertices(out, shape);
+  out.key("triangles").begin_array();
+  for (const auto& [i, j, k] : shape.triangles()) out.begin_array().value(i).value(j).value(k).end_array();
+  out.end_array().member("solid", shape.is_solid());
+}
+
+using ReadMesh = std::function<Shape(const JsonRef& json)>;
+
+/// How a kind stands in JSON, beside its rounding.
+struct JsonKind {
+  ShapeKind kind;
+  Shape (*read)(const JsonRef& json, const ReadMesh& read_mesh);
+  void (*write)(JsonWriter& out, const Shape& shape);
+};
+
+using In = const JsonRef&;
+using Meshes = const ReadMesh&;
+using Out = JsonWriter&;
+
+constexpr std::array<JsonKind, shape_kinds> json_kinds = {{
+    {ShapeKind::sphere,
+     [](In json, Meshes) {
+       json.require_keys({"kind", "radius", "rounding"});
+       return make_shape(json, Sphere{json.at("radius").number_at_least(0)});
+     },
+     [](Out out, const Shape& shape) { out.member("radius", shape.radius()); }},
+    {ShapeKind::box,
+     [](In json, Meshes) {
+       json.require_keys({"kind", "size", "rounding"});
+       return make_shape(json, Box{sizes(json.at("size"))});
+     },
+     [](Out out, const Shape& shape) { out.member("size", Vec3(2 * shape.half_size())); }},
+    {ShapeKind::capsule,
+     [](In json, Meshes) {
+       json.require_keys({"kind", "radius", "length", "rounding"});
+       return make_shape(json, Capsule{json.at("radius").number_above(0), json.at("length").number_at_least(0)});
+     },
+     write_radius_and_length},
+    {ShapeKind::cylinder,
+     [](In json, Meshes) {
+       json.require_keys({"kind", "radius", "length", "rounding"});
+       return make_shape(json, Cylinder{json.at("radius").number_above(0), json.at("length").number_above(0)});
+     },
+     write_radius_and_length},
+    {ShapeKind::cone,
+     [](In json, Meshes) {
+       json.require_keys({"kind", "radius", "length", "rounding"});
+       return make_shape(json, Cone{json.at("radius").number_above(0), json.at("length").number_above(0)});
+     },
+     write_radius_and_length},
+    {ShapeKind::ellipsoid,
+     [](In json, Meshes) {
+       json.require_keys({"kind", "radii", "rounding"});
+       return make_shape(json, Ellipsoid{sizes(json.at("radii"))});
+     },
+     [](Out out, const Shape& shape) { out.member("radii", shape.radii()); }},
+    {ShapeKind::halfspace,
+     [](In json, Meshes) {
+       json.require_keys({"kind", "normal", "offset", "rounding"});
+       return make_shape(json, HalfSpace{json.at("normal").vec3(), json.at("offset").number()});
+     },
+     [](Out out, const Shape& shape) { out.member("normal", shape.normal()).member("offset", shape.offset()); }},
+    {ShapeKind::convex,
+     [](In json, Meshes) {
+       json.require_keys({"kind", "vertices", "rounding"});
+       return make_shape(json, Convex{some_points(json.at("vertices"))});
+     },
+     write_vertices},
+    {ShapeKind::triangle,
+     [](In json, Meshes) {
+       json.require_keys({"kind", "vertices", "rounding"});
+       return make_shape(json, Triangle{three_points(json.at("vertices"))});
+     },
+     write_vertices},
+    {ShapeKind::mesh, [](In json, Meshes read_mesh) { return read_mesh(json); }, write_mesh},
+}};
+static_assert(
+    [] {
+      for (std::size_t i = 0; i < shape_kinds; ++i)
+        if (json_kinds[i].kind != static_cast<ShapeKind>(i) || json_kinds[i].write == nullptr) return false;
+      return true;
+    }(),
+    "each kind has a row, in the order of ShapeKind");
+
+const JsonKind& json_kind(const JsonRef& name_json) {
+  std::string known;
+  for (const JsonKind& row : json_kinds) {
+    if (name(row.kind) == name_json.text()) return row;
+    known += (known.empty() ? "" : ", ") + std::string(name(row.kind));
+  }
+  name_json.refuse(known);
 }
 
 }  // namespace
@@ -91,50 +202,7 @@ Shape ShapeReader::read(const JsonRef& json) {
 }
 
 Shape ShapeReader::read_core(const JsonRef& json) {
-  const JsonRef kind_json = json.at("kind");
-  const std::string& kind = kind_json.text();
-  if (kind == "mesh") return mesh(json);
-  if (kind == "sphere") {
-    json.require_keys({"kind", "radius", "rounding"});
-    return make_shape(json, Sphere{json.at("radius").number_at_least(0)});
-  }
-  if (kind == "box") {
-    json.require_keys({"kind", "size", "rounding"});
-    return make_shape(json, Box{sizes(json.at("size"))});
-  }
-  if (kind == "capsule") {
-    json.require_keys({"kind", "radius", "length", "rounding"});
-    return make_shape(json, Capsule{json.at("radius").number_above(0), json.at("length").number_at_least(0)});
-  }
-  if (kind == "cylinder") {
-    json.require_keys({"kind", "radius", "length", "rounding"});
-    return make_shape(json, Cylinder{json.at("radius").number_above(0), json.at("length").number_above(0)});
-  }
-  if (kind == "cone") {
-    json.require_keys({"kind", "radius", "length", "rounding"});
-    return make_shape(json, Cone{json.at("radius").number_above(0), json.at("length").number_above(0)});
-  }
-  if (kind == "ellipsoid") {
-    json.require_keys({"kind", "radii", "rounding"});
-    return make_shape(json, Ellipsoid{sizes(json.at("radii"))});
-  }
-  if (kind == "halfspace") {
-    json.require_keys({"kind", "normal", "offset", "rounding"});
-    return make_shape(json, HalfSpace{json.at("normal").vec3(), json.at("offset").number()});
-  }
-  if (kind == "convex") {
-    json.require_keys({"kind", "vertices", "rounding"});
-    return make_shape(json, Convex{some_points(json.at("vertices"))});
-  }
-  if (kind == "triangle") {
-    json.require_keys({"kind", "vertices", "rounding"});
-    const JsonRef vertices = json.at("vertices");
-    vertices.require_array("three points [x, y, z]");
-    if (vertices.size() != 3) vertices.refuse("three points [x, y, z]");
-    const std::vector<Vec3> corners = points(vertices);
-    return make_shape(json, Triangle{{corners[0], corners[1], corners[2]}});
-  }
-  kind_json.refuse(kinds);
+  return json_kind(json.at("kind")).read(json, [this](const JsonRef& mesh_json) { return mesh(mesh_json); });
 }
 
 Pose read_pose(const JsonRef& json) {
@@ -172,42 +240,9 @@ void require_valid_pose(const Pose& pose, std::string_view where) {
 }
 
 void write_shape(JsonWriter& out, const Shape& shape) {
-  const auto write_points = [&](const auto& vertices) {
-    out.key("vertices").begin_array();
-    for (const Vec3& v : vertices) out.value(v);
-    out.end_array();
-  };
   out.begin_object().member("kind", name(shape.kind()));
   if (shape.rounding() > 0) out.member("rounding", shape.rounding());
-  switch (shape.kind()) {
-    case ShapeKind::sphere:
-      out.member("radius", shape.radius());
-      break;
-    case ShapeKind::box:
-      out.member("size", Vec3(2 * shape.half_size()));
-      break;
-    case ShapeKind::capsule:
-    case ShapeKind::cylinder:
-    case ShapeKind::cone:
-      out.member("radius", shape.radius()).member("length", shape.length());
-      break;
-    case ShapeKind::ellipsoid:
-      out.member("radii", shape.radii());
-      break;
-    case ShapeKind::halfspace:
-      out.member("normal", shape.normal()).member("offset", shape.offset());
-      break;
-    case ShapeKind::convex:
-    case ShapeKind::triangle:
-      write_points(shape.vertices());
-      break;
-    case ShapeKind::mesh:
-      write_points(shape.vertices());
-      out.key("triangles").begin_array();
-      for (const auto& [i, j, k] : shape.triangles()) out.begin_array().value(i).value(j).value(k).end_array();
-      out.end_array().member("solid", shape.is_solid());
-      break;
-  }
+  json_kinds[static_cast<std::size_t>(shape.kind())].write(out, shape);
   out.end_object();
 }
 

@@ -166,9 +166,13 @@ PointDistance point_distance(const ConvexView& s, const Vec3& p) {
       return to_triangle(s.vertices[0], s.vertices[std::min<std::size_t>(1, last)],
                          s.vertices[std::min<std::size_t>(2, last)], p);
     }
-    default:
-      return to_ball(Vec3::Zero(), p, s.param[0]);
+    case ShapeKind::sphere:
+    case ShapeKind::ellipsoid:
+    case ShapeKind::convex:
+    case ShapeKind::mesh:
+      break;  // a ball; others have no closed form and are not asked
   }
+  return to_ball(Vec3::Zero(), p, s.param[0]);
 }
 
 namespace {
@@ -201,7 +205,7 @@ class SegmentPair {
   const double by_uu_ = uu_ > 0 ? 1 / uu_ : 0.0, by_vv_ = vv_ > 0 ? 1 / vv_ : 0.0;
   const Vec3 cross_ = u_.cross(v_);
   const double det_ = cross_.squaredNorm();  // uu vv - uv^2 without its cancellation
-  const bool crossing_ = det_ > tolerance::parallel_lines2 * uu_ * vv_ && det_ > 0;
+  const bool crossing_ = det_ > tolerance::parallel_lines2* uu_* vv_&& det_ > 0;
   bool interior_ = false;  // both parameters are those of the lines' common perpendicular
 };
 

@@ -24,9 +24,15 @@ std::uint32_t corner_count(const ConvexView& v) {
     case ShapeKind::convex:
     case ShapeKind::triangle:
       return static_cast<std::uint32_t>(v.vertices.size());
-    default:
-      return 1;
+    case ShapeKind::sphere:
+    case ShapeKind::cylinder:
+    case ShapeKind::cone:
+    case ShapeKind::ellipsoid:
+    case ShapeKind::halfspace:
+    case ShapeKind::mesh:
+      break;
   }
+  return 1;
 }
 
 /// Corners within `depth` of the farthest along d (in the core's frame), the farthest first.

@@ -53,10 +53,15 @@ Projection move_into(const ConvexView& v, Vec3& p, double least) {
       if (out > 1) p /= out;
       return {};
     }
-    default:
-      p = core_centre(v);
-      return {};
+    case ShapeKind::sphere:
+    case ShapeKind::halfspace:
+    case ShapeKind::convex:
+    case ShapeKind::triangle:
+    case ShapeKind::mesh:
+      break;
   }
+  p = core_centre(v);
+  return {};
 }
 
 }  // namespace tandem

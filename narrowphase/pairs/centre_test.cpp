@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "shapes/hull.h"
+#include "shapes/kind_rows.h"
 #include "shapes/shape_insides.h"
 #include "shapes/support_kernel.h"
 #include "shapes/unit_vector.h"
@@ -15,7 +16,8 @@ namespace {
 
 /// Is the ball inside the shape about its origin?
 bool is_centred(const Shape& s) {
-  return s.kind() != ShapeKind::cone && s.kind() != ShapeKind::convex && s.kind() != ShapeKind::triangle;
+  constexpr KindSet centred = kinds_where([](const KindRow& row) { return row.centred; });
+  return centred.has(s.kind());
 }
 
 /// The centre of a ball inside the shape, in its frame.
@@ -38,9 +40,14 @@ Vec3 inner_centre(const Shape& s) {
     case ShapeKind::convex:
     case ShapeKind::triangle:
       return hull_of(s).inner_radius;
-    default:
-      return s.radius();  // sphere, capsule
+    case ShapeKind::sphere:
+    case ShapeKind::capsule:
+      return s.radius();
+    case ShapeKind::halfspace:
+    case ShapeKind::mesh:
+      break;  // not asked
   }
+  return 0;
 }
 
 /// Of a hull: the cheap bound, or to rounding.
@@ -72,9 +79,14 @@ double reach(const Hull& hull, const Vec3& d, Reach kind) {
       return across() + 0.5 * s.length() * std::abs(d[2]);
     case ShapeKind::cone:
       return std::max(0.75 * s.length() * d[2], across() - 0.25 * s.length() * d[2]);
-    default:
+    case ShapeKind::convex:
+    case ShapeKind::triangle:
       return reach(hull_of(s), d, kind);
+    case ShapeKind::halfspace:
+    case ShapeKind::mesh:
+      break;  // not asked
   }
+  return std::numeric_limits<double>::infinity();
 }
 
 /// Between points of A and B, in world directions; exchanged, exactly the opposite.

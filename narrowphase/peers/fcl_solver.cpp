@@ -44,9 +44,11 @@ std::unique_ptr<fcl::CollisionGeometryd> geometry(const ConvexView& v) {
       if (count == 0) return nullptr;
       return std::make_unique<fcl::Convexd>(vertices, count, faces);
     }
-    default:
-      return nullptr;
+    case ShapeKind::halfspace:
+    case ShapeKind::mesh:
+      break;
   }
+  return nullptr;
 }
 
 fcl::Transform3d transform(const Mat3& rotation, const Vec3& translation) {

@@ -1,5 +1,6 @@
 #include "round/feature_search.h"
 
+#include <limits>
 #include <utility>
 
 #include "round/hull_projection.h"
@@ -39,9 +40,16 @@ struct Body {
         return core.param[0] * std::sqrt(m[0] * m[0] + m[1] * m[1]) + half * std::abs(m[2]);
       case ShapeKind::convex:
         return core_support(core, m).dot(m);
-      default:
+      case ShapeKind::cone:
         return std::max(half * m[2], core.param[0] * std::sqrt(m[0] * m[0] + m[1] * m[1]) - half * m[2]);
+      case ShapeKind::sphere:
+      case ShapeKind::ellipsoid:
+      case ShapeKind::halfspace:
+      case ShapeKind::triangle:
+      case ShapeKind::mesh:
+        break;  // have no features (have_features)
     }
+    return std::numeric_limits<double>::infinity();
   }
   Vec3 support(const Vec3& n) const { return out(core_support(core, turned_in(n))); }
 };
@@ -372,8 +380,11 @@ bool is_hull(const ConvexView& v) { return v.kind == ShapeKind::convex; }
 class FeatureSearch {
  public:
   FeatureSearch(const MinkowskiDifference& d, double below)
-      : d_(d), below_(below), rounding_(16 * epsilon * rounding_scale(d)),
-        a_{d.a, nullptr, Vec3::Zero()}, b_{d.b, &d.pose.rotation, d.pose.translation} {}
+      : d_(d),
+        below_(below),
+        rounding_(16 * epsilon * rounding_scale(d)),
+        a_{d.a, nullptr, Vec3::Zero()},
+        b_{d.b, &d.pose.rotation, d.pose.translation} {}
 
   /// `common`: as of search_features.
   Support run(bool* common);
@@ -461,8 +472,8 @@ bool FeatureSearch::meet(const Vec3& shift) {
   NearestPoints points = w_;
   for (int turn = 0; turn < turns; ++turn) {
     points.n = w_.n;
-    const bool between = nearest_points(a_, feature(a_, spot_a_, rounding_), b_, feature(b_, spot_b_, rounding_),
-                                        rounding_, points);
+    const bool between =
+        nearest_points(a_, feature(a_, spot_a_, rounding_), b_, feature(b_, spot_b_, rounding_), rounding_, points);
     if (turn == 0) w_.b = points.b;
     const double length = points.n.norm();
     if (between && length > 0.5 && length < 2) {

@@ -2,9 +2,11 @@
 
 #include <utility>
 
+#include "round/circle_distance.h"
+#include "round/circle_floor.h"
+#include "round/ellipsoid_normal.h"
 #include "round/face_reach.h"
 #include "round/hull_projection.h"
-#include "round/circle_distance.h"
 #include "tolerances.h"
 
 namespace tandem {
@@ -20,108 +22,12 @@ struct Face {
   Vec3 normal;  ///< unit, outward
 };
 
-/// A direction on a circle: what of it lies in the circle's plane, unit, and the point that supports it.
-struct Sample {
-  Vec3 out, p;
-};
-
-/// From one direction on a circle to another, counterclockwise, less than half a turn.
-struct Span {
-  Sample first, last;
-};
-
-/// What a body reaches at least along the directions of a span of a circle, by its circles: r sqrt(1 - (n . axis)^2) is
-/// concave in n . axis, so not below its chord over the span, which is linear in n. Two bodies with parallel axes, or
-/// almost, are nearly the same all around: points of theirs would have to be as dense as the span is short.
-class CircleFloor {
- public:
-  explicit CircleFloor(const Circle& circle) : circle_(circle) {}
-  CircleFloor(const RoundBody& body, const Circle& circle, const Vec3& offset) : circle_(circle) {
-    if (!body.has_circle()) return;
-    axis_ = body.axis(), radius_ = body.radius();
-    for (int piece = 0; piece < 2; ++piece)
-      if (body.is_circle(piece)) centre_[count_++] = body.circle_centre(piece) + offset;
-  }
-
-  /// Minus infinity where there is none.
-  double over(const Span& span) const {
-    double most = -infinity;
-    const double lift = circle_.height, radius = circle_.radius;
-    const auto spread = [&](const Vec3& v) {  // of v . n
-      const Vec3 flat = v - v.dot(circle_.axis) * circle_.axis;
-      const double length = flat.norm(), at = lift * v.dot(circle_.axis);
-      const double ends[2] = {radius * flat.dot(span.first.out), radius * flat.dot(span.last.out)};
-      double low = std::min(ends[0], ends[1]), high = std::max(ends[0], ends[1]);
-      if (within(span, flat)) high = radius * length;
-      if (within(span, -flat)) low = -radius * length;
-      return std::pair{at + low, at + high};
-    };
-    if (count_ == 0) return most;
-    auto [low, high] = spread(axis_);
-    low = std::clamp(low, -1.0, 1.0), high = std::clamp(high, -1.0, 1.0);
-    const double at_low = std::sqrt(1 - low * low), at_high = std::sqrt(1 - high * high);
-    const double slope = at_low + at_high > 0 ? -(low + high) / (at_low + at_high) : 0.0;
-    const double rounding = 4 * epsilon / std::max(std::min(at_low, at_high), tolerance::never_zero_sine);
-    for (int i = 0; i < count_; ++i)
-      most = std::max(most,
-                      spread(centre_[i] + radius_ * slope * axis_).first + radius_ * (at_low - slope * low - rounding));
-    return most;
-  }
-
- private:
-  bool within(const Span& span, const Vec3& v) const {
-    return circle_.axis.dot(span.first.out.cross(v)) > 0 && circle_.axis.dot(v.cross(span.last.out)) > 0;
-  }
-
-  const Circle& circle_;
-  Vec3 axis_ = Vec3::Zero(), centre_[2];
-  double radius_ = 0;
-  int count_ = 0;
-};
-
 /// Is it a triangle that no rounding makes a segment?
 bool spans_plane(std::span<const Vec3> v) {
   if (v.size() != 3) return false;
   const Vec3 a = v[1] - v[0], b = v[2] - v[0], c = v[2] - v[1];
   const double longest2 = std::max({a.squaredNorm(), b.squaredNorm(), c.squaredNorm()});
   return a.cross(b).squaredNorm() > tolerance::spans_plane2 * longest2 * longest2;
-}
-
-/// The normal where the surface of an ellipsoid is nearest to a point inside it, in its own frame (Eberly, Distance
-/// from a Point to an Ellipse, an Ellipsoid, or a Hyperellipsoid, 2013); not of unit length.
-Vec3 nearest_way_out(const Vec3& radii, const Vec3& point) {
-  int shortest;
-  const double unit_length = radii.minCoeff(&shortest);
-  const Vec3 q = radii / unit_length, z = point.cwiseAbs() / unit_length;
-  const Vec3 longer = (q - Vec3::Ones()).cwiseProduct(q + Vec3::Ones()), qz = q.cwiseProduct(z);
-  // The surface's point is q z q / (u + longer), where u makes it lie on it: the root of a function that falls and is
-  // curved upwards, which Newton's method reaches from below without passing it.
-  double u = std::max(0.0, (qz - longer).maxCoeff());
-  Vec3 n = Vec3::Zero();
-  if (u == 0) {
-    double left = 1;
-    for (int i = 0; i < 3; ++i)
-      if (z[i] > 0) n[i] = z[i] / longer[i], left -= q[i] * n[i] * (q[i] * n[i]);
-    if (left >= 0) {
-      for (int i = 0; i < 3; ++i) n[i] = std::copysign(n[i], point[i]);
-      n[shortest] = std::sqrt(left);
-      return n;
-    }
-  }
-  constexpr int most = 200;
-  for (int round = 0; round < most; ++round) {
-    double value = -1, fall = 0;
-    for (int i = 0; i < 3; ++i) {
-      if (!(z[i] > 0)) continue;
-      const double at = qz[i] / (u + longer[i]);
-      value += at * at, fall += 2 * at * at / (u + longer[i]);
-    }
-    const double next = u + value / fall;
-    if (!(next > u)) break;
-    u = next;
-  }
-  for (int i = 0; i < 3; ++i) n[i] = z[i] > 0 ? std::copysign(z[i] / (u + longer[i]), point[i]) : 0.0;
-  return n;
 }
 
 /// Is the body's core one point, a ball's or all of its corners?
@@ -747,7 +653,7 @@ Depth Search::run() {
     if (ellipsoid && (is_point(a) || is_point(b))) {
       const RoundBody &body = a.kind() == ShapeKind::ellipsoid ? a : b, &point = &body == &a ? b : a;
       const Vec3 radii{body.view().param[0], body.view().param[1], body.view().param[2]};
-      const Vec3 n = nearest_way_out(radii, -(body.axes().transpose() * (body.centre() + point.support(best_.n))));
+      const Vec3 n = nearest_normal(radii, -(body.axes().transpose() * (body.centre() + point.support(best_.n))));
       try_from((body.axes() * n).stableNormalized());
       r.best = best_;
       return r;

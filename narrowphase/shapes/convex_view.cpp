@@ -9,30 +9,11 @@
 namespace tandem {
 
 ConvexView view(const Shape& shape) {
-  ConvexView v{.kind = shape.kind(), .param = {}, .vertices = {}, .hull = nullptr, .size = shape.size()};
-  switch (shape.kind()) {
-    case ShapeKind::sphere:
-      v.param[0] = shape.radius();
-      break;
-    case ShapeKind::capsule:
-    case ShapeKind::cylinder:
-    case ShapeKind::cone:
-      v.param = {shape.radius(), shape.length(), 0, 0};
-      break;
-    case ShapeKind::box:
-    case ShapeKind::ellipsoid:
-    case ShapeKind::halfspace: {
-      const Vec3 p = shape.half_size();  // the first three parameters, whatever they mean for the kind
-      v.param = {p[0], p[1], p[2], shape.offset()};
-      break;
-    }
-    case ShapeKind::convex:
-    case ShapeKind::triangle:
-      v.hull = &hull_of(shape);
-      v.vertices = v.hull->vertices;
-      break;
-    case ShapeKind::mesh:
-      break;
+  ConvexView v{
+      .kind = shape.kind(), .param = shape.parameters(), .vertices = {}, .hull = nullptr, .size = shape.size()};
+  if (has_hull(shape)) {
+    v.hull = &hull_of(shape);
+    v.vertices = v.hull->vertices;
   }
   return v;
 }

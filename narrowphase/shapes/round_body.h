@@ -67,9 +67,13 @@ class RoundBody {
       case ShapeKind::convex:
       case ShapeKind::triangle:
         return static_cast<int>(core_support_point(*view_, m, support_kernel()).vertex);
-      default:
-        return 0;
+      case ShapeKind::sphere:
+      case ShapeKind::ellipsoid:
+      case ShapeKind::halfspace:
+      case ShapeKind::mesh:
+        break;
     }
+    return 0;
   }
 
   /// Does the body look the same from n and from -n? Then centre() is its
@@ -112,7 +116,8 @@ class RoundBody {
     if (is_circle(piece)) {
       const Vec3 t = axis().cross(n);
       const double rho2 = t.squaredNorm();
-      if (!(rho2 > tolerance::curvature_in_range)) return;  // seen along the axis; beyond, the curvature would leave the range of a double
+      if (!(rho2 > tolerance::curvature_in_range))
+        return;  // seen along the axis; beyond, the curvature would leave the range of a double
       const double k = radius_ / (rho2 * std::sqrt(rho2)), tu = t.dot(u), tv = t.dot(v);
       w[0] += k * tu * tu, w[1] += k * tu * tv, w[2] += k * tv * tv;
     } else if (kind() == ShapeKind::ellipsoid) {
@@ -134,9 +139,16 @@ class RoundBody {
         return {piece == 0 ? Vec3(-axis()) : axis()};
       case ShapeKind::cone:
         return piece == 0 ? Circle{axis(), sine_, cosine_} : Circle{-axis(), -sine_, cosine_};
-      default:
-        return {unit(axes_ * (corner(other) - corner(piece)))};
+      case ShapeKind::sphere:
+      case ShapeKind::box:
+      case ShapeKind::ellipsoid:
+      case ShapeKind::halfspace:
+      case ShapeKind::convex:
+      case ShapeKind::triangle:
+      case ShapeKind::mesh:
+        break;
     }
+    return {unit(axes_ * (corner(other) - corner(piece)))};
   }
 
   /// The circles that hold all directions with more than one supporting point,
@@ -173,9 +185,13 @@ class RoundBody {
         circles[0] = {axes_.col(longest)};
         return 1;
       }
-      default:
-        return 0;
+      case ShapeKind::sphere:
+      case ShapeKind::halfspace:
+      case ShapeKind::convex:
+      case ShapeKind::mesh:
+        break;
     }
+    return 0;
   }
 
   /// A hull or triangle whose corners lie on a line.
@@ -312,9 +328,14 @@ class RoundBody {
       case ShapeKind::convex:
       case ShapeKind::triangle:
         return view_->vertices[static_cast<std::size_t>(i)];
-      default:
-        return Vec3::Zero();
+      case ShapeKind::sphere:
+      case ShapeKind::cylinder:
+      case ShapeKind::ellipsoid:
+      case ShapeKind::halfspace:
+      case ShapeKind::mesh:
+        break;
     }
+    return Vec3::Zero();
   }
 
   const ConvexView* view_;

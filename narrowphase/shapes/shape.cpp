@@ -10,6 +10,7 @@
 
 #include "shapes/hull.h"
 #include "shapes/hull_builder.h"
+#include "shapes/kind_rows.h"
 #include "shapes/mesh_builder.h"
 #include "shapes/mesh_hierarchy.h"
 #include "shapes/shape_insides.h"
@@ -172,11 +173,7 @@ Bounds posed_bounds(const Hull& hull, const Pose& pose) {
 
 }  // namespace
 
-std::string_view name(ShapeKind kind) {
-  static constexpr std::array<std::string_view, shape_kinds> names = {
-      "sphere", "box", "capsule", "cylinder", "cone", "ellipsoid", "halfspace", "convex", "triangle", "mesh"};
-  return names[static_cast<std::size_t>(kind)];
-}
+std::string_view name(ShapeKind kind) { return kind_row(kind).name; }
 
 Shape::Shape(const Sphere& s) : kind_(ShapeKind::sphere), param_{s.radius} {
   require_not_negative("sphere: radius", s.radius);

@@ -5,6 +5,7 @@
 
 #include "shapes/convex_view.h"
 #include "shapes/hull.h"
+#include "shapes/kind_rows.h"
 #include "shapes/support_kernel.h"
 #include "shapes/unit_vector.h"
 #include "tolerances.h"
@@ -14,27 +15,14 @@ namespace tandem {
 /// Every bounded convex shape is a core and a ball about each of its points: spheres are a point, capsules a segment,
 /// all others their own core with radius 0. Solvers work on cores: rounding never needs iterations.
 inline double core_radius(const ConvexView& v) {
-  return v.kind == ShapeKind::sphere || v.kind == ShapeKind::capsule ? v.param[0] : 0.0;
+  constexpr KindSet swept = kinds_where([](const KindRow& row) { return row.swept; });
+  return swept.has(v.kind) ? v.param[0] : 0.0;
 }
 
-/// Has the core of a shape of this kind flat faces, straight edges and corners alone (or is it a point)? No default: a new
-/// kind must say.
+/// Has the core of a shape of this kind flat faces, straight edges and corners alone (or is it a point)?
 constexpr bool is_polytope(ShapeKind kind) {
-  switch (kind) {
-    case ShapeKind::cylinder:
-    case ShapeKind::cone:
-    case ShapeKind::ellipsoid:
-      return false;
-    case ShapeKind::sphere:
-    case ShapeKind::box:
-    case ShapeKind::capsule:
-    case ShapeKind::halfspace:
-    case ShapeKind::convex:
-    case ShapeKind::triangle:
-    case ShapeKind::mesh:
-      return true;
-  }
-  return false;
+  constexpr KindSet flat = kinds_where([](const KindRow& row) { return row.core == CoreSurface::flat; });
+  return flat.has(kind);
 }
 
 /// A point of a core and, for polytopes, which of its vertices it is: equal numbers mean equal points.
@@ -54,13 +42,19 @@ inline Vec3 core_vertex(const ConvexView& v, std::uint32_t vertex) {
     case ShapeKind::convex:
     case ShapeKind::triangle:
       return v.vertices[vertex];
-    default:
-      return Vec3::Zero();
+    case ShapeKind::sphere:
+    case ShapeKind::cylinder:
+    case ShapeKind::cone:
+    case ShapeKind::ellipsoid:
+    case ShapeKind::halfspace:
+    case ShapeKind::mesh:
+      break;
   }
+  return Vec3::Zero();
 }
 
-/// What takes a vector `rho` long in the plane of a disc to its circle. Seen along its axis all of a disc reaches as far,
-/// and one that is so nearly is its centre: such a vector's length is not known.
+/// What takes a vector `rho` long in the plane of a disc to its circle. Seen along its axis all of a disc reaches as
+/// far, and one that is so nearly is its centre: such a vector's length is not known.
 inline double onto_circle(double radius, double rho) { return rho > tolerance::shortest_squared ? radius / rho : 0.0; }
 
 /// A point of the core farthest along d (no shorter than 1e-100), in the shape's frame.
@@ -132,9 +126,15 @@ inline double core_inner_radius(const ConvexView& v) {
       return std::min(radius, half);
     case ShapeKind::cone:
       return half * radius / std::hypot(radius, 2 * half);
-    default:
-      return v.hull != nullptr ? v.hull->inner_radius : 0;
+    case ShapeKind::sphere:
+    case ShapeKind::capsule:
+    case ShapeKind::halfspace:
+    case ShapeKind::convex:
+    case ShapeKind::triangle:
+    case ShapeKind::mesh:
+      break;
   }
+  return v.hull != nullptr ? v.hull->inner_radius : 0;
 }
 
 /// Any unit vector at right angles to v (v not zero).

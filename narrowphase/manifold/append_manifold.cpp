@@ -1,0 +1,118 @@
+// The contact points of two shapes: which of their features carries the patch, and what is left of it.
+#include "manifold/manifold.h"
+
+#include "manifold/feature_overlap.h"
+#include "manifold/flat_feature.h"
+#include "tolerances.h"
+
+namespace tandem {
+
+void append_points(const PatchPoint* points, int count, const Pose& pose, const Vec3& normal,
+                   std::vector<Contact>& contacts) {
+  for (int i = 0; i < count; ++i) contacts.push_back({pose * points[i].at, normal, points[i].depth, points[i].feature});
+}
+
+void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePose& relative, const LocalAnswer& answer,
+                     double margin, const Pose& pose_a, std::vector<Contact>& contacts, bool whole) {
+  if (answer.signed_distance > margin) return;
+  const Vec3& n = answer.normal;
+  PatchPoint points[max_patch];
+  int count = 0;
+  const double slack = tolerance::alike * (a.size + b.size);
+  const bool point_like = a.kind == ShapeKind::sphere || b.kind == ShapeKind::sphere ||
+                          a.kind == ShapeKind::ellipsoid || b.kind == ShapeKind::ellipsoid;
+  if (!point_like) {
+    const Vec3 towards_a = -(relative.rotation.transpose() * n);
+    FlatFeature fa = best_face(a, n), fb = best_face(b, towards_a);
+    move(fb, relative);
+    const double flat_a = fa.is_face() ? fa.normal.dot(n) : 0, flat_b = fb.is_face() ? -fb.normal.dot(n) : 0;
+    // Of two that are as flat A's carries the patch, but a leaning disc is clipped by a face that does not lean: its
+    // deepest point must be among what is left.
+    const bool as_flat = std::abs(flat_a - flat_b) <= tolerance::alike_cosines;
+    const bool only_a_leans = as_flat && fa.rim >= 0 && fb.rim < 0;
+    if (flat_a >= carries_patch && (as_flat || flat_a > flat_b) && !(only_a_leans && flat_b >= carries_patch)) {
+      count = clip_faces(fa, fb, n, false, margin, -answer.signed_distance, slack, points);
+    } else if (flat_b >= carries_patch) {
+      count = clip_faces(fb, fa, -n, true, margin, -answer.signed_distance, slack, points);
+    } else {
+      fa = flush_edge(a, n);
+      if (fa.count == 2) fb = flush_edge(b, towards_a);
+      if (fa.count == 2 && fb.count == 2) {
+        move(fb, relative);
+        count = overlap_edges(fa, fb, answer, margin, a.size + b.size, points);
+      }
+    }
+    // The clipped circles are polygons, and a slanting face may not hold the deepest point: never lose that one.
+    double deepest = -infinity;
+    bool rim = false;
+    for (int i = 0; i < count; ++i) {
+      deepest = std::max(deepest, points[i].depth);
+      rim |= points[i].rim;
+    }
+    if (count > 0 && deepest + (rim ? rim_lacks : 0.02) * slack >= -answer.signed_distance) {
+      for (int i = 0; i < count; ++i)
+        if (points[i].depth == deepest) points[i].depth = -answer.signed_distance;
+      if (!whole) count = span_patch(points, count, n, a.size + b.size);
+      append_points(points, count, pose_a, pose_a.rotation * n, contacts);
+      return;
+    }
+  }
+  points[count++] = {0.5 * (answer.point_a + answer.point_b), -answer.signed_distance, witness_point};
+  if (!whole) count = span_patch(points, count, n, a.size + b.size);
+  append_points(points, count, pose_a, pose_a.rotation * n, contacts);
+}
+
+bool append_parallel_capsules(const SegmentDistance& axes, double radius_a, double length_a, const Pose& pose_a,
+                              double radius_b, double length_b, const Pose& pose_b, double margin,
+                              std::vector<Contact>& contacts) {
+  const Vec3 along = pose_a.rotation.col(2), other = pose_b.rotation.col(2);
+  if (along.cross(other).squaredNorm() > tolerance::flush2 || std::abs(axes.normal.dot(along)) > tolerance::flush)
+    return false;
+  // From A's centre along its axis.
+  const double centre = along.dot(pose_b.translation - pose_a.translation), sense = along.dot(other) >= 0 ? 0.5 : -0.5;
+  const double ha = 0.5 * length_a, hb = 0.5 * length_b;
+  const double lo = std::max(-ha, centre - hb), hi = std::min(ha, centre + hb);
+  if (!(hi - lo > tolerance::flush * (length_a + length_b))) return false;
+  const double depth = radius_a + radius_b - axes.distance;
+  // The gap of the axes at A's centre, and how it changes along them: each end has its own place midway.
+  const std::size_t first = contacts.size();
+  for (const double end : {lo, hi}) {
+    const Vec3 on_a = end * along;
+    const Vec3 on_b = pose_b.translation - pose_a.translation + (end - centre) * (2 * sense) * other;
+    const double here = radius_a + radius_b - axes.normal.dot(on_b - on_a);
+    const Vec3 at = 0.5 * ((on_a + radius_a * axes.normal) + (on_b - radius_b * axes.normal));
+    if (here < -margin - tolerance::alike * (length_a + length_b)) continue;
+    contacts.push_back(
+        {pose_a.translation + at, axes.normal, std::max(std::min(here, depth), -margin), end == lo ? 0u : 1u});
+  }
+  return contacts.size() > first;
+}
+
+void append_halfspace_manifold(const ConvexView& shape, const Pose& pose, const Vec3& normal, double offset,
+                               double margin, std::vector<Contact>& contacts) {
+  const FlatFeature f = best_face(shape, -normal);
+  PatchPoint points[max_corners + 1];
+  int count = 0;
+  double deepest = -infinity;
+  for (int i = 0; i < f.count; ++i) {
+    const double depth = offset - normal.dot(f.corner[i]);
+    if (depth < -margin - tolerance::alike * shape.size) continue;
+    const double kept = std::max(depth, -margin);
+    deepest = std::max(deepest, kept);
+    points[count++] = {f.corner[i] + 0.5 * depth * normal, kept,
+                       (f.id << 8 & 0x7fffff00u) | static_cast<std::uint32_t>(i), i == f.rim};
+  }
+  const Vec3 lowest = core_support(shape, -normal) - core_radius(shape) * normal;
+  const double depth = offset - normal.dot(lowest);
+  if (depth > deepest + tolerance::deeper * shape.size) {
+    points[count++] = {lowest + 0.5 * depth * normal, depth, 0x80000000u};
+  } else {
+    // Of a disc's circle the corners stand for what lies between them.
+    for (int i = 0; i < count; ++i)
+      if (points[i].depth == deepest) points[i].depth = depth;
+  }
+  count = span_patch(points, count, normal, shape.size);
+  append_points(points, count, pose, pose.rotation * normal, contacts);
+}
+
+}  // namespace tandem

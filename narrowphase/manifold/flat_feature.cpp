@@ -1,0 +1,285 @@
+#include "manifold/flat_feature.h"
+
+#include <bit>
+#include <tuple>
+
+#include "manifold/faces_along.h"
+#include "shapes/hull.h"
+#include "tolerances.h"
+
+namespace tandem {
+namespace {
+
+/// The corners of a circle's polygon, counterclockwise from the x axis.
+struct CirclePolygon {
+  double x[max_corners + 1], y[max_corners + 1];
+
+  constexpr CirclePolygon() : x{}, y{} {
+    constexpr double cos_step = 0.92387953251128675613, sin_step = 0.38268343236508977173;  // pi / 8
+    x[0] = x[max_corners] = 1;
+    for (int i = 0; i + 1 < max_corners; ++i) {
+      x[i + 1] = x[i] * cos_step - y[i] * sin_step;
+      y[i + 1] = y[i] * cos_step + x[i] * sin_step;
+    }
+  }
+};
+
+constexpr CirclePolygon circle;
+
+/// The last corner before a direction.
+int corner_before(double x, double y) {
+  int i = 0;
+  if (y < 0) x = -x, y = -y, i = max_corners / 2;
+  if (x <= 0) std::tie(x, y) = std::pair(y, -x), i += max_corners / 4;
+  for (int k = 1; k < max_corners / 4; ++k) i += circle.x[k] * y >= circle.y[k] * x ? 1 : 0;
+  return i;
+}
+
+/// A power of two no larger than the root of v > 0.
+double power_below_root(double v) {
+  const auto exponent = static_cast<std::int64_t>(std::bit_cast<std::uint64_t>(v) >> 52) - 1023;
+  return std::bit_cast<double>(static_cast<std::uint64_t>((exponent >> 1) + 1023) << 52);
+}
+
+/// Where (unit: x, y) a disc that leans by rho, the sine of the angle, is deepest. The less it leans, the farther
+/// that moves when the pose changes a little: on a grid so wide that the depth there is within 1.25e-9 of the radius of
+/// the greatest it mostly stays.
+void find_deepest_of_rim(double rho, double& x, double& y) {
+  constexpr double steady = 1e-3;  // 1e-9 moves it by less than 1e-6
+  if (rho >= steady) return;
+  // By tangents from the nearest of eight directions, between which no likely angle lies in the middle.
+  const double ax = std::abs(x), ay = std::abs(y);
+  const bool diagonal = std::min(ax, ay) > 0.41421356 * std::max(ax, ay);
+  const double cx = diagonal || ax > ay ? std::copysign(1.0, x) : 0.0;
+  const double cy = diagonal || ay >= ax ? std::copysign(1.0, y) : 0.0;
+  const double step = power_below_root(tolerance::rim_lacks2 / rho);  // rho step^2 / 8 is what the depth lacks
+  constexpr double to_whole = 0x1.8p52;
+  const double t = ((cx * y - cy * x) / (cx * x + cy * y) / step + to_whole - to_whole) * step;
+  const double length = std::sqrt((cx * cx + cy * cy) * (1 + t * t));
+  x = (cx - t * cy) / length;
+  y = (cy + t * cx) / length;
+}
+
+/// The polygon has its place on the body, so that it stays where the deepest point does not; that one takes the place
+/// of the nearest corner. So the deepest point, the one across and those to either side are nearly a square wherever it
+/// lies, and carry a body alike however it leans: with three that stay and the deepest anywhere between them stacks
+/// swayed for ever. A disc that counts as flat has none.
+void add_circle(FlatFeature& f, double radius, double z, const Vec3& towards, bool counterclockwise) {
+  const double width = counterclockwise ? radius : -radius;
+  for (int i = 0; i < max_corners; ++i) f.add({radius * circle.x[i], width * circle.y[i], z});
+  const double rho = std::sqrt(towards[0] * towards[0] + towards[1] * towards[1]);
+  if (!(rho > tolerance::alike)) return;
+  double x = towards[0] / rho, y = std::copysign(1.0, width) * towards[1] / rho;
+  find_deepest_of_rim(rho, x, y);
+  const int before = corner_before(x, y);
+  const auto cosine = [&](int i) { return circle.x[i] * x + circle.y[i] * y; };
+  f.rim = (cosine(before + 1) > cosine(before) ? before + 1 : before) % max_corners;
+  f.corner[f.rim] = {radius * x, width * y, z};
+}
+
+/// The face that looks most along d (unit); of equals the first.
+std::size_t facing_most(const Hull& hull, const Vec3& d) {
+  if (!hull.normals.empty()) return face_kernel()(hull, d.data());
+  std::size_t best = 0;
+  double most = -infinity;
+  const auto look = [&](std::size_t i) {
+    if (const double along = hull.faces[i].normal.dot(d); along > most) most = along, best = i;
+  };
+  if (hull.face_table.faces == 0) {
+    for (std::size_t i = 0; i < hull.faces.size(); ++i) look(i);
+    return best;
+  }
+  const FaceBits bits = faces_along(hull.face_table, d);
+  for (std::size_t k = 0; k < bits.size(); ++k)
+    for (std::uint64_t left = bits[k]; left != 0; left &= left - 1)
+      look(64 * k + static_cast<std::size_t>(std::countr_zero(left)));
+  return best;
+}
+
+FlatFeature face_of_box(const ConvexView& v, const Vec3& d) {
+  FlatFeature f;
+  int k = 0;
+  for (int i = 1; i < 3; ++i)
+    if (std::abs(d[i]) > std::abs(d[k])) k = i;
+  const int u = (k + 1) % 3, w = (k + 2) % 3;
+  const double side = std::copysign(1.0, d[k]);
+  f.normal[k] = side;
+  constexpr double su[4] = {1, -1, -1, 1}, sw[4] = {1, 1, -1, -1};
+  for (int i = 0; i < 4; ++i) {
+    Vec3 p;
+    const int at = side > 0 ? i : 3 - i;
+    p[k] = side * v.param[static_cast<std::size_t>(k)];
+    p[u] = su[at] * v.param[static_cast<std::size_t>(u)];
+    p[w] = sw[at] * v.param[static_cast<std::size_t>(w)];
+    f.add(p);
+  }
+  f.id = static_cast<std::uint32_t>(2 * k + (side > 0 ? 0 : 1));
+  return f;
+}
+
+/// Of a capsule the line of its side; unless it lies flat, what reaches farthest is beyond an end of that, and its
+/// direction another.
+FlatFeature face_of_capsule(const ConvexView& v, const Vec3& d) {
+  FlatFeature f;
+  const double h = 0.5 * v.param[1], r = v.param[0], rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
+  const bool leans = std::abs(d[2]) > tolerance::flush;
+  if (leans && d[2] > 0) f.add(Vec3(0, 0, h) + r * d);
+  if (rho > tolerance::alike) {
+    const Vec3 side = leans ? Vec3(r * (d[0] / rho), r * (d[1] / rho), 0) : Vec3(r * d);
+    f.add(Vec3(0, 0, h) + side);
+    f.add(Vec3(0, 0, -h) + side);
+  }
+  if (leans && d[2] < 0) f.add(Vec3(0, 0, -h) + r * d);
+  if (leans) {
+    f.end[2] = std::copysign(1.0, d[2]);
+    f.ball = h * f.end;
+    f.radius = r;
+  }
+  return f;
+}
+
+/// A disc as a polygon, else a line of the side.
+FlatFeature face_of_cylinder(const ConvexView& v, const Vec3& d) {
+  FlatFeature f;
+  const double h = 0.5 * v.param[1], rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
+  if (std::abs(d[2]) > rho) {
+    f.normal = {0, 0, std::copysign(1.0, d[2])};
+    add_circle(f, v.param[0], std::copysign(h, d[2]), d, d[2] > 0);
+    f.id = d[2] > 0 ? 1 : 2;
+  } else {
+    const double x = v.param[0] * d[0] / rho, y = v.param[0] * d[1] / rho;
+    f.add({x, y, h});
+    f.add({x, y, -h});
+  }
+  return f;
+}
+
+/// Its disc, else a line of the side.
+FlatFeature face_of_cone(const ConvexView& v, const Vec3& d) {
+  FlatFeature f;
+  const double r = v.param[0], length = v.param[1], rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
+  const double side = (length * rho + r * d[2]) / std::sqrt(r * r + length * length);
+  if (-d[2] >= side) {
+    f.normal = {0, 0, -1};
+    add_circle(f, r, -0.5 * length, d, false);
+    f.id = 1;
+  } else {
+    f.add({0, 0, 0.5 * length});
+    if (rho > shortest_squared) f.add({r * d[0] / rho, r * d[1] / rho, -0.5 * length});
+  }
+  return f;
+}
+
+/// Of a hull or triangle; of one without area the segment or point.
+FlatFeature face_of_hull(const ConvexView& v, const Vec3& d) {
+  FlatFeature f;
+  if (v.hull != nullptr && !v.hull->faces.empty()) {
+    const std::size_t best = facing_most(*v.hull, d);
+    const Hull::Face& face = v.hull->faces[best];
+    f.normal = face.normal;
+    f.id = static_cast<std::uint32_t>(best);
+    // A face with more corners than fit is thinned evenly.
+    const std::uint32_t kept = std::min<std::uint32_t>(face.count, max_corners);
+    for (std::uint32_t i = 0; i < kept; ++i) f.add(v.vertices[v.hull->loop[face.first + i * face.count / kept]]);
+    return f;
+  }
+  if (v.vertices.size() == 3) {
+    const Vec3 n = (v.vertices[1] - v.vertices[0]).cross(v.vertices[2] - v.vertices[0]);
+    const double length = n.norm();
+    if (length > 0) {
+      const bool front = n.dot(d) >= 0;
+      f.normal = unit(front ? n : Vec3(-n), length);
+      for (std::size_t i = 0; i < 3; ++i) f.add(v.vertices[front ? i : 2 - i]);
+      f.id = front ? 0 : 1;
+      return f;
+    }
+  }
+  for (std::size_t i = 0; i < v.vertices.size() && i < 2; ++i) f.add(v.vertices[i]);
+  return f;
+}
+
+}  // namespace
+
+FlatFeature best_face(const ConvexView& v, const Vec3& d) {
+  switch (v.kind) {
+    case ShapeKind::box:
+      return face_of_box(v, d);
+    case ShapeKind::capsule:
+      return face_of_capsule(v, d);
+    case ShapeKind::cylinder:
+      return face_of_cylinder(v, d);
+    case ShapeKind::cone:
+      return face_of_cone(v, d);
+    case ShapeKind::convex:
+    case ShapeKind::triangle:
+      return face_of_hull(v, d);
+    case ShapeKind::sphere:
+    case ShapeKind::ellipsoid:
+    case ShapeKind::halfspace:
+    case ShapeKind::mesh:
+      break;
+  }
+  FlatFeature f;
+  f.add(core_support(v, d) + core_radius(v) * d);
+  return f;
+}
+
+FlatFeature flush_edge(const ConvexView& v, const Vec3& d) {
+  FlatFeature f;
+  switch (v.kind) {
+    case ShapeKind::box: {
+      int along = -1, flat = 0;
+      for (int k = 0; k < 3; ++k)
+        if (std::abs(d[k]) <= tolerance::flush) along = k, ++flat;
+      if (flat != 1) return f;
+      Vec3 p = core_support(v, d);
+      f.id = static_cast<std::uint32_t>(along);
+      p[along] = v.param[static_cast<std::size_t>(along)];
+      f.add(p);
+      p[along] = -p[along];
+      f.add(p);
+      return f;
+    }
+    case ShapeKind::capsule:
+    case ShapeKind::cylinder:
+      if (std::abs(d[2]) <= tolerance::flush) return best_face(v, d);
+      return f;
+    case ShapeKind::cone: {
+      const double r = v.param[0], length = v.param[1], rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
+      if (std::abs(length * d[2] - r * rho) <= tolerance::flush * std::sqrt(r * r + length * length))
+        return best_face(v, d);
+      return f;
+    }
+    case ShapeKind::convex:
+    case ShapeKind::triangle: {
+      const double most = core_support(v, d).dot(d);
+      for (const Vec3& p : v.vertices)
+        if (p.dot(d) >= most - tolerance::flush * v.size) {
+          if (f.count == 2) {
+            f.count = 0;
+            return f;
+          }
+          f.add(p);
+        }
+      if (f.count != 2) f.count = 0;
+      return f;
+    }
+    case ShapeKind::sphere:
+    case ShapeKind::ellipsoid:
+    case ShapeKind::halfspace:
+    case ShapeKind::mesh:
+      break;
+  }
+  return f;
+}
+
+void move(FlatFeature& f, const RelativePose& pose) {
+  for (int i = 0; i < f.count; ++i) f.corner[i] = pose.rotation * f.corner[i] + pose.translation;
+  f.normal = pose.rotation * f.normal;
+  if (f.radius > 0) {
+    f.ball = pose.rotation * f.ball + pose.translation;
+    f.end = pose.rotation * f.end;
+  }
+}
+
+}  // namespace tandem
