@@ -17,10 +17,13 @@
 #include <map>
 #include <random>
 #include <set>
+#include <sstream>
 
 #include "catch.h"
 #include "tandem/fcl/collision_manager.h"
+#include "tandem/fcl/octree_shape.h"
 #include "tandem/fcl/pair_queries.h"
+#include "tandem/narrowphase/narrow_phase.h"
 
 namespace {
 
@@ -489,5 +492,36 @@ TEST_CASE("an octree collides, costs and is as far as the boxes of its occupied 
     }
     CHECK(ours_cost.result.numContacts() == theirs_cost.result.numContacts());
   }
+}
+
+TEST_CASE("an octree from octomap's file as voxels: a ball meets and is as far as from its occupied cells") {
+  std::stringstream file;
+  REQUIRE(octree(0.1)->writeBinary(file));
+  auto read = std::make_shared<octomap::OcTree>(1.0);
+  REQUIRE(read->readBinary(file));
+  const ::fcl::OcTreed geometry(read);
+  const auto solid = tandem::fcl::to_voxels(geometry);
+  REQUIRE(solid);
+  const auto cells = geometry.toBoxes();
+  const tandem::NarrowPhase narrow;
+  Random random(13);
+  int hits = 0;
+  for (int i = 0; i < 60; ++i) {
+    const tandem::Vec3 at(uniform(random, -2, 2), uniform(random, -2, 2), uniform(random, -2, 2));
+    const tandem::Shape ball = tandem::Sphere{0.1};
+    double least = std::numeric_limits<double>::infinity();
+    for (const auto& cell : cells) {
+      tandem::Vec3 off;
+      for (int k = 0; k < 3; ++k) off[k] = std::max(std::abs(at[k] - cell[std::size_t(k)]) - cell[3] / 2, 0.0);
+      least = std::min(least, off.norm() - 0.1);
+    }
+    const auto pose = tandem::Pose::at(at.x(), at.y(), at.z());
+    CHECK(narrow.solve(ball, pose, *solid, {}, tandem::Request::collide).collide == (least <= 0));
+    if (least > 0)
+      CHECK(std::abs(narrow.solve(ball, pose, *solid, {}, tandem::Request::distance).signed_distance - least) < 1e-9);
+    hits += least <= 0;
+  }
+  CHECK(hits > 5);
+  CHECK_FALSE(tandem::fcl::to_voxels(::fcl::OcTreed(0.1)));
 }
 #endif  // FCL_HAVE_OCTOMAP
