@@ -201,6 +201,11 @@ void race(std::size_t n, double share, int steps, const Settings& settings, std:
          m.update();
          m.distance(&answer, take_distance);
        }},
+      {"update, 100 ask", true,
+       [&](Manager& m, Answer& answer) {
+         m.update();
+         for (Object& object : inside) m.collide(&object, &answer, take);
+       }},
       {"collide object", false,
        [&](Manager& m, Answer& answer) {
          for (Object& object : inside) m.collide(&object, &answer, take);

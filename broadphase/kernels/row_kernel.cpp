@@ -78,6 +78,26 @@ std::size_t near_row(const BoxArray& boxes, std::size_t begin, std::size_t end, 
   return count;
 }
 
+// Rows end with empty boxes, which change no bound.
+// NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
+void unite_rows(const BoxArray& below, std::size_t first, std::size_t last, BoxArray& above) {
+  const hn::CappedTag<float, 8> df;
+  const std::size_t lanes = hn::Lanes(df);
+  for (int k = 0; k < 3; ++k) {
+    const float *lo = below.lo(k), *hi = below.hi(k);
+    float *out_lo = above.lo(k), *out_hi = above.hi(k);
+    for (std::size_t node = first; node < last; ++node) {
+      auto least = hn::LoadU(df, lo + 8 * node), most = hn::LoadU(df, hi + 8 * node);
+      for (std::size_t j = lanes; j < 8; j += lanes) {
+        least = hn::Min(least, hn::LoadU(df, lo + 8 * node + j));
+        most = hn::Max(most, hn::LoadU(df, hi + 8 * node + j));
+      }
+      out_lo[node] = hn::GetLane(hn::MinOfLanes(df, least));
+      out_hi[node] = hn::GetLane(hn::MaxOfLanes(df, most));
+    }
+  }
+}
+
 }  // namespace tandem::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -85,6 +105,7 @@ HWY_AFTER_NAMESPACE();
 namespace tandem {
 HWY_EXPORT(overlap_row);
 HWY_EXPORT(near_row);
+HWY_EXPORT(unite_rows);
 
 std::size_t overlap_row(const BoxArray& boxes, std::size_t begin, std::size_t end, const Aabb& box,
                         std::uint32_t* out) {
@@ -93,6 +114,9 @@ std::size_t overlap_row(const BoxArray& boxes, std::size_t begin, std::size_t en
 std::size_t near_row(const BoxArray& boxes, std::size_t begin, std::size_t end, const Aabb& box, double most,
                      std::uint32_t* out, double* squared) {
   return HWY_DYNAMIC_DISPATCH(near_row)(boxes, begin, end, box, most, out, squared);
+}
+void unite_rows(const BoxArray& below, std::size_t first, std::size_t last, BoxArray& above) {
+  HWY_DYNAMIC_DISPATCH(unite_rows)(below, first, last, above);
 }
 }  // namespace tandem
 #endif

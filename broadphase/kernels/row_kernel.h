@@ -15,9 +15,12 @@ namespace tandem {
 std::size_t overlap_row(const BoxArray& boxes, std::size_t begin, std::size_t end, const Aabb& box, std::uint32_t* out);
 
 /// Writes the indices of those of boxes[begin, end) to `out` whose distance from `box`, squared, is finite and at most
-/// `most`, ascending, and these squares to `squared`; returns how many. Both need the room that overlap_row's `out` needs.
-/// The same bits by every instruction set.
+/// `most`, ascending, and these squares to `squared`; returns how many. Both need the room that overlap_row's `out`
+/// needs. The same bits by every instruction set.
 std::size_t near_row(const BoxArray& boxes, std::size_t begin, std::size_t end, const Aabb& box, double most,
                      std::uint32_t* out, double* squared);
+
+/// The box around each eight of `below`, the last ones fewer: above[first, last) from below[8 first, 8 last).
+void unite_rows(const BoxArray& below, std::size_t first, std::size_t last, BoxArray& above);
 
 }  // namespace tandem

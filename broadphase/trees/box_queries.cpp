@@ -106,19 +106,32 @@ BoxQueries& BoxQueries::operator=(BoxQueries&&) noexcept = default;
 
 void BoxQueries::build(const BoxArray& boxes, const BlockRunner& runner) {
   BoxTree& tree = impl_->tree;
-  tree.begin(boxes, nullptr);
+  tree.begin(boxes, nullptr, BoxTree::Order::halves);
   for (std::size_t stage = 0; stage < BoxTree::build_stages; ++stage)
     run_blocks(runner, tree.blocks(stage), [&](std::size_t block) { tree.run(stage, block); });
   impl_->boxes = boxes.size();
   impl_->built_surface = tree.surface();
 }
 
-void BoxQueries::refit(const BoxArray& boxes, std::span<const std::uint32_t> changed) {
-  if (boxes.size() != impl_->boxes)
+namespace {
+
+template <class Boxes>
+void refit_tree(BoxTree& tree, std::size_t built, const Boxes& boxes, std::span<const std::uint32_t> changed) {
+  if (boxes.size() != built)
     throw std::invalid_argument("box query: refit with " + std::to_string(boxes.size()) + " boxes, built from " +
-                                std::to_string(impl_->boxes));
-  if (!impl_->tree.refit(boxes, changed))
+                                std::to_string(built));
+  if (!tree.refit(boxes, changed))
     throw std::invalid_argument("box query: refit of a box that was empty or not there at the build");
+}
+
+}  // namespace
+
+void BoxQueries::refit(const BoxArray& boxes, std::span<const std::uint32_t> changed) {
+  refit_tree(impl_->tree, impl_->boxes, boxes, changed);
+}
+
+void BoxQueries::refit(std::span<const Aabb> boxes, std::span<const std::uint32_t> changed) {
+  refit_tree(impl_->tree, impl_->boxes, boxes, changed);
 }
 
 double BoxQueries::worn() const { return impl_->built_surface > 0 ? impl_->tree.surface() / impl_->built_surface : 1; }
@@ -133,14 +146,19 @@ constexpr std::size_t most_waiting = 12 * BoxTree::width;
 /// Boxes that a visit begins with at most.
 constexpr std::size_t first_row = 64;
 
+/// The kernel compares a few dozen boxes in the time of two calls: a visit begins with the lowest level so short.
+std::size_t first_level(const BoxTree& tree) {
+  std::size_t level = tree.height() - 1;
+  while (level > 0 && tree.level(level - 1).size() <= first_row) --level;
+  return level;
+}
+
 }  // namespace
 
 bool BoxQueries::visit_overlapping(const Aabb& box, BoxVisitor& visitor) const {
   const BoxTree& tree = impl_->tree;
   if (tree.height() == 0) return true;
-  // The kernel compares a few dozen boxes in the time of two calls: the first row is the lowest level so short.
-  std::size_t level = tree.height() - 1;
-  while (level > 0 && tree.level(level - 1).size() <= first_row) --level;
+  const std::size_t level = first_level(tree);
   std::array<BoxTree::Node, first_row + most_waiting> waiting;
   std::array<std::uint32_t, first_row + BoxArray::padding> hits;
   std::size_t count = 0;
@@ -168,63 +186,109 @@ namespace {
 /// Squares of distances and of limits are rounded: a limit's square is larger by more than that.
 constexpr double above_rounding = 1 + 4 * std::numeric_limits<double>::epsilon();
 
+/// Shows boxes near a box: nodes that wait are opened by their distance (best first: Hjaltason and Samet, "Distance
+/// browsing in spatial databases", 1999), the boxes of a lowest node one after the other.
+class NearSearch {
+ public:
+  NearSearch(const BoxTree& tree, const Aabb& box, double limit, NearVisitor& visitor)
+      : tree_(tree), box_(box), visitor_(visitor) {
+    set_limit(limit);
+  }
+
+  void run(std::size_t level) {
+    add(level, 0, tree_.level(level).size());
+    while (count_ > 0 && limit_ >= 0) {
+      const std::size_t nearest = take_out_nearest();
+      if (nearest == none) return;
+      const BoxTree::Node node{levels_[nearest], places_[nearest]};
+      const double squared = squared_[nearest];
+      --count_;
+      squared_[nearest] = squared_[count_], levels_[nearest] = levels_[count_], places_[nearest] = places_[count_];
+      if (node.level == 0) {
+        show(node.place, squared);
+      } else if (node.level == 1 || count_ + BoxTree::width > most_nodes) {
+        show_below(node);
+      } else {
+        const auto [first, last] = tree_.children(node);
+        add(node.level - 1, first, last);
+      }
+    }
+  }
+
+ private:
+  static constexpr std::size_t most_nodes = 256;
+  static constexpr std::size_t none = most_nodes;
+
+  void set_limit(double limit) {
+    limit_ = limit;
+    most_ = limit * limit * above_rounding;
+  }
+
+  void add(std::size_t level, std::size_t first, std::size_t last) {
+    const std::size_t near =
+        near_row(tree_.level(level), first, last, box_, most_, &places_[count_], &squared_[count_]);
+    std::fill_n(&levels_[count_], near, static_cast<std::uint32_t>(level));
+    count_ += near;
+  }
+
+  /// Where the nearest node waits, the first of several, or none; those that are too far by now are dropped on the way.
+  std::size_t take_out_nearest() {
+    std::size_t kept = 0, nearest = none;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < count_; ++i) {
+      const double squared = squared_[i];
+      if (squared > most_) continue;
+      squared_[kept] = squared, levels_[kept] = levels_[i], places_[kept] = places_[i];
+      if (squared < least) least = squared, nearest = kept;
+      ++kept;
+    }
+    count_ = kept;
+    return nearest;
+  }
+
+  void show(std::size_t place, double squared) {
+    const double distance = std::sqrt(squared);
+    if (distance <= limit_) set_limit(visitor_.visit(tree_.index(place), distance));
+  }
+
+  /// All boxes below a node, of each node's children the nearer ones first.
+  void show_below(const BoxTree::Node& node) {
+    std::array<double, BoxTree::width + BoxArray::padding> squared;
+    std::array<std::uint32_t, BoxTree::width + BoxArray::padding> children;
+    const auto [first, last] = tree_.children(node);
+    const std::size_t near =
+        near_row(tree_.level(node.level - 1), first, last, box_, most_, children.data(), squared.data());
+    for (std::size_t shown = 0; shown < near; ++shown) {
+      for (std::size_t k = shown + 1; k < near; ++k)
+        if (squared[k] < squared[shown]) {
+          std::swap(squared[k], squared[shown]);
+          std::swap(children[k], children[shown]);
+        }
+      if (limit_ < 0 || squared[shown] > most_) return;
+      if (node.level == 1)
+        show(children[shown], squared[shown]);
+      else
+        show_below({node.level - 1, children[shown]});
+    }
+  }
+
+  const BoxTree& tree_;
+  const Aabb& box_;
+  NearVisitor& visitor_;
+  double limit_ = 0, most_ = 0;  // most: its square, not rounded down
+  std::size_t count_ = 0;
+  // Of the nodes that wait.
+  std::array<double, most_nodes + BoxArray::padding> squared_;
+  std::array<std::uint32_t, most_nodes + BoxArray::padding> places_;
+  std::array<std::uint32_t, most_nodes + BoxArray::padding> levels_;
+};
+
 }  // namespace
 
 void BoxQueries::visit_near(const Aabb& box, double limit, NearVisitor& visitor) const {
   const BoxTree& tree = impl_->tree;
   if (tree.height() == 0 || !(limit >= 0)) return;
-  struct Waiting {
-    double squared;  // distance
-    BoxTree::Node node;
-  };
-  // Best first (Hjaltason and Samet, "Distance browsing in spatial databases", 1999): what waits is a heap. A node
-  // whose children have no room there is worked off depth first, on a stack above the heap.
-  constexpr std::size_t most_in_heap = 256;
-  std::array<Waiting, most_in_heap + most_waiting> waiting;
-  std::array<double, BoxTree::width + BoxArray::padding> squared;
-  std::array<std::uint32_t, BoxTree::width + BoxArray::padding> children;
-  std::size_t heap = 0, count = 0;
-  double most = limit * limit * above_rounding;
-  const auto later = [](const Waiting& a, const Waiting& b) { return a.squared > b.squared; };
-  const auto add = [&](std::size_t level, std::size_t first, std::size_t last) {
-    const std::size_t near = near_row(tree.level(level), first, last, box, most, children.data(), squared.data());
-    const bool is_heap = count == heap && heap + near <= most_in_heap;
-    for (std::size_t k = 0; k < near; ++k) {
-      waiting[count++] = {squared[k], {level, children[k]}};
-      if (is_heap) std::push_heap(waiting.begin(), waiting.begin() + static_cast<std::ptrdiff_t>(heap = count), later);
-    }
-  };
-  const auto show = [&](const Waiting& leaf) {
-    const double distance = std::sqrt(leaf.squared);
-    if (distance > limit) return;
-    limit = visitor.visit(tree.index(leaf.node.place), distance);
-    most = limit * limit * above_rounding;
-  };
-  // The first box is where the nearest child of each node leads: what it says keeps most nodes from waiting.
-  add(tree.root().level, 0, 1);
-  Waiting first = waiting[0];
-  std::size_t near = count;
-  while (near > 0 && first.node.level > 0) {
-    const auto [begin, end] = tree.children(first.node);
-    const std::size_t level = first.node.level - 1;
-    near = near_row(tree.level(level), begin, end, box, most, children.data(), squared.data());
-    const auto nearest = static_cast<std::size_t>(
-        std::min_element(squared.begin(), squared.begin() + static_cast<std::ptrdiff_t>(near)) - squared.begin());
-    if (near > 0) first = {squared[nearest], {level, children[nearest]}};
-  }
-  const bool is_found = near > 0;
-  if (is_found) show(first);
-  while (count > 0 && limit >= 0) {
-    if (count == heap) std::pop_heap(waiting.begin(), waiting.begin() + static_cast<std::ptrdiff_t>(heap--), later);
-    const Waiting next = waiting[--count];
-    if (next.squared > most) continue;
-    if (next.node.level > 0) {
-      const auto [first, last] = tree.children(next.node);
-      add(next.node.level - 1, first, last);
-      continue;
-    }
-    if (!is_found || next.node.place != first.node.place) show(next);
-  }
+  NearSearch(tree, box, limit, visitor).run(first_level(tree));
 }
 
 void BoxQueries::overlapping(const Aabb& box, std::vector<std::uint32_t>& out) const {

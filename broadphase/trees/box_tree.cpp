@@ -79,23 +79,57 @@ void sort_along_curve(const Record* records, std::span<std::uint64_t> keys, std:
   }
 }
 
-Aabb unite(const BoxArray& boxes, std::size_t first, std::size_t last) {
-  Aabb all = boxes[first];
-  for (std::size_t i = first + 1; i < last; ++i) {
-    const Aabb box = boxes[i];
+/// A box's centre, finite where a bound is infinite, and its place along the curve.
+struct Centre {
+  std::array<float, 3> at;
+  std::uint32_t place;
+};
+
+Centre centre_of(const Aabb& box, std::size_t place) {
+  constexpr double most = std::numeric_limits<float>::max();
+  Centre centre{{}, static_cast<std::uint32_t>(place)};
+  for (std::size_t k = 0; k < 3; ++k)
+    centre.at[k] = static_cast<float>(0.5 * (std::max(double{box.lo[k]}, -most) + std::min(double{box.hi[k]}, most)));
+  return centre;
+}
+
+std::size_t longest_axis(std::span<const Centre> centres) {
+  std::array<float, 3> lo = centres[0].at, hi = lo;
+  for (const Centre& centre : centres)
     for (std::size_t k = 0; k < 3; ++k) {
-      all.lo[k] = std::min(all.lo[k], box.lo[k]);
-      all.hi[k] = std::max(all.hi[k], box.hi[k]);
+      lo[k] = std::min(lo[k], centre.at[k]);
+      hi[k] = std::max(hi[k], centre.at[k]);
     }
+  std::size_t axis = 0;
+  for (std::size_t k = 1; k < 3; ++k)
+    if (hi[k] - lo[k] > hi[axis] - lo[axis]) axis = k;
+  return axis;
+}
+
+/// Orders centres so that each `unit` of them, and each eighth of a unit down to single nodes, lie close together.
+void halve(std::span<Centre> centres, std::size_t unit) {
+  const std::size_t units = (centres.size() + unit - 1) / unit;
+  if (units > 1) {
+    const std::size_t axis = longest_axis(centres), left = units / 2 * unit;
+    std::nth_element(centres.begin(), centres.begin() + static_cast<std::ptrdiff_t>(left), centres.end(),
+                     [axis](const Centre& a, const Centre& b) {
+                       return a.at[axis] != b.at[axis] ? a.at[axis] < b.at[axis] : a.place < b.place;
+                     });
+    halve(centres.first(left), unit);
+    halve(centres.subspan(left), unit);
+  } else if (unit > BoxTree::width) {
+    halve(centres, unit / BoxTree::width);
+  } else {
+    std::sort(centres.begin(), centres.end(), [](const Centre& a, const Centre& b) { return a.place < b.place; });
   }
-  return all;
 }
 
 }  // namespace
 
 // Stages: choose cells, count, plan, scatter, sort cells, lower levels, upper levels.
-void BoxTree::begin(const BoxArray& boxes, const std::vector<std::uint32_t>* subset) {
+void BoxTree::begin(const BoxArray& boxes, const std::vector<std::uint32_t>* subset, Order order) {
   boxes_ = &boxes;
+  order_ = order;
   subset_ = subset;
   const std::size_t n = items();
   cell_bits_ = n <= 8192 ? 0 : 4;
@@ -135,6 +169,7 @@ void BoxTree::run(std::size_t stage, std::size_t block) {
     case 4:
       return sort_cells(block);
     case 5:
+      if (order_ == Order::halves) halve_run(block * boxes_a_level_block, (block + 1) * boxes_a_level_block);
       for (std::size_t level = 1, size = boxes_a_level_block / width; level <= levels_a_block && level < height_;
            ++level, size /= width)
         raise(level, block * size, (block + 1) * size);
@@ -218,43 +253,65 @@ std::size_t BoxTree::children_end(std::size_t level, std::size_t node) const {
   return std::min((node + 1) * width, levels_[level - 1].size());
 }
 
+void BoxTree::halve_run(std::size_t first, std::size_t last) {
+  last = std::min(last, levels_[0].size());
+  if (last - first <= width) return;
+  std::vector<Record> run;
+  std::vector<Centre> centres;
+  run.reserve(last - first);
+  centres.reserve(last - first);
+  for (std::size_t place = first; place < last; ++place) {
+    run.push_back({levels_[0][place], index_[place]});
+    centres.push_back(centre_of(run.back().box, place - first));
+  }
+  halve(centres, boxes_a_level_block / width);
+  for (std::size_t i = 0; i < centres.size(); ++i) {
+    levels_[0].set(first + i, run[centres[i].place].box);
+    index_[first + i] = run[centres[i].place].index;
+  }
+}
+
 void BoxTree::raise(std::size_t level, std::size_t first, std::size_t last) {
   last = std::min(last, levels_[level].size());
-  for (std::size_t node = first; node < last; ++node)
-    levels_[level].set(node, unite(levels_[level - 1], node * width, children_end(level, node)));
+  if (first < last) unite_rows(levels_[level - 1], first, last, levels_[level]);
 }
 
-bool BoxTree::find_places(std::span<const std::uint32_t> changed) {
-  if (place_.empty()) {
-    place_.assign(index_.size(), nowhere);  // the array of the build may be gone
-    for (std::size_t place = 0; place < index_.size(); ++place) {
-      if (index_[place] >= place_.size()) place_.resize(index_[place] + 1, nowhere);
-      place_[index_[place]] = static_cast<std::uint32_t>(place);
-    }
+void BoxTree::find_places() {
+  if (!place_.empty()) return;
+  place_.assign(index_.size(), nowhere);  // the array of the build may be gone
+  for (std::size_t place = 0; place < index_.size(); ++place) {
+    if (index_[place] >= place_.size()) place_.resize(index_[place] + 1, nowhere);
+    place_[index_[place]] = static_cast<std::uint32_t>(place);
+  }
+}
+
+template <class Boxes>
+bool BoxTree::refit_from(const Boxes& boxes, std::span<const std::uint32_t> changed) {
+  find_places();
+  for (const std::uint32_t index : changed)
+    if (index >= place_.size() || place_[index] == nowhere) return false;
+  if (changed.size() > index_.size() / all_at_once) {
+    for (std::size_t place = 0; place < index_.size(); ++place) levels_[0].set(place, boxes[index_[place]]);
+    for (std::size_t level = 1; level < height_; ++level) raise(level, 0, levels_[level].size());
+    return true;
   }
   moved_.clear();
-  for (const std::uint32_t index : changed) {
-    if (index >= place_.size() || place_[index] == nowhere) return false;
-    moved_.push_back(place_[index]);
-  }
-  return true;
-}
-
-bool BoxTree::refit(const BoxArray& boxes, std::span<const std::uint32_t> changed) {
-  if (!find_places(changed)) return false;
-  const bool all = moved_.size() > index_.size() / all_at_once;
-  if (!all) std::sort(moved_.begin(), moved_.end());
+  for (const std::uint32_t index : changed) moved_.push_back(place_[index]);
+  std::sort(moved_.begin(), moved_.end());
   for (const std::uint32_t place : moved_) levels_[0].set(place, boxes[index_[place]]);
   for (std::size_t level = 1; level < height_; ++level) {
-    if (all) {
-      raise(level, 0, levels_[level].size());
-      continue;
-    }
     for (std::uint32_t& node : moved_) node /= width;
     moved_.erase(std::unique(moved_.begin(), moved_.end()), moved_.end());
     for (const std::uint32_t node : moved_) raise(level, node, node + 1);
   }
   return true;
+}
+
+bool BoxTree::refit(const BoxArray& boxes, std::span<const std::uint32_t> changed) {
+  return refit_from(boxes, changed);
+}
+bool BoxTree::refit(std::span<const Aabb> boxes, std::span<const std::uint32_t> changed) {
+  return refit_from(boxes, changed);
 }
 
 double BoxTree::surface() const {
@@ -263,7 +320,8 @@ double BoxTree::surface() const {
     for (std::size_t node = 0; node < levels_[1].size(); ++node) {
       const Aabb box = levels_[1][node];
       if (box.lo[0] > box.hi[0]) continue;
-      const double x = double{box.hi[0]} - box.lo[0], y = double{box.hi[1]} - box.lo[1], z = double{box.hi[2]} - box.lo[2];
+      const double x = double{box.hi[0]} - box.lo[0], y = double{box.hi[1]} - box.lo[1],
+                   z = double{box.hi[2]} - box.lo[2];
       sum += x * y + y * z + z * x;
     }
   return sum;
@@ -318,8 +376,7 @@ void BoxTree::cross(std::size_t level, std::size_t i, std::size_t j, PairSink& s
 
 std::size_t BoxTree::memory() const {
   std::size_t bytes = bytes_of(offsets_) + bytes_of(cell_) + bytes_of(cell_begin_) + bytes_of(group_cells_) +
-                      bytes_of(records_) + bytes_of(index_) + bytes_of(place_) + bytes_of(moved_) +
-                      bytes_of(levels_);
+                      bytes_of(records_) + bytes_of(index_) + bytes_of(place_) + bytes_of(moved_) + bytes_of(levels_);
   for (const BoxArray& level : levels_) bytes += level.memory();
   return bytes;
 }

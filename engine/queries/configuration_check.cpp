@@ -90,8 +90,12 @@ const Pose* ConfigurationCheck::take_boxes(std::size_t first, std::size_t count,
   if (work.boxes.size() < count * n) work.boxes.resize(count * n);
   work.swept.resize(n);
   bool valid = true;
+  // Poses lie where they are only read once: those of the next block are on their way from memory meanwhile.
+  const Pose* next = first + 2 * count <= configurations_ ? poses + count * n : nullptr;
   for (std::size_t link = 0; link < n; ++link)
-    valid = link_boxes(LinkBox(link_boxes_[link], margin), poses + link, n, count, work.boxes, link * count, work.swept[link]) && valid;
+    valid = link_boxes(LinkBox(link_boxes_[link], margin), poses + link, n, count, work.boxes, link * count,
+                       next != nullptr ? next + link * count : nullptr, work.swept[link]) &&
+            valid;
   for (std::size_t i = 0; !valid && i < count * n; ++i)
     require_valid(poses[i], "configuration " + std::to_string(first + i / n) + ", link " + std::to_string(i % n));
   return poses;

@@ -1,5 +1,7 @@
 #include "queries/link_boxes.h"
 
+#include <hwy/cache_control.h>
+
 #include <algorithm>
 #include <array>
 #include <limits>
@@ -17,10 +19,15 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 constexpr std::size_t poses_a_copy = 64;  // a multiple of all vectors' lengths
 
-// Numbers of poses, one array each; the last pose is repeated up to a vector's end. Not by gathers, which some processors
-// have been made slow at, nor a vector at a time: what was just stored in pieces cannot be loaded at once.
-void copy_numbers(const Pose* pose, std::size_t stride, std::size_t count, double (*rows)[poses_a_copy]) {
+// Numbers of poses, one array each; the last pose is repeated up to a vector's end. Not by gathers, which some
+// processors have been made slow at, nor a vector at a time: what was just stored in pieces cannot be loaded at once.
+void copy_numbers(const Pose* pose, std::size_t stride, std::size_t count, const Pose* next,
+                  double (*rows)[poses_a_copy]) {
   for (std::size_t k = 0; k < count; ++k, pose += stride) {
+    if (next != nullptr) {
+      hwy::Prefetch(next + k);
+      hwy::Prefetch(next[k].translation.data());
+    }
     for (std::size_t n = 0; n < 9; ++n) rows[n][k] = pose->rotation.data()[n];  // column by column
     for (std::size_t n = 0; n < 3; ++n) rows[9 + n][k] = pose->translation.data()[n];
   }
@@ -30,7 +37,7 @@ void copy_numbers(const Pose* pose, std::size_t stride, std::size_t count, doubl
 
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
 bool link_boxes(const LinkBox* link, const Pose* first, std::size_t stride, std::size_t count, BoxArray* boxes,
-                       std::size_t at, Aabb* all) {
+                std::size_t at, const Pose* next, Aabb* all) {
   const hn::ScalableTag<double> d;
   const hn::Rebind<float, decltype(d)> f;
   const std::size_t lanes = hn::Lanes(d);
@@ -47,7 +54,9 @@ bool link_boxes(const LinkBox* link, const Pose* first, std::size_t stride, std:
     most[row] = hn::Neg(least[row]);
   }
   for (std::size_t k = 0; k < count; k += lanes) {
-    if (k % poses_a_copy == 0) copy_numbers(first + k * stride, stride, std::min(poses_a_copy, count - k), rows);
+    if (k % poses_a_copy == 0)
+      copy_numbers(first + k * stride, stride, std::min(poses_a_copy, count - k), next != nullptr ? next + k : nullptr,
+                   rows);
     hn::VFromD<decltype(d)> x[12];
     for (std::size_t n = 0; n < 12; ++n) x[n] = hn::Load(d, rows[n] + k % poses_a_copy);
     const auto dot = [&](int i, int j) HWY_ATTR {
@@ -111,8 +120,8 @@ LinkBox::LinkBox(const Shape& link) : radius(link.rounding()) {
 }
 
 bool link_boxes(const LinkBox& link, const Pose* first, std::size_t stride, std::size_t count, BoxArray& boxes,
-                std::size_t at, Aabb& all) {
-  return HWY_DYNAMIC_DISPATCH(link_boxes)(&link, first, stride, count, &boxes, at, &all);
+                std::size_t at, const Pose* next, Aabb& all) {
+  return HWY_DYNAMIC_DISPATCH(link_boxes)(&link, first, stride, count, &boxes, at, next, &all);
 }
 
 }  // namespace tandem

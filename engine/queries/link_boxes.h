@@ -22,8 +22,9 @@ class LinkBox {
 
 /// Boxes in world axes of the link in poses first, first + stride, ..., `count` of them, into boxes[at], boxes[at + 1],
 /// ..., several at a time, and up to a vector more behind them, where there must be room. A float's last bit is added
-/// outward whether it is needed or not. `all` becomes the box of them together. False if a pose may be one that require_valid refuses.
+/// outward whether it is needed or not. `all` becomes the box of them together. False if a pose may be one that
+/// require_valid refuses. As many poses from `next` on, if it is not null, are fetched into the caches meanwhile.
 bool link_boxes(const LinkBox& link, const Pose* first, std::size_t stride, std::size_t count, BoxArray& boxes,
-                std::size_t at, Aabb& all);
+                std::size_t at, const Pose* next, Aabb& all);
 
 }  // namespace tandem

@@ -1,8 +1,10 @@
 #include "tandem/narrowphase/shape_makers.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace tandem {
 namespace {
@@ -23,7 +25,8 @@ Shape point_cloud(std::span<const Vec3> points, double radius) {
   return Shape(std::move(mesh)).rounded(radius);
 }
 
-Shape height_field(std::span<const double> heights, std::size_t columns, std::size_t rows, double spacing, double bottom) {
+Shape height_field(std::span<const double> heights, std::size_t columns, std::size_t rows, double spacing,
+                   double bottom) {
   if (columns < 2) refuse("height field: columns", static_cast<double>(columns), ">= 2");
   if (rows < 2) refuse("height field: rows", static_cast<double>(rows), ">= 2");
   if (heights.size() / columns != rows || heights.size() % columns != 0)
@@ -33,7 +36,8 @@ Shape height_field(std::span<const double> heights, std::size_t columns, std::si
   if (!std::isfinite(bottom)) refuse("height field: bottom", bottom, "finite");
   Mesh mesh;
   mesh.solid = true;
-  const double x0 = -0.5 * spacing * static_cast<double>(columns - 1), y0 = -0.5 * spacing * static_cast<double>(rows - 1);
+  const double x0 = -0.5 * spacing * static_cast<double>(columns - 1),
+               y0 = -0.5 * spacing * static_cast<double>(rows - 1);
   for (const bool top : {true, false})
     for (std::size_t j = 0; j < rows; ++j)
       for (std::size_t i = 0; i < columns; ++i) {
@@ -41,7 +45,8 @@ Shape height_field(std::span<const double> heights, std::size_t columns, std::si
         if (!(height > bottom) || !std::isfinite(height))
           refuse("height field: height of column " + std::to_string(i) + ", row " + std::to_string(j), height,
                  "finite, above the bottom");
-        mesh.vertices.push_back({x0 + spacing * static_cast<double>(i), y0 + spacing * static_cast<double>(j), top ? height : bottom});
+        mesh.vertices.push_back(
+            {x0 + spacing * static_cast<double>(i), y0 + spacing * static_cast<double>(j), top ? height : bottom});
       }
   const auto corner = [&](std::size_t i, std::size_t j, bool top) {
     return static_cast<std::uint32_t>((top ? 0 : rows * columns) + j * columns + i);
@@ -64,6 +69,85 @@ Shape height_field(std::span<const double> heights, std::size_t columns, std::si
     quad(corner(0, j + 1, false), corner(0, j, false), corner(0, j, true), corner(0, j + 1, true));
     const std::size_t last = columns - 1;
     quad(corner(last, j, false), corner(last, j + 1, false), corner(last, j + 1, true), corner(last, j, true));
+  }
+  return Shape(std::move(mesh));
+}
+
+namespace {
+
+/// A cell, or a corner of cells, as one number: in the order of (z, y, x).
+using GridKey = std::uint64_t;
+constexpr std::int32_t grid_reach = 1 << 20;
+
+GridKey grid_key(std::int32_t x, std::int32_t y, std::int32_t z) {
+  const auto digit = [](std::int32_t v) { return static_cast<GridKey>(v + grid_reach); };
+  return digit(z) << 42 | digit(y) << 21 | digit(x);
+}
+
+std::array<std::int32_t, 3> grid_place(GridKey key) {
+  const auto digit = [](GridKey bits) { return static_cast<std::int32_t>(bits & 0x1fffff) - grid_reach; };
+  return {digit(key), digit(key >> 21), digit(key >> 42)};
+}
+
+std::vector<GridKey> sorted_cells(std::span<const std::array<std::int32_t, 3>> cells) {
+  std::vector<GridKey> keys;
+  keys.reserve(cells.size());
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    for (const std::int32_t v : cells[i])
+      if (v < -grid_reach || v >= grid_reach - 1) refuse("voxels: cell " + std::to_string(i), v, "-2^20 to 2^20 - 2");
+    keys.push_back(grid_key(cells[i][0], cells[i][1], cells[i][2]));
+  }
+  std::sort(keys.begin(), keys.end());
+  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+  return keys;
+}
+
+/// The corners of the faces that part a cell from a place without one, four a face, counterclockwise from outside.
+std::vector<GridKey> exposed_faces(const std::vector<GridKey>& cells) {
+  std::vector<GridKey> corners;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (const GridKey cell : cells)
+      for (const bool above : {false, true}) {
+        std::array<std::int32_t, 3> at = grid_place(cell);
+        at[axis] += above ? 1 : -1;
+        if (at[axis] >= -grid_reach && std::binary_search(cells.begin(), cells.end(), grid_key(at[0], at[1], at[2])))
+          continue;
+        if (!above) ++at[axis];
+        const std::size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
+        for (const int turn : {0, 1, 2, 3}) {
+          const int k = above ? turn : 3 - turn;
+          std::array<std::int32_t, 3> corner = at;
+          corner[u] += k == 1 || k == 2;
+          corner[v] += k >= 2;
+          corners.push_back(grid_key(corner[0], corner[1], corner[2]));
+        }
+      }
+  return corners;
+}
+
+}  // namespace
+
+Shape voxels(std::span<const std::array<std::int32_t, 3>> cells, double size) {
+  if (cells.empty()) refuse("voxels: the number of cells", 0, ">= 1");
+  if (!(size > 0) || !std::isfinite(size)) refuse("voxels: size", size, "finite, > 0");
+  const std::vector<GridKey> corners = exposed_faces(sorted_cells(cells));
+  std::vector<GridKey> distinct = corners;
+  std::sort(distinct.begin(), distinct.end());
+  distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
+  Mesh mesh;
+  mesh.solid = true;
+  for (const GridKey corner : distinct) {
+    const auto [x, y, z] = grid_place(corner);
+    mesh.vertices.push_back(size * Vec3(x, y, z));
+  }
+  const auto vertex = [&](GridKey corner) {
+    return static_cast<std::uint32_t>(std::lower_bound(distinct.begin(), distinct.end(), corner) - distinct.begin());
+  };
+  for (std::size_t i = 0; i < corners.size(); i += 4) {
+    const std::uint32_t a = vertex(corners[i]), b = vertex(corners[i + 1]), c = vertex(corners[i + 2]),
+                        d = vertex(corners[i + 3]);
+    mesh.triangles.push_back({a, b, c});
+    mesh.triangles.push_back({a, c, d});
   }
   return Shape(std::move(mesh));
 }

@@ -1,6 +1,7 @@
-// Point clouds and height fields.
+// Point clouds, height fields and voxels.
 #include "tandem/narrowphase/shape_makers.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -30,7 +31,8 @@ TEST_CASE("a point cloud is its balls") {
       CAPTURE(i, radius, of_ball, of_box);
       CHECK(n.solve(cloud, own, ball, at, Request::collide).collide == (of_ball <= 0));
       CHECK(n.solve(cloud, own, box, at, Request::collide).collide == (of_box <= 0));
-      if (of_ball > 0) CHECK(std::abs(n.solve(cloud, own, ball, at, Request::distance).signed_distance - of_ball) < 1e-13);
+      if (of_ball > 0)
+        CHECK(std::abs(n.solve(cloud, own, ball, at, Request::distance).signed_distance - of_ball) < 1e-13);
       if (of_box > 0) CHECK(std::abs(n.solve(cloud, own, box, at, Request::distance).signed_distance - of_box) < 1e-13);
     }
   }
@@ -57,4 +59,51 @@ TEST_CASE("a height field is solid land: volume, points above and below, refusal
   CHECK_THROWS_AS(height_field(hill, 9, 1, 1, -1), std::invalid_argument);
   CHECK_THROWS_AS(height_field(hill, 3, 3, 0, -1), std::invalid_argument);
   CHECK_THROWS_AS(height_field(hill, 3, 3, 1, 0), std::invalid_argument);
+}
+
+TEST_CASE("voxels are the union of their cells: verdicts, distances, volume, refusals") {
+  Random r(5);
+  const NarrowPhase n;
+  for (const int count : {1, 12, 90}) {
+    std::vector<std::array<std::int32_t, 3>> cells;
+    for (int i = 0; i < count; ++i)
+      cells.push_back({static_cast<std::int32_t>(r.in(-3, 3)), static_cast<std::int32_t>(r.in(-3, 3)),
+                       static_cast<std::int32_t>(r.in(-3, 3))});
+    std::vector<std::array<std::int32_t, 3>> once = cells;
+    std::sort(once.begin(), once.end());
+    once.erase(std::unique(once.begin(), once.end()), once.end());
+    const double size = 0.3;
+    const Shape solid = voxels(cells, size);
+    CHECK(solid.is_solid());
+    CHECK(std::abs(solid.mass().volume - size * size * size * static_cast<double>(once.size())) < 1e-12);
+    std::reverse(cells.begin(), cells.end());
+    CHECK(voxels(cells, size).triangles().size() == solid.triangles().size());
+    int hits = 0;
+    for (int i = 0; i < 300; ++i) {
+      const Shape ball = Sphere{r.in(0.01, 0.3)}, box = Box{r.vec(0.05, 0.4)};
+      const Pose at = random_pose(r, 1.5), own = random_pose(r, 0.3);
+      for (const Shape* other : {&ball, &box}) {
+        double least = std::numeric_limits<double>::infinity();
+        for (const auto& cell : once) {
+          const Vec3 centre = size * (Vec3(cell[0], cell[1], cell[2]) + Vec3::Constant(0.5));
+          const Pose there{own.rotation, own * centre};
+          const Shape cube = Box{Vec3::Constant(size)};
+          least = std::min(least, n.solve(cube, there, *other, at, Request::distance).signed_distance);
+        }
+        CAPTURE(count, i, least);
+        CHECK(n.solve(solid, own, *other, at, Request::collide).collide == (least <= 0));
+        if (least > 0)
+          CHECK(std::abs(n.solve(solid, own, *other, at, Request::distance).signed_distance - least) < 1e-12);
+        hits += least <= 0;
+      }
+    }
+    CHECK(hits > 5);
+  }
+  const std::vector<std::array<std::int32_t, 3>> apart{
+      {0, 0, 0}, {1, 1, 0}, {1, 1, 1}, {2, 2, 2}};  // edges and corners
+  CHECK(voxels(apart, 1).triangles().size() == 2 * (6 + 10 + 6));
+  CHECK_THROWS_AS(voxels({}, 1), std::invalid_argument);
+  CHECK_THROWS_AS(voxels(apart, 0), std::invalid_argument);
+  const std::vector<std::array<std::int32_t, 3>> far{{1 << 20, 0, 0}};
+  CHECK_THROWS_AS(voxels(far, 1), std::invalid_argument);
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <mutex>
 #include <unordered_map>
@@ -22,22 +23,32 @@ constexpr std::uint32_t none = 0xffffffffu;
 constexpr double worn_out = 1.5;
 /// How many of the boxes, as one in so many, move before it is asked how worn it is: that takes a pass over an eighth.
 constexpr std::size_t moves_between_checks = 4;
+/// How many boxes are compared with those beside them before all are: in a world where much touches, some of them do.
+constexpr std::size_t neighbours_asked = 128, neighbours_a_group = 8;
 /// Distances are rounded: a limit for the hierarchy is larger by more than that.
 constexpr double above_rounding = 1 + 32 * std::numeric_limits<double>::epsilon();
 
-/// Holds all that the box's bounds lie between; NaN may be anywhere.
+constexpr float far = std::numeric_limits<float>::infinity();
+constexpr Aabb no_box{{far, far, far}, {-far, -far, -far}};
+
+/// Holds all that the box's bounds lie between, as far as floats reach, and at most two units in the last place more;
+/// NaN may be anywhere.
 Aabb outward(const ExactBox& box) {
-  constexpr double everywhere = std::numeric_limits<double>::infinity();
+  constexpr double most = std::numeric_limits<float>::max(), smallest = std::numeric_limits<float>::min(),
+                   last_place = std::numeric_limits<float>::epsilon();
   Aabb out;
   for (std::size_t k = 0; k < 3; ++k) {
     const bool known = box.lo[k] == box.lo[k] && box.hi[k] == box.hi[k];
-    out.lo[k] = round_down(known ? std::min(box.lo[k], box.hi[k]) : -everywhere);
-    out.hi[k] = round_up(known ? std::max(box.lo[k], box.hi[k]) : everywhere);
+    const double lo = known ? std::clamp(std::min(box.lo[k], box.hi[k]), -most, most) : -most;
+    const double hi = known ? std::clamp(std::max(box.lo[k], box.hi[k]), -most, most) : most;
+    out.lo[k] = static_cast<float>(std::max(lo - (std::abs(lo) * last_place + smallest), -most));
+    out.hi[k] = static_cast<float>(std::min(hi + (std::abs(hi) * last_place + smallest), most));
   }
   return out;
 }
 
-bool same(const ExactBox& a, const ExactBox& b) { return a.lo == b.lo && a.hi == b.hi; }
+/// By their bits, so that a box with NaN is the same as itself.
+bool same(const ExactBox& a, const ExactBox& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
 /// As ::fcl::AABB::overlap.
 bool overlap(const ExactBox& a, const ExactBox& b) {
@@ -100,28 +111,58 @@ class PairList final : public PairSink {
 
 }  // namespace
 
+/// Places whose boxes changed since something was made of them.
+class Changes {
+ public:
+  void resize(std::size_t places) { flags_.resize(places); }
+  void add(std::uint32_t place) {
+    if (flags_[place] == 0) list_.push_back(place);
+    flags_[place] = 1;
+  }
+  std::span<const std::uint32_t> list() const { return list_; }
+  std::span<const std::uint8_t> flags() const { return flags_; }
+  void clear() {
+    for (const std::uint32_t place : list_) flags_[place] = 0;
+    list_.clear();
+  }
+
+ private:
+  std::vector<std::uint8_t> flags_;
+  std::vector<std::uint32_t> list_;
+};
+
 struct ObjectBoxes::Impl {
   // By place.
   std::vector<void*> objects;  // null: free
   std::vector<ExactBox> exact;
+  std::vector<std::uint8_t> changed;   // since the lists of changes were made
   std::vector<std::uint32_t> earlier;  // another registration of the same object, or none
-  BoxArray boxes;                      // at least so many, empty where free
+
+  std::vector<std::uint32_t> some_changed;  // which may have, one by one
+  bool all_looked_at = false;               // or any of them
 
   std::unordered_map<const void*, std::uint32_t> last;  // registration of an object
   std::vector<std::uint32_t> free;
   std::size_t count = 0;
+  std::size_t room = 0;  // places that what is made of them has room for; free ones are empty boxes there
 
+  MadeOnce changes_listed;
   MadeOnce pairs_made;
-  std::vector<std::uint8_t> is_changed_for_pairs;  // by place
+  Changes changed_for_pairs;
+  BoxArray boxes;
   std::unique_ptr<BroadPhase> broad_phase = make_broad_phase(BroadPhaseKind::automatic);
   PairList pairs;
 
   MadeOnce tree_made;
-  std::vector<std::uint8_t> is_changed_for_tree;  // by place
-  std::vector<std::uint32_t> changed_for_tree;
+  Changes changed_for_tree;
+  std::vector<Aabb> tree_boxes;
   BoxQueries tree;
   std::vector<std::uint8_t> is_placed;  // by place: it was taken when the tree was built
   std::size_t moves = 0;                // since it was asked how worn the tree is
+
+  MadeOnce neighbours_made;
+  std::vector<std::uint32_t> in_order;    // the first places in the order of the tree as it was last built
+  std::vector<std::uint32_t> neighbours;  // the same before the tree was brought up to date
 
   Impl() { pairs.clear(); }
   void change(std::uint32_t place);
@@ -130,61 +171,102 @@ struct ObjectBoxes::Impl {
     exact[place] = box;
     change(place);
   }
+  Aabb box(std::uint32_t place) const { return objects[place] != nullptr ? outward(exact[place]) : no_box; }
+  void outdate() {
+    changes_listed.outdate();
+    pairs_made.outdate();
+    tree_made.outdate();
+    neighbours_made.outdate();
+  }
+  void list_changes();
   void make_pairs();
   void make_tree();
+  void build_tree();
   const BoxQueries& current_tree() {
     tree_made.ensure([this] { make_tree(); });
     return tree;
   }
+  std::span<const std::uint32_t> current_neighbours() {
+    neighbours_made.ensure([this] { neighbours = in_order; });
+    return neighbours;
+  }
 };
 
 void ObjectBoxes::Impl::change(std::uint32_t place) {
-  if (place >= boxes.size()) {
-    boxes.resize(objects.capacity());
-    is_changed_for_pairs.resize(boxes.size());
-    is_changed_for_tree.resize(boxes.size());
-    is_placed.resize(boxes.size());
-  }
-  if (objects[place] != nullptr)
-    boxes.set(place, outward(exact[place]));
+  if (place >= room) room = objects.capacity();
+  if (changed[place] == 0) some_changed.push_back(place);
+  changed[place] = 1;
+  outdate();
+}
+
+void ObjectBoxes::Impl::list_changes() {
+  changed_for_pairs.resize(room);
+  changed_for_tree.resize(room);
+  const auto add = [this](std::uint32_t place) {
+    if (changed[place] == 0) return;
+    changed[place] = 0;
+    changed_for_pairs.add(place);
+    changed_for_tree.add(place);
+  };
+  if (all_looked_at)
+    for (std::uint32_t place = 0; place < changed.size(); ++place) add(place);
   else
-    boxes.set_empty(place);
-  is_changed_for_pairs[place] = 1;
-  if (is_changed_for_tree[place] == 0) changed_for_tree.push_back(place);
-  is_changed_for_tree[place] = 1;
-  pairs_made.outdate();
-  tree_made.outdate();
+    for (const std::uint32_t place : some_changed) add(place);
+  all_looked_at = false;
+  some_changed.clear();
 }
 
 void ObjectBoxes::Impl::make_pairs() {
+  changes_listed.ensure([this] { list_changes(); });
+  if (boxes.size() != room) boxes.resize(room);
+  for (const std::uint32_t place : changed_for_pairs.list()) boxes.set(place, box(place));
   pairs.clear();
-  broad_phase->expect_changes(is_changed_for_pairs);
+  broad_phase->expect_changes(changed_for_pairs.flags());
   const std::size_t stages = broad_phase->begin(boxes);
   for (std::size_t stage = 0; stage + 1 < stages; ++stage)
     for (std::size_t block = 0; block < broad_phase->blocks(stage); ++block) broad_phase->run(stage, block);
   for (std::size_t block = 0; block < broad_phase->blocks(stages - 1); ++block) broad_phase->emit(block, pairs);
-  std::fill(is_changed_for_pairs.begin(), is_changed_for_pairs.end(), std::uint8_t{0});
+  changed_for_pairs.clear();
 }
 
 void ObjectBoxes::Impl::make_tree() {
-  bool build = false;
-  for (const std::uint32_t place : changed_for_tree) {
+  changes_listed.ensure([this] { list_changes(); });
+  current_neighbours();  // before the tree has another order: which thread comes first must not matter
+  tree_boxes.resize(room, no_box);
+  bool build = is_placed.size() != room;
+  is_placed.resize(room);
+  for (const std::uint32_t place : changed_for_tree.list()) {
+    tree_boxes[place] = box(place);
     build = build || is_placed[place] == 0;
-    is_changed_for_tree[place] = 0;
   }
   if (!build) {
-    tree.refit(boxes, changed_for_tree);
-    moves += changed_for_tree.size();
-    if (moves * moves_between_checks > boxes.size()) {
+    tree.refit(tree_boxes, changed_for_tree.list());
+    moves += changed_for_tree.list().size();
+    if (moves * moves_between_checks > room) {
       moves = 0;
       build = tree.worn() > worn_out;
     }
   }
   changed_for_tree.clear();
-  if (!build) return;
-  tree.build(boxes);
+  if (build) build_tree();
+}
+
+void ObjectBoxes::Impl::build_tree() {
+  BoxArray all;
+  all.resize(room);
+  for (std::size_t place = 0; place < room; ++place) all.set(place, tree_boxes[place]);
+  tree.build(all);
   moves = 0;
   for (std::size_t place = 0; place < objects.size(); ++place) is_placed[place] = objects[place] != nullptr ? 1 : 0;
+  struct First final : BoxVisitor {
+    std::vector<std::uint32_t>& places;
+    explicit First(std::vector<std::uint32_t>& p) : places(p) { places.clear(); }
+    bool visit(std::uint32_t place) override {
+      places.push_back(place);
+      return places.size() < neighbours_asked;
+    }
+  } first(in_order);
+  tree.visit_overlapping({no_box.hi, no_box.lo}, first);  // all of them
 }
 
 ObjectBoxes::ObjectBoxes() : impl_(std::make_unique<Impl>()) {}
@@ -200,6 +282,7 @@ void ObjectBoxes::reserve(std::size_t more) {
   m.last.reserve(m.last.size() + more);
   m.objects.reserve(all);
   m.exact.reserve(all);
+  m.changed.reserve(all);
   m.earlier.reserve(all);
 }
 
@@ -209,6 +292,7 @@ void ObjectBoxes::add(void* object, const ExactBox& box) {
   if (m.free.empty()) {
     m.objects.push_back(object);
     m.exact.push_back(box);
+    m.changed.push_back(0);
     m.earlier.push_back(none);
   } else {
     place = m.free.back();
@@ -242,8 +326,12 @@ void ObjectBoxes::clear() { impl_ = std::make_unique<Impl>(); }
 
 std::span<void* const> ObjectBoxes::objects() const { return impl_->objects; }
 
-void ObjectBoxes::set(std::size_t place, const ExactBox& box) { impl_->set(static_cast<std::uint32_t>(place), box); }
+ObjectBoxes::Places ObjectBoxes::places() { return {impl_->objects, impl_->exact, impl_->changed}; }
 
+void ObjectBoxes::take_changes() {
+  impl_->all_looked_at = true;
+  impl_->outdate();
+}
 void ObjectBoxes::set(const void* object, const ExactBox& box) {
   const auto entry = impl_->last.find(object);
   if (entry == impl_->last.end()) return;
@@ -316,7 +404,7 @@ void ObjectBoxes::visit_overlapping(const ObjectBoxes& other, ObjectPairVisitor&
                              : visitor.visit(large.objects[place], small.objects[i]);
     };
     OverlapVisitor found(take);
-    tree.visit_overlapping(small.boxes[i], found);
+    tree.visit_overlapping(outward(small.exact[i]), found);
   }
 }
 
@@ -332,16 +420,33 @@ void ObjectBoxes::visit_near(void* asked, const ExactBox& box, double limit, Nea
 
 void ObjectBoxes::visit_near(double limit, NearPairVisitor& visitor) const {
   Impl& m = *impl_;
-  const BoxQueries& tree = m.current_tree();
   Reach reach{limit};
+  const auto take = [&](std::uint32_t a, std::uint32_t b) {
+    if (distance(m.exact[a], m.exact[b]) < reach.limit)
+      reach.going = visitor.visit(m.objects[std::min(a, b)], m.objects[std::max(a, b)], reach.limit);
+  };
+  // Where two of them touch, nothing is to be made of the others' boxes.
+  const std::span<const std::uint32_t> neighbours = m.current_neighbours();
+  const auto is_taken = [&m](std::uint32_t place) { return m.objects[place] != nullptr; };
+  for (std::size_t j = 0; j < neighbours.size(); ++j)
+    for (std::size_t i = j / neighbours_a_group * neighbours_a_group; i < j && reach.outward() > 0; ++i)
+      if (is_taken(neighbours[i]) && is_taken(neighbours[j])) take(neighbours[i], neighbours[j]);
+  if (reach.outward() <= 0) return;
+
+  std::vector<std::uint32_t> group(neighbours.empty() ? 0 : m.objects.size(), none);
+  for (std::size_t j = 0; j < neighbours.size(); ++j)
+    group[neighbours[j]] = static_cast<std::uint32_t>(j / neighbours_a_group);
+  const auto is_asked = [&](std::uint32_t a, std::uint32_t b) {
+    return !group.empty() && group[a] != none && group[a] == group[b];
+  };
+  const BoxQueries& tree = m.current_tree();
   for (std::uint32_t i = 0; i < m.objects.size() && reach.outward() > 0; ++i) {
     if (m.objects[i] == nullptr) continue;
-    const auto take = [&](std::uint32_t place) {
-      if (i < place && distance(m.exact[i], m.exact[place]) < reach.limit)
-        reach.going = visitor.visit(m.objects[i], m.objects[place], reach.limit);
+    const auto take_later = [&](std::uint32_t place) {
+      if (i < place && !is_asked(i, place)) take(i, place);
     };
-    ReachVisitor found(reach, take);
-    tree.visit_near(m.boxes[i], reach.outward(), found);
+    ReachVisitor found(reach, take_later);
+    tree.visit_near(outward(m.exact[i]), reach.outward(), found);
   }
 }
 
@@ -358,8 +463,29 @@ void ObjectBoxes::visit_near(const ObjectBoxes& other, double limit, NearPairVis
                             : visitor.visit(large.objects[place], small.objects[i], reach.limit);
     };
     ReachVisitor found(reach, take);
-    tree.visit_near(small.boxes[i], reach.outward(), found);
+    tree.visit_near(outward(small.exact[i]), reach.outward(), found);
   }
+}
+
+void ObjectBoxes::visit_overlapping(const ExactBox& box, BoxedObjectVisitor& visitor) const {
+  Impl& m = *impl_;
+  double unused = 0;
+  const auto take = [&](std::uint32_t place) {
+    return !overlap(m.exact[place], box) || visitor.visit(m.objects[place], m.exact[place], unused);
+  };
+  OverlapVisitor found(take);
+  m.current_tree().visit_overlapping(outward(box), found);
+}
+
+void ObjectBoxes::visit_near(const ExactBox& box, double limit, BoxedObjectVisitor& visitor) const {
+  Impl& m = *impl_;
+  Reach reach{limit};
+  const auto take = [&](std::uint32_t place) {
+    if (distance(m.exact[place], box) < reach.limit)
+      reach.going = visitor.visit(m.objects[place], m.exact[place], reach.limit);
+  };
+  ReachVisitor found(reach, take);
+  m.current_tree().visit_near(outward(box), reach.outward(), found);
 }
 
 }  // namespace tandem::fcl

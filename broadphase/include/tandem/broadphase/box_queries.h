@@ -77,18 +77,20 @@ class BoxQueries {
   /// Builds the hierarchy; the boxes are copied. n log n; memory is kept for the next build.
   void build(const BoxArray& boxes, const BlockRunner& runner = {});
   /// Gives boxes `changed` their new bounds (`boxes` has as many as those built from) in the hierarchy as it is:
-  /// k log n. It stays right whatever moves; `worn` says how much slower it has become. A box may become empty; one that
-  /// was empty at the build is refused, as it has no place: build anew.
+  /// k log n. It stays right whatever moves; `worn` says how much slower it has become. A box may become empty; one
+  /// that was empty at the build is refused, as it has no place: build anew.
   void refit(const BoxArray& boxes, std::span<const std::uint32_t> changed);
+  void refit(std::span<const Aabb> boxes, std::span<const std::uint32_t> changed);
   /// How much larger the lowest nodes have become by refits, by surface: 1 after a build.
   double worn() const;
   std::size_t memory() const;  ///< bytes held
 
-  /// Shows `visitor` the boxes that overlap `box` (closed), in the order of the hierarchy, until it has enough; false if
-  /// it had. Allocates nothing.
+  /// Shows `visitor` the boxes that overlap `box` (closed), in the order of the hierarchy, until it has enough; false
+  /// if it had. Allocates nothing.
   bool visit_overlapping(const Aabb& box, BoxVisitor& visitor) const;
-  /// Shows `visitor` the boxes within `limit` (>= 0, infinity is allowed) of `box`, nearer ones about first; none is left
-  /// out that is within what the visitor said last. Distances are at most rounding larger than exact. Allocates nothing.
+  /// Shows `visitor` the boxes within `limit` (>= 0, infinity is allowed) of `box`, nearer ones about first; none is
+  /// left out that is within what the visitor said last. Distances are at most rounding larger than exact. Allocates
+  /// nothing.
   void visit_near(const Aabb& box, double limit, NearVisitor& visitor) const;
 
   /// Boxes that overlap `box` (closed), ascending by index; none for an empty box. Appends to `out`.

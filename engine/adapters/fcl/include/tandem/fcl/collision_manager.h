@@ -1,10 +1,13 @@
 #pragma once
 #include <fcl/broadphase/broadphase_collision_manager.h>
 
+#include <cstring>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "tandem/fcl/object_boxes.h"
+#include "tandem/fcl/octree_cells.h"
 
 namespace tandem::fcl {
 
@@ -18,7 +21,8 @@ namespace tandem::fcl {
 /// - An object registered twice is there twice, as there, and update() sees to both; each unregisterObject takes one
 ///   away.
 /// - An object that is not registered can be unregistered; nothing happens.
-/// - An octree is one object, never one for each of its cells (octree_as_geometry_distance).
+/// - A pair's objects change their places in the callback with each update, as two objects do there; with more, that
+///   one's places follow from its tree.
 /// Registration and updates take note of boxes that changed, the next query works them in: updates one by one cost no
 /// more than those of a list, and setup() has nothing to do. Const members may run from any number of threads at once.
 template <class S>
@@ -26,6 +30,17 @@ class CollisionManager : public ::fcl::BroadPhaseCollisionManager<S> {
  public:
   using Object = ::fcl::CollisionObject<S>;
   using Manager = ::fcl::BroadPhaseCollisionManager<S>;
+
+  /// Whether an octree that is asked about is one object or, as there, one for each of its cells, which lives for the
+  /// time of the callback.
+  bool octree_as_geometry_collide = true;
+  bool octree_as_geometry_distance = false;
+  /// Of FCL's tree, with its defaults: nothing depends on them.
+  int max_tree_nonbalanced_level = 10;
+  int tree_incremental_balance_pass = 10;
+  int tree_topdown_balance_threshold = 2;
+  int tree_topdown_level = 0;
+  int tree_init_level = 0;
 
   void registerObjects(const std::vector<Object*>& objects) override {
     boxes_.reserve(objects.size());
@@ -35,13 +50,26 @@ class CollisionManager : public ::fcl::BroadPhaseCollisionManager<S> {
   void unregisterObject(Object* object) override { boxes_.remove(object); }
   void setup() override {}
   void update() override {
-    const auto objects = boxes_.objects();
-    for (std::size_t place = 0; place < objects.size(); ++place)
-      if (objects[place] != nullptr) boxes_.set(place, box_of(*object_at(objects[place])));
+    const auto [objects, boxes, changed] = boxes_.places();
+    bool some = false;
+    for (std::size_t place = 0; place < objects.size(); ++place) {
+      if (objects[place] == nullptr) continue;
+      const ExactBox box = box_of(*object_at(objects[place]));
+      if (std::memcmp(&box, &boxes[place], sizeof box) == 0) continue;  // NaN is the same as itself
+      boxes[place] = box;
+      changed[place] = 1;
+      some = true;
+    }
+    if (some) boxes_.take_changes();
+    exchanged_ = !exchanged_;
   }
-  void update(Object* object) override { boxes_.set(object, box_of(*object)); }
+  void update(Object* object) override {
+    boxes_.set(object, box_of(*object));
+    exchanged_ = !exchanged_;
+  }
   void update(const std::vector<Object*>& objects) override {
     for (const Object* object : objects) boxes_.set(object, box_of(*object));
+    exchanged_ = !exchanged_;
   }
   void clear() override { boxes_.clear(); }
   void getObjects(std::vector<Object*>& objects) const override {
@@ -54,11 +82,15 @@ class CollisionManager : public ::fcl::BroadPhaseCollisionManager<S> {
   std::size_t size() const override { return boxes_.size(); }
 
   void collide(Object* object, void* data, ::fcl::CollisionCallBack<S> callback) const override {
+#if FCL_HAVE_OCTOMAP
+    if (!octree_as_geometry_collide && object->getNodeType() == ::fcl::GEOM_OCTREE)
+      return OctreeCells<S>(boxes_, *object).collide(data, callback);
+#endif
     Met met(data, callback);
     boxes_.visit_overlapping(object, box_of(*object), met);
   }
   void collide(void* data, ::fcl::CollisionCallBack<S> callback) const override {
-    Met met(data, callback);
+    Met met(data, callback, exchanged_);
     boxes_.visit_overlapping(met);
   }
   void collide(Manager* other, void* data, ::fcl::CollisionCallBack<S> callback) const override {
@@ -70,11 +102,15 @@ class CollisionManager : public ::fcl::BroadPhaseCollisionManager<S> {
   }
 
   void distance(Object* object, void* data, ::fcl::DistanceCallBack<S> callback) const override {
+#if FCL_HAVE_OCTOMAP
+    if (!octree_as_geometry_distance && object->getNodeType() == ::fcl::GEOM_OCTREE)
+      return OctreeCells<S>(boxes_, *object).distance(data, callback);
+#endif
     Near near(data, callback);
     boxes_.visit_near(object, box_of(*object), near.least, near);
   }
   void distance(void* data, ::fcl::DistanceCallBack<S> callback) const override {
-    Near near(data, callback);
+    Near near(data, callback, exchanged_);
     boxes_.visit_near(near.least, near);
   }
   void distance(Manager* other, void* data, ::fcl::DistanceCallBack<S> callback) const override {
@@ -102,14 +138,21 @@ class CollisionManager : public ::fcl::BroadPhaseCollisionManager<S> {
   }
 
   struct Met final : ObjectPairVisitor {
-    Met(void* data, ::fcl::CollisionCallBack<S> callback) : data(data), callback(callback) {}
-    bool visit(void* a, void* b) override { return !callback(object_at(a), object_at(b), data); }
+    Met(void* data, ::fcl::CollisionCallBack<S> callback, bool exchanged = false)
+        : data(data), callback(callback), exchanged(exchanged) {}
+    bool visit(void* a, void* b) override {
+      if (exchanged) std::swap(a, b);
+      return !callback(object_at(a), object_at(b), data);
+    }
     void* data;
     ::fcl::CollisionCallBack<S> callback;
+    bool exchanged;
   };
   struct Near final : NearPairVisitor {
-    Near(void* data, ::fcl::DistanceCallBack<S> callback) : data(data), callback(callback) {}
+    Near(void* data, ::fcl::DistanceCallBack<S> callback, bool exchanged = false)
+        : data(data), callback(callback), exchanged(exchanged) {}
     bool visit(void* a, void* b, double& limit) override {
+      if (exchanged) std::swap(a, b);
       const bool enough = callback(object_at(a), object_at(b), data, least);
       limit = least;
       return !enough;
@@ -117,9 +160,11 @@ class CollisionManager : public ::fcl::BroadPhaseCollisionManager<S> {
     S least = std::numeric_limits<S>::max();
     void* data;
     ::fcl::DistanceCallBack<S> callback;
+    bool exchanged;
   };
 
   ObjectBoxes boxes_;
+  bool exchanged_ = false;
 };
 
 using CollisionManagerf = CollisionManager<float>;

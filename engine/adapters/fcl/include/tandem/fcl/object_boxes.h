@@ -28,6 +28,15 @@ class NearPairVisitor {
   virtual bool visit(void* a, void* b, double& limit) = 0;
 };
 
+/// Is given registered objects with the boxes that they have here.
+class BoxedObjectVisitor {
+ public:
+  virtual ~BoxedObjectVisitor() = default;
+  /// Takes an object; lowers `limit`, the distance from which on none is wanted, where distances are asked for; false
+  /// ends the visit.
+  virtual bool visit(void* object, const ExactBox& box, double& limit) = 0;
+};
+
 /// What collision_manager.h keeps of the objects registered: a pointer and a box each, in the order of registration but
 /// for places that were given back. What tandem makes of the boxes, all pairs and a hierarchy, is brought up to date by
 /// the first query that needs it, under a lock: const members may run from any number of threads at once.
@@ -48,9 +57,16 @@ class ObjectBoxes {
 
   /// A place each registration, null where one was taken back.
   std::span<void* const> objects() const;
-  /// Gives a registration the box that its object has now.
-  void set(std::size_t place, const ExactBox& box);
-  /// The same for all registrations of an object; nothing happens to one that has none.
+  /// All registrations, to be given the boxes that their objects have now: `changed` is to be set where a box is
+  /// another than before, then take_changes to be called.
+  struct Places {
+    std::span<void* const> objects;  // null where one was taken back
+    std::span<ExactBox> boxes;
+    std::span<std::uint8_t> changed;
+  };
+  Places places();
+  void take_changes();
+  /// The box that an object has now, for all registrations of an object; nothing happens to one that has none.
   void set(const void* object, const ExactBox& box);
 
   /// Pairs whose boxes overlap: of a registered object and `asked`, of two registered ones, of one of these and one of
@@ -62,6 +78,9 @@ class ObjectBoxes {
   void visit_near(void* asked, const ExactBox& box, double limit, NearPairVisitor& visitor) const;
   void visit_near(double limit, NearPairVisitor& visitor) const;
   void visit_near(const ObjectBoxes& other, double limit, NearPairVisitor& visitor) const;
+  /// The same for objects alone.
+  void visit_overlapping(const ExactBox& box, BoxedObjectVisitor& visitor) const;
+  void visit_near(const ExactBox& box, double limit, BoxedObjectVisitor& visitor) const;
 
  private:
   struct Impl;
