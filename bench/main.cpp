@@ -183,7 +183,7 @@ void add_cloth(CLI::App& program) {
 void add_round_meshes(CLI::App& program) {
   const auto [app, o] = add(program, "round-meshes",
                             "contacts of convex shapes with meshes of 6,000 triangles, beside FCL", round_meshes_bench);
-  app->add_option("--kind", o->kinds, "convex shapes, as cone, a comma between them, or steps alone; default: all");
+  app->add_option("--kind", o->kinds, "convex shapes, as cone, or rows, as 'cone deep', a comma between them, or steps alone; default: all");
   app->add_option("--poses", o->poses, "poses of each pair of shapes and class; default: 40");
   app->add_option("--bodies", o->bodies, "bodies of the steps; default: 1000");
   app->add_option("--steps", o->steps, "timed steps; default: 20");

@@ -197,9 +197,9 @@ void pairs_bench(const Settings& settings, std::vector<Row>& rows) {
   for (const PairClass& c : classes) {
     const std::vector<NamedShape> kinds = convex_shapes(c.radius);
     for (const NamedShape& kind : kinds) {
-      if (!settings.kinds.empty() &&
-          std::find(settings.kinds.begin(), settings.kinds.end(), kind.name) == settings.kinds.end())
-        continue;
+      const std::string workload = fmt::format("{} {}", kind.name, c.name);
+      const auto is_asked_for = [&](const std::string& asked) { return asked == kind.name || asked == workload; };
+      if (!settings.kinds.empty() && std::none_of(settings.kinds.begin(), settings.kinds.end(), is_asked_for)) continue;
       const Race race = race_class(kind, c, meshes, fcl_meshes, poses);
       const Samples &ours = race.ours.time, &fcl = race.fcl.time;
       fmt::print("| {} | {} | {:.1f} | {:.1f} | {:.0f} | {:.1f} | {:.1f} | {:.0f} | {:.2f} | {:.1f} ({:.1f}) | {}, {} | {}, {} | {} |\n",
@@ -208,7 +208,7 @@ void pairs_bench(const Settings& settings, std::vector<Row>& rows) {
                  race.ratio.median(), race.ratio.quantile(0.1), race.ours.touching, race.fcl.touching,
                  race.ours.contacts, race.fcl.contacts, hex(race.ours.hash));
       std::fflush(stdout);
-      add_rows(fmt::format("{} {}", kind.name, c.name), meshes.front().shape.triangles().size(), race, rows);
+      add_rows(workload, meshes.front().shape.triangles().size(), race, rows);
     }
   }
 }

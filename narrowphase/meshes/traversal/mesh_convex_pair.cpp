@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "closed_forms/closed_forms.h"
+#include "closed_forms/way_out.h"
 #include "manifold/manifold.h"
 #include "meshes/traversal/point_in_mesh.h"
 #include "pairs/convex_pair.h"
@@ -11,7 +12,6 @@
 #include "shapes/shape_insides.h"
 
 namespace tandem {
-
 MeshConvexPair::MeshConvexPair(const Posed& mesh, const Posed& convex, const NarrowPhaseOptions& options)
     : mesh_(mesh),
       convex_shape_(convex.shape),
@@ -68,7 +68,37 @@ void MeshConvexPair::append_patch(const Corners& p, const LocalAnswer& answer, s
                   whole);
 }
 
-bool MeshConvexPair::touches(const Corners& p) const {
+TriangleBound MeshConvexPair::bound(const Corners& p, const Vec3& point) const {
+  if (view_.kind == ShapeKind::sphere) return {};
+  const auto way = way_out(view_, turn_.rotation.transpose() * point, 10 * slack());
+  if (!way) return {};
+  TriangleBound b{true, way->inside, point, -(turn_.rotation * way->normal)};
+  b.gap = support_plane(b.normal).beyond(p);
+  return b;
+}
+
+// With an ellipsoid's radii as units that is a ball, and what is nearest to its middle says whether they touch.
+TriangleBound MeshConvexPair::bound(const Corners& p) const {
+  if (view_.kind != ShapeKind::ellipsoid) return bound(p, (p[0] + p[1] + p[2]) / 3);
+  const Vec3 radii{view_.param[0], view_.param[1], view_.param[2]};
+  const Mat3 to_own = turn_.rotation.transpose();
+  const Corners q{(to_own * p[0]).cwiseQuotient(radii), (to_own * p[1]).cwiseQuotient(radii),
+                  (to_own * p[2]).cwiseQuotient(radii)};
+  const Vec3 near = point_distance(TriangleView(q), Vec3::Zero()).nearest;
+  if (near.norm() < 1) return bound(p, turn_.rotation * near.cwiseProduct(radii));
+  TriangleBound b{true, false, turn_.rotation * near.cwiseProduct(radii), -(turn_.rotation * unit(near.cwiseQuotient(radii)))};
+  b.gap = support_plane(b.normal).beyond(p);
+  return b;
+}
+
+double MeshConvexPair::exit_length(const Vec3& point, const Vec3& d) const {
+  const Mat3 to_own = turn_.rotation.transpose();
+  return tandem::exit_length(view_, to_own * point, to_own * d);
+}
+
+bool MeshConvexPair::touches(const Corners& p, const TriangleBound& bound) const {
+  if (bound.overlaps) return true;
+  if (bound.gap > slack()) return false;
   if (view_.kind != ShapeKind::sphere) {
     if (plane_gap(p) > slack()) return false;
     if (view_.kind == ShapeKind::box) {
@@ -113,8 +143,13 @@ bool MeshConvexPair::collide() const {
   query().each_near(0, [&](std::uint32_t t) {
     const Corners p = corners(t);
     if (clear.beyond(p) > slack()) return false;
-    if (touches(p)) return hit = true;
+    const TriangleBound known = bound(p);
     // What keeps it from this triangle keeps it from its neighbours as well, more often than not.
+    if (known.gap > slack()) {
+      clear = support_plane(known.normal);
+      return false;
+    }
+    if (touches(p, known)) return hit = true;
     if (view_.kind != ShapeKind::box) clear = support_plane(solve(p, Request::distance).normal);
     return false;
   });
@@ -132,6 +167,7 @@ PairAnswer MeshConvexPair::nearest(double cutoff) const {
     const Corners p = corners(t);
     const double interest = std::min(best.signed_distance, within) + slack();
     if (clear.beyond(p) > interest || plane_gap(p) > interest) return interest;
+    if (bound(p).gap > interest) return interest;
     // Of triangles equally near the first by index: whatever order they are found in, it is the same one.
     const PairAnswer r = solve(p, Request::distance);
     if (r.signed_distance < best.signed_distance || (r.signed_distance == best.signed_distance && t < nearest)) {

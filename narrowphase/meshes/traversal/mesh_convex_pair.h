@@ -34,6 +34,15 @@ struct TrianglePlane {
   bool flat = false;
 };
 
+/// What a point of a triangle tells of it and the convex shape.
+struct TriangleBound {
+  bool known = false;     ///< else nothing is: the shape is of a kind without
+  bool overlaps = false;  ///< for sure: the point is inside
+  Vec3 point = Vec3::Zero();
+  Vec3 normal = Vec3::Zero();  ///< unit, towards the convex shape
+  double gap = -infinity;      ///< along it, a lower bound of the distance; negative: minus the length of a way out
+};
+
 /// Everything is computed with the mesh's axes about the convex shape's origin: far from the origin of either frame,
 /// nothing is lost.
 class MeshConvexPair {
@@ -82,7 +91,14 @@ class MeshConvexPair {
   // ---- One triangle
 
   PairAnswer solve(const Corners& p, Request request) const;
-  bool touches(const Corners& p) const;
+  bool touches(const Corners& p) const { return touches(p, bound(p)); }
+  bool touches(const Corners& p, const TriangleBound& bound) const;
+  /// By a point of the triangle, without iterations.
+  TriangleBound bound(const Corners& p, const Vec3& point) const;
+  /// By its middle; of an ellipsoid by its point that is farthest inside.
+  TriangleBound bound(const Corners& p) const;
+  /// How far it is out of the convex shape from a point that is inside, along d (unit).
+  double exit_length(const Vec3& point, const Vec3& d) const;
 
   /// Appends all contacts of a triangle with this answer, not only those that span the patch.
   void append_patch(const Corners& p, const LocalAnswer& answer, std::vector<Contact>& contacts) const;
