@@ -15,31 +15,32 @@ constexpr std::size_t most_faces = 128;
 
 Vec3 radii_of(const ConvexView& v) { return {v.param[0], v.param[1], v.param[2]}; }
 
-// The nearest point x of the ellipsoid has p - x = t a^-2 x, so x_i = a_i^2 p_i / (t + a_i^2); t is the one root of a
-// convex falling function, to which Newton's method climbs from where one term alone is 1 (Eberly, Distance from a point
-// to an ellipse, an ellipsoid or a hyperellipsoid, 2013). A few steps, as only the direction is wanted.
+// The nearest point x of the ellipsoid has p - x = t a^-2 x, so x_i = a_i^2 p_i / (t + a_i^2); t is the one root above
+// -min a_i^2 of a convex falling function, to which Newton's method climbs from where one term alone is 1 (Eberly, Distance
+// from a point to an ellipse, an ellipsoid or a hyperellipsoid, 2013).
 WayOut from_ellipsoid(const Vec3& a, const Vec3& p, double slack) {
-  constexpr int steps = 6;
+  constexpr int most_steps = 64;
   const Vec3 a2 = a.cwiseProduct(a), ap = a.cwiseProduct(p);
-  const double within = p.cwiseQuotient(a).norm(), least = a.minCoeff();
-  const bool inside = within < 1 && (1 - within) * least > slack;
   double t = (ap.cwiseAbs() - a2).maxCoeff();
-  for (int i = 0; i < steps; ++i) {
+  for (int i = 0; i < most_steps; ++i) {
     const Vec3 by = (t + a2.array()).matrix(), ratio = ap.cwiseQuotient(by);
     if (!(by.minCoeff() > 0)) break;
     const double f = ratio.squaredNorm() - 1, slope = -2 * ratio.cwiseProduct(ratio).cwiseQuotient(by).sum();
-    if (!(slope < 0)) break;
-    t -= f / slope;
+    const double next = t - f / slope;
+    if (!(f > 0 && next > t)) break;
+    t = next;
   }
   const Vec3 by = (t + a2.array()).matrix();
-  if (by.minCoeff() > 0)
-    if (const Vec3 n = p.cwiseQuotient(by); n.squaredNorm() > shortest_squared) return {inside, unit(n)};
-  // On the plane of two longer axes, deep within: along the shortest.
-  Vec3 n = Vec3::Zero();
-  int axis = 0;
-  a.minCoeff(&axis);
-  n[axis] = std::copysign(1.0, p[axis]);
-  return {inside, n};
+  Vec3 n = p.cwiseQuotient(by);
+  if (by.minCoeff() > 0 && n.squaredNorm() > shortest_squared) {
+    n = unit(n);
+  } else {  // on the plane of two longer axes, deep within: along the shortest
+    int axis = 0;
+    a.minCoeff(&axis);
+    n = Vec3::Unit(axis) * std::copysign(1.0, p[axis]);
+  }
+  const double distance = n.dot(p) - a.cwiseProduct(n).norm();
+  return {distance < -slack && p.cwiseQuotient(a).squaredNorm() < 1, n, distance};
 }
 
 WayOut from_hull(const Hull& hull, const Vec3& p, double slack) {
@@ -47,7 +48,7 @@ WayOut from_hull(const Hull& hull, const Vec3& p, double slack) {
   const Hull::Face* nearest = nullptr;
   for (const Hull::Face& face : hull.faces)
     if (const double above = face.normal.dot(p) - face.offset; above > most) most = above, nearest = &face;
-  return {most < -slack, nearest->normal};
+  return {most < -slack, nearest->normal, most};
 }
 
 double exit_of_box(const Vec3& half, const Vec3& p, const Vec3& d) {
@@ -124,7 +125,7 @@ std::optional<WayOut> way_out(const ConvexView& shape, const Vec3& p, double sla
     case ShapeKind::cylinder:
     case ShapeKind::cone: {
       const PointDistance d = point_distance(shape, p);
-      return WayOut{d.signed_distance < -slack, d.normal};
+      return WayOut{d.signed_distance < -slack, d.normal, d.signed_distance};
     }
     case ShapeKind::ellipsoid:
       return from_ellipsoid(radii_of(shape), p, slack);

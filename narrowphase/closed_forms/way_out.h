@@ -1,5 +1,5 @@
-// A point and a bounded convex shape of any kind: on which side of the surface it is, about which way leads there, and how
-// far the surface is along a direction. The way is to choose a direction by, which then says what it says exactly.
+// A point and a bounded convex shape of any kind: on which side of the surface it is, where the nearest point of that is, and
+// how far the surface is along a direction.
 #pragma once
 #include <optional>
 
@@ -9,8 +9,9 @@ namespace tandem {
 
 /// Where a point is.
 struct WayOut {
-  bool inside;  ///< of the surface, by more than the slack that was asked for
-  Vec3 normal;  ///< unit: from the surface to a point outside, towards it from a point inside, along the nearest way or so
+  bool inside;      ///< of the surface, by more than the slack that was asked for
+  Vec3 normal;      ///< unit, outward at the nearest point of the surface; of a hull, from outside, that of some face between
+  double distance;  ///< metres along it: negative inside
 };
 
 /// Of a point in the shape's frame; empty for kinds without, and for hulls that are flat or have more than 128 faces.

@@ -103,32 +103,36 @@ bool ConvexContacts::needs_more(const Vec3& corner, std::span<const std::uint32_
   return false;
 }
 
+// Where the way out of a corner is that of the triangle: the depth, as a solver would find it, well beyond rounding. `bound`
+// is that by a point of the triangle, and then the best by its corners, too.
+bool ConvexContacts::depth_by_corner(const Corners& p, TriangleBound& bound, PairAnswer& r) const {
+  if (!bound.known || bound.gap >= -tolerance::alike * pair_.size()) return false;
+  for (const Vec3& q : p) {
+    const TriangleBound own = pair_.bound(p, q);
+    if (!own.overlaps) continue;
+    if (own.is_depth) {
+      r.collide = true;
+      r.signed_distance = own.gap;
+      r.normal = own.normal;
+      r.point_a = q;
+      r.point_b = q + own.gap * own.normal;
+      return own.gap < -tolerance::alike * pair_.size();
+    }
+    if (own.gap > bound.gap || !bound.overlaps) bound = own;
+  }
+  return false;
+}
+
 // Is the least depth of a triangle that overlaps found for sure along no normal at which its neighbours let it push? From
 // a point of it inside the convex shape to where a line against its own normal leaves that, e away, both reach; along a
 // direction n these two need e cos(n, own normal) to come apart, more than what is known to suffice; else the same is
-// shown of its edges and corners each by itself. `along_plane`: the depth along its own normal. `bound` is that by the
-// triangle's middle, and then the best by its corners, too.
-bool ConvexContacts::cannot_push(std::uint32_t t, const Corners& p, double along_plane, TriangleBound& bound) const {
-  if (!bound.known || bound.gap >= 0) return false;
+// shown of its edges and corners each by itself. `along_plane`: the depth along its own normal.
+bool ConvexContacts::cannot_push(std::uint32_t t, double along_plane, const Corners& p,
+                                 const TriangleBound& bound) const {
   TriangleCones cones;
-  double exit = 0;
-  bool has_cones = false;
-  const auto consider = [&](const TriangleBound& by) {
-    if (!by.overlaps) return true;
-    bound.overlaps = true;
-    if (by.gap > bound.gap) bound.gap = by.gap, bound.normal = by.normal;
-    if (!has_cones && !(has_cones = cones.find(pair_.model(), t))) return false;
-    exit = std::max(exit, exit_length(by.point, cones.normal()));
-    return true;
-  };
-  const auto is_beyond = [&] { return exit * cones.least_cosine() > -bound.gap + 10 * pair_.slack(); };
-  if (!consider(TriangleBound(bound))) return false;
-  if (has_cones && is_beyond()) return true;
-  for (const Vec3& q : p)
-    if (!consider(pair_.bound(p, q))) return false;
-  if (!has_cones) return false;
-  if (is_beyond()) return true;
+  if (!bound.overlaps || !cones.find(pair_.model(), t)) return false;
   const double enough = -bound.gap + tolerance::flush * pair_.size();
+  if (exit_length(bound.point, cones.normal()) * cones.least_cosine() > enough) return true;
   if (!(along_plane > enough)) return false;
   for (const double sign : {1.0, -1.0}) {
     for (std::size_t k = 0; k < 3; ++k)
@@ -167,12 +171,18 @@ ConvexContacts::Apart ConvexContacts::find_contacts(std::uint32_t t, const Corne
   if (!is_known) {
     TriangleBound bound = pair_.bound(p);
     if (bound.gap > margin + pair_.slack()) return {bound.gap, bound.normal};
-    if (plane.flat && cannot_push(t, p, along_plane, bound)) {
+    is_known = plane.flat && depth_by_corner(p, bound, r);
+    if (is_known && !pushes(t, p, plane, r, {})) {
+      if (r.signed_distance < seen.near.signed_distance) seen.near = r;
+      append_along_plane(p, plane, r.normal, found);
+      return {r.signed_distance, r.normal};
+    }
+    if (!is_known && plane.flat && cannot_push(t, along_plane, p, bound)) {
       seen.unsolved.push_back({t, -bound.gap});
       append_along_plane(p, plane, bound.normal, found);
       return {bound.gap, bound.normal};
     }
-    r = pair_.solve(p, Request::contacts);
+    if (!is_known) r = pair_.solve(p, Request::contacts);
   }
   pair_.append_patch(p, {r.signed_distance, r.point_a, r.point_b, r.normal, 0}, found);
   if (r.signed_distance < seen.near.signed_distance) seen.near = r;

@@ -76,7 +76,8 @@ class ConvexContacts {
 
   Apart find_contacts(std::uint32_t t, const Corners& p, Seen& seen, std::vector<Contact>& found) const;
   void find_deepest(Seen& seen) const;
-  bool cannot_push(std::uint32_t t, const Corners& p, double along_plane, TriangleBound& bound) const;
+  bool depth_by_corner(const Corners& p, TriangleBound& bound, PairAnswer& r) const;
+  bool cannot_push(std::uint32_t t, double along_plane, const Corners& p, const TriangleBound& bound) const;
   double exit_length(const Vec3& q, const Vec3& n) const;
   bool needs_more(const Vec3& corner, std::span<const std::uint32_t> around, std::span<const Vec3> normals, double sign,
                   const Vec3& towards, double enough) const;

@@ -69,26 +69,50 @@ void MeshConvexPair::append_patch(const Corners& p, const LocalAnswer& answer, s
 }
 
 TriangleBound MeshConvexPair::bound(const Corners& p, const Vec3& point) const {
+  Vec3 on_surface;
+  return bound_by(p, point, on_surface);
+}
+
+// A point's way out of a convex shape is the distance to the nearest of its surface; one that takes the triangle out, too, is
+// the shortest for both.
+TriangleBound MeshConvexPair::bound_by(const Corners& p, const Vec3& point, Vec3& on_surface) const {
   if (view_.kind == ShapeKind::sphere) return {};
   const auto way = way_out(view_, turn_.rotation.transpose() * point, 10 * slack());
   if (!way) return {};
-  TriangleBound b{true, way->inside, point, -(turn_.rotation * way->normal)};
-  b.gap = support_plane(b.normal).beyond(p);
+  TriangleBound b{true, way->inside, false, point, -(turn_.rotation * way->normal)};
+  on_surface = point + way->distance * b.normal;
+  if (way->inside) {
+    const double top = std::max({b.normal.dot(p[0]), b.normal.dot(p[1]), b.normal.dot(p[2])}) - b.normal.dot(point);
+    b.is_depth = top <= 0;
+    b.gap = way->distance - std::max(0.0, top);
+  } else {
+    b.gap = support_plane(b.normal).beyond(p);
+  }
   return b;
 }
 
-// With an ellipsoid's radii as units that is a ball, and what is nearest to its middle says whether they touch.
 TriangleBound MeshConvexPair::bound(const Corners& p) const {
-  if (view_.kind != ShapeKind::ellipsoid) return bound(p, (p[0] + p[1] + p[2]) / 3);
-  const Vec3 radii{view_.param[0], view_.param[1], view_.param[2]};
-  const Mat3 to_own = turn_.rotation.transpose();
-  const Corners q{(to_own * p[0]).cwiseQuotient(radii), (to_own * p[1]).cwiseQuotient(radii),
-                  (to_own * p[2]).cwiseQuotient(radii)};
-  const Vec3 near = point_distance(TriangleView(q), Vec3::Zero()).nearest;
-  if (near.norm() < 1) return bound(p, turn_.rotation * near.cwiseProduct(radii));
-  TriangleBound b{true, false, turn_.rotation * near.cwiseProduct(radii), -(turn_.rotation * unit(near.cwiseQuotient(radii)))};
-  b.gap = support_plane(b.normal).beyond(p);
-  return b;
+  if (view_.kind == ShapeKind::ellipsoid) {
+    // With its radii as units it is a ball, and what is nearest to its middle says whether they touch.
+    const Vec3 radii{view_.param[0], view_.param[1], view_.param[2]};
+    const Mat3 to_own = turn_.rotation.transpose();
+    const Corners q{(to_own * p[0]).cwiseQuotient(radii), (to_own * p[1]).cwiseQuotient(radii),
+                    (to_own * p[2]).cwiseQuotient(radii)};
+    const Vec3 near = point_distance(TriangleView(q), Vec3::Zero()).nearest;
+    const Vec3 point = turn_.rotation * near.cwiseProduct(radii);
+    if (near.squaredNorm() < 1) return bound(p, point);
+    TriangleBound b{true, false, false, point, -(turn_.rotation * unit(near.cwiseQuotient(radii)))};
+    b.gap = support_plane(b.normal).beyond(p);
+    return b;
+  }
+  constexpr int steps = 2;  // alternating projections
+  Vec3 on_surface;
+  TriangleBound best = bound_by(p, (p[0] + p[1] + p[2]) / 3, on_surface);
+  for (int i = 0; i < steps && best.known && !best.overlaps && best.gap <= slack(); ++i) {
+    const TriangleBound next = bound_by(p, point_distance(TriangleView(p), on_surface).nearest, on_surface);
+    if (next.overlaps || next.gap > best.gap) best = next;
+  }
+  return best;
 }
 
 double MeshConvexPair::exit_length(const Vec3& point, const Vec3& d) const {

@@ -38,6 +38,8 @@ struct TrianglePlane {
 struct TriangleBound {
   bool known = false;     ///< else nothing is: the shape is of a kind without
   bool overlaps = false;  ///< for sure: the point is inside
+  /// The translation along the normal that takes the point out takes all of the triangle out: no shorter one does.
+  bool is_depth = false;
   Vec3 point = Vec3::Zero();
   Vec3 normal = Vec3::Zero();  ///< unit, towards the convex shape
   double gap = -infinity;      ///< along it, a lower bound of the distance; negative: minus the length of a way out
@@ -95,7 +97,8 @@ class MeshConvexPair {
   bool touches(const Corners& p, const TriangleBound& bound) const;
   /// By a point of the triangle, without iterations.
   TriangleBound bound(const Corners& p, const Vec3& point) const;
-  /// By its middle; of an ellipsoid by its point that is farthest inside.
+  /// By its middle, and where that leaves it open whether they overlap, by points on the way to the convex shape; of an
+  /// ellipsoid by the point that is farthest inside.
   TriangleBound bound(const Corners& p) const;
   /// How far it is out of the convex shape from a point that is inside, along d (unit).
   double exit_length(const Vec3& point, const Vec3& d) const;
@@ -155,6 +158,7 @@ class MeshConvexPair {
   bool inside() const;
 
  private:
+  TriangleBound bound_by(const Corners& p, const Vec3& point, Vec3& on_surface) const;
   Vec3 own_centre() const { return view_.hull != nullptr ? view_.hull->inside : Vec3(0, 0, 0); }
   BoxQuery query() const;
 
