@@ -120,8 +120,8 @@ void time_fcl(const MeshPair& pair, bool gap_too, Contestant& out, double& ns) {
   double gap = 0;
   ns = least_time([&] {
     ::fcl::CollisionResultd result;
-    contacts = ::fcl::collide(pair.fcl_mesh, home, pair.fcl_convex, at, ::fcl::CollisionRequestd(1'000'000, true),
-                              result);
+    contacts =
+        ::fcl::collide(pair.fcl_mesh, home, pair.fcl_convex, at, ::fcl::CollisionRequestd(1'000'000, true), result);
     if (contacts > 0 || !gap_too) return;
     ::fcl::DistanceResultd near;
     gap = ::fcl::distance(pair.fcl_mesh, home, pair.fcl_convex, at, ::fcl::DistanceRequestd(true), near);
@@ -168,8 +168,8 @@ Race race_class(const NamedShape& kind, const PairClass& c, const std::vector<Na
 void add_rows(const std::string& workload, std::size_t triangles, const Race& race, std::vector<Row>& rows) {
   for (const bool own : {true, false}) {
     const Contestant& who = own ? race.ours : race.fcl;
-    Row row{"round-meshes", workload, own ? "tandem" : "FCL, all contacts", 1, triangles, who.time, who.hash,
-            slowest(who.time)};
+    Row row{"round-meshes", workload,         own ? "tandem" : "FCL, all contacts", 1, triangles, who.time,
+            who.hash,       slowest(who.time)};
     row.more["contacts"] = who.contacts;
     row.more["touching"] = who.touching;
     if (own) {
@@ -189,8 +189,10 @@ void pairs_bench(const Settings& settings, std::vector<Row>& rows) {
   fmt::print("Contacts with meshes (");
   for (const NamedShape& mesh : meshes) fmt::print("{} {}, ", mesh.name, mesh.shape.triangles().size());
   fmt::print(
-      "triangles),\n{} poses each; microseconds of the thread, means, medians and the worst pair.\nratio: FCL's time over"
-      " ours, of sums; then pair by pair the median and p10.\n\n| convex | class | ours | median | worst | FCL | median |"
+      "triangles),\n{} poses each; microseconds of the thread, means, medians and the worst pair.\nratio: FCL's time "
+      "over"
+      " ours, of sums; then pair by pair the median and p10.\n\n| convex | class | ours | median | worst | FCL | "
+      "median |"
       " worst | ratio | pairs | touching, FCL's | contacts, FCL's | hash |\n"
       "|---|---|--:|--:|--:|--:|--:|--:|--:|---|---|---|---|\n",
       poses);
@@ -202,11 +204,13 @@ void pairs_bench(const Settings& settings, std::vector<Row>& rows) {
       if (!settings.kinds.empty() && std::none_of(settings.kinds.begin(), settings.kinds.end(), is_asked_for)) continue;
       const Race race = race_class(kind, c, meshes, fcl_meshes, poses);
       const Samples &ours = race.ours.time, &fcl = race.fcl.time;
-      fmt::print("| {} | {} | {:.1f} | {:.1f} | {:.0f} | {:.1f} | {:.1f} | {:.0f} | {:.2f} | {:.1f} ({:.1f}) | {}, {} | {}, {} | {} |\n",
-                 kind.name, c.name, ours.mean() / 1000, ours.median() / 1000, ours.quantile(1) / 1000,
-                 fcl.mean() / 1000, fcl.median() / 1000, fcl.quantile(1) / 1000, fcl.mean() / ours.mean(),
-                 race.ratio.median(), race.ratio.quantile(0.1), race.ours.touching, race.fcl.touching,
-                 race.ours.contacts, race.fcl.contacts, hex(race.ours.hash));
+      fmt::print(
+          "| {} | {} | {:.1f} | {:.1f} | {:.0f} | {:.1f} | {:.1f} | {:.0f} | {:.2f} | {:.1f} ({:.1f}) | {}, {} | {}, "
+          "{} | {} |\n",
+          kind.name, c.name, ours.mean() / 1000, ours.median() / 1000, ours.quantile(1) / 1000, fcl.mean() / 1000,
+          fcl.median() / 1000, fcl.quantile(1) / 1000, fcl.mean() / ours.mean(), race.ratio.median(),
+          race.ratio.quantile(0.1), race.ours.touching, race.fcl.touching, race.ours.contacts, race.fcl.contacts,
+          hex(race.ours.hash));
       std::fflush(stdout);
       add_rows(workload, meshes.front().shape.triangles().size(), race, rows);
     }

@@ -139,8 +139,7 @@ Scene falling_mixed_scene(std::size_t bodies) {
     body.shape = ids[(i * 7 + z) % ids.size()];  // no columns or rows of one kind
     body.pose.rotation = random.rotation();
     body.pose.translation =
-        room * Vec3(static_cast<double>(x), static_cast<double>(y), static_cast<double>(z) + 0.5) +
-        random.vec(0, 0.1);
+        room * Vec3(static_cast<double>(x), static_cast<double>(y), static_cast<double>(z) + 0.5) + random.vec(0, 0.1);
     scene.add_body(body);
   }
   return scene;

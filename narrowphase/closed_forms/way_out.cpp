@@ -16,8 +16,8 @@ constexpr std::size_t most_faces = 128;
 Vec3 radii_of(const ConvexView& v) { return {v.param[0], v.param[1], v.param[2]}; }
 
 // The nearest point x of the ellipsoid has p - x = t a^-2 x, so x_i = a_i^2 p_i / (t + a_i^2); t is the one root above
-// -min a_i^2 of a convex falling function, to which Newton's method climbs from where one term alone is 1 (Eberly, Distance
-// from a point to an ellipse, an ellipsoid or a hyperellipsoid, 2013).
+// -min a_i^2 of a convex falling function, to which Newton's method climbs from where one term alone is 1 (Eberly,
+// Distance from a point to an ellipse, an ellipsoid or a hyperellipsoid, 2013).
 WayOut from_ellipsoid(const Vec3& a, const Vec3& p, double slack) {
   constexpr int most_steps = 64;
   const Vec3 a2 = a.cwiseProduct(a), ap = a.cwiseProduct(p);
@@ -66,8 +66,7 @@ double last_root(double a, double b, double c) {
 }
 
 double exit_of_disc(double radius, const Vec3& p, const Vec3& d) {
-  return last_root(d[0] * d[0] + d[1] * d[1], p[0] * d[0] + p[1] * d[1],
-                   p[0] * p[0] + p[1] * p[1] - radius * radius);
+  return last_root(d[0] * d[0] + d[1] * d[1], p[0] * d[0] + p[1] * d[1], p[0] * p[0] + p[1] * p[1] - radius * radius);
 }
 
 double exit_of_cylinder(double radius, double half, const Vec3& p, const Vec3& d) {
@@ -76,8 +75,8 @@ double exit_of_cylinder(double radius, double half, const Vec3& p, const Vec3& d
   return length;
 }
 
-// Of the double cone about the apex the first root ahead is the way out: from inside the lower half the line meets that,
-// or the base, before the upper one.
+// Of the double cone about the apex the first root ahead is the way out: from inside the lower half the line meets
+// that, or the base, before the upper one.
 double exit_of_cone(double radius, double length, const Vec3& p, const Vec3& d) {
   const double h = 0.5 * length, slope = radius / length, down = h - p[2], fall = -d[2];
   double out = d[2] < 0 ? (h + p[2]) / -d[2] : infinity;

@@ -1,5 +1,5 @@
-// A point and a bounded convex shape of any kind: on which side of the surface it is, where the nearest point of that is, and
-// how far the surface is along a direction.
+// A point and a bounded convex shape of any kind: on which side of the surface it is, where the nearest point of that
+// is, and how far the surface is along a direction.
 #pragma once
 #include <optional>
 
@@ -10,7 +10,8 @@ namespace tandem {
 /// Where a point is.
 struct WayOut {
   bool inside;      ///< of the surface, by more than the slack that was asked for
-  Vec3 normal;      ///< unit, outward at the nearest point of the surface; of a hull, from outside, that of some face between
+  Vec3 normal;      ///< unit, outward at the nearest point of the surface; of a hull, from outside, that of some face
+                    ///< between
   double distance;  ///< metres along it: negative inside
 };
 

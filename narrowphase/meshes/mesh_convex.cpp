@@ -140,8 +140,8 @@ class MeshConvex {
     return with_points(search.answer());
   }
 
-  // The first translation found that separates, for an overlap of which no bound is asked: off the deepest triangle, along
-  // the contacts' normals, beyond what is in the way, out of the hull.
+  // The first translation found that separates, for an overlap of which no bound is asked: off the deepest triangle,
+  // along the contacts' normals, beyond what is in the way, out of the hull.
   PairAnswer some_translation(const PairAnswer& near, std::span<const Contact> contacts) const {
     ConvexInMesh overlapping(pair_);
     SeparationSearch search(overlapping, {.normal = near.normal});
@@ -210,7 +210,7 @@ class MeshConvex {
     if (pair_.options().mesh_bounds || contacts.empty()) return false;
     const Contact& c = *std::max_element(contacts.begin(), contacts.end(),
                                          [](const Contact& x, const Contact& y) { return x.depth < y.depth; });
-    return c.depth > 0 && !pair_.moved((c.depth + 10 * pair_.slack()) * c.normal).collide();
+    return c.depth > 0 && !pair_.moved((c.depth + 10 * pair_.slack()) * c.normal).collide({&c.normal, 1});
   }
 
   // Of two that are apart by `near`: no contact is nearer, and one is as near.
@@ -277,7 +277,8 @@ class MeshConvex {
   // Do the two collide with the convex shape moved (world axes)?
   bool collide_moved(const Vec3& move) const {
     const Pose& pose = pair_.posed_convex().pose;
-    return pair_.placed({pose.rotation, pose.translation + move}).collide();
+    const Vec3 along = pair_.mesh().pose.rotation.transpose() * unit(move, move.norm());
+    return pair_.placed({pose.rotation, pose.translation + move}).collide({&along, 1});
   }
 
   const MeshConvexPair& pair_;

@@ -73,13 +73,13 @@ double ConvexContacts::exit_length(const Vec3& q, const Vec3& n) const {
   return pair_.model().solid ? down : std::min(down, pair_.exit_length(q, n));
 }
 
-// Is the depth along all directions of a cone, spanned by normals times a sign, more than `enough`? That of a corner and the
-// vertices around it, which reach no farther along these, is a convex function h of n, the support of all of them - convex
-// shape; a point g of that, from a support along some direction, has h(n) >= g . n, which over the cone is least along one
-// of the normals. From the one nearest to where the depth is small, `towards` (unit), on to the normal that speaks against
-// the last g (Frank and Wolfe, 1956).
-bool ConvexContacts::needs_more(const Vec3& corner, std::span<const std::uint32_t> around, std::span<const Vec3> normals,
-                                double sign, const Vec3& towards, double enough) const {
+// Is the depth along all directions of a cone, spanned by normals times a sign, more than `enough`? That of a corner
+// and the vertices around it, which reach no farther along these, is a convex function h of n, the support of all of
+// them - convex shape; a point g of that, from a support along some direction, has h(n) >= g . n, which over the cone
+// is least along one of the normals. From the one nearest to where the depth is small, `towards` (unit), on to the
+// normal that speaks against the last g (Frank and Wolfe, 1956).
+bool ConvexContacts::needs_more(const Vec3& corner, std::span<const std::uint32_t> around,
+                                std::span<const Vec3> normals, double sign, const Vec3& towards, double enough) const {
   constexpr int steps = 4;
   const auto along = [&](const Vec3& d) {
     return [&](const Vec3& x, const Vec3& y) { return sign * d.dot(x) < sign * d.dot(y); };
@@ -103,8 +103,8 @@ bool ConvexContacts::needs_more(const Vec3& corner, std::span<const std::uint32_
   return false;
 }
 
-// Where the way out of a corner is that of the triangle: the depth, as a solver would find it, well beyond rounding. `bound`
-// is that by a point of the triangle, and then the best by its corners, too.
+// Where the way out of a corner is that of the triangle: the depth, as a solver would find it, well beyond rounding.
+// `bound` is that by a point of the triangle, and then the best by its corners, too.
 bool ConvexContacts::depth_by_corner(const Corners& p, TriangleBound& bound, PairAnswer& r) const {
   if (!bound.known || bound.gap >= -tolerance::alike * pair_.size()) return false;
   for (const Vec3& q : p) {
@@ -123,10 +123,10 @@ bool ConvexContacts::depth_by_corner(const Corners& p, TriangleBound& bound, Pai
   return false;
 }
 
-// Is the least depth of a triangle that overlaps found for sure along no normal at which its neighbours let it push? From
-// a point of it inside the convex shape to where a line against its own normal leaves that, e away, both reach; along a
-// direction n these two need e cos(n, own normal) to come apart, more than what is known to suffice; else the same is
-// shown of its edges and corners each by itself. `along_plane`: the depth along its own normal.
+// Is the least depth of a triangle that overlaps found for sure along no normal at which its neighbours let it push?
+// From a point of it inside the convex shape to where a line against its own normal leaves that, e away, both reach;
+// along a direction n these two need e cos(n, own normal) to come apart, more than what is known to suffice; else the
+// same is shown of its edges and corners each by itself. `along_plane`: the depth along its own normal.
 bool ConvexContacts::cannot_push(std::uint32_t t, double along_plane, const Corners& p,
                                  const TriangleBound& bound) const {
   TriangleCones cones;
@@ -225,18 +225,15 @@ void ConvexContacts::find_deepest(Seen& seen) const {
 
 void ConvexContacts::find(PairAnswer& near, TriangleContacts& all) const {
   const double margin = pair_.options().margin;
-  // What keeps it from one triangle keeps it from others near that.
-  std::array<SupportPlane, 4> clear;
-  std::size_t next = 0;
+  ClearPlanes clear;
   Seen seen{near};
   std::vector<Contact> found;
   pair_.each_near(margin, [&](std::uint32_t t) {
     const Corners p = pair_.corners(t);
-    for (const SupportPlane& known : clear)
-      if (known.beyond(p) > margin + pair_.slack()) return false;
+    if (clear.separate(p, margin + pair_.slack())) return false;
     const Apart apart = find_contacts(t, p, seen, found);
     all.add(t, found);
-    if (apart.gap > margin && !apart.normal.isZero()) clear[next++ % clear.size()] = pair_.support_plane(apart.normal);
+    if (apart.gap > margin && !apart.normal.isZero()) clear.add(pair_.support_plane(apart.normal));
     return false;
   });
   find_deepest(seen);

@@ -27,11 +27,11 @@ class TriangleCones {
   const Vec3& normal() const { return normal_; }  ///< the triangle's own, unit
   /// Of the angle between that and any direction in the cones, at most; with something to spare for rounding.
   double least_cosine() const { return least_cosine_; }
-  /// Unit, about corner k; the first is the triangle's own, the first two are those on both sides of edge k, which leads
-  /// from corner k to the next.
+  /// Unit, about corner k; the first is the triangle's own, the first two are those on both sides of edge k, which
+  /// leads from corner k to the next.
   std::span<const Vec3> normals(std::size_t k) const { return std::span(normals_[k]).first(count_[k]); }
-  /// Vertices about corner k, none of which reaches farther than that along a direction of its normal cone; the first two
-  /// are the edge's end and the one across it.
+  /// Vertices about corner k, none of which reaches farther than that along a direction of its normal cone; the first
+  /// two are the edge's end and the one across it.
   std::span<const std::uint32_t> around(std::size_t k) const { return std::span(around_[k]).first(count_[k]); }
 
  private:

@@ -73,8 +73,8 @@ TriangleBound MeshConvexPair::bound(const Corners& p, const Vec3& point) const {
   return bound_by(p, point, on_surface);
 }
 
-// A point's way out of a convex shape is the distance to the nearest of its surface; one that takes the triangle out, too, is
-// the shortest for both.
+// A point's way out of a convex shape is the distance to the nearest of its surface; one that takes the triangle out,
+// too, is the shortest for both.
 TriangleBound MeshConvexPair::bound_by(const Corners& p, const Vec3& point, Vec3& on_surface) const {
   if (view_.kind == ShapeKind::sphere) return {};
   const auto way = way_out(view_, turn_.rotation.transpose() * point, 10 * slack());
@@ -120,19 +120,29 @@ double MeshConvexPair::exit_length(const Vec3& point, const Vec3& d) const {
   return tandem::exit_length(view_, to_own * point, to_own * d);
 }
 
-bool MeshConvexPair::touches(const Corners& p, const TriangleBound& bound) const {
+bool MeshConvexPair::touches(const Corners& p, const TriangleBound& bound, Vec3* apart_along) const {
   if (bound.overlaps) return true;
-  if (bound.gap > slack()) return false;
+  const auto apart = [&](const Vec3& n) {
+    if (apart_along != nullptr) *apart_along = n;
+    return false;
+  };
+  if (bound.gap > slack()) return apart(bound.normal);
   if (view_.kind != ShapeKind::sphere) {
-    if (plane_gap(p) > slack()) return false;
+    const TrianglePlane plane = plane_of(p);
+    if (gap_along(plane) > slack())
+      return apart(plane.normal.dot(mid_) > plane.high ? plane.normal : Vec3(-plane.normal));
     if (view_.kind == ShapeKind::box) {
       const double gap = box_gap(p);
       if (std::abs(gap) > slack()) return gap < 0;
     }
   }
-  if (view_.kind == ShapeKind::sphere || view_.kind == ShapeKind::box)
-    return solve(p, Request::distance).signed_distance <= 0;
-  return solve(p, Request::collide).collide;
+  if (view_.kind == ShapeKind::sphere || view_.kind == ShapeKind::box) {
+    const PairAnswer r = solve(p, Request::distance);
+    return r.signed_distance <= 0 || apart(r.normal);
+  }
+  if (solve(p, Request::collide).collide) return true;
+  // For contacts the search ends where they are known to be beyond the margin.
+  return apart_along != nullptr && apart(solve(p, Request::contacts).normal);
 }
 
 // Along 13 axes (Akenine-Moeller, Fast 3D triangle-box overlap testing, 2001).
@@ -161,21 +171,17 @@ double MeshConvexPair::box_gap(const Corners& p) const {
   return std::max(gap, plane.flat ? gap_along(plane) : std::max(0.0, gap_along(plane)));
 }
 
-bool MeshConvexPair::collide() const {
+bool MeshConvexPair::collide(std::span<const Vec3> towards) const {
   bool hit = false;
-  SupportPlane clear;
+  ClearPlanes clear;
+  for (const Vec3& n : towards) clear.add(support_plane(n));
   query().each_near(0, [&](std::uint32_t t) {
     const Corners p = corners(t);
-    if (clear.beyond(p) > slack()) return false;
-    const TriangleBound known = bound(p);
-    // What keeps it from this triangle keeps it from its neighbours as well, more often than not.
-    if (known.gap > slack()) {
-      clear = support_plane(known.normal);
-      return false;
-    }
-    if (touches(p, known)) return hit = true;
-    if (view_.kind != ShapeKind::box) clear = support_plane(solve(p, Request::distance).normal);
-    return false;
+    if (clear.separate(p, slack())) return false;
+    Vec3 apart_along = Vec3::Zero();
+    hit = touches(p, bound(p), &apart_along);
+    if (!apart_along.isZero(0)) clear.add(support_plane(apart_along));
+    return hit;
   });
   return hit || inside();
 }

@@ -1,6 +1,8 @@
 // A mesh and a bounded convex shape, triangle by triangle: which come near it, which touch it, the nearest.
 #pragma once
 #include <algorithm>
+#include <array>
+#include <span>
 #include <tuple>
 #include <vector>
 
@@ -24,6 +26,20 @@ struct SupportPlane {
   double beyond(const Corners& p) const {
     return low - std::max({normal.dot(p[0]), normal.dot(p[1]), normal.dot(p[2])});
   }
+};
+
+/// The last few planes that kept triangles apart from the convex shape: each keeps others near its own apart as well,
+/// more often than not.
+class ClearPlanes {
+ public:
+  void add(const SupportPlane& plane) { planes_[next_++ % planes_.size()] = plane; }
+  bool separate(const Corners& p, double gap) const {
+    return std::any_of(planes_.begin(), planes_.end(), [&](const SupportPlane& s) { return s.beyond(p) > gap; });
+  }
+
+ private:
+  std::array<SupportPlane, 4> planes_;
+  std::size_t next_ = 0;
 };
 
 /// A triangle along its normal. That of a sliver may be any direction, for rounding: what is said of heights holds
@@ -93,8 +109,9 @@ class MeshConvexPair {
   // ---- One triangle
 
   PairAnswer solve(const Corners& p, Request request) const;
-  bool touches(const Corners& p) const { return touches(p, bound(p)); }
-  bool touches(const Corners& p, const TriangleBound& bound) const;
+  bool touches(const Corners& p) const { return touches(p, bound(p), nullptr); }
+  /// `apart_along`: set to a normal (unit, towards the convex shape) along which they are apart, where one was found.
+  bool touches(const Corners& p, const TriangleBound& bound, Vec3* apart_along) const;
   /// By a point of the triangle, without iterations.
   TriangleBound bound(const Corners& p, const Vec3& point) const;
   /// By its middle, and where that leaves it open whether they overlap, by points on the way to the convex shape; of an
@@ -146,7 +163,8 @@ class MeshConvexPair {
     query().each_near(margin, visit);
   }
 
-  bool collide() const;
+  /// `towards`: normals (unit, towards the convex shape) along which it may lie clear of many triangles.
+  bool collide(std::span<const Vec3> towards = {}) const;
 
   /// The nearest triangle's answer; any that overlaps will do. Of none within `cutoff` (metres) an infinite distance.
   PairAnswer nearest(double cutoff = infinity) const;
