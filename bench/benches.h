@@ -53,6 +53,8 @@ std::vector<Row> grains_bench(const Settings& settings);
 std::vector<Row> steps_bench(const Settings& settings);
 /// A sheet of cloth that folds onto a ball and itself: new vertices and pairs of triangles, beside FCL's updates.
 std::vector<Row> cloth_bench(const Settings& settings);
+/// Contacts of convex shapes with meshes of 6,000 triangles, beside FCL's; steps of bodies of all kinds.
+std::vector<Row> round_meshes_bench(const Settings& settings);
 /// What it calls its worlds.
 std::vector<std::string> broadphase_scenes();
 

@@ -180,6 +180,15 @@ void add_cloth(CLI::App& program) {
   app->add_option("--steps", o->steps, "steps of the motion; default: 24");
 }
 
+void add_round_meshes(CLI::App& program) {
+  const auto [app, o] = add(program, "round-meshes",
+                            "contacts of convex shapes with meshes of 6,000 triangles, beside FCL", round_meshes_bench);
+  app->add_option("--kind", o->kinds, "convex shapes, as cone, or rows, as 'cone deep', a comma between them, or steps alone; default: all");
+  app->add_option("--poses", o->poses, "poses of each pair of shapes and class; default: 40");
+  app->add_option("--bodies", o->bodies, "bodies of the steps; default: 1000");
+  app->add_option("--steps", o->steps, "timed steps; default: 20");
+}
+
 #ifdef TANDEM_HAS_FCL_ADAPTER
 void add_fcl(CLI::App& program) {
   const auto [app, o] = add(program, "fcl", "tandem::fcl's broad-phase manager beside FCL's managers", fcl_bench);
@@ -237,6 +246,7 @@ int run_program(int count, char** arguments) {
   add_grains(program);
   add_steps(program);
   add_cloth(program);
+  add_round_meshes(program);
 #ifdef TANDEM_HAS_FCL_ADAPTER
   add_fcl(program);
 #endif

@@ -36,9 +36,11 @@ class MeshConvex {
     const std::size_t first = out.size();
     PairAnswer near;
     near.signed_distance = infinity;
-    contacts_.gather(infinity, near, out);
+    TriangleContacts all;
+    contacts_.find(near, all);
+    contacts_.append_patches(all, infinity, out);
     pair_.decide(near);
-    if (near.signed_distance <= 0) return contacts_of_overlap(near, first, out);
+    if (near.signed_distance <= 0) return contacts_of_overlap(near, all, first, out);
     // Where the shape lies inside, the gaps that were found are to the wrong side of the surface.
     if (pair_.inside()) {
       out.resize(first);
@@ -83,6 +85,7 @@ class MeshConvex {
       const double along_normal =
           n.isZero() ? infinity : std::min(n.dot(pair_.support(n)) - plane.low, plane.high - n.dot(pair_.support(-n)));
       if (-clear.beyond(p) <= certain || along_normal <= certain) return false;
+      if (const TriangleBound bound = pair_.bound(p); bound.known && -bound.gap <= certain) return false;
       if (pair_.convex().kind == ShapeKind::box && pair_.box_gap(p) > 0) return false;
       const PairAnswer r = pair_.solve(p, Request::distance);
       if (r.signed_distance > 0) return false;
@@ -137,6 +140,27 @@ class MeshConvex {
     return with_points(search.answer());
   }
 
+  // The first translation found that separates, for an overlap of which no bound is asked: off the deepest triangle,
+  // along the contacts' normals, beyond what is in the way, out of the hull.
+  PairAnswer some_translation(const PairAnswer& near, std::span<const Contact> contacts) const {
+    ConvexInMesh overlapping(pair_);
+    SeparationSearch search(overlapping, {.normal = near.normal});
+    const auto found = [&] { return std::isfinite(search.known.length); };
+    search.along(near.normal);
+    std::vector<Vec3> tried{near.normal};
+    constexpr std::size_t most_directions = 5;
+    for (const Contact& c : contacts) {
+      if (found() || tried.size() == most_directions) break;
+      if (std::any_of(tried.begin(), tried.end(), [&](const Vec3& o) { return o.dot(c.normal) > 0.95; })) continue;
+      tried.push_back(c.normal);
+      search.along(c.normal);
+    }
+    if (!found()) search.beyond_obstacles();
+    if (!found() && pair_.model().hull().dimension == 3) search.along(normal_of_hull());
+    if (!found()) leave_bounds(search.known);
+    return with_points(search.answer());
+  }
+
   // What separates it from the mesh's hull.
   Vec3 normal_of_hull() const {
     const Posed &mesh = pair_.mesh(), convex = pair_.posed_convex();
@@ -181,6 +205,14 @@ class MeshConvex {
     return deepest;
   }
 
+  // Where no bound is asked for: does moving by the deepest contact separate?
+  bool deepest_separates(std::span<const Contact> contacts) const {
+    if (pair_.options().mesh_bounds || contacts.empty()) return false;
+    const Contact& c = *std::max_element(contacts.begin(), contacts.end(),
+                                         [](const Contact& x, const Contact& y) { return x.depth < y.depth; });
+    return c.depth > 0 && !pair_.moved((c.depth + 10 * pair_.slack()) * c.normal).collide({&c.normal, 1});
+  }
+
   // Of two that are apart by `near`: no contact is nearer, and one is as near.
   PairAnswer contacts_of_gap(const PairAnswer& near, std::size_t first, std::vector<Contact>& out) const {
     if (near.signed_distance > margin_) {
@@ -201,22 +233,24 @@ class MeshConvex {
   // Of triangles that overlap, the deepest by `near`: no shorter translation separates. Where a contact is that deep
   // and none is deeper, moving by it is tried; else the translation that separates is looked for, and what is deeper
   // than that does not push.
-  PairAnswer contacts_of_overlap(const PairAnswer& near, std::size_t first, std::vector<Contact>& out) const {
+  PairAnswer contacts_of_overlap(const PairAnswer& near, const TriangleContacts& all, std::size_t first,
+                                 std::vector<Contact>& out) const {
     const auto deepest = [&] { return deepest_of(std::span(out).subspan(first)); };
     double certain = -near.signed_distance, shortest = infinity;
     const double slack = 10 * pair_.slack() + tolerance::no_shorter * certain;
     const auto find_shortest = [&] {
-      const PairAnswer translation = depth(pair_.nearest());
+      const PairAnswer translation =
+          pair_.options().mesh_bounds ? depth(near) : some_translation(near, std::span(out).subspan(first));
       shortest = -translation.signed_distance;
-      certain = std::max(certain, shortest - translation.error_bound);
+      if (pair_.options().mesh_bounds) certain = std::max(certain, shortest - translation.error_bound);
       return translation;
     };
-    if (!(std::abs(deepest() - certain) <= slack)) {
+    const bool deeper = deepest() > certain + slack;
+    if (!(std::abs(deepest() - certain) <= slack) && !(deeper && deepest_separates(std::span(out).subspan(first)))) {
       const PairAnswer translation = find_shortest();
       if (deepest() > shortest + slack) {
         out.resize(first);
-        PairAnswer again = near;
-        contacts_.gather(shortest + slack, again, out);
+        contacts_.append_patches(all, shortest + slack, out);
       }
       if (!(deepest() >= certain - slack)) out.push_back(contact_of(translation));
     }
@@ -226,12 +260,12 @@ class MeshConvex {
     const double depth = -answer.signed_distance;
     bool separates = true;
     if (pair_.size() == 0) return answer;  // two points in one place: any translation separates
-    if (pair_.options().mesh_bounds) {
-      separates = !collide_moved((depth + 10 * pair_.slack()) * answer.normal);
-      if (!separates && std::isinf(shortest)) find_shortest();
-    } else if (std::isinf(shortest)) {
+    if (!pair_.options().mesh_bounds) {
       answer.status = Status::unproven;
+      return answer;
     }
+    separates = !collide_moved((depth + 10 * pair_.slack()) * answer.normal);
+    if (!separates && std::isinf(shortest)) find_shortest();
     const double off = std::max(depth - certain, std::isinf(shortest) ? 0.0 : shortest - depth);
     if (off > certain_within * pair_.size() || !separates) {
       answer.status = Status::inexact;
@@ -243,7 +277,8 @@ class MeshConvex {
   // Do the two collide with the convex shape moved (world axes)?
   bool collide_moved(const Vec3& move) const {
     const Pose& pose = pair_.posed_convex().pose;
-    return pair_.placed({pose.rotation, pose.translation + move}).collide();
+    const Vec3 along = pair_.mesh().pose.rotation.transpose() * unit(move, move.norm());
+    return pair_.placed({pose.rotation, pose.translation + move}).collide({&along, 1});
   }
 
   const MeshConvexPair& pair_;

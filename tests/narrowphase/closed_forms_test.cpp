@@ -1,4 +1,5 @@
 #include "closed_forms/closed_forms.h"
+#include "closed_forms/way_out.h"
 
 #include <cmath>
 
@@ -131,4 +132,33 @@ TEST_CASE("capsules that cross, parallel but for rounding: the points are as far
     const PairAnswer answer = NarrowPhase().solve(a, pose, b, at, Request::distance);
     REQUIRE((answer.point_b - answer.point_a - answer.signed_distance * answer.normal).norm() <= 1e-14);
   }
+}
+
+TEST_CASE("the way out of a point is as long as the least along any direction, and a line leaves where the surface is") {
+  Random r(8);
+  for (const ShapeKind kind : {ShapeKind::box, ShapeKind::capsule, ShapeKind::cylinder, ShapeKind::cone,
+                               ShapeKind::ellipsoid, ShapeKind::convex})
+    for (int i = 0; i < 200; ++i) {
+      const Shape shape = random_shape(kind, r);
+      const ConvexView v = view(shape);
+      const auto support = [&](const Vec3& n) { return n.dot(core_support(v, n)) + core_radius(v); };
+      // Between the middle and a point of the surface.
+      const Vec3 edge = core_support(v, r.direction());
+      const Vec3 p = core_centre(v) + r.in(0, 0.99) * (edge - core_centre(v));
+      CAPTURE(name(kind), i);
+      const auto way = way_out(v, p, 1e-9);
+      if (!way) continue;  // a flat hull
+      CHECK(way->inside);
+      CHECK(way->normal.norm() == Approx(1));
+      CHECK(std::abs(support(way->normal) - way->normal.dot(p) + way->distance) < 1e-12);
+      for (int k = 0; k < 50; ++k) {
+        const Vec3 d = r.direction();
+        CHECK(support(d) - d.dot(p) >= -way->distance - 1e-12);
+        const Vec3 out = p + exit_length(v, p, d) * d;
+        CHECK(std::abs(way_out(v, out, 0)->distance) < 1e-9);
+        const auto beyond = way_out(v, out + 0.1 * d, 0);
+        CHECK(!beyond->inside);
+        CHECK(support(beyond->normal) - beyond->normal.dot(out + 0.1 * d) <= 1e-12);
+      }
+    }
 }

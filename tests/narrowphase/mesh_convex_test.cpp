@@ -656,3 +656,28 @@ TEST_CASE("a point in a solid leaves it by the nearest way") {
   }
   CHECK(inside > 200);
 }
+
+TEST_CASE("without bounds most of the deepest contacts of a convex shape with a mesh are a way out") {
+  Random r(31);
+  const NarrowPhase quick({.mesh_bounds = false});
+  int deep = 0, separated = 0;
+  Mesh mesh = torus(1, 0.4, 24, 16);
+  mesh.solid = true;
+  const Shape ring(mesh);
+  for (const Shape& convex : convex_shapes())
+    for (int i = 0; i < 30; ++i) {
+      const Vec3 out = r.direction();
+      const Pose at{r.rotation(), r.in(0.5, 1.3) * Vec3(out.x(), out.y(), 0.2 * out.z())};
+      std::vector<Contact> contacts;
+      const PairAnswer a = quick.solve(ring, Pose{}, convex, at, Request::contacts, &contacts);
+      CAPTURE(name(convex.kind()), i);
+      CHECK(a.collide == collide(ring, Pose{}, convex, at));
+      if (!a.collide || contacts.empty() || a.signed_distance > -1e-6) continue;
+      ++deep;
+      for (const Contact& c : contacts) CHECK(c.depth <= -a.signed_distance);
+      if (!collide(ring, Pose{}, convex, moved(at, (1e-9 - a.signed_distance) * a.normal))) ++separated;
+    }
+  CHECK(deep > 100);
+  // A deepest contact that is as deep as the deepest triangle is taken without a look at what else is in the way.
+  CHECK(separated > 0.6 * deep);
+}

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 
 #include "closed_forms/closed_forms.h"
 #include "meshes/contacts/normal_cone.h"
@@ -65,32 +66,100 @@ bool ConvexContacts::pushes(std::uint32_t t, const Corners& p, const TrianglePla
   return in_normal_cone(model, t, answer.normal, pair_.in_mesh(answer.point_a), slack);
 }
 
-// Adds the triangle's contacts but those deeper than `limit`; `near` is the nearest triangle's answer. `room`: what it
-// holds stays as it is.
-ConvexContacts::Apart ConvexContacts::add_contacts(std::uint32_t t, const Corners& p, double limit, PairAnswer& near,
-                                                   PatchCollector& patches, std::vector<Contact>& room) const {
-  const std::size_t first = room.size();
-  const Apart apart = find_contacts(t, p, near, room, first);
-  const auto is_too_deep = [&](const Contact& c) { return c.depth > limit; };
-  room.erase(std::remove_if(room.begin() + static_cast<std::ptrdiff_t>(first), room.end(), is_too_deep), room.end());
-  if (room.size() > first) patches.add(t, std::span<const Contact>(room).subspan(first));
-  room.resize(first);
-  return apart;
+// How far it is from a point inside the convex shape to its surface against n (unit); of a mesh that is no solid, which
+// may push to either side, the shorter way of both.
+double ConvexContacts::exit_length(const Vec3& q, const Vec3& n) const {
+  const double down = pair_.exit_length(q, -n);
+  return pair_.model().solid ? down : std::min(down, pair_.exit_length(q, n));
 }
 
-// The triangle's contacts, appended to `found`, which holds `first` of others.
-ConvexContacts::Apart ConvexContacts::find_contacts(std::uint32_t t, const Corners& p, PairAnswer& near,
-                                                    std::vector<Contact>& found, std::size_t first) const {
+// Is the depth along all directions of a cone, spanned by normals times a sign, more than `enough`? That of a corner
+// and the vertices around it, which reach no farther along these, is a convex function h of n, the support of all of
+// them - convex shape; a point g of that, from a support along some direction, has h(n) >= g . n, which over the cone
+// is least along one of the normals. From the one nearest to where the depth is small, `towards` (unit), on to the
+// normal that speaks against the last g (Frank and Wolfe, 1956).
+bool ConvexContacts::needs_more(const Vec3& corner, std::span<const std::uint32_t> around,
+                                std::span<const Vec3> normals, double sign, const Vec3& towards, double enough) const {
+  constexpr int steps = 4;
+  const auto along = [&](const Vec3& d) {
+    return [&](const Vec3& x, const Vec3& y) { return sign * d.dot(x) < sign * d.dot(y); };
+  };
+  Vec3 n = sign * *std::max_element(normals.begin(), normals.end(), along(towards));
+  for (int i = 0; i < steps; ++i) {
+    const Vec3 d = unit(n), low = pair_.support(-d);
+    Vec3 g = corner - low;
+    for (const std::uint32_t v : around)
+      if (const Vec3 other = pair_.vertex(v) - low; d.dot(other) > d.dot(g)) g = other;
+    if (!(d.dot(g) > enough)) return false;
+    const Vec3 against = sign * *std::min_element(normals.begin(), normals.end(), along(g));
+    if (against.dot(g) > enough) return true;
+    const Vec3 way = against - n;
+    const double length2 = way.squaredNorm();
+    if (!(length2 > 0)) return false;
+    const double step = std::clamp((towards - n).dot(way) / length2, 0.0, 1.0);
+    if (!(step > 0.01)) return false;
+    n += step * way;
+  }
+  return false;
+}
+
+// Where the way out of a corner is that of the triangle: the depth, as a solver would find it, well beyond rounding.
+// `bound` is that by a point of the triangle, and then the best by its corners, too.
+bool ConvexContacts::depth_by_corner(const Corners& p, TriangleBound& bound, PairAnswer& r) const {
+  if (!bound.known || bound.gap >= -tolerance::alike * pair_.size()) return false;
+  for (const Vec3& q : p) {
+    const TriangleBound own = pair_.bound(p, q);
+    if (!own.overlaps) continue;
+    if (own.is_depth) {
+      r.collide = true;
+      r.signed_distance = own.gap;
+      r.normal = own.normal;
+      r.point_a = q;
+      r.point_b = q + own.gap * own.normal;
+      return own.gap < -tolerance::alike * pair_.size();
+    }
+    if (own.gap > bound.gap || !bound.overlaps) bound = own;
+  }
+  return false;
+}
+
+// Is the least depth of a triangle that overlaps found for sure along no normal at which its neighbours let it push?
+// From a point of it inside the convex shape to where a line against its own normal leaves that, e away, both reach;
+// along a direction n these two need e cos(n, own normal) to come apart, more than what is known to suffice; else the
+// same is shown of its edges and corners each by itself. `along_plane`: the depth along its own normal.
+bool ConvexContacts::cannot_push(std::uint32_t t, double along_plane, const Corners& p,
+                                 const TriangleBound& bound) const {
+  TriangleCones cones;
+  if (!bound.overlaps || !cones.find(pair_.model(), t)) return false;
+  const double enough = -bound.gap + tolerance::flush * pair_.size();
+  if (exit_length(bound.point, cones.normal()) * cones.least_cosine() > enough) return true;
+  if (!(along_plane > enough)) return false;
+  for (const double sign : {1.0, -1.0}) {
+    for (std::size_t k = 0; k < 3; ++k)
+      if (!needs_more(p[k], cones.around(k).first(2), cones.normals(k).first(2), sign, bound.normal, enough) ||
+          !needs_more(p[k], cones.around(k), cones.normals(k), sign, bound.normal, enough))
+        return false;
+    if (pair_.model().solid) break;
+  }
+  return true;
+}
+
+// The triangle's contacts, in the place of what `found` held.
+ConvexContacts::Apart ConvexContacts::find_contacts(std::uint32_t t, const Corners& p, Seen& seen,
+                                                    std::vector<Contact>& found) const {
+  found.clear();
   const double margin = pair_.options().margin;
   const TrianglePlane plane = pair_.plane_of(p);
   if (const double gap = pair_.box_gap_along(plane); gap > margin) return {gap};
   PairAnswer r;
   bool is_known = false;
+  double along_plane = 0;
   if (plane.flat) {
     const Vec3 n = plane.normal.dot(pair_.centre() - p[0]) < 0 ? Vec3(-plane.normal) : plane.normal;
     const Vec3 deepest = pair_.support(-n);
     const double depth = n.dot(p[0] - deepest);
     if (depth < -margin) return {-depth};
+    along_plane = depth;
     is_known = pair_.convex().kind != ShapeKind::sphere && depth_is_along(n, p, deepest, depth);
     if (is_known) {
       r.signed_distance = -depth;
@@ -99,13 +168,28 @@ ConvexContacts::Apart ConvexContacts::find_contacts(std::uint32_t t, const Corne
       r.point_b = deepest;
     }
   }
-  if (!is_known) r = pair_.solve(p, Request::contacts);
+  if (!is_known) {
+    TriangleBound bound = pair_.bound(p);
+    if (bound.gap > margin + pair_.slack()) return {bound.gap, bound.normal};
+    is_known = plane.flat && depth_by_corner(p, bound, r);
+    if (is_known && !pushes(t, p, plane, r, {})) {
+      if (r.signed_distance < seen.near.signed_distance) seen.near = r;
+      append_along_plane(p, plane, r.normal, found);
+      return {r.signed_distance, r.normal};
+    }
+    if (!is_known && plane.flat && cannot_push(t, along_plane, p, bound)) {
+      seen.unsolved.push_back({t, -bound.gap});
+      append_along_plane(p, plane, bound.normal, found);
+      return {bound.gap, bound.normal};
+    }
+    if (!is_known) r = pair_.solve(p, Request::contacts);
+  }
   pair_.append_patch(p, {r.signed_distance, r.point_a, r.point_b, r.normal, 0}, found);
-  if (r.signed_distance < near.signed_distance) near = r;
+  if (r.signed_distance < seen.near.signed_distance) seen.near = r;
   const Apart apart{r.signed_distance, r.normal};
-  if (found.size() == first || pushes(t, p, plane, r, std::span<const Contact>(found).subspan(first))) return apart;
+  if (found.empty() || pushes(t, p, plane, r, found)) return apart;
   // Its neighbours lie there. What the face bears counts of what has gone through it.
-  found.resize(first);
+  found.clear();
   if (plane.flat && r.signed_distance < -tolerance::alike * pair_.size()) append_along_plane(p, plane, r.normal, found);
   return apart;
 }
@@ -128,20 +212,42 @@ void ConvexContacts::append_along_plane(const Corners& p, const TrianglePlane& p
   found.erase(std::remove_if(found.begin() + static_cast<std::ptrdiff_t>(first), found.end(), is_made_up), found.end());
 }
 
-void ConvexContacts::gather(double limit, PairAnswer& near, std::vector<Contact>& out) const {
+// Of the triangles for which no answer was asked those that may be deeper than all others.
+void ConvexContacts::find_deepest(Seen& seen) const {
+  std::sort(seen.unsolved.begin(), seen.unsolved.end(),
+            [](const Unsolved& x, const Unsolved& y) { return x.depth != y.depth ? x.depth > y.depth : x.t < y.t; });
+  for (const Unsolved& u : seen.unsolved) {
+    if (u.depth <= -seen.near.signed_distance) break;
+    const PairAnswer r = pair_.solve(pair_.corners(u.t), Request::distance);
+    if (r.signed_distance < seen.near.signed_distance) seen.near = r;
+  }
+}
+
+void ConvexContacts::find(PairAnswer& near, TriangleContacts& all) const {
   const double margin = pair_.options().margin;
-  PatchCollector patches(pair_.size(), pair_.options().limit);
-  const std::size_t first = out.size();
-  // What keeps it from one triangle keeps it from others near that.
-  std::array<SupportPlane, 4> clear;
-  std::size_t next = 0;
+  ClearPlanes clear;
+  Seen seen{near};
+  std::vector<Contact> found;
   pair_.each_near(margin, [&](std::uint32_t t) {
     const Corners p = pair_.corners(t);
-    for (const SupportPlane& known : clear)
-      if (known.beyond(p) > margin + pair_.slack()) return false;
-    const Apart apart = add_contacts(t, p, limit, near, patches, out);
-    if (apart.gap > margin && !apart.normal.isZero()) clear[next++ % clear.size()] = pair_.support_plane(apart.normal);
+    if (clear.separate(p, margin + pair_.slack())) return false;
+    const Apart apart = find_contacts(t, p, seen, found);
+    all.add(t, found);
+    if (apart.gap > margin && !apart.normal.isZero()) clear.add(pair_.support_plane(apart.normal));
     return false;
+  });
+  find_deepest(seen);
+}
+
+void ConvexContacts::append_patches(const TriangleContacts& all, double limit, std::vector<Contact>& out) const {
+  PatchCollector patches(pair_.size(), pair_.options().limit);
+  const std::size_t first = out.size();
+  std::vector<Contact> kept;
+  all.each([&](std::uint32_t t, std::span<const Contact> contacts) {
+    kept.clear();
+    std::copy_if(contacts.begin(), contacts.end(), std::back_inserter(kept),
+                 [&](const Contact& c) { return !(c.depth > limit); });
+    patches.add(t, kept);
   });
   patches.finish(pair_.centre(), pair_.model().solid, out);
   for (Contact& c : std::span(out).subspan(first)) c.depth = std::max(c.depth, -margin_);

@@ -1,5 +1,9 @@
 // Contacts of a mesh and a bounded convex shape: those of each triangle that comes near, gathered into patches.
 #pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory_resource>
 #include <span>
 #include <vector>
 
@@ -8,14 +12,49 @@
 
 namespace tandem {
 
+/// Contacts of triangles, one triangle after the other.
+class TriangleContacts {
+ public:
+  TriangleContacts() = default;
+  TriangleContacts(const TriangleContacts&) = delete;
+  TriangleContacts& operator=(const TriangleContacts&) = delete;
+
+  void add(std::uint32_t t, std::span<const Contact> contacts) {
+    if (contacts.empty()) return;
+    runs_.push_back({t, static_cast<std::uint32_t>(contacts.size())});
+    contacts_.insert(contacts_.end(), contacts.begin(), contacts.end());
+  }
+  /// Calls visit(t, contacts) for each triangle, as added.
+  template <class Visit>
+  void each(Visit&& visit) const {
+    std::span<const Contact> left = contacts_;
+    for (const Run& run : runs_) {
+      visit(run.triangle, left.first(run.count));
+      left = left.subspan(run.count);
+    }
+  }
+
+ private:
+  struct Run {
+    std::uint32_t triangle, count;
+  };
+  alignas(std::max_align_t) std::array<std::byte, 8192> usual_;  // enough but for very many triangles
+  std::pmr::monotonic_buffer_resource memory_{usual_.data(), usual_.size()};
+  std::pmr::vector<Contact> contacts_{&memory_};
+  std::pmr::vector<Run> runs_{&memory_};
+};
+
 class ConvexContacts {
  public:
   /// `margin`: gaps up to this are contacts; the pair's options hold it widened by rounding.
   ConvexContacts(const MeshConvexPair& pair, double margin) : pair_(pair), margin_(margin) {}
 
-  /// Appends those of all triangles, in the pair's coordinates, but what is deeper than `limit`; `near` is the answer
-  /// of the nearest triangle within the margin, if that is nearer than what it was.
-  void gather(double limit, PairAnswer& near, std::vector<Contact>& out) const;
+  /// Those of all triangles, in the pair's coordinates; `near` is the answer of the nearest triangle within the margin,
+  /// if that is nearer than what it was.
+  void find(PairAnswer& near, TriangleContacts& all) const;
+
+  /// Appends what is kept of their patches, without what is deeper than `limit`.
+  void append_patches(const TriangleContacts& all, double limit, std::vector<Contact>& out) const;
 
  private:
   /// How far apart a triangle and the convex shape are known to be, and along which normal; zero where that is its own.
@@ -24,10 +63,24 @@ class ConvexContacts {
     Vec3 normal = Vec3::Zero();
   };
 
-  Apart add_contacts(std::uint32_t t, const Corners& p, double limit, PairAnswer& near, PatchCollector& patches,
-                     std::vector<Contact>& room) const;
-  Apart find_contacts(std::uint32_t t, const Corners& p, PairAnswer& near, std::vector<Contact>& found,
-                      std::size_t first) const;
+  /// A triangle that overlaps, for which no answer was asked: its depth is at most this.
+  struct Unsolved {
+    std::uint32_t t;
+    double depth;
+  };
+  /// What is known of the triangles so far: the answer of the nearest, and those of which it is not asked yet.
+  struct Seen {
+    PairAnswer& near;
+    std::vector<Unsolved> unsolved{};
+  };
+
+  Apart find_contacts(std::uint32_t t, const Corners& p, Seen& seen, std::vector<Contact>& found) const;
+  void find_deepest(Seen& seen) const;
+  bool depth_by_corner(const Corners& p, TriangleBound& bound, PairAnswer& r) const;
+  bool cannot_push(std::uint32_t t, double along_plane, const Corners& p, const TriangleBound& bound) const;
+  double exit_length(const Vec3& q, const Vec3& n) const;
+  bool needs_more(const Vec3& corner, std::span<const std::uint32_t> around, std::span<const Vec3> normals, double sign,
+                  const Vec3& towards, double enough) const;
   bool depth_is_along(const Vec3& n, const Corners& p, const Vec3& deepest, double depth) const;
   bool pushes(std::uint32_t t, const Corners& p, const TrianglePlane& plane, const PairAnswer& answer,
               std::span<const Contact> points) const;

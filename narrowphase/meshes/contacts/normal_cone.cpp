@@ -12,6 +12,17 @@ namespace {
 using tolerance::flush;              // sine of an angle that is none
 constexpr int most_neighbours = 64;  // about a corner
 
+// False for slivers: beyond these `flush` is a small part of an angle.
+bool normal_of(const MeshModel& mesh, std::uint32_t t, Vec3& n) {
+  constexpr double sliver = 2e-3;  // twice the area over the longest side's square
+  const auto p = mesh.corners(t);
+  const Vec3 u = p[1] - p[0], v = p[2] - p[0], area = u.cross(v);
+  const double length = area.norm();
+  if (!(length > sliver * std::max({u.squaredNorm(), v.squaredNorm(), (v - u).squaredNorm()}))) return false;
+  n = area / length;
+  return true;
+}
+
 }  // namespace
 
 // From edge to edge about the corner, both ways round.
@@ -36,6 +47,36 @@ bool has_higher_neighbour(const MeshModel& mesh, std::uint32_t t, std::size_t k,
     }
   }
   return false;
+}
+
+bool TriangleCones::find(const MeshModel& mesh, std::uint32_t t) {
+  constexpr double spare = 1e-3;
+  least_cosine_ = 1;
+  if (!normal_of(mesh, t, normal_)) return false;
+  for (std::size_t k = 0; k < 3; ++k)
+    if (!go_around(mesh, t, k)) return false;
+  least_cosine_ -= spare;
+  return true;
+}
+
+// From edge k of t about its first corner back to t.
+bool TriangleCones::go_around(const MeshModel& mesh, std::uint32_t t, std::size_t k) {
+  std::array<Vec3, most_>& normals = normals_[k];
+  std::size_t& count = count_[k];
+  normals[0] = normal_;
+  around_[k][0] = mesh.triangles[t][(k + 1) % 3];
+  count = 1;
+  const std::uint32_t corner = mesh.triangles[t][k];
+  for (std::uint32_t at = mesh.neighbours[t][k]; at != t;) {
+    if (at == no_index || count == most_ || !normal_of(mesh, at, normals[count])) return false;
+    least_cosine_ = std::min(least_cosine_, normal_.dot(normals[count]));
+    const auto& next = mesh.triangles[at];
+    const auto c = static_cast<std::size_t>(std::find(next.begin(), next.end(), corner) - next.begin());
+    if (c == 3) return false;
+    around_[k][count++] = next[(c + 1) % 3];
+    at = mesh.neighbours[at][c];
+  }
+  return true;
 }
 
 bool in_normal_cone(const MeshModel& mesh, std::uint32_t t, const Vec3& n, const Vec3& at, double slack) {

@@ -1,5 +1,9 @@
 // The normal cone of a surface about a point of it: the directions along which a contact there pushes.
 #pragma once
+#include <array>
+#include <cstdint>
+#include <span>
+
 #include "shapes/mesh_model.h"
 
 namespace tandem {
@@ -12,5 +16,34 @@ bool in_normal_cone(const MeshModel& mesh, std::uint32_t t, const Vec3& n, const
 
 /// Does a triangle around corner k of t reach farther along n than that corner?
 bool has_higher_neighbour(const MeshModel& mesh, std::uint32_t t, std::size_t k, const Vec3& n);
+
+/// What holds the normal cones of a triangle's edges and corners: cones spanned by the normals of the triangles about
+/// each.
+class TriangleCones {
+ public:
+  /// False where they are not known: at borders and slivers.
+  bool find(const MeshModel& mesh, std::uint32_t t);
+
+  const Vec3& normal() const { return normal_; }  ///< the triangle's own, unit
+  /// Of the angle between that and any direction in the cones, at most; with something to spare for rounding.
+  double least_cosine() const { return least_cosine_; }
+  /// Unit, about corner k; the first is the triangle's own, the first two are those on both sides of edge k, which
+  /// leads from corner k to the next.
+  std::span<const Vec3> normals(std::size_t k) const { return std::span(normals_[k]).first(count_[k]); }
+  /// Vertices about corner k, none of which reaches farther than that along a direction of its normal cone; the first
+  /// two are the edge's end and the one across it.
+  std::span<const std::uint32_t> around(std::size_t k) const { return std::span(around_[k]).first(count_[k]); }
+
+ private:
+  static constexpr std::size_t most_ = 64;
+
+  bool go_around(const MeshModel& mesh, std::uint32_t t, std::size_t k);
+
+  Vec3 normal_;
+  double least_cosine_;
+  std::array<std::array<Vec3, most_>, 3> normals_;
+  std::array<std::array<std::uint32_t, most_>, 3> around_;
+  std::array<std::size_t, 3> count_;
+};
 
 }  // namespace tandem

@@ -67,6 +67,7 @@ bool ConvexInMesh::separating_planes(const Vec3& at, double reach, std::vector<C
     const Corners p = there.corners(t);
     if (std::any_of(known.begin(), known.end(), [&](const Known& k) { return k.plane.beyond(p) >= k.gap; }))
       return false;
+    if (const TriangleBound bound = there.bound(p); bound.gap > reach) return false;
     const PairAnswer r = there.solve(p, Request::distance);
     if (r.signed_distance > reach) return false;
     const SupportPlane own = there.support_plane(r.normal);

@@ -12,7 +12,10 @@ class ConvexInMesh final : public OverlappingPair {
  public:
   explicit ConvexInMesh(const MeshConvexPair& pair);
 
-  bool collide(const Vec3& move) const override { return pair_.moved(move).collide(); }
+  bool collide(const Vec3& move) const override {
+    const Vec3 along = unit(move, move.norm());
+    return pair_.moved(move).collide({&along, 1});
+  }
   bool is_free(const Vec3& move) const override { return !collide(farther(move)); }
   double free_length(const Vec3& direction, const Separation& known) const override;
   bool add_constraints(const Vec3& at, LocalConstraints& constraints) const override;

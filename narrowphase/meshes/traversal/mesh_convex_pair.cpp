@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "closed_forms/closed_forms.h"
+#include "closed_forms/way_out.h"
 #include "manifold/manifold.h"
 #include "meshes/traversal/point_in_mesh.h"
 #include "pairs/convex_pair.h"
@@ -11,7 +12,6 @@
 #include "shapes/shape_insides.h"
 
 namespace tandem {
-
 MeshConvexPair::MeshConvexPair(const Posed& mesh, const Posed& convex, const NarrowPhaseOptions& options)
     : mesh_(mesh),
       convex_shape_(convex.shape),
@@ -68,17 +68,81 @@ void MeshConvexPair::append_patch(const Corners& p, const LocalAnswer& answer, s
                   whole);
 }
 
-bool MeshConvexPair::touches(const Corners& p) const {
+TriangleBound MeshConvexPair::bound(const Corners& p, const Vec3& point) const {
+  Vec3 on_surface;
+  return bound_by(p, point, on_surface);
+}
+
+// A point's way out of a convex shape is the distance to the nearest of its surface; one that takes the triangle out,
+// too, is the shortest for both.
+TriangleBound MeshConvexPair::bound_by(const Corners& p, const Vec3& point, Vec3& on_surface) const {
+  if (view_.kind == ShapeKind::sphere) return {};
+  const auto way = way_out(view_, turn_.rotation.transpose() * point, 10 * slack());
+  if (!way) return {};
+  TriangleBound b{true, way->inside, false, point, -(turn_.rotation * way->normal)};
+  on_surface = point + way->distance * b.normal;
+  if (way->inside) {
+    const double top = std::max({b.normal.dot(p[0]), b.normal.dot(p[1]), b.normal.dot(p[2])}) - b.normal.dot(point);
+    b.is_depth = top <= 0;
+    b.gap = way->distance - std::max(0.0, top);
+  } else {
+    b.gap = support_plane(b.normal).beyond(p);
+  }
+  return b;
+}
+
+TriangleBound MeshConvexPair::bound(const Corners& p) const {
+  if (view_.kind == ShapeKind::ellipsoid) {
+    // With its radii as units it is a ball, and what is nearest to its middle says whether they touch.
+    const Vec3 radii{view_.param[0], view_.param[1], view_.param[2]};
+    const Mat3 to_own = turn_.rotation.transpose();
+    const Corners q{(to_own * p[0]).cwiseQuotient(radii), (to_own * p[1]).cwiseQuotient(radii),
+                    (to_own * p[2]).cwiseQuotient(radii)};
+    const Vec3 near = point_distance(TriangleView(q), Vec3::Zero()).nearest;
+    const Vec3 point = turn_.rotation * near.cwiseProduct(radii);
+    if (near.squaredNorm() < 1) return bound(p, point);
+    TriangleBound b{true, false, false, point, -(turn_.rotation * unit(near.cwiseQuotient(radii)))};
+    b.gap = support_plane(b.normal).beyond(p);
+    return b;
+  }
+  constexpr int steps = 2;  // alternating projections
+  Vec3 on_surface;
+  TriangleBound best = bound_by(p, (p[0] + p[1] + p[2]) / 3, on_surface);
+  for (int i = 0; i < steps && best.known && !best.overlaps && best.gap <= slack(); ++i) {
+    const TriangleBound next = bound_by(p, point_distance(TriangleView(p), on_surface).nearest, on_surface);
+    if (next.overlaps || next.gap > best.gap) best = next;
+  }
+  return best;
+}
+
+double MeshConvexPair::exit_length(const Vec3& point, const Vec3& d) const {
+  const Mat3 to_own = turn_.rotation.transpose();
+  return tandem::exit_length(view_, to_own * point, to_own * d);
+}
+
+bool MeshConvexPair::touches(const Corners& p, const TriangleBound& bound, Vec3* apart_along) const {
+  if (bound.overlaps) return true;
+  const auto apart = [&](const Vec3& n) {
+    if (apart_along != nullptr) *apart_along = n;
+    return false;
+  };
+  if (bound.gap > slack()) return apart(bound.normal);
   if (view_.kind != ShapeKind::sphere) {
-    if (plane_gap(p) > slack()) return false;
+    const TrianglePlane plane = plane_of(p);
+    if (gap_along(plane) > slack())
+      return apart(plane.normal.dot(mid_) > plane.high ? plane.normal : Vec3(-plane.normal));
     if (view_.kind == ShapeKind::box) {
       const double gap = box_gap(p);
       if (std::abs(gap) > slack()) return gap < 0;
     }
   }
-  if (view_.kind == ShapeKind::sphere || view_.kind == ShapeKind::box)
-    return solve(p, Request::distance).signed_distance <= 0;
-  return solve(p, Request::collide).collide;
+  if (view_.kind == ShapeKind::sphere || view_.kind == ShapeKind::box) {
+    const PairAnswer r = solve(p, Request::distance);
+    return r.signed_distance <= 0 || apart(r.normal);
+  }
+  if (solve(p, Request::collide).collide) return true;
+  // For contacts the search ends where they are known to be beyond the margin.
+  return apart_along != nullptr && apart(solve(p, Request::contacts).normal);
 }
 
 // Along 13 axes (Akenine-Moeller, Fast 3D triangle-box overlap testing, 2001).
@@ -107,16 +171,17 @@ double MeshConvexPair::box_gap(const Corners& p) const {
   return std::max(gap, plane.flat ? gap_along(plane) : std::max(0.0, gap_along(plane)));
 }
 
-bool MeshConvexPair::collide() const {
+bool MeshConvexPair::collide(std::span<const Vec3> towards) const {
   bool hit = false;
-  SupportPlane clear;
+  ClearPlanes clear;
+  for (const Vec3& n : towards) clear.add(support_plane(n));
   query().each_near(0, [&](std::uint32_t t) {
     const Corners p = corners(t);
-    if (clear.beyond(p) > slack()) return false;
-    if (touches(p)) return hit = true;
-    // What keeps it from this triangle keeps it from its neighbours as well, more often than not.
-    if (view_.kind != ShapeKind::box) clear = support_plane(solve(p, Request::distance).normal);
-    return false;
+    if (clear.separate(p, slack())) return false;
+    Vec3 apart_along = Vec3::Zero();
+    hit = touches(p, bound(p), &apart_along);
+    if (!apart_along.isZero(0)) clear.add(support_plane(apart_along));
+    return hit;
   });
   return hit || inside();
 }
@@ -132,6 +197,7 @@ PairAnswer MeshConvexPair::nearest(double cutoff) const {
     const Corners p = corners(t);
     const double interest = std::min(best.signed_distance, within) + slack();
     if (clear.beyond(p) > interest || plane_gap(p) > interest) return interest;
+    if (bound(p).gap > interest) return interest;
     // Of triangles equally near the first by index: whatever order they are found in, it is the same one.
     const PairAnswer r = solve(p, Request::distance);
     if (r.signed_distance < best.signed_distance || (r.signed_distance == best.signed_distance && t < nearest)) {

@@ -1,6 +1,8 @@
 // A mesh and a bounded convex shape, triangle by triangle: which come near it, which touch it, the nearest.
 #pragma once
 #include <algorithm>
+#include <array>
+#include <span>
 #include <tuple>
 #include <vector>
 
@@ -26,12 +28,37 @@ struct SupportPlane {
   }
 };
 
+/// The last few planes that kept triangles apart from the convex shape: each keeps others near its own apart as well,
+/// more often than not.
+class ClearPlanes {
+ public:
+  void add(const SupportPlane& plane) { planes_[next_++ % planes_.size()] = plane; }
+  bool separate(const Corners& p, double gap) const {
+    return std::any_of(planes_.begin(), planes_.end(), [&](const SupportPlane& s) { return s.beyond(p) > gap; });
+  }
+
+ private:
+  std::array<SupportPlane, 4> planes_;
+  std::size_t next_ = 0;
+};
+
 /// A triangle along its normal. That of a sliver may be any direction, for rounding: what is said of heights holds
 /// along whichever direction it is, what is said of a plane only where it is `flat`, all corners being at one height.
 struct TrianglePlane {
   Vec3 normal = Vec3::Zero();  ///< unit; zero where there is no area at all
   double low = -infinity, high = infinity;
   bool flat = false;
+};
+
+/// What a point of a triangle tells of it and the convex shape.
+struct TriangleBound {
+  bool known = false;     ///< else nothing is: the shape is of a kind without
+  bool overlaps = false;  ///< for sure: the point is inside
+  /// The translation along the normal that takes the point out takes all of the triangle out: no shorter one does.
+  bool is_depth = false;
+  Vec3 point = Vec3::Zero();
+  Vec3 normal = Vec3::Zero();  ///< unit, towards the convex shape
+  double gap = -infinity;      ///< along it, a lower bound of the distance; negative: minus the length of a way out
 };
 
 /// Everything is computed with the mesh's axes about the convex shape's origin: far from the origin of either frame,
@@ -82,7 +109,16 @@ class MeshConvexPair {
   // ---- One triangle
 
   PairAnswer solve(const Corners& p, Request request) const;
-  bool touches(const Corners& p) const;
+  bool touches(const Corners& p) const { return touches(p, bound(p), nullptr); }
+  /// `apart_along`: set to a normal (unit, towards the convex shape) along which they are apart, where one was found.
+  bool touches(const Corners& p, const TriangleBound& bound, Vec3* apart_along) const;
+  /// By a point of the triangle, without iterations.
+  TriangleBound bound(const Corners& p, const Vec3& point) const;
+  /// By its middle, and where that leaves it open whether they overlap, by points on the way to the convex shape; of an
+  /// ellipsoid by the point that is farthest inside.
+  TriangleBound bound(const Corners& p) const;
+  /// How far it is out of the convex shape from a point that is inside, along d (unit).
+  double exit_length(const Vec3& point, const Vec3& d) const;
 
   /// Appends all contacts of a triangle with this answer, not only those that span the patch.
   void append_patch(const Corners& p, const LocalAnswer& answer, std::vector<Contact>& contacts) const;
@@ -127,7 +163,8 @@ class MeshConvexPair {
     query().each_near(margin, visit);
   }
 
-  bool collide() const;
+  /// `towards`: normals (unit, towards the convex shape) along which it may lie clear of many triangles.
+  bool collide(std::span<const Vec3> towards = {}) const;
 
   /// The nearest triangle's answer; any that overlaps will do. Of none within `cutoff` (metres) an infinite distance.
   PairAnswer nearest(double cutoff = infinity) const;
@@ -139,6 +176,7 @@ class MeshConvexPair {
   bool inside() const;
 
  private:
+  TriangleBound bound_by(const Corners& p, const Vec3& point, Vec3& on_surface) const;
   Vec3 own_centre() const { return view_.hull != nullptr ? view_.hull->inside : Vec3(0, 0, 0); }
   BoxQuery query() const;
 

@@ -17,7 +17,7 @@ std::string_view name(Request request);
 enum class Status : std::uint8_t {
   ok,
   inexact,  ///< the tolerance could not be reached; error_bound says what was
-  /// Contacts of two meshes with NarrowPhaseOptions::mesh_bounds false: the depth is that of the deepest contact, and
+  /// Contacts with a mesh and NarrowPhaseOptions::mesh_bounds false: the depth is that of the deepest contact, and
   /// no bound on its error was asked for.
   unproven,
   /// NarrowPhaseOptions::limit was reached first: nothing is known, `collide` is false and error_bound infinite.

@@ -25,8 +25,8 @@ struct NarrowPhaseOptions {
   /// Request::contacts says of two meshes that are apart how far at least. False: it says 0, which saves up to a
   /// twelfth of the time of those that nearly touch.
   bool mesh_gaps = true;
-  /// Request::contacts proves of two meshes that collide that moving by the deepest contact separates them, replaces it
-  /// where that is not so, and bounds the error. False: Status::unproven; saves a yes/no and some distances of points a
+  /// Request::contacts proves of a mesh that moving by the deepest contact separates it from what it collides with, or
+  /// replaces that contact, and bounds the error. False: Status::unproven; saves a yes/no and some distances of points a
   /// pair, and hundredfold that of meshes deep in each other.
   bool mesh_bounds = true;
   /// Ends work on a pair before it is done (work_limit.h), from this thread or another; must outlive the queries. Null:

@@ -1,0 +1,156 @@
+#include "closed_forms/way_out.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "closed_forms/closed_forms.h"
+#include "shapes/hull.h"
+#include "shapes/unit_vector.h"
+#include "tolerances.h"
+
+namespace tandem {
+namespace {
+
+constexpr std::size_t most_faces = 128;
+
+Vec3 radii_of(const ConvexView& v) { return {v.param[0], v.param[1], v.param[2]}; }
+
+// The nearest point x of the ellipsoid has p - x = t a^-2 x, so x_i = a_i^2 p_i / (t + a_i^2); t is the one root above
+// -min a_i^2 of a convex falling function, to which Newton's method climbs from where one term alone is 1 (Eberly,
+// Distance from a point to an ellipse, an ellipsoid or a hyperellipsoid, 2013).
+WayOut from_ellipsoid(const Vec3& a, const Vec3& p, double slack) {
+  constexpr int most_steps = 64;
+  const Vec3 a2 = a.cwiseProduct(a), ap = a.cwiseProduct(p);
+  double t = (ap.cwiseAbs() - a2).maxCoeff();
+  for (int i = 0; i < most_steps; ++i) {
+    const Vec3 by = (t + a2.array()).matrix(), ratio = ap.cwiseQuotient(by);
+    if (!(by.minCoeff() > 0)) break;
+    const double f = ratio.squaredNorm() - 1, slope = -2 * ratio.cwiseProduct(ratio).cwiseQuotient(by).sum();
+    const double next = t - f / slope;
+    if (!(f > 0 && next > t)) break;
+    t = next;
+  }
+  const Vec3 by = (t + a2.array()).matrix();
+  Vec3 n = p.cwiseQuotient(by);
+  if (by.minCoeff() > 0 && n.squaredNorm() > shortest_squared) {
+    n = unit(n);
+  } else {  // on the plane of two longer axes, deep within: along the shortest
+    int axis = 0;
+    a.minCoeff(&axis);
+    n = Vec3::Unit(axis) * std::copysign(1.0, p[axis]);
+  }
+  const double distance = n.dot(p) - a.cwiseProduct(n).norm();
+  return {distance < -slack && p.cwiseQuotient(a).squaredNorm() < 1, n, distance};
+}
+
+WayOut from_hull(const Hull& hull, const Vec3& p, double slack) {
+  double most = -infinity;
+  const Hull::Face* nearest = nullptr;
+  for (const Hull::Face& face : hull.faces)
+    if (const double above = face.normal.dot(p) - face.offset; above > most) most = above, nearest = &face;
+  return {most < -slack, nearest->normal, most};
+}
+
+double exit_of_box(const Vec3& half, const Vec3& p, const Vec3& d) {
+  double length = infinity;
+  for (int i = 0; i < 3; ++i)
+    if (d[i] != 0) length = std::min(length, (half[i] - std::copysign(1.0, d[i]) * p[i]) / std::abs(d[i]));
+  return length;
+}
+
+/// The larger root of a s^2 + 2 b s + c = 0, a > 0 and c <= 0; none where a is 0.
+double last_root(double a, double b, double c) {
+  if (!(a > 0)) return infinity;
+  const double root = std::sqrt(std::max(0.0, b * b - a * c));
+  return b > 0 ? -c / (b + root) : (root - b) / a;
+}
+
+double exit_of_disc(double radius, const Vec3& p, const Vec3& d) {
+  return last_root(d[0] * d[0] + d[1] * d[1], p[0] * d[0] + p[1] * d[1], p[0] * p[0] + p[1] * p[1] - radius * radius);
+}
+
+double exit_of_cylinder(double radius, double half, const Vec3& p, const Vec3& d) {
+  double length = exit_of_disc(radius, p, d);
+  if (d[2] != 0) length = std::min(length, (half - std::copysign(1.0, d[2]) * p[2]) / std::abs(d[2]));
+  return length;
+}
+
+// Of the double cone about the apex the first root ahead is the way out: from inside the lower half the line meets
+// that, or the base, before the upper one.
+double exit_of_cone(double radius, double length, const Vec3& p, const Vec3& d) {
+  const double h = 0.5 * length, slope = radius / length, down = h - p[2], fall = -d[2];
+  double out = d[2] < 0 ? (h + p[2]) / -d[2] : infinity;
+  const double a = d[0] * d[0] + d[1] * d[1] - slope * slope * fall * fall;
+  const double b = p[0] * d[0] + p[1] * d[1] - slope * slope * down * fall;
+  const double c = std::min(0.0, p[0] * p[0] + p[1] * p[1] - slope * slope * down * down);
+  if (a > 0) {
+    out = std::min(out, last_root(a, b, c));
+  } else if (a < 0) {
+    // Steeper than the side: both roots on one side; up they are ahead, and the apex before the second.
+    if (const double det = b * b - a * c; fall < 0 && det >= 0) out = std::min(out, c / (-b - std::sqrt(det)));
+  } else if (b > 0) {
+    out = std::min(out, -c / (2 * b));
+  }
+  return std::max(0.0, out);
+}
+
+/// A point of a capsule leaves it where it leaves the last of the cylinder and the two balls.
+double exit_of_capsule(double radius, double half, const Vec3& p, const Vec3& d) {
+  double length = 0;
+  for (const double end : {-half, half}) {
+    const Vec3 q = p - Vec3(0, 0, end);
+    const double along = q.dot(d), det = along * along - (q.squaredNorm() - radius * radius);
+    if (det >= 0) length = std::max(length, std::sqrt(det) - along);
+  }
+  const double side = exit_of_disc(radius, p, d);
+  if (std::isfinite(side) && std::abs(p[2] + side * d[2]) <= half) length = std::max(length, side);
+  return length;
+}
+
+double exit_of_hull(const Hull& hull, const Vec3& p, const Vec3& d) {
+  double length = infinity;
+  for (const Hull::Face& face : hull.faces)
+    if (const double speed = face.normal.dot(d); speed > 0)
+      length = std::min(length, (face.offset - face.normal.dot(p)) / speed);
+  return length;
+}
+
+}  // namespace
+
+std::optional<WayOut> way_out(const ConvexView& shape, const Vec3& p, double slack) {
+  switch (shape.kind) {
+    case ShapeKind::box:
+    case ShapeKind::capsule:
+    case ShapeKind::cylinder:
+    case ShapeKind::cone: {
+      const PointDistance d = point_distance(shape, p);
+      return WayOut{d.signed_distance < -slack, d.normal, d.signed_distance};
+    }
+    case ShapeKind::ellipsoid:
+      return from_ellipsoid(radii_of(shape), p, slack);
+    default:
+      if (shape.hull == nullptr || shape.hull->dimension != 3 || shape.hull->faces.size() > most_faces) return {};
+      return from_hull(*shape.hull, p, slack);
+  }
+}
+
+double exit_length(const ConvexView& shape, const Vec3& p, const Vec3& d) {
+  switch (shape.kind) {
+    case ShapeKind::box:
+      return exit_of_box(radii_of(shape), p, d);
+    case ShapeKind::capsule:
+      return exit_of_capsule(shape.param[0], 0.5 * shape.param[1], p, d);
+    case ShapeKind::cylinder:
+      return exit_of_cylinder(shape.param[0], 0.5 * shape.param[1], p, d);
+    case ShapeKind::cone:
+      return exit_of_cone(shape.param[0], shape.param[1], p, d);
+    case ShapeKind::ellipsoid: {
+      const Vec3 a = radii_of(shape), q = p.cwiseQuotient(a), e = d.cwiseQuotient(a);
+      return std::max(0.0, last_root(e.squaredNorm(), q.dot(e), std::min(0.0, q.squaredNorm() - 1)));
+    }
+    default:
+      return exit_of_hull(*shape.hull, p, d);
+  }
+}
+
+}  // namespace tandem

@@ -1,0 +1,25 @@
+// A point and a bounded convex shape of any kind: on which side of the surface it is, where the nearest point of that
+// is, and how far the surface is along a direction.
+#pragma once
+#include <optional>
+
+#include "shapes/convex_view.h"
+
+namespace tandem {
+
+/// Where a point is.
+struct WayOut {
+  bool inside;      ///< of the surface, by more than the slack that was asked for
+  Vec3 normal;      ///< unit, outward at the nearest point of the surface; of a hull, from outside, that of some face
+                    ///< between
+  double distance;  ///< metres along it: negative inside
+};
+
+/// Of a point in the shape's frame; empty for kinds without, and for hulls that are flat or have more than 128 faces.
+/// `slack`: metres.
+std::optional<WayOut> way_out(const ConvexView& shape, const Vec3& p, double slack);
+
+/// How far it is from a point inside along d (unit) to the surface: a lower bound to rounding, of such a shape.
+double exit_length(const ConvexView& shape, const Vec3& p, const Vec3& d);
+
+}  // namespace tandem
