@@ -53,6 +53,8 @@ std::vector<Row> grains_bench(const Settings& settings);
 std::vector<Row> steps_bench(const Settings& settings);
 /// A sheet of cloth that folds onto a ball and itself: new vertices and pairs of triangles, beside FCL's updates.
 std::vector<Row> cloth_bench(const Settings& settings);
+/// Meshes of 10^3 to 5 * 10^6 triangles made ready for queries, beside Embree's hierarchies and FCL's.
+std::vector<Row> building_bench(const Settings& settings);
 /// What it calls its worlds.
 std::vector<std::string> broadphase_scenes();
 
