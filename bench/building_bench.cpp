@@ -130,12 +130,16 @@ void build_tandem(std::optional<Mesh>& spare, const Mesh& mesh, const PartRunner
   spare.reset();
 }
 
-std::vector<Task> tasks_of(const Mesh& mesh, std::optional<Mesh>& spare, [[maybe_unused]] std::vector<std::shared_ptr<void>>& held) {
-  const PartRunner at_once = [](std::size_t parts, const auto& part) { tbb::parallel_for(std::size_t{0}, parts, part); };
+std::vector<Task> tasks_of(const Mesh& mesh, std::optional<Mesh>& spare,
+                           [[maybe_unused]] std::vector<std::shared_ptr<void>>& held) {
+  const PartRunner at_once = [](std::size_t parts, const auto& part) {
+    tbb::parallel_for(std::size_t{0}, parts, part);
+  };
   std::vector<Task> tasks{{"tandem", 1, [&] { build_tandem(spare, mesh, {}); }},
                           {"tandem", 2, [&, at_once] { build_tandem(spare, mesh, at_once); }}};
 #ifdef TANDEM_HAS_EMBREE
-  for (const auto& [name, quality] : {std::pair("Embree, fast", RTC_BUILD_QUALITY_LOW), std::pair("Embree", RTC_BUILD_QUALITY_MEDIUM)})
+  for (const auto& [name, quality] :
+       {std::pair("Embree, fast", RTC_BUILD_QUALITY_LOW), std::pair("Embree", RTC_BUILD_QUALITY_MEDIUM)})
     for (const int threads : {1, 2}) {
       const auto builder = std::make_shared<EmbreeBuilder>(mesh, quality, threads);
       held.push_back(builder);
@@ -160,14 +164,15 @@ void measure(const std::string& workload, const Mesh& mesh, int repeat, std::vec
   const ShapeMemory memory = Shape(mesh).memory_by_part();
   const auto count = static_cast<double>(mesh.triangles.size());
   const auto bytes = [&](std::size_t all) { return static_cast<double>(all) / count; };
-  fmt::print("\n{}, {} triangles; bytes a triangle: {:.1f} (surface {:.1f}, adjacency {:.1f}, hierarchy {:.1f})\n", workload,
-             mesh.triangles.size(), bytes(memory.total()), bytes(memory.surface), bytes(memory.adjacency),
+  fmt::print("\n{}, {} triangles; bytes a triangle: {:.1f} (surface {:.1f}, adjacency {:.1f}, hierarchy {:.1f})\n",
+             workload, mesh.triangles.size(), bytes(memory.total()), bytes(memory.surface), bytes(memory.adjacency),
              bytes(memory.hierarchy));
-  fmt::print("{:16}{:>8}{:>12}{:>10}{:>10}{:>12}{:>14}{:>10}\n", "", "threads", "wall, ms", "p10", "p90", "cpu, ms", "ns a triangle", "ratio");
+  fmt::print("{:16}{:>8}{:>12}{:>10}{:>10}{:>12}{:>14}{:>10}\n", "", "threads", "wall, ms", "p10", "p90", "cpu, ms",
+             "ns a triangle", "ratio");
   for (const Task& t : tasks) {
-    fmt::print("{:16}{:8}{:12.2f}{:10.2f}{:10.2f}{:12.2f}{:14.1f}{:10.2f}\n", t.contestant, t.threads, t.wall.median() / 1e6,
-               t.wall.quantile(0.1) / 1e6, t.wall.quantile(0.9) / 1e6, t.cpu.median() / 1e6, t.cpu.median() / count,
-               t.cpu.median() / tasks[0].cpu.median());
+    fmt::print("{:16}{:8}{:12.2f}{:10.2f}{:10.2f}{:12.2f}{:14.1f}{:10.2f}\n", t.contestant, t.threads,
+               t.wall.median() / 1e6, t.wall.quantile(0.1) / 1e6, t.wall.quantile(0.9) / 1e6, t.cpu.median() / 1e6,
+               t.cpu.median() / count, t.cpu.median() / tasks[0].cpu.median());
     Row& row = rows.emplace_back();
     row.bench = "building";
     row.workload = workload;
@@ -184,9 +189,12 @@ void measure(const std::string& workload, const Mesh& mesh, int repeat, std::vec
 
 std::vector<Row> building_bench(const Settings& settings) {
   std::vector<std::size_t> sizes = settings.sizes;
-  if (sizes.empty()) sizes = settings.quick ? std::vector<std::size_t>{1'000, 20'000} : std::vector<std::size_t>{1'000, 10'000, 100'000, 1'000'000, 5'000'000};
+  if (sizes.empty())
+    sizes = settings.quick ? std::vector<std::size_t>{1'000, 20'000}
+                           : std::vector<std::size_t>{1'000, 10'000, 100'000, 1'000'000, 5'000'000};
   std::vector<Row> rows;
-  fmt::print("Meshes made ready for queries. cpu: of all threads together; ratio: of that, to tandem's on one thread\n");
+  fmt::print(
+      "Meshes made ready for queries. cpu: of all threads together; ratio: of that, to tandem's on one thread\n");
   for (const std::size_t size : sizes) {
     const int repeat = settings.repeat != 0 ? settings.repeat : size > 2'000'000 ? 3 : size > 200'000 ? 7 : 15;
     const Mesh mesh = torus(size);

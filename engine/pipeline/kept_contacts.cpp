@@ -168,8 +168,8 @@ bool KeptContacts::begin_step(const Scene& scene, ContactList& contacts, bool sa
     const Bounds box = shape.bounds({});
     const Vec3 centre = (box.lo + box.hi) / 2;
     const bool is_round = shape.kind() == ShapeKind::sphere;
-    balls_.push_back(
-        {shape.identity(), centre, centre.isZero(0), is_round, (box.hi - box.lo).norm() / 2, tolerance_ * shape.size()});
+    balls_.push_back({shape.identity(), centre, centre.isZero(0), is_round, (box.hi - box.lo).norm() / 2,
+                      tolerance_ * shape.size()});
   }
   return !all_asked_;
 }

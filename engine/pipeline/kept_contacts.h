@@ -213,7 +213,7 @@ class KeptContacts {
   // One a body:
   std::vector<Vec3> anchor_places_;  // where its rest began, see anchor(); apart, as a ball's rotation is not read
   std::vector<Mat3> anchor_rotations_;
-  std::vector<const void*> body_shapes_;            // as in Ball; null: no body
+  std::vector<const void*> body_shapes_;  // as in Ball; null: no body
   std::vector<double> reach_;
   std::vector<std::uint32_t> since_;    // step in which its rest began
   std::vector<std::uint32_t> changed_;  // step in which it got another shape

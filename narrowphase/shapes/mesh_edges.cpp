@@ -105,8 +105,8 @@ class SideLists {
 
   const MeshModel& mesh_;
   const std::vector<std::uint32_t>& first_;
-  std::vector<std::uint32_t> last_;            // of each vertex
-  UninitialisedList<std::uint32_t> before_;    // of each side, in its vertex's list
+  std::vector<std::uint32_t> last_;          // of each vertex
+  UninitialisedList<std::uint32_t> before_;  // of each side, in its vertex's list
 };
 
 // What edges say of a surface.
@@ -224,7 +224,8 @@ bool weld_seams(const MeshModel& mesh, const MeshFrame& frame, std::vector<std::
 
 }  // namespace
 
-std::vector<std::uint32_t> join_triangles(MeshModel& mesh, const MeshFrame& frame, const PartRunner& parts, BuildMeter& meter) {
+std::vector<std::uint32_t> join_triangles(MeshModel& mesh, const MeshFrame& frame, const PartRunner& parts,
+                                          BuildMeter& meter) {
   std::vector<std::uint32_t> first = weld(mesh.vertices, parts, &meter);
   const auto survey = [&] { return join(mesh, SideLists(mesh, first, parts, meter), parts, meter); };
   Survey found = survey();

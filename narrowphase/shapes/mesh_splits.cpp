@@ -1,5 +1,5 @@
-// Splits by the surface area heuristic over bins of the centroids (Wald, On fast construction of SAH-based bounding volume
-// hierarchies, 2007), eight children a node. Boxes to split by are floats, which move with their triangles.
+// Splits by the surface area heuristic over bins of the centroids (Wald, On fast construction of SAH-based bounding
+// volume hierarchies, 2007), eight children a node. Boxes to split by are floats, which move with their triangles.
 #include "shapes/mesh_splits.h"
 
 #include <algorithm>
@@ -27,7 +27,9 @@ constexpr float far_away = std::numeric_limits<float>::infinity();
 class Reference {
  public:
   Reference() = default;
-  Reference(Lanes low, Lanes high, std::uint32_t triangle) : low_(low), high_(high) { low_[3] = std::bit_cast<float>(triangle); }
+  Reference(Lanes low, Lanes high, std::uint32_t triangle) : low_(low), high_(high) {
+    low_[3] = std::bit_cast<float>(triangle);
+  }
 
   // Not of the triangle's number as a float: sums of such small ones take long.
   Lanes lower() const { return Lanes(FourIntegers(low_) & FourIntegers{-1, -1, -1, 0}); }
@@ -102,7 +104,8 @@ class Binning {
       ++count_[bin[axis]][axis];
     }
   }
-  // Alike references follow one another, and a bin is slow to be written to twice in turn: every second one goes to another.
+  // Alike references follow one another, and a bin is slow to be written to twice in turn: every second one goes to
+  // another.
   void add(const Grid& grid, const Reference* from, const Reference* to) {
     constexpr std::ptrdiff_t many = 128;
     if (to - from >= many) {
@@ -168,7 +171,9 @@ class Splitter {
  public:
   Splitter(const MeshModel& mesh, std::span<const FourFloats> corners, std::span<std::uint32_t> triangles,
            const PartRunner& parts, BuildMeter& meter)
-      : size_(static_cast<std::uint32_t>(triangles.size())), references_(new Reference[triangles.size()]), runner_(parts),
+      : size_(static_cast<std::uint32_t>(triangles.size())),
+        references_(new Reference[triangles.size()]),
+        runner_(parts),
         meter_(meter) {
     whole_.end = size_;
     std::vector<FlatBox> centres(stretches(size_, shared_above));
@@ -210,7 +215,8 @@ class Splitter {
       node.lanes = split(range, level, part);
       build_children(std::span(part).first(node.lanes), is_shared(range.size()), level + 1, tree);
       node.nodes = static_cast<std::uint32_t>(tree.nodes.size() - self);
-      for (std::size_t n = self + 1; n < tree.nodes.size(); n += tree.nodes[n].nodes) node.bottoms += tree.nodes[n].bottoms;
+      for (std::size_t n = self + 1; n < tree.nodes.size(); n += tree.nodes[n].nodes)
+        node.bottoms += tree.nodes[n].bottoms;
     }
     tree.nodes[self] = node;
   }
@@ -275,7 +281,8 @@ class Splitter {
     return all;
   }
 
-  // From both ends: what is on the wrong side on the left changes place with what is on the right (as std::partition does).
+  // From both ends: what is on the wrong side on the left changes place with what is on the right (as std::partition
+  // does).
   void part(const Grid& grid, const Split& split, Range& left, Range& right) {
     Reference *from = &references_[left.begin], *to = from + (right.end - left.begin);
     const auto goes_left = [&](const Reference& r) { return grid.bins_of(r)[split.axis] < split.bin; };
@@ -343,8 +350,8 @@ class Splitter {
 
 }  // namespace
 
-SplitTree split_triangles(const MeshModel& mesh, std::span<const FourFloats> corners, std::span<std::uint32_t> triangles,
-                          int level, const PartRunner& parts, BuildMeter& meter) {
+SplitTree split_triangles(const MeshModel& mesh, std::span<const FourFloats> corners,
+                          std::span<std::uint32_t> triangles, int level, const PartRunner& parts, BuildMeter& meter) {
   Splitter splitter(mesh, corners, triangles, parts, meter);
   SplitTree tree = splitter.tree(level);
   splitter.give_order(triangles);

@@ -17,8 +17,7 @@ inline std::size_t stretches(std::size_t count, std::size_t most) { return (coun
 /// work(k, begin, end) for each stretch k of a row.
 template <class Work>
 void run_stretches(const PartRunner& runner, std::size_t count, std::size_t most, const Work& work) {
-  run_parts(runner, stretches(count, most),
-            [&](std::size_t k) { work(k, k * most, std::min(count, (k + 1) * most)); });
+  run_parts(runner, stretches(count, most), [&](std::size_t k) { work(k, k * most, std::min(count, (k + 1) * most)); });
 }
 
 }  // namespace tandem

@@ -213,7 +213,7 @@ Shape Shape::rounded(double radius) const {
   require_not_negative("rounding", s.rounding_);
   // Its address names the shape.
   s.mass_ = kind_ == ShapeKind::mesh ? std::make_shared<detail::ShapeMass>(*mesh_)
-                                                         : std::make_shared<detail::ShapeMass>(mass());
+                                     : std::make_shared<detail::ShapeMass>(mass());
   const Bounds box = s.bounds(Pose{});
   s.size_ = (box.hi - box.lo).norm();
   return s;

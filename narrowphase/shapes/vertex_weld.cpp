@@ -1,5 +1,5 @@
-// A table of open addressing that several threads fill at once: of vertices with equal coordinates it keeps the least index,
-// whoever came first.
+// A table of open addressing that several threads fill at once: of vertices with equal coordinates it keeps the least
+// index, whoever came first.
 #include "shapes/vertex_weld.h"
 
 #include <atomic>

@@ -9,8 +9,9 @@
 
 namespace tandem {
 
-/// For each vertex the first of those with the same coordinates. The same on any number of threads. A meter, if there is one,
-/// is asked whether to go on.
-std::vector<std::uint32_t> weld(const std::vector<Vec3>& vertices, const PartRunner& parts = {}, BuildMeter* meter = nullptr);
+/// For each vertex the first of those with the same coordinates. The same on any number of threads. A meter, if there
+/// is one, is asked whether to go on.
+std::vector<std::uint32_t> weld(const std::vector<Vec3>& vertices, const PartRunner& parts = {},
+                                BuildMeter* meter = nullptr);
 
 }  // namespace tandem
