@@ -19,8 +19,6 @@
 namespace tandem {
 namespace {
 
-// Of the largest coordinate: how far apart the corners of a surface may be that are one.
-constexpr double seam_ulps = 16;
 constexpr std::size_t a_stretch = 16'384;  // triangles
 
 [[noreturn]] void refuse(const std::string& why) { throw std::invalid_argument("mesh: " + why); }
@@ -218,15 +216,6 @@ std::vector<std::uint8_t> vertices_in_use(const MeshModel& mesh) {
   for (const auto& t : mesh.triangles)
     for (const std::uint32_t v : t) used[v] = 1;
   return used;
-}
-
-MeshFrame::MeshFrame(const Extent& box) : centre(box.lo + (box.hi - box.lo) / 2) {
-  half = (box.hi - centre).cwiseMax(centre - box.lo);
-  if (const double most = half.maxCoeff(); most > 0) unit = std::exp2(std::ceil(std::log2(most)) + 1);
-}
-
-double seam_tolerance(const MeshFrame& frame) {
-  return seam_ulps * epsilon * (frame.centre.cwiseAbs() + frame.half).maxCoeff();
 }
 
 std::optional<double> inside_out(const MeshModel& mesh, std::span<const Vec3> vertices, const MeshFrame& frame,

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "shapes/build_meter.h"
-#include "shapes/mesh_builder.h"
+#include "shapes/mesh_frame.h"
 #include "shapes/mesh_model.h"
 #include "tandem/narrowphase/part_runner.h"
 
