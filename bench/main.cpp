@@ -189,6 +189,12 @@ void add_round_meshes(CLI::App& program) {
   app->add_option("--steps", o->steps, "timed steps; default: 20");
 }
 
+void add_building(CLI::App& program) {
+  const auto [app, o] = add(program, "building", "meshes made ready for queries, beside Embree and FCL", building_bench);
+  app->add_option("--sizes", o->sizes, "numbers of triangles, a comma between them; default: 1000 to 5000000");
+  app->add_option("--repeat", o->repeat, "times that each is built; default: 15, of large ones 7 and 3");
+}
+
 #ifdef TANDEM_HAS_FCL_ADAPTER
 void add_fcl(CLI::App& program) {
   const auto [app, o] = add(program, "fcl", "tandem::fcl's broad-phase manager beside FCL's managers", fcl_bench);
@@ -247,6 +253,7 @@ int run_program(int count, char** arguments) {
   add_steps(program);
   add_cloth(program);
   add_round_meshes(program);
+  add_building(program);
 #ifdef TANDEM_HAS_FCL_ADAPTER
   add_fcl(program);
 #endif

@@ -155,21 +155,21 @@ bool KeptContacts::begin_step(const Scene& scene, ContactList& contacts, bool sa
   since_.resize(bodies);
   changed_.resize(bodies);
   const auto shapes = scene.shapes();
-  const auto same = [](const Shape& x, const Shape& y) { return &x.mass() == &y.mass(); };
+  const auto same = [](const Shape& x, const Shape& y) { return x.identity() == y.identity(); };
   if (std::equal(shapes.begin(), shapes.end(), shapes_.begin(), shapes_.end(), same)) return !all_asked_;
   shapes_.assign(shapes.begin(), shapes.end());
   balls_.clear();
   for (const Shape& shape : shapes_) {
     if (!shape.is_bounded()) {
       constexpr double endless = std::numeric_limits<double>::infinity();
-      balls_.push_back({&shape.mass(), Vec3::Zero(), true, false, endless, endless});
+      balls_.push_back({shape.identity(), Vec3::Zero(), true, false, endless, endless});
       continue;
     }
     const Bounds box = shape.bounds({});
     const Vec3 centre = (box.lo + box.hi) / 2;
     const bool is_round = shape.kind() == ShapeKind::sphere;
-    balls_.push_back(
-        {&shape.mass(), centre, centre.isZero(0), is_round, (box.hi - box.lo).norm() / 2, tolerance_ * shape.size()});
+    balls_.push_back({shape.identity(), centre, centre.isZero(0), is_round, (box.hi - box.lo).norm() / 2,
+                      tolerance_ * shape.size()});
   }
   return !all_asked_;
 }
@@ -198,7 +198,7 @@ void KeptContacts::look_at(std::size_t first, std::span<std::uint8_t> changed) {
   if (any_moved) any_moved_.store(true, std::memory_order_relaxed);
 }
 
-const MassProperties* KeptContacts::shape_now(std::size_t body, const Ball& ball) const {
+const void* KeptContacts::shape_now(std::size_t body, const Ball& ball) const {
   return scene_->alive(static_cast<std::uint32_t>(body)) ? ball.shape : nullptr;
 }
 
@@ -209,7 +209,7 @@ double KeptContacts::reach_now(std::size_t body, const Ball& ball) const {
 
 /// But for its pose. A place without a body is not: whoever looks there for the first time must learn that it is empty.
 bool KeptContacts::is_as_it_was(std::size_t body, const Ball& ball) const {
-  const MassProperties* shape = shape_now(body, ball);
+  const void* shape = shape_now(body, ball);
   return shape != nullptr && shape == body_shapes_[body] && reach_now(body, ball) == reach_[body];
 }
 
@@ -218,7 +218,7 @@ void KeptContacts::end_rest(std::size_t body, const Ball& ball) {
   since_[body] = step_;
   anchor_places_[body] = pose.translation;
   anchor_rotations_[body] = pose.rotation;
-  const MassProperties* shape = shape_now(body, ball);
+  const void* shape = shape_now(body, ball);
   const double reach = reach_now(body, ball);
   if (shape == body_shapes_[body] && reach == reach_[body]) return;
   body_shapes_[body] = shape;

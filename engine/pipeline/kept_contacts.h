@@ -112,7 +112,7 @@ class KeptContacts {
 
   /// A ball that holds a shape, in its frame.
   struct Ball {
-    const MassProperties* shape = nullptr;  // names it
+    const void* shape = nullptr;  // names it
     Vec3 centre = Vec3::Zero();
     bool is_centred = true;  // there
     bool is_round = false;   // however it is turned, it is the same
@@ -173,7 +173,7 @@ class KeptContacts {
   static Pair pair_of(std::uint64_t key) {
     return {static_cast<std::uint32_t>(key >> 32), static_cast<std::uint32_t>(key)};
   }
-  const MassProperties* shape_now(std::size_t body, const Ball& ball) const;
+  const void* shape_now(std::size_t body, const Ball& ball) const;
   double reach_now(std::size_t body, const Ball& ball) const;
   bool is_as_it_was(std::size_t body, const Ball& ball) const;
   void end_rest(std::size_t body, const Ball& ball);
@@ -213,7 +213,7 @@ class KeptContacts {
   // One a body:
   std::vector<Vec3> anchor_places_;  // where its rest began, see anchor(); apart, as a ball's rotation is not read
   std::vector<Mat3> anchor_rotations_;
-  std::vector<const MassProperties*> body_shapes_;  // as in Ball; null: no body
+  std::vector<const void*> body_shapes_;  // as in Ball; null: no body
   std::vector<double> reach_;
   std::vector<std::uint32_t> since_;    // step in which its rest began
   std::vector<std::uint32_t> changed_;  // step in which it got another shape

@@ -4,6 +4,9 @@
 #include <array>
 #include <cstdint>
 #include <cstring>
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
 
 namespace tandem {
 
@@ -15,8 +18,13 @@ inline FourFloats load_four(const float* from) {
   std::memcpy(&v, from, sizeof v);
   return v;
 }
+#ifdef __SSE2__  // compilers do not always see that it is one instruction
+inline FourFloats min_of(FourFloats a, FourFloats b) { return _mm_min_ps(a, b); }
+inline FourFloats max_of(FourFloats a, FourFloats b) { return _mm_max_ps(a, b); }
+#else
 inline FourFloats min_of(FourFloats a, FourFloats b) { return a < b ? a : b; }
 inline FourFloats max_of(FourFloats a, FourFloats b) { return a > b ? a : b; }
+#endif
 /// Rounded towards 0; the lanes must fit.
 inline std::array<std::int32_t, 4> to_integers(FourFloats v) {
   using FourIntegers = std::int32_t __attribute__((vector_size(16)));

@@ -28,6 +28,7 @@ std::string text(const Vec3& v) {
   return out.str();
 }
 
+constexpr std::size_t vertices_a_stretch = 16'384;
 constexpr double farthest = 1e30;  // as of all shapes
 bool is_place(const Vec3& v) { return v.cwiseAbs().maxCoeff() <= farthest && v.allFinite(); }
 
@@ -39,7 +40,7 @@ std::shared_ptr<MeshModel> model_of(Mesh mesh, const PartRunner& parts, std::vec
   // Refuses what a Shape refuses, too.
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
     if (!is_place(mesh.vertices[v])) refuse_place(v, mesh.vertices[v]);
-  auto model = std::make_shared<MeshModel>(build_mesh(std::move(mesh), parts, &first));
+  auto model = std::make_shared<MeshModel>(build_mesh(std::move(mesh), {.parts = parts}, &first));
   model->bends = true;
   return model;
 }
@@ -62,7 +63,7 @@ struct DeformableMesh::Impl {
 
   Extent checked_extent(std::span<const Vec3> vertices, const PartRunner& parts) const;
   void require_seams(std::span<const Vec3> vertices, const MeshFrame& frame) const;
-  void require_outward(std::span<const Vec3> vertices, const MeshFrame& frame) const;
+  void require_outward(std::span<const Vec3> vertices, const MeshFrame& frame, const PartRunner& parts) const;
   void take_free_buffer();
 
   std::vector<std::uint32_t> first;  ///< of each vertex, the one that stands for it
@@ -76,19 +77,17 @@ struct DeformableMesh::Impl {
 };
 
 Extent DeformableMesh::Impl::checked_extent(std::span<const Vec3> vertices, const PartRunner& parts) const {
-  constexpr std::size_t a_part = 16384;
-  const std::size_t count = (vertices.size() + a_part - 1) / a_part;
+  const std::size_t count = stretches(vertices.size(), vertices_a_stretch);
   std::vector<Extent> extents(count);
   std::vector<std::uint8_t> faulty(count, 0);
-  run_parts(parts, count, [&](std::size_t k) {
-    const std::size_t end = std::min(vertices.size(), (k + 1) * a_part);
-    for (std::size_t v = k * a_part; v < end; ++v) {
+  run_stretches(parts, vertices.size(), vertices_a_stretch, [&](std::size_t k, std::size_t begin, std::size_t end) {
+    for (std::size_t v = begin; v < end; ++v) {
       if (!is_place(vertices[v])) faulty[k] = 1;
       if (used[v] != 0) extents[k].add(vertices[v]);
     }
   });
   if (const auto part = std::find(faulty.begin(), faulty.end(), 1); part != faulty.end())
-    for (auto v = static_cast<std::size_t>(part - faulty.begin()) * a_part;; ++v)
+    for (auto v = static_cast<std::size_t>(part - faulty.begin()) * vertices_a_stretch;; ++v)
       if (!is_place(vertices[v])) refuse_place(v, vertices[v]);
   Extent all;
   for (const Extent& extent : extents) all.add(extent);
@@ -106,9 +105,10 @@ void DeformableMesh::Impl::require_seams(std::span<const Vec3> vertices, const M
              "; they were one when the mesh was built and must stay so");
 }
 
-void DeformableMesh::Impl::require_outward(std::span<const Vec3> vertices, const MeshFrame& frame) const {
+void DeformableMesh::Impl::require_outward(std::span<const Vec3> vertices, const MeshFrame& frame,
+                                           const PartRunner& parts) const {
   if (!current.model->closed) return;
-  if (const auto volume = inside_out(*current.model, vertices, frame))
+  if (const auto volume = inside_out(*current.model, vertices, frame, parts))
     refuse("the mesh is closed, but its volume is " + std::to_string(*volume) +
            "; it must not be negative: it was turned inside out");
 }
@@ -157,12 +157,14 @@ DeformReport DeformableMesh::update(std::span<const Vec3> vertices, const PartRu
   if (size > 0 && size < tolerance::shortest_length)
     refuse("the extent of the vertices is " + text(2 * frame.half) + "; it must be 0 or at least 1e-30");
   impl.require_seams(vertices, frame);
-  impl.require_outward(vertices, frame);
+  impl.require_outward(vertices, frame, parts);
 
   impl.take_free_buffer();
   MeshModel& mesh = *impl.current.model;
   mesh.forget_extremes();
-  std::copy(vertices.begin(), vertices.end(), mesh.vertices.begin());
+  run_stretches(parts, vertices.size(), vertices_a_stretch, [&](std::size_t, std::size_t begin, std::size_t end) {
+    std::copy(vertices.data() + begin, vertices.data() + end, mesh.vertices.data() + begin);
+  });
   mesh.centre = frame.centre, mesh.half = frame.half, mesh.unit = frame.unit;
   const MeshRefit::Report report = impl.refit.refit(mesh, parts);
   if (report.rebuilt != 0) impl.current.structure = ++impl.structure;
@@ -187,9 +189,9 @@ NearFeatures DeformableMesh::near_features(double margin, const PartRunner& part
 
 std::size_t DeformableMesh::memory() const {
   const Impl& impl = *impl_;
-  std::size_t bytes = sizeof(Impl) + impl.refit.memory() + impl.current.model->memory() + impl.used.capacity() +
+  std::size_t bytes = sizeof(Impl) + impl.refit.memory() + impl.current.model->memory().total() + impl.used.capacity() +
                       (impl.first.capacity() + impl.seams.capacity()) * sizeof(std::uint32_t);
-  for (const Impl::Buffer& buffer : impl.others) bytes += buffer.model->memory();
+  for (const Impl::Buffer& buffer : impl.others) bytes += buffer.model->memory().total();
   return bytes;
 }
 

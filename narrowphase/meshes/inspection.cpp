@@ -16,6 +16,7 @@
 #include "meshes/traversal/mesh_traversal.h"
 #include "shapes/mesh_builder.h"
 #include "shapes/mesh_hierarchy.h"
+#include "shapes/vertex_weld.h"
 #include "tolerances.h"
 #include "triangles/predicates.h"
 

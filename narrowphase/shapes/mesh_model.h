@@ -5,6 +5,7 @@
 
 #include "shapes/hull.h"
 #include "shapes/lazily.h"
+#include "shapes/uninitialised.h"
 #include "tandem/narrowphase/shape.h"
 
 namespace tandem {
@@ -24,9 +25,9 @@ struct alignas(32) MeshNode {
   std::uint32_t count[mesh_lanes];  ///< 0 for inner children; a leaf holds one triangle
   float box_mid[3], box_half[3];    ///< around all lanes
   float reach;                      ///< largest half of that box
-  std::uint32_t block = 0;          ///< a bottom node's triangles, in the lanes' order; of others the slabs
-  std::uint32_t lanes = 0;          ///< in use, 1..8
-  bool bottom = false;              ///< all its children are leaves; else none is
+  std::uint32_t block;              ///< a bottom node's triangles, in the lanes' order; of others the slabs
+  std::uint32_t lanes;              ///< in use, 1..8
+  bool bottom;                      ///< all its children are leaves; else none is
 
   std::uint32_t used() const { return (1u << lanes) - 1; }
 };
@@ -76,18 +77,19 @@ struct MeshModel {
   /// Vertices of what hangs together by vertices with equal coordinates: those farthest along -x, x, -y, y, -z, z.
   using Component = std::array<std::uint32_t, 6>;
   const std::vector<Component>& components() const;  ///< made when first asked for
-  std::vector<std::uint32_t> component;              ///< of each vertex in use, in the order of the triangles
+  /// For each vertex the first of those that are one; empty where each is only itself.
+  std::vector<std::uint32_t> stands_for;
 
   Vec3 centre = Vec3::Zero();   ///< of the bounding box
   Vec3 half = Vec3::Zero();     ///< of the bounding box
   double unit = 1;              ///< power of two, at least the largest half
-  std::vector<MeshNode> nodes;  ///< the root is nodes[0]
-  std::vector<TriangleBlock> blocks;
-  std::vector<ChildSlabs> slabs;
+  UninitialisedList<MeshNode> nodes;  ///< the root is nodes[0]
+  UninitialisedList<TriangleBlock> blocks;
+  UninitialisedList<ChildSlabs> slabs;
   std::vector<std::uint32_t> order;  ///< triangles in the leaves' order
   int depth = 0;                     ///< levels of nodes: bounds every traversal's stack
 
-  std::size_t memory() const;  ///< bytes
+  ShapeMemory memory() const;
 
   std::array<Vec3, 3> corners(std::uint32_t triangle) const {
     const auto& t = triangles[triangle];
@@ -102,6 +104,7 @@ struct MeshModel {
 
   Lazily<MeshHull> hull_;
   Lazily<bool> own_hull_;
+  Lazily<std::vector<std::uint32_t>> component_numbers_;  // of each vertex in use; stay as vertices move
   Lazily<std::vector<Component>> components_;
 };
 

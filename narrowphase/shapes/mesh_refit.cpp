@@ -21,7 +21,6 @@ constexpr double worn_from = 1.5;
 // Subtrees that threads share: enough of them for any number of cores, none so small that its boxes hardly matter.
 constexpr std::size_t most_subtrees = 256;
 constexpr std::uint32_t least_subtree = 1024;  // triangles
-constexpr std::size_t vertices_a_part = 8192;
 
 struct FlatBox {
   Lanes low = all_four(std::numeric_limits<float>::infinity()), high = -low;
@@ -112,22 +111,6 @@ void MeshRefit::cut(const MeshModel& mesh) {
     top_.push_back(n);
     for (std::uint32_t k = mesh.nodes[n].lanes; k-- > 0;) stack.emplace_back(mesh.nodes[n].child[k], level + 1);
   }
-}
-
-void MeshRefit::place_corners(const MeshModel& mesh, const PartRunner& parts) {
-  // Corners in floats, which are at most 1/2, are off by a quarter of epsilon at most, and so are middles of boxes.
-  pad_ = static_cast<float>(tolerance::epsilon_of_floats / 2 +
-                            tolerance::outward * (1 + mesh.centre.cwiseAbs().maxCoeff() / mesh.unit));
-  const std::size_t count = mesh.vertices.size();
-  corners_.resize(count);
-  const double scale = 1 / mesh.unit;
-  run_parts(parts, (count + vertices_a_part - 1) / vertices_a_part, [&](std::size_t k) {
-    const std::size_t end = std::min(count, (k + 1) * vertices_a_part);
-    for (std::size_t v = k * vertices_a_part; v < end; ++v) {
-      const Vec3 p = (mesh.vertices[v] - mesh.centre) * scale;
-      corners_[v] = Lanes{static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z()), 0};
-    }
-  });
 }
 
 void MeshRefit::refit_bottom(MeshModel& mesh, MeshNode& node, Lanes& normal, Areas& areas) const {
@@ -240,7 +223,10 @@ double MeshRefit::wear(double ratio, double& built) const {
 }
 
 MeshRefit::Report MeshRefit::refit(MeshModel& mesh, const PartRunner& parts) {
-  place_corners(mesh, parts);
+  place_corners(mesh, parts, corners_);
+  // Corners in floats, which are at most 1/2, are off by a quarter of epsilon at most, and so are middles of boxes.
+  pad_ = static_cast<float>(tolerance::epsilon_of_floats / 2 +
+                            tolerance::outward * (1 + mesh.centre.cwiseAbs().maxCoeff() / mesh.unit));
   normals_.resize(mesh.nodes.size());
   run_parts(parts, subtrees_.size(), [&](std::size_t k) {
     Subtree& s = subtrees_[k];
@@ -272,10 +258,13 @@ MeshRefit::Report MeshRefit::refit(MeshModel& mesh, const PartRunner& parts) {
 // Builds subtrees anew and puts the hierarchy together of these, of those that stay, and of what is above them all.
 void MeshRefit::rebuild(MeshModel& mesh, const std::vector<std::uint8_t>& worn, const PartRunner& parts) {
   std::vector<HierarchyTree> fresh(subtrees_.size());
+  const BuildOptions no_limit;
+  BuildMeter meter(no_limit, hierarchy_work(mesh.triangles.size()));
   run_parts(parts, subtrees_.size(), [&](std::size_t k) {
     const Subtree& s = subtrees_[k];
     if (worn[k] == 0) return;
-    fresh[k] = build_subtree(mesh, std::span(mesh.order).subspan(s.begin, s.end - s.begin), s.begin, s.level, {});
+    const std::span<std::uint32_t> triangles = std::span(mesh.order).subspan(s.begin, s.end - s.begin);
+    fresh[k] = build_subtree(mesh, corners_, triangles, s.begin, s.level, {}, meter);
   });
   HierarchyTree all;
   all.nodes.reserve(mesh.nodes.size());

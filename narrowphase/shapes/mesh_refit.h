@@ -40,7 +40,6 @@ class MeshRefit {
   };
 
   void cut(const MeshModel& mesh);
-  void place_corners(const MeshModel& mesh, const PartRunner& parts);
   void refit_node(MeshModel& mesh, std::uint32_t node, Areas& areas);
   void refit_bottom(MeshModel& mesh, MeshNode& node, FourFloats& normal, Areas& areas) const;
   void refit_inner(MeshModel& mesh, MeshNode& node, FourFloats& normal, Areas& areas) const;
@@ -54,8 +53,8 @@ class MeshRefit {
   double top_built_ = 0;
   Areas top_areas_;
   float pad_ = 0;                     ///< what boxes in floats need
-  std::vector<FourFloats> corners_;   ///< vertices in units of the mesh
-  std::vector<FourFloats> normals_;   ///< of each node's triangles, twice the sum of their area vectors
+  CornersInUnits corners_;            ///< vertices in units of the mesh
+  UninitialisedList<FourFloats> normals_;  ///< of each node's triangles, twice the sum of their area vectors
 };
 
 }  // namespace tandem

@@ -1,12 +1,23 @@
 #pragma once
+#include <algorithm>
+
 #include "tandem/narrowphase/part_runner.h"
 
 namespace tandem {
 
 /// The caller does all of it where there is no runner.
 inline void run_parts(const PartRunner& runner, std::size_t parts, const std::function<void(std::size_t)>& part) {
-  if (runner) return runner(parts, part);
+  if (runner && parts > 1) return runner(parts, part);
   for (std::size_t k = 0; k < parts; ++k) part(k);
+}
+
+/// Of a row of `count` that is worked on in stretches of at most so many: their number.
+inline std::size_t stretches(std::size_t count, std::size_t most) { return (count + most - 1) / most; }
+
+/// work(k, begin, end) for each stretch k of a row.
+template <class Work>
+void run_stretches(const PartRunner& runner, std::size_t count, std::size_t most, const Work& work) {
+  run_parts(runner, stretches(count, most), [&](std::size_t k) { work(k, k * most, std::min(count, (k + 1) * most)); });
 }
 
 }  // namespace tandem

@@ -11,6 +11,7 @@
 #include "shapes/hull.h"
 #include "shapes/hull_builder.h"
 #include "shapes/kind_rows.h"
+#include "shapes/mass_properties.h"
 #include "shapes/mesh_builder.h"
 #include "shapes/mesh_hierarchy.h"
 #include "shapes/shape_insides.h"
@@ -59,83 +60,6 @@ void require_extent(std::string_view what, double size) {
     refuse(std::string(what) + ": extent of the vertices", size, "0, or at least 1e-30");
 }
 
-MassProperties symmetric(double volume, double xx, double yy, double zz, double z = 0) {
-  return {volume, {0, 0, z}, Vec3(xx, yy, zz).asDiagonal()};
-}
-
-MassProperties box_mass(const Vec3& s) {
-  const double v = s.prod();
-  const Vec3 q = s.cwiseProduct(s) / 12 * v;
-  return symmetric(v, q.y() + q.z(), q.x() + q.z(), q.x() + q.y());
-}
-
-MassProperties bounding_box_mass(const Vec3& lo, const Vec3& hi) {
-  const Vec3 s = hi - lo;
-  MassProperties m = box_mass(s.cwiseMax(s.norm() / 100));
-  m.centre = lo + s / 2;
-  return m;
-}
-
-// Sums the signed tetrahedra that the triangles span with a point near them; false if they enclose no volume.
-class VolumeSum {
- public:
-  explicit VolumeSum(const Vec3& base) : base_(base) {}
-
-  void add(const Vec3& p, const Vec3& q, const Vec3& r) {
-    const Vec3 a = p - base_, b = q - base_, c = r - base_;
-    const double det = a.dot(b.cross(c));
-    const Vec3 s = a + b + c;
-    volume_ += det / 6;
-    first_ += det / 24 * s;
-    second_ += det / 120 * (a * a.transpose() + b * b.transpose() + c * c.transpose() + s * s.transpose());
-  }
-
-  bool finish(double size, MassProperties& mass) const {
-    if (!(volume_ > tolerance::no_volume * size * size * size)) return false;
-    const Vec3 c = first_ / volume_;
-    const Mat3 spread = second_ - volume_ * c * c.transpose();
-    mass = {volume_, base_ + c, spread.trace() * Mat3::Identity() - spread};
-    return true;
-  }
-
- private:
-  Vec3 base_, first_ = Vec3::Zero();
-  double volume_ = 0;
-  Mat3 second_ = Mat3::Zero();
-};
-
-Bounds bounds_of(std::span<const Vec3> vertices) {
-  Bounds b{vertices[0], vertices[0]};
-  for (const Vec3& v : vertices) b = {b.lo.cwiseMin(v), b.hi.cwiseMax(v)};
-  return b;
-}
-
-MassProperties hull_mass(const Hull& hull) {
-  const Bounds b = bounds_of(hull.vertices);
-  MassProperties mass;
-  VolumeSum sum(hull.inside);
-  for (const auto& face : hull.faces)
-    for (std::uint32_t k = 2; k < face.count; ++k)
-      sum.add(hull.vertices[hull.loop[face.first]], hull.vertices[hull.loop[face.first + k - 1]],
-              hull.vertices[hull.loop[face.first + k]]);
-  return hull.dimension == 3 && sum.finish((b.hi - b.lo).norm(), mass) ? mass : bounding_box_mass(b.lo, b.hi);
-}
-
-MassProperties mesh_mass(const MeshModel& mesh) {
-  MassProperties mass;
-  VolumeSum sum(mesh.centre);
-  const bool closed = std::all_of(mesh.neighbours.begin(), mesh.neighbours.end(), [](const auto& beside) {
-    return std::find(beside.begin(), beside.end(), no_index) == beside.end();
-  });
-  for (std::uint32_t i = 0; closed && i < mesh.triangles.size(); ++i) {
-    const auto [p, q, r] = mesh.corners(i);
-    sum.add(p, q, r);
-  }
-  return closed && sum.finish(2 * mesh.half.norm(), mass)
-             ? mass
-             : bounding_box_mass(mesh.centre - mesh.half, mesh.centre + mesh.half);
-}
-
 Bounds around(const Vec3& centre, const Vec3& half) { return {centre - half, centre + half}; }
 
 // By the hierarchy, where there need be no hull.
@@ -179,13 +103,13 @@ Shape::Shape(const Sphere& s) : kind_(ShapeKind::sphere), param_{s.radius} {
   require_not_negative("sphere: radius", s.radius);
   const double r = s.radius, v = 4.0 / 3 * pi * r * r * r, i = 0.4 * v * r * r;
   size_ = 2 * std::sqrt(3.0) * r;
-  mass_ = std::make_shared<MassProperties>(symmetric(v, i, i, i));
+  mass_ = std::make_shared<detail::ShapeMass>(symmetric(v, i, i, i));
 }
 
 Shape::Shape(const Box& s) : kind_(ShapeKind::box), param_{s.size.x() / 2, s.size.y() / 2, s.size.z() / 2} {
   for (int k = 0; k < 3; ++k) require_positive("box: size[" + std::to_string(k) + "]", s.size[k]);
   size_ = s.size.norm();
-  mass_ = std::make_shared<MassProperties>(box_mass(s.size));
+  mass_ = std::make_shared<detail::ShapeMass>(box_mass(s.size));
 }
 
 Shape::Shape(const Capsule& s) : kind_(ShapeKind::capsule), param_{s.radius, s.length} {
@@ -196,7 +120,7 @@ Shape::Shape(const Capsule& s) : kind_(ShapeKind::capsule), param_{s.radius, s.l
   const double core = pi * r * r * l, ball = 4.0 / 3 * pi * r * r * r;
   const double zz = core * r * r / 2 + ball * 0.4 * r * r;
   const double xx = core * (r * r / 4 + l * l / 12) + ball * (0.4 * r * r + l * l / 4 + 3.0 / 8 * l * r);
-  mass_ = std::make_shared<MassProperties>(symmetric(core + ball, xx, xx, zz));
+  mass_ = std::make_shared<detail::ShapeMass>(symmetric(core + ball, xx, xx, zz));
 }
 
 Shape::Shape(const Cylinder& s) : kind_(ShapeKind::cylinder), param_{s.radius, s.length} {
@@ -204,7 +128,7 @@ Shape::Shape(const Cylinder& s) : kind_(ShapeKind::cylinder), param_{s.radius, s
   require_positive("cylinder: length", s.length);
   const double r = s.radius, l = s.length, v = pi * r * r * l, xx = v * (r * r / 4 + l * l / 12);
   size_ = Vec3(2 * r, 2 * r, l).norm();
-  mass_ = std::make_shared<MassProperties>(symmetric(v, xx, xx, v * r * r / 2));
+  mass_ = std::make_shared<detail::ShapeMass>(symmetric(v, xx, xx, v * r * r / 2));
 }
 
 Shape::Shape(const Cone& s) : kind_(ShapeKind::cone), param_{s.radius, s.length} {
@@ -212,7 +136,7 @@ Shape::Shape(const Cone& s) : kind_(ShapeKind::cone), param_{s.radius, s.length}
   require_positive("cone: length", s.length);
   const double r = s.radius, l = s.length, v = pi * r * r * l / 3, xx = v * (0.15 * r * r + 0.0375 * l * l);
   size_ = Vec3(2 * r, 2 * r, l).norm();
-  mass_ = std::make_shared<MassProperties>(symmetric(v, xx, xx, 0.3 * v * r * r, -l / 4));
+  mass_ = std::make_shared<detail::ShapeMass>(symmetric(v, xx, xx, 0.3 * v * r * r, -l / 4));
 }
 
 Shape::Shape(const Ellipsoid& s) : kind_(ShapeKind::ellipsoid), param_{s.radii.x(), s.radii.y(), s.radii.z()} {
@@ -220,7 +144,7 @@ Shape::Shape(const Ellipsoid& s) : kind_(ShapeKind::ellipsoid), param_{s.radii.x
   size_ = 2 * s.radii.norm();
   const double v = 4.0 / 3 * pi * s.radii.prod();
   const Vec3 q = s.radii.cwiseProduct(s.radii) * (v / 5);
-  mass_ = std::make_shared<MassProperties>(symmetric(v, q.y() + q.z(), q.x() + q.z(), q.x() + q.y()));
+  mass_ = std::make_shared<detail::ShapeMass>(symmetric(v, q.y() + q.z(), q.x() + q.z(), q.x() + q.y()));
 }
 
 Shape::Shape(const HalfSpace& s) : kind_(ShapeKind::halfspace) {
@@ -234,7 +158,7 @@ Shape::Shape(const HalfSpace& s) : kind_(ShapeKind::halfspace) {
   const double offset = is_unit ? s.offset : s.offset / length;
   require_number("halfspace: offset / length of normal", offset);
   param_ = {n.x(), n.y(), n.z(), offset};
-  mass_ = std::make_shared<MassProperties>(symmetric(0, 0, 0, 0));
+  mass_ = std::make_shared<detail::ShapeMass>(symmetric(0, 0, 0, 0));
 }
 
 Shape::Shape(const Convex& s) : kind_(ShapeKind::convex) {
@@ -244,7 +168,7 @@ Shape::Shape(const Convex& s) : kind_(ShapeKind::convex) {
   const Bounds b = bounds_of(hull_->vertices);
   size_ = (b.hi - b.lo).norm();
   require_extent("convex", size_);
-  mass_ = std::make_shared<MassProperties>(hull_mass(*hull_));
+  mass_ = std::make_shared<detail::ShapeMass>(hull_mass(*hull_));
 }
 
 Shape::Shape(const Triangle& s) : kind_(ShapeKind::triangle) {
@@ -254,14 +178,16 @@ Shape::Shape(const Triangle& s) : kind_(ShapeKind::triangle) {
   mesh_ = std::make_shared<MeshModel>(build_mesh({{s.vertices.begin(), s.vertices.end()}, {{0, 1, 2}}, false}, {}));
   size_ = 2 * mesh_->half.norm();
   require_extent("triangle", size_);
-  mass_ = std::make_shared<MassProperties>(hull_mass(*hull_));
+  mass_ = std::make_shared<detail::ShapeMass>(hull_mass(*hull_));
 }
 
-Shape::Shape(Mesh s) : Shape(std::move(s), PartRunner()) {}
+Shape::Shape(Mesh s) : Shape(std::move(s), BuildOptions()) {}
 
-Shape::Shape(Mesh s, const PartRunner& parts) : kind_(ShapeKind::mesh) {
+Shape::Shape(Mesh s, const PartRunner& parts) : Shape(std::move(s), BuildOptions{parts}) {}
+
+Shape::Shape(Mesh s, const BuildOptions& options) : kind_(ShapeKind::mesh) {
   require_vertices("mesh", s.vertices);
-  *this = detail::ShapeInsides::shape(std::make_shared<MeshModel>(build_mesh(std::move(s), parts)));
+  *this = detail::ShapeInsides::shape(std::make_shared<MeshModel>(build_mesh(std::move(s), options)));
 }
 
 Shape detail::ShapeInsides::shape(std::shared_ptr<const MeshModel> model) {
@@ -270,7 +196,7 @@ Shape detail::ShapeInsides::shape(std::shared_ptr<const MeshModel> model) {
   s.mesh_ = std::move(model);
   s.size_ = 2 * s.mesh_->half.norm();
   require_extent("mesh", s.size_);
-  s.mass_ = std::make_shared<MassProperties>(mesh_mass(*s.mesh_));
+  s.mass_ = std::make_shared<detail::ShapeMass>(*s.mesh_);
   return s;
 }
 
@@ -282,15 +208,21 @@ Shape Shape::rounded(double radius) const {
   Shape s = *this;
   s.rounding_ += radius;
   require_not_negative("rounding", s.rounding_);
-  s.mass_ = std::make_shared<MassProperties>(*mass_);  // its address names the shape
+  // Its address names the shape.
+  s.mass_ = kind_ == ShapeKind::mesh ? std::make_shared<detail::ShapeMass>(*mesh_)
+                                     : std::make_shared<detail::ShapeMass>(mass());
   const Bounds box = s.bounds(Pose{});
   s.size_ = (box.hi - box.lo).norm();
   return s;
 }
 
-std::size_t Shape::memory() const {
-  return (hull_ != nullptr ? hull_->memory() : 0) + (mesh_ != nullptr ? mesh_->memory() : 0) +
-         (mass_ != nullptr ? sizeof(MassProperties) : 0);
+const MassProperties& Shape::mass() const { return mass_->get(); }
+
+ShapeMemory Shape::memory_by_part() const {
+  ShapeMemory memory = mesh_ != nullptr ? mesh_->memory() : ShapeMemory{};
+  if (hull_ != nullptr) memory.hull += hull_->memory();
+  if (mass_ != nullptr) memory.other += sizeof(detail::ShapeMass) + sizeof(MassProperties);
+  return memory;
 }
 
 std::span<const Vec3> Shape::vertices() const {

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "tandem/narrowphase/build_options.h"
 #include "tandem/narrowphase/part_runner.h"
 #include "tandem/narrowphase/pose.h"
 
@@ -38,6 +39,7 @@ namespace detail {
 struct Hull;
 struct MeshModel;
 struct ShapeInsides;
+class ShapeMass;
 }  // namespace detail
 
 /// Box in doubles, world axes.
@@ -52,6 +54,17 @@ struct MassProperties {
   double volume;   ///< m^3
   Vec3 centre;     ///< m
   Mat3 inertia;    ///< m^5: multiply by density
+};
+
+/// Bytes that a shape holds beside itself; copies share them.
+struct ShapeMemory {
+  std::size_t surface = 0;    ///< a mesh's vertices and triangles
+  std::size_t adjacency = 0;  ///< which triangles lie side by side, which vertices are one
+  std::size_t hierarchy = 0;  ///< boxes, and the corners in single precision
+  std::size_t hull = 0;       ///< of a convex or triangle; of a mesh none before a query has needed it
+  std::size_t other = 0;
+
+  std::size_t total() const { return surface + adjacency + hierarchy + hull + other; }
 };
 
 /// A checked shape, ready for queries; immutable, cheap to copy, safe to share between threads.
@@ -69,6 +82,8 @@ class Shape {
   Shape(const Triangle&);
   explicit Shape(Mesh);  ///< builds a hierarchy of boxes
   Shape(Mesh, const PartRunner& parts);  ///< the same, the work shared by `parts`
+  /// The same, watched and ended as the options say; throws WorkStopped where it was ended.
+  Shape(Mesh, const BuildOptions& options);
 
   /// This shape with a ball of this radius (>= 0, finite, metres) about each of its points: a box with round edges, a thick
   /// triangle. Of sphere, capsule and half-space one of the same kind; of others the mass stays the core's.
@@ -98,8 +113,12 @@ class Shape {
   Bounds bounds(const Pose& pose) const;
   /// Diagonal of the box in the shape's frame; the unit of relative errors. A half-space has 0, a point too.
   double size() const { return size_; }
-  const MassProperties& mass() const { return *mass_; }
-  std::size_t memory() const;  ///< bytes held beside the shape itself; copies share them
+  const MassProperties& mass() const;  ///< a mesh's is made when first asked for, from any thread
+  ShapeMemory memory_by_part() const;
+  std::size_t memory() const { return memory_by_part().total(); }  ///< bytes held beside the shape itself
+
+  /// Names what copies of a shape share: of two shapes the same only if one is a copy of the other.
+  const void* identity() const { return mass_.get(); }
 
  private:
   friend struct detail::ShapeInsides;
@@ -112,7 +131,7 @@ class Shape {
   double rounding_ = 0;
   std::shared_ptr<const detail::Hull> hull_;       // convex, triangle
   std::shared_ptr<const detail::MeshModel> mesh_;  // mesh, triangle
-  std::shared_ptr<const MassProperties> mass_;
+  std::shared_ptr<const detail::ShapeMass> mass_;
 };
 
 /// Two shapes where they are, none of them owned.

@@ -1,0 +1,24 @@
+#include "shapes/mesh_frame.h"
+
+#include <cmath>
+
+#include "tolerances.h"
+
+namespace tandem {
+namespace {
+
+// Of the largest coordinate: how far apart the corners of a surface may be that are one.
+constexpr double seam_ulps = 16;
+
+}  // namespace
+
+MeshFrame::MeshFrame(const Extent& box) : centre(box.lo + (box.hi - box.lo) / 2) {
+  half = (box.hi - centre).cwiseMax(centre - box.lo);
+  if (const double most = half.maxCoeff(); most > 0) unit = std::exp2(std::ceil(std::log2(most)) + 1);
+}
+
+double seam_tolerance(const MeshFrame& frame) {
+  return seam_ulps * epsilon * (frame.centre.cwiseAbs() + frame.half).maxCoeff();
+}
+
+}  // namespace tandem
