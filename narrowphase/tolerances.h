@@ -264,6 +264,10 @@ inline constexpr double short_way = 1e-4;
 /// reach of both meshes: the third value of that idea. Less: normals off by epsilon over this. More: solved again.
 inline constexpr double noisy_difference = 1e-5;
 
+/// Cones of a mesh's normals are wider by this, radians: more than floats are off by, and than the directions that count
+/// as one (`flush`). Less: gaps on flat faces are passed over. More: more pairs of triangles are looked at.
+inline constexpr double cone_slack = 1e-3;
+
 /// A way between centres, or a ball inside both, relative to the scale, that says nothing.
 inline constexpr double no_way = 1e-12;
 inline constexpr double no_way2 = squared(no_way);

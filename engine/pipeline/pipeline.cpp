@@ -338,6 +338,7 @@ class SceneWork final : public StepWork {
             .parts = [this](std::size_t parts, const auto& part) { share(parts, part); },
             .mesh_gaps = mesh_gaps && options_.answer.keep_contacts != 0,
             .mesh_bounds = false,
+            .mesh_margin = options_.answer.mesh_margin,
             .limit = &limit_};
   }
 

@@ -5,6 +5,7 @@
 #include <limits>
 #include <span>
 
+#include "meshes/contacts/gap_contacts.h"
 #include "meshes/contacts/mesh_contacts.h"
 #include "meshes/mesh_as_convex.h"
 #include "meshes/mesh_depth.h"
@@ -53,16 +54,18 @@ PairAnswer distance_apart(const Posed& a, const Posed& b, const NarrowPhaseOptio
 PairAnswer contacts_apart(const Posed& a, const Posed& b, const TriangleTest& test, const GapBound* gap,
                           const NarrowPhaseOptions& options, std::vector<Contact>& contacts) {
   const std::size_t first = contacts.size();
+  const double least = gap != nullptr ? gap_of(mesh_of(a.shape), mesh_of(b.shape), test, *gap) : 0;
   PairAnswer answer;
-  // A triangle has a margin as all convex shapes have.
-  if (options.margin > 0 && (a.shape.is_convex() || b.shape.is_convex()))
+  if (options.margin > 0 && (a.shape.is_convex() || b.shape.is_convex())) {
     answer = solve_as_convex(a, b, Request::contacts, options, &contacts);
-  // What rounding took for a touch is a gap.
-  for (Contact& c : std::span(contacts).subspan(first)) c.depth = -no_touch(-c.depth);
-  answer.signed_distance = no_touch(answer.signed_distance);
-  answer.collide = false;
-  if (contacts.size() == first)
-    answer.signed_distance = gap != nullptr ? gap_of(mesh_of(a.shape), mesh_of(b.shape), test, *gap) : 0;
+    // What rounding took for a touch is a gap.
+    for (Contact& c : std::span(contacts).subspan(first)) c.depth = -no_touch(-c.depth);
+    answer.signed_distance = no_touch(answer.signed_distance);
+    answer.collide = false;
+  } else if (options.mesh_margin && options.margin > least) {
+    answer = gap_contacts(a, b, {}, options, contacts);
+  }
+  if (contacts.size() == first) answer.signed_distance = least;
   return answer;
 }
 
@@ -138,7 +141,7 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
   TriangleTest test(a.pose, b.pose, reach(mesh_of(b.shape)));
   PairMemory memory;
   GapBound bound;
-  GapBound* gap = request == Request::contacts && options.mesh_gaps ? &bound : nullptr;
+  GapBound* gap = request == Request::contacts && (options.mesh_gaps || (options.mesh_margin && options.margin > 0)) ? &bound : nullptr;
   const TrianglePairs pairs = meeting_pairs(a, b, test, options, memory, gap);
   const bool collide = !pairs.empty() || is_contained(a, b, options.limit);
   const Collision collision{a, b, test, pairs, options};

@@ -67,8 +67,8 @@ PairAnswer from_deepest(const std::vector<Contact>& contacts, std::size_t first)
 
 PairAnswer solve_mesh(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                       const NarrowPhaseOptions& options, std::vector<Contact>* contacts) {
-  // Between two meshes a margin has no effect.
-  const double margin = request == Request::contacts && (a.is_convex() || b.is_convex()) ? options.margin : 0;
+  const bool has_margin = options.mesh_margin || a.is_convex() || b.is_convex();
+  const double margin = request == Request::contacts && has_margin ? options.margin : 0;
   if (request != Request::distance && has_triangles(a) && has_triangles(b))
     if (const MeshGap gap = test_hulls(a, pose_a, b, pose_b); gap.at_least > margin) {
       PairAnswer apart;

@@ -5,6 +5,7 @@
 
 #include "shapes/hull.h"
 #include "shapes/lazily.h"
+#include "shapes/normal_cones.h"
 #include "shapes/uninitialised.h"
 #include "tandem/narrowphase/shape.h"
 
@@ -71,6 +72,7 @@ struct MeshModel {
   // Made when first asked for, from any thread.
   const Hull& hull() const { return with_hull().hull; }
   const std::vector<std::uint32_t>& extreme() const { return with_hull().extreme; }
+  const NormalCones& normal_cones() const { return cones_.get([&] { return NormalCones(*this); }); }
   bool own_hull() const;  ///< closed, and the surface of its hull, to 1e-13 of the size
   bool convex() const { return solid && own_hull(); }  ///< it is solved as its hull
 
@@ -97,7 +99,7 @@ struct MeshModel {
   }
 
   /// After vertices have changed.
-  void forget_extremes() { hull_.clear(), own_hull_.clear(), components_.clear(); }
+  void forget_extremes() { hull_.clear(), own_hull_.clear(), components_.clear(), cones_.clear(); }
 
  private:
   const MeshHull& with_hull() const;
@@ -105,6 +107,7 @@ struct MeshModel {
   Lazily<MeshHull> hull_;
   Lazily<bool> own_hull_;
   Lazily<std::vector<std::uint32_t>> component_numbers_;  // of each vertex in use; stay as vertices move
+  Lazily<NormalCones> cones_;
   Lazily<std::vector<Component>> components_;
 };
 

@@ -163,7 +163,7 @@ void bind_pairs(py::module_& m) {
   m.def("contacts", &contacts, a, pose_a, b, pose_b, py::kw_only(), py::arg("margin") = 0.0, timeout,
         "Contacts as a structured array: point, normal (unit, from a to b), depth, feature. margin: m; gaps up to it "
         "are\n"
-        "reported with negative depth (of two meshes none).");
+        "reported with negative depth.");
   m.def("intersecting_triangles", &intersecting_triangles, a, pose_a, b, pose_b, py::kw_only(), timeout,
         "(n, 2): all intersecting pairs of triangles of two meshes, sorted; exact.");
   m.def("time_of_impact", &time_of_impact, a, py::arg("from_a"), py::arg("to_a"), b, py::arg("from_b"), py::arg("to_b"),

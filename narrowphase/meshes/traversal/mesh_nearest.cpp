@@ -158,7 +158,7 @@ std::array<Corners, 2> NearestSearch::placed(std::uint32_t i, std::uint32_t j) c
 }
 
 bool NearestSearch::each_within(double within, const Meet& meet, const Visit& visit,
-                                const std::function<void(double)>& progress) {
+                                const std::function<void(double)>& progress, const LeaveOut& leave_out) {
   constexpr double steps = 128;  // in which progress is told
   struct Part {
     Item at;
@@ -176,6 +176,10 @@ bool NearestSearch::each_within(double within, const Meet& meet, const Visit& vi
   while (top > 0) {
     const auto [at, share] = stack[--top];
     meter_.spend(4);
+    if (leave_out && leave_out(at)) {
+      finish(share);
+      continue;
+    }
     if (is_leaf(a_, at.a) && is_leaf(b_, at.b)) {
       const std::array<std::uint32_t, 2> pair{leaf_triangle(a_, at.a), leaf_triangle(b_, at.b)};
       Nearest nearest;

@@ -34,10 +34,12 @@ class NearestSearch {
 
   /// Visits every pair of triangles [of A, of B] at most `within` apart, with its nearest points; those of which `meet`
   /// says so are 0 apart, without points. False: visit(pair, nearest) returned false. `progress`, if not empty, is told
-  /// the part that is done, rising.
+  /// the part that is done, rising. `leave_out`, if not empty: pairs of places that are passed over, with all below them.
   using Meet = std::function<bool(std::uint32_t, std::uint32_t)>;
   using Visit = std::function<bool(const std::array<std::uint32_t, 2>&, const Nearest&)>;
-  bool each_within(double within, const Meet& meet, const Visit& visit, const std::function<void(double)>& progress);
+  using LeaveOut = std::function<bool(const Item&)>;
+  bool each_within(double within, const Meet& meet, const Visit& visit, const std::function<void(double)>& progress,
+                   const LeaveOut& leave_out = {});
 
   /// From A to B in world axes, unit, of what was found. Where the points lie so close that their places' rounding
   /// turns the direction between them, it is that of the two triangles' features.

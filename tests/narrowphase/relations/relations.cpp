@@ -160,7 +160,6 @@ std::string contact_depths(const Case& c, Random&) {
 std::string margins(const Case& c, Random&) {
   const Answers& r = c.answers;
   const double d = r.distance.signed_distance, tolerance = rounding * c.unit, m = c.pair.margin;
-  if (c.a.kind() == ShapeKind::mesh && c.b.kind() == ShapeKind::mesh && d > 0) return {};  // two meshes have no margin
   if (r.within.empty() != (d > m) && std::abs(d - m) > tolerance + r.distance.error_bound)
     return say(r.within.size(), " contacts within ", m, " at ", d);
   if (r.within.empty()) return {};
@@ -484,12 +483,7 @@ std::string other_kind(const Case& c, Random&) {
       PosedShape& changed = first ? other.a : other.b;
       changed.shape = kind.shape;
       changed.rounding += kind.rounding;
-      // Two meshes have no margin.
-      Answers r = answer(other);
-      const auto are_meshes = [](const PosedPair& p) {
-        return p.a.kind() == ShapeKind::mesh && p.b.kind() == ShapeKind::mesh;
-      };
-      if (are_meshes(other) || are_meshes(c.pair)) r.near = c.answers.near, r.within = c.answers.within;
+      const Answers r = answer(other);
       if (std::string why = difference(c.answers, r, 1, c.unit, false, c.pair.margin); !why.empty())
         return say(first ? "A" : "B", " as ", name(changed.kind()), kind.rounding > 0 ? ", rounded: " : ": ", why);
     }

@@ -524,7 +524,7 @@ def contacts(
     timeout: Optional[float] = None
 ) -> NDArray[np.void]:
     """Contacts as a structured array: point, normal (unit, from a to b), depth, feature. margin: m; gaps up to it are
-    reported with negative depth (of two meshes none).
+    reported with negative depth.
     """
 
 def distance(

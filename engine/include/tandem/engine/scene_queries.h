@@ -122,7 +122,7 @@ class SceneQueries {
   /// Bodies whose signed distance is at most `margin`, by index; appended.
   void within(const Shape& shape, const Pose& pose, double margin, std::vector<Hit>& hits,
               const QueryFilter& filter = {}) const;
-  /// Bodies with contacts, gaps up to `margin` included (of two meshes none), by index, and the contacts; appended.
+  /// Bodies with contacts, gaps up to `margin` included, by index, and the contacts; appended.
   void contacts(const Shape& shape, const Pose& pose, double margin, std::vector<ContactHit>& hits,
                 std::vector<Contact>& contacts, const QueryFilter& filter = {}) const;
   /// The first body that the moving shape touches, the first by index of several; a sphere of radius 0 is a ray.

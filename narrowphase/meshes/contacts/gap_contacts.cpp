@@ -1,0 +1,174 @@
+#include "meshes/contacts/gap_contacts.h"
+
+#include <algorithm>
+#include <limits>
+#include <numbers>
+
+#include "manifold/manifold.h"
+#include "manifold/patch_collector.h"
+#include "meshes/contacts/normal_cone.h"
+#include "meshes/mesh_pair.h"
+#include "meshes/traversal/mesh_nearest.h"
+#include "pairs/convex_pair.h"
+#include "shapes/mesh_model.h"
+#include "shapes/shape_insides.h"
+#include "shapes/unit_vector.h"
+#include "tolerances.h"
+
+namespace tandem {
+namespace {
+
+/// Pairs of places in which no points can be the nearest of both surfaces around them: along the way from the one to the
+/// other there is no normal of A, or none of B against it.
+class ApartByNormals {
+ public:
+  ApartByNormals(const Posed& a, const Posed& b)
+      : a_(a), b_(b), mesh_a_(mesh_of(a.shape)), mesh_b_(mesh_of(b.shape)), between_(b.pose.translation - a.pose.translation) {}
+
+  bool operator()(const Item& at) const {
+    const BoxOf box_a(mesh_a_, at.a), box_b(mesh_b_, at.b);
+    const Vec3 way = b_.pose.rotation * box_b.mid + between_ - a_.pose.rotation * box_a.mid;
+    const double length = way.norm(), radius = box_a.half.norm() + box_b.half.norm();
+    if (!(length > radius)) return false;
+    const double spread = std::asin(radius / length);
+    return misses(mesh_a_, at.a, a_.pose.rotation.transpose() * way, length, spread) ||
+           misses(mesh_b_, at.b, b_.pose.rotation.transpose() * -way, length, spread);
+  }
+
+ private:
+  static bool misses(const MeshModel& mesh, std::uint32_t ref, const Vec3& way, double length, double spread) {
+    if (lane_of(ref) == whole) return false;
+    const NormalCone& cone = mesh.normal_cones().of(node_of(ref), lane_of(ref));
+    const double within = cone.angle + spread;
+    if (!(within < std::numbers::pi / 2)) return false;
+    const double cosine = way.dot(cone.axis.cast<double>()) / length;
+    return (mesh.solid ? cosine : std::abs(cosine)) < std::cos(within);  // a surface has two sides
+  }
+
+  const Posed &a_, &b_;
+  const MeshModel &mesh_a_, &mesh_b_;
+  const Vec3 between_;
+};
+
+/// In world axes about A's translation.
+class GapContacts {
+ public:
+  GapContacts(const Posed& a, const Posed& b, const NarrowPhaseOptions& options)
+      : a_(a),
+        b_(b),
+        mesh_a_(mesh_of(a.shape)),
+        mesh_b_(mesh_of(b.shape)),
+        between_(b.pose.translation - a.pose.translation),
+        size_(a.shape.size() + b.shape.size()),
+        options_(options),
+        patches_(size_, options.limit) {}
+
+  /// Two triangles that do not meet.
+  void add(const TrianglePair& pair, const Nearest& near) {
+    Near found{near, direction(pair, near), pair};
+    if (near.distance < nearest_.points.distance) nearest_ = found;
+    if (is_nearest_around(found)) add_patch(found);
+  }
+
+  void finish(std::vector<Contact>& out) {
+    const std::size_t first = out.size();
+    patches_.finish(Vec3::Zero(), false, out);
+    for (Contact& c : std::span(out).subspan(first)) {
+      c.point += a_.pose.translation;
+      c.depth = std::clamp(c.depth, -options_.margin, -std::numeric_limits<double>::min());
+    }
+  }
+
+  const Nearest& nearest() const { return nearest_.points; }
+  const Vec3& normal() const { return nearest_.normal; }
+
+ private:
+  struct Near {
+    Nearest points;
+    Vec3 normal = Vec3::UnitZ();  // from A to B
+    TrianglePair pair{};
+  };
+
+  Corners corners_of_a(std::uint32_t t) const {
+    Corners c = mesh_a_.corners(t);
+    for (Vec3& v : c) v = a_.pose.rotation * v;
+    return c;
+  }
+  Corners corners_of_b(std::uint32_t t) const {
+    Corners c = mesh_b_.corners(t);
+    for (Vec3& v : c) v = b_.pose.rotation * v + between_;
+    return c;
+  }
+
+  // Where the points lie so close that rounding turns the direction between them, that of the triangles' features.
+  Vec3 direction(const TrianglePair& pair, const Nearest& near) const {
+    if (near.distance > tolerance::noisy_difference * (reach(mesh_a_) + reach(mesh_b_)))
+      return unit(near.on_b - near.on_a, near.distance);
+    const Corners p = corners_of_a(pair[0]), q = corners_of_b(pair[1]);
+    const Vec3 normal =
+        solve_convex(TriangleView(p), Pose{}, TriangleView(q), Pose{}, Request::distance, for_triangles(options_), nullptr)
+            .normal;
+    if (normal.norm() > 0.5) return normal;
+    return near.distance > 0 ? unit(near.on_b - near.on_a, near.distance) : Vec3::UnitZ();
+  }
+
+  // No point of either surface about these two is nearer to the other one.
+  bool is_nearest_around(const Near& near) const {
+    const double slack = tolerance::alike * size_;
+    const Mat3 &to_a = a_.pose.rotation.transpose(), &to_b = b_.pose.rotation.transpose();
+    return in_normal_cone(mesh_a_, near.pair[0], to_a * near.normal, to_a * near.points.on_a, slack) &&
+           in_normal_cone(mesh_b_, near.pair[1], to_b * -near.normal, to_b * (near.points.on_b - between_), slack);
+  }
+
+  void add_patch(const Near& near) {
+    const Corners p = corners_of_a(near.pair[0]), q = corners_of_b(near.pair[1]);
+    const LocalAnswer answer{near.points.distance, near.points.on_a, near.points.on_b, near.normal, 0};
+    constexpr bool whole = true;
+    room_.clear();
+    append_manifold(TriangleView(p), TriangleView(q), {Mat3::Identity(), Vec3::Zero()}, answer, options_.margin, Pose{},
+                    room_, whole);
+    patches_.add(near.pair[0], room_);
+  }
+
+  const Posed &a_, &b_;
+  const MeshModel &mesh_a_, &mesh_b_;
+  const Vec3 between_;
+  const double size_;
+  const NarrowPhaseOptions& options_;
+  PatchCollector patches_;
+  Near nearest_;
+  std::vector<Contact> room_;
+};
+
+}  // namespace
+
+PairAnswer gap_contacts(const Posed& a, const Posed& b, std::span<const TrianglePair> meeting,
+                        const NarrowPhaseOptions& options, std::vector<Contact>& contacts) {
+  const std::size_t first = contacts.size();
+  GapContacts gaps(a, b, options);
+  const auto meet = [&](std::uint32_t i, std::uint32_t j) {
+    return std::binary_search(meeting.begin(), meeting.end(), TrianglePair{i, j});
+  };
+  const auto visit = [&](const TrianglePair& pair, const Nearest& near) {
+    if (near.distance > 0) gaps.add(pair, near);
+    return true;
+  };
+  NearestSearch(a, b, options.limit).each_within(options.margin, meet, visit, {}, ApartByNormals(a, b));
+  gaps.finish(contacts);
+  PairAnswer answer;
+  if (!meeting.empty() || gaps.nearest().distance > options.margin) return answer;
+  const Nearest& near = gaps.nearest();
+  answer.signed_distance = near.distance;
+  answer.point_a = near.on_a + a.pose.translation;
+  answer.point_b = near.on_b + a.pose.translation;
+  answer.normal = gaps.normal();
+  if (contacts.size() == first) contacts.push_back(contact_of(answer));
+  const std::span found = std::span(contacts).subspan(first);
+  for (Contact& c : found) c.depth = std::min(c.depth, -near.distance);
+  std::max_element(found.begin(), found.end(), [](const Contact& x, const Contact& y) {
+    return x.depth < y.depth;
+  })->depth = -near.distance;
+  return answer;
+}
+
+}  // namespace tandem

@@ -1,0 +1,94 @@
+#include "shapes/normal_cones.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <span>
+
+#include "shapes/mesh_model.h"
+#include "tolerances.h"
+
+namespace tandem {
+namespace {
+
+using Direction = Eigen::Vector3f;
+
+constexpr auto all_around = std::numbers::pi_v<float>;
+constexpr int most_around_corner = 64;  // triangles; of more the cone has all directions
+
+Direction normal_of(const MeshModel& mesh, std::uint32_t t) {
+  const auto c = mesh.corners(t);
+  const Vec3 area = (c[1] - c[0]).cross(c[2] - c[0]);
+  const double longest = std::max({(c[1] - c[0]).norm(), (c[2] - c[0]).norm(), (c[2] - c[1]).norm()});
+  if (!(area.norm() > tolerance::flush * longest * longest)) return Direction::Zero();
+  return area.normalized().cast<float>();
+}
+
+// The triangles about corner k of t but itself; false where they do not go all the way round.
+template <class Visit>
+bool each_around_corner(const MeshModel& mesh, std::uint32_t t, std::size_t k, Visit&& visit) {
+  const Vec3 corner = mesh.corners(t)[k];
+  std::uint32_t at = t;
+  std::size_t c = k;
+  for (int i = 0; i < most_around_corner; ++i) {
+    const std::uint32_t next = mesh.neighbours[at][c];
+    if (next == t) return true;
+    if (next == no_index) return false;
+    const auto p = mesh.corners(next);
+    const auto same = static_cast<std::size_t>(std::find(p.begin(), p.end(), corner) - p.begin());
+    if (same == 3) return false;
+    visit(next);
+    at = next;
+    c = same;
+  }
+  return false;
+}
+
+float angle_between(const Direction& x, const Direction& y) { return std::atan2(x.cross(y).norm(), x.dot(y)); }
+
+// The cone about the sum of the axes; what is wider than half a space has all directions.
+NormalCone around(std::span<const NormalCone> cones) {
+  Direction sum = Direction::Zero();
+  for (const NormalCone& cone : cones) {
+    if (!(cone.angle < all_around / 2)) return {};
+    sum += cone.axis;
+  }
+  if (!(sum.norm() > static_cast<float>(tolerance::flush))) return {};
+  NormalCone out{sum.normalized(), 0};
+  for (const NormalCone& cone : cones) out.angle = std::max(out.angle, angle_between(out.axis, cone.axis) + cone.angle);
+  return out;
+}
+
+NormalCone of_triangle(const MeshModel& mesh, std::uint32_t t, std::span<const Direction> normals,
+                       std::vector<NormalCone>& room) {
+  room.assign(1, {normals[t], 0});
+  bool closed = !normals[t].isZero();
+  for (std::size_t k = 0; k < 3 && closed; ++k)
+    closed = each_around_corner(mesh, t, k, [&](std::uint32_t next) {
+      room.push_back({normals[next], normals[next].isZero() ? all_around : 0});
+    });
+  if (!closed) return {};
+  NormalCone cone = around(room);
+  cone.angle += static_cast<float>(tolerance::cone_slack);
+  return cone;
+}
+
+}  // namespace
+
+NormalCones::NormalCones(const MeshModel& mesh) : cones_(mesh.nodes.size() * mesh_lanes) {
+  std::vector<Direction> normals(mesh.triangles.size());
+  for (std::uint32_t t = 0; t < normals.size(); ++t) normals[t] = normal_of(mesh, t);
+  std::vector<NormalCone> room;
+  const auto add = [&](const auto& self, std::uint32_t at) -> NormalCone {
+    const MeshNode& node = mesh.nodes[at];
+    const std::span own = std::span(cones_).subspan(at * mesh_lanes, node.lanes);
+    for (std::uint32_t k = 0; k < node.lanes; ++k)
+      own[k] = node.count[k] > 0 ? of_triangle(mesh, mesh.order[node.child[k]], normals, room) : self(self, node.child[k]);
+    return around(own);
+  };
+  add(add, 0);
+}
+
+const NormalCone& NormalCones::of(std::uint32_t node, std::uint32_t lane) const { return cones_[node * mesh_lanes + lane]; }
+
+}  // namespace tandem

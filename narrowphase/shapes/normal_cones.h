@@ -1,0 +1,35 @@
+// Cones of a mesh's normals, for every place in its hierarchy (Johnson and Cohen, Spatialized normal cone hierarchies,
+// 2001): where two surfaces are nearest each other their normals oppose each other along the way between them.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "tandem/narrowphase/pose.h"
+
+namespace tandem {
+
+namespace detail {
+struct MeshModel;
+}
+
+/// All directions within an angle of an axis.
+struct NormalCone {
+  Eigen::Vector3f axis = Eigen::Vector3f::Zero();  ///< unit, in the mesh's frame
+  float angle = 4;                                 ///< radians; pi and more: every direction
+};
+
+class NormalCones {
+ public:
+  explicit NormalCones(const detail::MeshModel& mesh);
+
+  /// Has the normals of all triangles below a child of a node and of all that share a corner with one of these, and so
+  /// the directions along which their faces, edges and corners are farthest; where one has a border or no area, all.
+  const NormalCone& of(std::uint32_t node, std::uint32_t lane) const;
+  std::size_t memory() const { return cones_.capacity() * sizeof(NormalCone); }
+
+ private:
+  std::vector<NormalCone> cones_;
+};
+
+}  // namespace tandem

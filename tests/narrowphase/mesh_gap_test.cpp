@@ -1,0 +1,145 @@
+// Contacts of two meshes that are apart by no more than the margin.
+#include <algorithm>
+#include <random>
+
+#include "catch.h"
+#include "mesh_samples.h"
+#include "tandem/narrowphase/narrow_phase.h"
+#include "tandem/narrowphase/several_pairs.h"
+
+using namespace tandem;
+using namespace tandem::test;
+
+namespace {
+
+struct Found {
+  PairAnswer answer;
+  std::vector<Contact> contacts;
+};
+
+Found gaps(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb, double margin) {
+  Found out;
+  out.answer = NarrowPhase({.margin = margin}).solve(a, pa, b, pb, Request::contacts, &out.contacts);
+  return out;
+}
+
+double distance(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb) {
+  return NarrowPhase().solve(a, pa, b, pb, Request::distance).signed_distance;
+}
+
+// A square plate of n by n cells of edge 1 at height 0, its corners' heights by a function.
+template <class Height>
+Mesh plate(std::uint32_t n, const Height& height) {
+  Mesh mesh;
+  for (std::uint32_t i = 0; i <= n; ++i)
+    for (std::uint32_t j = 0; j <= n; ++j) mesh.vertices.emplace_back(i, j, height(i, j));
+  for (std::uint32_t i = 0; i < n; ++i)
+    for (std::uint32_t j = 0; j < n; ++j) {
+      const std::uint32_t k = i * (n + 1) + j, l = k + n + 1;
+      mesh.triangles.push_back({k, l, l + 1});
+      mesh.triangles.push_back({k, l + 1, k + 1});
+    }
+  return mesh;
+}
+
+// Both surfaces are there, half the gap away at most; other places of them may be nearer.
+void check_contact(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb, const Contact& c, double margin) {
+  const double gap = -c.depth, size = a.size() + b.size();
+  CHECK(gap > 0);
+  CHECK(gap <= margin);
+  CHECK(c.normal.norm() == Approx(1));
+  const Shape point = Sphere{0};
+  const Pose at{Mat3::Identity(), c.point};
+  CHECK(distance(point, at, a, pa) < gap / 2 + 1e-9 * size);
+  CHECK(distance(point, at, b, pb) < gap / 2 + 1e-9 * size);
+}
+
+}  // namespace
+
+TEST_CASE("mesh gaps: two cubes are held at the corners of what faces each other") {
+  const Shape cube = Shape(box_mesh({1, 1, 1}));
+  for (const double turn : {0.0, 0.7, 2.0}) {
+    const Pose common = Pose::from(Quat(Eigen::AngleAxisd(turn, Vec3(1, 2, 3).normalized())), {5, 6, 7});
+    const Pose a = common, b{common.rotation, common * Vec3(1.1, 0.25, 0.5)};
+    const Found found = gaps(cube, a, cube, b, 0.2);
+    REQUIRE(found.contacts.size() == 4);
+    CHECK_FALSE(found.answer.collide);
+    CHECK(found.answer.signed_distance == Approx(0.1));
+    for (const Contact& c : found.contacts) {
+      CHECK(c.depth == Approx(-0.1));
+      CHECK((c.normal - common.rotation.col(0)).norm() < 1e-12);
+      const Vec3 local = common.rotation.transpose() * (c.point - common.translation);
+      CHECK(local.x() == Approx(0.55));
+      CHECK(std::min(std::abs(local.y() + 0.25), std::abs(local.y() - 0.5)) < 1e-9);
+      CHECK(std::min(std::abs(local.z()), std::abs(local.z() - 0.5)) < 1e-9);
+    }
+    CHECK(gaps(cube, a, cube, b, 0.09).contacts.empty());
+    CHECK(gaps(cube, a, cube, b, 0).contacts.empty());
+  }
+}
+
+TEST_CASE("mesh gaps: two fine plates are held at the corners of what they share, a wave at its crests") {
+  const Shape flat = Shape(plate(24, [](auto, auto) { return 0; }));
+  const Found plates = gaps(flat, Pose{}, flat, Pose::at(3.25, 4.5, 0.3), 0.5);
+  REQUIRE(plates.contacts.size() == 4);
+  for (const Contact& c : plates.contacts) {
+    CHECK(c.depth == Approx(-0.3));
+    CHECK(std::min(std::abs(c.point.x() - 3.25), std::abs(c.point.x() - 24)) < 1e-9);
+    CHECK(std::min(std::abs(c.point.y() - 4.5), std::abs(c.point.y() - 24)) < 1e-9);
+  }
+  // Two crests of different height, 16 apart: both push.
+  const Shape wave = Shape(plate(24, [](std::uint32_t i, auto) { return i == 4 ? 1.0 : i == 20 ? 0.9 : 0.0; }));
+  const Found crests = gaps(wave, Pose{}, flat, Pose::at(0, 0, 1.1), 0.25);
+  REQUIRE(crests.contacts.size() == 4);
+  CHECK(crests.answer.signed_distance == Approx(0.1));
+  CHECK(std::count_if(crests.contacts.begin(), crests.contacts.end(),
+                      [](const Contact& c) { return std::abs(c.depth + 0.1) < 1e-9 && std::abs(c.point.x() - 4) < 1e-9; }) ==
+        2);
+  CHECK(std::count_if(crests.contacts.begin(), crests.contacts.end(), [](const Contact& c) {
+          return std::abs(c.depth + 0.2) < 1e-9 && std::abs(c.point.x() - 20) < 1e-9;
+        }) == 2);
+}
+
+TEST_CASE("mesh gaps: there is a contact if and only if the gap is within the margin, and each says what is there") {
+  std::mt19937_64 random(17);
+  const Shape ring = Shape(torus(1, 0.35, 24, 12)), cube = Shape(box_mesh({1, 0.7, 0.4}, 2)),
+              open = Shape(plate(6, [](std::uint32_t i, std::uint32_t j) { return 0.3 * ((i * 5 + j * 3) % 4); }));
+  const std::array shapes{&ring, &cube, &open};
+  int near = 0, far = 0;
+  for (int i = 0; i < 400; ++i) {
+    const Shape &a = *shapes[random() % 3], &b = *shapes[random() % 3];
+    const Pose pa = Pose::from(random_turn(random), Vec3::Zero());
+    const Pose pb = Pose::from(random_turn(random), random_point(random, 2.5));
+    const double gap = distance(a, pa, b, pb), margin = 0.4;
+    if (gap <= 0) continue;
+    const Found found = gaps(a, pa, b, pb, margin);
+    CHECK_FALSE(found.answer.collide);
+    CHECK(found.contacts.empty() == (gap > margin));
+    (gap > margin ? far : near)++;
+    if (gap > margin) continue;
+    double least = margin;
+    for (const Contact& c : found.contacts) {
+      check_contact(a, pa, b, pb, c, margin);
+      least = std::min(least, -c.depth);
+    }
+    CHECK(least == Approx(gap).epsilon(1e-12));
+    CHECK(found.answer.signed_distance == Approx(gap).epsilon(1e-12));
+    const Found back = gaps(b, pb, a, pa, margin);
+    REQUIRE(back.contacts.size() == found.contacts.size());
+    for (std::size_t k = 0; k < back.contacts.size(); ++k) {
+      CHECK(back.contacts[k].point == found.contacts[k].point);
+      CHECK(back.contacts[k].normal == -found.contacts[k].normal);
+      CHECK(back.contacts[k].depth == found.contacts[k].depth);
+    }
+  }
+  CHECK(near > 40);
+  CHECK(far > 40);
+}
+
+TEST_CASE("mesh gaps: without them two meshes report what intersects alone") {
+  const Shape cube = Shape(box_mesh({1, 1, 1}));
+  std::vector<Contact> contacts;
+  NarrowPhase({.margin = 0.2, .mesh_margin = false})
+      .solve(cube, Pose{}, cube, Pose::at(1.1, 0, 0), Request::contacts, &contacts);
+  CHECK(contacts.empty());
+}
