@@ -29,7 +29,7 @@ struct Options {
   std::string scene, steps = "300", bodies, seed, executor = "flowgraph", threads = "0", split = "dynamic";
   std::string balance = "busy", broad_phase = "auto", request, tolerance = "0", margin, keep = "0";
   std::string json, contacts, trace, record;
-  bool strict = false;
+  bool strict = false, mesh_margin = false;
 };
 
 // A signal is the one thing that reaches a handler by no other way.
@@ -87,6 +87,7 @@ PipelineOptions pipeline_options(const Options& options) {
   out.broad_phase = named_option("--broadphase", options.broad_phase, broad_phases);
   out.answer.tolerance = number_option("--tolerance", options.tolerance, 0, 0.1);
   out.answer.keep_contacts = number_option("--keep-contacts", options.keep, 0, 0.1);
+  out.answer.mesh_margin = options.mesh_margin;
   if (!options.margin.empty()) out.answer.margin = number_option("--margin", options.margin, 0, 1e6);
   const Split split = read_split(options.split);
   if (!split.dynamic()) {
@@ -353,6 +354,8 @@ void add_run_command(CLI::App& program, DescriptorBuffer& out, int& status) {
   add("--threads", "P", o->threads, "threads in all, 0 to 1024, the caller counted; 0 asks the runtime");
   add("--split", "X-Y", o->split, "threads for broad and narrow phase (threads, flowgraph), or dynamic");
   add("--balance", "NAME", o->balance, "how a dynamic split is found: paper or busy");
+  command->add_flag("--mesh-margin", o->mesh_margin,
+                    "gaps between two meshes count, too; steps of meshes take several times as long");
   command->add_flag("--strict", o->strict, "flowgraph, threads: no help across the two phases, as in the paper");
   add("--broadphase", "NAME", o->broad_phase, "brute, sweep, grid, bvh or auto");
   add("--request", "NAME", o->request, "collide, distance or contacts; default: the scene's");

@@ -83,12 +83,15 @@ NormalCones::NormalCones(const MeshModel& mesh) : cones_(mesh.nodes.size() * mes
     const MeshNode& node = mesh.nodes[at];
     const std::span own = std::span(cones_).subspan(at * mesh_lanes, node.lanes);
     for (std::uint32_t k = 0; k < node.lanes; ++k)
-      own[k] = node.count[k] > 0 ? of_triangle(mesh, mesh.order[node.child[k]], normals, room) : self(self, node.child[k]);
+      own[k] =
+          node.count[k] > 0 ? of_triangle(mesh, mesh.order[node.child[k]], normals, room) : self(self, node.child[k]);
     return around(own);
   };
   add(add, 0);
 }
 
-const NormalCone& NormalCones::of(std::uint32_t node, std::uint32_t lane) const { return cones_[node * mesh_lanes + lane]; }
+const NormalCone& NormalCones::of(std::uint32_t node, std::uint32_t lane) const {
+  return cones_[node * mesh_lanes + lane];
+}
 
 }  // namespace tandem

@@ -92,9 +92,9 @@ TEST_CASE("mesh gaps: two fine plates are held at the corners of what they share
   const Found crests = gaps(wave, Pose{}, flat, Pose::at(0, 0, 1.1), 0.25);
   REQUIRE(crests.contacts.size() == 4);
   CHECK(crests.answer.signed_distance == Approx(0.1));
-  CHECK(std::count_if(crests.contacts.begin(), crests.contacts.end(),
-                      [](const Contact& c) { return std::abs(c.depth + 0.1) < 1e-9 && std::abs(c.point.x() - 4) < 1e-9; }) ==
-        2);
+  CHECK(std::count_if(crests.contacts.begin(), crests.contacts.end(), [](const Contact& c) {
+          return std::abs(c.depth + 0.1) < 1e-9 && std::abs(c.point.x() - 4) < 1e-9;
+        }) == 2);
   CHECK(std::count_if(crests.contacts.begin(), crests.contacts.end(), [](const Contact& c) {
           return std::abs(c.depth + 0.2) < 1e-9 && std::abs(c.point.x() - 20) < 1e-9;
         }) == 2);

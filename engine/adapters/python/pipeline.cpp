@@ -18,7 +18,7 @@ namespace {
 
 std::unique_ptr<SharedPipeline> pipeline(int threads, const std::string& executor, const std::string& broad_phase,
                                          const std::string& asked, double tolerance, double margin,
-                                         double keep_contacts, bool contact_hash,
+                                         double keep_contacts, bool mesh_margin, bool contact_hash,
                                          std::optional<std::array<int, 2>> split) {
   PipelineOptions options;
   options.threads = threads;
@@ -30,6 +30,7 @@ std::unique_ptr<SharedPipeline> pipeline(int threads, const std::string& executo
   options.answer.tolerance = tolerance;
   options.answer.margin = margin;
   options.answer.keep_contacts = keep_contacts;
+  options.answer.mesh_margin = mesh_margin;
   options.answer.contact_hash = contact_hash;
   if (split) options.balance.split = {(*split)[0], (*split)[1]};
   return std::make_unique<SharedPipeline>(std::move(options));
@@ -117,13 +118,14 @@ void bind_pipeline(py::module_& m) {
       m, "Pipeline", "Detects collisions in a scene, step by step; the answer does not depend on threads or executor.")
       .def(py::init(&pipeline), py::kw_only(), py::arg("threads") = 0, py::arg("executor") = "flowgraph",
            py::arg("broad_phase") = "auto", py::arg("request") = "contacts", py::arg("tolerance") = 0.0,
-           py::arg("margin") = 0.0, py::arg("keep_contacts") = 0.0, py::arg("contact_hash") = false,
-           py::arg("split") = py::none(),
+           py::arg("margin") = 0.0, py::arg("keep_contacts") = 0.0, py::arg("mesh_margin") = false,
+           py::arg("contact_hash") = false, py::arg("split") = py::none(),
            "threads: in all, 0 asks oneTBB. executor: 'sequential', 'barrier', 'fused', 'threads', 'flowgraph'. "
            "broad_phase: 'brute',\n"
            "'sweep', 'grid', 'bvh', 'auto'. request: 'collide', 'distance', 'contacts'. tolerance, keep_contacts: "
            "accepted error\n"
-           "relative to the bodies' size, [0, 0.1]. margin: m, gaps up to it are reported. split: (broad, narrow) "
+           "relative to the bodies' size, [0, 0.1]. margin: m, gaps up to it are reported; of two meshes with "
+           "mesh_margin. split: (broad, narrow) "
            "threads.")
       .def("step", &step, py::arg("scene"), py::kw_only(), py::arg("timeout") = py::none(),
            "Finds all contacts; returns the report. timeout: s; then with what is finished, and 'incomplete' among its "

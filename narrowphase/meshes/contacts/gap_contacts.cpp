@@ -18,12 +18,16 @@
 namespace tandem {
 namespace {
 
-/// Pairs of places in which no points can be the nearest of both surfaces around them: along the way from the one to the
-/// other there is no normal of A, or none of B against it.
+/// Pairs of places in which no points can be the nearest of both surfaces around them: along the way from the one to
+/// the other there is no normal of A, or none of B against it.
 class ApartByNormals {
  public:
   ApartByNormals(const Posed& a, const Posed& b)
-      : a_(a), b_(b), mesh_a_(mesh_of(a.shape)), mesh_b_(mesh_of(b.shape)), between_(b.pose.translation - a.pose.translation) {}
+      : a_(a),
+        b_(b),
+        mesh_a_(mesh_of(a.shape)),
+        mesh_b_(mesh_of(b.shape)),
+        between_(b.pose.translation - a.pose.translation) {}
 
   bool operator()(const Item& at) const {
     const BoxOf box_a(mesh_a_, at.a), box_b(mesh_b_, at.b);
@@ -105,9 +109,9 @@ class GapContacts {
     if (near.distance > tolerance::noisy_difference * (reach(mesh_a_) + reach(mesh_b_)))
       return unit(near.on_b - near.on_a, near.distance);
     const Corners p = corners_of_a(pair[0]), q = corners_of_b(pair[1]);
-    const Vec3 normal =
-        solve_convex(TriangleView(p), Pose{}, TriangleView(q), Pose{}, Request::distance, for_triangles(options_), nullptr)
-            .normal;
+    const Vec3 normal = solve_convex(TriangleView(p), Pose{}, TriangleView(q), Pose{}, Request::distance,
+                                     for_triangles(options_), nullptr)
+                            .normal;
     if (normal.norm() > 0.5) return normal;
     return near.distance > 0 ? unit(near.on_b - near.on_a, near.distance) : Vec3::UnitZ();
   }

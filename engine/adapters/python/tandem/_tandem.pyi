@@ -132,12 +132,13 @@ class Pipeline:
         tolerance: float = 0.0,
         margin: float = 0.0,
         keep_contacts: float = 0.0,
+        mesh_margin: bool = False,
         contact_hash: bool = False,
         split: Optional[Tuple[int, int]] = None
     ) -> None:
         """threads: in all, 0 asks oneTBB. executor: 'sequential', 'barrier', 'fused', 'threads', 'flowgraph'. broad_phase: 'brute',
         'sweep', 'grid', 'bvh', 'auto'. request: 'collide', 'distance', 'contacts'. tolerance, keep_contacts: accepted error
-        relative to the bodies' size, [0, 0.1]. margin: m, gaps up to it are reported. split: (broad, narrow) threads.
+        relative to the bodies' size, [0, 0.1]. margin: m, gaps up to it are reported; of two meshes with mesh_margin. split: (broad, narrow) threads.
         """
     def step(self, scene: Scene, *, timeout: Optional[float] = None) -> StepReport:
         """Finds all contacts; returns the report. timeout: s; then with what is finished, and 'incomplete' among its issues."""
