@@ -7,8 +7,10 @@
 #include <string_view>
 
 #include "tandem/broadphase/broad_phase.h"
+#include "tandem/engine/cost_model.h"
 #include "tandem/engine/scene.h"
 #include "tandem/flowgraph/contact_list.h"
+#include "tandem/flowgraph/executor.h"
 #include "tandem/flowgraph/options.h"
 #include "tandem/flowgraph/report.h"
 
@@ -55,6 +57,20 @@ struct PipelineOptions {
   /// (a, b) with a > b.
   PairPredicate predicate{};
   AnswerListener on_answers{};  ///< empty: the list at the end is all
+  /// Microseconds, [0, longest_awake]; 0: never. Executor flowgraph: its workers stay awake after a step for at most so
+  /// long, so that short steps gain by a second thread; what it cost is ExecutionReport::awake_ms. What else the process
+  /// runs with oneTBB between two steps, such as a response on several threads, has to do without them meanwhile.
+  double stay_awake = 0;
+
+  // Parts of one's own. Each factory is called once, by the pipeline's constructor; empty: tandem's own part.
+
+  /// In place of `broad_phase`. What it puts is looked at: boxes that are not there, and pairs that come twice into the
+  /// answer, end the step with std::invalid_argument. A pair that it leaves out is not missed.
+  BroadPhaseFactory own_broad_phase{};
+  /// In place of `executor`. A list that is not in canonical order ends the step with std::invalid_argument.
+  ExecutorFactory own_executor{};
+  /// What costs much is begun first, by this guess instead of what the pairs of meshes took in the step before.
+  CostModelFactory own_costs{};
 };
 
 /// What one step found and did.
@@ -84,8 +100,8 @@ class Pipeline {
   Pipeline(Pipeline&&) noexcept;
   Pipeline& operator=(Pipeline&&) noexcept;
 
-  /// Throws only what the predicate or the listener throws, or std::bad_alloc; the pipeline is ready for the next step
-  /// then. When `stop` is requested, or the task group of the calling oneTBB task is cancelled (executors barrier,
+  /// Throws only what the predicate, the listener or a part of one's own throws or does wrong, or std::bad_alloc; the
+  /// pipeline is ready for the next step then. When `stop` is requested, or the task group of the calling oneTBB task is cancelled (executors barrier,
   /// fused and flowgraph), the step ends early with an empty answer; both reach into pairs with a mesh.
   ///
   /// When the deadline passes, the answer has what is finished: pairs that are complete; pairs that were found but not
