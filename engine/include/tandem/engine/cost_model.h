@@ -20,7 +20,7 @@ class CostModel {
   /// What the narrow phase of a pair will take. From many threads at once, also for pairs that are not narrowed at last;
   /// the same answer whenever it is asked within a step.
   virtual std::chrono::nanoseconds guess(Pair pair) const = 0;
-  /// What the narrow phase of some pairs took that were guessed to be costly. From many threads at once.
+  /// What the narrow phase of some pairs took, of which one or all were guessed to be costly. From many threads at once.
   virtual void took(std::span<const Pair>, std::chrono::nanoseconds) {}
 };
 
