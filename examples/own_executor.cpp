@@ -1,5 +1,5 @@
-// An executor of one's own: oneTBB's parallel loops with a static division, each thread an equal part of the tiles, whose
-// pairs it narrows itself.
+// An executor of one's own: oneTBB's parallel loops with a static division, each thread an equal part of the tiles,
+// whose pairs it narrows itself.
 #include <oneapi/tbb/enumerable_thread_specific.h>
 #include <oneapi/tbb/parallel_for.h>
 
@@ -68,7 +68,8 @@ int main() {
   }
   std::printf("a scene: %zu pairs, the same contacts\n", static_cast<std::size_t>(pairs));
 
-  // A made-up load: tiles of 5 us, each with 20 pairs of 0.3 us. What there is to gain, and what this executor makes of it.
+  // A made-up load: tiles of 5 us, each with 20 pairs of 0.3 us. What there is to gain, and what this executor makes of
+  // it.
   tandem::TileWork load({.tiles = 100, .pairs_a_tile = 20, .tile_ns = 5000, .pair_ns = 300});
   tandem::ContactList list, usual;
   tandem::ExecutionReport own, sequential;

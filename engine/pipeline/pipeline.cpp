@@ -574,16 +574,14 @@ class SceneWork final : public StepWork {
   std::vector<PlacedSphere> spheres_;  // then: one a body, with an infinite radius where it is another shape
   mutable Found found_;                // of the step at hand
   mutable std::atomic<bool> incomplete_{false};
-  mutable PairCosts costs_;            // where there are meshes
+  mutable PairCosts costs_;  // where there are meshes
 };
 
 }  // namespace
 
 struct Pipeline::Impl {
   explicit Impl(PipelineOptions wanted)
-      : options(checked(std::move(wanted))),
-        work(options),
-        executor(executor_of(options)) {}
+      : options(checked(std::move(wanted))), work(options), executor(executor_of(options)) {}
 
   PipelineOptions options;
   SceneWork work;

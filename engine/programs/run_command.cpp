@@ -355,7 +355,8 @@ void add_run_command(CLI::App& program, DescriptorBuffer& out, int& status) {
   add("--threads", "P", o->threads, "threads in all, 0 to 1024, the caller counted; 0 asks the runtime");
   add("--split", "X-Y", o->split, "threads for broad and narrow phase (threads, flowgraph), or dynamic");
   add("--balance", "NAME", o->balance, "how a dynamic split is found: paper or busy");
-  add("--stay-awake", "US", o->awake, "flowgraph: workers spin between steps for at most so many microseconds, 0 to 1e5");
+  add("--stay-awake", "US", o->awake,
+      "flowgraph: workers spin between steps for at most so many microseconds, 0 to 1e5");
   command->add_flag("--strict", o->strict, "flowgraph, threads: no help across the two phases, as in the paper");
   add("--broadphase", "NAME", o->broad_phase, "brute, sweep, grid, bvh or auto");
   add("--request", "NAME", o->request, "collide, distance or contacts; default: the scene's");

@@ -146,8 +146,9 @@ TEST_CASE("sockets: what an own broad phase puts wrongly ends the step by a mess
       };
       CHECK(refused([](std::size_t, PairSink& sink) { sink.put(3, 4'000'000'000u); }) ==
             "own_broad_phase: block 5 put the pair (3, 4000000000), allowed: two different boxes of 61");
-      CHECK(refused([](std::size_t, PairSink& sink) { sink.put_allowed({7, 7}); }) ==
-            "own_broad_phase: block 5 put the pair (7, 7), allowed: two different boxes of 61");
+      CHECK(refused([](std::size_t, PairSink& sink) {
+              sink.put_allowed({7, 7});
+            }) == "own_broad_phase: block 5 put the pair (7, 7), allowed: two different boxes of 61");
       const std::string name = '(' + std::to_string(twice.a) + ", " + std::to_string(twice.b) + ')';
       CHECK(refused([&](std::size_t, PairSink& sink) { sink.put(twice.b, twice.a); }) ==
             "own_broad_phase: put the pair " + name + " twice, allowed: each pair once");

@@ -17,9 +17,7 @@ using namespace std::chrono_literals;
 namespace {
 
 ExecutorOptions awake(int threads, double microseconds) {
-  return {.threads = threads,
-          .sharing = {.form = StepForm::ordered, .short_step_ms = 0},
-          .stay_awake = microseconds};
+  return {.threads = threads, .sharing = {.form = StepForm::ordered, .short_step_ms = 0}, .stay_awake = microseconds};
 }
 
 }  // namespace
@@ -154,7 +152,8 @@ TEST_CASE("awake workers: several executors in one arena, and tasks of the host 
 
 TEST_CASE("awake workers: a time that cannot be is refused by its name") {
   using Catch::Matchers::StartsWith;
-  for (const double wrong : {-1.0, 2e5, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
+  for (const double wrong :
+       {-1.0, 2e5, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
     for (const ExecutorKind kind : executor_kinds)
       CHECK_THROWS_WITH(make_executor({.kind = kind, .stay_awake = wrong}), StartsWith("stay_awake: "));
 }

@@ -103,7 +103,9 @@ TEST_CASE("step form: sums are never two in a hundred above the caller's, though
           double sum = 0, alone = 0;
           for (int scene = 0; scene < 20; ++scene) {
             Steps steps(small_ms);
-            const auto noisy = [&](double ms) { return ms * (1 + noise * static_cast<double>(random() % 1000) / 1000); };
+            const auto noisy = [&](double ms) {
+              return ms * (1 + noise * static_cast<double>(random() % 1000) / 1000);
+            };
             for (int i = 0; i < count; ++i) {
               const double caller = noisy(0.4), overlapped = noisy(1.05 * shared * 0.4), ordered = noisy(shared * 0.4);
               const StepForm form = steps.step(caller, overlapped, ordered);

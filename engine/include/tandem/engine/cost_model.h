@@ -17,10 +17,11 @@ class CostModel {
   virtual ~CostModel() = default;
   /// Before each step, on the thread that runs it. The scene stays as it is until the step ends.
   virtual void begin_step(const Scene&) {}
-  /// What the narrow phase of a pair will take. From many threads at once, also for pairs that are not narrowed at last;
-  /// the same answer whenever it is asked within a step.
+  /// What the narrow phase of a pair will take. From many threads at once, also for pairs that are not narrowed at
+  /// last; the same answer whenever it is asked within a step.
   virtual std::chrono::nanoseconds guess(Pair pair) const = 0;
-  /// What the narrow phase of some pairs took, of which one or all were guessed to be costly. From many threads at once.
+  /// What the narrow phase of some pairs took, of which one or all were guessed to be costly. From many threads at
+  /// once.
   virtual void took(std::span<const Pair>, std::chrono::nanoseconds) {}
 };
 

@@ -31,7 +31,8 @@ struct AnswerOptions {
   /// the answer of two at rest stays as it is. Else, for pairs that moved so little, one body seen from the other, that
   /// no point moved farther and nothing turned by more than this angle (radians), the answer is moved along; closed
   /// forms are cheaper to compute. PairAnswer::error_bound says how far either may be off. Between convex bodies
-  /// distance and depth are right within it and verdicts exact; contacts with a mesh are those of poses so near.
+  /// distance and depth are right within it and verdicts exact; contacts with a mesh are those of poses so near:
+  /// between two meshes the unproven depth (Status::unproven) may jump from one such pose to another by more than this.
   /// Request::collide is always computed.
   double keep_contacts = 0;
   bool contact_hash = false;  ///< fill StepReport::contact_hash (some 10 ns a contact, outside detect_ms)
@@ -53,13 +54,14 @@ struct PipelineOptions {
   BalanceOptions balance{};
   PairBatchOptions batches{};
   SharingOptions sharing{};
-  /// A user's own filter of pairs, by batches; empty: none. It may turn a pair round: then it is answered, and listed, as
-  /// (a, b) with a > b.
+  /// A user's own filter of pairs, by batches; empty: none. It may turn a pair round: then it is answered, and listed,
+  /// as (a, b) with a > b.
   PairPredicate predicate{};
   AnswerListener on_answers{};  ///< empty: the list at the end is all
   /// Microseconds, [0, longest_awake]; 0: never. Executor flowgraph: its workers stay awake after a step for at most so
-  /// long, so that short steps gain by a second thread; what it cost is ExecutionReport::awake_ms. What else the process
-  /// runs with oneTBB between two steps, such as a response on several threads, has to do without them meanwhile.
+  /// long, so that short steps gain by a second thread; what it cost is ExecutionReport::awake_ms. What else the
+  /// process runs with oneTBB between two steps, such as a response on several threads, has to do without them
+  /// meanwhile.
   double stay_awake = 0;
 
   // Parts of one's own. Each factory is called once, by the pipeline's constructor; empty: tandem's own part.
@@ -101,8 +103,9 @@ class Pipeline {
   Pipeline& operator=(Pipeline&&) noexcept;
 
   /// Throws only what the predicate, the listener or a part of one's own throws or does wrong, or std::bad_alloc; the
-  /// pipeline is ready for the next step then. When `stop` is requested, or the task group of the calling oneTBB task is cancelled (executors barrier,
-  /// fused and flowgraph), the step ends early with an empty answer; both reach into pairs with a mesh.
+  /// pipeline is ready for the next step then. When `stop` is requested, or the task group of the calling oneTBB task
+  /// is cancelled (executors barrier, fused and flowgraph), the step ends early with an empty answer; both reach into
+  /// pairs with a mesh.
   ///
   /// When the deadline passes, the answer has what is finished: pairs that are complete; pairs that were found but not
   /// finished, with Status::stopped and no contacts; and of boxes that were not looked at yet no pairs. If any is not
