@@ -51,6 +51,8 @@ std::vector<Row> vertex_impacts_bench(const Settings& settings);
 std::vector<Row> grains_bench(const Settings& settings);
 /// Steps with kept contacts: time against the true error of every answer, and whether it is within the bound told.
 std::vector<Row> steps_bench(const Settings& settings);
+/// Short steps by scene, size and executor, with workers that stay awake and without; small worlds in a host's loop.
+std::vector<Row> short_steps_bench(const Settings& settings);
 /// A sheet of cloth that folds onto a ball and itself: new vertices and pairs of triangles, beside FCL's updates.
 std::vector<Row> cloth_bench(const Settings& settings);
 /// Contacts of convex shapes with meshes of 6,000 triangles, beside FCL's; steps of bodies of all kinds.

@@ -12,7 +12,7 @@
 #include "contest.h"
 #include "machine_costs.h"
 #include "progress.h"
-#include "recorded_step.h"
+#include "tandem/flowgraph/measured_step.h"
 #include "simulator.h"
 #include "tandem/engine/builtin_scenes.h"
 #include "tandem/engine/response.h"
@@ -86,7 +86,7 @@ struct Picture {
 /// A scene as it was recorded: what every piece of every step costs, and what threads cost each other that do that at
 /// once.
 struct Recording {
-  std::vector<RecordedForms> steps;
+  std::vector<MeasuredForms> steps;
   int rounds = 1;                    ///< over each step, by every contestant
   double slowdown = 1, sharing = 1;  ///< as in MachineCosts
 };
@@ -166,7 +166,7 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
     BalanceDecision decision;
   };
   std::vector<Cell> cells;
-  std::vector<RecordedStep> runs[std::size(forms)];
+  std::vector<MeasuredStep> runs[std::size(forms)];
   ByForm recorded_busy;
   Samples copy;
   double copies_ms = 0, alone_ms = 0, busy_ms = 0, recorded_busy_ms = 0;
@@ -234,7 +234,7 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
         copies_ms += copy.median();
         alone_ms += result.picture.series.front().ms.back();
         result.recording.steps.push_back(
-            {typical(std::move(runs[0])), typical(std::move(runs[1])), typical(std::move(runs[2]))});
+            {typical_step(std::move(runs[0])), typical_step(std::move(runs[1])), typical_step(std::move(runs[2]))});
         start_step();
         progress.at(static_cast<std::uint64_t>(step) + 1);
       });
@@ -272,7 +272,7 @@ Picture simulate(const Measured& measured, int threads, bool every_split, int ro
     Series& series = picture.series.emplace_back();
     series.contestant = one.contestant;
     series.is_strict_split = one.is_strict_split;
-    for (const RecordedForms& step : measured.recording.steps) {
+    for (const MeasuredForms& step : measured.recording.steps) {
       Samples ms;
       Split split;
       BalanceDecision decision;

@@ -13,7 +13,7 @@
 #include "machine_costs.h"
 #include "tandem/engine/builtin_scenes.h"
 #include "tandem/flowgraph/executor.h"
-#include "tile_work.h"
+#include "tandem/flowgraph/tile_work.h"
 
 namespace tandem::bench {
 namespace {

@@ -153,8 +153,9 @@ void add_haptics(CLI::App& program) {
 }
 
 void add_vertex_impacts(CLI::App& program) {
-  const auto [app, o] = add(program, "vertex-impacts",
-                            "first impacts of vertices on straight lines, held against exact ones", vertex_impacts_bench);
+  const auto [app, o] =
+      add(program, "vertex-impacts", "first impacts of vertices on straight lines, held against exact ones",
+          vertex_impacts_bench);
   app->add_option("--poses", o->poses, "queries of each kind; default: 40000");
 }
 
@@ -174,8 +175,18 @@ void add_steps(CLI::App& program) {
   app->add_option("--bodies", o->bodies, "bodies of each scene; default: 400");
 }
 
+void add_short_steps(CLI::App& program) {
+  const auto [app, o] = add(program, "short-steps", "what a second thread brings to short steps", short_steps_bench);
+  app->add_option("--scene", o->scenes, "built-in scenes, a comma between them");
+  app->add_option("--sizes", o->sizes, "numbers of bodies, a comma between them; default: 100,300,1000,3000");
+  app->add_option("--threads", o->threads, "default: the cores");
+  app->add_option("--steps", o->steps, "simulation steps; default: 400");
+  app->add_option("--repeat", o->repeat, "rounds a step");
+}
+
 void add_cloth(CLI::App& program) {
-  const auto [app, o] = add(program, "cloth", "a folding sheet on a ball and on itself, beside FCL's updates", cloth_bench);
+  const auto [app, o] =
+      add(program, "cloth", "a folding sheet on a ball and on itself, beside FCL's updates", cloth_bench);
   app->add_option("--sizes", o->sizes, "triangles of the sheet; default: 100000");
   app->add_option("--steps", o->steps, "steps of the motion; default: 24");
 }
@@ -251,6 +262,7 @@ int run_program(int count, char** arguments) {
   add_vertex_impacts(program);
   add_grains(program);
   add_steps(program);
+  add_short_steps(program);
   add_cloth(program);
   add_round_meshes(program);
   add_building(program);

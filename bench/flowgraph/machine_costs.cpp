@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "tandem/flowgraph/executor.h"
-#include "tile_work.h"
+#include "tandem/flowgraph/tile_work.h"
 
 namespace tandem::bench {
 namespace {

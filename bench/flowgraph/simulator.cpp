@@ -23,7 +23,7 @@ struct Simulator::Thread {
 class Simulator::Shared {
  public:
   /// `costliest_ns`: heavy pairs that cost so much are begun first.
-  Shared(Policy policy, const MachineCosts& costs, const RecordedStep& work, BatchPairs batch_pairs,
+  Shared(Policy policy, const MachineCosts& costs, const MeasuredStep& work, BatchPairs batch_pairs,
          double costliest_ns, const std::vector<Thread>& threads)
       : policy_(policy),
         costs_(costs),
@@ -40,7 +40,7 @@ class Simulator::Shared {
   /// Returns when the last thread is done.
   double run(double from) {
     double first_pair = 0;
-    for (const RecordedStep::Tile& tile : work_.tiles) {
+    for (const MeasuredStep::Tile& tile : work_.tiles) {
       first_pairs_.push_back(first_pair);
       first_pair += static_cast<double>(tile.pairs);
     }
@@ -216,7 +216,7 @@ class Simulator::Shared {
   Policy policy_;
   const MachineCosts& costs_;
   double sharing_;
-  const RecordedStep& work_;
+  const MeasuredStep& work_;
   double batch_pairs_, costliest_ns_;
   std::size_t heavy_most_;  // 0: heavy pairs stay among the others
   std::size_t capacity_;
@@ -240,7 +240,7 @@ Simulator::Simulator(Policy policy, int threads, Split fixed, BalanceRule rule, 
       before_(balancer_.split()) {}
 
 // Blocks in their order, each to the thread that is free first.
-double Simulator::stage(const RecordedStep::Stage& stage, const std::vector<Thread>& threads, double from,
+double Simulator::stage(const MeasuredStep::Stage& stage, const std::vector<Thread>& threads, double from,
                         bool narrow_helps) const {
   from += stage.open_ns;
   if (stage.blocks.empty()) return from;
@@ -259,7 +259,7 @@ double Simulator::stage(const RecordedStep::Stage& stage, const std::vector<Thre
 }
 
 // Sorted pairs by runs of batches, those with heavy pairs first.
-std::vector<Simulator::OrderedBatch> Simulator::ordered_batches(const RecordedStep& work) const {
+std::vector<Simulator::OrderedBatch> Simulator::ordered_batches(const MeasuredStep& work) const {
   const BatchPairs size = batch_size_.get(StepForm::ordered);
   std::vector<OrderedBatch> batches;
   if (!work.has_heavy()) {
@@ -273,7 +273,7 @@ std::vector<Simulator::OrderedBatch> Simulator::ordered_batches(const RecordedSt
   const double light_share = 1.0 / static_cast<double>(size.most);
   const double heavy_share = std::max(1.0 / static_cast<double>(std::max<std::size_t>(size.heavy, 1)), light_share);
   double full = 1;
-  for (const RecordedStep::Piece& piece : work.pieces) {
+  for (const MeasuredStep::Piece& piece : work.pieces) {
     if (full > 0.999) {
       batches.emplace_back();
       full = 0;
@@ -288,12 +288,12 @@ std::vector<Simulator::OrderedBatch> Simulator::ordered_batches(const RecordedSt
   return batches;
 }
 
-SimulatedStep Simulator::step(const RecordedForms& forms) {
+SimulatedStep Simulator::step(const MeasuredForms& forms) {
   SimulatedStep result;
   ExecutionReport report;
   report.threads = threads_;
   report.form = threads_ == 1 ? StepForm::caller : form_.next();
-  const RecordedStep& work = forms.in(report.form);
+  const MeasuredStep& work = forms.in(report.form);
   const bool shared = report.form != StepForm::caller;
   const bool divided = shared && (policy_ == Policy::strict || policy_ == Policy::conserving);
   result.form = report.form;
@@ -315,10 +315,10 @@ SimulatedStep Simulator::step(const RecordedForms& forms) {
   now += work.open_tiles_ns;
   const double slowdown = shared ? costs_.slowdown * costs_.sharing : 1;
   if (report.form == StepForm::ordered) {
-    RecordedStep::Stage tiles, narrow{work.open_narrow_ns, {}};
-    for (const RecordedStep::Tile& tile : work.tiles) tiles.blocks.push_back(tile.ns);
+    MeasuredStep::Stage tiles, narrow{work.open_narrow_ns, {}};
+    for (const MeasuredStep::Tile& tile : work.tiles) tiles.blocks.push_back(tile.ns);
     now = stage(tiles, threads, now, true);
-    for (const RecordedStep::Stage& one : work.order) now = stage(one, threads, now, true);
+    for (const MeasuredStep::Stage& one : work.order) now = stage(one, threads, now, true);
     for (const OrderedBatch& batch : ordered_batches(work)) {
       narrow.blocks.push_back(batch.ns);
       result.narrow_ns += slowdown * batch.ns;
@@ -329,7 +329,7 @@ SimulatedStep Simulator::step(const RecordedForms& forms) {
     now = stage(narrow, threads, now, true);
     for (const double ns : tiles.blocks) result.broad_ns += slowdown * ns;
   } else {
-    for (const RecordedStep::Stage& one : work.order) now = stage(one, threads, now, true);
+    for (const MeasuredStep::Stage& one : work.order) now = stage(one, threads, now, true);
     Shared phase(shared ? policy_ : Policy::sequential, costs_, work, batch_size_.get(report.form),
                  PairCosts::costliest_from(costliest_ns_, batch_size_.get(report.form).time), threads);
     now = phase.run(now);
@@ -340,7 +340,7 @@ SimulatedStep Simulator::step(const RecordedForms& forms) {
   }
   costliest_ns_ = work.costliest_ns();
   const double narrowed = now;
-  for (const RecordedStep::Stage& one : work.after) now = stage(one, threads, now, true);
+  for (const MeasuredStep::Stage& one : work.after) now = stage(one, threads, now, true);
   report.join_ms = 1e-6 * (now - narrowed);
   for (std::size_t i = 1; i < work.before.size(); ++i)
     for (const double ns : work.before[i].blocks) result.broad_ns += ns;

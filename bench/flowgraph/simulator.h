@@ -7,7 +7,7 @@
 #include "flowgraph/step/batch_size.h"
 #include "flowgraph/step/step_form.h"
 #include "measurement/balancer.h"
-#include "recorded_step.h"
+#include "tandem/flowgraph/measured_step.h"
 
 namespace tandem::bench {
 
@@ -42,7 +42,7 @@ class Simulator {
   /// Policy::strict overlaps, Policy::fused never puts pairs in order.
   Simulator(Policy policy, int threads, Split fixed, BalanceRule rule, const MachineCosts& costs,
             StepForm wanted = StepForm::automatic);
-  SimulatedStep step(const RecordedForms& forms);
+  SimulatedStep step(const MeasuredForms& forms);
   const BalanceDecision& decision() const { return decision_; }
 
  private:
@@ -56,9 +56,9 @@ class Simulator {
   };
   static constexpr double small_step_ms = 0.3;
 
-  double stage(const RecordedStep::Stage& stage, const std::vector<Thread>& threads, double from,
+  double stage(const MeasuredStep::Stage& stage, const std::vector<Thread>& threads, double from,
                bool narrow_helps) const;
-  std::vector<OrderedBatch> ordered_batches(const RecordedStep& work) const;
+  std::vector<OrderedBatch> ordered_batches(const MeasuredStep& work) const;
 
   Policy policy_;
   int threads_;

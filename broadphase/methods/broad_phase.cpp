@@ -13,7 +13,7 @@
 namespace tandem {
 
 std::string_view name(BroadPhaseKind kind) {
-  constexpr std::array<std::string_view, 5> names{"brute", "sweep", "grid", "bvh", "auto"};
+  constexpr std::array<std::string_view, 6> names{"brute", "sweep", "grid", "bvh", "auto", "own"};
   return names[static_cast<std::size_t>(kind)];
 }
 

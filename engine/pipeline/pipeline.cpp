@@ -9,11 +9,11 @@
 #include <string>
 #include <type_traits>
 
+#include "pipeline/checked_broad_phase.h"
 #include "pipeline/kept_contacts.h"
 #include "pipeline/outward_boxes.h"
 #include "pipeline/pair_costs.h"
 #include "scene/scene_changes.h"
-#include "tandem/flowgraph/executor.h"
 #include "tandem/narrowphase/several_pairs.h"
 #include "tandem/narrowphase/work_limit.h"
 
@@ -43,6 +43,32 @@ PipelineOptions checked(PipelineOptions options) {
   return options;
 }
 
+std::unique_ptr<BroadPhase> broad_phase_of(const PipelineOptions& options) {
+  if (options.own_broad_phase) return std::make_unique<CheckedBroadPhase>(options.own_broad_phase());
+  return make_broad_phase(options.broad_phase);
+}
+
+std::unique_ptr<CostModel> costs_of(const PipelineOptions& options) {
+  if (!options.own_costs) return {};
+  std::unique_ptr<CostModel> own = options.own_costs();
+  if (own == nullptr) throw std::invalid_argument("own_costs: made none, allowed: a cost model");
+  return own;
+}
+
+std::unique_ptr<Executor> executor_of(const PipelineOptions& options) {
+  const ExecutorOptions wanted{.kind = options.executor,
+                               .threads = options.threads,
+                               .balance = options.balance,
+                               .batches = options.batches,
+                               .sharing = options.sharing,
+                               .stay_awake = options.stay_awake};
+  std::unique_ptr<Executor> made = make_executor(wanted);  // refuses what cannot be
+  if (!options.own_executor) return made;
+  made = options.own_executor(wanted);
+  if (made == nullptr) throw std::invalid_argument("own_executor: made none, allowed: an executor");
+  return made;
+}
+
 /// A step of a scene as stages of blocks: boxes, the broad phase's stages, and the dispatcher for each pair.
 class SceneWork final : public StepWork {
  public:
@@ -51,7 +77,8 @@ class SceneWork final : public StepWork {
         narrow_phase_(narrow_options(true)),
         without_gaps_(narrow_options(false)),
         several_pairs_(narrow_options(false)),
-        broad_phase_(make_broad_phase(options.broad_phase)) {
+        broad_phase_(broad_phase_of(options)),
+        own_costs_(costs_of(options)) {
     together_ = options.answer.keep_contacts == 0 && options.answer.request == Request::contacts;
     if (options.answer.keep_contacts == 0 || options.answer.request == Request::collide) return;
     kept_ = std::make_unique<KeptContacts>(options.answer.request, options.answer.keep_contacts, options.answer.margin);
@@ -86,7 +113,10 @@ class SceneWork final : public StepWork {
     if (changes_known_) broad_phase_->expect_changes(changed_);
     if (only_changes_) broad_phase_->expect_only_changes();
     has_mesh_ = scene.has_kind(ShapeKind::mesh);
-    if (has_mesh_) costs_.begin_step(scene.indices());
+    if (own_costs_)
+      own_costs_->begin_step(scene);
+    else if (has_mesh_)
+      costs_.begin_step(scene.indices());
     screens_ = !kept_ && options_.answer.request == Request::collide && scene.has_kind(ShapeKind::box);
     has_sphere_ = scene.has_kind(ShapeKind::sphere);
     if (together_) spheres_.resize(scene.indices());
@@ -94,6 +124,7 @@ class SceneWork final : public StepWork {
   }
   /// Not to be called after a step that ended early.
   void finish(ContactList& contacts, StepReport& report) {
+    if (options_.own_broad_phase || options_.own_executor) require_canonical(contacts);
     if (incomplete_.load(std::memory_order_relaxed)) return finish_incomplete(contacts, report);
     looked_ = true;
     if (kept_) return put_together(contacts, report);
@@ -140,6 +171,7 @@ class SceneWork final : public StepWork {
   }
 
   HeavyPairs heavy_first(std::span<Pair> pairs, std::chrono::nanoseconds batch) const override {
+    if (own_costs_) return heavy_by_guess(pairs, batch);
     if (!has_mesh_) return {};
     const auto rest = std::partition(pairs.begin(), pairs.end(), [this](Pair pair) { return is_heavy(pair); });
     const auto heavy = std::partition(pairs.begin(), rest, [&](Pair pair) { return costs_.is_costliest(pair, batch); });
@@ -147,6 +179,7 @@ class SceneWork final : public StepWork {
   }
   void took(const Batch& batch, std::chrono::nanoseconds time) const override {
     const auto pairs = std::span(batch.pairs).first(batch.count);
+    if (own_costs_) return own_costs_->took(pairs, time);
     const auto count = std::count_if(pairs.begin(), pairs.end(), [this](Pair pair) { return is_heavy(pair); });
     for (const Pair pair : pairs)
       if (is_heavy(pair)) costs_.learn(pair, time / count);
@@ -207,6 +240,32 @@ class SceneWork final : public StepWork {
       if (!reported) batch.results.pop_back();
     }
     if (!kept) found_.add(colliding_pairs, std::span(batch.contacts).subspan(first_contact));
+  }
+
+  /// By the user's guess: so costly that a few of them are a batch, or one alone.
+  HeavyPairs heavy_by_guess(std::span<Pair> pairs, std::chrono::nanoseconds batch) const {
+    constexpr int few = 8;
+    const auto costs = [this](std::chrono::nanoseconds most) {
+      return [this, most](Pair pair) { return own_costs_->guess(pair) >= most; };
+    };
+    const auto rest = std::partition(pairs.begin(), pairs.end(), costs(std::max(batch, shortest_batch) / few));
+    const auto heavy = std::partition(pairs.begin(), rest, costs(std::max(batch, shortest_batch)));
+    return {static_cast<std::size_t>(heavy - pairs.begin()), static_cast<std::size_t>(rest - pairs.begin())};
+  }
+
+  /// What a part of the user's own may have done wrong. Before anybody goes by the list's order.
+  void require_canonical(ContactList& contacts) const {
+    const auto key = [](const PairResult& pair) { return Pair{pair.a, pair.b}; };
+    const auto wrong = std::ranges::adjacent_find(contacts.pairs, std::ranges::greater_equal{}, key);
+    if (wrong == contacts.pairs.end()) return;
+    const Pair one = key(*wrong), next = key(*std::next(wrong));
+    contacts.pairs.clear();
+    contacts.contacts.clear();
+    const auto text = [](Pair pair) { return "(" + std::to_string(pair.a) + ", " + std::to_string(pair.b) + ")"; };
+    if (one == next && options_.own_broad_phase)
+      throw std::invalid_argument("own_broad_phase: put the pair " + text(one) + " twice, allowed: each pair once");
+    throw std::invalid_argument("own_executor: its list has the pair " + text(next) + " after " + text(one) +
+                                ", allowed: ascending, each pair once");
   }
 
   bool is_late() const {
@@ -492,7 +551,8 @@ class SceneWork final : public StepWork {
   NarrowPhase without_gaps_;  // between meshes
   SeveralPairs several_pairs_;
   std::unique_ptr<BroadPhase> broad_phase_;
-  std::unique_ptr<KeptContacts> kept_;  // null: every answer is computed
+  std::unique_ptr<CostModel> own_costs_;  // null: costs_
+  std::unique_ptr<KeptContacts> kept_;    // null: every answer is computed
   bool worth_moving_[shape_kinds][shape_kinds] = {};
   const Scene* scene_ = nullptr;
   Crew* crew_ = nullptr;  // of the step at hand
@@ -515,20 +575,14 @@ class SceneWork final : public StepWork {
   std::vector<PlacedSphere> spheres_;  // then: one a body, with an infinite radius where it is another shape
   mutable Found found_;                // of the step at hand
   mutable std::atomic<bool> incomplete_{false};
-  mutable PairCosts costs_;            // where there are meshes
+  mutable PairCosts costs_;  // where there are meshes
 };
 
 }  // namespace
 
 struct Pipeline::Impl {
   explicit Impl(PipelineOptions wanted)
-      : options(checked(std::move(wanted))),
-        work(options),
-        executor(make_executor({.kind = options.executor,
-                                .threads = options.threads,
-                                .balance = options.balance,
-                                .batches = options.batches,
-                                .sharing = options.sharing})) {}
+      : options(checked(std::move(wanted))), work(options), executor(executor_of(options)) {}
 
   PipelineOptions options;
   SceneWork work;

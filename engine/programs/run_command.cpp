@@ -27,7 +27,7 @@ namespace {
 // As typed; empty: not given.
 struct Options {
   std::string scene, steps = "300", bodies, seed, executor = "flowgraph", threads = "0", split = "dynamic";
-  std::string balance = "busy", broad_phase = "auto", request, tolerance = "0", margin, keep = "0";
+  std::string balance = "busy", broad_phase = "auto", request, tolerance = "0", margin, keep = "0", awake = "0";
   std::string json, contacts, trace, record;
   bool strict = false, mesh_margin = false;
 };
@@ -88,6 +88,7 @@ PipelineOptions pipeline_options(const Options& options) {
   out.answer.tolerance = number_option("--tolerance", options.tolerance, 0, 0.1);
   out.answer.keep_contacts = number_option("--keep-contacts", options.keep, 0, 0.1);
   out.answer.mesh_margin = options.mesh_margin;
+  out.stay_awake = number_option("--stay-awake", options.awake, 0, longest_awake);
   if (!options.margin.empty()) out.answer.margin = number_option("--margin", options.margin, 0, 1e6);
   const Split split = read_split(options.split);
   if (!split.dynamic()) {
@@ -145,6 +146,7 @@ void write_step(JsonWriter& out, const PipelineOptions& options, const StepRepor
       .member("narrow_end", execution.narrow_end_ms)
       .member("join", execution.join_ms)
       .member("busy", execution.busy_ms)
+      .member("awake", execution.awake_ms)
       .end_object();
   // What no second thread could take a part of, and its share in all work (Amdahl).
   const SerialTimes& serial = execution.serial;
@@ -356,6 +358,8 @@ void add_run_command(CLI::App& program, DescriptorBuffer& out, int& status) {
   add("--balance", "NAME", o->balance, "how a dynamic split is found: paper or busy");
   command->add_flag("--mesh-margin", o->mesh_margin,
                     "gaps between two meshes count, too; steps of meshes take several times as long");
+  add("--stay-awake", "US", o->awake,
+      "flowgraph: workers spin between steps for at most so many microseconds, 0 to 1e5");
   command->add_flag("--strict", o->strict, "flowgraph, threads: no help across the two phases, as in the paper");
   add("--broadphase", "NAME", o->broad_phase, "brute, sweep, grid, bvh or auto");
   add("--request", "NAME", o->request, "collide, distance or contacts; default: the scene's");

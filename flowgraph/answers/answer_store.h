@@ -6,16 +6,9 @@
 #include <span>
 #include <vector>
 
-#include "tandem/flowgraph/contact_list.h"
+#include "tandem/flowgraph/joiner.h"
 
 namespace tandem {
-
-/// Answers of one thread, one after the other.
-struct AnswerChunk {
-  std::vector<PairResult> results;  ///< first_contact counts within the chunk
-  std::vector<Contact> contacts;
-  const void* thread = nullptr;  ///< the last one that filled it
-};
 
 /// Where threads put the answers of a step until they are joined: each fills chunks of its own, so that it goes through
 /// memory in a row, where a place for each batch would be a jump to lines that another core wrote last.

@@ -1,4 +1,4 @@
-#include "answers/joiner.h"
+#include "tandem/flowgraph/joiner.h"
 
 #include <algorithm>
 #include <array>
@@ -60,6 +60,14 @@ void Joiner::count(std::span<const PairResult> results) {
     for (; i < results.size() && results[i].a == a; ++i) ++run;
     cursor_[a].fetch_add(run, std::memory_order_relaxed);
   }
+}
+
+void Joiner::join(std::span<AnswerChunk* const> answers, std::size_t bodies, ContactList& out) {
+  begin(bodies, out);
+  for (const AnswerChunk* chunk : answers) count(chunk->results);
+  take(answers);
+  for (std::size_t stage = 0; stage < stages; ++stage)
+    for (std::size_t block = 0, end = blocks(stage); block < end; ++block) run(stage, block);
 }
 
 std::size_t Joiner::blocks(std::size_t stage) const {

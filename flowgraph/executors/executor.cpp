@@ -40,6 +40,8 @@ std::unique_ptr<Executor> make_executor(const ExecutorOptions& options) {
       "batches.queue_capacity: " + std::to_string(options.batches.queue_capacity) + ", allowed: 0 (chosen) to 1048576");
   require(options.sharing.short_step_ms >= 0 && options.sharing.short_step_ms <= 1e6,
           "sharing.short_step_ms: " + std::to_string(options.sharing.short_step_ms) + ", allowed: 0 (never) to 1e6");
+  require(options.stay_awake >= 0 && options.stay_awake <= longest_awake,
+          "stay_awake: " + std::to_string(options.stay_awake) + ", allowed: 0 (never) to 1e5 microseconds");
   switch (options.kind) {
     case ExecutorKind::sequential:
       return make_sequential_executor(options);

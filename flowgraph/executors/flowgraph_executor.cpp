@@ -7,6 +7,7 @@
 #include <optional>
 #include <thread>
 
+#include "executors/awake_workers.h"
 #include "executors/batch_queue.h"
 #include "executors/executors.h"
 #include "executors/step_frame.h"
@@ -101,7 +102,10 @@ struct PhaseGraph {
 class FlowGraphExecutor final : public Executor, private Delivery {
  public:
   explicit FlowGraphExecutor(const ExecutorOptions& options)
-      : options_(options), strict_(options.balance.strict), frame_(options, strict_, true) {}
+      : options_(options),
+        strict_(options.balance.strict),
+        frame_(with_short_steps(options), strict_, true),
+        awake_(options.stay_awake) {}
 
   void run(StepWork& work, ContactList& contacts, ExecutionReport& report, std::stop_token stop,
            Timeline* timeline) override {
@@ -113,15 +117,35 @@ class FlowGraphExecutor final : public Executor, private Delivery {
       report.split = split_;
       narrow_->put(split_.narrow);
       broad_->put(split_.broad);
+      awake_.dismiss();
       broad_->wait();
       narrow_->wait();
     }
     frame_.end(work, report);
     if (shared) frame_.balance(*balancer_, report, timeline);
+    stay_awake(report, timeline);
   }
 
  private:
   friend PhaseGraph;
+
+  /// Workers that are awake take a tenth of the time to come of those that must wake: a shorter step may be shared.
+  static ExecutorOptions with_short_steps(ExecutorOptions options) {
+    constexpr double of_asleep = 0.1;
+    if (options.stay_awake > 0) options.sharing.short_step_ms *= of_asleep;
+    return options;
+  }
+
+  /// The next step, if it is to be shared, finds awake those that work on it beside the caller.
+  void stay_awake(ExecutionReport& report, Timeline* timeline) {
+    if (options_.stay_awake == 0) return;
+    report.awake_ms = awake_.take_ms();
+    if (timeline != nullptr) timeline->count("awake between steps, ms", report.awake_ms);
+    if (!broad_ || !frame_.shares_next()) return;
+    awake_.dismiss();
+    awake_.keep(broad_->arena, split_.broad - 1);
+    awake_.keep(narrow_->arena, split_.narrow);
+  }
 
   // ---- Before a step: arenas, edges and queue
 
@@ -131,7 +155,10 @@ class FlowGraphExecutor final : public Executor, private Delivery {
       balancer_.emplace(threads, fixed_split(threads), options_.balance.rule, options_.balance.own_rule);
       queue_.set_capacity(queue_capacity(threads));
     }
-    split_ = balancer_->split();
+    if (const Split next = balancer_->split(); next != split_) {
+      awake_.end();
+      split_ = next;
+    }
     // The caller works in the broad arena and then joins the narrow one: together they ask for threads - 1 workers.
     const int broad_slots = split_.broad, narrow_slots = split_.narrow + 1;
     if (!broad_) {
@@ -238,7 +265,8 @@ class FlowGraphExecutor final : public Executor, private Delivery {
   Split split_;
   BatchQueue queue_;
   std::atomic<int> at_batches_{0};            // turns in the nodes `narrow`
-  std::optional<PhaseGraph> broad_, narrow_;  // last: their bodies use what is above
+  std::optional<PhaseGraph> broad_, narrow_;  // their bodies use what is above
+  AwakeWorkers awake_;                        // last: in the arenas
 };
 
 }  // namespace

@@ -4,9 +4,9 @@
 #include <span>
 
 #include "answers/answer_store.h"
-#include "answers/joiner.h"
 #include "answers/ordered_answers.h"
 #include "answers/pair_order.h"
+#include "tandem/flowgraph/joiner.h"
 #include "tandem/flowgraph/report.h"
 #include "tandem/flowgraph/step_work.h"
 

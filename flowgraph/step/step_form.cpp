@@ -10,6 +10,8 @@ constexpr double little_shared = 1.5;     // work over time: where more is done 
 constexpr double joining_to_gain = 0.03;  // of a step: what putting pairs in order first can save
 constexpr double mostly_heavy = 0.5;      // of the narrow phase: few answers then for the time they take
 constexpr double better = 0.97;           // less to gain is within the noise of a step, or not worth another core
+constexpr double hopeless = 1.5;          // times what the current form took: a second step would not save the trial
+constexpr double most_lost = 0.01;        // of all steps' time: what trials that did not help may have cost
 constexpr int gains_to_change = 2;        // in a row: one alone is often the noise of short steps
 constexpr int longest_period = 512;
 constexpr int longest_off_caller = 64;  // a core that does not help is given back soon
@@ -50,7 +52,11 @@ void FormChooser::learn(const ExecutionReport& report, double work_ms, double lo
   if (wanted_ != StepForm::automatic) next_ = small_.stays_on_caller() ? StepForm::caller : wanted_;
   if (wanted_ != StepForm::automatic || (report.issues & bit(StepIssue::ended_early)) != 0) return;
   Form& ran = of(report.form);
-  ran.costs = {ran.costs[1], report.detect_ms / std::max(load, 1.0)};
+  const double cost = report.detect_ms / std::max(load, 1.0);
+  ran.costs = {ran.costs[1], cost};
+  total_ms_ += report.detect_ms;
+  const bool on_trial = tried_ != current_ && report.form == tried_;
+  if (on_trial) lost_ms_ += std::max(0.0, report.detect_ms - of(current_).cost() * std::max(load, 1.0));
   for (Form& form : all_) form.wait = std::max(0, form.wait - 1);
 
   if (small_.stays_on_caller()) {
@@ -62,6 +68,8 @@ void FormChooser::learn(const ExecutionReport& report, double work_ms, double lo
       end_trial(false);
     else if (!may_stay(report, work_ms))
       end_trial(true);
+    else if (on_trial && cost > hopeless * of(current_).most())
+      end_trial(false);
     else if (of(next_).has_two())
       go_on_trying();
     if (tried_ != current_) return;
@@ -98,7 +106,8 @@ void FormChooser::end_trial(bool gained) {
 }
 
 void FormChooser::look_for_trial(const ExecutionReport& report, double work_ms, double load) {
-  if (!of(current_).has_two()) return;
+  // A step's worth may be lost beyond: of two other forms each is tried soon where they take about as long.
+  if (!of(current_).has_two() || lost_ms_ > most_lost * total_ms_ + report.detect_ms) return;
   for (const StepForm form : {StepForm::ordered, StepForm::overlapped, StepForm::caller}) {
     Form& other = of(form);
     if (form == current_ || !may_be(form, report, work_ms) || !may_pay(form, report)) continue;

@@ -24,7 +24,8 @@ class SmallStep {
 /// Chooses the form of the next step by what the steps before it took. Another form is tried for two steps now and
 /// then, and kept if it was faster than the two steps before, and is so once more after two steps of the old form: a
 /// verified change, as the balance of threads is, of a gain that the noise of steps does not repeat. What did not help
-/// is tried again after twice as many steps, or when the load has changed.
+/// is tried again after twice as many steps, or when the load has changed, and not before what trials cost is a small
+/// part of all steps' time.
 class FormChooser {
  public:
   /// `wanted`: automatic, or the form of all steps that are not too small for it. `can_order`: whether
@@ -43,6 +44,7 @@ class FormChooser {
     double load = 0;                                // at the last trial
     void forget() { costs = {unknown, unknown}; }
     double cost() const { return costs[0] < costs[1] ? costs[0] : costs[1]; }
+    double most() const { return costs[0] < costs[1] ? costs[1] : costs[0]; }
     bool has_two() const { return costs[0] != unknown && costs[1] != unknown; }
   };
 
@@ -59,6 +61,7 @@ class FormChooser {
   StepForm wanted_, current_ = StepForm::caller, next_ = StepForm::overlapped;
   StepForm tried_ = StepForm::caller;  // in turn with the current one, if it is another
   int gains_ = 0;                      // of the one that is tried, one after the other
+  double total_ms_ = 0, lost_ms_ = 0;  // of all steps; by trials of a form that was slower
   bool can_order_;
   SmallStep small_;
   std::array<Form, forms> all_;

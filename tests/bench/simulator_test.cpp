@@ -11,7 +11,7 @@ namespace {
 
 /// A step of equal tiles with `pairs` pairs each, written down as the sequential executor writes it; times in ns. Of
 /// the pairs one in `heavy_every` is heavy and costs ten times as much; then each is narrowed by itself.
-RecordedStep step_of(std::size_t tiles, std::size_t pairs, int tile_ns, int pair_ns,
+MeasuredStep step_of(std::size_t tiles, std::size_t pairs, int tile_ns, int pair_ns,
                      StepForm form = StepForm::overlapped, std::size_t heavy_every = 0) {
   std::vector<Timeline::Slice> slices;
   Timeline::Clock::time_point now;
@@ -48,7 +48,7 @@ RecordedStep step_of(std::size_t tiles, std::size_t pairs, int tile_ns, int pair
   return read_step(slices, form);
 }
 
-double run(const RecordedForms& step, Policy policy, int threads, Split split, const MachineCosts& costs = {},
+double run(const MeasuredForms& step, Policy policy, int threads, Split split, const MachineCosts& costs = {},
            int steps = 1, StepForm form = StepForm::overlapped) {
   Simulator simulator(policy, threads, split, BalanceRule::busy, costs, form);
   double ns = 0;
@@ -56,15 +56,15 @@ double run(const RecordedForms& step, Policy policy, int threads, Split split, c
   return ns;
 }
 
-double run(const RecordedStep& step, Policy policy, int threads, Split split, const MachineCosts& costs = {},
+double run(const MeasuredStep& step, Policy policy, int threads, Split split, const MachineCosts& costs = {},
            int steps = 1) {
-  return run(RecordedForms{step, step, step}, policy, threads, split, costs, steps);
+  return run(MeasuredForms{step, step, step}, policy, threads, split, costs, steps);
 }
 
 }  // namespace
 
 TEST_CASE("simulator: one core takes the sum of all work, and each task costs what a task costs") {
-  const RecordedStep step = step_of(100, 40, 5000, 300);
+  const MeasuredStep step = step_of(100, 40, 5000, 300);
   CHECK(step.pairs() == 4000);
   CHECK(step.work_ns() == Approx(1000 + 20'000 + 500'000 + 1'200'000 + 15'000));
   CHECK(run(step, Policy::sequential, 1, {}) == Approx(step.work_ns()));
@@ -76,7 +76,7 @@ TEST_CASE("simulator: one core takes the sum of all work, and each task costs wh
 
 TEST_CASE("simulator: no policy beats an even share, and conserving ones come near it") {
   for (const auto& [tile_ns, pair_ns] : {std::pair{5000, 300}, {50'000, 100}, {1000, 2000}}) {
-    const RecordedStep step = step_of(400, 40, tile_ns, pair_ns);
+    const MeasuredStep step = step_of(400, 40, tile_ns, pair_ns);
     for (const int threads : {2, 4, 16}) {
       const double share = step.work_ns() / threads;
       CAPTURE(tile_ns, pair_ns, threads);
@@ -89,42 +89,42 @@ TEST_CASE("simulator: no policy beats an even share, and conserving ones come ne
 }
 
 TEST_CASE("simulator: a strict split lasts as long as the phase that it serves worse") {
-  const RecordedStep step = step_of(400, 40, 5000, 300);  // 2 ms and 4.8 ms
+  const MeasuredStep step = step_of(400, 40, 5000, 300);  // 2 ms and 4.8 ms
   CHECK(run(step, Policy::strict, 8, {2, 6}) == Approx(2e6 / 2).epsilon(0.1));
   CHECK(run(step, Policy::strict, 8, {1, 7}) == Approx(2e6).epsilon(0.1));
   CHECK(run(step, Policy::strict, 8, {7, 1}) == Approx(4.8e6).epsilon(0.1));
 }
 
 TEST_CASE("simulator: a dynamic split finds the best one") {
-  const RecordedStep step = step_of(400, 40, 5000, 300);
+  const MeasuredStep step = step_of(400, 40, 5000, 300);
   double best = 1e300;
   for (int broad = 1; broad < 16; ++broad) best = std::min(best, run(step, Policy::strict, 16, {broad, 16 - broad}));
   CHECK(run(step, Policy::strict, 16, {}, {}, 40) <= 1.05 * best);
 }
 
 TEST_CASE("simulator: waking, moving and slowing threads is paid for") {
-  const RecordedStep step = step_of(400, 40, 5000, 300);
+  const MeasuredStep step = step_of(400, 40, 5000, 300);
   const double free = run(step, Policy::conserving, 4, {2, 2});
   CHECK(run(step, Policy::conserving, 4, {2, 2}, {.wake = 100'000}) == Approx(free + 75'000).epsilon(0.02));
   CHECK(run(step, Policy::conserving, 4, {2, 2}, {.slowdown = 1.2}) == Approx(1.2 * free).epsilon(0.02));
   CHECK(run(step, Policy::conserving, 4, {2, 2}, {.sharing = 1.2}) == Approx(1.2 * free).epsilon(0.02));
   CHECK(run(step, Policy::sequential, 1, {}, {.sharing = 1.2}) == Approx(step.work_ns()));
   // Of two phases that take 1 and 7 parts of the time, the longer one is slowed only while the other lasts.
-  const RecordedStep narrow = step_of(400, 40, 5000, 875);
+  const MeasuredStep narrow = step_of(400, 40, 5000, 875);
   const double alone = run(narrow, Policy::strict, 2, {1, 1});
   CHECK(run(narrow, Policy::strict, 2, {1, 1}, {.slowdown = 1.2}) ==
         Approx(alone + 0.2 * 1.2 * 400 * 5000).epsilon(0.02));
 }
 
 TEST_CASE("simulator: steps in the form in which pairs are put in order first") {
-  const RecordedStep step = step_of(400, 40, 5000, 300, StepForm::ordered);
+  const MeasuredStep step = step_of(400, 40, 5000, 300, StepForm::ordered);
   CHECK(step.order.size() == 1);
   CHECK(step.order.front().blocks.size() == 10);
   CHECK(step.after.empty());
   CHECK(step.pairs() == 16'000);
   CHECK(step.narrow_ns(0, 16'000, false) == Approx(16'000 * 300 + 4000 * 2));
   CHECK(step.work_ns() == Approx(1000 + 20'000 + 2e6 + 10'000 + 4.8e6 + 8000));
-  const RecordedForms forms{step, step, step};
+  const MeasuredForms forms{step, step, step};
   for (const int threads : {2, 4, 16}) {
     const double share = step.work_ns() / threads;
     for (const Policy policy : {Policy::barrier, Policy::conserving}) {
@@ -136,9 +136,9 @@ TEST_CASE("simulator: steps in the form in which pairs are put in order first") 
 }
 
 TEST_CASE("simulator: the fastest form is found as the executors find it") {
-  RecordedStep plain = step_of(400, 40, 5000, 300);
+  MeasuredStep plain = step_of(400, 40, 5000, 300);
   plain.after.front().blocks.assign(10, 60'000);  // 0.3 of 3.7 ms on two threads: there is something to gain
-  RecordedForms forms{plain, plain, step_of(400, 40, 5000, 200, StepForm::ordered)};
+  MeasuredForms forms{plain, plain, step_of(400, 40, 5000, 200, StepForm::ordered)};
   Simulator chooses(Policy::conserving, 2, {}, BalanceRule::busy, {});
   for (int i = 0; i < 12; ++i) chooses.step(forms);
   CHECK(chooses.step(forms).form == StepForm::ordered);
@@ -154,7 +154,7 @@ TEST_CASE("simulator: the fastest form is found as the executors find it") {
   Simulator fused(Policy::fused, 2, {}, BalanceRule::busy, {});
   for (int i = 0; i < 30; ++i) CHECK(fused.step(forms).form == StepForm::overlapped);
   // Less than 0.3 ms is not shared.
-  const RecordedStep small = step_of(10, 40, 5000, 100);
+  const MeasuredStep small = step_of(10, 40, 5000, 100);
   Simulator caller(Policy::conserving, 2, {}, BalanceRule::busy, {});
   caller.step({small, small, small});
   CHECK(caller.step({small, small, small}).form == StepForm::caller);
@@ -164,7 +164,7 @@ TEST_CASE("simulator: heavy pairs begin before others, whatever the form") {
   // 20 heavy pairs of 500 us among 4000 of 50: taken in their order, the last of them would begin near the end.
   for (const StepForm form : {StepForm::overlapped, StepForm::ordered}) {
     CAPTURE(name(form));
-    const RecordedStep step = step_of(100, 40, 1000, 50'000, form, 200);
+    const MeasuredStep step = step_of(100, 40, 1000, 50'000, form, 200);
     CHECK(step.has_heavy());
     CHECK(step.narrow_ns(0, 4000, true) >= 20 * 500'000);
     CHECK(step.narrow_ns(0, 4000, false) >= 3980 * 50'000);
@@ -188,7 +188,7 @@ TEST_CASE("simulator: the costliest of the heavy pairs begin first") {
   add("open", 0, 0, 0, false);
   for (std::uint64_t tile = 0; tile < 20; ++tile) add("broad", 1000, tile, 3, false);
   for (std::uint64_t pair = 0; pair < 60; ++pair) add("narrow", pair == 55 ? 4'000'000 : 100'000, pair, 1, true);
-  const RecordedStep step = read_step(slices, StepForm::overlapped);
+  const MeasuredStep step = read_step(slices, StepForm::overlapped);
   CHECK(step.costliest_ns() == Approx(4e6));
   // In the first step nothing is known of it.
   CHECK(run(step, Policy::conserving, 4, {}, {}, 1) > 4.9e6);
@@ -196,17 +196,17 @@ TEST_CASE("simulator: the costliest of the heavy pairs begin first") {
 }
 
 TEST_CASE("simulator: of several runs each piece has its median time") {
-  const RecordedStep step =
-      typical({step_of(100, 40, 5000, 200), step_of(100, 40, 4000, 300), step_of(100, 40, 9000, 100)});
+  const MeasuredStep step =
+      typical_step({step_of(100, 40, 5000, 200), step_of(100, 40, 4000, 300), step_of(100, 40, 9000, 100)});
   CHECK(step.work_ns() == Approx(1000 + 20'000 + 500'000 + 800'000 + 15'000));
   // Their sum is the median sum: here the second's, though the first has both medians.
-  const RecordedStep skewed =
-      typical({step_of(100, 40, 5000, 200), step_of(100, 40, 4000, 300), step_of(100, 40, 9000, 200)});
+  const MeasuredStep skewed =
+      typical_step({step_of(100, 40, 5000, 200), step_of(100, 40, 4000, 300), step_of(100, 40, 9000, 200)});
   CHECK(skewed.work_ns() == Approx(1000 + 20'000 + 400'000 + 1'200'000 + 15'000));
   CHECK(skewed.tiles.front().ns / skewed.narrow_ns(0, 1, false) == Approx(5000.0 / 200));
-  const RecordedStep of_two = typical({step_of(100, 40, 5000, 200), step_of(100, 40, 4000, 300)});
+  const MeasuredStep of_two = typical_step({step_of(100, 40, 5000, 200), step_of(100, 40, 4000, 300)});
   CHECK(of_two.work_ns() == Approx(1000 + 20'000 + 450'000 + 1'000'000 + 15'000));
   CHECK(of_two.tiles.front().ns == Approx(4500));
-  CHECK_THROWS_AS(typical({}), std::logic_error);
-  CHECK_THROWS_AS(typical({step_of(100, 40, 1, 1), step_of(90, 40, 1, 1)}), std::logic_error);
+  CHECK_THROWS_AS(typical_step({}), std::logic_error);
+  CHECK_THROWS_AS(typical_step({step_of(100, 40, 1, 1), step_of(90, 40, 1, 1)}), std::logic_error);
 }

@@ -163,3 +163,27 @@ TEST_CASE("step node: a stop request ends the step with an empty list") {
   graph.wait_for_all();
   CHECK(ended);
 }
+
+TEST_CASE("step node: a deadline that has passed leaves a marked list, and the next step is whole") {
+  const Scene scene = pile("cubes-on-plane", 100, 60);
+  tbb::flow::graph graph;
+  flow::StepNode node(graph, {});
+  std::vector<bool> incomplete;
+  std::vector<std::uint64_t> contacts;
+  tbb::flow::function_node<flow::StepAnswer> end(graph, tbb::flow::serial, [&](const flow::StepAnswer& s) {
+    incomplete.push_back((s.report.execution.issues & bit(StepIssue::incomplete)) != 0);
+    contacts.push_back(s.report.contacts);
+  });
+  tbb::flow::make_edge(tbb::flow::output_port<1>(node), end);
+  for (const bool late : {true, false}) {
+    flow::StepRequest request{&scene};
+    if (late) request.deadline = std::chrono::steady_clock::now();
+    tbb::flow::input_port<0>(node).try_put(request);
+    graph.wait_for_all();
+  }
+  REQUIRE(incomplete.size() == 2);
+  CHECK(incomplete[0]);
+  CHECK(contacts[0] == 0);
+  CHECK(!incomplete[1]);
+  CHECK(contacts[1] > 0);
+}

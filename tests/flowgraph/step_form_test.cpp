@@ -94,6 +94,30 @@ TEST_CASE("step form: short steps that vary by a third are mostly of the fastest
   }
 }
 
+TEST_CASE("step form: sums are never two in a hundred above the caller's, though sharing costs up to twice as much") {
+  std::mt19937 random(2);
+  for (const double noise : {0.0, 0.1, 0.3})
+    for (const double shared : {0.5, 0.8, 1.0, 1.2, 1.6, 2.0})
+      for (const double small_ms : {0.3, 0.03})
+        for (const int count : {300, 3000}) {
+          double sum = 0, alone = 0;
+          for (int scene = 0; scene < 20; ++scene) {
+            Steps steps(small_ms);
+            const auto noisy = [&](double ms) {
+              return ms * (1 + noise * static_cast<double>(random() % 1000) / 1000);
+            };
+            for (int i = 0; i < count; ++i) {
+              const double caller = noisy(0.4), overlapped = noisy(1.05 * shared * 0.4), ordered = noisy(shared * 0.4);
+              const StepForm form = steps.step(caller, overlapped, ordered);
+              alone += caller;
+              sum += form == StepForm::caller ? caller : form == StepForm::overlapped ? overlapped : ordered;
+            }
+          }
+          CAPTURE(noise, shared, small_ms, count);
+          CHECK(sum < 1.02 * alone);
+        }
+}
+
 TEST_CASE("step form: another load is looked at anew") {
   Steps steps;
   for (int i = 0; i < 300; ++i) steps.step(0.4, 0.6, 0.5, 1000);

@@ -191,3 +191,29 @@ TEST_CASE("work limit: a deadline that has passed stops meshes, two convex shape
   limit.deadline = std::chrono::steady_clock::time_point::max();
   CHECK(narrow.solve(pairs()[0].a, {}, pairs()[0].b, pairs()[0].at_b, Request::collide).collide);
 }
+
+TEST_CASE("work limit: a ray through a corner of many triangles looks at it while they are decided exactly") {
+  // A double cone of 200 sides: the ray from its centre along z meets the apex, where no filter decides.
+  constexpr std::uint32_t sides = 200;
+  Mesh mesh{.vertices = {{0, 0, 1}, {0, 0, -1}}, .triangles = {}, .solid = true};
+  for (std::uint32_t k = 0; k < sides; ++k) {
+    const double angle = 2 * std::acos(-1.0) * k / sides;
+    mesh.vertices.emplace_back(std::cos(angle), std::sin(angle), 0);
+    const std::uint32_t here = 2 + k, next = 2 + (k + 1) % sides;
+    mesh.triangles.push_back({0, here, next});
+    mesh.triangles.push_back({1, next, here});
+  }
+  const Shape cones{mesh}, ball{Sphere{0.5}};
+  int looks = 0, most = 1'000'000;
+  WorkLimit limit;
+  limit.ended = [&] { return ++looks > most; };
+  const NarrowPhase narrow({.limit = &limit});
+  const PairAnswer whole = narrow.solve(cones, {}, ball, {}, Request::distance);
+  CHECK(whole.status != Status::stopped);
+  const int all = looks;
+  CHECK(all > static_cast<int>(sides) / 2);
+  for (most = 1; most < all; most += all / 7) {
+    looks = 0;
+    CHECK(narrow.solve(cones, {}, ball, {}, Request::distance).status == Status::stopped);
+  }
+}

@@ -219,7 +219,7 @@ void MeshConvexPair::decide(PairAnswer& near) const {
 }
 
 bool MeshConvexPair::inside() const {
-  return model_.solid && is_inside(model_, mesh_.pose, own_centre(), convex_pose_);
+  return model_.solid && is_inside(model_, mesh_.pose, own_centre(), convex_pose_, options_.limit);
 }
 
 }  // namespace tandem

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "shapes/work_meter.h"
 #include "tolerances.h"
 
 namespace tandem {
@@ -21,8 +22,8 @@ int sign(const Rational& x) { return x.sign(); }
 // at the place itself, the winding number there is the same (Edelsbrunner and Muecke, Simulation of simplicity, 1990).
 class Ray {
  public:
-  Ray(const MeshModel& mesh, const Pose& pose, const Vec3& p, const Pose& pose_p)
-      : mesh_(mesh), pose_(pose), pose_p_(pose_p), p_(p) {
+  Ray(const MeshModel& mesh, const Pose& pose, const Vec3& p, const Pose& pose_p, const WorkLimit* limit)
+      : mesh_(mesh), pose_(pose), pose_p_(pose_p), p_(p), meter_(limit) {
     const Mat3 inverse = pose.rotation.inverse();
     const Vec3 between = pose_p.translation - pose.translation;
     from_ = inverse * (pose_p.rotation * p + between);
@@ -31,7 +32,7 @@ class Ray {
     delta_ = same_frame ? 0 : 64 * std::numeric_limits<double>::epsilon() * (3 * p.lpNorm<1>() + between.lpNorm<1>());
   }
 
-  bool inside() const {
+  bool inside() {
     const Vec3 away = (from_ - mesh_.centre).cwiseAbs() - mesh_.half;
     const double slack = delta_ + tolerance::outward * (mesh_.centre.cwiseAbs() + mesh_.half).maxCoeff();
     if (away.maxCoeff() > slack) return false;
@@ -44,6 +45,7 @@ class Ray {
     stack[top++] = 0;
     while (top > 0) {
       const MeshNode& n = mesh_.nodes[stack[--top]];
+      meter_.spend();
       for (std::uint32_t k = 0; k < n.lanes; ++k) {
         const auto gap = [&](int axis) {
           return std::abs(static_cast<double>(n.mid[axis][k]) - at[axis]) - static_cast<double>(n.half[axis][k]);
@@ -80,9 +82,13 @@ class Ray {
     bool on_it = false;
   };
 
-  Crossing cross(const Corners& corners) const {
+  Crossing cross(const Corners& corners) {
     Signs s = filtered(corners);
-    if (!s.certain) s = exact(corners);
+    if (!s.certain) {
+      constexpr int of_exact = 256;  // rational numbers: some 50 us
+      meter_.spend(of_exact);
+      s = exact(corners);
+    }
     if (s.on_it) return {0, true};
     int turns = 0;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -185,24 +191,25 @@ class Ray {
   const MeshModel& mesh_;
   const Pose &pose_, &pose_p_;
   const Vec3 p_;
+  WorkMeter meter_;
   Vec3 from_;  // the point in the mesh's frame, within delta_ in every coordinate
   double delta_;
 };
 
 }  // namespace
 
-bool is_inside(const MeshModel& mesh, const Pose& pose, const Vec3& p, const Pose& pose_p) {
+bool is_inside(const MeshModel& mesh, const Pose& pose, const Vec3& p, const Pose& pose_p, const WorkLimit* limit) {
   // Nearly always the point is far from the box, and a rotation's transpose, its inverse to 6e-6, tells.
   const Vec3 between = pose_p.rotation * p + (pose_p.translation - pose.translation);
   const Vec3 away = (pose.rotation.transpose() * between - mesh.centre).cwiseAbs() - mesh.half;
   if (away.maxCoeff() > tolerance::askew_with_room * (between.lpNorm<1>() + p.lpNorm<1>() + mesh.centre.lpNorm<1>()))
     return false;
-  return Ray(mesh, pose, p, pose_p).inside();
+  return Ray(mesh, pose, p, pose_p, limit).inside();
 }
 
-bool is_inside(const MeshModel& mesh, const Vec3& p) {
+bool is_inside(const MeshModel& mesh, const Vec3& p, const WorkLimit* limit) {
   const Pose same;
-  return Ray(mesh, same, p, same).inside();
+  return Ray(mesh, same, p, same, limit).inside();
 }
 
 }  // namespace tandem

@@ -1,12 +1,15 @@
 #pragma once
 #include "shapes/mesh_model.h"
+#include "tandem/narrowphase/work_limit.h"
 
 namespace tandem {
 
 /// Is the point `pose_p` * p inside a closed mesh (winding number not 0) or on it? Exact for the real numbers R v + t.
-bool is_inside(const MeshModel& mesh, const Pose& pose, const Vec3& p, const Pose& pose_p);
+/// Throws WorkStopped once the limit, if there is one, is reached.
+bool is_inside(const MeshModel& mesh, const Pose& pose, const Vec3& p, const Pose& pose_p,
+               const WorkLimit* limit = nullptr);
 
 /// The same for a point in the mesh's frame.
-bool is_inside(const MeshModel& mesh, const Vec3& p);
+bool is_inside(const MeshModel& mesh, const Vec3& p, const WorkLimit* limit = nullptr);
 
 }  // namespace tandem

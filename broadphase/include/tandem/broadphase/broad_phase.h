@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <string_view>
 
@@ -9,11 +10,13 @@
 namespace tandem {
 
 /// The methods; `automatic` picks one by the boxes and keeps its candidates between steps. The others keep nothing.
-enum class BroadPhaseKind : std::uint8_t { brute, sweep, grid, bvh, automatic };
+/// `own`: a method of one's own, which make_broad_phase does not know.
+enum class BroadPhaseKind : std::uint8_t { brute, sweep, grid, bvh, automatic, own };
 
 std::string_view name(BroadPhaseKind kind);
 
-/// Boxes in, pairs out each step: every pair whose boxes overlap, each exactly once, whatever the steps before were.
+/// Boxes in, pairs out each step: every pair whose boxes overlap, each exactly once, whatever the steps before were. One
+/// of one's own derives from this (examples/own_broad_phase.cpp).
 ///
 /// A method is a short list of stages. A stage is a number of blocks that may run in any order and on any threads;
 /// stage s + 1 starts when all blocks of stage s are done. The last stage emits pairs. Nothing here knows a
@@ -39,20 +42,24 @@ class BroadPhase {
   /// Blocks of a stage; known once the stages before it are done. Zero is possible.
   virtual std::size_t blocks(std::size_t stage) const = 0;
   /// Runs one block of a stage that is not the last.
-  virtual void run(std::size_t stage, std::size_t block) = 0;
+  virtual void run(std::size_t /*stage*/, std::size_t /*block*/) {}
   /// Runs one block of the last stage. Calls `sink.put` from the calling thread only.
   virtual void emit(std::size_t block, PairSink& sink) = 0;
 
   /// The method at work in this step: differs from what was asked for only with `automatic`. The text says why.
-  virtual BroadPhaseKind kind() const = 0;
+  virtual BroadPhaseKind kind() const { return BroadPhaseKind::own; }
   virtual std::string_view reason() const { return {}; }
   /// Bytes held between steps, the boxes and the pairs not counted.
-  virtual std::size_t memory() const = 0;
+  virtual std::size_t memory() const { return 0; }
 };
+
+/// Makes a broad phase of one's own.
+using BroadPhaseFactory = std::function<std::unique_ptr<BroadPhase>()>;
 
 std::unique_ptr<BroadPhase> make_broad_phase(BroadPhaseKind kind);
 
-/// All pairs of a broad phase on the calling thread, sorted. For tests and small uses.
+/// All pairs of a broad phase on the calling thread, sorted. For tests and small uses: those of a method of one's own must
+/// be those of BroadPhaseKind::brute.
 std::vector<Pair> find_pairs(BroadPhase& method, const BoxArray& boxes, const PairFilter& filter = {});
 
 }  // namespace tandem

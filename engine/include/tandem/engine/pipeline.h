@@ -7,8 +7,10 @@
 #include <string_view>
 
 #include "tandem/broadphase/broad_phase.h"
+#include "tandem/engine/cost_model.h"
 #include "tandem/engine/scene.h"
 #include "tandem/flowgraph/contact_list.h"
+#include "tandem/flowgraph/executor.h"
 #include "tandem/flowgraph/options.h"
 #include "tandem/flowgraph/report.h"
 
@@ -33,7 +35,8 @@ struct AnswerOptions {
   /// the answer of two at rest stays as it is. Else, for pairs that moved so little, one body seen from the other, that
   /// no point moved farther and nothing turned by more than this angle (radians), the answer is moved along; closed
   /// forms are cheaper to compute. PairAnswer::error_bound says how far either may be off. Between convex bodies
-  /// distance and depth are right within it and verdicts exact; contacts with a mesh are those of poses so near.
+  /// distance and depth are right within it and verdicts exact; contacts with a mesh are those of poses so near:
+  /// between two meshes the unproven depth (Status::unproven) may jump from one such pose to another by more than this.
   /// Request::collide is always computed.
   double keep_contacts = 0;
   bool contact_hash = false;  ///< fill StepReport::contact_hash (some 10 ns a contact, outside detect_ms)
@@ -55,10 +58,25 @@ struct PipelineOptions {
   BalanceOptions balance{};
   PairBatchOptions batches{};
   SharingOptions sharing{};
-  /// A user's own filter of pairs, by batches; empty: none. It may turn a pair round: then it is answered, and listed, as
-  /// (a, b) with a > b.
+  /// A user's own filter of pairs, by batches; empty: none. It may turn a pair round: then it is answered, and listed,
+  /// as (a, b) with a > b.
   PairPredicate predicate{};
   AnswerListener on_answers{};  ///< empty: the list at the end is all
+  /// Microseconds, [0, longest_awake]; 0: never. Executor flowgraph: its workers stay awake after a step for at most so
+  /// long, so that short steps gain by a second thread; what it cost is ExecutionReport::awake_ms. What else the
+  /// process runs with oneTBB between two steps, such as a response on several threads, has to do without them
+  /// meanwhile.
+  double stay_awake = 0;
+
+  // Parts of one's own. Each factory is called once, by the pipeline's constructor; empty: tandem's own part.
+
+  /// In place of `broad_phase`. What it puts is looked at: boxes that are not there, and pairs that come twice into the
+  /// answer, end the step with std::invalid_argument. A pair that it leaves out is not missed.
+  BroadPhaseFactory own_broad_phase{};
+  /// In place of `executor`. A list that is not in canonical order ends the step with std::invalid_argument.
+  ExecutorFactory own_executor{};
+  /// What costs much is begun first, by this guess instead of what the pairs of meshes took in the step before.
+  CostModelFactory own_costs{};
 };
 
 /// What one step found and did.
@@ -88,9 +106,10 @@ class Pipeline {
   Pipeline(Pipeline&&) noexcept;
   Pipeline& operator=(Pipeline&&) noexcept;
 
-  /// Throws only what the predicate or the listener throws, or std::bad_alloc; the pipeline is ready for the next step
-  /// then. When `stop` is requested, or the task group of the calling oneTBB task is cancelled (executors barrier,
-  /// fused and flowgraph), the step ends early with an empty answer; both reach into pairs with a mesh.
+  /// Throws only what the predicate, the listener or a part of one's own throws or does wrong, or std::bad_alloc; the
+  /// pipeline is ready for the next step then. When `stop` is requested, or the task group of the calling oneTBB task
+  /// is cancelled (executors barrier, fused and flowgraph), the step ends early with an empty answer; both reach into
+  /// pairs with a mesh.
   ///
   /// When the deadline passes, the answer has what is finished: pairs that are complete; pairs that were found but not
   /// finished, with Status::stopped and no contacts; and of boxes that were not looked at yet no pairs. If any is not

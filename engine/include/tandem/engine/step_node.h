@@ -2,6 +2,7 @@
 #include <oneapi/tbb/flow_graph.h>
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -17,6 +18,8 @@ namespace tandem::flow {
 struct StepRequest {
   const Scene* scene = nullptr;
   std::stop_token stop{};
+  /// As of Pipeline::step: what is finished then is the answer (StepIssue::incomplete).
+  std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
 };
 
 /// Answers of a step that is still running, in no order: messages of several threads overtake each other, and a
@@ -65,7 +68,7 @@ class StepNode : public tbb::flow::composite_node<std::tuple<StepRequest>, std::
 
   void run(const StepRequest& request) {
     batches_ = 0;
-    const StepReport report = pipeline_.step(*request.scene, request.stop);
+    const StepReport report = pipeline_.step(*request.scene, request.stop, request.deadline);
     number_ = report.step + 1;
     tbb::flow::output_port<1>(step_).try_put(
         {report, std::make_shared<const ContactList>(pipeline_.contacts()), batches_});

@@ -64,6 +64,7 @@ struct ExecutionReport {
   double join_ms = 0;                  ///< wall: putting the results in order
   double detect_ms = 0;                ///< wall, all of the above
   double busy_ms = 0;                  ///< busy: all of the above
+  double awake_ms = 0;                 ///< workers that stayed awake (stay_awake), summed, from the step before to this
   SerialTimes serial;                  ///< of it; 0 on the caller alone, where nothing is shared
   int threads = 1;                     ///< in all, the caller counted
   Split split;                         ///< in force in this step; 1-0 when one thread did both

@@ -4,9 +4,16 @@
 #include <span>
 #include <vector>
 
-#include "answers/answer_store.h"
+#include "tandem/flowgraph/contact_list.h"
 
 namespace tandem {
+
+/// Answers of one thread, one after the other.
+struct AnswerChunk {
+  std::vector<PairResult> results;  ///< first_contact counts within the chunk
+  std::vector<Contact> contacts;
+  const void* thread = nullptr;  ///< the last one that filled it, by a mark of the executor's own
+};
 
 /// Puts the answers of all threads into canonical order: pairs by (a, b). Results go into a bucket for each a, and each
 /// bucket is put in order by itself, in stages of independent blocks like the rest of a step; the order in which they
@@ -15,12 +22,18 @@ class Joiner {
  public:
   static constexpr std::size_t stages = 6;
 
+  /// All that follows, on the calling thread. `bodies`: one past the largest body index (StepWork::bodies()); no result
+  /// may name another.
+  void join(std::span<AnswerChunk* const> answers, std::size_t bodies, ContactList& out);
+
+  /// Starts a step: its threads count, then its stages run one after the other, each one's blocks on any threads.
   void begin(std::size_t bodies, ContactList& out);
   /// Counts results while they are still in the cache of the thread that made them. Any thread, any order; all of them
   /// before stage 0.
   void count(std::span<const PairResult> results);
   /// All answers of the step; known before stage 0.
   void take(std::span<AnswerChunk* const> answers) { answers_ = answers; }
+  /// Of a stage; known once the stages before it are done.
   std::size_t blocks(std::size_t stage) const;
   void run(std::size_t stage, std::size_t block);
 

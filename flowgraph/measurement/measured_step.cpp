@@ -1,4 +1,4 @@
-#include "recorded_step.h"
+#include "tandem/flowgraph/measured_step.h"
 
 #include <algorithm>
 #include <chrono>
@@ -7,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-namespace tandem::bench {
+namespace tandem {
 namespace {
 
 /// As of the times that it is compared with: of an even number between the middle two.
@@ -26,7 +26,7 @@ double total(const std::vector<double*>& times) {
 /// Sorts a step's slices into its stages.
 class Reader {
  public:
-  explicit Reader(RecordedStep& step) : step_(step) {}
+  explicit Reader(MeasuredStep& step) : step_(step) {}
 
   void read(const Timeline::Slice& slice) {
     const double ns = std::chrono::duration<double, std::nano>(slice.end - slice.begin).count();
@@ -74,7 +74,7 @@ class Reader {
     step_.pieces[last_] = {ns + std::exchange(copied_ns_, 0), slice.pairs, slice.heavy};
   }
 
-  RecordedStep& step_;
+  MeasuredStep& step_;
   double open_ns_ = 0, copied_ns_ = 0;
   bool opened_ = false, in_narrow_ = false;
   std::size_t last_ = 0;
@@ -82,7 +82,7 @@ class Reader {
 
 }  // namespace
 
-void RecordedStep::index() {
+void MeasuredStep::index() {
   first_pairs_.assign(1, 0);
   light_until_.assign(1, 0);
   costliest_ns_ = 0;
@@ -93,13 +93,13 @@ void RecordedStep::index() {
   }
 }
 
-std::size_t RecordedStep::piece_of(double pair) const {
+std::size_t MeasuredStep::piece_of(double pair) const {
   const auto next = std::upper_bound(first_pairs_.begin(), first_pairs_.end(), pair,
                                      [](double p, std::uint64_t first) { return p < static_cast<double>(first); });
   return static_cast<std::size_t>(next - first_pairs_.begin()) - 1;
 }
 
-double RecordedStep::narrow_ns(double first, double end, bool heavy) const {
+double MeasuredStep::narrow_ns(double first, double end, bool heavy) const {
   const auto until = [&](double pair) {
     const std::size_t i = piece_of(pair);
     if (i >= pieces.size() || pieces[i].heavy || pieces[i].pairs == 0) return light_until_[i];
@@ -114,20 +114,20 @@ double RecordedStep::narrow_ns(double first, double end, bool heavy) const {
   return sum;
 }
 
-double RecordedStep::work_ns() const {
-  RecordedStep copy = *this;
+double MeasuredStep::work_ns() const {
+  MeasuredStep copy = *this;
   return total(copy.times());
 }
 
-std::size_t RecordedStep::tasks() const {
+std::size_t MeasuredStep::tasks() const {
   std::size_t all = tiles.size() + pieces.size();
   for (const auto* stages : {&before, &order, &after})
     for (const Stage& stage : *stages) all += stage.blocks.size();
   return all;
 }
 
-RecordedStep read_step(const std::vector<Timeline::Slice>& slices, StepForm form) {
-  RecordedStep step;
+MeasuredStep read_step(const std::vector<Timeline::Slice>& slices, StepForm form) {
+  MeasuredStep step;
   step.form = form;
   Reader reader(step);
   for (const Timeline::Slice& slice : slices) reader.read(slice);
@@ -136,7 +136,7 @@ RecordedStep read_step(const std::vector<Timeline::Slice>& slices, StepForm form
   return step;
 }
 
-std::vector<double*> RecordedStep::times() {
+std::vector<double*> MeasuredStep::times() {
   std::vector<double*> all{&begin_ns, &open_tiles_ns, &open_narrow_ns};
   for (auto* stages : {&before, &order, &after})
     for (Stage& stage : *stages) {
@@ -148,11 +148,11 @@ std::vector<double*> RecordedStep::times() {
   return all;
 }
 
-RecordedStep typical(std::vector<RecordedStep> runs) {
+MeasuredStep typical_step(std::vector<MeasuredStep> runs) {
   if (runs.empty()) throw std::logic_error("no run of the step was recorded");
   // Stages whose blocks depend on what there was room for are those of the first run.
   std::vector<std::vector<double*>> times;
-  for (RecordedStep& run : runs) {
+  for (MeasuredStep& run : runs) {
     if (run.first_pairs_ != runs.front().first_pairs_ || run.tiles.size() != runs.front().tiles.size())
       throw std::logic_error("two runs of one step differ in their work");
     times.push_back(run.times());
@@ -168,9 +168,9 @@ RecordedStep typical(std::vector<RecordedStep> runs) {
   // Times are skewed: medians of the pieces add up to less than the median of the whole, which is what is measured.
   const double scale = whole / total(times.front());
   for (double* time : times.front()) *time *= scale;
-  RecordedStep step = std::move(runs.front());
+  MeasuredStep step = std::move(runs.front());
   step.index();
   return step;
 }
 
-}  // namespace tandem::bench
+}  // namespace tandem

@@ -1,9 +1,9 @@
-#include "tile_work.h"
+#include "tandem/flowgraph/tile_work.h"
 
 #include <algorithm>
 #include <chrono>
 
-namespace tandem::bench {
+namespace tandem {
 namespace {
 
 std::uint64_t chain(std::uint64_t links) {
@@ -69,4 +69,4 @@ void TileWork::narrow(Batch& batch) const {
   }
 }
 
-}  // namespace tandem::bench
+}  // namespace tandem

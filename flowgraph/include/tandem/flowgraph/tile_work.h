@@ -4,9 +4,10 @@
 
 #include "tandem/flowgraph/step_work.h"
 
-namespace tandem::bench {
+namespace tandem {
 
-/// Made-up work: tiles and pairs that each take a given time, by counting a dependent chain of multiplications.
+/// Made-up work for an executor or a balancing rule: tiles and pairs that each take a given time, spent in a dependent
+/// chain of multiplications. Two thirds of the pairs have an answer, of one contact.
 class TileWork final : public StepWork {
  public:
   struct Size {
@@ -44,4 +45,4 @@ class TileWork final : public StepWork {
   PairFilter filter_;
 };
 
-}  // namespace tandem::bench
+}  // namespace tandem

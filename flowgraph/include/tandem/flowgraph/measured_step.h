@@ -6,10 +6,10 @@
 #include "tandem/flowgraph/report.h"
 #include "tandem/flowgraph/timeline.h"
 
-namespace tandem::bench {
+namespace tandem {
 
 /// What every piece of work of one step cost on one thread (ns), in the order in which a single thread does them.
-struct RecordedStep {
+struct MeasuredStep {
   struct Stage {
     double open_ns = 0;  ///< before its blocks, on one thread
     std::vector<double> blocks;
@@ -46,8 +46,8 @@ struct RecordedStep {
   double work_ns() const;
   std::size_t tasks() const;
 
-  friend RecordedStep read_step(const std::vector<Timeline::Slice>& slices, StepForm form);
-  friend RecordedStep typical(std::vector<RecordedStep> runs);
+  friend MeasuredStep read_step(const std::vector<Timeline::Slice>& slices, StepForm form);
+  friend MeasuredStep typical_step(std::vector<MeasuredStep> runs);
 
  private:
   void index();
@@ -59,18 +59,18 @@ struct RecordedStep {
 };
 
 /// From the slices of one step of the sequential executor in this form.
-RecordedStep read_step(const std::vector<Timeline::Slice>& slices, StepForm form);
+MeasuredStep read_step(const std::vector<Timeline::Slice>& slices, StepForm form);
 
 /// The median time of every piece over several runs of one step, as what disturbs a run hits other pieces each time;
 /// together they take the median of the runs' sums.
-RecordedStep typical(std::vector<RecordedStep> runs);
+MeasuredStep typical_step(std::vector<MeasuredStep> runs);
 
 /// One step in every form.
-struct RecordedForms {
-  RecordedStep caller, overlapped, ordered;
-  const RecordedStep& in(StepForm form) const {
+struct MeasuredForms {
+  MeasuredStep caller, overlapped, ordered;
+  const MeasuredStep& in(StepForm form) const {
     return form == StepForm::caller ? caller : form == StepForm::ordered ? ordered : overlapped;
   }
 };
 
-}  // namespace tandem::bench
+}  // namespace tandem

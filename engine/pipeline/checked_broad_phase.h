@@ -1,0 +1,74 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "tandem/broadphase/broad_phase.h"
+
+namespace tandem {
+
+/// A user's broad phase, whose pairs are looked at before anybody trusts them: bodies that are not there would be read.
+class CheckedBroadPhase final : public BroadPhase {
+ public:
+  explicit CheckedBroadPhase(std::unique_ptr<BroadPhase> own) : own_(std::move(own)) {
+    if (own_ == nullptr) throw std::invalid_argument("own_broad_phase: made none, allowed: a broad phase");
+  }
+
+  void expect(const PairFilter& filter) override { own_->expect(filter); }
+  void expect_changes(std::span<const std::uint8_t> changed) override { own_->expect_changes(changed); }
+  void expect_only_changes() override { own_->expect_only_changes(); }
+  std::size_t begin(const BoxArray& boxes) override {
+    boxes_ = boxes.size();
+    const std::size_t stages = own_->begin(boxes);
+    if (stages == 0) throw std::invalid_argument("own_broad_phase: begin() returned 0 stages, allowed: at least 1");
+    return stages;
+  }
+  std::size_t blocks(std::size_t stage) const override { return own_->blocks(stage); }
+  void run(std::size_t stage, std::size_t block) override { own_->run(stage, block); }
+  void emit(std::size_t block, PairSink& sink) override {
+    Gate gate(boxes_, block, sink);
+    own_->emit(block, gate);
+    gate.flush();
+  }
+  BroadPhaseKind kind() const override { return own_->kind(); }
+  std::string_view reason() const override { return own_->reason(); }
+  std::size_t memory() const override { return own_->memory(); }
+
+ private:
+  /// Hands on the pairs of a block if they are pairs.
+  class Gate final : public PairSink {
+   public:
+    Gate(std::size_t boxes, std::size_t block, PairSink& sink) : boxes_(boxes), block_(block), sink_(sink) {
+      filter_ = &all_;
+      buffer_ = pairs_.data();
+      capacity_ = pairs_.size();
+    }
+    void flush() {
+      for (const Pair pair : std::span(pairs_).first(std::exchange(count_, 0))) {
+        if (pair.a == pair.b || std::max(pair.a, pair.b) >= boxes_) refuse(pair);
+        sink_.put(pair.a, pair.b);
+      }
+    }
+
+   private:
+    void full() override { flush(); }
+    [[noreturn]] void refuse(Pair pair) const {
+      throw std::invalid_argument("own_broad_phase: block " + std::to_string(block_) + " put the pair (" +
+                                  std::to_string(pair.a) + ", " + std::to_string(pair.b) +
+                                  "), allowed: two different boxes of " + std::to_string(boxes_));
+    }
+
+    std::size_t boxes_, block_;
+    PairSink& sink_;
+    PairFilter all_;
+    std::array<Pair, 128> pairs_;
+  };
+
+  std::unique_ptr<BroadPhase> own_;
+  std::size_t boxes_ = 0;
+};
+
+}  // namespace tandem

@@ -1,0 +1,35 @@
+#include "tandem/flowgraph/narrowing_sink.h"
+
+#include <utility>
+
+namespace tandem {
+
+NarrowingSink::NarrowingSink(StepWork& work, std::size_t pairs) : work_(work) {
+  batch_.clear(pairs);
+  filter_ = &work.filter();
+  buffer_ = batch_.pairs.data();
+  capacity_ = pairs;
+}
+
+void NarrowingSink::flush() {
+  const std::size_t count = std::exchange(count_, 0);
+  narrowed_ += count;
+  batch_.count = work_.keep({buffer_, count});
+  if (batch_.count == 0) return;
+  // A batch appends to its lists: for so long they are those of all batches before.
+  const auto exchange = [this] {
+    batch_.results.swap(answers_.results);
+    batch_.contacts.swap(answers_.contacts);
+  };
+  exchange();
+  try {
+    work_.narrow(batch_);
+  } catch (...) {
+    exchange();
+    throw;
+  }
+  exchange();
+  ++batch_.id;
+}
+
+}  // namespace tandem
