@@ -18,6 +18,11 @@ constexpr double stiffness = 2e7, damping = 1e5;              // of a contact: N
 constexpr double along_stiffness = 1e7, along_damping = 5e4;  // of the spring along the surface
 constexpr double friction = 0.5, dt = 2e-4;                   // a contact of the smallest grains lasts forty steps
 
+/// Begins as it should: a vector of Eigen's own begins with whatever was there.
+struct Spring {
+  Vec3 stretch = Vec3::Zero();
+};
+
 struct Grains {
   explicit Grains(std::size_t count) : scene(tandem::make_builtin_scene("grains", count)) {
     for (std::uint32_t i = 0; i < scene.indices(); ++i) {
@@ -35,7 +40,7 @@ struct Grains {
     torque.assign(scene.indices(), Vec3::Zero());
     for (const tandem::PairResult& pair : contacts.pairs)
       for (std::size_t k = pair.first_contact; k < pair.first_contact + pair.contact_count; ++k)
-        push(pair.a, pair.b, contacts.contacts[k], springs[k]);
+        push(pair.a, pair.b, contacts.contacts[k], springs[k].stretch);
     for (std::uint32_t i = 0; i < scene.indices(); ++i)
       if (!scene.is_static()[i]) move(i);
   }
@@ -75,7 +80,7 @@ struct Grains {
 
   tandem::Scene scene;
   tandem::Pipeline pipeline;
-  tandem::ContactMap<Vec3> springs{0.1};  // metres: no contact moves as far in a step
+  tandem::ContactMap<Spring> springs{0.1};  // metres: no contact moves as far in a step
   std::vector<double> radius, mass;
   std::vector<Vec3> force, torque;
 };
@@ -94,7 +99,7 @@ int main() {
       if (grains.scene.is_static()[i]) carried += grains.force[i] / watched;
     for (const tandem::Contact& contact : grains.pipeline.contacts().contacts)
       deepest = std::max(deepest, contact.depth);
-    for (std::size_t k = 0; k < grains.springs.size(); ++k) longest = std::max(longest, grains.springs[k].norm());
+    for (std::size_t k = 0; k < grains.springs.size(); ++k) longest = std::max(longest, grains.springs[k].stretch.norm());
   }
   for (std::uint32_t i = 0; i < grains.scene.indices(); ++i)
     if (!grains.scene.is_static()[i]) weight -= grains.mass[i] * grains.scene.gravity.z();
