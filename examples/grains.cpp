@@ -99,7 +99,8 @@ int main() {
       if (grains.scene.is_static()[i]) carried += grains.force[i] / watched;
     for (const tandem::Contact& contact : grains.pipeline.contacts().contacts)
       deepest = std::max(deepest, contact.depth);
-    for (std::size_t k = 0; k < grains.springs.size(); ++k) longest = std::max(longest, grains.springs[k].stretch.norm());
+    for (std::size_t k = 0; k < grains.springs.size(); ++k)
+      longest = std::max(longest, grains.springs[k].stretch.norm());
   }
   for (std::uint32_t i = 0; i < grains.scene.indices(); ++i)
     if (!grains.scene.is_static()[i]) weight -= grains.mass[i] * grains.scene.gravity.z();
