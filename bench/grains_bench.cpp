@@ -1,6 +1,7 @@
 // A bed of spheres with a radius each, as codes of the discrete element method have them: a step beside a plain cell
-// list and Bullet, and what it holds of memory. LAMMPS' granular package is no contestant: its pairs come out of a
-// whole time step of its own, forces included, not out of a list that could be compared.
+// list, which tells depths alone or the same list to the last bit, and Bullet, and what it holds of memory. LAMMPS'
+// granular package is no contestant: its pairs come out of a whole time step of its own, forces included, not out of a
+// list that could be compared.
 #include <fmt/format.h>
 #include <malloc.h>
 #include <time.h>
@@ -37,26 +38,42 @@ double heap() {
   return static_cast<double>(now.uordblks + now.hblkhd);
 }
 
-/// Bytes a body: the scene; a pipeline between two steps, without the list of its answer; the list, a contact.
+/// Bytes a body: the scene; a pipeline after some steps that move all, without the list of its answer, on one thread and
+/// on two; the list, a contact.
 nlohmann::json memory_of(std::size_t bodies) {
   const double empty = heap();
-  const Scene scene = make_builtin_scene("grains", bodies);
-  const double with_scene = heap();
-  Pipeline pipeline({.executor = ExecutorKind::sequential});
-  pipeline.step(scene);
-  pipeline.step(scene);
-  const ContactList& list = pipeline.contacts();
-  const double answers =
-      static_cast<double>(list.pairs.capacity() * sizeof(PairResult) + list.contacts.capacity() * sizeof(Contact));
+  Scene scene = make_builtin_scene("grains", bodies);
   const auto n = static_cast<double>(bodies);
-  return {{"scene_bytes_a_body", (with_scene - empty) / n},
-          {"pipeline_bytes_a_body", (heap() - with_scene - answers) / n},
-          {"bytes_a_contact", sizeof(PairResult) + sizeof(Contact)}};
+  nlohmann::json out{{"scene_bytes_a_body", (heap() - empty) / n},
+                     {"bytes_a_contact", sizeof(PairResult) + sizeof(Contact)}};
+  constexpr int steps = 12;  // the list of candidates is made in the third
+  for (const int threads : {1, 2}) {
+    const double before = heap();
+    Pipeline pipeline({.executor = threads == 1 ? ExecutorKind::sequential : ExecutorKind::flowgraph,
+                       .threads = threads});
+    for (int step = 0; step < steps; ++step) {
+      const auto poses = scene.poses();
+      for (std::uint32_t i = 0; i < scene.indices(); ++i) {
+        if (scene.is_static()[i] != 0) continue;
+        Pose pose = poses[i];
+        pose.translation.z() -= 1e-3 * scene.shape_of(i).radius();
+        scene.move(i, pose, Vec3::Zero(), Vec3::Zero());
+      }
+      pipeline.step(scene);
+    }
+    const ContactList& list = pipeline.contacts();
+    const double answers =
+        static_cast<double>(list.pairs.capacity() * sizeof(PairResult) + list.contacts.capacity() * sizeof(Contact));
+    out[threads == 1 ? "pipeline_bytes_a_body" : "pipeline_bytes_a_body_two_threads"] =
+        (heap() - before - answers) / n;
+  }
+  return out;
 }
 
 struct Tally {
   Samples time, stretches;
   std::uint64_t pairs = 0, hash = 0xcbf29ce484222325u;
+  std::vector<std::uint64_t> lists;  // hashes of whole lists, a step
 
   void add(std::uint64_t word) {
     hash = (hash ^ word) * 0x100000001b3u;
@@ -73,11 +90,15 @@ struct Tally {
   }
 };
 
+std::string spread(const Samples& ratios) {
+  return fmt::format("{:.2f}x ({:.2f} to {:.2f})", ratios.median(), ratios.quantile(0.1), ratios.quantile(0.9));
+}
+
 SceneDetectors contestants(const Scene& scene, const std::vector<int>& threads) {
   SceneDetectors all;
   for (auto& detector : tandem_detectors(threads))
     if (detector->name() == "tandem") all.push_back(std::move(detector));
-  all.push_back(cell_list_detector(scene));
+  for (auto& detector : cell_list_detectors(scene)) all.push_back(std::move(detector));
 #ifdef TANDEM_HAS_BULLET
   for (auto& detector : bullet_detectors(scene)) all.push_back(std::move(detector));
 #endif
@@ -99,6 +120,7 @@ void play(Scene& scene, const std::vector<Poses>& stretch, SceneDetector& who, T
     tally.time.add(ns);
     own.add(ns);
     tally.add(who.found());
+    tally.lists.push_back(who.list_hash());
   }
   tally.stretches.add(own.median());
 }
@@ -140,47 +162,50 @@ std::vector<Row> grains_bench(const Settings& settings) {
   std::vector<Row> rows;
   fmt::print(
       "Spheres in a box, each with a radius of its own; ms a step, contacts computed; on one thread of the processor.\n"
-      "ratio: the cell list's time of a stretch over that of the same poses, median, p10 and p90.\n"
-      "{:<9} {:<16} {:>7} {:>9} {:>9} {:>9} {:>22} {:>10}  {}\n",
-      "grains", "contestant", "threads", "median", "p10", "p90", "ratio", "pairs", "hash");
+      "ahead: time of a stretch of the cell list that makes the same list, and of the one that tells depths alone, over\n"
+      "that of the same poses; median, p10 and p90.\n"
+      "{:<9} {:<18} {:>7} {:>9} {:>9} {:>9} {:>24} {:>24} {:>10}  {}\n",
+      "grains", "contestant", "threads", "median", "p10", "p90", "ahead, same list", "ahead, depths", "pairs", "hash");
   for (const std::size_t size : sizes) {
     nlohmann::json memory = memory_of(size);
     Scene scene = make_builtin_scene("grains", size);
     const SceneDetectors all = contestants(scene, threads);
     std::vector<Tally> tallies = contest(scene, all, settling, stretches);
-    const std::size_t cells = threads.size();
-    for (std::size_t i = 0; i < cells; ++i)
-      if (tallies[i].hash != tallies[cells].hash)
+    const Tally &depths = tallies[threads.size()], &list = tallies[threads.size() + 1];
+    for (std::size_t i = 0; i < threads.size(); ++i)
+      if (tallies[i].hash != depths.hash || tallies[i].hash != list.hash || tallies[i].lists != list.lists)
         throw std::runtime_error(
-            fmt::format("{} grains: {} on {} threads found other pairs or depths than the cell list", size,
+            fmt::format("{} grains: {} on {} threads found other pairs, depths or contacts than the cell list", size,
                         all[i]->name(), all[i]->threads()));
     for (std::size_t i = 0; i < all.size(); ++i) {
       Tally& tally = tallies[i];
-      Samples ratios;
-      for (std::size_t k = 0; k < tally.stretches.size(); ++k)
-        ratios.add(tallies[cells].stretches[k] / tally.stretches[k]);
-      fmt::print("{:<9} {:<16} {:>7} {:>9.3f} {:>9.3f} {:>9.3f} {:>22} {:>10}  {}\n", size, all[i]->name(),
+      Samples ahead, ahead_of_depths;
+      for (std::size_t k = 0; k < tally.stretches.size(); ++k) {
+        ahead.add(list.stretches[k] / tally.stretches[k]);
+        ahead_of_depths.add(depths.stretches[k] / tally.stretches[k]);
+      }
+      fmt::print("{:<9} {:<18} {:>7} {:>9.3f} {:>9.3f} {:>9.3f} {:>24} {:>24} {:>10}  {}\n", size, all[i]->name(),
                  all[i]->threads(), 1e-6 * tally.time.median(), 1e-6 * tally.time.quantile(0.1),
-                 1e-6 * tally.time.quantile(0.9),
-                 fmt::format("{:.2f}x ({:.2f} to {:.2f})", ratios.median(), ratios.quantile(0.1), ratios.quantile(0.9)),
-                 tally.pairs, hex(tally.hash));
+                 1e-6 * tally.time.quantile(0.9), spread(ahead), spread(ahead_of_depths), tally.pairs,
+                 hex(tally.hash));
       Row row{"grains",
               "grains",
               all[i]->name(),
               all[i]->threads(),
               size,
-              std::move(tally.time),
+              tally.time,
               tally.hash,
               {{"pairs", tally.pairs},
-               {"ratio_to_cell_list", ratios.median()},
-               {"ratio_p10", ratios.quantile(0.1)},
-               {"ratio_p90", ratios.quantile(0.9)}}};
+               {"ratio_to_cell_list", ahead.median()},
+               {"ratio_p10", ahead.quantile(0.1)},
+               {"ratio_p90", ahead.quantile(0.9)},
+               {"ratio_to_depths", ahead_of_depths.median()}}};
       if (i == 0) row.more.update(memory);
       rows.push_back(std::move(row));
     }
-    fmt::print("bytes a body: scene {:.0f}, pipeline {:.0f} and {} a contact\n",
+    fmt::print("bytes a body: scene {:.0f}, pipeline {:.0f} ({:.0f} of two threads) and {} a contact\n",
                memory["scene_bytes_a_body"].get<double>(), memory["pipeline_bytes_a_body"].get<double>(),
-               memory["bytes_a_contact"].get<int>());
+               memory["pipeline_bytes_a_body_two_threads"].get<double>(), memory["bytes_a_contact"].get<int>());
   }
   return rows;
 }

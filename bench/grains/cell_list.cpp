@@ -2,13 +2,33 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
+#include <stdexcept>
+
+#include "tandem/broadphase/pair.h"
+#include "tandem/flowgraph/contact_list.h"
 
 namespace tandem::bench {
 namespace {
 
-class CellList final : public SceneDetector {
+struct Ball {
+  Vec3 centre;
+  double radius;
+  std::uint32_t body;
+};
+struct Plane {
+  std::uint32_t body;
+  Vec3 normal;
+  double offset;
+  Vec3 origin;
+
+  double gap(const Ball& ball) const { return normal.dot(ball.centre - origin) - offset - ball.radius; }
+};
+
+/// Spheres by cells, and half-spaces.
+class Cells {
  public:
-  explicit CellList(const Scene& scene) {
+  explicit Cells(const Scene& scene) {
     for (std::uint32_t i = 0; i < scene.indices(); ++i) {
       const Shape& shape = scene.shape_of(i);
       if (shape.kind() == ShapeKind::halfspace)
@@ -17,16 +37,17 @@ class CellList final : public SceneDetector {
       else
         bodies_.push_back(i), radius_.push_back(shape.radius());
     }
+    if (!planes_.empty() && planes_.back().body > bodies_.front())
+      throw std::invalid_argument("cell list: half-spaces must have lower indices than spheres");
     edge_ = 2 * *std::max_element(radius_.begin(), radius_.end());
     balls_.resize(bodies_.size());
     cell_.resize(bodies_.size());
   }
+  std::span<const Plane> planes() const { return planes_; }
 
-  std::string name() const override { return "cell list"; }
-
-  // Forty lines.
-  void detect(const Scene& scene) override {
-    pairs_.clear();
+  // Forty lines. `meet(ball, ball)` and `land(plane, ball, gap)` are told of those that touch.
+  template <class Meet, class Land>
+  void detect(const Scene& scene, const Meet& meet, const Land& land) {
     const auto poses = scene.poses();
     Vec3 lo = poses[bodies_[0]].translation, hi = lo;
     for (const std::uint32_t body : bodies_) {
@@ -59,49 +80,150 @@ class CellList final : public SceneDetector {
                    ++i)
                 for (std::size_t j = own_row ? i + 1 : first_[static_cast<std::size_t>(others + std::max(x - 1, 0L))];
                      j < end; ++j) {
-                  const Vec3 d = balls_[j].centre - balls_[i].centre;
-                  const double length2 = d.squaredNorm(), reach = balls_[i].radius + balls_[j].radius;
-                  if (length2 <= reach * reach) put(balls_[i].body, balls_[j].body, reach - std::sqrt(length2));
+                  const double length2 = (balls_[j].centre - balls_[i].centre).squaredNorm();
+                  const double reach = balls_[i].radius + balls_[j].radius;
+                  if (length2 <= reach * reach) meet(balls_[i], balls_[j], length2, reach);
                 }
             }
           }
     for (const Plane& plane : planes_)
-      for (const Ball& ball : balls_) {
-        const double gap = plane.normal.dot(ball.centre - plane.origin) - plane.offset - ball.radius;
-        if (gap <= 0) put(plane.body, ball.body, -gap);
-      }
+      for (const Ball& ball : balls_)
+        if (const double gap = plane.gap(ball); gap <= 0) land(plane, ball, gap);
   }
-
-  std::vector<TouchingPair> found() const override { return pairs_; }
 
  private:
-  struct Ball {
-    Vec3 centre;
-    double radius;
-    std::uint32_t body;
-  };
-  struct Plane {
-    std::uint32_t body;
-    Vec3 normal;
-    double offset;
-    Vec3 origin;
-  };
-
-  void put(std::uint32_t a, std::uint32_t b, double depth) {
-    pairs_.push_back({std::min(a, b), std::max(a, b), 1, depth});
-  }
-
   double edge_ = 0;  // of a cell: the largest diameter
   std::vector<Plane> planes_;
   std::vector<std::uint32_t> bodies_;
   std::vector<double> radius_;
   std::vector<std::size_t> cell_, first_;  // of each sphere; of each cell, and the end
   std::vector<Ball> balls_;                // cell by cell
+};
+
+/// Pairs in no order, and of each the depth.
+class DepthsAlone final : public SceneDetector {
+ public:
+  explicit DepthsAlone(const Scene& scene) : cells_(scene) {}
+  std::string name() const override { return "cells, depths"; }
+  void detect(const Scene& scene) override {
+    pairs_.clear();
+    cells_.detect(
+        scene,
+        [&](const Ball& a, const Ball& b, double length2, double reach) {
+          put(a.body, b.body, reach - std::sqrt(length2));
+        },
+        [&](const Plane& plane, const Ball& ball, double gap) { put(plane.body, ball.body, -gap); });
+  }
+  std::vector<TouchingPair> found() const override { return pairs_; }
+
+ private:
+  void put(std::uint32_t a, std::uint32_t b, double depth) {
+    pairs_.push_back({std::min(a, b), std::max(a, b), 1, depth});
+  }
+
+  Cells cells_;
   std::vector<TouchingPair> pairs_;
+};
+
+/// The list that tandem has, to the last bit: sorted pairs, answers and contacts. Pairs are put in order before their
+/// answers are written, each once and where it is to lie.
+class WholeList final : public SceneDetector {
+ public:
+  explicit WholeList(const Scene& scene) : cells_(scene), placed_(scene.indices()), next_(scene.indices() + 1) {}
+  std::string name() const override { return "cells, whole list"; }
+
+  void detect(const Scene& scene) override {
+    touching_.clear();
+    const auto put = [&](std::uint32_t a, std::uint32_t b) {
+      touching_.push_back({std::min(a, b), std::max(a, b)});
+      ++next_[touching_.back().a + 1];
+    };
+    std::fill(next_.begin(), next_.end(), 0u);
+    cells_.detect(
+        scene,
+        [&](const Ball& a, const Ball& b, double, double) {
+          placed_[a.body] = a;
+          placed_[b.body] = b;
+          put(a.body, b.body);
+        },
+        [&](const Plane& plane, const Ball& ball, double) {
+          placed_[ball.body] = ball;
+          put(plane.body, ball.body);
+        });
+    sort();
+    list_.pairs.resize(touching_.size());
+    list_.contacts.resize(touching_.size());
+    for (std::size_t i = 0; i < touching_.size(); ++i) answer(static_cast<std::uint32_t>(i));
+  }
+
+  std::vector<TouchingPair> found() const override {
+    std::vector<TouchingPair> out;
+    for (const PairResult& pair : list_.pairs) out.push_back({pair.a, pair.b, 1, -pair.answer.signed_distance});
+    return out;
+  }
+  std::uint64_t list_hash() const override { return hash(list_); }
+
+ private:
+  /// By a counting sort of the first bodies, then by insertion.
+  void sort() {
+    for (std::size_t a = 1; a < next_.size(); ++a) next_[a] += next_[a - 1];  // of a: where its pairs begin
+    sorted_.resize(touching_.size());
+    for (const Pair& pair : touching_) sorted_[next_[pair.a]++] = pair.b;
+    std::uint32_t first = 0;
+    for (std::uint32_t a = 0; a + 1 < next_.size(); first = next_[a++]) {
+      const auto begin = sorted_.begin() + first, end = sorted_.begin() + next_[a];
+      if (end - begin > 32)
+        std::sort(begin, end);
+      else
+        for (auto at = begin; at != end; ++at) {
+          const std::uint32_t b = *at;
+          auto to = at;
+          for (; to != begin && to[-1] > b; --to) *to = to[-1];
+          *to = b;
+        }
+      for (auto at = begin; at != end; ++at) touching_[static_cast<std::size_t>(at - sorted_.begin())] = {a, *at};
+    }
+  }
+
+  void answer(std::uint32_t i) {
+    const Pair pair = touching_[i];
+    PairResult& result = list_.pairs[i];
+    result = {pair.a, pair.b, i, 1, {}};
+    PairAnswer& answer = result.answer;
+    const Ball& b = placed_[pair.b];
+    if (pair.a < cells_.planes().size()) {
+      const Plane& plane = cells_.planes()[pair.a];
+      answer.signed_distance = plane.gap(b);
+      answer.normal = plane.normal;
+      answer.point_b = b.centre - b.radius * plane.normal;
+      answer.point_a = answer.point_b - answer.signed_distance * plane.normal;
+    } else {
+      const Ball& a = placed_[pair.a];
+      const Vec3 way = b.centre - a.centre;
+      const double length = std::sqrt(way.squaredNorm());
+      answer.signed_distance = length - (a.radius + b.radius);
+      answer.normal = way / length;
+      answer.point_a = a.centre + a.radius * answer.normal;
+      answer.point_b = b.centre - b.radius * answer.normal;
+    }
+    answer.collide = true;
+    list_.contacts[i] = {0.5 * (answer.point_a + answer.point_b), answer.normal, -answer.signed_distance, 0};
+  }
+
+  Cells cells_;
+  std::vector<Pair> touching_;
+  std::vector<Ball> placed_;                  // a body
+  std::vector<std::uint32_t> next_, sorted_;  // a body: where its next pair goes; second bodies
+  ContactList list_;
 };
 
 }  // namespace
 
-std::unique_ptr<SceneDetector> cell_list_detector(const Scene& scene) { return std::make_unique<CellList>(scene); }
+SceneDetectors cell_list_detectors(const Scene& scene) {
+  SceneDetectors out;
+  out.push_back(std::make_unique<DepthsAlone>(scene));
+  out.push_back(std::make_unique<WholeList>(scene));
+  return out;
+}
 
 }  // namespace tandem::bench

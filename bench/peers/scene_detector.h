@@ -29,6 +29,8 @@ class SceneDetector {
   virtual double kept_pairs() const { return 0; }
   /// Of the last step, each pair once, in any order. Not timed.
   virtual std::vector<TouchingPair> found() const = 0;
+  /// Of the last step's ContactList (`hash`), where a contestant has one; else 0.
+  virtual std::uint64_t list_hash() const { return 0; }
 };
 
 using SceneDetectors = std::vector<std::unique_ptr<SceneDetector>>;

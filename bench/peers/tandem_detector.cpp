@@ -31,6 +31,8 @@ class TandemDetector final : public SceneDetector {
     return out;
   }
 
+  std::uint64_t list_hash() const override { return hash(pipeline_.contacts()); }
+
  private:
   Pipeline pipeline_;
   StepReport report_;

@@ -206,7 +206,7 @@ void Grid::plan() {
   if (sum > records_.capacity()) {
     records_.clear();  // what was there need not be copied
     // Larger boxes may follow, and what is not written costs nothing.
-    records_.reserve(sum + sum / 2);
+    records_.reserve(sum + sum / 4);
   }
   records_.resize(sum);
   if (searched_) {

@@ -165,7 +165,8 @@ std::size_t VerletList::begin(const BoxArray& boxes, ListedMethod& method) {
   search_ = method.search_in();
   changed_ = std::exchange(next_changed_, {});
   if (changed_.size() != boxes.size() || !list_made_) changed_ = {};
-  only_changes_ = std::exchange(next_only_changes_, false) && !changed_.empty();
+  filtered_further_ = std::exchange(next_only_changes_, false);
+  only_changes_ = filtered_further_ && !changed_.empty();
   method_begun_ = false;
   bare_ = bare_steps_left_ != 0;
   if (bare_) {
@@ -317,7 +318,9 @@ void VerletList::put_together(std::size_t most_first, std::size_t most_together)
       packed_[packed++].clear();
     }
     packed_[packed - 1].append(lists_[k]);
+    lists_[k] = {};
   }
+  for (std::size_t k = packed; k < packed_.size(); ++k) packed_[k] = {};
   list_count_ = packed;
 }
 
@@ -415,6 +418,7 @@ void VerletList::decide() {
   list_filter_.take(filter_);
   last_filter_.take(filter_);
   list_filter_view_ = list_filter_.view();
+  filter_holds_.store(!(filter_.group.empty() && filter_.is_static.empty()), std::memory_order_relaxed);
   method_->begin(larger_);
   if (search_ != nullptr) search_->prepare_search();
   renewal_.start(method_stages_, part_count_);
@@ -547,6 +551,7 @@ void VerletList::look_at(std::size_t index) {
   std::size_t count = find_outside(index, look);
   if (!changes_known() && !last_filter_.same(filter_, first, last)) {
     // Looked at one by one: rare.
+    filter_holds_.store(false, std::memory_order_relaxed);
     count = 0;
     for (std::size_t i = first; i < last; ++i)
       if (is_outside(i)) {
@@ -589,6 +594,8 @@ std::size_t VerletList::find_outside(std::size_t index, Look& look) {
     return count;
   }
 
+  // Whose part of the filter changed is not looked for.
+  if (changed != 0) filter_holds_.store(false, std::memory_order_relaxed);
   constexpr std::size_t ahead = 8;
   Part& part = parts_[index];
   const std::span<const std::uint32_t> bodies(look.changed.data(), changed);
@@ -691,6 +698,9 @@ std::size_t VerletList::test(const CandidateTiles& tiles, bool all_copied, Scrat
   prefetch(tiles.candidates);
   BoxRecord* boxes = scratch.boxes.data();
   const bool early = mode_ == Mode::renew && early_.taken();
+  // As long as not all are looked at, it is not known whether the filter is as it was.
+  const bool allowed =
+      !filtered_further_ && (all_copied || mode_ == Mode::renew) && filter_holds_.load(std::memory_order_relaxed);
   std::size_t found = 0, first_body = 0, first = 0;
   for (const CandidateTiles::Tile& tile : tiles.tiles) {
     const std::uint32_t* bodies = tiles.bodies.data() + first_body;
@@ -718,7 +728,7 @@ std::size_t VerletList::test(const CandidateTiles& tiles, bool all_copied, Scrat
       if (some_early)
         put_later(std::span(scratch.hits).first(hits), bodies, boxes, sink);
       else
-        for (std::size_t k = 0; k < hits; ++k) sink.put(bodies[scratch.hits[k].a], bodies[scratch.hits[k].b]);
+        put_all(std::span(scratch.hits).first(hits), bodies, allowed, sink);
       found += hits;
       first += count;
     }
@@ -743,6 +753,18 @@ bool VerletList::test_changed(std::span<const std::uint32_t> bodies, std::span<c
     if (overlap_now(a, b, all_copied)) sink.put(a, b);
   }
   return true;
+}
+
+void VerletList::put_all(std::span<const LocalPair> pairs, const std::uint32_t* bodies, bool allowed, PairSink& sink) {
+  if (!allowed) {
+    for (const LocalPair pair : pairs) sink.put(bodies[pair.a], bodies[pair.b]);
+    return;
+  }
+  for (const LocalPair pair : pairs) {
+    const std::uint32_t a = bodies[pair.a], b = bodies[pair.b];
+    const std::uint32_t exchanged = (a ^ b) & (0u - std::uint32_t{b < a});  // no branch: nothing foresees which is less
+    sink.put_allowed({a ^ exchanged, b ^ exchanged});
+  }
 }
 
 void VerletList::put_later(std::span<const LocalPair> pairs, const std::uint32_t* bodies, const BoxRecord* boxes,

@@ -190,7 +190,9 @@ class VerletList {
   }
   /// Whether nobody asks for the pair.
   bool left_out(std::uint32_t a, std::uint32_t b) const { return only_changes_ && (changed_[a] | changed_[b]) == 0; }
-  /// Hands on the pairs of a tile, without the early ones.
+  /// Hands on the pairs of a tile.
+  static void put_all(std::span<const LocalPair> pairs, const std::uint32_t* bodies, bool allowed, PairSink& sink);
+  /// The same without the early ones.
   void put_later(std::span<const LocalPair> pairs, const std::uint32_t* bodies, const BoxRecord* boxes,
                  PairSink& sink) const;
   void test(const ReturnedList& list, bool all_copied, PairSink& sink) const;
@@ -215,6 +217,7 @@ class VerletList {
 
   std::span<const std::uint8_t> changed_, next_changed_;
   bool only_changes_ = false, next_only_changes_ = false;
+  bool filtered_further_ = false;  // by the sinks of the step, which may take changes alone
   PageVector<BoxRecord> records_;  // of the step before, until this one copies its boxes
   bool has_past_ = false;          // they are of the step before
   bool copies_ = true;             // this step does
@@ -238,6 +241,8 @@ class VerletList {
   UsualBox usual_;
   PairFilter filter_, list_filter_view_;
   FilterCopy list_filter_, last_filter_;  // when the list was made; when a body was last put on it
+  // The filter is what it was when the list was made: what is on it need not be filtered.
+  std::atomic<bool> filter_holds_{false};
   ReturnedBodies returned_;
   ReturnedList among_;  // of those put back in the same step
   BoxArray outside_boxes_;

@@ -99,6 +99,7 @@ class SceneWork final : public StepWork {
     const SceneChanges::HistoryName history(scene);
     const std::uint64_t comings_and_goings = SceneChanges::comings_and_goings(scene);
     const bool same = looked_ && history == history_ && boxes_.size() == scene.indices();
+    shapes_known_ = same && comings_and_goings == comings_and_goings_;
     changes_known_ = same && (!kept_ || comings_and_goings == comings_and_goings_);
     comings_and_goings_ = comings_and_goings;
     history_ = history;
@@ -364,15 +365,45 @@ class SceneWork final : public StepWork {
     std::array<PlacedSpheres, most> spheres;
     for (auto left = std::span<const Pair>(batch.pairs).first(batch.count); !left.empty();) {
       const auto pairs = left.first(std::min(left.size(), most));
-      place(pairs, placed);
-      place_spheres(pairs, spheres);
-      Told told(*this, batch, pairs.data());
-      several_pairs_.solve(std::span(placed).first(pairs.size()), batch.contacts, told,
-                           std::span(spheres).first(pairs.size()));
-      colliding_pairs += told.colliding_pairs();
-      left = left.subspan(pairs.size());
+      const bool all_spheres = place_spheres(pairs, spheres);
+      std::size_t done = 0;
+      if (all_spheres) done = append_spheres(pairs, std::span(spheres).first(pairs.size()), batch, colliding_pairs);
+      // Of spheres alone the first that is left is one that rounding decides.
+      const std::size_t next = all_spheres ? std::min(done + 1, pairs.size()) : pairs.size();
+      if (done != next) {
+        const auto others = pairs.subspan(done, next - done);
+        place(others, placed);
+        Told told(*this, batch, others.data());
+        several_pairs_.solve(std::span(placed).first(others.size()), batch.contacts, told,
+                             std::span(spheres).subspan(done, others.size()));
+        colliding_pairs += told.colliding_pairs();
+      }
+      left = left.subspan(next);
     }
     found_.add(colliding_pairs, std::span(batch.contacts).subspan(first_contact));
+  }
+
+  /// Answers pairs of spheres from the first on, as many as are solved together; returns how many.
+  std::size_t append_spheres(std::span<const Pair> pairs, std::span<const PlacedSpheres> spheres, Batch& batch,
+                             std::uint64_t& colliding_pairs) const {
+    const std::size_t first = batch.results.size(), first_contact = batch.contacts.size();
+    // Copies of one: constructors that compilers make a call of.
+    batch.results.resize(first + pairs.size(), PairResult{});
+    batch.contacts.resize(first_contact + pairs.size(), Contact{Vec3::Zero(), Vec3::Zero()});
+    std::array<std::uint32_t, 128> numbers;
+    const SpheresSolved solved = several_pairs_.solve_spheres(
+        spheres, {&batch.results[first].answer, sizeof(PairResult), &batch.contacts[first_contact], numbers.data()});
+    batch.results.resize(first + solved.answers);
+    batch.contacts.resize(first_contact + solved.answers);
+    for (std::size_t k = 0; k < solved.answers; ++k) {
+      PairResult& result = batch.results[first + k];
+      result.a = pairs[numbers[k]].a;
+      result.b = pairs[numbers[k]].b;
+      result.first_contact = static_cast<std::uint32_t>(first_contact + k);
+      result.contact_count = 1;
+      colliding_pairs += result.answer.collide ? 1 : 0;
+    }
+    return solved.pairs;
   }
 
   void place(std::span<const Pair> pairs, std::span<PlacedPair> placed) const {
@@ -382,12 +413,17 @@ class SceneWork final : public StepWork {
                    &poses[pairs[i].b]};
   }
 
-  void place_spheres(std::span<const Pair> pairs, std::span<PlacedSpheres> spheres) const {
-    const auto sphere = [this](std::uint32_t body) {
+  /// Whether all are pairs of spheres.
+  bool place_spheres(std::span<const Pair> pairs, std::span<PlacedSpheres> spheres) const {
+    bool all = true;
+    const auto sphere = [&](std::uint32_t body) {
       const PlacedSphere& placed = spheres_[body];
-      return placed.radius > std::numeric_limits<double>::max() ? nullptr : &placed;
+      const bool is_one = is_sphere(placed);
+      all &= is_one;
+      return is_one ? &placed : nullptr;
     };
     for (std::size_t i = 0; i < pairs.size(); ++i) spheres[i] = {sphere(pairs[i].a), sphere(pairs[i].b)};
+    return all;
   }
 
   NarrowPhaseOptions narrow_options(bool mesh_gaps) {
@@ -430,6 +466,12 @@ class SceneWork final : public StepWork {
                         [static_cast<std::size_t>(scene_->shape_of(pair.b).kind())];
   }
 
+  double sphere_radius(std::uint32_t body) const {
+    const Shape& shape = scene_->shape_of(body);
+    return shape.kind() == ShapeKind::sphere ? shape.radius() : std::numeric_limits<double>::infinity();
+  }
+  static bool is_sphere(const PlacedSphere& placed) { return placed.radius <= std::numeric_limits<double>::max(); }
+
   void update(std::size_t block) {
     const std::size_t first = block * bodies_a_block, end = std::min(boxes_.size(), first + bodies_a_block);
     for (std::size_t i = first; i < end; i += BoundsRows::bodies) update(i, std::min(end, i + BoundsRows::bodies));
@@ -463,10 +505,19 @@ class SceneWork final : public StepWork {
     BoundsRows rows;
     for (std::size_t k = 0; k < count; ++k) {
       const std::uint32_t at = todo[k];
+      if (together_) {
+        const double radius = shapes_known_ ? spheres_[at].radius : sphere_radius(at);
+        spheres_[at] = {poses[at].translation, radius};
+        if (is_sphere(spheres_[at])) {  // as Shape::bounds, which is far from here
+          for (std::size_t axis = 0; axis < 3; ++axis) {
+            const double centre = spheres_[at].centre[static_cast<Eigen::Index>(axis)];
+            rows.lo[axis][k] = centre - radius;
+            rows.hi[axis][k] = centre + radius;
+          }
+          continue;
+        }
+      }
       const Shape& shape = scene_->shape_of(at);
-      if (together_)
-        spheres_[at] = {poses[at].translation,
-                        shape.kind() == ShapeKind::sphere ? shape.radius() : std::numeric_limits<double>::infinity()};
       const Bounds bounds = kept_ ? shape.bounds(kept_->anchor(at)) : shape.bounds(poses[at]);
       const double reach = kept_ ? kept_->reach(at) : 0;
       for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -565,7 +616,7 @@ class SceneWork final : public StepWork {
   BoxArray boxes_;
   std::vector<std::uint8_t> changed_;  // one a box: not as in the step before
   // What the last whole step saw; whether it tells what has changed since.
-  bool looked_ = false, changes_known_ = false;
+  bool looked_ = false, changes_known_ = false, shapes_known_ = false;
   SceneChanges::HistoryName history_;
   std::vector<std::uint32_t> seen_;  // versions
   std::uint64_t comings_and_goings_ = 0;

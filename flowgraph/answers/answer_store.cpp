@@ -53,7 +53,7 @@ AnswerChunk& AnswerStore::take() {
       free_.reserve(chunks_.capacity());
       taken_.reserve(chunks_.capacity());
       chunk->results.reserve(chunk_results);
-      chunk->contacts.reserve(4 * chunk_results);
+      chunk->contacts.reserve(chunk_results);
     } else {
       auto own = std::find_if(free_.begin(), free_.end(), [=](const AnswerChunk* c) { return c->thread == mark; });
       if (own == free_.end()) own = free_.end() - 1;

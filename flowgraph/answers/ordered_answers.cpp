@@ -2,12 +2,17 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
+#include <utility>
 
 #include "answers/pair_order.h"
 #include "answers/thread_mark.h"
 
 namespace tandem {
 namespace {
+
+/// The run of a buffer that the step has not taken.
+constexpr std::size_t unused = std::numeric_limits<std::size_t>::max();
 
 /// Asks for the lines that are about to be written: stores alone wait for one after the other.
 void prefetch_to_write(const void* data, std::size_t bytes) {
@@ -33,6 +38,8 @@ void OrderedAnswers::begin(std::span<const std::uint64_t> pairs, BatchPairs batc
   places_.resize(runs() + 1);
   counts_.assign(runs(), {});
   placed_ = 0;
+  // As many as runs are filled where the list has no room yet; a step with room uses few of them.
+  std::erase_if(buffers_, [](const auto& buffer) { return std::exchange(buffer->run, unused) == unused; });
   for (auto* list : {&waiting_, &rest_, &free_}) {
     list->clear();
     list->reserve(buffers_.size() + runs());

@@ -7,6 +7,8 @@
 namespace tandem {
 namespace {
 
+constexpr std::size_t few = 48;  // keys, sorted by insertion
+
 void insertion_sort(std::span<std::uint64_t> keys) {
   for (std::size_t i = 1; i < keys.size(); ++i) {
     const std::uint64_t key = keys[i];
@@ -36,16 +38,19 @@ void radix_sort(std::span<std::uint64_t> keys, std::span<std::uint64_t> other) {
 
 void PairOrder::begin(std::span<Batch* const> batches, std::size_t bodies) {
   is_sorted_ = false;
-  prepare(batches, bodies);
+  prepare(batches, bodies, most_groups);
 }
 
-void PairOrder::prepare(std::span<Batch* const> batches, std::size_t bodies) {
+void PairOrder::prepare(std::span<Batch* const> batches, std::size_t bodies, std::size_t groups) {
   batches_ = batches;
   std::size_t total = 0;
   for (const Batch* batch : batches) total += batch->count;
-  groups_ = std::clamp(total / pairs_a_group, std::size_t{1}, most_groups);
-  // Ranges of some eight pairs, which are sorted by insertion.
-  const std::size_t wanted = std::bit_ceil(std::clamp(total / 8, std::size_t{1}, std::size_t{4096}));
+  groups_ = std::clamp(total / pairs_a_group, std::size_t{1}, groups);
+  // Ranges of some eight pairs, which are sorted by insertion; of two where one group has but one row of them, for what
+  // is sorted nothing foresees.
+  const std::size_t wanted = groups_ == 1
+                                 ? std::bit_ceil(std::clamp(total / 2, std::size_t{1}, std::size_t{65536}))
+                                 : std::bit_ceil(std::clamp(total / 8, std::size_t{1}, std::size_t{4096}));
   shift_ = 0;
   while (bodies >> shift_ > wanted) ++shift_;
   ranges_ = (bodies >> shift_) + 1;
@@ -53,7 +58,6 @@ void PairOrder::prepare(std::span<Batch* const> batches, std::size_t bodies) {
   next_.resize(groups_ * row_);
   first_.resize(ranges_ + 1);
   keys_.resize(total);
-  other_.resize(total);
 }
 
 std::size_t PairOrder::open(std::size_t stage) {
@@ -99,8 +103,7 @@ bool PairOrder::same_again(std::span<Batch* const> batches) {
 void PairOrder::sort(std::span<Batch* const> batches, std::size_t bodies) {
   if (same_again(batches) && is_sorted_) return;
   is_sorted_ = false;
-  prepare(batches, bodies);
-  groups_ = 1;
+  prepare(batches, bodies, 1);
   if (open(stages - 1) != 0) run(stages - 1, 0);
   is_sorted_ = true;
 }
@@ -130,6 +133,12 @@ void PairOrder::to_places() {
     }
   }
   first_[ranges_] = sum;
+  std::size_t longest = 0;
+  for (std::size_t range = 0; range < ranges_; ++range)
+    longest = std::max<std::size_t>(longest, first_[range + 1] - first_[range]);
+  // One group is one thread's, which sorts a range after the other.
+  const std::size_t room = longest <= few ? 0 : groups_ == 1 ? longest : keys_.size();
+  if (other_.size() < room) other_.resize(room);
 }
 
 void PairOrder::scatter(std::size_t block) {
@@ -148,7 +157,6 @@ PairOrder::Range PairOrder::ranges(std::size_t block) const {
 }
 
 void PairOrder::sort_ranges(std::size_t block) {
-  constexpr std::size_t few = 48;
   const auto [begin, end] = ranges(block);
   for (std::size_t range = begin; range < end; ++range) {
     const std::size_t first = first_[range], count = first_[range + 1] - first;
@@ -156,7 +164,7 @@ void PairOrder::sort_ranges(std::size_t block) {
     if (count <= few)
       insertion_sort(own);
     else
-      radix_sort(own, std::span(other_).subspan(first, count));
+      radix_sort(own, std::span(other_).subspan(groups_ == 1 ? 0 : first, count));
   }
 }
 

@@ -16,7 +16,7 @@ inline Pair pair_of(std::uint64_t key) {
 
 /// Sorts candidate pairs by (a, b), each pair given once, in stages of independent blocks: groups of batches are
 /// counted by ranges of a, then scattered into these ranges, which are sorted one by one. Serial are sums over groups
-/// times ranges, at most 32 times an eighth of the pairs or 4096.
+/// times ranges, at most 32 times an eighth of the pairs or 4096; of one group half of the pairs or 65536.
 class PairOrder {
  public:
   static constexpr std::size_t stages = 3;
@@ -36,7 +36,7 @@ class PairOrder {
   using Range = std::pair<std::size_t, std::size_t>;
   static constexpr std::size_t pairs_a_group = 2048, most_groups = 32, pairs_a_block = 1024;
 
-  void prepare(std::span<Batch* const> batches, std::size_t bodies);
+  void prepare(std::span<Batch* const> batches, std::size_t bodies, std::size_t groups);
   /// Notes the pairs of all batches; true if they are those of the last call of sort().
   bool same_again(std::span<Batch* const> batches);
   std::span<Batch* const> group(std::size_t block) const;
@@ -53,9 +53,10 @@ class PairOrder {
   int shift_ = 0;                     // of a, to the number of its range
   std::vector<std::uint32_t> next_;   // a row a group: where its next pair of a range goes
   std::vector<std::uint32_t> first_;  // a range: its first pair
-  std::vector<std::uint64_t> keys_, other_;
-  std::vector<Pair> given_;  // to the last sort()
-  bool is_sorted_ = false;   // keys_ are those of given_
+  std::vector<std::uint64_t> keys_;
+  std::vector<std::uint64_t> other_;  // to sort long ranges with
+  std::vector<Pair> given_;           // to the last sort()
+  bool is_sorted_ = false;            // keys_ are those of given_
 };
 
 }  // namespace tandem

@@ -328,6 +328,10 @@ class PairGroups {
 
 std::uint32_t SeveralPairs::near(std::span<const PlacedSpheres> pairs) const { return near_spheres(pairs, margin_); }
 
+SpheresSolved SeveralPairs::solve_spheres(std::span<const PlacedSpheres> pairs, const AnswerPlaces& to) const {
+  return by_kind_ ? tandem::solve_spheres(pairs, margin_, to) : SpheresSolved{};
+}
+
 void SeveralPairs::solve(std::span<const PlacedPair> pairs, std::vector<Contact>& contacts, AnswerSink& answers,
                          std::span<const PlacedSpheres> spheres) const {
   PairGroups groups;

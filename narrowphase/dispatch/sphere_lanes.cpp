@@ -1,6 +1,7 @@
 #include "dispatch/sphere_lanes.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstddef>
 
 #include "lanes/lanes_of_256_bits.h"
@@ -27,22 +28,34 @@ struct SphereAnswers {
   M no_direction;
   V scale;  ///< what rounding goes with
 
-  HWY_INLINE void store(double margin, std::size_t at, SphereFindings& found) const {
-    const D d;
+  template <std::size_t most>
+  HWY_INLINE void store(std::size_t at, AnswerRows<most>& answers, ContactRows<most>& contacts) const {
     V middle[3];
     for (int k = 0; k < 3; ++k) middle[k] = hn::Mul(number(0.5), hn::Add(on_a[k], on_b[k]));
-    store_in_turn(distance, on_a[0], on_a[1], on_a[2], at, found.answers.first);
-    store_in_turn(on_b[0], on_b[1], on_b[2], normal[0], at, found.answers.second);
-    store_in_turn(middle[0], middle[1], middle[2], normal[0], at, found.contacts.first);
-    store_in_turn(normal[1], normal[2], hn::Neg(distance), hn::Zero(d), at, found.contacts.second);
+    store_in_turn(distance, on_a[0], on_a[1], on_a[2], at, answers.first);
+    store_in_turn(on_b[0], on_b[1], on_b[2], normal[0], at, answers.second);
+    store_in_turn(middle[0], middle[1], middle[2], normal[0], at, contacts.first);
+    store_in_turn(normal[1], normal[2], hn::Neg(distance), hn::Zero(D()), at, contacts.second);
+  }
+  /// Bits of those that must be solved by themselves, and of those farther apart than the margin.
+  HWY_INLINE std::uint8_t unknown() const {
     const M undecided = hn::Le(hn::Abs(distance), hn::Mul(number(tolerance::undecided), scale));
-    std::uint8_t unknown[8] = {}, far[8] = {};
-    hn::StoreMaskBits(d, hn::Or(undecided, no_direction), unknown);
-    hn::StoreMaskBits(d, hn::Gt(distance, number(margin)), far);
+    std::uint8_t bits[8] = {};
+    hn::StoreMaskBits(D(), hn::Or(undecided, no_direction), bits);
+    return bits[0];
+  }
+  HWY_INLINE std::uint8_t far(double margin) const {
+    std::uint8_t bits[8] = {};
+    hn::StoreMaskBits(D(), hn::Gt(distance, number(margin)), bits);
+    return bits[0];
+  }
+  HWY_INLINE void store(double margin, std::size_t at, SphereFindings& found) const {
+    store(at, found.answers, found.contacts);
+    const std::uint8_t alone = unknown(), apart = far(margin);
     for (std::size_t lane = 0; lane < lanes; ++lane)
-      found.finding[at + lane] = (unknown[0] >> lane & 1) != 0 ? SphereFindings::unknown
-                                 : (far[0] >> lane & 1) != 0   ? SphereFindings::apart
-                                                               : SphereFindings::touching;
+      found.finding[at + lane] = (alone >> lane & 1) != 0   ? SphereFindings::unknown
+                                 : (apart >> lane & 1) != 0 ? SphereFindings::apart
+                                                            : SphereFindings::touching;
   }
 };
 
@@ -72,26 +85,61 @@ std::uint32_t near_spheres(std::span<const PlacedSpheres> pairs, double margin) 
 }
 
 // solve_spheres
+HWY_INLINE SphereAnswers meet(const V* a, const V* b) {
+  V way[3];
+  for (int k = 0; k < 3; ++k) way[k] = hn::Sub(b[k], a[k]);
+  const V length = hn::Sqrt(dot(way, way)), reach = hn::Add(a[3], b[3]);
+  SphereAnswers answers;
+  answers.distance = hn::Sub(length, reach);
+  for (int k = 0; k < 3; ++k) {
+    answers.normal[k] = hn::Div(way[k], length);
+    answers.on_a[k] = hn::Add(a[k], hn::Mul(a[3], answers.normal[k]));
+    answers.on_b[k] = hn::Sub(b[k], hn::Mul(b[3], answers.normal[k]));
+  }
+  answers.no_direction = hn::Or(hn::Le(length, number(tolerance::shortest_squared)),
+                                hn::Ge(length, number(1 / tolerance::shortest_squared)));
+  answers.scale = scale_of(reach, way);
+  return answers;
+}
+
 void find_on_spheres(std::span<const SpherePair> pairs, double margin, SphereFindings& found) {
   for (std::size_t at = 0; at < pairs.size(); at += lanes) {
     const auto nth = [&](std::size_t i) HWY_ATTR { return std::min(at + i, pairs.size() - 1); };
-    V a[4], b[4], way[3];
+    V a[4], b[4];
     load_transposed([&](std::size_t i) HWY_ATTR { return pairs[nth(i)].a.centre.data(); }, a);
     load_transposed([&](std::size_t i) HWY_ATTR { return pairs[nth(i)].b.centre.data(); }, b);
-    for (int k = 0; k < 3; ++k) way[k] = hn::Sub(b[k], a[k]);
-    const V length = hn::Sqrt(dot(way, way)), reach = hn::Add(a[3], b[3]);
-    SphereAnswers answers;
-    answers.distance = hn::Sub(length, reach);
-    for (int k = 0; k < 3; ++k) {
-      answers.normal[k] = hn::Div(way[k], length);
-      answers.on_a[k] = hn::Add(a[k], hn::Mul(a[3], answers.normal[k]));
-      answers.on_b[k] = hn::Sub(b[k], hn::Mul(b[3], answers.normal[k]));
-    }
-    answers.no_direction = hn::Or(hn::Le(length, number(tolerance::shortest_squared)),
-                                  hn::Ge(length, number(1 / tolerance::shortest_squared)));
-    answers.scale = scale_of(reach, way);
-    answers.store(margin, at, found);
+    meet(a, b).store(margin, at, found);
   }
+}
+
+SpheresSolved solve_spheres(std::span<const PlacedSpheres> pairs, double margin, const AnswerPlaces& to) {
+  AnswerRows<lanes> rows;
+  ContactRows<lanes> contact_rows;
+  SpheresSolved solved;
+  char* place = reinterpret_cast<char*>(to.answers);
+  for (std::size_t at = 0; at < pairs.size(); at += lanes) {
+    const auto nth = [&](std::size_t i) HWY_ATTR { return std::min(at + i, pairs.size() - 1); };
+    V a[4], b[4];
+    load_transposed([&](std::size_t i) HWY_ATTR { return pairs[nth(i)].a->centre.data(); }, a);
+    load_transposed([&](std::size_t i) HWY_ATTR { return pairs[nth(i)].b->centre.data(); }, b);
+    const SphereAnswers answers = meet(a, b);
+    const std::size_t count = std::min(lanes, pairs.size() - at);
+    const std::uint32_t all = (std::uint32_t{1} << count) - 1, alone = answers.unknown() & all;
+    answers.store(0, rows, contact_rows);
+    const std::uint32_t known = alone == 0 ? all : (alone & -alone) - 1;
+    for (std::uint32_t near = known & ~std::uint32_t{answers.far(margin)}; near != 0; near &= near - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(near));
+      PairAnswer& answer = *reinterpret_cast<PairAnswer*>(place);
+      rows.copy(lane, contact_rows, answer);
+      answer.collide = answer.signed_distance <= 0;
+      contact_rows.copy(lane, to.contacts[solved.answers]);
+      to.pairs[solved.answers++] = static_cast<std::uint32_t>(at + lane);
+      place += to.stride;
+    }
+    solved.pairs = at + static_cast<std::size_t>(std::popcount(known));
+    if (alone != 0) break;
+  }
+  return solved;
 }
 
 // halfspace_sphere
@@ -127,6 +175,7 @@ void find_spheres_on_halfspaces(std::span<const HalfspaceSphere> pairs, double m
 std::uint32_t near_spheres(std::span<const PlacedSpheres> pairs, double) {
   return static_cast<std::uint32_t>((std::uint64_t{1} << pairs.size()) - 1);
 }
+SpheresSolved solve_spheres(std::span<const PlacedSpheres>, double, const AnswerPlaces&) { return {}; }
 void find_on_spheres(std::span<const SpherePair> pairs, double, SphereFindings& found) {
   std::fill_n(found.finding, pairs.size(), SphereFindings::unknown);
 }
@@ -143,11 +192,15 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace tandem {
 HWY_EXPORT(near_spheres);
+HWY_EXPORT(solve_spheres);
 HWY_EXPORT(find_on_spheres);
 HWY_EXPORT(find_spheres_on_halfspaces);
 
 std::uint32_t near_spheres(std::span<const PlacedSpheres> pairs, double margin) {
   return HWY_DYNAMIC_DISPATCH(near_spheres)(pairs, margin);
+}
+SpheresSolved solve_spheres(std::span<const PlacedSpheres> pairs, double margin, const AnswerPlaces& to) {
+  return HWY_DYNAMIC_DISPATCH(solve_spheres)(pairs, margin, to);
 }
 void find_on_spheres(std::span<const SpherePair> pairs, double margin, SphereFindings& found) {
   HWY_DYNAMIC_DISPATCH(find_on_spheres)(pairs, margin, found);

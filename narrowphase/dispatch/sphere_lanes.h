@@ -37,6 +37,9 @@ struct SphereFindings {
 /// As SeveralPairs::near.
 std::uint32_t near_spheres(std::span<const PlacedSpheres> pairs, double margin);
 
+/// As SeveralPairs::solve_spheres.
+SpheresSolved solve_spheres(std::span<const PlacedSpheres> pairs, double margin, const AnswerPlaces& to);
+
 /// Signed distance and contact of several pairs at once, at most `SphereFindings::most`, a pair a lane; the same bits
 /// as one by one.
 void find_on_spheres(std::span<const SpherePair> pairs, double margin, SphereFindings& found);

@@ -5,6 +5,7 @@
 
 #include "catch.h"
 #include "scene/mesh_generators.h"
+#include "scene/random.h"
 #include "tandem/engine/builtin_scenes.h"
 #include "tandem/engine/response.h"
 
@@ -350,4 +351,41 @@ TEST_CASE("what stands still is not looked at again, whatever is done to a scene
     }
     CHECK(pairs > 1000);
   }
+}
+
+TEST_CASE("spheres that all move and now and then change shape or filter: the contacts of a new pipeline") {
+  constexpr std::uint32_t n = 1200;
+  Random random(11);
+  Scene scene;
+  const ShapeId small = scene.add_shape(Sphere{0.3}), large = scene.add_shape(Sphere{0.5}),
+                box = scene.add_shape(Box{{0.6, 0.6, 0.6}});
+  ShapeId own = small;
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const double x = i % 11, y = i / 11 % 11, z = i / 121;
+    if (i % 3 == 0) own = scene.add_shape(Sphere{0.3 + 0.1 * random.uniform(0, 1)});
+    scene.add_body({.shape = i % 3 == 0 ? own : small, .pose = Pose::at(0.6 * x, 0.6 * y, 0.6 * z)});
+  }
+  const auto body = [&] { return scene.id(static_cast<std::uint32_t>(random.bits() % n)); };
+  Pipeline pipeline({.executor = ExecutorKind::sequential, .answer = {.contact_hash = true}});
+  std::uint64_t pairs = 0;
+  int kept = 0;
+  for (int step = 0; step < 60; ++step) {
+    CAPTURE(step);
+    for (std::uint32_t i = 0; i < n; ++i)
+      scene.move(i, Pose{Mat3::Identity(), scene.poses()[i].translation + Vec3(0, 0, 1e-3 * (i % 7))}, Vec3::Zero(),
+                 Vec3::Zero());
+    if (step % 7 == 3) scene.set_shape(body(), large);
+    if (step % 7 == 5) scene.set_shape(body(), box);
+    if (step % 11 == 4) scene.set_filter(body(), 1, 0);
+    if (step == 30) scene.replace_shape(own, Sphere{0.45});
+    Pipeline fresh(
+        {.executor = ExecutorKind::sequential, .broad_phase = BroadPhaseKind::brute, .answer = {.contact_hash = true}});
+    const StepReport expected = fresh.step(scene), report = pipeline.step(scene);
+    REQUIRE(report.execution.candidate_pairs == expected.execution.candidate_pairs);
+    REQUIRE(report.contact_hash == expected.contact_hash);
+    pairs += report.colliding_pairs;
+    kept += report.broad_phase_reason.find("kept") != std::string_view::npos ? 1 : 0;
+  }
+  CHECK(pairs > 60 * n / 2);
+  CHECK(kept > 20);
 }

@@ -156,3 +156,54 @@ TEST_CASE("spheres that are left out before have no contact, and none is left in
       CHECK(left_out > 50);
     }
 }
+
+TEST_CASE("spheres alone are answered up to the first that rounding decides, with the same bits") {
+  Random r(85);
+  const Mixture mixture(r, 4000);
+  std::vector<PlacedSpheres> spheres;
+  std::vector<PlacedPair> pairs;
+  for (std::size_t i = 0; i < mixture.pairs.size(); ++i) {
+    if (mixture.spheres[i].a == nullptr || mixture.spheres[i].b == nullptr) continue;
+    spheres.push_back(mixture.spheres[i]);
+    pairs.push_back(mixture.pairs[i]);
+  }
+  struct Result {
+    std::uint32_t before = 7;
+    PairAnswer answer;
+  };
+  for (const double margin : {0.0, 0.01})
+    for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+      CAPTURE(std::string(hwy::TargetName(target)), margin);
+      const OneInstructionSet only(target);
+      const SeveralPairs several({.margin = margin});
+      std::size_t wrong = 0, answered = 0, alone = 0;
+      const auto solve_alone = [&](std::size_t i, std::vector<Contact>& contacts) {
+        const PlacedPair& p = pairs[i];
+        return NarrowPhase({.margin = margin}).solve(*p.a, *p.pose_a, *p.b, *p.pose_b, Request::contacts, &contacts);
+      };
+      for (std::size_t first = 0; first < pairs.size();) {
+        const auto some = std::span(spheres).subspan(first, std::min<std::size_t>(67, pairs.size() - first));
+        std::vector<Result> results(some.size());
+        std::vector<Contact> contacts(some.size());
+        std::vector<std::uint32_t> numbers(some.size());
+        const SpheresSolved solved =
+            several.solve_spheres(some, {&results[0].answer, sizeof(Result), contacts.data(), numbers.data()});
+        std::size_t told = 0;
+        for (std::size_t k = 0; k < solved.pairs; ++k) {
+          std::vector<Contact> own;
+          const PairAnswer answer = solve_alone(first + k, own);
+          if (own.empty()) continue;
+          wrong += told >= solved.answers || numbers[told] != k || results[told].before != 7 ||
+                   !same(results[told].answer, answer) || !same({contacts[told]}, own);
+          ++told;
+        }
+        wrong += told != solved.answers;
+        answered += told;
+        alone += solved.pairs != some.size();
+        first += solved.pairs + (solved.pairs != some.size() ? 1 : 0);
+      }
+      CHECK(wrong == 0);
+      if (target != HWY_SVE && target != HWY_SVE2 && target != HWY_RVV) CHECK(answered > 700);
+      CHECK(alone > 10);
+    }
+}

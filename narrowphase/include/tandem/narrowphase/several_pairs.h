@@ -31,6 +31,20 @@ struct PlacedSpheres {
   const PlacedSphere* b = nullptr;
 };
 
+/// Where answers with a contact each are written, one after the other; as they come from their constructors, and so
+/// many as there are pairs.
+struct AnswerPlaces {
+  PairAnswer* answers;
+  std::size_t stride;  ///< bytes from an answer to the next: they may be part of something larger
+  Contact* contacts;
+  std::uint32_t* pairs;  ///< the numbers of the pairs that were answered
+};
+
+/// How many of the first pairs are done with, and how many of these were worth an answer.
+struct SpheresSolved {
+  std::size_t pairs = 0, answers = 0;
+};
+
 /// Solves several pairs in turn with Request::contacts: the same bits as one by one (`NarrowPhase::solve`), but spheres
 /// and boxes, each with its like and with half-spaces, several at a time, a pair a lane. Const and safe from any number
 /// of threads.
@@ -45,6 +59,10 @@ class SeveralPairs {
   /// `spheres`: none, or one element a pair; what is given there is read instead of the pair's shape and pose.
   void solve(std::span<const PlacedPair> pairs, std::vector<Contact>& contacts, AnswerSink& answers,
              std::span<const PlacedSpheres> spheres = {}) const;
+
+  /// The same for pairs of spheres, none null and every radius finite, as far as pairs are solved together: up to the
+  /// first one that rounding decides, which `solve` has a solver for.
+  SpheresSolved solve_spheres(std::span<const PlacedSpheres> pairs, const AnswerPlaces& to) const;
 
   static constexpr std::size_t most_screened = 32;
   /// Of at most so many pairs of spheres, none null: bit i is set unless pair i is farther apart than the margin. What
