@@ -85,7 +85,8 @@ class ContactEvents {
 template <class Value>
 class PairMap {
  public:
-  /// As ContactEvents::update; new pairs get Value{}. `dropped(pair, value)` is told, in order, what is dropped. O(contacts).
+  /// As ContactEvents::update; new pairs get Value{}, which of an Eigen vector is not zero but what lies in memory.
+  /// `dropped(pair, value)` is told, in order, what is dropped. O(contacts).
   template <class Dropped>
   void update(const Scene& scene, const ContactList& contacts, Dropped&& dropped) {
     std::swap(pairs_, pairs_before_);
@@ -129,7 +130,7 @@ class ContactMap {
  public:
   explicit ContactMap(double reach) : reach_(reach) {}  ///< metres, > 0
 
-  /// As ContactEvents::update; points that nothing is carried to get Value{}. O(contacts) times the points of a pair.
+  /// As ContactEvents::update; points that nothing is carried to get Value{}, as new pairs of PairMap do. O(contacts) times the points of a pair.
   void update(const Scene& scene, const ContactList& contacts) {
     std::swap(pairs_, pairs_before_);
     std::swap(first_, first_before_);
