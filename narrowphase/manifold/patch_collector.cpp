@@ -136,10 +136,12 @@ void keep_widest(std::vector<Contact>& contacts, std::size_t first, double size)
   contacts.resize(first + widest.move_to_front());
 }
 
-void PatchCollector::add(std::uint32_t t, std::span<const Contact> contacts) {
-  for (std::uint32_t k = 0; k < contacts.size(); ++k) {
-    all_.push_back(contacts[k]);
-    all_.back().feature = t * 64 + k;
+void PatchCollector::add(std::uint32_t t, std::span<const Contact> contacts, double deepest) {
+  std::uint32_t k = 0;
+  for (const Contact& c : contacts) {
+    if (c.depth > deepest) continue;
+    all_.push_back(c);
+    all_.back().feature = t * 64 + k++;
   }
 }
 

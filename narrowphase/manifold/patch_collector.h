@@ -8,6 +8,7 @@
 
 #include "shapes/work_meter.h"
 #include "tandem/narrowphase/answer.h"
+#include "tolerances.h"
 
 namespace tandem {
 
@@ -29,8 +30,8 @@ class PatchCollector {
   PatchCollector(const PatchCollector&) = delete;
   PatchCollector& operator=(const PatchCollector&) = delete;
 
-  /// Of triangle t; their normals point from the mesh.
-  void add(std::uint32_t t, std::span<const Contact> contacts);
+  /// Of triangle t, without those deeper than a limit; their normals point from the mesh.
+  void add(std::uint32_t t, std::span<const Contact> contacts, double deepest = infinity);
 
   /// Appends what is kept, by feature. Patches of a solid whose normals oppose each other are two sides of one wall
   /// that the shape with this centre has gone through: the far one does not push.

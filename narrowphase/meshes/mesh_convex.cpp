@@ -37,7 +37,7 @@ class MeshConvex {
     PairAnswer near;
     near.signed_distance = infinity;
     TriangleContacts all;
-    contacts_.find(near, all);
+    contacts_.find(near, all, out);
     contacts_.append_patches(all, infinity, out);
     pair_.decide(near);
     if (near.signed_distance <= 0) return contacts_of_overlap(near, all, first, out);

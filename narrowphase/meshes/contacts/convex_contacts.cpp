@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 
 #include "closed_forms/closed_forms.h"
 #include "meshes/contacts/normal_cone.h"
@@ -144,10 +143,9 @@ bool ConvexContacts::cannot_push(std::uint32_t t, double along_plane, const Corn
   return true;
 }
 
-// The triangle's contacts, in the place of what `found` held.
+// The triangle's contacts, appended to `found`, which holds `first` of others.
 ConvexContacts::Apart ConvexContacts::find_contacts(std::uint32_t t, const Corners& p, Seen& seen,
-                                                    std::vector<Contact>& found) const {
-  found.clear();
+                                                    std::vector<Contact>& found, std::size_t first) const {
   const double margin = pair_.options().margin;
   const TrianglePlane plane = pair_.plane_of(p);
   if (const double gap = pair_.box_gap_along(plane); gap > margin) return {gap};
@@ -187,9 +185,9 @@ ConvexContacts::Apart ConvexContacts::find_contacts(std::uint32_t t, const Corne
   pair_.append_patch(p, {r.signed_distance, r.point_a, r.point_b, r.normal, 0}, found);
   if (r.signed_distance < seen.near.signed_distance) seen.near = r;
   const Apart apart{r.signed_distance, r.normal};
-  if (found.empty() || pushes(t, p, plane, r, found)) return apart;
+  if (found.size() == first || pushes(t, p, plane, r, std::span<const Contact>(found).subspan(first))) return apart;
   // Its neighbours lie there. What the face bears counts of what has gone through it.
-  found.clear();
+  found.resize(first);
   if (plane.flat && r.signed_distance < -tolerance::alike * pair_.size()) append_along_plane(p, plane, r.normal, found);
   return apart;
 }
@@ -223,16 +221,17 @@ void ConvexContacts::find_deepest(Seen& seen) const {
   }
 }
 
-void ConvexContacts::find(PairAnswer& near, TriangleContacts& all) const {
+void ConvexContacts::find(PairAnswer& near, TriangleContacts& all, std::vector<Contact>& room) const {
   const double margin = pair_.options().margin;
   ClearPlanes clear;
   Seen seen{near};
-  std::vector<Contact> found;
+  const std::size_t first = room.size();
   pair_.each_near(margin, [&](std::uint32_t t) {
     const Corners p = pair_.corners(t);
     if (clear.separate(p, margin + pair_.slack())) return false;
-    const Apart apart = find_contacts(t, p, seen, found);
-    all.add(t, found);
+    const Apart apart = find_contacts(t, p, seen, room, first);
+    all.add(t, std::span<const Contact>(room).subspan(first));
+    room.resize(first);
     if (apart.gap > margin && !apart.normal.isZero()) clear.add(pair_.support_plane(apart.normal));
     return false;
   });
@@ -242,13 +241,7 @@ void ConvexContacts::find(PairAnswer& near, TriangleContacts& all) const {
 void ConvexContacts::append_patches(const TriangleContacts& all, double limit, std::vector<Contact>& out) const {
   PatchCollector patches(pair_.size(), pair_.options().limit);
   const std::size_t first = out.size();
-  std::vector<Contact> kept;
-  all.each([&](std::uint32_t t, std::span<const Contact> contacts) {
-    kept.clear();
-    std::copy_if(contacts.begin(), contacts.end(), std::back_inserter(kept),
-                 [&](const Contact& c) { return !(c.depth > limit); });
-    patches.add(t, kept);
-  });
+  all.each([&](std::uint32_t t, std::span<const Contact> contacts) { patches.add(t, contacts, limit); });
   patches.finish(pair_.centre(), pair_.model().solid, out);
   for (Contact& c : std::span(out).subspan(first)) c.depth = std::max(c.depth, -margin_);
 }

@@ -51,7 +51,8 @@ class ConvexContacts {
 
   /// Those of all triangles, in the pair's coordinates; `near` is the answer of the nearest triangle within the margin,
   /// if that is nearer than what it was.
-  void find(PairAnswer& near, TriangleContacts& all) const;
+  /// `room`: what it holds stays as it is.
+  void find(PairAnswer& near, TriangleContacts& all, std::vector<Contact>& room) const;
 
   /// Appends what is kept of their patches, without what is deeper than `limit`.
   void append_patches(const TriangleContacts& all, double limit, std::vector<Contact>& out) const;
@@ -74,7 +75,8 @@ class ConvexContacts {
     std::vector<Unsolved> unsolved{};
   };
 
-  Apart find_contacts(std::uint32_t t, const Corners& p, Seen& seen, std::vector<Contact>& found) const;
+  Apart find_contacts(std::uint32_t t, const Corners& p, Seen& seen, std::vector<Contact>& found,
+                      std::size_t first) const;
   void find_deepest(Seen& seen) const;
   bool depth_by_corner(const Corners& p, TriangleBound& bound, PairAnswer& r) const;
   bool cannot_push(std::uint32_t t, double along_plane, const Corners& p, const TriangleBound& bound) const;
