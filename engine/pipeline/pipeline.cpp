@@ -368,8 +368,9 @@ class SceneWork final : public StepWork {
       const bool all_spheres = place_spheres(pairs, spheres);
       std::size_t done = 0;
       if (all_spheres) done = append_spheres(pairs, std::span(spheres).first(pairs.size()), batch, colliding_pairs);
-      // Of spheres alone the first that is left is one that rounding decides.
-      const std::size_t next = all_spheres ? std::min(done + 1, pairs.size()) : pairs.size();
+      // After pairs that were solved together the next one is a pair that rounding decides, for itself. Where none were
+      // (no kernel for this processor, or the first pair is such a one), all at once.
+      const std::size_t next = done > 0 ? std::min(done + 1, pairs.size()) : pairs.size();
       if (done != next) {
         const auto others = pairs.subspan(done, next - done);
         place(others, placed);
