@@ -141,8 +141,9 @@ class FlowGraphExecutor final : public Executor, private Delivery {
     if (options_.stay_awake == 0) return;
     report.awake_ms = awake_.take_ms();
     if (timeline != nullptr) timeline->count("awake between steps, ms", report.awake_ms);
-    if (!broad_ || !frame_.shares_next()) return;
     awake_.dismiss();
+    // What one thread does alone is never shared: nobody would take the tasks, and more would wait with each step.
+    if (!broad_ || report.threads == 1 || !frame_.shares_next()) return;
     awake_.keep(broad_->arena, split_.broad - 1);
     awake_.keep(narrow_->arena, split_.narrow);
   }
