@@ -64,6 +64,7 @@ class Reader {
   void narrow(const Timeline::Slice& slice, double ns) {
     const bool ordered = step_.form == StepForm::ordered;
     if (ordered && !in_narrow_) {
+      if (step_.order.empty()) throw std::invalid_argument("slices of a step whose pairs were not put in order first");
       copied_ns_ = step_.order.back().blocks.back();  // the first one was taken for a stage
       step_.open_narrow_ns = step_.order.back().open_ns;
       step_.order.pop_back();
@@ -149,12 +150,12 @@ std::vector<double*> MeasuredStep::times() {
 }
 
 MeasuredStep typical_step(std::vector<MeasuredStep> runs) {
-  if (runs.empty()) throw std::logic_error("no run of the step was recorded");
+  if (runs.empty()) throw std::invalid_argument("no run of the step was recorded");
   // Stages whose blocks depend on what there was room for are those of the first run.
   std::vector<std::vector<double*>> times;
   for (MeasuredStep& run : runs) {
     if (run.first_pairs_ != runs.front().first_pairs_ || run.tiles.size() != runs.front().tiles.size())
-      throw std::logic_error("two runs of one step differ in their work");
+      throw std::invalid_argument("two runs of one step differ in their work");
     times.push_back(run.times());
     if (times.back().size() != times.front().size()) times.pop_back();
   }
@@ -166,7 +167,7 @@ MeasuredStep typical_step(std::vector<MeasuredStep> runs) {
     *times.front()[i] = median(values);
   }
   // Times are skewed: medians of the pieces add up to less than the median of the whole, which is what is measured.
-  const double scale = whole / total(times.front());
+  const double sum = total(times.front()), scale = sum > 0 ? whole / sum : 1;
   for (double* time : times.front()) *time *= scale;
   MeasuredStep step = std::move(runs.front());
   step.index();

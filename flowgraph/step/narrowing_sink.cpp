@@ -1,10 +1,12 @@
 #include "tandem/flowgraph/narrowing_sink.h"
 
+#include <stdexcept>
 #include <utility>
 
 namespace tandem {
 
 NarrowingSink::NarrowingSink(StepWork& work, std::size_t pairs) : work_(work) {
+  if (pairs == 0) throw std::invalid_argument("NarrowingSink: pairs: 0, allowed: at least 1");
   batch_.clear(pairs);
   filter_ = &work.filter();
   buffer_ = batch_.pairs.data();

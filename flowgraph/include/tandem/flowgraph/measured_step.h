@@ -37,8 +37,8 @@ struct MeasuredStep {
 
   /// Narrow phase of the pairs [first, end) that are heavy or not; spread evenly within each piece.
   double narrow_ns(double first, double end, bool heavy) const;
-  std::uint64_t pairs() const { return first_pairs_.empty() ? 0 : first_pairs_.back(); }
-  /// The pieces that hold pairs of [first, end).
+  std::uint64_t pairs() const { return first_pairs_.back(); }
+  /// The piece that holds a pair, counted from 0; of one behind the last pair the number of pieces.
   std::size_t piece_of(double pair) const;
   double first_pair(std::size_t piece) const { return static_cast<double>(first_pairs_[piece]); }
   bool has_heavy() const { return costliest_ns_ > 0; }
@@ -53,16 +53,18 @@ struct MeasuredStep {
   void index();
   std::vector<double*> times();
 
-  std::vector<std::uint64_t> first_pairs_;  // of each piece, and the end
-  std::vector<double> light_until_;         // of each piece and the end: narrow phase of the light ones before
+  std::vector<std::uint64_t> first_pairs_ = {0};  // of each piece, and the end
+  std::vector<double> light_until_ = {0};         // of each piece and the end: narrow phase of the light ones before
   double costliest_ns_ = 0;
 };
 
-/// From the slices of one step of the sequential executor in this form.
+/// From the slices of one step of the sequential executor in this form; throws std::invalid_argument where they are of
+/// a step in another one.
 MeasuredStep read_step(const std::vector<Timeline::Slice>& slices, StepForm form);
 
 /// The median time of every piece over several runs of one step, as what disturbs a run hits other pieces each time;
-/// together they take the median of the runs' sums.
+/// together they take the median of the runs' sums. Throws std::invalid_argument where there is none, or where two
+/// differ in their work.
 MeasuredStep typical_step(std::vector<MeasuredStep> runs);
 
 /// One step in every form.

@@ -13,7 +13,7 @@ namespace tandem {
 /// of them as soon as it is full, and keeps the answers for a Joiner. One a thread; made when the step has begun.
 class NarrowingSink final : public PairSink {
  public:
-  /// `pairs`: of a batch, at least 1.
+  /// `pairs`: of a batch, at least 1, else std::invalid_argument. `work` must outlive it.
   explicit NarrowingSink(StepWork& work, std::size_t pairs = 128);
   NarrowingSink(const NarrowingSink&) = delete;
   NarrowingSink& operator=(const NarrowingSink&) = delete;
