@@ -128,10 +128,15 @@ std::optional<WayOut> way_out(const ConvexView& shape, const Vec3& p, double sla
     }
     case ShapeKind::ellipsoid:
       return from_ellipsoid(radii_of(shape), p, slack);
-    default:
-      if (shape.hull == nullptr || shape.hull->dimension != 3 || shape.hull->faces.size() > most_faces) return {};
-      return from_hull(*shape.hull, p, slack);
+    case ShapeKind::sphere:
+    case ShapeKind::halfspace:
+    case ShapeKind::convex:
+    case ShapeKind::triangle:
+    case ShapeKind::mesh:
+      break;
   }
+  if (shape.hull == nullptr || shape.hull->dimension != 3 || shape.hull->faces.size() > most_faces) return {};
+  return from_hull(*shape.hull, p, slack);
 }
 
 double exit_length(const ConvexView& shape, const Vec3& p, const Vec3& d) {
@@ -148,9 +153,14 @@ double exit_length(const ConvexView& shape, const Vec3& p, const Vec3& d) {
       const Vec3 a = radii_of(shape), q = p.cwiseQuotient(a), e = d.cwiseQuotient(a);
       return std::max(0.0, last_root(e.squaredNorm(), q.dot(e), std::min(0.0, q.squaredNorm() - 1)));
     }
-    default:
-      return exit_of_hull(*shape.hull, p, d);
+    case ShapeKind::sphere:
+    case ShapeKind::halfspace:
+    case ShapeKind::convex:
+    case ShapeKind::triangle:
+    case ShapeKind::mesh:
+      break;
   }
+  return exit_of_hull(*shape.hull, p, d);
 }
 
 }  // namespace tandem

@@ -15,11 +15,12 @@ struct WayOut {
   double distance;  ///< metres along it: negative inside
 };
 
-/// Of a point in the shape's frame; empty for kinds without, and for hulls that are flat or have more than 128 faces.
-/// `slack`: metres.
+/// Of a point in the shape's frame; empty for spheres, half-spaces and meshes, and for hulls that are flat or have more
+/// than 128 faces. `slack`: metres.
 std::optional<WayOut> way_out(const ConvexView& shape, const Vec3& p, double slack);
 
-/// How far it is from a point inside along d (unit) to the surface: a lower bound to rounding, of such a shape.
+/// How far it is from a point inside along d (unit) to the surface, metres: a lower bound to rounding. Only for shapes
+/// for which way_out is not empty.
 double exit_length(const ConvexView& shape, const Vec3& p, const Vec3& d);
 
 }  // namespace tandem
