@@ -10,10 +10,11 @@ namespace tandem {
 /// What tells whoever looks at a scene step by step what has changed in it since.
 class detail::SceneChanges {
  public:
-  /// One element an index: how often the body there was added, removed or given a pose. In a scene of the same history
-  /// a body whose number is the same is where it was.
+  /// One element an index: how often the body there was added, removed, given a pose, a shape or a filter, or made
+  /// static or not. In a scene of the same history a body whose number is the same is where it was, and what it was.
   static std::span<const std::uint32_t> versions(const Scene& scene) { return scene.versions_; }
-  /// Bodies added and removed so far.
+  /// Those changes but for poses, of all bodies so far: while the number is the same, every body has its shape and
+  /// filter still.
   static std::uint64_t comings_and_goings(const Scene& scene) { return scene.comings_and_goings_; }
 
   /// Shapes added, removed and replaced so far.

@@ -46,11 +46,10 @@ void PairOrder::prepare(std::span<Batch* const> batches, std::size_t bodies, std
   std::size_t total = 0;
   for (const Batch* batch : batches) total += batch->count;
   groups_ = std::clamp(total / pairs_a_group, std::size_t{1}, groups);
-  // Ranges of some eight pairs, which are sorted by insertion; of two where one group has but one row of them, for what
-  // is sorted nothing foresees.
-  const std::size_t wanted = groups_ == 1
-                                 ? std::bit_ceil(std::clamp(total / 2, std::size_t{1}, std::size_t{65536}))
-                                 : std::bit_ceil(std::clamp(total / 8, std::size_t{1}, std::size_t{4096}));
+  // Ranges of some eight pairs, which are sorted by insertion. One group has one row of counts, so it can afford ranges
+  // of some two pairs: fewer comparisons, whose outcome no branch predictor foresees.
+  const std::size_t wanted = groups_ == 1 ? std::bit_ceil(std::clamp(total / 2, std::size_t{1}, std::size_t{65536}))
+                                          : std::bit_ceil(std::clamp(total / 8, std::size_t{1}, std::size_t{4096}));
   shift_ = 0;
   while (bodies >> shift_ > wanted) ++shift_;
   ranges_ = (bodies >> shift_) + 1;

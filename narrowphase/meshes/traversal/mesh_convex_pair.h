@@ -52,7 +52,7 @@ struct TrianglePlane {
 
 /// What a point of a triangle tells of it and the convex shape.
 struct TriangleBound {
-  bool known = false;     ///< else nothing is: the shape is of a kind without
+  bool known = false;     ///< false: there is no such bound for this shape (way_out), and nothing below is set
   bool overlaps = false;  ///< for sure: the point is inside
   /// The translation along the normal that takes the point out takes all of the triangle out: no shorter one does.
   bool is_depth = false;

@@ -49,8 +49,9 @@ void compare_pairs(std::span<const BodyPair> before, std::span<const BodyPair> n
 /// touch, also where a body was removed or changed meanwhile. Sorted by indices; the same on any number of threads.
 class ContactEvents {
  public:
-  /// After a step, with its contacts, before the scene changes. Pairs within a margin do not touch. O(contacts). Not after
-  /// a step that its deadline ended (StepIssue::incomplete): pairs that it did not finish would be told to have ended.
+  /// After a step, with its contacts, before the scene changes. Pairs within a margin do not touch. O(contacts). Not
+  /// after a step that its deadline ended (StepIssue::incomplete): pairs that it did not finish would be told to have
+  /// ended.
   void update(const Scene& scene, const ContactList& contacts) {
     std::swap(touching_, before_);
     touching_.clear();
@@ -85,8 +86,9 @@ class ContactEvents {
 template <class Value>
 class PairMap {
  public:
-  /// As ContactEvents::update; new pairs get Value{}, which of an Eigen vector is not zero but what lies in memory.
-  /// `dropped(pair, value)` is told, in order, what is dropped. O(contacts).
+  /// As ContactEvents::update; new pairs get Value{}. Beware of an Eigen vector: its Value{} is not zero but whatever
+  /// lies in memory; put it into a struct with `Vec3 v = Vec3::Zero()`. `dropped(pair, value)` is told, in order, what
+  /// is dropped. O(contacts).
   template <class Dropped>
   void update(const Scene& scene, const ContactList& contacts, Dropped&& dropped) {
     std::swap(pairs_, pairs_before_);
@@ -114,7 +116,8 @@ class PairMap {
     const auto place = std::lower_bound(pairs_.begin(), pairs_.end(), pair, [](const BodyPair& x, const BodyPair& y) {
       return std::pair(x.a.index(), x.b.index()) < std::pair(y.a.index(), y.b.index());
     });
-    return place != pairs_.end() && *place == pair ? &values_[static_cast<std::size_t>(place - pairs_.begin())] : nullptr;
+    return place != pairs_.end() && *place == pair ? &values_[static_cast<std::size_t>(place - pairs_.begin())]
+                                                   : nullptr;
   }
 
  private:
@@ -123,14 +126,15 @@ class PairMap {
 };
 
 /// A value for each contact point of a step's list, carried to the point of the next step that is in its place: of the
-/// points of the same pair that were no farther than `reach` away, as the first body sees them, one with the same feature
-/// before all others, then the nearest; each is taken once. A spring at a point is its use.
+/// points of the same pair that were no farther than `reach` away, as the first body sees them, one with the same
+/// feature before all others, then the nearest; each is taken once. A spring at a point is its use.
 template <class Value>
 class ContactMap {
  public:
   explicit ContactMap(double reach) : reach_(reach) {}  ///< metres, > 0
 
-  /// As ContactEvents::update; points that nothing is carried to get Value{}, as new pairs of PairMap do. O(contacts) times the points of a pair.
+  /// As ContactEvents::update; points that nothing is carried to get Value{}, as new pairs of PairMap do. O(contacts)
+  /// times the points of a pair.
   void update(const Scene& scene, const ContactList& contacts) {
     std::swap(pairs_, pairs_before_);
     std::swap(first_, first_before_);
@@ -152,8 +156,9 @@ class ContactMap {
       }
     }
     first_.push_back(static_cast<std::uint32_t>(points_.size()));
-    compare_pairs(pairs_before_, pairs_, [](std::size_t) {}, [](std::size_t) {},
-                  [&](std::size_t i, std::size_t j) { carry(i, j); });
+    compare_pairs(
+        pairs_before_, pairs_, [](std::size_t) {}, [](std::size_t) {},
+        [&](std::size_t i, std::size_t j) { carry(i, j); });
   }
 
   /// Of contacts.contacts[i] of the last update.
@@ -170,7 +175,8 @@ class ContactMap {
 
   void carry(std::size_t before, std::size_t now) {
     const auto points = std::span(points_).subspan(first_[now], first_[now + 1] - first_[now]);
-    const auto old = std::span(points_before_).subspan(first_before_[before], first_before_[before + 1] - first_before_[before]);
+    const auto old =
+        std::span(points_before_).subspan(first_before_[before], first_before_[before + 1] - first_before_[before]);
     for (const bool same_feature : {true, false})
       for (std::size_t k = 0; k < points.size(); ++k) {
         if (points[k].taken) continue;
