@@ -141,7 +141,9 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
   TriangleTest test(a.pose, b.pose, reach(mesh_of(b.shape)));
   PairMemory memory;
   GapBound bound;
-  GapBound* gap = request == Request::contacts && (options.mesh_gaps || (options.mesh_margin && options.margin > 0)) ? &bound : nullptr;
+  GapBound* gap = request == Request::contacts && (options.mesh_gaps || (options.mesh_margin && options.margin > 0))
+                      ? &bound
+                      : nullptr;
   const TrianglePairs pairs = meeting_pairs(a, b, test, options, memory, gap);
   const bool collide = !pairs.empty() || is_contained(a, b, options.limit);
   const Collision collision{a, b, test, pairs, options};

@@ -62,7 +62,8 @@ std::vector<std::uint32_t> numbers_of_components(const MeshModel& mesh) {
   return component;
 }
 
-std::vector<MeshModel::Component> extremes_of_components(const MeshModel& mesh, const std::vector<std::uint32_t>& number) {
+std::vector<MeshModel::Component> extremes_of_components(const MeshModel& mesh,
+                                                         const std::vector<std::uint32_t>& number) {
   std::vector<MeshModel::Component> components;
   for (const auto& t : mesh.triangles) {
     const std::uint32_t at = number[t[0]];
@@ -108,8 +109,8 @@ bool has_convex_edges(const MeshModel& mesh) {
   return true;
 }
 
-// Is the closed surface without concave edges that of its hull? All vertices then lie on the hull, and the area says that
-// the hull is covered once.
+// Is the closed surface without concave edges that of its hull? All vertices then lie on the hull, and the area says
+// that the hull is covered once.
 bool covers_hull(const MeshModel& mesh) {
   const Hull& hull = mesh.hull();
   if (hull.dimension < 3) return false;
@@ -197,7 +198,8 @@ MeshHull hull_of_points(const UsedPoints& used) {
 }
 
 // Which triangle lies beside which, all that hang together turned alike. Answers what stands for each vertex.
-std::vector<std::uint32_t> add_surface(MeshModel& model, const MeshFrame& frame, const PartRunner& parts, BuildMeter& meter) {
+std::vector<std::uint32_t> add_surface(MeshModel& model, const MeshFrame& frame, const PartRunner& parts,
+                                       BuildMeter& meter) {
   std::vector<std::uint32_t> first = join_triangles(model, frame, parts, meter);
   if (!model.solid && model.closed && six_volumes(model, model.vertices, model.centre, parts) < 0) turn_all(model);
   for (std::uint32_t v = 0; v < first.size() && model.stands_for.empty(); ++v)

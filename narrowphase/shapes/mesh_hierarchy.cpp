@@ -1,5 +1,5 @@
-// Puts the boxes, slabs and corners into the nodes that the splits have made. Boxes are put together from the corners on the
-// return.
+// Puts the boxes, slabs and corners into the nodes that the splits have made. Boxes are put together from the corners
+// on the return.
 #include "shapes/mesh_hierarchy.h"
 
 #include <Eigen/Eigenvalues>
@@ -49,9 +49,16 @@ float next_up(float x) {
 class HierarchyFiller {
  public:
   HierarchyFiller(const MeshModel& mesh, std::span<const FourFloats> corners, const SplitTree& splits,
-                  std::span<const std::uint32_t> triangles, std::uint32_t place, const PartRunner& parts, BuildMeter& meter)
-      : mesh_(mesh), corners_(corners), splits_(splits.nodes), triangles_(triangles), place_(place), runner_(parts),
-        meter_(meter), scale_(1 / mesh.unit) {
+                  std::span<const std::uint32_t> triangles, std::uint32_t place, const PartRunner& parts,
+                  BuildMeter& meter)
+      : mesh_(mesh),
+        corners_(corners),
+        splits_(splits.nodes),
+        triangles_(triangles),
+        place_(place),
+        runner_(parts),
+        meter_(meter),
+        scale_(1 / mesh.unit) {
     const SplitNode& root = splits_.front();
     tree_.nodes.resize(root.nodes);
     tree_.blocks.resize(root.bottoms);
@@ -154,7 +161,8 @@ class HierarchyFiller {
     for (std::uint32_t b = from; b < to; ++b)
       for (const auto& corner : tree_.blocks[b].corner)
         for (std::size_t lane = 0; lane < mesh_lanes; lane += 4) {
-          const Lanes at = x * load_four(corner[0] + lane) + y * load_four(corner[1] + lane) + z * load_four(corner[2] + lane);
+          const Lanes at =
+              x * load_four(corner[0] + lane) + y * load_four(corner[1] + lane) + z * load_four(corner[2] + lane);
           least = min_of(least, at), most = max_of(most, at);
         }
     return {std::min({least[0], least[1], least[2], least[3]}), std::max({most[0], most[1], most[2], most[3]})};
@@ -216,8 +224,9 @@ void place_corners(const MeshModel& mesh, const PartRunner& parts, CornersInUnit
   });
 }
 
-HierarchyTree build_subtree(const MeshModel& mesh, std::span<const FourFloats> corners, std::span<std::uint32_t> triangles,
-                            std::uint32_t place, int level, const PartRunner& parts, BuildMeter& meter) {
+HierarchyTree build_subtree(const MeshModel& mesh, std::span<const FourFloats> corners,
+                            std::span<std::uint32_t> triangles, std::uint32_t place, int level, const PartRunner& parts,
+                            BuildMeter& meter) {
   const SplitTree splits = split_triangles(mesh, corners, triangles, level, parts, meter);
   return std::move(HierarchyFiller(mesh, corners, splits, triangles, place, parts, meter).tree());
 }
@@ -255,7 +264,8 @@ double farthest_along(const MeshModel& mesh, const Vec3& direction) {
     const MeshNode& node = mesh.nodes[at.node];
     const std::size_t first = stack.size();
     for (std::uint32_t k = 0; k < node.lanes; ++k) {
-      const Vec3 mid(node.mid[0][k], node.mid[1][k], node.mid[2][k]), half(node.half[0][k], node.half[1][k], node.half[2][k]);
+      const Vec3 mid(node.mid[0][k], node.mid[1][k], node.mid[2][k]),
+          half(node.half[0][k], node.half[1][k], node.half[2][k]);
       const double bound = base + mesh.unit * (direction.dot(mid) + extent.dot(half));
       if (!(bound > most)) continue;
       if (!node.bottom)
