@@ -7,7 +7,6 @@
 #include <cstring>
 #include <filesystem>
 #include <numeric>
-#include <stdexcept>
 
 #include "formats/record_file.h"
 
@@ -47,7 +46,8 @@ RankRecord::RankRecord(MPI_Comm communicator, const std::string& path, const Sce
   MPI_Comm_dup(communicator, &communicator_);
   MPI_Comm_rank(communicator_, &rank_);
   MPI_Comm_size(communicator_, &ranks_);
-  ids_a_rank_ = static_cast<std::uint32_t>(scene.indices()) / static_cast<std::uint32_t>(ranks_) + 1;
+  ids_ = scene.indices();
+  ids_a_rank_ = static_cast<std::uint32_t>(ids_) / static_cast<std::uint32_t>(ranks_) + 1;
   if (rank_ == 0) std::remove(temporary_.c_str());
   MPI_Barrier(communicator_);
   good_ = MPI_File_open(communicator_, temporary_.c_str(), MPI_MODE_CREATE | MPI_MODE_WRONLY, MPI_INFO_NULL, &file_) ==
@@ -81,6 +81,19 @@ void RankRecord::write(std::uint64_t place, const std::string& bytes) {
                               MPI_STATUS_IGNORE) == MPI_SUCCESS;
 }
 
+/// Whether this rank's bodies are the scene's, which those of a checkpoint need not be, and poses that it sends and
+/// gets can be counted in int, as MPI does.
+bool RankRecord::can_write(const mpi::Pipeline& pipeline) const {
+  const Scene& scene = pipeline.scene();
+  std::uint64_t owned = 0;
+  for (std::uint32_t i = 0; i < scene.indices(); ++i) {
+    if (!pipeline.owns(i)) continue;
+    if (pipeline.id(i) >= ids_) return false;
+    ++owned;
+  }
+  return std::max<std::uint64_t>(owned, ids_a_rank_) * record::pose_bytes <= std::uint64_t{INT_MAX};
+}
+
 /// Of the bodies of this rank's range of ids that are not static, from their owners.
 std::string RankRecord::poses(const mpi::Pipeline& pipeline) const {
   const Scene& scene = pipeline.scene();
@@ -96,8 +109,6 @@ std::string RankRecord::poses(const mpi::Pipeline& pipeline) const {
     sent.push_back(static_cast<int>(one.size()));
     all += one;
   }
-  if (all.size() > std::size_t{INT_MAX})
-    throw std::length_error("--record: a rank has more than 2 GiB of poses; more ranks have less each");
   MPI_Alltoall(sent.data(), 1, MPI_INT, got.data(), 1, MPI_INT, communicator_);
   const std::vector<int> sent_at = sums_before(sent), got_at = sums_before(got);
   std::string mixed(static_cast<std::size_t>(got_at.back() + got.back()), 0);
@@ -107,6 +118,8 @@ std::string RankRecord::poses(const mpi::Pipeline& pipeline) const {
 }
 
 std::uint64_t RankRecord::step(const mpi::Pipeline& pipeline, std::uint64_t step) {
+  good_ = good_ && can_write(pipeline);
+  require_all("cannot hold these bodies: of ids below the scene's number of bodies, at most 2 GiB of poses a rank");
   const mpi::GatheredContacts share = pipeline.share();
   const std::uint64_t hash = pipeline.list_hash(share);
   const std::string moving = poses(pipeline);

@@ -29,6 +29,7 @@ class RankRecord {
   void commit();
 
  private:
+  bool can_write(const mpi::Pipeline& pipeline) const;
   std::string poses(const mpi::Pipeline& pipeline) const;
   void write(std::uint64_t place, const std::string& bytes);
   void require_all(const char* what);
@@ -38,6 +39,7 @@ class RankRecord {
   std::string path_, temporary_;
   MPI_File file_ = MPI_FILE_NULL;
   std::uint64_t end_ = 0;  // of what is written
+  std::uint64_t ids_ = 0;
   std::uint32_t ids_a_rank_ = 1;
   bool good_ = true;
 };
