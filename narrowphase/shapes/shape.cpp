@@ -208,7 +208,7 @@ Shape Shape::rounded(double radius) const {
   Shape s = *this;
   s.rounding_ += radius;
   require_not_negative("rounding", s.rounding_);
-  // Its address names the shape.
+  // A mass of its own, whose address is identity(): a rounded shape is another one than its core.
   s.mass_ = kind_ == ShapeKind::mesh ? std::make_shared<detail::ShapeMass>(*mesh_)
                                      : std::make_shared<detail::ShapeMass>(mass());
   const Bounds box = s.bounds(Pose{});

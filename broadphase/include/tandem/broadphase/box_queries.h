@@ -76,9 +76,10 @@ class BoxQueries {
 
   /// Builds the hierarchy; the boxes are copied. n log n; memory is kept for the next build.
   void build(const BoxArray& boxes, const BlockRunner& runner = {});
-  /// Gives boxes `changed` their new bounds (`boxes` has as many as those built from) in the hierarchy as it is:
-  /// k log n. It stays right whatever moves; `worn` says how much slower it has become. A box may become empty; one
-  /// that was empty at the build is refused, as it has no place: build anew.
+  /// Gives boxes `changed` their new bounds in the hierarchy as it is: k log n. `boxes` has as many as those built
+  /// from, and those that have not changed as they are: where many have, all are read. It stays right whatever moves;
+  /// `worn` says how much slower it has become. A box may become empty; one that was empty at the build is refused, as
+  /// it has no place: build anew.
   void refit(const BoxArray& boxes, std::span<const std::uint32_t> changed);
   void refit(std::span<const Aabb> boxes, std::span<const std::uint32_t> changed);
   /// How much larger the lowest nodes have become by refits, by surface: 1 after a build.
