@@ -256,6 +256,17 @@ class SceneWork final : public StepWork {
 
   /// What a part of the user's own may have done wrong. Before anybody goes by the list's order.
   void require_canonical(ContactList& contacts) const {
+    const auto is_outside = [&](const PairResult& pair) {
+      return pair.a >= boxes_.size() || pair.b >= boxes_.size() ||
+             std::uint64_t{pair.first_contact} + pair.contact_count > contacts.contacts.size();
+    };
+    if (std::ranges::any_of(contacts.pairs, is_outside)) {
+      contacts.pairs.clear();
+      contacts.contacts.clear();
+      throw std::invalid_argument(
+          "own_executor: its list has a pair of no bodies, or with contacts that it does not have, "
+          "allowed: what narrow() gave");
+    }
     const auto key = [](const PairResult& pair) { return Pair{pair.a, pair.b}; };
     const auto wrong = std::ranges::adjacent_find(contacts.pairs, std::ranges::greater_equal{}, key);
     if (wrong == contacts.pairs.end()) return;

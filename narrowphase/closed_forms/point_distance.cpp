@@ -205,7 +205,7 @@ class SegmentPair {
   const double by_uu_ = uu_ > 0 ? 1 / uu_ : 0.0, by_vv_ = vv_ > 0 ? 1 / vv_ : 0.0;
   const Vec3 cross_ = u_.cross(v_);
   const double det_ = cross_.squaredNorm();  // uu vv - uv^2 without its cancellation
-  const bool crossing_ = det_ > tolerance::parallel_lines2* uu_* vv_&& det_ > 0;
+  const bool crossing_ = (det_ > (tolerance::parallel_lines2 * uu_ * vv_)) && (det_ > 0);
   bool interior_ = false;  // both parameters are those of the lines' common perpendicular
 };
 

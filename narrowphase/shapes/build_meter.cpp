@@ -15,12 +15,15 @@ void BuildMeter::finish() {
   if (options_.progress) tell(work_);
 }
 
-// Threads come here in any order: who comes late has nothing to tell.
+// Threads come here in any order: who comes late, or while another one tells, has nothing to tell. Nobody waits: a user's
+// function that waits for tasks may come to run one of these passes itself.
 void BuildMeter::tell(std::size_t done) {
-  const std::scoped_lock lock(telling_);
-  if (done <= told_) return;
-  told_ = done;
-  options_.progress(static_cast<double>(done) / static_cast<double>(work_));
+  if (telling_.exchange(true, std::memory_order_acquire)) return;
+  if (done > told_) {
+    told_ = done;
+    options_.progress(static_cast<double>(done) / static_cast<double>(work_));
+  }
+  telling_.store(false, std::memory_order_release);
 }
 
 }  // namespace tandem

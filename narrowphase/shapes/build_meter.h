@@ -2,7 +2,6 @@
 #pragma once
 #include <atomic>
 #include <cstddef>
-#include <mutex>
 
 #include "tandem/narrowphase/build_options.h"
 
@@ -28,7 +27,7 @@ class BuildMeter {
   const BuildOptions& options_;
   const std::size_t work_;
   std::atomic<std::size_t> done_{0};
-  std::mutex telling_;
+  std::atomic<bool> telling_{false};
   std::size_t told_ = 0;
 };
 

@@ -159,16 +159,22 @@ TEST_CASE("sockets: a list out of order, a part that is not there and one withou
   const Scene scene = pile("cubes-on-plane", 60, 60);
   const Scene* looked = &scene;
   PipelineOptions options;
-  options.own_executor = [](const ExecutorOptions& wanted) {
+  std::function<void(ContactList&)> spoil = [](ContactList& list) { std::swap(list.pairs.front(), list.pairs.back()); };
+  options.own_executor = [&](const ExecutorOptions& wanted) {
     CHECK(wanted.threads == 2);
     auto own = std::make_unique<Backwards>();
-    own->spoil = [](ContactList& list) { std::swap(list.pairs.front(), list.pairs.back()); };
+    own->spoil = [&](ContactList& list) { spoil(list); };
     return own;
   };
   options.threads = 2;
   Pipeline pipeline(options);
   CHECK(message_of([&] { pipeline.step(*looked); }).starts_with("own_executor: its list has the pair ("));
   CHECK(pipeline.contacts().pairs.empty());
+  spoil = [](ContactList& list) { list.pairs.back().b = 4'000'000'000u; };
+  CHECK(message_of([&] { pipeline.step(*looked); }).starts_with("own_executor: its list has a pair of no bodies"));
+  spoil = [](ContactList& list) { list.pairs.back().first_contact += 1000; };
+  CHECK(message_of([&] { pipeline.step(*looked); }).starts_with("own_executor: its list has a pair of no bodies"));
+  CHECK(pipeline.contacts().contacts.empty());
 
   PipelineOptions none;
   none.own_executor = [](const ExecutorOptions&) { return std::unique_ptr<Executor>(); };

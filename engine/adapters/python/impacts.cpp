@@ -1,7 +1,7 @@
 // The first impacts of moving vertices.
 #include <pybind11/pybind11.h>
-#include <tbb/parallel_for.h>
 
+#include "all_threads.h"
 #include "arrays.h"
 #include "bindings.h"
 #include "rows.h"
@@ -42,9 +42,7 @@ py::array impacts(const py::object& given, double tolerance, double separation, 
     pairs.reserve(rows.size());
     for (const FourIndices& row : rows) pairs.push_back(make(row));
     find(std::span<const Pair>(pairs), std::span<VertexImpact>(found), ImpactOptions{tolerance, separation},
-         [](std::size_t parts, const std::function<void(std::size_t)>& part) {
-           tbb::parallel_for(std::size_t{0}, parts, part);
-         });
+         on_all_threads);
   }
   return structured<ImpactRow>(found, [](const VertexImpact& i) { return ImpactRow{i.hit, i.t, i.gap}; });
 }

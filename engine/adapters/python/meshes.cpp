@@ -1,8 +1,8 @@
 // Pairs of meshes beyond one answer, meshes that bend, and what is wrong with a mesh.
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
-#include <tbb/parallel_for.h>
 
+#include "all_threads.h"
 #include "arrays.h"
 #include "bindings.h"
 #include "rows.h"
@@ -76,10 +76,6 @@ void describe_rows() {
   PYBIND11_NUMPY_DTYPE(FlatTriangleRow, triangle, place);
   PYBIND11_NUMPY_DTYPE(InsideOutRow, triangle, triangles, volume, place);
   PYBIND11_NUMPY_DTYPE(SelfIntersectionRow, triangles, place);
-}
-
-void on_all_threads(std::size_t parts, const std::function<void(std::size_t)>& part) {
-  tbb::parallel_for(std::size_t{0}, parts, part);
 }
 
 py::array near_triangles(const Shape& a, const py::object& at_a, const Shape& b, const py::object& at_b,
