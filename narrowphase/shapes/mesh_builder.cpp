@@ -252,6 +252,7 @@ ShapeMemory MeshModel::memory() const {
   memory.other = sizeof(MeshModel);
   if (const auto* made = component_numbers_.made()) memory.other += bytes(*made);
   if (const auto* made = components_.made()) memory.other += bytes(*made);
+  if (const NormalCones* made = cones_.made()) memory.other += made->memory();
   return memory;
 }
 

@@ -72,7 +72,7 @@ struct MeshModel {
   // Made when first asked for, from any thread.
   const Hull& hull() const { return with_hull().hull; }
   const std::vector<std::uint32_t>& extreme() const { return with_hull().extreme; }
-  const NormalCones& normal_cones() const { return cones_.get([&] { return NormalCones(*this); }); }
+  const NormalCones& normal_cones() const;
   bool own_hull() const;  ///< closed, and the surface of its hull, to 1e-13 of the size
   bool convex() const { return solid && own_hull(); }  ///< it is solved as its hull
 

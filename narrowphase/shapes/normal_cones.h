@@ -3,15 +3,12 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "tandem/narrowphase/pose.h"
 
 namespace tandem {
-
-namespace detail {
-struct MeshModel;
-}
 
 /// All directions within an angle of an axis.
 struct NormalCone {
@@ -21,15 +18,17 @@ struct NormalCone {
 
 class NormalCones {
  public:
-  explicit NormalCones(const detail::MeshModel& mesh);
+  /// Of the lanes of all nodes, `lanes` each.
+  NormalCones(std::vector<NormalCone> cones, std::size_t lanes) : cones_(std::move(cones)), lanes_(lanes) {}
 
   /// Has the normals of all triangles below a child of a node and of all that share a corner with one of these, and so
   /// the directions along which their faces, edges and corners are farthest; where one has a border or no area, all.
-  const NormalCone& of(std::uint32_t node, std::uint32_t lane) const;
+  const NormalCone& of(std::uint32_t node, std::uint32_t lane) const { return cones_[node * lanes_ + lane]; }
   std::size_t memory() const { return cones_.capacity() * sizeof(NormalCone); }
 
  private:
   std::vector<NormalCone> cones_;
+  std::size_t lanes_;
 };
 
 }  // namespace tandem

@@ -7,7 +7,6 @@
 #include "manifold/manifold.h"
 #include "manifold/patch_collector.h"
 #include "meshes/contacts/normal_cone.h"
-#include "meshes/mesh_pair.h"
 #include "meshes/traversal/mesh_nearest.h"
 #include "pairs/convex_pair.h"
 #include "shapes/mesh_model.h"
@@ -109,9 +108,8 @@ class GapContacts {
     if (near.distance > tolerance::noisy_difference * (reach(mesh_a_) + reach(mesh_b_)))
       return unit(near.on_b - near.on_a, near.distance);
     const Corners p = corners_of_a(pair[0]), q = corners_of_b(pair[1]);
-    const Vec3 normal = solve_convex(TriangleView(p), Pose{}, TriangleView(q), Pose{}, Request::distance,
-                                     for_triangles(options_), nullptr)
-                            .normal;
+    const Vec3 normal =
+        solve_convex(TriangleView(p), Pose{}, TriangleView(q), Pose{}, Request::distance, {}, nullptr).normal;
     if (normal.norm() > 0.5) return normal;
     return near.distance > 0 ? unit(near.on_b - near.on_a, near.distance) : Vec3::UnitZ();
   }
@@ -166,7 +164,8 @@ PairAnswer gap_contacts(const Posed& a, const Posed& b, std::span<const Triangle
   answer.point_a = near.on_a + a.pose.translation;
   answer.point_b = near.on_b + a.pose.translation;
   answer.normal = gaps.normal();
-  if (contacts.size() == first) contacts.push_back(contact_of(answer));
+  if (contacts.size() == first)
+    contacts.push_back({(answer.point_a + answer.point_b) / 2, answer.normal, -answer.signed_distance, 0});
   const std::span found = std::span(contacts).subspan(first);
   for (Contact& c : found) c.depth = std::min(c.depth, -near.distance);
   std::max_element(found.begin(), found.end(), [](const Contact& x, const Contact& y) {

@@ -1,5 +1,4 @@
-#include "shapes/normal_cones.h"
-
+// The cones of a mesh's normals, made when they are first asked for.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -75,23 +74,22 @@ NormalCone of_triangle(const MeshModel& mesh, std::uint32_t t, std::span<const D
 
 }  // namespace
 
-NormalCones::NormalCones(const MeshModel& mesh) : cones_(mesh.nodes.size() * mesh_lanes) {
-  std::vector<Direction> normals(mesh.triangles.size());
-  for (std::uint32_t t = 0; t < normals.size(); ++t) normals[t] = normal_of(mesh, t);
-  std::vector<NormalCone> room;
-  const auto add = [&](const auto& self, std::uint32_t at) -> NormalCone {
-    const MeshNode& node = mesh.nodes[at];
-    const std::span own = std::span(cones_).subspan(at * mesh_lanes, node.lanes);
-    for (std::uint32_t k = 0; k < node.lanes; ++k)
-      own[k] =
-          node.count[k] > 0 ? of_triangle(mesh, mesh.order[node.child[k]], normals, room) : self(self, node.child[k]);
-    return around(own);
-  };
-  add(add, 0);
-}
-
-const NormalCone& NormalCones::of(std::uint32_t node, std::uint32_t lane) const {
-  return cones_[node * mesh_lanes + lane];
+const NormalCones& MeshModel::normal_cones() const {
+  return cones_.get([&] {
+    std::vector<Direction> normals(triangles.size());
+    for (std::uint32_t t = 0; t < normals.size(); ++t) normals[t] = normal_of(*this, t);
+    std::vector<NormalCone> cones(nodes.size() * mesh_lanes), room;
+    const auto add = [&](const auto& self, std::uint32_t at) -> NormalCone {
+      const MeshNode& node = nodes[at];
+      const std::span own = std::span(cones).subspan(at * mesh_lanes, node.lanes);
+      for (std::uint32_t k = 0; k < node.lanes; ++k)
+        own[k] =
+            node.count[k] > 0 ? of_triangle(*this, order[node.child[k]], normals, room) : self(self, node.child[k]);
+      return around(own);
+    };
+    add(add, 0);
+    return NormalCones(std::move(cones), mesh_lanes);
+  });
 }
 
 }  // namespace tandem
