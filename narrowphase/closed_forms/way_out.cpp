@@ -17,28 +17,29 @@ Vec3 radii_of(const ConvexView& v) { return {v.param[0], v.param[1], v.param[2]}
 
 // The nearest point x of the ellipsoid has p - x = t a^-2 x, so x_i = a_i^2 p_i / (t + a_i^2); t is the one root above
 // -min a_i^2 of a convex falling function, to which Newton's method climbs from where one term alone is 1 (Eberly,
-// Distance from a point to an ellipse, an ellipsoid or a hyperellipsoid, 2013).
+// Distance from a point to an ellipse, an ellipsoid or a hyperellipsoid, 2013). `s` is t + min a_i^2, which is small
+// where p lies near the plane of the two longer axes. On it and deep within there is no root: s is 0, and x has what is
+// missing along the shortest axis, to either side.
 WayOut from_ellipsoid(const Vec3& a, const Vec3& p, double slack) {
   constexpr int most_steps = 64;
-  const Vec3 a2 = a.cwiseProduct(a), ap = a.cwiseProduct(p);
-  double t = (ap.cwiseAbs() - a2).maxCoeff();
+  int shortest = 0;
+  const double least = a.minCoeff(&shortest);
+  const Vec3 ap = a.cwiseProduct(p), more = ((a.array() - least) * (a.array() + least)).matrix();
+  const auto over = [&](const Vec3& v, double s) {  // what is 0 stays so, also over 0
+    Vec3 out;
+    for (int i = 0; i < 3; ++i) out[i] = v[i] == 0 ? 0 : v[i] / (s + more[i]);
+    return out;
+  };
+  double s = std::max(0.0, (ap.cwiseAbs() - more).maxCoeff());
   for (int i = 0; i < most_steps; ++i) {
-    const Vec3 by = (t + a2.array()).matrix(), ratio = ap.cwiseQuotient(by);
-    if (!(by.minCoeff() > 0)) break;
-    const double f = ratio.squaredNorm() - 1, slope = -2 * ratio.cwiseProduct(ratio).cwiseQuotient(by).sum();
-    const double next = t - f / slope;
-    if (!(f > 0 && next > t)) break;
-    t = next;
+    const Vec3 ratio = over(ap, s);
+    const double f = ratio.squaredNorm() - 1, slope = -2 * ratio.dot(over(ratio, s)), next = s - f / slope;
+    if (!(f > 0 && next > s)) break;
+    s = next;
   }
-  const Vec3 by = (t + a2.array()).matrix();
-  Vec3 n = p.cwiseQuotient(by);
-  if (by.minCoeff() > 0 && n.squaredNorm() > shortest_squared) {
-    n = unit(n);
-  } else {  // on the plane of two longer axes, deep within: along the shortest
-    int axis = 0;
-    a.minCoeff(&axis);
-    n = Vec3::Unit(axis) * std::copysign(1.0, p[axis]);
-  }
+  Vec3 n = over(p, s);
+  if (s == 0) n[shortest] = std::sqrt(std::max(0.0, 1 - over(ap, s).squaredNorm())) / least;
+  n = unit(n);
   const double distance = n.dot(p) - a.cwiseProduct(n).norm();
   return {distance < -slack && p.cwiseQuotient(a).squaredNorm() < 1, n, distance};
 }

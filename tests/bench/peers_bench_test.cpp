@@ -71,8 +71,10 @@ TEST_CASE("grains bench: pairs and depths are the cell list's, and memory is tol
   REQUIRE(run(TANDEM_BENCH_PATH, "grains --sizes 300 --steps 60 --repeat 1 --json " + json.string(),
               folder / "out.txt") == 0);
   const auto rows = rows_of(json);
-  REQUIRE(rows.size() >= 3);
-  CHECK(rows[2].at("contestant") == "cell list");
+  REQUIRE(rows.size() >= 4);
+  CHECK(rows[2].at("contestant") == "cells, depths");
+  CHECK(rows[3].at("contestant") == "cells, whole list");
+  CHECK(rows[0].at("hash") == rows[3].at("hash"));
   CHECK(rows[0].at("hash") == rows[2].at("hash"));
   CHECK(rows[1].at("hash") == rows[2].at("hash"));
   CHECK(rows[0].at("pairs") > 1000);

@@ -144,7 +144,9 @@ TEST_CASE("the way out of a point is as long as the least along any direction, a
       const auto support = [&](const Vec3& n) { return n.dot(core_support(v, n)) + core_radius(v); };
       // Between the middle and a point of the surface.
       const Vec3 edge = core_support(v, r.direction());
-      const Vec3 p = core_centre(v) + r.in(0, 0.99) * (edge - core_centre(v));
+      Vec3 p = core_centre(v) + r.in(0, 0.99) * (edge - core_centre(v));
+      // On a plane of symmetry nothing tells the side, deep within not even that it is the nearer one; near it hardly.
+      if (kind == ShapeKind::ellipsoid && i % 4 != 0) p[i % 3] = i % 4 == 1 ? 0 : i % 4 == 2 ? 1e-12 : -1e-160;
       CAPTURE(name(kind), i);
       const auto way = way_out(v, p, 1e-9);
       if (!way) continue;  // a flat hull
