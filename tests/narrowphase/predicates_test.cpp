@@ -71,7 +71,7 @@ TEST_CASE("triangles on a small grid, where touching, coplanar and zero-area are
   std::mt19937_64 random(11);
   std::uniform_int_distribution<int> cell(-1, 1);
   int hits = 0, flat = 0;
-  for (int i = 0; i < 1500; ++i) {
+  for (int i = 0; i < 800; ++i) {
     Corners a, b;
     for (Corners* t : {&a, &b})
       for (Vec3& v : *t) v = Vec3(cell(random), cell(random), i % 3 == 0 ? 0 : cell(random));
@@ -83,15 +83,15 @@ TEST_CASE("triangles on a small grid, where touching, coplanar and zero-area are
     REQUIRE(fast(a, pose, b, pose, 1) == want);
     REQUIRE(fast(b, pose, a, pose, 1) == want);
   }
-  CHECK(hits > 375);
-  CHECK(hits < 1460);
-  CHECK(flat > 75);
+  CHECK(hits > 200);
+  CHECK(hits < 780);
+  CHECK(flat > 40);
 }
 
 TEST_CASE("triangles in random poses, a rounding apart from touching, agree with rationals") {
   std::mt19937_64 random(12);
   int hits = 0;
-  for (int i = 0; i < 150; ++i) {
+  for (int i = 0; i < 80; ++i) {
     Corners a, b;
     for (Vec3& v : a) v = random_point(random, 1);
     for (Vec3& v : b) v = random_point(random, 1);
@@ -107,8 +107,8 @@ TEST_CASE("triangles in random poses, a rounding apart from touching, agree with
     REQUIRE(fast(a, pa, b, pb, 1) == want);
     REQUIRE(fast(b, pb, a, pa, 1) == want);
   }
-  CHECK(hits > 15);
-  CHECK(hits < 150);
+  CHECK(hits > 8);
+  CHECK(hits < 80);
 }
 
 TEST_CASE("triangles with coordinates beyond the range of expansions are still decided exactly") {
@@ -141,7 +141,7 @@ TEST_CASE("triangles in one plane, with common corners, needles and far out: fil
     const bool want = TriangleTest(pa, pb, 1e4).exact(a, b);
     hits += want;
     CAPTURE(i);
-    if (i % 40 < 2) REQUIRE(oracle(a, pa, b, pb) == want);
+    if (i % 80 < 2) REQUIRE(oracle(a, pa, b, pb) == want);
     REQUIRE(fast(a, pa, b, pb, 2 * stretch) == want);
     REQUIRE(fast(b, pb, a, pa, 2 * stretch) == want);
   }
