@@ -6,7 +6,7 @@
 
 #include "catch.h"
 #include "message_of.h"
-#include "tandem/engine/builtin_scenes.h"
+#include "settled_scene.h"
 #include "tandem/engine/pipeline.h"
 #include "tandem/engine/response.h"
 #include "tandem/flowgraph/narrowing_sink.h"
@@ -59,17 +59,6 @@ class Backwards final : public Executor {
   Joiner joiner_;
 };
 
-Scene pile(std::string_view name, std::size_t bodies, int steps) {
-  Scene scene = make_builtin_scene(name, bodies);
-  Pipeline pipeline({.answer = {.margin = recommended_margin(scene)}});
-  Response response;
-  for (int i = 0; i < steps; ++i) {
-    pipeline.step(scene);
-    response.step(scene, pipeline.contacts());
-  }
-  return scene;
-}
-
 /// Bodies move on and all pipelines look: each must see what the first one sees.
 std::size_t require_same(Scene scene, std::vector<Pipeline>& all, int steps) {
   Response response;
@@ -97,7 +86,7 @@ TEST_CASE("sockets: a broad phase and an executor of one's own give the built-in
   for (const BuiltinScene& builtin : builtin_scenes())
     for (const double keep : {0.0, 1e-3}) {
       CAPTURE(builtin.name, keep);
-      const Scene scene = pile(builtin.name, 60, 30);
+      const Scene scene = test::settled_scene(builtin.name, 60, 30);
       std::vector<Pipeline> all;
       for (const ExecutorKind kind : {ExecutorKind::sequential, ExecutorKind::flowgraph, ExecutorKind::barrier})
         for (const int own : {0, 1, 2, 3}) {
@@ -115,7 +104,7 @@ TEST_CASE("sockets: a broad phase and an executor of one's own give the built-in
 
 TEST_CASE("sockets: what an own broad phase puts wrongly ends the step by a message, and the next step is whole") {
   const tbb::global_control allow(tbb::global_control::max_allowed_parallelism, 4);
-  const Scene scene = pile("cubes-on-plane", 60, 60);
+  const Scene scene = test::settled_scene("cubes-on-plane", 60, 60);
   for (const ExecutorKind kind : executor_kinds)
     for (const double keep : {0.0, 1e-3}) {
       CAPTURE(name(kind), keep);
@@ -156,7 +145,7 @@ TEST_CASE("sockets: what an own broad phase puts wrongly ends the step by a mess
 }
 
 TEST_CASE("sockets: a list out of order, a part that is not there and one without stages are refused") {
-  const Scene scene = pile("cubes-on-plane", 60, 60);
+  const Scene scene = test::settled_scene("cubes-on-plane", 60, 60);
   const Scene* looked = &scene;
   PipelineOptions options;
   std::function<void(ContactList&)> spoil = [](ContactList& list) { std::swap(list.pairs.front(), list.pairs.back()); };
@@ -201,7 +190,7 @@ TEST_CASE("sockets: a cost model of one's own is asked and told, and changes no 
     }
     std::atomic<int>* counts;
   };
-  const Scene scene = pile("cubes-on-plane", 200, 40);
+  const Scene scene = test::settled_scene("cubes-on-plane", 200, 40);
   std::atomic<int> counts[3] = {};
   std::vector<Pipeline> all;
   for (const StepForm form : {StepForm::caller, StepForm::overlapped, StepForm::ordered})
@@ -220,7 +209,7 @@ TEST_CASE("sockets: a cost model of one's own is asked and told, and changes no 
 
 TEST_CASE("sockets: workers stay awake for a pipeline that asks; the contacts are the same") {
   const tbb::global_control allow(tbb::global_control::max_allowed_parallelism, 4);
-  const Scene scene = pile("cubes-on-plane", 200, 40);
+  const Scene scene = test::settled_scene("cubes-on-plane", 200, 40);
   std::vector<Pipeline> all;
   for (const double microseconds : {0.0, 500.0, 5000.0})
     for (const int threads : {2, 4}) {

@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "catch.h"
-#include "tandem/engine/builtin_scenes.h"
+#include "settled_scene.h"
 #include "tandem/engine/response.h"
 
 using namespace tandem;
@@ -44,22 +44,11 @@ struct Gathered {
   }
 };
 
-Scene pile(std::string_view name, std::size_t bodies, int steps) {
-  Scene scene = make_builtin_scene(name, bodies);
-  Pipeline pipeline({.answer = {.margin = recommended_margin(scene)}});
-  Response response;
-  for (int i = 0; i < steps; ++i) {
-    pipeline.step(scene);
-    response.step(scene, pipeline.contacts());
-  }
-  return scene;
-}
-
 }  // namespace
 
 TEST_CASE("step node: a listener hears every answer of the list once, with any executor and request") {
   for (const auto* name : {"tori-and-cubes", "spheres-on-plane"}) {
-    const Scene scene = pile(name, 200, 40);
+    const Scene scene = test::settled_scene(name, 200, 40);
     for (const ExecutorKind executor : executor_kinds)
       for (const Request request : {Request::collide, Request::distance, Request::contacts}) {
         Gathered gathered;
@@ -78,7 +67,7 @@ TEST_CASE("step node: a listener hears every answer of the list once, with any e
 }
 
 TEST_CASE("step node: of kept contacts a listener hears those that were computed") {
-  Scene scene = pile("cubes-on-plane", 100, 60);
+  Scene scene = test::settled_scene("cubes-on-plane", 100, 60);
   Gathered gathered;
   Pipeline pipeline({.answer = {.margin = 0.01, .keep_contacts = 1e-3}, .on_answers = gathered.listener()});
   pipeline.step(scene);
@@ -91,7 +80,7 @@ TEST_CASE("step node: of kept contacts a listener hears those that were computed
 }
 
 TEST_CASE("step node: several in one graph send batches that make up their lists") {
-  const Scene scene = pile("tori-and-cubes", 150, 40);
+  const Scene scene = test::settled_scene("tori-and-cubes", 150, 40);
   Pipeline plain({.executor = ExecutorKind::sequential, .threads = 1});
   plain.step(scene);
   const std::uint64_t expected = hash(plain.contacts());
@@ -126,7 +115,7 @@ TEST_CASE("step node: several in one graph send batches that make up their lists
 }
 
 TEST_CASE("step node: what a listener throws leaves wait_for_all, and the next step is whole") {
-  const Scene scene = pile("cubes-on-plane", 150, 60);
+  const Scene scene = test::settled_scene("cubes-on-plane", 150, 60);
   std::atomic<bool> throws = true;
   PipelineOptions options;
   options.on_answers = [&](std::span<const PairResult>, std::span<const Contact>) {
@@ -149,7 +138,7 @@ TEST_CASE("step node: what a listener throws leaves wait_for_all, and the next s
 }
 
 TEST_CASE("step node: a stop request ends the step with an empty list") {
-  const Scene scene = pile("cubes-on-plane", 100, 60);
+  const Scene scene = test::settled_scene("cubes-on-plane", 100, 60);
   tbb::flow::graph graph;
   flow::StepNode node(graph, {});
   bool ended = false;
@@ -165,7 +154,7 @@ TEST_CASE("step node: a stop request ends the step with an empty list") {
 }
 
 TEST_CASE("step node: a deadline that has passed leaves a marked list, and the next step is whole") {
-  const Scene scene = pile("cubes-on-plane", 100, 60);
+  const Scene scene = test::settled_scene("cubes-on-plane", 100, 60);
   tbb::flow::graph graph;
   flow::StepNode node(graph, {});
   std::vector<bool> incomplete;
