@@ -10,6 +10,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "ball_triangles.h"
 #include "benches.h"
 #include "tandem/engine/scene_queries.h"
 #include "tandem/narrowphase/shape_makers.h"
@@ -52,16 +53,7 @@ Mesh tool_mesh() {
       mesh.vertices.emplace_back(r * std::sin(v) * std::cos(u), r * std::sin(v) * std::sin(u), -r * std::cos(v));
     }
   mesh.vertices.emplace_back(0, 0, 0.03);
-  const auto at = [](int j, int i) { return static_cast<std::uint32_t>(1 + (j - 1) * turns + i % turns); };
-  const auto top = static_cast<std::uint32_t>(mesh.vertices.size() - 1);
-  for (int i = 0; i < turns; ++i) {
-    mesh.triangles.push_back({0, at(1, i + 1), at(1, i)});
-    mesh.triangles.push_back({at(rings - 1, i), at(rings - 1, i + 1), top});
-    for (int j = 1; j + 1 < rings; ++j) {
-      mesh.triangles.push_back({at(j, i), at(j, i + 1), at(j + 1, i + 1)});
-      mesh.triangles.push_back({at(j, i), at(j + 1, i + 1), at(j + 1, i)});
-    }
-  }
+  add_ball_triangles(mesh, turns, rings);
   return mesh;
 }
 

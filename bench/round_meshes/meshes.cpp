@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "ball_triangles.h"
 #include "engine/scene/mesh_generators.h"
 #include "reference/random.h"
 
@@ -26,16 +27,7 @@ Mesh bumpy_ball(double radius, int turns, int rings) {
       add({std::sin(v) * std::cos(u), std::sin(v) * std::sin(u), -std::cos(v)});
     }
   add({0, 0, 1});
-  const auto at = [turns](int j, int i) { return static_cast<std::uint32_t>(1 + (j - 1) * turns + i % turns); };
-  const auto top = static_cast<std::uint32_t>(mesh.vertices.size() - 1);
-  for (int i = 0; i < turns; ++i) {
-    mesh.triangles.push_back({0, at(1, i + 1), at(1, i)});
-    mesh.triangles.push_back({at(rings - 1, i), at(rings - 1, i + 1), top});
-    for (int j = 1; j + 1 < rings; ++j) {
-      mesh.triangles.push_back({at(j, i), at(j, i + 1), at(j + 1, i + 1)});
-      mesh.triangles.push_back({at(j, i), at(j + 1, i + 1), at(j + 1, i)});
-    }
-  }
+  add_ball_triangles(mesh, turns, rings);
   return mesh;
 }
 
