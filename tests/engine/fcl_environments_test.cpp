@@ -20,23 +20,15 @@
 #include <sstream>
 
 #include "catch.h"
+#include "fcl_objects.h"
 #include "tandem/fcl/collision_manager.h"
 #include "tandem/fcl/octree_shape.h"
 #include "tandem/fcl/pair_queries.h"
 #include "tandem/narrowphase/narrow_phase.h"
 
+using namespace tandem::test;
+
 namespace {
-
-using Random = std::mt19937;
-
-double uniform(Random& random, double lo, double hi) {
-  return lo + (hi - lo) * (static_cast<double>(random()) / 4294967296.0);
-}
-
-template <class S>
-using Object = ::fcl::CollisionObject<S>;
-template <class S>
-using Manager = ::fcl::BroadPhaseCollisionManager<S>;
 template <class S>
 using Geometry = std::shared_ptr<::fcl::CollisionGeometry<S>>;
 

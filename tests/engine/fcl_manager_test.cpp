@@ -14,19 +14,11 @@
 #include <thread>
 
 #include "catch.h"
+#include "fcl_objects.h"
+
+using namespace tandem::test;
 
 namespace {
-
-using Random = std::mt19937;
-
-double uniform(Random& random, double lo, double hi) {
-  return lo + (hi - lo) * (static_cast<double>(random()) / 4294967296.0);
-}
-
-template <class S>
-using Object = ::fcl::CollisionObject<S>;
-template <class S>
-using Manager = ::fcl::BroadPhaseCollisionManager<S>;
 
 /// A box whose AABB is whatever is set.
 template <class S>

@@ -1,0 +1,20 @@
+#pragma once
+#include <fcl/broadphase/broadphase_collision_manager.h>
+
+#include <random>
+
+namespace tandem::test {
+
+using Random = std::mt19937;
+
+/// In [lo, hi), the same on every system.
+inline double uniform(Random& random, double lo, double hi) {
+  return lo + (hi - lo) * (static_cast<double>(random()) / 4294967296.0);
+}
+
+template <class S>
+using Object = ::fcl::CollisionObject<S>;
+template <class S>
+using Manager = ::fcl::BroadPhaseCollisionManager<S>;
+
+}  // namespace tandem::test
