@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <time.h>
 
 #include <algorithm>
 #include <atomic>
@@ -14,6 +13,7 @@
 #include "benches.h"
 #include "broadphase/contestant.h"
 #include "broadphase/moving_boxes.h"
+#include "clocks.h"
 #include "option_text.h"
 #include "progress.h"
 
@@ -36,12 +36,6 @@ struct Entrant {
   double median() const { return row.threads == 1 ? cpu.median() : row.time.median(); }
   double mean() const { return row.threads == 1 ? cpu.mean() : row.time.mean(); }
 };
-
-double thread_cpu_ns() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e9 * static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec);
-}
 
 /// What this machine gives to some threads at all: arithmetic in registers, on one thread and on all of them.
 class Ceiling {
@@ -132,9 +126,9 @@ Ceiling race(MovingBoxes& world, int steps, int threads, std::vector<Entrant>& a
       list.clear();
       if (step != 0) entrant.contestant->changes(world.changes());
       const Clock::time_point begin = Clock::now();
-      const double cpu_begin = thread_cpu_ns();
+      const double cpu_begin = cpu_ns();
       entrant.contestant->step(world.boxes(), list);
-      const double cpu = thread_cpu_ns() - cpu_begin;
+      const double cpu = cpu_ns() - cpu_begin;
       const double ns = std::chrono::duration<double, std::nano>(Clock::now() - begin).count();
       if (step == 0) {
         entrant.first_step = ns;

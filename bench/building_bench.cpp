@@ -2,7 +2,6 @@
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fmt/format.h>
 #include <oneapi/tbb/parallel_for.h>
-#include <time.h>
 
 #include <algorithm>
 #include <chrono>
@@ -12,6 +11,7 @@
 #include <random>
 
 #include "benches.h"
+#include "clocks.h"
 #include "tandem/narrowphase/shape.h"
 #ifdef TANDEM_HAS_EMBREE
 #include <embree3/rtcore.h>
@@ -21,15 +21,6 @@ namespace tandem::bench {
 namespace {
 
 // Of the whole process: what others do on the machine counts for little.
-double cpu_ns() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return 1e9 * static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec);
-}
-double wall_ns() {
-  return std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
 // A torus with bumps, about three times as many cells round as across; solid.
 Mesh torus(std::size_t triangles) {
   const auto turns = static_cast<std::uint32_t>(std::max(4.0, std::sqrt(1.5 * static_cast<double>(triangles))));
@@ -118,10 +109,10 @@ struct Task {
 };
 
 void run(Task& task) {
-  const double wall = wall_ns(), cpu = cpu_ns();
+  const double wall = wall_ns(), cpu = process_cpu_ns();
   task.run();
   task.wall.add(wall_ns() - wall);
-  task.cpu.add(cpu_ns() - cpu);
+  task.cpu.add(process_cpu_ns() - cpu);
 }
 
 // Each mesh is given away: the copy is made before.

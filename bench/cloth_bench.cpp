@@ -1,10 +1,9 @@
-// A sheet of cloth that folds over a ball and onto itself: new vertices, the pairs of triangles that meet the ball's and
-// those that meet each other, beside FCL's three kinds of update.
+// A sheet of cloth that folds over a ball and onto itself: new vertices, the pairs of triangles that meet the ball's
+// and those that meet each other, beside FCL's three kinds of update.
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/narrowphase/collision.h>
 #include <fmt/format.h>
 #include <oneapi/tbb/parallel_for.h>
-#include <time.h>
 
 #include <algorithm>
 #include <bit>
@@ -15,6 +14,7 @@
 #include <stdexcept>
 
 #include "benches.h"
+#include "clocks.h"
 #include "meshes/mesh_pair.h"
 #include "tandem/narrowphase/deformable_mesh.h"
 
@@ -23,15 +23,6 @@ namespace {
 
 using TrianglePairList = std::vector<std::array<std::uint32_t, 2>>;
 using Model = ::fcl::BVHModel<::fcl::OBBRSS<double>>;
-
-double cpu_ns() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e9 * static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec);
-}
-double wall_ns() {
-  return std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 // Of side 2, metres; half of it is rolled up about a radius and comes down on the other half, wrinkled.
 Vec3 folded(double x, double y, double t) {
@@ -112,7 +103,8 @@ TrianglePairList fcl_pairs(const Model& a, const Model& b, const Mesh* itself) {
   ::fcl::collide(&a, home, &b, home, ::fcl::CollisionRequestd(std::size_t{1} << 28, false), result);
   TrianglePairList pairs;
   for (std::size_t k = 0; k < result.numContacts(); ++k) {
-    const auto i = static_cast<std::uint32_t>(result.getContact(k).b1), j = static_cast<std::uint32_t>(result.getContact(k).b2);
+    const auto i = static_cast<std::uint32_t>(result.getContact(k).b1),
+               j = static_cast<std::uint32_t>(result.getContact(k).b2);
     if (itself != nullptr) {
       const auto &p = itself->triangles[i], &q = itself->triangles[j];
       if (i >= j || std::find_first_of(p.begin(), p.end(), q.begin(), q.end()) != p.end()) continue;
@@ -130,7 +122,7 @@ std::uint64_t hash_of(const TrianglePairList& pairs) {
 }
 
 /// What one contestant does in a step; answers what it found, if it was asked for pairs.
-struct Task {
+struct PairTask {
   std::string workload, contestant;
   int threads;
   std::function<TrianglePairList()> run;
@@ -139,7 +131,7 @@ struct Task {
   std::size_t pairs = 0;
 };
 
-void run(Task& task) {
+void run(PairTask& task) {
   const auto clock = task.threads == 1 ? cpu_ns : wall_ns;
   const double begin = clock();
   const TrianglePairList pairs = task.run();
@@ -149,21 +141,22 @@ void run(Task& task) {
 }
 
 /// Whether it found other pairs than the first that was asked for the same, which is tandem after a refit.
-bool differs(const Task& task, const std::vector<Task>& tasks) {
-  const auto first = std::find_if(tasks.begin(), tasks.end(), [&](const Task& t) { return t.workload == task.workload; });
+bool differs(const PairTask& task, const std::vector<PairTask>& tasks) {
+  const auto first =
+      std::find_if(tasks.begin(), tasks.end(), [&](const PairTask& t) { return t.workload == task.workload; });
   return first->hash != task.hash;
 }
 
 /// All must have found the same but FCL after its update, which now and then loses pairs that it finds after a rebuild.
-void require_agreement(const std::vector<Task>& tasks) {
-  for (const Task& task : tasks)
+void require_agreement(const std::vector<PairTask>& tasks) {
+  for (const PairTask& task : tasks)
     if (differs(task, tasks) && task.contestant != "FCL, update")
       throw std::runtime_error(fmt::format("{}: {} found other pairs than tandem", task.workload, task.contestant));
 }
 
-void print(const std::vector<Task>& tasks) {
+void print(const std::vector<PairTask>& tasks) {
   fmt::print("{:22}{:20}{:>8}{:>10}{:>10}{:>10}{:>12}  hash\n", "", "", "threads", "ms", "p10", "p90", "pairs");
-  for (const Task& t : tasks)
+  for (const PairTask& t : tasks)
     fmt::print("{:22}{:20}{:8}{:10.3f}{:10.3f}{:10.3f}{:12}  {}{}\n", t.workload, t.contestant, t.threads,
                t.time.median() / 1e6, t.time.quantile(0.1) / 1e6, t.time.quantile(0.9) / 1e6, t.pairs, hex(t.hash),
                differs(t, tasks) ? " differs" : "");
@@ -180,17 +173,22 @@ std::vector<Row> cloth_bench(const Settings& settings) {
   const auto ball_model = fcl_model(obstacle);
   DeformableMesh cloth(input), threaded(input);
   const auto updated = fcl_model(input), replaced = fcl_model(input), rebuilt = fcl_model(input);
-  const PartRunner on_threads = [](std::size_t parts, const auto& part) { tbb::parallel_for(std::size_t{0}, parts, part); };
+  const PartRunner on_threads = [](std::size_t parts, const auto& part) {
+    tbb::parallel_for(std::size_t{0}, parts, part);
+  };
   std::vector<Vec3> vertices;
   std::optional<Shape> anew;
   std::size_t rebuilt_triangles = 0;
   const Pose home{};
   const TrianglePairList none;
   const std::string move = "new vertices", with_ball = "pairs with a ball", with_itself = "pairs with itself";
-  std::vector<Task> tasks{
+  std::vector<PairTask> tasks{
       {move, "tandem, refit", 1, [&] { return rebuilt_triangles += cloth.update(vertices).rebuilt_triangles, none; }},
       {move, "tandem, refit", 2, [&] { return threaded.update(vertices, on_threads), none; }},
-      {move, "tandem, anew", 1, [&] { return anew.emplace(Mesh{vertices, input.triangles, false}), none; }},
+      {move, "tandem, anew", 1,
+       [&] {
+         return anew.emplace(Mesh{vertices, input.triangles, false}), none;
+       }},
       {move, "FCL, update", 1, [&] { return move_to(*updated, vertices, FclUpdate::update), none; }},
       {move, "FCL, replace", 1, [&] { return move_to(*replaced, vertices, FclUpdate::replace), none; }},
       {move, "FCL, rebuild", 1, [&] { return move_to(*rebuilt, vertices, FclUpdate::rebuild), none; }},
@@ -204,17 +202,17 @@ std::vector<Row> cloth_bench(const Settings& settings) {
       {with_itself, "FCL, replace", 1, [&] { return fcl_pairs(*replaced, *replaced, &input); }}};
   for (int step = 1; step <= steps; ++step) {
     vertices = sheet_vertices(n, static_cast<double>(step) / steps);
-    for (Task& task : tasks) run(task);
+    for (PairTask& task : tasks) run(task);
   }
-  fmt::print("A folding sheet of {} triangles, a ball of {}, {} steps; one thread: its own time\n\n", input.triangles.size(),
-             obstacle.triangles.size(), steps);
+  fmt::print("A folding sheet of {} triangles, a ball of {}, {} steps; one thread: its own time\n\n",
+             input.triangles.size(), obstacle.triangles.size(), steps);
   print(tasks);
   fmt::print("\nSubtrees built anew: {:.2f} of all triangles in all steps. {} bytes a triangle.\n",
              static_cast<double>(rebuilt_triangles) / static_cast<double>(input.triangles.size()),
              cloth.memory() / input.triangles.size());
   require_agreement(tasks);
   std::vector<Row> rows;
-  for (const Task& task : tasks) {
+  for (const PairTask& task : tasks) {
     Row& row = rows.emplace_back();
     row.bench = "cloth";
     row.workload = task.workload;

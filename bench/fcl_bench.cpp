@@ -7,23 +7,16 @@
 #include <fcl/geometry/shape/sphere.h>
 #include <fcl/narrowphase/distance.h>
 #include <fmt/format.h>
-#include <time.h>
 
 #include <random>
 #include <stdexcept>
 
 #include "benches.h"
+#include "clocks.h"
 #include "tandem/fcl/collision_manager.h"
 
 namespace tandem::bench {
 namespace {
-
-/// Of the calling thread, which others on the machine disturb less than the clock on the wall.
-double cpu_ns() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e9 * static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec);
-}
 
 using Object = ::fcl::CollisionObject<double>;
 using Manager = ::fcl::BroadPhaseCollisionManager<double>;
@@ -130,19 +123,19 @@ bool take_fcl_distance(Object* a, Object* b, void* data, double& least) {
   return least <= 0;
 }
 
-struct Entrant {
+struct ManagerEntrant {
   std::string name;
   std::unique_ptr<Manager> manager;
 };
 
-std::vector<Entrant> entrants(std::size_t n, const Settings& settings) {
-  std::vector<Entrant> all;
+std::vector<ManagerEntrant> entrants(std::size_t n, const Settings& settings) {
+  std::vector<ManagerEntrant> all;
   all.push_back({"tandem", std::make_unique<tandem::fcl::CollisionManagerd>()});
   all.push_back({"FCL tree", std::make_unique<::fcl::DynamicAABBTreeCollisionManagerd>()});
   all.push_back({"FCL SaP", std::make_unique<::fcl::SaPCollisionManagerd>()});
   if (n <= 3000) all.push_back({"FCL naive", std::make_unique<::fcl::NaiveCollisionManagerd>()});
   const auto& wanted = settings.contestants;
-  std::erase_if(all, [&](const Entrant& entrant) {
+  std::erase_if(all, [&](const ManagerEntrant& entrant) {
     return !wanted.empty() && std::find(wanted.begin(), wanted.end(), entrant.name) == wanted.end();
   });
   return all;
@@ -160,7 +153,7 @@ struct Operation {
 /// Of FCL's distances, whose error depends on the order of the two.
 constexpr double fcl_error = 1e-4;
 
-void run_in_turn(Operation& operation, std::vector<Entrant>& all, int step) {
+void run_in_turn(Operation& operation, std::vector<ManagerEntrant>& all, int step) {
   std::vector<double> times(all.size());
   std::vector<Answer> answers(all.size());
   for (std::size_t turn = 0; turn < all.size(); ++turn) {
@@ -182,8 +175,8 @@ void run_in_turn(Operation& operation, std::vector<Entrant>& all, int step) {
 
 void race(std::size_t n, double share, int steps, const Settings& settings, std::vector<Row>& rows) {
   Objects objects(n, share);
-  std::vector<Entrant> all = entrants(n, settings);
-  for (Entrant& entrant : all) {
+  std::vector<ManagerEntrant> all = entrants(n, settings);
+  for (ManagerEntrant& entrant : all) {
     entrant.manager->registerObjects(objects.all());
     entrant.manager->setup();
   }

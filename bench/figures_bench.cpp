@@ -12,10 +12,10 @@
 #include "contest.h"
 #include "machine_costs.h"
 #include "progress.h"
-#include "tandem/flowgraph/measured_step.h"
 #include "simulator.h"
 #include "tandem/engine/builtin_scenes.h"
 #include "tandem/engine/response.h"
+#include "tandem/flowgraph/measured_step.h"
 #include "tandem/flowgraph/timeline.h"
 
 namespace tandem::bench {
@@ -25,7 +25,7 @@ using nlohmann::json;
 
 constexpr int virtual_cores[] = {4, 8, 16, 32, 64};
 
-double rounded(double ms) { return std::round(1e4 * ms) / 1e4; }
+double to_tenths_of_us(double ms) { return std::round(1e4 * ms) / 1e4; }
 std::string written(Split split) { return fmt::format("{}-{}", split.broad, split.narrow); }
 
 json written(const BalanceDecision& decision) {
@@ -35,8 +35,8 @@ json written(const BalanceDecision& decision) {
           {"before", written(decision.before)},
           {"after", written(decision.after)},
           {"control_step", decision.control_step},
-          {"broad_ms", rounded(decision.broad_ms)},
-          {"narrow_ms", rounded(decision.narrow_ms)},
+          {"broad_ms", to_tenths_of_us(decision.broad_ms)},
+          {"narrow_ms", to_tenths_of_us(decision.narrow_ms)},
           {"measure", decision.measure},
           {"measure_before", decision.measure_before}};
 }
@@ -91,7 +91,7 @@ struct Recording {
   double slowdown = 1, sharing = 1;  ///< as in MachineCosts
 };
 
-struct Entrant {
+struct FigureEntrant {
   Contestant contestant;
   bool is_strict_split = false;
 };
@@ -104,20 +104,20 @@ PipelineOptions papers(ExecutorKind executor, int threads) {
   return options;
 }
 
-std::vector<Entrant> entrants(int threads, bool every_split) {
-  std::vector<Entrant> all{{{"sequential", papers(ExecutorKind::sequential, 1), {}}}};
+std::vector<FigureEntrant> entrants(int threads, bool every_split) {
+  std::vector<FigureEntrant> all{{{"sequential", papers(ExecutorKind::sequential, 1), {}}}};
   for (const ExecutorKind kind : {ExecutorKind::barrier, ExecutorKind::fused, ExecutorKind::threads})
     all.push_back({{std::string(name(kind)), papers(kind, threads), {}}});
   all.push_back({{"flowgraph", papers(ExecutorKind::flowgraph, threads), {}}});
   for (const BalanceRule rule : {BalanceRule::paper, BalanceRule::busy}) {
-    Entrant strict{{fmt::format("strict, {} rule", name(rule)), papers(ExecutorKind::flowgraph, threads), {}}};
+    FigureEntrant strict{{fmt::format("strict, {} rule", name(rule)), papers(ExecutorKind::flowgraph, threads), {}}};
     strict.contestant.options.balance.strict = true;
     strict.contestant.options.balance.rule = rule;
     all.push_back(std::move(strict));
   }
   for (int broad = 1; every_split && broad < threads; ++broad) {
     const Split split{broad, threads - broad};
-    Entrant fixed{{fmt::format("strict {}", written(split)), papers(ExecutorKind::flowgraph, threads), {}}, true};
+    FigureEntrant fixed{{fmt::format("strict {}", written(split)), papers(ExecutorKind::flowgraph, threads), {}}, true};
     fixed.contestant.options.balance.split = split;
     fixed.contestant.options.balance.strict = true;
     all.push_back(std::move(fixed));
@@ -125,21 +125,21 @@ std::vector<Entrant> entrants(int threads, bool every_split) {
   return all;
 }
 
-struct Measured {
+struct MeasuredScene {
   Picture picture;
   Recording recording;
 };
 
 /// Runs the scene with all contestants in turn, and records what its pieces cost.
-Measured measure(std::string_view scene_name, int threads, bool every_split, const Settings& settings,
-                 std::vector<Row>& rows) {
+MeasuredScene measure(std::string_view scene_name, int threads, bool every_split, const Settings& settings,
+                      std::vector<Row>& rows) {
   Scene scene = make_builtin_scene(scene_name, settings.bodies);
   const auto steps = static_cast<std::size_t>(settings.steps != 0 ? settings.steps : settings.quick ? 60 : 300);
   const int repeat = settings.repeat != 0 ? settings.repeat : settings.quick ? 1 : 3;
-  const std::vector<Entrant> all = entrants(threads, every_split);
+  const std::vector<FigureEntrant> all = entrants(threads, every_split);
 
   std::vector<Contestant> contestants;
-  for (const Entrant& entrant : all) contestants.push_back(entrant.contestant);
+  for (const FigureEntrant& entrant : all) contestants.push_back(entrant.contestant);
   const int copies = std::min(threads, tbb::info::default_concurrency());
   contestants.push_back({copies_name(copies), papers(ExecutorKind::sequential, 1), nullptr, copies});
   constexpr StepForm forms[] = {StepForm::caller, StepForm::overlapped, StepForm::ordered};
@@ -152,9 +152,9 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
     recorded.sharing.form = forms[i];
     contestants.push_back({fmt::format("recorder, {}", name(forms[i])), recorded, &timelines[i]});
   }
-  Measured result{{std::string(scene_name), scene.bodies(), threads, false, 1, 1, {}}, {}};
+  MeasuredScene result{{std::string(scene_name), scene.bodies(), threads, false, 1, 1, {}}, {}};
   result.recording.rounds = repeat;
-  for (const Entrant& entrant : all)
+  for (const FigureEntrant& entrant : all)
     result.picture.series.push_back({entrant.contestant.name, entrant.is_strict_split, {}, {}, {}});
 
   using ByForm = std::array<Samples, std::size(forms)>;
@@ -175,7 +175,7 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
     for (auto& form : runs) form.clear();
     recorded_busy = {};
     copy = {};
-    for (const Entrant& entrant : all)
+    for (const FigureEntrant& entrant : all)
       cells.push_back(
           {{"figures", std::string(scene_name), entrant.contestant.name, 1, scene.bodies(), {}, 0, json::object()},
            {},
@@ -246,7 +246,7 @@ Measured measure(std::string_view scene_name, int threads, bool every_split, con
 
 /// The same contestants on virtual cores; of the strict splits all, if they are asked for. Each detects every step
 /// `rounds` times, as those that are measured do: what it tries out costs it a turn, not a step of the scene.
-Picture simulate(const Measured& measured, int threads, bool every_split, int rounds, MachineCosts costs) {
+Picture simulate(const MeasuredScene& measured, int threads, bool every_split, int rounds, MachineCosts costs) {
   costs.slowdown = measured.recording.slowdown;
   costs.sharing = measured.recording.sharing;
   struct Virtual {
@@ -302,8 +302,8 @@ json validate(const Picture& real, const Picture& predicted) {
     out.push_back({{"workload", real.workload},
                    {"threads", predicted.threads},
                    {"contestant", simulated.contestant},
-                   {"measured_ms", rounded(measured->sum())},
-                   {"predicted_ms", rounded(simulated.sum())},
+                   {"measured_ms", to_tenths_of_us(measured->sum())},
+                   {"predicted_ms", to_tenths_of_us(simulated.sum())},
                    {"error", error},
                    {"median_step_error", errors.median()}});
     fmt::print("{:<18} {:>7} {:<22} {:>10.1f} {:>10.1f} {:>+8.1f} % {:>8.1f} %\n", real.workload, predicted.threads,
@@ -318,7 +318,7 @@ json written(const Picture& picture, const std::vector<std::string>& figures) {
            {"sharing", picture.sharing}, {"series", json::array()}};
   const auto list = [](const std::vector<double>& ms) {
     json values = json::array();
-    for (const double value : ms) values.push_back(rounded(value));
+    for (const double value : ms) values.push_back(to_tenths_of_us(value));
     return values;
   };
   const std::vector<double> oracle = picture.oracle();
@@ -326,10 +326,10 @@ json written(const Picture& picture, const std::vector<std::string>& figures) {
   const Series* sequential = picture.find("sequential");
   if (!oracle.empty()) {
     out["oracle_ms"] = list(oracle);
-    out["oracle_sum_ms"] = rounded(oracle_sum);
+    out["oracle_sum_ms"] = to_tenths_of_us(oracle_sum);
   }
   for (const Series& one : picture.series) {
-    json line{{"contestant", one.contestant}, {"sum_ms", rounded(one.sum())}};
+    json line{{"contestant", one.contestant}, {"sum_ms", to_tenths_of_us(one.sum())}};
     if (sequential != nullptr) line["speedup"] = sequential->sum() / one.sum();
     if (!oracle.empty()) line["over_oracle"] = one.sum() / oracle_sum;
     line["strict_split"] = one.is_strict_split;
@@ -392,7 +392,7 @@ json figure_4(const Settings& settings, int threads, std::vector<Row>& rows) {
               report.contact_hash, {{"figure", "4"}, {"step", step}, {"split", written(report.execution.split)}}};
       row.time.add(1e6 * report.execution.detect_ms);
       rows.push_back(std::move(row));
-      ms.push_back(rounded(report.execution.detect_ms));
+      ms.push_back(to_tenths_of_us(report.execution.detect_ms));
       modes.push_back(contestant);
       stretches[static_cast<std::size_t>(step / every)].add(report.execution.detect_ms);
       response.step(scene, pipelines[mode].contacts());
@@ -432,7 +432,7 @@ Findings figures_bench(const Settings& settings) {
     if (count < 2) throw std::invalid_argument(fmt::format("--threads: {}, allowed for figures: from 2", count));
     for (const Plan& plan : plans) {
       const std::size_t first_row = rows.size();
-      const Measured measured = measure(plan.scene, count, plan.every_split, settings, rows);
+      const MeasuredScene measured = measure(plan.scene, count, plan.every_split, settings, rows);
       costs = least(costs, measure_costs().costs());
       for (std::size_t i = first_row; i < rows.size(); ++i) rows[i].more["figure"] = plan.figures.back();
       print(measured.picture);

@@ -9,6 +9,7 @@
 
 #include "at_once.h"
 #include "benches.h"
+#include "clocks.h"
 #include "contest.h"
 #include "machine_costs.h"
 #include "tandem/engine/builtin_scenes.h"
@@ -20,7 +21,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-struct Runner {
+struct LoadRunner {
   std::string name;
   ExecutorOptions options;
   int copies = 1;  ///< more: as many at once, each with work of its own, on threads of their own
@@ -33,17 +34,11 @@ struct Load {
   std::function<void(TileWork&, int)> before_step{};
 };
 
-void stay_busy(std::chrono::microseconds time) {
-  const auto end = Clock::now() + time;
-  while (Clock::now() < end) {
-  }
-}
-
-std::vector<Runner> everyone(int threads, const ExecutorOptions& base = {}) {
-  std::vector<Runner> all;
+std::vector<LoadRunner> everyone(int threads, const ExecutorOptions& base = {}) {
+  std::vector<LoadRunner> all;
   for (const ExecutorKind kind : executor_kinds) {
     if (threads == 1 && kind != ExecutorKind::sequential && kind != ExecutorKind::flowgraph) continue;
-    Runner runner{std::string(name(kind)), base};
+    LoadRunner runner{std::string(name(kind)), base};
     runner.options.kind = kind;
     runner.options.threads = threads;
     all.push_back(std::move(runner));
@@ -52,12 +47,12 @@ std::vector<Runner> everyone(int threads, const ExecutorOptions& base = {}) {
 }
 
 /// What the cores give when nothing is shared: the sequential one, on each of them at once.
-Runner copies(int threads) { return {copies_name(threads), {.kind = ExecutorKind::sequential}, threads}; }
+LoadRunner copies(int threads) { return {copies_name(threads), {.kind = ExecutorKind::sequential}, threads}; }
 
 /// A runner at work, with its copies.
-class Entry {
+class RaceEntry {
  public:
-  Entry(const Runner& runner, const TileWork::Size& size) : contacts_(static_cast<std::size_t>(runner.copies)) {
+  RaceEntry(const LoadRunner& runner, const TileWork::Size& size) : contacts_(static_cast<std::size_t>(runner.copies)) {
     for (int i = 0; i < runner.copies; ++i) {
       works_.emplace_back(size);
       executors_.push_back(make_executor(runner.options));
@@ -98,12 +93,12 @@ class Race {
  public:
   Race(std::vector<Row>& rows, int cores, bool quick) : rows_(rows), cores_(cores), steps_(quick ? 8 : 30) {}
 
-  void run(const Load& load, std::vector<Runner> runners) {
+  void run(const Load& load, std::vector<LoadRunner> runners) {
     runners.insert(runners.begin() + 1, copies(cores_));
-    std::vector<Entry> entries;
+    std::vector<RaceEntry> entries;
     std::vector<Row> own;
     std::vector<std::uint64_t> high_water(runners.size());
-    for (const Runner& runner : runners) {
+    for (const LoadRunner& runner : runners) {
       entries.emplace_back(runner, load.size);
       own.push_back(
           {"flowgraph", load.name, runner.name, 1, TileWork(load.size).pairs(), {}, 0, json_of(runner.options)});
@@ -178,7 +173,7 @@ void add_cost(std::vector<Row>& rows, std::string_view what, const Samples& time
 }
 
 /// Steps of an executor; what `measure` makes of each.
-Samples steps_of(const Runner& runner, const TileWork::Size& size, int steps,
+Samples steps_of(const LoadRunner& runner, const TileWork::Size& size, int steps,
                  const std::function<double(const ExecutionReport&, const Timeline&)>& measure, bool traced = false) {
   TileWork work(size);
   const auto executor = make_executor(runner.options);
@@ -222,23 +217,23 @@ void costs(std::vector<Row>& rows, int threads, int steps) {
   add_cost(rows, "a worker woken after 1.5 ms", own.wake, 2);
   add_cost(rows, "a worker moved to a re-created arena", own.move, 2);
   const auto detect_ns = [](const ExecutionReport& report, const Timeline&) { return 1e6 * report.detect_ms; };
-  for (const Runner& runner : everyone(threads)) {
+  for (const LoadRunner& runner : everyone(threads)) {
     add_cost(rows, fmt::format("a frame with no work, {}", runner.name),
              steps_of(runner, {.tiles = 1}, steps, detect_ns), threads);
     if (runner.options.kind == ExecutorKind::sequential) continue;
-    Runner shared = runner;
+    LoadRunner shared = runner;
     shared.options.sharing.short_step_ms = 0;
     add_cost(rows, fmt::format("the same shared, {}", runner.name), steps_of(shared, {.tiles = 1}, steps, detect_ns),
              threads);
   }
   // One form throughout: what each costs, not which is chosen.
-  std::vector<Runner> forms = everyone(threads, {.sharing = {.form = StepForm::overlapped}});
+  std::vector<LoadRunner> forms = everyone(threads, {.sharing = {.form = StepForm::overlapped}});
   forms.push_back({"flowgraph, ordered", {.threads = threads, .sharing = {.form = StepForm::ordered}}});
   // Pairs and batches that cost next to nothing: what is left is the machinery.
   const TileWork::Size light{.tiles = 200, .pairs_a_tile = 128};
   const double pairs = static_cast<double>(light.tiles * light.pairs_a_tile);
-  for (const Runner& runner : forms) {
-    Runner shared = runner;
+  for (const LoadRunner& runner : forms) {
+    LoadRunner shared = runner;
     shared.options.sharing.short_step_ms = 0;
     add_cost(rows, fmt::format("a pair without work, {}", runner.name),
              steps_of(shared, light, steps,
@@ -251,7 +246,7 @@ void costs(std::vector<Row>& rows, int threads, int steps) {
              threads);
   }
   const Load even = ratio_load(4e6, 1, 1);
-  for (const Runner& runner : forms)
+  for (const LoadRunner& runner : forms)
     add_cost(rows, fmt::format("to the first narrow work in 4 ms, {}", runner.name),
              steps_of(
                  runner, even.size, steps,
@@ -282,7 +277,7 @@ void synthetic(std::vector<Row>& rows, const std::vector<int>& thread_counts, in
 
   Race::header("Splits, work 1:1");
   const int threads = std::max(cores, 4);
-  std::vector<Runner> splits{{"sequential", {.kind = ExecutorKind::sequential}}};
+  std::vector<LoadRunner> splits{{"sequential", {.kind = ExecutorKind::sequential}}};
   for (int broad = 1; broad < threads; broad += std::max(1, threads / 8))
     for (const bool strict : {true, false})
       splits.push_back({fmt::format("{} {}-{}", strict ? "strict" : "split", broad, threads - broad),
@@ -290,7 +285,7 @@ void synthetic(std::vector<Row>& rows, const std::vector<int>& thread_counts, in
   race.run(ratio_load(work_ns, 1, 1), splits);
 
   Race::header("Pairs a batch");
-  std::vector<Runner> batches{{"sequential", {.kind = ExecutorKind::sequential}}};
+  std::vector<LoadRunner> batches{{"sequential", {.kind = ExecutorKind::sequential}}};
   for (const std::size_t pairs : {1, 4, 16, 64, 128, 256, 1024})
     for (const StepForm form : {StepForm::overlapped, StepForm::ordered})
       batches.push_back({fmt::format("{}, at most {}", name(form), pairs),
@@ -302,7 +297,7 @@ void synthetic(std::vector<Row>& rows, const std::vector<int>& thread_counts, in
   race.run(light, batches);
 
   Race::header("Batches in the queue");
-  std::vector<Runner> queues{{"sequential", {.kind = ExecutorKind::sequential}}};
+  std::vector<LoadRunner> queues{{"sequential", {.kind = ExecutorKind::sequential}}};
   for (const std::size_t capacity : {1, 2, 4, 16, 64, 512})
     queues.push_back(
         {fmt::format("flowgraph, room for {}", capacity),

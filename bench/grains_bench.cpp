@@ -4,7 +4,6 @@
 // list that could be compared.
 #include <fmt/format.h>
 #include <malloc.h>
-#include <time.h>
 
 #include <algorithm>
 #include <bit>
@@ -12,7 +11,9 @@
 #include <random>
 #include <stdexcept>
 
+#include "answer_hash.h"
 #include "benches.h"
+#include "clocks.h"
 #include "grains/cell_list.h"
 #include "peers/scene_detector.h"
 #include "progress.h"
@@ -24,11 +25,7 @@ namespace tandem::bench {
 namespace {
 
 /// Of the processor, for who has one thread: others on the machine disturb it less than the clock on the wall.
-double now_ns(bool alone) {
-  timespec now{};
-  clock_gettime(alone ? CLOCK_THREAD_CPUTIME_ID : CLOCK_MONOTONIC, &now);
-  return 1e9 * static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec);
-}
+double now_ns(bool alone) { return alone ? cpu_ns() : wall_ns(); }
 
 constexpr std::size_t untimed = 2, timed = 6;  // steps of a stretch
 
@@ -38,8 +35,8 @@ double heap() {
   return static_cast<double>(now.uordblks + now.hblkhd);
 }
 
-/// Bytes a body: the scene; a pipeline after some steps that move all, without the list of its answer, on one thread and
-/// on two; the list, a contact.
+/// Bytes a body: the scene; a pipeline after some steps that move all, without the list of its answer, on one thread
+/// and on two; the list, a contact.
 nlohmann::json memory_of(std::size_t bodies) {
   const double empty = heap();
   Scene scene = make_builtin_scene("grains", bodies);
@@ -49,8 +46,8 @@ nlohmann::json memory_of(std::size_t bodies) {
   constexpr int steps = 12;  // the list of candidates is made in the third
   for (const int threads : {1, 2}) {
     const double before = heap();
-    Pipeline pipeline({.executor = threads == 1 ? ExecutorKind::sequential : ExecutorKind::flowgraph,
-                       .threads = threads});
+    Pipeline pipeline(
+        {.executor = threads == 1 ? ExecutorKind::sequential : ExecutorKind::flowgraph, .threads = threads});
     for (int step = 0; step < steps; ++step) {
       const auto poses = scene.poses();
       for (std::uint32_t i = 0; i < scene.indices(); ++i) {
@@ -64,21 +61,17 @@ nlohmann::json memory_of(std::size_t bodies) {
     const ContactList& list = pipeline.contacts();
     const double answers =
         static_cast<double>(list.pairs.capacity() * sizeof(PairResult) + list.contacts.capacity() * sizeof(Contact));
-    out[threads == 1 ? "pipeline_bytes_a_body" : "pipeline_bytes_a_body_two_threads"] =
-        (heap() - before - answers) / n;
+    out[threads == 1 ? "pipeline_bytes_a_body" : "pipeline_bytes_a_body_two_threads"] = (heap() - before - answers) / n;
   }
   return out;
 }
 
 struct Tally {
   Samples time, stretches;
-  std::uint64_t pairs = 0, hash = 0xcbf29ce484222325u;
+  std::uint64_t pairs = 0, hash = hash_start;
   std::vector<std::uint64_t> lists;  // hashes of whole lists, a step
 
-  void add(std::uint64_t word) {
-    hash = (hash ^ word) * 0x100000001b3u;
-    hash ^= hash >> 32;
-  }
+  void add(std::uint64_t word) { bench::add(hash, word); }
   void add(std::vector<TouchingPair> found) {
     std::sort(found.begin(), found.end(),
               [](const TouchingPair& x, const TouchingPair& y) { return x.a != y.a ? x.a < y.a : x.b < y.b; });
@@ -94,7 +87,7 @@ std::string spread(const Samples& ratios) {
   return fmt::format("{:.2f}x ({:.2f} to {:.2f})", ratios.median(), ratios.quantile(0.1), ratios.quantile(0.9));
 }
 
-SceneDetectors contestants(const Scene& scene, const std::vector<int>& threads) {
+SceneDetectors grain_contestants(const Scene& scene, const std::vector<int>& threads) {
   SceneDetectors all;
   for (auto& detector : tandem_detectors(threads))
     if (detector->name() == "tandem") all.push_back(std::move(detector));
@@ -162,14 +155,15 @@ std::vector<Row> grains_bench(const Settings& settings) {
   std::vector<Row> rows;
   fmt::print(
       "Spheres in a box, each with a radius of its own; ms a step, contacts computed; on one thread of the processor.\n"
-      "ahead: time of a stretch of the cell list that makes the same list, and of the one that tells depths alone, over\n"
+      "ahead: time of a stretch of the cell list that makes the same list, and of the one that tells depths alone, "
+      "over\n"
       "that of the same poses; median, p10 and p90.\n"
       "{:<9} {:<18} {:>7} {:>9} {:>9} {:>9} {:>24} {:>24} {:>10}  {}\n",
       "grains", "contestant", "threads", "median", "p10", "p90", "ahead, same list", "ahead, depths", "pairs", "hash");
   for (const std::size_t size : sizes) {
     nlohmann::json memory = memory_of(size);
     Scene scene = make_builtin_scene("grains", size);
-    const SceneDetectors all = contestants(scene, threads);
+    const SceneDetectors all = grain_contestants(scene, threads);
     std::vector<Tally> tallies = contest(scene, all, settling, stretches);
     const Tally &depths = tallies[threads.size()], &list = tallies[threads.size() + 1];
     for (std::size_t i = 0; i < threads.size(); ++i)
@@ -186,8 +180,7 @@ std::vector<Row> grains_bench(const Settings& settings) {
       }
       fmt::print("{:<9} {:<18} {:>7} {:>9.3f} {:>9.3f} {:>9.3f} {:>24} {:>24} {:>10}  {}\n", size, all[i]->name(),
                  all[i]->threads(), 1e-6 * tally.time.median(), 1e-6 * tally.time.quantile(0.1),
-                 1e-6 * tally.time.quantile(0.9), spread(ahead), spread(ahead_of_depths), tally.pairs,
-                 hex(tally.hash));
+                 1e-6 * tally.time.quantile(0.9), spread(ahead), spread(ahead_of_depths), tally.pairs, hex(tally.hash));
       Row row{"grains",
               "grains",
               all[i]->name(),

@@ -4,7 +4,6 @@
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/distance.h>
 #include <fmt/format.h>
-#include <time.h>
 
 #include <bit>
 #include <cmath>
@@ -12,23 +11,19 @@
 
 #include "ball_triangles.h"
 #include "benches.h"
+#include "clocks.h"
 #include "tandem/engine/scene_queries.h"
 #include "tandem/narrowphase/shape_makers.h"
 
 namespace tandem::bench {
 namespace {
 
-/// Of the calling thread, which others on the machine disturb less than the clock on the wall.
-double cpu_ns() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e9 * static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec);
-}
-
 constexpr double reach = 0.01;  // metres, of the distances that are asked for
 
 /// Metres, over a square of one metre.
-double ground(double x, double y) { return 0.03 * std::sin(9 * x) * std::cos(7 * y) + 0.002 * std::sin(80 * x + 50 * y); }
+double ground(double x, double y) {
+  return 0.03 * std::sin(9 * x) * std::cos(7 * y) + 0.002 * std::sin(80 * x + 50 * y);
+}
 
 constexpr std::size_t cells = 352;  // a quarter of a million triangles above, as many below
 
@@ -65,11 +60,11 @@ Pose tool_pose(int ms) {
   return {turn.toRotationMatrix(), {x, y, ground(x, y) + 0.031 + gap}};
 }
 
-using Model = ::fcl::BVHModel<::fcl::OBBRSS<double>>;
+using FclModel = ::fcl::BVHModel<::fcl::OBBRSS<double>>;
 
-std::shared_ptr<Model> fcl_model(std::span<const Vec3> vertices,
-                                 std::span<const std::array<std::uint32_t, 3>> triangles) {
-  auto model = std::make_shared<Model>();
+std::shared_ptr<FclModel> fcl_model(std::span<const Vec3> vertices,
+                                    std::span<const std::array<std::uint32_t, 3>> triangles) {
+  auto model = std::make_shared<FclModel>();
   model->beginModel(static_cast<int>(triangles.size()), static_cast<int>(vertices.size()));
   std::vector<::fcl::Triangle> all;
   for (const auto& t : triangles) all.emplace_back(t[0], t[1], t[2]);
@@ -78,7 +73,7 @@ std::shared_ptr<Model> fcl_model(std::span<const Vec3> vertices,
   return model;
 }
 
-::fcl::Transform3d fcl_pose(const Pose& pose) {
+::fcl::Transform3d fcl_placed(const Pose& pose) {
   ::fcl::Transform3d at = ::fcl::Transform3d::Identity();
   at.linear() = pose.rotation;
   at.translation() = pose.translation;
@@ -137,7 +132,8 @@ std::vector<Row> haptics_bench(const Settings& settings) {
       {"yes/no", "FCL", 10,
        [&](const Pose& pose) {
          ::fcl::CollisionResultd result;
-         return ::fcl::collide(fcl_tool.get(), fcl_pose(pose), fcl_ground.get(), home, ::fcl::CollisionRequestd(1), result)
+         return ::fcl::collide(fcl_tool.get(), fcl_placed(pose), fcl_ground.get(), home, ::fcl::CollisionRequestd(1),
+                               result)
                     ? 1.0
                     : 0.0;
        }},
@@ -150,7 +146,7 @@ std::vector<Row> haptics_bench(const Settings& settings) {
       {"nearest within 1 cm, of those apart", "FCL", 20,
        [&](const Pose& pose) {
          ::fcl::DistanceResultd result;
-         const double d = ::fcl::distance(fcl_tool.get(), fcl_pose(pose), fcl_ground.get(), home,
+         const double d = ::fcl::distance(fcl_tool.get(), fcl_placed(pose), fcl_ground.get(), home,
                                           ::fcl::DistanceRequestd(true), result);
          return d <= 0 ? 0.0 : std::min(d, reach);
        }},
@@ -165,7 +161,7 @@ std::vector<Row> haptics_bench(const Settings& settings) {
        }},
       {"contacts", "FCL", 50, [&](const Pose& pose) {
          ::fcl::CollisionResultd result;
-         ::fcl::collide(fcl_tool.get(), fcl_pose(pose), fcl_ground.get(), home, ::fcl::CollisionRequestd(1000, true),
+         ::fcl::collide(fcl_tool.get(), fcl_placed(pose), fcl_ground.get(), home, ::fcl::CollisionRequestd(1000, true),
                         result);
          return static_cast<double>(result.numContacts());
        }}};
@@ -190,7 +186,9 @@ std::vector<Row> haptics_bench(const Settings& settings) {
     row.n = tool.triangles().size() + ground_shape.triangles().size();
     row.time = t;
     row.hash = query.hash;
-    row.more = {{"p99_ns", t.quantile(0.99)}, {"p99_9_ns", t.quantile(0.999)}, {"max_ns", t.quantile(1)},
+    row.more = {{"p99_ns", t.quantile(0.99)},
+                {"p99_9_ns", t.quantile(0.999)},
+                {"max_ns", t.quantile(1)},
                 {"histogram", histogram(t)}};
     rows.push_back(std::move(row));
   }

@@ -8,6 +8,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "answer_hash.h"
 #include "benches.h"
 #include "option_text.h"
 #include "peers/recorded_scene.h"
@@ -20,19 +21,14 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// What a contestant did in all timed steps.
-struct Tally {
+struct StepTally {
   Samples time;
   Samples stretches, pile;  // medians of stretches; of those in the last quarter of the steps
   std::uint64_t pairs = 0, contacts = 0;
   double kept_pairs = 0;
-  std::uint64_t missed = 0, extra = 0;       // pairs, beside the first contestant's
-  std::uint64_t hash = 0xcbf29ce484222325u;  // FNV-1a over all steps
+  std::uint64_t missed = 0, extra = 0;  // pairs, beside the first contestant's
+  std::uint64_t hash = hash_start;      // FNV-1a over all steps
 };
-
-void add(std::uint64_t& hash, std::uint64_t word) {
-  hash = (hash ^ word) * 0x100000001b3u;
-  hash ^= hash >> 32;
-}
 
 std::vector<TouchingPair> sorted(std::vector<TouchingPair> pairs) {
   std::sort(pairs.begin(), pairs.end(),
@@ -58,9 +54,9 @@ SceneDetectors contestants(const Scene& scene, const std::vector<int>& threads) 
   return all;
 }
 
-std::vector<Tally> play(RecordedScene& recorded, const SceneDetectors& detectors) {
+std::vector<StepTally> play(RecordedScene& recorded, const SceneDetectors& detectors) {
   const std::size_t n = detectors.size();
-  std::vector<Tally> tallies(n);
+  std::vector<StepTally> tallies(n);
   // A contestant detects a stretch in a row, as in a simulation, where each step finds in the caches what the step
   // before left. Who ran before it differs from stretch to stretch.
   std::vector<std::size_t> order(n);
@@ -72,7 +68,7 @@ std::vector<Tally> play(RecordedScene& recorded, const SceneDetectors& detectors
     std::vector<std::vector<std::vector<TouchingPair>>> found(n);  // [contestant][step]
     std::shuffle(order.begin(), order.end(), random);
     for (const std::size_t who : order) {
-      Tally& tally = tallies[who];
+      StepTally& tally = tallies[who];
       Samples own;
       for (std::size_t k = 0; k < steps; ++k) {
         for (std::uint32_t i = 0; i < recorded.scene.indices(); ++i)
@@ -94,7 +90,7 @@ std::vector<Tally> play(RecordedScene& recorded, const SceneDetectors& detectors
       const std::vector<TouchingPair> ours = sorted(std::move(found[0][k]));
       for (std::size_t i = 0; i < n; ++i) {
         const std::vector<TouchingPair> theirs = i == 0 ? ours : sorted(std::move(found[i][k]));
-        Tally& tally = tallies[i];
+        StepTally& tally = tallies[i];
         tally.pairs += theirs.size();
         for (const TouchingPair& pair : theirs) {
           tally.contacts += pair.contacts;
@@ -142,22 +138,22 @@ std::vector<Row> peers_bench(const Settings& settings) {
   for (const std::string& name : names) {
     RecordedScene recorded = poses_of(name, settings);
     const SceneDetectors detectors = contestants(recorded.scene, threads);
-    std::vector<Tally> tallies = play(recorded, detectors);
+    std::vector<StepTally> tallies = play(recorded, detectors);
     const std::size_t ours = 2 * threads.size();
     for (std::size_t i = 1; i < ours; ++i)
       if (i != threads.size() && tallies[i].hash != tallies[i - 1].hash)
         throw std::runtime_error(
             fmt::format("{}: other contacts on {} threads than on {}", recorded.name, threads[i], threads[0]));
-    const Tally& fastest =
+    const StepTally& fastest =
         *std::min_element(tallies.begin() + static_cast<std::ptrdiff_t>(ours), tallies.end(),
-                          [](const Tally& x, const Tally& y) { return x.time.median() < y.time.median(); });
+                          [](const StepTally& x, const StepTally& y) { return x.time.median() < y.time.median(); });
     // Cores get slower and faster within seconds: what ran at the same time is compared.
     std::vector<Samples> ratios(ours);
     for (std::size_t i = 0; i < ours; ++i)
       for (std::size_t k = 0; k < fastest.stretches.size(); ++k)
         ratios[i].add(fastest.stretches[k] / tallies[i].stretches[k]);
     for (std::size_t i = 0; i < tallies.size(); ++i) {
-      Tally& tally = tallies[i];
+      StepTally& tally = tallies[i];
       fmt::print("{:<19} {:<18} {:>7} {:>6} {:>9.3f} {:>9.3f} {:>9.3f} {:>9.3f} {:>9} {:>9} {:>7} {:>7} {:>22}  {}\n",
                  recorded.name, detectors[i]->name(), detectors[i]->threads(), tally.time.size(),
                  1e-6 * tally.time.median(), 1e-6 * tally.time.quantile(0.1), 1e-6 * tally.time.quantile(0.9),

@@ -3,7 +3,6 @@
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/distance.h>
 #include <fmt/format.h>
-#include <time.h>
 
 #include <algorithm>
 #include <array>
@@ -11,7 +10,9 @@
 #include <cmath>
 #include <optional>
 
+#include "answer_hash.h"
 #include "benches.h"
+#include "clocks.h"
 #include "narrowphase/fcl_shape.h"
 #include "reference/random.h"
 #include "round_meshes/meshes.h"
@@ -23,13 +24,6 @@ namespace tandem::bench {
 namespace {
 
 using reference::Random;
-
-/// Of the calling thread, which others on the machine disturb less than the clock on the wall.
-double cpu_ns() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e9 * static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec);
-}
 
 struct PairClass {
   std::string_view name;
@@ -72,15 +66,12 @@ Pose placed(const Shape& mesh, const Shape& convex, double depth, Random& random
   }
 }
 
-struct Contestant {
+struct MeshContestant {
   Samples time{};
-  std::uint64_t hash = 0xcbf29ce484222325u, contacts = 0, touching = 0;
+  std::uint64_t hash = hash_start, contacts = 0, touching = 0;
   double worst = 0;
 
-  void add(std::uint64_t word) {
-    hash = (hash ^ word) * 0x100000001b3u;
-    hash ^= hash >> 32;
-  }
+  void add(std::uint64_t word) { bench::add(hash, word); }
 };
 
 /// The least of three, as each is the same work.
@@ -97,7 +88,7 @@ double least_time(Run&& run) {
   return least;
 }
 
-void time_ours(const MeshPair& pair, const NarrowPhase& solver, Contestant& out, double& ns) {
+void time_ours(const MeshPair& pair, const NarrowPhase& solver, MeshContestant& out, double& ns) {
   std::vector<Contact> contacts;
   PairAnswer answer;
   ns = least_time([&] {
@@ -114,7 +105,7 @@ void time_ours(const MeshPair& pair, const NarrowPhase& solver, Contestant& out,
   }
 }
 
-void time_fcl(const MeshPair& pair, bool gap_too, Contestant& out, double& ns) {
+void time_fcl(const MeshPair& pair, bool gap_too, MeshContestant& out, double& ns) {
   const ::fcl::Transform3d home = ::fcl::Transform3d::Identity(), at = fcl_pose(pair.at, Vec3::Zero());
   std::size_t contacts = 0;
   double gap = 0;
@@ -137,14 +128,14 @@ nlohmann::json slowest(const Samples& time) {
   return {{"mean_ns", time.mean()}, {"p99_ns", time.quantile(0.99)}, {"max_ns", time.quantile(1)}};
 }
 
-struct Race {
-  Contestant ours, fcl;
+struct MeshRace {
+  MeshContestant ours, fcl;
   Samples ratio;
 };
 
-Race race_class(const NamedShape& kind, const PairClass& c, const std::vector<NamedShape>& meshes,
-                const std::vector<std::shared_ptr<::fcl::CollisionGeometryd>>& fcl_meshes, std::size_t poses) {
-  Race race;
+MeshRace race_class(const NamedShape& kind, const PairClass& c, const std::vector<NamedShape>& meshes,
+                    const std::vector<std::shared_ptr<::fcl::CollisionGeometryd>>& fcl_meshes, std::size_t poses) {
+  MeshRace race;
   NarrowPhaseOptions options;
   options.margin = c.margin;
   options.mesh_bounds = false;  // as steps ask
@@ -165,9 +156,9 @@ Race race_class(const NamedShape& kind, const PairClass& c, const std::vector<Na
   return race;
 }
 
-void add_rows(const std::string& workload, std::size_t triangles, const Race& race, std::vector<Row>& rows) {
+void add_rows(const std::string& workload, std::size_t triangles, const MeshRace& race, std::vector<Row>& rows) {
   for (const bool own : {true, false}) {
-    const Contestant& who = own ? race.ours : race.fcl;
+    const MeshContestant& who = own ? race.ours : race.fcl;
     Row row{"round-meshes", workload,         own ? "tandem" : "FCL, all contacts", 1, triangles, who.time,
             who.hash,       slowest(who.time)};
     row.more["contacts"] = who.contacts;
@@ -202,7 +193,7 @@ void pairs_bench(const Settings& settings, std::vector<Row>& rows) {
       const std::string workload = fmt::format("{} {}", kind.name, c.name);
       const auto is_asked_for = [&](const std::string& asked) { return asked == kind.name || asked == workload; };
       if (!settings.kinds.empty() && std::none_of(settings.kinds.begin(), settings.kinds.end(), is_asked_for)) continue;
-      const Race race = race_class(kind, c, meshes, fcl_meshes, poses);
+      const MeshRace race = race_class(kind, c, meshes, fcl_meshes, poses);
       const Samples &ours = race.ours.time, &fcl = race.fcl.time;
       fmt::print(
           "| {} | {} | {:.1f} | {:.1f} | {:.0f} | {:.1f} | {:.1f} | {:.0f} | {:.2f} | {:.1f} ({:.1f}) | {}, {} | {}, "

@@ -20,7 +20,7 @@ namespace {
 
 constexpr double awake_us = 2000;  // longer than what a contest's caller does between two steps
 
-std::vector<Contestant> contestants(int threads) {
+std::vector<Contestant> short_step_contestants(int threads) {
   std::vector<Contestant> all;
   for (const ExecutorKind kind : {ExecutorKind::sequential, ExecutorKind::barrier, ExecutorKind::flowgraph}) {
     PipelineOptions options;
@@ -36,7 +36,7 @@ std::vector<Contestant> contestants(int threads) {
 
 void scene_rows(std::vector<Row>& rows, const std::string& name, std::size_t bodies, int threads, int steps,
                 int repeat) {
-  const auto all = contestants(threads);
+  const auto all = short_step_contestants(threads);
   Scene scene = make_builtin_scene(name, bodies);
   std::vector<Row> own;
   std::vector<double> awake_ms(all.size());

@@ -1,13 +1,14 @@
 // Whole steps with contacts kept from the step before (AnswerOptions::keep_contacts): time against the true error of
 // every answer, which is that of a pipeline that computes all of them anew on the same poses.
 #include <fmt/format.h>
-#include <time.h>
 
 #include <algorithm>
 #include <cmath>
 #include <unordered_map>
 
+#include "answer_hash.h"
 #include "benches.h"
+#include "clocks.h"
 #include "progress.h"
 #include "tandem/engine/builtin_scenes.h"
 #include "tandem/engine/pipeline.h"
@@ -18,14 +19,7 @@ namespace {
 
 constexpr double tolerances[] = {0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2};
 /// What two ways to the same number may differ by, relative to the bodies and how far they are from the origin.
-constexpr double rounding = 1e-11;
-
-/// Of the calling thread, which others on the machine disturb less than the clock on the wall.
-double cpu_ns() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e9 * static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec);
-}
+constexpr double rounding_of_steps = 1e-11;
 
 /// Errors of kept answers, relative to the smaller body's size, and radians.
 struct Errors {
@@ -55,7 +49,7 @@ void each_pair(const ContactList& x, const ContactList& y, const Visit& visit) {
   }
 }
 
-double deepest(std::span<const Contact> contacts) {
+double deepest_depth(std::span<const Contact> contacts) {
   double depth = -std::numeric_limits<double>::infinity();
   for (const Contact& contact : contacts) depth = std::max(depth, contact.depth);
   return depth;
@@ -87,19 +81,19 @@ class Judge {
     const PairAnswer &x = kept->answer, &y = truth->answer;
     const auto theirs = kept_.of(*kept), right = truth_.of(*truth);
     const double distance = std::abs(x.signed_distance - y.signed_distance);
-    const double depth = theirs.empty() || right.empty() ? 0 : std::abs(deepest(theirs) - deepest(right));
+    const double depth = theirs.empty() || right.empty() ? 0 : std::abs(deepest_depth(theirs) - deepest_depth(right));
     const double reach =
         a.size() + b.size() + scene_.poses()[any.a].translation.norm() + scene_.poses()[any.b].translation.norm();
-    const double allowed = x.error_bound + y.error_bound + rounding * reach;
+    const double allowed = x.error_bound + y.error_bound + rounding_of_steps * reach;
     const bool is_computed = x.error_bound <= y.error_bound;
-    if (is_computed) errors_.last[key(any)] = {x.signed_distance, deepest(theirs)};
+    if (is_computed) errors_.last[key(any)] = {x.signed_distance, deepest_depth(theirs)};
     if (distance > allowed || depth > allowed) {
       // The deepest contact of two meshes is not continuous in the poses, and has no bound that was proven: what
       // keeping may add is held against what was computed then.
       const auto then = errors_.last.find(key(any));
       const bool as_told = x.status == Status::unproven && !is_computed && then != errors_.last.end() &&
                            std::abs(x.signed_distance - then->second.distance) <= allowed &&
-                           (theirs.empty() || std::abs(deepest(theirs) - then->second.depth) <= allowed);
+                           (theirs.empty() || std::abs(deepest_depth(theirs) - then->second.depth) <= allowed);
       ++(as_told ? errors_.jumps : meshes ? errors_.beyond_meshes : errors_.beyond);
     }
     if (is_computed) return;
@@ -119,25 +113,25 @@ class Judge {
   Errors& errors_;
 };
 
-struct Contestant {
+struct StepContestant {
   double tolerance;
   Pipeline pipeline;
   Samples time;
   Errors errors;
   double kept = 0, candidates = 0;
-  std::uint64_t hash = 0xcbf29ce484222325u;
+  std::uint64_t hash = hash_start;
 };
 
 nlohmann::json quantiles(const Samples& samples) {
   return {{"p50", samples.quantile(0.5)}, {"p99", samples.quantile(0.99)}, {"max", samples.quantile(1)}};
 }
 
-void run(Scene& scene, std::vector<Contestant>& all, int steps) {
+void run(Scene& scene, std::vector<StepContestant>& all, int steps) {
   Response response;
   Progress progress(scene.name, static_cast<std::uint64_t>(steps));
   for (int step = 0; step < steps; ++step) {
     for (std::size_t turn = 0; turn < all.size(); ++turn) {
-      Contestant& who = all[(turn + static_cast<std::size_t>(step)) % all.size()];
+      StepContestant& who = all[(turn + static_cast<std::size_t>(step)) % all.size()];
       const double begin = cpu_ns();
       const StepReport report = who.pipeline.step(scene);
       const double ns = cpu_ns() - begin;
@@ -148,13 +142,13 @@ void run(Scene& scene, std::vector<Contestant>& all, int steps) {
       who.candidates += static_cast<double>(report.execution.candidate_pairs);
     }
     const ContactList& truth = all.front().pipeline.contacts();
-    for (Contestant& who : all) Judge(scene, who.pipeline.contacts(), truth, who.errors).look();
+    for (StepContestant& who : all) Judge(scene, who.pipeline.contacts(), truth, who.errors).look();
     response.step(scene, truth);
     progress.at(static_cast<std::uint64_t>(step) + 1);
   }
 }
 
-Row row_of(const Scene& scene, Contestant& who, double computed_ns) {
+Row row_of(const Scene& scene, StepContestant& who, double computed_ns) {
   const Errors& e = who.errors;
   Row row{"steps",
           scene.name,
@@ -202,7 +196,7 @@ std::vector<Row> steps_bench(const Settings& settings) {
   for (const std::string& name : scenes) {
     Scene scene = make_builtin_scene(name, bodies);
     const double margin = recommended_margin(scene);
-    std::vector<Contestant> all;
+    std::vector<StepContestant> all;
     for (const double tolerance : tolerances)
       all.push_back(
           {tolerance,
@@ -210,7 +204,7 @@ std::vector<Row> steps_bench(const Settings& settings) {
            {},
            {}});
     run(scene, all, steps);
-    for (Contestant& who : all) {
+    for (StepContestant& who : all) {
       const Row& row = rows.emplace_back(row_of(scene, who, all.front().time.median()));
       const Errors& e = who.errors;
       fmt::print(

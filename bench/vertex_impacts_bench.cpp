@@ -1,15 +1,15 @@
-// Continuous collision detection of vertices on straight lines: how long an answer takes on queries of simulations and on
-// those made to be hard, and each answer held against the exact one.
+// Continuous collision detection of vertices on straight lines: how long an answer takes on queries of simulations and
+// on those made to be hard, and each answer held against the exact one.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <ctime>
 #include <stdexcept>
 #include <vector>
 
 #include "benches.h"
+#include "clocks.h"
 #include "impact_queries.h"
 #include "progress.h"
 
@@ -23,12 +23,6 @@ using reference::ImpactQuery;
 constexpr std::size_t timed_together = 50;
 /// Longest ways relative to the coordinates' differences may be rounded to nothing.
 constexpr double rounding = 1e-13;
-
-double cpu_ns() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e9 * static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec);
-}
 
 struct Verdicts {
   std::size_t hits = 0, missed = 0, late = 0, in_vain = 0, beyond = 0, early = 0;
@@ -74,8 +68,12 @@ Row measure(const ImpactFamily& family, std::size_t queries, std::uint64_t seed)
   row.workload = family.name;
   row.contestant = "tandem";
   row.n = row.time.size() * timed_together;
-  row.more = {{"mean_ns", row.time.mean()},   {"hits", verdicts.hits},       {"missed", verdicts.missed},
-              {"late", verdicts.late},        {"in_vain", verdicts.in_vain}, {"beyond_tolerance", verdicts.beyond},
+  row.more = {{"mean_ns", row.time.mean()},
+              {"hits", verdicts.hits},
+              {"missed", verdicts.missed},
+              {"late", verdicts.late},
+              {"in_vain", verdicts.in_vain},
+              {"beyond_tolerance", verdicts.beyond},
               {"earlier_than_tolerance", verdicts.early}};
   return row;
 }
@@ -85,7 +83,8 @@ Row measure(const ImpactFamily& family, std::size_t queries, std::uint64_t seed)
 std::vector<Row> vertex_impacts_bench(const Settings& settings) {
   const std::size_t queries = settings.poses != 0 ? settings.poses : settings.quick ? 1000 : 40'000;
   fmt::print(
-      "Impacts of a point and a triangle or of two edges, vertices on straight lines, tolerance 1e-6, one thread. Times are "
+      "Impacts of a point and a triangle or of two edges, vertices on straight lines, tolerance 1e-6, one thread. "
+      "Times are "
       "ns of an answer,\nmedians and means of {} in a row; the rest are answers held against exact ones: hits, those "
       "missed, told too late, told in vain,\nof these beyond the tolerance, and hits told earlier than by 1e-6.\n\n",
       timed_together);

@@ -13,9 +13,9 @@ namespace {
 using Point = std::array<double, 3>;
 
 /// SplitMix64 (Steele et al. 2014).
-class Random {
+class BoxRandom {
  public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
+  explicit BoxRandom(std::uint64_t seed) : state_(seed) {}
   std::uint64_t next() {
     std::uint64_t z = state_ += 0x9e3779b97f4a7c15;
     z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9;
@@ -121,8 +121,8 @@ class Still final : public Flying {
   }
 };
 
-std::vector<Body> bodies_of(std::size_t n, std::uint64_t seed, const std::function<Body(Random&)>& make) {
-  Random random(seed);
+std::vector<Body> bodies_of(std::size_t n, std::uint64_t seed, const std::function<Body(BoxRandom&)>& make) {
+  BoxRandom random(seed);
   std::vector<Body> bodies(n);
   for (Body& body : bodies) body = make(random);
   return bodies;
@@ -131,18 +131,18 @@ std::vector<Body> bodies_of(std::size_t n, std::uint64_t seed, const std::functi
 Point same(double x) { return {x, x, x}; }
 
 /// Edge 1, random velocity of at most 5 % of it a step.
-Body unit_body(Random& random, const Point& centre) {
+Body unit_body(BoxRandom& random, const Point& centre) {
   return {centre, same(0.5), {random.uniform(-0.05, 0.05), random.uniform(-0.05, 0.05), random.uniform(-0.05, 0.05)}};
 }
 
 std::vector<Body> unit_bodies(std::size_t n, double side) {
-  return bodies_of(n, 1, [&](Random& r) { return unit_body(r, r.in_cube(side)); });
+  return bodies_of(n, 1, [&](BoxRandom& r) { return unit_body(r, r.in_cube(side)); });
 }
 
 std::vector<Body> pile(std::size_t n) {
   const auto across = static_cast<std::size_t>(std::ceil(std::cbrt(static_cast<double>(n))));
   std::size_t i = 0;
-  return bodies_of(n, 2, [&](Random& r) {
+  return bodies_of(n, 2, [&](BoxRandom& r) {
     // One apart and jittered: neighbours overlap along an axis half of the time, seven of the 26 on all three.
     Body body{{}, same(0.5), {}};
     const std::array<std::size_t, 3> at{i % across, i / across % across, i / across / across};
@@ -209,7 +209,7 @@ std::unique_ptr<MovingBoxes> make_moving_boxes(std::string_view name, std::size_
     const auto edge = static_cast<float>(2 * wide);
     const Aabb ground{{-edge, -edge, -1}, {edge, edge, 0}};
     return flying(bodies_of(n - 1, 3,
-                            [&](Random& r) {
+                            [&](BoxRandom& r) {
                               Body body = unit_body(r, r.in_cube(wide));
                               const double size = r.decades(0.01, 10);
                               body.half = same(0.5 * size);
@@ -224,7 +224,7 @@ std::unique_ptr<MovingBoxes> make_moving_boxes(std::string_view name, std::size_
     });
   if (name == "decades")
     return flying(bodies_of(n, 5,
-                            [&](Random& r) {
+                            [&](BoxRandom& r) {
                               Body body = unit_body(r, r.in_cube(40 * root));
                               body.half = same(0.5 * r.decades(1e-4, 1e2));
                               return body;
@@ -232,8 +232,8 @@ std::unique_ptr<MovingBoxes> make_moving_boxes(std::string_view name, std::size_
                   0, 40 * root);
   if (name == "clusters")
     return std::make_unique<Stirred>(bodies_of(n, 6,
-                                               [&](Random& r) {
-                                                 Random place(r.next() % 16);
+                                               [&](BoxRandom& r) {
+                                                 BoxRandom place(r.next() % 16);
                                                  Point at = place.in_cube(1e5);
                                                  const Point off = r.in_cube(side / std::cbrt(16.0));
                                                  for (std::size_t k = 0; k < 3; ++k) at[k] += off[k];
@@ -244,7 +244,7 @@ std::unique_ptr<MovingBoxes> make_moving_boxes(std::string_view name, std::size_
                                      });
   if (name == "line")
     return flying(bodies_of(n, 7,
-                            [&](Random& r) {
+                            [&](BoxRandom& r) {
                               return Body{{r.uniform(0, 2.0 * static_cast<double>(n)), 5, -3},
                                           same(0.5),
                                           {r.uniform(-0.05, 0.05), 0, 0}};
@@ -253,7 +253,7 @@ std::unique_ptr<MovingBoxes> make_moving_boxes(std::string_view name, std::size_
   if (name == "plane") {
     const double wide = 2 * std::sqrt(static_cast<double>(n));
     return flying(bodies_of(n, 8,
-                            [&](Random& r) {
+                            [&](BoxRandom& r) {
                               return Body{{r.uniform(0, wide), r.uniform(0, wide), 1},
                                           same(0.5),
                                           {r.uniform(-0.05, 0.05), r.uniform(-0.05, 0.05), 0}};
@@ -261,7 +261,7 @@ std::unique_ptr<MovingBoxes> make_moving_boxes(std::string_view name, std::size_
                   0, wide);
   }
   if (name == "point")
-    return flying(bodies_of(n, 9, [&](Random& r) { return Body{same(7), same(r.decades(1e-3, 10)), {}}; }), 0, 10);
+    return flying(bodies_of(n, 9, [&](BoxRandom& r) { return Body{same(7), same(r.decades(1e-3, 10)), {}}; }), 0, 10);
   if (name == "walls") {
     const auto s = static_cast<float>(side);
     constexpr float big = 1e6f;
@@ -284,7 +284,7 @@ std::unique_ptr<MovingBoxes> make_moving_boxes(std::string_view name, std::size_
   }
   if (name == "jumping")
     return std::make_unique<Stirred>(unit_bodies(n, side), [side](std::vector<Body>& bodies, int step) {
-      Random random(static_cast<std::uint64_t>(step));
+      BoxRandom random(static_cast<std::uint64_t>(step));
       for (std::size_t i = static_cast<std::size_t>(step) % 10; i < bodies.size(); i += 10)
         bodies[i].centre = random.in_cube(side);
     });
@@ -293,13 +293,13 @@ std::unique_ptr<MovingBoxes> make_moving_boxes(std::string_view name, std::size_
     return std::make_unique<Stirred>(pile(n), [](std::vector<Body>& bodies, int step) {
       if (step % 4 == 0) reverse(bodies);
       if (step % 8 != 0) return;
-      Random random(static_cast<std::uint64_t>(step));
+      BoxRandom random(static_cast<std::uint64_t>(step));
       for (Body& body : bodies)
         for (double& x : body.centre) x += random.uniform(-0.5, 0.5);
     });
   if (name == "needles")
     return flying(bodies_of(n, 16,
-                            [&](Random& r) {
+                            [&](BoxRandom& r) {
                               Body body = unit_body(r, r.in_cube(2 * side));
                               body.half = same(0.005);
                               body.half[r.next() % 3] = 15;

@@ -10,6 +10,7 @@
 #include <optional>
 #include <thread>
 
+#include "clocks.h"
 #include "tandem/flowgraph/executor.h"
 #include "tandem/flowgraph/tile_work.h"
 
@@ -20,12 +21,6 @@ using Clock = std::chrono::steady_clock;
 
 double ns_since(Clock::time_point begin) {
   return std::chrono::duration<double, std::nano>(Clock::now() - begin).count();
-}
-
-void stay_busy(std::chrono::microseconds time) {
-  const auto end = Clock::now() + time;
-  while (Clock::now() < end) {
-  }
 }
 
 bool wait_until(const std::atomic<bool>& flag) {

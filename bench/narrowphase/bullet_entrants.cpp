@@ -14,18 +14,17 @@ namespace tandem::bench {
 namespace {
 
 // Named with the precision that this Bullet was built with.
-constexpr bool is_double = sizeof(btScalar) == sizeof(double);
 
 /// What Bullet keeps as margin and leaves out of the support function.
 double round_part(const Shape& s) {
   return s.kind() == ShapeKind::sphere || s.kind() == ShapeKind::capsule ? s.radius() : 0;
 }
 
-using Shapes = std::vector<std::array<std::unique_ptr<btConvexShape>, 2>>;
+using BulletShapes = std::vector<std::array<std::unique_ptr<btConvexShape>, 2>>;
 
 /// Empty where a shape cannot be made.
-Shapes build(const Question& question) {
-  Shapes out;
+BulletShapes bullet_shapes(const Question& question) {
+  BulletShapes out;
   for (const reference::PosedPair& p : question.pairs) {
     out.push_back({bullet_convex(p.a), bullet_convex(p.b)});
     if (!out.back()[0] || !out.back()[1]) return {};
@@ -53,7 +52,7 @@ btDiscreteCollisionDetectorInterface::ClosestPointInput input(const reference::P
 
 std::unique_ptr<PairSolver> pair_detector(const Question& question) {
   if (question.request == Request::contacts) return nullptr;
-  Shapes shapes = build(question);
+  BulletShapes shapes = bullet_shapes(question);
   if (shapes.empty()) return nullptr;
   return each_pair([shapes = std::move(shapes), pairs = question.pairs, simplex = btVoronoiSimplexSolver(),
                     depth = btGjkEpaPenetrationDepthSolver()](std::size_t i) mutable {
@@ -67,7 +66,7 @@ std::unique_ptr<PairSolver> pair_detector(const Question& question) {
 
 std::unique_ptr<PairSolver> gjk_epa2(const Question& question) {
   if (question.request == Request::contacts) return nullptr;
-  Shapes shapes = build(question);
+  BulletShapes shapes = bullet_shapes(question);
   if (shapes.empty()) return nullptr;
   return each_pair([shapes = std::move(shapes), pairs = question.pairs](std::size_t i) {
     const reference::PosedPair& p = pairs[i];
@@ -87,7 +86,7 @@ std::unique_ptr<PairSolver> box_box(const Question& question) {
   if (question.request == Request::distance) return nullptr;
   for (const reference::PosedPair& p : question.pairs)
     if (p.a.kind() != ShapeKind::box || p.b.kind() != ShapeKind::box) return nullptr;
-  Shapes shapes = build(question);
+  BulletShapes shapes = bullet_shapes(question);
   return each_pair([shapes = std::move(shapes), pairs = question.pairs](std::size_t i) {
     btBoxBoxDetector detector(static_cast<const btBoxShape*>(shapes[i][0].get()),
                               static_cast<const btBoxShape*>(shapes[i][1].get()));
@@ -100,7 +99,7 @@ std::unique_ptr<PairSolver> box_box(const Question& question) {
 }  // namespace
 
 std::vector<Entrant> bullet_entrants() {
-  const std::string precision = is_double ? ", double" : ", float";
+  const std::string precision = bullet_is_double ? ", double" : ", float";
   return {{"Bullet GJK+EPA" + precision, pair_detector},
           {"Bullet GjkEpa2" + precision, gjk_epa2},
           {"Bullet box-box" + precision, box_box}};

@@ -7,6 +7,8 @@
 
 namespace tandem::bench {
 
+inline constexpr bool bullet_is_double = sizeof(btScalar) == sizeof(double);
+
 btVector3 to_bullet(const Vec3& v);
 inline Vec3 from_bullet(const btVector3& v) { return {v[0], v[1], v[2]}; }
 

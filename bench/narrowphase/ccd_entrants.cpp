@@ -10,7 +10,7 @@ namespace tandem::bench {
 namespace {
 
 /// A shape as libccd's callbacks see it; the pose is set for each query.
-struct Body {
+struct SupportBody {
   ShapeKind kind = ShapeKind::sphere;
   std::array<double, 3> size{};  ///< half edges, radii, or radius and half length
   std::span<const Vec3> vertices;
@@ -19,8 +19,8 @@ struct Body {
   Vec3 translation = Vec3::Zero();
 };
 
-Body body(const Shape& s) {
-  Body out;
+SupportBody body(const Shape& s) {
+  SupportBody out;
   out.kind = s.kind();
   switch (s.kind()) {
     case ShapeKind::sphere:
@@ -48,7 +48,7 @@ void write(const Vec3& p, ccd_vec3_t* out) {
   for (int i = 0; i < 3; ++i) out->v[i] = p[i];
 }
 
-Vec3 local_support(const Body& b, const Vec3& d) {
+Vec3 local_support(const SupportBody& b, const Vec3& d) {
   const auto& [x, y, z] = b.size;
   switch (b.kind) {
     case ShapeKind::sphere:
@@ -81,13 +81,13 @@ Vec3 local_support(const Body& b, const Vec3& d) {
 }
 
 void support(const void* object, const ccd_vec3_t* direction, ccd_vec3_t* out) {
-  const Body& b = *static_cast<const Body*>(object);
+  const SupportBody& b = *static_cast<const SupportBody*>(object);
   const Vec3 d(direction->v[0], direction->v[1], direction->v[2]);
   write(b.rotation * local_support(b, b.rotation.transpose() * d) + b.translation, out);
 }
 
 void centre(const void* object, ccd_vec3_t* out) {
-  const Body& b = *static_cast<const Body*>(object);
+  const SupportBody& b = *static_cast<const SupportBody*>(object);
   write(b.rotation * b.middle + b.translation, out);
 }
 
@@ -106,12 +106,12 @@ ccd_t settings() {
 /// Yes or no, and for Request::distance the depth of pairs that touch: libccd has no distance of those that do not.
 std::unique_ptr<PairSolver> enter(const Question& question, Way way) {
   if (question.request == Request::contacts) return nullptr;
-  std::vector<std::array<Body, 2>> bodies;
+  std::vector<std::array<SupportBody, 2>> bodies;
   for (const reference::PosedPair& p : question.pairs) {
     if (!p.a.is_bounded() || !p.b.is_bounded()) return nullptr;
     bodies.push_back({body(p.a), body(p.b)});
   }
-  const auto pose = [](std::array<Body, 2>& pair, const reference::PosedPair& p) {
+  const auto pose = [](std::array<SupportBody, 2>& pair, const reference::PosedPair& p) {
     pair[0].rotation = p.pose_a.rotation, pair[0].translation = Vec3::Zero();
     pair[1].rotation = p.pose_b.rotation, pair[1].translation = p.pose_b.translation - p.pose_a.translation;
   };

@@ -9,10 +9,10 @@
 namespace tandem::bench {
 namespace {
 
-using Shapes = std::vector<std::array<std::shared_ptr<fcl::CollisionGeometryd>, 2>>;
+using FclShapes = std::vector<std::array<std::shared_ptr<fcl::CollisionGeometryd>, 2>>;
 
-Shapes build(const Question& question) {
-  Shapes out;
+FclShapes fcl_shapes(const Question& question) {
+  FclShapes out;
   for (const reference::PosedPair& p : question.pairs) out.push_back({fcl_shape(p.a), fcl_shape(p.b)});
   return out;
 }
@@ -21,7 +21,7 @@ std::unique_ptr<PairSolver> collide(const Question& question) {
   const bool contacts = question.request == Request::contacts;
   fcl::CollisionRequestd request(contacts ? 4 : 1, contacts);
   request.gjk_tolerance = 1e-10;
-  return each_pair([shapes = build(question), pairs = question.pairs, request, contacts](std::size_t i) {
+  return each_pair([shapes = fcl_shapes(question), pairs = question.pairs, request, contacts](std::size_t i) {
     fcl::CollisionResultd result;
     const reference::PosedPair& p = pairs[i];
     fcl::collide(shapes[i][0].get(), fcl_pose(p.pose_a, p.pose_a.translation), shapes[i][1].get(),
@@ -44,7 +44,7 @@ std::unique_ptr<PairSolver> distance(const Question& question, bool is_signed) {
     if (!p.a.is_bounded() || !p.b.is_bounded()) return nullptr;
   fcl::DistanceRequestd request(true, is_signed);
   request.distance_tolerance = 1e-10;
-  return each_pair([shapes = build(question), pairs = question.pairs, request, is_signed](std::size_t i) {
+  return each_pair([shapes = fcl_shapes(question), pairs = question.pairs, request, is_signed](std::size_t i) {
     fcl::DistanceResultd result;
     const reference::PosedPair& p = pairs[i];
     fcl::distance(shapes[i][0].get(), fcl_pose(p.pose_a, p.pose_a.translation), shapes[i][1].get(),

@@ -1,23 +1,17 @@
 #include "race.h"
+#include "clocks.h"
 
 #include <algorithm>
-#include <ctime>
 #include <numeric>
 #include <random>
 
 namespace tandem::bench {
 namespace {
 
-double thread_ns() {
-  timespec now;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e9 * static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec);
-}
-
 double run(const std::function<void()>& pass, int times) {
-  const double start = thread_ns();
+  const double start = cpu_ns();
   for (int i = 0; i < times; ++i) pass();
-  return thread_ns() - start;
+  return cpu_ns() - start;
 }
 
 }  // namespace

@@ -33,10 +33,10 @@ struct Tori {
   std::vector<TrianglePairs> truths;
 };
 
-constexpr double ring = 1, tube = 0.4;
+constexpr double ring = 1, tube_radius = 0.4;
 
 Shape torus() {
-  Mesh mesh = make_torus(ring, tube, 32, 18);
+  Mesh mesh = make_torus(ring, tube_radius, 32, 18);
   mesh.solid = false;
   return Shape(std::move(mesh));
 }
@@ -49,7 +49,7 @@ Pose touching(const Shape& shape, const Pose& a, Pose b, const Vec3& away) {
     b.translation = start + s * away;
     return solver.solve(shape, a, shape, b, Request::collide).collide;
   };
-  double hi = 2 * (ring + tube) + 0.1, lo = hi;
+  double hi = 2 * (ring + tube_radius) + 0.1, lo = hi;
   while (lo > 0 && !touches(lo)) hi = lo, lo -= 0.05;
   for (int i = 0; i < 52; ++i) {
     const double mid = 0.5 * (lo + hi);
@@ -82,7 +82,7 @@ PosePair place(const Shape& shape, std::string_view pair_class, std::uint64_t in
       case 0:  // the same pose
         break;
       case 1:  // stacked, flat on flat
-        p.b.translation += 2 * tube * axis;
+        p.b.translation += 2 * tube_radius * axis;
         break;
       case 2:  // turned by a facet
         p.b.rotation = p.a.rotation * turn(1.0 / 32);

@@ -11,8 +11,6 @@
 namespace tandem::bench {
 namespace {
 
-constexpr bool is_double = sizeof(btScalar) == sizeof(double);
-
 class BulletDetector final : public SceneDetector {
  public:
   explicit BulletDetector(const Scene& scene) {
@@ -46,7 +44,7 @@ class BulletDetector final : public SceneDetector {
     for (const auto& object : objects_) world_.removeCollisionObject(object.get());
   }
 
-  std::string name() const override { return is_double ? "Bullet, double" : "Bullet, float"; }
+  std::string name() const override { return bullet_is_double ? "Bullet, double" : "Bullet, float"; }
 
   void detect(const Scene& scene) override {
     for (btCollisionObject* object : moving_)

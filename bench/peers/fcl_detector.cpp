@@ -10,12 +10,14 @@
 namespace tandem::bench {
 namespace {
 
-struct Body {
+struct FclBody {
   std::uint32_t index;
   bool is_static;
 };
 
-const Body& body_of(const fcl::CollisionObjectd* object) { return *static_cast<const Body*>(object->getUserData()); }
+const FclBody& body_of(const fcl::CollisionObjectd* object) {
+  return *static_cast<const FclBody*>(object->getUserData());
+}
 
 /// A plane's square about the origin, larger than any scene. FCL tries a half-space against every triangle of a mesh;
 /// against two triangles it goes by the mesh's hierarchy.
@@ -68,7 +70,7 @@ class FclDetector final : public SceneDetector {
   std::string name() const override { return name_; }
 
   void detect(const Scene& scene) override {
-    for (const Body& body : bodies_) {
+    for (const FclBody& body : bodies_) {
       if (body.is_static) continue;
       objects_[body.index]->setTransform(fcl_pose(scene.poses()[body.index], Vec3::Zero()));
       objects_[body.index]->computeAABB();
@@ -78,7 +80,7 @@ class FclDetector final : public SceneDetector {
     contacts_.clear();
     manager_.collide(this, meet);
     for (const HalfSpaceBody& ground : half_spaces_)
-      for (const Body& body : bodies_) {
+      for (const FclBody& body : bodies_) {
         if (body.is_static) continue;
         const fcl::AABBd& box = objects_[body.index]->getAABB();
         const Vec3 deepest = (ground.normal.array() > 0).select(box.min_, box.max_);
@@ -106,18 +108,19 @@ class FclDetector final : public SceneDetector {
   };
 
   struct HalfSpaceBody {
-    const Body* body;
+    const FclBody* body;
     Vec3 normal;  // world, as the offset
     double offset;
   };
 
   static bool meet(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* self) {
-    const Body &body_a = body_of(a), &body_b = body_of(b);
+    const FclBody &body_a = body_of(a), &body_b = body_of(b);
     if (!body_a.is_static || !body_b.is_static) static_cast<FclDetector*>(self)->collide(a, body_a, b, body_b);
     return false;  // go on
   }
 
-  void collide(const fcl::CollisionObjectd* a, const Body& body_a, const fcl::CollisionObjectd* b, const Body& body_b) {
+  void collide(const fcl::CollisionObjectd* a, const FclBody& body_a, const fcl::CollisionObjectd* b,
+               const FclBody& body_b) {
     fcl::CollisionResultd result;
     fcl::collide(a, b, request_, result);
     if (!result.isCollision()) return;
@@ -127,7 +130,7 @@ class FclDetector final : public SceneDetector {
 
   std::string name_;
   fcl::CollisionRequestd request_;
-  std::vector<Body> bodies_;
+  std::vector<FclBody> bodies_;
   std::vector<HalfSpaceBody> half_spaces_;
   std::vector<std::unique_ptr<fcl::CollisionObjectd>> objects_;
   fcl::DynamicAABBTreeCollisionManagerd manager_;

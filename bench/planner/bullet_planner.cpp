@@ -8,10 +8,8 @@
 namespace tandem::bench {
 namespace {
 
-constexpr bool is_double = sizeof(btScalar) == sizeof(double);
-
-/// The obstacles in a btCollisionWorld; links are asked of it by contactTest, pairs of links by contactPairTest. It keeps
-/// contacts that are a little apart: those do not count.
+/// The obstacles in a btCollisionWorld; links are asked of it by contactTest, pairs of links by contactPairTest. It
+/// keeps contacts that are a little apart: those do not count.
 class BulletPlanner final : public OneByOnePlanner {
  public:
   explicit BulletPlanner(const PlannerWorld& world) : OneByOnePlanner(world) {
@@ -32,7 +30,7 @@ class BulletPlanner final : public OneByOnePlanner {
     for (const auto& object : objects_) world_.removeCollisionObject(object.get());
   }
 
-  std::string name() const override { return is_double ? "Bullet, double" : "Bullet, float"; }
+  std::string name() const override { return bullet_is_double ? "Bullet, double" : "Bullet, float"; }
 
   void clearance(std::span<const Pose>, std::span<double>) override {}
 
