@@ -8,6 +8,7 @@
 #include "../engine/temporary_folder.h"
 #include "accuracy.h"
 #include "catch.h"
+#include "text_of.h"
 #include "trial.h"
 
 using namespace tandem;
@@ -32,12 +33,6 @@ Found measured(double distance, const Vec3& normal = Vec3::UnitX()) {
 int run(const std::string& arguments, const std::filesystem::path& out) {
   const std::string command = TANDEM_BENCH_PATH " " + arguments + " > " + out.string() + " 2>&1";
   return std::system(command.c_str());
-}
-
-std::string text_of(const std::filesystem::path& file) {
-  std::ostringstream text;
-  text << std::ifstream(file).rdbuf();
-  return text.str();
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "../engine/temporary_folder.h"
 #include "browser.h"
 #include "catch.h"
+#include "text_of.h"
 
 using namespace tandem;
 using namespace tandem::bench;
@@ -18,12 +19,6 @@ struct Finished {
   int status;
   std::string text;  // both streams
 };
-
-std::string text_of(const std::filesystem::path& file) {
-  std::ostringstream text;
-  text << std::ifstream(file, std::ios::binary).rdbuf();
-  return text.str();
-}
 
 Finished run(const TemporaryFolder& folder, const std::string& command) {
   const auto out = folder / "said";

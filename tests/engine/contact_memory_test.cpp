@@ -1,4 +1,5 @@
-// Begin, stay and end of contacts, and what is carried with them, against a model that knows bodies by numbers of its own.
+// Begin, stay and end of contacts, and what is carried with them, against a model that knows bodies by numbers of its
+// own.
 #include "tandem/engine/contact_memory.h"
 
 #include <cstdlib>
@@ -70,7 +71,8 @@ class Life {
         const std::uint32_t i = p.id.index(), j = q.id.index();
         if (i >= j || (scene_.is_static()[i] != 0 && scene_.is_static()[j] != 0)) continue;
         if ((scene_.groups()[i] & scene_.masks()[j]) == 0 || (scene_.groups()[j] & scene_.masks()[i]) == 0) continue;
-        if (narrow.solve(scene_.shape_of(i), scene_.pose(p.id), scene_.shape_of(j), scene_.pose(q.id), Request::collide).collide)
+        if (narrow.solve(scene_.shape_of(i), scene_.pose(p.id), scene_.shape_of(j), scene_.pose(q.id), Request::collide)
+                .collide)
           found.insert({p.name, q.name});
       }
     return found;
@@ -87,7 +89,7 @@ class Life {
     bodies_.push_back({id, next_++});
   }
 
-  Random random_;
+  test::Random random_;
   Scene scene_;
   std::vector<ShapeId> shapes_, own_shapes_;
   std::vector<Body> bodies_;
@@ -107,7 +109,10 @@ TEST_CASE("contact events: a begin and an end for each touch, through all that m
     Pipeline pipeline(options);
     ContactEvents events;
     PairMap<Names> names;  // the value says whose it is
-    std::map<BodyId, int, decltype([](BodyId a, BodyId b) { return std::pair(a.slot_plus_one, a.generation) < std::pair(b.slot_plus_one, b.generation); })> known;
+    std::map<BodyId, int, decltype([](BodyId a, BodyId b) {
+               return std::pair(a.slot_plus_one, a.generation) < std::pair(b.slot_plus_one, b.generation);
+             })>
+        known;
     std::set<Names> before;
     long began = 0, ended = 0, dropped = 0;
     for (int step = 0; step < steps; ++step) {
@@ -125,9 +130,12 @@ TEST_CASE("contact events: a begin and an end for each touch, through all that m
         return list;
       }();
       std::set<Names> expected_began, expected_ended, expected_stayed, got_began, got_ended, got_stayed;
-      std::set_difference(now.begin(), now.end(), before.begin(), before.end(), std::inserter(expected_began, expected_began.end()));
-      std::set_difference(before.begin(), before.end(), now.begin(), now.end(), std::inserter(expected_ended, expected_ended.end()));
-      std::set_intersection(before.begin(), before.end(), now.begin(), now.end(), std::inserter(expected_stayed, expected_stayed.end()));
+      std::set_difference(now.begin(), now.end(), before.begin(), before.end(),
+                          std::inserter(expected_began, expected_began.end()));
+      std::set_difference(before.begin(), before.end(), now.begin(), now.end(),
+                          std::inserter(expected_ended, expected_ended.end()));
+      std::set_intersection(before.begin(), before.end(), now.begin(), now.end(),
+                            std::inserter(expected_stayed, expected_stayed.end()));
       for (const BodyPair& p : events.began()) got_began.insert(names_of(p));
       for (const BodyPair& p : events.ended()) got_ended.insert(names_of(p));
       for (const BodyPair& p : events.stayed()) got_stayed.insert(names_of(p));
@@ -188,7 +196,8 @@ TEST_CASE("contact map: a point's value goes with its place") {
     REQUIRE(springs.size() == 4);
     for (std::size_t i = 0; i < 4; ++i) {
       const Vec3& corner = places[static_cast<std::size_t>(springs[i] - 1)];
-      const Vec3 expected = pose.rotation * Vec3(corner.x(), corner.y(), 0) + Vec3(pose.translation.x(), pose.translation.y(), corner.z());
+      const Vec3 expected = pose.rotation * Vec3(corner.x(), corner.y(), 0) +
+                            Vec3(pose.translation.x(), pose.translation.y(), corner.z());
       CHECK((pipeline.contacts().contacts[i].point - expected).norm() < 1e-9);
     }
   }

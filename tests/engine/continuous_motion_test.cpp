@@ -1,5 +1,5 @@
-// Continuous bodies pass through nothing: thousands of shots against samples, rooms full of bullets, and the rules of who
-// goes with whom.
+// Continuous bodies pass through nothing: thousands of shots against samples, rooms full of bullets, and the rules of
+// who goes with whom.
 #include "tandem/engine/continuous_motion.h"
 
 #include <algorithm>
@@ -46,19 +46,26 @@ bool collide(const Scene& scene, std::uint32_t a, const Pose& at_a, std::uint32_
 }
 
 /// Something about 30 in size, thin where it can be, at `at` after the part `f` of the step.
-BodyOptions target(Scene& scene, int kind, const Vec3& at, double f, Random& r) {
+BodyOptions target(Scene& scene, int kind, const Vec3& at, double f, test::Random& r) {
   BodyOptions body{.pose = Pose{r.rotation(), at}, .is_static = true};
   const auto moves = [&](const Vec3& way) {
     body.velocity = way;
     body.pose.translation -= f * way;
   };
   switch (kind) {
-    case 0: body.shape = scene.add_shape(Box{{30, 20, 0.001}}); break;
-    case 1: body.shape = scene.add_shape(Triangle{{Vec3(-15, -9, 0), Vec3(15, -9, 0), Vec3(0, 18, 0)}}); break;
-    case 2: body.shape = scene.add_shape(Shape(box_mesh({30, 20, 0.01}, 4))); break;
+    case 0:
+      body.shape = scene.add_shape(Box{{30, 20, 0.001}});
+      break;
+    case 1:
+      body.shape = scene.add_shape(Triangle{{Vec3(-15, -9, 0), Vec3(15, -9, 0), Vec3(0, 18, 0)}});
+      break;
+    case 2:
+      body.shape = scene.add_shape(Shape(box_mesh({30, 20, 0.01}, 4)));
+      break;
     case 3:
       body.pose.translation.setZero();
-      body.shape = scene.add_shape(HalfSpace{body.pose.rotation.col(0), body.pose.rotation.col(0).dot(body.pose.rotation * at)});
+      body.shape =
+          scene.add_shape(HalfSpace{body.pose.rotation.col(0), body.pose.rotation.col(0).dot(body.pose.rotation * at)});
       body.pose.translation = Vec3::Zero();
       break;
     case 4:
@@ -96,7 +103,8 @@ void look_at_step(const Scene& scene, Seen& seen) {
   const auto path = [&](std::uint32_t i, double t) {
     return on_the_way(scene.poses()[i], whole[i], centre_of(scene, i), t);
   };
-  const double way = (whole[0].translation - start.translation).norm() + (whole[1].translation - other_start.translation).norm();
+  const double way =
+      (whole[0].translation - start.translation).norm() + (whole[1].translation - other_start.translation).norm();
   const double until = stops.empty() ? 1 : stops[0].t;
   const auto samples = static_cast<int>(way / 0.15) + 20;
   bool would_pass = false;
@@ -135,7 +143,7 @@ struct Room {
   Scene scene;
   std::vector<BodyId> bullets;
 
-  explicit Room(Random& r, int count, double fastest) {
+  explicit Room(test::Random& r, int count, double fastest) {
     scene.gravity.setZero();
     scene.dt = 1.0 / 60;
     for (int k = 0; k < 3; ++k)
@@ -149,11 +157,20 @@ struct Room {
     for (int i = 0; i < count; ++i) {
       BodyOptions body;
       switch (i % 5) {
-        case 0: body.shape = scene.add_shape(Sphere{0.1}); break;
-        case 1: body.shape = scene.add_shape(Box{{0.3, 0.05, 0.05}}); break;
-        case 2: body.shape = scene.add_shape(Cylinder{0.1, 0.3}); break;
-        case 3: body.shape = scene.add_shape(Shape(torus(0.15, 0.05, 8, 4))); break;
-        default: body.shape = scene.add_shape(Capsule{0.05, 0.2});
+        case 0:
+          body.shape = scene.add_shape(Sphere{0.1});
+          break;
+        case 1:
+          body.shape = scene.add_shape(Box{{0.3, 0.05, 0.05}});
+          break;
+        case 2:
+          body.shape = scene.add_shape(Cylinder{0.1, 0.3});
+          break;
+        case 3:
+          body.shape = scene.add_shape(Shape(torus(0.15, 0.05, 8, 4)));
+          break;
+        default:
+          body.shape = scene.add_shape(Capsule{0.05, 0.2});
       }
       const auto place = [&](int k) { return (k - 1.5) * 2; };
       body.pose = {r.rotation(), Vec3(place(i % 4), place(i / 4 % 4), place(i / 16 % 4))};
@@ -169,7 +186,8 @@ struct Room {
     for (const BodyId id : bullets) {
       const Shape& shape = scene.shape_of(id.index());
       const Pose& pose = scene.pose(id);
-      const Bounds bounds = shape.kind() == ShapeKind::mesh ? shape.bounds(pose) : Bounds{pose.translation, pose.translation};
+      const Bounds bounds =
+          shape.kind() == ShapeKind::mesh ? shape.bounds(pose) : Bounds{pose.translation, pose.translation};
       if (!(bounds.lo.maxCoeff() < half && bounds.hi.minCoeff() > -half)) return id.index();
     }
     return 0;
@@ -189,7 +207,7 @@ std::uint64_t bits_of(const Scene& scene) {
 }  // namespace
 
 TEST_CASE("continuous: thousands of shots at thin things that stand, turn and move, held against samples") {
-  Random r(29);
+  test::Random r(29);
   Seen seen;
   constexpr int targets = 14;
   for (int i = 0; i < 1400; ++i) {
@@ -201,9 +219,12 @@ TEST_CASE("continuous: thousands of shots at thin things that stand, turn and mo
     const Vec3 way = length * r.direction(), at = r.vec(-50, 50);
     const double f = r.in(0.1, 1.1);
     const auto body_kind = i / targets % 8;
-    BodyOptions bullet{.shape = scene.add_shape(body_kind == 7 ? Shape(torus(0.5, 0.15, 9, 5)) : random_shape(bounded_convex[body_kind], r)),
-                       .pose = Pose{r.rotation(), at - f * way + r.vec(-2, 2)}, .velocity = way,
-                       .angular_velocity = i % 3 == 0 ? Vec3(Vec3::Zero()) : Vec3(r.in(0, 2.5) * r.direction()), .continuous = true};
+    BodyOptions bullet{.shape = scene.add_shape(body_kind == 7 ? Shape(torus(0.5, 0.15, 9, 5))
+                                                               : random_shape(bounded_convex[body_kind], r)),
+                       .pose = Pose{r.rotation(), at - f * way + r.vec(-2, 2)},
+                       .velocity = way,
+                       .angular_velocity = i % 3 == 0 ? Vec3(Vec3::Zero()) : Vec3(r.in(0, 2.5) * r.direction()),
+                       .continuous = true};
     scene.add_body(bullet);
     scene.add_body(target(scene, kind, at, std::min(f, 1.0), r));
     if (collide(scene, 0, scene.poses()[0], 1, scene.poses()[1])) continue;
@@ -215,10 +236,11 @@ TEST_CASE("continuous: thousands of shots at thin things that stand, turn and mo
 }
 
 TEST_CASE("continuous: no bullet leaves a room of thin walls and meshes, whatever it meets there") {
-  Random r(5);
+  test::Random r(5);
   Room room(r, 40, 3000);  // up to 50 m a step
   // A paddle in the middle, which its owner turns.
-  const BodyId paddle = room.scene.add_body({.shape = room.scene.add_shape(Box{{2, 0.01, 2}}), .angular_velocity = {0, 0, 40}, .is_static = true});
+  const BodyId paddle = room.scene.add_body(
+      {.shape = room.scene.add_shape(Box{{2, 0.01, 2}}), .angular_velocity = {0, 0, 40}, .is_static = true});
   ContinuousMotion motion;
   std::vector<Pose> ends;
   std::size_t stops = 0, moved = 0;
@@ -251,7 +273,7 @@ TEST_CASE("continuous: a response keeps bullets in, the same bits with every exe
   for (const ExecutorKind executor : executor_kinds)
     for (const int threads : {1, 3}) {
       if (executor != ExecutorKind::flowgraph && threads == 1) continue;
-      Random r(8);
+      test::Random r(8);
       Room room(r, 20, 1500);
       Pipeline pipeline({.executor = executor, .threads = threads});  // no margin: nothing is seen before it touches
       Response response({.max_speed = 3000, .threads = threads});
@@ -273,7 +295,7 @@ TEST_CASE("continuous: a response keeps bullets in, the same bits with every exe
 }
 
 TEST_CASE("continuous: without the flag the same bullets leave") {
-  Random r(8);
+  test::Random r(8);
   Room room(r, 30, 1500);
   for (const BodyId id : room.bullets) room.scene.set_continuous(id, false);
   CHECK_FALSE(room.scene.has_continuous());
@@ -305,7 +327,8 @@ TEST_CASE("continuous: two bullets head-on stand, what moves takes along, and on
   CHECK(stops[0].normal.x() == Approx(1));
 
   SECTION("a wall comes after them") {
-    const BodyId wall = scene.add_body({.shape = plate, .pose = Pose::at(-201, 0, 0), .velocity = {300, 0, 0}, .is_static = true});
+    const BodyId wall =
+        scene.add_body({.shape = plate, .pose = Pose::at(-201, 0, 0), .velocity = {300, 0, 0}, .is_static = true});
     free_ends(scene, ends);
     stops = motion.limit(scene, ends);
     // It takes the first along, and that one, which touches it, the other: their cores do not meet.
@@ -353,14 +376,17 @@ TEST_CASE("continuous: what touches the floor at the start does not pass a wall 
   Mesh mesh = box_mesh({40, 40, 0.5});  // its upper side at 0.25, and a wall across
   mesh.solid = false;
   const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-  for (const Vec3& corner : {Vec3(3, -20, 0), Vec3(3, 20, 0), Vec3(3, 20, 5), Vec3(3, -20, 5)}) mesh.vertices.push_back(corner);
+  for (const Vec3& corner : {Vec3(3, -20, 0), Vec3(3, 20, 0), Vec3(3, 20, 5), Vec3(3, -20, 5)})
+    mesh.vertices.push_back(corner);
   mesh.triangles.push_back({first, first + 1, first + 2});
   mesh.triangles.push_back({first, first + 2, first + 3});
   Scene scene;
   scene.dt = 1;
   scene.add_body({.shape = scene.add_shape(Shape(mesh)), .is_static = true});
-  const BodyId box = scene.add_body({.shape = scene.add_shape(Box{{1, 1, 1}}), .pose = Pose::at(-10, 0, 0.749),
-                                     .velocity = {15, 0, 0}, .continuous = true});
+  const BodyId box = scene.add_body({.shape = scene.add_shape(Box{{1, 1, 1}}),
+                                     .pose = Pose::at(-10, 0, 0.749),
+                                     .velocity = {15, 0, 0},
+                                     .continuous = true});
   std::vector<Pose> ends;
   ContinuousMotion motion;
   free_ends(scene, ends);
@@ -377,8 +403,10 @@ TEST_CASE("continuous: what is stopped is seen by the next step, between meshes 
   Scene scene;
   scene.gravity.setZero();
   scene.add_body({.shape = scene.add_shape(Shape(box_mesh({0.01, 10, 10}, 3))), .is_static = true});
-  const BodyId ring = scene.add_body({.shape = scene.add_shape(Shape(torus(0.5, 0.15, 12, 6))), .pose = Pose::at(-20, 0, 0),
-                                      .velocity = {400, 0, 0}, .continuous = true});
+  const BodyId ring = scene.add_body({.shape = scene.add_shape(Shape(torus(0.5, 0.15, 12, 6))),
+                                      .pose = Pose::at(-20, 0, 0),
+                                      .velocity = {400, 0, 0},
+                                      .continuous = true});
   Pipeline pipeline({.threads = 1});
   Response response({.threads = 1});
   for (int i = 0; i < 6; ++i) {

@@ -27,11 +27,11 @@ Mesh sheet(int n, double depth) {
 }
 
 // A cloth of two bodies, with balls, a box and a torus-like ring of boxes about it.
-struct World {
+struct ClothWorld {
   Scene scene;
   ShapeId cloth;
 
-  explicit World(const Shape& shape) : cloth(scene.add_shape(shape)) {
+  explicit ClothWorld(const Shape& shape) : cloth(scene.add_shape(shape)) {
     scene.add_body({.shape = cloth, .is_static = true});
     scene.add_body({.shape = cloth, .pose = Pose::at(0.3, 0.2, -1.5), .is_static = true});
     const auto ball = scene.add_shape(Sphere{0.2}), box = scene.add_shape(Box{{0.3, 0.4, 0.2}});
@@ -45,9 +45,10 @@ struct World {
 
 }  // namespace
 
-TEST_CASE("scenes: a shape that is replaced is seen by kept contacts, computed ones and queries as in a scene built anew") {
+TEST_CASE(
+    "scenes: a shape that is replaced is seen by kept contacts, computed ones and queries as in a scene built anew") {
   DeformableMesh mesh(sheet(16, 0));
-  World world(mesh.shape());
+  ClothWorld world(mesh.shape());
   Pipeline kept({.threads = 2, .answer = {.keep_contacts = 1e-3, .contact_hash = true}}),
       computed({.threads = 1, .answer = {.contact_hash = true}});
   SceneQueries queries(world.scene);
@@ -59,7 +60,7 @@ TEST_CASE("scenes: a shape that is replaced is seen by kept contacts, computed o
     }
     Mesh bent = sheet(16, 0);
     bent.vertices.assign(mesh.vertices().begin(), mesh.vertices().end());
-    const World anew{Shape(bent)};
+    const ClothWorld anew{Shape(bent)};
     Pipeline fresh({.threads = 1, .answer = {.contact_hash = true}});
     const StepReport expected = fresh.step(anew.scene), report = computed.step(world.scene),
                      of_kept = kept.step(world.scene);

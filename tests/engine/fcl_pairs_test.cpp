@@ -24,19 +24,19 @@
 
 namespace {
 
-using Geometry = std::shared_ptr<::fcl::CollisionGeometryd>;
+using GeometryPointer = std::shared_ptr<::fcl::CollisionGeometryd>;
 using Object = ::fcl::CollisionObjectd;
 using tandem::ShapeKind;
 using tandem::fcl::to_shape;
 
 template <class Volume>
-Geometry mesh_of(const ::fcl::Boxd& box) {
+GeometryPointer mesh_of(const ::fcl::Boxd& box) {
   auto model = std::make_shared<::fcl::BVHModel<Volume>>();
   ::fcl::generateBVHModel(*model, box, ::fcl::Transform3d::Identity());
   return model;
 }
 
-Geometry octahedron() {
+GeometryPointer octahedron() {
   using V = ::fcl::Vector3d;
   auto vertices = std::make_shared<std::vector<V>>(
       std::vector<V>{V(1, 0, 0), V(-1, 0, 0), V(0, 1, 0), V(0, -1, 0), V(0, 0, 1), V(0, 0, -1)});
@@ -45,7 +45,7 @@ Geometry octahedron() {
   return std::make_shared<::fcl::Convexd>(vertices, 8, faces);
 }
 
-std::vector<Geometry> convex_kinds() {
+std::vector<GeometryPointer> convex_kinds() {
   return {std::make_shared<::fcl::Sphered>(0.7),
           std::make_shared<::fcl::Boxd>(1, 1.4, 0.8),
           std::make_shared<::fcl::Capsuled>(0.4, 1.1),
@@ -67,7 +67,7 @@ std::vector<Geometry> convex_kinds() {
 }  // namespace
 
 TEST_CASE("FCL's geometries as shapes") {
-  const auto kind = [](const Geometry& geometry) { return to_shape(*geometry)->kind(); };
+  const auto kind = [](const GeometryPointer& geometry) { return to_shape(*geometry)->kind(); };
   CHECK(to_shape<double>(::fcl::Sphered(0.5))->radius() == 0.5);
   CHECK(to_shape<double>(::fcl::Boxd(1, 2, 3))->half_size() == tandem::Vec3(0.5, 1, 1.5));
   const auto cone = to_shape<double>(::fcl::Coned(0.5, 2));
@@ -82,7 +82,7 @@ TEST_CASE("FCL's geometries as shapes") {
   CHECK(kind(octahedron()) == ShapeKind::convex);
 
   const ::fcl::Boxd box(1, 2, 3);
-  for (const Geometry& mesh :
+  for (const GeometryPointer& mesh :
        {mesh_of<::fcl::AABBd>(box), mesh_of<::fcl::OBBd>(box), mesh_of<::fcl::RSSd>(box), mesh_of<::fcl::kIOSd>(box),
         mesh_of<::fcl::OBBRSSd>(box), mesh_of<::fcl::KDOP<double, 16>>(box), mesh_of<::fcl::KDOP<double, 18>>(box),
         mesh_of<::fcl::KDOP<double, 24>>(box)}) {
@@ -108,8 +108,8 @@ TEST_CASE("FCL's geometries as shapes") {
 TEST_CASE("pairs of convex kinds collide and are as far apart as FCL says") {
   std::mt19937 random(1);
   int collided = 0, apart = 0;
-  for (const Geometry& a : convex_kinds())
-    for (const Geometry& b : convex_kinds())
+  for (const GeometryPointer& a : convex_kinds())
+    for (const GeometryPointer& b : convex_kinds())
       for (int pose = 0; pose < 12; ++pose) {
         const Object o1(a, random_pose(random, 1.1)), o2(b, random_pose(random, 1.1));
         CAPTURE(a->getNodeType(), b->getNodeType(), pose);
@@ -250,8 +250,8 @@ TEST_CASE("limits on contacts, better results and what is not occupied are honou
 TEST_CASE("meshes: FCL's verdicts, distances and pairs of triangles") {
   std::mt19937 random(2);
   tandem::fcl::ShapeCache shapes;
-  const Geometry mesh = mesh_of<::fcl::OBBRSSd>({1, 1.4, 0.8}), other = mesh_of<::fcl::RSSd>({0.9, 0.9, 0.9});
-  const Geometry same = mesh_of<::fcl::OBBRSSd>({0.9, 0.9, 0.9}), ball = std::make_shared<::fcl::Sphered>(0.5);
+  const GeometryPointer mesh = mesh_of<::fcl::OBBRSSd>({1, 1.4, 0.8}), other = mesh_of<::fcl::RSSd>({0.9, 0.9, 0.9});
+  const GeometryPointer same = mesh_of<::fcl::OBBRSSd>({0.9, 0.9, 0.9}), ball = std::make_shared<::fcl::Sphered>(0.5);
   int collided = 0;
   for (int pose = 0; pose < 60; ++pose) {
     CAPTURE(pose);
@@ -325,7 +325,7 @@ TEST_CASE("planes and octrees are answered by FCL") {
   int collided = 0;
   for (int pose = 0; pose < 50; ++pose) {
     const Object box(std::make_shared<::fcl::Boxd>(0.4, 0.3, 0.5), random_pose(random, 0.8));
-    for (const Geometry& other : {Geometry(plane), Geometry(octree)}) {
+    for (const GeometryPointer& other : {GeometryPointer(plane), GeometryPointer(octree)}) {
       const Object o(other);
       ::fcl::CollisionResultd ours, theirs;
       const ::fcl::CollisionRequestd request(3, true);

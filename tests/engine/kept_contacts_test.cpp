@@ -321,10 +321,10 @@ namespace {
 
 /// Bodies of all sorts in a small room: most rest, some tremble, crawl, jump, come or go. A few balls beside it rest on
 /// the ground, but whether they touch it changes.
-class Room {
+class CrowdedRoom {
  public:
   static constexpr int in_doubt = 4;
-  Room() {
+  CrowdedRoom() {
     shapes_ = {scene.add_shape(Box{{1, 0.6, 0.8}}), scene.add_shape(Sphere{0.5}), scene.add_shape(Cylinder{0.4, 0.9}),
                scene.add_shape(Box{Vec3::Constant(0.7)})};
     scene.add_body({.shape = scene.add_shape(HalfSpace{Vec3::UnitZ(), 0}), .is_static = true});
@@ -422,7 +422,7 @@ void check_answers(const ContactList& kept, const ContactList& exact, const Step
 
 TEST_CASE("kept contacts: what changes in its place is what it would be if all pairs were asked for") {
   const tbb::global_control many(tbb::global_control::max_allowed_parallelism, 8);
-  Room room;
+  CrowdedRoom room;
   std::vector<Pipeline> pipelines;
   bool interrupt = false;
   const auto options = [&](ExecutorKind kind, int threads) {
@@ -480,7 +480,7 @@ TEST_CASE("kept contacts: what changes in its place is what it would be if all p
     check_answers(pipelines.front().contacts(), exact.contacts(), all);
     kept += all.kept_pairs;
     computed += all.computed_pairs;
-    quiet_steps += all.computed_pairs <= Room::in_doubt ? 1 : 0;
+    quiet_steps += all.computed_pairs <= CrowdedRoom::in_doubt ? 1 : 0;
     room.go_on(step);
   }
   CHECK(kept > 20000);

@@ -55,7 +55,7 @@ void check_refusal(const std::string& what) {
 }
 
 template <typename T>
-std::string bytes_of(const T& value) {
+std::string raw_bytes(const T& value) {
   char bytes[sizeof(T)];
   std::memcpy(bytes, &value, sizeof(T));
   return {bytes, sizeof(T)};
@@ -67,13 +67,13 @@ const std::string record_header =
     "\n";
 
 std::string step_head(std::uint32_t moving, std::uint32_t contacts) {
-  return "STEP" + bytes_of(std::uint64_t{0}) + bytes_of(std::uint64_t{0}) + bytes_of(moving) + bytes_of(contacts);
+  return "STEP" + raw_bytes(std::uint64_t{0}) + raw_bytes(std::uint64_t{0}) + raw_bytes(moving) + raw_bytes(contacts);
 }
 
 std::string contact(std::uint32_t a, std::uint32_t b, float depth) {
-  std::string out = bytes_of(a) + bytes_of(b);
-  for (int i = 0; i < 6; ++i) out += bytes_of(0.5f);
-  return out + bytes_of(depth);
+  std::string out = raw_bytes(a) + raw_bytes(b);
+  for (int i = 0; i < 6; ++i) out += raw_bytes(0.5f);
+  return out + raw_bytes(depth);
 }
 
 }  // namespace
@@ -199,7 +199,7 @@ TEST_CASE("readers: a file larger than its bound is refused by its size") {
 
 TEST_CASE("readers: numbers of triangles and steps that the file does not have take no memory") {
   const TemporaryFolder folder;
-  const std::string stl = std::string(80, ' ') + bytes_of(0xffffffffu) + std::string(50, '\0');
+  const std::string stl = std::string(80, ' ') + raw_bytes(0xffffffffu) + std::string(50, '\0');
   CHECK_THAT(message_of([&] { (void)read_mesh_file(folder.write("a.stl", stl)); }),
              Catch::EndsWith("byte 134: end of file, allowed: 214748364834 bytes for 4294967295 facets"));
   CHECK(refusal_of_recording(record_header).empty());

@@ -100,7 +100,7 @@ bool equal(const Scene& a, const Scene& b) {
 Scene pile_of_boxes() {
   Scene scene;
   add_ground(scene);
-  Random random(11);
+  tandem::Random random(11);
   for (int i = 0; i < 30; ++i) {
     Pose pose = Pose::at(i % 3 * 1.1, i / 3 % 3 * 1.1, 1 + i / 9 * 1.9);
     pose.rotation = random.rotation();
@@ -256,7 +256,7 @@ TEST_CASE("response: balls stacked stay stacked, barely deeper than the softness
 }
 
 TEST_CASE("response: stacks come to rest, whichever face their patches are cut by and wherever a disc is deepest") {
-  Random random(91);
+  tandem::Random random(91);
   const auto still_moving = [&random](const Shape& shape, double height, int high) {
     Scene scene;
     add_ground(scene);
@@ -308,7 +308,7 @@ TEST_CASE("response: overlap is undone slowly, without a leap") {
 TEST_CASE("response: what collides in free space keeps its momentum and gains no energy") {
   Scene scene;
   scene.gravity.setZero();
-  Random random(5);
+  tandem::Random random(5);
   for (int i = 0; i < 12; ++i) {
     Pose pose = Pose::at(i % 3 * 1.4, i / 3 % 2 * 1.4, i / 6 * 1.4);
     pose.rotation = random.rotation();
@@ -443,7 +443,8 @@ TEST_CASE("response: a static body with a velocity is a conveyor, a sensor pushe
   bool sensed = false;
   for (int i = 0; i < 120; ++i) {
     pipeline.step(scene);
-    for (const PairResult& pair : pipeline.contacts().pairs) sensed = sensed || (pair.b == falls.index() && pair.answer.collide);
+    for (const PairResult& pair : pipeline.contacts().pairs)
+      sensed = sensed || (pair.b == falls.index() && pair.answer.collide);
     response.step(scene, pipeline.contacts());
   }
   CHECK(std::abs(scene.velocities()[load.index()].x() - 0.8) < 1e-3);

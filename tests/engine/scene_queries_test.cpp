@@ -27,7 +27,7 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 struct World {
   Scene scene;
   std::vector<BodyId> bodies;
-  Random random;
+  test::Random random;
 
   explicit World(unsigned seed, int count) : random(seed) {
     for (int i = 0; i < count; ++i) add();
@@ -59,7 +59,7 @@ struct World {
   }
 };
 
-Shape asking(Random& random) {
+Shape asking(test::Random& random) {
   const auto kind = static_cast<ShapeKind>(static_cast<int>(random.in(0, shape_kinds)));
   return random_shape(kind == ShapeKind::halfspace ? ShapeKind::sphere : kind, random);
 }
@@ -69,7 +69,7 @@ bool same(const PairAnswer& a, const PairAnswer& b) {
          a.point_b == b.point_b && a.normal == b.normal && a.error_bound == b.error_bound;
 }
 
-void compare(const World& world, const SceneQueries& queries, Random& random, int times) {
+void compare(const World& world, const SceneQueries& queries, test::Random& random, int times) {
   const std::vector<BodyId> ignored{world.bodies[1], world.bodies[2], BodyId{}};
   for (int i = 0; i < times; ++i) {
     const Shape shape = asking(random);
@@ -136,12 +136,11 @@ void compare(const World& world, const SceneQueries& queries, Random& random, in
 TEST_CASE("queries of a scene: those of a loop over its bodies, whatever moves, comes and goes") {
   World world(3, 120);
   SceneQueries queries(world.scene);
-  Random random(5);
+  test::Random random(5);
   for (int round = 0; round < 6; ++round) {
     compare(world, queries, random, 40);
     for (std::size_t i = 0; i + 1 < world.bodies.size(); ++i)
-      if (random.in(0, 1) < (round % 2 == 0 ? 0.1 : 0.5))
-        world.scene.set_pose(world.bodies[i], random_pose(random, 5));
+      if (random.in(0, 1) < (round % 2 == 0 ? 0.1 : 0.5)) world.scene.set_pose(world.bodies[i], random_pose(random, 5));
     if (round >= 2) {
       world.scene.remove_body(world.bodies[10]);
       world.bodies.erase(world.bodies.begin() + 10);
@@ -234,23 +233,29 @@ TEST_CASE("queries of a scene: bad input is refused by name") {
   std::vector<Verdict> verdicts(2);
   const PairTable all(2, 2, true);
   queries.check(links, poses, all, verdicts);
-  CHECK(message_of([&] { queries.check(links, std::span(poses).first(3), all, verdicts); }).find("poses") != std::string::npos);
-  CHECK(message_of([&] { queries.check(links, poses, PairTable(3, 3, true), verdicts); }).find("table") != std::string::npos);
-  CHECK(message_of([&] { queries.check(links, poses, all, std::span(verdicts).first(1)); }).find("verdicts") != std::string::npos);
+  CHECK(message_of([&] { queries.check(links, std::span(poses).first(3), all, verdicts); }).find("poses") !=
+        std::string::npos);
+  CHECK(message_of([&] { queries.check(links, poses, PairTable(3, 3, true), verdicts); }).find("table") !=
+        std::string::npos);
+  CHECK(message_of([&] { queries.check(links, poses, all, std::span(verdicts).first(1)); }).find("verdicts") !=
+        std::string::npos);
   CHECK(message_of([&] { queries.check({}, poses, all, verdicts); }).find("links") != std::string::npos);
   BatchOptions three;
   three.configurations_a_motion = 3;
-  CHECK(message_of([&] { queries.check(links, poses, all, verdicts, three); }).find("configurations_a_motion") != std::string::npos);
+  CHECK(message_of([&] { queries.check(links, poses, all, verdicts, three); }).find("configurations_a_motion") !=
+        std::string::npos);
   poses[3] = bad;
-  CHECK(message_of([&] { queries.check(links, poses, all, verdicts); }).find("configuration 1, link 1") != std::string::npos);
+  CHECK(message_of([&] { queries.check(links, poses, all, verdicts); }).find("configuration 1, link 1") !=
+        std::string::npos);
   const std::vector<Shape> open{HalfSpace{}};
-  CHECK(message_of([&] { queries.check(open, std::span(poses).first(2), {}, verdicts); }).find("half-space") != std::string::npos);
+  CHECK(message_of([&] { queries.check(open, std::span(poses).first(2), {}, verdicts); }).find("half-space") !=
+        std::string::npos);
 }
 
 TEST_CASE("configurations: verdicts and clearances are those of single queries, on any number of threads") {
   World world(21, 60);
   SceneQueries queries(world.scene);
-  Random random(4);
+  test::Random random(4);
   const std::vector<Shape> links{Capsule{0.2, 1}, Box{{0.4, 0.3, 0.8}}, random_shape(ShapeKind::convex, random),
                                  random_shape(ShapeKind::mesh, random)};
   PairTable self(4, 4, true), bodies(4, 30, true);
@@ -258,7 +263,8 @@ TEST_CASE("configurations: verdicts and clearances are those of single queries, 
   bodies.set(2, 7, false);
   const std::size_t configurations = 600;
   std::vector<Pose> poses;
-  for (std::size_t i = 0; i < configurations * links.size(); ++i) poses.push_back(random_pose(random, i % 5 == 0 ? 9 : 6));
+  for (std::size_t i = 0; i < configurations * links.size(); ++i)
+    poses.push_back(random_pose(random, i % 5 == 0 ? 9 : 6));
   const NarrowPhase narrow;
   for (const double margin : {0.0, 0.3}) {
     BatchOptions options;
@@ -281,8 +287,10 @@ TEST_CASE("configurations: verdicts and clearances are those of single queries, 
         for (const BodyId body : world.bodies) {
           if (body.index() < bodies.columns() && !bodies.checked(a, body.index())) continue;
           if (!world.admits(body, options.filter)) continue;
-          least = std::min(least, narrow.solve(links[a], at[a], world.scene.shape_of(body.index()),
-                                               world.scene.pose(body), Request::distance).signed_distance);
+          least = std::min(least, narrow
+                                      .solve(links[a], at[a], world.scene.shape_of(body.index()),
+                                             world.scene.pose(body), Request::distance)
+                                      .signed_distance);
         }
       }
       CAPTURE(i, least);
@@ -325,7 +333,8 @@ TEST_CASE("configurations: verdicts and clearances are those of single queries, 
     options.configurations_a_motion = 20;
     queries.first_hits(links, poses, self, first_of_motions, options);
     for (std::size_t i = 0; i < motions.size(); ++i) {
-      const auto of = std::find_if(&first[20 * i], &first[20 * i] + 20, [](const FirstHit& h) { return h.verdict == Verdict::hit; });
+      const auto of = std::find_if(&first[20 * i], &first[20 * i] + 20,
+                                   [](const FirstHit& h) { return h.verdict == Verdict::hit; });
       const auto place = static_cast<std::uint32_t>(of - &first[20 * i]);
       CHECK((first_of_motions[i].verdict == Verdict::hit) == (place < 20));
       if (place < 20) {
@@ -345,7 +354,7 @@ TEST_CASE("configurations: verdicts and clearances are those of single queries, 
 TEST_CASE("configurations: a filter may wait for tasks of its own") {
   World world(8, 60);
   const SceneQueries queries(world.scene);
-  Random random(6);
+  test::Random random(6);
   const std::vector<Shape> links{Capsule{0.2, 1}, Box{{0.4, 0.3, 0.8}}};
   const PairTable self(2, 2, true);
   constexpr std::size_t a_motion = 5, motions = 200;
@@ -373,7 +382,8 @@ TEST_CASE("configurations: a filter may wait for tasks of its own") {
     queries.first_hits(links, poses, self, first_waiting, options);
   });
   CHECK(plain == waiting);
-  for (std::size_t i = 0; i < motions; ++i) CHECK((first[i].body == first_waiting[i].body && first[i].link == first_waiting[i].link));
+  for (std::size_t i = 0; i < motions; ++i)
+    CHECK((first[i].body == first_waiting[i].body && first[i].link == first_waiting[i].link));
 }
 
 TEST_CASE("configurations: what the deadline or a stop leaves out is unknown, never free") {
@@ -472,7 +482,7 @@ TEST_CASE("queries: a stop and the limit reach into pairs of meshes, and nothing
 TEST_CASE("configurations: continuous motions see what lies between, and what they call free is free") {
   World world(77, 60);
   SceneQueries queries(world.scene);
-  Random random(14);
+  test::Random random(14);
   const std::vector<Shape> links{Capsule{0.1, 0.6}, Box{{0.2, 0.3, 0.4}}};
   PairTable self(2, 2, true);
   constexpr std::size_t a_motion = 4, motions = 150;
@@ -528,7 +538,7 @@ TEST_CASE("configurations: continuous motions see what lies between, and what th
 TEST_CASE("a cast meets the body that sampling meets first") {
   World world(31, 80);
   SceneQueries queries(world.scene);
-  Random random(8);
+  test::Random random(8);
   const NarrowPhase narrow;
   int hits = 0, free = 0;
   for (int i = 0; i < 150; ++i) {

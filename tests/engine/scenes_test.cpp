@@ -59,7 +59,7 @@ long euler_characteristic(const Mesh& mesh) {
   return static_cast<long>(mesh.vertices.size()) - static_cast<long>(mesh.triangles.size()) / 2;
 }
 
-bool equal(const Scene& a, const Scene& b) {
+bool equal_scenes(const Scene& a, const Scene& b) {
   bool same = a.indices() == b.indices() && a.shapes().size() == b.shapes().size();
   for (std::size_t i = 0; same && i < a.indices(); ++i)
     same = a.poses()[i].rotation == b.poses()[i].rotation && a.poses()[i].translation == b.poses()[i].translation &&
@@ -93,7 +93,7 @@ TEST_CASE("generators: cosines and sines are the library's to 1e-15 and exact at
 }
 
 TEST_CASE("generators: the sequence of SplitMix64 is the published one, and rotations are spread evenly") {
-  Random random(1234567);
+  tandem::Random random(1234567);
   CHECK(random.bits() == 6457827717110365317u);
   CHECK(random.bits() == 3203168211198807973u);
   CHECK(random.bits() == 9817491932198370423u);
@@ -237,8 +237,8 @@ TEST_CASE("scenes: a million bodies are made") {
 TEST_CASE("scenes: name, size and seed make the scene; another seed another one") {
   for (const BuiltinScene& known : builtin_scenes()) {
     CAPTURE(known.name);
-    CHECK(equal(make_builtin_scene(known.name, 100, 5), make_builtin_scene(known.name, 100, 5)));
-    CHECK_FALSE(equal(make_builtin_scene(known.name, 100, 5), make_builtin_scene(known.name, 100, 6)));
+    CHECK(equal_scenes(make_builtin_scene(known.name, 100, 5), make_builtin_scene(known.name, 100, 5)));
+    CHECK_FALSE(equal_scenes(make_builtin_scene(known.name, 100, 5), make_builtin_scene(known.name, 100, 6)));
   }
 }
 

@@ -160,9 +160,9 @@ TEST_CASE("boxes told apart several at a time are those that the solver finds ap
 
 namespace {
 
-/// Answers as they come.
-struct Answers final : AnswerSink {
-  explicit Answers(const std::vector<Contact>& all) : contacts(all) {}
+/// BoxAnswers as they come.
+struct BoxAnswers final : AnswerSink {
+  explicit BoxAnswers(const std::vector<Contact>& all) : contacts(all) {}
   PairAnswer& begin(std::size_t pair) override {
     pairs.push_back(pair);
     first.push_back(contacts.size());
@@ -243,7 +243,7 @@ TEST_CASE("several pairs at a time have the bits that they have one by one, on e
     for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
       const OneInstructionSet only(target);
       std::vector<Contact> contacts;
-      Answers answers(contacts);
+      BoxAnswers answers(contacts);
       SeveralPairs({.margin = margin}).solve(pairs, contacts, answers);
       std::size_t at_answer = 0, wrong = 0, told = 0, points[6] = {};
       for (std::size_t i = 0; i < pairs.size(); ++i) {

@@ -1,13 +1,14 @@
 // Meshes that bend answer as meshes built anew do, and shapes handed out before stay what they are.
 #include "tandem/narrowphase/deformable_mesh.h"
+#include "part_runners.h"
 
 #include <algorithm>
 #include <cstring>
 #include <thread>
 
 #include "catch.h"
-#include "meshes/mesh_pair.h"
 #include "mesh_samples.h"
+#include "meshes/mesh_pair.h"
 #include "shapes/shape_insides.h"
 #include "tandem/narrowphase/narrow_phase.h"
 #include "triangles/predicates.h"
@@ -63,9 +64,6 @@ class Bending {
   std::array<Wave, 4> waves_;
 };
 
-const PartRunner backwards = [](std::size_t parts, const std::function<void(std::size_t)>& part) {
-  for (std::size_t k = parts; k-- > 0;) part(k);
-};
 const PartRunner on_threads = [](std::size_t parts, const std::function<void(std::size_t)>& part) {
   std::vector<std::thread> threads;
   for (std::size_t first = 0; first < 3; ++first)
@@ -75,7 +73,7 @@ const PartRunner on_threads = [](std::size_t parts, const std::function<void(std
   for (std::thread& thread : threads) thread.join();
 };
 
-std::vector<Shape> partners() {
+std::vector<Shape> partner_shapes() {
   return {Sphere{0.4},
           Box{{0.5, 0.6, 0.7}},
           Capsule{0.2, 0.8},
@@ -182,7 +180,7 @@ TEST_CASE("deformable meshes: bent at random, all answers are those of a shape b
       CHECK(now.is_solid() == anew.is_solid());
       CHECK(now.size() == anew.size());
       CHECK(now.mass().volume == anew.mass().volume);
-      for (const Shape& partner : partners()) {
+      for (const Shape& partner : partner_shapes()) {
         const Pose pose{random_turn(random).toRotationMatrix(), random_point(random, 1.3)};
         check_answers(now, anew, partner, pose);
         const Bounds box = now.bounds(pose), other = anew.bounds(pose);
@@ -348,7 +346,8 @@ using Edge = std::array<std::uint32_t, 2>;
 std::vector<Edge> edges_of(const Mesh& mesh) {
   std::vector<Edge> edges;
   for (const auto& t : mesh.triangles)
-    for (std::size_t k = 0; k < 3; ++k) edges.push_back({std::min(t[k], t[(k + 1) % 3]), std::max(t[k], t[(k + 1) % 3])});
+    for (std::size_t k = 0; k < 3; ++k)
+      edges.push_back({std::min(t[k], t[(k + 1) % 3]), std::max(t[k], t[(k + 1) % 3])});
   std::sort(edges.begin(), edges.end());
   edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
   return edges;
@@ -358,7 +357,7 @@ std::vector<Edge> edges_of(const Mesh& mesh) {
 struct Expected {
   std::size_t surely = 0;
   void add(double distance, double margin, bool told) {
-    const bool near = distance < margin * (1 - 1e-6), far = distance > margin * (1 + 1e-6);
+    const bool near = distance<margin*(1 - 1e-6), far = distance> margin * (1 + 1e-6);
     if (near) CHECK(told);
     if (far) CHECK_FALSE(told);
     surely += near ? 1 : 0;
@@ -366,17 +365,18 @@ struct Expected {
 };
 
 // Every vertex with every triangle, every edge with every edge.
-void check_near(const NearFeatures& found, const std::vector<NearPoint>& points, const Mesh& a, const Mesh& b, bool self,
-                bool edges_too, double margin) {
+void check_near(const NearFeatures& found, const std::vector<NearPoint>& points, const Mesh& a, const Mesh& b,
+                bool self, bool edges_too, double margin) {
   Expected expected;
   const auto told_point = [&](std::uint32_t v, std::uint32_t t) {
-    const auto at = std::lower_bound(points.begin(), points.end(), std::pair(v, t), [](const NearPoint& x, const auto& y) {
-      return std::pair(x.vertex, x.triangle) < y;
-    });
+    const auto at =
+        std::lower_bound(points.begin(), points.end(), std::pair(v, t),
+                         [](const NearPoint& x, const auto& y) { return std::pair(x.vertex, x.triangle) < y; });
     return at != points.end() && at->vertex == v && at->triangle == t ? &*at : nullptr;
   };
   std::vector<Shape> of_b;
-  for (const auto& t : b.triangles) of_b.emplace_back(Triangle{{{b.vertices[t[0]], b.vertices[t[1]], b.vertices[t[2]]}}});
+  for (const auto& t : b.triangles)
+    of_b.emplace_back(Triangle{{{b.vertices[t[0]], b.vertices[t[1]], b.vertices[t[2]]}}});
   for (std::uint32_t v = 0; v < a.vertices.size(); ++v)
     for (std::uint32_t t = 0; t < b.triangles.size(); ++t) {
       const auto& c = b.triangles[t];
@@ -404,7 +404,8 @@ void check_near(const NearFeatures& found, const std::vector<NearPoint>& points,
   std::size_t at = 0;
   const auto segments = [](const Mesh& mesh, const std::vector<Edge>& edges) {
     std::vector<Shape> shapes;
-    for (const auto& [p, q] : edges) shapes.emplace_back(Triangle{{{mesh.vertices[p], mesh.vertices[q], mesh.vertices[q]}}});
+    for (const auto& [p, q] : edges)
+      shapes.emplace_back(Triangle{{{mesh.vertices[p], mesh.vertices[q], mesh.vertices[q]}}});
     return shapes;
   };
   const std::vector<Shape> segments_a = segments(a, all_a), segments_b = segments(b, all_b);

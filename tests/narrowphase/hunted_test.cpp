@@ -17,7 +17,7 @@ using namespace tandem::test;
 
 namespace {
 
-constexpr double turn = 6.283185307179586;
+constexpr double full_turn = 6.283185307179586;
 
 /// A flat-faced shape with faces along its axes, `scale` in size.
 Shape faced_shape(int which, Random& r, double scale) {
@@ -30,7 +30,7 @@ Shape faced_shape(int which, Random& r, double scale) {
       const int sides = 3 + r.below(8);
       for (int i = 0; i < sides; ++i)
         for (const double h : {-0.5, 0.5})
-          c.vertices.emplace_back(size[0] * std::cos(turn * i / sides), size[1] * std::sin(turn * i / sides),
+          c.vertices.emplace_back(size[0] * std::cos(full_turn * i / sides), size[1] * std::sin(full_turn * i / sides),
                                   h * size[2]);
       return Shape(c);
     }
@@ -74,7 +74,7 @@ Mesh star(double width) {
   std::vector<Vec3> profile;
   std::vector<std::array<std::uint32_t, 3>> cap;
   for (std::uint32_t i = 0; i < 2 * points; ++i) {
-    const double angle = turn * i / (2 * points), radius = i % 2 == 0 ? 1 : 0.6;
+    const double angle = full_turn * i / (2 * points), radius = i % 2 == 0 ? 1 : 0.6;
     profile.emplace_back(radius * std::cos(angle), 0, radius * std::sin(angle));
     if (i % 2 == 0) cap.push_back({(i + 2 * points - 1) % (2 * points), i, i + 1});
   }
@@ -188,7 +188,7 @@ TEST_CASE("hunted: a least depth all around an axis, or in all directions, is kn
       return a.reach(s, c) + b.reach(s, -c) - up * c;
     };
     constexpr int samples = 2000;
-    const double step = 0.5 * turn / samples;
+    const double step = 0.5 * full_turn / samples;
     int lowest = 0;
     for (int i = 1; i <= samples; ++i)
       if (h(i * step) < h(lowest * step)) lowest = i;
@@ -197,7 +197,7 @@ TEST_CASE("hunted: a least depth all around an axis, or in all directions, is kn
       const double p = low + (high - low) / 3, q = high - (high - low) / 3;
       (h(p) < h(q) ? high : low) = h(p) < h(q) ? q : p;
     }
-    const double truth = std::min({h(low), h(0), h(0.5 * turn)}), size = a.shape.size() + b.shape.size();
+    const double truth = std::min({h(low), h(0), h(0.5 * full_turn)}), size = a.shape.size() + b.shape.size();
     const Pose at_a{r.rotation(), r.vec(-1, 1)}, at_b{at_a.rotation, at_a.translation + up * at_a.rotation.col(2)};
     const PairAnswer answer = solver.solve(a.shape, at_a, b.shape, at_b, Request::distance);
     wrong += answer.status == Status::ok && std::abs(answer.signed_distance + truth) <= 1e-12 * size ? 0 : 1;
@@ -295,7 +295,7 @@ TEST_CASE("hunted: the faces of slivers are as exact turned as they are given") 
 TEST_CASE("hunted: a short capsule is a ball to its length, also where rounding swallows its axis") {
   Convex hull;
   for (int i = 0; i < 12; ++i)
-    hull.vertices.emplace_back(std::cos(turn * i / 12), std::sin(turn * i / 12), i % 2 == 0 ? 0.5 : -0.5);
+    hull.vertices.emplace_back(std::cos(full_turn * i / 12), std::sin(full_turn * i / 12), i % 2 == 0 ? 0.5 : -0.5);
   const std::vector<Shape> others = {Cylinder{2, 20}, Cone{2, 3},
                                      Shape(hull),     Ellipsoid{{1, 2, 3}},
                                      Box{{1, 2, 3}},  Triangle{{Vec3(3, 0, 0), Vec3(-2, 2, 0), Vec3(-2, -2, 0.5)}}};
@@ -331,7 +331,7 @@ TEST_CASE("hunted: bodies that lie on a floor of few triangles, wound any way, h
     m.solid = true;
     for (const double z : {-height / 2, height / 2})
       for (int i = 0; i < sides; ++i)
-        m.vertices.emplace_back(std::cos(turn * i / sides), std::sin(turn * i / sides), z);
+        m.vertices.emplace_back(std::cos(full_turn * i / sides), std::sin(full_turn * i / sides), z);
     const auto n = static_cast<std::uint32_t>(sides);
     for (std::uint32_t i = 0; i < n; ++i) {
       const std::uint32_t next = (i + 1) % n;
@@ -359,7 +359,7 @@ TEST_CASE("hunted: bodies that lie on a floor of few triangles, wound any way, h
     for (std::uint32_t k = 0; k < 2; ++k)
       if (winding >> k & 1) std::swap(floor.triangles[k][1], floor.triangles[k][2]);
     for (const Body& body : bodies)
-      for (const double spin : {0.0, turn / 8, 0.3})
+      for (const double spin : {0.0, full_turn / 8, 0.3})
         for (const double sunk : {1e-8, 1e-4}) {
           CAPTURE(winding, &body - bodies.data(), spin, sunk);
           const Mat3 tilted = Quat(0.7, 0.2, -0.4, 0.5).normalized().toRotationMatrix();
@@ -468,7 +468,7 @@ TEST_CASE("hunted: closed surfaces that are their own hull meet as what they bou
                {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}}};
     for (const int n : {1, 2})
       for (int i = 0; i < 60; ++i) {
-        const Mat3 turned = i % 2 == 0 ? Mat3(Eigen::AngleAxisd(r.unit() * turn, Vec3::UnitZ()) *
+        const Mat3 turned = i % 2 == 0 ? Mat3(Eigen::AngleAxisd(r.unit() * full_turn, Vec3::UnitZ()) *
                                               Eigen::AngleAxisd(0.3 + 0.9 * r.unit(), Vec3::UnitX()))
                                        : r.rotation();
         const double low = (turned.row(2).transpose().cwiseProduct(size / 2)).lpNorm<1>();
@@ -581,7 +581,7 @@ TEST_CASE("hunted: between several walls the way out is the shortest beyond all 
           CAPTURE(kind, n, &body - bodies.data(), i);
           const double sunk = i % 3 == 0 ? 1e-7 : i % 3 == 1 ? 1e-4 : 5e-3;
           Pose pose;
-          if (i % 2 != 0) pose.rotation = Eigen::AngleAxisd(turn / 4, Vec3::UnitY()).toRotationMatrix();
+          if (i % 2 != 0) pose.rotation = Eigen::AngleAxisd(full_turn / 4, Vec3::UnitY()).toRotationMatrix();
           Mat3 rows = Mat3::Identity();
           Vec3 level(0, 0.3 * r.unit(), 0);
           for (std::size_t k = 0; k < normals.size(); ++k) {
@@ -940,7 +940,7 @@ TEST_CASE("hunted: the bound of a depth that is not certain comes from a way tha
   constexpr int n = 40;
   for (int i = 0; i < n; ++i) {
     const Mat3 turned = r.rotation();
-    const Mat3 half = Eigen::AngleAxisd(turn / 2 + r.in(-0.1, 0.1), Vec3::UnitY()).toRotationMatrix();
+    const Mat3 half = Eigen::AngleAxisd(full_turn / 2 + r.in(-0.1, 0.1), Vec3::UnitY()).toRotationMatrix();
     const Vec3 at(1.62 - r.in(0, 0.05), r.in(-0.02, 0.02), r.in(-0.05, 0.05));
     const auto solve = [&](const Vec3& move, Request request) {
       return solver.solve(a, Pose{turned, Vec3::Zero()}, b, Pose{turned * half, turned * at + move}, request);
@@ -974,7 +974,7 @@ TEST_CASE(
     for (const auto& [out, up] : profile) {
       rows.push_back(static_cast<std::uint32_t>(m.vertices.size()));
       for (std::uint32_t i = 0; i < (out == 0 ? 1 : around); ++i)
-        m.vertices.emplace_back(out * std::cos(turn * i / around), out * std::sin(turn * i / around), up);
+        m.vertices.emplace_back(out * std::cos(full_turn * i / around), out * std::sin(full_turn * i / around), up);
     }
     const std::size_t last = profile.size() - 1;
     for (std::uint32_t i = 0; i < around; ++i) {
@@ -997,7 +997,7 @@ TEST_CASE(
     mesh.solid = i % 5 != 0, other.solid = i % 7 != 0;
     Mesh shuffled = mesh;
     std::reverse(shuffled.triangles.begin(), shuffled.triangles.end());
-    const double angle = are_stars ? turn / 2 + r.in(-0.1, 0.1) : turn / 32 * (i % 5);
+    const double angle = are_stars ? full_turn / 2 + r.in(-0.1, 0.1) : full_turn / 32 * (i % 5);
     const Vec3 at = are_stars ? Vec3(1.62 - r.in(0, 0.05), 0.02, 0)
                               : Vec3(i % 3 == 0 ? 0.02 : 0, 0, 0.15 * (i % 8 < 4 ? 1.003 : 0.98));
     const Mat3 own = Eigen::AngleAxisd(angle, are_stars ? Vec3::UnitY() : Vec3::UnitZ()).toRotationMatrix();
@@ -1035,16 +1035,16 @@ TEST_CASE("hunted: an edge of a solid that has come through a face of another is
   // A hexagon for a foot.
   std::vector<Vec3> foot;
   for (int i = 0; i < 6; ++i)
-    foot.emplace_back(0.5 * std::cos(0.2 + turn * i / 6), 0, 0.5 * std::sin(0.2 + turn * i / 6));
+    foot.emplace_back(0.5 * std::cos(0.2 + full_turn * i / 6), 0, 0.5 * std::sin(0.2 + full_turn * i / 6));
   Mesh body = prism(foot, {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}}, 1);
   const NarrowPhase solver;
   Random r(31);
   for (int i = 0; i < 60; ++i) {
     const bool at_end = i % 3 == 1;  // of the edge
-    const double angle = (i % 12 + 1) * turn / 72, sunk = r.power_of_two(-16, -7);
+    const double angle = (i % 12 + 1) * full_turn / 72, sunk = r.power_of_two(-16, -7);
     const Mat3 turned = i % 2 == 0 ? Mat3(Mat3::Identity()) : r.rotation();
     const Mat3 leaning =
-        (Eigen::AngleAxisd(-angle, Vec3::UnitY()) * Eigen::AngleAxisd(turn / 4, Vec3::UnitX())).matrix();
+        (Eigen::AngleAxisd(-angle, Vec3::UnitY()) * Eigen::AngleAxisd(full_turn / 4, Vec3::UnitX())).matrix();
     const Vec3 normal = leaning.col(1), at = Vec3(0, at_end ? 3.9 : r.unit(), 1) + (0.5 - sunk) * normal;
     body.solid = i % 3 == 0;
     CAPTURE(i, angle, sunk);
@@ -1068,7 +1068,7 @@ TEST_CASE("hunted: a triangle that lies on a floor has one patch, whichever side
   int touching = 0;
   for (int i = 0; i < 200; ++i) {
     const Pose ground{i % 2 == 0 ? Mat3(Mat3::Identity()) : r.rotation(), Vec3(r.unit(), r.unit(), r.unit())};
-    const Mat3 spun = Eigen::AngleAxisd(turn * r.unit(), Vec3::UnitZ()).toRotationMatrix();
+    const Mat3 spun = Eigen::AngleAxisd(full_turn * r.unit(), Vec3::UnitZ()).toRotationMatrix();
     const Pose at{ground.rotation * spun, ground * Vec3(r.unit(), r.unit(), 0)};
     std::vector<Contact> contacts;
     solver.solve(floor, ground, triangle, at, Request::contacts, &contacts);

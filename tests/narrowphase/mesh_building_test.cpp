@@ -13,6 +13,7 @@
 
 #include "catch.h"
 #include "mesh_samples.h"
+#include "part_runners.h"
 #include "shapes/mesh_builder.h"
 #include "shapes/shape_insides.h"
 #include "shapes/vertex_weld.h"
@@ -25,7 +26,7 @@ using Catch::Matchers::Contains;
 namespace {
 
 // Every third part on another thread; throws what a part threw.
-const PartRunner on_threads = [](std::size_t parts, const std::function<void(std::size_t)>& part) {
+const PartRunner on_throwing_threads = [](std::size_t parts, const std::function<void(std::size_t)>& part) {
   std::mutex lock;
   std::exception_ptr thrown;
   std::vector<std::thread> threads;
@@ -40,9 +41,6 @@ const PartRunner on_threads = [](std::size_t parts, const std::function<void(std
     });
   for (std::thread& thread : threads) thread.join();
   if (thrown) std::rethrow_exception(thrown);
-};
-const PartRunner backwards = [](std::size_t parts, const std::function<void(std::size_t)>& part) {
-  for (std::size_t k = parts; k-- > 0;) part(k);
 };
 
 // More triangles than one thread keeps to itself.
@@ -98,7 +96,7 @@ TEST_CASE("building: which triangles lie side by side is the same on any number 
        {large(true), soup(ring, 0, false), soup(ring, 2, false), soup(ring, 2, true), doubled(ring)}) {
     const MeshModel alone = build_mesh(input);
     CHECK(alone.closed);
-    for (const PartRunner& runner : {backwards, on_threads}) {
+    for (const PartRunner& runner : {backwards, on_throwing_threads}) {
       const MeshModel shared = build_mesh(input, {.parts = runner});
       CHECK(same_bytes(shared.neighbours, alone.neighbours));
       CHECK(same_bytes(shared.triangles, alone.triangles));
@@ -136,7 +134,7 @@ TEST_CASE("building: of vertices with equal coordinates the first stands for all
   CHECK(wrong == 0);
   CHECK(std::count(vertices.begin(), vertices.end(), Vec3(0, 0, 0)) > 0);  // of any signs
   CHECK(weld(vertices, backwards) == first);
-  CHECK(weld(vertices, on_threads) == first);
+  CHECK(weld(vertices, on_throwing_threads) == first);
 }
 
 TEST_CASE("building: the first fault is told, on any number of threads") {
@@ -152,12 +150,12 @@ TEST_CASE("building: the first fault is told, on any number of threads") {
   CHECK_THAT(refusal(open, {}), Contains("the edge ("));
   CHECK_THAT(refusal(inward, {}), Contains("volume"));
   for (const Mesh& mesh : {beyond, open, inward})
-    for (const PartRunner& runner : {backwards, on_threads}) CHECK(refusal(mesh, runner) == refusal(mesh, {}));
+    for (const PartRunner& runner : {backwards, on_throwing_threads}) CHECK(refusal(mesh, runner) == refusal(mesh, {}));
 }
 
 TEST_CASE("building: ended at any moment it throws, and the next is whole") {
   const Mesh input = large(true);
-  for (const PartRunner& runner : {PartRunner(), on_threads}) {
+  for (const PartRunner& runner : {PartRunner(), on_throwing_threads}) {
     std::atomic<int> looks{0};
     WorkLimit limit;
     int last = 0;
@@ -179,7 +177,7 @@ TEST_CASE("building: ended at any moment it throws, and the next is whole") {
 
 TEST_CASE("building: progress rises to 1, one call at a time, and may end it") {
   const Mesh input = large(true);
-  for (const PartRunner& runner : {PartRunner(), backwards, on_threads}) {
+  for (const PartRunner& runner : {PartRunner(), backwards, on_throwing_threads}) {
     std::vector<double> told;
     std::atomic<bool> inside{false};
     std::atomic<int> together{0};
@@ -221,7 +219,7 @@ TEST_CASE("building: hull and mass are made when they are asked for, once, by wh
   std::array<const Hull*, 8> hull{};
   std::array<const std::vector<MeshModel::Component>*, 8> components{};
   std::array<Bounds, 8> bounds{};
-  on_threads(8, [&](std::size_t k) {
+  on_throwing_threads(8, [&](std::size_t k) {
     const Shape copy = shape;
     mass[k] = &copy.mass();
     hull[k] = &mesh_of(copy).hull();

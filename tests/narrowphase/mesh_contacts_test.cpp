@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "ask.h"
 #include "catch.h"
 #include "mesh_samples.h"
 #include "random.h"
@@ -83,14 +84,10 @@ Shape some_body(reference::Random& random, double scale) {
 
 /// As steps ask for them: what takes the place of contacts that are too deep is searched for, and may be found
 /// elsewhere.
-std::vector<Contact> contacts_of(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
+std::vector<Contact> contacts_without_bounds(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
   std::vector<Contact> contacts;
   NarrowPhase({.mesh_bounds = false}).solve(a, pose_a, b, pose_b, Request::contacts, &contacts);
   return contacts;
-}
-
-bool collide(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
-  return NarrowPhase().solve(a, pose_a, b, pose_b, Request::collide).collide;
 }
 
 /// Moves B, which does not touch A there, from pose_b + far * along towards A until it has sunk in by `sink`; false if
@@ -149,7 +146,7 @@ TEST_CASE("a mesh body with an edge or a corner in a mesh wall is pushed along t
     const double depth = random.power_of_two(-24, -9);
     const Pose at{pose_b.rotation,
                   pose_a.rotation * Vec3(random.in(-1, 1), random.in(-1, 1), -lowest - depth) + pose_a.translation};
-    const std::vector<Contact> contacts = contacts_of(wall, pose_a, body, at);
+    const std::vector<Contact> contacts = contacts_without_bounds(wall, pose_a, body, at);
     CAPTURE(i, depth);
     REQUIRE(!contacts.empty());
     double deepest = 0;
@@ -175,7 +172,7 @@ TEST_CASE(
     Pose pose_b{pose_a.rotation * turn, pose_a.translation + 0.3 * random.vec(-1, 1)};
     if (!sink_in(a, pose_a, b, pose_b, along, 3, random.power_of_two(-20, -8))) continue;
     const PairAnswer answer = NarrowPhase().solve(a, pose_a, b, pose_b, Request::distance);
-    const std::vector<Contact> contacts = contacts_of(a, pose_a, b, pose_b);
+    const std::vector<Contact> contacts = contacts_without_bounds(a, pose_a, b, pose_b);
     CAPTURE(i);
     REQUIRE(!contacts.empty());
     const auto deepest = std::max_element(contacts.begin(), contacts.end(),
@@ -191,7 +188,7 @@ TEST_CASE(
     Pose nudge = pose_b;
     nudge.translation += 1e-9 * random.direction();
     if (i % 2 == 0) nudge.rotation = nudge.rotation * Eigen::AngleAxisd(1e-9, random.direction()).toRotationMatrix();
-    CHECK(alike(contacts, contacts_of(a, pose_a, b, nudge)));
+    CHECK(alike(contacts, contacts_without_bounds(a, pose_a, b, nudge)));
     ++nudged;
   }
   CHECK(farther <= 2);
@@ -219,7 +216,7 @@ TEST_CASE("a mesh body across the ridge of a roof without an inside has the same
     Pose pose_b{random.rotation(), pose_a.translation + pose_a.rotation * beside};
     const Vec3 from = (i % 3 == 0 ? -1.0 : 1.0) * pose_a.rotation.col(2);
     if (!sink_in(roof, pose_a, body, pose_b, from, 3, random.power_of_two(-20, -8))) continue;
-    const std::vector<Contact> contacts = contacts_of(roof, pose_a, body, pose_b);
+    const std::vector<Contact> contacts = contacts_without_bounds(roof, pose_a, body, pose_b);
     const PairAnswer answer = NarrowPhase().solve(roof, pose_a, body, pose_b, Request::distance);
     double deepest = 0;
     for (const Contact& c : contacts) deepest = std::max(deepest, c.depth);
@@ -227,7 +224,7 @@ TEST_CASE("a mesh body across the ridge of a roof without an inside has the same
     if (answer.status == Status::ok) CHECK(deepest > -0.7 * answer.signed_distance);
     Pose nudge = pose_b;
     nudge.translation += 1e-9 * random.direction();
-    CHECK(alike(contacts, contacts_of(roof, pose_a, body, nudge)));
+    CHECK(alike(contacts, contacts_without_bounds(roof, pose_a, body, nudge)));
     ++judged;
   }
   CHECK(judged > 1300);
@@ -261,7 +258,7 @@ TEST_CASE("where a convex body overlaps a concave mesh a little, contacts are as
     Pose pose_b{random.rotation(), pose_a.translation + 0.4 * random.vec(-1, 1)};
     if (!sink_in(a, pose_a, b, pose_b, along, 3, random.power_of_two(-20, -9))) continue;
     const PairAnswer answer = NarrowPhase().solve(a, pose_a, b, pose_b, Request::distance);
-    const std::vector<Contact> contacts = contacts_of(a, pose_a, b, pose_b);
+    const std::vector<Contact> contacts = contacts_without_bounds(a, pose_a, b, pose_b);
     CAPTURE(i);
     REQUIRE(!contacts.empty());
     double deepest = 0;
@@ -284,7 +281,7 @@ TEST_CASE("at the end of an edge what rises on beyond it pushes, not the edge") 
   for (const double lean : {0.05, 0.1, 0.2, 0.3}) {
     const Vec3 away = Vec3(0, lean, 1).normalized();
     const std::vector<Contact> contacts =
-        contacts_of(body, Pose{}, Sphere{0.1}, Pose{Mat3::Identity(), corner + 0.0999 * away});
+        contacts_without_bounds(body, Pose{}, Sphere{0.1}, Pose{Mat3::Identity(), corner + 0.0999 * away});
     CAPTURE(lean);
     REQUIRE(!contacts.empty());
     for (const Contact& c : contacts) CHECK((c.normal - Vec3::UnitZ()).norm() < 1e-9);

@@ -2,6 +2,7 @@
 #include <limits>
 #include <numbers>
 
+#include "ask.h"
 #include "catch.h"
 #include "mesh_samples.h"
 #include "meshes/traversal/point_in_mesh.h"
@@ -18,12 +19,6 @@ namespace {
 PairAnswer answer(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb) {
   return NarrowPhase().solve(a, pa, b, pb, Request::distance);
 }
-
-bool collide(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb) {
-  return NarrowPhase().solve(a, pa, b, pb, Request::collide).collide;
-}
-
-Pose moved(const Pose& p, const Vec3& by) { return {p.rotation, p.translation + by}; }
 
 bool is_round(ShapeKind k) { return k == ShapeKind::cylinder || k == ShapeKind::cone || k == ShapeKind::ellipsoid; }
 
@@ -73,18 +68,18 @@ Mesh hollow_box(const Vec3& outer, const Vec3& inner) {
 }
 
 // Verdict, distance and contacts of a pair.
-struct Answers {
+struct MeshAnswers {
   bool collide;
   PairAnswer distance, contact;
   std::vector<Contact> contacts;
   double deepest = -std::numeric_limits<double>::infinity();
 };
 
-Answers answers(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb, double margin = 0) {
+MeshAnswers answers(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb, double margin = 0) {
   NarrowPhaseOptions options;
   options.margin = margin;
   const NarrowPhase solver(options);
-  Answers r;
+  MeshAnswers r;
   r.collide = solver.solve(a, pa, b, pb, Request::collide).collide;
   r.distance = solver.solve(a, pa, b, pb, Request::distance);
   r.contact = solver.solve(a, pa, b, pb, Request::contacts, &r.contacts);
@@ -505,7 +500,7 @@ TEST_CASE("triangles without area in a mesh are the segments and points that the
   // Three points on a line, the third between the others, through a box.
   const std::array<Vec3, 3> line{Vec3(0.6, 0.5, 0.6), Vec3(-0.6, -0.5, -0.7), Vec3(-0.24, -0.2, -0.31)};
   const Shape mesh(Mesh{{line[0], line[1], line[2]}, {{0, 1, 2}}, false}), one(Triangle{line}), box(Box{Vec3(1, 1, 1)});
-  const Answers through = answers(mesh, Pose{}, box, Pose{});
+  const MeshAnswers through = answers(mesh, Pose{}, box, Pose{});
   CHECK(through.collide);
   CHECK(through.distance.signed_distance == Approx(answer(one, Pose{}, box, Pose{}).signed_distance));
   CHECK(!through.contacts.empty());
@@ -519,7 +514,7 @@ TEST_CASE("triangles without area in a mesh are the segments and points that the
                        false});
   const Pose at = posed(Vec3(0, -1, 0.5), rows(Vec3(0.9063793512981771, 0.422464757749443, 0),
                                                Vec3(-0.422464757749443, 0.9063793512981771, 0), Vec3(0, 0, 1)));
-  const Answers ball = answers(Shape(Sphere{2}), Pose::at(1.5, -0.5, 1), two, at);
+  const MeshAnswers ball = answers(Shape(Sphere{2}), Pose::at(1.5, -0.5, 1), two, at);
   CHECK(ball.collide);
   CHECK(-ball.distance.signed_distance < 0.05);
 
@@ -537,7 +532,7 @@ TEST_CASE("triangles without area in a mesh are the segments and points that the
     }
     const Shape a(soup), b = convex_shapes()[static_cast<std::size_t>(i) % 9];
     const Pose pa = random_pose(r, 1), pb = moved(random_pose(r, 0.8), pa.translation);
-    const Answers found = answers(a, pa, b, pb);
+    const MeshAnswers found = answers(a, pa, b, pb);
     double least = std::numeric_limits<double>::infinity();
     for (std::uint32_t t = 0; t < 3; ++t)
       least = std::min(least, answer(Shape(Triangle{mesh_of(a).corners(t)}), pa, b, pb).signed_distance);
@@ -563,7 +558,7 @@ TEST_CASE("a surface apart from a convex shape: with a margin one contact is as 
     const PairAnswer far = answer(a, pa, b, pb);
     const double margin = 0.2, gap = std::pow(10, r.in(-5, -0.5));
     pb.translation += far.normal * (gap - far.signed_distance);
-    const Answers found = answers(a, pa, b, pb, margin);
+    const MeshAnswers found = answers(a, pa, b, pb, margin);
     const double distance = found.distance.signed_distance;
     CAPTURE(i, name(b.kind()), distance);
     if (!(distance > 0) || std::abs(distance - margin) < 1e-9) continue;
@@ -585,7 +580,7 @@ TEST_CASE("a convex shape in a solid overlaps it with a margin as without one") 
     const Pose pa = random_pose(r, 1);
     Pose pb = random_pose(r, 0);
     pb.translation = pa * (i % 2 == 0 ? Vec3(r.in(-1.3, 1.3), r.in(-1.3, 1.3), r.in(-0.3, 0.3)) : r.vec(-0.5, 2));
-    const Answers plain = answers(solid, pa, b, pb), wide = answers(solid, pa, b, pb, 0.2);
+    const MeshAnswers plain = answers(solid, pa, b, pb), wide = answers(solid, pa, b, pb, 0.2);
     if (!(plain.distance.signed_distance < -1e-9)) continue;
     CAPTURE(i, plain.distance.signed_distance);
     CHECK(wide.contact.collide);
@@ -606,7 +601,7 @@ TEST_CASE("no contact of a convex shape with a concave mesh is deeper than the w
       posed(Vec3(0.02, 0.1, -0.66), rows(Vec3(0.10387069634101764, -0.2294720633040791, -0.967756917105014),
                                          Vec3(0.9897796151879733, -0.07174148112001033, 0.12324558103662325),
                                          Vec3(-0.09770973237083269, -0.9706676733309274, 0.21967493291303009)));
-  const Answers beside = answers(Shape(u_body(0.61)), u_at, Shape(Cylinder{0.43, 0.84}), at);
+  const MeshAnswers beside = answers(Shape(u_body(0.61)), u_at, Shape(Cylinder{0.43, 0.84}), at);
   CHECK(beside.distance.status == Status::ok);
   CHECK(beside.deepest <= -beside.distance.signed_distance * (1 + 1e-8));
 
@@ -621,7 +616,7 @@ TEST_CASE("no contact of a convex shape with a concave mesh is deeper than the w
     pb.translation = pa * r.vec(-1, 2);
     const PairAnswer far = answer(a, pa, b, pb);
     pb.translation -= far.normal * (far.signed_distance + std::pow(10, r.in(-6, -1.5)));
-    const Answers found = answers(a, pa, b, pb);
+    const MeshAnswers found = answers(a, pa, b, pb);
     const double depth = -found.distance.signed_distance;
     if (!(depth > 0)) continue;
     CAPTURE(i, name(b.kind()), depth, found.deepest);
@@ -643,7 +638,7 @@ TEST_CASE("a point in a solid leaves it by the nearest way") {
     const Vec3 p((1 + tube * std::cos(v)) * std::cos(u), (1 + tube * std::cos(v)) * std::sin(u), tube * std::sin(v));
     if (!collide(ring, Pose{}, Shape(Sphere{0}), Pose::at(p.x(), p.y(), p.z()))) continue;
     ++inside;
-    const Answers point = answers(ring, Pose{}, Shape(Sphere{0}), Pose::at(p.x(), p.y(), p.z()));
+    const MeshAnswers point = answers(ring, Pose{}, Shape(Sphere{0}), Pose::at(p.x(), p.y(), p.z()));
     double depth = std::numeric_limits<double>::infinity();
     for (std::uint32_t t = 0; t < mesh_of(ring).triangles.size(); ++t)
       depth = std::min(depth, answer(Shape(Triangle{mesh_of(ring).corners(t)}), Pose{}, Shape(Sphere{0}),

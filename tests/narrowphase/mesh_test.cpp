@@ -12,10 +12,11 @@
 #include <sstream>
 #include <thread>
 
+#include "ask.h"
 #include "catch.h"
 #include "mesh_samples.h"
-#include "meshes/traversal/point_in_mesh.h"
 #include "meshes/mesh_pair.h"
+#include "meshes/traversal/point_in_mesh.h"
 #include "shapes/mesh_builder.h"
 #include "shapes/shape_insides.h"
 #include "tandem/narrowphase/narrow_phase.h"
@@ -27,12 +28,6 @@ using Json = nlohmann::json;
 using Pairs = std::vector<std::array<std::uint32_t, 2>>;
 
 namespace {
-
-Pose moved(const Pose& pose, const Vec3& by) { return {pose.rotation, pose.translation + by}; }
-
-bool collide(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb) {
-  return NarrowPhase().solve(a, pa, b, pb, Request::collide).collide;
-}
 
 std::vector<Contact> contacts_of(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb, double margin = 0) {
   std::vector<Contact> contacts;

@@ -13,8 +13,8 @@ using namespace tandem::test;
 
 namespace {
 
-constexpr double worst = 1e-12;  ///< of what a pair reaches over: distances and points
-constexpr double loose = 3e-12;  ///< the same: from one point to the other against distance x normal
+constexpr double allowed_error = 1e-12;  ///< of what a pair reaches over: distances and points
+constexpr double loose = 3e-12;          ///< the same: from one point to the other against distance x normal
 
 double small(Random& r, double least, double most) { return std::pow(10.0, -r.in(least, most)); }
 
@@ -52,14 +52,14 @@ void check(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb) {
   const PairAnswer answer = NarrowPhase().solve(a, pa, b, pb, Request::distance);
   const reference::Truth truth = reference::signed_distance(a, pa, b, pb);
   const double unit = a.size() + b.size() + (pb.translation - pa.translation).norm();
-  CHECK(std::abs(answer.signed_distance - truth.signed_distance) <= truth.error + worst * unit);
+  CHECK(std::abs(answer.signed_distance - truth.signed_distance) <= truth.error + allowed_error * unit);
   CHECK((answer.point_b - answer.point_a - answer.signed_distance * answer.normal).norm() <= loose * unit);
   const auto off = [](const Shape& s, const Pose& pose, const Vec3& p) {
     return std::abs(reference::signed_distance(s, pose, Shape(Sphere{0}), {Mat3::Identity(), p}).signed_distance);
   };
-  CHECK(off(a, pa, answer.point_a) <= worst * unit);
-  CHECK(off(b, pb, answer.point_b) <= worst * unit);
-  if (std::abs(truth.signed_distance) > worst * unit)
+  CHECK(off(a, pa, answer.point_a) <= allowed_error * unit);
+  CHECK(off(b, pb, answer.point_b) <= allowed_error * unit);
+  if (std::abs(truth.signed_distance) > allowed_error * unit)
     CHECK(NarrowPhase().solve(a, pa, b, pb, Request::collide).collide == (truth.signed_distance <= 0));
 }
 

@@ -41,7 +41,7 @@ struct Polytope {
   std::vector<std::array<Vec, 2>> edges;
 };
 
-Polytope posed(const Shape& s, const Pose& pose, const Vec3& origin) {
+Polytope polytope_at(const Shape& s, const Pose& pose, const Vec3& origin) {
   std::vector<Vec3> corners;
   if (s.kind() == ShapeKind::box) {
     for (int i = 0; i < 8; ++i)
@@ -210,7 +210,7 @@ TEST_CASE("reference: boxes, triangles and hulls against every direction that ca
           INFO(record(p));
           const Truth t = reference::signed_distance(p.a, p.pose_a, p.b, p.pose_b);
           const Vec3& origin = p.pose_a.translation;
-          const double second = brute_force(posed(p.a, p.pose_a, origin), posed(p.b, p.pose_b, origin));
+          const double second = brute_force(polytope_at(p.a, p.pose_a, origin), polytope_at(p.b, p.pose_b, origin));
           CHECK(std::abs(t.signed_distance - second) <= 1e-15 * reference::size(p));
           CHECK(t.error <= 1e-15 * reference::size(p));
         }

@@ -219,7 +219,7 @@ Shape thin_shape(reference::Random& r, ShapeKind kind) {
 }
 
 /// Straight, quarter turns, tilted by next to nothing or in any way.
-Mat3 turn(reference::Random& r) {
+Mat3 random_turn(reference::Random& r) {
   const Mat3 quarter = (Mat3() << 0, 0, 1, 1, 0, 0, 0, 1, 0).finished();
   switch (r.below(5)) {
     case 0:
@@ -317,7 +317,7 @@ TEST_CASE("round: thin shapes of every kind, touching, tilted and concentric, ar
   reference::Random r(77);
   for (int i = 0; i < 150; ++i) {
     const Shape a = thin_shape(r, round_kinds[i % 3]), b = thin_shape(r, others[r.below(8)]);
-    Pose pose_b{turn(r), Vec3::Zero()};
+    Pose pose_b{random_turn(r), Vec3::Zero()};
     if (!r.once_in(4)) {
       const Bounds box_a = a.bounds({}), box_b = b.bounds(pose_b);
       const int k = r.below(3);

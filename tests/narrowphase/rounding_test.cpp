@@ -17,7 +17,7 @@ namespace {
 
 constexpr double exact = 1e-12;  // relative to what the shapes and the translation between them reach
 
-struct Pair {
+struct RoundedPair {
   Shape a;
   Pose pose_a;
   Shape b;
@@ -61,7 +61,7 @@ TEST_CASE("rounding: a point, a segment and a triangle without area are a sphere
     for (const Shape& other : cores()) {
       const Pose at = random_pose(random, 0.1), other_at = random_pose(random, 2);
       const auto alike = [&](const Shape& x, const Shape& y) {
-        const Pair p{x, at, other, other_at}, q{y, at, other, other_at};
+        const RoundedPair p{x, at, other, other_at}, q{y, at, other, other_at};
         const double of_p = p.distance().signed_distance, of_q = q.distance().signed_distance;
         // The cores' depth is the capsule's but for its radius, where they overlap.
         CHECK(std::abs(of_p - of_q) <= exact * p.scale());
@@ -82,7 +82,7 @@ TEST_CASE("rounding: a distance is the cores' less the radii, and witness points
       for (const Shape& y : shapes) {
         const double ra = random.in(0, 0.3), rb = i % 2 == 0 ? 0 : random.in(0, 0.3);
         const Pose pose_a = random_pose(random, 0.2), pose_b = random_pose(random, 1.5);
-        const Pair core{x, pose_a, y, pose_b}, pair{x.rounded(ra), pose_a, y.rounded(rb), pose_b};
+        const RoundedPair core{x, pose_a, y, pose_b}, pair{x.rounded(ra), pose_a, y.rounded(rb), pose_b};
         const PairAnswer of_core = core.distance(), r = pair.distance();
         CHECK(std::abs(r.signed_distance - (of_core.signed_distance - ra - rb)) <= exact * pair.scale());
         CHECK(r.collide == (r.signed_distance <= 0));
@@ -91,7 +91,7 @@ TEST_CASE("rounding: a distance is the cores' less the radii, and witness points
         CHECK(((r.point_b - r.point_a) - r.signed_distance * r.normal).norm() <= 1e-9 * pair.scale());
         // Moving by the depth separates, by less does not.
         if (r.signed_distance >= 0) continue;
-        Pair moved = pair;
+        RoundedPair moved = pair;
         moved.pose_b.translation += -(r.signed_distance - 1e-9) * r.normal;
         CHECK(moved.distance().signed_distance >= -1e-9 * pair.scale());
         moved.pose_b.translation = pose_b.translation - 0.99 * r.signed_distance * r.normal;
@@ -105,7 +105,7 @@ TEST_CASE("rounding: contacts are as deep as the distance says, on the rounded s
   for (int i = 0; i < 40; ++i)
     for (const Shape& x : shapes)
       for (const Shape& y : shapes) {
-        const Pair pair{x.rounded(0.1), random_pose(random, 0.2), y.rounded(0.05), random_pose(random, 1.2)};
+        const RoundedPair pair{x.rounded(0.1), random_pose(random, 0.2), y.rounded(0.05), random_pose(random, 1.2)};
         std::vector<Contact> found, swapped;
         const PairAnswer r = pair.contacts(found, 0.02), d = pair.distance();
         CHECK(r.collide == d.collide);
@@ -113,7 +113,7 @@ TEST_CASE("rounding: contacts are as deep as the distance says, on the rounded s
         double deepest = -1e300;
         for (const Contact& c : found) deepest = std::max(deepest, c.depth);
         if (!found.empty()) CHECK(std::abs(deepest + d.signed_distance) <= 1e-9 * pair.scale());
-        Pair(Pair{pair.b, pair.pose_b, pair.a, pair.pose_a}).contacts(swapped, 0.02);
+        RoundedPair(RoundedPair{pair.b, pair.pose_b, pair.a, pair.pose_a}).contacts(swapped, 0.02);
         REQUIRE(swapped.size() == found.size());
         for (std::size_t k = 0; k < found.size(); ++k) CHECK(swapped[k].depth == Approx(found[k].depth).margin(1e-12));
       }
@@ -122,7 +122,7 @@ TEST_CASE("rounding: contacts are as deep as the distance says, on the rounded s
 TEST_CASE("rounding: a thick box lies on a half-space with all four corners") {
   const Shape box = Shape(Box{{1, 2, 0.5}}).rounded(0.1), ground(HalfSpace{{0, 0, 1}, 0});
   std::vector<Contact> found;
-  const Pair pair{ground, Pose{}, box, Pose::at(0, 0, 0.34)};
+  const RoundedPair pair{ground, Pose{}, box, Pose::at(0, 0, 0.34)};
   const PairAnswer r = pair.contacts(found);
   CHECK(r.signed_distance == Approx(-0.01).margin(1e-14));
   REQUIRE(found.size() == 4);
@@ -135,7 +135,7 @@ TEST_CASE("rounding: a thick box lies on a half-space with all four corners") {
 TEST_CASE("rounding: meshes with thickness touch where their surfaces are no farther apart than the radii") {
   const Shape plate = Shape(Mesh{{{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}}, {{0, 1, 2}, {0, 2, 3}}, false});
   for (const double gap : {0.05, 0.0999, 0.1001, 0.3}) {
-    const Pair pair{plate.rounded(0.06), Pose{}, plate.rounded(0.04), Pose::at(0.1, 0.2, gap)};
+    const RoundedPair pair{plate.rounded(0.06), Pose{}, plate.rounded(0.04), Pose::at(0.1, 0.2, gap)};
     CHECK(pair.collide() == (gap <= 0.1));
     CHECK(pair.distance().signed_distance == Approx(gap - 0.1).margin(1e-12));
     std::vector<Contact> found;
@@ -144,10 +144,10 @@ TEST_CASE("rounding: meshes with thickness touch where their surfaces are no far
     CHECK(found.empty() == (gap > 0.1));
   }
   // Within a ring the shortest translation of the cores is not far enough: the answer's separates.
-  const Pair ball{plate.rounded(0.06), Pose{}, Shape(Sphere{0.5}), Pose::at(0, 0, 0.3)};
+  const RoundedPair ball{plate.rounded(0.06), Pose{}, Shape(Sphere{0.5}), Pose::at(0, 0, 0.3)};
   const PairAnswer r = ball.distance();
   CHECK(r.signed_distance == Approx(-0.26).margin(1e-9));
-  Pair moved = ball;
+  RoundedPair moved = ball;
   moved.pose_b.translation -= (r.signed_distance - 1e-9) * r.normal;
   CHECK(moved.distance().signed_distance >= -1e-9);
 }
@@ -157,11 +157,11 @@ TEST_CASE("rounding: a thick box on a mesh is as deep as its radius, and far fro
   Mesh open = test::box_mesh({2, 2, 2});
   open.solid = false;
   for (const Shape& mesh : {block, Shape(open)}) {
-    const Pair touching{mesh, Pose{}, box, Pose::at(0.1, 0.1, 1.3)};
+    const RoundedPair touching{mesh, Pose{}, box, Pose::at(0.1, 0.1, 1.3)};
     const PairAnswer r = touching.distance();
     CHECK(r.signed_distance == Approx(-0.02).margin(1e-12));
     CHECK(r.status == Status::ok);
-    const Pair apart{mesh, Pose{}, box, Pose::at(0.1, 0.1, 3)};
+    const RoundedPair apart{mesh, Pose{}, box, Pose::at(0.1, 0.1, 3)};
     std::vector<Contact> contacts;
     const PairAnswer none = NarrowPhase().solve(mesh, {}, box, apart.pose_b, Request::contacts, &contacts);
     CHECK_FALSE(none.collide);

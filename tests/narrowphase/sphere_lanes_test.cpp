@@ -13,7 +13,7 @@ using namespace tandem::test;
 
 namespace {
 
-struct Told {
+struct ToldPair {
   bool is_told = false;
   PairAnswer answer;
   std::vector<Contact> contacts;
@@ -34,7 +34,7 @@ class Answers final : public AnswerSink {
     told[next_ - 1].contacts.assign(all_.begin() + static_cast<std::ptrdiff_t>(first_), all_.end());
   }
 
-  std::vector<Told> told;
+  std::vector<ToldPair> told;
   bool in_order = true;
 
  private:
@@ -42,11 +42,11 @@ class Answers final : public AnswerSink {
   std::size_t next_ = 0, first_ = 0;
 };
 
-bool same(const PairAnswer& x, const PairAnswer& y) {
+bool same_bits(const PairAnswer& x, const PairAnswer& y) {
   return x.collide == y.collide && x.signed_distance == y.signed_distance && x.normal == y.normal &&
          x.point_a == y.point_a && x.point_b == y.point_b && x.status == y.status;
 }
-bool same(const std::vector<Contact>& x, const std::vector<Contact>& y) {
+bool same_bits(const std::vector<Contact>& x, const std::vector<Contact>& y) {
   return std::equal(x.begin(), x.end(), y.begin(), y.end(), [](const Contact& p, const Contact& q) {
     return p.point == q.point && p.normal == q.normal && p.depth == q.depth && p.feature == q.feature;
   });
@@ -101,7 +101,7 @@ TEST_CASE("several spheres at a time have the bits that they have one by one, on
   Random r(83);
   const Mixture mixture(r, 4000);
   for (const double margin : {0.0, 0.01}) {
-    std::vector<Told> own(mixture.pairs.size());
+    std::vector<ToldPair> own(mixture.pairs.size());
     for (std::size_t i = 0; i < own.size(); ++i) {
       const PlacedPair& p = mixture.pairs[i];
       own[i].answer =
@@ -118,12 +118,12 @@ TEST_CASE("several spheres at a time have the bits that they have one by one, on
                    given ? std::span(mixture.spheres) : std::span<const PlacedSpheres>());
         std::size_t wrong = 0, told = 0;
         for (std::size_t i = 0; i < own.size(); ++i) {
-          const Told& one = answers.told[i];
+          const ToldPair& one = answers.told[i];
           if (!own[i].answer.collide && own[i].contacts.empty()) {
             wrong += one.answer.collide || !one.contacts.empty();
           } else {
             ++told;
-            wrong += !one.is_told || !same(one.answer, own[i].answer) || !same(one.contacts, own[i].contacts);
+            wrong += !one.is_told || !same_bits(one.answer, own[i].answer) || !same_bits(one.contacts, own[i].contacts);
           }
         }
         CHECK(wrong == 0);
@@ -194,7 +194,7 @@ TEST_CASE("spheres alone are answered up to the first that rounding decides, wit
           const PairAnswer answer = solve_alone(first + k, own);
           if (own.empty()) continue;
           wrong += told >= solved.answers || numbers[told] != k || results[told].before != 7 ||
-                   !same(results[told].answer, answer) || !same({contacts[told]}, own);
+                   !same_bits(results[told].answer, answer) || !same_bits({contacts[told]}, own);
           ++told;
         }
         wrong += told != solved.answers;

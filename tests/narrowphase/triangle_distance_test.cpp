@@ -10,12 +10,12 @@ using namespace tandem::test;
 
 namespace {
 
-struct Tally {
+struct AnsweredTally {
   int pairs = 0, answered = 0;
 };
 
 /// By the axes and edges, beside what is true; whoever is left to GJK is counted.
-void check(const reference::PosedPair& p, Tally& tally) {
+void check(const reference::PosedPair& p, AnsweredTally& tally) {
   const ConvexView a = view(p.a), b = view(p.b);
   const MinkowskiDifference d{a, b, relative(p.pose_a, p.pose_b)};
   ++tally.pairs;
@@ -49,7 +49,7 @@ void check(const reference::PosedPair& p, Tally& tally) {
 TEST_CASE("triangles with triangles and boxes by their axes: right, and seldom left to others") {
   for (const ShapeKind other : {ShapeKind::box, ShapeKind::triangle})
     for (const reference::PairClass pair_class : reference::all_pair_classes) {
-      Tally tally;
+      AnsweredTally tally;
       CAPTURE(name(other), name(pair_class));
       for (std::uint64_t i = 0; i < 120; ++i)
         check(reference::make_pair({other}, {ShapeKind::triangle}, pair_class, 7000 + i), tally);
@@ -60,7 +60,7 @@ TEST_CASE("triangles with triangles and boxes by their axes: right, and seldom l
 
 TEST_CASE("triangles as needles and slivers, up to a hundred thousand times the other's size") {
   Random r(53);
-  Tally tally;
+  AnsweredTally tally;
   for (int i = 0; i < 400; ++i) {
     const double length = std::pow(10.0, r.in(0, 5)), width = std::pow(10.0, r.in(-3, 0));
     const Vec3 along = length * r.direction(), aside = width * r.direction(), from = -r.in(0, 1) * along;
@@ -82,7 +82,7 @@ TEST_CASE("a triangle on edge along a ridge, almost parallel: the product of the
   const Shape box(Box{{1, 1, 1}});
   const Shape roof(Triangle{{Vec3(-0.5, 0, 0.7), Vec3(0.5, 0, 0.7), Vec3(0, 0.1, -1)}});
   const Shape blade(Triangle{{Vec3(-0.6, 0, 0), Vec3(0.7, 0, 0), Vec3(0.2, 0.1, 2)}});
-  Tally tally;
+  AnsweredTally tally;
   for (int i = 0; i < 200; ++i) {
     Pose pose;
     const double angle = std::pow(10.0, r.in(-12, -1));

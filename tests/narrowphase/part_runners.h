@@ -1,0 +1,11 @@
+// Runners of a work's parts, to show that nothing depends on their order.
+#pragma once
+#include "tandem/narrowphase/part_runner.h"
+
+namespace tandem {
+
+inline const PartRunner backwards = [](std::size_t parts, const std::function<void(std::size_t)>& part) {
+  for (std::size_t k = parts; k-- > 0;) part(k);
+};
+
+}  // namespace tandem
