@@ -53,8 +53,17 @@ else()
 endif()
 
 function(tandem_flags target)
-  # In a host's unity build its files stay apart: each has short names of its own.
-  set_target_properties(${target} PROPERTIES UNITY_BUILD OFF)
+  # In a unity build kernels stay apart: Highway compiles the whole file once an instruction set.
+  get_target_property(sources ${target} SOURCES)
+  foreach(source IN LISTS sources)
+    get_filename_component(path ${source} ABSOLUTE)
+    if(path MATCHES "\\.cpp$")
+      file(STRINGS ${path} kernel REGEX "hwy/foreach_target.h" LIMIT_COUNT 1)
+      if(kernel)
+        set_source_files_properties(${path} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+      endif()
+    endif()
+  endforeach()
   target_compile_definitions(${target} PRIVATE
     TANDEM_DISABLED_TARGETS=${TANDEM_DISABLED_TARGETS} HWY_DISABLED_TARGETS=TANDEM_DISABLED_TARGETS
     # The same bits are promised on every machine. Eigen's vector code sums in another order than its scalar code, and
@@ -64,6 +73,8 @@ function(tandem_flags target)
     $<$<BOOL:${TANDEM_ONE_INSTRUCTION_SET}>:HWY_COMPILE_ONLY_STATIC>)
   target_compile_options(${target} PRIVATE
     $<$<CXX_COMPILER_ID:GNU,Clang,AppleClang>:-Wall -Wextra -Wpedantic -Wconversion>
+    # A unity build includes sources, whose anonymous namespaces g++ then takes for those of headers.
+    $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>
     # For the same reason sums and products are taken as they are written, whatever flags a host gives to all its targets.
     $<$<CXX_COMPILER_ID:GNU,Clang,AppleClang>:-fno-fast-math -ffp-contract=off>
     ${TANDEM_HIGHWAY_OPTIONS}

@@ -264,8 +264,8 @@ inline constexpr double short_way = 1e-4;
 /// reach of both meshes: the third value of that idea. Less: normals off by epsilon over this. More: solved again.
 inline constexpr double noisy_difference = 1e-5;
 
-/// Cones of a mesh's normals are wider by this, radians: more than floats are off by, and than the directions that count
-/// as one (`flush`). Less: gaps on flat faces are passed over. More: more pairs of triangles are looked at.
+/// Cones of a mesh's normals are wider by this, radians: more than floats are off by, and than the directions that
+/// count as one (`flush`). Less: gaps on flat faces are passed over. More: more pairs of triangles are looked at.
 inline constexpr double cone_slack = 1e-3;
 
 /// A way between centres, or a ball inside both, relative to the scale, that says nothing.
@@ -316,6 +316,8 @@ inline constexpr double never_zero_sine = 1e-8;
 /// The shortest length of a shape, metres; its inverse is the longest. Outside, the solvers' products of several
 /// lengths would leave the range of a double: tenth powers of both are in it.
 inline constexpr double shortest_length = 1e-30;
+/// The longest length of a shape and the farthest coordinate, metres.
+inline constexpr double longest_length = 1e30;
 /// Of a half-space's normal, which has no unit: its inverse is in the range of a double, times any offset.
 inline constexpr double shortest_normal = 1e-100;
 

@@ -7,18 +7,17 @@
 #include "closed_forms/closed_forms.h"
 #include "convex/feature_normals.h"
 #include "convex/gjk.h"
+#include "shapes/cyclic.h"
 #include "tolerances.h"
 
 namespace tandem {
 namespace {
 
-constexpr int next[3] = {1, 2, 0}, last[3] = {2, 0, 1};
-
 double size(const BoxAxes& x) { return x.a[0] + x.a[1] + x.a[2] + x.b[0] + x.b[1] + x.b[2]; }
 
 /// Squared length of a_i x b_j.
 double edge_length2(const BoxAxes& x, int i, int j) {
-  const double y = x.r[next[i]][j], z = x.r[last[i]][j];
+  const double y = x.r[next_of_three[i]][j], z = x.r[last_of_three[i]][j];
   return y * y + z * z;
 }
 
@@ -26,8 +25,8 @@ double edge_length2(const BoxAxes& x, int i, int j) {
 Vec3 edge_axis(const BoxAxes& x, int i, int j) {
   const double length = std::sqrt(edge_length2(x, i, j));
   Vec3 n = Vec3::Zero();
-  n[next[i]] = -x.r[last[i]][j] / length;
-  n[last[i]] = x.r[next[i]][j] / length;
+  n[next_of_three[i]] = -x.r[last_of_three[i]][j] / length;
+  n[last_of_three[i]] = x.r[next_of_three[i]][j] / length;
   return n;
 }
 
@@ -35,9 +34,10 @@ Vec3 edge_axis(const BoxAxes& x, int i, int j) {
 double along_edge(const BoxAxes& x, int i, int j) {
   if (!(edge_length2(x, i, j) > tolerance::parallel_axes2)) return -std::numeric_limits<double>::infinity();
   const Vec3 n = edge_axis(x, i, j);
-  const int i1 = next[i], i2 = last[i];
+  const int i1 = next_of_three[i], i2 = last_of_three[i];
   double s = std::abs(n[i1] * x.t[i1] + n[i2] * x.t[i2]) - (x.a[i1] * std::abs(n[i1]) + x.a[i2] * std::abs(n[i2]));
-  for (const int k : {next[j], last[j]}) s -= x.b[k] * std::abs(n[i1] * x.r[i1][k] + n[i2] * x.r[i2][k]);
+  for (const int k : {next_of_three[j], last_of_three[j]})
+    s -= x.b[k] * std::abs(n[i1] * x.r[i1][k] + n[i2] * x.r[i2][k]);
   return s;
 }
 
@@ -60,7 +60,7 @@ bool over_face(const Vec3& a, int axis, const Vec3& n, const Vec3& b, const Mat3
     corner[k] = -std::copysign(b[k], m[k]);
     if (std::abs(m[k]) <= tolerance::in_face) free[frees++] = k;
   }
-  const int u = next[axis], w = last[axis];
+  const int u = next_of_three[axis], w = last_of_three[axis];
   const double slack = tolerance::on_feature * (a.sum() + b.sum());
   point = t + r * corner;
   if (std::abs(point[u]) <= a[u] && std::abs(point[w]) <= a[w]) return true;
@@ -122,7 +122,7 @@ Separation best_separation(const BoxAxes& x) {
 bool edges_witness(const BoxAxes& x, int i, int j, LocalAnswer& answer) {
   const Vec3& n = answer.normal;
   const double s = answer.signed_distance;
-  const int i1 = next[i], i2 = last[i], j1 = next[j], j2 = last[j];
+  const int i1 = next_of_three[i], i2 = last_of_three[i], j1 = next_of_three[j], j2 = last_of_three[j];
   // The edges' other coordinates, each in its own box; B's points against the normal.
   const auto against = [&](int k) {
     return -std::copysign(x.b[k], n[0] * x.r[0][k] + n[1] * x.r[1][k] + n[2] * x.r[2][k]);

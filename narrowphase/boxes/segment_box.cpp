@@ -49,26 +49,26 @@ double nearest_on_line(const Vec3& half, const Vec3& middle, const Vec3& along, 
 
 namespace {
 
-struct Nearest {
+struct SegmentBoxPoints {
   Vec3 on_segment, on_box;
   bool inside;  ///< of the segment, neither end
 };
 
-Nearest nearest(const Vec3& half, const Vec3& centre, const Vec3& along, double reach) {
+SegmentBoxPoints nearest(const Vec3& half, const Vec3& centre, const Vec3& along, double reach) {
   const double x = nearest_on_line(half, centre, along, reach, std::clamp(-centre.dot(along), -reach, reach));
   const Vec3 p = centre + x * along;
   return {p, p.cwiseMax(-half).cwiseMin(half), std::abs(x) < reach};
 }
 
 /// The axis that separates best: 0-2 faces, 3 + i: e_i x along.
-struct Axis {
+struct SlabAxis {
   double separation;
   int index;
   Vec3 normal;
 };
 
-Axis best_axis(const Vec3& half, const Vec3& centre, const Vec3& along, double reach) {
-  Axis best{std::abs(centre[0]) - half[0] - reach * std::abs(along[0]), 0, Vec3::UnitX()};
+SlabAxis best_axis(const Vec3& half, const Vec3& centre, const Vec3& along, double reach) {
+  SlabAxis best{std::abs(centre[0]) - half[0] - reach * std::abs(along[0]), 0, Vec3::UnitX()};
   for (int k = 1; k < 3; ++k) {
     const double s = std::abs(centre[k]) - half[k] - reach * std::abs(along[k]);
     if (s > best.separation) best = {s, k, Vec3::Unit(k)};
@@ -92,7 +92,7 @@ Axis best_axis(const Vec3& half, const Vec3& centre, const Vec3& along, double r
 }
 
 /// The parameter of the segment's point that answers the axis, over the box's face or edge; false if there is none.
-bool witness(const Vec3& half, const Vec3& centre, const Vec3& along, double reach, const Axis& axis, double& x) {
+bool witness(const Vec3& half, const Vec3& centre, const Vec3& along, double reach, const SlabAxis& axis, double& x) {
   const double slack = tolerance::on_feature * (half.sum() + reach);
   if (axis.index >= 3) {
     const int i = axis.index - 3;
@@ -128,14 +128,14 @@ bool witness(const Vec3& half, const Vec3& centre, const Vec3& along, double rea
 }  // namespace
 
 double segment_box_distance2(const HalfSize& half, const Vec3& centre, const Vec3& along, double reach) {
-  const Nearest n = nearest({half[0], half[1], half[2]}, centre, along, reach);
+  const SegmentBoxPoints n = nearest({half[0], half[1], half[2]}, centre, along, reach);
   return (n.on_segment - n.on_box).squaredNorm();
 }
 
 LocalAnswer segment_box_distance(const HalfSize& half_size, const Vec3& centre, const Vec3& along, double reach) {
   const Vec3 half{half_size[0], half_size[1], half_size[2]};
   const double size = half.sum() + reach;
-  const Nearest near = nearest(half, centre, along, reach);
+  const SegmentBoxPoints near = nearest(half, centre, along, reach);
   Vec3 way = near.on_segment - near.on_box;
   if (near.inside) way -= way.dot(along) * along;  // square, whatever is left of so small a difference
   const double upper = way.norm();
@@ -148,7 +148,7 @@ LocalAnswer segment_box_distance(const HalfSize& half_size, const Vec3& centre, 
     return answer;
   }
   // Close by, the direction between the points is noise where an axis is exact.
-  const Axis axis = best_axis(half, centre, along, reach);
+  const SlabAxis axis = best_axis(half, centre, along, reach);
   if (axis.separation > 0 && upper - axis.separation > tolerance::axis_rounding * size) {
     answer.normal = way / upper;
     return answer;

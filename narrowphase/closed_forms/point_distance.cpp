@@ -75,11 +75,11 @@ PointDistance to_cone(double radius, double length, const Vec3& p) {
 }
 
 /// The way to p from the nearest point of the segment: square to it, or from an end.
-struct Way {
+struct PointToSegment {
   Vec3 from, d;
   bool square;
 };
-Way way_from_segment(const Vec3& a, const Vec3& b, const Vec3& p) {
+PointToSegment point_to_segment(const Vec3& a, const Vec3& b, const Vec3& p) {
   const Vec3 ab = b - a;
   // From both ends: how far from the nearer one would be lost in the length.
   const double from_a = (p - a).dot(ab), from_b = (b - p).dot(ab), length2 = ab.squaredNorm();
@@ -116,7 +116,7 @@ PointDistance to_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec
   bool any = false, square = false;
   const Vec3* edge[3][2] = {{&a, &b}, {&b, &c}, {&c, &a}};
   for (const auto& e : edge) {
-    const Way way = way_from_segment(*e[0], *e[1], p);
+    const PointToSegment way = point_to_segment(*e[0], *e[1], p);
     const Vec3 along = *e[1] - *e[0];
     const double distance = way.d.norm();
     // Next to a corner the edge has the more exact direction, though not a smaller distance.

@@ -15,10 +15,9 @@
 namespace tandem {
 namespace {
 
-constexpr double longest = 1 / tolerance::shortest_length;
 constexpr std::size_t part_size = 512;
 
-bool in_range(const Vec3& v) { return v.cwiseAbs().maxCoeff() <= longest && v == v; }
+bool in_range(const Vec3& v) { return v.cwiseAbs().maxCoeff() <= tolerance::longest_length && v == v; }
 
 [[noreturn]] void refuse_place(const std::string& what, const Vec3& v) {
   std::ostringstream out;
@@ -41,7 +40,7 @@ void require(const ImpactOptions& options) {
     throw std::invalid_argument(out.str());
   };
   check("tolerance", options.tolerance, 0.1, "from 0 to 0.1");
-  check("separation", options.separation, longest, "from 0 to 1e30");
+  check("separation", options.separation, tolerance::longest_length, "from 0 to 1e30");
 }
 
 void require(const MovingVertices& vertices, const char* what) {
@@ -139,8 +138,7 @@ void keep_first(const MovingVertices& a, const MovingVertices& b, std::span<cons
     std::optional<MeshImpact>& best = found[begin / part_size];
     for (std::size_t i = begin; i < end; ++i) {
       const VertexImpact next = impact(a, b, pairs[i], options, best ? best->impact.t : until);
-      if (next.hit && (!best || next.t < best->impact.t))
-        best = MeshImpact{next, kind, static_cast<std::uint32_t>(i)};
+      if (next.hit && (!best || next.t < best->impact.t)) best = MeshImpact{next, kind, static_cast<std::uint32_t>(i)};
     }
   });
   for (const auto& one : found)

@@ -133,9 +133,9 @@ struct Side {
   std::uint32_t number(const MinkowskiPoint& p) const { return of_b ? p.vertex_b : p.vertex_a; }
 };
 
-class Search {
+class FaceSearch {
  public:
-  Search(const MinkowskiDifference& d, const SmallPolytope& a, const SmallPolytope& b)
+  FaceSearch(const MinkowskiDifference& d, const SmallPolytope& a, const SmallPolytope& b)
       : d_(d),
         a_{d.a, a, d.pose, false},
         b_{d.b, b, d.pose, true},
@@ -249,7 +249,8 @@ class Search {
       const Vec3 across = other.edge(part.to, part.from);
       Vec3 m = edge.cross(across);
       const double length2 = m.squaredNorm();
-      if (!(length2 > tolerance::parallel_edges2 * edge.squaredNorm() * across.squaredNorm())) continue;  // parallel: level all along
+      if (!(length2 > tolerance::parallel_edges2 * edge.squaredNorm() * across.squaredNorm()))
+        continue;  // parallel: level all along
       m /= m.dot(mid) < 0 ? -std::sqrt(length2) : std::sqrt(length2);
       const double level = m.dot(corner + other.vertex(part.from));
       if (level >= best_ - rounding_) continue;
@@ -323,7 +324,7 @@ bool depth_by_faces(const MinkowskiDifference& d, LocalAnswer& answer) {
   if (!a.known() || !b.known()) return false;
   a.fetch();
   b.fetch();
-  return Search(d, a, b).run(answer);
+  return FaceSearch(d, a, b).run(answer);
 }
 
 }  // namespace tandem

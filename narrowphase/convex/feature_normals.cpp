@@ -10,7 +10,7 @@ namespace {
 constexpr int most_corners = 8;
 
 /// The corners of a core that reach (almost) farthest along a direction.
-struct Corners {
+struct CornerSet {
   Vec3 at[most_corners];
   int count = 0;
 };
@@ -35,9 +35,9 @@ std::uint32_t corner_count(const ConvexView& v) {
   return 1;
 }
 
-/// Corners within `depth` of the farthest along d (in the core's frame), the farthest first.
-Corners farthest_corners(const ConvexView& v, const Vec3& d, double depth) {
-  Corners c;
+/// CornerSet within `depth` of the farthest along d (in the core's frame), the farthest first.
+CornerSet farthest_corners(const ConvexView& v, const Vec3& d, double depth) {
+  CornerSet c;
   double reach[most_corners];
   const double most = d.dot(core_support(v, d));
   const std::uint32_t count = corner_count(v);
@@ -84,7 +84,7 @@ class Features {
   }
 
  private:
-  void try_faces(const Corners& c, const Mat3& turn) {
+  void try_faces(const CornerSet& c, const Mat3& turn) {
     for (int i = 0; i < c.count; ++i)
       for (int j = i + 1; j < c.count; ++j)
         for (int k = j + 1; k < c.count; ++k)
@@ -124,8 +124,8 @@ class Features {
   }
 
   const MinkowskiDifference& d_;
-  Corners a_, b_;  ///< in A's frame, about the origin of each
-  Corners own_b_;  ///< B's in its own frame
+  CornerSet a_, b_;  ///< in A's frame, about the origin of each
+  CornerSet own_b_;  ///< B's in its own frame
   double* best_ = nullptr;
   Vec3* n_ = nullptr;
 };

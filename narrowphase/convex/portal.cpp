@@ -8,7 +8,7 @@
 namespace tandem {
 namespace {
 
-constexpr int max_steps = 24;
+constexpr int max_portal_steps = 24;
 
 class Portal {
  public:
@@ -39,7 +39,8 @@ class Portal {
   const MinkowskiDifference& d_;
   double radius_, scale_;
   const SupportKernel kernel_ = support_kernel();
-  Vec3 v0_, v1_, v2_, v3_;  // a point inside A - B, and the portal: supports of A - B about the ray from it to the origin
+  Vec3 v0_, v1_, v2_,
+      v3_;  // a point inside A - B, and the portal: supports of A - B about the ray from it to the origin
 };
 
 PortalResult Portal::search() {
@@ -86,7 +87,7 @@ PortalResult Portal::refine_portal(double ball) {
   int step = 0;
   for (;; ++step) {
     const Vec3 n = (v1_ - v0_).cross(v2_ - v0_);
-    if (step == max_steps) return {Verdict::open, -v0_};
+    if (step == max_portal_steps) return {Verdict::open, -v0_};
     if (!support(n, v3_)) return {Verdict::apart, n};
     if (v1_.cross(v3_).dot(v0_) < 0) {
       v2_ = v3_;
@@ -101,7 +102,7 @@ PortalResult Portal::refine_portal(double ball) {
   // leaves as much room about a point as the point is on the way from the portal to v0.
   const double volume = 64 * epsilon * scale_ * scale_ * scale_;
   Vec3 n = Vec3::Zero();
-  for (; step < max_steps; ++step) {
+  for (; step < max_portal_steps; ++step) {
     n = (v2_ - v1_).cross(v3_ - v1_);
     const double at_origin = n.dot(v1_);
     if (at_origin > volume && at_origin * ball > 8 * volume * scale_ && v1_.cross(v3_).dot(v0_) > -volume &&

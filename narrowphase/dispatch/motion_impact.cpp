@@ -16,8 +16,6 @@
 namespace tandem {
 namespace {
 
-constexpr double never = std::numeric_limits<double>::infinity();
-
 /// Two bodies on their paths.
 class ScrewSweep {
  public:

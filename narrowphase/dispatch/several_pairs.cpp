@@ -30,7 +30,7 @@ bool is_undecided(const PlacedPair& pair, double distance) {
 }
 
 /// Pairs of boxes, in columns one after the other.
-class Boxes {
+class BoxesOfPairs {
  public:
   static constexpr std::size_t most = BoxPairRows::most;
 
@@ -292,7 +292,7 @@ class PairGroups {
 
  private:
   static constexpr std::size_t most = 3 * block;
-  static_assert(most <= Boxes::most && most <= HalfspaceBoxes::most && most <= Spheres::most);
+  static_assert(most <= BoxesOfPairs::most && most <= HalfspaceBoxes::most && most <= Spheres::most);
 
   struct Waiting {
     std::uint32_t pair;
@@ -318,7 +318,7 @@ class PairGroups {
 
   std::array<Waiting, most> waiting_;
   std::size_t count_ = 0;
-  Boxes boxes_;
+  BoxesOfPairs boxes_;
   Spheres spheres_;
   HalfspaceBoxes halfspace_boxes_;
   HalfspaceSpheres halfspace_spheres_;

@@ -19,6 +19,9 @@ inline NarrowPhaseOptions without_cutoff(NarrowPhaseOptions options) {
   return options;
 }
 
+/// The time of a touch that there is none of.
+inline constexpr double never = std::numeric_limits<double>::infinity();
+
 struct SweptBody {
   const MeshModel* mesh = nullptr;
   ConvexView view{};  // without a mesh

@@ -13,8 +13,6 @@
 namespace tandem {
 namespace {
 
-constexpr double never = std::numeric_limits<double>::infinity();
-
 // Ways are lengths along the unit vector that B moves along as A sees it: they do not depend on how fast it goes.
 
 // With the axes of its pose.

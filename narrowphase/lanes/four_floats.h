@@ -1,5 +1,5 @@
-// Four floats side by side, in what every processor of an architecture has: for loops whose data come one triangle or box
-// at a time, where no wider vectors help. Arithmetic lane by lane, never fused: the same bits everywhere.
+// Four floats side by side, in what every processor of an architecture has: for loops whose data come one triangle or
+// box at a time, where no wider vectors help. Arithmetic lane by lane, never fused: the same bits everywhere.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -25,6 +25,7 @@ inline FourFloats max_of(FourFloats a, FourFloats b) { return _mm_max_ps(a, b); 
 inline FourFloats min_of(FourFloats a, FourFloats b) { return a < b ? a : b; }
 inline FourFloats max_of(FourFloats a, FourFloats b) { return a > b ? a : b; }
 #endif
+inline FourFloats absolute(FourFloats v) { return max_of(v, -v); }
 /// Rounded towards 0; the lanes must fit.
 inline std::array<std::int32_t, 4> to_integers(FourFloats v) {
   using FourIntegers = std::int32_t __attribute__((vector_size(16)));

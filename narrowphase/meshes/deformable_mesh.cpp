@@ -4,7 +4,6 @@
 #include <atomic>
 #include <cmath>
 #include <optional>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 
@@ -14,26 +13,19 @@
 #include "shapes/mesh_refit.h"
 #include "shapes/run_parts.h"
 #include "shapes/shape_insides.h"
+#include "shapes/written.h"
 #include "tolerances.h"
 
 namespace tandem {
 namespace {
 
-[[noreturn]] void refuse(const std::string& why) { throw std::invalid_argument("deformable mesh: " + why); }
+[[noreturn]] void refuse_vertices(const std::string& why) { throw std::invalid_argument("deformable mesh: " + why); }
 
-std::string text(const Vec3& v) {
-  std::ostringstream out;
-  out.precision(17);
-  out << "(" << v.x() << ", " << v.y() << ", " << v.z() << ")";
-  return out.str();
-}
-
-constexpr std::size_t vertices_a_stretch = 16'384;
-constexpr double farthest = 1e30;  // as of all shapes
-bool is_place(const Vec3& v) { return v.cwiseAbs().maxCoeff() <= farthest && v.allFinite(); }
+bool is_place(const Vec3& v) { return v.cwiseAbs().maxCoeff() <= tolerance::longest_length && v.allFinite(); }
 
 [[noreturn]] void refuse_place(std::size_t v, const Vec3& place) {
-  refuse("vertices[" + std::to_string(v) + "] is " + text(place) + "; it must be finite and at most 1e30 in size");
+  refuse_vertices("vertices[" + std::to_string(v) + "] is " + written(place) +
+                  "; it must be finite and at most 1e30 in size");
 }
 
 std::shared_ptr<MeshModel> model_of(Mesh mesh, const PartRunner& parts, std::vector<std::uint32_t>& first) {
@@ -54,7 +46,8 @@ struct DeformableMesh::Impl {
     std::uint64_t structure = 0;  ///< of which its hierarchy is
   };
 
-  Impl(Mesh mesh, const PartRunner& parts) : current{model_of(std::move(mesh), parts, first), 0}, refit(*current.model) {
+  Impl(Mesh mesh, const PartRunner& parts)
+      : current{model_of(std::move(mesh), parts, first), 0}, refit(*current.model) {
     used = vertices_in_use(*current.model);
     for (std::uint32_t v = 0; v < first.size(); ++v)
       if (first[v] != v) seams.push_back(v);
@@ -77,17 +70,17 @@ struct DeformableMesh::Impl {
 };
 
 Extent DeformableMesh::Impl::checked_extent(std::span<const Vec3> vertices, const PartRunner& parts) const {
-  const std::size_t count = stretches(vertices.size(), vertices_a_stretch);
+  const std::size_t count = stretches(vertices.size(), elements_a_stretch);
   std::vector<Extent> extents(count);
   std::vector<std::uint8_t> faulty(count, 0);
-  run_stretches(parts, vertices.size(), vertices_a_stretch, [&](std::size_t k, std::size_t begin, std::size_t end) {
+  run_stretches(parts, vertices.size(), elements_a_stretch, [&](std::size_t k, std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) {
       if (!is_place(vertices[v])) faulty[k] = 1;
       if (used[v] != 0) extents[k].add(vertices[v]);
     }
   });
   if (const auto part = std::find(faulty.begin(), faulty.end(), 1); part != faulty.end())
-    for (auto v = static_cast<std::size_t>(part - faulty.begin()) * vertices_a_stretch;; ++v)
+    for (auto v = static_cast<std::size_t>(part - faulty.begin()) * elements_a_stretch;; ++v)
       if (!is_place(vertices[v])) refuse_place(v, vertices[v]);
   Extent all;
   for (const Extent& extent : extents) all.add(extent);
@@ -100,21 +93,21 @@ void DeformableMesh::Impl::require_seams(std::span<const Vec3> vertices, const M
   const double apart = current.model->solid ? 0 : 2 * seam_tolerance(frame);
   for (const std::uint32_t v : seams)
     if ((vertices[v] - vertices[first[v]]).lpNorm<Eigen::Infinity>() > apart)
-      refuse("vertices[" + std::to_string(v) + "] is " + text(vertices[v]) + " and vertices[" +
-             std::to_string(first[v]) + "] is " + text(vertices[first[v]]) +
-             "; they were one when the mesh was built and must stay so");
+      refuse_vertices("vertices[" + std::to_string(v) + "] is " + written(vertices[v]) + " and vertices[" +
+                      std::to_string(first[v]) + "] is " + written(vertices[first[v]]) +
+                      "; they were one when the mesh was built and must stay so");
 }
 
 void DeformableMesh::Impl::require_outward(std::span<const Vec3> vertices, const MeshFrame& frame,
                                            const PartRunner& parts) const {
   if (!current.model->closed) return;
   if (const auto volume = inside_out(*current.model, vertices, frame, parts))
-    refuse("the mesh is closed, but its volume is " + std::to_string(*volume) +
-           "; it must not be negative: it was turned inside out");
+    refuse_vertices("the mesh is closed, but its volume is " + std::to_string(*volume) +
+                    "; it must not be negative: it was turned inside out");
 }
 
-// The current one where no Shape holds it; else an earlier one; else a copy. All but the vertices and boxes is then as in
-// the one before.
+// The current one where no Shape holds it; else an earlier one; else a copy. All but the vertices and boxes is then as
+// in the one before.
 void DeformableMesh::Impl::take_free_buffer() {
   const auto is_free = [](const Buffer& buffer) {
     if (buffer.model.use_count() > 1) return false;
@@ -150,19 +143,19 @@ DeformReport DeformableMesh::update(std::span<const Vec3> vertices, const PartRu
   Impl& impl = *impl_;
   const std::size_t wanted = impl.current.model->vertices.size();
   if (vertices.size() != wanted)
-    refuse("vertices holds " + std::to_string(vertices.size()) + "; it must hold " + std::to_string(wanted) +
-           ", as many as the mesh has");
+    refuse_vertices("vertices holds " + std::to_string(vertices.size()) + "; it must hold " + std::to_string(wanted) +
+                    ", as many as the mesh has");
   const MeshFrame frame(impl.checked_extent(vertices, parts));
   const double size = 2 * frame.half.norm();
   if (size > 0 && size < tolerance::shortest_length)
-    refuse("the extent of the vertices is " + text(2 * frame.half) + "; it must be 0 or at least 1e-30");
+    refuse_vertices("the extent of the vertices is " + written(2 * frame.half) + "; it must be 0 or at least 1e-30");
   impl.require_seams(vertices, frame);
   impl.require_outward(vertices, frame, parts);
 
   impl.take_free_buffer();
   MeshModel& mesh = *impl.current.model;
   mesh.forget_extremes();
-  run_stretches(parts, vertices.size(), vertices_a_stretch, [&](std::size_t, std::size_t begin, std::size_t end) {
+  run_stretches(parts, vertices.size(), elements_a_stretch, [&](std::size_t, std::size_t begin, std::size_t end) {
     std::copy(vertices.data() + begin, vertices.data() + end, mesh.vertices.data() + begin);
   });
   mesh.centre = frame.centre, mesh.half = frame.half, mesh.unit = frame.unit;

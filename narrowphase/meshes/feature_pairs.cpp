@@ -52,9 +52,9 @@ double segment_segment(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& 
 }
 
 // A mesh's features: a vertex belongs to the first of its triangles, an edge to the first of those beside it.
-class Features {
+class NearFeatureRows {
  public:
-  Features(const MeshModel& mesh, std::span<const std::uint32_t> first) : mesh_(mesh), first_(first) {
+  NearFeatureRows(const MeshModel& mesh, std::span<const std::uint32_t> first) : mesh_(mesh), first_(first) {
     std::vector<std::uint8_t> seen(mesh.vertices.size(), 0);
     own_.resize(mesh.triangles.size(), 0);
     for (std::uint32_t t = 0; t < own_.size(); ++t)
@@ -92,8 +92,8 @@ class Features {
 class FeaturePairs final : public PairVisitor {
  public:
   /// Corners of A as they are, of B turned and moved. `self`: one mesh.
-  FeaturePairs(const MeshModel& a, const Features& of_a, const MeshModel& b, const Features& of_b, bool self,
-               const Pose& b_in_a, double margin, NearFeatures& found)
+  FeaturePairs(const MeshModel& a, const NearFeatureRows& of_a, const MeshModel& b, const NearFeatureRows& of_b,
+               bool self, const Pose& b_in_a, double margin, NearFeatures& found)
       : PairVisitor(nullptr),
         a_(a),
         of_a_(of_a),
@@ -121,8 +121,8 @@ class FeaturePairs final : public PairVisitor {
   }
 
  private:
-  void add_point(std::uint32_t v, const Vec3& place, std::uint32_t t, const Features& of_t, const Corners& corners,
-                 std::vector<NearPoint>& points) const {
+  void add_point(std::uint32_t v, const Vec3& place, std::uint32_t t, const NearFeatureRows& of_t,
+                 const Corners& corners, std::vector<NearPoint>& points) const {
     if (self_ && of_t.has_vertex(t, v)) return;
     if (const double distance = point_triangle(place, corners); distance <= margin_) points.push_back({v, t, distance});
   }
@@ -135,9 +135,9 @@ class FeaturePairs final : public PairVisitor {
   }
 
   const MeshModel& a_;
-  const Features& of_a_;
+  const NearFeatureRows& of_a_;
   const MeshModel& b_;
-  const Features& of_b_;
+  const NearFeatureRows& of_b_;
   const bool self_;
   const Pose b_in_a_;
   const double margin_;
@@ -190,7 +190,7 @@ void require_feature_margin(double margin) {
 
 NearFeatures near_features(const MeshModel& mesh, std::span<const std::uint32_t> first, double margin,
                            const PartRunner& parts) {
-  const Features features(mesh, first);
+  const NearFeatureRows features(mesh, first);
   return find(NearTriangles(mesh, margin), parts, [&](NearFeatures& found) {
     return FeaturePairs(mesh, features, mesh, features, true, Pose{}, margin, found);
   });
@@ -206,7 +206,7 @@ NearFeatures near_features(const Shape& a, const Pose& pose_a, const Shape& b, c
       throw std::invalid_argument("near features: a shape is a " + std::string(name(shape->kind())) +
                                   "; both must be a mesh or a triangle");
   const MeshModel &ma = mesh_of(a), &mb = mesh_of(b);
-  const Features of_a(ma, {}), of_b(mb, {});
+  const NearFeatureRows of_a(ma, {}), of_b(mb, {});
   const Mat3 back = pose_a.rotation.transpose();
   const Pose b_in_a{back * pose_b.rotation, back * (pose_b.translation - pose_a.translation)};
   return find(NearTriangles({a, pose_a}, {b, pose_b}, margin), parts,

@@ -1,5 +1,5 @@
-// What is wrong with a mesh: duplicates, triangles without area, edges that do not join two triangles in opposite sense,
-// components that are inside out, triangles that cross each other.
+// What is wrong with a mesh: duplicates, triangles without area, edges that do not join two triangles in opposite
+// sense, components that are inside out, triangles that cross each other.
 #include "tandem/narrowphase/inspection.h"
 
 #include <algorithm>
@@ -39,7 +39,7 @@ void require(const Mesh& mesh) {
                                     ", must be below " + std::to_string(mesh.vertices.size()));
 }
 
-struct Side {
+struct HalfEdge {
   std::uint32_t lo, hi, triangle;
   bool up;  // runs from lo to hi
 };
@@ -47,8 +47,13 @@ struct Side {
 class Inspector {
  public:
   Inspector(const Mesh& mesh, const InspectionOptions& options)
-      : mesh_(mesh), most_(options.most), first_(weld(mesh.vertices)), parent_(mesh.triangles.size()),
-        left_out_(mesh.triangles.size(), false), open_(mesh.triangles.size(), false), exact_(Pose{}, Pose{}, reach()) {
+      : mesh_(mesh),
+        most_(options.most),
+        first_(weld(mesh.vertices)),
+        parent_(mesh.triangles.size()),
+        left_out_(mesh.triangles.size(), false),
+        open_(mesh.triangles.size(), false),
+        exact_(Pose{}, Pose{}, reach()) {
     found_.vertices = mesh.vertices.size();
     found_.triangles = mesh.triangles.size();
     std::iota(parent_.begin(), parent_.end(), 0u);
@@ -128,7 +133,7 @@ class Inspector {
   }
 
   void edges() {
-    std::vector<Side> sides;
+    std::vector<HalfEdge> sides;
     for (std::uint32_t i = 0; i < mesh_.triangles.size(); ++i) {
       const auto t = welded(i);
       for (std::size_t k = 0; k < 3; ++k) {
@@ -136,7 +141,7 @@ class Inspector {
         if (p != q) sides.push_back({std::min(p, q), std::max(p, q), i, p < q});
       }
     }
-    std::sort(sides.begin(), sides.end(), [](const Side& x, const Side& y) {
+    std::sort(sides.begin(), sides.end(), [](const HalfEdge& x, const HalfEdge& y) {
       return std::tie(x.lo, x.hi, x.triangle, x.up) < std::tie(y.lo, y.hi, y.triangle, y.up);
     });
     for (std::size_t begin = 0, end; begin < sides.size(); begin = end) {
@@ -146,10 +151,11 @@ class Inspector {
     }
   }
 
-  void edge(std::span<const Side> sides) {
-    const auto up = static_cast<std::size_t>(std::count_if(sides.begin(), sides.end(), [](const Side& s) { return s.up; }));
-    const Side& s = sides.front();
-    for (const Side& other : sides) {
+  void edge(std::span<const HalfEdge> sides) {
+    const auto up =
+        static_cast<std::size_t>(std::count_if(sides.begin(), sides.end(), [](const HalfEdge& s) { return s.up; }));
+    const HalfEdge& s = sides.front();
+    for (const HalfEdge& other : sides) {
       const std::uint32_t p = root(s.triangle), q = root(other.triangle);
       parent_[std::max(p, q)] = std::min(p, q);
     }
@@ -159,7 +165,7 @@ class Inspector {
                                                 : EdgeFault::non_manifold;
     add(found_.faulty_edges,
         {fault, {s.lo, s.hi}, {mesh_.vertices[s.lo], mesh_.vertices[s.hi]}, s.triangle, up, sides.size() - up});
-    for (const Side& other : sides) open_[other.triangle] = true;
+    for (const HalfEdge& other : sides) open_[other.triangle] = true;
   }
 
   struct Component {
@@ -197,8 +203,8 @@ class Inspector {
     }
   }
 
-  // How often the closed components but one go round a point, from their solid angles (van Oosterom, Strackee, The solid
-  // angle of a plane triangle, 1983).
+  // How often the closed components but one go round a point, from their solid angles (van Oosterom, Strackee, The
+  // solid angle of a plane triangle, 1983).
   double windings(const std::vector<Component>& all, const Component& but, const Vec3& point) const {
     double sum = 0;
     for (const Component& c : all) {
@@ -228,7 +234,8 @@ class Inspector {
     CrossingPairs visitor(*this);
     traverse(model, model, exact_, false, visitor);
     found_.self_intersections.count = visitor.count();
-    for (const auto& pair : visitor.first()) found_.self_intersections.first.push_back({pair, between(pair[0], pair[1])});
+    for (const auto& pair : visitor.first())
+      found_.self_intersections.first.push_back({pair, between(pair[0], pair[1])});
   }
 
   // Counts pairs and keeps the first.
@@ -301,9 +308,12 @@ class Inspector {
 
 std::string_view name(EdgeFault fault) {
   switch (fault) {
-    case EdgeFault::open: return "open";
-    case EdgeFault::non_manifold: return "non-manifold";
-    default: return "inconsistent";
+    case EdgeFault::open:
+      return "open";
+    case EdgeFault::non_manifold:
+      return "non-manifold";
+    default:
+      return "inconsistent";
   }
 }
 

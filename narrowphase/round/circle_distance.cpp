@@ -5,14 +5,16 @@
 namespace tandem {
 namespace {
 
-struct Range {
+struct Interval {
   double low, high;
 
-  static Range of(double p, double q) { return {std::min(p, q), std::max(p, q)}; }
-  Range operator+(const Range& o) const { return {low + o.low, high + o.high}; }
-  Range operator*(double k) const { return of(k * low, k * high); }
+  static Interval of(double p, double q) { return {std::min(p, q), std::max(p, q)}; }
+  Interval operator+(const Interval& o) const { return {low + o.low, high + o.high}; }
+  Interval operator*(double k) const { return of(k * low, k * high); }
   /// By numbers that are not negative.
-  Range by(const Range& k) const { return {low * (low < 0 ? k.high : k.low), high * (high > 0 ? k.high : k.low)}; }
+  Interval by(const Interval& k) const {
+    return {low * (low < 0 ? k.high : k.low), high * (high > 0 ? k.high : k.low)};
+  }
 };
 
 /// The square of an angle (radians) that a arc is no longer than: the arc of a quarter is pi / sqrt(8) of its chord,
@@ -104,7 +106,7 @@ int CircleDistance::arcs(double below, double rounding, Arc* all) const {
   double low = -1, high = 1;
   const double rise = -facing_[0] * small_ * lean_, start = facing_[0] * centre_[2];
   if (std::abs(rise) > rounding) {
-    const Range sine = Range::of((rounding - lift_[0] * below - start) / rise, (below - start) / rise);
+    const Interval sine = Interval::of((rounding - lift_[0] * below - start) / rise, (below - start) / rise);
     low = std::max(low, sine.low), high = std::min(high, sine.high);
   }
   int count = 0;
@@ -128,20 +130,21 @@ bool CircleDistance::may_have_minimum(const Arc& arc, double below, double round
   if (large_ - least <= rounding || most < large_ - below) return false;
 
   // The sum is -m u, -m w, x.
-  const Range u = Range::of(first.u, last.u), w = Range::of(first.w, last.w), x = Range::of(first.x, last.x);
-  const Range m{large_ / most - 1, std::max(0.0, large_ / std::max(least, epsilon * large_) - 1)};
+  const Interval u = Interval::of(first.u, last.u), w = Interval::of(first.w, last.w),
+                 x = Interval::of(first.x, last.x);
+  const Interval m{large_ / most - 1, std::max(0.0, large_ / std::max(least, epsilon * large_) - 1)};
   const double highest = std::max(-x.low, x.high), aside = large_ - least;
   const double longest = std::min(below, std::sqrt(highest * highest + aside * aside));
   if ((x * facing_[0]).high <= rounding - lift_[0] * longest) return false;
-  const Range along = (w.by(m) * -lean_ + x * upright_) * facing_[1];
+  const Interval along = (w.by(m) * -lean_ + x * upright_) * facing_[1];
   if (along.high <= rounding - lift_[1] * longest) return false;
   const double sign_c = first.cosine + last.cosine < 0 ? -1 : 1, sign_s = first.sine + last.sine < 0 ? -1 : 1;
-  const Range c = Range::of(std::abs(first.cosine), std::abs(last.cosine));
-  const Range s = Range::of(std::abs(first.sine), std::abs(last.sine));
-  const Range in = ((u * sign_c).by(c) + (w * (upright_ * sign_s)).by(s)).by(m) + (x * (lean_ * sign_s)).by(s);
+  const Interval c = Interval::of(std::abs(first.cosine), std::abs(last.cosine));
+  const Interval s = Interval::of(std::abs(first.sine), std::abs(last.sine));
+  const Interval in = ((u * sign_c).by(c) + (w * (upright_ * sign_s)).by(s)).by(m) + (x * (lean_ * sign_s)).by(s);
   if (in.low >= -rounding) return false;
   // Minus the sum along the tangent. Far from the axis the second is wide, near it the first.
-  const Range ahead =
+  const Interval ahead =
       m.high < 1
           ? ((m * out_ + x.by({1 + m.low, 1 + m.high}) * lean_) * sign_c).by(c) + (m * (-centre_[0] * sign_s)).by(s)
           : ((w * (upright_ * sign_c)).by(c) + (u * -sign_s).by(s)).by(m) + (x * (lean_ * sign_c)).by(c);

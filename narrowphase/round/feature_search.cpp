@@ -16,7 +16,7 @@ constexpr int newton_steps = 8;
 using tolerance::newton_end;  ///< radians: the step after so small a one changes no digit
 
 /// A core where it stands, in A's frame.
-struct Body {
+struct FeatureBody {
   const ConvexView& core;
   const Mat3* axes;  ///< null: those of the frame
   Vec3 centre;
@@ -63,7 +63,7 @@ struct Spot {
 };
 
 /// Moves p to the nearest point of the body. On a hull it is searched from where the last one was found, if any was.
-Spot project(const Body& body, Vec3& p, double least, const Spot* last = nullptr) {
+Spot project(const FeatureBody& body, Vec3& p, double least, const Spot* last = nullptr) {
   Spot spot;
   spot.q = body.in(p);
   if (body.core.kind == ShapeKind::convex) {
@@ -94,7 +94,7 @@ struct Feature {
   std::uint32_t face = 0;       ///< of a hull
 };
 
-Feature feature(const Body& body, const Spot& spot, double least) {
+Feature feature(const FeatureBody& body, const Spot& spot, double least) {
   const ConvexView& core = body.core;
   const Vec3& q = spot.q;
   Feature f;
@@ -336,7 +336,8 @@ bool circle_to_circle(Feature a, Feature b, NearestPoints& w) {
 }
 
 /// From a face to what of the other body is farthest back along its normal.
-bool face_to_body(const Body& body, const Feature& flat, const Body& other, double rounding, NearestPoints& w) {
+bool face_to_body(const FeatureBody& body, const Feature& flat, const FeatureBody& other, double rounding,
+                  NearestPoints& w) {
   w.n = flat.axis;
   w.b = other.support(-w.n);
   w.a = w.b - (w.b - flat.point).dot(w.n) * w.n;
@@ -353,7 +354,7 @@ bool face_to_body(const Body& body, const Feature& flat, const Body& other, doub
 }
 
 /// The nearest points of two features; w.n tells about where to. False where it leaves them.
-bool nearest_points(const Body& a, const Feature& fa, const Body& b, const Feature& fb, double rounding,
+bool nearest_points(const FeatureBody& a, const Feature& fa, const FeatureBody& b, const Feature& fb, double rounding,
                     NearestPoints& w) {
   const auto swapped = [&w](auto&& find) {
     std::swap(w.a, w.b);
@@ -403,8 +404,8 @@ class FeatureSearch {
 
   const MinkowskiDifference& d_;
   const double below_, rounding_;
-  const Body a_;
-  Body b_;
+  const FeatureBody a_;
+  FeatureBody b_;
   Spot spot_a_, spot_b_;
   NearestPoints w_;
   bool apart_ = false;

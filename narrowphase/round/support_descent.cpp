@@ -5,7 +5,7 @@
 namespace tandem {
 namespace {
 
-constexpr int max_steps = 64;
+constexpr int max_newton_steps = 64;
 constexpr int capacity = 4;  // pieces of a body that meet: a face of a box
 
 // Relative to RoundPair::scale, without unit.
@@ -387,7 +387,7 @@ bool NewtonDescent::step_along(const Circle& circle) {
 }
 
 Support NewtonDescent::run() {
-  for (int step = 0; step < max_steps; ++step) {
+  for (int step = 0; step < max_newton_steps; ++step) {
     weigh();
     if (at_.h < below_ || at_.optimal) return at_;
     if (at_disc()) return at_;

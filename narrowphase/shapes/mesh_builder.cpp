@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 
@@ -14,21 +13,13 @@
 #include "shapes/mesh_edges.h"
 #include "shapes/mesh_hierarchy.h"
 #include "shapes/run_parts.h"
+#include "shapes/written.h"
 #include "tolerances.h"
 
 namespace tandem {
 namespace {
 
-constexpr std::size_t a_stretch = 16'384;  // triangles
-
 [[noreturn]] void refuse(const std::string& why) { throw std::invalid_argument("mesh: " + why); }
-
-std::string text(const Vec3& v) {
-  std::ostringstream out;
-  out.precision(17);
-  out << "(" << v.x() << ", " << v.y() << ", " << v.z() << ")";
-  return out.str();
-}
 
 void turn_all(MeshModel& mesh) {
   for (auto& t : mesh.triangles) std::swap(t[1], t[2]);
@@ -80,15 +71,16 @@ std::vector<MeshModel::Component> extremes_of_components(const MeshModel& mesh,
 }
 
 double six_volumes(const MeshModel& mesh, std::span<const Vec3> vertices, const Vec3& about, const PartRunner& parts) {
-  std::vector<double> sums(stretches(mesh.triangles.size(), a_stretch), 0);
-  run_stretches(parts, mesh.triangles.size(), a_stretch, [&](std::size_t k, std::size_t begin, std::size_t end) {
-    double sum = 0;
-    for (std::size_t i = begin; i < end; ++i) {
-      const auto& t = mesh.triangles[i];
-      sum += (vertices[t[0]] - about).dot((vertices[t[1]] - about).cross(vertices[t[2]] - about));
-    }
-    sums[k] = sum;
-  });
+  std::vector<double> sums(stretches(mesh.triangles.size(), elements_a_stretch), 0);
+  run_stretches(parts, mesh.triangles.size(), elements_a_stretch,
+                [&](std::size_t k, std::size_t begin, std::size_t end) {
+                  double sum = 0;
+                  for (std::size_t i = begin; i < end; ++i) {
+                    const auto& t = mesh.triangles[i];
+                    sum += (vertices[t[0]] - about).dot((vertices[t[1]] - about).cross(vertices[t[2]] - about));
+                  }
+                  sums[k] = sum;
+                });
   return std::accumulate(sums.begin(), sums.end(), 0.0);
 }
 
@@ -147,21 +139,22 @@ Extent checked_extent(const Mesh& mesh, const PartRunner& parts) {
     refuse("triangles holds " + std::to_string(mesh.triangles.size()) + "; at most 2^28 - 1 are allowed");
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
     if (!mesh.vertices[i].allFinite())
-      refuse("vertices[" + std::to_string(i) + "] is " + text(mesh.vertices[i]) + "; it must be finite");
+      refuse("vertices[" + std::to_string(i) + "] is " + written(mesh.vertices[i]) + "; it must be finite");
   struct Some {
     Extent extent{};
     std::size_t faulty = no_index;  // the first triangle that is
   };
-  std::vector<Some> some(stretches(mesh.triangles.size(), a_stretch));
-  run_stretches(parts, mesh.triangles.size(), a_stretch, [&](std::size_t k, std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end && some[k].faulty == no_index; ++i)
-      for (const std::uint32_t v : mesh.triangles[i]) {
-        if (v < mesh.vertices.size())
-          some[k].extent.add(mesh.vertices[v]);
-        else
-          some[k].faulty = std::min(some[k].faulty, i);
-      }
-  });
+  std::vector<Some> some(stretches(mesh.triangles.size(), elements_a_stretch));
+  run_stretches(parts, mesh.triangles.size(), elements_a_stretch,
+                [&](std::size_t k, std::size_t begin, std::size_t end) {
+                  for (std::size_t i = begin; i < end && some[k].faulty == no_index; ++i)
+                    for (const std::uint32_t v : mesh.triangles[i]) {
+                      if (v < mesh.vertices.size())
+                        some[k].extent.add(mesh.vertices[v]);
+                      else
+                        some[k].faulty = std::min(some[k].faulty, i);
+                    }
+                });
   Extent box;
   for (const Some& s : some) {
     box.add(s.extent);

@@ -17,8 +17,6 @@
 namespace tandem {
 namespace {
 
-constexpr std::size_t a_stretch = 16'384;  // triangles or vertices
-
 /// To find it by, in a refusal, which is short.
 std::string short_text(const Vec3& v) {
   std::ostringstream out;
@@ -27,16 +25,16 @@ std::string short_text(const Vec3& v) {
 }
 
 // One of an edge, as a number that sorts by the other end, the sense, the triangle and the corner.
-class Side {
+class TriangleSide {
  public:
-  Side() = default;
-  Side(std::uint32_t hi, bool up, std::uint32_t number)
+  TriangleSide() = default;
+  TriangleSide(std::uint32_t hi, bool up, std::uint32_t number)
       : key_(std::uint64_t{hi} << 32 | (up ? std::uint64_t{1} << 31 : 0) | number) {}
   std::uint32_t hi() const { return static_cast<std::uint32_t>(key_ >> 32); }
   bool up() const { return (key_ >> 31 & 1) != 0; }  // runs from the lower end to the higher
   std::uint32_t triangle() const { return number() / 3; }
   std::uint32_t corner() const { return number() % 3; }
-  auto operator<=>(const Side&) const = default;
+  auto operator<=>(const TriangleSide&) const = default;
 
  private:
   std::uint32_t number() const { return static_cast<std::uint32_t>(key_ & 0x7fffffff); }
@@ -49,13 +47,14 @@ class SideLists {
   SideLists(const MeshModel& mesh, const std::vector<std::uint32_t>& first, const PartRunner& parts, BuildMeter& meter)
       : mesh_(mesh), first_(first), last_(mesh.vertices.size(), no_index), before_(3 * mesh.triangles.size()) {
     const bool shared = static_cast<bool>(parts);
-    run_stretches(parts, mesh.triangles.size(), a_stretch, [&](std::size_t, std::size_t begin, std::size_t end) {
-      meter.spend(0);
-      for (std::size_t side = 3 * begin; side < 3 * end; ++side) {
-        const auto [p, q] = ends(side);
-        if (p != q) before_[side] = put(last_[std::min(p, q)], static_cast<std::uint32_t>(side), shared);
-      }
-    });
+    run_stretches(parts, mesh.triangles.size(), elements_a_stretch,
+                  [&](std::size_t, std::size_t begin, std::size_t end) {
+                    meter.spend(0);
+                    for (std::size_t side = 3 * begin; side < 3 * end; ++side) {
+                      const auto [p, q] = ends(side);
+                      if (p != q) before_[side] = put(last_[std::min(p, q)], static_cast<std::uint32_t>(side), shared);
+                    }
+                  });
   }
 
   std::size_t vertices() const { return last_.size(); }
@@ -63,7 +62,7 @@ class SideLists {
   /// visit(lo, sides) for each edge between two vertices whose lower is one of these, by their order.
   template <class Visit>
   void each_edge(std::size_t begin, std::size_t end, const Visit& visit) const {
-    std::vector<Side> sides;
+    std::vector<TriangleSide> sides;
     for (std::size_t v = begin; v < end; ++v) {
       sides.clear();
       for (std::uint32_t s = last_[v]; s != no_index; s = before_[s]) {
@@ -73,7 +72,7 @@ class SideLists {
       sort(sides);
       for (std::size_t from = 0, to; from < sides.size(); from = to) {
         for (to = from; to < sides.size() && sides[to].hi() == sides[from].hi();) ++to;
-        visit(static_cast<std::uint32_t>(v), std::span<const Side>(sides).subspan(from, to - from));
+        visit(static_cast<std::uint32_t>(v), std::span<const TriangleSide>(sides).subspan(from, to - from));
       }
     }
   }
@@ -92,11 +91,11 @@ class SideLists {
     return {first_[t[k]], first_[t[k == 2 ? 0 : k + 1]]};
   }
   // Mostly three or so.
-  static void sort(std::vector<Side>& sides) {
+  static void sort(std::vector<TriangleSide>& sides) {
     constexpr std::size_t few = 16;
     if (sides.size() > few) return std::sort(sides.begin(), sides.end());
     for (std::size_t i = 1; i < sides.size(); ++i) {
-      const Side side = sides[i];
+      const TriangleSide side = sides[i];
       std::size_t k = i;
       for (; k > 0 && side < sides[k - 1]; --k) sides[k] = sides[k - 1];
       sides[k] = side;
@@ -116,7 +115,7 @@ struct Survey {
   std::optional<std::string> open{};    // the first edge at which it is not closed
 };
 
-std::string why_open(const MeshModel& mesh, std::uint32_t lo, std::span<const Side> sides, std::size_t down) {
+std::string why_open(const MeshModel& mesh, std::uint32_t lo, std::span<const TriangleSide> sides, std::size_t down) {
   return "solid, but not closed: the edge " + short_text(mesh.vertices[lo]) + " to " +
          short_text(mesh.vertices[sides[0].hi()]) + " of triangle " + std::to_string(sides[0].triangle()) + " is in " +
          std::to_string(sides.size() - down) + " one way, in " + std::to_string(down) + " the other, allowed: as many";
@@ -125,10 +124,10 @@ std::string why_open(const MeshModel& mesh, std::uint32_t lo, std::span<const Si
 // Pairs sides of opposite sense.
 Survey join(MeshModel& mesh, const SideLists& lists, const PartRunner& parts, BuildMeter& meter) {
   mesh.neighbours.assign(mesh.triangles.size(), {no_index, no_index, no_index});
-  std::vector<Survey> some(stretches(lists.vertices(), a_stretch));
-  run_stretches(parts, lists.vertices(), a_stretch, [&](std::size_t k, std::size_t begin, std::size_t end) {
+  std::vector<Survey> some(stretches(lists.vertices(), elements_a_stretch));
+  run_stretches(parts, lists.vertices(), elements_a_stretch, [&](std::size_t k, std::size_t begin, std::size_t end) {
     meter.spend(0);
-    lists.each_edge(begin, end, [&](std::uint32_t lo, std::span<const Side> sides) {
+    lists.each_edge(begin, end, [&](std::uint32_t lo, std::span<const TriangleSide> sides) {
       std::size_t down = 0;
       while (down < sides.size() && !sides[down].up()) ++down;
       if (2 * down != sides.size() && !some[k].open) some[k].open = why_open(mesh, lo, sides, down);
@@ -158,9 +157,9 @@ void turn_alike(MeshModel& mesh, const SideLists& lists, BuildMeter& meter) {
     bool against = false;  // the two go round in opposite ways
   };
   std::vector<std::array<Other, 3>> others(mesh.triangles.size());
-  lists.each_edge([&](std::uint32_t, std::span<const Side> sides) {
+  lists.each_edge([&](std::uint32_t, std::span<const TriangleSide> sides) {
     if (sides.size() != 2) return;
-    const Side &p = sides[0], &q = sides[1];
+    const TriangleSide &p = sides[0], &q = sides[1];
     others[p.triangle()][p.corner()] = {q.triangle(), p.up() == q.up()};
     others[q.triangle()][q.corner()] = {p.triangle(), p.up() == q.up()};
   });

@@ -19,7 +19,7 @@ namespace tandem {
 namespace {
 using Lanes = FourFloats;
 
-constexpr std::size_t vertices_a_stretch = 8192;
+constexpr std::size_t corners_a_stretch = 8192;
 
 // What a subtree holds: its box, and the spread of its corners about their mean.
 struct Content {
@@ -216,7 +216,7 @@ void place_corners(const MeshModel& mesh, const PartRunner& parts, CornersInUnit
   const std::size_t count = mesh.vertices.size();
   const double scale = 1 / mesh.unit;
   corners.resize(count);
-  run_stretches(parts, count, vertices_a_stretch, [&](std::size_t, std::size_t begin, std::size_t end) {
+  run_stretches(parts, count, corners_a_stretch, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) {
       const Vec3 p = (mesh.vertices[v] - mesh.centre) * scale;
       corners[v] = Lanes{static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z()), 0};

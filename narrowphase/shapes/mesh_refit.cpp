@@ -22,12 +22,10 @@ constexpr double worn_from = 1.5;
 constexpr std::size_t most_subtrees = 256;
 constexpr std::uint32_t least_subtree = 1024;  // triangles
 
-struct FlatBox {
+struct LaneBox {
   Lanes low = all_four(std::numeric_limits<float>::infinity()), high = -low;
   void add(Lanes l, Lanes h) { low = min_of(low, l), high = max_of(high, h); }
 };
-
-Lanes absolute(Lanes v) { return max_of(v, -v); }
 
 // Rows of four to columns.
 void transpose(const Lanes* rows, Lanes* columns) {
@@ -115,7 +113,7 @@ void MeshRefit::cut(const MeshModel& mesh) {
 
 void MeshRefit::refit_bottom(MeshModel& mesh, MeshNode& node, Lanes& normal, Areas& areas) const {
   Lanes corner[3][mesh_lanes], mid[mesh_lanes], half[mesh_lanes];
-  FlatBox all;
+  LaneBox all;
   normal = all_four(0);
   for (std::uint32_t k = 0; k < mesh_lanes; ++k) {
     if (k >= node.lanes) {  // repeats the last; its box touches nothing
@@ -176,7 +174,7 @@ void MeshRefit::refit_slab(const MeshModel& mesh, std::uint32_t child, ChildSlab
   if (!(std::abs(static_cast<double>(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) - 1) < tolerance::no_direction))
     n = Lanes{1, 0, 0, 0};
   const Lanes x = all_four(n[0]), y = all_four(n[1]), z = all_four(n[2]);
-  FlatBox heights;
+  LaneBox heights;
   const MeshNode& below = mesh.nodes[child];
   if (below.bottom) {
     for (const auto& corner : mesh.blocks[below.block].corner)

@@ -1,22 +1,15 @@
 #include "tandem/narrowphase/pose.h"
 
 #include <cmath>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 
+#include "shapes/written.h"
 #include "tolerances.h"
 
 namespace tandem {
 
 namespace {
-
-std::string written(double x) {
-  std::ostringstream out;
-  out.precision(17);
-  out << x;
-  return out.str();
-}
 
 double skewness(const Mat3& r) { return (r.transpose() * r - Mat3::Identity()).cwiseAbs().maxCoeff(); }
 
@@ -27,12 +20,13 @@ bool is_valid(const Pose& pose) {
   const auto dot = [&](int i, int j) { return r(0, i) * r(0, j) + r(1, i) * r(1, j) + r(2, i) * r(2, j); };
   const auto near = [](double x, double to) { return std::abs(x - to) <= tolerance::skew_allowed; };
   const Vec3& t = pose.translation;
-  const double mixed = r(0, 2) * (r(1, 0) * r(2, 1) - r(2, 0) * r(1, 1)) + r(1, 2) * (r(2, 0) * r(0, 1) - r(0, 0) * r(2, 1)) +
+  const double mixed = r(0, 2) * (r(1, 0) * r(2, 1) - r(2, 0) * r(1, 1)) +
+                       r(1, 2) * (r(2, 0) * r(0, 1) - r(0, 0) * r(2, 1)) +
                        r(2, 2) * (r(0, 0) * r(1, 1) - r(1, 0) * r(0, 1));
   // Written so that NaN fails; `&` where branches would cost more.
   return (near(dot(0, 0), 1) & near(dot(1, 1), 1) & near(dot(2, 2), 1) & near(dot(0, 1), 0) & near(dot(0, 2), 0) &
-          near(dot(1, 2), 0) & (mixed > 0) & (std::abs(t[0]) <= 1e30) & (std::abs(t[1]) <= 1e30) &
-          (std::abs(t[2]) <= 1e30)) != 0;
+          near(dot(1, 2), 0) & (mixed > 0) & (std::abs(t[0]) <= tolerance::longest_length) &
+          (std::abs(t[1]) <= tolerance::longest_length) & (std::abs(t[2]) <= tolerance::longest_length)) != 0;
 }
 
 void require_valid(const Pose& pose, std::string_view what) {
@@ -40,7 +34,7 @@ void require_valid(const Pose& pose, std::string_view what) {
   const auto refuse = [&](const std::string& why) { throw std::invalid_argument(std::string(what) + ": " + why); };
   for (int i = 0; i < 3; ++i) {
     // Written so that NaN fails too.
-    if (!(std::abs(pose.translation[i]) <= 1e30))
+    if (!(std::abs(pose.translation[i]) <= tolerance::longest_length))
       refuse("translation[" + std::to_string(i) + "] is " + written(pose.translation[i]) +
              "; it must be finite and at most 1e30 in size");
     for (int j = 0; j < 3; ++j)

@@ -14,6 +14,9 @@ inline void run_parts(const PartRunner& runner, std::size_t parts, const std::fu
 /// Of a row of `count` that is worked on in stretches of at most so many: their number.
 inline std::size_t stretches(std::size_t count, std::size_t most) { return (count + most - 1) / most; }
 
+/// Vertices or triangles that a thread takes at a time: some tens of microseconds of work.
+inline constexpr std::size_t elements_a_stretch = 16'384;
+
 /// work(k, begin, end) for each stretch k of a row.
 template <class Work>
 void run_stretches(const PartRunner& runner, std::size_t count, std::size_t most, const Work& work) {

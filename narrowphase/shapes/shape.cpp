@@ -22,7 +22,6 @@ namespace tandem {
 namespace {
 
 // A length may be 0 where the kind allows it.
-constexpr double longest = 1e30;
 constexpr double open_side = 1e300;
 constexpr double pi = std::numbers::pi;
 
@@ -34,22 +33,23 @@ constexpr double pi = std::numbers::pi;
 }
 
 void require_positive(std::string_view field, double value) {
-  if (!(value >= tolerance::shortest_length && value <= longest)) refuse(field, value, "> 0, from 1e-30 to 1e30");
+  if (!(value >= tolerance::shortest_length && value <= tolerance::longest_length))
+    refuse(field, value, "> 0, from 1e-30 to 1e30");
 }
 
 void require_not_negative(std::string_view field, double value) {
-  if (!(value == 0 || (value >= tolerance::shortest_length && value <= longest)))
+  if (!(value == 0 || (value >= tolerance::shortest_length && value <= tolerance::longest_length)))
     refuse(field, value, "0, or from 1e-30 to 1e30");
 }
 
 void require_number(std::string_view field, double value) {
-  if (!(std::abs(value) <= longest)) refuse(field, value, "finite and at most 1e30 in size");
+  if (!(std::abs(value) <= tolerance::longest_length)) refuse(field, value, "finite and at most 1e30 in size");
 }
 
 void require_vertices(std::string_view what, std::span<const Vec3> vertices) {
   for (std::size_t i = 0; i < vertices.size(); ++i)
     for (int k = 0; k < 3; ++k)
-      if (!(std::abs(vertices[i][k]) <= longest))
+      if (!(std::abs(vertices[i][k]) <= tolerance::longest_length))
         require_number(std::string(what) + ": vertices[" + std::to_string(i) + "][" + std::to_string(k) + "]",
                        vertices[i][k]);
 }

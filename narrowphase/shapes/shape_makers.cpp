@@ -9,15 +9,15 @@
 namespace tandem {
 namespace {
 
-[[noreturn]] void refuse(const std::string& what, double found, const std::string& allowed) {
+[[noreturn]] void refuse_number(const std::string& what, double found, const std::string& allowed) {
   throw std::invalid_argument(what + " is " + std::to_string(found) + ", allowed: " + allowed);
 }
 
 }  // namespace
 
 Shape point_cloud(std::span<const Vec3> points, double radius) {
-  if (points.empty()) refuse("point cloud: the number of points", 0, ">= 1");
-  if (!(radius >= 0) || !std::isfinite(radius)) refuse("point cloud: radius", radius, "finite, >= 0");
+  if (points.empty()) refuse_number("point cloud: the number of points", 0, ">= 1");
+  if (!(radius >= 0) || !std::isfinite(radius)) refuse_number("point cloud: radius", radius, "finite, >= 0");
   Mesh mesh;
   mesh.vertices.assign(points.begin(), points.end());
   mesh.triangles.reserve(points.size());
@@ -27,13 +27,13 @@ Shape point_cloud(std::span<const Vec3> points, double radius) {
 
 Shape height_field(std::span<const double> heights, std::size_t columns, std::size_t rows, double spacing,
                    double bottom) {
-  if (columns < 2) refuse("height field: columns", static_cast<double>(columns), ">= 2");
-  if (rows < 2) refuse("height field: rows", static_cast<double>(rows), ">= 2");
+  if (columns < 2) refuse_number("height field: columns", static_cast<double>(columns), ">= 2");
+  if (rows < 2) refuse_number("height field: rows", static_cast<double>(rows), ">= 2");
   if (heights.size() / columns != rows || heights.size() % columns != 0)
-    refuse("height field: the number of heights", static_cast<double>(heights.size()),
-           std::to_string(columns) + " x " + std::to_string(rows));
-  if (!(spacing > 0) || !std::isfinite(spacing)) refuse("height field: spacing", spacing, "finite, > 0");
-  if (!std::isfinite(bottom)) refuse("height field: bottom", bottom, "finite");
+    refuse_number("height field: the number of heights", static_cast<double>(heights.size()),
+                  std::to_string(columns) + " x " + std::to_string(rows));
+  if (!(spacing > 0) || !std::isfinite(spacing)) refuse_number("height field: spacing", spacing, "finite, > 0");
+  if (!std::isfinite(bottom)) refuse_number("height field: bottom", bottom, "finite");
   Mesh mesh;
   mesh.solid = true;
   const double x0 = -0.5 * spacing * static_cast<double>(columns - 1),
@@ -43,8 +43,8 @@ Shape height_field(std::span<const double> heights, std::size_t columns, std::si
       for (std::size_t i = 0; i < columns; ++i) {
         const double height = heights[j * columns + i];
         if (!(height > bottom) || !std::isfinite(height))
-          refuse("height field: height of column " + std::to_string(i) + ", row " + std::to_string(j), height,
-                 "finite, above the bottom");
+          refuse_number("height field: height of column " + std::to_string(i) + ", row " + std::to_string(j), height,
+                        "finite, above the bottom");
         mesh.vertices.push_back(
             {x0 + spacing * static_cast<double>(i), y0 + spacing * static_cast<double>(j), top ? height : bottom});
       }
@@ -94,7 +94,8 @@ std::vector<GridKey> sorted_cells(std::span<const std::array<std::int32_t, 3>> c
   keys.reserve(cells.size());
   for (std::size_t i = 0; i < cells.size(); ++i) {
     for (const std::int32_t v : cells[i])
-      if (v < -grid_reach || v >= grid_reach - 1) refuse("voxels: cell " + std::to_string(i), v, "-2^20 to 2^20 - 2");
+      if (v < -grid_reach || v >= grid_reach - 1)
+        refuse_number("voxels: cell " + std::to_string(i), v, "-2^20 to 2^20 - 2");
     keys.push_back(grid_key(cells[i][0], cells[i][1], cells[i][2]));
   }
   std::sort(keys.begin(), keys.end());
@@ -128,8 +129,8 @@ std::vector<GridKey> exposed_faces(const std::vector<GridKey>& cells) {
 }  // namespace
 
 Shape voxels(std::span<const std::array<std::int32_t, 3>> cells, double size) {
-  if (cells.empty()) refuse("voxels: the number of cells", 0, ">= 1");
-  if (!(size > 0) || !std::isfinite(size)) refuse("voxels: size", size, "finite, > 0");
+  if (cells.empty()) refuse_number("voxels: the number of cells", 0, ">= 1");
+  if (!(size > 0) || !std::isfinite(size)) refuse_number("voxels: size", size, "finite, > 0");
   const std::vector<GridKey> corners = exposed_faces(sorted_cells(cells));
   std::vector<GridKey> distinct = corners;
   std::sort(distinct.begin(), distinct.end());

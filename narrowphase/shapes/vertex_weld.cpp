@@ -11,8 +11,6 @@
 namespace tandem {
 namespace {
 
-constexpr std::size_t vertices_a_stretch = 16'384;
-
 // Of equal coordinates, -0 and 0 among them, the same.
 std::uint64_t hash_of(const Vec3& p) {
   std::uint64_t hash = 0;
@@ -54,11 +52,11 @@ std::vector<std::uint32_t> weld(const std::vector<Vec3>& vertices, const PartRun
   VertexTable table(vertices);
   std::vector<std::uint32_t> first(vertices.size());
   UninitialisedList<std::size_t> slots(vertices.size());
-  run_stretches(parts, vertices.size(), vertices_a_stretch, [&](std::size_t, std::size_t begin, std::size_t end) {
+  run_stretches(parts, vertices.size(), elements_a_stretch, [&](std::size_t, std::size_t begin, std::size_t end) {
     if (meter != nullptr) meter->spend(0);
     for (std::size_t v = begin; v < end; ++v) slots[v] = table.add(static_cast<std::uint32_t>(v));
   });
-  run_stretches(parts, vertices.size(), vertices_a_stretch, [&](std::size_t, std::size_t begin, std::size_t end) {
+  run_stretches(parts, vertices.size(), elements_a_stretch, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) first[v] = table.first_in(slots[v]);
   });
   return first;

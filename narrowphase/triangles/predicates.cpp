@@ -15,8 +15,8 @@ namespace {
 using Corners = std::array<Vec3, 3>;
 using Signs = std::array<int, 3>;
 
-constexpr std::size_t next(std::size_t k) { return k == 2 ? 0 : k + 1; }
-bool one_side(const Signs& s) { return s[0] != 0 && s[0] == s[1] && s[1] == s[2]; }
+constexpr std::size_t next_corner(std::size_t k) { return k == 2 ? 0 : k + 1; }
+bool all_on_one_side(const Signs& s) { return s[0] != 0 && s[0] == s[1] && s[1] == s[2]; }
 // A line crosses a triangle whose edges it passes all on one side, or touches.
 bool no_two_sides(const Signs& s) {
   return (s[0] >= 0 && s[1] >= 0 && s[2] >= 0) || (s[0] <= 0 && s[1] <= 0 && s[2] <= 0);
@@ -36,7 +36,7 @@ Point<N> operator-(const Point<N>& p, const Point<N>& q) {
 
 template <class N>
 auto minor(const Point<N>& u, const Point<N>& v, std::size_t k) {
-  const std::size_t i = next(k), j = next(i);
+  const std::size_t i = next_corner(k), j = next_corner(i);
   return u[i] * v[j] - u[j] * v[i];
 }
 
@@ -82,7 +82,7 @@ bool segments_meet2(const Point<N>& p, const Point<N>& q, const Point<N>& r, con
   const int o3 = orient2(r, s, p, drop), o4 = orient2(r, s, q, drop);
   if (o3 * o4 > 0) return false;
   if (o1 != 0 || o2 != 0 || o3 != 0 || o4 != 0) return true;
-  const std::size_t i = next(drop), j = next(i);
+  const std::size_t i = next_corner(drop), j = next_corner(i);
   return intervals_meet(p[i], q[i], r[i], s[i]) && intervals_meet(p[j], q[j], r[j], s[j]);
 }
 
@@ -117,7 +117,7 @@ class ExactTriangle {
   bool meets(const Point<N>& q, const Point<N>& r, int sq, int sr) {
     if (drop() == no_axis) {
       for (std::size_t k = 0; k < 3; ++k)
-        if (segments_meet(q, r, p[k], p[next(k)])) return true;
+        if (segments_meet(q, r, p[k], p[next_corner(k)])) return true;
       return false;
     }
     if (sq * sr > 0) return false;
@@ -132,7 +132,7 @@ class ExactTriangle {
   bool meets_coplanar(const Point<N>& q, const Point<N>& r) const {
     if (holds_coplanar(q) || holds_coplanar(r)) return true;
     for (std::size_t k = 0; k < 3; ++k)
-      if (segments_meet2(q, r, p[k], p[next(k)], drop_)) return true;
+      if (segments_meet2(q, r, p[k], p[next_corner(k)], drop_)) return true;
     return false;
   }
 
@@ -148,12 +148,12 @@ struct ExactPair {
   // on the border of one of them.
   bool meet() {
     const Signs side_a = b.sides(a);
-    if (one_side(side_a)) return false;
+    if (all_on_one_side(side_a)) return false;
     const Signs side_b = a.sides(b);
-    if (one_side(side_b)) return false;
+    if (all_on_one_side(side_b)) return false;
     for (std::size_t k = 0; k < 3; ++k) {
-      if (b.meets(a.p[k], a.p[next(k)], side_a[k], side_a[next(k)])) return true;
-      if (a.meets(b.p[k], b.p[next(k)], side_b[k], side_b[next(k)])) return true;
+      if (b.meets(a.p[k], a.p[next_corner(k)], side_a[k], side_a[next_corner(k)])) return true;
+      if (a.meets(b.p[k], b.p[next_corner(k)], side_b[k], side_b[next_corner(k)])) return true;
     }
     return false;
   }
@@ -297,12 +297,12 @@ class PairSigns {
     Signs side[2];
     for (const std::size_t t : {1u, 0u}) {
       for (std::size_t k = 0; k < 3; ++k) side[1 - t][k] = plane_side(t, k);
-      if (one_side(side[1 - t])) return false;
+      if (all_on_one_side(side[1 - t])) return false;
       if (side[1 - t] == Signs{0, 0, 0}) return coplanar_meet();
     }
     for (const std::size_t t : {0u, 1u})
       for (std::size_t k = 0; k < 3; ++k) {
-        const int s = side[t][k], e = side[t][next(k)];
+        const int s = side[t][k], e = side[t][next_corner(k)];
         if (s * e > 0) continue;
         if (s == 0 && e == 0) {
           if (!beside(1 - t, t, k)) return true;
@@ -338,7 +338,7 @@ class PairSigns {
     const double span = (c_[0] - a_[0]).lpNorm<1>() + area_extent();
     for (std::size_t t = 0; t < 2; ++t)
       for (std::size_t k = 0; k < 3; ++k) {
-        const Vec3 e = difference(3 * t + k, 3 * t + next(k)).v;
+        const Vec3 e = difference(3 * t + k, 3 * t + next_corner(k)).v;
         const Vec3 d = e.cross(area_[t].n);
         const double bound = d.lpNorm<1>() * (2 * test_.delta() + tolerance::permanent_rounding * span);
         double low_a = 0, high_a = 0, low_b = std::numeric_limits<double>::infinity(), high_b = -low_b;
@@ -374,11 +374,11 @@ class PairSigns {
   }
   // How the line of A's edge i passes that of B's edge j.
   int edges(std::size_t i, std::size_t j) {
-    const Difference e = difference(i, next(i)), f = difference(3 + j, 3 + next(j));
+    const Difference e = difference(i, next_corner(i)), f = difference(3 + j, 3 + next_corner(j));
     if (const int s = Area(f, e).sign(difference(i, 3 + j))) return s;
     return exactly([&](auto& x) {
       const auto &p = x.a.p[i], &q = x.b.p[j];
-      return dot_sign(cross(x.b.p[next(j)] - q, x.a.p[next(i)] - p), q - p);
+      return dot_sign(cross(x.b.p[next_corner(j)] - q, x.a.p[next_corner(i)] - p), q - p);
     });
   }
   // For corners in the plane of triangle t: which side of the line from i to j is k on?
@@ -393,17 +393,17 @@ class PairSigns {
   }
   // Is edge k of triangle s, which lies in the plane of t, off t?
   bool beside(std::size_t t, std::size_t s, std::size_t k) {
-    const std::size_t q = 3 * s + k, r = 3 * s + next(k);
+    const std::size_t q = 3 * s + k, r = 3 * s + next_corner(k);
     for (std::size_t m = 0; m < 3; ++m) {
-      const std::size_t p = 3 * t + m, n = 3 * t + next(m);
+      const std::size_t p = 3 * t + m, n = 3 * t + next_corner(m);
       if (turn(t, p, n, q) < 0 && turn(t, p, n, r) < 0) return true;
     }
-    return one_side({turn(t, q, r, 3 * t), turn(t, q, r, 3 * t + 1), turn(t, q, r, 3 * t + 2)});
+    return all_on_one_side({turn(t, q, r, 3 * t), turn(t, q, r, 3 * t + 1), turn(t, q, r, 3 * t + 2)});
   }
   bool coplanar_meet() {
     for (std::size_t t = 0; t < 2; ++t)
       for (std::size_t m = 0; m < 3; ++m) {
-        const std::size_t p = 3 * t + m, n = 3 * t + next(m), other = 3 * (1 - t);
+        const std::size_t p = 3 * t + m, n = 3 * t + next_corner(m), other = 3 * (1 - t);
         if (turn(t, p, n, other) < 0 && turn(t, p, n, other + 1) < 0 && turn(t, p, n, other + 2) < 0) return false;
       }
     return true;
@@ -420,7 +420,7 @@ double det(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) { return 
 // Brings the corner that is alone on its side to the front, keeping the sense.
 Corners alone_first(const Corners& t, const Signs& s) {
   const std::size_t k = s[1] == s[2] ? 0 : s[0] == s[2] ? 1 : 2;
-  return {t[k], t[next(k)], t[next(next(k))]};
+  return {t[k], t[next_corner(k)], t[next_corner(next_corner(k))]};
 }
 
 }  // namespace
@@ -470,10 +470,10 @@ bool TriangleTest::operator()(const Corners& a, const Corners& b, const Corners&
   const Vec3 normal_b = (c[1] - c[0]).cross(c[2] - c[0]);
   Signs side_a, side_b;
   for (std::size_t k = 0; k < 3; ++k) side_a[k] = certain_sign(normal_b.dot(a[k] - c[0]), bound);
-  if (one_side(side_a)) return false;
+  if (all_on_one_side(side_a)) return false;
   const Vec3 normal_a = (a[1] - a[0]).cross(a[2] - a[0]);
   for (std::size_t k = 0; k < 3; ++k) side_b[k] = certain_sign(normal_a.dot(c[k] - a[0]), bound);
-  if (one_side(side_b)) return false;
+  if (all_on_one_side(side_b)) return false;
   if (side_a[0] * side_a[1] * side_a[2] == 0 || side_b[0] * side_b[1] * side_b[2] == 0) return slowly();
 
   Corners p = alone_first(a, side_a), q = alone_first(c, side_b);

@@ -2,16 +2,15 @@
 
 #include <bit>
 
+#include "shapes/cyclic.h"
 #include "tolerances.h"
 #include "triangles/triangle_kernel.h"
 
 namespace tandem {
 namespace {
 
-constexpr int next[3] = {1, 2, 0}, last[3] = {2, 0, 1};
-
 /// Up to four corners in turn: a point, an edge or a face.
-struct Flat {
+struct CornerLoop {
   Vec3 corner[4];
   int count = 0;
 };
@@ -30,7 +29,7 @@ struct TriangleSides {
     if (v.size() != 3) return false;
     for (int i = 0; i < 3; ++i) {
       corner[i] = v[static_cast<std::size_t>(i)];
-      edge[i] = v[static_cast<std::size_t>(next[i])] - v[static_cast<std::size_t>(i)];
+      edge[i] = v[static_cast<std::size_t>(next_of_three[i])] - v[static_cast<std::size_t>(i)];
       length2[i] = edge[i].squaredNorm();
     }
     int i = 2;
@@ -40,11 +39,11 @@ struct TriangleSides {
       // The two shorter sides give the most exact normal.
       i = length2[0] > length2[1] ? 0 : 1;
       if (length2[2] > length2[i]) i = 2;
-      n = edge[next[i]].cross(edge[last[i]]);
+      n = edge[next_of_three[i]].cross(edge[last_of_three[i]]);
       n2 = n.squaredNorm();
     }
     const double longest = std::max({length2[0], length2[1], length2[2]});
-    if (!(longest < 1e60 && n2 > tolerance::slanting2 * length2[next[i]] * length2[last[i]] &&
+    if (!(longest < 1e60 && n2 > tolerance::slanting2 * length2[next_of_three[i]] * length2[last_of_three[i]] &&
           n2 > tolerance::least_area2))
       return false;
     area2 = std::sqrt(n2);
@@ -86,12 +85,12 @@ struct TriangleSides {
     return least >= 0;
   }
 
-  Flat side(int i, const Vec3& /*normal*/) const { return {{corner[i], corner[next[i]]}, 2}; }
+  CornerLoop side(int i, const Vec3& /*normal*/) const { return {{corner[i], corner[next_of_three[i]]}, 2}; }
 
-  Flat deepest(const Vec3& n, double slack) const {
+  CornerLoop deepest(const Vec3& n, double slack) const {
     const double along[3] = {n.dot(corner[0]), n.dot(corner[1]), n.dot(corner[2])};
     const double most = std::max({along[0], along[1], along[2]}) - slack;
-    Flat f;
+    CornerLoop f;
     for (int i = 0; i < 3; ++i)
       if (along[i] >= most) f.corner[f.count++] = corner[i];
     return f;
@@ -116,21 +115,21 @@ struct BoxSides {
   }
 
   /// The edge along axis i that is farthest along n.
-  Flat side(int i, const Vec3& n) const {
-    Flat f{{farthest(n), farthest(n)}, 2};
+  CornerLoop side(int i, const Vec3& n) const {
+    CornerLoop f{{farthest(n), farthest(n)}, 2};
     f.corner[0][i] = -half[i];
     f.corner[1][i] = half[i];
     return f;
   }
 
-  Flat deepest(const Vec3& n, double slack) const {
+  CornerLoop deepest(const Vec3& n, double slack) const {
     Vec3 p;
     int level_axis[3], levels = 0;
     for (int k = 0; k < 3; ++k) {
       p[k] = std::copysign(half[k], n[k]);
       if (2 * half[k] * std::abs(n[k]) <= slack) level_axis[levels++] = k;
     }
-    Flat f;
+    CornerLoop f;
     f.corner[f.count++] = p;
     for (int i = 0; i < std::min(levels, 2); ++i) {
       const int k = level_axis[i];
@@ -146,7 +145,7 @@ struct BoxSides {
 };
 
 /// The direction from A to B along which they are farthest apart, and what it is square to.
-struct Axis {
+struct TriangleAxis {
   double distance;
   Vec3 normal;
   enum class Of : std::uint8_t { face_of_a, face_of_b, edges } of;
@@ -155,7 +154,7 @@ struct Axis {
 };
 
 /// A point of `points` that lies over `face` (3 corners or more), seen along n.
-bool over(const Flat& points, const Flat& face, const Vec3& n, double slack, Vec3& point) {
+bool over(const CornerLoop& points, const CornerLoop& face, const Vec3& n, double slack, Vec3& point) {
   // One smaller than the slack may stand on edge: it bounds nothing then.
   const Vec3 own = (face.corner[1] - face.corner[0]).cross(face.corner[2] - face.corner[1]);
   if (!(std::abs(own.dot(n)) > 0.5 * own.norm())) return false;
@@ -191,7 +190,7 @@ bool over(const Flat& points, const Flat& face, const Vec3& n, double slack, Vec
 }
 
 /// Where two edges pass each other along the way.
-bool crossing(const Flat& p, const Flat& q, const Vec3& n, const Vec3& way, double slack, Vec3& point) {
+bool crossing(const CornerLoop& p, const CornerLoop& q, const Vec3& n, const Vec3& way, double slack, Vec3& point) {
   const Vec3 e = p.corner[1] - p.corner[0], f = q.corner[1] - q.corner[0], w = q.corner[0] - p.corner[0];
   const Vec3 across_e = n.cross(e), across_f = n.cross(f);
   const double by_det = 1 / e.dot(across_f);
@@ -205,7 +204,7 @@ bool crossing(const Flat& p, const Flat& q, const Vec3& n, const Vec3& way, doub
 
 /// Points that lie opposite each other along the axis, on what of either is deepest.
 template <class A>
-bool witness(const A& a, const TriangleSides& b, const Axis& axis, double slack, LocalAnswer& answer) {
+bool witness(const A& a, const TriangleSides& b, const TriangleAxis& axis, double slack, LocalAnswer& answer) {
   const Vec3 &n = axis.normal, way = axis.distance * n;
   const auto from_a = [&](const Vec3& p) {
     answer.point_a = p;
@@ -219,19 +218,19 @@ bool witness(const A& a, const TriangleSides& b, const Axis& axis, double slack,
   };
   Vec3 point;
   switch (axis.of) {
-    case Axis::Of::face_of_a:
+    case TriangleAxis::Of::face_of_a:
       point = b.farthest(-n);
       if (a.below(point, n)) return from_b(point);
       break;
-    case Axis::Of::face_of_b:
+    case TriangleAxis::Of::face_of_b:
       point = a.farthest(n);
       if (b.below(point, n)) return from_a(point);
       break;
-    case Axis::Of::edges:
+    case TriangleAxis::Of::edges:
       if (crossing(a.side(axis.i, n), b.side(axis.j, n), n, way, slack, point)) return from_a(point);
   }
   // Others may be as deep: edges or faces that lie in each other's plane.
-  const Flat p = a.deepest(n, slack), q = b.deepest(-n, slack);
+  const CornerLoop p = a.deepest(n, slack), q = b.deepest(-n, slack);
   if (p.count >= 3 && over(q, p, n, slack, point)) return from_b(point);
   if (q.count >= 3 && over(p, q, n, slack, point)) return from_a(point);
   return p.count == 2 && q.count == 2 && crossing(p, q, n, way, slack, point) && from_a(point);
@@ -254,7 +253,7 @@ double least_of(const double (&x)[3][4]) {
 }
 
 /// The way from A to B between the nearest of their corners and edges, and where on A it begins.
-struct Way {
+struct FromEdge {
   Vec3 from, d;
 };
 
@@ -268,7 +267,7 @@ Vec3 way_from_edge(const Vec3& p, const Vec3& q, const Vec3& e, double length2) 
   return d - (d.dot(e) / length2) * e;  // square, whatever is left of so small a difference
 }
 
-Way nearest_edges(const TriangleSides& a, const TriangleSides& b) {
+FromEdge nearest_edges(const TriangleSides& a, const TriangleSides& b) {
   CornerWays ways;
   corner_ways(a.rows, b.rows, ways);
   const double from_a = least_of(ways.from_a), from_b = least_of(ways.from_b);
@@ -281,12 +280,12 @@ Way nearest_edges(const TriangleSides& a, const TriangleSides& b) {
   return {b.corner[j] - d, d};
 }
 
-Way nearest_edges(const BoxSides& a, const TriangleSides& b) {
+FromEdge nearest_edges(const BoxSides& a, const TriangleSides& b) {
   EdgeWays ways;
   edge_ways({a.half[0], a.half[1], a.half[2]}, b.rows, ways);
   const int j = index_of<3>(std::min({ways.squared[0], ways.squared[1], ways.squared[2]}), ways.squared);
   const double t = ways.at[j];
-  const Vec3 p = t == 1 ? b.corner[next[j]] : Vec3(b.corner[j] + t * b.edge[j]);
+  const Vec3 p = t == 1 ? b.corner[next_of_three[j]] : Vec3(b.corner[j] + t * b.edge[j]);
   const Vec3 from = p.cwiseMax(-a.half).cwiseMin(a.half);
   Vec3 d = p - from;
   if (t > 0 && t < 1) d -= (d.dot(b.edge[j]) / b.length2[j]) * b.edge[j];
@@ -307,7 +306,7 @@ Apart apart_along(const A& a, const TriangleSides& b, const Vec3& n) {
 
 /// The products of edges, of which the kernel has told the separations. `reach`: of the shapes from the origin.
 template <class A, class Product>
-void take_products(const A& a, const TriangleSides& b, const EdgeProducts& products, double reach, Axis& axis,
+void take_products(const A& a, const TriangleSides& b, const EdgeProducts& products, double reach, TriangleAxis& axis,
                    const Product& product) {
   for (unsigned left = products.doubtful & 0x777u; left != 0; left &= left - 1) {
     const int k = std::countr_zero(left);
@@ -329,18 +328,18 @@ void take_products(const A& a, const TriangleSides& b, const EdgeProducts& produ
   if (!(along.distance > axis.distance)) return;
   axis.distance = along.distance;
   axis.normal = along.sign * n;
-  axis.of = Axis::Of::edges;
+  axis.of = TriangleAxis::Of::edges;
   axis.i = k / 4, axis.j = k % 4;
 }
 
-Axis best_axis(const BoxSides& a, const TriangleSides& b, double reach, double beyond) {
+TriangleAxis best_axis(const BoxSides& a, const TriangleSides& b, double reach, double beyond) {
   double of_box[8] = {};
   for (int k = 0; k < 3; ++k) {
     of_box[k] = std::min({b.corner[0][k], b.corner[1][k], b.corner[2][k]}) - a.half[k];
     of_box[4 + k] = -std::max({b.corner[0][k], b.corner[1][k], b.corner[2][k]}) - a.half[k];
   }
-  Axis axis;
-  axis.of = Axis::Of::face_of_a;
+  TriangleAxis axis;
+  axis.of = TriangleAxis::Of::face_of_a;
   axis.distance = std::max(std::max({of_box[0], of_box[1], of_box[2]}), std::max({of_box[4], of_box[5], of_box[6]}));
   const int face = index_of<8>(axis.distance, of_box);
   axis.normal.setZero();
@@ -350,7 +349,7 @@ Axis best_axis(const BoxSides& a, const TriangleSides& b, double reach, double b
   if (of_triangle > axis.distance) {
     axis.distance = of_triangle;
     axis.normal = std::copysign(1.0, at) * b.normal;
-    axis.of = Axis::Of::face_of_b;
+    axis.of = TriangleAxis::Of::face_of_b;
     if (axis.distance > beyond) return axis;
   }
   EdgeProducts products;
@@ -362,7 +361,7 @@ Axis best_axis(const BoxSides& a, const TriangleSides& b, double reach, double b
   return axis;
 }
 
-Axis best_axis(const TriangleSides& a, const TriangleSides& b, double reach, double beyond) {
+TriangleAxis best_axis(const TriangleSides& a, const TriangleSides& b, double reach, double beyond) {
   const auto apart = [](const TriangleSides& flat, const TriangleSides& other) {
     double along[3];
     for (int k = 0; k < 3; ++k) along[k] = flat.normal.dot(other.corner[k] - flat.corner[0]);
@@ -370,10 +369,10 @@ Axis best_axis(const TriangleSides& a, const TriangleSides& b, double reach, dou
   };
   const Apart of_a = apart(a, b), of_b = apart(b, a);
   const bool second = of_b.distance > of_a.distance;
-  Axis axis;
+  TriangleAxis axis;
   axis.distance = second ? of_b.distance : of_a.distance;
   axis.normal = (second ? -of_b.sign : of_a.sign) * (second ? b.normal : a.normal);
-  axis.of = second ? Axis::Of::face_of_b : Axis::Of::face_of_a;
+  axis.of = second ? TriangleAxis::Of::face_of_b : TriangleAxis::Of::face_of_a;
   if (axis.distance > beyond) return axis;
   EdgeProducts products;
   triangle_products(a.rows, b.rows, products);
@@ -389,13 +388,13 @@ bool solve(const A& a, const TriangleSides& b, const MinkowskiDifference& d, dou
   const double size = d.a.size + d.b.size;
   const double reach = size + b.corner[0].norm();
   if (!(reach < 1e60)) return false;  // squares are lost
-  const Axis axis = best_axis(a, b, reach, beyond);
+  const TriangleAxis axis = best_axis(a, b, reach, beyond);
   answer.signed_distance = axis.distance;
   answer.normal = axis.normal;
   if (axis.distance > beyond) return true;
   if (!(axis.doubtful > axis.distance) && witness(a, b, axis, tolerance::over_face * size, answer)) return true;
   if (!(axis.distance > 0)) return false;
-  const Way way = nearest_edges(a, b);
+  const FromEdge way = nearest_edges(a, b);
   const double length = way.d.norm();
   if (!(length > 0)) return false;
   answer.signed_distance = length;

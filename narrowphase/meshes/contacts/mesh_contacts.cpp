@@ -223,7 +223,7 @@ std::optional<double> over(const Span& a, const Span& b, const Vec3& n, double s
 
 // As many of the stretches as are held against others: those that reach farthest along n, of alike ones those that lie
 // farthest along a direction of their own.
-List<const Span*> farthest(std::span<const Span> spans, const Vec3& n, double slack, Memory memory) {
+List<const Span*> farthest_spans(std::span<const Span> spans, const Vec3& n, double slack, Memory memory) {
   List<const Span*> out(memory);
   out.reserve(spans.size());
   for (const Span& s : spans) out.push_back(&s);
@@ -358,8 +358,8 @@ void add_points(const PosedMeshes& m, const PatchPoints& points, const Vec3& n, 
     meter.spend(a_probe);
     if (const double d = depth(c); d >= 0) add(c.point - n * (c.of_a ? d / 2 : -d / 2), d, c.feature);
   }
-  const List<const Span*> ridges[] = {farthest(points.spans[0], -n, slack, memory),
-                                      farthest(points.spans[1], n, slack, memory)};
+  const List<const Span*> ridges[] = {farthest_spans(points.spans[0], -n, slack, memory),
+                                      farthest_spans(points.spans[1], n, slack, memory)};
   for (const Span* a : ridges[1])
     for (const Span* b : ridges[0])
       if (Vec3 point = Vec3::Zero(); const auto d = over(*a, *b, n, slack, point)) add(point, *d, a->feature);

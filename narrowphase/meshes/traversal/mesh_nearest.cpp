@@ -37,11 +37,11 @@ void segments_nearest(const Vec3& p, const Vec3& d, const Vec3& q, const Vec3& e
 
 // A triangle by its longest side and what is square to that: the foot of a point on its plane keeps its place along the
 // side, and a sliver's normal, which rounding may turn anywhere, is not asked for.
-struct Frame {
+struct TriangleFrame {
   Vec3 from, side, slant, height;
   double side2, height2;
 
-  explicit Frame(const Corners& t) {
+  explicit TriangleFrame(const Corners& t) {
     const double length2[3] = {(t[1] - t[0]).squaredNorm(), (t[2] - t[1]).squaredNorm(), (t[0] - t[2]).squaredNorm()};
     const std::size_t i = length2[0] >= length2[1] && length2[0] >= length2[2] ? 0 : length2[1] >= length2[2] ? 1 : 2;
     from = t[i];
@@ -54,7 +54,7 @@ struct Frame {
 };
 
 // The foot of v on the plane of a triangle, where it lies inside. Edges are the segments' business.
-void vertex_nearest(const Vec3& v, const Frame& t, bool v_of_a, Nearest& best) {
+void vertex_nearest(const Vec3& v, const TriangleFrame& t, bool v_of_a, Nearest& best) {
   if (!(t.height2 > 0)) return;
   const Vec3 r = v - t.from;
   const double up = r.dot(t.height) / t.height2, along = (r - up * t.slant).dot(t.side) / t.side2;
@@ -73,7 +73,7 @@ MeshView view_of(const MeshModel& mesh, const MeshModel& by, const Mat3& turn, c
 }  // namespace
 
 void triangles_nearest(const Corners& p, const Corners& q, Nearest& best) {
-  const Frame of_p(p), of_q(q);
+  const TriangleFrame of_p(p), of_q(q);
   for (std::size_t i = 0; i < 3; ++i) {
     vertex_nearest(p[i], of_q, true, best);
     vertex_nearest(q[i], of_p, false, best);

@@ -14,8 +14,6 @@ namespace {
 using Lanes = FourFloats;
 constexpr std::size_t wanted_subtrees = 512;
 
-Lanes absolute(Lanes v) { return max_of(v, -v); }
-
 // Which lanes of a node lie no farther from a box than its half says, along every axis.
 std::uint32_t lanes_near(const MeshNode& node, const float (&mid)[3], const float (&half)[3]) {
   std::uint32_t near = 0;
@@ -69,7 +67,8 @@ void NearTriangles::map(const MeshNode& node, Boxes& out) const {
         out.half[k][i] = node.half[i][k] + pad_;
         continue;
       }
-      out.mid[k][i] = map_[i][0] * node.mid[0][k] + map_[i][1] * node.mid[1][k] + map_[i][2] * node.mid[2][k] + shift_[i];
+      out.mid[k][i] =
+          map_[i][0] * node.mid[0][k] + map_[i][1] * node.mid[1][k] + map_[i][2] * node.mid[2][k] + shift_[i];
       out.half[k][i] = std::abs(map_[i][0]) * node.half[0][k] + std::abs(map_[i][1]) * node.half[1][k] +
                        std::abs(map_[i][2]) * node.half[2][k] + pad_;
     }
