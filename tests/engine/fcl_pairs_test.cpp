@@ -25,7 +25,7 @@
 namespace {
 
 using GeometryPointer = std::shared_ptr<::fcl::CollisionGeometryd>;
-using Object = ::fcl::CollisionObjectd;
+using FclObject = ::fcl::CollisionObjectd;
 using tandem::ShapeKind;
 using tandem::fcl::to_shape;
 
@@ -111,7 +111,7 @@ TEST_CASE("pairs of convex kinds collide and are as far apart as FCL says") {
   for (const GeometryPointer& a : convex_kinds())
     for (const GeometryPointer& b : convex_kinds())
       for (int pose = 0; pose < 12; ++pose) {
-        const Object o1(a, random_pose(random, 1.1)), o2(b, random_pose(random, 1.1));
+        const FclObject o1(a, random_pose(random, 1.1)), o2(b, random_pose(random, 1.1));
         CAPTURE(a->getNodeType(), b->getNodeType(), pose);
         // FCL's search for a depth aborts on some of these pairs: it is asked for distances alone.
         ::fcl::DistanceResultd theirs, ours;
@@ -164,11 +164,11 @@ TEST_CASE("pairs of convex kinds collide and are as far apart as FCL says") {
 TEST_CASE("FCL's normals and depths: from the first to the second, of a ball on a box and on a half-space") {
   ::fcl::Transform3d up = ::fcl::Transform3d::Identity();
   up.translation().z() = 0.9;
-  const Object ball(std::make_shared<::fcl::Sphered>(0.5), up), box(std::make_shared<::fcl::Boxd>(1, 1, 1));
-  const Object half(std::make_shared<::fcl::Halfspaced>(::fcl::Vector3d(0, 0, 1), 0.5));
-  for (const Object* other : {&box, &half})
+  const FclObject ball(std::make_shared<::fcl::Sphered>(0.5), up), box(std::make_shared<::fcl::Boxd>(1, 1, 1));
+  const FclObject half(std::make_shared<::fcl::Halfspaced>(::fcl::Vector3d(0, 0, 1), 0.5));
+  for (const FclObject* other : {&box, &half})
     for (const bool turned : {false, true}) {
-      const Object *a = turned ? other : &ball, *b = turned ? &ball : other;
+      const FclObject *a = turned ? other : &ball, *b = turned ? &ball : other;
       const ::fcl::CollisionRequestd request(1, true);
       ::fcl::CollisionResultd ours, theirs;
       REQUIRE(tandem::fcl::collide(a, b, request, ours) == 1);
@@ -183,12 +183,12 @@ TEST_CASE("FCL's normals and depths: from the first to the second, of a ball on 
 
 TEST_CASE("contacts and distances name the triangles of meshes, as FCL's do") {
   ::fcl::Transform3d at = ::fcl::Transform3d::Identity();
-  const Object mesh(mesh_of<::fcl::OBBRSSd>(::fcl::Boxd(1, 1.4, 0.8)));
+  const FclObject mesh(mesh_of<::fcl::OBBRSSd>(::fcl::Boxd(1, 1.4, 0.8)));
   std::mt19937 random(4);
   std::uniform_real_distribution<double> number(-0.3, 0.3);
   for (int i = 0; i < 40; ++i) {
     at.translation() = ::fcl::Vector3d(number(random), number(random), 0.4 + 0.49);
-    const Object ball(std::make_shared<::fcl::Sphered>(0.5), at);
+    const FclObject ball(std::make_shared<::fcl::Sphered>(0.5), at);
     const ::fcl::CollisionRequestd request(4, true);
     ::fcl::CollisionResultd ours, theirs;
     REQUIRE(tandem::fcl::collide(&mesh, &ball, request, ours) == 1);
@@ -199,7 +199,7 @@ TEST_CASE("contacts and distances name the triangles of meshes, as FCL's do") {
     CHECK(ours.getContact(0).b2 == -1);
 
     at.translation().z() = 1.5;
-    const Object above(std::make_shared<::fcl::Sphered>(0.5), at);
+    const FclObject above(std::make_shared<::fcl::Sphered>(0.5), at);
     ::fcl::DistanceRequestd nearest(true);
     ::fcl::DistanceResultd near, far;
     tandem::fcl::distance(&mesh, &above, nearest, near);
@@ -213,7 +213,7 @@ TEST_CASE("limits on contacts, better results and what is not occupied are honou
   const auto box = std::make_shared<::fcl::Boxd>(1, 1, 1);
   ::fcl::Transform3d lower = ::fcl::Transform3d::Identity();
   lower.translation().z() = -0.98;
-  const Object a(box), b(box, lower);
+  const FclObject a(box), b(box, lower);
   ::fcl::CollisionRequestd request(3, true);
   ::fcl::CollisionResultd result;
   CHECK(tandem::fcl::collide(&a, &b, request, result) == 3);
@@ -227,7 +227,7 @@ TEST_CASE("limits on contacts, better results and what is not occupied are honou
   ::fcl::DistanceResultd near;
   near.min_distance = 0.25;
   lower.translation().z() = -3;
-  const Object far(box, lower);
+  const FclObject far(box, lower);
   CHECK(tandem::fcl::distance(&a, &far, ::fcl::DistanceRequestd(true), near) == 0.25);
   CHECK(near.o1 == nullptr);
   near.min_distance = 5;
@@ -238,7 +238,7 @@ TEST_CASE("limits on contacts, better results and what is not occupied are honou
 
   const auto free_box = std::make_shared<::fcl::Boxd>(1, 1, 1);
   free_box->cost_density = 0;
-  const Object ghost(free_box);
+  const FclObject ghost(free_box);
   ::fcl::CollisionResultd ours, theirs;
   request = ::fcl::CollisionRequestd(1, true);
   CHECK(tandem::fcl::collide(&a, &ghost, request, ours) == ::fcl::collide(&a, &ghost, request, theirs));
@@ -256,8 +256,8 @@ TEST_CASE("meshes: FCL's verdicts, distances and pairs of triangles") {
   for (int pose = 0; pose < 60; ++pose) {
     CAPTURE(pose);
     const auto tf1 = random_pose(random, 0.7), tf2 = random_pose(random, 0.7);
-    const Object o1(mesh, tf1), o2(same, tf2), o3(ball, tf2), o4(other, tf2);
-    for (const Object* b : {&o2, &o3}) {
+    const FclObject o1(mesh, tf1), o2(same, tf2), o3(ball, tf2), o4(other, tf2);
+    for (const FclObject* b : {&o2, &o3}) {
       ::fcl::CollisionRequestd request(1000, false);
       ::fcl::CollisionResultd ours, theirs;
       tandem::fcl::collide(&o1, b, request, ours, &shapes);
@@ -324,15 +324,15 @@ TEST_CASE("planes and octrees are answered by FCL") {
   std::mt19937 random(4);
   int collided = 0;
   for (int pose = 0; pose < 50; ++pose) {
-    const Object box(std::make_shared<::fcl::Boxd>(0.4, 0.3, 0.5), random_pose(random, 0.8));
+    const FclObject box(std::make_shared<::fcl::Boxd>(0.4, 0.3, 0.5), random_pose(random, 0.8));
     for (const GeometryPointer& other : {GeometryPointer(plane), GeometryPointer(octree)}) {
-      const Object o(other);
+      const FclObject o(other);
       ::fcl::CollisionResultd ours, theirs;
       const ::fcl::CollisionRequestd request(3, true);
       CHECK(tandem::fcl::collide(&o, &box, request, ours) == ::fcl::collide(&o, &box, request, theirs));
       collided += ours.isCollision() ? 1 : 0;
     }
-    const Object o(octree);
+    const FclObject o(octree);
     ::fcl::DistanceResultd ours, theirs;
     const ::fcl::DistanceRequestd request(true);
     CHECK(tandem::fcl::distance(&o, &box, request, ours) == ::fcl::distance(&o, &box, request, theirs));
