@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "cpu_time.h"
-#include "scene/scene_changes.h"
 
 namespace tandem::mpi {
 namespace {
@@ -418,6 +417,10 @@ void Bodies::write_copies(const Edge& edge, int owner, std::span<const int> want
       to(rank).put(Item::body);
       to(rank).put(BodyRecord::of(id, scene_, index));
     }
+    if (owner == communicator_.rank()) continue;
+    to(rank).put(Item::owner);
+    to(rank).put(id);
+    to(rank).put(owner);
   }
 }
 
@@ -431,6 +434,7 @@ void Bodies::give_to(int owner, std::uint32_t index, std::span<const int> wanted
   ++moved_away_;
   if (!stays) return drop(index);
   edge(index).copies.clear();
+  edge(index).owner = owner;
   owned_[index] = 0;
   --count_;
 }
@@ -442,6 +446,7 @@ void Bodies::take(Letter& letter) {
       case Item::body: {
         const std::uint32_t index = put(message.take<BodyRecord>(), false);
         take_box(edge(index), box_now(index, 0));
+        edge(index).owner = letter.rank;
         break;
       }
       case Item::owned: {
@@ -461,6 +466,12 @@ void Bodies::take(Letter& letter) {
         const std::uint32_t index = places_.at(motion.id);
         scene_.move(index, motion.pose(), motion.speed(), motion.spin());
         take_box(edge(index), box_now(index, 0));
+        edge(index).owner = letter.rank;
+        break;
+      }
+      case Item::owner: {
+        const std::uint32_t index = places_.at(message.take<GlobalId>());
+        edge(index).owner = message.take<int>();
         break;
       }
       case Item::gone:

@@ -13,6 +13,7 @@
 #include "directory.h"
 #include "records.h"
 #include "regions.h"
+#include "scene/scene_changes.h"
 #include "tandem/engine/scene.h"
 #include "tandem/mpi/pipeline.h"
 
@@ -80,6 +81,8 @@ class Bodies {
   /// if `recut`: the regions are others than in the last exchange. `expected`: look_ahead() was true on all ranks, and
   /// nothing has changed since.
   Sent exchange(bool recut, bool expected);
+  /// Whether a body's box lay in the rank's region in the last exchange: no other rank reports a pair of it.
+  bool is_inside(std::uint32_t index) const { return inside_[index] != 0; }
   /// Whether a pair of overlapping boxes is reported here.
   bool reports(std::uint32_t a, std::uint32_t b) const {
     if ((inside_[a] | inside_[b]) != 0) return true;
@@ -87,6 +90,22 @@ class Bodies {
     std::array<double, 3> corner{};
     for (std::size_t i = 0; i < 3; ++i) corner[i] = std::max(box_a.lo[i], box_b.lo[i]);
     return regions_.holds(corner);
+  }
+  /// The rank that owns a body that is here.
+  int owner(std::uint32_t index) const {
+    return owned_[index] != 0 ? communicator_.rank() : edges_[edge_of_[index]].owner;
+  }
+  /// Owned bodies that were moved after ranks with copies had been told: visit(index, ranks).
+  template <class Visit>
+  void each_untold(const Visit& visit) const {
+    const auto versions = SceneChanges::versions(scene_);
+    for (const Edge& one : edges_)
+      if (one.index != no_edge && owned_[one.index] != 0 && !one.copies.empty() && one.seen != versions[one.index])
+        visit(one.index, std::span<const int>(one.copies));
+  }
+  /// Where a copy is now, if it was moved since; the next exchange tells it again.
+  void move_copy(const MotionRecord& motion) {
+    scene_.move(places_.at(motion.id), motion.pose(), motion.speed(), motion.spin());
   }
   /// Where a body is owned: the middle of its box in its own frame.
   Vec3 centre(std::uint32_t index) const;
@@ -107,6 +126,7 @@ class Bodies {
     FloatBox box;
     FloatBox skin;            // while the box stays in it an owned body's copies are where they must be
     std::vector<int> copies;  // of an owned body: ranks that have one, ascending
+    int owner = 0;            // of a copy
   };
   /// Of a shape, in its own frame: a ball that holds its box wherever it is turned.
   struct Ball {
