@@ -30,11 +30,7 @@ double mean_radius(const Shape& shape) { return shape.size() / std::sqrt(12.0); 
 
 void SolverBodies::begin_step(const Scene& scene, double max_speed) {
   max_speed_ = max_speed;
-  shapes_.clear();
-  for (const Shape& shape : scene.shapes()) {
-    const MassProperties& mass = shape.mass();
-    shapes_.push_back({mass.volume, mass.centre, mass.inertia, mass.inertia.inverse(), mean_radius(shape)});
-  }
+  learn_shapes(scene);
   bodies_.resize(scene.indices());
   orientations_.resize(scene.indices());
   half_turned_.resize(scene.indices());
@@ -44,6 +40,18 @@ void SolverBodies::begin_step(const Scene& scene, double max_speed) {
   moving_.clear();
   for (std::uint32_t i = 0; i < scene.indices(); ++i)
     if (bodies_[i].inverse_mass != 0) moving_.push_back(i);
+}
+
+void SolverBodies::learn_shapes(const Scene& scene) {
+  const SceneChanges::HistoryName history(scene);
+  if (history == history_ && shape_changes_ == SceneChanges::shape_changes(scene)) return;
+  history_ = history;
+  shape_changes_ = SceneChanges::shape_changes(scene);
+  shapes_.clear();
+  for (const Shape& shape : scene.shapes()) {
+    const MassProperties& mass = shape.mass();
+    shapes_.push_back({mass.volume, mass.centre, mass.inertia, mass.inertia.inverse(), mean_radius(shape)});
+  }
 }
 
 void SolverBodies::begin_body(const Scene& scene, std::uint32_t i) {

@@ -5,6 +5,7 @@
 
 #include "response/contact_solver.h"
 #include "response/parallel_blocks.h"
+#include "scene/scene_changes.h"
 #include "tandem/engine/scene.h"
 
 namespace tandem {
@@ -43,10 +44,13 @@ class SolverBodies {
     double radius = 0;
   };
 
+  void learn_shapes(const Scene& scene);
   void begin_body(const Scene& scene, std::uint32_t index);
 
   ParallelTime& parallel_;
   double max_speed_ = 0;
+  SceneChanges::HistoryName history_;  // of the scene whose shapes these are
+  std::uint64_t shape_changes_ = 0;
   std::vector<ShapeMass> shapes_;
   std::vector<SolverBody> bodies_;
   std::vector<Quat> orientations_;  // one an index, and so are the rotations half a step ahead

@@ -102,15 +102,24 @@ ShapeId Bodies::add_shape(Shape shape, std::string name) {
   for (const double x : {shape.size(), mass.volume, mass.centre.x(), mass.centre.y(), mass.centre.z(),
                          mass.inertia(0, 0), mass.inertia(1, 1), mass.inertia(2, 2), mass.inertia(0, 1)})
     shapes_hash_ = mixed(shapes_hash_, x);
-  door_.add_shape(shape);
   return scene_.add_shape(std::move(shape), std::move(name));
 }
 
 BodyRecord Bodies::checked(GlobalId id, const BodyOptions& body) {
+  const std::uint32_t shape = body.shape.index_plus_one;
+  const bool known = shape != 0 && shape <= scene_.shapes().size() && body.shape.generation == 1;
+  if (known && door_shape_ != shape) {
+    door_ = Scene();
+    door_.add_shape(scene_.shapes()[shape - 1]);
+    door_shape_ = shape;
+  }
   try {
-    const BodyId visitor = door_.add_body(body);
-    const BodyRecord record = BodyRecord::of(id, door_, visitor.index());
-    door_.remove_body(visitor);
+    BodyOptions visitor = body;
+    if (known) visitor.shape = {1, 1};
+    const BodyId at = door_.add_body(visitor);
+    BodyRecord record = BodyRecord::of(id, door_, at.index());
+    record.shape = shape - 1;
+    door_.remove_body(at);
     return record;
   } catch (const std::invalid_argument& error) {
     rethrow_for(id, error);
@@ -374,6 +383,15 @@ bool Bodies::look_ahead() {
   look_at_moved();
   return expected_ &&
          std::all_of(todo_.begin(), todo_.end(), [this](std::uint32_t index) { return are_expected(index); });
+}
+
+void Bodies::look_again() noexcept {
+  for (const Letter& letter : std::span(letters_).first(used_)) letter_of_[static_cast<std::size_t>(letter.rank)] = -1;
+  used_ = 0;
+  todo_.clear();
+  std::fill(queued_.begin(), queued_.end(), std::uint8_t{0});
+  for (std::size_t i = 0; i < owned_.size(); ++i)
+    if (owned_[i] != 0 && edge_of_[i] != no_edge) stirred_[i] = 1;
 }
 
 /// Of an owned body that has left its skin: to whom it goes, and who needs a copy from now on.

@@ -71,6 +71,9 @@ class Bodies {
   /// Looks at what has moved since the last exchange, and writes the letters for those whose copies stay the same ones.
   /// False if a rank would get a letter that does not expect one.
   bool look_ahead();
+  /// After what look_ahead() threw, in which no message is under way yet: lets go of its letters, so that the exchange
+  /// looks at all bodies near other regions again.
+  void look_again() noexcept;
 
   struct Sent {
     std::uint64_t moved_away = 0, bytes = 0, messages = 0;
@@ -164,7 +167,9 @@ class Bodies {
   std::unique_ptr<tbb::task_arena> arena_;  // null: the caller's
   bool alone_;                              // one thread
   Directory directory_;
-  Scene scene_, door_;       // door_: has the shapes alone, and looks at what comes in
+  Scene scene_;
+  Scene door_;  // looks at what comes in; has the shape that it looked at last
+  std::uint32_t door_shape_ = 0;
   std::vector<Ball> balls_;  // one a shape
   std::uint64_t shapes_hash_ = 0;
 
