@@ -145,7 +145,7 @@ void write_step(JsonWriter& out, const Options& options, const mpi::Report& repo
       .member("split", std::string_view(written(execution.split)))
       .member("max_depth", report.max_depth)
       .member("kinetic_energy", response.response.kinetic_energy);
-  // Of rank 0, but for the loads.
+  // Of rank 0, but for the loads; so is what the response sends.
   out.key("ms")
       .begin_object()
       .member("exchange", report.rank.exchange_ms)
@@ -159,6 +159,7 @@ void write_step(JsonWriter& out, const Options& options, const mpi::Report& repo
       .member("wait", report.rank.wait_ms)
       .member("response", response_ms)
       .member("gather", response.gather_ms)
+      .member("response_wait", response.wait_ms)
       .member("step", report.rank.step_ms + response_ms)
       .member("slowest_load", report.slowest_load_ms)
       .member("mean_load", report.mean_load_ms)
@@ -170,7 +171,9 @@ void write_step(JsonWriter& out, const Options& options, const mpi::Report& repo
       .member("copies", report.copies)
       .member("moved_away", report.moved_away)
       .member("bytes_sent", report.bytes_sent)
-      .member("messages_sent", report.messages_sent);
+      .member("messages_sent", report.messages_sent)
+      .member("response_bytes_sent", response.bytes_sent)
+      .member("response_messages_sent", response.messages_sent);
   if (list_hash) out.member("list_hash", std::string_view(hex(*list_hash)));
   write_ranks(out, ranks);
   const mpi::RebalanceDecision& decision = report.rebalance;
