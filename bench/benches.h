@@ -57,6 +57,8 @@ std::vector<Row> short_steps_bench(const Settings& settings);
 std::vector<Row> cloth_bench(const Settings& settings);
 /// Contacts of convex shapes with meshes of 6,000 triangles, beside FCL's; steps of bodies of all kinds.
 std::vector<Row> round_meshes_bench(const Settings& settings);
+/// Bounds on the depth of solids deep in each other, by family and by how many boxes of translations are looked at.
+std::vector<Row> depths_bench(const Settings& settings);
 /// Meshes of 10^3 to 5 * 10^6 triangles made ready for queries, beside Embree's hierarchies and FCL's.
 std::vector<Row> building_bench(const Settings& settings);
 /// What it calls its worlds.

@@ -200,6 +200,13 @@ void add_round_meshes(CLI::App& program) {
   app->add_option("--steps", o->steps, "timed steps; default: 20");
 }
 
+void add_depths(CLI::App& program) {
+  const auto [app, o] = add(program, "depths", "bounds on the depth of solids deep in each other", depths_bench);
+  app->add_option("--kind", o->kinds, "families, a comma between them: bowls, rings, gears, tori, blobs; default: all");
+  app->add_option("--poses", o->poses, "pairs of each family; default: 100");
+  app->add_option("--sizes", o->sizes, "boxes of translations, a comma between them; default: 200,1000,5000,20000,80000");
+}
+
 void add_building(CLI::App& program) {
   const auto [app, o] = add(program, "building", "meshes made ready for queries, beside Embree and FCL", building_bench);
   app->add_option("--sizes", o->sizes, "numbers of triangles, a comma between them; default: 1000 to 5000000");
@@ -265,6 +272,7 @@ int run_program(int count, char** arguments) {
   add_short_steps(program);
   add_cloth(program);
   add_round_meshes(program);
+  add_depths(program);
   add_building(program);
 #ifdef TANDEM_HAS_FCL_ADAPTER
   add_fcl(program);

@@ -6,7 +6,8 @@
 namespace tandem {
 namespace {
 
-constexpr std::string_view asks = "collide, distance, penetration, normal, contacts, triangles_intersect, toi";
+constexpr std::string_view asks =
+    "collide, distance, penetration, normal, contacts, triangles_intersect, toi, depth_bounds";
 
 bool has_triangles(const Shape& shape) {
   return shape.kind() == ShapeKind::triangle || shape.kind() == ShapeKind::mesh;
@@ -32,6 +33,8 @@ Ask read_ask(const JsonRef& json, const Shape& a, const Shape& b) {
       ask.triangles = true;
     } else if (what == "toi") {
       ask.toi = true;
+    } else if (what == "depth_bounds") {
+      ask.depth_bounds = true;
     } else {
       word.refuse(asks);
     }
@@ -74,7 +77,7 @@ PairRecord read_pair_record(const Json& json, ShapeReader& shapes) {
   const Ask ask = read_ask(record.at("ask"), shape_a, shape_b);
   const bool exact = has_triangles(shape_a) && has_triangles(shape_b) &&
                      (ask.triangles || !shape_a.is_convex() || !shape_b.is_convex());
-  const bool place_them = !exact || ask.distance || ask.normal || ask.contacts || ask.toi;
+  const bool place_them = !exact || ask.distance || ask.normal || ask.contacts || ask.toi || ask.depth_bounds;
   PairRecord out{.id = id ? id->value() : Json(),
                  .a = place_them ? place(shape_a, pose_a) : PlacedShape{shape_a, pose_a, {}},
                  .b = place_them ? place(shape_b, pose_b) : PlacedShape{shape_b, pose_b, {}},
@@ -83,6 +86,8 @@ PairRecord read_pair_record(const Json& json, ShapeReader& shapes) {
   if (exact && (out.a.pose.rotation != pose_a.rotation || out.b.pose.rotation != pose_b.rotation))
     out.given = {shape_a, pose_a, shape_b, pose_b};
   if (const auto margin = record.find("margin")) out.margin = margin->number_up_to(1e30);
+  if (const auto most = record.find("most_boxes"))
+    out.most_boxes = most->whole(1'000'000'000);
   out.velocity_a = velocity(record, "velA");
   out.velocity_b = velocity(record, "velB");
   if (const auto tmax = record.find("tmax"))
@@ -94,6 +99,7 @@ PairRecord read_pair_record(const Json& json, ShapeReader& shapes) {
 
 PairRecordAnswer answer(const PairRecord& record, NarrowPhaseOptions options) {
   options.margin = record.margin;
+  const WorkLimit* limit = options.limit;
   const NarrowPhase narrow_phase(std::move(options));
   const Ask& ask = record.ask;
   const auto solve = [&](Request request, std::vector<Contact>* contacts = nullptr) {
@@ -137,6 +143,12 @@ PairRecordAnswer answer(const PairRecord& record, NarrowPhaseOptions options) {
         record.a.shape.kind() == ShapeKind::triangle && record.b.shape.kind() == ShapeKind::triangle;
     if (ask.collide && two_triangles) out.collide = !out.triangles->empty();
   }
+  if (ask.depth_bounds) {
+    if (record.a.rest || record.b.rest)
+      throw InputError("/ask", "depth_bounds", "for rotations that are orthonormal to 1e-14, of cylinders and cones");
+    out.depth_bounds = penetration_depth(record.a.shape, record.a.pose, record.b.shape, record.b.pose,
+                                         {.most_boxes = record.most_boxes, .limit = limit});
+  }
   if (ask.toi)
     out.toi = time_of_impact(narrow_phase, record.a, record.velocity_a, record.b, record.velocity_b, record.tmax);
   return out;
@@ -177,6 +189,13 @@ void write_answer(JsonWriter& out, const Json& id, const PairRecordAnswer& answe
     else
       out.null();
   }
+  if (answer.depth_bounds)
+    out.key("depth_bounds")
+        .begin_object()
+        .member("lower", answer.depth_bounds->lower)
+        .member("upper", answer.depth_bounds->upper)
+        .member("translation", answer.depth_bounds->translation)
+        .end_object();
   if (nanoseconds) out.member("ns", *nanoseconds);
   out.end_object();
 }

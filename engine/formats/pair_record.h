@@ -9,6 +9,7 @@
 #include "formats/placed_shape.h"
 #include "formats/shape_json.h"
 #include "tandem/narrowphase/narrow_phase.h"
+#include "tandem/narrowphase/penetration.h"
 
 namespace tandem {
 
@@ -20,6 +21,7 @@ struct Ask {
   bool contacts = false;
   bool triangles = false;
   bool toi = false;
+  bool depth_bounds = false;
 };
 
 /// A question about two bodies. Where a rotation is not orthonormal to rounding their points are where the record's
@@ -40,6 +42,7 @@ struct PairRecord {
   double margin = 0;  ///< metres, >= 0
   Vec3 velocity_a = Vec3::Zero(), velocity_b = Vec3::Zero();
   double tmax = 0;  ///< s, >= 0
+  std::size_t most_boxes = DepthOptions{}.most_boxes;  ///< that depth_bounds may look at
 };
 
 /// What was asked, and nothing else.
@@ -51,6 +54,7 @@ struct PairRecordAnswer {
   std::optional<std::vector<Contact>> contacts;
   std::optional<std::vector<std::array<std::uint32_t, 2>>> triangles;
   std::optional<std::optional<double>> toi;  ///< empty inside: they do not touch
+  std::optional<DepthBounds> depth_bounds;
   Status status = Status::ok;
   double error_bound = 0;  ///< metres, with Status::inexact
 };

@@ -36,6 +36,7 @@ struct Options {
   std::string scene, steps = "300", bodies, seed, executor = "flowgraph", threads = "1", broad_phase = "auto", request;
   std::string tolerance = "0", margin, json, contacts, rebalance = "on", response = "all", patience = "0";
   std::string trace, record, checkpoint, every = "100", restart;
+  bool mesh_margin = false;
 };
 
 // For the line that a fatal signal's handler writes.
@@ -76,6 +77,7 @@ mpi::Options pipeline_options(const Options& options) {
   out.rank.broad_phase = named_option("--broadphase", options.broad_phase, broad_phases);
   out.rank.answer.tolerance = number_option("--tolerance", options.tolerance, 0, 0.1);
   out.rank.answer.contact_hash = true;
+  out.rank.answer.mesh_margin = options.mesh_margin;
   if (!options.margin.empty()) out.rank.answer.margin = number_option("--margin", options.margin, 0, 1e6);
   if (options.rebalance != "on" && options.rebalance != "off")
     refuse_option("--rebalance", options.rebalance, "on, off");
@@ -143,7 +145,7 @@ void write_step(JsonWriter& out, const Options& options, const mpi::Report& repo
       .member("split", std::string_view(written(execution.split)))
       .member("max_depth", report.max_depth)
       .member("kinetic_energy", response.response.kinetic_energy);
-  // Of rank 0, but for the loads.
+  // Of rank 0, but for the loads; so is what the response sends.
   out.key("ms")
       .begin_object()
       .member("exchange", report.rank.exchange_ms)
@@ -157,6 +159,7 @@ void write_step(JsonWriter& out, const Options& options, const mpi::Report& repo
       .member("wait", report.rank.wait_ms)
       .member("response", response_ms)
       .member("gather", response.gather_ms)
+      .member("response_wait", response.wait_ms)
       .member("step", report.rank.step_ms + response_ms)
       .member("slowest_load", report.slowest_load_ms)
       .member("mean_load", report.mean_load_ms)
@@ -168,7 +171,9 @@ void write_step(JsonWriter& out, const Options& options, const mpi::Report& repo
       .member("copies", report.copies)
       .member("moved_away", report.moved_away)
       .member("bytes_sent", report.bytes_sent)
-      .member("messages_sent", report.messages_sent);
+      .member("messages_sent", report.messages_sent)
+      .member("response_bytes_sent", response.bytes_sent)
+      .member("response_messages_sent", response.messages_sent);
   if (list_hash) out.member("list_hash", std::string_view(hex(*list_hash)));
   write_ranks(out, ranks);
   const mpi::RebalanceDecision& decision = report.rebalance;
@@ -360,13 +365,16 @@ void add_run(CLI::App& program, Options& o) {
   add("--request", "NAME", o.request, "collide, distance or contacts; default: the scene's");
   add("--tolerance", "T", o.tolerance, "error accepted, relative to the bodies' size, 0 to 0.1");
   add("--margin", "M", o.margin, "report gaps up to this as contacts of negative depth, metres");
+  command->add_flag("--mesh-margin", o.mesh_margin,
+                    "gaps between two meshes count, too; steps of meshes take several times as long");
   add("--json", "FILE", o.json, "write a report a step to this FILE");
   add("--contacts", "FILE", o.contacts, "write the contacts of every step to this FILE: gathered on rank 0");
   add("--trace", "FILE", o.trace,
       "write a timeline of all ranks to this FILE, for Perfetto; compressed if it ends in .gz");
   add("--record", "FILE", o.record, "write poses and contacts of every step to this FILE, by all ranks at once");
   add("--rebalance", "on|off", o.rebalance, "cut regions anew from measured costs");
-  add("--response", "all|none", o.response, "all: every rank moves all bodies by all contacts; none: nothing moves");
+  add("--response", "all|none", o.response,
+      "all: bodies move, each rank solving its share of the contacts; none: nothing moves");
   add("--checkpoint", "FILE", o.checkpoint, "write all bodies to this FILE, now and then");
   add("--checkpoint-every", "N", o.every, "steps from one checkpoint to the next");
   add("--restart", "FILE", o.restart, "go on from this checkpoint of the same scene, on any number of ranks");

@@ -41,11 +41,17 @@ std::vector<int> sums_before(const std::vector<int>& counts) {
 
 }  // namespace
 
-RankRecord::RankRecord(MPI_Comm communicator, const std::string& path, const Scene& scene)
+RankRecord::RankRecord(MPI_Comm communicator, const std::string& path)
     : path_(std::filesystem::absolute(path).string()), temporary_(path_ + ".part") {
   MPI_Comm_dup(communicator, &communicator_);
   MPI_Comm_rank(communicator_, &rank_);
   MPI_Comm_size(communicator_, &ranks_);
+}
+
+// What throws here leaves it to the destructor, by all ranks, to close the file.
+RankRecord::RankRecord(MPI_Comm communicator, const std::string& path, const Scene& scene)
+    : RankRecord(communicator, path) {
+  const std::string header = record::header(scene);
   ids_ = scene.indices();
   ids_a_rank_ = static_cast<std::uint32_t>(ids_) / static_cast<std::uint32_t>(ranks_) + 1;
   if (rank_ == 0) std::remove(temporary_.c_str());
@@ -54,7 +60,6 @@ RankRecord::RankRecord(MPI_Comm communicator, const std::string& path, const Sce
           MPI_SUCCESS;
   if (!good_) file_ = MPI_FILE_NULL;
   require_all("cannot be opened");
-  const std::string header = record::header(scene);
   if (rank_ == 0) write(0, header);
   end_ = header.size();
   require_all("cannot be written");

@@ -29,12 +29,13 @@ class RankRecord {
   void commit();
 
  private:
+  RankRecord(MPI_Comm communicator, const std::string& path);  // none is open yet
   bool can_write(const mpi::Pipeline& pipeline) const;
   std::string poses(const mpi::Pipeline& pipeline) const;
   void write(std::uint64_t place, const std::string& bytes);
   void require_all(const char* what);
 
-  MPI_Comm communicator_;
+  MPI_Comm communicator_ = MPI_COMM_NULL;
   int rank_ = 0, ranks_ = 1;
   std::string path_, temporary_;
   MPI_File file_ = MPI_FILE_NULL;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <numbers>
 #include <span>
@@ -61,53 +60,66 @@ void ContactSolver::prepare_point(Point& point, const Contact& contact, const So
 }
 
 void ContactSolver::give_colours(const ContactList& contacts, const std::vector<SolverBody>& bodies) {
-  entries_.clear();
-  taken_.assign(bodies.size(), 0);
-  std::array<std::uint32_t, colours + 1> pairs{}, points{};
+  taken_.assign(bodies.size(), {});
+  constexpr TakenColours nothing;
   for (std::uint32_t i = 0; i < contacts.pairs.size(); ++i) {
     const PairResult& found = contacts.pairs[i];
-    const bool moves_a = bodies[found.a].inverse_mass != 0, moves_b = bodies[found.b].inverse_mass != 0;
-    if (found.contact_count == 0 || (!moves_a && !moves_b)) continue;
-    if (bodies[found.a].is_sensor || bodies[found.b].is_sensor) continue;
-    std::uint64_t &taken_a = taken_[found.a], &taken_b = taken_[found.b];
-    const std::uint64_t taken = (moves_a ? taken_a : 0) | (moves_b ? taken_b : 0);
-    const auto colour = static_cast<std::uint32_t>(std::countr_one(taken));
-    if (colour < colours) {
-      taken_a |= std::uint64_t{1} << colour;
-      taken_b |= std::uint64_t{1} << colour;
-    }
-    entries_.push_back({std::uint64_t{found.a} << 32 | found.b, i, colour, found.contact_count, pairs[colour]++});
-    points[colour] += found.contact_count;
-  }
-  colour_ends_.clear();
-  std::uint32_t pairs_before = 0, points_before = 0;
-  std::array<std::uint32_t, colours + 1> first_pair{}, next_point{};
-  for (std::uint32_t colour = 0; colour <= colours; ++colour) {
-    first_pair[colour] = pairs_before;
-    next_point[colour] = points_before;
-    pairs_before += pairs[colour];
-    points_before += points[colour];
-    colour_ends_.push_back(pairs_before);
-  }
-  pairs_.resize(pairs_before);
-  points_.resize(points_before);
-  for (Entry& entry : entries_) {
-    entry.place += first_pair[entry.colour];
-    Pair& pair = pairs_[entry.place];
-    pair.first = next_point[entry.colour];
-    pair.end = next_point[entry.colour] += entry.points;
+    if (!takes_part(found, bodies)) continue;
+    TakenColours &a = taken_[found.a], &b = taken_[found.b];
+    const std::uint32_t colour = TakenColours::first_free(bodies[found.a].inverse_mass != 0 ? a : nothing,
+                                                          bodies[found.b].inverse_mass != 0 ? b : nothing);
+    a.take(colour);
+    b.take(colour);
+    add_entry(contacts, i, colour);
   }
 }
 
-void ContactSolver::prepare(const ContactList& contacts, const std::vector<SolverBody>& bodies,
-                            const ResponseOptions& options) {
+void ContactSolver::add_entry(const ContactList& contacts, std::uint32_t found, std::uint32_t colour) {
+  const PairResult& pair = contacts.pairs[found];
+  if (colour >= colour_ends_.size()) {
+    colour_ends_.resize(colour + 1);
+    first_points_.resize(colour + 1);
+  }
+  entries_.push_back({std::uint64_t{pair.a} << 32 | pair.b, found, colour, pair.contact_count, colour_ends_[colour]++});
+  first_points_[colour] += pair.contact_count;
+}
+
+/// Gives each colour's pairs and points a range, from how many they are.
+void ContactSolver::arrange() {
+  std::uint32_t pairs = 0, points = 0;
+  for (std::uint32_t colour = 0; colour < colour_ends_.size(); ++colour) {
+    points += std::exchange(first_points_[colour], points);
+    pairs += std::exchange(colour_ends_[colour], pairs);
+  }
+  pairs_.resize(pairs);
+  points_.resize(points);
+  for (Entry& entry : entries_) {
+    entry.place += colour_ends_[entry.colour];
+    Pair& pair = pairs_[entry.place];
+    pair.first = first_points_[entry.colour];
+    pair.end = first_points_[entry.colour] += entry.points;
+  }
+  for (std::uint32_t colour = 0; colour < colour_ends_.size(); ++colour)
+    colour_ends_[colour] = colour + 1 < colour_ends_.size() ? colour_ends_[colour + 1] : pairs;
+}
+
+void ContactSolver::begin(const ResponseOptions& options) {
   friction_ = options.friction;
   rolling_resistance_ = options.rolling_resistance;
   max_push_out_ = options.max_push_out;
   std::swap(points_, points_before_);
   std::swap(pairs_, pairs_before_);
   std::swap(entries_, entries_before_);
+  entries_.clear();
+  colour_ends_.clear();
+  first_points_.clear();
+}
+
+void ContactSolver::prepare(const ContactList& contacts, const std::vector<SolverBody>& bodies,
+                            const ResponseOptions& options) {
+  begin(options);
   give_colours(contacts, bodies);
+  arrange();
   for_blocks(entries_.size(), pairs_a_block, parallel_, [&](std::size_t begin, std::size_t end) {
     // Both lists are sorted by (a, b).
     auto old = std::lower_bound(entries_before_.begin(), entries_before_.end(), entries_[begin].key,
@@ -120,6 +132,49 @@ void ContactSolver::prepare(const ContactList& contacts, const std::vector<Solve
         keep_impulses(pairs_[entry.place], pairs_before_[old->place]);
     }
   });
+}
+
+void ContactSolver::prepare_share(const ContactList& contacts, const std::vector<SolverBody>& bodies,
+                                  const ResponseOptions& options, const Share& share) {
+  begin(options);
+  for (std::uint32_t i = 0; i < share.colours.size(); ++i)
+    if (share.colours[i] != none) add_entry(contacts, i, share.colours[i]);
+  arrange();
+  for_blocks(entries_.size(), pairs_a_block, parallel_, [&](std::size_t begin, std::size_t end) {
+    for (const Entry& entry : std::span(entries_).subspan(begin, end - begin)) {
+      prepare_pair(entry, contacts, bodies);
+      if (const std::uint32_t before = share.before[entry.found]; before != none)
+        keep_impulses(pairs_[entry.place], pairs_before_[before]);
+    }
+  });
+}
+
+Vec3 ContactSolver::kept(std::uint32_t place, std::vector<KeptPoint>& points) const {
+  const Pair& pair = pairs_[place];
+  const auto numbers = [](const Vec3& v) { return std::array{v.x(), v.y(), v.z()}; };
+  for (const Point& p : std::span(points_).subspan(pair.first, pair.end - pair.first))
+    points.push_back({numbers(p.arm_a), numbers(p.arm_b), numbers(p.tangent), numbers(p.bitangent), p.normal_impulse,
+                      p.tangent_impulse, p.bitangent_impulse, p.feature});
+  return pair.rolling_impulse;
+}
+
+std::uint32_t ContactSolver::take_in(const Vec3& rolling_impulse, std::span<const KeptPoint> points) {
+  Pair& pair = pairs_.emplace_back();
+  pair.rolling_impulse = rolling_impulse;
+  pair.first = static_cast<std::uint32_t>(points_.size());
+  for (const KeptPoint& from : points) {
+    Point& p = points_.emplace_back();
+    p.arm_a = Eigen::Map<const Vec3>(from.arm_a.data());
+    p.arm_b = Eigen::Map<const Vec3>(from.arm_b.data());
+    p.tangent = Eigen::Map<const Vec3>(from.tangent.data());
+    p.bitangent = Eigen::Map<const Vec3>(from.bitangent.data());
+    p.normal_impulse = from.normal_impulse;
+    p.tangent_impulse = from.tangent_impulse;
+    p.bitangent_impulse = from.bitangent_impulse;
+    p.feature = static_cast<std::uint32_t>(from.feature);
+  }
+  pair.end = static_cast<std::uint32_t>(points_.size());
+  return static_cast<std::uint32_t>(pairs_.size() - 1);
 }
 
 void ContactSolver::prepare_pair(const Entry& entry, const ContactList& contacts,
@@ -196,7 +251,7 @@ void ContactSolver::begin_substeps(double h, const ResponseOptions& options) {
 }
 
 template <class Body>
-void ContactSolver::for_each_pair(std::vector<SolverBody>& bodies, const Body& body) const {
+void ContactSolver::for_each_pair(std::vector<SolverBody>& bodies, const AfterColour& after, const Body& body) const {
   const auto run = [&](std::size_t first, std::size_t last) {
     // A fixed body belongs to many pairs of a colour and none may write to it; what is added to this one is zero.
     SolverBody fixed;
@@ -210,17 +265,17 @@ void ContactSolver::for_each_pair(std::vector<SolverBody>& bodies, const Body& b
     for (std::size_t i = first; i < last; ++i) body(i, side(pairs_[i].a), side(pairs_[i].b));
   };
   std::uint32_t begin = 0;
-  for (std::uint32_t colour = 0; colour < colours; ++colour) {
+  for (std::uint32_t colour = 0; colour < colour_ends_.size(); ++colour) {
     const std::uint32_t end = colour_ends_[colour];
     for_blocks(end - begin, pairs_a_block, parallel_,
                [&](std::size_t first, std::size_t last) { run(begin + first, begin + last); });
     begin = end;
+    if (after) after(colour);
   }
-  run(begin, colour_ends_[colours]);
 }
 
-void ContactSolver::warm_start(std::vector<SolverBody>& bodies) {
-  for_each_pair(bodies, [this](std::size_t index, SolverBody& a, SolverBody& b) {
+void ContactSolver::warm_start(std::vector<SolverBody>& bodies, const AfterColour& after) {
+  for_each_pair(bodies, after, [this](std::size_t index, SolverBody& a, SolverBody& b) {
     const Pair& pair = pairs_[index];
     for (std::uint32_t i = pair.first; i < pair.end; ++i) {
       const Point& p = points_[i];
@@ -232,8 +287,9 @@ void ContactSolver::warm_start(std::vector<SolverBody>& bodies) {
   });
 }
 
-void ContactSolver::solve(std::vector<SolverBody>& bodies, Overlap overlap) {
-  for_each_pair(bodies, [&](std::size_t i, SolverBody& a, SolverBody& b) { solve_pair(pairs_[i], a, b, overlap); });
+void ContactSolver::solve(std::vector<SolverBody>& bodies, Overlap overlap, const AfterColour& after) {
+  for_each_pair(bodies, after,
+                [&](std::size_t i, SolverBody& a, SolverBody& b) { solve_pair(pairs_[i], a, b, overlap); });
 }
 
 // Friction first, overlap last: what comes last holds best.

@@ -1,5 +1,10 @@
 #pragma once
+#include <algorithm>
+#include <array>
+#include <bit>
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <vector>
 
 #include "response/parallel_blocks.h"
@@ -20,9 +25,40 @@ struct SolverBody {
   bool is_sensor = false;  ///< pushes nothing
 };
 
+/// What the next step needs to know of a point of contact, as plain numbers.
+struct KeptPoint {
+  std::array<double, 3> arm_a{}, arm_b{}, tangent{}, bitangent{};
+  double normal_impulse = 0, tangent_impulse = 0, bitangent_impulse = 0;
+  std::uint64_t feature = 0;
+};
+
+/// The colours that a body's pairs have got so far, and with them the next one that is free.
+class TakenColours {
+ public:
+  void take(std::uint32_t colour) {
+    if (colour < word)
+      taken_ |= std::uint64_t{1} << colour;
+    else
+      next_ = colour + 1;
+  }
+  /// The first that a pair of two bodies may have.
+  static std::uint32_t first_free(const TakenColours& a, const TakenColours& b) {
+    const auto colour = static_cast<std::uint32_t>(std::countr_one(a.taken_ | b.taken_));
+    return colour < word ? colour : std::max(a.next_, b.next_);
+  }
+
+ private:
+  static constexpr std::uint32_t word = 64;
+  std::uint64_t taken_ = 0;    // the first ones; a pair that finds all taken comes after all that either body has
+  std::uint32_t next_ = word;  // after the last of the others
+};
+
 /// Contacts as constraints on velocities, solved by sequential impulses. Pairs are given colours, in the order of the
 /// contact list, so that no moving body meets two pairs of one colour: colours are solved one after the other, the
 /// pairs of one in parallel. The order depends on the contacts alone, and so does the motion.
+///
+/// Several solvers may share a list: each is told the colours of its own pairs, which have been given in the order of
+/// the whole list, and others change its bodies' velocities after each colour.
 class ContactSolver {
  public:
   /// `parallel` counts what threads may share.
@@ -31,9 +67,35 @@ class ContactSolver {
   void prepare(const ContactList& contacts, const std::vector<SolverBody>& bodies, const ResponseOptions& options);
   /// `h`: length of a sub-step.
   void begin_substeps(double h, const ResponseOptions& options);
-  void warm_start(std::vector<SolverBody>& bodies);
+  /// Called with each colour that has been solved, ascending.
+  using AfterColour = std::function<void(std::uint32_t colour)>;
+  void warm_start(std::vector<SolverBody>& bodies, const AfterColour& after = {});
   enum class Overlap { push_out, leave };
-  void solve(std::vector<SolverBody>& bodies, Overlap overlap);
+  void solve(std::vector<SolverBody>& bodies, Overlap overlap, const AfterColour& after = {});
+
+  static constexpr std::uint32_t none = 0xffffffffu;
+  /// What a solver of a share of all pairs is told, one element a pair of its list.
+  struct Share {
+    std::span<const std::uint32_t> colours;  ///< none: takes no part
+    std::span<const std::uint32_t> before;   ///< the pair's place in the step before, or none
+  };
+  void prepare_share(const ContactList& contacts, const std::vector<SolverBody>& bodies, const ResponseOptions& options,
+                     const Share& share);
+  /// Whether a pair of the list moves a body.
+  static bool takes_part(const PairResult& pair, const std::vector<SolverBody>& bodies) {
+    const SolverBody &a = bodies[pair.a], &b = bodies[pair.b];
+    return pair.contact_count != 0 && (a.inverse_mass != 0 || b.inverse_mass != 0) && !a.is_sensor && !b.is_sensor;
+  }
+  /// The places of the step's pairs, by those in its list: visit(pair, place).
+  template <class Visit>
+  void each_place(const Visit& visit) const {
+    for (const Entry& entry : entries_) visit(entry.found, entry.place);
+  }
+  /// What is kept of the pair at a place, for the next step in another solver; its points are appended. Returns the
+  /// impulse against rolling.
+  Vec3 kept(std::uint32_t place, std::vector<KeptPoint>& points) const;
+  /// Takes in what another solver kept of a pair; returns its place, for the next Share.
+  std::uint32_t take_in(const Vec3& rolling_impulse, std::span<const KeptPoint> points);
 
  private:
   struct Point {
@@ -61,22 +123,23 @@ class ContactSolver {
     std::uint32_t colour = 0, points = 0;
     std::uint32_t place = 0;  // in pairs_
   };
-  // A body's colours are bits of a word; pairs that find none left are solved one by one at the end.
-  static constexpr std::uint32_t colours = 64;
 
+  void begin(const ResponseOptions& options);
   void give_colours(const ContactList& contacts, const std::vector<SolverBody>& bodies);
+  void add_entry(const ContactList& contacts, std::uint32_t found, std::uint32_t colour);
+  void arrange();
   void prepare_pair(const Entry& entry, const ContactList& contacts, const std::vector<SolverBody>& bodies);
   void prepare_point(Point& point, const Contact& contact, const SolverBody& a, const SolverBody& b) const;
   void keep_impulses(Pair& pair, const Pair& before);
   static void keep_impulse(Point& point, Point& before);
   template <class Body>
-  void for_each_pair(std::vector<SolverBody>& bodies, const Body& body) const;
+  void for_each_pair(std::vector<SolverBody>& bodies, const AfterColour& after, const Body& body) const;
   void solve_pair(Pair& pair, SolverBody& a, SolverBody& b, Overlap overlap);
 
   ParallelTime& parallel_;
   std::vector<Entry> entries_, entries_before_;
-  std::vector<std::uint64_t> taken_;  // colours, a body
-  std::vector<std::uint32_t> colour_ends_;
+  std::vector<TakenColours> taken_;  // one a body
+  std::vector<std::uint32_t> colour_ends_, first_points_;
   // In the colours' order.
   std::vector<Point> points_, points_before_;
   std::vector<Pair> pairs_, pairs_before_;

@@ -4,8 +4,6 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
-#include <numbers>
-#include <numeric>
 #include <optional>
 #include <span>
 #include <sstream>
@@ -13,13 +11,13 @@
 #include <string>
 
 #include "response/contact_solver.h"
+#include "response/exact_sum.h"
 #include "response/parallel_blocks.h"
+#include "response/solver_bodies.h"
 #include "tandem/engine/continuous_motion.h"
 
 namespace tandem {
 namespace {
-
-constexpr std::size_t bodies_a_block = 128;
 
 void require(bool allowed, const char* field, double value, const char* range) {
   if (allowed) return;
@@ -32,133 +30,25 @@ void require(bool allowed, const char* field, double value, const char* range) {
 bool is_positive(double x) { return std::isfinite(x) && x > 0; }
 bool is_not_negative(double x) { return std::isfinite(x) && x >= 0; }
 
-void limit(Vec3& v, double most) {
-  if (!(v.squaredNorm() <= most * most)) v = most * v.stableNormalized();
-}
-
-/// Beyond an eighth of a turn in a time step a direction of turning means little.
-double fastest_turn(double time_step) { return std::numbers::pi / 4 / time_step; }
-
-/// First order in the turn, then made a unit again; good for turns of a few tenths of a radian.
-void turn(Quat& orientation, const Vec3& rotation) {
-  const Quat rate(0, rotation.x(), rotation.y(), rotation.z());
-  orientation.coeffs() += 0.5 * (rate * orientation).coeffs();
-  orientation.normalize();
-}
-
-/// With density 1, in the shape's frame.
-struct ShapeMass {
-  double volume = 0;
-  Vec3 centre;
-  Mat3 inertia, inverse_inertia;
-  double radius = 0;
-};
-
-/// A radius for any body: a ball's own.
-double mean_radius(const Shape& shape) { return shape.size() / std::sqrt(12.0); }
-
 }  // namespace
 
 struct Response::Impl {
   ResponseOptions options;
   ParallelTime parallel;
   ContactSolver solver{parallel};
-  std::vector<ShapeMass> shapes;
-  std::vector<SolverBody> bodies;  // one an index of the scene
-  std::vector<Quat> orientations;  // the same, and so are the rotations half a step ahead
-  std::vector<Mat3> half_turned;
-  std::vector<std::uint32_t> moving;
+  SolverBodies bodies{parallel};
   std::optional<ContinuousMotion> motion;
-  std::vector<Pose> ends;       // one an index, where there are continuous bodies
-  ContactList with_stopped;     // the contacts, and those of bodies that were stopped in the step before
+  std::vector<Pose> ends;    // one an index, where there are continuous bodies
+  ContactList with_stopped;  // the contacts, and those of bodies that were stopped in the step before
   std::size_t stops_before = 0;
 
-  void prepare_bodies(const Scene& scene);
-  void accelerate(const Vec3& change);
-  void advance(double h);
   const ContactList& with_stops(const Scene& scene, const ContactList& contacts);
   std::size_t limit_motion(const Scene& scene);
-  Pose end_of(const Scene& scene, std::uint32_t index) const;
   double put_back(Scene& scene);
-  double put_back(Scene& scene, std::uint32_t index) const;
   ResponseReport step(Scene& scene, const ContactList& contacts);
-  void prepare_body(const Scene& scene, std::uint32_t index);
 
   std::unique_ptr<tbb::task_arena> arena;  // where the caller's has another number of threads
 };
-
-void Response::Impl::prepare_bodies(const Scene& scene) {
-  shapes.clear();
-  for (const Shape& shape : scene.shapes()) {
-    const MassProperties& mass = shape.mass();
-    shapes.push_back({mass.volume, mass.centre, mass.inertia, mass.inertia.inverse(), mean_radius(shape)});
-  }
-  bodies.resize(scene.indices());
-  orientations.resize(scene.indices());
-  half_turned.resize(scene.indices());
-  for_blocks(scene.indices(), bodies_a_block, parallel, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) prepare_body(scene, static_cast<std::uint32_t>(i));
-  });
-  moving.clear();
-  for (std::uint32_t i = 0; i < scene.indices(); ++i)
-    if (bodies[i].inverse_mass != 0) moving.push_back(i);
-}
-
-void Response::Impl::prepare_body(const Scene& scene, std::uint32_t i) {
-  SolverBody& body = bodies[i];
-  body = {};
-  if (!scene.alive(i)) return;
-  const Pose& pose = scene.poses()[i];
-  const ShapeMass& shape = shapes[scene.shape_indices()[i]];
-  body.centre = scene.is_static()[i] ? pose.translation : pose * shape.centre;
-  body.is_sensor = scene.is_sensor()[i] != 0;
-  if (scene.is_static()[i]) {
-    body.velocity = scene.velocities()[i];
-    body.angular_velocity = scene.angular_velocities()[i];
-    limit(body.velocity, options.max_speed);
-    limit(body.angular_velocity, fastest_turn(scene.dt));
-    return;
-  }
-  const double density = scene.densities()[i];
-  orientations[i] = Quat(pose.rotation);
-  // While a body turns its angular momentum stays, not its angular velocity: that is the gyroscopic torque. With the
-  // inertia of half a step ahead it is kept exactly, impulses included, and the energy to second order.
-  Vec3 spin = scene.angular_velocities()[i];
-  limit(spin, fastest_turn(scene.dt));
-  Quat half = orientations[i];
-  turn(half, scene.dt / 2 * spin);
-  half_turned[i] = half.toRotationMatrix();
-  const Mat3& to_world = half_turned[i];
-  const Mat3 inverse_inertia = to_world * shape.inverse_inertia * to_world.transpose() / density;
-  const double mass = shape.volume * density;
-  if (!is_positive(mass) || !inverse_inertia.allFinite() || !(inverse_inertia.diagonal().minCoeff() > 0)) return;
-  body.inverse_mass = 1 / mass;
-  body.inverse_inertia = inverse_inertia;
-  body.velocity = scene.velocities()[i];
-  const Vec3 own_momentum = shape.inertia * (pose.rotation.transpose() * spin);
-  const Vec3 momentum = pose.rotation * own_momentum;
-  body.angular_velocity = to_world * (shape.inverse_inertia * (to_world.transpose() * momentum));
-  body.radius = shape.radius;
-}
-
-void Response::Impl::accelerate(const Vec3& change) {
-  for (const std::uint32_t i : moving) bodies[i].velocity += change;
-}
-
-void Response::Impl::advance(double h) {
-  const double fastest = fastest_turn(h);
-  for_blocks(moving.size(), bodies_a_block, parallel, [&](std::size_t begin, std::size_t end) {
-    for (const std::uint32_t i : std::span(moving).subspan(begin, end - begin)) {
-      SolverBody& body = bodies[i];
-      limit(body.velocity, options.max_speed);
-      limit(body.angular_velocity, fastest);
-      body.moved += h * body.velocity;
-      const Vec3 rotation = h * body.angular_velocity;
-      body.turned += rotation;
-      turn(orientations[i], rotation);
-    }
-  });
-}
 
 /// Those of a step, and the nearest points of pairs that were stopped in the step before.
 const ContactList& Response::Impl::with_stops(const Scene& scene, const ContactList& contacts) {
@@ -174,42 +64,28 @@ std::size_t Response::Impl::limit_motion(const Scene& scene) {
   if (!scene.has_continuous()) return 0;
   free_ends(scene, ends);  // of the static ones
   for (std::uint32_t i = 0; i < scene.indices(); ++i)
-    if (bodies[i].inverse_mass != 0)
-      ends[i] = end_of(scene, i);
+    if (bodies.moves(i))
+      ends[i] = bodies.end_of(scene, i);
     else if (!scene.is_static()[i] || !is_valid(ends[i]))
       ends[i] = scene.poses()[i];
   return motion->limit(scene, ends).size();
 }
 
-Pose Response::Impl::end_of(const Scene& scene, std::uint32_t i) const {
-  Pose pose;
-  pose.rotation = orientations[i].toRotationMatrix();
-  pose.translation = bodies[i].centre + bodies[i].moved - pose.rotation * shapes[scene.shape_indices()[i]].centre;
-  return pose;
-}
-
 /// Returns the kinetic energy.
 double Response::Impl::put_back(Scene& scene) {
-  // Summed by blocks, so that the rounding does not depend on threads either.
-  std::vector<double> energies((moving.size() + bodies_a_block - 1) / bodies_a_block, 0.0);
-  for_blocks(moving.size(), bodies_a_block, parallel, [&](std::size_t begin, std::size_t end) {
-    for (const std::uint32_t i : std::span(moving).subspan(begin, end - begin))
-      energies[begin / bodies_a_block] += put_back(scene, i);
+  const std::vector<std::uint32_t>& moving = bodies.moving();
+  std::vector<ExactSum> energies((moving.size() + response_bodies_a_block - 1) / response_bodies_a_block);
+  for_blocks(moving.size(), response_bodies_a_block, parallel, [&](std::size_t begin, std::size_t end) {
+    for (const std::uint32_t i : std::span(moving).subspan(begin, end - begin)) {
+      const Pose pose = ends.empty() ? bodies.end_of(scene, i) : ends[i];
+      const SolverBodies::End its = bodies.end_at(scene, i, pose);
+      scene.move(i, pose, its.velocity, its.angular_velocity);
+      energies[begin / response_bodies_a_block].add(its.kinetic_energy);
+    }
   });
-  return std::accumulate(energies.begin(), energies.end(), 0.0);
-}
-
-/// Returns its kinetic energy.
-double Response::Impl::put_back(Scene& scene, std::uint32_t i) const {
-  const SolverBody& body = bodies[i];
-  const ShapeMass& shape = shapes[scene.shape_indices()[i]];
-  const Pose pose = ends.empty() ? end_of(scene, i) : ends[i];
-  const Mat3& to_world = half_turned[i];
-  const Vec3 momentum = to_world * (shape.inertia * (to_world.transpose() * body.angular_velocity));
-  const Vec3 own_momentum = pose.rotation.transpose() * momentum;
-  const Vec3 own_velocity = shape.inverse_inertia * own_momentum;
-  scene.move(i, pose, body.velocity, pose.rotation * own_velocity);
-  return 0.5 * scene.densities()[i] * (shape.volume * body.velocity.squaredNorm() + own_velocity.dot(own_momentum));
+  ExactSum all;
+  for (const ExactSum& some : energies) all.add(some);
+  return all.value();
 }
 
 double recommended_margin(const Scene& scene) {
@@ -240,16 +116,16 @@ Response& Response::operator=(Response&&) noexcept = default;
 
 ResponseReport Response::Impl::step(Scene& scene, const ContactList& contacts) {
   parallel = {};
-  prepare_bodies(scene);
-  solver.prepare(with_stops(scene, contacts), bodies, options);
+  bodies.begin_step(scene, options.max_speed);
+  solver.prepare(with_stops(scene, contacts), bodies.all(), options);
   const double h = scene.dt / options.substeps;
   solver.begin_substeps(h, options);
   for (int substep = 0; substep < options.substeps; ++substep) {
-    accelerate(h * scene.gravity);
-    solver.warm_start(bodies);
-    solver.solve(bodies, ContactSolver::Overlap::push_out);
-    advance(h);
-    solver.solve(bodies, ContactSolver::Overlap::leave);
+    bodies.accelerate(h * scene.gravity);
+    solver.warm_start(bodies.all());
+    solver.solve(bodies.all(), ContactSolver::Overlap::push_out);
+    bodies.advance(h);
+    solver.solve(bodies.all(), ContactSolver::Overlap::leave);
   }
   ResponseReport report;
   report.stops = stops_before = limit_motion(scene);

@@ -144,6 +144,8 @@ double exit_length(const ConvexView& shape, const Vec3& p, const Vec3& d) {
   switch (shape.kind) {
     case ShapeKind::box:
       return exit_of_box(radii_of(shape), p, d);
+    case ShapeKind::sphere:
+      return exit_of_capsule(shape.param[0], 0, p, d);
     case ShapeKind::capsule:
       return exit_of_capsule(shape.param[0], 0.5 * shape.param[1], p, d);
     case ShapeKind::cylinder:
@@ -154,13 +156,13 @@ double exit_length(const ConvexView& shape, const Vec3& p, const Vec3& d) {
       const Vec3 a = radii_of(shape), q = p.cwiseQuotient(a), e = d.cwiseQuotient(a);
       return std::max(0.0, last_root(e.squaredNorm(), q.dot(e), std::min(0.0, q.squaredNorm() - 1)));
     }
-    case ShapeKind::sphere:
     case ShapeKind::halfspace:
     case ShapeKind::convex:
     case ShapeKind::triangle:
     case ShapeKind::mesh:
       break;
   }
+  if (shape.hull == nullptr || shape.hull->dimension != 3) return 0;  // it has no inside
   return exit_of_hull(*shape.hull, p, d);
 }
 

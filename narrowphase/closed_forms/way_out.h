@@ -19,8 +19,8 @@ struct WayOut {
 /// than 128 faces. `slack`: metres.
 std::optional<WayOut> way_out(const ConvexView& shape, const Vec3& p, double slack);
 
-/// How far it is from a point inside along d (unit) to the surface, metres: a lower bound to rounding. Only for shapes
-/// for which way_out is not empty.
+/// How far it is from a point inside along d (unit) to the surface, metres: a lower bound to rounding; 0 of hulls that
+/// are flat. Not of half-spaces and meshes.
 double exit_length(const ConvexView& shape, const Vec3& p, const Vec3& d);
 
 }  // namespace tandem

@@ -1,17 +1,24 @@
 #include "convex/feature_normals.h"
 
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
 #include "convex/gjk.h"
 #include "convex/triangle_height.h"
+#include "shapes/hull.h"
 #include "tolerances.h"
 
 namespace tandem {
 namespace {
 
-constexpr int most_corners = 8;
+constexpr int few_corners = 8;    // of which any two are an edge and any three a face
+constexpr int most_corners = 64;  // of more than a few the hull's edges and faces count
 
 /// The corners of a core that reach (almost) farthest along a direction.
 struct CornerSet {
   Vec3 at[most_corners];
+  std::uint32_t vertex[most_corners];
   int count = 0;
 };
 
@@ -35,8 +42,9 @@ std::uint32_t corner_count(const ConvexView& v) {
   return 1;
 }
 
-/// CornerSet within `depth` of the farthest along d (in the core's frame), the farthest first.
-CornerSet farthest_corners(const ConvexView& v, const Vec3& d, double depth) {
+/// CornerSet within `near` of the farthest along d (in the core's frame), the farthest first; if these are few, a few
+/// within `depth`.
+CornerSet farthest_corners(const ConvexView& v, const Vec3& d, double near, double depth) {
   CornerSet c;
   double reach[most_corners];
   const double most = d.dot(core_support(v, d));
@@ -45,50 +53,104 @@ CornerSet farthest_corners(const ConvexView& v, const Vec3& d, double depth) {
     const Vec3 p = core_vertex(v, i);
     const double along = d.dot(p);
     if (along < most - depth) continue;
-    if (c.count == most_corners && along <= reach[most_corners - 1]) continue;
-    int k = c.count < most_corners ? c.count++ : most_corners - 1;
-    for (; k > 0 && reach[k - 1] < along; --k) reach[k] = reach[k - 1], c.at[k] = c.at[k - 1];
+    int k = c.count;
+    if (k == most_corners) {
+      if (along <= reach[most_corners - 1]) continue;
+      --k;
+    } else {
+      ++c.count;
+    }
+    for (; k > 0 && reach[k - 1] < along; --k)
+      reach[k] = reach[k - 1], c.at[k] = c.at[k - 1], c.vertex[k] = c.vertex[k - 1];
     reach[k] = along;
     c.at[k] = p;
+    c.vertex[k] = i;
   }
+  while (c.count > few_corners && reach[c.count - 1] < most - near) --c.count;
   return c;
 }
 
+/// Sides between corners: all of a few, else those of the hull.
+class Edges {
+ public:
+  Edges(const ConvexView& v, const CornerSet& c)
+      : view_(v), corners_(c), few_(c.count <= few_corners || v.hull == nullptr) {
+    if (few_) return;
+    place_.assign(v.vertices.size(), -1);
+    for (int i = 0; i < c.count; ++i) place_[c.vertex[i]] = i;
+  }
+
+  /// Calls edge(i, j) for numbers of corners.
+  template <class Call>
+  void each_edge(Call&& edge) const {
+    if (few_) {
+      for (int i = 0; i < corners_.count; ++i)
+        for (int j = i + 1; j < corners_.count; ++j) edge(i, j);
+      return;
+    }
+    for (const Hull::Edge& e : view_.hull->edges)
+      if (const int i = place_[e.v[0]], j = place_[e.v[1]]; i >= 0 && j >= 0) edge(i, j);
+  }
+  /// Calls face(i, j, k) for three corners of one.
+  template <class Call>
+  void each_face(Call&& face) const {
+    if (few_) {
+      for (int i = 0; i < corners_.count; ++i)
+        for (int j = i + 1; j < corners_.count; ++j)
+          for (int k = j + 1; k < corners_.count; ++k) face(i, j, k);
+      return;
+    }
+    const Hull& hull = *view_.hull;
+    for (const Hull::Face& f : hull.faces)
+      for (std::uint32_t k = 1; k + 1 < f.count; ++k) {
+        const std::uint32_t* const loop = hull.loop.data() + f.first;
+        if (const int p = place_[loop[0]], q = place_[loop[k]], r = place_[loop[k + 1]]; p >= 0 && q >= 0 && r >= 0)
+          face(p, q, r);
+      }
+  }
+
+ private:
+  const ConvexView& view_;
+  const CornerSet& corners_;
+  bool few_;
+  std::vector<int> place_;  // of a vertex among the corners, -1: none
+};
+
 class Features {
  public:
-  Features(const MinkowskiDifference& d, const Vec3& n, double depth) : d_(d) {
-    a_ = farthest_corners(d.a, n, depth);
-    b_ = own_b_ = farthest_corners(d.b, -(d.pose.rotation.transpose() * n), depth);
+  Features(const MinkowskiDifference& d, const Vec3& n, double near, double depth) : d_(d) {
+    a_ = farthest_corners(d.a, n, near, depth);
+    b_ = own_b_ = farthest_corners(d.b, -(d.pose.rotation.transpose() * n), near, depth);
     for (int i = 0; i < b_.count; ++i) b_.at[i] = d.pose.rotation * b_.at[i];
   }
 
   /// The best direction of all, if it separates by more than `best`.
   void search(double& best, Vec3& n) {
     best_ = &best, n_ = &n;
-    try_faces(a_, Mat3::Identity());
+    const Edges of_a(d_.a, a_), of_b(d_.b, b_);
+    try_faces(of_a, a_, Mat3::Identity());
     // From its own corners: those that were turned are rounded, which a thin triangle shows.
-    try_faces(own_b_, d_.pose.rotation);
-    for (int i = 0; i < a_.count; ++i)
-      for (int j = i + 1; j < a_.count; ++j)
-        for (int k = 0; k < b_.count; ++k)
-          for (int l = k + 1; l < b_.count; ++l) try_across(a_.at[j] - a_.at[i], b_.at[l] - b_.at[k]);
-    for (int i = 0; i < a_.count; ++i)
-      for (int k = 0; k < b_.count; ++k) {
+    try_faces(of_b, own_b_, d_.pose.rotation);
+    of_a.each_edge([&](int i, int j) {
+      of_b.each_edge([&](int k, int l) { try_across(a_.at[j] - a_.at[i], b_.at[l] - b_.at[k]); });
+    });
+    const int few_a = std::min(a_.count, few_corners), few_b = std::min(b_.count, few_corners);
+    for (int i = 0; i < few_a; ++i)
+      for (int k = 0; k < few_b; ++k) {
         const Vec3 between = b_.at[k] + d_.pose.translation - a_.at[i];
         try_direction(between);
-        for (int j = 0; j < a_.count; ++j)
+        for (int j = 0; j < few_a; ++j)
           if (j != i) try_beside(between, a_.at[j] - a_.at[i]);
-        for (int l = 0; l < b_.count; ++l)
+        for (int l = 0; l < few_b; ++l)
           if (l != k) try_beside(between, b_.at[l] - b_.at[k]);
       }
   }
 
  private:
-  void try_faces(const CornerSet& c, const Mat3& turn) {
-    for (int i = 0; i < c.count; ++i)
-      for (int j = i + 1; j < c.count; ++j)
-        for (int k = j + 1; k < c.count; ++k)
-          try_across(height_of(c.at[j] - c.at[i], c.at[k] - c.at[j], c.at[i] - c.at[k]), turn);
+  void try_faces(const Edges& edges, const CornerSet& c, const Mat3& turn) {
+    edges.each_face([&](int i, int j, int k) {
+      try_across(height_of(c.at[j] - c.at[i], c.at[k] - c.at[j], c.at[i] - c.at[k]), turn);
+    });
   }
   /// Square to two edges: to the shorter as it is seen along the longer.
   void try_across(const Vec3& e, const Vec3& f) {
@@ -114,12 +176,11 @@ class Features {
     const Vec3 n = unit(direction, length);
     // The corners at hand are an upper bound.
     const double t = n.dot(d_.pose.translation);
-    double separation = infinity;
-    double a = -separation;
-    for (int i = 0; i < b_.count; ++i) separation = std::min(separation, n.dot(b_.at[i]));
+    double a = -infinity;
     for (int i = 0; i < a_.count; ++i) a = std::max(a, n.dot(a_.at[i]));
-    if (!(separation + t - a > *best_)) return;
-    separation = separation_along(d_, n);
+    for (int i = 0; i < b_.count; ++i)
+      if (!(n.dot(b_.at[i]) + t - a > *best_)) return;
+    const double separation = separation_along(d_, n);
     if (separation > *best_) *best_ = separation, *n_ = n;
   }
 
@@ -145,7 +206,8 @@ bool settle_by_features(const MinkowskiDifference& d, LocalAnswer& answer) {
   Vec3 n = answer.normal;
   for (int round = 0; round < 3; ++round) {
     const double before = best;
-    Features(d, n, std::max({near * scale, 4 * std::abs(claimed - best), all})).search(best, n);
+    const double band = std::max(near * scale, 4 * std::abs(claimed - best));
+    Features(d, n, near * scale, std::max(band, all)).search(best, n);
     if (!(best > before + rounding)) break;
   }
   if (std::abs(best - claimed) <= rounding && n == answer.normal) return false;

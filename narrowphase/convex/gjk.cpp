@@ -247,19 +247,23 @@ Vec3 square_to_edges(const MinkowskiDifference& d, const Simplex& s, const Vec3&
   return length > 0 ? unit(n, length) : unit(v);
 }
 
-bool has(const Simplex& s, const MinkowskiPoint& p) {
-  return std::any_of(s.p, s.p + s.count,
-                     [&p](const MinkowskiPoint& q) { return p.vertex_a == q.vertex_a && p.vertex_b == q.vertex_b; });
+/// Points of round shapes have no numbers to know them by.
+bool has(const Simplex& s, const MinkowskiPoint& p, bool polytopes) {
+  return std::any_of(s.p, s.p + s.count, [&](const MinkowskiPoint& q) {
+    return polytopes ? p.vertex_a == q.vertex_a && p.vertex_b == q.vertex_b : p.w == q.w;
+  });
 }
 
-/// GJK's last steps between polytopes once more where rounding may have made what the fast ones ended with: the upper
-/// bound is the length of a point that the simplex has, the lower one is along that, or else along a direction square
-/// to the simplex's edges. Sets the weights.
+/// GJK's last steps once more where rounding may have made what the fast ones ended with (of polytopes also where the
+/// bounds do not meet): the upper bound is the length of a point that the simplex has, the lower one is along that, or
+/// else, of polytopes, along a direction square to the simplex's edges. Sets the weights.
 void refine(const MinkowskiDifference& d, const DescentLimits& limits, GjkResult& r) {
   constexpr int most_steps = 16;
   const auto close = [&limits](double upper) { return 2 * limits.rounding + limits.tolerance * upper; };
+  const bool polytopes = d.polytopes();
   Nearest n = nearest(r.simplex);
-  if ((n.v - r.v).squaredNorm() <= 16 * limits.rounding * limits.rounding && r.upper - r.lower <= close(r.upper))
+  if ((n.v - r.v).squaredNorm() <= 16 * limits.rounding * limits.rounding &&
+      (!polytopes || r.upper - r.lower <= close(r.upper)))
     return keep(r.simplex, n);
   Simplex s = r.simplex;
   for (int step = 0; step < most_steps && !n.inside; ++step, n = nearest(s)) {
@@ -275,17 +279,17 @@ void refine(const MinkowskiDifference& d, const DescentLimits& limits, GjkResult
       const MinkowskiPoint p = d.support(-along);
       const double lower = along.dot(p.w);
       if (lower > r.along) r.along = lower, r.v = upper * along;
-      if (!has(s, p)) known = false, s.p[s.count] = p;
+      if (!has(s, p, polytopes)) known = false, s.p[s.count] = p;
       return upper - lower <= close(upper);
     };
-    const bool met = look(unit(n.v)) || look(square_to_edges(d, s, n.v));
+    const bool met = look(unit(n.v)) || (polytopes && look(square_to_edges(d, s, n.v)));
     r.lower = std::max(r.lower, r.along);
     if (met || known) return;
     ++s.count;
   }
 }
 
-/// Between shapes of which one is round: points of these have no numbers to know them by.
+/// Between shapes of which one is round.
 void descend_round(const MinkowskiDifference& d, const DescentLimits& limits, GjkResult& r) {
   Vec3& v = r.v;
   Simplex& s = r.simplex;
@@ -342,11 +346,12 @@ GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond,
   else
     descend_round(d, limits, r);
   if (r.end == GjkResult::End::inside || r.simplex.count == 0) return r;
-  if (polytopes && !(r.lower > beyond)) refine(d, limits, r);
+  if (!(r.lower > beyond)) refine(d, limits, r);
   // Polytopes: what is certified to rounding needs no second opinion.
-  const double near = polytopes
-                          ? (r.upper - r.lower <= 8 * rounding + tolerance * r.upper ? 16 * rounding : tolerance::near_surface * scale)
-                          : tolerance::near_surface * scale;
+  const double near =
+      polytopes
+          ? (r.upper - r.lower <= 8 * rounding + tolerance * r.upper ? 16 * rounding : tolerance::near_surface * scale)
+          : tolerance::near_surface * scale;
   r.end = r.upper > near ? GjkResult::End::separated : GjkResult::End::near;
   return r;
 }
@@ -386,7 +391,8 @@ void pair_points(const MinkowskiDifference& d, LocalAnswer& answer) {
     // What a distance is rounded to leaves its ends free sideways, by the square root of it times the distance: nearer
     // where that shows.
     double least = infinity;
-    for (const double out : {tolerance::far_apart * scale, tolerance::near_apart * scale, tolerance::least_apart * scale}) {
+    for (const double out :
+         {tolerance::far_apart * scale, tolerance::near_apart * scale, tolerance::least_apart * scale}) {
       apart.pose.translation = d.pose.translation + (out - answer.signed_distance) * answer.normal;
       const GjkResult r = gjk(apart, tolerance::ends_on_polytopes, infinity, -infinity);
       const double sideways = (r.v + out * answer.normal).norm();

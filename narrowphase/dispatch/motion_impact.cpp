@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "boxes/box_box.h"
+#include "convex/feature_normals.h"
 #include "dispatch/swept_body.h"
 #include "pairs/convex_pair.h"
 #include "shapes/screw_path.h"
@@ -50,7 +51,8 @@ class ScrewSweep {
       if (leaf_a && leaf_b) {
         a_.each_convex(top.a, [&](const ConvexView& p, std::uint32_t i) {
           b_.each_convex(top.b, [&](const ConvexView& q, std::uint32_t j) {
-            const double t = convex_meet(p, a_.box(top.a), q, b_.box(top.b), top.bound, std::min(best.t, 1.0));
+            const double t =
+                convex_meet(p, a_.core_box(top.a), q, b_.core_box(top.b), top.bound, std::min(best.t, 1.0));
             if (t < best.t) best.t = t, best.feature = {i, j};
           });
         });
@@ -84,11 +86,28 @@ class ScrewSweep {
            path_b_.speed_along(-normal, at_b, t, b.first, b.second);
   }
 
+  /// How far one advances that creeps along a gap, where the points' fastest speed says little: `least`, or longer.
+  /// Apart by v along the gap's normal at the end of an advance of length dt, too, they are apart in between where
+  /// acceleration * dt^2 / 2 <= (gap^(1/2) + v^(1/2))^2: each two points come no nearer than a parabola through both
+  /// ends.
+  template <class Separation>
+  double glide(double t, double until, double gap, double acceleration, double least, Separation&& separation) const {
+    for (double dt = std::min(2 * std::sqrt(2 * gap / acceleration), until - t); dt > 2 * least; dt /= 4) {
+      const double end = t + dt;
+      const double v = separation(path_a_.at(end), path_b_.at(end)) - radius_;
+      const double length = std::sqrt(gap) + std::sqrt(std::max(v, 0.0));
+      if (v >= 0 && acceleration * dt * dt <= 2 * length * length) return dt;
+    }
+    return least;
+  }
+
   /// Advances from `from`, at most `most` times, while the gap that `distance` tells at a time is no touch: no time
   /// that is passed over has one. Returns `never` beyond `until`. `planes`: gaps to a half-space are to its plane.
-  template <class Distance>
+  /// `separation` is that along a normal at a time, for many advances.
+  template <class Distance, class Separation>
   double advance(const Box& box_a, const Box& box_b, double from, double until, int most, bool planes,
-                 Distance&& distance) {
+                 Distance&& distance, Separation&& separation) {
+    constexpr int few_advances = 64;  // then it creeps
     double t = from;
     for (int i = 0; i < most; ++i) {
       meter_.spend(8);
@@ -102,7 +121,11 @@ class ScrewSweep {
                                   path_b_.acceleration(box_b.first, box_b.second) + (planes ? coriolis_ : 0);
       const double closing = speed + std::sqrt(speed * speed + 2 * acceleration * gap);
       if (!(closing > 0)) return never;
-      const double next = t + 2 * gap / closing;
+      double dt = 2 * gap / closing;
+      if (i >= few_advances)
+        dt = glide(t, until, gap, acceleration, dt,
+                   [&, n = normal](const Pose& then_a, const Pose& then_b) { return separation(n, then_a, then_b); });
+      const double next = t + dt;
       if (!(next <= until)) return never;
       if (next <= t) return t;
       t = next;
@@ -110,14 +133,22 @@ class ScrewSweep {
     return t;
   }
 
+  /// The boxes are those of the cores.
   double convex_meet(const ConvexView& p, const Box& box_p, const ConvexView& q, const Box& box_q, double from,
                      double until) {
     constexpr int most_advances = 10000;  // then it creeps up on a graze: early, never late
     const NarrowPhaseOptions exact;
-    return advance(box_p, box_q, from, until, most_advances, true, [&](const Pose& at_a, const Pose& at_b) {
+    const auto distance = [&](const Pose& at_a, const Pose& at_b) {
       const PairAnswer answer = solve_convex(p, at_a, q, at_b, Request::distance, exact, nullptr);
       return std::pair(answer.signed_distance, answer.normal);
-    });
+    };
+    const auto separation = [&](const Vec3& n, const Pose& then_a, const Pose& then_b) {
+      // From a half-space its own normal, which turns with it, is the only one.
+      if (is_plane(a_) || is_plane(b_)) return distance(then_a, then_b).first;
+      return separation_along({p, q, relative(then_a, then_b)}, then_a.rotation.transpose() * n) - core_radius(p) -
+             core_radius(q);
+    };
+    return advance(box_p, box_q, from, until, most_advances, true, distance, separation);
   }
 
   /// A time before which the boxes of two places do not touch: a few advances, as children will tell more.
@@ -127,11 +158,13 @@ class ScrewSweep {
     const Box box_a = a_.box(x), box_b = b_.box(y);
     const auto place = [](const Pose& pose, const Vec3& mid) { return Pose{pose.rotation, pose * mid}; };
     const auto half = [](const Vec3& h) { return HalfSize{h[0], h[1], h[2], 0}; };
-    return advance(box_a, box_b, from, until, most_advances, false, [&](const Pose& at_a, const Pose& at_b) {
+    const auto distance = [&](const Pose& at_a, const Pose& at_b) {
       const BoxAnswer answer =
           box_box_distance(half(box_a.second), place(at_a, box_a.first), half(box_b.second), place(at_b, box_b.first));
       return std::pair(answer.local.signed_distance - box_slack_, Vec3(at_a.rotation * answer.local.normal));
-    });
+    };
+    const auto unasked = [](const Vec3&, const Pose&, const Pose&) { return -infinity; };
+    return advance(box_a, box_b, from, until, most_advances, false, distance, unasked);
   }
 
   WorkMeter meter_;

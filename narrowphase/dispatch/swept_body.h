@@ -8,6 +8,7 @@
 #include "shapes/mesh_model.h"
 #include "shapes/posed_mesh.h"
 #include "shapes/shape_insides.h"
+#include "shapes/support.h"
 #include "shapes/work_meter.h"
 #include "tandem/narrowphase/options.h"
 
@@ -43,6 +44,10 @@ struct SweptBody {
     if (!mesh) return {mid, half};
     const BoxOf b(*mesh, ref);
     return {b.mid, b.half};
+  }
+  /// Of its core: a ball about a point that turns stays where it is, and the gap shrinks as fast as cores approach.
+  std::pair<Vec3, Vec3> core_box(std::uint32_t ref) const {
+    return mesh ? box(ref) : std::pair(mid, Vec3((half.array() - core_radius(view)).cwiseMax(0)));
   }
   /// visit(view, triangle); without a mesh the triangle is 0.
   template <class Visit>

@@ -25,7 +25,9 @@ PairAnswer solve_with_mesh_first(const Posed& a, const Posed& b, Request request
 
 bool goes_first(const Posed& a, const Posed& b) {
   const MeshModel &ma = mesh_of(a.shape), &mb = mesh_of(b.shape);
-  if (ma.unit != mb.unit) return ma.unit > mb.unit;
+  // One that is a point has a unit that does not grow with it.
+  const auto unit = [](const MeshModel& m) { return m.half.isZero(0) ? 0 : m.unit; };
+  if (unit(ma) != unit(mb)) return unit(ma) > unit(mb);
   if (ma.triangles.size() != mb.triangles.size()) return ma.triangles.size() > mb.triangles.size();
   const auto before = [](const auto& x, const auto& y) {
     return std::lexicographical_compare(x.data(), x.data() + x.size(), y.data(), y.data() + y.size());

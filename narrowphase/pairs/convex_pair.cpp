@@ -117,6 +117,14 @@ bool is_round(const ConvexView& view) {
   return most - least <= 4 * epsilon * most;
 }
 
+/// Whether this is a hull of so few corners that it is a triangle, whose sides solvers of round bodies know.
+bool is_triangle(const ConvexView& view) { return view.kind == ShapeKind::convex && view.vertices.size() <= 3; }
+
+ConvexView triangle_of(ConvexView body) {
+  body.kind = ShapeKind::triangle;
+  return body;
+}
+
 /// The ball of the first parameter: a capsule's or an ellipsoid's radius.
 ConvexView ball_of(ConvexView body) {
   body.kind = ShapeKind::sphere;
@@ -155,6 +163,8 @@ PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexVie
     if (axis_is_lost(a, reach)) return solve_convex(ball_of(a), pose_a, b, pose_b, request, options, contacts, warm);
     if (axis_is_lost(b, reach)) return solve_convex(a, pose_a, ball_of(b), pose_b, request, options, contacts, warm);
   }
+  if (is_triangle(a)) return solve_convex(triangle_of(a), pose_a, b, pose_b, request, options, contacts, warm);
+  if (is_triangle(b)) return solve_convex(a, pose_a, triangle_of(b), pose_b, request, options, contacts, warm);
   if (is_round(a)) return solve_convex(ball_of(a), pose_a, b, pose_b, request, options, contacts, warm);
   if (is_round(b)) return solve_convex(a, pose_a, ball_of(b), pose_b, request, options, contacts, warm);
   const double accepted = std::max(options.tolerance, tolerance::accepted_error) * size;

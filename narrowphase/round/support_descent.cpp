@@ -93,6 +93,8 @@ bool meet(const Circle& a, const Circle& b, Vec3& n) {
   const double x = (a.height - d * b.height) / det, y = (b.height - d * a.height) / det;
   const double rest = std::max(0.0, 1 - x * a.height - y * b.height);
   n = (x * a.axis + y * b.axis + std::copysign(std::sqrt(rest / det), c.dot(n)) * c).normalized();
+  // Nearly parallel axes, as of a needle's edges: their product is off by rounding over its length, along them, too.
+  if (det < tolerance::crossing2) n = (n - (n.dot(a.axis) - a.height) * a.axis).normalized();
   return true;
 }
 

@@ -43,6 +43,7 @@ TEST_CASE("pair record: the answer has what was asked and nothing else") {
   CHECK(keys(ask_line(spheres(1, R"("ask":["normal"])"))) == Keys{"id", "status", "normal"});
   CHECK(keys(ask_line(spheres(1, R"("ask":["contacts"])"))) == Keys{"id", "status", "contacts"});
   CHECK(keys(ask_line(spheres(1, R"("ask":["toi"],"tmax":1)"))) == Keys{"id", "status", "toi"});
+  CHECK(keys(ask_line(spheres(1, R"("ask":["depth_bounds"])"))) == Keys{"id", "status", "depth_bounds"});
   CHECK(keys(ask_line(spheres(1, R"("ask":["collide"])"), {.narrow_phase = {}, .time = true})) ==
         Keys{"id", "status", "collide", "ns"});
 }
@@ -56,6 +57,10 @@ TEST_CASE("pair record: two spheres") {
   CHECK(ask_line(spheres(2, R"("ask":["collide"])"))["collide"] == true);  // touching counts
   const Json deep = ask_line(spheres(1, R"("ask":["penetration","contacts"])"));
   CHECK(deep["signed_distance"] == -1.0);
+  const Json bounds = ask_line(spheres(1, R"("ask":["depth_bounds"],"most_boxes":10)"))["depth_bounds"];
+  CHECK(bounds["lower"] == 1.0);
+  CHECK(bounds["upper"].get<double>() == Approx(1).margin(1e-10));
+  CHECK(bounds["translation"][0].get<double>() == Approx(1).margin(1e-10));
   REQUIRE(deep["contacts"].size() == 1);
   CHECK(deep["contacts"][0]["depth"] == 1.0);
   CHECK(keys(deep["contacts"][0]) == Keys{"point", "normal", "depth"});
@@ -326,7 +331,7 @@ TEST_CASE("pair record: a bad one is answered with its id, line and error") {
   CHECK(bad["id"] == "s");
   CHECK(bad["line"] == 7);
   CHECK(bad["error"] ==
-        R"(/ask/0: "colide", allowed: collide, distance, penetration, normal, contacts, triangles_intersect, toi)");
+        R"(/ask/0: "colide", allowed: collide, distance, penetration, normal, contacts, triangles_intersect, toi, depth_bounds)");
   const Json garbage = ask_line("{\"id\":5,");
   CHECK(garbage["id"] == 5);
   CHECK(ask_line("}")["id"].is_null());

@@ -74,7 +74,7 @@ TEST_CASE("with the response of all ranks the motion is that of one, and so are 
       CAPTURE(step);
       alone.step(scene);
       events.update(scene, alone.contacts());
-      if (step % 10 == 9) pipeline.rebalance();
+      if (step % 5 == 4) pipeline.rebalance();
       const mpi::Report report = pipeline.step();
       CHECK(report.contact_hash == mpi::hash(world::gathered(alone.contacts(), ids)));
       told.update(pipeline);
@@ -96,6 +96,41 @@ TEST_CASE("with the response of all ranks the motion is that of one, and so are 
     }
     CHECK(began > 10);
     CHECK(ended > 0);
+  }
+}
+
+TEST_CASE("with the response of all ranks a body with more pairs than colours moves as on one") {
+  Scene scene;
+  const ShapeId ground = scene.add_shape(HalfSpace{Vec3::UnitZ(), 0}), ball = scene.add_shape(Sphere{0.25}),
+                plate = scene.add_shape(Box{Vec3(6.4, 6.4, 0.1)});
+  scene.add_body({.shape = ground, .is_static = true});
+  const auto add_balls = [&](double height) {
+    for (int i = 0; i < 144; ++i)
+      scene.add_body({.shape = ball, .pose = Pose::at(0.55 * (i % 12), 0.55 * (i / 12), height + 0.0003 * (i % 7))});
+  };
+  add_balls(0.249);
+  scene.add_body({.shape = plate, .pose = Pose::at(3, 3, 0.549), .density = 300});
+  add_balls(0.849);
+  for (const int threads : {1, 2}) {
+    Scene one = scene;
+    tandem::Pipeline alone({.executor = ExecutorKind::sequential, .threads = 1, .answer = {.margin = 0.01}});
+    tandem::Response response({.threads = 1});
+    mpi::Pipeline pipeline(MPI_COMM_WORLD, world::options(threads, 0.01));
+    world::add_all(pipeline, scene);
+    mpi::Response together(pipeline, {.threads = threads});
+    for (int step = 0; step < 4; ++step) {
+      CAPTURE(threads, step);
+      pipeline.rebalance();
+      alone.step(one);
+      CHECK(alone.contacts().contacts.size() > 400);
+      CHECK(pipeline.step().contact_hash == mpi::hash(world::gathered(alone.contacts(), world::all_indices(one))));
+      const mpi::RankResponseReport moved = together.step();
+      CHECK(moved.response.kinetic_energy == response.step(one, alone.contacts()).kinetic_energy);
+      std::uint64_t expected = 0;
+      for (std::uint32_t i = 0; i < one.indices(); ++i) expected += hash_of(i, one, i);
+      CHECK(hash_of_motion(pipeline) == expected);
+      if (world::ranks() > 1) CHECK(moved.bytes_sent > 0);
+    }
   }
 }
 
@@ -134,6 +169,21 @@ TEST_CASE("a response of a scene to which bodies come and from which they go: th
     }
     const mpi::Report report = all.step(), expected = alone.step();
     CHECK(report.contact_hash == expected.contact_hash);
+    if (step == 17) {  // no response between: a body goes, and another one comes by its name, to where it was
+      const GlobalId id = ids[0];
+      turn([&](mpi::Pipeline& p) { p.remove_body(id); });
+      all.step();
+      alone.step();
+      turn([&](mpi::Pipeline& p) { p.add_body(id, {.shape = shapes[2], .pose = Pose::at(0.3, 0.2, 0.4)}); });
+      all.step();
+      alone.step();
+    }
+    if (step % 6 == 5)  // a host's hand, where only owners can know of it
+      for (mpi::Pipeline* p : {&all, &alone})
+        for (std::uint32_t i = 0; i < p->scene().indices(); ++i)
+          if (p->owns(i) && p->scene().is_static()[i] == 0)
+            p->move(i, p->scene().poses()[i], p->scene().velocities()[i] + Vec3(0.5, 0, 0.1),
+                    p->scene().angular_velocities()[i]);
     CHECK(together.step().response.kinetic_energy == single.step().response.kinetic_energy);
     std::uint64_t motion = 0;
     for (std::uint32_t i = 0; i < alone.scene().indices(); ++i)

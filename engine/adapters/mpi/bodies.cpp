@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "cpu_time.h"
-#include "scene/scene_changes.h"
 
 namespace tandem::mpi {
 namespace {
@@ -103,15 +102,24 @@ ShapeId Bodies::add_shape(Shape shape, std::string name) {
   for (const double x : {shape.size(), mass.volume, mass.centre.x(), mass.centre.y(), mass.centre.z(),
                          mass.inertia(0, 0), mass.inertia(1, 1), mass.inertia(2, 2), mass.inertia(0, 1)})
     shapes_hash_ = mixed(shapes_hash_, x);
-  door_.add_shape(shape);
   return scene_.add_shape(std::move(shape), std::move(name));
 }
 
 BodyRecord Bodies::checked(GlobalId id, const BodyOptions& body) {
+  const std::uint32_t shape = body.shape.index_plus_one;
+  const bool known = shape != 0 && shape <= scene_.shapes().size() && body.shape.generation == 1;
+  if (known && door_shape_ != shape) {
+    door_ = Scene();
+    door_.add_shape(scene_.shapes()[shape - 1]);
+    door_shape_ = shape;
+  }
   try {
-    const BodyId visitor = door_.add_body(body);
-    const BodyRecord record = BodyRecord::of(id, door_, visitor.index());
-    door_.remove_body(visitor);
+    BodyOptions visitor = body;
+    if (known) visitor.shape = {1, 1};
+    const BodyId at = door_.add_body(visitor);
+    BodyRecord record = BodyRecord::of(id, door_, at.index());
+    record.shape = shape - 1;
+    door_.remove_body(at);
     return record;
   } catch (const std::invalid_argument& error) {
     rethrow_for(id, error);
@@ -377,6 +385,15 @@ bool Bodies::look_ahead() {
          std::all_of(todo_.begin(), todo_.end(), [this](std::uint32_t index) { return are_expected(index); });
 }
 
+void Bodies::look_again() noexcept {
+  for (const Letter& letter : std::span(letters_).first(used_)) letter_of_[static_cast<std::size_t>(letter.rank)] = -1;
+  used_ = 0;
+  todo_.clear();
+  std::fill(queued_.begin(), queued_.end(), std::uint8_t{0});
+  for (std::size_t i = 0; i < owned_.size(); ++i)
+    if (owned_[i] != 0 && edge_of_[i] != no_edge) stirred_[i] = 1;
+}
+
 /// Of an owned body that has left its skin: to whom it goes, and who needs a copy from now on.
 void Bodies::renew(std::uint32_t index) {
   const int own = communicator_.rank();
@@ -418,6 +435,10 @@ void Bodies::write_copies(const Edge& edge, int owner, std::span<const int> want
       to(rank).put(Item::body);
       to(rank).put(BodyRecord::of(id, scene_, index));
     }
+    if (owner == communicator_.rank()) continue;
+    to(rank).put(Item::owner);
+    to(rank).put(id);
+    to(rank).put(owner);
   }
 }
 
@@ -431,6 +452,7 @@ void Bodies::give_to(int owner, std::uint32_t index, std::span<const int> wanted
   ++moved_away_;
   if (!stays) return drop(index);
   edge(index).copies.clear();
+  edge(index).owner = owner;
   owned_[index] = 0;
   --count_;
 }
@@ -442,6 +464,7 @@ void Bodies::take(Letter& letter) {
       case Item::body: {
         const std::uint32_t index = put(message.take<BodyRecord>(), false);
         take_box(edge(index), box_now(index, 0));
+        edge(index).owner = letter.rank;
         break;
       }
       case Item::owned: {
@@ -461,6 +484,12 @@ void Bodies::take(Letter& letter) {
         const std::uint32_t index = places_.at(motion.id);
         scene_.move(index, motion.pose(), motion.speed(), motion.spin());
         take_box(edge(index), box_now(index, 0));
+        edge(index).owner = letter.rank;
+        break;
+      }
+      case Item::owner: {
+        const std::uint32_t index = places_.at(message.take<GlobalId>());
+        edge(index).owner = message.take<int>();
         break;
       }
       case Item::gone:

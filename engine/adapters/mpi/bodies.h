@@ -13,6 +13,7 @@
 #include "directory.h"
 #include "records.h"
 #include "regions.h"
+#include "scene/scene_changes.h"
 #include "tandem/engine/scene.h"
 #include "tandem/mpi/pipeline.h"
 
@@ -70,6 +71,9 @@ class Bodies {
   /// Looks at what has moved since the last exchange, and writes the letters for those whose copies stay the same ones.
   /// False if a rank would get a letter that does not expect one.
   bool look_ahead();
+  /// After what look_ahead() threw, in which no message is under way yet: lets go of its letters, so that the exchange
+  /// looks at all bodies near other regions again.
+  void look_again() noexcept;
 
   struct Sent {
     std::uint64_t moved_away = 0, bytes = 0, messages = 0;
@@ -80,6 +84,8 @@ class Bodies {
   /// if `recut`: the regions are others than in the last exchange. `expected`: look_ahead() was true on all ranks, and
   /// nothing has changed since.
   Sent exchange(bool recut, bool expected);
+  /// Whether a body's box lay in the rank's region in the last exchange: no other rank reports a pair of it.
+  bool is_inside(std::uint32_t index) const { return inside_[index] != 0; }
   /// Whether a pair of overlapping boxes is reported here.
   bool reports(std::uint32_t a, std::uint32_t b) const {
     if ((inside_[a] | inside_[b]) != 0) return true;
@@ -87,6 +93,22 @@ class Bodies {
     std::array<double, 3> corner{};
     for (std::size_t i = 0; i < 3; ++i) corner[i] = std::max(box_a.lo[i], box_b.lo[i]);
     return regions_.holds(corner);
+  }
+  /// The rank that owns a body that is here.
+  int owner(std::uint32_t index) const {
+    return owned_[index] != 0 ? communicator_.rank() : edges_[edge_of_[index]].owner;
+  }
+  /// Owned bodies that were moved after ranks with copies had been told: visit(index, ranks).
+  template <class Visit>
+  void each_untold(const Visit& visit) const {
+    const auto versions = SceneChanges::versions(scene_);
+    for (const Edge& one : edges_)
+      if (one.index != no_edge && owned_[one.index] != 0 && !one.copies.empty() && one.seen != versions[one.index])
+        visit(one.index, std::span<const int>(one.copies));
+  }
+  /// Where a copy is now, if it was moved since; the next exchange tells it again.
+  void move_copy(const MotionRecord& motion) {
+    scene_.move(places_.at(motion.id), motion.pose(), motion.speed(), motion.spin());
   }
   /// Where a body is owned: the middle of its box in its own frame.
   Vec3 centre(std::uint32_t index) const;
@@ -107,6 +129,7 @@ class Bodies {
     FloatBox box;
     FloatBox skin;            // while the box stays in it an owned body's copies are where they must be
     std::vector<int> copies;  // of an owned body: ranks that have one, ascending
+    int owner = 0;            // of a copy
   };
   /// Of a shape, in its own frame: a ball that holds its box wherever it is turned.
   struct Ball {
@@ -144,7 +167,9 @@ class Bodies {
   std::unique_ptr<tbb::task_arena> arena_;  // null: the caller's
   bool alone_;                              // one thread
   Directory directory_;
-  Scene scene_, door_;       // door_: has the shapes alone, and looks at what comes in
+  Scene scene_;
+  Scene door_;  // looks at what comes in; has the shape that it looked at last
+  std::uint32_t door_shape_ = 0;
   std::vector<Ball> balls_;  // one a shape
   std::uint64_t shapes_hash_ = 0;
 

@@ -20,6 +20,8 @@ constexpr int rounds =
 
 constexpr int value_tag = 2 * rounds;
 
+int tag_of(Communicator::Topic topic) { return value_tag + 1 + static_cast<int>(topic); }
+
 void combine_two(void* given, void* total, int* count, MPI_Datatype*) {
   const auto* const from = static_cast<const Communicator::Totals*>(given);
   auto* const into = static_cast<Communicator::Totals*>(total);
@@ -80,7 +82,7 @@ void Communicator::wait(std::span<MPI_Request> requests, const char* what) const
       what);
 }
 
-std::size_t Communicator::receive(Message& into, const MPI_Status& status) {
+std::size_t Communicator::receive(Message& into, const MPI_Status& status) const {
   int bytes = 0;
   MPI_Get_count(&status, MPI_BYTE, &bytes);
   auto& all = into.bytes();
@@ -178,6 +180,51 @@ void Communicator::exchange(std::span<Letter> letters, std::vector<Letter>& rece
       "the exchange of bodies");
   received.resize(count);
   std::sort(received.begin(), received.end(), [](const Letter& x, const Letter& y) { return x.rank < y.rank; });
+}
+
+std::vector<Letter> Communicator::exchange(Outbox& outbox) {
+  std::uint64_t unused = 0;
+  return exchange(outbox, unused, unused);
+}
+
+std::vector<Letter> Communicator::exchange(Outbox& outbox, std::uint64_t& bytes, std::uint64_t& count) {
+  std::vector<Letter> letters, received;
+  for (int rank = 0; rank < ranks_; ++rank)
+    if (Message& message = outbox.to(rank); rank != rank_ && !message.empty()) {
+      bytes += message.size();
+      ++count;
+      letters.push_back({rank, std::move(message)});
+    }
+  if (ranks_ > 1) exchange(letters, received);
+  if (!outbox.to(rank_).empty()) received.push_back({rank_, std::move(outbox.to(rank_))});
+  return received;
+}
+
+void Communicator::post(Topic topic, Message message, int rank) {
+  const auto& bytes = posted_.emplace_back(std::move(message)).bytes();
+  if (bytes.size() > most_bytes) throw std::length_error("a message to another rank is longer than 256 MiB");
+  MPI_Isend(bytes.data(), static_cast<int>(bytes.size()), MPI_BYTE, rank, tag_of(topic), comm_, &posts_.emplace_back());
+}
+
+Letter Communicator::await(Topic topic, int rank) const {
+  Letter letter;
+  MPI_Status status;
+  until(
+      [&] {
+        int flag = 0;
+        MPI_Iprobe(rank, tag_of(topic), comm_, &flag, &status);
+        return flag != 0;
+      },
+      topic == Topic::colours ? "the colours of pairs" : "velocities");
+  letter.rank = status.MPI_SOURCE;
+  receive(letter.message, status);
+  return letter;
+}
+
+void Communicator::settle() {
+  wait(posts_, "messages sent");
+  posts_.clear();
+  posted_.clear();
 }
 
 void Communicator::send(std::uint64_t value, int rank) const {

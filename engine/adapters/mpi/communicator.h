@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <deque>
 #include <span>
 #include <string>
 #include <type_traits>
@@ -50,6 +51,16 @@ struct Letter {
   Message message;
 };
 
+/// Messages to ranks, oneself among them.
+class Outbox {
+ public:
+  explicit Outbox(int ranks) : messages_(static_cast<std::size_t>(ranks)) {}
+  Message& to(int rank) { return messages_[static_cast<std::size_t>(rank)]; }
+
+ private:
+  std::vector<Message> messages_;
+};
+
 /// A duplicate of a communicator, and the few ways in which ranks talk. All waiting has an end: `patience`.
 class Communicator {
  public:
@@ -69,6 +80,11 @@ class Communicator {
   /// came, by rank (Hoefler, Siebert, Lumsdaine, "Scalable communication protocols for dynamic sparse data exchange",
   /// PPoPP 2010). What is sent is left as it is; `received` keeps its memory from call to call.
   void exchange(std::span<Letter> letters, std::vector<Letter>& received);
+
+  /// Collective. The same for whatever an outbox holds; what is for oneself comes, too.
+  std::vector<Letter> exchange(Outbox& outbox);
+  /// Counts what is sent to others.
+  std::vector<Letter> exchange(Outbox& outbox, std::uint64_t& bytes, std::uint64_t& messages);
 
   /// One letter to each of some ranks, and one from each of the same; they name this rank, too.
   void exchange_expected(std::span<Letter> letters, std::vector<Letter>& received);
@@ -93,6 +109,16 @@ class Communicator {
   /// Collective: the texts of all ranks on all ranks, by rank.
   std::vector<std::string> texts(const std::string& own) const;
 
+  /// What posted messages are about; each is awaited apart.
+  enum class Topic { colours, velocities };
+  /// A message to one rank, which awaits it; on its way until settle().
+  void post(Topic topic, Message message, int rank);
+  /// The next one that a rank has posted, or any of them.
+  Letter await(Topic topic, int rank) const;
+  Letter await_any(Topic topic) const { return await(topic, MPI_ANY_SOURCE); }
+  /// Completes what was posted.
+  void settle();
+
   /// From one rank to another that expects it.
   void send(std::uint64_t value, int rank) const;
   std::uint64_t receive(int rank) const;
@@ -110,7 +136,7 @@ class Communicator {
   void until(const Done& done, const char* what) const;
   void send(Letter& letter, int tag, bool expected);
   /// Returns the bytes of the piece.
-  std::size_t receive(Message& into, const MPI_Status& status);
+  std::size_t receive(Message& into, const MPI_Status& status) const;
   void receive_one(std::vector<Letter>& received, std::size_t& count, const MPI_Status& status);
 
   MPI_Comm comm_ = MPI_COMM_NULL;
@@ -120,6 +146,8 @@ class Communicator {
   int round_ = 0, expected_round_ = 0;
   MPI_Datatype totals_type_ = MPI_DATATYPE_NULL;
   MPI_Op totals_op_ = MPI_OP_NULL;
+  std::deque<Message> posted_;
+  std::vector<MPI_Request> posts_;
   std::vector<std::size_t> waiting_;
   std::vector<MPI_Request> requests_;
 };

@@ -5,17 +5,11 @@
 #include <utility>
 
 #include "communicator.h"
+#include "home.h"
 #include "pipeline_impl.h"
 
 namespace tandem::mpi {
 namespace {
-
-/// The rank that is told of a pair's begins and ends.
-int home(const IdPair& pair, int ranks) {
-  std::uint64_t x = pair.a * 0x9e3779b97f4a7c15u ^ pair.b;
-  x = (x ^ x >> 32) * 0xd6e8feb86659fd93u;
-  return static_cast<int>((x ^ x >> 32) % static_cast<std::uint64_t>(ranks));
-}
 
 /// What is in one of two ascending lists alone: a pair that one rank no longer reports and another one does stays.
 void cancel(std::vector<IdPair>& x, std::vector<IdPair>& y) {
@@ -42,19 +36,14 @@ void ContactEvents::update(const Pipeline& pipeline) {
   cancel(began_, ended_);
   const int ranks = communicator.ranks();
   if (ranks == 1) return;
-  std::vector<Message> messages(static_cast<std::size_t>(ranks));
+  Outbox outbox(ranks);
   for (const bool begins : {true, false})
     for (const IdPair& pair : begins ? began_ : ended_) {
-      Message& message = messages[static_cast<std::size_t>(home(pair, ranks))];
+      Message& message = outbox.to(home(pair, ranks));
       message.put(pair);
       message.put(begins);
     }
-  std::vector<Letter> letters, received;
-  for (int rank = 0; rank < ranks; ++rank)
-    if (Message& message = messages[static_cast<std::size_t>(rank)]; rank != communicator.rank() && !message.empty())
-      letters.push_back({rank, std::move(message)});
-  communicator.exchange(letters, received);
-  received.push_back({communicator.rank(), std::move(messages[static_cast<std::size_t>(communicator.rank())])});
+  std::vector<Letter> received = communicator.exchange(outbox);
   began_.clear();
   ended_.clear();
   for (Letter& letter : received)

@@ -36,24 +36,17 @@ std::uint64_t hash(const GatheredContacts& all) {
 
 /// Orders the pairs that letters tell, and their contacts behind them.
 GatheredContacts Pipeline::Impl::gather(const std::function<int(GlobalId)>& to) const {
-  std::vector<Letter> letters, received;
-  std::vector<Message> messages(static_cast<std::size_t>(communicator.ranks()));
+  Outbox outbox(communicator.ranks());
   const ContactList& list = contacts();
   for (const PairResult& pair : list.pairs) {
-    Message& message = messages[static_cast<std::size_t>(to(bodies.id(pair.a)))];
+    Message& message = outbox.to(to(bodies.id(pair.a)));
     message.put(bodies.id(pair.a));
     message.put(bodies.id(pair.b));
     message.put(pair.contact_count);
     message.put(AnswerRecord::of(pair.answer));
     for (const Contact& contact : list.of(pair)) message.put(ContactRecord::of(contact));
   }
-  for (int rank = 0; rank < communicator.ranks(); ++rank) {
-    Message& message = messages[static_cast<std::size_t>(rank)];
-    if (!message.empty()) (rank == communicator.rank() ? received : letters).push_back({rank, std::move(message)});
-  }
-  std::vector<Letter> others;
-  if (communicator.ranks() > 1) communicator.exchange(letters, others);
-  for (Letter& letter : others) received.push_back(std::move(letter));
+  std::vector<Letter> received = communicator.exchange(outbox);
   GatheredContacts all;
   std::vector<Contact> points;
   for (Letter& letter : received)

@@ -92,6 +92,16 @@ void Pipeline::Impl::apply(const Change& change) {
   }
 }
 
+bool Pipeline::Impl::look_ahead() {
+  try {
+    return bodies.look_ahead();
+  } catch (const std::exception& error) {
+    bodies.look_again();
+    note_failure(error.what());
+    return false;
+  }
+}
+
 /// Adds first, so that every rank's changes find what any rank added; then the others, by ranks.
 void Pipeline::Impl::apply_changes(Report& report) {
   const auto begin = Clock::now();
@@ -100,7 +110,7 @@ void Pipeline::Impl::apply_changes(Report& report) {
   const bool asks = std::any_of(changes.begin(), changes.end(), [&](const Change& change) {
     return change.kind == Change::Kind::add || !bodies.owns_id(change.id());
   });
-  const bool as_expected = !alone && changes.empty() && !recut && regions.is_cut() && bodies.look_ahead();
+  const bool as_expected = !alone && changes.empty() && !recut && regions.is_cut() && look_ahead();
   std::array<std::uint64_t, 4> all{asks ? 1u : 0u, bodies.shapes_hash(), ~bodies.shapes_hash(), as_expected ? 0u : 1u};
   const auto looked = Clock::now();
   report.rank.exchange_cpu_ms = cpu_ms() - cpu;

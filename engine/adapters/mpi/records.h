@@ -119,8 +119,20 @@ enum class Item : std::uint8_t {
   body,    ///< BodyRecord: a copy, or one that takes the place of the copy that is there
   owned,   ///< BodyRecord, the number of copies (std::uint32_t), their ranks (int): from now on the receiver's
   moved,   ///< MotionRecord
+  owner,   ///< GlobalId, rank (int): of a copy, told of by that rank from now on
   gone,    ///< GlobalId: the copy is no longer needed
   change,  ///< Change: of a body that the receiver owns
+};
+
+/// What a letter of the response holds, item after item: one of these, then what it says.
+enum class ResponseItem : std::uint8_t {
+  moved,   ///< MotionRecord: of a copy, by a host's hand after the step
+  use,     ///< GlobalId, IdPair: of a body that the receiver owns, moved by a pair that the sender reports
+  order,   ///< GlobalId, a number (std::uint32_t), so many ranks (int): of a used body's pairs, in the order of their
+           ///< ids
+  left,    ///< IdPair, impulses: of a pair that the sender solved in the step before and no longer reports
+  wanted,  ///< IdPair: which the sender solves and did not before
+  kept,    ///< IdPair, impulses: an answer to it
 };
 
 }  // namespace tandem::mpi

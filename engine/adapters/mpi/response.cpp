@@ -1,213 +1,342 @@
 #include "tandem/mpi/response.h"
 
+#include <oneapi/tbb/task_arena.h>
+
 #include <algorithm>
 #include <chrono>
-#include <cstring>
-#include <unordered_map>
+#include <map>
+#include <optional>
 #include <utility>
 
 #include "communicator.h"
+#include "home.h"
 #include "pipeline_impl.h"
 #include "records.h"
+#include "response/contact_solver.h"
+#include "response/exact_sum.h"
+#include "response/parallel_blocks.h"
+#include "response/solver_bodies.h"
+#include "shared_bodies.h"
+#include "velocity_exchange.h"
 
 namespace tandem::mpi {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 double ms_since(Clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
 }
 
-struct ReportedPair {
-  GlobalId a = 0, b = 0;
-  std::uint64_t contacts = 0;
+/// Impulses of a pair, as bytes.
+struct Impulses {
+  std::array<double, 3> rolling{};
+  std::vector<KeptPoint> points;
+
+  void write(Message& message) const {
+    message.put(rolling);
+    message.put(std::uint64_t{points.size()});
+    for (const KeptPoint& point : points) message.put(point);
+  }
+  static Impulses read(Message& message) {
+    Impulses out;
+    out.rolling = message.take<std::array<double, 3>>();
+    for (auto count = message.take<std::uint64_t>(); count > 0; --count)
+      out.points.push_back(message.take<KeptPoint>());
+    return out;
+  }
 };
 
 }  // namespace
 
 struct Response::Impl {
-  Impl(Pipeline& of, ResponseOptions options) : pipeline(*of.impl_), options(options), response(options) {
+  Impl(Pipeline& of, ResponseOptions wanted) : pipeline(*of.impl_), options(std::move(wanted)) {
+    const tandem::Response checks(options);
     pipeline.bodies.note_removed();
   }
 
   RankResponseReport step(bool with_contacts);
-  void write_changes(Message& message) const;
-  void write_contacts(Message& message) const;
-  void read_changes(Message& message, std::vector<BodyRecord>& changed);
-  void take_over(std::vector<BodyRecord>& changed);
-  void put(const BodyRecord& record);
-  void forget(GlobalId id);
-  void move_own() const;
-  void compact();
+  void move(RankResponseReport& report);
+  void forget_removed();
+  void list_pairs();
+  void find_before();
+  void write_before(Outbox& outbox);
+  void read_first(Letter& letter, Outbox& answers);
+  void read_second(Letter& letter);
+  void agree(RankResponseReport& report);
+  void note_places();
+  void solve();
+  void put_back(RankResponseReport& report);
+  bool may_be_elsewhere(const IdPair& ids) const;
+
+  struct Solved {
+    IdPair ids;
+    std::uint32_t place = 0;  // in the solver
+  };
+  struct Left {
+    int rank = 0;  // who asks
+    std::optional<Impulses> impulses;
+  };
 
   Pipeline::Impl& pipeline;
   ResponseOptions options;
-  tandem::Response response;
-  // All bodies of all ranks. Places are given in the order of ids, step by step, and never twice: impulses of the step
-  // before are found by them. Those of removed bodies are fixed, and in no contact.
-  Scene replica;
-  std::unordered_map<GlobalId, std::uint32_t> places;
-  std::vector<GlobalId> ids;  // by place
-  ContactList list;
-  std::vector<ContactRecord> records;
+  ParallelTime parallel;
+  ContactSolver solver{parallel};
+  SolverBodies bodies{parallel};
+  SharedBodies shared{pipeline.communicator, pipeline.bodies};
+  VelocityExchange velocities{pipeline.communicator};
+  const ContactList* list = nullptr;
+  std::vector<OwnPair> pairs;                  // ascending by ids
+  std::vector<std::uint32_t> colours, before;  // one a pair of the list
+  std::vector<Solved> solved;                  // in the last response, ascending by ids
+  std::map<IdPair, Left> left;                 // what ranks have told this one as the home of pairs
+  bool moved_after = false;                    // a copy, after the pipeline's step
+  std::uint64_t pipeline_steps = 0;            // after the last response
+  std::unique_ptr<tbb::task_arena> arena;      // where the caller's has another number of threads
 };
 
-/// Bodies of this rank that are not as the last response left them.
-void Response::Impl::write_changes(Message& message) const {
+/// An id may name another body only after a step without a response: else its pairs have been missing in one.
+void Response::Impl::forget_removed() {
   const std::vector<GlobalId> removed = pipeline.bodies.take_removed();
-  message.put(std::uint64_t{removed.size()});
-  for (const GlobalId id : removed) message.put(id);
-  Message changed;
-  std::uint64_t count = 0;
-  const Scene& scene = pipeline.bodies.scene();
-  for (std::uint32_t i = 0; i < scene.indices(); ++i) {
-    if (!scene.alive(i) || !pipeline.bodies.owns(i)) continue;
-    const GlobalId id = pipeline.bodies.id(i);
-    const BodyRecord record = BodyRecord::of(id, scene, i);
-    if (const auto known = places.find(id); known != places.end()) {
-      const BodyRecord before = BodyRecord::of(id, replica, known->second);
-      if (std::memcmp(&before, &record, sizeof record) == 0) continue;
+  const std::uint64_t steps = std::exchange(pipeline_steps, pipeline.steps);
+  if (pipeline.steps <= steps + 1) return;
+  Message own;
+  for (const GlobalId id : removed) own.put(id);
+  std::vector<GlobalId> all;
+  for (Message& message : pipeline.communicator.to_all(own))
+    while (!message.done()) all.push_back(message.take<GlobalId>());
+  std::sort(all.begin(), all.end());
+  const auto is_gone = [&](GlobalId id) { return std::binary_search(all.begin(), all.end(), id); };
+  std::erase_if(solved, [&](const Solved& pair) { return is_gone(pair.ids.a) || is_gone(pair.ids.b); });
+}
+
+void Response::Impl::list_pairs() {
+  pairs.clear();
+  for (std::uint32_t i = 0; i < list->pairs.size(); ++i) {
+    const PairResult& pair = list->pairs[i];
+    if (!ContactSolver::takes_part(pair, bodies.all())) continue;
+    pairs.push_back({{pipeline.bodies.id(pair.a), pipeline.bodies.id(pair.b)},
+                     i,
+                     {pair.a, pair.b},
+                     {bodies.moves(pair.a), bodies.moves(pair.b)}});
+  }
+  std::sort(pairs.begin(), pairs.end(), [](const OwnPair& x, const OwnPair& y) { return x.ids < y.ids; });
+}
+
+/// Where the impulses of the step before are, of pairs that were solved here.
+void Response::Impl::find_before() {
+  before.assign(list->pairs.size(), ContactSolver::none);
+  auto old = solved.begin();
+  for (const OwnPair& pair : pairs) {
+    old = std::find_if(old, solved.end(), [&](const Solved& one) { return one.ids >= pair.ids; });
+    if (old != solved.end() && old->ids == pair.ids) before[pair.found] = old->place;
+  }
+}
+
+/// Whatever touches a body in this rank's own region (of the last exchange: it may have been cut anew since) is
+/// reported here.
+bool Response::Impl::may_be_elsewhere(const IdPair& ids) const {
+  const auto a = pipeline.bodies.place(ids.a), b = pipeline.bodies.place(ids.b);
+  return !a || !b || !(pipeline.bodies.is_inside(*a) || pipeline.bodies.is_inside(*b));
+}
+
+/// Impulses follow their pair to the rank that reports it now, by way of a rank that both can name.
+void Response::Impl::write_before(Outbox& outbox) {
+  const int ranks = pipeline.communicator.ranks();
+  for (const OwnPair& pair : pairs) {
+    if (before[pair.found] != ContactSolver::none) continue;
+    Message& message = outbox.to(home(pair.ids, ranks));
+    message.put(ResponseItem::wanted);
+    message.put(pair.ids);
+  }
+  auto still = pairs.begin();
+  for (const Solved& one : solved) {
+    still = std::find_if(still, pairs.end(), [&](const OwnPair& pair) { return pair.ids >= one.ids; });
+    if ((still != pairs.end() && still->ids == one.ids) || !may_be_elsewhere(one.ids)) continue;
+    Message& message = outbox.to(home(one.ids, ranks));
+    message.put(ResponseItem::left);
+    message.put(one.ids);
+    Impulses impulses;
+    const Vec3 rolling = solver.kept(one.place, impulses.points);
+    impulses.rolling = {rolling.x(), rolling.y(), rolling.z()};
+    impulses.write(message);
+  }
+}
+
+void Response::Impl::read_first(Letter& letter, Outbox& answers) {
+  const auto answer = [&](const IdPair& ids, const Left& pair) {
+    Message& message = answers.to(pair.rank);
+    message.put(ResponseItem::kept);
+    message.put(ids);
+    pair.impulses->write(message);
+  };
+  while (!letter.message.done()) switch (letter.message.take<ResponseItem>()) {
+      case ResponseItem::moved:
+        pipeline.bodies.move_copy(letter.message.take<MotionRecord>());
+        moved_after = true;
+        break;
+      case ResponseItem::use:
+        shared.read_use(letter.message, letter.rank);
+        break;
+      case ResponseItem::left: {
+        const auto ids = letter.message.take<IdPair>();
+        const auto [pair, first] = left.try_emplace(ids);
+        pair->second.impulses = Impulses::read(letter.message);
+        if (!first) answer(ids, pair->second);
+        break;
+      }
+      case ResponseItem::wanted: {
+        const auto ids = letter.message.take<IdPair>();
+        const auto [pair, first] = left.try_emplace(ids);
+        pair->second.rank = letter.rank;
+        if (!first) answer(ids, pair->second);
+        break;
+      }
+      default:
+        throw std::logic_error("an answer came among questions");
     }
-    changed.put(record);
-    ++count;
+}
+
+void Response::Impl::read_second(Letter& letter) {
+  while (!letter.message.done()) switch (letter.message.take<ResponseItem>()) {
+      case ResponseItem::order:
+        shared.read_order(letter.message, letter.rank);
+        break;
+      case ResponseItem::kept: {
+        const auto ids = letter.message.take<IdPair>();
+        const Impulses impulses = Impulses::read(letter.message);
+        const auto pair = std::lower_bound(pairs.begin(), pairs.end(), ids,
+                                           [](const OwnPair& x, const IdPair& y) { return x.ids < y; });
+        before[pair->found] = solver.take_in(Eigen::Map<const Vec3>(impulses.rolling.data()), impulses.points);
+        break;
+      }
+      default:
+        throw std::logic_error("a question came among answers");
+    }
+}
+
+/// Who solves what, in which colours, and from which impulses on.
+void Response::Impl::agree(RankResponseReport& report) {
+  list_pairs();
+  find_before();
+  shared.begin(pairs);
+  left.clear();
+  moved_after = false;
+  if (pipeline.communicator.ranks() > 1) {
+    Outbox questions(pipeline.communicator.ranks()), answers(pipeline.communicator.ranks());
+    pipeline.bodies.each_untold([&](std::uint32_t index, std::span<const int> ranks) {
+      for (const int rank : ranks) {
+        questions.to(rank).put(ResponseItem::moved);
+        questions.to(rank).put(MotionRecord::of(pipeline.bodies.id(index), pipeline.bodies.scene(), index));
+      }
+    });
+    shared.write_uses(questions);
+    write_before(questions);
+    for (Letter& letter : pipeline.communicator.exchange(questions, report.bytes_sent, report.messages_sent))
+      read_first(letter, answers);
+    shared.write_orders(answers);
+    for (Letter& letter : pipeline.communicator.exchange(answers, report.bytes_sent, report.messages_sent))
+      read_second(letter);
+    if (moved_after) bodies.begin_step(pipeline.bodies.scene(), options.max_speed);
   }
-  message.put(count);
-  message.append(changed);
+  colours.assign(list->pairs.size(), ContactSolver::none);
+  shared.give_colours(colours);
+  velocities.plan(shared.shared());
 }
 
-void Response::Impl::write_contacts(Message& message) const {
-  const ContactList& found = pipeline.contacts();
-  for (const PairResult& pair : found.pairs) {
-    if (pair.contact_count == 0) continue;
-    message.put(ReportedPair{pipeline.bodies.id(pair.a), pipeline.bodies.id(pair.b), pair.contact_count});
-    for (const Contact& contact : found.of(pair)) message.put(ContactRecord::of(contact));
-  }
+void Response::Impl::note_places() {
+  std::vector<std::uint32_t> places(list->pairs.size());
+  solver.each_place([&](std::uint32_t found, std::uint32_t place) { places[found] = place; });
+  solved.clear();
+  for (const OwnPair& pair : pairs) solved.push_back({pair.ids, places[pair.found]});
 }
 
-void Response::Impl::read_changes(Message& message, std::vector<BodyRecord>& changed) {
-  for (auto count = message.take<std::uint64_t>(); count > 0; --count) forget(message.take<GlobalId>());
-  for (auto count = message.take<std::uint64_t>(); count > 0; --count) changed.push_back(message.take<BodyRecord>());
-}
-
-void Response::Impl::forget(GlobalId id) {
-  const auto known = places.find(id);
-  if (known == places.end()) return;  // it came and went between two responses
-  replica.set_static(replica.id(known->second), true);
-  replica.move(known->second, replica.poses()[known->second], Vec3::Zero(), Vec3::Zero());
-  places.erase(known);
-}
-
-void Response::Impl::put(const BodyRecord& record) {
-  const GlobalId id = record.motion.id;
-  const auto known = places.find(id);
-  const ShapeId shape{record.shape + 1, 1};
-  std::uint32_t place = 0;
-  if (known == places.end()) {
-    place = replica
-                .add_body({.shape = shape,
-                           .density = record.density,
-                           .is_static = record.is_static != 0,
-                           .is_sensor = record.is_sensor != 0,
-                           .group = record.group,
-                           .mask = record.mask})
-                .index();
-    places[id] = place;
-    ids.push_back(id);
-  } else {
-    place = known->second;
-    const BodyId body = replica.id(place);
-    replica.set_static(body, true);  // of any shape, meanwhile
-    replica.set_shape(body, shape);
-    replica.set_static(body, record.is_static != 0);
-    replica.set_filter(body, record.group, record.mask);
-  }
-  replica.move(place, record.motion.pose(), record.motion.speed(), record.motion.spin());
-}
-
-void Response::Impl::take_over(std::vector<BodyRecord>& changed) {
-  const auto shapes = pipeline.bodies.scene().shapes();
-  for (std::size_t k = replica.shapes().size(); k < shapes.size(); ++k) replica.add_shape(shapes[k]);
-  std::sort(changed.begin(), changed.end(),
-            [](const BodyRecord& x, const BodyRecord& y) { return x.motion.id < y.motion.id; });
-  for (const BodyRecord& record : changed) put(record);
-  compact();
-}
-
-/// Once most places are removed bodies': the same step on any number of ranks. Impulses are lost.
-void Response::Impl::compact() {
-  if (replica.indices() < 2 * places.size() + 1024) return;
-  Scene fresh;
-  for (const Shape& shape : replica.shapes()) fresh.add_shape(shape);
-  std::vector<BodyRecord> all;
-  for (std::uint32_t place = 0; place < ids.size(); ++place)
-    if (const auto known = places.find(ids[place]); known != places.end() && known->second == place)
-      all.push_back(BodyRecord::of(ids[place], replica, place));
-  replica = std::move(fresh);
-  places.clear();
-  ids.clear();
-  for (const BodyRecord& record : all) put(record);
-  response = tandem::Response(options);
-}
-
-void Response::Impl::move_own() const {
+void Response::Impl::solve() {
   const Scene& scene = pipeline.bodies.scene();
-  for (std::uint32_t i = 0; i < scene.indices(); ++i) {
-    if (!scene.alive(i) || scene.is_static()[i] != 0 || !pipeline.bodies.owns(i)) continue;
-    const std::uint32_t place = places.at(pipeline.bodies.id(i));
-    pipeline.bodies.move(i, replica.poses()[place], replica.velocities()[place], replica.angular_velocities()[place]);
+  const double h = scene.dt / options.substeps;
+  solver.begin_substeps(h, options);
+  std::vector<SolverBody>& all = bodies.all();
+  const ContactSolver::AfterColour after = [&](std::uint32_t colour) { velocities.after(colour, all); };
+  for (int substep = 0; substep < options.substeps; ++substep) {
+    bodies.accelerate(h * scene.gravity);
+    solver.warm_start(all, after);
+    velocities.end_pass(all);
+    solver.solve(all, ContactSolver::Overlap::push_out, after);
+    velocities.end_pass(all);
+    bodies.advance(h);
+    solver.solve(all, ContactSolver::Overlap::leave, after);
+    velocities.end_pass(all);
   }
+}
+
+/// Those that this rank owns; others hear of them in the pipeline's next step.
+void Response::Impl::put_back(RankResponseReport& report) {
+  const Scene& scene = pipeline.bodies.scene();
+  const std::vector<std::uint32_t>& moving = bodies.moving();
+  std::vector<ExactSum> energies((moving.size() + response_bodies_a_block - 1) / response_bodies_a_block);
+  for_blocks(moving.size(), response_bodies_a_block, parallel, [&](std::size_t begin, std::size_t end) {
+    for (const std::uint32_t i : std::span(moving).subspan(begin, end - begin)) {
+      if (!pipeline.bodies.owns(i)) continue;
+      const Pose pose = bodies.end_of(scene, i);
+      const SolverBodies::End its = bodies.end_at(scene, i, pose);
+      pipeline.bodies.move(i, pose, its.velocity, its.angular_velocity);
+      energies[begin / response_bodies_a_block].add(its.kinetic_energy);
+    }
+  });
+  ExactSum all;
+  for (const ExactSum& some : energies) all.add(some);
+  double depth[] = {0};
+  for (const Contact& contact : list->contacts) depth[0] = std::max(depth[0], contact.depth);
+  if (pipeline.communicator.ranks() > 1) {
+    pipeline.communicator.sum(all.words());
+    pipeline.communicator.largest(std::span<double>(depth));
+  }
+  report.response.kinetic_energy = all.value();
+  report.response.max_depth = depth[0];
+}
+
+void Response::Impl::move(RankResponseReport& report) {
+  parallel = {};
+  const auto begin = Clock::now();
+  bodies.begin_step(pipeline.bodies.scene(), options.max_speed);
+  forget_removed();
+  agree(report);
+  solver.prepare_share(*list, bodies.all(), options, {colours, before});
+  note_places();
+  report.gather_ms = ms_since(begin);
+  solve();
+  put_back(report);
 }
 
 RankResponseReport Response::Impl::step(bool with_contacts) {
+  static const ContactList none;
   RankResponseReport report;
   const auto begin = Clock::now();
-  Message own;
-  write_changes(own);
-  if (with_contacts) write_contacts(own);
-  report.bytes_sent = own.size() * static_cast<std::uint64_t>(pipeline.communicator.ranks() - 1);
-  std::vector<Message> messages = pipeline.communicator.to_all(own);
-  report.gather_ms = ms_since(begin);
-
-  std::vector<BodyRecord> changed;
-  for (Message& message : messages) read_changes(message, changed);
-  take_over(changed);
-  list.pairs.clear();
-  list.contacts.clear();
-  records.clear();
-  for (Message& message : messages)
-    while (!message.done()) {
-      const auto pair = message.take<ReportedPair>();
-      list.pairs.push_back({places.at(pair.a),
-                            places.at(pair.b),
-                            static_cast<std::uint32_t>(records.size()),
-                            static_cast<std::uint32_t>(pair.contacts),
-                            {}});
-      for (std::uint64_t k = 0; k < pair.contacts; ++k) records.push_back(message.take<ContactRecord>());
+  list = with_contacts ? &pipeline.contacts() : &none;
+  try {
+    if (options.threads == 0 || options.threads == tbb::this_task_arena::max_concurrency()) {
+      move(report);
+    } else {
+      if (!arena) arena = std::make_unique<tbb::task_arena>(options.threads);
+      arena->execute([&] { move(report); });
     }
-  std::sort(list.pairs.begin(), list.pairs.end(),
-            [](const PairResult& x, const PairResult& y) { return std::pair(x.a, x.b) < std::pair(y.a, y.b); });
-  for (PairResult& pair : list.pairs) {
-    const auto first = std::exchange(pair.first_contact, static_cast<std::uint32_t>(list.contacts.size()));
-    for (std::uint32_t k = 0; k < pair.contact_count; ++k) list.contacts.push_back(records[first + k].contact());
+  } catch (const std::exception& error) {
+    // The others wait for what this rank will not send.
+    if (pipeline.communicator.ranks() > 1) pipeline.communicator.abort(error.what());
+    throw;
   }
-  replica.dt = pipeline.bodies.scene().dt;
-  replica.gravity = pipeline.bodies.scene().gravity;
-  report.response = response.step(replica, list);
-  move_own();
+  report.bytes_sent += shared.bytes_sent() + velocities.bytes_sent();
+  report.messages_sent += shared.messages_sent() + velocities.messages_sent();
+  report.wait_ms = velocities.wait_ms();
+  report.response.ms = ms_since(begin);
+  report.response.serial_ms = report.response.ms - std::chrono::duration<double, std::milli>(parallel.sum).count();
   return report;
 }
 
-Response::Response(Pipeline& pipeline, ResponseOptions options) : impl_(std::make_unique<Impl>(pipeline, options)) {}
+Response::Response(Pipeline& pipeline, ResponseOptions options)
+    : impl_(std::make_unique<Impl>(pipeline, std::move(options))) {}
 Response::~Response() = default;
 Response::Response(Response&&) noexcept = default;
 Response& Response::operator=(Response&&) noexcept = default;
-void Response::begin_anew() {
-  impl_->replica = Scene();
-  impl_->places.clear();
-  impl_->ids.clear();
-  impl_->response = tandem::Response(impl_->options);
-}
+void Response::begin_anew() { impl_->solved.clear(); }
 RankResponseReport Response::step(bool with_contacts) { return impl_->step(with_contacts); }
 
 }  // namespace tandem::mpi

@@ -164,13 +164,16 @@ PairAnswer gap_contacts(const Posed& a, const Posed& b, std::span<const Triangle
   answer.point_a = near.on_a + a.pose.translation;
   answer.point_b = near.on_b + a.pose.translation;
   answer.normal = gaps.normal();
-  if (contacts.size() == first)
+  const auto deepest = [&] {
+    return std::max_element(contacts.begin() + static_cast<std::ptrdiff_t>(first), contacts.end(),
+                            [](const Contact& x, const Contact& y) { return x.depth < y.depth; });
+  };
+  // The nearest points may be of triangles without a direction of their own, whose patch is none.
+  if (const double slack = tolerance::alike * (a.shape.size() + b.shape.size());
+      contacts.size() == first || deepest()->depth < -near.distance - slack)
     contacts.push_back({(answer.point_a + answer.point_b) / 2, answer.normal, -answer.signed_distance, 0});
-  const std::span found = std::span(contacts).subspan(first);
-  for (Contact& c : found) c.depth = std::min(c.depth, -near.distance);
-  std::max_element(found.begin(), found.end(), [](const Contact& x, const Contact& y) {
-    return x.depth < y.depth;
-  })->depth = -near.distance;
+  for (Contact& c : std::span(contacts).subspan(first)) c.depth = std::min(c.depth, -near.distance);
+  deepest()->depth = -near.distance;
   return answer;
 }
 

@@ -9,6 +9,7 @@
 #include <memory_resource>
 #include <optional>
 
+#include "closed_forms/closed_forms.h"
 #include "manifold/manifold.h"
 #include "manifold/patch_collector.h"
 #include "meshes/contacts/crossing_patches.h"
@@ -370,8 +371,41 @@ void add_points(const PosedMeshes& m, const PatchPoints& points, const Vec3& n, 
   keep_widest(contacts, first, size);
 }
 
-// The same for one of a corner's faces: of its own mesh only what lies in it counts, and what of the other has gone
-// through another face, too, lies over its border there.
+// What was moved along a face may have left the other mesh, which leans there. A contact that is farther than half its
+// depth from a mesh goes to the nearest point of the curve, which lies on both; of two that go to one the deeper stays.
+void keep_on_both(const PosedMeshes& m, const PatchPoints& points, std::size_t first, std::vector<Contact>& contacts) {
+  const double size = (m.a.half + m.b.half).norm();
+  WorkMeter meter(m.limit);
+  const auto is_near = [&](const Contact& c, std::span<const Facet> facets) {
+    meter.spend(static_cast<int>(facets.size()));
+    return std::any_of(facets.begin(), facets.end(), [&](const Facet& f) {
+      const TriangleView triangle(f.p);
+      return point_distance(triangle, c.point).signed_distance <= c.depth / 2 + tolerance::in_plane * size;
+    });
+  };
+  for (Contact& c : std::span(contacts).subspan(first)) {
+    if (is_near(c, points.facets[0]) && is_near(c, points.facets[1])) continue;
+    const Vec3 from = c.point;
+    double least = infinity;
+    for (const std::span<const Candidate> edges : points.edges)
+      for (const Candidate& e : edges)
+        if (const double away = (e.point - from).norm(); away < least - tolerance::alike * size)
+          least = away, c.point = e.point;
+  }
+  std::size_t end = first;
+  for (std::size_t k = first; k < contacts.size(); ++k) {
+    std::size_t same = first;
+    while (same < end && !((contacts[same].point - contacts[k].point).norm() < same_place * size)) ++same;
+    if (same == end)
+      contacts[end++] = contacts[k];
+    else if (contacts[k].depth > contacts[same].depth)
+      contacts[same] = contacts[k];
+  }
+  contacts.resize(end);
+}
+
+// As `add_points` for one of a corner's faces: of its own mesh only what lies in it counts, and what of the other has
+// gone through another face, too, lies over its border there.
 void add_corner_face(const PosedMeshes& m, const PatchPoints& points, const Corner& corner, const CornerFace& face,
                      Memory memory, std::vector<Contact>& contacts) {
   const std::size_t own = corner.of_a ? 1 : 0;
@@ -398,7 +432,9 @@ void add_corner_face(const PosedMeshes& m, const PatchPoints& points, const Corn
       edges{there(points.edges[0], own == 0), there(points.edges[1], own == 1)};
   // An edge in a face, or between two, is no ridge that another edge could lie on.
   const PatchPoints on_it{{vertices[0], vertices[1]}, {edges[0], edges[1]}, {}, facets};
+  const std::size_t first = contacts.size();
   add_points(m, on_it, face.n, memory, contacts);
+  keep_on_both(m, points, first, contacts);
 }
 
 // The one plane of a mesh's triangles of a patch that faces the other along n; nullptr if there are several.

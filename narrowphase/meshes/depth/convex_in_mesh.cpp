@@ -42,7 +42,8 @@ double ConvexInMesh::free_length(const Vec3& d, const Separation& known) const {
     });
     if (next == -infinity) {
       if (there.inside()) {
-        next = first_crossing(pair_.model(), there.in_mesh(there.centre()), d);
+        // What of the convex shape lies behind its centre has to cross, too.
+        next = first_crossing(pair_.model(), there.in_mesh(there.centre()), d) + pair_.exit_length(pair_.centre(), -d);
       } else {
         if (!collide((length + tolerance::alike * size) * d)) return length;
         next = tolerance::alike * size;

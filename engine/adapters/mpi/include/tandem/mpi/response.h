@@ -9,17 +9,17 @@ namespace tandem::mpi {
 /// What a response of all ranks did and cost.
 struct RankResponseReport {
   ResponseReport response;  ///< of all bodies, the same on all ranks; ms: this rank's
-  double gather_ms = 0;     ///< wall: contacts and changes sent to all ranks, waiting included
-  std::uint64_t bytes_sent = 0;
+  double gather_ms = 0;     ///< wall: which rank solves what and in which order, and impulses that pairs left elsewhere
+  double wait_ms = 0;       ///< wall: for other ranks' velocities
+  std::uint64_t bytes_sent = 0, messages_sent = 0;  ///< by this rank
 };
 
-/// Moves the bodies of all ranks by one `dt`, the same bits on any number of ranks: every rank is told all contacts,
-/// and all of them solve all, each with a replica of every body. That is exact and simple, and takes as long as on one
-/// rank and that memory on each: it is for scenes that one machine could respond to. A host with a response of its own
-/// does not make one, and pays nothing. One response a pipeline.
+/// Moves the bodies of all ranks by one `dt`, the same bits on any number of ranks. Each solves the pairs that it
+/// reports, colour by colour, and sends the velocities of bodies that others' pairs move as well; it knows of others'
+/// pairs only how many such a body has, where, and their colours. A host with a response of its own does not make one,
+/// and pays nothing. One response a pipeline.
 ///
-/// With ids that were given in the order of a scene's indices, and no body removed, it is the motion of
-/// tandem::Response.
+/// Pairs are ordered by their ids: with ids that are a scene's indices it is the motion of tandem::Response.
 class Response {
  public:
   /// Collective. Throws std::invalid_argument that names the option, its value and what is allowed.

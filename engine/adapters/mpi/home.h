@@ -1,0 +1,15 @@
+#pragma once
+#include <cstdint>
+
+#include "tandem/mpi/contact_events.h"
+
+namespace tandem::mpi {
+
+/// A rank that all can name without a word: what one knows of a pair and another one asks for meets there.
+inline int home(const IdPair& pair, int ranks) {
+  std::uint64_t x = pair.a * 0x9e3779b97f4a7c15u ^ pair.b;
+  x = (x ^ x >> 32) * 0xd6e8feb86659fd93u;
+  return static_cast<int>((x ^ x >> 32) % static_cast<std::uint64_t>(ranks));
+}
+
+}  // namespace tandem::mpi

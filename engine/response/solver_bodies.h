@@ -1,0 +1,64 @@
+// The bodies of a scene as a response moves them through a step.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "response/contact_solver.h"
+#include "response/parallel_blocks.h"
+#include "scene/scene_changes.h"
+#include "tandem/engine/scene.h"
+
+namespace tandem {
+
+class SolverBodies {
+ public:
+  /// `parallel` counts what threads may share.
+  explicit SolverBodies(ParallelTime& parallel) : parallel_(parallel) {}
+
+  /// Takes over the scene's bodies.
+  void begin_step(const Scene& scene, double max_speed);
+  /// Adds a velocity to all that move.
+  void accelerate(const Vec3& change);
+  /// Moves by the velocities for a time.
+  void advance(double h);
+  /// Where a body has come to.
+  Pose end_of(const Scene& scene, std::uint32_t index) const;
+
+  struct End {
+    Vec3 velocity, angular_velocity;
+    double kinetic_energy = 0;
+  };
+  /// Of a body that ends at a pose.
+  End end_at(const Scene& scene, std::uint32_t index, const Pose& pose) const;
+
+  std::vector<SolverBody>& all() { return bodies_; }  ///< one an index of the scene
+  bool moves(std::uint32_t index) const { return bodies_[index].inverse_mass != 0; }
+  const std::vector<std::uint32_t>& moving() const { return moving_; }
+
+ private:
+  /// With density 1, in the shape's frame.
+  struct ShapeMass {
+    double volume = 0;
+    Vec3 centre;
+    Mat3 inertia, inverse_inertia;
+    double radius = 0;
+  };
+
+  void learn_shapes(const Scene& scene);
+  void begin_body(const Scene& scene, std::uint32_t index);
+
+  ParallelTime& parallel_;
+  double max_speed_ = 0;
+  SceneChanges::HistoryName history_;  // of the scene whose shapes these are
+  std::uint64_t shape_changes_ = 0;
+  std::vector<ShapeMass> shapes_;
+  std::vector<SolverBody> bodies_;
+  std::vector<Quat> orientations_;  // one an index, and so are the rotations half a step ahead
+  std::vector<Mat3> half_turned_;
+  std::vector<std::uint32_t> moving_;
+};
+
+/// Bodies of one block that a thread takes at a time.
+constexpr std::size_t response_bodies_a_block = 128;
+
+}  // namespace tandem

@@ -1,0 +1,40 @@
+#pragma once
+#include <cstddef>
+
+#include "tandem/narrowphase/shape.h"
+#include "tandem/narrowphase/work_limit.h"
+
+namespace tandem {
+
+/// How closely a Hausdorff distance is looked for, and how long.
+struct HausdorffOptions {
+  /// The search ends where the bounds are no farther apart than this (metres, finite, >= 0) ...
+  double tolerance = 0;
+  /// ... or than this part of the upper one, [0, 1]. Both 0: to rounding, or `most_parts`.
+  double gap = 1e-3;
+  /// Boxes and pieces of triangles that are looked at, at most.
+  std::size_t most_parts = 10'000'000;
+  /// Ends the search (work_limit.h): WorkStopped is thrown. Null: none.
+  const WorkLimit* limit = nullptr;
+};
+
+/// Bounds on the Hausdorff distance of two surfaces: the largest distance from a point of either to the other.
+struct HausdorffBounds {
+  double lower = 0, upper = 0;  ///< metres
+  /// A point of A's surface where `of_a`, else of B's, that is `lower` away from the other, and the point of the other
+  /// that is nearest to it; world.
+  Vec3 point = Vec3::Zero(), nearest = Vec3::Zero();
+  bool of_a = true;
+  std::size_t parts = 0;  ///< that were looked at
+};
+
+/// Of the surfaces of two meshes (or triangles), whether solid or not; what is inside does not count. By branch and
+/// bound over the boxes and triangles of both: of a part no point is farther away than its middle and half its size
+/// together, nor than the farthest of its corners from any one triangle, a convex set (Tang, Lee and Kim, Interactive
+/// Hausdorff distance computation for general polygonal models, 2009). Depends on nothing but the arguments; exchanged
+/// shapes give the same bounds. Throws std::invalid_argument for another kind of shape, one with rounding, a bad pose
+/// or option.
+HausdorffBounds hausdorff_distance(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
+                                   const HausdorffOptions& options = {});
+
+}  // namespace tandem

@@ -1,0 +1,43 @@
+#pragma once
+#include <cstddef>
+
+#include "tandem/narrowphase/options.h"
+#include "tandem/narrowphase/shape.h"
+
+namespace tandem {
+
+/// How closely a depth is looked for, and how long.
+struct DepthOptions {
+  /// The bounds that are wanted: `upper` at most this much larger than `lower`, relative to `upper`, [0, 1].
+  double gap = 0.05;
+  /// Boxes of translations that are looked at, at most: more time, better bounds. 0: the bounds that are known without.
+  std::size_t most_boxes = 20'000;
+  /// Ends the search (work_limit.h): WorkStopped is thrown. Null: none. Who wants the bounds by a deadline sets
+  /// `most_boxes`.
+  const WorkLimit* limit = nullptr;
+};
+
+/// What is known of how deep two shapes are in each other: the length of the shortest translation of B after which they
+/// no longer collide.
+struct DepthBounds {
+  bool collide = false;             ///< false: they are apart, all else is 0
+  double lower = 0;                 ///< metres: after every shorter translation they still collide
+  double upper = 0;                 ///< metres: the length of `translation`; at least `lower`
+  Vec3 translation = Vec3::Zero();  ///< of B in the world: after it they do not collide, which was tested exactly
+  std::size_t boxes = 0;            ///< of translations that were looked at
+};
+
+/// Bounds on the depth. Where Request::distance knows the depth (Status::ok), it is that. Else, of two meshes of which
+/// one at least is solid, the translations are searched: `upper` is the shortest that was found to separate, and
+/// `lower` is proven by boxes of translations that cover all that are shorter, each of them shown to leave a point of A
+/// deeper in B, and in A, than the translations in the box differ (Lipschitz optimisation: Piyavskii 1972). The boxes
+/// nearest to none come first, so `lower` rises as long as the search goes on. Of other pairs the bounds are those of
+/// Request::distance.
+///
+/// Where the translation leads is not asked: out of the side of a wall that was come in by or that of the other, or
+/// into a hole. Depends on nothing but the arguments; exchanged shapes give the same bounds. Throws
+/// std::invalid_argument for half-spaces that no translation separates or a bad option.
+DepthBounds penetration_depth(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
+                              const DepthOptions& options = {});
+
+}  // namespace tandem

@@ -1,0 +1,271 @@
+#include "meshes/depth/overlap_cover.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "shapes/unit_vector.h"
+#include "tolerances.h"
+
+namespace tandem {
+namespace {
+
+constexpr std::size_t most_balls = 128;  // of a mesh
+constexpr std::size_t none = ~std::size_t{0};
+
+// A cube much smaller than the shortest translation that is known, and hardly any of it shown to overlap: either a
+// climb ended on a low hill, or something that separates is near.
+constexpr double small = 0.05, hardly = 0.25;
+constexpr std::size_t between = 16;  // cubes from one search on to the next
+constexpr double far_step = 0.05;    // of a climb from anywhere, relative to that translation
+
+// The middle of one of the eight parts of a cube.
+Vec3 middle_of_part(const Vec3& middle, double half, int k) {
+  return middle + half / 2 * Vec3(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1);
+}
+
+// The point between two vectors that is nearest to zero.
+Vec3 least_between(const Vec3& p, const Vec3& q) {
+  const Vec3 way = q - p;
+  const double length2 = way.squaredNorm();
+  if (!(length2 > 0)) return p;
+  return p + std::clamp(-p.dot(way) / length2, 0.0, 1.0) * way;
+}
+
+}  // namespace
+
+OverlapCover::OverlapCover(const DepthField& a, const DepthField& b, double length, Bodies bodies)
+    : a_(a),
+      b_(b),
+      bodies_(std::move(bodies)),
+      length_(length),
+      least_half_(length / 64),
+      balls_a_(inner_balls(a, most_balls)),
+      balls_b_(inner_balls(b, most_balls)) {
+  for (int k = 0; k < 8; ++k) push(middle_of_part(Vec3::Zero(), length, k), length / 2, none);
+}
+
+void OverlapCover::push(const Vec3& middle, double half, std::size_t proof) {
+  const double nearest = (middle.cwiseAbs().array() - half).max(0).matrix().norm();
+  const Cell cell{nearest, numbered_++, middle, half, proof};
+  if (half >= least_half_) return open_.push(cell);
+  small_.push_back(cell);
+  nearest_small_ = std::min(nearest_small_, nearest);
+}
+
+// No translation in the cubes that are not open is shorter than `wanted_` and separates.
+double OverlapCover::raise_certain() {
+  const double nearest = std::min(nearest_small_, open_.empty() ? infinity : open_.top().nearest);
+  certain_ = std::max(certain_, std::min(wanted_, nearest));
+  return nearest;
+}
+
+// The open cube that is nearest; those that are small when no large one is left: about the tip of a narrow gap cubes
+// get ever smaller, and what is free lies in the larger ones beside them.
+bool OverlapCover::pop(Cell& cell) {
+  if ((open_.empty() || open_.top().nearest >= wanted_) && nearest_small_ < wanted_) {
+    least_half_ /= 4;
+    for (const Cell& small : small_) open_.push(small);
+    small_.clear();
+    nearest_small_ = infinity;
+  }
+  if (raise_certain() >= wanted_) return false;
+  cell = open_.top();
+  open_.pop();
+  return true;
+}
+
+// Only translations as long as `wanted_` count. Of these x, |x - m|^2 = x^2 - 2 m.x + m^2 has a bound by the length of
+// x and the least of m.x in the cube.
+bool OverlapCover::covers(const Proof& proof, const Cell& cell) const {
+  const Vec3 m = proof.middle();
+  const double far2 = ((cell.middle - m).cwiseAbs().array() + cell.half).matrix().squaredNorm();
+  const double least = m.dot(cell.middle) - cell.half * m.lpNorm<1>();
+  const double cap2 = wanted_ * wanted_ + m.squaredNorm() - 2 * least;
+  const double radius = proof.radius();
+  return radius > 0 && std::min(far2, cap2) <= radius * radius;
+}
+
+OverlapCover::Proof OverlapCover::best_known(const Vec3& move, std::size_t first) const {
+  Proof best;
+  double most = -infinity;
+  const auto take = [&](const Proof& proof) {
+    if (const double r = proof.at(move); r > most) most = r, best = proof;
+  };
+  if (first != none) take(proofs_[first]);
+  constexpr std::size_t recent = 64;
+  for (std::size_t k = proofs_.size() - std::min(recent, proofs_.size()); k < proofs_.size(); ++k) take(proofs_[k]);
+  for (const Ball& a : balls_a_) {
+    const Vec3 m = a.centre - move;
+    for (const Ball& b : balls_b_) {
+      const double sum = a.radius + b.radius;
+      const double room = sum - most, d2 = (m - b.centre).squaredNorm();
+      if (room > 0 && d2 < room * room) most = sum - std::sqrt(d2), best = {a.centre, b.centre, a.radius, b.radius};
+    }
+  }
+  return best;
+}
+
+OverlapCover::Proof OverlapCover::look(const Vec3& p, const Vec3& move) const {
+  const DepthAt a = a_.at(p), b = b_.at(p - move);
+  return {p, p - move, a.depth, b.depth, a.inward, b.inward};
+}
+
+// By the gradient of the sum of the depths in A and in B, or where that is steep on both sides, as on a ridge, by the
+// least vector of the gradients there (Wolfe, A method of conjugate subgradients, 1975).
+OverlapCover::Proof OverlapCover::climb(const SharedPlace& from, const Vec3& move, double step,
+                                        const std::function<bool(const Proof&)>& enough) const {
+  constexpr int most_steps = 24;
+  constexpr double least = 0.005;  // of the first step
+  const double least_step = least * step;
+  Proof here = look(from.at, move);
+  Vec3 direction = from.inward.isZero(0) ? here.inward() : from.inward;
+  for (int i = 0; i < most_steps && !enough(here); ++i) {
+    const double length = direction.norm();
+    if (step < least_step || !(length > tolerance::near_surface)) break;
+    const Proof there = look(here.of_a + step / length * direction, move);
+    if (there.radius() > here.radius()) {
+      here = there;
+      direction = there.inward();
+      step *= 1.5;
+    } else {
+      direction = least_between(direction, there.inward());
+      step *= 0.6;
+    }
+  }
+  return here;
+}
+
+// The place to begin with lies between the balls' middles, as deep in the one as in the other.
+OverlapCover::Proof OverlapCover::search_proof(Proof best, const Vec3& move, const Cell& cell) {
+  const auto enough = [&](const Proof& proof) { return covers(proof, cell); };
+  const Vec3 apart = best.of_b + move - best.of_a;
+  const double distance = apart.norm();
+  const double part = distance > 0 ? std::clamp((best.in_a - best.in_b + distance) / (2 * distance), 0.0, 1.0) : 0.0;
+  best = climb({best.of_a + part * apart, Vec3::Zero()}, move, cell.half, enough);
+  if (best.radius() > 0) return best;
+  const std::vector<SharedPlace> places = bodies_.shared_places(move);
+  if (places.empty()) length_ = std::min(length_, bodies_.shorten(move));
+  for (const SharedPlace& place : places) {
+    const Proof proof = climb(place, move, std::max(cell.half, far_step * length_), enough);
+    if (proof.radius() > best.radius()) best = proof;
+    if (covers(best, cell)) break;
+  }
+  return best;
+}
+
+// Where climbs end on lower hills: the cubes in which the sum of the depths, which changes no faster than twice the
+// place, may be largest come first (Piyavskii, An algorithm for finding the absolute extremum of a function, 1972).
+OverlapCover::Proof OverlapCover::look_everywhere(const Vec3& move, const Cell& cell, const Proof& known) const {
+  constexpr int most_looks = 400;
+  constexpr double better = 2;  // times as much as is known is worth a climb
+  struct Cube {
+    double most;
+    int number;
+    Vec3 middle;
+    double half;
+    bool operator<(const Cube& o) const { return most != o.most ? most < o.most : number > o.number; }
+  };
+  const auto enough = [&](const Proof& proof) { return covers(proof, cell); };
+  std::priority_queue<Cube> open;
+  Proof best = known;
+  int looks = 0;
+  const auto add = [&](const Vec3& middle, double half) {
+    const Proof proof = look(middle, move);
+    const double reach = std::sqrt(3.0) * half;
+    if (proof.in_a + reach > 0 && proof.in_b + reach > 0) open.push({proof.radius() + 2 * reach, looks, middle, half});
+    ++looks;
+    if (proof.radius() > better * std::max(best.radius(), 0.0))
+      best = climb({middle, Vec3::Zero()}, move, half, enough);
+  };
+  const Bounds a = a_.box(), b = b_.box();
+  const Vec3 lo = a.lo.cwiseMax(b.lo + move), hi = a.hi.cwiseMin(b.hi + move);
+  if (((hi - lo).array() < 0).any()) return best;
+  add((lo + hi) / 2, (hi - lo).maxCoeff() / 2);
+  while (!open.empty() && looks < most_looks && !covers(best, cell)) {
+    const Cube cube = open.top();
+    open.pop();
+    if (cube.most <= better * std::max(best.radius(), 0.0)) break;
+    for (int k = 0; k < 8; ++k) add(middle_of_part(cube.middle, cube.half, k), cube.half / 2);
+  }
+  return best;
+}
+
+// Out of the deepest overlap, and of the next, as long as that leads to a shorter translation than is known.
+void OverlapCover::leave(const Vec3& move, Proof proof) {
+  constexpr int rounds = 6;
+  Vec3 to = move;
+  for (int i = 0; i < rounds; ++i) {
+    const Vec3 out = proof.inward_b - proof.inward_a;
+    const double length = out.norm();
+    if (!(length > tolerance::near_surface)) return;
+    to += (1.05 * proof.radius() + tolerance::near_apart * length_) / length * out;
+    if (!(to.norm() < length_)) return;
+    const std::vector<SharedPlace> places = bodies_.shared_places(to);
+    if (places.empty()) {
+      length_ = std::min(length_, bodies_.shorten(to));
+      return;
+    }
+    proof = climb(places[places.size() / 2], to, far_step * length_, [](const Proof&) { return false; });
+  }
+}
+
+// Moves either ball deeper as long as the translations grow into a larger ball that holds the smaller one, nearly.
+void OverlapCover::grow(Proof& proof, const Cell& cell) const {
+  constexpr double nearly = 0.9;
+  constexpr int most_steps = 8;
+  for (const bool of_a : {true, false}) {
+    double step = std::max(of_a ? proof.in_a : proof.in_b, cell.half);
+    for (int i = 0; i < most_steps; ++i, step *= 2) {
+      Proof next = proof;
+      Vec3& centre = of_a ? next.of_a : next.of_b;
+      Vec3& inward = of_a ? next.inward_a : next.inward_b;
+      double& depth = of_a ? next.in_a : next.in_b;
+      const double before = depth;
+      centre += step * inward;
+      const DepthAt there = (of_a ? a_ : b_).at(centre);
+      depth = there.depth;
+      inward = there.inward;
+      if (!(depth > before + nearly * step) || !covers(next, cell)) break;
+      proof = next;
+    }
+  }
+}
+
+void OverlapCover::search(double part, std::size_t most) {
+  Cell cell;
+  wanted_ = part * length_;
+  for (std::size_t i = 0; i < most && pop(cell); ++i, wanted_ = part * length_) {
+    ++looked_at_;
+    // What of it counts is nearest to this.
+    const double away = cell.middle.norm();
+    const Vec3 move = away > wanted_ ? Vec3(wanted_ / away * cell.middle) : cell.middle;
+    Proof proof = best_known(move, cell.proof);
+    if (covers(proof, cell)) continue;
+    proof = search_proof(proof, move, cell);
+    const bool search_on =
+        proof.radius() < hardly * cell.half && cell.half < small * length_ && looked_at_ >= searched_on_at_ + between;
+    if (search_on) {
+      searched_on_at_ = looked_at_;
+      proof = look_everywhere(move, cell, proof);
+    }
+    if (covers(proof, cell)) {
+      grow(proof, cell);
+      if (search_on) {
+        balls_a_.push_back({proof.of_a, proof.in_a});
+        balls_b_.push_back({proof.of_b, proof.in_b});
+      }
+      proofs_.push_back(proof);
+      continue;
+    }
+    std::size_t number = cell.proof;
+    if (proof.radius() > 0) {
+      number = proofs_.size();
+      proofs_.push_back(proof);
+      if (search_on) leave(move, proof);
+    }
+    for (int k = 0; k < 8; ++k) push(middle_of_part(cell.middle, cell.half, k), cell.half / 2, number);
+  }
+  raise_certain();
+}
+
+}  // namespace tandem

@@ -1,0 +1,86 @@
+// A proof that two meshes overlap after every translation shorter than a length: boxes of translations, each in a ball
+// of translations by which a ball in A and a ball in B still meet.
+#pragma once
+#include <cstddef>
+#include <functional>
+#include <queue>
+#include <vector>
+
+#include "meshes/depth/inner_balls.h"
+#include "meshes/depth/shared_places.h"
+#include "tolerances.h"
+
+namespace tandem {
+
+/// B moves; A's translation is zero.
+class OverlapCover {
+ public:
+  /// What two bodies say that overlap.
+  struct Bodies {
+    /// Some places that B, moved, shares with A; none: they are apart.
+    std::function<std::vector<SharedPlace>(const Vec3& move)> shared_places;
+    /// From a translation that separates: the length of the shortest that is known to.
+    std::function<double(const Vec3& move)> shorten;
+  };
+
+  OverlapCover(const DepthField& a, const DepthField& b, double length, Bodies bodies);
+
+  /// Looks at boxes of translations until none shorter than `part` of the shortest that is known to separate is open,
+  /// or `most` were looked at.
+  void search(double part, std::size_t most);
+
+  double certain() const { return certain_; }  ///< no shorter translation separates
+  std::size_t boxes() const { return looked_at_; }
+
+ private:
+  /// Translations by which a ball about `of_a` in A and one about `of_b` in B meet: within a ball about `middle`.
+  struct Proof {
+    Vec3 of_a = Vec3::Zero(), of_b = Vec3::Zero();  ///< without translation
+    double in_a = 0, in_b = 0;
+    Vec3 inward_a = Vec3::Zero(), inward_b = Vec3::Zero();  ///< at these places, as in DepthAt
+
+    Vec3 inward() const { return inward_a + inward_b; }
+    Vec3 middle() const { return of_a - of_b; }
+    double radius() const { return in_a + in_b; }
+    double at(const Vec3& move) const { return radius() - (move - middle()).norm(); }
+  };
+  /// A cube of translations.
+  struct Cell {
+    double nearest;  ///< the length of its shortest translation
+    std::size_t number;
+    Vec3 middle;
+    double half;
+    std::size_t proof;  ///< of its parent, a good one to begin with
+    bool operator<(const Cell& o) const { return nearest != o.nearest ? nearest > o.nearest : number > o.number; }
+  };
+
+  double raise_certain();
+  bool pop(Cell& cell);
+  void push(const Vec3& middle, double half, std::size_t proof);
+  bool covers(const Proof& proof, const Cell& cell) const;
+  Proof best_known(const Vec3& move, std::size_t first) const;
+  /// With both balls about one place.
+  Proof look(const Vec3& p, const Vec3& move) const;
+  /// The best about a place that the climb below finds; it ends where `enough` says so.
+  Proof climb(const SharedPlace& from, const Vec3& move, double step,
+              const std::function<bool(const Proof&)>& enough) const;
+  Proof search_proof(Proof best, const Vec3& move, const Cell& cell);
+  Proof look_everywhere(const Vec3& move, const Cell& cell, const Proof& known) const;
+  void leave(const Vec3& move, Proof proof);
+  void grow(Proof& proof, const Cell& cell) const;
+
+  const DepthField &a_, &b_;
+  const Bodies bodies_;
+  double length_;      ///< of the shortest translation that is known to separate
+  double least_half_;  ///< of the cubes that are looked at yet
+  double wanted_ = 0;  ///< longer translations need no proof
+  double certain_ = 0;
+  std::vector<Ball> balls_a_, balls_b_;
+  std::vector<Proof> proofs_;
+  std::priority_queue<Cell> open_;
+  std::vector<Cell> small_;  ///< open ones that are smaller than `least_half_`
+  double nearest_small_ = infinity;
+  std::size_t looked_at_ = 0, numbered_ = 0, searched_on_at_ = 0;
+};
+
+}  // namespace tandem

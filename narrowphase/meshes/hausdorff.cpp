@@ -1,0 +1,215 @@
+// The Hausdorff distance of two surfaces, by branch and bound over the boxes and triangles of both.
+#include "tandem/narrowphase/hausdorff.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <queue>
+#include <stdexcept>
+#include <string>
+
+#include "closed_forms/closed_forms.h"
+#include "meshes/mesh_pair.h"
+#include "meshes/traversal/hierarchy.h"
+#include "meshes/traversal/mesh_query.h"
+#include "shapes/posed_mesh.h"
+#include "shapes/shape_insides.h"
+#include "shapes/work_meter.h"
+#include "tolerances.h"
+
+namespace tandem {
+namespace {
+
+double distance_to(const Corners& triangle, const Vec3& p) {
+  return point_distance(TriangleView(triangle), p).signed_distance;
+}
+
+struct NearestTriangle {
+  double distance = infinity;
+  std::uint32_t triangle = 0;
+};
+
+NearestTriangle nearest_triangle_to(const MeshModel& mesh, const Vec3& p, const WorkLimit* limit) {
+  NearestTriangle best;
+  BoxQuery(mesh, {p, p}, p, Vec3::Zero(), Mat3::Identity(), 0, limit)
+      .nearest_first(best.distance, [&](std::uint32_t t) {
+        const double d = distance_to(mesh.corners(t), p);
+        if (d < best.distance) best = {d, t};
+        return best.distance;
+      });
+  return best;
+}
+
+// One of the two surfaces, whose points are looked at, in the frame of the other.
+struct Side {
+  const MeshModel &mesh, &other;
+  Mat3 turn;
+  Vec3 shift;
+
+  Side(const Posed& own, const Posed& of_other)
+      : mesh(mesh_of(own.shape)),
+        other(mesh_of(of_other.shape)),
+        turn(of_other.pose.rotation.inverse() * own.pose.rotation),
+        shift(of_other.pose.rotation.inverse() * (own.pose.translation - of_other.pose.translation)) {}
+
+  Vec3 placed(const Vec3& v) const { return turn * v + shift; }
+};
+
+class HausdorffSearch {
+ public:
+  HausdorffSearch(const Posed& a, const Posed& b, const HausdorffOptions& options)
+      : options_(options), meter_(options.limit), sides_{Side(a, b), Side(b, a)} {}
+
+  /// Until the bounds are within `slack` (metres) of each other, or what the options say.
+  void run(double slack) {
+    for (const std::size_t side : {0u, 1u}) add_box(side, whole);
+    while (!open_.empty() && parts < options_.most_parts) {
+      const double most = std::max(open_.top().most, lower);
+      if (most - lower <= std::max({slack, options_.tolerance, options_.gap * most})) break;
+      const Part part = open_.top();
+      open_.pop();
+      split(part);
+    }
+    upper = open_.empty() ? lower : std::max(open_.top().most, lower);
+  }
+
+  double lower = 0, upper = 0;
+  std::size_t side = 0;        ///< of the point that is `lower` away
+  Vec3 point = Vec3::Zero();   ///< in the other's frame
+  std::uint32_t triangle = 0;  ///< the nearest of the other
+  std::size_t parts = 0;
+
+ private:
+  // A box of a hierarchy, or a piece of a triangle, and how far any of its points may be from the other surface.
+  struct Part {
+    double most;
+    std::size_t number, side;
+    std::uint32_t box;  // no_index: a piece
+    Corners piece;      // in the other's frame
+    bool operator<(const Part& o) const { return most != o.most ? most < o.most : number > o.number; }
+  };
+
+  NearestTriangle look(std::size_t of, const Vec3& p) {
+    meter_.spend(8);
+    return nearest_triangle_to(sides_[of].other, p, options_.limit);
+  }
+
+  void raise(std::size_t of, const Vec3& p, const NearestTriangle& found) {
+    if (found.distance > lower) lower = found.distance, side = of, point = p, triangle = found.triangle;
+  }
+
+  void push(Part part) {
+    ++parts;
+    if (part.most <= lower) return;
+    part.number = parts;
+    open_.push(part);
+  }
+
+  // Of its middle nothing is known to be on the surface.
+  void add_box(std::size_t of, std::uint32_t ref) {
+    const Side& side_of = sides_[of];
+    const BoxOf box(side_of.mesh, ref);
+    const double most = look(of, side_of.placed(box.mid)).distance + box.half.norm() * (1 + tolerance::askew);
+    push({most, 0, of, ref, {}});
+  }
+
+  void add_piece(std::size_t of, const Corners& piece) {
+    const Vec3 middle = (piece[0] + piece[1] + piece[2]) / 3;
+    const NearestTriangle near = look(of, middle);
+    raise(of, middle, near);
+    double most =
+        near.distance + std::sqrt(std::max({(piece[0] - middle).squaredNorm(), (piece[1] - middle).squaredNorm(),
+                                            (piece[2] - middle).squaredNorm()}));
+    // Of a convex set the distance is largest at a corner: as it is from the triangle nearest to the middle, and from
+    // the one nearest to the corner that is farthest from that.
+    const auto farthest_from = [&](std::uint32_t t) {
+      const Corners c = sides_[of].other.corners(t);
+      std::array<double, 3> d;
+      for (std::size_t k = 0; k < 3; ++k) d[k] = distance_to(c, piece[k]);
+      const std::size_t corner = static_cast<std::size_t>(std::max_element(d.begin(), d.end()) - d.begin());
+      most = std::min(most, d[corner]);
+      return corner;
+    };
+    const std::size_t corner = farthest_from(near.triangle);
+    if (most > lower) {
+      const NearestTriangle there = look(of, piece[corner]);
+      raise(of, piece[corner], there);
+      if (there.triangle != near.triangle) farthest_from(there.triangle);
+    }
+    push({most, 0, of, no_index, piece});
+  }
+
+  void split(const Part& part) {
+    const Side& side_of = sides_[part.side];
+    if (part.box == no_index) {
+      const auto& [a, b, c] = part.piece;
+      const Vec3 ab = (a + b) / 2, bc = (b + c) / 2, ca = (c + a) / 2;
+      for (const Corners& piece : {Corners{a, ab, ca}, Corners{ab, b, bc}, Corners{ca, bc, c}, Corners{ab, bc, ca}})
+        add_piece(part.side, piece);
+    } else if (is_leaf(side_of.mesh, part.box)) {
+      Corners corners = side_of.mesh.corners(leaf_triangle(side_of.mesh, part.box));
+      for (Vec3& v : corners) v = side_of.placed(v);
+      add_piece(part.side, corners);
+    } else {
+      each_child(side_of.mesh, part.box, [&](std::uint32_t child) { add_box(part.side, child); });
+    }
+  }
+
+  const HausdorffOptions& options_;
+  WorkMeter meter_;
+  const std::array<Side, 2> sides_;
+  std::priority_queue<Part> open_;
+};
+
+void check(const Shape& a, const Shape& b, const HausdorffOptions& options) {
+  for (const Shape* shape : {&a, &b}) {
+    if (!has_triangles(*shape))
+      throw std::invalid_argument("hausdorff_distance: " + std::string(name(shape->kind())) +
+                                  " has no triangles, a triangle or a mesh is needed");
+    if (shape->rounding() > 0)
+      throw std::invalid_argument("hausdorff_distance: rounding " + std::to_string(shape->rounding()) +
+                                  ", a shape without rounding is needed");
+  }
+  if (!(options.tolerance >= 0) || !std::isfinite(options.tolerance))
+    throw std::invalid_argument("hausdorff_distance: tolerance " + std::to_string(options.tolerance) +
+                                " is not finite and >= 0");
+  if (!(options.gap >= 0 && options.gap <= 1))
+    throw std::invalid_argument("hausdorff_distance: gap " + std::to_string(options.gap) + " is not in [0, 1]");
+}
+
+double skew(const Mat3& r) { return (r.transpose() * r - Mat3::Identity()).cwiseAbs().maxCoeff(); }
+
+}  // namespace
+
+HausdorffBounds hausdorff_distance(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
+                                   const HausdorffOptions& options) {
+  check(a, b, options);
+  require_valid(pose_a, "hausdorff_distance: pose of A");
+  require_valid(pose_b, "hausdorff_distance: pose of B");
+  // Exchanged, they are searched in the same order.
+  const bool in_order = goes_first({a, pose_a}, {b, pose_b});
+  const Posed first = in_order ? Posed{a, pose_a} : Posed{b, pose_b};
+  const Posed second = in_order ? Posed{b, pose_b} : Posed{a, pose_a};
+  HausdorffSearch search(first, second, options);
+  const double size = reach(mesh_of(a)) + reach(mesh_of(b)) + (pose_b.translation - pose_a.translation).lpNorm<1>();
+  const double slack = tolerance::place_rounding * size;
+  search.run(slack);
+  // Rotations that are not orthonormal stretch what is measured in their frames.
+  const double stretch = 3 * (skew(pose_a.rotation) + skew(pose_b.rotation));
+  HausdorffBounds bounds;
+  bounds.lower = std::max(0.0, search.lower * (1 - stretch) - slack);
+  bounds.upper = search.upper * (1 + stretch) + slack;
+  bounds.of_a = (search.side == 0) == in_order;
+  const Pose& of_other = bounds.of_a ? pose_b : pose_a;
+  const MeshModel& other = mesh_of(bounds.of_a ? b : a);
+  bounds.point = of_other * search.point;
+  if (search.lower > 0)
+    bounds.nearest = of_other * point_distance(TriangleView(other.corners(search.triangle)), search.point).nearest;
+  else
+    bounds.nearest = bounds.point;
+  bounds.parts = search.parts;
+  return bounds;
+}
+
+}  // namespace tandem

@@ -1,0 +1,47 @@
+#include "adapters/mpi/bodies.h"
+
+#include "world.h"
+
+using namespace tandem;
+using mpi::GlobalId;
+
+TEST_CASE("letters that were let go of before they were sent are written anew") {
+  if (world::ranks() == 1) return;
+  mpi::Communicator communicator(MPI_COMM_WORLD, 60);
+  mpi::Regions regions(communicator);
+  mpi::Bodies bodies(communicator, regions, 0.01, 1);
+  const ShapeId ball = bodies.add_shape(Sphere{0.4}, {});
+  const auto place = [](GlobalId id, int step) {
+    return Vec3(0.7 * static_cast<double>(id % 12), 0.7 * static_cast<double>(id / 12), 0.004 * step);
+  };
+  std::vector<Vec3> points;
+  for (GlobalId id = 0; id < 144; ++id) {
+    if (static_cast<int>(id) % world::ranks() != world::rank()) continue;
+    BodyOptions options;
+    options.shape = ball;
+    options.pose.translation = place(id, 0);
+    bodies.apply({mpi::Change::Kind::add, 0, bodies.checked(id, options)});
+    points.push_back(place(id, 0));
+  }
+  regions.cut(points, std::vector<float>(points.size(), 1));
+  bodies.exchange(true, false);
+  for (int step = 1; step <= 6; ++step) {
+    CAPTURE(step);
+    const Scene& scene = bodies.scene();
+    for (std::uint32_t i = 0; i < scene.indices(); ++i)
+      if (scene.alive(i) && bodies.owns(i))
+        bodies.move(i, {Mat3::Identity(), place(bodies.id(i), step)}, Vec3::Zero(), Vec3::Zero());
+    bodies.look_ahead();
+    if (step % 2 == 0) bodies.look_again();
+    bodies.exchange(false, false);
+    std::size_t copies = 0;
+    bool right = true;
+    for (std::uint32_t i = 0; i < scene.indices(); ++i) {
+      if (!scene.alive(i)) continue;
+      right = right && scene.poses()[i].translation == place(bodies.id(i), step);
+      copies += bodies.owns(i) ? 0 : 1;
+    }
+    CHECK(right);
+    CHECK(copies > 0);
+  }
+}
