@@ -49,6 +49,18 @@ class Zones(unittest.TestCase):
         self.assertAlmostEqual(tandem.separation_along(cube(), None, cube(), at(0.75), [2, 0, 0]), 0.25, delta=1e-12)
         self.assertEqual(tandem.separation_along(cube(), None, cube(), at(2), [1, 0, 0]), 0)
 
+    def test_bounds(self):
+        depth = tandem.penetration_depth(cube(), None, cube(), at(0.75, 0.1, 0), gap=0.01, most_boxes=100)
+        self.assertTrue(depth.collide and depth.boxes <= 100)
+        self.assertAlmostEqual(depth.lower, 0.25, delta=1e-9)
+        self.assertAlmostEqual(depth.upper, 0.25, delta=1e-9)
+        np.testing.assert_allclose(depth.translation, [0.25, 0, 0], atol=1e-9)
+        self.assertFalse(tandem.penetration_depth(cube(), None, cube(), at(3)).collide)
+        far = tandem.hausdorff_distance(cube(), None, cube(), at(0.25), tolerance=1e-6)
+        self.assertTrue(far.lower <= 0.25 + 1e-9 and far.upper >= 0.25 - 1e-9 and far.upper - far.lower <= 1e-3)
+        self.assertAlmostEqual(np.linalg.norm(far.point - far.nearest), far.lower, delta=1e-9)
+        self.assertIsInstance(far.of_a, bool)
+
     def test_refused(self):
         for call in (
             lambda: tandem.clearance_zones(cube(), None, cube(), None, clearance=-1),
@@ -56,6 +68,8 @@ class Zones(unittest.TestCase):
             lambda: tandem.near_features(cube(), None, cube(), None, np.nan),
             lambda: tandem.separation_along(cube(), None, cube(), None, [0, 0, 0]),
             lambda: tandem.near_triangles(cube(), None, cube(), None, timeout=-1),
+            lambda: tandem.penetration_depth(cube(), None, cube(), None, gap=2),
+            lambda: tandem.hausdorff_distance(cube(), None, tandem.Sphere(1), None),
         ):
             with self.assertRaises(ValueError):
                 call()

@@ -9,8 +9,10 @@
 #include "shared_use.h"
 #include "tandem/narrowphase/clearance.h"
 #include "tandem/narrowphase/deformable_mesh.h"
+#include "tandem/narrowphase/hausdorff.h"
 #include "tandem/narrowphase/inspection.h"
 #include "tandem/narrowphase/near_features.h"
+#include "tandem/narrowphase/penetration.h"
 #include "timeout.h"
 
 namespace tandem::python {
@@ -134,6 +136,42 @@ double separation(const Shape& a, const py::object& at_a, const Shape& b, const 
   options.limit = &limit;
   const py::gil_scoped_release released;
   return separation_along(a, pose_a, b, pose_b, along, options);
+}
+
+DepthBounds depth(const Shape& a, const py::object& at_a, const Shape& b, const py::object& at_b, double gap,
+                  std::size_t most_boxes, std::optional<double> timeout) {
+  const Pose pose_a = pose(at_a, "pose_a"), pose_b = pose(at_b, "pose_b");
+  const WorkLimit limit = limit_after(timeout);
+  const py::gil_scoped_release released;
+  return penetration_depth(a, pose_a, b, pose_b, {.gap = gap, .most_boxes = most_boxes, .limit = &limit});
+}
+
+HausdorffBounds hausdorff(const Shape& a, const py::object& at_a, const Shape& b, const py::object& at_b,
+                          double tolerance, double gap, std::optional<double> timeout) {
+  const Pose pose_a = pose(at_a, "pose_a"), pose_b = pose(at_b, "pose_b");
+  const WorkLimit limit = limit_after(timeout);
+  const py::gil_scoped_release released;
+  return hausdorff_distance(a, pose_a, b, pose_b, {.tolerance = tolerance, .gap = gap, .limit = &limit});
+}
+
+void bind_bounds(py::module_& m) {
+  py::class_<DepthBounds>(m, "DepthBounds",
+                          "Bounds on how deep two shapes are in each other; all 0 where they are apart.")
+      .def_readonly("collide", &DepthBounds::collide)
+      .def_readonly("lower", &DepthBounds::lower, "m: after every shorter translation of b they still collide")
+      .def_readonly("upper", &DepthBounds::upper, "m: the length of translation")
+      .def_property_readonly(
+          "translation", [](const DepthBounds& r) { return to_array(r.translation); },
+          "(3,) of b: after it they are apart")
+      .def_readonly("boxes", &DepthBounds::boxes, "of translations that were looked at");
+  py::class_<HausdorffBounds>(m, "HausdorffBounds", "Bounds on the Hausdorff distance of two surfaces.")
+      .def_readonly("lower", &HausdorffBounds::lower, "m")
+      .def_readonly("upper", &HausdorffBounds::upper, "m")
+      .def_property_readonly(
+          "point", [](const HausdorffBounds& r) { return to_array(r.point); }, "(3,) lower away from the other surface")
+      .def_property_readonly(
+          "nearest", [](const HausdorffBounds& r) { return to_array(r.nearest); }, "(3,) its nearest point there")
+      .def_readonly("of_a", &HausdorffBounds::of_a, "whether point is of a, else of b");
 }
 
 // (points, points_of_b, edges)
@@ -281,6 +319,7 @@ void bind_meshes(py::module_& m) {
   describe_rows();
   bind_inspection(m);
   bind_deformable(m);
+  bind_bounds(m);
   const auto a = py::arg("a"), pose_a = py::arg("pose_a"), b = py::arg("b"), pose_b = py::arg("pose_b");
   const auto timeout = py::arg("timeout") = py::none();
   m.def("near_triangles", &near_triangles, a, pose_a, b, pose_b, py::kw_only(), py::arg("clearance") = 0.0, timeout,
@@ -297,6 +336,16 @@ void bind_meshes(py::module_& m) {
   m.def("separation_along", &separation, a, pose_a, b, pose_b, py::arg("direction"), py::kw_only(), timeout,
         "How far b must be moved along a direction (metres along it) to be apart from a and stay so. timeout: s; then "
         "TimeoutError.");
+  m.def("penetration_depth", &depth, a, pose_a, b, pose_b, py::kw_only(), py::arg("gap") = DepthOptions{}.gap,
+        py::arg("most_boxes") = DepthOptions{}.most_boxes, timeout,
+        "How deep two shapes are in each other, as bounds that are at most gap (of the upper one) apart, if most_boxes "
+        "of\n"
+        "translations are enough. timeout: s; then TimeoutError.");
+  m.def("hausdorff_distance", &hausdorff, a, pose_a, b, pose_b, py::kw_only(), py::arg("tolerance") = 0.0,
+        py::arg("gap") = HausdorffOptions{}.gap, timeout,
+        "The largest distance of a point of either mesh's surface from the other, as bounds that are at most tolerance "
+        "(m)\n"
+        "or gap (of the upper one) apart. timeout: s; then TimeoutError.");
   m.def("near_features", &features, a, pose_a, b, pose_b, py::arg("margin"),
         "Points and triangles, and edges, of two meshes at most margin (m) apart, on all threads: (points of a with "
         "triangles of\n"

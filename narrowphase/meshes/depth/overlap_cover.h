@@ -72,14 +72,12 @@ class OverlapCover {
   const DepthField &a_, &b_;
   const Bodies bodies_;
   double length_;      ///< of the shortest translation that is known to separate
-  double least_half_;  ///< of the cubes that are looked at yet
+  double least_half_;  ///< of the cubes that are looked at before smaller ones
   double wanted_ = 0;  ///< longer translations need no proof
   double certain_ = 0;
   std::vector<Ball> balls_a_, balls_b_;
   std::vector<Proof> proofs_;
-  std::priority_queue<Cell> open_;
-  std::vector<Cell> small_;  ///< open ones that are smaller than `least_half_`
-  double nearest_small_ = infinity;
+  std::priority_queue<Cell> large_, small_;  ///< open ones, by `least_half_`
   std::size_t looked_at_ = 0, numbered_ = 0, searched_on_at_ = 0;
 };
 

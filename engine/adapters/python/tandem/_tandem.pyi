@@ -68,6 +68,24 @@ class DeformableMesh:
     def memory(self) -> int:
         """Bytes, shapes of earlier updates that are in use included."""
 
+class DepthBounds:
+    """Bounds on how deep two shapes are in each other; all 0 where they are apart."""
+
+    @property
+    def collide(self) -> bool: ...
+    @property
+    def lower(self) -> float:
+        """m: after every shorter translation of b they still collide"""
+    @property
+    def upper(self) -> float:
+        """m: the length of translation"""
+    @property
+    def translation(self) -> NDArray[np.float64]:
+        """(3,) of b: after it they are apart"""
+    @property
+    def boxes(self) -> int:
+        """of translations that were looked at"""
+
 class FirstTouch:
     """The first touch of two shapes on their motions."""
 
@@ -83,6 +101,25 @@ class FirstTouch:
     @property
     def feature(self) -> Tuple[int, int]:
         """of A and of B: the triangle of a mesh, else 0"""
+
+class HausdorffBounds:
+    """Bounds on the Hausdorff distance of two surfaces."""
+
+    @property
+    def lower(self) -> float:
+        """m"""
+    @property
+    def upper(self) -> float:
+        """m"""
+    @property
+    def point(self) -> NDArray[np.float64]:
+        """(3,) lower away from the other surface"""
+    @property
+    def nearest(self) -> NDArray[np.float64]:
+        """(3,) its nearest point there"""
+    @property
+    def of_a(self) -> bool:
+        """whether point is of a, else of b"""
 
 class Inspection:
     """What is found in a mesh that may not be as it should: of each kind (how many, array of the first)."""
@@ -558,6 +595,20 @@ def edge_edge_impacts(
 def free_ends(scene: Scene) -> NDArray[np.float64]:
     """(indices, 4, 4): where each body would be after scene.dt by its velocities alone."""
 
+def hausdorff_distance(
+    a: Shape,
+    pose_a: PoseLike,
+    b: Shape,
+    pose_b: PoseLike,
+    *,
+    tolerance: float = 0.0,
+    gap: float = 0.001,
+    timeout: Optional[float] = None
+) -> HausdorffBounds:
+    """The largest distance of a point of either mesh's surface from the other, as bounds that are at most tolerance (m) or
+    gap (of the upper one) apart. timeout: s; then TimeoutError.
+    """
+
 def height_field(heights: ArrayLike, spacing: float, bottom: float) -> Shape:
     """The solid between `bottom` and (rows, columns) heights, m, `spacing` (m, > 0) apart; centred in x and y."""
 
@@ -593,6 +644,20 @@ def near_triangles(
 ) -> NDArray[np.void]:
     """All pairs of triangles of two meshes at most clearance (m) apart, sorted; 0: those that intersect, exactly. A structured
     array: triangles (2,), distance (m), point_a, point_b. timeout: s; then TimeoutError.
+    """
+
+def penetration_depth(
+    a: Shape,
+    pose_a: PoseLike,
+    b: Shape,
+    pose_b: PoseLike,
+    *,
+    gap: float = 0.05,
+    most_boxes: int = 20000,
+    timeout: Optional[float] = None
+) -> DepthBounds:
+    """How deep two shapes are in each other, as bounds that are at most gap (of the upper one) apart, if most_boxes of
+    translations are enough. timeout: s; then TimeoutError.
     """
 
 def point_cloud(points: ArrayLike, radius: float) -> Shape:
