@@ -19,7 +19,7 @@ namespace tandem::bench {
 namespace {
 
 constexpr double wanted = 0.05, allowed = 0.2;  // gaps relative to the upper bound
-constexpr double rounding = 1e-9;
+constexpr double rounding_of_depths = 1e-9;
 
 // Of one budget: the relative gaps, and what they took.
 struct Spread {
@@ -37,7 +37,7 @@ struct Spread {
   void finish(const std::string& family, const std::string& contestant) {
     std::sort(gaps.begin(), gaps.end());
     const auto within = [&](double gap) {
-      return std::upper_bound(gaps.begin(), gaps.end(), gap + rounding) - gaps.begin();
+      return std::upper_bound(gaps.begin(), gaps.end(), gap + rounding_of_depths) - gaps.begin();
     };
     const auto quantile = [&](double q) {
       return gaps[static_cast<std::size_t>(q * static_cast<double>(gaps.size() - 1))];

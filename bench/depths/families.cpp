@@ -39,7 +39,7 @@ Mesh torus(double ring, double tube) {
 }
 
 // Of rectangular profile.
-Mesh ring(double inner, double outer, double height) {
+Mesh ring_mesh(double inner, double outer, double height) {
   return closed_grid(48, 4, [=](int i, int j) {
     return turned(turn * i / 48, j < 2 ? outer : inner, (j == 1 || j == 2 ? 0.5 : -0.5) * height);
   });
@@ -93,7 +93,7 @@ DeepPair placed(Mesh a, Mesh b, double reach, Random& random) {
 
 DeepPair bowls(Random& r) { return placed(bowl(r.in(0.1, 0.3)), bowl(r.in(0.1, 0.3)), 0.9, r); }
 DeepPair rings(Random& r) {
-  return placed(ring(r.in(0.4, 0.8), 1, r.in(0.2, 0.6)), ring(r.in(0.4, 0.8), 1, r.in(0.2, 0.6)), 1, r);
+  return placed(ring_mesh(r.in(0.4, 0.8), 1, r.in(0.2, 0.6)), ring_mesh(r.in(0.4, 0.8), 1, r.in(0.2, 0.6)), 1, r);
 }
 DeepPair gears(Random& r) {
   return placed(gear(6 + r.below(7), r.in(0.2, 0.5), r.in(0.2, 0.5)),

@@ -1,6 +1,6 @@
 // Continuous bodies are stopped where they first touch something: all touches of a step in the order of time, as
-// stopping one body changes what the others meet. After Mirtich, Impulse-based dynamic simulation of rigid body systems,
-// 1996 (the heap of first touches), with motions that end in place of velocities that change.
+// stopping one body changes what the others meet. After Mirtich, Impulse-based dynamic simulation of rigid body
+// systems, 1996 (the heap of first touches), with motions that end in place of velocities that change.
 #include "tandem/engine/continuous_motion.h"
 
 #include <algorithm>
@@ -18,7 +18,7 @@
 namespace tandem {
 namespace {
 
-constexpr std::size_t bodies_a_block = 256;
+constexpr std::size_t swept_bodies_a_block = 256;
 
 /// A touch that is to come, unless one of the two is stopped before.
 struct Meeting {
@@ -87,8 +87,8 @@ struct ContinuousMotion::Impl {
 
 void ContinuousMotion::Impl::require_valid_ends(const Scene& scene, std::span<const Pose> ends) const {
   if (ends.size() != scene.indices())
-    throw std::invalid_argument("ends: " + std::to_string(ends.size()) + ", allowed: " +
-                                std::to_string(scene.indices()) + ", one an index");
+    throw std::invalid_argument("ends: " + std::to_string(ends.size()) +
+                                ", allowed: " + std::to_string(scene.indices()) + ", one an index");
   for (std::uint32_t i = 0; i < ends.size(); ++i)
     if (scene.alive(i) && !is_valid(ends[i])) require_valid(ends[i], "ends: body " + std::to_string(i));
 }
@@ -98,7 +98,7 @@ void ContinuousMotion::Impl::look_around() {
   const Scene& scene = bodies.scene();
   around.resize(scene.indices());
   ParallelTime unused;
-  for_blocks(scene.indices(), bodies_a_block, unused, [&](std::size_t first, std::size_t end) {
+  for_blocks(scene.indices(), swept_bodies_a_block, unused, [&](std::size_t first, std::size_t end) {
     for (auto i = static_cast<std::uint32_t>(first); i < end; ++i)
       if (bodies.takes_part(i)) around[i] = swept_box(scene.shape_of(i), bodies.leg(i).motion);
   });
@@ -140,7 +140,8 @@ void ContinuousMotion::Impl::look_for(std::uint32_t body, double t, std::vector<
   each_near(joined(swept), !at_start && !is_still(bodies.leg(body).motion), [&](std::uint32_t other) {
     if (other == body || (at_start && other > body && bodies.is_watched(other))) return;
     if (!bodies.may_meet(body, other, t)) return;
-    const Aabb box = bodies.is_watched(other) ? swept_box(scene.shape_of(other), bodies.leg(other).motion) : around[other];
+    const Aabb box =
+        bodies.is_watched(other) ? swept_box(scene.shape_of(other), bodies.leg(other).motion) : around[other];
     bool near = false;
     for (std::size_t i = 0; i < swept.size() && !near; ++i) near = overlap(swept.box(i), box);
     if (!near) return;

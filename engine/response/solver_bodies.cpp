@@ -7,7 +7,7 @@
 namespace tandem {
 namespace {
 
-bool is_positive(double x) { return std::isfinite(x) && x > 0; }
+bool is_mass(double x) { return std::isfinite(x) && x > 0; }
 
 void limit(Vec3& v, double most) {
   if (!(v.squaredNorm() <= most * most)) v = most * v.stableNormalized();
@@ -81,7 +81,7 @@ void SolverBodies::begin_body(const Scene& scene, std::uint32_t i) {
   const Mat3& to_world = half_turned_[i];
   const Mat3 inverse_inertia = to_world * shape.inverse_inertia * to_world.transpose() / density;
   const double mass = shape.volume * density;
-  if (!is_positive(mass) || !inverse_inertia.allFinite() || !(inverse_inertia.diagonal().minCoeff() > 0)) return;
+  if (!is_mass(mass) || !inverse_inertia.allFinite() || !(inverse_inertia.diagonal().minCoeff() > 0)) return;
   body.inverse_mass = 1 / mass;
   body.inverse_inertia = inverse_inertia;
   body.velocity = scene.velocities()[i];

@@ -15,6 +15,7 @@
 #include "meshes/traversal/mesh_query.h"
 #include "shapes/posed_mesh.h"
 #include "shapes/shape_insides.h"
+#include "shapes/skewness.h"
 #include "shapes/work_meter.h"
 #include "tolerances.h"
 
@@ -42,12 +43,12 @@ NearestTriangle nearest_triangle_to(const MeshModel& mesh, const Vec3& p, const 
 }
 
 // One of the two surfaces, whose points are looked at, in the frame of the other.
-struct Side {
+struct SurfaceSide {
   const MeshModel &mesh, &other;
   Mat3 turn;
   Vec3 shift;
 
-  Side(const Posed& own, const Posed& of_other)
+  SurfaceSide(const Posed& own, const Posed& of_other)
       : mesh(mesh_of(own.shape)),
         other(mesh_of(of_other.shape)),
         turn(of_other.pose.rotation.inverse() * own.pose.rotation),
@@ -59,7 +60,7 @@ struct Side {
 class HausdorffSearch {
  public:
   HausdorffSearch(const Posed& a, const Posed& b, const HausdorffOptions& options)
-      : options_(options), meter_(options.limit), sides_{Side(a, b), Side(b, a)} {}
+      : options_(options), meter_(options.limit), sides_{SurfaceSide(a, b), SurfaceSide(b, a)} {}
 
   /// Until the bounds are within `slack` (metres) of each other, or what the options say.
   void run(double slack) {
@@ -108,7 +109,7 @@ class HausdorffSearch {
 
   // Of its middle nothing is known to be on the surface.
   void add_box(std::size_t of, std::uint32_t ref) {
-    const Side& side_of = sides_[of];
+    const SurfaceSide& side_of = sides_[of];
     const BoxOf box(side_of.mesh, ref);
     const double most = look(of, side_of.placed(box.mid)).distance + box.half.norm() * (1 + tolerance::askew);
     push({most, 0, of, ref, {}});
@@ -141,7 +142,7 @@ class HausdorffSearch {
   }
 
   void split(const Part& part) {
-    const Side& side_of = sides_[part.side];
+    const SurfaceSide& side_of = sides_[part.side];
     if (part.box == no_index) {
       const auto& [a, b, c] = part.piece;
       const Vec3 ab = (a + b) / 2, bc = (b + c) / 2, ca = (c + a) / 2;
@@ -158,7 +159,7 @@ class HausdorffSearch {
 
   const HausdorffOptions& options_;
   WorkMeter meter_;
-  const std::array<Side, 2> sides_;
+  const std::array<SurfaceSide, 2> sides_;
   std::priority_queue<Part> open_;
 };
 
@@ -178,8 +179,6 @@ void check(const Shape& a, const Shape& b, const HausdorffOptions& options) {
     throw std::invalid_argument("hausdorff_distance: gap " + std::to_string(options.gap) + " is not in [0, 1]");
 }
 
-double skew(const Mat3& r) { return (r.transpose() * r - Mat3::Identity()).cwiseAbs().maxCoeff(); }
-
 }  // namespace
 
 HausdorffBounds hausdorff_distance(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
@@ -196,7 +195,7 @@ HausdorffBounds hausdorff_distance(const Shape& a, const Pose& pose_a, const Sha
   const double slack = tolerance::place_rounding * size;
   search.run(slack);
   // Rotations that are not orthonormal stretch what is measured in their frames.
-  const double stretch = 3 * (skew(pose_a.rotation) + skew(pose_b.rotation));
+  const double stretch = 3 * (skewness(pose_a.rotation) + skewness(pose_b.rotation));
   HausdorffBounds bounds;
   bounds.lower = std::max(0.0, search.lower * (1 - stretch) - slack);
   bounds.upper = search.upper * (1 + stretch) + slack;

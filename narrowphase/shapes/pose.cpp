@@ -4,16 +4,13 @@
 #include <stdexcept>
 #include <string>
 
+#include "shapes/skewness.h"
 #include "shapes/written.h"
 #include "tolerances.h"
 
 namespace tandem {
 
-namespace {
-
-double skewness(const Mat3& r) { return (r.transpose() * r - Mat3::Identity()).cwiseAbs().maxCoeff(); }
-
-}  // namespace
+namespace {}  // namespace
 
 bool is_valid(const Pose& pose) {
   const Mat3& r = pose.rotation;

@@ -22,7 +22,7 @@ Shape surface(Mesh mesh) {
   return Shape(std::move(mesh));
 }
 
-double distance_of(const Shape& shape, const Pose& pose, const Vec3& p) {
+double distance_to(const Shape& shape, const Pose& pose, const Vec3& p) {
   return NarrowPhase().solve(shape, pose, Sphere{0}, {Mat3::Identity(), p}, Request::distance).signed_distance;
 }
 
@@ -39,7 +39,7 @@ Sampled sampled(const Shape& from, const Pose& pose, const Shape& to, const Pose
     for (int i = 0; i <= n; ++i)
       for (int j = 0; i + j <= n; ++j) {
         const Vec3 p = a + static_cast<double>(i) / n * (b - a) + static_cast<double>(j) / n * (c - a);
-        found.most = std::max(found.most, distance_of(to, pose_to, p));
+        found.most = std::max(found.most, distance_to(to, pose_to, p));
       }
   }
   return found;
@@ -49,8 +49,8 @@ void check_point(const Shape& a, const Pose& pose_a, const Shape& b, const Pose&
                  const HausdorffBounds& bounds) {
   CHECK((0 <= bounds.lower && bounds.lower <= bounds.upper));
   CHECK(std::abs((bounds.point - bounds.nearest).norm() - bounds.lower) < 1e-9);
-  CHECK(std::abs(distance_of(bounds.of_a ? a : b, bounds.of_a ? pose_a : pose_b, bounds.point)) < 1e-9);
-  CHECK(std::abs(distance_of(bounds.of_a ? b : a, bounds.of_a ? pose_b : pose_a, bounds.point) - bounds.lower) < 1e-9);
+  CHECK(std::abs(distance_to(bounds.of_a ? a : b, bounds.of_a ? pose_a : pose_b, bounds.point)) < 1e-9);
+  CHECK(std::abs(distance_to(bounds.of_a ? b : a, bounds.of_a ? pose_b : pose_a, bounds.point) - bounds.lower) < 1e-9);
 }
 
 }  // namespace

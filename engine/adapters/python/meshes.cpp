@@ -67,7 +67,7 @@ struct SelfIntersectionRow {
 
 namespace {
 
-void describe_rows() {
+void describe_mesh_rows() {
   PYBIND11_NUMPY_DTYPE(NearTrianglesRow, triangles, distance, point_a, point_b);
   PYBIND11_NUMPY_DTYPE(ZoneRow, pairs, intersecting_pairs, bounds, area, triangles, signed_distance, point_a, point_b,
                        normal);
@@ -316,7 +316,7 @@ void bind_deformable(py::module_& m) {
 }  // namespace
 
 void bind_meshes(py::module_& m) {
-  describe_rows();
+  describe_mesh_rows();
   bind_inspection(m);
   bind_deformable(m);
   bind_bounds(m);

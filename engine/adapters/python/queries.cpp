@@ -14,7 +14,7 @@ namespace tandem::python {
 namespace {
 
 using SharedQueries = SharedUse<SceneQueries>;
-constexpr double infinite = std::numeric_limits<double>::infinity();
+constexpr double no_cutoff = std::numeric_limits<double>::infinity();
 
 // What is left out of a query, as it was given.
 struct Filter {
@@ -180,7 +180,7 @@ void bind_batches(py::class_<SharedQueries>& queries) {
            "to it count. configurations_a_motion: that many in a row are one motion, of which one verdict is told; "
            "continuous: what\n"
            "lies between them counts, too, certified. timeout: s.")
-      .def("clearance", &clearance, links, poses, py::kw_only(), self, world, py::arg("cutoff") = infinite, timeout,
+      .def("clearance", &clearance, links, poses, py::kw_only(), self, world, py::arg("cutoff") = no_cutoff, timeout,
            group, mask, ignore,
            "(configurations,) m: the least signed distance of all links from bodies and one another, `cutoff` where it "
            "is not less,\n"
@@ -215,7 +215,7 @@ void bind_queries(py::module_& m) {
            "left out.")
       .def("hits", &hits, shape, at, py::kw_only(), group, mask, ignore,
            "(n,) ids of bodies that are touched, by index.")
-      .def("nearest", &nearest, shape, at, py::kw_only(), py::arg("cutoff") = infinite, group, mask, ignore,
+      .def("nearest", &nearest, shape, at, py::kw_only(), py::arg("cutoff") = no_cutoff, group, mask, ignore,
            "(id, Answer) of the body of the least signed distance that is at most cutoff (m), or None.")
       .def("within", &within, shape, at, py::kw_only(), py::arg("margin"), group, mask, ignore,
            "[(id, Answer), ...] of the bodies at most margin (m) away, by index.")

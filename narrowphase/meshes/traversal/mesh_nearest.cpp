@@ -10,6 +10,7 @@
 #include "shapes/mesh_model.h"
 #include "shapes/pair_order.h"
 #include "shapes/shape_insides.h"
+#include "shapes/skewness.h"
 #include "shapes/unit_vector.h"
 #include "tolerances.h"
 
@@ -63,8 +64,6 @@ void vertex_nearest(const Vec3& v, const TriangleFrame& t, bool v_of_a, Nearest&
   v_of_a ? best.take((v - foot).norm(), v, foot) : best.take((v - foot).norm(), foot, v);
 }
 
-double skew(const Mat3& r) { return (r.transpose() * r - Mat3::Identity()).cwiseAbs().maxCoeff(); }
-
 // A mesh as the other sees it: about the other's centre, in its units.
 MeshView view_of(const MeshModel& mesh, const MeshModel& by, const Mat3& turn, const Vec3& shift) {
   return {mesh, turn, (turn * mesh.centre + shift - by.centre) / by.unit, by.unit};
@@ -91,7 +90,7 @@ NearestSearch::NearestSearch(const Posed& a, const Posed& b, const WorkLimit* li
       a_by_b_(view_of(a_, b_, turn_b_.transpose() * turn_a_, -(turn_b_.transpose() * between_))),
       b_by_a_(view_of(b_, a_, turn_a_.transpose() * turn_b_, turn_a_.transpose() * between_)),
       // As far as the rotations are off from orthonormal, boxes may be nearer than they look.
-      slack_((12 * (skew(turn_a_) + skew(turn_b_)) + tolerance::place_rounding_of_nearest) *
+      slack_((12 * (skewness(turn_a_) + skewness(turn_b_)) + tolerance::place_rounding_of_nearest) *
              (reach(a_) + reach(b_) + between_.lpNorm<1>())),
       meter_(limit) {}
 
