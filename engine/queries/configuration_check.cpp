@@ -1,12 +1,14 @@
 #include "queries/configuration_check.h"
 
-#include <oneapi/tbb/enumerable_thread_specific.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
+#include <oneapi/tbb/task_group.h>
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <string>
 
@@ -17,16 +19,6 @@ namespace {
 
 [[noreturn]] void refuse(const std::string& what, std::size_t found, const std::string& allowed) {
   throw std::invalid_argument("configurations: " + what + " is " + std::to_string(found) + ", allowed: " + allowed);
-}
-
-/// What the body finds; `unknown` where the limit was reached within a pair.
-template <class Result, class Body>
-Result or_unknown(const Result& unknown, const Body& body) {
-  try {
-    return body();
-  } catch (const WorkStopped&) {
-    return unknown;
-  }
 }
 
 double box_distance(const Aabb& a, const Aabb& b) {
@@ -42,33 +34,44 @@ double box_distance(const Aabb& a, const Aabb& b) {
 
 ConfigurationCheck::ConfigurationCheck(const QueryWorld& world, const NarrowPhaseOptions& narrow,
                                        std::span<const Shape> links, std::span<const Pose> poses, const PairTable& self,
-                                       const BatchOptions& options)
+                                       const BatchOptions& options, CheckMemory& memory)
     : world_(world),
       limit_(limit_of(options, narrow.limit)),
       narrow_(limited(narrow, limit_)),
       links_(links),
       poses_(poses),
-      options_(options) {
+      options_(options),
+      workspaces_(memory.workspaces),
+      setup_(memory.setups) {
   const std::size_t n = links.size(), a_motion = options.configurations_a_motion;
   if (n == 0) refuse("the number of links", 0, ">= 1");
-  if (poses.size() % n != 0) refuse("the number of poses", poses.size(), "a multiple of " + std::to_string(n) + " links");
+  if (poses.size() % n != 0)
+    refuse("the number of poses", poses.size(), "a multiple of " + std::to_string(n) + " links");
   configurations_ = poses.size() / n;
   if (a_motion == 0 || configurations_ % a_motion != 0)
     refuse("configurations_a_motion", a_motion, "a divisor of " + std::to_string(configurations_));
   if (self.rows() != 0 && (self.rows() != n || self.columns() < n))
-    refuse("the number of rows of the table of links", self.rows(), "0 or " + std::to_string(n) + ", and as many columns");
+    refuse("the number of rows of the table of links", self.rows(),
+           "0 or " + std::to_string(n) + ", and as many columns");
   if (options.world != nullptr && options.world->rows() != n)
     refuse("the number of rows of the table of bodies", options.world->rows(), std::to_string(n));
   for (std::size_t i = 0; i < n; ++i)
     if (!links[i].is_bounded())
-      throw std::invalid_argument("configurations: link " + std::to_string(i) + " is a half-space, allowed: bounded shapes");
+      throw std::invalid_argument("configurations: link " + std::to_string(i) +
+                                  " is a half-space, allowed: bounded shapes");
+  setup_->self.clear(), setup_->boxes.clear(), setup_->grown_boxes.clear(), setup_->grown.clear();
   for (std::uint32_t i = 0; i < self.rows(); ++i)
     for (std::uint32_t j = i + 1; j < n; ++j)
-      if (self.checked(i, j)) self_.push_back({i, j});
-  for (const Shape& link : links) link_boxes_.emplace_back(link);
-  if (options.continuous && a_motion < 2) refuse("configurations_a_motion", a_motion, ">= 2 where motions are continuous");
+      if (self.checked(i, j)) setup_->self.push_back({i, j});
+  for (const Shape& link : links) {
+    setup_->boxes.emplace_back(link);
+    setup_->grown_boxes.emplace_back(setup_->boxes.back(), options.margin);
+  }
+  if (options.continuous && a_motion < 2)
+    refuse("configurations_a_motion", a_motion, ">= 2 where motions are continuous");
   if (options.continuous)
-    for (const Shape& link : links) grown_.push_back(options.margin > 0 ? link.rounded(link.rounding() + options.margin) : link);
+    for (const Shape& link : links)
+      setup_->grown.push_back(options.margin > 0 ? link.rounded(link.rounding() + options.margin) : link);
 }
 
 WorkLimit ConfigurationCheck::limit_of(const BatchOptions& options, const WorkLimit* of_all) {
@@ -82,85 +85,121 @@ NarrowPhaseOptions ConfigurationCheck::limited(NarrowPhaseOptions options, const
   return options;
 }
 
-/// Boxes of all links in `count` configurations from `first` on, link j's in configuration k at place j * count + k; the
-/// first one's poses.
-const Pose* ConfigurationCheck::take_boxes(std::size_t first, std::size_t count, double margin, Workspace& work) const {
+/// Boxes of all links in `count` configurations from `first` on, and where those of two links meet; the first one's
+/// poses.
+const Pose* ConfigurationCheck::take_boxes(std::size_t first, std::size_t count, std::span<const LinkBox> boxes,
+                                           Workspace& work) const {
   const std::size_t n = links_.size();
   const Pose* poses = poses_.data() + first * n;
-  if (work.boxes.size() < count * n) work.boxes.resize(count * n);
-  work.swept.resize(n);
-  bool valid = true;
-  // Poses lie where they are only read once: those of the next block are on their way from memory meanwhile.
-  const Pose* next = first + 2 * count <= configurations_ ? poses + count * n : nullptr;
-  for (std::size_t link = 0; link < n; ++link)
-    valid = link_boxes(LinkBox(link_boxes_[link], margin), poses + link, n, count, work.boxes, link * count,
-                       next != nullptr ? next + link * count : nullptr, work.swept[link]) &&
-            valid;
-  for (std::size_t i = 0; !valid && i < count * n; ++i)
-    require_valid(poses[i], "configuration " + std::to_string(first + i / n) + ", link " + std::to_string(i % n));
+  if (!work.boxes.take(boxes, poses_, first, count, limit_))
+    for (std::size_t i = 0; i < count * n; ++i)
+      require_valid(poses[i], "configuration " + std::to_string(first + i / n) + ", link " + std::to_string(i % n));
   return poses;
 }
 
-/// block(first, last, workspace) for all of `items`, on the threads of the caller's arena.
+/// block(first, last, workspace) for all of `items`, on the threads of the caller's arena; not for those that come
+/// after the limit was reached.
 template <class Block>
 void ConfigurationCheck::each_block(std::size_t items, std::size_t most, const Block& block) const {
-  tbb::enumerable_thread_specific<Workspace> workspaces;
   std::atomic<std::size_t> done{0};
   const auto threads = static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
   const std::size_t a_block = std::clamp<std::size_t>(items / (16 * threads), 1, most);
   const std::size_t blocks = (items + a_block - 1) / a_block;
-  tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t i) {
+  tbb::task_group_context context;
+  const auto run = [&](std::size_t i) {
+    if (out_of_time()) {
+      context.cancel_group_execution();
+      return;
+    }
     const std::size_t first = i * a_block, last = std::min(items, first + a_block);
-    // A filter or a shared pair may wait for tasks of its own; another block must not come in then and take the workspace.
-    tbb::this_task_arena::isolate([&] { block(first, last, workspaces.local()); });
+    {
+      const Pool<Workspace>::Lease work(workspaces_);
+      work->has_last_hit = false;  // of another batch
+      work->watch = LimitWatch(&limit_);
+      try {
+        block(first, last, *work);
+      } catch (const WorkStopped&) {
+        context.cancel_group_execution();
+      }
+    }
     if (options_.progress) options_.progress(done += last - first, items);
-  });
+  };
+  tbb::parallel_for(std::size_t{0}, blocks, run, context);
 }
 
-bool ConfigurationCheck::touch(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) const {
+bool ConfigurationCheck::touch(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
+                               Workspace& work) const {
+  work.watch.spend(LimitWatch::a_pair);
   return options_.margin == 0 ? unless_stopped(narrow_.solve(a, pose_a, b, pose_b, Request::collide)).collide
                               : !unless_stopped(narrow_.distance_within(a, pose_a, b, pose_b, options_.margin)).farther;
 }
 
-bool ConfigurationCheck::is_checked(std::uint32_t link, std::uint32_t body) const {
-  if (options_.world != nullptr && body < options_.world->columns() && !options_.world->checked(link, body)) return false;
+bool ConfigurationCheck::is_checked(std::uint32_t link, std::uint32_t body, Workspace& work) const {
+  work.watch.spend(LimitWatch::a_candidate);
+  if (options_.world != nullptr && body < options_.world->columns() && !options_.world->checked(link, body))
+    return false;
   return world_.admits(options_.filter, body);
 }
 
-bool ConfigurationCheck::hits_again(const Pose* poses, const Workspace& work) const {
-  if (!work.has_last_hit) return false;
-  const auto& [link, other, is_body, first, last] = work.last_hit;
-  return is_body ? touch(links_[link], poses[link], world_.shape(other), world_.pose(other))
-                 : touch(links_[link], poses[link], links_[other], poses[other]);
+/// May the link touch the body, by their boxes?
+bool ConfigurationCheck::is_near(std::size_t place, std::uint32_t link, std::uint32_t body,
+                                 const Workspace& work) const {
+  return !world_.shape(body).is_bounded() || (overlap(work.boxes.box(link, place), world_.box(body)) &&
+                                              work.boxes.gap(place, link, world_.placed_box(body)) <= 0);
 }
 
-// Of configuration `place` of the `count` whose boxes were taken.
-bool ConfigurationCheck::hits_link(const Pose* poses, std::size_t place, std::size_t count, Workspace& work) const {
-  for (const auto& [i, j] : self_)
-    if (overlap(work.boxes[i * count + place], work.boxes[j * count + place]) &&
-        touch(links_[i], poses[i], links_[j], poses[j])) {
-      work.last_hit = {i, j, false, 0, 0};
-      return work.has_last_hit = true;
-    }
+bool ConfigurationCheck::hits_again(const Pose* poses, std::size_t place, Workspace& work) const {
+  if (!work.has_last_hit) return false;
+  const auto& [link, other, is_body, first, last] = work.last_hit;
+  if (is_body)
+    return is_near(place, link, other, work) &&
+           touch(links_[link], poses[link], world_.shape(other), world_.pose(other), work);
+  return overlap(work.boxes.box(link, place), work.boxes.box(other, place)) &&
+         touch(links_[link], poses[link], links_[other], poses[other], work);
+}
+
+/// Notes where the boxes of two links meet.
+void ConfigurationCheck::meet_links(Workspace& work) const {
+  const std::size_t parts = work.boxes.parts();
+  work.meeting.resize(setup_->self.size() * parts);
+  std::uint64_t* bits = work.meeting.data();
+  for (std::size_t part = 0; part < parts; ++part)
+    for (const auto& [i, j] : setup_->self) *bits++ = work.boxes.meeting(part, i, j);
+}
+
+// Of configuration `place` of those whose boxes were taken.
+bool ConfigurationCheck::hits_link(const Pose* poses, std::size_t place, Workspace& work) const {
+  const std::uint64_t* meeting = work.meeting.data() + place / PoseNumbers::count * setup_->self.size();
+  const std::uint64_t bit = std::uint64_t{1} << place % PoseNumbers::count;
+  for (std::size_t p = 0; p < setup_->self.size(); ++p) {
+    if ((meeting[p] & bit) == 0) continue;
+    const auto [i, j] = setup_->self[p];
+    if (!touch(links_[i], poses[i], links_[j], poses[j], work)) continue;
+    work.last_hit = {i, j, false, 0, 0};
+    return work.has_last_hit = true;
+  }
   return false;
 }
 
-bool ConfigurationCheck::hits_body(const Pose* poses, std::size_t place, std::size_t count, Workspace& work) const {
+bool ConfigurationCheck::hits_body(const Pose* poses, std::size_t place, Workspace& work) const {
   struct First final : BoxVisitor {
     const ConfigurationCheck& check;
+    Workspace& work;
     const Pose* poses;
+    std::size_t place;
     std::uint32_t link = 0, body = 0;
-    First(const ConfigurationCheck& c, const Pose* p) : check(c), poses(p) {}
+    First(const ConfigurationCheck& c, Workspace& w, const Pose* p, std::size_t at)
+        : check(c), work(w), poses(p), place(at) {}
     bool visit(std::uint32_t index) override {
       body = index;
-      return !(check.is_checked(link, index) &&
-               check.touch(check.links_[link], poses[link], check.world_.shape(index), check.world_.pose(index)));
+      return !(check.is_checked(link, index, work) && check.is_near(place, link, index, work) &&
+               check.touch(check.links_[link], poses[link], check.world_.shape(index), check.world_.pose(index), work));
     }
-  } first(*this, poses);
+  } first(*this, work, poses, place);
   for (; first.link < links_.size(); ++first.link) {
     const std::span<const std::uint32_t> unbounded = world_.unbounded();
     if (std::all_of(unbounded.begin(), unbounded.end(), [&](std::uint32_t index) { return first.visit(index); }) &&
-        world_.tree().visit_overlapping(work.boxes[first.link * count + place], first))
+        world_.tree().visit_overlapping(work.boxes.box(first.link, place), first))
       continue;
     work.last_hit = {first.link, first.body, true, 0, 0};
     return work.has_last_hit = true;
@@ -168,41 +207,50 @@ bool ConfigurationCheck::hits_body(const Pose* poses, std::size_t place, std::si
   return false;
 }
 
-/// Notes in which configurations the boxes of a pair overlap, if in any.
-template <class Overlaps>
+/// Notes in which configurations a pair may touch, if in any.
+template <class Meeting>
 void ConfigurationCheck::add_suspects(std::uint32_t link, std::uint32_t other, bool is_body, Workspace& work,
-                                      const Overlaps& overlaps) const {
+                                      const Meeting& meeting) const {
   const auto first = static_cast<std::uint32_t>(work.near.size());
-  const auto count = static_cast<std::uint32_t>(options_.configurations_a_motion);
-  for (std::uint32_t k = 0; k < count; ++k)
-    if (overlaps(k)) work.near.push_back(k);
+  for (std::size_t part = 0; part < work.boxes.parts(); ++part)
+    for (std::uint64_t bits = meeting(part); bits != 0; bits &= bits - 1)
+      work.near.push_back(static_cast<std::uint32_t>(part * PoseNumbers::count) +
+                          static_cast<std::uint32_t>(std::countr_zero(bits)));
   const auto last = static_cast<std::uint32_t>(work.near.size());
   if (first < last) work.suspects.push_back({link, other, is_body, first, last});
 }
 
 void ConfigurationCheck::suspect_links(Workspace& work) const {
-  const std::size_t count = options_.configurations_a_motion;
-  for (const auto& pair : self_) {
+  for (const auto& pair : setup_->self) {
     const std::uint32_t i = pair.first, j = pair.second;
-    if (overlap(work.swept[i], work.swept[j]))
-      add_suspects(i, j, false, work, [&](std::size_t k) {
-        return overlap(work.boxes[i * count + k], work.boxes[j * count + k]);
-      });
+    if (overlap(work.boxes.swept(i), work.boxes.swept(j)))
+      add_suspects(i, j, false, work, [&](std::size_t part) { return work.boxes.meeting(part, i, j); });
   }
 }
 
 void ConfigurationCheck::suspect_bodies(Workspace& work) const {
   const std::size_t count = options_.configurations_a_motion;
-  for (std::uint32_t link = 0; link < links_.size(); ++link) {
-    work.bodies.clear();
-    world_.tree().overlapping(work.swept[link], work.bodies);
-    for (const std::uint32_t body : work.bodies) {
-      if (!is_checked(link, body)) continue;
-      const Aabb box = world_.box(body);
-      add_suspects(link, body, true, work, [&](std::size_t k) { return overlap(work.boxes[link * count + k], box); });
+  struct All final : BoxVisitor {
+    const ConfigurationCheck& check;
+    Workspace& work;
+    std::uint32_t link = 0;
+    All(const ConfigurationCheck& c, Workspace& w) : check(c), work(w) {}
+    bool visit(std::uint32_t body) override {
+      if (!check.is_checked(link, body, work)) return true;
+      const PlacedBox placed = check.world_.placed_box(body);
+      check.add_suspects(link, body, true, work,
+                         [&](std::size_t part) { return work.boxes.meeting(part, link, placed); });
+      return true;
     }
+  } all(*this, work);
+  for (; all.link < links_.size(); ++all.link) {
+    world_.tree().visit_overlapping(work.boxes.swept(all.link), all);
     for (const std::uint32_t body : world_.unbounded())
-      if (is_checked(link, body)) add_suspects(link, body, true, work, [](std::size_t) { return true; });
+      if (is_checked(all.link, body, work))
+        add_suspects(all.link, body, true, work, [&](std::size_t part) {
+          const std::size_t left = count - part * PoseNumbers::count;
+          return left < PoseNumbers::count ? (std::uint64_t{1} << left) - 1 : ~std::uint64_t{0};
+        });
   }
 }
 
@@ -210,14 +258,14 @@ void ConfigurationCheck::suspect_bodies(Workspace& work) const {
 double ConfigurationCheck::may_move(const CheckWorkspace::Suspects& pair, const Pose* from, const Pose* to) const {
   const auto moved = [&](std::uint32_t link) {
     return (to[link].translation - from[link].translation).norm() +
-           (to[link].rotation - from[link].rotation).norm() * link_boxes_[link].reach();
+           (to[link].rotation - from[link].rotation).norm() * setup_->boxes[link].reach();
   };
   return moved(pair.link) + (pair.is_body ? 0 : moved(pair.other));
 }
 
-/// Does the pair touch in one of the configurations near[first .. last)? The middle is looked at, what is too near to it
-/// to have closed the gap is passed over, then what is left on either side.
-bool ConfigurationCheck::hits_between(const Pose* poses, const Workspace& work, const CheckWorkspace::Suspects& pair,
+/// Does the pair touch in one of the configurations near[first .. last)? The middle is looked at, what is too near to
+/// it to have closed the gap is passed over, then what is left on either side.
+bool ConfigurationCheck::hits_between(const Pose* poses, Workspace& work, const CheckWorkspace::Suspects& pair,
                                       std::size_t first, std::size_t last) const {
   if (first >= last) return false;
   const std::size_t middle = first + (last - first) / 2;
@@ -228,24 +276,24 @@ bool ConfigurationCheck::hits_between(const Pose* poses, const Workspace& work, 
   std::size_t left = middle, right = middle + 1;
   // A distance from a mesh costs many verdicts.
   if (a.is_convex() && b.is_convex() && last - first > 1) {
+    work.watch.spend(LimitWatch::a_pair);
     const double gap =
         unless_stopped(narrow_.solve(a, pose_a, b, pose_b, Request::distance)).signed_distance - options_.margin;
     if (gap <= 0) return true;
-    const double passed = gap - tolerance::gap_left * link_boxes_[pair.link].reach();
+    const double passed = gap - tolerance::gap_left * setup_->boxes[pair.link].reach();
     while (left > first && may_move(pair, here, at(left - 1)) < passed) --left;
     while (right < last && may_move(pair, here, at(right)) < passed) ++right;
-  } else if (touch(a, pose_a, b, pose_b)) {
+  } else if (touch(a, pose_a, b, pose_b, work)) {
     return true;
   }
   return hits_between(poses, work, pair, first, left) || hits_between(poses, work, pair, right, last);
 }
 
-/// All configurations of a motion at once: each link's boxes together are looked for in the hierarchy, and what they meet
-/// is compared with the box of each.
-Verdict ConfigurationCheck::motion(std::size_t index, Workspace& work) const {
+/// All configurations of a motion at once: each link's boxes together are looked for in the hierarchy, and what they
+/// meet is compared with the box of each.
+bool ConfigurationCheck::motion_hits(std::size_t index, Workspace& work) const {
   const std::size_t count = options_.configurations_a_motion;
-  if (out_of_time()) return Verdict::unknown;
-  const Pose* poses = take_boxes(index * count, count, options_.margin, work);
+  const Pose* poses = take_boxes(index * count, count, setup_->grown_boxes, work);
   work.suspects.clear();
   work.near.clear();
   suspect_bodies(work);
@@ -254,63 +302,67 @@ Verdict ConfigurationCheck::motion(std::size_t index, Workspace& work) const {
   std::sort(work.suspects.begin(), work.suspects.end(), [](const auto& p, const auto& q) {
     return p.last - p.first != q.last - q.first ? p.last - p.first > q.last - q.first : p.first < q.first;
   });
-  for (const CheckWorkspace::Suspects& pair : work.suspects) {
-    if (out_of_time()) return Verdict::unknown;
-    if (hits_between(poses, work, pair, pair.first, pair.last)) return Verdict::hit;
-  }
-  if (!options_.continuous) return Verdict::free;
-  if (out_of_time()) return Verdict::unknown;
-  return hits_on_the_way(poses, work) ? Verdict::hit : Verdict::free;
+  return std::any_of(work.suspects.begin(), work.suspects.end(),
+                     [&](const auto& pair) { return hits_between(poses, work, pair, pair.first, pair.last); }) ||
+         (options_.continuous && hits_on_the_way(poses, work));
 }
 
 void ConfigurationCheck::verdicts(std::span<Verdict> out) const {
   const std::size_t a_motion = options_.configurations_a_motion, motions = configurations_ / a_motion;
   if (out.size() != motions) refuse("the number of verdicts", out.size(), std::to_string(motions));
+  std::fill(out.begin(), out.end(), Verdict::unknown);
+  const auto told = [](bool hits) { return hits ? Verdict::hit : Verdict::free; };
   if (a_motion != 1)
-    return each_block(motions, 1, [&](std::size_t i, std::size_t, Workspace& work) {
-      out[i] = or_unknown(Verdict::unknown, [&] { return motion(i, work); });
+    return each_block(motions, at_once(8), [&](std::size_t first, std::size_t last, Workspace& work) {
+      for (std::size_t i = first; i < last; ++i) out[i] = told(motion_hits(i, work));
     });
-  each_block(motions, 64, [&](std::size_t first, std::size_t last, Workspace& work) {
+  each_block(motions, at_once(1), [&](std::size_t first, std::size_t last, Workspace& work) {
     const std::size_t count = last - first;
-    const Pose* poses = take_boxes(first, count, options_.margin, work);
+    const Pose* poses = take_boxes(first, count, setup_->grown_boxes, work);
+    meet_links(work);
     for (std::size_t k = 0; k < count; ++k, poses += links_.size())
-      out[first + k] = or_unknown(Verdict::unknown, [&] {
-        if (out_of_time()) return Verdict::unknown;
-        const bool hits =
-            hits_again(poses, work) || hits_link(poses, k, count, work) || hits_body(poses, k, count, work);
-        return hits ? Verdict::hit : Verdict::free;
-      });
+      out[first + k] = told(hits_again(poses, k, work) || hits_link(poses, k, work) || hits_body(poses, k, work));
   });
 }
 
 /// The first body by index that the link touches.
-bool ConfigurationCheck::first_body(const Pose* pose, std::uint32_t link, const Aabb& box, Workspace& work,
+bool ConfigurationCheck::first_body(const Pose* pose, std::size_t place, std::uint32_t link, Workspace& work,
                                     BodyId& body) const {
-  work.bodies.assign(world_.unbounded().begin(), world_.unbounded().end());
-  world_.tree().overlapping(box, work.bodies);
-  std::sort(work.bodies.begin(), work.bodies.end());
-  const auto hit = std::find_if(work.bodies.begin(), work.bodies.end(), [&](std::uint32_t index) {
-    return is_checked(link, index) && touch(links_[link], *pose, world_.shape(index), world_.pose(index));
-  });
-  if (hit == work.bodies.end()) return false;
-  body = world_.id(*hit);
+  struct First final : BoxVisitor {
+    const ConfigurationCheck& check;
+    Workspace& work;
+    const Pose& pose;
+    std::size_t place;
+    std::uint32_t link, first = std::numeric_limits<std::uint32_t>::max();
+    First(const ConfigurationCheck& c, Workspace& w, const Pose& p, std::size_t at, std::uint32_t which)
+        : check(c), work(w), pose(p), place(at), link(which) {}
+    bool visit(std::uint32_t index) override {
+      if (check.is_checked(link, index, work) && index < first && check.is_near(place, link, index, work) &&
+          check.touch(check.links_[link], pose, check.world_.shape(index), check.world_.pose(index), work))
+        first = index;
+      return true;
+    }
+  } search(*this, work, *pose, place, link);
+  for (const std::uint32_t index : world_.unbounded()) search.visit(index);
+  world_.tree().visit_overlapping(work.boxes.box(link, place), search);
+  if (search.first == std::numeric_limits<std::uint32_t>::max()) return false;
+  body = world_.id(search.first);
   return true;
 }
 
-FirstHit ConfigurationCheck::first_hit(std::size_t motion, Workspace& work) const {
+/// Of a motion that begins at `place` of those whose boxes were taken.
+FirstHit ConfigurationCheck::first_hit(const Pose* poses, std::size_t place, Workspace& work) const {
   const std::size_t n = links_.size(), count = options_.configurations_a_motion;
   FirstHit hit;
-  const Pose* poses = take_boxes(motion * count, count, options_.margin, work);
+  hit.verdict = Verdict::hit;
   for (std::size_t k = 0; k < count; ++k, poses += n) {
-    if (out_of_time()) return {};
     hit.configuration = static_cast<std::uint32_t>(k);
-    hit.verdict = Verdict::hit;
-    if (hits_link(poses, k, count, work)) {
+    if (hits_link(poses, place + k, work)) {
       hit.link = work.last_hit.link, hit.other_link = work.last_hit.other;
       return hit;
     }
     for (hit.link = 0; hit.link < n; ++hit.link)
-      if (first_body(poses + hit.link, hit.link, work.boxes[hit.link * count + k], work, hit.body)) return hit;
+      if (first_body(poses + hit.link, place + k, hit.link, work, hit.body)) return hit;
   }
   hit = {};
   hit.verdict = Verdict::free;
@@ -318,40 +370,80 @@ FirstHit ConfigurationCheck::first_hit(std::size_t motion, Workspace& work) cons
 }
 
 void ConfigurationCheck::first_hits(std::span<FirstHit> out) const {
-  const std::size_t motions = configurations_ / options_.configurations_a_motion;
+  const std::size_t count = options_.configurations_a_motion, motions = configurations_ / count;
   if (out.size() != motions) refuse("the number of hits", out.size(), std::to_string(motions));
-  if (options_.continuous) throw std::invalid_argument("configurations: continuous is true, allowed where hits are told: false");
-  each_block(motions, 16, [&](std::size_t first, std::size_t last, Workspace& work) {
-    for (std::size_t i = first; i < last; ++i) out[i] = or_unknown(FirstHit{}, [&] { return first_hit(i, work); });
+  if (options_.continuous)
+    throw std::invalid_argument("configurations: continuous is true, allowed where hits are told: false");
+  std::fill(out.begin(), out.end(), FirstHit{});
+  each_block(motions, at_once(1), [&](std::size_t first, std::size_t last, Workspace& work) {
+    const Pose* poses = take_boxes(first * count, (last - first) * count, setup_->grown_boxes, work);
+    meet_links(work);
+    for (std::size_t i = first; i < last; ++i, poses += count * links_.size())
+      out[i] = first_hit(poses, (i - first) * count, work);
   });
 }
 
-double ConfigurationCheck::clearance(const Pose* poses, std::size_t place, std::size_t count, double cutoff,
-                                     const Workspace& work) const {
+/// The links, those first whose boxes are nearest to a body's: what is near bounds how far must be looked.
+void ConfigurationCheck::order_links(std::size_t place, double cutoff, Workspace& work) const {
+  struct First final : NearVisitor {
+    const ConfigurationCheck& check;
+    Workspace& work;
+    double limit, nearest = std::numeric_limits<double>::infinity();
+    std::uint32_t link = 0;
+    First(const ConfigurationCheck& c, Workspace& w, double cutoff) : check(c), work(w), limit(cutoff) {}
+    double visit(std::uint32_t body, double distance) override {
+      if (check.is_checked(link, body, work)) limit = nearest = std::min(nearest, distance);
+      return limit;
+    }
+  };
+  work.nearest.clear();
+  for (std::uint32_t link = 0; link < links_.size(); ++link) {
+    First first(*this, work, cutoff);
+    first.link = link;
+    world_.tree().visit_near(work.boxes.box(link, place), cutoff, first);
+    work.nearest.push_back({first.nearest, link});
+  }
+  std::sort(work.nearest.begin(), work.nearest.end());
+}
+
+double ConfigurationCheck::clearance(const Pose* poses, std::size_t place, double cutoff, Workspace& work) const {
   struct Least final : NearVisitor {
     const ConfigurationCheck& check;
+    Workspace& work;
     const Pose* poses;
+    std::size_t place;
     double least;
     std::uint32_t link = 0;
-    Least(const ConfigurationCheck& c, const Pose* p, double cutoff) : check(c), poses(p), least(cutoff) {}
+    Least(const ConfigurationCheck& c, Workspace& w, const Pose* p, std::size_t at, double cutoff)
+        : check(c), work(w), poses(p), place(at), least(cutoff) {}
     // What overlaps may be deeper than the least known: it is never left out.
     double farthest_wanted() const { return std::max(0.0, least) * (1 + tolerance::distance_rounding); }
     void take(const Shape& other, const Pose& pose) {
+      work.watch.spend(LimitWatch::a_pair);
       const PairAnswer answer = unless_stopped(
           check.narrow_.distance_within(check.links_[link], poses[link], other, pose, farthest_wanted()));
       if (!answer.farther) least = std::min(least, answer.signed_distance);
     }
+    // A distance from a mesh costs dozens of gaps between boxes, another one few.
+    bool is_far(std::uint32_t body) const {
+      const Shape& shape = check.world_.shape(body);
+      return (!shape.is_convex() || !check.links_[link].is_convex()) && shape.is_bounded() &&
+             work.boxes.gap(place, link, check.world_.placed_box(body)) > farthest_wanted();
+    }
     double visit(std::uint32_t body, double) override {
-      if (check.is_checked(link, body)) take(check.world_.shape(body), check.world_.pose(body));
+      if (check.is_checked(link, body, work) && !is_far(body)) take(check.world_.shape(body), check.world_.pose(body));
       return farthest_wanted();
     }
-  } least(*this, poses, cutoff);
-  for (; least.link < links_.size(); ++least.link) {
+  } least(*this, work, poses, place, cutoff);
+  order_links(place, cutoff, work);
+  for (const auto& [distance, link] : work.nearest) {
+    least.link = link;
+    if (distance <= least.farthest_wanted())
+      world_.tree().visit_near(work.boxes.box(link, place), least.farthest_wanted(), least);
     for (const std::uint32_t body : world_.unbounded()) least.visit(body, 0);
-    world_.tree().visit_near(work.boxes[least.link * count + place], least.farthest_wanted(), least);
   }
-  for (const auto& [i, j] : self_)
-    if (box_distance(work.boxes[i * count + place], work.boxes[j * count + place]) <= least.farthest_wanted()) {
+  for (const auto& [i, j] : setup_->self)
+    if (box_distance(work.boxes.box(i, place), work.boxes.box(j, place)) <= least.farthest_wanted()) {
       least.link = i;
       least.take(links_[j], poses[j]);
     }
@@ -360,13 +452,11 @@ double ConfigurationCheck::clearance(const Pose* poses, std::size_t place, std::
 
 void ConfigurationCheck::clearances(std::span<double> out, double cutoff) const {
   if (out.size() != configurations_) refuse("the number of distances", out.size(), std::to_string(configurations_));
-  each_block(configurations_, 64, [&](std::size_t first, std::size_t last, Workspace& work) {
-    const std::size_t count = last - first;
-    const Pose* poses = take_boxes(first, count, 0, work);
-    for (std::size_t k = 0; k < count; ++k, poses += links_.size())
-      out[first + k] = or_unknown(-std::numeric_limits<double>::infinity(), [&] {
-        return out_of_time() ? -std::numeric_limits<double>::infinity() : clearance(poses, k, count, cutoff, work);
-      });
+  std::fill(out.begin(), out.end(), -std::numeric_limits<double>::infinity());
+  each_block(configurations_, PoseNumbers::count, [&](std::size_t first, std::size_t last, Workspace& work) {
+    const Pose* poses = take_boxes(first, last - first, setup_->boxes, work);
+    for (std::size_t k = 0; k < last - first; ++k, poses += links_.size())
+      out[first + k] = clearance(poses, k, cutoff, work);
   });
 }
 

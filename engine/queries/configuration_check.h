@@ -1,20 +1,31 @@
 // Many configurations of a robot's links against a world and against one another.
 #pragma once
+#include <algorithm>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "queries/limit_watch.h"
 #include "queries/link_boxes.h"
+#include "queries/pool.h"
 #include "queries/query_world.h"
 #include "tandem/narrowphase/narrow_phase.h"
 #include "tandem/narrowphase/work_limit.h"
 
 namespace tandem {
 
+/// What a batch is made ready with.
+struct CheckSetup {
+  std::vector<Shape> grown;                 // the links with the margin about them, where motions are continuous
+  std::vector<LinkBox> boxes, grown_boxes;  // of the links; by the margin
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> self;  // pairs of links
+};
+
 /// Numbers of a batch that one thread works with.
 struct CheckWorkspace {
-  BoxArray boxes;                     // of the links, grown by the margin: one link's in all configurations, then the next's
-  std::vector<Aabb> swept;            // of each link, in all of them
+  LinkBoxes boxes;                     // grown by the margin
+  std::vector<std::uint64_t> meeting;  // configurations in which the boxes of two links meet, by pairs of links
+  LimitWatch watch;
   std::vector<std::uint32_t> bodies;  // whose boxes a link's swept box meets
   std::vector<Aabb> stretches;        // of each link's way from one configuration of a motion to the next
   struct Suspects {
@@ -22,18 +33,26 @@ struct CheckWorkspace {
     bool is_body;
     std::uint32_t first, last;  // of `near`
   };
-  std::vector<Suspects> suspects;  // pairs whose boxes overlap
-  std::vector<std::uint32_t> near;  // in which configurations
+  std::vector<Suspects> suspects;                         // pairs whose boxes overlap
+  std::vector<std::uint32_t> near;                        // in which configurations
+  std::vector<std::pair<double, std::uint32_t>> nearest;  // how far each link's box is from the nearest body's
   // What was hit last is looked at first: neighbours mostly hit the same. A link and a body, or two links.
   Suspects last_hit{};
   bool has_last_hit = false;
+};
+
+/// Memory of batches, for the next ones.
+struct CheckMemory {
+  Pool<CheckSetup> setups;
+  Pool<CheckWorkspace> workspaces;
 };
 
 class ConfigurationCheck {
  public:
   /// Throws std::invalid_argument that names what does not fit. All arguments must outlive it.
   ConfigurationCheck(const QueryWorld& world, const NarrowPhaseOptions& narrow, std::span<const Shape> links,
-                     std::span<const Pose> poses, const PairTable& self, const BatchOptions& options);
+                     std::span<const Pose> poses, const PairTable& self, const BatchOptions& options,
+                     CheckMemory& memory);
 
   void verdicts(std::span<Verdict> out) const;
   void first_hits(std::span<FirstHit> out) const;
@@ -47,26 +66,34 @@ class ConfigurationCheck {
   static WorkLimit limit_of(const BatchOptions& options, const WorkLimit* of_all);
   static NarrowPhaseOptions limited(NarrowPhaseOptions options, const WorkLimit& limit);
   bool out_of_time() const { return limit_.reached(); }
-  Verdict motion(std::size_t motion, Workspace& work) const;
-  const Pose* take_boxes(std::size_t first, std::size_t count, double margin, Workspace& work) const;
-  bool hits_again(const Pose* poses, const Workspace& work) const;
-  bool hits_link(const Pose* poses, std::size_t place, std::size_t count, Workspace& work) const;
-  bool hits_body(const Pose* poses, std::size_t place, std::size_t count, Workspace& work) const;
-  FirstHit first_hit(std::size_t motion, Workspace& work) const;
-  bool first_body(const Pose* pose, std::uint32_t link, const Aabb& box, Workspace& work, BodyId& body) const;
+  /// Motions that are looked at between two glances at the limit at most, of 64 configurations `some`.
+  std::size_t at_once(std::size_t some) const {
+    return std::max<std::size_t>(1, some * PoseNumbers::count / options_.configurations_a_motion);
+  }
+  bool motion_hits(std::size_t motion, Workspace& work) const;
+  const Pose* take_boxes(std::size_t first, std::size_t count, std::span<const LinkBox> boxes, Workspace& work) const;
+  bool is_near(std::size_t place, std::uint32_t link, std::uint32_t body, const Workspace& work) const;
+  void meet_links(Workspace& work) const;
+  bool hits_again(const Pose* poses, std::size_t place, Workspace& work) const;
+  bool hits_link(const Pose* poses, std::size_t place, Workspace& work) const;
+  bool hits_body(const Pose* poses, std::size_t place, Workspace& work) const;
+  FirstHit first_hit(const Pose* poses, std::size_t place, Workspace& work) const;
+  bool first_body(const Pose* pose, std::size_t place, std::uint32_t link, Workspace& work, BodyId& body) const;
   void suspect_links(Workspace& work) const;
   void suspect_bodies(Workspace& work) const;
-  template <class Overlaps>
-  void add_suspects(std::uint32_t link, std::uint32_t other, bool is_body, Workspace& work, const Overlaps& overlaps) const;
-  bool hits_between(const Pose* poses, const Workspace& work, const CheckWorkspace::Suspects& pair, std::size_t first,
+  template <class Meeting>
+  void add_suspects(std::uint32_t link, std::uint32_t other, bool is_body, Workspace& work,
+                    const Meeting& meeting) const;
+  bool hits_between(const Pose* poses, Workspace& work, const CheckWorkspace::Suspects& pair, std::size_t first,
                     std::size_t last) const;
   double may_move(const CheckWorkspace::Suspects& pair, const Pose* from, const Pose* to) const;
   bool hits_on_the_way(const Pose* poses, Workspace& work) const;
   bool meets_body(const Pose* poses, std::uint32_t link, std::uint32_t body, const Workspace& work) const;
   bool meet_links(const Pose* poses, std::uint32_t a, std::uint32_t b, const Workspace& work) const;
-  bool touch(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) const;
-  bool is_checked(std::uint32_t link, std::uint32_t body) const;
-  double clearance(const Pose* poses, std::size_t place, std::size_t count, double cutoff, const Workspace& work) const;
+  bool touch(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Workspace& work) const;
+  bool is_checked(std::uint32_t link, std::uint32_t body, Workspace& work) const;
+  double clearance(const Pose* poses, std::size_t place, double cutoff, Workspace& work) const;
+  void order_links(std::size_t place, double cutoff, Workspace& work) const;
 
   const QueryWorld& world_;
   const WorkLimit limit_;
@@ -75,9 +102,8 @@ class ConfigurationCheck {
   const std::span<const Pose> poses_;
   const BatchOptions& options_;
   std::size_t configurations_ = 0;
-  std::vector<Shape> grown_;  // the links with the margin about them, where motions are continuous
-  std::vector<LinkBox> link_boxes_;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> self_;  // pairs of links
+  Pool<CheckWorkspace>& workspaces_;
+  const Pool<CheckSetup>::Lease setup_;
 };
 
 }  // namespace tandem

@@ -27,7 +27,7 @@ bool ConfigurationCheck::meets_body(const Pose* poses, std::uint32_t link, std::
   for (std::size_t k = 0; k < stretches; ++k) {
     if (bounded && !overlap(work.stretches[link * stretches + k], world_.box(body))) continue;
     const Motion way{poses[k * n + link], poses[(k + 1) * n + link]};
-    if (narrow_.time_of_impact(grown_[link], way, world_.shape(body), still)) return true;
+    if (narrow_.time_of_impact(setup_->grown[link], way, world_.shape(body), still)) return true;
   }
   return false;
 }
@@ -38,7 +38,7 @@ bool ConfigurationCheck::meet_links(const Pose* poses, std::uint32_t a, std::uin
     if (!overlap(work.stretches[a * stretches + k], work.stretches[b * stretches + k])) continue;
     const Motion way_a{poses[k * n + a], poses[(k + 1) * n + a]}, way_b{poses[k * n + b], poses[(k + 1) * n + b]};
     // One of the two has the margin about it.
-    if (narrow_.time_of_impact(grown_[a], way_a, links_[b], way_b)) return true;
+    if (narrow_.time_of_impact(setup_->grown[a], way_a, links_[b], way_b)) return true;
   }
   return false;
 }
@@ -48,20 +48,20 @@ bool ConfigurationCheck::hits_on_the_way(const Pose* poses, Workspace& work) con
   const std::size_t n = links_.size(), count = options_.configurations_a_motion, stretches = count - 1;
   work.stretches.resize(n * stretches);
   for (std::uint32_t link = 0; link < n; ++link) {
-    const double reach = link_boxes_[link].reach();
-    Aabb swept = work.swept[link];
+    const double reach = setup_->boxes[link].reach();
+    Aabb swept = work.boxes.swept(link);
     for (std::size_t k = 0; k < stretches; ++k) {
       const double off = bulge({poses[k * n + link], poses[(k + 1) * n + link]}, reach);
-      const Aabb box = between(work.boxes[link * count + k], work.boxes[link * count + k + 1], off);
+      const Aabb box = between(work.boxes.box(link, k), work.boxes.box(link, k + 1), off);
       work.stretches[link * stretches + k] = box;
       swept = between(swept, box, 0);
     }
     work.bodies.assign(world_.unbounded().begin(), world_.unbounded().end());
     world_.tree().overlapping(swept, work.bodies);
     for (const std::uint32_t body : work.bodies)
-      if (is_checked(link, body) && meets_body(poses, link, body, work)) return true;
+      if (is_checked(link, body, work) && meets_body(poses, link, body, work)) return true;
   }
-  return std::any_of(self_.begin(), self_.end(),
+  return std::any_of(setup_->self.begin(), setup_->self.end(),
                      [&](const auto& pair) { return meet_links(poses, pair.first, pair.second, work); });
 }
 

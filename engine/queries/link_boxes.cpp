@@ -3,7 +3,7 @@
 #include <hwy/cache_control.h>
 
 #include <algorithm>
-#include <array>
+#include <cstring>
 #include <limits>
 
 #include "scene/tolerances.h"
@@ -17,96 +17,269 @@ HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-constexpr std::size_t poses_a_copy = 64;  // a multiple of all vectors' lengths
+using Floats = hn::CappedTag<float, PoseNumbers::most_lanes>;
+using V = hn::VFromD<Floats>;
+using M = decltype(hn::Eq(hn::Zero(Floats()), hn::Zero(Floats())));
+constexpr std::ptrdiff_t poses_ahead = 32;  // that are fetched before they are read
 
-// Numbers of poses, one array each; the last pose is repeated up to a vector's end. Not by gathers, which some
-// processors have been made slow at, nor a vector at a time: what was just stored in pieces cannot be loaded at once.
-void copy_numbers(const Pose* pose, std::size_t stride, std::size_t count, const Pose* next,
-                  double (*rows)[poses_a_copy]) {
-  for (std::size_t k = 0; k < count; ++k, pose += stride) {
-    if (next != nullptr) {
-      hwy::Prefetch(next + k);
-      hwy::Prefetch(next[k].translation.data());
+HWY_INLINE V set(double x) { return hn::Set(Floats(), static_cast<float>(x)); }
+
+// Numbers of `count` configurations' poses in single precision, read in the order in which they lie. Four of a pose lie
+// together, and vector i of `lanes` poses holds those of pose i, i + 4, ..., one in each of its blocks of four, so that
+// rows of blocks are all that is left to be turned into columns. Not by gathers, which some processors have been made
+// slow at, nor a vector at a time: what was just stored in pieces cannot be loaded at once.
+void copy_numbers(const Pose* pose, const Pose* end, std::size_t links, std::size_t count, PoseNumbers* numbers) {
+  static_assert(sizeof(Pose) == 12 * sizeof(double));  // the rotation's columns, the translation
+  const hn::CappedTag<double, 4> d;
+  const hn::Rebind<float, decltype(d)> f;
+  const std::size_t lanes = hn::Lanes(Floats());
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t in_vector = k % lanes;
+    const std::size_t to = (k - in_vector + in_vector % 4 * lanes / 4) * 4 + in_vector / 4 * 4;
+    for (std::size_t link = 0; link < links; ++link, ++pose) {
+      if (end - pose > poses_ahead) {
+        hwy::Prefetch(pose + poses_ahead);
+        hwy::Prefetch(pose[poses_ahead].translation.data());
+      }
+      for (std::size_t n = 0; n < 12; n += hn::Lanes(d))
+        hn::StoreU(hn::DemoteTo(f, hn::LoadU(d, pose->rotation.data() + n)), f,
+                   &numbers[link].groups[n / 4][to + n % 4]);
     }
-    for (std::size_t n = 0; n < 9; ++n) rows[n][k] = pose->rotation.data()[n];  // column by column
-    for (std::size_t n = 0; n < 3; ++n) rows[9 + n][k] = pose->translation.data()[n];
   }
-  for (std::size_t k = count; k % (HWY_MAX_BYTES / sizeof(double)) != 0; ++k)
-    for (std::size_t n = 0; n < 12; ++n) rows[n][k] = rows[n][count - 1];
 }
 
-// NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
-bool link_boxes(const LinkBox* link, const Pose* first, std::size_t stride, std::size_t count, BoxArray* boxes,
-                std::size_t at, const Pose* next, Aabb* all) {
-  const hn::ScalableTag<double> d;
-  const hn::Rebind<float, decltype(d)> f;
-  const std::size_t lanes = hn::Lanes(d);
-  const auto radius = hn::Set(d, link->radius), one = hn::Set(d, 1.0);
-  const auto skew = hn::Set(d, tolerance::skew_of_links), far = hn::Set(d, 1e30);
-  const auto largest = hn::Set(d, double{std::numeric_limits<float>::max()});
-  const auto last_bit = hn::Set(d, double{std::numeric_limits<float>::epsilon()});
-  const auto smallest = hn::Set(d, double{std::numeric_limits<float>::min()});
-  alignas(64) double rows[12][poses_a_copy];
-  bool all_valid = true;
-  hn::VFromD<decltype(f)> least[3], most[3];
+// Four vectors of blocks of four, turned into columns.
+HWY_INLINE void turn(const float* blocks, V* columns) {
+  const Floats f;
+  const std::size_t lanes = hn::Lanes(f);
+  const V a = hn::Load(f, blocks), b = hn::Load(f, blocks + lanes);
+  const V c = hn::Load(f, blocks + 2 * lanes), e = hn::Load(f, blocks + 3 * lanes);
+#if HWY_TARGET == HWY_SCALAR
+  columns[0] = a, columns[1] = b, columns[2] = c, columns[3] = e;
+#else
+  const V ac = hn::InterleaveLower(f, a, c), be = hn::InterleaveLower(f, b, e);
+  const V ac_upper = hn::InterleaveUpper(f, a, c), be_upper = hn::InterleaveUpper(f, b, e);
+  columns[0] = hn::InterleaveLower(f, ac, be), columns[1] = hn::InterleaveUpper(f, ac, be);
+  columns[2] = hn::InterleaveLower(f, ac_upper, be_upper), columns[3] = hn::InterleaveUpper(f, ac_upper, be_upper);
+#endif
+}
+
+// A vector of poses: nine numbers of rotations by columns, three of translations.
+struct Poses {
+  V x[12];
+  HWY_INLINE Poses(const PoseNumbers& numbers, std::size_t k) {
+    for (std::size_t group = 0; group < 3; ++group) turn(numbers.groups[group].data() + 4 * k, x + 4 * group);
+  }
+  HWY_INLINE explicit Poses(const std::array<float, 12>& pose) {
+    for (std::size_t n = 0; n < 12; ++n) x[n] = hn::Set(Floats(), pose[n]);
+  }
+  HWY_INLINE V axis_dot(int i, const Poses& b, int j) const {
+    return hn::Add(hn::Add(hn::Mul(x[3 * i], b.x[3 * j]), hn::Mul(x[3 * i + 1], b.x[3 * j + 1])),
+                   hn::Mul(x[3 * i + 2], b.x[3 * j + 2]));
+  }
+  HWY_INLINE V axis_dot(int i, const V* v) const {
+    return hn::Add(hn::Add(hn::Mul(x[3 * i], v[0]), hn::Mul(x[3 * i + 1], v[1])), hn::Mul(x[3 * i + 2], v[2]));
+  }
+  HWY_INLINE V coordinate(int row, const LinkBox& box) const {
+    V at = x[9 + row];
+    for (int column = 0; column < 3; ++column) at = hn::Add(at, hn::Mul(x[3 * column + row], set(box.centre[column])));
+    return at;
+  }
+};
+
+// Lanes whose poses are rotations and places in reach, to single precision. NaN fails each comparison.
+HWY_INLINE M are_poses(const Poses& p) {
+  const Floats f;
+  const auto squared = [](V v) HWY_ATTR { return hn::Mul(v, v); };
+  const auto mixed = [&](int i, int j, int k) HWY_ATTR {
+    return hn::Mul(p.x[6 + k], hn::Sub(hn::Mul(p.x[i], p.x[3 + j]), hn::Mul(p.x[j], p.x[3 + i])));
+  };
+  const V one = set(1);
+  const V off = hn::Add(
+      hn::Add(hn::Add(squared(hn::Sub(p.axis_dot(0, p, 0), one)), squared(hn::Sub(p.axis_dot(1, p, 1), one))),
+              squared(hn::Sub(p.axis_dot(2, p, 2), one))),
+      hn::Add(hn::Add(squared(p.axis_dot(0, p, 1)), squared(p.axis_dot(0, p, 2))), squared(p.axis_dot(1, p, 2))));
+  auto valid = hn::Le(off, set(tolerance::skew_of_links * tolerance::skew_of_links));
+  valid = hn::And(valid, hn::Gt(hn::Add(hn::Add(mixed(1, 2, 0), mixed(2, 0, 1)), mixed(0, 1, 2)), hn::Zero(f)));
+  for (int row = 0; row < 3; ++row) valid = hn::And(valid, hn::Le(hn::Abs(p.x[9 + row]), set(1e30)));
+  return valid;
+}
+
+// Boxes of one link in world axes, of numbers that were copied, and the box of them together.
+bool boxes_of(const LinkBox& link, const PoseNumbers& numbers, std::size_t count, BoxArray& boxes, std::size_t at,
+              Aabb& all) {
+  const Floats f;
+  const V radius = set(link.radius), reach = set(link.reach()), rounding = set(tolerance::bound_of_floats);
+  const V smallest = set(double{std::numeric_limits<float>::min()});
+  V least[3], most[3];
   for (int row = 0; row < 3; ++row) {
     least[row] = hn::Set(f, std::numeric_limits<float>::infinity());
     most[row] = hn::Neg(least[row]);
   }
-  for (std::size_t k = 0; k < count; k += lanes) {
-    if (k % poses_a_copy == 0)
-      copy_numbers(first + k * stride, stride, std::min(poses_a_copy, count - k), next != nullptr ? next + k : nullptr,
-                   rows);
-    hn::VFromD<decltype(d)> x[12];
-    for (std::size_t n = 0; n < 12; ++n) x[n] = hn::Load(d, rows[n] + k % poses_a_copy);
-    const auto dot = [&](int i, int j) HWY_ATTR {
-      return hn::Add(hn::Add(hn::Mul(x[3 * i], x[3 * j]), hn::Mul(x[3 * i + 1], x[3 * j + 1])),
-                     hn::Mul(x[3 * i + 2], x[3 * j + 2]));
-    };
-    const auto mixed = [&](int i, int j, int k0) HWY_ATTR {
-      return hn::Mul(x[6 + k0], hn::Sub(hn::Mul(x[i], x[3 + j]), hn::Mul(x[j], x[3 + i])));
-    };
-    // NaN fails each comparison.
-    auto valid = hn::Le(hn::Abs(hn::Sub(dot(0, 0), one)), skew);
-    valid = hn::And(valid, hn::Le(hn::Abs(hn::Sub(dot(1, 1), one)), skew));
-    valid = hn::And(valid, hn::Le(hn::Abs(hn::Sub(dot(2, 2), one)), skew));
-    valid = hn::And(valid, hn::Le(hn::Abs(dot(0, 1)), skew));
-    valid = hn::And(valid, hn::Le(hn::Abs(dot(0, 2)), skew));
-    valid = hn::And(valid, hn::Le(hn::Abs(dot(1, 2)), skew));
-    valid = hn::And(valid, hn::Gt(hn::Add(hn::Add(mixed(1, 2, 0), mixed(2, 0, 1)), mixed(0, 1, 2)), hn::Zero(d)));
-    for (int row = 0; row < 3; ++row) valid = hn::And(valid, hn::Le(hn::Abs(x[9 + row]), far));
-    all_valid = all_valid && hn::AllTrue(d, valid);
-    const auto up = [&](auto v) HWY_ATTR {
-      v = hn::Add(v, hn::Add(hn::Mul(hn::Abs(v), last_bit), smallest));
-      return hn::DemoteTo(f, hn::Min(hn::Max(v, hn::Neg(largest)), largest));
-    };
+  bool valid = true;
+  for (std::size_t k = 0; k < count; k += hn::Lanes(f)) {
+    const Poses poses(numbers, k);
+    const M taken = hn::FirstN(f, count - k);  // the rest are poses of old
+    valid = valid && hn::AllFalse(f, hn::AndNot(are_poses(poses), taken));
     for (int row = 0; row < 3; ++row) {
-      auto middle = x[9 + row], extent = radius;
-      for (int column = 0; column < 3; ++column) {
-        middle = hn::Add(middle, hn::Mul(x[3 * column + row], hn::Set(d, link->centre[column])));
-        extent = hn::Add(extent, hn::Mul(hn::Abs(x[3 * column + row]), hn::Set(d, link->half[column])));
-      }
-      // What is written past the count is set later, or is room at the end.
-      const auto lo = hn::Neg(up(hn::Sub(extent, middle))), hi = up(hn::Add(middle, extent));
-      hn::StoreU(lo, f, boxes->lo(row) + at + k);
-      hn::StoreU(hi, f, boxes->hi(row) + at + k);
-      least[row] = hn::Min(least[row], lo);
-      most[row] = hn::Max(most[row], hi);
+      const V middle = poses.coordinate(row, link);
+      V extent = radius;
+      for (int column = 0; column < 3; ++column)
+        extent = hn::Add(extent, hn::Mul(hn::Abs(poses.x[3 * column + row]), set(link.half[column])));
+      extent = hn::Add(extent, hn::Add(hn::Mul(hn::Add(hn::Abs(poses.x[9 + row]), reach), rounding), smallest));
+      // What is written past the count is set later, or lies between two links' boxes.
+      const V lo = hn::Sub(middle, extent), hi = hn::Add(middle, extent);
+      hn::StoreU(lo, f, boxes.lo(row) + at + k);
+      hn::StoreU(hi, f, boxes.hi(row) + at + k);
+      least[row] = hn::IfThenElse(taken, hn::Min(least[row], lo), least[row]);
+      most[row] = hn::IfThenElse(taken, hn::Max(most[row], hi), most[row]);
     }
   }
   for (int row = 0; row < 3; ++row) {
-    all->lo[static_cast<std::size_t>(row)] = hn::GetLane(hn::MinOfLanes(f, least[row]));
-    all->hi[static_cast<std::size_t>(row)] = hn::GetLane(hn::MaxOfLanes(f, most[row]));
+    float &lo = all.lo[static_cast<std::size_t>(row)], &hi = all.hi[static_cast<std::size_t>(row)];
+    lo = std::min(lo, hn::GetLane(hn::MinOfLanes(f, least[row])));
+    hi = std::max(hi, hn::GetLane(hn::MaxOfLanes(f, most[row])));
   }
-  return all_valid;
+  return valid;
 }
+
+// How far two boxes are apart at least: the farthest apart that they are along the normals of their faces and along the
+// products of their edges (Gottschalk, Lin and Manocha, "OBBTree", 1996), which are at most as long as 1. Less by what
+// rounding, and rotations that are not quite orthonormal, may add.
+V gaps(const LinkBox& box_a, const Poses& a, const LinkBox& box_b, const Poses& b) {
+  V off[3], size[3][3], mixed[3][3], along_a[3], half_a[3], half_b[3];
+  V place = hn::Zero(Floats()), far = set(box_a.reach() + box_b.reach());
+  for (int k = 0; k < 3; ++k) {
+    off[k] = hn::Sub(b.coordinate(k, box_b), a.coordinate(k, box_a));
+    place = hn::Add(place, hn::Add(hn::Abs(a.x[9 + k]), hn::Abs(b.x[9 + k])));
+    far = hn::Add(far, hn::Abs(off[k]));
+    half_a[k] = set(box_a.half[k]), half_b[k] = set(box_b.half[k]);
+  }
+  V most = hn::Neg(far);
+  for (int i = 0; i < 3; ++i) {
+    along_a[i] = a.axis_dot(i, off);
+    V extent = half_a[i];
+    for (int j = 0; j < 3; ++j) {
+      mixed[i][j] = a.axis_dot(i, b, j);
+      size[i][j] = hn::Abs(mixed[i][j]);
+      extent = hn::Add(extent, hn::Mul(half_b[j], size[i][j]));
+    }
+    most = hn::Max(most, hn::Sub(hn::Abs(along_a[i]), extent));
+  }
+  for (int j = 0; j < 3; ++j) {
+    V extent = half_b[j];
+    for (int i = 0; i < 3; ++i) extent = hn::Add(extent, hn::Mul(half_a[i], size[i][j]));
+    most = hn::Max(most, hn::Sub(hn::Abs(b.axis_dot(j, off)), extent));
+  }
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
+      const V along = hn::Sub(hn::Mul(along_a[i2], mixed[i1][j]), hn::Mul(along_a[i1], mixed[i2][j]));
+      const V extent = hn::Add(hn::Add(hn::Mul(half_a[i1], size[i2][j]), hn::Mul(half_a[i2], size[i1][j])),
+                               hn::Add(hn::Mul(half_b[j1], size[i][j2]), hn::Mul(half_b[j2], size[i][j1])));
+      most = hn::Max(most, hn::Sub(hn::Abs(along), extent));
+    }
+  const V lost = hn::Add(hn::Mul(place, set(tolerance::bound_of_floats)), hn::Mul(far, set(tolerance::gap_of_floats)));
+  return hn::Sub(most, hn::Add(set(box_a.radius + box_b.radius), lost));
+}
+
+struct Row {
+  const float *lo[3], *hi[3];
+  HWY_INLINE Row(const BoxArray& boxes, std::size_t at) {
+    for (int k = 0; k < 3; ++k) lo[k] = boxes.lo(k) + at, hi[k] = boxes.hi(k) + at;
+  }
+};
+
+template <class Overlaps, class Gaps>
+HWY_INLINE std::uint64_t bits_where(std::size_t count, const Overlaps& overlaps, const Gaps& gaps_at) {
+  const Floats f;
+  std::uint64_t all = 0;
+  for (std::size_t k = 0; k < count; k += hn::Lanes(f)) {
+    auto meet = overlaps(k);
+    if (hn::AllFalse(f, meet)) continue;
+    meet = hn::And(meet, hn::Le(gaps_at(k), hn::Zero(f)));
+    std::uint8_t bytes[8] = {};
+    hn::StoreMaskBits(f, meet, bytes);
+    std::uint64_t bits = 0;
+    std::memcpy(&bits, bytes, 2);
+    all |= bits << k;
+  }
+  return count < 64 ? all & ((std::uint64_t{1} << count) - 1) : all;
+}
+
+// NOLINTBEGIN(misc-definitions-in-headers): included once a target
+bool take_boxes(const LinkBox* links, std::size_t n, const Pose* poses, const Pose* end, std::size_t count,
+                const LinkBoxRoom& room) {
+  copy_numbers(poses, end, n, count, room.numbers);
+  bool valid = true;
+  for (std::size_t i = 0; i < n; ++i)
+    valid = boxes_of(links[i], room.numbers[i], count, *room.boxes, i * room.stride + room.at, room.swept[i]) && valid;
+  return valid;
+}
+
+std::uint64_t meeting_links(const LinkInPart& a, const LinkInPart& b, const BoxArray* boxes, std::size_t count) {
+  const Floats f;
+  const Row p(*boxes, a.at), q(*boxes, b.at);
+  return bits_where(
+      count,
+      [&](std::size_t k) HWY_ATTR {
+        auto meet = hn::Le(hn::LoadU(f, p.lo[0] + k), hn::LoadU(f, q.hi[0] + k));
+        meet = hn::And(meet, hn::Le(hn::LoadU(f, q.lo[0] + k), hn::LoadU(f, p.hi[0] + k)));
+        for (int axis = 1; axis < 3; ++axis) {
+          meet = hn::And(meet, hn::Le(hn::LoadU(f, p.lo[axis] + k), hn::LoadU(f, q.hi[axis] + k)));
+          meet = hn::And(meet, hn::Le(hn::LoadU(f, q.lo[axis] + k), hn::LoadU(f, p.hi[axis] + k)));
+        }
+        return meet;
+      },
+      [&](std::size_t k) HWY_ATTR { return gaps(*a.box, Poses(*a.numbers, k), *b.box, Poses(*b.numbers, k)); });
+}
+
+std::uint64_t meeting_body(const LinkInPart& a, const PlacedBox& body, const BoxArray* boxes, std::size_t count) {
+  const Floats f;
+  const Row p(*boxes, a.at);
+  const Poses pose(body.pose);
+  return bits_where(
+      count,
+      [&](std::size_t k) HWY_ATTR {
+        auto meet = hn::Le(hn::LoadU(f, p.lo[0] + k), hn::Set(f, body.world.hi[0]));
+        meet = hn::And(meet, hn::Le(hn::Set(f, body.world.lo[0]), hn::LoadU(f, p.hi[0] + k)));
+        for (std::size_t axis = 1; axis < 3; ++axis) {
+          meet = hn::And(meet, hn::Le(hn::LoadU(f, p.lo[axis] + k), hn::Set(f, body.world.hi[axis])));
+          meet = hn::And(meet, hn::Le(hn::Set(f, body.world.lo[axis]), hn::LoadU(f, p.hi[axis] + k)));
+        }
+        return meet;
+      },
+      [&](std::size_t k) HWY_ATTR { return gaps(*a.box, Poses(*a.numbers, k), body.own, pose); });
+}
+
+double lane_of(V gaps, std::size_t lane) {
+  const Floats f;
+  HWY_ALIGN float all[PoseNumbers::most_lanes];
+  hn::Store(gaps, f, all);
+  return double{all[lane]};
+}
+
+double gap_of_links(const LinkInPart& a, const LinkInPart& b, std::size_t k) {
+  const std::size_t lane = k % hn::Lanes(Floats()), at = k - lane;
+  return lane_of(gaps(*a.box, Poses(*a.numbers, at), *b.box, Poses(*b.numbers, at)), lane);
+}
+
+double gap_of_body(const LinkInPart& a, const PlacedBox& body, std::size_t k) {
+  const std::size_t lane = k % hn::Lanes(Floats()), at = k - lane;
+  return lane_of(gaps(*a.box, Poses(*a.numbers, at), body.own, Poses(body.pose)), lane);
+}
+// NOLINTEND(misc-definitions-in-headers)
 
 }  // namespace tandem::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace tandem {
-HWY_EXPORT(link_boxes);
+HWY_EXPORT(take_boxes);
+HWY_EXPORT(meeting_links);
+HWY_EXPORT(meeting_body);
+HWY_EXPORT(gap_of_links);
+HWY_EXPORT(gap_of_body);
 
 LinkBox::LinkBox(const Shape& link) : radius(link.rounding()) {
   const Bounds own = link.bounds(Pose{});
@@ -119,9 +292,55 @@ LinkBox::LinkBox(const Shape& link) : radius(link.rounding()) {
   half = half.cwiseMax(0.0);
 }
 
-bool link_boxes(const LinkBox& link, const Pose* first, std::size_t stride, std::size_t count, BoxArray& boxes,
-                std::size_t at, const Pose* next, Aabb& all) {
-  return HWY_DYNAMIC_DISPATCH(link_boxes)(&link, first, stride, count, &boxes, at, next, &all);
+PlacedBox::PlacedBox(const LinkBox& box, const Pose& at, const Aabb& in_world) : own(box), world(in_world) {
+  for (std::size_t k = 0; k < 9; ++k) pose[k] = static_cast<float>(at.rotation.data()[k]);
+  for (std::size_t k = 0; k < 3; ++k) pose[9 + k] = static_cast<float>(at.translation.data()[k]);
+}
+
+bool LinkBoxes::take(std::span<const LinkBox> links, std::span<const Pose> poses, std::size_t first, std::size_t count,
+                     const WorkLimit& limit) {
+  constexpr float inf = std::numeric_limits<float>::infinity();
+  const std::size_t n = links.size();
+  links_ = links;
+  count_ = count;
+  stride_ = (count + PoseNumbers::most_lanes - 1) / PoseNumbers::most_lanes * PoseNumbers::most_lanes;
+  if (boxes_.size() < n * stride_) boxes_.resize(n * stride_);
+  if (numbers_.size() < n * parts()) numbers_.resize(n * parts());
+  swept_.assign(n, {{inf, inf, inf}, {-inf, -inf, -inf}});
+  bool valid = true;
+  for (std::size_t part = 0; part < parts(); ++part) {
+    if (part > 0 && limit.reached()) throw WorkStopped();
+    const std::size_t at = part * PoseNumbers::count;
+    const LinkBoxRoom room{&boxes_, stride_, at, swept_.data(), numbers_.data() + part * n};
+    valid =
+        HWY_DYNAMIC_DISPATCH(take_boxes)(links.data(), n, poses.data() + (first + at) * n, poses.data() + poses.size(),
+                                         std::min(PoseNumbers::count, count - at), room) &&
+        valid;
+  }
+  return valid;
+}
+
+LinkInPart LinkBoxes::in_part(std::size_t part, std::size_t link) const {
+  return {&links_[link], &numbers_[part * links_.size() + link], link * stride_ + part * PoseNumbers::count};
+}
+
+std::uint64_t LinkBoxes::meeting(std::size_t part, std::size_t link, std::size_t other) const {
+  const std::size_t some = std::min(PoseNumbers::count, count_ - part * PoseNumbers::count);
+  return HWY_DYNAMIC_DISPATCH(meeting_links)(in_part(part, link), in_part(part, other), &boxes_, some);
+}
+
+std::uint64_t LinkBoxes::meeting(std::size_t part, std::size_t link, const PlacedBox& body) const {
+  const std::size_t some = std::min(PoseNumbers::count, count_ - part * PoseNumbers::count);
+  return HWY_DYNAMIC_DISPATCH(meeting_body)(in_part(part, link), body, &boxes_, some);
+}
+
+double LinkBoxes::gap(std::size_t k, std::size_t link, std::size_t other) const {
+  const std::size_t part = k / PoseNumbers::count;
+  return HWY_DYNAMIC_DISPATCH(gap_of_links)(in_part(part, link), in_part(part, other), k % PoseNumbers::count);
+}
+
+double LinkBoxes::gap(std::size_t k, std::size_t link, const PlacedBox& body) const {
+  return HWY_DYNAMIC_DISPATCH(gap_of_body)(in_part(k / PoseNumbers::count, link), body, k % PoseNumbers::count);
 }
 
 }  // namespace tandem

@@ -1,30 +1,94 @@
-// Boxes of a link in many poses, at a few nanoseconds each.
+// Boxes of links in many poses, at a few nanoseconds each, and which of them are near one another or a body.
 #pragma once
+#include <array>
 #include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
 
 #include "tandem/broadphase/box_array.h"
 #include "tandem/narrowphase/shape.h"
+#include "tandem/narrowphase/work_limit.h"
 
 namespace tandem {
 
-/// A box in the link's frame and a ball about each of its points: all of a sphere, capsule or box, and more than the rest.
+/// A box in the link's frame and a ball about each of its points: all of a sphere, capsule or box, and more than the
+/// rest.
 class LinkBox {
  public:
+  LinkBox() = default;  ///< a point
   explicit LinkBox(const Shape& link);
   LinkBox(const LinkBox& link, double margin) : LinkBox(link) { radius += margin; }  ///< grown by it, metres
 
-  double radius;
-  Vec3 centre, half;
+  double radius = 0;
+  Vec3 centre = Vec3::Zero(), half = Vec3::Zero();
 
   /// The farthest of its points from the origin of its frame.
   double reach() const { return half.norm() + centre.norm() + radius; }
 };
 
-/// Boxes in world axes of the link in poses first, first + stride, ..., `count` of them, into boxes[at], boxes[at + 1],
-/// ..., several at a time, and up to a vector more behind them, where there must be room. A float's last bit is added
-/// outward whether it is needed or not. `all` becomes the box of them together. False if a pose may be one that
-/// require_valid refuses. As many poses from `next` on, if it is not null, are fetched into the caches meanwhile.
-bool link_boxes(const LinkBox& link, const Pose* first, std::size_t stride, std::size_t count, BoxArray& boxes,
-                std::size_t at, const Pose* next, Aabb& all);
+/// Numbers of a link's poses: rotation and translation, four by four.
+struct alignas(64) PoseNumbers {
+  static constexpr std::size_t most_lanes = 16;  ///< of a vector
+  static constexpr std::size_t count = 64;       ///< poses, a multiple of that
+  std::array<std::array<float, 4 * count>, 3> groups;
+};
+
+/// A body's box in its own frame, where it stands, and in world axes.
+struct PlacedBox {
+  PlacedBox(const LinkBox& own, const Pose& pose, const Aabb& world);
+
+  LinkBox own;
+  std::array<float, 12> pose;  ///< rotation by columns, translation
+  Aabb world;
+};
+
+/// A link in 64 configurations: its numbers, and where its boxes begin.
+struct LinkInPart {
+  const LinkBox* box;
+  const PoseNumbers* numbers;
+  std::size_t at;
+};
+
+/// Where boxes of links in 64 configurations go: into boxes[link * stride + at ...], and all of a link's into `swept`.
+struct LinkBoxRoom {
+  BoxArray* boxes;
+  std::size_t stride, at;
+  Aabb* swept;
+  PoseNumbers* numbers;
+};
+
+/// Boxes of links in many configurations. Poses and boxes are in single precision: boxes in world axes are wider, and
+/// gaps less, by what rounding takes.
+class LinkBoxes {
+ public:
+  /// Configurations `first` to first + count - 1, poses row by row; those that follow are fetched ahead. False if a
+  /// pose may be one that require_valid refuses. Throws WorkStopped where the limit is reached. The links' boxes must
+  /// outlive the calls below.
+  bool take(std::span<const LinkBox> links, std::span<const Pose> poses, std::size_t first, std::size_t count,
+            const WorkLimit& limit);
+
+  /// In world axes; and of all configurations together.
+  Aabb box(std::size_t link, std::size_t k) const { return boxes_[link * stride_ + k]; }
+  const Aabb& swept(std::size_t link) const { return swept_[link]; }
+
+  /// Configurations are asked for 64 at a time.
+  std::size_t parts() const { return (count_ + PoseNumbers::count - 1) / PoseNumbers::count; }
+  /// Bit k: in configuration 64 * part + k the boxes, turned as they are, may touch.
+  std::uint64_t meeting(std::size_t part, std::size_t link, std::size_t other) const;
+  std::uint64_t meeting(std::size_t part, std::size_t link, const PlacedBox& body) const;
+  /// At most the distance of the two boxes, turned as they are; negative where they may touch.
+  double gap(std::size_t k, std::size_t link, std::size_t other) const;
+  double gap(std::size_t k, std::size_t link, const PlacedBox& body) const;
+
+ private:
+  LinkInPart in_part(std::size_t part, std::size_t link) const;
+
+  std::span<const LinkBox> links_;
+  std::size_t count_ = 0, stride_ = 0;  // stride: from one link's boxes to the next's
+  BoxArray boxes_;
+  std::vector<Aabb> swept_;
+  std::vector<PoseNumbers> numbers_;  // of each link in 64 configurations, then in the next
+};
 
 }  // namespace tandem

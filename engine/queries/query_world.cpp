@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
 #include "scene/tolerances.h"
 
@@ -33,6 +34,10 @@ void QueryWorld::set_box(std::uint32_t index) {
     boxes_.set(index, outward_box(shape(index), poses_[index], 0));
 }
 
+void QueryWorld::set_own_box(std::uint32_t index) {
+  if (ids_[index] != BodyId{} && shape(index).is_bounded()) own_boxes_[index] = LinkBox(shape(index));
+}
+
 void QueryWorld::copy_shapes(const Scene& scene) {
   shapes_.assign(scene.shapes().begin(), scene.shapes().end());
   shape_changes_ = SceneChanges::shape_changes(scene);
@@ -50,12 +55,15 @@ void QueryWorld::copy_all(const Scene& scene) {
   versions_.assign(versions.begin(), versions.end());
   ids_.resize(size);
   boxes_.resize(size);
-  tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, static_cast<std::uint32_t>(size), 1024), [&](const auto& block) {
-    for (std::uint32_t i = block.begin(); i != block.end(); ++i) {
-      ids_[i] = scene.alive(i) ? scene.id(i) : BodyId{};
-      set_box(i);
-    }
-  });
+  own_boxes_.resize(size);
+  tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, static_cast<std::uint32_t>(size), 1024),
+                    [&](const auto& block) {
+                      for (std::uint32_t i = block.begin(); i != block.end(); ++i) {
+                        ids_[i] = scene.alive(i) ? scene.id(i) : BodyId{};
+                        set_box(i);
+                        set_own_box(i);
+                      }
+                    });
 }
 
 void QueryWorld::build() {
@@ -70,18 +78,20 @@ void QueryWorld::build() {
 
 // False: some of what changed has no place in the hierarchy.
 bool QueryWorld::copy_changed(const Scene& scene) {
-  if (SceneChanges::shape_changes(scene) != shape_changes_) copy_shapes(scene);
+  const bool other_shapes = SceneChanges::shape_changes(scene) != shape_changes_;
+  if (other_shapes) copy_shapes(scene);
   bool have_places = true;
   for (const std::uint32_t i : changed_) {
     const bool bounded_before = placed_[i] != 0;
-    shape_[i] = scene.shape_indices()[i];
+    const std::uint32_t old_shape = std::exchange(shape_[i], scene.shape_indices()[i]);
     poses_[i] = scene.poses()[i];
     groups_[i] = scene.groups()[i];
     masks_[i] = scene.masks()[i];
     static_[i] = scene.is_static()[i];
     const bool was_unbounded = ids_[i] != BodyId{} && !bounded_before;
-    ids_[i] = scene.alive(i) ? scene.id(i) : BodyId{};
+    const BodyId old_id = std::exchange(ids_[i], scene.alive(i) ? scene.id(i) : BodyId{});
     set_box(i);
+    if (other_shapes || old_shape != shape_[i] || old_id != ids_[i]) set_own_box(i);
     const bool is_unbounded = ids_[i] != BodyId{} && !shape(i).is_bounded();
     have_places = have_places && bounded_before && !was_unbounded && !is_unbounded;
   }
@@ -122,7 +132,8 @@ UpdateReport QueryWorld::update(const Scene& scene) {
 std::size_t QueryWorld::memory() const {
   const auto bytes = [](const auto& list) { return list.capacity() * sizeof(*list.data()); };
   return bytes(shapes_) + bytes(shape_) + bytes(groups_) + bytes(masks_) + bytes(versions_) + bytes(unbounded_) +
-         bytes(poses_) + bytes(ids_) + bytes(static_) + bytes(placed_) + bytes(changed_) + boxes_.memory() + tree_.memory();
+         bytes(poses_) + bytes(own_boxes_) + bytes(ids_) + bytes(static_) + bytes(placed_) + bytes(changed_) +
+         boxes_.memory() + tree_.memory();
 }
 
 }  // namespace tandem

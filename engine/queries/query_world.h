@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "queries/link_boxes.h"
 #include "scene/scene_changes.h"
 #include "tandem/broadphase/box_queries.h"
 #include "tandem/engine/scene_queries.h"
@@ -23,6 +24,8 @@ class QueryWorld {
   const Pose& pose(std::uint32_t index) const { return poses_[index]; }
   BodyId id(std::uint32_t index) const { return ids_[index]; }
   Aabb box(std::uint32_t index) const { return boxes_[index]; }
+  /// Of a body with a box.
+  PlacedBox placed_box(std::uint32_t index) const { return {own_boxes_[index], poses_[index], boxes_[index]}; }
   bool has(BodyId id) const { return id.index() < ids_.size() && ids_[id.index()] == id; }
   std::uint32_t group(std::uint32_t index) const { return groups_[index]; }
   std::uint32_t mask(std::uint32_t index) const { return masks_[index]; }
@@ -39,13 +42,15 @@ class QueryWorld {
   void copy_all(const Scene& scene);
   void build();
   void set_box(std::uint32_t index);
+  void set_own_box(std::uint32_t index);
 
   SceneChanges::HistoryName history_;
   std::uint64_t shape_changes_ = 0;
   std::vector<Shape> shapes_;
   std::vector<std::uint32_t> shape_, groups_, masks_, versions_, unbounded_;
   std::vector<Pose> poses_;
-  std::vector<BodyId> ids_;  // "no body" where none is alive
+  std::vector<LinkBox> own_boxes_;  // in the bodies' frames
+  std::vector<BodyId> ids_;         // "no body" where none is alive
   std::vector<std::uint8_t> static_;
   std::vector<std::uint8_t> placed_;  // had a box when the tree was built
   std::vector<std::uint32_t> changed_;

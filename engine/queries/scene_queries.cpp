@@ -6,6 +6,7 @@
 #include <string>
 
 #include "queries/configuration_check.h"
+#include "queries/limit_watch.h"
 #include "queries/query_world.h"
 #include "scene/swept_boxes.h"
 #include "scene/tolerances.h"
@@ -48,23 +49,34 @@ struct SceneQueries::Impl {
   /// `enough(index)` ended it.
   template <class Enough>
   bool each_candidate(const Aabb& box, const QueryFilter& filter, Enough&& enough) const {
+    LimitWatch watch(options.limit);
+    const auto is_last = [&](std::uint32_t index) {
+      watch.spend(LimitWatch::a_candidate);
+      return world.admits(filter, index) && enough(index, watch);
+    };
     for (const std::uint32_t index : world.unbounded())
-      if (world.admits(filter, index) && enough(index)) return false;
-    Until until([&](std::uint32_t index) { return world.admits(filter, index) && enough(index); });
+      if (is_last(index)) return false;
+    Until until(is_last);
     return world.tree().visit_overlapping(box, until);
   }
 
-  PairAnswer solve(const Shape& shape, const Pose& pose, std::uint32_t index, Request request) const {
+  PairAnswer solve(const Shape& shape, const Pose& pose, std::uint32_t index, Request request,
+                   LimitWatch& watch) const {
+    watch.spend(LimitWatch::a_pair);
     return unless_stopped(narrow.solve(shape, pose, world.shape(index), world.pose(index), request));
   }
 
-  PairAnswer distance(const Shape& shape, const Pose& pose, std::uint32_t index, double cutoff) const {
+  PairAnswer distance(const Shape& shape, const Pose& pose, std::uint32_t index, double cutoff,
+                      LimitWatch& watch) const {
+    watch.spend(LimitWatch::a_pair);
     return unless_stopped(narrow.distance_within(shape, pose, world.shape(index), world.pose(index), cutoff));
   }
 
   NarrowPhaseOptions options;
   NarrowPhase narrow;
   QueryWorld world;
+  CheckMemory memory;
+  Pool<std::vector<std::uint32_t>> tried;
 };
 
 SceneQueries::SceneQueries(const Scene& scene, const NarrowPhaseOptions& options)
@@ -82,9 +94,9 @@ std::size_t SceneQueries::memory() const { return impl_->world.memory(); }
 bool SceneQueries::collides(const Shape& shape, const Pose& pose, double margin, const QueryFilter& filter) const {
   require_valid(pose, "query");
   require_margin(margin);
-  return !impl_->each_candidate(outward_box(shape, pose, margin), filter, [&](std::uint32_t index) {
-    return margin == 0 ? impl_->solve(shape, pose, index, Request::collide).collide
-                       : !impl_->distance(shape, pose, index, margin).farther;
+  return !impl_->each_candidate(outward_box(shape, pose, margin), filter, [&](std::uint32_t index, LimitWatch& watch) {
+    return margin == 0 ? impl_->solve(shape, pose, index, Request::collide, watch).collide
+                       : !impl_->distance(shape, pose, index, margin, watch).farther;
   });
 }
 
@@ -92,8 +104,8 @@ void SceneQueries::hits(const Shape& shape, const Pose& pose, std::vector<BodyId
                         const QueryFilter& filter) const {
   require_valid(pose, "query");
   const auto first = static_cast<std::ptrdiff_t>(bodies.size());
-  impl_->each_candidate(outward_box(shape, pose, 0), filter, [&](std::uint32_t index) {
-    if (impl_->solve(shape, pose, index, Request::collide).collide) bodies.push_back(impl_->world.id(index));
+  impl_->each_candidate(outward_box(shape, pose, 0), filter, [&](std::uint32_t index, LimitWatch& watch) {
+    if (impl_->solve(shape, pose, index, Request::collide, watch).collide) bodies.push_back(impl_->world.id(index));
     return false;
   });
   std::sort(bodies.begin() + first, bodies.end(), [](BodyId a, BodyId b) { return a.index() < b.index(); });
@@ -110,19 +122,21 @@ std::optional<Hit> SceneQueries::nearest(const Shape& shape, const Pose& pose, d
     const Pose& pose;
     const QueryFilter& filter;
     double limit;
+    LimitWatch watch;
     std::optional<Hit> best;
 
     Nearest(const Impl& i, const Shape& s, const Pose& p, const QueryFilter& f, double cutoff)
-        : impl(i), shape(s), pose(p), filter(f), limit(cutoff) {}
+        : impl(i), shape(s), pose(p), filter(f), limit(cutoff), watch(i.options.limit) {}
 
     double visit(std::uint32_t index, double) override {
+      watch.spend(LimitWatch::a_candidate);
       if (impl.world.admits(filter, index)) {
-        const PairAnswer answer = impl.distance(shape, pose, index, farthest_wanted());
+        const PairAnswer answer = impl.distance(shape, pose, index, farthest_wanted(), watch);
         if (answer.farther) return farthest_wanted();
         const double d = answer.signed_distance;
-        const bool nearer = best ? d < best->answer.signed_distance ||
-                                       (d == best->answer.signed_distance && index < best->body.index())
-                                 : d <= limit;
+        const bool nearer =
+            best ? d < best->answer.signed_distance || (d == best->answer.signed_distance && index < best->body.index())
+                 : d <= limit;
         if (nearer) best = Hit{impl.world.id(index), answer};
       }
       return farthest_wanted();
@@ -143,12 +157,13 @@ void SceneQueries::within(const Shape& shape, const Pose& pose, double margin, s
   require_valid(pose, "query");
   require_margin(margin);
   const auto first = static_cast<std::ptrdiff_t>(hits.size());
-  impl_->each_candidate(outward_box(shape, pose, margin), filter, [&](std::uint32_t index) {
-    const PairAnswer answer = impl_->distance(shape, pose, index, margin);
+  impl_->each_candidate(outward_box(shape, pose, margin), filter, [&](std::uint32_t index, LimitWatch& watch) {
+    const PairAnswer answer = impl_->distance(shape, pose, index, margin, watch);
     if (!answer.farther) hits.push_back({impl_->world.id(index), answer});
     return false;
   });
-  std::sort(hits.begin() + first, hits.end(), [](const Hit& a, const Hit& b) { return a.body.index() < b.body.index(); });
+  std::sort(hits.begin() + first, hits.end(),
+            [](const Hit& a, const Hit& b) { return a.body.index() < b.body.index(); });
 }
 
 void SceneQueries::contacts(const Shape& shape, const Pose& pose, double margin, std::vector<ContactHit>& hits,
@@ -157,16 +172,19 @@ void SceneQueries::contacts(const Shape& shape, const Pose& pose, double margin,
   NarrowPhaseOptions options = impl_->options;
   options.margin = margin;
   const NarrowPhase narrow(options);  // refuses a bad margin
-  // Those that may touch, then those that do: in the caller's list, so that nothing is allocated once it is large enough.
+  // Those that may touch, then those that do: in the caller's list, so that nothing is allocated once it is large
+  // enough.
   const auto first = static_cast<std::ptrdiff_t>(hits.size());
-  impl_->each_candidate(outward_box(shape, pose, margin), filter, [&](std::uint32_t index) {
+  impl_->each_candidate(outward_box(shape, pose, margin), filter, [&](std::uint32_t index, LimitWatch&) {
     hits.push_back({impl_->world.id(index), {}, 0, 0});
     return false;
   });
   std::sort(hits.begin() + first, hits.end(),
             [](const ContactHit& a, const ContactHit& b) { return a.body.index() < b.body.index(); });
+  LimitWatch watch(impl_->options.limit);
   for (auto hit = hits.begin() + first; hit != hits.end(); ++hit) {
     const std::uint32_t index = hit->body.index();
+    watch.spend(LimitWatch::a_pair);
     hit->first = contacts.size();
     hit->answer = unless_stopped(
         narrow.solve(shape, pose, impl_->world.shape(index), impl_->world.pose(index), Request::contacts, &contacts));
@@ -180,8 +198,10 @@ std::optional<Impact> SceneQueries::cast(const Shape& shape, const Motion& motio
   require_valid(motion.from, "motion: from");
   require_valid(motion.to, "motion: to");
   std::optional<Impact> best;
-  std::vector<std::uint32_t> tried;  // sorted
-  const auto attempt = [&](std::uint32_t index) {
+  const Pool<std::vector<std::uint32_t>>::Lease lease(impl_->tried);
+  std::vector<std::uint32_t>& tried = *lease;  // sorted
+  tried.clear();
+  const auto attempt = [&](std::uint32_t index, LimitWatch&) {
     const auto place = std::lower_bound(tried.begin(), tried.end(), index);
     if (place != tried.end() && *place == index) return false;
     tried.insert(place, index);
@@ -253,19 +273,20 @@ void SceneQueries::within(BodyId body, double margin, std::vector<Hit>& hits) co
 void SceneQueries::check(std::span<const Shape> links, std::span<const Pose> poses, const PairTable& self,
                          std::span<Verdict> verdicts, const BatchOptions& options) const {
   require_margin(options.margin);
-  ConfigurationCheck(impl_->world, impl_->options, links, poses, self, options).verdicts(verdicts);
+  ConfigurationCheck(impl_->world, impl_->options, links, poses, self, options, impl_->memory).verdicts(verdicts);
 }
 
 void SceneQueries::first_hits(std::span<const Shape> links, std::span<const Pose> poses, const PairTable& self,
                               std::span<FirstHit> hits, const BatchOptions& options) const {
   require_margin(options.margin);
-  ConfigurationCheck(impl_->world, impl_->options, links, poses, self, options).first_hits(hits);
+  ConfigurationCheck(impl_->world, impl_->options, links, poses, self, options, impl_->memory).first_hits(hits);
 }
 
 void SceneQueries::clearance(std::span<const Shape> links, std::span<const Pose> poses, const PairTable& self,
                              std::span<double> distances, double cutoff, const BatchOptions& options) const {
   if (!(cutoff >= 0)) throw std::invalid_argument("cutoff: " + std::to_string(cutoff) + " is not >= 0");
-  ConfigurationCheck(impl_->world, impl_->options, links, poses, self, options).clearances(distances, cutoff);
+  ConfigurationCheck(impl_->world, impl_->options, links, poses, self, options, impl_->memory)
+      .clearances(distances, cutoff);
 }
 
 }  // namespace tandem

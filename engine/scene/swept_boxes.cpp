@@ -59,20 +59,20 @@ Aabb swept_box(const Shape& shape, const Motion& motion) {
 
 SweptBoxes::SweptBoxes(const Shape& shape, const Motion& motion) {
   if (!shape.is_bounded()) {
-    boxes_.push_back(everywhere);
+    boxes_[size_++] = everywhere;
     return;
   }
   const Bounds own = shape.bounds(Pose{});
   const Bound bound = bound_of(motion, reach_of(shape));
-  constexpr double most_stretches = 64;
-  const double length = std::max((own.hi - own.lo).maxCoeff(), bound.path / most_stretches);
-  const auto stretches = static_cast<std::size_t>(length > 0 ? std::clamp(std::ceil(bound.path / length), 1.0, most_stretches) : 1);
+  const double length = std::max((own.hi - own.lo).maxCoeff(), bound.path / double{most});
+  const auto stretches =
+      static_cast<std::size_t>(length > 0 ? std::clamp(std::ceil(bound.path / length), 1.0, double{most}) : 1);
   const double dt = 1 / static_cast<double>(stretches);
   const double bulge = bound.acceleration * dt * dt / 8;
   Bounds last = shape.bounds(pose_at(motion, 0));
   for (std::size_t i = 1; i <= stretches; ++i) {
     const Bounds next = shape.bounds(pose_at(motion, static_cast<double>(i) / static_cast<double>(stretches)));
-    boxes_.push_back(joined(last, next, bulge));
+    boxes_[size_++] = joined(last, next, bulge);
     last = next;
   }
 }

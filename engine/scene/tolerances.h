@@ -27,9 +27,14 @@ inline constexpr double bounds_meet = 1e-14;
 /// nearer does not show. Less: more rounds, of points in one place.
 inline constexpr double nearest_beside = 2e-8;
 
-/// How far a link's rotation may be from orthonormal before its pose is looked at more closely: the narrow phase's
-/// `skew_allowed`, which is private to it, and decides. Less: valid poses are looked at twice. More: bad ones pass.
-inline constexpr double skew_of_links = 2e-6;
+/// How far a link's rotation may be from orthonormal, in single precision, before its pose is looked at more closely: the
+/// narrow phase's `skew_allowed`, which is private to it and decides, is more by 6 epsilon of floats, of which rounding
+/// takes 3. Less: valid poses are looked at twice. More: bad ones pass.
+inline constexpr double skew_of_links = 1.2e-6;
+/// Of a gap between two boxes that are turned, in single precision, relative to what they reach and are apart by: twice
+/// what rounding (1e-6) and rotations that are off by 2e-6 each make of it. Less: a touch is passed over. More: pairs are
+/// looked at that are apart.
+inline constexpr double gap_of_floats = 2e-5;
 /// A hierarchy of queries is built anew when refits have made the surface of its lowest nodes larger by this factor. More:
 /// queries meet that many more boxes. Less: builds, which cost ten refits, for bodies that come back.
 inline constexpr double worn_hierarchy = 1.5;

@@ -1,10 +1,16 @@
 // The first touch of two bodies that move on screws: conservative advancement (Mirtich, Impulse-based dynamic
 // simulation of rigid body systems, 1996), best first over the hierarchies of meshes.
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <functional>
 #include <limits>
+#include <memory_resource>
 #include <queue>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 #include "boxes/box_box.h"
 #include "convex/feature_normals.h"
@@ -16,6 +22,8 @@
 
 namespace tandem {
 namespace {
+
+constexpr std::size_t usual_items = 128;  // that wait; more take memory
 
 /// Two bodies on their paths.
 class ScrewSweep {
@@ -38,7 +46,11 @@ class ScrewSweep {
   FirstTouch first() {
     FirstTouch best;
     best.t = never;
-    std::priority_queue<Item> queue;
+    alignas(Item) std::array<std::byte, usual_items * sizeof(Item)> usual;
+    std::pmr::monotonic_buffer_resource memory(usual.data(), usual.size());
+    std::pmr::vector<Item> room(&memory);
+    room.reserve(usual_items);
+    std::priority_queue<Item, std::pmr::vector<Item>> queue(std::less<Item>(), std::move(room));
     const auto push = [&](std::uint32_t x, std::uint32_t y, double from) {
       if (const double t = boxes_meet(x, y, from, std::min(best.t, 1.0)); t < best.t) queue.push({t, x, y});
     };

@@ -16,6 +16,7 @@
 namespace {
 
 std::atomic<std::uint64_t> allocations{0};
+std::atomic<std::uint64_t> aligned_allocations{0};  // also what contacts of large patches of two meshes take as they go
 
 }  // namespace
 
@@ -24,6 +25,14 @@ void* operator new(std::size_t size) {
   if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
   throw std::bad_alloc();
 }
+void* operator new(std::size_t size, std::align_val_t alignment) {
+  aligned_allocations.fetch_add(1, std::memory_order_relaxed);
+  const auto unit = static_cast<std::size_t>(alignment);
+  if (void* memory = std::aligned_alloc(unit, (size + unit - 1) / unit * unit)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
 void operator delete(void* memory) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
@@ -107,4 +116,61 @@ TEST_CASE("queries: a tool that glides over ground, near and touching, allocates
     }
     CHECK(least == 0);
   }
+}
+
+TEST_CASE("queries: batches of configurations, motions and casts allocate nothing after the first round") {
+  Scene scene;
+  const Shape torus(test::torus(0.3, 0.1, 24, 12));
+  const std::vector<Shape> kinds{Box{{0.4, 0.3, 0.2}}, Cylinder{0.2, 0.4}, Sphere{0.2}, torus};
+  for (std::size_t i = 0; i < 60; ++i) {
+    const double t = static_cast<double>(i);
+    scene.add_body({.shape = scene.add_shape(kinds[i % kinds.size()]),
+                    .pose = {Quat(Eigen::AngleAxisd(t, Vec3::UnitZ())).toRotationMatrix(),
+                             {2 * std::sin(7 * t), 2 * std::cos(11 * t), 2 * std::sin(13 * t)}},
+                    .is_static = true});
+  }
+  scene.add_body({.shape = scene.add_shape(HalfSpace{{0, 0, 1}, -2.2}), .is_static = true});
+  const SceneQueries queries(scene);
+  // How deep a link is in a mesh is proven, which takes memory as it goes.
+  QueryFilter no_mesh;
+  no_mesh.admits = [&](BodyId body) { return scene.shape_of(body.index()).is_convex(); };
+  BatchOptions convex_bodies;
+  convex_bodies.filter = no_mesh;
+  const std::vector<Shape> links{Capsule{0.1, 0.5}, Box{{0.2, 0.2, 0.5}}, Capsule{0.05, 0.4}};
+  PairTable self(3, 3, true);
+  constexpr std::size_t a_motion = 20, motions = 30;
+  std::vector<Pose> poses;
+  for (std::size_t i = 0; i < a_motion * motions; ++i)
+    for (std::size_t link = 0; link < links.size(); ++link) {
+      const double t = 0.02 * static_cast<double>(i) + 2.1 * static_cast<double>(link);
+      poses.push_back({Quat(Eigen::AngleAxisd(t, Vec3::UnitX())).toRotationMatrix(),
+                       {1.5 * std::sin(3 * t), 1.5 * std::cos(2 * t), std::sin(t)}});
+    }
+  std::vector<Verdict> verdicts(a_motion * motions), of_motions(motions);
+  std::vector<FirstHit> hits(a_motion * motions), hits_of_motions(motions);
+  std::vector<double> clearances(a_motion * motions);
+  BatchOptions in_motions;
+  in_motions.configurations_a_motion = a_motion;
+  std::size_t touched = 0;
+  const auto round = [&] {
+    queries.check(links, poses, self, verdicts);
+    queries.check(links, poses, self, of_motions, in_motions);
+    queries.first_hits(links, poses, self, hits);
+    queries.first_hits(links, poses, self, hits_of_motions, in_motions);
+    queries.clearance(links, poses, self, clearances, 10, convex_bodies);
+    for (std::size_t i = 0; i + links.size() < poses.size(); i += 50 * links.size())
+      touched += queries.cast(links[0], {poses[i], poses[i + links.size()]}, no_mesh).has_value();
+  };
+  round();
+  const auto hit = static_cast<std::size_t>(std::count(verdicts.begin(), verdicts.end(), Verdict::hit));
+  CHECK(hit > 50);
+  CHECK(hit < verdicts.size() - 50);
+  CHECK(touched > 0);
+  std::uint64_t least = UINT64_MAX;
+  for (int again = 0; again < 3 && least != 0; ++again) {
+    const std::uint64_t before = allocations.load() + aligned_allocations.load();
+    round();
+    least = std::min(least, allocations.load() + aligned_allocations.load() - before);
+  }
+  CHECK(least == 0);
 }

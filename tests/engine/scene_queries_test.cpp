@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "catch.h"
@@ -414,6 +415,128 @@ TEST_CASE("configurations: what the deadline or a stop leaves out is unknown, ne
   options.stop = stop.get_token();
   queries.check(links, poses, {}, verdicts, options);
   CHECK(std::count(verdicts.begin(), verdicts.end(), Verdict::unknown) == 1000);
+}
+
+namespace {
+
+/// Ends at a given glance, and counts what is done between two glances and after the last.
+struct CountedLimit {
+  WorkLimit limit;
+  QueryFilter filter;
+  std::size_t end = std::numeric_limits<std::size_t>::max(), looks = 0, since = 0, most = 0, after = 0;
+
+  CountedLimit() {
+    limit.ended = [this] {
+      most = std::max(most, since);
+      since = 0;
+      return ++looks >= end;
+    };
+    filter.admits = [this](BodyId) {
+      ++since;
+      after += looks >= end;
+      return true;
+    };
+  }
+  CountedLimit(const CountedLimit&) = delete;
+  CountedLimit& operator=(const CountedLimit&) = delete;
+  void begin(std::size_t at) { end = at, looks = since = most = after = 0; }
+};
+
+}  // namespace
+
+TEST_CASE("queries: the limit is looked at every few bodies, and nothing is begun once it is reached") {
+  Scene scene;
+  Random random(55);
+  const std::vector<Shape> kinds{Box{{1, 1, 1}}, Capsule{0.3, 1}, Cylinder{0.4, 1}, Sphere{0.5}};
+  for (std::size_t i = 0; i < 3000; ++i)
+    scene.add_body({.shape = scene.add_shape(kinds[i % 4]), .pose = random_pose(random, 1)});
+  CountedLimit counted;
+  const SceneQueries queries(scene, {.limit = &counted.limit});
+  const Shape probe = Capsule{0.1, 0.5};
+  const Pose pose = Pose::at(0.1, 0.2, 0.3);
+  std::vector<BodyId> bodies;
+  std::vector<Hit> hits;
+  std::vector<ContactHit> contact_hits;
+  std::vector<Contact> contacts;
+  const std::vector<std::function<void()>> singles{
+      [&] { queries.hits(probe, pose, bodies, counted.filter); },
+      [&] { queries.within(probe, pose, 0.5, hits, counted.filter); },
+      [&] { queries.nearest(probe, pose, infinity, counted.filter); },
+      [&] { queries.contacts(probe, pose, 0.1, contact_hits, contacts, counted.filter); },
+      [&] { queries.cast(probe, {Pose::at(-9, 0, 0), pose}, counted.filter); }};
+  for (std::size_t i = 0; i < singles.size(); ++i) {
+    CAPTURE(i);
+    counted.begin(std::numeric_limits<std::size_t>::max());
+    singles[i]();
+    CHECK(counted.looks > 5);
+    CHECK(counted.most <= 64);
+    for (const std::size_t at : {1, 4}) {
+      counted.begin(at);
+      CHECK_THROWS_AS(singles[i](), WorkStopped);
+      CHECK(counted.after == 0);
+    }
+  }
+
+  const std::vector<Shape> links{probe, Box{{0.3, 0.3, 0.3}}};
+  constexpr std::size_t configurations = 4000;
+  std::vector<Pose> poses;
+  for (std::size_t i = 0; i < 2 * configurations; ++i)
+    poses.push_back(i % 40 < 38 ? Pose::at(50, 0, static_cast<double>(i % 2)) : random_pose(random, 1));
+  std::vector<Verdict> verdicts(configurations), whole(configurations), motions(configurations / 20);
+  std::vector<FirstHit> first(configurations);
+  std::vector<double> distances(configurations);
+  BatchOptions options, in_motions;
+  options.filter = in_motions.filter = counted.filter;
+  in_motions.configurations_a_motion = 20;
+  counted.begin(std::numeric_limits<std::size_t>::max());
+  queries.check(links, poses, {}, whole, options);
+  const auto unknown = [](const auto& all) { return std::count(all.begin(), all.end(), Verdict::unknown); };
+  CHECK(unknown(whole) == 0);
+  CHECK(counted.most <= 64);
+  tbb::task_arena(1).execute([&] {
+    for (const std::size_t at : {1, 20}) {
+      // After the glance that ends it: one of each block that is under way, nothing of a body.
+      const auto ended = [&] { return counted.after == 0 && counted.looks <= at + 2; };
+      counted.begin(at);
+      queries.check(links, poses, {}, verdicts, options);
+      CHECK(ended());
+      CHECK(unknown(verdicts) > 100);
+      for (std::size_t i = 0; i < configurations; ++i)
+        if (verdicts[i] != Verdict::unknown) REQUIRE(verdicts[i] == whole[i]);
+      counted.begin(at);
+      queries.check(links, poses, {}, motions, in_motions);
+      CHECK(ended());
+      CHECK(unknown(motions) > 10);
+      counted.begin(at);
+      queries.first_hits(links, poses, {}, first, options);
+      CHECK(ended());
+      CHECK(std::any_of(first.begin(), first.end(), [](const FirstHit& h) { return h.verdict == Verdict::unknown; }));
+      counted.begin(at);
+      queries.clearance(links, poses, {}, distances, infinity, options);
+      CHECK(ended());
+      CHECK(std::count(distances.begin(), distances.end(), -infinity) > 100);
+    }
+  });
+}
+
+TEST_CASE("queries: a filter may ask the same scene of its own") {
+  World world(12, 60);
+  const SceneQueries queries(world.scene);
+  Random random(3);
+  const std::vector<Shape> links{Capsule{0.2, 1}, Box{{0.4, 0.3, 0.8}}}, others{Sphere{0.3}};
+  const PairTable self(2, 2, true);
+  std::vector<Pose> poses;
+  for (int i = 0; i < 400; ++i) poses.push_back(random_pose(random, 6));
+  std::vector<Verdict> plain(200), nested(200);
+  queries.check(links, poses, self, plain);
+  BatchOptions options;
+  options.filter.admits = [&](BodyId) {
+    Verdict inner = Verdict::unknown;
+    queries.check(others, std::span(poses).first(1), {}, std::span(&inner, 1));
+    return inner != Verdict::unknown;
+  };
+  queries.check(links, poses, self, nested, options);
+  CHECK(plain == nested);
 }
 
 TEST_CASE("queries: a stop and the limit reach into pairs of meshes, and nothing of them is told") {

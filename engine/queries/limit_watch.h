@@ -1,0 +1,31 @@
+// How often a query asks whether its time is over.
+#pragma once
+#include "tandem/narrowphase/work_limit.h"
+
+namespace tandem {
+
+/// Looks at the limit before the first piece of work and then after some microseconds of it: a pair may take one, a
+/// body that is left out a few dozen nanoseconds. Pairs with meshes look themselves while they are worked on.
+class LimitWatch {
+ public:
+  static constexpr unsigned a_candidate = 1, a_pair = 16, between_looks = 64;
+
+  /// Null: no limit.
+  explicit LimitWatch(const WorkLimit* limit = nullptr) : limit_(limit) {}
+
+  /// Before work of so many units; throws WorkStopped once the limit is reached.
+  void spend(unsigned units) {
+    if (limit_ == nullptr) return;
+    if (units > left_) {
+      left_ = between_looks;
+      if (limit_->reached()) throw WorkStopped();
+    }
+    left_ -= units;
+  }
+
+ private:
+  const WorkLimit* limit_;
+  unsigned left_ = 0;
+};
+
+}  // namespace tandem
