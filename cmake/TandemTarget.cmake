@@ -57,7 +57,7 @@ function(tandem_flags target)
   get_target_property(sources ${target} SOURCES)
   foreach(source IN LISTS sources)
     get_filename_component(path ${source} ABSOLUTE)
-    if(path MATCHES "\\.cpp$")
+    if(path MATCHES "\\.cpp$" AND EXISTS ${path})  # what is generated is no kernel
       file(STRINGS ${path} kernel REGEX "hwy/foreach_target.h" LIMIT_COUNT 1)
       if(kernel)
         set_source_files_properties(${path} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
