@@ -38,8 +38,16 @@ double heap() {
   return static_cast<double>(now.uordblks + now.hblkhd);
 }
 
-/// Bytes a body: the scene; a pipeline after some steps that move all, without the list of its answer, on one thread and
-/// on two; the list, a contact.
+/// As scene and pipeline tell it, bytes a body.
+nlohmann::json by_part(const SceneMemory& scene, const PipelineMemory& pipeline, double bodies) {
+  const auto each = [bodies](std::size_t bytes) { return static_cast<double>(bytes) / bodies; };
+  return {{"scene_bodies", each(scene.bodies)},       {"scene_shapes", each(scene.shapes)},
+          {"pipeline_bodies", each(pipeline.bodies)}, {"broad_phase", each(pipeline.broad_phase)},
+          {"executor", each(pipeline.executor)},      {"contacts", each(pipeline.contacts)}};
+}
+
+/// Bytes a body: the scene; a pipeline after some steps that move all, without the list of its answer, on one thread
+/// and on two; the list, a contact.
 nlohmann::json memory_of(std::size_t bodies) {
   const double empty = heap();
   Scene scene = make_builtin_scene("grains", bodies);
@@ -49,8 +57,8 @@ nlohmann::json memory_of(std::size_t bodies) {
   constexpr int steps = 12;  // the list of candidates is made in the third
   for (const int threads : {1, 2}) {
     const double before = heap();
-    Pipeline pipeline({.executor = threads == 1 ? ExecutorKind::sequential : ExecutorKind::flowgraph,
-                       .threads = threads});
+    Pipeline pipeline(
+        {.executor = threads == 1 ? ExecutorKind::sequential : ExecutorKind::flowgraph, .threads = threads});
     for (int step = 0; step < steps; ++step) {
       const auto poses = scene.poses();
       for (std::uint32_t i = 0; i < scene.indices(); ++i) {
@@ -64,8 +72,8 @@ nlohmann::json memory_of(std::size_t bodies) {
     const ContactList& list = pipeline.contacts();
     const double answers =
         static_cast<double>(list.pairs.capacity() * sizeof(PairResult) + list.contacts.capacity() * sizeof(Contact));
-    out[threads == 1 ? "pipeline_bytes_a_body" : "pipeline_bytes_a_body_two_threads"] =
-        (heap() - before - answers) / n;
+    out[threads == 1 ? "pipeline_bytes_a_body" : "pipeline_bytes_a_body_two_threads"] = (heap() - before - answers) / n;
+    if (threads == 1) out["bytes_a_body_by_part"] = by_part(scene.memory(), pipeline.memory(), n);
   }
   return out;
 }
@@ -162,7 +170,8 @@ std::vector<Row> grains_bench(const Settings& settings) {
   std::vector<Row> rows;
   fmt::print(
       "Spheres in a box, each with a radius of its own; ms a step, contacts computed; on one thread of the processor.\n"
-      "ahead: time of a stretch of the cell list that makes the same list, and of the one that tells depths alone, over\n"
+      "ahead: time of a stretch of the cell list that makes the same list, and of the one that tells depths alone, "
+      "over\n"
       "that of the same poses; median, p10 and p90.\n"
       "{:<9} {:<18} {:>7} {:>9} {:>9} {:>9} {:>24} {:>24} {:>10}  {}\n",
       "grains", "contestant", "threads", "median", "p10", "p90", "ahead, same list", "ahead, depths", "pairs", "hash");
@@ -186,8 +195,7 @@ std::vector<Row> grains_bench(const Settings& settings) {
       }
       fmt::print("{:<9} {:<18} {:>7} {:>9.3f} {:>9.3f} {:>9.3f} {:>24} {:>24} {:>10}  {}\n", size, all[i]->name(),
                  all[i]->threads(), 1e-6 * tally.time.median(), 1e-6 * tally.time.quantile(0.1),
-                 1e-6 * tally.time.quantile(0.9), spread(ahead), spread(ahead_of_depths), tally.pairs,
-                 hex(tally.hash));
+                 1e-6 * tally.time.quantile(0.9), spread(ahead), spread(ahead_of_depths), tally.pairs, hex(tally.hash));
       Row row{"grains",
               "grains",
               all[i]->name(),
@@ -206,6 +214,10 @@ std::vector<Row> grains_bench(const Settings& settings) {
     fmt::print("bytes a body: scene {:.0f}, pipeline {:.0f} ({:.0f} of two threads) and {} a contact\n",
                memory["scene_bytes_a_body"].get<double>(), memory["pipeline_bytes_a_body"].get<double>(),
                memory["pipeline_bytes_a_body_two_threads"].get<double>(), memory["bytes_a_contact"].get<int>());
+    fmt::print("as they tell it:");
+    for (const auto& [part, bytes] : memory["bytes_a_body_by_part"].items())
+      fmt::print(" {} {:.0f}", part, bytes.get<double>());
+    fmt::print("\n");
   }
   return rows;
 }

@@ -120,8 +120,28 @@ struct StepTimes {
   double detect_ms, response_ms;
 };
 
+void write_memory(JsonWriter& out, const SceneMemory& scene, const PipelineMemory& pipeline) {
+  out.key("memory_bytes")
+      .begin_object()
+      .member("scene_bodies", scene.bodies)
+      .member("scene_shapes", scene.shapes)
+      .member("scene_shape_names", scene.shape_names)
+      .member("pipeline_bodies", pipeline.bodies)
+      .member("broad_phase", pipeline.broad_phase)
+      .member("executor", pipeline.executor)
+      .member("kept_answers", pipeline.kept_answers)
+      .member("contacts", pipeline.contacts)
+      .member("total", scene.total() + pipeline.total())
+      .end_object();
+}
+
+struct StepMemory {
+  SceneMemory scene;
+  PipelineMemory pipeline;
+};
+
 void write_step(JsonWriter& out, const PipelineOptions& options, const StepReport& report,
-                const ResponseReport& response, const StepTimes& times) {
+                const ResponseReport& response, const StepTimes& times, const StepMemory& memory) {
   const ExecutionReport& execution = report.execution;
   out.begin_object()
       .member("step", report.step)
@@ -159,6 +179,7 @@ void write_step(JsonWriter& out, const PipelineOptions& options, const StepRepor
       .member("share", execution.busy_ms > 0 ? serial.sum() / execution.busy_ms : 0)
       .member("response_ms", response.serial_ms)
       .end_object();
+  write_memory(out, memory.scene, memory.pipeline);
   out.member("gaps", report.gaps)
       .member("margin", options.answer.margin)
       .member("kept_pairs", report.kept_pairs)
@@ -225,6 +246,7 @@ class Summary {
     narrow_.push_back(execution.narrow_ms);
     detect_.push_back(execution.detect_ms);
     response_.push_back(times.response_ms);
+    awake_.push_back(execution.awake_ms);
     step_.push_back(times.detect_ms + times.response_ms);
     for (std::size_t i = 0; i < std::size(issue_names); ++i)
       issues_[i] += (execution.issues & bit(issue_names[i].issue)) != 0;
@@ -249,7 +271,9 @@ class Summary {
     out.precision(3);
     out << std::fixed << "ms, medians      update " << median(update_) << ", broad " << median(broad_) << ", narrow "
         << median(narrow_) << ", detect " << median(detect_) << ", response " << median(response_) << ", step "
-        << median(step_) << '\n';
+        << median(step_);
+    if (options.stay_awake > 0) out << ", awake " << median(awake_);
+    out << '\n';
     // What is normal is told by --json alone.
     for (std::size_t i = 0; i < std::size(issue_names); ++i)
       if (issues_[i] > 0 && !issue_names[i].advice.empty())
@@ -259,7 +283,7 @@ class Summary {
   }
 
  private:
-  std::vector<double> update_, broad_, narrow_, detect_, response_, step_;
+  std::vector<double> update_, broad_, narrow_, detect_, response_, step_, awake_;
   std::size_t issues_[std::size(issue_names)] = {};
   StepReport last_;
 };
@@ -324,7 +348,7 @@ int run(const Options& options, DescriptorBuffer& out) {
       const ResponseReport moved = response.step(scene, responds ? found : none);
       times.response_ms = ms_since(response_begin);
       if (outputs.json) {
-        write_step(line, how, report, moved, times);
+        write_step(line, how, report, moved, times, {scene.memory(), pipeline.memory()});
         append_line(*outputs.json, line);
       }
       summary.add(report, times);

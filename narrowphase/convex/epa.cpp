@@ -6,10 +6,14 @@
 
 #include "convex/triangle_height.h"
 #include "lanes/fetch_ahead.h"
+#include "shapes/work_meter.h"
 #include "tolerances.h"
 
 namespace tandem {
 namespace {
+
+// The work of adding a point, in units of the meter, and that until a limit is first looked at: few have more points.
+constexpr int a_point = 16, a_hundred_points = 100 * a_point;
 
 /// An edge of a face: four times the number of the face and which of its edges.
 constexpr int half_edge(int face, int edge) { return face << 2 | edge; }
@@ -135,7 +139,8 @@ int Polytope::span(const Simplex& start) {
     }
   };
   MinkowskiPoint at = start.p[0];
-  const double thin = tolerance::thin_start * (d_.scale() + reach);  // prefer the start's points unless they lie this close
+  const double thin =
+      tolerance::thin_start * (d_.scale() + reach);  // prefer the start's points unless they lie this close
 
   const auto from_point = [&](const Vec3& w) { return (w - vertex[0].w).norm(); };
   double best = 0;
@@ -333,7 +338,9 @@ bool expand_in(const Room& room, const MinkowskiDifference& d, const Simplex& st
     // Where rounding has the last word, without them.
     if (p.include() != Polytope::Added::yes) return expand_in(room, d, start, tolerance, {}, r);
   }
+  WorkMeter meter(d.limit, a_hundred_points);
   while (added == Polytope::Added::yes) {
+    meter.spend(a_point);
     const int nearest = p.nearest_face();
     if (nearest < 0) {  // no face is nearer than the depth found
       r.lower = r.upper < infinity ? r.upper : 0;

@@ -60,7 +60,8 @@ PairAnswer halfspace_with(const ConvexView& a, const Pose& pose_a, const ConvexV
 }
 
 std::optional<bool> collide_by(Method method, const ConvexView& a, const Pose& pose_a, const ConvexView& b,
-                               const Pose& pose_b, double tolerance, const Vec3* start, WarmStart* warm) {
+                               const Pose& pose_b, double tolerance, const Vec3* start, WarmStart* warm,
+                               const WorkLimit* limit) {
   switch (method) {
     case Method::fcl:
       return fcl_collide(a, pose_a, b, pose_b);
@@ -69,20 +70,21 @@ std::optional<bool> collide_by(Method method, const ConvexView& a, const Pose& p
     case Method::mpr:
       return ccd_collide(a, b, relative(pose_a, pose_b), true);
     case Method::newton:
-      return round_collide({a, b, relative(pose_a, pose_b)});
+      return round_collide({a, b, relative(pose_a, pose_b), limit});
     case Method::sat: {
-      const MinkowskiDifference d{a, b, relative(pose_a, pose_b)};
+      const MinkowskiDifference d{a, b, relative(pose_a, pose_b), limit};
       if (const auto answer = triangle_distance(d, 0)) return answer->signed_distance <= 0;
       return gjk_collide(d, tolerance, start, warm != nullptr ? &warm->direction : nullptr);
     }
     default:
-      return gjk_collide({a, b, relative(pose_a, pose_b)}, tolerance, start,
+      return gjk_collide({a, b, relative(pose_a, pose_b), limit}, tolerance, start,
                          warm != nullptr ? &warm->direction : nullptr);
   }
 }
 
 std::optional<LocalAnswer> distance_by(Method method, const ConvexView& a, const ConvexView& b,
-                                       const RelativePose& pose, double tolerance, const Vec3* start, double beyond) {
+                                       const RelativePose& pose, double tolerance, const Vec3* start, double beyond,
+                                       const WorkLimit* limit) {
   switch (method) {
     case Method::fcl:
       return fcl_signed_distance(a, b, pose);
@@ -91,12 +93,12 @@ std::optional<LocalAnswer> distance_by(Method method, const ConvexView& a, const
     case Method::mpr:
       return ccd_depth(a, b, pose, true);
     case Method::newton:
-      return round_signed_distance({a, b, pose}, start, beyond);
+      return round_signed_distance({a, b, pose, limit}, start, beyond);
     case Method::sat:
       if (auto answer = triangle_distance({a, b, pose}, beyond)) return answer;
-      return gjk_signed_distance({a, b, pose}, tolerance, start, beyond);
+      return gjk_signed_distance({a, b, pose, limit}, tolerance, start, beyond);
     default:
-      return gjk_signed_distance({a, b, pose}, tolerance, start, beyond);
+      return gjk_signed_distance({a, b, pose, limit}, tolerance, start, beyond);
   }
 }
 
@@ -177,9 +179,9 @@ PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexVie
   PairAnswer answer;
   if (request == Request::collide) {
     answer.error_bound = measured * size;
-    std::optional<bool> collide = collide_by(method, a, pose_a, b, pose_b, tolerance, start, warm);
+    std::optional<bool> collide = collide_by(method, a, pose_a, b, pose_b, tolerance, start, warm, options.limit);
     if (!collide) {  // a third party gave up: answer all the same, and say so
-      collide = collide_by(Method::gjk, a, pose_a, b, pose_b, tolerance, start, warm);
+      collide = collide_by(Method::gjk, a, pose_a, b, pose_b, tolerance, start, warm, options.limit);
       answer.status = Status::inexact;
       answer.error_bound = size;
     }
@@ -188,9 +190,9 @@ PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexVie
   }
   const RelativePose pose = relative(pose_a, pose_b);
   const double beyond = request == Request::contacts ? options.margin : std::numeric_limits<double>::infinity();
-  std::optional<LocalAnswer> local = distance_by(method, a, b, pose, tolerance, start, beyond);
+  std::optional<LocalAnswer> local = distance_by(method, a, b, pose, tolerance, start, beyond, options.limit);
   if (!local) {
-    local = gjk_signed_distance({a, b, pose}, tolerance);
+    local = gjk_signed_distance({a, b, pose, options.limit}, tolerance);
     local->gap = std::max(local->gap, size);
   }
   // What solvers of others do not bound themselves is known by measurement.

@@ -7,10 +7,14 @@
 #include "round/ellipsoid_normal.h"
 #include "round/face_reach.h"
 #include "round/hull_projection.h"
+#include "shapes/work_meter.h"
 #include "tolerances.h"
 
 namespace tandem {
 namespace {
+
+// Units of work on edges before a limit is first looked at: most hulls have fewer.
+constexpr int few_edges = 512;
 
 constexpr int max_vertices = 480;
 constexpr int max_faces = 2 * max_vertices;  // a closed triangulation has 2 v - 4
@@ -420,7 +424,8 @@ void Search::search_circle(int which, const Circle& circle, bool kink) {
   }
   Span spans[start];
   for (int i = 0; i < start; ++i) spans[i] = {samples[i], samples[(i + 1) % start]};
-  search_spans(circle, spans, start, add, support, level ? CircleFloor(other, circle, body.middle()) : CircleFloor(circle));
+  search_spans(circle, spans, start, add, support,
+               level ? CircleFloor(other, circle, body.middle()) : CircleFloor(circle));
 }
 
 /// The least of h on the arcs between the normals of a polytope's faces, where two of its corners reach as far.
@@ -447,7 +452,11 @@ void Search::search_arcs(int which) {
     for (const std::uint32_t i : {0u, 1u, 2u})
       for (const std::uint32_t face : {0u, 1u}) follow(i, face, 2 + i);
   } else {
-    for (const Hull::Edge& e : body.hull().edges) follow(e.v[0], e.face[0], e.face[1]);
+    WorkMeter meter(pair_.difference.limit, few_edges);
+    for (const Hull::Edge& e : body.hull().edges) {
+      meter.spend();
+      follow(e.v[0], e.face[0], e.face[1]);
+    }
   }
 }
 
@@ -523,8 +532,8 @@ void Search::search_spans(const Circle& circle, const Span* spans, int count, do
       const auto holds = [&](const Vec3& n) {
         const Vec3 to = n - direction(span.first.out);
         const double place = to.dot(along) / (radius * width);
-        return std::abs(n.dot(circle.axis) - lift) < tolerance::flush && to.squaredNorm() < narrow * narrow && place > -0.01 &&
-               place < 1.01;
+        return std::abs(n.dot(circle.axis) - lift) < tolerance::flush && to.squaredNorm() < narrow * narrow &&
+               place > -0.01 && place < 1.01;
       };
       bool known = false;
       for (int i = 0; i < known_count_ && !known; ++i) known = holds(known_[i]);
@@ -546,7 +555,8 @@ void Search::search_circles() {
   CircleDistance circles(pair_.body[0], pair_.body[1]);
   for (int i = 0; i < 2; ++i)
     for (int j = 0; j < 2; ++j)
-      if (best_.h > 0 && pair_.body[0].is_circle(i) && pair_.body[1].is_circle(j) && circles.take(i, j, best_.h, rounding_))
+      if (best_.h > 0 && pair_.body[0].is_circle(i) && pair_.body[1].is_circle(j) &&
+          circles.take(i, j, best_.h, rounding_))
         search_circles(circles);
 }
 
@@ -634,10 +644,13 @@ Depth Search::run() {
     } else if (body.kind() == ShapeKind::convex && pair_.body[1 - which].has_circle()) {
       // Between a flat hull's face and its back, or all around a segment.
       const Hull& hull = body.hull();
-      for (const Hull::Edge& e : hull.edges)
+      WorkMeter meter(pair_.difference.limit, few_edges);
+      for (const Hull::Edge& e : hull.edges) {
+        meter.spend(16);
         if (best_.h > 0)
           search_circle(which, {body.axes() * (hull.vertices[e.v[1]] - hull.vertices[e.v[0]]).stableNormalized()},
                         true);
+      }
     } else {
       Circle circles[3];
       const int count = body.kinks(circles);

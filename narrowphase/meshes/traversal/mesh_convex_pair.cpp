@@ -17,18 +17,18 @@ MeshConvexPair::MeshConvexPair(const Posed& mesh, const Posed& convex, const Nar
       convex_shape_(convex.shape),
       convex_pose_(convex.pose),
       model_(mesh_of(mesh.shape)),
-      view_(convex.shape.is_convex() ? view(convex.shape) : view_hull(convex.shape)),
+      view_(convex.shape.is_convex() ? view(convex.shape) : view_hull(convex.shape, options.limit)),
       options_(options),
       size_(mesh.shape.size() + convex.shape.size()),
       radius_(core_radius(view_)) {
   const RelativePose r = relative(mesh.pose, convex.pose);
   turn_.rotation = r.rotation;
   shift_ = r.translation;
-  const Bounds own = core_bounds(convex.shape, Pose{});
+  const Bounds own = core_bounds(convex.shape, Pose{}, options.limit);
   own_mid_ = (own.lo + own.hi) / 2;
   own_half_ = (own.hi - own.lo) / 2;
   mid_ = turn_.rotation * own_mid_;
-  if (!(radius_ > 0)) aligned_ = core_bounds(convex.shape, turn_);
+  if (!(radius_ > 0)) aligned_ = core_bounds(convex.shape, turn_, options.limit);
 }
 
 // Rotated as it is: but for the shift nothing changes.

@@ -25,8 +25,8 @@ class BroadPhase {
  public:
   virtual ~BroadPhase() = default;
 
-  /// What the sinks of the steps that follow filter by. Only for speed: a method that keeps candidates then keeps none
-  /// that are not allowed. The arrays must outlive those steps; what is in them may change between steps.
+  /// What the sinks of the steps that follow filter by, and no other: what a method keeps by it need not be filtered
+  /// again (PairSink::put_allowed). The arrays must outlive those steps; what is in them may change between steps.
   virtual void expect(const PairFilter&) {}
   /// What the next step, and only that, may have changed since the step before: one byte a box, 0 where the box and its
   /// part of the filter are the same bits. Only for speed: a method that keeps candidates then does not look at these,
