@@ -27,6 +27,10 @@ inline constexpr double bounds_meet = 1e-14;
 /// nearer does not show. Less: more rounds, of points in one place.
 inline constexpr double nearest_beside = 2e-8;
 
+/// How far beside it the first ones lie, radians, a tenth of it each round after: half a degree, so that the bound between
+/// them (the square of it) is near already. Ten times more or less: a round more.
+inline constexpr double first_beside = 1e-2;
+
 /// How far a link's rotation may be from orthonormal, in single precision, before its pose is looked at more closely: the
 /// narrow phase's `skew_allowed`, which is private to it and decides, is more by 6 epsilon of floats, of which rounding
 /// takes 3. Less: valid poses are looked at twice. More: bad ones pass.
