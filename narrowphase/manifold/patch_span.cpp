@@ -83,8 +83,8 @@ int take_first(PatchPoint* p, int count, double size, double slack, PatchChoice&
 }
 
 /// The fourth: outside the triangle of the three by most, if by more than the slack.
-void take_outside(const Vec3& first, const Vec3& second, const Vec3& third, double turn, const Vec3& normal, double slack,
-                  PatchChoice& choice) {
+void take_outside(const Vec3& first, const Vec3& second, const Vec3& third, double turn, const Vec3& normal,
+                  double slack, PatchChoice& choice) {
   const Vec3 corner[4] = {first, second, third, first};
   Vec3 outward[3];
   for (int k = 0; k < 3; ++k) outward[k] = -turn * normal.cross(corner[k + 1] - corner[k]).normalized();
