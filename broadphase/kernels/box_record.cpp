@@ -189,8 +189,8 @@ std::size_t overlapping(const BoxRecord* records, const LocalPair* pairs, std::s
 using Floats = hn::ScalableTag<float>;
 using V = hn::Vec<Floats>;
 
-// A larger box is at least so much of its edge larger on each side: less, and bodies that shake leave it; more, and lists
-// have more candidates.
+// A larger box is at least so much of its edge larger on each side: less, and bodies that shake leave it; more, and
+// lists have more candidates.
 constexpr float enlarged_share = 0.02f;
 
 // Boxes of some lanes, and how they are enlarged.

@@ -13,7 +13,8 @@ constexpr double densest = 1e15;
 using ShapeIds = std::map<std::string, ShapeId, std::less<>>;
 
 BodyOptions read_body(const JsonRef& json, const ShapeIds& shapes) {
-  json.require_keys({"shape", "pose", "velocity", "angular_velocity", "density", "static", "sensor", "continuous", "group", "mask"});
+  json.require_keys(
+      {"shape", "pose", "velocity", "angular_velocity", "density", "static", "sensor", "continuous", "group", "mask"});
   BodyOptions body;
   const JsonRef shape = json.at("shape");
   const auto found = shapes.find(shape.text());

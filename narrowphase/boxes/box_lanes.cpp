@@ -41,7 +41,7 @@ struct Lanes {
   }
   /// Along an edges' axis, by its short formula: no better than the best so far.
   HWY_INLINE M is_worse(V numerator, V length2) const {
-    return hn::And(hn::Gt(length2, number(slow_edges)),
+    return hn::And(hn::Gt(length2, number(tolerance::slow_edges2)),
                    hn::Le(hn::Mul(numerator, hn::Abs(numerator)), hn::Mul(hn::Mul(best, hn::Abs(best)), length2)));
   }
   HWY_INLINE void find_axis(double margin);

@@ -11,9 +11,6 @@
 namespace tandem {
 namespace {
 
-// Relative to the scale: what ends on the surface by a ray may be far from the nearest face then.
-constexpr double far_apart = 1e-3;
-
 /// By balls inside both.
 bool overlap_deeply(const MinkowskiDifference& d) {
   // Rotations are orthonormal to 1e-6 only.
@@ -142,7 +139,7 @@ CoreDistance expand_from(const MinkowskiDifference& d, const GjkResult& r, bool 
 /// Two polytopes: true where the near surfaces answer; else the descent is done, from where they point.
 bool answer_or_descend(const MinkowskiDifference& d, double least, double beyond, const Vec3* start, GjkResult& r,
                        LocalAnswer& answer) {
-  const double far = far_apart * d.scale();
+  const double far = tolerance::far_from_surface * d.scale();
   if (!(beyond < far)) {
     r = descend(d, least, beyond, -infinity, start, far);
     if (r.lower > far) return false;

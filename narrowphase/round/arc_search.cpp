@@ -103,13 +103,12 @@ class SpanSearch {
       const Vec3 to = n - direction(span.first.out);
       const double place = to.dot(along) / (radius_ * width);
       return std::abs(n.dot(circle_.axis) - lift_) < tolerance::flush && to.squaredNorm() < narrow * narrow &&
-             place > -0.01 && place < 1.01;
+             place > -tolerance::arc_ends && place < 1 + tolerance::arc_ends;
     };
     for (int i = 0; i < m_.count; ++i)
       if (holds(m_.known[i])) return true;
     // From beside a narrow one a descent leads past it: then only what the points say counts.
-    constexpr double beside = 1e-3;
-    return width > beside * beside && holds(m_.try_from(direction(out)));
+    return width > tolerance::squared(tolerance::narrow_arc) && holds(m_.try_from(direction(out)));
   }
 
   Minima& m_;

@@ -315,7 +315,7 @@ bool circle_to_line(Feature circle, const Feature& line, double rounding, Neares
   } else {
     // Square to both: where they nearly touch, their difference is noise.
     const Vec3 across = line.axis.cross(c * circle.v - s * circle.u);
-    out = unit_along(across.squaredNorm() > 1e-2 ? across : out, -w.n);
+    out = unit_along(across.squaredNorm() > tolerance::square_lines2 ? across : out, -w.n);
   }
   const double t = on.dot(straight.axis);
   w.b = straight.point + std::clamp(t, straight.low, straight.high) * straight.axis + (side ? 0 : line.radius) * out;
@@ -343,7 +343,7 @@ bool circle_to_circle(Feature a, Feature b, NearestPoints& w) {
   }
   w.a = a.point + a.radius * (a.c * a.u + a.s * a.v), w.b = b.point + b.radius * (b.c * b.u + b.s * b.v);
   const Vec3 across = (a.c * a.v - a.s * a.u).cross(b.c * b.v - b.s * b.u);
-  w.n = unit_along(across.squaredNorm() > 1e-2 ? across : Vec3(w.b - w.a), w.n);
+  w.n = unit_along(across.squaredNorm() > tolerance::square_lines2 ? across : Vec3(w.b - w.a), w.n);
   return found;
 }
 

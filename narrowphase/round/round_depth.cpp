@@ -195,9 +195,8 @@ double Search::off_axis() const {
   const RoundBody &a = pair_.body[0], &b = pair_.body[1];
   const Vec3 u = axis_of_revolution(a), v = axis_of_revolution(b), middle = a.middle() + b.middle();
   if (u.isZero(0) || v.isZero(0)) return infinity;
-  constexpr double leaning = 1e-3;
   const double sine = u.cross(v).norm();
-  return sine < leaning ? u.cross(middle).norm() + 2 * sine * b.view().size : infinity;
+  return sine < tolerance::leaning_axes ? u.cross(middle).norm() + 2 * sine * b.view().size : infinity;
 }
 
 /// The least of h in a plane through the axis about which both bodies are the same all around: there is no less
@@ -208,7 +207,7 @@ double Search::search_meridian() {
   const double known = std::exchange(m_.gap, 0.0);
   // Through the best direction known, so that it is found again; not where it hardly tells the plane.
   search_circle(m_, pair_.body[0].kind() == ShapeKind::ellipsoid ? 1 : 0,
-                {sine > 1e-3 ? Vec3(across / sine) : any_perpendicular(axis)}, false);
+                {sine > tolerance::leaning_axes ? Vec3(across / sine) : any_perpendicular(axis)}, false);
   return std::exchange(m_.gap, known);
 }
 

@@ -7,8 +7,8 @@
 
 namespace tandem {
 
-/// Made by the first who asks, from any of several threads; who asks meanwhile waits. A copy makes its own anew. Not to be
-/// moved or assigned to while another thread asks.
+/// Made by the first who asks, from any of several threads; who asks meanwhile waits. A copy makes its own anew. Not to
+/// be moved or assigned to while another thread asks.
 template <class Value>
 class Lazily {
  public:

@@ -51,11 +51,12 @@ namespace detail {
 /// The convex hull of a mesh's vertices in use.
 struct MeshHull {
   Hull hull;
-  std::vector<std::uint32_t> extreme;  ///< the mesh's vertices that are the hull's: enough for bounds (to 1e-12 of the size)
+  std::vector<std::uint32_t>
+      extreme;  ///< the mesh's vertices that are the hull's: enough for bounds (to 1e-12 of the size)
 };
 
-/// A checked mesh with what queries need of it, built once but for what only some queries need. Immutable where more than
-/// one knows of it.
+/// A checked mesh with what queries need of it, built once but for what only some queries need. Immutable where more
+/// than one knows of it.
 struct MeshModel {
   std::vector<Vec3> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< of a surface turned to go round alike, a closed one outward
@@ -63,8 +64,8 @@ struct MeshModel {
   /// Triangle on the other side of edge k, from corner k to corner k + 1; no_index on a border. Corners with equal
   /// coordinates are one vertex here; of a surface's borders also those with coordinates that differ by rounding only.
   std::vector<std::array<std::uint32_t, 3>> neighbours;
-  /// Vertices change every now and then (DeformableMesh): the hull, which takes longer than all else, is asked for where
-  /// an answer needs it, and never to be quicker.
+  /// Vertices change every now and then (DeformableMesh): the hull, which takes longer than all else, is asked for
+  /// where an answer needs it, and never to be quicker.
   bool bends = false;
   /// Every edge joins as many triangles in one sense as in the other: a solid's, or a surface that could be one's.
   bool closed = false;

@@ -27,8 +27,8 @@ struct AnswerOptions {
   /// Metres, finite, >= 0: contacts with gaps up to this are reported, too, with negative depth; of two meshes
   /// only if mesh_margin is set, and only of those that are apart.
   double margin = 0;
-  /// As NarrowPhaseOptions::mesh_margin. Scenes of meshes then come to rest less deep in each other; measured steps took
-  /// four to sixteen times as long.
+  /// As NarrowPhaseOptions::mesh_margin. Scenes of meshes then come to rest less deep in each other; measured steps
+  /// took four to sixteen times as long.
   bool mesh_margin = false;
   /// Answers of the last step may stand for this one's, within this error relative to the smaller body's size, [0,
   /// 0.1]; 0: all are computed. A body rests while no point of it leaves its place by more than a thousandth of that;
