@@ -13,9 +13,7 @@
 namespace tandem {
 namespace {
 
-/// How far a body at rest may be from where its rest began, of what the tolerance allows. A body that hangs in a
-/// contact held constant drifts so far and no farther before it is looked at again.
-constexpr double rest_share = 1e-3;
+using tolerance::rest_share;
 
 /// The sum of squares of what two matrices differ by.
 double squared_distance(const Mat3& now, const Mat3& then) {

@@ -534,7 +534,25 @@ class SceneWork final : public StepWork {
   }
 
   void update(std::size_t first, std::size_t end) {
-    const auto poses = scene_->poses();
+    if (!find_changed(first, end)) return;
+    std::array<std::uint32_t, BoundsRows::bodies> todo;
+    std::size_t count = 0;
+    for (std::size_t i = first; i < end; ++i) {
+      todo[count] = static_cast<std::uint32_t>(i);
+      count += changed_[i];
+    }
+    BoundsRows rows;
+    for (std::size_t k = 0; k < count; ++k) take_bounds(todo[k], k, rows);
+    // Places past the end are rounded with the others: what is in them must be numbers.
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      std::fill(rows.lo[axis] + count, rows.lo[axis] + BoundsRows::bodies, 0.0);
+      std::fill(rows.hi[axis] + count, rows.hi[axis] + BoundsRows::bodies, 0.0);
+    }
+    store_boxes(rows, {todo.data(), count}, count == end - first);
+  }
+
+  /// Notes which bodies' versions changed, for the broad phase, too. Whether any did.
+  bool find_changed(std::size_t first, std::size_t end) {
     const auto versions = SceneChanges::versions(*scene_);
     const auto is_static = scene_->is_static();
     // By pointers of its own: a byte that is written might else be part of any of them.
@@ -551,58 +569,52 @@ class SceneWork final : public StepWork {
       any |= changed[i];
       still[i] = static_cast<std::uint8_t>(is_static[i] | (2 - 2 * changed[i]));
     }
-    if (any == 0) return;
-    std::array<std::uint32_t, BoundsRows::bodies> todo;
-    std::size_t count = 0;
-    for (std::size_t i = first; i < end; ++i) {
-      todo[count] = static_cast<std::uint32_t>(i);
-      count += changed[i];
-    }
-    BoundsRows rows;
-    for (std::size_t k = 0; k < count; ++k) {
-      const std::uint32_t at = todo[k];
-      if (together_) {
-        const double radius = shapes_known_ ? spheres_[at].radius : sphere_radius(at);
-        spheres_[at] = {poses[at].translation, radius};
-        if (is_sphere(spheres_[at])) {  // as Shape::bounds, which is far from here
-          for (std::size_t axis = 0; axis < 3; ++axis) {
-            const double centre = spheres_[at].centre[static_cast<Eigen::Index>(axis)];
-            rows.lo[axis][k] = centre - radius;
-            rows.hi[axis][k] = centre + radius;
-          }
-          continue;
+    return any != 0;
+  }
+
+  /// A body's bounds into column k; the places of spheres are kept for the narrow phase.
+  void take_bounds(std::uint32_t body, std::size_t k, BoundsRows& rows) {
+    const auto poses = scene_->poses();
+    if (together_) {
+      const double radius = shapes_known_ ? spheres_[body].radius : sphere_radius(body);
+      spheres_[body] = {poses[body].translation, radius};
+      if (is_sphere(spheres_[body])) {  // as Shape::bounds, which is far from here
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          const double centre = spheres_[body].centre[static_cast<Eigen::Index>(axis)];
+          rows.lo[axis][k] = centre - radius;
+          rows.hi[axis][k] = centre + radius;
         }
-      }
-      const Shape& shape = scene_->shape_of(at);
-      const Bounds bounds = kept_ ? shape.bounds(kept_->anchor(at), &limit_) : shape.bounds(poses[at], &limit_);
-      const double reach = kept_ ? kept_->reach(at) : 0;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        rows.lo[axis][k] = bounds.lo[static_cast<Eigen::Index>(axis)] - reach;
-        rows.hi[axis][k] = bounds.hi[static_cast<Eigen::Index>(axis)] + reach;
+        return;
       }
     }
-    // Places past the end are rounded with the others: what is in them must be numbers.
+    const Shape& shape = scene_->shape_of(body);
+    const Bounds bounds = kept_ ? shape.bounds(kept_->anchor(body), &limit_) : shape.bounds(poses[body], &limit_);
+    const double reach = kept_ ? kept_->reach(body) : 0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      std::fill(rows.lo[axis] + count, rows.lo[axis] + BoundsRows::bodies, 0.0);
-      std::fill(rows.hi[axis] + count, rows.hi[axis] + BoundsRows::bodies, 0.0);
+      rows.lo[axis][k] = bounds.lo[static_cast<Eigen::Index>(axis)] - reach;
+      rows.hi[axis][k] = bounds.hi[static_cast<Eigen::Index>(axis)] + reach;
     }
+  }
+
+  /// The bounds of bodies, which lie side by side where `in_row`, rounded outwards into the boxes of the broad phase.
+  void store_boxes(const BoundsRows& rows, std::span<const std::uint32_t> bodies, bool in_row) {
     // Half the margin on each side: two boxes meet when the gap between their bodies is within the margin.
     FloatRows rounded;
     round_outward(rows, 0.5 * options_.answer.margin, rounded);
     for (int axis = 0; axis < 3; ++axis) {
       float *const lo = boxes_.lo(axis), *const hi = boxes_.hi(axis);
-      if (count == end - first) {
-        std::copy_n(rounded.lo[axis], count, lo + first);
-        std::copy_n(rounded.hi[axis], count, hi + first);
+      if (in_row) {
+        std::copy_n(rounded.lo[axis], bodies.size(), lo + bodies[0]);
+        std::copy_n(rounded.hi[axis], bodies.size(), hi + bodies[0]);
         continue;
       }
-      for (std::size_t k = 0; k < count; ++k) {
-        lo[todo[k]] = rounded.lo[axis][k];
-        hi[todo[k]] = rounded.hi[axis][k];
+      for (std::size_t k = 0; k < bodies.size(); ++k) {
+        lo[bodies[k]] = rounded.lo[axis][k];
+        hi[bodies[k]] = rounded.hi[axis][k];
       }
     }
-    for (std::size_t k = 0; k < count; ++k)
-      if (!scene_->alive(todo[k])) boxes_.set_empty(todo[k]);
+    for (const std::uint32_t body : bodies)
+      if (!scene_->alive(body)) boxes_.set_empty(body);
   }
 
   bool has_restless() const { return only_changes_ && !kept_->restless().empty(); }

@@ -1,6 +1,6 @@
 // Continuous bodies are stopped where they first touch something: all touches of a step in the order of time, as
-// stopping one body changes what the others meet. After Mirtich, Impulse-based dynamic simulation of rigid body systems,
-// 1996 (the heap of first touches), with motions that end in place of velocities that change.
+// stopping one body changes what the others meet. After Mirtich, Impulse-based dynamic simulation of rigid body
+// systems, 1996 (the heap of first touches), with motions that end in place of velocities that change.
 #include "tandem/engine/continuous_motion.h"
 
 #include <algorithm>
@@ -140,7 +140,8 @@ void ContinuousMotion::Impl::look_for(std::uint32_t body, double t, std::vector<
   each_near(joined(swept), !at_start && !is_still(bodies.leg(body).motion), [&](std::uint32_t other) {
     if (other == body || (at_start && other > body && bodies.is_watched(other))) return;
     if (!bodies.may_meet(body, other, t)) return;
-    const Aabb box = bodies.is_watched(other) ? swept_box(scene.shape_of(other), bodies.leg(other).motion) : around[other];
+    const Aabb box =
+        bodies.is_watched(other) ? swept_box(scene.shape_of(other), bodies.leg(other).motion) : around[other];
     bool near = false;
     for (std::size_t i = 0; i < swept.size() && !near; ++i) near = overlap(swept.box(i), box);
     if (!near) return;

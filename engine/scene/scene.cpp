@@ -98,7 +98,8 @@ std::uint32_t Scene::checked(ShapeId id, std::string_view what) const {
     refuse(std::string(what), "shape", "number " + std::to_string(id.index_plus_one),
            "1 to " + std::to_string(shapes_.size()) + ", the shapes of this scene");
   if (!shape_alive_[place] || shape_generation_[place] != id.generation)
-    refuse(std::string(what), "shape", "number " + std::to_string(id.index_plus_one) + " of generation " + std::to_string(id.generation),
+    refuse(std::string(what), "shape",
+           "number " + std::to_string(id.index_plus_one) + " of generation " + std::to_string(id.generation),
            "a shape that was not removed");
   return place;
 }
@@ -262,8 +263,8 @@ void Scene::set_continuous(BodyId id, bool continuous) {
 
 void Scene::reserve(std::size_t bodies) {
   const auto each = [&](auto&... lists) { (lists.reserve(bodies), ...); };
-  each(shape_, generation_, groups_, masks_, poses_, velocities_, angular_velocities_, densities_, is_static_, is_sensor_,
-       continuous_, alive_, versions_);
+  each(shape_, generation_, groups_, masks_, poses_, velocities_, angular_velocities_, densities_, is_static_,
+       is_sensor_, continuous_, alive_, versions_);
 }
 
 ShapeId Scene::shape_id(BodyId id) const {

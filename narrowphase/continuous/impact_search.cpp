@@ -1,12 +1,12 @@
-// The first time at which a polygon whose corners move on straight lines holds the origin, by intervals of time that are
-// proven free one after the other from t = 0. What proves: a direction n(t) that is linear in t, along which all corners
-// w(t) stay on the origin's far side: n(t) . w(t) is a quadratic, and its Bernstein coefficients are the products of the
-// directions and corners at both ends of the interval; or the coplanarity cubic of Provot (Collision and self-collision
-// handling in cloth model dedicated to design garments, 1997), if its Bernstein coefficients have one sign. Any direction
-// will do for a proof, so those of nearest points are found in plain doubles; only signs of the coefficients are held
-// against bounds on their rounding errors. A fixed direction leads to a next time as far as it proves (conservative
-// advancement: Mirtich, Impulse-based dynamic simulation of rigid body systems, 1996); next to a simple root that
-// converges as Newton's method does.
+// The first time at which a polygon whose corners move on straight lines holds the origin, by intervals of time that
+// are proven free one after the other from t = 0. What proves: a direction n(t) that is linear in t, along which all
+// corners w(t) stay on the origin's far side: n(t) . w(t) is a quadratic, and its Bernstein coefficients are the
+// products of the directions and corners at both ends of the interval; or the coplanarity cubic of Provot (Collision
+// and self-collision handling in cloth model dedicated to design garments, 1997), if its Bernstein coefficients have
+// one sign. Any direction will do for a proof, so those of nearest points are found in plain doubles; only signs of the
+// coefficients are held against bounds on their rounding errors. A fixed direction leads to a next time as far as it
+// proves (conservative advancement: Mirtich, Impulse-based dynamic simulation of rigid body systems, 1996); next to a
+// simple root that converges as Newton's method does.
 #include "continuous/impact_search.h"
 
 #include "continuous/nearest_axis.h"
@@ -15,15 +15,16 @@ namespace tandem {
 namespace {
 
 constexpr int most_rounds = 200;
-/// Rounds that begin within the tolerance and prove nothing free at once, and a part of the tolerance that ends a search
-/// before: most features that pass within the tolerance are found to pass, and impacts are known better than asked for.
+/// Rounds that begin within the tolerance and prove nothing free at once, and a part of the tolerance that ends a
+/// search before: most features that pass within the tolerance are found to pass, and impacts are known better than
+/// asked for.
 constexpr int most_near_rounds = 10;
 constexpr double much_nearer = 1.0 / 1024;
 /// An interval of which an advance leaves more is halved.
 constexpr double slow_advance = 0.25;
-/// Of a product of direction and corner, relative to the sum of the corner's coordinates: 7 u for the corner's difference
-/// and its place at t (4 u), the product (u) and the sums (2 u), 8 u with the sum of two products, u = epsilon / 2.
-/// Less: a miss. More: impacts are told from farther away.
+/// Of a product of direction and corner, relative to the sum of the corner's coordinates: 7 u for the corner's
+/// difference and its place at t (4 u), the product (u) and the sums (2 u), 8 u with the sum of two products, u =
+/// epsilon / 2. Less: a miss. More: impacts are told from farther away.
 constexpr double product_rounding = 6 * epsilon;
 /// Of three determinants added, relative to the product of the largest coordinates: 330 u, as 72 u for the corners in
 /// each (6 products of three numbers with 4 u), 18 + 28 u for the sums and products. As above.
@@ -68,7 +69,9 @@ class Search {
     rounding_ = product_rounding * reach + std::numeric_limits<double>::min();
     bound_ = separation_ * (1 + 16 * epsilon) + rounding_;
     told_ = 16 * product_rounding * reach;
-    const auto most = [](const Vec3& x, const Vec3& y) { return std::max(x.cwiseAbs().maxCoeff(), y.cwiseAbs().maxCoeff()); };
+    const auto most = [](const Vec3& x, const Vec3& y) {
+      return std::max(x.cwiseAbs().maxCoeff(), y.cwiseAbs().maxCoeff());
+    };
     cubic_bound_ = cubic_rounding * most(polygon.from[0], polygon.to[0]) * most(polygon.e_from, polygon.e_to) *
                    most(polygon.f_from, polygon.f_to);
   }

@@ -249,7 +249,8 @@ class Search {
       const Vec3 across = other.edge(part.to, part.from);
       Vec3 m = edge.cross(across);
       const double length2 = m.squaredNorm();
-      if (!(length2 > tolerance::parallel_edges2 * edge.squaredNorm() * across.squaredNorm())) continue;  // parallel: level all along
+      if (!(length2 > tolerance::parallel_edges2 * edge.squaredNorm() * across.squaredNorm()))
+        continue;  // parallel: level all along
       m /= m.dot(mid) < 0 ? -std::sqrt(length2) : std::sqrt(length2);
       const double level = m.dot(corner + other.vertex(part.from));
       if (level >= best_ - rounding_) continue;

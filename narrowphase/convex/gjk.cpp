@@ -404,7 +404,7 @@ void pair_points(const MinkowskiDifference& d, LocalAnswer& answer) {
     }
     return;
   }
-  const double out = 0.01 * scale;
+  const double out = tolerance::moved_apart * scale;
   for (int round = 0;; ++round) {
     apart.pose.translation = d.pose.translation + (out - answer.signed_distance) * answer.normal;
     const GjkResult r = gjk(apart, tolerance::ends_on_polytopes, infinity, -infinity);

@@ -39,7 +39,8 @@ class Portal {
   const MinkowskiDifference& d_;
   double radius_, scale_;
   const SupportKernel kernel_ = support_kernel();
-  Vec3 v0_, v1_, v2_, v3_;  // a point inside A - B, and the portal: supports of A - B about the ray from it to the origin
+  Vec3 v0_, v1_, v2_,
+      v3_;  // a point inside A - B, and the portal: supports of A - B about the ray from it to the origin
 };
 
 PortalResult Portal::search() {

@@ -1,5 +1,5 @@
-// Four floats side by side, in what every processor of an architecture has: for loops whose data come one triangle or box
-// at a time, where no wider vectors help. Arithmetic lane by lane, never fused: the same bits everywhere.
+// Four floats side by side, in what every processor of an architecture has: for loops whose data come one triangle or
+// box at a time, where no wider vectors help. Arithmetic lane by lane, never fused: the same bits everywhere.
 #pragma once
 #include <array>
 #include <cstdint>

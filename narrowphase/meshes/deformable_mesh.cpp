@@ -54,7 +54,8 @@ struct DeformableMesh::Impl {
     std::uint64_t structure = 0;  ///< of which its hierarchy is
   };
 
-  Impl(Mesh mesh, const PartRunner& parts) : current{model_of(std::move(mesh), parts, first), 0}, refit(*current.model) {
+  Impl(Mesh mesh, const PartRunner& parts)
+      : current{model_of(std::move(mesh), parts, first), 0}, refit(*current.model) {
     used = vertices_in_use(*current.model);
     for (std::uint32_t v = 0; v < first.size(); ++v)
       if (first[v] != v) seams.push_back(v);
@@ -113,8 +114,8 @@ void DeformableMesh::Impl::require_outward(std::span<const Vec3> vertices, const
            "; it must not be negative: it was turned inside out");
 }
 
-// The current one where no Shape holds it; else an earlier one; else a copy. All but the vertices and boxes is then as in
-// the one before.
+// The current one where no Shape holds it; else an earlier one; else a copy. All but the vertices and boxes is then as
+// in the one before.
 void DeformableMesh::Impl::take_free_buffer() {
   const auto is_free = [](const Buffer& buffer) {
     if (buffer.model.use_count() > 1) return false;

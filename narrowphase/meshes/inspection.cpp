@@ -1,5 +1,5 @@
-// What is wrong with a mesh: duplicates, triangles without area, edges that do not join two triangles in opposite sense,
-// components that are inside out, triangles that cross each other.
+// What is wrong with a mesh: duplicates, triangles without area, edges that do not join two triangles in opposite
+// sense, components that are inside out, triangles that cross each other.
 #include "tandem/narrowphase/inspection.h"
 
 #include <algorithm>
@@ -147,7 +147,8 @@ class Inspector {
   }
 
   void edge(std::span<const Side> sides) {
-    const auto up = static_cast<std::size_t>(std::count_if(sides.begin(), sides.end(), [](const Side& s) { return s.up; }));
+    const auto up =
+        static_cast<std::size_t>(std::count_if(sides.begin(), sides.end(), [](const Side& s) { return s.up; }));
     const Side& s = sides.front();
     for (const Side& other : sides) {
       const std::uint32_t p = root(s.triangle), q = root(other.triangle);
@@ -197,8 +198,8 @@ class Inspector {
     }
   }
 
-  // How often the closed components but one go round a point, from their solid angles (van Oosterom, Strackee, The solid
-  // angle of a plane triangle, 1983).
+  // How often the closed components but one go round a point, from their solid angles (van Oosterom, Strackee, The
+  // solid angle of a plane triangle, 1983).
   double windings(const std::vector<Component>& all, const Component& but, const Vec3& point) const {
     double sum = 0;
     for (const Component& c : all) {
@@ -228,7 +229,8 @@ class Inspector {
     CrossingPairs visitor(*this);
     traverse(model, model, exact_, false, visitor);
     found_.self_intersections.count = visitor.count();
-    for (const auto& pair : visitor.first()) found_.self_intersections.first.push_back({pair, between(pair[0], pair[1])});
+    for (const auto& pair : visitor.first())
+      found_.self_intersections.first.push_back({pair, between(pair[0], pair[1])});
   }
 
   // Counts pairs and keeps the first.

@@ -27,7 +27,8 @@ bool is_valid(const Pose& pose) {
   const auto dot = [&](int i, int j) { return r(0, i) * r(0, j) + r(1, i) * r(1, j) + r(2, i) * r(2, j); };
   const auto near = [](double x, double to) { return std::abs(x - to) <= tolerance::skew_allowed; };
   const Vec3& t = pose.translation;
-  const double mixed = r(0, 2) * (r(1, 0) * r(2, 1) - r(2, 0) * r(1, 1)) + r(1, 2) * (r(2, 0) * r(0, 1) - r(0, 0) * r(2, 1)) +
+  const double mixed = r(0, 2) * (r(1, 0) * r(2, 1) - r(2, 0) * r(1, 1)) +
+                       r(1, 2) * (r(2, 0) * r(0, 1) - r(0, 0) * r(2, 1)) +
                        r(2, 2) * (r(0, 0) * r(1, 1) - r(1, 0) * r(0, 1));
   // Written so that NaN fails; `&` where branches would cost more.
   return (near(dot(0, 0), 1) & near(dot(1, 1), 1) & near(dot(2, 2), 1) & near(dot(0, 1), 0) & near(dot(0, 2), 0) &

@@ -102,7 +102,7 @@ bool ConvexContacts::needs_more(const Vec3& corner, std::span<const std::uint32_
     const double length2 = way.squaredNorm();
     if (!(length2 > 0)) return false;
     const double step = std::clamp((towards - n).dot(way) / length2, 0.0, 1.0);
-    if (!(step > 0.01)) return false;
+    if (!(step > tolerance::least_turn)) return false;
     n += step * way;
   }
   return false;

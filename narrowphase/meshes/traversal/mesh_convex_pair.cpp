@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "closed_forms/closed_forms.h"
-#include "closed_forms/way_out.h"
+#include "closed_forms/surface_distance.h"
 #include "manifold/manifold.h"
 #include "meshes/traversal/point_in_mesh.h"
 #include "pairs/convex_pair.h"
@@ -73,18 +73,18 @@ TriangleBound MeshConvexPair::bound(const Corners& p, const Vec3& point) const {
   return bound_by(p, point, on_surface);
 }
 
-// A point's way out of a convex shape is the distance to the nearest of its surface; one that takes the triangle out,
-// too, is the shortest for both.
+// The shortest translation of a point out of a convex shape is to the nearest of its surface; one that takes the
+// triangle out, too, is the shortest for both.
 TriangleBound MeshConvexPair::bound_by(const Corners& p, const Vec3& point, Vec3& on_surface) const {
   if (view_.kind == ShapeKind::sphere) return {};
-  const auto way = way_out(view_, turn_.rotation.transpose() * point, 10 * slack());
-  if (!way) return {};
-  TriangleBound b{true, way->inside, false, point, -(turn_.rotation * way->normal)};
-  on_surface = point + way->distance * b.normal;
-  if (way->inside) {
+  const auto surface = surface_distance(view_, turn_.rotation.transpose() * point, 10 * slack());
+  if (!surface) return {};
+  TriangleBound b{true, surface->inside, false, point, -(turn_.rotation * surface->normal)};
+  on_surface = point + surface->distance * b.normal;
+  if (surface->inside) {
     const double top = std::max({b.normal.dot(p[0]), b.normal.dot(p[1]), b.normal.dot(p[2])}) - b.normal.dot(point);
     b.is_depth = top <= 0;
-    b.gap = way->distance - std::max(0.0, top);
+    b.gap = surface->distance - std::max(0.0, top);
   } else {
     b.gap = support_plane(b.normal).beyond(p);
   }

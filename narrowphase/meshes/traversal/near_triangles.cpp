@@ -69,7 +69,8 @@ void NearTriangles::map(const MeshNode& node, Boxes& out) const {
         out.half[k][i] = node.half[i][k] + pad_;
         continue;
       }
-      out.mid[k][i] = map_[i][0] * node.mid[0][k] + map_[i][1] * node.mid[1][k] + map_[i][2] * node.mid[2][k] + shift_[i];
+      out.mid[k][i] =
+          map_[i][0] * node.mid[0][k] + map_[i][1] * node.mid[1][k] + map_[i][2] * node.mid[2][k] + shift_[i];
       out.half[k][i] = std::abs(map_[i][0]) * node.half[0][k] + std::abs(map_[i][1]) * node.half[1][k] +
                        std::abs(map_[i][2]) * node.half[2][k] + pad_;
     }

@@ -15,8 +15,8 @@ enum class BroadPhaseKind : std::uint8_t { brute, sweep, grid, bvh, automatic, o
 
 std::string_view name(BroadPhaseKind kind);
 
-/// Boxes in, pairs out each step: every pair whose boxes overlap, each exactly once, whatever the steps before were. One
-/// of one's own derives from this (examples/own_broad_phase.cpp).
+/// Boxes in, pairs out each step: every pair whose boxes overlap, each exactly once, whatever the steps before were.
+/// One of one's own derives from this (examples/own_broad_phase.cpp).
 ///
 /// A method is a short list of stages. A stage is a number of blocks that may run in any order and on any threads;
 /// stage s + 1 starts when all blocks of stage s are done. The last stage emits pairs. Nothing here knows a
@@ -58,8 +58,8 @@ using BroadPhaseFactory = std::function<std::unique_ptr<BroadPhase>()>;
 
 std::unique_ptr<BroadPhase> make_broad_phase(BroadPhaseKind kind);
 
-/// All pairs of a broad phase on the calling thread, sorted. For tests and small uses: those of a method of one's own must
-/// be those of BroadPhaseKind::brute.
+/// All pairs of a broad phase on the calling thread, sorted. For tests and small uses: those of a method of one's own
+/// must be those of BroadPhaseKind::brute.
 std::vector<Pair> find_pairs(BroadPhase& method, const BoxArray& boxes, const PairFilter& filter = {});
 
 }  // namespace tandem

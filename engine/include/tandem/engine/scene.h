@@ -63,10 +63,10 @@ class Scene {
   ShapeId add_shape(Shape shape, std::string name = {});
   /// Throws std::invalid_argument for an id that names no shape (any more) or one that a body has.
   void remove_shape(ShapeId id);
-  /// Gives all bodies of this shape another one in its place, as set_shape does: one that has bent (DeformableMesh::shape),
-  /// say. The next step and the next SceneQueries::update see it, and nothing that was kept for these bodies stands.
-  /// Throws std::invalid_argument, and nothing has changed, for an id that names no shape and a half-space for bodies that
-  /// are not static.
+  /// Gives all bodies of this shape another one in its place, as set_shape does: one that has bent
+  /// (DeformableMesh::shape), say. The next step and the next SceneQueries::update see it, and nothing that was kept
+  /// for these bodies stands. Throws std::invalid_argument, and nothing has changed, for an id that names no shape and
+  /// a half-space for bodies that are not static.
   void replace_shape(ShapeId id, Shape shape);
   /// Throws std::invalid_argument that names the body, field and value: a bad pose or number, an unknown shape, or
   /// a half-space that is not static. Two half-spaces thus never meet: all other pairs of kinds have a solver.
@@ -74,8 +74,8 @@ class Scene {
   /// Throws std::invalid_argument for an id that names no body (any more); so do all calls that take an id.
   void remove_body(BodyId id);
   void set_pose(BodyId id, const Pose& pose);
-  /// The same for many; checked on the threads of the caller's oneTBB arena. Throws before any is changed. Both spans one
-  /// length; of a body named twice the last pose counts.
+  /// The same for many; checked on the threads of the caller's oneTBB arena. Throws before any is changed. Both spans
+  /// one length; of a body named twice the last pose counts.
   void set_poses(std::span<const BodyId> ids, std::span<const Pose> poses);
   /// Gives the body another shape, other groups, fixes or frees it: what holds of add_body holds of these, too.
   void set_shape(BodyId id, ShapeId shape);
@@ -113,8 +113,8 @@ class Scene {
   std::span<const std::uint32_t> groups() const { return groups_; }
   std::span<const std::uint32_t> masks() const { return masks_; }
 
-  /// For an integrator, yours or Response: moves a body without the checks of set_pose; the rotation must be orthonormal.
-  /// Several threads may move different bodies.
+  /// For an integrator, yours or Response: moves a body without the checks of set_pose; the rotation must be
+  /// orthonormal. Several threads may move different bodies.
   void move(std::uint32_t index, const Pose& pose, const Vec3& velocity, const Vec3& angular_velocity);
 
   std::string name;

@@ -85,8 +85,8 @@ class Shape {
   /// The same, watched and ended as the options say; throws WorkStopped where it was ended.
   Shape(Mesh, const BuildOptions& options);
 
-  /// This shape with a ball of this radius (>= 0, finite, metres) about each of its points: a box with round edges, a thick
-  /// triangle. Of sphere, capsule and half-space one of the same kind; of others the mass stays the core's.
+  /// This shape with a ball of this radius (>= 0, finite, metres) about each of its points: a box with round edges, a
+  /// thick triangle. Of sphere, capsule and half-space one of the same kind; of others the mass stays the core's.
   Shape rounded(double radius) const;
   double rounding() const { return rounding_; }  ///< metres; other parameters are the core's
 
