@@ -69,6 +69,7 @@ class Search {
   double off_axis() const;
   double search_meridian();
   void search_arcs(int which);
+  void search_near_edges(int which);
   bool by_arcs(int which) const;
   Vec3 face_normal(int which, std::size_t face) const;
   template <class Supporting>
@@ -451,6 +452,22 @@ void Search::search_arcs(int which) {
   }
 }
 
+/// The same of a hull that is hardly deep, all around those of its edges that reach as far as its deepest corner: a
+/// needle's have minima so near each other that descents from a polytope's faces find one of them.
+void Search::search_near_edges(int which) {
+  if (!(best_.h < tolerance::near_surface * pair_.scale)) return;
+  const RoundBody& body = pair_.body[which];
+  const Hull& hull = body.hull();
+  const Vec3 m = body.axes().transpose() * best_.n;
+  const double level = m.dot(hull.vertices[static_cast<std::size_t>(body.support_piece(best_.n))]) -
+                       tolerance::near_features * pair_.scale;
+  for (const Hull::Edge& e : hull.edges) {
+    const Vec3 &p = hull.vertices[e.v[0]], &q = hull.vertices[e.v[1]];
+    if (best_.h > 0 && m.dot(p) >= level && m.dot(q) >= level)
+      search_circle(which, {body.axes() * (q - p).stableNormalized()}, true);
+  }
+}
+
 /// The least of h on spans of a circle, where it is `add` more than `supporting` reaches. Between two directions h is
 /// at least what the points that support them reach; where that is less than the best known, the direction in which
 /// both reach as far is looked at too.
@@ -638,6 +655,8 @@ Depth Search::run() {
         if (best_.h > 0)
           search_circle(which, {body.axes() * (hull.vertices[e.v[1]] - hull.vertices[e.v[0]]).stableNormalized()},
                         true);
+    } else if (body.kind() == ShapeKind::convex) {
+      search_near_edges(which);
     } else {
       Circle circles[3];
       const int count = body.kinks(circles);
