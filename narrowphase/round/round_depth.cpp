@@ -69,6 +69,7 @@ class Search {
   double off_axis() const;
   double search_meridian();
   void search_arcs(int which);
+  void try_faces(int which);
   void search_near_edges(int which);
   bool by_arcs(int which) const;
   Vec3 face_normal(int which, std::size_t face) const;
@@ -452,7 +453,19 @@ void Search::search_arcs(int which) {
   }
 }
 
-/// The same of a hull that is hardly deep, all around those of its edges that reach as far as its deepest corner: a
+/// From the normals of a hull's faces that are less far: those of a flat hull lie so near each other that a descent from
+/// a polytope's face finds one of their minima.
+void Search::try_faces(int which) {
+  const RoundBody &body = pair_.body[which], &other = pair_.body[1 - which];
+  const Hull& hull = body.hull();
+  for (const Hull::Face& face : hull.faces) {
+    const Vec3 n = body.axes() * face.normal;
+    const Vec3 corner = body.axes() * hull.vertices[hull.loop[face.first]] + body.centre();
+    if (best_.h > 0 && n.dot(corner + other.support(n)) < best_.h - rounding_) try_from(n);
+  }
+}
+
+/// The least of h of a hull that is hardly deep, all around those of its edges that reach as far as its deepest corner: a
 /// needle's have minima so near each other that descents from a polytope's faces find one of them.
 void Search::search_near_edges(int which) {
   if (!(best_.h < tolerance::near_surface * pair_.scale)) return;
@@ -656,6 +669,7 @@ Depth Search::run() {
           search_circle(which, {body.axes() * (hull.vertices[e.v[1]] - hull.vertices[e.v[0]]).stableNormalized()},
                         true);
     } else if (body.kind() == ShapeKind::convex) {
+      try_faces(which);
       search_near_edges(which);
     } else {
       Circle circles[3];
