@@ -105,6 +105,16 @@ void nearest_on_tetrahedron(const Simplex& s, Nearest& best) {
   }
 }
 
+/// On the surface of a tetrahedron.
+Nearest nearest_on_sides(const Simplex& s) {
+  Nearest best;
+  nearest_on_triangle(s, 0, 1, 2, best);
+  nearest_on_triangle(s, 0, 1, 3, best);
+  nearest_on_triangle(s, 0, 2, 3, best);
+  nearest_on_triangle(s, 1, 2, 3, best);
+  return best;
+}
+
 Nearest nearest(const Simplex& s) {
   Nearest best;
   switch (s.count) {
@@ -266,6 +276,7 @@ void refine(const MinkowskiDifference& d, const DescentLimits& limits, GjkResult
   const auto close = [&limits](double upper) { return 2 * limits.rounding + limits.tolerance * upper; };
   const bool polytopes = d.polytopes();
   Nearest n = nearest(r.simplex);
+  if (n.inside) n = nearest_on_sides(r.simplex);  // rounding's doing: this is not asked where it holds the origin
   if ((n.v - r.v).squaredNorm() <= 16 * limits.rounding * limits.rounding &&
       (!polytopes || r.upper - r.lower <= close(r.upper)))
     return keep(r.simplex, n);
@@ -351,7 +362,7 @@ GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond,
     descend_round(d, limits, r);
   // A simplex does not hold the origin where a direction separates: it is flat.
   if (polytopes && r.end == GjkResult::End::inside && r.lower > 2 * rounding)
-    r.end = GjkResult::End::near, r.upper = infinity;
+    r.end = GjkResult::End::near, r.upper = r.simplex.p[0].w.norm();
   if (r.end == GjkResult::End::inside || r.simplex.count == 0) return r;
   if (!(r.lower > beyond)) refine(d, limits, r);
   // Polytopes: what is certified to rounding needs no second opinion.
@@ -366,11 +377,7 @@ GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond,
 void weigh(Simplex& s) {
   Nearest n = nearest(s);
   if (!n.inside) return keep(s, n);
-  // Asked of flat ones only: the origin lies next to a side.
-  nearest_on_triangle(s, 0, 1, 2, n);
-  nearest_on_triangle(s, 0, 1, 3, n);
-  nearest_on_triangle(s, 0, 2, 3, n);
-  nearest_on_triangle(s, 1, 2, 3, n);
+  n = nearest_on_sides(s);  // asked of flat ones only: the origin lies next to a side
   std::fill_n(s.weight, s.count, 0.0);
   for (int i = 0; i < n.count; ++i) s.weight[n.index[i]] = n.weight[i];
 }
