@@ -56,6 +56,8 @@ class Search {
   bool try_face(int which, std::size_t face, const Vec3& n);
   bool by_arcs(int which) const;
   void search_kinks();
+  void try_faces(int which);
+  void search_near_edges(int which);
   double off_axis() const;
   double search_meridian();
   bool search_ellipsoid();
@@ -211,6 +213,34 @@ double Search::search_meridian() {
   return std::exchange(m_.gap, known);
 }
 
+/// From the normals of a hull's faces that are less far: those of a flat hull lie so near each other that a descent
+/// from a polytope's face finds one of their minima.
+void Search::try_faces(int which) {
+  const RoundBody &body = pair_.body[which], &other = pair_.body[1 - which];
+  const Hull& hull = body.hull();
+  for (const Hull::Face& face : hull.faces) {
+    const Vec3 n = body.axes() * face.normal;
+    const Vec3 corner = body.axes() * hull.vertices[hull.loop[face.first]] + body.centre();
+    if (m_.best.h > 0 && n.dot(corner + other.support(n)) < m_.best.h - m_.rounding) m_.try_from(n);
+  }
+}
+
+/// The least of h of a hull that is hardly deep, all around those of its edges that reach as far as its deepest corner:
+/// a needle's have minima so near each other that descents from a polytope's faces find one of them.
+void Search::search_near_edges(int which) {
+  if (!(m_.best.h < tolerance::near_surface * pair_.scale)) return;
+  const RoundBody& body = pair_.body[which];
+  const Hull& hull = body.hull();
+  const Vec3 m = body.axes().transpose() * m_.best.n;
+  const double level = m.dot(hull.vertices[static_cast<std::size_t>(body.support_piece(m_.best.n))]) -
+                       tolerance::near_features * pair_.scale;
+  for (const Hull::Edge& e : hull.edges) {
+    const Vec3 &p = hull.vertices[e.v[0]], &q = hull.vertices[e.v[1]];
+    if (m_.best.h > 0 && m.dot(p) >= level && m.dot(q) >= level)
+      search_circle(m_, which, {body.axes() * (q - p).stableNormalized()}, true);
+  }
+}
+
 /// Minima where a support has a kink: on arcs between faces, and on circles.
 void Search::search_kinks() {
   for (int which = 0; which < 2 && m_.best.h > 0; ++which) {
@@ -227,6 +257,9 @@ void Search::search_kinks() {
           search_circle(m_, which, {body.axes() * (hull.vertices[e.v[1]] - hull.vertices[e.v[0]]).stableNormalized()},
                         true);
       }
+    } else if (body.kind() == ShapeKind::convex) {
+      try_faces(which);
+      search_near_edges(which);
     } else {
       Circle circles[3];
       const int count = body.kinks(circles);
