@@ -35,6 +35,14 @@ double heap() {
   return static_cast<double>(now.uordblks + now.hblkhd);
 }
 
+/// As scene and pipeline tell it, bytes a body.
+nlohmann::json by_part(const SceneMemory& scene, const PipelineMemory& pipeline, double bodies) {
+  const auto each = [bodies](std::size_t bytes) { return static_cast<double>(bytes) / bodies; };
+  return {{"scene_bodies", each(scene.bodies)},       {"scene_shapes", each(scene.shapes)},
+          {"pipeline_bodies", each(pipeline.bodies)}, {"broad_phase", each(pipeline.broad_phase)},
+          {"executor", each(pipeline.executor)},      {"contacts", each(pipeline.contacts)}};
+}
+
 /// Bytes a body: the scene; a pipeline after some steps that move all, without the list of its answer, on one thread
 /// and on two; the list, a contact.
 nlohmann::json memory_of(std::size_t bodies) {
@@ -62,6 +70,7 @@ nlohmann::json memory_of(std::size_t bodies) {
     const double answers =
         static_cast<double>(list.pairs.capacity() * sizeof(PairResult) + list.contacts.capacity() * sizeof(Contact));
     out[threads == 1 ? "pipeline_bytes_a_body" : "pipeline_bytes_a_body_two_threads"] = (heap() - before - answers) / n;
+    if (threads == 1) out["bytes_a_body_by_part"] = by_part(scene.memory(), pipeline.memory(), n);
   }
   return out;
 }
@@ -199,6 +208,10 @@ std::vector<Row> grains_bench(const Settings& settings) {
     fmt::print("bytes a body: scene {:.0f}, pipeline {:.0f} ({:.0f} of two threads) and {} a contact\n",
                memory["scene_bytes_a_body"].get<double>(), memory["pipeline_bytes_a_body"].get<double>(),
                memory["pipeline_bytes_a_body_two_threads"].get<double>(), memory["bytes_a_contact"].get<int>());
+    fmt::print("as they tell it:");
+    for (const auto& [part, bytes] : memory["bytes_a_body_by_part"].items())
+      fmt::print(" {} {:.0f}", part, bytes.get<double>());
+    fmt::print("\n");
   }
   return rows;
 }

@@ -387,6 +387,59 @@ inline constexpr double motion_touch = 1e-10;
 /// The last bits of the end of a motion belong to it, relative to its length.
 inline constexpr double end_of_way = 1e-12;
 
+// ---- Where one method hands over to another: shares and sines of some thousandths
+
+/// Squared sine of the angle of two edges of boxes, below which the short formula of their axis loses digits, and more
+/// where the rotation is off from orthonormal: the axis is projected in full. Less: separations off by 1e-14 of the
+/// size. More costs time alone.
+inline constexpr double slow_edges2 = 1e-2;
+/// Squared sine from which two segments clearly cross and have a formula without cases. Less: it loses digits. More:
+/// the formula with cases is taken more often.
+inline constexpr double clearly_crossing2 = 1e-2;
+/// Squared sine from which the cross product of two lines, or of tangents of circles, gives the normal; else the
+/// difference of the points does. Less: noise of the one. More: noise of the other, where they nearly touch.
+inline constexpr double square_lines2 = 1e-2;
+/// Squared sine of a triangle's corner from which its two sides give its normal; else the two shorter ones do.
+inline constexpr double wide_corner2 = 1e-2;
+/// Boxes no farther apart, relative to the size, along the line of their nearest points are asked by their axes, too:
+/// of points that nearly touch the direction may be any. Less: normals of touching boxes from noise. More costs time.
+inline constexpr double nearly_touching_boxes = 1e-2;
+/// How far bodies that overlap, or touch, are moved apart to find where they touch, relative to the scale. Less: the
+/// direction is noise. More: what is curved is reached elsewhere, and rounds are needed to come back.
+inline constexpr double moved_apart = 1e-2;
+/// Polytopes farther apart, relative to the scale, than this are not asked by a ray first: what ends on the surface by
+/// a ray may be far from the nearest face then. Either way the answer is checked; only time differs.
+inline constexpr double far_from_surface = 1e-3;
+/// Sine by which a disc leans up to which the place of its deepest point is put on a grid, so that it stays when the
+/// pose changes a little: from there 1e-9 moves it by less than 1e-6.
+inline constexpr double steady_lean = 1e-3;
+/// Width of a contact patch to its length, up to which it counts as an edge of two points. Less: four points of a
+/// strip, of which two carry nothing. More: two points for a face that rocks across.
+inline constexpr double thin_patch = 5e-3;
+/// A normal that turns towards another by a smaller share of the way does not get there. Less: more rounds, for
+/// nothing.
+inline constexpr double least_turn = 1e-2;
+/// Area of a mesh's contact patch to the square of its curve's length from which its area vector is a direction, where
+/// corners lie inside. Less: noise of a wide patch for its normal.
+inline constexpr double wide_patch = 1e-3;
+/// Twice the area of a triangle over its longest side's square, from which `flush` is a small part of its angles.
+inline constexpr double sliver_in_cone = 2e-3;
+/// What a cone of normals is wider than the normals in it, of a cosine: faces that lie flush are in it.
+inline constexpr double cone_spare = 1e-3;
+/// Translations of meshes shorter than this share of what the first one needs are not searched for.
+inline constexpr double least_reach = 1e-2;
+/// A climb to a place deep in two meshes ends with a step of this share of the first. Less: steps that find nothing.
+inline constexpr double last_climb = 5e-3;
+/// How far beyond an arc's ends, of its length, a minimum found from within still belongs to it.
+inline constexpr double arc_ends = 1e-2;
+/// Length of an arc of directions, radians, up to which a descent from it may lead past a narrow minimum.
+inline constexpr double narrow_arc = 1e-3;
+/// Sine of the angle between two axes of revolution up to which two bodies are nearly the same all around one. More: a
+/// wider bound on what is left; less: a polytope is expanded, which takes a hundred times as long.
+inline constexpr double leaning_axes = 1e-3;
+/// Length of a unit vector's share off an axis from which it is square to it after one subtraction.
+inline constexpr double clearly_off_axis = 1e-3;
+
 /// What libccd and FCL are asked for: in metres, as both take it. Less: more iterations.
 inline constexpr double peer_accuracy = 1e-10;
 /// How far from 1 the length of a normal of theirs may be.

@@ -34,12 +34,12 @@ Scene with_hulls(const Scene& from) {
   for (std::uint32_t i = 0; i < from.indices(); ++i)
     if (from.is_static()[i] == 0) moves[from.shape_indices()[i]] = true;
   std::vector<ShapeId> ids;
-  for (std::size_t k = 0; k < from.shapes().size(); ++k) {
+  for (std::uint32_t k = 0; k < from.shapes().size(); ++k) {
     const Shape& shape = from.shapes()[k];
     const bool replaced = shape.kind() == ShapeKind::mesh && moves[k];
     const auto points = shape.vertices();
-    ids.push_back(
-        out.add_shape(replaced ? Shape(Convex{{points.begin(), points.end()}}) : shape, from.shape_names()[k]));
+    ids.push_back(out.add_shape(replaced ? Shape(Convex{{points.begin(), points.end()}}) : shape,
+                                std::string(from.shape_name(k))));
   }
   for (std::uint32_t i = 0; i < from.indices(); ++i)
     out.add_body({.shape = ids[from.shape_indices()[i]],

@@ -360,6 +360,8 @@ Replay read_replay(const std::filesystem::path& path, std::size_t most_frames, s
   json place = json::array(), point = json::array();
   for (std::size_t k = 0; k < 3; ++k)
     place.push_back(about.place[k].to_json()), point.push_back(about.point[k].to_json());
+  json names = json::array();
+  for (std::uint32_t k = 0; k < scene.shapes().size(); ++k) names.push_back(scene.shape_name(k));
   json cost = costs.about();
   // A cost counts for the frame that is kept next to the one it was measured at.
   for (json& frame : cost["frames"]) frame = std::min(frame.get<std::size_t>() / stride, kept.size() - 1);
@@ -371,7 +373,7 @@ Replay read_replay(const std::filesystem::path& path, std::size_t most_frames, s
                {"steps", steps},
                {"hashes", hashes},
                {"shapes", shapes},
-               {"shape_names", scene.shape_names()},
+               {"shape_names", names},
                {"shape_of", scene.shape_indices()},
                {"moving", about.moving},
                {"still", still},

@@ -186,72 +186,96 @@ std::size_t overlapping(const BoxRecord* records, const LocalPair* pairs, std::s
   return hits;
 }
 
+using Floats = hn::ScalableTag<float>;
+using V = hn::Vec<Floats>;
+
+// A larger box is at least so much of its edge larger on each side: less, and bodies that shake leave it; more, and
+// lists have more candidates.
+constexpr float enlarged_share = 0.02f;
+
+// Boxes of some lanes, and how they are enlarged.
+struct BoxEnlarging {
+  V share, most_grown, ahead, sweep;
+  hn::Mask<Floats> goes_on, bounded;
+
+  /// Bounds on one axis, in this step and the one before; they become those of the enlarged boxes.
+  HWY_INLINE void enlarge(V& lo, V& hi, V past_lo, V past_hi) const {
+    const Floats df;
+    const V zero = hn::Zero(df), most = hn::Set(df, std::numeric_limits<float>::max());
+    const V lo_step = hn::IfThenElseZero(goes_on, hn::Sub(lo, past_lo));
+    const V hi_step = hn::IfThenElseZero(goes_on, hn::Sub(hi, past_hi));
+    // Far from the origin rounding alone moves a box by its last bit.
+    const V last_bit = hn::Mul(hn::Set(df, std::numeric_limits<float>::epsilon()), hn::Max(hn::Abs(lo), hn::Abs(hi)));
+    const V grow = hn::Add(hn::Add(hn::Min(hn::Mul(share, hn::Sub(hi, lo)), most_grown),
+                                   hn::Mul(hn::Set(df, 0.25f), hn::Max(hn::Abs(lo_step), hn::Abs(hi_step)))),
+                           last_bit);
+    const V down = hn::Min(hn::Max(hn::Mul(lo_step, ahead), hn::Neg(sweep)), zero);
+    const V up = hn::Max(hn::Min(hn::Mul(hi_step, ahead), sweep), zero);
+    lo = hn::IfThenElse(bounded, hn::Max(hn::Sub(hn::Add(lo, down), grow), hn::Neg(most)), lo);
+    hi = hn::IfThenElse(bounded, hn::Min(hn::Add(hn::Add(hi, up), grow), most), hi);
+  }
+};
+
+// Records, at most as many as there are lanes, read axis by axis.
+struct RecordColumns {
+  HWY_ALIGN float all_lo[4 * hn::MaxLanes(Floats())] = {}, all_hi[4 * hn::MaxLanes(Floats())] = {};
+
+  HWY_INLINE void load(const BoxRecord* records, std::size_t count, V* lo, V* hi) {
+    const Floats df;
+    const hn::CappedTag<float, 4> quad;
+    for (std::size_t k = 0; k < count; ++k) {
+      for (std::size_t axis = 0; axis < 4; axis += hn::Lanes(quad)) {
+        hn::Store(hn::Load(quad, records[k].lo() + axis), quad, all_lo + 4 * k + axis);
+        hn::Store(hn::Load(quad, records[k].hi() + axis), quad, all_hi + 4 * k + axis);
+      }
+    }
+    V unused;
+    hn::LoadInterleaved4(df, all_lo, lo[0], lo[1], lo[2], unused);
+    hn::LoadInterleaved4(df, all_hi, hi[0], hi[1], hi[2], unused);
+  }
+};
+
 // NOLINTNEXTLINE(misc-definitions-in-headers)
 void enlarge_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxRecord* past, float steps,
                    const UsualBox& usual, BoxArray& larger) {
-  const hn::ScalableTag<float> df;
-  using V = hn::Vec<decltype(df)>;
-  const hn::CappedTag<float, 4> quad;
+  const Floats df;
   const std::size_t lanes = hn::Lanes(df);
-  HWY_ALIGN float past_lo[4 * hn::MaxLanes(df)] = {}, past_hi[4 * hn::MaxLanes(df)] = {};
-  constexpr float largest = std::numeric_limits<float>::max();
-  const auto zero = hn::Zero(df), half = hn::Set(df, 0.5f), most = hn::Set(df, largest);
-  const auto least_sweep = hn::Set(df, usual.motion * steps), usual_motion = hn::Set(df, usual.motion);
-  const auto ahead = hn::Set(df, steps), share = hn::Set(df, 0.02f);
-  const auto most_grown = hn::Set(df, std::max(0.02f * usual.edge, usual.motion));
+  const V half = hn::Set(df, 0.5f), most = hn::Set(df, std::numeric_limits<float>::max());
+  const V least_sweep = hn::Set(df, usual.motion * steps), usual_motion = hn::Set(df, usual.motion);
+  BoxEnlarging x;
+  x.share = hn::Set(df, enlarged_share);
+  x.most_grown = hn::Set(df, std::max(enlarged_share * usual.edge, usual.motion));
+  x.ahead = hn::Set(df, steps);
 
   // Past the end may be another block's boxes: the last vector is stored by parts.
   HWY_ALIGN float part[hn::MaxLanes(df)];
+  RecordColumns records;
   for (std::size_t i = begin; i < end; i += lanes) {
     const std::size_t here = end - i < lanes ? end - i : lanes;
-    for (std::size_t k = 0; k < here; ++k) {
-      for (std::size_t axis = 0; axis < 4; axis += hn::Lanes(quad)) {
-        hn::Store(hn::Load(quad, past[i + k].lo() + axis), quad, past_lo + 4 * k + axis);
-        hn::Store(hn::Load(quad, past[i + k].hi() + axis), quad, past_hi + 4 * k + axis);
-      }
+    V past_lo[3], past_hi[3], lo[3], hi[3];
+    records.load(past + i, here, past_lo, past_hi);
+    for (int axis = 0; axis < 3; ++axis) {
+      lo[axis] = hn::LoadU(df, boxes.lo(axis) + i);
+      hi[axis] = hn::LoadU(df, boxes.hi(axis) + i);
     }
-    V p0, p1, p2, q0, q1, q2, unused;
-    hn::LoadInterleaved4(df, past_lo, p0, p1, p2, unused);
-    hn::LoadInterleaved4(df, past_hi, q0, q1, q2, unused);
-    const auto lo0 = hn::LoadU(df, boxes.lo(0) + i), hi0 = hn::LoadU(df, boxes.hi(0) + i);
-    const auto lo1 = hn::LoadU(df, boxes.lo(1) + i), hi1 = hn::LoadU(df, boxes.hi(1) + i);
-    const auto lo2 = hn::LoadU(df, boxes.lo(2) + i), hi2 = hn::LoadU(df, boxes.hi(2) + i);
-
-    const auto size = hn::Max(hn::Sub(hi0, lo0), hn::Max(hn::Sub(hi1, lo1), hn::Sub(hi2, lo2)));
-    const auto farther = [&](V a, V b, V c, V d)
-                             HWY_ATTR { return hn::Max(hn::Abs(hn::Sub(a, b)), hn::Abs(hn::Sub(c, d))); };
-    const auto motion =
-        hn::Max(farther(lo0, p0, hi0, q0), hn::Max(farther(lo1, p1, hi1, q1), farther(lo2, p2, hi2, q2)));
-    const auto goes_on = hn::Le(motion, hn::Max(hn::Mul(half, size), usual_motion));
-    const auto bounded = hn::And(hn::Lt(size, most), hn::Le(lo0, hi0));
-    const auto sweep = hn::Max(size, least_sweep);
-
-    const auto enlarge = [&](V lo, V hi, V p, V q, float* to_lo, float* to_hi) HWY_ATTR {
-      const auto lo_step = hn::IfThenElseZero(goes_on, hn::Sub(lo, p));
-      const auto hi_step = hn::IfThenElseZero(goes_on, hn::Sub(hi, q));
-      // Far from the origin rounding alone moves a box by its last bit.
-      const auto last_bit =
-          hn::Mul(hn::Set(df, std::numeric_limits<float>::epsilon()), hn::Max(hn::Abs(lo), hn::Abs(hi)));
-      const auto grow = hn::Add(hn::Add(hn::Min(hn::Mul(share, hn::Sub(hi, lo)), most_grown),
-                                        hn::Mul(hn::Set(df, 0.25f), hn::Max(hn::Abs(lo_step), hn::Abs(hi_step)))),
-                                last_bit);
-      const auto down = hn::Min(hn::Max(hn::Mul(lo_step, ahead), hn::Neg(sweep)), zero);
-      const auto up = hn::Max(hn::Min(hn::Mul(hi_step, ahead), sweep), zero);
-      const auto new_lo = hn::IfThenElse(bounded, hn::Max(hn::Sub(hn::Add(lo, down), grow), hn::Neg(most)), lo);
-      const auto new_hi = hn::IfThenElse(bounded, hn::Min(hn::Add(hn::Add(hi, up), grow), most), hi);
-      if (here == lanes) {
-        hn::StoreU(new_lo, df, to_lo + i);
-        hn::StoreU(new_hi, df, to_hi + i);
-      } else {
-        hn::Store(new_lo, df, part);
-        std::copy(part, part + here, to_lo + i);
-        hn::Store(new_hi, df, part);
-        std::copy(part, part + here, to_hi + i);
-      }
+    const V size = hn::Max(hn::Sub(hi[0], lo[0]), hn::Max(hn::Sub(hi[1], lo[1]), hn::Sub(hi[2], lo[2])));
+    const auto farther = [&](int axis) HWY_ATTR {
+      return hn::Max(hn::Abs(hn::Sub(lo[axis], past_lo[axis])), hn::Abs(hn::Sub(hi[axis], past_hi[axis])));
     };
-    enlarge(lo0, hi0, p0, q0, larger.lo(0), larger.hi(0));
-    enlarge(lo1, hi1, p1, q1, larger.lo(1), larger.hi(1));
-    enlarge(lo2, hi2, p2, q2, larger.lo(2), larger.hi(2));
+    const V motion = hn::Max(farther(0), hn::Max(farther(1), farther(2)));
+    x.goes_on = hn::Le(motion, hn::Max(hn::Mul(half, size), usual_motion));
+    x.bounded = hn::And(hn::Lt(size, most), hn::Le(lo[0], hi[0]));
+    x.sweep = hn::Max(size, least_sweep);
+    const auto store = [&](V values, float* to) HWY_ATTR {
+      if (here == lanes) return hn::StoreU(values, df, to + i);
+      hn::Store(values, df, part);
+      std::copy(part, part + here, to + i);
+    };
+    for (int axis = 0; axis < 3; ++axis) {
+      x.enlarge(lo[axis], hi[axis], past_lo[axis], past_hi[axis]);
+      store(lo[axis], larger.lo(axis));
+      store(hi[axis], larger.hi(axis));
+    }
   }
 }
 

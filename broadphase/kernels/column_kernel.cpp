@@ -43,21 +43,9 @@ void scatter_records(const BoxArray& boxes, std::size_t begin, const ColumnEntry
   }
 }
 
-// NOLINTNEXTLINE(misc-definitions-in-headers)
-void sort_column(const ColumnRecord* records, std::size_t size, std::size_t axis, Column& column) {
-  const Floats df;
-  const hn::RebindToUnsigned<decltype(df)> du;
-  const std::size_t lanes = hn::Lanes(df);
-  const std::size_t padded = size + 2 * lanes;
-  for (auto& bound : column.bounds)
-    if (bound.size() < padded) bound.resize(padded);
-  for (auto* values : {&column.index, &column.first, &column.cell, &column.last})
-    if (values->size() < padded) values->resize(padded);
-  for (auto* half : {&column.front, &column.back})
-    if (half->size() < 4 * padded) half->resize(4 * padded);
-  column.size = size;
-
-  // A counting sort into about as many thin cells as there are rows.
+// A counting sort of the records by their lower bounds into about as many thin cells as there are rows: which cell each
+// is in, and where each cell begins.
+HWY_INLINE void count_cells(const ColumnRecord* records, std::size_t size, std::size_t axis, Column& column) {
   float lo = records[0].box.lo[axis], hi = lo;
   for (std::size_t i = 1; i < size; ++i) {
     lo = std::min(lo, records[i].box.lo[axis]);
@@ -77,19 +65,20 @@ void sort_column(const ColumnRecord* records, std::size_t size, std::size_t axis
     place[k] = sum;
     sum += count;
   }
-  float *front = column.front.data(), *back = column.back.data();
-  std::fill(front + 4 * size, front + 4 * (size + lanes), 0.0f);
-  std::fill(back + 4 * size, back + 4 * (size + lanes), 0.0f);
-  for (std::size_t i = 0; i < size; ++i) {
-    const std::size_t row = place[cell[i]]++;  // in the end each begin is the end of its cell
-    hwy::CopyBytes<16>(&records[i], front + 4 * row);
-    hwy::CopyBytes<16>(reinterpret_cast<const float*>(&records[i]) + 4, back + 4 * row);
-  }
+}
 
+// The sorted rows' bounds side by side, and the cell in which each ends.
+HWY_INLINE void fill_rows(Column& column, std::size_t axis) {
+  const Floats df;
+  const hn::RebindToUnsigned<decltype(df)> du;
+  const std::size_t size = column.size, lanes = hn::Lanes(df);
+  const Slices& slices = column.cells;
+  const float *front = column.front.data(), *back = column.back.data();
   const std::array<float*, 6> to{column.bounds[0].data(), column.bounds[1].data(), column.bounds[2].data(),
                                  column.bounds[3].data(), column.bounds[4].data(), column.bounds[5].data()};
   const auto half = hn::Set(df, 0.5f), origin = hn::Set(df, slices.half_origin);
-  const auto inverse = hn::Set(df, slices.inverse_half_width), most = hn::Set(df, static_cast<float>(cells - 1));
+  const auto inverse = hn::Set(df, slices.inverse_half_width),
+             most = hn::Set(df, static_cast<float>(column.cell_end.size() - 1));
   const hn::RebindToSigned<decltype(df)> di;
   auto longest = hn::Zero(di);
   for (std::size_t row = 0; row < size; row += lanes) {
@@ -115,6 +104,30 @@ void sort_column(const ColumnRecord* records, std::size_t size, std::size_t axis
   column.longest = static_cast<std::uint32_t>(hn::GetLane(hn::MaxOfLanes(di, longest)));
   constexpr float inf = std::numeric_limits<float>::infinity();
   for (std::size_t k = 0; k < 6; ++k) hn::StoreU(hn::Set(df, k < 3 ? inf : -inf), df, to[k] + size);
+}
+
+// NOLINTNEXTLINE(misc-definitions-in-headers)
+void sort_column(const ColumnRecord* records, std::size_t size, std::size_t axis, Column& column) {
+  const std::size_t lanes = hn::Lanes(Floats()), padded = size + 2 * lanes;
+  for (auto& bound : column.bounds)
+    if (bound.size() < padded) bound.resize(padded);
+  for (auto* values : {&column.index, &column.first, &column.cell, &column.last})
+    if (values->size() < padded) values->resize(padded);
+  for (auto* half : {&column.front, &column.back})
+    if (half->size() < 4 * padded) half->resize(4 * padded);
+  column.size = size;
+  count_cells(records, size, axis, column);
+  const std::uint32_t* cell = column.cell.data();
+  std::uint32_t* place = column.cell_end.data();
+  float *front = column.front.data(), *back = column.back.data();
+  std::fill(front + 4 * size, front + 4 * (size + lanes), 0.0f);
+  std::fill(back + 4 * size, back + 4 * (size + lanes), 0.0f);
+  for (std::size_t i = 0; i < size; ++i) {
+    const std::size_t row = place[cell[i]]++;  // in the end each begin is the end of its cell
+    hwy::CopyBytes<16>(&records[i], front + 4 * row);
+    hwy::CopyBytes<16>(reinterpret_cast<const float*>(&records[i]) + 4, back + 4 * row);
+  }
+  fill_rows(column, axis);
 }
 
 // NOLINTNEXTLINE(misc-definitions-in-headers)

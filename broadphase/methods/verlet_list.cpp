@@ -357,36 +357,32 @@ std::size_t VerletList::guess_outside() const {
   return count * size() / (places * boxes_a_place);
 }
 
-void VerletList::decide() {
-  const std::size_t changed = changed_.empty() ? size() : count_set(changed_);
-  if (list_made_ && only_changes_ && changed == 0 && has_past_) return rest();
-  bool keep = list_made_, foreseen = true;
-  ++age_;
-  const auto n = static_cast<double>(size());
-  if (list_made_ && changed > most_outside(size()) && guess_outside() > most_outside(size())) {
-    keep = false;
+bool VerletList::keeps_list(std::size_t changed, bool& foreseen) {
+  if (!list_made_) return false;
+  if (changed > most_outside(size()) && guess_outside() > most_outside(size())) {
     foreseen = static_cast<double>(age_) >= steps_ahead_ || outside_since_ > most_outside(size());
-  } else if (list_made_) {
-    // A list goes when what left it has cost as much as a new one, or it is old and has more than it needs.
-    const auto listed = listed_.load(std::memory_order_relaxed), hits = hits_.load(std::memory_order_relaxed);
-    const auto age = static_cast<double>(age_), extra = static_cast<double>(listed - std::min(listed, hits));
-    const bool wasteful = age >= std::max(4 * steps_ahead_, 32.0) && candidate_cost * extra * age > renewal_cost * n;
-    // Those that leave an old list would leave a new one as often.
-    const double leaving = static_cast<double>(outside_since_) * std::min(1.0, 2 * steps_ahead_ / age);
-    const bool worn = search_cost * leaving > renewal_cost * n || returned_candidates() > most_candidates(size()) / 4;
-    keep = !has_past_ || (!wasteful && !worn);  // a step more shows how all move
-    copies_ = wasteful || worn;
+    return false;
   }
-  if (keep) {
-    mode_ = Mode::reuse;
-    blocks_done_.store(0, std::memory_order_relaxed);
-    // Where few boxes are on the list, they are read where they are. For a list the last motion must be known.
-    copies_ = copies_ || 4 * listed_bodies_.load(std::memory_order_relaxed) > size() || 8 * changed < size() ||
-              static_cast<double>(age_ + 1) >= steps_ahead_ || outside_last_ != 0;
-    return;
-  }
-  copies_ = true;
+  const auto n = static_cast<double>(size());
+  const auto listed = listed_.load(std::memory_order_relaxed), hits = hits_.load(std::memory_order_relaxed);
+  const auto age = static_cast<double>(age_), extra = static_cast<double>(listed - std::min(listed, hits));
+  const bool wasteful = age >= std::max(4 * steps_ahead_, 32.0) && candidate_cost * extra * age > renewal_cost * n;
+  // Those that leave an old list would leave a new one as often.
+  const double leaving = static_cast<double>(outside_since_) * std::min(1.0, 2 * steps_ahead_ / age);
+  const bool worn = search_cost * leaving > renewal_cost * n || returned_candidates() > most_candidates(size()) / 4;
+  copies_ = wasteful || worn;
+  return !has_past_ || !copies_;  // a step more shows how all move
+}
 
+void VerletList::reuse(std::size_t changed) {
+  mode_ = Mode::reuse;
+  blocks_done_.store(0, std::memory_order_relaxed);
+  // Where few boxes are on the list, they are read where they are. For a list the last motion must be known.
+  copies_ = copies_ || 4 * listed_bodies_.load(std::memory_order_relaxed) > size() || 8 * changed < size() ||
+            static_cast<double>(age_ + 1) >= steps_ahead_ || outside_last_ != 0;
+}
+
+bool VerletList::may_renew(bool foreseen) {
   bool failed = too_long_;
   if (list_made_) {
     failed = !paid();
@@ -399,15 +395,26 @@ void VerletList::decide() {
   // Lists do not last, or would be too long: 8 steps without one, then 16, up to 128, each time with a trial after
   // them.
   if (failed && (failures_ > 1 || too_long_)) bare_steps_left_ = std::size_t{4} << std::min<std::size_t>(failures_, 5);
-  bool renew = has_past_ && foreseen && !method_begun_ && bare_steps_left_ == 0;
-  if (renew) usual_ = usual();
-  renew = renew && !jolted();
-  list_made_ = renew;
-  mode_ = renew ? Mode::renew : Mode::scratch;
-  if (!renew) {
-    if (!method_begun_) method_->begin(*boxes_);
-    return;
-  }
+  if (!(has_past_ && foreseen && !method_begun_ && bare_steps_left_ == 0)) return false;
+  usual_ = usual();
+  return !jolted();
+}
+
+void VerletList::decide() {
+  const std::size_t changed = changed_.empty() ? size() : count_set(changed_);
+  if (list_made_ && only_changes_ && changed == 0 && has_past_) return rest();
+  ++age_;
+  bool foreseen = true;
+  if (keeps_list(changed, foreseen)) return reuse(changed);
+  copies_ = true;
+  list_made_ = may_renew(foreseen);
+  if (list_made_) return begin_renewal();
+  mode_ = Mode::scratch;
+  if (!method_begun_) method_->begin(*boxes_);
+}
+
+void VerletList::begin_renewal() {
+  mode_ = Mode::renew;
   age_ = outside_since_ = 0;
   blocks_done_.store(0, std::memory_order_relaxed);
   listed_.store(0, std::memory_order_relaxed);

@@ -135,7 +135,15 @@ class VerletList {
   class Found;
   class Tested;
 
+  /// The first stage: this step's mode, and its beginning.
   void decide();
+  /// Whether the list is good for this step: it goes when what left it has cost as much as a new one, or it is old and
+  /// has more than it needs. `foreseen` is cleared where boxes left it sooner than was expected of it.
+  bool keeps_list(std::size_t changed, bool& foreseen);
+  void reuse(std::size_t changed);
+  /// Whether a new list is worth making; counts those that were not.
+  bool may_renew(bool foreseen);
+  void begin_renewal();
   void rest();
   void prepare(std::size_t part);
   void adapt();

@@ -178,71 +178,130 @@ Vec3 best_side(const PlacedShape& a, const PlacedShape& b) {
   return at(angle).n;
 }
 
+/// solve() of two bounded bodies that are not both without a rest, A at the origin: what they are apart is closed in on
+/// from both sides, by hulls inside them and by minima of what bodies alike to first order reach.
+class LooseDistance {
+ public:
+  LooseDistance(const NarrowPhase& narrow_phase, const PlacedShape& a, const PlacedShape& b, const PairAnswer& first)
+      : narrow_phase_(narrow_phase),
+        a_(a),
+        b_(b),
+        convex_(a.shape.is_convex() && b.shape.is_convex()),
+        size_(std::max(a.shape.size(), b.shape.size())),
+        best_(first) {
+    if (a.rest) hull_a_.emplace(a);
+    if (b.rest) hull_b_.emplace(b);
+    best_.signed_distance -=
+        (hull_a_ ? hull_a_->rest_adds(best_.normal) : 0.0) + (hull_b_ ? hull_b_->rest_adds(-best_.normal) : 0.0);
+  }
+
+  PairAnswer find() {
+    constexpr int most_rounds = 40;
+    const double rounding = tolerance::bounds_meet * size_;
+    improve(best_.normal);
+    if (convex_ && best_.signed_distance <= 0) {
+      if (a_.rest) consider_side(best_side(a_, b_));
+      if (b_.rest) consider_side(-best_side(b_, a_));
+    }
+    double beside = tolerance::first_beside;
+    for (int round = 0; round < most_rounds && above_ - best_.signed_distance > rounding; ++round) {
+      close_in(beside);
+      beside = beside > tolerance::nearest_beside ? 0.1 * beside : 0;
+    }
+    if (above_ - best_.signed_distance > rounding) best_.error_bound += above_ - best_.signed_distance;
+    best_.collide = best_.signed_distance <= 0;
+    best_.status = best_.error_bound > tolerance::accepted_error * size_ ? Status::inexact : Status::ok;
+    return best_;
+  }
+
+ private:
+  void consider(const PairAnswer& found) {
+    if (found.signed_distance > best_.signed_distance) best_ = found;
+  }
+  void improve(const Vec3& n) {
+    if (!convex_) return;
+    const PairAnswer found = descend(a_, b_, n);
+    if (found.signed_distance > 0) above_ = found.signed_distance;  // apart there is one minimum
+    // Beside the minimum by less than shows in what they are apart, the normal may be off by far more than rounding.
+    if (found.signed_distance >= best_.signed_distance - 4 * epsilon * size_) best_ = found;
+  }
+  void consider_side(const Vec3& n) {
+    PairAnswer side;
+    side.normal = n;
+    side.point_a = farthest(a_, n);
+    side.signed_distance = n.dot(farthest(b_, -n) - side.point_a);
+    side.point_b = side.point_a + side.signed_distance * n;
+    consider(side);
+    improve(n);
+  }
+  double grow(const Vec3& n, double beside) {
+    return (hull_a_ ? hull_a_->grow(n, beside) : 0.0) + (hull_b_ ? hull_b_->grow(-n, beside) : 0.0);
+  }
+  /// The distance of the hulls, which then grow to where they were nearest.
+  void close_in(double beside) {
+    const Shape in_a = hull_a_ ? hull_a_->shape() : a_.shape, in_b = hull_b_ ? hull_b_->shape() : b_.shape;
+    PairAnswer found = narrow_phase_.solve(in_a, a_.pose, in_b, b_.pose, Request::distance);
+    above_ = std::min(above_, found.signed_distance);
+    const Vec3 n = found.normal;
+    found.signed_distance -= grow(n, beside);  // before others have it grow
+    grow(best_.normal, beside);
+    found.point_b = found.point_a + found.signed_distance * n;
+    consider(found);
+    improve(n);
+  }
+
+  const NarrowPhase& narrow_phase_;
+  const PlacedShape &a_, &b_;
+  bool convex_;
+  double size_;
+  std::optional<InnerHull> hull_a_, hull_b_;
+  PairAnswer best_;  ///< what the bodies are apart along best_.normal, never too much
+  double above_ = std::numeric_limits<double>::infinity();  ///< what the hulls are, never too little
+};
+
 /// solve() of two that are not both without a rest, A at the origin.
 PairAnswer solve_loose(const NarrowPhase& narrow_phase, const PlacedShape& a, const PlacedShape& b, Request request,
                        std::vector<Contact>* contacts) {
-  constexpr int most_rounds = 40;
   PairAnswer best = narrow_phase.solve(a.shape, a.pose, b.shape, b.pose, Request::distance);
   const auto solve_alike = [&] {
     const PlacedShape like_a = alike(a, best.normal), like_b = alike(b, -best.normal);
     return narrow_phase.solve(like_a.shape, like_a.pose, like_b.shape, like_b.pose, request, contacts);
   };
   if (!a.shape.is_bounded() || !b.shape.is_bounded()) return solve_alike();
-  const bool convex = a.shape.is_convex() && b.shape.is_convex();
-  const double size = std::max(a.shape.size(), b.shape.size()), rounding = tolerance::bounds_meet * size;
-  std::optional<InnerHull> hull_a, hull_b;
-  if (a.rest) hull_a.emplace(a);
-  if (b.rest) hull_b.emplace(b);
-  // How far apart the bodies are along best.normal, never too much, and how far the hulls are, never too little.
-  best.signed_distance -=
-      (hull_a ? hull_a->rest_adds(best.normal) : 0.0) + (hull_b ? hull_b->rest_adds(-best.normal) : 0.0);
-  double above = std::numeric_limits<double>::infinity();
-  const auto consider = [&](const PairAnswer& found) {
-    if (found.signed_distance <= best.signed_distance) return;
-    best = found;
-  };
-  const auto improve = [&](const Vec3& n) {
-    if (!convex) return;
-    const PairAnswer found = descend(a, b, n);
-    if (found.signed_distance > 0) above = found.signed_distance;  // apart there is one minimum
-    // Beside the minimum by less than shows in what they are apart, the normal may be off by far more than rounding.
-    if (found.signed_distance >= best.signed_distance - 4 * epsilon * size) best = found;
-  };
-  const auto consider_side = [&](const Vec3& n) {
-    PairAnswer side;
-    side.normal = n;
-    side.point_a = farthest(a, n);
-    side.signed_distance = n.dot(farthest(b, -n) - side.point_a);
-    side.point_b = side.point_a + side.signed_distance * n;
-    consider(side);
-    improve(n);
-  };
-  improve(best.normal);
-  if (convex && best.signed_distance <= 0) {
-    if (a.rest) consider_side(best_side(a, b));
-    if (b.rest) consider_side(-best_side(b, a));
-  }
-  double beside = 1e-2;
-  for (int round = 0; round < most_rounds && above - best.signed_distance > rounding; ++round) {
-    const Shape in_a = hull_a ? hull_a->shape() : a.shape, in_b = hull_b ? hull_b->shape() : b.shape;
-    PairAnswer found = narrow_phase.solve(in_a, a.pose, in_b, b.pose, Request::distance);
-    above = std::min(above, found.signed_distance);
-    const auto grow = [&](const Vec3& n) {
-      return (hull_a ? hull_a->grow(n, beside) : 0.0) + (hull_b ? hull_b->grow(-n, beside) : 0.0);
-    };
-    const Vec3 n = found.normal;
-    found.signed_distance -= grow(n);  // before others have it grow
-    grow(best.normal);
-    found.point_b = found.point_a + found.signed_distance * n;
-    consider(found);
-    improve(n);
-    beside = beside > tolerance::nearest_beside ? 0.1 * beside : 0;
-  }
-  if (above - best.signed_distance > rounding) best.error_bound += above - best.signed_distance;
-  best.collide = best.signed_distance <= 0;
-  best.status = best.error_bound > tolerance::accepted_error * size ? Status::inexact : Status::ok;
+  best = LooseDistance(narrow_phase, a, b, best).find();
   if (request == Request::contacts) (void)solve_alike();
   return best;
+}
+
+/// The same points transformed: corners of a box, or a convex's vertices.
+Shape hull_of(std::vector<Vec3> vertices, const Mat3& rest) {
+  for (Vec3& v : vertices) v = rest * v;
+  return Shape(Convex{std::move(vertices)});
+}
+
+std::vector<Vec3> corners_of(const Vec3& half) {
+  std::vector<Vec3> out;
+  for (unsigned i = 0; i < 8; ++i)
+    out.push_back(half.cwiseProduct(Vec3(i & 1u ? 1 : -1, i & 2u ? 1 : -1, i & 4u ? 1 : -1)));
+  return out;
+}
+
+Shape triangles_of(const Shape& shape, const Mat3& rest) {
+  Mesh mesh{{shape.vertices().begin(), shape.vertices().end()},
+            {shape.triangles().begin(), shape.triangles().end()},
+            shape.is_solid()};
+  for (Vec3& v : mesh.vertices) v = rest * v;
+  if (shape.kind() == ShapeKind::mesh) return Shape(std::move(mesh));
+  return Triangle{{mesh.vertices[0], mesh.vertices[1], mesh.vertices[2]}};
+}
+
+/// An ellipsoid of other radii and axes.
+void take_rest(const Vec3& radii, const Mat3& rest, PlacedShape& out) {
+  const Eigen::JacobiSVD<Mat3, Eigen::NoQRPreconditioner> svd(rest * radii.asDiagonal(), Eigen::ComputeFullU);
+  Mat3 axes = svd.matrixU();
+  if (axes.determinant() < 0) axes.col(2) = -axes.col(2);
+  out.pose.rotation *= axes;
+  out.shape = Ellipsoid{svd.singularValues()};
 }
 
 }  // namespace
@@ -254,47 +313,25 @@ PlacedShape place(const Shape& shape, const Pose& pose) {
   switch (shape.kind()) {
     case ShapeKind::sphere:
       break;
-    case ShapeKind::box: {
-      Convex corners;
-      for (unsigned i = 0; i < 8; ++i)
-        corners.vertices.push_back(
-            rest * shape.half_size().cwiseProduct(Vec3(i & 1u ? 1 : -1, i & 2u ? 1 : -1, i & 4u ? 1 : -1)));
-      out.shape = Shape(corners);
+    case ShapeKind::box:
+      out.shape = hull_of(corners_of(shape.half_size()), rest);
       break;
-    }
     case ShapeKind::capsule: {
       const Vec3 along = rest.col(2);
       out.pose.rotation *= turn_from_z(along.normalized());
       out.shape = Capsule{shape.radius(), shape.length() * along.norm()};
       break;
     }
-    case ShapeKind::ellipsoid: {
-      const Eigen::JacobiSVD<Mat3, Eigen::NoQRPreconditioner> svd(rest * shape.radii().asDiagonal(),
-                                                                  Eigen::ComputeFullU);
-      Mat3 axes = svd.matrixU();
-      if (axes.determinant() < 0) axes.col(2) = -axes.col(2);
-      out.pose.rotation *= axes;
-      out.shape = Ellipsoid{svd.singularValues()};
+    case ShapeKind::ellipsoid:
+      take_rest(shape.radii(), rest, out);
       break;
-    }
-    case ShapeKind::convex: {
-      Convex corners{{shape.vertices().begin(), shape.vertices().end()}};
-      for (Vec3& v : corners.vertices) v = rest * v;
-      out.shape = Shape(corners);
+    case ShapeKind::convex:
+      out.shape = hull_of({shape.vertices().begin(), shape.vertices().end()}, rest);
       break;
-    }
     case ShapeKind::triangle:
-    case ShapeKind::mesh: {
-      Mesh mesh{{shape.vertices().begin(), shape.vertices().end()},
-                {shape.triangles().begin(), shape.triangles().end()},
-                shape.is_solid()};
-      for (Vec3& v : mesh.vertices) v = rest * v;
-      if (shape.kind() == ShapeKind::mesh)
-        out.shape = Shape(std::move(mesh));
-      else
-        out.shape = Triangle{{mesh.vertices[0], mesh.vertices[1], mesh.vertices[2]}};
+    case ShapeKind::mesh:
+      out.shape = triangles_of(shape, rest);
       break;
-    }
     case ShapeKind::halfspace:
       out.shape = HalfSpace{rest.transpose().inverse() * shape.normal(), shape.offset()};
       break;

@@ -13,7 +13,8 @@ constexpr double densest = 1e15;
 using ShapeIds = std::map<std::string, ShapeId, std::less<>>;
 
 BodyOptions read_body(const JsonRef& json, const ShapeIds& shapes) {
-  json.require_keys({"shape", "pose", "velocity", "angular_velocity", "density", "static", "sensor", "continuous", "group", "mask"});
+  json.require_keys(
+      {"shape", "pose", "velocity", "angular_velocity", "density", "static", "sensor", "continuous", "group", "mask"});
   BodyOptions body;
   const JsonRef shape = json.at("shape");
   const auto found = shapes.find(shape.text());
@@ -90,7 +91,7 @@ void write_scene(JsonWriter& out, const Scene& scene) {
       names.emplace_back();
       continue;
     }
-    std::string unique = scene.shape_names()[i];
+    std::string unique(scene.shape_name(static_cast<std::uint32_t>(i)));
     for (std::size_t n = i; unique.empty() || taken.contains(unique); ++n) unique = "shape" + std::to_string(n);
     taken.insert(unique);
     names.push_back(unique);

@@ -4,10 +4,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <unordered_set>
 #include <utility>
 
 #include "tandem/broadphase/broad_phase.h"
@@ -17,7 +19,10 @@ namespace tandem {
 /// A user's broad phase, whose pairs are looked at before anybody trusts them: bodies that are not there would be read.
 class CheckedBroadPhase final : public BroadPhase {
  public:
-  explicit CheckedBroadPhase(std::unique_ptr<BroadPhase> own) : own_(std::move(own)) {
+  /// `notes_twice`: a pair that comes twice is refused at once, by a set of all pairs, which takes some 100 ns a pair;
+  /// needed where two threads at a pair would be in each other's way.
+  CheckedBroadPhase(std::unique_ptr<BroadPhase> own, bool notes_twice)
+      : own_(std::move(own)), seen_(notes_twice ? std::make_unique<PairSet>() : nullptr) {
     if (own_ == nullptr) throw std::invalid_argument("own_broad_phase: made none, allowed: a broad phase");
   }
 
@@ -26,6 +31,7 @@ class CheckedBroadPhase final : public BroadPhase {
   void expect_only_changes() override { own_->expect_only_changes(); }
   std::size_t begin(const BoxArray& boxes) override {
     boxes_ = boxes.size();
+    if (seen_) seen_->clear();
     const std::size_t stages = own_->begin(boxes);
     if (stages == 0) throw std::invalid_argument("own_broad_phase: begin() returned 0 stages, allowed: at least 1");
     return stages;
@@ -33,7 +39,7 @@ class CheckedBroadPhase final : public BroadPhase {
   std::size_t blocks(std::size_t stage) const override { return own_->blocks(stage); }
   void run(std::size_t stage, std::size_t block) override { own_->run(stage, block); }
   void emit(std::size_t block, PairSink& sink) override {
-    Gate gate(boxes_, block, sink);
+    Gate gate(boxes_, block, sink, seen_.get());
     own_->emit(block, gate);
     gate.flush();
   }
@@ -42,10 +48,34 @@ class CheckedBroadPhase final : public BroadPhase {
   std::size_t memory() const override { return own_->memory(); }
 
  private:
+  /// Pairs of a step, from many threads.
+  class PairSet {
+   public:
+    void clear() {
+      for (Part& part : parts_) part.keys.clear();
+    }
+    /// False if it is there.
+    bool add(Pair pair) {
+      const auto [low, high] = std::minmax(pair.a, pair.b);
+      const std::uint64_t key = std::uint64_t{high} << 32 | low;
+      Part& part = parts_[(low + high) % parts_.size()];
+      const std::scoped_lock lock(part.mutex);
+      return part.keys.insert(key).second;
+    }
+
+   private:
+    struct alignas(64) Part {
+      std::mutex mutex;
+      std::unordered_set<std::uint64_t> keys;
+    };
+    std::array<Part, 64> parts_;
+  };
+
   /// Hands on the pairs of a block if they are pairs.
   class Gate final : public PairSink {
    public:
-    Gate(std::size_t boxes, std::size_t block, PairSink& sink) : boxes_(boxes), block_(block), sink_(sink) {
+    Gate(std::size_t boxes, std::size_t block, PairSink& sink, PairSet* seen)
+        : boxes_(boxes), block_(block), sink_(sink), seen_(seen) {
       filter_ = &all_;
       buffer_ = pairs_.data();
       capacity_ = pairs_.size();
@@ -53,6 +83,7 @@ class CheckedBroadPhase final : public BroadPhase {
     void flush() {
       for (const Pair pair : std::span(pairs_).first(std::exchange(count_, 0))) {
         if (pair.a == pair.b || std::max(pair.a, pair.b) >= boxes_) refuse(pair);
+        if (seen_ != nullptr && !seen_->add(pair)) refuse_twice(pair);
         sink_.put(pair.a, pair.b);
       }
     }
@@ -65,13 +96,22 @@ class CheckedBroadPhase final : public BroadPhase {
                                   "), allowed: two different boxes of " + std::to_string(boxes_));
     }
 
+    // As it is told of a list that has the pair twice.
+    [[noreturn]] static void refuse_twice(Pair pair) {
+      const auto [low, high] = std::minmax(pair.a, pair.b);
+      throw std::invalid_argument("own_broad_phase: put the pair (" + std::to_string(low) + ", " +
+                                  std::to_string(high) + ") twice, allowed: each pair once");
+    }
+
     std::size_t boxes_, block_;
     PairSink& sink_;
+    PairSet* seen_;
     PairFilter all_;
     std::array<Pair, 128> pairs_;
   };
 
   std::unique_ptr<BroadPhase> own_;
+  std::unique_ptr<PairSet> seen_;  // null: twice is not looked for
   std::size_t boxes_ = 0;
 };
 

@@ -13,9 +13,7 @@
 namespace tandem {
 namespace {
 
-/// How far a body at rest may be from where its rest began, of what the tolerance allows. A body that hangs in a
-/// contact held constant drifts so far and no farther before it is looked at again.
-constexpr double rest_share = 1e-3;
+using tolerance::rest_share;
 
 /// The sum of squares of what two matrices differ by.
 double squared_distance(const Mat3& now, const Mat3& then) {
@@ -125,7 +123,7 @@ void KeptContacts::clear() {
   adopted_.clear();
 }
 
-bool KeptContacts::begin_step(const Scene& scene, ContactList& contacts, bool same_bodies) {
+bool KeptContacts::begin_step(const Scene& scene, ContactList& contacts, bool same_bodies, const WorkLimit& limit) {
   std::swap(last_, contacts);
   const std::size_t bodies = scene.indices();
   const bool was_complete = std::exchange(complete_, false);
@@ -157,20 +155,21 @@ bool KeptContacts::begin_step(const Scene& scene, ContactList& contacts, bool sa
   const auto shapes = scene.shapes();
   const auto same = [](const Shape& x, const Shape& y) { return x.identity() == y.identity(); };
   if (std::equal(shapes.begin(), shapes.end(), shapes_.begin(), shapes_.end(), same)) return !all_asked_;
-  shapes_.assign(shapes.begin(), shapes.end());
+  shapes_.clear();  // known again when all are
   balls_.clear();
-  for (const Shape& shape : shapes_) {
+  for (const Shape& shape : shapes) {
     if (!shape.is_bounded()) {
       constexpr double endless = std::numeric_limits<double>::infinity();
       balls_.push_back({shape.identity(), Vec3::Zero(), true, false, endless, endless});
       continue;
     }
-    const Bounds box = shape.bounds({});
+    const Bounds box = shape.bounds({}, &limit);
     const Vec3 centre = (box.lo + box.hi) / 2;
     const bool is_round = shape.kind() == ShapeKind::sphere;
     balls_.push_back({shape.identity(), centre, centre.isZero(0), is_round, (box.hi - box.lo).norm() / 2,
                       tolerance_ * shape.size()});
   }
+  shapes_.assign(shapes.begin(), shapes.end());
   return !all_asked_;
 }
 
@@ -624,6 +623,8 @@ bool KeptContacts::Batch::move_along(Pair pair, PairResult& result, const std::f
     moved_ = !kept.collide && gap_ > all_.margin_ + (may_settle ? rest : 0);
     return moved_;
   }
+  // The deepest contact of a mesh that overlaps is not continuous in the poses: there is no bound on how far it may be.
+  if (kept.collide && kept.status == Status::unproven) return false;
   // The shift along the normal is taken into account: what is left is of second order, but not known to be less than
   // both together. Of the angle something is left for what bodies at rest may turn.
   if (!(2 * bound <= ball.allowed && angle <= 0.99 * all_.tolerance_)) return false;
@@ -723,6 +724,13 @@ void KeptContacts::Batch::note(const PairResult& result, std::span<const Contact
   entry->steady = reported ? moved_by_ + rest <= allowed && rest < gap_ : !answer.collide && gap_ - rest > all_.margin_;
   ++sums_.noted;
   sums_.enter(*entry, *largest);
+}
+
+std::size_t KeptContacts::memory() const {
+  const auto bytes = [](const auto&... list) { return (std::size_t{0} + ... + (list.capacity() * sizeof(list[0]))); };
+  return bytes(shapes_, balls_, anchor_places_, anchor_rotations_, body_shapes_, reach_, since_, changed_) +
+         bytes(last_.pairs, last_.contacts, keys_, entries_, listed_, largest_, marked_, rows_, firsts_, columns_) +
+         bytes(details_, free_details_, restless_, results_, places_, splices_, fresh_, fresh_details_, adopted_);
 }
 
 }  // namespace tandem

@@ -68,7 +68,8 @@ struct KeptPair {
 /// Whether an answer is kept, and how, depends on the poses alone. For convex bodies the signed distance changes by no
 /// more than any point moves (the largest separation over all directions does, and each of them does), so the bound
 /// holds for distance and depth, and an answer is kept only where it leaves the verdict beyond doubt, or who asks can
-/// tell that it is as it was. A mesh's contacts are those of the poses that they were computed for.
+/// tell that it is as it was. Contacts of a mesh that it overlaps with are not moved along: its unproven depth, that of
+/// the deepest contact, may jump from one pose to the next. They stand while both rest.
 ///
 /// In a step any number of threads ask for different pairs at once; nothing is locked but where a batch tells what it
 /// found. Nothing is searched where pairs come in order. What did not stand is then put in its place among what did;
@@ -84,7 +85,8 @@ class KeptContacts {
   /// Takes the last step's answer, and leaves `contacts` to what does not stand. `same_bodies`: no body has come or
   /// gone since the last step, nor has its part of the filter changed. True if only pairs of which a body does not rest
   /// and the restless ones need to be asked for; else all candidates must be.
-  bool begin_step(const Scene& scene, ContactList& contacts, bool same_bodies);
+  /// Throws WorkStopped where the limit ended the building of a mesh's hull.
+  bool begin_step(const Scene& scene, ContactList& contacts, bool same_bodies, const WorkLimit& limit);
   /// Notes which of the bodies from `first` on rest, before any pair of theirs is asked for, and clears their bytes;
   /// others' poses were not written since the last step. From several threads, on different bodies.
   void look_at(std::size_t first, std::span<std::uint8_t> changed);
@@ -109,6 +111,7 @@ class KeptContacts {
   };
   Counts counts() const;
   std::size_t entries() const { return keys_.size(); }
+  std::size_t memory() const;  ///< bytes
 
   /// A ball that holds a shape, in its frame.
   struct Ball {

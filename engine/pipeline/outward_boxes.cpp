@@ -2,7 +2,8 @@
 
 #include <limits>
 
-// With vectors of 512 bits the spheres of a scene, which use none, take 1.07 of the time: see docs/notes/narrowphase.md.
+// With vectors of 512 bits the spheres of a scene, which use none, take 1.07 of the time: see
+// docs/notes/narrowphase.md.
 #undef HWY_DISABLED_TARGETS
 #define HWY_DISABLED_TARGETS ((HWY_AVX2 - 1) | TANDEM_DISABLED_TARGETS)
 #undef HWY_TARGET_INCLUDE

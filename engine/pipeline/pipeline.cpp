@@ -44,7 +44,10 @@ PipelineOptions checked(PipelineOptions options) {
 }
 
 std::unique_ptr<BroadPhase> broad_phase_of(const PipelineOptions& options) {
-  if (options.own_broad_phase) return std::make_unique<CheckedBroadPhase>(options.own_broad_phase());
+  if (options.own_broad_phase) {
+    const bool keeps = options.answer.keep_contacts != 0 && options.answer.request != Request::collide;
+    return std::make_unique<CheckedBroadPhase>(options.own_broad_phase(), keeps);
+  }
   return make_broad_phase(options.broad_phase);
 }
 
@@ -90,10 +93,14 @@ class SceneWork final : public StepWork {
   }
 
   /// `contacts` is the last step's answer.
-  void look_at(const Scene& scene, ContactList& contacts, std::chrono::steady_clock::time_point deadline) {
+  void look_at(const Scene& scene, ContactList& contacts, const std::stop_token& stop,
+               std::chrono::steady_clock::time_point deadline) {
     scene_ = &scene;
+    limit_.stop = stop;
+    limit_.ended = {};  // the last step's; the executor gives this one's
     limit_.deadline = deadline;
     incomplete_.store(false, std::memory_order_relaxed);
+    abandoned_.store(false, std::memory_order_relaxed);
     filter_ = {scene.groups(), scene.masks(), scene.is_static()};
     // What the last whole step has seen of the same scene is still so where the scene tells of no change.
     const SceneChanges::HistoryName history(scene);
@@ -110,7 +117,7 @@ class SceneWork final : public StepWork {
     still_.resize(scene.indices());
     changes_filter_ = {filter_.group, filter_.mask, still_};
     broad_phase_->expect(filter_);
-    only_changes_ = kept_ && kept_->begin_step(scene, contacts, changes_known_ && !options_.predicate);
+    only_changes_ = kept_ && begin_kept(contacts);
     if (changes_known_) broad_phase_->expect_changes(changed_);
     if (only_changes_) broad_phase_->expect_only_changes();
     has_mesh_ = scene.has_kind(ShapeKind::mesh);
@@ -135,7 +142,26 @@ class SceneWork final : public StepWork {
     report.max_depth = found_.max_depth.load(std::memory_order_relaxed);
   }
 
+  /// Whether only changes need be asked for.
+  bool begin_kept(ContactList& contacts) {
+    try {
+      return kept_->begin_step(*scene_, contacts, changes_known_ && !options_.predicate, limit_);
+    } catch (const WorkStopped&) {
+      abandon();
+      return false;
+    }
+  }
+
   const BroadPhase& broad_phase() const { return *broad_phase_; }
+  /// Without the executor's and the list.
+  PipelineMemory memory() const {
+    const auto bytes = [](const auto&... list) { return (std::size_t{0} + ... + (list.capacity() * sizeof(list[0]))); };
+    PipelineMemory memory;
+    memory.bodies = boxes_.memory() + bytes(still_, changed_, seen_, spheres_);
+    memory.broad_phase = broad_phase_->memory();
+    if (kept_) memory.kept_answers = kept_->memory();
+    return memory;
+  }
 
   void work_with(Crew* crew) override { crew_ = crew; }
   void ended_by(std::function<bool()> ended) override { limit_.ended = std::move(ended); }
@@ -144,12 +170,14 @@ class SceneWork final : public StepWork {
     return stages_;
   }
   std::size_t blocks(std::size_t stage) const override {
+    if (abandoned_.load(std::memory_order_relaxed)) return 0;
     if (stage == 0) return (boxes_.size() + bodies_a_block - 1) / bodies_a_block;
     return broad_phase_->blocks(stage - 1) + (stage + 1 == stages_ && has_restless() ? 1 : 0);
   }
   void run(std::size_t stage, std::size_t block) override {
+    if (is_late()) return abandon();
     if (stage == 0)
-      update(block);
+      update_unless_stopped(block);
     else
       broad_phase_->run(stage - 1, block);
   }
@@ -283,6 +311,12 @@ class SceneWork final : public StepWork {
   bool is_late() const {
     using Clock = std::chrono::steady_clock;
     return limit_.deadline != Clock::time_point::max() && Clock::now() >= limit_.deadline;
+  }
+
+  /// A block of a stage before the last was not run: nor are those after it, for they count on it.
+  void abandon() {
+    abandoned_.store(true, std::memory_order_relaxed);
+    incomplete_.store(true, std::memory_order_relaxed);
   }
 
   /// Past the deadline pairs are told as they are: not finished.
@@ -484,13 +518,41 @@ class SceneWork final : public StepWork {
   }
   static bool is_sphere(const PlacedSphere& placed) { return placed.radius <= std::numeric_limits<double>::max(); }
 
+  /// A mesh's hull is built when its box is first asked for, and the step's stop or deadline reach into that: what asks
+  /// next then builds it.
+  void update_unless_stopped(std::size_t block) {
+    try {
+      update(block);
+    } catch (const WorkStopped&) {
+      abandon();
+    }
+  }
+
   void update(std::size_t block) {
     const std::size_t first = block * bodies_a_block, end = std::min(boxes_.size(), first + bodies_a_block);
     for (std::size_t i = first; i < end; i += BoundsRows::bodies) update(i, std::min(end, i + BoundsRows::bodies));
   }
 
   void update(std::size_t first, std::size_t end) {
-    const auto poses = scene_->poses();
+    if (!find_changed(first, end)) return;
+    std::array<std::uint32_t, BoundsRows::bodies> todo;
+    std::size_t count = 0;
+    for (std::size_t i = first; i < end; ++i) {
+      todo[count] = static_cast<std::uint32_t>(i);
+      count += changed_[i];
+    }
+    BoundsRows rows;
+    for (std::size_t k = 0; k < count; ++k) take_bounds(todo[k], k, rows);
+    // Places past the end are rounded with the others: what is in them must be numbers.
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      std::fill(rows.lo[axis] + count, rows.lo[axis] + BoundsRows::bodies, 0.0);
+      std::fill(rows.hi[axis] + count, rows.hi[axis] + BoundsRows::bodies, 0.0);
+    }
+    store_boxes(rows, {todo.data(), count}, count == end - first);
+  }
+
+  /// Notes which bodies' versions changed, for the broad phase, too. Whether any did.
+  bool find_changed(std::size_t first, std::size_t end) {
     const auto versions = SceneChanges::versions(*scene_);
     const auto is_static = scene_->is_static();
     // By pointers of its own: a byte that is written might else be part of any of them.
@@ -507,58 +569,52 @@ class SceneWork final : public StepWork {
       any |= changed[i];
       still[i] = static_cast<std::uint8_t>(is_static[i] | (2 - 2 * changed[i]));
     }
-    if (any == 0) return;
-    std::array<std::uint32_t, BoundsRows::bodies> todo;
-    std::size_t count = 0;
-    for (std::size_t i = first; i < end; ++i) {
-      todo[count] = static_cast<std::uint32_t>(i);
-      count += changed[i];
-    }
-    BoundsRows rows;
-    for (std::size_t k = 0; k < count; ++k) {
-      const std::uint32_t at = todo[k];
-      if (together_) {
-        const double radius = shapes_known_ ? spheres_[at].radius : sphere_radius(at);
-        spheres_[at] = {poses[at].translation, radius};
-        if (is_sphere(spheres_[at])) {  // as Shape::bounds, which is far from here
-          for (std::size_t axis = 0; axis < 3; ++axis) {
-            const double centre = spheres_[at].centre[static_cast<Eigen::Index>(axis)];
-            rows.lo[axis][k] = centre - radius;
-            rows.hi[axis][k] = centre + radius;
-          }
-          continue;
+    return any != 0;
+  }
+
+  /// A body's bounds into column k; the places of spheres are kept for the narrow phase.
+  void take_bounds(std::uint32_t body, std::size_t k, BoundsRows& rows) {
+    const auto poses = scene_->poses();
+    if (together_) {
+      const double radius = shapes_known_ ? spheres_[body].radius : sphere_radius(body);
+      spheres_[body] = {poses[body].translation, radius};
+      if (is_sphere(spheres_[body])) {  // as Shape::bounds, which is far from here
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          const double centre = spheres_[body].centre[static_cast<Eigen::Index>(axis)];
+          rows.lo[axis][k] = centre - radius;
+          rows.hi[axis][k] = centre + radius;
         }
-      }
-      const Shape& shape = scene_->shape_of(at);
-      const Bounds bounds = kept_ ? shape.bounds(kept_->anchor(at)) : shape.bounds(poses[at]);
-      const double reach = kept_ ? kept_->reach(at) : 0;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        rows.lo[axis][k] = bounds.lo[static_cast<Eigen::Index>(axis)] - reach;
-        rows.hi[axis][k] = bounds.hi[static_cast<Eigen::Index>(axis)] + reach;
+        return;
       }
     }
-    // Places past the end are rounded with the others: what is in them must be numbers.
+    const Shape& shape = scene_->shape_of(body);
+    const Bounds bounds = kept_ ? shape.bounds(kept_->anchor(body), &limit_) : shape.bounds(poses[body], &limit_);
+    const double reach = kept_ ? kept_->reach(body) : 0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      std::fill(rows.lo[axis] + count, rows.lo[axis] + BoundsRows::bodies, 0.0);
-      std::fill(rows.hi[axis] + count, rows.hi[axis] + BoundsRows::bodies, 0.0);
+      rows.lo[axis][k] = bounds.lo[static_cast<Eigen::Index>(axis)] - reach;
+      rows.hi[axis][k] = bounds.hi[static_cast<Eigen::Index>(axis)] + reach;
     }
+  }
+
+  /// The bounds of bodies, which lie side by side where `in_row`, rounded outwards into the boxes of the broad phase.
+  void store_boxes(const BoundsRows& rows, std::span<const std::uint32_t> bodies, bool in_row) {
     // Half the margin on each side: two boxes meet when the gap between their bodies is within the margin.
     FloatRows rounded;
     round_outward(rows, 0.5 * options_.answer.margin, rounded);
     for (int axis = 0; axis < 3; ++axis) {
       float *const lo = boxes_.lo(axis), *const hi = boxes_.hi(axis);
-      if (count == end - first) {
-        std::copy_n(rounded.lo[axis], count, lo + first);
-        std::copy_n(rounded.hi[axis], count, hi + first);
+      if (in_row) {
+        std::copy_n(rounded.lo[axis], bodies.size(), lo + bodies[0]);
+        std::copy_n(rounded.hi[axis], bodies.size(), hi + bodies[0]);
         continue;
       }
-      for (std::size_t k = 0; k < count; ++k) {
-        lo[todo[k]] = rounded.lo[axis][k];
-        hi[todo[k]] = rounded.hi[axis][k];
+      for (std::size_t k = 0; k < bodies.size(); ++k) {
+        lo[bodies[k]] = rounded.lo[axis][k];
+        hi[bodies[k]] = rounded.hi[axis][k];
       }
     }
-    for (std::size_t k = 0; k < count; ++k)
-      if (!scene_->alive(todo[k])) boxes_.set_empty(todo[k]);
+    for (const std::uint32_t body : bodies)
+      if (!scene_->alive(body)) boxes_.set_empty(body);
   }
 
   bool has_restless() const { return only_changes_ && !kept_->restless().empty(); }
@@ -638,7 +694,8 @@ class SceneWork final : public StepWork {
   std::vector<PlacedSphere> spheres_;  // then: one a body, with an infinite radius where it is another shape
   mutable Found found_;                // of the step at hand
   mutable std::atomic<bool> incomplete_{false};
-  mutable PairCosts costs_;  // where there are meshes
+  std::atomic<bool> abandoned_{false};  // the boxes or what the broad phase made of them are not whole
+  mutable PairCosts costs_;             // where there are meshes
 };
 
 }  // namespace
@@ -665,7 +722,7 @@ StepReport Pipeline::step(const Scene& scene, std::stop_token stop, std::chrono:
   StepReport report;
   report.step = impl.step++;
   report.bodies = scene.bodies();
-  impl.work.look_at(scene, impl.contacts, deadline);
+  impl.work.look_at(scene, impl.contacts, stop, deadline);
   impl.executor->run(impl.work, impl.contacts, report.execution, std::move(stop), impl.timeline);
   if ((report.execution.issues & bit(StepIssue::ended_early)) == 0) impl.work.finish(impl.contacts, report);
   report.broad_phase = impl.work.broad_phase().kind();
@@ -675,6 +732,13 @@ StepReport Pipeline::step(const Scene& scene, std::stop_token stop, std::chrono:
 }
 
 const ContactList& Pipeline::contacts() const { return impl_->contacts; }
+PipelineMemory Pipeline::memory() const {
+  PipelineMemory memory = impl_->work.memory();
+  memory.executor = impl_->executor->memory();
+  memory.contacts =
+      impl_->contacts.pairs.capacity() * sizeof(PairResult) + impl_->contacts.contacts.capacity() * sizeof(Contact);
+  return memory;
+}
 const PipelineOptions& Pipeline::options() const { return impl_->options; }
 void Pipeline::record_to(Timeline* timeline) { impl_->timeline = timeline; }
 

@@ -88,7 +88,8 @@ mpi::Options pipeline_options(const Options& options) {
 
 // Bodies are named by their indices in the scene, each added by one rank; the first step takes them to their owners.
 void add_bodies(mpi::Pipeline& pipeline, const Scene& scene, bool bodies) {
-  for (std::size_t k = 0; k < scene.shapes().size(); ++k) pipeline.add_shape(scene.shapes()[k], scene.shape_names()[k]);
+  for (std::uint32_t k = 0; k < scene.shapes().size(); ++k)
+    pipeline.add_shape(scene.shapes()[k], std::string(scene.shape_name(k)));
   pipeline.set_gravity(scene.gravity);
   pipeline.set_dt(scene.dt);
   const auto ranks = static_cast<std::uint32_t>(pipeline.ranks()), rank = static_cast<std::uint32_t>(pipeline.rank());

@@ -92,7 +92,8 @@ void add_query_command(CLI::App& program, DescriptorBuffer& out, int& status) {
   const auto options = std::make_shared<Options>();
   command->add_option("FILE", options->file, "pair records; - is stdin")->type_name("");
   command->add_option("--solver", options->solver, "use this solver wherever it covers the pair")->type_name("NAME");
-  command->add_flag("--list-solvers", options->list_solvers, "list the solvers, and which of them answers which two kinds of shapes");
+  command->add_flag("--list-solvers", options->list_solvers,
+                    "list the solvers, and which of them answers which two kinds of shapes");
   command->add_option("--tolerance", options->tolerance, "error accepted, relative to the bodies' size, 0 to 0.1")
       ->type_name("T")
       ->capture_default_str();

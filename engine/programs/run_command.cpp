@@ -120,20 +120,7 @@ struct StepTimes {
   double detect_ms, response_ms;
 };
 
-void write_step(JsonWriter& out, const PipelineOptions& options, const StepReport& report,
-                const ResponseReport& response, const StepTimes& times) {
-  const ExecutionReport& execution = report.execution;
-  out.begin_object()
-      .member("step", report.step)
-      .member("bodies", report.bodies)
-      .member("candidate_pairs", execution.candidate_pairs)
-      .member("colliding_pairs", report.colliding_pairs)
-      .member("contacts", report.contacts)
-      .member("contact_hash", std::string_view(hex(report.contact_hash)))
-      .member("split", std::string_view(written(execution.split)))
-      .member("control_step", execution.decision.control_step)
-      .member("max_depth", report.max_depth)
-      .member("kinetic_energy", response.kinetic_energy);
+void write_times(JsonWriter& out, const ExecutionReport& execution, const StepTimes& times) {
   out.key("ms")
       .begin_object()
       .member("update", execution.update_ms)
@@ -148,7 +135,10 @@ void write_step(JsonWriter& out, const PipelineOptions& options, const StepRepor
       .member("busy", execution.busy_ms)
       .member("awake", execution.awake_ms)
       .end_object();
-  // What no second thread could take a part of, and its share in all work (Amdahl).
+}
+
+/// What no second thread could take a part of, and its share in all work (Amdahl).
+void write_serial(JsonWriter& out, const ExecutionReport& execution, const ResponseReport& response) {
   const SerialTimes& serial = execution.serial;
   out.key("serial")
       .begin_object()
@@ -159,6 +149,59 @@ void write_step(JsonWriter& out, const PipelineOptions& options, const StepRepor
       .member("share", execution.busy_ms > 0 ? serial.sum() / execution.busy_ms : 0)
       .member("response_ms", response.serial_ms)
       .end_object();
+}
+
+void write_decision(JsonWriter& out, const BalanceDecision& decision) {
+  out.key("decision")
+      .begin_object()
+      .member("action", name(decision.action))
+      .member("reason", decision.reason)
+      .member("before", std::string_view(written(decision.before)))
+      .member("after", std::string_view(written(decision.after)))
+      .member("broad_ms", decision.broad_ms)
+      .member("narrow_ms", decision.narrow_ms)
+      .member("measure", decision.measure)
+      .member("measure_before", decision.measure_before)
+      .end_object();
+}
+
+void write_memory(JsonWriter& out, const SceneMemory& scene, const PipelineMemory& pipeline) {
+  out.key("memory_bytes")
+      .begin_object()
+      .member("scene_bodies", scene.bodies)
+      .member("scene_shapes", scene.shapes)
+      .member("scene_shape_names", scene.shape_names)
+      .member("pipeline_bodies", pipeline.bodies)
+      .member("broad_phase", pipeline.broad_phase)
+      .member("executor", pipeline.executor)
+      .member("kept_answers", pipeline.kept_answers)
+      .member("contacts", pipeline.contacts)
+      .member("total", scene.total() + pipeline.total())
+      .end_object();
+}
+
+struct StepMemory {
+  SceneMemory scene;
+  PipelineMemory pipeline;
+};
+
+void write_step(JsonWriter& out, const PipelineOptions& options, const StepReport& report,
+                const ResponseReport& response, const StepTimes& times, const StepMemory& memory) {
+  const ExecutionReport& execution = report.execution;
+  out.begin_object()
+      .member("step", report.step)
+      .member("bodies", report.bodies)
+      .member("candidate_pairs", execution.candidate_pairs)
+      .member("colliding_pairs", report.colliding_pairs)
+      .member("contacts", report.contacts)
+      .member("contact_hash", std::string_view(hex(report.contact_hash)))
+      .member("split", std::string_view(written(execution.split)))
+      .member("control_step", execution.decision.control_step)
+      .member("max_depth", report.max_depth)
+      .member("kinetic_energy", response.kinetic_energy);
+  write_times(out, execution, times);
+  write_serial(out, execution, response);
+  write_memory(out, memory.scene, memory.pipeline);
   out.member("gaps", report.gaps)
       .member("margin", options.answer.margin)
       .member("kept_pairs", report.kept_pairs)
@@ -174,18 +217,7 @@ void write_step(JsonWriter& out, const PipelineOptions& options, const StepRepor
   for (const auto& [issue, issue_name, advice] : issue_names)
     if ((execution.issues & bit(issue)) != 0) out.value(issue_name);
   out.end_array();
-  const BalanceDecision& decision = execution.decision;
-  out.key("decision")
-      .begin_object()
-      .member("action", name(decision.action))
-      .member("reason", decision.reason)
-      .member("before", std::string_view(written(decision.before)))
-      .member("after", std::string_view(written(decision.after)))
-      .member("broad_ms", decision.broad_ms)
-      .member("narrow_ms", decision.narrow_ms)
-      .member("measure", decision.measure)
-      .member("measure_before", decision.measure_before)
-      .end_object();
+  write_decision(out, execution.decision);
   out.end_object();
 }
 
@@ -225,6 +257,7 @@ class Summary {
     narrow_.push_back(execution.narrow_ms);
     detect_.push_back(execution.detect_ms);
     response_.push_back(times.response_ms);
+    awake_.push_back(execution.awake_ms);
     step_.push_back(times.detect_ms + times.response_ms);
     for (std::size_t i = 0; i < std::size(issue_names); ++i)
       issues_[i] += (execution.issues & bit(issue_names[i].issue)) != 0;
@@ -249,7 +282,9 @@ class Summary {
     out.precision(3);
     out << std::fixed << "ms, medians      update " << median(update_) << ", broad " << median(broad_) << ", narrow "
         << median(narrow_) << ", detect " << median(detect_) << ", response " << median(response_) << ", step "
-        << median(step_) << '\n';
+        << median(step_);
+    if (options.stay_awake > 0) out << ", awake " << median(awake_);
+    out << '\n';
     // What is normal is told by --json alone.
     for (std::size_t i = 0; i < std::size(issue_names); ++i)
       if (issues_[i] > 0 && !issue_names[i].advice.empty())
@@ -259,7 +294,7 @@ class Summary {
   }
 
  private:
-  std::vector<double> update_, broad_, narrow_, detect_, response_, step_;
+  std::vector<double> update_, broad_, narrow_, detect_, response_, step_, awake_;
   std::size_t issues_[std::size(issue_names)] = {};
   StepReport last_;
 };
@@ -273,6 +308,85 @@ void write_trace(const Timeline& timeline, OutputFile& file, std::string_view pa
   file.append(gzipped(text.view()));
 }
 
+/// The options of the steps that depend on the scene.
+void fit_to(const Scene& scene, const Options& options, PipelineOptions& how) {
+  how.answer.request = scene.request;
+  how.answer.contact_hash = true;
+  // A response stops bodies in time by the gaps it is told of; they are written only where they were asked for.
+  if (options.margin.empty() && scene.request == Request::contacts) how.answer.margin = recommended_margin(scene);
+  if (!options.contacts.empty() && scene.request != Request::contacts)
+    refuse_option("--contacts", options.contacts,
+                  "with the request 'contacts'; this one is '" + std::string(name(scene.request)) + "'");
+}
+
+/// Steps a scene and writes what was asked for.
+class Simulation {
+ public:
+  Simulation(const Options& options, const PipelineOptions& how, Scene& scene, Outputs& outputs)
+      : how_(how),
+        scene_(scene),
+        outputs_(outputs),
+        writes_gaps_(!options.margin.empty()),
+        pipeline_(how),
+        response_({.threads = how.executor == ExecutorKind::sequential ? 1 : how.threads}) {
+    if (outputs.trace) pipeline_.record_to(&timeline_);
+    if (outputs.record) record_.emplace(*outputs.record, scene);
+  }
+
+  void run(std::uint64_t steps) {
+    const InterruptGuard guard;
+    Progress progress("run", steps);
+    for (std::uint64_t step = 0; step < steps; ++step) {
+      if (interrupted != 0) throw std::runtime_error("interrupted before step " + std::to_string(step));
+      advance(step);
+      progress.at(step + 1);
+    }
+  }
+
+  const Summary& summary() const { return summary_; }
+  const Timeline& timeline() const { return timeline_; }
+  /// Steps in the timeline.
+  std::uint64_t traced() const { return traced_; }
+
+ private:
+  void advance(std::uint64_t step) {
+    const auto begin = std::chrono::steady_clock::now();
+    const StepReport report = pipeline_.step(scene_);
+    if (outputs_.trace && timeline_.slices() < most_slices)
+      traced_ = step + 1;
+    else
+      pipeline_.record_to(nullptr);
+    StepTimes times{ms_since(begin), 0};
+    const ContactList& found = pipeline_.contacts();
+    if (record_) record_->step(report.step, report.contact_hash, scene_, found);
+    if (outputs_.contacts) {
+      write_contacts(line_, report.step, found, writes_gaps_);
+      append_line(*outputs_.contacts, line_);
+    }
+    const auto response_begin = std::chrono::steady_clock::now();
+    const ContactList none;  // without contacts a response lets the bodies fly
+    const ResponseReport moved = response_.step(scene_, scene_.request == Request::contacts ? found : none);
+    times.response_ms = ms_since(response_begin);
+    if (outputs_.json) {
+      write_step(line_, how_, report, moved, times, {scene_.memory(), pipeline_.memory()});
+      append_line(*outputs_.json, line_);
+    }
+    summary_.add(report, times);
+  }
+
+  const PipelineOptions& how_;
+  Scene& scene_;
+  Outputs& outputs_;
+  bool writes_gaps_;
+  Timeline timeline_;
+  Pipeline pipeline_;
+  std::uint64_t traced_ = 0;
+  std::optional<RecordWriter> record_;
+  Response response_;
+  Summary summary_;
+  JsonWriter line_;
+};
+
 int run(const Options& options, DescriptorBuffer& out) {
   const std::uint64_t steps = whole_option("--steps", options.steps, 1, 1'000'000'000);
   PipelineOptions how = pipeline_options(options);
@@ -280,63 +394,19 @@ int run(const Options& options, DescriptorBuffer& out) {
   if (!options.request.empty()) request = named_option("--request", options.request, requests);
   Scene scene = load_scene(options.scene, options.bodies, options.seed);
   if (request) scene.request = *request;
-  how.answer.request = scene.request;
-  how.answer.contact_hash = true;
-  // A response stops bodies in time by the gaps it is told of; they are written only where they were asked for.
-  if (options.margin.empty() && scene.request == Request::contacts) how.answer.margin = recommended_margin(scene);
-  const bool responds = scene.request == Request::contacts;
-  if (!options.contacts.empty() && !responds)
-    refuse_option("--contacts", options.contacts,
-                  "with the request 'contacts'; this one is '" + std::string(name(scene.request)) + "'");
+  fit_to(scene, options, how);
   // The threads that were asked for, also where that is more than there are cores.
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                   static_cast<std::size_t>(std::max(how.threads, tbb::info::default_concurrency())));
-  Pipeline pipeline(how);
   Outputs outputs(options);
-  Timeline timeline;
-  if (outputs.trace) pipeline.record_to(&timeline);
-  std::uint64_t traced = 0;
-  std::optional<RecordWriter> record;
-  if (outputs.record) record.emplace(*outputs.record, scene);
-  Response response({.threads = how.executor == ExecutorKind::sequential ? 1 : how.threads});
-  const ContactList none;  // without contacts a response lets the bodies fly
-  Summary summary;
-  JsonWriter line;
-  {
-    const InterruptGuard guard;
-    Progress progress("run", steps);
-    for (std::uint64_t step = 0; step < steps; ++step) {
-      if (interrupted != 0) throw std::runtime_error("interrupted before step " + std::to_string(step));
-      const auto begin = std::chrono::steady_clock::now();
-      const StepReport report = pipeline.step(scene);
-      if (outputs.trace && timeline.slices() < most_slices)
-        traced = step + 1;
-      else
-        pipeline.record_to(nullptr);
-      StepTimes times{ms_since(begin), 0};
-      const ContactList& found = pipeline.contacts();
-      if (record) record->step(report.step, report.contact_hash, scene, found);
-      if (outputs.contacts) {
-        write_contacts(line, report.step, found, !options.margin.empty());
-        append_line(*outputs.contacts, line);
-      }
-      const auto response_begin = std::chrono::steady_clock::now();
-      const ResponseReport moved = response.step(scene, responds ? found : none);
-      times.response_ms = ms_since(response_begin);
-      if (outputs.json) {
-        write_step(line, how, report, moved, times);
-        append_line(*outputs.json, line);
-      }
-      summary.add(report, times);
-      progress.at(step + 1);
-    }
-  }
-  if (outputs.trace) write_trace(timeline, *outputs.trace, options.trace);
+  Simulation simulation(options, how, scene, outputs);
+  simulation.run(steps);
+  if (outputs.trace) write_trace(simulation.timeline(), *outputs.trace, options.trace);
   outputs.commit();
-  out.append(summary.table(scene, how));
-  if (outputs.trace && traced < steps)
-    out.append("trace            the first " + std::to_string(traced) + " steps alone: " + std::to_string(most_slices) +
-               " slices are kept\n");
+  out.append(simulation.summary().table(scene, how));
+  if (outputs.trace && simulation.traced() < steps)
+    out.append("trace            the first " + std::to_string(simulation.traced()) +
+               " steps alone: " + std::to_string(most_slices) + " slices are kept\n");
   return 0;
 }
 

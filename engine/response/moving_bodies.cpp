@@ -7,6 +7,7 @@
 
 #include "response/parallel_blocks.h"
 #include "scene/swept_boxes.h"
+#include "scene/tolerances.h"
 
 namespace tandem {
 namespace {
@@ -15,8 +16,7 @@ constexpr std::size_t bodies_a_block = 256;
 /// Of the inner radius: what a continuous body that touches another one at the start still keeps out of it.
 constexpr double core_share = 0.5;
 
-/// Of a body without a ball inside, in place of fast_motion of its radius: of its size.
-constexpr double fast_surface = 0.01;
+using tolerance::fast_surface;
 
 /// The shape, solid if it is a closed mesh; empty if it has no inside.
 std::optional<Shape> with_inside(const Shape& shape) {
@@ -52,7 +52,8 @@ InnerBall inner_ball(const NarrowPhase& narrow, const Shape& shape) {
     const Vec3 a = solid->vertices()[p], b = solid->vertices()[q], c = solid->vertices()[r];
     const Vec3 inward = (c - a).cross(b - a).stableNormalized();
     for (double depth = solid->size() / 4; depth > solid->size() / 100; depth /= 2)
-      if (const InnerBall ball = ball_about(narrow, *solid, (a + b + c) / 3 + depth * inward); ball.radius > best.radius)
+      if (const InnerBall ball = ball_about(narrow, *solid, (a + b + c) / 3 + depth * inward);
+          ball.radius > best.radius)
         best = ball;
   }
   return best;

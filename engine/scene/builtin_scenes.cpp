@@ -238,7 +238,7 @@ Scene grains(std::size_t bodies, Random& random) {
   scene.reserve(scene.indices() + bodies);
   for (std::size_t k = 0; k < bodies; ++k) {
     const double radius = random.uniform(grain_radius / 2, grain_radius);
-    const Kind grain{scene.add_shape(Shape(Sphere{radius}), "grain"), radius};
+    const Kind grain{scene.add_shape(Shape(Sphere{radius})), radius};
     scene.add_body(tumbled(grain, layers.place(k, bodies), layers.spacing, random));
   }
   return scene;

@@ -2,7 +2,9 @@
 
 #include <oneapi/tbb/parallel_for.h>
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
@@ -46,18 +48,48 @@ ShapeId Scene::add_shape(Shape shape, std::string shape_name) {
   ++shape_changes_;
   if (free_shapes_.empty()) {
     shapes_.push_back(std::move(shape));
-    shape_names_.push_back(std::move(shape_name));
     shape_generation_.push_back(1);
     shape_users_.push_back(0);
     shape_alive_.push_back(1);
+    set_name(shapes_.size() - 1, std::move(shape_name));
     return {static_cast<std::uint32_t>(shapes_.size()), 1};
   }
   const std::uint32_t place = free_shapes_.back();
   free_shapes_.pop_back();
   shapes_[place] = std::move(shape);
-  shape_names_[place] = std::move(shape_name);
+  set_name(place, std::move(shape_name));
   shape_alive_[place] = 1;
   return {place + 1, shape_generation_[place]};
+}
+
+void Scene::set_name(std::size_t place, std::string shape_name) {
+  if (place >= shape_names_.size()) {
+    if (shape_name.empty()) return;
+    shape_names_.resize(place + 1);
+  }
+  shape_names_[place] = std::move(shape_name);
+}
+
+std::string_view Scene::shape_name(std::uint32_t place) const {
+  return place < shape_names_.size() ? std::string_view(shape_names_[place]) : std::string_view();
+}
+
+SceneMemory Scene::memory() const {
+  const auto bytes = [](const auto&... list) { return (std::size_t{0} + ... + (list.capacity() * sizeof(list[0]))); };
+  SceneMemory memory;
+  memory.bodies = bytes(shape_, generation_, groups_, masks_, free_, poses_, velocities_, angular_velocities_,
+                        densities_, is_static_, is_sensor_, continuous_, alive_, versions_);
+  memory.shapes = bytes(shapes_, shape_generation_, shape_users_, free_shapes_, shape_alive_);
+  memory.shape_names = bytes(shape_names_);
+  for (const std::string& shape_name : shape_names_)
+    if (shape_name.capacity() > std::string().capacity()) memory.shape_names += shape_name.capacity() + 1;
+  std::vector<const Shape*> apart;  // of those that share all, one
+  for (const Shape& shape : shapes_) apart.push_back(&shape);
+  const auto identity = [](const Shape* shape) { return shape->identity(); };
+  std::ranges::sort(apart, std::less<const void*>(), identity);
+  const auto same = std::ranges::unique(apart, {}, identity);
+  for (const Shape* shape : std::span(apart.begin(), same.begin())) memory.shapes += shape->memory();
+  return memory;
 }
 
 std::uint32_t Scene::checked(ShapeId id, std::string_view what) const {
@@ -66,7 +98,8 @@ std::uint32_t Scene::checked(ShapeId id, std::string_view what) const {
     refuse(std::string(what), "shape", "number " + std::to_string(id.index_plus_one),
            "1 to " + std::to_string(shapes_.size()) + ", the shapes of this scene");
   if (!shape_alive_[place] || shape_generation_[place] != id.generation)
-    refuse(std::string(what), "shape", "number " + std::to_string(id.index_plus_one) + " of generation " + std::to_string(id.generation),
+    refuse(std::string(what), "shape",
+           "number " + std::to_string(id.index_plus_one) + " of generation " + std::to_string(id.generation),
            "a shape that was not removed");
   return place;
 }
@@ -79,7 +112,7 @@ void Scene::remove_shape(ShapeId id) {
   --kinds_[static_cast<std::size_t>(shapes_[place].kind())];
   ++shape_changes_;
   shapes_[place] = Sphere{0};
-  shape_names_[place].clear();
+  set_name(place, {});
   shape_alive_[place] = 0;
   if (++shape_generation_[place] != 0) free_shapes_.push_back(place);
 }
@@ -230,8 +263,8 @@ void Scene::set_continuous(BodyId id, bool continuous) {
 
 void Scene::reserve(std::size_t bodies) {
   const auto each = [&](auto&... lists) { (lists.reserve(bodies), ...); };
-  each(shape_, generation_, groups_, masks_, poses_, velocities_, angular_velocities_, densities_, is_static_, is_sensor_,
-       continuous_, alive_, versions_);
+  each(shape_, generation_, groups_, masks_, poses_, velocities_, angular_velocities_, densities_, is_static_,
+       is_sensor_, continuous_, alive_, versions_);
 }
 
 ShapeId Scene::shape_id(BodyId id) const {

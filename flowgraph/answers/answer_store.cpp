@@ -70,4 +70,12 @@ AnswerChunk& AnswerStore::take() {
 
 std::span<AnswerChunk* const> AnswerStore::taken() { return taken_; }
 
+std::size_t AnswerStore::memory() const {
+  std::size_t bytes = slots_.capacity() * sizeof(Slot);
+  for (const auto& chunk : chunks_)
+    bytes += sizeof(AnswerChunk) + chunk->results.capacity() * sizeof(PairResult) +
+             chunk->contacts.capacity() * sizeof(Contact);
+  return bytes;
+}
+
 }  // namespace tandem

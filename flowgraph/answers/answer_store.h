@@ -22,6 +22,7 @@ class AnswerStore {
   AnswerChunk& room(std::size_t results);
   /// All chunks since begin(); no thread may be at work.
   std::span<AnswerChunk* const> taken();
+  std::size_t memory() const;
 
  private:
   struct alignas(64) Slot {

@@ -11,4 +11,9 @@ void Batch::clear(std::size_t capacity) {
   inexact = false;
 }
 
+std::size_t Batch::memory() const {
+  return pairs.capacity() * sizeof(Pair) + results.capacity() * sizeof(PairResult) +
+         contacts.capacity() * sizeof(Contact);
+}
+
 }  // namespace tandem

@@ -187,4 +187,9 @@ void Joiner::copy(std::size_t block) {
   }
 }
 
+std::size_t Joiner::memory() const {
+  return cursor_.capacity() * sizeof(cursor_[0]) + (refs_.capacity() + spare_.capacity()) * sizeof(Ref) +
+         block_contacts_.capacity() * sizeof(block_contacts_[0]);
+}
+
 }  // namespace tandem

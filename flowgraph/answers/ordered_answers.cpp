@@ -171,4 +171,12 @@ void OrderedAnswers::copy(const Buffer& buffer) {
   }
 }
 
+std::size_t OrderedAnswers::memory() const {
+  std::size_t bytes =
+      (first_.capacity() + runs_.capacity() + heavy_.capacity() + turns_.capacity()) * sizeof(std::uint32_t) +
+      places_.capacity() * sizeof(Place) + counts_.capacity() * sizeof(Count);
+  for (const auto& buffer : buffers_) bytes += sizeof(Buffer) + buffer->memory();
+  return bytes;
+}
+
 }  // namespace tandem

@@ -49,6 +49,7 @@ class OrderedAnswers {
   /// After all runs: gives the list its size; returns the blocks that are left to copy.
   std::size_t open_rest();
   void copy_rest(std::size_t block) { copy(*rest_[block]); }
+  std::size_t memory() const;
 
  private:
   struct Buffer : Batch {

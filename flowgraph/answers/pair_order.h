@@ -31,6 +31,10 @@ class PairOrder {
 
   /// After the last stage: a << 32 | b, ascending, see pair_of().
   std::span<const std::uint64_t> sorted() const { return keys_; }
+  std::size_t memory() const {
+    return (next_.capacity() + first_.capacity()) * sizeof(std::uint32_t) +
+           (keys_.capacity() + other_.capacity()) * sizeof(std::uint64_t) + given_.capacity() * sizeof(Pair);
+  }
 
  private:
   using Range = std::pair<std::size_t, std::size_t>;

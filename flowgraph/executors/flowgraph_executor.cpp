@@ -125,6 +125,7 @@ class FlowGraphExecutor final : public Executor, private Delivery {
     if (shared) frame_.balance(*balancer_, report, timeline);
     stay_awake(report, timeline);
   }
+  std::size_t memory() const override { return frame_.memory(); }
 
  private:
   friend PhaseGraph;

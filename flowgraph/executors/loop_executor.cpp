@@ -35,6 +35,7 @@ class LoopExecutor final : public Executor {
     }
     frame_.end(work, report);
   }
+  std::size_t memory() const override { return frame_.memory(); }
 
  private:
   struct Shelf final : Delivery {

@@ -21,6 +21,7 @@ class SequentialExecutor final : public Executor {
     report.decision.reason = "one thread does both phases";
     state_.end(report);
   }
+  std::size_t memory() const override { return state_.memory(); }
 
  private:
   std::size_t batch_pairs_;

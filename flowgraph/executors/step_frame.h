@@ -46,6 +46,7 @@ class StepFrame {
   /// After a step that was shared: moves threads, and writes what was decided into the report and the timeline.
   void balance(Balancer& balancer, ExecutionReport& report, Timeline* timeline) const;
   StepState& state() { return state_; }
+  std::size_t memory() const { return state_.memory(); }
   /// Whether the next step is one to share, as far as the threads are there.
   bool shares_next() const { return form_.next() != StepForm::caller; }
 

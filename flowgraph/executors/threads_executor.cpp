@@ -19,8 +19,7 @@ class ThreadsExecutor final : public Executor {
       : threads_(count(options)),
         strict_(options.balance.strict),
         frame_(options, strict_, true),
-        balancer_(std::max(2, threads_), options.balance.split, options.balance.rule,
-                  options.balance.own_rule) {}
+        balancer_(std::max(2, threads_), options.balance.split, options.balance.rule, options.balance.own_rule) {}
 
   ~ThreadsExecutor() override {
     leaving_.store(true, std::memory_order_relaxed);
@@ -38,6 +37,7 @@ class ThreadsExecutor final : public Executor {
     frame_.end(work, report);
     if (shared) frame_.balance(balancer_, report, timeline);
   }
+  std::size_t memory() const override { return frame_.memory(); }
 
  private:
   static int count(const ExecutorOptions& options) {

@@ -57,6 +57,60 @@ void Balancer::ask_own_rule(const ExecutionReport& report, BalanceDecision& deci
   decision.reason = "the caller's own rule";
 }
 
+bool Balancer::add_to_window(const ExecutionReport& report, BalanceDecision& decision) {
+  const bool paper = rule_ == BalanceRule::paper;
+  // A load that turned round between two looks is not waited out, nor averaged with what was before.
+  const bool urgent =
+      !paper && !verifying_ && steps_ + 1 < control_step_ &&
+      std::abs(best_broad(report.broad_ms, report.narrow_ms) - split_.broad) >= std::max(2, threads_ / 4);
+  if (urgent) clear_window();
+  ++steps_;
+  broad_ += report.broad_ms;
+  narrow_ += report.narrow_ms;
+  detect_ += report.detect_ms;
+
+  const double work = broad_ + narrow_;
+  decision.broad_ms = paper ? broad_ / split_.broad / steps_ : broad_ / steps_;
+  decision.narrow_ms = paper ? narrow_ / split_.narrow / steps_ : narrow_ / steps_;
+  decision.measure = paper ? detect_ / steps_ : (work > 0 ? detect_ / work : 0);
+
+  return steps_ >= control_step_ || urgent;
+}
+
+void Balancer::verify(BalanceDecision& decision) {
+  verifying_ = false;
+  decision.measure_before = measure_before_;
+  if (decision.measure < measure_before_) {
+    decision.action = BalanceAction::confirm;
+    decision.reason = "the change made it faster";
+    control_step_ = 1;
+  } else {
+    decision.action = BalanceAction::revert;
+    decision.reason = "the change did not make it faster";
+    split_ = before_;
+    control_step_ = std::min(2 * control_before_, longest_control_step);
+  }
+}
+
+void Balancer::choose(BalanceDecision& decision) {
+  const int wanted = wanted_broad();
+  if (wanted == split_.broad) {
+    decision.action = BalanceAction::keep;
+    decision.reason = threads_ == 2 ? "two threads have one split" : "the phases are in balance";
+    control_step_ = std::min(2 * control_step_, longest_control_step);
+    return;
+  }
+  decision.action = BalanceAction::change;
+  decision.reason =
+      wanted > split_.broad ? "the broad phase is the longer one" : "the narrow phase is the longer one";
+  before_ = split_;
+  measure_before_ = decision.measure;
+  control_before_ = control_step_;
+  split_ = {wanted, threads_ - wanted};
+  verifying_ = true;
+  control_step_ = 1;
+}
+
 BalanceDecision Balancer::after_step(std::uint64_t step, const ExecutionReport& report) {
   BalanceDecision decision;
   decision.step = step;
@@ -75,54 +129,14 @@ BalanceDecision Balancer::after_step(std::uint64_t step, const ExecutionReport& 
     ask_own_rule(report, decision);
     return decision;
   }
-  const bool paper = rule_ == BalanceRule::paper;
-  // A load that turned round between two looks is not waited out, nor averaged with what was before.
-  const bool urgent =
-      !paper && !verifying_ && steps_ + 1 < control_step_ &&
-      std::abs(best_broad(report.broad_ms, report.narrow_ms) - split_.broad) >= std::max(2, threads_ / 4);
-  if (urgent) clear_window();
-  ++steps_;
-  broad_ += report.broad_ms;
-  narrow_ += report.narrow_ms;
-  detect_ += report.detect_ms;
-
-  const double work = broad_ + narrow_;
-  decision.broad_ms = paper ? broad_ / split_.broad / steps_ : broad_ / steps_;
-  decision.narrow_ms = paper ? narrow_ / split_.narrow / steps_ : narrow_ / steps_;
-  decision.measure = paper ? detect_ / steps_ : (work > 0 ? detect_ / work : 0);
-
-  if (steps_ < control_step_ && !urgent) {
+  if (!add_to_window(report, decision)) {
     decision.reason = "between two control steps";
     return decision;
   }
-
   if (verifying_) {
-    verifying_ = false;
-    decision.measure_before = measure_before_;
-    if (decision.measure < measure_before_) {
-      decision.action = BalanceAction::confirm;
-      decision.reason = "the change made it faster";
-      control_step_ = 1;
-    } else {
-      decision.action = BalanceAction::revert;
-      decision.reason = "the change did not make it faster";
-      split_ = before_;
-      control_step_ = std::min(2 * control_before_, longest_control_step);
-    }
-  } else if (const int wanted = wanted_broad(); wanted != split_.broad) {
-    decision.action = BalanceAction::change;
-    decision.reason =
-        wanted > split_.broad ? "the broad phase is the longer one" : "the narrow phase is the longer one";
-    before_ = split_;
-    measure_before_ = decision.measure;
-    control_before_ = control_step_;
-    split_ = {wanted, threads_ - wanted};
-    verifying_ = true;
-    control_step_ = 1;
+    verify(decision);
   } else {
-    decision.action = BalanceAction::keep;
-    decision.reason = threads_ == 2 ? "two threads have one split" : "the phases are in balance";
-    control_step_ = std::min(2 * control_step_, longest_control_step);
+    choose(decision);
   }
   clear_window();
   decision.after = split_;

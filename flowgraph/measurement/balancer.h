@@ -24,6 +24,12 @@ class Balancer {
 
  private:
   void ask_own_rule(const ExecutionReport& report, BalanceDecision& decision);
+  /// Adds a step to the sums. Whether they are to be looked at now.
+  bool add_to_window(const ExecutionReport& report, BalanceDecision& decision);
+  /// Whether the change before was one for the better; else it is taken back.
+  void verify(BalanceDecision& decision);
+  /// Another split, if one is wanted.
+  void choose(BalanceDecision& decision);
   int wanted_broad() const;
   int best_broad(double broad, double narrow) const;
   void clear_window();

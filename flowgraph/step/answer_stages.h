@@ -38,6 +38,8 @@ class AnswerStages {
   /// The runs of the narrow stage.
   OrderedAnswers& runs() { return runs_; }
 
+  std::size_t memory() const { return store_.memory() + joiner_.memory() + order_.memory() + runs_.memory(); }
+
   /// Forgets all answers.
   void clear();
 

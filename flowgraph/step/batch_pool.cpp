@@ -36,4 +36,11 @@ std::span<Batch* const> BatchPool::taken() {
   return taken_;
 }
 
+std::size_t BatchPool::memory() const {
+  std::size_t bytes = taken_.capacity() * sizeof(Batch*);
+  for (const auto* list : {&batches_, &grown_})
+    for (const auto& batch : *list) bytes += sizeof(Batch) + batch->memory();
+  return bytes;
+}
+
 }  // namespace tandem

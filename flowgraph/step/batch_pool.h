@@ -18,6 +18,7 @@ class BatchPool {
   /// All batches taken since begin(); not while some thread may take one.
   std::span<Batch* const> taken();
   bool grew() const { return !grown_.empty(); }
+  std::size_t memory() const;  ///< not while some thread may take one
 
  private:
   std::size_t batch_pairs_ = 0;

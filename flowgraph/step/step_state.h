@@ -35,7 +35,8 @@ class StepState final : public Crew, public BatchOwner {
              Timeline* timeline, std::function<bool()> host_cancelled = {});
   /// Collects what was measured; throws the first error of the step.
   void end(ExecutionReport& report);
-  double work_ms() const { return meters_.work_ms(); }  ///< busy time so far, all threads
+  double work_ms() const { return meters_.work_ms(); }                       ///< busy time so far, all threads
+  std::size_t memory() const { return pool_.memory() + answers_.memory(); }  ///< bytes held between steps
 
   std::size_t stage() const { return tickets_.stage(); }
   bool finished() const { return stage() == end_; }

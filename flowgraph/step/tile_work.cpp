@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <stdexcept>
+#include <string>
 
 namespace tandem {
 namespace {
@@ -36,7 +38,30 @@ void spend(double ns) {
   if (ns > 0) use(chain(static_cast<std::uint64_t>(ns * links_a_ns())));
 }
 
+void require_time(const char* field, double ns) {
+  if (!(ns >= 0 && ns <= TileWork::longest_ns))
+    throw std::invalid_argument("tile_work: " + std::string(field) + " is " + std::to_string(ns) +
+                                ", allowed: 0 to 1e12 ns");
+}
+
 }  // namespace
+
+TileWork::TileWork(const Size& size) : size_(size) {
+  require_time("tile_ns", size.tile_ns);
+  require_time("pair_ns", size.pair_ns);
+  require_time("big_ns", size.big_ns);
+  constexpr std::size_t most = 0xfffffffeu;  // bodies are named by 32 bits
+  if (size.tiles > most || size.pairs_a_tile > most - size.tiles)
+    throw std::invalid_argument("tile_work: tiles and pairs_a_tile are " + std::to_string(size.tiles) + " and " +
+                                std::to_string(size.pairs_a_tile) + ", allowed: fewer than 4294967295 together");
+}
+
+void TileWork::set_costs(double tile_ns, double pair_ns) {
+  require_time("tile_ns", tile_ns);
+  require_time("pair_ns", pair_ns);
+  size_.tile_ns = tile_ns;
+  size_.pair_ns = pair_ns;
+}
 
 void TileWork::emit(std::size_t tile, PairSink& sink) {
   const double ns = size_.pairs_a_tile > 0 ? size_.tile_ns / static_cast<double>(size_.pairs_a_tile) : 0;

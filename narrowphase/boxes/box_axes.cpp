@@ -17,6 +17,8 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 // Products are summed in one order in both versions, that of Eigen's scalar code and of the lanes of several pairs, and
 // never fused: the same bits on every machine.
+constexpr double never = -1e300;  // less than any separation
+
 #if HWY_MAX_BYTES >= 32 && !HWY_HAVE_SCALABLE
 
 using Four = hn::FixedTag<double, 4>;
@@ -32,21 +34,59 @@ HWY_INLINE void transpose(hn::Vec<Four> c0, hn::Vec<Four> c1, hn::Vec<Four> c2, 
   row[2] = hn::ConcatUpperUpper(d, low2, low01);
 }
 
+using V = hn::Vec<Four>;
+
+HWY_INLINE V of(const double* p, int k) { return hn::Set(Four(), p[k]); }
+
+HWY_INLINE unsigned bits(hn::Mask<Four> mask) {
+  std::uint8_t bytes[8] = {};
+  hn::StoreMaskBits(Four(), mask, bytes);
+  return static_cast<unsigned>(bytes[0]);
+}
+
+// The numerators of the edges' axes, three a vector, and which of them may win. `r`: the dot products of the axes.
+HWY_INLINE void measure_edges(const double* half_a, const double* half_b, const V* r, V most_face, BoxAxes* x) {
+  const Four d;
+  const V b = hn::LoadU(d, half_b);
+  const auto used = hn::FirstN(d, 3);
+  alignas(32) static constexpr std::int64_t forward[4] = {1, 2, 0, 3}, back[4] = {2, 0, 1, 3};
+  const auto next = hn::SetTableIndices(d, forward), last = hn::SetTableIndices(d, back);
+  const V b_next = hn::TableLookupLanes(b, next), b_last = hn::TableLookupLanes(b, last);
+  // The numerator is the separation times a length <= 1: one below the faces' cannot win, and most are.
+  const V hopeless = hn::Min(most_face, hn::Zero(d)), parallel = hn::Set(d, nearly_parallel);
+  V q[3], edge[3];
+  for (int i = 0; i < 3; ++i) q[i] = hn::Abs(r[i]);
+  unsigned hopeful = 0;
+  for (int i = 0; i < 3; ++i) {
+    const int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
+    const V centre = hn::Abs(hn::Sub(hn::Mul(of(x->t, i2), r[i1]), hn::Mul(of(x->t, i1), r[i2])));
+    const V from_a = hn::Add(hn::Mul(of(half_a, i1), q[i2]), hn::Mul(of(half_a, i2), q[i1]));
+    const V from_b =
+        hn::Add(hn::Mul(b_next, hn::TableLookupLanes(q[i], last)), hn::Mul(b_last, hn::TableLookupLanes(q[i], next)));
+    edge[i] = hn::Sub(hn::Sub(centre, from_a), from_b);
+    hn::Store(q[i], d, x->q[i]);
+    hn::Store(edge[i], d, x->edge[i]);
+    hopeful |= bits(hn::And(used, hn::Or(hn::Gt(edge[i], hopeless), hn::Gt(q[i], parallel)))) << (3 * i);
+  }
+  x->hopeful = hopeful;
+  const V most = hn::IfThenElse(used, hn::Max(hn::Max(edge[0], edge[1]), edge[2]), hn::Set(d, never));
+  x->most_edge = hn::GetLane(hn::MaxOfLanes(d, most));
+  x->most_cosine = hn::GetLane(hn::MaxOfLanes(d, hn::Max(hn::Max(q[0], q[1]), q[2])));
+}
+
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
 bool measure_axes(const double* half_a, const Pose* pose_a, const double* half_b, const Pose* pose_b, double beyond,
                   BoxAxes* x) {
   const Four d;
-  using V = hn::Vec<Four>;
   // The third column's load takes the first coordinate of the translation along.
   static_assert(offsetof(Pose, translation) == 9 * sizeof(double));
   const double *ma = pose_a->rotation.data(), *mb = pose_b->rotation.data();
-  V row_a[3], row_b[3], r[3], q[3], q_column[3], edge[3];
+  V row_a[3], row_b[3], r[3], q[3], q_column[3];
   transpose(hn::LoadU(d, ma), hn::LoadU(d, ma + 3), hn::LoadU(d, ma + 6), row_a);
   transpose(hn::LoadU(d, mb), hn::LoadU(d, mb + 3), hn::LoadU(d, mb + 6), row_b);
   const auto sum_of_products = [](V p0, V p1, V p2, const V* v) HWY_ATTR {
     return hn::Add(hn::Mul(p0, v[0]), hn::Add(hn::Mul(p1, v[1]), hn::Mul(p2, v[2])));
   };
-  const auto of = [d](const double* p, int k) HWY_ATTR { return hn::Set(d, p[k]); };
   const V d0 = hn::Set(d, pose_b->translation[0] - pose_a->translation[0]);
   const V d1 = hn::Set(d, pose_b->translation[1] - pose_a->translation[1]);
   const V d2 = hn::Set(d, pose_b->translation[2] - pose_a->translation[2]);
@@ -60,16 +100,9 @@ bool measure_axes(const double* half_a, const Pose* pose_a, const double* half_b
   const V face_of_a =
       hn::Sub(hn::Sub(hn::Abs(t), a), sum_of_products(of(half_b, 0), of(half_b, 1), of(half_b, 2), q_column));
   const V face_of_b = hn::Sub(hn::Sub(hn::Abs(u), b), sum_of_products(of(half_a, 0), of(half_a, 1), of(half_a, 2), q));
-  const V never = hn::Set(d, -1e300);
-  const auto used = hn::FirstN(d, 3);
-  const V best_face = hn::IfThenElse(used, hn::Max(face_of_a, face_of_b), never);
+  const V best_face = hn::IfThenElse(hn::FirstN(d, 3), hn::Max(face_of_a, face_of_b), hn::Set(d, never));
   const V most_face = hn::MaxOfLanes(d, best_face);
   if (!hn::AllFalse(d, hn::Gt(best_face, hn::Set(d, beyond)))) {
-    const auto bits = [d](hn::Mask<Four> mask) HWY_ATTR {
-      std::uint8_t bytes[8] = {};
-      hn::StoreMaskBits(d, mask, bytes);
-      return static_cast<unsigned>(bytes[0]);
-    };
     x->most_face = hn::GetLane(most_face);
     x->parting = bits(hn::Eq(face_of_a, most_face)) | bits(hn::Eq(face_of_b, most_face)) << 4;
     x->against = bits(hn::Lt(t, hn::Zero(d))) | bits(hn::Lt(u, hn::Zero(d))) << 4;
@@ -82,30 +115,7 @@ bool measure_axes(const double* half_a, const Pose* pose_a, const double* half_b
   hn::Store(face_of_a, d, x->face_of_a);
   hn::Store(face_of_b, d, x->face_of_b);
   for (int i = 0; i < 3; ++i) hn::Store(r[i], d, x->r[i]);
-
-  alignas(32) static constexpr std::int64_t forward[4] = {1, 2, 0, 3}, back[4] = {2, 0, 1, 3};
-  const auto next = hn::SetTableIndices(d, forward), last = hn::SetTableIndices(d, back);
-  const V b_next = hn::TableLookupLanes(b, next), b_last = hn::TableLookupLanes(b, last);
-  // The numerator is the separation times a length <= 1: one below the faces' cannot win, and most are.
-  const V hopeless = hn::Min(most_face, hn::Zero(d)), parallel = hn::Set(d, nearly_parallel);
-  unsigned hopeful = 0;
-  for (int i = 0; i < 3; ++i) {
-    const int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
-    const V centre = hn::Abs(hn::Sub(hn::Mul(of(x->t, i2), r[i1]), hn::Mul(of(x->t, i1), r[i2])));
-    const V from_a = hn::Add(hn::Mul(of(half_a, i1), q[i2]), hn::Mul(of(half_a, i2), q[i1]));
-    const V from_b =
-        hn::Add(hn::Mul(b_next, hn::TableLookupLanes(q[i], last)), hn::Mul(b_last, hn::TableLookupLanes(q[i], next)));
-    edge[i] = hn::Sub(hn::Sub(centre, from_a), from_b);
-    hn::Store(q[i], d, x->q[i]);
-    hn::Store(edge[i], d, x->edge[i]);
-    std::uint8_t bits[8] = {};
-    hn::StoreMaskBits(d, hn::And(used, hn::Or(hn::Gt(edge[i], hopeless), hn::Gt(q[i], parallel))), bits);
-    hopeful |= static_cast<unsigned>(bits[0]) << (3 * i);
-  }
-  x->hopeful = hopeful;
-  const V most = hn::IfThenElse(used, hn::Max(hn::Max(edge[0], edge[1]), edge[2]), never);
-  x->most_edge = hn::GetLane(hn::MaxOfLanes(d, most));
-  x->most_cosine = hn::GetLane(hn::MaxOfLanes(d, hn::Max(hn::Max(q[0], q[1]), q[2])));
+  measure_edges(half_a, half_b, r, most_face, x);
   return false;
 }
 
@@ -128,7 +138,7 @@ bool measure_axes(const double* half_a, const Pose* pose_a, const double* half_b
       x->q[i][j] = std::abs(x->r[i][j]);
     }
   }
-  x->most_face = -1e300;
+  x->most_face = never;
   for (int k = 0; k < 3; ++k) {
     x->face_of_a[k] = std::abs(x->t[k]) - half_a[k] - dot(half_b[0], half_b[1], half_b[2], x->q[k]);
     x->face_of_b[k] =
@@ -146,7 +156,7 @@ bool measure_axes(const double* half_a, const Pose* pose_a, const double* half_b
   }
   const double hopeless = std::min(x->most_face, 0.0);
   x->hopeful = 0;
-  x->most_edge = -1e300;
+  x->most_edge = never;
   x->most_cosine = 0;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) {

@@ -30,10 +30,6 @@ struct alignas(32) BoxAxes {
 /// Edges whose cosine is larger count as nearly parallel: the squared sine is below 0.01.
 constexpr double nearly_parallel = 0.99498743710662;
 
-// Squared sine of the angle of two edges. Below it the short formula loses digits, and more where the rotation is off
-// from orthonormal: the axis is projected in full.
-constexpr double slow_edges = 1e-2;
-
 /// Fills the axes, of boxes by half sizes. Where a face's axis separates by more than `beyond` (>= 0), returns true and
 /// tells only
 /// by how much and which.

@@ -111,7 +111,7 @@ Separation best_separation(const BoxAxes& x) {
   for (unsigned hopeful = x.hopeful; hopeful != 0; hopeful &= hopeful - 1) {
     const int k = std::countr_zero(hopeful), i = k / 3, j = k % 3;
     const double length2 = edge_length2(x, i, j), now = best.distance, numerator = x.edge[i][j];
-    if (length2 > slow_edges && numerator * std::abs(numerator) <= now * std::abs(now) * length2) continue;
+    if (length2 > tolerance::slow_edges2 && numerator * std::abs(numerator) <= now * std::abs(now) * length2) continue;
     const double s = along_edge(x, i, j);
     if (s > now + least) best = {s, 6 + k}, least = 0;
   }
@@ -309,7 +309,7 @@ BoxAnswer box_box_distance(const HalfSize& a, const Pose& pose_a, const HalfSize
   local.signed_distance = upper;
   local.normal = direction;
   answer.axis = -1;
-  if (equal || upper < 0.01 * size(x)) {
+  if (equal || upper < tolerance::nearly_touching_boxes * size(x)) {
     const Boxes boxes(a, b, x);
     const double along = separation_along(boxes.difference, direction);
     if (along < upper - doubt) {

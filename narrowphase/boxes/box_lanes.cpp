@@ -41,7 +41,7 @@ struct Lanes {
   }
   /// Along an edges' axis, by its short formula: no better than the best so far.
   HWY_INLINE M is_worse(V numerator, V length2) const {
-    return hn::And(hn::Gt(length2, number(slow_edges)),
+    return hn::And(hn::Gt(length2, number(tolerance::slow_edges2)),
                    hn::Le(hn::Mul(numerator, hn::Abs(numerator)), hn::Mul(hn::Mul(best, hn::Abs(best)), length2)));
   }
   HWY_INLINE void find_axis(double margin);
@@ -51,8 +51,20 @@ struct Lanes {
   HWY_INLINE void measure_edge(V edge, V numerator, M valid, V& least);
   HWY_INLINE void find_normal();
   HWY_INLINE M find_edges_witness();
+  HWY_INLINE void choose_reference(M& of_b, V& face) const;
   HWY_INLINE M find_faces(double margin, std::size_t at, RectanglePairRows& faces, V* point, V& depth,
                           V& feature) const;
+};
+
+/// The incident face as the reference face sees it: along its edges and above it; what `rectangle_clip` needs of both.
+struct FaceLanes {
+  V centre[2], edge1[2], edge2[2], height, height1, height2;  // heights above the reference box's centre
+  V half1, half2, rectangle[2], top, near, slant, slip[2];
+  M edges;  // the normal is an edges' axis
+
+  /// Is one corner all of the patch? Which: its place in the plane and above, and its number.
+  HWY_INLINE M find_lone_corner(double margin, V* corner, V& corner_height, V& corner_name) const;
+  HWY_INLINE void store(V name, V distance, std::size_t at, RectanglePairRows& faces) const;
 };
 
 // measure_axes and best_separation.
@@ -217,12 +229,11 @@ HWY_INLINE M Lanes::find_edges_witness() {
   return hn::And(witness, hn::Le(off2, hn::Mul(slack, slack)));
 }
 
-// append_box_manifold where a face carries the patch: the two faces, and whether one corner is all of it.
-HWY_INLINE M Lanes::find_faces(double margin, std::size_t at, RectanglePairRows& faces, V* point, V& depth,
-                               V& feature) const {
+// choose_reference of append_box_manifold.
+HWY_INLINE void Lanes::choose_reference(M& of_b, V& face) const {
   const M edges = hn::Ge(axis, number(6));
-  M of_b = hn::Ge(axis, number(3));
-  V face = hn::IfThenElse(of_b, hn::Sub(axis, number(3)), axis);
+  of_b = hn::Ge(axis, number(3));
+  face = hn::IfThenElse(of_b, hn::Sub(axis, number(3)), axis);
   if (!hn::AllFalse(D(), edges)) {
     V most[2] = {number(-1), number(-1)}, steepest[2] = {number(0), number(0)};
     for (const int body : {0, 1}) {
@@ -242,96 +253,41 @@ HWY_INLINE M Lanes::find_faces(double margin, std::size_t at, RectanglePairRows&
     of_b = hn::AndNot(flush, of_b);
     face = hn::IfThenElse(flush, number(i), face);
   }
-  V pose[12], other[9], d[3], away[3], reference[3], incident[3];
-  for (int k = 0; k < 12; ++k) pose[k] = hn::IfThenElse(of_b, b[k], a[k]);
-  for (int k = 0; k < 9; ++k) other[k] = hn::IfThenElse(of_b, a[k], b[k]);
-  for (int k = 0; k < 3; ++k) {
-    d[k] = hn::IfThenElse(of_b, hn::Neg(shift[k]), shift[k]);
-    away[k] = hn::IfThenElse(of_b, hn::Neg(world_normal[k]), world_normal[k]);
-    reference[k] = hn::IfThenElse(of_b, half_b[k], half_a[k]);
-    incident[k] = hn::IfThenElse(of_b, half_a[k], half_b[k]);
-  }
-  const Choice reference_axis(face);
-  V outward[3], along_u[3], along_w[3];
-  reference_axis.own_column(pose, outward);
-  reference_axis.next_column(pose, along_u);
-  reference_axis.last_column(pose, along_w);
-  const V one = number(1), minus = number(-1);
-  const V along_face = dot(outward, away);
-  const M is_front = hn::Ge(along_face, number(0));
-  const V slant = hn::IfThenElse(edges, hn::Abs(along_face), one);
-  const V slip_u = hn::IfThenElseZero(edges, dot(along_u, away)),
-          slip_w = hn::IfThenElseZero(edges, dot(along_w, away));
-  const V side = hn::IfThenElse(is_front, one, minus);
-  for (V& x : outward) x = hn::Mul(side, x);
+}
 
-  V all = reference[0];
-  for (const V x : {reference[1], reference[2], incident[0], incident[1], incident[2]}) all = hn::Add(all, x);
-  V looks[3], incident_face = number(0);
-  for (int k = 0; k < 3; ++k) looks[k] = dot(outward, other + 3 * k);
-  V most = hn::Abs(looks[0]);
-  for (int k = 1; k < 3; ++k) {
-    const V looking = hn::Abs(looks[k]);
-    const M more = hn::Gt(looking, hn::Add(most, number(tolerance::alike)));
-    most = hn::IfThenElse(more, looking, most);
-    incident_face = hn::IfThenElse(more, number(k), incident_face);
-  }
-  const Choice k(incident_face);
-  const M turned = hn::Gt(k.own(looks), number(0));
-  const V towards = hn::IfThenElse(turned, minus, one);
-  V own[3], next[3], last[3];
-  k.own_column(other, own);
-  k.next_column(other, next);
-  k.last_column(other, last);
-  const V ahead = hn::Mul(towards, k.own(incident)), half1 = k.next(incident), half2 = k.last(incident);
-  for (int c = 0; c < 3; ++c) {
-    own[c] = hn::Add(d[c], hn::Mul(ahead, own[c]));
-    next[c] = hn::Mul(half1, next[c]);
-    last[c] = hn::Mul(half2, last[c]);
-  }
-  const V height = dot(outward, own), height1 = dot(outward, next), height2 = dot(outward, last);
-  const V e1[2] = {dot(along_u, next), dot(along_w, next)}, e2[2] = {dot(along_u, last), dot(along_w, last)};
-  const V rectangle[2] = {reference_axis.next(reference), reference_axis.last(reference)};
-  const V top = reference_axis.own(reference), near = hn::Mul(number(tolerance::alike), all);
+HWY_INLINE M FaceLanes::find_lone_corner(double margin, V* corner, V& corner_height, V& corner_name) const {
+  const V one = number(1), minus = number(-1);
   const V lowest = hn::Sub(hn::Sub(height, hn::Abs(height1)), hn::Abs(height2));
   const V room = hn::Sub(hn::Add(top, hn::Add(number(margin), near)), lowest);
   const V rise1 = hn::Mul(number(2), hn::Abs(height1)), rise2 = hn::Mul(number(2), hn::Abs(height2));
   const M down1 = hn::Lt(height1, number(0)), down2 = hn::Lt(height2, number(0));
   const V side1 = hn::IfThenElse(down1, one, minus), side2 = hn::IfThenElse(down2, one, minus);
-  const V centre[2] = {dot(along_u, own), dot(along_w, own)};
-  V corner[2];
   M lone = hn::AndNot(edges, hn::And(hn::And(hn::Lt(room, rise1), hn::Lt(room, rise2)), hn::Ge(room, number(0))));
   for (int c = 0; c < 2; ++c) {
-    corner[c] = hn::Add(centre[c], hn::Add(hn::Mul(side1, e1[c]), hn::Mul(side2, e2[c])));
+    corner[c] = hn::Add(centre[c], hn::Add(hn::Mul(side1, edge1[c]), hn::Mul(side2, edge2[c])));
     const V wide = hn::Sub(rectangle[c], near);
     const auto is_over = [&](V back, V e, V rise) HWY_ATTR {
       return hn::Lt(hn::Abs(hn::Add(hn::Mul(corner[c], rise), hn::Mul(room, hn::Mul(back, e)))), hn::Mul(wide, rise));
     };
     lone = hn::And(lone, hn::Lt(hn::Abs(corner[c]), wide));
-    lone = hn::And(lone, is_over(hn::Mul(number(-2), side1), e1[c], rise1));
-    lone = hn::And(lone, is_over(hn::Mul(number(-2), side2), e2[c], rise2));
+    lone = hn::And(lone, is_over(hn::Mul(number(-2), side1), edge1[c], rise1));
+    lone = hn::And(lone, is_over(hn::Mul(number(-2), side2), edge2[c], rise2));
   }
-  const V corner_height = hn::Add(height, hn::Add(hn::Mul(side1, height1), hn::Mul(side2, height2)));
-  depth = hn::Max(hn::Min(hn::Sub(top, corner_height), hn::Neg(best)), number(-margin));
-  const V above = hn::Mul(side, hn::Sub(top, hn::Mul(number(0.5), depth)));
-  const V in_frame[3] = {reference_axis.of(above, corner[1], corner[0]), reference_axis.of(corner[0], above, corner[1]),
-                         reference_axis.of(corner[1], corner[0], above)};
-  place(pose, in_frame, point);
-
-  const V corner_name =
+  corner_height = hn::Add(height, hn::Add(hn::Mul(side1, height1), hn::Mul(side2, height2)));
+  corner_name =
       hn::IfThenElse(down1, hn::IfThenElse(down2, number(0), number(3)), hn::IfThenElse(down2, number(1), number(2)));
-  const V reference_name = hn::Add(hn::Mul(number(2), face), hn::IfThenElse(is_front, number(0), one));
-  const V incident_name = hn::Add(hn::Mul(number(2), incident_face), hn::IfThenElse(turned, one, number(0)));
-  const V name = hn::Add(hn::Add(hn::Mul(number(1 << 12), reference_name), hn::Mul(number(1 << 8), incident_name)),
-                         hn::IfThenElse(of_b, number(1u << 31), number(0)));
-  feature = hn::Add(name, corner_name);
+  return lone;
+}
+
+/// With the centre and the edges sheared along the normal, into the plane over which a point lies.
+HWY_INLINE void FaceLanes::store(V name, V distance, std::size_t at, RectanglePairRows& faces) const {
   const D lane;
-  const V below = hn::Sub(top, height), slip[2] = {slip_u, slip_w};
+  const V below = hn::Sub(top, height);
   for (int c = 0; c < 2; ++c) {
     const V lean = hn::Div(slip[c], slant);  // 0 where the normal is the face's
     hn::Store(hn::Add(centre[c], hn::Mul(lean, below)), lane, faces.centre[c] + at);
-    hn::Store(hn::Sub(e1[c], hn::Mul(lean, height1)), lane, faces.edge1[c] + at);
-    hn::Store(hn::Sub(e2[c], hn::Mul(lean, height2)), lane, faces.edge2[c] + at);
+    hn::Store(hn::Sub(edge1[c], hn::Mul(lean, height1)), lane, faces.edge1[c] + at);
+    hn::Store(hn::Sub(edge2[c], hn::Mul(lean, height2)), lane, faces.edge2[c] + at);
   }
   hn::Store(height, lane, faces.centre[2] + at);
   hn::Store(height1, lane, faces.edge1[2] + at);
@@ -341,12 +297,104 @@ HWY_INLINE M Lanes::find_faces(double margin, std::size_t at, RectanglePairRows&
   hn::Store(rectangle[0], lane, faces.half_u + at);
   hn::Store(rectangle[1], lane, faces.half_w + at);
   hn::Store(top, lane, faces.top + at);
-  hn::Store(best, lane, faces.distance + at);
+  hn::Store(distance, lane, faces.distance + at);
   hn::Store(near, lane, faces.near + at);
   hn::Store(slant, lane, faces.slant + at);
-  hn::Store(slip_u, lane, faces.slip_u + at);
-  hn::Store(slip_w, lane, faces.slip_w + at);
+  hn::Store(slip[0], lane, faces.slip_u + at);
+  hn::Store(slip[1], lane, faces.slip_w + at);
   hn::Store(name, lane, faces.name + at);
+}
+
+/// Columns of the frame of the reference box, and of the other's: by choice of each lane.
+struct ReferenceLanes {
+  V pose[12], other[9], d[3], away[3], reference[3], incident[3];
+
+  HWY_INLINE ReferenceLanes(const Lanes& x, M of_b) {
+    for (int k = 0; k < 12; ++k) pose[k] = hn::IfThenElse(of_b, x.b[k], x.a[k]);
+    for (int k = 0; k < 9; ++k) other[k] = hn::IfThenElse(of_b, x.a[k], x.b[k]);
+    for (int k = 0; k < 3; ++k) {
+      d[k] = hn::IfThenElse(of_b, hn::Neg(x.shift[k]), x.shift[k]);
+      away[k] = hn::IfThenElse(of_b, hn::Neg(x.world_normal[k]), x.world_normal[k]);
+      reference[k] = hn::IfThenElse(of_b, x.half_b[k], x.half_a[k]);
+      incident[k] = hn::IfThenElse(of_b, x.half_a[k], x.half_b[k]);
+    }
+  }
+  /// The incident face looks against the normal most; where two do alike, the first. `turned`: its side is the lower.
+  HWY_INLINE V find_incident(const V* outward, M& turned) const {
+    V looks[3], face = number(0);
+    for (int k = 0; k < 3; ++k) looks[k] = dot(outward, other + 3 * k);
+    V most = hn::Abs(looks[0]);
+    for (int k = 1; k < 3; ++k) {
+      const V looking = hn::Abs(looks[k]);
+      const M more = hn::Gt(looking, hn::Add(most, number(tolerance::alike)));
+      most = hn::IfThenElse(more, looking, most);
+      face = hn::IfThenElse(more, number(k), face);
+    }
+    turned = hn::Gt(Choice(face).own(looks), number(0));
+    return face;
+  }
+};
+
+// FaceClip of append_box_manifold: the two faces, and whether one corner is all of the patch.
+HWY_INLINE M Lanes::find_faces(double margin, std::size_t at, RectanglePairRows& faces, V* point, V& depth,
+                               V& feature) const {
+  M of_b;
+  V face;
+  choose_reference(of_b, face);
+  const ReferenceLanes x(*this, of_b);
+  const Choice reference_axis(face);
+  V outward[3], along_u[3], along_w[3];
+  reference_axis.own_column(x.pose, outward);
+  reference_axis.next_column(x.pose, along_u);
+  reference_axis.last_column(x.pose, along_w);
+  const V one = number(1), minus = number(-1);
+  const V along_face = dot(outward, x.away);
+  const M is_front = hn::Ge(along_face, number(0));
+  FaceLanes f;
+  f.edges = hn::Ge(axis, number(6));
+  f.slant = hn::IfThenElse(f.edges, hn::Abs(along_face), one);
+  f.slip[0] = hn::IfThenElseZero(f.edges, dot(along_u, x.away));
+  f.slip[1] = hn::IfThenElseZero(f.edges, dot(along_w, x.away));
+  const V side = hn::IfThenElse(is_front, one, minus);
+  for (V& v : outward) v = hn::Mul(side, v);
+
+  V all = x.reference[0];
+  for (const V v : {x.reference[1], x.reference[2], x.incident[0], x.incident[1], x.incident[2]}) all = hn::Add(all, v);
+  M turned;
+  const V incident_face = x.find_incident(outward, turned);
+  const Choice k(incident_face);
+  const V towards = hn::IfThenElse(turned, minus, one);
+  V own[3], next[3], last[3];
+  k.own_column(x.other, own);
+  k.next_column(x.other, next);
+  k.last_column(x.other, last);
+  const V ahead = hn::Mul(towards, k.own(x.incident));
+  f.half1 = k.next(x.incident), f.half2 = k.last(x.incident);
+  for (int c = 0; c < 3; ++c) {
+    own[c] = hn::Add(x.d[c], hn::Mul(ahead, own[c]));
+    next[c] = hn::Mul(f.half1, next[c]);
+    last[c] = hn::Mul(f.half2, last[c]);
+  }
+  f.height = dot(outward, own), f.height1 = dot(outward, next), f.height2 = dot(outward, last);
+  f.edge1[0] = dot(along_u, next), f.edge1[1] = dot(along_w, next);
+  f.edge2[0] = dot(along_u, last), f.edge2[1] = dot(along_w, last);
+  f.centre[0] = dot(along_u, own), f.centre[1] = dot(along_w, own);
+  f.rectangle[0] = reference_axis.next(x.reference), f.rectangle[1] = reference_axis.last(x.reference);
+  f.top = reference_axis.own(x.reference), f.near = hn::Mul(number(tolerance::alike), all);
+
+  V corner[2], corner_height, corner_name;
+  const M lone = f.find_lone_corner(margin, corner, corner_height, corner_name);
+  depth = hn::Max(hn::Min(hn::Sub(f.top, corner_height), hn::Neg(best)), number(-margin));
+  const V above = hn::Mul(side, hn::Sub(f.top, hn::Mul(number(0.5), depth)));
+  const V in_frame[3] = {reference_axis.of(above, corner[1], corner[0]), reference_axis.of(corner[0], above, corner[1]),
+                         reference_axis.of(corner[1], corner[0], above)};
+  place(x.pose, in_frame, point);
+  const V reference_name = hn::Add(hn::Mul(number(2), face), hn::IfThenElse(is_front, number(0), one));
+  const V incident_name = hn::Add(hn::Mul(number(2), incident_face), hn::IfThenElse(turned, one, number(0)));
+  const V name = hn::Add(hn::Add(hn::Mul(number(1 << 12), reference_name), hn::Mul(number(1 << 8), incident_name)),
+                         hn::IfThenElse(of_b, number(1u << 31), number(0)));
+  feature = hn::Add(name, corner_name);
+  f.store(name, best, at, faces);
   return lone;
 }
 

@@ -52,17 +52,15 @@ void append_patch(PatchPoint* points, int count, const Carrier& face, double sig
   append_points(points, count, pose, world_normal, contacts);
 }
 
-}  // namespace
-
-void append_box_manifold(const HalfSize& a, const Pose& pose_a, const HalfSize& b, const Pose& pose_b,
-                         const BoxAnswer& answer, double margin, std::vector<Contact>& contacts) {
-  // The reference box carries the face; the other is seen from it. Of faces that lie on each other any will do, and
-  // which separates by more, or an edge's axis by more than both, is left to rounding: A's.
+/// The box that carries the reference face, and the face's axis. Of faces that lie on each other any will do, and which
+/// separates by more, or an edge's axis by more than both, is left to rounding: A's.
+struct ReferenceAxis {
+  bool of_b;
+  int axis;
+};
+ReferenceAxis choose_reference(const BoxAnswer& answer, const Pose& pose_b, const Vec3& world_normal) {
   const Vec3& in_a = answer.local.normal;
-  const Vec3 world_normal = pose_a.rotation * in_a;
-  const bool slants = answer.axis >= 6, tilted = slants && answer.facing <= tolerance::flush_face;
-  bool of_b = answer.axis >= 3;
-  int axis = answer.axis % 3;
+  ReferenceAxis out{answer.axis >= 3, answer.axis % 3};
   if (answer.axis >= 6) {
     const Vec3 in_b = pose_b.rotation.transpose() * world_normal;
     int face_a = 0, face_b = 0;
@@ -70,149 +68,214 @@ void append_box_manifold(const HalfSize& a, const Pose& pose_a, const HalfSize& 
       if (std::abs(in_a[i]) > std::abs(in_a[face_a])) face_a = i;
       if (std::abs(in_b[i]) > std::abs(in_b[face_b])) face_b = i;
     }
-    of_b = std::abs(in_a[face_a]) + tolerance::alike_cosines < std::abs(in_b[face_b]);
-    axis = of_b ? face_b : face_a;
+    out.of_b = std::abs(in_a[face_a]) + tolerance::alike_cosines < std::abs(in_b[face_b]);
+    out.axis = out.of_b ? face_b : face_a;
   }
   for (int i = 0; i < 3; ++i)
-    if (std::abs(in_a[i]) > tolerance::flush_face) of_b = false, axis = i;
-  const int iu = (axis + 1) % 3, iw = (axis + 2) % 3;
-  const HalfSize &reference = of_b ? b : a, &incident = of_b ? a : b;
-  const Pose &pose = of_b ? pose_b : pose_a, &other = of_b ? pose_a : pose_b;
-  const Vec3 d = other.translation - pose.translation;
-  const auto row = [&](int i, const Vec3& v) { return pose.rotation.col(i).dot(v); };
-  // Depths are measured, and points put midway, along the normal: seen from the face it has this slant and these slips.
-  const Vec3 away = of_b ? Vec3(-world_normal) : world_normal;
-  const double along_face = row(axis, away), side = along_face >= 0 ? 1.0 : -1.0;
-  const double slant = slants ? std::abs(along_face) : 1.0;
-  const double slip_u = slants ? row(iu, away) : 0.0, slip_w = slants ? row(iw, away) : 0.0;
-  const Vec3 outward = side * pose.rotation.col(axis);
+    if (std::abs(in_a[i]) > tolerance::flush_face) out = {false, i};
+  return out;
+}
 
-  // The incident face looks against the normal most; where two do alike, the first.
-  const double size = reference[0] + reference[1] + reference[2] + incident[0] + incident[1] + incident[2];
-  int k = 0;
-  double facing = std::abs(outward.dot(other.rotation.col(0)));
-  for (int j = 1; j < 3; ++j) {
-    const double f = std::abs(outward.dot(other.rotation.col(j)));
-    if (f > facing + tolerance::alike) facing = f, k = j;
-  }
-  const auto at_axis = [](const HalfSize& h, int i) { return h[static_cast<std::size_t>(i)]; };
-  const int k1 = (k + 1) % 3, k2 = (k + 2) % 3;
-  const double towards = outward.dot(other.rotation.col(k)) > 0 ? -1.0 : 1.0;
-  const auto in_plane = [&](const Vec3& v) { return PlanePoint{row(iu, v), row(iw, v), outward.dot(v)}; };
-  PlanePoint centre = in_plane(d + towards * at_axis(incident, k) * other.rotation.col(k));
-  PlanePoint e1 = in_plane(at_axis(incident, k1) * other.rotation.col(k1));
-  PlanePoint e2 = in_plane(at_axis(incident, k2) * other.rotation.col(k2));
-  const double au = at_axis(reference, iu), aw = at_axis(reference, iw), top = at_axis(reference, axis);
-  if (slants) {
-    // From here on in the plane at the place over which a point lies, along the normal.
-    const double lean_u = slip_u / slant, lean_w = slip_w / slant;
-    const double below = top - centre.height;
-    centre.u += lean_u * below, centre.w += lean_w * below;
-    e1.u -= lean_u * e1.height, e1.w -= lean_w * e1.height;
-    e2.u -= lean_u * e2.height, e2.w -= lean_w * e2.height;
-  }
-  const double near = tolerance::alike * size;
-  const int reference_face = 2 * axis + (side > 0 ? 0 : 1), incident_face = 2 * k + (towards > 0 ? 0 : 1);
+double at_axis(const HalfSize& h, int i) { return h[static_cast<std::size_t>(i)]; }
 
-  // Deepest is the corner below both edges. Where it is the face's only one that touches, and all that touches around
-  // it lies well over the reference face, it is all of the patch.
-  const double lowest = centre.height - std::abs(e1.height) - std::abs(e2.height),
-               touching = top + (margin + near) * slant;
-  const double rise1 = 2 * std::abs(e1.height), rise2 = 2 * std::abs(e2.height), room = touching - lowest;
-  if (room < rise1 && room < rise2) {
-    const bool down1 = e1.height < 0, down2 = e2.height < 0;
+/// The incident face's rectangle, of the box that is seen from the reference box, clipped by the reference face's.
+class FaceClip {
+ public:
+  /// `away`: the normal in the world, out of the reference box; `slants`: it is an edges' axis. Metres.
+  FaceClip(const HalfSize& reference, const Pose& pose, const HalfSize& incident, const Pose& other,
+           const ReferenceAxis& chosen, const Vec3& away, bool slants, double most_depth, double margin)
+      : of_b_(chosen.of_b),
+        axis_(chosen.axis),
+        iu_((axis_ + 1) % 3),
+        iw_((axis_ + 2) % 3),
+        slants_(slants),
+        most_depth_(most_depth),
+        margin_(margin),
+        size_(reference[0] + reference[1] + reference[2] + incident[0] + incident[1] + incident[2]),
+        near_(tolerance::alike * size_),
+        au_(at_axis(reference, iu_)),
+        aw_(at_axis(reference, iw_)),
+        top_(at_axis(reference, axis_)) {
+    const auto row = [&](int i, const Vec3& v) { return pose.rotation.col(i).dot(v); };
+    // Depths are measured, and points put midway, along the normal: seen from the face it has this slant and these
+    // slips.
+    const double along_face = row(axis_, away);
+    side_ = along_face >= 0 ? 1.0 : -1.0;
+    slant_ = slants ? std::abs(along_face) : 1.0;
+    slip_u_ = slants ? row(iu_, away) : 0.0, slip_w_ = slants ? row(iw_, away) : 0.0;
+    const Vec3 outward = side_ * pose.rotation.col(axis_);
+
+    // The incident face looks against the normal most; where two do alike, the first.
+    int k = 0;
+    double facing = std::abs(outward.dot(other.rotation.col(0)));
+    for (int j = 1; j < 3; ++j) {
+      const double f = std::abs(outward.dot(other.rotation.col(j)));
+      if (f > facing + tolerance::alike) facing = f, k = j;
+    }
+    const int k1 = (k + 1) % 3, k2 = (k + 2) % 3;
+    const double towards = outward.dot(other.rotation.col(k)) > 0 ? -1.0 : 1.0;
+    const auto in_plane = [&](const Vec3& v) { return PlanePoint{row(iu_, v), row(iw_, v), outward.dot(v)}; };
+    const Vec3 d = other.translation - pose.translation;
+    centre_ = in_plane(d + towards * at_axis(incident, k) * other.rotation.col(k));
+    e1_ = in_plane(at_axis(incident, k1) * other.rotation.col(k1));
+    e2_ = in_plane(at_axis(incident, k2) * other.rotation.col(k2));
+    half1_ = at_axis(incident, k1), half2_ = at_axis(incident, k2);
+    if (slants) shear();
+    reference_face_ = 2 * axis_ + (side_ > 0 ? 0 : 1), incident_face_ = 2 * k + (towards > 0 ? 0 : 1);
+  }
+
+  Carrier carrier(bool tilted) const { return {axis_, side_, tilted}; }
+
+  /// Deepest is the corner below both edges. Where it is the face's only one that touches, and all that touches around
+  /// it lies well over the reference face, it is all of the patch, and is appended.
+  bool append_lone_corner(const Pose& pose, const Vec3& world_normal, std::vector<Contact>& contacts) const {
+    const double lowest = centre_.height - std::abs(e1_.height) - std::abs(e2_.height),
+                 touching = top_ + (margin_ + near_) * slant_;
+    const double rise1 = 2 * std::abs(e1_.height), rise2 = 2 * std::abs(e2_.height), room = touching - lowest;
+    if (!(room < rise1 && room < rise2)) return false;
+    const bool down1 = e1_.height < 0, down2 = e2_.height < 0;
     const int at = down1 ? (down2 ? 0 : 3) : (down2 ? 1 : 2);
-    const PlanePoint c = centre + (side_u[at] * e1 + side_w[at] * e2);
-    const double back1 = -2 * side_u[at], back2 = -2 * side_w[at], wide_u = au - near, wide_w = aw - near;
+    const PlanePoint c = centre_ + (side_u[at] * e1_ + side_w[at] * e2_);
+    const double back1 = -2 * side_u[at], back2 = -2 * side_w[at], wide_u = au_ - near_, wide_w = aw_ - near_;
     const auto over = [&](double back, const PlanePoint& e, double rise) {
       return std::abs(c.u * rise + room * (back * e.u)) < wide_u * rise &&
              std::abs(c.w * rise + room * (back * e.w)) < wide_w * rise;
     };
-    if (!slants && room >= 0 && std::abs(c.u) < wide_u && std::abs(c.w) < wide_w && over(back1, e1, rise1) &&
-        over(back2, e2, rise2)) {
-      const double depth = std::max(std::min(top - c.height, -answer.local.signed_distance), -margin);
-      Vec3 point;
-      point[iu] = c.u;
-      point[iw] = c.w;
-      point[axis] = side * (top - 0.5 * depth);
-      contacts.push_back({pose * point, world_normal, depth,
-                          feature_name(reference_face, incident_face, Meeting::incident_corner, 0, at, of_b)});
-      return;
+    if (slants_ || !(room >= 0) || !(std::abs(c.u) < wide_u && std::abs(c.w) < wide_w) || !over(back1, e1_, rise1) ||
+        !over(back2, e2_, rise2))
+      return false;
+    const double depth = std::max(std::min(top_ - c.height, most_depth_), -margin_);
+    Vec3 point;
+    point[iu_] = c.u;
+    point[iw_] = c.w;
+    point[axis_] = side_ * (top_ - 0.5 * depth);
+    contacts.push_back({pose * point, world_normal, depth, name(Meeting::incident_corner, 0, at)});
+    return true;
+  }
+
+  /// Corners of the one face over the other, and where their edges cross; how many.
+  int clip(PatchPoint* points) {
+    points_ = points;
+    PlanePoint corner[4];
+    bool inside[4];
+    int inner = 0;
+    for (int i = 0; i < 4; ++i) {
+      corner[i] = centre_ + (side_u[i] * e1_ + side_w[i] * e2_);
+      inside[i] = std::abs(corner[i].u) <= au_ + near_ && std::abs(corner[i].w) <= aw_ + near_;
+      inner += inside[i] ? 1 : 0;
     }
+    for (int i = 0; i < 4; ++i)
+      if (inside[i]) add(corner[i], Meeting::incident_corner, 0, i);
+    if (inner < 4 && add_reference_corners() < 4) add_crossings(corner);
+    return count_;
   }
 
-  PatchPoint points[24];
-  int count = 0;
-  const auto add = [&](const PlanePoint& p, Meeting meeting, int of_reference, int of_incident) {
-    // Moving by the pair's depth separates them everywhere, so nowhere is it more; rounding alone keeps a point of a
-    // face that touches from touching.
-    const double depth = std::min((top - p.height) / slant, -answer.local.signed_distance);
-    if (depth < -margin - near) return;
-    const double kept = std::max(depth, -margin);
-    PatchPoint& point = points[count++];
-    point.at[iu] = std::clamp(p.u, -au, au) - 0.5 * kept * slip_u;
-    point.at[iw] = std::clamp(p.w, -aw, aw) - 0.5 * kept * slip_w;
-    point.at[axis] = side * (top - 0.5 * kept * slant);
+  double size() const { return size_; }  ///< of both boxes together
+
+ private:
+  std::uint32_t name(Meeting meeting, int of_reference, int of_incident) const {
+    return feature_name(reference_face_, incident_face_, meeting, of_reference, of_incident, of_b_);
+  }
+
+  /// From here on in the plane at the place over which a point lies, along the normal.
+  void shear() {
+    const double lean_u = slip_u_ / slant_, lean_w = slip_w_ / slant_;
+    const double below = top_ - centre_.height;
+    centre_.u += lean_u * below, centre_.w += lean_w * below;
+    e1_.u -= lean_u * e1_.height, e1_.w -= lean_w * e1_.height;
+    e2_.u -= lean_u * e2_.height, e2_.w -= lean_w * e2_.height;
+  }
+
+  /// Moving by the pair's depth separates them everywhere, so nowhere is it more; rounding alone keeps a point of a
+  /// face that touches from touching.
+  void add(const PlanePoint& p, Meeting meeting, int of_reference, int of_incident) {
+    const double depth = std::min((top_ - p.height) / slant_, most_depth_);
+    if (depth < -margin_ - near_) return;
+    const double kept = std::max(depth, -margin_);
+    PatchPoint& point = points_[count_++];
+    point.at[iu_] = std::clamp(p.u, -au_, au_) - 0.5 * kept * slip_u_;
+    point.at[iw_] = std::clamp(p.w, -aw_, aw_) - 0.5 * kept * slip_w_;
+    point.at[axis_] = side_ * (top_ - 0.5 * kept * slant_);
     point.depth = kept;
-    point.feature = feature_name(reference_face, incident_face, meeting, of_reference, of_incident, of_b);
-  };
-
-  PlanePoint corner[4];
-  bool inside[4];
-  int inner = 0;
-  for (int i = 0; i < 4; ++i) {
-    corner[i] = centre + (side_u[i] * e1 + side_w[i] * e2);
-    inside[i] = std::abs(corner[i].u) <= au + near && std::abs(corner[i].w) <= aw + near;
-    inner += inside[i] ? 1 : 0;
+    point.feature = name(meeting, of_reference, of_incident);
   }
-  for (int i = 0; i < 4; ++i)
-    if (inside[i]) add(corner[i], Meeting::incident_corner, 0, i);
-  if (inner < 4) {
-    const double det = e1.u * e2.w - e1.w * e2.u;  // the incident face is no steeper than a cube's on its corner
-    const double near1 = near / at_axis(incident, k1), near2 = near / at_axis(incident, k2);
+
+  /// How many the incident face lies over, also where an incident corner stands for one.
+  int add_reference_corners() {
+    const double det = e1_.u * e2_.w - e1_.w * e2_.u;  // the incident face is no steeper than a cube's on its corner
+    const double near1 = near_ / half1_, near2 = near_ / half2_;
     int covered = 0;
     for (int i = 0; i < 4; ++i) {
-      const double u = side_u[i] * au - centre.u, w = side_w[i] * aw - centre.w;
-      const double x = (u * e2.w - w * e2.u) / det, y = (e1.u * w - e1.w * u) / det;
+      const double u = side_u[i] * au_ - centre_.u, w = side_w[i] * aw_ - centre_.w;
+      const double x = (u * e2_.w - w * e2_.u) / det, y = (e1_.u * w - e1_.w * u) / det;
       if (std::abs(x) > 1 + near1 || std::abs(y) > 1 + near2) continue;
       ++covered;
       if (std::abs(x) >= 1 - near1 && std::abs(y) >= 1 - near2) continue;  // the incident corner stands for it
-      PlanePoint p = centre + (x * e1 + y * e2);
-      p.u = side_u[i] * au;
-      p.w = side_w[i] * aw;
+      PlanePoint p = centre_ + (x * e1_ + y * e2_);
+      p.u = side_u[i] * au_;
+      p.w = side_w[i] * aw_;
       add(p, Meeting::reference_corner, i, 0);
     }
-    if (covered < 4) {
-      // Lines 0, 1: u = au, -au; 2, 3: w = aw, -aw. An edge may cross one well between its ends; nearer, the corner
-      // stands for the crossing.
-      double before[4][4];
-      unsigned crossed = 0;
-      for (int line = 0; line < 4; ++line) {
-        const double at = (line % 2 == 0 ? 1.0 : -1.0) * (line < 2 ? au : aw);
-        unsigned over = 0, under = 0;
-        for (int i = 0; i < 4; ++i) {
-          before[line][i] = at - (line < 2 ? corner[i].u : corner[i].w);
-          over |= (before[line][i] > near ? 1u : 0u) << i;
-          under |= (before[line][i] < -near ? 1u : 0u) << i;
-        }
-        const auto next = [](unsigned bits) { return (bits >> 1 | bits << 3) & 15u; };
-        const unsigned edges = (over & next(under)) | (under & next(over));
-        crossed |= edges << 4 * line;
+    return covered;
+  }
+
+  void add_crossings(const PlanePoint* corner) {
+    // Lines 0, 1: u = au, -au; 2, 3: w = aw, -aw. An edge may cross one well between its ends; nearer, the corner
+    // stands for the crossing.
+    double before[4][4];
+    unsigned crossed = 0;
+    for (int line = 0; line < 4; ++line) {
+      const double at = (line % 2 == 0 ? 1.0 : -1.0) * (line < 2 ? au_ : aw_);
+      unsigned over = 0, under = 0;
+      for (int i = 0; i < 4; ++i) {
+        before[line][i] = at - (line < 2 ? corner[i].u : corner[i].w);
+        over |= (before[line][i] > near_ ? 1u : 0u) << i;
+        under |= (before[line][i] < -near_ ? 1u : 0u) << i;
       }
-      for (; crossed != 0; crossed &= crossed - 1) {
-        const int bit = std::countr_zero(crossed), line = bit / 4, i = bit % 4;
-        const PlanePoint &from = corner[i], &to = corner[(i + 1) % 4];
-        const bool on_u = line < 2;
-        const double s = before[line][i] / (before[line][i] - before[line][(i + 1) % 4]);
-        const double along = on_u ? from.w + s * (to.w - from.w) : from.u + s * (to.u - from.u);
-        if (std::abs(along) > (on_u ? aw : au) - near) continue;
-        const double at = (line % 2 == 0 ? 1.0 : -1.0) * (on_u ? au : aw);
-        PlanePoint p{on_u ? at : along, on_u ? along : at, from.height + s * (to.height - from.height)};
-        add(p, Meeting::edges, line, i);
-      }
+      const auto next = [](unsigned bits) { return (bits >> 1 | bits << 3) & 15u; };
+      const unsigned edges = (over & next(under)) | (under & next(over));
+      crossed |= edges << 4 * line;
+    }
+    for (; crossed != 0; crossed &= crossed - 1) {
+      const int bit = std::countr_zero(crossed), line = bit / 4, i = bit % 4;
+      const PlanePoint &from = corner[i], &to = corner[(i + 1) % 4];
+      const bool on_u = line < 2;
+      const double s = before[line][i] / (before[line][i] - before[line][(i + 1) % 4]);
+      const double along = on_u ? from.w + s * (to.w - from.w) : from.u + s * (to.u - from.u);
+      if (std::abs(along) > (on_u ? aw_ : au_) - near_) continue;
+      const double at = (line % 2 == 0 ? 1.0 : -1.0) * (on_u ? au_ : aw_);
+      PlanePoint p{on_u ? at : along, on_u ? along : at, from.height + s * (to.height - from.height)};
+      add(p, Meeting::edges, line, i);
     }
   }
-  append_patch(points, count, {axis, side, tilted}, answer.local.signed_distance, size, pose, world_normal, contacts);
+
+  bool of_b_;
+  int axis_, iu_, iw_;
+  bool slants_;
+  double most_depth_, margin_, size_, near_, au_, aw_, top_;
+  double side_, slant_, slip_u_, slip_w_, half1_, half2_;
+  PlanePoint centre_, e1_, e2_;
+  int reference_face_, incident_face_;
+  PatchPoint* points_ = nullptr;
+  int count_ = 0;
+};
+
+}  // namespace
+
+void append_box_manifold(const HalfSize& a, const Pose& pose_a, const HalfSize& b, const Pose& pose_b,
+                         const BoxAnswer& answer, double margin, std::vector<Contact>& contacts) {
+  const Vec3 world_normal = pose_a.rotation * answer.local.normal;
+  const bool slants = answer.axis >= 6, tilted = slants && answer.facing <= tolerance::flush_face;
+  const ReferenceAxis chosen = choose_reference(answer, pose_b, world_normal);
+  const bool of_b = chosen.of_b;
+  const Pose& pose = of_b ? pose_b : pose_a;
+  FaceClip clip(of_b ? b : a, pose, of_b ? a : b, of_b ? pose_a : pose_b, chosen,
+                of_b ? Vec3(-world_normal) : world_normal, slants, -answer.local.signed_distance, margin);
+  if (clip.append_lone_corner(pose, world_normal, contacts)) return;
+  PatchPoint points[24];
+  const int count = clip.clip(points);
+  append_patch(points, count, clip.carrier(tilted), answer.local.signed_distance, clip.size(), pose, world_normal,
+               contacts);
 }
 
 void append_box_patch(const RectanglePairRows& pairs, std::size_t pair, const RectanglePatchRows& patches,

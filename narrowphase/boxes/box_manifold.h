@@ -19,8 +19,8 @@ void append_box_patch(const RectanglePairRows& pairs, std::size_t pair, const Re
                       std::size_t column, bool tilted, const HalfSize& a, const Pose& pose_a, const HalfSize& b,
                       const Pose& pose_b, const Vec3& normal, std::vector<Contact>& contacts);
 
-/// Contact points of a half-space and a box that is no farther away than the margin, by its half sizes: `slope` is the half-space's (world)
-/// normal in the box's frame, `height` that of the box's centre above it.
+/// Contact points of a half-space and a box that is no farther away than the margin, by its half sizes: `slope` is the
+/// half-space's (world) normal in the box's frame, `height` that of the box's centre above it.
 void append_halfspace_box(const HalfSize& half, const Pose& pose, const Vec3& world_normal, const Vec3& slope,
                           double height, double margin, std::vector<Contact>& contacts);
 

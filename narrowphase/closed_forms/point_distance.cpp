@@ -114,13 +114,15 @@ PointDistance to_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec
   }
   PointDistance best{};
   bool any = false, square = false;
+  const double reach = std::sqrt(longest);
   const Vec3* edge[3][2] = {{&a, &b}, {&b, &c}, {&c, &a}};
   for (const auto& e : edge) {
     const PointToSegment way = point_to_segment(*e[0], *e[1], p);
     const Vec3 along = *e[1] - *e[0];
     const double distance = way.d.norm();
-    // Next to a corner the edge has the more exact direction, though not a smaller distance.
-    if (any && !(distance < best.signed_distance * (1 + tolerance::tie * (way.square - square)))) continue;
+    // Next to a corner the edge has the more exact direction, though not a smaller distance, to rounding.
+    const double tie = (way.square - square) * (tolerance::tie * best.signed_distance + epsilon * reach);
+    if (any && !(distance < best.signed_distance + tie)) continue;
     any = true;
     square = way.square;
     Vec3 normal = Vec3::UnitX();

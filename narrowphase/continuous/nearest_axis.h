@@ -13,8 +13,8 @@ struct NearestAxis {
   double gap;
 };
 
-/// From the origin to the nearest point of a segment, made square to it where that lies between its ends: the difference
-/// alone would be off by as much of the segment's length as rounding leaves of it.
+/// From the origin to the nearest point of a segment, made square to it where that lies between its ends: the
+/// difference alone would be off by as much of the segment's length as rounding leaves of it.
 inline Vec3 nearest_of_segment(const Vec3& p, const Vec3& q) {
   const Vec3 d = q - p;
   const double dd = d.squaredNorm(), along = -d.dot(p);

@@ -20,6 +20,9 @@ namespace hn = hwy::HWY_NAMESPACE;
 /// The simplex without its last point, and the point of the whole nearest the origin. The nearest feature holds the
 /// last point p: it is p, an edge from p, or a face at p. All seven are tried side by side, without branches.
 class NearestFeature {
+  using Tag = hn::CappedTag<double, 4>;
+  using V = hn::Vec<Tag>;
+
  public:
   /// Starts at one point.
   NearestFeature(const Point& p, std::uint64_t id) : id_{id, id, id} {
@@ -35,9 +38,7 @@ class NearestFeature {
   enum class Step { moved, inside, lost };
   /// Adds a point; v becomes the nearest one, if that is nearer than v.
   HWY_INLINE Step add(const Point& p, std::uint64_t id, Point& v) {
-    const hn::CappedTag<double, 4> tag;
-    const hn::RebindToUnsigned<decltype(tag)> bits;
-    using V = decltype(hn::Zero(tag));
+    const Tag tag;
     const auto dot = [](V ax, V ay, V az, V bx, V by, V bz)
                          HWY_ATTR { return hn::Add(hn::Add(hn::Mul(ax, bx), hn::Mul(ay, by)), hn::Mul(az, bz)); };
     const V px = hn::Set(tag, p.x), py = hn::Set(tag, p.y), pz = hn::Set(tag, p.z);
@@ -59,8 +60,8 @@ class NearestFeature {
       const V aa = dot(ax, ay, az, ax, ay, az), bb = dot(bx, by, bz, bx, by, bz), cc = dot(cx, cy, cz, cx, cy, cz);
       const V n2 = dot(nx, ny, nz, nx, ny, nz), height = dot(nx, ny, nz, px, py, pz);
       const V volume = dot(nx, ny, nz, cx, cy, cz);
-      auto out =
-          hn::Le(hn::Mul(volume, volume), hn::Mul(hn::Mul(hn::Set(tag, tolerance::parallel_edges2), n2), hn::Max(aa, hn::Max(bb, cc))));
+      auto out = hn::Le(hn::Mul(volume, volume),
+                        hn::Mul(hn::Mul(hn::Set(tag, tolerance::parallel_edges2), n2), hn::Max(aa, hn::Max(bb, cc))));
       out = hn::Or(out, hn::Gt(hn::Xor(height, hn::And(hn::SignBit(tag), volume)), zero));
       if (full) {
         outside |= !hn::AllFalse(tag, out);
@@ -88,13 +89,24 @@ class NearestFeature {
       hn::Store(ey, tag, near[1] + 4 + l);
       hn::Store(ez, tag, near[2] + 4 + l);
       const V edge2 = hn::IfThenElse(hn::Gt(t, zero), dot(ex, ey, ez, ex, ey, ez), infinity);
-      const auto number = hn::Iota(bits, l);
-      const auto rounded = hn::Set(bits, ~std::uint64_t{7});
-      hn::Store(hn::Or(hn::And(hn::BitCast(bits, face2), rounded), number), bits, key + l);
-      hn::Store(hn::Or(hn::Or(hn::And(hn::BitCast(bits, edge2), rounded), number), hn::Set(bits, std::uint64_t{4})),
-                bits, key + 4 + l);
+      store_keys(l, face2, edge2, key);
     }
     if (!outside) return Step::inside;
+    return take_nearest(p, id, key, near, v);
+  }
+
+ private:
+  /// Squared distances of three faces and of three edges, each with its number in its last bits.
+  static HWY_INLINE void store_keys(std::size_t l, V face2, V edge2, std::uint64_t* key) {
+    const hn::RebindToUnsigned<Tag> bits;
+    const auto number = hn::Iota(bits, l), rounded = hn::Set(bits, ~std::uint64_t{7});
+    hn::Store(hn::Or(hn::And(hn::BitCast(bits, face2), rounded), number), bits, key + l);
+    hn::Store(hn::Or(hn::Or(hn::And(hn::BitCast(bits, edge2), rounded), number), hn::Set(bits, std::uint64_t{4})), bits,
+              key + 4 + l);
+  }
+  /// Of all seven features that whose squared distance is least becomes the simplex, and its point the nearest.
+  HWY_INLINE Step take_nearest(const Point& p, std::uint64_t id, const std::uint64_t* key, double (*near)[8],
+                               Point& v) {
     const std::uint64_t vertex = (std::bit_cast<std::uint64_t>(p.dot(p)) & ~std::uint64_t{7}) | 3;
     const std::uint64_t least = std::min(std::min(std::min(key[0], key[1]), std::min(key[2], key[4])),
                                          std::min(std::min(key[5], key[6]), vertex));
@@ -117,8 +129,6 @@ class NearestFeature {
     count_ = counts[which];
     return Step::moved;
   }
-
- private:
   HWY_INLINE void put(int k, double x, double y, double z) {
     double* const q = q_[k];
     q[0] = x, q[1] = y, q[2] = z, q[3] = x, q[4] = y, q[5] = z;

@@ -6,10 +6,14 @@
 
 #include "convex/triangle_height.h"
 #include "lanes/fetch_ahead.h"
+#include "shapes/work_meter.h"
 #include "tolerances.h"
 
 namespace tandem {
 namespace {
+
+// The work of adding a point, in units of the meter, and that until a limit is first looked at: few have more points.
+constexpr int a_point = 16, a_hundred_points = 100 * a_point;
 
 /// An edge of a face: four times the number of the face and which of its edges.
 constexpr int half_edge(int face, int edge) { return face << 2 | edge; }
@@ -114,6 +118,37 @@ class Polytope {
   PlaneBatch batch_;
 };
 
+/// The most distant, in some sense, of a start's points and of supports along axes.
+class Farthest {
+ public:
+  Farthest(const MinkowskiDifference& d, const Simplex& start) : d_(d), start_(start), at_(start.p[0]) {}
+
+  template <class Distance>
+  void of_start(const Distance& distance) {
+    best_ = 0;
+    for (int i = 1; i < start_.count; ++i) consider(distance(start_.p[i].w), start_.p[i]);
+  }
+  template <class Distance>
+  void along(const Vec3& axis, const Distance& distance) {
+    for (const double sign : {1.0, -1.0}) {
+      const MinkowskiPoint p = d_.support(sign * axis);
+      consider(distance(p.w), p);
+    }
+  }
+  double distance() const { return best_; }
+  const MinkowskiPoint& point() const { return at_; }
+
+ private:
+  void consider(double distance, const MinkowskiPoint& p) {
+    if (distance > best_) best_ = distance, at_ = p;
+  }
+
+  const MinkowskiDifference& d_;
+  const Simplex& start_;
+  double best_ = 0;
+  MinkowskiPoint at_;
+};
+
 int Polytope::span(const Simplex& start) {
   // The most distant of the start's points and of supports along the axes are a sound seed where the start is thin.
   vertices = 0;
@@ -124,55 +159,42 @@ int Polytope::span(const Simplex& start) {
     return 3;
   }
   vertex[vertices++] = start.p[0];
+  const double thin = tolerance::thin_start * (d_.scale() + reach);  // the start's points unless they lie this close
 
-  const auto farther = [](double distance, const MinkowskiPoint& p, double& best, MinkowskiPoint& at) {
-    if (distance > best) best = distance, at = p;
-  };
-  const auto try_axis = [&](const Vec3& axis, auto&& distance, double& best, MinkowskiPoint& at) {
-    for (const double sign : {1.0, -1.0}) {
-      const MinkowskiPoint p = d_.support(sign * axis);
-      farther(distance(p.w), p, best, at);
-    }
-  };
-  MinkowskiPoint at = start.p[0];
-  const double thin = tolerance::thin_start * (d_.scale() + reach);  // prefer the start's points unless they lie this close
-
+  Farthest next(d_, start);
   const auto from_point = [&](const Vec3& w) { return (w - vertex[0].w).norm(); };
-  double best = 0;
-  for (int i = 1; i < start.count; ++i) farther(from_point(start.p[i].w), start.p[i], best, at);
-  if (best <= thin)
-    for (int k = 0; k < 3; ++k) try_axis(Vec3::Unit(k), from_point, best, at);
-  if (best <= rounding_) {
+  next.of_start(from_point);
+  if (next.distance() <= thin)
+    for (int k = 0; k < 3; ++k) next.along(Vec3::Unit(k), from_point);
+  if (next.distance() <= rounding_) {
     flat_normal = Vec3::UnitX();
     return 0;
   }
-  vertex[vertices++] = at;
+  vertex[vertices++] = next.point();
 
   const Vec3 line = (vertex[1].w - vertex[0].w).normalized();
   const auto from_line = [&](const Vec3& w) { return line.cross(w - vertex[0].w).norm(); };
-  best = 0;
-  for (int i = 1; i < start.count; ++i) farther(from_line(start.p[i].w), start.p[i], best, at);
-  if (best <= thin) {
+  next.of_start(from_line);
+  if (next.distance() <= thin) {
     const Vec3 e1 = any_perpendicular(line), e2 = line.cross(e1);
-    try_axis(e1, from_line, best, at);
-    try_axis(e2, from_line, best, at);
+    next.along(e1, from_line);
+    next.along(e2, from_line);
   }
-  if (best <= rounding_) {
+  if (next.distance() <= rounding_) {
     flat_normal = any_perpendicular(line);
     return 1;
   }
-  vertex[vertices++] = at;
+  vertex[vertices++] = next.point();
 
   const Vec3 plane = line.cross(vertex[2].w - vertex[0].w).normalized();
   const auto from_plane = [&](const Vec3& w) { return std::abs(plane.dot(w - vertex[0].w)); };
-  best = 0;
-  for (int i = 1; i < start.count; ++i) farther(from_plane(start.p[i].w), start.p[i], best, at);
-  if (best <= thin) try_axis(plane, from_plane, best, at);
-  if (best <= rounding_) {
+  next.of_start(from_plane);
+  if (next.distance() <= thin) next.along(plane, from_plane);
+  if (next.distance() <= rounding_) {
     flat_normal = plane;
     return 2;
   }
-  vertex[vertices++] = at;
+  vertex[vertices++] = next.point();
   return 3;
 }
 
@@ -305,35 +327,27 @@ void set_points(const MinkowskiPoint& a, const MinkowskiPoint& b, const Minkowsk
   r.point_b = r.point_a - (wa * a.w + wb * b.w + wc * c.w) / sum;
 }
 
-/// Beginning with the start and more points. False where the room was too small; the result then is the best so far.
-bool expand_in(const Room& room, const MinkowskiDifference& d, const Simplex& start, double tolerance,
-               std::span<const MinkowskiPoint> more, EpaResult& r) {
-  r = {};
-  Polytope p(d, room);
-  if (p.span(start) < 3) {
-    r.normal = p.flat_normal;
-    const MinkowskiPoint up = d.support(r.normal), down = d.support(-r.normal);
-    const double h = r.normal.dot(up.w), opposite = -r.normal.dot(down.w);
-    const bool flip = opposite < h;
-    if (flip) r.normal = -r.normal;
-    r.upper = r.lower = flip ? opposite : h;
-    for (int i = 0; i < start.count; ++i) {
-      r.point_a += start.weight[i] * start.p[i].a;
-      r.point_b += start.weight[i] * (start.p[i].a - start.p[i].w);
-    }
-    return true;
+/// A difference without volume: its depth is along the normal of what it spans.
+void set_flat(const MinkowskiDifference& d, const Simplex& start, const Vec3& normal, EpaResult& r) {
+  r.normal = normal;
+  const MinkowskiPoint up = d.support(r.normal), down = d.support(-r.normal);
+  const double h = r.normal.dot(up.w), opposite = -r.normal.dot(down.w);
+  const bool flip = opposite < h;
+  if (flip) r.normal = -r.normal;
+  r.upper = r.lower = flip ? opposite : h;
+  for (int i = 0; i < start.count; ++i) {
+    r.point_a += start.weight[i] * start.p[i].a;
+    r.point_b += start.weight[i] * (start.p[i].a - start.p[i].w);
   }
-  p.close_tetrahedron();
+}
+
+/// Expands until the nearest face is the difference's own, to the tolerance; `best`: the vertices of that face.
+Polytope::Added expand_faces(const MinkowskiDifference& d, double tolerance, Polytope& p, int* best, EpaResult& r) {
   r.upper = infinity;
-  const bool polytopes = d.polytopes();
-  int best[3] = {0, 1, 2};
   auto added = Polytope::Added::yes;
-  for (const MinkowskiPoint& q : more) {
-    p.vertex[p.vertices] = q;
-    // Where rounding has the last word, without them.
-    if (p.include() != Polytope::Added::yes) return expand_in(room, d, start, tolerance, {}, r);
-  }
+  WorkMeter meter(d.limit, a_hundred_points);
   while (added == Polytope::Added::yes) {
+    meter.spend(a_point);
     const int nearest = p.nearest_face();
     if (nearest < 0) {  // no face is nearer than the depth found
       r.lower = r.upper < infinity ? r.upper : 0;
@@ -353,32 +367,53 @@ bool expand_in(const Room& room, const MinkowskiDifference& d, const Simplex& st
       p.limit(h);
     }
     if (h - r.lower <= std::max(tolerance, p.rounding())) break;
-    if (polytopes) {
+    if (d.polytopes()) {
       bool own = false;
       for (const int v : f.v) own |= p.vertex[v].vertex_a == w.vertex_a && p.vertex[v].vertex_b == w.vertex_b;
       if (own) break;
     }
     added = p.add(nearest);
   }
+  return added;
+}
+
+/// The plane of a face again, from the shapes' own edges.
+void sharpen(const MinkowskiDifference& d, const MinkowskiPoint& a, const MinkowskiPoint& b, const MinkowskiPoint& c,
+             double rounding, EpaResult& r) {
+  const Height over = height_of(d.edge(b, a), d.edge(c, b), d.edge(a, c));
+  const Vec3 n = over.side.cross(over.height);
+  const double length = n.norm();
+  if (!(length > 0)) return;
+  const Vec3 m = (n.dot(r.normal) < 0 ? -1 : 1) / length * n;
+  if (!((m - r.normal).squaredNorm() > 64 * epsilon * epsilon)) return;
+  const double h = m.dot(d.support(m).w);
+  if (h <= r.upper + rounding) r.upper = h, r.normal = m;
+}
+
+/// Beginning with the start and more points. False where the room was too small; the result then is the best so far.
+bool expand_in(const Room& room, const MinkowskiDifference& d, const Simplex& start, double tolerance,
+               std::span<const MinkowskiPoint> more, EpaResult& r) {
+  r = {};
+  Polytope p(d, room);
+  if (p.span(start) < 3) {
+    set_flat(d, start, p.flat_normal, r);
+    return true;
+  }
+  p.close_tetrahedron();
+  for (const MinkowskiPoint& q : more) {
+    p.vertex[p.vertices] = q;
+    // Where rounding has the last word, without them.
+    if (p.include() != Polytope::Added::yes) return expand_in(room, d, start, tolerance, {}, r);
+  }
+  int best[3] = {0, 1, 2};
+  const Polytope::Added added = expand_faces(d, tolerance, p, best, r);
   if (r.upper == infinity) {  // nothing but slivers: the widest plane there is
     r.normal = any_perpendicular(p.vertex[1].w - p.vertex[0].w);
     r.upper = r.normal.dot(d.support(r.normal).w);
     r.lower = 0;
   }
   const MinkowskiPoint &a = p.vertex[best[0]], &b = p.vertex[best[1]], &c = p.vertex[best[2]];
-  if (polytopes) {
-    // The plane again, from the shapes' own edges.
-    const Height over = height_of(d.edge(b, a), d.edge(c, b), d.edge(a, c));
-    const Vec3 n = over.side.cross(over.height);
-    const double length = n.norm();
-    if (length > 0) {
-      const Vec3 m = (n.dot(r.normal) < 0 ? -1 : 1) / length * n;
-      if ((m - r.normal).squaredNorm() > 64 * epsilon * epsilon) {
-        const double h = m.dot(d.support(m).w);
-        if (h <= r.upper + p.rounding()) r.upper = h, r.normal = m;
-      }
-    }
-  }
+  if (d.polytopes()) sharpen(d, a, b, c, p.rounding(), r);
   set_points(a, b, c, r);
   return added != Polytope::Added::full;
 }

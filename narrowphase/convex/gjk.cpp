@@ -84,21 +84,35 @@ void nearest_on_triangle(const Simplex& s, int i, int j, int k, Nearest& best) {
   nearest_on_segment(s, j, k, best);
 }
 
+/// Of a flat one, which side of a face the origin is on is noise: all faces are tried.
 void nearest_on_tetrahedron(const Simplex& s, Nearest& best) {
   constexpr int face[4][4] = {{0, 1, 3, 2}, {0, 2, 3, 1}, {1, 2, 3, 0}, {0, 1, 2, 3}};  // the last: opposite
-  bool outside = false;
-  for (const auto& f : face) {
+  bool outside[4], flat = false;
+  for (int i = 0; i < 4; ++i) {
+    const auto& f = face[i];
     const Vec3 &a = s.p[f[0]].w, &b = s.p[f[1]].w, &c = s.p[f[2]].w, &opposite = s.p[f[3]].w;
     const Vec3 n = (b - a).cross(c - a);
     const double origin_side = -n.dot(a), other_side = n.dot(opposite - a);
     const double rounding = 16 * epsilon * n.norm() * (a.norm() + opposite.norm());
-    const bool flat = std::abs(other_side) <= rounding;
-    if (flat || (other_side > 0 ? origin_side < 0 : origin_side > 0)) {
-      outside = true;
-      nearest_on_triangle(s, f[0], f[1], f[2], best);
-    }
+    flat = flat || std::abs(other_side) <= rounding;
+    outside[i] = other_side > 0 ? origin_side < 0 : origin_side > 0;
   }
-  if (!outside) best.inside = true;
+  best.inside = true;
+  for (int i = 0; i < 4; ++i) {
+    if (!flat && !outside[i]) continue;
+    best.inside = false;
+    nearest_on_triangle(s, face[i][0], face[i][1], face[i][2], best);
+  }
+}
+
+/// On the surface of a tetrahedron.
+Nearest nearest_on_sides(const Simplex& s) {
+  Nearest best;
+  nearest_on_triangle(s, 0, 1, 2, best);
+  nearest_on_triangle(s, 0, 1, 3, best);
+  nearest_on_triangle(s, 0, 2, 3, best);
+  nearest_on_triangle(s, 1, 2, 3, best);
+  return best;
 }
 
 Nearest nearest(const Simplex& s) {
@@ -262,6 +276,7 @@ void refine(const MinkowskiDifference& d, const DescentLimits& limits, GjkResult
   const auto close = [&limits](double upper) { return 2 * limits.rounding + limits.tolerance * upper; };
   const bool polytopes = d.polytopes();
   Nearest n = nearest(r.simplex);
+  if (n.inside) n = nearest_on_sides(r.simplex);  // rounding's doing: this is not asked where it holds the origin
   if ((n.v - r.v).squaredNorm() <= 16 * limits.rounding * limits.rounding &&
       (!polytopes || r.upper - r.lower <= close(r.upper)))
     return keep(r.simplex, n);
@@ -345,6 +360,9 @@ GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond,
     descent_kernel()(d, limits, r);
   else
     descend_round(d, limits, r);
+  // A simplex does not hold the origin where a direction separates: it is flat.
+  if (polytopes && r.end == GjkResult::End::inside && r.lower > 2 * rounding)
+    r.end = GjkResult::End::near, r.upper = r.simplex.p[0].w.norm();
   if (r.end == GjkResult::End::inside || r.simplex.count == 0) return r;
   if (!(r.lower > beyond)) refine(d, limits, r);
   // Polytopes: what is certified to rounding needs no second opinion.
@@ -359,11 +377,7 @@ GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond,
 void weigh(Simplex& s) {
   Nearest n = nearest(s);
   if (!n.inside) return keep(s, n);
-  // Asked of flat ones only: the origin lies next to a side.
-  nearest_on_triangle(s, 0, 1, 2, n);
-  nearest_on_triangle(s, 0, 1, 3, n);
-  nearest_on_triangle(s, 0, 2, 3, n);
-  nearest_on_triangle(s, 1, 2, 3, n);
+  n = nearest_on_sides(s);  // asked of flat ones only: the origin lies next to a side
   std::fill_n(s.weight, s.count, 0.0);
   for (int i = 0; i < n.count; ++i) s.weight[n.index[i]] = n.weight[i];
 }
@@ -395,16 +409,18 @@ void pair_points(const MinkowskiDifference& d, LocalAnswer& answer) {
          {tolerance::far_apart * scale, tolerance::near_apart * scale, tolerance::least_apart * scale}) {
       apart.pose.translation = d.pose.translation + (out - answer.signed_distance) * answer.normal;
       const GjkResult r = gjk(apart, tolerance::ends_on_polytopes, infinity, -infinity);
-      const double sideways = (r.v + out * answer.normal).norm();
+      LocalAnswer there;
+      set_points(r.simplex, there);
+      const double sideways = (there.point_a - there.point_b + out * answer.normal).norm();
       if (!(sideways < least)) continue;
       least = sideways;
-      set_points(r.simplex, answer);
+      answer.point_a = there.point_a, answer.point_b = there.point_b;
       answer.point_b -= (out - answer.signed_distance) * answer.normal;
       if (sideways <= tolerance::place_rounding * scale) break;
     }
     return;
   }
-  const double out = 0.01 * scale;
+  const double out = tolerance::moved_apart * scale;
   for (int round = 0;; ++round) {
     apart.pose.translation = d.pose.translation + (out - answer.signed_distance) * answer.normal;
     const GjkResult r = gjk(apart, tolerance::ends_on_polytopes, infinity, -infinity);

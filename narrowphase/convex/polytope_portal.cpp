@@ -70,6 +70,35 @@ struct PortalFace {
   Point n{0, 0, 0};
 };
 
+/// The triangle that `leave` found: `place` < 12 by an edge of each, 4 times A's and B's (3: B's first), else by a
+/// face.
+HWY_INLINE PortalFace face_at(const Corner (&a)[3], const Corner (&b)[3], const Point& from, const Point& d,
+                              std::uint64_t place) {
+  PortalFace t;
+  if (place < 12) {
+    constexpr std::size_t next[3] = {1, 2, 0};
+    const std::size_t i = place / 4, j = place % 4 == 3 ? 0 : place % 4;
+    const Corner &a0 = a[i], &a1 = a[next[i]], &b0 = b[j], &b1 = b[next[j]];
+    t.v1 = a1 + b0, t.v2 = a0 + b1;
+    // The half of the parallelogram on the ray's side of the diagonal.
+    const Point across = (t.v1.at - from).cross(t.v2.at - from);
+    const Corner corner = a0 + b0, other = a1 + b1;
+    t.v3 = (across.dot(d) < 0) == (across.dot(corner.at - from) < 0) ? corner : other;
+  } else {
+    const bool of_a = place != 13;
+    const Corner(&face)[3] = of_a ? a : b;
+    const Corner(&rest)[3] = of_a ? b : a;
+    Point n = (face[1].at - face[0].at).cross(face[2].at - face[0].at);
+    if (n.dot(d) < 0) n = -n;
+    const double along[3] = {n.dot(rest[0].at), n.dot(rest[1].at), n.dot(rest[2].at)};
+    std::size_t far = along[1] > along[0] ? 1 : 0;
+    far = along[2] > along[far] ? 2 : far;
+    t = {face[0] + rest[far], face[1] + rest[far], face[2] + rest[far]};
+  }
+  if ((t.v2.at - t.v1.at).cross(t.v3.at - t.v1.at).dot(d) < 0) std::swap(t.v2, t.v3);
+  return t;
+}
+
 /// Of the sums a + b of two times three points: where the ray from `from` along d leaves their hull. The plane there is
 /// square to an edge of each or to two edges of one, and of all such it is the one that the ray meets first.
 HWY_INLINE PortalFace leave(const Corner (&a)[3], const Corner (&b)[3], const Point& from, const Point& d) {
@@ -112,29 +141,7 @@ HWY_INLINE PortalFace leave(const Corner (&a)[3], const Corner (&b)[3], const Po
     meet(3, hn::Load(tag, first.x + l), hn::Load(tag, first.y + l), hn::Load(tag, first.z + l), second);
   }
   const std::uint64_t place = std::bit_cast<std::uint64_t>(hn::GetLane(hn::MinOfLanes(tag, least))) & places;
-  PortalFace t;
-  if (place < 12) {
-    constexpr std::size_t next[3] = {1, 2, 0};
-    const std::size_t i = place / 4, j = place % 4 == 3 ? 0 : place % 4;
-    const Corner &a0 = a[i], &a1 = a[next[i]], &b0 = b[j], &b1 = b[next[j]];
-    t.v1 = a1 + b0, t.v2 = a0 + b1;
-    // The half of the parallelogram on the ray's side of the diagonal.
-    const Point across = (t.v1.at - from).cross(t.v2.at - from);
-    const Corner corner = a0 + b0, other = a1 + b1;
-    t.v3 = (across.dot(d) < 0) == (across.dot(corner.at - from) < 0) ? corner : other;
-  } else {
-    const bool of_a = place != 13;
-    const Corner(&face)[3] = of_a ? a : b;
-    const Corner(&rest)[3] = of_a ? b : a;
-    Point n = (face[1].at - face[0].at).cross(face[2].at - face[0].at);
-    if (n.dot(d) < 0) n = -n;
-    const double along[3] = {n.dot(rest[0].at), n.dot(rest[1].at), n.dot(rest[2].at)};
-    std::size_t far = along[1] > along[0] ? 1 : 0;
-    far = along[2] > along[far] ? 2 : far;
-    t = {face[0] + rest[far], face[1] + rest[far], face[2] + rest[far]};
-  }
-  if ((t.v2.at - t.v1.at).cross(t.v3.at - t.v1.at).dot(d) < 0) std::swap(t.v2, t.v3);
-  return t;
+  return face_at(a, b, from, d, place);
 }
 
 class PolytopePortal {
@@ -155,7 +162,8 @@ class PolytopePortal {
   }
 
   bool usable() const {
-    return a_.usable() && b_.usable() && ball_ > tolerance::no_way * scale_ && centre_.dot(centre_) > tolerance::no_way2 * scale_ * scale_;
+    return a_.usable() && b_.usable() && ball_ > tolerance::no_way * scale_ &&
+           centre_.dot(centre_) > tolerance::no_way2 * scale_ * scale_;
   }
   double ball() const { return ball_; }
   const Point& centre() const { return centre_; }

@@ -96,7 +96,7 @@ bool visit_all(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& p
   if (!(options.clearance >= 0) || !std::isfinite(options.clearance))
     throw std::invalid_argument("clearance: " + std::to_string(options.clearance) + " is not finite and >= 0");
   WorkMeter(options.limit).spend();
-  if (test_hulls(a, pose_a, b, pose_b).at_least > options.clearance) return true;
+  if (test_hulls(a, pose_a, b, pose_b, options.limit).at_least > options.clearance) return true;
   const Posed posed_a{a, pose_a}, posed_b{b, pose_b};
   return options.clearance > 0 ? visit_near(posed_a, posed_b, visitor, options)
                                : visit_meeting(posed_a, posed_b, visitor, options);

@@ -207,7 +207,7 @@ std::optional<FirstTouch> NarrowPhase::time_of_impact(const Shape& a, const Moti
     return touch;
   };
   if (unless_stopped(solve(a, path_a.at(0), b, path_b.at(0), Request::collide)).collide) return touch_at({});
-  SweptBody body_a(a), body_b(b);
+  SweptBody body_a(a, options_.limit), body_b(b, options_.limit);
   const auto limit = [](SweptBody& unbounded, double within) {
     unbounded.mid.setZero();
     unbounded.half.setConstant(within);

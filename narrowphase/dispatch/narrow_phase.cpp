@@ -163,9 +163,10 @@ PairAnswer solve_by_kinds(const Shape& a, const Pose& pose_a, const Shape& b, co
 
 /// A lower bound on the distance, by the boxes in world axes; seen from A's translation: far out, they would be rounded
 /// by more than what is near lies apart.
-double distance_of_bounds(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
-  const Bounds p = a.bounds({pose_a.rotation, Vec3::Zero()}),
-               q = b.bounds({pose_b.rotation, pose_b.translation - pose_a.translation});
+double distance_of_bounds(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
+                          const WorkLimit* limit) {
+  const Bounds p = a.bounds({pose_a.rotation, Vec3::Zero()}, limit),
+               q = b.bounds({pose_b.rotation, pose_b.translation - pose_a.translation}, limit);
   return (q.lo - p.hi).cwiseMax(p.lo - q.hi).cwiseMax(0.0).norm();
 }
 
@@ -184,7 +185,8 @@ PairAnswer solve_within(const Shape& a, const Pose& pose_a, const Shape& b, cons
   farther.farther = true;
   farther.signed_distance = options.cutoff;
   const double undecided = undecided_distance(a, pose_a, b, pose_b);
-  if (a.is_bounded() && b.is_bounded() && distance_of_bounds(a, pose_a, b, pose_b) - undecided > options.cutoff)
+  if (a.is_bounded() && b.is_bounded() &&
+      distance_of_bounds(a, pose_a, b, pose_b, options.limit) - undecided > options.cutoff)
     return farther;
   if (!a.is_convex() || !b.is_convex()) {
     const PairAnswer answer = solve_distance(a, pose_a, b, pose_b, options, nullptr);
@@ -211,7 +213,8 @@ PairAnswer solve_any(const Shape& a, const Pose& pose_a, const Shape& b, const P
                                            std::vector<Contact>* contacts, WarmStart* warm) {
   const std::size_t first = contacts != nullptr ? contacts->size() : 0;
   try {
-    WorkMeter(options.limit).spend();
+    // Two convex shapes are done within microseconds, but for large hulls deep in each other, which look later.
+    if (!(a.is_convex() && b.is_convex())) WorkMeter(options.limit).spend();
     return solve_any(a, pose_a, b, pose_b, request, options, contacts, warm);
   } catch (const WorkStopped&) {
     if (contacts != nullptr) contacts->resize(first);
@@ -299,8 +302,7 @@ std::string NarrowPhase::refuses(const Shape& a, const Shape& b, Request request
 
 PairAnswer NarrowPhase::solve(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                               std::vector<Contact>* contacts, WarmStart* warm) const {
-  if (options_.limit != nullptr && !(a.is_convex() && b.is_convex()))
-    return solve_limited(a, pose_a, b, pose_b, request, options_, contacts, warm);
+  if (options_.limit != nullptr) return solve_limited(a, pose_a, b, pose_b, request, options_, contacts, warm);
   return solve_any(a, pose_a, b, pose_b, request, options_, contacts, warm);
 }
 
@@ -310,7 +312,7 @@ PairAnswer NarrowPhase::distance_within(const Shape& a, const Pose& pose_a, cons
   if (cutoff >= options_.cutoff) return solve(a, pose_a, b, pose_b, Request::distance);
   NarrowPhaseOptions options = options_;
   options.cutoff = cutoff;
-  if (options.limit != nullptr && !(a.is_convex() && b.is_convex()))
+  if (options.limit != nullptr)
     return solve_limited(a, pose_a, b, pose_b, Request::distance, options, nullptr, nullptr);
   return solve_within(a, pose_a, b, pose_b, options, nullptr);
 }

@@ -102,7 +102,7 @@ class RoundedPair {
   void bound_depth(PairAnswer& answer) const {
     const double depth = -answer.signed_distance, certain = depth - answer.error_bound;
     if (separates(depth * answer.normal)) return;
-    const auto hull_of = [](const Shape& s) { return s.is_convex() ? view(s) : view_hull(s); };
+    const auto hull_of = [this](const Shape& s) { return s.is_convex() ? view(s) : view_hull(s, options_.limit); };
     const PairAnswer hulls =
         solve_convex(hull_of(a_), pose_a_, hull_of(b_), pose_b_, Request::distance, for_triangles(options_), nullptr);
     answer = hulls;

@@ -14,10 +14,10 @@ PairAnswer solve_cores(const Shape& a, const Pose& pose_a, const Shape& b, const
 
 /// NarrowPhase::solve for two of which at least one has rounding.
 ///
-/// Signed distance of two convex shapes, of which one grows by a ball of radius r, is less by r: the support function of
-/// A - B grows by r along every direction. Of a mesh the same holds for what is apart; where it overlaps, a translation
-/// that separates must leave a gap of r between the cores, which is tried, and no shorter one does than r longer than
-/// the cores': a distance changes by no more than a translation's length.
+/// Signed distance of two convex shapes, of which one grows by a ball of radius r, is less by r: the support function
+/// of A - B grows by r along every direction. Of a mesh the same holds for what is apart; where it overlaps, a
+/// translation that separates must leave a gap of r between the cores, which is tried, and no shorter one does than r
+/// longer than the cores': a distance changes by no more than a translation's length.
 PairAnswer solve_rounded(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                          const NarrowPhaseOptions& options, std::vector<Contact>* contacts, WarmStart* warm);
 

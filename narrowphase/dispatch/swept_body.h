@@ -28,14 +28,14 @@ struct SweptBody {
   ConvexView view{};  // without a mesh
   Vec3 mid, half;     // of its box, in its frame
 
-  explicit SweptBody(const Shape& shape) {
-    const Bounds box = shape.bounds(Pose{});
+  SweptBody(const Shape& shape, const WorkLimit* limit) {
+    const Bounds box = shape.bounds(Pose{}, limit);
     mid = (box.lo + box.hi) / 2;
     half = (box.hi - box.lo) / 2;
     if (shape.is_convex())
       view = tandem::view(shape);
-    else if (mesh_of(shape).convex())
-      view = view_hull(shape);
+    else if (mesh_of(shape).convex(limit))
+      view = view_hull(shape, limit);
     else
       mesh = &mesh_of(shape);
   }

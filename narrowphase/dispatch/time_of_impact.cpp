@@ -18,7 +18,8 @@ namespace {
 // With the axes of its pose.
 struct Body : SweptBody {
   Mat3 rotation;
-  Body(const Shape& shape, const Pose& pose) : SweptBody(shape), rotation(pose.rotation) {}
+  Body(const Shape& shape, const Pose& pose, const WorkLimit* limit)
+      : SweptBody(shape, limit), rotation(pose.rotation) {}
 };
 
 class Sweep {
@@ -172,7 +173,7 @@ std::optional<double> NarrowPhase::time_of_impact(const Shape& a, const Pose& po
     return time_of(way);
   }
 
-  const Body body_a(a, pose_a), body_b(b, pose_b);
+  const Body body_a(a, pose_a, options_.limit), body_b(b, pose_b, options_.limit);
   const auto extent = [](const Body& s) { return s.mid.norm() + s.half.norm(); };
   const double passed = 2 * (between.norm() + extent(body_a) + extent(body_b));
   longest = std::min(longest, passed);

@@ -45,8 +45,7 @@ double power_below_root(double v) {
 /// that moves when the pose changes a little: on a grid so wide that the depth there is within 1.25e-9 of the radius of
 /// the greatest it mostly stays.
 void find_deepest_of_rim(double rho, double& x, double& y) {
-  constexpr double steady = 1e-3;  // 1e-9 moves it by less than 1e-6
-  if (rho >= steady) return;
+  if (rho >= tolerance::steady_lean) return;
   // By tangents from the nearest of eight directions, between which no likely angle lies in the middle.
   const double ax = std::abs(x), ay = std::abs(y);
   const bool diagonal = std::min(ax, ay) > 0.41421356 * std::max(ax, ay);

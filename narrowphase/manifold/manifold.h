@@ -10,7 +10,7 @@ namespace tandem {
 /// Cosine: a face within 1.1 degrees of the contact plane carries the patch.
 constexpr double carries_patch = 0.9998;
 /// Width of a contact patch to its length, up to which it counts as an edge.
-constexpr double thin = 0.005;
+constexpr double thin = tolerance::thin_patch;
 /// Edges whose directions' cosine is no larger cross in one point.
 constexpr double clearly_crossing = 0.999;
 /// Cosine of the angle within which normals belong to one patch of a mesh.

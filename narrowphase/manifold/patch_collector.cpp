@@ -167,14 +167,17 @@ void PatchCollector::finish(const Vec3& centre, bool solid, std::vector<Contact>
                                    [&](const Points& p) { return p.front().normal.dot(c.normal) > one_patch; });
     (same == patches.end() ? patches.emplace_back() : *same).push_back(c);
   }
+  const int pass = 1 + static_cast<int>(patches.size() / 16);
   if (solid) {
     std::pmr::vector<std::uint8_t> far(patches.size(), 0, &memory_);
     const auto behind = [&](const Contact& c) { return c.normal.dot(centre - c.point) < 0; };
-    for (std::size_t i = 0; i < patches.size(); ++i)
+    for (std::size_t i = 0; i < patches.size(); ++i) {
+      meter_.spend(pass);
       for (const auto& other : patches)
         if (patches[i].front().normal.dot(other.front().normal) < opposing && behind(patches[i].front()) &&
             !behind(other.front()))
           far[i] = 1;
+    }
     std::size_t i = 0;
     std::erase_if(patches, [&](const auto&) { return far[i++] != 0; });
   }
@@ -183,7 +186,8 @@ void PatchCollector::finish(const Vec3& centre, bool solid, std::vector<Contact>
   const auto only_touches = [&](const Points& patch) {
     return std::all_of(patch.begin(), patch.end(), [&](const Contact& c) { return std::abs(c.depth) <= slack; });
   };
-  for (std::size_t i = 0; i < patches.size(); ++i)
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    meter_.spend(pass);
     for (std::size_t j = i + 1; j < patches.size(); ++j) {
       const Contact &own = patches[i].front(), &other = patches[j].front();
       if (own.normal.dot(other.normal) > one_side || std::abs(own.normal.dot(other.point - own.point)) > slack)
@@ -195,9 +199,11 @@ void PatchCollector::finish(const Vec3& centre, bool solid, std::vector<Contact>
       }
       patches.erase(patches.begin() + static_cast<std::ptrdiff_t>(j--));
     }
+  }
   const std::size_t first = out.size();
   for (const Points& patch : patches) {
     const std::size_t own = out.size();
+    meter_.spend(1 + static_cast<int>(patch.size() / 2));
     out.insert(out.end(), patch.begin(), patch.end());
     keep_widest(out, own, size_);
   }

@@ -22,13 +22,17 @@ HWY_INLINE V on_side(bool plus, V x) { return plus ? x : hn::Neg(x); }
 
 /// Pairs of some lanes; `append_box_manifold` from where its faces are known.
 struct RectangleLanes {
-  V centre[3], edge1[3], edge2[3], half_u, half_w, top, slant, slip_u, slip_w, distance, near, margin;
+  V centre[3], edge1[3], edge2[3], half_u, half_w, half1, half2, top, slant, slip_u, slip_w, distance, near, margin;
   bool tilted;  // any
   RectanglePatchRows& found;
   std::size_t at;
   V touching;
 
   HWY_INLINE RectangleLanes(RectanglePatchRows& found_, std::size_t at_) : found(found_), at(at_) {}
+  HWY_INLINE void read(const RectanglePairRows& pairs, const std::int64_t* columns, double margin_);
+  HWY_INLINE M add_incident_corners(V (*corner)[3]);
+  HWY_INLINE M add_reference_corners(M open);
+  HWY_INLINE void add_crossings(const V (*corner)[3], M open);
   HWY_INLINE void add(int point, M valid, V u, V w, V height) {
     const D d;
     const V over = hn::Sub(top, height), rest = tilted ? hn::Div(over, slant) : over, most = hn::Neg(distance);
@@ -48,89 +52,105 @@ struct RectangleLanes {
   }
 };
 
+/// Columns of the rows, not side by side.
+HWY_INLINE void RectangleLanes::read(const RectanglePairRows& pairs, const std::int64_t* columns, double margin_) {
+  const D d;
+  const auto from = hn::LoadU(hn::RebindToSigned<D>(), columns);
+  const auto column = [&](const double* row) HWY_ATTR { return hn::GatherIndex(d, row, from); };
+  half_u = column(pairs.half_u);
+  half_w = column(pairs.half_w);
+  half1 = column(pairs.half1);
+  half2 = column(pairs.half2);
+  top = column(pairs.top);
+  slant = column(pairs.slant);
+  slip_u = column(pairs.slip_u);
+  slip_w = column(pairs.slip_w);
+  distance = column(pairs.distance);
+  near = column(pairs.near);
+  margin = number(margin_);
+  touching = number(0);
+  for (int k = 0; k < 3; ++k) {
+    centre[k] = column(pairs.centre[k]);
+    edge1[k] = column(pairs.edge1[k]);
+    edge2[k] = column(pairs.edge2[k]);
+  }
+  tilted = !hn::AllTrue(d, hn::Eq(slant, number(1)));
+}
+
+/// The incident corners that lie over the reference face; where that is not all of them.
+HWY_INLINE M RectangleLanes::add_incident_corners(V (*corner)[3]) {
+  M all_inside = hn::Eq(near, near);
+  for (int i = 0; i < 4; ++i) {
+    for (int k = 0; k < 3; ++k)
+      corner[i][k] = hn::Add(centre[k], hn::Add(on_side(on_right[i], edge1[k]), on_side(on_top[i], edge2[k])));
+    const M inside = hn::And(hn::Le(hn::Abs(corner[i][0]), hn::Add(half_u, near)),
+                             hn::Le(hn::Abs(corner[i][1]), hn::Add(half_w, near)));
+    all_inside = hn::And(all_inside, inside);
+    add(i, inside, corner[i][0], corner[i][1], corner[i][2]);
+  }
+  return hn::Not(all_inside);
+}
+
+/// The reference corners that the incident face lies over, where `open`; where that is not all of them.
+HWY_INLINE M RectangleLanes::add_reference_corners(M open) {
+  const V one = number(1);
+  const V det = hn::Sub(hn::Mul(edge1[0], edge2[1]), hn::Mul(edge1[1], edge2[0]));
+  const V near1 = hn::Div(near, half1), near2 = hn::Div(near, half2);
+  M all_covered = hn::Eq(one, one);
+  for (int i = 0; i < 4; ++i) {
+    const V to_u = on_side(on_right[i], half_u), to_w = on_side(on_top[i], half_w);
+    const V u = hn::Sub(to_u, centre[0]), w = hn::Sub(to_w, centre[1]);
+    const V p = hn::Div(hn::Sub(hn::Mul(u, edge2[1]), hn::Mul(w, edge2[0])), det);
+    const V q = hn::Div(hn::Sub(hn::Mul(edge1[0], w), hn::Mul(edge1[1], u)), det);
+    const M covered = hn::Not(hn::Or(hn::Gt(hn::Abs(p), hn::Add(one, near1)), hn::Gt(hn::Abs(q), hn::Add(one, near2))));
+    all_covered = hn::And(all_covered, covered);
+    const M at_corner = hn::And(hn::Ge(hn::Abs(p), hn::Sub(one, near1)), hn::Ge(hn::Abs(q), hn::Sub(one, near2)));
+    const V height = hn::Add(centre[2], hn::Add(hn::Mul(p, edge1[2]), hn::Mul(q, edge2[2])));
+    add(4 + i, hn::And(open, hn::AndNot(at_corner, covered)), to_u, to_w, height);
+  }
+  return hn::AndNot(all_covered, open);
+}
+
+/// Where the incident edges cross the reference ones well between their ends, where `open`.
+HWY_INLINE void RectangleLanes::add_crossings(const V (*corner)[3], M open) {
+  const D d;
+  for (int line = 0; line < 4; ++line) {
+    const bool on_u = line < 2;
+    const int across = on_u ? 0 : 1, along = on_u ? 1 : 0;
+    const V place = on_side(line % 2 == 0, on_u ? half_u : half_w);
+    const V reach = hn::Sub(on_u ? half_w : half_u, near);
+    V before[4];
+    M over[4], under[4];
+    for (int i = 0; i < 4; ++i) {
+      before[i] = hn::Sub(place, corner[i][across]);
+      over[i] = hn::Gt(before[i], near);
+      under[i] = hn::Lt(before[i], hn::Neg(near));
+    }
+    for (int i = 0; i < 4; ++i) {
+      const int j = (i + 1) % 4;
+      const M crossed = hn::And(open, hn::Or(hn::And(over[i], under[j]), hn::And(under[i], over[j])));
+      if (hn::AllFalse(d, crossed)) continue;
+      const V s = hn::Div(before[i], hn::Sub(before[i], before[j]));
+      const auto between = [&](int k) HWY_ATTR {
+        return hn::Add(corner[i][k], hn::Mul(s, hn::Sub(corner[j][k], corner[i][k])));
+      };
+      const V there = between(along);
+      add(8 + 4 * line + i, hn::AndNot(hn::Gt(hn::Abs(there), reach), crossed), on_u ? place : there,
+          on_u ? there : place, between(2));
+    }
+  }
+}
+
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
 void clip_rectangles(const RectanglePairRows& pairs, const std::int64_t* columns, std::size_t count, double margin,
                      RectanglePatchRows& found) {
   const D d;
-  const hn::RebindToSigned<D> whole;
-  const V one = number(1);
   for (std::size_t at = 0; at < count; at += hn::Lanes(d)) {
-    const auto from = hn::LoadU(whole, columns + at);
-    const auto read = [&](const double* row) HWY_ATTR { return hn::GatherIndex(d, row, from); };
     RectangleLanes x(found, at);
-    x.half_u = read(pairs.half_u);
-    x.half_w = read(pairs.half_w);
-    x.top = read(pairs.top);
-    x.slant = read(pairs.slant);
-    x.slip_u = read(pairs.slip_u);
-    x.slip_w = read(pairs.slip_w);
-    x.distance = read(pairs.distance);
-    x.near = read(pairs.near);
-    x.margin = number(margin);
-    x.touching = number(0);
-    for (int k = 0; k < 3; ++k) {
-      x.centre[k] = read(pairs.centre[k]);
-      x.edge1[k] = read(pairs.edge1[k]);
-      x.edge2[k] = read(pairs.edge2[k]);
-    }
-    x.tilted = !hn::AllTrue(d, hn::Eq(x.slant, one));
+    x.read(pairs, columns + at, margin);
     V corner[4][3];
-    M all_inside = hn::Eq(one, one);
-    for (int i = 0; i < 4; ++i) {
-      for (int k = 0; k < 3; ++k)
-        corner[i][k] = hn::Add(x.centre[k], hn::Add(on_side(on_right[i], x.edge1[k]), on_side(on_top[i], x.edge2[k])));
-      const M inside = hn::And(hn::Le(hn::Abs(corner[i][0]), hn::Add(x.half_u, x.near)),
-                               hn::Le(hn::Abs(corner[i][1]), hn::Add(x.half_w, x.near)));
-      all_inside = hn::And(all_inside, inside);
-      x.add(i, inside, corner[i][0], corner[i][1], corner[i][2]);
-    }
-    M open = hn::Not(all_inside);
-    if (hn::AllFalse(d, open)) {
-      hn::Store(x.touching, d, found.touching + at);
-      continue;
-    }
-    const V det = hn::Sub(hn::Mul(x.edge1[0], x.edge2[1]), hn::Mul(x.edge1[1], x.edge2[0]));
-    const V near1 = hn::Div(x.near, read(pairs.half1)), near2 = hn::Div(x.near, read(pairs.half2));
-    M all_covered = hn::Eq(one, one);
-    for (int i = 0; i < 4; ++i) {
-      const V to_u = on_side(on_right[i], x.half_u), to_w = on_side(on_top[i], x.half_w);
-      const V u = hn::Sub(to_u, x.centre[0]), w = hn::Sub(to_w, x.centre[1]);
-      const V p = hn::Div(hn::Sub(hn::Mul(u, x.edge2[1]), hn::Mul(w, x.edge2[0])), det);
-      const V q = hn::Div(hn::Sub(hn::Mul(x.edge1[0], w), hn::Mul(x.edge1[1], u)), det);
-      const M covered =
-          hn::Not(hn::Or(hn::Gt(hn::Abs(p), hn::Add(one, near1)), hn::Gt(hn::Abs(q), hn::Add(one, near2))));
-      all_covered = hn::And(all_covered, covered);
-      const M at_corner = hn::And(hn::Ge(hn::Abs(p), hn::Sub(one, near1)), hn::Ge(hn::Abs(q), hn::Sub(one, near2)));
-      const V height = hn::Add(x.centre[2], hn::Add(hn::Mul(p, x.edge1[2]), hn::Mul(q, x.edge2[2])));
-      x.add(4 + i, hn::And(open, hn::AndNot(at_corner, covered)), to_u, to_w, height);
-    }
-    open = hn::AndNot(all_covered, open);
-
-    for (int line = 0; line < 4; ++line) {
-      const bool on_u = line < 2;
-      const int across = on_u ? 0 : 1, along = on_u ? 1 : 0;
-      const V place = on_side(line % 2 == 0, on_u ? x.half_u : x.half_w);
-      const V reach = hn::Sub(on_u ? x.half_w : x.half_u, x.near);
-      V before[4];
-      M over[4], under[4];
-      for (int i = 0; i < 4; ++i) {
-        before[i] = hn::Sub(place, corner[i][across]);
-        over[i] = hn::Gt(before[i], x.near);
-        under[i] = hn::Lt(before[i], hn::Neg(x.near));
-      }
-      for (int i = 0; i < 4; ++i) {
-        const int j = (i + 1) % 4;
-        const M crossed = hn::And(open, hn::Or(hn::And(over[i], under[j]), hn::And(under[i], over[j])));
-        if (hn::AllFalse(d, crossed)) continue;
-        const V s = hn::Div(before[i], hn::Sub(before[i], before[j]));
-        const auto between = [&](int k) HWY_ATTR {
-          return hn::Add(corner[i][k], hn::Mul(s, hn::Sub(corner[j][k], corner[i][k])));
-        };
-        const V there = between(along);
-        x.add(8 + 4 * line + i, hn::AndNot(hn::Gt(hn::Abs(there), reach), crossed), on_u ? place : there,
-              on_u ? there : place, between(2));
-      }
-    }
+    const M open = x.add_incident_corners(corner);
+    if (!hn::AllFalse(d, open)) x.add_crossings(corner, x.add_reference_corners(open));
     hn::Store(x.touching, d, found.touching + at);
   }
 }

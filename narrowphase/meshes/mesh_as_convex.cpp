@@ -14,8 +14,11 @@ namespace {
 
 // Which of two is taken for the convex set that it bounds: a triangle before a mesh, a solid before a surface, of alike
 // surfaces the second, which is no larger.
-bool first_is_convex(const Posed& a, const Posed& b) {
-  const auto rank = [](const Posed& s) { return mesh_of(s.shape).convex() ? 2 : mesh_of(s.shape).own_hull() ? 1 : 0; };
+bool first_is_convex(const Posed& a, const Posed& b, const WorkLimit* limit) {
+  const auto rank = [limit](const Posed& s) {
+    const MeshModel& mesh = mesh_of(s.shape);
+    return mesh.convex(limit) ? 2 : mesh.own_hull(limit) ? 1 : 0;
+  };
   return a.shape.is_convex() || (!b.shape.is_convex() && rank(a) > rank(b));
 }
 
@@ -30,30 +33,33 @@ PairAnswer of_collision(PairAnswer answer) {
 bool stays_outside(const Posed& outer, const Posed& other, double length, const WorkLimit* limit) {
   WorkMeter meter(limit);
   const MeshModel &o = mesh_of(outer.shape), &m = mesh_of(other.shape);
+  const Hull& hull = o.hull(limit);
   const auto is_outside = [&](std::uint32_t v) {
-    meter.spend(1 + static_cast<int>(o.hull().faces.size() / 64));
+    meter.spend(1 + static_cast<int>(hull.faces.size() / 64));
     const Vec3 p = outer.pose.rotation.transpose() *
                    (other.pose.rotation * m.vertices[v] + (other.pose.translation - outer.pose.translation));
-    return std::any_of(o.hull().faces.begin(), o.hull().faces.end(),
+    return std::any_of(hull.faces.begin(), hull.faces.end(),
                        [&](const Hull::Face& f) { return f.normal.dot(p) - f.offset > length; });
   };
-  if (m.components().size() == 1) return std::any_of(m.extreme().begin(), m.extreme().end(), is_outside);
-  return std::all_of(m.components().begin(), m.components().end(), [&](const MeshModel::Component& component) {
-    return std::any_of(component.begin(), component.end(), is_outside);
-  });
+  const std::vector<MeshModel::Component>& components = m.components(limit);
+  if (components.size() == 1) return std::ranges::any_of(m.extreme(limit), is_outside);
+  return std::ranges::all_of(
+      components, [&](const MeshModel::Component& component) { return std::ranges::any_of(component, is_outside); });
 }
 
 bool is_convex_for(const Posed& s, const Posed& other, double length, const WorkLimit* limit) {
-  return s.shape.is_convex() || mesh_of(s.shape).convex() || stays_outside(s, other, length, limit);
+  return s.shape.is_convex() || mesh_of(s.shape).convex(limit) || stays_outside(s, other, length, limit);
 }
 
 }  // namespace
 
-bool bounds_convex(const Posed& s) { return s.shape.is_convex() || mesh_of(s.shape).own_hull(); }
+bool bounds_convex(const Posed& s, const WorkLimit* limit) {
+  return s.shape.is_convex() || mesh_of(s.shape).own_hull(limit);
+}
 
 PairAnswer solve_as_convex(const Posed& a, const Posed& b, Request request, const NarrowPhaseOptions& options,
                            std::vector<Contact>* contacts) {
-  const bool exchanged = first_is_convex(a, b);
+  const bool exchanged = first_is_convex(a, b, options.limit);
   const std::size_t first = contacts != nullptr ? contacts->size() : 0;
   PairAnswer answer =
       solve_mesh_convex(exchanged ? b : a, exchanged ? a : b, request, for_triangles(options), contacts);
@@ -68,12 +74,12 @@ PairAnswer overlap_as_convex(const Posed& a, const Posed& b, Request request, co
 
 PairAnswer overlap_of_hulls(const Posed& a, const Posed& b, Request request, const NarrowPhaseOptions& options,
                             std::vector<Contact>* contacts) {
-  return of_collision(
-      solve_convex(view_hull(a.shape), a.pose, view_hull(b.shape), b.pose, request, for_triangles(options), contacts));
+  return of_collision(solve_convex(view_hull(a.shape, options.limit), a.pose, view_hull(b.shape, options.limit), b.pose,
+                                   request, for_triangles(options), contacts));
 }
 
 bool is_as_convex(const Posed& a, const Posed& b, double length, const WorkLimit* limit) {
-  return first_is_convex(a, b) ? is_convex_for(a, b, length, limit) : is_convex_for(b, a, length, limit);
+  return first_is_convex(a, b, limit) ? is_convex_for(a, b, length, limit) : is_convex_for(b, a, length, limit);
 }
 
 bool is_as_hulls(const Posed& a, const Posed& b, double length, const WorkLimit* limit) {

@@ -8,7 +8,7 @@
 
 namespace tandem {
 
-bool bounds_convex(const Posed& s);
+bool bounds_convex(const Posed& s, const WorkLimit* limit);
 
 /// Of two of which one at least bounds a convex set: as with that set.
 PairAnswer solve_as_convex(const Posed& a, const Posed& b, Request request, const NarrowPhaseOptions& options,

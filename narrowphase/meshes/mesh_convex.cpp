@@ -128,7 +128,8 @@ class MeshConvex {
       if (tried.size() < most_directions) along(n, 0.95);
     // Deep inside, what separates from the hull may be as good as any.
     const double small = 0.1 * std::min(pair_.mesh().shape.size(), pair_.posed_convex().shape.size());
-    if (!search.is_shortest() && known.length > small && pair_.model().hull().dimension == 3) along(normal_of_hull());
+    if (!search.is_shortest() && known.length > small && pair_.model().hull(pair_.options().limit).dimension == 3)
+      along(normal_of_hull());
     along_surface(search, along);
     if (!search.is_shortest() && std::isfinite(known.length)) {
       search.shorten();
@@ -156,7 +157,7 @@ class MeshConvex {
       search.along(c.normal);
     }
     if (!found()) search.beyond_obstacles();
-    if (!found() && pair_.model().hull().dimension == 3) search.along(normal_of_hull());
+    if (!found() && pair_.model().hull(pair_.options().limit).dimension == 3) search.along(normal_of_hull());
     if (!found()) leave_bounds(search.known);
     return with_points(search.answer());
   }
@@ -164,8 +165,8 @@ class MeshConvex {
   // What separates it from the mesh's hull.
   Vec3 normal_of_hull() const {
     const Posed &mesh = pair_.mesh(), convex = pair_.posed_convex();
-    const PairAnswer hull = solve_convex(view_hull(mesh.shape), mesh.pose, pair_.convex(), convex.pose,
-                                         Request::distance, pair_.options(), nullptr);
+    const PairAnswer hull = solve_convex(view_hull(mesh.shape, pair_.options().limit), mesh.pose, pair_.convex(),
+                                         convex.pose, Request::distance, pair_.options(), nullptr);
     return mesh.pose.rotation.transpose() * hull.normal;
   }
 
@@ -186,7 +187,7 @@ class MeshConvex {
   // No translation that was tried is free: one beyond the whole mesh is.
   void leave_bounds(Separation& known) const {
     known.length = -infinity;
-    for (const std::uint32_t v : pair_.model().extreme())
+    for (const std::uint32_t v : pair_.model().extreme(pair_.options().limit))
       known.length = std::max(known.length, known.normal.dot(pair_.vertex(v)));
     known.length -= known.normal.dot(pair_.support(-known.normal));
   }
@@ -293,8 +294,9 @@ PairAnswer solve_mesh_convex(const Posed& mesh, const Posed& convex, Request req
   const MeshModel& model = mesh_of(mesh.shape);
   constexpr std::size_t small_hull = 64;
   NarrowPhaseOptions of_triangles = for_triangles(options);
-  if (model.convex() && (model.hull().vertices.size() <= small_hull || request == Request::contacts))
-    return solve_convex(view_hull(mesh.shape), mesh.pose, view(convex.shape), convex.pose, request, of_triangles,
+  const WorkLimit* const limit = options.limit;
+  if (model.convex(limit) && (model.hull(limit).vertices.size() <= small_hull || request == Request::contacts))
+    return solve_convex(view_hull(mesh.shape, limit), mesh.pose, view(convex.shape), convex.pose, request, of_triangles,
                         contacts);
   // Of two faces that touch to rounding no triangle is left out.
   of_triangles.margin += tolerance::alike * (mesh.shape.size() + convex.shape.size());

@@ -58,7 +58,7 @@ PairAnswer depth_as_convex(const Posed& a, const Posed& b, const OverlappingMesh
   PairAnswer none;
   none.status = Status::inexact;
   none.error_bound = infinity;
-  if (!bounds_convex(a) && !bounds_convex(b)) return none;
+  if (!bounds_convex(a, options.limit) && !bounds_convex(b, options.limit)) return none;
   const PairAnswer convex = overlap_as_convex(a, b, Request::distance, options, nullptr);
   const double depth = -convex.signed_distance;
   // Of two that only touch, rounding may have set the convex one apart, wedged in as it may be.
@@ -69,8 +69,8 @@ PairAnswer depth_as_convex(const Posed& a, const Posed& b, const OverlappingMesh
 
 // What separates the hulls separates the meshes.
 void separate_hulls(const Posed& a, const Posed& b, const NarrowPhaseOptions& options, Separation& known) {
-  const PairAnswer hulls =
-      solve_convex(view_hull(a.shape), a.pose, view_hull(b.shape), b.pose, Request::distance, options, nullptr);
+  const PairAnswer hulls = solve_convex(view_hull(a.shape, options.limit), a.pose, view_hull(b.shape, options.limit),
+                                        b.pose, Request::distance, options, nullptr);
   const double length = std::max(0.0, -hulls.signed_distance);
   if (length < known.length) known = {known.certain, length, hulls.normal, (hulls.point_a + hulls.point_b) / 2};
 }

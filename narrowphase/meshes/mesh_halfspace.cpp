@@ -8,6 +8,7 @@
 #include "shapes/mesh_hierarchy.h"
 #include "shapes/mesh_model.h"
 #include "shapes/shape_insides.h"
+#include "shapes/work_meter.h"
 #include "tolerances.h"
 
 namespace tandem {
@@ -37,7 +38,10 @@ PairAnswer solve_mesh_halfspace(const Posed& mesh, const Posed& half, Request re
   // What touches to rounding has all of its patch.
   const double within = options.margin + tolerance::alike * mesh.shape.size();
   // The vertices that span what lies below the plane are vertices of the hull.
-  for (const std::uint32_t v : m.extreme()) {
+  WorkMeter meter(options.limit);
+  std::uint32_t seen = 0;
+  for (const std::uint32_t v : m.extreme(options.limit)) {
+    if (++seen % 16 == 0) meter.spend();
     const double height = local.dot(m.vertices[v]) - level;
     if (height < lowest) lowest = height, at = v;
     if (request == Request::contacts && height <= within)
@@ -45,6 +49,7 @@ PairAnswer solve_mesh_halfspace(const Posed& mesh, const Posed& half, Request re
   }
   if (request == Request::contacts && lowest > options.margin) contacts->resize(first);
   if (request == Request::contacts) {
+    meter.spend(1 + static_cast<int>((contacts->size() - first) / 2));
     keep_widest(*contacts, first, mesh.shape.size());
     for (Contact& c : std::span(*contacts).subspan(first)) c.point += origin;
   }

@@ -71,7 +71,7 @@ PairAnswer contacts_apart(const Posed& a, const Posed& b, const TriangleTest& te
 
 // Of their hulls, unless these hardly touch and miss each other by rounding; false, and no contacts.
 bool contacts_of_hulls(const Collision& c, PairAnswer& answer, std::vector<Contact>& contacts) {
-  if (!c.mesh_a().own_hull() || !c.mesh_b().own_hull()) return false;
+  if (!c.mesh_a().own_hull(c.options.limit) || !c.mesh_b().own_hull(c.options.limit)) return false;
   const std::size_t first = contacts.size();
   answer = overlap_of_hulls(c.a, c.b, Request::contacts, c.options, &contacts);
   if (contacts.size() > first && is_as_hulls(c.a, c.b, -answer.signed_distance, c.options.limit)) return true;
@@ -104,7 +104,7 @@ PairAnswer contacts_of_collision(const Collision& c, std::vector<Contact>& conta
   PairAnswer answer;
   if (contacts_of_hulls(c, answer, contacts)) return answer;
   // Which way a triangle's corners go round, or those of a surface with a border, says nothing: it has no inside.
-  const bool has_convex = bounds_convex(c.a) || bounds_convex(c.b);
+  const bool has_convex = bounds_convex(c.a, c.options.limit) || bounds_convex(c.b, c.options.limit);
   PatchSides sides;
   if (!has_convex || (c.mesh_a().closed && c.mesh_b().closed)) sides = c.add_patches(contacts);
   if (has_convex && (!sides.sure || sides.in_corner)) {
@@ -122,7 +122,7 @@ PairAnswer contacts_of_collision(const Collision& c, std::vector<Contact>& conta
 PairAnswer distance_of_collision(const Collision& c) {
   if (c.a.shape.is_convex() || c.b.shape.is_convex())
     return overlap_as_convex(c.a, c.b, Request::distance, c.options, nullptr);
-  if (c.mesh_a().own_hull() && c.mesh_b().own_hull()) {
+  if (c.mesh_a().own_hull(c.options.limit) && c.mesh_b().own_hull(c.options.limit)) {
     const PairAnswer hulls = overlap_of_hulls(c.a, c.b, Request::distance, c.options, nullptr);
     if (is_as_hulls(c.a, c.b, -hulls.signed_distance, c.options.limit)) return hulls;
   }
@@ -154,7 +154,7 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
 
 std::vector<std::array<std::uint32_t, 2>> mesh_triangle_pairs(const Shape& a, const Pose& pose_a, const Shape& b,
                                                               const Pose& pose_b, const NarrowPhaseOptions& options) {
-  if (test_hulls(a, pose_a, b, pose_b).at_least > 0) return {};
+  if (test_hulls(a, pose_a, b, pose_b, options.limit).at_least > 0) return {};
   const Posed first{a, pose_a}, second{b, pose_b};
   const bool in_order = goes_first(first, second);
   const Posed &p = in_order ? first : second, &q = in_order ? second : first;

@@ -72,7 +72,7 @@ PairAnswer solve_mesh(const Shape& a, const Pose& pose_a, const Shape& b, const 
   const bool has_margin = options.mesh_margin || a.is_convex() || b.is_convex();
   const double margin = request == Request::contacts && has_margin ? options.margin : 0;
   if (request != Request::distance && has_triangles(a) && has_triangles(b))
-    if (const MeshGap gap = test_hulls(a, pose_a, b, pose_b); gap.at_least > margin) {
+    if (const MeshGap gap = test_hulls(a, pose_a, b, pose_b, options.limit); gap.at_least > margin) {
       PairAnswer apart;
       if (request == Request::contacts) apart.signed_distance = gap.at_least, apart.normal = gap.normal;
       return apart;

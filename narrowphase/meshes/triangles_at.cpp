@@ -21,7 +21,8 @@ std::array<std::uint32_t, 2> triangles_at(const Shape& a, const Pose& pose_a, co
 
 std::array<std::uint32_t, 2> triangles_at(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
                                           const PairAnswer& answer) {
-  return {triangle_at(a, pose_a, answer.point_a, answer.normal), triangle_at(b, pose_b, answer.point_b, -answer.normal)};
+  return {triangle_at(a, pose_a, answer.point_a, answer.normal),
+          triangle_at(b, pose_b, answer.point_b, -answer.normal)};
 }
 
 }  // namespace tandem

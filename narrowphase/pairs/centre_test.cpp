@@ -122,9 +122,9 @@ double separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose
           reach(b, -(pose_b.rotation.transpose() * n), Reach::exact));
 }
 
-MeshGap test_hulls(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
+MeshGap test_hulls(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, const WorkLimit* limit) {
   if (mesh_of(a).bends || mesh_of(b).bends) return {};
-  const Hull &hull_a = mesh_of(a).hull(), &hull_b = mesh_of(b).hull();
+  const Hull &hull_a = mesh_of(a).hull(limit), &hull_b = mesh_of(b).hull(limit);
   const Vec3 between = from_to(hull_a.inside, pose_a, hull_b.inside, pose_b);
   const double length2 = between.squaredNorm(), inner = hull_a.inner_radius + hull_b.inner_radius;
   if (length2 < 0.99 * inner * inner) return {};

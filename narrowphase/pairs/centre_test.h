@@ -26,6 +26,7 @@ struct MeshGap {
 
 /// Two with triangles by the line between the middles of their hulls, which parts most that are apart: certain,
 /// rounding included, the same with A and B exchanged.
-MeshGap test_hulls(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b);
+MeshGap test_hulls(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
+                   const WorkLimit* limit = nullptr);
 
 }  // namespace tandem

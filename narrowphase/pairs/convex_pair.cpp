@@ -60,7 +60,8 @@ PairAnswer halfspace_with(const ConvexView& a, const Pose& pose_a, const ConvexV
 }
 
 std::optional<bool> collide_by(Method method, const ConvexView& a, const Pose& pose_a, const ConvexView& b,
-                               const Pose& pose_b, double tolerance, const Vec3* start, WarmStart* warm) {
+                               const Pose& pose_b, double tolerance, const Vec3* start, WarmStart* warm,
+                               const WorkLimit* limit) {
   switch (method) {
     case Method::fcl:
       return fcl_collide(a, pose_a, b, pose_b);
@@ -69,20 +70,21 @@ std::optional<bool> collide_by(Method method, const ConvexView& a, const Pose& p
     case Method::mpr:
       return ccd_collide(a, b, relative(pose_a, pose_b), true);
     case Method::newton:
-      return round_collide({a, b, relative(pose_a, pose_b)});
+      return round_collide({a, b, relative(pose_a, pose_b), limit});
     case Method::sat: {
-      const MinkowskiDifference d{a, b, relative(pose_a, pose_b)};
+      const MinkowskiDifference d{a, b, relative(pose_a, pose_b), limit};
       if (const auto answer = triangle_distance(d, 0)) return answer->signed_distance <= 0;
       return gjk_collide(d, tolerance, start, warm != nullptr ? &warm->direction : nullptr);
     }
     default:
-      return gjk_collide({a, b, relative(pose_a, pose_b)}, tolerance, start,
+      return gjk_collide({a, b, relative(pose_a, pose_b), limit}, tolerance, start,
                          warm != nullptr ? &warm->direction : nullptr);
   }
 }
 
 std::optional<LocalAnswer> distance_by(Method method, const ConvexView& a, const ConvexView& b,
-                                       const RelativePose& pose, double tolerance, const Vec3* start, double beyond) {
+                                       const RelativePose& pose, double tolerance, const Vec3* start, double beyond,
+                                       const WorkLimit* limit) {
   switch (method) {
     case Method::fcl:
       return fcl_signed_distance(a, b, pose);
@@ -91,12 +93,12 @@ std::optional<LocalAnswer> distance_by(Method method, const ConvexView& a, const
     case Method::mpr:
       return ccd_depth(a, b, pose, true);
     case Method::newton:
-      return round_signed_distance({a, b, pose}, start, beyond);
+      return round_signed_distance({a, b, pose, limit}, start, beyond);
     case Method::sat:
       if (auto answer = triangle_distance({a, b, pose}, beyond)) return answer;
-      return gjk_signed_distance({a, b, pose}, tolerance, start, beyond);
+      return gjk_signed_distance({a, b, pose, limit}, tolerance, start, beyond);
     default:
-      return gjk_signed_distance({a, b, pose}, tolerance, start, beyond);
+      return gjk_signed_distance({a, b, pose, limit}, tolerance, start, beyond);
   }
 }
 
@@ -131,6 +133,64 @@ ConvexView ball_of(ConvexView body) {
   return body;
 }
 
+/// Two of which one, but for rounding, is something simpler: a ball, or a triangle. None where neither is.
+struct SimplerPair {
+  ConvexView a, b;
+};
+std::optional<SimplerPair> simplified(const ConvexView& a, const Pose& pose_a, const ConvexView& b,
+                                      const Pose& pose_b) {
+  if (a.kind == ShapeKind::capsule || b.kind == ShapeKind::capsule) {
+    const double reach = a.size + b.size + (pose_b.translation - pose_a.translation).lpNorm<Eigen::Infinity>();
+    if (axis_is_lost(a, reach)) return SimplerPair{ball_of(a), b};
+    if (axis_is_lost(b, reach)) return SimplerPair{a, ball_of(b)};
+  }
+  if (is_triangle(a)) return SimplerPair{triangle_of(a), b};
+  if (is_triangle(b)) return SimplerPair{a, triangle_of(b)};
+  if (is_round(a)) return SimplerPair{ball_of(a), b};
+  if (is_round(b)) return SimplerPair{a, ball_of(b)};
+  return std::nullopt;
+}
+
+/// What solvers of others do not bound themselves is known by measurement, of the size.
+double measured_error(const MethodChoice& choice) { return choice.row != nullptr ? choice.row->error : 0; }
+
+PairAnswer verdict_by(const MethodChoice& choice, const ConvexView& a, const Pose& pose_a, const ConvexView& b,
+                      const Pose& pose_b, const Vec3* start, WarmStart* warm, const WorkLimit* limit) {
+  const double size = a.size + b.size;
+  PairAnswer answer;
+  answer.error_bound = measured_error(choice) * size;
+  std::optional<bool> collide = collide_by(choice.method, a, pose_a, b, pose_b, choice.tolerance, start, warm, limit);
+  if (!collide) {  // a third party gave up: answer all the same, and say so
+    collide = collide_by(Method::gjk, a, pose_a, b, pose_b, choice.tolerance, start, warm, limit);
+    answer.status = Status::inexact;
+    answer.error_bound = size;
+  }
+  answer.collide = *collide;
+  return answer;
+}
+
+PairAnswer answer_by(const MethodChoice& choice, const ConvexView& a, const Pose& pose_a, const ConvexView& b,
+                     const Pose& pose_b, Request request, const NarrowPhaseOptions& options, const Vec3* start,
+                     std::vector<Contact>* contacts, WarmStart* warm) {
+  const double size = a.size + b.size, accepted = std::max(options.tolerance, tolerance::accepted_error) * size;
+  const RelativePose pose = relative(pose_a, pose_b);
+  const double beyond = request == Request::contacts ? options.margin : std::numeric_limits<double>::infinity();
+  const Method method = choice.method;
+  std::optional<LocalAnswer> local = distance_by(method, a, b, pose, choice.tolerance, start, beyond, options.limit);
+  if (!local) {
+    local = gjk_signed_distance({a, b, pose, options.limit}, choice.tolerance);
+    local->gap = std::max(local->gap, size);
+  }
+  local->gap = std::max(local->gap, measured_error(choice) * size);
+  if (warm != nullptr && (method == Method::sat || method == Method::gjk || method == Method::newton))
+    warm->direction = local->normal;
+  PairAnswer answer;
+  finish(*local, pose_a, accepted, answer);
+  if (request == Request::contacts && contacts != nullptr)
+    append_manifold(a, b, pose, *local, options.margin, pose_a, *contacts);
+  return answer;
+}
+
 }  // namespace
 
 PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexView& b, const Pose& pose_b,
@@ -147,7 +207,6 @@ PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexVie
   }
   const MethodChoice choice = choose_method(a.kind, b.kind, request, options);
   const Method method = choice.method;
-  const double tolerance = choice.tolerance, measured = choice.row != nullptr ? choice.row->error : 0;
   if (const PairSolver& pair = pair_solver(a.kind, b.kind); pair.direct != nullptr && method == pair.method)
     return pair.direct(a.param, pose_a, b.param, pose_b, request, options.margin, contacts);
   if (method == Method::closed) {
@@ -156,51 +215,16 @@ PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexVie
     if (request == Request::contacts) append_single(answer, options.margin, contacts);
     return answer;
   }
-
-  const double size = a.size + b.size;
-  if (a.kind == ShapeKind::capsule || b.kind == ShapeKind::capsule) {
-    const double reach = size + (pose_b.translation - pose_a.translation).lpNorm<Eigen::Infinity>();
-    if (axis_is_lost(a, reach)) return solve_convex(ball_of(a), pose_a, b, pose_b, request, options, contacts, warm);
-    if (axis_is_lost(b, reach)) return solve_convex(a, pose_a, ball_of(b), pose_b, request, options, contacts, warm);
-  }
-  if (is_triangle(a)) return solve_convex(triangle_of(a), pose_a, b, pose_b, request, options, contacts, warm);
-  if (is_triangle(b)) return solve_convex(a, pose_a, triangle_of(b), pose_b, request, options, contacts, warm);
-  if (is_round(a)) return solve_convex(ball_of(a), pose_a, b, pose_b, request, options, contacts, warm);
-  if (is_round(b)) return solve_convex(a, pose_a, ball_of(b), pose_b, request, options, contacts, warm);
-  const double accepted = std::max(options.tolerance, tolerance::accepted_error) * size;
+  if (const std::optional<SimplerPair> simpler = simplified(a, pose_a, b, pose_b))
+    return solve_convex(simpler->a, pose_a, simpler->b, pose_b, request, options, contacts, warm);
   Vec3 from;
   const Vec3* start = nullptr;
   if (warm != nullptr && warm->direction.allFinite() && !warm->direction.isZero(0)) {
     from = unit(warm->direction);
     start = &from;
   }
-  PairAnswer answer;
-  if (request == Request::collide) {
-    answer.error_bound = measured * size;
-    std::optional<bool> collide = collide_by(method, a, pose_a, b, pose_b, tolerance, start, warm);
-    if (!collide) {  // a third party gave up: answer all the same, and say so
-      collide = collide_by(Method::gjk, a, pose_a, b, pose_b, tolerance, start, warm);
-      answer.status = Status::inexact;
-      answer.error_bound = size;
-    }
-    answer.collide = *collide;
-    return answer;
-  }
-  const RelativePose pose = relative(pose_a, pose_b);
-  const double beyond = request == Request::contacts ? options.margin : std::numeric_limits<double>::infinity();
-  std::optional<LocalAnswer> local = distance_by(method, a, b, pose, tolerance, start, beyond);
-  if (!local) {
-    local = gjk_signed_distance({a, b, pose}, tolerance);
-    local->gap = std::max(local->gap, size);
-  }
-  // What solvers of others do not bound themselves is known by measurement.
-  local->gap = std::max(local->gap, measured * size);
-  if (warm != nullptr && (method == Method::sat || method == Method::gjk || method == Method::newton))
-    warm->direction = local->normal;
-  finish(*local, pose_a, accepted, answer);
-  if (request == Request::contacts && contacts != nullptr)
-    append_manifold(a, b, pose, *local, options.margin, pose_a, *contacts);
-  return answer;
+  if (request == Request::collide) return verdict_by(choice, a, pose_a, b, pose_b, start, warm, options.limit);
+  return answer_by(choice, a, pose_a, b, pose_b, request, options, start, contacts, warm);
 }
 
 }  // namespace tandem

@@ -11,9 +11,6 @@
 namespace tandem {
 namespace {
 
-// Relative to the scale: what ends on the surface by a ray may be far from the nearest face then.
-constexpr double far_apart = 1e-3;
-
 /// By balls inside both.
 bool overlap_deeply(const MinkowskiDifference& d) {
   // Rotations are orthonormal to 1e-6 only.
@@ -139,6 +136,31 @@ CoreDistance expand_from(const MinkowskiDifference& d, const GjkResult& r, bool 
   return core;
 }
 
+/// Two polytopes: true where the near surfaces answer; else the descent is done, from where they point.
+bool answer_or_descend(const MinkowskiDifference& d, double least, double beyond, const Vec3* start, GjkResult& r,
+                       LocalAnswer& answer) {
+  const double far = tolerance::far_from_surface * d.scale();
+  if (!(beyond < far)) {
+    r = descend(d, least, beyond, -infinity, start, far);
+    if (r.lower > far) return false;
+  }
+  Vec3 towards = Vec3::Zero();
+  if (answer_on_surface(d, beyond, far, towards, answer)) return true;
+  r = descend(d, least, beyond, -infinity, towards.isZero(0) ? start : &towards);
+  return false;
+}
+
+/// Round surfaces are only approached: Newton's method has the last digits.
+void polish(const MinkowskiDifference& d, CoreDistance& core, LocalAnswer& answer) {
+  const Support s = minimize(RoundPair(d), answer.normal, -infinity);
+  if (!s.optimal) return;
+  core.distance = -s.h;
+  answer.normal = s.n;
+  answer.point_a = s.point[0];
+  answer.point_b = -s.point[1];
+  answer.gap = core.distance > 0 ? 0 : std::max(0.0, core.at_most - core.distance);
+}
+
 }  // namespace
 
 bool gjk_collide(const MinkowskiDifference& d, double tolerance, const Vec3* start, Vec3* direction) {
@@ -179,24 +201,13 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
   const bool deep = polytopes && overlap_deeply(d);
   if (deep && depth_by_faces(d, answer)) return answer;
   GjkResult r;
-  const auto descend_from = [&](const Vec3* from, double at_once) {
-    r = descend(d, std::max(tolerance, least), beyond + ra + rb, -infinity, from, at_once);
-  };
-  const double far = far_apart * scale;
-  const bool near = beyond < far;
   if (deep) {
     r.end = GjkResult::End::inside;
     r.lower = -infinity;
   } else if (polytopes && ra + rb == 0) {
-    if (!near) descend_from(start, far);
-    if (near || !(r.lower > far)) {
-      Vec3 towards = Vec3::Zero();
-      if (answer_on_surface(d, beyond, far, towards, answer)) return answer;
-      if (!towards.isZero(0)) start = &towards;
-      descend_from(start, -infinity);
-    }
+    if (answer_or_descend(d, std::max(tolerance, least), beyond, start, r, answer)) return answer;
   } else {
-    descend_from(start, -infinity);
+    r = descend(d, std::max(tolerance, least), beyond + ra + rb, -infinity, start);
   }
   if (r.lower > beyond + ra + rb) {
     answer.signed_distance = r.lower - ra - rb;
@@ -224,17 +235,7 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
       core.distance = answer.signed_distance;
     }
   }
-  // Round surfaces are only approached: Newton's method has the last digits.
-  if (!polytopes && (core.distance < 0 || tolerance < least)) {
-    const Support s = minimize(RoundPair(d), answer.normal, -infinity);
-    if (s.optimal) {
-      core.distance = -s.h;
-      answer.normal = s.n;
-      answer.point_a = s.point[0];
-      answer.point_b = -s.point[1];
-      answer.gap = core.distance > 0 ? 0 : std::max(0.0, core.at_most - core.distance);
-    }
-  }
+  if (!polytopes && (core.distance < 0 || tolerance < least)) polish(d, core, answer);
   answer.signed_distance = core.distance - ra - rb;
   answer.point_a += ra * answer.normal;
   answer.point_b -= rb * answer.normal;

@@ -43,11 +43,10 @@ double difference(const double (&a)[n], const double (&b)[n]) {
 /// computed.
 [[gnu::always_inline]] inline bool clear_segment_distance(const Vec3& half_a, const Vec3& centre_b, const Vec3& half_b,
                                                           SegmentDistance& d) {
-  constexpr double clearly_crossing = 1e-2;  // squared sine
   const Vec3 r = -centre_b;
   const double uu = half_a.squaredNorm(), vv = half_b.squaredNorm(), uv = half_a.dot(half_b);
   const double ru = r.dot(half_a), rv = r.dot(half_b), det = uu * vv - uv * uv;
-  if (!(det > clearly_crossing * (uu * vv) && det > tolerance::shortest_squared)) return false;
+  if (!(det > tolerance::clearly_crossing2 * (uu * vv) && det > tolerance::shortest_squared)) return false;
   // The best s of all; the best t for it; where that is an end, the best s for that, else the same (Ericson
   // 2005, 5.1.9).
   const double by_uu = 1 / uu, by_vv = 1 / vv;

@@ -44,4 +44,11 @@ FaceReach::Least FaceReach::least() const {
   return r;
 }
 
+Vec3 face_normal(const RoundBody& body, const FaceReach& reach, std::size_t face) {
+  if (body.kind() == ShapeKind::triangle) return reach.normal(face);
+  if (body.kind() != ShapeKind::box) return body.axes() * body.hull().faces[face].normal;
+  const Vec3 n = body.axes().col(static_cast<int>(face / 2));
+  return face % 2 == 0 ? n : Vec3(-n);
+}
+
 }  // namespace tandem

@@ -54,4 +54,7 @@ class FaceReach {
   double h_[most];
 };
 
+/// The normal of a polytope's face, unit, in the frame of both; of a triangle the reach's.
+Vec3 face_normal(const RoundBody& body, const FaceReach& reach, std::size_t face);
+
 }  // namespace tandem

@@ -94,54 +94,66 @@ struct Feature {
   std::uint32_t face = 0;       ///< of a hull
 };
 
-Feature feature(const FeatureBody& body, const Spot& spot, double least) {
+Feature hull_feature(const FeatureBody& body, const Spot& spot) {
   const ConvexView& core = body.core;
-  const Vec3& q = spot.q;
   Feature f;
   f.surface = spot.surface;
-  if (core.kind == ShapeKind::convex) {
-    if (f.surface == Surface::flat) {
-      f.face = spot.face;
-      f.axis = body.turned_out(core.hull->faces[spot.face].normal);
-      f.point = body.out(q);
-    } else if (f.surface == Surface::straight) {
-      const Vec3 v = core.vertices[spot.vertex], along = core.vertices[spot.other] - v;
-      f.high = along.norm();
-      f.axis = body.turned_out(unit(along));
-      f.point = body.out(v);
-    } else {
-      f.point = body.out(q);
-    }
-    return f;
+  if (f.surface == Surface::flat) {
+    f.face = spot.face;
+    f.axis = body.turned_out(core.hull->faces[spot.face].normal);
+    f.point = body.out(spot.q);
+  } else if (f.surface == Surface::straight) {
+    const Vec3 v = core.vertices[spot.vertex], along = core.vertices[spot.other] - v;
+    f.high = along.norm();
+    f.axis = body.turned_out(unit(along));
+    f.point = body.out(v);
+  } else {
+    f.point = body.out(spot.q);
   }
+  return f;
+}
+
+/// The axis square to a box's face that q lies on, or along its edge.
+int box_axis(const ConvexView& box, const Vec3& q, double least, bool on_face) {
+  int k = 0;
+  while (k < 2 && (std::abs(q[k]) < box.param[static_cast<std::size_t>(k)] - least) == on_face) ++k;
+  return k;
+}
+
+/// A box's edge, a capsule's segment, or a cylinder's side, which is its axis and a radius.
+void set_line(const FeatureBody& body, const Vec3& q, double least, Feature& f) {
+  const ConvexView& core = body.core;
+  if (core.kind == ShapeKind::box) {
+    const int k = box_axis(core, q, least, false);
+    f.axis = body.axis(k);
+    f.high = core.param[static_cast<std::size_t>(k)];
+    f.point = body.out(q) - q[k] * f.axis;
+  } else {
+    f.axis = body.axis(2);
+    f.high = 0.5 * core.param[1];
+    f.point = body.centre;
+    if (core.kind == ShapeKind::cylinder) f.radius = core.param[0];
+  }
+  f.low = -f.high;
+}
+
+Feature feature(const FeatureBody& body, const Spot& spot, double least) {
+  const ConvexView& core = body.core;
+  if (core.kind == ShapeKind::convex) return hull_feature(body, spot);
+  const Vec3& q = spot.q;
   const double half = 0.5 * core.param[1];
-  const auto box_axis = [&](bool on_face) {
-    int k = 0;
-    while (k < 2 && (std::abs(q[k]) < core.param[static_cast<std::size_t>(k)] - least) == on_face) ++k;
-    return k;
-  };
+  Feature f;
+  f.surface = spot.surface;
   switch (f.surface) {
     case Surface::flat: {
-      const int k = core.kind == ShapeKind::box ? box_axis(true) : 2;
+      const int k = core.kind == ShapeKind::box ? box_axis(core, q, least, true) : 2;
       f.axis = std::copysign(1.0, q[k]) * body.axis(k);
       f.point = body.out(q);
       break;
     }
-    case Surface::straight: {
-      if (core.kind == ShapeKind::box) {
-        const int k = box_axis(false);
-        f.axis = body.axis(k);
-        f.high = core.param[static_cast<std::size_t>(k)];
-        f.point = body.out(q) - q[k] * f.axis;
-      } else {
-        f.axis = body.axis(2);
-        f.high = half;
-        f.point = body.centre;
-        if (core.kind == ShapeKind::cylinder) f.radius = core.param[0];
-      }
-      f.low = -f.high;
+    case Surface::straight:
+      set_line(body, q, least, f);
       break;
-    }
     case Surface::side: {
       const double radius = core.param[0], length = core.param[1], slant = std::sqrt(radius * radius + length * length);
       f.axis = body.axis(2);
@@ -303,7 +315,7 @@ bool circle_to_line(Feature circle, const Feature& line, double rounding, Neares
   } else {
     // Square to both: where they nearly touch, their difference is noise.
     const Vec3 across = line.axis.cross(c * circle.v - s * circle.u);
-    out = unit_along(across.squaredNorm() > 1e-2 ? across : out, -w.n);
+    out = unit_along(across.squaredNorm() > tolerance::square_lines2 ? across : out, -w.n);
   }
   const double t = on.dot(straight.axis);
   w.b = straight.point + std::clamp(t, straight.low, straight.high) * straight.axis + (side ? 0 : line.radius) * out;
@@ -331,7 +343,7 @@ bool circle_to_circle(Feature a, Feature b, NearestPoints& w) {
   }
   w.a = a.point + a.radius * (a.c * a.u + a.s * a.v), w.b = b.point + b.radius * (b.c * b.u + b.s * b.v);
   const Vec3 across = (a.c * a.v - a.s * a.u).cross(b.c * b.v - b.s * b.u);
-  w.n = unit_along(across.squaredNorm() > 1e-2 ? across : Vec3(w.b - w.a), w.n);
+  w.n = unit_along(across.squaredNorm() > tolerance::square_lines2 ? across : Vec3(w.b - w.a), w.n);
   return found;
 }
 

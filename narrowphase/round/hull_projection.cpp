@@ -102,7 +102,9 @@ class HullDescent {
 
 }  // namespace
 
-HullSpot nearest_on_hull(const Hull& hull, const Vec3& p, std::uint32_t from) { return HullDescent(hull, p, from).run(); }
+HullSpot nearest_on_hull(const Hull& hull, const Vec3& p, std::uint32_t from) {
+  return HullDescent(hull, p, from).run();
+}
 
 bool on_face(const Hull& hull, std::uint32_t face, const Vec3& q, double inward) {
   const Hull::Face& f = hull.faces[face];

@@ -106,7 +106,7 @@ Vec3 off_axis(const Circle& c, const Vec3& n) {
     const double length = out.norm();
     if (!(length > 0)) return any_perpendicular(c.axis);
     out /= length;
-    if (length > 1e-3) break;
+    if (length > tolerance::clearly_off_axis) break;
   }
   return out;
 }
@@ -480,8 +480,8 @@ Support settle(const RoundPair& pair, const Vec3& n, double below) {
     least = off;
   };
   // The nearer, the less the last digits of the direction found matter to where it ends, and the less exact it is.
-  for (const double out :
-       {1e-2 * pair.scale, tolerance::far_apart * pair.scale, tolerance::round_least_apart * pair.scale}) {
+  for (const double out : {tolerance::moved_apart * pair.scale, tolerance::far_apart * pair.scale,
+                           tolerance::round_least_apart * pair.scale}) {
     Vec3 from = best.n;
     double h = from.dot(pair.support(from));
     for (int round = 0; round < rounds; ++round) {

@@ -15,8 +15,8 @@ void BuildMeter::finish() {
   if (options_.progress) tell(work_);
 }
 
-// Threads come here in any order: who comes late, or while another one tells, has nothing to tell. Nobody waits: a user's
-// function that waits for tasks may come to run one of these passes itself.
+// Threads come here in any order: who comes late, or while another one tells, has nothing to tell. Nobody waits: a
+// user's function that waits for tasks may come to run one of these passes itself.
 void BuildMeter::tell(std::size_t done) {
   if (telling_.exchange(true, std::memory_order_acquire)) return;
   if (done > told_) {

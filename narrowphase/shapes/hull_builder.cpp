@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
+#include <exception>
 #include <limits>
 #include <memory>
 #include <new>
@@ -12,6 +12,7 @@
 
 #include "shapes/hull_rays.h"
 #include "shapes/support_kernel.h"
+#include "shapes/work_meter.h"
 #include "tolerances.h"
 
 extern "C" {
@@ -30,13 +31,16 @@ struct Frame {
   Vec3 extent = Vec3::Zero();  // largest distance from origin, from the first axis, from the plane of both
 };
 
+// What a pass over so many points spends.
+int pass_over(std::size_t points) { return 1 + static_cast<int>(std::min<std::size_t>(points / 16, 1 << 20)); }
+
 Vec3 any_normal(const Vec3& v) {
   int k;
   v.cwiseAbs().minCoeff(&k);
   return v.cross(Vec3::Unit(k)).normalized();
 }
 
-Frame find_frame(std::span<const Vec3> p) {
+Frame find_frame(std::span<const Vec3> p, WorkMeter& meter) {
   Frame f;
   f.origin = 0;
   f.axes.setIdentity();
@@ -49,6 +53,7 @@ Frame find_frame(std::span<const Vec3> p) {
     double most = 0;
     for (const Vec3& q : p)
       if (const double d = distance(Vec3(q - o)); d > most) most = d, best = q;
+    meter.spend(pass_over(p.size()));
     return std::pair(Vec3(best - o), most);
   };
   const auto [first, d1] = farthest([](const Vec3& v) { return v.norm(); });
@@ -93,41 +98,75 @@ std::vector<std::uint32_t> flat_loop(std::span<const Vec3> p, const Frame& f) {
   return loop;
 }
 
-struct QhullDeleter {
+// What Qhull holds, without the struct itself.
+struct QhullFree {
   void operator()(qhT* qh) const {
     int current, total;
     qh_freeqhull(qh, !qh_ALL);
     qh_memfreeshort(qh, &current, &total);
-    delete qh;
   }
 };
 
-// Qhull insists on a stream for its errors; this one prints nowhere.
-struct Log {
-  char* text = nullptr;
-  std::size_t length = 0;
-  std::FILE* stream = open_memstream(&text, &length);
+// Facets that Qhull makes between two looks at a limit: some 50 us.
+constexpr int facets_a_look = 32;
 
-  Log() {
-    if (!stream) throw std::bad_alloc();
+// Qhull insists on a stream for its errors and reports; this one prints nowhere. Where there is a limit, Qhull reports
+// every few facets (option TF), and what it writes is the occasion to look: past the limit it is told to stop after the
+// points that it has added (option TA), which it looks at before each.
+class Log {
+ public:
+  Log(qhT* qh, const WorkLimit* limit) : qh_(qh), limit_(limit) {
+    if (!stream_) throw std::bad_alloc();
+    std::setvbuf(stream_, nullptr, _IONBF, 0);
   }
   Log(const Log&) = delete;
   Log& operator=(const Log&) = delete;
-  ~Log() {
-    std::fclose(stream);
-    std::free(text);
+  ~Log() { std::fclose(stream_); }
+
+  std::FILE* stream() const { return stream_; }
+  /// After Qhull has returned: throws what ended it.
+  void require_whole() const {
+    if (failure_) std::rethrow_exception(failure_);
+    if (stopped_) throw WorkStopped();
   }
+
+ private:
+  static ssize_t write(void* log, const char*, std::size_t size) {
+    static_cast<Log*>(log)->look();
+    return static_cast<ssize_t>(size);
+  }
+  // Nothing may be thrown through Qhull.
+  void look() noexcept {
+    if (limit_ == nullptr || stopped_ || failure_) return;
+    try {
+      stopped_ = limit_->reached();
+    } catch (...) {
+      failure_ = std::current_exception();
+    }
+    if (stopped_ || failure_) qh_->STOPadd = 1;
+  }
+
+  qhT* const qh_;
+  const WorkLimit* const limit_;
+  bool stopped_ = false;
+  std::exception_ptr failure_;
+  std::FILE* const stream_ =
+      fopencookie(this, "w", {.read = nullptr, .write = write, .seek = nullptr, .close = nullptr});
 };
 
 // Facets from Qhull, counterclockwise from outside. Empty if Qhull refuses the cloud.
-Loops qhull_loops(std::vector<double>& xyz, const char* options) {
-  const Log log;  // outlives qh, which keeps the stream
-  std::unique_ptr<qhT, QhullDeleter> owner(new qhT);
-  qhT* qh = owner.get();
-  qh_zero(qh, log.stream);
+Loops qhull_loops(std::vector<double>& xyz, const char* options, const WorkLimit* limit) {
+  const auto memory = std::make_unique<qhT>();
+  const Log log(memory.get(), limit);  // outlives what Qhull holds, which keeps the stream
+  const std::unique_ptr<qhT, QhullFree> owner(memory.get());
+  qhT* const qh = owner.get();
+  qh_zero(qh, log.stream());
   std::string command = options;
+  if (limit != nullptr) command += " TF" + std::to_string(facets_a_look);
   const int points = static_cast<int>(xyz.size() / 3);
-  if (qh_new_qhull(qh, 3, points, xyz.data(), False, command.data(), nullptr, log.stream) != 0) return {};
+  const int error = qh_new_qhull(qh, 3, points, xyz.data(), False, command.data(), nullptr, log.stream());
+  log.require_whole();
+  if (error != 0) return {};
   Loops loops;
   facetT* facet;
   FORALLfacets {
@@ -185,7 +224,8 @@ bool closed(const Loops& loops) {
   });
 }
 
-Loops polytope_loops(std::span<const Vec3> p, const Frame& f) {
+Loops polytope_loops(std::span<const Vec3> p, const Frame& f, const WorkLimit* limit) {
+  WorkMeter meter(limit);
   // Which points are extreme does not change under an affine map, so the cloud is stretched to a cube: a plate then
   // is as good as a ball.
   std::vector<double> xyz;
@@ -194,10 +234,12 @@ Loops polytope_loops(std::span<const Vec3> p, const Frame& f) {
     const Vec3 s = (f.axes * (v - p[f.origin])).cwiseQuotient(f.extent);
     xyz.insert(xyz.end(), {s.x(), s.y(), s.z()});
   }
+  meter.spend(pass_over(p.size()));
   // Merged facets first; where merging fails, triangles of the joggled cloud, whose vertices are still input points.
   for (const char* options : {"qhull Qs Pp", "qhull Qs Qt Pp", "qhull QJ Pp"}) {
     std::vector<double> copy = xyz;
-    if (Loops loops = qhull_loops(copy, options); closed(loops)) return loops;
+    if (Loops loops = qhull_loops(copy, options, limit); closed(loops)) return loops;
+    meter.spend(pass_over(p.size()));
   }
   return {};
 }
@@ -318,7 +360,7 @@ FaceTable make_face_table(const Hull& hull) {
 }
 
 Hull assemble(std::span<const Vec3> p, int dimension, const std::vector<std::uint32_t>& extreme, const Loops& loops,
-              const Vec3& flat_normal) {
+              const Vec3& flat_normal, WorkMeter& meter) {
   Hull hull;
   hull.dimension = dimension;
   std::vector<std::uint32_t> place(p.size());
@@ -343,20 +385,28 @@ Hull assemble(std::span<const Vec3> p, int dimension, const std::vector<std::uin
     if (dimension == 3 && is_sliver(p, loop, face.normal))
       slivers.push_back(static_cast<std::uint32_t>(hull.faces.size()));
     face.normal.normalize();
+    meter.spend();
     for (const std::uint32_t i : loop) hull.loop.push_back(place[i]);
     face.offset = face.normal.dot(base);
     extend_offset(hull, face);
     hull.faces.push_back(face);
   }
   if (dimension == 1) hull.edges.push_back({{0, 1}, {0, 0}});
+  const int pass = pass_over(16 * hull.loop.size());
+  meter.spend(pass);
   const EdgeFaces face_of = find_faces(hull);
+  meter.spend(pass);
   turn_slivers(hull, face_of, slivers);
   if (dimension == 3) hull.inner_radius = inner_radius(hull);
   add_edges(hull, face_of);
+  meter.spend(pass);
   add_neighbours(hull);
+  meter.spend(pass);
   if (dimension == 3) put_in_turn(hull, face_of);
   if (dimension == 3) hull.face_table = make_face_table(hull);
+  meter.spend(pass);
   if (hull.inner_radius > 0) hull.rays = map_rays(hull);
+  meter.spend(pass);
   if (hull.face_table.faces == 0 && hull.faces.size() > 4) {
     std::vector<Vec3> normals;
     for (const Hull::Face& face : hull.faces) normals.push_back(face.normal);
@@ -373,29 +423,30 @@ std::size_t Hull::memory() const {
          support.memory() + normals.memory();
 }
 
-Hull build_hull(std::span<const Vec3> points) {
+Hull build_hull(std::span<const Vec3> points, const WorkLimit* limit) {
   if (points.empty()) throw std::invalid_argument("hull: no points; at least one is needed");
-  const Frame f = find_frame(points);
-  const double limit = tolerance::flat_hull * f.extent[0];
-  if (f.extent[0] == 0) return assemble(points, 0, {f.origin}, {}, Vec3::Zero());
+  WorkMeter meter(limit);
+  const Frame f = find_frame(points, meter);
+  const double flat = tolerance::flat_hull * f.extent[0];
+  if (f.extent[0] == 0) return assemble(points, 0, {f.origin}, {}, Vec3::Zero(), meter);
 
-  if (f.extent[1] <= limit) {
+  if (f.extent[1] <= flat) {
     std::uint32_t lo = f.origin, hi = f.origin;
     const auto along = [&](std::uint32_t i) { return f.axes.row(0).dot(points[i] - points[f.origin]); };
     for (std::uint32_t i = 0; i < points.size(); ++i) {
       if (along(i) < along(lo)) lo = i;
       if (along(i) > along(hi)) hi = i;
     }
-    return assemble(points, 1, {lo, hi}, {}, Vec3::Zero());
+    return assemble(points, 1, {lo, hi}, {}, Vec3::Zero(), meter);
   }
-  if (f.extent[2] > limit) {
-    const Loops loops = polytope_loops(points, f);
+  if (f.extent[2] > flat) {
+    const Loops loops = polytope_loops(points, f, limit);
     std::vector<std::uint32_t> extreme;
     for (const auto& loop : loops) extreme.insert(extreme.end(), loop.begin(), loop.end());
-    if (!loops.empty()) return assemble(points, 3, extreme, loops, Vec3::Zero());
+    if (!loops.empty()) return assemble(points, 3, extreme, loops, Vec3::Zero(), meter);
   }
   const std::vector<std::uint32_t> loop = flat_loop(points, f);
-  return assemble(points, 2, loop, {loop, {loop.rbegin(), loop.rend()}}, f.axes.row(2).transpose());
+  return assemble(points, 2, loop, {loop, {loop.rbegin(), loop.rend()}}, f.axes.row(2).transpose(), meter);
 }
 
 }  // namespace tandem

@@ -7,8 +7,8 @@
 
 namespace tandem {
 
-/// Made by the first who asks, from any of several threads; who asks meanwhile waits. A copy makes its own anew. Not to be
-/// moved or assigned to while another thread asks.
+/// Made by the first who asks, from any of several threads; who asks meanwhile waits. A copy makes its own anew. Not to
+/// be moved or assigned to while another thread asks.
 template <class Value>
 class Lazily {
  public:
@@ -43,6 +43,30 @@ class Lazily {
  private:
   mutable std::atomic<const Value*> made_{nullptr};
   mutable std::mutex mutex_;
+};
+
+/// The same for what takes little room and time to make: nobody waits, and of two who make it at once the second throws
+/// its own away.
+template <class Value>
+class MadeOnce {
+ public:
+  MadeOnce() = default;
+  MadeOnce(const MadeOnce&) = delete;
+  MadeOnce& operator=(const MadeOnce&) = delete;
+  ~MadeOnce() { delete made_.load(); }
+
+  template <class Make>
+  const Value& get(Make&& make) const {
+    if (const Value* made = made_.load(std::memory_order_acquire)) return *made;
+    auto fresh = std::make_unique<const Value>(make());
+    const Value* there = nullptr;
+    if (!made_.compare_exchange_strong(there, fresh.get(), std::memory_order_acq_rel)) return *there;
+    return *fresh.release();
+  }
+  bool is_made() const { return made_.load(std::memory_order_acquire) != nullptr; }
+
+ private:
+  mutable std::atomic<const Value*> made_{nullptr};
 };
 
 }  // namespace tandem

@@ -1,11 +1,48 @@
 #include "shapes/mass_properties.h"
 
 #include <algorithm>
+#include <numbers>
 
+#include "shapes/shape_insides.h"
 #include "tolerances.h"
 
 namespace tandem {
 namespace {
+
+constexpr double pi = std::numbers::pi;
+
+/// About the z axis, symmetric; the centre of mass lies at z.
+MassProperties symmetric(double volume, double xx, double yy, double zz, double z = 0) {
+  return {volume, {0, 0, z}, Vec3(xx, yy, zz).asDiagonal()};
+}
+
+MassProperties ellipsoid_mass(const Vec3& radii) {
+  const double v = 4.0 / 3 * pi * radii.prod();
+  const Vec3 q = radii.cwiseProduct(radii) * (v / 5);
+  return symmetric(v, q.y() + q.z(), q.x() + q.z(), q.x() + q.y());
+}
+
+MassProperties capsule_mass(double r, double l) {
+  const double core = pi * r * r * l, ball = 4.0 / 3 * pi * r * r * r;
+  const double zz = core * r * r / 2 + ball * 0.4 * r * r;
+  const double xx = core * (r * r / 4 + l * l / 12) + ball * (0.4 * r * r + l * l / 4 + 3.0 / 8 * l * r);
+  return symmetric(core + ball, xx, xx, zz);
+}
+
+MassProperties sphere_mass(double r) {
+  const double v = 4.0 / 3 * pi * r * r * r, i = 0.4 * v * r * r;
+  return symmetric(v, i, i, i);
+}
+
+MassProperties cylinder_mass(double r, double l) {
+  const double v = pi * r * r * l, xx = v * (r * r / 4 + l * l / 12);
+  return symmetric(v, xx, xx, v * r * r / 2);
+}
+
+MassProperties cone_mass(double r, double l) {
+  const double v = pi * r * r * l / 3, xx = v * (0.15 * r * r + 0.0375 * l * l);
+  return symmetric(v, xx, xx, 0.3 * v * r * r, -l / 4);
+}
 
 MassProperties bounding_box_mass(const Vec3& lo, const Vec3& hi) {
   const Vec3 s = hi - lo;
@@ -44,8 +81,29 @@ class VolumeSum {
 
 }  // namespace
 
-MassProperties symmetric(double volume, double xx, double yy, double zz, double z) {
-  return {volume, {0, 0, z}, Vec3(xx, yy, zz).asDiagonal()};
+MassProperties mass_of(const Shape& shape) {
+  switch (shape.kind()) {
+    case ShapeKind::sphere:
+      return sphere_mass(shape.radius());
+    case ShapeKind::box:
+      return box_mass(2 * shape.half_size());
+    case ShapeKind::capsule:
+      return capsule_mass(shape.radius(), shape.length());
+    case ShapeKind::cylinder:
+      return cylinder_mass(shape.radius(), shape.length());
+    case ShapeKind::cone:
+      return cone_mass(shape.radius(), shape.length());
+    case ShapeKind::ellipsoid:
+      return ellipsoid_mass(shape.radii());
+    case ShapeKind::halfspace:
+      break;
+    case ShapeKind::convex:
+    case ShapeKind::triangle:
+      return hull_mass(hull_of(shape));
+    case ShapeKind::mesh:
+      return mesh_mass(mesh_of(shape));
+  }
+  return symmetric(0, 0, 0, 0);
 }
 
 MassProperties box_mass(const Vec3& s) {

@@ -13,6 +13,7 @@
 #include "shapes/mesh_edges.h"
 #include "shapes/mesh_hierarchy.h"
 #include "shapes/run_parts.h"
+#include "shapes/work_meter.h"
 #include "shapes/written.h"
 #include "tolerances.h"
 
@@ -28,7 +29,7 @@ void turn_all(MeshModel& mesh) {
 
 // Vertices of what hangs together by triangles have one number, those of no triangle none; numbered in the order of the
 // triangles.
-std::vector<std::uint32_t> numbers_of_components(const MeshModel& mesh) {
+std::vector<std::uint32_t> numbers_of_components(const MeshModel& mesh, WorkMeter& meter) {
   std::vector<std::uint32_t> parent = mesh.stands_for;
   if (parent.empty()) {
     parent.resize(mesh.vertices.size());
@@ -38,14 +39,17 @@ std::vector<std::uint32_t> numbers_of_components(const MeshModel& mesh) {
     while (parent[v] != v) v = parent[v] = parent[parent[v]];
     return v;
   };
-  for (const auto& t : mesh.triangles)
+  for (const auto& t : mesh.triangles) {
+    meter.spend();
     for (std::size_t k = 1; k < 3; ++k) {
       const std::uint32_t p = root(t[0]), q = root(t[k]);
       parent[std::max(p, q)] = std::min(p, q);
     }
+  }
   std::vector<std::uint32_t> number(mesh.vertices.size(), no_index), component(mesh.vertices.size(), no_index);
   std::uint32_t count = 0;
   for (const auto& t : mesh.triangles) {
+    meter.spend();
     std::uint32_t& at = number[root(t[0])];
     if (at == no_index) at = count++;
     for (const std::uint32_t v : t) component[v] = at;
@@ -54,9 +58,10 @@ std::vector<std::uint32_t> numbers_of_components(const MeshModel& mesh) {
 }
 
 std::vector<MeshModel::Component> extremes_of_components(const MeshModel& mesh,
-                                                         const std::vector<std::uint32_t>& number) {
+                                                         const std::vector<std::uint32_t>& number, WorkMeter& meter) {
   std::vector<MeshModel::Component> components;
   for (const auto& t : mesh.triangles) {
+    meter.spend();
     const std::uint32_t at = number[t[0]];
     if (at == components.size()) components.emplace_back().fill(t[0]);
     MeshModel::Component& component = components[at];
@@ -85,9 +90,10 @@ double six_volumes(const MeshModel& mesh, std::span<const Vec3> vertices, const 
 }
 
 // Of a closed surface: no edge is concave.
-bool has_convex_edges(const MeshModel& mesh) {
+bool has_convex_edges(const MeshModel& mesh, WorkMeter& meter) {
   const double flat = tolerance::flat_hull * 2 * mesh.half.norm();
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    meter.spend();
     const auto [p, q, r] = mesh.corners(i);
     const Vec3 n = (q - p).cross(r - p);
     const double area = n.norm();
@@ -103,27 +109,32 @@ bool has_convex_edges(const MeshModel& mesh) {
 
 // Is the closed surface without concave edges that of its hull? All vertices then lie on the hull, and the area says
 // that the hull is covered once.
-bool covers_hull(const MeshModel& mesh) {
-  const Hull& hull = mesh.hull();
+bool covers_hull(const MeshModel& mesh, const WorkLimit* limit) {
+  WorkMeter meter(limit);
+  const Hull& hull = mesh.hull(limit);
   if (hull.dimension < 3) return false;
   const double flat = tolerance::flat_hull * 2 * mesh.half.norm();
   double of_hull = 0, of_mesh = 0;
-  for (const Hull::Face& f : hull.faces)
+  for (const Hull::Face& f : hull.faces) {
+    meter.spend();
     for (std::uint32_t k = 2; k < f.count; ++k)
       of_hull += (hull.vertices[hull.loop[f.first + k - 1]] - hull.vertices[hull.loop[f.first]])
                      .cross(hull.vertices[hull.loop[f.first + k]] - hull.vertices[hull.loop[f.first]])
                      .norm();
+  }
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    meter.spend();
     const auto [p, q, r] = mesh.corners(i);
     of_mesh += (q - p).cross(r - p).norm();
   }
   if (!(std::abs(of_mesh - of_hull) <= tolerance::same_area * of_hull)) return false;
   std::vector<std::uint8_t> known(mesh.vertices.size(), 0);
-  for (const std::uint32_t v : mesh.extreme()) known[v] = 1;
+  for (const std::uint32_t v : mesh.extreme(limit)) known[v] = 1;
   for (const auto& t : mesh.triangles)
     for (const std::uint32_t v : t) {
       if (known[v]) continue;
       known[v] = 1;
+      meter.spend(1 + static_cast<int>(hull.faces.size() / 64));
       const Vec3& p = mesh.vertices[v];
       const bool on_it = std::any_of(hull.faces.begin(), hull.faces.end(),
                                      [&](const Hull::Face& f) { return f.offset - f.normal.dot(p) <= flat; });
@@ -182,8 +193,8 @@ struct UsedPoints {
   }
 };
 
-MeshHull hull_of_points(const UsedPoints& used) {
-  MeshHull made{build_hull(used.points), {}};
+MeshHull hull_of_points(const UsedPoints& used, const WorkLimit* limit) {
+  MeshHull made{build_hull(used.points, limit), {}};
   // The hull keeps its vertices in the order given, each with the bits given.
   for (std::size_t i = 0, k = 0; i < used.points.size() && k < made.hull.vertices.size(); ++i)
     if (used.points[i] == made.hull.vertices[k]) made.extreme.push_back(used.vertex[i]), ++k;
@@ -220,18 +231,26 @@ std::optional<double> inside_out(const MeshModel& mesh, std::span<const Vec3> ve
   return volumes / 6;
 }
 
-const MeshHull& MeshModel::with_hull() const {
-  return hull_.get([this] { return hull_of_points(UsedPoints(*this)); });
+const MeshHull& MeshModel::with_hull(const WorkLimit* limit) const {
+  return hull_.get([&] {
+    WorkMeter(limit).spend();  // before the vertices are gathered
+    return hull_of_points(UsedPoints(*this), limit);
+  });
 }
 
-bool MeshModel::own_hull() const {
+bool MeshModel::own_hull(const WorkLimit* limit) const {
   if (!closed) return false;
-  return own_hull_.get([this] { return has_convex_edges(*this) && covers_hull(*this); });
+  return own_hull_.get([&] {
+    WorkMeter meter(limit);
+    return has_convex_edges(*this, meter) && covers_hull(*this, limit);
+  });
 }
 
-const std::vector<MeshModel::Component>& MeshModel::components() const {
-  return components_.get([this] {
-    return extremes_of_components(*this, component_numbers_.get([this] { return numbers_of_components(*this); }));
+const std::vector<MeshModel::Component>& MeshModel::components(const WorkLimit* limit) const {
+  return components_.get([&] {
+    WorkMeter meter(limit);
+    const auto& numbers = component_numbers_.get([&] { return numbers_of_components(*this, meter); });
+    return extremes_of_components(*this, numbers, meter);
   });
 }
 

@@ -14,9 +14,9 @@ namespace tandem {
 
 /// Throws std::invalid_argument naming the mesh's first fault: no triangles, a vertex that is not finite, an index
 /// out of range, or for a solid mesh an edge that does not join triangles in opposite sense.
-/// WorkStopped where the options' limit was reached. The model does not depend on the options. `first`, if not null, gets
-/// for each vertex the one that stands for it: the first of those with equal coordinates, or nearly so on a surface's
-/// borders.
+/// WorkStopped where the options' limit was reached. The model does not depend on the options. `first`, if not null,
+/// gets for each vertex the one that stands for it: the first of those with equal coordinates, or nearly so on a
+/// surface's borders.
 MeshModel build_mesh(Mesh mesh, const BuildOptions& options = {}, std::vector<std::uint32_t>* first = nullptr);
 
 /// Of each vertex: whether a triangle has it.

@@ -12,8 +12,8 @@
 
 namespace tandem {
 
-/// Fills nodes, blocks, slabs, order and depth of a mesh that has vertices, triangles, centre, half and unit. The same on
-/// any number of threads; `parts` (may be empty: the caller) shares the subtrees.
+/// Fills nodes, blocks, slabs, order and depth of a mesh that has vertices, triangles, centre, half and unit. The same
+/// on any number of threads; `parts` (may be empty: the caller) shares the subtrees.
 void build_hierarchy(MeshModel& mesh, const PartRunner& parts);
 void build_hierarchy(MeshModel& mesh, const PartRunner& parts, BuildMeter& meter);
 
@@ -37,9 +37,11 @@ struct HierarchyTree {
   std::uint32_t append(const HierarchyTree& other);
 };
 
-/// A subtree at this level over some of the mesh's triangles, which are order[place ...] and are put in the leaves' order.
-HierarchyTree build_subtree(const MeshModel& mesh, std::span<const FourFloats> corners, std::span<std::uint32_t> triangles,
-                            std::uint32_t place, int level, const PartRunner& parts, BuildMeter& meter);
+/// A subtree at this level over some of the mesh's triangles, which are order[place ...] and are put in the leaves'
+/// order.
+HierarchyTree build_subtree(const MeshModel& mesh, std::span<const FourFloats> corners,
+                            std::span<std::uint32_t> triangles, std::uint32_t place, int level, const PartRunner& parts,
+                            BuildMeter& meter);
 
 /// How far the mesh extends along a direction in its frame: the most of direction . vertex, of the vertices in use.
 double farthest_along(const MeshModel& mesh, const Vec3& direction);

@@ -8,6 +8,7 @@
 #include "shapes/normal_cones.h"
 #include "shapes/uninitialised.h"
 #include "tandem/narrowphase/shape.h"
+#include "tandem/narrowphase/work_limit.h"
 
 namespace tandem {
 
@@ -51,11 +52,12 @@ namespace detail {
 /// The convex hull of a mesh's vertices in use.
 struct MeshHull {
   Hull hull;
-  std::vector<std::uint32_t> extreme;  ///< the mesh's vertices that are the hull's: enough for bounds (to 1e-12 of the size)
+  std::vector<std::uint32_t>
+      extreme;  ///< the mesh's vertices that are the hull's: enough for bounds (to 1e-12 of the size)
 };
 
-/// A checked mesh with what queries need of it, built once but for what only some queries need. Immutable where more than
-/// one knows of it.
+/// A checked mesh with what queries need of it, built once but for what only some queries need. Immutable where more
+/// than one knows of it.
 struct MeshModel {
   std::vector<Vec3> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< of a surface turned to go round alike, a closed one outward
@@ -63,28 +65,32 @@ struct MeshModel {
   /// Triangle on the other side of edge k, from corner k to corner k + 1; no_index on a border. Corners with equal
   /// coordinates are one vertex here; of a surface's borders also those with coordinates that differ by rounding only.
   std::vector<std::array<std::uint32_t, 3>> neighbours;
-  /// Vertices change every now and then (DeformableMesh): the hull, which takes longer than all else, is asked for where
-  /// an answer needs it, and never to be quicker.
+  /// Vertices change every now and then (DeformableMesh): the hull, which takes longer than all else, is asked for
+  /// where an answer needs it, and never to be quicker.
   bool bends = false;
   /// Every edge joins as many triangles in one sense as in the other: a solid's, or a surface that could be one's.
   bool closed = false;
 
-  // Made when first asked for, from any thread.
-  const Hull& hull() const { return with_hull().hull; }
-  const std::vector<std::uint32_t>& extreme() const { return with_hull().extreme; }
-  const NormalCones& normal_cones() const;
-  bool own_hull() const;  ///< closed, and the surface of its hull, to 1e-13 of the size
-  bool convex() const { return solid && own_hull(); }  ///< it is solved as its hull
+  // Made when first asked for, from any thread. Who asks may be ended by a limit while it is made: WorkStopped is
+  // thrown, nothing is left, and the next who asks makes it.
+  const Hull& hull(const WorkLimit* limit = nullptr) const { return with_hull(limit).hull; }
+  const std::vector<std::uint32_t>& extreme(const WorkLimit* limit = nullptr) const { return with_hull(limit).extreme; }
+  const NormalCones& normal_cones(const WorkLimit* limit = nullptr) const;
+  /// Closed, and the surface of its hull, to 1e-13 of the size.
+  bool own_hull(const WorkLimit* limit = nullptr) const;
+  bool convex(const WorkLimit* limit = nullptr) const {
+    return solid && own_hull(limit);
+  }  ///< it is solved as its hull
 
   /// Vertices of what hangs together by vertices with equal coordinates: those farthest along -x, x, -y, y, -z, z.
   using Component = std::array<std::uint32_t, 6>;
-  const std::vector<Component>& components() const;  ///< made when first asked for
+  const std::vector<Component>& components(const WorkLimit* limit = nullptr) const;  ///< made as the hull is
   /// For each vertex the first of those that are one; empty where each is only itself.
   std::vector<std::uint32_t> stands_for;
 
-  Vec3 centre = Vec3::Zero();   ///< of the bounding box
-  Vec3 half = Vec3::Zero();     ///< of the bounding box
-  double unit = 1;              ///< power of two, at least the largest half
+  Vec3 centre = Vec3::Zero();         ///< of the bounding box
+  Vec3 half = Vec3::Zero();           ///< of the bounding box
+  double unit = 1;                    ///< power of two, at least the largest half
   UninitialisedList<MeshNode> nodes;  ///< the root is nodes[0]
   UninitialisedList<TriangleBlock> blocks;
   UninitialisedList<ChildSlabs> slabs;
@@ -102,7 +108,7 @@ struct MeshModel {
   void forget_extremes() { hull_.clear(), own_hull_.clear(), components_.clear(), cones_.clear(); }
 
  private:
-  const MeshHull& with_hull() const;
+  const MeshHull& with_hull(const WorkLimit* limit) const;
 
   Lazily<MeshHull> hull_;
   Lazily<bool> own_hull_;

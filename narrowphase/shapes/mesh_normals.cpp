@@ -5,6 +5,7 @@
 #include <span>
 
 #include "shapes/mesh_model.h"
+#include "shapes/work_meter.h"
 #include "tolerances.h"
 
 namespace tandem {
@@ -74,12 +75,17 @@ NormalCone of_triangle(const MeshModel& mesh, std::uint32_t t, std::span<const D
 
 }  // namespace
 
-const NormalCones& MeshModel::normal_cones() const {
+const NormalCones& MeshModel::normal_cones(const WorkLimit* limit) const {
   return cones_.get([&] {
+    WorkMeter meter(limit);
     std::vector<Direction> normals(triangles.size());
-    for (std::uint32_t t = 0; t < normals.size(); ++t) normals[t] = normal_of(*this, t);
+    for (std::uint32_t t = 0; t < normals.size(); ++t) {
+      meter.spend();
+      normals[t] = normal_of(*this, t);
+    }
     std::vector<NormalCone> cones(nodes.size() * mesh_lanes), room;
     const auto add = [&](const auto& self, std::uint32_t at) -> NormalCone {
+      meter.spend(mesh_lanes);
       const MeshNode& node = nodes[at];
       const std::span own = std::span(cones).subspan(at * mesh_lanes, node.lanes);
       for (std::uint32_t k = 0; k < node.lanes; ++k)

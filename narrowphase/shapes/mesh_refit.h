@@ -8,7 +8,8 @@
 
 namespace tandem {
 
-/// What the refits of hierarchies of one structure share: subtrees that threads work on, and how good each was when built.
+/// What the refits of hierarchies of one structure share: subtrees that threads work on, and how good each was when
+/// built.
 class MeshRefit {
  public:
   /// Of a mesh whose hierarchy was just built.
@@ -19,8 +20,8 @@ class MeshRefit {
     double worn = 1;          ///< the most that the area of boxes of a subtree, or of those above all, has grown by
   };
   /// Makes boxes, blocks and slabs of a mesh of this structure anew from its vertices, centre, half and unit. Where the
-  /// boxes above the leaves have grown, beside those of the leaves, by more than a factor since they were built, the subtree
-  /// is built anew, or all of it: the structure is another one then.
+  /// boxes above the leaves have grown, beside those of the leaves, by more than a factor since they were built, the
+  /// subtree is built anew, or all of it: the structure is another one then.
   Report refit(MeshModel& mesh, const PartRunner& parts);
 
   std::size_t memory() const;  ///< bytes

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "shapes/support.h"
+#include "tandem/narrowphase/work_limit.h"
 
 namespace tandem {
 
@@ -24,6 +25,7 @@ struct MinkowskiDifference {
   const ConvexView& a;
   const ConvexView& b;
   RelativePose pose;
+  const WorkLimit* limit = nullptr;  ///< of what may take long: WorkStopped is thrown
   MinkowskiKernel kernel = minkowski_kernel();
 
   MinkowskiPoint support(const Vec3& n) const {

@@ -4,8 +4,8 @@
 
 namespace tandem {
 
-ConvexView view_hull(const Shape& mesh) {
-  const Hull& hull = mesh_of(mesh).hull();
+ConvexView view_hull(const Shape& mesh, const WorkLimit* limit) {
+  const Hull& hull = mesh_of(mesh).hull(limit);
   return {.kind = ShapeKind::convex, .param = {}, .vertices = hull.vertices, .hull = &hull, .size = mesh.size()};
 }
 

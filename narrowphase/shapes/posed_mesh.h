@@ -19,7 +19,7 @@ using Corners = std::array<Vec3, 3>;
 /// Largest absolute coordinate of a vertex, or a little more.
 inline double reach(const MeshModel& mesh) { return (mesh.centre.cwiseAbs() + mesh.half).maxCoeff(); }
 
-/// The mesh's hull as a convex shape.
-ConvexView view_hull(const Shape& mesh);
+/// The mesh's hull as a convex shape; the limit may end the hull's making.
+ConvexView view_hull(const Shape& mesh, const WorkLimit* limit);
 
 }  // namespace tandem

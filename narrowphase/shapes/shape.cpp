@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <span>
 #include <sstream>
 #include <stdexcept>
@@ -21,9 +20,11 @@
 namespace tandem {
 namespace {
 
+using detail::BuiltParts;
+using detail::SharedParts;
+
 // A length may be 0 where the kind allows it.
 constexpr double open_side = 1e300;
-constexpr double pi = std::numbers::pi;
 
 [[noreturn]] void refuse(std::string_view field, double value, std::string_view allowed) {
   std::ostringstream text;
@@ -101,50 +102,41 @@ std::string_view name(ShapeKind kind) { return kind_row(kind).name; }
 
 Shape::Shape(const Sphere& s) : kind_(ShapeKind::sphere), param_{s.radius} {
   require_not_negative("sphere: radius", s.radius);
-  const double r = s.radius, v = 4.0 / 3 * pi * r * r * r, i = 0.4 * v * r * r;
-  size_ = 2 * std::sqrt(3.0) * r;
-  mass_ = std::make_shared<detail::ShapeMass>(symmetric(v, i, i, i));
+  size_ = 2 * std::sqrt(3.0) * s.radius;
+  parts_ = std::make_shared<SharedParts>();
 }
 
 Shape::Shape(const Box& s) : kind_(ShapeKind::box), param_{s.size.x() / 2, s.size.y() / 2, s.size.z() / 2} {
   for (int k = 0; k < 3; ++k) require_positive("box: size[" + std::to_string(k) + "]", s.size[k]);
   size_ = s.size.norm();
-  mass_ = std::make_shared<detail::ShapeMass>(box_mass(s.size));
+  parts_ = std::make_shared<SharedParts>();
 }
 
 Shape::Shape(const Capsule& s) : kind_(ShapeKind::capsule), param_{s.radius, s.length} {
   require_positive("capsule: radius", s.radius);
   require_not_negative("capsule: length", s.length);
-  const double r = s.radius, l = s.length;
-  size_ = Vec3(2 * r, 2 * r, l + 2 * r).norm();
-  const double core = pi * r * r * l, ball = 4.0 / 3 * pi * r * r * r;
-  const double zz = core * r * r / 2 + ball * 0.4 * r * r;
-  const double xx = core * (r * r / 4 + l * l / 12) + ball * (0.4 * r * r + l * l / 4 + 3.0 / 8 * l * r);
-  mass_ = std::make_shared<detail::ShapeMass>(symmetric(core + ball, xx, xx, zz));
+  size_ = Vec3(2 * s.radius, 2 * s.radius, s.length + 2 * s.radius).norm();
+  parts_ = std::make_shared<SharedParts>();
 }
 
 Shape::Shape(const Cylinder& s) : kind_(ShapeKind::cylinder), param_{s.radius, s.length} {
   require_positive("cylinder: radius", s.radius);
   require_positive("cylinder: length", s.length);
-  const double r = s.radius, l = s.length, v = pi * r * r * l, xx = v * (r * r / 4 + l * l / 12);
-  size_ = Vec3(2 * r, 2 * r, l).norm();
-  mass_ = std::make_shared<detail::ShapeMass>(symmetric(v, xx, xx, v * r * r / 2));
+  size_ = Vec3(2 * s.radius, 2 * s.radius, s.length).norm();
+  parts_ = std::make_shared<SharedParts>();
 }
 
 Shape::Shape(const Cone& s) : kind_(ShapeKind::cone), param_{s.radius, s.length} {
   require_positive("cone: radius", s.radius);
   require_positive("cone: length", s.length);
-  const double r = s.radius, l = s.length, v = pi * r * r * l / 3, xx = v * (0.15 * r * r + 0.0375 * l * l);
-  size_ = Vec3(2 * r, 2 * r, l).norm();
-  mass_ = std::make_shared<detail::ShapeMass>(symmetric(v, xx, xx, 0.3 * v * r * r, -l / 4));
+  size_ = Vec3(2 * s.radius, 2 * s.radius, s.length).norm();
+  parts_ = std::make_shared<SharedParts>();
 }
 
 Shape::Shape(const Ellipsoid& s) : kind_(ShapeKind::ellipsoid), param_{s.radii.x(), s.radii.y(), s.radii.z()} {
   for (int k = 0; k < 3; ++k) require_positive("ellipsoid: radii[" + std::to_string(k) + "]", s.radii[k]);
   size_ = 2 * s.radii.norm();
-  const double v = 4.0 / 3 * pi * s.radii.prod();
-  const Vec3 q = s.radii.cwiseProduct(s.radii) * (v / 5);
-  mass_ = std::make_shared<detail::ShapeMass>(symmetric(v, q.y() + q.z(), q.x() + q.z(), q.x() + q.y()));
+  parts_ = std::make_shared<SharedParts>();
 }
 
 Shape::Shape(const HalfSpace& s) : kind_(ShapeKind::halfspace) {
@@ -158,27 +150,27 @@ Shape::Shape(const HalfSpace& s) : kind_(ShapeKind::halfspace) {
   const double offset = is_unit ? s.offset : s.offset / length;
   require_number("halfspace: offset / length of normal", offset);
   param_ = {n.x(), n.y(), n.z(), offset};
-  mass_ = std::make_shared<detail::ShapeMass>(symmetric(0, 0, 0, 0));
+  parts_ = std::make_shared<SharedParts>();
 }
 
 Shape::Shape(const Convex& s) : kind_(ShapeKind::convex) {
   if (s.vertices.empty()) throw std::invalid_argument("convex: vertices is empty; at least one point is needed");
   require_vertices("convex", s.vertices);
-  hull_ = std::make_shared<Hull>(build_hull(s.vertices));
-  const Bounds b = bounds_of(hull_->vertices);
+  auto hull = std::make_shared<const Hull>(build_hull(s.vertices));
+  const Bounds b = bounds_of(hull->vertices);
   size_ = (b.hi - b.lo).norm();
   require_extent("convex", size_);
-  mass_ = std::make_shared<detail::ShapeMass>(hull_mass(*hull_));
+  parts_ = std::make_shared<BuiltParts>(std::move(hull), nullptr);
 }
 
 Shape::Shape(const Triangle& s) : kind_(ShapeKind::triangle) {
   require_vertices("triangle", s.vertices);
-  hull_ = std::make_shared<Hull>(build_hull(s.vertices));
   // Queries that name triangles treat it as a mesh of one.
-  mesh_ = std::make_shared<MeshModel>(build_mesh({{s.vertices.begin(), s.vertices.end()}, {{0, 1, 2}}, false}, {}));
-  size_ = 2 * mesh_->half.norm();
+  auto mesh =
+      std::make_shared<const MeshModel>(build_mesh({{s.vertices.begin(), s.vertices.end()}, {{0, 1, 2}}, false}, {}));
+  size_ = 2 * mesh->half.norm();
   require_extent("triangle", size_);
-  mass_ = std::make_shared<detail::ShapeMass>(hull_mass(*hull_));
+  parts_ = std::make_shared<BuiltParts>(std::make_shared<const Hull>(build_hull(s.vertices)), std::move(mesh));
 }
 
 Shape::Shape(Mesh s) : Shape(std::move(s), BuildOptions()) {}
@@ -193,10 +185,9 @@ Shape::Shape(Mesh s, const BuildOptions& options) : kind_(ShapeKind::mesh) {
 Shape detail::ShapeInsides::shape(std::shared_ptr<const MeshModel> model) {
   Shape s = Sphere{0};
   s.kind_ = ShapeKind::mesh;
-  s.mesh_ = std::move(model);
-  s.size_ = 2 * s.mesh_->half.norm();
+  s.size_ = 2 * model->half.norm();
   require_extent("mesh", s.size_);
-  s.mass_ = std::make_shared<detail::ShapeMass>(*s.mesh_);
+  s.parts_ = std::make_shared<BuiltParts>(nullptr, std::move(model));
   return s;
 }
 
@@ -208,42 +199,51 @@ Shape Shape::rounded(double radius) const {
   Shape s = *this;
   s.rounding_ += radius;
   require_not_negative("rounding", s.rounding_);
-  // A mass of its own, whose address is identity(): a rounded shape is another one than its core.
-  s.mass_ = kind_ == ShapeKind::mesh ? std::make_shared<detail::ShapeMass>(*mesh_)
-                                     : std::make_shared<detail::ShapeMass>(mass());
+  // Parts of its own, whose address is identity(): a rounded shape is another one than its core.
+  if (detail::ShapeInsides::is_built(*this)) {
+    const BuiltParts& parts = detail::ShapeInsides::parts(*this);
+    s.parts_ = std::make_shared<BuiltParts>(parts.hull, parts.mesh);
+  } else {
+    s.parts_ = std::make_shared<SharedParts>();
+  }
   const Bounds box = s.bounds(Pose{});
   s.size_ = (box.hi - box.lo).norm();
   return s;
 }
 
-const MassProperties& Shape::mass() const { return mass_->get(); }
+const MassProperties& Shape::mass() const {
+  return parts_->mass.get([this] { return mass_of(*this); });
+}
 
 ShapeMemory Shape::memory_by_part() const {
-  ShapeMemory memory = mesh_ != nullptr ? mesh_->memory() : ShapeMemory{};
-  if (hull_ != nullptr) memory.hull += hull_->memory();
-  if (mass_ != nullptr) memory.other += sizeof(detail::ShapeMass) + sizeof(MassProperties);
+  const bool built = detail::ShapeInsides::is_built(*this);
+  ShapeMemory memory = has_mesh(*this) ? mesh_of(*this).memory() : ShapeMemory{};
+  if (has_hull(*this)) memory.hull += hull_of(*this).memory();
+  // Beside the parts std::make_shared keeps two counters and a table's address.
+  memory.other += (built ? sizeof(BuiltParts) : sizeof(SharedParts)) + 2 * sizeof(void*);
+  if (parts_->mass.is_made()) memory.other += sizeof(MassProperties);
   return memory;
 }
 
 std::span<const Vec3> Shape::vertices() const {
-  if (mesh_ != nullptr) return mesh_->vertices;
-  if (hull_ != nullptr) return hull_->vertices;
+  if (has_mesh(*this)) return mesh_of(*this).vertices;
+  if (has_hull(*this)) return hull_of(*this).vertices;
   return {};
 }
 
 std::span<const std::array<std::uint32_t, 3>> Shape::triangles() const {
-  if (mesh_ == nullptr) return {};
-  return mesh_->triangles;
+  if (!has_mesh(*this)) return {};
+  return mesh_of(*this).triangles;
 }
 
-bool Shape::is_solid() const { return kind_ == ShapeKind::mesh ? mesh_->solid : kind_ != ShapeKind::triangle; }
+bool Shape::is_solid() const { return kind_ == ShapeKind::mesh ? mesh_of(*this).solid : kind_ != ShapeKind::triangle; }
 
-Bounds Shape::bounds(const Pose& pose) const {
-  const Bounds core = core_bounds(pose);
+Bounds Shape::bounds(const Pose& pose, const WorkLimit* limit) const {
+  const Bounds core = core_bounds(pose, limit);
   return {core.lo - Vec3::Constant(rounding_), core.hi + Vec3::Constant(rounding_)};
 }
 
-Bounds Shape::core_bounds(const Pose& pose) const {
+Bounds Shape::core_bounds(const Pose& pose, const WorkLimit* limit) const {
   const Mat3& r = pose.rotation;
   const Vec3& t = pose.translation;
   switch (kind_) {
@@ -271,9 +271,11 @@ Bounds Shape::core_bounds(const Pose& pose) const {
     }
     case ShapeKind::convex:
     case ShapeKind::triangle:
-      return posed_bounds(*hull_, pose);
-    case ShapeKind::mesh:
-      return mesh_->bends ? posed_bounds(*mesh_, pose) : posed_bounds(mesh_->hull(), pose);
+      return posed_bounds(hull_of(*this), pose);
+    case ShapeKind::mesh: {
+      const MeshModel& mesh = mesh_of(*this);
+      return mesh.bends ? posed_bounds(mesh, pose) : posed_bounds(mesh.hull(limit), pose);
+    }
   }
   return {t, t};
 }

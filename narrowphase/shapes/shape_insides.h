@@ -2,31 +2,62 @@
 #include <memory>
 
 #include "shapes/hull.h"
+#include "shapes/lazily.h"
 #include "shapes/mesh_model.h"
 #include "tandem/narrowphase/shape.h"
 
 namespace tandem {
 
+/// What copies of a shape have in common.
+struct detail::SharedParts {
+  MadeOnce<MassProperties> mass;
+};
+
+namespace detail {
+
+/// The same of the kinds that something is built of.
+struct BuiltParts : SharedParts {
+  BuiltParts(std::shared_ptr<const Hull> of_hull, std::shared_ptr<const MeshModel> of_mesh)
+      : hull(std::move(of_hull)), mesh(std::move(of_mesh)) {}
+
+  std::shared_ptr<const Hull> hull;       ///< convex, triangle
+  std::shared_ptr<const MeshModel> mesh;  ///< mesh, triangle
+};
+
+}  // namespace detail
+
 /// What was built of a shape; lives as long as a copy of the shape does.
 struct detail::ShapeInsides {
-  static bool has_hull(const Shape& shape) { return shape.hull_ != nullptr; }
-  static const Hull& hull(const Shape& shape) { return *shape.hull_; }
-  static const MeshModel& mesh(const Shape& shape) { return *shape.mesh_; }
-  static Bounds core_bounds(const Shape& shape, const Pose& pose) { return shape.core_bounds(pose); }
+  static bool has_hull(const Shape& shape) {
+    return shape.kind_ == ShapeKind::convex || shape.kind_ == ShapeKind::triangle;
+  }
+  static bool has_mesh(const Shape& shape) {
+    return shape.kind_ == ShapeKind::mesh || shape.kind_ == ShapeKind::triangle;
+  }
+  static bool is_built(const Shape& shape) { return has_hull(shape) || has_mesh(shape); }
+  /// Of a shape that has either.
+  static const BuiltParts& parts(const Shape& shape) { return static_cast<const BuiltParts&>(*shape.parts_); }
+  static const Hull& hull(const Shape& shape) { return *parts(shape).hull; }
+  static const MeshModel& mesh(const Shape& shape) { return *parts(shape).mesh; }
+  static Bounds core_bounds(const Shape& shape, const Pose& pose, const WorkLimit* limit) {
+    return shape.core_bounds(pose, limit);
+  }
   /// The mesh of a model that is not to change as long as a copy of the shape lives.
   static Shape shape(std::shared_ptr<const MeshModel> model);
 };
 
 /// Is it a convex or a triangle?
 inline bool has_hull(const Shape& shape) { return detail::ShapeInsides::has_hull(shape); }
+/// Is it a mesh or a triangle?
+inline bool has_mesh(const Shape& shape) { return detail::ShapeInsides::has_mesh(shape); }
 /// Of a convex or a triangle.
 inline const Hull& hull_of(const Shape& shape) { return detail::ShapeInsides::hull(shape); }
 /// Of a mesh or a triangle.
 inline const MeshModel& mesh_of(const Shape& shape) { return detail::ShapeInsides::mesh(shape); }
 
 /// The box of a shape without its rounding.
-inline Bounds core_bounds(const Shape& shape, const Pose& pose) {
-  return detail::ShapeInsides::core_bounds(shape, pose);
+inline Bounds core_bounds(const Shape& shape, const Pose& pose, const WorkLimit* limit) {
+  return detail::ShapeInsides::core_bounds(shape, pose, limit);
 }
 
 }  // namespace tandem

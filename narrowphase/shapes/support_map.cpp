@@ -25,6 +25,40 @@ bool chamber_edges(unsigned code, std::array<Vec3, 3>& edges) {
   return true;
 }
 
+std::array<Vec3, 3> octant_edges(unsigned signs) {
+  std::array<Vec3, 3> edges;
+  for (unsigned k = 0; k < 3; ++k) edges[k] = (signs >> k & 1u ? -1.0 : 1.0) * Vec3::Unit(k);
+  return edges;
+}
+
+/// Those of some vertices that are not beaten along all three edges of a cone by the farthest along one of them, or
+/// along its middle.
+std::vector<std::uint32_t> unbeaten(std::span<const Vec3> vertices, std::span<const std::uint32_t> some,
+                                    const std::array<Vec3, 3>& edges, double margin) {
+  const std::array<double, 3> length{edges[0].norm(), edges[1].norm(), edges[2].norm()};
+  std::vector<std::array<double, 3>> along(some.size());
+  std::array<std::size_t, 4> strong{};
+  std::array<double, 4> farthest;
+  farthest.fill(-std::numeric_limits<double>::infinity());
+  for (std::size_t i = 0; i < some.size(); ++i) {
+    double sum = 0;
+    for (std::size_t e = 0; e < 4; ++e) {
+      const double s = e < 3 ? edges[e].dot(vertices[some[i]]) : sum;
+      if (e < 3) along[i][e] = s, sum += s / length[e];
+      if (s > farthest[e]) farthest[e] = s, strong[e] = i;
+    }
+  }
+  std::vector<std::uint32_t> kept;
+  for (std::size_t i = 0; i < some.size(); ++i) {
+    const bool beaten = std::any_of(strong.begin(), strong.end(), [&](std::size_t j) {
+      return along[j][0] > along[i][0] + margin && along[j][1] > along[i][1] + margin &&
+             along[j][2] > along[i][2] + margin;
+    });
+    if (!beaten) kept.push_back(some[i]);
+  }
+  return kept;
+}
+
 }  // namespace
 
 void SupportMap::fill(Block& b, std::span<const Vec3> vertices, std::span<const std::uint32_t> kept) const {
@@ -61,34 +95,15 @@ SupportMap::SupportMap(std::span<const Vec3> vertices, const Vec3& middle) : mid
     append(kept);
     return;
   }
-  // Beaten by more than any rounding of a dot product: the answer is that of a scan of all vertices, bit for bit.
+  // Beaten by more than any rounding of a dot product: the answer is that of a scan of all vertices, bit for bit. What
+  // is beaten all over an octant is so in its chambers, too.
   const double margin = 32 * epsilon * most.maxCoeff();
-  std::vector<std::array<double, 3>> along(n);
   chambers_.resize(64);
-  for (unsigned code = 0; code < 64; ++code) {
-    std::array<Vec3, 3> edges;
-    if (!chamber_edges(code, edges)) continue;
-    std::array<std::size_t, 4> strong{};  // the best along the edges and along the middle of the chamber
-    std::array<double, 4> farthest;
-    farthest.fill(-std::numeric_limits<double>::infinity());
-    for (std::size_t i = 0; i < n; ++i) {
-      double sum = 0;
-      for (std::size_t e = 0; e < 4; ++e) {
-        const double s = e < 3 ? edges[e].dot(vertices[i]) : sum;
-        if (e < 3) along[i][e] = s, sum += s / edges[e].norm();
-        if (s > farthest[e]) farthest[e] = s, strong[e] = i;
-      }
-    }
-    kept.clear();
-    for (std::size_t i = 0; i < n; ++i) {
-      const bool beaten = std::any_of(strong.begin(), strong.end(), [&](std::size_t j) {
-        return along[j][0] > along[i][0] + margin && along[j][1] > along[i][1] + margin &&
-               along[j][2] > along[i][2] + margin;
-      });
-      if (!beaten) kept.push_back(static_cast<std::uint32_t>(i));
-    }
-    chambers_[code] = append(kept);
-  }
+  std::array<std::vector<std::uint32_t>, 8> of_octant;
+  for (unsigned signs = 0; signs < 8; ++signs) of_octant[signs] = unbeaten(vertices, kept, octant_edges(signs), margin);
+  for (unsigned code = 0; code < 64; ++code)
+    if (std::array<Vec3, 3> edges; chamber_edges(code, edges))
+      chambers_[code] = append(unbeaten(vertices, of_octant[code & 7u], edges, margin));
 }
 
 }  // namespace tandem

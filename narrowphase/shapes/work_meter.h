@@ -8,8 +8,8 @@ namespace tandem {
 /// `between` units: a unit is some 100 ns, the time that a node of a hierarchy takes, more or less.
 class WorkMeter {
  public:
-  /// No limit: null.
-  explicit WorkMeter(const WorkLimit* limit) : limit_(limit) {}
+  /// No limit: null. `unlooked`: the units before the first look, for what is mostly done within few.
+  explicit WorkMeter(const WorkLimit* limit, int unlooked = 0) : limit_(limit), left_(unlooked) {}
 
   /// Before work of so many units. Throws WorkStopped once the limit is reached.
   void spend(int units = 1) {
@@ -23,7 +23,7 @@ class WorkMeter {
   void look();
 
   const WorkLimit* limit_;
-  int left_ = 0;
+  int left_;
 };
 
 }  // namespace tandem

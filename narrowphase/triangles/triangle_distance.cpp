@@ -35,7 +35,7 @@ struct TriangleSides {
     int i = 2;
     Vec3 n = edge[0].cross(edge[1]);
     double n2 = n.squaredNorm();
-    if (!(n2 > 0.01 * length2[0] * length2[1])) {
+    if (!(n2 > tolerance::wide_corner2 * length2[0] * length2[1])) {
       // The two shorter sides give the most exact normal.
       i = length2[0] > length2[1] ? 0 : 1;
       if (length2[2] > length2[i]) i = 2;

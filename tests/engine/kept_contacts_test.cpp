@@ -230,7 +230,7 @@ TEST_CASE("kept contacts: in a scene verdicts between convex bodies are exact an
   CHECK(tolerated <= 1e-3 * std::sqrt(3.0));
 }
 
-TEST_CASE("kept contacts: verdicts between meshes that hardly touch are exact, and answers are kept all the same") {
+TEST_CASE("kept contacts: verdicts between meshes that hardly touch are exact, and of those apart answers are kept") {
   Scene scene;
   const ShapeId ring = scene.add_shape(Shape(make_torus(1, 0.4, 24, 12)));
   Draw draw(91);
@@ -266,8 +266,50 @@ TEST_CASE("kept contacts: verdicts between meshes that hardly touch are exact, a
     CHECK(std::abs(found[0].answer.signed_distance - truth.signed_distance) <= found[0].answer.error_bound + 1e-6);
   }
   CHECK(changed > 20);
-  CHECK(kept_touching > 100);
+  CHECK(kept_touching == 0);  // the deepest contact of two meshes may be another one in the next pose
   CHECK(kept_apart > 20);
+}
+
+TEST_CASE("kept contacts: depths of meshes in each other are right within the bound that is told, however they jump") {
+  Scene scene;
+  const ShapeId ring = scene.add_shape(Shape(make_torus(1, 0.4, 24, 12)));
+  const ShapeId box = scene.add_shape(Shape(Box{{0.7, 0.9, 1.1}}));
+  Draw draw(17);
+  std::vector<BodyId> ids;
+  std::vector<Pose> poses;
+  for (std::size_t i = 0; i < 24; ++i) {
+    // Pairs of neighbours, far from the others.
+    poses.push_back(
+        {draw.rotation().toRotationMatrix(), Vec3(9.0 * static_cast<double>(i / 2), 0, 0) + draw.vector(0.9)});
+    ids.push_back(scene.add_body({.shape = i % 4 == 3 ? box : ring, .pose = poses.back()}));
+  }
+  Pipeline keeping({.executor = ExecutorKind::sequential, .answer = {.keep_contacts = 1e-2}});
+  Pipeline exact({.executor = ExecutorKind::sequential});
+  std::size_t compared = 0;
+  double most = 0;  // that a depth changes from one step to the next
+  std::vector<double> before(poses.size(), 0);
+  for (int step = 0; step < 200; ++step) {
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      poses[i].translation += draw.vector(2e-4);
+      scene.set_pose(ids[i], poses[i]);
+    }
+    keeping.step(scene);
+    exact.step(scene);
+    const auto &found = keeping.contacts(), &truth = exact.contacts();
+    REQUIRE(found.pairs.size() == truth.pairs.size());
+    for (std::size_t i = 0; i < found.pairs.size(); ++i) {
+      const PairAnswer &kept = found.pairs[i].answer, &right = truth.pairs[i].answer;
+      REQUIRE(found.pairs[i].a == truth.pairs[i].a);
+      const double off = std::abs(kept.signed_distance - right.signed_distance);
+      if (off > kept.error_bound + 1e-9) FAIL_CHECK("step " << step << ": off by " << off);
+      double& last = before[found.pairs[i].a];
+      if (last != 0) most = std::max(most, std::abs(right.signed_distance - last));
+      last = right.signed_distance;
+      ++compared;
+    }
+  }
+  CHECK(compared > 1500);
+  CHECK(most > 1e-2);  // there are jumps
 }
 
 TEST_CASE("kept contacts: the same bits for every executor and number of threads") {
@@ -665,7 +707,7 @@ TEST_CASE("kept contacts: what pairs that come and go leave behind does not add 
   ContactList list;
   std::vector<std::uint8_t> changed;
   for (std::uint32_t step = 0; step < 2000; ++step) {
-    kept.begin_step(scene, list, false);
+    kept.begin_step(scene, list, false, {});
     list = {};
     changed.assign(scene.indices(), 1);
     kept.look_at(0, changed);

@@ -164,6 +164,32 @@ TEST_CASE("a step whose deadline has passed marks every pair it lists, and the n
     }
 }
 
+TEST_CASE("a step that has no time builds no hull of a mesh, and the next one is whole") {
+  const tbb::global_control many(tbb::global_control::max_allowed_parallelism, 8);
+  Pipeline reference({.executor = ExecutorKind::sequential, .answer = {.contact_hash = true}});
+  const std::uint64_t expected = reference.step(balls_and_rings()).contact_hash;
+  std::stop_source stopped;
+  stopped.request_stop();
+  for (const bool by_stop : {false, true})
+    for (const double kept : {0.0, 1e-3})
+      for (const ExecutorKind kind : executor_kinds) {
+        CAPTURE(name(kind), kept, by_stop);
+        const Scene scene = balls_and_rings();
+        Pipeline pipeline({.executor = kind,
+                           .threads = 3,
+                           .answer = {.keep_contacts = kept, .contact_hash = true},
+                           .sharing = {.short_step_ms = 0}});
+        const StepReport late = by_stop ? pipeline.step(scene, stopped.get_token())
+                                        : pipeline.step(scene, {}, std::chrono::steady_clock::now());
+        CHECK(has(late, by_stop ? StepIssue::ended_early : StepIssue::incomplete));
+        CHECK(pipeline.contacts().pairs.empty());
+        CHECK(scene.shapes()[0].kind() == ShapeKind::mesh);
+        CHECK(scene.shapes()[0].memory_by_part().hull == 0);
+        CHECK(pipeline.step(scene).contact_hash == expected);
+        CHECK(scene.shapes()[0].memory_by_part().hull > 0);
+      }
+}
+
 TEST_CASE("a deadline that passes within a pair ends it there: what was finished before is told, the pair is marked") {
   const Scene scene = balls_and_rings();
   Pipeline pipeline({.executor = ExecutorKind::sequential, .answer = {.contact_hash = true}});

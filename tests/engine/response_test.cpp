@@ -3,12 +3,17 @@
 #include <oneapi/tbb/global_control.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <random>
+#include <span>
 #include <stdexcept>
+#include <vector>
 
 #include "catch.h"
 #include "message_of.h"
+#include "response/exact_sum.h"
 #include "scene/random.h"
 #include "tandem/engine/builtin_scenes.h"
 #include "tandem/engine/pipeline.h"
@@ -453,4 +458,28 @@ TEST_CASE("response: a static body with a velocity is a conveyor, a sensor pushe
   CHECK(scene.pose(belt).translation.isZero(0));
   CHECK(sensed);
   CHECK(scene.pose(falls).translation.z() < -5);
+}
+
+TEST_CASE("a sum of energies does not depend on their order, and is exact") {
+  std::mt19937_64 random(11);
+  std::vector<double> numbers{0.0, 5e-324, 1e-310, 1e300, 3.0, 1.0};
+  for (int i = 0; i < 2000; ++i)
+    numbers.push_back(
+        std::ldexp(std::uniform_real_distribution<double>(1, 2)(random), static_cast<int>(random() % 120)));
+  const auto sum = [](std::span<const double> of) {
+    ExactSum out;
+    for (const double x : of) out.add(x);
+    return out;
+  };
+  const double all = sum(numbers).value();
+  for (int shuffle = 0; shuffle < 10; ++shuffle) {
+    std::shuffle(numbers.begin(), numbers.end(), random);
+    ExactSum halves = sum(std::span(numbers).first(700));
+    halves.add(sum(std::span(numbers).subspan(700)));
+    CHECK(halves.value() == all);
+  }
+  CHECK(sum(std::array{0x1p53, 1.0, 1.0}).value() == 0x1p53 + 2);  // one after the other: 2^53
+  CHECK(sum(std::array{5e-324, 5e-324}).value() == 1e-323);
+  CHECK(sum(std::vector<double>(1000, 0x1p1000)).value() == 1000 * 0x1p1000);
+  CHECK(std::isinf(sum(std::array{1.0, std::numeric_limits<double>::quiet_NaN()}).value()));
 }

@@ -141,6 +141,12 @@ TEST_CASE("sockets: what an own broad phase puts wrongly ends the step by a mess
       const std::string name = '(' + std::to_string(twice.a) + ", " + std::to_string(twice.b) + ')';
       CHECK(refused([&](std::size_t, PairSink& sink) { sink.put(twice.b, twice.a); }) ==
             "own_broad_phase: put the pair " + name + " twice, allowed: each pair once");
+      // Of two that are far apart no list tells; where answers are kept, two threads might be at what is kept of them.
+      if (keep == 0) continue;
+      CHECK(refused([](std::size_t, PairSink& sink) {
+              sink.put(1, 40);
+              sink.put(40, 1);
+            }) == "own_broad_phase: put the pair (1, 40) twice, allowed: each pair once");
     }
 }
 

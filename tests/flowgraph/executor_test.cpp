@@ -9,7 +9,9 @@
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <condition_variable>
+#include <limits>
 #include <mutex>
 #include <set>
 #include <stdexcept>
@@ -19,6 +21,7 @@
 #include "flowgraph/executors/batch_queue.h"
 #include "flowgraph/step/step_state.h"
 #include "synthetic_work.h"
+#include "tandem/flowgraph/tile_work.h"
 
 using namespace tandem;
 
@@ -685,4 +688,20 @@ TEST_CASE("bad executor options are refused with what was found and what is allo
   CHECK_THROWS_WITH(make_executor({.threads = 4, .balance = {.split = {4, 0}}}), Contains("balance.split: 4-0"));
   CHECK_THROWS_WITH(make_executor({.batches = {.pairs = 0}}), Contains("batches.pairs: 0"));
   CHECK_THROWS_WITH(make_executor({.sharing = {.short_step_ms = -1}}), Contains("sharing.short_step_ms"));
+}
+
+TEST_CASE("made-up work: times that are none or endless, and more bodies than there are names, are refused by name") {
+  const TileWork::Size good{.tiles = 2, .pairs_a_tile = 3, .tile_ns = 10, .pair_ns = 10};
+  TileWork work(good);
+  work.set_costs(0, TileWork::longest_ns);
+  const auto refused = [](TileWork::Size size) { CHECK_THROWS_AS(TileWork(size), std::invalid_argument); };
+  for (const double ns : {-1.0, 1e300, 1.1e12, std::nan(""), std::numeric_limits<double>::infinity()}) {
+    TileWork::Size tile = good, pair = good, big = good;
+    tile.tile_ns = pair.pair_ns = big.big_ns = ns;
+    refused(tile), refused(pair), refused(big);
+    CHECK_THROWS_WITH(work.set_costs(ns, 1), Catch::StartsWith("tile_work: tile_ns is "));
+    CHECK_THROWS_WITH(work.set_costs(1, ns), Catch::EndsWith(", allowed: 0 to 1e12 ns"));
+  }
+  refused({.tiles = std::size_t{1} << 32});
+  refused({.tiles = 1, .pairs_a_tile = SIZE_MAX});
 }

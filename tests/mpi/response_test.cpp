@@ -112,6 +112,7 @@ TEST_CASE("with the response of all ranks a body with more pairs than colours mo
   scene.add_body({.shape = plate, .pose = Pose::at(3, 3, 0.549), .density = 300});
   add_balls(0.849);
   for (const int threads : {1, 2}) {
+    if (world::ranks() > 4 && threads > 1) continue;  // a colour has too few pairs a rank to be shared by threads
     Scene one = scene;
     tandem::Pipeline alone({.executor = ExecutorKind::sequential, .threads = 1, .answer = {.margin = 0.01}});
     tandem::Response response({.threads = 1});

@@ -71,7 +71,8 @@ inline tandem::BodyOptions options_of(const tandem::Scene& scene, std::uint32_t 
 
 /// Every rank adds a share, by turns; ids are indices.
 inline void add_all(tandem::mpi::Pipeline& pipeline, const tandem::Scene& scene) {
-  for (std::size_t k = 0; k < scene.shapes().size(); ++k) pipeline.add_shape(scene.shapes()[k], scene.shape_names()[k]);
+  for (std::uint32_t k = 0; k < scene.shapes().size(); ++k)
+    pipeline.add_shape(scene.shapes()[k], std::string(scene.shape_name(k)));
   for (std::uint32_t i = 0; i < scene.indices(); ++i)
     if (static_cast<int>(i) % ranks() == rank()) pipeline.add_body(i, options_of(scene, i));
 }

@@ -1,5 +1,5 @@
 #include "closed_forms/closed_forms.h"
-#include "closed_forms/way_out.h"
+#include "closed_forms/surface_distance.h"
 
 #include <cmath>
 
@@ -134,7 +134,7 @@ TEST_CASE("capsules that cross, parallel but for rounding: the points are as far
   }
 }
 
-TEST_CASE("the way out of a point is as long as the least along any direction, and a line leaves where the surface is") {
+TEST_CASE("the distance of a point to a surface is as long as the least along any direction, and a line leaves where the surface is") {
   Random r(8);
   for (const ShapeKind kind : {ShapeKind::box, ShapeKind::capsule, ShapeKind::cylinder, ShapeKind::cone,
                                ShapeKind::ellipsoid, ShapeKind::convex})
@@ -148,17 +148,17 @@ TEST_CASE("the way out of a point is as long as the least along any direction, a
       // On a plane of symmetry nothing tells the side, deep within not even that it is the nearer one; near it hardly.
       if (kind == ShapeKind::ellipsoid && i % 4 != 0) p[i % 3] = i % 4 == 1 ? 0 : i % 4 == 2 ? 1e-12 : -1e-160;
       CAPTURE(name(kind), i);
-      const auto way = way_out(v, p, 1e-9);
-      if (!way) continue;  // a flat hull
-      CHECK(way->inside);
-      CHECK(way->normal.norm() == Approx(1));
-      CHECK(std::abs(support(way->normal) - way->normal.dot(p) + way->distance) < 1e-12);
+      const auto surface = surface_distance(v, p, 1e-9);
+      if (!surface) continue;  // a flat hull
+      CHECK(surface->inside);
+      CHECK(surface->normal.norm() == Approx(1));
+      CHECK(std::abs(support(surface->normal) - surface->normal.dot(p) + surface->distance) < 1e-12);
       for (int k = 0; k < 50; ++k) {
         const Vec3 d = r.direction();
-        CHECK(support(d) - d.dot(p) >= -way->distance - 1e-12);
+        CHECK(support(d) - d.dot(p) >= -surface->distance - 1e-12);
         const Vec3 out = p + exit_length(v, p, d) * d;
-        CHECK(std::abs(way_out(v, out, 0)->distance) < 1e-9);
-        const auto beyond = way_out(v, out + 0.1 * d, 0);
+        CHECK(std::abs(surface_distance(v, out, 0)->distance) < 1e-9);
+        const auto beyond = surface_distance(v, out + 0.1 * d, 0);
         CHECK(!beyond->inside);
         CHECK(support(beyond->normal) - beyond->normal.dot(out + 0.1 * d) <= 1e-12);
       }

@@ -6,6 +6,7 @@
 
 #include "catch.h"
 #include "mesh_samples.h"
+#include "shapes/shape_insides.h"
 #include "tandem/narrowphase/narrow_phase.h"
 
 using namespace tandem;
@@ -204,6 +205,7 @@ TEST_CASE("work limit: a ray through a corner of many triangles looks at it whil
     mesh.triangles.push_back({1, next, here});
   }
   const Shape cones{mesh}, ball{Sphere{0.5}};
+  NarrowPhase().solve(cones, {}, ball, {}, Request::distance);  // what is made once is there
   int looks = 0, most = 1'000'000;
   WorkLimit limit;
   limit.ended = [&] { return ++looks > most; };
@@ -215,5 +217,68 @@ TEST_CASE("work limit: a ray through a corner of many triangles looks at it whil
   for (most = 1; most < all; most += all / 7) {
     looks = 0;
     CHECK(narrow.solve(cones, {}, ball, {}, Request::distance).status == Status::stopped);
+  }
+}
+
+TEST_CASE("work limit: a mesh's hull is built as far as the limit lets, and the next query builds it whole") {
+  const Mesh rough = [] {
+    Mesh mesh = torus(1, 0.4, 160, 80);
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
+      mesh.vertices[i] *= 1 + 1e-3 * std::sin(static_cast<double>(7 * i));
+    return mesh;
+  }();
+  const Shape whole(rough);
+  const Hull& expected = mesh_of(whole).hull();
+  const auto same = [&](const Hull& hull) {
+    return hull.vertices == expected.vertices && hull.loop == expected.loop && hull.neighbours == expected.neighbours;
+  };
+  long looks = 0, last = std::numeric_limits<long>::max();
+  WorkLimit limit;
+  limit.ended = [&] { return ++looks >= last; };
+  CHECK(same(mesh_of(Shape(rough)).hull(&limit)));
+  const long all = looks;
+  // A look every few faces that are made, so that no stop waits for the hull.
+  CHECK(all > static_cast<long>(expected.faces.size() / 64));
+  for (const long at : {1L, 2L, all / 10, all / 2, all - 5}) {
+    const Shape shape(rough);
+    looks = 0, last = at;
+    CHECK_THROWS_AS(mesh_of(shape).hull(&limit), WorkStopped);
+    CHECK(looks <= at + 1);  // Qhull looks, and does not come to the next one
+    CHECK(shape.memory_by_part().hull == 0);
+    CHECK(same(mesh_of(shape).hull()));
+  }
+  // By a query that needs it, and by a box.
+  const Shape shape(rough);
+  looks = 0, last = 3;
+  const NarrowPhase narrow({.limit = &limit});
+  CHECK(narrow.solve(shape, {}, HalfSpace{}, {}, Request::distance).status == Status::stopped);
+  CHECK(shape.memory_by_part().hull == 0);
+  CHECK_THROWS_AS(shape.bounds({}, &limit), WorkStopped);
+  CHECK(shape.bounds({}).hi == whole.bounds({}).hi);
+}
+
+TEST_CASE("work limit: two large hulls deep in each other look at it while their polytope grows") {
+  std::vector<Vec3> points;
+  for (int i = 0; i < 4000; ++i) {
+    const double z = 1 - (2 * i + 1) / 4000.0, turn = 2.399963 * i, r = std::sqrt(1 - z * z);
+    points.push_back({1.1 * r * std::cos(turn), 1.05 * r * std::sin(turn), z});
+  }
+  const Shape a{Convex{points}}, b = a;
+  const Pose at = turned(1e-3, 2e-3, 1e-3);
+  long looks = 0, last = std::numeric_limits<long>::max();
+  WorkLimit limit;
+  limit.ended = [&] { return ++looks >= last; };
+  const NarrowPhase narrow({.limit = &limit}), free;
+  const PairAnswer expected = free.solve(a, {}, b, at, Request::distance);
+  const PairAnswer whole = narrow.solve(a, {}, b, at, Request::distance);
+  CHECK(whole.signed_distance == expected.signed_distance);
+  CHECK(whole.normal == expected.normal);
+  const long all = looks;
+  CAPTURE(all);
+  REQUIRE(all > 2);
+  for (const long end : {1L, all / 2, all}) {
+    looks = 0, last = end;
+    CHECK(narrow.solve(a, {}, b, at, Request::distance).status == Status::stopped);
+    CHECK(looks == end);
   }
 }

@@ -2,7 +2,11 @@
 #include "fcl_answers.h"
 
 #include <fcl/narrowphase/collision.h>
+#include <fcl/narrowphase/continuous_collision.h>
 #include <fcl/narrowphase/distance.h>
+
+#include <stdexcept>
+#include <string>
 
 namespace tandem::fcl {
 
@@ -21,6 +25,17 @@ float fcl_distance(const detail::GeometryPair<float>& pair, const ::fcl::Distanc
 double fcl_distance(const detail::GeometryPair<double>& pair, const ::fcl::DistanceRequest<double>& request,
                     ::fcl::DistanceResult<double>& result) {
   return ::fcl::distance(pair.o1, pair.tf1, pair.o2, pair.tf2, request, result);
+}
+float fcl_continuous(const detail::MovingPair<float>&, const ::fcl::ContinuousCollisionRequest<float>& request,
+                     ::fcl::ContinuousCollisionResult<float>&) {
+  throw std::invalid_argument("continuousCollide in float: ccd_motion_type is " +
+                              std::to_string(request.ccd_motion_type) +
+                              ", allowed: translations, linear and screw motions of geometries that to_shape takes");
+}
+double fcl_continuous(const detail::MovingPair<double>& pair, const ::fcl::ContinuousCollisionRequest<double>& request,
+                      ::fcl::ContinuousCollisionResult<double>& result) {
+  const auto& [o1, tf1, o2, tf2, a, b] = pair.start;
+  return ::fcl::continuousCollide(o1, tf1, pair.end1, o2, tf2, pair.end2, request, result);
 }
 
 }  // namespace tandem::fcl

@@ -1,4 +1,5 @@
 #pragma once
+#include "tandem/fcl/continuous_queries.h"
 #include "tandem/fcl/pair_queries.h"
 
 namespace tandem::fcl {
@@ -12,5 +13,10 @@ float fcl_distance(const detail::GeometryPair<float>& pair, const ::fcl::Distanc
                    ::fcl::DistanceResult<float>& result);
 double fcl_distance(const detail::GeometryPair<double>& pair, const ::fcl::DistanceRequest<double>& request,
                     ::fcl::DistanceResult<double>& result);
+/// For float FCL has none: its motions are abstract classes then. Throws std::invalid_argument.
+float fcl_continuous(const detail::MovingPair<float>& pair, const ::fcl::ContinuousCollisionRequest<float>& request,
+                     ::fcl::ContinuousCollisionResult<float>& result);
+double fcl_continuous(const detail::MovingPair<double>& pair, const ::fcl::ContinuousCollisionRequest<double>& request,
+                      ::fcl::ContinuousCollisionResult<double>& result);
 
 }  // namespace tandem::fcl

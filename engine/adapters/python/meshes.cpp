@@ -205,16 +205,17 @@ py::tuple listed(const FaultList<Fault>& faults, const MakeRow& row) {
   return py::make_tuple(faults.count, structured<Row>(faults.first, row));
 }
 
-void bind_inspection(py::module_& m) {
-  py::class_<MeshInspection>(
-      m, "Inspection",
-      "What is found in a mesh that may not be as it should: of each kind (how many, array of the first).")
-      .def_readonly("vertices", &MeshInspection::vertices)
+void bind_counts(py::class_<MeshInspection>& inspection) {
+  inspection.def_readonly("vertices", &MeshInspection::vertices)
       .def_readonly("triangles", &MeshInspection::triangles)
       .def_readonly("components", &MeshInspection::components, "of triangles that hang together by edges")
       .def_property_readonly("is_closed", &MeshInspection::closed, "every edge joins two triangles in opposite sense")
       .def_property_readonly("is_clean_solid", &MeshInspection::is_clean_solid,
-                             "closed, and nothing of it crosses itself, is double, flat or inside out")
+                             "closed, and nothing of it crosses itself, is double, flat or inside out");
+}
+
+void bind_faults(py::class_<MeshInspection>& inspection) {
+  inspection
       .def_property_readonly(
           "faulty_edges",
           [](const MeshInspection& i) {
@@ -228,8 +229,7 @@ void bind_inspection(py::module_& m) {
             });
           },
           "fault: 0 of one triangle, 1 of more than two, 2 of two in the same sense; vertices, ends, triangle, "
-          "forward, "
-          "backward")
+          "forward, backward")
       .def_property_readonly(
           "self_intersections",
           [](const MeshInspection& i) {
@@ -270,6 +270,14 @@ void bind_inspection(py::module_& m) {
             });
           },
           "index, same_as, place; they do no harm");
+}
+
+void bind_inspection(py::module_& m) {
+  py::class_<MeshInspection> inspection(
+      m, "Inspection",
+      "What is found in a mesh that may not be as it should: of each kind (how many, array of the first).");
+  bind_counts(inspection);
+  bind_faults(inspection);
   m.def("inspect", &inspected, py::arg("vertices"), py::arg("triangles"), py::kw_only(), py::arg("most") = 100,
         "What is wrong with a mesh, with places. most: faults listed of each kind; all are counted.");
 }

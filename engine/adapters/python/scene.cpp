@@ -118,7 +118,7 @@ py::list builtin_names() {
   return names;
 }
 
-void bind_bodies(py::class_<SharedScene>& scene) {
+void bind_adding(py::class_<SharedScene>& scene) {
   const auto shape = py::arg("shape");
   const auto velocity = py::arg("velocity") = py::none(), spin = py::arg("angular_velocity") = py::none(),
              density = py::arg("density") = 1000.0, fixed = py::arg("is_static") = false,
@@ -131,14 +131,19 @@ void bind_bodies(py::class_<SharedScene>& scene) {
            "Adds a body; returns its id. shape: a Shape, or the id of one of the scene. velocity, angular_velocity: "
            "(3,), m/s\n"
            "and rad/s, of the centre of mass, world axes. density: kg/m^3, > 0. is_static: never moved by a response.\n"
-           "is_sensor: reported, never pushed. continuous: passes through nothing, however fast it is. group, mask: bits; a\n"
+           "is_sensor: reported, never pushed. continuous: passes through nothing, however fast it is. group, mask: "
+           "bits; a\n"
            "pair needs both directions.")
       .def("add_bodies", &add_bodies<Object, Object, double, bool, bool, bool, std::uint32_t, std::uint32_t>, shape,
            py::arg("poses"), py::kw_only(), velocity, spin, density, fixed, sensor, continuous, group, mask,
            "The same for (n, 4, 4) or (n, 7) poses, all of one shape; returns (n,) ids. All or none are added.")
       .def(
           "remove_body", [](SharedScene& s, IdNumber id) { s.change([&](Scene& x) { x.remove_body(body_id(id)); }); },
-          py::arg("id"))
+          py::arg("id"));
+}
+
+void bind_changes(py::class_<SharedScene>& scene) {
+  scene
       .def(
           "set_pose",
           [](SharedScene& s, IdNumber id, const py::object& at) {
@@ -180,7 +185,11 @@ void bind_bodies(py::class_<SharedScene>& scene) {
       .def(
           "set_continuous",
           [](SharedScene& s, IdNumber id, bool c) { s.change([&](Scene& x) { x.set_continuous(body_id(id), c); }); },
-          py::arg("id"), py::arg("continuous"))
+          py::arg("id"), py::arg("continuous"));
+}
+
+void bind_reading(py::class_<SharedScene>& scene) {
+  scene
       .def(
           "pose",
           [](const SharedScene& s, IdNumber id) {
@@ -250,7 +259,9 @@ void bind_scene(py::module_& m) {
           "remove_shape",
           [](SharedScene& s, IdNumber id) { s.change([&](Scene& x) { x.remove_shape(shape_id(id)); }); },
           py::arg("id"));
-  bind_bodies(scene);
+  bind_adding(scene);
+  bind_changes(scene);
+  bind_reading(scene);
   bind_settings(scene);
   m.def("builtin_scenes", &builtin_names, "Names for builtin_scene.");
   m.def(

@@ -66,10 +66,7 @@ void bind_shape_class(py::module_& module) {
       .def("__repr__", &described);
 }
 
-}  // namespace
-
-void bind_shapes(py::module_& m) {
-  bind_shape_class(m);
+void bind_primitives(py::module_& m) {
   m.def(
       "Sphere", [](double radius) { return Shape(Sphere{radius}); }, py::arg("radius"), "radius >= 0, m; 0 is a point");
   m.def(
@@ -96,6 +93,9 @@ void bind_shapes(py::module_& m) {
   m.def(
       "Ellipsoid", [](const py::object& radii) { return Shape(Ellipsoid{vec3(radii, "radii")}); }, py::arg("radii"),
       "radii: (3,), m, > 0");
+}
+
+void bind_vertex_shapes(py::module_& m) {
   m.def(
       "HalfSpace",
       [](const py::object& normal, double offset) {
@@ -130,6 +130,14 @@ void bind_shapes(py::module_& m) {
       py::arg("points"), py::arg("radius"), "Balls of one radius (m, >= 0) about (n, 3) points, as one shape.");
   m.def("height_field", &height_field_of, py::arg("heights"), py::arg("spacing"), py::arg("bottom"),
         "The solid between `bottom` and (rows, columns) heights, m, `spacing` (m, > 0) apart; centred in x and y.");
+}
+
+}  // namespace
+
+void bind_shapes(py::module_& m) {
+  bind_shape_class(m);
+  bind_primitives(m);
+  bind_vertex_shapes(m);
 }
 
 }  // namespace tandem::python

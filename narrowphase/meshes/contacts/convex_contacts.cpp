@@ -7,8 +7,14 @@
 #include "closed_forms/closed_forms.h"
 #include "meshes/contacts/normal_cone.h"
 #include "shapes/mesh_model.h"
+#include "shapes/work_meter.h"
 
 namespace tandem {
+namespace {
+
+constexpr int a_solve = 32;  // of a triangle with a convex shape: units of work, at most
+
+}  // namespace
 
 // Is the translation off the triangle's plane to the side of the convex shape's centre, along n (unit), provably the
 // shortest? The point that is deepest, w below the plane, lies over the triangle at least rho from its edges. So a disc
@@ -96,7 +102,7 @@ bool ConvexContacts::needs_more(const Vec3& corner, std::span<const std::uint32_
     const double length2 = way.squaredNorm();
     if (!(length2 > 0)) return false;
     const double step = std::clamp((towards - n).dot(way) / length2, 0.0, 1.0);
-    if (!(step > 0.01)) return false;
+    if (!(step > tolerance::least_turn)) return false;
     n += step * way;
   }
   return false;
@@ -214,7 +220,9 @@ void ConvexContacts::append_along_plane(const Corners& p, const TrianglePlane& p
 void ConvexContacts::find_deepest(Seen& seen) const {
   std::sort(seen.unsolved.begin(), seen.unsolved.end(),
             [](const Unsolved& x, const Unsolved& y) { return x.depth != y.depth ? x.depth > y.depth : x.t < y.t; });
+  WorkMeter meter(pair_.options().limit, a_solve);
   for (const Unsolved& u : seen.unsolved) {
+    meter.spend(a_solve);
     if (u.depth <= -seen.near.signed_distance) break;
     const PairAnswer r = pair_.solve(pair_.corners(u.t), Request::distance);
     if (r.signed_distance < seen.near.signed_distance) seen.near = r;
@@ -226,7 +234,10 @@ void ConvexContacts::find(PairAnswer& near, TriangleContacts& all, std::vector<C
   ClearPlanes clear;
   Seen seen{near};
   const std::size_t first = room.size();
+  WorkMeter meter(pair_.options().limit, a_solve);
+  const auto of_hull = static_cast<int>(pair_.convex().vertices.size() / 16);  // beside what each visit spends
   pair_.each_near(margin, [&](std::uint32_t t) {
+    meter.spend(of_hull);
     const Corners p = pair_.corners(t);
     if (clear.separate(p, margin + pair_.slack())) return false;
     const Apart apart = find_contacts(t, p, seen, room, first);

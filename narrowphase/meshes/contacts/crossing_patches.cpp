@@ -114,20 +114,35 @@ class PatchFinder {
     touched_.insert(touched_.end(), touched.begin(), touched.end());
   }
 
+  struct Crossed {
+    std::uint32_t crossing;  // one of them
+    std::uint32_t edges;     // bits of the edges crossed
+  };
+  /// What the curves cross of a mesh: triangles, and the ends of their crossed edges, each with its nearest piercing.
+  struct CrossedMesh {
+    explicit CrossedMesh(Memory memory) : triangles(memory), vertices(memory) {}
+    IndexMap<Crossed> triangles;
+    IndexMap<Inner> vertices;
+  };
+
   // Curves that share a triangle bound one patch, and so do curves between which the surface lies inside.
   void join_and_flood(bool of_a, DisjointSets& sets, List<Found>& inside, List<Found>& touched, Memory memory) const {
-    const MeshModel& mesh = m_.mesh(of_a);
     WorkMeter meter(m_.limit);
-    struct Crossed {
-      std::uint32_t crossing;  // one of them
-      std::uint32_t edges;     // bits of the edges crossed
-    };
-    IndexMap<Crossed> crossed(memory);  // triangles
-    IndexMap<Inner> inner(memory);      // ends of crossed edges, each with its nearest piercing
+    CrossedMesh crossed(memory);
+    join(of_a, sets, crossed, meter);
+    for (const auto& [vertex, n] : crossed.vertices) {
+      meter.spend();
+      if (n.inside) inside.push_back({vertex, of_a, n.crossing});
+    }
+    for (const auto& [t, c] : flood(of_a, sets, crossed, inside, memory, meter)) touched.push_back({t, of_a, c});
+  }
+
+  void join(bool of_a, DisjointSets& sets, CrossedMesh& crossed, WorkMeter& meter) const {
+    const MeshModel& mesh = m_.mesh(of_a);
     for (std::uint32_t c = 0; c < crossings_.size(); ++c) {
       meter.spend(6);
       const std::uint32_t t = crossings_[c].triangles[of_a ? 0 : 1];
-      const auto [entry, fresh] = crossed.emplace(t, {c, 0});
+      const auto [entry, fresh] = crossed.triangles.emplace(t, {c, 0});
       if (!fresh) sets.join(entry.crossing, c);
       for (const Piercing& p : crossings_[c].end) {
         if (p.edge_of_a != of_a) continue;
@@ -135,34 +150,36 @@ class PatchFinder {
         // Which side the end of an edge is on, the piercing nearest to it tells.
         const double length = (mesh.vertices[p.to] - mesh.vertices[p.from]).norm();
         for (const bool start : {true, false}) {
-          Inner& n = inner.emplace(start ? p.from : p.to, Inner()).first;
+          Inner& n = crossed.vertices.emplace(start ? p.from : p.to, Inner()).first;
           const double away = (start ? p.fraction : 1 - p.fraction) * length;
           if (away < n.distance) n = {away, p.from_inside == start, c};
         }
       }
     }
-    for (const auto& [vertex, n] : inner) {
-      meter.spend();
-      if (n.inside) inside.push_back({vertex, of_a, n.crossing});
-    }
-    // From crossed triangles over edges whose ends are inside into those that are inside as a whole.
+  }
+
+  // From crossed triangles over edges whose ends are inside into those that are inside as a whole. All triangles of
+  // patches, each with one of its crossings.
+  List<std::pair<std::uint32_t, std::uint32_t>> flood(bool of_a, DisjointSets& sets, CrossedMesh& crossed,
+                                                      List<Found>& inside, Memory memory, WorkMeter& meter) const {
+    const MeshModel& mesh = m_.mesh(of_a);
     IndexMap<std::uint32_t> reached(memory);
-    List<std::pair<std::uint32_t, std::uint32_t>> stack(memory);
+    List<std::pair<std::uint32_t, std::uint32_t>> stack(memory), all(memory);
     const auto visit = [&](std::uint32_t t, std::uint32_t c) {
       if (t == no_index) return;
-      if (const Crossed* hit = crossed.find(t)) return sets.join(hit->crossing, c);
+      if (const Crossed* hit = crossed.triangles.find(t)) return sets.join(hit->crossing, c);
       const auto [origin, fresh] = reached.emplace(t, c);
       if (fresh)
         stack.emplace_back(t, c);
       else
         sets.join(origin, c);
     };
-    for (const auto& [t, hit] : crossed) {
+    for (const auto& [t, hit] : crossed.triangles) {
       meter.spend();
       for (std::uint32_t k = 0; k < 3; ++k) {
         if (hit.edges >> k & 1u) continue;
-        const Inner* from = inner.find(mesh.triangles[t][k]);
-        const Inner* to = inner.find(mesh.triangles[t][(k + 1) % 3]);
+        const Inner* from = crossed.vertices.find(mesh.triangles[t][k]);
+        const Inner* to = crossed.vertices.find(mesh.triangles[t][(k + 1) % 3]);
         if (from && to && from->inside && to->inside) visit(mesh.neighbours[t][k], hit.crossing);
       }
       while (!stack.empty()) {
@@ -170,14 +187,15 @@ class PatchFinder {
         const auto [next, origin] = stack.back();
         stack.pop_back();
         for (std::uint32_t k = 0; k < 3; ++k) {
-          if (inner.emplace(mesh.triangles[next][k], {0, true, origin}).second)
+          if (crossed.vertices.emplace(mesh.triangles[next][k], {0, true, origin}).second)
             inside.push_back({mesh.triangles[next][k], of_a, origin});
           visit(mesh.neighbours[next][k], origin);
         }
       }
     }
-    for (const auto& [t, hit] : crossed) touched.push_back({t, of_a, hit.crossing});
-    for (const auto& [t, c] : reached) touched.push_back({t, of_a, c});
+    for (const auto& [t, hit] : crossed.triangles) all.emplace_back(t, hit.crossing);
+    for (const auto& [t, c] : reached) all.emplace_back(t, c);
+    return all;
   }
 
   void collect() {

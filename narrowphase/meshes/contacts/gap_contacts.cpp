@@ -21,12 +21,13 @@ namespace {
 /// the other there is no normal of A, or none of B against it.
 class ApartByNormals {
  public:
-  ApartByNormals(const Posed& a, const Posed& b)
+  ApartByNormals(const Posed& a, const Posed& b, const WorkLimit* limit)
       : a_(a),
         b_(b),
         mesh_a_(mesh_of(a.shape)),
         mesh_b_(mesh_of(b.shape)),
-        between_(b.pose.translation - a.pose.translation) {}
+        between_(b.pose.translation - a.pose.translation),
+        limit_(limit) {}
 
   bool operator()(const Item& at) const {
     const BoxOf box_a(mesh_a_, at.a), box_b(mesh_b_, at.b);
@@ -39,9 +40,9 @@ class ApartByNormals {
   }
 
  private:
-  static bool misses(const MeshModel& mesh, std::uint32_t ref, const Vec3& way, double length, double spread) {
+  bool misses(const MeshModel& mesh, std::uint32_t ref, const Vec3& way, double length, double spread) const {
     if (lane_of(ref) == whole) return false;
-    const NormalCone& cone = mesh.normal_cones().of(node_of(ref), lane_of(ref));
+    const NormalCone& cone = mesh.normal_cones(limit_).of(node_of(ref), lane_of(ref));
     const double within = cone.angle + spread;
     if (!(within < std::numbers::pi / 2)) return false;
     const double cosine = way.dot(cone.axis.cast<double>()) / length;
@@ -51,6 +52,7 @@ class ApartByNormals {
   const Posed &a_, &b_;
   const MeshModel &mesh_a_, &mesh_b_;
   const Vec3 between_;
+  const WorkLimit* const limit_;
 };
 
 /// In world axes about A's translation.
@@ -155,7 +157,7 @@ PairAnswer gap_contacts(const Posed& a, const Posed& b, std::span<const Triangle
     if (near.distance > 0) gaps.add(pair, near);
     return true;
   };
-  NearestSearch(a, b, options.limit).each_within(options.margin, meet, visit, {}, ApartByNormals(a, b));
+  NearestSearch(a, b, options.limit).each_within(options.margin, meet, visit, {}, ApartByNormals(a, b, options.limit));
   gaps.finish(contacts);
   PairAnswer answer;
   if (!meeting.empty() || gaps.nearest().distance > options.margin) return answer;

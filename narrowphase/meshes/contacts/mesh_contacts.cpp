@@ -67,7 +67,7 @@ PatchNormal normal_of(const PosedMeshes& m, const Patch& patch, const Facets& fa
   }
   // A curve that closes has an area; a slit or an open curve (of a surface with a border) has no direction.
   // Two edges that cross make a sliver with the right normal, however thin; a wide patch that thin is noise.
-  const double least = patch.vertices.empty() ? tolerance::sliver_patch : 1e-3, ample = 1e3;
+  const double least = patch.vertices.empty() ? tolerance::sliver_patch : tolerance::wide_patch, ample = 1e3;
   if (open.norm() <= tolerance::flush * length &&
       (area.norm() > least * length * length || area.norm() > ample * noise_of(m, patch, crossings)))
     return {unit(area), true, area};

@@ -14,11 +14,11 @@ constexpr int most_neighbours = 64;  // about a corner
 
 // False for slivers: beyond these `flush` is a small part of an angle.
 bool normal_of(const MeshModel& mesh, std::uint32_t t, Vec3& n) {
-  constexpr double sliver = 2e-3;  // twice the area over the longest side's square
   const auto p = mesh.corners(t);
   const Vec3 u = p[1] - p[0], v = p[2] - p[0], area = u.cross(v);
   const double length = area.norm();
-  if (!(length > sliver * std::max({u.squaredNorm(), v.squaredNorm(), (v - u).squaredNorm()}))) return false;
+  if (!(length > tolerance::sliver_in_cone * std::max({u.squaredNorm(), v.squaredNorm(), (v - u).squaredNorm()})))
+    return false;
   n = area / length;
   return true;
 }
@@ -50,12 +50,11 @@ bool has_higher_neighbour(const MeshModel& mesh, std::uint32_t t, std::size_t k,
 }
 
 bool TriangleCones::find(const MeshModel& mesh, std::uint32_t t) {
-  constexpr double spare = 1e-3;
   least_cosine_ = 1;
   if (!normal_of(mesh, t, normal_)) return false;
   for (std::size_t k = 0; k < 3; ++k)
     if (!go_around(mesh, t, k)) return false;
-  least_cosine_ -= spare;
+  least_cosine_ -= tolerance::cone_spare;
   return true;
 }
 

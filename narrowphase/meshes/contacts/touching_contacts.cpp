@@ -146,8 +146,8 @@ class Touching {
   };
   Reach reach_of_hulls(const Vec3& n) const {
     Reach r{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
-    for (const std::uint32_t v : m_.a.extreme()) r.high = std::max(r.high, n.dot(m_.vertex(true, v)));
-    for (const std::uint32_t v : m_.b.extreme()) r.low = std::min(r.low, n.dot(m_.vertex(false, v)));
+    for (const std::uint32_t v : m_.a.extreme(m_.limit)) r.high = std::max(r.high, n.dot(m_.vertex(true, v)));
+    for (const std::uint32_t v : m_.b.extreme(m_.limit)) r.low = std::min(r.low, n.dot(m_.vertex(false, v)));
     return r;
   }
 

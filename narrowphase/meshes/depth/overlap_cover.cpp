@@ -116,8 +116,7 @@ OverlapCover::Proof OverlapCover::look(const Vec3& p, const Vec3& move) const {
 OverlapCover::Proof OverlapCover::climb(const SharedPlace& from, const Vec3& move, double step,
                                         const std::function<bool(const Proof&)>& enough) const {
   constexpr int most_steps = 24;
-  constexpr double least = 0.005;  // of the first step
-  const double least_step = least * step;
+  const double least_step = tolerance::last_climb * step;
   Proof here = look(from.at, move);
   Vec3 direction = from.inward.isZero(0) ? here.inward() : from.inward;
   for (int i = 0; i < most_steps && !enough(here); ++i) {

@@ -20,7 +20,7 @@ namespace {
 SearchEffort effort_of_meshes(double size) {
   const double slack = tolerance::place_rounding * size;
   return {.enough = tolerance::translation_slack * size,
-          .least_reach = 0.01,
+          .least_reach = tolerance::least_reach,
           .rounds = 12,
           .plane_reach = 0.02 * size,
           .margin = 4 * slack,

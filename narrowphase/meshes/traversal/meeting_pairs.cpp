@@ -133,8 +133,7 @@ bool each_meeting_pair(const Posed& a, const Posed& b, const WorkLimit* limit, c
 bool has_inside(const Posed& outer, const Posed& inner, const WorkLimit* limit) {
   WorkMeter meter(limit);
   const MeshModel &o = mesh_of(outer.shape), &i = mesh_of(inner.shape);
-  return o.solid &&
-         std::any_of(i.components().begin(), i.components().end(), [&](const MeshModel::Component& component) {
+  return o.solid && std::ranges::any_of(i.components(limit), [&](const MeshModel::Component& component) {
            meter.spend(16);
            return is_inside(o, outer.pose, i.vertices[component[0]], inner.pose, limit);
          });

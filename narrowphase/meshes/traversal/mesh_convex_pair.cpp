@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "closed_forms/closed_forms.h"
-#include "closed_forms/way_out.h"
+#include "closed_forms/surface_distance.h"
 #include "manifold/manifold.h"
 #include "meshes/traversal/point_in_mesh.h"
 #include "pairs/convex_pair.h"
@@ -17,18 +17,18 @@ MeshConvexPair::MeshConvexPair(const Posed& mesh, const Posed& convex, const Nar
       convex_shape_(convex.shape),
       convex_pose_(convex.pose),
       model_(mesh_of(mesh.shape)),
-      view_(convex.shape.is_convex() ? view(convex.shape) : view_hull(convex.shape)),
+      view_(convex.shape.is_convex() ? view(convex.shape) : view_hull(convex.shape, options.limit)),
       options_(options),
       size_(mesh.shape.size() + convex.shape.size()),
       radius_(core_radius(view_)) {
   const RelativePose r = relative(mesh.pose, convex.pose);
   turn_.rotation = r.rotation;
   shift_ = r.translation;
-  const Bounds own = core_bounds(convex.shape, Pose{});
+  const Bounds own = core_bounds(convex.shape, Pose{}, options.limit);
   own_mid_ = (own.lo + own.hi) / 2;
   own_half_ = (own.hi - own.lo) / 2;
   mid_ = turn_.rotation * own_mid_;
-  if (!(radius_ > 0)) aligned_ = core_bounds(convex.shape, turn_);
+  if (!(radius_ > 0)) aligned_ = core_bounds(convex.shape, turn_, options.limit);
 }
 
 // Rotated as it is: but for the shift nothing changes.
@@ -73,18 +73,18 @@ TriangleBound MeshConvexPair::bound(const Corners& p, const Vec3& point) const {
   return bound_by(p, point, on_surface);
 }
 
-// A point's way out of a convex shape is the distance to the nearest of its surface; one that takes the triangle out,
-// too, is the shortest for both.
+// The shortest translation of a point out of a convex shape is to the nearest of its surface; one that takes the
+// triangle out, too, is the shortest for both.
 TriangleBound MeshConvexPair::bound_by(const Corners& p, const Vec3& point, Vec3& on_surface) const {
   if (view_.kind == ShapeKind::sphere) return {};
-  const auto way = way_out(view_, turn_.rotation.transpose() * point, 10 * slack());
-  if (!way) return {};
-  TriangleBound b{true, way->inside, false, point, -(turn_.rotation * way->normal)};
-  on_surface = point + way->distance * b.normal;
-  if (way->inside) {
+  const auto surface = surface_distance(view_, turn_.rotation.transpose() * point, 10 * slack());
+  if (!surface) return {};
+  TriangleBound b{true, surface->inside, false, point, -(turn_.rotation * surface->normal)};
+  on_surface = point + surface->distance * b.normal;
+  if (surface->inside) {
     const double top = std::max({b.normal.dot(p[0]), b.normal.dot(p[1]), b.normal.dot(p[2])}) - b.normal.dot(point);
     b.is_depth = top <= 0;
-    b.gap = way->distance - std::max(0.0, top);
+    b.gap = surface->distance - std::max(0.0, top);
   } else {
     b.gap = support_plane(b.normal).beyond(p);
   }

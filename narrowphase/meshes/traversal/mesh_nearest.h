@@ -34,7 +34,8 @@ class NearestSearch {
 
   /// Visits every pair of triangles [of A, of B] at most `within` apart, with its nearest points; those of which `meet`
   /// says so are 0 apart, without points. False: visit(pair, nearest) returned false. `progress`, if not empty, is told
-  /// the part that is done, rising. `leave_out`, if not empty: pairs of places that are passed over, with all below them.
+  /// the part that is done, rising. `leave_out`, if not empty: pairs of places that are passed over, with all below
+  /// them.
   using Meet = std::function<bool(std::uint32_t, std::uint32_t)>;
   using Visit = std::function<bool(const std::array<std::uint32_t, 2>&, const Nearest&)>;
   using LeaveOut = std::function<bool(const Item&)>;

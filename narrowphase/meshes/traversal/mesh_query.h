@@ -119,7 +119,7 @@ class BoxQuery {
 
  private:
   static constexpr std::size_t stack_size = most_mesh_levels * mesh_lanes;
-  static constexpr int a_visit = 4;  // of a triangle: units of work
+  static constexpr int a_visit = 16;  // of a triangle: units of work, where it is solved
 
   float squared(double distance) const {
     const double d = (distance + ball_) / mesh_.unit * 1.00001;

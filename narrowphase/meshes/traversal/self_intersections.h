@@ -9,9 +9,10 @@
 
 namespace tandem {
 
-/// All pairs of triangles i < j of a mesh that meet, exactly, and share no vertex, sorted. `first`: of each vertex the one
-/// that stands for it.
-std::vector<std::array<std::uint32_t, 2>> self_intersections(const MeshModel& mesh, std::span<const std::uint32_t> first,
+/// All pairs of triangles i < j of a mesh that meet, exactly, and share no vertex, sorted. `first`: of each vertex the
+/// one that stands for it.
+std::vector<std::array<std::uint32_t, 2>> self_intersections(const MeshModel& mesh,
+                                                             std::span<const std::uint32_t> first,
                                                              const PartRunner& parts);
 
 }  // namespace tandem

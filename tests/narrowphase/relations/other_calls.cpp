@@ -149,7 +149,7 @@ std::string along(const Case& c, Random& random) {
     if (s > 0 && there.signed_distance - there.error_bound > 2 * tolerance)
       return say("moved by the separation ", s, " along ", u.transpose(), " they are ", there.signed_distance,
                  " apart");
-    if (c.answers.collide && s > 100 * tolerance && convex && !(moved(0.99 * s).signed_distance <= 0))
+    if (c.answers.collide && s > 100 * tolerance && convex && !(moved(0.99 * s).signed_distance <= tolerance))
       return say("apart already at 0.99 of the separation ", s);
   }
   return {};

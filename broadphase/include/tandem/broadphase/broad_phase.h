@@ -15,8 +15,8 @@ enum class BroadPhaseKind : std::uint8_t { brute, sweep, grid, bvh, automatic, o
 
 std::string_view name(BroadPhaseKind kind);
 
-/// Boxes in, pairs out each step: every pair whose boxes overlap, each exactly once, whatever the steps before were. One
-/// of one's own derives from this (examples/own_broad_phase.cpp).
+/// Boxes in, pairs out each step: every pair whose boxes overlap, each exactly once, whatever the steps before were.
+/// One of one's own derives from this (examples/own_broad_phase.cpp).
 ///
 /// A method is a short list of stages. A stage is a number of blocks that may run in any order and on any threads;
 /// stage s + 1 starts when all blocks of stage s are done. The last stage emits pairs. Nothing here knows a
@@ -25,8 +25,8 @@ class BroadPhase {
  public:
   virtual ~BroadPhase() = default;
 
-  /// What the sinks of the steps that follow filter by. Only for speed: a method that keeps candidates then keeps none
-  /// that are not allowed. The arrays must outlive those steps; what is in them may change between steps.
+  /// What the sinks of the steps that follow filter by, and no other: what a method keeps by it need not be filtered
+  /// again (PairSink::put_allowed). The arrays must outlive those steps; what is in them may change between steps.
   virtual void expect(const PairFilter&) {}
   /// What the next step, and only that, may have changed since the step before: one byte a box, 0 where the box and its
   /// part of the filter are the same bits. Only for speed: a method that keeps candidates then does not look at these,
@@ -58,8 +58,8 @@ using BroadPhaseFactory = std::function<std::unique_ptr<BroadPhase>()>;
 
 std::unique_ptr<BroadPhase> make_broad_phase(BroadPhaseKind kind);
 
-/// All pairs of a broad phase on the calling thread, sorted. For tests and small uses: those of a method of one's own must
-/// be those of BroadPhaseKind::brute.
+/// All pairs of a broad phase on the calling thread, sorted. For tests and small uses: those of a method of one's own
+/// must be those of BroadPhaseKind::brute.
 std::vector<Pair> find_pairs(BroadPhase& method, const BoxArray& boxes, const PairFilter& filter = {});
 
 }  // namespace tandem

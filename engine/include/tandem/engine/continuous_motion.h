@@ -12,7 +12,8 @@ namespace tandem {
 /// A pair is looked at when its two motions in a step are together longer than this part of the inner radius of the
 /// continuous one (of two the smaller): what moves less cannot pass through anything, as the next step finds it
 /// overlapping. The inner radius is that of a ball inside it: about the centre of mass, or, in a closed mesh, of the
-/// largest one found. Triangles and open meshes have none: a hundredth of their size takes the place of this part of it.
+/// largest one found. Triangles and open meshes have none: a hundredth of their size takes the place of this part of
+/// it.
 inline constexpr double fast_motion = 0.25;
 
 /// A continuous body was stopped on its way.
@@ -28,22 +29,23 @@ void free_ends(const Scene& scene, std::vector<Pose>& ends);
 /// Keeps continuous bodies (BodyOptions::continuous) from passing through others within a step, however fast they are:
 /// for a host that moves bodies itself; Response does it by itself.
 ///
-/// A step is seen as a motion of each body: its centre of mass (of a static one the origin) goes straight and evenly, and
-/// the body turns about it the shorter way round. What is promised:
+/// A step is seen as a motion of each body: its centre of mass (of a static one the origin) goes straight and evenly,
+/// and the body turns about it the shorter way round. What is promised:
 /// - A continuous body meets no body from which it is apart at the start of the step by more than NarrowPhase's
-///   time_of_impact calls a touch: it goes as far as the first touch, and from then on goes with what it touches (stands
-///   still with what stands still, is taken along by what moves). Two continuous ones that meet both stand still then.
-///   Of two that close in on it from two sides the faster one takes it along; the other one it may enter.
-/// - The same holds of a pair that touches at the start, and is apart after a motion of fast_motion of the inner radius.
+///   time_of_impact calls a touch: it goes as far as the first touch, and from then on goes with what it touches
+///   (stands still with what stands still, is taken along by what moves). Two continuous ones that meet both stand
+///   still then. Of two that close in on it from two sides the faster one takes it along; the other one it may enter.
+/// - The same holds of a pair that touches at the start, and is apart after a motion of fast_motion of the inner
+/// radius.
 ///   Of one that still touches then, as what slides along a floor, contacts are to keep the two apart, which is not
 ///   certain; but the core, the inner ball with half its radius, enters nothing that it is apart from, and gets no
 ///   deeper into what it touches. So for pairs that touch where one is taken along.
 /// - Pairs whose motions are together shorter than that are not looked at: they end up as deep in each other at most.
-/// Sensors stop nothing and are not stopped. Static bodies are taken to move by their velocity. What a stopped body loses
-/// of its motion is lost; its velocity stays, for the contacts of the next step to change.
+/// Sensors stop nothing and are not stopped. Static bodies are taken to move by their velocity. What a stopped body
+/// loses of its motion is lost; its velocity stays, for the contacts of the next step to change.
 ///
-/// Cost: scenes without continuous bodies none; where none is fast a pass over the bodies. The answer is the same bits on
-/// any number of threads.
+/// Cost: scenes without continuous bodies none; where none is fast a pass over the bodies. The answer is the same bits
+/// on any number of threads.
 class ContinuousMotion {
  public:
   /// `predicate`: pairs that are none, as PipelineOptions::predicate, called with one pair at a time from any thread.
@@ -52,9 +54,9 @@ class ContinuousMotion {
   ContinuousMotion(ContinuousMotion&&) noexcept;
   ContinuousMotion& operator=(ContinuousMotion&&) noexcept;
 
-  /// `ends`: where each body of the scene, which is as at the start of the step, is to be at its end; one an index. Those
-  /// of continuous bodies are taken back as far as needed. Returns the stops, by (t, a, b); valid until the next call.
-  /// Throws std::invalid_argument that names the body whose end is no valid pose, or a wrong number of ends.
+  /// `ends`: where each body of the scene, which is as at the start of the step, is to be at its end; one an index.
+  /// Those of continuous bodies are taken back as far as needed. Returns the stops, by (t, a, b); valid until the next
+  /// call. Throws std::invalid_argument that names the body whose end is no valid pose, or a wrong number of ends.
   std::span<const MotionStop> limit(const Scene& scene, std::span<Pose> ends);
 
   /// Adds to a step's contacts, for each pair that was stopped in the last call and is still there without a contact in

@@ -5,14 +5,17 @@
 
 namespace tandem {
 
-/// A bit for each pair of a row and a column: which pairs are to be checked. Of a robot's links with one another (as many
-/// rows as columns; row i, column j with i < j is read), or of its links with a scene's bodies (columns: body indices;
-/// those beyond the last are checked).
+/// A bit for each pair of a row and a column: which pairs are to be checked. Of a robot's links with one another (as
+/// many rows as columns; row i, column j with i < j is read), or of its links with a scene's bodies (columns: body
+/// indices; those beyond the last are checked).
 class PairTable {
  public:
   PairTable() = default;  ///< no rows: no pair
   PairTable(std::size_t rows, std::size_t columns, bool checked)
-      : rows_(rows), columns_(columns), words_((columns + 63) / 64), bits_(rows * words_, checked ? ~std::uint64_t{0} : 0) {}
+      : rows_(rows),
+        columns_(columns),
+        words_((columns + 63) / 64),
+        bits_(rows * words_, checked ? ~std::uint64_t{0} : 0) {}
 
   std::size_t rows() const { return rows_; }
   std::size_t columns() const { return columns_; }

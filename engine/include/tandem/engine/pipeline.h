@@ -27,17 +27,17 @@ struct AnswerOptions {
   /// Metres, finite, >= 0: contacts with gaps up to this are reported, too, with negative depth; of two meshes
   /// only if mesh_margin is set, and only of those that are apart.
   double margin = 0;
-  /// As NarrowPhaseOptions::mesh_margin. Scenes of meshes then come to rest less deep in each other; measured steps took
-  /// four to sixteen times as long.
+  /// As NarrowPhaseOptions::mesh_margin. Scenes of meshes then come to rest less deep in each other; measured steps
+  /// took four to sixteen times as long.
   bool mesh_margin = false;
   /// Answers of the last step may stand for this one's, within this error relative to the smaller body's size, [0,
   /// 0.1]; 0: all are computed. A body rests while no point of it leaves its place by more than a thousandth of that;
   /// the answer of two at rest stays as it is. Else, for pairs that moved so little, one body seen from the other, that
   /// no point moved farther and nothing turned by more than this angle (radians), the answer is moved along; closed
   /// forms are cheaper to compute. PairAnswer::error_bound says how far either may be off. Between convex bodies
-  /// distance and depth are right within it and verdicts exact; contacts with a mesh are those of poses so near:
-  /// between two meshes the unproven depth (Status::unproven) may jump from one such pose to another by more than this.
-  /// Request::collide is always computed.
+  /// distance and depth are right within it and verdicts exact. An overlap with a mesh
+  /// (Status::unproven), whose depth may jump from one pose to the next, is not moved along; of two at rest it is that of
+  /// the poses for which it was computed. Request::collide is always computed.
   double keep_contacts = 0;
   bool contact_hash = false;  ///< fill StepReport::contact_hash (some 10 ns a contact, outside detect_ms)
 };
@@ -96,6 +96,17 @@ struct StepReport {
   ExecutionReport execution;
 };
 
+/// Bytes that a pipeline holds between steps; room that its lists have grown by counts.
+struct PipelineMemory {
+  std::size_t bodies = 0;        ///< boxes, and what was last seen of each body
+  std::size_t broad_phase = 0;   ///< BroadPhase::memory
+  std::size_t executor = 0;      ///< Executor::memory
+  std::size_t kept_answers = 0;  ///< of AnswerOptions::keep_contacts
+  std::size_t contacts = 0;      ///< the list
+
+  std::size_t total() const { return bodies + broad_phase + executor + kept_answers + contacts; }
+};
+
 /// Detects collisions in a scene, step by step. Starts no thread of its own (but for ExecutorKind::threads) and runs
 /// in the calling thread's arena and limits. One step at a time a pipeline; pipelines are independent of each other.
 class Pipeline {
@@ -109,7 +120,7 @@ class Pipeline {
   /// Throws only what the predicate, the listener or a part of one's own throws or does wrong, or std::bad_alloc; the
   /// pipeline is ready for the next step then. When `stop` is requested, or the task group of the calling oneTBB task
   /// is cancelled (executors barrier, fused and flowgraph), the step ends early with an empty answer; both reach into
-  /// pairs with a mesh.
+  /// pairs with a mesh, and into the building of a mesh's hull.
   ///
   /// When the deadline passes, the answer has what is finished: pairs that are complete; pairs that were found but not
   /// finished, with Status::stopped and no contacts; and of boxes that were not looked at yet no pairs. If any is not
@@ -121,6 +132,7 @@ class Pipeline {
   /// The last step's answer; valid until the next step.
   const ContactList& contacts() const;
   const PipelineOptions& options() const;
+  PipelineMemory memory() const;  ///< not during a step
 
   /// Slices and counters of the steps that follow, until null; `timeline` must outlive them.
   void record_to(Timeline* timeline);

@@ -16,7 +16,7 @@ struct ResponseOptions {
   double contact_damping_ratio = 10;  ///< > 0
   double max_push_out = 3;            ///< m/s at which overlap is undone, > 0
   double max_speed = 500;             ///< m/s, > 0: faster bodies are slowed to this
-  PairPredicate predicate{};          ///< where the pipeline has one, the same: continuous bodies pass through what it drops
+  PairPredicate predicate{};  ///< where the pipeline has one, the same: continuous bodies pass through what it drops
   int threads = 0;                    ///< in all, the caller counted, [0, 1024]; 0: those of the arena it is called in
 };
 
@@ -36,7 +36,8 @@ double recommended_margin(const Scene& scene);
 /// sequential impulses with sub-steps (Catto, "Soft Step", 2024; Macklin et al., "Small Steps", SCA 2019), warm started
 /// from the step before. One response a scene. Contacts of bodies that have nothing to do with each other are solved in
 /// parallel; the order of the others follows the contact list, so the motion is the same bits for any executor and any
-/// number of threads. Continuous bodies go as far as ContinuousMotion lets them. A body without weight (a point) or too heavy for a number stays where it is.
+/// number of threads. Continuous bodies go as far as ContinuousMotion lets them. A body without weight (a point) or too
+/// heavy for a number stays where it is.
 class Response {
  public:
   /// Throws std::invalid_argument that names the option, its value and what is allowed.

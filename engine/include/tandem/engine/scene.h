@@ -43,6 +43,15 @@ struct BodyOptions {
   std::uint32_t mask = 0xffffffffu;      ///< bits of the groups it meets; a pair needs both directions
 };
 
+/// Bytes that a scene holds; room that its lists have grown by counts.
+struct SceneMemory {
+  std::size_t bodies = 0;  ///< poses, velocities, densities, groups and the rest of each
+  std::size_t shapes = 0;  ///< the list of shapes, and what is held beside them; what several have in common once
+  std::size_t shape_names = 0;
+
+  std::size_t total() const { return bodies + shapes + shape_names; }
+};
+
 namespace detail {
 class SceneChanges;
 }
@@ -54,10 +63,10 @@ class Scene {
   ShapeId add_shape(Shape shape, std::string name = {});
   /// Throws std::invalid_argument for an id that names no shape (any more) or one that a body has.
   void remove_shape(ShapeId id);
-  /// Gives all bodies of this shape another one in its place, as set_shape does: one that has bent (DeformableMesh::shape),
-  /// say. The next step and the next SceneQueries::update see it, and nothing that was kept for these bodies stands.
-  /// Throws std::invalid_argument, and nothing has changed, for an id that names no shape and a half-space for bodies that
-  /// are not static.
+  /// Gives all bodies of this shape another one in its place, as set_shape does: one that has bent
+  /// (DeformableMesh::shape), say. The next step and the next SceneQueries::update see it, and nothing that was kept
+  /// for these bodies stands. Throws std::invalid_argument, and nothing has changed, for an id that names no shape and
+  /// a half-space for bodies that are not static.
   void replace_shape(ShapeId id, Shape shape);
   /// Throws std::invalid_argument that names the body, field and value: a bad pose or number, an unknown shape, or
   /// a half-space that is not static. Two half-spaces thus never meet: all other pairs of kinds have a solver.
@@ -65,8 +74,8 @@ class Scene {
   /// Throws std::invalid_argument for an id that names no body (any more); so do all calls that take an id.
   void remove_body(BodyId id);
   void set_pose(BodyId id, const Pose& pose);
-  /// The same for many; checked on the threads of the caller's oneTBB arena. Throws before any is changed. Both spans one
-  /// length; of a body named twice the last pose counts.
+  /// The same for many; checked on the threads of the caller's oneTBB arena. Throws before any is changed. Both spans
+  /// one length; of a body named twice the last pose counts.
   void set_poses(std::span<const BodyId> ids, std::span<const Pose> poses);
   /// Gives the body another shape, other groups, fixes or frees it: what holds of add_body holds of these, too.
   void set_shape(BodyId id, ShapeId shape);
@@ -74,6 +83,7 @@ class Scene {
   void set_static(BodyId id, bool is_static);
   void set_continuous(BodyId id, bool continuous);
   void reserve(std::size_t bodies);  ///< room for so many in all
+  SceneMemory memory() const;
   void set_velocity(BodyId id, const Vec3& velocity, const Vec3& angular_velocity);
 
   const Pose& pose(BodyId id) const;
@@ -87,7 +97,7 @@ class Scene {
   /// In the order added; in the place of a removed shape stands a point, until another one takes it.
   std::span<const Shape> shapes() const { return shapes_; }
   bool has_shape(std::uint32_t place) const { return shape_alive_[place] != 0; }
-  std::span<const std::string> shape_names() const { return shape_names_; }
+  std::string_view shape_name(std::uint32_t place) const;  ///< empty if it was given none
   const Shape& shape_of(std::uint32_t index) const { return shapes_[shape_[index]]; }
 
   /// One element an index; those of removed bodies are stale.
@@ -103,8 +113,8 @@ class Scene {
   std::span<const std::uint32_t> groups() const { return groups_; }
   std::span<const std::uint32_t> masks() const { return masks_; }
 
-  /// For an integrator, yours or Response: moves a body without the checks of set_pose; the rotation must be orthonormal.
-  /// Several threads may move different bodies.
+  /// For an integrator, yours or Response: moves a body without the checks of set_pose; the rotation must be
+  /// orthonormal. Several threads may move different bodies.
   void move(std::uint32_t index, const Pose& pose, const Vec3& velocity, const Vec3& angular_velocity);
 
   std::string name;
@@ -132,11 +142,12 @@ class Scene {
 
   std::uint32_t checked(BodyId id) const;
   std::uint32_t checked(ShapeId id, std::string_view what) const;
+  void set_name(std::size_t place, std::string shape_name);
   void require_may_move(std::uint32_t index, const Shape& shape, double density) const;
   void changed(std::uint32_t index);
 
   std::vector<Shape> shapes_;
-  std::vector<std::string> shape_names_;
+  std::vector<std::string> shape_names_;  // up to the last shape that was given one
   std::vector<std::uint32_t> shape_generation_, shape_users_, free_shapes_;
   std::vector<std::uint8_t> shape_alive_;
   std::array<std::size_t, shape_kinds> kinds_{};

@@ -72,8 +72,8 @@ struct BatchOptions {
   std::function<void(std::size_t done, std::size_t all)> progress{};  ///< verdicts; from any thread, now and then
 };
 
-/// What a configuration or motion hits first: of its configurations the first that hits, of that the first pair of links
-/// [link, other_link], else the first link and of the bodies that it hits the first by index.
+/// What a configuration or motion hits first: of its configurations the first that hits, of that the first pair of
+/// links [link, other_link], else the first link and of the bodies that it hits the first by index.
 struct FirstHit {
   Verdict verdict = Verdict::unknown;
   std::uint32_t configuration = 0;  ///< of the motion; this and all below: only where the verdict is `hit`
@@ -106,8 +106,8 @@ class SceneQueries {
   SceneQueries(SceneQueries&&) noexcept;
   SceneQueries& operator=(SceneQueries&&) noexcept;
 
-  /// Takes over what changed in the scene, or another scene. Some that moved: a pass over all bodies' versions and a refit,
-  /// k log n; those that come where none was, and another scene: n log n.
+  /// Takes over what changed in the scene, or another scene. Some that moved: a pass over all bodies' versions and a
+  /// refit, k log n; those that come where none was, and another scene: n log n.
   UpdateReport update(const Scene& scene);
   std::size_t memory() const;  ///< bytes held, shapes not counted
 
@@ -128,8 +128,8 @@ class SceneQueries {
   /// The first body that the moving shape touches, the first by index of several; a sphere of radius 0 is a ray.
   std::optional<Impact> cast(const Shape& shape, const Motion& motion, const QueryFilter& filter = {}) const;
 
-  /// The same asked by a body of the scene where it is, by its groups and mask, itself left out and, if it is static, all
-  /// that are. Throws std::invalid_argument unless the id is that of a body of the last update.
+  /// The same asked by a body of the scene where it is, by its groups and mask, itself left out and, if it is static,
+  /// all that are. Throws std::invalid_argument unless the id is that of a body of the last update.
   bool collides(BodyId body, double margin = 0) const;
   void hits(BodyId body, std::vector<BodyId>& bodies) const;
   std::optional<Hit> nearest(BodyId body, double cutoff = std::numeric_limits<double>::infinity()) const;

@@ -24,6 +24,8 @@ struct Batch {
 
   /// Empty, with room for `capacity` pairs.
   void clear(std::size_t capacity);
+  /// Bytes held beside itself.
+  std::size_t memory() const;
 };
 
 }  // namespace tandem

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <stop_token>
@@ -35,6 +36,8 @@ class Executor {
   /// ready for the next step then. A requested stop ends the step early, with empty contacts.
   virtual void run(StepWork& work, ContactList& contacts, ExecutionReport& report, std::stop_token stop,
                    Timeline* timeline) = 0;
+  /// Bytes held between steps: batches, what puts them in order, answers on their way to the list.
+  virtual std::size_t memory() const { return 0; }
 };
 
 /// Makes an executor of one's own, of these options what it can use.

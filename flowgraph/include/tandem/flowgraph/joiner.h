@@ -36,6 +36,7 @@ class Joiner {
   /// Of a stage; known once the stages before it are done.
   std::size_t blocks(std::size_t stage) const;
   void run(std::size_t stage, std::size_t block);
+  std::size_t memory() const;  ///< bytes held between steps
 
  private:
   struct Ref {

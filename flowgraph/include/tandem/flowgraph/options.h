@@ -46,8 +46,8 @@ struct ExecutionReport;
 
 /// A rule of one's own: told what a step measured whose phases had threads of their own (report.split, broad_ms,
 /// narrow_ms, detect_ms, threads, ...), it says how many threads the broad phase has from the next step on; what is
-/// outside of [1, threads - 1] is taken for the nearest. Called on the thread that runs the steps, after each such step;
-/// what it throws is thrown by that step, whose answer is there. Answers do not depend on it.
+/// outside of [1, threads - 1] is taken for the nearest. Called on the thread that runs the steps, after each such
+/// step; what it throws is thrown by that step, whose answer is there. Answers do not depend on it.
 using BalanceFunction = std::function<int(const ExecutionReport& report)>;
 
 /// Which threads work on which phase. For executors that divide them: threads, flowgraph.

@@ -20,12 +20,12 @@ class TileWork final : public StepWork {
     double big_ns = 0;
     std::size_t big_from = SIZE_MAX;  ///< so do all from this one on
   };
-  explicit TileWork(const Size& size) : size_(size) {}
-  /// Costs of the following steps; the number of tiles and pairs stays.
-  void set_costs(double tile_ns, double pair_ns) {
-    size_.tile_ns = tile_ns;
-    size_.pair_ns = pair_ns;
-  }
+  /// Times are finite, from 0 to longest_ns; fewer than 2^32 - 1 tiles and pairs a tile together. Throws
+  /// std::invalid_argument that names the field, its value and what is allowed.
+  explicit TileWork(const Size& size);
+  static constexpr double longest_ns = 1e12;
+  /// Costs of the following steps, checked as those; the number of tiles and pairs stays.
+  void set_costs(double tile_ns, double pair_ns);
 
   std::size_t begin() override { return 2; }
   std::size_t blocks(std::size_t stage) const override { return stage == 0 ? 1 : size_.tiles; }

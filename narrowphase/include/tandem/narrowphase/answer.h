@@ -46,10 +46,10 @@ struct PairAnswer {
   /// > 0 gap, < 0 minus the penetration depth, the length of the shortest translation that separates. With a mesh the
   /// depth is that of a translation which separates, the shortest that was found; error_bound says by how much the
   /// shortest of all may be shorter. Status::ok: it is known to be the shortest. Request::contacts tells the depth of
-  /// the deepest contact, which is no deeper than a translation that was tried and separates; where several patches push
-  /// along different normals, as of a floor and a wall, it may be less than needed: error_bound (inexact) says how far
-  /// off it may be, either way. What separates something from a surface, or from a mesh that is not closed, may lead to
-  /// either side of it.
+  /// the deepest contact, which is no deeper than a translation that was tried and separates; where several patches
+  /// push along different normals, as of a floor and a wall, it may be less than needed: error_bound (inexact) says how
+  /// far off it may be, either way. What separates something from a surface, or from a mesh that is not closed, may
+  /// lead to either side of it.
   double signed_distance = 0;
   Vec3 point_a = Vec3::Zero();  ///< on A, world
   Vec3 point_b = Vec3::Zero();  ///< on B, world

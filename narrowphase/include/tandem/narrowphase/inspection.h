@@ -64,8 +64,8 @@ struct MeshInspection {
   FaultList<DuplicateTriangle> duplicate_triangles;
   FaultList<FlatTriangle> flat_triangles;  ///< without area, exactly
   FaultList<FaultyEdge> faulty_edges;      ///< not joined by exactly two triangles in opposite sense
-  /// Components without faulty edges, of negative volume, that are not the border of a cavity: the others do not go round
-  /// their first corner.
+  /// Components without faulty edges, of negative volume, that are not the border of a cavity: the others do not go
+  /// round their first corner.
   FaultList<InsideOut> inside_out;
   /// Triangles that meet elsewhere than in the corners and edges they share; exact for the coordinates. Flat and
   /// duplicate triangles are left out.
@@ -84,8 +84,8 @@ struct InspectionOptions {
   PartRunner parts{};      ///< shares the work of building a hierarchy; the answer does not depend on it
 };
 
-/// Throws std::invalid_argument, as Shape does, for a mesh that is none: no triangles, a vertex that is not finite or is
-/// larger than 1e30, an index out of range.
+/// Throws std::invalid_argument, as Shape does, for a mesh that is none: no triangles, a vertex that is not finite or
+/// is larger than 1e30, an index out of range.
 MeshInspection inspect(const Mesh& mesh, const InspectionOptions& options = {});
 
 }  // namespace tandem

@@ -7,12 +7,12 @@
 
 namespace tandem {
 
-/// A rigid motion in unit time, at constant speed along and about a fixed axis (a screw, Chasles 1830), by the turn of at
-/// most half a circle that leads from one pose to the other.
+/// A rigid motion in unit time, at constant speed along and about a fixed axis (a screw, Chasles 1830), by the turn of
+/// at most half a circle that leads from one pose to the other.
 struct Motion {
   Pose from, to;
-  /// Where given, no screw: this point of the body, in its frame, goes straight and evenly, and the body turns about it.
-  /// So does the centre of mass of a body in free flight.
+  /// Where given, no screw: this point of the body, in its frame, goes straight and evenly, and the body turns about
+  /// it. So does the centre of mass of a body in free flight.
   std::optional<Vec3> straight_of{};
 };
 

@@ -39,9 +39,10 @@ class NarrowPhase {
   PairAnswer solve(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                    std::vector<Contact>* contacts = nullptr, WarmStart* warm = nullptr) const;
 
-  /// Request::distance with a cut-off of its own (>= 0; the smaller of the two counts): who looks for the nearest of many
-  /// knows better with each.
-  PairAnswer distance_within(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double cutoff) const;
+  /// Request::distance with a cut-off of its own (>= 0; the smaller of the two counts): who looks for the nearest of
+  /// many knows better with each.
+  PairAnswer distance_within(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
+                             double cutoff) const;
 
   /// Sets apart[i] (else clears it) where pair i is known to be farther apart than the margin: found for several pairs
   /// at a time, so that `solve` need not be asked where answers of pairs that far apart are not wanted. Never set where

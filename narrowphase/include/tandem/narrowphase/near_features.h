@@ -29,8 +29,9 @@ struct NearFeatures {
 };
 
 /// Of two meshes (or triangles) where they are. All pairs whose distance, computed to rounding, is at most `margin`
-/// (metres, finite, >= 0). `parts` (may be empty: the caller) shares the work; the answer does not depend on it. A mesh that
-/// repeats vertices has each of them told. Throws std::invalid_argument for another kind of shape, a bad pose or margin.
+/// (metres, finite, >= 0). `parts` (may be empty: the caller) shares the work; the answer does not depend on it. A mesh
+/// that repeats vertices has each of them told. Throws std::invalid_argument for another kind of shape, a bad pose or
+/// margin.
 NearFeatures near_features(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin,
                            const PartRunner& parts = {});
 

@@ -39,7 +39,7 @@ namespace detail {
 struct Hull;
 struct MeshModel;
 struct ShapeInsides;
-class ShapeMass;
+struct SharedParts;
 }  // namespace detail
 
 /// Box in doubles, world axes.
@@ -85,8 +85,8 @@ class Shape {
   /// The same, watched and ended as the options say; throws WorkStopped where it was ended.
   Shape(Mesh, const BuildOptions& options);
 
-  /// This shape with a ball of this radius (>= 0, finite, metres) about each of its points: a box with round edges, a thick
-  /// triangle. Of sphere, capsule and half-space one of the same kind; of others the mass stays the core's.
+  /// This shape with a ball of this radius (>= 0, finite, metres) about each of its points: a box with round edges, a
+  /// thick triangle. Of sphere, capsule and half-space one of the same kind; of others the mass stays the core's.
   Shape rounded(double radius) const;
   double rounding() const { return rounding_; }  ///< metres; other parameters are the core's
 
@@ -110,28 +110,29 @@ class Shape {
   bool is_solid() const;  ///< the inside counts too: all but triangles and meshes that are surfaces
 
   /// Smallest box in world axes that holds the posed shape (a half-space: +-1e300 on open sides).
-  Bounds bounds(const Pose& pose) const;
+  Bounds bounds(const Pose& pose) const { return bounds(pose, nullptr); }
+  /// The same. A mesh's hull is built when its box is first asked for; the limit may end that: WorkStopped is thrown, and
+  /// who asks next builds it. Null: none.
+  Bounds bounds(const Pose& pose, const WorkLimit* limit) const;
   /// Diagonal of the box in the shape's frame; the unit of relative errors. A half-space has 0, a point too.
   double size() const { return size_; }
-  const MassProperties& mass() const;  ///< a mesh's is made when first asked for, from any thread
+  const MassProperties& mass() const;  ///< made when first asked for, from any thread
   ShapeMemory memory_by_part() const;
   std::size_t memory() const { return memory_by_part().total(); }  ///< bytes held beside the shape itself
 
   /// Names what copies of a shape share: of two shapes the same only if one is a copy of the other.
-  const void* identity() const { return mass_.get(); }
+  const void* identity() const { return parts_.get(); }
 
  private:
   friend struct detail::ShapeInsides;
 
-  Bounds core_bounds(const Pose& pose) const;
+  Bounds core_bounds(const Pose& pose, const WorkLimit* limit) const;
 
   ShapeKind kind_;
   std::array<double, 4> param_{};
   double size_ = 0;
   double rounding_ = 0;
-  std::shared_ptr<const detail::Hull> hull_;       // convex, triangle
-  std::shared_ptr<const detail::MeshModel> mesh_;  // mesh, triangle
-  std::shared_ptr<const detail::ShapeMass> mass_;
+  std::shared_ptr<const detail::SharedParts> parts_;  // one pointer for all: there may be a shape a body
 };
 
 /// Two shapes where they are, none of them owned.

@@ -9,10 +9,10 @@
 
 namespace tandem {
 
-// Continuous collision detection of vertices on straight lines: every vertex moves from its place at t = 0 to its place at
-// t = 1 at constant speed, as in a step of cloth or of a deforming body. Features are closed sets, touching counts, at
-// t = 0 and t = 1 too; triangles without area and edges without length are segments and points. Coordinates are finite
-// and at most 1e30 in size, else std::invalid_argument.
+// Continuous collision detection of vertices on straight lines: every vertex moves from its place at t = 0 to its place
+// at t = 1 at constant speed, as in a step of cloth or of a deforming body. Features are closed sets, touching counts,
+// at t = 0 and t = 1 too; triangles without area and edges without length are segments and points. Coordinates are
+// finite and at most 1e30 in size, else std::invalid_argument.
 
 struct ImpactOptions {
   /// How far apart two features may still be when an impact is reported, relative to the longest way that a vertex of
@@ -64,7 +64,8 @@ void point_triangle_impacts(const MovingVertices& points, const MovingVertices& 
                             std::span<const PointTriangle> pairs, std::span<VertexImpact> impacts,
                             const ImpactOptions& options = {}, const PartRunner& parts = {});
 void edge_edge_impacts(const MovingVertices& a, const MovingVertices& b, std::span<const EdgeEdge> pairs,
-                       std::span<VertexImpact> impacts, const ImpactOptions& options = {}, const PartRunner& parts = {});
+                       std::span<VertexImpact> impacts, const ImpactOptions& options = {},
+                       const PartRunner& parts = {});
 
 /// Which features of two meshes may meet.
 struct ImpactCandidates {
@@ -82,8 +83,8 @@ struct MeshImpact {
 };
 
 /// The first impact of two meshes: no candidates meet before its t. Of several at the same t the first listed. Faster
-/// than all impacts, as candidates are followed no farther than to the first impact found among them, a few hundred at a
-/// time.
+/// than all impacts, as candidates are followed no farther than to the first impact found among them, a few hundred at
+/// a time.
 std::optional<MeshImpact> first_impact(const MovingVertices& a, const MovingVertices& b,
                                        const ImpactCandidates& candidates, const ImpactOptions& options = {},
                                        const PartRunner& parts = {});

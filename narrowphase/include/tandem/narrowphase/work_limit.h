@@ -9,10 +9,10 @@
 namespace tandem {
 
 /// When work on a pair with a mesh, or on a time of impact, ends before it is done. It is looked at when the pair is
-/// begun and then every few hundred boxes or triangles, by every thread that works on the pair; two convex shapes that
-/// stand still are done within microseconds and do not look. What was stopped is marked (Status::stopped) or thrown
-/// (WorkStopped), nothing of it is kept, and the next query is not affected. May be changed between queries, not during
-/// one.
+/// begun and then every few hundred boxes or triangles, by every thread that works on the pair, and while a mesh's hull
+/// is built; two convex shapes that stand still look only where large hulls are deep in each other. What was stopped is
+/// marked (Status::stopped) or thrown (WorkStopped), nothing of it is kept, and the next query is not affected. May be
+/// changed between queries, not during one.
 struct WorkLimit {
   std::stop_token stop{};
   std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();

@@ -25,8 +25,8 @@ bool is_mesh_file(const std::filesystem::path& path);
 /// file that is missing, cut off, empty, of another format or has an index out of range.
 Mesh read_mesh_file(const std::filesystem::path& path);
 
-/// The same as a shape. `solid`: the inside counts; throws InputError that names the first edge that does not close, and
-/// where it is, if the surface has one. Corners with equal coordinates are one, whatever the format.
+/// The same as a shape. `solid`: the inside counts; throws InputError that names the first edge that does not close,
+/// and where it is, if the surface has one. Corners with equal coordinates are one, whatever the format.
 Shape read_mesh_shape(const std::filesystem::path& path, bool solid = false);
 
 }  // namespace tandem

@@ -8,7 +8,7 @@
 namespace tandem {
 
 /// Where a point is.
-struct WayOut {
+struct SurfaceDistance {
   bool inside;      ///< of the surface, by more than the slack that was asked for
   Vec3 normal;      ///< unit, outward at the nearest point of the surface; of a hull, from outside, that of some face
                     ///< between
@@ -17,7 +17,7 @@ struct WayOut {
 
 /// Of a point in the shape's frame; empty for spheres, half-spaces and meshes, and for hulls that are flat or have more
 /// than 128 faces. `slack`: metres.
-std::optional<WayOut> way_out(const ConvexView& shape, const Vec3& p, double slack);
+std::optional<SurfaceDistance> surface_distance(const ConvexView& shape, const Vec3& p, double slack);
 
 /// How far it is from a point inside along d (unit) to the surface, metres: a lower bound to rounding; 0 of hulls that
 /// are flat. Not of half-spaces and meshes.

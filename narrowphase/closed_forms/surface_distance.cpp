@@ -1,4 +1,4 @@
-#include "closed_forms/way_out.h"
+#include "closed_forms/surface_distance.h"
 
 #include <algorithm>
 #include <cmath>
@@ -20,7 +20,7 @@ Vec3 radii_of(const ConvexView& v) { return {v.param[0], v.param[1], v.param[2]}
 // Distance from a point to an ellipse, an ellipsoid or a hyperellipsoid, 2013). `s` is t + min a_i^2, which is small
 // where p lies near the plane of the two longer axes. On it and deep within there is no root: s is 0, and x has what is
 // missing along the shortest axis, to either side.
-WayOut from_ellipsoid(const Vec3& a, const Vec3& p, double slack) {
+SurfaceDistance from_ellipsoid(const Vec3& a, const Vec3& p, double slack) {
   constexpr int most_steps = 64;
   int shortest = 0;
   const double least = a.minCoeff(&shortest);
@@ -44,7 +44,7 @@ WayOut from_ellipsoid(const Vec3& a, const Vec3& p, double slack) {
   return {distance < -slack && p.cwiseQuotient(a).squaredNorm() < 1, n, distance};
 }
 
-WayOut from_hull(const Hull& hull, const Vec3& p, double slack) {
+SurfaceDistance from_hull(const Hull& hull, const Vec3& p, double slack) {
   double most = -infinity;
   const Hull::Face* nearest = nullptr;
   for (const Hull::Face& face : hull.faces)
@@ -118,14 +118,14 @@ double exit_of_hull(const Hull& hull, const Vec3& p, const Vec3& d) {
 
 }  // namespace
 
-std::optional<WayOut> way_out(const ConvexView& shape, const Vec3& p, double slack) {
+std::optional<SurfaceDistance> surface_distance(const ConvexView& shape, const Vec3& p, double slack) {
   switch (shape.kind) {
     case ShapeKind::box:
     case ShapeKind::capsule:
     case ShapeKind::cylinder:
     case ShapeKind::cone: {
       const PointDistance d = point_distance(shape, p);
-      return WayOut{d.signed_distance < -slack, d.normal, d.signed_distance};
+      return SurfaceDistance{d.signed_distance < -slack, d.normal, d.signed_distance};
     }
     case ShapeKind::ellipsoid:
       return from_ellipsoid(radii_of(shape), p, slack);

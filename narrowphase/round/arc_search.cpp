@@ -1,0 +1,192 @@
+#include "round/arc_search.h"
+
+#include "round/circle_floor.h"
+#include "tolerances.h"
+
+namespace tandem {
+namespace {
+
+/// The least of h on spans of a circle, where it is `add` more than `supporting` reaches. Between two directions h is
+/// at least what the points that support them reach; where that is less than the best known, the direction in which
+/// both reach as far is looked at too.
+template <class Supporting>
+class SpanSearch {
+ public:
+  SpanSearch(Minima& m, const Circle& circle, double add, const Supporting& supporting, const CircleFloor& floor)
+      : m_(m),
+        circle_(circle),
+        lift_(circle.height),
+        radius_(circle.radius),
+        add_(add),
+        supporting_(supporting),
+        floor_(floor) {}
+
+  void search(const Span* spans, int count) {
+    constexpr int most = 96, most_spans = 8;
+    Span stack[most_spans + most];
+    int height = count;
+    std::copy(spans, spans + count, stack);
+    for (int looked = 0; height > 0;) {
+      const Span span = stack[--height];
+      if (ruled_out(span)) continue;
+      Vec3 out;
+      double least = lowest(span, out);
+      if (least >= m_.best.h - m_.rounding) continue;
+      least = std::max(least, floor_.over(span) + add_);
+      if (least >= m_.best.h - m_.rounding) continue;
+      if (looked == most) {
+        m_.gap = std::max(m_.gap, m_.best.h - least);
+        continue;
+      }
+      if (holds_known(span, out)) continue;
+      const Sample middle = evaluate(out);
+      ++looked;
+      if (m_.best.h < 0) return;
+      if (direction(out).dot(middle.p) + add_ - least <= m_.rounding) continue;
+      stack[height++] = {span.first, middle};
+      stack[height++] = {middle, span.last};
+    }
+  }
+
+ private:
+  Vec3 direction(const Vec3& out) const { return lift_ * circle_.axis + radius_ * out; }
+
+  Sample evaluate(const Vec3& out) {
+    const Vec3 n = direction(out), p = supporting_(n);
+    if (n.dot(p) + add_ < m_.best.h - m_.rounding) m_.try_from(n);
+    return {out, p};
+  }
+
+  /// Where the larger of what the two ends' points reach is least: where they are equal, or one of them least.
+  double lowest(const Span& span, Vec3& out) const {
+    const Vec3 &u = span.first.out, v = circle_.axis.cross(u), apart = span.first.p - span.last.p;
+    double least = infinity;
+    const auto consider = [&](const Vec3& at) {
+      const Vec3 n = direction(at);
+      const double value = std::max(n.dot(span.first.p), n.dot(span.last.p)) + add_;
+      if (value < least) least = value, out = at;
+    };
+    // k + a cos + b sin = 0, in the tangent of half the angle.
+    const double k = lift_ * apart.dot(circle_.axis), a = radius_ * apart.dot(u), b = radius_ * apart.dot(v);
+    const double root = std::sqrt(std::max(0.0, b * b + a * a - k * k)) - b;
+    if (root > 0) {
+      const double t = std::max(0.0, k + a) / root;
+      consider(((1 - t * t) * u + 2 * t * v) / (1 + t * t));
+    }
+    if (lift_ != 0 || add_ != 0)
+      for (const Sample* end : {&span.first, &span.last}) {
+        const Vec3 inward = end->p.dot(circle_.axis) * circle_.axis - end->p;
+        const double length = inward.norm();
+        if (!(length > m_.rounding && inward.dot(v) > 0 && circle_.axis.dot(inward.cross(span.last.out)) > 0)) continue;
+        const Vec3 at = inward / length;
+        consider((at - at.dot(circle_.axis) * circle_.axis).normalized());
+      }
+    return least;
+  }
+
+  /// One end's point may reach as far at the other end: then between them too, unless it is least there.
+  bool ruled_out(const Span& span) const {
+    const auto reaches = [&](const Vec3& p, const Vec3& out, const Vec3& own) {
+      const double limit = m_.best.h - m_.rounding - add_ - lift_ * circle_.axis.dot(p);
+      return radius_ * out.dot(p) >= limit && (limit >= 0 || own.dot(p) >= 0);
+    };
+    return reaches(span.first.p, span.last.out, span.first.out) || reaches(span.last.p, span.first.out, span.last.out);
+  }
+
+  /// So short a span holds one minimum: whether that is a known one, or is found from `out`.
+  bool holds_known(const Span& span, const Vec3& out) {
+    constexpr double narrow = 0.1;
+    const Vec3 along = span.last.out - span.first.out;
+    const double width = along.squaredNorm();
+    if (!(width < narrow * narrow)) return false;
+    const auto holds = [&](const Vec3& n) {
+      const Vec3 to = n - direction(span.first.out);
+      const double place = to.dot(along) / (radius_ * width);
+      return std::abs(n.dot(circle_.axis) - lift_) < tolerance::flush && to.squaredNorm() < narrow * narrow &&
+             place > -tolerance::arc_ends && place < 1 + tolerance::arc_ends;
+    };
+    for (int i = 0; i < m_.count; ++i)
+      if (holds(m_.known[i])) return true;
+    // From beside a narrow one a descent leads past it: then only what the points say counts.
+    return width > tolerance::squared(tolerance::narrow_arc) && holds(m_.try_from(direction(out)));
+  }
+
+  Minima& m_;
+  const Circle& circle_;
+  double lift_, radius_, add_;
+  const Supporting& supporting_;
+  const CircleFloor& floor_;
+};
+
+template <class Supporting>
+void search_spans(Minima& m, const Circle& circle, const Span* spans, int count, double add,
+                  const Supporting& supporting, const CircleFloor& floor) {
+  SpanSearch(m, circle, add, supporting, floor).search(spans, count);
+}
+
+}  // namespace
+
+void search_circle(Minima& m, int which, const Circle& circle, bool kink) {
+  constexpr int start = 8;
+  const RoundBody &body = m.pair.body[which], &other = m.pair.body[1 - which];
+  const bool level = kink && body.is_level();
+  const double ball = other.rolling_ball(circle), lift = circle.height, radius = circle.radius;
+  const double add = (level ? body.level() : 0.0) + ball;
+  const auto support = [&](const Vec3& n) -> Vec3 {
+    return (level ? Vec3(body.middle() + other.support(n)) : m.pair.support(n)) - ball * n;
+  };
+  const auto opposite = [&](const Vec3& n, const Vec3& along) -> Vec3 {
+    if (lift != 0 || !other.symmetric() || !body.symmetric()) return support(lift * circle.axis - radius * n);
+    return 2 * (body.centre() + other.centre()) - along;
+  };
+  const auto at = [&](const Vec3& out, const Vec3& p) {
+    const Vec3 n = lift * circle.axis + radius * out;
+    if (n.dot(p) + add < m.best.h - m.rounding) m.try_from(n);
+    return Sample{out, p};
+  };
+  const Vec3 x = any_perpendicular(circle.axis), y = circle.axis.cross(x);
+  constexpr double half = 0.70710678118654752440;
+  constexpr double turn[start / 2][2] = {{1, 0}, {half, half}, {0, 1}, {-half, half}};
+  Sample samples[start];
+  for (int i = 0; i < start / 2; ++i) {
+    const Vec3 out = turn[i][0] * x + turn[i][1] * y;
+    samples[i] = at(out, support(lift * circle.axis + radius * out));
+    samples[i + start / 2] = at(-out, opposite(out, samples[i].p));
+  }
+  Span spans[start];
+  for (int i = 0; i < start; ++i) spans[i] = {samples[i], samples[(i + 1) % start]};
+  search_spans(m, circle, spans, start, add, support,
+               level ? CircleFloor(other, circle, body.middle()) : CircleFloor(circle));
+}
+
+void search_face_arcs(Minima& m, int which, const FaceReach& reach) {
+  const RoundBody &body = m.pair.body[which], &other = m.pair.body[1 - which];
+  const auto follow = [&](std::uint32_t v, std::uint32_t f, std::uint32_t g) {
+    if (!(m.best.h > 0) || reach.reaches(f, g, m.best.h - m.rounding)) return;
+    const Vec3 n0 = face_normal(body, reach, f), n1 = face_normal(body, reach, g);
+    const Vec3 across = n0.cross(n1);
+    const double sine = across.norm();
+    if (!(sine > tolerance::parallel_lines)) return;
+    const Vec3 corner = body.point(static_cast<int>(v), n0);
+    const auto support = [&](const Vec3& n) { return Vec3(corner + other.support(n)); };
+    const Circle circle{across / sine};
+    const Span span{{n0, support(n0)}, {n1, support(n1)}};
+    for (const Sample* end : {&span.first, &span.last})
+      if (end->out.dot(end->p) < m.best.h - m.rounding) m.try_from(end->out);
+    search_spans(m, circle, &span, 1, 0, support, CircleFloor(other, circle, corner));
+  };
+  if (body.kind() == ShapeKind::box) {
+    for (const FaceArc& arc : box_arcs) follow(arc.v[0], arc.face[0], arc.face[1]);
+  } else if (body.kind() == ShapeKind::triangle) {
+    for (const std::uint32_t i : {0u, 1u, 2u})
+      for (const std::uint32_t face : {0u, 1u}) follow(i, face, 2 + i);
+  } else {
+    WorkMeter meter(m.pair.difference.limit, few_edges);
+    for (const Hull::Edge& e : body.hull().edges) {
+      meter.spend();
+      follow(e.v[0], e.face[0], e.face[1]);
+    }
+  }
+}
+
+}  // namespace tandem
