@@ -12,6 +12,7 @@
 
 #include "benches.h"
 #include "clocks.h"
+#include "tandem/narrowphase/build_options.h"
 #include "tandem/narrowphase/shape.h"
 #ifdef TANDEM_HAS_EMBREE
 #include <embree3/rtcore.h>

@@ -15,6 +15,7 @@
 #include "shapes/mesh_hierarchy.h"
 #include "shapes/shape_insides.h"
 #include "shapes/support_kernel.h"
+#include "tandem/narrowphase/build_options.h"
 #include "tolerances.h"
 
 namespace tandem {

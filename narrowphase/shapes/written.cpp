@@ -11,6 +11,11 @@ std::string written(double x) {
   return out.str();
 }
 
-std::string written(const Vec3& v) { return "(" + written(v.x()) + ", " + written(v.y()) + ", " + written(v.z()) + ")"; }
+std::string written(const Vec3& v) {
+  std::ostringstream out;
+  out.precision(17);
+  out << "(" << v.x() << ", " << v.y() << ", " << v.z() << ")";
+  return out.str();
+}
 
 }  // namespace tandem

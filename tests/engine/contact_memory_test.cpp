@@ -89,7 +89,7 @@ class Life {
     bodies_.push_back({id, next_++});
   }
 
-  test::Random random_;
+  Random random_;
   Scene scene_;
   std::vector<ShapeId> shapes_, own_shapes_;
   std::vector<Body> bodies_;

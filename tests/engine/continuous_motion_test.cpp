@@ -46,7 +46,7 @@ bool collide(const Scene& scene, std::uint32_t a, const Pose& at_a, std::uint32_
 }
 
 /// Something about 30 in size, thin where it can be, at `at` after the part `f` of the step.
-BodyOptions target(Scene& scene, int kind, const Vec3& at, double f, test::Random& r) {
+BodyOptions target(Scene& scene, int kind, const Vec3& at, double f, Random& r) {
   BodyOptions body{.pose = Pose{r.rotation(), at}, .is_static = true};
   const auto moves = [&](const Vec3& way) {
     body.velocity = way;
@@ -143,7 +143,7 @@ struct Room {
   Scene scene;
   std::vector<BodyId> bullets;
 
-  explicit Room(test::Random& r, int count, double fastest) {
+  explicit Room(Random& r, int count, double fastest) {
     scene.gravity.setZero();
     scene.dt = 1.0 / 60;
     for (int k = 0; k < 3; ++k)
@@ -207,7 +207,7 @@ std::uint64_t bits_of(const Scene& scene) {
 }  // namespace
 
 TEST_CASE("continuous: thousands of shots at thin things that stand, turn and move, held against samples") {
-  test::Random r(29);
+  Random r(29);
   Seen seen;
   constexpr int targets = 14;
   for (int i = 0; i < 1400; ++i) {
@@ -236,7 +236,7 @@ TEST_CASE("continuous: thousands of shots at thin things that stand, turn and mo
 }
 
 TEST_CASE("continuous: no bullet leaves a room of thin walls and meshes, whatever it meets there") {
-  test::Random r(5);
+  Random r(5);
   Room room(r, 40, 3000);  // up to 50 m a step
   // A paddle in the middle, which its owner turns.
   const BodyId paddle = room.scene.add_body(
@@ -273,7 +273,7 @@ TEST_CASE("continuous: a response keeps bullets in, the same bits with every exe
   for (const ExecutorKind executor : executor_kinds)
     for (const int threads : {1, 3}) {
       if (executor != ExecutorKind::flowgraph && threads == 1) continue;
-      test::Random r(8);
+      Random r(8);
       Room room(r, 20, 1500);
       Pipeline pipeline({.executor = executor, .threads = threads});  // no margin: nothing is seen before it touches
       Response response({.max_speed = 3000, .threads = threads});
@@ -295,7 +295,7 @@ TEST_CASE("continuous: a response keeps bullets in, the same bits with every exe
 }
 
 TEST_CASE("continuous: without the flag the same bullets leave") {
-  test::Random r(8);
+  Random r(8);
   Room room(r, 30, 1500);
   for (const BodyId id : room.bullets) room.scene.set_continuous(id, false);
   CHECK_FALSE(room.scene.has_continuous());

@@ -21,7 +21,7 @@
 
 namespace {
 
-using Geometry = std::shared_ptr<::fcl::CollisionGeometryd>;
+using MovedGeometry = std::shared_ptr<::fcl::CollisionGeometryd>;
 using Transform = ::fcl::Transform3d;
 using Request = ::fcl::ContinuousCollisionRequestd;
 using Result = ::fcl::ContinuousCollisionResultd;
@@ -32,7 +32,7 @@ Request request_of(::fcl::CCDMotionType type) {
   return request;
 }
 
-std::vector<Geometry> kinds() {
+std::vector<MovedGeometry> kinds() {
   auto mesh = std::make_shared<::fcl::BVHModel<::fcl::OBBRSSd>>();
   ::fcl::generateBVHModel(*mesh, ::fcl::Boxd(0.8, 0.5, 0.6), Transform::Identity());
   return {std::make_shared<::fcl::Sphered>(0.4),
@@ -66,7 +66,7 @@ Transform at(::fcl::CCDMotionType type, const Transform& from, const Transform& 
   return now;
 }
 
-double distance(const Geometry& a, const Transform& pose_a, const Geometry& b, const Transform& pose_b) {
+double distance(const MovedGeometry& a, const Transform& pose_a, const MovedGeometry& b, const Transform& pose_b) {
   ::fcl::DistanceRequestd request;
   ::fcl::DistanceResultd result;
   request.enable_signed_distance = true;
@@ -77,7 +77,7 @@ double distance(const Geometry& a, const Transform& pose_a, const Geometry& b, c
 
 TEST_CASE("FCL's continuous collision: the first touch on FCL's motions, none missed and none late") {
   std::mt19937 random(71);
-  const std::vector<Geometry> all = kinds();
+  const std::vector<MovedGeometry> all = kinds();
   std::size_t touches = 0, free = 0, at_start = 0;
   for (const auto type : {::fcl::CCDM_TRANS, ::fcl::CCDM_LINEAR, ::fcl::CCDM_SCREW})
     for (std::size_t i = 0; i < all.size(); ++i)

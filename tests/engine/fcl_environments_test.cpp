@@ -33,7 +33,7 @@ template <class S>
 using Geometry = std::shared_ptr<::fcl::CollisionGeometry<S>>;
 
 template <class S>
-::fcl::Transform3<S> random_pose(test::Random& random, double reach) {
+::fcl::Transform3<S> random_pose(Random& random, double reach) {
   ::fcl::Quaternion<S> q(S(uniform(random, -1, 1)), S(uniform(random, -1, 1)), S(uniform(random, -1, 1)), S(1.1));
   ::fcl::Transform3<S> pose = ::fcl::Transform3<S>::Identity();
   pose.linear() = q.normalized().toRotationMatrix();
@@ -65,7 +65,7 @@ Geometry<S> mesh_of(const Shape& shape) {
 }
 
 template <class S>
-Objects<S> environment(test::Random& random, double reach, int n, bool meshes) {
+Objects<S> environment(Random& random, double reach, int n, bool meshes) {
   const ::fcl::Box<S> box(5, 10, 20);
   const ::fcl::Sphere<S> sphere(30);
   const ::fcl::Cylinder<S> cylinder(10, 40);
@@ -101,7 +101,7 @@ Objects<S> crowd(double reach, int edge) {
 
 /// Each object turned and moved by a little, as between two updates.
 template <class S>
-void stir(test::Random& random, Objects<S>& objects, double by) {
+void stir(Random& random, Objects<S>& objects, double by) {
   for (Object<S>* object : objects.all) {
     ::fcl::Transform3<S> turn = random_pose<S>(random, 0);
     ::fcl::Vector3<S> to = turn.linear() * object->getTranslation();
@@ -185,7 +185,7 @@ void check_same_distance(S ours, S theirs) {
 
 template <class S>
 void check_collisions(unsigned seed, bool meshes, std::size_t most) {
-  test::Random random(seed);
+  Random random(seed);
   Objects<S> objects = environment<S>(random, 120, meshes ? 8 : 20, meshes);
   Objects<S> asked = environment<S>(random, 120, 3, meshes);
   const auto all = managers<S>(objects);
@@ -234,7 +234,7 @@ bool must_be_new(Object<S>* a, Object<S>* b, void* data, S&) {
 
 template <class S>
 void check_unique() {
-  test::Random random(4);
+  Random random(4);
   Objects<S> objects = environment<S>(random, 150, 60, false);
   tandem::fcl::CollisionManager<S> manager;
   manager.registerObjects(objects.all);
@@ -260,7 +260,7 @@ namespace {
 
 template <class S>
 void check_distances(unsigned seed, Objects<S> objects, double reach) {
-  test::Random random(seed);
+  Random random(seed);
   Objects<S> asked = environment<S>(random, reach, 3, false);
   const auto all = managers<S>(objects);
   for (int round = 0; round < 2; ++round) {
@@ -278,7 +278,7 @@ void check_distances(unsigned seed, Objects<S> objects, double reach) {
 
 template <class S>
 void check_distances() {
-  test::Random random(6);
+  Random random(6);
   check_distances<S>(7, crowd<S>(200, 4), 400);
   check_distances<S>(8, environment<S>(random, 1500, 12, false), 1500);
   check_distances<S>(9, environment<S>(random, 2000, 4, true), 2000);
@@ -292,7 +292,7 @@ TEST_CASE("FCL's default distance callback finds the same least distance in tand
 }
 
 TEST_CASE("two FCL managers are asked about each other") {
-  test::Random random(10);
+  Random random(10);
   Objects<double> some = environment<double>(random, 150, 25, false),
                   others = environment<double>(random, 150, 12, false);
   Objects<double> far = environment<double>(random, 100, 5, false);
@@ -390,7 +390,7 @@ bool note_cell(Object<S>* object, Object<S>* cell, void* data, S& least) {
 
 template <class S>
 void check_octree(bool is_turned) {
-  test::Random random(11);
+  Random random(11);
   Objects<S> objects;
   for (int i = 0; i < 60; ++i)
     objects.add(std::make_shared<::fcl::Box<S>>(S(0.2), S(0.1), S(0.3)), random_pose<S>(random, i < 40 ? 1.5 : 30));
@@ -437,7 +437,7 @@ TEST_CASE("cells of an octree are shown to callbacks as by FCL's tree") {
 }
 
 TEST_CASE("an octree collides, costs and is as far as the boxes of its occupied cells") {
-  test::Random random(12);
+  Random random(12);
   const auto geometry = std::make_shared<::fcl::OcTreed>(octree(0.1));
   Object<double> tree(geometry);
   tree.computeAABB();
@@ -496,7 +496,7 @@ TEST_CASE("an octree from octomap's file as voxels: a ball meets and is as far a
   REQUIRE(solid);
   const auto cells = geometry.toBoxes();
   const tandem::NarrowPhase narrow;
-  test::Random random(13);
+  Random random(13);
   int hits = 0;
   for (int i = 0; i < 60; ++i) {
     const tandem::Vec3 at(uniform(random, -2, 2), uniform(random, -2, 2), uniform(random, -2, 2));

@@ -35,7 +35,7 @@ template <class S>
 
 /// Boxes without bounds are among them if `endless`, on some of which FCL's tree ends in a segmentation fault.
 template <class S>
-::fcl::AABB<S> random_box(test::Random& random, bool endless) {
+::fcl::AABB<S> random_box(Random& random, bool endless) {
   constexpr S most = std::numeric_limits<S>::max();
   const auto kind = endless ? random() % 60 : 3 + random() % 57;
   if (kind == 0) return {};                                                                       // FCL's null box
@@ -109,7 +109,7 @@ S distance(const Manager<S>& manager, Other*... other) {
 
 template <class S>
 void check_random_world(unsigned seed, bool endless) {
-  test::Random random(seed);
+  Random random(seed);
   std::vector<std::unique_ptr<Placed<S>>> objects(160);
   for (auto& object : objects) {
     object = std::make_unique<Placed<S>>();
@@ -207,7 +207,7 @@ TEST_CASE("an FCL manager's pairs and least distances, while objects come, go an
 }
 
 TEST_CASE("a manager of many objects, of which some or all move, is asked as FCL's tree") {
-  test::Random random(5);
+  Random random(5);
   std::vector<std::unique_ptr<Placed<double>>> objects(3000);
   const auto put = [&](Placed<double>& object) {
     object.set(box_at<double>(uniform(random, 0, 20), uniform(random, 0, 20), uniform(random, 0, 20), 1));
@@ -348,7 +348,7 @@ TEST_CASE("an FCL manager takes boxes with NaN for what FCL's test makes of them
 TEST_CASE("many threads may ask an FCL manager right after objects were registered") {
   std::vector<std::unique_ptr<Placed<double>>> objects(2000);
   tandem::fcl::CollisionManagerd manager;
-  test::Random random(3);
+  Random random(3);
   for (auto& object : objects) {
     object = std::make_unique<Placed<double>>();
     object->set(box_at<double>(uniform(random, 0, 10), uniform(random, 0, 10), uniform(random, 0, 10), 1));

@@ -11,6 +11,7 @@
 #include "tandem/engine/pipeline.h"
 #include "tandem/engine/response.h"
 #include "tandem/narrowphase/narrow_phase.h"
+#include "tandem/narrowphase/work_limit.h"
 
 using namespace tandem;
 

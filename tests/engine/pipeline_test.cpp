@@ -381,7 +381,7 @@ TEST_CASE("what stands still is not looked at again, whatever is done to a scene
 
 TEST_CASE("spheres that all move and now and then change shape or filter: the contacts of a new pipeline") {
   constexpr std::uint32_t n = 1200;
-  tandem::Random random(11);
+  Random random(11);
   Scene scene;
   const ShapeId small = scene.add_shape(Sphere{0.3}), large = scene.add_shape(Sphere{0.5}),
                 box = scene.add_shape(Box{{0.6, 0.6, 0.6}});

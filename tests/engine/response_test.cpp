@@ -105,7 +105,7 @@ bool equal(const Scene& a, const Scene& b) {
 Scene pile_of_boxes() {
   Scene scene;
   add_ground(scene);
-  tandem::Random random(11);
+  Random random(11);
   for (int i = 0; i < 30; ++i) {
     Pose pose = Pose::at(i % 3 * 1.1, i / 3 % 3 * 1.1, 1 + i / 9 * 1.9);
     pose.rotation = random.rotation();
@@ -261,7 +261,7 @@ TEST_CASE("response: balls stacked stay stacked, barely deeper than the softness
 }
 
 TEST_CASE("response: stacks come to rest, whichever face their patches are cut by and wherever a disc is deepest") {
-  tandem::Random random(91);
+  Random random(91);
   const auto still_moving = [&random](const Shape& shape, double height, int high) {
     Scene scene;
     add_ground(scene);
@@ -313,7 +313,7 @@ TEST_CASE("response: overlap is undone slowly, without a leap") {
 TEST_CASE("response: what collides in free space keeps its momentum and gains no energy") {
   Scene scene;
   scene.gravity.setZero();
-  tandem::Random random(5);
+  Random random(5);
   for (int i = 0; i < 12; ++i) {
     Pose pose = Pose::at(i % 3 * 1.4, i / 3 % 2 * 1.4, i / 6 * 1.4);
     pose.rotation = random.rotation();

@@ -28,7 +28,7 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 struct World {
   Scene scene;
   std::vector<BodyId> bodies;
-  test::Random random;
+  Random random;
 
   explicit World(unsigned seed, int count) : random(seed) {
     for (int i = 0; i < count; ++i) add();
@@ -60,7 +60,7 @@ struct World {
   }
 };
 
-Shape asking(test::Random& random) {
+Shape asking(Random& random) {
   const auto kind = static_cast<ShapeKind>(static_cast<int>(random.in(0, shape_kinds)));
   return random_shape(kind == ShapeKind::halfspace ? ShapeKind::sphere : kind, random);
 }
@@ -70,7 +70,7 @@ bool same(const PairAnswer& a, const PairAnswer& b) {
          a.point_b == b.point_b && a.normal == b.normal && a.error_bound == b.error_bound;
 }
 
-void compare(const World& world, const SceneQueries& queries, test::Random& random, int times) {
+void compare(const World& world, const SceneQueries& queries, Random& random, int times) {
   const std::vector<BodyId> ignored{world.bodies[1], world.bodies[2], BodyId{}};
   for (int i = 0; i < times; ++i) {
     const Shape shape = asking(random);
@@ -137,7 +137,7 @@ void compare(const World& world, const SceneQueries& queries, test::Random& rand
 TEST_CASE("queries of a scene: those of a loop over its bodies, whatever moves, comes and goes") {
   World world(3, 120);
   SceneQueries queries(world.scene);
-  test::Random random(5);
+  Random random(5);
   for (int round = 0; round < 6; ++round) {
     compare(world, queries, random, 40);
     for (std::size_t i = 0; i + 1 < world.bodies.size(); ++i)
@@ -256,7 +256,7 @@ TEST_CASE("queries of a scene: bad input is refused by name") {
 TEST_CASE("configurations: verdicts and clearances are those of single queries, on any number of threads") {
   World world(21, 60);
   SceneQueries queries(world.scene);
-  test::Random random(4);
+  Random random(4);
   const std::vector<Shape> links{Capsule{0.2, 1}, Box{{0.4, 0.3, 0.8}}, random_shape(ShapeKind::convex, random),
                                  random_shape(ShapeKind::mesh, random)};
   PairTable self(4, 4, true), bodies(4, 30, true);
@@ -355,7 +355,7 @@ TEST_CASE("configurations: verdicts and clearances are those of single queries, 
 TEST_CASE("configurations: a filter may wait for tasks of its own") {
   World world(8, 60);
   const SceneQueries queries(world.scene);
-  test::Random random(6);
+  Random random(6);
   const std::vector<Shape> links{Capsule{0.2, 1}, Box{{0.4, 0.3, 0.8}}};
   const PairTable self(2, 2, true);
   constexpr std::size_t a_motion = 5, motions = 200;
@@ -463,7 +463,9 @@ TEST_CASE("queries: the limit is looked at every few bodies, and nothing is begu
       [&] { queries.within(probe, pose, 0.5, hits, counted.filter); },
       [&] { queries.nearest(probe, pose, infinity, counted.filter); },
       [&] { queries.contacts(probe, pose, 0.1, contact_hits, contacts, counted.filter); },
-      [&] { queries.cast(probe, {Pose::at(-9, 0, 0), pose}, counted.filter); }};
+      [&] {
+        queries.cast(probe, {Pose::at(-9, 0, 0), pose}, counted.filter);
+      }};
   for (std::size_t i = 0; i < singles.size(); ++i) {
     CAPTURE(i);
     counted.begin(std::numeric_limits<std::size_t>::max());
@@ -605,7 +607,7 @@ TEST_CASE("queries: a stop and the limit reach into pairs of meshes, and nothing
 TEST_CASE("configurations: continuous motions see what lies between, and what they call free is free") {
   World world(77, 60);
   SceneQueries queries(world.scene);
-  test::Random random(14);
+  Random random(14);
   const std::vector<Shape> links{Capsule{0.1, 0.6}, Box{{0.2, 0.3, 0.4}}};
   PairTable self(2, 2, true);
   constexpr std::size_t a_motion = 4, motions = 150;
@@ -661,7 +663,7 @@ TEST_CASE("configurations: continuous motions see what lies between, and what th
 TEST_CASE("a cast meets the body that sampling meets first") {
   World world(31, 80);
   SceneQueries queries(world.scene);
-  test::Random random(8);
+  Random random(8);
   const NarrowPhase narrow;
   int hits = 0, free = 0;
   for (int i = 0; i < 150; ++i) {

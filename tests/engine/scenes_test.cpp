@@ -93,7 +93,7 @@ TEST_CASE("generators: cosines and sines are the library's to 1e-15 and exact at
 }
 
 TEST_CASE("generators: the sequence of SplitMix64 is the published one, and rotations are spread evenly") {
-  tandem::Random random(1234567);
+  Random random(1234567);
   CHECK(random.bits() == 6457827717110365317u);
   CHECK(random.bits() == 3203168211198807973u);
   CHECK(random.bits() == 9817491932198370423u);

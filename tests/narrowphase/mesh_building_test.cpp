@@ -17,6 +17,7 @@
 #include "shapes/mesh_builder.h"
 #include "shapes/shape_insides.h"
 #include "shapes/vertex_weld.h"
+#include "tandem/narrowphase/build_options.h"
 #include "tandem/narrowphase/shape.h"
 
 using namespace tandem;

@@ -27,12 +27,12 @@ struct DepthBounds {
   std::size_t boxes = 0;            ///< of translations that were looked at
 };
 
-/// Bounds on the depth. Where Request::distance knows the depth (Status::ok), it is that. Else, of two meshes of which
-/// one at least is solid, the translations are searched: `upper` is the shortest that was found to separate, and
-/// `lower` is proven by boxes of translations that cover all that are shorter, each of them shown to leave a point of A
-/// deeper in B, and in A, than the translations in the box differ (Lipschitz optimisation: Piyavskii 1972). The boxes
-/// nearest to none come first, so `lower` rises as long as the search goes on. Of other pairs the bounds are those of
-/// Request::distance.
+/// Bounds on the depth. Where Request::distance knows the depth (Status::ok), it is that. Else, of two
+/// shapes that are each a mesh, a box or a hull, one of them solid, the translations are searched: `upper` is the
+/// shortest that was found to separate, and `lower` is proven by boxes of translations that cover all that are shorter,
+/// each of them shown to leave a point of A deeper in B, and in A, than the translations in the box differ (Lipschitz
+/// optimisation: Piyavskii 1972). The boxes nearest to none come first, so `lower` rises as long as the search goes on.
+/// Of other pairs the bounds are those of Request::distance.
 ///
 /// Where the translation leads is not asked: out of the side of a wall that was come in by or that of the other, or
 /// into a hole. Depends on nothing but the arguments; exchanged shapes give the same bounds. Throws

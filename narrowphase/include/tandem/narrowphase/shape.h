@@ -6,11 +6,13 @@
 #include <string_view>
 #include <vector>
 
-#include "tandem/narrowphase/build_options.h"
 #include "tandem/narrowphase/part_runner.h"
 #include "tandem/narrowphase/pose.h"
 
 namespace tandem {
+
+struct BuildOptions;  // build_options.h
+struct WorkLimit;     // work_limit.h
 
 /// Shapes as a user gives them, each in its own frame, SI units. Lengths are 0 (where it says so) or 1e-30 to 1e30.
 struct Sphere { double radius = 0; };                      ///< radius >= 0; 0 is a point
