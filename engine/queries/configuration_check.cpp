@@ -119,7 +119,9 @@ void ConfigurationCheck::each_block(std::size_t items, std::size_t most, const B
       try {
         block(first, last, *work);
       } catch (const WorkStopped&) {
+        if (!limit_.reached()) throw;  // a filter's own
         context.cancel_group_execution();
+        return;
       }
     }
     if (options_.progress) options_.progress(done += last - first, items);
@@ -277,10 +279,10 @@ bool ConfigurationCheck::hits_between(const Pose* poses, Workspace& work, const 
   // A distance from a mesh costs many verdicts.
   if (a.is_convex() && b.is_convex() && last - first > 1) {
     work.watch.spend(LimitWatch::a_pair);
-    const double gap =
-        unless_stopped(narrow_.solve(a, pose_a, b, pose_b, Request::distance)).signed_distance - options_.margin;
+    const PairAnswer answer = narrow_.solve(a, pose_a, b, pose_b, Request::distance);
+    const double gap = unless_stopped(answer).signed_distance - options_.margin;
     if (gap <= 0) return true;
-    const double passed = gap - tolerance::gap_left * setup_->boxes[pair.link].reach();
+    const double passed = gap - answer.error_bound - tolerance::gap_left * setup_->boxes[pair.link].reach();
     while (left > first && may_move(pair, here, at(left - 1)) < passed) --left;
     while (right < last && may_move(pair, here, at(right)) < passed) ++right;
   } else if (touch(a, pose_a, b, pose_b, work)) {

@@ -13,6 +13,7 @@
 #include "meshes/depth/shared_places.h"
 #include "meshes/mesh_pair.h"
 #include "shapes/hull.h"
+#include "shapes/posed_mesh.h"
 #include "shapes/shape_insides.h"
 #include "shapes/unit_vector.h"
 #include "tandem/narrowphase/clearance.h"
@@ -43,8 +44,9 @@ class ShortestFree {
     constexpr int most = 64;
     const double scale = size_ + a_.pose.translation.norm() + b_.pose.translation.norm() + length;
     double more = tolerance::translation_slack * scale;
-    for (int i = 0; i < most && !is_free((length + more) * direction); ++i) more *= 4;
-    return (length + more) * direction;
+    for (int i = 0; i < most; ++i, more *= 4)
+      if (is_free((length + more) * direction)) return (length + more) * direction;
+    throw std::logic_error("penetration_depth: no translation along a direction separates");
   }
 
   void take(const Vec3& free) {
@@ -119,7 +121,8 @@ DepthBounds search_bounds(const Posed& a, const Posed& b, const PairAnswer& know
   bounds.lower = -known.signed_distance - known.error_bound;
   ShortestFree free(a, b, narrow_options);
   search_free(known, free);
-  const double part = 1 - options.gap, slack = tolerance::place_rounding * (a.shape.size() + b.shape.size());
+  const double part = 1 - options.gap,
+               slack = tolerance::place_rounding * (reach(mesh_of(a.shape)) + reach(mesh_of(b.shape)));
   if (bounds.lower < part * free.length()) {
     constexpr std::size_t most_places = 8;
     const DepthField field_a(a, slack, options.limit), field_b(b, slack, options.limit);

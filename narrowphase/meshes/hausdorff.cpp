@@ -64,6 +64,8 @@ class HausdorffSearch {
 
   /// Until the bounds are within `slack` (metres) of each other, or what the options say.
   void run(double slack) {
+    const Vec3 corner = sides_[0].placed(sides_[0].mesh.corners(0)[0]);
+    point = corner, triangle = look(0, corner).triangle;  // unless another one is farther
     for (const std::size_t side : {0u, 1u}) add_box(side, whole);
     while (!open_.empty() && parts < options_.most_parts) {
       const double most = std::max(open_.top().most, lower);
@@ -175,6 +177,8 @@ void check(const Shape& a, const Shape& b, const HausdorffOptions& options) {
   if (!(options.tolerance >= 0) || !std::isfinite(options.tolerance))
     throw std::invalid_argument("hausdorff_distance: tolerance " + std::to_string(options.tolerance) +
                                 " is not finite and >= 0");
+  if (!(options.least >= 0 && options.least <= 1))
+    throw std::invalid_argument("hausdorff_distance: least " + std::to_string(options.least) + " is not in [0, 1]");
   if (!(options.gap >= 0 && options.gap <= 1))
     throw std::invalid_argument("hausdorff_distance: gap " + std::to_string(options.gap) + " is not in [0, 1]");
 }
@@ -193,7 +197,7 @@ HausdorffBounds hausdorff_distance(const Shape& a, const Pose& pose_a, const Sha
   HausdorffSearch search(first, second, options);
   const double size = reach(mesh_of(a)) + reach(mesh_of(b)) + (pose_b.translation - pose_a.translation).lpNorm<1>();
   const double slack = tolerance::place_rounding * size;
-  search.run(slack);
+  search.run(std::max(slack, options.least * (mesh_of(a).half + mesh_of(b).half).norm()));
   // Rotations that are not orthonormal stretch what is measured in their frames.
   const double stretch = 3 * (skewness(pose_a.rotation) + skewness(pose_b.rotation));
   HausdorffBounds bounds;

@@ -13,6 +13,7 @@
 #include "meshes/traversal/hierarchy.h"
 #include "shapes/shape_insides.h"
 #include "shapes/work_meter.h"
+#include "tandem/narrowphase/build_options.h"
 #include "tandem/narrowphase/shape_makers.h"
 #include "tolerances.h"
 
@@ -46,7 +47,9 @@ void add_up(std::vector<BorderEdge>& edges) {
 // Half the solid angle of a triangle seen from zero (Van Oosterom and Strackee, The solid angle of a plane triangle,
 // 1983).
 double half_angle(const Vec3& a, const Vec3& b, const Vec3& c) {
-  const double la = a.norm(), lb = b.norm(), lc = c.norm();
+  const double la = a.norm(), lb = b.norm(), lc = c.norm(), longest = std::max({la, lb, lc});
+  // The product of three would leave the range of a double; directions alone count.
+  if (longest > 1e90) return half_angle(a / longest, b / longest, c / longest);
   const double over = a.dot(b.cross(c)), under = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
   return over == 0 && under == 0 ? 0 : std::atan2(over, under);
 }
@@ -58,8 +61,8 @@ double half_angle(const Vec3& a, const Vec3& b, const Vec3& c) {
 }  // namespace
 
 struct WindingNumber::Insides {
-  explicit Insides(const Mesh& given)
-      : surface(Mesh{given.vertices, given.triangles, false}),
+  Insides(const Mesh& given, const WorkLimit* limit)
+      : surface(Mesh{given.vertices, given.triangles, false}, BuildOptions{.limit = limit}),
         mesh(mesh_of(surface)),
         triangles(given.triangles),
         first(mesh_lanes * mesh.nodes.size()),
@@ -135,16 +138,17 @@ struct WindingNumber::Insides {
   }
 };
 
-WindingNumber::WindingNumber(const Mesh& mesh) : insides_(std::make_shared<const Insides>(mesh)) {}
+WindingNumber::WindingNumber(const Mesh& mesh) : insides_(std::make_shared<const Insides>(mesh, nullptr)) {}
 
 double WindingNumber::at(const Vec3& place) const { return insides_->at(place); }
 
 Shape voxel_solid(const Mesh& mesh, const VoxelSolidOptions& options) {
   if (!(options.size > 0) || !std::isfinite(options.size)) refuse("size", options.size, "finite, > 0");
   if (!std::isfinite(options.least)) refuse("least", options.least, "finite");
-  const WindingNumber winding(mesh);
-  const Bounds box = Shape(Mesh{mesh.vertices, mesh.triangles, false}).bounds({});
-  const Vec3 low = (box.lo / options.size).array().floor(), high = (box.hi / options.size).array().ceil();
+  const WindingNumber::Insides winding(mesh, options.limit);
+  const Vec3 half = winding.mesh.half * (1 + tolerance::place_rounding);
+  const Vec3 low = ((winding.mesh.centre - half) / options.size).array().floor();
+  const Vec3 high = ((winding.mesh.centre + half) / options.size).array().ceil();
   constexpr double farthest = 1 << 20;  // cells from the origin, as voxels has them
   const double far = std::max(low.cwiseAbs().maxCoeff(), high.cwiseAbs().maxCoeff());
   if (!(far < farthest)) refuse("cells from the origin,", far, "less than 2^20");

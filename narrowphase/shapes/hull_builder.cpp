@@ -157,7 +157,7 @@ class Log {
 // Facets from Qhull, counterclockwise from outside. Empty if Qhull refuses the cloud.
 Loops qhull_loops(std::vector<double>& xyz, const char* options, const WorkLimit* limit) {
   const auto memory = std::make_unique<qhT>();
-  const Log log(memory.get(), limit);  // outlives what Qhull holds, which keeps the stream
+  Log log(memory.get(), limit);  // outlives what Qhull holds, which keeps the stream
   const std::unique_ptr<qhT, QhullFree> owner(memory.get());
   qhT* const qh = owner.get();
   qh_zero(qh, log.stream());

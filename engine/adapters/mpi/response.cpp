@@ -205,6 +205,8 @@ void Response::Impl::read_second(Letter& letter) {
         const Impulses impulses = Impulses::read(letter.message);
         const auto pair = std::lower_bound(pairs.begin(), pairs.end(), ids,
                                            [](const OwnPair& x, const IdPair& y) { return x.ids < y; });
+        if (pair == pairs.end() || pair->ids != ids)
+          throw std::logic_error("impulses came for a pair that nobody asked for");
         before[pair->found] = solver.take_in(Eigen::Map<const Vec3>(impulses.rolling.data()), impulses.points);
         break;
       }

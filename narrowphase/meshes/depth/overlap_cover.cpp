@@ -81,7 +81,8 @@ bool OverlapCover::covers(const Proof& proof, const Cell& cell) const {
   const Vec3 m = proof.middle();
   const double far2 = ((cell.middle - m).cwiseAbs().array() + cell.half).matrix().squaredNorm();
   const double least = m.dot(cell.middle) - cell.half * m.lpNorm<1>();
-  const double cap2 = wanted_ * wanted_ + m.squaredNorm() - 2 * least;
+  const double both = wanted_ * wanted_ + m.squaredNorm();
+  const double cap2 = both - 2 * least + 8 * epsilon * both;  // what rounding may have taken from it
   const double radius = proof.radius();
   return radius > 0 && std::min(far2, cap2) <= radius * radius;
 }

@@ -10,10 +10,14 @@ namespace tandem {
 struct HausdorffOptions {
   /// The search ends where the bounds are no farther apart than this (metres, finite, >= 0) ...
   double tolerance = 0;
-  /// ... or than this part of the upper one, [0, 1]. Both 0: to rounding, or `most_parts`.
+  /// ... or than this part of the upper one, [0, 1] ...
   double gap = 1e-3;
-  /// Boxes and pieces of triangles that are looked at, at most.
-  std::size_t most_parts = 10'000'000;
+  /// ... or than this part of the surfaces' size (half the diagonals of their boxes together), [0, 1]: of surfaces that
+  /// are one, cut into other triangles, no bound is a part of the distance, which is 0. All three 0: to rounding, or
+  /// `most_parts`.
+  double least = 1e-5;
+  /// Boxes and pieces of triangles that are looked at, at most; each may be held, in some 100 bytes.
+  std::size_t most_parts = 1'000'000;
   /// Ends the search (work_limit.h): WorkStopped is thrown. Null: none.
   const WorkLimit* limit = nullptr;
 };

@@ -8,6 +8,8 @@
 
 namespace tandem {
 
+struct VoxelSolidOptions;
+
 /// The generalised winding number of a mesh's triangles, as they are given: the sum of their signed solid angles over 4
 /// pi. About a closed mesh it is how often the surface goes round a place, counterclockwise seen from outside: 1
 /// inside, 0 outside. Where there are holes it changes evenly through them and jumps by 1 at the surface: nearer to 1
@@ -25,6 +27,7 @@ class WindingNumber {
   double at(const Vec3& place) const;
 
  private:
+  friend Shape voxel_solid(const Mesh& mesh, const VoxelSolidOptions& options);
   struct Insides;
   std::shared_ptr<const Insides> insides_;
 };
