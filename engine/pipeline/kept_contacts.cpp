@@ -595,12 +595,16 @@ KeptContacts::Batch::Relative KeptContacts::Batch::relative(Pair pair) const {
   return {reference.rotation.transpose() * mover.rotation, into(reference, mover.translation), a_is_reference};
 }
 
+// What a pair that follows soon will read.
+void KeptContacts::Batch::fetch_ahead() const {
+  const std::size_t ahead = next_ + 4;
+  if (ahead >= all_.entries_.size() || all_.entries_[ahead].detail == none) return;
+  const char* detail = reinterpret_cast<const char*>(&all_.details_[all_.entries_[ahead].detail]);
+  for (std::size_t line = 0; line < sizeof(KeptPair); line += 64) __builtin_prefetch(detail + line, 1);
+}
+
 bool KeptContacts::Batch::move_along(Pair pair, PairResult& result, const std::function<bool()>& collide) {
-  // What a pair that follows soon will read.
-  if (const std::size_t ahead = next_ + 4; ahead < all_.entries_.size() && all_.entries_[ahead].detail != none) {
-    const char* detail = reinterpret_cast<const char*>(&all_.details_[all_.entries_[ahead].detail]);
-    for (std::size_t line = 0; line < sizeof(KeptPair); line += 64) __builtin_prefetch(detail + line, 1);
-  }
+  fetch_ahead();
   at_ = relative(pair);
   if (!was_candidate_ || entry_->detail == none || all_.changed_[pair.a] == all_.step_ ||
       all_.changed_[pair.b] == all_.step_)

@@ -270,6 +270,7 @@ class KeptContacts::Batch {
   /// True if the answer of the pair that does not stand is moved along: then `result.answer` is set and the contacts
   /// are appended.
   /// `collide`, if not empty, is asked where the verdict is in doubt: whether they touch.
+  void fetch_ahead() const;
   bool move_along(Pair pair, PairResult& result, const std::function<bool()>& collide = {});
   /// Keeps what was computed, so that it can be moved along.
   void keep(const PairResult& result, std::span<const Contact> contacts);

@@ -85,10 +85,12 @@ SceneMemory Scene::memory() const {
     if (shape_name.capacity() > std::string().capacity()) memory.shape_names += shape_name.capacity() + 1;
   std::vector<const Shape*> apart;  // of those that share all, one
   for (const Shape& shape : shapes_) apart.push_back(&shape);
-  const auto identity = [](const Shape* shape) { return shape->identity(); };
-  std::ranges::sort(apart, std::less<const void*>(), identity);
-  const auto same = std::ranges::unique(apart, {}, identity);
-  for (const Shape* shape : std::span(apart.begin(), same.begin())) memory.shapes += shape->memory();
+  std::sort(apart.begin(), apart.end(),
+            [](const Shape* a, const Shape* b) { return std::less<const void*>()(a->identity(), b->identity()); });
+  apart.erase(std::unique(apart.begin(), apart.end(),
+                          [](const Shape* a, const Shape* b) { return a->identity() == b->identity(); }),
+              apart.end());
+  for (const Shape* shape : apart) memory.shapes += shape->memory();
   return memory;
 }
 

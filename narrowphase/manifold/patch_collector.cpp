@@ -145,6 +145,24 @@ void PatchCollector::add(std::uint32_t t, std::span<const Contact> contacts, dou
   }
 }
 
+namespace {
+
+// Of each patch the points that span it, in the order of their features.
+template <class Patches>
+void append_widest(const Patches& patches, double size, WorkMeter& meter, std::vector<Contact>& out) {
+  const std::size_t first = out.size();
+  for (const auto& patch : patches) {
+    const std::size_t own = out.size();
+    meter.spend(1 + static_cast<int>(patch.size() / 2));
+    out.insert(out.end(), patch.begin(), patch.end());
+    keep_widest(out, own, size);
+  }
+  std::sort(out.begin() + static_cast<std::ptrdiff_t>(first), out.end(),
+            [](const Contact& x, const Contact& y) { return x.feature < y.feature; });
+}
+
+}  // namespace
+
 void PatchCollector::finish(const Vec3& centre, bool solid, std::vector<Contact>& out) {
   // Deeper ones found patches; of equals (to rounding, and none are nearer to touching than these) the one whose
   // triangle comes first.
@@ -200,15 +218,7 @@ void PatchCollector::finish(const Vec3& centre, bool solid, std::vector<Contact>
       patches.erase(patches.begin() + static_cast<std::ptrdiff_t>(j--));
     }
   }
-  const std::size_t first = out.size();
-  for (const Points& patch : patches) {
-    const std::size_t own = out.size();
-    meter_.spend(1 + static_cast<int>(patch.size() / 2));
-    out.insert(out.end(), patch.begin(), patch.end());
-    keep_widest(out, own, size_);
-  }
-  std::sort(out.begin() + static_cast<std::ptrdiff_t>(first), out.end(),
-            [](const Contact& x, const Contact& y) { return x.feature < y.feature; });
+  append_widest(patches, size_, meter_, out);
 }
 
 }  // namespace tandem

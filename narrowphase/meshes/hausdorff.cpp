@@ -62,14 +62,15 @@ class HausdorffSearch {
   HausdorffSearch(const Posed& a, const Posed& b, const HausdorffOptions& options)
       : options_(options), meter_(options.limit), sides_{SurfaceSide(a, b), SurfaceSide(b, a)} {}
 
-  /// Until the bounds are within `slack` (metres) of each other, or what the options say.
-  void run(double slack) {
+  /// Until the bounds are within `slack` (metres) of each other, the upper one is at most `least` (metres), or what the
+  /// options say.
+  void run(double slack, double least) {
     const Vec3 corner = sides_[0].placed(sides_[0].mesh.corners(0)[0]);
     point = corner, triangle = look(0, corner).triangle;  // unless another one is farther
     for (const std::size_t side : {0u, 1u}) add_box(side, whole);
     while (!open_.empty() && parts < options_.most_parts) {
       const double most = std::max(open_.top().most, lower);
-      if (most - lower <= std::max({slack, options_.tolerance, options_.gap * most})) break;
+      if (most <= least || most - lower <= std::max({slack, options_.tolerance, options_.gap * most})) break;
       const Part part = open_.top();
       open_.pop();
       split(part);
@@ -197,7 +198,7 @@ HausdorffBounds hausdorff_distance(const Shape& a, const Pose& pose_a, const Sha
   HausdorffSearch search(first, second, options);
   const double size = reach(mesh_of(a)) + reach(mesh_of(b)) + (pose_b.translation - pose_a.translation).lpNorm<1>();
   const double slack = tolerance::place_rounding * size;
-  search.run(std::max(slack, options.least * (mesh_of(a).half + mesh_of(b).half).norm()));
+  search.run(slack, options.least * (mesh_of(a).half + mesh_of(b).half).norm());
   // Rotations that are not orthonormal stretch what is measured in their frames.
   const double stretch = 3 * (skewness(pose_a.rotation) + skewness(pose_b.rotation));
   HausdorffBounds bounds;

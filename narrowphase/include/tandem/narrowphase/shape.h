@@ -113,8 +113,8 @@ class Shape {
 
   /// Smallest box in world axes that holds the posed shape (a half-space: +-1e300 on open sides).
   Bounds bounds(const Pose& pose) const { return bounds(pose, nullptr); }
-  /// The same. A mesh's hull is built when its box is first asked for; the limit may end that: WorkStopped is thrown, and
-  /// who asks next builds it. Null: none.
+  /// The same. A mesh's hull is built when its box is first asked for; the limit may end that: WorkStopped is thrown,
+  /// and who asks next builds it. Null: none.
   Bounds bounds(const Pose& pose, const WorkLimit* limit) const;
   /// Diagonal of the box in the shape's frame; the unit of relative errors. A half-space has 0, a point too.
   double size() const { return size_; }
