@@ -35,8 +35,8 @@ struct AnswerOptions {
   /// the answer of two at rest stays as it is. Else, for pairs that moved so little, one body seen from the other, that
   /// no point moved farther and nothing turned by more than this angle (radians), the answer is moved along; closed
   /// forms are cheaper to compute. PairAnswer::error_bound says how far either may be off. Between convex bodies
-  /// distance and depth are right within it and verdicts exact. An overlap with a mesh (Status::unproven), whose depth may
-  /// jump from one pose to the next, is not moved along; of two at rest it is that of the poses for which it was
+  /// distance and depth are right within it and verdicts exact. An overlap with a mesh (Status::unproven), whose depth
+  /// may jump from one pose to the next, is not moved along; of two at rest it is that of the poses for which it was
   /// computed. Request::collide is always computed.
   double keep_contacts = 0;
   bool contact_hash = false;  ///< fill StepReport::contact_hash (some 10 ns a contact, outside detect_ms)

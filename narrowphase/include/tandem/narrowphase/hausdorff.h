@@ -15,7 +15,7 @@ struct HausdorffOptions {
   /// ... or where the upper one is no more than this part of the surfaces' size (half the diagonals of their boxes
   /// together), [0, 1]: of surfaces that are one, cut into other triangles, the distance is 0, and no bound is within a
   /// part of it. All three 0: to rounding, or `most_parts`.
-  double least = 1e-5;
+  double least = 1e-4;
   /// Boxes and pieces of triangles that are looked at, at most; each may be held, in some 100 bytes.
   std::size_t most_parts = 1'000'000;
   /// Ends the search (work_limit.h): WorkStopped is thrown. Null: none.
