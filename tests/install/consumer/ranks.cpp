@@ -16,7 +16,8 @@ int main(int argc, char** argv) {
     const tandem::mpi::Report report = pipeline.step();
     right = report.colliding_pairs == 9;
     if (pipeline.rank() == 0)
-      std::printf("%d ranks: %llu pairs touch\n", pipeline.ranks(), static_cast<unsigned long long>(report.colliding_pairs));
+      std::printf("%d ranks: %llu pairs touch\n", pipeline.ranks(),
+                  static_cast<unsigned long long>(report.colliding_pairs));
   }
   MPI_Finalize();
   return right ? 0 : 1;
