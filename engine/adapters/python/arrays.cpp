@@ -16,6 +16,8 @@
 namespace tandem::python {
 namespace {
 
+constexpr std::size_t matrices_ahead = 16;  // that are fetched before they are read
+
 std::string shape_text(const py::array& array) {
   std::string text = "(";
   for (py::ssize_t i = 0; i < array.ndim(); ++i) text += (i > 0 ? ", " : "") + std::to_string(array.shape(i));
@@ -47,12 +49,23 @@ std::string element(std::string_view what, std::size_t i) { return std::string(w
 // Of a homogeneous matrix, 16 numbers row by row.
 bool has_last_row(const double* m) { return m[12] == 0 && m[13] == 0 && m[14] == 0 && m[15] == 1; }
 
+using Two [[gnu::vector_size(16)]] = double;
+Two load(const double* from) {
+  Two two;
+  std::memcpy(&two, from, sizeof two);
+  return two;
+}
+void store(Two two, double* to) { std::memcpy(to, &two, sizeof two); }
+
+// Rows to columns, two numbers at a time: a batch has them by the hundred thousand.
 void read_matrix(const double* m, Pose& pose) {
+  const Two x = load(m), y = load(m + 4), z = load(m + 8);
   double* columns = pose.rotation.data();
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) columns[3 * j + i] = m[4 * i + j];
-    pose.translation.data()[i] = m[4 * i + 3];
-  }
+  store(__builtin_shufflevector(x, y, 0, 2), columns);
+  store(__builtin_shufflevector(z, x, 0, 3), columns + 2);
+  store(__builtin_shufflevector(y, z, 1, 3), columns + 4);
+  columns[6] = m[2], columns[7] = m[6], columns[8] = m[10];
+  pose.translation = {m[3], m[7], m[11]};
 }
 
 void require_last_row(const double* m, std::string_view what) {
@@ -171,6 +184,7 @@ void PoseRows::read(std::size_t first, std::span<Pose> out) const {
   const double* from = numbers_ + first * (matrices_ ? 16 : 7);
   if (matrices_) {
     for (std::size_t i = 0; i < out.size(); ++i, from += 16) {
+      if (out.size() - i > matrices_ahead) __builtin_prefetch(from + 16 * matrices_ahead);
       if (!has_last_row(from)) require_last_row(from, element(what_, first + i));
       read_matrix(from, out[i]);
     }
