@@ -31,7 +31,7 @@ apt-get install -y -qq --no-install-recommends "$packages"/python3-tandem_*.deb 
 for example in first_distance falling_pile planner; do
   (cd "$work" && python3 "$examples/python/$example.py")
 done
-if dpkg-query -W 'libopenmpi*' 'libtrilinos*' 2>/dev/null | grep .; then
+if dpkg-query -W -f '${db:Status-Status} ${Package}\n' 'libopenmpi*' 'libtrilinos*' 2>/dev/null | grep '^installed'; then
   echo "the packages for one machine bring MPI" >&2
   exit 1
 fi
