@@ -58,13 +58,13 @@ enum class Verdict : std::uint8_t {
   unknown,  ///< the deadline passed or a stop was requested before it was known
 };
 
-/// Poses of a batch, row by row: link j of configuration i stands at pose i * links + j. They lie somewhere, or are made
-/// when they are looked at, a few configurations at a time: by a robot's kinematics, or from numbers in another form,
-/// without the time and memory that all of them would take.
+/// Poses of a batch, row by row: link j of configuration i stands at pose i * links + j. They lie somewhere, or are
+/// made when they are looked at, a few configurations at a time: by a robot's kinematics, or from numbers in another
+/// form, without the time and memory that all of them would take.
 class BatchPoses {
  public:
-  /// Writes the poses from number `first` on. Called by any of the threads that check, for no pose twice; what it throws
-  /// ends the batch and is thrown.
+  /// Writes the poses from number `first` on. Called by any of the threads that check, for no pose twice; what it
+  /// throws ends the batch and is thrown.
   using Maker = std::function<void(std::size_t first, std::span<Pose> poses)>;
 
   /// What lies must outlive the batch.
