@@ -6,9 +6,11 @@ packages=$(readlink -f "$1")
 cd "$(dirname "$(readlink -f "$0")")/consumer"
 examples=$(readlink -f ../../../examples)
 export DEBIAN_FRONTEND=noninteractive
+# installed PATTERN...: which of these packages are there; false where none is. dpkg-query fails if it knows one of them not.
+installed() { { dpkg-query -W -f '${db:Status-Status} ${Package}\n' "$@" 2>/dev/null || true; } | grep '^installed'; }
 apt-get update -qq
 apt-get install -y -qq --no-install-recommends "$packages"/libtandem0_*.deb "$packages"/libtandem-dev_*.deb >/dev/null
-if dpkg-query -W libfcl0.7 libccd2 liboctomap1.9 2>/dev/null | grep .; then
+if installed libfcl0.7 libccd2 liboctomap1.9; then
   echo "libtandem-dev brings libraries that distances do not need" >&2
   exit 1
 fi
@@ -31,7 +33,7 @@ apt-get install -y -qq --no-install-recommends "$packages"/python3-tandem_*.deb 
 for example in first_distance falling_pile planner; do
   (cd "$work" && python3 "$examples/python/$example.py")
 done
-if dpkg-query -W -f '${db:Status-Status} ${Package}\n' 'libopenmpi*' 'libtrilinos*' 2>/dev/null | grep '^installed'; then
+if installed 'libopenmpi*' 'libtrilinos*'; then
   echo "the packages for one machine bring MPI" >&2
   exit 1
 fi
