@@ -56,14 +56,3 @@ TEST_CASE("a message that is cut off is found out") {
   CHECK(message.done());
   CHECK_THROWS_AS(message.take<std::uint8_t>(), std::out_of_range);
 }
-
-TEST_CASE("a message that is cut off is found out") {
-  mpi::Message message;
-  message.put(std::uint32_t{17});
-  message.put(std::uint16_t{4});
-  CHECK(message.take<std::uint32_t>() == 17);
-  CHECK_THROWS_AS(message.take<std::uint32_t>(), std::out_of_range);
-  CHECK(message.take<std::uint16_t>() == 4);
-  CHECK(message.done());
-  CHECK_THROWS_AS(message.take<std::uint8_t>(), std::out_of_range);
-}
