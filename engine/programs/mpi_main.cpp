@@ -294,6 +294,12 @@ Scene load_scene_for(const Options& options, mpi::Options& how) {
   return scene;
 }
 
+// As a run does that goes on from a checkpoint.
+void begin_anew(mpi::Pipeline& pipeline, std::optional<mpi::Response>& response) {
+  pipeline.begin_anew();
+  if (response) response->begin_anew();
+}
+
 void run(const Options& options) {
   const std::uint64_t steps = whole_option("--steps", options.steps, 1, 1'000'000'000);
   const std::uint64_t every = whole_option("--checkpoint-every", options.every, 1, 1'000'000'000);
@@ -340,8 +346,7 @@ void run(const Options& options) {
       }
       if (!options.checkpoint.empty() && (report.step + 1) % every == 0) {
         mpi::Checkpoint::write(pipeline, options.checkpoint);
-        pipeline.begin_anew();
-        if (response) response->begin_anew();
+        begin_anew(pipeline, response);
       }
       summary.add(report, response_ms);
       if (progress) progress->at(done + 1);
