@@ -35,7 +35,7 @@ using Clock = std::chrono::steady_clock;
 struct Options {
   std::string scene, steps = "300", bodies, seed, executor = "flowgraph", threads = "1", broad_phase = "auto", request;
   std::string tolerance = "0", margin, json, contacts, rebalance = "on", response = "all", patience = "0";
-  std::string trace, record, checkpoint, every = "100", restart;
+  std::string trace, record, checkpoint, every = "100", restart, keep = "0";
   bool mesh_margin = false;
 };
 
@@ -76,6 +76,7 @@ mpi::Options pipeline_options(const Options& options) {
   out.rank.threads = static_cast<int>(whole_option("--threads", options.threads, 0, 1024));
   out.rank.broad_phase = named_option("--broadphase", options.broad_phase, broad_phases);
   out.rank.answer.tolerance = number_option("--tolerance", options.tolerance, 0, 0.1);
+  out.rank.answer.keep_contacts = number_option("--keep-contacts", options.keep, 0, 0.1);
   out.rank.answer.contact_hash = true;
   out.rank.answer.mesh_margin = options.mesh_margin;
   if (!options.margin.empty()) out.rank.answer.margin = number_option("--margin", options.margin, 0, 1e6);
@@ -142,6 +143,7 @@ void write_step(JsonWriter& out, const Options& options, const mpi::Report& repo
       .member("candidate_pairs", report.pairs)
       .member("colliding_pairs", report.colliding_pairs)
       .member("contacts", report.contacts)
+      .member("kept_pairs", report.kept_pairs)
       .member("contact_hash", std::string_view(hex(report.contact_hash)))
       .member("split", std::string_view(written(execution.split)))
       .member("max_depth", report.max_depth)
@@ -280,6 +282,8 @@ Scene load_scene_for(const Options& options, mpi::Options& how) {
   if (options.response != "all" && options.response != "none")
     refuse_option("--response", options.response, "all, none");
   Scene scene = load_scene(options.scene, options.bodies, options.seed);
+  if (scene.has_continuous())
+    refuse_option("SCENE", options.scene, "one without continuous bodies: ranks do not stop them at their first touch");
   if (request) scene.request = *request;
   how.rank.answer.request = scene.request;
   const bool contacts = scene.request == Request::contacts;
@@ -288,6 +292,12 @@ Scene load_scene_for(const Options& options, mpi::Options& how) {
     refuse_option("--contacts", options.contacts,
                   "with the request 'contacts'; this one is '" + std::string(name(scene.request)) + "'");
   return scene;
+}
+
+// As a run does that goes on from a checkpoint.
+void begin_anew(mpi::Pipeline& pipeline, std::optional<mpi::Response>& response) {
+  pipeline.begin_anew();
+  if (response) response->begin_anew();
 }
 
 void run(const Options& options) {
@@ -336,7 +346,7 @@ void run(const Options& options) {
       }
       if (!options.checkpoint.empty() && (report.step + 1) % every == 0) {
         mpi::Checkpoint::write(pipeline, options.checkpoint);
-        if (response) response->begin_anew();
+        begin_anew(pipeline, response);
       }
       summary.add(report, response_ms);
       if (progress) progress->at(done + 1);
@@ -368,6 +378,8 @@ void add_run(CLI::App& program, Options& o) {
   add("--margin", "M", o.margin, "report gaps up to this as contacts of negative depth, metres");
   command->add_flag("--mesh-margin", o.mesh_margin,
                     "gaps between two meshes count, too; steps of meshes take several times as long");
+  add("--keep-contacts", "T", o.keep,
+      "keep answers of pairs that moved less than this, relative to the bodies' size, 0 to 0.1; 0 computes all");
   add("--json", "FILE", o.json, "write a report a step to this FILE");
   add("--contacts", "FILE", o.contacts, "write the contacts of every step to this FILE: gathered on rank 0");
   add("--trace", "FILE", o.trace,
