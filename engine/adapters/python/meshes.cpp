@@ -171,7 +171,8 @@ void bind_bounds(py::module_& m) {
       .def_property_readonly(
           "translation", [](const DepthBounds& r) { return to_array(r.translation); },
           "(3,) of b: after it they are apart")
-      .def_readonly("boxes", &DepthBounds::boxes, "of translations that were looked at");
+      .def_readonly("boxes", &DepthBounds::boxes, "of translations that were looked at")
+      .def_readonly("incomplete", &DepthBounds::incomplete, "the timeout ended the search; the bounds hold");
   py::class_<HausdorffBounds>(m, "HausdorffBounds", "Bounds on the Hausdorff distance of two surfaces.")
       .def_readonly("lower", &HausdorffBounds::lower, "m")
       .def_readonly("upper", &HausdorffBounds::upper, "m")
@@ -371,7 +372,8 @@ void bind_meshes(py::module_& m) {
         py::arg("most_boxes") = DepthOptions{}.most_boxes, timeout,
         "How deep two shapes are in each other, as bounds that are at most gap (of the upper one) apart, if most_boxes "
         "of\n"
-        "translations are enough. timeout: s; then TimeoutError.");
+        "translations are enough. timeout: s; then the bounds reached by then (incomplete), TimeoutError if there are "
+        "none.");
   m.def("hausdorff_distance", &hausdorff, a, pose_a, b, pose_b, py::kw_only(), py::arg("tolerance") = 0.0,
         py::arg("gap") = HausdorffOptions{}.gap, py::arg("least") = HausdorffOptions{}.least,
         py::arg("most_parts") = HausdorffOptions{}.most_parts, timeout,

@@ -114,6 +114,9 @@ class DepthBounds:
     @property
     def boxes(self) -> int:
         """of translations that were looked at"""
+    @property
+    def incomplete(self) -> bool:
+        """the timeout ended the search; the bounds hold"""
 
 class FirstTouch:
     """The first touch of two shapes on their motions."""
@@ -863,7 +866,7 @@ def penetration_depth(
     timeout: Optional[float] = None
 ) -> DepthBounds:
     """How deep two shapes are in each other, as bounds that are at most gap (of the upper one) apart, if most_boxes of
-    translations are enough. timeout: s; then TimeoutError.
+    translations are enough. timeout: s; then the bounds reached by then (incomplete), TimeoutError if there are none.
     """
 
 def overlapping_boxes(boxes: ArrayLike, *, method: str = "auto") -> NDArray[np.uint32]:
