@@ -28,8 +28,8 @@ Random::DiscPoint Random::disc_point() {
   return {0, 0, 0};
 }
 
-// Marsaglia (1972): two points of the unit disc make a uniform point of the 3-sphere, without trigonometry. Of the second
-// the direction alone counts: the centre, which has none, gets one.
+// Marsaglia (1972): two points of the unit disc make a uniform point of the 3-sphere, without trigonometry. Of the
+// second the direction alone counts: the centre, which has none, gets one.
 Mat3 Random::rotation() {
   const DiscPoint p = disc_point();
   DiscPoint q = disc_point();
