@@ -134,7 +134,7 @@ bool ConvexContacts::depth_by_corner(const Corners& p, TriangleBound& bound, Pai
 // same is shown of its edges and corners each by itself. `along_plane`: the depth along its own normal.
 bool ConvexContacts::cannot_push(std::uint32_t t, double along_plane, const Corners& p,
                                  const TriangleBound& bound) const {
-  TriangleCones cones;
+  CornerNormals cones;
   if (!bound.overlaps || !cones.find(pair_.model(), t)) return false;
   const double enough = -bound.gap + tolerance::flush * pair_.size();
   if (exit_length(bound.point, cones.normal()) * cones.least_cosine() > enough) return true;
