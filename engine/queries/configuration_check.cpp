@@ -30,9 +30,7 @@ double box_distance(const Aabb& a, const Aabb& b) {
   return std::sqrt(sum);
 }
 
-std::size_t bytes(const auto&... list) {
-  return (std::size_t{0} + ... + (list.capacity() * sizeof(list[0])));
-}
+std::size_t bytes(const auto&... list) { return (std::size_t{0} + ... + (list.capacity() * sizeof(list[0]))); }
 
 }  // namespace
 

@@ -229,7 +229,7 @@ void ConvexContacts::find_deepest(Seen& seen) const {
   }
 }
 
-void ConvexContacts::find(PairAnswer& near, TriangleContacts& all, std::vector<Contact>& room) const {
+void ConvexContacts::find(PairAnswer& near, PatchCollector& all, std::vector<Contact>& room) const {
   const double margin = pair_.options().margin;
   ClearPlanes clear;
   Seen seen{near};
@@ -249,11 +249,9 @@ void ConvexContacts::find(PairAnswer& near, TriangleContacts& all, std::vector<C
   find_deepest(seen);
 }
 
-void ConvexContacts::append_patches(const TriangleContacts& all, double limit, std::vector<Contact>& out) const {
-  PatchCollector patches(pair_.size(), pair_.options().limit);
+void ConvexContacts::append_patches(PatchCollector& all, double limit, std::vector<Contact>& out) const {
   const std::size_t first = out.size();
-  all.each([&](std::uint32_t t, std::span<const Contact> contacts) { patches.add(t, contacts, limit); });
-  patches.finish(pair_.centre(), pair_.model().solid, out);
+  all.finish(pair_.centre(), pair_.model().solid, out, limit);
   for (Contact& c : std::span(out).subspan(first)) c.depth = std::max(c.depth, -margin_);
 }
 
