@@ -427,27 +427,27 @@ TEST_CASE("contacts lie midway between the surfaces along the normal, on faces a
 }
 
 TEST_CASE("patches: contacts of about one normal are one, found by the deepest, numbered by triangle and place") {
-  const Vec3 up(0, 0, 1), leaning = Vec3(0.2, 0, 1).normalized(), across(1, 0, 0);
+  const Vec3 up(0, 0, 1), leaning = Vec3(0.2, 0, 1).normalized(), down(0, 0, -1);
   PatchCollector patches(1, nullptr);
   patches.add(3, square({0, 0, 0}, up, 0.5));
   patches.add(9, square({5, 0, 0}, leaning, 0.6));
-  patches.add(4, square({0, 0, 9}, across, 0.4));
+  patches.add(4, square({0, 0, 9}, down, 0.4));
   std::vector<Contact> all(1);
   patches.finish(Vec3::Zero(), false, all);
   REQUIRE(all.size() == 1 + 4 + 4);
-  std::size_t of_across = 0;
+  std::size_t of_down = 0;
   double deepest = 0;
   for (std::size_t i = 1; i < all.size(); ++i) {
     const Contact& c = all[i];
     if (i > 1) CHECK(all[i - 1].feature < c.feature);
     deepest = std::max(deepest, c.depth);
-    of_across += c.normal == across ? 1u : 0u;
+    of_down += c.normal == down ? 1u : 0u;
     const std::uint32_t t = c.feature / 64;
-    CHECK(c.normal == (t == 4 ? across : t == 9 ? leaning : up));
+    CHECK(c.normal == (t == 4 ? down : t == 9 ? leaning : up));
     const auto given = square(t == 4 ? Vec3(0, 0, 9) : t == 9 ? Vec3(5, 0, 0) : Vec3(0, 0, 0), c.normal, 1);
     CHECK(c.point == given[c.feature % 64].point);
   }
-  CHECK(of_across == 4);
+  CHECK(of_down == 4);
   CHECK(deepest == Approx(0.59));
   // Without the deepest, and again with it: nothing of the one is left in the other.
   std::vector<Contact> few;
