@@ -16,6 +16,7 @@
 #include "shapes/shape_insides.h"
 #include "shapes/support_kernel.h"
 #include "tandem/narrowphase/build_options.h"
+#include "tandem/narrowphase/shape_memory.h"
 #include "tolerances.h"
 
 namespace tandem {
@@ -217,13 +218,31 @@ const MassProperties& Shape::mass() const {
 }
 
 ShapeMemory Shape::memory_by_part() const {
-  const bool built = detail::ShapeInsides::is_built(*this);
   ShapeMemory memory = has_mesh(*this) ? mesh_of(*this).memory() : ShapeMemory{};
   if (has_hull(*this)) memory.hull += hull_of(*this).memory();
-  // Beside the parts std::make_shared keeps two counters and a table's address.
-  memory.other += (built ? sizeof(BuiltParts) : sizeof(SharedParts)) + 2 * sizeof(void*);
-  if (parts_->mass.is_made()) memory.other += sizeof(MassProperties);
+  memory.other += detail::ShapeInsides::memory_of_parts(*this);
   return memory;
+}
+
+// Beside the parts std::make_shared keeps two counters and a table's address.
+std::size_t detail::ShapeInsides::memory_of_parts(const Shape& shape) {
+  return (is_built(shape) ? sizeof(BuiltParts) : sizeof(SharedParts)) + 2 * sizeof(void*) +
+         (shape.parts_->mass.is_made() ? sizeof(MassProperties) : 0);
+}
+
+std::size_t memory_of(std::span<const Shape> shapes) {
+  std::vector<std::pair<const void*, std::size_t>> held;  // where each part lies, its bytes
+  for (const Shape& shape : shapes) {
+    held.emplace_back(shape.identity(), detail::ShapeInsides::memory_of_parts(shape));
+    if (has_hull(shape)) held.emplace_back(&hull_of(shape), hull_of(shape).memory());
+    if (has_mesh(shape)) held.emplace_back(&mesh_of(shape), mesh_of(shape).memory().total());
+  }
+  const auto address = [](const auto& part) { return reinterpret_cast<std::uintptr_t>(part.first); };
+  std::sort(held.begin(), held.end(), [&](const auto& x, const auto& y) { return address(x) < address(y); });
+  std::size_t bytes = 0;
+  for (std::size_t i = 0; i < held.size(); ++i)
+    if (i == 0 || held[i].first != held[i - 1].first) bytes += held[i].second;
+  return bytes;
 }
 
 std::span<const Vec3> Shape::vertices() const {

@@ -174,6 +174,20 @@ TEST_CASE("queries of a scene: a few that move are refitted, and a copy is asked
   CHECK(queries.memory() > 200 * sizeof(Pose));
 }
 
+TEST_CASE("queries of a scene: memory that batches leave for the next ones is counted, and stays") {
+  World world(11, 40);
+  const SceneQueries queries(world.scene);
+  const std::size_t before = queries.memory();
+  const std::vector<Shape> links{Sphere{0.2}, Sphere{0.3}};
+  const std::vector<Pose> poses(2 * 256);
+  std::vector<Verdict> verdicts(256);
+  queries.check(links, poses, PairTable(2, 2, true), verdicts);
+  const std::size_t after = queries.memory();
+  CHECK(after > before + 256 * links.size() * sizeof(float));
+  queries.check(links, poses, PairTable(2, 2, true), verdicts);
+  CHECK(queries.memory() < 2 * after);
+}
+
 TEST_CASE("queries of a scene: asked by its own bodies, and from many threads at once") {
   World world(13, 150);
   const SceneQueries queries(world.scene);

@@ -8,6 +8,7 @@
 
 #include "catch.h"
 #include "message_of.h"
+#include "narrowphase/mesh_samples.h"
 #include "scene/scene_changes.h"
 
 using namespace tandem;
@@ -273,4 +274,14 @@ TEST_CASE("scene: shapes come and go, bodies change what they are, and what cann
   CHECK_THROWS_AS(scene.set_poses(ids, poses), std::invalid_argument);
   CHECK(scene.pose(other).translation.x() == 3);
   CHECK_THROWS_AS(scene.set_poses(ids, std::span(poses).first(2)), std::invalid_argument);
+}
+
+TEST_CASE("scene: the mesh of a shape and of its rounded one is counted once") {
+  const Shape mesh(test::torus(1, 0.4, 40, 20));
+  Scene scene;
+  scene.add_shape(mesh);
+  const std::size_t one = scene.memory().shapes;
+  CHECK(one > mesh.memory());
+  scene.add_shape(mesh.rounded(0.1));
+  CHECK(scene.memory().shapes < one + mesh.memory() / 2);
 }
