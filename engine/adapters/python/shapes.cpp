@@ -34,6 +34,17 @@ Shape height_field_of(const py::handle& heights, double spacing, double bottom) 
                       static_cast<std::size_t>(h.shape(0)), spacing, bottom);
 }
 
+Shape voxels_of(const py::object& cells, double size) {
+  std::vector<std::array<std::int32_t, 3>> places;
+  for (const Vec3& cell : points(cells, "cells")) {
+    if (cell != cell.array().round().matrix() || cell.cwiseAbs().maxCoeff() > (1 << 21))
+      throw std::invalid_argument("cells: a number is not whole, or beyond 2^21");
+    places.push_back({static_cast<std::int32_t>(cell[0]), static_cast<std::int32_t>(cell[1]),
+                      static_cast<std::int32_t>(cell[2])});
+  }
+  return voxels(places, size);
+}
+
 void bind_shape_class(py::module_& module) {
   py::class_<Shape>(module, "Shape",
                     "A checked shape in its own frame, metres; immutable. Made by Sphere, Box, Mesh ...")
@@ -103,6 +114,12 @@ void bind_vertex_shapes(py::module_& m) {
       },
       py::arg("normal"), py::arg("offset") = 0.0, "normal . x <= offset; a normal of any length but 0");
   m.def(
+      "Plane",
+      [](const py::object& normal, double offset) {
+        return Shape(Plane{vec3(normal, "normal"), offset});
+      },
+      py::arg("normal"), py::arg("offset") = 0.0, "normal . x = offset, two-sided; a normal of any length but 0");
+  m.def(
       "Convex", [](const py::object& v) { return Shape(Convex{points(v, "vertices")}); }, py::arg("vertices"),
       "The hull of (n, 3) points, m; may be flat.");
   m.def(
@@ -130,6 +147,8 @@ void bind_vertex_shapes(py::module_& m) {
       py::arg("points"), py::arg("radius"), "Balls of one radius (m, >= 0) about (n, 3) points, as one shape.");
   m.def("height_field", &height_field_of, py::arg("heights"), py::arg("spacing"), py::arg("bottom"),
         "The solid between `bottom` and (rows, columns) heights, m, `spacing` (m, > 0) apart; centred in x and y.");
+  m.def("voxels", &voxels_of, py::arg("cells"), py::arg("size"),
+        "The union of cubes of a grid: (n, 3) whole numbers, cell (i, j, k) from (i, j, k) * size (m, > 0) on; a solid.");
 }
 
 }  // namespace

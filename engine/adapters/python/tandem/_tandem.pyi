@@ -523,6 +523,9 @@ def HalfSpace(normal: ArrayLike, offset: float = 0.0) -> Shape:
 def Mesh(vertices: ArrayLike, triangles: ArrayLike, solid: bool = False) -> Shape:
     """vertices (n, 3), m; triangles (k, 3) indices. solid: the inside counts; every edge must then join two triangles."""
 
+def Plane(normal: ArrayLike, offset: float = 0.0) -> Shape:
+    """normal . x = offset, two-sided; a normal of any length but 0"""
+
 def Sphere(radius: float) -> Shape:
     """radius >= 0, m; 0 is a point"""
 
@@ -722,3 +725,6 @@ def triangles_at(a: Shape, pose_a: PoseLike, b: Shape, pose_b: PoseLike, of: NDA
 
 def write_scene(path: PathLike, scene: Scene) -> None:
     """Read back, it has the same contacts, bit for bit."""
+
+def voxels(cells: ArrayLike, size: float) -> Shape:
+    """The union of cubes of a grid: (n, 3) whole numbers, cell (i, j, k) from (i, j, k) * size (m, > 0) on; a solid."""
