@@ -723,8 +723,8 @@ def triangles_at(a: Shape, pose_a: PoseLike, b: Shape, pose_b: PoseLike, of: Ans
 def triangles_at(a: Shape, pose_a: PoseLike, b: Shape, pose_b: PoseLike, of: NDArray[np.void]) -> NDArray[np.uint32]:
     """(n, 2): the same of each contact of an array as tandem.contacts gives it."""
 
-def write_scene(path: PathLike, scene: Scene) -> None:
-    """Read back, it has the same contacts, bit for bit."""
-
 def voxels(cells: ArrayLike, size: float) -> Shape:
     """The union of cubes of a grid: (n, 3) whole numbers, cell (i, j, k) from (i, j, k) * size (m, > 0) on; a solid."""
+
+def write_scene(path: PathLike, scene: Scene) -> None:
+    """Read back, it has the same contacts, bit for bit."""
