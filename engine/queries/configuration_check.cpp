@@ -71,7 +71,7 @@ ConfigurationCheck::ConfigurationCheck(const QueryWorld& world, const NarrowPhas
   for (std::size_t i = 0; i < n; ++i)
     if (!links[i].is_bounded())
       throw std::invalid_argument("configurations: link " + std::to_string(i) +
-                                  " is a half-space, allowed: bounded shapes");
+                                  " is a " + std::string(name(links[i].kind())) + ", allowed: bounded shapes");
   setup_->self.clear(), setup_->boxes.clear(), setup_->grown_boxes.clear(), setup_->grown.clear();
   for (std::uint32_t i = 0; i < self.rows(); ++i)
     for (std::uint32_t j = i + 1; j < n; ++j)

@@ -128,7 +128,9 @@ void Scene::replace_shape(ShapeId id, Shape shape) {
 
 void Scene::require_may_move(std::uint32_t index, const Shape& shape, double density) const {
   if (!std::isfinite(density) || density <= 0) refuse(body_name(index), "density", density, "finite, > 0 kg/m^3");
-  if (!shape.is_bounded()) refuse(body_name(index), "is_static", "false", "true, as its shape is a half-space");
+  if (shape.is_bounded()) return;
+  const std::string kind = shape.kind() == ShapeKind::plane ? "plane" : "half-space";
+  refuse(body_name(index), "is_static", "false", "true, as its shape is a " + kind);
 }
 
 BodyId Scene::add_body(const BodyOptions& options) {

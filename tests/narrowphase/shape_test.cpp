@@ -63,6 +63,7 @@ TEST_CASE("shapes refuse what they cannot be, by the field's name") {
   CHECK_THROWS_WITH(Shape(Ellipsoid{Vec3(1, 2, -3)}), Contains("ellipsoid: radii[2] is -3"));
   CHECK_THROWS_WITH(Shape(HalfSpace{Vec3::Zero(), 1}), Contains("halfspace: length of normal"));
   CHECK_THROWS_WITH(Shape(HalfSpace{Vec3::UnitX(), inf}), Contains("halfspace: offset"));
+  CHECK_THROWS_WITH(Shape(Plane{Vec3::Zero(), 1}), Contains("plane: length of normal"));
   CHECK_THROWS_WITH(Shape(Convex{}), Contains("convex: vertices is empty"));
   CHECK_THROWS_WITH(Shape(Convex{{Vec3(0, 0, 0), Vec3(0, nan, 0)}}), Contains("convex: vertices[1][1]"));
   CHECK_THROWS_WITH(Shape(Triangle{{Vec3(0, 0, 0), Vec3(0, 0, 0), Vec3(0, 0, inf)}}),
