@@ -133,6 +133,7 @@ void write_step(JsonWriter& out, const Options& options, const mpi::Report& repo
       .member("candidate_pairs", report.pairs)
       .member("colliding_pairs", report.colliding_pairs)
       .member("contacts", report.contacts)
+      .member("kept_pairs", report.kept_pairs)
       .member("contact_hash", std::string_view(hex(report.contact_hash)))
       .member("split", std::string_view(written(execution.split)))
       .member("max_depth", report.max_depth)
@@ -264,11 +265,19 @@ struct Outputs {
   void commit() { commit_all({&json, &contacts, &trace}); }
 };
 
+// As a run does that goes on from a checkpoint.
+void begin_anew(mpi::Pipeline& pipeline, std::optional<mpi::Response>& response) {
+  pipeline.begin_anew();
+  if (response) response->begin_anew();
+}
+
 void run(const Options& options) {
   const std::uint64_t steps = steps_of(options);
   const std::uint64_t every = whole_option("--checkpoint-every", options.every, 1, 1'000'000'000);
   mpi::Options how = pipeline_options(options);
   Scene scene = load_scene(options, how.rank.answer);
+  if (scene.has_continuous())
+    refuse_option("SCENE", options.scene, "one without continuous bodies: ranks do not stop them at their first touch");
   const std::string scene_name = scene.name;
   const tbb::global_control limit(
       tbb::global_control::max_allowed_parallelism,
@@ -310,7 +319,7 @@ void run(const Options& options) {
       }
       if (!options.checkpoint.empty() && (report.step + 1) % every == 0) {
         mpi::Checkpoint::write(pipeline, options.checkpoint);
-        if (response) response->begin_anew();
+        begin_anew(pipeline, response);
       }
       summary.add(report, response_ms);
       if (progress) progress->at(done + 1);

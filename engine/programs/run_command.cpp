@@ -26,7 +26,7 @@ namespace {
 
 // As typed.
 struct Options : RunOptions {
-  std::string split = "dynamic", balance = "busy", keep = "0", awake = "0";
+  std::string split = "dynamic", balance = "busy", awake = "0";
   bool strict = false;
 };
 
@@ -79,7 +79,6 @@ PipelineOptions pipeline_options(const Options& options) {
   read_run_options(options, out);
   out.balance.rule = named_option("--balance", options.balance, rules);
   out.balance.strict = options.strict;
-  out.answer.keep_contacts = number_option("--keep-contacts", options.keep, 0, 0.1);
   out.stay_awake = number_option("--stay-awake", options.awake, 0, longest_awake);
   const Split split = read_split(options.split);
   if (!split.dynamic()) {
@@ -405,8 +404,6 @@ void add_run_command(CLI::App& program, DescriptorBuffer& out, int& status) {
   add("--stay-awake", "US", o->awake,
       "flowgraph: workers spin between steps for at most so many microseconds, 0 to 1e5");
   command->add_flag("--strict", o->strict, "flowgraph, threads: no help across the two phases, as in the paper");
-  add("--keep-contacts", "T", o->keep,
-      "keep answers of pairs that moved less than this, relative to the bodies' size, 0 to 0.1; 0 computes all");
   command->footer(
       "Bodies collide when the request is contacts; with collide and distance they only fly.\n"
       "A file gets its name when the run is done.\n"

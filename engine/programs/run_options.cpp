@@ -29,6 +29,8 @@ void add_run_options(CLI::App& command, RunOptions& o, const RunTexts& texts) {
   add("--margin", "M", o.margin, "report gaps up to this as contacts of negative depth, metres");
   command.add_flag("--mesh-margin", o.mesh_margin,
                    "gaps between two meshes count, too; steps of meshes take several times as long");
+  add("--keep-contacts", "T", o.keep,
+      "keep answers of pairs that moved less than this, relative to the bodies' size, 0 to 0.1; 0 computes all");
   add("--json", "FILE", o.json, "write a report a step to this FILE");
   add("--contacts", "FILE", o.contacts, texts.contacts);
   add("--trace", "FILE", o.trace, texts.trace);
@@ -47,6 +49,7 @@ void read_run_options(const RunOptions& options, PipelineOptions& how) {
   how.threads = static_cast<int>(whole_option("--threads", options.threads, 0, 1024));
   how.broad_phase = named_option("--broadphase", options.broad_phase, broad_phases);
   how.answer.tolerance = number_option("--tolerance", options.tolerance, 0, 0.1);
+  how.answer.keep_contacts = number_option("--keep-contacts", options.keep, 0, 0.1);
   how.answer.contact_hash = true;
   how.answer.mesh_margin = options.mesh_margin;
   if (!options.margin.empty()) how.answer.margin = number_option("--margin", options.margin, 0, 1e6);

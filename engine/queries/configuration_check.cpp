@@ -33,7 +33,7 @@ double box_distance(const Aabb& a, const Aabb& b) {
 }  // namespace
 
 ConfigurationCheck::ConfigurationCheck(const QueryWorld& world, const NarrowPhaseOptions& narrow,
-                                       std::span<const Shape> links, std::span<const Pose> poses, const PairTable& self,
+                                       std::span<const Shape> links, const BatchPoses& poses, const PairTable& self,
                                        const BatchOptions& options, CheckMemory& memory)
     : world_(world),
       limit_(limit_of(options, narrow.limit)),
@@ -90,8 +90,15 @@ NarrowPhaseOptions ConfigurationCheck::limited(NarrowPhaseOptions options, const
 const Pose* ConfigurationCheck::take_boxes(std::size_t first, std::size_t count, std::span<const LinkBox> boxes,
                                            Workspace& work) const {
   const std::size_t n = links_.size();
-  const Pose* poses = poses_.data() + first * n;
-  if (!work.boxes.take(boxes, poses_, first, count, limit_))
+  std::span<const Pose> all = poses_.lying();
+  std::size_t from = first;
+  if (poses_.make()) {
+    work.poses.resize(count * n);
+    poses_.make()(first * n, work.poses);
+    all = work.poses, from = 0;
+  }
+  const Pose* poses = all.data() + from * n;
+  if (!work.boxes.take(boxes, all, from, count, limit_))
     for (std::size_t i = 0; i < count * n; ++i)
       require_valid(poses[i], "configuration " + std::to_string(first + i / n) + ", link " + std::to_string(i % n));
   return poses;

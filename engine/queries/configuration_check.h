@@ -9,6 +9,7 @@
 #include "queries/link_boxes.h"
 #include "queries/pool.h"
 #include "queries/query_world.h"
+#include "tandem/engine/scene_queries.h"
 #include "tandem/narrowphase/narrow_phase.h"
 #include "tandem/narrowphase/work_limit.h"
 
@@ -23,6 +24,7 @@ struct CheckSetup {
 
 /// Numbers of a batch that one thread works with.
 struct CheckWorkspace {
+  std::vector<Pose> poses;             // that were made
   LinkBoxes boxes;                     // grown by the margin
   std::vector<std::uint64_t> meeting;  // configurations in which the boxes of two links meet, by pairs of links
   LimitWatch watch;
@@ -51,8 +53,7 @@ class ConfigurationCheck {
  public:
   /// Throws std::invalid_argument that names what does not fit. All arguments must outlive it.
   ConfigurationCheck(const QueryWorld& world, const NarrowPhaseOptions& narrow, std::span<const Shape> links,
-                     std::span<const Pose> poses, const PairTable& self, const BatchOptions& options,
-                     CheckMemory& memory);
+                     const BatchPoses& poses, const PairTable& self, const BatchOptions& options, CheckMemory& memory);
 
   void verdicts(std::span<Verdict> out) const;
   void first_hits(std::span<FirstHit> out) const;
@@ -99,7 +100,7 @@ class ConfigurationCheck {
   const WorkLimit limit_;
   const NarrowPhase narrow_;
   const std::span<const Shape> links_;
-  const std::span<const Pose> poses_;
+  const BatchPoses& poses_;
   const BatchOptions& options_;
   std::size_t configurations_ = 0;
   Pool<CheckWorkspace>& workspaces_;
