@@ -498,8 +498,8 @@ class SceneWork final : public StepWork {
 
   /// A mesh with another solid takes up to a thousand times as long as two spheres; with a half-space it does not.
   bool is_heavy(Pair pair) const {
-    const ShapeKind a = scene_->shape_of(pair.a).kind(), b = scene_->shape_of(pair.b).kind();
-    return (a == ShapeKind::mesh || b == ShapeKind::mesh) && a != ShapeKind::halfspace && b != ShapeKind::halfspace;
+    const Shape &a = scene_->shape_of(pair.a), &b = scene_->shape_of(pair.b);
+    return !(a.is_convex() && b.is_convex()) && a.is_bounded() && b.is_bounded();
   }
 
   bool are_meshes(Pair pair) const {

@@ -265,8 +265,9 @@ struct Outputs {
   void commit() { commit_all({&json, &contacts, &trace}); }
 };
 
-Scene load_scene_for(const Options& options, AnswerOptions& answer) {
-  Scene scene = load_scene(options, answer);
+// The scene, and what of the answer depends on it.
+Scene load_scene_for(const Options& options, mpi::Options& how) {
+  Scene scene = load_scene(options, how.rank.answer);
   if (scene.has_continuous())
     refuse_option("SCENE", options.scene, "one without continuous bodies: ranks do not stop them at their first touch");
   return scene;
@@ -282,7 +283,7 @@ void run(const Options& options) {
   const std::uint64_t steps = steps_of(options);
   const std::uint64_t every = whole_option("--checkpoint-every", options.every, 1, 1'000'000'000);
   mpi::Options how = pipeline_options(options);
-  Scene scene = load_scene_for(options, how.rank.answer);
+  Scene scene = load_scene_for(options, how);
   const std::string scene_name = scene.name;
   const tbb::global_control limit(
       tbb::global_control::max_allowed_parallelism,

@@ -11,7 +11,7 @@ namespace tandem {
 /// As typed; empty: not given.
 struct RunOptions {
   std::string scene, steps = "300", bodies, seed, executor = "flowgraph", threads, broad_phase = "auto", request;
-  std::string tolerance = "0", margin, json, contacts, trace, record, keep = "0";
+  std::string tolerance = "0", keep = "0", margin, json, contacts, trace, record;
   bool mesh_margin = false;
 };
 

@@ -30,7 +30,20 @@ double box_distance(const Aabb& a, const Aabb& b) {
   return std::sqrt(sum);
 }
 
+std::size_t bytes(const auto&... list) { return (std::size_t{0} + ... + (list.capacity() * sizeof(list[0]))); }
+
 }  // namespace
+
+std::size_t CheckSetup::memory() const { return bytes(grown, boxes, grown_boxes, self); }
+
+std::size_t CheckWorkspace::memory() const {
+  return boxes.memory() + bytes(meeting, bodies, stretches, suspects, near, nearest);
+}
+
+std::size_t CheckMemory::memory() const {
+  const auto beside = [](const auto& thing) { return thing.memory(); };
+  return setups.memory(beside) + workspaces.memory(beside);
+}
 
 ConfigurationCheck::ConfigurationCheck(const QueryWorld& world, const NarrowPhaseOptions& narrow,
                                        std::span<const Shape> links, const BatchPoses& poses, const PairTable& self,
@@ -58,7 +71,7 @@ ConfigurationCheck::ConfigurationCheck(const QueryWorld& world, const NarrowPhas
   for (std::size_t i = 0; i < n; ++i)
     if (!links[i].is_bounded())
       throw std::invalid_argument("configurations: link " + std::to_string(i) +
-                                  " is a half-space, allowed: bounded shapes");
+                                  " is a " + std::string(name(links[i].kind())) + ", allowed: bounded shapes");
   setup_->self.clear(), setup_->boxes.clear(), setup_->grown_boxes.clear(), setup_->grown.clear();
   for (std::uint32_t i = 0; i < self.rows(); ++i)
     for (std::uint32_t j = i + 1; j < n; ++j)

@@ -20,6 +20,8 @@ struct CheckSetup {
   std::vector<Shape> grown;                 // the links with the margin about them, where motions are continuous
   std::vector<LinkBox> boxes, grown_boxes;  // of the links; by the margin
   std::vector<std::pair<std::uint32_t, std::uint32_t>> self;  // pairs of links
+
+  std::size_t memory() const;  // bytes held beside itself, shapes not counted
 };
 
 /// Numbers of a batch that one thread works with.
@@ -41,12 +43,16 @@ struct CheckWorkspace {
   // What was hit last is looked at first: neighbours mostly hit the same. A link and a body, or two links.
   Suspects last_hit{};
   bool has_last_hit = false;
+
+  std::size_t memory() const;  // bytes held beside itself
 };
 
 /// Memory of batches, for the next ones.
 struct CheckMemory {
   Pool<CheckSetup> setups;
   Pool<CheckWorkspace> workspaces;
+
+  std::size_t memory() const;  // bytes of what no batch uses
 };
 
 class ConfigurationCheck {

@@ -89,7 +89,10 @@ SceneQueries& SceneQueries::operator=(SceneQueries&&) noexcept = default;
 
 UpdateReport SceneQueries::update(const Scene& scene) { return impl_->world.update(scene); }
 
-std::size_t SceneQueries::memory() const { return impl_->world.memory(); }
+std::size_t SceneQueries::memory() const {
+  const auto bytes = [](const auto& list) { return list.capacity() * sizeof(list[0]); };
+  return sizeof(Impl) + impl_->world.memory() + impl_->memory.memory() + impl_->tried.memory(bytes);
+}
 
 bool SceneQueries::collides(const Shape& shape, const Pose& pose, double margin, const QueryFilter& filter) const {
   require_valid(pose, "query");

@@ -139,6 +139,7 @@ std::optional<SurfaceDistance> surface_distance(const ConvexView& shape, const V
       return from_ellipsoid(radii_of(shape), p, slack);
     case ShapeKind::sphere:
     case ShapeKind::halfspace:
+    case ShapeKind::plane:
     case ShapeKind::convex:
     case ShapeKind::triangle:
     case ShapeKind::mesh:
@@ -165,6 +166,7 @@ double exit_length(const ConvexView& shape, const Vec3& p, const Vec3& d) {
       return std::max(0.0, last_root(e.squaredNorm(), q.dot(e), std::min(0.0, q.squaredNorm() - 1)));
     }
     case ShapeKind::halfspace:
+    case ShapeKind::plane:
     case ShapeKind::convex:
     case ShapeKind::triangle:
     case ShapeKind::mesh:

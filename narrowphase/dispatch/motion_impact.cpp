@@ -80,7 +80,9 @@ class ScrewSweep {
  private:
   using Box = std::pair<Vec3, Vec3>;  // middle and half sizes, in the body's frame
 
-  static bool is_plane(const SweptBody& body) { return !body.mesh && body.view.kind == ShapeKind::halfspace; }
+  static bool is_plane(const SweptBody& body) {
+    return body.view.kind == ShapeKind::halfspace || body.view.kind == ShapeKind::plane;
+  }
 
   /// Another body's box as `own` sees it.
   static Box seen_from(const Pose& own, const Pose& other, const Box& box) {

@@ -43,6 +43,7 @@ struct FeatureBody {
       case ShapeKind::sphere:
       case ShapeKind::ellipsoid:
       case ShapeKind::halfspace:
+      case ShapeKind::plane:
       case ShapeKind::triangle:
       case ShapeKind::mesh:
         break;  // have no features (have_features)

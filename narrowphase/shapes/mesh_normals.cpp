@@ -60,8 +60,8 @@ NormalCone of_triangle(const MeshModel& mesh, std::uint32_t t, std::span<const D
 }  // namespace
 
 const NormalCones& MeshModel::normal_cones(const WorkLimit* limit) const {
-  return cones_.get([&] {
-    WorkMeter meter(limit);
+  return cones_.get(limit, [&](const WorkLimit* own) {
+    WorkMeter meter(own);
     std::vector<Direction> normals(triangles.size());
     for (std::uint32_t t = 0; t < normals.size(); ++t) {
       meter.spend();

@@ -35,10 +35,11 @@ struct World {
   explicit World(unsigned seed, int count) : random(seed) {
     for (int i = 0; i < count; ++i) add();
     bodies.push_back(scene.add_body({.shape = scene.add_shape(HalfSpace{{0, 0, 1}, -6}), .is_static = true}));
+    bodies.push_back(scene.add_body({.shape = scene.add_shape(Plane{{0.1, 0.2, 1}, 5.5}), .is_static = true}));
   }
   void add() {
     auto kind = static_cast<ShapeKind>(bodies.size() % shape_kinds);
-    if (kind == ShapeKind::halfspace) kind = ShapeKind::box;
+    if (kind == ShapeKind::halfspace || kind == ShapeKind::plane) kind = ShapeKind::box;
     const ShapeId shape = scene.add_shape(random_shape(kind, random));
     bodies.push_back(scene.add_body({.shape = shape,
                                      .pose = random_pose(random, 5),
@@ -64,7 +65,8 @@ struct World {
 
 Shape asking(Random& random) {
   const auto kind = static_cast<ShapeKind>(static_cast<int>(random.in(0, shape_kinds)));
-  return random_shape(kind == ShapeKind::halfspace ? ShapeKind::sphere : kind, random);
+  const bool bounded = kind != ShapeKind::halfspace && kind != ShapeKind::plane;
+  return random_shape(bounded ? kind : ShapeKind::sphere, random);
 }
 
 bool same(const PairAnswer& a, const PairAnswer& b) {
@@ -172,6 +174,20 @@ TEST_CASE("queries of a scene: a few that move are refitted, and a copy is asked
   CHECK_FALSE(report.rebuilt);
   REQUIRE(before);
   CHECK(queries.memory() > 200 * sizeof(Pose));
+}
+
+TEST_CASE("queries of a scene: memory that batches leave for the next ones is counted, and stays") {
+  World world(11, 40);
+  const SceneQueries queries(world.scene);
+  const std::size_t before = queries.memory();
+  const std::vector<Shape> links{Sphere{0.2}, Sphere{0.3}};
+  const std::vector<Pose> poses(2 * 256);
+  std::vector<Verdict> verdicts(256);
+  queries.check(links, poses, PairTable(2, 2, true), verdicts);
+  const std::size_t after = queries.memory();
+  CHECK(after > before + 256 * links.size() * sizeof(float));
+  queries.check(links, poses, PairTable(2, 2, true), verdicts);
+  CHECK(queries.memory() < 2 * after);
 }
 
 TEST_CASE("queries of a scene: asked by its own bodies, and from many threads at once") {

@@ -106,6 +106,12 @@ void bind_vertex_shapes(py::module_& m) {
       },
       py::arg("normal"), py::arg("offset") = 0.0, "normal . x <= offset; a normal of any length but 0");
   m.def(
+      "Plane",
+      [](const py::object& normal, double offset) {
+        return Shape(Plane{vec3(normal, "normal"), offset});
+      },
+      py::arg("normal"), py::arg("offset") = 0.0, "normal . x = offset, two-sided; a normal of any length but 0");
+  m.def(
       "Convex", [](const py::object& v) { return Shape(Convex{points(v, "vertices")}); }, py::arg("vertices"),
       "The hull of (n, 3) points, m; may be flat.");
   m.def(

@@ -717,6 +717,9 @@ def Mesh(
     ends the work. timeout: s; then TimeoutError.
     """
 
+def Plane(normal: ArrayLike, offset: float = 0.0) -> Shape:
+    """normal . x = offset, two-sided; a normal of any length but 0"""
+
 def Sphere(radius: float) -> Shape:
     """radius >= 0, m; 0 is a point"""
 
