@@ -39,8 +39,8 @@ Shape voxels_of(const py::object& cells, double size) {
   for (const Vec3& cell : points(cells, "cells")) {
     if (cell != cell.array().round().matrix() || cell.cwiseAbs().maxCoeff() > (1 << 21))
       throw std::invalid_argument("cells: a number is not whole, or beyond 2^21");
-    places.push_back({static_cast<std::int32_t>(cell[0]), static_cast<std::int32_t>(cell[1]),
-                      static_cast<std::int32_t>(cell[2])});
+    places.push_back(
+        {static_cast<std::int32_t>(cell[0]), static_cast<std::int32_t>(cell[1]), static_cast<std::int32_t>(cell[2])});
   }
   return voxels(places, size);
 }
@@ -147,8 +147,9 @@ void bind_vertex_shapes(py::module_& m) {
       py::arg("points"), py::arg("radius"), "Balls of one radius (m, >= 0) about (n, 3) points, as one shape.");
   m.def("height_field", &height_field_of, py::arg("heights"), py::arg("spacing"), py::arg("bottom"),
         "The solid between `bottom` and (rows, columns) heights, m, `spacing` (m, > 0) apart; centred in x and y.");
-  m.def("voxels", &voxels_of, py::arg("cells"), py::arg("size"),
-        "The union of cubes of a grid: (n, 3) whole numbers, cell (i, j, k) from (i, j, k) * size (m, > 0) on; a solid.");
+  m.def(
+      "voxels", &voxels_of, py::arg("cells"), py::arg("size"),
+      "The union of cubes of a grid: (n, 3) whole numbers, cell (i, j, k) from (i, j, k) * size (m, > 0) on; a solid.");
 }
 
 }  // namespace
