@@ -29,7 +29,7 @@ namespace {
 bool triangular(const Shape& s) { return s.kind() == ShapeKind::triangle || s.kind() == ShapeKind::mesh; }
 
 /// How far a half-space or plane reaches along its normal, or against it.
-double reach(const Shape& s, bool along) {
+double extent_along(const Shape& s, bool along) {
   if (along) return s.offset() + s.rounding();
   return s.kind() == ShapeKind::plane ? s.rounding() - s.offset() : std::numeric_limits<double>::infinity();
 }
@@ -40,7 +40,8 @@ bool unbounded_collide(const Shape& a, const Pose& pose_a, const Shape& b, const
   const bool alike = na == nb;
   if (!alike && na != -nb) return true;
   const double between = na.dot(pose_b.translation - pose_a.translation);
-  return reach(a, true) + reach(b, !alike) >= between && reach(a, false) + reach(b, alike) >= -between;
+  return extent_along(a, true) + extent_along(b, !alike) >= between &&
+         extent_along(a, false) + extent_along(b, alike) >= -between;
 }
 
 std::string refusal(const Shape& a, const Shape& b, Request request) {
