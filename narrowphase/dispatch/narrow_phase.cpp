@@ -312,6 +312,8 @@ std::string NarrowPhase::refuses(const Shape& a, const Shape& b, Request request
 
 PairAnswer NarrowPhase::solve(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                               std::vector<Contact>* contacts, WarmStart* warm) const {
+  std::vector<Contact> unwanted;
+  if (request == Request::contacts && contacts == nullptr) contacts = &unwanted;
   if (options_.limit != nullptr) return solve_limited(a, pose_a, b, pose_b, request, options_, contacts, warm);
   return solve_any(a, pose_a, b, pose_b, request, options_, contacts, warm);
 }

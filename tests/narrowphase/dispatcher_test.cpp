@@ -40,6 +40,8 @@ TEST_CASE("dispatcher: every pair of kinds answers every request, or refuses by 
         if (!is_thin(a) && !is_thin(b)) CHECK(answer.collide);
         CHECK(contacts.empty() == !(q == Request::contacts && answer.collide));
         if (q == Request::distance) CHECK(answer.collide == (answer.signed_distance <= 0));
+        const PairAnswer without_list = n.solve(a, Pose{}, b, Pose::at(0.1, 0.2, 0.1), q);
+        CHECK((without_list.collide == answer.collide && without_list.signed_distance == answer.signed_distance));
       }
 }
 
