@@ -520,7 +520,7 @@ TEST_CASE("program: clash refuses what it cannot read, before the work") {
       {{in + "/a.obj"}, "at least two"},
       {{in + "/a.obj", in + "/a.obj"}, "twice"},
       {{in + "/a.obj", in + "/none.stl"}, "none.stl"},
-      {{in + "/a.obj", in + "/none"}, "none: No such file"},
+      {{in + "/a.obj", in + "/none"}, "no file or folder '" + in + "/none'"},
       {{in + "/a.obj", in + "/cut.stl"}, "cut.stl"},
       {{in + "/a.obj", in + "/cut.stl", "--clearance", "-1"}, "--clearance"},
       {{in, "--report", in + "/no/page.html"}, "--report"},
