@@ -12,7 +12,7 @@ if(TANDEM_FCL_ADAPTER)
   install(EXPORT tandemFclTargets NAMESPACE tandem:: DESTINATION ${package} COMPONENT dev)
 endif()
 if(TANDEM_MPI)
-  install(EXPORT tandemMpiTargets NAMESPACE tandem:: DESTINATION ${package} COMPONENT dev)
+  install(EXPORT tandemMpiTargets NAMESPACE tandem:: DESTINATION ${package} COMPONENT mpidev)
 endif()
 if(TANDEM_SHARED_LIBRARY)
   # The prefix is known when it is installed, not before.

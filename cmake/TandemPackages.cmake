@@ -1,5 +1,6 @@
 # Debian packages, by `cpack` in the build folder of the preset `packages`: libtandem0 (the shared library), libtandem-dev
-# (headers, static libraries), tandem-tools (the programs).
+# (headers, static libraries), tandem-tools (the programs), python3-tandem, and for MPI, which nobody else has to install,
+# tandem-mpi (the program) and libtandem-mpi-dev.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME tandem)
 set(CPACK_PACKAGE_VENDOR "tandem")
@@ -8,6 +9,12 @@ set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_COMPONENTS_ALL runtime dev tools)
 if(TANDEM_PYTHON)
   list(APPEND CPACK_COMPONENTS_ALL python)
+endif()
+if(TANDEM_MPI)
+  list(APPEND CPACK_COMPONENTS_ALL mpidev)
+  if(TANDEM_BUILD_PROGRAMS)
+    list(APPEND CPACK_COMPONENTS_ALL mpi)
+  endif()
 endif()
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
@@ -38,11 +45,23 @@ set(CPACK_DEBIAN_TOOLS_PACKAGE_SECTION science)
 set(CPACK_COMPONENT_TOOLS_DESCRIPTION "collision detection on many cores (programs)
  tandem runs scenes, answers pairs of shapes and finds clashes; tandem-bench measures,
  compares with other libraries, and writes reports as pages.")
+set(CPACK_DEBIAN_MPI_PACKAGE_NAME tandem-mpi)
+set(CPACK_DEBIAN_MPI_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_MPI_PACKAGE_DEPENDS "openmpi-bin")  # mpirun
+set(CPACK_COMPONENT_MPI_DESCRIPTION "collision detection on many cores (program for many machines)
+ tandem-mpi runs one scene on any number of MPI ranks; contacts and motion are the same
+ bits as on one.")
+set(CPACK_DEBIAN_MPIDEV_PACKAGE_NAME libtandem-mpi-dev)
+set(CPACK_DEBIAN_MPIDEV_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_MPIDEV_PACKAGE_DEPENDS "libtandem-dev (= ${PROJECT_VERSION}), libopenmpi-dev, libtrilinos-zoltan-dev")
+set(CPACK_COMPONENT_MPIDEV_DESCRIPTION "collision detection on many cores (headers and library for MPI)
+ For programs that use tandem on the ranks of MPI: find_package(tandem COMPONENTS mpi),
+ tandem::mpi.")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-tandem)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 if(TANDEM_PYTHON)
   math(EXPR next_minor "${TANDEM_PYTHON_MINOR_VERSION} + 1")
-set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.${TANDEM_PYTHON_MINOR_VERSION}), python3 (<< 3.${next_minor}), python3-numpy")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.${TANDEM_PYTHON_MINOR_VERSION}), python3 (<< 3.${next_minor}), python3-numpy")
 endif()
 set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "tandem-tools")
 set(CPACK_COMPONENT_PYTHON_DESCRIPTION "collision detection on many cores (Python module)

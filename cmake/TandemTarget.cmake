@@ -1,7 +1,7 @@
-# tandem_library(NAME SOURCES... HEADERS... [EXPORT SET]): one static library, with its alias, warnings and install rules.
-# The shared library is made of those of EXPORT tandemTargets.
+# tandem_library(NAME SOURCES... HEADERS... [EXPORT SET] [COMPONENT NAME]): one static library, with its alias, warnings and
+# install rules. The shared library is made of those of EXPORT tandemTargets; COMPONENT says which package it is in.
 function(tandem_library name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "EXPORT" "SOURCES;HEADERS")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "EXPORT;COMPONENT" "SOURCES;HEADERS")
   add_library(tandem_${name} STATIC ${arg_SOURCES})
   add_library(tandem::${name} ALIAS tandem_${name})
   set_target_properties(tandem_${name} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)
@@ -16,12 +16,15 @@ function(tandem_library name)
   if(NOT arg_EXPORT)
     set(arg_EXPORT tandemTargets)
   endif()
+  if(NOT arg_COMPONENT)
+    set(arg_COMPONENT dev)
+  endif()
   tandem_install(TARGETS tandem_${name} EXPORT ${arg_EXPORT}
-    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT ${arg_COMPONENT})
   foreach(header IN LISTS arg_HEADERS)
     get_filename_component(folder ${header} DIRECTORY)
     string(REGEX REPLACE "^include" "" folder ${folder})
-    tandem_install(FILES ${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}${folder} COMPONENT dev)
+    tandem_install(FILES ${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}${folder} COMPONENT ${arg_COMPONENT})
   endforeach()
 endfunction()
 

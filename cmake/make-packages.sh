@@ -3,7 +3,8 @@
 # cmake/make-packages.sh [--no-install]
 set -euo pipefail
 cd "$(dirname "$(readlink -f "$0")")/.."
-cmake/install-packages.sh "$@" dpkg-dev file lintian pybind11-dev python3-dev python3-numpy
+cmake/install-packages.sh "$@" dpkg-dev file lintian pybind11-dev python3-dev python3-numpy \
+  libopenmpi-dev libtrilinos-zoltan-dev
 cmake --preset packages >/dev/null
 cmake --build --preset packages
 rm -f build/packages/*.deb

@@ -25,6 +25,7 @@ bool PosedCore::is_polytope() const {
     case ShapeKind::box:
     case ShapeKind::capsule:
     case ShapeKind::halfspace:
+    case ShapeKind::plane:
     case ShapeKind::convex:
     case ShapeKind::triangle:
     case ShapeKind::mesh:
@@ -93,6 +94,7 @@ Vec PosedCore::support(const Vec& world) const {
       break;
     case ShapeKind::sphere:
     case ShapeKind::halfspace:
+    case ShapeKind::plane:
     case ShapeKind::mesh:
       break;
   }

@@ -111,6 +111,15 @@ double separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose
 }
 
 Truth signed_distance(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
+  if (a.kind() == ShapeKind::plane || b.kind() == ShapeKind::plane) {
+    // A plane is met on the side that less of a body sticks out of.
+    const auto side = [](const Shape& s, double sense) -> Shape {
+      return s.kind() == ShapeKind::plane ? HalfSpace{sense * s.normal(), sense * s.offset()} : s;
+    };
+    const Truth above = signed_distance(side(a, 1), pose_a, side(b, 1), pose_b),
+                below = signed_distance(side(a, -1), pose_a, side(b, -1), pose_b);
+    return below.signed_distance > above.signed_distance ? below : above;
+  }
   if (!a.is_convex() || !b.is_convex() || (!a.is_bounded() && !b.is_bounded()))
     throw std::invalid_argument("reference: the shapes must be convex and one of them bounded");
   Interval d;

@@ -228,6 +228,7 @@ json drawn(const Shape& shape) {
       out["radii"] = list(shape.radii());
       break;
     case ShapeKind::halfspace:
+    case ShapeKind::plane:
       out["normal"] = list(shape.normal());
       out["offset"] = shape.offset();
       break;

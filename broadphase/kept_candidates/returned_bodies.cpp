@@ -54,12 +54,12 @@ void ReturnedBodies::sort() {
 
 void ReturnedBodies::overlapping(const Aabb& box, std::vector<std::uint32_t>& row,
                                  std::vector<std::uint32_t>& out) const {
-  look_in(sorted_, box, row, out);
-  look_in(recent_, box, row, out);
+  search(sorted_, box, row, out);
+  search(recent_, box, row, out);
 }
 
-void ReturnedBodies::look_in(const Sorted& sorted, const Aabb& box, std::vector<std::uint32_t>& row,
-                             std::vector<std::uint32_t>& out) const {
+void ReturnedBodies::search(const Sorted& sorted, const Aabb& box, std::vector<std::uint32_t>& row,
+                            std::vector<std::uint32_t>& out) const {
   const float *lo = sorted.boxes.lo(0), *lo_end = lo + sorted.items.size();
   const auto begin = static_cast<std::size_t>(std::lower_bound(sorted.reach.begin(), sorted.reach.end(), box.lo[0]) -
                                               sorted.reach.begin());

@@ -67,8 +67,8 @@ class ReturnedBodies {
   void sort();
   static void order(std::vector<Item>& items, std::size_t first);
   static void refresh(Sorted& sorted);
-  void look_in(const Sorted& sorted, const Aabb& box, std::vector<std::uint32_t>& row,
-               std::vector<std::uint32_t>& out) const;
+  void search(const Sorted& sorted, const Aabb& box, std::vector<std::uint32_t>& row,
+              std::vector<std::uint32_t>& out) const;
 
   std::vector<std::uint32_t> turn_of_;  // one a body
   std::vector<std::uint32_t> place_;    // one a body, in first_, of those that were put back

@@ -10,6 +10,7 @@
 #include "kept_candidates/early_slab.h"
 #include "kept_candidates/joint_stages.h"
 #include "kept_candidates/returned_bodies.h"
+#include "kept_candidates/returned_candidates.h"
 #include "kernels/box_record.h"
 #include "methods/box_search.h"
 #include "methods/listed_method.h"
@@ -37,7 +38,7 @@ namespace tandem {
 /// A step that reuses a list has one serial stage of some microseconds and then the last, whose blocks need nothing
 /// from each other: the first pairs leave at once. Its tiles read boxes in any order, for which they are copied to
 /// records; every block first helps with that. As long as another thread is at it, a tile reads the boxes themselves,
-/// which takes longer; so do the first tiles, on purpose. Boxes that are said not to have changed are not looked at.
+/// which takes longer; so do the first tiles, on purpose. Boxes that are said not to have changed are not read.
 ///
 /// A step that renews the list prepares that within its last stage, too, whose first block hands on the early pairs
 /// (EarlySlab).
@@ -86,43 +87,21 @@ class VerletList {
     std::vector<std::uint32_t> row, found;
     std::size_t memory() const { return maker.memory() + tiles.memory() + bytes_of(row) + bytes_of(found); }
   };
-  /// What a part looked at its boxes with.
-  struct Look {
+  /// What the boxes of a part are checked with.
+  struct CheckRoom {
     std::array<std::uint32_t, boxes_a_part + 1> changed;
     std::array<std::uint32_t, boxes_a_part> outside;
     std::array<BoxRecord, boxes_a_part> past;
     static std::size_t memory() { return 0; }
   };
-  /// What bodies that were put back may meet.
-  struct ReturnedList {
-    struct Entry {
-      std::uint32_t body, turn;  ///< see ReturnedBodies
-      std::size_t end;           ///< of its bodies in `others`
-    };
-    std::vector<Entry> entries;
-    std::vector<std::uint32_t> others;
-    std::size_t kept = 0;  ///< of `others` when they were last looked through
-
-    void clear() {
-      entries.clear();
-      others.clear();
-      kept = 0;
-    }
-    /// Drops what later ones hold, once that may be half.
-    void forget(const ReturnedBodies& returned);
-    void close(std::uint32_t body, std::uint32_t turn) {
-      if (others.size() != (entries.empty() ? 0 : entries.back().end)) entries.push_back({body, turn, others.size()});
-    }
-    std::size_t memory() const { return bytes_of(entries) + bytes_of(others); }
-  };
-  /// Boxes that are looked at together.
+  /// Boxes that are checked together.
   struct Part {
-    std::uint8_t looked_at = 0;  ///< in this step; atomically
+    std::uint8_t checked = 0;  ///< in this step; atomically
     // Those outside in this step, to be put back before the next.
     std::vector<std::uint32_t> outside;
-    BoxArray boxes, larger;  ///< theirs, and the larger ones that they get
-    FilterCopy filter;       ///< their part of it
-    ReturnedList list;       ///< of those that were put back
+    BoxArray boxes, larger;   ///< theirs, and the larger ones that they get
+    FilterCopy filter;        ///< their part of it
+    ReturnedCandidates list;  ///< of those that were put back
     // Those that may have changed in the last step for which that is known, and their larger boxes side by side.
     std::vector<std::uint32_t> changed;
     std::vector<BoxRecord> changed_larger;
@@ -174,16 +153,16 @@ class VerletList {
   void put_back();
   std::size_t returned_candidates() const;
 
-  /// Looks at the parts that nobody has begun yet: copies their boxes and finds those outside. Whether all are done,
+  /// Checks the parts that nobody has begun yet: copies their boxes and finds those outside. Whether all are done,
   /// others' too.
-  bool help_look();
-  void look_at(std::size_t part);
+  bool help_check();
+  void check_part(std::size_t part);
   /// Those that may have changed and are outside; with the records that they had.
-  std::size_t find_outside(std::size_t index, Look& look);
+  std::size_t find_outside(std::size_t index, CheckRoom& room);
   /// Whether a box that is said not to have changed has not.
   bool is_as_before(std::size_t i) const;
-  /// Waits for the thread that looks at it, if it is not done. It waits for nothing.
-  const Part& looked_at(std::size_t part) const;
+  /// Waits for the thread that checks it, if it is not done. That one waits for nothing.
+  const Part& checked_part(std::size_t part) const;
 
   /// Does what is to be done before candidates are found, with others; false when that failed.
   bool prepare_renewal();
@@ -203,7 +182,7 @@ class VerletList {
   /// The same without the early ones.
   void put_later(std::span<const LocalPair> pairs, const std::uint32_t* bodies, const BoxRecord* boxes,
                  PairSink& sink) const;
-  void test(const ReturnedList& list, bool all_copied, PairSink& sink) const;
+  void test(const ReturnedCandidates& list, bool all_copied, PairSink& sink) const;
   void search_outside(Part& part, Scratch& scratch, PairSink& sink);
   /// Those outside against each other.
   void test_outside(Scratch& scratch, PairSink& sink);
@@ -211,7 +190,7 @@ class VerletList {
   std::size_t size() const { return boxes_->size(); }
   bool too_long() const;
   std::size_t part_end(std::size_t part) const { return std::min(size(), (part + 1) * boxes_a_part); }
-  /// Whether boxes that have not changed need not be looked at.
+  /// Whether boxes that have not changed need not be read.
   bool changes_known() const { return !changed_.empty() && (has_past_ || !copies_); }
 
   const BoxArray* boxes_ = nullptr;
@@ -233,7 +212,7 @@ class VerletList {
   BoxArray larger_;
   double steps_ahead_ = 8;
 
-  // What is looked at in a step, by parts.
+  // What is checked in a step, by parts.
   std::atomic<std::size_t> next_part_{0}, parts_done_{0};
   mutable std::vector<Part> parts_;  // mutable only for std::atomic_ref
   std::size_t part_count_ = 0;
@@ -252,10 +231,10 @@ class VerletList {
   // The filter is what it was when the list was made: what is on it need not be filtered.
   std::atomic<bool> filter_holds_{false};
   ReturnedBodies returned_;
-  ReturnedList among_;  // of those put back in the same step
+  ReturnedCandidates among_;  // of those put back in the same step
   BoxArray outside_boxes_;
   ScratchPool<Scratch> scratch_;
-  ScratchPool<Look> looks_;
+  ScratchPool<CheckRoom> check_rooms_;
   JointStages renewal_;
   EarlySlab early_;  // of a renewal
 };

@@ -47,11 +47,11 @@ Mesh read_mesh_file(const std::filesystem::path& path) {
   return read(file, read_file(path, limits::mesh_bytes), path.parent_path());
 }
 
-Shape read_mesh_shape(const std::filesystem::path& path, bool solid) {
+Shape read_mesh_shape(const std::filesystem::path& path, bool solid, const BuildOptions& options) {
   Mesh mesh = read_mesh_file(path);
   mesh.solid = solid;
   try {
-    return Shape(std::move(mesh));
+    return Shape(std::move(mesh), options);
   } catch (const std::invalid_argument& error) {
     throw InputError(path.string(), error.what());
   }

@@ -335,6 +335,9 @@ PlacedShape place(const Shape& shape, const Pose& pose) {
     case ShapeKind::halfspace:
       out.shape = HalfSpace{rest.transpose().inverse() * shape.normal(), shape.offset()};
       break;
+    case ShapeKind::plane:
+      out.shape = Plane{rest.transpose().inverse() * shape.normal(), shape.offset()};
+      break;
     case ShapeKind::cylinder:
     case ShapeKind::cone:
       if (shape.rounding() > 0)

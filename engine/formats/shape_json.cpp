@@ -57,6 +57,10 @@ void write_radius_and_length(JsonWriter& out, const Shape& shape) {
   out.member("radius", shape.radius()).member("length", shape.length());
 }
 
+void write_normal_and_offset(JsonWriter& out, const Shape& shape) {
+  out.member("normal", shape.normal()).member("offset", shape.offset());
+}
+
 void write_mesh(JsonWriter& out, const Shape& shape) {
   write_vertices(out, shape);
   out.key("triangles").begin_array();
@@ -119,7 +123,7 @@ constexpr std::array<JsonKind, shape_kinds> json_kinds = {{
        json.require_keys({"kind", "normal", "offset", "rounding"});
        return make_shape(json, HalfSpace{json.at("normal").vec3(), json.at("offset").number()});
      },
-     [](Out out, const Shape& shape) { out.member("normal", shape.normal()).member("offset", shape.offset()); }},
+     write_normal_and_offset},
     {ShapeKind::convex,
      [](In json, Meshes) {
        json.require_keys({"kind", "vertices", "rounding"});
@@ -133,6 +137,12 @@ constexpr std::array<JsonKind, shape_kinds> json_kinds = {{
      },
      write_vertices},
     {ShapeKind::mesh, [](In json, Meshes read_mesh) { return read_mesh(json); }, write_mesh},
+    {ShapeKind::plane,
+     [](In json, Meshes) {
+       json.require_keys({"kind", "normal", "offset", "rounding"});
+       return make_shape(json, Plane{json.at("normal").vec3(), json.at("offset").number()});
+     },
+     write_normal_and_offset},
 }};
 static_assert(
     [] {

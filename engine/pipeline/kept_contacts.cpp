@@ -146,12 +146,7 @@ bool KeptContacts::begin_step(const Scene& scene, ContactList& contacts, bool sa
   else if (!restless_known_)
     find_restless();
 
-  anchor_places_.resize(bodies, Vec3::Zero());
-  anchor_rotations_.resize(bodies, Mat3::Identity());
-  body_shapes_.resize(bodies);
-  reach_.resize(bodies);
-  since_.resize(bodies);
-  changed_.resize(bodies);
+  resize(bodies);
   const auto shapes = scene.shapes();
   const auto same = [](const Shape& x, const Shape& y) { return x.identity() == y.identity(); };
   if (std::equal(shapes.begin(), shapes.end(), shapes_.begin(), shapes_.end(), same)) return !all_asked_;
@@ -173,6 +168,16 @@ bool KeptContacts::begin_step(const Scene& scene, ContactList& contacts, bool sa
   return !all_asked_;
 }
 
+void KeptContacts::resize(std::size_t bodies) {
+  anchor_places_.resize(bodies, Vec3::Zero());
+  anchor_rotations_.resize(bodies, Mat3::Identity());
+  body_shapes_.resize(bodies);
+  reach_.resize(bodies);
+  since_.resize(bodies);
+  changed_.resize(bodies);
+  if (!came_.empty()) came_.resize(bodies);
+}
+
 void KeptContacts::look_at(std::size_t first, std::span<std::uint8_t> changed) {
   // By pointers of its own: a byte that is written might else be part of any of them.
   const auto* const shape_of = scene_->shape_indices().data();
@@ -181,6 +186,7 @@ void KeptContacts::look_at(std::size_t first, std::span<std::uint8_t> changed) {
   const Vec3* const places = anchor_places_.data();
   const Mat3* const rotations = anchor_rotations_.data();
   const double* const reaches = reach_.data();
+  const std::uint8_t* const came = came_.empty() ? nullptr : came_.data();
   const bool same_bodies = same_bodies_;
   bool any_moved = false;
   for (std::size_t k = 0; k < changed.size(); ++k) {
@@ -188,7 +194,7 @@ void KeptContacts::look_at(std::size_t first, std::span<std::uint8_t> changed) {
     const std::size_t i = first + k;
     const Ball& ball = balls[shape_of[i]];
     if ((same_bodies || is_as_it_was(i, ball)) && rests(poses[i], places[i], rotations[i], ball, reaches[i])) {
-      changed[k] = 0;
+      changed[k] = came == nullptr ? 0 : came[i];
     } else {
       end_rest(i, ball);
       any_moved = true;
@@ -227,6 +233,7 @@ void KeptContacts::end_rest(std::size_t body, const Ball& ball) {
 
 void KeptContacts::end_step(ContactList& contacts) {
   complete_ = true;
+  came_.clear();
   computed_ = static_cast<std::uint64_t>(told_.computed);
   noted_ = static_cast<std::size_t>(told_.noted);
   if (all_asked_) {
@@ -323,18 +330,7 @@ void KeptContacts::forget_gone() {
 }
 
 void KeptContacts::take_fresh() {
-  const auto take_detail = [this](std::uint32_t place) {
-    KeptPair& detail = fresh_details_[place];
-    if (free_details_.empty()) {
-      details_.push_back(std::move(detail));
-      return static_cast<std::uint32_t>(details_.size() - 1);
-    }
-    const std::uint32_t at = free_details_.back();
-    free_details_.pop_back();
-    details_[at] = std::move(detail);
-    return at;
-  };
-  for (const auto& [entry, place] : adopted_) entries_[entry].detail = take_detail(place);
+  for (const auto& [entry, place] : adopted_) entries_[entry].detail = put_detail(std::move(fresh_details_[place]));
   adopted_.clear();
   forget_gone();
   const auto by_key = [](const Fresh& x, const Fresh& y) { return x.key < y.key; };
@@ -342,7 +338,7 @@ void KeptContacts::take_fresh() {
   places_.clear();
   auto place = keys_.begin();
   for (Fresh& fresh : fresh_) {
-    if (fresh.entry.detail != none) fresh.entry.detail = take_detail(fresh.entry.detail);
+    if (fresh.entry.detail != none) fresh.entry.detail = put_detail(std::move(fresh_details_[fresh.entry.detail]));
     place = std::lower_bound(place, keys_.end(), fresh.key);
     places_.push_back(static_cast<std::size_t>(place - keys_.begin()));
   }
@@ -360,8 +356,7 @@ void KeptContacts::take_fresh() {
     add_to_rows(
         fresh_, [](const Fresh& fresh) { return fresh.key >> 32; }, rows_);
   } else {
-    count_rows(
-        anchor_places_.size(), [](std::uint64_t key) { return key >> 32; }, keys_, rows_);
+    find_rows();
   }
   if (all_asked_)
     columns_.clear();  // not needed in such steps
@@ -369,6 +364,22 @@ void KeptContacts::take_fresh() {
     add_columns();
   fresh_.clear();
   fresh_details_.clear();
+}
+
+std::uint32_t KeptContacts::put_detail(KeptPair&& detail) {
+  if (free_details_.empty()) {
+    details_.push_back(std::move(detail));
+    return static_cast<std::uint32_t>(details_.size() - 1);
+  }
+  const std::uint32_t at = free_details_.back();
+  free_details_.pop_back();
+  details_[at] = std::move(detail);
+  return at;
+}
+
+void KeptContacts::find_rows() {
+  count_rows(
+      anchor_places_.size(), [](std::uint64_t key) { return key >> 32; }, keys_, rows_);
 }
 
 /// For each body those before it that it is a pair with.
@@ -732,7 +743,7 @@ void KeptContacts::Batch::note(const PairResult& result, std::span<const Contact
 
 std::size_t KeptContacts::memory() const {
   const auto bytes = [](const auto&... list) { return (std::size_t{0} + ... + (list.capacity() * sizeof(list[0]))); };
-  return bytes(shapes_, balls_, anchor_places_, anchor_rotations_, body_shapes_, reach_, since_, changed_) +
+  return bytes(shapes_, balls_, anchor_places_, anchor_rotations_, body_shapes_, reach_, since_, changed_, came_) +
          bytes(last_.pairs, last_.contacts, keys_, entries_, listed_, largest_, marked_, rows_, firsts_, columns_) +
          bytes(details_, free_details_, restless_, results_, places_, splices_, fresh_, fresh_details_, adopted_);
 }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -30,6 +31,7 @@ class KeptManifold {
     ++count_;
   }
   bool empty() const { return count_ == 0; }
+  std::size_t size() const { return count_; }
   template <class Visit>
   void each(Visit&& visit) const {
     for (std::size_t i = 0; i < std::min(count_, few); ++i) visit(first_[i]);
@@ -53,6 +55,52 @@ struct KeptPair {
   bool collide = false;
   Status status = Status::ok;
   KeptManifold contacts;  ///< none (Request::contacts): the bodies are at least signed_distance apart
+};
+
+/// What is known of a pair that was a candidate.
+struct KeptEntry {
+  static constexpr std::uint32_t none = 0xffffffffu;
+  std::uint32_t seen = 0;       // step in which it was last asked for
+  std::uint32_t as_of = 0;      // step for whose poses the answer is
+  std::uint32_t detail = none;  // its KeptPair's place
+  float bound = 0;              // metres, up to which the answer was moved along
+  std::uint32_t touching = 0, gaps = 0;
+  bool candidate : 1 = false;  // in the last step
+  bool reported : 1 = false;
+  bool steady : 1 = false;  // stands while both rest
+  bool told : 1 = false;    // that they rested, in the answer if there is one
+  bool collide : 1 = false;
+  bool inexact : 1 = false;
+};
+
+/// Of a pair; of all in the whole.
+struct KeptLargest {
+  double depth = 0;
+  double error_bound = 0;  // of a kept answer that is reported
+};
+
+/// What of a body's past decides the answers of its pairs.
+struct KeptRest {
+  Pose anchor;  ///< where its rest began
+  double reach = 0;
+  std::uint32_t steps = 0;  ///< since its rest began
+  bool has_shape = false;   ///< still that of the last step
+};
+
+/// A body that has come since the last step, in another one's place perhaps.
+struct KeptBody {
+  std::uint32_t index = 0;
+  std::optional<KeptRest> rest;  ///< where it comes from; none: it is new
+};
+
+/// All that is kept of a candidate of the last step. In `entry` as_of counts the steps that have passed since.
+struct KeptRecord {
+  Pair pair;
+  KeptEntry entry;
+  KeptLargest largest;
+  std::optional<KeptPair> detail;
+  PairAnswer answer;  ///< where it is reported, with its contacts
+  std::vector<Contact> contacts;
 };
 
 /// Answers of the last step that may stand for this one's, in two ways.
@@ -97,6 +145,18 @@ class KeptContacts {
   /// do not stand; of all of them after it.
   void end_step(ContactList& contacts);
 
+  // For a scene that several have in parts. Between two steps:
+  /// Of a body that the last step saw.
+  std::optional<KeptRest> rest(const Scene& scene, std::uint32_t body) const;
+  /// The last step's candidates of which `leaves` is true. `contacts`: the last step's answer.
+  std::vector<KeptRecord> leaving(const ContactList& contacts, const std::function<bool(Pair)>& leaves) const;
+  /// Bodies that have come, of which nothing else is kept any more, and candidates that were another one's in the last
+  /// step, whose answers go into `contacts`.
+  void take_in(const Scene& scene, ContactList& contacts, std::span<const KeptBody> bodies,
+               std::vector<KeptRecord> pairs);
+  /// Keeps nothing: as before the first step.
+  void begin_anew();
+
   /// Where the body's rest began (its pose now, if it does not rest), and how far from there any of its points may be.
   Pose anchor(std::size_t body) const { return {anchor_rotations_[body], anchor_places_[body]}; }
   double reach(std::size_t body) const { return reach_[body]; }
@@ -126,26 +186,9 @@ class KeptContacts {
   class Batch;
 
  private:
-  static constexpr std::uint32_t none = 0xffffffffu;
-  /// What is known of a pair that was a candidate.
-  struct Entry {
-    std::uint32_t seen = 0;       // step in which it was last asked for
-    std::uint32_t as_of = 0;      // step for whose poses the answer is
-    std::uint32_t detail = none;  // its place in details_
-    float bound = 0;              // metres, up to which the answer was moved along
-    std::uint32_t touching = 0, gaps = 0;
-    bool candidate : 1 = false;  // in the last step
-    bool reported : 1 = false;
-    bool steady : 1 = false;  // stands while both rest
-    bool told : 1 = false;    // that they rested, in the answer if there is one
-    bool collide : 1 = false;
-    bool inexact : 1 = false;
-  };
-  /// Of a pair; of all in the whole.
-  struct Largest {
-    double depth = 0;
-    double error_bound = 0;  // of a kept answer that is reported
-  };
+  static constexpr std::uint32_t none = KeptEntry::none;
+  using Entry = KeptEntry;
+  using Largest = KeptLargest;
   struct Fresh {
     std::uint64_t key = 0;
     Entry entry;
@@ -185,8 +228,12 @@ class KeptContacts {
     return entry.steady && since_[pair.a] <= entry.as_of && since_[pair.b] <= entry.as_of;
   }
   void clear();
+  void resize(std::size_t bodies);
   void forget_gone();
   void take_fresh();
+  std::uint32_t put_detail(KeptPair&& detail);
+  void take_in_pairs(ContactList& contacts, std::span<KeptRecord> pairs);
+  void find_rows();
   void find_columns();
   void add_columns();
   void mark_pairs_of_moved();
@@ -220,6 +267,7 @@ class KeptContacts {
   std::vector<double> reach_;
   std::vector<std::uint32_t> since_;    // step in which its rest began
   std::vector<std::uint32_t> changed_;  // step in which it got another shape
+  std::vector<std::uint8_t> came_;      // since the last step: nobody has its box yet; or empty
 
   ContactList last_;
   // One a pair that was a candidate, by (a, b):

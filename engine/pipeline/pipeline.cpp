@@ -11,6 +11,7 @@
 
 #include "pipeline/checked_broad_phase.h"
 #include "pipeline/kept_contacts.h"
+#include "pipeline/kept_handover.h"
 #include "pipeline/outward_boxes.h"
 #include "pipeline/pair_costs.h"
 #include "scene/scene_changes.h"
@@ -150,6 +151,13 @@ class SceneWork final : public StepWork {
       abandon();
       return false;
     }
+  }
+
+  KeptContacts* kept() { return kept_.get(); }
+  /// Nothing that earlier steps saw counts any more.
+  void begin_anew() {
+    looked_ = false;
+    if (kept_) kept_->begin_anew();
   }
 
   const BroadPhase& broad_phase() const { return *broad_phase_; }
@@ -490,8 +498,8 @@ class SceneWork final : public StepWork {
 
   /// A mesh with another solid takes up to a thousand times as long as two spheres; with a half-space it does not.
   bool is_heavy(Pair pair) const {
-    const ShapeKind a = scene_->shape_of(pair.a).kind(), b = scene_->shape_of(pair.b).kind();
-    return (a == ShapeKind::mesh || b == ShapeKind::mesh) && a != ShapeKind::halfspace && b != ShapeKind::halfspace;
+    const Shape &a = scene_->shape_of(pair.a), &b = scene_->shape_of(pair.b);
+    return !(a.is_convex() && b.is_convex()) && a.is_bounded() && b.is_bounded();
   }
 
   bool are_meshes(Pair pair) const {
@@ -741,5 +749,17 @@ PipelineMemory Pipeline::memory() const {
 }
 const PipelineOptions& Pipeline::options() const { return impl_->options; }
 void Pipeline::record_to(Timeline* timeline) { impl_->timeline = timeline; }
+
+bool KeptHandover::keeps() const { return pipeline_.impl_->work.kept() != nullptr; }
+std::optional<KeptRest> KeptHandover::rest(const Scene& scene, std::uint32_t body) const {
+  return pipeline_.impl_->work.kept()->rest(scene, body);
+}
+std::vector<KeptRecord> KeptHandover::leaving(const std::function<bool(Pair)>& leaves) const {
+  return pipeline_.impl_->work.kept()->leaving(pipeline_.impl_->contacts, leaves);
+}
+void KeptHandover::take_in(const Scene& scene, std::span<const KeptBody> bodies, std::vector<KeptRecord> pairs) {
+  pipeline_.impl_->work.kept()->take_in(scene, pipeline_.impl_->contacts, bodies, std::move(pairs));
+}
+void KeptHandover::begin_anew() { pipeline_.impl_->work.begin_anew(); }
 
 }  // namespace tandem

@@ -35,6 +35,7 @@ std::vector<std::filesystem::path> listed(const std::vector<std::string>& given)
   std::vector<std::filesystem::path> out;
   for (const std::string& name : given) {
     if (!std::filesystem::is_directory(name)) {
+      if (!std::filesystem::exists(name)) throw RequestError("FILES: there is no file or folder '" + name + "'");
       out.emplace_back(name);
       continue;
     }
@@ -47,7 +48,8 @@ std::vector<std::filesystem::path> listed(const std::vector<std::string>& given)
     out.insert(out.end(), inside.begin(), inside.end());
   }
   if (out.size() < 2)
-    refuse_option("FILES", std::to_string(out.size()) + " files", "at least two, or a folder of them");
+    refuse_option("FILES", std::to_string(out.size()) + (out.size() == 1 ? " file" : " files"),
+                  "at least two, or a folder of them");
   for (std::size_t i = 0; i < out.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
       if (out[i] == out[j]) throw RequestError("FILES: '" + out[i].string() + "' twice, allowed: once");

@@ -20,8 +20,8 @@
 #include "progress.h"
 #include "rank_record.h"
 #include "rank_trace.h"
+#include "run_options.h"
 #include "run_output.h"
-#include "scene_option.h"
 #include "tandem/mpi/checkpoint.h"
 #include "tandem/mpi/pipeline.h"
 #include "tandem/mpi/response.h"
@@ -32,11 +32,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 // As typed; empty: not given.
-struct Options {
-  std::string scene, steps = "300", bodies, seed, executor = "flowgraph", threads = "1", broad_phase = "auto", request;
-  std::string tolerance = "0", margin, json, contacts, rebalance = "on", response = "all", patience = "0";
-  std::string trace, record, checkpoint, every = "100", restart;
-  bool mesh_margin = false;
+struct Options : RunOptions {
+  std::string rebalance = "on", response = "all", patience = "0", checkpoint, every = "100", restart;
 };
 
 // For the line that a fatal signal's handler writes.
@@ -69,18 +66,12 @@ void tell_signal(int signal) {
 }
 
 mpi::Options pipeline_options(const Options& options) {
-  constexpr BroadPhaseKind broad_phases[] = {BroadPhaseKind::brute, BroadPhaseKind::sweep, BroadPhaseKind::grid,
-                                             BroadPhaseKind::bvh, BroadPhaseKind::automatic};
   mpi::Options out;
-  out.rank.executor = named_option("--executor", options.executor, executor_kinds);
-  out.rank.threads = static_cast<int>(whole_option("--threads", options.threads, 0, 1024));
-  out.rank.broad_phase = named_option("--broadphase", options.broad_phase, broad_phases);
-  out.rank.answer.tolerance = number_option("--tolerance", options.tolerance, 0, 0.1);
-  out.rank.answer.contact_hash = true;
-  out.rank.answer.mesh_margin = options.mesh_margin;
-  if (!options.margin.empty()) out.rank.answer.margin = number_option("--margin", options.margin, 0, 1e6);
+  read_run_options(options, out.rank);
   if (options.rebalance != "on" && options.rebalance != "off")
     refuse_option("--rebalance", options.rebalance, "on, off");
+  if (options.response != "all" && options.response != "none")
+    refuse_option("--response", options.response, "all, none");
   out.rebalance.enabled = options.rebalance == "on";
   out.patience = number_option("--patience", options.patience, 0, 1e6);
   return out;
@@ -142,6 +133,7 @@ void write_step(JsonWriter& out, const Options& options, const mpi::Report& repo
       .member("candidate_pairs", report.pairs)
       .member("colliding_pairs", report.colliding_pairs)
       .member("contacts", report.contacts)
+      .member("kept_pairs", report.kept_pairs)
       .member("contact_hash", std::string_view(hex(report.contact_hash)))
       .member("split", std::string_view(written(execution.split)))
       .member("max_depth", report.max_depth)
@@ -275,23 +267,20 @@ struct Outputs {
 
 // The scene, and what of the answer depends on it.
 Scene load_scene_for(const Options& options, mpi::Options& how) {
-  std::optional<Request> request;
-  if (!options.request.empty()) request = named_option("--request", options.request, requests);
-  if (options.response != "all" && options.response != "none")
-    refuse_option("--response", options.response, "all, none");
-  Scene scene = load_scene(options.scene, options.bodies, options.seed);
-  if (request) scene.request = *request;
-  how.rank.answer.request = scene.request;
-  const bool contacts = scene.request == Request::contacts;
-  if (options.margin.empty() && contacts) how.rank.answer.margin = recommended_margin(scene);
-  if (!options.contacts.empty() && !contacts)
-    refuse_option("--contacts", options.contacts,
-                  "with the request 'contacts'; this one is '" + std::string(name(scene.request)) + "'");
+  Scene scene = load_scene(options, how.rank.answer);
+  if (scene.has_continuous())
+    refuse_option("SCENE", options.scene, "one without continuous bodies: ranks do not stop them at their first touch");
   return scene;
 }
 
+// As a run does that goes on from a checkpoint.
+void begin_anew(mpi::Pipeline& pipeline, std::optional<mpi::Response>& response) {
+  pipeline.begin_anew();
+  if (response) response->begin_anew();
+}
+
 void run(const Options& options) {
-  const std::uint64_t steps = whole_option("--steps", options.steps, 1, 1'000'000'000);
+  const std::uint64_t steps = steps_of(options);
   const std::uint64_t every = whole_option("--checkpoint-every", options.every, 1, 1'000'000'000);
   mpi::Options how = pipeline_options(options);
   Scene scene = load_scene_for(options, how);
@@ -336,7 +325,7 @@ void run(const Options& options) {
       }
       if (!options.checkpoint.empty() && (report.step + 1) % every == 0) {
         mpi::Checkpoint::write(pipeline, options.checkpoint);
-        if (response) response->begin_anew();
+        begin_anew(pipeline, response);
       }
       summary.add(report, response_ms);
       if (progress) progress->at(done + 1);
@@ -353,26 +342,15 @@ void run(const Options& options) {
 
 void add_run(CLI::App& program, Options& o) {
   CLI::App* command = program.add_subcommand("run", "simulate a scene");
-  command->add_option("SCENE", o.scene, "a built-in scene (tandem scenes) or a scene file")->type_name("");
+  o.threads = "1";
+  add_run_options(*command, o,
+                  {.threads = "threads of each rank, 0 to 1024; 0 asks the runtime",
+                   .contacts = "write the contacts of every step to this FILE: gathered on rank 0",
+                   .trace = "write a timeline of all ranks to this FILE, for Perfetto; compressed if it ends in .gz",
+                   .record = "write poses and contacts of every step to this FILE, by all ranks at once"});
   const auto add = [&](const char* option, const char* type, std::string& value, const char* text) {
-    command->add_option(option, value, text)->type_name(type)->capture_default_str();
+    add_text(*command, option, type, value, text);
   };
-  add("--steps", "N", o.steps, "simulation steps");
-  add("--bodies", "N", o.bodies, "bodies of a built-in scene; default: the paper's number");
-  add("--seed", "N", o.seed, "what a built-in scene's random numbers start from; default 1");
-  add("--executor", "NAME", o.executor, "sequential, barrier, fused, threads or flowgraph");
-  add("--threads", "P", o.threads, "threads of each rank, 0 to 1024; 0 asks the runtime");
-  add("--broadphase", "NAME", o.broad_phase, "brute, sweep, grid, bvh or auto");
-  add("--request", "NAME", o.request, "collide, distance or contacts; default: the scene's");
-  add("--tolerance", "T", o.tolerance, "error accepted, relative to the bodies' size, 0 to 0.1");
-  add("--margin", "M", o.margin, "report gaps up to this as contacts of negative depth, metres");
-  command->add_flag("--mesh-margin", o.mesh_margin,
-                    "gaps between two meshes count, too; steps of meshes take several times as long");
-  add("--json", "FILE", o.json, "write a report a step to this FILE");
-  add("--contacts", "FILE", o.contacts, "write the contacts of every step to this FILE: gathered on rank 0");
-  add("--trace", "FILE", o.trace,
-      "write a timeline of all ranks to this FILE, for Perfetto; compressed if it ends in .gz");
-  add("--record", "FILE", o.record, "write poses and contacts of every step to this FILE, by all ranks at once");
   add("--rebalance", "on|off", o.rebalance, "cut regions anew from measured costs");
   add("--response", "all|none", o.response,
       "all: bodies move, each rank solving its share of the contacts; none: nothing moves");
@@ -383,10 +361,7 @@ void add_run(CLI::App& program, Options& o) {
   command->footer(
       "Start it with mpirun: mpirun -n 4 tandem-mpi run spheres-on-plane --bodies 100000 --steps 100\n"
       "Exit status: 0 done, 1 the work failed, 2 the request was wrong.");
-  command->callback([&o] {
-    if (o.scene.empty()) refuse_option("SCENE", "", "a built-in scene (tandem scenes) or a scene file");
-    run(o);
-  });
+  command->callback([&o] { run(o); });
 }
 
 enum Status { done = 0, work_failed = 1, request_wrong = 2 };

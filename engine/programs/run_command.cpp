@@ -15,8 +15,8 @@
 #include "gzip.h"
 #include "option_text.h"
 #include "progress.h"
+#include "run_options.h"
 #include "run_output.h"
-#include "scene_option.h"
 #include "tandem/engine/pipeline.h"
 #include "tandem/engine/response.h"
 #include "tandem/flowgraph/timeline.h"
@@ -24,12 +24,10 @@
 namespace tandem {
 namespace {
 
-// As typed; empty: not given.
-struct Options {
-  std::string scene, steps = "300", bodies, seed, executor = "flowgraph", threads = "0", split = "dynamic";
-  std::string balance = "busy", broad_phase = "auto", request, tolerance = "0", margin, keep = "0", awake = "0";
-  std::string json, contacts, trace, record;
-  bool strict = false, mesh_margin = false;
+// As typed.
+struct Options : RunOptions {
+  std::string split = "dynamic", balance = "busy", awake = "0";
+  bool strict = false;
 };
 
 // A signal is the one thing that reaches a handler by no other way.
@@ -77,19 +75,11 @@ Split read_split(const std::string& text) {
 
 PipelineOptions pipeline_options(const Options& options) {
   constexpr BalanceRule rules[] = {BalanceRule::paper, BalanceRule::busy};
-  constexpr BroadPhaseKind broad_phases[] = {BroadPhaseKind::brute, BroadPhaseKind::sweep, BroadPhaseKind::grid,
-                                             BroadPhaseKind::bvh, BroadPhaseKind::automatic};
   PipelineOptions out;
-  out.executor = named_option("--executor", options.executor, executor_kinds);
-  out.threads = static_cast<int>(whole_option("--threads", options.threads, 0, 1024));
+  read_run_options(options, out);
   out.balance.rule = named_option("--balance", options.balance, rules);
   out.balance.strict = options.strict;
-  out.broad_phase = named_option("--broadphase", options.broad_phase, broad_phases);
-  out.answer.tolerance = number_option("--tolerance", options.tolerance, 0, 0.1);
-  out.answer.keep_contacts = number_option("--keep-contacts", options.keep, 0, 0.1);
-  out.answer.mesh_margin = options.mesh_margin;
   out.stay_awake = number_option("--stay-awake", options.awake, 0, longest_awake);
-  if (!options.margin.empty()) out.answer.margin = number_option("--margin", options.margin, 0, 1e6);
   const Split split = read_split(options.split);
   if (!split.dynamic()) {
     const int sum = split.broad + split.narrow;
@@ -308,17 +298,6 @@ void write_trace(const Timeline& timeline, OutputFile& file, std::string_view pa
   file.append(gzipped(text.view()));
 }
 
-/// The options of the steps that depend on the scene.
-void fit_to(const Scene& scene, const Options& options, PipelineOptions& how) {
-  how.answer.request = scene.request;
-  how.answer.contact_hash = true;
-  // A response stops bodies in time by the gaps it is told of; they are written only where they were asked for.
-  if (options.margin.empty() && scene.request == Request::contacts) how.answer.margin = recommended_margin(scene);
-  if (!options.contacts.empty() && scene.request != Request::contacts)
-    refuse_option("--contacts", options.contacts,
-                  "with the request 'contacts'; this one is '" + std::string(name(scene.request)) + "'");
-}
-
 /// Steps a scene and writes what was asked for.
 class Simulation {
  public:
@@ -388,13 +367,9 @@ class Simulation {
 };
 
 int run(const Options& options, DescriptorBuffer& out) {
-  const std::uint64_t steps = whole_option("--steps", options.steps, 1, 1'000'000'000);
+  const std::uint64_t steps = steps_of(options);
   PipelineOptions how = pipeline_options(options);
-  std::optional<Request> request;
-  if (!options.request.empty()) request = named_option("--request", options.request, requests);
-  Scene scene = load_scene(options.scene, options.bodies, options.seed);
-  if (request) scene.request = *request;
-  fit_to(scene, options, how);
+  Scene scene = load_scene(options, how.answer);
   // The threads that were asked for, also where that is more than there are cores.
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                   static_cast<std::size_t>(std::max(how.threads, tbb::info::default_concurrency())));
@@ -415,40 +390,25 @@ int run(const Options& options, DescriptorBuffer& out) {
 void add_run_command(CLI::App& program, DescriptorBuffer& out, int& status) {
   CLI::App* command = program.add_subcommand("run", "simulate a scene");
   const auto o = std::make_shared<Options>();
-  command->add_option("SCENE", o->scene, "a built-in scene (tandem scenes) or a scene file")->type_name("");
+  o->threads = "0";
+  add_run_options(*command, *o,
+                  {.threads = "threads in all, 0 to 1024, the caller counted; 0 asks the runtime",
+                   .contacts = "write the contacts of every step to this FILE",
+                   .trace = "write a timeline to this FILE, for Perfetto; compressed if it ends in .gz",
+                   .record = "write poses and contacts of every step to this FILE (docs/record-format.md)"});
   const auto add = [&](const char* option, const char* type, std::string& value, const char* text) {
-    command->add_option(option, value, text)->type_name(type)->capture_default_str();
+    add_text(*command, option, type, value, text);
   };
-  add("--steps", "N", o->steps, "simulation steps");
-  add("--bodies", "N", o->bodies, "bodies of a built-in scene; default: the paper's number");
-  add("--seed", "N", o->seed, "what a built-in scene's random numbers start from; default 1");
-  add("--executor", "NAME", o->executor, "sequential, barrier, fused, threads or flowgraph");
-  add("--threads", "P", o->threads, "threads in all, 0 to 1024, the caller counted; 0 asks the runtime");
   add("--split", "X-Y", o->split, "threads for broad and narrow phase (threads, flowgraph), or dynamic");
   add("--balance", "NAME", o->balance, "how a dynamic split is found: paper or busy");
-  command->add_flag("--mesh-margin", o->mesh_margin,
-                    "gaps between two meshes count, too; steps of meshes take several times as long");
   add("--stay-awake", "US", o->awake,
       "flowgraph: workers spin between steps for at most so many microseconds, 0 to 1e5");
   command->add_flag("--strict", o->strict, "flowgraph, threads: no help across the two phases, as in the paper");
-  add("--broadphase", "NAME", o->broad_phase, "brute, sweep, grid, bvh or auto");
-  add("--request", "NAME", o->request, "collide, distance or contacts; default: the scene's");
-  add("--tolerance", "T", o->tolerance, "error accepted, relative to the bodies' size, 0 to 0.1");
-  add("--margin", "M", o->margin, "report gaps up to this as contacts of negative depth, metres");
-  add("--keep-contacts", "T", o->keep,
-      "keep answers of pairs that moved less than this, relative to the bodies' size, 0 to 0.1; 0 computes all");
-  add("--json", "FILE", o->json, "write a report a step to this FILE");
-  add("--contacts", "FILE", o->contacts, "write the contacts of every step to this FILE");
-  add("--trace", "FILE", o->trace, "write a timeline to this FILE, for Perfetto; compressed if it ends in .gz");
-  add("--record", "FILE", o->record, "write poses and contacts of every step to this FILE (docs/record-format.md)");
   command->footer(
       "Bodies collide when the request is contacts; with collide and distance they only fly.\n"
       "A file gets its name when the run is done.\n"
       "Exit status: 0 done, 1 the work failed, 2 the request was wrong.");
-  command->callback([o, &out, &status] {
-    if (o->scene.empty()) refuse_option("SCENE", "", "a built-in scene (tandem scenes) or a scene file");
-    status = run(*o, out);
-  });
+  command->callback([o, &out, &status] { status = run(*o, out); });
 }
 
 }  // namespace tandem

@@ -30,10 +30,23 @@ double box_distance(const Aabb& a, const Aabb& b) {
   return std::sqrt(sum);
 }
 
+std::size_t bytes(const auto&... list) { return (std::size_t{0} + ... + (list.capacity() * sizeof(list[0]))); }
+
 }  // namespace
 
+std::size_t CheckSetup::memory() const { return bytes(grown, boxes, grown_boxes, self); }
+
+std::size_t CheckWorkspace::memory() const {
+  return boxes.memory() + bytes(meeting, bodies, stretches, suspects, near, nearest);
+}
+
+std::size_t CheckMemory::memory() const {
+  const auto beside = [](const auto& thing) { return thing.memory(); };
+  return setups.memory(beside) + workspaces.memory(beside);
+}
+
 ConfigurationCheck::ConfigurationCheck(const QueryWorld& world, const NarrowPhaseOptions& narrow,
-                                       std::span<const Shape> links, std::span<const Pose> poses, const PairTable& self,
+                                       std::span<const Shape> links, const BatchPoses& poses, const PairTable& self,
                                        const BatchOptions& options, CheckMemory& memory)
     : world_(world),
       limit_(limit_of(options, narrow.limit)),
@@ -58,7 +71,7 @@ ConfigurationCheck::ConfigurationCheck(const QueryWorld& world, const NarrowPhas
   for (std::size_t i = 0; i < n; ++i)
     if (!links[i].is_bounded())
       throw std::invalid_argument("configurations: link " + std::to_string(i) +
-                                  " is a half-space, allowed: bounded shapes");
+                                  " is a " + std::string(name(links[i].kind())) + ", allowed: bounded shapes");
   setup_->self.clear(), setup_->boxes.clear(), setup_->grown_boxes.clear(), setup_->grown.clear();
   for (std::uint32_t i = 0; i < self.rows(); ++i)
     for (std::uint32_t j = i + 1; j < n; ++j)
@@ -90,8 +103,15 @@ NarrowPhaseOptions ConfigurationCheck::limited(NarrowPhaseOptions options, const
 const Pose* ConfigurationCheck::take_boxes(std::size_t first, std::size_t count, std::span<const LinkBox> boxes,
                                            Workspace& work) const {
   const std::size_t n = links_.size();
-  const Pose* poses = poses_.data() + first * n;
-  if (!work.boxes.take(boxes, poses_, first, count, limit_))
+  std::span<const Pose> all = poses_.lying();
+  std::size_t from = first;
+  if (poses_.make()) {
+    work.poses.resize(count * n);
+    poses_.make()(first * n, work.poses);
+    all = work.poses, from = 0;
+  }
+  const Pose* poses = all.data() + from * n;
+  if (!work.boxes.take(boxes, all, from, count, limit_))
     for (std::size_t i = 0; i < count * n; ++i)
       require_valid(poses[i], "configuration " + std::to_string(first + i / n) + ", link " + std::to_string(i % n));
   return poses;

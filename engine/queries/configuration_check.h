@@ -9,6 +9,7 @@
 #include "queries/link_boxes.h"
 #include "queries/pool.h"
 #include "queries/query_world.h"
+#include "tandem/engine/scene_queries.h"
 #include "tandem/narrowphase/narrow_phase.h"
 #include "tandem/narrowphase/work_limit.h"
 
@@ -19,10 +20,13 @@ struct CheckSetup {
   std::vector<Shape> grown;                 // the links with the margin about them, where motions are continuous
   std::vector<LinkBox> boxes, grown_boxes;  // of the links; by the margin
   std::vector<std::pair<std::uint32_t, std::uint32_t>> self;  // pairs of links
+
+  std::size_t memory() const;  // bytes held beside itself, shapes not counted
 };
 
 /// Numbers of a batch that one thread works with.
 struct CheckWorkspace {
+  std::vector<Pose> poses;             // that were made
   LinkBoxes boxes;                     // grown by the margin
   std::vector<std::uint64_t> meeting;  // configurations in which the boxes of two links meet, by pairs of links
   LimitWatch watch;
@@ -39,20 +43,23 @@ struct CheckWorkspace {
   // What was hit last is looked at first: neighbours mostly hit the same. A link and a body, or two links.
   Suspects last_hit{};
   bool has_last_hit = false;
+
+  std::size_t memory() const;  // bytes held beside itself
 };
 
 /// Memory of batches, for the next ones.
 struct CheckMemory {
   Pool<CheckSetup> setups;
   Pool<CheckWorkspace> workspaces;
+
+  std::size_t memory() const;  // bytes of what no batch uses
 };
 
 class ConfigurationCheck {
  public:
   /// Throws std::invalid_argument that names what does not fit. All arguments must outlive it.
   ConfigurationCheck(const QueryWorld& world, const NarrowPhaseOptions& narrow, std::span<const Shape> links,
-                     std::span<const Pose> poses, const PairTable& self, const BatchOptions& options,
-                     CheckMemory& memory);
+                     const BatchPoses& poses, const PairTable& self, const BatchOptions& options, CheckMemory& memory);
 
   void verdicts(std::span<Verdict> out) const;
   void first_hits(std::span<FirstHit> out) const;
@@ -99,7 +106,7 @@ class ConfigurationCheck {
   const WorkLimit limit_;
   const NarrowPhase narrow_;
   const std::span<const Shape> links_;
-  const std::span<const Pose> poses_;
+  const BatchPoses& poses_;
   const BatchOptions& options_;
   std::size_t configurations_ = 0;
   Pool<CheckWorkspace>& workspaces_;

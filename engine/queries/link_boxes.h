@@ -81,6 +81,11 @@ class LinkBoxes {
   double gap(std::size_t k, std::size_t link, std::size_t other) const;
   double gap(std::size_t k, std::size_t link, const PlacedBox& body) const;
 
+  /// Bytes held beside itself.
+  std::size_t memory() const {
+    return boxes_.memory() + swept_.capacity() * sizeof(Aabb) + numbers_.capacity() * sizeof(PoseNumbers);
+  }
+
  private:
   LinkInPart in_part(std::size_t part, std::size_t link) const;
 

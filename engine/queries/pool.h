@@ -27,6 +27,15 @@ class Pool {
     std::unique_ptr<Thing> thing_;
   };
 
+  /// Bytes of what is not lent; `bytes(thing)` is what a thing holds beside itself.
+  template <class Bytes>
+  std::size_t memory(const Bytes& bytes) const {
+    const std::lock_guard lock(mutex_);
+    std::size_t total = idle_.capacity() * sizeof(idle_[0]);
+    for (const std::unique_ptr<Thing>& thing : idle_) total += sizeof(Thing) + bytes(*thing);
+    return total;
+  }
+
  private:
   std::unique_ptr<Thing> take() {
     const std::lock_guard lock(mutex_);
@@ -43,7 +52,7 @@ class Pool {
     idle_.push_back(std::move(thing));
   }
 
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::vector<std::unique_ptr<Thing>> idle_;
   std::size_t made_ = 0;
 };

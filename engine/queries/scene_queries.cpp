@@ -89,7 +89,10 @@ SceneQueries& SceneQueries::operator=(SceneQueries&&) noexcept = default;
 
 UpdateReport SceneQueries::update(const Scene& scene) { return impl_->world.update(scene); }
 
-std::size_t SceneQueries::memory() const { return impl_->world.memory(); }
+std::size_t SceneQueries::memory() const {
+  const auto bytes = [](const auto& list) { return list.capacity() * sizeof(list[0]); };
+  return sizeof(Impl) + impl_->world.memory() + impl_->memory.memory() + impl_->tried.memory(bytes);
+}
 
 bool SceneQueries::collides(const Shape& shape, const Pose& pose, double margin, const QueryFilter& filter) const {
   require_valid(pose, "query");
@@ -270,19 +273,19 @@ void SceneQueries::within(BodyId body, double margin, std::vector<Hit>& hits) co
   within(asking.shape(), asking.pose(), margin, hits, asking.filter());
 }
 
-void SceneQueries::check(std::span<const Shape> links, std::span<const Pose> poses, const PairTable& self,
+void SceneQueries::check(std::span<const Shape> links, const BatchPoses& poses, const PairTable& self,
                          std::span<Verdict> verdicts, const BatchOptions& options) const {
   require_margin(options.margin);
   ConfigurationCheck(impl_->world, impl_->options, links, poses, self, options, impl_->memory).verdicts(verdicts);
 }
 
-void SceneQueries::first_hits(std::span<const Shape> links, std::span<const Pose> poses, const PairTable& self,
+void SceneQueries::first_hits(std::span<const Shape> links, const BatchPoses& poses, const PairTable& self,
                               std::span<FirstHit> hits, const BatchOptions& options) const {
   require_margin(options.margin);
   ConfigurationCheck(impl_->world, impl_->options, links, poses, self, options, impl_->memory).first_hits(hits);
 }
 
-void SceneQueries::clearance(std::span<const Shape> links, std::span<const Pose> poses, const PairTable& self,
+void SceneQueries::clearance(std::span<const Shape> links, const BatchPoses& poses, const PairTable& self,
                              std::span<double> distances, double cutoff, const BatchOptions& options) const {
   if (!(cutoff >= 0)) throw std::invalid_argument("cutoff: " + std::to_string(cutoff) + " is not >= 0");
   ConfigurationCheck(impl_->world, impl_->options, links, poses, self, options, impl_->memory)

@@ -13,7 +13,7 @@ std::uint64_t Random::bits() {
 }
 
 double Random::uniform(double lo, double hi) {
-  const double unit = static_cast<double>(bits() >> 11) * 0x1p-53;
+  const double unit = static_cast<double>(bits() >> 11) / static_cast<double>(std::uint64_t{1} << 53);
   return lo + (hi - lo) * unit;
 }
 
@@ -28,11 +28,12 @@ Random::DiscPoint Random::disc_point() {
   return {0, 0, 0};
 }
 
-// Marsaglia (1972): two points of the unit disc make a uniform point of the 3-sphere, without trigonometry.
+// Marsaglia (1972): two points of the unit disc make a uniform point of the 3-sphere, without trigonometry. Of the
+// second the direction alone counts: the centre, which has none, gets one.
 Mat3 Random::rotation() {
   const DiscPoint p = disc_point();
   DiscPoint q = disc_point();
-  if (q.squared_radius < 1e-12) q = {1e-6, 0, 1e-12};
+  if (q.squared_radius == 0) q = {1, 0, 1};
   const double scale = std::sqrt((1 - p.squared_radius) / q.squared_radius);
   return Quat(p.x, p.y, q.x * scale, q.y * scale).normalized().toRotationMatrix();
 }

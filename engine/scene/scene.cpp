@@ -4,10 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
+
+#include "tandem/narrowphase/shape_memory.h"
 
 namespace tandem {
 namespace {
@@ -83,14 +84,7 @@ SceneMemory Scene::memory() const {
   memory.shape_names = bytes(shape_names_);
   for (const std::string& shape_name : shape_names_)
     if (shape_name.capacity() > std::string().capacity()) memory.shape_names += shape_name.capacity() + 1;
-  std::vector<const Shape*> apart;  // of those that share all, one
-  for (const Shape& shape : shapes_) apart.push_back(&shape);
-  std::sort(apart.begin(), apart.end(),
-            [](const Shape* a, const Shape* b) { return std::less<const void*>()(a->identity(), b->identity()); });
-  apart.erase(std::unique(apart.begin(), apart.end(),
-                          [](const Shape* a, const Shape* b) { return a->identity() == b->identity(); }),
-              apart.end());
-  for (const Shape* shape : apart) memory.shapes += shape->memory();
+  memory.shapes += memory_of(shapes_);
   return memory;
 }
 
@@ -134,7 +128,9 @@ void Scene::replace_shape(ShapeId id, Shape shape) {
 
 void Scene::require_may_move(std::uint32_t index, const Shape& shape, double density) const {
   if (!std::isfinite(density) || density <= 0) refuse(body_name(index), "density", density, "finite, > 0 kg/m^3");
-  if (!shape.is_bounded()) refuse(body_name(index), "is_static", "false", "true, as its shape is a half-space");
+  if (shape.is_bounded()) return;
+  const std::string kind = shape.kind() == ShapeKind::plane ? "plane" : "half-space";
+  refuse(body_name(index), "is_static", "false", "true, as its shape is a " + kind);
 }
 
 BodyId Scene::add_body(const BodyOptions& options) {

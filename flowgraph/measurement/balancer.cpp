@@ -14,7 +14,12 @@ constexpr double balanced = 1.05;
 }  // namespace
 
 Balancer::Balancer(int threads, Split fixed, BalanceRule rule, BalanceFunction own_rule)
-    : threads_(threads), fixed_(!fixed.dynamic()), rule_(rule), own_rule_(std::move(own_rule)), split_(fixed) {
+    : threads_(threads),
+      fixed_(!fixed.dynamic()),
+      rule_(rule),
+      own_rule_(std::move(own_rule)),
+      split_(fixed),
+      control_(longest_control_step) {
   if (!fixed_) split_ = {std::max(1, threads / 2), threads - std::max(1, threads / 2)};
 }
 
@@ -61,7 +66,7 @@ bool Balancer::add_to_window(const ExecutionReport& report, BalanceDecision& dec
   const bool paper = rule_ == BalanceRule::paper;
   // A load that turned round between two looks is not waited out, nor averaged with what was before.
   const bool urgent =
-      !paper && !verifying_ && steps_ + 1 < control_step_ &&
+      !paper && !control_.verifies() && steps_ + 1 < control_.steps() &&
       std::abs(best_broad(report.broad_ms, report.narrow_ms) - split_.broad) >= std::max(2, threads_ / 4);
   if (urgent) clear_window();
   ++steps_;
@@ -74,21 +79,18 @@ bool Balancer::add_to_window(const ExecutionReport& report, BalanceDecision& dec
   decision.narrow_ms = paper ? narrow_ / split_.narrow / steps_ : narrow_ / steps_;
   decision.measure = paper ? detect_ / steps_ : (work > 0 ? detect_ / work : 0);
 
-  return steps_ >= control_step_ || urgent;
+  return steps_ >= control_.steps() || urgent;
 }
 
 void Balancer::verify(BalanceDecision& decision) {
-  verifying_ = false;
-  decision.measure_before = measure_before_;
-  if (decision.measure < measure_before_) {
+  decision.measure_before = control_.measured_before();
+  if (control_.confirm(decision.measure)) {
     decision.action = BalanceAction::confirm;
     decision.reason = "the change made it faster";
-    control_step_ = 1;
   } else {
     decision.action = BalanceAction::revert;
     decision.reason = "the change did not make it faster";
     split_ = before_;
-    control_step_ = std::min(2 * control_before_, longest_control_step);
   }
 }
 
@@ -97,25 +99,21 @@ void Balancer::choose(BalanceDecision& decision) {
   if (wanted == split_.broad) {
     decision.action = BalanceAction::keep;
     decision.reason = threads_ == 2 ? "two threads have one split" : "the phases are in balance";
-    control_step_ = std::min(2 * control_step_, longest_control_step);
+    control_.keep();
     return;
   }
   decision.action = BalanceAction::change;
-  decision.reason =
-      wanted > split_.broad ? "the broad phase is the longer one" : "the narrow phase is the longer one";
+  decision.reason = wanted > split_.broad ? "the broad phase is the longer one" : "the narrow phase is the longer one";
   before_ = split_;
-  measure_before_ = decision.measure;
-  control_before_ = control_step_;
   split_ = {wanted, threads_ - wanted};
-  verifying_ = true;
-  control_step_ = 1;
+  control_.change(decision.measure);
 }
 
 BalanceDecision Balancer::after_step(std::uint64_t step, const ExecutionReport& report) {
   BalanceDecision decision;
   decision.step = step;
   decision.before = decision.after = split_;
-  decision.control_step = control_step_;
+  decision.control_step = control_.steps();
   if (fixed_) {
     decision.control_step = 0;
     decision.reason = "the split is fixed";
@@ -133,14 +131,14 @@ BalanceDecision Balancer::after_step(std::uint64_t step, const ExecutionReport& 
     decision.reason = "between two control steps";
     return decision;
   }
-  if (verifying_) {
+  if (control_.verifies()) {
     verify(decision);
   } else {
     choose(decision);
   }
   clear_window();
   decision.after = split_;
-  decision.control_step = control_step_;
+  decision.control_step = control_.steps();
   return decision;
 }
 

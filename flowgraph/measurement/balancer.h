@@ -1,13 +1,13 @@
 #pragma once
 #include <cstdint>
 
+#include "tandem/flowgraph/control_step.h"
 #include "tandem/flowgraph/report.h"
 
 namespace tandem {
 
-/// Moves threads between the two phases from measured times (paper, section 4). Looks at its control steps: these
-/// are short at first, grow while the split stays, and become frequent again after a change. Every change is verified
-/// at the next look: if it did not make the step faster, it is taken back.
+/// Moves threads between the two phases from measured times (paper, section 4), at the ends of its control steps. A
+/// change that did not make the step faster is taken back.
 ///
 /// BalanceRule::paper compares the phases' times (computing time a thread of the phase) and moves one thread to the
 /// longer one; verified on the step's time. BalanceRule::busy goes at once to the split that serves the busy times
@@ -44,11 +44,8 @@ class Balancer {
   int steps_ = 0;
   double broad_ = 0, narrow_ = 0, detect_ = 0;
 
-  int control_step_ = 1;
-  bool verifying_ = false;
+  ControlStep control_;
   Split before_;
-  double measure_before_ = 0;
-  int control_before_ = 1;
 };
 
 }  // namespace tandem

@@ -172,6 +172,7 @@ PointDistance point_distance(const ConvexView& s, const Vec3& p) {
     case ShapeKind::ellipsoid:
     case ShapeKind::convex:
     case ShapeKind::mesh:
+    case ShapeKind::plane:
       break;  // a ball; others have no closed form and are not asked
   }
   return to_ball(Vec3::Zero(), p, s.param[0]);

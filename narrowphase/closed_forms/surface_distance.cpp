@@ -15,12 +15,14 @@ constexpr std::size_t most_faces = 128;
 
 Vec3 radii_of(const ConvexView& v) { return {v.param[0], v.param[1], v.param[2]}; }
 
+}  // namespace
+
 // The nearest point x of the ellipsoid has p - x = t a^-2 x, so x_i = a_i^2 p_i / (t + a_i^2); t is the one root above
 // -min a_i^2 of a convex falling function, to which Newton's method climbs from where one term alone is 1 (Eberly,
 // Distance from a point to an ellipse, an ellipsoid or a hyperellipsoid, 2013). `s` is t + min a_i^2, which is small
 // where p lies near the plane of the two longer axes. On it and deep within there is no root: s is 0, and x has what is
 // missing along the shortest axis, to either side.
-SurfaceDistance from_ellipsoid(const Vec3& a, const Vec3& p, double slack) {
+Vec3 ellipsoid_normal(const Vec3& a, const Vec3& p) {
   constexpr int most_steps = 64;
   int shortest = 0;
   const double least = a.minCoeff(&shortest);
@@ -39,7 +41,13 @@ SurfaceDistance from_ellipsoid(const Vec3& a, const Vec3& p, double slack) {
   }
   Vec3 n = over(p, s);
   if (s == 0) n[shortest] = std::sqrt(std::max(0.0, 1 - over(ap, s).squaredNorm())) / least;
-  n = unit(n);
+  return unit(n);
+}
+
+namespace {
+
+SurfaceDistance from_ellipsoid(const Vec3& a, const Vec3& p, double slack) {
+  const Vec3 n = ellipsoid_normal(a, p);
   const double distance = n.dot(p) - a.cwiseProduct(n).norm();
   return {distance < -slack && p.cwiseQuotient(a).squaredNorm() < 1, n, distance};
 }
@@ -131,6 +139,7 @@ std::optional<SurfaceDistance> surface_distance(const ConvexView& shape, const V
       return from_ellipsoid(radii_of(shape), p, slack);
     case ShapeKind::sphere:
     case ShapeKind::halfspace:
+    case ShapeKind::plane:
     case ShapeKind::convex:
     case ShapeKind::triangle:
     case ShapeKind::mesh:
@@ -157,6 +166,7 @@ double exit_length(const ConvexView& shape, const Vec3& p, const Vec3& d) {
       return std::max(0.0, last_root(e.squaredNorm(), q.dot(e), std::min(0.0, q.squaredNorm() - 1)));
     }
     case ShapeKind::halfspace:
+    case ShapeKind::plane:
     case ShapeKind::convex:
     case ShapeKind::triangle:
     case ShapeKind::mesh:

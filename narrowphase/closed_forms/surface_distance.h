@@ -19,6 +19,9 @@ struct SurfaceDistance {
 /// than 128 faces. `slack`: metres.
 std::optional<SurfaceDistance> surface_distance(const ConvexView& shape, const Vec3& p, double slack);
 
+/// The unit normal where the surface of an ellipsoid about the origin is nearest to a point inside or outside.
+Vec3 ellipsoid_normal(const Vec3& radii, const Vec3& p);
+
 /// How far it is from a point inside along d (unit) to the surface, metres: a lower bound to rounding; 0 of hulls that
 /// are flat. Not of half-spaces and meshes.
 double exit_length(const ConvexView& shape, const Vec3& p, const Vec3& d);

@@ -36,6 +36,7 @@ std::uint32_t corner_count(const ConvexView& v) {
     case ShapeKind::cone:
     case ShapeKind::ellipsoid:
     case ShapeKind::halfspace:
+    case ShapeKind::plane:
     case ShapeKind::mesh:
       break;
   }

@@ -13,6 +13,7 @@
 #include <hwy/highway.h>
 
 #include "convex/core_search-inl.h"
+#include "convex/portal_steps-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
@@ -64,11 +65,7 @@ class PortalSide {
   Core core_;
 };
 
-/// A triangle of the difference, and its normal in the sense v1, v2, v3.
-struct PortalFace {
-  Corner v1, v2, v3;
-  Point n{0, 0, 0};
-};
+using PortalFace = Portal<Corner>;
 
 /// The triangle that `leave` found: `place` < 12 by an edge of each, 4 times A's and B's (3: B's first), else by a
 /// face.
@@ -166,15 +163,24 @@ class PolytopePortal {
            centre_.dot(centre_) > tolerance::no_way2 * scale_ * scale_;
   }
   double ball() const { return ball_; }
+  double scale() const { return scale_; }
   const Point& centre() const { return centre_; }
   double rounding() const { return 16 * epsilon * scale_; }
 
-  enum class Aim { verdict, surface };
-  enum class End { open, apart, overlapping, surface };  ///< apart: v1 is the farthest along n
-  /// Until the portal has passed the origin (where a verdict is all that is asked), lies on the surface, or its normal
-  /// shows that they are more than `beyond` apart. `usable()`.
-  template <Aim aim>
-  HWY_INLINE End search(double beyond, PortalFace& face) const;
+  /// Ends early where they are more than `beyond` apart. `usable()`.
+  template <PortalAim aim>
+  HWY_INLINE PortalEnd search(double beyond, PortalFace& face) {
+    beyond_ = beyond;
+    face = begin();
+    return PortalSteps<Corner, PolytopePortal>(*this).search<aim>(face);
+  }
+  /// The farthest along n; false where that shows them more than `beyond` apart.
+  HWY_ATTR bool farthest(const Point& n, Corner& w) const {
+    const double at_most = std::abs(n.x) + std::abs(n.y) + std::abs(n.z);  // its length
+    const Corner a = a_.farthest(n, at_most), b = b_.farthest(back_ * -n, at_most);
+    w = {a.at - placed(b.at), a.id << 32 | b.id};
+    return !(n.dot(w.at) < -beyond_ * at_most);
+  }
 
  private:
   static double off_origin(const ConvexView& v) { return v.hull != nullptr ? v.hull->inside.norm() : 0.0; }
@@ -187,102 +193,36 @@ class PolytopePortal {
     for (Corner& c : b) c.at = -placed(c.at);
     return leave(a, b, centre_, -centre_);
   }
-  /// The farthest along n; false where that shows them more than `beyond` apart.
-  HWY_ATTR bool farthest(const Point& n, double beyond, Corner& w) const {
-    const double at_most = std::abs(n.x) + std::abs(n.y) + std::abs(n.z);  // its length
-    const Corner a = a_.farthest(n, at_most), b = b_.farthest(back_ * -n, at_most);
-    w = {a.at - placed(b.at), a.id << 32 | b.id};
-    return !(n.dot(w.at) < -beyond * at_most);
-  }
-  /// Surely between the triangle and the centre: the origin, at six times `at_origin` of the volume that it spans with
-  /// the triangle.
-  HWY_INLINE bool holds_origin(const PortalFace& face, double at_origin) const {
-    const Point &v1 = face.v1.at, &v2 = face.v2.at, &v3 = face.v3.at;
-    // Volumes are off by this, times the squared length of the longest of the vectors that they are made of.
-    const double off = 128 * epsilon * scale_, longest2 = std::max({v1.dot(v1), v2.dot(v2), v3.dot(v3)});
-    if (!(at_origin > off * longest2)) return false;
-    const double side_off = off * std::max(longest2, centre_.dot(centre_));
-    const double least = std::min({volume(v1, v3), volume(v3, v2), volume(v2, v1)});
-    // Beyond a side it may lie by less than the ball about the centre leaves room: what the volumes are off by, over
-    // the whole, times its size, beside as much of the ball as the point is on the way from the portal to the centre.
-    return least > side_off || (least > -side_off && at_origin * ball_ > 8 * side_off * scale_);
-  }
-  /// Six times the volume that p, q and the centre span with the origin.
-  HWY_INLINE double volume(const Point& p, const Point& q) const { return p.cross(q).dot(centre_); }
 
   PortalSide a_, b_;
   Columns turn_, back_;
   Point shift_, centre_;
-  double scale_, ball_;
+  double scale_, ball_, beyond_ = 0;
 };
-
-template <PolytopePortal::Aim aim>
-PolytopePortal::End PolytopePortal::search(double beyond, PortalFace& face) const {
-  constexpr int max_steps = 24;
-  face = begin();
-  auto& [v1, v2, v3, n] = face;
-  // Until the ray goes through the triangle: most often it does.
-  int step = 0;
-  for (;; ++step) {
-    if (step == max_steps) return End::open;
-    if (volume(v1.at, v3.at) < 0) {
-      v2 = v3;
-    } else if (volume(v3.at, v2.at) < 0) {
-      v1 = v3;
-    } else if (volume(v2.at, v1.at) < 0) {
-      std::swap(v1, v2);
-    } else {
-      break;
-    }
-    n = (v1.at - centre_).cross(v2.at - centre_);
-    if (!farthest(n, beyond, v3)) {
-      v1 = v3;
-      return End::apart;
-    }
-  }
-  for (; step < max_steps; ++step) {
-    n = (v2.at - v1.at).cross(v3.at - v1.at);
-    if (aim == Aim::verdict && holds_origin(face, n.dot(v1.at))) return End::overlapping;
-    Corner w;
-    if (!farthest(n, beyond, w)) {
-      v1 = w;
-      return End::apart;
-    }
-    const double gained = n.dot(w.at - v1.at);
-    if (!(gained > 0 && gained * gained > rounding() * rounding() * n.dot(n))) return End::surface;
-    const Point across = w.at.cross(centre_);
-    if (v1.at.dot(across) > 0) {
-      (v2.at.dot(across) > 0 ? v1 : v3) = w;
-    } else {
-      (v3.at.dot(across) > 0 ? v2 : v1) = w;
-    }
-  }
-  return End::open;
-}
 
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
 void search_polytopes(const MinkowskiDifference& d, PortalResult& r) {
   using Verdict = PortalResult::Verdict;
-  const PolytopePortal portal(d);
+  PolytopePortal portal(d);
   r.verdict = Verdict::open;
   r.normal = (-portal.centre()).vec();
   if (!portal.usable()) return;
   PortalFace face;
-  const auto end = portal.search<PolytopePortal::Aim::verdict>(portal.rounding(), face);
+  const PortalEnd end = portal.search<PortalAim::verdict>(portal.rounding(), face);
   r.normal = face.n.vec();
-  if (end == PolytopePortal::End::apart) r.verdict = Verdict::apart;
-  if (end == PolytopePortal::End::overlapping) r.verdict = Verdict::overlapping;
+  if (end == PortalEnd::apart) r.verdict = Verdict::apart;
+  if (end == PortalEnd::overlapping) r.verdict = Verdict::overlapping;
 }
 
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
 void search_surface(const MinkowskiDifference& d, double beyond, SurfaceFace& r) {
-  const PolytopePortal portal(d);
+  PolytopePortal portal(d);
   r.end = SurfaceFace::End::open;
   if (!portal.usable()) return;
   PortalFace face;
-  const auto end = portal.search<PolytopePortal::Aim::surface>(std::max(beyond, portal.rounding()), face);
-  if (end == PolytopePortal::End::open) return;
-  r.end = end == PolytopePortal::End::apart ? SurfaceFace::End::apart : SurfaceFace::End::reached;
+  const PortalEnd end = portal.search<PortalAim::surface>(std::max(beyond, portal.rounding()), face);
+  if (end == PortalEnd::open) return;
+  r.end = end == PortalEnd::apart ? SurfaceFace::End::apart : SurfaceFace::End::reached;
   r.normal = face.n.vec();
   r.centre = portal.centre().vec();
   r.ball = portal.ball();

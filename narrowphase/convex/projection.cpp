@@ -55,6 +55,7 @@ Projection move_into(const ConvexView& v, Vec3& p, double least) {
     }
     case ShapeKind::sphere:
     case ShapeKind::halfspace:
+    case ShapeKind::plane:
     case ShapeKind::convex:
     case ShapeKind::triangle:
     case ShapeKind::mesh:

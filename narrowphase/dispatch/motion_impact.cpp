@@ -94,7 +94,9 @@ class ScrewSweep {
     return path.length(box.first.norm() + box.second.norm());
   }
 
-  static bool is_plane(const SweptBody& body) { return !body.mesh && body.view.kind == ShapeKind::halfspace; }
+  static bool is_plane(const SweptBody& body) {
+    return body.view.kind == ShapeKind::halfspace || body.view.kind == ShapeKind::plane;
+  }
 
   /// Another body's box as `own` sees it.
   static Box seen_from(const Pose& own, const Pose& other, const Box& box) {
@@ -112,18 +114,27 @@ class ScrewSweep {
            path_b_.speed_along(-normal, at_b, t, b.first, b.second);
   }
 
+  /// A half-space's or plane's normal, which is its own, turns with it; another gap's direction stays.
+  Vec3 carried(const Vec3& normal, double from, double to) const {
+    if (!is_plane(a_) && !is_plane(b_)) return normal;
+    const ScrewPath& path = is_plane(a_) ? path_a_ : path_b_;
+    return path.at(to).rotation * (path.at(from).rotation.transpose() * normal);
+  }
+
   /// How far one advances that creeps along a gap, where the points' fastest speed says little: `least`, or longer, up
   /// to `most`. Let the direction of the gap turn evenly into that of the gap v at the end of an advance of length dt.
   /// Two points then come no nearer along it than a parabola through both ends: apart in between, where
   /// bend * dt^2 / 2 <= (gap^(1/2) + v^(1/2))^2. Along a direction n that turns at the rate w, their distance has the
-  /// second derivative (b'' - a'') . n + 2 (b' - a') . n' - w^2 (b - a) . n, of which the last only parts them.
+  /// second derivative (b'' - a'') . n + 2 (b' - a') . n' - w^2 (b - a) . n, of which the last only parts
+  /// them. On a plane's other side the direction has turned by half a circle, which none so fast can.
   template <class Distance>
   double glide(double t, const Gap& now, double acceleration, double speed, double least, double most,
                Distance&& distance) const {
     for (double dt = most; dt > 2 * least; dt /= 4) {
       const Gap then = distance(path_a_.at(t + dt), path_b_.at(t + dt));
       if (!(then.length >= 0)) continue;
-      const double turn = 2 * std::atan2((then.normal - now.normal).norm(), (then.normal + now.normal).norm());
+      const Vec3 along = carried(now.normal, t, t + dt);
+      const double turn = 2 * std::atan2((then.normal - along).norm(), (then.normal + along).norm());
       const double length = std::sqrt(now.length) + std::sqrt(then.length);
       if ((acceleration * dt + 2 * speed * turn) * dt <= 2 * length * length) return dt;
     }
@@ -136,8 +147,6 @@ class ScrewSweep {
   double advance(const Box& box_a, const Box& box_b, double from, double until, int most, bool planes,
                  Distance&& distance) {
     constexpr int few_advances = 64;  // then it creeps
-    // A half-space's own normal is the only one, and does not turn as the half-space sees it.
-    const bool turns = !is_plane(a_) && !is_plane(b_);
     double t = from, stride = until - from;
     for (int i = 0; i < most; ++i) {
       meter_.spend(8);
@@ -152,7 +161,7 @@ class ScrewSweep {
       if (!(closing > 0)) return never;
       double dt = 2 * gap.length / closing;
       if (i >= few_advances) {
-        const double fastest = turns ? length_of(box_a, path_a_) + length_of(box_b, path_b_) : 0;
+        const double fastest = length_of(box_a, path_a_) + length_of(box_b, path_b_);
         dt = stride = glide(t, gap, acceleration, fastest, dt, std::min(4 * stride, until - t), distance);
       }
       const double next = t + dt;

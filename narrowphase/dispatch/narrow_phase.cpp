@@ -28,11 +28,20 @@ namespace {
 
 bool triangular(const Shape& s) { return s.kind() == ShapeKind::triangle || s.kind() == ShapeKind::mesh; }
 
-/// Two half-spaces miss each other only where their normals are opposite.
-bool halfspaces_collide(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
+/// How far a half-space or plane reaches along its normal, or against it.
+double extent_along(const Shape& s, bool along) {
+  if (along) return s.offset() + s.rounding();
+  return s.kind() == ShapeKind::plane ? s.rounding() - s.offset() : std::numeric_limits<double>::infinity();
+}
+
+/// Two half-spaces or planes miss each other only where their normals are alike or opposite.
+bool unbounded_collide(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
   const Vec3 na = pose_a.rotation * a.normal(), nb = pose_b.rotation * b.normal();
-  if (na != -nb) return true;
-  return a.offset() + b.offset() >= na.dot(pose_b.translation - pose_a.translation);
+  const bool alike = na == nb;
+  if (!alike && na != -nb) return true;
+  const double between = na.dot(pose_b.translation - pose_a.translation);
+  return extent_along(a, true) + extent_along(b, !alike) >= between &&
+         extent_along(a, false) + extent_along(b, alike) >= -between;
 }
 
 std::string refusal(const Shape& a, const Shape& b, Request request) {
@@ -77,8 +86,8 @@ std::optional<bool> collide_by_test(CollideTest test, const Shape& a, const Pose
   switch (test) {
     case CollideTest::none:
       break;
-    case CollideTest::halfspaces:
-      return halfspaces_collide(a, pose_a, b, pose_b);
+    case CollideTest::unbounded:
+      return unbounded_collide(a, pose_a, b, pose_b);
     case CollideTest::triangles: {
       const auto in_a = corners(a), in_b = corners(b);
       const auto by_axes = in_a && in_b ? triangles_collide(*in_a, pose_a, *in_b, pose_b) : std::nullopt;
@@ -101,7 +110,7 @@ PairAnswer solve_by_kinds(const Shape& a, const Pose& pose_a, const Shape& b, co
   if (pair.method == Method::bvh) return solve_mesh(a, pose_a, b, pose_b, request, options, contacts);
   if (is_refused(a.kind(), b.kind(), request)) throw std::invalid_argument(refusal(a, b, request));
   PairAnswer plain;
-  if (request == Request::collide && (unforced || pair.collides == CollideTest::halfspaces))
+  if (request == Request::collide && (unforced || pair.collides == CollideTest::unbounded))
     if (const auto collide = collide_by_test(pair.collides, a, pose_a, b, pose_b, options)) {
       plain.collide = *collide;
       return plain;
@@ -203,7 +212,8 @@ PairAnswer solve_any(const Shape& a, const Pose& pose_a, const Shape& b, const P
                      const NarrowPhaseOptions& options, std::vector<Contact>* contacts, WarmStart* warm) {
   if (request == Request::distance && options.cutoff < std::numeric_limits<double>::infinity())
     return solve_within(a, pose_a, b, pose_b, options, warm);
-  if (a.rounding() + b.rounding() > 0) return solve_rounded(a, pose_a, b, pose_b, request, options, contacts, warm);
+  const bool has_rounding = a.rounding() + b.rounding() > 0 && (a.is_bounded() || b.is_bounded());
+  if (has_rounding) return solve_rounded(a, pose_a, b, pose_b, request, options, contacts, warm);
   return solve_cores(a, pose_a, b, pose_b, request, options, contacts, warm);
 }
 
@@ -302,6 +312,8 @@ std::string NarrowPhase::refuses(const Shape& a, const Shape& b, Request request
 
 PairAnswer NarrowPhase::solve(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                               std::vector<Contact>* contacts, WarmStart* warm) const {
+  std::vector<Contact> unwanted;
+  if (request == Request::contacts && contacts == nullptr) contacts = &unwanted;
   if (options_.limit != nullptr) return solve_limited(a, pose_a, b, pose_b, request, options_, contacts, warm);
   return solve_any(a, pose_a, b, pose_b, request, options_, contacts, warm);
 }

@@ -18,6 +18,7 @@
 #include "shapes/unit_vector.h"
 #include "tandem/narrowphase/clearance.h"
 #include "tandem/narrowphase/narrow_phase.h"
+#include "tandem/narrowphase/work_limit.h"
 #include "tolerances.h"
 
 namespace tandem {
@@ -29,6 +30,7 @@ class ShortestFree {
   ShortestFree(const Posed& a, const Posed& b, const NarrowPhaseOptions& options)
       : a_(a), b_(b), options_(options), narrow_(options), size_(a.shape.size() + b.shape.size()) {}
 
+  bool found() const { return best_.has_value(); }
   double length() const { return best_ ? best_->norm() : infinity; }
   const Vec3& translation() const { return *best_; }
   Pose moved(const Vec3& move) const { return {b_.pose.rotation, b_.pose.translation + move}; }
@@ -105,6 +107,7 @@ std::vector<Vec3> directions_all_round() {
 void search_free(const PairAnswer& known, ShortestFree& free) {
   constexpr std::size_t most = 6;
   std::vector<Vec3> starts{free.farther(known.normal, -known.signed_distance)};
+  free.take(starts.front());
   for (const Vec3& direction : directions_all_round()) starts.push_back(free.along(direction));
   std::stable_sort(starts.begin(), starts.end(),
                    [](const Vec3& x, const Vec3& y) { return x.squaredNorm() < y.squaredNorm(); });
@@ -113,35 +116,44 @@ void search_free(const PairAnswer& known, ShortestFree& free) {
     if (free.is_free(start)) free.shorten(start);
 }
 
-// Of two meshes, one of them solid, that collide; A's translation is zero.
+// Of two meshes, one of them solid, that collide; A's translation is zero. What a limit ends leaves what it has
+// reached.
 DepthBounds search_bounds(const Posed& a, const Posed& b, const PairAnswer& known, const DepthOptions& options) {
   NarrowPhaseOptions narrow_options;
   narrow_options.limit = options.limit;
   DepthBounds bounds;
   bounds.lower = -known.signed_distance - known.error_bound;
   ShortestFree free(a, b, narrow_options);
-  search_free(known, free);
-  const double part = 1 - options.gap,
-               slack = tolerance::place_rounding * (reach(mesh_of(a.shape)) + reach(mesh_of(b.shape)));
-  if (bounds.lower < part * free.length()) {
-    constexpr std::size_t most_places = 8;
-    const DepthField field_a(a, slack, options.limit), field_b(b, slack, options.limit);
-    OverlapCover cover(field_a, field_b, free.length(),
-                       {.shared_places =
-                            [&](const Vec3& move) {
-                              const Pose at = free.moved(move);
-                              return shared_places(a, {b.shape, at}, most_places, options.limit);
-                            },
-                        .shorten =
-                            [&](const Vec3& move) {
-                              free.shorten(move);
-                              return free.length();
-                            }});
-    cover.search(part, options.most_boxes);
-    bounds.lower = std::max(bounds.lower, cover.certain());
-    bounds.boxes = cover.boxes();
+  std::optional<DepthField> field_a, field_b;
+  std::optional<OverlapCover> cover;
+  try {
+    search_free(known, free);
+    const double part = 1 - options.gap,
+                 slack = tolerance::place_rounding * (reach(mesh_of(a.shape)) + reach(mesh_of(b.shape)));
+    if (bounds.lower < part * free.length()) {
+      constexpr std::size_t most_places = 8;
+      field_a.emplace(a, slack, options.limit), field_b.emplace(b, slack, options.limit);
+      cover.emplace(*field_a, *field_b, free.length(),
+                    OverlapCover::Bodies{.shared_places =
+                                             [&](const Vec3& move) {
+                                               const Pose at = free.moved(move);
+                                               return shared_places(a, {b.shape, at}, most_places, options.limit);
+                                             },
+                                         .shorten =
+                                             [&](const Vec3& move) {
+                                               free.shorten(move);
+                                               return free.length();
+                                             }});
+      cover->search(part, options.most_boxes);
+    }
+  } catch (const WorkStopped&) {
+    bounds.incomplete = true;
   }
-  bounds.translation = free.translation();
+  if (cover) {
+    bounds.lower = std::max(bounds.lower, cover->certain());
+    bounds.boxes = cover->boxes();
+  }
+  bounds.translation = free.found() ? free.translation() : Vec3(-known.signed_distance * known.normal);
   return bounds;
 }
 
@@ -210,7 +222,8 @@ DepthBounds penetration_depth(const Shape& a, const Pose& pose_a, const Shape& b
   // Where they are, B's place is rounded.
   const double length = bounds.translation.norm();
   const Vec3 out = length > 0 ? unit(bounds.translation, length) : known.normal;
-  const ShortestFree free(posed_a, posed_b, narrow_options);
+  const NarrowPhaseOptions to_the_end;
+  const ShortestFree free(posed_a, posed_b, to_the_end);
   if (!free.is_free(bounds.translation)) bounds.translation = free.farther(out, length);
   bounds.upper = bounds.translation.norm();
   bounds.lower = std::clamp(bounds.lower, 0.0, bounds.upper);

@@ -12,7 +12,14 @@
 namespace tandem {
 namespace {
 
-// Of a half-space (A, where not `exchanged`) and another shape that moves along d (unit) as seen from it.
+// What moves along d (unit) leaves a plane on the side to which d points: of the two half-spaces that is one.
+Shape side_along(const Shape& shape, const Pose& pose, const Vec3& d) {
+  if (shape.kind() != ShapeKind::plane) return shape;
+  const double sense = d.dot(pose.rotation * shape.normal()) < 0 ? -1 : 1;
+  return HalfSpace{sense * shape.normal(), sense * shape.offset() + shape.rounding()};
+}
+
+// Of a half-space (A or B) and another shape, B moved along d (unit).
 double out_of_halfspace(const NarrowPhase& narrow, const Shape& a, const Pose& pose_a, const Shape& b,
                         const Pose& pose_b, const Vec3& d) {
   const PairAnswer now = unless_stopped(narrow.solve(a, pose_a, b, pose_b, Request::distance));
@@ -42,7 +49,8 @@ double separation_along(const Shape& a, const Pose& pose_a, const Shape& b, cons
   const Vec3 d = (direction / most).normalized();
   const NarrowPhase narrow(without_cutoff(options));
   if (const std::string why = narrow.refuses(a, b, Request::distance); !why.empty()) throw std::invalid_argument(why);
-  if (!a.is_bounded() || !b.is_bounded()) return out_of_halfspace(narrow, a, pose_a, b, pose_b, d);
+  if (!a.is_bounded() || !b.is_bounded())
+    return out_of_halfspace(narrow, side_along(a, pose_a, d), pose_a, side_along(b, pose_b, -d), pose_b, d);
   const double way = beyond(a.bounds(pose_a), b.bounds(pose_b), d);
   if (!(way > 0)) return 0;
   const Pose far{pose_b.rotation, pose_b.translation + way * d};

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "dispatch/swept_body.h"
+#include "meshes/mesh_pair.h"
 #include "pairs/convex_pair.h"
 #include "tandem/narrowphase/narrow_phase.h"
 #include "tolerances.h"
@@ -139,6 +140,31 @@ class Sweep {
   double slack_;
 };
 
+struct ClosingGap {
+  double gap;
+  double closing;  ///< for each metre that B moves along `along`
+};
+
+/// Of a mesh with triangles on both sides of a plane those count that move towards it.
+ClosingGap gap_of_mesh_and_plane(const Posed& mesh, const Posed& plane, const Vec3& along, double radius,
+                                 const WorkLimit* limit) {
+  const PlaneInMesh seen(mesh.pose, plane);
+  const PlaneGaps gaps = plane_gaps(mesh_of(mesh.shape), seen, limit);
+  const double rising = seen.up.dot(along);
+  return {(gaps.cut ? 0 : rising < 0 ? gaps.above : gaps.below) - radius, std::abs(rising)};
+}
+
+ClosingGap gap_to_unbounded(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, const Vec3& along,
+                            const NarrowPhaseOptions& options) {
+  const double radius = a.rounding() + b.rounding();
+  if (!b.is_convex() && a.kind() == ShapeKind::plane)
+    return gap_of_mesh_and_plane({b, pose_b}, {a, pose_a}, along, radius, options.limit);
+  if (!a.is_convex() && b.kind() == ShapeKind::plane)
+    return gap_of_mesh_and_plane({a, pose_a}, {b, pose_b}, -along, radius, options.limit);
+  const PairAnswer now = unless_stopped(NarrowPhase(options).solve(a, pose_a, b, pose_b, Request::distance));
+  return {now.signed_distance, -now.normal.dot(along)};
+}
+
 }  // namespace
 
 std::optional<double> NarrowPhase::time_of_impact(const Shape& a, const Pose& pose_a, const Vec3& velocity_a,
@@ -162,13 +188,11 @@ std::optional<double> NarrowPhase::time_of_impact(const Shape& a, const Pose& po
   double longest = std::min(2 * length * (most * tmax), 1e290);
 
   if (!a.is_bounded() || !b.is_bounded()) {
-    // The gap to a half-space shrinks evenly.
-    const PairAnswer now =
-        unless_stopped(NarrowPhase(without_cutoff(options_)).solve(a, pose_a, b, pose_b, Request::distance));
-    const double closing = -now.normal.dot(along);
-    if (now.signed_distance <= 0) return 0.0;
+    // The gap to a half-space or plane shrinks evenly.
+    const auto [gap, closing] = gap_to_unbounded(a, pose_a, b, pose_b, along, without_cutoff(options_));
+    if (gap <= 0) return 0.0;
     if (!(closing > 0)) return std::nullopt;
-    const double way = now.signed_distance / closing;
+    const double way = gap / closing;
     if (!(way <= longest * (1 + tolerance::end_of_way))) return std::nullopt;
     return time_of(way);
   }

@@ -215,6 +215,7 @@ FlatFeature best_face(const ConvexView& v, const Vec3& d) {
     case ShapeKind::sphere:
     case ShapeKind::ellipsoid:
     case ShapeKind::halfspace:
+    case ShapeKind::plane:
     case ShapeKind::mesh:
       break;
   }
@@ -266,6 +267,7 @@ FlatFeature flush_edge(const ConvexView& v, const Vec3& d) {
     case ShapeKind::sphere:
     case ShapeKind::ellipsoid:
     case ShapeKind::halfspace:
+    case ShapeKind::plane:
     case ShapeKind::mesh:
       break;
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "manifold/manifold.h"
 #include "tolerances.h"
@@ -12,8 +13,6 @@ namespace {
 
 constexpr double opposing = -0.7;  // cosines of the angle between normals
 constexpr double one_side = -0.9999;
-
-using Points = std::pmr::vector<Contact>;
 
 /// Chooses at most four of a patch's contacts that span it, the deepest among them.
 class WidestPoints {
@@ -136,89 +135,152 @@ void keep_widest(std::vector<Contact>& contacts, std::size_t first, double size)
   contacts.resize(first + widest.move_to_front());
 }
 
-void PatchCollector::add(std::uint32_t t, std::span<const Contact> contacts, double deepest) {
-  std::uint32_t k = 0;
+void PatchCollector::add(std::uint32_t t, std::span<const Contact> contacts) {
+  const std::size_t first = runs_.size();
   for (const Contact& c : contacts) {
-    if (c.depth > deepest) continue;
-    all_.push_back(c);
-    all_.back().feature = t * 64 + k++;
+    if (runs_.size() == first || runs_.back().normal != c.normal)
+      runs_.push_back({c.normal, t, static_cast<std::uint32_t>(points_.size()), runs_.size() > first});
+    points_.push_back({c.point, c.depth});
   }
 }
 
-namespace {
+/// A contact in the order in which patches are found: deeper ones before; of equals (to rounding, and none are nearer
+/// to touching than these) the one whose triangle comes first.
+struct PatchCollector::Place {
+  double depth;  // in units that count as equal, a whole number
+  std::uint32_t feature, point, run;
+
+  bool operator<(const Place& other) const {
+    if (depth != other.depth) return depth > other.depth;
+    return feature != other.feature ? feature < other.feature : point < other.point;
+  }
+};
+
+struct PatchCollector::Patch {
+  Vec3 normal;
+  Place deepest;
+  std::uint32_t first = 0, count = 0;  // places
+  std::uint32_t side_of = 0;           // the patch of which it is the other side, else itself
+};
+
+PatchCollector::List<PatchCollector::Place> PatchCollector::places_of(double deepest) {
+  List<Place> places(&memory_);
+  places.reserve(points_.size());
+  std::uint32_t of_triangle = 0;
+  for (std::uint32_t r = 0; r < runs_.size(); ++r) {
+    const std::size_t end = r + 1 < runs_.size() ? runs_[r + 1].first : points_.size();
+    if (!runs_[r].goes_on) of_triangle = 0;
+    for (std::uint32_t i = runs_[r].first; i < end; ++i)
+      if (const double depth = points_[i].depth; depth <= deepest)
+        places.push_back(
+            {std::round(depth / (tolerance::same_depth * size_)), runs_[r].triangle * 64 + of_triangle++, i, r});
+  }
+  return places;
+}
+
+// The deepest contact of a run says when it looks for a patch of about its normal; where none is found yet it is one.
+PatchCollector::List<PatchCollector::Patch> PatchCollector::find_patches(const List<Place>& places) {
+  List<Place> runs(&memory_);  // the deepest place of each
+  runs.reserve(runs_.size());
+  for (const Place& place : places)
+    if (runs.empty() || runs.back().run != place.run)
+      runs.push_back(place);
+    else
+      runs.back() = std::min(runs.back(), place);
+  std::sort(runs.begin(), runs.end());
+  List<Patch> patches(&memory_);
+  for (const Place& run : runs) {
+    meter_.spend(1 + static_cast<int>(patches.size() / 16));
+    const Vec3& n = runs_[run.run].normal;
+    const auto is_same = [&](const Patch& patch) { return patch.normal.dot(n) > one_patch; };
+    const auto own =
+        static_cast<std::uint32_t>(std::find_if(patches.begin(), patches.end(), is_same) - patches.begin());
+    if (own == patches.size()) patches.push_back({.normal = n, .deepest = run, .side_of = own});
+    runs_[run.run].patch = own;
+  }
+  return patches;
+}
+
+PatchCollector::List<PatchCollector::Place> PatchCollector::by_patch(const List<Place>& places, List<Patch>& patches) {
+  for (const Place& place : places) ++patches[runs_[place.run].patch].count;
+  std::uint32_t first = 0;
+  for (Patch& patch : patches) patch.first = first, first += std::exchange(patch.count, 0);
+  List<Place> ordered(places.size(), &memory_);
+  for (const Place& place : places) {
+    Patch& patch = patches[runs_[place.run].patch];
+    ordered[patch.first + patch.count++] = place;
+  }
+  for (const Patch& patch : patches) {
+    meter_.spend(1 + static_cast<int>(patch.count / 4));
+    const auto begin = ordered.begin() + patch.first;
+    std::sort(begin, begin + patch.count);
+  }
+  return ordered;
+}
+
+void PatchCollector::leave_out_far(const Vec3& centre, List<Patch>& patches) {
+  const auto behind = [&](const Patch& p) { return p.normal.dot(centre - points_[p.deepest.point].at) < 0; };
+  const auto is_far = [&](const Patch& patch) {
+    meter_.spend(1 + static_cast<int>(patches.size() / 16));
+    return behind(patch) && std::any_of(patches.begin(), patches.end(), [&](const Patch& other) {
+             return patch.normal.dot(other.normal) < opposing && !behind(other);
+           });
+  };
+  List<std::uint8_t> far(&memory_);
+  for (const Patch& patch : patches) far.push_back(is_far(patch) ? 1 : 0);
+  for (std::size_t i = 0; i < patches.size(); ++i)
+    if (far[i] != 0) patches[i].count = 0;
+}
+
+// Of a sheet that lies on the surface rounding says which side it is on: one patch.
+void PatchCollector::join_sides(const List<Place>& places, List<Patch>& patches) {
+  const double slack = tolerance::alike * size_;
+  const auto only_touches = [&](const Patch& patch) {
+    return std::all_of(places.begin() + patch.first, places.begin() + patch.first + patch.count,
+                       [&](const Place& place) { return std::abs(points_[place.point].depth) <= slack; });
+  };
+  const auto is_free = [&](std::uint32_t i) { return patches[i].count > 0 && patches[i].side_of == i; };
+  for (std::uint32_t i = 0; i < patches.size(); ++i) {
+    meter_.spend(1 + static_cast<int>(patches.size() / 16));
+    if (!is_free(i)) continue;
+    const Vec3 &normal = patches[i].normal, &at = points_[patches[i].deepest.point].at;
+    for (std::uint32_t j = i + 1; j < patches.size(); ++j) {
+      if (normal.dot(patches[j].normal) > one_side || !is_free(j)) continue;
+      if (std::abs(normal.dot(points_[patches[j].deepest.point].at - at)) > slack) continue;
+      if (only_touches(patches[i]) && only_touches(patches[j])) patches[j].side_of = i;
+    }
+  }
+}
 
 // Of each patch the points that span it, in the order of their features.
-template <class Patches>
-void append_widest(const Patches& patches, double size, WorkMeter& meter, std::vector<Contact>& out) {
+void PatchCollector::append_widest(const List<Place>& places, const List<Patch>& patches, std::vector<Contact>& out) {
   const std::size_t first = out.size();
-  for (const auto& patch : patches) {
+  for (std::uint32_t i = 0; i < patches.size(); ++i) {
+    if (patches[i].side_of != i) continue;
     const std::size_t own = out.size();
-    meter.spend(1 + static_cast<int>(patch.size() / 2));
-    out.insert(out.end(), patch.begin(), patch.end());
-    keep_widest(out, own, size);
+    for (std::uint32_t j = i; j < patches.size(); ++j) {
+      const Patch& side = patches[j];
+      if (side.side_of != i) continue;
+      for (std::uint32_t k = side.first; k < side.first + side.count; ++k) {
+        const Vec3& normal = runs_[places[k].run].normal;
+        const Point& point = points_[places[k].point];
+        out.push_back({point.at, j == i ? normal : Vec3(-normal), point.depth, places[k].feature});
+      }
+    }
+    meter_.spend(1 + static_cast<int>((out.size() - own) / 2));
+    keep_widest(out, own, size_);
   }
   std::sort(out.begin() + static_cast<std::ptrdiff_t>(first), out.end(),
             [](const Contact& x, const Contact& y) { return x.feature < y.feature; });
 }
 
-}  // namespace
-
-void PatchCollector::finish(const Vec3& centre, bool solid, std::vector<Contact>& out) {
-  // Deeper ones found patches; of equals (to rounding, and none are nearer to touching than these) the one whose
-  // triangle comes first.
-  struct Place {
-    double depth;
-    std::uint32_t feature, at;
-  };
-  std::pmr::vector<Place> order(&memory_);
-  order.reserve(all_.size());
-  for (std::uint32_t i = 0; i < all_.size(); ++i)
-    order.push_back({std::round(all_[i].depth / (tolerance::same_depth * size_)), all_[i].feature, i});
-  std::sort(order.begin(), order.end(), [](const Place& x, const Place& y) {
-    return x.depth != y.depth ? x.depth > y.depth : x.feature < y.feature;
-  });
-  std::pmr::vector<Points> patches(&memory_);
-  for (const Place& place : order) {
-    meter_.spend(1 + static_cast<int>(patches.size() / 16));
-    const Contact& c = all_[place.at];
-    const auto same = std::find_if(patches.begin(), patches.end(),
-                                   [&](const Points& p) { return p.front().normal.dot(c.normal) > one_patch; });
-    (same == patches.end() ? patches.emplace_back() : *same).push_back(c);
-  }
-  const int pass = 1 + static_cast<int>(patches.size() / 16);
-  if (solid) {
-    std::pmr::vector<std::uint8_t> far(patches.size(), 0, &memory_);
-    const auto behind = [&](const Contact& c) { return c.normal.dot(centre - c.point) < 0; };
-    for (std::size_t i = 0; i < patches.size(); ++i) {
-      meter_.spend(pass);
-      for (const auto& other : patches)
-        if (patches[i].front().normal.dot(other.front().normal) < opposing && behind(patches[i].front()) &&
-            !behind(other.front()))
-          far[i] = 1;
-    }
-    std::size_t i = 0;
-    std::erase_if(patches, [&](const auto&) { return far[i++] != 0; });
-  }
-  // Of a sheet that lies on the surface rounding says which side it is on: one patch.
-  const double slack = tolerance::alike * size_;
-  const auto only_touches = [&](const Points& patch) {
-    return std::all_of(patch.begin(), patch.end(), [&](const Contact& c) { return std::abs(c.depth) <= slack; });
-  };
-  for (std::size_t i = 0; i < patches.size(); ++i) {
-    meter_.spend(pass);
-    for (std::size_t j = i + 1; j < patches.size(); ++j) {
-      const Contact &own = patches[i].front(), &other = patches[j].front();
-      if (own.normal.dot(other.normal) > one_side || std::abs(own.normal.dot(other.point - own.point)) > slack)
-        continue;
-      if (!only_touches(patches[i]) || !only_touches(patches[j])) continue;
-      for (Contact& c : patches[j]) {
-        c.normal = -c.normal;
-        patches[i].push_back(c);
-      }
-      patches.erase(patches.begin() + static_cast<std::ptrdiff_t>(j--));
-    }
-  }
-  append_widest(patches, size_, meter_, out);
+void PatchCollector::finish(const Vec3& centre, bool solid, std::vector<Contact>& out, double deepest) {
+  const List<Place> places = places_of(deepest);
+  List<Patch> patches = find_patches(places);
+  const List<Place> ordered = by_patch(places, patches);
+  if (solid) leave_out_far(centre, patches);
+  join_sides(ordered, patches);
+  append_widest(ordered, patches, out);
 }
 
 }  // namespace tandem

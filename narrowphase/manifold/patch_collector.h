@@ -30,19 +30,43 @@ class PatchCollector {
   PatchCollector(const PatchCollector&) = delete;
   PatchCollector& operator=(const PatchCollector&) = delete;
 
-  /// Of triangle t, without those deeper than a limit; their normals point from the mesh.
-  void add(std::uint32_t t, std::span<const Contact> contacts, double deepest = infinity);
+  /// Of triangle t; their normals point from the mesh.
+  void add(std::uint32_t t, std::span<const Contact> contacts);
 
-  /// Appends what is kept, by feature. Patches of a solid whose normals oppose each other are two sides of one wall
-  /// that the shape with this centre has gone through: the far one does not push.
-  void finish(const Vec3& centre, bool solid, std::vector<Contact>& out);
+  /// Appends what is kept of those no deeper than `deepest`, by feature. Patches of a solid whose normals oppose each
+  /// other are two sides of one wall that the shape with this centre has gone through: the far one does not push.
+  void finish(const Vec3& centre, bool solid, std::vector<Contact>& out, double deepest = infinity);
 
  private:
+  struct Point {
+    Vec3 at;
+    double depth;
+  };
+  /// Contacts of a triangle with the very same normal, one after the other: points from `first` to the next run's.
+  struct Run {
+    Vec3 normal;
+    std::uint32_t triangle, first;
+    bool goes_on;             ///< the run before is of the same triangle
+    std::uint32_t patch = 0;  ///< that it is in
+  };
+  struct Place;
+  struct Patch;
+  template <class Value>
+  using List = std::pmr::vector<Value>;
+
+  List<Place> places_of(double deepest);
+  List<Patch> find_patches(const List<Place>& places);
+  List<Place> by_patch(const List<Place>& places, List<Patch>& patches);
+  void leave_out_far(const Vec3& centre, List<Patch>& patches);
+  void join_sides(const List<Place>& places, List<Patch>& patches);
+  void append_widest(const List<Place>& places, const List<Patch>& patches, std::vector<Contact>& out);
+
   double size_;
   WorkMeter meter_;
-  alignas(std::max_align_t) std::array<std::byte, 16384> usual_;  // enough but for very many triangles
+  alignas(std::max_align_t) std::array<std::byte, 24576> usual_;  // enough but for very many triangles
   std::pmr::monotonic_buffer_resource memory_{usual_.data(), usual_.size()};
-  std::pmr::vector<Contact> all_{&memory_};
+  List<Run> runs_{&memory_};
+  List<Point> points_{&memory_};
 };
 
 }  // namespace tandem

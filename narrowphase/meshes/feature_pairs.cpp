@@ -167,7 +167,7 @@ void join(std::vector<NearFeatures>& found, std::vector<Pair> NearFeatures::*lis
 }
 
 template <class MakeVisitor>
-NearFeatures find(const NearTriangles& near, const PartRunner& parts, const MakeVisitor& make) {
+NearFeatures find(const NearBoxPairs& near, const PartRunner& parts, const MakeVisitor& make) {
   const std::vector<NodePair> subtrees = near.subtrees();
   std::vector<NearFeatures> found(subtrees.size());
   run_parts(parts, subtrees.size(), [&](std::size_t k) {
@@ -191,7 +191,7 @@ void require_feature_margin(double margin) {
 NearFeatures near_features(const MeshModel& mesh, std::span<const std::uint32_t> first, double margin,
                            const PartRunner& parts) {
   const NearFeatureRows features(mesh, first);
-  return find(NearTriangles(mesh, margin), parts, [&](NearFeatures& found) {
+  return find(NearBoxPairs(mesh, margin), parts, [&](NearFeatures& found) {
     return FeaturePairs(mesh, features, mesh, features, true, Pose{}, margin, found);
   });
 }
@@ -209,7 +209,7 @@ NearFeatures near_features(const Shape& a, const Pose& pose_a, const Shape& b, c
   const NearFeatureRows of_a(ma, {}), of_b(mb, {});
   const Mat3 back = pose_a.rotation.transpose();
   const Pose b_in_a{back * pose_b.rotation, back * (pose_b.translation - pose_a.translation)};
-  return find(NearTriangles({a, pose_a}, {b, pose_b}, margin), parts,
+  return find(NearBoxPairs({a, pose_a}, {b, pose_b}, margin), parts,
               [&](NearFeatures& found) { return FeaturePairs(ma, of_a, mb, of_b, false, b_in_a, margin, found); });
 }
 

@@ -36,7 +36,7 @@ class MeshConvex {
     const std::size_t first = out.size();
     PairAnswer near;
     near.signed_distance = infinity;
-    TriangleContacts all;
+    PatchCollector all(pair_.size(), pair_.options().limit);
     contacts_.find(near, all, out);
     contacts_.append_patches(all, infinity, out);
     pair_.decide(near);
@@ -234,7 +234,7 @@ class MeshConvex {
   // Of triangles that overlap, the deepest by `near`: no shorter translation separates. Where a contact is that deep
   // and none is deeper, moving by it is tried; else the translation that separates is looked for, and what is deeper
   // than that does not push.
-  PairAnswer contacts_of_overlap(const PairAnswer& near, const TriangleContacts& all, std::size_t first,
+  PairAnswer contacts_of_overlap(const PairAnswer& near, PatchCollector& all, std::size_t first,
                                  std::vector<Contact>& out) const {
     const auto deepest = [&] { return deepest_of(std::span(out).subspan(first)); };
     double certain = -near.signed_distance, shortest = infinity;

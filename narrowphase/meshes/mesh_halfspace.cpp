@@ -13,13 +13,15 @@
 
 namespace tandem {
 
-PairAnswer solve_mesh_halfspace(const Posed& mesh, const Posed& half, Request request,
+PlaneInMesh::PlaneInMesh(const Pose& mesh, const Posed& plane)
+    : up((plane.pose.rotation * plane.shape.normal()).normalized()),
+      local(mesh.rotation.transpose() * up),
+      level(plane.shape.offset() - up.dot(mesh.translation - plane.pose.translation)) {}
+
+PairAnswer solve_mesh_halfspace(const Posed& mesh, const PlaneInMesh& half, Request request,
                                 const NarrowPhaseOptions& options, std::vector<Contact>* contacts) {
   const MeshModel& m = mesh_of(mesh.shape);
-  const Vec3 up = (half.pose.rotation * half.shape.normal()).normalized();
-  const Vec3 between = mesh.pose.translation - half.pose.translation;
-  const Vec3 local = mesh.pose.rotation.transpose() * up;
-  const double level = half.shape.offset() - up.dot(between);
+  const auto& [up, local, level] = half;
   PairAnswer answer;
   // One that bends is asked for its hull only where there is something to tell of it.
   if (m.bends && request != Request::distance) {

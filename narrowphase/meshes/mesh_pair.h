@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "shapes/posed_mesh.h"
@@ -22,11 +23,32 @@ PairAnswer solve_mesh(const Shape& a, const Pose& pose_a, const Shape& b, const 
 /// rounding. The one that goes first has the larger unit.
 bool goes_first(const Posed& a, const Posed& b);
 
+/// A plane, or that of a half-space, as a mesh sees it: local . x = level.
+struct PlaneInMesh {
+  Vec3 up;     ///< its normal in the world
+  Vec3 local;  ///< in the mesh's frame
+  double level;
+
+  PlaneInMesh(const Pose& mesh, const Posed& plane);
+  PlaneInMesh(const Vec3& up, const Vec3& local, double level) : up(up), local(local), level(level) {}
+  PlaneInMesh turned_over() const { return {-up, -local, -level}; }
+};
+
+/// How near a mesh comes to a plane from either side, by triangles that it does not cut; infinity without any.
+struct PlaneGaps {
+  double above = std::numeric_limits<double>::infinity(), below = above;
+  std::uint32_t vertex_above = 0, vertex_below = 0;
+  bool cut = false;  ///< a triangle meets the plane: nothing else is told
+};
+PlaneGaps plane_gaps(const MeshModel& mesh, const PlaneInMesh& plane, const WorkLimit* limit);
+
 /// The solvers by what the other shape is; the mesh comes first. Contacts are appended for Request::contacts only.
 PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const NarrowPhaseOptions& options,
                         std::vector<Contact>* contacts);  ///< both have triangles, goes_first(a, b)
-PairAnswer solve_mesh_halfspace(const Posed& mesh, const Posed& half, Request request,
+PairAnswer solve_mesh_halfspace(const Posed& mesh, const PlaneInMesh& half, Request request,
                                 const NarrowPhaseOptions& options, std::vector<Contact>* contacts);
+PairAnswer solve_mesh_plane(const Posed& mesh, const PlaneInMesh& plane, Request request,
+                            const NarrowPhaseOptions& options, std::vector<Contact>* contacts);
 PairAnswer solve_mesh_convex(const Posed& mesh, const Posed& convex, Request request, const NarrowPhaseOptions& options,
                              std::vector<Contact>* contacts);  ///< bounded; a solid mesh may be that is its own hull
 

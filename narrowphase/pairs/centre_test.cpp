@@ -44,6 +44,7 @@ Vec3 inner_centre(const Shape& s) {
     case ShapeKind::capsule:
       return s.radius();
     case ShapeKind::halfspace:
+    case ShapeKind::plane:
     case ShapeKind::mesh:
       break;  // not asked
   }
@@ -83,6 +84,7 @@ double reach(const Hull& hull, const Vec3& d, Reach kind) {
     case ShapeKind::triangle:
       return reach(hull_of(s), d, kind);
     case ShapeKind::halfspace:
+    case ShapeKind::plane:
     case ShapeKind::mesh:
       break;  // not asked
   }

@@ -191,6 +191,20 @@ PairAnswer answer_by(const MethodChoice& choice, const ConvexView& a, const Pose
   return answer;
 }
 
+/// A plane is met on the side from which B comes, or sticks out least: that of the half-space with the longer way to B.
+ConvexView nearer_side(const ConvexView& plane, const Pose& pose, const ConvexView& b, const Pose& pose_b) {
+  const Vec3 in_plane{plane.param[0], plane.param[1], plane.param[2]};
+  const Vec3 n = pose_b.rotation.transpose() * (pose.rotation * in_plane);
+  const double offset =
+      plane.param[3] - in_plane.dot(pose.rotation.transpose() * (pose_b.translation - pose.translation));
+  const double above = n.dot(core_support(b, -n)) - offset, below = offset - n.dot(core_support(b, n));
+  ConvexView side = plane;
+  side.kind = ShapeKind::halfspace;
+  if (below > above)
+    for (double& p : side.param) p = -p;
+  return side;
+}
+
 }  // namespace
 
 PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexView& b, const Pose& pose_b,
@@ -205,6 +219,8 @@ PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexVie
     swap_answer(answer, contacts, first);
     return answer;
   }
+  if (a.kind == ShapeKind::plane)
+    return solve_convex(nearer_side(a, pose_a, b, pose_b), pose_a, b, pose_b, request, options, contacts, warm);
   const MethodChoice choice = choose_method(a.kind, b.kind, request, options);
   const Method method = choice.method;
   if (const PairSolver& pair = pair_solver(a.kind, b.kind); pair.direct != nullptr && method == pair.method)

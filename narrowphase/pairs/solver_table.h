@@ -13,7 +13,7 @@
 namespace tandem {
 
 /// A test that answers Request::collide before the pair's method is asked.
-enum class CollideTest : std::uint8_t { none, halfspaces, triangles, box_triangle };
+enum class CollideTest : std::uint8_t { none, unbounded, triangles, box_triangle };
 
 /// Pairs that a step solves several at a time, a pair a lane.
 enum class LaneGroup : std::uint8_t { none, spheres, halfspace_sphere, boxes, halfspace_box };

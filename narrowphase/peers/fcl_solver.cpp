@@ -45,6 +45,7 @@ std::unique_ptr<fcl::CollisionGeometryd> geometry(const ConvexView& v) {
       return std::make_unique<fcl::Convexd>(vertices, count, faces);
     }
     case ShapeKind::halfspace:
+    case ShapeKind::plane:
     case ShapeKind::mesh:
       break;
   }

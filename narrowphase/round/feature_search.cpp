@@ -1,8 +1,8 @@
 #include "round/feature_search.h"
 
 #include <limits>
-#include <utility>
 
+#include "round/feature_points.h"
 #include "round/hull_projection.h"
 #include "tolerances.h"
 
@@ -12,8 +12,6 @@ namespace {
 constexpr int rounds = 4;
 constexpr int turns = 4;           ///< of features a round
 constexpr double clearance = 0.1;  ///< of the smaller size
-constexpr int newton_steps = 8;
-using tolerance::newton_end;  ///< radians: the step after so small a one changes no digit
 
 /// A core where it stands, in A's frame.
 struct FeatureBody {
@@ -45,6 +43,7 @@ struct FeatureBody {
       case ShapeKind::sphere:
       case ShapeKind::ellipsoid:
       case ShapeKind::halfspace:
+      case ShapeKind::plane:
       case ShapeKind::triangle:
       case ShapeKind::mesh:
         break;  // have no features (have_features)
@@ -79,20 +78,6 @@ Spot project(const FeatureBody& body, Vec3& p, double least, const Spot* last = 
   p = body.out(spot.q);
   return spot;
 }
-
-/// Of a core's surface, as far as it goes, and beyond: a point; a plane; a line, or what is `radius` from it; the
-/// mantle of an endless cone; a circle.
-struct Feature {
-  Surface surface = Surface::none;
-  Vec3 point;           ///< the corner; the foot on the plane; the middle of the line or circle; the apex
-  Vec3 axis;            ///< of the plane, outwards; along the line; of the cone, towards its apex
-  Vec3 u, v;            ///< the circle's plane
-  double c = 1, s = 0;  ///< where on the circle, along u and v
-  double radius = 0;
-  double sine = 0, cosine = 1;  ///< of the normals to the cone with the plane square to its axis
-  double low = 0, high = 0;     ///< the line's ends; on the cone, down from the apex
-  std::uint32_t face = 0;       ///< of a hull
-};
 
 Feature hull_feature(const FeatureBody& body, const Spot& spot) {
   const ConvexView& core = body.core;
@@ -176,177 +161,6 @@ Feature feature(const FeatureBody& body, const Spot& spot, double least) {
   return f;
 }
 
-/// Turns (c, s) by an angle below 1 and a bit.
-void turn(double& c, double& s, double angle) {
-  const double t = 0.5 * angle, k = 1 / (1 + t * t), x = (1 - t * t) * k, y = 2 * t * k;
-  const double turned = x * c - y * s;
-  s = x * s + y * c;
-  c = turned;
-}
-
-/// Between two features: their nearest points, or those that are farthest in each other. Where one lies beyond the
-/// feature's end, the end.
-struct NearestPoints {
-  Vec3 a, b;
-  Vec3 n;  ///< unit, from a to b where they are apart; before it is known about that
-};
-
-bool within(const Feature& f, double t, double rounding) { return t >= f.low - rounding && t <= f.high + rounding; }
-
-/// v of unit length; `otherwise` where it is too short to have a direction.
-Vec3 unit_or(const Vec3& v, const Vec3& otherwise) {
-  const double length2 = v.squaredNorm();
-  return length2 > tolerance::shortest_squared ? Vec3(v / std::sqrt(length2)) : otherwise;
-}
-
-/// The same of v or -v, not against n.
-Vec3 unit_along(const Vec3& v, const Vec3& n) { return unit_or(v.dot(n) < 0 ? Vec3(-v) : v, n); }
-
-/// The line of a cone's side where its normal is `out`.
-Feature generator(const Feature& side, const Vec3& out) {
-  Feature line = side;
-  line.surface = Surface::straight;
-  line.axis = (side.sine * out - side.axis) / side.cosine;
-  return line;
-}
-
-/// From a corner to anything but a face.
-bool corner_to_feature(const Vec3& corner, const Feature& f, double rounding, NearestPoints& w) {
-  w.a = corner;
-  const Vec3 from = corner - f.point;
-  if (f.surface == Surface::corner) {
-    w.b = f.point;
-    w.n = unit_along(from, w.n);
-    return true;
-  }
-  if (f.surface == Surface::circle) {
-    const double x = from.dot(f.u), y = from.dot(f.v), rho = std::sqrt(x * x + y * y);
-    if (!(rho > 0)) return false;
-    w.b = f.point + (f.radius / rho) * (x * f.u + y * f.v);
-    w.n = unit_along(corner - w.b, w.n);
-    return true;
-  }
-  const double up = from.dot(f.axis);
-  const Vec3 off = from - up * f.axis;
-  if (f.surface == Surface::side) {
-    const Vec3 out = f.cosine * unit_along(off, -w.n) + f.sine * f.axis;
-    const Feature line = generator(f, out);
-    const double down = from.dot(line.axis);
-    w.b = f.point + down * line.axis;
-    w.n = -out;
-    return within(f, down, rounding);
-  }
-  w.n = unit_along(off, w.n);
-  w.b = f.point + std::clamp(up, f.low, f.high) * f.axis - f.radius * w.n;
-  return within(f, up, rounding);
-}
-
-/// Two lines; `n` is square to both.
-bool line_to_line(const Feature& a, const Feature& b, const Vec3& n, double rounding, NearestPoints& w) {
-  const Vec3 between = b.point - a.point, across = a.axis.cross(b.axis);
-  const double det = across.squaredNorm();
-  if (!(det > tolerance::crossing2)) return false;
-  const double s = between.cross(b.axis).dot(across) / det, t = between.cross(a.axis).dot(across) / det;
-  w.n = n;
-  w.a = a.point + std::clamp(s, a.low, a.high) * a.axis + a.radius * n;
-  w.b = b.point + std::clamp(t, b.low, b.high) * b.axis - b.radius * n;
-  return within(a, s, rounding) && within(b, t, rounding);
-}
-
-/// Two lines, or lines of cones' sides: their common normal is on a circle about each axis, and points from a to b.
-bool straight_to_straight(const Feature& a, const Feature& b, double rounding, NearestPoints& w) {
-  const Vec3 across = a.axis.cross(b.axis);
-  const double det = across.squaredNorm();
-  if (!(det > tolerance::crossing2)) return false;
-  if (a.surface == Surface::straight && b.surface == Surface::straight) {
-    const Vec3 n = std::copysign(1 / std::sqrt(det), across.dot(w.n)) * across;
-    return line_to_line(a, b, n, rounding, w);
-  }
-  const double d = a.axis.dot(b.axis), p = a.sine, q = -b.sine;
-  const double x = (p - d * q) / det, y = (q - d * p) / det, rest = 1 - x * p - y * q;
-  if (!(rest > 0)) {
-    // One of them ends before: b's cone, if it is one.
-    const bool in_b = b.surface == Surface::side;
-    const Feature& side = in_b ? b : a;
-    const Vec3 p = in_b ? w.b : w.a, from = p - side.point;
-    const Vec3 down = from.dot(side.axis) < 0 ? unit(from) : Vec3(-side.axis);
-    const double slope = down.dot(in_b ? w.n : Vec3(-w.n));
-    w.a = w.b = side.point + (slope < 0 ? side.high : 0.0) * down;
-    return false;
-  }
-  const Vec3 n = x * a.axis + y * b.axis + std::copysign(std::sqrt(rest / det), across.dot(w.n)) * across;
-  const Feature in_a = a.surface == Surface::side ? generator(a, n) : a;
-  const Feature in_b = b.surface == Surface::side ? generator(b, -n) : b;
-  return line_to_line(in_a, in_b, n, rounding, w);
-}
-
-/// From a circle to a line, or to a cone's side.
-bool circle_to_line(Feature circle, const Feature& line, double rounding, NearestPoints& w) {
-  const bool side = line.surface == Surface::side;
-  const Vec3 from = circle.point - line.point;
-  const double r = circle.radius, ue = circle.u.dot(line.axis), ve = circle.v.dot(line.axis), up = from.dot(line.axis);
-  const double a = from.dot(circle.u) - up * ue, b = from.dot(circle.v) - up * ve;
-  const double uu = 1 - ue * ue, uv = -ue * ve, vv = 1 - ve * ve, off2 = from.squaredNorm() - up * up;
-  double &c = circle.c, &s = circle.s;
-  bool found = false;
-  for (int step = 0; step < newton_steps && !found; ++step) {
-    // Half the squared distance from the line, by the angle.
-    const double x = a + r * (c * uu + s * uv), y = b + r * (c * uv + s * vv);
-    double first = r * (c * y - s * x), second = r * (r * (s * s * uu - 2 * s * c * uv + c * c * vv) - c * x - s * y);
-    if (side) {
-      const double rho2 = off2 + 2 * r * (c * a + s * b) + r * r * (c * c * uu + 2 * c * s * uv + s * s * vv);
-      if (!(rho2 > 0)) return false;
-      const double k = line.cosine / std::sqrt(rho2);
-      second = k * (second - first * first / rho2) - line.sine * r * (c * ue + s * ve);
-      first = k * first + line.sine * r * (c * ve - s * ue);
-    }
-    if (!(second > 0)) return false;
-    const double angle = std::clamp(-first / second, -0.7, 0.7);
-    turn(c, s, angle);
-    found = std::abs(angle) < newton_end;
-  }
-  w.a = circle.point + r * (c * circle.u + s * circle.v);
-  const Vec3 on = w.a - line.point;
-  Feature straight = line;
-  Vec3 out = on - on.dot(line.axis) * line.axis;
-  if (side) {
-    out = line.cosine * unit(out) + line.sine * line.axis;
-    straight = generator(line, out);
-  } else {
-    // Square to both: where they nearly touch, their difference is noise.
-    const Vec3 across = line.axis.cross(c * circle.v - s * circle.u);
-    out = unit_along(across.squaredNorm() > tolerance::square_lines2 ? across : out, -w.n);
-  }
-  const double t = on.dot(straight.axis);
-  w.b = straight.point + std::clamp(t, straight.low, straight.high) * straight.axis + (side ? 0 : line.radius) * out;
-  w.n = -out;
-  return found && within(straight, t, rounding);
-}
-
-bool circle_to_circle(Feature a, Feature b, NearestPoints& w) {
-  const Vec3 between = a.point - b.point;
-  bool found = false;
-  for (int step = 0; step < newton_steps && !found; ++step) {
-    const Vec3 out_a = a.c * a.u + a.s * a.v, out_b = b.c * b.u + b.s * b.v;
-    const Vec3 along_a = a.c * a.v - a.s * a.u, along_b = b.c * b.v - b.s * b.u;
-    const Vec3 d = between + a.radius * out_a - b.radius * out_b;
-    // Of half the squared distance, over both radii.
-    const double ga = along_a.dot(d), gb = -along_b.dot(d);
-    const double aa = a.radius - out_a.dot(d), bb = b.radius + out_b.dot(d), ab = -along_a.dot(along_b);
-    const double det = aa * bb - a.radius * b.radius * ab * ab;
-    if (!(det > 0 && aa > 0)) return false;
-    const double turn_a = std::clamp(-(bb * ga - b.radius * ab * gb) / det, -0.7, 0.7);
-    const double turn_b = std::clamp(-(aa * gb - a.radius * ab * ga) / det, -0.7, 0.7);
-    turn(a.c, a.s, turn_a);
-    turn(b.c, b.s, turn_b);
-    found = std::abs(turn_a) < newton_end && std::abs(turn_b) < newton_end;
-  }
-  w.a = a.point + a.radius * (a.c * a.u + a.s * a.v), w.b = b.point + b.radius * (b.c * b.u + b.s * b.v);
-  const Vec3 across = (a.c * a.v - a.s * a.u).cross(b.c * b.v - b.s * b.u);
-  w.n = unit_along(across.squaredNorm() > tolerance::square_lines2 ? across : Vec3(w.b - w.a), w.n);
-  return found;
-}
-
 /// From a face to what of the other body is farthest back along its normal.
 bool face_to_body(const FeatureBody& body, const Feature& flat, const FeatureBody& other, double rounding,
                   NearestPoints& w) {
@@ -368,22 +182,9 @@ bool face_to_body(const FeatureBody& body, const Feature& flat, const FeatureBod
 /// The nearest points of two features; w.n tells about where to. False where it leaves them.
 bool nearest_points(const FeatureBody& a, const Feature& fa, const FeatureBody& b, const Feature& fb, double rounding,
                     NearestPoints& w) {
-  const auto swapped = [&w](auto&& find) {
-    std::swap(w.a, w.b);
-    w.n = -w.n;
-    const bool found = find();
-    std::swap(w.a, w.b);
-    w.n = -w.n;
-    return found;
-  };
   if (fa.surface == Surface::flat) return face_to_body(a, fa, b, rounding, w);
-  if (fb.surface == Surface::flat) return swapped([&] { return face_to_body(b, fb, a, rounding, w); });
-  if (fa.surface == Surface::corner) return corner_to_feature(fa.point, fb, rounding, w);
-  if (fb.surface == Surface::corner) return swapped([&] { return corner_to_feature(fb.point, fa, rounding, w); });
-  if (fa.surface == Surface::circle)
-    return fb.surface == Surface::circle ? circle_to_circle(fa, fb, w) : circle_to_line(fa, fb, rounding, w);
-  if (fb.surface == Surface::circle) return swapped([&] { return circle_to_line(fb, fa, rounding, w); });
-  return straight_to_straight(fa, fb, rounding, w);
+  if (fb.surface == Surface::flat) return w.exchanged([&] { return face_to_body(b, fb, a, rounding, w); });
+  return nearest_points(fa, fb, rounding, w);
 }
 
 bool is_hull(const ConvexView& v) { return v.kind == ShapeKind::convex; }

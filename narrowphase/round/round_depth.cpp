@@ -2,8 +2,8 @@
 
 #include <utility>
 
+#include "closed_forms/surface_distance.h"
 #include "round/arc_search.h"
-#include "round/ellipsoid_normal.h"
 #include "round/hull_projection.h"
 #include "round/minima.h"
 #include "round/smooth_search.h"
@@ -277,8 +277,8 @@ bool Search::search_ellipsoid() {
   if (is_point(a) || is_point(b)) {
     const RoundBody &body = a.kind() == ShapeKind::ellipsoid ? a : b, &point = &body == &a ? b : a;
     const Vec3 radii{body.view().param[0], body.view().param[1], body.view().param[2]};
-    const Vec3 n = nearest_normal(radii, -(body.axes().transpose() * (body.centre() + point.support(m_.best.n))));
-    m_.try_from((body.axes() * n).stableNormalized());
+    const Vec3 n = ellipsoid_normal(radii, -(body.axes().transpose() * (body.centre() + point.support(m_.best.n))));
+    m_.try_from((body.axes() * n).normalized());
     return true;
   }
   const auto smooth = [](const RoundBody& body) {

@@ -43,7 +43,7 @@ struct Hull {
   /// Of a polytope: the face between a neighbour and the next in turn. Empty also where faces around a vertex are more
   /// than one ring, by rounding: then neighbours are in no order.
   std::vector<std::uint32_t> neighbour_face;
-  std::size_t memory() const;  ///< bytes, tables that are small whatever the hull left out
+  std::size_t memory() const;  ///< bytes
 
   int dimension = 0;  ///< 0 point, 1 segment, 2 flat polygon (two faces, back to back), 3 polytope
 };

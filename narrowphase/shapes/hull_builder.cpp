@@ -374,7 +374,7 @@ Hull assemble(std::span<const Vec3> p, int dimension, const std::vector<std::uin
     sum += p[i] - p[kept[0]];
   }
   hull.inside = p[kept[0]] + sum / static_cast<double>(kept.size());
-  if (hull.vertices.size() > 4) hull.support = SupportMap(hull.vertices, hull.inside);
+  if (hull.vertices.size() > 4) hull.support = SupportMap(hull.vertices, hull.inside, meter);
   std::vector<std::uint32_t> slivers;
   for (const auto& loop : loops) {
     Hull::Face face{Vec3::Zero(), 0, static_cast<std::uint32_t>(hull.loop.size()),
@@ -410,7 +410,7 @@ Hull assemble(std::span<const Vec3> p, int dimension, const std::vector<std::uin
   if (hull.face_table.faces == 0 && hull.faces.size() > 4) {
     std::vector<Vec3> normals;
     for (const Hull::Face& face : hull.faces) normals.push_back(face.normal);
-    hull.normals = SupportMap(normals, Vec3::Zero());
+    hull.normals = SupportMap(normals, Vec3::Zero(), meter);
   }
   return hull;
 }
@@ -420,7 +420,7 @@ Hull assemble(std::span<const Vec3> p, int dimension, const std::vector<std::uin
 std::size_t Hull::memory() const {
   const auto bytes = [](const auto&... list) { return (std::size_t(0) + ... + (list.capacity() * sizeof(list[0]))); };
   return sizeof(Hull) + bytes(vertices, faces, loop, edges, neighbour_first, neighbours, neighbour_face) +
-         support.memory() + normals.memory();
+         support.memory() + normals.memory() + rays.memory() + bytes(face_table.planes, face_table.arcs);
 }
 
 Hull build_hull(std::span<const Vec3> points, const WorkLimit* limit) {

@@ -46,6 +46,7 @@ inline constexpr std::array<KindRow, shape_kinds> kind_rows = {{
     {ShapeKind::convex, "convex", true, true, CoreSurface::flat, false, false},
     {ShapeKind::triangle, "triangle", true, true, CoreSurface::flat, false, false},
     {ShapeKind::mesh, "mesh", false, true, CoreSurface::flat, false, false},
+    {ShapeKind::plane, "plane", true, false, CoreSurface::flat, false, true},
 }};
 
 constexpr const KindRow& kind_row(ShapeKind kind) { return kind_rows[static_cast<std::size_t>(kind)]; }

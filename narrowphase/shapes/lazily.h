@@ -1,14 +1,18 @@
 // A value that is made when it is first asked for.
 #pragma once
+#include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <memory>
-#include <mutex>
+#include <thread>
 #include <utility>
+
+#include "tandem/narrowphase/work_limit.h"
 
 namespace tandem {
 
-/// Made by the first who asks, from any of several threads; who asks meanwhile waits. A copy makes its own anew. Not to
-/// be moved or assigned to while another thread asks.
+/// Made by the first who asks, from any of several threads; who asks meanwhile waits, up to a limit of its own. No lock
+/// is held while it is made. A copy makes its own anew. Not to be moved or assigned to while another thread asks.
 template <class Value>
 class Lazily {
  public:
@@ -27,22 +31,46 @@ class Lazily {
 
   void clear() { delete made_.exchange(nullptr); }
 
-  /// `make()` is a Value; what it throws is thrown, and the next who asks makes it.
+  /// `make(limit)` is a Value; what it throws is thrown, and the next who asks makes it. Who asks while it makes it
+  /// itself, from within the limit's function, makes it without a limit.
   template <class Make>
-  const Value& get(Make&& make) const {
+  const Value& get(const WorkLimit* limit, Make&& make) const {
+    using namespace std::chrono_literals;
+    const std::thread::id self = std::this_thread::get_id();
+    std::chrono::microseconds pause = 1us;
+    for (;;) {
+      if (const Value* made = made_.load(std::memory_order_acquire)) return *made;
+      std::thread::id maker;  // nobody
+      if (maker_.compare_exchange_strong(maker, self, std::memory_order_acq_rel)) break;
+      if (maker == self) return keep(make(nullptr));
+      if (limit != nullptr && limit->reached()) throw WorkStopped();
+      std::this_thread::sleep_for(pause);
+      pause = std::min(2 * pause, longest_pause);
+    }
+    const Leave leave{maker_};
     if (const Value* made = made_.load(std::memory_order_acquire)) return *made;
-    const std::scoped_lock lock(mutex_);
-    if (const Value* made = made_.load(std::memory_order_acquire)) return *made;
-    auto fresh = std::make_unique<const Value>(make());
-    made_.store(fresh.get(), std::memory_order_release);
-    return *fresh.release();
+    return keep(make(limit));
   }
   /// Null if nobody has asked.
   const Value* made() const { return made_.load(std::memory_order_acquire); }
 
  private:
+  static constexpr std::chrono::microseconds longest_pause{32};  // between two looks at the limit of one who waits
+
+  struct Leave {
+    std::atomic<std::thread::id>& maker;
+    ~Leave() { maker.store({}, std::memory_order_release); }
+  };
+
+  const Value& keep(Value&& value) const {
+    auto fresh = std::make_unique<const Value>(std::move(value));
+    const Value* there = nullptr;
+    if (!made_.compare_exchange_strong(there, fresh.get(), std::memory_order_acq_rel)) return *there;
+    return *fresh.release();
+  }
+
   mutable std::atomic<const Value*> made_{nullptr};
-  mutable std::mutex mutex_;
+  mutable std::atomic<std::thread::id> maker_{};
 };
 
 /// The same for what takes little room and time to make: nobody waits, and of two who make it at once the second throws

@@ -96,6 +96,7 @@ MassProperties mass_of(const Shape& shape) {
     case ShapeKind::ellipsoid:
       return ellipsoid_mass(shape.radii());
     case ShapeKind::halfspace:
+    case ShapeKind::plane:
       break;
     case ShapeKind::convex:
     case ShapeKind::triangle:

@@ -232,24 +232,27 @@ std::optional<double> inside_out(const MeshModel& mesh, std::span<const Vec3> ve
 }
 
 const MeshHull& MeshModel::with_hull(const WorkLimit* limit) const {
-  return hull_.get([&] {
-    WorkMeter(limit).spend();  // before the vertices are gathered
-    return hull_of_points(UsedPoints(*this), limit);
+  return hull_.get(limit, [&](const WorkLimit* own) {
+    WorkMeter(own).spend();  // before the vertices are gathered
+    return hull_of_points(UsedPoints(*this), own);
   });
 }
 
 bool MeshModel::own_hull(const WorkLimit* limit) const {
   if (!closed) return false;
-  return own_hull_.get([&] {
-    WorkMeter meter(limit);
-    return has_convex_edges(*this, meter) && covers_hull(*this, limit);
+  return own_hull_.get(limit, [&](const WorkLimit* own) {
+    WorkMeter meter(own);
+    return has_convex_edges(*this, meter) && covers_hull(*this, own);
   });
 }
 
 const std::vector<MeshModel::Component>& MeshModel::components(const WorkLimit* limit) const {
-  return components_.get([&] {
-    WorkMeter meter(limit);
-    const auto& numbers = component_numbers_.get([&] { return numbers_of_components(*this, meter); });
+  return components_.get(limit, [&](const WorkLimit* own) {
+    WorkMeter meter(own);
+    const auto& numbers = component_numbers_.get(own, [&](const WorkLimit* of_numbers) {
+      WorkMeter numbering(of_numbers);
+      return numbers_of_components(*this, numbering);
+    });
     return extremes_of_components(*this, numbers, meter);
   });
 }

@@ -4,7 +4,7 @@
 #include <numbers>
 #include <span>
 
-#include "shapes/mesh_model.h"
+#include "shapes/triangle_fan.h"
 #include "shapes/work_meter.h"
 #include "tolerances.h"
 
@@ -14,32 +14,16 @@ namespace {
 using Direction = Eigen::Vector3f;
 
 constexpr auto all_around = std::numbers::pi_v<float>;
-constexpr int most_around_corner = 64;  // triangles; of more the cone has all directions
 
-Direction normal_of(const MeshModel& mesh, std::uint32_t t) {
-  const auto c = mesh.corners(t);
-  const Vec3 area = (c[1] - c[0]).cross(c[2] - c[0]);
-  const double longest = std::max({(c[1] - c[0]).norm(), (c[2] - c[0]).norm(), (c[2] - c[1]).norm()});
-  if (!(area.norm() > tolerance::flush * longest * longest)) return Direction::Zero();
-  return area.normalized().cast<float>();
-}
-
-// The triangles about corner k of t but itself; false where they do not go all the way round.
+// The triangles about corner k of t but itself; false where they do not go all around, or are too many to go through.
 template <class Visit>
 bool each_around_corner(const MeshModel& mesh, std::uint32_t t, std::size_t k, Visit&& visit) {
-  const Vec3 corner = mesh.corners(t)[k];
-  std::uint32_t at = t;
-  std::size_t c = k;
-  for (int i = 0; i < most_around_corner; ++i) {
-    const std::uint32_t next = mesh.neighbours[at][c];
-    if (next == t) return true;
-    if (next == no_index) return false;
-    const auto p = mesh.corners(next);
-    const auto same = static_cast<std::size_t>(std::find(p.begin(), p.end(), corner) - p.begin());
-    if (same == 3) return false;
-    visit(next);
-    at = next;
-    c = same;
+  TriangleCorner at{t, k};
+  for (std::size_t i = 0; i < most_about_corner; ++i) {
+    at = next_about_corner(mesh, at);
+    if (at.triangle == t) return true;
+    if (at.corner == 3) return false;
+    visit(at.triangle);
   }
   return false;
 }
@@ -76,12 +60,12 @@ NormalCone of_triangle(const MeshModel& mesh, std::uint32_t t, std::span<const D
 }  // namespace
 
 const NormalCones& MeshModel::normal_cones(const WorkLimit* limit) const {
-  return cones_.get([&] {
-    WorkMeter meter(limit);
+  return cones_.get(limit, [&](const WorkLimit* own) {
+    WorkMeter meter(own);
     std::vector<Direction> normals(triangles.size());
     for (std::uint32_t t = 0; t < normals.size(); ++t) {
       meter.spend();
-      normals[t] = normal_of(*this, t);
+      normals[t] = triangle_normal(*this, t, tolerance::flush).value_or(Vec3::Zero()).cast<float>();
     }
     std::vector<NormalCone> cones(nodes.size() * mesh_lanes), room;
     const auto add = [&](const auto& self, std::uint32_t at) -> NormalCone {

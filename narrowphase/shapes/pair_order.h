@@ -15,8 +15,9 @@ constexpr double reversal[3] = {0.5377, 0.3412, 0.7711};
 bool reversed(double parameters, const Pose& pose_a, const Pose& pose_b);
 bool boxes_reversed(const HalfSize& half_a, const Pose& pose_a, const HalfSize& half_b, const Pose& pose_b);
 
-/// Half-spaces, then spheres, come first: their closed forms are written from their side only.
+/// Planes, half-spaces, then spheres, come first: their closed forms are written from their side only.
 constexpr int rank(ShapeKind kind) {
+  if (kind == ShapeKind::plane) return -1;
   if (kind == ShapeKind::halfspace) return 0;
   return kind == ShapeKind::sphere ? 1 : 2 + static_cast<int>(kind);
 }

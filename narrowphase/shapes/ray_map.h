@@ -22,6 +22,7 @@ class RayMap {
   RayMap() = default;
 
   bool empty() const { return corners_.empty(); }
+  std::size_t memory() const { return corners_.capacity() * sizeof(Corners); }
   const Corners& corners(double dx, double dy, double dz) const { return corners_[cell({dx, dy, dz})]; }
 
  private:

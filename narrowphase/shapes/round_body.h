@@ -70,6 +70,7 @@ class RoundBody {
       case ShapeKind::sphere:
       case ShapeKind::ellipsoid:
       case ShapeKind::halfspace:
+      case ShapeKind::plane:
       case ShapeKind::mesh:
         break;
     }
@@ -143,6 +144,7 @@ class RoundBody {
       case ShapeKind::box:
       case ShapeKind::ellipsoid:
       case ShapeKind::halfspace:
+      case ShapeKind::plane:
       case ShapeKind::convex:
       case ShapeKind::triangle:
       case ShapeKind::mesh:
@@ -187,6 +189,7 @@ class RoundBody {
       }
       case ShapeKind::sphere:
       case ShapeKind::halfspace:
+      case ShapeKind::plane:
       case ShapeKind::convex:
       case ShapeKind::mesh:
         break;
@@ -332,6 +335,7 @@ class RoundBody {
       case ShapeKind::cylinder:
       case ShapeKind::ellipsoid:
       case ShapeKind::halfspace:
+      case ShapeKind::plane:
       case ShapeKind::mesh:
         break;
     }

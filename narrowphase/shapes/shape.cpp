@@ -16,6 +16,7 @@
 #include "shapes/shape_insides.h"
 #include "shapes/support_kernel.h"
 #include "tandem/narrowphase/build_options.h"
+#include "tandem/narrowphase/shape_memory.h"
 #include "tolerances.h"
 
 namespace tandem {
@@ -60,6 +61,26 @@ void require_vertices(std::string_view what, std::span<const Vec3> vertices) {
 void require_extent(std::string_view what, double size) {
   if (size > 0 && size < tolerance::shortest_length)
     refuse(std::string(what) + ": extent of the vertices", size, "0, or at least 1e-30");
+}
+
+/// The unit normal and the offset of the plane normal . x = offset.
+std::array<double, 4> unit_plane(const std::string& what, const Vec3& normal, double offset) {
+  for (int k = 0; k < 3; ++k) require_number(what + ": normal[" + std::to_string(k) + "]", normal[k]);
+  require_number(what + ": offset", offset);
+  const double length = normal.stableNorm();
+  if (!(length >= tolerance::shortest_normal)) refuse(what + ": length of normal", length, "at least 1e-100");
+  // One that is unit to rounding stays as it is: what was written is read back as the same bits.
+  if (std::abs(length - 1) <= 4 * epsilon) return {normal.x(), normal.y(), normal.z(), offset};
+  const Vec3 n = (normal / length).normalized();
+  require_number(what + ": offset / length of normal", offset / length);
+  return {n.x(), n.y(), n.z(), offset / length};
+}
+
+/// Along an axis that is the normal: where the half-space n . x <= offset of a body at `t` ends.
+void close_side(Bounds& open, const Vec3& n, double offset, const Vec3& t) {
+  for (int k = 0; k < 3; ++k)
+    if (n[k] != 0 && n[(k + 1) % 3] == 0 && n[(k + 2) % 3] == 0)
+      (n[k] > 0 ? open.hi : open.lo)[k] = t[k] + (n[k] > 0 ? offset : -offset);
 }
 
 Bounds around(const Vec3& centre, const Vec3& half) { return {centre - half, centre + half}; }
@@ -140,17 +161,12 @@ Shape::Shape(const Ellipsoid& s) : kind_(ShapeKind::ellipsoid), param_{s.radii.x
   parts_ = std::make_shared<SharedParts>();
 }
 
-Shape::Shape(const HalfSpace& s) : kind_(ShapeKind::halfspace) {
-  for (int k = 0; k < 3; ++k) require_number("halfspace: normal[" + std::to_string(k) + "]", s.normal[k]);
-  require_number("halfspace: offset", s.offset);
-  const double length = s.normal.stableNorm();
-  if (!(length >= tolerance::shortest_normal)) refuse("halfspace: length of normal", length, "at least 1e-100");
-  // One that is unit to rounding stays as it is: what was written is read back as the same bits.
-  const bool is_unit = std::abs(length - 1) <= 4 * epsilon;
-  const Vec3 n = is_unit ? s.normal : (s.normal / length).normalized();
-  const double offset = is_unit ? s.offset : s.offset / length;
-  require_number("halfspace: offset / length of normal", offset);
-  param_ = {n.x(), n.y(), n.z(), offset};
+Shape::Shape(const HalfSpace& s)
+    : kind_(ShapeKind::halfspace), param_(unit_plane("halfspace", s.normal, s.offset)) {
+  parts_ = std::make_shared<SharedParts>();
+}
+
+Shape::Shape(const Plane& s) : kind_(ShapeKind::plane), param_(unit_plane("plane", s.normal, s.offset)) {
   parts_ = std::make_shared<SharedParts>();
 }
 
@@ -207,6 +223,7 @@ Shape Shape::rounded(double radius) const {
   } else {
     s.parts_ = std::make_shared<SharedParts>();
   }
+  if (!is_bounded()) return s;
   const Bounds box = s.bounds(Pose{});
   s.size_ = (box.hi - box.lo).norm();
   return s;
@@ -217,13 +234,31 @@ const MassProperties& Shape::mass() const {
 }
 
 ShapeMemory Shape::memory_by_part() const {
-  const bool built = detail::ShapeInsides::is_built(*this);
   ShapeMemory memory = has_mesh(*this) ? mesh_of(*this).memory() : ShapeMemory{};
   if (has_hull(*this)) memory.hull += hull_of(*this).memory();
-  // Beside the parts std::make_shared keeps two counters and a table's address.
-  memory.other += (built ? sizeof(BuiltParts) : sizeof(SharedParts)) + 2 * sizeof(void*);
-  if (parts_->mass.is_made()) memory.other += sizeof(MassProperties);
+  memory.other += detail::ShapeInsides::memory_of_parts(*this);
   return memory;
+}
+
+// Beside the parts std::make_shared keeps two counters and a table's address.
+std::size_t detail::ShapeInsides::memory_of_parts(const Shape& shape) {
+  return (is_built(shape) ? sizeof(BuiltParts) : sizeof(SharedParts)) + 2 * sizeof(void*) +
+         (shape.parts_->mass.is_made() ? sizeof(MassProperties) : 0);
+}
+
+std::size_t memory_of(std::span<const Shape> shapes) {
+  std::vector<std::pair<const void*, std::size_t>> held;  // where each part lies, its bytes
+  for (const Shape& shape : shapes) {
+    held.emplace_back(shape.identity(), detail::ShapeInsides::memory_of_parts(shape));
+    if (has_hull(shape)) held.emplace_back(&hull_of(shape), hull_of(shape).memory());
+    if (has_mesh(shape)) held.emplace_back(&mesh_of(shape), mesh_of(shape).memory().total());
+  }
+  const auto address = [](const auto& part) { return reinterpret_cast<std::uintptr_t>(part.first); };
+  std::sort(held.begin(), held.end(), [&](const auto& x, const auto& y) { return address(x) < address(y); });
+  std::size_t bytes = 0;
+  for (std::size_t i = 0; i < held.size(); ++i)
+    if (i == 0 || held[i].first != held[i - 1].first) bytes += held[i].second;
+  return bytes;
 }
 
 std::span<const Vec3> Shape::vertices() const {
@@ -237,7 +272,10 @@ std::span<const std::array<std::uint32_t, 3>> Shape::triangles() const {
   return mesh_of(*this).triangles;
 }
 
-bool Shape::is_solid() const { return kind_ == ShapeKind::mesh ? mesh_of(*this).solid : kind_ != ShapeKind::triangle; }
+bool Shape::is_solid() const { 
+  if (kind_ == ShapeKind::mesh) return mesh_of(*this).solid;
+  return kind_ != ShapeKind::triangle && kind_ != ShapeKind::plane;
+}
 
 Bounds Shape::bounds(const Pose& pose, const WorkLimit* limit) const {
   const Bounds core = core_bounds(pose, limit);
@@ -262,12 +300,12 @@ Bounds Shape::core_bounds(const Pose& pose, const WorkLimit* limit) const {
     }
     case ShapeKind::ellipsoid:
       return around(t, (r * radii().asDiagonal()).rowwise().norm());
-    case ShapeKind::halfspace: {
+    case ShapeKind::halfspace:
+    case ShapeKind::plane: {
       Bounds b{Vec3::Constant(-open_side), Vec3::Constant(open_side)};
       const Vec3 n = r * normal();
-      for (int k = 0; k < 3; ++k)
-        if (n[k] != 0 && n[(k + 1) % 3] == 0 && n[(k + 2) % 3] == 0)
-          (n[k] > 0 ? b.hi : b.lo)[k] = t[k] + (n[k] > 0 ? offset() : -offset());
+      close_side(b, n, offset(), t);
+      if (kind_ == ShapeKind::plane) close_side(b, -n, -offset(), t);
       return b;
     }
     case ShapeKind::convex:

@@ -47,6 +47,7 @@ inline Vec3 core_vertex(const ConvexView& v, std::uint32_t vertex) {
     case ShapeKind::cone:
     case ShapeKind::ellipsoid:
     case ShapeKind::halfspace:
+    case ShapeKind::plane:
     case ShapeKind::mesh:
       break;
   }
@@ -99,6 +100,7 @@ inline SupportPoint core_support_point(const ConvexView& v, const Vec3& d, Suppo
     }
     case ShapeKind::sphere:
     case ShapeKind::halfspace:  // has no farthest point
+    case ShapeKind::plane:
     case ShapeKind::mesh:       // its triangles and its hull have
       break;
   }
@@ -129,6 +131,7 @@ inline double core_inner_radius(const ConvexView& v) {
     case ShapeKind::sphere:
     case ShapeKind::capsule:
     case ShapeKind::halfspace:
+    case ShapeKind::plane:
     case ShapeKind::convex:
     case ShapeKind::triangle:
     case ShapeKind::mesh:

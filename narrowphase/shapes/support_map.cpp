@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "shapes/work_meter.h"
 #include "tolerances.h"
 
 namespace tandem {
@@ -34,7 +35,8 @@ std::array<Vec3, 3> octant_edges(unsigned signs) {
 /// Those of some vertices that are not beaten along all three edges of a cone by the farthest along one of them, or
 /// along its middle.
 std::vector<std::uint32_t> unbeaten(std::span<const Vec3> vertices, std::span<const std::uint32_t> some,
-                                    const std::array<Vec3, 3>& edges, double margin) {
+                                    const std::array<Vec3, 3>& edges, double margin, WorkMeter& meter) {
+  meter.spend(1 + static_cast<int>(some.size() / 8));
   const std::array<double, 3> length{edges[0].norm(), edges[1].norm(), edges[2].norm()};
   std::vector<std::array<double, 3>> along(some.size());
   std::array<std::size_t, 4> strong{};
@@ -70,7 +72,7 @@ void SupportMap::fill(Block& b, std::span<const Vec3> vertices, std::span<const 
   }
 }
 
-SupportMap::SupportMap(std::span<const Vec3> vertices, const Vec3& middle) : middle_(middle) {
+SupportMap::SupportMap(std::span<const Vec3> vertices, const Vec3& middle, WorkMeter& meter) : middle_(middle) {
   const std::size_t n = vertices.size();
   Vec3 lo = vertices[0], hi = vertices[0], most = Vec3::Zero();
   for (const Vec3& v : vertices) lo = lo.cwiseMin(v), hi = hi.cwiseMax(v), most = most.cwiseMax(v.cwiseAbs());
@@ -100,10 +102,11 @@ SupportMap::SupportMap(std::span<const Vec3> vertices, const Vec3& middle) : mid
   const double margin = 32 * epsilon * most.maxCoeff();
   chambers_.resize(64);
   std::array<std::vector<std::uint32_t>, 8> of_octant;
-  for (unsigned signs = 0; signs < 8; ++signs) of_octant[signs] = unbeaten(vertices, kept, octant_edges(signs), margin);
+  for (unsigned signs = 0; signs < 8; ++signs)
+    of_octant[signs] = unbeaten(vertices, kept, octant_edges(signs), margin, meter);
   for (unsigned code = 0; code < 64; ++code)
     if (std::array<Vec3, 3> edges; chamber_edges(code, edges))
-      chambers_[code] = append(unbeaten(vertices, of_octant[code & 7u], edges, margin));
+      chambers_[code] = append(unbeaten(vertices, of_octant[code & 7u], edges, margin, meter));
 }
 
 }  // namespace tandem

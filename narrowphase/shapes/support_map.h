@@ -9,6 +9,8 @@
 
 namespace tandem {
 
+class WorkMeter;
+
 /// A hull's vertices as a search for the farthest one along a direction reads them: in single precision, about a point
 /// between them, in a unit in which the longest coordinate is between 1 and 2. What that leaves open is decided among
 /// the few vertices within `slack` of the farthest, in double.
@@ -33,7 +35,8 @@ class SupportMap {
   };
 
   SupportMap() = default;
-  SupportMap(std::span<const Vec3> vertices, const Vec3& middle);
+  /// Work is counted as it goes: the meter may end it (WorkStopped).
+  SupportMap(std::span<const Vec3> vertices, const Vec3& middle, WorkMeter& meter);
 
   bool empty() const { return blocks_.empty(); }
   std::size_t memory() const { return blocks_.capacity() * sizeof(Block) + chambers_.capacity() * sizeof(Range); }

@@ -11,6 +11,8 @@
 namespace tandem {
 namespace {
 
+constexpr std::size_t ahead = 12;  // vertices
+
 // Of equal coordinates, -0 and 0 among them, the same.
 std::uint64_t hash_of(const Vec3& p) {
   std::uint64_t hash = 0;
@@ -26,10 +28,19 @@ class VertexTable {
   explicit VertexTable(const std::vector<Vec3>& vertices)
       : vertices_(vertices), slots_(std::bit_ceil(2 * vertices.size() + 1), no_index) {}
 
-  /// The slot of the vertices that are where this one is.
-  std::size_t add(std::uint32_t vertex) {
+  std::uint64_t mask() const { return slots_.size() - 1; }
+  /// Brings the slot where a search begins near the processor.
+  void fetch(std::size_t slot) const { __builtin_prefetch(&slots_[slot], 1); }
+  /// And the vertex that is in it.
+  void fetch_held(std::size_t slot) {
+    const std::uint32_t held = std::atomic_ref(slots_[slot]).load(std::memory_order_relaxed);
+    if (held != no_index) __builtin_prefetch(&vertices_[held]);
+  }
+
+  /// The slot of the vertices that are where this one is; its search begins at `start`.
+  std::size_t add(std::uint32_t vertex, std::size_t start) {
     const std::size_t mask = slots_.size() - 1;
-    for (std::size_t s = hash_of(vertices_[vertex]) & mask;; s = (s + 1) & mask) {
+    for (std::size_t s = start;; s = (s + 1) & mask) {
       const std::atomic_ref<std::uint32_t> slot(slots_[s]);
       std::uint32_t held = slot.load(std::memory_order_relaxed);
       if (held == no_index && slot.compare_exchange_strong(held, vertex, std::memory_order_relaxed)) return s;
@@ -54,7 +65,13 @@ std::vector<std::uint32_t> weld(const std::vector<Vec3>& vertices, const PartRun
   UninitialisedList<std::size_t> slots(vertices.size());
   run_stretches(parts, vertices.size(), elements_a_stretch, [&](std::size_t, std::size_t begin, std::size_t end) {
     if (meter != nullptr) meter->spend(0);
-    for (std::size_t v = begin; v < end; ++v) slots[v] = table.add(static_cast<std::uint32_t>(v));
+    for (std::size_t v = begin; v < end; ++v) slots[v] = hash_of(vertices[v]) & table.mask();
+    // Of vertices in no order each search waits for memory, which is asked for long before.
+    for (std::size_t v = begin; v < end; ++v) {
+      if (v + 2 * ahead < end) table.fetch(slots[v + 2 * ahead]);
+      if (v + ahead < end) table.fetch_held(slots[v + ahead]);
+      slots[v] = table.add(static_cast<std::uint32_t>(v), slots[v]);
+    }
   });
   run_stretches(parts, vertices.size(), elements_a_stretch, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) first[v] = table.first_in(slots[v]);

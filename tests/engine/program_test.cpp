@@ -134,6 +134,9 @@ TEST_CASE("program: help, version and lists come on stdout") {
 TEST_CASE("program: a wrong request is one line that names the option, the value and what is allowed") {
   check_refused({}, {"run", "query", "scenes"});
   check_refused({"fly"}, {"'fly'", "run, query, clash, inspect, scenes"});
+  check_refused({"clash", "nowhere"}, {"there is no file or folder 'nowhere'"});
+  check_refused({"clash"}, {"'0 files'", "at least two, or a folder"});
+  check_refused({"inspect", "nowhere.stl"}, {"nowhere.stl", "No such file"});
   check_refused({"run"}, {"SCENE"});
   check_refused({"run", "nofile.json"}, {"SCENE", "there is no file 'nofile.json'"});
   const TemporaryFolder meshes;

@@ -107,7 +107,8 @@ TEST_CASE("scene file: the page that describes it has every key, and its example
   check_keys(refusal(with_body(R"({"shape":"ball","pose":{"?":1}})")));
   check_keys(refusal(R"({"shapes":{"a":{"kind":"?"}}})"));
   for (const std::string kind :
-       {"sphere", "box", "capsule", "cylinder", "cone", "ellipsoid", "halfspace", "convex", "triangle", "mesh"})
+       {"sphere", "box", "capsule", "cylinder", "cone", "ellipsoid", "halfspace", "convex", "triangle", "mesh",
+        "plane"})
     check_keys(refusal(R"({"shapes":{"a":{"kind":")" + kind + R"(","?":1}}})"));
 }
 

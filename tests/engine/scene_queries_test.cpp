@@ -10,6 +10,8 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <span>
+#include <stdexcept>
 
 #include "catch.h"
 #include "message_of.h"
@@ -33,10 +35,11 @@ struct World {
   explicit World(unsigned seed, int count) : random(seed) {
     for (int i = 0; i < count; ++i) add();
     bodies.push_back(scene.add_body({.shape = scene.add_shape(HalfSpace{{0, 0, 1}, -6}), .is_static = true}));
+    bodies.push_back(scene.add_body({.shape = scene.add_shape(Plane{{0.1, 0.2, 1}, 5.5}), .is_static = true}));
   }
   void add() {
     auto kind = static_cast<ShapeKind>(bodies.size() % shape_kinds);
-    if (kind == ShapeKind::halfspace) kind = ShapeKind::box;
+    if (kind == ShapeKind::halfspace || kind == ShapeKind::plane) kind = ShapeKind::box;
     const ShapeId shape = scene.add_shape(random_shape(kind, random));
     bodies.push_back(scene.add_body({.shape = shape,
                                      .pose = random_pose(random, 5),
@@ -62,7 +65,8 @@ struct World {
 
 Shape asking(Random& random) {
   const auto kind = static_cast<ShapeKind>(static_cast<int>(random.in(0, shape_kinds)));
-  return random_shape(kind == ShapeKind::halfspace ? ShapeKind::sphere : kind, random);
+  const bool bounded = kind != ShapeKind::halfspace && kind != ShapeKind::plane;
+  return random_shape(bounded ? kind : ShapeKind::sphere, random);
 }
 
 bool same(const PairAnswer& a, const PairAnswer& b) {
@@ -170,6 +174,20 @@ TEST_CASE("queries of a scene: a few that move are refitted, and a copy is asked
   CHECK_FALSE(report.rebuilt);
   REQUIRE(before);
   CHECK(queries.memory() > 200 * sizeof(Pose));
+}
+
+TEST_CASE("queries of a scene: memory that batches leave for the next ones is counted, and stays") {
+  World world(11, 40);
+  const SceneQueries queries(world.scene);
+  const std::size_t before = queries.memory();
+  const std::vector<Shape> links{Sphere{0.2}, Sphere{0.3}};
+  const std::vector<Pose> poses(2 * 256);
+  std::vector<Verdict> verdicts(256);
+  queries.check(links, poses, PairTable(2, 2, true), verdicts);
+  const std::size_t after = queries.memory();
+  CHECK(after > before + 256 * links.size() * sizeof(float));
+  queries.check(links, poses, PairTable(2, 2, true), verdicts);
+  CHECK(queries.memory() < 2 * after);
 }
 
 TEST_CASE("queries of a scene: asked by its own bodies, and from many threads at once") {
@@ -350,6 +368,55 @@ TEST_CASE("configurations: verdicts and clearances are those of single queries, 
       CHECK((motions[i] == Verdict::hit) == (std::find(of, of + 20, Verdict::hit) != of + 20));
     }
   }
+}
+
+TEST_CASE("configurations: poses that are made when they are looked at give the same answers") {
+  World world(8, 60);
+  const SceneQueries queries(world.scene);
+  Random random(7);
+  const std::vector<Shape> links{Capsule{0.2, 1}, Box{{0.4, 0.3, 0.8}}, random_shape(ShapeKind::mesh, random)};
+  const PairTable self(3, 3, true);
+  constexpr std::size_t a_motion = 5, motions = 120;
+  std::vector<Pose> poses;
+  for (std::size_t i = 0; i < links.size() * a_motion * motions; ++i) poses.push_back(random_pose(random, 7));
+  std::vector<std::atomic<int>> made(poses.size());
+  const BatchPoses when_needed(poses.size(), [&](std::size_t first, std::span<Pose> out) {
+    for (std::size_t i = 0; i < out.size(); ++i, ++first) {
+      out[i] = poses[first];
+      ++made[first];
+    }
+  });
+  for (const bool continuous : {false, true}) {
+    BatchOptions options;
+    options.configurations_a_motion = a_motion;
+    options.continuous = continuous;
+    std::vector<Verdict> lying(motions), meanwhile(motions);
+    queries.check(links, poses, self, lying, options);
+    queries.check(links, when_needed, self, meanwhile, options);
+    CHECK(lying == meanwhile);
+    CHECK(std::count(lying.begin(), lying.end(), Verdict::hit) > 0);
+    CHECK(std::all_of(made.begin(), made.end(), [](const auto& times) { return times == 1; }));
+    for (auto& times : made) times = 0;
+  }
+  std::vector<FirstHit> first(a_motion * motions), first_meanwhile(a_motion * motions);
+  queries.first_hits(links, poses, self, first);
+  queries.first_hits(links, when_needed, self, first_meanwhile);
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    CHECK(first[i].verdict == first_meanwhile[i].verdict);
+    CHECK(first[i].body == first_meanwhile[i].body);
+  }
+  std::vector<double> clearances(a_motion * motions), clearances_meanwhile(a_motion * motions);
+  queries.clearance(links, poses, self, clearances);
+  queries.clearance(links, when_needed, self, clearances_meanwhile);
+  CHECK(clearances == clearances_meanwhile);
+
+  const BatchPoses failing(poses.size(), [](std::size_t, std::span<Pose>) { throw std::domain_error("out of reach"); });
+  std::vector<Verdict> verdicts(a_motion * motions);
+  CHECK_THROWS_AS(queries.check(links, failing, self, verdicts), std::domain_error);
+  const BatchPoses bad(poses.size(), [](std::size_t, std::span<Pose> out) {
+    for (Pose& pose : out) pose.translation.x() = infinity;
+  });
+  CHECK(message_of([&] { queries.check(links, bad, self, verdicts); }).find("configuration ") != std::string::npos);
 }
 
 TEST_CASE("configurations: a filter may wait for tasks of its own") {

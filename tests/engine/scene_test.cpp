@@ -8,6 +8,7 @@
 
 #include "catch.h"
 #include "message_of.h"
+#include "narrowphase/mesh_samples.h"
 #include "scene/scene_changes.h"
 
 using namespace tandem;
@@ -98,7 +99,7 @@ TEST_CASE("scene: a static body's density is not looked at, and a half-space may
 }
 
 TEST_CASE(
-    "scene: bodies of all kinds, fixed and moving, with a shape each, come and go; only a half-space may not move") {
+    "scene: bodies of all kinds, fixed and moving, with a shape each, come and go; only half-spaces and planes may not move") {
   const auto point = [](double x, double y, double z) { return Vec3(x, y, z); };
   const std::vector<Vec3> corners = {point(0, 0, 0), point(1, 0, 0), point(0, 1, 0), point(0, 0, 1)};
   const std::vector<Shape> kinds = {Sphere{1},
@@ -110,7 +111,8 @@ TEST_CASE(
                                     HalfSpace{},
                                     Shape(Convex{corners}),
                                     Triangle{{corners[0], corners[1], corners[2]}},
-                                    Shape(Mesh{corners, {{0, 1, 2}, {0, 1, 3}}})};
+                                    Shape(Mesh{corners, {{0, 1, 2}, {0, 1, 3}}}),
+                                    Plane{}};
   REQUIRE(kinds.size() == shape_kinds);
   Scene scene;
   std::size_t bodies = 0;
@@ -123,7 +125,7 @@ TEST_CASE(
           CHECK_NOTHROW(scene.add_body(body));
           ++bodies;
         } else {
-          CHECK_THAT(message_of([&] { scene.add_body(body); }), Contains("is_static") && Contains("half-space"));
+          CHECK_THAT(message_of([&] { scene.add_body(body); }), Contains("is_static") && (Contains("half-space") || Contains("is a plane")));
         }
         CHECK(scene.bodies() == bodies);
       }
@@ -273,4 +275,14 @@ TEST_CASE("scene: shapes come and go, bodies change what they are, and what cann
   CHECK_THROWS_AS(scene.set_poses(ids, poses), std::invalid_argument);
   CHECK(scene.pose(other).translation.x() == 3);
   CHECK_THROWS_AS(scene.set_poses(ids, std::span(poses).first(2)), std::invalid_argument);
+}
+
+TEST_CASE("scene: the mesh of a shape and of its rounded one is counted once") {
+  const Shape mesh(test::torus(1, 0.4, 40, 20));
+  Scene scene;
+  scene.add_shape(mesh);
+  const std::size_t one = scene.memory().shapes;
+  CHECK(one > mesh.memory());
+  scene.add_shape(mesh.rounded(0.1));
+  CHECK(scene.memory().shapes < one + mesh.memory() / 2);
 }

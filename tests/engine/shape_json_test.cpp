@@ -49,6 +49,7 @@ TEST_CASE("shape JSON: every kind reads as its parameters say") {
   CHECK(shape_of(R"({"kind":"cone","radius":1,"length":2})").kind() == ShapeKind::cone);
   CHECK(shape_of(R"({"kind":"ellipsoid","radii":[1,2,3]})").radii() == Vec3(1, 2, 3));
   CHECK(shape_of(R"({"kind":"halfspace","normal":[0,0,2],"offset":4})").offset() == 2);
+  CHECK(shape_of(R"({"kind":"plane","normal":[0,0,2],"offset":4})").offset() == 2);
   CHECK(shape_of(R"({"kind":"convex","vertices":[[0,0,0]]})").kind() == ShapeKind::convex);
   CHECK(shape_of(R"({"kind":"triangle","vertices":[[0,0,0],[1,0,0],[2,0,0]]})").kind() == ShapeKind::triangle);
   CHECK(shape_of(tetrahedron).kind() == ShapeKind::mesh);

@@ -22,6 +22,25 @@ ExecutionReport measured(Split split, double broad_work, double narrow_work) {
 
 }  // namespace
 
+TEST_CASE("control steps double while nothing changes, and after a change are one step long or twice what they were") {
+  ControlStep control(16);
+  for (const int steps : {1, 2, 4, 8, 16, 16}) {
+    CHECK(control.steps() == steps);
+    control.keep();
+  }
+  control.change(5.0, 2);
+  CHECK(control.steps() == 2);
+  CHECK(control.verifies());
+  CHECK(control.confirm(4.9));
+  CHECK(control.steps() == 1);
+  CHECK(!control.verifies());
+  control.keep();
+  control.change(4.9);
+  CHECK(control.measured_before() == 4.9);
+  CHECK(!control.confirm(4.9));
+  CHECK(control.steps() == 4);
+}
+
 TEST_CASE("both rules find the best split of a steady load and stay there") {
   for (const BalanceRule rule : {BalanceRule::paper, BalanceRule::busy})
     for (const int threads : {2, 3, 4, 8, 16})

@@ -1,14 +1,16 @@
 #!/usr/bin/env bash
 # Installs the Debian packages of a folder on this machine and uses them as a newcomer would: the programs, a consumer by
-# find_package, one by pkg-config. For a bare machine: tests/install/from-packages.sh FOLDER
+# find_package, one by pkg-config, examples in Python, two ranks of MPI. For a bare machine: tests/install/from-packages.sh FOLDER
 set -euo pipefail
 packages=$(readlink -f "$1")
 cd "$(dirname "$(readlink -f "$0")")/consumer"
 examples=$(readlink -f ../../../examples)
 export DEBIAN_FRONTEND=noninteractive
+# installed PATTERN...: which of these packages are there; false where none is. dpkg-query fails if it knows one of them not.
+installed() { { dpkg-query -W -f '${db:Status-Status} ${Package}\n' "$@" 2>/dev/null || true; } | grep '^installed'; }
 apt-get update -qq
 apt-get install -y -qq --no-install-recommends "$packages"/libtandem0_*.deb "$packages"/libtandem-dev_*.deb >/dev/null
-if dpkg-query -W libfcl0.7 libccd2 liboctomap1.9 2>/dev/null | grep .; then
+if installed libfcl0.7 libccd2 liboctomap1.9; then
   echo "libtandem-dev brings libraries that distances do not need" >&2
   exit 1
 fi
@@ -31,5 +33,15 @@ apt-get install -y -qq --no-install-recommends "$packages"/python3-tandem_*.deb 
 for example in first_distance falling_pile planner; do
   (cd "$work" && python3 "$examples/python/$example.py")
 done
+if installed 'libopenmpi*' 'libtrilinos*'; then
+  echo "the packages for one machine bring MPI" >&2
+  exit 1
+fi
+apt-get install -y -qq --no-install-recommends "$packages"/tandem-mpi_*.deb "$packages"/libtandem-mpi-dev_*.deb >/dev/null
+cmake -S . -B "$work" >/dev/null
+cmake --build "$work" --target ranks
+export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
+mpirun --oversubscribe -n 2 "$work"/ranks
+mpirun --oversubscribe -n 2 tandem-mpi run cubes-on-plane --steps 5
 rm -r "$work"
 echo "packages: all works"

@@ -44,6 +44,11 @@ foreach(program from_fcl by_shared_library)  # where the adapter and the shared 
     step(${work}/build/${program})
   endif()
 endforeach()
+find_program(MPIRUN mpirun)
+if(MPIRUN AND EXISTS ${work}/build/ranks)
+  step(${CMAKE_COMMAND} -E env OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
+       ${MPIRUN} --oversubscribe -n 2 ${work}/build/ranks)
+endif()
 if(MODE STREQUAL subdirectory)
   # What a host installs is its own.
   step(${CMAKE_COMMAND} --install ${work}/build --prefix ${work}/host)

@@ -25,7 +25,6 @@ struct Exception {
   std::string_view path, reason;
 };
 constexpr std::array exceptions{
-    Exception{"engine/scene/random.cpp", "a random generator's, no tolerances"},
     Exception{"flowgraph/step/clock.h", "nanoseconds to milliseconds"},
     Exception{"flowgraph/step/step_form.cpp", "a share of time"},
     Exception{"narrowphase/include/tandem/narrowphase/hausdorff.h", "an option's default"},

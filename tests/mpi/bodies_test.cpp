@@ -45,3 +45,14 @@ TEST_CASE("letters that were let go of before they were sent are written anew") 
     CHECK(copies > 0);
   }
 }
+
+TEST_CASE("a message that is cut off is found out") {
+  mpi::Message message;
+  message.put(std::uint32_t{17});
+  message.put(std::uint16_t{4});
+  CHECK(message.take<std::uint32_t>() == 17);
+  CHECK_THROWS_AS(message.take<std::uint32_t>(), std::out_of_range);
+  CHECK(message.take<std::uint16_t>() == 4);
+  CHECK(message.done());
+  CHECK_THROWS_AS(message.take<std::uint8_t>(), std::out_of_range);
+}

@@ -23,6 +23,7 @@ int main(int count, char* arguments[]) {
   options.rank.predicate = [&](std::span<Pair> pairs) -> std::size_t {
     if (step < 3 || rank != 1) return pairs.size();
     if (how == "throw") throw std::runtime_error("no more pairs");
+    if (how == "number") throw 7;
     if (how == "memory") throw std::bad_alloc();
     if (how == "kill") std::raise(SIGKILL);
     if (how == "hang") ::sleep(600);

@@ -3,6 +3,7 @@
 #include <array>
 #include <optional>
 
+#include "tandem/mpi/contact_events.h"
 #include "world.h"
 
 using namespace tandem;
@@ -13,27 +14,40 @@ namespace {
 /// A built-in scene as one machine runs it: rank 0 computes, all are told.
 class Reference {
  public:
-  explicit Reference(std::string_view name) : scene(make_builtin_scene(name, 40)), margin(recommended_margin(scene)) {
+  explicit Reference(std::string_view name, double keep)
+      : scene(make_builtin_scene(name, 40)), margin(recommended_margin(scene)) {
     if (world::rank() == 0) {
-      alone_.emplace(PipelineOptions{
-          .executor = ExecutorKind::sequential, .threads = 1, .answer = {.margin = margin, .contact_hash = true}});
+      const auto begin = [&] {
+        alone_.emplace(PipelineOptions{.executor = ExecutorKind::sequential,
+                                       .threads = 1,
+                                       .answer = {.margin = margin, .keep_contacts = keep, .contact_hash = true}});
+      };
+      begin();
       for (int step = 0; step < 25; ++step) {  // until they have fallen on each other
         alone_->step(scene);
         response_.step(scene, alone_->contacts());
       }
+      begin();
     }
     tell_places();
   }
   void detect() {
-    std::array<std::uint64_t, 6> told{};
+    std::array<std::uint64_t, 7> told{};
+    std::array<double, 2> most{};
     if (world::rank() == 0) {
       report = alone_->step(scene);
       answers = world::gathered(alone_->contacts(), world::all_indices(scene));
-      told = {mpi::hash(answers), report.execution.candidate_pairs, report.colliding_pairs, report.contacts,
-              report.gaps, report.contact_hash};
+      told = {mpi::hash(answers),
+              report.execution.candidate_pairs,
+              report.colliding_pairs,
+              report.contacts,
+              report.gaps,
+              report.contact_hash,
+              report.kept_pairs};
+      most = {report.max_depth, report.kept_error_bound};
     }
-    MPI_Bcast(told.data(), 6, MPI_UINT64_T, 0, MPI_COMM_WORLD);
-    MPI_Bcast(&report.max_depth, 1, MPI_DOUBLE, 0, MPI_COMM_WORLD);
+    MPI_Bcast(told.data(), 7, MPI_UINT64_T, 0, MPI_COMM_WORLD);
+    MPI_Bcast(most.data(), 2, MPI_DOUBLE, 0, MPI_COMM_WORLD);
     hash = told[0];
     report.bodies = scene.bodies();
     report.execution.candidate_pairs = told[1];
@@ -41,6 +55,9 @@ class Reference {
     report.contacts = told[3];
     report.gaps = told[4];
     report.contact_hash = told[5];
+    report.kept_pairs = told[6];
+    report.max_depth = most[0];
+    report.kept_error_bound = most[1];
   }
   void respond() {
     if (world::rank() == 0) response_.step(scene, alone_->contacts());
@@ -81,19 +98,23 @@ class Reference {
 
 }  // namespace
 
-TEST_CASE("every built-in scene: any number of ranks and threads finds what one finds, whoever moves the bodies") {
+namespace {
+
+void compare_with_one(double keep) {
   for (const BuiltinScene& builtin : builtin_scenes()) {
     CAPTURE(builtin.name);
-    Reference one(builtin.name);
+    Reference one(builtin.name, keep);
     Scene& scene = one.scene;
     // Of poses from a response: add_body makes them orthonormal, as set_pose does.
     for (std::uint32_t i = 0; i < scene.indices(); ++i) scene.set_pose(scene.id(i), scene.poses()[i]);
     std::vector<std::unique_ptr<mpi::Pipeline>> pipelines;
     for (const int threads : {1, 2}) {
-      pipelines.push_back(std::make_unique<mpi::Pipeline>(MPI_COMM_WORLD, world::options(threads, one.margin)));
+      mpi::Options options = world::options(threads, one.margin);
+      options.rank.answer.keep_contacts = keep;
+      pipelines.push_back(std::make_unique<mpi::Pipeline>(MPI_COMM_WORLD, options));
       world::add_all(*pipelines.back(), scene);
     }
-    std::uint64_t contacts = 0, moved_away = 0, copies = 0;
+    std::uint64_t contacts = 0, moved_away = 0, copies = 0, kept = 0;
     for (int step = 0; step < 12; ++step) {
       one.detect();
       for (const auto& pipeline : pipelines) {
@@ -107,6 +128,9 @@ TEST_CASE("every built-in scene: any number of ranks and threads finds what one 
         CHECK(report.contacts == one.report.contacts);
         CHECK(report.gaps == one.report.gaps);
         CHECK(report.max_depth == one.report.max_depth);
+        CHECK(report.kept_pairs == one.report.kept_pairs);
+        CHECK(report.kept_error_bound == one.report.kept_error_bound);
+        kept += report.kept_pairs;
         if (step % 5 == 0) {
           const auto all = pipeline->gather(0);
           CHECK((world::rank() != 0 || world::same_bits(all, one.answers)));
@@ -137,6 +161,7 @@ TEST_CASE("every built-in scene: any number of ranks and threads finds what one 
     }
     // A test on nothing would pass too.
     if (builtin.name != "falling-apart") CHECK(contacts > 100);
+    if (keep > 0 && builtin.name != "falling-apart") CHECK(kept > 10);
     if (world::ranks() > 1) {
       CHECK(moved_away > 5);
       CHECK(copies > 20);
@@ -144,18 +169,33 @@ TEST_CASE("every built-in scene: any number of ranks and threads finds what one 
   }
 }
 
+}  // namespace
+
+TEST_CASE("every built-in scene: any number of ranks and threads finds what one finds, whoever moves the bodies") {
+  compare_with_one(0);
+}
+
+TEST_CASE("every built-in scene: kept contacts go with their pairs from rank to rank, the same bits as on one") {
+  compare_with_one(0.05);
+}
+
 namespace {
 
-/// A scene that lives: all ranks draw the same random numbers, one of them does each thing.
+/// A scene that lives: all ranks draw the same random numbers, one of them does each thing. `alone`, a pipeline of this
+/// rank alone, lives through the same.
 class Life {
  public:
-  Life(unsigned seed, mpi::Pipeline& pipeline) : random_(seed), pipeline_(pipeline) {
+  Life(unsigned seed, mpi::Pipeline& pipeline, mpi::Pipeline* alone = nullptr)
+      : random_(seed), pipeline_(pipeline), alone_(alone) {
     shapes_ = {
         Shape(HalfSpace{Vec3::UnitZ(), 0}), Shape(Sphere{0.5}),  Shape(Box{Vec3(1, 0.6, 0.4)}), Shape(Capsule{0.3, 1}),
         Shape(Box{Vec3(12, 1, 0.5)}),       Shape(Sphere{0.05}), Shape(Cylinder{0.4, 1.2})};
-    for (const Shape& shape : shapes_) scene_ids_.push_back(pipeline.add_shape(shape));
+    for (const Shape& shape : shapes_) {
+      scene_ids_.push_back(pipeline.add_shape(shape));
+      if (alone_ != nullptr) alone_->add_shape(shape);
+    }
     bodies_[7] = ground();
-    doing([&] { pipeline_.add_body(7, bodies_[7]); });
+    doing([&](mpi::Pipeline& to) { to.add_body(7, bodies_[7]); });
   }
 
   /// Some things happen.
@@ -189,10 +229,16 @@ class Life {
     const Quat q(number(-1, 1), number(-1, 1), number(-1, 1), number(-1, 1));
     return Pose::from(q, {number(-6, 6), number(-3, 3), number(0, 2)});
   }
+  /// So little that answers are kept, or so much that they are moved along.
+  Pose nudged(Pose pose) {
+    pose.translation += number(-1, 1) * (below(2) == 0 ? 1e-7 : 1e-4) * Vec3::Ones();
+    return pose;
+  }
   BodyOptions ground() const { return {.shape = scene_ids_[0], .is_static = true}; }
   template <class Thing>
   void doing(const Thing& thing) {
-    if (static_cast<int>(below(static_cast<std::size_t>(world::ranks()))) == world::rank()) thing();
+    if (static_cast<int>(below(static_cast<std::size_t>(world::ranks()))) == world::rank()) thing(pipeline_);
+    if (alone_ != nullptr) thing(*alone_);
   }
   /// One that nothing has happened to in this step: ranks' changes of one body would come in the order of ranks.
   GlobalId any() {
@@ -215,33 +261,34 @@ class Life {
       const GlobalId id = std::uniform_int_distribution<GlobalId>()(random_);
       changed_[id] = true;
       bodies_[id] = body;
-      return doing([&] { pipeline_.add_body(id, body); });
+      return doing([&](mpi::Pipeline& to) { to.add_body(id, body); });
     }
     const GlobalId id = any();
     if (id == 7) return;
     BodyOptions& body = bodies_[id];
     if (what < 6) {
       bodies_.erase(id);
-      doing([&] { pipeline_.remove_body(id); });
+      doing([&](mpi::Pipeline& to) { to.remove_body(id); });
     } else if (what < 8) {
-      body.pose = pose();
-      doing([&] { pipeline_.set_pose(id, body.pose); });
+      body.pose = what == 7 && alone_ != nullptr ? nudged(body.pose) : pose();
+      doing([&](mpi::Pipeline& to) { to.set_pose(id, body.pose); });
     } else if (what < 9) {
       body.shape = scene_ids_[1 + below(scene_ids_.size() - 1)];
-      doing([&] { pipeline_.set_shape(id, body.shape); });
+      doing([&](mpi::Pipeline& to) { to.set_shape(id, body.shape); });
     } else {
       body.group = 1u << below(2);
       body.mask = below(2) == 0 ? ~0u : 2u;
       body.is_static = below(3) == 0;
-      doing([&] {
-        pipeline_.set_filter(id, body.group, body.mask);
-        pipeline_.set_static(id, body.is_static);
+      doing([&](mpi::Pipeline& to) {
+        to.set_filter(id, body.group, body.mask);
+        to.set_static(id, body.is_static);
       });
     }
   }
 
   std::mt19937_64 random_;
   mpi::Pipeline& pipeline_;
+  mpi::Pipeline* alone_;
   std::vector<Shape> shapes_;
   std::vector<ShapeId> scene_ids_;
   std::map<GlobalId, BodyOptions> bodies_;
@@ -269,6 +316,45 @@ TEST_CASE("lives of scenes: bodies come, go, move and change on any rank") {
       contacts += report.contacts;
     }
     CHECK(contacts > 200);
+  }
+}
+
+TEST_CASE("lives of scenes with kept contacts: what is kept follows bodies that come, go, move and change") {
+  const auto events_of = [](const mpi::ContactEvents& events, MPI_Comm communicator) {
+    std::array<std::uint64_t, 3> counts{events.began().size(), events.ended().size(), 0};
+    for (const mpi::IdPair& pair : events.began()) counts[2] += 3 * pair.a + 5 * pair.b;
+    for (const mpi::IdPair& pair : events.ended()) counts[2] += 7 * pair.a + 11 * pair.b;
+    MPI_Allreduce(MPI_IN_PLACE, counts.data(), 3, MPI_UINT64_T, MPI_SUM, communicator);
+    return counts;
+  };
+  for (const Request request : {Request::contacts, Request::distance}) {
+    mpi::Options options = world::options(2, 0.05);
+    options.rank.answer.request = request;
+    options.rank.answer.keep_contacts = 0.01;
+    mpi::Pipeline pipeline(MPI_COMM_WORLD, options);
+    options.rank.threads = 1;
+    mpi::Pipeline alone(MPI_COMM_SELF, options);
+    mpi::ContactEvents events, events_alone;
+    Life life(51, pipeline, &alone);
+    std::uint64_t kept = 0;
+    for (int step = 0; step < 40; ++step) {
+      CAPTURE(step);
+      life.go();
+      if (step % 3 == 1) pipeline.rebalance();
+      const mpi::Report report = pipeline.step(), expected = alone.step();
+      CHECK(report.bodies == life.bodies());
+      CHECK(report.pairs == expected.pairs);
+      CHECK(report.contact_hash == expected.contact_hash);
+      CHECK(report.kept_pairs == expected.kept_pairs);
+      CHECK(report.kept_error_bound == expected.kept_error_bound);
+      const auto all = pipeline.gather(0), of_one = alone.gather(0);
+      if (world::rank() == 0) CHECK(world::same_bits(all, of_one));
+      events.update(pipeline);
+      events_alone.update(alone);
+      CHECK(events_of(events, MPI_COMM_WORLD) == events_of(events_alone, MPI_COMM_SELF));
+      kept += report.kept_pairs;
+    }
+    CHECK(kept > 200);
   }
 }
 
@@ -394,10 +480,7 @@ TEST_CASE("what cannot be is refused where it is said") {
   CHECK(text([&] { pipeline.set_pose(78, Pose::at(0, 0, std::nan(""))); }).starts_with("body 78"));
   CHECK(text([&] { pipeline.set_shape(78, {}); }).starts_with("body 78: shape is number 0, allowed: 1 to 1"));
   CHECK(text([&] { (void)pipeline.local(78); }) == "body 78: is not on this rank");
-  CHECK(text([&] {
-          mpi::Options options;
-          options.rank.answer.keep_contacts = 0.01;
-          const mpi::Pipeline refused(MPI_COMM_WORLD, options);
-        }).starts_with("rank.answer.keep_contacts is 0.01"));
+  CHECK(text([&] { pipeline.add_body(79, {.shape = half, .is_static = true, .continuous = true}); }) ==
+        "body 79: continuous is true, allowed: false: ranks do not stop fast bodies at their first touch");
   CHECK(pipeline.step().bodies == 0);
 }

@@ -222,6 +222,8 @@ Shape round_shape(ShapeKind kind) {
       return Shape(Ellipsoid{{0.5, 1, 2}});
     case ShapeKind::halfspace:
       return Shape(HalfSpace{{0, 0, 1}, 0});
+    case ShapeKind::plane:
+      return Shape(Plane{{0, 0, 1}, 0.125});
     case ShapeKind::convex:
       return Shape(Convex{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 0.5}, {0, 0, -0.5}}});
     case ShapeKind::triangle:

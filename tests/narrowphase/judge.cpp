@@ -35,6 +35,7 @@ void write(std::ostream& out, const Shape& s) {
       out << ",\"radii\":" << s.radii();
       break;
     case ShapeKind::halfspace:
+    case ShapeKind::plane:
       out << ",\"normal\":" << s.normal() << ",\"offset\":" << s.offset();
       break;
     case ShapeKind::convex:
@@ -169,7 +170,7 @@ Bounds64 accepted(const Shape& a, const Shape& b) {
 double reach(const PosedPair& p) {
   double far = (p.pose_b.translation - p.pose_a.translation).norm();
   for (const Shape* s : {&p.a, &p.b}) {
-    if (s->kind() == ShapeKind::halfspace) far += std::abs(s->offset());
+    if (!s->is_bounded()) far += std::abs(s->offset());
     if (s->kind() == ShapeKind::convex || s->kind() == ShapeKind::triangle) far += hull_of(*s).inside.norm();
   }
   return far;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "catch.h"
+#include "manifold/patch_collector.h"
 #include "mesh_samples.h"
 #include "random_pairs.h"
 
@@ -21,6 +22,14 @@ std::vector<Contact> contacts_of(const Shape& a, const Pose& pa, const Shape& b,
 Pose nudged(const Pose& pose, Random& r) {
   const Mat3 turn = Eigen::AngleAxisd(1e-9, r.direction()).toRotationMatrix();
   return {pose.rotation * turn, pose.translation + 1e-9 * r.direction()};
+}
+
+/// Corners of a square about a point, by depths that fall.
+std::vector<Contact> square(const Vec3& at, const Vec3& normal, double depth) {
+  std::vector<Contact> corners;
+  for (const auto& [x, y] : {std::pair(1, 1), std::pair(-1, 1), std::pair(-1, -1), std::pair(1, -1)})
+    corners.push_back({at + Vec3(x, y, 0), normal, depth -= 0.01, 77});
+  return corners;
 }
 
 /// A box on a box, overlapping by 0.01: aligned with it or turned about the vertical, its corners over the other's.
@@ -415,4 +424,66 @@ TEST_CASE("contacts lie midway between the surfaces along the normal, on faces a
           }
       }
   CHECK(leaning > 500);
+}
+
+TEST_CASE("patches: contacts of about one normal are one, found by the deepest, numbered by triangle and place") {
+  const Vec3 up(0, 0, 1), leaning = Vec3(0.2, 0, 1).normalized(), down(0, 0, -1);
+  PatchCollector patches(1, nullptr);
+  patches.add(3, square({0, 0, 0}, up, 0.5));
+  patches.add(9, square({5, 0, 0}, leaning, 0.6));
+  patches.add(4, square({0, 0, 9}, down, 0.4));
+  std::vector<Contact> all(1);
+  patches.finish(Vec3::Zero(), false, all);
+  REQUIRE(all.size() == 1 + 4 + 4);
+  std::size_t of_down = 0;
+  double deepest = 0;
+  for (std::size_t i = 1; i < all.size(); ++i) {
+    const Contact& c = all[i];
+    if (i > 1) CHECK(all[i - 1].feature < c.feature);
+    deepest = std::max(deepest, c.depth);
+    of_down += c.normal == down ? 1u : 0u;
+    const std::uint32_t t = c.feature / 64;
+    CHECK(c.normal == (t == 4 ? down : t == 9 ? leaning : up));
+    const auto given = square(t == 4 ? Vec3(0, 0, 9) : t == 9 ? Vec3(5, 0, 0) : Vec3(0, 0, 0), c.normal, 1);
+    CHECK(c.point == given[c.feature % 64].point);
+  }
+  CHECK(of_down == 4);
+  CHECK(deepest == Approx(0.59));
+  // Without the deepest, and again with it: nothing of the one is left in the other.
+  std::vector<Contact> few;
+  patches.finish(Vec3::Zero(), false, few, 0.575);
+  REQUIRE(few.size() == 8);
+  double left = 0;
+  for (const Contact& c : few) {
+    left = std::max(left, c.depth);
+    if (c.feature / 64 == 9) CHECK(c.feature % 64 < 2);  // numbered among those that are left
+  }
+  CHECK(left == Approx(0.57));
+  std::vector<Contact> again(1);
+  patches.finish(Vec3::Zero(), false, again);
+  REQUIRE(again.size() == all.size());
+  for (std::size_t i = 1; i < all.size(); ++i)
+    CHECK((again[i].point == all[i].point && again[i].feature == all[i].feature));
+}
+
+TEST_CASE("patches: of a solid the far side of a wall does not push, of a sheet that only touches both are one") {
+  const Vec3 up(0, 0, 1);
+  PatchCollector wall(1, nullptr);
+  wall.add(1, square({0, 0, 0}, up, 0.5));
+  wall.add(2, square({0, 0, -1}, -up, 0.3));
+  for (const bool solid : {true, false}) {
+    std::vector<Contact> out;
+    wall.finish({0, 0, 2}, solid, out);
+    CHECK(out.size() == (solid ? 4 : 8));
+  }
+  PatchCollector sheet(1, nullptr);
+  for (const double sign : {1.0, -1.0}) {
+    std::vector<Contact> corners = square(Vec3::Zero(), sign * up, 0);
+    for (Contact& c : corners) c.depth = 0;
+    sheet.add(sign > 0 ? 1 : 2, corners);
+  }
+  std::vector<Contact> out;
+  sheet.finish({0, 0, 2}, false, out);
+  CHECK(out.size() == 4);
+  for (const Contact& c : out) CHECK(c.normal == up);
 }

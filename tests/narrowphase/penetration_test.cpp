@@ -3,6 +3,7 @@
 #include "tandem/narrowphase/penetration.h"
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <stdexcept>
 
@@ -236,16 +237,56 @@ TEST_CASE("penetration: surfaces count where they are; hollows are left on eithe
   check_promise(open, {}, other, across, crossing, random, 100);
 }
 
-TEST_CASE("penetration: what is apart has none; a limit stops it; bad options are refused") {
+TEST_CASE("penetration: what is apart has none; bad options are refused") {
   const Shape a(torus(1, 0.3, 24, 12));
   CHECK_FALSE(penetration_depth(a, {}, a, Pose::at(3, 0, 0)).collide);
   CHECK(penetration_depth(a, {}, a, Pose::at(3, 0, 0)).upper == 0);
   const Pose in = Pose::at(0.3, 0.1, 0.05);
   const auto with = [&](const DepthOptions& options) { return penetration_depth(a, {}, a, in, options); };
-  int asked = 0;
-  const WorkLimit limit{.ended = [&] { return ++asked > 400; }};
-  CHECK_THROWS_AS(with({.limit = &limit}), WorkStopped);
   CHECK_THROWS_AS(with({.gap = -0.1}), std::invalid_argument);
   CHECK_THROWS_AS(with({.gap = std::nan("")}), std::invalid_argument);
   CHECK_THROWS_AS(penetration_depth(a, {Mat3::Zero(), Vec3::Zero()}, a, in), std::invalid_argument);
+}
+
+TEST_CASE("penetration: a limit ends the search with bounds that hold, the closer the later it is reached") {
+  const Shape a(torus(1, 0.3, 24, 12));
+  const Pose in = Pose::at(0.3, 0.1, 0.05);
+  int looks = 0, most = 0;
+  const WorkLimit limit{.ended = [&] { return ++looks > most; }};
+  const auto until = [&](int looks_allowed) {
+    looks = 0, most = looks_allowed;
+    return penetration_depth(a, {}, a, in, {.limit = &limit});
+  };
+  const DepthBounds whole = penetration_depth(a, {}, a, in);
+  CHECK_FALSE(whole.incomplete);
+  const DepthBounds not_reached = until(1 << 30);
+  const int all = looks;
+  CHECK_FALSE(not_reached.incomplete);
+  CHECK(not_reached.lower == whole.lower);
+  CHECK(not_reached.translation == whole.translation);
+  CHECK_THROWS_AS(until(0), WorkStopped);
+  Random random(21);
+  DepthBounds before;
+  before.upper = std::numeric_limits<double>::infinity();
+  int told = 0, proven = 0;
+  for (int k = 1; k < 20; ++k) {
+    CAPTURE(k, all);
+    try {
+      const DepthBounds bounds = until(k * (all / 20));
+      CHECK(bounds.incomplete);
+      check_promise(a, {}, a, in, bounds, random, 40);
+      CHECK(bounds.lower >= before.lower);
+      CHECK(bounds.upper <= before.upper);
+      CHECK(bounds.boxes <= whole.boxes);
+      proven += bounds.boxes > 0 && bounds.lower > before.lower ? 1 : 0;
+      before = bounds;
+      ++told;
+    } catch (const WorkStopped&) {
+      CHECK(told == 0);  // later there is always something to tell
+    }
+  }
+  CHECK(told >= 15);
+  CHECK(proven >= 3);
+  CHECK(before.upper >= whole.upper);
+  CHECK(before.lower <= whole.lower);
 }

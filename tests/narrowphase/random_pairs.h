@@ -35,6 +35,10 @@ inline Shape random_shape(ShapeKind kind, Random& r) {
       const Vec3 n = r.direction();
       return Shape(HalfSpace{n, r.in(-0.5, 0.5)});
     }
+    case ShapeKind::plane: {
+      const Vec3 n = r.direction();
+      return Shape(Plane{n, r.in(-0.5, 0.5)});
+    }
     case ShapeKind::convex: {
       Convex c;
       const int n = 4 + static_cast<int>(r.in(0, 28));

@@ -14,6 +14,7 @@
 #include "shapes/mesh_builder.h"
 #include "shapes/shape_insides.h"
 #include "tandem/narrowphase/narrow_phase.h"
+#include "tandem/narrowphase/shape_memory.h"
 
 using namespace tandem;
 using namespace tandem::test;
@@ -62,6 +63,7 @@ TEST_CASE("shapes refuse what they cannot be, by the field's name") {
   CHECK_THROWS_WITH(Shape(Ellipsoid{Vec3(1, 2, -3)}), Contains("ellipsoid: radii[2] is -3"));
   CHECK_THROWS_WITH(Shape(HalfSpace{Vec3::Zero(), 1}), Contains("halfspace: length of normal"));
   CHECK_THROWS_WITH(Shape(HalfSpace{Vec3::UnitX(), inf}), Contains("halfspace: offset"));
+  CHECK_THROWS_WITH(Shape(Plane{Vec3::Zero(), 1}), Contains("plane: length of normal"));
   CHECK_THROWS_WITH(Shape(Convex{}), Contains("convex: vertices is empty"));
   CHECK_THROWS_WITH(Shape(Convex{{Vec3(0, 0, 0), Vec3(0, nan, 0)}}), Contains("convex: vertices[1][1]"));
   CHECK_THROWS_WITH(Shape(Triangle{{Vec3(0, 0, 0), Vec3(0, 0, 0), Vec3(0, 0, inf)}}),
@@ -315,6 +317,39 @@ TEST_CASE("meshes: built by parts on several threads, or by hand in any order, t
   const Shape shape(input);
   CHECK(shape.memory() > 100 * input.triangles.size());
   CHECK(shape.memory() < 280 * input.triangles.size());  // half of it what the hull needs
+}
+
+TEST_CASE("shapes: what several share of memory is counted once") {
+  const Shape mesh(torus(1, 0.4, 40, 20)), hull = tetrahedron(), ball = Sphere{1};
+  const std::size_t parts = ball.memory();  // what every shape has
+  const auto both = [](const Shape& a, const Shape& b) { return memory_of(std::array<Shape, 2>{a, b}); };
+  CHECK(memory_of(std::array<Shape, 1>{mesh}) == mesh.memory());
+  CHECK(both(mesh, mesh) == mesh.memory());
+  CHECK(both(mesh, hull) == mesh.memory() + hull.memory());
+  for (const Shape& shape : {mesh, hull}) {
+    const std::size_t rounded = both(shape, shape.rounded(0.1));
+    CHECK(rounded > shape.memory());
+    CHECK(rounded < shape.memory() + 4 * parts);
+  }
+  CHECK(memory_of({}) == 0);
+}
+
+TEST_CASE("hulls: their memory is that of all that they hold") {
+  const Hull& small = hull_of(tetrahedron());
+  CHECK(small.memory() >= sizeof(Hull) + 4 * sizeof(Vec3));
+  std::vector<Vec3> points;
+  reference::Random r(5);
+  for (int i = 0; i < 40; ++i) points.push_back(r.direction());
+  const Shape shape{Convex{points}};
+  const Hull& hull = hull_of(shape);
+  REQUIRE(!hull.rays.empty());
+  REQUIRE(hull.face_table.faces > 0);
+  const std::size_t of_lists = hull.vertices.size() * sizeof(Vec3) + hull.faces.size() * sizeof(Hull::Face) +
+                               (hull.loop.size() + hull.neighbours.size()) * sizeof(std::uint32_t) +
+                               hull.edges.size() * sizeof(Hull::Edge) + hull.support.memory();
+  const std::size_t of_tables = hull.rays.memory() + hull.face_table.planes.size() * sizeof(float);
+  CHECK(hull.rays.memory() >= 384 * sizeof(RayMap::Corners));
+  CHECK(hull.memory() >= sizeof(Hull) + of_lists + of_tables);
 }
 
 TEST_CASE("meshes: every triangle is in one leaf, within its box and its slab") {

@@ -6,7 +6,10 @@
 
 #include "catch.h"
 #include "mesh_samples.h"
+#include "shapes/lazily.h"
 #include "shapes/shape_insides.h"
+#include "shapes/support_map.h"
+#include "shapes/work_meter.h"
 #include "tandem/narrowphase/narrow_phase.h"
 
 using namespace tandem;
@@ -255,6 +258,66 @@ TEST_CASE("work limit: a mesh's hull is built as far as the limit lets, and the 
   CHECK(shape.memory_by_part().hull == 0);
   CHECK_THROWS_AS(shape.bounds({}, &limit), WorkStopped);
   CHECK(shape.bounds({}).hi == whole.bounds({}).hi);
+}
+
+TEST_CASE("work limit: who waits for what another thread makes goes by its own limit") {
+  const Lazily<int> value;
+  std::binary_semaphore begun(0), waited(0);
+  std::jthread maker([&] {
+    value.get(nullptr, [&](const WorkLimit*) {
+      begun.release();
+      CHECK(waited.try_acquire_for(std::chrono::seconds(60)));
+      return 7;
+    });
+  });
+  begun.acquire();
+  WorkLimit limit;
+  int looks = 0;
+  limit.ended = [&] { return ++looks == 3; };
+  const auto other = [](const WorkLimit*) { return 8; };
+  CHECK_THROWS_AS(value.get(&limit, other), WorkStopped);
+  CHECK(looks == 3);
+  CHECK(value.made() == nullptr);
+  waited.release();
+  CHECK(value.get(nullptr, other) == 7);
+}
+
+TEST_CASE("work limit: what ends while it is made leaves nothing, and the next who asks makes it") {
+  const Lazily<int> value;
+  CHECK_THROWS_AS(value.get(nullptr, [](const WorkLimit*) -> int { throw WorkStopped(); }), WorkStopped);
+  CHECK(value.made() == nullptr);
+  CHECK(value.get(nullptr, [](const WorkLimit*) { return 7; }) == 7);
+}
+
+TEST_CASE("work limit: its function may ask the mesh whose hull is being made") {
+  const Mesh ring = torus(1, 0.4, 60, 30);
+  const Shape expected(ring);
+  const Shape shape(ring);
+  int looks = 0;
+  WorkLimit limit;
+  limit.ended = [&] {
+    if (++looks == 5) CHECK(shape.bounds({}).hi == expected.bounds({}).hi);
+    return false;
+  };
+  CHECK(mesh_of(shape).hull(&limit).vertices == mesh_of(expected).hull().vertices);
+  CHECK(looks >= 5);
+}
+
+TEST_CASE("work limit: a search table of thousands of vertices is made with looks at it") {
+  std::vector<Vec3> points;
+  for (int i = 0; i < 4000; ++i) {
+    const double z = 1 - (2 * i + 1) / 4000.0, turn = 2.399963 * i, r = std::sqrt(1 - z * z);
+    points.emplace_back(r * std::cos(turn), r * std::sin(turn), z);
+  }
+  long looks = 0, last = std::numeric_limits<long>::max();
+  WorkLimit limit;
+  limit.ended = [&] { return ++looks >= last; };
+  WorkMeter meter(&limit);
+  const SupportMap whole(points, Vec3::Zero(), meter);
+  CHECK(whole.chambers().size() == 64);
+  CHECK(looks > 8);  // eight octants, all vertices each
+  looks = 0, last = 5;
+  CHECK_THROWS_AS(SupportMap(points, Vec3::Zero(), meter), WorkStopped);
 }
 
 TEST_CASE("work limit: two large hulls deep in each other look at it while their polytope grows") {

@@ -36,6 +36,8 @@ def shape(record):
         made = {"convex": tandem.Convex, "triangle": tandem.Triangle}[kind](np.array(record["vertices"]))
     elif kind == "halfspace":
         made = tandem.HalfSpace(record["normal"], record["offset"])
+    elif kind == "plane":
+        made = tandem.Plane(record["normal"], record["offset"])
     elif kind in ("capsule", "cylinder", "cone"):
         made = {"capsule": tandem.Capsule, "cylinder": tandem.Cylinder, "cone": tandem.Cone}[kind](
             record["radius"], record["length"]

@@ -68,6 +68,8 @@ class Shapes(unittest.TestCase):
             (lambda: tandem.Box([1, 0, 1]), "size"),
             (lambda: tandem.Box([1, 1]), "size"),
             (lambda: tandem.HalfSpace([0, 0, 0]), "normal"),
+            (lambda: tandem.Plane([0, 0, 0]), "normal"),
+            (lambda: tandem.voxels([[0, 0, 0.5]], 1), "cells"),
             (lambda: tandem.Convex(np.zeros((0, 3))), "vertices"),
             (lambda: tandem.Convex(np.zeros((3, 2))), "vertices"),
             (lambda: tandem.Mesh(SQUARE, [[0, 1, 3]]), "triangles"),
@@ -86,6 +88,11 @@ class Shapes(unittest.TestCase):
         for call, message in bad:
             with self.assertRaisesRegex(ValueError, message):
                 call()
+
+    def test_planes_and_voxels(self):
+        self.assertAlmostEqual(tandem.distance(tandem.Plane([0, 0, 2], 4), None, BALL, None).signed_distance, 1.5)
+        bounds = tandem.voxels([[0, 0, 0], [-1, 2, 0]], 0.5).bounds()
+        np.testing.assert_allclose(bounds, [[-0.5, 0, 0], [0.5, 1.5, 0.5]])
 
     def test_meshes_take_any_whole_numbers(self):
         for kind in (np.int8, np.int32, np.uint32, np.int64, np.uint64):

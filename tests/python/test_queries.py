@@ -89,6 +89,57 @@ class Queries(unittest.TestCase):
         self.assertEqual(nothing.sum(), 0)
         self.assertEqual(set(self.queries.check(links, at, timeout=0).tolist()) - {0, 1}, {2})
 
+    def test_what_is_hit_first(self):
+        links = [tandem.Capsule(0.1, 0.4), tandem.Sphere(0.2)]
+        at = np.tile(np.eye(4), (300, 2, 1, 1))
+        at[:, :, :3, 3] = np.random.default_rng(4).uniform(-3, 3, (300, 2, 3))
+        both = np.array([[False, True], [False, False]])
+        hits = self.queries.first_hits(links, at, self_pairs=both)
+        np.testing.assert_array_equal(hits["verdict"], self.queries.check(links, at, self_pairs=both))
+        self.assertTrue((hits["body"] != 0).any())
+        for hit, poses in zip(hits, at):
+            if hit["verdict"] == 0:
+                continue
+            if hit["body"] == 0:
+                self.assertTrue(tandem.collide(links[0], poses[0], links[1], poses[1]))
+            else:
+                link = int(hit["link"])
+                self.assertEqual(self.queries.hits(links[link], poses[link])[0], hit["body"])
+
+    def test_asked_by_a_body(self):
+        body, where = int(self.ids[3]), self.at[3]
+        for mine, other in [
+            (self.queries.collides_body(body, margin=0.4), self.queries.collides(self.box, where, margin=0.4, ignore=[body])),
+            (self.queries.hits_body(body).tolist(), self.queries.hits(self.box, where, ignore=[body]).tolist()),
+            (self.queries.nearest_body(body)[0], self.queries.nearest(self.box, where, ignore=[body])[0]),
+            (
+                [i for i, _ in self.queries.within_body(body, margin=1)],
+                [i for i, _ in self.queries.within(self.box, where, margin=1, ignore=[body])],
+            ),
+        ]:
+            self.assertEqual(mine, other)
+        with self.assertRaisesRegex(ValueError, "body id"):
+            self.queries.collides_body(12345)
+
+    def test_progress(self):
+        at = np.tile(np.eye(4), (4000, 1, 1, 1))
+        told = []
+        self.queries.check([self.ball], at, progress=lambda done, all: told.append((done, all)))
+        self.assertIn((4000, 4000), told)
+
+        def enough(done, all):
+            raise RuntimeError("enough")
+
+        with self.assertRaisesRegex(RuntimeError, "enough"):
+            self.queries.clearance([self.ball], at, progress=enough)
+        self.assertGreater(self.queries.memory, 40 * 24)
+
+    def test_a_bad_pose_in_the_middle(self):
+        at = np.tile(np.eye(4), (1000, 1, 1, 1))
+        at[777, 0, 3, 3] = 2
+        with self.assertRaisesRegex(ValueError, r"poses\[777\]: the last row"):
+            self.queries.check([self.ball], at)
+
     def test_motions(self):
         at = np.array([[[-50, 0, 0, 1, 0, 0, 0]], [[50, 0, 0, 1, 0, 0, 0]]], float)
         self.assertEqual(self.queries.check([self.ball], at, configurations_a_motion=2).tolist(), [0])

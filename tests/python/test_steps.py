@@ -40,6 +40,57 @@ class Steps(unittest.TestCase):
             scene = tandem.builtin_scene("screws-in-bowl", 120)
             self.assertEqual(hashes(scene, 12, executor=executor, threads=3), expected)
 
+    def test_how_steps_are_run_changes_no_answer(self):
+        expected = hashes(tandem.builtin_scene("cubes-on-plane", 80), 6)
+        for options in (
+            {"form": "ordered", "short_step_ms": 0, "threads": 2},
+            {"form": "overlapped", "short_step_ms": 0, "threads": 2, "strict": True},
+            {"balance": "paper", "batch_pairs": 7, "queue_capacity": 3, "threads": 2},
+            {"stay_awake": 100, "threads": 2},
+        ):
+            self.assertEqual(hashes(tandem.builtin_scene("cubes-on-plane", 80), 6, **options), expected, options)
+        scene, pipeline = tandem.builtin_scene("cubes-on-plane", 80), tandem.Pipeline(
+            form="ordered", short_step_ms=0, threads=2
+        )
+        report = pipeline.step(scene)
+        self.assertEqual(report.form, "ordered")
+        self.assertGreater(report.busy_ms, 0)
+        self.assertTrue(report.broad_phase_reason)
+        for bad, message in [
+            ({"form": "fast"}, "form.*ordered"),
+            ({"balance": "no"}, "balance.*paper"),
+            ({"stay_awake": -1}, "stay_awake"),
+            ({"batch_pairs": 0}, "pairs"),
+        ]:
+            with self.assertRaisesRegex(ValueError, message):
+                tandem.Pipeline(**bad)
+
+    def test_memory(self):
+        scene, pipeline = tandem.builtin_scene("cubes-on-plane", 80), tandem.Pipeline()
+        pipeline.step(scene)
+        for held in (scene, pipeline):
+            self.assertEqual(sum(held.memory_by_part.values()), held.memory)
+            self.assertGreater(held.memory_by_part["bodies"], 80 * 24)
+
+    def test_lists_of_a_scene(self):
+        scene = tandem.Scene()
+        shape = scene.add_shape(tandem.Sphere(0.1))
+        ground = scene.add_body(tandem.HalfSpace([0, 0, 1]), is_static=True, group=2, mask=5)
+        ball = scene.add_body(shape, velocity=[1, 2, 3], angular_velocity=[4, 5, 6], density=7, is_sensor=True, continuous=True)
+        self.assertEqual(scene.velocities().tolist(), [[0, 0, 0], [1, 2, 3]])
+        self.assertEqual(scene.angular_velocities().tolist(), [[0, 0, 0], [4, 5, 6]])
+        self.assertEqual(scene.densities()[1], 7)
+        self.assertEqual((scene.groups().tolist(), scene.masks().tolist()), ([2, 1], [5, 2**32 - 1]))
+        self.assertEqual(scene.is_static().tolist(), [True, False])
+        self.assertEqual(scene.is_sensor().tolist(), [False, True])
+        self.assertEqual(scene.continuous().tolist(), [False, True])
+        self.assertEqual(scene.shape_id(ball), shape)
+        scene.replace_shape(shape, tandem.Box([1, 1, 1]))
+        self.assertEqual(scene.shape_of(ball).kind, "box")
+        with self.assertRaisesRegex(ValueError, "half-?space|static"):
+            scene.replace_shape(shape, tandem.HalfSpace([0, 0, 1]))
+        self.assertEqual(scene.shape_of(ground).kind, "halfspace")
+
     def test_contacts_are_those_of_the_pairs(self):
         scene = tandem.builtin_scene("cubes-on-plane", 150)
         pipeline = tandem.Pipeline(margin=tandem.recommended_margin(scene))

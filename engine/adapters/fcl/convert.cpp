@@ -9,6 +9,7 @@
 #include <fcl/geometry/shape/cylinder.h>
 #include <fcl/geometry/shape/ellipsoid.h>
 #include <fcl/geometry/shape/halfspace.h>
+#include <fcl/geometry/shape/plane.h>
 #include <fcl/geometry/shape/sphere.h>
 #include <fcl/geometry/shape/triangle_p.h>
 
@@ -69,6 +70,10 @@ std::optional<Shape> any_to_shape(const ::fcl::CollisionGeometry<S>& g) {
     case ::fcl::GEOM_HALFSPACE: {
       const auto& half = static_cast<const ::fcl::Halfspace<S>&>(g);
       return Shape(HalfSpace{to_vec<S>(half.n), half.d});
+    }
+    case ::fcl::GEOM_PLANE: {
+      const auto& plane = static_cast<const ::fcl::Plane<S>&>(g);
+      return Shape(Plane{to_vec<S>(plane.n), plane.d});
     }
     case ::fcl::GEOM_TRIANGLE: {
       const auto& t = static_cast<const ::fcl::TriangleP<S>&>(g);

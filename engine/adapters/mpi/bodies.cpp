@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "cpu_time.h"
+#include "scene/tolerances.h"
 
 namespace tandem::mpi {
 namespace {
@@ -25,6 +26,9 @@ constexpr double skin_share = 0.1;
 constexpr double skin_time = 0.06;
 /// Of a ball about a shape's box: covers what rotations and bounds are off by rounding.
 constexpr double ball_share = 1.01;
+/// Of how far a body at rest may be from where its rest began: the pipeline's box is that of there, grown by as much,
+/// and this one is of where the body is now. Twice, and what rounding may add.
+constexpr double rest_twice = 2.1;
 
 using Clock = std::chrono::steady_clock;
 
@@ -76,8 +80,13 @@ std::uint64_t mixed(std::uint64_t hash, double x) {
 
 }  // namespace
 
-Bodies::Bodies(Communicator& communicator, const Regions& regions, double margin, int threads)
-    : communicator_(communicator), regions_(regions), margin_(margin), alone_(threads == 1), directory_(communicator) {
+Bodies::Bodies(Communicator& communicator, const Regions& regions, double margin, int threads, double rest)
+    : communicator_(communicator),
+      regions_(regions),
+      margin_(margin),
+      rest_(rest),
+      alone_(threads == 1),
+      directory_(communicator) {
   if (threads > 1) arena_ = std::make_unique<tbb::task_arena>(threads);
   letter_of_.assign(static_cast<std::size_t>(communicator.ranks()), -1);
   is_neighbour_.assign(static_cast<std::size_t>(communicator.ranks()), 0);
@@ -86,7 +95,9 @@ Bodies::Bodies(Communicator& communicator, const Regions& regions, double margin
 
 ShapeId Bodies::add_shape(Shape shape, std::string name) {
   Ball& ball = balls_.emplace_back();
+  ball.grow = 0.5 * margin_;
   if (shape.is_bounded()) {
+    ball.grow += rest_twice * rest_ * shape.size();
     const Bounds box = shape.bounds({});
     ball.centre = (box.lo + box.hi) / 2;
     const double radius = shape.kind() == ShapeKind::sphere ? shape.radius() : (box.hi - box.lo).norm() / 2;
@@ -106,6 +117,10 @@ ShapeId Bodies::add_shape(Shape shape, std::string name) {
 }
 
 BodyRecord Bodies::checked(GlobalId id, const BodyOptions& body) {
+  if (body.continuous)
+    throw std::invalid_argument("body " + std::to_string(id) +
+                                ": continuous is true, allowed: false: ranks do not stop fast bodies at their first "
+                                "touch");
   const std::uint32_t shape = body.shape.index_plus_one;
   const bool known = shape != 0 && shape <= scene_.shapes().size() && body.shape.generation == 1;
   if (known && door_shape_ != shape) {
@@ -135,13 +150,23 @@ void Bodies::prepare(std::uint32_t index) {
   inside_.resize(size);
   stirred_.resize(size);
   queued_.resize(size);
+  is_new_.resize(size);
+  left_of_.resize(size, no_edge);
   edge_of_.resize(size, no_edge);
 }
 
-/// Adds a body to the scene with the very bits that it has elsewhere, or puts it in the place of the one that is there.
+/// Adds a body to the scene with the very bits that it has elsewhere, or gives them to the one that is there.
 std::uint32_t Bodies::put(const BodyRecord& record, bool owned) {
   const GlobalId id = record.motion.id;
-  if (const auto before = place(id)) drop(*before);
+  if (const auto before = place(id)) {
+    give_back_edge(*before);
+    resend_[*before] = queued_[*before] = 0;
+    update(*before, record);
+    count_ += owned ? 1 : 0;
+    count_ -= owned_[*before];
+    owned_[*before] = stirred_[*before] = owned ? 1 : 0;
+    return *before;
+  }
   BodyOptions options;
   options.shape = scene_.has_shape(record.shape) ? ShapeId{record.shape + 1, 1} : ShapeId{};
   options.density = record.density;
@@ -158,10 +183,25 @@ std::uint32_t Bodies::put(const BodyRecord& record, bool owned) {
   owned_[index] = owned ? 1 : 0;
   count_ += owned ? 1 : 0;
   stirred_[index] = owned ? 1 : 0;
+  is_new_[index] = 1;
+  if (kept_ != nullptr) came_.push_back({index, {}});
   return index;
 }
 
+void Bodies::update(std::uint32_t index, const BodyRecord& record) {
+  const BodyId body = scene_.id(index);
+  if (record.is_static != 0) scene_.set_static(body, true);  // then it may have any shape
+  scene_.set_shape(body, {record.shape + 1, 1});
+  scene_.set_filter(body, record.group, record.mask);
+  if (record.is_static == 0) scene_.set_static(body, false);
+  scene_.move(index, record.motion.pose(), record.motion.speed(), record.motion.spin());
+}
+
 void Bodies::drop(std::uint32_t index) {
+  if (kept_ != nullptr && is_new_[index] == 0) {
+    left_of_[index] = static_cast<std::uint32_t>(left_.size());
+    left_.push_back({ids_[index], box_now(index, 0)});
+  }
   count_ -= owned_[index];
   owned_[index] = 0;
   resend_[index] = stirred_[index] = queued_[index] = 0;
@@ -263,7 +303,8 @@ void Bodies::for_each_index(const Body& body) const {
 /// Whether a body lies so that no other rank need know of it, however it is turned.
 bool Bodies::is_calm(std::uint32_t index) const {
   const Vec3& place = scene_.poses()[index].translation;
-  const double reach = balls_[scene_.shape_indices()[index]].reach + 0.5 * margin_;
+  const Ball& ball = balls_[scene_.shape_indices()[index]];
+  const double reach = ball.reach + ball.grow;
   bool calm = true;
   for (std::size_t i = 0; i < 3; ++i) {
     const double x = place[static_cast<Eigen::Index>(i)];
@@ -281,13 +322,14 @@ double Bodies::skin(std::uint32_t index) const {
 /// A skin's box also reaches to where the body's velocity takes it.
 FloatBox Bodies::box_now(std::uint32_t index, double skin) const {
   Bounds bounds = scene_.shape_of(index).bounds(scene_.poses()[index]);
+  const Ball& ball = balls_[scene_.shape_indices()[index]];
   if (skin > 0) {
-    const double most = balls_[scene_.shape_indices()[index]].radius;
+    const double most = ball.radius;
     const Vec3 ahead = (skin_time * scene_.velocities()[index]).cwiseAbs().cwiseMin(most);
     bounds.lo -= ahead;
     bounds.hi += ahead;
   }
-  return outward(bounds, 0.5 * margin_ + skin);
+  return outward(bounds, ball.grow + skin);
 }
 
 Bodies::Edge& Bodies::edge(std::uint32_t index) {
@@ -423,8 +465,13 @@ void Bodies::write_copies(const Edge& edge, int owner, std::span<const int> want
   const GlobalId id = ids_[index];
   for (const int rank : edge.copies)
     if (rank != owner && !std::binary_search(wanted.begin(), wanted.end(), rank)) {
-      to(rank).put(Item::gone);
-      to(rank).put(id);
+      if (kept_ != nullptr) {
+        to(rank).put(Item::left);
+        to(rank).put(BodyRecord::of(id, scene_, index));
+      } else {
+        to(rank).put(Item::gone);
+        to(rank).put(id);
+      }
     }
   for (const int rank : wanted) {
     if (rank == communicator_.rank()) continue;
@@ -432,8 +479,7 @@ void Bodies::write_copies(const Edge& edge, int owner, std::span<const int> want
       to(rank).put(Item::moved);
       to(rank).put(MotionRecord::of(id, scene_, index));
     } else {
-      to(rank).put(Item::body);
-      to(rank).put(BodyRecord::of(id, scene_, index));
+      put_body(to(rank), Item::body, index);
     }
     if (owner == communicator_.rank()) continue;
     to(rank).put(Item::owner);
@@ -442,11 +488,26 @@ void Bodies::write_copies(const Edge& edge, int owner, std::span<const int> want
   }
 }
 
+void Bodies::put_body(Message& letter, Item item, std::uint32_t index) const {
+  letter.put(item);
+  letter.put(BodyRecord::of(ids_[index], scene_, index));
+  if (kept_ != nullptr) letter.put(is_new_[index] != 0 ? RestRecord{} : RestRecord::of(kept_->rest(scene_, index)));
+}
+
+std::uint32_t Bodies::take_body(Message& letter, bool owned) {
+  const auto record = letter.take<BodyRecord>();
+  const bool is_known = has(record.motion.id);
+  const std::uint32_t index = put(record, owned);
+  if (kept_ == nullptr) return index;
+  const auto rest = letter.take<RestRecord>();
+  if (!is_known) came_.back().rest = rest.rest();  // who has had a copy knows it
+  return index;
+}
+
 /// To another owner; `stays`: a copy of it is needed here.
 void Bodies::give_to(int owner, std::uint32_t index, std::span<const int> wanted, bool stays) {
   Message& letter = to(owner);
-  letter.put(Item::owned);
-  letter.put(BodyRecord::of(ids_[index], scene_, index));
+  put_body(letter, Item::owned, index);
   letter.put(static_cast<std::uint32_t>(wanted.size()));
   for (const int rank : wanted) letter.put(rank);
   ++moved_away_;
@@ -462,21 +523,20 @@ void Bodies::take(Letter& letter) {
   while (!message.done()) {
     switch (message.take<Item>()) {
       case Item::body: {
-        const std::uint32_t index = put(message.take<BodyRecord>(), false);
+        const std::uint32_t index = take_body(message, false);
         take_box(edge(index), box_now(index, 0));
         edge(index).owner = letter.rank;
         break;
       }
       case Item::owned: {
-        const auto record = message.take<BodyRecord>();
-        const std::uint32_t index = put(record, true);
+        const std::uint32_t index = take_body(message, true);
         const auto count = message.take<std::uint32_t>();
         Edge& one = edge(index);
         for (std::uint32_t i = 0; i < count; ++i) one.copies.push_back(message.take<int>());
         one.skin = box_now(index, skin(index));  // that for which these copies were chosen
         take_box(one, box_now(index, 0));
         stirred_[index] = 0;
-        directory_.came(record.motion.id);
+        directory_.came(ids_[index]);
         break;
       }
       case Item::moved: {
@@ -495,10 +555,38 @@ void Bodies::take(Letter& letter) {
       case Item::gone:
         if (const auto index = place(message.take<GlobalId>())) drop(*index);
         break;
+      case Item::left:
+        drop(put(message.take<BodyRecord>(), false));
+        break;
       case Item::change:
         throw std::logic_error("a change came among bodies");
     }
   }
+}
+
+int Bodies::reporter(Pair last) const {
+  const std::uint32_t left[] = {left_of_[last.a], left_of_[last.b]};
+  const bool both_are_here = left[0] == no_edge && left[1] == no_edge;
+  std::array<const FloatBox*, 2> box{};
+  for (const std::size_t k : {0u, 1u}) {
+    const std::uint32_t index = k == 0 ? last.a : last.b;
+    if (left[k] == no_edge && inside_[index] != 0) return both_are_here ? communicator_.rank() : -1;
+    box[k] = left[k] != no_edge ? &left_[left[k]].box : &edges_[edge_of_[index]].box;
+  }
+  std::array<double, 3> corner{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const float lo = std::max(box[0]->lo[i], box[1]->lo[i]);
+    if (lo > std::min(box[0]->hi[i], box[1]->hi[i])) return -1;
+    corner[i] = lo;
+  }
+  return regions_.owner(corner);
+}
+
+void Bodies::forget_past() {
+  for (const KeptBody& body : came_) is_new_[body.index] = 0;
+  came_.clear();
+  left_.clear();
+  std::fill(left_of_.begin(), left_of_.end(), no_edge);
 }
 
 /// Whoever has sent this rank a letter has got none from it perhaps, but it will send one back from now on.

@@ -11,6 +11,7 @@
 
 #include "communicator.h"
 #include "directory.h"
+#include "pipeline/kept_handover.h"
 #include "records.h"
 #include "regions.h"
 #include "scene/scene_changes.h"
@@ -28,7 +29,10 @@ namespace tandem::mpi {
 /// grown by a skin (Verlet 1967). A step in which no body leaves its skin sends poses alone, to ranks that expect them.
 class Bodies {
  public:
-  Bodies(Communicator& communicator, const Regions& regions, double margin, int threads);
+  /// `rest`: of its size, how far a body may be from where its kept answers have it; 0: none are kept.
+  Bodies(Communicator& communicator, const Regions& regions, double margin, int threads, double rest = 0);
+  /// From now on bodies travel with what `kept`, which must outlive them, knows of their past.
+  void keep_with(const KeptHandover& kept) { kept_ = &kept; }
 
   Scene& scene() { return scene_; }
   const Scene& scene() const { return scene_; }
@@ -94,6 +98,18 @@ class Bodies {
     for (std::size_t i = 0; i < 3; ++i) corner[i] = std::max(box_a.lo[i], box_b.lo[i]);
     return regions_.holds(corner);
   }
+  // Where answers are kept, after an exchange:
+  /// The id of the body that had an index in the last step.
+  GlobalId last_id(std::uint32_t index) const {
+    return left_of_[index] != no_edge ? left_[left_of_[index]].id : ids_[index];
+  }
+  /// The rank that now reports a pair that this one reported in the last step, by the indices of that time; -1: the
+  /// boxes no longer overlap.
+  int reporter(Pair last) const;
+  /// Bodies that have come since the last step.
+  std::span<const KeptBody> came() const { return came_; }
+  void forget_past();
+
   /// The rank that owns a body that is here.
   int owner(std::uint32_t index) const {
     return owned_[index] != 0 ? communicator_.rank() : edges_[edge_of_[index]].owner;
@@ -136,6 +152,12 @@ class Bodies {
     Vec3 centre = Vec3::Zero();
     double radius = 0;
     double reach = 0;  // of a ball about the origin that holds this one
+    double grow = 0;   // of the box on each side: half the margin, and where a body at rest may be
+  };
+  /// A body that was here in the last step and is not any more, and its box now.
+  struct Left {
+    GlobalId id = 0;
+    FloatBox box;
   };
 
   void apply_to(std::uint32_t index, const Change& change);
@@ -144,7 +166,10 @@ class Bodies {
   void drop(std::uint32_t index);
   bool is_calm(std::uint32_t index) const;
   double skin(std::uint32_t index) const;
-  FloatBox box_now(std::uint32_t index, double grow) const;
+  FloatBox box_now(std::uint32_t index, double skin) const;
+  void put_body(Message& letter, Item item, std::uint32_t index) const;
+  std::uint32_t take_body(Message& letter, bool owned);
+  void update(std::uint32_t index, const BodyRecord& record);
   Edge& edge(std::uint32_t index);
   void give_back_edge(std::uint32_t index);
   void take_box(Edge& edge, const FloatBox& box);
@@ -163,7 +188,9 @@ class Bodies {
 
   Communicator& communicator_;
   const Regions& regions_;
-  double margin_;                           // boxes are grown by half of it
+  double margin_;  // boxes are grown by half of it
+  double rest_;
+  const KeptHandover* kept_ = nullptr;
   std::unique_ptr<tbb::task_arena> arena_;  // null: the caller's
   bool alone_;                              // one thread
   Directory directory_;
@@ -178,15 +205,20 @@ class Bodies {
   // One an index of the scene:
   std::vector<GlobalId> ids_;
   std::vector<std::uint8_t> owned_;
-  std::vector<std::uint8_t> resend_;   // more of it has changed than its pose
-  std::vector<std::uint8_t> inside_;   // its box lies in the rank's region
-  std::vector<std::uint8_t> stirred_;  // an owned one without an edge that must be looked at
-  std::vector<std::uint8_t> queued_;   // in todo_
+  std::vector<std::uint8_t> resend_;    // more of it has changed than its pose
+  std::vector<std::uint8_t> inside_;    // its box lies in the rank's region
+  std::vector<std::uint8_t> stirred_;   // an owned one without an edge that must be looked at
+  std::vector<std::uint8_t> queued_;    // in todo_
+  std::vector<std::uint8_t> is_new_;    // has come since the last step
+  std::vector<std::uint32_t> left_of_;  // where the body is that had this index in the last step, in left_
   std::vector<std::uint32_t> edge_of_;
   std::vector<Edge> edges_;
   std::vector<std::uint32_t> free_edges_;
   Region calm_;                      // a ball in it reaches into no other rank's region; of the last exchange
   std::vector<std::uint32_t> todo_;  // bodies whose copies, or owner, may be others from now on
+
+  std::vector<Left> left_;
+  std::vector<KeptBody> came_;
 
   bool notes_removed_ = false;
   std::vector<GlobalId> removed_;

@@ -61,6 +61,16 @@ void Communicator::abort(const std::string& cause) const {
   std::abort();  // not reached: MPI_Abort is not declared so
 }
 
+void Communicator::abort_for_exception() const {
+  try {
+    throw;
+  } catch (const std::exception& error) {
+    abort(error.what());
+  } catch (...) {
+    abort("what was thrown is no std::exception");
+  }
+}
+
 template <class Done>
 void Communicator::until(const Done& done, const char* what) const {
   using Clock = std::chrono::steady_clock;

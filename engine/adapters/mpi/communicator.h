@@ -7,6 +7,7 @@
 #include <cstring>
 #include <deque>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -23,7 +24,9 @@ class Message {
     bytes_.insert(bytes_.end(), first, first + sizeof(T));
   }
   template <class T>
+  /// Throws std::out_of_range where it ends before.
   T take() {
+    if (bytes_.size() - read_ < sizeof(T)) throw std::out_of_range("a message from another rank is cut off");
     T value;
     std::memcpy(&value, bytes_.data() + read_, sizeof(T));
     read_ += sizeof(T);
@@ -91,8 +94,8 @@ class Communicator {
 
   /// What combine() makes of the values of all ranks: the sums of the first, the largest of the others, which are >= 0.
   struct Totals {
-    std::array<std::uint64_t, 12> sums{};
-    std::array<double, 5> largest{};
+    std::array<std::uint64_t, 13> sums{};
+    std::array<double, 6> largest{};
   };
   /// Collective.
   void combine(Totals& totals) const;
@@ -128,6 +131,8 @@ class Communicator {
 
   /// One line on stderr that names rank, step and cause, then MPI_Abort.
   [[noreturn]] void abort(const std::string& cause) const;
+  /// The same for the exception at hand.
+  [[noreturn]] void abort_for_exception() const;
 
  private:
   void reduce(void* values, std::size_t count, MPI_Datatype type, MPI_Op op) const;

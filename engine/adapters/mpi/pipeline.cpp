@@ -13,9 +13,11 @@
 #include "communicator.h"
 #include "costs.h"
 #include "cpu_time.h"
+#include "kept_letters.h"
 #include "pipeline_impl.h"
 #include "rebalancer.h"
 #include "regions.h"
+#include "scene/tolerances.h"
 #include "tandem/flowgraph/timeline.h"
 
 namespace tandem::mpi {
@@ -34,8 +36,6 @@ void require(bool allowed, const char* option, double value, const char* range) 
 }
 
 Options checked(Options options) {
-  require(options.rank.answer.keep_contacts == 0, "rank.answer.keep_contacts", options.rank.answer.keep_contacts,
-          "0: kept answers would depend on the ranks");
   require(std::isfinite(options.patience) && options.patience >= 0, "patience", options.patience, "finite, >= 0 s");
   require(options.rebalance.longest_control_step >= 1 && options.rebalance.longest_control_step <= 1024,
           "rebalance.longest_control_step", options.rebalance.longest_control_step, "1 to 1024");
@@ -44,15 +44,23 @@ Options checked(Options options) {
   return options;
 }
 
+/// Of its size, how far a body may be from where its kept answers have it.
+double rest_of(const AnswerOptions& answer) {
+  return answer.request == Request::collide ? 0 : tolerance::rest_share * answer.keep_contacts;
+}
+
 }  // namespace
 
 Pipeline::Impl::Impl(MPI_Comm of, Options wanted)
     : options(checked(std::move(wanted))),
       communicator(of, options.patience),
       regions(communicator),
-      bodies(communicator, regions, options.rank.answer.margin, options.rank.threads),
+      bodies(communicator, regions, options.rank.answer.margin, options.rank.threads, rest_of(options.rank.answer)),
       rebalancer(options.rebalance),
-      detection(detecting()) {}
+      detection(detecting()),
+      kept(detection) {
+  if (kept.keeps()) bodies.keep_with(kept);
+}
 
 PipelineOptions Pipeline::Impl::detecting() {
   PipelineOptions out = options.rank;
@@ -119,8 +127,11 @@ void Pipeline::Impl::apply_changes(Report& report) {
   record("exchange", begin, looked);
   record("wait", looked, Clock::now());
   expected = all[3] == 0;
-  if (all[1] != ~all[2])
+  if (all[1] != ~all[2]) {  // all know it; a body of a shape that another rank does not have cannot go there
+    bodies.look_again();
     note_failure("add_shape: the ranks have different shapes; all must add the same ones in the same order");
+    throw_failure();
+  }
   std::vector<Change> own = std::exchange(changes, {});
   if (alone || all[0] == 0) {
     for (const bool adds : {true, false})
@@ -215,7 +226,7 @@ void Pipeline::Impl::cut(std::span<const float> weights) {
 }
 
 void Pipeline::Impl::exchange(Report& report) {
-  if (communicator.ranks() == 1) return;
+  if (communicator.ranks() == 1) return hand_over(report);
   if (!regions.is_cut()) cut({});
   const Bodies::Sent sent = bodies.exchange(recut, expected);
   report.rank.moved_away = sent.moved_away;
@@ -226,6 +237,48 @@ void Pipeline::Impl::exchange(Report& report) {
   record("exchange", sent.begin, sent.packed);
   record("wait", sent.packed, sent.got);
   record("exchange", sent.got, sent.end);
+  hand_over(report);
+}
+
+/// What is kept of pairs goes to the ranks that report them from now on.
+void Pipeline::Impl::hand_over(Report& report) {
+  if (!kept.keeps()) return;
+  const auto begin = Clock::now();
+  double cpu = cpu_ms();
+  std::vector<KeptRecord> came;
+  if (communicator.ranks() > 1) {
+    const auto leaves = [this](Pair pair) {
+      const int to = bodies.reporter(pair);
+      return to >= 0 && to != communicator.rank();
+    };
+    Outbox outbox(communicator.ranks());
+    for (const KeptRecord& record : kept.leaving(leaves))
+      write_kept(outbox.to(bodies.reporter(record.pair)),
+                 {bodies.last_id(record.pair.a), bodies.last_id(record.pair.b)}, record);
+    report.rank.exchange_cpu_ms += cpu_ms() - cpu;
+    const auto packed = Clock::now();
+    std::vector<Letter> received = communicator.exchange(outbox, report.rank.bytes_sent, report.rank.messages_sent);
+    report.rank.exchange_wait_ms += ms_since(packed);
+    record("exchange", begin, packed);
+    record("wait", packed, Clock::now());
+    cpu = cpu_ms();
+    for (Letter& letter : received)
+      while (!letter.message.done()) {
+        const auto [ids, taken] = take_kept(letter.message);
+        const auto a = bodies.place(ids.a), b = bodies.place(ids.b);
+        if (!a || !b) continue;  // one was removed
+        came.push_back(taken);
+        came.back().pair = {*a, *b};
+      }
+  }
+  kept.take_in(bodies.scene(), bodies.came(), std::move(came));
+  bodies.forget_past();
+  report.rank.exchange_cpu_ms += cpu_ms() - cpu;
+}
+
+void Pipeline::Impl::begin_anew() {
+  kept.begin_anew();
+  bodies.forget_past();
 }
 
 void Pipeline::Impl::detect(Report& report) {
@@ -236,6 +289,8 @@ void Pipeline::Impl::detect(Report& report) {
   try {
     report.rank.detection = detection.step(bodies.scene());
     report.rank.detection.step = communicator.step();
+    const auto cut_short = bit(StepIssue::ended_early) | bit(StepIssue::incomplete);
+    if ((report.rank.detection.execution.issues & cut_short) != 0) note_failure("detection was cancelled");
   } catch (const std::exception& error) {
     note_failure(error.what());
   } catch (...) {
@@ -261,8 +316,8 @@ void Pipeline::Impl::put_together(Report& report) {
   Communicator::Totals totals{
       {report.rank.owned, pairs.load(std::memory_order_relaxed), own.colliding_pairs, own.contacts, own.gaps,
        own.contact_hash, report.rank.moved_away, report.rank.copies, report.rank.bytes_sent, report.rank.messages_sent,
-       failure.empty() ? 0u : 1u, static_cast<std::uint64_t>(1e6 * load)},
-      {own.max_depth, load, exchanged, report.rank.exchange_cpu_ms, report.rank.detect_cpu_ms}};
+       failure.empty() ? 0u : 1u, static_cast<std::uint64_t>(1e6 * load), own.kept_pairs},
+      {own.max_depth, load, exchanged, report.rank.exchange_cpu_ms, report.rank.detect_cpu_ms, own.kept_error_bound}};
   const auto begin = Clock::now();
   if (communicator.ranks() > 1) communicator.combine(totals);
   const auto& [sums, most] = totals;
@@ -279,7 +334,9 @@ void Pipeline::Impl::put_together(Report& report) {
   report.bytes_sent = sums[8];
   report.messages_sent = sums[9];
   report.mean_load_ms = static_cast<double>(sums[11]) / (1e6 * communicator.ranks());  // ns
+  report.kept_pairs = sums[12];
   report.max_depth = most[0];
+  report.kept_error_bound = most[5];
   report.slowest_load_ms = most[1];
   report.slowest_exchange_cpu_ms = most[3];
   report.slowest_detect_cpu_ms = most[4];
@@ -287,6 +344,7 @@ void Pipeline::Impl::put_together(Report& report) {
   cut_ms = 0;
   if (sums[10] == 0) return;
   found = false;
+  begin_anew();  // ranks that did not fail know more
   throw_failure();
 }
 
@@ -332,9 +390,9 @@ Report Pipeline::Impl::step() {
     rebalance(report);
   } catch (const StepError&) {
     throw;
-  } catch (const std::exception& error) {
+  } catch (...) {
     // The others wait for what this rank will not send.
-    if (communicator.ranks() > 1) communicator.abort(error.what());
+    if (communicator.ranks() > 1) communicator.abort_for_exception();
     throw;
   }
   last = report.rank.detection.execution;
@@ -406,6 +464,7 @@ void Pipeline::set_static(GlobalId id, bool is_static) {
 }
 
 void Pipeline::rebalance() { impl_->recut_now(); }
+void Pipeline::begin_anew() { impl_->kept.begin_anew(); }
 Report Pipeline::step() { return impl_->step(); }
 
 const Scene& Pipeline::scene() const { return impl_->bodies.scene(); }

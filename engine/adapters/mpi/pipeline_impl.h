@@ -10,6 +10,7 @@
 #include "bodies.h"
 #include "communicator.h"
 #include "costs.h"
+#include "pipeline/kept_handover.h"
 #include "rebalancer.h"
 #include "regions.h"
 #include "tandem/engine/pipeline.h"
@@ -42,6 +43,8 @@ struct Pipeline::Impl {
   void send_changes(std::span<const Change> own);
   void cut(std::span<const float> weights);
   void exchange(Report& report);
+  void hand_over(Report& report);
+  void begin_anew();
   void detect(Report& report);
   void put_together(Report& report);
   void rebalance(Report& report);
@@ -66,6 +69,7 @@ struct Pipeline::Impl {
   std::uint64_t steps = 0;
   Timeline* timeline = nullptr;
   tandem::Pipeline detection;
+  KeptHandover kept;
 };
 
 }  // namespace tandem::mpi

@@ -1,12 +1,10 @@
 #include "rebalancer.h"
 
-#include <algorithm>
-
 namespace tandem::mpi {
 
 RebalanceDecision Rebalancer::after_step(double slowest_ms, double mean_ms) {
   RebalanceDecision decision;
-  decision.control_step = control_step_;
+  decision.control_step = control_.steps();
   decision.migration_ms = migration_ms_;
   if (!options_.enabled) {
     decision.control_step = 0;
@@ -18,40 +16,34 @@ RebalanceDecision Rebalancer::after_step(double slowest_ms, double mean_ms) {
   mean_ += mean_ms;
   decision.imbalance = mean_ > 0 ? slowest_ / mean_ : 1;
   decision.gain_ms = (slowest_ - mean_) / steps_;
-  if (steps_ < control_step_) {
+  if (steps_ < control_.steps()) {
     decision.reason = "between two control steps";
     return decision;
   }
-  if (verifying_) {
-    verifying_ = false;
-    if (decision.imbalance < imbalance_before_) {
+  if (control_.verifies()) {
+    if (control_.confirm(decision.imbalance)) {
       decision.action = BalanceAction::confirm;
       decision.reason = "loads became more even";
-      control_step_ = 1;
     } else {
       decision.action = BalanceAction::revert;
       decision.reason = "loads did not become more even";
-      control_step_ = std::min(2 * control_before_, options_.longest_control_step);
     }
   } else if (decision.imbalance <= options_.tolerated) {
     decision.action = BalanceAction::keep;
     decision.reason = "loads are even";
-    control_step_ = std::min(2 * control_step_, options_.longest_control_step);
+    control_.keep();
   } else if (decision.gain_ms * options_.longest_control_step <= migration_ms_) {
     decision.action = BalanceAction::keep;
     decision.reason = "migration would cost more than it saves";
-    control_step_ = std::min(2 * control_step_, options_.longest_control_step);
+    control_.keep();
   } else {
     decision.action = BalanceAction::change;
     decision.reason = "one rank is slower than the mean";
-    imbalance_before_ = decision.imbalance;
-    control_before_ = control_step_;
-    verifying_ = true;
-    control_step_ = 2;  // the first step after a cut pays for it: caches are cold, all boxes are new
+    control_.change(decision.imbalance, 2);  // the first step after a cut pays for it: caches are cold, all boxes new
   }
   steps_ = 0;
   slowest_ = mean_ = 0;
-  decision.control_step = control_step_;
+  decision.control_step = control_.steps();
   return decision;
 }
 

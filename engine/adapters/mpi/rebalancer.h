@@ -1,20 +1,20 @@
 #pragma once
 #include <cstdint>
 
+#include "tandem/flowgraph/control_step.h"
 #include "tandem/mpi/pipeline.h"
 
 namespace tandem::mpi {
 
-/// Decides when regions are cut anew, by the paper's control step (Balancer): looks are frequent at first, become rare
-/// while nothing changes, and frequent again after a change; every change is verified at the next look, and taken back
-/// if loads are no more even. A cut is made only if what equal loads would save until the longest control step is over
-/// is more than what the last cut cost.
+/// Decides when regions are cut anew, at the ends of its control steps. A cut that did not make loads more even is
+/// taken back. One is made only if what equal loads would save until the longest control step is over is more than what
+/// the last cut cost.
 class Rebalancer {
  public:
-  explicit Rebalancer(const RebalanceOptions& options) : options_(options) {}
+  explicit Rebalancer(const RebalanceOptions& options) : options_(options), control_(options.longest_control_step) {}
 
   /// Whether the step that comes next ends with a look: then costs are counted by bodies.
-  bool looks() const { return options_.enabled && steps_ + 1 >= control_step_; }
+  bool looks() const { return options_.enabled && steps_ + 1 >= control_.steps(); }
 
   /// Takes one step's loads (ms, busy time a thread): all ranks give the same ones, and get the same answer.
   RebalanceDecision after_step(double slowest_ms, double mean_ms);
@@ -26,9 +26,7 @@ class Rebalancer {
   RebalanceOptions options_;
   int steps_ = 0;  // since the last look, and sums over them
   double slowest_ = 0, mean_ = 0;
-  int control_step_ = 1, control_before_ = 1;
-  bool verifying_ = false;
-  double imbalance_before_ = 1;
+  ControlStep control_;
   double migration_ms_ = 0;
 };
 

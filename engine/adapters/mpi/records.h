@@ -1,7 +1,9 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <optional>
 
+#include "pipeline/kept_contacts.h"
 #include "tandem/engine/scene.h"
 #include "tandem/flowgraph/contact_list.h"
 #include "tandem/mpi/pipeline.h"
@@ -114,13 +116,81 @@ struct ContactRecord {
   }
 };
 
+/// A KeptRest that may be none, as bytes.
+struct RestRecord {
+  std::array<double, 9> rotation{};  // by columns
+  std::array<double, 3> translation{};
+  double reach = 0;
+  std::uint32_t steps = 0;
+  std::uint16_t is_known = 0, has_shape = 0;
+
+  static RestRecord of(const std::optional<KeptRest>& rest) {
+    RestRecord out;
+    if (!rest) return out;
+    Eigen::Map<Mat3>(out.rotation.data()) = rest->anchor.rotation;
+    Eigen::Map<Vec3>(out.translation.data()) = rest->anchor.translation;
+    out.reach = rest->reach;
+    out.steps = rest->steps;
+    out.is_known = 1;
+    out.has_shape = rest->has_shape ? 1 : 0;
+    return out;
+  }
+  std::optional<KeptRest> rest() const {
+    if (is_known == 0) return {};
+    return KeptRest{{Eigen::Map<const Mat3>(rotation.data()), Eigen::Map<const Vec3>(translation.data())},
+                    reach,
+                    steps,
+                    has_shape != 0};
+  }
+};
+
+/// A KeptPair without its contacts, as bytes.
+struct KeptPairRecord {
+  std::array<double, 9> rotation{};  // by columns
+  std::array<double, 3> translation{};
+  AnswerRecord answer;
+
+  static KeptPairRecord of(const KeptPair& kept) {
+    KeptPairRecord out;
+    Eigen::Map<Mat3>(out.rotation.data()) = kept.rotation;
+    Eigen::Map<Vec3>(out.translation.data()) = kept.translation;
+    PairAnswer answer;
+    answer.signed_distance = kept.signed_distance;
+    answer.error_bound = kept.error_bound;
+    answer.point_a = kept.point_a;
+    answer.point_b = kept.point_b;
+    answer.normal = kept.normal;
+    answer.collide = kept.collide;
+    answer.status = kept.status;
+    out.answer = AnswerRecord::of(answer);
+    return out;
+  }
+  KeptPair kept() const {
+    KeptPair out;
+    out.rotation = Eigen::Map<const Mat3>(rotation.data());
+    out.translation = Eigen::Map<const Vec3>(translation.data());
+    const PairAnswer from = answer.answer();
+    out.signed_distance = from.signed_distance;
+    out.error_bound = from.error_bound;
+    out.point_a = from.point_a;
+    out.point_b = from.point_b;
+    out.normal = from.normal;
+    out.collide = from.collide;
+    out.status = from.status;
+    return out;
+  }
+};
+
 /// What a letter of the exchange holds, item after item: one of these, then what it says.
 enum class Item : std::uint8_t {
-  body,    ///< BodyRecord: a copy, or one that takes the place of the copy that is there
-  owned,   ///< BodyRecord, the number of copies (std::uint32_t), their ranks (int): from now on the receiver's
-  moved,   ///< MotionRecord
-  owner,   ///< GlobalId, rank (int): of a copy, told of by that rank from now on
-  gone,    ///< GlobalId: the copy is no longer needed
+  body,   ///< BodyRecord, with RestRecord where answers are kept, as in `owned`: a copy, or one that takes the place of
+          ///< the copy that is there
+  owned,  ///< BodyRecord, RestRecord, the number of copies (std::uint32_t), their ranks (int): from now on the
+          ///< receiver's
+  moved,  ///< MotionRecord
+  owner,  ///< GlobalId, rank (int): of a copy, told of by that rank from now on
+  gone,   ///< GlobalId: the copy is no longer needed
+  left,   ///< BodyRecord: the same, where answers are kept: of pairs whose kept answers go on from there
   change,  ///< Change: of a body that the receiver owns
 };
 

@@ -320,9 +320,9 @@ RankResponseReport Response::Impl::step(bool with_contacts) {
       if (!arena) arena = std::make_unique<tbb::task_arena>(options.threads);
       arena->execute([&] { move(report); });
     }
-  } catch (const std::exception& error) {
+  } catch (...) {
     // The others wait for what this rank will not send.
-    if (pipeline.communicator.ranks() > 1) pipeline.communicator.abort(error.what());
+    if (pipeline.communicator.ranks() > 1) pipeline.communicator.abort_for_exception();
     throw;
   }
   report.bytes_sent += shared.bytes_sent() + velocities.bytes_sent();

@@ -16,6 +16,8 @@
 namespace tandem::python {
 namespace {
 
+constexpr std::size_t matrices_ahead = 16;  // that are fetched before they are read
+
 std::string shape_text(const py::array& array) {
   std::string text = "(";
   for (py::ssize_t i = 0; i < array.ndim(); ++i) text += (i > 0 ? ", " : "") + std::to_string(array.shape(i));
@@ -47,11 +49,23 @@ std::string element(std::string_view what, std::size_t i) { return std::string(w
 // Of a homogeneous matrix, 16 numbers row by row.
 bool has_last_row(const double* m) { return m[12] == 0 && m[13] == 0 && m[14] == 0 && m[15] == 1; }
 
-Pose from_matrix(const double* m) {
-  Pose pose;
-  pose.rotation << m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10];
-  pose.translation << m[3], m[7], m[11];
-  return pose;
+using Two [[gnu::vector_size(16)]] = double;
+Two load(const double* from) {
+  Two two;
+  std::memcpy(&two, from, sizeof two);
+  return two;
+}
+void store(Two two, double* to) { std::memcpy(to, &two, sizeof two); }
+
+// Rows to columns, two numbers at a time: a batch has them by the hundred thousand.
+void read_matrix(const double* m, Pose& pose) {
+  const Two x = load(m), y = load(m + 4), z = load(m + 8);
+  double* columns = pose.rotation.data();
+  store(__builtin_shufflevector(x, y, 0, 2), columns);
+  store(__builtin_shufflevector(z, x, 0, 3), columns + 2);
+  store(__builtin_shufflevector(y, z, 1, 3), columns + 4);
+  columns[6] = m[2], columns[7] = m[6], columns[8] = m[10];
+  pose.translation = {m[3], m[7], m[11]};
 }
 
 void require_last_row(const double* m, std::string_view what) {
@@ -64,7 +78,7 @@ Quat quaternion(const double* v) { return {v[3], v[4], v[5], v[6]}; }
 
 bool has_unit_quaternion(const double* v) { return std::abs(quaternion(v).norm() - 1) <= tolerance::quaternion_norm; }
 
-Pose from_seven(const double* v) { return Pose::from(quaternion(v), {v[0], v[1], v[2]}); }
+void read_seven(const double* v, Pose& pose) { pose = Pose::from(quaternion(v), {v[0], v[1], v[2]}); }
 
 void require_unit_quaternion(const double* v, std::string_view what) {
   if (!has_unit_quaternion(v))
@@ -120,24 +134,26 @@ std::vector<Vec3> points(const py::handle& value, std::string_view what) {
   return out;
 }
 
-template <std::size_t N>
-std::vector<std::array<std::uint32_t, N>> index_rows(const py::handle& value, std::string_view what) {
+template <class Index, std::size_t N>
+std::vector<std::array<Index, N>> index_rows(const py::handle& value, std::string_view what) {
+  using Range = std::numeric_limits<Index>;
   const py::array array = any_array(value, what);
-  if (array.dtype().kind() != 'i' && array.dtype().kind() != 'u')
-    refuse(what, "not whole numbers", "indices of vertices");
+  if (array.dtype().kind() != 'i' && array.dtype().kind() != 'u') refuse(what, "not whole numbers", "whole numbers");
   constexpr auto columns = static_cast<py::ssize_t>(N);
   if (array.ndim() != 2 || array.shape(1) != columns)
     refuse(what, "an array of shape " + shape_text(array), shape_text({-1, columns}));
   const auto wide = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>::ensure(array);
-  std::vector<std::array<std::uint32_t, N>> out(static_cast<std::size_t>(wide.shape(0)));
+  std::vector<std::array<Index, N>> out(static_cast<std::size_t>(wide.shape(0)));
   for (std::size_t i = 0; i < N * out.size(); ++i) {
     const std::int64_t index = wide.data()[i];
-    if (index < 0 || index > std::numeric_limits<std::uint32_t>::max())
-      refuse(what, "index " + std::to_string(index) + " in row " + std::to_string(i / N), "[0, 2^32)");
-    out[i / N][i % N] = static_cast<std::uint32_t>(index);
+    if (index < Range::min() || index > Range::max())
+      refuse(what, std::to_string(index) + " in row " + std::to_string(i / N),
+             '[' + std::to_string(Range::min()) + ", " + std::to_string(Range::max()) + ']');
+    out[i / N][i % N] = static_cast<Index>(index);
   }
   return out;
 }
+template std::vector<std::array<std::int32_t, 3>> index_rows(const py::handle&, std::string_view);
 template std::vector<std::array<std::uint32_t, 3>> index_rows(const py::handle&, std::string_view);
 template std::vector<std::array<std::uint32_t, 4>> index_rows(const py::handle&, std::string_view);
 
@@ -148,39 +164,63 @@ Pose pose(const py::handle& value, std::string_view what) {
   if (!matrix && !(v.ndim() == 1 && v.shape(0) == 7))
     refuse(what, "an array of shape " + shape_text(v), "(4, 4), or (7): translation, then quaternion w, x, y, z");
   matrix ? require_last_row(v.data(), what) : require_unit_quaternion(v.data(), what);
-  const Pose pose = matrix ? from_matrix(v.data()) : from_seven(v.data());
+  Pose pose;
+  matrix ? read_matrix(v.data(), pose) : read_seven(v.data(), pose);
   require_valid(pose, what);
   return pose;
 }
 
-Poses poses(const py::handle& value, std::string_view what) {
-  const Doubles v = doubles(value, what);
-  const py::ssize_t n = v.ndim();
-  const bool matrices = n >= 3 && v.shape(n - 2) == 4 && v.shape(n - 1) == 4;
-  if (!matrices && !(n >= 2 && v.shape(n - 1) == 7))
-    refuse(what, "an array of shape " + shape_text(v),
+PoseRows::PoseRows(const py::handle& value, std::string_view what)
+    : array_(doubles(value, what)), numbers_(array_.data()), what_(what) {
+  const py::ssize_t n = array_.ndim();
+  matrices_ = n >= 3 && array_.shape(n - 2) == 4 && array_.shape(n - 1) == 4;
+  if (!matrices_ && !(n >= 2 && array_.shape(n - 1) == 7))
+    refuse(what, "an array of shape " + shape_text(array_),
            "(..., 4, 4), or (..., 7): translations, then quaternions w, x, y, z");
-  const std::size_t numbers = matrices ? 16 : 7;
-  Poses out(static_cast<std::size_t>(v.size()) / numbers);
-  const double* from = v.data();
+  size_ = static_cast<std::size_t>(array_.size()) / (matrices_ ? 16 : 7);
+}
+
+void PoseRows::read(std::size_t first, std::span<Pose> out) const {
+  const double* from = numbers_ + first * (matrices_ ? 16 : 7);
+  if (matrices_) {
+    for (std::size_t i = 0; i < out.size(); ++i, from += 16) {
+      if (out.size() - i > matrices_ahead) __builtin_prefetch(from + 16 * matrices_ahead);
+      if (!has_last_row(from)) require_last_row(from, element(what_, first + i));
+      read_matrix(from, out[i]);
+    }
+  } else {
+    for (std::size_t i = 0; i < out.size(); ++i, from += 7) {
+      if (!has_unit_quaternion(from)) require_unit_quaternion(from, element(what_, first + i));
+      read_seven(from, out[i]);
+    }
+  }
+}
+
+std::vector<Pose> poses(const py::handle& value, std::string_view what) {
+  const PoseRows rows(value, what);
+  std::vector<Pose> out(rows.size());
   const WithoutGil released;
-  tbb::parallel_for(
-      tbb::blocked_range<std::size_t>(0, out.size(), 256), [&](const tbb::blocked_range<std::size_t>& block) {
-        for (std::size_t i = block.begin(); i < block.end(); ++i) {
-          const double* x = from + i * numbers;
-          if (matrices ? has_last_row(x) : has_unit_quaternion(x)) {
-            out.make(i, matrices ? from_matrix(x) : from_seven(x));
-          } else {
-            matrices ? require_last_row(x, element(what, i)) : require_unit_quaternion(x, element(what, i));
-          }
-        }
-      });
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, out.size(), 256), [&](const auto& block) {
+    rows.read(block.begin(), std::span(out).subspan(block.begin(), block.size()));
+  });
   return out;
 }
 
 Doubles to_array(const Vec3& v) {
   Doubles out(3);
   std::copy_n(v.data(), 3, out.mutable_data());
+  return out;
+}
+
+Doubles to_array(const Mat3& matrix) {
+  Doubles out({3, 3});
+  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(out.mutable_data()) = matrix;
+  return out;
+}
+
+Doubles to_array(const std::array<double, 4>& numbers) {
+  Doubles out(4);
+  std::copy(numbers.begin(), numbers.end(), out.mutable_data());
   return out;
 }
 

@@ -6,10 +6,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <initializer_list>
-#include <memory>
 #include <span>
+#include <string>
 #include <string_view>
-#include <type_traits>
 #include <vector>
 
 #include "tandem/narrowphase/pose.h"
@@ -29,31 +28,35 @@ Doubles doubles(const py::handle& value, std::string_view what, std::initializer
 Vec3 vec3(const py::handle& value, std::string_view what);
 /// (n, 3)
 std::vector<Vec3> points(const py::handle& value, std::string_view what);
-/// (n, N) whole numbers in [0, 2^32); N: 3 for triangles, 4 for pairs of features
-template <std::size_t N>
-std::vector<std::array<std::uint32_t, N>> index_rows(const py::handle& value, std::string_view what);
+/// (n, N) whole numbers that Index has room for; N: 3 for triangles and cells of a grid, 4 for pairs of features
+template <class Index, std::size_t N>
+std::vector<std::array<Index, N>> index_rows(const py::handle& value, std::string_view what);
 /// None: the identity. (4, 4): homogeneous. (7): translation, then quaternion w, x, y, z. Throws where it is not a
 /// pose.
 Pose pose(const py::handle& value, std::string_view what);
-/// Poses that were made where they are: a vector would write each twice, which a batch of many would feel.
-class Poses {
+/// Poses as they were passed, (..., 4, 4) or (..., 7), in order: read when they are needed, as a batch of many would
+/// feel it if all were written once more. Whether they are rotations is for the called to check.
+class PoseRows {
  public:
-  explicit Poses(std::size_t size)
-      : storage_(std::make_unique_for_overwrite<std::byte[]>(size * sizeof(Pose))), size_(size) {}
-  void make(std::size_t i, const Pose& pose) { std::construct_at(data() + i, pose); }
+  /// Throws std::invalid_argument where the array's shape is another one.
+  PoseRows(const py::handle& value, std::string_view what);
   std::size_t size() const { return size_; }
-  operator std::span<const Pose>() const { return {data(), size_}; }
+  /// Those from `first` on; without the GIL, from any thread. Throws std::invalid_argument where one is not a pose.
+  void read(std::size_t first, std::span<Pose> out) const;
 
  private:
-  static_assert(std::is_trivially_destructible_v<Pose> && alignof(Pose) <= __STDCPP_DEFAULT_NEW_ALIGNMENT__);
-  Pose* data() const { return reinterpret_cast<Pose*>(storage_.get()); }
-  std::unique_ptr<std::byte[]> storage_;
+  Doubles array_;
+  const double* numbers_;
+  std::string what_;
+  bool matrices_;
   std::size_t size_;
 };
-/// (..., 4, 4) or (..., 7), in order. Whether they are rotations is for the called to check.
-Poses poses(const py::handle& value, std::string_view what);
+/// All of them.
+std::vector<Pose> poses(const py::handle& value, std::string_view what);
 
 Doubles to_array(const Vec3& v);
+Doubles to_array(const Mat3& matrix);  ///< (3, 3)
+Doubles to_array(const std::array<double, 4>& numbers);
 Doubles to_array(const Pose& pose);              ///< (4, 4)
 Doubles to_array(std::span<const Pose> poses);   ///< (n, 4, 4)
 Doubles to_array(std::span<const Vec3> points);  ///< (n, 3)

@@ -34,7 +34,7 @@ using FourIndices = std::array<std::uint32_t, 4>;
 template <class Pair, class MakePair, class Find>
 py::array impacts(const py::object& given, double tolerance, double separation, const MakePair& make,
                   const Find& find) {
-  const std::vector<FourIndices> rows = index_rows<4>(given, "pairs");
+  const std::vector<FourIndices> rows = index_rows<std::uint32_t, 4>(given, "pairs");
   std::vector<VertexImpact> found(rows.size());
   {
     const py::gil_scoped_release released;

@@ -5,6 +5,7 @@
 #include "all_threads.h"
 #include "arrays.h"
 #include "bindings.h"
+#include "building.h"
 #include "rows.h"
 #include "shared_use.h"
 #include "tandem/narrowphase/clearance.h"
@@ -81,9 +82,10 @@ void describe_mesh_rows() {
 }
 
 py::array near_triangles(const Shape& a, const py::object& at_a, const Shape& b, const py::object& at_b,
-                         double clearance, std::optional<double> timeout) {
+                         double clearance, const py::object& progress, std::optional<double> timeout) {
   const Pose pose_a = pose(at_a, "pose_a"), pose_b = pose(at_b, "pose_b");
   const WorkLimit limit = limit_after(timeout);
+  const auto told = progress_of<double>(progress);
   std::vector<NearTriangles> found;
   {
     const py::gil_scoped_release released;
@@ -94,6 +96,7 @@ py::array near_triangles(const Shape& a, const py::object& at_a, const Shape& b,
     NearOptions options;
     options.clearance = clearance;
     options.limit = &limit;
+    options.progress = told;
     if (visit_triangles(a, pose_a, b, pose_b, keep, options) == SearchEnd::stopped) throw WorkStopped();
     std::sort(found.begin(), found.end(), [](const auto& x, const auto& y) { return x.triangles < y.triangles; });
   }
@@ -103,15 +106,17 @@ py::array near_triangles(const Shape& a, const py::object& at_a, const Shape& b,
 }
 
 py::array zones(const Shape& a, const py::object& at_a, const Shape& b, const py::object& at_b, double clearance,
-                std::optional<double> timeout) {
+                const py::object& progress, std::optional<double> timeout) {
   const Pose pose_a = pose(at_a, "pose_a"), pose_b = pose(at_b, "pose_b");
   const WorkLimit limit = limit_after(timeout);
+  const auto told = progress_of<double>(progress);
   std::vector<ClearanceZone> found;
   {
     const py::gil_scoped_release released;
     NearOptions options;
     options.clearance = clearance;
     options.limit = &limit;
+    options.progress = told;
     found = clearance_zones(a, pose_a, b, pose_b, options);
   }
   return structured<ZoneRow>(found, [](const ClearanceZone& z) {
@@ -147,11 +152,14 @@ DepthBounds depth(const Shape& a, const py::object& at_a, const Shape& b, const 
 }
 
 HausdorffBounds hausdorff(const Shape& a, const py::object& at_a, const Shape& b, const py::object& at_b,
-                          double tolerance, double gap, std::optional<double> timeout) {
+                          double tolerance, double gap, double least, std::size_t most_parts,
+                          std::optional<double> timeout) {
   const Pose pose_a = pose(at_a, "pose_a"), pose_b = pose(at_b, "pose_b");
   const WorkLimit limit = limit_after(timeout);
   const py::gil_scoped_release released;
-  return hausdorff_distance(a, pose_a, b, pose_b, {.tolerance = tolerance, .gap = gap, .limit = &limit});
+  return hausdorff_distance(
+      a, pose_a, b, pose_b,
+      {.tolerance = tolerance, .gap = gap, .least = least, .most_parts = most_parts, .limit = &limit});
 }
 
 void bind_bounds(py::module_& m) {
@@ -163,7 +171,8 @@ void bind_bounds(py::module_& m) {
       .def_property_readonly(
           "translation", [](const DepthBounds& r) { return to_array(r.translation); },
           "(3,) of b: after it they are apart")
-      .def_readonly("boxes", &DepthBounds::boxes, "of translations that were looked at");
+      .def_readonly("boxes", &DepthBounds::boxes, "of translations that were looked at")
+      .def_readonly("incomplete", &DepthBounds::incomplete, "the timeout ended the search; the bounds hold");
   py::class_<HausdorffBounds>(m, "HausdorffBounds", "Bounds on the Hausdorff distance of two surfaces.")
       .def_readonly("lower", &HausdorffBounds::lower, "m")
       .def_readonly("upper", &HausdorffBounds::upper, "m")
@@ -171,7 +180,8 @@ void bind_bounds(py::module_& m) {
           "point", [](const HausdorffBounds& r) { return to_array(r.point); }, "(3,) lower away from the other surface")
       .def_property_readonly(
           "nearest", [](const HausdorffBounds& r) { return to_array(r.nearest); }, "(3,) its nearest point there")
-      .def_readonly("of_a", &HausdorffBounds::of_a, "whether point is of a, else of b");
+      .def_readonly("of_a", &HausdorffBounds::of_a, "whether point is of a, else of b")
+      .def_readonly("parts", &HausdorffBounds::parts, "of surfaces that were looked at");
 }
 
 // (points, points_of_b, edges)
@@ -194,7 +204,7 @@ py::tuple features(const Shape& a, const py::object& at_a, const Shape& b, const
 }
 
 MeshInspection inspected(const py::object& vertices, const py::object& indices, std::size_t most) {
-  const Mesh mesh{points(vertices, "vertices"), index_rows<3>(indices, "triangles"), false};
+  const Mesh mesh{points(vertices, "vertices"), index_rows<std::uint32_t, 3>(indices, "triangles"), false};
   const py::gil_scoped_release released;
   return inspect(mesh, {.most = most, .parts = on_all_threads});
 }
@@ -287,7 +297,7 @@ using SharedDeformable = SharedUse<DeformableMesh>;
 void bind_deformable(py::module_& m) {
   py::class_<SharedDeformable>(m, "DeformableMesh", "A mesh whose vertices move while its triangles stay.")
       .def(py::init([](const py::object& v, const py::object& t, bool solid) {
-             Mesh mesh{points(v, "vertices"), index_rows<3>(t, "triangles"), solid};
+             Mesh mesh{points(v, "vertices"), index_rows<std::uint32_t, 3>(t, "triangles"), solid};
              const py::gil_scoped_release released;
              return std::make_unique<SharedDeformable>(std::move(mesh), on_all_threads);
            }),
@@ -317,6 +327,17 @@ void bind_deformable(py::module_& m) {
           },
           py::arg("margin"), "As tandem.near_features, of the mesh with itself, for features without a common vertex.")
       .def_property_readonly(
+          "vertices",
+          [](const SharedDeformable& mesh) {
+            return to_array(std::span<const Vec3>(
+                mesh.look([](const auto& d) { return std::vector<Vec3>(d.vertices().begin(), d.vertices().end()); })));
+          },
+          "(n, 3), m, as of the last update.")
+      .def_property_readonly(
+          "triangles",
+          [](const SharedDeformable& mesh) { return to_array(mesh.look([](const auto& d) { return d.triangles(); })); },
+          "(k, 3), turned alike.")
+      .def_property_readonly(
           "memory", [](const SharedDeformable& mesh) { return mesh.look([](const auto& d) { return d.memory(); }); },
           "Bytes, shapes of earlier updates that are in use included.");
 }
@@ -329,18 +350,21 @@ void bind_meshes(py::module_& m) {
   bind_deformable(m);
   bind_bounds(m);
   const auto a = py::arg("a"), pose_a = py::arg("pose_a"), b = py::arg("b"), pose_b = py::arg("pose_b");
-  const auto timeout = py::arg("timeout") = py::none();
-  m.def("near_triangles", &near_triangles, a, pose_a, b, pose_b, py::kw_only(), py::arg("clearance") = 0.0, timeout,
+  const auto timeout = py::arg("timeout") = py::none(), progress = py::arg("progress") = py::none();
+  m.def("near_triangles", &near_triangles, a, pose_a, b, pose_b, py::kw_only(), py::arg("clearance") = 0.0, progress,
+        timeout,
         "All pairs of triangles of two meshes at most clearance (m) apart, sorted; 0: those that intersect, exactly. "
         "A structured\n"
-        "array: triangles (2,), distance (m), point_a, point_b. timeout: s; then TimeoutError.");
+        "array: triangles (2,), distance (m), point_a, point_b. progress: a function that is told how much is done, "
+        "[0, 1]. "
+        "timeout: s; then TimeoutError.");
   m.def(
-      "clearance_zones", &zones, a, pose_a, b, pose_b, py::kw_only(), py::arg("clearance") = 0.0, timeout,
+      "clearance_zones", &zones, a, pose_a, b, pose_b, py::kw_only(), py::arg("clearance") = 0.0, progress, timeout,
       "Those pairs by places where the meshes meet or come near, the deepest or nearest first. A structured array: "
       "pairs,\n"
       "intersecting_pairs, bounds (2, 3), area (2,) m^2, and of the nearest pair triangles (2,), signed_distance (m), "
       "point_a,\n"
-      "point_b, normal. timeout: s; then TimeoutError.");
+      "point_b, normal. progress: as of near_triangles. timeout: s; then TimeoutError.");
   m.def("separation_along", &separation, a, pose_a, b, pose_b, py::arg("direction"), py::kw_only(), timeout,
         "How far b must be moved along a direction (metres along it) to be apart from a and stay so. timeout: s; then "
         "TimeoutError.");
@@ -348,12 +372,17 @@ void bind_meshes(py::module_& m) {
         py::arg("most_boxes") = DepthOptions{}.most_boxes, timeout,
         "How deep two shapes are in each other, as bounds that are at most gap (of the upper one) apart, if most_boxes "
         "of\n"
-        "translations are enough. timeout: s; then TimeoutError.");
+        "translations are enough. timeout: s; then the bounds reached by then (incomplete), TimeoutError if there are "
+        "none.");
   m.def("hausdorff_distance", &hausdorff, a, pose_a, b, pose_b, py::kw_only(), py::arg("tolerance") = 0.0,
-        py::arg("gap") = HausdorffOptions{}.gap, timeout,
+        py::arg("gap") = HausdorffOptions{}.gap, py::arg("least") = HausdorffOptions{}.least,
+        py::arg("most_parts") = HausdorffOptions{}.most_parts, timeout,
         "The largest distance of a point of either mesh's surface from the other, as bounds that are at most tolerance "
         "(m)\n"
-        "or gap (of the upper one) apart. timeout: s; then TimeoutError.");
+        "or gap (of the upper one) apart, or the upper one at most least (of the surfaces' size), if most_parts of "
+        "them are "
+        "enough.\n"
+        "timeout: s; then TimeoutError.");
   m.def("near_features", &features, a, pose_a, b, pose_b, py::arg("margin"),
         "Points and triangles, and edges, of two meshes at most margin (m) apart, on all threads: (points of a with "
         "triangles of\n"

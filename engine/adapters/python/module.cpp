@@ -12,6 +12,8 @@ PYBIND11_MODULE(_tandem, module) {
   });
   module.attr("__version__") = TANDEM_VERSION;
   tandem::python::bind_shapes(module);
+  tandem::python::bind_mesh_shapes(module);
+  tandem::python::bind_boxes(module);
   tandem::python::bind_pairs(module);
   tandem::python::bind_meshes(module);
   tandem::python::bind_impacts(module);

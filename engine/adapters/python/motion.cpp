@@ -29,12 +29,16 @@ using SharedResponse = SharedUse<Response>;
 using SharedEvents = SharedUse<ContactEvents>;
 
 std::unique_ptr<SharedResponse> response(int substeps, double friction, double rolling_resistance, double contact_hertz,
+                                         double contact_damping_ratio, double max_push_out, double max_speed,
                                          int threads) {
   ResponseOptions options;
   options.substeps = substeps;
   options.friction = friction;
   options.rolling_resistance = rolling_resistance;
   options.contact_hertz = contact_hertz;
+  options.contact_damping_ratio = contact_damping_ratio;
+  options.max_push_out = max_push_out;
+  options.max_speed = max_speed;
   options.threads = threads;
   return std::make_unique<SharedResponse>(options);
 }
@@ -126,15 +130,17 @@ void bind_events(py::module_& m) {
             });
           },
           py::arg("scene"), py::arg("pipeline"), "After a step, before the scene changes.")
+      .def(
+          "end_all", [](SharedEvents& events) { events.change([](ContactEvents& e) { e.end_all(); }); },
+          "All that touched end, as if a step had found no contact.")
+      .def_property_readonly("touching", &events_of<&ContactEvents::touching>, "began and stayed")
       .def_property_readonly("began", &events_of<&ContactEvents::began>)
       .def_property_readonly("stayed", &events_of<&ContactEvents::stayed>)
       .def_property_readonly("ended", &events_of<&ContactEvents::ended>);
 }
 
 py::tuple limited(const SharedScene& scene, const py::object& given) {
-  const Poses asked = poses(given, "ends");
-  const std::span<const Pose> span = asked;
-  std::vector<Pose> ends(span.begin(), span.end());
+  std::vector<Pose> ends = poses(given, "ends");
   std::vector<MotionStop> stops;
   scene.look([&](const Scene& s) {
     ContinuousMotion motion;
@@ -172,11 +178,22 @@ void bind_motion(py::module_& m) {
   py::class_<ResponseReport>(m, "ResponseReport")
       .def_readonly("kinetic_energy", &ResponseReport::kinetic_energy, "J, all moving bodies")
       .def_readonly("max_depth", &ResponseReport::max_depth, "m, as detected")
-      .def_readonly("ms", &ResponseReport::ms, "wall");
+      .def_readonly("stops", &ResponseReport::stops, "of continuous bodies on their way")
+      .def_readonly("ms", &ResponseReport::ms, "wall")
+      .def_readonly("serial_ms", &ResponseReport::serial_ms, "of it, what threads cannot share");
   py::class_<SharedResponse>(m, "Response", "Moves the bodies of one scene by their contacts, gravity and friction.")
       .def(py::init(&response), py::kw_only(), py::arg("substeps") = 4, py::arg("friction") = 0.5,
            py::arg("rolling_resistance") = ResponseOptions{}.rolling_resistance, py::arg("contact_hertz") = 30.0,
-           py::arg("threads") = 0)
+           py::arg("contact_damping_ratio") = ResponseOptions{}.contact_damping_ratio,
+           py::arg("max_push_out") = ResponseOptions{}.max_push_out, py::arg("max_speed") = ResponseOptions{}.max_speed,
+           py::arg("threads") = 0,
+           "substeps: [1, 64], more is stiffer. friction: Coulomb, >= 0. rolling_resistance: torque over normal force "
+           "and "
+           "radius,\n"
+           ">= 0. contact_hertz, contact_damping_ratio: of a contact, > 0. max_push_out: m/s at which overlap is "
+           "undone. "
+           "max_speed:\n"
+           "m/s, faster bodies are slowed to it. threads: in all, 0: the caller's. The motion does not depend on them.")
       .def("step", &respond, py::arg("scene"), py::arg("pipeline"),
            "Moves the scene by its dt, by the contacts of the pipeline's last step.");
   m.def(

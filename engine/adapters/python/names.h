@@ -1,9 +1,20 @@
 #pragma once
+#include <pybind11/pybind11.h>
+
+#include <initializer_list>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace tandem::python {
+
+/// Bytes by what holds them.
+inline pybind11::dict by_part(std::initializer_list<std::pair<const char*, std::size_t>> parts) {
+  pybind11::dict out;
+  for (const auto& [name, bytes] : parts) out[name] = bytes;
+  return out;
+}
 
 /// The value of that name. Throws std::invalid_argument "WHAT: TEXT, allowed: ...".
 template <class Kinds>

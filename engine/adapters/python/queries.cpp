@@ -5,12 +5,22 @@
 
 #include "arrays.h"
 #include "bindings.h"
+#include "building.h"
 #include "contact_arrays.h"
+#include "rows.h"
 #include "scene_objects.h"
 #include "tandem/engine/scene_queries.h"
 #include "timeout.h"
 
 namespace tandem::python {
+
+// A row of the array; the members' names are the array's fields.
+struct FirstHitRow {
+  std::uint8_t verdict;
+  std::uint32_t configuration, link, other_link;
+  IdNumber body;
+};
+
 namespace {
 
 using SharedQueries = SharedUse<SceneQueries>;
@@ -59,15 +69,19 @@ py::object nearest(const SharedQueries& queries, const Shape& shape, const py::o
   return tuple_of(queries.look([&](const SceneQueries& q) { return q.nearest(shape, where, cutoff, filter.filter); }));
 }
 
+py::list tuples_of(const std::vector<Hit>& hits) {
+  py::list out;
+  for (const Hit& hit : hits) out.append(py::make_tuple(number(hit.body), hit.answer));
+  return out;
+}
+
 py::list within(const SharedQueries& queries, const Shape& shape, const py::object& at, double margin,
                 std::uint32_t group, std::uint32_t mask, const py::object& ignore) {
   const Filter filter(group, mask, ignore);
   const Pose where = pose(at, "pose");
   std::vector<Hit> found;
   queries.look([&](const SceneQueries& q) { q.within(shape, where, margin, found, filter.filter); });
-  py::list out;
-  for (const Hit& hit : found) out.append(py::make_tuple(number(hit.body), hit.answer));
-  return out;
+  return tuples_of(found);
 }
 
 py::list contacts(const SharedQueries& queries, const Shape& shape, const py::object& at, double margin,
@@ -110,9 +124,10 @@ PairTable pair_table(const py::object& value, const char* what) {
 // What a batch is asked with: links, their poses, and which pairs of them are checked.
 struct Batch {
   Batch(const std::vector<Shape>& links, const py::object& at, const py::object& self_pairs,
-        const py::object& world_pairs, double margin, const Filter& filter, std::optional<double> timeout)
+        const py::object& world_pairs, const Filter& filter, const py::object& progress, std::optional<double> timeout)
       : links(links),
-        placed(poses(at, "poses")),
+        rows(at, "poses"),
+        placed(rows.size(), [this](std::size_t first, std::span<Pose> out) { rows.read(first, out); }),
         self(pair_table(self_pairs, "self_pairs")),
         world(pair_table(world_pairs, "world_pairs")) {
     if (links.empty()) throw std::invalid_argument("links: none, allowed: at least one");
@@ -120,16 +135,23 @@ struct Batch {
       throw std::invalid_argument("poses: " + std::to_string(placed.size()) + " of " + std::to_string(links.size()) +
                                   " links, allowed: one for each link of each configuration");
     configurations = placed.size() / links.size();
-    options.margin = margin;
     options.filter = filter.filter;
+    options.progress = progress_of<std::size_t, std::size_t>(progress);
     if (world.rows() > 0) options.world = &world;
     options.deadline = deadline_after(timeout);
   }
   Batch(const Batch&) = delete;
   Batch& operator=(const Batch&) = delete;
 
+  std::size_t motions(std::size_t of_configurations) {
+    if (of_configurations == 0) throw std::invalid_argument("configurations_a_motion: 0, allowed: >= 1");
+    options.configurations_a_motion = of_configurations;
+    return configurations / of_configurations;
+  }
+
   const std::vector<Shape>& links;
-  Poses placed;
+  PoseRows rows;
+  BatchPoses placed;
   PairTable self, world;
   std::size_t configurations = 0;
   BatchOptions options;
@@ -137,25 +159,41 @@ struct Batch {
 
 py::array_t<std::uint8_t> check(const SharedQueries& queries, const std::vector<Shape>& links, const py::object& at,
                                 const py::object& self_pairs, const py::object& world_pairs, double margin,
-                                std::size_t configurations_a_motion, bool continuous, std::optional<double> timeout,
-                                std::uint32_t group, std::uint32_t mask, const py::object& ignore) {
+                                std::size_t configurations_a_motion, bool continuous, const py::object& progress,
+                                std::optional<double> timeout, std::uint32_t group, std::uint32_t mask,
+                                const py::object& ignore) {
   const Filter filter(group, mask, ignore);
-  Batch batch(links, at, self_pairs, world_pairs, margin, filter, timeout);
-  batch.options.configurations_a_motion = configurations_a_motion;
+  Batch batch(links, at, self_pairs, world_pairs, filter, progress, timeout);
+  batch.options.margin = margin;
   batch.options.continuous = continuous;
-  if (configurations_a_motion == 0) throw std::invalid_argument("configurations_a_motion: 0, allowed: >= 1");
-  py::array_t<std::uint8_t> out(static_cast<py::ssize_t>(batch.configurations / configurations_a_motion));
+  py::array_t<std::uint8_t> out(static_cast<py::ssize_t>(batch.motions(configurations_a_motion)));
   static_assert(sizeof(Verdict) == 1);
   const std::span verdicts(reinterpret_cast<Verdict*>(out.mutable_data()), static_cast<std::size_t>(out.size()));
   queries.look([&](const SceneQueries& q) { q.check(links, batch.placed, batch.self, verdicts, batch.options); });
   return out;
 }
 
+py::array first_hits(const SharedQueries& queries, const std::vector<Shape>& links, const py::object& at,
+                     const py::object& self_pairs, const py::object& world_pairs, double margin,
+                     std::size_t configurations_a_motion, const py::object& progress, std::optional<double> timeout,
+                     std::uint32_t group, std::uint32_t mask, const py::object& ignore) {
+  const Filter filter(group, mask, ignore);
+  Batch batch(links, at, self_pairs, world_pairs, filter, progress, timeout);
+  batch.options.margin = margin;
+  std::vector<FirstHit> found(batch.motions(configurations_a_motion));
+  queries.look([&](const SceneQueries& q) { q.first_hits(links, batch.placed, batch.self, found, batch.options); });
+  return structured<FirstHitRow>(found, [](const FirstHit& hit) {
+    return FirstHitRow{static_cast<std::uint8_t>(hit.verdict), hit.configuration, hit.link, hit.other_link,
+                       number(hit.body)};
+  });
+}
+
 Doubles clearance(const SharedQueries& queries, const std::vector<Shape>& links, const py::object& at,
                   const py::object& self_pairs, const py::object& world_pairs, double cutoff,
-                  std::optional<double> timeout, std::uint32_t group, std::uint32_t mask, const py::object& ignore) {
+                  const py::object& progress, std::optional<double> timeout, std::uint32_t group, std::uint32_t mask,
+                  const py::object& ignore) {
   const Filter filter(group, mask, ignore);
-  const Batch batch(links, at, self_pairs, world_pairs, 0, filter, timeout);
+  const Batch batch(links, at, self_pairs, world_pairs, filter, progress, timeout);
   Doubles out(static_cast<py::ssize_t>(batch.configurations));
   const std::span distances(out.mutable_data(), batch.configurations);
   queries.look(
@@ -163,14 +201,51 @@ Doubles clearance(const SharedQueries& queries, const std::vector<Shape>& links,
   return out;
 }
 
+// The same asked by a body of the scene, where it is.
+void bind_of_bodies(py::class_<SharedQueries>& queries) {
+  const auto body = py::arg("body"), margin = py::arg("margin");
+  queries
+      .def(
+          "collides_body",
+          [](const SharedQueries& queries_, IdNumber id, double within) {
+            return queries_.look([&](const SceneQueries& q) { return q.collides(body_id(id), within); });
+          },
+          body, py::kw_only(), py::arg("margin") = 0.0,
+          "As collides, asked by a body of the scene where it is, by its groups and mask; itself is left out.")
+      .def(
+          "hits_body",
+          [](const SharedQueries& queries_, IdNumber id) {
+            std::vector<BodyId> found;
+            queries_.look([&](const SceneQueries& q) { q.hits(body_id(id), found); });
+            return to_array(found);
+          },
+          body, "As hits, asked by a body of the scene.")
+      .def(
+          "nearest_body",
+          [](const SharedQueries& queries_, IdNumber id, double cutoff) {
+            return tuple_of(queries_.look([&](const SceneQueries& q) { return q.nearest(body_id(id), cutoff); }));
+          },
+          body, py::kw_only(), py::arg("cutoff") = no_cutoff, "As nearest, asked by a body of the scene.")
+      .def(
+          "within_body",
+          [](const SharedQueries& queries_, IdNumber id, double within) {
+            std::vector<Hit> found;
+            queries_.look([&](const SceneQueries& q) { q.within(body_id(id), within, found); });
+            return tuples_of(found);
+          },
+          body, py::kw_only(), margin, "As within, asked by a body of the scene.");
+}
+
 void bind_batches(py::class_<SharedQueries>& queries) {
   const auto links = py::arg("links"), poses = py::arg("poses");
   const auto self = py::arg("self_pairs") = py::none(), world = py::arg("world_pairs") = py::none(),
              group = py::arg("group") = 1, mask = py::arg("mask") = 0xffffffffu,
-             ignore = py::arg("ignore") = py::none(), timeout = py::arg("timeout") = py::none();
+             ignore = py::arg("ignore") = py::none(), timeout = py::arg("timeout") = py::none(),
+             progress = py::arg("progress") = py::none(), margin = py::arg("margin") = 0.0,
+             a_motion = py::arg("configurations_a_motion") = 1;
   queries
-      .def("check", &check, links, poses, py::kw_only(), self, world, py::arg("margin") = 0.0,
-           py::arg("configurations_a_motion") = 1, py::arg("continuous") = false, timeout, group, mask, ignore,
+      .def("check", &check, links, poses, py::kw_only(), self, world, margin, a_motion, py::arg("continuous") = false,
+           progress, timeout, group, mask, ignore,
            "Configurations of links, on all threads: (configurations,) uint8, 0 free, 1 hit, 2 unknown (the timeout "
            "passed).\n"
            "links: Shapes. poses: (configurations, links, 4, 4) or (configurations, links, 7). self_pairs: (links, "
@@ -179,9 +254,18 @@ void bind_batches(py::class_<SharedQueries>& queries) {
            "margin: m, gaps up\n"
            "to it count. configurations_a_motion: that many in a row are one motion, of which one verdict is told; "
            "continuous: what\n"
-           "lies between them counts, too, certified. timeout: s.")
-      .def("clearance", &clearance, links, poses, py::kw_only(), self, world, py::arg("cutoff") = no_cutoff, timeout,
+           "lies between them counts, too, certified. progress: a function that is told (done, all) verdicts now and "
+           "then, "
+           "from any\n"
+           "thread; what it raises ends the work. timeout: s.")
+      .def("first_hits", &first_hits, links, poses, py::kw_only(), self, world, margin, a_motion, progress, timeout,
            group, mask, ignore,
+           "The same, told what is hit first: a structured array verdict, configuration (of the motion), link, "
+           "other_link, "
+           "body (id;\n"
+           "0: other_link is hit).")
+      .def("clearance", &clearance, links, poses, py::kw_only(), self, world, py::arg("cutoff") = no_cutoff, progress,
+           timeout, group, mask, ignore,
            "(configurations,) m: the least signed distance of all links from bodies and one another, `cutoff` where it "
            "is not less,\n"
            "-inf where the timeout passed first.");
@@ -196,12 +280,14 @@ void bind_queries(py::module_& m) {
   const auto at = py::arg("pose") = py::none(), group = py::arg("group") = 1, mask = py::arg("mask") = 0xffffffffu,
              ignore = py::arg("ignore") = py::none();
   queries
-      .def(py::init([](const SharedScene& scene, double tolerance) {
+      .def(py::init([](const SharedScene& scene, double tolerance, const std::string& solver) {
              NarrowPhaseOptions options;
              options.tolerance = tolerance;
+             options.solver = solver;
              return scene.look([&](const Scene& s) { return std::make_unique<SharedQueries>(s, options); });
            }),
-           py::arg("scene"), py::kw_only(), py::arg("tolerance") = 0.0)
+           py::arg("scene"), py::kw_only(), py::arg("tolerance") = 0.0, py::arg("solver") = "",
+           "tolerance, solver: of all queries, as of tandem.distance.")
       .def(
           "update",
           [](SharedQueries& queries_, const SharedScene& scene) {
@@ -223,6 +309,11 @@ void bind_queries(py::module_& m) {
            "[(id, Answer, contacts), ...] of the bodies with contacts, by index.")
       .def("cast", &cast, shape, py::arg("from_pose"), py::arg("to_pose"), py::kw_only(), group, mask, ignore,
            "(id, FirstTouch) of the first body that the moving shape touches, or None; a sphere of radius 0 is a ray.");
+  queries.def_property_readonly(
+      "memory", [](const SharedQueries& q) { return q.look([](const SceneQueries& x) { return x.memory(); }); },
+      "Bytes held, shapes not counted.");
+  PYBIND11_NUMPY_DTYPE(FirstHitRow, verdict, configuration, link, other_link, body);
+  bind_of_bodies(queries);
   bind_batches(queries);
 }
 

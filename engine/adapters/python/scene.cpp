@@ -46,8 +46,8 @@ struct BodyArguments {
 };
 
 BodyArguments arguments(const py::object& shape, const py::object& velocity, const py::object& angular_velocity,
-                        double density, bool is_static, bool is_sensor, bool continuous,
-                        std::uint32_t group, std::uint32_t mask) {
+                        double density, bool is_static, bool is_sensor, bool continuous, std::uint32_t group,
+                        std::uint32_t mask) {
   BodyArguments body;
   if (py::isinstance<Shape>(shape)) {
     body.shape = shape.cast<Shape>();
@@ -96,7 +96,7 @@ IdNumber add_body(SharedScene& scene, const py::object& shape, const py::object&
 template <class... Rest>
 py::array_t<IdNumber> add_bodies(SharedScene& scene, const py::object& shape, const py::object& at, Rest... rest) {
   const BodyArguments body = arguments(shape, rest...);
-  const Poses where = poses(at, "poses");
+  const std::vector<Pose> where = poses(at, "poses");
   return to_array(scene.change([&](Scene& s) { return add(s, body, where); }));
 }
 
@@ -111,6 +111,26 @@ py::array_t<IdNumber> ids(const SharedScene& scene) {
 }
 
 std::vector<Pose> poses_of(const Scene& scene) { return {scene.poses().begin(), scene.poses().end()}; }
+
+// One of the scene's lists with an element an index, as an array.
+template <class Value, std::span<const Value> (Scene::*Get)() const>
+py::array_t<Value> list_of(const SharedScene& scene) {
+  const auto copy = scene.look([](const Scene& s) { return std::vector<Value>((s.*Get)().begin(), (s.*Get)().end()); });
+  return py::array_t<Value>(static_cast<py::ssize_t>(copy.size()), copy.data());
+}
+template <std::span<const std::uint8_t> (Scene::*Get)() const>
+py::array_t<bool> flags_of(const SharedScene& scene) {
+  return list_of<std::uint8_t, Get>(scene).template attr("astype")("bool");
+}
+template <std::span<const Vec3> (Scene::*Get)() const>
+Doubles vectors_of(const SharedScene& scene) {
+  return to_array(std::span<const Vec3>(
+      scene.look([](const Scene& s) { return std::vector<Vec3>((s.*Get)().begin(), (s.*Get)().end()); })));
+}
+
+SceneMemory memory_of(const SharedScene& scene) {
+  return scene.look([](const Scene& s) { return s.memory(); });
+}
 
 py::list builtin_names() {
   py::list names;
@@ -155,7 +175,7 @@ void bind_changes(py::class_<SharedScene>& scene) {
           "set_poses",
           [](SharedScene& s, const py::object& which, const py::object& at) {
             const std::vector<BodyId> bodies = body_ids(which, "ids");
-            const Poses where = poses(at, "poses");
+            const std::vector<Pose> where = poses(at, "poses");
             s.change([&](Scene& x) { x.set_poses(bodies, where); });
           },
           py::arg("ids"), py::arg("poses"), "Of many bodies: (n,) ids and as many poses. All or none are changed.")
@@ -172,6 +192,12 @@ void bind_changes(py::class_<SharedScene>& scene) {
             s.change([&](Scene& x) { x.set_shape(body_id(id), shape_id(to)); });
           },
           py::arg("id"), py::arg("shape"), "shape: the id of one of the scene")
+      .def(
+          "replace_shape",
+          [](SharedScene& s, IdNumber id, const Shape& shape) {
+            s.change([&](Scene& x) { x.replace_shape(shape_id(id), shape); });
+          },
+          py::arg("id"), py::arg("shape"), "Gives all bodies of the shape with this id another one in its place.")
       .def(
           "set_filter",
           [](SharedScene& s, IdNumber id, std::uint32_t g, std::uint32_t m) {
@@ -210,6 +236,12 @@ void bind_reading(py::class_<SharedScene>& scene) {
             });
           },
           py::arg("id"))
+      .def(
+          "shape_id",
+          [](const SharedScene& s, IdNumber id) {
+            return number(s.look([&](const Scene& x) { return x.shape_id(body_id(id)); }));
+          },
+          py::arg("id"), "Of a body's shape.")
       .def("ids", &ids,
            "(indices,) uint64: scene.ids()[contacts['a']] are the ids of bodies in contact; 0 where none lives.")
       .def(
@@ -218,8 +250,29 @@ void bind_reading(py::class_<SharedScene>& scene) {
       .def("__len__", [](const SharedScene& s) { return s.look([](const Scene& x) { return x.bodies(); }); });
 }
 
+void bind_lists(py::class_<SharedScene>& scene) {
+  scene.def("velocities", &vectors_of<&Scene::velocities>, "(indices, 3), m/s, of the centres of mass, world axes.")
+      .def("angular_velocities", &vectors_of<&Scene::angular_velocities>, "(indices, 3), rad/s, world axes.")
+      .def("densities", &list_of<double, &Scene::densities>, "(indices,), kg/m^3.")
+      .def("groups", &list_of<std::uint32_t, &Scene::groups>, "(indices,) bits.")
+      .def("masks", &list_of<std::uint32_t, &Scene::masks>, "(indices,) bits.")
+      .def("is_static", &flags_of<&Scene::is_static>, "(indices,) bool.")
+      .def("is_sensor", &flags_of<&Scene::is_sensor>, "(indices,) bool.")
+      .def("continuous", &flags_of<&Scene::continuous>, "(indices,) bool.");
+}
+
 void bind_settings(py::class_<SharedScene>& scene) {
   scene
+      .def_property_readonly(
+          "memory", [](const SharedScene& s) { return memory_of(s).total(); },
+          "Bytes, shapes included; what several have in common once.")
+      .def_property_readonly(
+          "memory_by_part",
+          [](const SharedScene& s) {
+            const SceneMemory m = memory_of(s);
+            return by_part({{"bodies", m.bodies}, {"shapes", m.shapes}, {"shape_names", m.shape_names}});
+          },
+          "The same by parts: bodies, shapes, shape_names.")
       .def_property(
           "name", [](const SharedScene& s) { return s.look([](const Scene& x) { return x.name; }); },
           [](SharedScene& s, std::string to) { s.change([&](Scene& x) { x.name = std::move(to); }); })
@@ -262,6 +315,7 @@ void bind_scene(py::module_& m) {
   bind_adding(scene);
   bind_changes(scene);
   bind_reading(scene);
+  bind_lists(scene);
   bind_settings(scene);
   m.def("builtin_scenes", &builtin_names, "Names for builtin_scene.");
   m.def(

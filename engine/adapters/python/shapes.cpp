@@ -1,13 +1,11 @@
 #include <pybind11/pybind11.h>
-#include <pybind11/stl/filesystem.h>
 
 #include <sstream>
 
 #include "arrays.h"
 #include "bindings.h"
-#include "tandem/formats/mesh_file.h"
+#include "names.h"
 #include "tandem/narrowphase/shape.h"
-#include "tandem/narrowphase/shape_makers.h"
 
 namespace tandem::python {
 namespace {
@@ -18,20 +16,12 @@ std::string described(const Shape& shape) {
   return out.str();
 }
 
-Shape mesh(std::vector<Vec3> vertices, std::vector<std::array<std::uint32_t, 3>> triangles, bool solid) {
-  const py::gil_scoped_release released;
-  return Shape(Mesh{std::move(vertices), std::move(triangles), solid});
-}
-
-Shape read_mesh(const std::filesystem::path& path, bool solid) {
-  const py::gil_scoped_release released;
-  return read_mesh_shape(path, solid);
-}
-
-Shape height_field_of(const py::handle& heights, double spacing, double bottom) {
-  const Doubles h = doubles(heights, "heights", {-1, -1});
-  return height_field({h.data(), static_cast<std::size_t>(h.size())}, static_cast<std::size_t>(h.shape(1)),
-                      static_cast<std::size_t>(h.shape(0)), spacing, bottom);
+py::dict parts_of(const ShapeMemory& m) {
+  return by_part({{"surface", m.surface},
+                  {"adjacency", m.adjacency},
+                  {"hierarchy", m.hierarchy},
+                  {"hull", m.hull},
+                  {"other", m.other}});
 }
 
 void bind_shape_class(py::module_& module) {
@@ -55,7 +45,20 @@ void bind_shape_class(py::module_& module) {
           "volume", [](const Shape& s) { return s.mass().volume; }, "m^3")
       .def_property_readonly(
           "centre_of_mass", [](const Shape& s) { return to_array(s.mass().centre); }, "(3,), m")
+      .def_property_readonly(
+          "inertia", [](const Shape& s) { return to_array(s.mass().inertia); },
+          "(3, 3), m^5, about the centre of mass: times the density kg m^2")
+      .def_property_readonly(
+          "parameters", [](const Shape& s) { return to_array(s.parameters()); },
+          "(4,), then zeros: radius; half a box's size; radius, length; radii; a half-space's normal, offset. Of the "
+          "core "
+          "of a\nrounded shape.")
+      .def_property_readonly("is_convex", &Shape::is_convex)
+      .def_property_readonly("is_bounded", &Shape::is_bounded, "All but half-spaces.")
       .def_property_readonly("memory", &Shape::memory, "Bytes beside the object itself; copies share them.")
+      .def_property_readonly(
+          "memory_by_part", [](const Shape& s) { return parts_of(s.memory_by_part()); },
+          "The same by parts: surface, adjacency, hierarchy, hull, other.")
       .def(
           "bounds",
           [](const Shape& s, const py::object& at) {
@@ -103,6 +106,12 @@ void bind_vertex_shapes(py::module_& m) {
       },
       py::arg("normal"), py::arg("offset") = 0.0, "normal . x <= offset; a normal of any length but 0");
   m.def(
+      "Plane",
+      [](const py::object& normal, double offset) {
+        return Shape(Plane{vec3(normal, "normal"), offset});
+      },
+      py::arg("normal"), py::arg("offset") = 0.0, "normal . x = offset, two-sided; a normal of any length but 0");
+  m.def(
       "Convex", [](const py::object& v) { return Shape(Convex{points(v, "vertices")}); }, py::arg("vertices"),
       "The hull of (n, 3) points, m; may be flat.");
   m.def(
@@ -113,23 +122,6 @@ void bind_vertex_shapes(py::module_& m) {
         return Shape(Triangle{{Vec3(x[0], x[1], x[2]), Vec3(x[3], x[4], x[5]), Vec3(x[6], x[7], x[8])}});
       },
       py::arg("vertices"), "vertices: (3, 3), m; may have no area");
-  m.def(
-      "Mesh",
-      [](const py::object& v, const py::object& t, bool solid) {
-        return mesh(points(v, "vertices"), index_rows<3>(t, "triangles"), solid);
-      },
-      py::arg("vertices"), py::arg("triangles"), py::arg("solid") = false,
-      "vertices (n, 3), m; triangles (k, 3) indices. solid: the inside counts; every edge must then join two "
-      "triangles.");
-  m.def(
-      "read_mesh", &read_mesh, py::arg("path"), py::arg("solid") = false,
-      "The mesh in a .obj, .stl, .ply, .off, .gltf or .glb file. solid: the inside counts. ValueError 'FILE:LINE: ...' "
-      "where it cannot be used, or with the first edge that does not close.");
-  m.def(
-      "point_cloud", [](const py::object& p, double radius) { return point_cloud(points(p, "points"), radius); },
-      py::arg("points"), py::arg("radius"), "Balls of one radius (m, >= 0) about (n, 3) points, as one shape.");
-  m.def("height_field", &height_field_of, py::arg("heights"), py::arg("spacing"), py::arg("bottom"),
-        "The solid between `bottom` and (rows, columns) heights, m, `spacing` (m, > 0) apart; centred in x and y.");
 }
 
 }  // namespace

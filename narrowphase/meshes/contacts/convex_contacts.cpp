@@ -14,6 +14,17 @@ namespace {
 
 constexpr int a_solve = 32;  // of a triangle with a convex shape: units of work, at most
 
+// Is a point in the triangle's plane beyond one of its sides by more than this? `n`: its normal, to either side.
+bool is_beyond_side(const Corners& p, const Vec3& n, const Vec3& point, double most) {
+  const double turn = n.dot(area_vector(p)) > 0 ? 1 : -1;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec3 edge = p[(i + 1) % 3] - p[i];
+    const double beside = turn * edge.cross(n).dot(point - p[i]);
+    if (beside > 0 && beside * beside > most * most * edge.squaredNorm()) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 // Is the translation off the triangle's plane to the side of the convex shape's centre, along n (unit), provably the
@@ -134,7 +145,7 @@ bool ConvexContacts::depth_by_corner(const Corners& p, TriangleBound& bound, Pai
 // same is shown of its edges and corners each by itself. `along_plane`: the depth along its own normal.
 bool ConvexContacts::cannot_push(std::uint32_t t, double along_plane, const Corners& p,
                                  const TriangleBound& bound) const {
-  TriangleCones cones;
+  CornerNormals cones;
   if (!bound.overlaps || !cones.find(pair_.model(), t)) return false;
   const double enough = -bound.gap + tolerance::flush * pair_.size();
   if (exit_length(bound.point, cones.normal()) * cones.least_cosine() > enough) return true;
@@ -210,8 +221,9 @@ void ConvexContacts::append_along_plane(const Corners& p, const TrianglePlane& p
   if (depth < -pair_.options().margin) return;
   const LocalAnswer along{-depth, low + depth * n, low, n, 0};
   pair_.append_patch(p, along, found);
-  const double outside = point_distance(TriangleView(p), along.point_a).signed_distance;
-  if (outside <= tolerance::in_plane * pair_.size()) return;
+  if (!is_beyond_side(p, n, along.point_a, 2 * tolerance::in_plane * pair_.size()) &&
+      point_distance(TriangleView(p), along.point_a).signed_distance <= tolerance::in_plane * pair_.size())
+    return;
   const auto is_made_up = [](const Contact& c) { return c.feature == 0xffffffffu; };
   found.erase(std::remove_if(found.begin() + static_cast<std::ptrdiff_t>(first), found.end(), is_made_up), found.end());
 }
@@ -229,7 +241,7 @@ void ConvexContacts::find_deepest(Seen& seen) const {
   }
 }
 
-void ConvexContacts::find(PairAnswer& near, TriangleContacts& all, std::vector<Contact>& room) const {
+void ConvexContacts::find(PairAnswer& near, PatchCollector& all, std::vector<Contact>& room) const {
   const double margin = pair_.options().margin;
   ClearPlanes clear;
   Seen seen{near};
@@ -249,11 +261,9 @@ void ConvexContacts::find(PairAnswer& near, TriangleContacts& all, std::vector<C
   find_deepest(seen);
 }
 
-void ConvexContacts::append_patches(const TriangleContacts& all, double limit, std::vector<Contact>& out) const {
-  PatchCollector patches(pair_.size(), pair_.options().limit);
+void ConvexContacts::append_patches(PatchCollector& all, double limit, std::vector<Contact>& out) const {
   const std::size_t first = out.size();
-  all.each([&](std::uint32_t t, std::span<const Contact> contacts) { patches.add(t, contacts, limit); });
-  patches.finish(pair_.centre(), pair_.model().solid, out);
+  all.finish(pair_.centre(), pair_.model().solid, out, limit);
   for (Contact& c : std::span(out).subspan(first)) c.depth = std::max(c.depth, -margin_);
 }
 

@@ -1,9 +1,7 @@
 // Contacts of a mesh and a bounded convex shape: those of each triangle that comes near, gathered into patches.
 #pragma once
-#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <memory_resource>
 #include <span>
 #include <vector>
 
@@ -11,38 +9,6 @@
 #include "meshes/traversal/mesh_convex_pair.h"
 
 namespace tandem {
-
-/// Contacts of triangles, one triangle after the other.
-class TriangleContacts {
- public:
-  TriangleContacts() = default;
-  TriangleContacts(const TriangleContacts&) = delete;
-  TriangleContacts& operator=(const TriangleContacts&) = delete;
-
-  void add(std::uint32_t t, std::span<const Contact> contacts) {
-    if (contacts.empty()) return;
-    runs_.push_back({t, static_cast<std::uint32_t>(contacts.size())});
-    contacts_.insert(contacts_.end(), contacts.begin(), contacts.end());
-  }
-  /// Calls visit(t, contacts) for each triangle, as added.
-  template <class Visit>
-  void each(Visit&& visit) const {
-    std::span<const Contact> left = contacts_;
-    for (const Run& run : runs_) {
-      visit(run.triangle, left.first(run.count));
-      left = left.subspan(run.count);
-    }
-  }
-
- private:
-  struct Run {
-    std::uint32_t triangle, count;
-  };
-  alignas(std::max_align_t) std::array<std::byte, 8192> usual_;  // enough but for very many triangles
-  std::pmr::monotonic_buffer_resource memory_{usual_.data(), usual_.size()};
-  std::pmr::vector<Contact> contacts_{&memory_};
-  std::pmr::vector<Run> runs_{&memory_};
-};
 
 class ConvexContacts {
  public:
@@ -52,10 +18,10 @@ class ConvexContacts {
   /// Those of all triangles, in the pair's coordinates; `near` is the answer of the nearest triangle within the margin,
   /// if that is nearer than what it was.
   /// `room`: what it holds stays as it is.
-  void find(PairAnswer& near, TriangleContacts& all, std::vector<Contact>& room) const;
+  void find(PairAnswer& near, PatchCollector& all, std::vector<Contact>& room) const;
 
   /// Appends what is kept of their patches, without what is deeper than `limit`.
-  void append_patches(const TriangleContacts& all, double limit, std::vector<Contact>& out) const;
+  void append_patches(PatchCollector& all, double limit, std::vector<Contact>& out) const;
 
  private:
   /// How far apart a triangle and the convex shape are known to be, and along which normal; zero where that is its own.

@@ -4,54 +4,39 @@
 #include <array>
 #include <cmath>
 
+#include "shapes/triangle_fan.h"
 #include "tolerances.h"
 
 namespace tandem {
 namespace {
 
-using tolerance::flush;              // sine of an angle that is none
-constexpr int most_neighbours = 64;  // about a corner
-
-// False for slivers: beyond these `flush` is a small part of an angle.
-bool normal_of(const MeshModel& mesh, std::uint32_t t, Vec3& n) {
-  const auto p = mesh.corners(t);
-  const Vec3 u = p[1] - p[0], v = p[2] - p[0], area = u.cross(v);
-  const double length = area.norm();
-  if (!(length > tolerance::sliver_in_cone * std::max({u.squaredNorm(), v.squaredNorm(), (v - u).squaredNorm()})))
-    return false;
-  n = area / length;
-  return true;
-}
+using tolerance::flush;  // sine of an angle that is none
 
 }  // namespace
 
-// From edge to edge about the corner, both ways round.
+// From edge to edge about the corner, in both senses.
 bool has_higher_neighbour(const MeshModel& mesh, std::uint32_t t, std::size_t k, const Vec3& n) {
   const Vec3 corner = mesh.corners(t)[k];
-  for (const bool forth : {true, false}) {
-    std::uint32_t at = t;
-    std::size_t c = k;
-    for (int i = 0; i < most_neighbours; ++i) {
-      const std::uint32_t next = mesh.neighbours[at][forth ? (c + 2) % 3 : c];
-      if (next == no_index || next == t) break;
-      const auto p = mesh.corners(next);
-      std::size_t same = 3;
-      for (std::size_t j = 0; j < 3; ++j) {
-        if (p[j] == corner) same = j;
-        const Vec3 away = p[j] - corner;
+  for (const bool back : {true, false}) {
+    TriangleCorner at{t, k};
+    for (std::size_t i = 0; i < most_about_corner && at.corner < 3; ++i) {
+      at = next_about_corner(mesh, at, back);
+      if (at.triangle == no_index || at.triangle == t) break;
+      for (const Vec3& p : mesh.corners(at.triangle)) {
+        const Vec3 away = p - corner;
         if (n.dot(away) > flush * away.norm()) return true;
       }
-      if (same == 3) break;
-      at = next;
-      c = same;
     }
   }
   return false;
 }
 
-bool TriangleCones::find(const MeshModel& mesh, std::uint32_t t) {
+// Of triangles that are no slivers: beyond these `flush` is a small part of an angle.
+bool CornerNormals::find(const MeshModel& mesh, std::uint32_t t) {
   least_cosine_ = 1;
-  if (!normal_of(mesh, t, normal_)) return false;
+  const auto own = triangle_normal(mesh, t, tolerance::sliver_in_cone);
+  if (!own) return false;
+  normal_ = *own;
   for (std::size_t k = 0; k < 3; ++k)
     if (!go_around(mesh, t, k)) return false;
   least_cosine_ -= tolerance::cone_spare;
@@ -59,21 +44,19 @@ bool TriangleCones::find(const MeshModel& mesh, std::uint32_t t) {
 }
 
 // From edge k of t about its first corner back to t.
-bool TriangleCones::go_around(const MeshModel& mesh, std::uint32_t t, std::size_t k) {
-  std::array<Vec3, most_>& normals = normals_[k];
+bool CornerNormals::go_around(const MeshModel& mesh, std::uint32_t t, std::size_t k) {
+  std::array<Vec3, most_about_corner>& normals = normals_[k];
   std::size_t& count = count_[k];
   normals[0] = normal_;
   around_[k][0] = mesh.triangles[t][(k + 1) % 3];
   count = 1;
-  const std::uint32_t corner = mesh.triangles[t][k];
-  for (std::uint32_t at = mesh.neighbours[t][k]; at != t;) {
-    if (at == no_index || count == most_ || !normal_of(mesh, at, normals[count])) return false;
-    least_cosine_ = std::min(least_cosine_, normal_.dot(normals[count]));
-    const auto& next = mesh.triangles[at];
-    const auto c = static_cast<std::size_t>(std::find(next.begin(), next.end(), corner) - next.begin());
-    if (c == 3) return false;
-    around_[k][count++] = next[(c + 1) % 3];
-    at = mesh.neighbours[at][c];
+  for (TriangleCorner at = next_about_corner(mesh, {t, k}); at.triangle != t; at = next_about_corner(mesh, at)) {
+    if (at.corner == 3 || count == most_about_corner) return false;
+    const auto normal = triangle_normal(mesh, at.triangle, tolerance::sliver_in_cone);
+    if (!normal) return false;
+    least_cosine_ = std::min(least_cosine_, normal_.dot(*normal));
+    normals[count] = *normal;
+    around_[k][count++] = mesh.triangles[at.triangle][(at.corner + 1) % 3];
   }
   return true;
 }

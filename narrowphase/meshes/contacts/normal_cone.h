@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "shapes/mesh_model.h"
+#include "shapes/triangle_fan.h"
 
 namespace tandem {
 
@@ -19,7 +19,7 @@ bool has_higher_neighbour(const MeshModel& mesh, std::uint32_t t, std::size_t k,
 
 /// What holds the normal cones of a triangle's edges and corners: cones spanned by the normals of the triangles about
 /// each.
-class TriangleCones {
+class CornerNormals {
  public:
   /// False where they are not known: at borders and slivers.
   bool find(const MeshModel& mesh, std::uint32_t t);
@@ -35,14 +35,12 @@ class TriangleCones {
   std::span<const std::uint32_t> around(std::size_t k) const { return std::span(around_[k]).first(count_[k]); }
 
  private:
-  static constexpr std::size_t most_ = 64;
-
   bool go_around(const MeshModel& mesh, std::uint32_t t, std::size_t k);
 
   Vec3 normal_;
   double least_cosine_;
-  std::array<std::array<Vec3, most_>, 3> normals_;
-  std::array<std::array<std::uint32_t, most_>, 3> around_;
+  std::array<std::array<Vec3, most_about_corner>, 3> normals_;
+  std::array<std::array<std::uint32_t, most_about_corner>, 3> around_;
   std::array<std::size_t, 3> count_;
 };
 

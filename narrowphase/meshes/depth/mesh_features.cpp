@@ -1,13 +1,12 @@
 #include "meshes/depth/mesh_features.h"
 
-#include <algorithm>
-
+#include "shapes/triangle_fan.h"
 #include "shapes/unit_vector.h"
 
 namespace tandem {
 namespace {
 
-constexpr std::size_t most = 64;  // triangles of a face, edges of a line, triangles about a corner
+constexpr std::size_t most = 64;  // triangles of a face, edges of a line
 
 }  // namespace
 
@@ -50,22 +49,17 @@ Vec3 MeshFeatures::end_of_line(std::uint32_t t, std::size_t corner, const Vec3& 
 // Among the edges about the corner.
 bool MeshFeatures::next_on_line(std::uint32_t& t, std::size_t& corner, const Vec3& begin, const Vec3& along) const {
   const Vec3 here = mesh_.corners(t)[corner];
-  std::uint32_t at = t;
-  std::size_t c = corner;
-  for (std::size_t i = 0; i < most; ++i) {
-    const Corners p = mesh_.corners(at);
-    for (const std::size_t other : {(c + 1) % 3, (c + 2) % 3}) {
+  TriangleCorner at{t, corner};
+  for (std::size_t i = 0; i < most_about_corner; ++i) {
+    const Corners p = mesh_.corners(at.triangle);
+    for (const std::size_t other : {(at.corner + 1) % 3, (at.corner + 2) % 3}) {
       const Vec3 away = p[other] - begin;
       if (!(along.dot(p[other] - here) > slack_) || (away - along.dot(away) * along).norm() > slack_) continue;
-      t = at, corner = other;
+      t = at.triangle, corner = other;
       return true;
     }
-    const std::uint32_t next = mesh_.neighbours[at][c];
-    if (next == no_index || next == t) return false;
-    const Corners q = mesh_.corners(next);
-    const auto same = std::find(q.begin(), q.end(), here);
-    if (same == q.end()) return false;
-    at = next, c = static_cast<std::size_t>(same - q.begin());
+    at = next_about_corner(mesh_, at);
+    if (at.corner == 3 || at.triangle == t) return false;
   }
   return false;
 }

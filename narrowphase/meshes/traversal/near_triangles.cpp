@@ -30,11 +30,11 @@ std::uint32_t lanes_near(const MeshNode& node, const float (&mid)[3], const floa
 }  // namespace
 
 // Of a node of B in A's frame; halves grown by the margin.
-struct NearTriangles::Boxes {
+struct NearBoxPairs::Boxes {
   float mid[mesh_lanes][3], half[mesh_lanes][3];
 };
 
-NearTriangles::NearTriangles(const MeshModel& mesh, double margin)
+NearBoxPairs::NearBoxPairs(const MeshModel& mesh, double margin)
     : a_(mesh),
       b_(mesh),
       self_(true),
@@ -42,7 +42,7 @@ NearTriangles::NearTriangles(const MeshModel& mesh, double margin)
       shift_{0, 0, 0},
       pad_(static_cast<float>((margin / mesh.unit + 2 * tolerance::box_of_floats) * (1 + tolerance::box_of_floats))) {}
 
-NearTriangles::NearTriangles(const Posed& a, const Posed& b, double margin)
+NearBoxPairs::NearBoxPairs(const Posed& a, const Posed& b, double margin)
     : a_(mesh_of(a.shape)), b_(mesh_of(b.shape)), self_(false) {
   const Mat3 turn = a.pose.rotation.transpose() * b.pose.rotation;
   const Vec3 between = a.pose.rotation.transpose() * (b.pose.translation - a.pose.translation);
@@ -59,7 +59,7 @@ NearTriangles::NearTriangles(const Posed& a, const Posed& b, double margin)
                             (1 + tolerance::box_of_floats));
 }
 
-void NearTriangles::map(const MeshNode& node, Boxes& out) const {
+void NearBoxPairs::map(const MeshNode& node, Boxes& out) const {
   for (std::uint32_t k = 0; k < node.lanes; ++k)
     for (int i = 0; i < 3; ++i) {
       if (self_) {
@@ -74,7 +74,7 @@ void NearTriangles::map(const MeshNode& node, Boxes& out) const {
     }
 }
 
-void NearTriangles::descend(NodePair at, std::vector<NodePair>& out) const {
+void NearBoxPairs::descend(NodePair at, std::vector<NodePair>& out) const {
   const MeshNode &na = a_.nodes[at.a], &nb = b_.nodes[at.b];
   Boxes boxes;
   if (na.bottom) {  // B's lanes against the whole of A's node
@@ -104,7 +104,7 @@ void NearTriangles::descend(NodePair at, std::vector<NodePair>& out) const {
   }
 }
 
-bool NearTriangles::visit_bottom(NodePair at, PairVisitor& visitor) const {
+bool NearBoxPairs::visit_bottom(NodePair at, PairVisitor& visitor) const {
   const MeshNode &na = a_.nodes[at.a], &nb = b_.nodes[at.b];
   Boxes boxes;
   map(nb, boxes);
@@ -120,7 +120,7 @@ bool NearTriangles::visit_bottom(NodePair at, PairVisitor& visitor) const {
   return false;
 }
 
-std::vector<NodePair> NearTriangles::subtrees() const {
+std::vector<NodePair> NearBoxPairs::subtrees() const {
   std::vector<NodePair> level{{0, 0}}, next;
   for (bool deeper = true; deeper && level.size() < wanted_subtrees; level.swap(next)) {
     deeper = false;
@@ -137,7 +137,7 @@ std::vector<NodePair> NearTriangles::subtrees() const {
   return level;
 }
 
-void NearTriangles::visit(NodePair subtrees, PairVisitor& visitor) const {
+void NearBoxPairs::visit(NodePair subtrees, PairVisitor& visitor) const {
   std::vector<NodePair> stack{subtrees};
   while (!stack.empty()) {
     const NodePair at = stack.back();

@@ -8,12 +8,12 @@
 namespace tandem {
 
 /// Simultaneous traversal of the hierarchies of two meshes, or of a mesh and itself, that looks at boxes alone.
-class NearTriangles {
+class NearBoxPairs {
  public:
   /// Pairs of triangles of one mesh, i < j. `margin`: metres, >= 0.
-  NearTriangles(const MeshModel& mesh, double margin);
+  NearBoxPairs(const MeshModel& mesh, double margin);
   /// Triangle i of A, j of B.
-  NearTriangles(const Posed& a, const Posed& b, double margin);
+  NearBoxPairs(const Posed& a, const Posed& b, double margin);
 
   /// Subtrees that do not depend on each other: together they have all pairs. As many as threads may need.
   std::vector<NodePair> subtrees() const;

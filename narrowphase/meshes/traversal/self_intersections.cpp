@@ -51,7 +51,7 @@ class SelfIntersections final : public PairVisitor {
 }  // namespace
 
 Pairs self_intersections(const MeshModel& mesh, std::span<const std::uint32_t> first, const PartRunner& parts) {
-  const NearTriangles near(mesh, 0);
+  const NearBoxPairs near(mesh, 0);
   const std::vector<NodePair> subtrees = near.subtrees();
   std::vector<Pairs> found(subtrees.size());
   run_parts(parts, subtrees.size(), [&](std::size_t k) {

@@ -212,6 +212,9 @@ ShapeData draw_shape(ShapeKind kind, Random& r, Build build, const std::vector<N
     case ShapeKind::halfspace:
       return HalfSpace{build == Build::dyadic ? Vec3(Vec3::Unit(r.below(3))) : r.direction(),
                        build == Build::dyadic ? r.below(9) / 8.0 : r.in(-0.5, 0.5)};
+    case ShapeKind::plane:
+      return Plane{build == Build::dyadic ? Vec3(Vec3::Unit(r.below(3))) : r.direction(),
+                   build == Build::dyadic ? r.below(9) / 8.0 : r.in(-0.5, 0.5)};
     case ShapeKind::convex:
       return cloud(r, build);
     case ShapeKind::triangle:
@@ -256,9 +259,10 @@ void place(PosedPair& p, double gap) {
 
 PosedPair draw_pair(std::uint64_t seed, const DrawOptions& options) {
   Random r(seed * 0x9e3779b97f4a7c15u + 17);
-  const auto any_kind = [&] { return static_cast<ShapeKind>(r.below(static_cast<int>(shape_kinds))); };
+  const auto any_kind = [&] { return static_cast<ShapeKind>(r.below(static_cast<int>(ShapeKind::plane))); };  // planes are asked for
   ShapeKind ka = options.a.value_or(any_kind()), kb = options.b.value_or(any_kind());
-  if (ka == ShapeKind::halfspace && kb == ShapeKind::halfspace) (options.a ? kb : ka) = ShapeKind::box;
+  const auto is_bounded = [](ShapeKind k) { return k != ShapeKind::halfspace && k != ShapeKind::plane; };
+  if (!is_bounded(ka) && !is_bounded(kb)) (options.a ? kb : ka) = ShapeKind::box;
   const Build build = options.needles ? Build::degenerate
                                       : std::array{Build::plump, Build::degenerate,
                                                    Build::dyadic}[static_cast<std::size_t>(r.below(3))];

@@ -236,7 +236,7 @@ int run_records(const Options& options) {
   return run(options, [&]() -> std::shared_ptr<Draft> {
     for (std::string line; std::getline(file, line);) {
       const PairRecord r = read_pair_record(Json::parse(line), shapes);
-      if (r.a.shape.kind() == ShapeKind::halfspace && r.b.shape.kind() == ShapeKind::halfspace) continue;
+      if (!r.a.shape.is_bounded() && !r.b.shape.is_bounded()) continue;
       const PosedPair pair{posed(r.a), posed(r.b), r.margin > 0 ? r.margin : default_margin, options.seed};
       return std::make_shared<Draft>(Draft{r.id.dump(), [pair] { return pair; }});
     }

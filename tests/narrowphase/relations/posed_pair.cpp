@@ -30,6 +30,7 @@ Json json(const ShapeData& data) {
       Overloaded{[&](const Sphere& s) { j["radius"] = s.radius; }, [&](const Box& s) { j["size"] = json(s.size); },
                  [&](const Ellipsoid& s) { j["radii"] = json(s.radii); },
                  [&](const HalfSpace& s) { j["normal"] = json(s.normal), j["offset"] = s.offset; },
+                 [&](const Plane& s) { j["normal"] = json(s.normal), j["offset"] = s.offset; },
                  [&](const Convex& s) { j["vertices"] = points(s.vertices); },
                  [&](const Triangle& s) { j["vertices"] = points(s.vertices); },
                  [&](const Mesh& s) {
@@ -62,7 +63,7 @@ void each_length(Data& data, Take&& take) {
   std::visit(
       Overloaded{[&](Sphere& s) { take(s.radius); }, [&](Box& s) { std::for_each(s.size.begin(), s.size.end(), take); },
                  [&](Ellipsoid& s) { std::for_each(s.radii.begin(), s.radii.end(), take); },
-                 [&](HalfSpace& s) { take(s.offset); }, [&](Convex& s) { all(s.vertices); },
+                 [&](HalfSpace& s) { take(s.offset); }, [&](Plane& s) { take(s.offset); }, [&](Convex& s) { all(s.vertices); },
                  [&](Triangle& s) { all(s.vertices); }, [&](Mesh& s) { all(s.vertices); },
                  [&](auto& s) { take(s.radius), take(s.length); }},
       data);
@@ -95,6 +96,8 @@ ShapeData data_of(const Shape& s) {
       return Ellipsoid{s.radii()};
     case ShapeKind::halfspace:
       return HalfSpace{s.normal(), s.offset()};
+    case ShapeKind::plane:
+      return Plane{s.normal(), s.offset()};
     case ShapeKind::convex:
       return Convex{hull_of(s).vertices};
     case ShapeKind::triangle: {
@@ -118,6 +121,7 @@ double reach(const ShapeData& data) {
                                [](const Capsule& s) { return s.radius + s.length / 2; },
                                [](const Ellipsoid& s) { return s.radii.maxCoeff(); },
                                [](const HalfSpace& s) { return std::abs(s.offset) / s.normal.norm(); },
+                               [](const Plane& s) { return std::abs(s.offset) / s.normal.norm(); },
                                [&](const Convex& s) { return farthest(s.vertices); },
                                [&](const Triangle& s) { return farthest(s.vertices); },
                                [&](const Mesh& s) { return farthest(s.vertices); },

@@ -13,7 +13,7 @@ namespace tandem::relations {
 using reference::Random;
 
 /// In the order of ShapeKind.
-using ShapeData = std::variant<Sphere, Box, Capsule, Cylinder, Cone, Ellipsoid, HalfSpace, Convex, Triangle, Mesh>;
+using ShapeData = std::variant<Sphere, Box, Capsule, Cylinder, Cone, Ellipsoid, HalfSpace, Convex, Triangle, Mesh, Plane>;
 
 struct PosedShape {
   ShapeData shape;

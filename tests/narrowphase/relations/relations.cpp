@@ -586,7 +586,7 @@ bool holds(const PosedShape& outer, const PosedShape& inner) {
   const Mesh* m = std::get_if<Mesh>(&outer.shape);
   if (m == nullptr || !m->solid) return false;
   std::vector<Vec3> points{Vec3::Zero()};
-  if (inner.kind() == ShapeKind::halfspace) points.clear();
+  if (inner.kind() == ShapeKind::halfspace || inner.kind() == ShapeKind::plane) points.clear();
   if (const auto* s = std::get_if<Convex>(&inner.shape)) points = {s->vertices[0]};
   if (const auto* s = std::get_if<Triangle>(&inner.shape)) points = {s->vertices[0]};
   if (const auto* s = std::get_if<Mesh>(&inner.shape)) points = s->vertices;

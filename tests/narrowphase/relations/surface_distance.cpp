@@ -59,6 +59,7 @@ double surface_distance(const PosedShape& shape, const Vec3& world) {
       return far;
     }
     double operator()(const HalfSpace& s) const { return (s.normal.dot(p) - s.offset) / s.normal.norm(); }
+    double operator()(const Plane& s) const { return std::abs(s.normal.dot(p) - s.offset) / s.normal.norm(); }
     double operator()(const Convex& s) const { return asked(s, p); }
     double operator()(const Triangle& s) const { return asked(s, p); }
     // A point that touches a surface lies on it, however far it is out of there.

@@ -2,13 +2,15 @@
 
 from os import PathLike as _PathLike
 from types import TracebackType
-from typing import List, Optional, Sequence, Tuple, Type, Union, overload
+from typing import Callable, Dict, List, Optional, Sequence, Tuple, Type, Union, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 PathLike = Union[str, _PathLike[str]]
 PoseLike = Optional[ArrayLike]
+Progress = Optional[Callable[[float], object]]
+ProgressOfMany = Optional[Callable[[int, int], object]]
 
 __version__: str
 
@@ -39,12 +41,33 @@ class Answer:
     def error_bound(self) -> float:
         """m, on signed_distance; 0: rounding"""
 
+class BoxQueries:
+    """Questions to a set of boxes; answers of several are (items, begin): of query i items[begin[i]:begin[i + 1]]."""
+
+    def __init__(self, boxes: ArrayLike) -> None: ...
+    def overlapping(self, boxes: ArrayLike) -> Tuple[NDArray[np.uint32], NDArray[np.uint64]]:
+        """Of (n, 2, 3) boxes: indices of those that they overlap, sorted."""
+    def along(
+        self, origins: ArrayLike, directions: ArrayLike, t_max: float = ...
+    ) -> Tuple[NDArray[np.void], NDArray[np.uint64]]:
+        """Of rays origin + t direction, (n, 3) each, 0 <= t <= t_max: a structured array index, t (where the box is entered), by t."""
+    def nearest(self, points: ArrayLike, k: int) -> Tuple[NDArray[np.void], NDArray[np.uint64]]:
+        """Of (n, 3) points: a structured array index, squared_distance of the k nearest boxes, the nearest first."""
+    @property
+    def memory(self) -> int:
+        """Bytes held."""
+
 class ContactEvents:
     """Which pairs began to touch, still touch and no longer touch: (n, 2) ids, sorted by indices."""
 
     def __init__(self) -> None: ...
     def update(self, scene: Scene, pipeline: Pipeline) -> None:
         """After a step, before the scene changes."""
+    def end_all(self) -> None:
+        """All that touched end, as if a step had found no contact."""
+    @property
+    def touching(self) -> NDArray[np.uint64]:
+        """began and stayed"""
     @property
     def began(self) -> NDArray[np.uint64]: ...
     @property
@@ -64,6 +87,12 @@ class DeformableMesh:
         """(n, 2): all pairs of triangles that share no vertex and meet, sorted; exact."""
     def near_features(self, margin: float) -> Tuple[NDArray[np.void], NDArray[np.void], NDArray[np.void]]:
         """As tandem.near_features, of the mesh with itself, for features without a common vertex."""
+    @property
+    def vertices(self) -> NDArray[np.float64]:
+        """(n, 3), m, as of the last update."""
+    @property
+    def triangles(self) -> NDArray[np.uint32]:
+        """(k, 3), turned alike."""
     @property
     def memory(self) -> int:
         """Bytes, shapes of earlier updates that are in use included."""
@@ -85,6 +114,9 @@ class DepthBounds:
     @property
     def boxes(self) -> int:
         """of translations that were looked at"""
+    @property
+    def incomplete(self) -> bool:
+        """the timeout ended the search; the bounds hold"""
 
 class FirstTouch:
     """The first touch of two shapes on their motions."""
@@ -120,6 +152,9 @@ class HausdorffBounds:
     @property
     def of_a(self) -> bool:
         """whether point is of a, else of b"""
+    @property
+    def parts(self) -> int:
+        """of surfaces that were looked at"""
 
 class Inspection:
     """What is found in a mesh that may not be as it should: of each kind (how many, array of the first)."""
@@ -171,11 +206,22 @@ class Pipeline:
         keep_contacts: float = 0.0,
         mesh_margin: bool = False,
         contact_hash: bool = False,
-        split: Optional[Tuple[int, int]] = None
+        split: Optional[Tuple[int, int]] = None,
+        balance: str = "busy",
+        strict: bool = False,
+        batch_pairs: int = 128,
+        queue_capacity: int = 0,
+        form: str = "automatic",
+        short_step_ms: float = 0.3,
+        stay_awake: float = 0.0
     ) -> None:
         """threads: in all, 0 asks oneTBB. executor: 'sequential', 'barrier', 'fused', 'threads', 'flowgraph'. broad_phase: 'brute',
         'sweep', 'grid', 'bvh', 'auto'. request: 'collide', 'distance', 'contacts'. tolerance, keep_contacts: accepted error
-        relative to the bodies' size, [0, 0.1]. margin: m, gaps up to it are reported; of two meshes with mesh_margin. split: (broad, narrow) threads.
+        relative to the bodies' size, [0, 0.1]. margin: m, gaps up to it are reported; of two meshes with mesh_margin.
+        How steps are run, which changes no answer: split: (broad, narrow) threads, None moves them by the rule balance, 'busy' or
+        'paper'; strict: no help across the phases. batch_pairs, [1, 65536]: at most, from phase to phase; queue_capacity:
+        batches that wait, 0 chooses. form: 'automatic', 'caller', 'overlapped', 'ordered'. short_step_ms: steps of less work stay
+        on the caller. stay_awake: us, [0, 100000], that workers stay awake after a step.
         """
     def step(self, scene: Scene, *, timeout: Optional[float] = None) -> StepReport:
         """Finds all contacts; returns the report. timeout: s; then with what is finished, and 'incomplete' among its issues."""
@@ -183,6 +229,12 @@ class Pipeline:
         """Of the last step: a structured array a, b (body indices), point, normal (unit, a to b), depth (m), feature."""
     def pairs(self) -> NDArray[np.void]:
         """Of the last step: a structured array a, b, collide, signed_distance (m), error_bound, first_contact, contact_count."""
+    @property
+    def memory(self) -> int:
+        """Bytes held between steps."""
+    @property
+    def memory_by_part(self) -> Dict[str, int]:
+        """The same by parts: bodies, broad_phase, executor, kept_answers, contacts."""
     def record_timeline(self) -> None:
         """Slices of the steps that follow are recorded, until write_timeline."""
     def write_timeline(self, path: PathLike) -> None:
@@ -210,8 +262,15 @@ class Response:
         friction: float = 0.5,
         rolling_resistance: float = 0.05,
         contact_hertz: float = 30.0,
+        contact_damping_ratio: float = 10.0,
+        max_push_out: float = 3.0,
+        max_speed: float = 500.0,
         threads: int = 0
-    ) -> None: ...
+    ) -> None:
+        """substeps: [1, 64], more is stiffer. friction: Coulomb, >= 0. rolling_resistance: torque over normal force and radius,
+        >= 0. contact_hertz, contact_damping_ratio: of a contact, > 0. max_push_out: m/s at which overlap is undone. max_speed:
+        m/s, faster bodies are slowed to it. threads: in all, 0: the caller's. The motion does not depend on them.
+        """
     def step(self, scene: Scene, pipeline: Pipeline) -> ResponseReport:
         """Moves the scene by its dt, by the contacts of the pipeline's last step."""
 
@@ -223,8 +282,14 @@ class ResponseReport:
     def max_depth(self) -> float:
         """m, as detected"""
     @property
+    def stops(self) -> int:
+        """of continuous bodies on their way"""
+    @property
     def ms(self) -> float:
         """wall"""
+    @property
+    def serial_ms(self) -> float:
+        """of it, what threads cannot share"""
 
 class Scene:
     """Bodies and their shapes. Ids of bodies and shapes are whole numbers; that of a removed one is found out."""
@@ -276,6 +341,8 @@ class Scene:
         """(3,) each: m/s, rad/s"""
     def set_shape(self, id: int, shape: int) -> None:
         """shape: the id of one of the scene"""
+    def replace_shape(self, id: int, shape: Shape) -> None:
+        """Gives all bodies of the shape with this id another one in its place."""
     def set_filter(self, id: int, group: int, mask: int) -> None: ...
     def set_static(self, id: int, is_static: bool) -> None: ...
     def set_continuous(self, id: int, continuous: bool) -> None: ...
@@ -284,11 +351,35 @@ class Scene:
     def index(self, id: int) -> int:
         """As in contacts and pairs."""
     def shape_of(self, id: int) -> Shape: ...
+    def shape_id(self, id: int) -> int:
+        """Of a body's shape."""
     def ids(self) -> NDArray[np.uint64]:
         """(indices,) uint64: scene.ids()[contacts['a']] are the ids of bodies in contact; 0 where none lives."""
     def poses(self) -> NDArray[np.float64]:
         """(indices, 4, 4); those of removed bodies are stale."""
+    def velocities(self) -> NDArray[np.float64]:
+        """(indices, 3), m/s, of the centres of mass, world axes."""
+    def angular_velocities(self) -> NDArray[np.float64]:
+        """(indices, 3), rad/s, world axes."""
+    def densities(self) -> NDArray[np.float64]:
+        """(indices,), kg/m^3."""
+    def groups(self) -> NDArray[np.uint32]:
+        """(indices,) bits."""
+    def masks(self) -> NDArray[np.uint32]:
+        """(indices,) bits."""
+    def is_static(self) -> NDArray[np.bool_]:
+        """(indices,) bool."""
+    def is_sensor(self) -> NDArray[np.bool_]:
+        """(indices,) bool."""
+    def continuous(self) -> NDArray[np.bool_]:
+        """(indices,) bool."""
     def __len__(self) -> int: ...
+    @property
+    def memory(self) -> int:
+        """Bytes, shapes included; what several have in common once."""
+    @property
+    def memory_by_part(self) -> Dict[str, int]:
+        """The same by parts: bodies, shapes, shape_names."""
     @property
     def name(self) -> str: ...
     @name.setter
@@ -307,7 +398,11 @@ class Scene:
 class SceneQueries:
     """Asks a scene as it was at the last update; from any number of threads."""
 
-    def __init__(self, scene: Scene, *, tolerance: float = 0.0) -> None: ...
+    def __init__(self, scene: Scene, *, tolerance: float = 0.0, solver: str = "") -> None:
+        """tolerance, solver: of all queries, as of tandem.distance."""
+    @property
+    def memory(self) -> int:
+        """Bytes held, shapes not counted."""
     def update(self, scene: Scene) -> int:
         """Takes over what changed; returns how many bodies did."""
     def collides(
@@ -385,6 +480,7 @@ class SceneQueries:
         margin: float = 0.0,
         configurations_a_motion: int = 1,
         continuous: bool = False,
+        progress: ProgressOfMany = None,
         timeout: Optional[float] = None,
         group: int = 1,
         mask: int = 0xFFFFFFFF,
@@ -394,8 +490,35 @@ class SceneQueries:
         links: Shapes. poses: (configurations, links, 4, 4) or (configurations, links, 7). self_pairs: (links, links) bool, i < j:
         which links are checked with one another. world_pairs: (links, indices) bool: which with which bodies. margin: m, gaps up
         to it count. configurations_a_motion: that many in a row are one motion, of which one verdict is told; continuous: what
-        lies between them counts, too, certified. timeout: s.
+        lies between them counts, too, certified. progress: a function that is told (done, all) verdicts now and then, from any
+        thread; what it raises ends the work. timeout: s.
         """
+    def first_hits(
+        self,
+        links: Sequence[Shape],
+        poses: ArrayLike,
+        *,
+        self_pairs: Optional[ArrayLike] = None,
+        world_pairs: Optional[ArrayLike] = None,
+        margin: float = 0.0,
+        configurations_a_motion: int = 1,
+        progress: ProgressOfMany = None,
+        timeout: Optional[float] = None,
+        group: int = 1,
+        mask: int = 0xFFFFFFFF,
+        ignore: Optional[ArrayLike] = None
+    ) -> NDArray[np.void]:
+        """The same, told what is hit first: a structured array verdict, configuration (of the motion), link, other_link, body (id;
+        0: other_link is hit).
+        """
+    def collides_body(self, body: int, *, margin: float = 0.0) -> bool:
+        """As collides, asked by a body of the scene where it is, by its groups and mask; itself is left out."""
+    def hits_body(self, body: int) -> NDArray[np.uint64]:
+        """As hits, asked by a body of the scene."""
+    def nearest_body(self, body: int, *, cutoff: float = ...) -> Optional[Tuple[int, Answer]]:
+        """As nearest, asked by a body of the scene."""
+    def within_body(self, body: int, *, margin: float) -> List[Tuple[int, Answer]]:
+        """As within, asked by a body of the scene."""
     def clearance(
         self,
         links: Sequence[Shape],
@@ -404,6 +527,7 @@ class SceneQueries:
         self_pairs: Optional[ArrayLike] = None,
         world_pairs: Optional[ArrayLike] = None,
         cutoff: float = ...,
+        progress: ProgressOfMany = None,
         timeout: Optional[float] = None,
         group: int = 1,
         mask: int = 0xFFFFFFFF,
@@ -443,8 +567,24 @@ class Shape:
     def centre_of_mass(self) -> NDArray[np.float64]:
         """(3,), m"""
     @property
+    def inertia(self) -> NDArray[np.float64]:
+        """(3, 3), m^5, about the centre of mass: times the density kg m^2"""
+    @property
+    def parameters(self) -> NDArray[np.float64]:
+        """(4,), then zeros: radius; half a box's size; radius, length; radii; a half-space's normal, offset. Of the core of a
+        rounded shape.
+        """
+    @property
+    def is_convex(self) -> bool: ...
+    @property
+    def is_bounded(self) -> bool:
+        """All but half-spaces."""
+    @property
     def memory(self) -> int:
         """Bytes beside the object itself; copies share them."""
+    @property
+    def memory_by_part(self) -> Dict[str, int]:
+        """The same by parts: surface, adjacency, hierarchy, hull, other."""
     def bounds(self, pose: PoseLike = None) -> NDArray[np.float64]:
         """(2, 3): least and largest corner of the smallest box around it, world axes."""
 
@@ -479,7 +619,44 @@ class StepReport:
     @property
     def broad_phase(self) -> str: ...
     @property
+    def broad_phase_reason(self) -> str: ...
+    @property
     def candidate_pairs(self) -> int: ...
+    @property
+    def heavy_pairs(self) -> int:
+        """in batches of their own"""
+    @property
+    def batches(self) -> int: ...
+    @property
+    def queue_high_water(self) -> int:
+        """batches waiting at most"""
+    @property
+    def update_ms(self) -> float:
+        """wall: poses to boxes"""
+    @property
+    def heavy_ms(self) -> float:
+        """busy, of narrow_ms"""
+    @property
+    def broad_end_ms(self) -> float:
+        """wall, to the last broad block"""
+    @property
+    def narrow_end_ms(self) -> float:
+        """wall, to the last narrow batch"""
+    @property
+    def join_ms(self) -> float:
+        """wall: putting answers in order"""
+    @property
+    def busy_ms(self) -> float:
+        """summed over threads"""
+    @property
+    def awake_ms(self) -> float:
+        """of workers that stayed awake, summed"""
+    @property
+    def serial_ms(self) -> float:
+        """wall: what one thread did while no other could"""
+    @property
+    def decision(self) -> Tuple[str, str]:
+        """(what the balancer did after the step, why)"""
     @property
     def detect_ms(self) -> float:
         """wall"""
@@ -498,6 +675,13 @@ class StepReport:
     @property
     def issues(self) -> List[str]:
         """'inexact', 'pool_grew', 'ran_on_caller', 'ended_early', 'incomplete'"""
+
+class WindingNumber:
+    """How often a mesh's surface goes round a place: 1 inside, 0 outside, between where it has holes."""
+
+    def __init__(self, vertices: ArrayLike, triangles: ArrayLike) -> None: ...
+    def at(self, places: ArrayLike) -> NDArray[np.float64]:
+        """(n,) of (n, 3) places in the mesh's frame, m; on all threads."""
 
 def Box(size: ArrayLike) -> Shape:
     """size: (3,) full edge lengths, m, > 0; centred"""
@@ -520,8 +704,21 @@ def Ellipsoid(radii: ArrayLike) -> Shape:
 def HalfSpace(normal: ArrayLike, offset: float = 0.0) -> Shape:
     """normal . x <= offset; a normal of any length but 0"""
 
-def Mesh(vertices: ArrayLike, triangles: ArrayLike, solid: bool = False) -> Shape:
-    """vertices (n, 3), m; triangles (k, 3) indices. solid: the inside counts; every edge must then join two triangles."""
+def Mesh(
+    vertices: ArrayLike,
+    triangles: ArrayLike,
+    solid: bool = False,
+    *,
+    progress: Progress = None,
+    timeout: Optional[float] = None
+) -> Shape:
+    """vertices (n, 3), m; triangles (k, 3) indices. solid: the inside counts; every edge must then join two triangles.
+    Made ready on all threads. progress: a function that is told how much is done, (0, 1], from any thread; what it raises
+    ends the work. timeout: s; then TimeoutError.
+    """
+
+def Plane(normal: ArrayLike, offset: float = 0.0) -> Shape:
+    """normal . x = offset, two-sided; a normal of any length but 0"""
 
 def Sphere(radius: float) -> Shape:
     """radius >= 0, m; 0 is a point"""
@@ -542,14 +739,17 @@ def clearance_zones(
     pose_b: PoseLike,
     *,
     clearance: float = 0.0,
+    progress: Progress = None,
     timeout: Optional[float] = None
 ) -> NDArray[np.void]:
     """Those pairs by places where the meshes meet or come near, the deepest or nearest first. A structured array: pairs,
     intersecting_pairs, bounds (2, 3), area (2,) m^2, and of the nearest pair triangles (2,), signed_distance (m), point_a,
-    point_b, normal. timeout: s; then TimeoutError.
+    point_b, normal. progress: as of near_triangles. timeout: s; then TimeoutError.
     """
 
-def collide(a: Shape, pose_a: PoseLike, b: Shape, pose_b: PoseLike, *, timeout: Optional[float] = None) -> bool:
+def collide(
+    a: Shape, pose_a: PoseLike, b: Shape, pose_b: PoseLike, *, solver: str = "", timeout: Optional[float] = None
+) -> bool:
     """Whether two shapes touch or overlap; exact for meshes."""
 
 def contacts(
@@ -559,10 +759,15 @@ def contacts(
     pose_b: PoseLike,
     *,
     margin: float = 0.0,
+    mesh_bounds: bool = True,
+    mesh_margin: bool = True,
+    tolerance: float = 0.0,
+    solver: str = "",
     timeout: Optional[float] = None
 ) -> NDArray[np.void]:
     """Contacts as a structured array: point, normal (unit, from a to b), depth, feature. margin: m; gaps up to it are
-    reported with negative depth.
+    reported with negative depth; of two meshes unless mesh_margin is False. mesh_bounds: the deepest contact of a mesh is
+    proven to separate; False is faster, up to a hundred times. tolerance, solver: as of distance.
     """
 
 def distance(
@@ -573,10 +778,12 @@ def distance(
     *,
     tolerance: float = 0.0,
     cutoff: float = ...,
+    solver: str = "",
     timeout: Optional[float] = None
 ) -> Answer:
     """Signed distance, points and normal of two shapes. Poses: (4, 4), or (7,): translation, then quaternion w, x, y, z;
     or None. tolerance: accepted error relative to the size, [0, 0.1]. cutoff: m; farther pairs are not told apart.
+    solver: one of tandem.solvers() by its name, where it covers the pair; '': the table's choice.
     timeout: s; status 'stopped' where it passed first; the calls below raise TimeoutError then.
     """
 
@@ -603,10 +810,13 @@ def hausdorff_distance(
     *,
     tolerance: float = 0.0,
     gap: float = 0.001,
+    least: float = 0.0001,
+    most_parts: int = 1000000,
     timeout: Optional[float] = None
 ) -> HausdorffBounds:
     """The largest distance of a point of either mesh's surface from the other, as bounds that are at most tolerance (m) or
-    gap (of the upper one) apart. timeout: s; then TimeoutError.
+    gap (of the upper one) apart, or the upper one at most least (of the surfaces' size), if most_parts of them are enough.
+    timeout: s; then TimeoutError.
     """
 
 def height_field(heights: ArrayLike, spacing: float, bottom: float) -> Shape:
@@ -640,10 +850,12 @@ def near_triangles(
     pose_b: PoseLike,
     *,
     clearance: float = 0.0,
+    progress: Progress = None,
     timeout: Optional[float] = None
 ) -> NDArray[np.void]:
     """All pairs of triangles of two meshes at most clearance (m) apart, sorted; 0: those that intersect, exactly. A structured
-    array: triangles (2,), distance (m), point_a, point_b. timeout: s; then TimeoutError.
+    array: triangles (2,), distance (m), point_a, point_b. progress: a function that is told how much is done, [0, 1].
+    timeout: s; then TimeoutError.
     """
 
 def penetration_depth(
@@ -657,7 +869,12 @@ def penetration_depth(
     timeout: Optional[float] = None
 ) -> DepthBounds:
     """How deep two shapes are in each other, as bounds that are at most gap (of the upper one) apart, if most_boxes of
-    translations are enough. timeout: s; then TimeoutError.
+    translations are enough. timeout: s; then the bounds reached by then (incomplete), TimeoutError if there are none.
+    """
+
+def overlapping_boxes(boxes: ArrayLike, *, method: str = "auto") -> NDArray[np.uint32]:
+    """(pairs, 2) indices, sorted, of boxes that overlap or touch. boxes: (n, 2, 3), least and largest corner, rounded outward to
+    single precision. method: 'brute', 'sweep', 'grid', 'bvh', 'auto'; the answer is the same.
     """
 
 def point_cloud(points: ArrayLike, radius: float) -> Shape:
@@ -679,9 +896,17 @@ def point_triangle_impacts(
     separation: m; features that come this near meet.
     """
 
-def read_mesh(path: PathLike, solid: bool = False) -> Shape:
-    """The mesh in a .obj, .stl, .ply, .off, .gltf or .glb file. solid: the inside counts. ValueError 'FILE:LINE: ...'
-    where it cannot be used, or with the first edge that does not close."""
+def pose_at(
+    from_pose: PoseLike, to_pose: PoseLike, t: float, *, straight_of: Optional[ArrayLike] = None
+) -> NDArray[np.float64]:
+    """(4, 4): where a body is at the time t, [0, 1], of such a motion as time_of_impact has."""
+
+def read_mesh(
+    path: PathLike, solid: bool = False, *, progress: Progress = None, timeout: Optional[float] = None
+) -> Shape:
+    """The mesh in a .obj, .stl, .ply, .off, .gltf or .glb file. solid: the inside counts. ValueError 'FILE:LINE: ...' where it
+    cannot be used, or with the first edge that does not close. progress, timeout: of what comes after reading, as of Mesh.
+    """
 
 def read_scene(path: PathLike) -> Scene:
     """ValueError 'FILE: POINTER: ...' where it cannot be used."""
@@ -700,6 +925,9 @@ def separation_along(
 ) -> float:
     """How far b must be moved along a direction (metres along it) to be apart from a and stay so. timeout: s; then TimeoutError."""
 
+def solvers() -> List[Tuple[str, str]]:
+    """[(name, description), ...] of all that a pair may be solved by."""
+
 def time_of_impact(
     a: Shape,
     from_a: PoseLike,
@@ -708,9 +936,13 @@ def time_of_impact(
     from_b: PoseLike,
     to_b: PoseLike,
     *,
+    straight_of_a: Optional[ArrayLike] = None,
+    straight_of_b: Optional[ArrayLike] = None,
     timeout: Optional[float] = None
 ) -> Optional[FirstTouch]:
-    """The first touch on screw motions between two poses each, or None. Never missed."""
+    """The first touch on screw motions between two poses each, or None. Never missed. straight_of_a, straight_of_b: (3,) where
+    given, no screw: this point of the body, in its frame, goes straight, and the body turns about it.
+    """
 
 @overload
 def triangles_at(a: Shape, pose_a: PoseLike, b: Shape, pose_b: PoseLike, of: Answer) -> Tuple[int, int]:
@@ -719,6 +951,24 @@ def triangles_at(a: Shape, pose_a: PoseLike, b: Shape, pose_b: PoseLike, of: Ans
 @overload
 def triangles_at(a: Shape, pose_a: PoseLike, b: Shape, pose_b: PoseLike, of: NDArray[np.void]) -> NDArray[np.uint32]:
     """(n, 2): the same of each contact of an array as tandem.contacts gives it."""
+
+def voxel_solid(
+    vertices: ArrayLike,
+    triangles: ArrayLike,
+    size: float,
+    *,
+    least: float = 0.5,
+    most_cells: int = 16777216,
+    timeout: Optional[float] = None
+) -> Shape:
+    """A solid for a mesh that need not be closed: the cubes, of size (m, > 0), whose middles have at least that winding number.
+    most_cells: of the mesh's box; more are refused. timeout: s; then TimeoutError.
+    """
+
+def voxels(cells: ArrayLike, size: float) -> Shape:
+    """The solid union of cubes of a grid. cells: (n, 3) whole numbers i, j, k, of the cube from (i, j, k) * size to (i + 1, ...) *
+    size, -2^20 to 2^20 - 2, in any order, doubles allowed. size: m, > 0.
+    """
 
 def write_scene(path: PathLike, scene: Scene) -> None:
     """Read back, it has the same contacts, bit for bit."""

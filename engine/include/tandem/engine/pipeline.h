@@ -17,6 +17,9 @@
 namespace tandem {
 
 class Timeline;
+namespace detail {
+class KeptHandover;
+}
 
 /// What is answered.
 struct AnswerOptions {
@@ -138,6 +141,7 @@ class Pipeline {
   void record_to(Timeline* timeline);
 
  private:
+  friend class detail::KeptHandover;
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

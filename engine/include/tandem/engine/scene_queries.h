@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <chrono>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -9,6 +10,7 @@
 #include <optional>
 #include <span>
 #include <stop_token>
+#include <utility>
 #include <vector>
 
 #include "tandem/engine/pair_table.h"
@@ -54,6 +56,30 @@ enum class Verdict : std::uint8_t {
   free,
   hit,
   unknown,  ///< the deadline passed or a stop was requested before it was known
+};
+
+/// Poses of a batch, row by row: link j of configuration i stands at pose i * links + j. They lie somewhere, or are
+/// made when they are looked at, a few configurations at a time: by a robot's kinematics, or from numbers in another
+/// form, without the time and memory that all of them would take.
+class BatchPoses {
+ public:
+  /// Writes the poses from number `first` on. Called by any of the threads that check, for no pose twice; what it
+  /// throws ends the batch and is thrown.
+  using Maker = std::function<void(std::size_t first, std::span<Pose> poses)>;
+
+  /// What lies must outlive the batch.
+  template <std::convertible_to<std::span<const Pose>> Poses>
+  BatchPoses(const Poses& poses) : lying_(poses), size_(lying_.size()) {}
+  BatchPoses(std::size_t size, Maker make) : size_(size), make_(std::move(make)) {}
+
+  std::size_t size() const { return size_; }
+  std::span<const Pose> lying() const { return lying_; }  ///< empty where they are made
+  const Maker& make() const { return make_; }             ///< empty where they lie
+
+ private:
+  std::span<const Pose> lying_;
+  std::size_t size_;
+  Maker make_;
 };
 
 /// How configurations are checked.
@@ -135,17 +161,16 @@ class SceneQueries {
   std::optional<Hit> nearest(BodyId body, double cutoff = std::numeric_limits<double>::infinity()) const;
   void within(BodyId body, double margin, std::vector<Hit>& hits) const;
 
-  /// Checks configurations of links, row by row: link j of configuration i stands at poses[i * links.size() + j].
-  /// Verdict i is `hit` where some link meets a body, or another link (pairs i < j that `self` has). Throws
-  /// std::invalid_argument unless the sizes fit; links must be bounded.
-  void check(std::span<const Shape> links, std::span<const Pose> poses, const PairTable& self,
+  /// Checks configurations of links. Verdict i is `hit` where some link meets a body, or another link (pairs i < j that
+  /// `self` has). Throws std::invalid_argument unless the sizes fit; links must be bounded.
+  void check(std::span<const Shape> links, const BatchPoses& poses, const PairTable& self,
              std::span<Verdict> verdicts, const BatchOptions& options = {}) const;
   /// The same, told what is hit first; not continuous. Slower, as the order of looking is not free.
-  void first_hits(std::span<const Shape> links, std::span<const Pose> poses, const PairTable& self,
+  void first_hits(std::span<const Shape> links, const BatchPoses& poses, const PairTable& self,
                   std::span<FirstHit> hits, const BatchOptions& options = {}) const;
   /// The least signed distance of each configuration, of all its links from the bodies and from one another; `cutoff`
   /// where it is not less, minus infinity where the deadline passed or a stop was requested first.
-  void clearance(std::span<const Shape> links, std::span<const Pose> poses, const PairTable& self,
+  void clearance(std::span<const Shape> links, const BatchPoses& poses, const PairTable& self,
                  std::span<double> distances, double cutoff = std::numeric_limits<double>::infinity(),
                  const BatchOptions& options = {}) const;
 

@@ -32,8 +32,8 @@ class NarrowPhase {
   /// Empty if the pair can be solved; else why not, naming both kinds.
   std::string refuses(const Shape& a, const Shape& b, Request request) const;
 
-  /// Solves one pair. Poses must be valid. With Request::contacts the manifold is appended to `contacts`, in
-  /// canonical order (by feature). Bounded work, no NaN; swapping A and B swaps the answer. Where
+  /// Solves one pair. Poses must be valid. With Request::contacts the manifold is appended to `contacts` (where
+  /// there is a list), in canonical order (by feature). Bounded work, no NaN; swapping A and B swaps the answer. Where
   /// NarrowPhaseOptions::limit is reached first the answer is Status::stopped and no contact is appended. `warm` is
   /// read and written where the pair's solver iterates, and left alone where it does not.
   PairAnswer solve(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,

@@ -12,8 +12,8 @@ struct DepthOptions {
   double gap = 0.05;
   /// Boxes of translations that are looked at, at most: more time, better bounds. 0: the bounds that are known without.
   std::size_t most_boxes = 20'000;
-  /// Ends the search (work_limit.h): WorkStopped is thrown. Null: none. Who wants the bounds by a deadline sets
-  /// `most_boxes`.
+  /// Ends the search (work_limit.h): the bounds reached by then are told (`incomplete`); WorkStopped is thrown only
+  /// where it is reached before the distance's bounds are known. Null: none.
   const WorkLimit* limit = nullptr;
 };
 
@@ -25,6 +25,7 @@ struct DepthBounds {
   double upper = 0;                 ///< metres: the length of `translation`; at least `lower`
   Vec3 translation = Vec3::Zero();  ///< of B in the world: after it they do not collide, which was tested exactly
   std::size_t boxes = 0;            ///< of translations that were looked at
+  bool incomplete = false;          ///< the limit ended the search: all the above holds, and more was to be had
 };
 
 /// Bounds on the depth. Where Request::distance knows the depth (Status::ok), it is that. Else, of two
@@ -36,7 +37,8 @@ struct DepthBounds {
 ///
 /// Where the translation leads is not asked: out of the side of a wall that was come in by or that of the other, or
 /// into a hole. Depends on nothing but the arguments; exchanged shapes give the same bounds. Throws
-/// std::invalid_argument for half-spaces that no translation separates or a bad option.
+/// std::invalid_argument for half-spaces that no translation separates or a bad option. The last test of the
+/// translation, mostly one yes or no, is not ended by the limit.
 DepthBounds penetration_depth(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
                               const DepthOptions& options = {});
 

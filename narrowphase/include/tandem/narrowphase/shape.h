@@ -22,6 +22,7 @@ struct Cylinder { double radius = 0; double length = 0; }; ///< radius > 0, full
 struct Cone { double radius = 0; double length = 0; };     ///< base at z = -length/2, apex at z = +length/2
 struct Ellipsoid { Vec3 radii = Vec3::Zero(); };           ///< radii > 0
 struct HalfSpace { Vec3 normal = Vec3::UnitZ(); double offset = 0; };  ///< normal . x <= offset; any length but 0
+struct Plane { Vec3 normal = Vec3::UnitZ(); double offset = 0; };      ///< normal . x = offset, two-sided: no inside
 struct Convex { std::vector<Vec3> vertices; };             ///< the hull of one or more points; may be flat
 struct Triangle { std::array<Vec3, 3> vertices; };         ///< may have no area
 struct Mesh {
@@ -31,9 +32,9 @@ struct Mesh {
 };
 
 enum class ShapeKind : std::uint8_t {
-  sphere, box, capsule, cylinder, cone, ellipsoid, halfspace, convex, triangle, mesh
+  sphere, box, capsule, cylinder, cone, ellipsoid, halfspace, convex, triangle, mesh, plane
 };
-inline constexpr std::size_t shape_kinds = 10;
+inline constexpr std::size_t shape_kinds = 11;
 
 std::string_view name(ShapeKind kind);
 
@@ -80,6 +81,7 @@ class Shape {
   Shape(const Cone&);
   Shape(const Ellipsoid&);
   Shape(const HalfSpace&);  ///< normal and offset are divided by the normal's length
+  Shape(const Plane&);      ///< the same
   explicit Shape(const Convex&);  ///< builds the hull
   Shape(const Triangle&);
   explicit Shape(Mesh);  ///< builds a hierarchy of boxes
@@ -94,7 +96,7 @@ class Shape {
 
   ShapeKind kind() const { return kind_; }
   bool is_convex() const { return kind_ != ShapeKind::mesh; }
-  bool is_bounded() const { return kind_ != ShapeKind::halfspace; }
+  bool is_bounded() const { return kind_ != ShapeKind::halfspace && kind_ != ShapeKind::plane; }
 
   /// Parameters; each is defined for the kinds that have it, see the structs above.
   const std::array<double, 4>& parameters() const { return param_; }    ///< in the order below, then zeros
@@ -102,21 +104,21 @@ class Shape {
   double length() const { return param_[1]; }
   Vec3 half_size() const { return {param_[0], param_[1], param_[2]}; }  ///< box
   Vec3 radii() const { return {param_[0], param_[1], param_[2]}; }      ///< ellipsoid
-  Vec3 normal() const { return {param_[0], param_[1], param_[2]}; }     ///< halfspace, unit
-  double offset() const { return param_[3]; }                           ///< halfspace
+  Vec3 normal() const { return {param_[0], param_[1], param_[2]}; }     ///< halfspace and plane, unit
+  double offset() const { return param_[3]; }                           ///< halfspace, plane
   /// Convex: the corners of the hull, in the order given; triangle, mesh: as given; else empty.
   std::span<const Vec3> vertices() const;
   /// Triangle, mesh: corners as indices of vertices, else empty. Triangles of a mesh that hang together go round alike,
   /// those of a closed one counterclockwise seen from outside.
   std::span<const std::array<std::uint32_t, 3>> triangles() const;
-  bool is_solid() const;  ///< the inside counts too: all but triangles and meshes that are surfaces
+  bool is_solid() const;  ///< the inside counts too: all but planes, triangles and meshes that are surfaces
 
-  /// Smallest box in world axes that holds the posed shape (a half-space: +-1e300 on open sides).
+  /// Smallest box in world axes that holds the posed shape (half-space, plane: +-1e300 on open sides).
   Bounds bounds(const Pose& pose) const { return bounds(pose, nullptr); }
   /// The same. A mesh's hull is built when its box is first asked for; the limit may end that: WorkStopped is thrown,
   /// and who asks next builds it. Null: none.
   Bounds bounds(const Pose& pose, const WorkLimit* limit) const;
-  /// Diagonal of the box in the shape's frame; the unit of relative errors. A half-space has 0, a point too.
+  /// Diagonal of the box in the shape's frame; the unit of relative errors. Half-space and plane have 0, a point too.
   double size() const { return size_; }
   const MassProperties& mass() const;  ///< made when first asked for, from any thread
   ShapeMemory memory_by_part() const;

@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <string_view>
 
+#include "tandem/narrowphase/build_options.h"
 #include "tandem/narrowphase/shape.h"
 
 namespace tandem {
@@ -26,7 +27,8 @@ bool is_mesh_file(const std::filesystem::path& path);
 Mesh read_mesh_file(const std::filesystem::path& path);
 
 /// The same as a shape. `solid`: the inside counts; throws InputError that names the first edge that does not close,
-/// and where it is, if the surface has one. Corners with equal coordinates are one, whatever the format.
-Shape read_mesh_shape(const std::filesystem::path& path, bool solid = false);
+/// and where it is, if the surface has one. Corners with equal coordinates are one, whatever the format. `options`: how
+/// the mesh that was read is made ready.
+Shape read_mesh_shape(const std::filesystem::path& path, bool solid = false, const BuildOptions& options = {});
 
 }  // namespace tandem

@@ -30,8 +30,7 @@ struct RebalanceOptions {
 };
 
 struct Options {
-  /// How each rank runs its part: threads, executor, what is answered. answer.keep_contacts must be 0: kept answers
-  /// belong to a rank's past, which a body leaves behind when it moves to another.
+  /// How each rank runs its part: threads, executor, what is answered.
   PipelineOptions rank{};
   RebalanceOptions rebalance{};
   /// Seconds, finite, >= 0: a rank that waits longer for another ends the job (MPI_Abort) with one line on stderr; 0:
@@ -73,8 +72,10 @@ struct Report {
   std::uint64_t colliding_pairs = 0;
   std::uint64_t contacts = 0;      ///< that touch or overlap
   std::uint64_t gaps = 0;          ///< contacts of negative depth, within the margin
+  std::uint64_t kept_pairs = 0;    ///< candidates whose answers were kept (AnswerOptions::keep_contacts)
   std::uint64_t contact_hash = 0;  ///< hash(GatheredContacts) of all ranks' answers; 0 unless asked for
   double max_depth = 0;            ///< metres
+  double kept_error_bound = 0;     ///< metres, the largest of a kept answer that is reported
   std::uint64_t moved_away = 0, copies = 0, bytes_sent = 0, messages_sent = 0;  ///< sums over ranks
   double slowest_load_ms = 0, mean_load_ms = 0;                                 ///< busy time a thread
   /// Of the calling threads, CPU time without waiting, slowest ranks: what other programs take of a core is not in it.
@@ -171,6 +172,10 @@ class Pipeline {
   /// Collective, of the shares: tandem::hash of the list that one rank would have, where ids are indices. Goes from
   /// rank to rank, so that it takes as long as on one.
   std::uint64_t list_hash(const GatheredContacts& share) const;
+
+  /// Collective: the next step keeps no answer (AnswerOptions::keep_contacts) of those before. What a run does that
+  /// writes a Checkpoint, so that it goes on as one that reads it.
+  void begin_anew();
 
   /// Slices and counters of this rank's steps, until null; `timeline` must outlive them. Beside those of detection
   /// "exchange", and "wait" for what is under way and for other ranks.

@@ -1,0 +1,302 @@
+// The boxes of a step that reuses a Verlet list: those that left their larger ones are found, searched for and put
+// back.
+#include <algorithm>
+#include <cassert>
+#include <thread>
+
+#include "kernels/row_kernel.h"
+#include "methods/verlet_list.h"
+
+namespace tandem {
+
+/// Takes what a search found for the larger box that a box outside gets: hands on what overlaps the box itself, and
+/// keeps what may come to; neither when the pair is on the list already, or the other one is outside, too.
+class VerletList::Found final : public PairSink {
+ public:
+  Found(const VerletList& owner, std::vector<std::uint32_t>& kept, PairSink& sink)
+      : owner_(owner), kept_(kept), sink_(sink) {
+    filter_ = &everything_;
+    buffer_ = room_.data();
+    capacity_ = room_.size();
+  }
+  void search_for(std::uint32_t index, const Aabb& box) {
+    index_ = index;
+    box_ = box;
+  }
+  void take(std::uint32_t other) {
+    if (other == index_ || owner_.is_outside(other)) return;
+    owner_.meet(index_, box_, other, (*owner_.boxes_)[other], kept_, sink_);
+  }
+  void flush() {
+    const auto other = [this](std::size_t k) { return buffer_[k].a == index_ ? buffer_[k].b : buffer_[k].a; };
+    for (std::size_t k = 0; k < count_; ++k) prefetch_box(*owner_.boxes_, other(k));
+    for (std::size_t k = 0; k < count_; ++k)
+      if (!owner_.returned_.has(other(k))) take(other(k));  // else its box is not the one that was found
+    count_ = 0;
+  }
+
+ private:
+  void full() override { flush(); }
+  const VerletList& owner_;
+  std::vector<std::uint32_t>& kept_;
+  PairSink& sink_;
+  PairFilter everything_;
+  std::uint32_t index_ = 0;
+  Aabb box_{};
+  std::array<Pair, 64> room_;
+};
+
+namespace {
+
+#ifdef NDEBUG
+constexpr bool check_changes = false;
+#else
+constexpr bool check_changes = true;
+#endif
+
+bool inside(const BoxRecord& box, const BoxRecord& larger) {
+  int in = 1;
+  for (std::size_t k = 0; k < 3; ++k) in &= int{larger.lo()[k] <= box.lo()[k]} & int{box.hi()[k] <= larger.hi()[k]};
+  return in != 0;
+}
+
+bool inside(const Aabb& box, const Aabb& larger) {
+  bool in = true;
+  for (std::size_t k = 0; k < 3; ++k) in = in && larger.lo[k] <= box.lo[k] && box.hi[k] <= larger.hi[k];
+  return in;
+}
+
+}  // namespace
+
+bool VerletList::is_outside(std::size_t i) const {
+  if (changes_known() && changed_[i] == 0) return false;
+  return !inside((*boxes_)[i], larger_[i]) || !last_filter_.same(filter_, i, i + 1);
+}
+
+bool VerletList::on_first_list(std::uint32_t a, std::uint32_t b) const {
+  return overlap(first_box(a), first_box(b)) && list_filter_view_.allows(a, b);
+}
+
+bool VerletList::on_returned_list(std::uint32_t a, std::uint32_t b) const {
+  return (returned_.has(a) || returned_.has(b)) && overlap(larger_[a], larger_[b]) && last_filter_.allows(a, b);
+}
+
+void VerletList::meet(std::uint32_t index, const Aabb& box, std::uint32_t other, const Aabb& others_box,
+                      std::vector<std::uint32_t>& kept, PairSink& sink) const {
+  if (on_first_list(index, other)) return;
+  if (overlap(box, others_box) && !on_returned_list(index, other)) sink.put(index, other);
+  if (filter_.allows(index, other)) kept.push_back(other);
+}
+
+void VerletList::put_back() {
+  if (mode_ != Mode::reuse) {
+    returned_.clear(size());
+    among_.clear();
+    for (Part& part : parts_) {
+      part.outside.clear();
+      part.list.clear();
+      part.changed.clear();
+    }
+    pack();
+    return;
+  }
+  std::vector<ReturnedBodies::Return> returns;
+  for (std::size_t p = 0; p < part_count_; ++p) {
+    const Part& part = parts_[p];
+    for (std::size_t k = 0; k < part.outside.size(); ++k) {
+      returns.push_back({part.outside[k], part.larger[k]});
+      last_filter_.set(part.outside[k], part.filter, k);
+    }
+  }
+  returned_.put(returns, [this](std::uint32_t body) { return larger_[body]; });
+  if (!returns.empty()) {
+    for (std::size_t p = 0; p < part_count_; ++p) parts_[p].list.forget(returned_);
+    among_.forget(returned_);
+  }
+  for (const ReturnedBodies::Return& r : returns) {
+    larger_.set(r.body, r.box);
+    Part& part = parts_[r.body / boxes_a_part];
+    const auto known = std::lower_bound(part.changed.begin(), part.changed.end(), r.body);
+    if (known != part.changed.end() && *known == r.body)
+      part.changed_larger[static_cast<std::size_t>(known - part.changed.begin())].set(r.box);
+  }
+}
+
+void VerletList::prepare(std::size_t part) {
+  const std::size_t first = part * boxes_a_part, last = part_end(part);
+  if (mode_ == Mode::renew)
+    enlarge_boxes(*boxes_, first, last, records_.data(), static_cast<float>(steps_ahead_), usual_, larger_);
+  copy_boxes(*boxes_, first, last, records_.data());
+  parts_done_.fetch_add(1, std::memory_order_relaxed);
+}
+
+bool VerletList::help_check() {
+  while (next_part_.load(std::memory_order_relaxed) < part_count_) {
+    const std::size_t part = next_part_.fetch_add(1, std::memory_order_relaxed);
+    if (part >= part_count_) break;
+    // Who waits for it must not wait for ever when memory is out.
+    struct Done {
+      std::uint8_t& flag;
+      ~Done() { std::atomic_ref(flag).store(1, std::memory_order_release); }
+    } const done{parts_[part].checked};
+    check_part(part);
+    parts_done_.fetch_add(1, std::memory_order_release);
+  }
+  return parts_done_.load(std::memory_order_acquire) == part_count_;
+}
+
+void VerletList::check_part(std::size_t index) {
+  Part& part = parts_[index];
+  const std::size_t first = index * boxes_a_part, last = part_end(index);
+  const ScratchPool<CheckRoom>::Lease lease(check_rooms_);
+  CheckRoom& room = *lease;
+  part.outside.clear();
+  std::size_t count = find_outside(index, room);
+  if (!changes_known() && !last_filter_.same(filter_, first, last)) {
+    // One by one: rare.
+    filter_holds_.store(false, std::memory_order_relaxed);
+    count = 0;
+    for (std::size_t i = first; i < last; ++i)
+      if (is_outside(i)) {
+        room.past[count].set((*boxes_)[i]);
+        room.outside[count++] = static_cast<std::uint32_t>(i);
+      }
+  }
+  if (count == 0) return;
+  part.outside.assign(room.outside.begin(), room.outside.begin() + static_cast<std::ptrdiff_t>(count));
+  part.boxes.resize(count);
+  part.larger.resize(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    part.boxes.set(k, (*boxes_)[part.outside[k]]);
+    if (!has_past_ || !copies_) room.past[k].set(part.boxes[k]);
+  }
+  // Further than all others: each costs a search of its own.
+  enlarge_boxes(part.boxes, 0, count, room.past.data(), 2 * static_cast<float>(steps_ahead_), usual_, part.larger);
+  part.filter.take(filter_, part.outside);
+}
+
+std::size_t VerletList::find_outside(std::size_t index, CheckRoom& room) {
+  const std::size_t first = index * boxes_a_part, last = part_end(index);
+  BoxRecord* records = copies_ ? records_.data() : nullptr;
+  if (!changes_known())
+    return copy_boxes_that_left(*boxes_, first, last, larger_, records, room.outside.data(), room.past.data());
+  const std::size_t changed = indices_set(changed_, first, last, room.changed.data());
+  if (check_changes)
+    for (std::size_t i = first; i < last; ++i) assert(changed_[i] != 0 || is_as_before(i));
+
+  if (4 * changed > 3 * (last - first) && last_filter_.same(filter_, first, last)) {
+    // All in a row is faster than these one by one. What has not changed is outside of nothing.
+    const std::size_t left =
+        copy_boxes_that_left(*boxes_, first, last, larger_, records, room.outside.data(), room.past.data());
+    std::size_t count = 0;
+    for (std::size_t k = 0; k < left; ++k) {
+      if (changed_[room.outside[k]] == 0) continue;
+      room.past[count] = room.past[k];
+      room.outside[count++] = room.outside[k];
+    }
+    return count;
+  }
+
+  // Whose groups or mask changed is not searched for.
+  if (changed != 0) filter_holds_.store(false, std::memory_order_relaxed);
+  constexpr std::size_t ahead = 8;
+  Part& part = parts_[index];
+  const std::span<const std::uint32_t> bodies(room.changed.data(), changed);
+  if (!std::equal(bodies.begin(), bodies.end(), part.changed.begin(), part.changed.end())) {
+    part.changed.assign(bodies.begin(), bodies.end());
+    part.changed_larger.resize(changed);
+    gather_boxes(larger_, bodies.data(), changed, part.changed_larger.data());
+  }
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < changed; ++k) {
+    if (k + ahead < changed) {
+      const std::size_t next = bodies[k + ahead];
+      prefetch_box(*boxes_, next);
+      if (records != nullptr) __builtin_prefetch(records + next, 1);
+    }
+    const std::uint32_t at = bodies[k];
+    BoxRecord now;
+    now.set((*boxes_)[at]);
+    if (!inside(now, part.changed_larger[k]) || !last_filter_.same(filter_, at, at + 1)) {
+      if (records != nullptr) room.past[count] = records[at];
+      room.outside[count++] = at;
+    }
+    if (records != nullptr) records[at] = now;
+  }
+  return count;
+}
+
+bool VerletList::is_as_before(std::size_t i) const {
+  BoxRecord record;
+  record.set((*boxes_)[i]);
+  return (!has_past_ || std::equal(record.bounds, record.bounds + 8, records_[i].bounds)) &&
+         last_filter_.same(filter_, i, i + 1);
+}
+
+const VerletList::Part& VerletList::checked_part(std::size_t part) const {
+  while (std::atomic_ref(parts_[part].checked).load(std::memory_order_acquire) == 0) std::this_thread::yield();
+  return parts_[part];
+}
+
+void VerletList::search_outside(Part& part, Scratch& scratch, PairSink& sink) {
+  const std::vector<std::uint32_t>& outside = part.outside;
+  if (outside.empty()) return;
+  Found found(*this, part.list.others, sink);
+  if (search_ == nullptr) scratch.row.resize(std::max(scratch.row.size(), size() + BoxArray::padding));
+  constexpr std::size_t ahead = 4;
+  for (std::size_t k = 0; k < outside.size(); ++k) {
+    if (search_ != nullptr && k + 2 * ahead < outside.size())
+      search_->prefetch(part.larger[k + 2 * ahead], BoxSearch::Fetch::index);
+    if (search_ != nullptr && k + ahead < outside.size())
+      search_->prefetch(part.larger[k + ahead], BoxSearch::Fetch::boxes);
+    const std::uint32_t index = outside[k];
+    const Aabb larger = part.larger[k];
+    found.search_for(index, part.boxes[k]);
+    if (search_ != nullptr) {
+      search_->search(larger, index, found);
+      found.flush();
+      scratch.found.clear();
+      returned_.overlapping(larger, scratch.row, scratch.found);
+      for (const std::uint32_t other : scratch.found) found.take(other);
+    } else {
+      const std::size_t count = overlap_row(larger_, 0, size(), larger, scratch.row.data());
+      for (std::size_t h = 0; h < count; ++h) found.take(scratch.row[h]);
+    }
+    part.list.close(index, returned_.turn() + 1);
+  }
+}
+
+// A sweep along the first axis, so that time does not grow with the square of what is outside.
+void VerletList::test_outside(Scratch& scratch, PairSink& sink) {
+  struct Outside {
+    std::uint32_t body;
+    Aabb box, larger;
+  };
+  std::vector<Outside> all;
+  for (std::size_t p = 0; p < part_count_; ++p) {
+    const Part& part = checked_part(p);
+    for (std::size_t k = 0; k < part.outside.size(); ++k)
+      all.push_back({part.outside[k], part.boxes[k], part.larger[k]});
+  }
+  if (all.size() < 2) return;
+  std::sort(all.begin(), all.end(), [](const Outside& p, const Outside& q) {
+    return p.larger.lo[0] != q.larger.lo[0] ? p.larger.lo[0] < q.larger.lo[0] : p.body < q.body;
+  });
+  outside_boxes_.resize(all.size());
+  for (std::size_t k = 0; k < all.size(); ++k) outside_boxes_.set(k, all[k].larger);
+  scratch.row.resize(std::max(scratch.row.size(), all.size() + BoxArray::padding));
+  const float* sorted = outside_boxes_.lo(0);
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const Outside& one = all[k];
+    const auto end =
+        static_cast<std::size_t>(std::upper_bound(sorted + k, sorted + all.size(), one.larger.hi[0]) - sorted);
+    const std::size_t count = overlap_row(outside_boxes_, k + 1, end, one.larger, scratch.row.data());
+    for (std::size_t h = 0; h < count; ++h) {
+      const Outside& other = all[scratch.row[h]];
+      meet(one.body, one.box, other.body, other.box, among_.others, sink);
+    }
+    among_.close(one.body, returned_.turn() + 1);
+  }
+}
+
+}  // namespace tandem

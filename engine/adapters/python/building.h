@@ -1,0 +1,52 @@
+#pragma once
+#include <pybind11/pybind11.h>
+
+#include <functional>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "all_threads.h"
+#include "tandem/narrowphase/build_options.h"
+#include "timeout.h"
+
+namespace tandem::python {
+
+/// Throws std::invalid_argument "WHAT: ..." unless it can be called or is None.
+inline void require_callable(const pybind11::object& callback, const char* what) {
+  if (!callback.is_none() && PyCallable_Check(callback.ptr()) == 0)
+    throw std::invalid_argument(std::string(what) + ": " + std::string(pybind11::str(pybind11::type::of(callback))) +
+                                ", allowed: a function, or None");
+}
+
+/// A function of Python's that is told how far work has come, as C++ calls it: from any thread, with the GIL. What it
+/// raises ends the work and is raised there. None: empty. The callback must outlive it, as copies are made without the
+/// GIL.
+template <class... Numbers>
+std::function<void(Numbers...)> progress_of(const pybind11::object& callback) {
+  require_callable(callback, "progress");
+  if (callback.is_none()) return {};
+  return [&callback](Numbers... numbers) {
+    const pybind11::gil_scoped_acquire held;
+    callback(numbers...);
+  };
+}
+
+/// How a mesh is made ready: on all threads, watched and ended as Python asks. The callback must outlive it.
+class Building {
+ public:
+  Building(const pybind11::object& progress, std::optional<double> timeout) : limit_(limit_after(timeout)) {
+    options_.parts = on_all_threads;
+    options_.progress = progress_of<double>(progress);
+    if (timeout) options_.limit = &limit_;
+  }
+  Building(const Building&) = delete;
+  Building& operator=(const Building&) = delete;
+  const BuildOptions& options() const { return options_; }
+
+ private:
+  WorkLimit limit_;
+  BuildOptions options_;
+};
+
+}  // namespace tandem::python

@@ -1,0 +1,71 @@
+// A mesh and a two-sided plane: apart, or where triangles cross it, as a mesh and the half-space on one of its sides.
+#include <algorithm>
+#include <limits>
+#include <vector>
+
+#include "meshes/mesh_pair.h"
+#include "meshes/traversal/hierarchy.h"
+#include "shapes/mesh_hierarchy.h"
+#include "shapes/shape_insides.h"
+#include "shapes/work_meter.h"
+#include "tolerances.h"
+
+namespace tandem {
+
+PlaneGaps plane_gaps(const MeshModel& mesh, const PlaneInMesh& plane, const WorkLimit* limit) {
+  const Vec3 extent = plane.local.cwiseAbs();
+  const double slack = tolerance::place_rounding * (mesh.centre.norm() + mesh.half.norm() + std::abs(plane.level));
+  PlaneGaps gaps;
+  const auto look_at = [&](std::uint32_t triangle) {
+    double lo = infinity, hi = -infinity;
+    std::uint32_t lowest = 0, highest = 0;
+    for (const std::uint32_t v : mesh.triangles[triangle]) {
+      const double height = plane.local.dot(mesh.vertices[v]) - plane.level;
+      if (height < lo) lo = height, lowest = v;
+      if (height > hi) hi = height, highest = v;
+    }
+    if (lo <= 0 && hi >= 0) gaps.cut = true;
+    if (lo > 0 && lo < gaps.above) gaps.above = lo, gaps.vertex_above = lowest;
+    if (hi < 0 && -hi < gaps.below) gaps.below = -hi, gaps.vertex_below = highest;
+  };
+  WorkMeter meter(limit);
+  std::vector<std::uint32_t> stack{whole};
+  while (!stack.empty() && !gaps.cut) {
+    const std::uint32_t at = stack.back();
+    stack.pop_back();
+    meter.spend();
+    each_child(mesh, at, [&](std::uint32_t child) {
+      const BoxOf box(mesh, child);
+      const double middle = plane.local.dot(box.mid) - plane.level, reach = extent.dot(box.half) + slack;
+      if (middle - reach >= gaps.above || -(middle + reach) >= gaps.below) return;
+      if (is_leaf(mesh, child)) return each_triangle(mesh, child, look_at);
+      stack.push_back(child);
+    });
+  }
+  return gaps;
+}
+
+PairAnswer solve_mesh_plane(const Posed& mesh, const PlaneInMesh& plane, Request request,
+                            const NarrowPhaseOptions& options, std::vector<Contact>* contacts) {
+  const MeshModel& m = mesh_of(mesh.shape);
+  const PlaneGaps gaps = plane_gaps(m, plane, options.limit);
+  PairAnswer answer;
+  answer.collide = gaps.cut;
+  if (request == Request::collide) return answer;
+  const bool both_sides = std::max(gaps.above, gaps.below) < infinity;
+  if (gaps.cut || !both_sides) {
+    // Out on the side to which less sticks out; apart, on the one where it is.
+    const double above = -farthest_along(m, -plane.local) - plane.level,
+                 below = plane.level - farthest_along(m, plane.local);
+    return solve_mesh_halfspace(mesh, below > above ? plane.turned_over() : plane, request, options, contacts);
+  }
+  const bool over = gaps.above <= gaps.below;
+  answer.signed_distance = over ? gaps.above : gaps.below;
+  answer.normal = over ? Vec3(-plane.up) : plane.up;
+  answer.point_a = mesh.pose * m.vertices[over ? gaps.vertex_above : gaps.vertex_below];
+  answer.point_b = answer.point_a + answer.signed_distance * answer.normal;
+  if (request == Request::contacts && answer.signed_distance <= options.margin) contacts->push_back(contact_of(answer));
+  return answer;
+}
+
+}  // namespace tandem
