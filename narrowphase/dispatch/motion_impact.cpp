@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "boxes/box_box.h"
-#include "convex/feature_normals.h"
 #include "dispatch/swept_body.h"
 #include "pairs/convex_pair.h"
 #include "shapes/screw_path.h"
@@ -28,18 +27,22 @@ constexpr std::size_t usual_items = 128;  // that wait; more take memory
 /// Two bodies on their paths.
 class ScrewSweep {
  public:
-  ScrewSweep(const SweptBody& a, const ScrewPath& path_a, const SweptBody& b, const ScrewPath& path_b, double radius,
-             double gap_of_touch, const WorkLimit* limit)
-      : meter_(limit), a_(a), b_(b), path_a_(path_a), path_b_(path_b), radius_(radius), gap_of_touch_(gap_of_touch) {
+  ScrewSweep(const SweptBody& a, const ScrewPath& path_a, double rounding_a, const SweptBody& b,
+             const ScrewPath& path_b, double rounding_b, double gap_of_touch, const WorkLimit* limit)
+      : meter_(limit),
+        a_(a),
+        b_(b),
+        path_a_(path_a),
+        path_b_(path_b),
+        rounding_a_(rounding_a),
+        rounding_b_(rounding_b),
+        gap_of_touch_(gap_of_touch) {
     const auto reach = [](const SweptBody& s, const ScrewPath& path) {
       return s.mid.norm() + s.half.norm() + path.at(0).translation.norm() + path.length(0);
     };
     box_slack_ = tolerance::place_rounding * (reach(a, path_a) + reach(b, path_b));
-    const auto length = [](const SweptBody& s, const ScrewPath& path) {
-      return path.length(s.mid.norm() + s.half.norm());
-    };
     const double turn = (is_plane(a) ? path_a.angle() : 0) + (is_plane(b) ? path_b.angle() : 0);
-    coriolis_ = 2 * turn * (length(a, path_a) + length(b, path_b));
+    coriolis_ = 2 * turn * (length_of({a.mid, a.half}, path_a) + length_of({b.mid, b.half}, path_b));
   }
 
   /// The time of the first touch, and the triangles; `never` if there is none.
@@ -63,9 +66,9 @@ class ScrewSweep {
       if (leaf_a && leaf_b) {
         a_.each_convex(top.a, [&](const ConvexView& p, std::uint32_t i) {
           b_.each_convex(top.b, [&](const ConvexView& q, std::uint32_t j) {
-            const double t =
+            const FirstTouch touch =
                 convex_meet(p, a_.core_box(top.a), q, b_.core_box(top.b), top.bound, std::min(best.t, 1.0));
-            if (t < best.t) best.t = t, best.feature = {i, j};
+            if (touch.t < best.t) best = touch, best.feature = {i, j};
           });
         });
       } else if (leaf_b || (!leaf_a && a_.box(top.a).second.norm() >= b_.box(top.b).second.norm())) {
@@ -79,6 +82,17 @@ class ScrewSweep {
 
  private:
   using Box = std::pair<Vec3, Vec3>;  // middle and half sizes, in the body's frame
+
+  /// Between surfaces.
+  struct Gap {
+    double length;
+    Vec3 normal;  // unit, world, from A to B
+  };
+
+  /// How far points of the box go at most, and how fast, as the motion takes unit time.
+  static double length_of(const Box& box, const ScrewPath& path) {
+    return path.length(box.first.norm() + box.second.norm());
+  }
 
   static bool is_plane(const SweptBody& body) {
     return body.view.kind == ShapeKind::halfspace || body.view.kind == ShapeKind::plane;
@@ -100,45 +114,56 @@ class ScrewSweep {
            path_b_.speed_along(-normal, at_b, t, b.first, b.second);
   }
 
-  /// How far one advances that creeps along a gap, where the points' fastest speed says little: `least`, or longer.
-  /// Apart by v along the gap's normal at the end of an advance of length dt, too, they are apart in between where
-  /// acceleration * dt^2 / 2 <= (gap^(1/2) + v^(1/2))^2: each two points come no nearer than a parabola through both
-  /// ends.
-  template <class Separation>
-  double glide(double t, double until, double gap, double acceleration, double least, Separation&& separation) const {
-    for (double dt = std::min(2 * std::sqrt(2 * gap / acceleration), until - t); dt > 2 * least; dt /= 4) {
-      const double end = t + dt;
-      const double v = separation(path_a_.at(end), path_b_.at(end)) - radius_;
-      const double length = std::sqrt(gap) + std::sqrt(std::max(v, 0.0));
-      if (v >= 0 && acceleration * dt * dt <= 2 * length * length) return dt;
+  /// A half-space's or plane's normal, which is its own, turns with it; another gap's direction stays.
+  Vec3 carried(const Vec3& normal, double from, double to) const {
+    if (!is_plane(a_) && !is_plane(b_)) return normal;
+    const ScrewPath& path = is_plane(a_) ? path_a_ : path_b_;
+    return path.at(to).rotation * (path.at(from).rotation.transpose() * normal);
+  }
+
+  /// How far one advances that creeps along a gap, where the points' fastest speed says little: `least`, or longer, up
+  /// to `most`. Let the direction of the gap turn evenly into that of the gap v at the end of an advance of length dt.
+  /// Two points then come no nearer along it than a parabola through both ends: apart in between, where
+  /// bend * dt^2 / 2 <= (gap^(1/2) + v^(1/2))^2. Along a direction n that turns at the rate w, their distance has the
+  /// second derivative (b'' - a'') . n + 2 (b' - a') . n' - w^2 (b - a) . n, of which the last only parts
+  /// them. On a plane's other side the direction has turned by half a circle, which none so fast can.
+  template <class Distance>
+  double glide(double t, const Gap& now, double acceleration, double speed, double least, double most,
+               Distance&& distance) const {
+    for (double dt = most; dt > 2 * least; dt /= 4) {
+      const Gap then = distance(path_a_.at(t + dt), path_b_.at(t + dt));
+      if (!(then.length >= 0)) continue;
+      const Vec3 along = carried(now.normal, t, t + dt);
+      const double turn = 2 * std::atan2((then.normal - along).norm(), (then.normal + along).norm());
+      const double length = std::sqrt(now.length) + std::sqrt(then.length);
+      if ((acceleration * dt + 2 * speed * turn) * dt <= 2 * length * length) return dt;
     }
     return least;
   }
 
   /// Advances from `from`, at most `most` times, while the gap that `distance` tells at a time is no touch: no time
   /// that is passed over has one. Returns `never` beyond `until`. `planes`: gaps to a half-space are to its plane.
-  /// `separation` is that along a normal at a time, for many advances.
-  template <class Distance, class Separation>
+  template <class Distance>
   double advance(const Box& box_a, const Box& box_b, double from, double until, int most, bool planes,
-                 Distance&& distance, Separation&& separation) {
+                 Distance&& distance) {
     constexpr int few_advances = 64;  // then it creeps
-    double t = from;
+    double t = from, stride = until - from;
     for (int i = 0; i < most; ++i) {
       meter_.spend(8);
       const Pose at_a = path_a_.at(t), at_b = path_b_.at(t);
-      const auto [signed_distance, normal] = distance(at_a, at_b);
-      const double gap = signed_distance - radius_;
-      if (gap <= gap_of_touch_) return t;
+      const Gap gap = distance(at_a, at_b);
+      if (gap.length <= gap_of_touch_) return t;
       // Along the normal the two approach each other by at most speed * dt + acceleration * dt^2 / 2.
-      const double speed = approach(normal, at_a, at_b, t, box_a, box_b, planes);
+      const double speed = approach(gap.normal, at_a, at_b, t, box_a, box_b, planes);
       const double acceleration = path_a_.acceleration(box_a.first, box_a.second) +
                                   path_b_.acceleration(box_b.first, box_b.second) + (planes ? coriolis_ : 0);
-      const double closing = speed + std::sqrt(speed * speed + 2 * acceleration * gap);
+      const double closing = speed + std::sqrt(speed * speed + 2 * acceleration * gap.length);
       if (!(closing > 0)) return never;
-      double dt = 2 * gap / closing;
-      if (i >= few_advances)
-        dt = glide(t, until, gap, acceleration, dt,
-                   [&, n = normal](const Pose& then_a, const Pose& then_b) { return separation(n, then_a, then_b); });
+      double dt = 2 * gap.length / closing;
+      if (i >= few_advances) {
+        const double fastest = length_of(box_a, path_a_) + length_of(box_b, path_b_);
+        dt = stride = glide(t, gap, acceleration, fastest, dt, std::min(4 * stride, until - t), distance);
+      }
       const double next = t + dt;
       if (!(next <= until)) return never;
       if (next <= t) return t;
@@ -148,21 +173,24 @@ class ScrewSweep {
   }
 
   /// The boxes are those of the cores.
-  double convex_meet(const ConvexView& p, const Box& box_p, const ConvexView& q, const Box& box_q, double from,
-                     double until) {
+  FirstTouch convex_meet(const ConvexView& p, const Box& box_p, const ConvexView& q, const Box& box_q, double from,
+                         double until) {
     constexpr int most_advances = 10000;  // then it creeps up on a graze: early, never late
     const NarrowPhaseOptions exact;
+    const auto answer_at = [&](const Pose& at_a, const Pose& at_b) {
+      return solve_convex(p, at_a, q, at_b, Request::distance, exact, nullptr);
+    };
     const auto distance = [&](const Pose& at_a, const Pose& at_b) {
-      const PairAnswer answer = solve_convex(p, at_a, q, at_b, Request::distance, exact, nullptr);
-      return std::pair(answer.signed_distance, answer.normal);
+      const PairAnswer answer = answer_at(at_a, at_b);
+      return Gap{answer.signed_distance - (rounding_a_ + rounding_b_), answer.normal};
     };
-    const auto separation = [&](const Vec3& n, const Pose& then_a, const Pose& then_b) {
-      // From a half-space its own normal, which turns with it, is the only one.
-      if (is_plane(a_) || is_plane(b_)) return distance(then_a, then_b).first;
-      return separation_along({p, q, relative(then_a, then_b)}, then_a.rotation.transpose() * n) - core_radius(p) -
-             core_radius(q);
-    };
-    return advance(box_p, box_q, from, until, most_advances, true, distance, separation);
+    FirstTouch touch;
+    touch.t = advance(box_p, box_q, from, until, most_advances, true, distance);
+    if (touch.t == never) return touch;
+    const PairAnswer answer = answer_at(path_a_.at(touch.t), path_b_.at(touch.t));
+    touch.normal = answer.normal;
+    touch.point = 0.5 * (answer.point_a + rounding_a_ * answer.normal + answer.point_b - rounding_b_ * answer.normal);
+    return touch;
   }
 
   /// A time before which the boxes of two places do not touch: a few advances, as children will tell more.
@@ -175,16 +203,16 @@ class ScrewSweep {
     const auto distance = [&](const Pose& at_a, const Pose& at_b) {
       const BoxAnswer answer =
           box_box_distance(half(box_a.second), place(at_a, box_a.first), half(box_b.second), place(at_b, box_b.first));
-      return std::pair(answer.local.signed_distance - box_slack_, Vec3(at_a.rotation * answer.local.normal));
+      return Gap{answer.local.signed_distance - box_slack_ - (rounding_a_ + rounding_b_),
+                 at_a.rotation * answer.local.normal};
     };
-    const auto unasked = [](const Vec3&, const Pose&, const Pose&) { return -infinity; };
-    return advance(box_a, box_b, from, until, most_advances, false, distance, unasked);
+    return advance(box_a, box_b, from, until, most_advances, false, distance);
   }
 
   WorkMeter meter_;
   const SweptBody &a_, &b_;
   const ScrewPath &path_a_, &path_b_;
-  const double radius_, gap_of_touch_;
+  const double rounding_a_, rounding_b_, gap_of_touch_;
   double box_slack_;  // numbers in hierarchies and places are rounded
   double coriolis_;   // acceleration of what passes a half-space that turns, in its frame: at most
 };
@@ -201,14 +229,11 @@ std::optional<FirstTouch> NarrowPhase::time_of_impact(const Shape& a, const Moti
                                                       const Motion& motion_b) const {
   if (const std::string why = refuses(a, b, Request::distance); !why.empty()) throw std::invalid_argument(why);
   const ScrewPath path_a(motion_a), path_b(motion_b);
-  const auto touch_at = [&](FirstTouch touch) {
-    const PairAnswer then = unless_stopped(
-        NarrowPhase(without_cutoff(options_)).solve(a, path_a.at(touch.t), b, path_b.at(touch.t), Request::distance));
-    touch.point = 0.5 * (then.point_a + then.point_b);
-    touch.normal = then.normal;
-    return touch;
-  };
-  if (unless_stopped(solve(a, path_a.at(0), b, path_b.at(0), Request::collide)).collide) return touch_at({});
+  if (unless_stopped(solve(a, path_a.at(0), b, path_b.at(0), Request::collide)).collide) {
+    const PairAnswer now = unless_stopped(
+        NarrowPhase(without_cutoff(options_)).solve(a, path_a.at(0), b, path_b.at(0), Request::distance));
+    return FirstTouch{0, 0.5 * (now.point_a + now.point_b), now.normal};
+  }
   SweptBody body_a(a, options_.limit), body_b(b, options_.limit);
   const auto limit = [](SweptBody& unbounded, double within) {
     unbounded.mid.setZero();
@@ -217,13 +242,14 @@ std::optional<FirstTouch> NarrowPhase::time_of_impact(const Shape& a, const Moti
   if (!a.is_bounded()) limit(body_a, farthest(body_b, path_b, path_a));
   if (!b.is_bounded()) limit(body_b, farthest(body_a, path_a, path_b));
   const auto reach = [](const SweptBody& body) { return body.mid.norm() + body.half.norm(); };
-  const double radius = a.rounding() + b.rounding();
   const double path =
       path_a.length(a.is_bounded() ? reach(body_a) : 0) + path_b.length(b.is_bounded() ? reach(body_b) : 0);
-  const double gap_of_touch = tolerance::touch * (a.size() + b.size() + radius) + tolerance::motion_touch * path;
-  const FirstTouch first = ScrewSweep(body_a, path_a, body_b, path_b, radius, gap_of_touch, options_.limit).first();
+  const double gap_of_touch =
+      tolerance::touch * (a.size() + b.size() + a.rounding() + b.rounding()) + tolerance::motion_touch * path;
+  const FirstTouch first =
+      ScrewSweep(body_a, path_a, a.rounding(), body_b, path_b, b.rounding(), gap_of_touch, options_.limit).first();
   if (first.t == never) return std::nullopt;
-  return touch_at(first);
+  return first;
 }
 
 }  // namespace tandem
