@@ -267,8 +267,9 @@ TEST_CASE("queries of a scene: bad input is refused by name") {
   CHECK(message_of([&] { queries.check(links, poses, all, verdicts); }).find("configuration 1, link 1") !=
         std::string::npos);
   for (const Shape& open : {Shape(HalfSpace{}), Shape(Plane{})})
-    CHECK(message_of([&] { queries.check(std::span(&open, 1), std::span(poses).first(2), {}, verdicts); })
-              .find("link 0 is a " + std::string(name(open.kind()))) != std::string::npos);
+    CHECK(message_of([&] {
+            queries.check(std::span(&open, 1), std::span(poses).first(2), {}, verdicts);
+          }).find("link 0 is a " + std::string(name(open.kind()))) != std::string::npos);
 }
 
 TEST_CASE("configurations: verdicts and clearances are those of single queries, on any number of threads") {
