@@ -90,7 +90,7 @@ class Shapes(unittest.TestCase):
                 call()
 
     def test_planes_and_voxels(self):
-        self.assertAlmostEqual(tandem.distance(tandem.Plane([0, 0, 2], 4), None, BALL, None).signed_distance, 1.5)
+        self.assertAlmostEqual(tandem.distance(tandem.Plane([0, 0, 2], 4), None, BALL, None).signed_distance, 1)
         bounds = tandem.voxels([[0, 0, 0], [-1, 2, 0]], 0.5).bounds()
         np.testing.assert_allclose(bounds, [[-0.5, 0, 0], [0.5, 1.5, 0.5]])
 

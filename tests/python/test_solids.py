@@ -124,6 +124,8 @@ class Building(unittest.TestCase):
         shape = tandem.Mesh(*sheet(20))
         self.assertEqual(sum(shape.memory_by_part.values()), shape.memory)
         self.assertGreaterEqual(shape.memory_by_part["surface"], 800 * 12)
+        self.assertEqual(tandem.memory_of([shape, shape]), tandem.memory_of([shape]))
+        self.assertGreaterEqual(tandem.memory_of([shape]), shape.memory)
 
     def test_what_a_shape_is(self):
         box = tandem.Box([1, 2, 4])

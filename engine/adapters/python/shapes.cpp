@@ -1,4 +1,5 @@
 #include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
 
 #include <sstream>
 
@@ -6,6 +7,7 @@
 #include "bindings.h"
 #include "names.h"
 #include "tandem/narrowphase/shape.h"
+#include "tandem/narrowphase/shape_memory.h"
 
 namespace tandem::python {
 namespace {
@@ -50,11 +52,11 @@ void bind_shape_class(py::module_& module) {
           "(3, 3), m^5, about the centre of mass: times the density kg m^2")
       .def_property_readonly(
           "parameters", [](const Shape& s) { return to_array(s.parameters()); },
-          "(4,), then zeros: radius; half a box's size; radius, length; radii; a half-space's normal, offset. Of the "
-          "core "
-          "of a\nrounded shape.")
+          "(4,), then zeros: radius; half a box's size; radius, length; radii; a half-space's or plane's normal, "
+          "offset.\n"
+          "Of the core of a rounded shape.")
       .def_property_readonly("is_convex", &Shape::is_convex)
-      .def_property_readonly("is_bounded", &Shape::is_bounded, "All but half-spaces.")
+      .def_property_readonly("is_bounded", &Shape::is_bounded, "All but half-spaces and planes.")
       .def_property_readonly("memory", &Shape::memory, "Bytes beside the object itself; copies share them.")
       .def_property_readonly(
           "memory_by_part", [](const Shape& s) { return parts_of(s.memory_by_part()); },
@@ -130,6 +132,10 @@ void bind_shapes(py::module_& m) {
   bind_shape_class(m);
   bind_primitives(m);
   bind_vertex_shapes(m);
+  m.def(
+      "memory_of", [](const std::vector<Shape>& shapes) { return memory_of(shapes); }, py::arg("shapes"),
+      "Bytes held beside these shapes; what several of them share, as copies do and a shape and its rounded one, "
+      "once.");
 }
 
 }  // namespace tandem::python

@@ -571,14 +571,14 @@ class Shape:
         """(3, 3), m^5, about the centre of mass: times the density kg m^2"""
     @property
     def parameters(self) -> NDArray[np.float64]:
-        """(4,), then zeros: radius; half a box's size; radius, length; radii; a half-space's normal, offset. Of the core of a
-        rounded shape.
+        """(4,), then zeros: radius; half a box's size; radius, length; radii; a half-space's or plane's normal, offset.
+        Of the core of a rounded shape.
         """
     @property
     def is_convex(self) -> bool: ...
     @property
     def is_bounded(self) -> bool:
-        """All but half-spaces."""
+        """All but half-spaces and planes."""
     @property
     def memory(self) -> int:
         """Bytes beside the object itself; copies share them."""
@@ -835,6 +835,9 @@ def limit_motion(scene: Scene, ends: ArrayLike) -> Tuple[NDArray[np.float64], ND
     back as far as needed, stops). Stops are a structured array: t ([0, 1] of the step), a, b (ids), point, normal (unit, from
     a to b). For who moves bodies himself; a Response does it.
     """
+
+def memory_of(shapes: Sequence[Shape]) -> int:
+    """Bytes held beside these shapes; what several of them share, as copies do and a shape and its rounded one, once."""
 
 def near_features(
     a: Shape, pose_a: PoseLike, b: Shape, pose_b: PoseLike, margin: float
