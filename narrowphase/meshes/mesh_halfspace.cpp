@@ -18,19 +18,12 @@ PlaneInMesh::PlaneInMesh(const Pose& mesh, const Posed& plane)
       local(mesh.rotation.transpose() * up),
       level(plane.shape.offset() - up.dot(mesh.translation - plane.pose.translation)) {}
 
-PairAnswer solve_mesh_halfspace(const Posed& mesh, const PlaneInMesh& half, Request request,
-                                const NarrowPhaseOptions& options, std::vector<Contact>* contacts) {
+PairAnswer solve_vertices_halfspace(const Posed& mesh, const PlaneInMesh& half, std::span<const std::uint32_t> vertices,
+                                    double floor, Request request, const NarrowPhaseOptions& options,
+                                    std::vector<Contact>* contacts) {
   const MeshModel& m = mesh_of(mesh.shape);
   const auto& [up, local, level] = half;
   PairAnswer answer;
-  // One that bends is asked for its hull only where there is something to tell of it.
-  if (m.bends && request != Request::distance) {
-    const double height = -farthest_along(m, -local) - level;
-    if (request == Request::collide || !(height <= options.margin)) {
-      answer.collide = height <= 0;
-      return answer;
-    }
-  }
   double lowest = std::numeric_limits<double>::infinity();
   std::uint32_t at = 0;
   const std::size_t first = contacts ? contacts->size() : 0;
@@ -39,12 +32,12 @@ PairAnswer solve_mesh_halfspace(const Posed& mesh, const PlaneInMesh& half, Requ
   const auto turned = [&](std::uint32_t v) -> Vec3 { return mesh.pose.rotation * m.vertices[v]; };
   // What touches to rounding has all of its patch.
   const double within = options.margin + tolerance::alike * mesh.shape.size();
-  // The vertices that span what lies below the plane are vertices of the hull.
   WorkMeter meter(options.limit);
   std::uint32_t seen = 0;
-  for (const std::uint32_t v : m.extreme(options.limit)) {
+  for (const std::uint32_t v : vertices) {
     if (++seen % 16 == 0) meter.spend();
     const double height = local.dot(m.vertices[v]) - level;
+    if (height < floor) continue;
     if (height < lowest) lowest = height, at = v;
     if (request == Request::contacts && height <= within)
       contacts->push_back({turned(v) - up * (height / 2), -up, std::max(-height, -options.margin), v});
@@ -62,6 +55,22 @@ PairAnswer solve_mesh_halfspace(const Posed& mesh, const PlaneInMesh& half, Requ
   answer.point_b = answer.point_a - up * lowest;
   answer.normal = -up;
   return answer;
+}
+
+PairAnswer solve_mesh_halfspace(const Posed& mesh, const PlaneInMesh& half, Request request,
+                                const NarrowPhaseOptions& options, std::vector<Contact>* contacts) {
+  const MeshModel& m = mesh_of(mesh.shape);
+  // One that bends is asked for its hull only where there is something to tell of it.
+  if (m.bends && request != Request::distance) {
+    const double height = -farthest_along(m, -half.local) - half.level;
+    if (request == Request::collide || !(height <= options.margin)) {
+      PairAnswer answer;
+      answer.collide = height <= 0;
+      return answer;
+    }
+  }
+  // The vertices that span what lies below the plane are vertices of the hull.
+  return solve_vertices_halfspace(mesh, half, m.extreme(options.limit), -infinity, request, options, contacts);
 }
 
 }  // namespace tandem

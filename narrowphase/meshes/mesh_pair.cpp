@@ -17,10 +17,8 @@ namespace {
 PairAnswer solve_with_mesh_first(const Posed& a, const Posed& b, Request request, const NarrowPhaseOptions& options,
                                  std::vector<Contact>* contacts) {
   if (has_triangles(b.shape)) return solve_meshes(a, b, request, options, contacts);
-  if (b.shape.kind() == ShapeKind::halfspace) 
-    return solve_mesh_halfspace(a, {a.pose, b}, request, options, contacts);
-  if (b.shape.kind() == ShapeKind::plane) 
-    return solve_mesh_plane(a, {a.pose, b}, request, options, contacts);
+  if (b.shape.kind() == ShapeKind::halfspace) return solve_mesh_halfspace(a, {a.pose, b}, request, options, contacts);
+  if (b.shape.kind() == ShapeKind::plane) return solve_mesh_plane(a, {a.pose, b}, request, options, contacts);
   return solve_mesh_convex(a, b, request, options, contacts);
 }
 

@@ -2,6 +2,7 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "shapes/posed_mesh.h"
@@ -47,6 +48,10 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
                         std::vector<Contact>* contacts);  ///< both have triangles, goes_first(a, b)
 PairAnswer solve_mesh_halfspace(const Posed& mesh, const PlaneInMesh& half, Request request,
                                 const NarrowPhaseOptions& options, std::vector<Contact>* contacts);
+/// Of these vertices alone, and of them those at least `floor` above the plane.
+PairAnswer solve_vertices_halfspace(const Posed& mesh, const PlaneInMesh& half, std::span<const std::uint32_t> vertices,
+                                    double floor, Request request, const NarrowPhaseOptions& options,
+                                    std::vector<Contact>* contacts);
 PairAnswer solve_mesh_plane(const Posed& mesh, const PlaneInMesh& plane, Request request,
                             const NarrowPhaseOptions& options, std::vector<Contact>* contacts);
 PairAnswer solve_mesh_convex(const Posed& mesh, const Posed& convex, Request request, const NarrowPhaseOptions& options,

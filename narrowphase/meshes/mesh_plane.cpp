@@ -45,6 +45,54 @@ PlaneGaps plane_gaps(const MeshModel& mesh, const PlaneInMesh& plane, const Work
   return gaps;
 }
 
+namespace {
+
+/// From the lowest to the highest point of a triangle, above the plane.
+struct Span {
+  double lo, hi;
+};
+
+/// The mesh may be moved along the plane's normal until a place without triangles is at the plane: this is what lies
+/// between the nearest such places, where a triangle meets the plane. Triangles that hang together leave none.
+Span covered(const MeshModel& mesh, const PlaneInMesh& plane, const WorkLimit* limit) {
+  WorkMeter meter(limit);
+  std::vector<Span> spans;
+  spans.reserve(mesh.triangles.size());
+  for (const auto& t : mesh.triangles) {
+    if (spans.size() % 16 == 0) meter.spend();
+    Span& span = spans.emplace_back(infinity, -infinity);
+    for (const std::uint32_t v : t) {
+      const double height = plane.local.dot(mesh.vertices[v]) - plane.level;
+      span.lo = std::min(span.lo, height), span.hi = std::max(span.hi, height);
+    }
+  }
+  std::sort(spans.begin(), spans.end(), [](const Span& x, const Span& y) { return x.lo < y.lo; });
+  Span joined = spans.front();
+  for (const Span& next : spans) {
+    if (next.lo <= joined.hi) {
+      joined.hi = std::max(joined.hi, next.hi);
+    } else if (joined.hi >= 0) {
+      break;
+    } else {
+      joined = next;
+    }
+  }
+  return joined;
+}
+
+/// Each place that has a corner of a triangle once.
+std::vector<std::uint32_t> places_in_use(const MeshModel& mesh) {
+  std::vector<std::uint32_t> places;
+  places.reserve(3 * mesh.triangles.size());
+  for (const auto& t : mesh.triangles)
+    for (const std::uint32_t v : t) places.push_back(mesh.stands_for.empty() ? v : mesh.stands_for[v]);
+  std::sort(places.begin(), places.end());
+  places.erase(std::unique(places.begin(), places.end()), places.end());
+  return places;
+}
+
+}  // namespace
+
 PairAnswer solve_mesh_plane(const Posed& mesh, const PlaneInMesh& plane, Request request,
                             const NarrowPhaseOptions& options, std::vector<Contact>* contacts) {
   const MeshModel& m = mesh_of(mesh.shape);
@@ -52,19 +100,22 @@ PairAnswer solve_mesh_plane(const Posed& mesh, const PlaneInMesh& plane, Request
   PairAnswer answer;
   answer.collide = gaps.cut;
   if (request == Request::collide) return answer;
-  const bool both_sides = std::max(gaps.above, gaps.below) < infinity;
-  if (gaps.cut || !both_sides) {
+  if (gaps.cut ? m.components(options.limit).size() == 1 : std::max(gaps.above, gaps.below) == infinity) {
     // Out on the side to which less sticks out; apart, on the one where it is.
     const double above = -farthest_along(m, -plane.local) - plane.level,
                  below = plane.level - farthest_along(m, plane.local);
     return solve_mesh_halfspace(mesh, below > above ? plane.turned_over() : plane, request, options, contacts);
   }
-  const bool over = gaps.above <= gaps.below;
-  answer.signed_distance = over ? gaps.above : gaps.below;
+  // In pieces: those beyond the place without triangles at which it comes out do not touch.
+  const Span out = gaps.cut ? covered(m, plane, options.limit) : Span{gaps.above, -gaps.below};
+  const bool over = gaps.cut ? -out.lo <= out.hi : gaps.above <= gaps.below;
+  answer.signed_distance = over ? out.lo : -out.hi;
+  if (gaps.cut || (request == Request::contacts && answer.signed_distance <= options.margin))
+    return solve_vertices_halfspace(mesh, over ? plane : plane.turned_over(), places_in_use(m), answer.signed_distance,
+                                    request, options, contacts);
   answer.normal = over ? Vec3(-plane.up) : plane.up;
   answer.point_a = mesh.pose * m.vertices[over ? gaps.vertex_above : gaps.vertex_below];
   answer.point_b = answer.point_a + answer.signed_distance * answer.normal;
-  if (request == Request::contacts && answer.signed_distance <= options.margin) contacts->push_back(contact_of(answer));
   return answer;
 }
 

@@ -161,8 +161,7 @@ Shape::Shape(const Ellipsoid& s) : kind_(ShapeKind::ellipsoid), param_{s.radii.x
   parts_ = std::make_shared<SharedParts>();
 }
 
-Shape::Shape(const HalfSpace& s)
-    : kind_(ShapeKind::halfspace), param_(unit_plane("halfspace", s.normal, s.offset)) {
+Shape::Shape(const HalfSpace& s) : kind_(ShapeKind::halfspace), param_(unit_plane("halfspace", s.normal, s.offset)) {
   parts_ = std::make_shared<SharedParts>();
 }
 
@@ -272,7 +271,7 @@ std::span<const std::array<std::uint32_t, 3>> Shape::triangles() const {
   return mesh_of(*this).triangles;
 }
 
-bool Shape::is_solid() const { 
+bool Shape::is_solid() const {
   if (kind_ == ShapeKind::mesh) return mesh_of(*this).solid;
   return kind_ != ShapeKind::triangle && kind_ != ShapeKind::plane;
 }

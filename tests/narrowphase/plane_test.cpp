@@ -136,6 +136,36 @@ TEST_CASE("plane: a mesh in pieces has the distance of the nearest, on either si
   CHECK(cut > 50);
 }
 
+TEST_CASE("plane: a mesh in pieces comes out through the nearest place without triangles") {
+  // Two boxes as one mesh, from -11 to -9 and from -0.001 to 1.999.
+  Mesh crates = box_mesh({2, 2, 2});
+  const std::size_t corners = crates.vertices.size(), faces = crates.triangles.size();
+  for (std::size_t v = 0; v < corners; ++v) {
+    crates.vertices.push_back(crates.vertices[v] + Vec3(0, 0, 0.999));
+    crates.vertices[v].z() -= 10;
+  }
+  for (std::size_t t = 0; t < faces; ++t) {
+    auto above = crates.triangles[t];
+    for (std::uint32_t& v : above) v += static_cast<std::uint32_t>(corners);
+    crates.triangles.push_back(above);
+  }
+  crates.solid = true;
+  const Shape mesh(crates), plane = Plane{{0, 0, 1}, 0};
+  for (const double margin : {0.0, 0.01})
+    for (const double lift : {0.0, 0.003}) {  // cut by 0.001, or 0.002 above
+      CAPTURE(margin, lift);
+      const double expected = lift - 0.001;
+      const NarrowPhase solver({.margin = margin});
+      const PairAnswer answer = solver.solve(plane, Pose{}, mesh, Pose::at(0, 0, lift), Request::distance);
+      CHECK(answer.signed_distance == Approx(expected).margin(1e-12));
+      CHECK(answer.normal.z() == Approx(1));
+      std::vector<Contact> contacts;
+      solver.solve(plane, Pose{}, mesh, Pose::at(0, 0, lift), Request::contacts, &contacts);
+      CHECK(contacts.size() == (expected <= margin ? 4u : 0u));
+      for (const Contact& c : contacts) CHECK(c.depth == Approx(-expected).margin(1e-12));
+    }
+}
+
 TEST_CASE("plane: what moves straight through a gap of a mesh is met by the piece that comes") {
   Random r(74);
   const NarrowPhase solver;
