@@ -12,22 +12,31 @@
 namespace tandem {
 namespace {
 
-// What moves along d (unit) leaves a plane on the side to which d points: of the two half-spaces that is one.
+// How fast what moves along d (unit) leaves along a normal; 0 along the plane, to rounding.
+double leaving(const Vec3& normal, const Vec3& d) {
+  const double speed = normal.dot(d);
+  return std::abs(speed) <= tolerance::parallel_lines ? 0 : speed;
+}
+
+// What moves along d leaves a plane on the side to which d points: of the two half-spaces that is one. What moves along
+// the plane leaves neither.
 Shape side_along(const Shape& shape, const Pose& pose, const Vec3& d) {
   if (shape.kind() != ShapeKind::plane) return shape;
-  const double sense = d.dot(pose.rotation * shape.normal()) < 0 ? -1 : 1;
+  const double speed = leaving(pose.rotation * shape.normal(), d);
+  if (speed == 0) return shape;
+  const double sense = speed < 0 ? -1 : 1;
   return HalfSpace{sense * shape.normal(), sense * shape.offset() + shape.rounding()};
 }
 
-// Of a half-space (A or B) and another shape, B moved along d (unit).
+// Of a half-space or plane (A or B) and another shape, B moved along d.
 double out_of_halfspace(const NarrowPhase& narrow, const Shape& a, const Pose& pose_a, const Shape& b,
                         const Pose& pose_b, const Vec3& d) {
   const PairAnswer now = unless_stopped(narrow.solve(a, pose_a, b, pose_b, Request::distance));
-  const double leaving = now.normal.dot(d);
+  const double speed = leaving(now.normal, d);
   // Apart, it comes nearer for ever or never touches; overlapping, it comes out or never does.
-  if (leaving < 0) return infinity;
+  if (speed < 0) return infinity;
   if (now.signed_distance > 0) return 0;
-  return leaving > 0 ? -now.signed_distance / leaving : infinity;
+  return speed > 0 ? -now.signed_distance / speed : infinity;
 }
 
 // How far B must be moved along d (unit) at most until it lies beyond A, by boxes about them in world axes.

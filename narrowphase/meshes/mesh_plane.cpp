@@ -60,7 +60,7 @@ Span covered(const MeshModel& mesh, const PlaneInMesh& plane, const WorkLimit* l
   spans.reserve(mesh.triangles.size());
   for (const auto& t : mesh.triangles) {
     if (spans.size() % 16 == 0) meter.spend();
-    Span& span = spans.emplace_back(infinity, -infinity);
+    Span& span = spans.emplace_back(Span{infinity, -infinity});
     for (const std::uint32_t v : t) {
       const double height = plane.local.dot(mesh.vertices[v]) - plane.level;
       span.lo = std::min(span.lo, height), span.hi = std::max(span.hi, height);

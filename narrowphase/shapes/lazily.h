@@ -11,8 +11,19 @@
 
 namespace tandem {
 
+/// Puts the value there, if none is yet; returns the one that is there.
+template <class Value>
+const Value& publish(std::atomic<const Value*>& place, Value&& value) {
+  auto fresh = std::make_unique<const Value>(std::move(value));
+  const Value* there = nullptr;
+  if (!place.compare_exchange_strong(there, fresh.get(), std::memory_order_acq_rel)) return *there;
+  return *fresh.release();
+}
+
 /// Made by the first who asks, from any of several threads; who asks meanwhile waits, up to a limit of its own. No lock
-/// is held while it is made. A copy makes its own anew. Not to be moved or assigned to while another thread asks.
+/// is held while it is made. Where it is made of another such value, a limit's function must not ask for either from
+/// another thread than the one that makes it: the two would wait for each other. A copy makes its own anew. Not to be
+/// moved or assigned to while another thread asks.
 template <class Value>
 class Lazily {
  public:
@@ -42,32 +53,26 @@ class Lazily {
       if (const Value* made = made_.load(std::memory_order_acquire)) return *made;
       std::thread::id maker;  // nobody
       if (maker_.compare_exchange_strong(maker, self, std::memory_order_acq_rel)) break;
-      if (maker == self) return keep(make(nullptr));
+      if (maker == self) return publish(made_, make(nullptr));
       if (limit != nullptr && limit->reached()) throw WorkStopped();
       std::this_thread::sleep_for(pause);
-      pause = std::min(2 * pause, longest_pause);
+      pause = std::min(2 * pause, limit != nullptr ? between_limits : longest_pause);
     }
     const Leave leave{maker_};
     if (const Value* made = made_.load(std::memory_order_acquire)) return *made;
-    return keep(make(limit));
+    return publish(made_, make(limit));
   }
   /// Null if nobody has asked.
   const Value* made() const { return made_.load(std::memory_order_acquire); }
 
  private:
-  static constexpr std::chrono::microseconds longest_pause{32};  // between two looks at the limit of one who waits
+  static constexpr std::chrono::microseconds between_limits{32};  // of one who waits, between two looks at its limit
+  static constexpr std::chrono::microseconds longest_pause{1000};
 
   struct Leave {
     std::atomic<std::thread::id>& maker;
     ~Leave() { maker.store({}, std::memory_order_release); }
   };
-
-  const Value& keep(Value&& value) const {
-    auto fresh = std::make_unique<const Value>(std::move(value));
-    const Value* there = nullptr;
-    if (!made_.compare_exchange_strong(there, fresh.get(), std::memory_order_acq_rel)) return *there;
-    return *fresh.release();
-  }
 
   mutable std::atomic<const Value*> made_{nullptr};
   mutable std::atomic<std::thread::id> maker_{};
@@ -86,10 +91,7 @@ class MadeOnce {
   template <class Make>
   const Value& get(Make&& make) const {
     if (const Value* made = made_.load(std::memory_order_acquire)) return *made;
-    auto fresh = std::make_unique<const Value>(make());
-    const Value* there = nullptr;
-    if (!made_.compare_exchange_strong(there, fresh.get(), std::memory_order_acq_rel)) return *there;
-    return *fresh.release();
+    return publish(made_, make());
   }
   bool is_made() const { return made_.load(std::memory_order_acquire) != nullptr; }
 

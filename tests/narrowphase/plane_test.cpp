@@ -221,6 +221,9 @@ TEST_CASE("plane: what moves along a direction leaves it on the far side") {
   CHECK(way(2, -Vec3::UnitZ()) == Approx(2.5));
   CHECK(way(2, Vec3::UnitZ()) == 0);
   CHECK(way(2, Vec3::UnitX()) == 0);
+  CHECK(way(-2, Vec3::UnitX()) == 0);
+  CHECK(way(-2, Vec3(1, 0, 1e-17)) == 0);
+  CHECK(way(-2, Vec3(1, 0, -1e-17)) == 0);
   CHECK(std::isinf(way(0.2, Vec3::UnitX())));
   CHECK(separation_along(ball, Pose::at(0, 0, 0.2), plane, {}, Vec3::UnitZ()) == Approx(0.7));
 }
