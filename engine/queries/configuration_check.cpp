@@ -37,7 +37,7 @@ std::size_t bytes(const auto&... list) { return (std::size_t{0} + ... + (list.ca
 std::size_t CheckSetup::memory() const { return bytes(grown, boxes, grown_boxes, self); }
 
 std::size_t CheckWorkspace::memory() const {
-  return boxes.memory() + bytes(meeting, bodies, stretches, suspects, near, nearest);
+  return boxes.memory() + bytes(poses, meeting, bodies, stretches, suspects, near, nearest);
 }
 
 std::size_t CheckMemory::memory() const {
@@ -70,8 +70,8 @@ ConfigurationCheck::ConfigurationCheck(const QueryWorld& world, const NarrowPhas
     refuse("the number of rows of the table of bodies", options.world->rows(), std::to_string(n));
   for (std::size_t i = 0; i < n; ++i)
     if (!links[i].is_bounded())
-      throw std::invalid_argument("configurations: link " + std::to_string(i) +
-                                  " is a " + std::string(name(links[i].kind())) + ", allowed: bounded shapes");
+      throw std::invalid_argument("configurations: link " + std::to_string(i) + " is a " +
+                                  std::string(name(links[i].kind())) + ", allowed: bounded shapes");
   setup_->self.clear(), setup_->boxes.clear(), setup_->grown_boxes.clear(), setup_->grown.clear();
   for (std::uint32_t i = 0; i < self.rows(); ++i)
     for (std::uint32_t j = i + 1; j < n; ++j)

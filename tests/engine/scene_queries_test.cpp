@@ -410,7 +410,12 @@ TEST_CASE("configurations: poses that are made when they are looked at give the 
   queries.clearance(links, poses, self, clearances);
   queries.clearance(links, when_needed, self, clearances_meanwhile);
   CHECK(clearances == clearances_meanwhile);
+  const SceneQueries of_lying(world.scene), of_made(world.scene);
+  of_lying.clearance(links, poses, self, clearances);
+  of_made.clearance(links, when_needed, self, clearances);
+  CHECK(of_made.memory() > of_lying.memory());
 
+  CHECK(message_of([&] { BatchPoses(6, BatchPoses::Maker()); }).find("make is empty") != std::string::npos);
   const BatchPoses failing(poses.size(), [](std::size_t, std::span<Pose>) { throw std::domain_error("out of reach"); });
   std::vector<Verdict> verdicts(a_motion * motions);
   CHECK_THROWS_AS(queries.check(links, failing, self, verdicts), std::domain_error);

@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <stdexcept>
 #include <stop_token>
 #include <utility>
 #include <vector>
@@ -24,9 +25,9 @@ namespace tandem {
 
 /// Which bodies a query is for; all others are left out before a pair exists.
 struct QueryFilter {
-  std::uint32_t group = 1;           ///< bits of the groups that the asking shape is in
-  std::uint32_t mask = 0xffffffffu;  ///< bits of the groups it meets; as of two bodies, both directions are needed
-  std::span<const BodyId> ignore{};  ///< bodies that are left out; ids of removed bodies name none
+  std::uint32_t group = 1;               ///< bits of the groups that the asking shape is in
+  std::uint32_t mask = 0xffffffffu;      ///< bits of the groups it meets; as of two bodies, both directions are needed
+  std::span<const BodyId> ignore{};      ///< bodies that are left out; ids of removed bodies name none
   std::function<bool(BodyId)> admits{};  ///< a rule of one's own, from any of the threads that ask; empty: all bodies
 };
 
@@ -46,7 +47,7 @@ struct ContactHit {
 /// The first touch of a moving shape with a body.
 struct Impact {
   BodyId body;
-  double t = 0;  ///< of the motion, [0, 1]; 0: they touch at the start
+  double t = 0;                                      ///< of the motion, [0, 1]; 0: they touch at the start
   Vec3 point = Vec3::Zero(), normal = Vec3::Zero();  ///< as in PairAnswer: midway, from the shape to the body
   std::array<std::uint32_t, 2> feature{};            ///< of the shape and of the body: the triangle of a mesh, else 0
 };
@@ -70,7 +71,10 @@ class BatchPoses {
   /// What lies must outlive the batch.
   template <std::convertible_to<std::span<const Pose>> Poses>
   BatchPoses(const Poses& poses) : lying_(poses), size_(lying_.size()) {}
-  BatchPoses(std::size_t size, Maker make) : size_(size), make_(std::move(make)) {}
+  /// Throws std::invalid_argument without a function.
+  BatchPoses(std::size_t size, Maker make) : size_(size), make_(std::move(make)) {
+    if (!make_) throw std::invalid_argument("BatchPoses: make is empty, allowed: a function that writes the poses");
+  }
 
   std::size_t size() const { return size_; }
   std::span<const Pose> lying() const { return lying_; }  ///< empty where they are made
@@ -84,8 +88,8 @@ class BatchPoses {
 
 /// How configurations are checked.
 struct BatchOptions {
-  double margin = 0;              ///< metres, finite, >= 0: gaps up to this count as hits
-  QueryFilter filter{};           ///< for all links
+  double margin = 0;                 ///< metres, finite, >= 0: gaps up to this count as hits
+  QueryFilter filter{};              ///< for all links
   const PairTable* world = nullptr;  ///< links x body indices: which are checked; null: all that the filter admits
   /// Configurations that follow one another and form a motion, of which one verdict is asked: is all of it free? They
   /// are looked at in the order that finds a hit soonest. Their number is a multiple of this; >= 1.
@@ -163,8 +167,8 @@ class SceneQueries {
 
   /// Checks configurations of links. Verdict i is `hit` where some link meets a body, or another link (pairs i < j that
   /// `self` has). Throws std::invalid_argument unless the sizes fit; links must be bounded.
-  void check(std::span<const Shape> links, const BatchPoses& poses, const PairTable& self,
-             std::span<Verdict> verdicts, const BatchOptions& options = {}) const;
+  void check(std::span<const Shape> links, const BatchPoses& poses, const PairTable& self, std::span<Verdict> verdicts,
+             const BatchOptions& options = {}) const;
   /// The same, told what is hit first; not continuous. Slower, as the order of looking is not free.
   void first_hits(std::span<const Shape> links, const BatchPoses& poses, const PairTable& self,
                   std::span<FirstHit> hits, const BatchOptions& options = {}) const;
