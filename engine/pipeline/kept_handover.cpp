@@ -23,7 +23,9 @@ std::vector<KeptRecord> KeptContacts::leaving(const ContactList& contacts,
     KeptRecord& record = records.emplace_back();
     record.pair = pair;
     record.entry = entries_[i];
+    record.entry.seen = step_ - entries_[i].seen;
     record.entry.as_of = step_ - entries_[i].as_of;
+    record.entry.detail = none;
     record.largest = largest_[i];
     if (entries_[i].detail != none) record.detail = details_[entries_[i].detail];
     if (listed_[i] == 0) continue;
@@ -81,6 +83,7 @@ void KeptContacts::take_in_pairs(ContactList& contacts, std::span<KeptRecord> pa
   const auto take_until = [&](std::uint64_t key) {
     for (; next != pairs.end() && key_of(next->pair) < key; ++next) {
       Entry entry = next->entry;
+      entry.seen = step_ - entry.seen;
       entry.as_of = step_ - entry.as_of;
       entry.detail = next->detail ? put_detail(std::move(*next->detail)) : none;
       put(next->pair, entry, entry.reported, next->largest, next->answer, next->contacts);

@@ -464,6 +464,24 @@ TEST_CASE("a step that fails on one rank fails on all, with one text, and the ne
   }
 }
 
+TEST_CASE("ranks whose answer options differ are refused in the first step, none waits for another") {
+  if (world::ranks() == 1) return;
+  const bool differs = world::rank() == world::ranks() - 1;
+  std::vector<AnswerOptions> others(4);
+  others[0].keep_contacts = 1e-3;
+  others[1].margin = 0.1;
+  others[2].request = Request::distance;
+  others[3].mesh_margin = true;
+  for (const AnswerOptions& other : others) {
+    mpi::Options options;
+    options.rank = {.threads = 1, .answer = differs ? other : AnswerOptions{}};
+    mpi::Pipeline pipeline(MPI_COMM_WORLD, options);
+    const ShapeId sphere = pipeline.add_shape(Shape(Sphere{1.0}));
+    pipeline.add_body(static_cast<mpi::GlobalId>(world::rank()), {.shape = sphere});
+    CHECK(failure(pipeline).find("answer options") != std::string::npos);
+  }
+}
+
 TEST_CASE("what cannot be is refused where it is said") {
   mpi::Pipeline pipeline(MPI_COMM_WORLD, world::options(1, 0));
   const ShapeId half = pipeline.add_shape(Shape(HalfSpace{Vec3::UnitZ(), 0}));

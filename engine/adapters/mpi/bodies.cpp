@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "cpu_time.h"
+#include "mixed.h"
 #include "scene/tolerances.h"
 
 namespace tandem::mpi {
@@ -71,11 +72,6 @@ Region calm_within(Region region) {
   const std::size_t colon = text.find(':');
   const bool named = text.starts_with("body ") && colon != std::string::npos;
   throw std::invalid_argument("body " + std::to_string(id) + ": " + (named ? text.substr(colon + 2) : text));
-}
-
-std::uint64_t mixed(std::uint64_t hash, double x) {
-  hash = (hash ^ std::bit_cast<std::uint64_t>(x + 0.0)) * 0x100000001b3u;
-  return hash ^ hash >> 32;
 }
 
 }  // namespace
@@ -560,6 +556,8 @@ void Bodies::take(Letter& letter) {
         break;
       case Item::change:
         throw std::logic_error("a change came among bodies");
+      default:
+        throw std::out_of_range("a message from another rank has an item of no kind");
     }
   }
 }

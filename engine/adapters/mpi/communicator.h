@@ -23,8 +23,8 @@ class Message {
     const auto* const first = reinterpret_cast<const std::byte*>(&value);
     bytes_.insert(bytes_.end(), first, first + sizeof(T));
   }
-  template <class T>
   /// Throws std::out_of_range where it ends before.
+  template <class T>
   T take() {
     if (bytes_.size() - read_ < sizeof(T)) throw std::out_of_range("a message from another rank is cut off");
     T value;

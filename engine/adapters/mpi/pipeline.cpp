@@ -14,6 +14,7 @@
 #include "costs.h"
 #include "cpu_time.h"
 #include "kept_letters.h"
+#include "mixed.h"
 #include "pipeline_impl.h"
 #include "rebalancer.h"
 #include "regions.h"
@@ -42,6 +43,15 @@ Options checked(Options options) {
   require(options.rebalance.tolerated >= 1 && options.rebalance.tolerated <= 100, "rebalance.tolerated",
           options.rebalance.tolerated, "1 to 100");
   return options;
+}
+
+/// Of what decides which answers there are and what goes from rank to rank.
+std::uint64_t hash_of(const AnswerOptions& answer) {
+  std::uint64_t hash = 0;
+  for (const double x : {static_cast<double>(answer.request), answer.margin, answer.tolerance, answer.keep_contacts,
+                         answer.mesh_margin ? 1.0 : 0.0})
+    hash = mixed(hash, x);
+  return hash;
 }
 
 /// Of its size, how far a body may be from where its kept answers have it.
@@ -119,7 +129,8 @@ void Pipeline::Impl::apply_changes(Report& report) {
     return change.kind == Change::Kind::add || !bodies.owns_id(change.id());
   });
   const bool as_expected = !alone && changes.empty() && !recut && regions.is_cut() && look_ahead();
-  std::array<std::uint64_t, 4> all{asks ? 1u : 0u, bodies.shapes_hash(), ~bodies.shapes_hash(), as_expected ? 0u : 1u};
+  const std::uint64_t alike = bodies.shapes_hash() ^ hash_of(options.rank.answer);
+  std::array<std::uint64_t, 4> all{asks ? 1u : 0u, alike, ~alike, as_expected ? 0u : 1u};
   const auto looked = Clock::now();
   report.rank.exchange_cpu_ms = cpu_ms() - cpu;
   if (!alone) communicator.largest(std::span<std::uint64_t>(all));
@@ -129,7 +140,10 @@ void Pipeline::Impl::apply_changes(Report& report) {
   expected = all[3] == 0;
   if (all[1] != ~all[2]) {  // all know it; a body of a shape that another rank does not have cannot go there
     bodies.look_again();
-    note_failure("add_shape: the ranks have different shapes; all must add the same ones in the same order");
+    note_failure(
+        "the ranks have different shapes or answer options: all must add the same shapes in the same order, and have "
+        "one "
+        "request, margin, tolerance, keep_contacts and mesh_margin");
     throw_failure();
   }
   std::vector<Change> own = std::exchange(changes, {});
