@@ -201,8 +201,8 @@ TEST_CASE("deformable meshes: boxes and slabs hold their triangles, on any numbe
     CHECK(reversed.update(vertices, backwards).rebuilt_triangles == report.rebuilt_triangles);
     CHECK(threaded.update(vertices, on_threads).worn == report.worn);
     rebuilt += report.rebuilt_triangles;
-    const Shape held = alone.shape();
-    const MeshModel &first = mesh_of(held), &second = mesh_of(reversed.shape()), &third = mesh_of(threaded.shape());
+    const Shape of_alone = alone.shape(), of_reversed = reversed.shape(), of_threaded = threaded.shape();
+    const MeshModel &first = mesh_of(of_alone), &second = mesh_of(of_reversed), &third = mesh_of(of_threaded);
     check_hierarchy(first);
     for (const MeshModel* other : {&second, &third}) {
       REQUIRE(other->nodes.size() == first.nodes.size());
@@ -313,7 +313,8 @@ TEST_CASE("deformable meshes: pairs of triangles that share no vertex and meet, 
       for (std::size_t v = 0; v < vertices.size(); ++v)
         vertices[v] = {std::abs(input.vertices[v].x()), input.vertices[v].y(), 0};
     mesh.update(vertices);
-    const MeshModel& model = mesh_of(mesh.shape());
+    const Shape held = mesh.shape();
+    const MeshModel& model = mesh_of(held);
     TriangleTest test(Pose{}, Pose{}, 10);
     std::vector<std::array<std::uint32_t, 2>> expected;
     for (std::uint32_t i = 0; i < input.triangles.size(); ++i)

@@ -335,7 +335,8 @@ TEST_CASE("shapes: what several share of memory is counted once") {
 }
 
 TEST_CASE("hulls: their memory is that of all that they hold") {
-  const Hull& small = hull_of(tetrahedron());
+  const Shape small_shape = tetrahedron();
+  const Hull& small = hull_of(small_shape);
   CHECK(small.memory() >= sizeof(Hull) + 4 * sizeof(Vec3));
   std::vector<Vec3> points;
   reference::Random r(5);

@@ -46,7 +46,7 @@ class Stubs(unittest.TestCase):
         there = {
             n
             for n, m in vars(real).items()
-            if not n.startswith("__")
+            if not n.startswith(("__", "_pybind11_"))
             or (
                 n in ("__init__", "__enter__", "__exit__", "__len__")
                 and "(self: " in (m.__doc__ or "")

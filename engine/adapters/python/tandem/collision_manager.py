@@ -213,9 +213,9 @@ class CollisionManager:
     @staticmethod
     def _contacts(names: Names, a: Tuple["_tandem.Shape", Any], b: Tuple["_tandem.Shape", Any]) -> List[ContactData]:
         found = _tandem.contacts(*a, *b)
+        places = _tandem.triangles_at(*a, *b, found)
         return [
-            ContactData(names, (int(of[0]), int(of[1])), contact)
-            for contact, of in zip(found, _tandem.triangles_at(*a, *b, found))
+            ContactData(names, (int(places[i, 0]), int(places[i, 1])), contact) for i, contact in enumerate(found)
         ]
 
     @staticmethod
