@@ -1,0 +1,68 @@
+// Bodies whose features are searched: where their nearest point to another is, and what feature it lies on.
+#pragma once
+#include <limits>
+
+#include "round/feature_points.h"
+#include "shapes/minkowski_difference.h"
+
+namespace tandem {
+
+/// A core where it stands, in A's frame.
+struct FeatureBody {
+  const ConvexView& core;
+  const Mat3* axes;  ///< null: those of the frame
+  Vec3 centre;
+
+  Vec3 turned_in(const Vec3& v) const { return axes != nullptr ? Vec3(axes->transpose() * v) : v; }
+  Vec3 in(const Vec3& p) const { return axes != nullptr ? Vec3(axes->transpose() * (p - centre)) : p; }
+  Vec3 out(const Vec3& q) const { return axes != nullptr ? Vec3(*axes * q + centre) : q; }
+  Vec3 turned_out(const Vec3& v) const { return axes != nullptr ? Vec3(*axes * v) : v; }
+  Vec3 axis(int k) const { return axes != nullptr ? Vec3(axes->col(k)) : Vec3(Vec3::Unit(k)); }
+
+  /// How far it reaches along n beyond its centre.
+  double reach(const Vec3& n) const {
+    const Vec3 m = turned_in(n);
+    const double half = 0.5 * core.param[1];
+    switch (core.kind) {
+      case ShapeKind::box:
+        return core.param[0] * std::abs(m[0]) + core.param[1] * std::abs(m[1]) + core.param[2] * std::abs(m[2]);
+      case ShapeKind::capsule:
+        return half * std::abs(m[2]);
+      case ShapeKind::cylinder:
+        return core.param[0] * std::sqrt(m[0] * m[0] + m[1] * m[1]) + half * std::abs(m[2]);
+      case ShapeKind::convex:
+        return core_support(core, m).dot(m);
+      case ShapeKind::cone:
+        return std::max(half * m[2], core.param[0] * std::sqrt(m[0] * m[0] + m[1] * m[1]) - half * m[2]);
+      case ShapeKind::sphere:
+      case ShapeKind::ellipsoid:
+      case ShapeKind::halfspace:
+      case ShapeKind::plane:
+      case ShapeKind::triangle:
+      case ShapeKind::mesh:
+        break;  // have no features (have_features)
+    }
+    return std::numeric_limits<double>::infinity();
+  }
+  Vec3 support(const Vec3& n) const { return out(core_support(core, turned_in(n))); }
+};
+
+/// The point of a body nearest to another.
+struct Spot {
+  Vec3 q;  ///< in the body's frame
+  Surface surface;
+  bool inside = false;                            ///< the point moved lies in the body, farther than rounding
+  std::uint32_t vertex = 0, other = 0, face = 0;  ///< of a hull: as HullSpot has them
+};
+
+/// Moves p to the nearest point of the body. On a hull it is searched from where the last one was found, if any was.
+Spot project(const FeatureBody& body, Vec3& p, double least, const Spot* last = nullptr);
+
+/// The feature that the spot lies on.
+Feature feature(const FeatureBody& body, const Spot& spot, double least);
+
+/// The nearest points of two features; w.n tells about where to. False where it leaves them.
+bool nearest_points(const FeatureBody& a, const Feature& fa, const FeatureBody& b, const Feature& fb, double rounding,
+                    NearestPoints& w);
+
+}  // namespace tandem
