@@ -1,5 +1,4 @@
 #pragma once
-#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdint>
@@ -9,99 +8,12 @@
 #include <span>
 #include <vector>
 
+#include "pipeline/kept_sums.h"
 #include "pipeline/list_splice.h"
-#include "tandem/broadphase/pair.h"
 #include "tandem/engine/scene.h"
 #include "tandem/flowgraph/contact_list.h"
 
 namespace tandem {
-
-/// A pair's contacts; the first few lie with the pair's own data, where they are read next.
-class KeptManifold {
- public:
-  void clear() {
-    count_ = 0;
-    more_.clear();
-  }
-  void add(const Contact& contact) {
-    if (count_ < few)
-      first_[count_] = contact;
-    else
-      more_.push_back(contact);
-    ++count_;
-  }
-  bool empty() const { return count_ == 0; }
-  std::size_t size() const { return count_; }
-  template <class Visit>
-  void each(Visit&& visit) const {
-    for (std::size_t i = 0; i < std::min(count_, few); ++i) visit(first_[i]);
-    for (const Contact& contact : more_) visit(contact);
-  }
-
- private:
-  static constexpr std::size_t few = 4;
-  std::size_t count_ = 0;
-  std::array<Contact, few> first_;
-  std::vector<Contact> more_;
-};
-
-/// What was computed for a pair, and for which poses: in the frame of one of the two, the reference.
-struct KeptPair {
-  Mat3 rotation;  ///< of the other, the mover, in the reference's frame
-  Vec3 translation;
-  double signed_distance = 0;
-  double error_bound = 0;
-  Vec3 point_a, point_b, normal;
-  bool collide = false;
-  Status status = Status::ok;
-  KeptManifold contacts;  ///< none (Request::contacts): the bodies are at least signed_distance apart
-};
-
-/// What is known of a pair that was a candidate.
-struct KeptEntry {
-  static constexpr std::uint32_t none = 0xffffffffu;
-  std::uint32_t seen = 0;       // step in which it was last asked for
-  std::uint32_t as_of = 0;      // step for whose poses the answer is
-  std::uint32_t detail = none;  // its KeptPair's place
-  float bound = 0;              // metres, up to which the answer was moved along
-  std::uint32_t touching = 0, gaps = 0;
-  bool candidate : 1 = false;  // in the last step
-  bool reported : 1 = false;
-  bool steady : 1 = false;  // stands while both rest
-  bool told : 1 = false;    // that they rested, in the answer if there is one
-  bool collide : 1 = false;
-  bool inexact : 1 = false;
-};
-
-/// Of a pair; of all in the whole.
-struct KeptLargest {
-  double depth = 0;
-  double error_bound = 0;  // of a kept answer that is reported
-};
-
-/// What of a body's past decides the answers of its pairs.
-struct KeptRest {
-  Pose anchor;  ///< where its rest began
-  double reach = 0;
-  std::uint32_t steps = 0;  ///< since its rest began
-  bool has_shape = false;   ///< still that of the last step
-};
-
-/// A body that has come since the last step, in another one's place perhaps.
-struct KeptBody {
-  std::uint32_t index = 0;
-  std::optional<KeptRest> rest;  ///< where it comes from; none: it is new
-};
-
-/// All that is kept of a candidate of the last step. In `entry` as_of counts the steps that have passed since.
-struct KeptRecord {
-  Pair pair;
-  KeptEntry entry;
-  KeptLargest largest;
-  std::optional<KeptPair> detail;
-  PairAnswer answer;  ///< where it is reported, with its contacts
-  std::vector<Contact> contacts;
-};
 
 /// Answers of the last step that may stand for this one's, in two ways.
 ///
@@ -194,26 +106,7 @@ class KeptContacts {
     Entry entry;
     Largest largest;
   };
-  /// The largest of the pairs' values, and how many have it, so that one may leave without a look at all others.
-  struct Peak {
-    double value = 0;
-    std::int64_t pairs = 0;
-    void add(double its, std::int64_t count) {
-      if (its < value) return;
-      pairs = its == value ? pairs + count : count;
-      value = its;
-    }
-  };
-  /// How a batch changes the sums over all candidates.
-  struct Sums {
-    std::int64_t computed = 0, noted = 0, colliding = 0, touching = 0, gaps = 0, inexact = 0;
-    Peak depth, error_bound;                              // of those that enter
-    std::int64_t left_top_depth = 0, left_top_bound = 0;  // those that leave and had the largest of all
-
-    void leave(const Entry& entry, const Largest& its, const Sums& of_all);
-    void enter(const Entry& entry, const Largest& its);
-    void add(const Sums& other);
-  };
+  using Sums = KeptSums;
 
   static std::uint64_t key_of(Pair pair) { return std::uint64_t{pair.a} << 32 | pair.b; }
   static Pair pair_of(std::uint64_t key) {
@@ -299,57 +192,6 @@ class KeptContacts {
   std::vector<KeptPair> fresh_details_;
   std::vector<std::array<std::uint32_t, 2>> adopted_;  // an entry that had none, and its place in fresh_details_
   Sums told_;
-};
-
-/// One batch's end, on one thread. After the pairs that `stand` comes one that does not: it is moved along, where that
-/// can be, or computed and kept, and noted.
-class KeptContacts::Batch {
- public:
-  /// Answers are appended to the two.
-  Batch(KeptContacts& all, std::vector<PairResult>& results, std::vector<Contact>& contacts)
-      : all_(all), results_(results), contacts_(contacts) {}
-  Batch(const Batch&) = delete;
-  Batch& operator=(const Batch&) = delete;
-  /// Hands over what is new.
-  ~Batch();
-
-  /// How many of these pairs, from the first on, have answers that stand; they are appended where all are asked for.
-  std::size_t stand(std::span<const Pair> pairs);
-  /// True if the answer of the pair that does not stand is moved along: then `result.answer` is set and the contacts
-  /// are appended.
-  /// `collide`, if not empty, is asked where the verdict is in doubt: whether they touch.
-  void fetch_ahead() const;
-  bool move_along(Pair pair, PairResult& result, const std::function<bool()>& collide = {});
-  /// Keeps what was computed, so that it can be moved along.
-  void keep(const PairResult& result, std::span<const Contact> contacts);
-  void note(const PairResult& result, std::span<const Contact> contacts, bool reported);
-  /// Whether the pair that does not stand touched in the last step.
-  bool touched() const { return was_candidate_ && entry_->collide; }
-
- private:
-  struct Relative {
-    Mat3 rotation;
-    Vec3 translation;
-    bool a_is_reference;
-  };
-  Relative relative(Pair pair) const;
-  void seek(Pair pair);
-  void append(std::uint32_t begin, std::uint32_t end);
-
-  KeptContacts& all_;
-  std::vector<PairResult>& results_;
-  std::vector<Contact>& contacts_;
-  std::size_t next_ = 0;        // where the next pair's entry is expected
-  Entry* entry_ = nullptr;      // of the pair asked for, where it has one
-  bool was_candidate_ = false;  // in the step before
-  bool moved_ = false;
-  double gap_ = 0, moved_by_ = 0;  // of a pair that was moved along
-  Relative at_;
-  std::uint32_t detail_ = none;  // of the pair asked for, where it is new
-  std::vector<Fresh> fresh_;
-  std::vector<KeptPair> fresh_details_;
-  std::vector<std::array<std::uint32_t, 2>> adopted_;
-  Sums sums_;
 };
 
 }  // namespace tandem

@@ -10,7 +10,7 @@
 #include <type_traits>
 
 #include "pipeline/checked_broad_phase.h"
-#include "pipeline/kept_contacts.h"
+#include "pipeline/kept_batch.h"
 #include "pipeline/kept_handover.h"
 #include "pipeline/outward_boxes.h"
 #include "pipeline/pair_costs.h"

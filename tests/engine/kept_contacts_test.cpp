@@ -1,4 +1,4 @@
-#include "pipeline/kept_contacts.h"
+#include "pipeline/kept_batch.h"
 
 #include <oneapi/tbb/global_control.h>
 

@@ -1,0 +1,155 @@
+// The table of pairs that are kept, by (a, b), and where those of a body lie in it.
+#include <algorithm>
+#include <bit>
+#include <utility>
+
+#include "pipeline/kept_contacts.h"
+
+namespace tandem {
+namespace {
+
+/// Inserts from(k) before what is at places[k] (ascending), for all k. Nothing before the first place is touched.
+template <class T, class From>
+void insert(std::span<const std::size_t> places, const From& from, std::vector<T>& values) {
+  std::size_t end = values.size();
+  values.resize(end + places.size());
+  const auto at = [&](std::size_t place) { return values.begin() + static_cast<std::ptrdiff_t>(place); };
+  for (std::size_t k = places.size(); k-- > 0; end = places[k]) {
+    std::move_backward(at(places[k]), at(end), at(end + k + 1));
+    values[places[k] + k] = from(k);
+  }
+}
+
+/// Where the rows of values begin that lie in the order of their rows; and one past the last.
+template <class T, class RowOf>
+void count_rows(std::size_t rows, const RowOf& row_of, const std::vector<T>& values,
+                std::vector<std::uint32_t>& begins) {
+  begins.assign(rows + 1, 0);
+  for (const T& value : values) ++begins[row_of(value) + 1];
+  for (std::size_t row = 1; row < begins.size(); ++row) begins[row] += begins[row - 1];
+}
+
+/// The same once further ones, by rows, have come.
+template <class T, class RowOf>
+void add_to_rows(const std::vector<T>& values, const RowOf& row_of, std::vector<std::uint32_t>& begins) {
+  std::uint32_t before = 0;
+  for (std::size_t row = 0; row < begins.size() && !values.empty(); ++row) {
+    while (before < values.size() && row_of(values[before]) < row) ++before;
+    begins[row] += before;
+  }
+}
+
+}  // namespace
+
+/// Drops pairs that are no candidates, once they are many.
+void KeptContacts::forget_gone() {
+  if (keys_.size() <= candidates_ + candidates_ / 4 + 64) return;
+  std::size_t end = 0;
+  for (std::size_t i = 0; i < keys_.size(); ++i) {
+    const Entry& entry = entries_[i];
+    if (!entry.candidate && entry.as_of != step_) {
+      if (entry.detail != none) free_details_.push_back(entry.detail);
+      continue;
+    }
+    keys_[end] = keys_[i];
+    entries_[end] = entry;
+    listed_[end] = listed_[i];
+    marked_[end] = marked_[i];
+    largest_[end++] = largest_[i];
+  }
+  keys_.resize(end);
+  entries_.resize(end);
+  listed_.resize(end);
+  marked_.resize(end);
+  largest_.resize(end);
+  rows_.clear();
+  columns_.clear();
+}
+
+void KeptContacts::take_fresh() {
+  for (const auto& [entry, place] : adopted_) entries_[entry].detail = put_detail(std::move(fresh_details_[place]));
+  adopted_.clear();
+  forget_gone();
+  const auto by_key = [](const Fresh& x, const Fresh& y) { return x.key < y.key; };
+  if (!std::is_sorted(fresh_.begin(), fresh_.end(), by_key)) std::sort(fresh_.begin(), fresh_.end(), by_key);
+  places_.clear();
+  auto place = keys_.begin();
+  for (Fresh& fresh : fresh_) {
+    if (fresh.entry.detail != none) fresh.entry.detail = put_detail(std::move(fresh_details_[fresh.entry.detail]));
+    place = std::lower_bound(place, keys_.end(), fresh.key);
+    places_.push_back(static_cast<std::size_t>(place - keys_.begin()));
+  }
+  insert<std::uint64_t>(
+      places_, [this](std::size_t k) { return fresh_[k].key; }, keys_);
+  insert<Entry>(
+      places_, [this](std::size_t k) { return fresh_[k].entry; }, entries_);
+  insert<std::uint8_t>(
+      places_, [](std::size_t) { return std::uint8_t{0}; }, listed_);
+  insert<std::uint8_t>(
+      places_, [](std::size_t) { return std::uint8_t{1}; }, marked_);
+  insert<Largest>(
+      places_, [this](std::size_t k) { return fresh_[k].largest; }, largest_);
+  if (rows_.size() == anchor_places_.size() + 1) {
+    add_to_rows(
+        fresh_, [](const Fresh& fresh) { return fresh.key >> 32; }, rows_);
+  } else {
+    find_rows();
+  }
+  if (all_asked_)
+    columns_.clear();  // not needed in such steps
+  else if (!fresh_.empty() && !columns_.empty())
+    add_columns();
+  fresh_.clear();
+  fresh_details_.clear();
+}
+
+std::uint32_t KeptContacts::put_detail(KeptPair&& detail) {
+  if (free_details_.empty()) {
+    details_.push_back(std::move(detail));
+    return static_cast<std::uint32_t>(details_.size() - 1);
+  }
+  const std::uint32_t at = free_details_.back();
+  free_details_.pop_back();
+  details_[at] = std::move(detail);
+  return at;
+}
+
+void KeptContacts::find_rows() {
+  count_rows(
+      anchor_places_.size(), [](std::uint64_t key) { return key >> 32; }, keys_, rows_);
+}
+
+/// For each body those before it that it is a pair with.
+void KeptContacts::find_columns() {
+  count_rows(
+      anchor_places_.size(), [](std::uint64_t key) { return key & none; }, keys_, columns_);
+  firsts_.resize(keys_.size());
+  for (const std::uint64_t key : keys_) firsts_[columns_[key & none]++] = static_cast<std::uint32_t>(key >> 32);
+  // Each has gone to the next one's begin, but the first body's: it comes second in no pair.
+  std::shift_right(columns_.begin(), columns_.end(), 1);
+}
+
+/// The fresh pairs' to these.
+void KeptContacts::add_columns() {
+  const auto by_second = [](const Fresh& x, const Fresh& y) { return std::rotl(x.key, 32) < std::rotl(y.key, 32); };
+  std::sort(fresh_.begin(), fresh_.end(), by_second);
+  places_.clear();
+  for (const Fresh& fresh : fresh_) {
+    const auto [a, b] = pair_of(fresh.key);
+    const auto place = std::lower_bound(firsts_.begin() + columns_[b], firsts_.begin() + columns_[b + 1], a);
+    places_.push_back(static_cast<std::size_t>(place - firsts_.begin()));
+  }
+  insert<std::uint32_t>(
+      places_, [this](std::size_t k) { return pair_of(fresh_[k].key).a; }, firsts_);
+  add_to_rows(
+      fresh_, [](const Fresh& fresh) { return fresh.key & none; }, columns_);
+}
+
+/// Where the pair is among those known, or would be.
+std::size_t KeptContacts::place_of(Pair pair) const {
+  const auto row = [&](std::size_t a) { return keys_.begin() + rows_[a]; };
+  return static_cast<std::size_t>(std::lower_bound(row(pair.a), row(pair.a + std::size_t{1}), key_of(pair)) -
+                                  keys_.begin());
+}
+
+}  // namespace tandem
