@@ -39,7 +39,7 @@ struct Verdicts {
       double reach = 0;
       for (std::size_t i = 1; i < 4; ++i)
         reach = std::max({reach, (query.from[i] - query.from[0]).norm(), (query.to[i] - query.to[0]).norm()});
-      beyond += answer.gap > tolerance * reference::longest_way(query) + 10 * rounding * reach;
+      beyond += answer.gap > tolerance * reference::longest_motion(query) + 10 * rounding * reach;
     }
   }
 };

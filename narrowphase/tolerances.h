@@ -22,7 +22,7 @@ constexpr double squared(double x) { return x * x; }
 /// ten times more: the slow formula is taken more often.
 inline constexpr double axis_rounding = 4e-15;
 
-/// By how much, relative to the size, an edges' axis must separate better than a face's, or the way to an edge be
+/// By how much, relative to the size, an edges' axis must separate better than a face's, or the vector to an edge be
 /// shorter than to a corner: the simpler formula is the more exact one. Less: rounding chooses, and normals jump
 /// between equal boxes. More: near ties get the second best of two separations, wrong by that.
 inline constexpr double tie = 1e-15;
@@ -142,7 +142,7 @@ inline constexpr double askew = 2 * skew_allowed;
 
 /// The same with room for single precision, and where the inverse is taken for the transpose. An open question: it is
 /// one idea with `askew` but for that.
-inline constexpr double askew_with_room = 1e-5;
+inline constexpr double askew_in_floats = 1e-5;
 /// And about a place, relative to the size: less than the two above, without a reason that is known.
 inline constexpr double askew_place = 1e-6;
 
@@ -168,7 +168,7 @@ inline constexpr double parallel_lines2 = squared(parallel_lines);
 inline constexpr double parallel_planes2 = 1e-20;
 
 /// Edges and sides whose crossing from squares keeps half of its digits: below, products are summed without
-/// cancellation, or another method is taken. Less: digits are lost. More: more slow ways, the same answers.
+/// cancellation, or another method is taken. Less: digits are lost. More: slower methods more often, the same answers.
 inline constexpr double crossing2 = squared(1e-4);
 /// The same where the answer is not looked at again: a product of edges that is trusted, to 14 digits.
 inline constexpr double clearly_crossing_edges2 = squared(1e-2);
@@ -193,7 +193,7 @@ inline constexpr double flush2 = squared(flush);
 inline constexpr double alike_cosines = 1e-12;
 /// A face whose cosine to the normal is larger is as good as in the contact plane (`flush` for cosines).
 inline constexpr double flush_face = 1 - alike_cosines;
-/// Cosine of directions that are one: walls of one plane (4.5e-7 rad), and a way out that no longer turns (1.4e-7).
+/// Cosine of directions that are one: faces of one plane (4.5e-7 rad), and a translation that no longer turns (1.4e-7).
 /// With `flush_face` three values for one idea: an open question.
 inline constexpr double one_direction = 1 - 1e-13;
 inline constexpr double no_turn = 1 - 1e-14;
@@ -237,9 +237,9 @@ inline constexpr double deeper = 1e-9;
 
 /// A leaning disc's deepest point stays on a grid whose step squared is this over the sine of the angle: the depth
 /// there lacks an eighth of it, 1.25e-9 of the radius, less than `alike`. Less: motions of 1e-9 move the point.
-inline constexpr double rim_lacks2 = 1e-8;
+inline constexpr double lowest_point_lacks2 = 1e-8;
 
-/// A depth of two meshes that is none, relative to the size. Less: noise has a way out.
+/// A depth of two meshes that is none, relative to the size. Less: noise has a translation that separates.
 inline constexpr double no_depth = 1e-12;
 
 // ---- Lengths, areas and volumes that are none
@@ -259,7 +259,7 @@ inline constexpr double lost_of_three2 = 3e-30;
 /// to the feature, which is known with all. Two values: 1 % of lengths known exactly (segments), 1e-4 of the scale in a
 /// descent, where it costs a product each step.
 inline constexpr double short_gap2 = squared(1e-2);
-inline constexpr double short_way = 1e-4;
+inline constexpr double short_difference = 1e-4;
 /// The difference of the nearest points of two triangles is their normal where it is longer than this, relative to the
 /// reach of both meshes: the third value of that idea. Less: normals off by epsilon over this. More: solved again.
 inline constexpr double noisy_difference = 1e-5;
@@ -268,10 +268,10 @@ inline constexpr double noisy_difference = 1e-5;
 /// count as one (`flush`). Less: gaps on flat faces are passed over. More: more pairs of triangles are looked at.
 inline constexpr double cone_slack = 1e-3;
 
-/// A way between centres, or a ball inside both, relative to the scale, that says nothing.
-inline constexpr double no_way = 1e-12;
-inline constexpr double no_way2 = squared(no_way);
-/// A ball inside both, relative to the scale, that is worth a look (`no_way` for other searches: two values).
+/// A line of centres, or a ball inside both, relative to the scale, that says nothing.
+inline constexpr double no_centre_line = 1e-12;
+inline constexpr double no_centre_line2 = squared(no_centre_line);
+/// A ball inside both, relative to the scale, that is worth a test (`no_centre_line` for other searches: two values).
 inline constexpr double small_ball = 1e-5;
 
 /// Twice a triangle's area, relative to its longest side squared: 45 epsilon, what its corners are rounded by. Less: a
@@ -338,7 +338,7 @@ inline constexpr double ends_at_standstill = 1e-15;
 /// simplex may be a flat one that only seems to. Root of epsilon, with room: such are noise in squares. Less: wrong
 /// verdicts of flat simplices; more: more pairs are solved twice.
 inline constexpr double near_surface = 1e-7;
-/// Two polytopes hardly touch: the way between them is noise (`near_surface` is the same idea: two values).
+/// Two polytopes hardly touch: the vector between them is noise (`near_surface` is the same idea: two values).
 inline constexpr double hardly_touching = 1e-9;
 /// How near, relative to the scale, corners must lie to the deepest for their features to be searched for a normal.
 inline constexpr double near_features = 1e-6;
@@ -351,7 +351,7 @@ inline constexpr double least_apart = 1e-9;
 /// The same for round bodies, after a hundredth.
 inline constexpr double round_least_apart = 1e-6;
 
-/// A way out that is shorter by less than this part is no shorter; a contact's depth within it is the depth.
+/// A translation out that is shorter by less than this part is no shorter; a contact's depth within it is the depth.
 inline constexpr double no_shorter = 1e-9;
 
 /// Newton's method for the nearest point of a line to a box ends where the squared slope, relative to the squared
@@ -385,7 +385,7 @@ inline constexpr double touch = 1e-14;
 /// Less: more of them. More: early by as much over the speed of closing; 1e-9 is promised.
 inline constexpr double motion_touch = 1e-10;
 /// The last bits of the end of a motion belong to it, relative to its length.
-inline constexpr double end_of_way = 1e-12;
+inline constexpr double end_of_motion = 1e-12;
 
 // ---- Where one method hands over to another: shares and sines of some thousandths
 
@@ -416,7 +416,7 @@ inline constexpr double steady_lean = 1e-3;
 /// Width of a contact patch to its length, up to which it counts as an edge of two points. Less: four points of a
 /// strip, of which two carry nothing. More: two points for a face that rocks across.
 inline constexpr double thin_patch = 5e-3;
-/// A normal that turns towards another by a smaller share of the way does not get there. Less: more rounds, for
+/// A normal that turns towards another by a smaller share of the angle does not get there. Less: more rounds, for
 /// nothing.
 inline constexpr double least_turn = 1e-2;
 /// Area of a mesh's contact patch to the square of its curve's length from which its area vector is a direction, where

@@ -199,10 +199,10 @@ class WholeList final : public SceneDetector {
       answer.point_a = answer.point_b - answer.signed_distance * plane.normal;
     } else {
       const Ball& a = placed_[pair.a];
-      const Vec3 way = b.centre - a.centre;
-      const double length = std::sqrt(way.squaredNorm());
+      const Vec3 between = b.centre - a.centre;
+      const double length = std::sqrt(between.squaredNorm());
       answer.signed_distance = length - (a.radius + b.radius);
-      answer.normal = way / length;
+      answer.normal = between / length;
       answer.point_a = a.centre + a.radius * answer.normal;
       answer.point_b = b.centre - b.radius * answer.normal;
     }

@@ -91,7 +91,7 @@ void centre(const void* object, ccd_vec3_t* out) {
   write(b.rotation * b.middle + b.translation, out);
 }
 
-enum class Way { gjk, mpr };
+enum class Method { gjk, mpr };
 
 ccd_t settings() {
   ccd_t s;
@@ -104,7 +104,7 @@ ccd_t settings() {
 }
 
 /// Yes or no, and for Request::distance the depth of pairs that touch: libccd has no distance of those that do not.
-std::unique_ptr<PairSolver> enter(const Question& question, Way way) {
+std::unique_ptr<PairSolver> enter(const Question& question, Method method) {
   if (question.request == Request::contacts) return nullptr;
   std::vector<std::array<SupportBody, 2>> bodies;
   for (const reference::PosedPair& p : question.pairs) {
@@ -117,18 +117,18 @@ std::unique_ptr<PairSolver> enter(const Question& question, Way way) {
   };
   const ccd_t s = settings();
   if (question.request == Request::collide)
-    return each_pair([bodies = std::move(bodies), pairs = question.pairs, s, way, pose](std::size_t i) mutable {
+    return each_pair([bodies = std::move(bodies), pairs = question.pairs, s, method, pose](std::size_t i) mutable {
       pose(bodies[i], pairs[i]);
       const auto& [a, b] = bodies[i];
-      return Found{.collide = (way == Way::gjk ? ccdGJKIntersect : ccdMPRIntersect)(&a, &b, &s) != 0};
+      return Found{.collide = (method == Method::gjk ? ccdGJKIntersect : ccdMPRIntersect)(&a, &b, &s) != 0};
     });
-  return each_pair([bodies = std::move(bodies), pairs = question.pairs, s, way, pose](std::size_t i) mutable {
+  return each_pair([bodies = std::move(bodies), pairs = question.pairs, s, method, pose](std::size_t i) mutable {
     pose(bodies[i], pairs[i]);
     const auto& [a, b] = bodies[i];
     ccd_real_t depth = 0;
     ccd_vec3_t direction{}, position{};
     const int status =
-        (way == Way::gjk ? ccdGJKPenetration : ccdMPRPenetration)(&a, &b, &s, &depth, &direction, &position);
+        (method == Method::gjk ? ccdGJKPenetration : ccdMPRPenetration)(&a, &b, &s, &depth, &direction, &position);
     if (status != 0) return Found{.failed = status == -2};  // -1: they do not touch
     return Found{.collide = true,
                  .measured = true,
@@ -140,8 +140,8 @@ std::unique_ptr<PairSolver> enter(const Question& question, Way way) {
 }  // namespace
 
 std::vector<Entrant> ccd_entrants() {
-  return {{"libccd GJK+EPA", [](const Question& question) { return enter(question, Way::gjk); }},
-          {"libccd MPR", [](const Question& question) { return enter(question, Way::mpr); }}};
+  return {{"libccd GJK+EPA", [](const Question& question) { return enter(question, Method::gjk); }},
+          {"libccd MPR", [](const Question& question) { return enter(question, Method::mpr); }}};
 }
 
 }  // namespace tandem::bench

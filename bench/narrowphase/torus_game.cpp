@@ -169,11 +169,11 @@ double all_distances(const MeshModel& mesh, const std::vector<Shape>& triangles,
     const Vec3 middle_a = (a[0] + a[1] + a[2]) / 3, normal_a = (a[1] - a[0]).cross(a[2] - a[0]).normalized();
     for (std::uint32_t j = 0; j < triangles.size(); ++j) {
       const auto b = placed(j, p.b);
-      const Vec3 way = (b[0] + b[1] + b[2]) / 3 - middle_a;
-      most = std::min(most, way.norm());
+      const Vec3 between = (b[0] + b[1] + b[2]) / 3 - middle_a;
+      most = std::min(most, between.norm());
       const Vec3 normal_b = (b[1] - b[0]).cross(b[2] - b[0]).normalized();
       double least = 0;
-      for (const Vec3& d : {Vec3(way.normalized()), normal_a, Vec3(-normal_a), normal_b, Vec3(-normal_b)})
+      for (const Vec3& d : {Vec3(between.normalized()), normal_a, Vec3(-normal_a), normal_b, Vec3(-normal_b)})
         least = std::max(least, std::min({d.dot(b[0]), d.dot(b[1]), d.dot(b[2])}) -
                                     std::max({d.dot(a[0]), d.dot(a[1]), d.dot(a[2])}));
       if (least <= most) pairs.push_back({least - 1e-9, i, j});

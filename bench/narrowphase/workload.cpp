@@ -27,10 +27,10 @@ reference::PosedPair motion_pair(reference::PairKind kind, std::size_t tracks, s
   reference::PosedPair pair = reference::make_pair(kind, reference::PairClass::separated, i % tracks);
   const auto step = static_cast<double>(i / tracks);
   // Towards A, but not straight at its middle.
-  const Vec3 way = pair.pose_a.translation - pair.pose_b.translation;
+  const Vec3 between = pair.pose_a.translation - pair.pose_b.translation;
   const Vec3 axis = pair.pose_b.rotation.col(2).cross(Vec3(0.3, 0.5, 0.8)) + Vec3(0.1, 0.2, 0.3);
   const double size = pair.b.is_bounded() ? pair.b.size() : pair.a.size();
-  if (way.norm() > 0) pair.pose_b.translation += 0.02 * size * step / way.norm() * way;
+  if (between.norm() > 0) pair.pose_b.translation += 0.02 * size * step / between.norm() * between;
   const Vec3 turn = 0.01 * step / axis.norm() * axis;
   pair.pose_b.rotation = Quat(1, turn.x(), turn.y(), turn.z()).normalized().toRotationMatrix() * pair.pose_b.rotation;
   return pair;

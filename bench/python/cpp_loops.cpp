@@ -34,7 +34,7 @@ py::tuple distances(const Shape& a, const py::object& pose_a, const Shape& b, co
 
 // A batch whose poses are there as C++ has them, in seconds, and how many configurations collide.
 py::tuple batch(const python::SharedScene& scene, const std::vector<Shape>& links, const py::object& poses) {
-  const auto queries = scene.look([](const Scene& s) { return std::make_unique<SceneQueries>(s); });
+  const auto queries = scene.read([](const Scene& s) { return std::make_unique<SceneQueries>(s); });
   const std::vector<Pose> placed = python::poses(poses, "poses");
   std::vector<Verdict> verdicts(placed.size() / links.size());
   const PairTable none;

@@ -40,15 +40,15 @@ ImpactQuery anywhere(Random& random) {
 // A step of a simulation: features of size 1, nearby, that move by some hundredths.
 ImpactQuery step(Random& random) {
   ImpactQuery q = filled(random, [&] { return random.vec(0, 1); });
-  const double way = random.power_of_two(-9, -3);
-  for (std::size_t i = 0; i < 4; ++i) q.to[i] = q.from[i] + random.vec(-way, way);
+  const double shift_by = random.power_of_two(-9, -3);
+  for (std::size_t i = 0; i < 4; ++i) q.to[i] = q.from[i] + random.vec(-shift_by, shift_by);
   return q;
 }
 
 // The same, but from features that nearly touch, at gaps of all sizes.
 ImpactQuery resting(Random& random) {
   ImpactQuery q = filled(random, [&] { return random.vec(0, 1); });
-  const double way = random.power_of_two(-12, -3), gap = random.power_of_two(-34, -5);
+  const double shift_by = random.power_of_two(-12, -3), gap = random.power_of_two(-34, -5);
   const double u = random.in(-0.1, 1.0), v = q.edges ? random.in(-0.1, 1.1) : random.in(-0.1, 1 - u);
   const Vec3 place = on_second(q.from, q.edges, u, v);
   const Vec3 normal = q.edges ? Vec3((q.from[1] - q.from[0]).cross(q.from[3] - q.from[2]).normalized())
@@ -57,7 +57,7 @@ ImpactQuery resting(Random& random) {
   const Vec3 shift = at - (q.edges ? Vec3(q.from[0] + v * (q.from[1] - q.from[0])) : q.from[0]);
   q.from[0] += shift;
   if (q.edges) q.from[1] += shift;
-  for (std::size_t i = 0; i < 4; ++i) q.to[i] = q.from[i] + random.vec(-way, way);
+  for (std::size_t i = 0; i < 4; ++i) q.to[i] = q.from[i] + random.vec(-shift_by, shift_by);
   return q;
 }
 
@@ -100,8 +100,8 @@ ImpactQuery doubled(Random& random) {
 // Nothing moves, or all by the same.
 ImpactQuery standing(Random& random) {
   ImpactQuery q = random.once_in(3) ? resting(random) : on_grid(random);
-  const Vec3 way = random.once_in(2) ? Vec3::Zero().eval() : grid(random, 2);
-  for (std::size_t i = 0; i < 4; ++i) q.to[i] = q.from[i] + way;
+  const Vec3 shift_by = random.once_in(2) ? Vec3::Zero().eval() : grid(random, 2);
+  for (std::size_t i = 0; i < 4; ++i) q.to[i] = q.from[i] + shift_by;
   return q;
 }
 
@@ -133,7 +133,7 @@ ImpactQuery without_extent(Random& random) {
 // Edges that stay parallel, points that stay in the triangle's plane; turned, so that rounding tilts them.
 ImpactQuery parallel(Random& random) {
   ImpactQuery q = either(random);
-  const Vec3 d = grid(random, 2), o = grid(random, 2), shift = grid(random, 2), way = grid(random, 2);
+  const Vec3 d = grid(random, 2), o = grid(random, 2), shift = grid(random, 2), shift_by = grid(random, 2);
   const Mat3 turn = random.once_in(2) ? Mat3::Identity().eval() : random.rotation();
   const auto place = [&](std::array<Vec3, 4>& x, const Vec3& by) {
     if (q.edges) {
@@ -145,7 +145,7 @@ ImpactQuery parallel(Random& random) {
     for (Vec3& v : x) v = turn * v;
   };
   place(q.from, Vec3::Zero());
-  place(q.to, q.edges ? way : random.once_in(2) ? Vec3::Zero().eval() : way);
+  place(q.to, q.edges ? shift_by : random.once_in(2) ? Vec3::Zero().eval() : shift_by);
   return q;
 }
 
@@ -169,12 +169,12 @@ ImpactQuery aligned(Random& random) {
     q.from = {a[first], a[(first + 1) % 3], b[0], b[1 + static_cast<std::size_t>(random.below(2))]};
   else
     q.from = {a[first], b[0], b[1], b[2]};
-  const Vec3 at = 0.1 * grid(random, 10), way = 0.5 * grid(random, 2);
+  const Vec3 at = 0.1 * grid(random, 10), shift_by = 0.5 * grid(random, 2);
   const Mat3 turn = random.once_in(3) ? random.rotation() : Mat3::Identity().eval();
   const std::size_t moved = q.edges ? 2 : 1;
   for (std::size_t i = 0; i < moved; ++i) q.from[i] += at;
   for (std::size_t i = 0; i < 4; ++i) {
-    q.to[i] = unit * (turn * (i < moved ? Vec3(q.from[i] + way) : q.from[i]));
+    q.to[i] = unit * (turn * (i < moved ? Vec3(q.from[i] + shift_by) : q.from[i]));
     q.from[i] = unit * (turn * q.from[i]);
   }
   return q;
@@ -189,8 +189,8 @@ ImpactQuery turning(Random& random) {
   const Vec3 inside = q.edges ? Vec3(0, 0.2, gap) : Vec3(0.2, 0.1, gap);
   const std::array<Vec3, 4> x = q.edges ? std::array<Vec3, 4>{inside - Vec3(0, 1, 0), inside + Vec3(0, 1, 0), Vec3(-1, 0, 0), Vec3(1, 0, 0)}
                                         : std::array<Vec3, 4>{inside, Vec3(-1, -1, 0), Vec3(1, -1, 0), Vec3(0, 1, 0)};
-  const Vec3 way = random.once_in(2) ? Vec3::Zero().eval() : random.vec(-1, 1);
-  for (std::size_t i = 0; i < 4; ++i) q.from[i] = turn * x[i], q.to[i] = turn * (tilt * x[i]) + way;
+  const Vec3 shift_by = random.once_in(2) ? Vec3::Zero().eval() : random.vec(-1, 1);
+  for (std::size_t i = 0; i < 4; ++i) q.from[i] = turn * x[i], q.to[i] = turn * (tilt * x[i]) + shift_by;
   return q;
 }
 
@@ -237,7 +237,7 @@ VertexImpact solve(const ImpactQuery& query, const ImpactOptions& options) {
   return point_triangle_impact(x[0], {x[1], x[2], x[3]}, y[0], {y[1], y[2], y[3]}, options);
 }
 
-double longest_way(const ImpactQuery& query) {
+double longest_motion(const ImpactQuery& query) {
   double most = 0;
   const std::size_t first = query.edges ? 2 : 1;
   for (std::size_t i = 0; i < first; ++i)

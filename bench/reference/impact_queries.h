@@ -25,6 +25,6 @@ std::span<const ImpactFamily> impact_families();
 VertexImpact solve(const ImpactQuery& query, const ImpactOptions& options = {});
 
 /// The longest way that a vertex of one feature makes as a vertex of the other sees it: the unit of the tolerance.
-double longest_way(const ImpactQuery& query);
+double longest_motion(const ImpactQuery& query);
 
 }  // namespace tandem::reference

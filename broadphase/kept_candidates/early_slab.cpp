@@ -59,20 +59,20 @@ void EarlySlab::choose(const BoxArray& boxes, const std::vector<Aabb>& sample) {
 
 bool EarlySlab::taken() {
   State state = state_.load(std::memory_order_acquire);
-  if (state == State::chosen && state_.compare_exchange_strong(state, State::looking, std::memory_order_acquire)) {
+  if (state == State::chosen && state_.compare_exchange_strong(state, State::searching, std::memory_order_acquire)) {
     // Who waits must not wait for ever when memory is out.
     struct Done {
       std::atomic<State>& state;
       bool taken = false;
       ~Done() { state.store(taken ? State::taken : State::none, std::memory_order_release); }
     } done{state_};
-    return done.taken = look();
+    return done.taken = search();
   }
-  for (; state == State::looking; state = state_.load(std::memory_order_acquire)) std::this_thread::yield();
+  for (; state == State::searching; state = state_.load(std::memory_order_acquire)) std::this_thread::yield();
   return state == State::taken;
 }
 
-bool EarlySlab::look() {
+bool EarlySlab::search() {
   found_.resize(most_ + BoxArray::padding);
   const std::size_t count = boxes_in_slab(*boxes_, axis_, begin_, end_, most_, found_.data());
   if (count > most_) return false;

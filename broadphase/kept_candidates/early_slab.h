@@ -22,8 +22,8 @@ class EarlySlab {
   /// where a thin slab would hold many. `boxes` must outlive the step. By one thread, as `leave_out`.
   void choose(const BoxArray& boxes, const std::vector<Aabb>& sample);
 
-  /// Whether pairs are found early; looks for their boxes if nobody has. Depends on the boxes only. Threads may ask at
-  /// the same time, one of them looks while the others wait.
+  /// Whether pairs are found early; searches for their boxes if nobody has. Depends on the boxes only. Threads may ask
+  /// at the same time, one of them searches while the others wait.
   bool taken();
   /// Hands on the early pairs, each once.
   void emit(PairSink& sink);
@@ -39,9 +39,9 @@ class EarlySlab {
   std::size_t memory() const;
 
  private:
-  enum class State : std::uint8_t { none, chosen, looking, taken };
+  enum class State : std::uint8_t { none, chosen, searching, taken };
 
-  bool look();
+  bool search();
 
   const BoxArray* boxes_ = nullptr;
   std::atomic<State> state_{State::none};

@@ -64,9 +64,9 @@ class JointStages {
   }
   std::size_t lane_begin(std::size_t stage, std::size_t lane) const { return lane * blocks_[stage] / lanes; }
 
-  /// Looks from `lane` on, and leaves it where a block was.
+  /// Searches from `lane` on, and leaves it where a block was.
   bool take(std::size_t stage, std::size_t& lane, std::size_t& block) {
-    for (std::size_t looked = 0; looked < lanes; ++looked, lane = (lane + 1) % lanes) {
+    for (std::size_t tried = 0; tried < lanes; ++tried, lane = (lane + 1) % lanes) {
       const std::size_t end = lane_begin(stage, lane + 1);
       std::uint64_t next = next_[lane].load(std::memory_order_acquire);
       while (next >> 32 == stage && (next & 0xffffffffu) < end) {

@@ -148,51 +148,51 @@ bool VerletList::help_check() {
 void VerletList::check_part(std::size_t index) {
   Part& part = parts_[index];
   const std::size_t first = index * boxes_a_part, last = part_end(index);
-  const ScratchPool<CheckRoom>::Lease lease(check_rooms_);
-  CheckRoom& room = *lease;
+  const ScratchPool<CheckScratch>::Lease lease(check_scratch_);
+  CheckScratch& scratch = *lease;
   part.outside.clear();
-  std::size_t count = find_outside(index, room);
+  std::size_t count = find_outside(index, scratch);
   if (!changes_known() && !last_filter_.same(filter_, first, last)) {
     // One by one: rare.
     filter_holds_.store(false, std::memory_order_relaxed);
     count = 0;
     for (std::size_t i = first; i < last; ++i)
       if (is_outside(i)) {
-        room.past[count].set((*boxes_)[i]);
-        room.outside[count++] = static_cast<std::uint32_t>(i);
+        scratch.past[count].set((*boxes_)[i]);
+        scratch.outside[count++] = static_cast<std::uint32_t>(i);
       }
   }
   if (count == 0) return;
-  part.outside.assign(room.outside.begin(), room.outside.begin() + static_cast<std::ptrdiff_t>(count));
+  part.outside.assign(scratch.outside.begin(), scratch.outside.begin() + static_cast<std::ptrdiff_t>(count));
   part.boxes.resize(count);
   part.larger.resize(count);
   for (std::size_t k = 0; k < count; ++k) {
     part.boxes.set(k, (*boxes_)[part.outside[k]]);
-    if (!has_past_ || !copies_) room.past[k].set(part.boxes[k]);
+    if (!has_past_ || !copies_) scratch.past[k].set(part.boxes[k]);
   }
   // Further than all others: each costs a search of its own.
-  enlarge_boxes(part.boxes, 0, count, room.past.data(), 2 * static_cast<float>(steps_ahead_), usual_, part.larger);
+  enlarge_boxes(part.boxes, 0, count, scratch.past.data(), 2 * static_cast<float>(steps_ahead_), usual_, part.larger);
   part.filter.take(filter_, part.outside);
 }
 
-std::size_t VerletList::find_outside(std::size_t index, CheckRoom& room) {
+std::size_t VerletList::find_outside(std::size_t index, CheckScratch& scratch) {
   const std::size_t first = index * boxes_a_part, last = part_end(index);
   BoxRecord* records = copies_ ? records_.data() : nullptr;
   if (!changes_known())
-    return copy_boxes_that_left(*boxes_, first, last, larger_, records, room.outside.data(), room.past.data());
-  const std::size_t changed = indices_set(changed_, first, last, room.changed.data());
+    return copy_boxes_that_left(*boxes_, first, last, larger_, records, scratch.outside.data(), scratch.past.data());
+  const std::size_t changed = indices_set(changed_, first, last, scratch.changed.data());
   if (check_changes)
     for (std::size_t i = first; i < last; ++i) assert(changed_[i] != 0 || is_as_before(i));
 
   if (4 * changed > 3 * (last - first) && last_filter_.same(filter_, first, last)) {
     // All in a row is faster than these one by one. What has not changed is outside of nothing.
     const std::size_t left =
-        copy_boxes_that_left(*boxes_, first, last, larger_, records, room.outside.data(), room.past.data());
+        copy_boxes_that_left(*boxes_, first, last, larger_, records, scratch.outside.data(), scratch.past.data());
     std::size_t count = 0;
     for (std::size_t k = 0; k < left; ++k) {
-      if (changed_[room.outside[k]] == 0) continue;
-      room.past[count] = room.past[k];
-      room.outside[count++] = room.outside[k];
+      if (changed_[scratch.outside[k]] == 0) continue;
+      scratch.past[count] = scratch.past[k];
+      scratch.outside[count++] = scratch.outside[k];
     }
     return count;
   }
@@ -201,7 +201,7 @@ std::size_t VerletList::find_outside(std::size_t index, CheckRoom& room) {
   if (changed != 0) filter_holds_.store(false, std::memory_order_relaxed);
   constexpr std::size_t ahead = 8;
   Part& part = parts_[index];
-  const std::span<const std::uint32_t> bodies(room.changed.data(), changed);
+  const std::span<const std::uint32_t> bodies(scratch.changed.data(), changed);
   if (!std::equal(bodies.begin(), bodies.end(), part.changed.begin(), part.changed.end())) {
     part.changed.assign(bodies.begin(), bodies.end());
     part.changed_larger.resize(changed);
@@ -218,8 +218,8 @@ std::size_t VerletList::find_outside(std::size_t index, CheckRoom& room) {
     BoxRecord now;
     now.set((*boxes_)[at]);
     if (!inside(now, part.changed_larger[k]) || !last_filter_.same(filter_, at, at + 1)) {
-      if (records != nullptr) room.past[count] = records[at];
-      room.outside[count++] = at;
+      if (records != nullptr) scratch.past[count] = records[at];
+      scratch.outside[count++] = at;
     }
     if (records != nullptr) records[at] = now;
   }

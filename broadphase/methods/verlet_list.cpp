@@ -275,7 +275,7 @@ void VerletList::rest() {
 std::size_t VerletList::memory() const {
   std::size_t bytes = bytes_of(records_) + larger_.memory() + bytes_of(lists_) + bytes_of(packed_) +
                       list_filter_.memory() + last_filter_.memory() + returned_.memory() + among_.memory() +
-                      bytes_of(parts_) + outside_boxes_.memory() + scratch_.memory() + check_rooms_.memory() +
+                      bytes_of(parts_) + outside_boxes_.memory() + scratch_.memory() + check_scratch_.memory() +
                       early_.memory();
   for (const auto* lists : {&lists_, &packed_})
     for (const CandidateTiles& list : *lists) bytes += list.memory();

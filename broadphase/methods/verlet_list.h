@@ -88,7 +88,7 @@ class VerletList {
     std::size_t memory() const { return maker.memory() + tiles.memory() + bytes_of(row) + bytes_of(found); }
   };
   /// What the boxes of a part are checked with.
-  struct CheckRoom {
+  struct CheckScratch {
     std::array<std::uint32_t, boxes_a_part + 1> changed;
     std::array<std::uint32_t, boxes_a_part> outside;
     std::array<BoxRecord, boxes_a_part> past;
@@ -158,7 +158,7 @@ class VerletList {
   bool help_check();
   void check_part(std::size_t part);
   /// Those that may have changed and are outside; with the records that they had.
-  std::size_t find_outside(std::size_t index, CheckRoom& room);
+  std::size_t find_outside(std::size_t index, CheckScratch& scratch);
   /// Whether a box that is said not to have changed has not.
   bool is_as_before(std::size_t i) const;
   /// Waits for the thread that checks it, if it is not done. That one waits for nothing.
@@ -234,7 +234,7 @@ class VerletList {
   ReturnedCandidates among_;  // of those put back in the same step
   BoxArray outside_boxes_;
   ScratchPool<Scratch> scratch_;
-  ScratchPool<CheckRoom> check_rooms_;
+  ScratchPool<CheckScratch> check_scratch_;
   JointStages renewal_;
   EarlySlab early_;  // of a renewal
 };

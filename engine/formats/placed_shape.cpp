@@ -406,7 +406,7 @@ struct Meeting {
       const double closing = now.normal.dot(velocity_a - velocity_b);
       if (!(closing > 0)) return std::nullopt;
       const double next = time + now.signed_distance / closing;
-      if (!(next <= until * (1 + tolerance::end_of_way))) return std::nullopt;
+      if (!(next <= until * (1 + tolerance::end_of_motion))) return std::nullopt;
       if (next <= time) return time;
       time = std::min(next, until);
     }

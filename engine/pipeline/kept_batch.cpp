@@ -82,7 +82,7 @@ void KeptContacts::Batch::append(std::uint32_t begin, std::uint32_t end) {
 KeptContacts::Batch::Relative KeptContacts::Batch::relative(Pair pair) const {
   const auto shape = all_.scene_->shape_indices();
   const auto poses = all_.scene_->poses();
-  // The smaller body moves less at its rim.
+  // The smaller body moves less where it is widest.
   const bool a_is_reference = all_.balls_[shape[pair.a]].radius >= all_.balls_[shape[pair.b]].radius;
   const Pose& reference = poses[a_is_reference ? pair.a : pair.b];
   const Pose& mover = poses[a_is_reference ? pair.b : pair.a];

@@ -109,10 +109,10 @@ void KeptContacts::resize(std::size_t bodies) {
   reach_.resize(bodies);
   since_.resize(bodies);
   changed_.resize(bodies);
-  if (!came_.empty()) came_.resize(bodies);
+  if (!arrived_.empty()) arrived_.resize(bodies);
 }
 
-void KeptContacts::look_at(std::size_t first, std::span<std::uint8_t> changed) {
+void KeptContacts::update_rests(std::size_t first, std::span<std::uint8_t> changed) {
   // By pointers of its own: a byte that is written might else be part of any of them.
   const auto* const shape_of = scene_->shape_indices().data();
   const Pose* const poses = scene_->poses().data();
@@ -120,7 +120,7 @@ void KeptContacts::look_at(std::size_t first, std::span<std::uint8_t> changed) {
   const Vec3* const places = anchor_places_.data();
   const Mat3* const rotations = anchor_rotations_.data();
   const double* const reaches = reach_.data();
-  const std::uint8_t* const came = came_.empty() ? nullptr : came_.data();
+  const std::uint8_t* const arrived = arrived_.empty() ? nullptr : arrived_.data();
   const bool same_bodies = same_bodies_;
   bool any_moved = false;
   for (std::size_t k = 0; k < changed.size(); ++k) {
@@ -128,7 +128,7 @@ void KeptContacts::look_at(std::size_t first, std::span<std::uint8_t> changed) {
     const std::size_t i = first + k;
     const Ball& ball = balls[shape_of[i]];
     if ((same_bodies || is_as_it_was(i, ball)) && rests(poses[i], places[i], rotations[i], ball, reaches[i])) {
-      changed[k] = came == nullptr ? 0 : came[i];
+      changed[k] = arrived == nullptr ? 0 : arrived[i];
     } else {
       end_rest(i, ball);
       any_moved = true;
@@ -146,7 +146,7 @@ double KeptContacts::reach_now(std::size_t body, const Ball& ball) const {
   return scene_->is_static()[body] != 0 || is_endless ? 0 : rest_share * ball.allowed;
 }
 
-/// But for its pose. A place without a body is not: whoever looks there for the first time must learn that it is empty.
+/// But for its pose. A place without a body is not: whoever reads it for the first time must learn that it is empty.
 bool KeptContacts::is_as_it_was(std::size_t body, const Ball& ball) const {
   const void* shape = shape_now(body, ball);
   return shape != nullptr && shape == body_shapes_[body] && reach_now(body, ball) == reach_[body];
@@ -167,7 +167,7 @@ void KeptContacts::end_rest(std::size_t body, const Ball& ball) {
 
 void KeptContacts::end_step(ContactList& contacts) {
   complete_ = true;
-  came_.clear();
+  arrived_.clear();
   computed_ = static_cast<std::uint64_t>(told_.computed);
   noted_ = static_cast<std::size_t>(told_.noted);
   if (all_asked_) {
@@ -181,7 +181,7 @@ void KeptContacts::end_step(ContactList& contacts) {
   if (any_moved || any_marked_) {
     take_fresh();
     if (any_moved) mark_pairs_of_moved();
-    look_through(contacts.pairs.size());
+    update_list(contacts.pairs.size());
     splicer_.apply(splices_, contacts, last_);
     add_told();
   }
@@ -281,7 +281,7 @@ std::size_t KeptContacts::next_marked(std::size_t i) const {
 }
 
 /// Goes through the pairs that may not be as they were, and finds where the list changes.
-void KeptContacts::look_through([[maybe_unused]] std::size_t answers) {
+void KeptContacts::update_list([[maybe_unused]] std::size_t answers) {
   splices_.clear();
   restless_.clear();
   any_marked_ = false;
@@ -293,7 +293,7 @@ void KeptContacts::look_through([[maybe_unused]] std::size_t answers) {
     splices_.back().added += added ? 1 : 0;
     from += added ? 1 : 0;
   };
-  const auto look = [&](std::size_t i) {
+  const auto update = [&](std::size_t i) {
     const Pair pair = pair_of(keys_[i]);
     const bool was_listed = listed_[i] != 0;
     Entry& entry = entries_[i];
@@ -328,7 +328,7 @@ void KeptContacts::look_through([[maybe_unused]] std::size_t answers) {
       i = next;
       if (i == keys_.size()) break;
     }
-    look(i);
+    update(i);
   }
   assert(from == answers);
 }
@@ -354,7 +354,7 @@ KeptContacts::Counts KeptContacts::counts() const {
 
 std::size_t KeptContacts::memory() const {
   const auto bytes = [](const auto&... list) { return (std::size_t{0} + ... + (list.capacity() * sizeof(list[0]))); };
-  return bytes(shapes_, balls_, anchor_places_, anchor_rotations_, body_shapes_, reach_, since_, changed_, came_) +
+  return bytes(shapes_, balls_, anchor_places_, anchor_rotations_, body_shapes_, reach_, since_, changed_, arrived_) +
          bytes(last_.pairs, last_.contacts, keys_, entries_, listed_, largest_, marked_, rows_, firsts_, columns_) +
          bytes(details_, free_details_, restless_, results_, places_, splices_, fresh_, fresh_details_, adopted_);
 }

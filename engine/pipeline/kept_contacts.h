@@ -49,7 +49,7 @@ class KeptContacts {
   bool begin_step(const Scene& scene, ContactList& contacts, bool same_bodies, const WorkLimit& limit);
   /// Notes which of the bodies from `first` on rest, before any pair of theirs is asked for, and clears their bytes;
   /// others' poses were not written since the last step. From several threads, on different bodies.
-  void look_at(std::size_t first, std::span<std::uint8_t> changed);
+  void update_rests(std::size_t first, std::span<std::uint8_t> changed);
   /// Candidates of the last step that are to be asked for even if both bodies rest.
   std::span<const Pair> restless() const { return restless_; }
   bool both_rest(Pair pair) const { return since_[pair.a] != step_ && since_[pair.b] != step_; }
@@ -138,7 +138,7 @@ class KeptContacts {
   std::size_t place_of(Pair pair) const;
   std::uint32_t listed_between(std::size_t first, std::size_t last) const;
   std::size_t next_marked(std::size_t i) const;
-  void look_through(std::size_t answers);
+  void update_list(std::size_t answers);
   void add_told();
 
   bool distances_;
@@ -160,7 +160,7 @@ class KeptContacts {
   std::vector<double> reach_;
   std::vector<std::uint32_t> since_;    // step in which its rest began
   std::vector<std::uint32_t> changed_;  // step in which it got another shape
-  std::vector<std::uint8_t> came_;      // since the last step: nobody has its box yet; or empty
+  std::vector<std::uint8_t> arrived_;   // since the last step: nobody has its box yet; or empty
 
   ContactList last_;
   // One a pair that was a candidate, by (a, b):
@@ -168,7 +168,7 @@ class KeptContacts {
   std::vector<Entry> entries_;
   std::vector<std::uint8_t> listed_;  // whether it is in last_
   std::vector<Largest> largest_;
-  std::vector<std::uint8_t> marked_;  // whether it is to be looked at in this step, for it may not be as it was
+  std::vector<std::uint8_t> marked_;  // whether it is to be gone through in this step, for it may not be as it was
 
   std::vector<std::uint32_t> rows_;     // a body: its first entry as a; and one past the last of all
   std::vector<std::uint32_t> firsts_;   // the a of each pair, by (b, a)

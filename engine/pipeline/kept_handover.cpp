@@ -42,9 +42,9 @@ void KeptContacts::take_in(const Scene& scene, ContactList& contacts, std::span<
   if (bodies.empty() && pairs.empty()) return;
   if (!complete_) clear();
   resize(scene.indices());
-  came_.assign(scene.indices(), 0);
+  arrived_.assign(scene.indices(), 0);
   for (const auto& [body, rest] : bodies) {
-    came_[body] = 1;
+    arrived_[body] = 1;
     const KeptRest known = rest.value_or(KeptRest{});
     anchor_places_[body] = known.anchor.translation;
     anchor_rotations_[body] = known.anchor.rotation;
@@ -95,7 +95,7 @@ void KeptContacts::take_in_pairs(ContactList& contacts, std::span<KeptRecord> pa
     const Pair pair = pair_of(keys[i]);
     take_until(keys[i]);
     const bool comes = next != pairs.end() && key_of(next->pair) == keys[i];
-    if (!comes && came_[pair.a] == 0 && came_[pair.b] == 0) {
+    if (!comes && arrived_[pair.a] == 0 && arrived_[pair.b] == 0) {
       const bool is_listed = listed[i] != 0;
       put(pair, entries[i], is_listed, largest[i], is_listed ? before.pairs[at].answer : PairAnswer{},
           is_listed ? before.of(before.pairs[at]) : std::span<const Contact>{});
@@ -111,7 +111,7 @@ void KeptContacts::begin_anew() {
   anchor_places_.clear();
   anchor_rotations_.clear();
   body_shapes_.clear();
-  came_.clear();
+  arrived_.clear();
 }
 
 }  // namespace tandem

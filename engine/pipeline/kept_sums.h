@@ -4,7 +4,7 @@
 
 namespace tandem {
 
-/// The largest of the pairs' values, and how many have it, so that one may leave without a look at all others.
+/// The largest of the pairs' values, and how many have it, so that one may leave without going through all others.
 struct KeptPeak {
   double value = 0;
   std::int64_t pairs = 0;

@@ -94,8 +94,8 @@ class SceneWork final : public StepWork {
   }
 
   /// `contacts` is the last step's answer.
-  void look_at(const Scene& scene, ContactList& contacts, const std::stop_token& stop,
-               std::chrono::steady_clock::time_point deadline) {
+  void read_scene(const Scene& scene, ContactList& contacts, const std::stop_token& stop,
+                  std::chrono::steady_clock::time_point deadline) {
     scene_ = &scene;
     limit_.stop = stop;
     limit_.ended = {};  // the last step's; the executor gives this one's
@@ -106,12 +106,12 @@ class SceneWork final : public StepWork {
     // What the last whole step has seen of the same scene is still so where the scene tells of no change.
     const SceneChanges::HistoryName history(scene);
     const std::uint64_t comings_and_goings = SceneChanges::comings_and_goings(scene);
-    const bool same = looked_ && history == history_ && boxes_.size() == scene.indices();
+    const bool same = scene_read_ && history == history_ && boxes_.size() == scene.indices();
     shapes_known_ = same && comings_and_goings == comings_and_goings_;
     changes_known_ = same && (!kept_ || comings_and_goings == comings_and_goings_);
     comings_and_goings_ = comings_and_goings;
     history_ = history;
-    looked_ = false;
+    scene_read_ = false;
     boxes_.resize(scene.indices());
     changed_.resize(scene.indices());
     seen_.resize(scene.indices());
@@ -135,7 +135,7 @@ class SceneWork final : public StepWork {
   void finish(ContactList& contacts, StepReport& report) {
     if (options_.own_broad_phase || options_.own_executor) require_canonical(contacts);
     if (incomplete_.load(std::memory_order_relaxed)) return finish_incomplete(contacts, report);
-    looked_ = true;
+    scene_read_ = true;
     if (kept_) return put_together(contacts, report);
     report.colliding_pairs = found_.colliding_pairs.load(std::memory_order_relaxed);
     report.contacts = found_.contacts.load(std::memory_order_relaxed);
@@ -156,7 +156,7 @@ class SceneWork final : public StepWork {
   KeptContacts* kept() { return kept_.get(); }
   /// Nothing that earlier steps saw counts any more.
   void begin_anew() {
-    looked_ = false;
+    scene_read_ = false;
     if (kept_) kept_->begin_anew();
   }
 
@@ -571,7 +571,8 @@ class SceneWork final : public StepWork {
       changed[i] = versions[i] != seen[i] ? 1 : all_changed;
       seen[i] = versions[i];
     }
-    if (kept_) kept_->look_at(first, std::span(changed_).subspan(first, end - first));  // boxes hold those that rest
+    if (kept_)
+      kept_->update_rests(first, std::span(changed_).subspan(first, end - first));  // boxes hold those that rest
     std::uint8_t any = 0;
     for (std::size_t i = first; i < end; ++i) {
       any |= changed[i];
@@ -692,7 +693,7 @@ class SceneWork final : public StepWork {
   BoxArray boxes_;
   std::vector<std::uint8_t> changed_;  // one a box: not as in the step before
   // What the last whole step saw; whether it tells what has changed since.
-  bool looked_ = false, changes_known_ = false, shapes_known_ = false;
+  bool scene_read_ = false, changes_known_ = false, shapes_known_ = false;
   SceneChanges::HistoryName history_;
   std::vector<std::uint32_t> seen_;  // versions
   std::uint64_t comings_and_goings_ = 0;
@@ -730,7 +731,7 @@ StepReport Pipeline::step(const Scene& scene, std::stop_token stop, std::chrono:
   StepReport report;
   report.step = impl.step++;
   report.bodies = scene.bodies();
-  impl.work.look_at(scene, impl.contacts, stop, deadline);
+  impl.work.read_scene(scene, impl.contacts, stop, deadline);
   impl.executor->run(impl.work, impl.contacts, report.execution, std::move(stop), impl.timeline);
   if ((report.execution.issues & bit(StepIssue::ended_early)) == 0) impl.work.finish(impl.contacts, report);
   report.broad_phase = impl.work.broad_phase().kind();

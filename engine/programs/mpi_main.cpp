@@ -309,7 +309,7 @@ void run(const Options& options) {
     for (std::uint64_t done = 0; done < steps; ++done) {
       const mpi::Report report = pipeline.step();
       step_now = static_cast<std::sig_atomic_t>(report.step);
-      if (trace) trace->look(pipeline);
+      if (trace) trace->record(pipeline);
       std::optional<std::uint64_t> list_hash;
       if (record) list_hash = record->step(pipeline, report.step);
       if (!options.contacts.empty()) outputs.write_contacts_of(pipeline, report.step, !options.margin.empty());

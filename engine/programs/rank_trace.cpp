@@ -38,7 +38,7 @@ RankTrace::RankTrace(MPI_Comm communicator, mpi::Pipeline& pipeline) : communica
   pipeline.record_to(&timeline_);
 }
 
-void RankTrace::look(mpi::Pipeline& pipeline) {
+void RankTrace::record(mpi::Pipeline& pipeline) {
   if (full_) return;
   ++steps_;
   int full = timeline_.slices() >= most_slices / static_cast<std::size_t>(ranks_) ? 1 : 0;

@@ -17,7 +17,7 @@ class RankTrace {
   RankTrace(MPI_Comm communicator, mpi::Pipeline& pipeline);
 
   /// After each step.
-  void look(mpi::Pipeline& pipeline);
+  void record(mpi::Pipeline& pipeline);
   std::uint64_t steps() const { return steps_; }
   bool is_full() const { return full_; }
   /// `file` of rank 0, null on the others; compressed if the path ends in .gz.

@@ -326,7 +326,7 @@ bool ConfigurationCheck::motion_hits(std::size_t index, Workspace& work) const {
   });
   return std::any_of(work.suspects.begin(), work.suspects.end(),
                      [&](const auto& pair) { return hits_between(poses, work, pair, pair.first, pair.last); }) ||
-         (options_.continuous && hits_on_the_way(poses, work));
+         (options_.continuous && hits_in_between(poses, work));
 }
 
 void ConfigurationCheck::verdicts(std::span<Verdict> out) const {

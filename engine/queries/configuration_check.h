@@ -31,7 +31,7 @@ struct CheckWorkspace {
   std::vector<std::uint64_t> meeting;  // configurations in which the boxes of two links meet, by pairs of links
   LimitWatch watch;
   std::vector<std::uint32_t> bodies;  // whose boxes a link's swept box meets
-  std::vector<Aabb> stretches;        // of each link's way from one configuration of a motion to the next
+  std::vector<Aabb> stretches;        // of each link's motion from one configuration of a motion to the next
   struct Suspects {
     std::uint32_t link, other;
     bool is_body;
@@ -94,7 +94,7 @@ class ConfigurationCheck {
   bool hits_between(const Pose* poses, Workspace& work, const CheckWorkspace::Suspects& pair, std::size_t first,
                     std::size_t last) const;
   double may_move(const CheckWorkspace::Suspects& pair, const Pose* from, const Pose* to) const;
-  bool hits_on_the_way(const Pose* poses, Workspace& work) const;
+  bool hits_in_between(const Pose* poses, Workspace& work) const;
   bool meets_body(const Pose* poses, std::uint32_t link, std::uint32_t body, const Workspace& work) const;
   bool meet_links(const Pose* poses, std::uint32_t a, std::uint32_t b, const Workspace& work) const;
   bool touch(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Workspace& work) const;

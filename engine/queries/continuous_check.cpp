@@ -1,4 +1,4 @@
-// Links on their way from one configuration of a motion to the next: certified free, or a first touch.
+// Links that move from one configuration of a motion to the next: certified free, or a first touch.
 #include <algorithm>
 
 #include "queries/configuration_check.h"
@@ -26,8 +26,8 @@ bool ConfigurationCheck::meets_body(const Pose* poses, std::uint32_t link, std::
   const bool bounded = world_.shape(body).is_bounded();
   for (std::size_t k = 0; k < stretches; ++k) {
     if (bounded && !overlap(work.stretches[link * stretches + k], world_.box(body))) continue;
-    const Motion way{poses[k * n + link], poses[(k + 1) * n + link]};
-    if (narrow_.time_of_impact(setup_->grown[link], way, world_.shape(body), still)) return true;
+    const Motion motion{poses[k * n + link], poses[(k + 1) * n + link]};
+    if (narrow_.time_of_impact(setup_->grown[link], motion, world_.shape(body), still)) return true;
   }
   return false;
 }
@@ -36,15 +36,15 @@ bool ConfigurationCheck::meet_links(const Pose* poses, std::uint32_t a, std::uin
   const std::size_t n = links_.size(), stretches = options_.configurations_a_motion - 1;
   for (std::size_t k = 0; k < stretches; ++k) {
     if (!overlap(work.stretches[a * stretches + k], work.stretches[b * stretches + k])) continue;
-    const Motion way_a{poses[k * n + a], poses[(k + 1) * n + a]}, way_b{poses[k * n + b], poses[(k + 1) * n + b]};
+    const Motion motion_a{poses[k * n + a], poses[(k + 1) * n + a]}, motion_b{poses[k * n + b], poses[(k + 1) * n + b]};
     // One of the two has the margin about it.
-    if (narrow_.time_of_impact(setup_->grown[a], way_a, links_[b], way_b)) return true;
+    if (narrow_.time_of_impact(setup_->grown[a], motion_a, links_[b], motion_b)) return true;
   }
   return false;
 }
 
 /// No configuration of the motion touches; does what lies between two of them?
-bool ConfigurationCheck::hits_on_the_way(const Pose* poses, Workspace& work) const {
+bool ConfigurationCheck::hits_in_between(const Pose* poses, Workspace& work) const {
   const std::size_t n = links_.size(), count = options_.configurations_a_motion, stretches = count - 1;
   work.stretches.resize(n * stretches);
   for (std::uint32_t link = 0; link < n; ++link) {

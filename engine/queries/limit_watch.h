@@ -4,11 +4,11 @@
 
 namespace tandem {
 
-/// Looks at the limit before the first piece of work and then after some microseconds of it: a pair may take one, a
-/// body that is left out a few dozen nanoseconds. Pairs with meshes look themselves while they are worked on.
+/// Checks the limit before the first piece of work and then after some microseconds of it: a pair may take one, a
+/// body that is left out a few dozen nanoseconds. Pairs with meshes check it themselves while they are worked on.
 class LimitWatch {
  public:
-  static constexpr unsigned a_candidate = 1, a_pair = 16, between_looks = 64;
+  static constexpr unsigned a_candidate = 1, a_pair = 16, between_checks = 64;
 
   /// Null: no limit.
   explicit LimitWatch(const WorkLimit* limit = nullptr) : limit_(limit) {}
@@ -17,7 +17,7 @@ class LimitWatch {
   void spend(unsigned units) {
     if (limit_ == nullptr) return;
     if (units > left_) {
-      left_ = between_looks;
+      left_ = between_checks;
       if (limit_->reached()) throw WorkStopped();
     }
     left_ -= units;

@@ -209,11 +209,13 @@ HWY_INLINE std::uint64_t bits_where(std::size_t count, const Overlaps& overlaps,
 
 // NOLINTBEGIN(misc-definitions-in-headers): included once a target
 bool take_boxes(const LinkBox* links, std::size_t n, const Pose* poses, const Pose* end, std::size_t count,
-                const LinkBoxRoom& room) {
-  copy_numbers(poses, end, n, count, room.numbers);
+                const LinkBoxScratch& scratch) {
+  copy_numbers(poses, end, n, count, scratch.numbers);
   bool valid = true;
   for (std::size_t i = 0; i < n; ++i)
-    valid = boxes_of(links[i], room.numbers[i], count, *room.boxes, i * room.stride + room.at, room.swept[i]) && valid;
+    valid = boxes_of(links[i], scratch.numbers[i], count, *scratch.boxes, i * scratch.stride + scratch.at,
+                     scratch.swept[i]) &&
+            valid;
   return valid;
 }
 
@@ -311,10 +313,10 @@ bool LinkBoxes::take(std::span<const LinkBox> links, std::span<const Pose> poses
   for (std::size_t part = 0; part < parts(); ++part) {
     if (part > 0 && limit.reached()) throw WorkStopped();
     const std::size_t at = part * PoseNumbers::count;
-    const LinkBoxRoom room{&boxes_, stride_, at, swept_.data(), numbers_.data() + part * n};
+    const LinkBoxScratch scratch{&boxes_, stride_, at, swept_.data(), numbers_.data() + part * n};
     valid =
         HWY_DYNAMIC_DISPATCH(take_boxes)(links.data(), n, poses.data() + (first + at) * n, poses.data() + poses.size(),
-                                         std::min(PoseNumbers::count, count - at), room) &&
+                                         std::min(PoseNumbers::count, count - at), scratch) &&
         valid;
   }
   return valid;

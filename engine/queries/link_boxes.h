@@ -51,7 +51,7 @@ struct LinkInPart {
 };
 
 /// Where boxes of links in 64 configurations go: into boxes[link * stride + at ...], and all of a link's into `swept`.
-struct LinkBoxRoom {
+struct LinkBoxScratch {
   BoxArray* boxes;
   std::size_t stride, at;
   Aabb* swept;

@@ -52,11 +52,11 @@ void free_ends(const Scene& scene, std::vector<Pose>& ends) {
   ends.assign(scene.poses().begin(), scene.poses().end());
   for (std::uint32_t i = 0; i < scene.indices(); ++i) {
     if (!scene.alive(i)) continue;
-    const Vec3 way = scene.dt * scene.velocities()[i], turn = scene.dt * scene.angular_velocities()[i];
+    const Vec3 shift = scene.dt * scene.velocities()[i], turn = scene.dt * scene.angular_velocities()[i];
     const Vec3 centre = scene.is_static()[i] ? Vec3(Vec3::Zero()) : scene.shape_of(i).mass().centre;
     const Vec3 from = ends[i] * centre;
     if (!turn.isZero(0)) ends[i].rotation = Eigen::AngleAxisd(turn.norm(), turn.normalized()) * ends[i].rotation;
-    ends[i].translation = from + way - ends[i].rotation * centre;
+    ends[i].translation = from + shift - ends[i].rotation * centre;
   }
 }
 
@@ -64,10 +64,10 @@ struct ContinuousMotion::Impl {
   explicit Impl(PairPredicate predicate) : bodies(std::move(predicate)) {}
 
   void require_valid_ends(const Scene& scene, std::span<const Pose> ends) const;
-  void look_around();
+  void find_moving();
   template <class Visit>
   void each_near(const Aabb& box, bool anywhere, Visit&& visit);
-  void look_for(std::uint32_t body, double t, std::vector<Meeting>& found);
+  void find_meetings(std::uint32_t body, double t, std::vector<Meeting>& found);
   void apply(const Meeting& meeting);
   void stand(std::uint32_t body, double t);
   void go_with(std::uint32_t body, std::uint32_t other, double t);
@@ -94,7 +94,7 @@ void ContinuousMotion::Impl::require_valid_ends(const Scene& scene, std::span<co
 }
 
 /// Boxes of all bodies, and a hierarchy of those that come near a watched one.
-void ContinuousMotion::Impl::look_around() {
+void ContinuousMotion::Impl::find_moving() {
   const Scene& scene = bodies.scene();
   around.resize(scene.indices());
   ParallelTime unused;
@@ -133,7 +133,7 @@ void ContinuousMotion::Impl::each_near(const Aabb& box, bool anywhere, Visit&& v
 }
 
 /// Appends what `body` meets from t on. At the start of a step a watched body of a larger index finds the pair itself.
-void ContinuousMotion::Impl::look_for(std::uint32_t body, double t, std::vector<Meeting>& out) {
+void ContinuousMotion::Impl::find_meetings(std::uint32_t body, double t, std::vector<Meeting>& out) {
   const bool at_start = bodies.leg(body).free;
   const Scene& scene = bodies.scene();
   const SweptBoxes swept(scene.shape_of(body), bodies.leg(body).motion);
@@ -200,7 +200,7 @@ std::span<const MotionStop> ContinuousMotion::limit(const Scene& scene, std::spa
   own.stops.clear();
   own.require_valid_ends(scene, ends);
   if (!scene.has_continuous() || !own.bodies.begin(scene, ends)) return {};
-  own.look_around();
+  own.find_moving();
   own.changes.assign(scene.indices(), 0);
   own.strayed.clear();
   const auto watched = own.bodies.watched();
@@ -208,7 +208,7 @@ std::span<const MotionStop> ContinuousMotion::limit(const Scene& scene, std::spa
   ParallelTime unused;
   for_blocks(watched.size(), 1, unused, [&](std::size_t i, std::size_t) {
     own.found[i].clear();
-    own.look_for(watched[i], 0, own.found[i]);
+    own.find_meetings(watched[i], 0, own.found[i]);
   });
   std::priority_queue<Meeting, std::vector<Meeting>, std::greater<>> queue;
   for (std::size_t i = 0; i < watched.size(); ++i)
@@ -222,7 +222,7 @@ std::span<const MotionStop> ContinuousMotion::limit(const Scene& scene, std::spa
     own.changed.clear();
     own.apply(next);
     fresh.clear();
-    for (const std::uint32_t body : own.changed) own.look_for(body, next.t, fresh);
+    for (const std::uint32_t body : own.changed) own.find_meetings(body, next.t, fresh);
     for (const Meeting& meeting : fresh) queue.push(meeting);
   }
   for (const std::uint32_t body : watched)

@@ -251,10 +251,10 @@ class FlowGraphExecutor final : public Executor, private Delivery {
   /// as under a limit of one thread, the step must still end: then it takes the batches after all.
   void watch_narrow() {
     constexpr auto patience = std::chrono::microseconds(500);
-    for (auto look = Clock::now() + patience; state_.stage() == state_.shared_stage(); std::this_thread::yield()) {
-      if (Clock::now() < look) continue;
+    for (auto check = Clock::now() + patience; state_.stage() == state_.shared_stage(); std::this_thread::yield()) {
+      if (Clock::now() < check) continue;
       while (at_batches_.load() == 0 && narrow_one()) continue;
-      look = Clock::now() + patience;
+      check = Clock::now() + patience;
     }
   }
 

@@ -16,8 +16,8 @@ class EarlyEnd {
 
   /// Whether a reason was found so far.
   bool found() const { return found_.load(std::memory_order_relaxed); }
-  /// Looks for one, too; by whatever thread is about to run a block.
-  bool look() {
+  /// Checks for one, too; by whatever thread is about to run a block.
+  bool check() {
     if (!found() && (stop_.stop_requested() || (host_cancelled_ && host_cancelled_())))
       found_.store(true, std::memory_order_relaxed);
     return found();

@@ -76,7 +76,7 @@ void FormChooser::learn(const ExecutionReport& report, double work_ms, double lo
   }
   if (!may_stay(report, work_ms)) go_to(StepForm::overlapped);
   tried_ = next_ = current_;
-  look_for_trial(report, work_ms, load);
+  plan_trial(report, work_ms, load);
 }
 
 /// The form tried and the current one have run for two steps each, one of the two just now.
@@ -105,7 +105,7 @@ void FormChooser::end_trial(bool gained) {
   tried_ = current_;
 }
 
-void FormChooser::look_for_trial(const ExecutionReport& report, double work_ms, double load) {
+void FormChooser::plan_trial(const ExecutionReport& report, double work_ms, double load) {
   // A step's worth may be lost beyond: of two other forms each is tried soon where they take about as long.
   if (!of(current_).has_two() || lost_ms_ > most_lost * total_ms_ + report.detect_ms) return;
   for (const StepForm form : {StepForm::ordered, StepForm::overlapped, StepForm::caller}) {

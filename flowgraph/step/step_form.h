@@ -55,7 +55,7 @@ class FormChooser {
   void go_to(StepForm form);
   void go_on_trying();
   void end_trial(bool gained);
-  void look_for_trial(const ExecutionReport& report, double work_ms, double load);
+  void plan_trial(const ExecutionReport& report, double work_ms, double load);
 
   // The first step is shared, as nothing is known of it; then none is that may be the caller's until that helps.
   StepForm wanted_, current_ = StepForm::caller, next_ = StepForm::overlapped;

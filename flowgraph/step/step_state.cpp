@@ -13,7 +13,7 @@ void StepState::begin(StepWork& work, ContactList& contacts, BatchPairs batch_pa
   pool_.begin(batch_pairs.most);
   answers_.begin(work, form, batch_pairs, contacts);
   work.work_with(form == StepForm::caller ? nullptr : this);
-  work.ended_by([this] { return early_end_.look(); });
+  work.ended_by([this] { return early_end_.check(); });
   const std::size_t stages = work.begin();
   slice("begin", meters_.start(), Clock::now());
   shared_ = stages - 1;
@@ -43,7 +43,7 @@ void StepState::open_stage(std::size_t stage) {
     if (stage == narrow_end) meters_.narrow_ended(now);
     if (stage == end_) break;
     // After an error what earlier stages should have prepared may be missing: nothing more is asked of the work.
-    if (early_end_.look() || !guard([&] { blocks = open_blocks(stage); })) continue;
+    if (early_end_.check() || !guard([&] { blocks = open_blocks(stage); })) continue;
     const Clock::time_point opened = Clock::now();
     slice("open", now, opened, stage);
     meters_.add_serial(phase_of(stage), opened - now, true);
@@ -91,19 +91,19 @@ void StepState::run_block(std::size_t stage, std::size_t block) {
 }
 
 void StepState::run_batches(std::size_t block) {
-  if (early_end_.look()) return;
+  if (early_end_.check()) return;
   Batch* batch = nullptr;
   meters_.add(Meters::join, timed("join", block, [&] { batch = &answers_.runs().take(block); }));
   if (failed()) return;
   Clock::duration time{};
   do time += narrow(*batch);
-  while (!early_end_.look() && answers_.runs().next(*batch));
+  while (!early_end_.check() && answers_.runs().next(*batch));
   meters_.add(Meters::narrow, time);
   if (!failed()) meters_.add(Meters::join, timed("join", block, [&] { answers_.runs().put(*batch); }));
 }
 
 void StepState::run_tile(std::size_t tile, BatchWriter& writer) {
-  if (!early_end_.look()) {
+  if (!early_end_.check()) {
     const Clock::duration narrowed = Meters::narrowed_by_this_thread();
     const std::uint64_t before = writer.taken();
     const Clock::time_point begin = Clock::now();

@@ -118,7 +118,7 @@ Separation best_separation(const BoxAxes& x) {
   return best;
 }
 
-/// Where edge j of B passes edge i of A, on the way of the normal.
+/// Where edge j of B passes edge i of A, along the normal.
 bool edges_witness(const BoxAxes& x, int i, int j, LocalAnswer& answer) {
   const Vec3& n = answer.normal;
   const double s = answer.signed_distance;

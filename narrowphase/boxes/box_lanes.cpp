@@ -258,16 +258,18 @@ HWY_INLINE void Lanes::choose_reference(M& of_b, V& face) const {
 HWY_INLINE M FaceLanes::find_lone_corner(double margin, V* corner, V& corner_height, V& corner_name) const {
   const V one = number(1), minus = number(-1);
   const V lowest = hn::Sub(hn::Sub(height, hn::Abs(height1)), hn::Abs(height2));
-  const V room = hn::Sub(hn::Add(top, hn::Add(number(margin), near)), lowest);
+  const V clearance = hn::Sub(hn::Add(top, hn::Add(number(margin), near)), lowest);
   const V rise1 = hn::Mul(number(2), hn::Abs(height1)), rise2 = hn::Mul(number(2), hn::Abs(height2));
   const M down1 = hn::Lt(height1, number(0)), down2 = hn::Lt(height2, number(0));
   const V side1 = hn::IfThenElse(down1, one, minus), side2 = hn::IfThenElse(down2, one, minus);
-  M lone = hn::AndNot(edges, hn::And(hn::And(hn::Lt(room, rise1), hn::Lt(room, rise2)), hn::Ge(room, number(0))));
+  M lone = hn::AndNot(
+      edges, hn::And(hn::And(hn::Lt(clearance, rise1), hn::Lt(clearance, rise2)), hn::Ge(clearance, number(0))));
   for (int c = 0; c < 2; ++c) {
     corner[c] = hn::Add(centre[c], hn::Add(hn::Mul(side1, edge1[c]), hn::Mul(side2, edge2[c])));
     const V wide = hn::Sub(rectangle[c], near);
     const auto is_over = [&](V back, V e, V rise) HWY_ATTR {
-      return hn::Lt(hn::Abs(hn::Add(hn::Mul(corner[c], rise), hn::Mul(room, hn::Mul(back, e)))), hn::Mul(wide, rise));
+      return hn::Lt(hn::Abs(hn::Add(hn::Mul(corner[c], rise), hn::Mul(clearance, hn::Mul(back, e)))),
+                    hn::Mul(wide, rise));
     };
     lone = hn::And(lone, hn::Lt(hn::Abs(corner[c]), wide));
     lone = hn::And(lone, is_over(hn::Mul(number(-2), side1), edge1[c], rise1));
@@ -319,18 +321,18 @@ struct ReferenceLanes {
       incident[k] = hn::IfThenElse(of_b, x.half_a[k], x.half_b[k]);
     }
   }
-  /// The incident face looks against the normal most; where two do alike, the first. `turned`: its side is the lower.
+  /// The incident face cosine against the normal most; where two do alike, the first. `turned`: its side is the lower.
   HWY_INLINE V find_incident(const V* outward, M& turned) const {
-    V looks[3], face = number(0);
-    for (int k = 0; k < 3; ++k) looks[k] = dot(outward, other + 3 * k);
-    V most = hn::Abs(looks[0]);
+    V cosine[3], face = number(0);
+    for (int k = 0; k < 3; ++k) cosine[k] = dot(outward, other + 3 * k);
+    V most = hn::Abs(cosine[0]);
     for (int k = 1; k < 3; ++k) {
-      const V looking = hn::Abs(looks[k]);
-      const M more = hn::Gt(looking, hn::Add(most, number(tolerance::alike)));
-      most = hn::IfThenElse(more, looking, most);
+      const V steepness = hn::Abs(cosine[k]);
+      const M more = hn::Gt(steepness, hn::Add(most, number(tolerance::alike)));
+      most = hn::IfThenElse(more, steepness, most);
       face = hn::IfThenElse(more, number(k), face);
     }
-    turned = hn::Gt(Choice(face).own(looks), number(0));
+    turned = hn::Gt(Choice(face).own(cosine), number(0));
     return face;
   }
 };
@@ -423,9 +425,9 @@ void overlap_boxes(const BoxPairRows& pairs, std::size_t count, double margin, B
     V first[3], second[3], normal[3];
     for (int k = 0; k < 3; ++k) {
       point[k] = hn::IfThenElse(crossing, hn::Mul(number(0.5), hn::Add(on_a[k], on_b[k])), point[k]);
-      const V way = hn::Mul(half, x.world_normal[k]);
-      on_a[k] = hn::IfThenElse(of_edges, on_a[k], hn::Sub(point[k], way));
-      on_b[k] = hn::IfThenElse(of_edges, on_b[k], hn::Add(point[k], way));
+      const V half_depth = hn::Mul(half, x.world_normal[k]);
+      on_a[k] = hn::IfThenElse(of_edges, on_a[k], hn::Sub(point[k], half_depth));
+      on_b[k] = hn::IfThenElse(of_edges, on_b[k], hn::Add(point[k], half_depth));
       first[k] = hn::IfThenElse(back, on_b[k], on_a[k]);
       second[k] = hn::IfThenElse(back, on_a[k], on_b[k]);
       normal[k] = hn::Mul(sense, x.world_normal[k]);

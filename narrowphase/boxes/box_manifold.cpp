@@ -131,18 +131,18 @@ class FaceClip {
   bool append_lone_corner(const Pose& pose, const Vec3& world_normal, std::vector<Contact>& contacts) const {
     const double lowest = centre_.height - std::abs(e1_.height) - std::abs(e2_.height),
                  touching = top_ + (margin_ + near_) * slant_;
-    const double rise1 = 2 * std::abs(e1_.height), rise2 = 2 * std::abs(e2_.height), room = touching - lowest;
-    if (!(room < rise1 && room < rise2)) return false;
+    const double rise1 = 2 * std::abs(e1_.height), rise2 = 2 * std::abs(e2_.height), clearance = touching - lowest;
+    if (!(clearance < rise1 && clearance < rise2)) return false;
     const bool down1 = e1_.height < 0, down2 = e2_.height < 0;
     const int at = down1 ? (down2 ? 0 : 3) : (down2 ? 1 : 2);
     const PlanePoint c = centre_ + (side_u[at] * e1_ + side_w[at] * e2_);
     const double back1 = -2 * side_u[at], back2 = -2 * side_w[at], wide_u = au_ - near_, wide_w = aw_ - near_;
     const auto over = [&](double back, const PlanePoint& e, double rise) {
-      return std::abs(c.u * rise + room * (back * e.u)) < wide_u * rise &&
-             std::abs(c.w * rise + room * (back * e.w)) < wide_w * rise;
+      return std::abs(c.u * rise + clearance * (back * e.u)) < wide_u * rise &&
+             std::abs(c.w * rise + clearance * (back * e.w)) < wide_w * rise;
     };
-    if (slants_ || !(room >= 0) || !(std::abs(c.u) < wide_u && std::abs(c.w) < wide_w) || !over(back1, e1_, rise1) ||
-        !over(back2, e2_, rise2))
+    if (slants_ || !(clearance >= 0) || !(std::abs(c.u) < wide_u && std::abs(c.w) < wide_w) ||
+        !over(back1, e1_, rise1) || !over(back2, e2_, rise2))
       return false;
     const double depth = std::max(std::min(top_ - c.height, most_depth_), -margin_);
     Vec3 point;

@@ -136,21 +136,21 @@ LocalAnswer segment_box_distance(const HalfSize& half_size, const Vec3& centre, 
   const Vec3 half{half_size[0], half_size[1], half_size[2]};
   const double size = half.sum() + reach;
   const SegmentBoxPoints near = nearest(half, centre, along, reach);
-  Vec3 way = near.on_segment - near.on_box;
-  if (near.inside) way -= way.dot(along) * along;  // square, whatever is left of so small a difference
-  const double upper = way.norm();
+  Vec3 offset = near.on_segment - near.on_box;
+  if (near.inside) offset -= offset.dot(along) * along;  // square, whatever is left of so small a difference
+  const double upper = offset.norm();
   LocalAnswer answer;
   answer.point_a = near.on_box;
   answer.point_b = near.on_segment;
   answer.signed_distance = upper;
   if (upper > 0.05 * size) {
-    answer.normal = way / upper;
+    answer.normal = offset / upper;
     return answer;
   }
   // Close by, the direction between the points is noise where an axis is exact.
   const SlabAxis axis = best_axis(half, centre, along, reach);
   if (axis.separation > 0 && upper - axis.separation > tolerance::axis_rounding * size) {
-    answer.normal = way / upper;
+    answer.normal = offset / upper;
     return answer;
   }
   answer.signed_distance = axis.separation;

@@ -7,7 +7,7 @@ namespace tandem {
 struct PointDistance {
   double signed_distance;
   Vec3 nearest;  ///< on the surface
-  Vec3 normal;   ///< unit, outward: the way from the surface to a point outside
+  Vec3 normal;   ///< unit, outward: the direction from the surface to a point outside
 };
 
 /// `shape` is a sphere, box, capsule, cylinder, cone, half-space or triangle (of zero thickness: never inside).

@@ -60,13 +60,14 @@ PointDistance to_cone(double radius, double length, const Vec3& p) {
     if (below >= off) return revolve(p, rho, {below, rho, -h, 0, -1});
     return revolve(p, rho, {off, rho - off * nx, p[2] - off * nz, nx, nz});
   }
-  // Outside: the base, the rim, the side or the apex is nearest.
+  // Outside: the base, its circle, the side or the apex is nearest.
   if (below >= 0 && rho <= radius) return revolve(p, rho, {below, rho, -h, 0, -1});
   const double t = nz * rho - nx * (p[2] - h);  // distance down the side from the apex, in [0, slant] on it
   if (t <= 0 || t >= slant) {
     const double x = t <= 0 ? 0 : radius, z = t <= 0 ? h : -h;
     const double dx = rho - x, dz = p[2] - z, d = std::sqrt(dx * dx + dz * dz);
-    // The way to an edge is between the normals of its two sides, whatever rounding made of so small a difference.
+    // The direction to an edge is between the normals of its two sides, whatever rounding made of so small a
+    // difference.
     if (!(d > 0) || (nz * dx < nx * dz) == (t >= slant)) return revolve(p, rho, {d, x, z, nx, nz});
     if (dx < 0) return revolve(p, rho, {d, x, z, 0, -1});
     return revolve(p, rho, {d, x, z, dx / d, dz / d});
@@ -74,7 +75,7 @@ PointDistance to_cone(double radius, double length, const Vec3& p) {
   return revolve(p, rho, {off, rho - off * nx, p[2] - off * nz, nx, nz});
 }
 
-/// The way to p from the nearest point of the segment: square to it, or from an end.
+/// The vector to p from the nearest point of the segment: square to it, or from an end.
 struct PointToSegment {
   Vec3 from, d;
   bool square;
@@ -109,7 +110,7 @@ PointDistance to_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec
     const double a2 = pa.squaredNorm(), b2 = pb.squaredNorm(), c2 = pc.squaredNorm();
     const double height = -unit.dot(a2 <= b2 ? (a2 <= c2 ? pa : pc) : (b2 <= c2 ? pb : pc));
     above = {std::abs(height), p - height * unit, height >= 0 ? unit : Vec3(-unit)};
-    // By the edges: from far away the ways to two corners are the same number.
+    // By the edges: from far away the distances to two corners are the same number.
     if (n.dot(pa.cross(ab)) >= 0 && n.dot(pb.cross(bc)) >= 0 && n.dot(ac.cross(pc)) >= 0) return above;
   }
   PointDistance best{};
@@ -117,24 +118,24 @@ PointDistance to_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec
   const double reach = std::sqrt(longest);
   const Vec3* edge[3][2] = {{&a, &b}, {&b, &c}, {&c, &a}};
   for (const auto& e : edge) {
-    const PointToSegment way = point_to_segment(*e[0], *e[1], p);
+    const PointToSegment to_edge = point_to_segment(*e[0], *e[1], p);
     const Vec3 along = *e[1] - *e[0];
-    const double distance = way.d.norm();
+    const double distance = to_edge.d.norm();
     // Next to a corner the edge has the more exact direction, though not a smaller distance, to rounding.
-    const double tie = (way.square - square) * (tolerance::tie * best.signed_distance + epsilon * reach);
+    const double tie = (to_edge.square - square) * (tolerance::tie * best.signed_distance + epsilon * reach);
     if (any && !(distance < best.signed_distance + tie)) continue;
     any = true;
-    square = way.square;
+    square = to_edge.square;
     Vec3 normal = Vec3::UnitX();
     if (distance > 0)
-      normal = unit(way.d, distance);
+      normal = unit(to_edge.d, distance);
     else if (length > 0)
       normal = unit(n, length);
     else if (along.squaredNorm() > 0)
       normal = any_perpendicular(along);
-    best = {distance, way.from, normal};
+    best = {distance, to_edge.from, normal};
   }
-  // Over the rim to rounding: the direction between points that nearly touch is noise, the plane's normal is not.
+  // Over the circle to rounding: the direction between points that nearly touch is noise, the plane's normal is not.
   if (area && (best.nearest - above.nearest).squaredNorm() <= tolerance::lost2 * longest) {
     best.signed_distance = above.signed_distance;
     best.normal = above.normal;

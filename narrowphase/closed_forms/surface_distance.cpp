@@ -84,8 +84,8 @@ double exit_of_cylinder(double radius, double half, const Vec3& p, const Vec3& d
   return length;
 }
 
-// Of the double cone about the apex the first root ahead is the way out: from inside the lower half the line meets
-// that, or the base, before the upper one.
+// Of the double cone about the apex the first root ahead is where the line leaves: from inside the lower half the line
+// meets that, or the base, before the upper one.
 double exit_of_cone(double radius, double length, const Vec3& p, const Vec3& d) {
   const double h = 0.5 * length, slope = radius / length, down = h - p[2], fall = -d[2];
   double out = d[2] < 0 ? (h + p[2]) / -d[2] : infinity;

@@ -64,7 +64,7 @@ class AdvanceSearch {
   AdvanceSearch(const MovingPolygon<N>& polygon, const ImpactOptions& options, double until)
       : polygon_(polygon), until_(until), separation_(options.separation) {
     const double reach = polygon.reach();
-    near_ = options.tolerance * polygon.way();
+    near_ = options.tolerance * polygon.longest_motion();
     // Of directions of length 1 + 4 epsilon at most.
     rounding_ = product_rounding * reach + std::numeric_limits<double>::min();
     bound_ = separation_ * (1 + 16 * epsilon) + rounding_;

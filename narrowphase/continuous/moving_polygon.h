@@ -21,7 +21,7 @@ struct MovingPolygon {
   Vec3 e_from, e_to;        // corner 1 - corner 0
   Vec3 f_from, f_to;        // the last corner - corner 0
 
-  double way() const {  // the longest of a corner
+  double longest_motion() const {  // of a corner
     double most = 0;
     for (std::size_t i = 0; i < N; ++i) most = std::max(most, (to[i] - from[i]).squaredNorm());
     return std::sqrt(most);

@@ -199,7 +199,7 @@ void descend(const MinkowskiDifference& d, const DescentLimits& limits, GjkResul
         break;
       }
       length = std::sqrt(v.dot(v));
-      if (simplex.count() == 2 && length < tolerance::short_way * limits.scale) {
+      if (simplex.count() == 2 && length < tolerance::short_difference * limits.scale) {
         // The cancellation that makes v short leaves it askew: square to the edge it is exact where it matters.
         const Point e = simplex.point(0).plus(-1, simplex.point(1));
         if (const double e2 = e.dot(e); e2 > 0) v = v.plus(-(v.dot(e) / e2), e);

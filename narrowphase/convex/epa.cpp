@@ -42,7 +42,7 @@ double reach_of(const Simplex& s) {
   return std::sqrt(squared);
 }
 
-/// Room for a polytope of a number of vertices. Faces are numbered in order of birth and never reused.
+/// Memory for a polytope of a number of vertices. Faces are numbered in order of birth and never reused.
 template <int Vertices>
 struct Workspace {
   static constexpr int max_vertices = Vertices, max_faces = 7 * Vertices;
@@ -55,9 +55,9 @@ struct Workspace {
 };
 
 /// What a workspace holds, whatever its size.
-struct Room {
+struct PolytopeMemory {
   template <int Vertices>
-  explicit Room(Workspace<Vertices>& w)
+  explicit PolytopeMemory(Workspace<Vertices>& w)
       : max_vertices(w.max_vertices),
         max_faces(w.max_faces),
         vertex(w.vertex),
@@ -77,7 +77,8 @@ struct Room {
 
 class Polytope {
  public:
-  Polytope(const MinkowskiDifference& d, const Room& room) : vertex(room.vertex), d_(d), room_(room) {}
+  Polytope(const MinkowskiDifference& d, const PolytopeMemory& memory)
+      : vertex(memory.vertex), d_(d), memory_(memory) {}
 
   int vertices = 0;
   MinkowskiPoint* vertex;
@@ -97,7 +98,7 @@ class Polytope {
   /// Adds it if it lies outside.
   Added include();
 
-  const Face& face(int i) const { return room_.face[i]; }
+  const Face& face(int i) const { return memory_.face[i]; }
   double rounding() const { return rounding_; }
 
  private:
@@ -108,7 +109,7 @@ class Polytope {
   void drop(int face);
 
   const MinkowskiDifference& d_;
-  Room room_;
+  PolytopeMemory memory_;
   double rounding_ = 0;
   double limit_ = infinity;
   int faces_ = 0;
@@ -199,22 +200,22 @@ int Polytope::span(const Simplex& start) {
 }
 
 void Polytope::new_face(int i, int a, int b, int c, std::size_t l) {
-  Face& f = room_.face[i];
+  Face& f = memory_.face[i];
   f.v[0] = f.v[3] = a, f.v[1] = b, f.v[2] = c;
   for (int k = 0; k < 3; ++k) f.plane[k] = batch_.normal[k][l];
   const double offset = f.plane[3] = batch_.offset[l];
   const bool candidate = offset < limit_;
   const int place = candidates_;
-  room_.candidate[place] = i;
-  room_.candidate_offset[place] = offset;
+  memory_.candidate[place] = i;
+  memory_.candidate_offset[place] = offset;
   f.place = candidate ? place : Face::none;
   candidates_ = place + (candidate ? 1 : 0);
 }
 
 void Polytope::fan(int apex, int count) {
   const Vec3& r = vertex[apex].w;
-  HorizonEdge* const edge = room_.horizon;
-  Face* const faces = room_.face;
+  HorizonEdge* const edge = memory_.horizon;
+  Face* const faces = memory_.face;
   edge[count] = edge[0];
   const int first = faces_;
   for (int done = 0; done < count;) {
@@ -241,12 +242,12 @@ void Polytope::fan(int apex, int count) {
 }
 
 void Polytope::drop(int face) {
-  const int place = room_.face[face].place;
+  const int place = memory_.face[face].place;
   if (place < 0) return;
   --candidates_;
-  room_.candidate[place] = room_.candidate[candidates_];
-  room_.candidate_offset[place] = room_.candidate_offset[candidates_];
-  room_.face[room_.candidate[place]].place = place;
+  memory_.candidate[place] = memory_.candidate[candidates_];
+  memory_.candidate_offset[place] = memory_.candidate_offset[candidates_];
+  memory_.face[memory_.candidate[place]].place = place;
 }
 
 void Polytope::close_tetrahedron() {
@@ -258,25 +259,25 @@ void Polytope::close_tetrahedron() {
   const Vec3& c = vertex[2].w;
   planes_(1, rounding_ * rounding_, c[0], c[1], c[2], batch_);
   new_face(faces_++, 0, 1, 2, 0);
-  room_.horizon[0] = {half_edge(0, 0), 1};
-  room_.horizon[1] = {half_edge(0, 2), 0};
-  room_.horizon[2] = {half_edge(0, 1), 2};
+  memory_.horizon[0] = {half_edge(0, 0), 1};
+  memory_.horizon[1] = {half_edge(0, 2), 0};
+  memory_.horizon[2] = {half_edge(0, 1), 2};
   fan(3, 3);
 }
 
 int Polytope::nearest_face() const {
   const auto count = static_cast<std::size_t>(candidates_);
-  const std::size_t least = least_(room_.candidate_offset, count, limit_);
-  return least == count ? -1 : room_.candidate[least];
+  const std::size_t least = least_(memory_.candidate_offset, count, limit_);
+  return least == count ? -1 : memory_.candidate[least];
 }
 
 Polytope::Added Polytope::add(int face) {
-  if (vertices + 1 >= room_.max_vertices) return Added::full;
+  if (vertices + 1 >= memory_.max_vertices) return Added::full;
   const Vec3& w = vertex[vertices].w;
   // Depth first, edge after edge in the faces' sense: the horizon comes out in order. Faces in the new point's plane
   // are seen too, so that no new face is a sliver along an old edge.
-  Face* const faces = room_.face;
-  int* const pending = room_.pending;
+  Face* const faces = memory_.face;
+  int* const pending = memory_.pending;
   int stack = 0, edges = 0, end = -1;
   bool loop = true;
   const auto enter = [&](int f, int from) {
@@ -293,15 +294,15 @@ Polytope::Added Polytope::add(int face) {
     if (faces[f].along(w) > faces[f].offset() - rounding_) {
       enter(f, i);
     } else {
-      if (edges == 2 * room_.max_vertices) return Added::full;
+      if (edges == 2 * memory_.max_vertices) return Added::full;
       const int from = faces[f].v[i + 1];
       loop = loop && (edges == 0 || from == end);
       end = faces[f].v[i];
-      room_.horizon[edges++] = {at, from};
+      memory_.horizon[edges++] = {at, from};
     }
   }
-  if (edges < 3 || !loop || end != room_.horizon[0].from) return Added::torn;
-  if (faces_ + edges > room_.max_faces) return Added::full;
+  if (edges < 3 || !loop || end != memory_.horizon[0].from) return Added::torn;
+  if (faces_ + edges > memory_.max_faces) return Added::full;
   fan(vertices, edges);
   ++vertices;
   return Added::yes;
@@ -310,7 +311,8 @@ Polytope::Added Polytope::add(int face) {
 Polytope::Added Polytope::include() {
   const Vec3& w = vertex[vertices].w;
   for (int f = 0; f < faces_; ++f)
-    if (room_.face[f].place != Face::seen && room_.face[f].along(w) > room_.face[f].offset() + rounding_) return add(f);
+    if (memory_.face[f].place != Face::seen && memory_.face[f].along(w) > memory_.face[f].offset() + rounding_)
+      return add(f);
   return Added::yes;
 }
 
@@ -390,11 +392,11 @@ void sharpen(const MinkowskiDifference& d, const MinkowskiPoint& a, const Minkow
   if (h <= r.upper + rounding) r.upper = h, r.normal = m;
 }
 
-/// Beginning with the start and more points. False where the room was too small; the result then is the best so far.
-bool expand_in(const Room& room, const MinkowskiDifference& d, const Simplex& start, double tolerance,
+/// Beginning with the start and more points. False where the memory was too small; the result then is the best so far.
+bool expand_in(const PolytopeMemory& memory, const MinkowskiDifference& d, const Simplex& start, double tolerance,
                std::span<const MinkowskiPoint> more, EpaResult& r) {
   r = {};
-  Polytope p(d, room);
+  Polytope p(d, memory);
   if (p.span(start) < 3) {
     set_flat(d, start, p.flat_normal, r);
     return true;
@@ -403,7 +405,7 @@ bool expand_in(const Room& room, const MinkowskiDifference& d, const Simplex& st
   for (const MinkowskiPoint& q : more) {
     p.vertex[p.vertices] = q;
     // Where rounding has the last word, without them.
-    if (p.include() != Polytope::Added::yes) return expand_in(room, d, start, tolerance, {}, r);
+    if (p.include() != Polytope::Added::yes) return expand_in(memory, d, start, tolerance, {}, r);
   }
   int best[3] = {0, 1, 2};
   const Polytope::Added added = expand_faces(d, tolerance, p, best, r);
@@ -435,9 +437,9 @@ EpaResult expand(const MinkowskiDifference& d, const Simplex& start, double tole
                  std::span<const MinkowskiPoint> more) {
   EpaResult r;
   Workspace<128> small;
-  if (expand_in(Room(small), d, start, tolerance, more, r)) return r;
+  if (expand_in(PolytopeMemory(small), d, start, tolerance, more, r)) return r;
   const auto large = std::make_unique_for_overwrite<Workspace<4096>>();
-  expand_in(Room(*large), d, start, tolerance, more, r);
+  expand_in(PolytopeMemory(*large), d, start, tolerance, more, r);
   return r;
 }
 

@@ -199,8 +199,8 @@ double separation_along(const MinkowskiDifference& d, const Vec3& n) { return -n
 bool settle_by_features(const MinkowskiDifference& d, LocalAnswer& answer) {
   constexpr double near = tolerance::near_features;
   const double scale = d.scale(), rounding = 4 * epsilon * scale, claimed = answer.signed_distance;
-  // Where they overlap and the bounds do not meet, or by no more than faces that are slivers may hide, the shortest way
-  // out may be through any side.
+  // Where they overlap and the bounds do not meet, or by no more than faces that are slivers may hide, the least
+  // translation out may be through any side.
   const bool any_side = claimed < 0 && (answer.gap > 4 * rounding || claimed > -tolerance::near_surface * scale);
   const double all = any_side ? 2 * (d.a.size + d.b.size) : 0;
   double best = separation_along(d, answer.normal);

@@ -290,14 +290,14 @@ void refine(const MinkowskiDifference& d, const DescentLimits& limits, GjkResult
     r.upper = upper;
     r.along = -infinity;
     bool known = true;
-    const auto look = [&](const Vec3& along) {
+    const auto try_along = [&](const Vec3& along) {
       const MinkowskiPoint p = d.support(-along);
       const double lower = along.dot(p.w);
       if (lower > r.along) r.along = lower, r.v = upper * along;
       if (!has(s, p, polytopes)) known = false, s.p[s.count] = p;
       return upper - lower <= close(upper);
     };
-    const bool met = look(unit(n.v)) || (polytopes && look(square_to_edges(d, s, n.v)));
+    const bool met = try_along(unit(n.v)) || (polytopes && try_along(square_to_edges(d, s, n.v)));
     r.lower = std::max(r.lower, r.along);
     if (met || known) return;
     ++s.count;
@@ -427,7 +427,7 @@ void pair_points(const MinkowskiDifference& d, LocalAnswer& answer) {
     answer.point_a.setZero();
     for (int i = 0; i < r.simplex.count; ++i) answer.point_a += r.simplex.weight[i] * r.simplex.p[i].a;
     if (round == 8 || !(r.upper > 0)) break;
-    // From outside, the way to a curved surface turns towards the shortest one from inside.
+    // From outside, the direction to a curved surface turns towards the shortest one from inside.
     const Vec3 n = -r.v / r.upper;
     const double change = (n - answer.normal).squaredNorm();
     const double depth = n.dot(d.support(n).w);

@@ -128,10 +128,10 @@ HWY_INLINE PortalFace leave(const Corner (&a)[3], const Corner (&b)[3], const Po
       nx = hn::Xor(nx, sign), ny = hn::Xor(ny, sign), nz = hn::Xor(nz, sign);
       const auto most = [&](const Corner(&p)[3])
                             HWY_ATTR { return hn::Max(hn::Max(along(p[0].at), along(p[1].at)), along(p[2].at)); };
-      const V way = hn::Div(hn::Sub(hn::Add(most(a), most(b)), along(from)), hn::Abs(steep));
+      const V shift = hn::Div(hn::Sub(hn::Add(most(a), most(b)), along(from)), hn::Abs(steep));
       const V placed = hn::BitCast(
-          tag, hn::Or(hn::And(hn::BitCast(bits, way), hn::Set(bits, ~places)), hn::Iota(bits, 4 * row + l)));
-      least = hn::IfThenElse(hn::Lt(way, least), placed, least);
+          tag, hn::Or(hn::And(hn::BitCast(bits, shift), hn::Set(bits, ~places)), hn::Iota(bits, 4 * row + l)));
+      least = hn::IfThenElse(hn::Lt(shift, least), placed, least);
     };
     for (std::uint64_t i = 0; i < 3; ++i)
       meet(i, hn::Set(tag, edge_a[i].x), hn::Set(tag, edge_a[i].y), hn::Set(tag, edge_a[i].z), edges);
@@ -159,8 +159,8 @@ class PolytopePortal {
   }
 
   bool usable() const {
-    return a_.usable() && b_.usable() && ball_ > tolerance::no_way * scale_ &&
-           centre_.dot(centre_) > tolerance::no_way2 * scale_ * scale_;
+    return a_.usable() && b_.usable() && ball_ > tolerance::no_centre_line * scale_ &&
+           centre_.dot(centre_) > tolerance::no_centre_line2 * scale_ * scale_;
   }
   double ball() const { return ball_; }
   double scale() const { return scale_; }

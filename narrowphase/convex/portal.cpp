@@ -66,9 +66,9 @@ bool RoundPortal::farthest(const Vec3& n, PortalCorner& w) const {
 }
 
 PortalResult RoundPortal::search() const {
-  if (ball_ > tolerance::no_way * scale_ && centre_.squaredNorm() < 0.99 * ball_ * ball_)
+  if (ball_ > tolerance::no_centre_line * scale_ && centre_.squaredNorm() < 0.99 * ball_ * ball_)
     return {Verdict::overlapping, -centre_};
-  if (!(centre_.squaredNorm() > tolerance::no_way2 * scale_ * scale_)) return {Verdict::open, Vec3::UnitX()};
+  if (!(centre_.squaredNorm() > tolerance::no_centre_line2 * scale_ * scale_)) return {Verdict::open, Vec3::UnitX()};
   RoundFace portal;
   if (!first_direction(portal.n)) return {Verdict::overlapping, -centre_};
   if (!begin(portal)) return {Verdict::apart, portal.n};
@@ -95,7 +95,7 @@ bool RoundPortal::first_direction(Vec3& n) const {
   a = b;
   if (move_into(d_.a, a, least).inside) return false;
   n = b - a;
-  if (!(n.squaredNorm() > tolerance::no_way2 * scale_ * scale_)) n = -centre_;
+  if (!(n.squaredNorm() > tolerance::no_centre_line2 * scale_ * scale_)) n = -centre_;
   return true;
 }
 

@@ -95,7 +95,7 @@ class PortalSteps {
     const double side_off = off * std::max(longest2, centre_.dot(centre_));
     const double least = std::min({volume(v1, v3), volume(v3, v2), volume(v2, v1)});
     // Beyond a side it may lie by less than the ball about the centre leaves room: what the volumes are off by, over
-    // the whole, times its size, beside as much of the ball as the point is on the way from the portal to the centre.
+    // the whole, times its size, beside as much of the ball as the point is between the portal and the centre.
     return least > side_off || (least > -side_off && at_origin * d_.ball() > 8 * side_off * d_.scale());
   }
   /// Six times the volume that p, q and the centre span with the origin.

@@ -3,7 +3,7 @@
 
 namespace tandem {
 
-/// A side of a triangle, and what is square to it of the way from it to the opposite corner.
+/// A side of a triangle, and what is square to it of the vector from it to the opposite corner.
 struct Height {
   Vec3 side, height;
 

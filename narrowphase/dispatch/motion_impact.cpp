@@ -51,9 +51,9 @@ class ScrewSweep {
     best.t = never;
     alignas(Item) std::array<std::byte, usual_items * sizeof(Item)> usual;
     std::pmr::monotonic_buffer_resource memory(usual.data(), usual.size());
-    std::pmr::vector<Item> room(&memory);
-    room.reserve(usual_items);
-    std::priority_queue<Item, std::pmr::vector<Item>> queue(std::less<Item>(), std::move(room));
+    std::pmr::vector<Item> items(&memory);
+    items.reserve(usual_items);
+    std::priority_queue<Item, std::pmr::vector<Item>> queue(std::less<Item>(), std::move(items));
     const auto push = [&](std::uint32_t x, std::uint32_t y, double from) {
       if (const double t = boxes_meet(x, y, from, std::min(best.t, 1.0)); t < best.t) queue.push({t, x, y});
     };

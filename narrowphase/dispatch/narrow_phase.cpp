@@ -57,7 +57,7 @@ bool answered_by_centres(const Shape& a, const Pose& pose_a, const Shape& b, con
   const CentreTest test = test_centres(a, pose_a, b, pose_b, contacts ? margin : 0);
   if (test.verdict == CentreTest::Verdict::apart) {
     if (contacts) {
-      answer.normal = unit(test.way);
+      answer.normal = unit(test.between);
       answer.signed_distance = separation(a, pose_a, b, pose_b, answer.normal);
     }
     return true;

@@ -60,7 +60,7 @@ class ShortestFree {
     return farther(direction, separation_along(a_.shape, a_.pose, b_.shape, b_.pose, direction, options_));
   }
 
-  /// From a free translation of two meshes: back to where they touch, round what is in the way there, back again.
+  /// From a free translation of two meshes: back to where they touch, round what lies before that, back again.
   void shorten(Vec3 free) {
     constexpr int rounds = 8;
     constexpr double enough = 0.999;  // of the length, to go on

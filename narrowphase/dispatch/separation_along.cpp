@@ -1,4 +1,4 @@
-// The last touch of two shapes of which one moves along a direction: the first on the way back from far out.
+// The last touch of two shapes of which one moves along a direction: the first as it comes back from far out.
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -60,11 +60,11 @@ double separation_along(const Shape& a, const Pose& pose_a, const Shape& b, cons
   if (const std::string why = narrow.refuses(a, b, Request::distance); !why.empty()) throw std::invalid_argument(why);
   if (!a.is_bounded() || !b.is_bounded())
     return out_of_halfspace(narrow, side_along(a, pose_a, d), pose_a, side_along(b, pose_b, -d), pose_b, d);
-  const double way = beyond(a.bounds(pose_a), b.bounds(pose_b), d);
-  if (!(way > 0)) return 0;
-  const Pose far{pose_b.rotation, pose_b.translation + way * d};
-  const auto back = narrow.time_of_impact(a, pose_a, Vec3::Zero(), b, far, -d, way);
-  return back ? std::max(0.0, way - *back) : 0;
+  const double far_out = beyond(a.bounds(pose_a), b.bounds(pose_b), d);
+  if (!(far_out > 0)) return 0;
+  const Pose far{pose_b.rotation, pose_b.translation + far_out * d};
+  const auto back = narrow.time_of_impact(a, pose_a, Vec3::Zero(), b, far, -d, far_out);
+  return back ? std::max(0.0, far_out - *back) : 0;
 }
 
 }  // namespace tandem

@@ -40,7 +40,7 @@ class BoxesOfPairs {
     count_ += static_cast<std::size_t>(std::popcount(near));
     return near;
   }
-  void look(double margin) {
+  void screen(double margin) {
     if (count_ == 0) return;
     overlap_boxes(rows_, count_, margin, found_);
     std::size_t patches = 0;
@@ -154,7 +154,7 @@ class HalfspaceBoxes {
     list_.pose[list_.count] = reversed ? pair.pose_a : pair.pose_b;
     list_.half[list_.count++] = &(reversed ? *pair.a : *pair.b).parameters();
   }
-  void look(double margin) {
+  void screen(double margin) {
     if (list_.count == 0) return;
     find_on_halfspaces(list_, margin, found_);
     list_.count = next_ = 0;
@@ -200,7 +200,7 @@ class Spheres {
   void add(const PlacedPair& pair, const PlacedSpheres& placed) {
     pairs_[count_++] = {sphere_of(placed.a, *pair.a, *pair.pose_a), sphere_of(placed.b, *pair.b, *pair.pose_b)};
   }
-  void look(double margin) {
+  void screen(double margin) {
     if (count_ == 0) return;
     find_on_spheres(std::span(pairs_).first(count_), margin, found_);
     count_ = next_ = 0;
@@ -225,7 +225,7 @@ class HalfspaceSpheres {
     pairs_[count_++] = {&halfspaces_.place(pair, reversed), reversed ? sphere_of(placed.a, *pair.a, *pair.pose_a)
                                                                      : sphere_of(placed.b, *pair.b, *pair.pose_b)};
   }
-  void look(double margin) {
+  void screen(double margin) {
     if (count_ == 0) return;
     find_spheres_on_halfspaces(std::span(pairs_).first(count_), margin, found_);
     count_ = next_ = 0;
@@ -275,16 +275,16 @@ class PairGroups {
       waiting_[count_++] = {static_cast<std::uint32_t>(first + i), kinds[i]};
     }
   }
-  bool has_room() const { return count_ + block <= most; }
+  bool has_space() const { return count_ + block <= most; }
 
   /// Answers all that wait; those that no group answers by `alone(pair's number)`.
   template <class Alone>
   void answer(std::span<const PlacedPair> pairs, double margin, std::vector<Contact>& contacts, AnswerSink& answers,
               const Alone& alone) {
-    boxes_.look(margin);
-    spheres_.look(margin);
-    halfspace_boxes_.look(margin);
-    halfspace_spheres_.look(margin);
+    boxes_.screen(margin);
+    spheres_.screen(margin);
+    halfspace_boxes_.screen(margin);
+    halfspace_spheres_.screen(margin);
     for (const auto& [i, kind] : std::span(waiting_).first(count_))
       if (!answer_together(pairs[i], i, kind, margin, contacts, answers)) alone(i);
     count_ = 0;
@@ -348,7 +348,7 @@ void SeveralPairs::solve(std::span<const PlacedPair> pairs, std::vector<Contact>
     const std::size_t count = std::min(block, pairs.size() - first);
     groups.take(pairs.subspan(first, count), spheres.empty() ? spheres : spheres.subspan(first, count), first, by_kind_,
                 margin_);
-    if (!groups.has_room()) answer_waiting();
+    if (!groups.has_space()) answer_waiting();
   }
   answer_waiting();
 }

@@ -60,8 +60,8 @@ struct SphereAnswers {
 };
 
 /// At least the sum of the sizes of spheres with this sum of radii, and how far the second is from the first.
-HWY_INLINE V scale_of(V radii, const V* way) {
-  const V far = hn::Add(hn::Add(hn::Abs(way[0]), hn::Abs(way[1])), hn::Abs(way[2]));
+HWY_INLINE V scale_of(V radii, const V* offset) {
+  const V far = hn::Add(hn::Add(hn::Abs(offset[0]), hn::Abs(offset[1])), hn::Abs(offset[2]));
   return hn::Add(hn::Mul(number(4), radii), far);
 }
 
@@ -71,14 +71,14 @@ std::uint32_t near_spheres(std::span<const PlacedSpheres> pairs, double margin) 
   std::uint32_t near = 0;
   for (std::size_t at = 0; at < pairs.size(); at += lanes) {
     const auto nth = [&](std::size_t i) HWY_ATTR { return std::min(at + i, pairs.size() - 1); };
-    V a[4], b[4], way[3];
+    V a[4], b[4], offset[3];
     load_transposed([&](std::size_t i) HWY_ATTR { return pairs[nth(i)].a->centre.data(); }, a);
     load_transposed([&](std::size_t i) HWY_ATTR { return pairs[nth(i)].b->centre.data(); }, b);
-    for (int k = 0; k < 3; ++k) way[k] = hn::Sub(b[k], a[k]);
+    for (int k = 0; k < 3; ++k) offset[k] = hn::Sub(b[k], a[k]);
     const V far = hn::Add(hn::Add(a[3], b[3]), number(margin));
     const V far2 = hn::Mul(hn::Mul(far, far), number(1 + tolerance::certain));
     std::uint8_t bits[8] = {};
-    hn::StoreMaskBits(d, hn::And(hn::Le(dot(way, way), far2), hn::FirstN(d, pairs.size() - at)), bits);
+    hn::StoreMaskBits(d, hn::And(hn::Le(dot(offset, offset), far2), hn::FirstN(d, pairs.size() - at)), bits);
     near |= std::uint32_t{bits[0]} << at;
   }
   return near;
@@ -86,19 +86,19 @@ std::uint32_t near_spheres(std::span<const PlacedSpheres> pairs, double margin) 
 
 // solve_spheres
 HWY_INLINE SphereAnswers meet(const V* a, const V* b) {
-  V way[3];
-  for (int k = 0; k < 3; ++k) way[k] = hn::Sub(b[k], a[k]);
-  const V length = hn::Sqrt(dot(way, way)), reach = hn::Add(a[3], b[3]);
+  V offset[3];
+  for (int k = 0; k < 3; ++k) offset[k] = hn::Sub(b[k], a[k]);
+  const V length = hn::Sqrt(dot(offset, offset)), reach = hn::Add(a[3], b[3]);
   SphereAnswers answers;
   answers.distance = hn::Sub(length, reach);
   for (int k = 0; k < 3; ++k) {
-    answers.normal[k] = hn::Div(way[k], length);
+    answers.normal[k] = hn::Div(offset[k], length);
     answers.on_a[k] = hn::Add(a[k], hn::Mul(a[3], answers.normal[k]));
     answers.on_b[k] = hn::Sub(b[k], hn::Mul(b[3], answers.normal[k]));
   }
   answers.no_direction = hn::Or(hn::Le(length, number(tolerance::shortest_squared)),
                                 hn::Ge(length, number(1 / tolerance::shortest_squared)));
-  answers.scale = scale_of(reach, way);
+  answers.scale = scale_of(reach, offset);
   return answers;
 }
 
@@ -147,14 +147,14 @@ void find_spheres_on_halfspaces(std::span<const HalfspaceSphere> pairs, double m
   const D d;
   for (std::size_t at = 0; at < pairs.size(); at += lanes) {
     const auto nth = [&](std::size_t i) HWY_ATTR { return std::min(at + i, pairs.size() - 1); };
-    V plane[8], sphere[4], way[3];
+    V plane[8], sphere[4], to_centre[3];
     load_transposed([&](std::size_t i) HWY_ATTR { return pairs[nth(i)].halfspace->normal.data(); }, plane);
     load_transposed([&](std::size_t i) HWY_ATTR { return pairs[nth(i)].sphere.centre.data(); }, sphere);
     const V *const normal = plane, *const origin = plane + 4, offset = plane[3], sense = plane[7], radius = sphere[3];
-    for (int k = 0; k < 3; ++k) way[k] = hn::Sub(sphere[k], origin[k]);
+    for (int k = 0; k < 3; ++k) to_centre[k] = hn::Sub(sphere[k], origin[k]);
     const M sphere_first = hn::Lt(sense, hn::Zero(d));
     SphereAnswers answers;
-    answers.distance = hn::Sub(hn::Sub(dot(normal, way), offset), radius);
+    answers.distance = hn::Sub(hn::Sub(dot(normal, to_centre), offset), radius);
     for (int k = 0; k < 3; ++k) {
       const V on_sphere = hn::Sub(sphere[k], hn::Mul(radius, normal[k]));
       const V on_halfspace = hn::Sub(on_sphere, hn::Mul(answers.distance, normal[k]));
@@ -163,7 +163,7 @@ void find_spheres_on_halfspaces(std::span<const HalfspaceSphere> pairs, double m
       answers.on_b[k] = hn::IfThenElse(sphere_first, on_halfspace, on_sphere);
     }
     answers.no_direction = hn::Lt(radius, hn::Zero(d));
-    answers.scale = scale_of(radius, way);
+    answers.scale = scale_of(radius, to_centre);
     answers.store(margin, at, found);
   }
 }

@@ -14,7 +14,7 @@
 namespace tandem {
 namespace {
 
-// Ways are lengths along the unit vector that B moves along as A sees it: they do not depend on how fast it goes.
+// Advances are lengths along the unit vector that B moves along as A sees it: they do not depend on how fast it goes.
 
 // With the axes of its pose.
 struct Body : SweptBody {
@@ -46,12 +46,13 @@ class Sweep {
                           (reach(a) + reach(b) + between.norm());
   }
 
-  // The way until the first touch; `never` if there is none within the longest.
+  // The advance until the first touch; `never` if there is none within the longest.
   double first() {
     double best = never;
     std::priority_queue<Item> queue;
     const auto push = [&](std::uint32_t x, std::uint32_t y) {
-      if (const double way = boxes_meet(x, y, std::min(best, longest_)); way < best) queue.push({way, x, y});
+      if (const double advance = boxes_meet(x, y, std::min(best, longest_)); advance < best)
+        queue.push({advance, x, y});
     };
     push(whole, whole);
     while (!queue.empty() && queue.top().bound < best) {
@@ -77,36 +78,36 @@ class Sweep {
  private:
   // Conservative advancement (Mirtich, Impulse-based dynamic simulation of rigid body systems, 1996). The plane that
   // separates the two at one place bounds their distance at all later ones, so no advance is too far, and the distance
-  // being a convex function of the way, the advances converge from below like Newton's.
+  // being a convex function of the advance, the advances converge from below like Newton's.
   double convex_meet(const ConvexView& p, const ConvexView& q, double from, double until) {
     constexpr int most_advances = 200;
     const NarrowPhaseOptions exact;
     const double rounding = tolerance::touch * (p.size + q.size + radius_);
     const Pose at_a{a_.rotation, Vec3::Zero()};
-    double way = from;
+    double advance = from;
     for (int i = 0; i < most_advances; ++i) {
       meter_.spend(8);
-      const Pose at_b{b_.rotation, between_ + way * along_};
+      const Pose at_b{b_.rotation, between_ + advance * along_};
       const PairAnswer answer = solve_convex(p, at_a, q, at_b, Request::distance, exact, nullptr);
       const double gap = answer.signed_distance - radius_;
-      if (gap <= rounding) return way;
+      if (gap <= rounding) return advance;
       const double closing = -answer.normal.dot(along_);
       if (!(closing > 0)) return never;
-      const double next = way + gap / closing;
+      const double next = advance + gap / closing;
       if (!(next <= until)) {
         // The last bits of the end belong to it: what is that near there touches.
-        if (until < longest_ || !(next <= longest_ * (1 + tolerance::end_of_way))) return never;
-        if (way == until) return until;
-        way = until;
+        if (until < longest_ || !(next <= longest_ * (1 + tolerance::end_of_motion))) return never;
+        if (advance == until) return until;
+        advance = until;
         continue;
       }
-      if (next <= way) return way;
-      way = next;
+      if (next <= advance) return advance;
+      advance = next;
     }
-    return way;  // creeping up on a graze: early, never late
+    return advance;  // creeping up on a graze: early, never late
   }
 
-  // The way until two boxes of the hierarchies overlap along the axes of both; `never` if not within `until`.
+  // The advance until two boxes of the hierarchies overlap along the axes of both; `never` if not within `until`.
   double boxes_meet(std::uint32_t x, std::uint32_t y, double until) const {
     const auto [mid_a, half_a] = a_.box(x);
     const auto [mid_b, half_b] = b_.box(y);
@@ -182,7 +183,7 @@ std::optional<double> NarrowPhase::time_of_impact(const Shape& a, const Pose& po
   if (!(most > 0)) return std::nullopt;
   const double length = (half / most).norm();
   const Vec3 along = half / most / length;
-  const auto time_of = [&](double way) { return std::min(tmax, way / length / most / 2); };
+  const auto time_of = [&](double advance) { return std::min(tmax, advance / length / most / 2); };
   // Beyond this two bounded shapes have passed each other.
   const Vec3 between = pose_b.translation - pose_a.translation;
   double longest = std::min(2 * length * (most * tmax), 1e290);
@@ -192,9 +193,9 @@ std::optional<double> NarrowPhase::time_of_impact(const Shape& a, const Pose& po
     const auto [gap, closing] = gap_to_unbounded(a, pose_a, b, pose_b, along, without_cutoff(options_));
     if (gap <= 0) return 0.0;
     if (!(closing > 0)) return std::nullopt;
-    const double way = gap / closing;
-    if (!(way <= longest * (1 + tolerance::end_of_way))) return std::nullopt;
-    return time_of(way);
+    const double advance = gap / closing;
+    if (!(advance <= longest * (1 + tolerance::end_of_motion))) return std::nullopt;
+    return time_of(advance);
   }
 
   const Body body_a(a, pose_a, options_.limit), body_b(b, pose_b, options_.limit);
@@ -202,9 +203,9 @@ std::optional<double> NarrowPhase::time_of_impact(const Shape& a, const Pose& po
   const double passed = 2 * (between.norm() + extent(body_a) + extent(body_b));
   longest = std::min(longest, passed);
   const double radius = a.rounding() + b.rounding();
-  const double way = Sweep(body_a, body_b, between, along, longest, radius, options_.limit).first();
-  if (way == never) return std::nullopt;
-  return time_of(way);
+  const double advance = Sweep(body_a, body_b, between, along, longest, radius, options_.limit).first();
+  if (advance == never) return std::nullopt;
+  return time_of(advance);
 }
 
 }  // namespace tandem

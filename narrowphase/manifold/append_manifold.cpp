@@ -29,7 +29,7 @@ void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePos
     // Of two that are as flat A's carries the patch, but a leaning disc is clipped by a face that does not lean: its
     // deepest point must be among what is left.
     const bool as_flat = std::abs(flat_a - flat_b) <= tolerance::alike_cosines;
-    const bool only_a_leans = as_flat && fa.rim >= 0 && fb.rim < 0;
+    const bool only_a_leans = as_flat && fa.lowest >= 0 && fb.lowest < 0;
     if (flat_a >= carries_patch && (as_flat || flat_a > flat_b) && !(only_a_leans && flat_b >= carries_patch)) {
       count = clip_faces(fa, fb, n, false, margin, -answer.signed_distance, slack, points);
     } else if (flat_b >= carries_patch) {
@@ -44,12 +44,12 @@ void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePos
     }
     // The clipped circles are polygons, and a slanting face may not hold the deepest point: never lose that one.
     double deepest = -infinity;
-    bool rim = false;
+    bool lowest = false;
     for (int i = 0; i < count; ++i) {
       deepest = std::max(deepest, points[i].depth);
-      rim |= points[i].rim;
+      lowest |= points[i].lowest;
     }
-    if (count > 0 && deepest + (rim ? rim_lacks : 0.02) * slack >= -answer.signed_distance) {
+    if (count > 0 && deepest + (lowest ? lowest_point_lacks : 0.02) * slack >= -answer.signed_distance) {
       for (int i = 0; i < count; ++i)
         if (points[i].depth == deepest) points[i].depth = -answer.signed_distance;
       if (!whole) count = span_patch(points, count, n, a.size + b.size);
@@ -100,7 +100,7 @@ void append_halfspace_manifold(const ConvexView& shape, const Pose& pose, const 
     const double kept = std::max(depth, -margin);
     deepest = std::max(deepest, kept);
     points[count++] = {f.corner[i] + 0.5 * depth * normal, kept,
-                       (f.id << 8 & 0x7fffff00u) | static_cast<std::uint32_t>(i), i == f.rim};
+                       (f.id << 8 & 0x7fffff00u) | static_cast<std::uint32_t>(i), i == f.lowest};
   }
   const Vec3 lowest = core_support(shape, -normal) - core_radius(shape) * normal;
   const double depth = offset - normal.dot(lowest);

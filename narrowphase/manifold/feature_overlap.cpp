@@ -82,7 +82,7 @@ int clip_faces(const FlatFeature& reference, const FlatFeature& incident, const 
   int count = 0;
   for (int i = 0; i < c.count; ++i) {
     Vec3 at = c.corner[i];
-    const bool rim = incident.rim >= 0 && at == incident.corner[incident.rim];
+    const bool lowest = incident.lowest >= 0 && at == incident.corner[incident.lowest];
     if (incident.radius > 0) {
       // Cut off between the side and the farthest point, it lies on the ball and not on the line.
       const Vec3 out = at - incident.ball;
@@ -96,7 +96,7 @@ int clip_faces(const FlatFeature& reference, const FlatFeature& incident, const 
     if (depth < -margin - slack) continue;
     const std::uint32_t in = c.edge[(i + c.count - 1) % c.count];
     points[count++] = {at + 0.5 * depth * outward, std::max(depth, -margin),
-                       feature_number(reference, of_b, in, c.edge[i]), rim};
+                       feature_number(reference, of_b, in, c.edge[i]), lowest};
   }
   return count;
 }

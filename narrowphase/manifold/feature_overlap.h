@@ -12,10 +12,10 @@ constexpr int max_patch = max_clipped + 1;
 /// The feature of the pair's deepest point where it is deeper than all that clipping found.
 constexpr std::uint32_t witness_point = 0xffffffffu;
 /// What a leaning disc's deepest point may lack to the greatest depth of its patch, in tolerance::alike.
-constexpr double rim_lacks = 0.25;
+constexpr double lowest_point_lacks = 0.25;
 
 /// Points of `incident` over `reference`, seen along `outward` (the contact normal, from the reference's shape), by
-/// depth along it: there the way leaves one shape and enters the other. Those beyond the margin by `slack` at most
+/// depth along it: there the line leaves one shape and enters the other. Those beyond the margin by `slack` at most
 /// count as at it: what touches to rounding has all of its patch.
 int clip_faces(const FlatFeature& reference, const FlatFeature& incident, const Vec3& outward, bool of_b, double margin,
                double deepest, double slack, PatchPoint* points);

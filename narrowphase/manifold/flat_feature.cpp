@@ -44,14 +44,14 @@ double power_below_root(double v) {
 /// Where (unit: x, y) a disc that leans by rho, the sine of the angle, is deepest. The less it leans, the farther
 /// that moves when the pose changes a little: on a grid so wide that the depth there is within 1.25e-9 of the radius of
 /// the greatest it mostly stays.
-void find_deepest_of_rim(double rho, double& x, double& y) {
+void find_lowest_of_circle(double rho, double& x, double& y) {
   if (rho >= tolerance::steady_lean) return;
   // By tangents from the nearest of eight directions, between which no likely angle lies in the middle.
   const double ax = std::abs(x), ay = std::abs(y);
   const bool diagonal = std::min(ax, ay) > 0.41421356 * std::max(ax, ay);
   const double cx = diagonal || ax > ay ? std::copysign(1.0, x) : 0.0;
   const double cy = diagonal || ay >= ax ? std::copysign(1.0, y) : 0.0;
-  const double step = power_below_root(tolerance::rim_lacks2 / rho);  // rho step^2 / 8 is what the depth lacks
+  const double step = power_below_root(tolerance::lowest_point_lacks2 / rho);  // rho step^2 / 8 is what the depth lacks
   constexpr double to_whole = 0x1.8p52;
   const double t = ((cx * y - cy * x) / (cx * x + cy * y) / step + to_whole - to_whole) * step;
   const double length = std::sqrt((cx * cx + cy * cy) * (1 + t * t));
@@ -69,11 +69,11 @@ void add_circle(FlatFeature& f, double radius, double z, const Vec3& towards, bo
   const double rho = std::sqrt(towards[0] * towards[0] + towards[1] * towards[1]);
   if (!(rho > tolerance::alike)) return;
   double x = towards[0] / rho, y = std::copysign(1.0, width) * towards[1] / rho;
-  find_deepest_of_rim(rho, x, y);
+  find_lowest_of_circle(rho, x, y);
   const int before = corner_before(x, y);
   const auto cosine = [&](int i) { return circle.x[i] * x + circle.y[i] * y; };
-  f.rim = (cosine(before + 1) > cosine(before) ? before + 1 : before) % max_corners;
-  f.corner[f.rim] = {radius * x, width * y, z};
+  f.lowest = (cosine(before + 1) > cosine(before) ? before + 1 : before) % max_corners;
+  f.corner[f.lowest] = {radius * x, width * y, z};
 }
 
 /// The face that looks most along d (unit); of equals the first.
@@ -81,17 +81,17 @@ std::size_t facing_most(const Hull& hull, const Vec3& d) {
   if (!hull.normals.empty()) return face_kernel()(hull, d.data());
   std::size_t best = 0;
   double most = -infinity;
-  const auto look = [&](std::size_t i) {
+  const auto compare = [&](std::size_t i) {
     if (const double along = hull.faces[i].normal.dot(d); along > most) most = along, best = i;
   };
   if (hull.face_table.faces == 0) {
-    for (std::size_t i = 0; i < hull.faces.size(); ++i) look(i);
+    for (std::size_t i = 0; i < hull.faces.size(); ++i) compare(i);
     return best;
   }
   const FaceBits bits = faces_along(hull.face_table, d);
   for (std::size_t k = 0; k < bits.size(); ++k)
     for (std::uint64_t left = bits[k]; left != 0; left &= left - 1)
-      look(64 * k + static_cast<std::size_t>(std::countr_zero(left)));
+      compare(64 * k + static_cast<std::size_t>(std::countr_zero(left)));
   return best;
 }
 

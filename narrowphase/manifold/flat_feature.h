@@ -12,7 +12,7 @@ constexpr int max_corners = 16;
 struct FlatFeature {
   Vec3 corner[max_corners];
   int count = 0;
-  int rim = -1;                ///< the corner that is a leaning disc's deepest point
+  int lowest = -1;             ///< the corner that is a leaning disc's deepest point
   Vec3 normal = Vec3::Zero();  ///< unit, of a face
   std::uint32_t id = 0;
   Vec3 ball = Vec3::Zero();  ///< centre of a capsule's end

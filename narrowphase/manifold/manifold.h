@@ -21,7 +21,7 @@ struct PatchPoint {
   Vec3 at;  ///< midway between the surfaces
   double depth;
   std::uint32_t feature;
-  bool rim = false;  ///< the deepest of a disc that leans: it moves farther than the poses do
+  bool lowest = false;  ///< the deepest of a disc that leans: it moves farther than the poses do
 };
 
 using tolerance::alike;
@@ -49,7 +49,7 @@ void append_halfspace_manifold(const ConvexView& shape, const Pose& pose, const 
 void stand_for_deepest(PatchPoint* points, int count, double slack);
 
 /// Leaves up to 4 of the points, in the order of their features: the deepest, the farthest from it, then those that
-/// widen the patch most to either side; among equals the first by feature. A disc's `rim`
+/// widen the patch most to either side; among equals the first by feature. A disc's `lowest`
 /// is the deepest of those that are as deep. Returns how many.
 int span_patch(PatchPoint* points, int count, const Vec3& normal, double size);
 

@@ -73,7 +73,7 @@ int take_first(PatchPoint* p, int count, double size, double slack, PatchChoice&
   for (int i = 1; i < count; ++i) deepest = std::max(deepest, p[i].depth);
   int start = -1;
   for (int i = 0; i < count; ++i)
-    if (p[i].rim && p[i].depth >= deepest - rim_lacks * slack) start = i;
+    if (p[i].lowest && p[i].depth >= deepest - lowest_point_lacks * slack) start = i;
   if (start < 0)
     start = choice.take([&](const PatchPoint& x) { return x.feature == witness_point ? size : x.depth; });
   else

@@ -42,7 +42,7 @@ NearestTriangle nearest_triangle_to(const MeshModel& mesh, const Vec3& p, const 
   return best;
 }
 
-// One of the two surfaces, whose points are looked at, in the frame of the other.
+// One of the two surfaces, whose points are examined, in the frame of the other.
 struct SurfaceSide {
   const MeshModel &mesh, &other;
   Mat3 turn;
@@ -66,7 +66,7 @@ class HausdorffSearch {
   /// options say.
   void run(double slack, double least) {
     const Vec3 corner = sides_[0].placed(sides_[0].mesh.corners(0)[0]);
-    point = corner, triangle = look(0, corner).triangle;  // unless another one is farther
+    point = corner, triangle = nearest_to(0, corner).triangle;  // unless another one is farther
     for (const std::size_t side : {0u, 1u}) add_box(side, whole);
     while (!open_.empty() && parts < options_.most_parts) {
       const double most = std::max(open_.top().most, lower);
@@ -94,7 +94,7 @@ class HausdorffSearch {
     bool operator<(const Part& o) const { return most != o.most ? most < o.most : number > o.number; }
   };
 
-  NearestTriangle look(std::size_t of, const Vec3& p) {
+  NearestTriangle nearest_to(std::size_t of, const Vec3& p) {
     meter_.spend(8);
     return nearest_triangle_to(sides_[of].other, p, options_.limit);
   }
@@ -114,13 +114,13 @@ class HausdorffSearch {
   void add_box(std::size_t of, std::uint32_t ref) {
     const SurfaceSide& side_of = sides_[of];
     const BoxOf box(side_of.mesh, ref);
-    const double most = look(of, side_of.placed(box.mid)).distance + box.half.norm() * (1 + tolerance::askew);
+    const double most = nearest_to(of, side_of.placed(box.mid)).distance + box.half.norm() * (1 + tolerance::askew);
     push({most, 0, of, ref, {}});
   }
 
   void add_piece(std::size_t of, const Corners& piece) {
     const Vec3 middle = (piece[0] + piece[1] + piece[2]) / 3;
-    const NearestTriangle near = look(of, middle);
+    const NearestTriangle near = nearest_to(of, middle);
     raise(of, middle, near);
     double most =
         near.distance + std::sqrt(std::max({(piece[0] - middle).squaredNorm(), (piece[1] - middle).squaredNorm(),
@@ -137,7 +137,7 @@ class HausdorffSearch {
     };
     const std::size_t corner = farthest_from(near.triangle);
     if (most > lower) {
-      const NearestTriangle there = look(of, piece[corner]);
+      const NearestTriangle there = nearest_to(of, piece[corner]);
       raise(of, piece[corner], there);
       if (there.triangle != near.triangle) farthest_from(there.triangle);
     }

@@ -142,7 +142,7 @@ class MeshConvex {
   }
 
   // The first translation found that separates, for an overlap of which no bound is asked: off the deepest triangle,
-  // along the contacts' normals, beyond what is in the way, out of the hull.
+  // along the contacts' normals, beyond what lies before, out of the hull.
   PairAnswer some_translation(const PairAnswer& near, std::span<const Contact> contacts) const {
     ConvexInMesh overlapping(pair_);
     SeparationSearch search(overlapping, {.normal = near.normal});

@@ -16,7 +16,7 @@ PlaneGaps plane_gaps(const MeshModel& mesh, const PlaneInMesh& plane, const Work
   const Vec3 extent = plane.local.cwiseAbs();
   const double slack = tolerance::place_rounding * (mesh.centre.norm() + mesh.half.norm() + std::abs(plane.level));
   PlaneGaps gaps;
-  const auto look_at = [&](std::uint32_t triangle) {
+  const auto include = [&](std::uint32_t triangle) {
     double lo = infinity, hi = -infinity;
     std::uint32_t lowest = 0, highest = 0;
     for (const std::uint32_t v : mesh.triangles[triangle]) {
@@ -38,7 +38,7 @@ PlaneGaps plane_gaps(const MeshModel& mesh, const PlaneInMesh& plane, const Work
       const BoxOf box(mesh, child);
       const double middle = plane.local.dot(box.mid) - plane.level, reach = extent.dot(box.half) + slack;
       if (middle - reach >= gaps.above || -(middle + reach) >= gaps.below) return;
-      if (is_leaf(mesh, child)) return each_triangle(mesh, child, look_at);
+      if (is_leaf(mesh, child)) return each_triangle(mesh, child, include);
       stack.push_back(child);
     });
   }

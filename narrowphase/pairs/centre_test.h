@@ -6,7 +6,7 @@ namespace tandem {
 /// What the line between two points inside the shapes tells.
 struct CentreTest {
   enum class Verdict : std::uint8_t { open, apart, overlapping } verdict = Verdict::open;
-  Vec3 way = Vec3::Zero();  ///< apart: the line, world, from A to B
+  Vec3 between = Vec3::Zero();  ///< apart: the line, world, from A to B
 };
 
 /// Apart by more than the margin along the line of centres, or overlapping by balls inside both: most pairs of a scene

@@ -191,7 +191,7 @@ PairAnswer answer_by(const MethodChoice& choice, const ConvexView& a, const Pose
   return answer;
 }
 
-/// A plane is met on the side from which B comes, or sticks out least: that of the half-space with the longer way to B.
+/// A plane is met on the side from which B comes, or sticks out least: that of the half-space farther from B.
 ConvexView nearer_side(const ConvexView& plane, const Pose& pose, const ConvexView& b, const Pose& pose_b) {
   const Vec3 in_plane{plane.param[0], plane.param[1], plane.param[2]};
   const Vec3 n = pose_b.rotation.transpose() * (pose.rotation * in_plane);

@@ -14,13 +14,13 @@ namespace {
 /// By balls inside both.
 bool overlap_deeply(const MinkowskiDifference& d) {
   // Rotations are orthonormal to 1e-6 only.
-  const double reach = (1 - tolerance::askew_with_room) * (core_inner_radius(d.a) + core_inner_radius(d.b));
+  const double reach = (1 - tolerance::askew_in_floats) * (core_inner_radius(d.a) + core_inner_radius(d.b));
   if (!(reach > tolerance::small_ball * d.scale())) return false;
   return (core_centre(d.a) - d.pose.rotation * core_centre(d.b) - d.pose.translation).squaredNorm() < reach * reach;
 }
 
 /// Is a plane at the height h above the origin, which touches the difference within `margin` of the origin's foot and
-/// no nearer to that than to the rim, the nearest of all? Planes that are turned a little are kept out by the disc
+/// no nearer to that than to the circle, the nearest of all? Planes that are turned a little are kept out by the disc
 /// about the foot, those turned by more than 2 atan(margin / h) by the ball about the centre.
 bool is_least(double h, double margin, const Vec3& n, const Vec3& centre, double ball) {
   if (!(margin > h)) return false;

@@ -60,7 +60,7 @@ LocalAnswer round_signed_distance(const MinkowskiDifference& d, const Vec3* star
   Support s;
   s.n = direction(between);
   s.h = s.n.dot(pair.support(s.n));
-  // So deep in each other, the way between the centres is no better to begin with than any.
+  // So deep in each other, the line of centres is no better to begin with than any.
   const bool deep = s.h > between.norm();
   if (!deep) {
     if (start != nullptr) {

@@ -54,20 +54,20 @@ double difference(const double (&a)[n], const double (&b)[n]) {
   const double t = within((within((uv * rv - vv * ru) / det) * uv + rv) * by_vv), s = within((t * uv - ru) * by_uu);
   const bool inside_a = std::abs(s) < 1, inside_b = std::abs(t) < 1, inside = inside_a && inside_b;
   Vec3 gap = t * half_b - s * half_a - r;
-  // Inside a segment the way is square to it, whatever is left of a small difference.
+  // Inside a segment the normal is square to it, whatever is left of a small difference.
   if (gap.squaredNorm() < tolerance::short_gap2 * (r.squaredNorm() + uu + vv)) {
     gap -= ((inside_a ? by_uu : 0.0) * gap.dot(half_a)) * half_a;
     gap -= ((inside_b ? by_vv : 0.0) * gap.dot(half_b)) * half_b;
   }
   // Inside both it is square to both, also where they cross.
-  const Vec3 way = inside ? Vec3(half_a.cross(half_b)) : gap, from = inside ? Vec3(-r) : gap;
-  const double length2 = way.squaredNorm();
+  const Vec3 axis = inside ? Vec3(half_a.cross(half_b)) : gap, from = inside ? Vec3(-r) : gap;
+  const double length2 = axis.squaredNorm();
   if (!(length2 > (inside ? tolerance::shortest_squared : tolerance::lost_of_three2 * (r.squaredNorm() + uu + vv))))
     return false;
   // The length divides last: the distance does not wait for the normal.
-  const double along = way.dot(from), length = std::sqrt(length2);
+  const double along = axis.dot(from), length = std::sqrt(length2);
   d.distance = std::abs(along) / length;
-  d.normal = way / std::copysign(length, along);
+  d.normal = axis / std::copysign(length, along);
   d.point_a = s * half_a;
   d.point_b = centre_b + t * half_b;
   return true;
@@ -174,9 +174,9 @@ PairAnswer solve_sphere_box(const Parameters& a, const Pose& pose_a, const Param
   Vec3 nearest;     // of the box, from its centre in world directions
   if (length2 > 0) {
     distance = std::sqrt(length2);
-    const Vec3 way = pose.rotation * out;
-    r.normal = -unit(way, distance);
-    nearest = d - way;
+    const Vec3 axis = pose.rotation * out;
+    r.normal = -unit(axis, distance);
+    nearest = d - axis;
   } else {
     int axis = 0;
     for (int i = 1; i < 3; ++i)
@@ -200,7 +200,7 @@ PairAnswer solve_sphere_capsule(const Parameters& a, const Pose& pose_a, const P
   const Vec3 d = centre - pose.translation, axis = pose.rotation.col(2);
   const double half = 0.5 * length, along = std::clamp(axis.dot(d), -half, half);
   Vec3 out = d - along * axis;
-  // Beside the axis the way is square to it, whatever is left of so small a difference.
+  // Beside the axis the normal is square to it, whatever is left of so small a difference.
   if (std::abs(along) < half) out -= axis.dot(out) * axis;
   const double length2 = out.squaredNorm();
   PairAnswer r;

@@ -18,7 +18,7 @@ constexpr KindSet flat =
 constexpr KindSet newtonian = kinds(cylinder, cone, ellipsoid);
 
 /// A direct solver and the same with A and B exchanged.
-struct DirectBothWays {
+struct DirectBothOrders {
   DirectSolver* forward = nullptr;
   DirectSolver* exchanged = nullptr;
 };
@@ -33,14 +33,14 @@ PairAnswer solve_exchanged(const Parameters& a, const Pose& pose_a, const Parame
 }
 
 template <DirectSolver solver>
-constexpr DirectBothWays direct{solver, solve_exchanged<solver>};
+constexpr DirectBothOrders direct{solver, solve_exchanged<solver>};
 
 /// A method for the pairs of one kind of a set with one of another, in either order.
 struct Rule {
   KindSet a, b;
   Method method;
   std::array<Exactness, 3> exactness;  // collide, distance, contacts
-  DirectBothWays direct{};
+  DirectBothOrders direct{};
   CollideTest collides = CollideTest::none;
   LaneGroup lanes = LaneGroup::none;
 };

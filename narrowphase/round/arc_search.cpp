@@ -26,7 +26,7 @@ class SpanSearch {
     Span stack[most_spans + most];
     int height = count;
     std::copy(spans, spans + count, stack);
-    for (int looked = 0; height > 0;) {
+    for (int tried = 0; height > 0;) {
       const Span span = stack[--height];
       if (ruled_out(span)) continue;
       Vec3 out;
@@ -34,13 +34,13 @@ class SpanSearch {
       if (least >= m_.best.h - m_.rounding) continue;
       least = std::max(least, floor_.over(span) + add_);
       if (least >= m_.best.h - m_.rounding) continue;
-      if (looked == most) {
+      if (tried == most) {
         m_.gap = std::max(m_.gap, m_.best.h - least);
         continue;
       }
       if (holds_known(span, out)) continue;
       const Sample middle = evaluate(out);
-      ++looked;
+      ++tried;
       if (m_.best.h < 0) return;
       if (direction(out).dot(middle.p) + add_ - least <= m_.rounding) continue;
       stack[height++] = {span.first, middle};

@@ -1,6 +1,6 @@
 // Newton's method on h within cells of the sphere of directions, along the circles where these meet, and at discs.
 #pragma once
-#include "round/support_descent.h"
+#include "round/body_pair.h"
 
 namespace tandem {
 
@@ -74,5 +74,10 @@ class NewtonDescent {
   double last_ = infinity;  // |z| of the step before, where
                             // h no longer tells
 };
+
+/// The disc of body `which` that faces `side` times its axis as the supporting
+/// face: optimal where it meets the other body's face. Else `away` is the
+/// tangent in which h falls most, as long as it falls fast.
+Support facing_disc(const RoundPair& pair, int which, double side, Vec3& away);
 
 }  // namespace tandem

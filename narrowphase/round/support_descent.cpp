@@ -1,5 +1,6 @@
 #include "round/support_descent.h"
 
+#include "convex/gjk.h"
 #include "round/newton_descent.h"
 #include "tolerances.h"
 

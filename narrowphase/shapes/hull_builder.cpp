@@ -107,12 +107,12 @@ struct QhullFree {
   }
 };
 
-// Facets that Qhull makes between two looks at a limit: some 50 us.
-constexpr int facets_a_look = 32;
+// Facets that Qhull makes between two checks of a limit: some 50 us.
+constexpr int facets_a_check = 32;
 
 // Qhull insists on a stream for its errors and reports; this one prints nowhere. Where there is a limit, Qhull reports
-// every few facets (option TF), and what it writes is the occasion to look: past the limit it is told to stop after the
-// points that it has added (option TA), which it looks at before each.
+// every few facets (option TF), and what it writes is the occasion to check: past the limit it is told to stop after
+// the points that it has added (option TA), which it checks before each.
 class Log {
  public:
   Log(qhT* qh, const WorkLimit* limit) : qh_(qh), limit_(limit) {
@@ -132,11 +132,11 @@ class Log {
 
  private:
   static ssize_t write(void* log, const char*, std::size_t size) {
-    static_cast<Log*>(log)->look();
+    static_cast<Log*>(log)->check_limit();
     return static_cast<ssize_t>(size);
   }
   // Nothing may be thrown through Qhull.
-  void look() noexcept {
+  void check_limit() noexcept {
     if (limit_ == nullptr || stopped_ || failure_) return;
     try {
       stopped_ = limit_->reached();
@@ -162,7 +162,7 @@ Loops qhull_loops(std::vector<double>& xyz, const char* options, const WorkLimit
   qhT* const qh = owner.get();
   qh_zero(qh, log.stream());
   std::string command = options;
-  if (limit != nullptr) command += " TF" + std::to_string(facets_a_look);
+  if (limit != nullptr) command += " TF" + std::to_string(facets_a_check);
   const int points = static_cast<int>(xyz.size() / 3);
   const int error = qh_new_qhull(qh, 3, points, xyz.data(), False, command.data(), nullptr, log.stream());
   log.require_whole();

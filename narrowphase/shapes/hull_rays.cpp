@@ -8,9 +8,9 @@ namespace {
 
 /// Walks over faces towards rays from the inside point: of the polar polytope, whose corners are the faces' normals
 /// over their distances, the corner farthest along the ray is the face that it goes through.
-class FaceWalk {
+class FaceDescent {
  public:
-  explicit FaceWalk(const Hull& hull) : first_(hull.faces.size() + 1), beside_(2 * hull.edges.size()) {
+  explicit FaceDescent(const Hull& hull) : first_(hull.faces.size() + 1), beside_(2 * hull.edges.size()) {
     for (const Hull::Face& f : hull.faces) polar_.push_back(f.normal / (f.offset - f.normal.dot(hull.inside)));
     for (const Hull::Edge& e : hull.edges)
       for (const std::uint32_t f : e.face) ++first_[f];
@@ -51,7 +51,7 @@ RayMap map_rays(const Hull& hull) {
   RayMap map;
   if (hull.vertices.size() > std::numeric_limits<std::uint16_t>::max()) return map;
   map.corners_.resize(RayMap::cells);
-  FaceWalk walk(hull);
+  FaceDescent descent(hull);
   for (int k = 0; k < 3; ++k)
     for (const double sign : {1.0, -1.0})
       for (std::size_t i = 0; i < RayMap::side; ++i)
@@ -59,7 +59,8 @@ RayMap map_rays(const Hull& hull) {
           const auto middle = [](std::size_t at) { return (2 * static_cast<double>(at) + 1) / RayMap::side - 1; };
           Vec3 ray;
           ray[k] = sign, ray[(k + 1) % 3] = middle(i), ray[(k + 2) % 3] = middle(j);
-          map.corners_[RayMap::cell({ray[0], ray[1], ray[2]})] = corners_hit(hull, hull.faces[walk.towards(ray)], ray);
+          map.corners_[RayMap::cell({ray[0], ray[1], ray[2]})] =
+              corners_hit(hull, hull.faces[descent.towards(ray)], ray);
         }
   return map;
 }

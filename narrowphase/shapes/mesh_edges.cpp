@@ -165,14 +165,14 @@ void turn_alike(MeshModel& mesh, const SideLists& lists, BuildMeter& meter) {
   });
   std::vector<std::uint8_t> seen(mesh.triangles.size(), 0);
   std::vector<std::pair<std::uint32_t, bool>> stack;  // with whether it is to be turned
-  for (std::uint32_t i = 0, looks = 0; i < mesh.triangles.size(); ++i) {
+  for (std::uint32_t i = 0, steps = 0; i < mesh.triangles.size(); ++i) {
     if (seen[i]) continue;
     seen[i] = 1;
     stack.emplace_back(i, false);
     while (!stack.empty()) {
       const auto [t, turned] = stack.back();
       stack.pop_back();
-      if (++looks % 8192 == 0) meter.spend(0);
+      if (++steps % 8192 == 0) meter.spend(0);
       if (turned) std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
       for (const Other& o : others[t])
         if (o.triangle != no_index && !seen[o.triangle])

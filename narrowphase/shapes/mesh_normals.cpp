@@ -44,15 +44,15 @@ NormalCone around(std::span<const NormalCone> cones) {
 }
 
 NormalCone of_triangle(const MeshModel& mesh, std::uint32_t t, std::span<const Direction> normals,
-                       std::vector<NormalCone>& room) {
-  room.assign(1, {normals[t], 0});
+                       std::vector<NormalCone>& scratch) {
+  scratch.assign(1, {normals[t], 0});
   bool closed = !normals[t].isZero();
   for (std::size_t k = 0; k < 3 && closed; ++k)
     closed = each_around_corner(mesh, t, k, [&](std::uint32_t next) {
-      room.push_back({normals[next], normals[next].isZero() ? all_around : 0});
+      scratch.push_back({normals[next], normals[next].isZero() ? all_around : 0});
     });
   if (!closed) return {};
-  NormalCone cone = around(room);
+  NormalCone cone = around(scratch);
   cone.angle += static_cast<float>(tolerance::cone_slack);
   return cone;
 }
@@ -67,14 +67,14 @@ const NormalCones& MeshModel::normal_cones(const WorkLimit* limit) const {
       meter.spend();
       normals[t] = triangle_normal(*this, t, tolerance::flush).value_or(Vec3::Zero()).cast<float>();
     }
-    std::vector<NormalCone> cones(nodes.size() * mesh_lanes), room;
+    std::vector<NormalCone> cones(nodes.size() * mesh_lanes), scratch;
     const auto add = [&](const auto& self, std::uint32_t at) -> NormalCone {
       meter.spend(mesh_lanes);
       const MeshNode& node = nodes[at];
       const std::span own = std::span(cones).subspan(at * mesh_lanes, node.lanes);
       for (std::uint32_t k = 0; k < node.lanes; ++k)
         own[k] =
-            node.count[k] > 0 ? of_triangle(*this, order[node.child[k]], normals, room) : self(self, node.child[k]);
+            node.count[k] > 0 ? of_triangle(*this, order[node.child[k]], normals, scratch) : self(self, node.child[k]);
       return around(own);
     };
     add(add, 0);

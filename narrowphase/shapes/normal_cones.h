@@ -1,5 +1,5 @@
 // Cones of a mesh's normals, for every place in its hierarchy (Johnson and Cohen, Spatialized normal cone hierarchies,
-// 2001): where two surfaces are nearest each other their normals oppose each other along the way between them.
+// 2001): where two surfaces are nearest each other their normals oppose each other along the line between them.
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -3,7 +3,7 @@
 
 namespace tandem {
 
-/// A motion, as a rule a screw: a turn by `angle` about a fixed direction, and a way of the origin that is well
+/// A motion, as a rule a screw: a turn by `angle` about a fixed direction, and a path of the origin that is well
 /// conditioned for every angle: along the axis evenly, across it by a chord of the circle (the ratio of two sines),
 /// never by the axis' place, which is far away where the angle is small. Or straight: a turn about a point that goes
 /// evenly along.

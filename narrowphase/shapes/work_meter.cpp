@@ -8,7 +8,7 @@ bool WorkLimit::reached() const {
          (ended && ended());
 }
 
-void WorkMeter::look() {
+void WorkMeter::check_limit() {
   left_ = between;
   if (limit_ != nullptr && limit_->reached()) throw WorkStopped();
 }

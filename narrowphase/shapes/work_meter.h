@@ -1,26 +1,26 @@
-// How much a query has worked since it last looked at its limit.
+// How much a query has worked since its limit was last checked.
 #pragma once
 #include "tandem/narrowphase/work_limit.h"
 
 namespace tandem {
 
-/// Of one thread. Looked at are the first work of all, so that searches of many short queries end, too, and then every
+/// Of one thread. Counted are the first work of all, so that searches of many short queries end, too, and then every
 /// `between` units: a unit is some 100 ns, the time that a node of a hierarchy takes, more or less.
 class WorkMeter {
  public:
-  /// No limit: null. `unlooked`: the units before the first look, for what is mostly done within few.
-  explicit WorkMeter(const WorkLimit* limit, int unlooked = 0) : limit_(limit), left_(unlooked) {}
+  /// No limit: null. `unchecked`: the units before the first check, for what is mostly done within few.
+  explicit WorkMeter(const WorkLimit* limit, int unchecked = 0) : limit_(limit), left_(unchecked) {}
 
   /// Before work of so many units. Throws WorkStopped once the limit is reached.
   void spend(int units = 1) {
     if ((left_ -= units) < 0) [[unlikely]]
-      look();
+      check_limit();
   }
 
  private:
   static constexpr int between = 256;
 
-  void look();
+  void check_limit();
 
   const WorkLimit* limit_;
   int left_;

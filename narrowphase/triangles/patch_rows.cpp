@@ -36,9 +36,9 @@ HWY_INLINE M cut(const V (&p)[3][3], const V* normal, const V* on_plane, const V
   V height[3];
   M above[3];
   for (int c = 0; c < 3; ++c) {
-    V way[3];
-    subtract(p[c], on_plane, way);
-    height[c] = dot(normal, way);
+    V offset[3];
+    subtract(p[c], on_plane, offset);
+    height[c] = dot(normal, offset);
     above[c] = hn::Ge(height[c], hn::Zero(D()));
   }
   EdgePoint at[2];

@@ -189,8 +189,8 @@ bool over(const CornerLoop& points, const CornerLoop& face, const Vec3& n, doubl
   return false;
 }
 
-/// Where two edges pass each other along the way.
-bool crossing(const CornerLoop& p, const CornerLoop& q, const Vec3& n, const Vec3& way, double slack, Vec3& point) {
+/// Where two edges pass each other, one shifted by `between`.
+bool crossing(const CornerLoop& p, const CornerLoop& q, const Vec3& n, const Vec3& between, double slack, Vec3& point) {
   const Vec3 e = p.corner[1] - p.corner[0], f = q.corner[1] - q.corner[0], w = q.corner[0] - p.corner[0];
   const Vec3 across_e = n.cross(e), across_f = n.cross(f);
   const double by_det = 1 / e.dot(across_f);
@@ -198,22 +198,22 @@ bool crossing(const CornerLoop& p, const CornerLoop& q, const Vec3& n, const Vec
   const double at_p = std::clamp(s, 0.0, 1.0), at_q = std::clamp(t, 0.0, 1.0);
   point = p.corner[0] + at_p * e;
   // On nearly parallel edges, rounding moves the place far along both: together or not at all.
-  const Vec3 off = w + at_q * f - at_p * e - way;
+  const Vec3 off = w + at_q * f - at_p * e - between;
   return off.squaredNorm() <= slack * slack;
 }
 
 /// Points that lie opposite each other along the axis, on what of either is deepest.
 template <class A>
 bool witness(const A& a, const TriangleSides& b, const TriangleAxis& axis, double slack, LocalAnswer& answer) {
-  const Vec3 &n = axis.normal, way = axis.distance * n;
+  const Vec3 &n = axis.normal, between = axis.distance * n;
   const auto from_a = [&](const Vec3& p) {
     answer.point_a = p;
-    answer.point_b = p + way;
+    answer.point_b = p + between;
     return true;
   };
   const auto from_b = [&](const Vec3& p) {
     answer.point_b = p;
-    answer.point_a = p - way;
+    answer.point_a = p - between;
     return true;
   };
   Vec3 point;
@@ -227,13 +227,13 @@ bool witness(const A& a, const TriangleSides& b, const TriangleAxis& axis, doubl
       if (b.below(point, n)) return from_a(point);
       break;
     case TriangleAxis::Of::edges:
-      if (crossing(a.side(axis.i, n), b.side(axis.j, n), n, way, slack, point)) return from_a(point);
+      if (crossing(a.side(axis.i, n), b.side(axis.j, n), n, between, slack, point)) return from_a(point);
   }
   // Others may be as deep: edges or faces that lie in each other's plane.
   const CornerLoop p = a.deepest(n, slack), q = b.deepest(-n, slack);
   if (p.count >= 3 && over(q, p, n, slack, point)) return from_b(point);
   if (q.count >= 3 && over(p, q, n, slack, point)) return from_a(point);
-  return p.count == 2 && q.count == 2 && crossing(p, q, n, way, slack, point) && from_a(point);
+  return p.count == 2 && q.count == 2 && crossing(p, q, n, between, slack, point) && from_a(point);
 }
 
 /// Which of the entries, the first if they are several, is `value`; the fourth of each row does not count.
@@ -252,13 +252,13 @@ double least_of(const double (&x)[3][4]) {
                    std::min({x[2][0], x[2][1], x[2][2]})});
 }
 
-/// The way from A to B between the nearest of their corners and edges, and where on A it begins.
+/// The vector from A to B between the nearest of their corners and edges, and where on A it begins.
 struct FromEdge {
   Vec3 from, d;
 };
 
 /// p - (q + t e) where that is shortest on the edge.
-Vec3 way_from_edge(const Vec3& p, const Vec3& q, const Vec3& e, double length2) {
+Vec3 offset_from_edge(const Vec3& p, const Vec3& q, const Vec3& e, double length2) {
   const Vec3 w = p - q;
   const double t = w.dot(e) / length2;
   if (!(t > 0)) return w;
@@ -268,23 +268,23 @@ Vec3 way_from_edge(const Vec3& p, const Vec3& q, const Vec3& e, double length2) 
 }
 
 FromEdge nearest_edges(const TriangleSides& a, const TriangleSides& b) {
-  CornerWays ways;
-  corner_ways(a.rows, b.rows, ways);
-  const double from_a = least_of(ways.from_a), from_b = least_of(ways.from_b);
+  CornerOffsets offsets;
+  corner_offsets(a.rows, b.rows, offsets);
+  const double from_a = least_of(offsets.from_a), from_b = least_of(offsets.from_b);
   if (from_a <= from_b) {
-    const int k = index_of<12>(from_a, ways.from_a[0]), i = k / 4, j = k % 4;
-    return {a.corner[i], -way_from_edge(a.corner[i], b.corner[j], b.edge[j], b.length2[j])};
+    const int k = index_of<12>(from_a, offsets.from_a[0]), i = k / 4, j = k % 4;
+    return {a.corner[i], -offset_from_edge(a.corner[i], b.corner[j], b.edge[j], b.length2[j])};
   }
-  const int k = index_of<12>(from_b, ways.from_b[0]), i = k / 4, j = k % 4;
-  const Vec3 d = way_from_edge(b.corner[j], a.corner[i], a.edge[i], a.length2[i]);
+  const int k = index_of<12>(from_b, offsets.from_b[0]), i = k / 4, j = k % 4;
+  const Vec3 d = offset_from_edge(b.corner[j], a.corner[i], a.edge[i], a.length2[i]);
   return {b.corner[j] - d, d};
 }
 
 FromEdge nearest_edges(const BoxSides& a, const TriangleSides& b) {
-  EdgeWays ways;
-  edge_ways({a.half[0], a.half[1], a.half[2]}, b.rows, ways);
-  const int j = index_of<3>(std::min({ways.squared[0], ways.squared[1], ways.squared[2]}), ways.squared);
-  const double t = ways.at[j];
+  EdgeOffsets offsets;
+  edge_offsets({a.half[0], a.half[1], a.half[2]}, b.rows, offsets);
+  const int j = index_of<3>(std::min({offsets.squared[0], offsets.squared[1], offsets.squared[2]}), offsets.squared);
+  const double t = offsets.at[j];
   const Vec3 p = t == 1 ? b.corner[next_of_three[j]] : Vec3(b.corner[j] + t * b.edge[j]);
   const Vec3 from = p.cwiseMax(-a.half).cwiseMin(a.half);
   Vec3 d = p - from;
@@ -394,13 +394,13 @@ bool solve(const A& a, const TriangleSides& b, const MinkowskiDifference& d, dou
   if (axis.distance > beyond) return true;
   if (!(axis.doubtful > axis.distance) && witness(a, b, axis, tolerance::over_face * size, answer)) return true;
   if (!(axis.distance > 0)) return false;
-  const FromEdge way = nearest_edges(a, b);
-  const double length = way.d.norm();
+  const FromEdge nearest = nearest_edges(a, b);
+  const double length = nearest.d.norm();
   if (!(length > 0)) return false;
   answer.signed_distance = length;
-  answer.normal = way.d / length;
-  answer.point_a = way.from;
-  answer.point_b = way.from + way.d;
+  answer.normal = nearest.d / length;
+  answer.point_a = nearest.from;
+  answer.point_b = nearest.from + nearest.d;
   const double along = -b.reach(-answer.normal) - a.reach(answer.normal);
   return length - along <= tolerance::same_distance * length + 4 * epsilon * reach;
 }

@@ -102,7 +102,7 @@ void box_triangle_products(const double (&half)[3], const TriangleParts& b, Edge
 }
 
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
-void corner_ways(const TriangleParts& a, const TriangleParts& b, CornerWays& out) {
+void corner_offsets(const TriangleParts& a, const TriangleParts& b, CornerOffsets& out) {
   const Columns d;
   const W zero = hn::Zero(d), one = number_of(1);
   for (std::size_t j = 0; j < 4; j += hn::Lanes(d)) {
@@ -127,7 +127,7 @@ void corner_ways(const TriangleParts& a, const TriangleParts& b, CornerWays& out
 }
 
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
-void edge_ways(const double (&half)[3], const TriangleParts& b, EdgeWays& out) {
+void edge_offsets(const double (&half)[3], const TriangleParts& b, EdgeOffsets& out) {
   const Columns d;
   const W zero = hn::Zero(d), one = number_of(1);
   for (std::size_t j = 0; j < 4; j += hn::Lanes(d)) {
@@ -174,8 +174,8 @@ HWY_AFTER_NAMESPACE();
 namespace tandem {
 HWY_EXPORT(triangle_products);
 HWY_EXPORT(box_triangle_products);
-HWY_EXPORT(corner_ways);
-HWY_EXPORT(edge_ways);
+HWY_EXPORT(corner_offsets);
+HWY_EXPORT(edge_offsets);
 
 void triangle_products(const TriangleParts& a, const TriangleParts& b, EdgeProducts& out) {
   TANDEM_DISPATCH(triangle_products)(a, b, out);
@@ -183,11 +183,11 @@ void triangle_products(const TriangleParts& a, const TriangleParts& b, EdgeProdu
 void box_triangle_products(const double (&half)[3], const TriangleParts& b, EdgeProducts& out) {
   TANDEM_DISPATCH(box_triangle_products)(half, b, out);
 }
-void corner_ways(const TriangleParts& a, const TriangleParts& b, CornerWays& out) {
-  TANDEM_DISPATCH(corner_ways)(a, b, out);
+void corner_offsets(const TriangleParts& a, const TriangleParts& b, CornerOffsets& out) {
+  TANDEM_DISPATCH(corner_offsets)(a, b, out);
 }
-void edge_ways(const double (&half)[3], const TriangleParts& b, EdgeWays& out) {
-  TANDEM_DISPATCH(edge_ways)(half, b, out);
+void edge_offsets(const double (&half)[3], const TriangleParts& b, EdgeOffsets& out) {
+  TANDEM_DISPATCH(edge_offsets)(half, b, out);
 }
 }  // namespace tandem
 #endif

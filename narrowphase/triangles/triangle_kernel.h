@@ -22,15 +22,15 @@ void triangle_products(const TriangleParts& a, const TriangleParts& b, EdgeProdu
 void box_triangle_products(const double (&half)[3], const TriangleParts& b, EdgeProducts& out);
 
 /// Squared distances of corner i of one from edge j of the other, in row i and column j: of A's corners, then of B's.
-struct alignas(32) CornerWays {
+struct alignas(32) CornerOffsets {
   double from_a[3][4], from_b[3][4];
 };
-void corner_ways(const TriangleParts& a, const TriangleParts& b, CornerWays& out);
+void corner_offsets(const TriangleParts& a, const TriangleParts& b, CornerOffsets& out);
 
 /// Edge j of the triangle and the box: squared distance, and where on the edge (0 to 1) it is met.
-struct alignas(32) EdgeWays {
+struct alignas(32) EdgeOffsets {
   double squared[4], at[4];
 };
-void edge_ways(const double (&half)[3], const TriangleParts& b, EdgeWays& out);
+void edge_offsets(const double (&half)[3], const TriangleParts& b, EdgeOffsets& out);
 
 }  // namespace tandem

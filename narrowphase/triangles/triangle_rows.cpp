@@ -28,9 +28,9 @@ HWY_INLINE void sides(const V (&t)[3][3], const V (&other)[3][3], V* side) {
   V n[3];
   area_vector(t, n);
   for (int c = 0; c < 3; ++c) {
-    V way[3];
-    subtract(other[c], t[0], way);
-    side[c] = dot(n, way);
+    V offset[3];
+    subtract(other[c], t[0], offset);
+    side[c] = dot(n, offset);
   }
 }
 

@@ -46,15 +46,15 @@ Aabb moved(Aabb box, const Point& by) {
   return box;
 }
 
-/// Each box its own way, always the same.
-Point way(std::size_t i, float speed) {
+/// Each box its own velocity, always the same.
+Point velocity(std::size_t i, float speed) {
   Random random(static_cast<unsigned>(i));
   return {uniform(random, -speed, speed), uniform(random, -speed, speed), uniform(random, -speed, speed)};
 }
 
 void fly(BoxArray& boxes, float speed) {
   for (std::size_t i = 0; i < boxes.size(); ++i)
-    if (boxes.lo(0)[i] <= boxes.hi(0)[i]) boxes.set(i, moved(boxes[i], way(i, speed)));
+    if (boxes.lo(0)[i] <= boxes.hi(0)[i]) boxes.set(i, moved(boxes[i], velocity(i, speed)));
 }
 
 void jump(BoxArray& boxes, std::size_t first, std::size_t every, Random& random) {
@@ -192,7 +192,7 @@ TEST_CASE("Verlet list: told what may have changed it finds the same, and all th
   std::vector<History> some = histories();
   some.push_back({"few move", [](BoxArray& boxes, int step, Random&) {
                     for (std::size_t i = 3; i < boxes.size(); i += 20)
-                      boxes.set(i, moved(boxes[i], way(i + static_cast<std::size_t>(step) / 9, 0.2f)));
+                      boxes.set(i, moved(boxes[i], velocity(i + static_cast<std::size_t>(step) / 9, 0.2f)));
                   }});
   some.push_back({"few jump", [](BoxArray& boxes, int step, Random& random) {
                     jump(boxes, static_cast<std::size_t>(step % 5), 90, random);
@@ -251,7 +251,7 @@ TEST_CASE("Verlet list: while few of many move one list lasts, without growing")
   for (int step = 0; step < 800; ++step) {
     CAPTURE(step);
     for (std::size_t i = 0; step != 0 && i < n; i += every)
-      boxes.set(i, moved(boxes[i], way(i, step / 10 % 2 == 0 ? 0.1f : -0.1f)));
+      boxes.set(i, moved(boxes[i], velocity(i, step / 10 % 2 == 0 ? 0.1f : -0.1f)));
     for (std::size_t i = 0; i < n; ++i) changed[i] = is_static[i] == 0;
     method.expect(filter);
     if (step != 0) method.expect_changes(changed);
@@ -355,14 +355,14 @@ TEST_CASE("Verlet list: many boxes, against a sweep from scratch") {
 
 TEST_CASE("Verlet list: copies of boxes are read only once all are made, while threads make them") {
   BoxArray boxes = crowd(33'000);
-  std::vector<Point> ways(boxes.size());
-  for (std::size_t i = 0; i < ways.size(); ++i) ways[i] = way(i, 0.05f);
+  std::vector<Point> velocities(boxes.size());
+  for (std::size_t i = 0; i < velocities.size(); ++i) velocities[i] = velocity(i, 0.05f);
   Listed<Grid> together, alone;
   Random random(3);
   std::size_t reused = 0;
   for (int step = 0; step < 60; ++step) {
     CAPTURE(step);
-    for (std::size_t i = 0; i < ways.size(); ++i) boxes.set(i, moved(boxes[i], ways[i]));
+    for (std::size_t i = 0; i < velocities.size(); ++i) boxes.set(i, moved(boxes[i], velocities[i]));
     jump(boxes, static_cast<std::size_t>(step), 300, random);
     const std::size_t stages = together.begin(boxes);
     for (std::size_t stage = 0; stage + 1 < stages; ++stage)

@@ -26,7 +26,7 @@ const NarrowPhase narrow;
 bool same(const Pose& a, const Pose& b) { return a.translation == b.translation && a.rotation == b.rotation; }
 
 /// A point's straight way and a turn about it, written apart from the library's.
-Pose on_the_way(const Pose& from, const Pose& to, const Vec3& centre, double t) {
+Pose in_between(const Pose& from, const Pose& to, const Vec3& centre, double t) {
   Pose at;
   at.rotation = Quat(from.rotation).slerp(t, Quat(to.rotation)).toRotationMatrix();
   at.translation = (1 - t) * (from * centre) + t * (to * centre) - at.rotation * centre;
@@ -48,9 +48,9 @@ bool collide(const Scene& scene, std::uint32_t a, const Pose& at_a, std::uint32_
 /// Something about 30 in size, thin where it can be, at `at` after the part `f` of the step.
 BodyOptions target(Scene& scene, int kind, const Vec3& at, double f, Random& r) {
   BodyOptions body{.pose = Pose{r.rotation(), at}, .is_static = true};
-  const auto moves = [&](const Vec3& way) {
-    body.velocity = way;
-    body.pose.translation -= f * way;
+  const auto moves = [&](const Vec3& shift) {
+    body.velocity = shift;
+    body.pose.translation -= f * shift;
   };
   switch (kind) {
     case 0:
@@ -101,18 +101,18 @@ void look_at_step(const Scene& scene, Seen& seen) {
   const auto stops = motion.limit(scene, ends);
   const Pose start = scene.poses()[bullet], other_start = scene.poses()[other];
   const auto path = [&](std::uint32_t i, double t) {
-    return on_the_way(scene.poses()[i], whole[i], centre_of(scene, i), t);
+    return in_between(scene.poses()[i], whole[i], centre_of(scene, i), t);
   };
-  const double way =
+  const double shift =
       (whole[0].translation - start.translation).norm() + (whole[1].translation - other_start.translation).norm();
   const double until = stops.empty() ? 1 : stops[0].t;
-  const auto samples = static_cast<int>(way / 0.15) + 20;
+  const auto samples = static_cast<int>(shift / 0.15) + 20;
   bool would_pass = false;
   for (int k = 0; k <= samples; ++k) {
     const double t = static_cast<double>(k) / samples;
     if (!collide(scene, bullet, path(bullet, t), other, path(other, t))) continue;
     would_pass = true;
-    if (t < until) CHECK(distance(scene, bullet, path(bullet, t), other, path(other, t)) > -1e-9 * way);
+    if (t < until) CHECK(distance(scene, bullet, path(bullet, t), other, path(other, t)) > -1e-9 * shift);
   }
   seen.passes += would_pass ? 1 : 0;
   if (stops.empty()) {
@@ -126,13 +126,13 @@ void look_at_step(const Scene& scene, Seen& seen) {
   CHECK(stops[0].a.index() == 0);
   CHECK(stops[0].b.index() == 1);
   // It touches, and stays where the other one sees it.
-  CHECK(std::abs(distance(scene, bullet, path(bullet, until), other, path(other, until))) < 2e-9 * way);
-  CHECK(std::abs(distance(scene, bullet, ends[bullet], other, ends[other])) < 2e-9 * way);
+  CHECK(std::abs(distance(scene, bullet, path(bullet, until), other, path(other, until))) < 2e-9 * shift);
+  CHECK(std::abs(distance(scene, bullet, ends[bullet], other, ends[other])) < 2e-9 * shift);
   if (scene.is_static()[other]) {
     const Pose then = path(other, until), at = path(bullet, until);
     const Vec3 seen_then = then.rotation.transpose() * (at.translation - then.translation);
     const Vec3 seen_last = ends[other].rotation.transpose() * (ends[bullet].translation - ends[other].translation);
-    CHECK((seen_then - seen_last).norm() < 1e-10 * (way + 40));
+    CHECK((seen_then - seen_last).norm() < 1e-10 * (shift + 40));
     CHECK(same(ends[other], whole[other]));
   }
 }
@@ -216,13 +216,13 @@ TEST_CASE("continuous: thousands of shots at thin things that stand, turn and mo
     const int kind = i % targets;
     CAPTURE(i, kind);
     const double length = std::pow(10, r.in(1, 3));
-    const Vec3 way = length * r.direction(), at = r.vec(-50, 50);
+    const Vec3 shift = length * r.direction(), at = r.vec(-50, 50);
     const double f = r.in(0.1, 1.1);
     const auto body_kind = i / targets % 8;
     BodyOptions bullet{.shape = scene.add_shape(body_kind == 7 ? Shape(torus(0.5, 0.15, 9, 5))
                                                                : random_shape(bounded_convex[body_kind], r)),
-                       .pose = Pose{r.rotation(), at - f * way + r.vec(-2, 2)},
-                       .velocity = way,
+                       .pose = Pose{r.rotation(), at - f * shift + r.vec(-2, 2)},
+                       .velocity = shift,
                        .angular_velocity = i % 3 == 0 ? Vec3(Vec3::Zero()) : Vec3(r.in(0, 2.5) * r.direction()),
                        .continuous = true};
     scene.add_body(bullet);

@@ -711,7 +711,7 @@ TEST_CASE("kept contacts: what pairs that come and go leave behind does not add 
     kept.begin_step(scene, list, false, {});
     list = {};
     changed.assign(scene.indices(), 1);
-    kept.look_at(0, changed);
+    kept.update_rests(0, changed);
     {
       KeptContacts::Batch batch(kept, list.pairs, list.contacts);
       for (std::uint32_t i = 0; i < pairs; ++i) {

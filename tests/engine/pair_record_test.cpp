@@ -225,8 +225,7 @@ TEST_CASE("pair record: round shapes stand where rotations of six decimals put t
       }
 }
 
-TEST_CASE(
-    "pair record: a rotation of six decimals decides which way out of a cylinder about a sphere is the shortest") {
+TEST_CASE("pair record: a rotation of six decimals decides which translation out of a cylinder is the least") {
   const Mat3 r = (Mat3() << 0.936293, -0.275096, 0.218351, 0.289629, 0.956425, -0.036957, -0.198669, 0.097843, 0.975170)
                      .finished();
   const Json found = ask_line(

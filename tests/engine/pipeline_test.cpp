@@ -13,8 +13,8 @@ using namespace tandem;
 
 namespace {
 
-std::vector<PipelineOptions> all_ways(const PipelineOptions& base) {
-  std::vector<PipelineOptions> ways;
+std::vector<PipelineOptions> all_setups(const PipelineOptions& base) {
+  std::vector<PipelineOptions> setups;
   for (const ExecutorKind kind : executor_kinds)
     for (const int threads : {1, 2, 3, 8}) {
       PipelineOptions options = base;
@@ -22,18 +22,18 @@ std::vector<PipelineOptions> all_ways(const PipelineOptions& base) {
       options.threads = threads;
       options.sharing.short_step_ms = 0;
       options.answer.contact_hash = true;
-      ways.push_back(options);
+      setups.push_back(options);
       if (kind == ExecutorKind::sequential) break;
       if (kind == ExecutorKind::barrier || kind == ExecutorKind::fused || threads == 1) continue;
       for (const int broad : {1, threads / 2, threads - 1}) {
         options.balance.split = {broad, threads - broad};
-        ways.push_back(options);
+        setups.push_back(options);
         options.balance.strict = true;
-        if (kind == ExecutorKind::flowgraph) ways.push_back(options);
+        if (kind == ExecutorKind::flowgraph) setups.push_back(options);
         options.balance.strict = false;
       }
     }
-  return ways;
+  return setups;
 }
 
 }  // namespace
@@ -44,18 +44,19 @@ TEST_CASE("every executor, thread count and split gives the sequential contacts 
   for (const BuiltinScene& builtin : builtin_scenes()) {
     CAPTURE(builtin.name);
     Scene scene = make_builtin_scene(builtin.name, 60);
-    const auto ways = all_ways({.answer = {.margin = recommended_margin(scene)}});
+    const auto setups = all_setups({.answer = {.margin = recommended_margin(scene)}});
     std::vector<Pipeline> pipelines;
-    for (const PipelineOptions& way : ways) pipelines.emplace_back(way);
+    for (const PipelineOptions& setup : setups) pipelines.emplace_back(setup);
     Response response;
     std::uint64_t contacts = 0;
     for (int step = 0; step < 61; ++step) {
       const bool compare = step % 15 == 0;
       std::uint64_t expected = 0;
-      for (std::size_t i = 0; i < ways.size(); ++i) {
+      for (std::size_t i = 0; i < setups.size(); ++i) {
         const StepReport report = pipelines[i].step(scene);
         if (i == 0) expected = report.contact_hash, contacts += report.contacts;
-        CAPTURE(step, name(ways[i].executor), ways[i].threads, ways[i].balance.split.broad, ways[i].balance.strict);
+        CAPTURE(step, name(setups[i].executor), setups[i].threads, setups[i].balance.split.broad,
+                setups[i].balance.strict);
         if (report.contact_hash != expected) FAIL_CHECK("other contacts than sequential");
         if (!compare) break;
       }
@@ -82,10 +83,10 @@ TEST_CASE("every broad phase and every request: one answer for all executors") {
       PipelineOptions base;
       base.broad_phase = broad;
       base.answer.request = request;
-      for (const PipelineOptions& way : all_ways(base)) {
-        Pipeline pipeline(way);
+      for (const PipelineOptions& setup : all_setups(base)) {
+        Pipeline pipeline(setup);
         const StepReport report = pipeline.step(scene);
-        CAPTURE(name(request), name(broad), name(way.executor), way.threads);
+        CAPTURE(name(request), name(broad), name(setup.executor), setup.threads);
         if (expected == 0) {
           expected = report.contact_hash;
           REQUIRE(report.colliding_pairs > 20);
@@ -110,12 +111,12 @@ TEST_CASE("two meshes of many triangles among spheres: one answer for all execut
   add(ring, Vec3(1.1, 0.05, 0.1));
   for (int i = 0; i < 600; ++i) add(ball, Vec3(0.3 * (i % 10), 3 + 0.3 * (i / 10 % 10), 0.3 * (i / 100)));
   std::uint64_t expected = 0;
-  for (const PipelineOptions& way : all_ways({})) {
-    Pipeline pipeline(way);
+  for (const PipelineOptions& setup : all_setups({})) {
+    Pipeline pipeline(setup);
     for (int step = 0; step < 2; ++step) {
       const StepReport report = pipeline.step(scene);
       if (expected == 0) expected = report.contact_hash;
-      CAPTURE(name(way.executor), way.threads, way.balance.split.broad, way.balance.strict);
+      CAPTURE(name(setup.executor), setup.threads, setup.balance.split.broad, setup.balance.strict);
       CHECK(report.contact_hash == expected);
       CHECK(report.contacts > 600);
     }
@@ -257,12 +258,12 @@ TEST_CASE("pairs that a predicate turns round are answered so, by every executor
     return pairs.size();
   };
   std::uint64_t expected = 0;
-  for (PipelineOptions way : all_ways({})) {
-    way.predicate = turn;
-    Pipeline pipeline(way);
+  for (PipelineOptions setup : all_setups({})) {
+    setup.predicate = turn;
+    Pipeline pipeline(setup);
     const StepReport report = pipeline.step(scene);
     if (expected == 0) expected = report.contact_hash;
-    CAPTURE(name(way.executor), way.threads);
+    CAPTURE(name(setup.executor), setup.threads);
     CHECK(report.contact_hash == expected);
     CHECK(report.colliding_pairs > 20);
     for (const PairResult& pair : pipeline.contacts().pairs) CHECK((pair.a > pair.b) == ((pair.a + pair.b) % 2 == 1));

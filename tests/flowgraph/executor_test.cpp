@@ -43,11 +43,12 @@ std::vector<Split> splits(int threads) {
 }
 
 /// What a step of several threads may be like.
-struct Way {
+struct Variant {
   bool strict;
   StepForm form;
 };
-constexpr Way ways[] = {{true, StepForm::overlapped}, {false, StepForm::overlapped}, {false, StepForm::ordered}};
+constexpr Variant variants[] = {
+    {true, StepForm::overlapped}, {false, StepForm::overlapped}, {false, StepForm::ordered}};
 
 std::vector<std::pair<ExecutorKind, StepForm>> kinds_and_forms() {
   std::vector<std::pair<ExecutorKind, StepForm>> all;
@@ -194,14 +195,14 @@ TEST_CASE("heavy pairs travel in batches of their own, each once") {
     const auto heavy = [&](const PairResult& pair) { return pair.b % every == 0; };
     for (const ExecutorKind kind : executor_kinds)
       for (const std::size_t batch : {1u, 128u})
-        for (const Way way : ways) {
-          if (batch == 1 && way.form == StepForm::ordered) continue;
-          CAPTURE(every, name(kind), batch, way.strict, name(way.form));
+        for (const Variant variant : variants) {
+          if (batch == 1 && variant.form == StepForm::ordered) continue;
+          CAPTURE(every, name(kind), batch, variant.strict, name(variant.form));
           const auto executor = make_executor({.kind = kind,
                                                .threads = 3,
-                                               .balance = {.strict = way.strict},
+                                               .balance = {.strict = variant.strict},
                                                .batches = {.pairs = batch, .queue_capacity = 2},
-                                               .sharing = {.form = way.form, .short_step_ms = 0}});
+                                               .sharing = {.form = variant.form, .short_step_ms = 0}});
           for (int step = 0; step < 3; ++step) {
             ContactList contacts;
             ExecutionReport report;
@@ -305,14 +306,14 @@ TEST_CASE("what a callback throws ends the step, comes out once, and the next st
   const ContactList expected = work.expected();
   for (const ExecutorKind kind : executor_kinds)
     for (const int threads : {1, 2, 5})
-      for (const Way way : ways)
+      for (const Variant variant : variants)
         for (const int where : {0, 1, 2}) {
-          CAPTURE(name(kind), threads, way.strict, name(way.form), where);
+          CAPTURE(name(kind), threads, variant.strict, name(variant.form), where);
           const auto executor = make_executor({.kind = kind,
                                                .threads = threads,
-                                               .balance = {.strict = way.strict},
+                                               .balance = {.strict = variant.strict},
                                                .batches = {.pairs = 16, .queue_capacity = 2},
-                                               .sharing = {.form = way.form, .short_step_ms = 0}});
+                                               .sharing = {.form = variant.form, .short_step_ms = 0}});
           for (int round = 0; round < 2; ++round) {
             if (where == 0)
               work.on_tile = [](std::size_t tile) {

@@ -31,8 +31,8 @@ TEST_CASE("letters that were let go of before they were sent are written anew") 
     for (std::uint32_t i = 0; i < scene.indices(); ++i)
       if (scene.alive(i) && bodies.owns(i))
         bodies.move(i, {Mat3::Identity(), place(bodies.id(i), step)}, Vec3::Zero(), Vec3::Zero());
-    bodies.look_ahead();
-    if (step % 2 == 0) bodies.look_again();
+    bodies.check_ahead();
+    if (step % 2 == 0) bodies.check_again();
     bodies.exchange(false, false);
     std::size_t copies = 0;
     bool right = true;

@@ -89,9 +89,9 @@ struct CloseBoxes {
 CloseBoxes close_boxes(Random& r, double least, double most) {
   const auto size = [&r] { return Vec3(std::pow(10.0, r.in(-1, 0.5)), std::pow(10.0, r.in(-1, 0.5)), r.in(0.2, 2)); };
   CloseBoxes c{Box{size()}, Box{size()}, {r.rotation(), r.vec(-5, 5)}, {r.rotation(), Vec3::Zero()}};
-  const Vec3 way = r.direction();
+  const Vec3 heading = r.direction();
   const auto gap = [&](double far) {
-    c.pose_b.translation = c.pose_a.translation + far * way;
+    c.pose_b.translation = c.pose_a.translation + far * heading;
     return NarrowPhase().solve(c.a, c.pose_a, c.b, c.pose_b, Request::distance).signed_distance;
   };
   const double wanted = r.in(least, most);

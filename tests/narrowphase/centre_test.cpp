@@ -21,7 +21,7 @@ TEST_CASE("the line of centres tells what the distance tells, and the same from 
         const CentreTest test = test_centres(a, pose_a, b, pose_b, margin);
         const CentreTest back = test_centres(b, pose_b, a, pose_a, margin);
         REQUIRE(back.verdict == test.verdict);
-        REQUIRE(back.way == -test.way);
+        REQUIRE(back.between == -test.between);
         ++pairs;
         if (test.verdict == CentreTest::Verdict::open) continue;
         const double distance = exact.solve(a, pose_a, b, pose_b, Request::distance).signed_distance;
@@ -31,7 +31,7 @@ TEST_CASE("the line of centres tells what the distance tells, and the same from 
           continue;
         }
         ++apart;
-        const Vec3 n = test.way.normalized();
+        const Vec3 n = test.between.normalized();
         const double along = separation(a, pose_a, b, pose_b, n);
         REQUIRE(separation(b, pose_b, a, pose_a, -n) == along);
         REQUIRE(along > margin);

@@ -285,8 +285,8 @@ namespace {
 void check_separation(const Shape& a, const Pose& at_a, const Shape& b, const Pose& at_b, const Vec3& direction) {
   const NarrowPhase narrow;
   const double t = separation_along(a, at_a, b, at_b, direction), size = a.size() + b.size();
-  const auto collide = [&](double way) {
-    const Pose moved{at_b.rotation, at_b.translation + way * direction.normalized()};
+  const auto collide = [&](double shift) {
+    const Pose moved{at_b.rotation, at_b.translation + shift * direction.normalized()};
     return narrow.solve(a, at_a, b, moved, Request::collide).collide;
   };
   CAPTURE(a.kind(), b.kind(), t);
@@ -294,7 +294,8 @@ void check_separation(const Shape& a, const Pose& at_a, const Shape& b, const Po
   CHECK(!collide(t + 1e-9 * size));
   if (t > 0) CHECK(collide(t - 1e-6 * size));
   for (int i = 1; i <= 200; ++i)
-    if (const double way = t + 1e-9 * size + i * (2 * size / 200); collide(way)) FAIL_CHECK("touches again at " << way);
+    if (const double shift = t + 1e-9 * size + i * (2 * size / 200); collide(shift))
+      FAIL_CHECK("touches again at " << shift);
 }
 
 }  // namespace

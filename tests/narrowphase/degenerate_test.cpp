@@ -120,13 +120,13 @@ TEST_CASE("degenerate: touching is touching, and a hair either way is not lost")
       for (const double hair : {0.0, 0x1p-51, -0x1p-51, 1e-11, -1e-11, 1e-4, -1e-4})
         for (const bool general : {false, true}) {
           if (general && tilt > 0) continue;
-          const Vec3 way = t.reach.norm() > 0 ? Vec3(t.reach.normalized()) : Vec3::UnitZ();
+          const Vec3 heading = t.reach.norm() > 0 ? Vec3(t.reach.normalized()) : Vec3::UnitZ();
           Pose world;
           const Mat3 turn = r.rotation();
           const Vec3 shift = r.vec(-3, 3);
           if (general) world = {turn, shift};
           const Mat3 tilted = about({1, 2, -1}, tilt) * t.turn;
-          const PosedPair p{t.a, world, t.b, {world.rotation * tilted, world * Vec3(t.reach + hair * way)}};
+          const PosedPair p{t.a, world, t.b, {world.rotation * tilted, world * Vec3(t.reach + hair * heading)}};
           const auto truth = reference::signed_distance(p.a, p.pose_a, p.b, p.pose_b);
           const std::string wrong = judge(solver, p, truth);
           if (!wrong.empty()) ++short_of_digits;
@@ -251,15 +251,15 @@ TEST_CASE("degenerate: places and turns so small that their squares are lost cha
       for (const double tiny : {1e-100, 1e-145, 1e-153, 1e-156, 1e-158, 1e-159, 1e-160, 1e-161, 1e-162, 1e-170, 3e-310})
         for (const bool along_axis : {true, false})
           for (const bool turned : {true, false}) {
-            const Vec3 way = along_axis ? Vec3(Vec3::Unit(r.below(3))) : r.direction();
+            const Vec3 heading = along_axis ? Vec3(Vec3::Unit(r.below(3))) : r.direction();
             const Mat3 turn = turned ? hardly_turned(tiny * r.sign(), tiny * r.unit(), tiny * r.sign())
                                      : Mat3(r.once_in(2) ? z_to_x() : z_to_y());
-            CAPTURE(name(a.kind()), name(b.kind()), tiny, along_axis, turned, way.transpose());
+            CAPTURE(name(a.kind()), name(b.kind()), tiny, along_axis, turned, heading.transpose());
             const PairAnswer none =
                 solver.solve(a, {}, b, {turned ? Mat3(Mat3::Identity()) : turn, Vec3::Zero()}, Request::distance);
             std::vector<Contact> contacts;
             for (const Request request : {Request::distance, Request::contacts}) {
-              const PairAnswer d = solver.solve(a, {}, b, {turn, tiny * way}, request, &contacts);
+              const PairAnswer d = solver.solve(a, {}, b, {turn, tiny * heading}, request, &contacts);
               if (request == Request::contacts && !d.collide) continue;
               CHECK(is_unit(d.normal));
               if (request == Request::contacts && (i == 9 || j == 9)) continue;  // a patch's own depth

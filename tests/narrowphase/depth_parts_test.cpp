@@ -22,7 +22,7 @@ Hull corners_of(const Shape& s) {
   return build_hull(corners);
 }
 
-/// The least that A - B reaches along any direction that can be the shortest way out: normals of faces, products of
+/// The least that A - B reaches along any direction that can be the least translation: normals of faces, products of
 /// edges.
 double least_reach(const Hull& a, const Hull& b, const RelativePose& pose) {
   std::vector<Vec3> at_b;

@@ -145,8 +145,8 @@ TEST_CASE("projection: of a hull the nearest corner, edge or face, from wherever
       }
       ++surfaces[static_cast<int>(spot.surface)];
       // All of the hull is on the other side of the plane through q square to the way there, and q is on what is told.
-      const Vec3 way = p - spot.q;
-      for (const Vec3& v : hull.vertices) REQUIRE(way.dot(v - spot.q) <= 1e-13);
+      const Vec3 from_spot = p - spot.q;
+      for (const Vec3& v : hull.vertices) REQUIRE(from_spot.dot(v - spot.q) <= 1e-13);
       const Vec3 corner = hull.vertices[spot.vertex], along = hull.vertices[spot.other] - corner;
       if (spot.surface == Surface::corner) REQUIRE(spot.q == corner);
       if (spot.surface == Surface::straight) REQUIRE((spot.q - corner).cross(along).norm() <= 1e-14);

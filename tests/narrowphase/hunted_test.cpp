@@ -237,10 +237,10 @@ TEST_CASE("hunted: contacts of solids and discs that lie flat stay where they ar
     Pose pa, pb;
     if (r.once_in(2)) pa.rotation = r.rotation();
     pb.rotation = pa.rotation;
-    const Vec3 way = pa.rotation.col(2);
-    pb.translation = 3 * way + pa.rotation * Vec3(r.in(-0.1, 0.1), r.in(-0.1, 0.1), 0);
+    const Vec3 axis = pa.rotation.col(2);
+    pb.translation = 3 * axis + pa.rotation * Vec3(r.in(-0.1, 0.1), r.in(-0.1, 0.1), 0);
     const double depth = std::min(r.power_of_two(-20, -6), 1e-2);
-    pb.translation -= (solver.solve(a, pa, b, pb, Request::distance).signed_distance + depth) * way;
+    pb.translation -= (solver.solve(a, pa, b, pb, Request::distance).signed_distance + depth) * axis;
     Pose moved = pb;
     moved.translation += 1e-9 * r.direction();
     moved.rotation = Eigen::AngleAxisd(1e-9, r.direction()).toRotationMatrix() * moved.rotation;
@@ -444,7 +444,8 @@ TEST_CASE("hunted: a surface pushes to the nearer of its sides, whichever way it
   }
 }
 
-TEST_CASE("hunted: closed surfaces that are their own hull meet as what they bound, where that is the short way out") {
+TEST_CASE(
+    "hunted: closed surfaces that are their own hull meet as what they bound, where that is the least translation") {
   const NarrowPhase solver;
   const auto surface = [](const Vec3& size, int n) {
     Mesh m = box_mesh(size, n);
@@ -538,7 +539,7 @@ TEST_CASE("hunted: points that lie on each other but for rounding are kept once 
     }
 }
 
-TEST_CASE("hunted: between several walls the way out is the shortest beyond all of them") {
+TEST_CASE("hunted: between several walls the translation out is the shortest beyond all of them") {
   // Rooms whose free space is convex: x >= 0 and z >= 0, and y >= 0 of the last; or z above |x| / 2.
   const NarrowPhase solver;
   const auto wall = [](Mesh& m, const Vec3& corner, const Vec3& u, const Vec3& v, int n) {
@@ -593,13 +594,13 @@ TEST_CASE("hunted: between several walls the way out is the shortest beyond all 
           }
           pose.translation = rows.inverse() * level;
           // All walls are as deep: beyond all it is along the sum of the normals.
-          Vec3 way = Vec3::Zero();
-          for (const Vec3& normal : normals) way += normal;
-          way *= sunk / normals[0].dot(way);
+          Vec3 out = Vec3::Zero();
+          for (const Vec3& normal : normals) out += normal;
+          out *= sunk / normals[0].dot(out);
           const PairAnswer d = solver.solve(shape, Pose{}, body, pose, Request::distance);
           CHECK(d.status == Status::ok);
-          CHECK(d.signed_distance == Approx(-way.norm()).epsilon(0).margin(1e-12));
-          CHECK((d.normal - way.normalized()).norm() < 1e-6);
+          CHECK(d.signed_distance == Approx(-out.norm()).epsilon(0).margin(1e-12));
+          CHECK((d.normal - out.normalized()).norm() < 1e-6);
           for (const double far : {0.99, 1.01}) {
             const Pose there{pose.rotation, pose.translation - far * d.signed_distance * d.normal};
             CHECK(solver.solve(shape, Pose{}, body, there, Request::collide).collide == (far < 1));
@@ -736,10 +737,11 @@ TEST_CASE("hunted: concave meshes leave each other by the shortest way past all 
     for (Mesh* m : {&stairs, &above, &slot, &peg}) m->solid = r.once_in(2);
     const Shape a(is_peg ? slot : stairs), b(is_peg ? peg : above);
     CAPTURE(i, down, aside);
-    const PairAnswer way = solver.solve(a, Pose{turned, Vec3::Zero()}, b, Pose{turned, turned * at}, Request::distance);
-    CHECK(way.status == Status::ok);
-    CHECK(way.signed_distance == Approx(-std::hypot(down, aside)).epsilon(0).margin(1e-11));
-    CHECK((turned.transpose() * way.normal - Vec3(-aside, 0, down).normalized()).norm() < 1e-6);
+    const PairAnswer overlap =
+        solver.solve(a, Pose{turned, Vec3::Zero()}, b, Pose{turned, turned * at}, Request::distance);
+    CHECK(overlap.status == Status::ok);
+    CHECK(overlap.signed_distance == Approx(-std::hypot(down, aside)).epsilon(0).margin(1e-11));
+    CHECK((turned.transpose() * overlap.normal - Vec3(-aside, 0, down).normalized()).norm() < 1e-6);
   }
 }
 
@@ -764,15 +766,15 @@ TEST_CASE("hunted: a face holds a mesh only as far as to its border") {
                     {3, 0, 2.4}},
                    {{0, 1, 2}, {0, 2, 7}, {5, 6, 7}, {5, 7, 2}, {5, 2, 3}, {5, 3, 4}}, 3);
   fixed.solid = bar.solid = true;
-  const PairAnswer way = NarrowPhase().solve(Shape(fixed), Pose{}, Shape(bar), Pose{}, Request::distance);
-  CAPTURE(way.signed_distance, way.error_bound, way.status, way.normal.transpose());
+  const PairAnswer overlap = NarrowPhase().solve(Shape(fixed), Pose{}, Shape(bar), Pose{}, Request::distance);
+  CAPTURE(overlap.signed_distance, overlap.error_bound, overlap.status, overlap.normal.transpose());
   const double shortest = std::hypot(2.2, 0.3);
-  CHECK(-way.signed_distance > shortest - 1e-9);
-  CHECK(-way.signed_distance - way.error_bound < shortest + 1e-9);
+  CHECK(-overlap.signed_distance > shortest - 1e-9);
+  CHECK(-overlap.signed_distance - overlap.error_bound < shortest + 1e-9);
 }
 
 // Beside a triangle that fits between two faces of the other mesh there is room for what rounding leaves only.
-TEST_CASE("hunted: no way out of a mesh ends in a gap as wide as rounding") {
+TEST_CASE("hunted: no translation out of a mesh ends in a gap as wide as rounding") {
   const Mesh angle = prism({{0, 0, 0}, {2, 0, 0}, {2, 0, 0.5}, {0.5, 0, 0.5}, {0.5, 0, 2}, {0, 0, 2}},
                            {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}}, 1);
   const Mesh fork =
@@ -783,9 +785,9 @@ TEST_CASE("hunted: no way out of a mesh ends in a gap as wide as rounding") {
   const NarrowPhase solver;
   for (const auto& [solid, sheet] : {std::pair(&angle, &in_angle), std::pair(&fork, &in_fork)}) {
     const Shape a(*solid), b(*sheet);
-    const PairAnswer way = solver.solve(a, Pose{}, b, Pose{}, Request::distance);
-    REQUIRE(way.collide);
-    const Pose moved{Mat3::Identity(), (1e-11 - way.signed_distance) * way.normal};
+    const PairAnswer overlap = solver.solve(a, Pose{}, b, Pose{}, Request::distance);
+    REQUIRE(overlap.collide);
+    const Pose moved{Mat3::Identity(), (1e-11 - overlap.signed_distance) * overlap.normal};
     CHECK_FALSE(solver.solve(a, Pose{}, b, moved, Request::collide).collide);
   }
 }
@@ -805,12 +807,12 @@ TEST_CASE("hunted: a box that touches both sides of a notch is not pushed from t
       return solver.solve(notch, Pose{turned, Vec3::Zero()}, box, Pose{turned, turned * Vec3(0, 0, 0.75) + move},
                           request);
     };
-    const PairAnswer way = solve(Vec3::Zero(), Request::distance);
-    if (!way.collide) continue;
+    const PairAnswer overlap = solve(Vec3::Zero(), Request::distance);
+    if (!overlap.collide) continue;
     ++touching;
-    CAPTURE(i, way.signed_distance, way.error_bound);
-    CHECK(way.signed_distance > -1e-11);
-    CHECK_FALSE(solve((1e-11 - way.signed_distance) * way.normal, Request::collide).collide);
+    CAPTURE(i, overlap.signed_distance, overlap.error_bound);
+    CHECK(overlap.signed_distance > -1e-11);
+    CHECK_FALSE(solve((1e-11 - overlap.signed_distance) * overlap.normal, Request::collide).collide);
   }
   CHECK(touching > 50);
 }
@@ -824,10 +826,10 @@ TEST_CASE("hunted: what reaches little out of a closed surface that has no insid
   for (int i = 0; i < 600; ++i) {
     const Shape b(Triangle{{0.3 * r.direction(), 0.3 * r.direction(), 0.3 * r.direction()}});
     const Pose at{r.rotation(), r.in(0.6, 1.4) * Vec3(r.direction().cwiseProduct(Vec3(1, 1, 0.3)))};
-    const PairAnswer way = solver.solve(a, Pose{}, b, at, Request::distance);
-    if (!way.collide || way.status != Status::ok || way.signed_distance > -1e-6) continue;
-    CAPTURE(i, way.signed_distance);
-    const Pose moved{at.rotation, at.translation - 0.99 * way.signed_distance * way.normal};
+    const PairAnswer overlap = solver.solve(a, Pose{}, b, at, Request::distance);
+    if (!overlap.collide || overlap.status != Status::ok || overlap.signed_distance > -1e-6) continue;
+    CAPTURE(i, overlap.signed_distance);
+    const Pose moved{at.rotation, at.translation - 0.99 * overlap.signed_distance * overlap.normal};
     CHECK(solver.solve(a, Pose{}, b, moved, Request::collide).collide);
   }
 }
@@ -866,9 +868,9 @@ TEST_CASE("hunted: a mesh is not deeper in another than a way that was tried is 
        -0.12692545826723078, 0.9915812504207947, -0.6091241782300416, 0.7845216701906362, 0.1161614587411478)
           .finished(),
       Vec3(0.6232653943288613, 0.4969871872434304, -0.4943769528285826)};
-  const PairAnswer way = NarrowPhase().solve(plate, at_plate, sliver, at_sliver, Request::distance);
-  CHECK(way.collide);
-  CHECK(way.signed_distance > -1e-11);
+  const PairAnswer overlap = NarrowPhase().solve(plate, at_plate, sliver, at_sliver, Request::distance);
+  CHECK(overlap.collide);
+  CHECK(overlap.signed_distance > -1e-11);
 }
 
 TEST_CASE("hunted: contacts of concave meshes whose faces have sunk into each other are the same at any scale") {
@@ -921,12 +923,12 @@ TEST_CASE("hunted: the depth and the deepest contact of two meshes agree to roun
       at.translation -= (d.signed_distance + 1e-11) * d.normal;
     }
     std::vector<Contact> contacts;
-    const PairAnswer way = solver.solve(a, Pose{}, b, at, Request::distance);
+    const PairAnswer overlap = solver.solve(a, Pose{}, b, at, Request::distance);
     const PairAnswer deepest = solver.solve(a, Pose{}, b, at, Request::contacts, &contacts);
-    if (way.status != Status::ok || deepest.status != Status::ok) continue;
+    if (overlap.status != Status::ok || deepest.status != Status::ok) continue;
     ++certain;
-    CAPTURE(i, way.signed_distance, deepest.signed_distance);
-    CHECK(std::abs(way.signed_distance - deepest.signed_distance) < 4e-12);
+    CAPTURE(i, overlap.signed_distance, deepest.signed_distance);
+    CHECK(std::abs(overlap.signed_distance - deepest.signed_distance) < 4e-12);
   }
   CHECK(certain > 30);
 }
@@ -945,12 +947,12 @@ TEST_CASE("hunted: the bound of a depth that is not certain comes from a way tha
     const auto solve = [&](const Vec3& move, Request request) {
       return solver.solve(a, Pose{turned, Vec3::Zero()}, b, Pose{turned * half, turned * at + move}, request);
     };
-    const PairAnswer way = solve(Vec3::Zero(), Request::distance);
-    CAPTURE(i, way.signed_distance, way.error_bound);
-    if (!way.collide) continue;
-    known += way.status == Status::ok;
-    tight += way.error_bound < 0.25 * -way.signed_distance;
-    CHECK_FALSE(solve((1e-11 - way.signed_distance) * way.normal, Request::collide).collide);
+    const PairAnswer overlap = solve(Vec3::Zero(), Request::distance);
+    CAPTURE(i, overlap.signed_distance, overlap.error_bound);
+    if (!overlap.collide) continue;
+    known += overlap.status == Status::ok;
+    tight += overlap.error_bound < 0.25 * -overlap.signed_distance;
+    CHECK_FALSE(solve((1e-11 - overlap.signed_distance) * overlap.normal, Request::collide).collide);
   }
   CHECK(known >= 8);
   CHECK(tight >= 38);

@@ -1,4 +1,4 @@
-// Patches of two meshes that overlap a little: as deep as the shortest way out, along it, and the same a hair away.
+// Patches of two meshes that overlap a little: as deep as the least translation, along it, and the same a hair away.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -159,7 +159,7 @@ TEST_CASE("a mesh body with an edge or a corner in a mesh wall is pushed along t
 }
 
 TEST_CASE(
-    "where two concave meshes overlap a little, the patch is as deep as the shortest way out, and stays the same") {
+    "where two concave meshes overlap a little, the patch is as deep as the least translation, and stays the same") {
   reference::Random random(52);
   int judged = 0, nudged = 0, farther = 0;
   for (int i = 0; i < 2500; ++i) {
@@ -181,7 +181,7 @@ TEST_CASE(
                                         [&](const Contact& c) { return c.normal.dot(deepest->normal) > 0.9999; });
     if (one_normal && answer.status == Status::ok && -answer.signed_distance > 1e-10) {
       CHECK(deepest->depth > -0.7 * answer.signed_distance);
-      // Of edges that cross aslant the curve's normal may lead a longer way out.
+      // Of edges that cross aslant the curve's normal may lead a longer translation out.
       farther += deepest->depth > -1.3 * answer.signed_distance;
       ++judged;
     }
@@ -230,7 +230,7 @@ TEST_CASE("a mesh body across the ridge of a roof without an inside has the same
   CHECK(judged > 1300);
 }
 
-TEST_CASE("where a convex body overlaps a concave mesh a little, contacts are as deep as the shortest way out") {
+TEST_CASE("where a convex body overlaps a concave mesh a little, contacts are as deep as the least translation") {
   reference::Random random(54);
   int judged = 0;
   for (int i = 0; i < 3000; ++i) {

@@ -591,7 +591,7 @@ TEST_CASE("a convex shape in a solid overlaps it with a margin as without one") 
   CHECK(inside > 200);
 }
 
-TEST_CASE("no contact of a convex shape with a concave mesh is deeper than the way out") {
+TEST_CASE("no contact of a convex shape with a concave mesh is deeper than the translation out") {
   // A cylinder beside an arm's edge.
   const Pose u_at =
       posed(Vec3(-0.55, -0.56, -0.42), rows(Vec3(0.19980418723498528, 0.14182833097808462, 0.9695168958276786),
@@ -652,7 +652,7 @@ TEST_CASE("a point in a solid leaves it by the nearest way") {
   CHECK(inside > 200);
 }
 
-TEST_CASE("without bounds most of the deepest contacts of a convex shape with a mesh are a way out") {
+TEST_CASE("without bounds most of the deepest contacts of a convex shape with a mesh are a translation out") {
   Random r(31);
   const NarrowPhase quick({.mesh_bounds = false});
   int deep = 0, separated = 0;

@@ -131,9 +131,9 @@ TEST_CASE("distance of meshes of many kinds, sizes and places is the least of al
     const Vec3 far = i % 5 == 0 ? Vec3(1e5 * scale * random.direction()) : Vec3(0, 0, 0);
     const Pose pose_a{i % 3 == 0 ? Mat3(Mat3::Identity()) : random.rotation(), far};
     Pose pose_b{i % 3 == 0 ? Mat3(Mat3::Identity()) : random.rotation(), far};
-    const Vec3 way = random.direction();
+    const Vec3 heading = random.direction();
     const auto touch = [&](double s) {
-      pose_b.translation = far + s * way;
+      pose_b.translation = far + s * heading;
       return NarrowPhase().solve(a, pose_a, b, pose_b, Request::collide).collide;
     };
     double low = 0, high = 8 * (scale + other);

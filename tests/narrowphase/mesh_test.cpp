@@ -42,7 +42,7 @@ std::vector<Contact> contacts_of(const Shape& a, const Pose& pa, const Shape& b,
 }
 
 // How far B must go along d from where it is until the two no longer touch, to 1e-12; they touch now.
-double way_out(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb, const Vec3& d) {
+double separation(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb, const Vec3& d) {
   double in = 0, out = a.size() + b.size();
   for (int i = 0; i < 50; ++i) (collide(a, pa, b, moved(pb, (in + out) / 2 * d)) ? in : out) = (in + out) / 2;
   return out;
@@ -238,7 +238,7 @@ TEST_CASE("distance of meshes near and far is the least of all their triangles")
     const Pose pa = Pose::from(random_turn(random), random_point(random, i % 4 == 3 ? 1e6 : 1));
     Pose pb = Pose::from(random_turn(random), pa.translation);
     const Vec3 d = random_point(random, 1).normalized();
-    pb.translation += d * (i % 3 == 2 ? 500.0 : way_out(a, pa, b, pb, d) + std::pow(10, -i % 12));
+    pb.translation += d * (i % 3 == 2 ? 500.0 : separation(a, pa, b, pb, d) + std::pow(10, -i % 12));
     if (collide(a, pa, b, pb)) continue;
     double want = 1e9;
     for (std::uint32_t x = 0; x < ring.triangles.size(); ++x)
@@ -387,7 +387,7 @@ TEST_CASE("solid meshes collide when one holds the other; surfaces do not") {
       if (solid) {
         // Moving the inner one out takes the tube's radius at least; the bound must hold the truth.
         CHECK(-r.signed_distance > 0.6);
-        CHECK(-r.signed_distance - way_out(outer, Pose{}, inner, in, r.normal) > -1e-6);
+        CHECK(-r.signed_distance - separation(outer, Pose{}, inner, in, r.normal) > -1e-6);
         CHECK_FALSE(contacts_of(outer, Pose{}, inner, in).empty());
       }
     }
@@ -505,7 +505,7 @@ TEST_CASE("contacts of shallow solid meshes separate them, with few points") {
       const Pose pa = Pose::from(random_turn(random), Vec3(0, 0, 0));
       Pose pb = Pose::from(random_turn(random), Vec3(0, 0, 0));
       const Vec3 d = random_point(random, 1).normalized();
-      pb.translation = d * (way_out(s.a, pa, s.b, pb, d) - s.depth);
+      pb.translation = d * (separation(s.a, pa, s.b, pb, d) - s.depth);
       const auto contacts = contacts_of(s.a, pa, s.b, pb);
       CAPTURE(s.what);
       CAPTURE(i);

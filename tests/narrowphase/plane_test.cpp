@@ -213,18 +213,18 @@ TEST_CASE("plane: with planes and half-spaces there is a verdict alone, rounding
 
 TEST_CASE("plane: what moves along a direction leaves it on the far side") {
   const Shape plane = Plane{}, ball = Sphere{0.5};
-  const auto way = [&](double height, const Vec3& d) {
+  const auto reach = [&](double height, const Vec3& d) {
     return separation_along(plane, {}, ball, Pose::at(0, 0, height), d);
   };
-  CHECK(way(0.2, Vec3::UnitZ()) == Approx(0.3));
-  CHECK(way(0.2, -Vec3::UnitZ()) == Approx(0.7));
-  CHECK(way(2, -Vec3::UnitZ()) == Approx(2.5));
-  CHECK(way(2, Vec3::UnitZ()) == 0);
-  CHECK(way(2, Vec3::UnitX()) == 0);
-  CHECK(way(-2, Vec3::UnitX()) == 0);
-  CHECK(way(-2, Vec3(1, 0, 1e-17)) == 0);
-  CHECK(way(-2, Vec3(1, 0, -1e-17)) == 0);
-  CHECK(std::isinf(way(0.2, Vec3::UnitX())));
+  CHECK(reach(0.2, Vec3::UnitZ()) == Approx(0.3));
+  CHECK(reach(0.2, -Vec3::UnitZ()) == Approx(0.7));
+  CHECK(reach(2, -Vec3::UnitZ()) == Approx(2.5));
+  CHECK(reach(2, Vec3::UnitZ()) == 0);
+  CHECK(reach(2, Vec3::UnitX()) == 0);
+  CHECK(reach(-2, Vec3::UnitX()) == 0);
+  CHECK(reach(-2, Vec3(1, 0, 1e-17)) == 0);
+  CHECK(reach(-2, Vec3(1, 0, -1e-17)) == 0);
+  CHECK(std::isinf(reach(0.2, Vec3::UnitX())));
   CHECK(separation_along(ball, Pose::at(0, 0, 0.2), plane, {}, Vec3::UnitZ()) == Approx(0.7));
 }
 

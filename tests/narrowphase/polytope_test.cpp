@@ -1,5 +1,5 @@
 // Boxes, hulls and triangles in hard positions, judged in extended precision: by the separation along the normal, and
-// for overlaps by every direction that can be the shortest way out: the faces' normals and the edges' products.
+// for overlaps by every direction that can be the least translation: the faces' normals and the edges' products.
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -120,12 +120,12 @@ TEST_CASE("property: the signed distance follows a slide without a jump") {
     for (const ShapeRecipe& b : kinds) {
       if (a.kind == ShapeKind::halfspace && b.kind == ShapeKind::halfspace) continue;
       PosedPair p = make_pair(a, b, PairClass::deep, 3);
-      const Vec3 start = p.pose_b.translation, way = r.direction();
+      const Vec3 start = p.pose_b.translation, heading = r.direction();
       double before = 0;
       constexpr int steps = 60;
       for (int i = 0; i <= steps; ++i) {
         const double s = -2 + 4.0 * i / steps;
-        p.pose_b.translation = start + s * way;
+        p.pose_b.translation = start + s * heading;
         const double now = distance(solver, p);
         // Moving by a step changes the distance by no more than the step.
         if (i > 0 && !(std::abs(now - before) <= 4.0 / steps + 2 * distance_bound(p)))

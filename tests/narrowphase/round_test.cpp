@@ -461,7 +461,7 @@ TEST_CASE("round: long thin cylinders have their points on both surfaces, as far
   };
   reference::Random r(25);
   const NarrowPhase solver;
-  double worst_beyond = 0, worst_way = 0, worst_bracket = 0;
+  double worst_beyond = 0, worst_direction = 0, worst_bracket = 0;
   for (int i = 0; i < 12000; ++i) {
     const double length = r.once_in(2) ? 1.0 : r.power_of_two(-13, 0);
     const Cylinder cylinder{r.power_of_two(-23, -7), 1};
@@ -476,7 +476,8 @@ TEST_CASE("round: long thin cylinders have their points on both surfaces, as far
     const Vec3 in_a = pose_a.rotation.transpose() * answer.point_a;
     const Vec3 in_b = pose_b.rotation.transpose() * (answer.point_b - pose_b.translation);
     worst_beyond = std::max({worst_beyond, beyond_cylinder(cylinder, in_a), beyond_capsule(capsule, in_b)});
-    worst_way = std::max(worst_way, (answer.point_b - answer.point_a - answer.signed_distance * answer.normal).norm());
+    worst_direction =
+        std::max(worst_direction, (answer.point_b - answer.point_a - answer.signed_distance * answer.normal).norm());
     // Between a capsule inside and one outside, which have a closed form.
     const double inner =
         solver.solve(Shape(Capsule{cylinder.radius, 1 - 2 * cylinder.radius}), pose_a, b, pose_b, Request::distance)
@@ -486,7 +487,7 @@ TEST_CASE("round: long thin cylinders have their points on both surfaces, as far
     worst_bracket = std::max({worst_bracket, answer.signed_distance - inner, outer - answer.signed_distance});
   }
   CHECK(worst_beyond <= 1e-14);
-  CHECK(worst_way <= 5e-12);
+  CHECK(worst_direction <= 5e-12);
   CHECK(worst_bracket <= 1e-12);
 }
 

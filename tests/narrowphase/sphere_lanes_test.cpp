@@ -69,9 +69,9 @@ struct Mixture {
       const double ra = i % 37 == 0 ? 0 : r.in(0.1, 2), rb = i % 41 == 0 ? 0 : r.in(0.1, 2);
       const Shape &a = shapes.emplace_back(Sphere{ra}), &b = shapes.emplace_back(Sphere{rb});
       const double gap = std::pow(10.0, r.in(-17, 0)) * (r.in(0, 1) < 0.6 ? -1 : 1);
-      const Vec3 way = r.direction();
+      const Vec3 heading = r.direction();
       const Pose& pose_a = poses.emplace_back(r.rotation(), r.vec(-10, 10));
-      Pose& pose_b = poses.emplace_back(r.rotation(), pose_a.translation + (i % 43 == 0 ? 0 : ra + rb + gap) * way);
+      Pose& pose_b = poses.emplace_back(r.rotation(), pose_a.translation + (i % 43 == 0 ? 0 : ra + rb + gap) * heading);
       if (i % 5 == 1 || i % 5 == 2) {
         pose_b.translation += at.translation - pose_b.translation;
         const double distance = NarrowPhase().solve(ground, at, b, pose_b, Request::distance).signed_distance;

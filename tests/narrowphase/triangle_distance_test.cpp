@@ -75,7 +75,7 @@ TEST_CASE("triangles as needles and slivers, up to a hundred thousand times the 
   CHECK(tally.answered > tally.pairs / 2);
 }
 
-TEST_CASE("a triangle on edge along a ridge, almost parallel: the product of the edges is the way out") {
+TEST_CASE("a triangle on edge along a ridge, almost parallel: the product of the edges is the translation out") {
   Random r(59);
   Pose ridge;  // an edge of the box on top
   ridge.rotation = Eigen::AngleAxisd(0.25 * 3.14159265358979, Vec3::UnitX()).toRotationMatrix();

@@ -42,7 +42,7 @@ bool beyond(const ImpactQuery& q, const VertexImpact& answer) {
   double reach = 0;
   for (std::size_t i = 1; i < 4; ++i)
     reach = std::max({reach, (q.from[i] - q.from[0]).norm(), (q.to[i] - q.to[0]).norm()});
-  return answer.gap > 1e-6 * longest_way(q) + 1e-12 * reach;
+  return answer.gap > 1e-6 * longest_motion(q) + 1e-12 * reach;
 }
 
 // Of the features at a time, as triangles without area where they are points and edges.

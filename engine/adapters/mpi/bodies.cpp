@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::size_t bodies_a_block = 512;
 /// Of a body's radius: how far its box may go before its copies are chosen anew. Wider means more copies, narrower more
-/// looks at who needs one.
+/// finds who needs one.
 constexpr double skin_share = 0.1;
 /// Seconds: a skin reaches as far along each axis as the body goes in this time, at most its radius. What falls past
 /// upright cuts then does not leave its skin for that.
@@ -144,10 +144,10 @@ void Bodies::prepare(std::uint32_t index) {
   owned_.resize(size);
   resend_.resize(size);
   inside_.resize(size);
-  stirred_.resize(size);
+  unchecked_.resize(size);
   queued_.resize(size);
   is_new_.resize(size);
-  left_of_.resize(size, no_edge);
+  departure_of_.resize(size, no_edge);
   edge_of_.resize(size, no_edge);
 }
 
@@ -160,7 +160,7 @@ std::uint32_t Bodies::put(const BodyRecord& record, bool owned) {
     update(*before, record);
     count_ += owned ? 1 : 0;
     count_ -= owned_[*before];
-    owned_[*before] = stirred_[*before] = owned ? 1 : 0;
+    owned_[*before] = unchecked_[*before] = owned ? 1 : 0;
     return *before;
   }
   BodyOptions options;
@@ -178,9 +178,9 @@ std::uint32_t Bodies::put(const BodyRecord& record, bool owned) {
   ids_[index] = id;
   owned_[index] = owned ? 1 : 0;
   count_ += owned ? 1 : 0;
-  stirred_[index] = owned ? 1 : 0;
+  unchecked_[index] = owned ? 1 : 0;
   is_new_[index] = 1;
-  if (kept_ != nullptr) came_.push_back({index, {}});
+  if (kept_ != nullptr) arrivals_.push_back({index, {}});
   return index;
 }
 
@@ -195,12 +195,12 @@ void Bodies::update(std::uint32_t index, const BodyRecord& record) {
 
 void Bodies::drop(std::uint32_t index) {
   if (kept_ != nullptr && is_new_[index] == 0) {
-    left_of_[index] = static_cast<std::uint32_t>(left_.size());
-    left_.push_back({ids_[index], box_now(index, 0)});
+    departure_of_[index] = static_cast<std::uint32_t>(departures_.size());
+    departures_.push_back({ids_[index], box_now(index, 0)});
   }
   count_ -= owned_[index];
   owned_[index] = 0;
-  resend_[index] = stirred_[index] = queued_[index] = 0;
+  resend_[index] = unchecked_[index] = queued_[index] = 0;
   give_back_edge(index);
   places_.erase(ids_[index]);
   scene_.remove_body(scene_.id(index));
@@ -212,7 +212,7 @@ void Bodies::apply(const Change& change) {
   if (change.kind == Kind::add) {
     if (owns_id(id)) throw std::invalid_argument("body " + std::to_string(id) + ": exists already");
     put(change.body, true);
-    directory_.came(id);
+    directory_.arrived(id);
     return;
   }
   const auto index = place(id);
@@ -259,7 +259,7 @@ void Bodies::apply_to(std::uint32_t index, const Change& change) {
       break;
   }
   if (change.kind == Kind::shape || change.kind == Kind::filter || change.kind == Kind::is_static)
-    resend_[index] = stirred_[index] = 1;
+    resend_[index] = unchecked_[index] = 1;
 }
 
 Vec3 Bodies::centre(std::uint32_t index) const {
@@ -362,12 +362,12 @@ void Bodies::queue(std::uint32_t index) {
 }
 
 /// Where the regions are others: every body may be near one, or in one.
-void Bodies::look_at_all() {
+void Bodies::check_all() {
   calm_ = calm_within(regions_.own());
   for_each_index([&](std::uint32_t i) {
     if (owned_[i] == 0 || edge_of_[i] != no_edge) return;
     inside_[i] = is_calm(i) ? 1 : 0;
-    stirred_[i] = 1 - inside_[i];
+    unchecked_[i] = 1 - inside_[i];
   });
   for (const Edge& one : edges_) {
     if (one.index == no_edge) continue;
@@ -378,7 +378,7 @@ void Bodies::look_at_all() {
   }
 }
 
-void Bodies::look_at_moved() {
+void Bodies::check_moved() {
   const auto versions = SceneChanges::versions(scene_);
   for (Edge& one : edges_) {
     const std::uint32_t i = one.index;
@@ -397,7 +397,7 @@ void Bodies::look_at_moved() {
       letter.put(motion);
     }
   }
-  const auto begin = stirred_.begin(), end = stirred_.end();
+  const auto begin = unchecked_.begin(), end = unchecked_.end();
   for (auto at = begin; (at = std::find(at, end, 1)) != end; ++at) {
     *at = 0;
     queue(static_cast<std::uint32_t>(at - begin));
@@ -416,20 +416,20 @@ bool Bodies::are_expected(std::uint32_t index) const {
   return place == no_edge || std::all_of(edges_[place].copies.begin(), edges_[place].copies.end(), known);
 }
 
-bool Bodies::look_ahead() {
+bool Bodies::check_ahead() {
   expected_ = true;
-  look_at_moved();
+  check_moved();
   return expected_ &&
          std::all_of(todo_.begin(), todo_.end(), [this](std::uint32_t index) { return are_expected(index); });
 }
 
-void Bodies::look_again() noexcept {
+void Bodies::check_again() noexcept {
   for (const Letter& letter : std::span(letters_).first(used_)) letter_of_[static_cast<std::size_t>(letter.rank)] = -1;
   used_ = 0;
   todo_.clear();
   std::fill(queued_.begin(), queued_.end(), std::uint8_t{0});
   for (std::size_t i = 0; i < owned_.size(); ++i)
-    if (owned_[i] != 0 && edge_of_[i] != no_edge) stirred_[i] = 1;
+    if (owned_[i] != 0 && edge_of_[i] != no_edge) unchecked_[i] = 1;
 }
 
 /// Of an owned body that has left its skin: to whom it goes, and who needs a copy from now on.
@@ -496,7 +496,7 @@ std::uint32_t Bodies::take_body(Message& letter, bool owned) {
   const std::uint32_t index = put(record, owned);
   if (kept_ == nullptr) return index;
   const auto rest = letter.take<RestRecord>();
-  if (!is_known) came_.back().rest = rest.rest();  // who has had a copy knows it
+  if (!is_known) arrivals_.back().rest = rest.rest();  // who has had a copy knows it
   return index;
 }
 
@@ -531,8 +531,8 @@ void Bodies::take(Letter& letter) {
         for (std::uint32_t i = 0; i < count; ++i) one.copies.push_back(message.take<int>());
         one.skin = box_now(index, skin(index));  // that for which these copies were chosen
         take_box(one, box_now(index, 0));
-        stirred_[index] = 0;
-        directory_.came(ids_[index]);
+        unchecked_[index] = 0;
+        directory_.arrived(ids_[index]);
         break;
       }
       case Item::moved: {
@@ -563,13 +563,13 @@ void Bodies::take(Letter& letter) {
 }
 
 int Bodies::reporter(Pair last) const {
-  const std::uint32_t left[] = {left_of_[last.a], left_of_[last.b]};
-  const bool both_are_here = left[0] == no_edge && left[1] == no_edge;
+  const std::uint32_t departure[] = {departure_of_[last.a], departure_of_[last.b]};
+  const bool both_are_here = departure[0] == no_edge && departure[1] == no_edge;
   std::array<const FloatBox*, 2> box{};
   for (const std::size_t k : {0u, 1u}) {
     const std::uint32_t index = k == 0 ? last.a : last.b;
-    if (left[k] == no_edge && inside_[index] != 0) return both_are_here ? communicator_.rank() : -1;
-    box[k] = left[k] != no_edge ? &left_[left[k]].box : &edges_[edge_of_[index]].box;
+    if (departure[k] == no_edge && inside_[index] != 0) return both_are_here ? communicator_.rank() : -1;
+    box[k] = departure[k] != no_edge ? &departures_[departure[k]].box : &edges_[edge_of_[index]].box;
   }
   std::array<double, 3> corner{};
   for (std::size_t i = 0; i < 3; ++i) {
@@ -581,10 +581,10 @@ int Bodies::reporter(Pair last) const {
 }
 
 void Bodies::forget_past() {
-  for (const KeptBody& body : came_) is_new_[body.index] = 0;
-  came_.clear();
-  left_.clear();
-  std::fill(left_of_.begin(), left_of_.end(), no_edge);
+  for (const KeptBody& body : arrivals_) is_new_[body.index] = 0;
+  arrivals_.clear();
+  departures_.clear();
+  std::fill(departure_of_.begin(), departure_of_.end(), no_edge);
 }
 
 /// Whoever has sent this rank a letter has got none from it perhaps, but it will send one back from now on.
@@ -608,8 +608,8 @@ Bodies::Sent Bodies::exchange(bool recut, bool expected) {
   sent.begin = Clock::now();
   double cpu = cpu_ms();
   moved_away_ = 0;
-  if (recut) look_at_all();
-  if (!expected) look_at_moved();
+  if (recut) check_all();
+  if (!expected) check_moved();
   for (const std::uint32_t index : todo_)
     if (std::exchange(queued_[index], std::uint8_t{0}) != 0 && owned_[index] != 0) renew(index);
   todo_.clear();

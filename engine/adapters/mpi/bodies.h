@@ -24,7 +24,7 @@ namespace tandem::mpi {
 /// ranks must be told.
 ///
 /// Most bodies are far from every other region. As long as a ball about such a body stays in the rank's own region no
-/// word is lost on it, and no step looks at it; move() tells when it leaves. All others have an Edge: their boxes, and
+/// word is lost on it, and no step checks it; move() tells when it leaves. All others have an Edge: their boxes, and
 /// the ranks that have copies, which stay the same ones while the box stays within what it was when they were chosen,
 /// grown by a skin (Verlet 1967). A step in which no body leaves its skin sends poses alone, to ranks that expect them.
 class Bodies {
@@ -58,7 +58,7 @@ class Bodies {
   /// Several threads may move different bodies.
   void move(std::uint32_t index, const Pose& pose, const Vec3& velocity, const Vec3& angular_velocity) {
     scene_.move(index, pose, velocity, angular_velocity);
-    if (owned_[index] != 0 && edge_of_[index] == no_edge && !is_calm(index)) stirred_[index] = 1;
+    if (owned_[index] != 0 && edge_of_[index] == no_edge && !is_calm(index)) unchecked_[index] = 1;
   }
 
   /// Checks a change's numbers as Scene does: std::invalid_argument that names the body by its id.
@@ -72,20 +72,20 @@ class Bodies {
   void note_removed() { notes_removed_ = true; }
   std::vector<GlobalId> take_removed() { return std::exchange(removed_, {}); }
 
-  /// Looks at what has moved since the last exchange, and writes the letters for those whose copies stay the same ones.
+  /// Checks what has moved since the last exchange, and writes the letters for those whose copies stay the same ones.
   /// False if a rank would get a letter that does not expect one.
-  bool look_ahead();
-  /// After what look_ahead() threw, in which no message is under way yet: lets go of its letters, so that the exchange
-  /// looks at all bodies near other regions again.
-  void look_again() noexcept;
+  bool check_ahead();
+  /// After what check_ahead() threw, in which no message is under way yet: lets go of its letters, so that the exchange
+  /// checks all bodies near other regions again.
+  void check_again() noexcept;
 
   struct Sent {
     std::uint64_t moved_away = 0, bytes = 0, messages = 0;
     std::chrono::steady_clock::time_point begin, packed, got, end;
     double cpu_ms = 0;  ///< without waiting
   };
-  /// Collective, with several ranks. Bodies go to their owners, copies to where boxes reach; all bodies are looked at
-  /// if `recut`: the regions are others than in the last exchange. `expected`: look_ahead() was true on all ranks, and
+  /// Collective, with several ranks. Bodies go to their owners, copies to where boxes reach; all bodies are checked
+  /// if `recut`: the regions are others than in the last exchange. `expected`: check_ahead() was true on all ranks, and
   /// nothing has changed since.
   Sent exchange(bool recut, bool expected);
   /// Whether a body's box lay in the rank's region in the last exchange: no other rank reports a pair of it.
@@ -101,13 +101,13 @@ class Bodies {
   // Where answers are kept, after an exchange:
   /// The id of the body that had an index in the last step.
   GlobalId last_id(std::uint32_t index) const {
-    return left_of_[index] != no_edge ? left_[left_of_[index]].id : ids_[index];
+    return departure_of_[index] != no_edge ? departures_[departure_of_[index]].id : ids_[index];
   }
   /// The rank that now reports a pair that this one reported in the last step, by the indices of that time; -1: the
   /// boxes no longer overlap.
   int reporter(Pair last) const;
   /// Bodies that have come since the last step.
-  std::span<const KeptBody> came() const { return came_; }
+  std::span<const KeptBody> arrivals() const { return arrivals_; }
   void forget_past();
 
   /// The rank that owns a body that is here.
@@ -155,7 +155,7 @@ class Bodies {
     double grow = 0;   // of the box on each side: half the margin, and where a body at rest may be
   };
   /// A body that was here in the last step and is not any more, and its box now.
-  struct Left {
+  struct Departure {
     GlobalId id = 0;
     FloatBox box;
   };
@@ -173,8 +173,8 @@ class Bodies {
   Edge& edge(std::uint32_t index);
   void give_back_edge(std::uint32_t index);
   void take_box(Edge& edge, const FloatBox& box);
-  void look_at_all();
-  void look_at_moved();
+  void check_all();
+  void check_moved();
   void queue(std::uint32_t index);
   bool are_expected(std::uint32_t index) const;
   void renew(std::uint32_t index);
@@ -195,7 +195,7 @@ class Bodies {
   bool alone_;                              // one thread
   Directory directory_;
   Scene scene_;
-  Scene door_;  // looks at what comes in; has the shape that it looked at last
+  Scene door_;  // checks what comes in; has the shape that it checked last
   std::uint32_t door_shape_ = 0;
   std::vector<Ball> balls_;  // one a shape
   std::uint64_t shapes_hash_ = 0;
@@ -207,18 +207,18 @@ class Bodies {
   std::vector<std::uint8_t> owned_;
   std::vector<std::uint8_t> resend_;    // more of it has changed than its pose
   std::vector<std::uint8_t> inside_;    // its box lies in the rank's region
-  std::vector<std::uint8_t> stirred_;   // an owned one without an edge that must be looked at
+  std::vector<std::uint8_t> unchecked_;  // an owned one without an edge that must be checked
   std::vector<std::uint8_t> queued_;    // in todo_
   std::vector<std::uint8_t> is_new_;    // has come since the last step
-  std::vector<std::uint32_t> left_of_;  // where the body is that had this index in the last step, in left_
+  std::vector<std::uint32_t> departure_of_;  // where the body is that had this index in the last step, in departures_
   std::vector<std::uint32_t> edge_of_;
   std::vector<Edge> edges_;
   std::vector<std::uint32_t> free_edges_;
   Region calm_;                      // a ball in it reaches into no other rank's region; of the last exchange
   std::vector<std::uint32_t> todo_;  // bodies whose copies, or owner, may be others from now on
 
-  std::vector<Left> left_;
-  std::vector<KeptBody> came_;
+  std::vector<Departure> departures_;
+  std::vector<KeptBody> arrivals_;
 
   bool notes_removed_ = false;
   std::vector<GlobalId> removed_;

@@ -37,12 +37,12 @@ void Directory::tell(const std::function<bool(GlobalId)>& owned) {
   by_id(gone_);
   auto gone = in_words(gone_);
   require(Zoltan_DD_Remove(directory_, gone.data(), static_cast<int>(gone_.size())));
-  by_id(came_);
-  std::erase_if(came_, [&](GlobalId id) { return !owned(id); });
-  auto came = in_words(came_);
-  require(Zoltan_DD_Update(directory_, came.data(), nullptr, nullptr, nullptr, static_cast<int>(came_.size())));
+  by_id(arrivals_);
+  std::erase_if(arrivals_, [&](GlobalId id) { return !owned(id); });
+  auto arrivals = in_words(arrivals_);
+  require(Zoltan_DD_Update(directory_, arrivals.data(), nullptr, nullptr, nullptr, static_cast<int>(arrivals_.size())));
   gone_.clear();
-  came_.clear();
+  arrivals_.clear();
 }
 
 std::vector<int> Directory::owners(std::span<const GlobalId> ids) {

@@ -12,7 +12,7 @@ struct Zoltan_DD_Struct;
 namespace tandem::mpi {
 
 /// Which rank owns a body: Zoltan's distributed directory (Pinar and Hendrickson 2001), in which each rank keeps the
-/// entries of a share of all ids. Made when it is first asked; from then on told of who came and went before each
+/// entries of a share of all ids. Made when it is first asked; from then on told of who arrived and left before each
 /// question, so that steps without questions pay nothing.
 class Directory {
  public:
@@ -22,9 +22,9 @@ class Directory {
   Directory& operator=(const Directory&) = delete;
 
   /// Bodies that this rank has come to own, or that are gone everywhere; to be told before the next question.
-  void came(GlobalId id) { came_.push_back(id); }
+  void arrived(GlobalId id) { arrivals_.push_back(id); }
   void gone(GlobalId id) { gone_.push_back(id); }
-  /// Collective. `owned`: whether a body that came is still here.
+  /// Collective. `owned`: whether a body that arrived is still here.
   void tell(const std::function<bool(GlobalId)>& owned);
   /// Collective: the owners, -1 where there is none.
   std::vector<int> owners(std::span<const GlobalId> ids);
@@ -32,7 +32,7 @@ class Directory {
  private:
   const Communicator& communicator_;
   Zoltan_DD_Struct* directory_ = nullptr;
-  std::vector<GlobalId> came_, gone_;
+  std::vector<GlobalId> arrivals_, gone_;
 };
 
 }  // namespace tandem::mpi

@@ -110,11 +110,11 @@ void Pipeline::Impl::apply(const Change& change) {
   }
 }
 
-bool Pipeline::Impl::look_ahead() {
+bool Pipeline::Impl::check_ahead() {
   try {
-    return bodies.look_ahead();
+    return bodies.check_ahead();
   } catch (const std::exception& error) {
-    bodies.look_again();
+    bodies.check_again();
     note_failure(error.what());
     return false;
   }
@@ -128,18 +128,18 @@ void Pipeline::Impl::apply_changes(Report& report) {
   const bool asks = std::any_of(changes.begin(), changes.end(), [&](const Change& change) {
     return change.kind == Change::Kind::add || !bodies.owns_id(change.id());
   });
-  const bool as_expected = !alone && changes.empty() && !recut && regions.is_cut() && look_ahead();
+  const bool as_expected = !alone && changes.empty() && !recut && regions.is_cut() && check_ahead();
   const std::uint64_t alike = bodies.shapes_hash() ^ hash_of(options.rank.answer);
   std::array<std::uint64_t, 4> all{asks ? 1u : 0u, alike, ~alike, as_expected ? 0u : 1u};
-  const auto looked = Clock::now();
+  const auto checked = Clock::now();
   report.rank.exchange_cpu_ms = cpu_ms() - cpu;
   if (!alone) communicator.largest(std::span<std::uint64_t>(all));
-  report.rank.exchange_wait_ms = ms_since(looked);
-  record("exchange", begin, looked);
-  record("wait", looked, Clock::now());
+  report.rank.exchange_wait_ms = ms_since(checked);
+  record("exchange", begin, checked);
+  record("wait", checked, Clock::now());
   expected = all[3] == 0;
   if (all[1] != ~all[2]) {  // all know it; a body of a shape that another rank does not have cannot go there
-    bodies.look_again();
+    bodies.check_again();
     note_failure(
         "the ranks have different shapes or answer options: all must add the same shapes in the same order, and have "
         "one "
@@ -259,7 +259,7 @@ void Pipeline::Impl::hand_over(Report& report) {
   if (!kept.keeps()) return;
   const auto begin = Clock::now();
   double cpu = cpu_ms();
-  std::vector<KeptRecord> came;
+  std::vector<KeptRecord> arrived;
   if (communicator.ranks() > 1) {
     const auto leaves = [this](Pair pair) {
       const int to = bodies.reporter(pair);
@@ -281,11 +281,11 @@ void Pipeline::Impl::hand_over(Report& report) {
         const auto [ids, taken] = take_kept(letter.message);
         const auto a = bodies.place(ids.a), b = bodies.place(ids.b);
         if (!a || !b) continue;  // one was removed
-        came.push_back(taken);
-        came.back().pair = {*a, *b};
+        arrived.push_back(taken);
+        arrived.back().pair = {*a, *b};
       }
   }
-  kept.take_in(bodies.scene(), bodies.came(), std::move(came));
+  kept.take_in(bodies.scene(), bodies.arrivals(), std::move(arrived));
   bodies.forget_past();
   report.rank.exchange_cpu_ms += cpu_ms() - cpu;
 }
@@ -297,7 +297,7 @@ void Pipeline::Impl::begin_anew() {
 
 void Pipeline::Impl::detect(Report& report) {
   pairs.store(0, std::memory_order_relaxed);
-  counts_costs = communicator.ranks() > 1 && rebalancer.looks();
+  counts_costs = communicator.ranks() > 1 && rebalancer.measures_next();
   if (counts_costs) costs.begin(bodies);
   const double cpu = cpu_ms();
   try {

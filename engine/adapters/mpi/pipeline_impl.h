@@ -37,7 +37,7 @@ struct Pipeline::Impl {
   void note_failure(const std::string& cause);
   [[noreturn]] void throw_failure();
   void apply(const Change& change);
-  bool look_ahead();
+  bool check_ahead();
   void apply_changes(Report& report);
   void add_bodies(std::span<const Change> own);
   void send_changes(std::span<const Change> own);

@@ -13,8 +13,8 @@ class Rebalancer {
  public:
   explicit Rebalancer(const RebalanceOptions& options) : options_(options), control_(options.longest_control_step) {}
 
-  /// Whether the step that comes next ends with a look: then costs are counted by bodies.
-  bool looks() const { return options_.enabled && steps_ + 1 >= control_.steps(); }
+  /// Whether the step that comes next ends with a measurement: then costs are counted by bodies.
+  bool measures_next() const { return options_.enabled && steps_ + 1 >= control_.steps(); }
 
   /// Takes one step's loads (ms, busy time a thread): all ranks give the same ones, and get the same answer.
   RebalanceDecision after_step(double slowest_ms, double mean_ms);
@@ -24,7 +24,7 @@ class Rebalancer {
 
  private:
   RebalanceOptions options_;
-  int steps_ = 0;  // since the last look, and sums over them
+  int steps_ = 0;  // since the last measurement, and sums over them
   double slowest_ = 0, mean_ = 0;
   ControlStep control_;
   double migration_ms_ = 0;

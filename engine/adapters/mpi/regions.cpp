@@ -59,7 +59,7 @@ Zoltan_Struct* new_cuts(MPI_Comm communicator) {
 
 }  // namespace
 
-Regions::Regions(const Communicator& communicator) : communicator_(communicator) { look(); }
+Regions::Regions(const Communicator& communicator) : communicator_(communicator) { read_cut(); }
 
 Regions::~Regions() {
   int finalized = 0;
@@ -93,7 +93,7 @@ bool Regions::cut(std::span<const Vec3> points, std::span<const float> weights) 
   }
   if (before_ != nullptr) Zoltan_Destroy(&before_);
   before_ = std::exchange(cut_, fresh);
-  look();
+  read_cut();
   return true;
 }
 
@@ -101,10 +101,10 @@ void Regions::take_back() {
   if (before_ == nullptr) return;
   std::swap(cut_, before_);
   Zoltan_Destroy(&before_);
-  look();
+  read_cut();
 }
 
-void Regions::look() {
+void Regions::read_cut() {
   ranks_.resize(static_cast<std::size_t>(communicator_.ranks()));
   if (cut_ == nullptr) {
     // Nothing lies in the others' regions.

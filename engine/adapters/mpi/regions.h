@@ -68,7 +68,7 @@ class Regions {
   std::span<const int> reached(const FloatBox& box) const;
 
  private:
-  void look();
+  void read_cut();
 
   const Communicator& communicator_;
   Zoltan_Struct *cut_ = nullptr, *before_ = nullptr;

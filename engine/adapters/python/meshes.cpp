@@ -311,34 +311,34 @@ void bind_deformable(py::module_& m) {
           py::arg("vertices"),
           "Moves all vertices, (n, 3), m. Returns how many triangles' hierarchy was built anew, as it had become slow.")
       .def(
-          "shape", [](const SharedDeformable& mesh) { return mesh.look([](const auto& d) { return d.shape(); }); },
+          "shape", [](const SharedDeformable& mesh) { return mesh.read([](const auto& d) { return d.shape(); }); },
           "As of the last update; later ones do not change it.")
       .def(
           "self_intersections",
           [](const SharedDeformable& mesh) {
-            const auto found = mesh.look([](const auto& d) { return d.self_intersections(on_all_threads); });
+            const auto found = mesh.read([](const auto& d) { return d.self_intersections(on_all_threads); });
             return to_array(std::span<const std::array<std::uint32_t, 2>>(found));
           },
           "(n, 2): all pairs of triangles that share no vertex and meet, sorted; exact.")
       .def(
           "near_features",
           [](const SharedDeformable& mesh, double margin) {
-            return arrays_of(mesh.look([&](const auto& d) { return d.near_features(margin, on_all_threads); }));
+            return arrays_of(mesh.read([&](const auto& d) { return d.near_features(margin, on_all_threads); }));
           },
           py::arg("margin"), "As tandem.near_features, of the mesh with itself, for features without a common vertex.")
       .def_property_readonly(
           "vertices",
           [](const SharedDeformable& mesh) {
             return to_array(std::span<const Vec3>(
-                mesh.look([](const auto& d) { return std::vector<Vec3>(d.vertices().begin(), d.vertices().end()); })));
+                mesh.read([](const auto& d) { return std::vector<Vec3>(d.vertices().begin(), d.vertices().end()); })));
           },
           "(n, 3), m, as of the last update.")
       .def_property_readonly(
           "triangles",
-          [](const SharedDeformable& mesh) { return to_array(mesh.look([](const auto& d) { return d.triangles(); })); },
+          [](const SharedDeformable& mesh) { return to_array(mesh.read([](const auto& d) { return d.triangles(); })); },
           "(k, 3), turned alike.")
       .def_property_readonly(
-          "memory", [](const SharedDeformable& mesh) { return mesh.look([](const auto& d) { return d.memory(); }); },
+          "memory", [](const SharedDeformable& mesh) { return mesh.read([](const auto& d) { return d.memory(); }); },
           "Bytes, shapes of earlier updates that are in use included.");
 }
 

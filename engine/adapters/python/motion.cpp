@@ -45,7 +45,7 @@ std::unique_ptr<SharedResponse> response(int substeps, double friction, double r
 
 ResponseReport respond(SharedResponse& response, SharedScene& scene, const SharedPipeline& pipeline) {
   return response.change([&](Response& r) {
-    return pipeline.look(
+    return pipeline.read(
         [&](const Detector& d) { return scene.change([&](Scene& s) { return r.step(s, d.pipeline.contacts()); }); });
   });
 }
@@ -64,7 +64,7 @@ py::array_t<IdNumber> ids_of(const std::vector<BodyPair>& pairs) {
 template <std::span<const BodyPair> (ContactEvents::*Get)() const>
 py::array_t<IdNumber> events_of(const SharedEvents& events) {
   return ids_of(
-      events.look([](const ContactEvents& e) { return std::vector<BodyPair>((e.*Get)().begin(), (e.*Get)().end()); }));
+      events.read([](const ContactEvents& e) { return std::vector<BodyPair>((e.*Get)().begin(), (e.*Get)().end()); }));
 }
 
 /// A record that is being written: of steps as a pipeline saw them.
@@ -97,7 +97,7 @@ void bind_recording(py::module_& m) {
       m, "Recording", "Writes steps to a file, for tandem.show and `tandem-bench report`; as `with` block, or closed.")
       .def(py::init([](const std::filesystem::path& path, const SharedScene& scene) {
              auto made = std::make_unique<SharedRecording>();
-             made->change([&](auto& r) { scene.look([&](const Scene& s) { r.emplace(path, s); }); });
+             made->change([&](auto& r) { scene.read([&](const Scene& s) { r.emplace(path, s); }); });
              return made;
            }),
            py::arg("path"), py::arg("scene"))
@@ -105,8 +105,8 @@ void bind_recording(py::module_& m) {
           "add",
           [](SharedRecording& recording, const SharedScene& scene, const SharedPipeline& pipeline) {
             recording.change([&](auto& r) {
-              pipeline.look(
-                  [&](const Detector& d) { scene.look([&](const Scene& s) { r->add(s, d.pipeline.contacts()); }); });
+              pipeline.read(
+                  [&](const Detector& d) { scene.read([&](const Scene& s) { r->add(s, d.pipeline.contacts()); }); });
             });
           },
           py::arg("scene"), py::arg("pipeline"), "After a step, before the scene changes.")
@@ -125,8 +125,8 @@ void bind_events(py::module_& m) {
           "update",
           [](SharedEvents& events, const SharedScene& scene, const SharedPipeline& pipeline) {
             events.change([&](ContactEvents& e) {
-              pipeline.look(
-                  [&](const Detector& d) { scene.look([&](const Scene& s) { e.update(s, d.pipeline.contacts()); }); });
+              pipeline.read(
+                  [&](const Detector& d) { scene.read([&](const Scene& s) { e.update(s, d.pipeline.contacts()); }); });
             });
           },
           py::arg("scene"), py::arg("pipeline"), "After a step, before the scene changes.")
@@ -142,7 +142,7 @@ void bind_events(py::module_& m) {
 py::tuple limited(const SharedScene& scene, const py::object& given) {
   std::vector<Pose> ends = poses(given, "ends");
   std::vector<MotionStop> stops;
-  scene.look([&](const Scene& s) {
+  scene.read([&](const Scene& s) {
     ContinuousMotion motion;
     const auto found = motion.limit(s, ends);
     stops.assign(found.begin(), found.end());
@@ -155,7 +155,7 @@ py::tuple limited(const SharedScene& scene, const py::object& given) {
 
 Doubles ends_of(const SharedScene& scene) {
   std::vector<Pose> ends;
-  scene.look([&](const Scene& s) { free_ends(s, ends); });
+  scene.read([&](const Scene& s) { free_ends(s, ends); });
   return to_array(ends);
 }
 
@@ -198,7 +198,7 @@ void bind_motion(py::module_& m) {
            "Moves the scene by its dt, by the contacts of the pipeline's last step.");
   m.def(
       "recommended_margin",
-      [](const SharedScene& scene) { return scene.look([](const Scene& s) { return recommended_margin(s); }); },
+      [](const SharedScene& scene) { return scene.read([](const Scene& s) { return recommended_margin(s); }); },
       py::arg("scene"), "m: for a pipeline whose contacts a response uses.");
   bind_continuous_motion(m);
   bind_recording(m);

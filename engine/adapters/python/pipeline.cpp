@@ -87,16 +87,16 @@ void bind_making(py::class_<SharedPipeline>& pipelines) {
 StepReport step(SharedPipeline& pipeline, const SharedScene& scene, std::optional<double> timeout) {
   const auto deadline = deadline_after(timeout);
   return pipeline.change(
-      [&](Detector& d) { return scene.look([&](const Scene& s) { return d.pipeline.step(s, {}, deadline); }); });
+      [&](Detector& d) { return scene.read([&](const Scene& s) { return d.pipeline.step(s, {}, deadline); }); });
 }
 
 // The list is copied while no step may run, as making an array takes the GIL.
 ContactList list_of(const SharedPipeline& pipeline) {
-  return pipeline.look([](const Detector& d) { return d.pipeline.contacts(); });
+  return pipeline.read([](const Detector& d) { return d.pipeline.contacts(); });
 }
 
 PipelineMemory memory_of(const SharedPipeline& pipeline) {
-  return pipeline.look([](const Detector& d) { return d.pipeline.memory(); });
+  return pipeline.read([](const Detector& d) { return d.pipeline.memory(); });
 }
 
 void record_timeline(SharedPipeline& pipeline) {

@@ -45,7 +45,7 @@ bool collides(const SharedQueries& queries, const Shape& shape, const py::object
               std::uint32_t group, std::uint32_t mask, const py::object& ignore) {
   const Filter filter(group, mask, ignore);
   const Pose where = pose(at, "pose");
-  return queries.look([&](const SceneQueries& q) { return q.collides(shape, where, margin, filter.filter); });
+  return queries.read([&](const SceneQueries& q) { return q.collides(shape, where, margin, filter.filter); });
 }
 
 py::array_t<IdNumber> hits(const SharedQueries& queries, const Shape& shape, const py::object& at, std::uint32_t group,
@@ -53,7 +53,7 @@ py::array_t<IdNumber> hits(const SharedQueries& queries, const Shape& shape, con
   const Filter filter(group, mask, ignore);
   const Pose where = pose(at, "pose");
   std::vector<BodyId> found;
-  queries.look([&](const SceneQueries& q) { q.hits(shape, where, found, filter.filter); });
+  queries.read([&](const SceneQueries& q) { q.hits(shape, where, found, filter.filter); });
   return to_array(found);
 }
 
@@ -66,7 +66,7 @@ py::object nearest(const SharedQueries& queries, const Shape& shape, const py::o
                    std::uint32_t group, std::uint32_t mask, const py::object& ignore) {
   const Filter filter(group, mask, ignore);
   const Pose where = pose(at, "pose");
-  return tuple_of(queries.look([&](const SceneQueries& q) { return q.nearest(shape, where, cutoff, filter.filter); }));
+  return tuple_of(queries.read([&](const SceneQueries& q) { return q.nearest(shape, where, cutoff, filter.filter); }));
 }
 
 py::list tuples_of(const std::vector<Hit>& hits) {
@@ -80,7 +80,7 @@ py::list within(const SharedQueries& queries, const Shape& shape, const py::obje
   const Filter filter(group, mask, ignore);
   const Pose where = pose(at, "pose");
   std::vector<Hit> found;
-  queries.look([&](const SceneQueries& q) { q.within(shape, where, margin, found, filter.filter); });
+  queries.read([&](const SceneQueries& q) { q.within(shape, where, margin, found, filter.filter); });
   return tuples_of(found);
 }
 
@@ -90,7 +90,7 @@ py::list contacts(const SharedQueries& queries, const Shape& shape, const py::ob
   const Pose where = pose(at, "pose");
   std::vector<ContactHit> found;
   std::vector<Contact> points;
-  queries.look([&](const SceneQueries& q) { q.contacts(shape, where, margin, found, points, filter.filter); });
+  queries.read([&](const SceneQueries& q) { q.contacts(shape, where, margin, found, points, filter.filter); });
   py::list out;
   for (const ContactHit& hit : found)
     out.append(
@@ -102,7 +102,7 @@ py::object cast(const SharedQueries& queries, const Shape& shape, const py::obje
                 std::uint32_t group, std::uint32_t mask, const py::object& ignore) {
   const Filter filter(group, mask, ignore);
   const Motion motion{pose(from, "from_pose"), pose(to, "to_pose")};
-  const auto found = queries.look([&](const SceneQueries& q) { return q.cast(shape, motion, filter.filter); });
+  const auto found = queries.read([&](const SceneQueries& q) { return q.cast(shape, motion, filter.filter); });
   if (!found) return py::none();
   return py::make_tuple(number(found->body), FirstTouch{found->t, found->point, found->normal, found->feature});
 }
@@ -169,7 +169,7 @@ py::array_t<std::uint8_t> check(const SharedQueries& queries, const std::vector<
   py::array_t<std::uint8_t> out(static_cast<py::ssize_t>(batch.motions(configurations_a_motion)));
   static_assert(sizeof(Verdict) == 1);
   const std::span verdicts(reinterpret_cast<Verdict*>(out.mutable_data()), static_cast<std::size_t>(out.size()));
-  queries.look([&](const SceneQueries& q) { q.check(links, batch.placed, batch.self, verdicts, batch.options); });
+  queries.read([&](const SceneQueries& q) { q.check(links, batch.placed, batch.self, verdicts, batch.options); });
   return out;
 }
 
@@ -181,7 +181,7 @@ py::array first_hits(const SharedQueries& queries, const std::vector<Shape>& lin
   Batch batch(links, at, self_pairs, world_pairs, filter, progress, timeout);
   batch.options.margin = margin;
   std::vector<FirstHit> found(batch.motions(configurations_a_motion));
-  queries.look([&](const SceneQueries& q) { q.first_hits(links, batch.placed, batch.self, found, batch.options); });
+  queries.read([&](const SceneQueries& q) { q.first_hits(links, batch.placed, batch.self, found, batch.options); });
   return structured<FirstHitRow>(found, [](const FirstHit& hit) {
     return FirstHitRow{static_cast<std::uint8_t>(hit.verdict), hit.configuration, hit.link, hit.other_link,
                        number(hit.body)};
@@ -196,7 +196,7 @@ Doubles clearance(const SharedQueries& queries, const std::vector<Shape>& links,
   const Batch batch(links, at, self_pairs, world_pairs, filter, progress, timeout);
   Doubles out(static_cast<py::ssize_t>(batch.configurations));
   const std::span distances(out.mutable_data(), batch.configurations);
-  queries.look(
+  queries.read(
       [&](const SceneQueries& q) { q.clearance(links, batch.placed, batch.self, distances, cutoff, batch.options); });
   return out;
 }
@@ -208,7 +208,7 @@ void bind_of_bodies(py::class_<SharedQueries>& queries) {
       .def(
           "collides_body",
           [](const SharedQueries& queries_, IdNumber id, double within) {
-            return queries_.look([&](const SceneQueries& q) { return q.collides(body_id(id), within); });
+            return queries_.read([&](const SceneQueries& q) { return q.collides(body_id(id), within); });
           },
           body, py::kw_only(), py::arg("margin") = 0.0,
           "As collides, asked by a body of the scene where it is, by its groups and mask; itself is left out.")
@@ -216,21 +216,21 @@ void bind_of_bodies(py::class_<SharedQueries>& queries) {
           "hits_body",
           [](const SharedQueries& queries_, IdNumber id) {
             std::vector<BodyId> found;
-            queries_.look([&](const SceneQueries& q) { q.hits(body_id(id), found); });
+            queries_.read([&](const SceneQueries& q) { q.hits(body_id(id), found); });
             return to_array(found);
           },
           body, "As hits, asked by a body of the scene.")
       .def(
           "nearest_body",
           [](const SharedQueries& queries_, IdNumber id, double cutoff) {
-            return tuple_of(queries_.look([&](const SceneQueries& q) { return q.nearest(body_id(id), cutoff); }));
+            return tuple_of(queries_.read([&](const SceneQueries& q) { return q.nearest(body_id(id), cutoff); }));
           },
           body, py::kw_only(), py::arg("cutoff") = no_cutoff, "As nearest, asked by a body of the scene.")
       .def(
           "within_body",
           [](const SharedQueries& queries_, IdNumber id, double within) {
             std::vector<Hit> found;
-            queries_.look([&](const SceneQueries& q) { q.within(body_id(id), within, found); });
+            queries_.read([&](const SceneQueries& q) { q.within(body_id(id), within, found); });
             return tuples_of(found);
           },
           body, py::kw_only(), margin, "As within, asked by a body of the scene.");
@@ -284,7 +284,7 @@ void bind_queries(py::module_& m) {
              NarrowPhaseOptions options;
              options.tolerance = tolerance;
              options.solver = solver;
-             return scene.look([&](const Scene& s) { return std::make_unique<SharedQueries>(s, options); });
+             return scene.read([&](const Scene& s) { return std::make_unique<SharedQueries>(s, options); });
            }),
            py::arg("scene"), py::kw_only(), py::arg("tolerance") = 0.0, py::arg("solver") = "",
            "tolerance, solver: of all queries, as of tandem.distance.")
@@ -292,7 +292,7 @@ void bind_queries(py::module_& m) {
           "update",
           [](SharedQueries& queries_, const SharedScene& scene) {
             return queries_
-                .change([&](SceneQueries& q) { return scene.look([&](const Scene& s) { return q.update(s); }); })
+                .change([&](SceneQueries& q) { return scene.read([&](const Scene& s) { return q.update(s); }); })
                 .changed;
           },
           py::arg("scene"), "Takes over what changed; returns how many bodies did.")
@@ -310,7 +310,7 @@ void bind_queries(py::module_& m) {
       .def("cast", &cast, shape, py::arg("from_pose"), py::arg("to_pose"), py::kw_only(), group, mask, ignore,
            "(id, FirstTouch) of the first body that the moving shape touches, or None; a sphere of radius 0 is a ray.");
   queries.def_property_readonly(
-      "memory", [](const SharedQueries& q) { return q.look([](const SceneQueries& x) { return x.memory(); }); },
+      "memory", [](const SharedQueries& q) { return q.read([](const SceneQueries& x) { return x.memory(); }); },
       "Bytes held, shapes not counted.");
   PYBIND11_NUMPY_DTYPE(FirstHitRow, verdict, configuration, link, other_link, body);
   bind_of_bodies(queries);

@@ -102,7 +102,7 @@ py::array_t<IdNumber> add_bodies(SharedScene& scene, const py::object& shape, co
 
 // One element an index; 0 where no body lives.
 py::array_t<IdNumber> ids(const SharedScene& scene) {
-  return to_array(scene.look([](const Scene& s) {
+  return to_array(scene.read([](const Scene& s) {
     std::vector<BodyId> all(s.indices());
     for (std::uint32_t i = 0; i < all.size(); ++i)
       if (s.alive(i)) all[i] = s.id(i);
@@ -115,7 +115,7 @@ std::vector<Pose> poses_of(const Scene& scene) { return {scene.poses().begin(), 
 // One of the scene's lists with an element an index, as an array.
 template <class Value, std::span<const Value> (Scene::*Get)() const>
 py::array_t<Value> list_of(const SharedScene& scene) {
-  const auto copy = scene.look([](const Scene& s) { return std::vector<Value>((s.*Get)().begin(), (s.*Get)().end()); });
+  const auto copy = scene.read([](const Scene& s) { return std::vector<Value>((s.*Get)().begin(), (s.*Get)().end()); });
   return py::array_t<Value>(static_cast<py::ssize_t>(copy.size()), copy.data());
 }
 template <std::span<const std::uint8_t> (Scene::*Get)() const>
@@ -125,11 +125,11 @@ py::array_t<bool> flags_of(const SharedScene& scene) {
 template <std::span<const Vec3> (Scene::*Get)() const>
 Doubles vectors_of(const SharedScene& scene) {
   return to_array(std::span<const Vec3>(
-      scene.look([](const Scene& s) { return std::vector<Vec3>((s.*Get)().begin(), (s.*Get)().end()); })));
+      scene.read([](const Scene& s) { return std::vector<Vec3>((s.*Get)().begin(), (s.*Get)().end()); })));
 }
 
 SceneMemory memory_of(const SharedScene& scene) {
-  return scene.look([](const Scene& s) { return s.memory(); });
+  return scene.read([](const Scene& s) { return s.memory(); });
 }
 
 py::list builtin_names() {
@@ -219,19 +219,19 @@ void bind_reading(py::class_<SharedScene>& scene) {
       .def(
           "pose",
           [](const SharedScene& s, IdNumber id) {
-            return to_array(s.look([&](const Scene& x) { return x.pose(body_id(id)); }));
+            return to_array(s.read([&](const Scene& x) { return x.pose(body_id(id)); }));
           },
           py::arg("id"), "(4, 4)")
       .def(
           "index",
           [](const SharedScene& s, IdNumber id) {
-            return s.look([&](const Scene& x) { return static_cast<void>(x.pose(body_id(id))), body_id(id).index(); });
+            return s.read([&](const Scene& x) { return static_cast<void>(x.pose(body_id(id))), body_id(id).index(); });
           },
           py::arg("id"), "As in contacts and pairs.")
       .def(
           "shape_of",
           [](const SharedScene& s, IdNumber id) {
-            return s.look([&](const Scene& x) {
+            return s.read([&](const Scene& x) {
               return static_cast<void>(x.pose(body_id(id))), x.shape_of(body_id(id).index());
             });
           },
@@ -239,15 +239,15 @@ void bind_reading(py::class_<SharedScene>& scene) {
       .def(
           "shape_id",
           [](const SharedScene& s, IdNumber id) {
-            return number(s.look([&](const Scene& x) { return x.shape_id(body_id(id)); }));
+            return number(s.read([&](const Scene& x) { return x.shape_id(body_id(id)); }));
           },
           py::arg("id"), "Of a body's shape.")
       .def("ids", &ids,
            "(indices,) uint64: scene.ids()[contacts['a']] are the ids of bodies in contact; 0 where none lives.")
       .def(
-          "poses", [](const SharedScene& s) { return to_array(std::span<const Pose>(s.look(&poses_of))); },
+          "poses", [](const SharedScene& s) { return to_array(std::span<const Pose>(s.read(&poses_of))); },
           "(indices, 4, 4); those of removed bodies are stale.")
-      .def("__len__", [](const SharedScene& s) { return s.look([](const Scene& x) { return x.bodies(); }); });
+      .def("__len__", [](const SharedScene& s) { return s.read([](const Scene& x) { return x.bodies(); }); });
 }
 
 void bind_lists(py::class_<SharedScene>& scene) {
@@ -274,20 +274,20 @@ void bind_settings(py::class_<SharedScene>& scene) {
           },
           "The same by parts: bodies, shapes, shape_names.")
       .def_property(
-          "name", [](const SharedScene& s) { return s.look([](const Scene& x) { return x.name; }); },
+          "name", [](const SharedScene& s) { return s.read([](const Scene& x) { return x.name; }); },
           [](SharedScene& s, std::string to) { s.change([&](Scene& x) { x.name = std::move(to); }); })
       .def_property(
-          "gravity", [](const SharedScene& s) { return to_array(s.look([](const Scene& x) { return x.gravity; })); },
+          "gravity", [](const SharedScene& s) { return to_array(s.read([](const Scene& x) { return x.gravity; })); },
           [](SharedScene& s, const py::object& to) {
             const Vec3 v = vec3(to, "gravity");
             s.change([&](Scene& x) { x.gravity = v; });
           },
           "(3,), m/s^2")
       .def_property(
-          "dt", [](const SharedScene& s) { return s.look([](const Scene& x) { return x.dt; }); },
+          "dt", [](const SharedScene& s) { return s.read([](const Scene& x) { return x.dt; }); },
           [](SharedScene& s, double to) { s.change([&](Scene& x) { x.dt = to; }); }, "s, of one step")
       .def("__repr__", [](const SharedScene& s) {
-        return s.look([](const Scene& x) {
+        return s.read([](const Scene& x) {
           return "<tandem.Scene '" + x.name + "', " + std::to_string(x.bodies()) + " bodies>";
         });
       });
@@ -301,7 +301,7 @@ void bind_scene(py::module_& m) {
       "Bodies and their shapes. Ids of bodies and shapes are whole numbers; that of a removed one is found out.");
   scene.def(py::init([] { return std::make_unique<SharedScene>(); }))
       .def("copy",
-           [](const SharedScene& s) { return std::make_unique<SharedScene>(s.look([](const Scene& x) { return x; })); })
+           [](const SharedScene& s) { return std::make_unique<SharedScene>(s.read([](const Scene& x) { return x; })); })
       .def(
           "add_shape",
           [](SharedScene& s, const Shape& shape, const std::string& name) {
@@ -335,7 +335,7 @@ void bind_scene(py::module_& m) {
   m.def(
       "write_scene",
       [](const std::filesystem::path& path, const SharedScene& s) {
-        s.look([&](const Scene& x) { write_scene_file(path, x); });
+        s.read([&](const Scene& x) { write_scene_file(path, x); });
       },
       py::arg("path"), py::arg("scene"), "Read back, it has the same contacts, bit for bit.");
 }

@@ -20,16 +20,16 @@ class WithoutGil {
 };
 
 /// An object that several of Python's threads may hold: as C++ works without the GIL, one thread must not change what
-/// another looks at. Both calls run `work` without the GIL, so it may not touch Python's objects.
+/// another reads. Both calls run `work` without the GIL, so it may not touch Python's objects.
 template <class Object>
 class SharedUse {
  public:
   template <class... Arguments>
   explicit SharedUse(Arguments&&... arguments) : object_(std::forward<Arguments>(arguments)...) {}
 
-  /// Together with others that look.
+  /// Together with others that read.
   template <class Work>
-  auto look(Work&& work) const {
+  auto read(Work&& work) const {
     const WithoutGil released;
     const std::shared_lock lock(mutex_);
     return work(object_);

@@ -83,7 +83,7 @@ bool ConvexContacts::pushes(std::uint32_t t, const Corners& p, const TrianglePla
 }
 
 // How far it is from a point inside the convex shape to its surface against n (unit); of a mesh that is no solid, which
-// may push to either side, the shorter way of both.
+// may push to either side, the shorter translation of both.
 double ConvexContacts::exit_length(const Vec3& q, const Vec3& n) const {
   const double down = pair_.exit_length(q, -n);
   return pair_.model().solid ? down : std::min(down, pair_.exit_length(q, n));
@@ -109,18 +109,18 @@ bool ConvexContacts::needs_more(const Vec3& corner, std::span<const std::uint32_
     if (!(d.dot(g) > enough)) return false;
     const Vec3 against = sign * *std::min_element(normals.begin(), normals.end(), along(g));
     if (against.dot(g) > enough) return true;
-    const Vec3 way = against - n;
-    const double length2 = way.squaredNorm();
+    const Vec3 turn = against - n;
+    const double length2 = turn.squaredNorm();
     if (!(length2 > 0)) return false;
-    const double step = std::clamp((towards - n).dot(way) / length2, 0.0, 1.0);
+    const double step = std::clamp((towards - n).dot(turn) / length2, 0.0, 1.0);
     if (!(step > tolerance::least_turn)) return false;
-    n += step * way;
+    n += step * turn;
   }
   return false;
 }
 
-// Where the way out of a corner is that of the triangle: the depth, as a solver would find it, well beyond rounding.
-// `bound` is that by a point of the triangle, and then the best by its corners, too.
+// Where the translation out of a corner is that of the triangle: the depth, as a solver would find it, well beyond
+// rounding. `bound` is that by a point of the triangle, and then the best by its corners, too.
 bool ConvexContacts::depth_by_corner(const Corners& p, TriangleBound& bound, PairAnswer& r) const {
   if (!bound.known || bound.gap >= -tolerance::alike * pair_.size()) return false;
   for (const Vec3& q : p) {
@@ -241,20 +241,20 @@ void ConvexContacts::find_deepest(Seen& seen) const {
   }
 }
 
-void ConvexContacts::find(PairAnswer& near, PatchCollector& all, std::vector<Contact>& room) const {
+void ConvexContacts::find(PairAnswer& near, PatchCollector& all, std::vector<Contact>& scratch) const {
   const double margin = pair_.options().margin;
   ClearPlanes clear;
   Seen seen{near};
-  const std::size_t first = room.size();
+  const std::size_t first = scratch.size();
   WorkMeter meter(pair_.options().limit, a_solve);
   const auto of_hull = static_cast<int>(pair_.convex().vertices.size() / 16);  // beside what each visit spends
   pair_.each_near(margin, [&](std::uint32_t t) {
     meter.spend(of_hull);
     const Corners p = pair_.corners(t);
     if (clear.separate(p, margin + pair_.slack())) return false;
-    const Apart apart = find_contacts(t, p, seen, room, first);
-    all.add(t, std::span<const Contact>(room).subspan(first));
-    room.resize(first);
+    const Apart apart = find_contacts(t, p, seen, scratch, first);
+    all.add(t, std::span<const Contact>(scratch).subspan(first));
+    scratch.resize(first);
     if (apart.gap > margin && !apart.normal.isZero()) clear.add(pair_.support_plane(apart.normal));
     return false;
   });

@@ -17,8 +17,8 @@ class ConvexContacts {
 
   /// Those of all triangles, in the pair's coordinates; `near` is the answer of the nearest triangle within the margin,
   /// if that is nearer than what it was.
-  /// `room`: what it holds stays as it is.
-  void find(PairAnswer& near, PatchCollector& all, std::vector<Contact>& room) const;
+  /// `scratch`: what it holds stays as it is.
+  void find(PairAnswer& near, PatchCollector& all, std::vector<Contact>& scratch) const;
 
   /// Appends what is kept of their patches, without what is deeper than `limit`.
   void append_patches(PatchCollector& all, double limit, std::vector<Contact>& out) const;

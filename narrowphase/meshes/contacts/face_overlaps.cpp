@@ -63,8 +63,8 @@ struct FaceOverlap {
 };
 
 // All corners of the overlap's outline along n.
-// `room`: what it holds stays as it is.
-void outline(FaceOverlap& overlap, double size, Memory memory, const WorkLimit* limit, std::vector<Contact>& room) {
+// `scratch`: what it holds stays as it is.
+void outline(FaceOverlap& overlap, double size, Memory memory, const WorkLimit* limit, std::vector<Contact>& scratch) {
   WorkMeter meter(limit);
   const Vec3& n = overlap.n;
   constexpr std::uint32_t made_up = 0xffffffffu;  // deepest of all, for want of others
@@ -91,16 +91,16 @@ void outline(FaceOverlap& overlap, double size, Memory memory, const WorkLimit* 
         apart = apart || box.lo[k] > boxes[j].hi[k] + slack || boxes[j].lo[k] > box.hi[k] + slack;
       if (apart) continue;
       meter.spend(8);
-      const std::size_t first = room.size(), begin = overlap.points.size();
+      const std::size_t first = scratch.size(), begin = overlap.points.size();
       append_manifold(TriangleView(f.p), TriangleView(g.p), {Mat3::Identity(), Vec3::Zero()},
-                      {.signed_distance = -any_depth, .point_a = f.p[0], .point_b = g.p[0], .normal = n}, 0, {}, room,
-                      true);
-      for (Contact& found : std::span(room).subspan(first)) {
+                      {.signed_distance = -any_depth, .point_a = f.p[0], .point_b = g.p[0], .normal = n}, 0, {},
+                      scratch, true);
+      for (Contact& found : std::span(scratch).subspan(first)) {
         if (found.feature == made_up) continue;
         found.feature = f.triangle;
         overlap.points.push_back(found);
       }
-      room.resize(first);
+      scratch.resize(first);
       Vec3 area = Vec3::Zero();
       for (std::size_t c = begin + 2; c < overlap.points.size(); ++c)
         area += (overlap.points[c - 1].point - overlap.points[begin].point)
@@ -174,7 +174,7 @@ List<FacePair> facing_pairs(const PosedMeshes& m, const Facets& facets, const Ve
 }  // namespace
 
 bool add_face_overlaps(const PosedMeshes& m, const Facets& facets, const Vec3& area, Memory memory,
-                       PatchCollector& collector, std::vector<Contact>& room) {
+                       PatchCollector& collector, std::vector<Contact>& scratch) {
   const double size = (m.a.half + m.b.half).norm(), slack = tolerance::in_plane * size;
   const double most = 0.25 * std::min(m.a.half.norm(), m.b.half.norm());
   const List<FacePair> pairs = facing_pairs(m, facets, area, most, size, memory);
@@ -183,7 +183,7 @@ bool add_face_overlaps(const PosedMeshes& m, const Facets& facets, const Vec3& a
   for (const FacePair& pair : pairs) {
     const Vec3& n = pair.of_a.area >= pair.of_b.area ? pair.of_a.n : pair.of_b.n;
     FaceOverlap overlap{&pair.of_a, &pair.of_b, n, 0, 0, 0, List<Contact>(memory)};
-    outline(overlap, size, memory, m.limit, room);
+    outline(overlap, size, memory, m.limit, scratch);
     overlap.width = width_of(overlap);
     // No edge, but for rounding.
     if (overlap.depth <= most && overlap.width > 4 * tolerance::alike * size) overlaps.push_back(std::move(overlap));

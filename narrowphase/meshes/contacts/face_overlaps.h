@@ -11,8 +11,8 @@ namespace tandem {
 /// corners of what each two of them share, along their normal. Of two whose edges have gone past each other only those
 /// count whose translation is shorter; in a corner of either mesh all. `facets` are those of a patch, `area` the area
 /// vector of its curve, zero where that is not known. False, and nothing: there are no such faces, or they are less
-/// than half of the patch. What `room` holds stays as it is.
+/// than half of the patch. What `scratch` holds stays as it is.
 bool add_face_overlaps(const PosedMeshes& m, const Facets& facets, const Vec3& area, Memory memory,
-                       PatchCollector& collector, std::vector<Contact>& room);
+                       PatchCollector& collector, std::vector<Contact>& scratch);
 
 }  // namespace tandem

@@ -17,7 +17,7 @@
 namespace tandem {
 namespace {
 
-/// Pairs of places in which no points can be the nearest of both surfaces around them: along the way from the one to
+/// Pairs of places in which no points can be the nearest of both surfaces around them: along the line from the one to
 /// the other there is no normal of A, or none of B against it.
 class ApartByNormals {
  public:
@@ -31,21 +31,21 @@ class ApartByNormals {
 
   bool operator()(const Item& at) const {
     const BoxOf box_a(mesh_a_, at.a), box_b(mesh_b_, at.b);
-    const Vec3 way = b_.pose.rotation * box_b.mid + between_ - a_.pose.rotation * box_a.mid;
-    const double length = way.norm(), radius = box_a.half.norm() + box_b.half.norm();
+    const Vec3 offset = b_.pose.rotation * box_b.mid + between_ - a_.pose.rotation * box_a.mid;
+    const double length = offset.norm(), radius = box_a.half.norm() + box_b.half.norm();
     if (!(length > radius)) return false;
     const double spread = std::asin(radius / length);
-    return misses(mesh_a_, at.a, a_.pose.rotation.transpose() * way, length, spread) ||
-           misses(mesh_b_, at.b, b_.pose.rotation.transpose() * -way, length, spread);
+    return misses(mesh_a_, at.a, a_.pose.rotation.transpose() * offset, length, spread) ||
+           misses(mesh_b_, at.b, b_.pose.rotation.transpose() * -offset, length, spread);
   }
 
  private:
-  bool misses(const MeshModel& mesh, std::uint32_t ref, const Vec3& way, double length, double spread) const {
+  bool misses(const MeshModel& mesh, std::uint32_t ref, const Vec3& offset, double length, double spread) const {
     if (lane_of(ref) == whole) return false;
     const NormalCone& cone = mesh.normal_cones(limit_).of(node_of(ref), lane_of(ref));
     const double within = cone.angle + spread;
     if (!(within < std::numbers::pi / 2)) return false;
-    const double cosine = way.dot(cone.axis.cast<double>()) / length;
+    const double cosine = offset.dot(cone.axis.cast<double>()) / length;
     return (mesh.solid ? cosine : std::abs(cosine)) < std::cos(within);  // a surface has two sides
   }
 
@@ -128,10 +128,10 @@ class GapContacts {
     const Corners p = corners_of_a(near.pair[0]), q = corners_of_b(near.pair[1]);
     const LocalAnswer answer{near.points.distance, near.points.on_a, near.points.on_b, near.normal, 0};
     constexpr bool whole = true;
-    room_.clear();
+    scratch_.clear();
     append_manifold(TriangleView(p), TriangleView(q), {Mat3::Identity(), Vec3::Zero()}, answer, options_.margin, Pose{},
-                    room_, whole);
-    patches_.add(near.pair[0], room_);
+                    scratch_, whole);
+    patches_.add(near.pair[0], scratch_);
   }
 
   const Posed &a_, &b_;
@@ -141,7 +141,7 @@ class GapContacts {
   const NarrowPhaseOptions& options_;
   PatchCollector patches_;
   Near nearest_;
-  std::vector<Contact> room_;
+  std::vector<Contact> scratch_;
 };
 
 }  // namespace

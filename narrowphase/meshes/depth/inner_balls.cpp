@@ -54,10 +54,10 @@ Vec3 centre_of_touching(const MeshModel& mesh, const SurfaceSample& sample, doub
     const Vec3 centre = sample.at - radius * sample.outward;
     const SurfacePoint near = nearest_point(mesh, centre);
     if (near.distance >= enough * radius) break;
-    const Vec3 way = near.at - sample.at;
-    const double down = -way.dot(sample.outward);
+    const Vec3 offset = near.at - sample.at;
+    const double down = -offset.dot(sample.outward);
     if (!(down > 0)) break;
-    radius = std::min(radius, way.squaredNorm() / (2 * down));
+    radius = std::min(radius, offset.squaredNorm() / (2 * down));
   }
   return sample.at - radius * sample.outward;
 }

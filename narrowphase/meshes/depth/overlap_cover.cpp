@@ -25,10 +25,10 @@ Vec3 middle_of_part(const Vec3& middle, double half, int k) {
 
 // The point between two vectors that is nearest to zero.
 Vec3 least_between(const Vec3& p, const Vec3& q) {
-  const Vec3 way = q - p;
-  const double length2 = way.squaredNorm();
+  const Vec3 segment = q - p;
+  const double length2 = segment.squaredNorm();
   if (!(length2 > 0)) return p;
-  return p + std::clamp(-p.dot(way) / length2, 0.0, 1.0) * way;
+  return p + std::clamp(-p.dot(segment) / length2, 0.0, 1.0) * segment;
 }
 
 }  // namespace
@@ -69,7 +69,7 @@ bool OverlapCover::pop(Cell& cell) {
     least_half_ /= 4;
     for (; matters(small_); small_.pop()) large_.push(small_.top());
   }
-  std::priority_queue<Cell>& from = looked_at_ % turn == 0 && matters(small_) ? small_ : large_;
+  std::priority_queue<Cell>& from = examined_ % turn == 0 && matters(small_) ? small_ : large_;
   cell = from.top();
   from.pop();
   return true;
@@ -100,14 +100,14 @@ OverlapCover::Proof OverlapCover::best_known(const Vec3& move, std::size_t first
     const Vec3 m = a.centre - move;
     for (const Ball& b : balls_b_) {
       const double sum = a.radius + b.radius;
-      const double room = sum - most, d2 = (m - b.centre).squaredNorm();
-      if (room > 0 && d2 < room * room) most = sum - std::sqrt(d2), best = {a.centre, b.centre, a.radius, b.radius};
+      const double slack = sum - most, d2 = (m - b.centre).squaredNorm();
+      if (slack > 0 && d2 < slack * slack) most = sum - std::sqrt(d2), best = {a.centre, b.centre, a.radius, b.radius};
     }
   }
   return best;
 }
 
-OverlapCover::Proof OverlapCover::look(const Vec3& p, const Vec3& move) const {
+OverlapCover::Proof OverlapCover::prove_near(const Vec3& p, const Vec3& move) const {
   const DepthAt a = a_.at(p), b = b_.at(p - move);
   return {p, p - move, a.depth, b.depth, a.inward, b.inward};
 }
@@ -118,12 +118,12 @@ OverlapCover::Proof OverlapCover::climb(const SharedPlace& from, const Vec3& mov
                                         const std::function<bool(const Proof&)>& enough) const {
   constexpr int most_steps = 24;
   const double least_step = tolerance::last_climb * step;
-  Proof here = look(from.at, move);
+  Proof here = prove_near(from.at, move);
   Vec3 direction = from.inward.isZero(0) ? here.inward() : from.inward;
   for (int i = 0; i < most_steps && !enough(here); ++i) {
     const double length = direction.norm();
     if (step < least_step || !(length > tolerance::near_surface)) break;
-    const Proof there = look(here.of_a + step / length * direction, move);
+    const Proof there = prove_near(here.of_a + step / length * direction, move);
     if (there.radius() > here.radius()) {
       here = there;
       direction = there.inward();
@@ -156,8 +156,8 @@ OverlapCover::Proof OverlapCover::search_proof(Proof best, const Vec3& move, con
 
 // Where climbs end on lower hills: the cubes in which the sum of the depths, which changes no faster than twice the
 // place, may be largest come first (Piyavskii, An algorithm for finding the absolute extremum of a function, 1972).
-OverlapCover::Proof OverlapCover::look_everywhere(const Vec3& move, const Cell& cell, const Proof& known) const {
-  constexpr int most_looks = 400;
+OverlapCover::Proof OverlapCover::prove_anywhere(const Vec3& move, const Cell& cell, const Proof& known) const {
+  constexpr int most_points = 400;
   constexpr double better = 2;  // times as much as is known is worth a climb
   struct Cube {
     double most;
@@ -169,12 +169,12 @@ OverlapCover::Proof OverlapCover::look_everywhere(const Vec3& move, const Cell& 
   const auto enough = [&](const Proof& proof) { return covers(proof, cell); };
   std::priority_queue<Cube> open;
   Proof best = known;
-  int looks = 0;
+  int points = 0;
   const auto add = [&](const Vec3& middle, double half) {
-    const Proof proof = look(middle, move);
+    const Proof proof = prove_near(middle, move);
     const double reach = std::sqrt(3.0) * half;
-    if (proof.in_a + reach > 0 && proof.in_b + reach > 0) open.push({proof.radius() + 2 * reach, looks, middle, half});
-    ++looks;
+    if (proof.in_a + reach > 0 && proof.in_b + reach > 0) open.push({proof.radius() + 2 * reach, points, middle, half});
+    ++points;
     if (proof.radius() > better * std::max(best.radius(), 0.0))
       best = climb({middle, Vec3::Zero()}, move, half, enough);
   };
@@ -182,7 +182,7 @@ OverlapCover::Proof OverlapCover::look_everywhere(const Vec3& move, const Cell& 
   const Vec3 lo = a.lo.cwiseMax(b.lo + move), hi = a.hi.cwiseMin(b.hi + move);
   if (((hi - lo).array() < 0).any()) return best;
   add((lo + hi) / 2, (hi - lo).maxCoeff() / 2);
-  while (!open.empty() && looks < most_looks && !covers(best, cell)) {
+  while (!open.empty() && points < most_points && !covers(best, cell)) {
     const Cube cube = open.top();
     open.pop();
     if (cube.most <= better * std::max(best.radius(), 0.0)) break;
@@ -236,7 +236,7 @@ void OverlapCover::search(double part, std::size_t most) {
   Cell cell;
   wanted_ = part * length_;
   for (std::size_t i = 0; i < most && pop(cell); ++i, wanted_ = part * length_) {
-    ++looked_at_;
+    ++examined_;
     // What of it counts is nearest to this.
     const double away = cell.middle.norm();
     const Vec3 move = away > wanted_ ? Vec3(wanted_ / away * cell.middle) : cell.middle;
@@ -244,10 +244,10 @@ void OverlapCover::search(double part, std::size_t most) {
     if (covers(proof, cell)) continue;
     proof = search_proof(proof, move, cell);
     const bool search_on =
-        proof.radius() < hardly * cell.half && cell.half < small * length_ && looked_at_ >= searched_on_at_ + between;
+        proof.radius() < hardly * cell.half && cell.half < small * length_ && examined_ >= searched_on_at_ + between;
     if (search_on) {
-      searched_on_at_ = looked_at_;
-      proof = look_everywhere(move, cell, proof);
+      searched_on_at_ = examined_;
+      proof = prove_anywhere(move, cell, proof);
     }
     if (covers(proof, cell)) {
       grow(proof, cell);

@@ -25,12 +25,12 @@ class OverlapCover {
 
   OverlapCover(const DepthField& a, const DepthField& b, double length, Bodies bodies);
 
-  /// Looks at boxes of translations until none shorter than `part` of the shortest that is known to separate is open,
-  /// or `most` were looked at.
+  /// Examines boxes of translations until none shorter than `part` of the shortest that is known to separate is open,
+  /// or `most` were examined.
   void search(double part, std::size_t most);
 
   double certain() const { return certain_; }  ///< no shorter translation separates
-  std::size_t boxes() const { return looked_at_; }
+  std::size_t boxes() const { return examined_; }
 
  private:
   /// Translations by which a ball about `of_a` in A and one about `of_b` in B meet: within a ball about `middle`.
@@ -60,25 +60,25 @@ class OverlapCover {
   bool covers(const Proof& proof, const Cell& cell) const;
   Proof best_known(const Vec3& move, std::size_t first) const;
   /// With both balls about one place.
-  Proof look(const Vec3& p, const Vec3& move) const;
+  Proof prove_near(const Vec3& p, const Vec3& move) const;
   /// The best about a place that the climb below finds; it ends where `enough` says so.
   Proof climb(const SharedPlace& from, const Vec3& move, double step,
               const std::function<bool(const Proof&)>& enough) const;
   Proof search_proof(Proof best, const Vec3& move, const Cell& cell);
-  Proof look_everywhere(const Vec3& move, const Cell& cell, const Proof& known) const;
+  Proof prove_anywhere(const Vec3& move, const Cell& cell, const Proof& known) const;
   void leave(const Vec3& move, Proof proof);
   void grow(Proof& proof, const Cell& cell) const;
 
   const DepthField &a_, &b_;
   const Bodies bodies_;
   double length_;      ///< of the shortest translation that is known to separate
-  double least_half_;  ///< of the cubes that are looked at before smaller ones
+  double least_half_;  ///< of the cubes that are examined before smaller ones
   double wanted_ = 0;  ///< longer translations need no proof
   double certain_ = 0;
   std::vector<Ball> balls_a_, balls_b_;
   std::vector<Proof> proofs_;
   std::priority_queue<Cell> large_, small_;  ///< open ones, by `least_half_`
-  std::size_t looked_at_ = 0, numbered_ = 0, searched_on_at_ = 0;
+  std::size_t examined_ = 0, numbered_ = 0, searched_on_at_ = 0;
 };
 
 }  // namespace tandem

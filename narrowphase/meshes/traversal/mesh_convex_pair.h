@@ -52,13 +52,14 @@ struct TrianglePlane {
 
 /// What a point of a triangle tells of it and the convex shape.
 struct TriangleBound {
-  bool known = false;     ///< false: there is no such bound for this shape (way_out), and nothing below is set
+  bool known = false;     ///< false: there is no such bound for this shape, and nothing below is set
   bool overlaps = false;  ///< for sure: the point is inside
   /// The translation along the normal that takes the point out takes all of the triangle out: no shorter one does.
   bool is_depth = false;
   Vec3 point = Vec3::Zero();
   Vec3 normal = Vec3::Zero();  ///< unit, towards the convex shape
-  double gap = -infinity;      ///< along it, a lower bound of the distance; negative: minus the length of a way out
+  double gap = -infinity;      ///< along it, a lower bound of the distance; negative: minus the length of a translation
+                               ///< that separates
 };
 
 /// Everything is computed with the mesh's axes about the convex shape's origin: far from the origin of either frame,
@@ -114,8 +115,8 @@ class MeshConvexPair {
   bool touches(const Corners& p, const TriangleBound& bound, Vec3* apart_along) const;
   /// By a point of the triangle, without iterations.
   TriangleBound bound(const Corners& p, const Vec3& point) const;
-  /// By its middle, and where that leaves it open whether they overlap, by points on the way to the convex shape; of an
-  /// ellipsoid by the point that is farthest inside.
+  /// By its middle, and where that leaves it open whether they overlap, by points between it and the convex shape; of
+  /// an ellipsoid by the point that is farthest inside.
   TriangleBound bound(const Corners& p) const;
   /// How far it is out of the convex shape from a point that is inside, along d (unit).
   double exit_length(const Vec3& point, const Vec3& d) const;

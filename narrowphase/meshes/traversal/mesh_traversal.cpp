@@ -272,7 +272,7 @@ namespace {
 
 // Less than single precision and rotations that are orthonormal to 1e-6 are off by.
 void lower(double* gap, double units, const MeshModel& a) {
-  if (gap != nullptr) *gap = std::min(*gap, (1 - tolerance::askew_with_room) * units * a.unit);
+  if (gap != nullptr) *gap = std::min(*gap, (1 - tolerance::askew_in_floats) * units * a.unit);
 }
 
 void traverse(const MeshModel& a, const MeshModel& b, const TraversalFrame& frame, NodePair from, bool likely_first,

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "meshes/traversal/node_pair_stack.h"
 #include "shapes/mesh_model.h"
 #include "shapes/work_meter.h"
 #include "triangles/predicates.h"
@@ -28,11 +29,6 @@ class PairVisitor {
 /// says nothing if the visitor ends the traversal.
 void traverse(const MeshModel& a, const MeshModel& b, const TriangleTest& frame, bool likely_first,
               PairVisitor& visitor, double* gap = nullptr);
-
-/// Nodes of two hierarchies that are to be traversed together.
-struct NodePair {
-  std::uint32_t a, b;
-};
 
 /// Pairs of subtrees that do not depend on each other: together they visit what traverse() does. `wanted` of
 /// them or more, unless there is less to do.

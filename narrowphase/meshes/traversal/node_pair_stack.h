@@ -1,11 +1,15 @@
 #pragma once
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
-#include "meshes/traversal/mesh_traversal.h"
-
 namespace tandem {
+
+/// Nodes of two hierarchies that are to be traversed together.
+struct NodePair {
+  std::uint32_t a, b;
+};
 
 /// Nearly always shallow; only deep trees of great meshes need the heap.
 class NodePairStack {

@@ -202,7 +202,7 @@ bool is_inside(const MeshModel& mesh, const Pose& pose, const Vec3& p, const Pos
   // Nearly always the point is far from the box, and a rotation's transpose, its inverse to 6e-6, tells.
   const Vec3 between = pose_p.rotation * p + (pose_p.translation - pose.translation);
   const Vec3 away = (pose.rotation.transpose() * between - mesh.centre).cwiseAbs() - mesh.half;
-  if (away.maxCoeff() > tolerance::askew_with_room * (between.lpNorm<1>() + p.lpNorm<1>() + mesh.centre.lpNorm<1>()))
+  if (away.maxCoeff() > tolerance::askew_in_floats * (between.lpNorm<1>() + p.lpNorm<1>() + mesh.centre.lpNorm<1>()))
     return false;
   return Ray(mesh, pose, p, pose_p, limit).inside();
 }

@@ -322,9 +322,9 @@ std::string scene(const Case& c, Random& random) {
     if (contacts[hits.front().first + k].depth != c.answers.within[k].depth)
       return say("a scene's contacts are others");
   const double length = std::abs(d.signed_distance) + 0.3 * c.unit;
-  const Motion way = any_motion(a, random.in(0.3, 2) * length * (d.normal + 0.3 * random.direction()), random);
-  const auto cast = queries.cast(c.a, way, {.admits = [](BodyId id) { return id.index() == 0; }});
-  const auto alone = plain().time_of_impact(c.a, way, c.b, {c.pair.b.pose, c.pair.b.pose});
+  const Motion motion = any_motion(a, random.in(0.3, 2) * length * (d.normal + 0.3 * random.direction()), random);
+  const auto cast = queries.cast(c.a, motion, {.admits = [](BodyId id) { return id.index() == 0; }});
+  const auto alone = plain().time_of_impact(c.a, motion, c.b, {c.pair.b.pose, c.pair.b.pose});
   if (cast.has_value() != alone.has_value() || (cast && std::abs(cast->t - alone->t) > 2 * early))
     return say("a scene's cast hits at ", cast ? cast->t : -1, ", the pair at ", alone ? alone->t : -1);
   return {};

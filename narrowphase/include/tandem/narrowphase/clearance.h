@@ -69,8 +69,8 @@ std::vector<ClearanceZone> clearance_zones(const Shape& a, const Pose& pose_a, c
                                            const NearOptions& options);
 
 /// How far B must be moved along a direction (of any length but 0; metres along it) to be apart from A and stay so
-/// however much farther it is moved: the last touch on that way, over all pairs of triangles of meshes. 0: they do not
-/// touch now nor on the way; infinite: a half-space that it does not lead out of, as one within 1e-12 of its
+/// however much farther it is moved: the last touch along it, over all pairs of triangles of meshes. 0: they do not
+/// touch now nor later; infinite: a half-space that it does not lead out of, as one within 1e-12 of its
 /// plane. Before that they may be apart, too, as of a ring and what is moved through its hole; of convex shapes it is
 /// the penetration depth along the direction.
 /// There B touches A or is apart from it by no more than 1e-12 of the sizes; it is never told less than it is by more

@@ -15,8 +15,8 @@ namespace tandem {
 // finite and at most 1e30 in size, else std::invalid_argument.
 
 struct ImpactOptions {
-  /// How far apart two features may still be when an impact is reported, relative to the longest way that a vertex of
-  /// one makes as a vertex of the other sees it; [0, 0.1]. 0: to rounding.
+  /// How far apart two features may still be when an impact is reported, relative to the longest motion that a vertex
+  /// of one makes as a vertex of the other sees it; [0, 0.1]. 0: to rounding.
   double tolerance = 1e-6;
   /// Features that come this near each other meet; metres, [0, 1e30].
   double separation = 0;

@@ -23,7 +23,7 @@ using GlobalId = std::uint64_t;
 /// When regions are cut anew from measured costs.
 struct RebalanceOptions {
   bool enabled = true;
-  /// Steps between two looks at most, [1, 1024]; looks are frequent at first and after every change.
+  /// Steps between two measurements at most, [1, 1024]; they are frequent at first and after every change.
   int longest_control_step = 64;
   /// The slowest rank's load over the mean from which on a cut is thought of, [1, 100].
   double tolerated = 1.05;
@@ -38,11 +38,11 @@ struct Options {
   double patience = 0;
 };
 
-/// What a rebalance looked at and did, after a step; the same on all ranks.
+/// What a rebalance measured and did, after a step; the same on all ranks.
 struct RebalanceDecision {
   BalanceAction action = BalanceAction::none;
-  int control_step = 0;     ///< steps until the next look
-  double imbalance = 1;     ///< the largest load of a rank over the mean, since the last look
+  int control_step = 0;     ///< steps until the next measurement
+  double imbalance = 1;     ///< the largest load of a rank over the mean, since the last measurement
   double gain_ms = 0;       ///< a step that equal loads would save, at most
   double migration_ms = 0;  ///< what the last cut cost, slowest rank: the cut itself, migration, new copies
   std::string_view reason;
