@@ -286,7 +286,7 @@ void Grid::emit(std::size_t block, PairSink& sink) {
 }
 
 void Grid::emit_group(std::size_t group, PairSink& sink) {
-  const ScratchPool<ColumnScratch>::Lease scratch(scratch_);
+  const detail::ScratchPool<ColumnScratch>::Lease scratch(scratch_);
   const bool early = early_.taken();
   const std::vector<std::uint32_t>& index = (*scratch).column.index;
   for (std::size_t column = groups_[group].begin; column < groups_[group].end; ++column) {
@@ -321,7 +321,7 @@ void Grid::emit_beside(std::size_t part, PairSink& sink) const {
 
 bool Grid::emit_tiles(std::size_t block, TileMaker& maker) {
   if (block == 0 || !prepare()) return true;
-  const ScratchPool<ColumnScratch>::Lease scratch(scratch_);
+  const detail::ScratchPool<ColumnScratch>::Lease scratch(scratch_);
   const std::vector<std::uint32_t>& index = (*scratch).column.index;
   const Range parts = tile(block);
   for (std::size_t part = parts.begin; part < parts.end; ++part) {

@@ -11,8 +11,8 @@
 #include "methods/listed_method.h"
 #include "storage/memory.h"
 #include "storage/page_vector.h"
-#include "storage/scratch_pool.h"
 #include "tandem/broadphase/broad_phase.h"
+#include "tandem/broadphase/scratch_pool.h"
 #include "trees/box_tree.h"
 
 namespace tandem {
@@ -120,7 +120,7 @@ class Grid final : public ListedMethod, public BoxSearch {
   std::vector<Thin> thin_;  // one a column, when searched
   std::vector<std::uint32_t> cell_end_;
   BoxTree tree_;
-  ScratchPool<ColumnScratch> scratch_;
+  detail::ScratchPool<ColumnScratch> scratch_;
   JointStages joint_;
   EarlySlab early_;
 };

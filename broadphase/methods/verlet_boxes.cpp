@@ -148,7 +148,7 @@ bool VerletList::help_check() {
 void VerletList::check_part(std::size_t index) {
   Part& part = parts_[index];
   const std::size_t first = index * boxes_a_part, last = part_end(index);
-  const ScratchPool<CheckScratch>::Lease lease(check_scratch_);
+  const detail::ScratchPool<CheckScratch>::Lease lease(check_scratch_);
   CheckScratch& scratch = *lease;
   part.outside.clear();
   std::size_t count = find_outside(index, scratch);

@@ -17,8 +17,8 @@
 #include "storage/filter_copy.h"
 #include "storage/memory.h"
 #include "storage/page_vector.h"
-#include "storage/scratch_pool.h"
 #include "tandem/broadphase/broad_phase.h"
+#include "tandem/broadphase/scratch_pool.h"
 
 namespace tandem {
 
@@ -233,8 +233,8 @@ class VerletList {
   ReturnedBodies returned_;
   ReturnedCandidates among_;  // of those put back in the same step
   BoxArray outside_boxes_;
-  ScratchPool<Scratch> scratch_;
-  ScratchPool<CheckScratch> check_scratch_;
+  detail::ScratchPool<Scratch> scratch_;
+  detail::ScratchPool<CheckScratch> check_scratch_;
   JointStages renewal_;
   EarlySlab early_;  // of a renewal
 };

@@ -59,7 +59,7 @@ void VerletList::emit(std::size_t block, PairSink& sink) {
     return block < blocks ? method_->emit(block, sink) : prepare(block - blocks);
   }
   if (mode_ == Mode::renew && block == 0) return early_.emit(sink);
-  const ScratchPool<Scratch>::Lease lease(scratch_);
+  const detail::ScratchPool<Scratch>::Lease lease(scratch_);
   Scratch& scratch = *lease;
   if (mode_ == Mode::renew) return renew_block(block - 1, scratch, sink);
   const bool first_tiles = block < std::min(first_lists_, list_count_);

@@ -40,10 +40,7 @@ std::size_t CheckWorkspace::memory() const {
   return boxes.memory() + bytes(poses, meeting, bodies, stretches, suspects, near, nearest);
 }
 
-std::size_t CheckMemory::memory() const {
-  const auto beside = [](const auto& thing) { return thing.memory(); };
-  return setups.memory(beside) + workspaces.memory(beside);
-}
+std::size_t CheckMemory::memory() const { return setups.memory() + workspaces.memory(); }
 
 ConfigurationCheck::ConfigurationCheck(const QueryWorld& world, const NarrowPhaseOptions& narrow,
                                        std::span<const Shape> links, const BatchPoses& poses, const PairTable& self,
@@ -133,7 +130,7 @@ void ConfigurationCheck::each_block(std::size_t items, std::size_t most, const B
     }
     const std::size_t first = i * a_block, last = std::min(items, first + a_block);
     {
-      const Pool<Workspace>::Lease work(workspaces_);
+      const detail::ScratchPool<Workspace>::Lease work(workspaces_);
       work->has_last_hit = false;  // of another batch
       work->watch = LimitWatch(&limit_);
       try {

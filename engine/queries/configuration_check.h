@@ -7,8 +7,8 @@
 
 #include "queries/limit_watch.h"
 #include "queries/link_boxes.h"
-#include "queries/pool.h"
 #include "queries/query_world.h"
+#include "tandem/broadphase/scratch_pool.h"
 #include "tandem/engine/scene_queries.h"
 #include "tandem/narrowphase/narrow_phase.h"
 #include "tandem/narrowphase/work_limit.h"
@@ -49,8 +49,8 @@ struct CheckWorkspace {
 
 /// Memory of batches, for the next ones.
 struct CheckMemory {
-  Pool<CheckSetup> setups;
-  Pool<CheckWorkspace> workspaces;
+  detail::ScratchPool<CheckSetup> setups;
+  detail::ScratchPool<CheckWorkspace> workspaces;
 
   std::size_t memory() const;  // bytes of what no batch uses
 };
@@ -109,8 +109,8 @@ class ConfigurationCheck {
   const BatchPoses& poses_;
   const BatchOptions& options_;
   std::size_t configurations_ = 0;
-  Pool<CheckWorkspace>& workspaces_;
-  const Pool<CheckSetup>::Lease setup_;
+  detail::ScratchPool<CheckWorkspace>& workspaces_;
+  const detail::ScratchPool<CheckSetup>::Lease setup_;
 };
 
 }  // namespace tandem

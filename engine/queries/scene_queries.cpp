@@ -76,7 +76,7 @@ struct SceneQueries::Impl {
   NarrowPhase narrow;
   QueryWorld world;
   CheckMemory memory;
-  Pool<std::vector<std::uint32_t>> tried;
+  detail::ScratchPool<std::vector<std::uint32_t>> tried;
 };
 
 SceneQueries::SceneQueries(const Scene& scene, const NarrowPhaseOptions& options)
@@ -201,7 +201,7 @@ std::optional<Impact> SceneQueries::cast(const Shape& shape, const Motion& motio
   require_valid(motion.from, "motion: from");
   require_valid(motion.to, "motion: to");
   std::optional<Impact> best;
-  const Pool<std::vector<std::uint32_t>>::Lease lease(impl_->tried);
+  const detail::ScratchPool<std::vector<std::uint32_t>>::Lease lease(impl_->tried);
   std::vector<std::uint32_t>& tried = *lease;  // sorted
   tried.clear();
   const auto attempt = [&](std::uint32_t index, LimitWatch&) {

@@ -1,11 +1,15 @@
 #pragma once
+#include <cstddef>
 #include <memory>
 #include <mutex>
+#include <utility>
 #include <vector>
 
-namespace tandem {
+namespace tandem::detail {
 
-/// Working memory for blocks that may run at the same time: as many objects as ever ran at once, kept between steps.
+/// Working memory for what may run at the same time, for tandem's libraries: as many objects as were ever in use at
+/// once, kept for the next calls. Each is lent to one call at a time: also to one that a callback of another begins on
+/// the same thread, which memory of the thread would not stand.
 template <class T>
 class ScratchPool {
  public:
@@ -16,19 +20,26 @@ class ScratchPool {
     Lease(const Lease&) = delete;
     Lease& operator=(const Lease&) = delete;
     ~Lease() { pool_.give_back(std::move(object_)); }
+
     T& operator*() const { return *object_; }
+    T* operator->() const { return object_.get(); }
 
    private:
     ScratchPool& pool_;
     std::unique_ptr<T> object_;
   };
 
-  /// Bytes held by those that are not in use; T::memory() tells.
-  std::size_t memory() const {
+  /// Bytes held by objects that are not in use; `bytes(object)` is what one holds beside itself.
+  template <class Bytes>
+  std::size_t memory(const Bytes& bytes) const {
     const std::lock_guard lock(mutex_);
-    std::size_t bytes = 0;
-    for (const auto& object : free_) bytes += sizeof(T) + object->memory();
-    return bytes;
+    std::size_t total = free_.capacity() * sizeof(free_[0]);
+    for (const std::unique_ptr<T>& object : free_) total += sizeof(T) + bytes(*object);
+    return total;
+  }
+  /// The same where T::memory() tells.
+  std::size_t memory() const {
+    return memory([](const T& object) { return object.memory(); });
   }
 
  private:
@@ -52,4 +63,4 @@ class ScratchPool {
   std::size_t made_ = 0;
 };
 
-}  // namespace tandem
+}  // namespace tandem::detail
