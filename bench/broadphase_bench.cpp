@@ -228,24 +228,20 @@ void print(const Entrant& entrant) {
              hex(row.hash), entrant.agrees ? "" : " wrong pairs");
 }
 
-}  // namespace
-
-std::vector<std::string> broadphase_scenes() {
-  std::vector<std::string> names;
-  for (const BoxWorkload& workload : box_workloads()) names.emplace_back(workload.name);
-  return names;
+std::vector<int> thread_counts(const Settings& settings) {
+  if (!settings.threads.empty()) return settings.threads;
+  return settings.quick ? std::vector<int>{1} : std::vector<int>{1, 2};
 }
 
-std::vector<Row> broadphase_bench(const Settings& settings) {
-  const std::vector<int> thread_counts = !settings.threads.empty() ? settings.threads
-                                         : settings.quick          ? std::vector<int>{1}
-                                                                   : std::vector<int>{1, 2};
+void check_contestants(const Settings& settings) {
   std::set<std::string> known;
-  for (const int threads : thread_counts)
+  for (const int threads : thread_counts(settings))
     for (const Entrant& entrant : entrants(threads)) known.insert(entrant.contestant->name());
   for (const std::string& name : settings.contestants)
     if (!known.contains(name)) refuse_option("--contestant", name, fmt::format("{}", fmt::join(known, ", ")));
+}
 
+void print_heads() {
   fmt::print(
       "ms a step on boxes that are given anew: update, report every overlapping pair. time, mean: median and mean "
       "that\n"
@@ -263,58 +259,83 @@ std::vector<Row> broadphase_bench(const Settings& settings) {
   for (const char* head : {"best", "best~", "peer", "peer~", "FCL", "FCL~", "t1", "t1~", "most", "bytes"})
     fmt::print(" {:>6}", head);
   fmt::print(" {:>9}  {}\n", "reported", "hash");
+}
+
+bool is_wanted(std::span<const std::string> names, std::string_view name) {
+  return names.empty() || std::find(names.begin(), names.end(), name) != names.end();
+}
+
+std::vector<std::size_t> sizes_of(const BoxWorkload& workload, const Settings& settings) {
+  std::vector<std::size_t> sizes = settings.sizes;
+  if (sizes.empty() && settings.quick) sizes = {300};
+  if (sizes.empty() && workload.breaking) sizes = {10'000, 100'000};
+  if (sizes.empty()) sizes = {1'000, 10'000, 100'000, 1'000'000};
+  for (std::size_t& n : sizes)
+    if (workload.most != 0) n = std::min(n, workload.most);
+  sizes.erase(std::unique(sizes.begin(), sizes.end()), sizes.end());
+  return sizes;
+}
+
+/// By contestant and threads: ns a box at the size before.
+using BoxTimes = std::map<std::pair<std::string, int>, double>;
+
+/// Those that are wanted, and on several threads ours on one, to tell the speedup.
+std::vector<Entrant> racing(std::size_t n, int threads, const Settings& settings, const BoxTimes& before) {
+  // Who would take longer than this, by what it took at the size before, stays out.
+  constexpr double longest_step = 1.5e9;
+  std::vector<Entrant> all = entrants(threads);
+  std::erase_if(all, [&](const Entrant& entrant) {
+    const std::string name = entrant.contestant->name();
+    if (!is_wanted(settings.contestants, name) || (name == "tandem brute" && n > 10'000)) return true;
+    const auto known = before.find({name, threads});
+    return known != before.end() && known->second * 2 * static_cast<double>(n) > longest_step;
+  });
+  if (threads == 1) return all;
+  for (const BroadPhaseKind kind : {BroadPhaseKind::automatic, BroadPhaseKind::grid}) {
+    Entrant one{tandem_contestant(kind, 1), true};
+    one.reference = true;
+    if (std::any_of(all.begin(), all.end(),
+                    [&](const Entrant& entrant) { return entrant.contestant->name() == one.contestant->name(); }))
+      all.push_back(std::move(one));
+  }
+  return all;
+}
+
+void run(const BoxWorkload& workload, std::size_t n, int threads, const Settings& settings, BoxTimes& times,
+         std::vector<Row>& rows) {
+  std::vector<Entrant> all = racing(n, threads, settings, times);
+  const int steps = settings.steps != 0 ? settings.steps + 1 : default_steps(n, settings.quick);
+  const auto world = make_moving_boxes(workload.name, n);
+  Progress progress(workload.name, static_cast<std::uint64_t>(steps));
+  const Ceiling ceiling = race(*world, steps, threads, all, progress);
+  finish(workload.name, n, steps, ceiling, all);
+  for (const Entrant& entrant : all) {
+    if (entrant.reference) continue;
+    print(entrant);
+    double& worst = times[{entrant.contestant->name(), threads}];
+    worst = std::max(entrant.row.time.median(), 0.5 * entrant.first_step) / static_cast<double>(n);
+    rows.push_back(entrant.row);
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> broadphase_scenes() {
+  std::vector<std::string> names;
+  for (const BoxWorkload& workload : box_workloads()) names.emplace_back(workload.name);
+  return names;
+}
+
+std::vector<Row> broadphase_bench(const Settings& settings) {
+  check_contestants(settings);
+  print_heads();
   std::vector<Row> rows;
   for (const BoxWorkload& workload : box_workloads()) {
-    if (!settings.scenes.empty() &&
-        std::find(settings.scenes.begin(), settings.scenes.end(), workload.name) == settings.scenes.end())
-      continue;
-    std::vector<std::size_t> sizes = settings.sizes;
-    if (sizes.empty() && settings.quick) sizes = {300};
-    if (sizes.empty() && workload.breaking) sizes = {10'000, 100'000};
-    if (sizes.empty()) sizes = {1'000, 10'000, 100'000, 1'000'000};
-    for (std::size_t& n : sizes)
-      if (workload.most != 0) n = std::min(n, workload.most);
-    sizes.erase(std::unique(sizes.begin(), sizes.end()), sizes.end());
-
-    // Who would take longer than this at the next size, by what it took at the one before, stays out.
-    constexpr double longest_step = 1.5e9;
-    std::map<std::pair<std::string, int>, double> per_box;  // ns at the size before
-    for (const std::size_t n : sizes) {
+    if (!is_wanted(settings.scenes, workload.name)) continue;
+    BoxTimes times;
+    for (const std::size_t n : sizes_of(workload, settings)) {
       // One count after the other: Embree's devices share their threads.
-      for (const int threads : thread_counts) {
-        std::vector<Entrant> all = entrants(threads);
-        std::erase_if(all, [&](const Entrant& entrant) {
-          const std::string name = entrant.contestant->name();
-          if (!settings.contestants.empty() &&
-              std::find(settings.contestants.begin(), settings.contestants.end(), name) == settings.contestants.end())
-            return true;
-          if (name == "tandem brute" && n > 10'000) return true;
-          const auto before = per_box.find({name, threads});
-          return before != per_box.end() && before->second * 2 * static_cast<double>(n) > longest_step;
-        });
-        const int steps = settings.steps != 0 ? settings.steps + 1 : default_steps(n, settings.quick);
-        const auto world = make_moving_boxes(workload.name, n);
-        Progress progress(workload.name, static_cast<std::uint64_t>(steps));
-        if (threads > 1) {
-          for (const BroadPhaseKind kind : {BroadPhaseKind::automatic, BroadPhaseKind::grid}) {
-            Entrant one{tandem_contestant(kind, 1), true};
-            one.reference = true;
-            if (std::any_of(all.begin(), all.end(), [&](const Entrant& entrant) {
-                  return entrant.contestant->name() == one.contestant->name();
-                }))
-              all.push_back(std::move(one));
-          }
-        }
-        const Ceiling ceiling = race(*world, steps, threads, all, progress);
-        finish(workload.name, n, steps, ceiling, all);
-        for (const Entrant& entrant : all) {
-          if (entrant.reference) continue;
-          print(entrant);
-          double& worst = per_box[{entrant.contestant->name(), threads}];
-          worst = std::max(entrant.row.time.median(), 0.5 * entrant.first_step) / static_cast<double>(n);
-          rows.push_back(entrant.row);
-        }
-      }
+      for (const int threads : thread_counts(settings)) run(workload, n, threads, settings, times, rows);
       fmt::print("\n");
       std::fflush(stdout);
     }

@@ -162,6 +162,22 @@ void print(const std::vector<PairTask>& tasks) {
                differs(t, tasks) ? " differs" : "");
 }
 
+std::vector<Row> rows_of(const std::vector<PairTask>& tasks, std::size_t triangles) {
+  std::vector<Row> rows;
+  for (const PairTask& task : tasks) {
+    Row& row = rows.emplace_back();
+    row.bench = "cloth";
+    row.workload = task.workload;
+    row.contestant = task.contestant;
+    row.threads = task.threads;
+    row.n = triangles;
+    row.time = task.time;
+    row.hash = task.hash;
+    row.more = {{"pairs", task.pairs}};
+  }
+  return rows;
+}
+
 }  // namespace
 
 std::vector<Row> cloth_bench(const Settings& settings) {
@@ -211,19 +227,7 @@ std::vector<Row> cloth_bench(const Settings& settings) {
              static_cast<double>(rebuilt_triangles) / static_cast<double>(input.triangles.size()),
              cloth.memory() / input.triangles.size());
   require_agreement(tasks);
-  std::vector<Row> rows;
-  for (const PairTask& task : tasks) {
-    Row& row = rows.emplace_back();
-    row.bench = "cloth";
-    row.workload = task.workload;
-    row.contestant = task.contestant;
-    row.threads = task.threads;
-    row.n = input.triangles.size();
-    row.time = task.time;
-    row.hash = task.hash;
-    row.more = {{"pairs", task.pairs}};
-  }
-  return rows;
+  return rows_of(tasks, input.triangles.size());
 }
 
 }  // namespace tandem::bench

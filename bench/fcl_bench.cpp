@@ -173,16 +173,13 @@ void run_in_turn(Operation& operation, std::vector<ManagerEntrant>& all, int ste
   }
 }
 
-void race(std::size_t n, double share, int steps, const Settings& settings, std::vector<Row>& rows) {
-  Objects objects(n, share);
-  std::vector<ManagerEntrant> all = entrants(n, settings);
-  for (ManagerEntrant& entrant : all) {
-    entrant.manager->registerObjects(objects.all());
-    entrant.manager->setup();
-  }
-  constexpr int asked = 100;  // objects a step
+/// The objects that a step asks with: among the others, and beside them.
+struct Askers {
   std::vector<Object> inside, outside;
-  std::vector<Operation> operations{
+};
+
+std::vector<Operation> all_operations(Askers& askers) {
+  return {
       {"update", true, [](Manager& m, Answer&) { m.update(); }},
       {"update, collide", true,
        [](Manager& m, Answer& answer) {
@@ -195,40 +192,27 @@ void race(std::size_t n, double share, int steps, const Settings& settings, std:
          m.distance(&answer, take_distance);
        }},
       {"update, 100 ask", true,
-       [&](Manager& m, Answer& answer) {
+       [&askers](Manager& m, Answer& answer) {
          m.update();
-         for (Object& object : inside) m.collide(&object, &answer, take);
+         for (Object& object : askers.inside) m.collide(&object, &answer, take);
        }},
       {"collide object", false,
-       [&](Manager& m, Answer& answer) {
-         for (Object& object : inside) m.collide(&object, &answer, take);
+       [&askers](Manager& m, Answer& answer) {
+         for (Object& object : askers.inside) m.collide(&object, &answer, take);
        }},
       {"distance object", false,
-       [&](Manager& m, Answer& answer) {
-         for (Object& object : outside) m.distance(&object, &answer, take_distance);
+       [&askers](Manager& m, Answer& answer) {
+         for (Object& object : askers.outside) m.distance(&object, &answer, take_distance);
        }},
       {"its FCL distance", false,
-       [&](Manager& m, Answer& answer) {
-         for (Object& object : outside) m.distance(&object, &answer, take_fcl_distance);
+       [&askers](Manager& m, Answer& answer) {
+         for (Object& object : askers.outside) m.distance(&object, &answer, take_fcl_distance);
        }},
   };
-  for (Operation& operation : operations) {
-    operation.times.resize(all.size());
-    operation.ratios.resize(all.size());
-  }
-  for (int step = 0; step < steps; ++step) {
-    inside.clear();
-    outside.clear();
-    for (int i = 0; i < asked; ++i) {
-      inside.push_back(objects.stranger(0));
-      outside.push_back(objects.stranger(1.1));
-    }
-    for (Operation& operation : operations) {
-      if (operation.after_a_move) objects.move();
-      run_in_turn(operation, all, step);
-    }
-  }
-  const std::string world = fmt::format("{} of {} move", share == 1 ? "all" : fmt::format("{:g} %", 100 * share), n);
+}
+
+void report(const std::string& world, std::size_t n, const std::vector<Operation>& operations,
+            const std::vector<ManagerEntrant>& all, std::vector<Row>& rows) {
   fmt::print("\n{}, microseconds (times tandem's, 10th to 90th percentile)\n", world);
   for (const Operation& operation : operations) {
     fmt::print("  {:16}", operation.name);
@@ -248,6 +232,35 @@ void race(std::size_t n, double share, int steps, const Settings& settings, std:
     }
     fmt::print("  pairs {} hash {}\n", operation.answer.pairs, hex(operation.answer.hash));
   }
+}
+
+void race(std::size_t n, double share, int steps, const Settings& settings, std::vector<Row>& rows) {
+  Objects objects(n, share);
+  std::vector<ManagerEntrant> all = entrants(n, settings);
+  for (ManagerEntrant& entrant : all) {
+    entrant.manager->registerObjects(objects.all());
+    entrant.manager->setup();
+  }
+  constexpr int asked = 100;  // objects a step
+  Askers askers;
+  std::vector<Operation> operations = all_operations(askers);
+  for (Operation& operation : operations) {
+    operation.times.resize(all.size());
+    operation.ratios.resize(all.size());
+  }
+  for (int step = 0; step < steps; ++step) {
+    askers = {};
+    for (int i = 0; i < asked; ++i) {
+      askers.inside.push_back(objects.stranger(0));
+      askers.outside.push_back(objects.stranger(1.1));
+    }
+    for (Operation& operation : operations) {
+      if (operation.after_a_move) objects.move();
+      run_in_turn(operation, all, step);
+    }
+  }
+  const std::string world = fmt::format("{} of {} move", share == 1 ? "all" : fmt::format("{:g} %", 100 * share), n);
+  report(world, n, operations, all, rows);
 }
 
 }  // namespace

@@ -130,118 +130,154 @@ struct MeasuredScene {
   Recording recording;
 };
 
-/// Runs the scene with all contestants in turn, and records what its pieces cost.
-MeasuredScene measure(std::string_view scene_name, int threads, bool every_split, const Settings& settings,
-                      std::vector<Row>& rows) {
-  Scene scene = make_builtin_scene(scene_name, settings.bodies);
-  const auto steps = static_cast<std::size_t>(settings.steps != 0 ? settings.steps : settings.quick ? 60 : 300);
-  const int repeat = settings.repeat != 0 ? settings.repeat : settings.quick ? 1 : 3;
-  const std::vector<FigureEntrant> all = entrants(threads, every_split);
+/// The forms of a step whose pieces are recorded.
+constexpr StepForm forms[] = {StepForm::caller, StepForm::overlapped, StepForm::ordered};
 
-  std::vector<Contestant> contestants;
-  for (const FigureEntrant& entrant : all) contestants.push_back(entrant.contestant);
-  const int copies = std::min(threads, tbb::info::default_concurrency());
-  contestants.push_back({copies_name(copies), papers(ExecutorKind::sequential, 1), nullptr, copies});
-  constexpr StepForm forms[] = {StepForm::caller, StepForm::overlapped, StepForm::ordered};
-  Timeline timelines[std::size(forms)];
-  for (std::size_t i = 0; i < std::size(forms); ++i) {
-    PipelineOptions recorded = papers(ExecutorKind::sequential, 1);
-    // Small enough to be put together to any batch; smaller ones cost more than what is in them. Heavy pairs are one
-    // each.
-    if (forms[i] != StepForm::caller) recorded.batches.pairs = 32;
-    recorded.sharing.form = forms[i];
-    contestants.push_back({fmt::format("recorder, {}", name(forms[i])), recorded, &timelines[i]});
+double busy_of(const ExecutionReport& execution) { return execution.broad_ms + execution.narrow_ms; }
+
+/// A scene run with all contestants in turn, and what its pieces cost.
+class SceneMeasurement {
+ public:
+  SceneMeasurement(const Scene& scene, std::string_view name, std::vector<FigureEntrant> entrants, int threads,
+                   int rounds, std::vector<Row>& rows)
+      : name_(name),
+        bodies_(scene.bodies()),
+        copies_(std::min(threads, tbb::info::default_concurrency())),
+        all_(std::move(entrants)),
+        rows_(rows),
+        result_{{std::string(name), bodies_, threads, false, 1, 1, {}}, {}} {
+    result_.recording.rounds = rounds;
+    for (const FigureEntrant& entrant : all_)
+      result_.picture.series.push_back({entrant.contestant.name, entrant.is_strict_split, {}, {}, {}});
+    start_step();
   }
-  MeasuredScene result{{std::string(scene_name), scene.bodies(), threads, false, 1, 1, {}}, {}};
-  result.recording.rounds = repeat;
-  for (const FigureEntrant& entrant : all)
-    result.picture.series.push_back({entrant.contestant.name, entrant.is_strict_split, {}, {}, {}});
 
+  /// All entrants, then the copies at once, then a recorder of each form.
+  std::vector<Contestant> contestants() {
+    std::vector<Contestant> contestants;
+    for (const FigureEntrant& entrant : all_) contestants.push_back(entrant.contestant);
+    contestants.push_back({copies_name(copies_), papers(ExecutorKind::sequential, 1), nullptr, copies_});
+    for (std::size_t i = 0; i < std::size(forms); ++i) {
+      PipelineOptions recorded = papers(ExecutorKind::sequential, 1);
+      // Small enough to be put together to any batch; smaller ones cost more than what is in them. Heavy pairs are one
+      // each.
+      if (forms[i] != StepForm::caller) recorded.batches.pairs = 32;
+      recorded.sharing.form = forms[i];
+      contestants.push_back({fmt::format("recorder, {}", tandem::name(forms[i])), recorded, &timelines_[i]});
+    }
+    return contestants;
+  }
+
+  void add(const Turn& turn) {
+    if (turn.contestant < all_.size())
+      add_entrant(turn);
+    else if (turn.contestant == all_.size())
+      copy_.add(copies_ * turn.report.execution.detect_ms);
+    else
+      add_recorded(turn.contestant - all_.size() - 1, turn.report.execution);
+  }
+
+  void end_step(int step) {
+    for (std::size_t i = 1; i < all_.size(); ++i)
+      for (std::size_t form = 1; form < std::size(forms); ++form)  // but for the caller's
+        if (!all_[i].contestant.options.balance.strict && cells_[i].busy[form].size() != 0)
+          busy_ms_ += cells_[i].busy[form].median(), recorded_busy_ms_ += recorded_busy_[form].median();
+    for (std::size_t i = 0; i < all_.size(); ++i) {
+      Cell& cell = cells_[i];
+      cell.row.n = bodies_;
+      cell.row.more["step"] = step;
+      result_.picture.series[i].add(1e-6 * cell.row.time.median(), cell.split, cell.decision);
+      rows_.push_back(std::move(cell.row));
+    }
+    copies_ms_ += copy_.median();
+    alone_ms_ += result_.picture.series.front().ms.back();
+    result_.recording.steps.push_back(
+        {typical_step(std::move(runs_[0])), typical_step(std::move(runs_[1])), typical_step(std::move(runs_[2]))});
+    start_step();
+  }
+
+  MeasuredScene result() && {
+    Recording& recording = result_.recording;
+    recording.slowdown = std::max(1.0, copies_ms_ / alone_ms_);
+    if (recorded_busy_ms_ > 0) recording.sharing = std::max(1.0, busy_ms_ / recorded_busy_ms_ / recording.slowdown);
+    return std::move(result_);
+  }
+
+ private:
   using ByForm = std::array<Samples, std::size(forms)>;
-  const auto busy_of = [](const ExecutionReport& execution) { return execution.broad_ms + execution.narrow_ms; };
   struct Cell {
     Row row;
     ByForm busy;
     Split split;
     BalanceDecision decision;
   };
-  std::vector<Cell> cells;
-  std::vector<MeasuredStep> runs[std::size(forms)];
-  ByForm recorded_busy;
-  Samples copy;
-  double copies_ms = 0, alone_ms = 0, busy_ms = 0, recorded_busy_ms = 0;
-  const auto start_step = [&] {
-    cells.clear();
-    for (auto& form : runs) form.clear();
-    recorded_busy = {};
-    copy = {};
-    for (const FigureEntrant& entrant : all)
-      cells.push_back(
-          {{"figures", std::string(scene_name), entrant.contestant.name, 1, scene.bodies(), {}, 0, json::object()},
-           {},
-           {},
-           {}});
-  };
-  start_step();
-  Progress progress(scene_name, steps);
-  const std::size_t bodies = scene.bodies();
+
+  void start_step() {
+    cells_.clear();
+    for (auto& form : runs_) form.clear();
+    recorded_busy_ = {};
+    copy_ = {};
+    for (const FigureEntrant& entrant : all_)
+      cells_.push_back({{"figures", name_, entrant.contestant.name, 1, bodies_, {}, 0, json::object()}, {}, {}, {}});
+  }
+  void add_recorded(std::size_t form, const ExecutionReport& execution) {
+    auto& slices = timelines_[form].lane().slices;
+    runs_[form].push_back(read_step(slices, forms[form]));
+    slices.clear();
+    recorded_busy_[form].add(busy_of(execution));
+  }
+  void add_entrant(const Turn& turn) {
+    Cell& cell = cells_[turn.contestant];
+    const ExecutionReport& execution = turn.report.execution;
+    cell.row.time.add(1e6 * execution.detect_ms);
+    const auto form = static_cast<std::size_t>(std::find(forms, std::end(forms), execution.form) - forms);
+    cell.busy[form].add(busy_of(execution));
+    cell.row.threads = execution.threads;
+    cell.row.hash = turn.report.contact_hash;
+    cell.row.more["candidate_pairs"] = execution.candidate_pairs;
+    cell.row.more["control_step"] = execution.decision.control_step;
+    if (cell.row.time.size() == 1) {
+      cell.split = execution.split;
+      cell.row.more["split"] = written(execution.split);
+    }
+    // The pipeline has taken more steps than the scene: one a round.
+    if (execution.decision.action != BalanceAction::none) {
+      cell.decision = execution.decision;
+      cell.decision.step = static_cast<std::uint64_t>(turn.step);
+    }
+  }
+
+  std::string name_;
+  std::uint64_t bodies_;
+  int copies_;
+  std::vector<FigureEntrant> all_;
+  std::vector<Row>& rows_;
+  MeasuredScene result_;
+  Timeline timelines_[std::size(forms)];
+  // Of the step that runs:
+  std::vector<Cell> cells_;
+  std::vector<MeasuredStep> runs_[std::size(forms)];
+  ByForm recorded_busy_;
+  Samples copy_;
+  // Of all steps:
+  double copies_ms_ = 0, alone_ms_ = 0, busy_ms_ = 0, recorded_busy_ms_ = 0;
+};
+
+/// Runs the scene with all contestants in turn, and records what its pieces cost.
+MeasuredScene measure(std::string_view scene_name, int threads, bool every_split, const Settings& settings,
+                      std::vector<Row>& rows) {
+  Scene scene = make_builtin_scene(scene_name, settings.bodies);
+  const int steps = settings.steps != 0 ? settings.steps : settings.quick ? 60 : 300;
+  const int rounds = settings.repeat != 0 ? settings.repeat : settings.quick ? 1 : 3;
+  SceneMeasurement measurement(scene, scene_name, entrants(threads, every_split), threads, rounds, rows);
+  Progress progress(scene_name, static_cast<std::uint64_t>(steps));
   contest(
-      std::move(scene), contestants, {static_cast<int>(steps), repeat},
-      [&](const Turn& turn) {
-        if (turn.contestant == all.size()) {
-          copy.add(copies * turn.report.execution.detect_ms);
-          return;
-        }
-        if (turn.contestant > all.size()) {
-          const std::size_t form = turn.contestant - all.size() - 1;
-          auto& slices = timelines[form].lane().slices;
-          runs[form].push_back(read_step(slices, forms[form]));
-          slices.clear();
-          recorded_busy[form].add(busy_of(turn.report.execution));
-          return;
-        }
-        Cell& cell = cells[turn.contestant];
-        const ExecutionReport& execution = turn.report.execution;
-        cell.row.time.add(1e6 * execution.detect_ms);
-        const auto form = static_cast<std::size_t>(std::find(forms, std::end(forms), execution.form) - forms);
-        cell.busy[form].add(busy_of(execution));
-        cell.row.threads = execution.threads;
-        cell.row.hash = turn.report.contact_hash;
-        cell.row.more["candidate_pairs"] = execution.candidate_pairs;
-        cell.row.more["control_step"] = execution.decision.control_step;
-        if (cell.row.time.size() == 1) {
-          cell.split = execution.split;
-          cell.row.more["split"] = written(execution.split);
-        }
-        // The pipeline has taken more steps than the scene: one a round.
-        if (execution.decision.action != BalanceAction::none) {
-          cell.decision = execution.decision;
-          cell.decision.step = static_cast<std::uint64_t>(turn.step);
-        }
-      },
+      std::move(scene), measurement.contestants(), {steps, rounds}, [&](const Turn& turn) { measurement.add(turn); },
       [&](int step) {
-        for (std::size_t i = 1; i < all.size(); ++i)
-          for (std::size_t form = 1; form < std::size(forms); ++form)  // but for the caller's
-            if (!all[i].contestant.options.balance.strict && cells[i].busy[form].size() != 0)
-              busy_ms += cells[i].busy[form].median(), recorded_busy_ms += recorded_busy[form].median();
-        for (std::size_t i = 0; i < all.size(); ++i) {
-          Cell& cell = cells[i];
-          cell.row.n = bodies;
-          cell.row.more["step"] = step;
-          result.picture.series[i].add(1e-6 * cell.row.time.median(), cell.split, cell.decision);
-          rows.push_back(std::move(cell.row));
-        }
-        copies_ms += copy.median();
-        alone_ms += result.picture.series.front().ms.back();
-        result.recording.steps.push_back(
-            {typical_step(std::move(runs[0])), typical_step(std::move(runs[1])), typical_step(std::move(runs[2]))});
-        start_step();
+        measurement.end_step(step);
         progress.at(static_cast<std::uint64_t>(step) + 1);
       });
-  result.recording.slowdown = std::max(1.0, copies_ms / alone_ms);
-  if (recorded_busy_ms > 0)
-    result.recording.sharing = std::max(1.0, busy_ms / recorded_busy_ms / result.recording.slowdown);
-  return result;
+  return std::move(measurement).result();
 }
 
 /// The same contestants on virtual cores; of the strict splits all, if they are asked for. Each detects every step

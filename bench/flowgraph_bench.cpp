@@ -263,6 +263,32 @@ void costs(std::vector<Row>& rows, int threads, int steps) {
   trace_costs(rows, even.size, threads, 4 * steps);
 }
 
+/// Loads that turn, have costly pairs, or are short.
+void hard_loads(Race& race, int cores, double work_ns) {
+  Race::header("Loads that are hard to balance");
+  Load turning = ratio_load(work_ns, 10, 1);
+  turning.name = "10:1, turning each 5 steps";
+  const double costly_tile = turning.size.tile_ns,
+               costly_pair = costly_tile / static_cast<double>(turning.size.pairs_a_tile);
+  turning.before_step = [=](TileWork& work, int step) {
+    const bool broad = (step + 5) / 5 % 2 == 0;
+    work.set_costs(broad ? costly_tile : 0.1 * costly_tile, broad ? 0.1 * costly_pair : costly_pair);
+  };
+  race.run(turning, everyone(cores));
+  for (const bool late : {false, true})
+    race.run({late ? "1000x pairs, all at last" : "1000x pairs, all over",
+              {.tiles = 256,
+               .pairs_a_tile = 40,
+               .tile_ns = 3000,
+               .pair_ns = 100,
+               .big_every = late ? std::size_t{0} : std::size_t{512},
+               .big_ns = 100'000,
+               .big_from = late ? std::size_t{10'220} : SIZE_MAX}},
+             everyone(cores));
+  race.run({"steps of 0.2 ms", ratio_load(0.2e6, 1, 1, 32).size}, everyone(cores));
+  race.run({"steps of 0.5 ms", ratio_load(0.5e6, 1, 1, 64).size}, everyone(cores));
+}
+
 void synthetic(std::vector<Row>& rows, const std::vector<int>& thread_counts, int cores, bool quick) {
   Race race(rows, cores, quick);
   constexpr double work_ns = 4e6;
@@ -304,28 +330,7 @@ void synthetic(std::vector<Row>& rows, const std::vector<int>& thread_counts, in
          {.threads = cores, .batches = {.queue_capacity = capacity}, .sharing = {.form = StepForm::overlapped}}});
   race.run(ratio_load(work_ns, 1, 1), queues);
 
-  Race::header("Loads that are hard to balance");
-  Load turning = ratio_load(work_ns, 10, 1);
-  turning.name = "10:1, turning each 5 steps";
-  const double costly_tile = turning.size.tile_ns,
-               costly_pair = costly_tile / static_cast<double>(turning.size.pairs_a_tile);
-  turning.before_step = [=](TileWork& work, int step) {
-    const bool broad = (step + 5) / 5 % 2 == 0;
-    work.set_costs(broad ? costly_tile : 0.1 * costly_tile, broad ? 0.1 * costly_pair : costly_pair);
-  };
-  race.run(turning, everyone(cores));
-  for (const bool late : {false, true})
-    race.run({late ? "1000x pairs, all at last" : "1000x pairs, all over",
-              {.tiles = 256,
-               .pairs_a_tile = 40,
-               .tile_ns = 3000,
-               .pair_ns = 100,
-               .big_every = late ? std::size_t{0} : std::size_t{512},
-               .big_ns = 100'000,
-               .big_from = late ? std::size_t{10'220} : SIZE_MAX}},
-             everyone(cores));
-  race.run({"steps of 0.2 ms", ratio_load(0.2e6, 1, 1, 32).size}, everyone(cores));
-  race.run({"steps of 0.5 ms", ratio_load(0.5e6, 1, 1, 64).size}, everyone(cores));
+  hard_loads(race, cores, work_ns);
 }
 
 /// The paper's scenes on this machine's cores: every executor, and what the two phases weigh.

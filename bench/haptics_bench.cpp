@@ -80,6 +80,20 @@ std::shared_ptr<FclModel> fcl_model(std::span<const Vec3> vertices,
   return at;
 }
 
+std::size_t fcl_contacts(const FclModel& tool, const Pose& pose, const FclModel& ground, std::size_t most,
+                         bool with_contacts) {
+  ::fcl::CollisionResultd result;
+  ::fcl::collide(&tool, fcl_placed(pose), &ground, ::fcl::Transform3d::Identity(),
+                 ::fcl::CollisionRequestd(most, with_contacts), result);
+  return result.numContacts();
+}
+
+double fcl_distance(const FclModel& tool, const Pose& pose, const FclModel& ground) {
+  ::fcl::DistanceResultd result;
+  return ::fcl::distance(&tool, fcl_placed(pose), &ground, ::fcl::Transform3d::Identity(),
+                         ::fcl::DistanceRequestd(true), result);
+}
+
 struct Query {
   std::string workload, contestant;
   int every;  // milliseconds between two
@@ -109,6 +123,30 @@ nlohmann::json histogram(const Samples& time) {
   return bins;
 }
 
+std::vector<Row> report(const std::vector<Query>& all, std::size_t triangles) {
+  fmt::print("{:36}  {:8}{:>8}{:>9}{:>9}{:>9}{:>9}  hash\n", "", "", "median", "p99", "p99.9", "max", "touching");
+  std::vector<Row> rows;
+  for (const Query& query : all) {
+    const Samples& t = query.time;
+    fmt::print("{:36}  {:8}{:8.1f}{:9.1f}{:9.1f}{:9.1f}{:8.0f}%  {}\n", query.workload, query.contestant,
+               t.median() / 1000, t.quantile(0.99) / 1000, t.quantile(0.999) / 1000, t.quantile(1) / 1000,
+               100.0 * static_cast<double>(query.answered) / static_cast<double>(t.size()), hex(query.hash));
+    Row row;
+    row.bench = "haptics";
+    row.workload = query.workload;
+    row.contestant = query.contestant;
+    row.n = triangles;
+    row.time = t;
+    row.hash = query.hash;
+    row.more = {{"p99_ns", t.quantile(0.99)},
+                {"p99_9_ns", t.quantile(0.999)},
+                {"max_ns", t.quantile(1)},
+                {"histogram", histogram(t)}};
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
 }  // namespace
 
 std::vector<Row> haptics_bench(const Settings& settings) {
@@ -123,20 +161,12 @@ std::vector<Row> haptics_bench(const Settings& settings) {
   const SceneQueries queries(scene, options);
   const auto fcl_ground = fcl_model(ground_shape.vertices(), ground_shape.triangles());
   const auto fcl_tool = fcl_model(tool.vertices(), tool.triangles());
-  const ::fcl::Transform3d home = ::fcl::Transform3d::Identity();
-
   std::vector<ContactHit> hits;
   std::vector<Contact> contacts;
   std::vector<Query> all{
       {"yes/no", "tandem", 1, [&](const Pose& pose) { return queries.collides(tool, pose) ? 1.0 : 0.0; }},
       {"yes/no", "FCL", 10,
-       [&](const Pose& pose) {
-         ::fcl::CollisionResultd result;
-         return ::fcl::collide(fcl_tool.get(), fcl_placed(pose), fcl_ground.get(), home, ::fcl::CollisionRequestd(1),
-                               result)
-                    ? 1.0
-                    : 0.0;
-       }},
+       [&](const Pose& pose) { return fcl_contacts(*fcl_tool, pose, *fcl_ground, 1, false) > 0 ? 1.0 : 0.0; }},
       {"nearest within 1 cm, of those apart", "tandem", 1,
        [&](const Pose& pose) {
          if (queries.collides(tool, pose)) return 0.0;
@@ -144,12 +174,7 @@ std::vector<Row> haptics_bench(const Settings& settings) {
          return hit ? hit->answer.signed_distance : reach;
        }},
       {"nearest within 1 cm, of those apart", "FCL", 20,
-       [&](const Pose& pose) {
-         ::fcl::DistanceResultd result;
-         const double d = ::fcl::distance(fcl_tool.get(), fcl_placed(pose), fcl_ground.get(), home,
-                                          ::fcl::DistanceRequestd(true), result);
-         return d <= 0 ? 0.0 : std::min(d, reach);
-       }},
+       [&](const Pose& pose) { return std::clamp(fcl_distance(*fcl_tool, pose, *fcl_ground), 0.0, reach); }},
       {"contacts", "tandem", 1,
        [&](const Pose& pose) {
          hits.clear();
@@ -159,12 +184,8 @@ std::vector<Row> haptics_bench(const Settings& settings) {
          for (const Contact& c : contacts) deepest = std::max(deepest, c.depth);
          return deepest;
        }},
-      {"contacts", "FCL", 50, [&](const Pose& pose) {
-         ::fcl::CollisionResultd result;
-         ::fcl::collide(fcl_tool.get(), fcl_placed(pose), fcl_ground.get(), home, ::fcl::CollisionRequestd(1000, true),
-                        result);
-         return static_cast<double>(result.numContacts());
-       }}};
+      {"contacts", "FCL", 50,
+       [&](const Pose& pose) { return static_cast<double>(fcl_contacts(*fcl_tool, pose, *fcl_ground, 1000, true)); }}};
   const int steps = settings.steps != 0 ? settings.steps : settings.quick ? 1000 : 20'000;
   for (int ms = 0; ms < steps; ++ms)
     for (Query& query : all)
@@ -172,27 +193,7 @@ std::vector<Row> haptics_bench(const Settings& settings) {
 
   fmt::print("A tool of {} triangles against {}, {} steps of 1 ms; microseconds of a query on one thread\n\n",
              tool.triangles().size(), ground_shape.triangles().size(), steps);
-  fmt::print("{:36}  {:8}{:>8}{:>9}{:>9}{:>9}{:>9}  hash\n", "", "", "median", "p99", "p99.9", "max", "touching");
-  std::vector<Row> rows;
-  for (const Query& query : all) {
-    const Samples& t = query.time;
-    fmt::print("{:36}  {:8}{:8.1f}{:9.1f}{:9.1f}{:9.1f}{:8.0f}%  {}\n", query.workload, query.contestant,
-               t.median() / 1000, t.quantile(0.99) / 1000, t.quantile(0.999) / 1000, t.quantile(1) / 1000,
-               100.0 * static_cast<double>(query.answered) / static_cast<double>(t.size()), hex(query.hash));
-    Row row;
-    row.bench = "haptics";
-    row.workload = query.workload;
-    row.contestant = query.contestant;
-    row.n = tool.triangles().size() + ground_shape.triangles().size();
-    row.time = t;
-    row.hash = query.hash;
-    row.more = {{"p99_ns", t.quantile(0.99)},
-                {"p99_9_ns", t.quantile(0.999)},
-                {"max_ns", t.quantile(1)},
-                {"histogram", histogram(t)}};
-    rows.push_back(std::move(row));
-  }
-  return rows;
+  return report(all, tool.triangles().size() + ground_shape.triangles().size());
 }
 
 }  // namespace tandem::bench

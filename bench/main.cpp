@@ -194,7 +194,9 @@ void add_cloth(CLI::App& program) {
 void add_round_meshes(CLI::App& program) {
   const auto [app, o] = add(program, "round-meshes",
                             "contacts of convex shapes with meshes of 6,000 triangles, beside FCL", round_meshes_bench);
-  app->add_option("--kind", o->kinds, "convex shapes, as cone, or rows, as 'cone deep', a comma between them, or steps alone; default: all");
+  app->add_option(
+      "--kind", o->kinds,
+      "convex shapes, as cone, or rows, as 'cone deep', a comma between them, or steps alone; default: all");
   app->add_option("--poses", o->poses, "poses of each pair of shapes and class; default: 40");
   app->add_option("--bodies", o->bodies, "bodies of the steps; default: 1000");
   app->add_option("--steps", o->steps, "timed steps; default: 20");
@@ -204,11 +206,13 @@ void add_depths(CLI::App& program) {
   const auto [app, o] = add(program, "depths", "bounds on the depth of solids deep in each other", depths_bench);
   app->add_option("--kind", o->kinds, "families, a comma between them: bowls, rings, gears, tori, blobs; default: all");
   app->add_option("--poses", o->poses, "pairs of each family; default: 100");
-  app->add_option("--sizes", o->sizes, "boxes of translations, a comma between them; default: 200,1000,5000,20000,80000");
+  app->add_option("--sizes", o->sizes,
+                  "boxes of translations, a comma between them; default: 200,1000,5000,20000,80000");
 }
 
 void add_building(CLI::App& program) {
-  const auto [app, o] = add(program, "building", "meshes made ready for queries, beside Embree and FCL", building_bench);
+  const auto [app, o] =
+      add(program, "building", "meshes made ready for queries, beside Embree and FCL", building_bench);
   app->add_option("--sizes", o->sizes, "numbers of triangles, a comma between them; default: 1000 to 5000000");
   app->add_option("--repeat", o->repeat, "times that each is built; default: 15, of large ones 7 and 3");
 }

@@ -114,6 +114,52 @@ RecordedScene poses_of(const std::string& name, const Settings& settings) {
   return read_recorded(name, settings.steps != 0 ? steps : SIZE_MAX, settings.quick ? 16 : 64);
 }
 
+/// Stretch by stretch, of the fastest other contestant's time over each of ours.
+std::vector<Samples> ratios_to_peers(const std::vector<StepTally>& tallies, std::size_t ours) {
+  const StepTally& fastest =
+      *std::min_element(tallies.begin() + static_cast<std::ptrdiff_t>(ours), tallies.end(),
+                        [](const StepTally& x, const StepTally& y) { return x.time.median() < y.time.median(); });
+  // Cores get slower and faster within seconds: what ran at the same time is compared.
+  std::vector<Samples> ratios(ours);
+  for (std::size_t i = 0; i < ours; ++i)
+    for (std::size_t k = 0; k < fastest.stretches.size(); ++k)
+      ratios[i].add(fastest.stretches[k] / tallies[i].stretches[k]);
+  return ratios;
+}
+
+Row row_of(const RecordedScene& recorded, const SceneDetector& detector, StepTally& tally, const Samples* ratio) {
+  fmt::print("{:<19} {:<18} {:>7} {:>6} {:>9.3f} {:>9.3f} {:>9.3f} {:>9.3f} {:>9} {:>9} {:>7} {:>7} {:>22}  {}\n",
+             recorded.name, detector.name(), detector.threads(), tally.time.size(), 1e-6 * tally.time.median(),
+             1e-6 * tally.time.quantile(0.1), 1e-6 * tally.time.quantile(0.9), 1e-6 * tally.pile.median(), tally.pairs,
+             tally.contacts, tally.missed, tally.extra,
+             ratio != nullptr ? fmt::format("{:.2f}x ({:.2f} to {:.2f})", ratio->median(), ratio->quantile(0.1),
+                                            ratio->quantile(0.9))
+                              : "",
+             hex(tally.hash));
+  Row row{"peers",
+          recorded.name,
+          detector.name(),
+          detector.threads(),
+          recorded.scene.bodies(),
+          std::move(tally.time),
+          tally.hash,
+          {{"steps", recorded.steps},
+           {"mean_ns", 0},
+           {"pile_ns", tally.pile.median()},
+           {"pairs", tally.pairs},
+           {"contacts", tally.contacts},
+           {"kept_pairs", tally.kept_pairs},
+           {"pairs_missed", tally.missed},
+           {"pairs_extra", tally.extra}}};
+  row.more["mean_ns"] = row.time.mean();
+  if (ratio != nullptr) {
+    row.more["ratio_to_fastest_peer"] = ratio->median();
+    row.more["ratio_p10"] = ratio->quantile(0.1);
+    row.more["ratio_p90"] = ratio->quantile(0.9);
+  }
+  return row;
+}
+
 }  // namespace
 
 std::vector<std::string> peers_scene_names() {
@@ -144,47 +190,9 @@ std::vector<Row> peers_bench(const Settings& settings) {
       if (i != threads.size() && tallies[i].hash != tallies[i - 1].hash)
         throw std::runtime_error(
             fmt::format("{}: other contacts on {} threads than on {}", recorded.name, threads[i], threads[0]));
-    const StepTally& fastest =
-        *std::min_element(tallies.begin() + static_cast<std::ptrdiff_t>(ours), tallies.end(),
-                          [](const StepTally& x, const StepTally& y) { return x.time.median() < y.time.median(); });
-    // Cores get slower and faster within seconds: what ran at the same time is compared.
-    std::vector<Samples> ratios(ours);
-    for (std::size_t i = 0; i < ours; ++i)
-      for (std::size_t k = 0; k < fastest.stretches.size(); ++k)
-        ratios[i].add(fastest.stretches[k] / tallies[i].stretches[k]);
-    for (std::size_t i = 0; i < tallies.size(); ++i) {
-      StepTally& tally = tallies[i];
-      fmt::print("{:<19} {:<18} {:>7} {:>6} {:>9.3f} {:>9.3f} {:>9.3f} {:>9.3f} {:>9} {:>9} {:>7} {:>7} {:>22}  {}\n",
-                 recorded.name, detectors[i]->name(), detectors[i]->threads(), tally.time.size(),
-                 1e-6 * tally.time.median(), 1e-6 * tally.time.quantile(0.1), 1e-6 * tally.time.quantile(0.9),
-                 1e-6 * tally.pile.median(), tally.pairs, tally.contacts, tally.missed, tally.extra,
-                 i < ours ? fmt::format("{:.2f}x ({:.2f} to {:.2f})", ratios[i].median(), ratios[i].quantile(0.1),
-                                        ratios[i].quantile(0.9))
-                          : "",
-                 hex(tally.hash));
-      Row row{"peers",
-              recorded.name,
-              detectors[i]->name(),
-              detectors[i]->threads(),
-              recorded.scene.bodies(),
-              std::move(tally.time),
-              tally.hash,
-              {{"steps", recorded.steps},
-               {"mean_ns", 0},
-               {"pile_ns", tally.pile.median()},
-               {"pairs", tally.pairs},
-               {"contacts", tally.contacts},
-               {"kept_pairs", tally.kept_pairs},
-               {"pairs_missed", tally.missed},
-               {"pairs_extra", tally.extra}}};
-      row.more["mean_ns"] = row.time.mean();
-      if (i < ours) {
-        row.more["ratio_to_fastest_peer"] = ratios[i].median();
-        row.more["ratio_p10"] = ratios[i].quantile(0.1);
-        row.more["ratio_p90"] = ratios[i].quantile(0.9);
-      }
-      rows.push_back(std::move(row));
-    }
+    const std::vector<Samples> ratios = ratios_to_peers(tallies, ours);
+    for (std::size_t i = 0; i < tallies.size(); ++i)
+      rows.push_back(row_of(recorded, *detectors[i], tallies[i], i < ours ? &ratios[i] : nullptr));
   }
   return rows;
 }

@@ -182,17 +182,18 @@ constexpr std::array<BoxWorkload, 18> workloads{{
     {"needles", "30 long, 0.01 thick, along the axes", 0, true},
 }};
 
-}  // namespace
+/// Boxes that fly between lo and hi.
+std::unique_ptr<MovingBoxes> flying(std::vector<Body> bodies, double lo, double hi,
+                                    std::span<const Aabb> standing = {}) {
+  return std::make_unique<Flying>(std::move(bodies), lo, hi, standing);
+}
 
-std::span<const BoxWorkload> box_workloads() { return workloads; }
+/// The edge of a cube in which n unit boxes overlap one other on average.
+double side_of(std::size_t n) { return 2 * std::cbrt(static_cast<double>(n)); }
 
-std::unique_ptr<MovingBoxes> make_moving_boxes(std::string_view name, std::size_t n) {
-  const double root = std::cbrt(static_cast<double>(n));
-  const double side = 2 * root;  // unit boxes then overlap one other on average
-  const auto flying = [](std::vector<Body> bodies, double lo, double hi, std::span<const Aabb> standing = {}) {
-    return std::make_unique<Flying>(std::move(bodies), lo, hi, standing);
-  };
-
+/// W1 to W4 and what is made of them; null: another name.
+std::unique_ptr<MovingBoxes> usual_boxes(std::string_view name, std::size_t n) {
+  const double side = side_of(n);
   if (name == "W1") return flying(unit_bodies(n, side), 0, side);
   if (name == "still") return std::make_unique<Still>(unit_bodies(n, side), side);
   if (name == "alone") {
@@ -205,7 +206,7 @@ std::unique_ptr<MovingBoxes> make_moving_boxes(std::string_view name, std::size_
     });
   if (name == "W3") {
     // E[(a + b)^3] = 2 E[a^3] + 6 E[a^2] E[a] = 159 for edges log-uniform in 0.01..10.
-    const double wide = std::cbrt(159.3) * root;
+    const double wide = std::cbrt(159.3) * side / 2;
     const auto edge = static_cast<float>(2 * wide);
     const Aabb ground{{-edge, -edge, -1}, {edge, edge, 0}};
     return flying(bodies_of(n - 1, 3,
@@ -222,14 +223,20 @@ std::unique_ptr<MovingBoxes> make_moving_boxes(std::string_view name, std::size_
     return std::make_unique<Stirred>(unit_bodies(n, 10 * side), [](std::vector<Body>& bodies, int) {
       for (Body& body : bodies) body.velocity = {0, 0, -0.1};
     });
+  return nullptr;
+}
+
+/// Sizes over many decades, and clusters; null: another name.
+std::unique_ptr<MovingBoxes> hard_places(std::string_view name, std::size_t n) {
+  const double side = side_of(n);
   if (name == "decades")
     return flying(bodies_of(n, 5,
                             [&](BoxRandom& r) {
-                              Body body = unit_body(r, r.in_cube(40 * root));
+                              Body body = unit_body(r, r.in_cube(20 * side));
                               body.half = same(0.5 * r.decades(1e-4, 1e2));
                               return body;
                             }),
-                  0, 40 * root);
+                  0, 20 * side);
   if (name == "clusters")
     return std::make_unique<Stirred>(bodies_of(n, 6,
                                                [&](BoxRandom& r) {
@@ -242,6 +249,12 @@ std::unique_ptr<MovingBoxes> make_moving_boxes(std::string_view name, std::size_
                                      [](std::vector<Body>& bodies, int step) {
                                        if (step % 8 == 0) reverse(bodies);
                                      });
+  return nullptr;
+}
+
+/// Boxes on a line, in a plane, about a point, between walls, or thin; null: another name.
+std::unique_ptr<MovingBoxes> flat_places(std::string_view name, std::size_t n) {
+  const double side = side_of(n);
   if (name == "line")
     return flying(bodies_of(n, 7,
                             [&](BoxRandom& r) {
@@ -273,6 +286,21 @@ std::unique_ptr<MovingBoxes> make_moving_boxes(std::string_view name, std::size_
                                     {{-big, -big, s}, {big, big, big}}}};
     return flying(unit_bodies(n - std::min<std::size_t>(n - 1, 6), side), 0, side, room);
   }
+  if (name == "needles")
+    return flying(bodies_of(n, 16,
+                            [&](BoxRandom& r) {
+                              Body body = unit_body(r, r.in_cube(2 * side));
+                              body.half = same(0.005);
+                              body.half[r.next() % 3] = 15;
+                              return body;
+                            }),
+                  0, 2 * side);
+  return nullptr;
+}
+
+/// Motions that are hard on a method; null: another name.
+std::unique_ptr<MovingBoxes> hard_motions(std::string_view name, std::size_t n) {
+  const double side = side_of(n);
   if (name == "identical")
     return std::make_unique<Stirred>(std::vector<Body>(n, Body{same(3), same(0.5), {0.01, 0, 0}}),
                                      [](std::vector<Body>&, int) {});
@@ -297,15 +325,16 @@ std::unique_ptr<MovingBoxes> make_moving_boxes(std::string_view name, std::size_
       for (Body& body : bodies)
         for (double& x : body.centre) x += random.uniform(-0.5, 0.5);
     });
-  if (name == "needles")
-    return flying(bodies_of(n, 16,
-                            [&](BoxRandom& r) {
-                              Body body = unit_body(r, r.in_cube(2 * side));
-                              body.half = same(0.005);
-                              body.half[r.next() % 3] = 15;
-                              return body;
-                            }),
-                  0, 2 * side);
+  return nullptr;
+}
+
+}  // namespace
+
+std::span<const BoxWorkload> box_workloads() { return workloads; }
+
+std::unique_ptr<MovingBoxes> make_moving_boxes(std::string_view name, std::size_t n) {
+  for (const auto make : {usual_boxes, hard_places, flat_places, hard_motions})
+    if (auto boxes = make(name, n)) return boxes;
   throw std::invalid_argument("no such boxes: " + std::string(name));
 }
 

@@ -288,6 +288,26 @@ std::vector<Simulator::OrderedBatch> Simulator::ordered_batches(const MeasuredSt
   return batches;
 }
 
+/// The tiles, the order of the pairs, then the narrow batches, a stage each.
+double Simulator::ordered_phase(const MeasuredStep& work, const std::vector<Thread>& threads, double now,
+                                SimulatedStep& result, ExecutionReport& report) const {
+  const double slowdown = costs_.slowdown * costs_.sharing;
+  MeasuredStep::Stage tiles, narrow{work.open_narrow_ns, {}};
+  for (const MeasuredStep::Tile& tile : work.tiles) tiles.blocks.push_back(tile.ns);
+  now = stage(tiles, threads, now, true);
+  for (const MeasuredStep::Stage& one : work.order) now = stage(one, threads, now, true);
+  for (const OrderedBatch& batch : ordered_batches(work)) {
+    narrow.blocks.push_back(batch.ns);
+    result.narrow_ns += slowdown * batch.ns;
+    if (!batch.heavy) continue;
+    report.heavy_ms += 1e-6 * slowdown * batch.ns;
+    report.heavy_pairs += batch.pairs;
+  }
+  now = stage(narrow, threads, now, true);
+  for (const double ns : tiles.blocks) result.broad_ns += slowdown * ns;
+  return now;
+}
+
 SimulatedStep Simulator::step(const MeasuredForms& forms) {
   SimulatedStep result;
   ExecutionReport report;
@@ -313,21 +333,8 @@ SimulatedStep Simulator::step(const MeasuredForms& forms) {
   const bool strict = shared && policy_ == Policy::strict;
   for (std::size_t i = 0; i < work.before.size(); ++i) now = stage(work.before[i], threads, now, !strict || i == 0);
   now += work.open_tiles_ns;
-  const double slowdown = shared ? costs_.slowdown * costs_.sharing : 1;
   if (report.form == StepForm::ordered) {
-    MeasuredStep::Stage tiles, narrow{work.open_narrow_ns, {}};
-    for (const MeasuredStep::Tile& tile : work.tiles) tiles.blocks.push_back(tile.ns);
-    now = stage(tiles, threads, now, true);
-    for (const MeasuredStep::Stage& one : work.order) now = stage(one, threads, now, true);
-    for (const OrderedBatch& batch : ordered_batches(work)) {
-      narrow.blocks.push_back(batch.ns);
-      result.narrow_ns += slowdown * batch.ns;
-      if (!batch.heavy) continue;
-      report.heavy_ms += 1e-6 * slowdown * batch.ns;
-      report.heavy_pairs += batch.pairs;
-    }
-    now = stage(narrow, threads, now, true);
-    for (const double ns : tiles.blocks) result.broad_ns += slowdown * ns;
+    now = ordered_phase(work, threads, now, result, report);
   } else {
     for (const MeasuredStep::Stage& one : work.order) now = stage(one, threads, now, true);
     Shared phase(shared ? policy_ : Policy::sequential, costs_, work, batch_size_.get(report.form),

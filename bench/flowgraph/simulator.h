@@ -59,6 +59,8 @@ class Simulator {
   double stage(const MeasuredStep::Stage& stage, const std::vector<Thread>& threads, double from,
                bool narrow_helps) const;
   std::vector<OrderedBatch> ordered_batches(const MeasuredStep& work) const;
+  double ordered_phase(const MeasuredStep& work, const std::vector<Thread>& threads, double now, SimulatedStep& result,
+                       ExecutionReport& report) const;
 
   Policy policy_;
   int threads_;

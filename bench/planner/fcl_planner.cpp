@@ -11,8 +11,8 @@
 namespace tandem::bench {
 namespace {
 
-/// The obstacles in a DynamicAABBTreeCollisionManager; links are asked of it one by one, pairs of links by fcl::collide.
-/// GJK is FCL's own (GST_INDEP), which is its fastest here.
+/// The obstacles in a DynamicAABBTreeCollisionManager; links are asked of it one by one, pairs of links by
+/// fcl::collide. GJK is FCL's own (GST_INDEP), which is its fastest here.
 class FclPlanner final : public OneByOnePlanner {
  public:
   explicit FclPlanner(const PlannerWorld& world) : OneByOnePlanner(world) {
@@ -50,7 +50,8 @@ class FclPlanner final : public OneByOnePlanner {
     place(poses);
     hit_ = false;
     for (const auto& [a, b] : self())
-      if (links_[a]->getAABB().overlap(links_[b]->getAABB()) && meet(links_[a].get(), links_[b].get(), this)) return true;
+      if (links_[a]->getAABB().overlap(links_[b]->getAABB()) && meet(links_[a].get(), links_[b].get(), this))
+        return true;
     for (const auto& link : links_) {
       manager_.collide(link.get(), this, meet);
       if (hit_) return true;

@@ -26,7 +26,8 @@ Convex rounded_prism(double radius, double length) {
     for (int k = 0; k < sides; ++k) {
       const double angle = 2 * std::numbers::pi * k / sides;
       hull.vertices.push_back({radius * std::cos(angle), radius * std::sin(angle), end * length / 2});
-      hull.vertices.push_back({0.6 * radius * std::cos(angle), 0.6 * radius * std::sin(angle), end * (length / 2 + 0.8 * radius)});
+      hull.vertices.push_back(
+          {0.6 * radius * std::cos(angle), 0.6 * radius * std::sin(angle), end * (length / 2 + 0.8 * radius)});
     }
   return hull;
 }
@@ -114,7 +115,8 @@ PlannerWorld planner_world(LinkKind kind, int arms, int obstacles, std::size_t c
   world.name = fmt::format("{} arm{} of {}, {} obstacles", arms, arms > 1 ? "s" : "", name(kind), obstacles);
   Random random(7);
   std::vector<Pose> bases{Pose{}};
-  if (arms == 2) bases.push_back(Pose{Eigen::AngleAxisd(std::numbers::pi, Vec3::UnitZ()).toRotationMatrix(), {0.9, 0, 0}});
+  const Mat3 half_turn = Eigen::AngleAxisd(std::numbers::pi, Vec3::UnitZ()).toRotationMatrix();
+  if (arms == 2) bases.push_back(Pose{half_turn, {0.9, 0, 0}});
   for (int arm = 0; arm < arms; ++arm)
     for (const double length : lengths) world.links.push_back(link(kind, length));
   const std::size_t links = world.links.size();

@@ -1,9 +1,9 @@
 // The features meet at t where the polygon of their differences holds the origin: the determinant of a corner and two
-// sides is 0, and the origin lies in no edge's outer half plane; or, of a polygon without area, on an edge. All of these
-// are signs of polynomials in t of degree 4 at most. The closed set of such t, if it is not empty, has its first point at
-// 0 or where one of the polynomials is 0, so that it is enough to look there: at the determinant's roots, or where it is
-// 0 everywhere, at those of all others. Roots are isolated by Descartes' rule on Bernstein coefficients (Lane,
-// Riesenfeld 1981; Collins, Akritas 1976).
+// sides is 0, and the origin lies in no edge's outer half plane; or, of a polygon without area, on an edge. All of
+// these are signs of polynomials in t of degree 4 at most. The closed set of such t, if it is not empty, has its first
+// point at 0 or where one of the polynomials is 0, so that it is enough to look there: at the determinant's roots, or
+// where it is 0 everywhere, at those of all others. Roots are isolated by Descartes' rule on Bernstein coefficients
+// (Lane, Riesenfeld 1981; Collins, Akritas 1976).
 #include "exact_impact.h"
 
 #include <algorithm>
@@ -264,7 +264,8 @@ struct Conditions {
     const auto none = [&](const PolyVec& v) {
       return std::all_of(v.begin(), v.end(), [&](const Poly& p) { return t.sign_of(p) == 0; });
     };
-    if (!none(normal)) return std::all_of(inside.begin(), inside.end(), [&](const Poly& p) { return t.sign_of(p) >= 0; });
+    if (!none(normal))
+      return std::all_of(inside.begin(), inside.end(), [&](const Poly& p) { return t.sign_of(p) >= 0; });
     for (std::size_t i = 0; i < between.size(); ++i)
       if (t.sign_of(between[i]) <= 0 && none(on_line[i])) return true;
     return false;

@@ -109,7 +109,8 @@ ImpactQuery standing(Random& random) {
 ImpactQuery touching_at_an_end(Random& random) {
   ImpactQuery q = on_grid(random);
   std::array<Vec3, 4>& x = random.once_in(2) ? q.from : q.to;
-  const double u = 0.25 * random.below(5), v = q.edges ? 0.5 * random.below(3) : 0.25 * random.below(5 - static_cast<int>(4 * u));
+  const double u = 0.25 * random.below(5),
+               v = q.edges ? 0.5 * random.below(3) : 0.25 * random.below(5 - static_cast<int>(4 * u));
   const Vec3 place = on_second(x, q.edges, u, v);
   const Vec3 shift = place - (q.edges ? Vec3(x[0] + v * (x[1] - x[0])) : x[0]);
   x[0] += shift;
@@ -149,8 +150,8 @@ ImpactQuery parallel(Random& random) {
   return q;
 }
 
-// Erleben's scenes: features of spikes, wedges, cliffs and boxes of tenths, aligned to each other and moved along an axis,
-// so that vertices pass on edges and edges on vertices.
+// Erleben's scenes: features of spikes, wedges, cliffs and boxes of tenths, aligned to each other and moved along an
+// axis, so that vertices pass on edges and edges on vertices.
 ImpactQuery aligned(Random& random) {
   static const std::array<std::array<Vec3, 3>, 6> features{{
       {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0.5, 0.5, 0)},         // the top of a box
@@ -187,8 +188,9 @@ ImpactQuery turning(Random& random) {
   const double angle = random.in(-3, 3), gap = random.power_of_two(-24, -3) * random.sign();
   const Mat3 tilt = Eigen::AngleAxisd(angle, random.direction()).toRotationMatrix();
   const Vec3 inside = q.edges ? Vec3(0, 0.2, gap) : Vec3(0.2, 0.1, gap);
-  const std::array<Vec3, 4> x = q.edges ? std::array<Vec3, 4>{inside - Vec3(0, 1, 0), inside + Vec3(0, 1, 0), Vec3(-1, 0, 0), Vec3(1, 0, 0)}
-                                        : std::array<Vec3, 4>{inside, Vec3(-1, -1, 0), Vec3(1, -1, 0), Vec3(0, 1, 0)};
+  const Vec3 up = Vec3::UnitY();
+  std::array<Vec3, 4> x{inside, Vec3(-1, -1, 0), Vec3(1, -1, 0), up};
+  if (q.edges) x = {inside - up, inside + up, Vec3(-1, 0, 0), Vec3(1, 0, 0)};
   const Vec3 shift_by = random.once_in(2) ? Vec3::Zero().eval() : random.vec(-1, 1);
   for (std::size_t i = 0; i < 4; ++i) q.from[i] = turn * x[i], q.to[i] = turn * (tilt * x[i]) + shift_by;
   return q;

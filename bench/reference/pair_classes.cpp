@@ -209,42 +209,66 @@ Vec3 face_direction(const PosedPair& p, Random& r) {
 
 PairClass any_class(Random& r) { return all_pair_classes[static_cast<std::size_t>(r.below(4))]; }
 
-PosedPair hard_pair(const ShapeRecipe& ra, const ShapeRecipe& rb, std::uint64_t index, Random& r) {
-  const auto pair = [&](const Stretch& sa, const Stretch& sb) {
+/// Shapes of two recipes, stretched, not yet placed.
+struct ShapePair {
+  const ShapeRecipe &ra, &rb;
+  Random& r;
+
+  PosedPair operator()(const Stretch& sa, const Stretch& sb) const {
     Shape a = make_shape(ra, r, sa);
     Shape b = make_shape(rb, r, sb);
-    return PosedPair{a, {}, b, {}};
-  };
-  const auto scaled = [](double s) { return Stretch{s, s, s}; };
-  const Stretch needle{1e-4, 1e-4, 1}, plate{1, 1, 1e-4};
-  switch (index % 12) {
+    return {a, {}, b, {}};
+  }
+};
+
+/// Of hard pairs those of 0 to 3, 10 and 11: faces and axes that are parallel, to rounding or nearly.
+PosedPair parallel_pair(const ShapePair& pair, std::uint64_t which, Random& r) {
+  PosedPair p = pair({}, {});
+  switch (which) {
     case 0: {  // axes along the world's
-      PosedPair p = pair({}, {});
       p.pose_b.translation = 0.2 * r.vec(-1, 1);
       place_as(any_class(r), p, r, face_direction(p, r));
       return p;
     }
     case 1: {  // the same rotation
-      PosedPair p = pair({}, {});
       p.pose_a.rotation = p.pose_b.rotation = r.rotation();
       p.pose_b.translation = 0.2 * r.vec(-1, 1);
       place_as(any_class(r), p, r, face_direction(p, r));
       return p;
     }
     case 2: {  // one axis in common
-      PosedPair p = pair({}, {});
       p.pose_a.rotation = r.once_in(2) ? r.rotation() : Mat3::Identity();
       p.pose_b.rotation = p.pose_a.rotation * turn_about(r.below(3), r);
       place_as(any_class(r), p, r, face_direction(p, r));
       return p;
     }
     case 3: {  // the same pose, the same shape where it can be
-      PosedPair p = pair({}, {});
-      if (ra.kind == rb.kind && ra.points == rb.points) p.b = p.a;
+      if (pair.ra.kind == pair.rb.kind && pair.ra.points == pair.rb.points) p.b = p.a;
       p.pose_a = {r.once_in(2) ? r.rotation() : Mat3::Identity(), r.vec(-1, 1)};
       p.pose_b = p.pose_a;
       return p;
     }
+    case 10: {  // quarter turns
+      p.pose_a.rotation = quarter_turn(r), p.pose_b.rotation = quarter_turn(r);
+      if (r.once_in(2)) p.pose_b.translation = 0.2 * r.vec(-1, 1);
+      place_as(any_class(r), p, r, face_direction(p, r));
+      return p;
+    }
+    default: {  // almost parallel
+      p.pose_a.rotation = r.once_in(2) ? r.rotation() : Mat3::Identity();
+      p.pose_b.rotation = slight_turn(r) * p.pose_a.rotation;
+      p.pose_b.translation = 0.2 * r.vec(-1, 1);
+      place_as(any_class(r), p, r, face_direction(p, r));
+      return p;
+    }
+  }
+}
+
+PosedPair hard_pair(const ShapeRecipe& ra, const ShapeRecipe& rb, std::uint64_t index, Random& r) {
+  const ShapePair pair{ra, rb, r};
+  const auto scaled = [](double s) { return Stretch{s, s, s}; };
+  const Stretch needle{1e-4, 1e-4, 1}, plate{1, 1, 1e-4};
+  switch (index % 12) {
     case 4:
     case 5: {  // size ratio 1e4
       PosedPair p = index % 12 == 4 ? pair(scaled(100), scaled(0.01)) : pair(scaled(0.01), scaled(100));
@@ -270,21 +294,8 @@ PosedPair hard_pair(const ShapeRecipe& ra, const ShapeRecipe& rb, std::uint64_t 
       place_as(any_class(r), p, r, r.direction());
       return p;
     }
-    case 10: {  // quarter turns
-      PosedPair p = pair({}, {});
-      p.pose_a.rotation = quarter_turn(r), p.pose_b.rotation = quarter_turn(r);
-      if (r.once_in(2)) p.pose_b.translation = 0.2 * r.vec(-1, 1);
-      place_as(any_class(r), p, r, face_direction(p, r));
-      return p;
-    }
-    default: {  // almost parallel
-      PosedPair p = pair({}, {});
-      p.pose_a.rotation = r.once_in(2) ? r.rotation() : Mat3::Identity();
-      p.pose_b.rotation = slight_turn(r) * p.pose_a.rotation;
-      p.pose_b.translation = 0.2 * r.vec(-1, 1);
-      place_as(any_class(r), p, r, face_direction(p, r));
-      return p;
-    }
+    default:
+      return parallel_pair(pair, index % 12, r);
   }
 }
 

@@ -309,6 +309,39 @@ class Costs {
   std::size_t equal_ = 0;
 };
 
+/// The bodies that never move, and where they are.
+json still_bodies(const Scene& scene, const Survey& about) {
+  json still = json::array();
+  std::set<std::uint32_t> moving(about.moving.begin(), about.moving.end());
+  for (std::uint32_t i = 0; i < scene.indices(); ++i) {
+    if (moving.count(i) != 0) continue;
+    const Pose& pose = scene.poses()[i];
+    const Quat q(pose.rotation);
+    still.push_back({{"body", i},
+                     {"t", {pose.translation.x(), pose.translation.y(), pose.translation.z()}},
+                     {"q", {q.x(), q.y(), q.z(), q.w()}}});
+  }
+  return still;
+}
+
+/// Packs every frame, or every second, fourth ... if all are more than `most_bytes`; returns those that are kept, and
+/// sets how many lie between two.
+std::vector<const Frame*> pack(const std::vector<Frame>& frames, std::size_t most_bytes, Replay& out,
+                               std::size_t& stride) {
+  stride = 1;
+  std::vector<const Frame*> kept;
+  do {
+    kept.clear();
+    for (std::size_t f = 0; f < frames.size(); f += stride) kept.push_back(&frames[f]);
+    out.poses = packed_poses(kept);
+    out.contacts = packed_contacts(kept);
+    stride *= 2;
+  } while (out.size() > most_bytes && kept.size() > 2);
+  stride /= 2;
+
+  return kept;
+}
+
 }  // namespace
 
 Replay read_replay(const std::filesystem::path& path, std::size_t most_frames, std::size_t most_bytes,
@@ -336,27 +369,10 @@ Replay read_replay(const std::filesystem::path& path, std::size_t most_frames, s
   Replay out;
   out.costs = costs.packed();
   std::size_t stride = 1;
-  std::vector<const Frame*> kept;
-  do {
-    kept.clear();
-    for (std::size_t f = 0; f < frames.size(); f += stride) kept.push_back(&frames[f]);
-    out.poses = packed_poses(kept);
-    out.contacts = packed_contacts(kept);
-    stride *= 2;
-  } while (out.size() > most_bytes && kept.size() > 2);
-  stride /= 2;
+  const std::vector<const Frame*> kept = pack(frames, most_bytes, out, stride);
 
-  json shapes = json::array(), still = json::array(), steps = json::array();
+  json shapes = json::array(), steps = json::array();
   for (const Shape& shape : scene.shapes()) shapes.push_back(drawn(shape));
-  std::set<std::uint32_t> moving(about.moving.begin(), about.moving.end());
-  for (std::uint32_t i = 0; i < scene.indices(); ++i) {
-    if (moving.count(i) != 0) continue;
-    const Pose& pose = scene.poses()[i];
-    const Quat q(pose.rotation);
-    still.push_back({{"body", i},
-                     {"t", {pose.translation.x(), pose.translation.y(), pose.translation.z()}},
-                     {"q", {q.x(), q.y(), q.z(), q.w()}}});
-  }
   for (const Frame* frame : kept) steps.push_back(frame->step);
   json place = json::array(), point = json::array();
   for (std::size_t k = 0; k < 3; ++k)
@@ -377,7 +393,7 @@ Replay read_replay(const std::filesystem::path& path, std::size_t most_frames, s
                {"shape_names", names},
                {"shape_of", scene.shape_indices()},
                {"moving", about.moving},
-               {"still", still},
+               {"still", still_bodies(scene, about)},
                {"place", place},
                {"point", point},
                {"depth", about.depth.to_json()},

@@ -1,4 +1,4 @@
-// Every function of the libraries fits on a screen, and every line in its width.
+// Every function of the libraries and the benches fits on a screen, and every line in its width.
 #include <algorithm>
 #include <cctype>
 #include <exception>
@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-const std::vector<std::string> folders{"narrowphase", "broadphase", "flowgraph", "engine"};
+const std::vector<std::string> folders{"narrowphase", "broadphase", "flowgraph", "engine", "bench"};
 constexpr int most_lines = 60;
 constexpr std::size_t most_columns = 120;
 
