@@ -16,12 +16,6 @@ GjkResult gjk(const MinkowskiDifference& d, double tolerance, double beyond, dou
 GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond, double within, const Vec3* start,
                   double at_once = -std::numeric_limits<double>::infinity());
 
-/// Sets the weights of the simplex's points, of which it leaves at most 3, for the point nearest the origin.
-void weigh(Simplex& s);
-
-/// Sets both points of the answer by the weights: of corners of either shape, so that they lie on both.
-void set_points(const Simplex& s, LocalAnswer& answer);
-
 /// Sets the points of the answer from its signed distance (of the cores, < 0) and normal: B is moved out along the
 /// normal, where the nearest points are the pair sought, whichever of its faces, edges and corners touch. On curved
 /// surfaces it also improves the normal and the distance.
