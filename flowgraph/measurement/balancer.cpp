@@ -64,7 +64,7 @@ void Balancer::ask_own_rule(const ExecutionReport& report, BalanceDecision& deci
 
 bool Balancer::add_to_window(const ExecutionReport& report, BalanceDecision& decision) {
   const bool paper = rule_ == BalanceRule::paper;
-  // A load that turned round between two looks is not waited out, nor averaged with what was before.
+  // A load that turned round between two measurements is not waited out, nor averaged with what was before.
   const bool urgent =
       !paper && !control_.verifies() && steps_ + 1 < control_.steps() &&
       std::abs(best_broad(report.broad_ms, report.narrow_ms) - split_.broad) >= std::max(2, threads_ / 4);

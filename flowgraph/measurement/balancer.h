@@ -11,7 +11,7 @@ namespace tandem {
 ///
 /// BalanceRule::paper compares the phases' times (computing time a thread of the phase) and moves one thread to the
 /// longer one; verified on the step's time. BalanceRule::busy goes at once to the split that serves the busy times
-/// best, at once too when they turn round between two looks, and verifies on time per unit of work, so that a rising
+/// best, at once too when they turn round between two decisions, and verifies on time per unit of work, so that a rising
 /// load does not count against a good change.
 class Balancer {
  public:
@@ -24,7 +24,7 @@ class Balancer {
 
  private:
   void ask_own_rule(const ExecutionReport& report, BalanceDecision& decision);
-  /// Adds a step to the sums. Whether they are to be looked at now.
+  /// Adds a step to the sums. Whether they are to be judged now.
   bool add_to_window(const ExecutionReport& report, BalanceDecision& decision);
   /// Whether the change before was one for the better; else it is taken back.
   void verify(BalanceDecision& decision);
@@ -40,7 +40,7 @@ class Balancer {
   BalanceFunction own_rule_;  // asked after every step, and believed
   Split split_;
 
-  // Sums over the steps since the last look.
+  // Sums over the steps since the last measurement.
   int steps_ = 0;
   double broad_ = 0, narrow_ = 0, detect_ = 0;
 

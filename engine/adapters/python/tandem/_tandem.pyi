@@ -895,7 +895,7 @@ def point_triangle_impacts(
 ) -> NDArray[np.void]:
     """First impacts of points and triangles whose vertices move on straight lines, on all threads: a structured array hit, t
     ([0, 1]: at or before the impact), gap (m: a bound on the distance then). No impact is missed. ..._from, ..._to: (n, 3), m,
-    before and after. pairs: (k, 4) indices: a point, three vertices. tolerance: [0, 0.1], of the longest way of a vertex.
+    before and after. pairs: (k, 4) indices: a point, three vertices. tolerance: [0, 0.1], of the longest motion of a vertex.
     separation: m; features that come this near meet.
     """
 

@@ -9,7 +9,7 @@ namespace tandem {
 /// What the balancer did after a step.
 enum class BalanceAction : std::uint8_t {
   none,     ///< between two control steps, or the split is fixed
-  keep,     ///< looked and changed nothing
+  keep,     ///< measured and changed nothing
   change,   ///< moved threads; the next control step verifies it
   confirm,  ///< the change made it faster and stays
   revert,   ///< the change did not make it faster and was taken back
@@ -21,7 +21,7 @@ struct BalanceDecision {
   std::uint64_t step = 0;
   BalanceAction action = BalanceAction::none;
   Split before, after;
-  int control_step = 0;  ///< steps until the next look
+  int control_step = 0;  ///< steps until the next measurement
   double broad_ms = 0;   ///< what the rule compared: computing time a thread of the phase (paper), busy times (busy)
   double narrow_ms = 0;
   double measure = 0;  ///< detect time (paper) or detect time per unit of work (busy): what verification compares
