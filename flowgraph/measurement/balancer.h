@@ -11,7 +11,7 @@ namespace tandem {
 ///
 /// BalanceRule::paper compares the phases' times (computing time a thread of the phase) and moves one thread to the
 /// longer one; verified on the step's time. BalanceRule::busy goes at once to the split that serves the busy times
-/// best, at once too when they turn round between two decisions, and verifies on time per unit of work, so that a rising
+/// best, at once too when they turn round between decisions, and verifies on time per unit of work, so that a rising
 /// load does not count against a good change.
 class Balancer {
  public:

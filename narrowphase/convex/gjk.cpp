@@ -87,7 +87,9 @@ void descend_round(const MinkowskiDifference& d, const DescentLimits& limits, Gj
     for (int i = 0; i < s.count; ++i) known = known || p.w == s.p[i].w;
     if (known) break;
     s.p[s.count++] = p;
-    const NearestOnSimplex n = nearest_to_origin(s);
+    NearestOnSimplex n = nearest_to_origin(s);
+    // It does not hold the origin where a direction separates: it is flat.
+    if (n.inside && r.lower > 2 * limits.rounding) n = nearest_on_sides(s);
     if (n.inside) {
       r.end = GjkResult::End::inside;
       r.upper = 0;
