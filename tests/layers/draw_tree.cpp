@@ -18,26 +18,26 @@ std::vector<std::string> wrapped(const std::set<std::string>& words) {
   return lines;
 }
 
-int height_of(const Room& room) { return 30 + line_height * static_cast<int>(wrapped(room.units).size()); }
+int height_of(const Folder& folder) { return 30 + line_height * static_cast<int>(wrapped(folder.units).size()); }
 
 /// One library, the ground floor at the bottom; returns its height.
 int draw_library(const SourceTree& tree, const std::string& library, int x, int y, std::ostream& out) {
-  std::vector<std::size_t> rooms;
-  for (std::size_t i = tree.rooms.size(); i-- > 0;)
-    if (tree.rooms[i].library == library) rooms.push_back(i);
+  std::vector<std::size_t> folders;
+  for (std::size_t i = tree.folders.size(); i-- > 0;)
+    if (tree.folders[i].library == library) folders.push_back(i);
   out << "<text class='library' x='" << x << "' y='" << y + 22 << "'>" << library << "</text>\n";
   int top = y + title_height;
   std::map<std::size_t, int> middle;
-  for (const std::size_t i : rooms) {
-    const Room& room = tree.rooms[i];
-    const int height = height_of(room);
+  for (const std::size_t i : folders) {
+    const Folder& folder = tree.folders[i];
+    const int height = height_of(folder);
     out << "<rect x='" << x << "' y='" << top << "' width='" << box_width << "' height='" << height << "'/>\n"
-        << "<text class='room' x='" << x + 10 << "' y='" << top + 19 << "'>"
-        << (room.folder == "." ? "of the library itself" : room.folder) << "</text>\n"
-        << "<text class='size' x='" << x + box_width - 10 << "' y='" << top + 19 << "'>" << room.units.size()
-        << " units, " << room.lines << " lines</text>\n";
+        << "<text class='folder' x='" << x + 10 << "' y='" << top + 19 << "'>"
+        << (folder.path == "." ? "of the library itself" : folder.path) << "</text>\n"
+        << "<text class='size' x='" << x + box_width - 10 << "' y='" << top + 19 << "'>" << folder.units.size()
+        << " units, " << folder.lines << " lines</text>\n";
     int line_y = top + 36;
-    for (const std::string& line : wrapped(room.units)) {
+    for (const std::string& line : wrapped(folder.units)) {
       out << "<text class='units' x='" << x + 10 << "' y='" << line_y << "'>" << line << "</text>\n";
       line_y += line_height;
     }
@@ -71,7 +71,7 @@ std::string draw_tree(const SourceTree& tree) {
       << "' height='" << height << "'>\n"
       << "<!-- drawn from the includes by tests/layers -->\n"
       << "<style>text{font-family:sans-serif;fill:#223}.library{font-size:20px;font-weight:bold}"
-         ".room{font-size:14px;font-weight:bold}.size{font-size:11px;text-anchor:end;fill:#667}"
+         ".folder{font-size:14px;font-weight:bold}.size{font-size:11px;text-anchor:end;fill:#667}"
          ".units{font-size:11px}rect{fill:#eef3fa;stroke:#9ab;rx:4}"
          "path{fill:none;stroke-opacity:.55}.down{stroke:#357}.up{stroke:#d22}</style>\n"
       << "<defs><marker id='head' viewBox='0 0 8 8' refX='7' refY='4' markerWidth='8' markerHeight='8' "

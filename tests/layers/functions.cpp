@@ -130,8 +130,8 @@ int wide_lines(const fs::path& file, std::string_view text) {
 int main(int argc, char** argv) {
   try {
     if (argc != 2) {
-      std::cerr << "functions ROOT: fails on a function of more than " << most_lines << " lines and on a line of more than "
-                << most_columns << " columns\n";
+      std::cerr << "functions ROOT: fails on a function of more than " << most_lines
+                << " lines and on a line of more than " << most_columns << " columns\n";
       return 2;
     }
     int faults = 0;

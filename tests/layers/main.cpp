@@ -1,4 +1,4 @@
-// Holds the includes of the libraries against the plan of their rooms, and draws them.
+// Holds the includes of the libraries against the plan of their folders, and draws them.
 #include <exception>
 #include <fstream>
 #include <iostream>
@@ -15,7 +15,7 @@ int main(int argc, char** argv) {
     }
     const SourceTree tree = read_tree(argv[1], argv[2]);
     for (const std::string& fault : tree.faults) std::cout << fault << "\n";
-    std::cout << tree.rooms.size() << " rooms, " << tree.faults.size() << " faults\n";
+    std::cout << tree.folders.size() << " folders, " << tree.faults.size() << " faults\n";
     if (draw && !(std::ofstream(argv[4]) << draw_tree(tree))) {
       std::cerr << "layers: " << argv[4] << ": cannot be written\n";
       return 2;

@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t no_room = ~std::size_t{0};
+constexpr std::size_t no_folder = ~std::size_t{0};
 
 void read_plan(const fs::path& plan, SourceTree& tree) {
   std::ifstream file(plan);
@@ -25,11 +25,11 @@ void read_plan(const fs::path& plan, SourceTree& tree) {
     if (what == "library") {
       auto& uses = tree.uses[library];
       while (words >> word) uses.insert(word);
-    } else if (what == "room" && tree.uses.contains(library) && words >> word) {
-      tree.rooms.push_back({library, word, {}, {}, 0});
-      while (words >> word) tree.rooms.back().public_headers.insert(word);
+    } else if (what == "folder" && tree.uses.contains(library) && words >> word) {
+      tree.folders.push_back({library, word, {}, {}, 0});
+      while (words >> word) tree.folders.back().public_headers.insert(word);
     } else {
-      throw std::runtime_error(plan.string() + ": neither a library nor a room of one: " + line);
+      throw std::runtime_error(plan.string() + ": neither a library nor a folder of one: " + line);
     }
   }
 }
@@ -49,27 +49,30 @@ class Reader {
   }
 
  private:
-  /// The room of a file by its path from the root; none if the plan has none for it.
-  std::size_t room_of(const fs::path& file) {
+  /// The folder of a file by its path from the root; none if the plan has none for it.
+  std::size_t folder_of(const fs::path& file) {
     const std::string library = file.begin()->string();
     const fs::path folder = file.parent_path().lexically_relative(library);
     const bool is_public = file.string().find("/include/tandem/") != std::string::npos;
-    const std::string name = file.filename().string(), with_folder = file.parent_path().filename().string() + "/" + name;
+    const std::string name = file.filename().string(),
+                      with_folder = file.parent_path().filename().string() + "/" + name;
     // Of two public headers of one name that of an adapter is named with its folder.
     for (const std::string& header : {with_folder, name})
-      for (std::size_t i = 0; i < tree_.rooms.size(); ++i) {
-        const Room& room = tree_.rooms[i];
-        if (room.library == library && (is_public ? room.public_headers.contains(header) : room.folder == folder)) return i;
+      for (std::size_t i = 0; i < tree_.folders.size(); ++i) {
+        const Folder& of_plan = tree_.folders[i];
+        if (of_plan.library == library &&
+            (is_public ? of_plan.public_headers.contains(header) : of_plan.path == folder))
+          return i;
       }
-    return no_room;
+    return no_folder;
   }
 
   /// The file that an include names, by its path from the root; empty if it is none of these libraries'.
   std::optional<fs::path> resolve(const fs::path& from, const std::string& name) const {
     const std::string library = from.begin()->string();
     std::vector<fs::path> candidates = {from.parent_path() / name, fs::path(library) / name, name};
-    for (const Room& room : tree_.rooms)
-      if (room.library == library) candidates.push_back(fs::path(library) / room.folder / "include" / name);
+    for (const Folder& folder : tree_.folders)
+      if (folder.library == library) candidates.push_back(fs::path(library) / folder.path / "include" / name);
     for (const auto& [other, uses] : tree_.uses) {
       candidates.push_back(fs::path(other) / "include" / name);
       candidates.push_back(fs::path(other) / name);
@@ -82,35 +85,36 @@ class Reader {
   }
 
   void read(const fs::path& file) {
-    const std::size_t room = room_of(file);
-    if (room == no_room) return fault(file.string() + " is in no room of the plan");
+    const std::size_t folder = folder_of(file);
+    if (folder == no_folder) return fault(file.string() + " is in no folder of the plan");
     const std::string unit = (file.parent_path() / file.stem()).string();
-    tree_.rooms[room].units.insert(file.stem().string());
+    tree_.folders[folder].units.insert(file.stem().string());
     std::ifstream text(root_ / file);
     static const std::regex include("\\s*#\\s*include \"([^\"]+)\".*");
     for (std::string line; std::getline(text, line);) {
-      ++tree_.rooms[room].lines;
+      ++tree_.folders[folder].lines;
       std::smatch match;
       if (!std::regex_match(line, match, include)) continue;
       const auto target = resolve(file, match[1]);
       if (!target) continue;
       const std::string target_unit = (target->parent_path() / target->stem()).string();
       if (target_unit != unit) units_[unit].insert(target_unit);
-      check(file, room, *target);
+      check(file, folder, *target);
     }
   }
 
-  void check(const fs::path& file, std::size_t room, const fs::path& target) {
-    const std::size_t to = room_of(target);
-    if (to == no_room) return;
-    const Room &here = tree_.rooms[room], &there = tree_.rooms[to];
+  void check(const fs::path& file, std::size_t folder, const fs::path& target) {
+    const std::size_t to = folder_of(target);
+    if (to == no_folder) return;
+    const Folder &here = tree_.folders[folder], &there = tree_.folders[to];
     const std::string text = file.string() + " includes " + target.string();
     if (here.library != there.library) {
-      if (!tree_.uses[here.library].contains(there.library)) fault(text + ": " + here.library + " may not use " + there.library);
+      if (!tree_.uses[here.library].contains(there.library))
+        fault(text + ": " + here.library + " may not use " + there.library);
       return;
     }
-    if (to > room) fault(text + ": " + there.folder + " stands above " + here.folder);
-    if (to != room) ++tree_.includes[{room, to}];
+    if (to > folder) fault(text + ": " + there.path + " stands above " + here.path);
+    if (to != folder) ++tree_.includes[{folder, to}];
   }
 
   /// Headers with their sources that include each other in a circle.
