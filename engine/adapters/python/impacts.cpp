@@ -82,8 +82,8 @@ void bind_impacts(py::module_& m) {
         "array hit, t\n"
         "([0, 1]: at or before the impact), gap (m: a bound on the distance then). No impact is missed. ..._from, "
         "..._to: (n, 3), m,\n"
-        "before and after. pairs: (k, 4) indices: a point, three vertices. tolerance: [0, 0.1], of the longest motion of "
-        "a vertex.\n"
+        "before and after. pairs: (k, 4) indices: a point, three vertices. tolerance: [0, 0.1], of the longest motion "
+        "of a vertex.\n"
         "separation: m; features that come this near meet.");
   m.def("edge_edge_impacts", &of_edges, py::arg("a_from"), py::arg("a_to"), py::arg("b_from"), py::arg("b_to"), pairs,
         py::kw_only(), tolerance, separation, "The same of edges. pairs: (k, 4) indices: two vertices of a, two of b.");
