@@ -378,8 +378,8 @@ inline constexpr double descent_accuracy = 1e-10;
 /// What a search by a meridian must leave open, relative to the scale, for a polytope to be worth its time.
 inline constexpr double search_left = 1e-12;
 
-/// Time of impact: bodies that are no farther apart, relative to their sizes, touch. Less: creeping towards a graze
-/// never ends. More: early by as much over the speed of closing.
+/// Time of impact: bodies that are no farther apart, relative to their sizes and coordinates, touch. Less: creeping
+/// towards a graze never ends, and a point passes between two triangles. More: early by as much over the speed of closing.
 inline constexpr double touch = 1e-14;
 /// The same of bodies that turn, relative to the length of the path: advances halve what is left rather than square it.
 /// Less: more of them. More: early by as much over the speed of closing; 1e-9 is promised.

@@ -41,9 +41,9 @@ class Sweep {
     in_b_ = b.rotation.transpose() * along;
     const auto reach = [](const Body& s) { return (s.mid.cwiseAbs() + s.half).maxCoeff(); };
     const auto skew = [](const Mat3& r) { return (r.transpose() * r - Mat3::Identity()).cwiseAbs().maxCoeff(); };
+    coordinates_ = reach(a) + reach(b) + between.norm();
     // Rotations need not be quite orthonormal, and coordinates are rounded.
-    slack_ = radius + (tolerance::place_rounding + 4 * (skew(a.rotation) + skew(b.rotation))) *
-                          (reach(a) + reach(b) + between.norm());
+    slack_ = radius + (tolerance::place_rounding + 4 * (skew(a.rotation) + skew(b.rotation))) * coordinates_;
   }
 
   // The advance until the first touch; `never` if there is none within the longest.
@@ -82,7 +82,8 @@ class Sweep {
   double convex_meet(const ConvexView& p, const ConvexView& q, double from, double until) {
     constexpr int most_advances = 200;
     const NarrowPhaseOptions exact;
-    const double rounding = tolerance::touch * (p.size + q.size + radius_);
+    // As far as coordinates are rounded: a point that comes in through an edge must not pass between its two triangles.
+    const double rounding = tolerance::touch * (p.size + q.size + radius_ + coordinates_);
     const Pose at_a{a_.rotation, Vec3::Zero()};
     double advance = from;
     for (int i = 0; i < most_advances; ++i) {
@@ -138,6 +139,7 @@ class Sweep {
   const double longest_, radius_;
   const Mat3 map_;  // from B's frame into A's
   Vec3 shift_, in_a_, in_b_;
+  double coordinates_;  // the largest that are computed with, about
   double slack_;
 };
 
