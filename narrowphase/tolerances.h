@@ -379,7 +379,7 @@ inline constexpr double descent_accuracy = 1e-10;
 inline constexpr double search_left = 1e-12;
 
 /// Time of impact: bodies that are no farther apart, relative to their sizes and coordinates, touch. Less: creeping
-/// towards a graze never ends, and a point passes between two triangles. More: early by as much over the speed of closing.
+/// towards a graze never ends, a point passes between two triangles. More: early by as much over the speed of closing.
 inline constexpr double touch = 1e-14;
 /// The same of bodies that turn, relative to the length of the path: advances halve what is left rather than square it.
 /// Less: more of them. More: early by as much over the speed of closing; 1e-9 is promised.
