@@ -12,7 +12,7 @@ namespace tandem {
 namespace {
 
 SearchEffort effort_of_convex(const MeshConvexPair& pair) {
-  return {.enough = 10 * pair.slack(),
+  return {.enough = pair.translation_slack(),
           .least_reach = 0.5,
           .rounds = 8,
           .plane_reach = infinity,
@@ -29,7 +29,7 @@ ConvexInMesh::ConvexInMesh(const MeshConvexPair& pair)
 // Planes across the direction push the convex shape off one layer of triangles after the other.
 double ConvexInMesh::free_length(const Vec3& d, const Separation& known) const {
   constexpr int layers = 64;
-  const double low = d.dot(pair_.support(-d)), clearance = 10 * slack;  // past what only touches
+  const double low = d.dot(pair_.support(-d)), clearance = pair_.translation_slack();  // past what only touches
   double length = 0;
   for (int i = 0; i < layers; ++i) {
     const MeshConvexPair there = pair_.moved((length + clearance) * d);
@@ -156,7 +156,7 @@ bool ConvexInMesh::leads_out(double length, const Vec3& normal) const {
   if (!model.closed || !std::isfinite(length)) return false;
   for (const Vec3& p : {pair_.centre(), pair_.support(normal)}) {
     const Vec3 in_mesh = pair_.in_mesh(p);
-    if (nearest_point(model, in_mesh).distance > length + 10 * slack &&
+    if (nearest_point(model, in_mesh).distance > length + pair_.translation_slack() &&
         !is_inside(model, in_mesh, pair_.options().limit))
       return true;
   }
