@@ -26,6 +26,16 @@ SearchEffort effort_of_convex(const MeshConvexPair& pair) {
 ConvexInMesh::ConvexInMesh(const MeshConvexPair& pair)
     : OverlappingPair(pair.size(), effort_of_convex(pair)), pair_(pair) {}
 
+// Is a little farther along d free, too? In a wedge it is not, where its other side pushes the convex shape to is.
+bool ConvexInMesh::leads_on(double length, const Vec3& d) const {
+  const double little = tolerance::alike * size;
+  const Vec3 farther = (length + little) * d;
+  if (!collide(farther)) return true;
+  const PairAnswer side = pair_.moved(farther).nearest();
+  const double depth = -side.signed_distance;
+  return depth >= 0 && depth <= little && !collide(farther + (depth + little) * side.normal);
+}
+
 // Planes across the direction push the convex shape off one layer of triangles after the other.
 double ConvexInMesh::free_length(const Vec3& d, const Separation& known) const {
   constexpr int layers = 64;
@@ -45,7 +55,7 @@ double ConvexInMesh::free_length(const Vec3& d, const Separation& known) const {
         // What of the convex shape lies behind its centre has to cross, too.
         next = first_crossing(pair_.model(), there.in_mesh(there.centre()), d) + pair_.exit_length(pair_.centre(), -d);
       } else {
-        if (!collide((length + tolerance::alike * size) * d)) return length;
+        if (leads_on(length, d)) return length;
         next = tolerance::alike * size;
       }
     }
