@@ -86,9 +86,12 @@ PointToSegment point_to_segment(const Vec3& a, const Vec3& b, const Vec3& p) {
   const double from_a = (p - a).dot(ab), from_b = (b - p).dot(ab), length2 = ab.squaredNorm();
   if (!(from_a > 0)) return {a, p - a, false};
   if (!(from_b > 0)) return {b, p - b, false};
-  const Vec3 q = from_a <= from_b ? Vec3(a + (from_a / length2) * ab) : Vec3(b - (from_b / length2) * ab);
-  const Vec3 d = p - q;
-  return {q, d - (d.dot(ab) / length2) * ab, true};  // whatever is left of so small a difference
+  const bool first = from_a <= from_b;
+  const Vec3& end = first ? a : b;
+  const Vec3 along = (first ? from_a : -from_b) / length2 * ab;
+  // From that end, not from the point on the segment, which is rounded where coordinates are large beside d.
+  const Vec3 d = (p - end) - along;
+  return {end + along, d - (d.dot(ab) / length2) * ab, true};  // whatever is left of so small a difference
 }
 
 PointDistance to_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p) {

@@ -211,7 +211,7 @@ class MeshConvex {
     if (pair_.options().mesh_bounds || contacts.empty()) return false;
     const Contact& c = *std::max_element(contacts.begin(), contacts.end(),
                                          [](const Contact& x, const Contact& y) { return x.depth < y.depth; });
-    return c.depth > 0 && !pair_.moved((c.depth + 10 * pair_.slack()) * c.normal).collide({&c.normal, 1});
+    return c.depth > 0 && !pair_.moved((c.depth + pair_.translation_slack()) * c.normal).collide({&c.normal, 1});
   }
 
   // Of two that are apart by `near`: no contact is nearer, and one is as near.
@@ -238,7 +238,7 @@ class MeshConvex {
                                  std::vector<Contact>& out) const {
     const auto deepest = [&] { return deepest_of(std::span(out).subspan(first)); };
     double certain = -near.signed_distance, shortest = infinity;
-    const double slack = 10 * pair_.slack() + tolerance::no_shorter * certain;
+    const double slack = pair_.translation_slack() + tolerance::no_shorter * certain;
     const auto find_shortest = [&] {
       const PairAnswer translation =
           pair_.options().mesh_bounds ? depth(near) : some_translation(near, std::span(out).subspan(first));
@@ -265,7 +265,7 @@ class MeshConvex {
       answer.status = Status::unproven;
       return answer;
     }
-    separates = !collide_moved((depth + 10 * pair_.slack()) * answer.normal);
+    separates = !collide_moved((depth + pair_.translation_slack()) * answer.normal);
     if (!separates && std::isinf(shortest)) find_shortest();
     const double off = std::max(depth - certain, std::isinf(shortest) ? 0.0 : shortest - depth);
     if (off > certain_within * pair_.size() || !separates) {

@@ -153,6 +153,8 @@ bool NewtonDescent::go(const Arc& arc, double t, double slope) {
         return false;
       }
       last_ = slope;
+    } else {
+      last_ = infinity;  // h tells again: slopes of a saddle that was left say nothing of those to come
     }
     stuck_ = trial.body >= 0 && (trial.n - at_.n).squaredNorm() < tolerance::standing_still2 ? stuck_ + 1 : 0;
     at_.n = trial.n;

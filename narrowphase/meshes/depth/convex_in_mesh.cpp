@@ -12,7 +12,7 @@ namespace tandem {
 namespace {
 
 SearchEffort effort_of_convex(const MeshConvexPair& pair) {
-  return {.enough = 10 * pair.slack(),
+  return {.enough = pair.translation_slack(),
           .least_reach = 0.5,
           .rounds = 8,
           .plane_reach = infinity,
@@ -26,10 +26,20 @@ SearchEffort effort_of_convex(const MeshConvexPair& pair) {
 ConvexInMesh::ConvexInMesh(const MeshConvexPair& pair)
     : OverlappingPair(pair.size(), effort_of_convex(pair)), pair_(pair) {}
 
+// Is a little farther along d free, too? In a wedge it is not, where its other side pushes the convex shape to is.
+bool ConvexInMesh::leads_on(double length, const Vec3& d) const {
+  const double little = tolerance::alike * size;
+  const Vec3 farther = (length + little) * d;
+  if (!collide(farther)) return true;
+  const PairAnswer side = pair_.moved(farther).nearest();
+  const double depth = -side.signed_distance;
+  return depth >= 0 && depth <= little && !collide(farther + (depth + little) * side.normal);
+}
+
 // Planes across the direction push the convex shape off one layer of triangles after the other.
 double ConvexInMesh::free_length(const Vec3& d, const Separation& known) const {
   constexpr int layers = 64;
-  const double low = d.dot(pair_.support(-d)), clearance = 10 * slack;  // past what only touches
+  const double low = d.dot(pair_.support(-d)), clearance = pair_.translation_slack();  // past what only touches
   double length = 0;
   for (int i = 0; i < layers; ++i) {
     const MeshConvexPair there = pair_.moved((length + clearance) * d);
@@ -45,7 +55,7 @@ double ConvexInMesh::free_length(const Vec3& d, const Separation& known) const {
         // What of the convex shape lies behind its centre has to cross, too.
         next = first_crossing(pair_.model(), there.in_mesh(there.centre()), d) + pair_.exit_length(pair_.centre(), -d);
       } else {
-        if (!collide((length + tolerance::alike * size) * d)) return length;
+        if (leads_on(length, d)) return length;
         next = tolerance::alike * size;
       }
     }
@@ -156,7 +166,7 @@ bool ConvexInMesh::leads_out(double length, const Vec3& normal) const {
   if (!model.closed || !std::isfinite(length)) return false;
   for (const Vec3& p : {pair_.centre(), pair_.support(normal)}) {
     const Vec3 in_mesh = pair_.in_mesh(p);
-    if (nearest_point(model, in_mesh).distance > length + 10 * slack &&
+    if (nearest_point(model, in_mesh).distance > length + pair_.translation_slack() &&
         !is_inside(model, in_mesh, pair_.options().limit))
       return true;
   }

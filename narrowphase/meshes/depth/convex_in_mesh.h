@@ -26,6 +26,7 @@ class ConvexInMesh final : public OverlappingPair {
   Vec3 raise_by_deep_points(const Vec3& normal, Separation& known) const;
 
  private:
+  bool leads_on(double length, const Vec3& d) const;
   struct DeepPoint {
     double depth = 0;
     Vec3 out = Vec3::Zero();

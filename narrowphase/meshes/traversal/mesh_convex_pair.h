@@ -81,6 +81,8 @@ class MeshConvexPair {
   double radius() const { return radius_; }  ///< of the ball about each point of the convex shape's core
   /// What two pieces of rounding may make of nothing, metres.
   double slack() const { return tolerance::place_rounding * size_; }
+  /// What a translation that separates may be longer than the depth, metres.
+  double translation_slack() const { return tolerance::translation_slack * size_; }
   const NarrowPhaseOptions& options() const { return options_; }
   const Posed& mesh() const { return mesh_; }
   Posed posed_convex() const { return {convex_shape_, convex_pose_}; }

@@ -623,9 +623,10 @@ std::string by_triangles(const Case& c, Random&) {
     }
   const double d = c.answers.distance.signed_distance, tolerance = rounding * c.unit + c.answers.distance.error_bound;
   const bool inside = !any && (holds(p.a, p.b) || holds(p.b, p.a));
-  if (c.answers.collide != (any || inside) && std::abs(least) > tolerance)
+  // A touch within what is known of the nearest triangles is either.
+  if (c.answers.collide != (any || inside) && (certain > tolerance || least < -tolerance))
     return say("collide ", c.answers.collide, ", of the triangles ", any, ", one inside the other ", inside, " at ",
-               least);
+               certain, " to ", least);
   if (!any && !inside && !(d >= certain - tolerance && d <= least + tolerance))
     return say("distance ", d, ", of the triangles ", certain, " to ", least);
   return {};
