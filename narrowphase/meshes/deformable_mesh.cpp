@@ -180,6 +180,17 @@ NearFeatures DeformableMesh::near_features(double margin, const PartRunner& part
   return tandem::near_features(*impl_->current.model, impl_->first, margin, parts);
 }
 
+SearchEnd DeformableMesh::visit_self_intersections(
+    const std::function<bool(const std::array<std::uint32_t, 2>&)>& visitor, const SearchOptions& options) const {
+  return tandem::visit_self_intersections(*impl_->current.model, impl_->first, visitor, options);
+}
+
+SearchEnd DeformableMesh::visit_near_features(double margin, const NearFeatureVisitor& visitor,
+                                              const SearchOptions& options) const {
+  require_feature_margin(margin);
+  return tandem::visit_near_features(*impl_->current.model, impl_->first, margin, visitor, options);
+}
+
 std::size_t DeformableMesh::memory() const {
   const Impl& impl = *impl_;
   std::size_t bytes = sizeof(Impl) + impl.refit.memory() + impl.current.model->memory().total() + impl.used.capacity() +
