@@ -21,7 +21,8 @@ namespace {
 
 [[noreturn]] void refuse_vertices(const std::string& why) { throw std::invalid_argument("deformable mesh: " + why); }
 
-bool is_place(const Vec3& v) { return v.cwiseAbs().maxCoeff() <= tolerance::longest_length && v.allFinite(); }
+// Of what is no number no comparison is true.
+bool is_place(const Vec3& v) { return (v.array().abs() <= tolerance::longest_length).all(); }
 
 [[noreturn]] void refuse_place(std::size_t v, const Vec3& place) {
   refuse_vertices("vertices[" + std::to_string(v) + "] is " + written(place) +
