@@ -61,6 +61,9 @@ std::vector<Row> round_meshes_bench(const Settings& settings);
 std::vector<Row> depths_bench(const Settings& settings);
 /// Meshes of 10^3 to 5 * 10^6 triangles made ready for queries, beside Embree's hierarchies and FCL's.
 std::vector<Row> building_bench(const Settings& settings);
+/// Meshes of 10^3 to 5 * 10^6 triangles, built and asked for pairs and distances, beside FCL, Embree and CGAL. Throws
+/// std::runtime_error where an exact contestant finds other pairs.
+std::vector<Row> big_meshes_bench(const Settings& settings);
 /// What it calls its worlds.
 std::vector<std::string> broadphase_scenes();
 

@@ -5,13 +5,11 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
-#include <numbers>
 #include <optional>
-#include <random>
 
 #include "benches.h"
 #include "clocks.h"
+#include "torus_meshes.h"
 #include "tandem/narrowphase/build_options.h"
 #include "tandem/narrowphase/shape.h"
 #ifdef TANDEM_HAS_EMBREE
@@ -20,43 +18,6 @@
 
 namespace tandem::bench {
 namespace {
-
-// Of the whole process: what others do on the machine counts for little.
-// A torus with bumps, about three times as many cells round as across; solid.
-Mesh torus(std::size_t triangles) {
-  const auto turns = static_cast<std::uint32_t>(std::max(4.0, std::sqrt(1.5 * static_cast<double>(triangles))));
-  const std::uint32_t across = std::max(3u, turns / 3);
-  Mesh mesh;
-  mesh.solid = true;
-  for (std::uint32_t i = 0; i < turns; ++i)
-    for (std::uint32_t j = 0; j < across; ++j) {
-      const double u = 2 * std::numbers::pi * i / turns, v = 2 * std::numbers::pi * j / across;
-      const double radius = 0.3 + 0.02 * std::sin(7 * u) * std::cos(5 * v), out = 1 + radius * std::cos(v);
-      mesh.vertices.emplace_back(out * std::cos(u), out * std::sin(u), radius * std::sin(v));
-    }
-  const auto at = [&](std::uint32_t i, std::uint32_t j) { return (i % turns) * across + j % across; };
-  for (std::uint32_t i = 0; i < turns; ++i)
-    for (std::uint32_t j = 0; j < across; ++j) {
-      mesh.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
-      mesh.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
-    }
-  return mesh;
-}
-
-// As files of triangles have it: each has corners of its own, in no order.
-Mesh soup(const Mesh& mesh) {
-  Mesh out;
-  out.solid = mesh.solid;
-  std::vector<std::array<std::uint32_t, 3>> triangles = mesh.triangles;
-  std::mt19937 random(1);
-  for (std::size_t i = triangles.size(); i > 1; --i) std::swap(triangles[i - 1], triangles[random() % i]);
-  for (const auto& t : triangles) {
-    const auto first = static_cast<std::uint32_t>(out.vertices.size());
-    for (const std::uint32_t v : t) out.vertices.push_back(mesh.vertices[v]);
-    out.triangles.push_back({first, first + 1, first + 2});
-  }
-  return out;
-}
 
 #ifdef TANDEM_HAS_EMBREE
 class EmbreeBuilder {
@@ -189,9 +150,9 @@ std::vector<Row> building_bench(const Settings& settings) {
       "Meshes made ready for queries. cpu: of all threads together; ratio: of that, to tandem's on one thread\n");
   for (const std::size_t size : sizes) {
     const int repeat = settings.repeat != 0 ? settings.repeat : size > 2'000'000 ? 3 : size > 200'000 ? 7 : 15;
-    const Mesh mesh = torus(size);
+    const Mesh mesh = bumpy_torus(size);
     measure("torus", mesh, repeat, rows);
-    measure("soup", soup(mesh), repeat, rows);
+    measure("soup", soup_of(mesh), repeat, rows);
   }
   return rows;
 }

@@ -217,6 +217,13 @@ void add_building(CLI::App& program) {
   app->add_option("--repeat", o->repeat, "times that each is built; default: 15, of large ones 7 and 3");
 }
 
+void add_big_meshes(CLI::App& program) {
+  const auto [app, o] = add(program, "big-meshes", "meshes by size, all requests, beside FCL, Embree and CGAL", big_meshes_bench);
+  app->add_option("--sizes", o->sizes, "numbers of triangles, a comma between them; default: 1000 to 5000000");
+  app->add_option("--contestant", o->contestants, "tandem, FCL, Embree, CGAL, a comma between them; default: all");
+  app->add_option("--repeat", o->repeat, "times that each is asked; default: by size, 15 to 1");
+}
+
 #ifdef TANDEM_HAS_FCL_ADAPTER
 void add_fcl(CLI::App& program) {
   const auto [app, o] = add(program, "fcl", "tandem::fcl's broad-phase manager beside FCL's managers", fcl_bench);
@@ -278,6 +285,7 @@ int run_program(int count, char** arguments) {
   add_round_meshes(program);
   add_depths(program);
   add_building(program);
+  add_big_meshes(program);
 #ifdef TANDEM_HAS_FCL_ADAPTER
   add_fcl(program);
 #endif

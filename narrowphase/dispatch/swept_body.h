@@ -53,10 +53,9 @@ struct SweptBody {
   template <class Visit>
   void each_convex(std::uint32_t leaf, Visit&& visit) const {
     if (!mesh) return visit(view, std::uint32_t{0});
-    each_triangle(*mesh, leaf, [&](std::uint32_t t) {
-      const auto corners = mesh->corners(t);
-      visit(TriangleView(corners), t);
-    });
+    const std::uint32_t t = leaf_triangle(*mesh, leaf);
+    const auto corners = mesh->corners(t);
+    visit(TriangleView(corners), t);
   }
 };
 

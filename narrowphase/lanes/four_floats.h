@@ -18,6 +18,7 @@ inline FourFloats load_four(const float* from) {
   std::memcpy(&v, from, sizeof v);
   return v;
 }
+inline void store_four(FourFloats v, float* to) { std::memcpy(to, &v, sizeof v); }
 #ifdef __SSE2__  // compilers do not always see that it is one instruction
 inline FourFloats min_of(FourFloats a, FourFloats b) { return _mm_min_ps(a, b); }
 inline FourFloats max_of(FourFloats a, FourFloats b) { return _mm_max_ps(a, b); }

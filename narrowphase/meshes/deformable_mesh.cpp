@@ -21,7 +21,8 @@ namespace {
 
 [[noreturn]] void refuse_vertices(const std::string& why) { throw std::invalid_argument("deformable mesh: " + why); }
 
-bool is_place(const Vec3& v) { return v.cwiseAbs().maxCoeff() <= tolerance::longest_length && v.allFinite(); }
+// Of what is no number no comparison is true.
+bool is_place(const Vec3& v) { return (v.array().abs() <= tolerance::longest_length).all(); }
 
 [[noreturn]] void refuse_place(std::size_t v, const Vec3& place) {
   refuse_vertices("vertices[" + std::to_string(v) + "] is " + written(place) +
@@ -178,6 +179,17 @@ std::vector<std::array<std::uint32_t, 2>> DeformableMesh::self_intersections(con
 NearFeatures DeformableMesh::near_features(double margin, const PartRunner& parts) const {
   require_feature_margin(margin);
   return tandem::near_features(*impl_->current.model, impl_->first, margin, parts);
+}
+
+SearchEnd DeformableMesh::visit_self_intersections(
+    const std::function<bool(const std::array<std::uint32_t, 2>&)>& visitor, const SearchOptions& options) const {
+  return tandem::visit_self_intersections(*impl_->current.model, impl_->first, visitor, options);
+}
+
+SearchEnd DeformableMesh::visit_near_features(double margin, const NearFeatureVisitor& visitor,
+                                              const SearchOptions& options) const {
+  require_feature_margin(margin);
+  return tandem::visit_near_features(*impl_->current.model, impl_->first, margin, visitor, options);
 }
 
 std::size_t DeformableMesh::memory() const {

@@ -11,6 +11,7 @@
 #include "convex/triangle_height.h"
 #include "shapes/run_parts.h"
 #include "shapes/shape_insides.h"
+#include "shapes/work_meter.h"
 #include "tolerances.h"
 
 namespace tandem {
@@ -51,21 +52,48 @@ double segment_segment(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& 
   return at > 0 && at < 1 && on > 0 && on < 1 ? std::min(least, (w + at * d - on * e).norm()) : least;
 }
 
+// Which edges have been met, in lists by their lower ends.
+class EdgesMet {
+ public:
+  explicit EdgesMet(const MeshModel& mesh) : last_(mesh.vertices.size(), no_index) {}
+
+  bool is_new(const std::array<std::uint32_t, 2>& edge) {
+    for (std::uint32_t e = last_[edge[0]]; e != no_index; e = met_[e].before)
+      if (met_[e].hi == edge[1]) return false;
+    met_.push_back({edge[1], last_[edge[0]]});
+    last_[edge[0]] = static_cast<std::uint32_t>(met_.size() - 1);
+    return true;
+  }
+
+ private:
+  struct Met {
+    std::uint32_t hi, before;
+  };
+  std::vector<std::uint32_t> last_;  // of each vertex
+  std::vector<Met> met_;
+};
+
 // A mesh's features: a vertex belongs to the first of its triangles, an edge to the first of those beside it.
 class NearFeatureRows {
  public:
-  NearFeatureRows(const MeshModel& mesh, std::span<const std::uint32_t> first) : mesh_(mesh), first_(first) {
+  NearFeatureRows(const MeshModel& mesh, std::span<const std::uint32_t> first, const WorkLimit* limit)
+      : mesh_(mesh), first_(first) {
+    WorkMeter meter(limit);
+    const MeshModel::Neighbours& neighbours = mesh.neighbours(limit);
     std::vector<std::uint8_t> seen(mesh.vertices.size(), 0);
     own_.resize(mesh.triangles.size(), 0);
-    for (std::uint32_t t = 0; t < own_.size(); ++t)
+    EdgesMet met(mesh);
+    for (std::uint32_t t = 0; t < own_.size(); ++t) {
+      meter.spend();
       for (std::size_t k = 0; k < 3; ++k) {
-        const std::uint32_t v = vertex(t, k), beside = mesh.neighbours[t][k];
+        const std::uint32_t v = vertex(t, k), beside = neighbours[t][k];
         if (seen[v] == 0) own_[t] |= static_cast<std::uint8_t>(1u << k);
         seen[v] = 1;
-        // Beside itself where it is given with one corner twice.
-        if ((beside == no_index || t <= beside) && v != vertex(t, (k + 1) % 3))
+        // Beside itself where it is given with one corner twice; an edge of more than two triangles is no pair's alone.
+        if ((beside == no_index || t <= beside) && v != vertex(t, (k + 1) % 3) && met.is_new(edge(t, k)))
           own_[t] |= static_cast<std::uint8_t>(8u << k);
       }
+    }
   }
 
   std::uint32_t vertex(std::uint32_t t, std::size_t k) const {
@@ -88,72 +116,75 @@ class NearFeatureRows {
   std::vector<std::uint8_t> own_;  // of each triangle, three bits for vertices and three for edges
 };
 
-// Looks at the features of each pair of triangles.
+// Two meshes, or one (`self`); corners of A as they are, of B turned and moved.
+struct FeatureSides {
+  const MeshModel& a;
+  const NearFeatureRows& of_a;
+  const MeshModel& b;
+  const NearFeatureRows& of_b;
+  bool self;
+  Pose b_in_a;
+};
+
+// Looks at the features of each pair of triangles and tells the visitor.
 class FeaturePairs final : public PairVisitor {
  public:
-  /// Corners of A as they are, of B turned and moved. `self`: one mesh.
-  FeaturePairs(const MeshModel& a, const NearFeatureRows& of_a, const MeshModel& b, const NearFeatureRows& of_b,
-               bool self, const Pose& b_in_a, double margin, NearFeatures& found)
-      : PairVisitor(nullptr),
-        a_(a),
-        of_a_(of_a),
-        b_(b),
-        of_b_(of_b),
-        self_(self),
-        b_in_a_(b_in_a),
-        margin_(margin),
-        found_(found) {}
+  FeaturePairs(const FeatureSides& sides, double margin, const NearFeatureVisitor& visitor, const WorkLimit* limit)
+      : PairVisitor(limit), s_(sides), margin_(margin), visitor_(visitor) {}
 
   bool visit(std::uint32_t i, std::uint32_t j) override {
-    const Corners p = a_.corners(i);
-    Corners q = b_.corners(j);
-    if (!self_)
-      for (Vec3& corner : q) corner = b_in_a_ * corner;
+    meter.spend(a_pair);
+    const Corners p = s_.a.corners(i);
+    Corners q = s_.b.corners(j);
+    if (!s_.self)
+      for (Vec3& corner : q) corner = s_.b_in_a * corner;
     for (std::size_t k = 0; k < 3; ++k) {
-      if (of_a_.owns_vertex(i, k)) add_point(of_a_.vertex(i, k), p[k], j, of_b_, q, found_.points);
-      if (of_b_.owns_vertex(j, k))
-        add_point(of_b_.vertex(j, k), q[k], i, of_a_, p, self_ ? found_.points : found_.points_of_b);
-      for (std::size_t l = 0; l < 3 && of_a_.owns_edge(i, k); ++l)
-        if (of_b_.owns_edge(j, l))
-          add_edges(of_a_.edge(i, k), of_b_.edge(j, l), segment_segment(p[k], p[(k + 1) % 3], q[l], q[(l + 1) % 3]));
+      if (s_.of_a.owns_vertex(i, k)) add_point(s_.of_a.vertex(i, k), p[k], j, s_.of_b, q, visitor_.point);
+      if (s_.of_b.owns_vertex(j, k))
+        add_point(s_.of_b.vertex(j, k), q[k], i, s_.of_a, p, s_.self ? visitor_.point : visitor_.point_of_b);
+      for (std::size_t l = 0; l < 3 && s_.of_a.owns_edge(i, k); ++l)
+        if (s_.of_b.owns_edge(j, l))
+          add_edges(s_.of_a.edge(i, k), s_.of_b.edge(j, l),
+                    segment_segment(p[k], p[(k + 1) % 3], q[l], q[(l + 1) % 3]));
     }
-    return false;
+    return ended_;
   }
+  bool ended() const { return ended_; }
 
  private:
+  static constexpr int a_pair = 8;  // of triangles: units of work
+
+  template <class Found>
+  void tell(const std::function<bool(const Found&)>& function, const Found& found) {
+    if (function && !ended_) ended_ = !function(found);
+  }
+
   void add_point(std::uint32_t v, const Vec3& place, std::uint32_t t, const NearFeatureRows& of_t,
-                 const Corners& corners, std::vector<NearPoint>& points) const {
-    if (self_ && of_t.has_vertex(t, v)) return;
-    if (const double distance = point_triangle(place, corners); distance <= margin_) points.push_back({v, t, distance});
+                 const Corners& corners, const std::function<bool(const NearPoint&)>& function) {
+    if (s_.self && of_t.has_vertex(t, v)) return;
+    if (const double distance = point_triangle(place, corners); distance <= margin_)
+      tell(function, NearPoint{v, t, distance});
   }
 
   void add_edges(const std::array<std::uint32_t, 2>& a, const std::array<std::uint32_t, 2>& b, double distance) {
     if (!(distance <= margin_)) return;
-    if (self_ && (a[0] == b[0] || a[0] == b[1] || a[1] == b[0] || a[1] == b[1])) return;
-    const bool exchanged = self_ && b < a;
-    found_.edges.push_back({exchanged ? b : a, exchanged ? a : b, distance});
+    if (s_.self && (a[0] == b[0] || a[0] == b[1] || a[1] == b[0] || a[1] == b[1])) return;
+    const bool exchanged = s_.self && b < a;
+    tell(visitor_.edges, NearEdges{exchanged ? b : a, exchanged ? a : b, distance});
   }
 
-  const MeshModel& a_;
-  const NearFeatureRows& of_a_;
-  const MeshModel& b_;
-  const NearFeatureRows& of_b_;
-  const bool self_;
-  const Pose b_in_a_;
+  const FeatureSides& s_;
   const double margin_;
-  NearFeatures& found_;
+  const NearFeatureVisitor& visitor_;
+  bool ended_ = false;
 };
 
 bool before(const NearPoint& x, const NearPoint& y) {
-  return std::tie(x.vertex, x.triangle, x.distance) < std::tie(y.vertex, y.triangle, y.distance);
+  return std::tie(x.vertex, x.triangle) < std::tie(y.vertex, y.triangle);
 }
-bool before(const NearEdges& x, const NearEdges& y) {
-  return std::tie(x.a, x.b, x.distance) < std::tie(y.a, y.b, y.distance);
-}
-bool same(const NearPoint& x, const NearPoint& y) { return x.vertex == y.vertex && x.triangle == y.triangle; }
-bool same(const NearEdges& x, const NearEdges& y) { return x.a == y.a && x.b == y.b; }
+bool before(const NearEdges& x, const NearEdges& y) { return std::tie(x.a, x.b) < std::tie(y.a, y.b); }
 
-// What the parts have found, sorted; edges with more than two triangles are found more than once.
+// What the parts have found, sorted.
 template <class Pair>
 void join(std::vector<NearFeatures>& found, std::vector<Pair> NearFeatures::*list, NearFeatures& all) {
   std::vector<Pair>& pairs = all.*list;
@@ -162,16 +193,18 @@ void join(std::vector<NearFeatures>& found, std::vector<Pair> NearFeatures::*lis
     some.*list = {};
   }
   std::sort(pairs.begin(), pairs.end(), [](const Pair& x, const Pair& y) { return before(x, y); });
-  pairs.erase(std::unique(pairs.begin(), pairs.end(), [](const Pair& x, const Pair& y) { return same(x, y); }),
-              pairs.end());
 }
 
-template <class MakeVisitor>
-NearFeatures find(const NearBoxPairs& near, const PartRunner& parts, const MakeVisitor& make) {
+NearFeatures list_features(const NearBoxPairs& near, const FeatureSides& sides, double margin,
+                           const PartRunner& parts) {
   const std::vector<NodePair> subtrees = near.subtrees();
   std::vector<NearFeatures> found(subtrees.size());
   run_parts(parts, subtrees.size(), [&](std::size_t k) {
-    FeaturePairs pairs = make(found[k]);
+    NearFeatures& its = found[k];
+    const NearFeatureVisitor keep{[&](const NearPoint& p) { return its.points.push_back(p), true; },
+                                  [&](const NearPoint& p) { return its.points_of_b.push_back(p), true; },
+                                  [&](const NearEdges& e) { return its.edges.push_back(e), true; }};
+    FeaturePairs pairs(sides, margin, keep, nullptr);
     near.visit(subtrees[k], pairs);
   });
   NearFeatures all;
@@ -179,6 +212,26 @@ NearFeatures find(const NearBoxPairs& near, const PartRunner& parts, const MakeV
   join(found, &NearFeatures::points_of_b, all);
   join(found, &NearFeatures::edges, all);
   return all;
+}
+
+SearchEnd tell_features(const NearBoxPairs& near, const FeatureSides& sides, double margin,
+                        const NearFeatureVisitor& visitor, const SearchOptions& options) {
+  FeaturePairs pairs(sides, margin, visitor, options.limit);
+  return visit_in_turn(near, pairs, options, [&] { return pairs.ended(); });
+}
+
+void require_meshes(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
+  require_valid(pose_a, "a");
+  require_valid(pose_b, "b");
+  for (const Shape* shape : {&a, &b})
+    if (!has_triangles(*shape))
+      throw std::invalid_argument("near features: a shape is a " + std::string(name(shape->kind())) +
+                                  "; both must be a mesh or a triangle");
+}
+
+Pose pose_in(const Pose& a, const Pose& b) {
+  const Mat3 back = a.rotation.transpose();
+  return {back * b.rotation, back * (b.translation - a.translation)};
 }
 
 }  // namespace
@@ -190,27 +243,41 @@ void require_feature_margin(double margin) {
 
 NearFeatures near_features(const MeshModel& mesh, std::span<const std::uint32_t> first, double margin,
                            const PartRunner& parts) {
-  const NearFeatureRows features(mesh, first);
-  return find(NearBoxPairs(mesh, margin), parts, [&](NearFeatures& found) {
-    return FeaturePairs(mesh, features, mesh, features, true, Pose{}, margin, found);
-  });
+  const NearFeatureRows features(mesh, first, nullptr);
+  return list_features(NearBoxPairs(mesh, margin), {mesh, features, mesh, features, true, Pose{}}, margin, parts);
+}
+
+SearchEnd visit_near_features(const MeshModel& mesh, std::span<const std::uint32_t> first, double margin,
+                              const NearFeatureVisitor& visitor, const SearchOptions& options) try {
+  const NearFeatureRows features(mesh, first, options.limit);
+  return tell_features(NearBoxPairs(mesh, margin), {mesh, features, mesh, features, true, Pose{}}, margin, visitor,
+                       options);
+} catch (const WorkStopped&) {
+  return SearchEnd::stopped;
 }
 
 NearFeatures near_features(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin,
                            const PartRunner& parts) {
   require_feature_margin(margin);
-  require_valid(pose_a, "a");
-  require_valid(pose_b, "b");
-  for (const Shape* shape : {&a, &b})
-    if (!has_triangles(*shape))
-      throw std::invalid_argument("near features: a shape is a " + std::string(name(shape->kind())) +
-                                  "; both must be a mesh or a triangle");
+  require_meshes(a, pose_a, b, pose_b);
   const MeshModel &ma = mesh_of(a), &mb = mesh_of(b);
-  const NearFeatureRows of_a(ma, {}), of_b(mb, {});
-  const Mat3 back = pose_a.rotation.transpose();
-  const Pose b_in_a{back * pose_b.rotation, back * (pose_b.translation - pose_a.translation)};
-  return find(NearBoxPairs({a, pose_a}, {b, pose_b}, margin), parts,
-              [&](NearFeatures& found) { return FeaturePairs(ma, of_a, mb, of_b, false, b_in_a, margin, found); });
+  const NearFeatureRows of_a(ma, {}, nullptr), of_b(mb, {}, nullptr);
+  return list_features(NearBoxPairs({a, pose_a}, {b, pose_b}, margin),
+                       {ma, of_a, mb, of_b, false, pose_in(pose_a, pose_b)}, margin, parts);
+}
+
+SearchEnd visit_near_features(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin,
+                              const NearFeatureVisitor& visitor, const SearchOptions& options) {
+  require_feature_margin(margin);
+  require_meshes(a, pose_a, b, pose_b);
+  try {
+    const MeshModel &ma = mesh_of(a), &mb = mesh_of(b);
+    const NearFeatureRows of_a(ma, {}, options.limit), of_b(mb, {}, options.limit);
+    return tell_features(NearBoxPairs({a, pose_a}, {b, pose_b}, margin),
+                         {ma, of_a, mb, of_b, false, pose_in(pose_a, pose_b)}, margin, visitor, options);
+  } catch (const WorkStopped&) {
+    return SearchEnd::stopped;
+  }
 }
 
 }  // namespace tandem

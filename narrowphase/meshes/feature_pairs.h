@@ -11,6 +11,9 @@ namespace tandem {
 NearFeatures near_features(const MeshModel& mesh, std::span<const std::uint32_t> first, double margin,
                            const PartRunner& parts);
 
+SearchEnd visit_near_features(const MeshModel& mesh, std::span<const std::uint32_t> first, double margin,
+                              const NearFeatureVisitor& visitor, const SearchOptions& options);
+
 /// Throws std::invalid_argument unless it is finite and >= 0.
 void require_feature_margin(double margin);
 

@@ -102,6 +102,8 @@ bool contacts_as_convex(const Collision& c, PairAnswer& answer, PatchSides& side
 PairAnswer contacts_of_collision(const Collision& c, std::vector<Contact>& contacts) {
   const std::size_t first = contacts.size();
   PairAnswer answer;
+  for (const MeshModel* mesh : {&c.mesh_a(), &c.mesh_b()})
+    mesh->neighbours(c.options.limit);  // what follows asks for it
   if (contacts_of_hulls(c, answer, contacts)) return answer;
   // Which way a triangle's corners go round, or those of a surface with a border, says nothing: it has no inside.
   const bool has_convex = bounds_convex(c.a, c.options.limit) || bounds_convex(c.b, c.options.limit);

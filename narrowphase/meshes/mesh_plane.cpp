@@ -38,7 +38,7 @@ PlaneGaps plane_gaps(const MeshModel& mesh, const PlaneInMesh& plane, const Work
       const BoxOf box(mesh, child);
       const double middle = plane.local.dot(box.mid) - plane.level, reach = extent.dot(box.half) + slack;
       if (middle - reach >= gaps.above || -(middle + reach) >= gaps.below) return;
-      if (is_leaf(mesh, child)) return each_triangle(mesh, child, include);
+      if (is_leaf(mesh, child)) return include(leaf_triangle(mesh, child));
       stack.push_back(child);
     });
   }

@@ -77,13 +77,11 @@ struct WindingNumber::Insides {
     stack[top++] = 0;
     while (top > 0) {
       const std::uint32_t node = stack[--top];
-      for (std::uint32_t k = 0; k < mesh.nodes[node].lanes; ++k) {
+      for (std::uint32_t k = 0; k < mesh.nodes[node].lanes(); ++k) {
         const std::uint32_t ref = child_ref(node, k);
         if (is_leaf(mesh, ref)) {
-          each_triangle(mesh, ref, [&](std::uint32_t t) {
-            const auto& v = triangles[t];
-            sum += half_angle(mesh.vertices[v[0]] - place, mesh.vertices[v[1]] - place, mesh.vertices[v[2]] - place);
-          });
+          const auto& v = triangles[leaf_triangle(mesh, ref)];
+          sum += half_angle(mesh.vertices[v[0]] - place, mesh.vertices[v[1]] - place, mesh.vertices[v[2]] - place);
           continue;
         }
         const BoxOf box(mesh, ref);
@@ -117,13 +115,11 @@ struct WindingNumber::Insides {
   // Of all below a node; that of its inner children is kept.
   std::vector<BorderEdge> border_of(std::uint32_t node) {
     std::vector<BorderEdge> all;
-    for (std::uint32_t k = 0; k < mesh.nodes[node].lanes; ++k) {
+    for (std::uint32_t k = 0; k < mesh.nodes[node].lanes(); ++k) {
       const std::uint32_t ref = child_ref(node, k);
       if (is_leaf(mesh, ref)) {
-        each_triangle(mesh, ref, [&](std::uint32_t t) {
-          const auto& v = triangles[t];
-          for (std::size_t i = 0; i < 3; ++i) all.push_back(edge(one_of(v[i]), one_of(v[(i + 1) % 3])));
-        });
+        const auto& v = triangles[leaf_triangle(mesh, ref)];
+        for (std::size_t i = 0; i < 3; ++i) all.push_back(edge(one_of(v[i]), one_of(v[(i + 1) % 3])));
         continue;
       }
       const std::vector<BorderEdge> below = border_of(node_under(mesh, ref));

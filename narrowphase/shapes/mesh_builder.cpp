@@ -24,7 +24,6 @@ namespace {
 
 void turn_all(MeshModel& mesh) {
   for (auto& t : mesh.triangles) std::swap(t[1], t[2]);
-  for (auto& n : mesh.neighbours) std::swap(n[0], n[2]);
 }
 
 // Vertices of what hangs together by triangles have one number, those of no triangle none; numbered in the order of the
@@ -90,7 +89,9 @@ double six_volumes(const MeshModel& mesh, std::span<const Vec3> vertices, const 
 }
 
 // Of a closed surface: no edge is concave.
-bool has_convex_edges(const MeshModel& mesh, WorkMeter& meter) {
+bool has_convex_edges(const MeshModel& mesh, const WorkLimit* limit) {
+  WorkMeter meter(limit);
+  const MeshModel::Neighbours& neighbours = mesh.neighbours(limit);
   const double flat = tolerance::flat_hull * 2 * mesh.half.norm();
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
     meter.spend();
@@ -98,7 +99,7 @@ bool has_convex_edges(const MeshModel& mesh, WorkMeter& meter) {
     const Vec3 n = (q - p).cross(r - p);
     const double area = n.norm();
     if (area <= flat * mesh.half.norm()) continue;
-    for (const std::uint32_t t : mesh.neighbours[i]) {
+    for (const std::uint32_t t : neighbours[i]) {
       if (t == no_index) continue;
       for (const Vec3& v : mesh.corners(t))
         if (n.dot(v - p) > flat * area) return false;
@@ -231,6 +232,10 @@ std::optional<double> inside_out(const MeshModel& mesh, std::span<const Vec3> ve
   return volumes / 6;
 }
 
+const MeshModel::Neighbours& MeshModel::neighbours(const WorkLimit* limit) const {
+  return neighbours_->get(limit, [&](const WorkLimit* own) { return find_neighbours(*this, own); });
+}
+
 const MeshHull& MeshModel::with_hull(const WorkLimit* limit) const {
   return hull_.get(limit, [&](const WorkLimit* own) {
     WorkMeter(own).spend();  // before the vertices are gathered
@@ -240,10 +245,8 @@ const MeshHull& MeshModel::with_hull(const WorkLimit* limit) const {
 
 bool MeshModel::own_hull(const WorkLimit* limit) const {
   if (!closed) return false;
-  return own_hull_.get(limit, [&](const WorkLimit* own) {
-    WorkMeter meter(own);
-    return has_convex_edges(*this, meter) && covers_hull(*this, own);
-  });
+  return own_hull_.get(limit,
+                       [&](const WorkLimit* own) { return has_convex_edges(*this, own) && covers_hull(*this, own); });
 }
 
 const std::vector<MeshModel::Component>& MeshModel::components(const WorkLimit* limit) const {
@@ -261,8 +264,9 @@ ShapeMemory MeshModel::memory() const {
   const auto bytes = [](const auto&... list) { return (std::size_t(0) + ... + (list.capacity() * sizeof(list[0]))); };
   ShapeMemory memory;
   memory.surface = bytes(vertices, triangles);
-  memory.adjacency = bytes(neighbours, stands_for);
-  memory.hierarchy = bytes(nodes, blocks, slabs, order);
+  memory.adjacency = bytes(stands_for);
+  if (const Neighbours* made = neighbours_->made()) memory.adjacency += bytes(*made);
+  memory.hierarchy = bytes(nodes, blocks, boxes, slabs, order);
   if (const MeshHull* made = hull_.made()) memory.hull = sizeof(MeshHull) + made->hull.memory() + bytes(made->extreme);
   memory.other = sizeof(MeshModel);
   if (const auto* made = component_numbers_.made()) memory.other += bytes(*made);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <sstream>
@@ -108,6 +109,13 @@ class SideLists {
   UninitialisedList<std::uint32_t> before_;  // of each side, in its vertex's list
 };
 
+// How many run from the higher end to the lower: those are the first ones.
+std::size_t count_down(std::span<const TriangleSide> sides) {
+  std::size_t down = 0;
+  while (down < sides.size() && !sides[down].up()) ++down;
+  return down;
+}
+
 // What edges say of a surface.
 struct Survey {
   std::vector<std::uint32_t> border{};  // ends of sides that are alone
@@ -121,22 +129,15 @@ std::string why_open(const MeshModel& mesh, std::uint32_t lo, std::span<const Tr
          std::to_string(sides.size() - down) + " one way, in " + std::to_string(down) + " the other, allowed: as many";
 }
 
-// Pairs sides of opposite sense.
-Survey join(MeshModel& mesh, const SideLists& lists, const PartRunner& parts, BuildMeter& meter) {
-  mesh.neighbours.assign(mesh.triangles.size(), {no_index, no_index, no_index});
+Survey survey_edges(MeshModel& mesh, const SideLists& lists, const PartRunner& parts, BuildMeter& meter) {
   std::vector<Survey> some(stretches(lists.vertices(), elements_a_stretch));
   run_stretches(parts, lists.vertices(), elements_a_stretch, [&](std::size_t k, std::size_t begin, std::size_t end) {
     meter.spend(0);
     lists.each_edge(begin, end, [&](std::uint32_t lo, std::span<const TriangleSide> sides) {
-      std::size_t down = 0;
-      while (down < sides.size() && !sides[down].up()) ++down;
+      const std::size_t down = count_down(sides);
       if (2 * down != sides.size() && !some[k].open) some[k].open = why_open(mesh, lo, sides, down);
       if (sides.size() == 1) some[k].border.insert(some[k].border.end(), {lo, sides[0].hi()});
       if (sides.size() == 2 && down != 1) some[k].against = true;
-      for (std::size_t i = 0, j = down; i < down && j < sides.size(); ++i, ++j) {
-        mesh.neighbours[sides[i].triangle()][sides[i].corner()] = sides[j].triangle();
-        mesh.neighbours[sides[j].triangle()][sides[j].corner()] = sides[i].triangle();
-      }
     });
   });
   Survey all;
@@ -226,7 +227,7 @@ bool weld_seams(const MeshModel& mesh, const MeshFrame& frame, std::vector<std::
 std::vector<std::uint32_t> join_triangles(MeshModel& mesh, const MeshFrame& frame, const PartRunner& parts,
                                           BuildMeter& meter) {
   std::vector<std::uint32_t> first = weld(mesh.vertices, parts, &meter);
-  const auto survey = [&] { return join(mesh, SideLists(mesh, first, parts, meter), parts, meter); };
+  const auto survey = [&] { return survey_edges(mesh, SideLists(mesh, first, parts, meter), parts, meter); };
   Survey found = survey();
   if (mesh.solid) {
     if (found.open) throw std::invalid_argument("mesh: " + *found.open);
@@ -239,6 +240,30 @@ std::vector<std::uint32_t> join_triangles(MeshModel& mesh, const MeshFrame& fram
   }
   meter.spend(mesh.triangles.size());
   return first;
+}
+
+// Pairs sides of opposite sense.
+MeshModel::Neighbours find_neighbours(const MeshModel& mesh, const WorkLimit* limit) {
+  const BuildOptions options{.limit = limit};
+  BuildMeter meter(options, joining_work(mesh.triangles.size()));
+  std::vector<std::uint32_t> first = mesh.stands_for;
+  if (first.empty()) {
+    first.resize(mesh.vertices.size());
+    std::iota(first.begin(), first.end(), 0u);
+  }
+  const SideLists lists(mesh, first, {}, meter);
+  MeshModel::Neighbours neighbours(mesh.triangles.size(), {no_index, no_index, no_index});
+  run_stretches({}, lists.vertices(), elements_a_stretch, [&](std::size_t, std::size_t begin, std::size_t end) {
+    meter.spend(0);
+    lists.each_edge(begin, end, [&](std::uint32_t, std::span<const TriangleSide> sides) {
+      const std::size_t down = count_down(sides);
+      for (std::size_t i = 0, j = down; i < down && j < sides.size(); ++i, ++j) {
+        neighbours[sides[i].triangle()][sides[i].corner()] = sides[j].triangle();
+        neighbours[sides[j].triangle()][sides[j].corner()] = sides[i].triangle();
+      }
+    });
+  });
+  return neighbours;
 }
 
 }  // namespace tandem

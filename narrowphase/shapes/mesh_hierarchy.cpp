@@ -46,6 +46,16 @@ float next_up(float x) {
   return std::bit_cast<float>(std::bit_cast<std::uint32_t>(x) + 1);
 }
 
+// The middle and half of an interval in units of the mesh, rounded outward; nothing has half = -1e30.
+void store_interval(const MeshModel& mesh, double scale, int axis, double low, double high, float& mid, float& half) {
+  mid = 0, half = -1e30f;
+  if (!(low <= high)) return;
+  mid = static_cast<float>((low + high) / 2);
+  // In units about the centre: the difference was rounded there.
+  const double pad = tolerance::outward * (1 + std::abs(mesh.centre[axis]) * scale);
+  half = next_up(static_cast<float>(std::max(high - mid, mid - low) + pad));
+}
+
 class HierarchyFiller {
  public:
   HierarchyFiller(const MeshModel& mesh, std::span<const FourFloats> corners, const SplitTree& splits,
@@ -62,6 +72,7 @@ class HierarchyFiller {
     const SplitNode& root = splits_.front();
     tree_.nodes.resize(root.nodes);
     tree_.blocks.resize(root.bottoms);
+    tree_.boxes.resize(root.nodes - root.bottoms);
     tree_.slabs.resize(root.nodes - root.bottoms);
     tree_.depth = splits.depth;
     fill(0, 0);
@@ -76,56 +87,55 @@ class HierarchyFiller {
     const SplitNode& split = splits_[self];
     std::array<Content, mesh_lanes> held;
     MeshNode node{};
-    node.bottom = split.bottom();
-    node.lanes = split.lanes;
-    if (node.bottom) {
+    if (split.bottom()) {
       node.block = bottoms;
-      add_triangles(split.begin, node, held);
+      node.set(true, split.lanes, place_ + split.begin);
+      add_triangles(split, tree_.blocks[node.block], held);
     } else {
       node.block = self - bottoms;
+      node.set(false, split.lanes, 0);
       fill_children(self, bottoms, node, held);
     }
-    for (std::uint32_t k = 0; k < mesh_lanes; ++k)
-      for (int axis = 0; axis < 3; ++axis) store_box(held[k], axis, node.mid[axis][k], node.half[axis][k]);
     Content all = held[0];
-    for (std::uint32_t k = 1; k < node.lanes; ++k) all.add(held[k]);
+    for (std::uint32_t k = 1; k < split.lanes; ++k) all.add(held[k]);
     for (int axis = 0; axis < 3; ++axis) store_box(all, axis, node.box_mid[axis], node.box_half[axis]);
-    node.reach = *std::max_element(node.box_half, node.box_half + 3);
     tree_.nodes[self] = node;
     return all;
   }
 
-  void fill_children(std::uint32_t self, std::uint32_t bottoms, MeshNode& node, std::array<Content, mesh_lanes>& held) {
+  void fill_children(std::uint32_t self, std::uint32_t bottoms, const MeshNode& node,
+                     std::array<Content, mesh_lanes>& held) {
+    const std::uint32_t lanes = node.lanes();
+    ChildBoxes& boxes = tree_.boxes[node.block];
+    boxes = {};
     std::array<std::uint32_t, mesh_lanes + 1> before{bottoms};
-    for (std::uint32_t k = 0, at = self + 1; k < node.lanes; at += splits_[at].nodes, ++k)
-      node.child[k] = at, before[k + 1] = before[k] + splits_[at].bottoms;
+    for (std::uint32_t k = 0, at = self + 1; k < lanes; at += splits_[at].nodes, ++k)
+      boxes.child[k] = at, before[k + 1] = before[k] + splits_[at].bottoms;
     ChildSlabs& slabs = tree_.slabs[node.block];
     slabs = {};
     const auto fill_child = [&](std::size_t k) {
-      const SplitNode& child = splits_[node.child[k]];
-      held[k] = fill(node.child[k], before[k]);
+      const SplitNode& child = splits_[boxes.child[k]];
+      held[k] = fill(boxes.child[k], before[k]);
       add_slab(held[k], before[k], before[k + 1], slabs, k);
       return child.end - child.begin;
     };
-    if (splits_[self].end - splits_[self].begin <= shared_above) {
-      for (std::uint32_t k = 0; k < node.lanes; ++k) fill_child(k);
-      return;
-    }
-    run_parts(runner_, node.lanes, [&](std::size_t k) {
-      if (const std::uint32_t size = fill_child(k); size <= shared_above) meter_.spend(size);
-    });
+    if (splits_[self].end - splits_[self].begin <= shared_above)
+      for (std::uint32_t k = 0; k < lanes; ++k) fill_child(k);
+    else
+      run_parts(runner_, lanes, [&](std::size_t k) {
+        if (const std::uint32_t size = fill_child(k); size <= shared_above) meter_.spend(size);
+      });
+    for (std::uint32_t k = 0; k < mesh_lanes; ++k)
+      for (int axis = 0; axis < 3; ++axis) store_box(held[k], axis, boxes.mid[axis][k], boxes.half[axis][k]);
   }
 
-  void add_triangles(std::uint32_t begin, MeshNode& node, std::array<Content, mesh_lanes>& held) {
-    TriangleBlock& block = tree_.blocks[node.block];
+  void add_triangles(const SplitNode& split, TriangleBlock& block, std::array<Content, mesh_lanes>& held) {
     for (std::uint32_t k = 0; k < mesh_lanes; ++k) {
-      const std::uint32_t at = begin + std::min(k, node.lanes - 1);  // lanes not in use repeat the last
+      const std::uint32_t at = split.begin + std::min(k, split.lanes - 1);  // lanes not in use repeat the last
       const auto& t = mesh_.triangles[triangles_[at]];
       for (std::size_t i = 0; i < 3; ++i)
         for (int axis = 0; axis < 3; ++axis) block.corner[i][axis][k] = corners_[t[i]][axis];
-      if (k >= node.lanes) continue;
-      node.child[k] = place_ + at;
-      node.count[k] = 1;
+      if (k >= split.lanes) continue;
       std::array<Vec3, 3> c;
       for (std::size_t i = 0; i < 3; ++i) c[i] = (mesh_.vertices[t[i]] - mesh_.centre) * scale_;
       Content& content = held[k];
@@ -168,15 +178,8 @@ class HierarchyFiller {
     return {std::min({least[0], least[1], least[2], least[3]}), std::max({most[0], most[1], most[2], most[3]})};
   }
 
-  // The middle and half of an interval, rounded outward; nothing has half = -1e30.
   void store_box(const Content& c, int axis, float& mid, float& half) const {
-    mid = 0, half = -1e30f;
-    if (!(c.low[axis] <= c.high[axis])) return;
-    mid = static_cast<float>((c.low[axis] + c.high[axis]) / 2);
-    // In units about the centre: the difference was rounded there.
-    const double pad = tolerance::outward * (1 + std::abs(mesh_.centre[axis]) * scale_);
-    const double exact = std::max(c.high[axis] - mid, mid - c.low[axis]) + pad;
-    half = next_up(static_cast<float>(exact));
+    store_interval(mesh_, scale_, axis, c.low[axis], c.high[axis], mid, half);
   }
 
   const MeshModel& mesh_;
@@ -196,8 +199,11 @@ std::uint32_t HierarchyTree::append(const HierarchyTree& other) {
   const auto first = static_cast<std::uint32_t>(nodes.size()), block = static_cast<std::uint32_t>(blocks.size()),
              slab = static_cast<std::uint32_t>(slabs.size());
   for (MeshNode node : other.nodes) {
-    node.block += node.bottom ? block : slab;
-    for (std::uint32_t k = 0; k < node.lanes && !node.bottom; ++k) node.child[k] += first;
+    if (!node.bottom()) {
+      ChildBoxes& own = boxes.emplace_back(other.boxes[node.block]);
+      for (std::uint32_t k = 0; k < node.lanes(); ++k) own.child[k] += first;
+    }
+    node.block += node.bottom() ? block : slab;
     nodes.push_back(node);
   }
   blocks.insert(blocks.end(), other.blocks.begin(), other.blocks.end());
@@ -205,6 +211,38 @@ std::uint32_t HierarchyTree::append(const HierarchyTree& other) {
   depth = std::max(depth, other.depth);
   return first;
 }
+
+void box_of_triangle(const MeshModel& mesh, std::uint32_t triangle, float (&mid)[3], float (&half)[3]) {
+  const double scale = 1 / mesh.unit;
+  auto corners = mesh.corners(triangle);
+  for (Vec3& corner : corners) corner = (corner - mesh.centre) * scale;
+  const Vec3 low = corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]),
+             high = corners[0].cwiseMax(corners[1]).cwiseMax(corners[2]);
+  for (int axis = 0; axis < 3; ++axis) store_interval(mesh, scale, axis, low[axis], high[axis], mid[axis], half[axis]);
+}
+
+namespace detail {
+
+// Corners in floats, which are at most 1/2, are off by a quarter of epsilon at most, and so are middles of boxes.
+float MeshModel::corner_pad() const {
+  return static_cast<float>(tolerance::epsilon_of_floats / 2 +
+                            tolerance::outward * (1 + centre.cwiseAbs().maxCoeff() / unit));
+}
+
+void MeshModel::boxes_of_triangles(const MeshNode& bottom, LaneBoxes& out) const {
+  const TriangleBlock& block = blocks[bottom.block];
+  const Lanes pad = all_four(corner_pad());
+  for (int axis = 0; axis < 3; ++axis)
+    for (std::size_t l = 0; l < mesh_lanes; l += 4) {
+      const Lanes p = load_four(block.corner[0][axis] + l), q = load_four(block.corner[1][axis] + l),
+                  r = load_four(block.corner[2][axis] + l);
+      const Lanes low = min_of(p, min_of(q, r)), high = max_of(p, max_of(q, r)), mid = (low + high) * all_four(0.5f);
+      store_four(mid, out.mid[axis] + l);
+      store_four(max_of(high - mid, mid - low) + pad, out.half[axis] + l);
+    }
+}
+
+}  // namespace detail
 
 CornersInUnits corners_in_units(const MeshModel& mesh, const PartRunner& parts) {
   CornersInUnits corners;
@@ -233,10 +271,13 @@ HierarchyTree build_subtree(const MeshModel& mesh, std::span<const FourFloats> c
 
 void build_hierarchy(MeshModel& mesh, const PartRunner& parts, BuildMeter& meter) {
   mesh.order.resize(mesh.triangles.size());
-  std::iota(mesh.order.begin(), mesh.order.end(), 0u);
+  run_stretches(parts, mesh.order.size(), elements_a_stretch, [&](std::size_t, std::size_t begin, std::size_t end) {
+    std::iota(mesh.order.data() + begin, mesh.order.data() + end, static_cast<std::uint32_t>(begin));
+  });
   HierarchyTree tree = build_subtree(mesh, corners_in_units(mesh, parts), mesh.order, 0, 1, parts, meter);
   mesh.nodes = std::move(tree.nodes);
   mesh.blocks = std::move(tree.blocks);
+  mesh.boxes = std::move(tree.boxes);
   mesh.slabs = std::move(tree.slabs);
   mesh.depth = tree.depth;
 }
@@ -262,16 +303,18 @@ double farthest_along(const MeshModel& mesh, const Vec3& direction) {
     stack.pop_back();
     if (!(at.bound > most)) continue;
     const MeshNode& node = mesh.nodes[at.node];
+    if (node.bottom()) {
+      for (std::uint32_t k = 0; k < node.lanes(); ++k)
+        for (const Vec3& corner : mesh.corners(mesh.triangle_of(node, k))) most = std::max(most, direction.dot(corner));
+      continue;
+    }
     const std::size_t first = stack.size();
-    for (std::uint32_t k = 0; k < node.lanes; ++k) {
-      const Vec3 mid(node.mid[0][k], node.mid[1][k], node.mid[2][k]),
-          half(node.half[0][k], node.half[1][k], node.half[2][k]);
+    const ChildBoxes& boxes = mesh.boxes_of(node);
+    for (std::uint32_t k = 0; k < node.lanes(); ++k) {
+      const Vec3 mid(boxes.mid[0][k], boxes.mid[1][k], boxes.mid[2][k]),
+          half(boxes.half[0][k], boxes.half[1][k], boxes.half[2][k]);
       const double bound = base + mesh.unit * (direction.dot(mid) + extent.dot(half));
-      if (!(bound > most)) continue;
-      if (!node.bottom)
-        stack.push_back({bound, node.child[k]});
-      else
-        for (const Vec3& corner : mesh.corners(mesh.order[node.child[k]])) most = std::max(most, direction.dot(corner));
+      if (bound > most) stack.push_back({bound, boxes.child[k]});
     }
     std::sort(stack.begin() + static_cast<std::ptrdiff_t>(first), stack.end(),
               [](const Reach& x, const Reach& y) { return x.bound < y.bound; });

@@ -12,8 +12,8 @@
 
 namespace tandem {
 
-/// Fills nodes, blocks, slabs, order and depth of a mesh that has vertices, triangles, centre, half and unit. The same
-/// on any number of threads; `parts` (may be empty: the caller) shares the subtrees.
+/// Fills nodes, blocks, boxes, slabs, order and depth of a mesh that has vertices, triangles, centre, half and unit.
+/// The same on any number of threads; `parts` (may be empty: the caller) shares the subtrees.
 void build_hierarchy(MeshModel& mesh, const PartRunner& parts);
 void build_hierarchy(MeshModel& mesh, const PartRunner& parts, BuildMeter& meter);
 
@@ -30,6 +30,7 @@ void place_corners(const MeshModel& mesh, const PartRunner& parts, CornersInUnit
 struct HierarchyTree {
   UninitialisedList<MeshNode> nodes;
   UninitialisedList<TriangleBlock> blocks;
+  UninitialisedList<ChildBoxes> boxes;
   UninitialisedList<ChildSlabs> slabs;
   int depth = 0;  ///< the level of the lowest nodes; that of a whole hierarchy's root is 1
 
@@ -42,6 +43,9 @@ struct HierarchyTree {
 HierarchyTree build_subtree(const MeshModel& mesh, std::span<const FourFloats> corners,
                             std::span<std::uint32_t> triangles, std::uint32_t place, int level, const PartRunner& parts,
                             BuildMeter& meter);
+
+/// The box of a triangle, as tight as those of inner nodes.
+void box_of_triangle(const MeshModel& mesh, std::uint32_t triangle, float (&mid)[3], float (&half)[3]);
 
 /// How far the mesh extends along a direction in its frame: the most of direction . vertex, of the vertices in use.
 double farthest_along(const MeshModel& mesh, const Vec3& direction);

@@ -71,10 +71,10 @@ const NormalCones& MeshModel::normal_cones(const WorkLimit* limit) const {
     const auto add = [&](const auto& self, std::uint32_t at) -> NormalCone {
       meter.spend(mesh_lanes);
       const MeshNode& node = nodes[at];
-      const std::span own = std::span(cones).subspan(at * mesh_lanes, node.lanes);
-      for (std::uint32_t k = 0; k < node.lanes; ++k)
-        own[k] =
-            node.count[k] > 0 ? of_triangle(*this, order[node.child[k]], normals, scratch) : self(self, node.child[k]);
+      const std::span own = std::span(cones).subspan(at * mesh_lanes, node.lanes());
+      for (std::uint32_t k = 0; k < node.lanes(); ++k)
+        own[k] = node.bottom() ? of_triangle(*this, triangle_of(node, k), normals, scratch)
+                               : self(self, boxes_of(node).child[k]);
       return around(own);
     };
     add(add, 0);

@@ -53,16 +53,21 @@ Lanes cross(Lanes u, Lanes v) {
   return __builtin_shufflevector(w, w, 1, 2, 0, 3);
 }
 
-// Of the boxes of a node's lanes.
-double half_areas(const MeshNode& node) {
+// Of the boxes of a node's first lanes.
+double half_areas(const LaneBoxes& boxes, std::uint32_t lanes) {
   double sum = 0;
   for (std::size_t l = 0; l < mesh_lanes; l += 4) {
     Lanes half[3];
-    for (int axis = 0; axis < 3; ++axis) half[axis] = max_of(load_four(node.half[axis] + l), all_four(0));
+    for (int axis = 0; axis < 3; ++axis) half[axis] = max_of(load_four(boxes.half[axis] + l), all_four(0));
     const Lanes area = half[0] * half[1] + half[1] * half[2] + half[2] * half[0];
-    for (int k = 0; k < 4; ++k) sum += static_cast<double>(area[k]);
+    for (std::size_t k = 0; k < 4 && l + k < lanes; ++k) sum += static_cast<double>(area[k]);
   }
   return sum;
+}
+
+double half_areas(const MeshModel& mesh, const MeshNode& node) {
+  LaneBoxes room;
+  return half_areas(mesh.lane_boxes(node, room), node.lanes());
 }
 
 }  // namespace
@@ -71,10 +76,10 @@ MeshRefit::MeshRefit(const MeshModel& mesh) {
   cut(mesh);
   for (Subtree& s : subtrees_) {
     for (std::uint32_t n = s.node; n < s.end_node; ++n)
-      (mesh.nodes[n].bottom ? s.areas.leaves : s.areas.inner) += half_areas(mesh.nodes[n]);
+      (mesh.nodes[n].bottom() ? s.areas.leaves : s.areas.inner) += half_areas(mesh, mesh.nodes[n]);
     s.built = s.areas.ratio();
   }
-  for (const std::uint32_t n : top_) top_areas_.inner += half_areas(mesh.nodes[n]);
+  for (const std::uint32_t n : top_) top_areas_.inner += half_areas(mesh, mesh.nodes[n]);
   top_built_ = sum_of_all().ratio();
 }
 
@@ -84,14 +89,14 @@ void MeshRefit::cut(const MeshModel& mesh) {
   std::vector<Subtree> all(size);
   for (std::uint32_t n = size; n-- > 0;) {
     const MeshNode& node = mesh.nodes[n];
-    const std::uint32_t first = node.child[0], last = node.child[node.lanes - 1];
-    all[n] = {n, n + 1, first, last + 1, 0, 0, {}};
-    if (node.bottom) continue;
+    all[n] = {n, n + 1, node.first(), node.first() + node.lanes(), 0, 0, {}};
+    if (node.bottom()) continue;
+    const std::span child = std::span(mesh.boxes_of(node).child).first(node.lanes());
     // Nodes lie in the order of the lanes; triangles need not.
-    all[n] = {n, all[last].end_node, all[first].begin, all[first].end, 0, 0, {}};
-    for (std::uint32_t k = 1; k < node.lanes; ++k) {
-      all[n].begin = std::min(all[n].begin, all[node.child[k]].begin);
-      all[n].end = std::max(all[n].end, all[node.child[k]].end);
+    all[n] = {n, all[child.back()].end_node, all[child[0]].begin, all[child[0]].end, 0, 0, {}};
+    for (const std::uint32_t c : child) {
+      all[n].begin = std::min(all[n].begin, all[c].begin);
+      all[n].end = std::max(all[n].end, all[c].end);
     }
   }
   const auto limit = std::max(least_subtree, static_cast<std::uint32_t>(mesh.order.size() / most_subtrees));
@@ -102,59 +107,58 @@ void MeshRefit::cut(const MeshModel& mesh) {
     const auto [n, level] = stack.back();
     stack.pop_back();
     all[n].level = level;
-    if (mesh.nodes[n].bottom || all[n].end - all[n].begin <= limit) {
+    if (mesh.nodes[n].bottom() || all[n].end - all[n].begin <= limit) {
       subtrees_.push_back(all[n]);
       continue;
     }
     top_.push_back(n);
-    for (std::uint32_t k = mesh.nodes[n].lanes; k-- > 0;) stack.emplace_back(mesh.nodes[n].child[k], level + 1);
+    const ChildBoxes& boxes = mesh.boxes_of(mesh.nodes[n]);
+    for (std::uint32_t k = mesh.nodes[n].lanes(); k-- > 0;) stack.emplace_back(boxes.child[k], level + 1);
   }
 }
 
 void MeshRefit::refit_bottom(MeshModel& mesh, MeshNode& node, Lanes& normal, Areas& areas) const {
-  Lanes corner[3][mesh_lanes], mid[mesh_lanes], half[mesh_lanes];
+  Lanes corner[3][mesh_lanes];
   LaneBox all;
+  Lanes leaves = all_four(0);  // half areas
   normal = all_four(0);
   for (std::uint32_t k = 0; k < mesh_lanes; ++k) {
-    if (k >= node.lanes) {  // repeats the last; its box touches nothing
+    if (k >= node.lanes()) {  // repeats the last
       for (auto& c : corner) c[k] = c[k - 1];
-      mid[k] = all_four(0), half[k] = all_four(-1e30f);
       continue;
     }
-    const auto& t = mesh.triangles[mesh.order[node.child[k]]];
+    const auto& t = mesh.triangles[mesh.triangle_of(node, k)];
     const Lanes p = corners_[t[0]], q = corners_[t[1]], r = corners_[t[2]];
     corner[0][k] = p, corner[1][k] = q, corner[2][k] = r;
     const Lanes low = min_of(p, min_of(q, r)), high = max_of(p, max_of(q, r));
     all.add(low, high);
-    mid[k] = (low + high) * all_four(0.5f);
-    half[k] = max_of(high - mid[k], mid[k] - low) + all_four(pad_);
+    const Lanes half = (high - low) * all_four(0.5f) + all_four(pad_);
+    leaves += half * __builtin_shufflevector(half, half, 1, 2, 0, 3);
     normal += cross(q - p, r - p);
   }
   TriangleBlock& block = mesh.blocks[node.block];
   for (std::size_t c = 0; c < 3; ++c) store_rows(corner[c], block.corner[c]);
-  store_rows(mid, node.mid);
-  store_rows(half, node.half);
   const Lanes middle = (all.low + all.high) * all_four(0.5f);
   const Lanes reach = max_of(all.high - middle, middle - all.low) + all_four(pad_);
   for (int axis = 0; axis < 3; ++axis) node.box_mid[axis] = middle[axis], node.box_half[axis] = reach[axis];
-  node.reach = std::max({reach[0], reach[1], reach[2]});
-  areas.leaves += half_areas(node);
+  areas.leaves += static_cast<double>(leaves[0]) + static_cast<double>(leaves[1]) + static_cast<double>(leaves[2]);
 }
 
 void MeshRefit::refit_inner(MeshModel& mesh, MeshNode& node, Lanes& normal, Areas& areas) const {
+  ChildBoxes& boxes = mesh.boxes[node.block];
   ChildSlabs& slabs = mesh.slabs[node.block];
   normal = all_four(0);
   double low[3], high[3];
   for (int axis = 0; axis < 3; ++axis) low[axis] = infinity, high[axis] = -infinity;
-  for (std::uint32_t k = 0; k < node.lanes; ++k) {
-    const MeshNode& child = mesh.nodes[node.child[k]];
+  for (std::uint32_t k = 0; k < node.lanes(); ++k) {
+    const MeshNode& child = mesh.nodes[boxes.child[k]];
     for (int axis = 0; axis < 3; ++axis) {
-      node.mid[axis][k] = child.box_mid[axis], node.half[axis][k] = child.box_half[axis];
+      boxes.mid[axis][k] = child.box_mid[axis], boxes.half[axis][k] = child.box_half[axis];
       const double mid = static_cast<double>(child.box_mid[axis]), half = static_cast<double>(child.box_half[axis]);
       low[axis] = std::min(low[axis], mid - half), high[axis] = std::max(high[axis], mid + half);
     }
-    normal += normals_[node.child[k]];
-    refit_slab(mesh, node.child[k], slabs, k);
+    normal += normals_[boxes.child[k]];
+    refit_slab(mesh, boxes.child[k], slabs, k);
   }
   for (int axis = 0; axis < 3; ++axis) {
     const auto mid = static_cast<float>((low[axis] + high[axis]) / 2);
@@ -162,8 +166,7 @@ void MeshRefit::refit_inner(MeshModel& mesh, MeshNode& node, Lanes& normal, Area
     node.box_mid[axis] = mid;
     node.box_half[axis] = std::nextafter(static_cast<float>(exact), std::numeric_limits<float>::infinity());
   }
-  node.reach = *std::max_element(node.box_half, node.box_half + 3);
-  areas.inner += half_areas(node);
+  areas.inner += half_areas(boxes, node.lanes());
 }
 
 // Between two planes across the sum of the triangles' area vectors: what a surface that bends little is thin along.
@@ -176,18 +179,19 @@ void MeshRefit::refit_slab(const MeshModel& mesh, std::uint32_t child, ChildSlab
   const Lanes x = all_four(n[0]), y = all_four(n[1]), z = all_four(n[2]);
   LaneBox heights;
   const MeshNode& below = mesh.nodes[child];
-  if (below.bottom) {
+  if (below.bottom()) {
     for (const auto& corner : mesh.blocks[below.block].corner)
       for (std::size_t l = 0; l < mesh_lanes; l += 4) {
         const Lanes at = x * load_four(corner[0] + l) + y * load_four(corner[1] + l) + z * load_four(corner[2] + l);
         heights.add(at, at);
       }
   } else {
+    const ChildBoxes& boxes = mesh.boxes_of(below);
     for (std::size_t l = 0; l < mesh_lanes; l += 4) {
       const auto sum = [l](Lanes u, Lanes v, Lanes w, const float(&rows)[3][mesh_lanes]) {
         return u * load_four(rows[0] + l) + v * load_four(rows[1] + l) + w * load_four(rows[2] + l);
       };
-      const Lanes at = sum(x, y, z, below.mid), reach = sum(absolute(x), absolute(y), absolute(z), below.half);
+      const Lanes at = sum(x, y, z, boxes.mid), reach = sum(absolute(x), absolute(y), absolute(z), boxes.half);
       heights.add(at - reach, at + reach);
     }
   }
@@ -202,7 +206,7 @@ void MeshRefit::refit_slab(const MeshModel& mesh, std::uint32_t child, ChildSlab
 
 void MeshRefit::refit_node(MeshModel& mesh, std::uint32_t n, Areas& areas) {
   MeshNode& node = mesh.nodes[n];
-  if (node.bottom)
+  if (node.bottom())
     refit_bottom(mesh, node, normals_[n], areas);
   else
     refit_inner(mesh, node, normals_[n], areas);
@@ -222,9 +226,7 @@ double MeshRefit::wear(double ratio, double& built) const {
 
 MeshRefit::Report MeshRefit::refit(MeshModel& mesh, const PartRunner& parts) {
   place_corners(mesh, parts, corners_);
-  // Corners in floats, which are at most 1/2, are off by a quarter of epsilon at most, and so are middles of boxes.
-  pad_ = static_cast<float>(tolerance::epsilon_of_floats / 2 +
-                            tolerance::outward * (1 + mesh.centre.cwiseAbs().maxCoeff() / mesh.unit));
+  pad_ = mesh.corner_pad();
   normals_.resize(mesh.nodes.size());
   run_parts(parts, subtrees_.size(), [&](std::size_t k) {
     Subtree& s = subtrees_[k];
@@ -267,15 +269,18 @@ void MeshRefit::rebuild(MeshModel& mesh, const std::vector<std::uint8_t>& worn, 
   HierarchyTree all;
   all.nodes.reserve(mesh.nodes.size());
   all.blocks.reserve(mesh.blocks.size());
+  all.boxes.reserve(mesh.boxes.size());
   all.slabs.reserve(mesh.slabs.size());
   std::size_t subtree = 0;
   const auto keep = [&](const MeshNode& node) {
     MeshNode& kept = all.nodes.emplace_back(node);
-    kept.block = static_cast<std::uint32_t>(node.bottom ? all.blocks.size() : all.slabs.size());
-    if (node.bottom)
+    kept.block = static_cast<std::uint32_t>(node.bottom() ? all.blocks.size() : all.slabs.size());
+    if (node.bottom()) {
       all.blocks.push_back(mesh.blocks[node.block]);
-    else
+    } else {
+      all.boxes.push_back(mesh.boxes[node.block]);
       all.slabs.push_back(mesh.slabs[node.block]);
+    }
     return static_cast<std::uint32_t>(all.nodes.size() - 1);
   };
   // In the order in which `cut` has found them.
@@ -285,19 +290,23 @@ void MeshRefit::rebuild(MeshModel& mesh, const std::vector<std::uint8_t>& worn, 
       if (worn[subtree - 1] != 0) return all.append(fresh[subtree - 1]);
       const auto first = static_cast<std::uint32_t>(all.nodes.size());
       for (std::uint32_t m = s.node; m < s.end_node; ++m) {
-        MeshNode& node = all.nodes[keep(mesh.nodes[m])];
-        for (std::uint32_t k = 0; k < node.lanes && !node.bottom; ++k) node.child[k] += first - s.node;
+        const MeshNode& node = all.nodes[keep(mesh.nodes[m])];
+        for (std::uint32_t k = 0; k < node.lanes() && !node.bottom(); ++k)
+          all.boxes[node.block].child[k] += first - s.node;
       }
       return first;
     }
     const std::uint32_t self = keep(mesh.nodes[n]);
-    for (std::uint32_t k = 0; k < mesh.nodes[n].lanes; ++k) all.nodes[self].child[k] = put(mesh.nodes[n].child[k]);
+    const std::uint32_t its = all.nodes[self].block;
+    for (std::uint32_t k = 0; k < mesh.nodes[n].lanes(); ++k)
+      all.boxes[its].child[k] = put(mesh.boxes_of(mesh.nodes[n]).child[k]);
     return self;
   };
   put(0);
   for (const HierarchyTree& tree : fresh) all.depth = std::max(all.depth, tree.depth);
   mesh.nodes = std::move(all.nodes);
   mesh.blocks = std::move(all.blocks);
+  mesh.boxes = std::move(all.boxes);
   mesh.slabs = std::move(all.slabs);
   mesh.depth = std::max(mesh.depth, all.depth);
   // What stays is measured by what it was when it was built.

@@ -196,7 +196,9 @@ class Splitter {
   }
 
   void give_order(std::span<std::uint32_t> triangles) const {
-    for (std::uint32_t i = 0; i < size_; ++i) triangles[i] = references_[i].triangle();
+    run_stretches(runner_, size_, shared_above, [&](std::size_t, std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) triangles[i] = references_[i].triangle();
+    });
   }
 
  private:
@@ -231,6 +233,9 @@ class Splitter {
       build(part[k], level, subtree[k]);
       if (!is_shared(part[k].size())) meter_.spend(part[k].size());
     });
+    std::size_t all = tree.nodes.size();
+    for (const SplitTree& s : subtree) all += s.nodes.size();
+    tree.nodes.reserve(all);
     for (const SplitTree& s : subtree) {
       tree.nodes.insert(tree.nodes.end(), s.nodes.begin(), s.nodes.end());
       tree.depth = std::max(tree.depth, s.depth);

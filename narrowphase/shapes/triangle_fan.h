@@ -19,7 +19,7 @@ inline constexpr std::size_t most_about_corner = 64;
 
 /// The next triangle about a corner: beyond the edge that leaves the corner, or, `back`, beyond the one that arrives.
 inline TriangleCorner next_about_corner(const MeshModel& mesh, const TriangleCorner& at, bool back = false) {
-  const std::uint32_t next = mesh.neighbours[at.triangle][back ? (at.corner + 2) % 3 : at.corner];
+  const std::uint32_t next = mesh.neighbours()[at.triangle][back ? (at.corner + 2) % 3 : at.corner];
   if (next == no_index) return {no_index, 3};
   const Vec3& corner = mesh.vertices[mesh.triangles[at.triangle][at.corner]];
   const auto& other = mesh.triangles[next];

@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <cstring>
+#include <functional>
+#include <limits>
 #include <thread>
+#include <tuple>
 
 #include "catch.h"
 #include "mesh_samples.h"
@@ -138,16 +141,19 @@ void check_hierarchy(const MeshModel& mesh) {
     const MeshNode& node = mesh.nodes[at];
     std::vector<std::uint32_t> all;
     std::size_t outside = 0;
-    for (std::uint32_t k = 0; k < node.lanes; ++k) {
-      const auto below = node.bottom ? std::vector<std::uint32_t>{mesh.order[node.child[k]]} : check(node.child[k]);
+    LaneBoxes room;
+    const LaneBoxes& boxes = mesh.lane_boxes(node, room);
+    for (std::uint32_t k = 0; k < node.lanes(); ++k) {
+      const auto below =
+          node.bottom() ? std::vector<std::uint32_t>{mesh.triangle_of(node, k)} : check(mesh.boxes_of(node).child[k]);
       for (const std::uint32_t t : below)
         for (const Vec3& corner : mesh.corners(t)) {
           const Vec3 p = (corner - mesh.centre) / mesh.unit;
           for (int i = 0; i < 3; ++i) {
-            outside += std::abs(p[i] - node.mid[i][k]) <= node.half[i][k] ? 0 : 1;
+            outside += std::abs(p[i] - boxes.mid[i][k]) <= boxes.half[i][k] ? 0 : 1;
             outside += std::abs(p[i] - node.box_mid[i]) <= node.box_half[i] ? 0 : 1;
           }
-          if (node.bottom) continue;
+          if (node.bottom()) continue;
           const ChildSlabs& s = mesh.slabs[node.block];
           const double height = s.normal[0][k] * p[0] + s.normal[1][k] * p[1] + s.normal[2][k] * p[2];
           outside += std::abs(height - s.mid[k]) <= s.half[k] ? 0 : 1;
@@ -207,6 +213,7 @@ TEST_CASE("deformable meshes: boxes and slabs hold their triangles, on any numbe
     for (const MeshModel* other : {&second, &third}) {
       REQUIRE(other->nodes.size() == first.nodes.size());
       CHECK(std::memcmp(other->nodes.data(), first.nodes.data(), first.nodes.size() * sizeof(MeshNode)) == 0);
+      CHECK(std::memcmp(other->boxes.data(), first.boxes.data(), first.boxes.size() * sizeof(ChildBoxes)) == 0);
       CHECK(std::memcmp(other->blocks.data(), first.blocks.data(), first.blocks.size() * sizeof(TriangleBlock)) == 0);
       CHECK(other->order == first.order);
     }
@@ -456,7 +463,137 @@ TEST_CASE("near features: of a mesh with itself and of two, as every pair by its
     check_near(both, both.points_of_b, placed, bent, false, false, margin);
   }
   CHECK_THROWS_AS(mesh.near_features(-1), std::invalid_argument);
+  CHECK_THROWS_AS(mesh.visit_near_features(-1, {}), std::invalid_argument);
+  CHECK_THROWS_AS(visit_near_features(Sphere{1}, Pose{}, mesh.shape(), Pose{}, 0.1, {}), std::invalid_argument);
   CHECK_THROWS_AS(near_features(Sphere{1}, Pose{}, mesh.shape(), Pose{}, 0.1), std::invalid_argument);
+}
+
+namespace {
+
+/// What a search told, and what it was asked to end by.
+struct Told {
+  NearFeatures features;
+  std::vector<std::array<std::uint32_t, 2>> pairs;
+  std::vector<double> progress;
+  std::size_t most = std::numeric_limits<std::size_t>::max();  ///< to be told
+  std::size_t looks = 0, most_looks = std::numeric_limits<std::size_t>::max();
+  WorkLimit limit{.ended = [this] { return ++looks > most_looks; }};
+
+  std::size_t count() const {
+    return features.points.size() + features.points_of_b.size() + features.edges.size() + pairs.size();
+  }
+  SearchOptions options() {
+    return {.limit = &limit, .progress = [this](double part) { progress.push_back(part); }};
+  }
+  NearFeatureVisitor features_visitor() {
+    return {[this](const NearPoint& p) { return features.points.push_back(p), count() < most; },
+            [this](const NearPoint& p) { return features.points_of_b.push_back(p), count() < most; },
+            [this](const NearEdges& e) { return features.edges.push_back(e), count() < most; }};
+  }
+};
+
+using Search = std::function<SearchEnd(Told&)>;
+
+/// Told to the end, to the first ones, and until the limit is reached at some look.
+void check_search(const Search& search, std::size_t all, const std::function<void(Told&)>& check_all) {
+  Told whole;
+  REQUIRE(search(whole) == SearchEnd::done);
+  CHECK(whole.count() == all);
+  check_all(whole);
+  REQUIRE(!whole.progress.empty());
+  CHECK(std::is_sorted(whole.progress.begin(), whole.progress.end()));
+  CHECK(whole.progress.front() > 0);
+  CHECK(whole.progress.back() == 1);
+  CHECK(whole.progress.size() > 20);
+  CHECK(whole.progress.size() <= 100);
+  // A look is some 30 us of work, of which there are at most some hundred pairs between two.
+  CHECK(whole.looks > 20);
+  CHECK(whole.looks * 300 > all);
+
+  Told few;
+  few.most = 7;
+  CHECK(search(few) == SearchEnd::by_visitor);
+  CHECK(few.count() == 7);
+  CHECK((few.progress.empty() || few.progress.back() < 1));
+
+  for (const std::size_t looks : {std::size_t{0}, whole.looks / 2, whole.looks - 1}) {
+    Told stopped;
+    stopped.most_looks = looks;
+    CHECK(search(stopped) == SearchEnd::stopped);
+    CHECK(stopped.looks == looks + 1);  // nothing is done after it
+    CHECK(stopped.count() <= all);
+    CHECK((stopped.progress.empty() || stopped.progress.back() < 1));
+  }
+}
+
+}  // namespace
+
+TEST_CASE("searches of a mesh with itself tell what the lists have, each once, and end when they are told to") {
+  std::mt19937_64 random(12);
+  const Mesh input = sheet(60);
+  DeformableMesh mesh(input);
+  std::vector<Vec3> folded;  // its halves cross each other's waves
+  for (const Vec3& v : input.vertices)
+    folded.emplace_back(std::abs(v.x()), v.y(), (v.x() > 0 ? 0.05 : -0.05) * std::sin(20 * v.y() + v.x()));
+  mesh.update(folded);
+  constexpr double margin = 0.03;
+  const auto same_features = [](Told& told, const NearFeatures& list) {
+    const auto of_point = [](const NearPoint& p) { return std::tuple(p.vertex, p.triangle, p.distance); };
+    const auto of_edges = [](const NearEdges& e) { return std::tuple(e.a, e.b, e.distance); };
+    std::ranges::sort(told.features.points, {}, of_point);
+    std::ranges::sort(told.features.points_of_b, {}, of_point);
+    std::ranges::sort(told.features.edges, {}, of_edges);
+    CHECK(std::ranges::equal(told.features.points, list.points, {}, of_point, of_point));
+    CHECK(std::ranges::equal(told.features.points_of_b, list.points_of_b, {}, of_point, of_point));
+    CHECK(std::ranges::equal(told.features.edges, list.edges, {}, of_edges, of_edges));
+  };
+
+  const auto pairs = mesh.self_intersections();
+  REQUIRE(pairs.size() > 100);
+  const auto visit_pairs = [&](Told& told) {
+    const auto take = [&](const std::array<std::uint32_t, 2>& pair) {
+      told.pairs.push_back(pair);
+      return told.count() < told.most;
+    };
+    return mesh.visit_self_intersections(take, told.options());
+  };
+  check_search(visit_pairs, pairs.size(), [&](Told& told) {
+    std::ranges::sort(told.pairs);
+    CHECK(told.pairs == pairs);
+  });
+
+  const NearFeatures own = mesh.near_features(margin);
+  REQUIRE(own.points.size() > 100);
+  check_search([&](Told& told) { return mesh.visit_near_features(margin, told.features_visitor(), told.options()); },
+               own.points.size() + own.edges.size(), [&](Told& told) { same_features(told, own); });
+
+  const Shape now = mesh.shape(), ring(torus(0.7, 0.25, 60, 40));
+  const Pose pose{random_turn(random).toRotationMatrix(), random_point(random, 0.1)};
+  const NearFeatures both = near_features(now, {}, ring, pose, margin);
+  REQUIRE(both.points_of_b.size() > 100);
+  const auto visit_both = [&](Told& told) {
+    return visit_near_features(now, {}, ring, pose, margin, told.features_visitor(), told.options());
+  };
+  check_search(visit_both, both.points.size() + both.points_of_b.size() + both.edges.size(),
+               [&](Told& told) { same_features(told, both); });
+}
+
+TEST_CASE("near features: an edge that more than two triangles share is told once") {
+  // Three wings on one edge, beside a fourth triangle.
+  const Mesh wings{
+      {{0, 0, 0}, {0, 0, 1}, {1, 0, 0}, {-1, 1, 0}, {-1, -1, 0}, {0.05, 0.3, 0.4}, {0.05, 0.3, 0.6}, {2, 2, 2}},
+      {{0, 1, 2}, {0, 1, 3}, {0, 1, 4}, {5, 6, 7}}};
+  const DeformableMesh mesh(wings);
+  std::size_t list = 0, told = 0;
+  for (const NearEdges& e : mesh.near_features(0.35).edges)
+    list += e.a == std::array{0u, 1u} && e.b == std::array{5u, 6u};
+  const auto take = [&](const NearEdges& e) {
+    told += e.a == std::array{0u, 1u} && e.b == std::array{5u, 6u};
+    return true;
+  };
+  CHECK(mesh.visit_near_features(0.35, {.edges = take}) == SearchEnd::done);
+  CHECK(list == 1);
+  CHECK(told == 1);
 }
 
 }  // namespace tandem

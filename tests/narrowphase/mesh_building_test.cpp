@@ -99,7 +99,7 @@ TEST_CASE("building: which triangles lie side by side is the same on any number 
     CHECK(alone.closed);
     for (const PartRunner& runner : {backwards, on_throwing_threads}) {
       const MeshModel shared = build_mesh(input, {.parts = runner});
-      CHECK(same_bytes(shared.neighbours, alone.neighbours));
+      CHECK(same_bytes(shared.neighbours(), alone.neighbours()));
       CHECK(same_bytes(shared.triangles, alone.triangles));
       CHECK(same_bytes(shared.stands_for, alone.stands_for));
       CHECK(same_bytes(shared.order, alone.order));
@@ -206,38 +206,57 @@ TEST_CASE("building: progress rises to 1, one call at a time, and may end it") {
   CHECK(told.back() == 1);
 }
 
-TEST_CASE("building: hull and mass are made when they are asked for, once, by whichever thread asks") {
+TEST_CASE("building: adjacency, hull and mass are made when they are asked for, once, by whichever thread asks") {
   const Mesh input = large(true);
   const Shape shape(input), other(input);
   const ShapeMemory before = shape.memory_by_part();
   CHECK(before.hull == 0);
   CHECK(before.total() == shape.memory());
   CHECK(before.surface >= input.vertices.size() * sizeof(Vec3) + input.triangles.size() * 12);
-  CHECK(before.adjacency >= input.triangles.size() * 12);
+  CHECK(before.adjacency == 0);
   CHECK(before.hierarchy > 60 * input.triangles.size());
 
   std::array<const MassProperties*, 8> mass{};
   std::array<const Hull*, 8> hull{};
   std::array<const std::vector<MeshModel::Component>*, 8> components{};
   std::array<Bounds, 8> bounds{};
+  std::array<const MeshModel::Neighbours*, 8> neighbours{};
   on_throwing_threads(8, [&](std::size_t k) {
     const Shape copy = shape;
     mass[k] = &copy.mass();
     hull[k] = &mesh_of(copy).hull();
     components[k] = &mesh_of(copy).components();
     bounds[k] = copy.bounds(Pose::at(1, 2, 3));
+    neighbours[k] = &mesh_of(copy).neighbours();
   });
   for (std::size_t k = 1; k < 8; ++k) {
     CHECK(mass[k] == mass[0]);
     CHECK(hull[k] == hull[0]);
     CHECK(components[k] == components[0]);
     CHECK(bounds[k].lo == bounds[0].lo);
+    CHECK(neighbours[k] == neighbours[0]);
   }
   CHECK(mass[0]->volume == other.mass().volume);
   CHECK(mass[0]->inertia == other.mass().inertia);
   CHECK(shape.memory_by_part().hull > 0);
+  CHECK(shape.memory_by_part().adjacency >= input.triangles.size() * 12);
   CHECK(shape.memory_by_part().hierarchy == before.hierarchy);
   CHECK(shape.memory() > before.total());
+}
+
+TEST_CASE("building: a limit ends the making of adjacency, and who asks next makes it") {
+  const Shape shape(large(true));
+  int looks = 0;
+  const WorkLimit limit{.ended = [&] { return ++looks == 3; }};
+  CHECK_THROWS_AS(mesh_of(shape).neighbours(&limit), WorkStopped);
+  CHECK(looks == 3);
+  CHECK(shape.memory_by_part().adjacency == 0);
+  const MeshModel& mesh = mesh_of(shape);
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto& back = mesh.triangles[mesh.neighbours()[t][k]];
+      CHECK(std::find(back.begin(), back.end(), mesh.triangles[t][k]) != back.end());
+    }
 }
 
 TEST_CASE("building: a shape's identity is its copies', and no other's") {

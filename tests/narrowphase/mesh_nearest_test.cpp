@@ -73,7 +73,7 @@ double least_distance(const Shape& a, const Pose& pose_a, const Shape& b, const 
 
 /// The triangles under a place of the hierarchy.
 void collect(const MeshModel& mesh, std::uint32_t ref, std::vector<std::uint32_t>& out) {
-  if (is_leaf(mesh, ref)) return each_triangle(mesh, ref, [&](std::uint32_t t) { out.push_back(t); });
+  if (is_leaf(mesh, ref)) return out.push_back(leaf_triangle(mesh, ref));
   each_child(mesh, ref, [&](std::uint32_t child) { collect(mesh, child, out); });
 }
 
@@ -92,7 +92,7 @@ TEST_CASE("bounds between parts of two meshes hold for all triangles in them, an
     const Vec3 shift = random.in(1.2, 1.8) * random.direction() - turn * b.centre;
     const MeshView seen{b, turn, (turn * b.centre + shift - a.centre) / a.unit, a.unit};
     const std::uint32_t above = index(random, b.nodes.size());
-    const std::uint32_t ref = i % 7 == 0 ? whole : child_ref(above, index(random, b.nodes[above].lanes));
+    const std::uint32_t ref = i % 7 == 0 ? whole : child_ref(above, index(random, b.nodes[above].lanes()));
     const NearVolume volume = seen.volume(ref);
     const std::uint32_t number = index(random, a.nodes.size());
     const MeshNode& node = a.nodes[number];
@@ -102,7 +102,7 @@ TEST_CASE("bounds between parts of two meshes hold for all triangles in them, an
     bound_distances(volume, plane, a, node, least);
     std::vector<std::uint32_t> in_volume;
     collect(b, ref, in_volume);
-    for (std::uint32_t k = 0; k < node.lanes; ++k) {
+    for (std::uint32_t k = 0; k < node.lanes(); ++k) {
       std::vector<std::uint32_t> in_child;
       collect(a, child_ref(number, k), in_child);
       Nearest nearest;

@@ -237,6 +237,73 @@ TEST_CASE("penetration: surfaces count where they are; hollows are left on eithe
   check_promise(open, {}, other, across, crossing, random, 100);
 }
 
+TEST_CASE(
+    "penetration: of a convex or round shape a thin wall, a surface and what is not closed keep no more than they "
+    "are") {
+  Random random(13);
+  const Shape ball{Sphere{0.2}}, rod{Capsule{0.2, 0.1}}, die{Box{{0.4, 0.4, 0.4}}};
+  const std::vector<Shape> bodies{ball, rod, die};
+  // A wall 0.1 thick: out of it on the nearer side, be it into the hollow.
+  const Shape cup(ring(0.9, 1, 2, 96));
+  for (const Shape& body : bodies)
+    for (const double middle : {0.8, 1.1}) {
+      const Pose at = Pose::at(middle, 0, 0);
+      const DepthBounds out = penetration_depth(cup, {}, body, at);
+      check_promise(cup, {}, body, at, out, random, 100);
+      CHECK(out.upper < 0.14);  // 0.1, and more for the die's edges in the round hollow
+      CHECK((out.translation.x() > 0) == (middle > 1));
+    }
+  // The same body in the hollow is apart, of the cup as a solid and as a surface.
+  Mesh skin = ring(0.9, 1, 2, 96);
+  skin.solid = false;
+  for (const Shape& body : bodies) CHECK_FALSE(penetration_depth(cup, {}, body, {}).collide);
+  for (const Shape& body : bodies) CHECK_FALSE(penetration_depth(Shape(skin), {}, body, {}).collide);
+  // Within a closed surface, which has no inside, it is apart; a solid of it, it must leave.
+  Mesh shell = bumpy_ball(1, 0, 0);
+  const Shape full(shell);
+  shell.solid = false;
+  const Shape hollow(shell);
+  for (const Shape& body : bodies) {
+    CHECK_FALSE(penetration_depth(hollow, {}, body, {}).collide);
+    const DepthBounds deep = penetration_depth(full, {}, body, {});
+    check_promise(full, {}, body, {}, deep, random, 50);
+    CHECK(deep.upper > 1);
+    // Through the skin: out on either side, by what reaches to the nearer one.
+    for (const double middle : {0.9, 1.1}) {
+      const Pose through = Pose::at(0, 0, middle);
+      const DepthBounds out = penetration_depth(hollow, {}, body, through);
+      check_promise(hollow, {}, body, through, out, random, 50);
+      CHECK(out.upper < 0.2);
+      CHECK((out.translation.z() > 0) == (middle > 1));
+    }
+  }
+  // Without a lid it is not closed: refused as a solid, and as a surface it keeps what its triangles keep.
+  Mesh open = shell;
+  std::erase_if(open.triangles, [](const auto& t) { return t[0] == 1; });
+  const Shape pot(open);
+  open.solid = true;
+  CHECK_THROWS_AS(Shape(open), std::invalid_argument);
+  CHECK_FALSE(penetration_depth(pot, {}, ball, {}).collide);
+  const Pose in_skin = Pose::at(0, 0, 1.1);
+  CHECK(penetration_depth(pot, {}, ball, in_skin).upper < 0.2);
+}
+
+TEST_CASE("penetration: two surfaces are as deep as they cross, and apart once the one has come through") {
+  Random random(14);
+  Mesh wall, flag;
+  wall.vertices = {{0, -2, -2}, {0, 2, -2}, {0, 2, 2}, {0, -2, 2}};
+  flag.vertices = {{-0.3, 0, -0.5}, {0.1, 0, -0.5}, {0.1, 0, 0.5}, {-0.3, 0, 0.5}};
+  wall.triangles = flag.triangles = {{0, 1, 2}, {0, 2, 3}};
+  const Shape a(wall), b(flag);
+  const DepthBounds crossing = penetration_depth(a, {}, b, {});
+  check_promise(a, {}, b, {}, crossing, random, 200);
+  CHECK(crossing.upper == Approx(0.1).margin(1e-9));
+  CHECK(crossing.translation.x() < 0);
+  const Pose beyond = Pose::at(-0.11, 0, 0);  // no farther than 0.01 from it
+  CHECK_FALSE(penetration_depth(a, {}, b, beyond).collide);
+  CHECK_FALSE(penetration_depth(a, {}, b, Pose::at(0.31, 0, 0)).collide);
+}
+
 TEST_CASE("penetration: what is apart has none; bad options are refused") {
   const Shape a(torus(1, 0.3, 24, 12));
   CHECK_FALSE(penetration_depth(a, {}, a, Pose::at(3, 0, 0)).collide);

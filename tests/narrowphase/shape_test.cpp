@@ -12,6 +12,7 @@
 #include "mesh_samples.h"
 #include "random.h"
 #include "shapes/mesh_builder.h"
+#include "shapes/mesh_hierarchy.h"
 #include "shapes/shape_insides.h"
 #include "tandem/narrowphase/narrow_phase.h"
 #include "tandem/narrowphase/shape_memory.h"
@@ -232,18 +233,25 @@ TEST_CASE("a mesh's hierarchy holds every triangle once, in boxes around it") {
   for (Vec3& v : input.vertices) v += Vec3(1e6, 0, -3);
   const MeshModel mesh = build_mesh(input);
   std::vector<int> seen(mesh.triangles.size(), 0);
-  for (const MeshNode& node : mesh.nodes)
-    for (std::uint32_t k = 0; k < node.lanes; ++k)
-      for (std::uint32_t i = 0; i < node.count[k]; ++i) {
-        const std::uint32_t t = mesh.order[node.child[k] + i];
-        ++seen[t];
-        for (const Vec3& p : mesh.corners(t))
-          for (int axis = 0; axis < 3; ++axis)
-            CHECK(std::abs((p[axis] - mesh.centre[axis]) / mesh.unit - static_cast<double>(node.mid[axis][k])) <=
-                  static_cast<double>(node.half[axis][k]));
-      }
+  for (const MeshNode& node : mesh.nodes) {
+    if (!node.bottom()) continue;
+    LaneBoxes boxes;
+    mesh.boxes_of_triangles(node, boxes);
+    for (std::uint32_t k = 0; k < node.lanes(); ++k) {
+      const std::uint32_t t = mesh.triangle_of(node, k);
+      ++seen[t];
+      float mid[3], half[3];
+      box_of_triangle(mesh, t, mid, half);
+      for (const Vec3& p : mesh.corners(t))
+        for (int axis = 0; axis < 3; ++axis) {
+          const double at = (p[axis] - mesh.centre[axis]) / mesh.unit;
+          CHECK(std::abs(at - static_cast<double>(boxes.mid[axis][k])) <= static_cast<double>(boxes.half[axis][k]));
+          CHECK(std::abs(at - static_cast<double>(mid[axis])) <= static_cast<double>(half[axis]));
+        }
+    }
+  }
   CHECK(std::all_of(seen.begin(), seen.end(), [](int n) { return n == 1; }));
-  for (const auto& n : mesh.neighbours)
+  for (const auto& n : mesh.neighbours())
     for (const std::uint32_t t : n) CHECK(t != no_index);
 }
 
@@ -261,13 +269,13 @@ TEST_CASE("corners of a surface that differ by rounding are one, as equal ones a
     }
     return soup;
   };
-  const auto expected = build_mesh(whole).neighbours;
+  const auto expected = build_mesh(whole).neighbours();
   for (const double by : {0.0, 2e-16, 1e-15}) {
     CAPTURE(by);
     const MeshModel mesh = build_mesh(apart(by));
     CHECK(mesh.closed);
     CHECK(mesh.components().size() == 1);
-    CHECK(mesh.neighbours == expected);
+    CHECK(mesh.neighbours() == expected);
     // A ball that rests on it has one contact, and none from sides that would be borders.
     std::vector<Contact> contacts;
     NarrowPhase().solve(Shape(apart(by)), {}, Sphere{0.2}, Pose::at(1, 0.02, 0.49), Request::contacts, &contacts);
@@ -309,14 +317,15 @@ TEST_CASE("meshes: built by parts on several threads, or by hand in any order, t
     CHECK(std::memcmp(shared.nodes.data(), alone.nodes.data(), alone.nodes.size() * sizeof(MeshNode)) == 0);
     CHECK(std::memcmp(shared.blocks.data(), alone.blocks.data(), alone.blocks.size() * sizeof(TriangleBlock)) == 0);
     REQUIRE(shared.slabs.size() == alone.slabs.size());
+    CHECK(std::memcmp(shared.boxes.data(), alone.boxes.data(), alone.boxes.size() * sizeof(ChildBoxes)) == 0);
     CHECK(shared.order == alone.order);
     CHECK(shared.extreme() == alone.extreme());
     CHECK(shared.depth == alone.depth);
     CHECK(shared.memory().total() == alone.memory().total());
   }
   const Shape shape(input);
-  CHECK(shape.memory() > 100 * input.triangles.size());
-  CHECK(shape.memory() < 280 * input.triangles.size());  // half of it what the hull needs
+  CHECK(shape.memory() > 90 * input.triangles.size());
+  CHECK(shape.memory() < 100 * input.triangles.size());
 }
 
 TEST_CASE("shapes: what several share of memory is counted once") {
@@ -361,17 +370,19 @@ TEST_CASE("meshes: every triangle is in one leaf, within its box and its slab") 
     CHECK(std::count(seen.begin(), seen.end(), 1) == static_cast<std::ptrdiff_t>(seen.size()));
     const std::function<void(std::uint32_t, std::vector<std::uint32_t>&)> gather = [&](std::uint32_t node, auto& out) {
       const MeshNode& n = mesh.nodes[node];
-      for (std::uint32_t k = 0; k < n.lanes; ++k) {
+      LaneBoxes room;
+      const LaneBoxes& boxes = mesh.lane_boxes(n, room);
+      for (std::uint32_t k = 0; k < n.lanes(); ++k) {
         std::vector<std::uint32_t> below;
-        if (n.bottom)
-          below.push_back(mesh.order[n.child[k]]);
+        if (n.bottom())
+          below.push_back(mesh.triangle_of(n, k));
         else
-          gather(n.child[k], below);
+          gather(mesh.boxes_of(n).child[k], below);
         for (const std::uint32_t t : below)
           for (const Vec3& corner : mesh.corners(t)) {
             const Vec3 p = (corner - mesh.centre) / mesh.unit;
-            for (int i = 0; i < 3; ++i) CHECK(std::abs(p[i] - n.mid[i][k]) <= n.half[i][k]);
-            if (n.bottom) continue;
+            for (int i = 0; i < 3; ++i) CHECK(std::abs(p[i] - boxes.mid[i][k]) <= boxes.half[i][k]);
+            if (n.bottom()) continue;
             const ChildSlabs& s = mesh.slabs[n.block];
             const double height = s.normal[0][k] * p[0] + s.normal[1][k] * p[1] + s.normal[2][k] * p[2];
             CHECK(std::abs(height - s.mid[k]) <= s.half[k]);

@@ -13,12 +13,14 @@ CALLED_MEANWHILE = "a function that C++ calls for each pair or batch, from all t
 OF_MY_OWN = "a part of one's own, in C++"
 THREADS = "Python's calls share long work on all threads"
 TIMEOUT = "Python's calls have a timeout"
+IN_C = "Python has the lists, which all threads make"
 
 # Where the options of a struct are given. Those that have another name in Python: C++ name -> Python's.
 OPTIONS = {
     "NarrowPhaseOptions": ["distance", "collide", "contacts", "SceneQueries.__init__"],
     "BuildOptions": ["Mesh", "read_mesh"],
     "NearOptions": ["near_triangles", "clearance_zones"],
+    "SearchOptions": ["near_features"],
     "DepthOptions": ["penetration_depth"],
     "HausdorffOptions": ["hausdorff_distance"],
     "InspectionOptions": ["inspect"],
@@ -50,6 +52,8 @@ OPTIONS_OF_CPP_ALONE = {
     "BuildOptions.parts": THREADS,
     "BuildOptions.limit": TIMEOUT,
     "NearOptions.limit": TIMEOUT,
+    "SearchOptions.limit": IN_C,
+    "SearchOptions.progress": IN_C,
     "DepthOptions.limit": TIMEOUT,
     "HausdorffOptions.limit": TIMEOUT,
     "VoxelSolidOptions.limit": TIMEOUT,
@@ -79,6 +83,7 @@ ELSEWHERE = {
     "make_broad_phase": "overlapping_boxes",
     "NarrowPhase": "distance",
     "visit_triangles": "near_triangles",
+    "visit_near_features": "near_features",
     "ContinuousMotion": "limit_motion",
     "PairTable": "SceneQueries",
     "BoxArray": "BoxQueries",
@@ -141,6 +146,7 @@ METHODS_OF_CPP_ALONE = {
         "reserve": "room is made when bodies are added by add_bodies",
         **dict.fromkeys(["has_shape", "shape_indices", "shape_name", "shapes"], "Scene.shape_of and shape_id"),
     },
+    "DeformableMesh": dict.fromkeys(["visit_self_intersections", "visit_near_features"], IN_C),
     "Pipeline": {"options": "what was passed", "record_to": "Pipeline.record_timeline"},
     "BoxQueries": {
         "build": "BoxQueries.__init__",

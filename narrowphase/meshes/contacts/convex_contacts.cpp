@@ -60,7 +60,7 @@ bool ConvexContacts::neighbours_reach_farther(std::uint32_t t, const Corners& p,
   for (std::size_t k = 0; k < 3; ++k) {
     const Vec3 &from = p[k], &to = p[(k + 1) % 3];
     if (all([&](const Vec3& q) { return (q - from).norm() <= slack; })) return has_higher_neighbour(model, t, k, n);
-    const std::uint32_t next = model.neighbours[t][k];
+    const std::uint32_t next = model.neighbours()[t][k];
     if (next == no_index) continue;
     const Corners other = pair_.corners(next);
     const double highest = std::max({n.dot(other[0]), n.dot(other[1]), n.dot(other[2])});
@@ -242,6 +242,7 @@ void ConvexContacts::find_deepest(Seen& seen) const {
 }
 
 void ConvexContacts::find(PairAnswer& near, PatchCollector& all, std::vector<Contact>& scratch) const {
+  pair_.model().neighbours(pair_.options().limit);  // what follows asks for it
   const double margin = pair_.options().margin;
   ClearPlanes clear;
   Seen seen{near};

@@ -180,7 +180,7 @@ class PatchFinder {
         if (hit.edges >> k & 1u) continue;
         const Inner* from = crossed.vertices.find(mesh.triangles[t][k]);
         const Inner* to = crossed.vertices.find(mesh.triangles[t][(k + 1) % 3]);
-        if (from && to && from->inside && to->inside) visit(mesh.neighbours[t][k], hit.crossing);
+        if (from && to && from->inside && to->inside) visit(mesh.neighbours()[t][k], hit.crossing);
       }
       while (!stack.empty()) {
         meter.spend(6);
@@ -189,7 +189,7 @@ class PatchFinder {
         for (std::uint32_t k = 0; k < 3; ++k) {
           if (crossed.vertices.emplace(mesh.triangles[next][k], {0, true, origin}).second)
             inside.push_back({mesh.triangles[next][k], of_a, origin});
-          visit(mesh.neighbours[next][k], origin);
+          visit(mesh.neighbours()[next][k], origin);
         }
       }
     }

@@ -37,7 +37,7 @@ CoplanarFacets coplanar_facets(const PosedMeshes& m, std::span<const Facet> face
     if (face.contains(f, slack)) face.facets.push_back(f);
   for (std::size_t i = 0; i < face.facets.size() && face.facets.size() < most; ++i) {
     meter.spend(8);
-    for (const std::uint32_t next : mesh.neighbours[face.facets[i].triangle]) {
+    for (const std::uint32_t next : mesh.neighbours()[face.facets[i].triangle]) {
       const bool is_known =
           std::any_of(face.facets.begin(), face.facets.end(), [&](const Facet& f) { return f.triangle == next; });
       if (next == no_index || is_known) continue;

@@ -74,7 +74,7 @@ bool in_normal_cone(const MeshModel& mesh, std::uint32_t t, const Vec3& n, const
     const std::size_t to = (k + 1) % 3;
     if (!high[k] || !high[to]) continue;
     // Along an edge what lies around its corners tells only of these.
-    const std::uint32_t next = mesh.neighbours[t][k];
+    const std::uint32_t next = mesh.neighbours()[t][k];
     if (next != no_index)
       for (const Vec3& v : mesh.corners(next))
         if (const Vec3 away = v - p[k]; n.dot(away) > flush * away.norm()) return false;

@@ -17,11 +17,11 @@ constexpr std::size_t span_limit = 16;  // ridges of a patch that are held again
 // Do the two triangles at the edge lie behind each other's planes, or is it a border? Only such edges can be deepest
 // where they cross one of the other mesh. Of a surface with a border either side may be the outer one: all count.
 bool is_ridge(const MeshModel& mesh, std::uint32_t t, std::uint32_t corner) {
-  const std::uint32_t next = mesh.neighbours[t][corner];
+  const std::uint32_t next = mesh.neighbours()[t][corner];
   if (next == no_index || !mesh.closed) return true;
   const auto p = mesh.corners(t), q = mesh.corners(next);
   const Vec3 n = (p[1] - p[0]).cross(p[2] - p[0]);
-  const auto& back = mesh.neighbours[next];
+  const auto& back = mesh.neighbours()[next];
   const auto shared = static_cast<std::size_t>(std::find(back.begin(), back.end(), t) - back.begin());
   return n.dot(q[(shared + 2) % 3] - p[0]) < -tolerance::in_plane * n.norm() * mesh.half.norm();
 }
@@ -33,7 +33,7 @@ void find_spans(const PosedMeshes& m, const Patch& patch, std::span<const Crossi
   const MeshModel& mesh = m.mesh(of_a);
   // Each edge is seen from both of its triangles.
   const auto is_first = [&](std::uint32_t t, std::uint32_t corner) {
-    const std::uint32_t next = mesh.neighbours[t][corner];
+    const std::uint32_t next = mesh.neighbours()[t][corner];
     return next == no_index || t < next;
   };
   const auto add = [&](std::uint32_t edge, const Vec3& p, const Vec3& q) {

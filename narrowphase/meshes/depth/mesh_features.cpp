@@ -31,7 +31,7 @@ const Edge& MeshFeatures::straight_edge(std::uint32_t t, std::size_t k) {
 }
 
 bool MeshFeatures::is_edge(std::uint32_t t, std::size_t k) const {
-  const std::uint32_t next = mesh_.neighbours[t][k];
+  const std::uint32_t next = mesh_.neighbours()[t][k];
   if (next == no_index) return true;
   if (next < t) return false;
   const Corners p = mesh_.corners(t);

@@ -92,7 +92,9 @@ OverlappingMeshes::OverlappingMeshes(const Posed& a, const Posed& b, std::span<c
       pairs_(pairs),
       options_(options),
       between_(b.pose.translation - a.pose.translation),
-      features_{MeshFeatures(mesh_of(b.shape), slack), MeshFeatures(mesh_of(a.shape), slack)} {}
+      features_{MeshFeatures(mesh_of(b.shape), slack), MeshFeatures(mesh_of(a.shape), slack)} {
+  for (const Posed* posed : {&a, &b}) mesh_of(posed->shape).neighbours(options.limit);  // the features ask for it
+}
 
 Vec3 OverlappingMeshes::placed(bool of_a, const Vec3& v, const Vec3& at) const {
   return of_a ? Vec3(a_.pose.rotation * v) : Vec3(b_.pose.rotation * v + between_ + at);
@@ -253,8 +255,7 @@ bool OverlappingMeshes::separating_planes(const Vec3& at, double reach, std::vec
       each_child(mb, y, [&](std::uint32_t child) { stack.emplace_back(x, child); });
     } else {
       bool all = true;
-      each_triangle(
-          ma, x, [&](std::uint32_t i) { each_triangle(mb, y, [&](std::uint32_t j) { all = all && separate(i, j); }); });
+      all = all && separate(leaf_triangle(ma, x), leaf_triangle(mb, y));
       if (!all) return false;
     }
   }

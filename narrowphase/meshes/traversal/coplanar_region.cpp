@@ -22,13 +22,13 @@ CoplanarRegion coplanar_region(const MeshModel& mesh, std::uint32_t t, std::size
   std::vector<std::uint32_t>& flat = region.triangles;
   const auto is_known = [&](std::uint32_t i) { return std::find(flat.begin(), flat.end(), i) != flat.end(); };
   for (std::size_t i = 0; i < flat.size() && flat.size() < most; ++i)
-    for (const std::uint32_t next : mesh.neighbours[flat[i]])
+    for (const std::uint32_t next : mesh.neighbours()[flat[i]])
       if (flat.size() < most && next != no_index && !is_known(next) && lies_in_plane(mesh, next, n, own[0], slack))
         flat.push_back(next);
   for (const std::uint32_t i : flat) {
     const Corners c = mesh.corners(i);
     for (std::size_t k = 0; k < 3; ++k)
-      if (const std::uint32_t next = mesh.neighbours[i][k]; next == no_index || !is_known(next))
+      if (const std::uint32_t next = mesh.neighbours()[i][k]; next == no_index || !is_known(next))
         region.border.push_back({c[k], c[(k + 1) % 3]});
   }
   return region;

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 
+#include "shapes/mesh_hierarchy.h"
 #include "shapes/mesh_model.h"
 
 namespace tandem {
@@ -24,37 +25,39 @@ struct BoxOf {
   BoxOf(const MeshModel& mesh, std::uint32_t ref) : mid(mesh.centre), half(mesh.half) {
     if (lane_of(ref) == whole) return;
     const MeshNode& n = mesh.nodes[node_of(ref)];
+    float in_units[3], half_in_units[3];
+    if (n.bottom()) {
+      box_of_triangle(mesh, mesh.triangle_of(n, lane_of(ref)), in_units, half_in_units);
+    } else {
+      const ChildBoxes& boxes = mesh.boxes_of(n);
+      for (int k = 0; k < 3; ++k)
+        in_units[k] = boxes.mid[k][lane_of(ref)], half_in_units[k] = boxes.half[k][lane_of(ref)];
+    }
     for (int k = 0; k < 3; ++k) {
-      mid[k] = mesh.centre[k] + mesh.unit * static_cast<double>(n.mid[k][lane_of(ref)]);
-      half[k] = mesh.unit * static_cast<double>(n.half[k][lane_of(ref)]);
+      mid[k] = mesh.centre[k] + mesh.unit * static_cast<double>(in_units[k]);
+      half[k] = mesh.unit * static_cast<double>(half_in_units[k]);
     }
   }
 };
 
 inline bool is_leaf(const MeshModel& mesh, std::uint32_t ref) {
-  return lane_of(ref) != whole && mesh.nodes[node_of(ref)].count[lane_of(ref)] > 0;
+  return lane_of(ref) != whole && mesh.nodes[node_of(ref)].bottom();
 }
 
 /// The node of a place that is no leaf.
 inline std::uint32_t node_under(const MeshModel& mesh, std::uint32_t ref) {
-  return lane_of(ref) == whole ? 0 : mesh.nodes[node_of(ref)].child[lane_of(ref)];
+  return lane_of(ref) == whole ? 0 : mesh.boxes_of(mesh.nodes[node_of(ref)]).child[lane_of(ref)];
 }
 
 /// The triangle of a leaf, which holds one.
 inline std::uint32_t leaf_triangle(const MeshModel& mesh, std::uint32_t leaf) {
-  return mesh.order[mesh.nodes[node_of(leaf)].child[lane_of(leaf)]];
+  return mesh.triangle_of(mesh.nodes[node_of(leaf)], lane_of(leaf));
 }
 
 template <class Visit>
 void each_child(const MeshModel& mesh, std::uint32_t ref, Visit&& visit) {
   const std::uint32_t node = node_under(mesh, ref);
-  for (std::uint32_t k = 0; k < mesh.nodes[node].lanes; ++k) visit(child_ref(node, k));
-}
-
-template <class Visit>
-void each_triangle(const MeshModel& mesh, std::uint32_t leaf, Visit&& visit) {
-  const MeshNode& n = mesh.nodes[node_of(leaf)];
-  for (std::uint32_t k = 0; k < n.count[lane_of(leaf)]; ++k) visit(mesh.order[n.child[lane_of(leaf)] + k]);
+  for (std::uint32_t k = 0; k < mesh.nodes[node].lanes(); ++k) visit(child_ref(node, k));
 }
 
 }  // namespace tandem

@@ -64,6 +64,22 @@ void vertex_nearest(const Vec3& v, const TriangleFrame& t, bool v_of_a, Nearest&
   v_of_a ? best.take((v - foot).norm(), v, foot) : best.take((v - foot).norm(), foot, v);
 }
 
+// The middle of a box, in the mesh's units.
+Vec3 middle_of(const MeshModel& mesh, const MeshNode& node, std::uint32_t lane) {
+  Vec3 middle;
+  if (!node.bottom()) {
+    const ChildBoxes& boxes = mesh.boxes_of(node);
+    for (int axis = 0; axis < 3; ++axis) middle[axis] = static_cast<double>(boxes.mid[axis][lane]);
+    return middle;
+  }
+  const TriangleBlock& block = mesh.blocks[node.block];
+  for (int axis = 0; axis < 3; ++axis) {
+    const float p = block.corner[0][axis][lane], q = block.corner[1][axis][lane], r = block.corner[2][axis][lane];
+    middle[axis] = static_cast<double>((std::min({p, q, r}) + std::max({p, q, r})) * 0.5f);
+  }
+  return middle;
+}
+
 // A mesh as the other sees it: about the other's centre, in its units.
 MeshView view_of(const MeshModel& mesh, const MeshModel& by, const Mat3& turn, const Vec3& shift) {
   return {mesh, turn, (turn * mesh.centre + shift - by.centre) / by.unit, by.unit};
@@ -111,14 +127,15 @@ Nearest NearestSearch::operator()(double cutoff) {
     }
     const Children children = bounds_of_children(at);
     const bool down_a = children.of_a;
-    const MeshNode& node = (down_a ? a_ : b_).nodes[children.node];
+    const MeshModel& mesh = down_a ? a_ : b_;
+    const MeshNode& node = mesh.nodes[children.node];
     const std::size_t first = top;
     std::array<double, mesh_lanes> away;  // of those on the stack
-    for (std::uint32_t k = 0; k < node.lanes; ++k) {
+    for (std::uint32_t k = 0; k < node.lanes(); ++k) {
       const double bound = std::max(at.bound, children.bound[k]);
       if (!(bound <= best_.distance)) continue;
       const std::uint32_t child = child_ref(children.node, k);
-      const double own = (Vec3(node.mid[0][k], node.mid[1][k], node.mid[2][k]) - children.aligned_mid).squaredNorm();
+      const double own = (middle_of(mesh, node, k) - children.aligned_mid).squaredNorm();
       // The nearest on top; of equals, as of boxes that overlap, the one whose middle is, else the first.
       std::size_t place = top++;
       for (; place > first &&
@@ -194,7 +211,7 @@ bool NearestSearch::each_within(double within, const Meet& meet, const Visit& vi
       continue;
     }
     const Children children = bounds_of_children(at);
-    const std::uint32_t lanes = (children.of_a ? a_ : b_).nodes[children.node].lanes;
+    const std::uint32_t lanes = (children.of_a ? a_ : b_).nodes[children.node].lanes();
     for (std::uint32_t k = lanes; k-- > 0;) {
       if (!(children.bound[k] <= within)) continue;
       const std::uint32_t child = child_ref(children.node, k);

@@ -10,8 +10,35 @@ HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
-void find_gaps(const QueryBox* box, const MeshNode* node, bool squared, float reach, NodeGaps* out) {
+namespace {
+
+// The middles and halves of an inner node's boxes from lane l on.
+struct StoredBoxes {
+  const LaneBoxes& boxes;
+  template <class Tag, class Lanes>
+  HWY_INLINE void load(Tag tag, std::size_t l, Lanes (&mid)[3], Lanes (&half)[3]) const {
+    for (int i = 0; i < 3; ++i) mid[i] = hn::Load(tag, boxes.mid[i] + l), half[i] = hn::Load(tag, boxes.half[i] + l);
+  }
+};
+// Of a bottom node's triangles, as MeshModel::boxes_of_triangles has them.
+struct BoxesOfTriangles {
+  const TriangleBlock& block;
+  float pad;
+  template <class Tag, class Lanes>
+  HWY_INLINE void load(Tag tag, std::size_t l, Lanes (&mid)[3], Lanes (&half)[3]) const {
+    for (int i = 0; i < 3; ++i) {
+      const auto p = hn::Load(tag, block.corner[0][i] + l), q = hn::Load(tag, block.corner[1][i] + l),
+                 r = hn::Load(tag, block.corner[2][i] + l);
+      const auto low = hn::Min(p, hn::Min(q, r)), high = hn::Max(p, hn::Max(q, r));
+      mid[i] = hn::Mul(hn::Add(low, high), hn::Set(tag, 0.5f));
+      half[i] = hn::Add(hn::Max(hn::Sub(high, mid[i]), hn::Sub(mid[i], low)), hn::Set(tag, pad));
+    }
+  }
+};
+
+template <class Source>
+HWY_INLINE std::uint32_t find_gaps_of(const QueryBox* box, const Source& source, bool squared, float reach,
+                                      NodeGaps* out) {
   const hn::CappedTag<float, mesh_lanes> tag;
   const auto number = [&](float x) HWY_ATTR { return hn::Set(tag, x); };
   const auto zero = hn::Zero(tag);
@@ -24,10 +51,9 @@ void find_gaps(const QueryBox* box, const MeshNode* node, bool squared, float re
   };
   std::uint32_t within = 0;
   for (std::size_t l = 0; l < mesh_lanes; l += hn::Lanes(tag)) {
-    const auto x = hn::Load(tag, node->mid[0] + l), y = hn::Load(tag, node->mid[1] + l),
-               z = hn::Load(tag, node->mid[2] + l);
-    const auto u = hn::Load(tag, node->half[0] + l), v = hn::Load(tag, node->half[1] + l),
-               w = hn::Load(tag, node->half[2] + l);
+    hn::Vec<decltype(tag)> mids[3], halves[3];
+    source.load(tag, l, mids, halves);
+    const auto x = mids[0], y = mids[1], z = mids[2], u = halves[0], v = halves[1], w = halves[2];
     const auto along = [&](int i, auto mid, auto half) HWY_ATTR {
       return hn::Sub(hn::Abs(hn::Sub(mid, number(box->mid[i]))), hn::Add(half, number(box->half[i])));
     };
@@ -46,6 +72,18 @@ void find_gaps(const QueryBox* box, const MeshNode* node, bool squared, float re
     hn::StoreMaskBits(tag, hn::Le(gap, number(reach)), bytes);
     within |= std::uint32_t{bytes[0]} << l;
   }
+  return within;
+}
+
+}  // namespace
+
+// NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
+void find_gaps(const QueryBox* box, const MeshModel* mesh, const MeshNode* node, bool squared, float reach,
+               NodeGaps* out) {
+  const std::uint32_t within =
+      node->bottom()
+          ? find_gaps_of(box, BoxesOfTriangles{mesh->blocks[node->block], box->corner_pad}, squared, reach, out)
+          : find_gaps_of(box, StoredBoxes{mesh->boxes_of(*node)}, squared, reach, out);
   out->within = within & node->used();
 }
 
@@ -56,8 +94,9 @@ HWY_AFTER_NAMESPACE();
 namespace tandem {
 HWY_EXPORT(find_gaps);
 
-void find_gaps(const QueryBox& box, const MeshNode& node, bool squared, float reach, NodeGaps& gaps) {
-  HWY_DYNAMIC_DISPATCH(find_gaps)(&box, &node, squared, reach, &gaps);
+void find_gaps(const QueryBox& box, const MeshModel& mesh, const MeshNode& node, bool squared, float reach,
+               NodeGaps& gaps) {
+  HWY_DYNAMIC_DISPATCH(find_gaps)(&box, &mesh, &node, squared, reach, &gaps);
 }
 }  // namespace tandem
 #endif

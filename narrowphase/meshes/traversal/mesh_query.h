@@ -16,6 +16,7 @@ namespace tandem {
 /// A box along a mesh's axes and one along its own, in the mesh's units about its centre; both hold the same thing.
 struct QueryBox {
   float mid[3], half[3], own_mid[3], own_half[3], axes[3][3];
+  float corner_pad;  // MeshModel::corner_pad
 };
 
 /// Gaps to the boxes of a node, a lane each: the largest along an axis, or `squared` the distance along the three axes
@@ -24,7 +25,8 @@ struct alignas(32) NodeGaps {
   float lane[mesh_lanes];
   std::uint32_t within;  ///< a bit for each of its lanes in use that is no farther than asked for
 };
-void find_gaps(const QueryBox& box, const MeshNode& node, bool squared, float reach, NodeGaps& gaps);
+void find_gaps(const QueryBox& box, const MeshModel& mesh, const MeshNode& node, bool squared, float reach,
+               NodeGaps& gaps);
 
 /// A box with axes of its own against the boxes of a mesh's hierarchy: which triangles may come near it. Gaps are lower
 /// bounds, along the axes of either; floats, with a margin for their rounding.
@@ -43,6 +45,7 @@ class BoxQuery {
     // Too far out for floats: every triangle may be near.
     blunt_ = !(most < 1e18);
     pad_ = blunt_ ? 0 : static_cast<float>(tolerance::query_of_floats * (2 + most));
+    box_.corner_pad = mesh.corner_pad();
     for (int i = 0; i < 3; ++i) {
       box_.mid[i] = blunt_ ? 0 : static_cast<float>((lo[i] + hi[i]) / 2);
       box_.half[i] = blunt_ ? 0 : static_cast<float>((hi[i] - lo[i]) / 2) + pad_;
@@ -69,13 +72,12 @@ class BoxQuery {
       find(n, ball_ > 0, reach, gaps);
       for (std::uint32_t left = gaps.within; left != 0; left &= left - 1) {
         const int k = std::countr_zero(left);
-        if (n.count[k] == 0) {
-          stack[top++] = n.child[k];
+        if (!n.bottom()) {
+          stack[top++] = mesh_.boxes_of(n).child[k];
           continue;
         }
         meter.spend(a_visit);
-        for (std::uint32_t i = 0; i < n.count[k]; ++i)
-          if (visit(mesh_.order[n.child[k] + i])) return;
+        if (visit(mesh_.triangle_of(n, static_cast<std::uint32_t>(k)))) return;
       }
     }
   }
@@ -85,24 +87,25 @@ class BoxQuery {
   template <class Visit>
   void nearest_first(double interest, Visit&& visit) const {
     struct Entry {
-      float gap2;  // squared, units
-      std::uint32_t child, count;
+      float gap2;        // squared, units
+      std::uint32_t at;  // a node, or in the leaves' order
+      bool triangle;
     };
     WorkMeter meter(limit_);
     std::array<Entry, stack_size> stack;
     std::size_t top = 0;
     float limit2 = squared(interest);
-    stack[top++] = {0, 0, 0};
+    stack[top++] = {0, 0, false};
     while (top > 0) {
       const Entry e = stack[--top];
       if (e.gap2 > limit2) continue;
       meter.spend();
-      if (e.count > 0) {
+      if (e.triangle) {
         meter.spend(a_visit);
-        for (std::uint32_t i = 0; i < e.count; ++i) limit2 = squared(visit(mesh_.order[e.child + i]));
+        limit2 = squared(visit(mesh_.order[e.at]));
         continue;
       }
-      const MeshNode& n = mesh_.nodes[e.child];
+      const MeshNode& n = mesh_.nodes[e.at];
       NodeGaps gaps;
       find(n, true, limit2, gaps);
       const std::size_t first = top;
@@ -112,7 +115,8 @@ class BoxQuery {
         // Nearest on top; of equals the first lane.
         std::size_t at = top++;
         for (; at > first && stack[at - 1].gap2 <= g; --at) stack[at] = stack[at - 1];
-        stack[at] = {g, n.child[k], n.count[k]};
+        stack[at] = {g, n.bottom() ? n.first() + static_cast<std::uint32_t>(k) : mesh_.boxes_of(n).child[k],
+                     n.bottom()};
       }
     }
   }
@@ -127,7 +131,7 @@ class BoxQuery {
   }
 
   void find(const MeshNode& n, bool squared, float reach, NodeGaps& gaps) const {
-    if (!blunt_) return find_gaps(box_, n, squared, reach, gaps);
+    if (!blunt_) return find_gaps(box_, mesh_, n, squared, reach, gaps);
     std::fill_n(gaps.lane, mesh_lanes, 0.0f);
     gaps.within = n.used();
   }

@@ -42,7 +42,7 @@ class Traversal {
       visitor_.meter.spend();
       const NodePair at = stack_.pop();
       const MeshNode &na = a_.nodes[at.a], &nb = b_.nodes[at.b];
-      if (na.bottom && nb.bottom) {
+      if (na.bottom() && nb.bottom()) {
         if (triangles(na, nb)) return;
         continue;
       }
@@ -60,7 +60,7 @@ class Traversal {
       next.clear();
       for (const NodePair at : level) {
         const MeshNode &na = a_.nodes[at.a], &nb = b_.nodes[at.b];
-        if (na.bottom && nb.bottom) {
+        if (na.bottom() && nb.bottom()) {
           next.push_back(at);
           continue;
         }
@@ -80,16 +80,16 @@ class Traversal {
 
   void descend(NodePair at, const MeshNode& na, const MeshNode& nb) {
     deepest_ = 1;
-    const float size_a = na.reach, size_b = f_.ratio * nb.reach;
-    if (na.bottom || (!nb.bottom && size_a * 4 < size_b))
+    const float size_a = na.reach(), size_b = f_.ratio * nb.reach();
+    if (na.bottom() || (!nb.bottom() && size_a * 4 < size_b))
       descend_b(at, na, nb);
-    else if (nb.bottom || size_b * 4 < size_a)
+    else if (nb.bottom() || size_b * 4 < size_a)
       descend_a(at, na, nb);
     else
       descend_both(na, nb);
   }
 
-  void map(const MeshNode& n, MappedBoxes& out) const {
+  void map(const LaneBoxes& n, MappedBoxes& out) const {
     for (std::size_t l = 0; l < mesh_lanes; l += hn::Lanes(tag)) {
       const auto x = hn::Load(tag, n.mid[0] + l), y = hn::Load(tag, n.mid[1] + l), z = hn::Load(tag, n.mid[2] + l);
       const auto u = hn::Load(tag, n.half[0] + l), v = hn::Load(tag, n.half[1] + l), w = hn::Load(tag, n.half[2] + l);
@@ -128,7 +128,7 @@ class Traversal {
   struct Boxes {
     Floats mid[3], half[3], reach[3];
   };
-  Boxes lanes_of_a(const MeshNode& n, std::size_t l) const {
+  Boxes lanes_of_a(const LaneBoxes& n, std::size_t l) const {
     Boxes r;
     for (int i = 0; i < 3; ++i) r.mid[i] = hn::Load(tag, n.mid[i] + l), r.half[i] = hn::Load(tag, n.half[i] + l);
     for (int i = 0; i < 3; ++i) r.reach[i] = spread(f_.inverse[i], r.half[0], r.half[1], r.half[2]);
@@ -171,17 +171,18 @@ class Traversal {
   }
 
   void descend_b(NodePair at, const MeshNode& na, const MeshNode& nb) {
+    const ChildBoxes& boxes_b = b_.boxes_of(nb);
     MappedBoxes b;
-    map(nb, b);
+    map(boxes_b, b);
     alignas(32) Row depth;
     for (std::uint32_t hits = lanes_of_b(na, b, depth) & nb.used(); hits; hits &= hits - 1) {
       const int j = std::countr_zero(hits);
-      push({at.a, nb.child[j]}, depth[j]);
+      push({at.a, boxes_b.child[j]}, depth[j]);
     }
   }
 
-  void push_lanes_of_a(const MeshNode& na, const Boxes& a, std::size_t l, const MappedBoxes& b, std::size_t j,
-                       std::uint32_t node_b) {
+  void push_lanes_of_a(const MeshNode& na, const ChildBoxes& boxes_a, const Boxes& a, std::size_t l,
+                       const MappedBoxes& b, std::size_t j, std::uint32_t node_b) {
     const Floats worst = against_lane(a, b, j);
     note(worst);
     std::uint32_t hits = bits_of(hn::Le(worst, hn::Zero(tag)), l) & na.used();
@@ -190,33 +191,36 @@ class Traversal {
     hn::Store(worst, tag, depth + l);
     for (; hits; hits &= hits - 1) {
       const int k = std::countr_zero(hits);
-      push({na.child[k], node_b}, depth[k]);
+      push({boxes_a.child[k], node_b}, depth[k]);
     }
   }
 
   void descend_a(NodePair at, const MeshNode& na, const MeshNode& nb) {
     MappedBoxes b;
     map(nb.box_mid, nb.box_half, b);
-    for (std::size_t l = 0; l < mesh_lanes; l += hn::Lanes(tag)) push_lanes_of_a(na, lanes_of_a(na, l), l, b, 0, at.b);
+    const ChildBoxes& boxes_a = a_.boxes_of(na);
+    for (std::size_t l = 0; l < mesh_lanes; l += hn::Lanes(tag))
+      push_lanes_of_a(na, boxes_a, lanes_of_a(boxes_a, l), l, b, 0, at.b);
   }
 
   void descend_both(const MeshNode& na, const MeshNode& nb) {
+    const ChildBoxes &boxes_a = a_.boxes_of(na), &boxes_b = b_.boxes_of(nb);
     MappedBoxes b;
-    map(nb, b);
+    map(boxes_b, b);
     alignas(32) Row depth;
     const std::uint32_t near = lanes_of_b(na, b, depth) & nb.used();
     for (std::size_t l = 0; l < mesh_lanes; l += hn::Lanes(tag)) {
-      const Boxes a = lanes_of_a(na, l);
+      const Boxes a = lanes_of_a(boxes_a, l);
       for (std::uint32_t left = near; left; left &= left - 1) {
         const auto j = static_cast<std::size_t>(std::countr_zero(left));
-        push_lanes_of_a(na, a, l, b, j, nb.child[j]);
+        push_lanes_of_a(na, boxes_a, a, l, b, j, boxes_b.child[j]);
       }
     }
   }
 
   bool triangles(const MeshNode& na, const MeshNode& nb) {
     return screen_.each(na, a_.blocks[na.block], nb, b_.blocks[nb.block], [&](std::size_t i, std::size_t j) HWY_ATTR {
-      return visitor_.visit(a_.order[na.child[i]], b_.order[nb.child[j]]);
+      return visitor_.visit(a_.order[na.first() + i], b_.order[nb.first() + j]);
     });
   }
 

@@ -37,18 +37,12 @@ HWY_INLINE Lane positive(Lane x) { return hn::Max(x, hn::Zero(N())); }
 HWY_INLINE Lane length(const Lane* u) { return hn::Sqrt(dot(u, u)); }
 
 // Some of a node's children.
-struct Boxes {
-  Lane mid[3], half[3];
+struct Slabs {
+  Lane mid[3], half[3], thin[3], thin_mid, thin_half;
 
-  HWY_INLINE Boxes(const MeshNode& node, std::size_t l) {
-    for (int i = 0; i < 3; ++i) mid[i] = widen(node.mid[i] + l), half[i] = widen(node.half[i] + l);
-  }
-};
-
-struct Slabs : Boxes {
-  Lane thin[3], thin_mid, thin_half;
-
-  HWY_INLINE Slabs(const MeshModel& mesh, const MeshNode& node, std::size_t l) : Boxes(node, l) {
+  HWY_INLINE Slabs(const MeshModel& mesh, const MeshNode& node, std::size_t l) {
+    const ChildBoxes& boxes = mesh.boxes_of(node);
+    for (int i = 0; i < 3; ++i) mid[i] = widen(boxes.mid[i] + l), half[i] = widen(boxes.half[i] + l);
     const ChildSlabs& slabs = mesh.slabs[node.block];
     for (int i = 0; i < 3; ++i) thin[i] = widen(slabs.normal[i] + l);
     thin_mid = widen(slabs.mid + l), thin_half = widen(slabs.half + l);
@@ -63,13 +57,19 @@ struct Slabs : Boxes {
   }
 };
 
-struct Triangles : Boxes {
-  Lane corner[3][3];
+struct Triangles {
+  Lane mid[3], half[3], corner[3][3];
 
-  HWY_INLINE Triangles(const MeshModel& mesh, const MeshNode& node, std::size_t l) : Boxes(node, l) {
+  HWY_INLINE Triangles(const MeshModel& mesh, const MeshNode& node, std::size_t l) {
     const TriangleBlock& block = mesh.blocks[node.block];
     for (int k = 0; k < 3; ++k)
       for (int i = 0; i < 3; ++i) corner[k][i] = widen(block.corner[k][i] + l);
+    for (int i = 0; i < 3; ++i) {
+      const Lane low = hn::Min(hn::Min(corner[0][i], corner[1][i]), corner[2][i]);
+      const Lane high = hn::Max(hn::Max(corner[0][i], corner[1][i]), corner[2][i]);
+      mid[i] = hn::Mul(hn::Add(low, high), all(0.5));
+      half[i] = hn::Sub(high, mid[i]);
+    }
   }
   HWY_INLINE Lane least(const Lane* u) const {
     return hn::Min(hn::Min(dot(u, corner[0]), dot(u, corner[1])), dot(u, corner[2]));
@@ -148,8 +148,8 @@ void bound_distances(const NearVolume& volume, const NearPlane& plane, const Mes
                      double* least) {
   const auto each = [&](const auto& shape) HWY_ATTR {
     for (std::size_t l = 0; l < mesh_lanes; l += hn::Lanes(N()))
-      hn::StoreU(node.bottom ? bound(shape, volume, plane, Triangles(mesh, node, l))
-                             : bound(shape, volume, plane, Slabs(mesh, node, l)),
+      hn::StoreU(node.bottom() ? bound(shape, volume, plane, Triangles(mesh, node, l))
+                               : bound(shape, volume, plane, Slabs(mesh, node, l)),
                  N(), least + l);
   };
   if (const NearBox* box = std::get_if<NearBox>(&volume.shape))

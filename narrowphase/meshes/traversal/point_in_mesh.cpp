@@ -40,27 +40,28 @@ class Ray {
     const Vec3 at = (from_ - mesh_.centre) / mesh_.unit;
     const double pad = slack / mesh_.unit + tolerance::no_extent;
     int sum = 0;
-    std::array<std::uint32_t, 64 * sizeof(MeshNode::child) / sizeof(std::uint32_t)> stack;  // MeshModel::depth
+    std::array<std::uint32_t, most_mesh_levels * mesh_lanes> stack;
     std::size_t top = 0;
     stack[top++] = 0;
     while (top > 0) {
       const MeshNode& n = mesh_.nodes[stack[--top]];
       meter_.spend();
-      for (std::uint32_t k = 0; k < n.lanes; ++k) {
+      LaneBoxes room;
+      const LaneBoxes& boxes = mesh_.lane_boxes(n, room);
+      for (std::uint32_t k = 0; k < n.lanes(); ++k) {
         const auto gap = [&](int axis) {
-          return std::abs(static_cast<double>(n.mid[axis][k]) - at[axis]) - static_cast<double>(n.half[axis][k]);
+          return std::abs(static_cast<double>(boxes.mid[axis][k]) - at[axis]) -
+                 static_cast<double>(boxes.half[axis][k]);
         };
-        const bool behind = at.z() > static_cast<double>(n.mid[2][k]) + static_cast<double>(n.half[2][k]) + pad;
+        const bool behind = at.z() > static_cast<double>(boxes.mid[2][k]) + static_cast<double>(boxes.half[2][k]) + pad;
         if (behind || gap(0) > pad || gap(1) > pad) continue;
-        if (n.count[k] == 0) {
-          stack[top++] = n.child[k];
+        if (!n.bottom()) {
+          stack[top++] = mesh_.boxes_of(n).child[k];
           continue;
         }
-        for (std::uint32_t i = 0; i < n.count[k]; ++i) {
-          const Crossing c = cross(mesh_.corners(mesh_.order[n.child[k] + i]));
-          if (c.on_surface) return true;
-          sum += c.count;
-        }
+        const Crossing c = cross(mesh_.corners(mesh_.triangle_of(n, k)));
+        if (c.on_surface) return true;
+        sum += c.count;
       }
     }
     return sum != 0;

@@ -12,25 +12,31 @@ namespace {
 
 using Pairs = std::vector<std::array<std::uint32_t, 2>>;
 
+using Pair = std::array<std::uint32_t, 2>;
+
+// tell(pair) of those that meet; false ends it.
+template <class Tell>
 class SelfIntersections final : public PairVisitor {
  public:
-  SelfIntersections(const MeshModel& mesh, std::span<const std::uint32_t> first, Pairs& pairs)
-      : PairVisitor(nullptr),
+  SelfIntersections(const MeshModel& mesh, std::span<const std::uint32_t> first, Tell tell, const WorkLimit* limit)
+      : PairVisitor(limit),
         mesh_(mesh),
         first_(first),
         test_(Pose{}, Pose{}, reach(mesh)),
         waiting_(mesh, mesh, test_),
-        pairs_(pairs) {}
+        tell_(tell) {}
 
   bool visit(std::uint32_t i, std::uint32_t j) override {
     if (!share_vertex(mesh_.triangles[i], mesh_.triangles[j]) && waiting_.add(i, j)) decide();
-    return false;
+    return ended_;
   }
   void decide() {
+    meter.spend(4);  // some twenty comparisons
     waiting_.decide([this](std::uint32_t i, std::uint32_t j, bool meet) {
-      if (meet) pairs_.push_back({i, j});
+      if (meet && !ended_) ended_ = !tell_(Pair{i, j});
     });
   }
+  bool ended() const { return ended_; }
 
  private:
   bool share_vertex(const std::array<std::uint32_t, 3>& p, const std::array<std::uint32_t, 3>& q) const {
@@ -45,7 +51,8 @@ class SelfIntersections final : public PairVisitor {
   const std::span<const std::uint32_t> first_;
   TriangleTest test_;
   WaitingPairs waiting_;
-  Pairs& pairs_;
+  Tell tell_;
+  bool ended_ = false;
 };
 
 }  // namespace
@@ -55,7 +62,8 @@ Pairs self_intersections(const MeshModel& mesh, std::span<const std::uint32_t> f
   const std::vector<NodePair> subtrees = near.subtrees();
   std::vector<Pairs> found(subtrees.size());
   run_parts(parts, subtrees.size(), [&](std::size_t k) {
-    SelfIntersections its(mesh, first, found[k]);
+    const auto keep = [&](const Pair& pair) { return found[k].push_back(pair), true; };
+    SelfIntersections its(mesh, first, keep, nullptr);
     near.visit(subtrees[k], its);
     its.decide();
   });
@@ -63,6 +71,16 @@ Pairs self_intersections(const MeshModel& mesh, std::span<const std::uint32_t> f
   for (const Pairs& some : found) all.insert(all.end(), some.begin(), some.end());
   std::sort(all.begin(), all.end());
   return all;
+}
+
+SearchEnd visit_self_intersections(const MeshModel& mesh, std::span<const std::uint32_t> first,
+                                   const std::function<bool(const Pair&)>& visitor, const SearchOptions& options) {
+  const auto tell = [&](const Pair& pair) { return visitor(pair); };
+  SelfIntersections its(mesh, first, tell, options.limit);
+  return visit_in_turn(NearBoxPairs(mesh, 0), its, options, [&] {
+    its.decide();
+    return its.ended();
+  });
 }
 
 }  // namespace tandem

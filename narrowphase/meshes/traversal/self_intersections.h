@@ -1,11 +1,13 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
 #include "shapes/mesh_model.h"
 #include "tandem/narrowphase/part_runner.h"
+#include "tandem/narrowphase/search.h"
 
 namespace tandem {
 
@@ -14,5 +16,10 @@ namespace tandem {
 std::vector<std::array<std::uint32_t, 2>> self_intersections(const MeshModel& mesh,
                                                              std::span<const std::uint32_t> first,
                                                              const PartRunner& parts);
+
+/// The same, told one after the other until `visitor` returns false.
+SearchEnd visit_self_intersections(const MeshModel& mesh, std::span<const std::uint32_t> first,
+                                   const std::function<bool(const std::array<std::uint32_t, 2>&)>& visitor,
+                                   const SearchOptions& options);
 
 }  // namespace tandem

@@ -119,7 +119,7 @@ class TriangleScreen {
                    high = hn::Set(tag, na.box_mid[i] + na.box_half[i]);
         worst = largest(worst, hn::Sub(hn::Load(tag, b.low[i] + l), high), hn::Sub(low, hn::Load(tag, b.high[i] + l)));
       }
-      note(of_lanes(nb.lanes, l, worst));
+      note(of_lanes(nb.lanes(), l, worst));
       near |= bits_of(hn::Le(worst, hn::Zero(tag)), l);
     }
     near &= nb.used();
@@ -139,7 +139,7 @@ class TriangleScreen {
         for (int i = 0; i < 3; ++i)
           worst =
               largest(worst, hn::Sub(low[i], hn::Set(tag, b.high[i][j])), hn::Sub(hn::Set(tag, b.low[i][j]), high[i]));
-        note(of_lanes(na.lanes, l, worst));
+        note(of_lanes(na.lanes(), l, worst));
         hits |= std::uint64_t{bits_of(hn::Le(worst, hn::Zero(tag)), l)} << (mesh_lanes * j);
       }
     }

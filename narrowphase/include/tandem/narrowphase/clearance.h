@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tandem/narrowphase/options.h"
+#include "tandem/narrowphase/search.h"
 #include "tandem/narrowphase/shape.h"
 
 namespace tandem {
@@ -30,13 +31,6 @@ struct NearOptions {
   /// How much of the search is done, [0, 1], rising, some hundred times at most, on the calling thread; empty: nobody
   /// asks.
   std::function<void(double part)> progress{};
-};
-
-/// Why a search ended.
-enum class SearchEnd : std::uint8_t {
-  done,        ///< all pairs were visited
-  by_visitor,  ///< it returned false
-  stopped,     ///< the limit was reached first
 };
 
 /// Visits every pair of triangles of two shapes that is at most the clearance apart, each once; both a mesh or a

@@ -2,6 +2,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -57,6 +58,13 @@ class DeformableMesh {
   /// All pairs of a vertex and a triangle that does not have it, and of edges without a common vertex, that are no
   /// farther apart than `margin` (metres, finite, >= 0); vertices that are one are told as the first of them.
   NearFeatures near_features(double margin, const PartRunner& parts = {}) const;
+
+  /// The same pairs, each once, told when they are found on the calling thread; false ends the search. Nothing is
+  /// kept. The order depends on the mesh only. In the second the visitor's `point_of_b` is not called.
+  SearchEnd visit_self_intersections(const std::function<bool(const std::array<std::uint32_t, 2>&)>& visitor,
+                                     const SearchOptions& options = {}) const;
+  SearchEnd visit_near_features(double margin, const NearFeatureVisitor& visitor,
+                                const SearchOptions& options = {}) const;
 
   /// Bytes held, those of shapes of earlier updates included that are still in use.
   std::size_t memory() const;

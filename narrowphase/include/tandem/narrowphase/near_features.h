@@ -1,9 +1,11 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "tandem/narrowphase/part_runner.h"
+#include "tandem/narrowphase/search.h"
 #include "tandem/narrowphase/shape.h"
 
 namespace tandem {
@@ -34,5 +36,18 @@ struct NearFeatures {
 /// margin.
 NearFeatures near_features(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin,
                            const PartRunner& parts = {});
+
+/// Receives pairs of features when they are found, on the calling thread; false ends the search. What is empty is not
+/// called; what one throws ends the search and is thrown.
+struct NearFeatureVisitor {
+  std::function<bool(const NearPoint&)> point{};       ///< a vertex of A (or of the mesh, with itself), a triangle of B
+  std::function<bool(const NearPoint&)> point_of_b{};  ///< a vertex of B, a triangle of A
+  std::function<bool(const NearEdges&)> edges{};
+};
+
+/// The same pairs, each once, in an order that depends on the arguments only. Nothing is kept: beside some bytes for
+/// each triangle, memory does not grow with the pairs. Throws as near_features does.
+SearchEnd visit_near_features(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin,
+                              const NearFeatureVisitor& visitor, const SearchOptions& options = {});
 
 }  // namespace tandem

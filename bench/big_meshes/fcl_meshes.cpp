@@ -1,0 +1,93 @@
+#include <fcl/geometry/bvh/BVH_model.h>
+#include <fcl/narrowphase/collision.h>
+#include <fcl/narrowphase/distance.h>
+
+#include <algorithm>
+
+#include "contestant.h"
+
+namespace tandem::bench {
+namespace {
+
+using Model = ::fcl::BVHModel<::fcl::OBBRSS<double>>;
+
+std::unique_ptr<Model> model_of(const Mesh& mesh) {
+  auto model = std::make_unique<Model>();
+  model->beginModel(static_cast<int>(mesh.triangles.size()), static_cast<int>(mesh.vertices.size()));
+  std::vector<::fcl::Triangle> all;
+  for (const auto& t : mesh.triangles) all.emplace_back(t[0], t[1], t[2]);
+  model->addSubModel(mesh.vertices, all);
+  model->endModel();
+  return model;
+}
+
+TrianglePairs pairs_of(const Model& a, const Model& b) {
+  const ::fcl::Transform3d home = ::fcl::Transform3d::Identity();
+  ::fcl::CollisionResultd result;
+  ::fcl::collide(&a, home, &b, home, ::fcl::CollisionRequestd(std::size_t{1} << 28, false), result);
+  TrianglePairs pairs;
+  for (std::size_t k = 0; k < result.numContacts(); ++k)
+    pairs.push_back(
+        {static_cast<std::uint32_t>(result.getContact(k).b1), static_cast<std::uint32_t>(result.getContact(k).b2)});
+  return pairs;
+}
+
+class FclMeshes final : public MeshContestant {
+ public:
+  explicit FclMeshes(const MeshesGiven& given) : given_(given) {}
+  std::string name() const override { return "FCL, OBBRSS"; }
+  bool is_exact() const override { return false; }
+  std::size_t most_triangles() const override { return 1'000'000; }
+  // It tells all triangles that share a vertex, too: twelve a triangle.
+  std::size_t most_triangles_of_self() const override { return 200'000; }
+
+  void build() override { a_ = model_of(given_.a); }
+  void build_all() override {
+    build();
+    b_ = model_of(given_.b);
+    if (given_.both.triangles.size() <= most_triangles_of_self()) self_ = model_of(given_.both);
+  }
+  std::size_t memory() override {
+    const std::size_t before = heap_bytes();
+    const auto model = model_of(given_.a);
+    return heap_bytes() - before;
+  }
+
+  std::optional<TrianglePairs> pairs() override { return sorted(pairs_of(*a_, *b_)); }
+  std::optional<TrianglePairs> self_pairs() override {
+    if (!self_) return std::nullopt;
+    TrianglePairs all = pairs_of(*self_, *self_);
+    const auto& triangles = given_.both.triangles;
+    std::erase_if(all, [&](const auto& pair) {
+      const auto &p = triangles[pair[0]], &q = triangles[pair[1]];
+      return pair[0] >= pair[1] || std::find_first_of(p.begin(), p.end(), q.begin(), q.end()) != p.end();
+    });
+    return sorted(std::move(all));
+  }
+  std::optional<double> distance(const Pose& b) override {
+    ::fcl::DistanceResultd result;
+    return ::fcl::distance(a_.get(), ::fcl::Transform3d::Identity(), b_.get(), transform(b),
+                           ::fcl::DistanceRequestd(true), result);
+  }
+
+ private:
+  static ::fcl::Transform3d transform(const Pose& pose) {
+    ::fcl::Transform3d out = ::fcl::Transform3d::Identity();
+    out.linear() = pose.rotation;
+    out.translation() = pose.translation;
+    return out;
+  }
+  static TrianglePairs sorted(TrianglePairs pairs) {
+    std::sort(pairs.begin(), pairs.end());
+    return pairs;
+  }
+
+  const MeshesGiven given_;
+  std::unique_ptr<Model> a_, b_, self_;
+};
+
+}  // namespace
+
+std::unique_ptr<MeshContestant> fcl_meshes(const MeshesGiven& given) { return std::make_unique<FclMeshes>(given); }
+
+}  // namespace tandem::bench
