@@ -192,3 +192,105 @@ TEST_CASE("a response of a scene to which bodies come and from which they go: th
     CHECK(hash_of_motion(all) == motion);
   }
 }
+
+namespace {
+
+/// Fast continuous bodies among thin plates, some of which carry them along, across all regions: bullets hit plates,
+/// each other and heaps of balls.
+Scene shooting_range(std::mt19937_64& random) {
+  const auto number = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
+  Scene scene;
+  const ShapeId ground = scene.add_shape(HalfSpace{Vec3::UnitZ(), 0}), bullet = scene.add_shape(Sphere{0.05}),
+                stick = scene.add_shape(Capsule{0.04, 0.3}), plate = scene.add_shape(Box{Vec3(0.02, 2, 2)}),
+                ball = scene.add_shape(Sphere{0.25}), truck = scene.add_shape(Box{Vec3(2, 1, 0.5)});
+  scene.add_body({.shape = ground, .is_static = true});
+  for (int i = 0; i < 9; ++i)
+    scene.add_body({.shape = plate,
+                    .pose = Pose::at(2.0 * i, number(-1, 1), 1),
+                    .velocity = Vec3(i % 3 == 0 ? number(-20, 20) : 0, 0, 0),
+                    .is_static = true});
+  for (int i = 0; i < 60; ++i)
+    scene.add_body({.shape = ball, .pose = Pose::at(0.55 * (i % 20) + 0.2, 0.55 * (i / 20) - 0.6, 0.249)});
+  for (int i = 0; i < 40; ++i)
+    scene.add_body({.shape = i % 3 == 0 ? stick : bullet,
+                    .pose = Pose::at(number(-2, 18), number(-2, 2), number(0.3, 2.5)),
+                    .velocity = Vec3(number(-300, 300), number(-30, 30), number(-60, 20)),
+                    .angular_velocity = Vec3(number(-20, 20), number(-20, 20), number(-20, 20)),
+                    .density = 500 + 100.0 * (i % 7),
+                    .is_sensor = i % 13 == 5,
+                    .continuous = true});
+  for (int i = 0; i < 6; ++i)
+    scene.add_body({.shape = truck,
+                    .pose = Pose::at(number(-4, 20), number(-2, 2), 1.5 + i),
+                    .velocity = Vec3(number(-80, 80), 0, number(-20, 0)),
+                    .continuous = i % 2 == 0});
+  return scene;
+}
+
+}  // namespace
+
+TEST_CASE("continuous bodies are stopped at their first touches on any number of ranks as on one") {
+  std::mt19937_64 random(17);
+  for (const double margin : {0.0, 0.02})
+    for (const bool keeps : {false, true}) {
+      CAPTURE(margin, keeps);
+      Scene scene = shooting_range(random);
+      const bool filters = margin == 0 && !keeps;
+      const auto allows = [](GlobalId a, GlobalId b) { return (a + b) % 5 != 0; };
+      const auto drops = [&](std::span<Pair> pairs) {
+        return static_cast<std::size_t>(
+            std::remove_if(pairs.begin(), pairs.end(), [&](Pair pair) { return !allows(pair.a, pair.b); }) -
+            pairs.begin());
+      };
+      const double keep = keeps ? 0.02 : 0;
+      tandem::Pipeline alone({.executor = ExecutorKind::sequential,
+                              .threads = 1,
+                              .answer = {.margin = margin, .keep_contacts = keep}});
+      tandem::Response response({.predicate = filters ? PairPredicate(drops) : PairPredicate{}, .threads = 1});
+      mpi::Options options = world::options(keeps ? 2 : 1, margin);
+      options.rank.answer.keep_contacts = keep;
+      mpi::Pipeline pipeline(MPI_COMM_WORLD, options);
+      world::add_all(pipeline, scene);
+      pipeline.set_dt(scene.dt);
+      mpi::Response together(pipeline, {.threads = 1}, filters ? mpi::PairOfIds(allows) : mpi::PairOfIds{});
+      std::size_t stops = 0;
+      for (int step = 0; step < 16; ++step) {
+        CAPTURE(step);
+        if (step % 3 == 1) pipeline.rebalance();
+        alone.step(scene);
+        const mpi::Report report = pipeline.step();
+        CHECK(report.contact_hash == mpi::hash(world::gathered(alone.contacts(), world::all_indices(scene))));
+        if (step % 4 == 3)  // a host's hand, after detection: some go on as fast as at first, and some change
+          for (std::uint32_t i = 70; i < 90; ++i) {
+            const Vec3 velocity(i % 2 == 0 ? 250 : -250, 0.1 * i, 3);
+            scene.move(i, scene.poses()[i], velocity, scene.angular_velocities()[i]);
+            if (pipeline.has(i) && pipeline.owns(pipeline.local(i).index()))
+              pipeline.move(pipeline.local(i).index(), scene.poses()[i], velocity, scene.angular_velocities()[i]);
+          }
+        if (step == 9) {
+          scene.set_continuous(scene.id(75), false);
+          scene.set_density(scene.id(76), 9000);
+          scene.set_sensor(scene.id(77), true);
+          if (world::rank() == world::ranks() - 1) {
+            pipeline.set_continuous(75, false);
+            pipeline.set_density(76, 9000);
+            pipeline.set_sensor(77, true);
+          }
+          alone.step(scene);
+          pipeline.step();
+        }
+        const ResponseReport moved = response.step(scene, alone.contacts());
+        const mpi::RankResponseReport all_moved = together.step();
+        CHECK(all_moved.response.stops == moved.stops);
+        CHECK(all_moved.response.kinetic_energy == moved.kinetic_energy);
+        std::uint64_t expected = 0;
+        for (std::uint32_t i = 0; i < scene.indices(); ++i) expected += hash_of(i, scene, i);
+        CHECK(hash_of_motion(pipeline) == expected);
+        stops += moved.stops;
+      }
+      CHECK(stops > 100);
+    }
+  mpi::Pipeline pipeline(MPI_COMM_WORLD, world::options(1, 0));
+  CHECK_THROWS_AS(mpi::Response(pipeline, {.predicate = [](std::span<Pair> pairs) { return pairs.size(); }}),
+                  std::invalid_argument);
+}

@@ -113,10 +113,6 @@ ShapeId Bodies::add_shape(Shape shape, std::string name) {
 }
 
 BodyRecord Bodies::checked(GlobalId id, const BodyOptions& body) {
-  if (body.continuous)
-    throw std::invalid_argument("body " + std::to_string(id) +
-                                ": continuous is true, allowed: false: ranks do not stop fast bodies at their first "
-                                "touch");
   const std::uint32_t shape = body.shape.index_plus_one;
   const bool known = shape != 0 && shape <= scene_.shapes().size() && body.shape.generation == 1;
   if (known && door_shape_ != shape) {
@@ -168,6 +164,7 @@ std::uint32_t Bodies::put(const BodyRecord& record, bool owned) {
   options.density = record.density;
   options.is_static = record.is_static != 0;
   options.is_sensor = record.is_sensor != 0;
+  options.continuous = record.is_continuous != 0;
   options.group = record.group;
   options.mask = record.mask;
   const std::uint32_t index = scene_.add_body(options).index();
@@ -189,7 +186,10 @@ void Bodies::update(std::uint32_t index, const BodyRecord& record) {
   if (record.is_static != 0) scene_.set_static(body, true);  // then it may have any shape
   scene_.set_shape(body, {record.shape + 1, 1});
   scene_.set_filter(body, record.group, record.mask);
+  scene_.set_density(body, record.density);
   if (record.is_static == 0) scene_.set_static(body, false);
+  scene_.set_sensor(body, record.is_sensor != 0);
+  scene_.set_continuous(body, record.is_continuous != 0);
   scene_.move(index, record.motion.pose(), record.motion.speed(), record.motion.spin());
 }
 
@@ -197,6 +197,8 @@ void Bodies::drop(std::uint32_t index) {
   if (kept_ != nullptr && is_new_[index] == 0) {
     left_of_[index] = static_cast<std::uint32_t>(left_.size());
     left_.push_back({ids_[index], box_now(index, 0)});
+  } else if (kept_ != nullptr) {
+    std::erase_if(came_, [index](const KeptBody& body) { return body.index == index; });
   }
   count_ -= owned_[index];
   owned_[index] = 0;
@@ -257,9 +259,17 @@ void Bodies::apply_to(std::uint32_t index, const Change& change) {
     case Kind::is_static:
       scene_.set_static(body, change.body.is_static != 0);
       break;
+    case Kind::density:
+      scene_.set_density(body, change.body.density);
+      break;
+    case Kind::is_sensor:
+      scene_.set_sensor(body, change.body.is_sensor != 0);
+      break;
+    case Kind::continuous:
+      scene_.set_continuous(body, change.body.is_continuous != 0);
+      break;
   }
-  if (change.kind == Kind::shape || change.kind == Kind::filter || change.kind == Kind::is_static)
-    resend_[index] = stirred_[index] = 1;
+  if (change.kind >= Kind::shape) resend_[index] = stirred_[index] = 1;
 }
 
 Vec3 Bodies::centre(std::uint32_t index) const {
@@ -512,6 +522,33 @@ void Bodies::give_to(int owner, std::uint32_t index, std::span<const int> wanted
   edge(index).owner = owner;
   owned_[index] = 0;
   --count_;
+}
+
+bool Bodies::has_copy(std::uint32_t index, int rank) const {
+  const std::uint32_t place = edge_of_[index];
+  return place != no_edge && std::binary_search(edges_[place].copies.begin(), edges_[place].copies.end(), rank);
+}
+
+void Bodies::lend(std::uint32_t index, int rank, Message& letter) {
+  const bool is_calm = edge_of_[index] == no_edge;
+  Edge& one = edge(index);
+  if (is_calm) one.box = box_now(index, 0);
+  one.seen = SceneChanges::versions(scene_)[index];
+  one.skin.lo.fill(std::numeric_limits<float>::infinity());
+  one.skin.hi.fill(-std::numeric_limits<float>::infinity());
+  one.copies.insert(std::upper_bound(one.copies.begin(), one.copies.end(), rank), rank);
+  put_body(letter, Item::body, index);
+}
+
+void Bodies::borrow(Letter& letter) {
+  while (!letter.message.done()) {
+    if (letter.message.take<Item>() != Item::body) throw std::logic_error("something else came among lent bodies");
+    const std::uint32_t index = take_body(letter.message, false);
+    Edge& one = edge(index);
+    take_box(one, box_now(index, 0));
+    one.owner = letter.rank;
+    inside_[index] = 0;  // of the last exchange, in which it was not here
+  }
 }
 
 void Bodies::take(Letter& letter) {
