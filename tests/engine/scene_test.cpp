@@ -99,7 +99,8 @@ TEST_CASE("scene: a static body's density is not looked at, and a half-space may
 }
 
 TEST_CASE(
-    "scene: bodies of all kinds, fixed and moving, with a shape each, come and go; only half-spaces and planes may not move") {
+    "scene: bodies of all kinds, fixed and moving, with a shape each, come and go; only half-spaces and planes may not "
+    "move") {
   const auto point = [](double x, double y, double z) { return Vec3(x, y, z); };
   const std::vector<Vec3> corners = {point(0, 0, 0), point(1, 0, 0), point(0, 1, 0), point(0, 0, 1)};
   const std::vector<Shape> kinds = {Sphere{1},
@@ -125,7 +126,8 @@ TEST_CASE(
           CHECK_NOTHROW(scene.add_body(body));
           ++bodies;
         } else {
-          CHECK_THAT(message_of([&] { scene.add_body(body); }), Contains("is_static") && (Contains("half-space") || Contains("is a plane")));
+          CHECK_THAT(message_of([&] { scene.add_body(body); }),
+                     Contains("is_static") && (Contains("half-space") || Contains("is a plane")));
         }
         CHECK(scene.bodies() == bodies);
       }

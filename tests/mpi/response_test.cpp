@@ -271,9 +271,8 @@ TEST_CASE("continuous bodies are stopped at their first touches on any number of
             pairs.begin());
       };
       const double keep = keeps ? 0.02 : 0;
-      tandem::Pipeline alone({.executor = ExecutorKind::sequential,
-                              .threads = 1,
-                              .answer = {.margin = margin, .keep_contacts = keep}});
+      tandem::Pipeline alone(
+          {.executor = ExecutorKind::sequential, .threads = 1, .answer = {.margin = margin, .keep_contacts = keep}});
       tandem::Response response({.predicate = filters ? PairPredicate(drops) : PairPredicate{}, .threads = 1});
       mpi::Options options = world::options(keeps ? 2 : 1, margin);
       options.rank.answer.keep_contacts = keep;

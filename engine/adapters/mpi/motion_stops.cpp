@@ -218,7 +218,7 @@ std::size_t MotionStops::limit(std::span<Pose> ends) {
   return stops;
 }
 
-/// Three numbers a stop: the owners of its bodies and the rank that reports it, each from 1; then whether with contacts.
+/// Four numbers a stop: the owners of its bodies and the rank that reports it, each from 1; whether with contacts.
 std::vector<std::uint64_t> MotionStops::who_has(const ContactList& found) const {
   std::vector<std::uint64_t> who(4 * stops_.size());
   const auto own = static_cast<std::uint64_t>(communicator_.rank()) + 1;

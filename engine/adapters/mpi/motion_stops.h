@@ -17,10 +17,10 @@ namespace tandem::mpi {
 
 /// What ContinuousMotion does, for the bodies of all ranks, the same bits as on one.
 ///
-/// Watched bodies whose boxes overlap may change what becomes of each other, however far the chain goes: each such group
-/// is solved by one rank, the owner of its smallest id, which is sent all bodies that come near the group, and answers
-/// where its bodies end. All ranks know all boxes of watched bodies, and nothing of bodies that are not near one. Where
-/// a body is taken along out of the boxes, its new box is told to all, and all is done again.
+/// Watched bodies whose boxes overlap may change what becomes of each other, however far the chain goes: each such
+/// group is solved by one rank, the owner of its smallest id, which is sent all bodies that come near the group, and
+/// answers where its bodies end. All ranks know all boxes of watched bodies, and nothing of bodies that are not near
+/// one. Where a body is taken along out of the boxes, its new box is told to all, and all is done again.
 class MotionStops {
  public:
   MotionStops(Communicator& communicator, Bodies& bodies, PairOfIds allows);

@@ -57,7 +57,19 @@ struct BodyRecord {
 
 /// A change of a body that some rank asked for.
 struct Change {
-  enum class Kind : std::uint32_t { add, remove, pose, velocity, shape, filter, is_static, density, is_sensor, continuous };
+  /// From `shape` on more changes than a pose: copies need all of the body.
+  enum class Kind : std::uint32_t {
+    add,
+    remove,
+    pose,
+    velocity,
+    shape,
+    filter,
+    is_static,
+    density,
+    is_sensor,
+    continuous
+  };
   Kind kind = Kind::add;
   std::uint32_t unused = 0;
   BodyRecord body;  ///< its id, and what the kind says

@@ -94,8 +94,8 @@ struct Response::Impl {
   SharedBodies shared{pipeline.communicator, pipeline.bodies};
   VelocityExchange velocities{pipeline.communicator};
   MotionStops stops;
-  std::vector<Pose> ends;             // one an index, where there are continuous bodies
-  const ContactList* list = nullptr;  // of what is reported and of bodies that were stopped in the step before
+  std::vector<Pose> ends;                      // one an index, where there are continuous bodies
+  const ContactList* list = nullptr;           // of what is reported and of bodies that were stopped in the step before
   const ContactList* found = nullptr;          // without the latter
   std::vector<OwnPair> pairs;                  // ascending by ids
   std::vector<std::uint32_t> colours, before;  // one a pair of the list

@@ -31,8 +31,8 @@ using PairOfIds = std::function<bool(GlobalId a, GlobalId b)>;
 class Response {
  public:
   /// Collective. `allows`: which pairs a continuous body does not pass through; empty: all. Throws
-  /// std::invalid_argument that names the option, its value and what is allowed: `predicate`, whose indices are those of
-  /// one rank, is refused; `allows` takes its place.
+  /// std::invalid_argument that names the option, its value and what is allowed: `predicate` is refused, as its
+  /// indices are those of one rank; `allows` takes its place.
   explicit Response(Pipeline& pipeline, ResponseOptions options = {}, PairOfIds allows = {});
   ~Response();
   Response(Response&&) noexcept;
