@@ -7,6 +7,7 @@
 #include <bit>
 #include <chrono>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <stdexcept>
 #include <utility>
@@ -319,6 +320,19 @@ bool Bodies::is_calm(std::uint32_t index) const {
   return calm;
 }
 
+/// Of a body with an edge: whether it stays in its skin however it is turned.
+bool Bodies::is_in_skin(const Edge& edge) const {
+  const Vec3& place = scene_.poses()[edge.index].translation;
+  const Ball& ball = balls_[scene_.shape_indices()[edge.index]];
+  const double reach = ball.reach + ball.grow;
+  bool in = true;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double x = place[static_cast<Eigen::Index>(i)];
+    in &= double{edge.skin.lo[i]} < x - reach && x + reach < double{edge.skin.hi[i]};
+  }
+  return in;
+}
+
 /// Metres by which a box may grow.
 double Bodies::skin(std::uint32_t index) const {
   const double radius = balls_[scene_.shape_indices()[index]].radius;
@@ -393,6 +407,11 @@ void Bodies::look_at_moved() {
   for (Edge& one : edges_) {
     const std::uint32_t i = one.index;
     if (i == no_edge || owned_[i] == 0 || queued_[i] != 0 || (resend_[i] == 0 && one.seen == versions[i])) continue;
+    // Nobody asks for the box of a body that no other rank has, in this one's region.
+    if (one.copies.empty() && inside_[i] != 0 && resend_[i] == 0 && is_in_skin(one)) {
+      one.seen = versions[i];
+      continue;
+    }
     const FloatBox box = box_now(i, 0);
     if (resend_[i] != 0 || !one.skin.holds(box)) {
       queue(i);
@@ -407,8 +426,12 @@ void Bodies::look_at_moved() {
       letter.put(motion);
     }
   }
-  const auto begin = stirred_.begin(), end = stirred_.end();
-  for (auto at = begin; (at = std::find(at, end, 1)) != end; ++at) {
+  if (stirred_.empty()) return;
+  std::uint8_t *const begin = stirred_.data(), *const end = begin + stirred_.size();
+  const auto next = [end](std::uint8_t* from) {
+    return static_cast<std::uint8_t*>(std::memchr(from, 1, static_cast<std::size_t>(end - from)));
+  };
+  for (std::uint8_t* at = next(begin); at != nullptr; at = next(at + 1)) {
     *at = 0;
     queue(static_cast<std::uint32_t>(at - begin));
   }

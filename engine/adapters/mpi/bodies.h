@@ -172,6 +172,7 @@ class Bodies {
   std::uint32_t put(const BodyRecord& record, bool owned);
   void drop(std::uint32_t index);
   bool is_calm(std::uint32_t index) const;
+  bool is_in_skin(const Edge& edge) const;
   double skin(std::uint32_t index) const;
   FloatBox box_now(std::uint32_t index, double skin) const;
   void put_body(Message& letter, Item item, std::uint32_t index) const;
