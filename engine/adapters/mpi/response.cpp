@@ -24,7 +24,7 @@
 namespace tandem::mpi {
 namespace {
 
-double ms_since(Clock::time_point begin) {
+double ms_passed(Clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
 }
 
@@ -353,7 +353,7 @@ void Response::Impl::move(RankResponseReport& report) {
   agree(report);
   solver.prepare_share(*list, bodies.all(), options, {colours, before});
   note_places();
-  report.gather_ms = ms_since(begin);
+  report.gather_ms = ms_passed(begin);
   solve();
   limit_motion(report);
   put_back(report);
@@ -380,7 +380,7 @@ RankResponseReport Response::Impl::step(bool with_contacts) {
   report.bytes_sent += shared.bytes_sent() + velocities.bytes_sent();
   report.messages_sent += shared.messages_sent() + velocities.messages_sent();
   report.wait_ms = velocities.wait_ms();
-  report.response.ms = ms_since(begin);
+  report.response.ms = ms_passed(begin);
   report.response.serial_ms = report.response.ms - std::chrono::duration<double, std::milli>(parallel.sum).count();
   return report;
 }
