@@ -92,6 +92,7 @@ void add_bodies(mpi::Pipeline& pipeline, const Scene& scene, bool bodies) {
                           .density = scene.densities()[i],
                           .is_static = scene.is_static()[i] != 0,
                           .is_sensor = scene.is_sensor()[i] != 0,
+                          .continuous = scene.continuous()[i] != 0,
                           .group = scene.groups()[i],
                           .mask = scene.masks()[i]});
 }
@@ -265,14 +266,6 @@ struct Outputs {
   void commit() { commit_all({&json, &contacts, &trace}); }
 };
 
-// The scene, and what of the answer depends on it.
-Scene load_scene_for(const Options& options, mpi::Options& how) {
-  Scene scene = load_scene(options, how.rank.answer);
-  if (scene.has_continuous())
-    refuse_option("SCENE", options.scene, "one without continuous bodies: ranks do not stop them at their first touch");
-  return scene;
-}
-
 // As a run does that goes on from a checkpoint.
 void begin_anew(mpi::Pipeline& pipeline, std::optional<mpi::Response>& response) {
   pipeline.begin_anew();
@@ -283,7 +276,7 @@ void run(const Options& options) {
   const std::uint64_t steps = steps_of(options);
   const std::uint64_t every = whole_option("--checkpoint-every", options.every, 1, 1'000'000'000);
   mpi::Options how = pipeline_options(options);
-  Scene scene = load_scene_for(options, how);
+  Scene scene = load_scene(options, how.rank.answer);
   const std::string scene_name = scene.name;
   const tbb::global_control limit(
       tbb::global_control::max_allowed_parallelism,

@@ -103,7 +103,7 @@ void MovingBodies::measure(std::uint32_t i) {
     length_[i] = path_length(whole(i), reach_[scene_->shape_indices()[i]]);
 }
 
-bool MovingBodies::begin(const Scene& scene, std::span<const Pose> ends) {
+void MovingBodies::begin(const Scene& scene, std::span<const Pose> ends, std::span<const std::uint8_t> own) {
   scene_ = &scene;
   ends_ = ends;
   watched_.clear();
@@ -112,22 +112,26 @@ bool MovingBodies::begin(const Scene& scene, std::span<const Pose> ends) {
   takes_part_.resize(count);
   length_.resize(count);
   place_.assign(count, none);
-  for (std::uint32_t i = 0; i < count; ++i) takes_part_[i] = scene.alive(i) && scene.is_sensor()[i] == 0 ? 1 : 0;
+  for (std::uint32_t i = 0; i < count; ++i)
+    takes_part_[i] = scene.alive(i) && scene.is_sensor()[i] == 0 && (own.empty() || own[i] != 0) ? 1 : 0;
   learn_shapes();
   ParallelTime unused;
   for_blocks(count, bodies_a_block, unused, [&](std::size_t first, std::size_t end) {
     for (std::size_t i = first; i < end; ++i) measure(static_cast<std::uint32_t>(i));
   });
-  // Nothing comes faster towards a body than the fastest of the others.
-  double fastest = 0, second = 0;
-  for (const double length : length_) {
-    second = std::max(second, std::min(length, fastest));
-    fastest = std::max(fastest, length);
-  }
-  for (std::uint32_t i = 0; i < count; ++i) {
-    if (scene.continuous()[i] == 0 || scene.is_static()[i] != 0 || takes_part_[i] == 0) continue;
-    const double other = length_[i] == fastest ? second : fastest;
-    if (!(length_[i] + other > not_fast(i))) continue;
+}
+
+FastestTwo MovingBodies::fastest() const {
+  FastestTwo out;
+  for (const double length : length_) out.add(length);
+  return out;
+}
+
+/// Nothing comes faster towards a body than the fastest of the others.
+bool MovingBodies::watch(const FastestTwo& of_all) {
+  for (std::uint32_t i = 0; i < scene_->indices(); ++i) {
+    if (scene_->continuous()[i] == 0 || scene_->is_static()[i] != 0 || takes_part_[i] == 0) continue;
+    if (!(length_[i] + of_all.of_others(length_[i]) > not_fast(i))) continue;
     place_[i] = static_cast<std::uint32_t>(legs_.size());
     watched_.push_back(i);
     legs_.push_back({0, whole(i), true, 0});

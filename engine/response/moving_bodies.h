@@ -1,8 +1,10 @@
 // The bodies of a scene on their way through a step, as ContinuousMotion sees them.
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "scene/scene_changes.h"
@@ -30,12 +32,28 @@ struct InnerBall {
   double radius = 0;  ///< 0: none
 };
 
+/// Metres: the most that a point of a body goes in the step, and of one of the others.
+struct FastestTwo {
+  double first = 0, second = 0;
+
+  void add(double length) {
+    second = std::max(second, std::min(length, first));
+    first = std::max(first, length);
+  }
+  double of_others(double length) const { return length == first ? second : first; }
+};
+
 class MovingBodies {
  public:
   explicit MovingBodies(PairPredicate predicate) : predicate_(std::move(predicate)) {}
 
-  /// Takes over the scene and the ends, which must outlive the step; false if no continuous body need be looked at.
-  bool begin(const Scene& scene, std::span<const Pose> ends);
+  /// Takes over the scene and the ends, which must outlive the step. `own`: one an index, not 0: takes part; empty: all
+  /// do.
+  void begin(const Scene& scene, std::span<const Pose> ends, std::span<const std::uint8_t> own = {});
+  /// Of those that take part.
+  FastestTwo fastest() const;
+  /// Finds the bodies to be watched, where `of_all` are the fastest ones, also of those that are not here; false: none.
+  bool watch(const FastestTwo& of_all);
 
   /// Continuous bodies that may meet something, ascending.
   std::span<const std::uint32_t> watched() const { return watched_; }
@@ -43,7 +61,7 @@ class MovingBodies {
   Leg& leg_of(std::uint32_t watched_body) { return legs_[place_[watched_body]]; }
   Leg leg(std::uint32_t body) const;
   const Scene& scene() const { return *scene_; }
-  /// Alive and no sensor.
+  /// Alive, no sensor, and here.
   bool takes_part(std::uint32_t body) const { return takes_part_[body] != 0; }
   /// Whether the pair need be looked at from t on: it is allowed, at least one of the two would be stopped or taken
   /// along, and they move enough.

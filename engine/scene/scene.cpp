@@ -259,6 +259,14 @@ void Scene::set_continuous(BodyId id, bool continuous) {
   continuous_count_ += continuous_[index];
 }
 
+void Scene::set_density(BodyId id, double density) {
+  const std::uint32_t index = checked(id);
+  if (is_static_[index] == 0) require_may_move(index, shapes_[shape_[index]], density);
+  densities_[index] = density;
+}
+
+void Scene::set_sensor(BodyId id, bool is_sensor) { is_sensor_[checked(id)] = is_sensor; }
+
 void Scene::reserve(std::size_t bodies) {
   const auto each = [&](auto&... lists) { (lists.reserve(bodies), ...); };
   each(shape_, generation_, groups_, masks_, poses_, velocities_, angular_velocities_, densities_, is_static_,

@@ -99,7 +99,8 @@ TEST_CASE("scene: a static body's density is not looked at, and a half-space may
 }
 
 TEST_CASE(
-    "scene: bodies of all kinds, fixed and moving, with a shape each, come and go; only half-spaces and planes may not move") {
+    "scene: bodies of all kinds, fixed and moving, with a shape each, come and go; only half-spaces and planes may not "
+    "move") {
   const auto point = [](double x, double y, double z) { return Vec3(x, y, z); };
   const std::vector<Vec3> corners = {point(0, 0, 0), point(1, 0, 0), point(0, 1, 0), point(0, 0, 1)};
   const std::vector<Shape> kinds = {Sphere{1},
@@ -125,7 +126,8 @@ TEST_CASE(
           CHECK_NOTHROW(scene.add_body(body));
           ++bodies;
         } else {
-          CHECK_THAT(message_of([&] { scene.add_body(body); }), Contains("is_static") && (Contains("half-space") || Contains("is a plane")));
+          CHECK_THAT(message_of([&] { scene.add_body(body); }),
+                     Contains("is_static") && (Contains("half-space") || Contains("is a plane")));
         }
         CHECK(scene.bodies() == bodies);
       }
@@ -285,4 +287,23 @@ TEST_CASE("scene: the mesh of a shape and of its rounded one is counted once") {
   CHECK(one > mesh.memory());
   scene.add_shape(mesh.rounded(0.1));
   CHECK(scene.memory().shapes < one + mesh.memory() / 2);
+}
+
+TEST_CASE("a body's density and whether it is a sensor may change") {
+  Scene scene;
+  const ShapeId ball = scene.add_shape(Sphere{1});
+  const BodyId moving = scene.add_body({.shape = ball}), still = scene.add_body({.shape = ball, .is_static = true});
+  scene.set_density(moving, 7);
+  scene.set_sensor(moving, true);
+  CHECK(scene.densities()[moving.index()] == 7);
+  CHECK(scene.is_sensor()[moving.index()] == 1);
+  scene.set_sensor(moving, false);
+  CHECK(scene.is_sensor()[moving.index()] == 0);
+  CHECK_THAT(message_of([&] { scene.set_density(moving, 0); }), Contains("body 0: density is 0"));
+  CHECK(scene.densities()[moving.index()] == 7);
+  scene.set_density(still, 0);  // not used
+  CHECK_THROWS_AS(scene.set_static(still, false), std::invalid_argument);
+  scene.remove_body(moving);
+  CHECK_THROWS_AS(scene.set_density(moving, 1), std::invalid_argument);
+  CHECK_THROWS_AS(scene.set_sensor(moving, true), std::invalid_argument);
 }

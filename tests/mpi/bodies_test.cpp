@@ -1,5 +1,7 @@
 #include "adapters/mpi/bodies.h"
 
+#include <array>
+
 #include "world.h"
 
 using namespace tandem;
@@ -44,6 +46,45 @@ TEST_CASE("letters that were let go of before they were sent are written anew") 
     CHECK(right);
     CHECK(copies > 0);
   }
+}
+
+TEST_CASE("what changes of a body reaches its copies: density, sensor and continuous, too") {
+  if (world::ranks() == 1) return;
+  mpi::Pipeline pipeline(MPI_COMM_WORLD, world::options(1, 0.01));
+  const ShapeId plate = pipeline.add_shape(Box{Vec3(40, 40, 1)}), ball = pipeline.add_shape(Sphere{0.5});
+  if (world::rank() == 0) {
+    pipeline.add_body(1, {.shape = plate, .is_static = true});  // on all ranks
+    pipeline.add_body(2, {.shape = plate, .pose = Pose::at(0, 0, 3)});
+    for (GlobalId id = 10; id < 50; ++id)
+      pipeline.add_body(
+          id, {.shape = ball, .pose = Pose::at(static_cast<double>(id) - 30, static_cast<double>(id % 7) - 3, 8)});
+  }
+  pipeline.step();
+  int change = 0;
+  const auto seen = [&](const auto& holds) {
+    std::array<int, 2> here{};
+    const Scene& scene = pipeline.scene();
+    if (pipeline.has(2)) {
+      const std::uint32_t index = pipeline.local(2).index();
+      here = {1, holds(scene, index) ? 1 : 0};
+    }
+    MPI_Allreduce(MPI_IN_PLACE, here.data(), 2, MPI_INT, MPI_SUM, MPI_COMM_WORLD);
+    CAPTURE(++change);
+    CHECK(here[0] > 1);
+    CHECK(here[1] == here[0]);
+  };
+  const auto by_last = [&](const auto& what) {
+    if (world::rank() == world::ranks() - 1) what();
+    pipeline.step();
+  };
+  by_last([&] { pipeline.set_density(2, 77); });
+  seen([](const Scene& scene, std::uint32_t i) { return scene.densities()[i] == 77; });
+  by_last([&] { pipeline.set_sensor(2, true); });
+  seen([](const Scene& scene, std::uint32_t i) { return scene.is_sensor()[i] == 1; });
+  by_last([&] { pipeline.set_continuous(2, true); });
+  seen([](const Scene& scene, std::uint32_t i) { return scene.continuous()[i] == 1; });
+  by_last([&] { pipeline.set_sensor(2, false); });
+  seen([](const Scene& scene, std::uint32_t i) { return scene.is_sensor()[i] == 0 && scene.densities()[i] == 77; });
 }
 
 TEST_CASE("a message that is cut off is found out") {

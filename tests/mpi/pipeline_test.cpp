@@ -498,7 +498,6 @@ TEST_CASE("what cannot be is refused where it is said") {
   CHECK(text([&] { pipeline.set_pose(78, Pose::at(0, 0, std::nan(""))); }).starts_with("body 78"));
   CHECK(text([&] { pipeline.set_shape(78, {}); }).starts_with("body 78: shape is number 0, allowed: 1 to 1"));
   CHECK(text([&] { (void)pipeline.local(78); }) == "body 78: is not on this rank");
-  CHECK(text([&] { pipeline.add_body(79, {.shape = half, .is_static = true, .continuous = true}); }) ==
-        "body 79: continuous is true, allowed: false: ranks do not stop fast bodies at their first touch");
+  CHECK(text([&] { pipeline.set_density(79, 0); }) == "body 79: density is 0, allowed: finite, > 0 kg/m^3");
   CHECK(pipeline.step().bodies == 0);
 }

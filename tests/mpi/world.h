@@ -64,6 +64,7 @@ inline tandem::BodyOptions options_of(const tandem::Scene& scene, std::uint32_t 
   body.density = scene.densities()[i];
   body.is_static = scene.is_static()[i] != 0;
   body.is_sensor = scene.is_sensor()[i] != 0;
+  body.continuous = scene.continuous()[i] != 0;
   body.group = scene.groups()[i];
   body.mask = scene.masks()[i];
   return body;

@@ -7,6 +7,7 @@
 #include <bit>
 #include <chrono>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <stdexcept>
 #include <utility>
@@ -113,10 +114,6 @@ ShapeId Bodies::add_shape(Shape shape, std::string name) {
 }
 
 BodyRecord Bodies::checked(GlobalId id, const BodyOptions& body) {
-  if (body.continuous)
-    throw std::invalid_argument("body " + std::to_string(id) +
-                                ": continuous is true, allowed: false: ranks do not stop fast bodies at their first "
-                                "touch");
   const std::uint32_t shape = body.shape.index_plus_one;
   const bool known = shape != 0 && shape <= scene_.shapes().size() && body.shape.generation == 1;
   if (known && door_shape_ != shape) {
@@ -168,6 +165,7 @@ std::uint32_t Bodies::put(const BodyRecord& record, bool owned) {
   options.density = record.density;
   options.is_static = record.is_static != 0;
   options.is_sensor = record.is_sensor != 0;
+  options.continuous = record.is_continuous != 0;
   options.group = record.group;
   options.mask = record.mask;
   const std::uint32_t index = scene_.add_body(options).index();
@@ -189,7 +187,10 @@ void Bodies::update(std::uint32_t index, const BodyRecord& record) {
   if (record.is_static != 0) scene_.set_static(body, true);  // then it may have any shape
   scene_.set_shape(body, {record.shape + 1, 1});
   scene_.set_filter(body, record.group, record.mask);
+  scene_.set_density(body, record.density);
   if (record.is_static == 0) scene_.set_static(body, false);
+  scene_.set_sensor(body, record.is_sensor != 0);
+  scene_.set_continuous(body, record.is_continuous != 0);
   scene_.move(index, record.motion.pose(), record.motion.speed(), record.motion.spin());
 }
 
@@ -197,6 +198,8 @@ void Bodies::drop(std::uint32_t index) {
   if (kept_ != nullptr && is_new_[index] == 0) {
     departure_of_[index] = static_cast<std::uint32_t>(departures_.size());
     departures_.push_back({ids_[index], box_now(index, 0)});
+  } else if (kept_ != nullptr) {
+    std::erase_if(arrivals_, [index](const KeptBody& body) { return body.index == index; });
   }
   count_ -= owned_[index];
   owned_[index] = 0;
@@ -257,9 +260,17 @@ void Bodies::apply_to(std::uint32_t index, const Change& change) {
     case Kind::is_static:
       scene_.set_static(body, change.body.is_static != 0);
       break;
+    case Kind::density:
+      scene_.set_density(body, change.body.density);
+      break;
+    case Kind::is_sensor:
+      scene_.set_sensor(body, change.body.is_sensor != 0);
+      break;
+    case Kind::continuous:
+      scene_.set_continuous(body, change.body.is_continuous != 0);
+      break;
   }
-  if (change.kind == Kind::shape || change.kind == Kind::filter || change.kind == Kind::is_static)
-    resend_[index] = unchecked_[index] = 1;
+  if (change.kind >= Kind::shape) resend_[index] = unchecked_[index] = 1;
 }
 
 Vec3 Bodies::centre(std::uint32_t index) const {
@@ -307,6 +318,19 @@ bool Bodies::is_calm(std::uint32_t index) const {
     calm &= calm_.lo[i] < x - reach && x + reach <= calm_.hi[i];
   }
   return calm;
+}
+
+/// Of a body with an edge: whether it stays in its skin however it is turned.
+bool Bodies::is_in_skin(const Edge& edge) const {
+  const Vec3& place = scene_.poses()[edge.index].translation;
+  const Ball& ball = balls_[scene_.shape_indices()[edge.index]];
+  const double reach = ball.reach + ball.grow;
+  bool in = true;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double x = place[static_cast<Eigen::Index>(i)];
+    in &= double{edge.skin.lo[i]} < x - reach && x + reach < double{edge.skin.hi[i]};
+  }
+  return in;
 }
 
 /// Metres by which a box may grow.
@@ -383,6 +407,11 @@ void Bodies::check_moved() {
   for (Edge& one : edges_) {
     const std::uint32_t i = one.index;
     if (i == no_edge || owned_[i] == 0 || queued_[i] != 0 || (resend_[i] == 0 && one.seen == versions[i])) continue;
+    // Nobody asks for the box of a body that no other rank has, in this one's region.
+    if (one.copies.empty() && inside_[i] != 0 && resend_[i] == 0 && is_in_skin(one)) {
+      one.seen = versions[i];
+      continue;
+    }
     const FloatBox box = box_now(i, 0);
     if (resend_[i] != 0 || !one.skin.holds(box)) {
       queue(i);
@@ -397,8 +426,12 @@ void Bodies::check_moved() {
       letter.put(motion);
     }
   }
-  const auto begin = unchecked_.begin(), end = unchecked_.end();
-  for (auto at = begin; (at = std::find(at, end, 1)) != end; ++at) {
+  if (unchecked_.empty()) return;
+  std::uint8_t *const begin = unchecked_.data(), *const end = begin + unchecked_.size();
+  const auto next = [end](std::uint8_t* from) {
+    return static_cast<std::uint8_t*>(std::memchr(from, 1, static_cast<std::size_t>(end - from)));
+  };
+  for (std::uint8_t* at = next(begin); at != nullptr; at = next(at + 1)) {
     *at = 0;
     queue(static_cast<std::uint32_t>(at - begin));
   }
@@ -512,6 +545,33 @@ void Bodies::give_to(int owner, std::uint32_t index, std::span<const int> wanted
   edge(index).owner = owner;
   owned_[index] = 0;
   --count_;
+}
+
+bool Bodies::has_copy(std::uint32_t index, int rank) const {
+  const std::uint32_t place = edge_of_[index];
+  return place != no_edge && std::binary_search(edges_[place].copies.begin(), edges_[place].copies.end(), rank);
+}
+
+void Bodies::lend(std::uint32_t index, int rank, Message& letter) {
+  const bool is_calm = edge_of_[index] == no_edge;
+  Edge& one = edge(index);
+  if (is_calm) one.box = box_now(index, 0);
+  one.seen = SceneChanges::versions(scene_)[index];
+  one.skin.lo.fill(std::numeric_limits<float>::infinity());
+  one.skin.hi.fill(-std::numeric_limits<float>::infinity());
+  one.copies.insert(std::upper_bound(one.copies.begin(), one.copies.end(), rank), rank);
+  put_body(letter, Item::body, index);
+}
+
+void Bodies::borrow(Letter& letter) {
+  while (!letter.message.done()) {
+    if (letter.message.take<Item>() != Item::body) throw std::logic_error("something else came among lent bodies");
+    const std::uint32_t index = take_body(letter.message, false);
+    Edge& one = edge(index);
+    take_box(one, box_now(index, 0));
+    one.owner = letter.rank;
+    inside_[index] = 0;  // of the last exchange, in which it was not here
+  }
 }
 
 void Bodies::take(Letter& letter) {

@@ -110,6 +110,13 @@ class Bodies {
   std::span<const KeptBody> arrivals() const { return arrivals_; }
   void forget_past();
 
+  // Between two exchanges a rank may need a body that it does not have:
+  bool has_copy(std::uint32_t index, int rank) const;
+  /// Writes an owned body to a rank that has no copy; the next exchange decides anew who needs one, if it moves.
+  void lend(std::uint32_t index, int rank, Message& letter);
+  /// Takes what others have lent.
+  void borrow(Letter& letter);
+
   /// The rank that owns a body that is here.
   int owner(std::uint32_t index) const {
     return owned_[index] != 0 ? communicator_.rank() : edges_[edge_of_[index]].owner;
@@ -165,6 +172,7 @@ class Bodies {
   std::uint32_t put(const BodyRecord& record, bool owned);
   void drop(std::uint32_t index);
   bool is_calm(std::uint32_t index) const;
+  bool is_in_skin(const Edge& edge) const;
   double skin(std::uint32_t index) const;
   FloatBox box_now(std::uint32_t index, double skin) const;
   void put_body(Message& letter, Item item, std::uint32_t index) const;

@@ -94,7 +94,7 @@ class Communicator {
 
   /// What combine() makes of the values of all ranks: the sums of the first, the largest of the others, which are >= 0.
   struct Totals {
-    std::array<std::uint64_t, 13> sums{};
+    std::array<std::uint64_t, 14> sums{};
     std::array<double, 6> largest{};
   };
   /// Collective.

@@ -12,7 +12,7 @@ constexpr int words = sizeof(GlobalId) / sizeof(ZOLTAN_ID_TYPE);
 
 std::vector<ZOLTAN_ID_TYPE> in_words(std::span<const GlobalId> ids) {
   std::vector<ZOLTAN_ID_TYPE> out(ids.size() * words + 1);  // never empty: Zoltan wants a pointer
-  std::memcpy(out.data(), ids.data(), ids.size_bytes());
+  if (!ids.empty()) std::memcpy(out.data(), ids.data(), ids.size_bytes());
   return out;
 }
 

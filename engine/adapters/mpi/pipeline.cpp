@@ -330,7 +330,8 @@ void Pipeline::Impl::put_together(Report& report) {
   Communicator::Totals totals{
       {report.rank.owned, pairs.load(std::memory_order_relaxed), own.colliding_pairs, own.contacts, own.gaps,
        own.contact_hash, report.rank.moved_away, report.rank.copies, report.rank.bytes_sent, report.rank.messages_sent,
-       failure.empty() ? 0u : 1u, static_cast<std::uint64_t>(1e6 * load), own.kept_pairs},
+       failure.empty() ? 0u : 1u, static_cast<std::uint64_t>(1e6 * load), own.kept_pairs,
+       bodies.scene().has_continuous() ? 1u : 0u},
       {own.max_depth, load, exchanged, report.rank.exchange_cpu_ms, report.rank.detect_cpu_ms, own.kept_error_bound}};
   const auto begin = Clock::now();
   if (communicator.ranks() > 1) communicator.combine(totals);
@@ -349,6 +350,7 @@ void Pipeline::Impl::put_together(Report& report) {
   report.messages_sent = sums[9];
   report.mean_load_ms = static_cast<double>(sums[11]) / (1e6 * communicator.ranks());  // ns
   report.kept_pairs = sums[12];
+  has_continuous = sums[13] != 0;
   report.max_depth = most[0];
   report.kept_error_bound = most[5];
   report.slowest_load_ms = most[1];
@@ -474,6 +476,26 @@ void Pipeline::set_static(GlobalId id, bool is_static) {
   Change change{Change::Kind::is_static, 0, {}};
   change.body.motion.id = id;
   change.body.is_static = is_static ? 1 : 0;
+  impl_->changes.push_back(change);
+}
+void Pipeline::set_density(GlobalId id, double density) {
+  require(std::isfinite(density) && density > 0, ("body " + std::to_string(id) + ": density").c_str(), density,
+          "finite, > 0 kg/m^3");
+  Change change{Change::Kind::density, 0, {}};
+  change.body.motion.id = id;
+  change.body.density = density;
+  impl_->changes.push_back(change);
+}
+void Pipeline::set_sensor(GlobalId id, bool is_sensor) {
+  Change change{Change::Kind::is_sensor, 0, {}};
+  change.body.motion.id = id;
+  change.body.is_sensor = is_sensor ? 1 : 0;
+  impl_->changes.push_back(change);
+}
+void Pipeline::set_continuous(GlobalId id, bool continuous) {
+  Change change{Change::Kind::continuous, 0, {}};
+  change.body.motion.id = id;
+  change.body.is_continuous = continuous ? 1 : 0;
   impl_->changes.push_back(change);
 }
 

@@ -66,6 +66,7 @@ struct Pipeline::Impl {
   bool recut = false;     // regions are not those of the last exchange
   bool learns_cost = false;
   double cut_ms = 0;
+  bool has_continuous = false;  // some rank has a continuous body, in the last step
   std::uint64_t steps = 0;
   Timeline* timeline = nullptr;
   tandem::Pipeline detection;

@@ -38,8 +38,8 @@ struct BodyRecord {
   MotionRecord motion;
   double density = 0;
   std::uint32_t shape = 0, group = 0, mask = 0;
-  std::uint8_t is_static = 0, is_sensor = 0;
-  std::uint16_t unused = 0;  // without it two bytes were of no value, and a checksum of records too
+  std::uint8_t is_static = 0, is_sensor = 0, is_continuous = 0;
+  std::uint8_t unused = 0;  // without it a byte was of no value, and a checksum of records too
 
   static BodyRecord of(GlobalId id, const Scene& scene, std::uint32_t index) {
     BodyRecord out;
@@ -50,13 +50,26 @@ struct BodyRecord {
     out.mask = scene.masks()[index];
     out.is_static = scene.is_static()[index];
     out.is_sensor = scene.is_sensor()[index];
+    out.is_continuous = scene.continuous()[index];
     return out;
   }
 };
 
 /// A change of a body that some rank asked for.
 struct Change {
-  enum class Kind : std::uint32_t { add, remove, pose, velocity, shape, filter, is_static };
+  /// From `shape` on more changes than a pose: copies need all of the body.
+  enum class Kind : std::uint32_t {
+    add,
+    remove,
+    pose,
+    velocity,
+    shape,
+    filter,
+    is_static,
+    density,
+    is_sensor,
+    continuous
+  };
   Kind kind = Kind::add;
   std::uint32_t unused = 0;
   BodyRecord body;  ///< its id, and what the kind says

@@ -10,6 +10,7 @@
 
 #include "communicator.h"
 #include "home.h"
+#include "motion_stops.h"
 #include "pipeline_impl.h"
 #include "records.h"
 #include "response/contact_solver.h"
@@ -17,12 +18,13 @@
 #include "response/parallel_blocks.h"
 #include "response/solver_bodies.h"
 #include "shared_bodies.h"
+#include "tandem/engine/continuous_motion.h"
 #include "velocity_exchange.h"
 
 namespace tandem::mpi {
 namespace {
 
-double ms_since(Clock::time_point begin) {
+double ms_passed(Clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
 }
 
@@ -48,12 +50,20 @@ struct Impulses {
 }  // namespace
 
 struct Response::Impl {
-  Impl(Pipeline& of, ResponseOptions wanted) : pipeline(*of.impl_), options(std::move(wanted)) {
+  Impl(Pipeline& of, ResponseOptions wanted, PairOfIds allows)
+      : pipeline(*of.impl_),
+        options(std::move(wanted)),
+        stops(pipeline.communicator, pipeline.bodies, std::move(allows)) {
     const tandem::Response checks(options);
+    if (options.predicate)
+      throw std::invalid_argument("response: predicate is given, allowed: none, as its indices are those of one rank");
     pipeline.bodies.note_removed();
   }
 
   RankResponseReport step(bool with_contacts);
+  void write_untold(Outbox& outbox) const;
+  void take_stops(RankResponseReport& report);
+  void limit_motion(RankResponseReport& report);
   void move(RankResponseReport& report);
   void forget_removed();
   void list_pairs();
@@ -83,7 +93,10 @@ struct Response::Impl {
   SolverBodies bodies{parallel};
   SharedBodies shared{pipeline.communicator, pipeline.bodies};
   VelocityExchange velocities{pipeline.communicator};
-  const ContactList* list = nullptr;
+  MotionStops stops;
+  std::vector<Pose> ends;                      // one an index, where there are continuous bodies
+  const ContactList* list = nullptr;           // of what is reported and of bodies that were stopped in the step before
+  const ContactList* found = nullptr;          // without the latter
   std::vector<OwnPair> pairs;                  // ascending by ids
   std::vector<std::uint32_t> colours, before;  // one a pair of the list
   std::vector<Solved> solved;                  // in the last response, ascending by ids
@@ -106,6 +119,7 @@ void Response::Impl::forget_removed() {
   std::sort(all.begin(), all.end());
   const auto is_gone = [&](GlobalId id) { return std::binary_search(all.begin(), all.end(), id); };
   std::erase_if(solved, [&](const Solved& pair) { return is_gone(pair.ids.a) || is_gone(pair.ids.b); });
+  stops.forget(is_gone);
 }
 
 void Response::Impl::list_pairs() {
@@ -134,6 +148,7 @@ void Response::Impl::find_before() {
 /// Whatever touches a body in this rank's own region (of the last exchange: it may have been cut anew since) is
 /// reported here.
 bool Response::Impl::may_be_elsewhere(const IdPair& ids) const {
+  if (stops.any() && stops.is_elsewhere(ids)) return true;
   const auto a = pipeline.bodies.place(ids.a), b = pipeline.bodies.place(ids.b);
   return !a || !b || !(pipeline.bodies.is_inside(*a) || pipeline.bodies.is_inside(*b));
 }
@@ -215,6 +230,30 @@ void Response::Impl::read_second(Letter& letter) {
     }
 }
 
+/// Bodies that a host has moved after the pipeline's step.
+void Response::Impl::write_untold(Outbox& outbox) const {
+  pipeline.bodies.each_untold([&](std::uint32_t index, std::span<const int> ranks) {
+    for (const int rank : ranks) {
+      outbox.to(rank).put(ResponseItem::moved);
+      outbox.to(rank).put(MotionRecord::of(pipeline.bodies.id(index), pipeline.bodies.scene(), index));
+    }
+  });
+}
+
+/// Adds the contacts of pairs that were stopped in the step before.
+void Response::Impl::take_stops(RankResponseReport& report) {
+  if (!stops.any()) return;
+  Outbox outbox(pipeline.communicator.ranks());
+  write_untold(outbox);
+  for (Letter& letter : pipeline.communicator.exchange(outbox, report.bytes_sent, report.messages_sent))
+    while (!letter.message.done()) {
+      if (letter.message.take<ResponseItem>() != ResponseItem::moved)
+        throw std::logic_error("something else came among bodies that were moved");
+      pipeline.bodies.move_copy(letter.message.take<MotionRecord>());
+    }
+  list = &stops.with_contacts(*list);
+}
+
 /// Who solves what, in which colours, and from which impulses on.
 void Response::Impl::agree(RankResponseReport& report) {
   list_pairs();
@@ -224,12 +263,7 @@ void Response::Impl::agree(RankResponseReport& report) {
   moved_after = false;
   if (pipeline.communicator.ranks() > 1) {
     Outbox questions(pipeline.communicator.ranks()), answers(pipeline.communicator.ranks());
-    pipeline.bodies.each_untold([&](std::uint32_t index, std::span<const int> ranks) {
-      for (const int rank : ranks) {
-        questions.to(rank).put(ResponseItem::moved);
-        questions.to(rank).put(MotionRecord::of(pipeline.bodies.id(index), pipeline.bodies.scene(), index));
-      }
-    });
+    write_untold(questions);
     shared.write_uses(questions);
     write_before(questions);
     for (Letter& letter : pipeline.communicator.exchange(questions, report.bytes_sent, report.messages_sent))
@@ -269,6 +303,21 @@ void Response::Impl::solve() {
   }
 }
 
+/// Where continuous bodies end.
+void Response::Impl::limit_motion(RankResponseReport& report) {
+  ends.clear();
+  stops.forget();
+  if (!pipeline.has_continuous) return;
+  const Scene& scene = pipeline.bodies.scene();
+  free_ends(scene, ends);  // of the static ones
+  for (std::uint32_t i = 0; i < scene.indices(); ++i)
+    if (bodies.moves(i))
+      ends[i] = bodies.end_of(scene, i);
+    else if (!scene.is_static()[i] || !is_valid(ends[i]))
+      ends[i] = scene.poses()[i];
+  report.response.stops = stops.limit(ends);
+}
+
 /// Those that this rank owns; others hear of them in the pipeline's next step.
 void Response::Impl::put_back(RankResponseReport& report) {
   const Scene& scene = pipeline.bodies.scene();
@@ -277,7 +326,7 @@ void Response::Impl::put_back(RankResponseReport& report) {
   for_blocks(moving.size(), response_bodies_a_block, parallel, [&](std::size_t begin, std::size_t end) {
     for (const std::uint32_t i : std::span(moving).subspan(begin, end - begin)) {
       if (!pipeline.bodies.owns(i)) continue;
-      const Pose pose = bodies.end_of(scene, i);
+      const Pose pose = ends.empty() ? bodies.end_of(scene, i) : ends[i];
       const SolverBodies::End its = bodies.end_at(scene, i, pose);
       pipeline.bodies.move(i, pose, its.velocity, its.angular_velocity);
       energies[begin / response_bodies_a_block].add(its.kinetic_energy);
@@ -286,7 +335,7 @@ void Response::Impl::put_back(RankResponseReport& report) {
   ExactSum all;
   for (const ExactSum& some : energies) all.add(some);
   double depth[] = {0};
-  for (const Contact& contact : list->contacts) depth[0] = std::max(depth[0], contact.depth);
+  for (const Contact& contact : found->contacts) depth[0] = std::max(depth[0], contact.depth);
   if (pipeline.communicator.ranks() > 1) {
     pipeline.communicator.sum(all.words());
     pipeline.communicator.largest(std::span<double>(depth));
@@ -298,13 +347,15 @@ void Response::Impl::put_back(RankResponseReport& report) {
 void Response::Impl::move(RankResponseReport& report) {
   parallel = {};
   const auto begin = Clock::now();
-  bodies.begin_step(pipeline.bodies.scene(), options.max_speed);
   forget_removed();
+  take_stops(report);
+  bodies.begin_step(pipeline.bodies.scene(), options.max_speed);
   agree(report);
   solver.prepare_share(*list, bodies.all(), options, {colours, before});
   note_places();
-  report.gather_ms = ms_since(begin);
+  report.gather_ms = ms_passed(begin);
   solve();
+  limit_motion(report);
   put_back(report);
 }
 
@@ -312,7 +363,7 @@ RankResponseReport Response::Impl::step(bool with_contacts) {
   static const ContactList none;
   RankResponseReport report;
   const auto begin = Clock::now();
-  list = with_contacts ? &pipeline.contacts() : &none;
+  list = found = with_contacts ? &pipeline.contacts() : &none;
   try {
     if (options.threads == 0 || options.threads == tbb::this_task_arena::max_concurrency()) {
       move(report);
@@ -325,20 +376,24 @@ RankResponseReport Response::Impl::step(bool with_contacts) {
     if (pipeline.communicator.ranks() > 1) pipeline.communicator.abort_for_exception();
     throw;
   }
+  stops.count_sent(report.bytes_sent, report.messages_sent);
   report.bytes_sent += shared.bytes_sent() + velocities.bytes_sent();
   report.messages_sent += shared.messages_sent() + velocities.messages_sent();
   report.wait_ms = velocities.wait_ms();
-  report.response.ms = ms_since(begin);
+  report.response.ms = ms_passed(begin);
   report.response.serial_ms = report.response.ms - std::chrono::duration<double, std::milli>(parallel.sum).count();
   return report;
 }
 
-Response::Response(Pipeline& pipeline, ResponseOptions options)
-    : impl_(std::make_unique<Impl>(pipeline, std::move(options))) {}
+Response::Response(Pipeline& pipeline, ResponseOptions options, PairOfIds allows)
+    : impl_(std::make_unique<Impl>(pipeline, std::move(options), std::move(allows))) {}
 Response::~Response() = default;
 Response::Response(Response&&) noexcept = default;
 Response& Response::operator=(Response&&) noexcept = default;
-void Response::begin_anew() { impl_->solved.clear(); }
+void Response::begin_anew() {
+  impl_->solved.clear();
+  impl_->stops.forget();
+}
 RankResponseReport Response::step(bool with_contacts) { return impl_->step(with_contacts); }
 
 }  // namespace tandem::mpi

@@ -211,7 +211,15 @@ void bind_changes(py::class_<SharedScene>& scene) {
       .def(
           "set_continuous",
           [](SharedScene& s, IdNumber id, bool c) { s.change([&](Scene& x) { x.set_continuous(body_id(id), c); }); },
-          py::arg("id"), py::arg("continuous"));
+          py::arg("id"), py::arg("continuous"))
+      .def(
+          "set_density",
+          [](SharedScene& s, IdNumber id, double d) { s.change([&](Scene& x) { x.set_density(body_id(id), d); }); },
+          py::arg("id"), py::arg("density"), "kg/m^3, finite, > 0; not used of what is static.")
+      .def(
+          "set_sensor",
+          [](SharedScene& s, IdNumber id, bool f) { s.change([&](Scene& x) { x.set_sensor(body_id(id), f); }); },
+          py::arg("id"), py::arg("is_sensor"));
 }
 
 void bind_reading(py::class_<SharedScene>& scene) {

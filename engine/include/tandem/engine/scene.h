@@ -82,6 +82,8 @@ class Scene {
   void set_filter(BodyId id, std::uint32_t group, std::uint32_t mask);
   void set_static(BodyId id, bool is_static);
   void set_continuous(BodyId id, bool continuous);
+  void set_density(BodyId id, double density);
+  void set_sensor(BodyId id, bool is_sensor);
   void reserve(std::size_t bodies);  ///< room for so many in all
   SceneMemory memory() const;
   void set_velocity(BodyId id, const Vec3& velocity, const Vec3& angular_velocity);

@@ -140,6 +140,9 @@ class Pipeline {
   void set_shape(GlobalId id, ShapeId shape);
   void set_filter(GlobalId id, std::uint32_t group, std::uint32_t mask);
   void set_static(GlobalId id, bool is_static);
+  void set_density(GlobalId id, double density);  ///< kg/m^3, finite, > 0
+  void set_sensor(GlobalId id, bool is_sensor);
+  void set_continuous(GlobalId id, bool continuous);
 
   /// Collective: changes take hold, bodies go to their owners and copies to where they are needed, then each rank
   /// detects. Throws StepError on all ranks if one failed. What fails while messages are under way (no memory) ends

@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <memory>
 
 #include "tandem/engine/response.h"
@@ -14,16 +15,25 @@ struct RankResponseReport {
   std::uint64_t bytes_sent = 0, messages_sent = 0;  ///< by this rank
 };
 
+/// Whether two bodies, by their ids, meet at all; called from any thread.
+using PairOfIds = std::function<bool(GlobalId a, GlobalId b)>;
+
 /// Moves the bodies of all ranks by one `dt`, the same bits on any number of ranks. Each solves the pairs that it
 /// reports, colour by colour, and sends the velocities of bodies that others' pairs move as well; it knows of others'
 /// pairs only how many such a body has, where, and their colours. A host with a response of its own does not make one,
 /// and pays nothing. One response a pipeline.
 ///
 /// Pairs are ordered by their ids: with ids that are a scene's indices it is the motion of tandem::Response.
+///
+/// Continuous bodies (BodyOptions::continuous) go as far as ContinuousMotion lets them, the same bits on any number of
+/// ranks. Those that are fast tell all ranks where they go in the step, and what comes near a group of them goes to one
+/// rank for it; while there are none in the scene it costs nothing.
 class Response {
  public:
-  /// Collective. Throws std::invalid_argument that names the option, its value and what is allowed.
-  explicit Response(Pipeline& pipeline, ResponseOptions options = {});
+  /// Collective. `allows`: which pairs a continuous body does not pass through; empty: all. Throws
+  /// std::invalid_argument that names the option, its value and what is allowed: `predicate` is refused, as its
+  /// indices are those of one rank; `allows` takes its place.
+  explicit Response(Pipeline& pipeline, ResponseOptions options = {}, PairOfIds allows = {});
   ~Response();
   Response(Response&&) noexcept;
   Response& operator=(Response&&) noexcept;

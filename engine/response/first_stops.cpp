@@ -1,0 +1,194 @@
+#include "response/first_stops.h"
+
+#include <algorithm>
+#include <functional>
+#include <queue>
+#include <utility>
+
+#include "response/parallel_blocks.h"
+#include "scene/swept_boxes.h"
+#include "tandem/narrowphase/narrow_phase.h"
+
+namespace tandem {
+namespace {
+
+constexpr std::size_t swept_bodies_a_block = 256;
+
+void grow(Aabb& box, const Aabb& by) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    box.lo[k] = std::min(box.lo[k], by.lo[k]);
+    box.hi[k] = std::max(box.hi[k], by.hi[k]);
+  }
+}
+
+bool holds(const Aabb& box, const Aabb& other) {
+  for (std::size_t k = 0; k < 3; ++k)
+    if (!(box.lo[k] <= other.lo[k] && other.hi[k] <= box.hi[k])) return false;
+  return true;
+}
+
+Aabb joined(const SweptBoxes& swept) {
+  Aabb box = swept.box(0);
+  for (std::size_t i = 1; i < swept.size(); ++i) grow(box, swept.box(i));
+  return box;
+}
+
+bool is_still(const Motion& motion) {
+  return motion.from.translation == motion.to.translation && motion.from.rotation == motion.to.rotation;
+}
+
+}  // namespace
+
+FastestTwo FirstStops::begin(const Scene& scene, std::span<const Pose> ends, std::span<const std::uint8_t> own) {
+  stops_.clear();
+  bodies_.begin(scene, ends, own);
+  return bodies_.fastest();
+}
+
+void FirstStops::sweep() {
+  const Scene& scene = bodies_.scene();
+  around_.resize(scene.indices());
+  ParallelTime unused;
+  for_blocks(scene.indices(), swept_bodies_a_block, unused, [&](std::size_t first, std::size_t end) {
+    for (auto i = static_cast<std::uint32_t>(first); i < end; ++i)
+      if (bodies_.takes_part(i)) around_[i] = swept_box(scene.shape_of(i), bodies_.leg(i).motion);
+  });
+  for (const std::uint32_t body : bodies_.watched())
+    around_[body] = joined(SweptBoxes(scene.shape_of(body), bodies_.leg(body).motion));
+}
+
+/// A hierarchy of the bodies that come near a watched one.
+void FirstStops::look_around() {
+  Aabb all = around_[bodies_.watched().front()];
+  for (const std::uint32_t body : bodies_.watched()) grow(all, around_[body]);
+  nearby_.clear();
+  for (std::uint32_t i = 0; i < bodies_.scene().indices(); ++i)
+    if (bodies_.takes_part(i) && overlap(around_[i], all)) nearby_.push_back(i);
+  boxes_.resize(nearby_.size());
+  for (std::size_t k = 0; k < nearby_.size(); ++k) boxes_.set(k, around_[nearby_[k]]);
+  tree_.build(boxes_);
+}
+
+/// visit(body) once for each whose box meets this one, in the order of indices. A box that is not within those of the
+/// watched bodies' own motions may be anywhere.
+template <class Visit>
+void FirstStops::each_near(const Aabb& box, bool anywhere, Visit&& visit) {
+  std::vector<std::uint32_t> met;
+  if (anywhere) {
+    for (std::uint32_t i = 0; i < around_.size(); ++i)
+      if (bodies_.takes_part(i) && overlap(around_[i], box)) met.push_back(i);
+  } else {
+    tree_.overlapping(box, met);
+    for (std::uint32_t& place : met) place = nearby_[place];
+  }
+  met.insert(met.end(), strayed_.begin(), strayed_.end());
+  std::sort(met.begin(), met.end());
+  met.erase(std::unique(met.begin(), met.end()), met.end());
+  for (const std::uint32_t body : met) visit(body);
+}
+
+/// Appends what `body` meets from t on. At the start of a step a watched body of a larger index finds the pair itself.
+void FirstStops::look_for(std::uint32_t body, double t, std::vector<Meeting>& out) {
+  const bool at_start = bodies_.leg(body).free;
+  const Scene& scene = bodies_.scene();
+  const SweptBoxes swept(scene.shape_of(body), bodies_.leg(body).motion);
+  const Aabb whole = joined(swept);
+  if (!at_start && !holds(around_[body], whole)) strays_.push_back({body, whole});
+  each_near(whole, !at_start && !is_still(bodies_.leg(body).motion), [&](std::uint32_t other) {
+    if (other == body || (at_start && other > body && bodies_.is_watched(other))) return;
+    if (!bodies_.may_meet(body, other, t)) return;
+    const Aabb box =
+        bodies_.is_watched(other) ? swept_box(scene.shape_of(other), bodies_.leg(other).motion) : around_[other];
+    bool near = false;
+    for (std::size_t i = 0; i < swept.size() && !near; ++i) near = overlap(swept.box(i), box);
+    if (!near) return;
+    const std::uint32_t a = std::min(body, other), b = std::max(body, other);
+    if (const auto touch = bodies_.meet(a, b, t))
+      out.push_back({touch->t, a, b, changes_[a], changes_[b], touch->point, touch->normal});
+  });
+}
+
+void FirstStops::change(std::uint32_t body, const Leg& leg) {
+  bodies_.leg_of(body) = leg;
+  ++changes_[body];
+  changed_.push_back(body);
+}
+
+void FirstStops::stand(std::uint32_t body, double t) {
+  const Leg leg = bodies_.leg(body);
+  const Pose here = leg.at(t);
+  change(body, {t, {here, here, leg.motion.straight_of}, false, 0});
+}
+
+void FirstStops::go_with(std::uint32_t body, std::uint32_t other, double t) {
+  const Leg leg = bodies_.leg(body), taken = bodies_.leg(other);
+  if (is_still(taken.motion)) return stand(body, t);
+  const Pose here = leg.at(t), there = taken.at(t);
+  // Where the body is as the other one sees it stays as it is.
+  const Mat3 turn = taken.motion.to.rotation * there.rotation.transpose();
+  Pose end{turn * here.rotation, taken.motion.to.translation + turn * (here.translation - there.translation)};
+  const Vec3 straight = here.rotation.transpose() * (there * *taken.motion.straight_of - here.translation);
+  change(body, {t, {here, orthonormalized(end), straight}, false, taken.speed});
+  strayed_.push_back(body);
+}
+
+void FirstStops::apply(const Meeting& meeting) {
+  const auto [a, b, t] = std::tie(meeting.a, meeting.b, meeting.t);
+  const Leg leg_a = bodies_.leg(a), leg_b = bodies_.leg(b);
+  if (leg_a.free && leg_b.free) {
+    stand(a, t);
+    stand(b, t);
+  } else if (leg_a.free || (!leg_b.free && leg_a.speed < leg_b.speed && bodies_.is_watched(a))) {
+    go_with(a, b, t);
+  } else {
+    go_with(b, a, t);
+  }
+  const Scene& scene = bodies_.scene();
+  stops_.push_back({t, scene.id(a), scene.id(b), meeting.point, meeting.normal});
+}
+
+void FirstStops::find() {
+  stops_.clear();
+  strays_.clear();
+  strayed_.clear();
+  const auto watched = bodies_.watched();
+  if (watched.empty()) return;
+  look_around();
+  changes_.assign(bodies_.scene().indices(), 0);
+  found_.resize(std::max(found_.size(), watched.size()));
+  ParallelTime unused;
+  for_blocks(watched.size(), 1, unused, [&](std::size_t i, std::size_t) {
+    found_[i].clear();
+    look_for(watched[i], 0, found_[i]);
+  });
+  std::priority_queue<Meeting, std::vector<Meeting>, std::greater<>> queue;
+  for (std::size_t i = 0; i < watched.size(); ++i)
+    for (const Meeting& meeting : found_[i]) queue.push(meeting);
+  std::vector<Meeting> fresh;
+  while (!queue.empty()) {
+    const Meeting next = queue.top();
+    queue.pop();
+    if (next.changes_a != changes_[next.a] || next.changes_b != changes_[next.b]) continue;
+    if (next.t >= 1) break;
+    changed_.clear();
+    apply(next);
+    fresh.clear();
+    for (const std::uint32_t body : changed_) look_for(body, next.t, fresh);
+    for (const Meeting& meeting : fresh) queue.push(meeting);
+  }
+}
+
+PairResult pair_at_nearest_points(const Scene& scene, std::uint32_t a, std::uint32_t b, ContactList& contacts) {
+  PairResult pair;
+  pair.a = a;
+  pair.b = b;
+  pair.answer =
+      NarrowPhase().solve(scene.shape_of(a), scene.poses()[a], scene.shape_of(b), scene.poses()[b], Request::distance);
+  pair.first_contact = static_cast<std::uint32_t>(contacts.contacts.size());
+  pair.contact_count = 1;
+  const PairAnswer& answer = pair.answer;
+  contacts.contacts.push_back({0.5 * (answer.point_a + answer.point_b), answer.normal, -answer.signed_distance, 0});
+  return pair;
+}
+
+}  // namespace tandem
