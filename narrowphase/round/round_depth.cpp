@@ -160,9 +160,13 @@ bool Search::is_known(const Vec3& n, const Vec3& w) const {
 /// By a polytope that grows within A - B until no face is nearer than the best minimum; returns what is not known.
 double Search::expand() {
   constexpr double narrow = 0.02;  // radians: a hole so small holds one minimum
+  constexpr int a_face = 64;       // units of work: with a descent
   SupportPolytope polytope(pair_, m_.rounding);
+  WorkMeter meter(pair_.difference.limit);
+  meter.spend(a_face);
   if (!polytope.begin(m_.best)) return m_.best.h;
   for (;;) {
+    meter.spend(a_face);
     const int nearest = polytope.nearest();
     const double offset = polytope.offset(nearest);
     if (offset >= m_.best.h - m_.rounding) return 0;

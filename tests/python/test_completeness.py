@@ -79,6 +79,7 @@ ELSEWHERE = {
     "make_broad_phase": "overlapping_boxes",
     "NarrowPhase": "distance",
     "visit_triangles": "near_triangles",
+    "prepare": "Shape",
     "ContinuousMotion": "limit_motion",
     "PairTable": "SceneQueries",
     "BoxArray": "BoxQueries",

@@ -72,7 +72,7 @@ PatchNormal normal_of(const PosedMeshes& m, const Patch& patch, const Facets& fa
       (area.norm() > least * length * length || area.norm() > ample * noise_of(m, patch, crossings)))
     return {unit(area), true, area};
   for (const bool of_a : {true, false})
-    for (const Facet& f : facets[of_a ? 1 : 0]) sides += f.n;
+    for (const Facet& f : facets[of_a ? 1 : 0]) meter.spend(), sides += f.n;
   return {sides.norm() > tolerance::flush ? Vec3(sides.normalized()) : Vec3(Vec3::Zero()), false, area};
 }
 
@@ -104,10 +104,12 @@ class DepthProbe {
     }
   }
 
-  double operator()(const Candidate& c) const {
+  double operator()(const Candidate& c, WorkMeter& meter) const {
     const double x = u_.dot(c.point), y = v_.dot(c.point), z = n_.dot(c.point);
     double nearest = std::numeric_limits<double>::infinity();
+    std::size_t seen = 0;
     for (const Flat& f : flats_[c.of_a ? 0 : 1]) {
+      if (seen++ % 32 == 0) meter.spend();
       if (!(x >= f.low_x && x <= f.high_x && y >= f.low_y && y <= f.high_y)) continue;
       const double ax = f.x[1] - f.x[0], ay = f.y[1] - f.y[0], bx = f.x[2] - f.x[0], by = f.y[2] - f.y[0];
       const double det = ax * by - ay * bx;
@@ -242,8 +244,9 @@ List<const Span*> farthest_spans(std::span<const Span> spans, const Vec3& n, dou
 
 // The candidates, all of one mesh, farthest out in eight directions along the patch, and the farthest beyond it: of
 // those that are as far but for `slack` the farthest along the patch's u.
-void choose(std::span<const Candidate> all, const Vec3& n, const Vec3& u, const Vec3& v, double slack,
+void choose(std::span<const Candidate> all, const Vec3& n, const Vec3& u, const Vec3& v, double slack, WorkMeter& meter,
             List<Candidate>& chosen) {
+  constexpr std::size_t at_once = 256;
   constexpr double lean = tolerance::tie_lean;
   if (all.empty()) return;
   const Vec3 beyond = all.front().of_a ? n : Vec3(-n);
@@ -253,7 +256,11 @@ void choose(std::span<const Candidate> all, const Vec3& n, const Vec3& u, const 
     for (std::size_t axis = 0; axis < 3; ++axis)
       rows.direction[axis][k] = directions[k][static_cast<Eigen::Index>(axis)];
   static_assert(sizeof(Candidate) % sizeof(double) == 0);
-  find_farthest(rows, directions.size(), all.front().point.data(), sizeof(Candidate) / sizeof(double), all.size());
+  for (std::size_t first = 0; first < all.size(); first += at_once) {
+    meter.spend(at_once / 8);
+    find_farthest(rows, directions.size(), all.front().point.data(), sizeof(Candidate) / sizeof(double), first,
+                  std::min(all.size(), first + at_once));
+  }
   std::array<std::size_t, 10> best;
   for (std::size_t k = 0; k < best.size(); ++k) best[k] = static_cast<std::size_t>(rows.best[k]);
   if (beyond.dot(all[best[8]].point - all[best[9]].point) <= slack) best[8] = best[9];
@@ -339,9 +346,8 @@ void add_points(const PosedMeshes& m, const PatchPoints& points, const Vec3& n, 
   List<Candidate> chosen(memory);
   chosen.reserve(40);
   for (const std::size_t of_a : {std::size_t{1}, std::size_t{0}}) {
-    meter.spend(1 + static_cast<int>((points.vertices[of_a].size() + points.edges[of_a].size()) / 8));
-    choose(points.vertices[of_a], n, depth.u(), depth.v(), slack, chosen);
-    choose(points.edges[of_a], n, depth.u(), depth.v(), slack, chosen);
+    choose(points.vertices[of_a], n, depth.u(), depth.v(), slack, meter, chosen);
+    choose(points.edges[of_a], n, depth.u(), depth.v(), slack, meter, chosen);
   }
   const std::size_t first = contacts.size();
   double most = 0;
@@ -354,10 +360,9 @@ void add_points(const PosedMeshes& m, const PatchPoints& points, const Vec3& n, 
     else
       known->depth = std::max(known->depth, d);
   };
-  const int a_probe = 1 + static_cast<int>((points.facets[0].size() + points.facets[1].size()) / 32);
   for (const Candidate& c : chosen) {
-    meter.spend(a_probe);
-    if (const double d = depth(c); d >= 0) add(c.point - n * (c.of_a ? d / 2 : -d / 2), d, c.feature);
+    meter.spend();
+    if (const double d = depth(c, meter); d >= 0) add(c.point - n * (c.of_a ? d / 2 : -d / 2), d, c.feature);
   }
   const List<const Span*> ridges[] = {farthest_spans(points.spans[0], -n, slack, memory),
                                       farthest_spans(points.spans[1], n, slack, memory)};
@@ -368,7 +373,7 @@ void add_points(const PosedMeshes& m, const PatchPoints& points, const Vec3& n, 
   const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
   contacts.erase(std::remove_if(begin, contacts.end(), [&](const Contact& c) { return c.depth < most / 4; }),
                  contacts.end());
-  keep_widest(contacts, first, size);
+  keep_widest(contacts, first, size, &meter);
 }
 
 // What was moved along a face may have left the other mesh, which leans there. A contact that is farther than half its
@@ -377,8 +382,8 @@ void keep_on_both(const PosedMeshes& m, const PatchPoints& points, std::size_t f
   const double size = (m.a.half + m.b.half).norm();
   WorkMeter meter(m.limit);
   const auto is_near = [&](const Contact& c, std::span<const Facet> facets) {
-    meter.spend(static_cast<int>(facets.size()));
     return std::any_of(facets.begin(), facets.end(), [&](const Facet& f) {
+      meter.spend();
       const TriangleView triangle(f.p);
       return point_distance(triangle, c.point).signed_distance <= c.depth / 2 + tolerance::in_plane * size;
     });
