@@ -85,7 +85,9 @@ ConfigurationCheck::ConfigurationCheck(const QueryWorld& world, const NarrowPhas
 
 WorkLimit ConfigurationCheck::limit_of(const BatchOptions& options, const WorkLimit* of_all) {
   WorkLimit limit{options.stop, options.deadline, {}};
-  if (of_all != nullptr) limit.ended = [of_all] { return of_all->reached(); };
+  if (of_all == nullptr) return limit;
+  limit.deadline = std::min(limit.deadline, of_all->deadline);
+  limit.ended = [of_all] { return of_all->reached(); };
   return limit;
 }
 
