@@ -13,6 +13,7 @@
 #include "benches.h"
 #include "clocks.h"
 #include "tandem/engine/scene_queries.h"
+#include "tandem/narrowphase/prepare.h"
 #include "tandem/narrowphase/shape_makers.h"
 
 namespace tandem::bench {
@@ -151,6 +152,7 @@ std::vector<Row> report(const std::vector<Query>& all, std::size_t triangles) {
 
 std::vector<Row> haptics_bench(const Settings& settings) {
   const Shape ground_shape = scene_shape(), tool(tool_mesh());
+  prepare(tool);  // the scene's shapes are made ready by SceneQueries
   Scene scene;
   BodyOptions body;
   body.shape = scene.add_shape(ground_shape);

@@ -73,10 +73,6 @@ ConfigurationCheck::ConfigurationCheck(const QueryWorld& world, const NarrowPhas
   for (std::uint32_t i = 0; i < self.rows(); ++i)
     for (std::uint32_t j = i + 1; j < n; ++j)
       if (self.checked(i, j)) setup_->self.push_back({i, j});
-  for (const Shape& link : links) {
-    setup_->boxes.emplace_back(link);
-    setup_->grown_boxes.emplace_back(setup_->boxes.back(), options.margin);
-  }
   if (options.continuous && a_motion < 2)
     refuse("configurations_a_motion", a_motion, ">= 2 where motions are continuous");
   if (options.continuous)
@@ -86,7 +82,9 @@ ConfigurationCheck::ConfigurationCheck(const QueryWorld& world, const NarrowPhas
 
 WorkLimit ConfigurationCheck::limit_of(const BatchOptions& options, const WorkLimit* of_all) {
   WorkLimit limit{options.stop, options.deadline, {}};
-  if (of_all != nullptr) limit.ended = [of_all] { return of_all->reached(); };
+  if (of_all == nullptr) return limit;
+  limit.deadline = std::min(limit.deadline, of_all->deadline);
+  limit.ended = [of_all] { return of_all->reached(); };
   return limit;
 }
 
@@ -114,10 +112,24 @@ const Pose* ConfigurationCheck::take_boxes(std::size_t first, std::size_t count,
   return poses;
 }
 
+/// False where the limit was reached: the hull of a mesh that is asked for its first box takes long.
+bool ConfigurationCheck::has_link_boxes() const {
+  try {
+    for (const Shape& link : links_) {
+      setup_->boxes.emplace_back(link, &limit_);
+      setup_->grown_boxes.emplace_back(setup_->boxes.back(), options_.margin);
+    }
+  } catch (const WorkStopped&) {
+    return false;
+  }
+  return true;
+}
+
 /// block(first, last, workspace) for all of `items`, on the threads of the caller's arena; not for those that come
 /// after the limit was reached.
 template <class Block>
 void ConfigurationCheck::each_block(std::size_t items, std::size_t most, const Block& block) const {
+  if (!has_link_boxes()) return;
   std::atomic<std::size_t> done{0};
   const auto threads = static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
   const std::size_t a_block = std::clamp<std::size_t>(items / (16 * threads), 1, most);
@@ -148,7 +160,7 @@ void ConfigurationCheck::each_block(std::size_t items, std::size_t most, const B
 
 bool ConfigurationCheck::touch(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
                                Workspace& work) const {
-  work.watch.spend(LimitWatch::a_pair);
+  work.watch.spend(LimitWatch::of_pair(a, b));
   return options_.margin == 0 ? unless_stopped(narrow_.solve(a, pose_a, b, pose_b, Request::collide)).collide
                               : !unless_stopped(narrow_.distance_within(a, pose_a, b, pose_b, options_.margin)).farther;
 }
@@ -295,7 +307,7 @@ bool ConfigurationCheck::hits_between(const Pose* poses, Workspace& work, const 
   std::size_t left = middle, right = middle + 1;
   // A distance from a mesh costs many verdicts.
   if (a.is_convex() && b.is_convex() && last - first > 1) {
-    work.watch.spend(LimitWatch::a_pair);
+    work.watch.spend(LimitWatch::of_pair(a, b));
     const PairAnswer answer = narrow_.solve(a, pose_a, b, pose_b, Request::distance);
     const double gap = unless_stopped(answer).signed_distance - options_.margin;
     if (gap <= 0) return true;
@@ -438,7 +450,7 @@ double ConfigurationCheck::clearance(const Pose* poses, std::size_t place, doubl
     // What overlaps may be deeper than the least known: it is never left out.
     double farthest_wanted() const { return std::max(0.0, least) * (1 + tolerance::distance_rounding); }
     void take(const Shape& other, const Pose& pose) {
-      work.watch.spend(LimitWatch::a_pair);
+      work.watch.spend(LimitWatch::of_pair(check.links_[link], other));
       const PairAnswer answer = unless_stopped(
           check.narrow_.distance_within(check.links_[link], poses[link], other, pose, farthest_wanted()));
       if (!answer.farther) least = std::min(least, answer.signed_distance);

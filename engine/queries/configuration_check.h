@@ -68,6 +68,7 @@ class ConfigurationCheck {
  private:
   using Workspace = CheckWorkspace;
 
+  bool has_link_boxes() const;
   template <class Block>
   void each_block(std::size_t items, std::size_t most, const Block& block) const;
   static WorkLimit limit_of(const BatchOptions& options, const WorkLimit* of_all);

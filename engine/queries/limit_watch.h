@@ -1,5 +1,6 @@
 // How often a query asks whether its time is over.
 #pragma once
+#include "tandem/narrowphase/shape.h"
 #include "tandem/narrowphase/work_limit.h"
 
 namespace tandem {
@@ -9,6 +10,11 @@ namespace tandem {
 class LimitWatch {
  public:
   static constexpr unsigned a_candidate = 1, a_pair = 16, between_checks = 64;
+  /// Of a pair whose hulls have many vertices: each may take dozens of microseconds.
+  static unsigned of_pair(const Shape& a, const Shape& b) {
+    constexpr std::size_t many = 256;
+    return a.vertices().size() + b.vertices().size() < many ? a_pair : between_checks;
+  }
 
   /// Null: no limit.
   explicit LimitWatch(const WorkLimit* limit = nullptr) : limit_(limit) {}

@@ -283,8 +283,8 @@ HWY_EXPORT(meeting_body);
 HWY_EXPORT(gap_of_links);
 HWY_EXPORT(gap_of_body);
 
-LinkBox::LinkBox(const Shape& link) : radius(link.rounding()) {
-  const Bounds own = link.bounds(Pose{});
+LinkBox::LinkBox(const Shape& link, const WorkLimit* limit) : radius(link.rounding()) {
+  const Bounds own = link.bounds(Pose{}, limit);
   centre = (own.lo + own.hi) / 2;
   half = (own.hi - own.lo) / 2 - Vec3::Constant(link.rounding());
   if (link.kind() == ShapeKind::sphere || link.kind() == ShapeKind::capsule) {

@@ -17,7 +17,8 @@ namespace tandem {
 class LinkBox {
  public:
   LinkBox() = default;  ///< a point
-  explicit LinkBox(const Shape& link);
+  /// The limit may end the making of a mesh's hull.
+  explicit LinkBox(const Shape& link, const WorkLimit* limit = nullptr);
   LinkBox(const LinkBox& link, double margin) : LinkBox(link) { radius += margin; }  ///< grown by it, metres
 
   double radius = 0;

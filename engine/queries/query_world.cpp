@@ -7,11 +7,12 @@
 #include <utility>
 
 #include "scene/tolerances.h"
+#include "tandem/narrowphase/prepare.h"
 
 namespace tandem {
 
-Aabb outward_box(const Shape& shape, const Pose& pose, double margin) {
-  const Bounds bounds = shape.bounds(pose);
+Aabb outward_box(const Shape& shape, const Pose& pose, double margin, const WorkLimit* limit) {
+  const Bounds bounds = shape.bounds(pose, limit);
   Aabb box;
   for (int k = 0; k < 3; ++k) {
     box.lo[static_cast<std::size_t>(k)] = round_down(bounds.lo[k] - margin);
@@ -31,7 +32,7 @@ void QueryWorld::set_box(std::uint32_t index) {
   if (ids_[index] == BodyId{} || !shape(index).is_bounded())
     boxes_.set_empty(index);
   else
-    boxes_.set(index, outward_box(shape(index), poses_[index], 0));
+    boxes_.set(index, outward_box(shape(index), poses_[index], 0, nullptr));
 }
 
 void QueryWorld::set_own_box(std::uint32_t index) {
@@ -40,6 +41,7 @@ void QueryWorld::set_own_box(std::uint32_t index) {
 
 void QueryWorld::copy_shapes(const Scene& scene) {
   shapes_.assign(scene.shapes().begin(), scene.shapes().end());
+  tbb::parallel_for(std::size_t{0}, shapes_.size(), [&](std::size_t i) { prepare(shapes_[i]); });
   shape_changes_ = SceneChanges::shape_changes(scene);
 }
 

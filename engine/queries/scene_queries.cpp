@@ -45,6 +45,10 @@ struct SceneQueries::Impl {
     return options;
   }
 
+  Aabb box_of(const Shape& shape, const Pose& pose, double margin) const {
+    return outward_box(shape, pose, margin, options.limit);
+  }
+
   /// All bodies that the filter admits and whose boxes come within `margin` of the shape's, half-spaces first; false if
   /// `enough(index)` ended it.
   template <class Enough>
@@ -62,13 +66,13 @@ struct SceneQueries::Impl {
 
   PairAnswer solve(const Shape& shape, const Pose& pose, std::uint32_t index, Request request,
                    LimitWatch& watch) const {
-    watch.spend(LimitWatch::a_pair);
+    watch.spend(LimitWatch::of_pair(shape, world.shape(index)));
     return unless_stopped(narrow.solve(shape, pose, world.shape(index), world.pose(index), request));
   }
 
   PairAnswer distance(const Shape& shape, const Pose& pose, std::uint32_t index, double cutoff,
                       LimitWatch& watch) const {
-    watch.spend(LimitWatch::a_pair);
+    watch.spend(LimitWatch::of_pair(shape, world.shape(index)));
     return unless_stopped(narrow.distance_within(shape, pose, world.shape(index), world.pose(index), cutoff));
   }
 
@@ -97,17 +101,18 @@ std::size_t SceneQueries::memory() const {
 bool SceneQueries::collides(const Shape& shape, const Pose& pose, double margin, const QueryFilter& filter) const {
   require_valid(pose, "query");
   require_margin(margin);
-  return !impl_->each_candidate(outward_box(shape, pose, margin), filter, [&](std::uint32_t index, LimitWatch& watch) {
-    return margin == 0 ? impl_->solve(shape, pose, index, Request::collide, watch).collide
-                       : !impl_->distance(shape, pose, index, margin, watch).farther;
-  });
+  return !impl_->each_candidate(impl_->box_of(shape, pose, margin), filter,
+                                [&](std::uint32_t index, LimitWatch& watch) {
+                                  return margin == 0 ? impl_->solve(shape, pose, index, Request::collide, watch).collide
+                                                     : !impl_->distance(shape, pose, index, margin, watch).farther;
+                                });
 }
 
 void SceneQueries::hits(const Shape& shape, const Pose& pose, std::vector<BodyId>& bodies,
                         const QueryFilter& filter) const {
   require_valid(pose, "query");
   const auto first = static_cast<std::ptrdiff_t>(bodies.size());
-  impl_->each_candidate(outward_box(shape, pose, 0), filter, [&](std::uint32_t index, LimitWatch& watch) {
+  impl_->each_candidate(impl_->box_of(shape, pose, 0), filter, [&](std::uint32_t index, LimitWatch& watch) {
     if (impl_->solve(shape, pose, index, Request::collide, watch).collide) bodies.push_back(impl_->world.id(index));
     return false;
   });
@@ -151,7 +156,7 @@ std::optional<Hit> SceneQueries::nearest(const Shape& shape, const Pose& pose, d
   } nearest(*impl_, shape, pose, filter, cutoff);
 
   for (const std::uint32_t index : impl_->world.unbounded()) nearest.visit(index, 0);
-  impl_->world.tree().visit_near(outward_box(shape, pose, 0), nearest.farthest_wanted(), nearest);
+  impl_->world.tree().visit_near(impl_->box_of(shape, pose, 0), nearest.farthest_wanted(), nearest);
   return nearest.best;
 }
 
@@ -160,7 +165,7 @@ void SceneQueries::within(const Shape& shape, const Pose& pose, double margin, s
   require_valid(pose, "query");
   require_margin(margin);
   const auto first = static_cast<std::ptrdiff_t>(hits.size());
-  impl_->each_candidate(outward_box(shape, pose, margin), filter, [&](std::uint32_t index, LimitWatch& watch) {
+  impl_->each_candidate(impl_->box_of(shape, pose, margin), filter, [&](std::uint32_t index, LimitWatch& watch) {
     const PairAnswer answer = impl_->distance(shape, pose, index, margin, watch);
     if (!answer.farther) hits.push_back({impl_->world.id(index), answer});
     return false;
@@ -174,11 +179,12 @@ void SceneQueries::contacts(const Shape& shape, const Pose& pose, double margin,
   require_valid(pose, "query");
   NarrowPhaseOptions options = impl_->options;
   options.margin = margin;
+  options.mesh_gaps = false;          // those without contacts are left out
   const NarrowPhase narrow(options);  // refuses a bad margin
   // Those that may touch, then those that do: in the caller's list, so that nothing is allocated once it is large
   // enough.
   const auto first = static_cast<std::ptrdiff_t>(hits.size());
-  impl_->each_candidate(outward_box(shape, pose, margin), filter, [&](std::uint32_t index, LimitWatch&) {
+  impl_->each_candidate(impl_->box_of(shape, pose, margin), filter, [&](std::uint32_t index, LimitWatch&) {
     hits.push_back({impl_->world.id(index), {}, 0, 0});
     return false;
   });
@@ -187,7 +193,7 @@ void SceneQueries::contacts(const Shape& shape, const Pose& pose, double margin,
   LimitWatch watch(impl_->options.limit);
   for (auto hit = hits.begin() + first; hit != hits.end(); ++hit) {
     const std::uint32_t index = hit->body.index();
-    watch.spend(LimitWatch::a_pair);
+    watch.spend(LimitWatch::of_pair(shape, impl_->world.shape(index)));
     hit->first = contacts.size();
     hit->answer = unless_stopped(
         narrow.solve(shape, pose, impl_->world.shape(index), impl_->world.pose(index), Request::contacts, &contacts));
@@ -215,7 +221,7 @@ std::optional<Impact> SceneQueries::cast(const Shape& shape, const Motion& motio
       best = Impact{body, touch->t, touch->point, touch->normal, touch->feature};
     return false;
   };
-  const SweptBoxes swept(shape, motion);
+  const SweptBoxes swept(shape, motion, impl_->options.limit);
   for (std::size_t i = 0; i < swept.size(); ++i) {
     if (best && best->t < swept.begins(i)) break;
     impl_->each_candidate(swept.box(i), filter, attempt);

@@ -44,8 +44,8 @@ Aabb joined(const Bounds& a, const Bounds& b, double more) {
 
 double bulge(const Motion& motion, double reach) { return bound_of(motion, reach).acceleration / 8; }
 double path_length(const Motion& motion, double reach) { return bound_of(motion, reach).path; }
-double reach_of(const Shape& shape) {
-  const Bounds own = shape.bounds(Pose{});
+double reach_of(const Shape& shape, const WorkLimit* limit) {
+  const Bounds own = shape.bounds(Pose{}, limit);
   return own.lo.cwiseAbs().cwiseMax(own.hi.cwiseAbs()).norm();
 }
 
@@ -57,13 +57,13 @@ Aabb swept_box(const Shape& shape, const Motion& motion) {
   return joined(from, shape.bounds(motion.to), bulge(motion, reach_of(shape)));
 }
 
-SweptBoxes::SweptBoxes(const Shape& shape, const Motion& motion) {
+SweptBoxes::SweptBoxes(const Shape& shape, const Motion& motion, const WorkLimit* limit) {
   if (!shape.is_bounded()) {
     boxes_[size_++] = everywhere;
     return;
   }
-  const Bounds own = shape.bounds(Pose{});
-  const Bound bound = bound_of(motion, reach_of(shape));
+  const Bounds own = shape.bounds(Pose{}, limit);
+  const Bound bound = bound_of(motion, reach_of(shape, limit));
   const double length = std::max((own.hi - own.lo).maxCoeff(), bound.path / double{most});
   const auto stretches =
       static_cast<std::size_t>(length > 0 ? std::clamp(std::ceil(bound.path / length), 1.0, double{most}) : 1);

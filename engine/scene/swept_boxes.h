@@ -6,6 +6,7 @@
 #include "tandem/broadphase/box_array.h"
 #include "tandem/narrowphase/motion.h"
 #include "tandem/narrowphase/shape.h"
+#include "tandem/narrowphase/work_limit.h"
 
 namespace tandem {
 
@@ -14,8 +15,8 @@ namespace tandem {
 double bulge(const Motion& motion, double reach);
 /// The most that such a point goes during the motion, metres.
 double path_length(const Motion& motion, double reach);
-/// How far a bounded shape reaches from its origin at most, metres.
-double reach_of(const Shape& shape);
+/// How far a bounded shape reaches from its origin at most, metres. The limit may end the making of a mesh's hull.
+double reach_of(const Shape& shape, const WorkLimit* limit = nullptr);
 
 /// One box about all of the motion: for a short one, or where a wide box will do.
 Aabb swept_box(const Shape& shape, const Motion& motion);
@@ -24,7 +25,7 @@ Aabb swept_box(const Shape& shape, const Motion& motion);
 /// line between its ends by at most an eighth of its acceleration times the stretch's square.
 class SweptBoxes {
  public:
-  SweptBoxes(const Shape& shape, const Motion& motion);
+  SweptBoxes(const Shape& shape, const Motion& motion, const WorkLimit* limit = nullptr);
 
   std::size_t size() const { return size_; }
   double begins(std::size_t i) const { return static_cast<double>(i) / static_cast<double>(size()); }

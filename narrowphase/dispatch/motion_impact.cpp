@@ -143,13 +143,14 @@ class ScrewSweep {
 
   /// Advances from `from`, at most `most` times, while the gap that `distance` tells at a time is no touch: no time
   /// that is passed over has one. Returns `never` beyond `until`. `planes`: gaps to a half-space are to its plane.
+  /// `work`: units of one advance.
   template <class Distance>
-  double advance(const Box& box_a, const Box& box_b, double from, double until, int most, bool planes,
+  double advance(const Box& box_a, const Box& box_b, double from, double until, int most, bool planes, int work,
                  Distance&& distance) {
     constexpr int few_advances = 64;  // then it creeps
     double t = from, stride = until - from;
     for (int i = 0; i < most; ++i) {
-      meter_.spend(8);
+      meter_.spend(work);
       const Pose at_a = path_a_.at(t), at_b = path_b_.at(t);
       const Gap gap = distance(at_a, at_b);
       if (gap.length <= gap_of_touch_) return t;
@@ -185,7 +186,7 @@ class ScrewSweep {
       return Gap{answer.signed_distance - (rounding_a_ + rounding_b_), answer.normal};
     };
     FirstTouch touch;
-    touch.t = advance(box_p, box_q, from, until, most_advances, true, distance);
+    touch.t = advance(box_p, box_q, from, until, most_advances, true, work_of_advance(p, q), distance);
     if (touch.t == never) return touch;
     const PairAnswer answer = answer_at(path_a_.at(touch.t), path_b_.at(touch.t));
     touch.normal = answer.normal;
@@ -196,7 +197,7 @@ class ScrewSweep {
   /// A time before which the boxes of two places do not touch: a few advances, as children will tell more.
   double boxes_meet(std::uint32_t x, std::uint32_t y, double from, double until) {
     if (!a_.mesh && !b_.mesh) return from;
-    constexpr int most_advances = 4;
+    constexpr int most_advances = 4, work_of_boxes = 8;
     const Box box_a = a_.box(x), box_b = b_.box(y);
     const auto place = [](const Pose& pose, const Vec3& mid) { return Pose{pose.rotation, pose * mid}; };
     const auto half = [](const Vec3& h) { return HalfSize{h[0], h[1], h[2], 0}; };
@@ -206,7 +207,7 @@ class ScrewSweep {
       return Gap{answer.local.signed_distance - box_slack_ - (rounding_a_ + rounding_b_),
                  at_a.rotation * answer.local.normal};
     };
-    return advance(box_a, box_b, from, until, most_advances, false, distance);
+    return advance(box_a, box_b, from, until, most_advances, false, work_of_boxes, distance);
   }
 
   WorkMeter meter_;

@@ -1,5 +1,7 @@
 // A shape in the searches for the first touch of two that move: a convex shape, or a mesh by its hierarchy of boxes.
 #pragma once
+#include <algorithm>
+#include <cstddef>
 #include <limits>
 #include <utility>
 
@@ -18,6 +20,11 @@ namespace tandem {
 inline NarrowPhaseOptions without_cutoff(NarrowPhaseOptions options) {
   options.cutoff = std::numeric_limits<double>::infinity();
   return options;
+}
+
+/// Units of work of a distance between two on their way: of large hulls more.
+inline int work_of_advance(const ConvexView& p, const ConvexView& q) {
+  return 8 + static_cast<int>(std::min<std::size_t>(56, (p.vertices.size() + q.vertices.size()) / 64));
 }
 
 /// The time of a touch that there is none of.

@@ -87,7 +87,7 @@ class Sweep {
     const Pose at_a{a_.rotation, Vec3::Zero()};
     double advance = from;
     for (int i = 0; i < most_advances; ++i) {
-      meter_.spend(8);
+      meter_.spend(work_of_advance(p, q));
       const Pose at_b{b_.rotation, between_ + advance * along_};
       const PairAnswer answer = solve_convex(p, at_a, q, at_b, Request::distance, exact, nullptr);
       const double gap = answer.signed_distance - radius_;

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "manifold/manifold.h"
+#include "shapes/metered_sort.h"
 #include "tolerances.h"
 
 namespace tandem {
@@ -17,8 +19,12 @@ constexpr double one_side = -0.9999;
 /// Chooses at most four of a patch's contacts that span it, the deepest among them.
 class WidestPoints {
  public:
-  WidestPoints(std::span<Contact> contacts, double size)
-      : p_(contacts), slack_(tolerance::alike * size), axis_(contacts[0].normal), tie_break_(uncommon(axis_)) {}
+  WidestPoints(std::span<Contact> contacts, double size, WorkMeter* meter)
+      : p_(contacts),
+        slack_(tolerance::alike * size),
+        axis_(contacts[0].normal),
+        tie_break_(uncommon(axis_)),
+        meter_(meter) {}
 
   /// Corners of the patch: along a direction, far from that, off their line, outside of their triangle.
   void span();
@@ -36,6 +42,7 @@ class WidestPoints {
   std::span<Contact> p_;
   double slack_;
   Vec3 axis_, tie_break_;
+  WorkMeter* meter_;
   double most_ = 0;  // the score of the last best
   std::array<std::size_t, 4> kept_{};
   std::size_t count_ = 0;
@@ -45,13 +52,19 @@ class WidestPoints {
 /// in the list may be rounding's doing, too.
 template <class Score>
 std::size_t WidestPoints::best(Score&& score) {
+  constexpr std::size_t at_once = 64;
+  const auto count = [&](std::size_t i) {
+    if (i % at_once == 0 && meter_ != nullptr) meter_->spend(4);
+  };
   most_ = score(p_[0]);
-  for (const Contact& c : p_) most_ = std::max(most_, score(c));
+  for (std::size_t i = 0; i < p_.size(); ++i) count(i), most_ = std::max(most_, score(p_[i]));
   std::size_t winner = p_.size();
-  for (std::size_t i = 0; i < p_.size(); ++i)
+  for (std::size_t i = 0; i < p_.size(); ++i) {
+    count(i);
     if (score(p_[i]) >= most_ - slack_ &&
         (winner == p_.size() || tie_break_.dot(p_[i].point) > tie_break_.dot(p_[winner].point)))
       winner = i;
+  }
   return winner;
 }
 
@@ -127,9 +140,9 @@ Vec3 uncommon(const Vec3& axis) {
   return across.squaredNorm() > 0.1 ? across : axis.cross(Vec3(0.8171, -0.5471, 0.1829));
 }
 
-void keep_widest(std::vector<Contact>& contacts, std::size_t first, double size) {
+void keep_widest(std::vector<Contact>& contacts, std::size_t first, double size, WorkMeter* meter) {
   if (contacts.size() <= first + 1) return;
-  WidestPoints widest(std::span<Contact>(contacts).subspan(first), size);
+  WidestPoints widest(std::span<Contact>(contacts).subspan(first), size, meter);
   widest.span();
   widest.keep_deepest();
   contacts.resize(first + widest.move_to_front());
@@ -170,6 +183,7 @@ PatchCollector::List<PatchCollector::Place> PatchCollector::places_of(double dee
   for (std::uint32_t r = 0; r < runs_.size(); ++r) {
     const std::size_t end = r + 1 < runs_.size() ? runs_[r + 1].first : points_.size();
     if (!runs_[r].goes_on) of_triangle = 0;
+    meter_.spend();
     for (std::uint32_t i = runs_[r].first; i < end; ++i)
       if (const double depth = points_[i].depth; depth <= deepest)
         places.push_back(
@@ -187,7 +201,7 @@ PatchCollector::List<PatchCollector::Patch> PatchCollector::find_patches(const L
       runs.push_back(place);
     else
       runs.back() = std::min(runs.back(), place);
-  std::sort(runs.begin(), runs.end());
+  sort_metered(meter_, runs.begin(), runs.end(), std::less<Place>());
   List<Patch> patches(&memory_);
   for (const Place& run : runs) {
     meter_.spend(1 + static_cast<int>(patches.size() / 16));
@@ -211,9 +225,9 @@ PatchCollector::List<PatchCollector::Place> PatchCollector::by_patch(const List<
     ordered[patch.first + patch.count++] = place;
   }
   for (const Patch& patch : patches) {
-    meter_.spend(1 + static_cast<int>(patch.count / 4));
+    meter_.spend(1 + static_cast<int>(std::min(patch.count, 512u) / 4));
     const auto begin = ordered.begin() + patch.first;
-    std::sort(begin, begin + patch.count);
+    sort_metered(meter_, begin, begin + patch.count, std::less<Place>());
   }
   return ordered;
 }
@@ -267,8 +281,8 @@ void PatchCollector::append_widest(const List<Place>& places, const List<Patch>&
         out.push_back({point.at, j == i ? normal : Vec3(-normal), point.depth, places[k].feature});
       }
     }
-    meter_.spend(1 + static_cast<int>((out.size() - own) / 2));
-    keep_widest(out, own, size_);
+    meter_.spend();
+    keep_widest(out, own, size_, &meter_);
   }
   std::sort(out.begin() + static_cast<std::ptrdiff_t>(first), out.end(),
             [](const Contact& x, const Contact& y) { return x.feature < y.feature; });

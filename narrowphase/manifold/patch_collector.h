@@ -18,8 +18,8 @@ Vec3 uncommon(const Vec3& axis);
 
 /// At most 4 of the contacts from `first` on, all of about one normal: corners of a patch as wide as any, and the
 /// deepest; by feature. What is alike but for rounding (`size` is that of the bodies) is told apart by where it lies,
-/// not by its place in the list.
-void keep_widest(std::vector<Contact>& contacts, std::size_t first, double size);
+/// not by its place in the list. `meter`: counts the work, if not null.
+void keep_widest(std::vector<Contact>& contacts, std::size_t first, double size, WorkMeter* meter = nullptr);
 
 /// Gathers the contacts of a mesh's triangles with one convex shape into patches: those of about one normal, at most
 /// four, that span the patch.

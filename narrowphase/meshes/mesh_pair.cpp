@@ -22,6 +22,16 @@ PairAnswer solve_with_mesh_first(const Posed& a, const Posed& b, Request request
   return solve_mesh_convex(a, b, request, options, contacts);
 }
 
+// Is a mesh by its hull farther than the margin from a bounded convex shape? Nothing more is asked then.
+bool is_clear_of_hull(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
+                      double margin, const WorkLimit* limit) {
+  const bool first = a.kind() == ShapeKind::mesh;
+  const Shape& other = first ? b : a;
+  if (request == Request::distance || has_triangles(other) || !other.is_bounded()) return false;
+  const double gap = first ? test_hull(a, pose_a, b, pose_b, limit) : test_hull(b, pose_b, a, pose_a, limit);
+  return gap > margin + tolerance::alike * (a.size() + b.size());
+}
+
 }  // namespace
 
 bool goes_first(const Posed& a, const Posed& b) {
@@ -78,6 +88,7 @@ PairAnswer solve_mesh(const Shape& a, const Pose& pose_a, const Shape& b, const 
       if (request == Request::contacts) apart.signed_distance = gap.at_least, apart.normal = gap.normal;
       return apart;
     }
+  if (is_clear_of_hull(a, pose_a, b, pose_b, request, margin, options.limit)) return {};
   const Posed first{a, pose_a}, second{b, pose_b};
   const bool in_order = has_triangles(a) && (!has_triangles(b) || goes_first(first, second));
   if (in_order) return solve_with_mesh_first(first, second, request, options, contacts);

@@ -140,4 +140,20 @@ MeshGap test_hulls(const Shape& a, const Pose& pose_a, const Shape& b, const Pos
   return {apart / length, between / length};
 }
 
+double test_hull(const Shape& mesh, const Pose& pose_mesh, const Shape& convex, const Pose& pose_convex,
+                 const WorkLimit* limit) {
+  if (mesh_of(mesh).bends) return 0;
+  const Hull& hull = mesh_of(mesh).hull(limit);
+  const Vec3 middle = inner_centre(convex), between = from_to(hull.inside, pose_mesh, middle, pose_convex);
+  const double length2 = between.squaredNorm(), inner = hull.inner_radius + inner_radius(convex);
+  if (length2 < 0.99 * inner * inner) return 0;
+  const double covered = reach(hull, pose_mesh.rotation.transpose() * between, Reach::at_most) +
+                         reach(convex, -(pose_convex.rotation.transpose() * between), Reach::at_most);
+  const double length = std::sqrt(length2);
+  const double slack = tolerance::certain * (hull.inside.norm() + middle.norm()) +
+                       tolerance::outside_of_hull * (mesh.size() + convex.size());
+  const double apart = length2 - covered - tolerance::certain * (length2 + std::abs(covered)) - length * slack;
+  return apart > 0 ? apart / length : 0;
+}
+
 }  // namespace tandem

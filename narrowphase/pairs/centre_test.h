@@ -29,4 +29,9 @@ struct MeshGap {
 MeshGap test_hulls(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
                    const WorkLimit* limit = nullptr);
 
+/// How far a mesh's hull keeps from a bounded convex shape along the line between their middles, metres, certain; 0:
+/// not known. Most that are near by their boxes and apart are so by this.
+double test_hull(const Shape& mesh, const Pose& pose_mesh, const Shape& convex, const Pose& pose_convex,
+                 const WorkLimit* limit = nullptr);
+
 }  // namespace tandem

@@ -160,9 +160,13 @@ bool Search::is_known(const Vec3& n, const Vec3& w) const {
 /// By a polytope that grows within A - B until no face is nearer than the best minimum; returns what is not known.
 double Search::expand() {
   constexpr double narrow = 0.02;  // radians: a hole so small holds one minimum
+  constexpr int a_face = 64;       // units of work: with a descent
   SupportPolytope polytope(pair_, m_.rounding);
+  WorkMeter meter(pair_.difference.limit);
+  meter.spend(a_face);
   if (!polytope.begin(m_.best)) return m_.best.h;
   for (;;) {
+    meter.spend(a_face);
     const int nearest = polytope.nearest();
     const double offset = polytope.offset(nearest);
     if (offset >= m_.best.h - m_.rounding) return 0;
@@ -218,7 +222,9 @@ double Search::search_meridian() {
 void Search::try_faces(int which) {
   const RoundBody &body = pair_.body[which], &other = pair_.body[1 - which];
   const Hull& hull = body.hull();
+  WorkMeter meter(pair_.difference.limit, few_edges);
   for (const Hull::Face& face : hull.faces) {
+    meter.spend();
     const Vec3 n = body.axes() * face.normal;
     const Vec3 corner = body.axes() * hull.vertices[hull.loop[face.first]] + body.centre();
     if (m_.best.h > 0 && n.dot(corner + other.support(n)) < m_.best.h - m_.rounding) m_.try_from(n);
@@ -234,7 +240,9 @@ void Search::search_near_edges(int which) {
   const Vec3 m = body.axes().transpose() * m_.best.n;
   const double level = m.dot(hull.vertices[static_cast<std::size_t>(body.support_piece(m_.best.n))]) -
                        tolerance::near_features * pair_.scale;
+  WorkMeter meter(pair_.difference.limit, few_edges);
   for (const Hull::Edge& e : hull.edges) {
+    meter.spend();
     const Vec3 &p = hull.vertices[e.v[0]], &q = hull.vertices[e.v[1]];
     if (m_.best.h > 0 && m.dot(p) >= level && m.dot(q) >= level)
       search_circle(m_, which, {body.axes() * (q - p).stableNormalized()}, true);

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "shapes/hull_rays.h"
+#include "shapes/metered_sort.h"
 #include "shapes/support_kernel.h"
 #include "shapes/work_meter.h"
 #include "tolerances.h"
@@ -156,6 +157,7 @@ class Log {
 
 // Facets from Qhull, counterclockwise from outside. Empty if Qhull refuses the cloud.
 Loops qhull_loops(std::vector<double>& xyz, const char* options, const WorkLimit* limit) {
+  WorkMeter meter(limit);
   const auto memory = std::make_unique<qhT>();
   Log log(memory.get(), limit);  // outlives what Qhull holds, which keeps the stream
   const std::unique_ptr<qhT, QhullFree> owner(memory.get());
@@ -170,6 +172,7 @@ Loops qhull_loops(std::vector<double>& xyz, const char* options, const WorkLimit
   Loops loops;
   facetT* facet;
   FORALLfacets {
+    meter.spend(4);
     setT* around = qh_facet3vertex(qh, facet);
     vertexT *vertex, **vertexp;
     std::vector<std::uint32_t> loop;
@@ -197,8 +200,9 @@ class EdgeFaces {
   using Edge = std::pair<std::uint32_t, std::uint32_t>;
   explicit EdgeFaces(std::size_t size) { rows_.reserve(size); }
   void add(std::uint32_t from, std::uint32_t to, std::uint32_t face) { rows_.push_back({{from, to}, face}); }
-  void sort() { std::sort(rows_.begin(), rows_.end()); }
-  const std::vector<std::pair<Edge, std::uint32_t>>& rows() const { return rows_; }
+  void sort(WorkMeter& meter) { sort_metered(meter, rows_.begin(), rows_.end(), std::less<Row>()); }
+  using Row = std::pair<Edge, std::uint32_t>;
+  const std::vector<Row>& rows() const { return rows_; }
   /// Null if there is none.
   const std::uint32_t* find(const Edge& edge) const {
     const auto at = std::lower_bound(rows_.begin(), rows_.end(), std::pair(edge, 0u));
@@ -206,20 +210,22 @@ class EdgeFaces {
   }
 
  private:
-  std::vector<std::pair<Edge, std::uint32_t>> rows_;
+  std::vector<Row> rows_;
 };
 
 // Every directed edge once, with its opposite.
-bool closed(const Loops& loops) {
+bool closed(const Loops& loops, WorkMeter& meter) {
   EdgeFaces edges(4 * loops.size());
   for (const auto& loop : loops) {
+    meter.spend();
     if (loop.size() < 3) return false;
     for (std::size_t k = 0; k < loop.size(); ++k) edges.add(loop[k], loop[(k + 1) % loop.size()], 0);
   }
-  edges.sort();
+  edges.sort(meter);
   const auto& rows = edges.rows();
   if (std::adjacent_find(rows.begin(), rows.end()) != rows.end()) return false;
   return !loops.empty() && std::all_of(rows.begin(), rows.end(), [&](const auto& row) {
+    meter.spend();
     return edges.find({row.first.second, row.first.first}) != nullptr;
   });
 }
@@ -238,29 +244,31 @@ Loops polytope_loops(std::span<const Vec3> p, const Frame& f, const WorkLimit* l
   // Merged facets first; where merging fails, triangles of the joggled cloud, whose vertices are still input points.
   for (const char* options : {"qhull Qs Pp", "qhull Qs Qt Pp", "qhull QJ Pp"}) {
     std::vector<double> copy = xyz;
-    if (Loops loops = qhull_loops(copy, options, limit); closed(loops)) return loops;
+    if (Loops loops = qhull_loops(copy, options, limit); closed(loops, meter)) return loops;
     meter.spend(pass_over(p.size()));
   }
   return {};
 }
 
-EdgeFaces find_faces(const Hull& hull) {
+EdgeFaces find_faces(const Hull& hull, WorkMeter& meter) {
   EdgeFaces face_of(hull.loop.size());
   for (std::uint32_t i = 0; i < hull.faces.size(); ++i) {
+    meter.spend();
     const Hull::Face& face = hull.faces[i];
     for (std::uint32_t k = 0; k < face.count; ++k)
       face_of.add(hull.loop[face.first + k], hull.loop[face.first + (k + 1) % face.count], i);
   }
-  face_of.sort();
+  face_of.sort(meter);
   return face_of;
 }
 
-void add_edges(Hull& hull, const EdgeFaces& face_of) {
+void add_edges(Hull& hull, const EdgeFaces& face_of, WorkMeter& meter) {
   for (const auto& [v, face] : face_of.rows())
-    if (v.first < v.second) hull.edges.push_back({{v.first, v.second}, {face, *face_of.find({v.second, v.first})}});
+    if (meter.spend(); v.first < v.second)
+      hull.edges.push_back({{v.first, v.second}, {face, *face_of.find({v.second, v.first})}});
 }
 
-void add_neighbours(Hull& hull) {
+void add_neighbours(Hull& hull, WorkMeter& meter) {
   std::vector<std::vector<std::uint32_t>> near(hull.vertices.size());
   for (const auto& edge : hull.edges) {
     near[edge.v[0]].push_back(edge.v[1]);
@@ -268,18 +276,20 @@ void add_neighbours(Hull& hull) {
   }
   hull.neighbour_first.push_back(0);
   for (auto& list : near) {
+    meter.spend();
     std::sort(list.begin(), list.end());
     hull.neighbours.insert(hull.neighbours.end(), list.begin(), list.end());
     hull.neighbour_first.push_back(static_cast<std::uint32_t>(hull.neighbours.size()));
   }
 }
 
-void put_in_turn(Hull& hull, const EdgeFaces& face_of) {
+void put_in_turn(Hull& hull, const EdgeFaces& face_of, WorkMeter& meter) {
   std::vector<std::uint32_t> faces;
   for (std::uint32_t v = 0; v < hull.vertices.size(); ++v) {
     const std::uint32_t first = hull.neighbour_first[v], end = hull.neighbour_first[v + 1];
     std::vector<std::uint32_t> ring{hull.neighbours[first]};
     for (;;) {
+      meter.spend();
       const std::uint32_t face = *face_of.find({v, ring.back()});
       faces.push_back(face);
       const auto begin = hull.loop.begin() + hull.faces[face].first;
@@ -393,16 +403,12 @@ Hull assemble(std::span<const Vec3> p, int dimension, const std::vector<std::uin
   }
   if (dimension == 1) hull.edges.push_back({{0, 1}, {0, 0}});
   const int pass = pass_over(16 * hull.loop.size());
-  meter.spend(pass);
-  const EdgeFaces face_of = find_faces(hull);
-  meter.spend(pass);
+  const EdgeFaces face_of = find_faces(hull, meter);
   turn_slivers(hull, face_of, slivers);
   if (dimension == 3) hull.inner_radius = inner_radius(hull);
-  add_edges(hull, face_of);
-  meter.spend(pass);
-  add_neighbours(hull);
-  meter.spend(pass);
-  if (dimension == 3) put_in_turn(hull, face_of);
+  add_edges(hull, face_of, meter);
+  add_neighbours(hull, meter);
+  if (dimension == 3) put_in_turn(hull, face_of, meter);
   if (dimension == 3) hull.face_table = make_face_table(hull);
   meter.spend(pass);
   if (hull.inner_radius > 0) hull.rays = map_rays(hull);

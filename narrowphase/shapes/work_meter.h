@@ -4,8 +4,9 @@
 
 namespace tandem {
 
-/// Of one thread. Counted are the first work of all, so that searches of many short queries end, too, and then every
-/// `between` units: a unit is some 100 ns, the time that a node of a hierarchy takes, more or less.
+/// Of one thread. Checked at are the first work of all, so that searches of many short queries end, too, and then every
+/// `between` units: a unit is some 100 ns, the time that a node of a hierarchy takes, more or less. A check takes some
+/// 50 ns, and what is counted as a unit may take several.
 class WorkMeter {
  public:
   /// No limit: null. `unchecked`: the units before the first check, for what is mostly done within few.
@@ -17,8 +18,10 @@ class WorkMeter {
       check_limit();
   }
 
+  bool has_limit() const { return limit_ != nullptr; }
+
  private:
-  static constexpr int between = 256;
+  static constexpr int between = 64;
 
   void check_limit();
 

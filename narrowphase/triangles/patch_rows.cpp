@@ -91,22 +91,25 @@ void cross_triangles(const TriangleRows& pairs, std::size_t count, const double*
 }
 
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
-void find_farthest(DirectionRows* rows, std::size_t used, const double* points, std::size_t stride, std::size_t count) {
+void find_farthest(DirectionRows* rows, std::size_t used, const double* points, std::size_t stride, std::size_t first,
+                   std::size_t last) {
   const D d;
   for (std::size_t at = 0; at < used; at += hn::Lanes(d)) {
-    V direction[3], best = hn::Zero(d);
+    V direction[3];
     load(rows->direction, at, direction);
     const auto along = [&](const double* p) HWY_ATTR {
       const V point[3] = {number(p[0]), number(p[1]), number(p[2])};
       return dot(direction, point);
     };
-    V most = along(points);
-    for (std::size_t i = 1; i < count; ++i) {
+    V best = first == 0 ? hn::Zero(d) : hn::Load(d, rows->best + at);
+    V most = first == 0 ? along(points) : hn::Load(d, rows->reach + at);
+    for (std::size_t i = std::max<std::size_t>(first, 1); i < last; ++i) {
       const V here = along(points + i * stride);
       best = hn::IfThenElse(hn::Gt(here, most), number(static_cast<double>(i)), best);
       most = hn::Max(most, here);
     }
     hn::Store(best, d, rows->best + at);
+    hn::Store(most, d, rows->reach + at);
   }
 }
 
@@ -122,8 +125,9 @@ void cross_triangles(const TriangleRows& pairs, std::size_t count, const Triangl
   HWY_DYNAMIC_DISPATCH(cross_triangles)(pairs, count, FrameNumbers(frame).pose, out);
 }
 
-void find_farthest(DirectionRows& rows, std::size_t used, const double* points, std::size_t stride, std::size_t count) {
-  HWY_DYNAMIC_DISPATCH(find_farthest)(&rows, used, points, stride, count);
+void find_farthest(DirectionRows& rows, std::size_t used, const double* points, std::size_t stride, std::size_t first,
+                   std::size_t last) {
+  HWY_DYNAMIC_DISPATCH(find_farthest)(&rows, used, points, stride, first, last);
 }
 }  // namespace tandem
 #endif

@@ -21,13 +21,15 @@ struct CrossingRows {
 /// Crossings of `count` pairs. All columns must hold numbers.
 void cross_triangles(const TriangleRows& pairs, std::size_t count, const TriangleTest& frame, CrossingRows& out);
 
-/// Which of `count` points (not 0) reaches farthest along each of some directions; of equals the first. `stride`: from
-/// point to point, in numbers.
+/// Which point reaches farthest along each of some directions; of equals the first. `stride`: from point to point, in
+/// numbers. Points first to last - 1; from another than 0 on the search goes on from what was found of those before.
 struct DirectionRows {
   static constexpr std::size_t most = 16;
   alignas(64) double direction[3][most];
-  double best[most];  ///< found: the point's number
+  alignas(64) double best[most];   ///< found: the point's number
+  alignas(64) double reach[most];  ///< and how far it reaches
 };
-void find_farthest(DirectionRows& rows, std::size_t used, const double* points, std::size_t stride, std::size_t count);
+void find_farthest(DirectionRows& rows, std::size_t used, const double* points, std::size_t stride, std::size_t first,
+                   std::size_t last);
 
 }  // namespace tandem

@@ -15,8 +15,10 @@
 
 #include "catch.h"
 #include "message_of.h"
+#include "narrowphase/mesh_samples.h"
 #include "narrowphase/random_pairs.h"
 #include "tandem/narrowphase/narrow_phase.h"
+#include "tandem/narrowphase/prepare.h"
 #include "tandem/narrowphase/work_limit.h"
 
 using namespace tandem;
@@ -411,8 +413,10 @@ TEST_CASE("configurations: poses that are made when they are looked at give the 
   queries.clearance(links, when_needed, self, clearances_meanwhile);
   CHECK(clearances == clearances_meanwhile);
   const SceneQueries of_lying(world.scene), of_made(world.scene);
-  of_lying.clearance(links, poses, self, clearances);
-  of_made.clearance(links, when_needed, self, clearances);
+  tbb::task_arena(1).execute([&] {  // how many threads come decides how much is held
+    of_lying.clearance(links, poses, self, clearances);
+    of_made.clearance(links, when_needed, self, clearances);
+  });
   CHECK(of_made.memory() > of_lying.memory());
 
   CHECK(message_of([&] { BatchPoses(6, BatchPoses::Maker()); }).find("make is empty") != std::string::npos);
@@ -564,7 +568,7 @@ TEST_CASE("queries: the limit is looked at every few bodies, and nothing is begu
   options.filter = in_motions.filter = counted.filter;
   in_motions.configurations_a_motion = 20;
   counted.begin(std::numeric_limits<std::size_t>::max());
-  queries.check(links, poses, {}, whole, options);
+  tbb::task_arena(1).execute([&] { queries.check(links, poses, {}, whole, options); });  // each thread counts its own
   const auto unknown = [](const auto& all) { return std::count(all.begin(), all.end(), Verdict::unknown); };
   CHECK(unknown(whole) == 0);
   CHECK(counted.most <= 64);
@@ -675,6 +679,95 @@ TEST_CASE("queries: a stop and the limit reach into pairs of meshes, and nothing
   CHECK(verdicts[0] == Verdict::unknown);
   reached = false;
   CHECK(limited.nearest(sheet, above)->answer.signed_distance == whole->answer.signed_distance);
+}
+
+TEST_CASE("queries: the limit ends the making of a mesh's hull, too") {
+  Scene scene;
+  scene.add_body({.shape = scene.add_shape(Box{{1, 1, 1}})});
+  const Mesh ring = torus(1, 0.4, 60, 30);
+  std::vector<Hit> hits;
+  std::vector<BodyId> bodies;
+  std::vector<ContactHit> contact_hits;
+  std::vector<Contact> contacts;
+  const std::vector<Pose> poses{Pose::at(9, 0, 0), Pose::at(8, 0, 0)};
+  std::vector<Verdict> verdicts(2), motion(1);
+  std::vector<FirstHit> first(2);
+  std::vector<double> distances(2);
+  BatchOptions continuous;
+  continuous.configurations_a_motion = 2;
+  continuous.continuous = true;
+  using Ask = std::function<void(const SceneQueries&, const Shape&)>;
+  const std::vector<Ask> singles{
+      [&](const SceneQueries& q, const Shape& s) { q.collides(s, poses[0]); },
+      [&](const SceneQueries& q, const Shape& s) { q.hits(s, poses[0], bodies); },
+      [&](const SceneQueries& q, const Shape& s) { q.nearest(s, poses[0]); },
+      [&](const SceneQueries& q, const Shape& s) { q.within(s, poses[0], 1, hits); },
+      [&](const SceneQueries& q, const Shape& s) { q.contacts(s, poses[0], 1, contact_hits, contacts); },
+      [&](const SceneQueries& q, const Shape& s) {
+        q.cast(s, {poses[0], poses[1]});
+      }};
+  const std::vector<Ask> batches{
+      [&](const SceneQueries& q, const Shape& s) { q.check(std::span(&s, 1), poses, {}, verdicts); },
+      [&](const SceneQueries& q, const Shape& s) { q.check(std::span(&s, 1), poses, {}, motion, continuous); },
+      [&](const SceneQueries& q, const Shape& s) { q.first_hits(std::span(&s, 1), poses, {}, first); },
+      [&](const SceneQueries& q, const Shape& s) { q.clearance(std::span(&s, 1), poses, {}, distances); }};
+  const auto unknown = [](Verdict v) { return v == Verdict::unknown; };
+  constexpr int within_hull = 4;  // glances: a hull of 1,800 points takes more
+  int looks = 0;
+  WorkLimit limit;
+  limit.ended = [&] { return ++looks >= within_hull; };
+  const SceneQueries queries(scene, {.limit = &limit});
+  for (const Ask& ask : singles) {
+    const Shape fresh(ring);
+    looks = 0;
+    CHECK_THROWS_AS(ask(queries, fresh), WorkStopped);
+    CHECK(looks == within_hull);
+    CHECK(fresh.memory_by_part().hull == 0);
+  }
+  for (const Ask& ask : batches) {
+    const Shape fresh(ring);
+    looks = 0;
+    ask(queries, fresh);
+    CHECK(looks == within_hull);
+    CHECK(fresh.memory_by_part().hull == 0);
+  }
+  CHECK(std::all_of(verdicts.begin(), verdicts.end(), unknown));
+  CHECK(unknown(motion[0]));
+  CHECK(unknown(first[0].verdict));
+  CHECK(distances[0] == -infinity);
+}
+
+TEST_CASE("queries: an update makes meshes ready, so that no query makes anything of them") {
+  Scene scene;
+  const Shape ring(torus(1, 0.4, 40, 20)), tool(torus(0.5, 0.2, 30, 16));
+  const BodyId body = scene.add_body({.shape = scene.add_shape(ring)});
+  const SceneQueries queries(scene);
+  const std::size_t hull = ring.memory_by_part().hull, all = ring.memory();
+  CHECK(hull > 0);
+  prepare(tool);
+  const std::size_t of_tool = tool.memory();
+  std::vector<ContactHit> hits;
+  std::vector<Contact> contacts;
+  const auto ask = [&](const Pose& pose) {
+    queries.collides(tool, pose);
+    queries.nearest(tool, pose);
+    queries.contacts(tool, pose, 0.1, hits, contacts);
+    queries.cast(tool, {Pose::at(9, 1, 0), pose});
+  };
+  for (const double x : {1.0, 1.7, 1.75, 2.4}) ask(Pose::at(x, 0.1, 0.2));
+  CHECK(contacts.size() > 4);
+  CHECK(ring.memory() == all);
+  CHECK(tool.memory() == of_tool);
+  CHECK(queries.nearest(body, 1) == std::nullopt);
+
+  bool reached = true;
+  WorkLimit limit;
+  limit.ended = [&] { return reached; };
+  const Shape fresh(torus(1, 0.4, 40, 20));
+  CHECK_THROWS_AS(prepare(fresh, &limit), WorkStopped);
+  reached = false;
+  prepare(fresh, &limit);
+  CHECK(fresh.memory() == all);
 }
 
 TEST_CASE("configurations: continuous motions see what lies between, and what they call free is free") {

@@ -96,3 +96,29 @@ TEST_CASE("hulls of meshes that are nearer than single precision tells leave it 
   CHECK(test_hulls(block, origin, block, Pose::at(2, 0, 0)).at_least == 0);
   CHECK(test_hulls(block, origin, block, origin).at_least == 0);
 }
+
+TEST_CASE("the line between a mesh's hull and a convex shape tells no more than their distance") {
+  Random r(78);
+  const NarrowPhase exact;
+  const Shape mesh{torus(0.8, 0.3, 24, 12)};
+  int apart = 0, near = 0, pairs = 0;
+  for (const ShapeKind kind : bounded_convex)
+    for (int i = 0; i < 60; ++i) {
+      const Shape convex = random_shape(kind, r);
+      const double far = i % 5 == 0 ? 1e5 : 0.0;
+      const Pose pose_mesh{r.rotation(), Vec3(far, 0, -far)};
+      const Pose pose_convex{r.rotation(), pose_mesh.translation + r.in(0, 4) * r.direction()};
+      const double gap = test_hull(mesh, pose_mesh, convex, pose_convex);
+      const PairAnswer answer = exact.solve(mesh, pose_mesh, convex, pose_convex, Request::distance);
+      CAPTURE(kind, i, gap);
+      REQUIRE(gap >= 0);
+      ++pairs;
+      if (gap == 0) continue;
+      ++apart;
+      REQUIRE(answer.signed_distance >= gap);
+      near += gap < 0.1 ? 1 : 0;
+      CHECK(!exact.solve(mesh, pose_mesh, convex, pose_convex, Request::collide).collide);
+    }
+  CHECK(apart > pairs / 4);
+  CHECK(near > 5);
+}

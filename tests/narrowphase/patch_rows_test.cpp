@@ -63,7 +63,9 @@ TEST_CASE("farthest of points along several directions: the first of equals") {
     DirectionRows rows{};
     for (std::size_t k = 0; k < 9; ++k)
       for (auto& axis : rows.direction) axis[k] = random.below(5) - 2;
-    find_farthest(rows, 9, points.data(), 4, count);
+    const std::size_t some = std::min<std::size_t>(count, 7);
+    find_farthest(rows, 9, points.data(), 4, 0, some);
+    find_farthest(rows, 9, points.data(), 4, some, count);
     for (std::size_t k = 0; k < 9; ++k) {
       std::vector<double> along;
       for (std::size_t i = 0; i < count; ++i) {

@@ -5,8 +5,12 @@
 #include <thread>
 
 #include "catch.h"
+#include "manifold/patch_collector.h"
 #include "mesh_samples.h"
+#include "meshes/traversal/point_queries.h"
+#include "random.h"
 #include "shapes/lazily.h"
+#include "shapes/metered_sort.h"
 #include "shapes/shape_insides.h"
 #include "shapes/support_map.h"
 #include "shapes/work_meter.h"
@@ -139,6 +143,44 @@ TEST_CASE("work limit: a look comes after no more than some hundred nodes or tri
   const std::size_t found = narrow.intersecting_triangles(pair.a, pair.at_a, pair.b, pair.at_b).size();
   REQUIRE(found > 500);
   CHECK(looks > static_cast<long>(found / 256));
+}
+
+TEST_CASE("work limit: long sorts, wide patches and searches by a point look at it") {
+  constexpr int most_between = 65 * 16;  // comparisons
+  int looks = 0, since = 0, most = 0;
+  WorkLimit limit;
+  limit.deadline = std::chrono::steady_clock::now() + std::chrono::hours(24);
+  limit.ended = [&] {
+    most = std::max(most, since);
+    return since = 0, ++looks, false;
+  };
+  reference::Random random(8);
+  std::vector<double> numbers(20'000);
+  for (double& x : numbers) x = random.in(0, 1);
+  WorkMeter meter(&limit);
+  sort_metered(meter, numbers.begin(), numbers.end(), [&](double x, double y) { return ++since, x < y; });
+  CHECK(std::is_sorted(numbers.begin(), numbers.end()));
+  CHECK(looks > 100);
+  CHECK(most <= most_between);
+
+  std::vector<Contact> contacts, plain;
+  for (int i = 0; i < 5000; ++i)
+    contacts.push_back({Vec3(random.in(0, 1), random.in(0, 1), 0), Vec3::UnitZ(), random.in(0, 1), 0});
+  plain = contacts;
+  looks = 0;
+  keep_widest(contacts, 0, 1, &meter);
+  CHECK(looks > 20);
+  keep_widest(plain, 0, 1);
+  REQUIRE(contacts.size() == plain.size());
+  for (std::size_t i = 0; i < plain.size(); ++i) CHECK(contacts[i].point == plain[i].point);
+
+  const Shape ring{torus(1, 0.4, 120, 60)};
+  looks = 0;
+  nearest_point(mesh_of(ring), Vec3(0.01, 0.02, 0.03), &limit);  // all of its inner side is about as near
+  CHECK(looks > 10);
+  looks = 0;
+  first_crossing(mesh_of(ring), Vec3(1, 0, 0), Vec3::UnitX(), &limit);
+  CHECK(looks > 0);
 }
 
 TEST_CASE("work limit: a stop that another thread requests within a pair ends it") {

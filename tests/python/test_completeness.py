@@ -84,6 +84,7 @@ ELSEWHERE = {
     "NarrowPhase": "distance",
     "visit_triangles": "near_triangles",
     "visit_near_features": "near_features",
+    "prepare": "Shape",
     "ContinuousMotion": "limit_motion",
     "PairTable": "SceneQueries",
     "BoxArray": "BoxQueries",

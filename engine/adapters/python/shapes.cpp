@@ -6,6 +6,7 @@
 #include "arrays.h"
 #include "bindings.h"
 #include "names.h"
+#include "tandem/narrowphase/prepare.h"
 #include "tandem/narrowphase/shape.h"
 #include "tandem/narrowphase/shape_memory.h"
 
@@ -68,6 +69,9 @@ void bind_shape_class(py::module_& module) {
             return to_array(std::array{b.lo, b.hi});
           },
           py::arg("pose") = py::none(), "(2, 3): least and largest corner of the smallest box around it, world axes.")
+      .def(
+          "prepare", [](const Shape& s) { prepare(s); }, py::call_guard<py::gil_scoped_release>(),
+          "Makes now what queries of a mesh make when they first need it, such as its hull.")
       .def("__repr__", &described);
 }
 

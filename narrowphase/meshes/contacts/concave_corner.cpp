@@ -17,8 +17,8 @@ void keep_on_both(const PosedMeshes& m, const PatchPoints& points, std::size_t f
   const double size = (m.a.half + m.b.half).norm();
   WorkMeter meter(m.limit);
   const auto is_near = [&](const Contact& c, std::span<const Facet> facets) {
-    meter.spend(static_cast<int>(facets.size()));
     return std::any_of(facets.begin(), facets.end(), [&](const Facet& f) {
+      meter.spend();
       const TriangleView triangle(f.p);
       return point_distance(triangle, c.point).signed_distance <= c.depth / 2 + tolerance::in_plane * size;
     });

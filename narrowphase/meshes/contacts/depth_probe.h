@@ -38,10 +38,12 @@ class DepthProbe {
     }
   }
 
-  double operator()(const Candidate& c) const {
+  double operator()(const Candidate& c, WorkMeter& meter) const {
     const double x = u_.dot(c.point), y = v_.dot(c.point), z = n_.dot(c.point);
     double nearest = std::numeric_limits<double>::infinity();
+    std::size_t tried = 0;
     for (const Flat& f : flats_[c.of_a ? 0 : 1]) {
+      if (tried++ % 32 == 0) meter.spend();
       if (!(x >= f.low_x && x <= f.high_x && y >= f.low_y && y <= f.high_y)) continue;
       const double ax = f.x[1] - f.x[0], ay = f.y[1] - f.y[0], bx = f.x[2] - f.x[0], by = f.y[2] - f.y[0];
       const double det = ax * by - ay * bx;

@@ -64,7 +64,7 @@ PatchNormal normal_of(const PosedMeshes& m, const Patch& patch, const Facets& fa
       (area.norm() > least * length * length || area.norm() > ample * noise_of(m, patch, crossings)))
     return {unit(area), true, area};
   for (const bool of_a : {true, false})
-    for (const Facet& f : facets[of_a ? 1 : 0]) sides += f.n;
+    for (const Facet& f : facets[of_a ? 1 : 0]) meter.spend(), sides += f.n;
   return {sides.norm() > tolerance::flush ? Vec3(sides.normalized()) : Vec3(Vec3::Zero()), false, area};
 }
 

@@ -13,8 +13,9 @@ namespace {
 
 // The candidates, all of one mesh, farthest out in eight directions along the patch, and the farthest beyond it: of
 // those that are as far but for `slack` the farthest along the patch's u.
-void choose(std::span<const Candidate> all, const Vec3& n, const Vec3& u, const Vec3& v, double slack,
+void choose(std::span<const Candidate> all, const Vec3& n, const Vec3& u, const Vec3& v, double slack, WorkMeter& meter,
             List<Candidate>& chosen) {
+  constexpr std::size_t at_once = 256;
   constexpr double lean = tolerance::tie_lean;
   if (all.empty()) return;
   const Vec3 beyond = all.front().of_a ? n : Vec3(-n);
@@ -24,7 +25,11 @@ void choose(std::span<const Candidate> all, const Vec3& n, const Vec3& u, const 
     for (std::size_t axis = 0; axis < 3; ++axis)
       rows.direction[axis][k] = directions[k][static_cast<Eigen::Index>(axis)];
   static_assert(sizeof(Candidate) % sizeof(double) == 0);
-  find_farthest(rows, directions.size(), all.front().point.data(), sizeof(Candidate) / sizeof(double), all.size());
+  for (std::size_t first = 0; first < all.size(); first += at_once) {
+    meter.spend(at_once / 8);
+    find_farthest(rows, directions.size(), all.front().point.data(), sizeof(Candidate) / sizeof(double), first,
+                  std::min(all.size(), first + at_once));
+  }
   std::array<std::size_t, 10> best;
   for (std::size_t k = 0; k < best.size(); ++k) best[k] = static_cast<std::size_t>(rows.best[k]);
   if (beyond.dot(all[best[8]].point - all[best[9]].point) <= slack) best[8] = best[9];
@@ -42,9 +47,8 @@ void add_points(const PosedMeshes& m, const PatchPoints& points, const Vec3& n, 
   List<Candidate> chosen(memory);
   chosen.reserve(40);
   for (const std::size_t of_a : {std::size_t{1}, std::size_t{0}}) {
-    meter.spend(1 + static_cast<int>((points.vertices[of_a].size() + points.edges[of_a].size()) / 8));
-    choose(points.vertices[of_a], n, depth.u(), depth.v(), slack, chosen);
-    choose(points.edges[of_a], n, depth.u(), depth.v(), slack, chosen);
+    choose(points.vertices[of_a], n, depth.u(), depth.v(), slack, meter, chosen);
+    choose(points.edges[of_a], n, depth.u(), depth.v(), slack, meter, chosen);
   }
   const std::size_t first = contacts.size();
   double most = 0;
@@ -58,10 +62,9 @@ void add_points(const PosedMeshes& m, const PatchPoints& points, const Vec3& n, 
     else
       known->depth = std::max(known->depth, d);
   };
-  const int a_probe = 1 + static_cast<int>((points.facets[0].size() + points.facets[1].size()) / 32);
   for (const Candidate& c : chosen) {
-    meter.spend(a_probe);
-    if (const double d = depth(c); d >= 0) add(c.point - n * (c.of_a ? d / 2 : -d / 2), d, c.feature);
+    meter.spend();
+    if (const double d = depth(c, meter); d >= 0) add(c.point - n * (c.of_a ? d / 2 : -d / 2), d, c.feature);
   }
   const List<const RidgeSpan*> ridges[] = {farthest_spans(points.spans[0], -n, slack, memory),
                                            farthest_spans(points.spans[1], n, slack, memory)};
@@ -73,7 +76,7 @@ void add_points(const PosedMeshes& m, const PatchPoints& points, const Vec3& n, 
   const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
   contacts.erase(std::remove_if(begin, contacts.end(), [&](const Contact& c) { return c.depth < most / 4; }),
                  contacts.end());
-  keep_widest(contacts, first, size);
+  keep_widest(contacts, first, size, &meter);
 }
 
 }  // namespace tandem

@@ -79,6 +79,7 @@ class Touching {
   };
 
   static constexpr std::size_t most_points = 128;  // held against each other
+  static constexpr std::size_t at_once = 16;       // triangles or vertices between two that are counted as work
 
   // Those farthest out in sixteen directions along the contact's plane, the first among alike.
   void keep_outer(std::vector<Contact>& contacts, std::size_t first) const {
@@ -125,34 +126,42 @@ class Touching {
   // many triangles next to no direction is held against more than a few.
   void consider(const Vec3& n) {
     if (separable_ || n.norm() < 0.5 || blocks(faces_[blocking_], n)) return;
-    meter_.spend(1 + static_cast<int>(faces_.size() / 16));
-    for (std::size_t k = 0; k < faces_.size(); ++k)
+    for (std::size_t k = 0; k < faces_.size(); ++k) {
+      if (k % at_once == 0) meter_.spend(2);
       if (blocks(faces_[k], n)) {
         blocking_ = k;
         return;
       }
+    }
     n_ = n;
     separable_ = true;
   }
 
-  double deepest_along(const Vec3& n) const {
+  double deepest_along(const Vec3& n) {
     double most = 0;
-    for (const Faces& f : faces_) most = std::max(most, overlap(f, n));
+    for (std::size_t k = 0; k < faces_.size(); ++k) {
+      if (k % at_once == 0) meter_.spend(2);
+      most = std::max(most, overlap(faces_[k], n));
+    }
     return most;
   }
 
   struct Reach {
     double high, low;  // of A's hull, of B's
   };
-  Reach reach_of_hulls(const Vec3& n) const {
+  Reach reach_of_hulls(const Vec3& n) {
     Reach r{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
-    for (const std::uint32_t v : m_.a.extreme(m_.limit)) r.high = std::max(r.high, n.dot(m_.vertex(true, v)));
-    for (const std::uint32_t v : m_.b.extreme(m_.limit)) r.low = std::min(r.low, n.dot(m_.vertex(false, v)));
+    std::size_t seen = 0;
+    const auto count = [&] {
+      if (seen++ % at_once == 0) meter_.spend(2);
+    };
+    for (const std::uint32_t v : m_.a.extreme(m_.limit)) count(), r.high = std::max(r.high, n.dot(m_.vertex(true, v)));
+    for (const std::uint32_t v : m_.b.extreme(m_.limit)) count(), r.low = std::min(r.low, n.dot(m_.vertex(false, v)));
     return r;
   }
 
   // Of what the boxes share, midway between the hulls' surfaces.
-  Vec3 middle() const {
+  Vec3 middle() {
     const Vec3 centre_b = m_.frame.in_a(m_.b.centre), half_b = m_.frame.map().cwiseAbs() * m_.b.half;
     const Vec3 p = 0.5 * ((m_.a.centre - m_.a.half).cwiseMax(centre_b - half_b) +
                           (m_.a.centre + m_.a.half).cwiseMin(centre_b + half_b));
@@ -161,7 +170,10 @@ class Touching {
   }
 
   void find_separating_direction() {
-    for (const Faces& f : faces_) sides_ += f.normal_a - f.normal_b;
+    for (std::size_t k = 0; k < faces_.size(); ++k) {
+      if (k % at_once == 0) meter_.spend();
+      sides_ += faces_[k].normal_a - faces_[k].normal_b;
+    }
     sides_ = sides_.stableNormalized();
     if (!faces_.empty()) consider(sides_);
     for (std::size_t k = 0; k < faces_.size() && !separable_; ++k) {

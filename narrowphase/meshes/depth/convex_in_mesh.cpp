@@ -6,7 +6,6 @@
 #include "meshes/traversal/coplanar_region.h"
 #include "meshes/traversal/point_in_mesh.h"
 #include "meshes/traversal/point_queries.h"
-#include "shapes/work_meter.h"
 
 namespace tandem {
 namespace {
@@ -53,7 +52,8 @@ double ConvexInMesh::free_length(const Vec3& d, const Separation& known) const {
     if (next == -infinity) {
       if (there.inside()) {
         // What of the convex shape lies behind its centre has to cross, too.
-        next = first_crossing(pair_.model(), there.in_mesh(there.centre()), d) + pair_.exit_length(pair_.centre(), -d);
+        next = first_crossing(pair_.model(), there.in_mesh(there.centre()), d, pair_.options().limit) +
+               pair_.exit_length(pair_.centre(), -d);
       } else {
         if (leads_on(length, d)) return length;
         next = tolerance::alike * size;
@@ -151,7 +151,7 @@ bool ConvexInMesh::chord_constraint(const MeshConvexPair& there, std::uint32_t t
 // inside.
 ConvexInMesh::DeepPoint ConvexInMesh::deep_point(const Vec3& p, double ball, bool leads_out) const {
   const Vec3 in_mesh = pair_.in_mesh(p);
-  const SurfacePoint near = nearest_point(pair_.model(), in_mesh);
+  const SurfacePoint near = nearest_point(pair_.model(), in_mesh, pair_.options().limit);
   const Vec3 out = near.distance > 0 ? unit(near.at - in_mesh, near.distance) : Vec3::Zero();
   if (leads_out && is_inside(pair_.model(), in_mesh, pair_.options().limit)) return {ball + near.distance, out};
   return {ball - near.distance, -out};
@@ -166,7 +166,7 @@ bool ConvexInMesh::leads_out(double length, const Vec3& normal) const {
   if (!model.closed || !std::isfinite(length)) return false;
   for (const Vec3& p : {pair_.centre(), pair_.support(normal)}) {
     const Vec3 in_mesh = pair_.in_mesh(p);
-    if (nearest_point(model, in_mesh).distance > length + pair_.translation_slack() &&
+    if (nearest_point(model, in_mesh, pair_.options().limit).distance > length + pair_.translation_slack() &&
         !is_inside(model, in_mesh, pair_.options().limit))
       return true;
   }
@@ -178,11 +178,8 @@ Vec3 ConvexInMesh::raise_by_deep_points(const Vec3& normal, Separation& known) c
   const ConvexView& convex = pair_.convex();
   const Mat3& turn = pair_.turn();
   const bool out = leads_out(known.length, normal);
-  WorkMeter meter(pair_.options().limit);
-  constexpr int of_point = 128;  // the nearest of all triangles, where many are about as near
   DeepPoint deepest = deep_point(pair_.centre(), core_radius(convex) + core_inner_radius(convex), out);
   const auto consider = [&](const Vec3& p, double ball) {
-    meter.spend(of_point);
     if (const DeepPoint here = deep_point(p, ball, out); here.depth > deepest.depth) deepest = here;
   };
   if (convex.kind != ShapeKind::sphere) consider(pair_.support(-normal), 0);

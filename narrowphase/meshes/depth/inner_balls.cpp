@@ -76,7 +76,7 @@ DepthField::DepthField(const Posed& mesh, double slack, const WorkLimit* limit)
 DepthAt DepthField::at(const Vec3& place) const {
   WorkMeter(limit_).spend();
   const Vec3 p = inverse_ * (place - pose_.translation);
-  const SurfacePoint near = nearest_point(mesh_, p);
+  const SurfacePoint near = nearest_point(mesh_, p, limit_);
   // On the surface exact arithmetic would say so at length.
   const bool inside = mesh_.solid && near.distance > slack_ && is_inside(mesh_, p, limit_);
   const Vec3 away = unit(pose_.rotation * (p - near.at));

@@ -1,5 +1,6 @@
 #include "meshes/traversal/mesh_convex_pair.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -40,12 +41,15 @@ MeshConvexPair MeshConvexPair::placed(const Pose& convex_pose) const {
 }
 
 BoxQuery MeshConvexPair::query() const {
+  // A triangle with a hull takes the longer the more vertices that has.
+  const int a_visit = 16 + static_cast<int>(std::min<std::size_t>(view_.vertices.size(), 1024) / 16);
   if (radius_ > 0) {
     const Vec3 half(0, 0, own_half_.z() - radius_), along = (turn_.rotation * half).cwiseAbs();
-    return {model_, {shift_ - along, shift_ + along}, shift_, half, turn_.rotation, radius_, options_.limit};
+    return {model_, {shift_ - along, shift_ + along}, shift_, half, turn_.rotation, radius_, options_.limit, a_visit};
   }
-  return {model_,        {aligned_.lo + shift_, aligned_.hi + shift_}, mid_ + shift_, own_half_, turn_.rotation, 0,
-          options_.limit};
+  return {
+      model_, {aligned_.lo + shift_, aligned_.hi + shift_}, mid_ + shift_, own_half_, turn_.rotation, 0, options_.limit,
+      a_visit};
 }
 
 PairAnswer MeshConvexPair::solve(const Corners& p, Request request) const {

@@ -27,7 +27,7 @@ void segments_nearest(const Vec3& p, const Vec3& d, const Vec3& q, const Vec3& e
   const auto along = [](double over, double under) { return under > 0 ? std::clamp(over / under, 0.0, 1.0) : 0.0; };
   const auto take = [&](double s, double t) {
     const Vec3 x = p + s * d, y = q + t * e;
-    best.take((x - y).norm(), x, y);
+    best.take(x, y);
   };
   const double det = dd * ee - b * b;
   const double s = along(b * f - c * ee, det), t = along(b * s + f, ee);
@@ -61,7 +61,7 @@ void vertex_nearest(const Vec3& v, const TriangleFrame& t, bool v_of_a, Nearest&
   const double up = r.dot(t.height) / t.height2, along = (r - up * t.slant).dot(t.side) / t.side2;
   if (!(up >= 0 && along >= 0 && up + along <= 1)) return;
   const Vec3 foot = t.from + up * t.slant + along * t.side;
-  v_of_a ? best.take((v - foot).norm(), v, foot) : best.take((v - foot).norm(), foot, v);
+  v_of_a ? best.take(v, foot) : best.take(foot, v);
 }
 
 // The middle of a box, in the mesh's units.
@@ -125,7 +125,7 @@ Nearest NearestSearch::operator()(double cutoff) {
       solve(leaf_triangle(a_, at.a), leaf_triangle(b_, at.b));
       continue;
     }
-    const Children children = bounds_of_children(at);
+    const Children children = bounds_of_children(at, best_.distance);
     const bool down_a = children.of_a;
     const MeshModel& mesh = down_a ? a_ : b_;
     const MeshNode& node = mesh.nodes[children.node];
@@ -155,14 +155,15 @@ bool NearestSearch::goes_down_a(const Item& at) const {
          (!is_leaf(a_, at.a) && BoxOf(a_, at.a).half.squaredNorm() >= BoxOf(b_, at.b).half.squaredNorm());
 }
 
-NearestSearch::Children NearestSearch::bounds_of_children(const Item& at) const {
+NearestSearch::Children NearestSearch::bounds_of_children(const Item& at, double within) {
   const bool down_a = goes_down_a(at);
   const MeshModel& mesh = down_a ? a_ : b_;
-  const NearVolume volume = down_a ? b_by_a_.volume(at.b) : a_by_b_.volume(at.a);
+  const NearVolume& volume = down_a ? seen_b_.at(at.b) : seen_a_.at(at.a);
   const Vec3 ahead = down_a ? Vec3(-normal_a_) : normal_b_;
   Children children{down_a, node_under(mesh, down_a ? at.a : at.b), {}, volume.aligned_mid};
-  bound_distances(volume, {ahead, volume.reach(ahead)}, mesh, mesh.nodes[children.node], children.bound);
   const double off = slack_ + bounds_off * mesh.unit;
+  const double enough = (within + off) / mesh.unit * (1 + 8 * epsilon);
+  bound_distances(volume, {ahead, volume.reach(ahead)}, mesh, mesh.nodes[children.node], enough, children.bound);
   for (double& bound : children.bound) bound = mesh.unit * bound - off;
   return children;
 }
@@ -210,7 +211,7 @@ bool NearestSearch::each_within(double within, const Meet& meet, const Visit& vi
       finish(share);
       continue;
     }
-    const Children children = bounds_of_children(at);
+    const Children children = bounds_of_children(at, within);
     const std::uint32_t lanes = (children.of_a ? a_ : b_).nodes[children.node].lanes();
     for (std::uint32_t k = lanes; k-- > 0;) {
       if (!(children.bound[k] <= within)) continue;

@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 
@@ -16,9 +17,16 @@ namespace tandem {
 struct Nearest {
   double distance = infinity;
   Vec3 on_a = Vec3::Zero(), on_b = Vec3::Zero();
-  void take(double d, const Vec3& p, const Vec3& q) {
-    if (d < distance) distance = d, on_a = p, on_b = q;
+  /// Roots are taken of what may be nearer alone: squares are rounded, by less than what they are widened by.
+  void take(const Vec3& p, const Vec3& q) {
+    const double square = (p - q).squaredNorm();
+    if (square > square_) return;
+    if (const double d = std::sqrt(square); d < distance)
+      distance = d, square_ = d * d * (1 + 8 * epsilon), on_a = p, on_b = q;
   }
+
+ private:
+  double square_ = infinity;
 };
 
 /// Takes the nearest points of two triangles that do not meet.
@@ -51,19 +59,32 @@ class NearestSearch {
   void solve(std::uint32_t triangle_a, std::uint32_t triangle_b);
   /// The triangles in world axes about A's translation.
   std::array<Corners, 2> placed(std::uint32_t triangle_a, std::uint32_t triangle_b) const;
-  /// Lower bounds (metres) for the children of the larger of two places; which of the two it is, and its node.
+  /// Lower bounds (metres) for the children of the larger of two places; which of the two it is, and its node. Of those
+  /// beyond `within` (metres) that is all that is known.
   struct Children {
     bool of_a;
     std::uint32_t node;
     std::array<double, mesh_lanes> bound;
     Vec3 aligned_mid;
   };
-  Children bounds_of_children(const Item& at) const;
+  Children bounds_of_children(const Item& at, double within);
+  /// Of one mesh as the other sees it; most places that follow one another have one of the two in common.
+  struct SeenVolume {
+    const MeshView& view;
+    std::uint32_t ref;
+    NearVolume volume;
+    explicit SeenVolume(const MeshView& v) : view(v), ref(whole), volume(v.volume(whole)) {}
+    const NearVolume& at(std::uint32_t place) {
+      if (place != ref) volume = view.volume(place), ref = place;
+      return volume;
+    }
+  };
 
   const MeshModel &a_, &b_;
   const Mat3 &turn_a_, &turn_b_;
   const Vec3 between_;
   const MeshView a_by_b_, b_by_a_;
+  SeenVolume seen_a_{a_by_b_}, seen_b_{b_by_a_};
   const double slack_;  ///< of the bounds, metres
   WorkMeter meter_;
   Nearest best_;

@@ -34,10 +34,11 @@ class BoxQuery {
  public:
   /// In the mesh's frame: `aligned` is a box along the mesh's axes, `mid`, `half` and the columns of `axes` (unit) one
   /// along its own; both hold the same thing.
-  /// `ball`: every point of the thing stands for a ball of this radius about it.
+  /// `ball`: every point of the thing stands for a ball of this radius about it. `a_visit`: units of work that a visit
+  /// of a triangle counts as.
   BoxQuery(const MeshModel& mesh, const Bounds& aligned, const Vec3& mid, const Vec3& half, const Mat3& axes,
-           double ball = 0, const WorkLimit* limit = nullptr)
-      : mesh_(mesh), ball_(ball), limit_(limit) {
+           double ball = 0, const WorkLimit* limit = nullptr, int a_visit = 16)
+      : mesh_(mesh), ball_(ball), limit_(limit), a_visit_(a_visit) {
     const Vec3 lo = (aligned.lo - mesh.centre) / mesh.unit, hi = (aligned.hi - mesh.centre) / mesh.unit;
     const Vec3 m = (mid - mesh.centre) / mesh.unit, h = half / mesh.unit;
     const double most =
@@ -76,7 +77,7 @@ class BoxQuery {
           stack[top++] = mesh_.boxes_of(n).child[k];
           continue;
         }
-        meter.spend(a_visit);
+        meter.spend(a_visit_);
         if (visit(mesh_.triangle_of(n, static_cast<std::uint32_t>(k)))) return;
       }
     }
@@ -101,7 +102,7 @@ class BoxQuery {
       if (e.gap2 > limit2) continue;
       meter.spend();
       if (e.triangle) {
-        meter.spend(a_visit);
+        meter.spend(a_visit_);
         limit2 = squared(visit(mesh_.order[e.at]));
         continue;
       }
@@ -123,7 +124,6 @@ class BoxQuery {
 
  private:
   static constexpr std::size_t stack_size = most_mesh_levels * mesh_lanes;
-  static constexpr int a_visit = 16;  // of a triangle: units of work, where it is solved
 
   float squared(double distance) const {
     const double d = (distance + ball_) / mesh_.unit * 1.00001;
@@ -139,6 +139,7 @@ class BoxQuery {
   const MeshModel& mesh_;
   double ball_;
   const WorkLimit* limit_;
+  int a_visit_;
   QueryBox box_;
   float pad_;
   bool blunt_;

@@ -125,7 +125,8 @@ HWY_INLINE Lane most(const NearTriangle& t, const Lane* u) {
 }
 
 template <class Shape, class Children>
-HWY_INLINE Lane bound(const Shape& shape, const NearVolume& volume, const NearPlane& plane, const Children& c) {
+HWY_INLINE Lane bound(const Shape& shape, const NearVolume& volume, const NearPlane& plane, double enough,
+                      const Children& c) {
   const Lane tiny = all(tolerance::never_zero_length);
   const auto along = [&](const Lane* direction) HWY_ATTR {
     return hn::Div(hn::Sub(c.least(direction), most(shape, direction)), hn::Max(length(direction), tiny));
@@ -138,18 +139,20 @@ HWY_INLINE Lane bound(const Shape& shape, const NearVolume& volume, const NearPl
     to_box[i] = hn::CopySign(positive(beyond), d);
   }
   const Lane u[3] = {all(plane.normal[0]), all(plane.normal[1]), all(plane.normal[2])};
+  const Lane quick = hn::Max(length(gap), hn::Sub(c.least(u), all(plane.top)));
+  if (hn::AllTrue(N(), hn::Gt(quick, all(enough)))) return quick;
   Lane direction[3];
   direction_to(shape, c.mid, direction);
-  return hn::Max(hn::Max(length(gap), hn::Sub(c.least(u), all(plane.top))), hn::Max(along(direction), along(to_box)));
+  return hn::Max(quick, hn::Max(along(direction), along(to_box)));
 }
 
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
 void bound_distances(const NearVolume& volume, const NearPlane& plane, const MeshModel& mesh, const MeshNode& node,
-                     double* least) {
+                     double enough, double* least) {
   const auto each = [&](const auto& shape) HWY_ATTR {
     for (std::size_t l = 0; l < mesh_lanes; l += hn::Lanes(N()))
-      hn::StoreU(node.bottom() ? bound(shape, volume, plane, Triangles(mesh, node, l))
-                               : bound(shape, volume, plane, Slabs(mesh, node, l)),
+      hn::StoreU(node.bottom() ? bound(shape, volume, plane, enough, Triangles(mesh, node, l))
+                               : bound(shape, volume, plane, enough, Slabs(mesh, node, l)),
                  N(), least + l);
   };
   if (const NearBox* box = std::get_if<NearBox>(&volume.shape))
@@ -161,7 +164,7 @@ void bound_distances(const NearVolume& volume, const NearPlane& plane, const Mes
 #else
 
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
-void bound_distances(const NearVolume&, const NearPlane&, const MeshModel&, const MeshNode&, double* least) {
+void bound_distances(const NearVolume&, const NearPlane&, const MeshModel&, const MeshNode&, double, double* least) {
   std::fill_n(least, mesh_lanes, -1.0);
 }
 
@@ -222,8 +225,8 @@ NearVolume MeshView::volume(std::uint32_t ref) const {
 }
 
 void bound_distances(const NearVolume& volume, const NearPlane& plane, const MeshModel& mesh, const MeshNode& node,
-                     std::array<double, mesh_lanes>& least) {
-  HWY_DYNAMIC_DISPATCH(bound_distances)(volume, plane, mesh, node, least.data());
+                     double enough, std::array<double, mesh_lanes>& least) {
+  HWY_DYNAMIC_DISPATCH(bound_distances)(volume, plane, mesh, node, enough, least.data());
 }
 }  // namespace tandem
 #endif

@@ -49,9 +49,10 @@ struct NearPlane {
 };
 
 /// Lower bounds on how far from the volume the children of the node are, a lane each, boxes or triangles; in the units
-/// of the mesh, and too large by at most `bounds_off` of them. Those of lanes that are not in use are any.
+/// of the mesh, and too large by at most `bounds_off` of them. Those of lanes that are not in use are any. What is
+/// beyond `enough` is not looked at further: its bound need not be the best one.
 inline constexpr double bounds_off = tolerance::distance_of_floats;
 void bound_distances(const NearVolume& volume, const NearPlane& plane, const MeshModel& mesh, const MeshNode& node,
-                     std::array<double, mesh_lanes>& least);
+                     double enough, std::array<double, mesh_lanes>& least);
 
 }  // namespace tandem

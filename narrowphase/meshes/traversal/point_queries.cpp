@@ -9,14 +9,15 @@
 
 namespace tandem {
 
-SurfacePoint nearest_point(const MeshModel& mesh, const Vec3& p) {
+SurfacePoint nearest_point(const MeshModel& mesh, const Vec3& p, const WorkLimit* limit) {
   SurfacePoint best{std::numeric_limits<double>::infinity(), p};
-  BoxQuery(mesh, {p, p}, p, Vec3::Zero(), Mat3::Identity()).nearest_first(best.distance, [&](std::uint32_t t) {
-    const auto c = mesh.corners(t);
-    const PointDistance d = point_distance(TriangleView(c), p);
-    if (d.signed_distance < best.distance) best = {d.signed_distance, d.nearest};
-    return best.distance;
-  });
+  BoxQuery(mesh, {p, p}, p, Vec3::Zero(), Mat3::Identity(), 0, limit)
+      .nearest_first(best.distance, [&](std::uint32_t t) {
+        const auto c = mesh.corners(t);
+        const PointDistance d = point_distance(TriangleView(c), p);
+        if (d.signed_distance < best.distance) best = {d.signed_distance, d.nearest};
+        return best.distance;
+      });
   return best;
 }
 
@@ -37,13 +38,13 @@ std::uint32_t nearest_triangle(const MeshModel& mesh, const Vec3& p, const Vec3&
   return best;
 }
 
-double first_crossing(const MeshModel& mesh, const Vec3& p, const Vec3& d) {
+double first_crossing(const MeshModel& mesh, const Vec3& p, const Vec3& d, const WorkLimit* limit) {
   double first = std::numeric_limits<double>::infinity();
   const double reach = 4 * (mesh.half.norm() + (p - mesh.centre).norm());
   const Vec3 end = p + reach * d, u = d.unitOrthogonal();
   Mat3 axes;
   axes << d, u, d.cross(u);
-  const BoxQuery query(mesh, {p.cwiseMin(end), p.cwiseMax(end)}, (p + end) / 2, Vec3(reach / 2, 0, 0), axes);
+  const BoxQuery query(mesh, {p.cwiseMin(end), p.cwiseMax(end)}, (p + end) / 2, Vec3(reach / 2, 0, 0), axes, 0, limit);
   query.each_near(0, [&](std::uint32_t t) {
     // Moeller and Trumbore, Fast, minimum storage ray-triangle intersection, 1997; edges belong to both sides.
     const auto c = mesh.corners(t);

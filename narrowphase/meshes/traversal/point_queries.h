@@ -11,13 +11,13 @@ struct SurfacePoint {
   double distance;
   Vec3 at;
 };
-SurfacePoint nearest_point(const MeshModel& mesh, const Vec3& p);
+SurfacePoint nearest_point(const MeshModel& mesh, const Vec3& p, const WorkLimit* limit = nullptr);
 
 /// The triangle nearest to p; of those equally near to rounding the one that faces `outward` most (of a surface that is
 /// not solid, with either side), then the first. In the mesh's frame.
 std::uint32_t nearest_triangle(const MeshModel& mesh, const Vec3& p, const Vec3& outward);
 
 /// Distance of the first crossing along d (unit) from p, infinity if there is none; in the mesh's frame.
-double first_crossing(const MeshModel& mesh, const Vec3& p, const Vec3& d);
+double first_crossing(const MeshModel& mesh, const Vec3& p, const Vec3& d, const WorkLimit* limit = nullptr);
 
 }  // namespace tandem

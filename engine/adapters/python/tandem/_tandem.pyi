@@ -590,6 +590,8 @@ class Shape:
         """The same by parts: surface, adjacency, hierarchy, hull, other."""
     def bounds(self, pose: PoseLike = None) -> NDArray[np.float64]:
         """(2, 3): least and largest corner of the smallest box around it, world axes."""
+    def prepare(self) -> None:
+        """Makes now what queries of a mesh make when they first need it, such as its hull."""
 
 class StepReport:
     """What one step found and did; times in ms."""

@@ -1,0 +1,17 @@
+#include "tandem/narrowphase/prepare.h"
+
+#include "shapes/mesh_model.h"
+#include "shapes/shape_insides.h"
+
+namespace tandem {
+
+void prepare(const Shape& shape, const WorkLimit* limit) {
+  if (shape.kind() != ShapeKind::mesh || mesh_of(shape).bends) return;
+  const MeshModel& mesh = mesh_of(shape);
+  mesh.hull(limit);
+  mesh.own_hull(limit);
+  mesh.components(limit);
+  mesh.normal_cones(limit);
+}
+
+}  // namespace tandem
