@@ -176,7 +176,7 @@ class Calls(unittest.TestCase):
                 lambda: queries.check([BALL, None], at),
                 "check: links: a sequence whose item 1 is None, expected: sequence of Shape",
             ),
-            (lambda: queries.check([BALL], [at], continuous=2.5), "check: continuous: float 2.5, expected: bool"),
+            (lambda: queries.check([BALL], [at], continuous="no"), "check: continuous: str 'no', expected: bool"),
             (
                 lambda: queries.collides(BALL, mask=-1),
                 "collides: a number out of range or a value that does not fit, expected: shape: Shape, pose: object, margin: "

@@ -64,7 +64,7 @@ def fits(value: object, expected: str) -> bool:
     if kind == "int":
         return hasattr(value, "__index__")
     if kind == "bool":
-        return isinstance(value, (bool, np.bool_)) or value is None
+        return hasattr(type(value), "__bool__")
     if kind == "str":
         return isinstance(value, (str, bytes))
     from . import _tandem
@@ -117,12 +117,12 @@ def explained(text: str, given: tuple[Any, ...], named: Mapping[str, Any]) -> st
     called = text.partition("(")[0]
     complaints = []
     for line in text.split("\n"):
-        match = re.match(r"    \d+\. ([\w.]+)\((.*)\)(?: -> .*)?$", line)
+        match = re.match(r"    \d+\. ([\w.]*)\((.*)\)(?: -> .*)?$", line)
         if not match:
             continue
         known = signature(match.group(2))
-        is_made = match.group(1) != called  # a class's own, without self
-        if is_made and called == "__init__":
+        is_made = match.group(1) != ""  # an object of a class: no self is named
+        if is_made:
             called = match.group(1).rpartition(".")[2]
         complaints.append(complaint(known, given[1:] if is_made else given, named))
     if not complaints:
