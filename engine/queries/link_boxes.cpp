@@ -32,24 +32,27 @@ HWY_INLINE V set(double x) { return hn::Set(Floats(), static_cast<float>(x)); }
 bool copy_numbers(const PoseList& poses, std::size_t links, std::size_t count, PoseNumbers* numbers) {
   const hn::CappedTag<double, 4> d;
   const hn::Rebind<float, decltype(d)> f;
-  const std::size_t lanes = hn::Lanes(Floats());
-  for (std::size_t link = 0; link < links; ++link) numbers[link].by_rows = poses.are_matrices();
-  bool valid = true;
-  for (std::size_t k = 0, i = 0; k < count; ++k) {
+  const std::size_t lanes = hn::Lanes(Floats()), stride = poses.stride(), ahead = poses_ahead * stride;
+  HWY_ALIGN constexpr double last_row[4] = {0, 0, 0, 1};
+  const bool by_rows = poses.are_matrices();
+  for (std::size_t link = 0; link < links; ++link) numbers[link].by_rows = by_rows;
+  const double *pose = poses.numbers(0), *end = poses.numbers(poses.size());
+  auto right = hn::Eq(hn::Zero(d), hn::Zero(d));
+  for (std::size_t k = 0; k < count; ++k) {
     const std::size_t in_vector = k % lanes;
     const std::size_t to = (k - in_vector + in_vector % 4 * lanes / 4) * 4 + in_vector / 4 * 4;
-    for (std::size_t link = 0; link < links; ++link, ++i) {
-      const double* pose = poses.numbers(i);
-      if (poses.size() - i > poses_ahead) {
-        hwy::Prefetch(poses.numbers(i + poses_ahead));
-        hwy::Prefetch(poses.numbers(i + poses_ahead) + 9);
+    for (std::size_t link = 0; link < links; ++link, pose += stride) {
+      if (end - pose > static_cast<std::ptrdiff_t>(ahead)) {
+        hwy::Prefetch(pose + ahead);
+        hwy::Prefetch(pose + ahead + 9);
       }
       for (std::size_t n = 0; n < 12; n += hn::Lanes(d))
         hn::StoreU(hn::DemoteTo(f, hn::LoadU(d, pose + n)), f, &numbers[link].groups[n / 4][to + n % 4]);
-      valid = valid & poses.has_last_row(i);
+      for (std::size_t n = 0; by_rows && n < 4; n += hn::Lanes(d))
+        right = hn::And(right, hn::Eq(hn::LoadU(d, pose + 12 + n), hn::Load(d, last_row + n)));
     }
   }
-  return valid;
+  return hn::AllTrue(d, right);
 }
 
 // Four vectors of blocks of four, turned into columns.

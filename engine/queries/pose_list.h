@@ -31,7 +31,8 @@ class PoseList {
   std::size_t size() const { return size_; }
   /// Whether numbers are rows of [rotation | translation] and a fourth row, not columns and the translation.
   bool are_matrices() const { return matrices_; }
-  const double* numbers(std::size_t i) const { return numbers_ + i * (matrices_ ? 16 : 12); }
+  const double* numbers(std::size_t i) const { return numbers_ + i * stride(); }
+  std::size_t stride() const { return matrices_ ? 16 : 12; }
   Pose operator[](std::size_t i) const {
     Pose pose;
     const double* from = numbers(i);
