@@ -26,7 +26,7 @@ g++ main.cpp -o "$work"/by_pkg_config $(pkg-config --cflags --libs tandem)
 "$work"/by_pkg_config
 tandem run cubes-on-plane --steps 5
 for x in 0 0.5; do # two tetrahedra that intersect
-  printf 'v %s 0 0\nv 1 1 0\nv 1 0 1\nv 1.5 0 0\nf 1 2 3\nf 1 3 4\nf 1 4 2\nf 2 4 3\n' "$x" >"$work/part-$x.obj"
+  printf 'v %s 0 0\nv 1 1 0\nv 1 0 1\nv 1.5 0 0\nf 1 3 2\nf 1 4 3\nf 1 2 4\nf 2 3 4\n' "$x" >"$work/part-$x.obj"
 done
 tandem clash "$work"/part-0.obj "$work"/part-0.5.obj --report "$work"/clashes.html | tee "$work"/clashes.txt
 grep -q '^1 of 1 pairs' "$work"/clashes.txt
