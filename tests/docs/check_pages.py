@@ -90,6 +90,7 @@ def check_blocks(root):
         taken = {
             "cpp": 1 if in_guide else len(re.findall(r"^ *page_(?:example|fragment)\(" + re.escape(name), lists, re.M)),
             "text": 1 if in_guide else 0,  # what the program before it prints
+            "log": len(kinds) if name == "docs/first-ten-minutes.md" else 0,  # of a run: nothing to run
             "python": len(kinds) if name in ("README.md", "docs/python.md") else 0,  # tests/python/test_docs.py
             "json": len(kinds) if name == "docs/scene-format.md" else 0,  # tests/engine/scene_file_test.cpp
             "cmake": len(re.findall(r"^ *page_project\(" + re.escape(name), run, re.M)),
