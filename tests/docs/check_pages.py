@@ -106,7 +106,7 @@ def check_blocks(root):
 def commands_of(block):
     """The words of each command, without comments and what its output is piped to."""
     for line in re.sub(r"\\\n", " ", block).splitlines():
-        words = shlex.split(line, comments=True)
+        words = shlex.split(line.replace(";", " ; "), comments=True)
         while words:
             end = next((i for i, word in enumerate(words) if word in ("&&", "|", ";")), len(words))
             if words[:end]:
@@ -161,8 +161,12 @@ class Commands:
 
     def wrong(self, words):
         name = pathlib.PurePath(words[0]).name
-        if words[0] == "sudo":
-            yield from self.wrong(words[1:])
+        if words[0] == "sudo" or re.match(r"[A-Za-z_]+=", words[0]):
+            if words[1:]:
+                yield from self.wrong(words[1:])
+        elif words[0] == "python3":
+            if not (self.root / words[1]).exists():
+                yield f"python3: {words[1]}: no such file"
         elif words[0] == "mpirun":
             yield from self.wrong(words[3:] if words[1] == "-n" else words[1:])
         elif name in self.programs:
@@ -180,7 +184,7 @@ class Commands:
         elif "/" in words[0]:
             if not (self.root / words[0]).exists():
                 yield f"{words[0]}: no such file"
-        elif words[0] not in ("g++", "echo", "mkdir", "for", "done", "python3", "pip", "cd", "git") and "=" not in words[0]:
+        elif words[0] not in ("g++", "echo", "mkdir", "for", "do", "done", "case", "esac", "pip", "cd", "git"):
             yield f"{words[0]}: a command that this test does not know"
 
 

@@ -11,9 +11,11 @@ endfunction()
 # is built where `build` is ON.
 function(page_project page number)
   file(READ ${SOURCE}/${page} text)
+  string(REPLACE ";" "<semicolon>" text "${text}")  # blocks become a list
   string(REGEX MATCHALL "```cmake\n[^`]*```" blocks "${text}")
   list(GET blocks ${number} block)
   string(REGEX REPLACE "```(cmake\n)?" "" block "${block}")
+  string(REPLACE "<semicolon>" ";" block "${block}")
   string(MAKE_C_IDENTIFIER "${page}_${number}" name)
   file(WRITE ${work}/${name}/main.cpp "int main() {}\n")
   file(WRITE ${work}/${name}/CMakeLists.txt
