@@ -4,7 +4,7 @@ set(TANDEM_DOCS_FOLDER ${CMAKE_BINARY_DIR}/docs)
 set(includes broadphase narrowphase flowgraph engine engine/formats engine/adapters/fcl engine/adapters/mpi)
 list(TRANSFORM includes PREPEND ${PROJECT_SOURCE_DIR}/)
 list(TRANSFORM includes APPEND /include)
-set(pages guide guide.md python.md from-fcl.md scene-format.md record-format.md result-format.md install.md clash.md
+set(pages guide guide.md python.md from-fcl.md scene-format.md record-format.md result-format.md install.md first-ten-minutes.md clash.md
   clearance.md continuous.md deformable.md depth.md inspect.md solvers.md mpi.md)
 list(TRANSFORM pages PREPEND ${PROJECT_SOURCE_DIR}/docs/)
 list(JOIN includes " " TANDEM_DOCS_INCLUDES)

@@ -31,32 +31,32 @@ file(WRITE ${control}/shlibs "libtandem ${PROJECT_VERSION_MAJOR} libtandem${PROJ
 file(WRITE ${control}/triggers "activate-noawait ldconfig\n")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_CONTROL_EXTRA ${control}/shlibs ${control}/triggers)
 set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "collision detection on many cores (shared library)
- Broad and narrow phase run at once as a task graph of oneTBB; answers are the same bits
- on any number of threads.")
+ Broad and narrow phase run at once as a task graph of oneTBB; answers are the
+ same bits on any number of threads.")
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libtandem-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libtandem${PROJECT_VERSION_MAJOR} (= ${PROJECT_VERSION}), libtbb-dev, libeigen3-dev, libhwy-dev, libqhull-dev")
 set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS "libfcl-dev, libccd-dev")
 set(CPACK_COMPONENT_DEV_DESCRIPTION "collision detection on many cores (headers and static libraries)
- For programs that use tandem by CMake's find_package(tandem) or pkg-config. The component
- fcl, for programs written for FCL, needs libfcl-dev.")
+ For programs that use tandem by CMake's find_package(tandem) or pkg-config.
+ The component fcl, for programs written for FCL, needs libfcl-dev.")
 set(CPACK_DEBIAN_TOOLS_PACKAGE_NAME tandem-tools)
 set(CPACK_DEBIAN_TOOLS_PACKAGE_SECTION science)
 set(CPACK_COMPONENT_TOOLS_DESCRIPTION "collision detection on many cores (programs)
- tandem runs scenes, answers pairs of shapes and finds clashes; tandem-bench measures,
- compares with other libraries, and writes reports as pages.")
+ tandem runs scenes, answers pairs of shapes and finds clashes; tandem-bench
+ measures, compares with other libraries, and writes reports as pages.")
 set(CPACK_DEBIAN_MPI_PACKAGE_NAME tandem-mpi)
 set(CPACK_DEBIAN_MPI_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_MPI_PACKAGE_DEPENDS "openmpi-bin")  # mpirun
 set(CPACK_COMPONENT_MPI_DESCRIPTION "collision detection on many cores (program for many machines)
- tandem-mpi runs one scene on any number of MPI ranks; contacts and motion are the same
- bits as on one.")
+ tandem-mpi runs one scene on any number of MPI ranks; contacts and motion are
+ the same bits as on one.")
 set(CPACK_DEBIAN_MPIDEV_PACKAGE_NAME libtandem-mpi-dev)
 set(CPACK_DEBIAN_MPIDEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_MPIDEV_PACKAGE_DEPENDS "libtandem-dev (= ${PROJECT_VERSION}), libopenmpi-dev, libtrilinos-zoltan-dev")
 set(CPACK_COMPONENT_MPIDEV_DESCRIPTION "collision detection on many cores (headers and library for MPI)
- For programs that use tandem on the ranks of MPI: find_package(tandem COMPONENTS mpi),
- tandem::mpi.")
+ For programs that use tandem on the ranks of MPI, by CMake's
+ find_package(tandem COMPONENTS mpi) and tandem::mpi.")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-tandem)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 if(TANDEM_PYTHON)
@@ -65,8 +65,8 @@ if(TANDEM_PYTHON)
 endif()
 set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "tandem-tools")
 set(CPACK_COMPONENT_PYTHON_DESCRIPTION "collision detection on many cores (Python module)
- Distances, contacts, steps of whole scenes and a planner's batches, with numpy arrays.
- tandem.show writes pages with the programs of tandem-tools.")
+ Distances, contacts, steps of whole scenes and a planner's batches, with numpy
+ arrays. tandem.show writes pages with the programs of tandem-tools.")
 
 # Each package has what Debian asks for: its licence and what has changed.
 string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC)

@@ -95,20 +95,25 @@ NarrowPhaseOptions ConfigurationCheck::limited(NarrowPhaseOptions options, const
 
 /// Boxes of all links in `count` configurations from `first` on, and where those of two links meet; the first one's
 /// poses.
-const Pose* ConfigurationCheck::take_boxes(std::size_t first, std::size_t count, std::span<const LinkBox> boxes,
-                                           Workspace& work) const {
+PoseList ConfigurationCheck::take_boxes(std::size_t first, std::size_t count, std::span<const LinkBox> boxes,
+                                        Workspace& work) const {
   const std::size_t n = links_.size();
-  std::span<const Pose> all = poses_.lying();
-  std::size_t from = first;
+  PoseList poses;
   if (poses_.make()) {
     work.poses.resize(count * n);
     poses_.make()(first * n, work.poses);
-    all = work.poses, from = 0;
+    poses = std::span<const Pose>(work.poses);
+  } else {
+    poses = poses_.matrices().empty() ? PoseList(poses_.lying()) : PoseList::of_matrices(poses_.matrices());
+    poses = poses.from(first * n);
   }
-  const Pose* poses = all.data() + from * n;
-  if (!work.boxes.take(boxes, all, from, count, limit_))
-    for (std::size_t i = 0; i < count * n; ++i)
-      require_valid(poses[i], "configuration " + std::to_string(first + i / n) + ", link " + std::to_string(i % n));
+  if (!work.boxes.take(boxes, poses, 0, count, limit_))
+    for (std::size_t i = 0; i < count * n; ++i) {
+      const std::string what =
+          "poses: configuration " + std::to_string(first + i / n) + ", link " + std::to_string(i % n);
+      if (!poses.has_last_row(i)) throw std::invalid_argument(what + ": the last row of its matrix is not 0, 0, 0, 1");
+      require_valid(poses[i], what);
+    }
   return poses;
 }
 
@@ -179,7 +184,7 @@ bool ConfigurationCheck::is_near(std::size_t place, std::uint32_t link, std::uin
                                               work.boxes.gap(place, link, world_.placed_box(body)) <= 0);
 }
 
-bool ConfigurationCheck::hits_again(const Pose* poses, std::size_t place, Workspace& work) const {
+bool ConfigurationCheck::hits_again(const PoseList& poses, std::size_t place, Workspace& work) const {
   if (!work.has_last_hit) return false;
   const auto& [link, other, is_body, first, last] = work.last_hit;
   if (is_body)
@@ -199,7 +204,7 @@ void ConfigurationCheck::meet_links(Workspace& work) const {
 }
 
 // Of configuration `place` of those whose boxes were taken.
-bool ConfigurationCheck::hits_link(const Pose* poses, std::size_t place, Workspace& work) const {
+bool ConfigurationCheck::hits_link(const PoseList& poses, std::size_t place, Workspace& work) const {
   const std::uint64_t* meeting = work.meeting.data() + place / PoseNumbers::count * setup_->self.size();
   const std::uint64_t bit = std::uint64_t{1} << place % PoseNumbers::count;
   for (std::size_t p = 0; p < setup_->self.size(); ++p) {
@@ -212,14 +217,14 @@ bool ConfigurationCheck::hits_link(const Pose* poses, std::size_t place, Workspa
   return false;
 }
 
-bool ConfigurationCheck::hits_body(const Pose* poses, std::size_t place, Workspace& work) const {
+bool ConfigurationCheck::hits_body(const PoseList& poses, std::size_t place, Workspace& work) const {
   struct First final : BoxVisitor {
     const ConfigurationCheck& check;
     Workspace& work;
-    const Pose* poses;
+    const PoseList& poses;
     std::size_t place;
     std::uint32_t link = 0, body = 0;
-    First(const ConfigurationCheck& c, Workspace& w, const Pose* p, std::size_t at)
+    First(const ConfigurationCheck& c, Workspace& w, const PoseList& p, std::size_t at)
         : check(c), work(w), poses(p), place(at) {}
     bool visit(std::uint32_t index) override {
       body = index;
@@ -286,24 +291,26 @@ void ConfigurationCheck::suspect_bodies(Workspace& work) const {
 }
 
 /// The most that the gap of the two can have changed from one configuration to another.
-double ConfigurationCheck::may_move(const CheckWorkspace::Suspects& pair, const Pose* from, const Pose* to) const {
+double ConfigurationCheck::may_move(const CheckWorkspace::Suspects& pair, const PoseList& from,
+                                    const PoseList& to) const {
   const auto moved = [&](std::uint32_t link) {
-    return (to[link].translation - from[link].translation).norm() +
-           (to[link].rotation - from[link].rotation).norm() * setup_->boxes[link].reach();
+    const Pose begin = from[link], end = to[link];
+    return (end.translation - begin.translation).norm() +
+           (end.rotation - begin.rotation).norm() * setup_->boxes[link].reach();
   };
   return moved(pair.link) + (pair.is_body ? 0 : moved(pair.other));
 }
 
 /// Does the pair touch in one of the configurations near[first .. last)? The middle is looked at, what is too near to
 /// it to have closed the gap is passed over, then what is left on either side.
-bool ConfigurationCheck::hits_between(const Pose* poses, Workspace& work, const CheckWorkspace::Suspects& pair,
+bool ConfigurationCheck::hits_between(const PoseList& poses, Workspace& work, const CheckWorkspace::Suspects& pair,
                                       std::size_t first, std::size_t last) const {
   if (first >= last) return false;
   const std::size_t middle = first + (last - first) / 2;
-  const auto at = [&](std::size_t i) { return poses + work.near[i] * links_.size(); };
-  const Pose* here = at(middle);
+  const auto at = [&](std::size_t i) { return poses.from(work.near[i] * links_.size()); };
+  const PoseList here = at(middle);
   const Shape &a = links_[pair.link], &b = pair.is_body ? world_.shape(pair.other) : links_[pair.other];
-  const Pose &pose_a = here[pair.link], &pose_b = pair.is_body ? world_.pose(pair.other) : here[pair.other];
+  const Pose pose_a = here[pair.link], pose_b = pair.is_body ? world_.pose(pair.other) : here[pair.other];
   std::size_t left = middle, right = middle + 1;
   // A distance from a mesh costs many verdicts.
   if (a.is_convex() && b.is_convex() && last - first > 1) {
@@ -324,7 +331,7 @@ bool ConfigurationCheck::hits_between(const Pose* poses, Workspace& work, const 
 /// meet is compared with the box of each.
 bool ConfigurationCheck::motion_hits(std::size_t index, Workspace& work) const {
   const std::size_t count = options_.configurations_a_motion;
-  const Pose* poses = take_boxes(index * count, count, setup_->grown_boxes, work);
+  PoseList poses = take_boxes(index * count, count, setup_->grown_boxes, work);
   work.suspects.clear();
   work.near.clear();
   suspect_bodies(work);
@@ -349,15 +356,15 @@ void ConfigurationCheck::verdicts(std::span<Verdict> out) const {
     });
   each_block(motions, at_once(1), [&](std::size_t first, std::size_t last, Workspace& work) {
     const std::size_t count = last - first;
-    const Pose* poses = take_boxes(first, count, setup_->grown_boxes, work);
+    PoseList poses = take_boxes(first, count, setup_->grown_boxes, work);
     meet_links(work);
-    for (std::size_t k = 0; k < count; ++k, poses += links_.size())
+    for (std::size_t k = 0; k < count; ++k, poses = poses.from(links_.size()))
       out[first + k] = told(hits_again(poses, k, work) || hits_link(poses, k, work) || hits_body(poses, k, work));
   });
 }
 
 /// The first body by index that the link touches.
-bool ConfigurationCheck::first_body(const Pose* pose, std::size_t place, std::uint32_t link, Workspace& work,
+bool ConfigurationCheck::first_body(const Pose& pose, std::size_t place, std::uint32_t link, Workspace& work,
                                     BodyId& body) const {
   struct First final : BoxVisitor {
     const ConfigurationCheck& check;
@@ -373,7 +380,7 @@ bool ConfigurationCheck::first_body(const Pose* pose, std::size_t place, std::ui
         first = index;
       return true;
     }
-  } search(*this, work, *pose, place, link);
+  } search(*this, work, pose, place, link);
   for (const std::uint32_t index : world_.unbounded()) search.visit(index);
   world_.tree().visit_overlapping(work.boxes.box(link, place), search);
   if (search.first == std::numeric_limits<std::uint32_t>::max()) return false;
@@ -382,18 +389,19 @@ bool ConfigurationCheck::first_body(const Pose* pose, std::size_t place, std::ui
 }
 
 /// Of a motion that begins at `place` of those whose boxes were taken.
-FirstHit ConfigurationCheck::first_hit(const Pose* poses, std::size_t place, Workspace& work) const {
+FirstHit ConfigurationCheck::first_hit(const PoseList& poses, std::size_t place, Workspace& work) const {
   const std::size_t n = links_.size(), count = options_.configurations_a_motion;
   FirstHit hit;
   hit.verdict = Verdict::hit;
-  for (std::size_t k = 0; k < count; ++k, poses += n) {
+  for (std::size_t k = 0; k < count; ++k) {
+    const PoseList here = poses.from(k * n);
     hit.configuration = static_cast<std::uint32_t>(k);
-    if (hits_link(poses, place + k, work)) {
+    if (hits_link(here, place + k, work)) {
       hit.link = work.last_hit.link, hit.other_link = work.last_hit.other;
       return hit;
     }
     for (hit.link = 0; hit.link < n; ++hit.link)
-      if (first_body(poses + hit.link, place + k, hit.link, work, hit.body)) return hit;
+      if (first_body(here[hit.link], place + k, hit.link, work, hit.body)) return hit;
   }
   hit = {};
   hit.verdict = Verdict::free;
@@ -407,9 +415,9 @@ void ConfigurationCheck::first_hits(std::span<FirstHit> out) const {
     throw std::invalid_argument("configurations: continuous is true, allowed where hits are told: false");
   std::fill(out.begin(), out.end(), FirstHit{});
   each_block(motions, at_once(1), [&](std::size_t first, std::size_t last, Workspace& work) {
-    const Pose* poses = take_boxes(first * count, (last - first) * count, setup_->grown_boxes, work);
+    PoseList poses = take_boxes(first * count, (last - first) * count, setup_->grown_boxes, work);
     meet_links(work);
-    for (std::size_t i = first; i < last; ++i, poses += count * links_.size())
+    for (std::size_t i = first; i < last; ++i, poses = poses.from(count * links_.size()))
       out[i] = first_hit(poses, (i - first) * count, work);
   });
 }
@@ -437,15 +445,15 @@ void ConfigurationCheck::order_links(std::size_t place, double cutoff, Workspace
   std::sort(work.nearest.begin(), work.nearest.end());
 }
 
-double ConfigurationCheck::clearance(const Pose* poses, std::size_t place, double cutoff, Workspace& work) const {
+double ConfigurationCheck::clearance(const PoseList& poses, std::size_t place, double cutoff, Workspace& work) const {
   struct Least final : NearVisitor {
     const ConfigurationCheck& check;
     Workspace& work;
-    const Pose* poses;
+    const PoseList& poses;
     std::size_t place;
     double least;
     std::uint32_t link = 0;
-    Least(const ConfigurationCheck& c, Workspace& w, const Pose* p, std::size_t at, double cutoff)
+    Least(const ConfigurationCheck& c, Workspace& w, const PoseList& p, std::size_t at, double cutoff)
         : check(c), work(w), poses(p), place(at), least(cutoff) {}
     // What overlaps may be deeper than the least known: it is never left out.
     double farthest_wanted() const { return std::max(0.0, least) * (1 + tolerance::distance_rounding); }
@@ -485,8 +493,8 @@ void ConfigurationCheck::clearances(std::span<double> out, double cutoff) const 
   if (out.size() != configurations_) refuse("the number of distances", out.size(), std::to_string(configurations_));
   std::fill(out.begin(), out.end(), -std::numeric_limits<double>::infinity());
   each_block(configurations_, PoseNumbers::count, [&](std::size_t first, std::size_t last, Workspace& work) {
-    const Pose* poses = take_boxes(first, last - first, setup_->boxes, work);
-    for (std::size_t k = 0; k < last - first; ++k, poses += links_.size())
+    PoseList poses = take_boxes(first, last - first, setup_->boxes, work);
+    for (std::size_t k = 0; k < last - first; ++k, poses = poses.from(links_.size()))
       out[first + k] = clearance(poses, k, cutoff, work);
   });
 }

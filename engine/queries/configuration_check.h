@@ -79,28 +79,28 @@ class ConfigurationCheck {
     return std::max<std::size_t>(1, some * PoseNumbers::count / options_.configurations_a_motion);
   }
   bool motion_hits(std::size_t motion, Workspace& work) const;
-  const Pose* take_boxes(std::size_t first, std::size_t count, std::span<const LinkBox> boxes, Workspace& work) const;
+  PoseList take_boxes(std::size_t first, std::size_t count, std::span<const LinkBox> boxes, Workspace& work) const;
   bool is_near(std::size_t place, std::uint32_t link, std::uint32_t body, const Workspace& work) const;
   void meet_links(Workspace& work) const;
-  bool hits_again(const Pose* poses, std::size_t place, Workspace& work) const;
-  bool hits_link(const Pose* poses, std::size_t place, Workspace& work) const;
-  bool hits_body(const Pose* poses, std::size_t place, Workspace& work) const;
-  FirstHit first_hit(const Pose* poses, std::size_t place, Workspace& work) const;
-  bool first_body(const Pose* pose, std::size_t place, std::uint32_t link, Workspace& work, BodyId& body) const;
+  bool hits_again(const PoseList& poses, std::size_t place, Workspace& work) const;
+  bool hits_link(const PoseList& poses, std::size_t place, Workspace& work) const;
+  bool hits_body(const PoseList& poses, std::size_t place, Workspace& work) const;
+  FirstHit first_hit(const PoseList& poses, std::size_t place, Workspace& work) const;
+  bool first_body(const Pose& pose, std::size_t place, std::uint32_t link, Workspace& work, BodyId& body) const;
   void suspect_links(Workspace& work) const;
   void suspect_bodies(Workspace& work) const;
   template <class Meeting>
   void add_suspects(std::uint32_t link, std::uint32_t other, bool is_body, Workspace& work,
                     const Meeting& meeting) const;
-  bool hits_between(const Pose* poses, Workspace& work, const CheckWorkspace::Suspects& pair, std::size_t first,
+  bool hits_between(const PoseList& poses, Workspace& work, const CheckWorkspace::Suspects& pair, std::size_t first,
                     std::size_t last) const;
-  double may_move(const CheckWorkspace::Suspects& pair, const Pose* from, const Pose* to) const;
-  bool hits_in_between(const Pose* poses, Workspace& work) const;
-  bool meets_body(const Pose* poses, std::uint32_t link, std::uint32_t body, const Workspace& work) const;
-  bool meet_links(const Pose* poses, std::uint32_t a, std::uint32_t b, const Workspace& work) const;
+  double may_move(const CheckWorkspace::Suspects& pair, const PoseList& from, const PoseList& to) const;
+  bool hits_in_between(const PoseList& poses, Workspace& work) const;
+  bool meets_body(const PoseList& poses, std::uint32_t link, std::uint32_t body, const Workspace& work) const;
+  bool meet_links(const PoseList& poses, std::uint32_t a, std::uint32_t b, const Workspace& work) const;
   bool touch(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Workspace& work) const;
   bool is_checked(std::uint32_t link, std::uint32_t body, Workspace& work) const;
-  double clearance(const Pose* poses, std::size_t place, double cutoff, Workspace& work) const;
+  double clearance(const PoseList& poses, std::size_t place, double cutoff, Workspace& work) const;
   void order_links(std::size_t place, double cutoff, Workspace& work) const;
 
   const QueryWorld& world_;

@@ -19,7 +19,7 @@ Aabb between(const Aabb& a, const Aabb& b, double bulge) {
 
 }  // namespace
 
-bool ConfigurationCheck::meets_body(const Pose* poses, std::uint32_t link, std::uint32_t body,
+bool ConfigurationCheck::meets_body(const PoseList& poses, std::uint32_t link, std::uint32_t body,
                                     const Workspace& work) const {
   const std::size_t n = links_.size(), stretches = options_.configurations_a_motion - 1;
   const Motion still{world_.pose(body), world_.pose(body)};
@@ -32,7 +32,8 @@ bool ConfigurationCheck::meets_body(const Pose* poses, std::uint32_t link, std::
   return false;
 }
 
-bool ConfigurationCheck::meet_links(const Pose* poses, std::uint32_t a, std::uint32_t b, const Workspace& work) const {
+bool ConfigurationCheck::meet_links(const PoseList& poses, std::uint32_t a, std::uint32_t b,
+                                    const Workspace& work) const {
   const std::size_t n = links_.size(), stretches = options_.configurations_a_motion - 1;
   for (std::size_t k = 0; k < stretches; ++k) {
     if (!overlap(work.stretches[a * stretches + k], work.stretches[b * stretches + k])) continue;
@@ -44,7 +45,7 @@ bool ConfigurationCheck::meet_links(const Pose* poses, std::uint32_t a, std::uin
 }
 
 /// No configuration of the motion touches; does what lies between two of them?
-bool ConfigurationCheck::hits_in_between(const Pose* poses, Workspace& work) const {
+bool ConfigurationCheck::hits_in_between(const PoseList& poses, Workspace& work) const {
   const std::size_t n = links_.size(), count = options_.configurations_a_motion, stretches = count - 1;
   work.stretches.resize(n * stretches);
   for (std::uint32_t link = 0; link < n; ++link) {

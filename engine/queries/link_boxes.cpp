@@ -20,7 +20,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Floats = hn::CappedTag<float, PoseNumbers::most_lanes>;
 using V = hn::VFromD<Floats>;
 using M = decltype(hn::Eq(hn::Zero(Floats()), hn::Zero(Floats())));
-constexpr std::ptrdiff_t poses_ahead = 32;  // that are fetched before they are read
+constexpr std::size_t poses_ahead = 32;  // that are fetched before they are read
 
 HWY_INLINE V set(double x) { return hn::Set(Floats(), static_cast<float>(x)); }
 
@@ -28,24 +28,31 @@ HWY_INLINE V set(double x) { return hn::Set(Floats(), static_cast<float>(x)); }
 // together, and vector i of `lanes` poses holds those of pose i, i + 4, ..., one in each of its blocks of four, so that
 // rows of blocks are all that is left to be turned into columns. Not by gathers, which some processors have been made
 // slow at, nor a vector at a time: what was just stored in pieces cannot be loaded at once.
-void copy_numbers(const Pose* pose, const Pose* end, std::size_t links, std::size_t count, PoseNumbers* numbers) {
-  static_assert(sizeof(Pose) == 12 * sizeof(double));  // the rotation's columns, the translation
+// Are last rows of matrices what they must be?
+bool copy_numbers(const PoseList& poses, std::size_t links, std::size_t count, PoseNumbers* numbers) {
   const hn::CappedTag<double, 4> d;
   const hn::Rebind<float, decltype(d)> f;
-  const std::size_t lanes = hn::Lanes(Floats());
+  const std::size_t lanes = hn::Lanes(Floats()), stride = poses.stride(), ahead = poses_ahead * stride;
+  HWY_ALIGN constexpr double last_row[4] = {0, 0, 0, 1};
+  const bool by_rows = poses.are_matrices();
+  for (std::size_t link = 0; link < links; ++link) numbers[link].by_rows = by_rows;
+  const double *pose = poses.numbers(0), *end = poses.numbers(poses.size());
+  auto right = hn::Eq(hn::Zero(d), hn::Zero(d));
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t in_vector = k % lanes;
     const std::size_t to = (k - in_vector + in_vector % 4 * lanes / 4) * 4 + in_vector / 4 * 4;
-    for (std::size_t link = 0; link < links; ++link, ++pose) {
-      if (end - pose > poses_ahead) {
-        hwy::Prefetch(pose + poses_ahead);
-        hwy::Prefetch(pose[poses_ahead].translation.data());
+    for (std::size_t link = 0; link < links; ++link, pose += stride) {
+      if (end - pose > static_cast<std::ptrdiff_t>(ahead)) {
+        hwy::Prefetch(pose + ahead);
+        hwy::Prefetch(pose + ahead + 9);
       }
       for (std::size_t n = 0; n < 12; n += hn::Lanes(d))
-        hn::StoreU(hn::DemoteTo(f, hn::LoadU(d, pose->rotation.data() + n)), f,
-                   &numbers[link].groups[n / 4][to + n % 4]);
+        hn::StoreU(hn::DemoteTo(f, hn::LoadU(d, pose + n)), f, &numbers[link].groups[n / 4][to + n % 4]);
+      for (std::size_t n = 0; by_rows && n < 4; n += hn::Lanes(d))
+        right = hn::And(right, hn::Eq(hn::LoadU(d, pose + 12 + n), hn::Load(d, last_row + n)));
     }
   }
+  return hn::AllTrue(d, right);
 }
 
 // Four vectors of blocks of four, turned into columns.
@@ -68,7 +75,12 @@ HWY_INLINE void turn(const float* blocks, V* columns) {
 struct Poses {
   V x[12];
   HWY_INLINE Poses(const PoseNumbers& numbers, std::size_t k) {
-    for (std::size_t group = 0; group < 3; ++group) turn(numbers.groups[group].data() + 4 * k, x + 4 * group);
+    V columns[12];
+    for (std::size_t group = 0; group < 3; ++group) turn(numbers.groups[group].data() + 4 * k, columns + 4 * group);
+    if (numbers.by_rows)
+      for (std::size_t n = 0; n < 12; ++n) x[n] = columns[n % 3 * 4 + n / 3];
+    else
+      for (std::size_t n = 0; n < 12; ++n) x[n] = columns[n];
   }
   HWY_INLINE explicit Poses(const std::array<float, 12>& pose) {
     for (std::size_t n = 0; n < 12; ++n) x[n] = hn::Set(Floats(), pose[n]);
@@ -208,10 +220,9 @@ HWY_INLINE std::uint64_t bits_where(std::size_t count, const Overlaps& overlaps,
 }
 
 // NOLINTBEGIN(misc-definitions-in-headers): included once a target
-bool take_boxes(const LinkBox* links, std::size_t n, const Pose* poses, const Pose* end, std::size_t count,
+bool take_boxes(const LinkBox* links, std::size_t n, const PoseList& poses, std::size_t count,
                 const LinkBoxScratch& scratch) {
-  copy_numbers(poses, end, n, count, scratch.numbers);
-  bool valid = true;
+  bool valid = copy_numbers(poses, n, count, scratch.numbers);
   for (std::size_t i = 0; i < n; ++i)
     valid = boxes_of(links[i], scratch.numbers[i], count, *scratch.boxes, i * scratch.stride + scratch.at,
                      scratch.swept[i]) &&
@@ -299,7 +310,7 @@ PlacedBox::PlacedBox(const LinkBox& box, const Pose& at, const Aabb& in_world) :
   for (std::size_t k = 0; k < 3; ++k) pose[9 + k] = static_cast<float>(at.translation.data()[k]);
 }
 
-bool LinkBoxes::take(std::span<const LinkBox> links, std::span<const Pose> poses, std::size_t first, std::size_t count,
+bool LinkBoxes::take(std::span<const LinkBox> links, const PoseList& poses, std::size_t first, std::size_t count,
                      const WorkLimit& limit) {
   constexpr float inf = std::numeric_limits<float>::infinity();
   const std::size_t n = links.size();
@@ -314,10 +325,9 @@ bool LinkBoxes::take(std::span<const LinkBox> links, std::span<const Pose> poses
     if (part > 0 && limit.reached()) throw WorkStopped();
     const std::size_t at = part * PoseNumbers::count;
     const LinkBoxScratch scratch{&boxes_, stride_, at, swept_.data(), numbers_.data() + part * n};
-    valid =
-        HWY_DYNAMIC_DISPATCH(take_boxes)(links.data(), n, poses.data() + (first + at) * n, poses.data() + poses.size(),
-                                         std::min(PoseNumbers::count, count - at), scratch) &&
-        valid;
+    valid = HWY_DYNAMIC_DISPATCH(take_boxes)(links.data(), n, poses.from((first + at) * n),
+                                             std::min(PoseNumbers::count, count - at), scratch) &&
+            valid;
   }
   return valid;
 }

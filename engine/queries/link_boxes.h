@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "queries/pose_list.h"
 #include "tandem/broadphase/box_array.h"
 #include "tandem/narrowphase/shape.h"
 #include "tandem/narrowphase/work_limit.h"
@@ -28,11 +29,12 @@ class LinkBox {
   double reach() const { return half.norm() + centre.norm() + radius; }
 };
 
-/// Numbers of a link's poses: rotation and translation, four by four.
+/// Numbers of a link's poses, four by four: the rotation's columns and the translation, or rows of both.
 struct alignas(64) PoseNumbers {
   static constexpr std::size_t most_lanes = 16;  ///< of a vector
   static constexpr std::size_t count = 64;       ///< poses, a multiple of that
   std::array<std::array<float, 4 * count>, 3> groups;
+  bool by_rows;
 };
 
 /// A body's box in its own frame, where it stands, and in world axes.
@@ -64,9 +66,9 @@ struct LinkBoxScratch {
 class LinkBoxes {
  public:
   /// Configurations `first` to first + count - 1, poses row by row; those that follow are fetched ahead. False if a
-  /// pose may be one that require_valid refuses. Throws WorkStopped where the limit is reached. The links' boxes must
-  /// outlive the calls below.
-  bool take(std::span<const LinkBox> links, std::span<const Pose> poses, std::size_t first, std::size_t count,
+  /// pose may be one that require_valid refuses, or a matrix whose last row is none. Throws WorkStopped where the limit
+  /// is reached. The links' boxes must outlive the calls below.
+  bool take(std::span<const LinkBox> links, const PoseList& poses, std::size_t first, std::size_t count,
             const WorkLimit& limit);
 
   /// In world axes; and of all configurations together.

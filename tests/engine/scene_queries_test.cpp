@@ -12,6 +12,8 @@
 #include <limits>
 #include <span>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 #include "catch.h"
 #include "message_of.h"
@@ -413,7 +415,8 @@ TEST_CASE("configurations: poses that are made when they are looked at give the 
   queries.clearance(links, when_needed, self, clearances_meanwhile);
   CHECK(clearances == clearances_meanwhile);
   const SceneQueries of_lying(world.scene), of_made(world.scene);
-  tbb::task_arena(1).execute([&] {  // how many threads come decides how much is held
+  tbb::task_arena one_thread(1);  // as memory is a thread's
+  one_thread.execute([&] {
     of_lying.clearance(links, poses, self, clearances);
     of_made.clearance(links, when_needed, self, clearances);
   });
@@ -427,6 +430,69 @@ TEST_CASE("configurations: poses that are made when they are looked at give the 
     for (Pose& pose : out) pose.translation.x() = infinity;
   });
   CHECK(message_of([&] { queries.check(links, bad, self, verdicts); }).find("configuration ") != std::string::npos);
+}
+
+TEST_CASE("configurations: matrices row by row are read where they lie") {
+  World world(8, 60);
+  const SceneQueries queries(world.scene);
+  Random random(8);
+  const std::vector<Shape> links{Capsule{0.2, 1}, Box{{0.4, 0.3, 0.8}}, random_shape(ShapeKind::mesh, random)};
+  const PairTable self(3, 3, true);
+  constexpr std::size_t a_motion = 7, motions = 90;
+  std::vector<Pose> poses;
+  for (std::size_t i = 0; i < links.size() * a_motion * motions; ++i) poses.push_back(random_pose(random, 7));
+  std::vector<double> numbers;
+  for (const Pose& pose : poses) {
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 3; ++column) numbers.push_back(pose.rotation(row, column));
+      numbers.push_back(pose.translation[row]);
+    }
+    numbers.insert(numbers.end(), {0, 0, 0, 1});
+  }
+  const BatchPoses matrices = BatchPoses::of_matrices(numbers);
+  REQUIRE(matrices.size() == poses.size());
+  for (const bool continuous : {false, true}) {
+    BatchOptions options;
+    options.configurations_a_motion = a_motion;
+    options.continuous = continuous;
+    std::vector<Verdict> lying(motions), rows(motions);
+    queries.check(links, poses, self, lying, options);
+    queries.check(links, matrices, self, rows, options);
+    CHECK(lying == rows);
+    CHECK(std::count(lying.begin(), lying.end(), Verdict::hit) > 0);
+  }
+  const std::size_t all = a_motion * motions;
+  std::vector<Verdict> lying(all), rows(all);
+  queries.check(links, poses, self, lying);
+  queries.check(links, matrices, self, rows);
+  CHECK(lying == rows);
+  std::vector<FirstHit> first(all), first_rows(all);
+  queries.first_hits(links, poses, self, first);
+  queries.first_hits(links, matrices, self, first_rows);
+  std::vector<double> clearances(all), clearances_rows(all);
+  queries.clearance(links, poses, self, clearances);
+  queries.clearance(links, matrices, self, clearances_rows);
+  CHECK(clearances == clearances_rows);
+  for (std::size_t i = 0; i < all; ++i) {
+    CHECK(first[i].verdict == first_rows[i].verdict);
+    CHECK(first[i].body == first_rows[i].body);
+    CHECK(first[i].link == first_rows[i].link);
+  }
+
+  CHECK(message_of([&] { BatchPoses::of_matrices(std::span(numbers).first(17)); }).find("17 numbers") !=
+        std::string::npos);
+  const std::size_t bad = 3 * 401 + 2;
+  const auto refusal = [&](std::size_t number, double value) {
+    const double good = std::exchange(numbers[16 * bad + number], value);
+    const std::string message = message_of([&] { queries.check(links, matrices, self, rows); });
+    numbers[16 * bad + number] = good;
+    return message;
+  };
+  for (const std::size_t number : {12, 13, 14, 15})
+    CHECK(refusal(number, 0.5) == "poses: configuration 401, link 2: the last row of its matrix is not 0, 0, 0, 1");
+  CHECK(refusal(12, std::nan("")).find("poses: configuration 401, link 2: the last row") == 0);
+  CHECK(refusal(3, infinity).find("poses: configuration 401, link 2: translation[0]") == 0);
+  CHECK(refusal(6, 2).find("poses: configuration 401, link 2: rotation") == 0);
 }
 
 TEST_CASE("configurations: a filter may wait for tasks of its own") {

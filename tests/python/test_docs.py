@@ -1,4 +1,4 @@
-"""The code blocks of docs/python.md run, in order, and print what they should."""
+"""The code blocks of docs/python.md run, in order, and print what they should; so do those of README.md."""
 
 import contextlib
 import io
@@ -6,18 +6,27 @@ import pathlib
 import re
 import unittest
 
-PAGE = pathlib.Path(__file__).resolve().parents[2] / "docs" / "python.md"
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+
+def printed_by(page):
+    """Lines that all blocks of a page print."""
+    blocks = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.S)
+    printed = io.StringIO()
+    names = {}
+    with contextlib.redirect_stdout(printed):
+        for block in blocks:
+            exec(compile(block, str(page), "exec"), names)
+    return printed.getvalue().splitlines()
 
 
 class Page(unittest.TestCase):
+    def test_readme(self):
+        text = (ROOT / "README.md").read_text(encoding="utf-8")
+        self.assertEqual(printed_by(ROOT / "README.md"), re.findall(r"print\(.*  # (.*)$", text, re.M))
+
     def test_blocks_run(self):
-        blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.S)
-        printed = io.StringIO()
-        names = {}
-        with contextlib.redirect_stdout(printed):
-            for block in blocks:
-                exec(compile(block, str(PAGE), "exec"), names)
-        lines = printed.getvalue().splitlines()
+        lines = printed_by(ROOT / "docs" / "python.md")
         self.assertEqual(lines[0], "1.0 [0.5 0.  0. ] [1.5 0.  0. ]")
         self.assertRegex(lines[1], r"^4 \[0\.1")
         self.assertRegex(lines[2], r"^1\.[45]\d+$")  # cubes within 2 and 2.1 of the middle

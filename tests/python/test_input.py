@@ -147,6 +147,48 @@ class Calls(unittest.TestCase):
         self.assertEqual(queries.hits(shape).tolist(), [body])
         self.assertEqual(contacts["depth"].tolist(), [1.0])
 
+    def test_a_type_error_is_one_line_that_names_the_argument(self):
+        scene = tandem.Scene()
+        queries = tandem.SceneQueries(scene)
+        at = np.eye(4)
+        bad = [
+            (lambda: tandem.Sphere("1"), "Sphere: radius: str '1', expected: float"),
+            (lambda: tandem.Sphere(), "Sphere: radius: missing, expected: float"),
+            (lambda: tandem.Sphere(1, 2), "Sphere: 2 arguments by their places, expected: radius"),
+            (lambda: tandem.Sphere(1, radius=2), "Sphere: radius: given twice, by its place and by its name"),
+            (lambda: tandem.Sphere(size=2), "Sphere: radius: missing, expected: float"),
+            (lambda: tandem.distance(BALL, at, at, at), "distance: b: an array of shape (4, 4), expected: Shape"),
+            (lambda: tandem.distance(BALL, None, BALL), "distance: pose_b: missing, expected: object"),
+            (
+                lambda: tandem.collide(BALL, None, BALL, None, tolerance=0.1),
+                "collide: tolerance: no such argument, expected: a, pose_a, b, pose_b, solver, timeout",
+            ),
+            (
+                lambda: tandem.collide(BALL, None, BALL, None, "gjk"),
+                "collide: 5 arguments by their places, expected: a, pose_a, b, pose_b; by name: solver, timeout",
+            ),
+            (lambda: tandem.collide(BALL, None, BALL, None, timeout="1"), "collide: timeout: str '1', expected: float, or None"),
+            (lambda: tandem.SceneQueries(BALL), "SceneQueries: scene: Shape, expected: Scene"),
+            (lambda: tandem.SceneQueries(scene, 1), "SceneQueries: 2 arguments by their places, expected: scene; by name: tolerance, solver"),
+            (lambda: queries.collides(at), "collides: shape: an array of shape (4, 4), expected: Shape"),
+            (lambda: queries.check(BALL, at), "check: links: Shape, expected: sequence of Shape"),
+            (
+                lambda: queries.check([BALL, None], at),
+                "check: links: a sequence whose item 1 is None, expected: sequence of Shape",
+            ),
+            (lambda: queries.check([BALL], [at], continuous="no"), "check: continuous: str 'no', expected: bool"),
+            (
+                lambda: queries.collides(BALL, mask=-1),
+                "collides: a number out of range or a value that does not fit, expected: shape: Shape, pose: object, margin: "
+                "float, group: int, mask: int, ignore: object",
+            ),
+            (lambda: tandem.Pipeline().step(queries), "step: scene: SceneQueries, expected: Scene"),
+        ]
+        for call, message in bad:
+            with self.subTest(message=message), self.assertRaises(TypeError) as caught:
+                call()
+            self.assertEqual(str(caught.exception), message)
+
 
 if __name__ == "__main__":
     unittest.main()

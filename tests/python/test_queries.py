@@ -134,10 +134,32 @@ class Queries(unittest.TestCase):
             self.queries.clearance([self.ball], at, progress=enough)
         self.assertGreater(self.queries.memory, 40 * 24)
 
+    def test_progress_that_updates_its_own_queries_is_refused(self):
+        at = np.tile(np.eye(4), (4000, 1, 1, 1))
+        others = tandem.SceneQueries(self.scene)
+        told = []
+
+        def updates(done, all):
+            self.queries.update(self.scene)
+
+        def asks_and_updates_others(done, all):
+            told.append(self.queries.collides(self.ball))
+            others.update(self.scene)
+
+        def through_others(done, all):
+            others.check([self.ball], at, progress=updates)
+
+        for progress in (updates, through_others):
+            with self.assertRaisesRegex(RuntimeError, "progress function cannot change"):
+                self.queries.check([self.ball], at, progress=progress)
+        self.queries.check([self.ball], at, progress=asks_and_updates_others)
+        self.assertTrue(told and all(told))
+        self.assertEqual(self.queries.update(self.scene), 0)
+
     def test_a_bad_pose_in_the_middle(self):
         at = np.tile(np.eye(4), (1000, 1, 1, 1))
         at[777, 0, 3, 3] = 2
-        with self.assertRaisesRegex(ValueError, r"poses\[777\]: the last row"):
+        with self.assertRaisesRegex(ValueError, r"configuration 777, link 0: the last row of its matrix"):
             self.queries.check([self.ball], at)
 
     def test_motions(self):

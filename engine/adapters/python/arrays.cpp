@@ -85,6 +85,35 @@ void require_unit_quaternion(const double* v, std::string_view what) {
     refuse(what, "a quaternion (w, x, y, z) of length " + std::to_string(quaternion(v).norm()), "length 1");
 }
 
+// Seven numbers of a list or tuple, without an array: numpy takes a microsecond for one. False for anything else.
+bool seven_numbers(const py::handle& value, std::array<double, 7>& out) {
+  if (PyList_CheckExact(value.ptr()) == 0 && PyTuple_CheckExact(value.ptr()) == 0) return false;
+  if (PySequence_Fast_GET_SIZE(value.ptr()) != 7) return false;
+  PyObject* const* items = PySequence_Fast_ITEMS(value.ptr());
+  for (std::size_t i = 0; i < 7; ++i) {
+    if (PyFloat_CheckExact(items[i]) != 0) {
+      out[i] = PyFloat_AS_DOUBLE(items[i]);
+    } else if (PyLong_CheckExact(items[i]) != 0) {
+      out[i] = PyLong_AsDouble(items[i]);
+      if (PyErr_Occurred() != nullptr) {
+        PyErr_Clear();
+        return false;
+      }
+    } else {
+      return false;
+    }
+  }
+  return true;
+}
+
+Pose of_seven(const double* v, std::string_view what) {
+  require_unit_quaternion(v, what);
+  Pose pose;
+  read_seven(v, pose);
+  require_valid(pose, what);
+  return pose;
+}
+
 void write(const Pose& pose, double* m) {
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) m[4 * i + j] = pose.rotation(i, j);
@@ -159,13 +188,15 @@ template std::vector<std::array<std::uint32_t, 4>> index_rows(const py::handle&,
 
 Pose pose(const py::handle& value, std::string_view what) {
   if (value.is_none()) return {};
+  if (std::array<double, 7> numbers; seven_numbers(value, numbers)) return of_seven(numbers.data(), what);
   const Doubles v = doubles(value, what);
   const bool matrix = v.ndim() == 2 && v.shape(0) == 4 && v.shape(1) == 4;
   if (!matrix && !(v.ndim() == 1 && v.shape(0) == 7))
     refuse(what, "an array of shape " + shape_text(v), "(4, 4), or (7): translation, then quaternion w, x, y, z");
-  matrix ? require_last_row(v.data(), what) : require_unit_quaternion(v.data(), what);
+  if (!matrix) return of_seven(v.data(), what);
+  require_last_row(v.data(), what);
   Pose pose;
-  matrix ? read_matrix(v.data(), pose) : read_seven(v.data(), pose);
+  read_matrix(v.data(), pose);
   require_valid(pose, what);
   return pose;
 }

@@ -41,6 +41,8 @@ class PoseRows {
   /// Throws std::invalid_argument where the array's shape is another one.
   PoseRows(const py::handle& value, std::string_view what);
   std::size_t size() const { return size_; }
+  /// The numbers of (..., 4, 4), else empty.
+  std::span<const double> matrices() const { return {numbers_, matrices_ ? 16 * size_ : 0}; }
   /// Those from `first` on; without the GIL, from any thread. Throws std::invalid_argument where one is not a pose.
   void read(std::size_t first, std::span<Pose> out) const;
 

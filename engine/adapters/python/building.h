@@ -7,6 +7,7 @@
 #include <string>
 
 #include "all_threads.h"
+#include "shared_use.h"
 #include "tandem/narrowphase/build_options.h"
 #include "timeout.h"
 
@@ -21,12 +22,13 @@ inline void require_callable(const pybind11::object& callback, const char* what)
 
 /// A function of Python's that is told how far work has come, as C++ calls it: from any thread, with the GIL. What it
 /// raises ends the work and is raised there. None: empty. The callback must outlive it, as copies are made without the
-/// GIL.
+/// GIL. `looked_at`: the SharedUse that the call looks at, if any.
 template <class... Numbers>
-std::function<void(Numbers...)> progress_of(const pybind11::object& callback) {
+std::function<void(Numbers...)> progress_of(const pybind11::object& callback, const void* looked_at = nullptr) {
   require_callable(callback, "progress");
   if (callback.is_none()) return {};
-  return [&callback](Numbers... numbers) {
+  return [&callback, looked_at, outer = LookedAt::of_thread()](Numbers... numbers) {
+    const LookedAt here(looked_at, outer);
     const pybind11::gil_scoped_acquire held;
     callback(numbers...);
   };

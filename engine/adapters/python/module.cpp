@@ -1,6 +1,7 @@
 #include "bindings.h"
 #include "tandem/narrowphase/work_limit.h"
 #include "tandem/version.h"
+#include "type_errors.h"
 
 PYBIND11_MODULE(_tandem, module) {
   pybind11::register_exception_translator([](std::exception_ptr thrown) {
@@ -21,4 +22,5 @@ PYBIND11_MODULE(_tandem, module) {
   tandem::python::bind_pipeline(module);
   tandem::python::bind_motion(module);
   tandem::python::bind_queries(module);
+  tandem::python::explain_type_errors(module);
 }

@@ -123,11 +123,14 @@ PairTable pair_table(const py::object& value, const char* what) {
 
 // What a batch is asked with: links, their poses, and which pairs of them are checked.
 struct Batch {
-  Batch(const std::vector<Shape>& links, const py::object& at, const py::object& self_pairs,
-        const py::object& world_pairs, const Filter& filter, const py::object& progress, std::optional<double> timeout)
+  Batch(const SharedQueries& queries, const std::vector<Shape>& links, const py::object& at,
+        const py::object& self_pairs, const py::object& world_pairs, const Filter& filter, const py::object& progress,
+        std::optional<double> timeout)
       : links(links),
         rows(at, "poses"),
-        placed(rows.size(), [this](std::size_t first, std::span<Pose> out) { rows.read(first, out); }),
+        placed(rows.matrices().empty()
+                   ? BatchPoses(rows.size(), [this](std::size_t first, std::span<Pose> out) { rows.read(first, out); })
+                   : BatchPoses::of_matrices(rows.matrices())),
         self(pair_table(self_pairs, "self_pairs")),
         world(pair_table(world_pairs, "world_pairs")) {
     if (links.empty()) throw std::invalid_argument("links: none, allowed: at least one");
@@ -136,7 +139,7 @@ struct Batch {
                                   " links, allowed: one for each link of each configuration");
     configurations = placed.size() / links.size();
     options.filter = filter.filter;
-    options.progress = progress_of<std::size_t, std::size_t>(progress);
+    options.progress = progress_of<std::size_t, std::size_t>(progress, &queries);
     if (world.rows() > 0) options.world = &world;
     options.deadline = deadline_after(timeout);
   }
@@ -163,7 +166,7 @@ py::array_t<std::uint8_t> check(const SharedQueries& queries, const std::vector<
                                 std::optional<double> timeout, std::uint32_t group, std::uint32_t mask,
                                 const py::object& ignore) {
   const Filter filter(group, mask, ignore);
-  Batch batch(links, at, self_pairs, world_pairs, filter, progress, timeout);
+  Batch batch(queries, links, at, self_pairs, world_pairs, filter, progress, timeout);
   batch.options.margin = margin;
   batch.options.continuous = continuous;
   py::array_t<std::uint8_t> out(static_cast<py::ssize_t>(batch.motions(configurations_a_motion)));
@@ -178,7 +181,7 @@ py::array first_hits(const SharedQueries& queries, const std::vector<Shape>& lin
                      std::size_t configurations_a_motion, const py::object& progress, std::optional<double> timeout,
                      std::uint32_t group, std::uint32_t mask, const py::object& ignore) {
   const Filter filter(group, mask, ignore);
-  Batch batch(links, at, self_pairs, world_pairs, filter, progress, timeout);
+  Batch batch(queries, links, at, self_pairs, world_pairs, filter, progress, timeout);
   batch.options.margin = margin;
   std::vector<FirstHit> found(batch.motions(configurations_a_motion));
   queries.read([&](const SceneQueries& q) { q.first_hits(links, batch.placed, batch.self, found, batch.options); });
@@ -193,7 +196,7 @@ Doubles clearance(const SharedQueries& queries, const std::vector<Shape>& links,
                   const py::object& progress, std::optional<double> timeout, std::uint32_t group, std::uint32_t mask,
                   const py::object& ignore) {
   const Filter filter(group, mask, ignore);
-  const Batch batch(links, at, self_pairs, world_pairs, filter, progress, timeout);
+  const Batch batch(queries, links, at, self_pairs, world_pairs, filter, progress, timeout);
   Doubles out(static_cast<py::ssize_t>(batch.configurations));
   const std::span distances(out.mutable_data(), batch.configurations);
   queries.read(

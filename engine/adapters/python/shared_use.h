@@ -4,6 +4,7 @@
 #include <mutex>
 #include <optional>
 #include <shared_mutex>
+#include <stdexcept>
 #include <utility>
 
 namespace tandem::python {
@@ -19,6 +20,32 @@ class WithoutGil {
   std::optional<pybind11::gil_scoped_release> released_;
 };
 
+/// What the calls that a thread's progress functions belong to look at: changing it would wait for itself.
+class LookedAt {
+ public:
+  LookedAt(const void* object, const LookedAt* outer) : object_(object), outer_(outer), before_(of_thread()) {
+    of_thread() = this;
+  }
+  ~LookedAt() { of_thread() = before_; }
+  LookedAt(const LookedAt&) = delete;
+  LookedAt& operator=(const LookedAt&) = delete;
+
+  /// Of the function that this thread is in; null outside of any.
+  static const LookedAt*& of_thread() {
+    static thread_local const LookedAt* innermost = nullptr;
+    return innermost;
+  }
+  static bool has(const void* object) {
+    const LookedAt* at = of_thread();
+    while (at != nullptr && at->object_ != object) at = at->outer_;
+    return at != nullptr;
+  }
+
+ private:
+  const void* object_;
+  const LookedAt *outer_, *before_;  // that the call was made in; that this thread was in
+};
+
 /// An object that several of Python's threads may hold: as C++ works without the GIL, one thread must not change what
 /// another reads. Both calls run `work` without the GIL, so it may not touch Python's objects.
 template <class Object>
@@ -31,12 +58,16 @@ class SharedUse {
   template <class Work>
   auto read(Work&& work) const {
     const WithoutGil released;
-    const std::shared_lock lock(mutex_);
+    std::shared_lock lock(mutex_, std::defer_lock);
+    if (!LookedAt::has(this)) lock.lock();
     return work(object_);
   }
-  /// Alone.
+  /// Alone. Throws std::runtime_error from a progress function of a call that looks at it.
   template <class Work>
   auto change(Work&& work) {
+    if (LookedAt::has(this))
+      throw std::runtime_error(
+          "a progress function cannot change what its own call looks at: it would wait for itself");
     const WithoutGil released;
     const std::unique_lock lock(mutex_);
     return work(object_);

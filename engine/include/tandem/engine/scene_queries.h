@@ -11,6 +11,7 @@
 #include <span>
 #include <stdexcept>
 #include <stop_token>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -59,9 +60,9 @@ enum class Verdict : std::uint8_t {
   unknown,  ///< the deadline passed or a stop was requested before it was known
 };
 
-/// Poses of a batch, row by row: link j of configuration i stands at pose i * links + j. They lie somewhere, or are
-/// made when they are looked at, a few configurations at a time: by a robot's kinematics, or from numbers in another
-/// form, without the time and memory that all of them would take.
+/// Poses of a batch, row by row: link j of configuration i stands at pose i * links + j. They lie somewhere, as poses
+/// or as matrices, or are made when they are looked at, a few configurations at a time: by a robot's kinematics, or
+/// from numbers in another form, without the time and memory that all of them would take.
 class BatchPoses {
  public:
   /// Writes the poses from number `first` on. Called by any of the threads that check, for no pose twice; what it
@@ -76,13 +77,29 @@ class BatchPoses {
     if (!make_) throw std::invalid_argument("BatchPoses: make is empty, allowed: a function that writes the poses");
   }
 
+  /// Homogeneous matrices of 4 x 4 numbers, row by row, one after the other, as numpy's (n, 4, 4): read where they lie.
+  /// Throws std::invalid_argument unless the number of numbers is a multiple of 16. The batch throws where a fourth row
+  /// is not 0, 0, 0, 1.
+  static BatchPoses of_matrices(std::span<const double> numbers) {
+    if (numbers.size() % 16 != 0)
+      throw std::invalid_argument("BatchPoses: " + std::to_string(numbers.size()) +
+                                  " numbers, allowed: a multiple of 16, of matrices of 4 x 4");
+    BatchPoses poses;
+    poses.matrices_ = numbers;
+    poses.size_ = numbers.size() / 16;
+    return poses;
+  }
+
   std::size_t size() const { return size_; }
-  std::span<const Pose> lying() const { return lying_; }  ///< empty where they are made
-  const Maker& make() const { return make_; }             ///< empty where they lie
+  std::span<const Pose> lying() const { return lying_; }          ///< empty where they are no poses, or are made
+  std::span<const double> matrices() const { return matrices_; }  ///< their numbers; empty where they are none
+  const Maker& make() const { return make_; }                     ///< empty where they lie
 
  private:
+  BatchPoses() = default;
   std::span<const Pose> lying_;
-  std::size_t size_;
+  std::span<const double> matrices_;
+  std::size_t size_ = 0;
   Maker make_;
 };
 
