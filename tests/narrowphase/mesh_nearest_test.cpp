@@ -101,9 +101,9 @@ TEST_CASE("bounds between parts of two meshes hold for all triangles in them, an
     std::array<double, mesh_lanes> least;
     bound_distances(volume, plane, a, node, infinity, least);
     std::array<double, mesh_lanes> some;
-    const double enough = least[static_cast<std::size_t>(i) % node.lanes];
+    const double enough = least[static_cast<std::size_t>(i) % node.lanes()];
     bound_distances(volume, plane, a, node, enough, some);
-    for (std::uint32_t k = 0; k < node.lanes; ++k)
+    for (std::uint32_t k = 0; k < node.lanes(); ++k)
       CHECK((least[k] <= enough ? some[k] == least[k] : some[k] > enough && some[k] <= least[k]));
     std::vector<std::uint32_t> in_volume;
     collect(b, ref, in_volume);
