@@ -60,7 +60,7 @@ void EarlySlab::choose(const BoxArray& boxes, const std::vector<Aabb>& sample) {
 bool EarlySlab::taken() {
   State state = state_.load(std::memory_order_acquire);
   if (state == State::chosen && state_.compare_exchange_strong(state, State::searching, std::memory_order_acquire)) {
-    // Who waits must not wait for ever when memory is out.
+    // A thread that waits must not wait for ever when memory is out.
     struct Done {
       std::atomic<State>& state;
       bool taken = false;

@@ -69,7 +69,7 @@ std::size_t WidestPoints::best(Score&& score) {
 }
 
 void WidestPoints::span() {
-  // What is told apart by less could be one of those kept before: the best but for rounding is less by up to `slack_`.
+  // A point that is told apart by less could be one kept before: the best but for rounding is less by up to `slack_`.
   const double apart = 2 * slack_;
   kept_[count_++] = best([&](const Contact& c) { return tie_break_.dot(c.point); });
   const Vec3 from = p_[kept_[0]].point;

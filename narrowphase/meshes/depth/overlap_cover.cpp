@@ -237,7 +237,7 @@ void OverlapCover::search(double part, std::size_t most) {
   wanted_ = part * length_;
   for (std::size_t i = 0; i < most && pop(cell); ++i, wanted_ = part * length_) {
     ++examined_;
-    // What of it counts is nearest to this.
+    // The part of the cell that counts is nearest to this.
     const double away = cell.middle.norm();
     const Vec3 move = away > wanted_ ? Vec3(wanted_ / away * cell.middle) : cell.middle;
     Proof proof = best_known(move, cell.proof);

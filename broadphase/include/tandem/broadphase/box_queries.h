@@ -101,7 +101,7 @@ class BoxQueries {
   /// The k boxes nearest to a finite point, fewer if there are fewer, by (distance, index). Appends to `out`.
   void nearest(const std::array<double, 3>& point, std::size_t k, std::vector<Neighbour>& out) const;
 
-  /// The same for many at once.
+  /// Answer many such queries at once.
   QueryAnswers<std::uint32_t> overlapping(std::span<const Aabb> boxes, const BlockRunner& runner = {}) const;
   QueryAnswers<RayHit> along(std::span<const Ray> rays, const BlockRunner& runner = {}) const;
   QueryAnswers<Neighbour> nearest(std::span<const std::array<double, 3>> points, std::size_t k,

@@ -37,7 +37,7 @@ class ScratchPool {
     for (const std::unique_ptr<T>& object : free_) total += sizeof(T) + bytes(*object);
     return total;
   }
-  /// The same where T::memory() tells.
+  /// Bytes held by objects that are not in use, where T::memory() tells those of each.
   std::size_t memory() const {
     return memory([](const T& object) { return object.memory(); });
   }

@@ -106,7 +106,7 @@ class PairMap {
     update(scene, contacts, [](const BodyPair&, Value&&) {});
   }
 
-  /// Of contacts.pairs[i] of the last update.
+  /// The value of contacts.pairs[i] of the last update.
   Value& operator[](std::size_t i) { return values_[i]; }
   const Value& operator[](std::size_t i) const { return values_[i]; }
   std::size_t size() const { return values_.size(); }
@@ -161,7 +161,7 @@ class ContactMap {
         [&](std::size_t i, std::size_t j) { carry(i, j); });
   }
 
-  /// Of contacts.contacts[i] of the last update.
+  /// The value of contacts.contacts[i] of the last update.
   Value& operator[](std::size_t i) { return values_[i]; }
   const Value& operator[](std::size_t i) const { return values_[i]; }
   std::size_t size() const { return values_.size(); }

@@ -19,10 +19,11 @@ class PairTable {
 
   std::size_t rows() const { return rows_; }
   std::size_t columns() const { return columns_; }
+  /// `row` < rows(), `column` < columns(), not checked.
   bool checked(std::size_t row, std::size_t column) const {
     return (bits_[row * words_ + column / 64] >> column % 64 & 1u) != 0;
   }
-  /// `row` < rows(), `column` < columns().
+  /// As above.
   void set(std::size_t row, std::size_t column, bool checked) {
     std::uint64_t& word = bits_[row * words_ + column / 64];
     const std::uint64_t bit = std::uint64_t{1} << column % 64;

@@ -56,8 +56,9 @@ namespace detail {
 class SceneChanges;
 }
 
-/// Bodies and their shapes: what a pipeline looks at and a response moves. Plain data with checks at the door; not
-/// thread-safe while it is changed. A body's index stays the same until it is removed; freed indices are used again.
+/// Bodies and their shapes: what a pipeline looks at and a response moves. Plain data; arguments are checked on entry,
+/// but where said. Not thread-safe while it is changed. A body's index stays the same until it is removed; freed
+/// indices are used again.
 class Scene {
  public:
   ShapeId add_shape(Shape shape, std::string name = {});
@@ -66,16 +67,16 @@ class Scene {
   /// Gives all bodies of this shape another one in its place, as set_shape does: one that has bent
   /// (DeformableMesh::shape), say. The next step and the next SceneQueries::update see it, and nothing that was kept
   /// for these bodies stands. Throws std::invalid_argument, and nothing has changed, for an id that names no shape and
-  /// a half-space for bodies that are not static.
+  /// a half-space or plane for bodies that are not static.
   void replace_shape(ShapeId id, Shape shape);
   /// Throws std::invalid_argument that names the body, field and value: a bad pose or number, an unknown shape, or
-  /// a half-space that is not static. Two half-spaces thus never meet: all other pairs of kinds have a solver.
+  /// a half-space or plane that is not static. Two of these thus never meet: all other pairs of kinds have a solver.
   BodyId add_body(const BodyOptions& options);
   /// Throws std::invalid_argument for an id that names no body (any more); so do all calls that take an id.
   void remove_body(BodyId id);
   void set_pose(BodyId id, const Pose& pose);
-  /// The same for many; checked on the threads of the caller's oneTBB arena. Throws before any is changed. Both spans
-  /// one length; of a body named twice the last pose counts.
+  /// Sets the poses of many bodies; checked on the threads of the caller's oneTBB arena. Throws before any is changed.
+  /// Both spans one length; of a body named twice the last pose counts.
   void set_poses(std::span<const BodyId> ids, std::span<const Pose> poses);
   /// Gives the body another shape, other groups, fixes or frees it: what holds of add_body holds of these, too.
   void set_shape(BodyId id, ShapeId shape);
@@ -86,11 +87,13 @@ class Scene {
   void set_sensor(BodyId id, bool is_sensor);
   void reserve(std::size_t bodies);  ///< room for so many in all
   SceneMemory memory() const;
+  /// m/s of the centre of mass; rad/s, world axes; finite, else std::invalid_argument.
   void set_velocity(BodyId id, const Vec3& velocity, const Vec3& angular_velocity);
 
   const Pose& pose(BodyId id) const;
   std::size_t bodies() const { return count_; }          ///< alive
   std::size_t indices() const { return poses_.size(); }  ///< one past the largest index ever used
+  /// `index` < indices(), not checked.
   bool alive(std::uint32_t index) const { return alive_[index] != 0; }
   BodyId id(std::uint32_t index) const;  ///< throws std::invalid_argument unless a body is alive there
   ShapeId shape_id(BodyId id) const;
@@ -98,8 +101,10 @@ class Scene {
 
   /// In the order added; in the place of a removed shape stands a point, until another one takes it.
   std::span<const Shape> shapes() const { return shapes_; }
+  /// `place` < shapes().size(), not checked.
   bool has_shape(std::uint32_t place) const { return shape_alive_[place] != 0; }
   std::string_view shape_name(std::uint32_t place) const;  ///< empty if it was given none
+  /// The shape of the body at `index` < indices(), not checked.
   const Shape& shape_of(std::uint32_t index) const { return shapes_[shape_[index]]; }
 
   /// One element an index; those of removed bodies are stale.
@@ -116,12 +121,12 @@ class Scene {
   std::span<const std::uint32_t> masks() const { return masks_; }
 
   /// For an integrator, yours or Response: moves a body without the checks of set_pose; the rotation must be
-  /// orthonormal. Several threads may move different bodies.
+  /// orthonormal, velocities finite, `index` < indices(). Several threads may move different bodies.
   void move(std::uint32_t index, const Pose& pose, const Vec3& velocity, const Vec3& angular_velocity);
 
   std::string name;
-  Vec3 gravity{0, 0, -9.81};  ///< m/s^2
-  double dt = 1.0 / 60;       ///< s, of one step
+  Vec3 gravity{0, 0, -9.81};  ///< m/s^2, finite, else Response throws
+  double dt = 1.0 / 60;       ///< s, of one step; finite, > 0, else Response throws
   Request request = Request::contacts;
 
  private:

@@ -176,8 +176,8 @@ class SceneQueries {
   /// The first body that the moving shape touches, the first by index of several; a sphere of radius 0 is a ray.
   std::optional<Impact> cast(const Shape& shape, const Motion& motion, const QueryFilter& filter = {}) const;
 
-  /// The same asked by a body of the scene where it is, by its groups and mask, itself left out and, if it is static,
-  /// all that are. Throws std::invalid_argument unless the id is that of a body of the last update.
+  /// Ask the same for a body of the scene where it is, by its groups and mask, itself left out and, if it is static,
+  /// all that are. Throw std::invalid_argument unless the id is that of a body of the last update.
   bool collides(BodyId body, double margin = 0) const;
   void hits(BodyId body, std::vector<BodyId>& bodies) const;
   std::optional<Hit> nearest(BodyId body, double cutoff = std::numeric_limits<double>::infinity()) const;
@@ -187,7 +187,8 @@ class SceneQueries {
   /// `self` has). Throws std::invalid_argument unless the sizes fit; links must be bounded.
   void check(std::span<const Shape> links, const BatchPoses& poses, const PairTable& self, std::span<Verdict> verdicts,
              const BatchOptions& options = {}) const;
-  /// The same, told what is hit first; not continuous. Slower, as the order of looking is not free.
+  /// Tells what each configuration hits first; not continuous. Slower than `check`, as the order of looking is not
+  /// free.
   void first_hits(std::span<const Shape> links, const BatchPoses& poses, const PairTable& self,
                   std::span<FirstHit> hits, const BatchOptions& options = {}) const;
   /// The least signed distance of each configuration, of all its links from the bodies and from one another; `cutoff`

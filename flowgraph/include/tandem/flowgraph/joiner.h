@@ -22,8 +22,8 @@ class Joiner {
  public:
   static constexpr std::size_t stages = 6;
 
-  /// All that follows, on the calling thread. `bodies`: one past the largest body index (StepWork::bodies()); no result
-  /// may name another.
+  /// Does all that follows, on the calling thread. `bodies`: one past the largest body index (StepWork::bodies()); no
+  /// result may name another.
   void join(std::span<AnswerChunk* const> answers, std::size_t bodies, ContactList& out);
 
   /// Starts a step: its threads count, then its stages run one after the other, each one's blocks on any threads.
@@ -31,9 +31,9 @@ class Joiner {
   /// Counts results while they are still in the cache of the thread that made them. Any thread, any order; all of them
   /// before stage 0.
   void count(std::span<const PairResult> results);
-  /// All answers of the step; known before stage 0.
+  /// Takes all answers of the step; known before stage 0.
   void take(std::span<AnswerChunk* const> answers) { answers_ = answers; }
-  /// Of a stage; known once the stages before it are done.
+  /// Number of a stage's blocks; known once the stages before it are done.
   std::size_t blocks(std::size_t stage) const;
   void run(std::size_t stage, std::size_t block);
   std::size_t memory() const;  ///< bytes held between steps

@@ -18,8 +18,8 @@ class Crew {
   virtual void share(std::size_t parts, const std::function<void(std::size_t)>& part) = 0;
 };
 
-/// Of some pairs, the first `all` may cost far more than the others, and of these the first `costliest` will be the
-/// longest of all.
+/// The costly ones among some pairs: the first `all` may cost far more than the others, and of these the first
+/// `costliest` will be the longest of all.
 struct HeavyPairs {
   std::size_t costliest = 0, all = 0;
 };
@@ -34,7 +34,7 @@ class StepWork {
 
   /// Starts a step; returns the number of stages, at least 2.
   virtual std::size_t begin() = 0;
-  /// Who may be asked for help from `narrow`, until the step ends; null: the caller is alone. Before begin().
+  /// Sets the crew that `narrow` may ask for help until the step ends; null: the caller is alone. Before begin().
   virtual void work_with(Crew*) {}
   /// Tells, until the step ends, whether the rest of it is not wanted any more: stopped, cancelled or failed. Long work
   /// within a batch may ask, from any thread, and leave its answers as they are. Before begin().

@@ -59,7 +59,7 @@ class DeformableMesh {
   /// farther apart than `margin` (metres, finite, >= 0); vertices that are one are told as the first of them.
   NearFeatures near_features(double margin, const PartRunner& parts = {}) const;
 
-  /// The same pairs, each once, told when they are found on the calling thread; false ends the search. Nothing is
+  /// Visit the same pairs, each once, when they are found, on the calling thread; false ends the search. Nothing is
   /// kept. The order depends on the mesh only. In the second the visitor's `point_of_b` is not called.
   SearchEnd visit_self_intersections(const std::function<bool(const std::array<std::uint32_t, 2>&)>& visitor,
                                      const SearchOptions& options = {}) const;

@@ -32,12 +32,12 @@ struct HausdorffBounds {
   std::size_t parts = 0;  ///< that were looked at
 };
 
-/// Of the surfaces of two meshes (or triangles), whether solid or not; what is inside does not count. By branch and
-/// bound over the boxes and triangles of both: of a part no point is farther away than its middle and half its size
-/// together, nor than the farthest of its corners from any one triangle, a convex set (Tang, Lee and Kim, Interactive
-/// Hausdorff distance computation for general polygonal models, 2009). Depends on nothing but the arguments; exchanged
-/// shapes give the same bounds. Throws std::invalid_argument for another kind of shape, one with rounding, a bad pose
-/// or option.
+/// Bounds the Hausdorff distance of the surfaces of two meshes (or triangles), solid or not; insides do not count. By
+/// branch and bound over the boxes and triangles of both: of a part no point is farther away than its middle and half
+/// its size together, nor than the farthest of its corners from any one triangle, a convex set (Tang, Lee and Kim,
+/// Interactive Hausdorff distance computation for general polygonal models, 2009). Depends on nothing but the
+/// arguments; exchanged shapes give the same bounds. Throws std::invalid_argument for another kind of shape, one with
+/// rounding, a bad pose or option.
 HausdorffBounds hausdorff_distance(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
                                    const HausdorffOptions& options = {});
 

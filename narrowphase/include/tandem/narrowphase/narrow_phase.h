@@ -15,7 +15,8 @@
 namespace tandem {
 
 /// The dispatcher (paper, section 3.3): a table over the two shapes' kinds. Every unordered pair of kinds has a
-/// solver. Const and safe from any number of threads at once; the answer depends on nothing but the arguments.
+/// solver but for half-spaces and planes with each other, whose distance and contacts are refused: `refuses` tells
+/// beforehand. Const and safe from any number of threads at once; the answer depends on nothing but the arguments.
 class NarrowPhase {
  public:
   /// Throws std::invalid_argument for a bad option (an unknown solver name is answered with the list).
@@ -32,15 +33,17 @@ class NarrowPhase {
   /// Empty if the pair can be solved; else why not, naming both kinds.
   std::string refuses(const Shape& a, const Shape& b, Request request) const;
 
-  /// Solves one pair. Poses must be valid. With Request::contacts the manifold is appended to `contacts` (where
-  /// there is a list), in canonical order (by feature). Bounded work, no NaN; swapping A and B swaps the answer. Where
+  /// Solves one pair. Throws std::invalid_argument for a pair that `refuses` names. Poses must be valid, which is not
+  /// checked (require_valid). With Request::contacts the manifold is appended to `contacts` (where there is a list), in
+  /// canonical order (by feature). Bounded work, no NaN; swapping A and B swaps the answer. Where
   /// NarrowPhaseOptions::limit is reached first the answer is Status::stopped and no contact is appended. `warm` is
   /// read and written where the pair's solver iterates, and left alone where it does not.
   PairAnswer solve(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                    std::vector<Contact>* contacts = nullptr, WarmStart* warm = nullptr) const;
 
-  /// Request::distance with a cut-off of its own (>= 0; the smaller of the two counts): who looks for the nearest of
-  /// many knows better with each.
+  /// Solves Request::distance with a cut-off of its own (metres, >= 0, infinity is allowed; the smaller of the two
+  /// counts): who looks for the nearest of many knows better with each. Throws std::invalid_argument for a negative or
+  /// NaN cut-off, and as `solve`.
   PairAnswer distance_within(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
                              double cutoff) const;
 
@@ -55,9 +58,10 @@ class NarrowPhase {
   std::vector<std::array<std::uint32_t, 2>> intersecting_triangles(const Shape& a, const Pose& pose_a, const Shape& b,
                                                                    const Pose& pose_b) const;
 
-  /// First time in [0, tmax] at which they touch when A and B translate with constant velocities; empty if never.
-  /// Conservative advancement on the signed distance; never late by more than 1e-12 of the path. Throws WorkStopped as
-  /// above.
+  /// First time in [0, tmax] (s) at which they touch when A and B translate with constant velocities (m/s, finite);
+  /// empty if never. Conservative advancement on the signed distance; never late by more than 1e-12 of the path. Throws
+  /// std::invalid_argument for velocities that are not finite, a tmax that is not finite and >= 0, and pairs whose
+  /// distance is refused; WorkStopped as above. Poses must be valid.
   std::optional<double> time_of_impact(const Shape& a, const Pose& pose_a, const Vec3& velocity_a, const Shape& b,
                                        const Pose& pose_b, const Vec3& velocity_b, double tmax) const;
 
@@ -65,7 +69,7 @@ class NarrowPhase {
   /// than rounding; early where they come as near as 1e-10 of the path. Conservative advancement with a bound on how
   /// fast each body's points move along the normal (Mirtich 1996; Zhang, Lee and Kim, "Interactive continuous collision
   /// detection for non-convex polyhedra", 2006), of meshes by their hierarchies. Poses must be valid. Throws
-  /// WorkStopped as above.
+  /// std::invalid_argument for pairs whose distance is refused; WorkStopped as above.
   std::optional<FirstTouch> time_of_impact(const Shape& a, const Motion& motion_a, const Shape& b,
                                       const Motion& motion_b) const;
 

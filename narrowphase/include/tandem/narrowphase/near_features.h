@@ -30,10 +30,10 @@ struct NearFeatures {
   std::vector<NearEdges> edges;          ///< of A and of B; of a mesh with itself a < b
 };
 
-/// Of two meshes (or triangles) where they are. All pairs whose distance, computed to rounding, is at most `margin`
-/// (metres, finite, >= 0). `parts` (may be empty: the caller) shares the work; the answer does not depend on it. A mesh
-/// that repeats vertices has each of them told. Throws std::invalid_argument for another kind of shape, a bad pose or
-/// margin.
+/// Finds all pairs of features of two meshes (or triangles) where they are whose distance, computed to rounding, is at
+/// most `margin` (metres, finite, >= 0). `parts` (may be empty: the caller) shares the work; the answer does not depend
+/// on it. A mesh that repeats vertices has each of them told. Throws std::invalid_argument for another kind of shape, a
+/// bad pose or margin.
 NearFeatures near_features(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin,
                            const PartRunner& parts = {});
 
@@ -45,8 +45,8 @@ struct NearFeatureVisitor {
   std::function<bool(const NearEdges&)> edges{};
 };
 
-/// The same pairs, each once, in an order that depends on the arguments only. Nothing is kept: beside some bytes for
-/// each triangle, memory does not grow with the pairs. Throws as near_features does.
+/// Visits the pairs of near_features, each once, in an order that depends on the arguments only. Nothing is kept:
+/// beside some bytes for each triangle, memory does not grow with the pairs. Throws as near_features does.
 SearchEnd visit_near_features(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin,
                               const NearFeatureVisitor& visitor, const SearchOptions& options = {});
 

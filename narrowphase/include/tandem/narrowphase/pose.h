@@ -16,7 +16,9 @@ struct Pose {
   Vec3 translation = Vec3::Zero();
 
   Vec3 operator*(const Vec3& v) const { return rotation * v + translation; }
+  /// Not turned; metres.
   static Pose at(double x, double y, double z) { return {Mat3::Identity(), {x, y, z}}; }
+  /// q need not be normalised, but not be 0; t in metres.
   static Pose from(const Quat& q, const Vec3& t) { return {q.normalized().toRotationMatrix(), t}; }
 };
 

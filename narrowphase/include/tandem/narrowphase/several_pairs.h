@@ -25,7 +25,7 @@ struct PlacedSphere {
   double radius;
 };
 
-/// Of a pair of placed shapes those that are spheres; null: another shape, or one to be made from shape and pose.
+/// Those of a pair of placed shapes that are spheres; null: another shape, or one to be made from shape and pose.
 struct PlacedSpheres {
   const PlacedSphere* a = nullptr;
   const PlacedSphere* b = nullptr;
@@ -60,13 +60,13 @@ class SeveralPairs {
   void solve(std::span<const PlacedPair> pairs, std::vector<Contact>& contacts, AnswerSink& answers,
              std::span<const PlacedSpheres> spheres = {}) const;
 
-  /// The same for pairs of spheres, none null and every radius finite, as far as pairs are solved together: up to the
+  /// Solves pairs of spheres, none null and every radius finite, as far as pairs are solved together: up to the
   /// first one that rounding decides, which `solve` has a solver for.
   SpheresSolved solve_spheres(std::span<const PlacedSpheres> pairs, const AnswerPlaces& to) const;
 
   static constexpr std::size_t most_screened = 32;
-  /// Of at most so many pairs of spheres, none null: bit i is set unless pair i is farther apart than the margin. What
-  /// has an infinite radius is near all.
+  /// Screens at most so many pairs of spheres, none null: bit i is set unless pair i is farther apart than the margin.
+  /// What has an infinite radius is near all.
   std::uint32_t near(std::span<const PlacedSpheres> pairs) const;
 
  private:

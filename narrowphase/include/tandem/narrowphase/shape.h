@@ -86,7 +86,7 @@ class Shape {
   Shape(const Triangle&);
   explicit Shape(Mesh);  ///< builds a hierarchy of boxes
   Shape(Mesh, const PartRunner& parts);  ///< the same, the work shared by `parts`
-  /// The same, watched and ended as the options say; throws WorkStopped where it was ended.
+  /// Builds a hierarchy of boxes, watched and ended as the options say; throws WorkStopped where it was ended.
   Shape(Mesh, const BuildOptions& options);
 
   /// This shape with a ball of this radius (>= 0, finite, metres) about each of its points: a box with round edges, a
@@ -115,8 +115,8 @@ class Shape {
 
   /// Smallest box in world axes that holds the posed shape (half-space, plane: +-1e300 on open sides).
   Bounds bounds(const Pose& pose) const { return bounds(pose, nullptr); }
-  /// The same. A mesh's hull is built when its box is first asked for; the limit may end that: WorkStopped is thrown,
-  /// and who asks next builds it. Null: none.
+  /// The same box. A mesh's hull is built when its box is first asked for; the limit may end that: WorkStopped is
+  /// thrown, and who asks next builds it. Null: none.
   Bounds bounds(const Pose& pose, const WorkLimit* limit) const;
   /// Diagonal of the box in the shape's frame; the unit of relative errors. Half-space and plane have 0, a point too.
   double size() const { return size_; }

@@ -23,7 +23,8 @@ class WindingNumber {
   /// Throws std::invalid_argument, as Shape does, for a mesh that is none. `mesh.solid` does not matter.
   explicit WindingNumber(const Mesh& mesh);
 
-  /// At a place in the mesh's frame, finite; on the surface any number between those on its two sides.
+  /// The winding number at a place in the mesh's frame, finite; on the surface any number between those on its two
+  /// sides.
   double at(const Vec3& place) const;
 
  private:

@@ -12,7 +12,7 @@ class InputError : public std::invalid_argument {
   /// "WHERE: FOUND, allowed: ALLOWED", without the parts that are empty. Of a long `where` the middle is left out.
   /// `found` is a short text.
   InputError(std::string_view where, std::string_view found, std::string_view allowed = {});
-  /// The same, found in a larger whole: "OUTER: WHERE: ...".
+  /// Makes the same error, found in a larger whole: "OUTER: WHERE: ...".
   InputError within(std::string_view outer) const;
 
  private:

@@ -26,9 +26,9 @@ bool is_mesh_file(const std::filesystem::path& path);
 /// file that is missing, cut off, empty, of another format or has an index out of range.
 Mesh read_mesh_file(const std::filesystem::path& path);
 
-/// The same as a shape. `solid`: the inside counts; throws InputError that names the first edge that does not close,
-/// and where it is, if the surface has one. Corners with equal coordinates are one, whatever the format. `options`: how
-/// the mesh that was read is made ready.
+/// Reads a mesh file as a shape. `solid`: the inside counts; throws InputError that names the first edge that does not
+/// close, and where it is, if the surface has one. Corners with equal coordinates are one, whatever the format.
+/// `options`: how the mesh that was read is made ready.
 Shape read_mesh_shape(const std::filesystem::path& path, bool solid = false, const BuildOptions& options = {});
 
 }  // namespace tandem

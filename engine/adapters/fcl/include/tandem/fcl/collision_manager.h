@@ -35,7 +35,7 @@ class CollisionManager : public ::fcl::BroadPhaseCollisionManager<S> {
   /// time of the callback.
   bool octree_as_geometry_collide = true;
   bool octree_as_geometry_distance = false;
-  /// Of FCL's tree, with its defaults: nothing depends on them.
+  /// Options of FCL's tree, with its defaults: nothing depends on them.
   int max_tree_nonbalanced_level = 10;
   int tree_incremental_balance_pass = 10;
   int tree_topdown_balance_threshold = 2;

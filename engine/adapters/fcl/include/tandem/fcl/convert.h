@@ -9,7 +9,7 @@
 
 namespace tandem::fcl {
 
-/// The same shape in tandem; S is float or double. Empty for what tandem has no kind for: planes (two-sided), octrees,
+/// Makes the same shape in tandem; S is float or double. Empty for what tandem has no kind for: octrees,
 /// hierarchies over points without triangles and geometries of a user's own class. Meshes are surfaces, as FCL's are.
 /// Throws std::invalid_argument for sizes that tandem::Shape refuses, such as a radius below 0.
 template <class S>
@@ -19,8 +19,8 @@ std::optional<Shape> to_shape(const ::fcl::CollisionGeometry<float>& geometry);
 template <>
 std::optional<Shape> to_shape(const ::fcl::CollisionGeometry<double>& geometry);
 
-/// The same pose, with the rotation nearest to that given. Throws std::invalid_argument where it is none within 2e-6
-/// (require_valid, tandem/narrowphase/pose.h): FCL takes a matrix that scales, tandem does not.
+/// Makes the same pose, with the rotation nearest to that given. Throws std::invalid_argument where it is none within
+/// 2e-6 (require_valid, tandem/narrowphase/pose.h): FCL takes a matrix that scales, tandem does not.
 template <class S>
 Pose to_pose(const ::fcl::Transform3<S>& transform) {
   const Pose pose{transform.linear().template cast<double>(), transform.translation().template cast<double>()};

@@ -74,11 +74,11 @@ class ObjectBoxes {
   void visit_overlapping(void* asked, const ExactBox& box, ObjectPairVisitor& visitor) const;
   void visit_overlapping(ObjectPairVisitor& visitor) const;
   void visit_overlapping(const ObjectBoxes& other, ObjectPairVisitor& visitor) const;
-  /// The same for pairs whose boxes are nearer than `limit`; of an object's partners, nearer ones about first.
+  /// Pairs whose boxes are nearer than `limit`, likewise; of an object's partners, nearer ones about first.
   void visit_near(void* asked, const ExactBox& box, double limit, NearPairVisitor& visitor) const;
   void visit_near(double limit, NearPairVisitor& visitor) const;
   void visit_near(const ObjectBoxes& other, double limit, NearPairVisitor& visitor) const;
-  /// The same for objects alone.
+  /// Objects whose boxes overlap `box`, or are nearer to it than `limit`.
   void visit_overlapping(const ExactBox& box, BoxedObjectVisitor& visitor) const;
   void visit_near(const ExactBox& box, double limit, BoxedObjectVisitor& visitor) const;
 

@@ -78,7 +78,7 @@ struct Report {
   double kept_error_bound = 0;     ///< metres, the largest of a kept answer that is reported
   std::uint64_t moved_away = 0, copies = 0, bytes_sent = 0, messages_sent = 0;  ///< sums over ranks
   double slowest_load_ms = 0, mean_load_ms = 0;                                 ///< busy time a thread
-  /// Of the calling threads, CPU time without waiting, slowest ranks: what other programs take of a core is not in it.
+  /// CPU time of the calling threads without waiting, slowest ranks: what other programs take of a core is not in it.
   double slowest_exchange_cpu_ms = 0, slowest_detect_cpu_ms = 0;
   RebalanceDecision rebalance;
   RankReport rank;
@@ -112,7 +112,8 @@ struct StepError : std::runtime_error {
 /// all ranks, in the same order.
 ///
 /// Every pair is reported by one rank: that whose region holds the lower corner of what the two bodies' boxes have in
-/// common. Both are there, and every rank that has them sees that corner alike, so that no word is lost on it.
+/// common. Both are there, and every rank that has them sees that corner alike, so ranks exchange no message about
+/// it.
 class Pipeline {
  public:
   /// Collective. Throws std::invalid_argument that names the option, its value and what is allowed. Takes a duplicate
@@ -156,12 +157,12 @@ class Pipeline {
   const Scene& scene() const;
   GlobalId id(std::uint32_t index) const;
   bool owns(std::uint32_t index) const;
-  /// Of a body that is on this rank, else throws std::invalid_argument.
+  /// The local id of a body that is on this rank, else throws std::invalid_argument.
   BodyId local(GlobalId id) const;
   bool has(GlobalId id) const;
   /// Moves a body that this rank owns, at once, as Scene::move does; the next step tells those who have copies.
   void move(std::uint32_t index, const Pose& pose, const Vec3& velocity, const Vec3& angular_velocity);
-  /// For a response, all ranks alike: m/s^2, finite; s, finite, > 0.
+  /// For a response, all ranks alike: m/s^2, finite; s, finite, > 0. Other values throw std::invalid_argument.
   void set_gravity(const Vec3& gravity);
   void set_dt(double dt);
 
