@@ -218,7 +218,8 @@ void add_building(CLI::App& program) {
 }
 
 void add_big_meshes(CLI::App& program) {
-  const auto [app, o] = add(program, "big-meshes", "meshes by size, all requests, beside FCL, Embree and CGAL", big_meshes_bench);
+  const auto [app, o] =
+      add(program, "big-meshes", "meshes by size, all requests, beside FCL, Embree and CGAL", big_meshes_bench);
   app->add_option("--sizes", o->sizes, "numbers of triangles, a comma between them; default: 1000 to 5000000");
   app->add_option("--contestant", o->contestants, "tandem, FCL, Embree, CGAL, a comma between them; default: all");
   app->add_option("--repeat", o->repeat, "times that each is asked; default: by size, 15 to 1");

@@ -111,6 +111,8 @@ UpdateReport QueryWorld::update(const Scene& scene) {
     report.changed = ids_.size();
     report.rebuilt = true;
   } else {
+    // Unknown until all is done: after an exception the next update copies all.
+    SceneChanges::HistoryName history = std::exchange(history_, {});
     changed_.clear();
     for (std::uint32_t i = 0; i < versions.size(); ++i)
       if (versions[i] != versions_[i]) changed_.push_back(i);
@@ -126,6 +128,7 @@ UpdateReport QueryWorld::update(const Scene& scene) {
         report.rebuilt = true;
       }
     }
+    history_ = std::move(history);
   }
   report.ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   return report;

@@ -1,6 +1,7 @@
 #include "meshes/feature_pairs.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
@@ -52,24 +53,30 @@ double segment_segment(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& 
   return at > 0 && at < 1 && on > 0 && on < 1 ? std::min(least, (w + at * d - on * e).norm()) : least;
 }
 
-// Which edges have been met, in lists by their lower ends.
+// Which edges have been met: a hash table with lists, as many as triangles.
 class EdgesMet {
  public:
-  explicit EdgesMet(const MeshModel& mesh) : last_(mesh.vertices.size(), no_index) {}
+  explicit EdgesMet(const MeshModel& mesh) : last_(std::bit_ceil(mesh.triangles.size() + 1), no_index) {
+    met_.reserve(mesh.triangles.size() * 3 / 2 + 3);
+  }
 
   bool is_new(const std::array<std::uint32_t, 2>& edge) {
-    for (std::uint32_t e = last_[edge[0]]; e != no_index; e = met_[e].before)
-      if (met_[e].hi == edge[1]) return false;
-    met_.push_back({edge[1], last_[edge[0]]});
-    last_[edge[0]] = static_cast<std::uint32_t>(met_.size() - 1);
+    // By both ends: a vertex may have as many edges as there are triangles (Knuth's multiplicative hash).
+    const std::uint64_t number = (std::uint64_t{edge[0]} << 32 | edge[1]) * 0x9e3779b97f4a7c15u;
+    std::uint32_t& last = last_[(number >> 32) & (last_.size() - 1)];
+    for (std::uint32_t e = last; e != no_index; e = met_[e].before)
+      if (met_[e].edge == edge) return false;
+    met_.push_back({edge, last});
+    last = static_cast<std::uint32_t>(met_.size() - 1);
     return true;
   }
 
  private:
   struct Met {
-    std::uint32_t hi, before;
+    std::array<std::uint32_t, 2> edge;
+    std::uint32_t before;
   };
-  std::vector<std::uint32_t> last_;  // of each vertex
+  std::vector<std::uint32_t> last_;  // of each list
   std::vector<Met> met_;
 };
 

@@ -22,11 +22,13 @@ PairAnswer solve_with_mesh_first(const Posed& a, const Posed& b, Request request
   return solve_mesh_convex(a, b, request, options, contacts);
 }
 
-// Is a mesh by its hull farther than the margin from a bounded convex shape? Nothing more is asked then.
+// Is a mesh by its hull farther than the margin from a bounded convex shape? Nothing more is asked then. The hull of an
+// open one, a terrain, is not made for that: it takes longer than a query.
 bool is_clear_of_hull(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                       double margin, const WorkLimit* limit) {
   const bool first = a.kind() == ShapeKind::mesh;
-  const Shape& other = first ? b : a;
+  const Shape &mesh = first ? a : b, &other = first ? b : a;
+  if (!mesh_of(mesh).closed && !mesh_of(mesh).is_hull_made()) return false;
   if (request == Request::distance || has_triangles(other) || !other.is_bounded()) return false;
   const double gap = first ? test_hull(a, pose_a, b, pose_b, limit) : test_hull(b, pose_b, a, pose_a, limit);
   return gap > margin + tolerance::alike * (a.size() + b.size());

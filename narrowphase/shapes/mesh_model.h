@@ -95,6 +95,7 @@ struct MeshModel {
   // thrown, nothing is left, and the next who asks makes it.
   const Neighbours& neighbours(const WorkLimit* limit = nullptr) const;  ///< of all copies the same
   const Hull& hull(const WorkLimit* limit = nullptr) const { return with_hull(limit).hull; }
+  bool is_hull_made() const { return hull_.made() != nullptr; }
   const std::vector<std::uint32_t>& extreme(const WorkLimit* limit = nullptr) const { return with_hull(limit).extreme; }
   const NormalCones& normal_cones(const WorkLimit* limit = nullptr) const;
   /// Closed, and the surface of its hull, to 1e-13 of the size.

@@ -61,6 +61,7 @@ NormalCone of_triangle(const MeshModel& mesh, std::uint32_t t, std::span<const D
 
 const NormalCones& MeshModel::normal_cones(const WorkLimit* limit) const {
   return cones_.get(limit, [&](const WorkLimit* own) {
+    neighbours(own);  // which the corners' triangles are found by
     WorkMeter meter(own);
     std::vector<Direction> normals(triangles.size());
     for (std::uint32_t t = 0; t < normals.size(); ++t) {

@@ -309,7 +309,11 @@ void MeshRefit::rebuild(MeshModel& mesh, const std::vector<std::uint8_t>& worn, 
   mesh.boxes = std::move(all.boxes);
   mesh.slabs = std::move(all.slabs);
   mesh.depth = std::max(mesh.depth, all.depth);
-  // What stays is measured by what it was when it was built.
+  measure_anew(mesh, worn);
+}
+
+// What stays is measured by what it was when it was built.
+void MeshRefit::measure_anew(const MeshModel& mesh, const std::vector<std::uint8_t>& worn) {
   std::vector<double> built;
   for (const Subtree& s : subtrees_) built.push_back(s.built);
   const double top_built = top_built_;

@@ -48,6 +48,7 @@ class MeshRefit {
   Areas sum_of_all() const;
   double wear(double ratio, double& built) const;
   void rebuild(MeshModel& mesh, const std::vector<std::uint8_t>& worn, const PartRunner& parts);
+  void measure_anew(const MeshModel& mesh, const std::vector<std::uint8_t>& worn);
 
   std::vector<Subtree> subtrees_;
   std::vector<std::uint32_t> top_;  ///< nodes above them, parents first

@@ -557,6 +557,7 @@ void Bodies::lend(std::uint32_t index, int rank, Message& letter) {
   Edge& one = edge(index);
   if (is_calm) one.box = box_now(index, 0);
   one.seen = SceneChanges::versions(scene_)[index];
+  unchecked_[index] = 1;  // others may need a copy where it is now: the next exchange finds who
   one.skin.lo.fill(std::numeric_limits<float>::infinity());
   one.skin.hi.fill(-std::numeric_limits<float>::infinity());
   one.copies.insert(std::upper_bound(one.copies.begin(), one.copies.end(), rank), rank);

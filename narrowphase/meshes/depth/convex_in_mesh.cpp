@@ -140,6 +140,7 @@ bool ConvexInMesh::chord_constraint(const MeshConvexPair& there, std::uint32_t t
   const double rise = n.dot(chord), slope = rise / chord.norm();
   if (!(below > 0 && rise > 0)) return false;
   const Vec3 crossing = there.in_mesh(low + (below / rise) * chord);
+  pair_.model().neighbours(pair_.options().limit);  // made here, where a limit is known
   const double inside = distance_to_region_border(pair_.model(), t, crossing, slack);
   if (!(inside > 0)) return false;
   const double height = n.dot(there.centre() - p[0]);

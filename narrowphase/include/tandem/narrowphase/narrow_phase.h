@@ -59,7 +59,8 @@ class NarrowPhase {
                                                                    const Pose& pose_b) const;
 
   /// First time in [0, tmax] (s) at which they touch when A and B translate with constant velocities (m/s, finite);
-  /// empty if never. Conservative advancement on the signed distance; never late by more than 1e-12 of the path. Throws
+  /// empty if never. Conservative advancement on the signed distance; never late by more than 1e-12 of the path,
+  /// early where they come as near as 1e-14 of their sizes and coordinates. Throws
   /// std::invalid_argument for velocities that are not finite, a tmax that is not finite and >= 0, and pairs whose
   /// distance is refused; WorkStopped as above. Poses must be valid.
   std::optional<double> time_of_impact(const Shape& a, const Pose& pose_a, const Vec3& velocity_a, const Shape& b,
