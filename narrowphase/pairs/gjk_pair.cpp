@@ -150,6 +150,22 @@ bool answer_or_descend(const MinkowskiDifference& d, double least, double beyond
   return false;
 }
 
+/// Is the origin in the tetrahedron whatever rounding does to its determinants? Of slivers, as of needles, the planes
+/// are off by more than the corners.
+bool surely_holds_origin(const Simplex& s) {
+  int positive = 0;
+  for (int left_out = 0; left_out < 4; ++left_out) {
+    const Vec3 &a = s.p[(left_out + 1) % 4].w, &b = s.p[(left_out + 2) % 4].w, &c = s.p[(left_out + 3) % 4].w;
+    const Vec3 p = b.cwiseAbs(), q = c.cwiseAbs();
+    const double permanent = a.cwiseAbs().dot(Vec3(p[1] * q[2] + p[2] * q[1], p[2] * q[0] + p[0] * q[2],
+                                                   p[0] * q[1] + p[1] * q[0]));
+    const double volume = a.dot(b.cross(c));
+    if (!(std::abs(volume) > tolerance::permanent_rounding * permanent)) return false;
+    if ((volume > 0) == (left_out % 2 == 0)) ++positive;  // each shift of four corners is odd
+  }
+  return positive == 0 || positive == 4;
+}
+
 /// Round surfaces are only approached: Newton's method has the last digits.
 void polish(const MinkowskiDifference& d, CoreDistance& core, LocalAnswer& answer) {
   const Support s = minimize(RoundPair(d), answer.normal, -infinity);
@@ -183,7 +199,9 @@ bool gjk_collide(const MinkowskiDifference& d, double tolerance, const Vec3* sta
   }
   // A simplex that encloses the origin where it has been close already, or is flat, may only seem to.
   const double sure = tolerance::near_surface * d.scale();
-  if (r.end == GjkResult::End::inside && r.v.squaredNorm() > sure * sure && is_solid(d, r.simplex)) return true;
+  if (r.end == GjkResult::End::inside && r.v.squaredNorm() > sure * sure && is_solid(d, r.simplex) &&
+      (!d.polytopes() || surely_holds_origin(r.simplex)))
+    return true;
   if (r.end != GjkResult::End::inside && r.upper < radius - rounding) return true;
   return gjk_signed_distance(d, tolerance).signed_distance <= 0;
 }

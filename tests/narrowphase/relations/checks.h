@@ -14,6 +14,8 @@ inline constexpr double rounding = 1e-12;  ///< of distances that are the same r
 /// Of witness points from the surfaces: where these are curved, points are less exact.
 inline constexpr double surface = 1e-9;
 inline constexpr double early = 1e-9;  ///< of the path: how much before a touch the time of impact may be
+/// Of the path: bodies on motions that may turn touch from where they are as near (`NarrowPhase::time_of_impact`).
+inline constexpr double as_touch = 1e-10;
 
 inline constexpr double infinity = std::numeric_limits<double>::infinity();
 
