@@ -149,7 +149,8 @@ class GapContacts {
 PairAnswer gap_contacts(const Posed& a, const Posed& b, std::span<const TrianglePair> meeting,
                         const NarrowPhaseOptions& options, std::vector<Contact>& contacts) {
   const std::size_t first = contacts.size();
-  for (const Posed& posed : {a, b}) mesh_of(posed.shape).neighbours(options.limit);  // made here, where a limit is known
+  // Made here, where a limit is known.
+  for (const Posed& posed : {a, b}) mesh_of(posed.shape).neighbours(options.limit);
   GapContacts gaps(a, b, options);
   const auto meet = [&](std::uint32_t i, std::uint32_t j) {
     return std::binary_search(meeting.begin(), meeting.end(), TrianglePair{i, j});

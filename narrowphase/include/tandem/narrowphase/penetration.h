@@ -40,7 +40,8 @@ struct DepthBounds {
 /// - a convex or round shape, and a solid mesh: all that its surface encloses; of a solid with thin walls the walls,
 ///   not the hollow;
 /// - a mesh that is no solid, closed or not, and a triangle: none. Only its triangles count: a convex or round shape,
-///   or a solid, collides where one touches it or lies in it, and is apart on either side and within what it goes round;
+///   or a solid, collides where one touches it or lies in it, and is apart on either side and within what it goes
+///   round;
 /// - of two surfaces neither: they collide where triangles meet, and what has come through altogether is apart.
 /// A mesh that is not closed is refused as a solid, and nothing is guessed where it would be one.
 ///
