@@ -78,13 +78,17 @@ mpi::Options pipeline_options(const Options& options) {
 }
 
 // Bodies are named by their indices in the scene, each added by one rank; the first step takes them to their owners.
+// Scenes name neighbours by near indices, so stretches of them keep neighbours near each other in memory, too.
 void add_bodies(mpi::Pipeline& pipeline, const Scene& scene, bool bodies) {
   for (std::uint32_t k = 0; k < scene.shapes().size(); ++k)
     pipeline.add_shape(scene.shapes()[k], std::string(scene.shape_name(k)));
   pipeline.set_gravity(scene.gravity);
   pipeline.set_dt(scene.dt);
-  const auto ranks = static_cast<std::uint32_t>(pipeline.ranks()), rank = static_cast<std::uint32_t>(pipeline.rank());
-  for (std::uint32_t i = rank; bodies && i < scene.indices(); i += ranks)
+  const auto share = [&](int rank) {
+    return static_cast<std::uint32_t>(scene.indices() * static_cast<std::size_t>(rank) /
+                                      static_cast<std::size_t>(pipeline.ranks()));
+  };
+  for (std::uint32_t i = share(pipeline.rank()); bodies && i < share(pipeline.rank() + 1); ++i)
     pipeline.add_body(i, {.shape = scene.shape_id(scene.id(i)),
                           .pose = scene.poses()[i],
                           .velocity = scene.velocities()[i],
