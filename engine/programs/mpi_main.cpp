@@ -78,7 +78,7 @@ mpi::Options pipeline_options(const Options& options) {
 }
 
 // Bodies are named by their indices in the scene, each added by one rank; the first step takes them to their owners.
-// Stretches of them, as scenes name neighbours by near indices.
+// Each rank adds a stretch of them, as scenes name neighbours by near indices.
 void add_bodies(mpi::Pipeline& pipeline, const Scene& scene, bool bodies) {
   for (std::uint32_t k = 0; k < scene.shapes().size(); ++k)
     pipeline.add_shape(scene.shapes()[k], std::string(scene.shape_name(k)));
