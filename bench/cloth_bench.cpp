@@ -15,6 +15,7 @@
 
 #include "benches.h"
 #include "clocks.h"
+#include "fcl_model.h"
 #include "meshes/mesh_pair.h"
 #include "tandem/narrowphase/deformable_mesh.h"
 
@@ -71,16 +72,6 @@ Mesh ball() {
       if (j + 1 < rings) mesh.triangles.push_back({at(j, i), at(j + 1, i + 1), at(j + 1, i)});
     }
   return mesh;
-}
-
-std::shared_ptr<Model> fcl_model(const Mesh& mesh) {
-  auto model = std::make_shared<Model>();
-  model->beginModel(static_cast<int>(mesh.triangles.size()), static_cast<int>(mesh.vertices.size()));
-  std::vector<::fcl::Triangle> all;
-  for (const auto& t : mesh.triangles) all.emplace_back(t[0], t[1], t[2]);
-  model->addSubModel(mesh.vertices, all);
-  model->endModel();
-  return model;
 }
 
 enum class FclUpdate { update, replace, rebuild };

@@ -5,21 +5,12 @@
 #include <algorithm>
 
 #include "contestant.h"
+#include "fcl_model.h"
 
 namespace tandem::bench {
 namespace {
 
 using Model = ::fcl::BVHModel<::fcl::OBBRSS<double>>;
-
-std::unique_ptr<Model> model_of(const Mesh& mesh) {
-  auto model = std::make_unique<Model>();
-  model->beginModel(static_cast<int>(mesh.triangles.size()), static_cast<int>(mesh.vertices.size()));
-  std::vector<::fcl::Triangle> all;
-  for (const auto& t : mesh.triangles) all.emplace_back(t[0], t[1], t[2]);
-  model->addSubModel(mesh.vertices, all);
-  model->endModel();
-  return model;
-}
 
 TrianglePairs pairs_of(const Model& a, const Model& b) {
   const ::fcl::Transform3d home = ::fcl::Transform3d::Identity();
@@ -41,15 +32,15 @@ class FclMeshes final : public MeshContestant {
   // It tells all triangles that share a vertex, too: twelve a triangle.
   std::size_t most_triangles_of_self() const override { return 200'000; }
 
-  void build() override { a_ = model_of(given_.a); }
+  void build() override { a_ = fcl_model(given_.a); }
   void build_all() override {
     build();
-    b_ = model_of(given_.b);
-    if (given_.both.triangles.size() <= most_triangles_of_self()) self_ = model_of(given_.both);
+    b_ = fcl_model(given_.b);
+    if (given_.both.triangles.size() <= most_triangles_of_self()) self_ = fcl_model(given_.both);
   }
   std::size_t memory() override {
     const std::size_t before = heap_bytes();
-    const auto model = model_of(given_.a);
+    const auto model = fcl_model(given_.a);
     return heap_bytes() - before;
   }
 
@@ -83,7 +74,7 @@ class FclMeshes final : public MeshContestant {
   }
 
   const MeshesGiven given_;
-  std::unique_ptr<Model> a_, b_, self_;
+  std::shared_ptr<Model> a_, b_, self_;
 };
 
 }  // namespace

@@ -62,12 +62,7 @@ const ContactList& Response::Impl::with_stops(const Scene& scene, const ContactL
 std::size_t Response::Impl::limit_motion(const Scene& scene) {
   ends.clear();
   if (!scene.has_continuous()) return 0;
-  free_ends(scene, ends);  // of the static ones
-  for (std::uint32_t i = 0; i < scene.indices(); ++i)
-    if (bodies.moves(i))
-      ends[i] = bodies.end_of(scene, i);
-    else if (!scene.is_static()[i] || !is_valid(ends[i]))
-      ends[i] = scene.poses()[i];
+  bodies.find_ends(scene, ends);
   return motion->limit(scene, ends).size();
 }
 

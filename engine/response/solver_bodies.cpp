@@ -4,6 +4,8 @@
 #include <numbers>
 #include <span>
 
+#include "tandem/engine/continuous_motion.h"
+
 namespace tandem {
 namespace {
 
@@ -115,6 +117,15 @@ Pose SolverBodies::end_of(const Scene& scene, std::uint32_t i) const {
   pose.rotation = orientations_[i].toRotationMatrix();
   pose.translation = bodies_[i].centre + bodies_[i].moved - pose.rotation * shapes_[scene.shape_indices()[i]].centre;
   return pose;
+}
+
+void SolverBodies::find_ends(const Scene& scene, std::vector<Pose>& ends) const {
+  free_ends(scene, ends);  // of the static ones
+  for (std::uint32_t i = 0; i < scene.indices(); ++i)
+    if (moves(i))
+      ends[i] = end_of(scene, i);
+    else if (!scene.is_static()[i] || !is_valid(ends[i]))
+      ends[i] = scene.poses()[i];
 }
 
 SolverBodies::End SolverBodies::end_at(const Scene& scene, std::uint32_t i, const Pose& pose) const {

@@ -23,6 +23,8 @@ class SolverBodies {
   void advance(double h);
   /// Where a body has come to.
   Pose end_of(const Scene& scene, std::uint32_t index) const;
+  /// Where all bodies of the scene end; one that is static goes as fast as it was told.
+  void find_ends(const Scene& scene, std::vector<Pose>& ends) const;
 
   struct End {
     Vec3 velocity, angular_velocity;

@@ -59,6 +59,12 @@ double rest_of(const AnswerOptions& answer) {
   return answer.request == Request::collide ? 0 : tolerance::rest_share * answer.keep_contacts;
 }
 
+Change change_of(Change::Kind kind, GlobalId id) {
+  Change change{kind, 0, {}};
+  change.body.motion.id = id;
+  return change;
+}
+
 }  // namespace
 
 Pipeline::Impl::Impl(MPI_Comm of, Options wanted)
@@ -437,9 +443,7 @@ void Pipeline::add_body(GlobalId id, const BodyOptions& body) {
   impl_->changes.push_back({Change::Kind::add, 0, impl_->bodies.checked(id, body)});
 }
 void Pipeline::remove_body(GlobalId id) {
-  Change change{Change::Kind::remove, 0, {}};
-  change.body.motion.id = id;
-  impl_->changes.push_back(change);
+  impl_->changes.push_back(change_of(Change::Kind::remove, id));
 }
 void Pipeline::set_pose(GlobalId id, const Pose& pose) {
   require_valid(pose, "body " + std::to_string(id));
@@ -460,41 +464,35 @@ void Pipeline::set_shape(GlobalId id, ShapeId shape) {
     throw std::invalid_argument("body " + std::to_string(id) + ": shape is number " +
                                 std::to_string(shape.index_plus_one) + ", allowed: 1 to " + std::to_string(shapes) +
                                 ", the shapes added");
-  Change change{Change::Kind::shape, 0, {}};
-  change.body.motion.id = id;
+  Change change = change_of(Change::Kind::shape, id);
   change.body.shape = shape.index_plus_one - 1;
   impl_->changes.push_back(change);
 }
 void Pipeline::set_filter(GlobalId id, std::uint32_t group, std::uint32_t mask) {
-  Change change{Change::Kind::filter, 0, {}};
-  change.body.motion.id = id;
+  Change change = change_of(Change::Kind::filter, id);
   change.body.group = group;
   change.body.mask = mask;
   impl_->changes.push_back(change);
 }
 void Pipeline::set_static(GlobalId id, bool is_static) {
-  Change change{Change::Kind::is_static, 0, {}};
-  change.body.motion.id = id;
+  Change change = change_of(Change::Kind::is_static, id);
   change.body.is_static = is_static ? 1 : 0;
   impl_->changes.push_back(change);
 }
 void Pipeline::set_density(GlobalId id, double density) {
   require(std::isfinite(density) && density > 0, ("body " + std::to_string(id) + ": density").c_str(), density,
           "finite, > 0 kg/m^3");
-  Change change{Change::Kind::density, 0, {}};
-  change.body.motion.id = id;
+  Change change = change_of(Change::Kind::density, id);
   change.body.density = density;
   impl_->changes.push_back(change);
 }
 void Pipeline::set_sensor(GlobalId id, bool is_sensor) {
-  Change change{Change::Kind::is_sensor, 0, {}};
-  change.body.motion.id = id;
+  Change change = change_of(Change::Kind::is_sensor, id);
   change.body.is_sensor = is_sensor ? 1 : 0;
   impl_->changes.push_back(change);
 }
 void Pipeline::set_continuous(GlobalId id, bool continuous) {
-  Change change{Change::Kind::continuous, 0, {}};
-  change.body.motion.id = id;
+  Change change = change_of(Change::Kind::continuous, id);
   change.body.is_continuous = continuous ? 1 : 0;
   impl_->changes.push_back(change);
 }

@@ -309,12 +309,7 @@ void Response::Impl::limit_motion(RankResponseReport& report) {
   stops.forget();
   if (!pipeline.has_continuous) return;
   const Scene& scene = pipeline.bodies.scene();
-  free_ends(scene, ends);  // of the static ones
-  for (std::uint32_t i = 0; i < scene.indices(); ++i)
-    if (bodies.moves(i))
-      ends[i] = bodies.end_of(scene, i);
-    else if (!scene.is_static()[i] || !is_valid(ends[i]))
-      ends[i] = scene.poses()[i];
+  bodies.find_ends(scene, ends);
   report.response.stops = stops.limit(ends);
 }
 
