@@ -6,7 +6,7 @@
 
 #include "dispatch/undecided.h"
 #include "manifold/manifold.h"
-#include "meshes/mesh_pair.h"
+#include "meshes/mesh_solvers.h"
 #include "pairs/convex_pair.h"
 #include "shapes/mesh_model.h"
 #include "shapes/posed_mesh.h"

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "dispatch/swept_body.h"
-#include "meshes/mesh_pair.h"
+#include "meshes/mesh_solvers.h"
 #include "pairs/convex_pair.h"
 #include "tandem/narrowphase/narrow_phase.h"
 #include "tolerances.h"

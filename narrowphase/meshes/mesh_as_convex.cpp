@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "meshes/mesh_pair.h"
+#include "meshes/mesh_solvers.h"
 #include "pairs/convex_pair.h"
 #include "shapes/mesh_model.h"
 #include "shapes/pair_order.h"

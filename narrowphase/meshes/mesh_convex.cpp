@@ -7,7 +7,7 @@
 
 #include "meshes/contacts/convex_contacts.h"
 #include "meshes/depth/convex_in_mesh.h"
-#include "meshes/mesh_pair.h"
+#include "meshes/mesh_solvers.h"
 #include "meshes/traversal/mesh_convex_pair.h"
 #include "pairs/convex_pair.h"
 #include "shapes/mesh_model.h"

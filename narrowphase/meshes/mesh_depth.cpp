@@ -6,7 +6,7 @@
 #include "meshes/contacts/mesh_contacts.h"
 #include "meshes/depth/overlapping_meshes.h"
 #include "meshes/mesh_as_convex.h"
-#include "meshes/mesh_pair.h"
+#include "meshes/mesh_solvers.h"
 #include "meshes/traversal/mesh_nearest.h"
 #include "pairs/convex_pair.h"
 #include "shapes/mesh_model.h"

@@ -4,7 +4,7 @@
 
 #include "manifold/manifold.h"
 #include "manifold/patch_collector.h"
-#include "meshes/mesh_pair.h"
+#include "meshes/mesh_solvers.h"
 #include "shapes/mesh_hierarchy.h"
 #include "shapes/mesh_model.h"
 #include "shapes/shape_insides.h"

@@ -1,11 +1,23 @@
 #include "meshes/mesh_pair.h"
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <span>
 
 #include "manifold/manifold.h"
+#include "meshes/contacts/gap_contacts.h"
+#include "meshes/contacts/mesh_contacts.h"
+#include "meshes/mesh_as_convex.h"
+#include "meshes/mesh_depth.h"
+#include "meshes/mesh_solvers.h"
+#include "meshes/traversal/meeting_pairs.h"
+#include "meshes/traversal/mesh_nearest.h"
 #include "pairs/centre_test.h"
 #include "pairs/convex_pair.h"
 #include "shapes/mesh_model.h"
+#include "shapes/metered_sort.h"
 #include "shapes/pair_order.h"
 #include "shapes/shape_insides.h"
 #include "tolerances.h"
@@ -34,6 +46,116 @@ bool is_clear_of_hull(const Shape& a, const Pose& pose_a, const Shape& b, const 
   return gap > margin + tolerance::alike * (a.size() + b.size());
 }
 
+// Two whose triangles `pairs` meet, or of which one is inside the other; A's frame for the list of pairs.
+struct Collision {
+  const Posed &a, &b;
+  const TriangleTest& test;
+  std::span<const TrianglePair> pairs;
+  const NarrowPhaseOptions& options;
+
+  const MeshModel& mesh_a() const { return mesh_of(a.shape); }
+  const MeshModel& mesh_b() const { return mesh_of(b.shape); }
+  PatchSides add_patches(std::vector<Contact>& contacts) const {
+    return patch_contacts(mesh_a(), mesh_b(), test, pairs, options, contacts);
+  }
+};
+
+// They do not meet, exactly: however near they are, it is not 0.
+double no_touch(double distance) { return std::max(distance, std::numeric_limits<double>::min()); }
+
+PairAnswer distance_apart(const Posed& a, const Posed& b, const NarrowPhaseOptions& options) {
+  NearestSearch search(a, b, options.limit);
+  const Nearest near = search(options.cutoff);
+  PairAnswer answer;
+  answer.signed_distance = no_touch(near.distance);
+  if (std::isinf(near.distance)) return answer;
+  answer.point_a = near.on_a + a.pose.translation;
+  answer.point_b = near.on_b + a.pose.translation;
+  answer.normal = search.normal(for_triangles(options));
+  return answer;
+}
+
+// Of two that do not meet; `gap` is null where nothing is asked of it.
+PairAnswer contacts_apart(const Posed& a, const Posed& b, const TriangleTest& test, const GapBound* gap,
+                          const NarrowPhaseOptions& options, std::vector<Contact>& contacts) {
+  const std::size_t first = contacts.size();
+  const double least = gap != nullptr ? gap_of(mesh_of(a.shape), mesh_of(b.shape), test, *gap) : 0;
+  PairAnswer answer;
+  if (options.margin > 0 && (a.shape.is_convex() || b.shape.is_convex())) {
+    answer = solve_as_convex(a, b, Request::contacts, options, &contacts);
+    // What rounding took for a touch is a gap.
+    for (Contact& c : std::span(contacts).subspan(first)) c.depth = -no_touch(-c.depth);
+    answer.signed_distance = no_touch(answer.signed_distance);
+    answer.collide = false;
+  } else if (options.mesh_margin && options.margin > least) {
+    answer = gap_contacts(a, b, {}, options, contacts);
+  }
+  if (contacts.size() == first) answer.signed_distance = least;
+  return answer;
+}
+
+// Of their hulls, unless these hardly touch and miss each other by rounding; false, and no contacts.
+bool contacts_of_hulls(const Collision& c, PairAnswer& answer, std::vector<Contact>& contacts) {
+  if (!c.mesh_a().own_hull(c.options.limit) || !c.mesh_b().own_hull(c.options.limit)) return false;
+  const std::size_t first = contacts.size();
+  answer = overlap_of_hulls(c.a, c.b, Request::contacts, c.options, &contacts);
+  if (contacts.size() > first && is_as_hulls(c.a, c.b, -answer.signed_distance, c.options.limit)) return true;
+  contacts.resize(first);
+  return false;
+}
+
+// As with the convex set that one bounds; false, and the contacts of their patches, where that does not stand for it.
+bool contacts_as_convex(const Collision& c, PairAnswer& answer, PatchSides& sides, std::vector<Contact>& contacts) {
+  const std::size_t first = contacts.size();
+  answer = overlap_as_convex(c.a, c.b, Request::contacts, c.options, &contacts);
+  if (contacts.size() == first) return false;
+  if (is_as_convex(c.a, c.b, -answer.signed_distance, c.options.limit)) return true;
+  contacts.resize(first);
+  sides = c.add_patches(contacts);
+  // Through the surface into what it bounds may be the shorter translation.
+  const PairAnswer shortest = solve_meshes(c.a, c.b, Request::distance, c.options, nullptr);
+  const double slack = tolerance::translation_slack * (c.a.shape.size() + c.b.shape.size());
+  if (shortest.status != Status::ok ||
+      !(from_deepest(contacts, first).signed_distance < shortest.signed_distance - slack))
+    return false;
+  contacts.resize(first);
+  contacts.push_back(contact_of(shortest));
+  answer = shortest;
+  return true;
+}
+
+PairAnswer contacts_of_collision(const Collision& c, std::vector<Contact>& contacts) {
+  const std::size_t first = contacts.size();
+  PairAnswer answer;
+  for (const MeshModel* mesh : {&c.mesh_a(), &c.mesh_b()})
+    mesh->neighbours(c.options.limit);  // what follows asks for it
+  if (contacts_of_hulls(c, answer, contacts)) return answer;
+  // Which way a triangle's corners go round, or those of a surface with a border, says nothing: it has no inside.
+  const bool has_convex = bounds_convex(c.a, c.options.limit) || bounds_convex(c.b, c.options.limit);
+  PatchSides sides;
+  if (!has_convex || (c.mesh_a().closed && c.mesh_b().closed)) sides = c.add_patches(contacts);
+  if (has_convex && (!sides.sure || sides.in_corner)) {
+    contacts.resize(first);
+    if (contacts_as_convex(c, answer, sides, contacts)) return answer;
+  }
+  if (!sides.sure) touching_contacts(c.mesh_a(), c.mesh_b(), c.test, c.pairs, c.options.limit, first, contacts);
+  for (Contact& contact : std::span(contacts).subspan(first)) {
+    contact.point = c.a.pose * contact.point;
+    contact.normal = (c.a.pose.rotation * contact.normal).normalized();
+  }
+  return bounded_contacts(c.a, c.b, c.pairs, c.options, first, contacts);
+}
+
+PairAnswer distance_of_collision(const Collision& c) {
+  if (c.a.shape.is_convex() || c.b.shape.is_convex())
+    return overlap_as_convex(c.a, c.b, Request::distance, c.options, nullptr);
+  if (c.mesh_a().own_hull(c.options.limit) && c.mesh_b().own_hull(c.options.limit)) {
+    const PairAnswer hulls = overlap_of_hulls(c.a, c.b, Request::distance, c.options, nullptr);
+    if (is_as_hulls(c.a, c.b, -hulls.signed_distance, c.options.limit)) return hulls;
+  }
+  return depth_of_meshes(c.a, c.b, c.pairs, c.options);
+}
+
 }  // namespace
 
 bool goes_first(const Posed& a, const Posed& b) {
@@ -60,26 +182,6 @@ bool goes_first(const Posed& a, const Posed& b) {
                                        before);
 }
 
-NarrowPhaseOptions for_triangles(const NarrowPhaseOptions& options) {
-  NarrowPhaseOptions o = options;
-  o.solver.clear();  // the name was that of a solver for meshes
-  return o;
-}
-
-PairAnswer from_deepest(const std::vector<Contact>& contacts, std::size_t first) {
-  PairAnswer answer;
-  const Contact* deepest = nullptr;
-  for (std::size_t i = first; i < contacts.size(); ++i)
-    if (!deepest || contacts[i].depth > deepest->depth) deepest = &contacts[i];
-  if (!deepest) return answer;
-  answer.collide = deepest->depth >= 0;
-  answer.signed_distance = -deepest->depth;
-  answer.normal = deepest->normal;
-  answer.point_a = deepest->point + deepest->normal * (deepest->depth / 2);
-  answer.point_b = deepest->point - deepest->normal * (deepest->depth / 2);
-  return answer;
-}
-
 PairAnswer solve_mesh(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                       const NarrowPhaseOptions& options, std::vector<Contact>* contacts) {
   const bool has_margin = options.mesh_margin || a.is_convex() || b.is_convex();
@@ -98,6 +200,47 @@ PairAnswer solve_mesh(const Shape& a, const Pose& pose_a, const Shape& b, const 
   PairAnswer answer = solve_with_mesh_first(second, first, request, options, contacts);
   swap_answer(answer, contacts, begin);
   return answer;
+}
+
+PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const NarrowPhaseOptions& options,
+                        std::vector<Contact>* contacts) {
+  if (request == Request::collide) {
+    PairAnswer answer;
+    answer.collide = meshes_collide(a, b, options.limit);
+    return answer;
+  }
+  TriangleTest test(a.pose, b.pose, reach(mesh_of(b.shape)));
+  PairMemory memory;
+  GapBound bound;
+  GapBound* gap = request == Request::contacts && (options.mesh_gaps || (options.mesh_margin && options.margin > 0))
+                      ? &bound
+                      : nullptr;
+  const TrianglePairs pairs = meeting_pairs(a, b, test, options, memory, gap);
+  const bool collide = !pairs.empty() || is_contained(a, b, options.limit);
+  const Collision collision{a, b, test, pairs, options};
+  if (request == Request::contacts)
+    return collide ? contacts_of_collision(collision, *contacts) : contacts_apart(a, b, test, gap, options, *contacts);
+  return collide ? distance_of_collision(collision) : distance_apart(a, b, options);
+}
+
+std::vector<std::array<std::uint32_t, 2>> mesh_triangle_pairs(const Shape& a, const Pose& pose_a, const Shape& b,
+                                                              const Pose& pose_b, const NarrowPhaseOptions& options) {
+  if (test_hulls(a, pose_a, b, pose_b, options.limit).at_least > 0) return {};
+  const Posed first{a, pose_a}, second{b, pose_b};
+  const bool in_order = goes_first(first, second);
+  const Posed &p = in_order ? first : second, &q = in_order ? second : first;
+  TriangleTest test(p.pose, q.pose, reach(mesh_of(q.shape)));
+  PairMemory memory;
+  const TrianglePairs found = meeting_pairs(p, q, test, options, memory, nullptr);
+  std::vector<std::array<std::uint32_t, 2>> pairs;
+  pairs.reserve(found.size());
+  WorkMeter meter(options.limit);
+  for (const auto& [i, j] : found) {
+    meter.spend();
+    pairs.push_back(in_order ? TrianglePair{i, j} : TrianglePair{j, i});
+  }
+  if (!in_order) sort_metered(meter, pairs.begin(), pairs.end(), std::less<TrianglePair>());
+  return pairs;
 }
 
 }  // namespace tandem

@@ -3,7 +3,7 @@
 #include <limits>
 #include <vector>
 
-#include "meshes/mesh_pair.h"
+#include "meshes/mesh_solvers.h"
 #include "meshes/traversal/hierarchy.h"
 #include "shapes/mesh_hierarchy.h"
 #include "shapes/shape_insides.h"

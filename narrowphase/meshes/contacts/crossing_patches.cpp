@@ -5,7 +5,7 @@
 #include "shapes/disjoint_sets.h"
 #include "shapes/index_map.h"
 #include "tolerances.h"
-#include "triangles/patch_rows.h"
+#include "triangles/triangle_rows.h"
 
 namespace tandem {
 namespace {

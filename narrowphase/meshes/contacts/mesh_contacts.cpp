@@ -9,7 +9,7 @@
 #include "meshes/contacts/concave_corner.h"
 #include "meshes/contacts/crossing_patches.h"
 #include "meshes/contacts/face_overlaps.h"
-#include "meshes/contacts/patch_normal.h"
+#include "meshes/contacts/patch_points.h"
 #include "tolerances.h"
 
 namespace tandem {

@@ -2,14 +2,166 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <optional>
 
 #include "manifold/patch_collector.h"
-#include "meshes/contacts/depth_probe.h"
+#include "shapes/metered_sort.h"
+#include "shapes/unit_vector.h"
 #include "tolerances.h"
-#include "triangles/patch_rows.h"
+#include "triangles/triangle_rows.h"
 
 namespace tandem {
 namespace {
+
+// What rounding may make of the area of a patch's curve: its points lie in both triangles' planes to rounding, the less
+// exactly the flatter these cross.
+double noise_of(const PosedMeshes& m, const Patch& patch, std::span<const Crossing> crossings) {
+  const auto normal = [&](bool of_a, std::uint32_t t) {
+    const auto p = m.corners(of_a, t);
+    return unit((p[1] - p[0]).cross(p[2] - p[0]));
+  };
+  const double off = 8 * epsilon * (m.a.half + m.b.half).norm() + m.frame.delta();
+  double noise = 0;
+  WorkMeter meter(m.limit);
+  for (const std::uint32_t k : patch.crossings) {
+    meter.spend();
+    const Crossing& c = crossings[k];
+    const double length = (c.end[1].point - c.end[0].point).norm();
+    const double sine = normal(true, c.triangles[0]).cross(normal(false, c.triangles[1])).norm();
+    if (length > 0) noise += length * off / sine;
+  }
+  return noise;
+}
+
+// The one plane of a mesh's triangles of a patch that faces the other along n; nullptr if there are several.
+const Facet* sole_face(std::span<const Facet> facets, const Vec3& n, double slack) {
+  constexpr double on_its_side = 0.1;
+  const Facet* face = nullptr;
+  for (const Facet& f : facets) {
+    if (!(f.n.dot(n) > on_its_side)) continue;
+    if (face == nullptr) face = &f;
+    for (const Vec3& v : f.p)
+      if (std::abs(face->n.dot(v - face->p[0])) > slack) return nullptr;
+  }
+  return face;
+}
+
+constexpr std::size_t span_limit = 16;  // ridges of a patch that are held against those of the other mesh
+
+// Do the two triangles at the edge lie behind each other's planes, or is it a border? Only such edges can be deepest
+// where they cross one of the other mesh. Of a surface with a border either side may be the outer one: all count.
+bool is_ridge(const MeshModel& mesh, std::uint32_t t, std::uint32_t corner) {
+  const std::uint32_t next = mesh.neighbours()[t][corner];
+  if (next == no_index || !mesh.closed) return true;
+  const auto p = mesh.corners(t), q = mesh.corners(next);
+  const Vec3 n = (p[1] - p[0]).cross(p[2] - p[0]);
+  const auto& back = mesh.neighbours()[next];
+  const auto shared = static_cast<std::size_t>(std::find(back.begin(), back.end(), t) - back.begin());
+  return n.dot(q[(shared + 2) % 3] - p[0]) < -tolerance::in_plane * n.norm() * mesh.half.norm();
+}
+
+// How far two such stretches, of A and of B, reach past each other where they cross as seen along n: within `slack` of
+// their ends, too, which lie over the other's where a face stands along n.
+std::optional<double> overlap_of_ridges(const RidgeSpan& a, const RidgeSpan& b, const Vec3& n, double slack,
+                                        Vec3& point) {
+  const Vec3 d = a.q - a.p, e = b.q - b.p, r = b.p - a.p;
+  const double det = n.dot(d.cross(e));
+  // Where two that are parallel cross is rounding's doing; what lies over their ends is known without.
+  if (!(std::abs(det) > tolerance::flush * d.norm() * e.norm())) return std::nullopt;
+  const double s = n.dot(r.cross(e)) / det, t = n.dot(r.cross(d)) / det;
+  const auto on = [slack](double fraction, const Vec3& edge) {
+    const double beyond = std::max(-fraction, fraction - 1);
+    return beyond <= 0 || beyond * edge.norm() <= slack;
+  };
+  if (!on(s, d) || !on(t, e)) return std::nullopt;
+  const Vec3 on_a = a.p + std::clamp(s, 0.0, 1.0) * d, on_b = b.p + std::clamp(t, 0.0, 1.0) * e;
+  point = (on_a + on_b) / 2;
+  const double depth = n.dot(on_a - on_b);
+  return depth >= 0 ? std::optional(depth) : std::nullopt;
+}
+
+// As many of the stretches as are held against others: those that reach farthest along n, of alike ones those that lie
+// farthest along a direction of their own.
+List<const RidgeSpan*> farthest_spans(std::span<const RidgeSpan> spans, const Vec3& n, double slack, Memory memory) {
+  List<const RidgeSpan*> out(memory);
+  out.reserve(spans.size());
+  for (const RidgeSpan& s : spans) out.push_back(&s);
+  if (spans.size() <= span_limit) return out;
+  const Vec3 tie_break = uncommon(n);
+  const auto reach = [&](const RidgeSpan* s) { return std::round(std::max(n.dot(s->p), n.dot(s->q)) / slack); };
+  const auto aside = [&](const RidgeSpan* s) { return tie_break.dot(s->p + s->q); };
+  const auto last = out.begin() + span_limit;
+  std::nth_element(out.begin(), last, out.end(), [&](const RidgeSpan* x, const RidgeSpan* y) {
+    return reach(x) != reach(y) ? reach(x) > reach(y) : aside(x) > aside(y);
+  });
+  out.erase(last, out.end());
+  return out;
+}
+
+// How far a point of one mesh lies beyond the other's surface, measured along `n` (from A to B); negative if nothing
+// of that surface is there.
+class DepthProbe {
+ public:
+  DepthProbe(const Facets& facets, const Vec3& n, const WorkLimit* limit, Memory memory)
+      : n_(n), flats_{List<Flat>(memory), List<Flat>(memory)} {
+    u_ = uncommon(n).normalized();
+    v_ = n.cross(u_);
+    WorkMeter meter(limit);
+    for (const std::size_t of_a : {std::size_t{1}, std::size_t{0}}) {
+      flats_[of_a].reserve(std::min(facets[of_a].size(), usual_flats));
+      for (const Facet& facet : facets[of_a]) {
+        meter.spend();
+        const auto& p = facet.p;
+        // Only the sides that face each other, not those along n but for what little a pose is off.
+        if (!(facet.n.dot(n) > tolerance::flush)) continue;
+        Flat f;
+        for (std::size_t k = 0; k < 3; ++k) f.x[k] = u_.dot(p[k]), f.y[k] = v_.dot(p[k]), f.z[k] = n.dot(p[k]);
+        const auto [low_x, high_x] = std::minmax({f.x[0], f.x[1], f.x[2]});
+        const auto [low_y, high_y] = std::minmax({f.y[0], f.y[1], f.y[2]});
+        const double slack = 4 * edge * (high_x - low_x + high_y - low_y) +
+                             tolerance::place_rounding_of_nearest * (std::abs(f.x[0]) + std::abs(f.y[0]));
+        f.low_x = low_x - slack, f.high_x = high_x + slack, f.low_y = low_y - slack, f.high_y = high_y + slack;
+        flats_[of_a].push_back(f);
+      }
+    }
+  }
+
+  double operator()(const Candidate& c, WorkMeter& meter) const {
+    const double x = u_.dot(c.point), y = v_.dot(c.point), z = n_.dot(c.point);
+    double nearest = std::numeric_limits<double>::infinity();
+    std::size_t tried = 0;
+    for (const Flat& f : flats_[c.of_a ? 0 : 1]) {
+      if (tried++ % 32 == 0) meter.spend();
+      if (!(x >= f.low_x && x <= f.high_x && y >= f.low_y && y <= f.high_y)) continue;
+      const double ax = f.x[1] - f.x[0], ay = f.y[1] - f.y[0], bx = f.x[2] - f.x[0], by = f.y[2] - f.y[0];
+      const double det = ax * by - ay * bx;
+      if (det == 0) continue;
+      const double px = x - f.x[0], py = y - f.y[0];
+      const double s = (px * by - py * bx) / det, t = (ax * py - ay * px) / det;
+      if (!(s >= -edge && t >= -edge && s + t <= 1 + edge)) continue;
+      const double height = f.z[0] + s * (f.z[1] - f.z[0]) + t * (f.z[2] - f.z[0]);
+      const double depth = c.of_a ? z - height : height - z;
+      if (depth >= 0) nearest = std::min(nearest, depth);
+    }
+    return std::isfinite(nearest) ? nearest : -1;
+  }
+
+  const Vec3& u() const { return u_; }
+  const Vec3& v() const { return v_; }
+
+ private:
+  static constexpr double edge = tolerance::on_edge;  // a point on an edge belongs to both sides
+  static constexpr std::size_t usual_flats = 64;
+  struct Flat {
+    double low_x, high_x, low_y, high_y;  // wide enough for that
+    std::array<double, 3> x, y, z;
+  };
+  Vec3 n_, u_, v_;
+  std::array<List<Flat>, 2> flats_;
+};
 
 // The candidates, all of one mesh, farthest out in eight directions along the patch, and the farthest beyond it: of
 // those that are as far but for `slack` the farthest along the patch's u.
@@ -38,6 +190,96 @@ void choose(std::span<const Candidate> all, const Vec3& n, const Vec3& u, const 
 }
 
 }  // namespace
+
+PatchNormal normal_of(const PosedMeshes& m, const Patch& patch, const Facets& facets,
+                      std::span<const Crossing> crossings) {
+  const Vec3 base = crossings[patch.crossings[0]].end[0].point;
+  Vec3 area = Vec3::Zero(), open = Vec3::Zero(), sides = Vec3::Zero();
+  double length = 0;
+  WorkMeter meter(m.limit);
+  for (const std::uint32_t c : patch.crossings) {
+    meter.spend();
+    const Vec3 p = crossings[c].end[0].point - base, q = crossings[c].end[1].point - base;
+    area += p.cross(q) / 2;
+    open += q - p;
+    length += (q - p).norm();
+  }
+  // A curve that closes has an area; a slit or an open curve (of a surface with a border) has no direction.
+  // Two edges that cross make a sliver with the right normal, however thin; a wide patch that thin is noise.
+  const double least = patch.vertices.empty() ? tolerance::sliver_patch : tolerance::wide_patch, ample = 1e3;
+  if (open.norm() <= tolerance::flush * length &&
+      (area.norm() > least * length * length || area.norm() > ample * noise_of(m, patch, crossings)))
+    return {unit(area), true, area};
+  for (const bool of_a : {true, false})
+    for (const Facet& f : facets[of_a ? 1 : 0]) meter.spend(), sides += f.n;
+  return {sides.norm() > tolerance::flush ? Vec3(sides.normalized()) : Vec3(Vec3::Zero()), false, area};
+}
+
+Vec3 normal_of_face(const PosedMeshes& m, const PatchPoints& points, const Vec3& n) {
+  const double slack = tolerance::in_plane * (m.a.half + m.b.half).norm();
+  const Facet *of_a = sole_face(points.facets[1], n, slack), *of_b = sole_face(points.facets[0], n, slack);
+  if (of_a != nullptr && of_b != nullptr) {
+    // Of two that which less has come through.
+    double beyond_a = 0, beyond_b = 0;
+    const auto include = [&](std::span<const Candidate> some) {
+      for (const Candidate& c : some) {
+        beyond_a = std::max(beyond_a, of_a->n.dot(of_a->p[0] - c.point));
+        beyond_b = std::max(beyond_b, of_b->n.dot(c.point - of_b->p[0]));
+      }
+    };
+    for (const std::size_t k : {std::size_t{0}, std::size_t{1}}) include(points.vertices[k]), include(points.edges[k]);
+    return beyond_a <= beyond_b ? of_a->n : of_b->n;
+  }
+  if (of_a == nullptr && of_b == nullptr) return n;
+  return of_a != nullptr ? of_a->n : of_b->n;
+}
+
+void find_spans(const PosedMeshes& m, const Patch& patch, std::span<const Crossing> crossings, bool of_a, Memory memory,
+                List<RidgeSpan>& spans) {
+  const MeshModel& mesh = m.mesh(of_a);
+  // Each edge is seen from both of its triangles.
+  const auto is_first = [&](std::uint32_t t, std::uint32_t corner) {
+    const std::uint32_t next = mesh.neighbours()[t][corner];
+    return next == no_index || t < next;
+  };
+  const auto add = [&](std::uint32_t edge, const Vec3& p, const Vec3& q) {
+    if (is_ridge(mesh, edge / 3, edge % 3)) spans.push_back({p, q, feature_of(of_a ? 2 : 3, edge)});
+  };
+  WorkMeter meter(m.limit);
+  List<std::uint32_t> inner(memory);
+  inner.reserve(patch.vertices.size());
+  for (const Candidate& c : patch.vertices)
+    if (c.of_a == of_a) inner.push_back(c.feature & 0x3fffffffu);
+  sort_metered(meter, inner.begin(), inner.end(), std::less<std::uint32_t>());
+  const auto is_inside = [&](std::uint32_t vertex) { return std::binary_search(inner.begin(), inner.end(), vertex); };
+  struct Pierced {
+    std::uint32_t edge;
+    const Piercing* piercing;
+  };
+  List<Pierced> pierced(memory);
+  pierced.reserve(patch.crossings.size());
+  for (const std::uint32_t k : patch.crossings) {
+    meter.spend();
+    for (const Piercing& p : crossings[k].end)
+      if (p.edge_of_a == of_a && is_first(p.triangle, p.corner)) pierced.push_back({3 * p.triangle + p.corner, &p});
+  }
+  sort_metered(meter, pierced.begin(), pierced.end(), [](const Pierced& x, const Pierced& y) {
+    return x.edge != y.edge ? x.edge < y.edge : x.piercing->fraction < y.piercing->fraction;
+  });
+  for (auto at = pierced.begin(); at != pierced.end();) {
+    meter.spend(4);
+    const std::uint32_t edge = at->edge;
+    const Piercing& first = *at->piercing;
+    bool is_open = first.from_inside && is_inside(first.from);
+    Vec3 begin = is_open ? m.vertex(of_a, first.from) : Vec3(Vec3::Zero());
+    for (; at != pierced.end() && at->edge == edge; ++at) {
+      if (at->piercing->from_inside && is_open) add(edge, begin, at->piercing->point);
+      is_open = !at->piercing->from_inside;
+      begin = at->piercing->point;
+    }
+    if (is_open && is_inside(first.to)) add(edge, begin, m.vertex(of_a, first.to));
+  }
+}
 
 void add_points(const PosedMeshes& m, const PatchPoints& points, const Vec3& n, Memory memory,
                 std::vector<Contact>& contacts) {

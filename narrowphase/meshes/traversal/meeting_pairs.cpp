@@ -6,8 +6,6 @@
 #include "meshes/traversal/mesh_nearest.h"
 #include "meshes/traversal/mesh_traversal.h"
 #include "meshes/traversal/point_in_mesh.h"
-#include "meshes/traversal/waiting_pairs.h"
-#include "shapes/mesh_model.h"
 #include "shapes/metered_sort.h"
 #include "shapes/shape_insides.h"
 

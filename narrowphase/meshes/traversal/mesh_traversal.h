@@ -1,14 +1,61 @@
+// Pairs of triangles of two meshes that may meet, found by going through both hierarchies at once.
 #pragma once
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
-#include "meshes/traversal/node_pair_stack.h"
 #include "shapes/mesh_model.h"
 #include "shapes/work_meter.h"
 #include "triangles/predicates.h"
 
 namespace tandem {
+
+/// Nodes of two hierarchies that are to be traversed together.
+struct NodePair {
+  std::uint32_t a, b;
+};
+
+/// Nearly always shallow; only deep trees of great meshes need the heap.
+class NodePairStack {
+ public:
+  bool empty() const { return size_ == 0; }
+  std::size_t size() const { return size_; }
+  void push(NodePair p) {
+    if (size_ < near_.size())
+      near_[size_] = p;
+    else
+      far_.push_back(p);
+    ++size_;
+  }
+  NodePair pop() {
+    --size_;
+    if (size_ < near_.size()) return near_[size_];
+    const NodePair p = far_.back();
+    far_.pop_back();
+    return p;
+  }
+  NodePair& operator[](std::size_t i) { return i < near_.size() ? near_[i] : far_[i - near_.size()]; }
+
+ private:
+  std::size_t size_ = 0;
+  std::array<NodePair, 512> near_;
+  std::vector<NodePair> far_;
+};
+
+/// How the boxes of B lie in A's frame, in units of A, in floats with a bound on their error.
+struct TraversalFrame {
+  float map[3][3];      // B's boxes to A's axes, scaled
+  float inverse[3][3];  // A's axes to B's, not scaled
+  float shift[3];
+  float ratio;     // of the units, at most 1
+  float pad_a[3];  // more than floats are off by along A's axes, rounding of the test itself included
+  float pad_b[3];  // along B's
+  float off;       // bound on the error of any coordinate
+  double gap = 0;  // between the whole boxes, along A's axes; > 0: apart, and nothing else is set
+
+  TraversalFrame(const MeshModel& a, const MeshModel& b, const TriangleTest& frame);
+};
 
 /// What is done with pairs of triangles that may meet.
 class PairVisitor {

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "meshes/traversal/meeting_pairs.h"
 #include "meshes/traversal/near_triangles.h"
-#include "meshes/traversal/waiting_pairs.h"
 #include "shapes/posed_mesh.h"
 #include "shapes/run_parts.h"
 
