@@ -2,7 +2,7 @@
 // parallel edges side by side.
 #pragma once
 #include "manifold/flat_feature.h"
-#include "manifold/manifold.h"
+#include "manifold/patch_point.h"
 
 namespace tandem {
 

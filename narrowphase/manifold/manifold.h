@@ -1,30 +1,12 @@
+// The contact points of two shapes: which of their features carries the patch, and which of its points are kept.
 #pragma once
 #include <vector>
 
 #include "closed_forms/closed_forms.h"
+#include "manifold/patch_point.h"
 #include "tandem/narrowphase/answer.h"
-#include "tolerances.h"
 
 namespace tandem {
-
-/// Cosine: a face within 1.1 degrees of the contact plane carries the patch.
-constexpr double carries_patch = 0.9998;
-/// Width of a contact patch to its length, up to which it counts as an edge.
-constexpr double thin = tolerance::thin_patch;
-/// Edges whose directions' cosine is no larger cross in one point.
-constexpr double clearly_crossing = 0.999;
-/// Cosine of the angle within which normals belong to one patch of a mesh.
-constexpr double one_patch = 0.9;
-
-/// A contact before it is placed in the world.
-struct PatchPoint {
-  Vec3 at;  ///< midway between the surfaces
-  double depth;
-  std::uint32_t feature;
-  bool lowest = false;  ///< the deepest of a disc that leans: it moves farther than the poses do
-};
-
-using tolerance::alike;
 
 /// Contact points of two bounded convex shapes whose signed distance and normal are known: the face of one clipped
 /// by the face it lies on, or the stretch of two parallel edges, or one point; at most 4 that span the patch, each
