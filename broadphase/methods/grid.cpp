@@ -196,8 +196,9 @@ void Grid::plan() {
 
   // By estimate the tree takes the time of some 500 tests a box.
   constexpr double max_tests_a_box = 500;
-  // A column is one block's work: longer ones would leave the other threads idle.
-  const std::size_t max_entries_a_column = std::clamp<std::size_t>(size_ / 32, 8192, 32768);
+  // A column is one block's work: longer ones would leave the other threads idle. (A 32nd of the boxes sent 200,000
+  // grains in a wide box to the tree, which took twice as long.)
+  const std::size_t max_entries_a_column = std::clamp<std::size_t>(size_ / 16, 8192, 65536);
   crowded_ = tests > max_tests_a_box * static_cast<double>(size_) || longest_column_ > max_entries_a_column;
   if (crowded_) large_.clear();
   if (use_tree()) tree_.begin(*boxes_, crowded_ ? nullptr : &large_);

@@ -93,10 +93,12 @@ std::size_t Pipeline::Impl::take_own(std::span<Pair> candidates) {
   std::size_t kept = 0;
   const bool alone = communicator.ranks() == 1;
   for (Pair pair : candidates) {
-    if (!alone && !bodies.reports(pair.a, pair.b)) continue;
-    if (bodies.id(pair.a) > bodies.id(pair.b)) std::swap(pair.a, pair.b);
-    if (counts_costs) costs.count(bodies, pair);
-    candidates[kept++] = pair;
+    const bool turned = bodies.id(pair.a) > bodies.id(pair.b);  // by selects: half of the branches would be mispredicted
+    pair = {turned ? pair.b : pair.a, turned ? pair.a : pair.b};
+    candidates[kept] = pair;
+    const bool is_own = alone || bodies.reports(pair.a, pair.b);
+    if (is_own && counts_costs) costs.count(bodies, pair);
+    kept += is_own ? 1 : 0;
   }
   pairs.fetch_add(kept, std::memory_order_relaxed);
   return kept;
@@ -303,7 +305,7 @@ void Pipeline::Impl::begin_anew() {
 
 void Pipeline::Impl::detect(Report& report) {
   pairs.store(0, std::memory_order_relaxed);
-  counts_costs = communicator.ranks() > 1 && rebalancer.measures_next();
+  counts_costs = communicator.ranks() > 1 && rebalancer.counts_next();
   if (counts_costs) costs.begin(bodies);
   const double cpu = cpu_ms();
   try {

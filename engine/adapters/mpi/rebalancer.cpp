@@ -1,34 +1,69 @@
 #include "rebalancer.h"
 
+#include <utility>
+
 namespace tandem::mpi {
+namespace {
+
+constexpr int cold_steps = 1;
+constexpr int verified_steps = cold_steps + 2;  // from a cut to its verification
+
+}  // namespace
 
 RebalanceDecision Rebalancer::after_step(double slowest_ms, double mean_ms) {
   RebalanceDecision decision;
-  decision.control_step = control_.steps();
+  decision.control_step = options_.enabled ? control_.steps() : 0;
   decision.migration_ms = migration_ms_;
+  is_first_ = false;
   if (!options_.enabled) {
-    decision.control_step = 0;
     decision.reason = "regions stay as they are";
     return decision;
   }
   ++steps_;
-  slowest_ += slowest_ms;
-  mean_ += mean_ms;
+  if (cold_steps_ > 0) {
+    --cold_steps_;
+  } else {
+    ++measured_;
+    slowest_ += slowest_ms;
+    mean_ += mean_ms;
+  }
   decision.imbalance = mean_ > 0 ? slowest_ / mean_ : 1;
-  decision.gain_ms = (slowest_ - mean_) / steps_;
-  if (steps_ < control_.steps()) {
+  decision.gain_ms = measured_ > 0 ? (slowest_ - mean_) / measured_ : 0;
+  if (std::exchange(wants_cut_, false)) {
+    decision.action = BalanceAction::change;
+    decision.reason = "one rank is slower than the mean";
+    control_.change(decision.imbalance, verified_steps);
+    taken_back_ = false;
+    cold_steps_ = cold_steps;
+  } else if (steps_ < control_.steps()) {
     decision.reason = "between two control steps";
     return decision;
+  } else if (control_.verifies()) {
+    verify(decision);
+  } else {
+    decide(decision);
   }
-  if (control_.verifies()) {
-    if (control_.confirm(decision.imbalance)) {
-      decision.action = BalanceAction::confirm;
-      decision.reason = "loads became more even";
-    } else {
-      decision.action = BalanceAction::revert;
-      decision.reason = "loads did not become more even";
-    }
-  } else if (decision.imbalance <= options_.tolerated) {
+  if (wants_cut_) return decision;  // by what is measured until then
+  steps_ = measured_ = 0;
+  slowest_ = mean_ = 0;
+  decision.control_step = control_.steps();
+  return decision;
+}
+
+void Rebalancer::verify(RebalanceDecision& decision) {
+  if (control_.confirm(decision.imbalance)) {
+    decision.action = BalanceAction::confirm;
+    decision.reason = "loads became more even";
+    return;
+  }
+  decision.action = BalanceAction::revert;
+  decision.reason = "loads did not become more even";
+  taken_back_ = true;
+  cold_steps_ = cold_steps;
+}
+
+void Rebalancer::decide(RebalanceDecision& decision) {
+  if (decision.imbalance <= options_.tolerated) {
     decision.action = BalanceAction::keep;
     decision.reason = "loads are even";
     control_.keep();
@@ -37,14 +72,9 @@ RebalanceDecision Rebalancer::after_step(double slowest_ms, double mean_ms) {
     decision.reason = "migration would cost more than it saves";
     control_.keep();
   } else {
-    decision.action = BalanceAction::change;
-    decision.reason = "one rank is slower than the mean";
-    control_.change(decision.imbalance, 2);  // the first step after a cut pays for it: caches are cold, all boxes new
+    decision.reason = "one rank is slower than the mean: costs are counted in the next step, then regions are cut";
+    wants_cut_ = true;
   }
-  steps_ = 0;
-  slowest_ = mean_ = 0;
-  decision.control_step = control_.steps();
-  return decision;
 }
 
 }  // namespace tandem::mpi

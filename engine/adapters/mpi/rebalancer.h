@@ -8,25 +8,37 @@ namespace tandem::mpi {
 
 /// Decides when regions are cut anew, at the ends of its control steps. A cut that did not make loads more even is
 /// taken back. One is made only if what equal loads would save until the longest control step is over is more than what
-/// the last cut cost.
+/// the last cut cost, with its taking back where that was needed.
+///
+/// What each body costs is counted in the step before a cut alone, as counting takes some 20 ns a pair: a decision for a
+/// cut is carried out a step after loads have shown the need.
 class Rebalancer {
  public:
   explicit Rebalancer(const RebalanceOptions& options) : options_(options), control_(options.longest_control_step) {}
 
-  /// Whether the step that comes next ends with a measurement: then costs are counted by bodies.
-  bool measures_next() const { return options_.enabled && steps_ + 1 >= control_.steps(); }
+  /// Whether costs are to be counted by bodies in the step that comes next: it ends with a cut, or is the first one,
+  /// so that a cut that a host asks for finds costs.
+  bool counts_next() const { return options_.enabled && (wants_cut_ || is_first_); }
 
   /// Takes one step's loads (ms, busy time a thread): all ranks give the same ones, and get the same answer.
   RebalanceDecision after_step(double slowest_ms, double mean_ms);
 
   /// What the cut that was made or taken back cost, slowest rank.
-  void learn_cost(double ms) { migration_ms_ = ms; }
+  void learn_cost(double ms) { migration_ms_ = taken_back_ ? migration_ms_ + ms : ms; }
 
  private:
+  void decide(RebalanceDecision& decision);
+  void verify(RebalanceDecision& decision);
+
   RebalanceOptions options_;
-  int steps_ = 0;  // since the last measurement, and sums over them
-  double slowest_ = 0, mean_ = 0;
+  int steps_ = 0;       // since the last measurement
+  int measured_ = 0;    // of them, without cold ones
+  int cold_steps_ = 0;  // of the next ones, which pay for a cut: caches are cold, boxes new
+  double slowest_ = 0, mean_ = 0;  // sums over the measured ones
   ControlStep control_;
+  bool is_first_ = true;
+  bool wants_cut_ = false;
+  bool taken_back_ = false;  // the last cut
   double migration_ms_ = 0;
 };
 

@@ -149,8 +149,8 @@ class Pipeline {
   /// detects. Throws StepError on all ranks if one failed. What fails while messages are under way (no memory) ends
   /// the job, with one line on stderr that names rank, step and cause.
   Report step();
-  /// Collective: cuts regions anew before the next step, from the last step's measured costs, whatever the control step
-  /// says.
+  /// Collective: cuts regions anew before the next step, whatever the control step says, from the costs that were
+  /// measured last; as if all bodies cost the same if none were, or of other bodies.
   void rebalance();
 
   /// This rank's bodies: its own and copies of others'. Indices are its own, and change with migration.
