@@ -43,9 +43,16 @@ class ConvexContacts {
 
   Apart find_contacts(std::uint32_t t, const Corners& p, Seen& seen, std::vector<Contact>& found,
                       std::size_t first) const;
+  bool is_swallowed(std::uint32_t t, const Corners& p, Seen& seen, std::vector<Contact>& found) const;
+  PairAnswer least_depth(const Corners& p) const;
   void find_deepest(Seen& seen) const;
+  bool depth_along_plane(const Corners& p, const TrianglePlane& plane, double& depth, PairAnswer& r) const;
   bool depth_by_corner(const Corners& p, TriangleBound& bound, PairAnswer& r) const;
-  bool cannot_push(std::uint32_t t, double along_plane, const Corners& p, const TriangleBound& bound) const;
+  /// How deep it must be along a direction for that not to be the least; `bound` tells what suffices.
+  double enough_for(const TriangleBound& bound) const { return -bound.gap + tolerance::flush * pair_.size(); }
+  bool chord_forbids(std::uint32_t t, const Vec3& normal, const TriangleBound& bound) const;
+  bool cannot_push(std::uint32_t t, const TrianglePlane& plane, double along_plane, const Corners& p,
+                   const TriangleBound& bound) const;
   double exit_length(const Vec3& q, const Vec3& n) const;
   bool needs_more(const Vec3& corner, std::span<const std::uint32_t> around, std::span<const Vec3> normals, double sign,
                   const Vec3& towards, double enough) const;
@@ -54,6 +61,7 @@ class ConvexContacts {
               std::span<const Contact> points) const;
   bool neighbours_reach_farther(std::uint32_t t, const Corners& p, const Vec3& n,
                                 std::span<const Contact> points) const;
+  bool lies_beside(const Corners& p, const Vec3& n, const Vec3& low) const;
   void append_along_plane(const Corners& p, const TrianglePlane& plane, const Vec3& normal,
                           std::vector<Contact>& found) const;
 
