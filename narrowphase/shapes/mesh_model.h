@@ -99,9 +99,10 @@ struct MeshModel {
   bool is_hull_made() const { return hull_.made() != nullptr; }
   const std::vector<std::uint32_t>& extreme(const WorkLimit* limit = nullptr) const { return with_hull(limit).extreme; }
   const NormalCones& normal_cones(const WorkLimit* limit = nullptr) const;
+  /// Of the angle between each triangle's normal and the directions in which it may push (CornerNormals).
   const KeptCosines& least_cosines() const {
     return least_cosines_.get(nullptr, [&](const WorkLimit*) { return KeptCosines(triangles.size()); });
-  }  ///< of each triangle's normal and the directions in which it may push (CornerNormals), as it is asked for
+  }
   /// Closed, and the surface of its hull, to 1e-13 of the size.
   bool own_hull(const WorkLimit* limit = nullptr) const;
   bool convex(const WorkLimit* limit = nullptr) const {
@@ -145,7 +146,9 @@ struct MeshModel {
   }
 
   /// After vertices have changed.
-  void forget_extremes() { hull_.clear(), own_hull_.clear(), components_.clear(), cones_.clear(), least_cosines_.clear(); }
+  void forget_extremes() {
+    hull_.clear(), own_hull_.clear(), components_.clear(), cones_.clear(), least_cosines_.clear();
+  }
 
  private:
   const MeshHull& with_hull(const WorkLimit* limit) const;

@@ -183,9 +183,9 @@ bool ConvexContacts::depth_along_plane(const Corners& p, const TrianglePlane& pl
   return true;
 }
 
-// Is a triangle of a solid so far inside the convex shape that it can push along no direction (chord_forbids), as far as
-// its middle tells? Then it has what lies along its own normal alone, appended to `found`, and its depth is looked for
-// where all others are less deep.
+// Is a triangle of a solid so far inside the convex shape that it can push along no direction (chord_forbids), as its
+// middle tells, or with that the corner that is the last to come out? Then it has what lies along its own normal alone,
+// appended to `found`, and its depth is looked for where all others are less deep.
 bool ConvexContacts::is_swallowed(std::uint32_t t, const Corners& p, Seen& seen, std::vector<Contact>& found) const {
   if (!pair_.model().solid) return false;
   const Mat3& turn = pair_.turn();
@@ -195,13 +195,21 @@ bool ConvexContacts::is_swallowed(std::uint32_t t, const Corners& p, Seen& seen,
   if (!(length > 0)) return false;
   const Vec3 n = unit(area, length);
   const ConvexView& convex = pair_.convex();
-  const auto ways = ways_out(convex, middle, -n, 10 * pair_.slack());
-  if (!ways) return false;
-  const Vec3& out = ways->normal;
-  const double top = out.dot(middle) - std::min({out.dot(own[0]), out.dot(own[1]), out.dot(own[2])});
-  const double depth = ways->distance + std::max(0.0, top);
+  double depth = infinity, exit = 0;
+  Vec3 last;
+  const auto look_from = [&](const Vec3 from) {
+    const auto ways = ways_out(convex, from, -n, 10 * pair_.slack());
+    if (!ways) return false;
+    const auto is_deeper = [&](const Vec3& x, const Vec3& y) { return ways->normal.dot(x) < ways->normal.dot(y); };
+    last = *std::min_element(own.begin(), own.end(), is_deeper);
+    depth = std::min(depth, ways->distance + std::max(0.0, ways->normal.dot(from - last)));
+    exit = std::max(exit, ways->exit);
+    return true;
+  };
+  if (!look_from(middle)) return false;
   const std::optional<double> least_cosine = CornerNormals::kept_least_cosine(pair_.model(), t);
-  if (!least_cosine || !(ways->exit * *least_cosine > depth + tolerance::flush * pair_.size())) return false;
+  const auto forbids = [&] { return exit * *least_cosine > depth + tolerance::flush * pair_.size(); };
+  if (!least_cosine || !(forbids() || (look_from(last) && forbids()))) return false;
   if (!lies_beside(own, n, core_support(convex, -n) - core_radius(convex) * n)) {
     const TrianglePlane plane = pair_.plane_of(p);
     if (!plane.flat) return false;
@@ -281,6 +289,10 @@ void ConvexContacts::append_along_plane(const Corners& p, const TrianglePlane& p
   const Vec3 low = pair_.support(-n);
   const double depth = n.dot(p[0] - low);
   if (depth < -pair_.options().margin) return;
+  const Mat3& turn = pair_.turn();
+  if (lies_beside({turn.transpose() * p[0], turn.transpose() * p[1], turn.transpose() * p[2]}, turn.transpose() * n,
+                  turn.transpose() * low))
+    return;
   const LocalAnswer along{-depth, low + depth * n, low, n, 0};
   pair_.append_patch(p, along, found);
   if (!is_beyond_side(p, n, along.point_a, 2 * tolerance::in_plane * pair_.size()) &&
