@@ -195,21 +195,25 @@ bool ConvexContacts::is_swallowed(std::uint32_t t, const Corners& p, Seen& seen,
   if (!(length > 0)) return false;
   const Vec3 n = unit(area, length);
   const ConvexView& convex = pair_.convex();
-  double depth = infinity, exit = 0;
+  double depth = infinity, exit = 0, depth_there = 0;
   Vec3 last;
   const auto look_from = [&](const Vec3 from) {
     const auto ways = ways_out(convex, from, -n, 10 * pair_.slack());
     if (!ways) return false;
     const auto is_deeper = [&](const Vec3& x, const Vec3& y) { return ways->normal.dot(x) < ways->normal.dot(y); };
     last = *std::min_element(own.begin(), own.end(), is_deeper);
-    depth = std::min(depth, ways->distance + std::max(0.0, ways->normal.dot(from - last)));
+    depth_there = ways->distance;
+    depth = std::min(depth, depth_there + std::max(0.0, ways->normal.dot(from - last)));
     exit = std::max(exit, ways->exit);
     return true;
   };
   if (!look_from(middle)) return false;
   const std::optional<double> least_cosine = CornerNormals::kept_least_cosine(pair_.model(), t);
   const auto forbids = [&] { return exit * *least_cosine > depth + tolerance::flush * pair_.size(); };
-  if (!least_cosine || !(forbids() || (look_from(last) && forbids()))) return false;
+  if (!least_cosine) return false;
+  // By the corner only where the middle alone is deep enough.
+  const bool may_help = exit * *least_cosine > depth_there;
+  if (!forbids() && !(may_help && look_from(last) && forbids())) return false;
   if (!lies_beside(own, n, core_support(convex, -n) - core_radius(convex) * n)) {
     const TrianglePlane plane = pair_.plane_of(p);
     if (!plane.flat) return false;
@@ -339,16 +343,19 @@ void ConvexContacts::find(PairAnswer& near, PatchCollector& all, std::vector<Con
   const double margin = pair_.options().margin;
   ClearPlanes clear;
   Seen seen{near};
+  Turns turns;
   const std::size_t first = scratch.size();
   WorkMeter meter(pair_.options().limit, a_solve);
   const auto of_hull = static_cast<int>(pair_.convex().vertices.size() / 16);  // beside what each visit spends
   pair_.each_near(margin, [&](std::uint32_t t) {
     meter.spend(of_hull);
     const Corners p = pair_.corners(t);
-    if (is_swallowed(t, p, seen, scratch)) {
+    if (turns.is_due()) {
+      const bool is_in = is_swallowed(t, p, seen, scratch);
+      turns.tell(is_in);
       all.add(t, std::span<const Contact>(scratch).subspan(first));
       scratch.resize(first);
-      return false;
+      if (is_in) return false;
     }
     if (clear.separate(p, margin + pair_.slack())) return false;
     const Apart apart = find_contacts(t, p, seen, scratch, first);

@@ -1,5 +1,6 @@
 // Contacts of a mesh and a bounded convex shape: those of each triangle that comes near, gathered into patches.
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -39,6 +40,17 @@ class ConvexContacts {
   struct Seen {
     PairAnswer& near;
     std::vector<Unsolved> unsolved{};
+  };
+
+  /// Of what mostly goes on as it was: after failures in a row it is tried less and less often, every seventh time at
+  /// least.
+  class Turns {
+   public:
+    bool is_due() { return left_ == 0 || --left_ == 0; }
+    void tell(bool success) { left_ = pass_ = success ? 0 : std::min(2 * pass_ + 1, 7); }
+
+   private:
+    int pass_ = 0, left_ = 0;
   };
 
   Apart find_contacts(std::uint32_t t, const Corners& p, Seen& seen, std::vector<Contact>& found,
