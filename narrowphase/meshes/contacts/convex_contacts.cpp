@@ -217,7 +217,8 @@ bool ConvexContacts::is_swallowed(std::uint32_t t, const Corners& p, Seen& seen,
   if (!lies_beside(own, n, core_support(convex, -n) - core_radius(convex) * n)) {
     const TrianglePlane plane = pair_.plane_of(p);
     if (!plane.flat) return false;
-    append_along_plane(p, plane, plane.normal, found);
+    const Vec3 low = pair_.support(-plane.normal);
+    append_over(p, plane.normal, low, plane.normal.dot(p[0] - low), found);
   }
   seen.unsolved.push_back({t, depth});
   return true;
@@ -286,7 +287,6 @@ bool ConvexContacts::lies_beside(const Corners& p, const Vec3& n, const Vec3& lo
 // Those along the triangle's normal, to the outer side; of a surface to that of the convex shape's centre.
 void ConvexContacts::append_along_plane(const Corners& p, const TrianglePlane& plane, const Vec3& normal,
                                         std::vector<Contact>& found) const {
-  const std::size_t first = found.size();
   const double side = plane.normal.dot(pair_.centre() - p[0]);
   const bool as_wound = pair_.model().solid || side > 0 || (side == 0 && plane.normal.dot(normal) >= 0);
   const Vec3 n = as_wound ? plane.normal : Vec3(-plane.normal);
@@ -297,6 +297,13 @@ void ConvexContacts::append_along_plane(const Corners& p, const TrianglePlane& p
   if (lies_beside({turn.transpose() * p[0], turn.transpose() * p[1], turn.transpose() * p[2]}, turn.transpose() * n,
                   turn.transpose() * low))
     return;
+  append_over(p, n, low, depth, found);
+}
+
+// Those along n (unit), against which the convex shape reaches to `low`, `depth` below the triangle's plane.
+void ConvexContacts::append_over(const Corners& p, const Vec3& n, const Vec3& low, double depth,
+                                 std::vector<Contact>& found) const {
+  const std::size_t first = found.size();
   const LocalAnswer along{-depth, low + depth * n, low, n, 0};
   pair_.append_patch(p, along, found);
   if (!is_beyond_side(p, n, along.point_a, 2 * tolerance::in_plane * pair_.size()) &&

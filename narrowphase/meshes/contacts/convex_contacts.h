@@ -77,6 +77,8 @@ class ConvexContacts {
   void append_along_plane(const Corners& p, const TrianglePlane& plane, const Vec3& normal,
                           std::vector<Contact>& found) const;
 
+  void append_over(const Corners& p, const Vec3& n, const Vec3& low, double depth, std::vector<Contact>& found) const;
+
   const MeshConvexPair& pair_;
   double margin_;
 };
