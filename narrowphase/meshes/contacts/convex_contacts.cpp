@@ -214,7 +214,7 @@ bool ConvexContacts::is_swallowed(std::uint32_t t, const Corners& p, Seen& seen,
   // By the corner only where the middle alone is deep enough.
   const bool may_help = exit * *least_cosine > depth_there;
   if (!forbids() && !(may_help && look_from(last) && forbids())) return false;
-  if (!lies_beside(own, n, core_support(convex, -n) - core_radius(convex) * n)) {
+  if (!is_known_beside(own, n, core_support(convex, -n) - core_radius(convex) * n, seen)) {
     const TrianglePlane plane = pair_.plane_of(p);
     if (!plane.flat) return false;
     const Vec3 low = pair_.support(-plane.normal);
@@ -243,12 +243,12 @@ ConvexContacts::Apart ConvexContacts::find_contacts(std::uint32_t t, const Corne
     is_known = plane.flat && depth_by_corner(p, bound, r);
     if (is_known && !pushes(t, p, plane, r, {})) {
       if (r.signed_distance < seen.near.signed_distance) seen.near = r;
-      append_along_plane(p, plane, r.normal, found);
+      append_along_plane(p, plane, r.normal, seen, found);
       return {r.signed_distance, r.normal};
     }
     if (!is_known && plane.flat && cannot_push(t, plane, along_plane, p, bound)) {
       seen.unsolved.push_back({t, -bound.gap});
-      append_along_plane(p, plane, bound.normal, found);
+      append_along_plane(p, plane, bound.normal, seen, found);
       return {bound.gap, bound.normal};
     }
     if (!is_known) r = pair_.solve(p, Request::contacts);
@@ -259,7 +259,8 @@ ConvexContacts::Apart ConvexContacts::find_contacts(std::uint32_t t, const Corne
   if (found.size() == first || pushes(t, p, plane, r, std::span<const Contact>(found).subspan(first))) return apart;
   // Its neighbours lie there. What the face bears counts of what has gone through it.
   found.resize(first);
-  if (plane.flat && r.signed_distance < -tolerance::alike * pair_.size()) append_along_plane(p, plane, r.normal, found);
+  if (plane.flat && r.signed_distance < -tolerance::alike * pair_.size())
+    append_along_plane(p, plane, r.normal, seen, found);
   return apart;
 }
 
@@ -284,8 +285,15 @@ bool ConvexContacts::lies_beside(const Corners& p, const Vec3& n, const Vec3& lo
   return false;
 }
 
+bool ConvexContacts::is_known_beside(const Corners& p, const Vec3& n, const Vec3& low, Seen& seen) const {
+  if (!seen.beside.is_due()) return false;
+  const bool is_beside = lies_beside(p, n, low);
+  seen.beside.tell(is_beside);
+  return is_beside;
+}
+
 // Those along the triangle's normal, to the outer side; of a surface to that of the convex shape's centre.
-void ConvexContacts::append_along_plane(const Corners& p, const TrianglePlane& plane, const Vec3& normal,
+void ConvexContacts::append_along_plane(const Corners& p, const TrianglePlane& plane, const Vec3& normal, Seen& seen,
                                         std::vector<Contact>& found) const {
   const double side = plane.normal.dot(pair_.centre() - p[0]);
   const bool as_wound = pair_.model().solid || side > 0 || (side == 0 && plane.normal.dot(normal) >= 0);
@@ -294,9 +302,8 @@ void ConvexContacts::append_along_plane(const Corners& p, const TrianglePlane& p
   const double depth = n.dot(p[0] - low);
   if (depth < -pair_.options().margin) return;
   const Mat3& turn = pair_.turn();
-  if (lies_beside({turn.transpose() * p[0], turn.transpose() * p[1], turn.transpose() * p[2]}, turn.transpose() * n,
-                  turn.transpose() * low))
-    return;
+  const Corners own{turn.transpose() * p[0], turn.transpose() * p[1], turn.transpose() * p[2]};
+  if (is_known_beside(own, turn.transpose() * n, turn.transpose() * low, seen)) return;
   append_over(p, n, low, depth, found);
 }
 
@@ -350,16 +357,15 @@ void ConvexContacts::find(PairAnswer& near, PatchCollector& all, std::vector<Con
   const double margin = pair_.options().margin;
   ClearPlanes clear;
   Seen seen{near};
-  Turns turns;
   const std::size_t first = scratch.size();
   WorkMeter meter(pair_.options().limit, a_solve);
   const auto of_hull = static_cast<int>(pair_.convex().vertices.size() / 16);  // beside what each visit spends
   pair_.each_near(margin, [&](std::uint32_t t) {
     meter.spend(of_hull);
     const Corners p = pair_.corners(t);
-    if (turns.is_due()) {
+    if (seen.swallowed.is_due()) {
       const bool is_in = is_swallowed(t, p, seen, scratch);
-      turns.tell(is_in);
+      seen.swallowed.tell(is_in);
       all.add(t, std::span<const Contact>(scratch).subspan(first));
       scratch.resize(first);
       if (is_in) return false;

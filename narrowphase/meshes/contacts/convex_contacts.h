@@ -36,12 +36,6 @@ class ConvexContacts {
     std::uint32_t t;
     double depth;
   };
-  /// What is known of the triangles so far: the answer of the nearest, and those of which it is not asked yet.
-  struct Seen {
-    PairAnswer& near;
-    std::vector<Unsolved> unsolved{};
-  };
-
   /// Of what mostly goes on as it was: after failures in a row it is tried less and less often, every seventh time at
   /// least.
   class Turns {
@@ -51,6 +45,13 @@ class ConvexContacts {
 
    private:
     int pass_ = 0, left_ = 0;
+  };
+
+  /// What is known of the triangles so far: the answer of the nearest, and those of which it is not asked yet.
+  struct Seen {
+    PairAnswer& near;
+    std::vector<Unsolved> unsolved{};
+    Turns swallowed{}, beside{};  ///< when is_swallowed and lies_beside are worth asking
   };
 
   Apart find_contacts(std::uint32_t t, const Corners& p, Seen& seen, std::vector<Contact>& found,
@@ -74,7 +75,8 @@ class ConvexContacts {
   bool neighbours_reach_farther(std::uint32_t t, const Corners& p, const Vec3& n,
                                 std::span<const Contact> points) const;
   bool lies_beside(const Corners& p, const Vec3& n, const Vec3& low) const;
-  void append_along_plane(const Corners& p, const TrianglePlane& plane, const Vec3& normal,
+  bool is_known_beside(const Corners& p, const Vec3& n, const Vec3& low, Seen& seen) const;
+  void append_along_plane(const Corners& p, const TrianglePlane& plane, const Vec3& normal, Seen& seen,
                           std::vector<Contact>& found) const;
 
   void append_over(const Corners& p, const Vec3& n, const Vec3& low, double depth, std::vector<Contact>& found) const;
