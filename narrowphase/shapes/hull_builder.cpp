@@ -241,9 +241,8 @@ Loops polytope_loops(std::span<const Vec3> p, const Frame& f, const WorkLimit* l
     xyz.insert(xyz.end(), {s.x(), s.y(), s.z()});
   }
   meter.spend(pass_over(p.size()));
-  // Q5: outer planes, which nobody reads, are not corrected at the end, where no limit is checked (a sixteenth of the
-  // time). Merged facets first; where merging fails, triangles of the joggled cloud, whose vertices are still input points.
-  for (const char* options : {"qhull Qs Q5 Pp", "qhull Qs Q5 Qt Pp", "qhull QJ Q5 Pp"}) {
+  // Merged facets first; where merging fails, triangles of the joggled cloud, whose vertices are still input points.
+  for (const char* options : {"qhull Qs Pp", "qhull Qs Qt Pp", "qhull QJ Pp"}) {
     std::vector<double> copy = xyz;
     if (Loops loops = qhull_loops(copy, options, limit); closed(loops, meter)) return loops;
     meter.spend(pass_over(p.size()));

@@ -220,7 +220,7 @@ bool ConvexContacts::is_swallowed(std::uint32_t t, const Corners& p, Seen& seen,
     const Vec3 low = pair_.support(-plane.normal);
     append_over(p, plane.normal, low, plane.normal.dot(p[0] - low), found);
   }
-  seen.unsolved.push_back({t, depth});
+  seen.leave(t, depth);
   return true;
 }
 
@@ -247,7 +247,7 @@ ConvexContacts::Apart ConvexContacts::find_contacts(std::uint32_t t, const Corne
       return {r.signed_distance, r.normal};
     }
     if (!is_known && plane.flat && cannot_push(t, plane, along_plane, p, bound)) {
-      seen.unsolved.push_back({t, -bound.gap});
+      seen.leave(t, -bound.gap);
       append_along_plane(p, plane, bound.normal, seen, found);
       return {bound.gap, bound.normal};
     }
@@ -332,16 +332,12 @@ PairAnswer ConvexContacts::least_depth(const Corners& p) const {
 
 // Of the triangles for which no answer was asked those that may be deeper than all others.
 void ConvexContacts::find_deepest(Seen& seen) const {
-  const auto comes_later = [](const Unsolved& x, const Unsolved& y) {
-    return x.depth != y.depth ? x.depth < y.depth : x.t > y.t;
-  };
   std::vector<Unsolved>& left = seen.unsolved;
-  std::make_heap(left.begin(), left.end(), comes_later);
   WorkMeter meter(pair_.options().limit, a_solve);
   SupportPlane clear;
   while (!left.empty() && left.front().depth > -seen.near.signed_distance) {
     const Corners p = pair_.corners(left.front().t);
-    std::pop_heap(left.begin(), left.end(), comes_later);
+    std::pop_heap(left.begin(), left.end());
     left.pop_back();
     meter.spend();
     if (-clear.beyond(p) <= -seen.near.signed_distance) continue;

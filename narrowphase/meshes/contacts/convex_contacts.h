@@ -35,6 +35,8 @@ class ConvexContacts {
   struct Unsolved {
     std::uint32_t t;
     double depth;
+    /// The deepest is the greatest; of equals the one whose triangle comes first.
+    bool operator<(const Unsolved& other) const { return depth != other.depth ? depth < other.depth : t > other.t; }
   };
   /// Of what mostly goes on as it was: after failures in a row it is tried less and less often, every seventh time at
   /// least.
@@ -50,8 +52,14 @@ class ConvexContacts {
   /// What is known of the triangles so far: the answer of the nearest, and those of which it is not asked yet.
   struct Seen {
     PairAnswer& near;
-    std::vector<Unsolved> unsolved{};
-    Turns swallowed{}, beside{};  ///< when is_swallowed and lies_beside are worth asking
+    std::vector<Unsolved> unsolved{};  ///< a heap: those that may be deeper than all that were asked before them
+    Turns swallowed{}, beside{};       ///< when is_swallowed and lies_beside are worth asking
+
+    void leave(std::uint32_t t, double depth) {
+      if (!(depth > -near.signed_distance)) return;
+      unsolved.push_back({t, depth});
+      std::push_heap(unsolved.begin(), unsolved.end());
+    }
   };
 
   Apart find_contacts(std::uint32_t t, const Corners& p, Seen& seen, std::vector<Contact>& found,
