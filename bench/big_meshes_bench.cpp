@@ -151,10 +151,7 @@ void measure(std::size_t size, const Settings& settings, std::vector<Row>& all) 
 }  // namespace
 
 std::vector<Row> big_meshes_bench(const Settings& settings) {
-  std::vector<std::size_t> sizes = settings.sizes;
-  if (sizes.empty())
-    sizes = settings.quick ? std::vector<std::size_t>{1'000, 20'000}
-                           : std::vector<std::size_t>{1'000, 10'000, 100'000, 1'000'000, 5'000'000};
+  const std::vector<std::size_t> sizes = mesh_sizes(settings);
   std::vector<Row> rows;
   fmt::print("Two tori of so many triangles, and one mesh of half as many twice, which meets itself.\n");
 #ifndef TANDEM_HAS_EMBREE

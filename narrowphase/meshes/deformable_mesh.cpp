@@ -25,8 +25,7 @@ namespace {
 bool is_place(const Vec3& v) { return (v.array().abs() <= tolerance::longest_length).all(); }
 
 [[noreturn]] void refuse_place(std::size_t v, const Vec3& place) {
-  refuse_vertices("vertices[" + std::to_string(v) + "] is " + written(place) +
-                  "; it must be finite and at most 1e30 in size");
+  refuse_vertices("vertices[" + std::to_string(v) + "] is " + written(place) + "; it must be " + allowed_coordinate());
 }
 
 std::shared_ptr<MeshModel> model_of(Mesh mesh, const PartRunner& parts, std::vector<std::uint32_t>& first) {
@@ -149,7 +148,8 @@ DeformReport DeformableMesh::update(std::span<const Vec3> vertices, const PartRu
   const MeshFrame frame(impl.checked_extent(vertices, parts));
   const double size = 2 * frame.half.norm();
   if (size > 0 && size < tolerance::shortest_length)
-    refuse_vertices("the extent of the vertices is " + written(2 * frame.half) + "; it must be 0 or at least 1e-30");
+    refuse_vertices("the extent of the vertices is " + written(2 * frame.half) + "; it must be 0 or at least " +
+                    written(tolerance::shortest_length));
   impl.require_seams(vertices, frame);
   impl.require_outward(vertices, frame, parts);
 

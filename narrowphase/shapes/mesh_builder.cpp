@@ -147,8 +147,10 @@ bool covers_hull(const MeshModel& mesh, const WorkLimit* limit) {
 // Refuses the first fault; else the box about the vertices in use.
 Extent checked_extent(const Mesh& mesh, const PartRunner& parts) {
   if (mesh.triangles.empty()) refuse("triangles is empty; at least one is needed");
-  if (mesh.triangles.size() > 0x0fffffff)
-    refuse("triangles holds " + std::to_string(mesh.triangles.size()) + "; at most 2^28 - 1 are allowed");
+  constexpr std::size_t most = 0x0fffffff;
+  if (mesh.triangles.size() > most)
+    refuse("triangles holds " + std::to_string(mesh.triangles.size()) + "; at most " + std::to_string(most) +
+           " are allowed");
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
     if (!mesh.vertices[i].allFinite())
       refuse("vertices[" + std::to_string(i) + "] is " + written(mesh.vertices[i]) + "; it must be finite");

@@ -212,7 +212,8 @@ std::vector<Letter> Communicator::exchange(Outbox& outbox, std::uint64_t& bytes,
 
 void Communicator::post(Topic topic, Message message, int rank) {
   const auto& bytes = posted_.emplace_back(std::move(message)).bytes();
-  if (bytes.size() > most_bytes) throw std::length_error("a message to another rank is longer than 256 MiB");
+  if (bytes.size() > most_bytes)
+    throw std::length_error("a message to another rank is longer than " + std::to_string(most_bytes >> 20) + " MiB");
   MPI_Isend(bytes.data(), static_cast<int>(bytes.size()), MPI_BYTE, rank, tag_of(topic), comm_, &posts_.emplace_back());
 }
 
