@@ -31,7 +31,7 @@ class JsonRef {
   std::string pointer() const;
   /// Throws InputError "POINTER: VALUE, allowed: ALLOWED", the value shortened.
   [[noreturn]] void refuse(std::string_view allowed) const;
-  /// The same with what is wrong in words.
+  /// Throws InputError, with what is wrong in words.
   [[noreturn]] void refuse(std::string_view found, std::string_view allowed) const;
 
   /// Objects: the member of that name, which must be there.

@@ -142,7 +142,7 @@ void write_step(JsonWriter& out, const Options& options, const mpi::Report& repo
       .member("split", std::string_view(written(execution.split)))
       .member("max_depth", report.max_depth)
       .member("kinetic_energy", response.response.kinetic_energy);
-  // Of rank 0, but for the loads; so is what the response sends.
+  // Times of rank 0, but for the loads; so is what the response sends.
   out.key("ms")
       .begin_object()
       .member("exchange", report.rank.exchange_ms)

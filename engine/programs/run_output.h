@@ -25,7 +25,7 @@ double median(std::vector<double> values);
 
 double ms_since(std::chrono::steady_clock::time_point begin);
 
-/// Of the pair of bodies a and b: an object of --contacts.
+/// A contact of bodies a and b as an object of --contacts.
 void write_contact(JsonWriter& out, std::uint64_t a, std::uint64_t b, const Contact& contact);
 
 /// A line of --contacts: of a step all contacts, gaps among them only where they are asked for. `contacts_of` names

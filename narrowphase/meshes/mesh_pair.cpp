@@ -75,7 +75,7 @@ PairAnswer distance_apart(const Posed& a, const Posed& b, const NarrowPhaseOptio
   return answer;
 }
 
-// Of two that do not meet; `gap` is null where nothing is asked of it.
+// The contacts of two meshes that do not meet; `gap` is null where nothing is asked of it.
 PairAnswer contacts_apart(const Posed& a, const Posed& b, const TriangleTest& test, const GapBound* gap,
                           const NarrowPhaseOptions& options, std::vector<Contact>& contacts) {
   const std::size_t first = contacts.size();
@@ -94,7 +94,7 @@ PairAnswer contacts_apart(const Posed& a, const Posed& b, const TriangleTest& te
   return answer;
 }
 
-// Of their hulls, unless these hardly touch and miss each other by rounding; false, and no contacts.
+// The contacts of their hulls, unless these hardly touch and miss each other by rounding: false, and no contacts.
 bool contacts_of_hulls(const Collision& c, PairAnswer& answer, std::vector<Contact>& contacts) {
   if (!c.mesh_a().own_hull(c.options.limit) || !c.mesh_b().own_hull(c.options.limit)) return false;
   const std::size_t first = contacts.size();

@@ -13,7 +13,7 @@
 namespace tandem {
 
 /// Fills nodes, blocks, boxes, slabs, order and depth of a mesh that has vertices, triangles, centre, half and unit.
-/// The same on any number of threads; `parts` (may be empty: the caller) shares the subtrees.
+/// Any number of threads makes the same hierarchy; `parts` (may be empty: the caller) shares the subtrees.
 void build_hierarchy(MeshModel& mesh, const PartRunner& parts);
 void build_hierarchy(MeshModel& mesh, const PartRunner& parts, BuildMeter& meter);
 

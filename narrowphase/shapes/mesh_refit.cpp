@@ -53,7 +53,7 @@ Lanes cross(Lanes u, Lanes v) {
   return __builtin_shufflevector(w, w, 1, 2, 0, 3);
 }
 
-// Of the boxes of a node's first lanes.
+// Half the areas of the boxes of a node's first lanes, summed.
 double half_areas(const LaneBoxes& boxes, std::uint32_t lanes) {
   double sum = 0;
   for (std::size_t l = 0; l < mesh_lanes; l += 4) {

@@ -12,7 +12,7 @@ namespace tandem {
 /// built.
 class MeshRefit {
  public:
-  /// Of a mesh whose hierarchy was just built.
+  /// For a mesh whose hierarchy was just built.
   explicit MeshRefit(const MeshModel& mesh);
 
   struct Report {

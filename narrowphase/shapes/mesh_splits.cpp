@@ -302,7 +302,7 @@ class Splitter {
     }
   }
 
-  // The same by several threads: the first on the wrong side on the left changes place with the last on the right.
+  // `part` by several threads: the first on the wrong side on the left changes place with the last on the right.
   void part_at_once(const Grid& grid, const Split& split, Range& left, Range& right) {
     const auto goes_left = [&](const Reference& r) { return grid.bins_of(r)[split.axis] < split.bin; };
     struct Some {

@@ -219,7 +219,7 @@ Vec3 normal_of_face(const PosedMeshes& m, const PatchPoints& points, const Vec3&
   const double slack = tolerance::in_plane * (m.a.half + m.b.half).norm();
   const Facet *of_a = sole_face(points.facets[1], n, slack), *of_b = sole_face(points.facets[0], n, slack);
   if (of_a != nullptr && of_b != nullptr) {
-    // Of two that which less has come through.
+    // The face of the two which less of the other mesh has come through.
     double beyond_a = 0, beyond_b = 0;
     const auto include = [&](std::span<const Candidate> some) {
       for (const Candidate& c : some) {

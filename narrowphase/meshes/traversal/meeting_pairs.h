@@ -51,8 +51,8 @@ TrianglePairs meeting_pairs(const Posed& a, const Posed& b, TriangleTest& test, 
 /// Takes one; false ends the search.
 using TakePair = std::function<bool(const TrianglePair&)>;
 
-/// The same pairs one after the other, in an order that depends on the arguments only; a.unit >= b.unit. False if it
-/// was ended. `progress`, if not empty, is told the part that is done, rising to 1 where the boxes overlap.
+/// Hands on the pairs that meet one by one, in an order that depends on the arguments only; a.unit >= b.unit. False if
+/// it was ended. `progress`, if not empty, is told the part that is done, rising to 1 where the boxes overlap.
 bool each_meeting_pair(const Posed& a, const Posed& b, const WorkLimit* limit, const TakePair& take,
                        const std::function<void(double)>& progress);
 
