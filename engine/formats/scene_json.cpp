@@ -1,6 +1,7 @@
 #include "formats/scene_json.h"
 
 #include <map>
+#include <nlohmann/json.hpp>
 #include <set>
 
 namespace tandem {
