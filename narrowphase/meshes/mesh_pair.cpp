@@ -16,6 +16,7 @@
 #include "meshes/traversal/mesh_nearest.h"
 #include "pairs/centre_test.h"
 #include "pairs/convex_pair.h"
+#include "shapes/lent_memory.h"
 #include "shapes/mesh_model.h"
 #include "shapes/metered_sort.h"
 #include "shapes/pair_order.h"
@@ -138,7 +139,7 @@ PairAnswer contacts_of_collision(const Collision& c, std::vector<Contact>& conta
     contacts.resize(first);
     if (contacts_as_convex(c, answer, sides, contacts)) return answer;
   }
-  if (!sides.sure) touching_contacts(c.mesh_a(), c.mesh_b(), c.test, c.pairs, c.options.limit, first, contacts);
+  if (!sides.sure) touching_contacts(c.mesh_a(), c.mesh_b(), c.test, c.pairs, c.options, first, contacts);
   for (Contact& contact : std::span(contacts).subspan(first)) {
     contact.point = c.a.pose * contact.point;
     contact.normal = (c.a.pose.rotation * contact.normal).normalized();
@@ -210,7 +211,7 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
     return answer;
   }
   TriangleTest test(a.pose, b.pose, reach(mesh_of(b.shape)));
-  PairMemory memory;
+  PairMemory memory(lent_memory(options));
   GapBound bound;
   GapBound* gap = request == Request::contacts && (options.mesh_gaps || (options.mesh_margin && options.margin > 0))
                       ? &bound
@@ -230,7 +231,7 @@ std::vector<std::array<std::uint32_t, 2>> mesh_triangle_pairs(const Shape& a, co
   const bool in_order = goes_first(first, second);
   const Posed &p = in_order ? first : second, &q = in_order ? second : first;
   TriangleTest test(p.pose, q.pose, reach(mesh_of(q.shape)));
-  PairMemory memory;
+  PairMemory memory(lent_memory(options));
   const TrianglePairs found = meeting_pairs(p, q, test, options, memory, nullptr);
   std::vector<std::array<std::uint32_t, 2>> pairs;
   pairs.reserve(found.size());

@@ -19,10 +19,11 @@ namespace tandem {
 using TrianglePair = std::array<std::uint32_t, 2>;  ///< of A, of B
 using TrianglePairs = std::pmr::vector<TrianglePair>;
 
-/// What a query usually needs for pairs lies on the stack.
+/// What a query usually needs for pairs lies on the stack; `more` is where the rest comes from.
 struct PairMemory {
+  explicit PairMemory(std::pmr::memory_resource* more) : resource(usual.data(), usual.size(), more) {}
   alignas(std::max_align_t) std::array<std::byte, std::size_t{16} << 10> usual;
-  std::pmr::monotonic_buffer_resource resource{usual.data(), usual.size()};
+  std::pmr::monotonic_buffer_resource resource;
 };
 
 /// What is known of how far apart two meshes are that do not meet.
