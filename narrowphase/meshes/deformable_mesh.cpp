@@ -22,11 +22,18 @@ namespace {
 [[noreturn]] void refuse_vertices(const std::string& why) { throw std::invalid_argument("deformable mesh: " + why); }
 
 // Of what is no number no comparison is true.
-bool is_place(const Vec3& v) { return (v.array().abs() <= tolerance::longest_length).all(); }
+bool is_place(const Vec3& v) {
+  const auto fits = [](double x) { return std::abs(x) <= tolerance::longest_length; };
+  return fits(v.x()) & fits(v.y()) & fits(v.z());
+}
 
 [[noreturn]] void refuse_place(std::size_t v, const Vec3& place) {
   refuse_vertices("vertices[" + std::to_string(v) + "] is " + written(place) +
                   "; it must be finite and at most 1e30 in size");
+}
+
+void set_frame(MeshModel& mesh, const MeshFrame& frame) {
+  mesh.centre = frame.centre, mesh.half = frame.half, mesh.unit = frame.unit;
 }
 
 std::shared_ptr<MeshModel> model_of(Mesh mesh, const PartRunner& parts, std::vector<std::uint32_t>& first) {
@@ -57,8 +64,8 @@ struct DeformableMesh::Impl {
 
   Extent checked_extent(std::span<const Vec3> vertices, const PartRunner& parts) const;
   void require_seams(std::span<const Vec3> vertices, const MeshFrame& frame) const;
-  void require_outward(std::span<const Vec3> vertices, const MeshFrame& frame, const PartRunner& parts) const;
   void take_free_buffer();
+  void go_back(const MeshFrame& frame, const PartRunner& parts);
 
   std::vector<std::uint32_t> first;  ///< of each vertex, the one that stands for it
   std::vector<std::uint32_t> seams;  ///< vertices that another one stands for
@@ -75,10 +82,13 @@ Extent DeformableMesh::Impl::checked_extent(std::span<const Vec3> vertices, cons
   std::vector<Extent> extents(count);
   std::vector<std::uint8_t> faulty(count, 0);
   run_stretches(parts, vertices.size(), elements_a_stretch, [&](std::size_t k, std::size_t begin, std::size_t end) {
+    Extent own;  // in registers
+    bool fault = false;
     for (std::size_t v = begin; v < end; ++v) {
-      if (!is_place(vertices[v])) faulty[k] = 1;
-      if (used[v] != 0) extents[k].add(vertices[v]);
+      fault |= !is_place(vertices[v]);
+      if (used[v] != 0) own.add(vertices[v]);
     }
+    extents[k] = own, faulty[k] = fault ? 1 : 0;
   });
   if (const auto part = std::find(faulty.begin(), faulty.end(), 1); part != faulty.end())
     for (auto v = static_cast<std::size_t>(part - faulty.begin()) * elements_a_stretch;; ++v)
@@ -97,14 +107,6 @@ void DeformableMesh::Impl::require_seams(std::span<const Vec3> vertices, const M
       refuse_vertices("vertices[" + std::to_string(v) + "] is " + written(vertices[v]) + " and vertices[" +
                       std::to_string(first[v]) + "] is " + written(vertices[first[v]]) +
                       "; they were one when the mesh was built and must stay so");
-}
-
-void DeformableMesh::Impl::require_outward(std::span<const Vec3> vertices, const MeshFrame& frame,
-                                           const PartRunner& parts) const {
-  if (!current.model->closed) return;
-  if (const auto volume = inside_out(*current.model, vertices, frame, parts))
-    refuse_vertices("the mesh is closed, but its volume is " + std::to_string(*volume) +
-                    "; it must not be negative: it was turned inside out");
 }
 
 // The current one where no Shape holds it; else an earlier one; else a copy. All but the vertices and boxes is then as
@@ -134,6 +136,20 @@ void DeformableMesh::Impl::take_free_buffer() {
   std::erase_if(others, [&](const Buffer& buffer) { return is_free(buffer) && spare++ > 0; });
 }
 
+// From a refit for vertices that are refused: to the buffer that the shape holds, which was not written to, or to the
+// boxes of the vertices that are still there.
+void DeformableMesh::Impl::go_back(const MeshFrame& frame, const PartRunner& parts) {
+  if (shape) {
+    const MeshModel* held = &detail::ShapeInsides::mesh(*shape);
+    std::swap(current, *std::find_if(others.begin(), others.end(),
+                                     [&](const Buffer& buffer) { return buffer.model.get() == held; }));
+    return;
+  }
+  set_frame(*current.model, frame);
+  refit.refit(*current.model, current.model->vertices, parts);
+  shape.emplace(detail::ShapeInsides::shape(current.model));
+}
+
 DeformableMesh::DeformableMesh(Mesh mesh, const PartRunner& parts)
     : impl_(std::make_unique<Impl>(std::move(mesh), parts)) {}
 DeformableMesh::~DeformableMesh() = default;
@@ -151,16 +167,23 @@ DeformReport DeformableMesh::update(std::span<const Vec3> vertices, const PartRu
   if (size > 0 && size < tolerance::shortest_length)
     refuse_vertices("the extent of the vertices is " + written(2 * frame.half) + "; it must be 0 or at least 1e-30");
   impl.require_seams(vertices, frame);
-  impl.require_outward(vertices, frame, parts);
 
   impl.take_free_buffer();
   MeshModel& mesh = *impl.current.model;
   mesh.forget_extremes();
+  const MeshFrame before(mesh.centre, mesh.half, mesh.unit);
+  set_frame(mesh, frame);
+  impl.refit.refit(mesh, vertices, parts);
+  if (mesh.closed && !impl.refit.surely_outward())
+    if (const auto volume = inside_out(mesh, vertices, frame, parts)) {
+      impl.go_back(before, parts);
+      refuse_vertices("the mesh is closed, but its volume is " + std::to_string(*volume) +
+                      "; it must not be negative: it was turned inside out");
+    }
   run_stretches(parts, vertices.size(), elements_a_stretch, [&](std::size_t, std::size_t begin, std::size_t end) {
     std::copy(vertices.data() + begin, vertices.data() + end, mesh.vertices.data() + begin);
   });
-  mesh.centre = frame.centre, mesh.half = frame.half, mesh.unit = frame.unit;
-  const MeshRefit::Report report = impl.refit.refit(mesh, parts);
+  const MeshRefit::Report report = impl.refit.rebuild_worn(mesh, parts);
   if (report.rebuilt != 0) impl.current.structure = ++impl.structure;
   impl.shape.emplace(detail::ShapeInsides::shape(impl.current.model));
   return {report.rebuilt, report.worn};

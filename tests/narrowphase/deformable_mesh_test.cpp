@@ -216,6 +216,7 @@ TEST_CASE("deformable meshes: boxes and slabs hold their triangles, on any numbe
       CHECK(std::memcmp(other->nodes.data(), first.nodes.data(), first.nodes.size() * sizeof(MeshNode)) == 0);
       CHECK(std::memcmp(other->boxes.data(), first.boxes.data(), first.boxes.size() * sizeof(ChildBoxes)) == 0);
       CHECK(std::memcmp(other->blocks.data(), first.blocks.data(), first.blocks.size() * sizeof(TriangleBlock)) == 0);
+      CHECK(std::memcmp(other->slabs.data(), first.slabs.data(), first.slabs.size() * sizeof(ChildSlabs)) == 0);
       CHECK(other->order == first.order);
     }
   }
@@ -308,6 +309,36 @@ TEST_CASE("deformable meshes: what is refused, and that nothing has changed then
   for (Vec3& v : box.vertices) v.x() = -v.x();
   refuses(solid, box.vertices, "inside out");
   CHECK_THROWS_AS(DeformableMesh(Mesh{{{0, 0, 0}}, {{0, 0, 1}}, false}), std::invalid_argument);
+}
+
+TEST_CASE("deformable meshes: turned inside out and refused, the mesh answers as before") {
+  const auto with_size = [](const Vec3& size) {
+    std::vector<Vec3> vertices = test::box_mesh({1, 1, 1}, 3).vertices;
+    for (Vec3& v : vertices) v = v.cwiseProduct(size);
+    return vertices;
+  };
+  const auto triangles_met = [](const Shape& shape) {
+    const Shape ball(Mesh{test::box_mesh({0.3, 0.3, 0.3}, 1)});
+    return mesh_triangle_pairs(shape, Pose{}, ball, Pose::at(1, 0.1, 0.2), {});
+  };
+  DeformableMesh mesh(test::box_mesh({1, 1, 1}, 3));
+  std::vector<Shape> held;
+  for (const bool is_held : {false, true, true}) {
+    mesh.update(with_size({2, 1.5, 1}));
+    if (is_held) held.push_back(mesh.shape());
+    const auto before = triangles_met(mesh.shape());
+    CHECK(!before.empty());
+    // Of so thin a one floats cannot tell the volume.
+    for (const double thickness : {1.0, 1e-9}) {
+      CHECK_THROWS_AS(mesh.update(with_size({3, -1, thickness})), std::invalid_argument);
+      CHECK(std::ranges::equal(mesh.vertices(), with_size({2, 1.5, 1})));
+      CHECK(triangles_met(mesh.shape()) == before);
+      CHECK(mesh.shape().bounds(Pose{}).hi.isApprox(Vec3(1, 0.75, 0.5)));
+    }
+    for (const Shape& shape : held) CHECK(triangles_met(shape) == before);
+    mesh.update(with_size({3, 1, 1e-9}));
+    CHECK(triangles_met(mesh.shape()) != before);
+  }
 }
 
 TEST_CASE("deformable meshes: pairs of triangles that share no vertex and meet, as every pair by itself says") {
