@@ -80,8 +80,8 @@ class MeshRefit {
   std::vector<std::uint32_t> top_;  ///< nodes above them, parents first
   double top_built_ = 0;
   Sums top_sums_;
-  float pad_ = 0;                     ///< what boxes in floats need
-  CornersInUnits corners_;            ///< vertices in units of the mesh
+  float pad_ = 0;           ///< what boxes in floats need
+  CornersInUnits corners_;  ///< vertices in units of the mesh
   /// Of each block the vertices of its triangles, the last one's repeated: read one after another.
   UninitialisedList<std::array<std::array<std::uint32_t, 3>, mesh_lanes>> leaves_;
 };

@@ -80,6 +80,16 @@ Vec3 middle_of(const MeshModel& mesh, const MeshNode& node, std::uint32_t lane) 
   return middle;
 }
 
+// Half a box's diagonal, squared; not of a triangle.
+double half_square(const MeshModel& mesh, std::uint32_t ref) {
+  if (lane_of(ref) == whole) return mesh.half.squaredNorm();
+  const ChildBoxes& boxes = mesh.boxes_of(mesh.nodes[node_of(ref)]);
+  double sum = 0;
+  for (const auto& half : boxes.half)
+    sum += static_cast<double>(half[lane_of(ref)]) * static_cast<double>(half[lane_of(ref)]);
+  return mesh.unit * mesh.unit * sum;
+}
+
 // A mesh as the other sees it: about the other's centre, in its units.
 MeshView view_of(const MeshModel& mesh, const MeshModel& by, const Mat3& turn, const Vec3& shift) {
   return {mesh, turn, (turn * mesh.centre + shift - by.centre) / by.unit, by.unit};
@@ -151,8 +161,7 @@ Nearest NearestSearch::operator()(double cutoff) {
 }
 
 bool NearestSearch::goes_down_a(const Item& at) const {
-  return is_leaf(b_, at.b) ||
-         (!is_leaf(a_, at.a) && BoxOf(a_, at.a).half.squaredNorm() >= BoxOf(b_, at.b).half.squaredNorm());
+  return is_leaf(b_, at.b) || (!is_leaf(a_, at.a) && half_square(a_, at.a) >= half_square(b_, at.b));
 }
 
 NearestSearch::Children NearestSearch::bounds_of_children(const Item& at, double within) {
