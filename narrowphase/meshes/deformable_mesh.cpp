@@ -64,8 +64,8 @@ struct DeformableMesh::Impl {
 
   Extent checked_extent(std::span<const Vec3> vertices, const PartRunner& parts) const;
   void require_seams(std::span<const Vec3> vertices, const MeshFrame& frame) const;
-  void take_free_buffer();
-  void go_back(const MeshFrame& frame, const PartRunner& parts);
+  Buffer take_free_buffer();
+  void go_back(const Buffer& before, const MeshFrame& frame, const PartRunner& parts);
 
   std::vector<std::uint32_t> first;  ///< of each vertex, the one that stands for it
   std::vector<std::uint32_t> seams;  ///< vertices that another one stands for
@@ -110,16 +110,16 @@ void DeformableMesh::Impl::require_seams(std::span<const Vec3> vertices, const M
 }
 
 // The current one where no Shape holds it; else an earlier one; else a copy. All but the vertices and boxes is then as
-// in the one before.
-void DeformableMesh::Impl::take_free_buffer() {
+// in the one before, which is answered if it is another one.
+DeformableMesh::Impl::Buffer DeformableMesh::Impl::take_free_buffer() {
   const auto is_free = [](const Buffer& buffer) {
     if (buffer.model.use_count() > 1) return false;
     std::atomic_thread_fence(std::memory_order_acquire);  // whoever let go of it has read it
     return true;
   };
   if (current.model.use_count() <= 2) shape.reset();  // the shape here and the buffer itself
-  if (is_free(current)) return;
-  Buffer next;
+  if (is_free(current)) return {};
+  Buffer before = current, next;
   const auto free = std::find_if(others.begin(), others.end(), is_free);
   if (free != others.end()) {
     next = std::move(*free);
@@ -134,20 +134,20 @@ void DeformableMesh::Impl::take_free_buffer() {
   // Of those that nobody holds one is enough.
   std::size_t spare = 0;
   std::erase_if(others, [&](const Buffer& buffer) { return is_free(buffer) && spare++ > 0; });
+  return before;
 }
 
-// From a refit for vertices that are refused: to the buffer that the shape holds, which was not written to, or to the
-// boxes of the vertices that are still there.
-void DeformableMesh::Impl::go_back(const MeshFrame& frame, const PartRunner& parts) {
-  if (shape) {
-    const MeshModel* held = &detail::ShapeInsides::mesh(*shape);
+// From a refit for vertices that are refused: to the buffer before, which was not written to, or to the boxes of the
+// vertices that are still there.
+void DeformableMesh::Impl::go_back(const Buffer& before, const MeshFrame& frame, const PartRunner& parts) {
+  if (before.model != nullptr) {
     std::swap(current, *std::find_if(others.begin(), others.end(),
-                                     [&](const Buffer& buffer) { return buffer.model.get() == held; }));
-    return;
+                                     [&](const Buffer& buffer) { return buffer.model == before.model; }));
+  } else {
+    set_frame(*current.model, frame);
+    refit.refit(*current.model, current.model->vertices, parts);
   }
-  set_frame(*current.model, frame);
-  refit.refit(*current.model, current.model->vertices, parts);
-  shape.emplace(detail::ShapeInsides::shape(current.model));
+  if (!shape) shape.emplace(detail::ShapeInsides::shape(current.model));
 }
 
 DeformableMesh::DeformableMesh(Mesh mesh, const PartRunner& parts)
@@ -168,15 +168,15 @@ DeformReport DeformableMesh::update(std::span<const Vec3> vertices, const PartRu
     refuse_vertices("the extent of the vertices is " + written(2 * frame.half) + "; it must be 0 or at least 1e-30");
   impl.require_seams(vertices, frame);
 
-  impl.take_free_buffer();
+  const Impl::Buffer before = impl.take_free_buffer();
   MeshModel& mesh = *impl.current.model;
   mesh.forget_extremes();
-  const MeshFrame before(mesh.centre, mesh.half, mesh.unit);
+  const MeshFrame frame_before(mesh.centre, mesh.half, mesh.unit);
   set_frame(mesh, frame);
   impl.refit.refit(mesh, vertices, parts);
   if (mesh.closed && !impl.refit.surely_outward())
     if (const auto volume = inside_out(mesh, vertices, frame, parts)) {
-      impl.go_back(before, parts);
+      impl.go_back(before, frame_before, parts);
       refuse_vertices("the mesh is closed, but its volume is " + std::to_string(*volume) +
                       "; it must not be negative: it was turned inside out");
     }

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <new>
+#include <type_traits>
 
 #include "meshes/traversal/hierarchy.h"
 #include "meshes/traversal/nearest_kernel.h"
