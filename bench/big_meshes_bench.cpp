@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <bit>
+#include <cstdio>
 #include <functional>
 #include <stdexcept>
 
@@ -134,6 +135,7 @@ void print(const Question& question, const std::vector<Row>& rows) {
       fmt::print("  {:.1f} bytes a triangle", row.more["bytes"].get<double>() / static_cast<double>(row.n));
     fmt::print("{}\n", row.more["agrees"].get<bool>() ? "" : ", others than the first");
   }
+  std::fflush(stdout);  // the next may take minutes
 }
 
 void measure(std::size_t size, const Settings& settings, std::vector<Row>& all) {

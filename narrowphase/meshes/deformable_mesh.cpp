@@ -24,7 +24,7 @@ namespace {
 // Of what is no number no comparison is true.
 bool is_place(const Vec3& v) {
   const auto fits = [](double x) { return std::abs(x) <= tolerance::longest_length; };
-  return fits(v.x()) & fits(v.y()) & fits(v.z());
+  return fits(v.x()) && fits(v.y()) && fits(v.z());
 }
 
 [[noreturn]] void refuse_place(std::size_t v, const Vec3& place) {
