@@ -15,6 +15,7 @@
 #include "shapes/mesh_hierarchy.h"
 #include "shapes/shape_insides.h"
 #include "shapes/support_kernel.h"
+#include "shapes/without_hull.h"
 #include "tandem/narrowphase/build_options.h"
 #include "tandem/narrowphase/shape_memory.h"
 #include "tolerances.h"
@@ -312,7 +313,7 @@ Bounds Shape::core_bounds(const Pose& pose, const WorkLimit* limit) const {
       return posed_bounds(hull_of(*this), pose);
     case ShapeKind::mesh: {
       const MeshModel& mesh = mesh_of(*this);
-      return mesh.bends ? posed_bounds(mesh, pose) : posed_bounds(mesh.hull(limit), pose);
+      return does_without_hull(mesh) ? posed_bounds(mesh, pose) : posed_bounds(mesh.hull(limit), pose);
     }
   }
   return {t, t};
