@@ -122,6 +122,10 @@ inline constexpr double distance_of_floats = 4e-7;
 /// The height of a corner that was rounded to floats over a plane, in units of the mesh: 7 units in the last place.
 /// Less: a slab of a hierarchy lacks a corner, and a nearer triangle is missed. More: more boxes are opened.
 inline constexpr double height_of_floats = 4e-7;
+/// Of a sum of volumes that triangles and a point within their box enclose, each six times, relative to the sum of the
+/// squares of half the triangles' width, length and height added: 16 of 2^-24 for each product of two sides, which are
+/// twice as long. Less: a mesh that is inside out is taken for one that is not. More: doubles are asked more often.
+inline constexpr double volume_rounding_of_floats = 4e-6;
 /// A direction whose length is off from 1 by more is none: what an eigenvector of nothing is.
 inline constexpr double no_direction = 1e-3;
 

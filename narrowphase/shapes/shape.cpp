@@ -14,6 +14,7 @@
 #include "shapes/mesh_hierarchy.h"
 #include "shapes/shape_insides.h"
 #include "shapes/support_kernel.h"
+#include "shapes/without_hull.h"
 #include "shapes/written.h"
 #include "tandem/narrowphase/build_options.h"
 #include "tandem/narrowphase/shape_memory.h"
@@ -316,7 +317,7 @@ Bounds Shape::core_bounds(const Pose& pose, const WorkLimit* limit) const {
       return posed_bounds(hull_of(*this), pose);
     case ShapeKind::mesh: {
       const MeshModel& mesh = mesh_of(*this);
-      return mesh.bends ? posed_bounds(mesh, pose) : posed_bounds(mesh.hull(limit), pose);
+      return does_without_hull(mesh) ? posed_bounds(mesh, pose) : posed_bounds(mesh.hull(limit), pose);
     }
   }
   return {t, t};

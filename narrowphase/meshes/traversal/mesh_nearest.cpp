@@ -52,14 +52,14 @@ Vec3 middle_of(const MeshModel& mesh, const MeshNode& node, std::uint32_t lane) 
   return middle;
 }
 
-// Square of half a box's diagonal; no leaf's.
-double half_squared(const MeshModel& mesh, std::uint32_t ref) {
+// Half a box's diagonal, squared; not of a triangle.
+double half_square(const MeshModel& mesh, std::uint32_t ref) {
   if (lane_of(ref) == whole) return mesh.half.squaredNorm();
   const ChildBoxes& boxes = mesh.boxes_of(mesh.nodes[node_of(ref)]);
   double sum = 0;
   for (const auto& half : boxes.half)
     sum += static_cast<double>(half[lane_of(ref)]) * static_cast<double>(half[lane_of(ref)]);
-  return sum * mesh.unit * mesh.unit;
+  return mesh.unit * mesh.unit * sum;
 }
 
 // A mesh as the other sees it: about the other's centre, in its units.
@@ -163,7 +163,7 @@ Nearest NearestSearch::operator()(double cutoff) {
 }
 
 bool NearestSearch::goes_down_a(const Item& at) const {
-  return is_leaf(b_, at.b) || (!is_leaf(a_, at.a) && half_squared(a_, at.a) >= half_squared(b_, at.b));
+  return is_leaf(b_, at.b) || (!is_leaf(a_, at.a) && half_square(a_, at.a) >= half_square(b_, at.b));
 }
 
 NearestSearch::Children NearestSearch::bounds_of_children(const Item& at, double within) {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <new>
+#include <type_traits>
 
 #include "meshes/traversal/hierarchy.h"
 #include "meshes/traversal/nearest_kernel.h"
@@ -107,9 +109,10 @@ class NearestSearch {
     NearVolume volume;
     explicit SeenVolume(const MeshView& v) : view(v), ref(whole), volume(v.volume(whole)) {}
     const NearVolume& at(std::uint32_t place) {
-      if (place != ref) volume = view.volume(place), ref = place;
+      if (place != ref) ::new (&volume) NearVolume(view.volume(place)), ref = place;  // made where it stays
       return volume;
     }
+    static_assert(std::is_trivially_destructible_v<NearVolume>);
   };
 
   const MeshModel &a_, &b_;
