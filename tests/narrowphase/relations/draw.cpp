@@ -8,6 +8,7 @@
 #include "shapes/hull.h"
 #include "shapes/shape_insides.h"
 #include "tandem/narrowphase/narrow_phase.h"
+#include "unusual.h"
 
 namespace tandem::relations {
 namespace {
@@ -243,7 +244,8 @@ Mat3 rotation(Random& r, Build build) {
   return r.rotation();
 }
 
-/// Moves B along the separating direction until the signed distance is about `gap`.
+}  // namespace
+
 void place(PosedPair& p, double gap) {
   const Shape a = make_shape(p.a), b = make_shape(p.b);
   const NarrowPhase solver;
@@ -254,8 +256,6 @@ void place(PosedPair& p, double gap) {
     p.b.pose.translation += step * r.normal;
   }
 }
-
-}  // namespace
 
 PosedPair draw_pair(std::uint64_t seed, const DrawOptions& options) {
   Random r(seed * 0x9e3779b97f4a7c15u + 17);
@@ -296,6 +296,7 @@ PosedPair draw_pair(std::uint64_t seed, const DrawOptions& options) {
   }
   p.margin = (r.once_in(2) ? 0.1 : small(r, 9)) * size;
   if (p.margin == 0) p.margin = 0.1;
+  if (options.unusual) make_unusual(p, r);
   return p;
 }
 

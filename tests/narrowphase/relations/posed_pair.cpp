@@ -166,8 +166,6 @@ bool can_scale(const PosedPair& pair, double factor) {
   return can;
 }
 
-PosedPair swapped(const PosedPair& p) { return {p.b, p.a, p.margin, p.seed}; }
-
 std::string record(const PosedPair& p, const std::string& id) {
   Json j{{"id", id},
          {"shapeA", json(p.a)},

@@ -69,6 +69,12 @@ std::string same(const Case& c, const PosedPair& other, double factor = 1, bool 
   return difference(c.answers, answer(other), factor, c.unit, verdicts, c.pair.margin);
 }
 
+// The same shapes at other poses: hulls and hierarchies need not be built again.
+std::string same_shapes(const Case& c, const PosedPair& other, bool verdicts) {
+  return difference(c.answers, answer(c.a, other.a.pose, c.b, other.b.pose, other.margin), 1, c.unit, verdicts,
+                    c.pair.margin);
+}
+
 // ---- One pair, several requests ----
 
 // A bound goes with its status: what is ok is right to `surface`.
@@ -310,7 +316,7 @@ std::string impact(const Case& c, Random& random) {
 // ---- The same real numbers, given otherwise ----
 
 std::string swap(const Case& c, Random&) {
-  Answers r = answer(swapped(c.pair));
+  const Answers r = answer(c.b, c.pair.b.pose, c.a, c.pair.a.pose, c.pair.margin);
   return difference(c.answers, r, 1, c.unit, false, c.pair.margin);
 }
 
@@ -334,7 +340,7 @@ std::string turned(const Case& c, Random& random) {
   if (turn.determinant() < 0) turn(3 - first - second, 2) = -1;
   PosedPair other = c.pair;
   for (PosedShape* s : {&other.a, &other.b}) s->pose = {turn * s->pose.rotation, turn * s->pose.translation};
-  return same(c, other);
+  return same_shapes(c, other, false);
 }
 
 std::string moved(const Case& c, Random& random) {
@@ -345,7 +351,7 @@ std::string moved(const Case& c, Random& random) {
     if (to - move != s->pose.translation || to - s->pose.translation != move) return {};
     s->pose.translation = to;
   }
-  return same(c, other, 1, true);
+  return same_shapes(c, other, true);
 }
 
 template <class T>
