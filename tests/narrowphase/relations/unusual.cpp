@@ -147,9 +147,7 @@ void place_somewhere(PosedPair& p, Random& r) {
   place(p, r.once_in(8) ? 0.0 : r.sign() * (r.once_in(2) ? small(r, 16) : 0.02 * small(r, 2)) * size);
 }
 
-}  // namespace
-
-void make_unusual(PosedPair& p, Random& r) {
+void change(PosedPair& p, Random& r) {
   switch (r.below(8)) {
     case 0:
       p.a.shape = with_repeated(some_mesh(p.a.shape, r), r);
@@ -180,6 +178,19 @@ void make_unusual(PosedPair& p, Random& r) {
     default:
       return turn_together(p, r);
   }
+}
+
+}  // namespace
+
+void make_unusual(PosedPair& p, Random& r) {
+  PosedPair changed = p;
+  try {
+    change(changed, r);
+    make_shape(changed.a), make_shape(changed.b);
+  } catch (const std::invalid_argument&) {
+    return;  // smaller than shapes may be
+  }
+  p = changed;
 }
 
 }  // namespace tandem::relations
