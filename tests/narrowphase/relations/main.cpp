@@ -43,6 +43,7 @@ struct Options {
   bool rounded = false;             // a ball about each point of one or both
   bool unusual = false;             // what draws seldom or never make
   bool raw = false;                 // as they are drawn
+  bool list = false;                // prints the pairs, judges none
   bool table = false;               // counts by kinds and relation, too
   int threads = 0;                  // 0: one a core
 };
@@ -248,6 +249,11 @@ int run_records(const Options& options) {
 int run_random(const Options& options) {
   const DrawOptions draw{kind_of(options.a), kind_of(options.b), read_meshes(options.meshes, options.largest_mesh),
                          options.needles, options.rounded, options.unusual};
+  if (options.list) {
+    for (std::uint64_t seed = options.seed; seed < options.seed + options.pairs; ++seed)
+      std::puts(record(draw_pair(seed, draw), std::to_string(seed)).c_str());
+    return 0;
+  }
   std::uint64_t drawn = 0;
   return run(options, [&]() -> std::shared_ptr<Draft> {
     if (drawn == options.pairs) return nullptr;
@@ -281,6 +287,7 @@ int main(int argc, char** argv) {
   app.add_option("--threads", options.threads, "0: one a core; results do not depend on it")
       ->check(CLI::NonNegativeNumber);
   app.add_flag("--table", options.table, "failures by kinds and relation as a table (Markdown), too");
+  app.add_flag("--list", options.list, "prints the pairs of the seeds as records and judges none");
   app.add_flag("--raw", options.raw, "prints pairs as they were drawn, not minimal ones");
   CLI11_PARSE(app, argc, argv);
   try {

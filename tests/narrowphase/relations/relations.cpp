@@ -289,7 +289,8 @@ std::string several(const Case& c, Random&) {
 std::string impact(const Case& c, Random& random) {
   const double d = c.answers.distance.signed_distance, tolerance = 10 * rounding * c.unit + world_rounding(c.pair);
   const double path = random.in(0.2, 3) * (std::abs(d) + 0.1 * c.unit);
-  const Vec3 velocity = -path * (c.answers.distance.normal + random.in(0, 1) * random.direction());
+  const Vec3 aside = random.direction();
+  const Vec3 velocity = -path * (c.answers.distance.normal + random.in(0, 1) * aside);
   const auto t = plain().time_of_impact(c.a, c.pair.a.pose, Vec3::Zero(), c.b, c.pair.b.pose, velocity, 1);
   const auto at = [&](double time) {
     Pose pose = c.pair.b.pose;
@@ -344,7 +345,8 @@ std::string turned(const Case& c, Random& random) {
 }
 
 std::string moved(const Case& c, Random& random) {
-  const Vec3 move(random.below(2049) - 1024, random.below(2049) - 1024, random.below(2049) - 1024);
+  const int z = random.below(2049) - 1024, y = random.below(2049) - 1024, x = random.below(2049) - 1024;
+  const Vec3 move(x, y, z);
   PosedPair other = c.pair;
   for (PosedShape* s : {&other.a, &other.b}) {
     const Vec3 to = s->pose.translation + move;

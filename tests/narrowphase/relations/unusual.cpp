@@ -16,7 +16,8 @@ double small(Random& r, double most) { return std::pow(10.0, -r.in(0, most)); }
 /// A turn by 1e-16 to 1e-3, or none.
 Mat3 slight_turn(Random& r) {
   if (r.once_in(3)) return Mat3::Identity();
-  return Eigen::AngleAxisd(1e-3 * small(r, 13), r.direction()).toRotationMatrix();
+  const Vec3 axis = r.direction();
+  return Eigen::AngleAxisd(1e-3 * small(r, 13), axis).toRotationMatrix();
 }
 
 /// Open where it is refused as a solid.
@@ -31,8 +32,12 @@ Mesh checked(Mesh m) {
 
 Mesh some_mesh(const ShapeData& drawn, Random& r) {
   if (const Mesh* m = std::get_if<Mesh>(&drawn); m != nullptr && m->triangles.size() <= most_triangles) return *m;
-  if (r.once_in(2)) return test::torus(1, r.in(0.15, 0.6), 5 + r.below(8), 4 + r.below(5));
-  return test::box_mesh(r.vec(0.1, 1.5), 1 + r.below(3));
+  if (r.once_in(2)) {
+    const int sides = 4 + r.below(5), segments = 5 + r.below(8);
+    return test::torus(1, r.in(0.15, 0.6), segments, sides);
+  }
+  const int cuts = 1 + r.below(3);
+  return test::box_mesh(r.vec(0.1, 1.5), cuts);
 }
 
 /// Some triangles again, also from the other side and with vertices of their own; vertices that none uses.
@@ -77,7 +82,8 @@ void stack(PosedPair& p, Random& r) {
   const int up = r.below(3);
   Vec3 by = r.once_in(3) ? Vec3(Vec3::Zero()) : Vec3((size - other) / 2);  // sides flush, or centred
   if (r.once_in(3)) by = r.in(-0.5, 0.5) * size;
-  by[up] = (size[up] + other[up]) / 2 + (r.once_in(3) ? 0 : r.sign() * small(r, 16));
+  const double side = r.once_in(3) ? 0 : r.sign();
+  by[up] = (size[up] + other[up]) / 2 + (side == 0 ? 0 : side * small(r, 16));
   p.b.pose = {p.a.pose.rotation * slight_turn(r), p.a.pose.translation + p.a.pose.rotation * by};
   const Mesh a = test::box_mesh(size, 1 + r.below(2)), b = test::box_mesh(other, 1 + r.below(2));
   if (r.once_in(3)) p.a.shape = a;
@@ -94,7 +100,9 @@ void put_in(PosedPair& p, Random& r) {
   scale(p.b.shape, factor);
   p.b.rounding *= factor;
   if (r.once_in(2)) p.b.pose.rotation = r.once_in(2) ? r.rotation() : Mat3(p.b.pose.rotation * slight_turn(r));
-  if (!r.once_in(3)) p.b.pose.translation += r.in(0, 1) * (1 - factor) * reach(p.a) * r.direction();
+  if (r.once_in(3)) return;
+  const Vec3 along = r.direction();
+  p.b.pose.translation += r.in(0, 1) * (1 - factor) * reach(p.a) * along;
 }
 
 /// A box or a ring that is hollow, its walls thin to 1e-7.
@@ -120,7 +128,7 @@ Mesh hollow(Random& r) {
 
 /// The same points, up to 1e6 from the origin of their frame.
 void put_far_from_origin(PosedShape& s, Random& r) {
-  const Vec3 by = std::ldexp(1.0, r.below(21)) * r.vec(-1, 1);
+  const Vec3 any = r.vec(-1, 1), by = std::ldexp(1.0, r.below(21)) * any;
   const auto move = [&](auto& points) {
     for (Vec3& v : points) v += by;
     s.pose.translation -= s.pose.rotation * by;
@@ -144,7 +152,8 @@ void turn_together(PosedPair& p, Random& r) {
 void place_somewhere(PosedPair& p, Random& r) {
   const double size = reach(p.a) + reach(p.b);
   if (r.once_in(3)) return;
-  place(p, r.once_in(8) ? 0.0 : r.sign() * (r.once_in(2) ? small(r, 16) : 0.02 * small(r, 2)) * size);
+  const double side = r.once_in(8) ? 0 : r.sign();
+  place(p, side == 0 ? 0 : side * (r.once_in(2) ? small(r, 16) : 0.02 * small(r, 2)) * size);
 }
 
 void change(PosedPair& p, Random& r) {
@@ -172,7 +181,10 @@ void change(PosedPair& p, Random& r) {
     case 6:
       if (p.a.kind() == ShapeKind::halfspace || p.a.kind() == ShapeKind::plane) return turn_together(p, r);
       p.b = p.a;
-      if (!r.once_in(3)) p.b.pose.translation += small(r, 16) * reach(p.a) * r.direction();
+      if (!r.once_in(3)) {
+        const Vec3 along = r.direction();
+        p.b.pose.translation += small(r, 16) * reach(p.a) * along;
+      }
       if (r.once_in(2)) p.b.pose.rotation = p.b.pose.rotation * slight_turn(r);
       return;
     default:
