@@ -248,7 +248,7 @@ int run_records(const Options& options) {
 
 int run_random(const Options& options) {
   const DrawOptions draw{kind_of(options.a), kind_of(options.b), read_meshes(options.meshes, options.largest_mesh),
-                         options.needles, options.rounded, options.unusual};
+                         options.needles,    options.rounded,    options.unusual};
   if (options.list) {
     for (std::uint64_t seed = options.seed; seed < options.seed + options.pairs; ++seed)
       std::puts(record(draw_pair(seed, draw), std::to_string(seed)).c_str());
@@ -281,9 +281,10 @@ int main(int argc, char** argv) {
   app.add_flag("--needles", options.needles,
                "only slivers and long thin hulls with something 1e3 to 1e8 times smaller");
   app.add_flag("--rounded", options.rounded, "only shapes with a ball about each point, one of two or both");
-  app.add_flag("--unusual", options.unusual,
-               "only triangles given twice, hulls of thousands of points, stacks, one in another, thin walls, shapes far "
-               "from their own origin, one shape twice, exact touches turned");
+  app.add_flag(
+      "--unusual", options.unusual,
+      "only triangles given twice, hulls of thousands of points, stacks, one in another, thin walls, shapes far "
+      "from their own origin, one shape twice, exact touches turned");
   app.add_option("--threads", options.threads, "0: one a core; results do not depend on it")
       ->check(CLI::NonNegativeNumber);
   app.add_flag("--table", options.table, "failures by kinds and relation as a table (Markdown), too");
