@@ -1,12 +1,18 @@
 #pragma once
 #include <cmath>
+#include <limits>
 
 #include "tandem/narrowphase/pose.h"
 
 namespace tandem::reference {
 
-/// 113 bits of mantissa, IEEE binary128: the same bits on every machine.
+/// 113 bits of mantissa, IEEE binary128: the same bits on every machine. On 64-bit ARM that is `long double`.
+#if defined(__SIZEOF_FLOAT128__)
 __extension__ typedef __float128 Real;
+#else
+using Real = long double;
+static_assert(std::numeric_limits<Real>::digits == 113, "no type of 113 bits here");
+#endif
 
 inline Real abs(Real x) { return x < 0 ? -x : x; }
 inline Real min(Real a, Real b) { return b < a ? b : a; }

@@ -201,7 +201,7 @@ bool settle_by_features(const MinkowskiDifference& d, LocalAnswer& answer) {
   const double scale = d.scale(), rounding = 4 * epsilon * scale, claimed = answer.signed_distance;
   // Where they overlap and the bounds do not meet, or by no more than faces that are slivers may hide, the least
   // translation out may be through any side.
-  const bool any_side = claimed < 0 && (answer.gap > 4 * rounding || claimed > -tolerance::near_surface * scale);
+  const bool any_side = claimed < 0 && (answer.gap > 4 * rounding || claimed > -tolerance::thin_overlap * scale);
   const double all = any_side ? 2 * (d.a.size + d.b.size) : 0;
   double best = separation_along(d, answer.normal);
   Vec3 n = answer.normal;

@@ -110,9 +110,10 @@ CoreDistance expand_from(const MinkowskiDifference& d, const GjkResult& r, bool 
   const double reached = r.end == GjkResult::End::near               ? r.upper
                          : e.upper < tolerance::near_surface * scale ? r.v.norm()
                                                                      : 0.0;
-  // A face of the difference that is a sliver has any normal, for rounding: near the surface that shows.
+  // Of faces of the difference that are slivers planes are off by rounding over the width, along all of the length: a
+  // thin difference's polytope may end at another face than the nearest.
   core.doubtful = polytopes && (reached > 16 * epsilon * scale || answer.gap > 16 * epsilon * scale ||
-                                e.upper < tolerance::near_surface * scale);
+                                e.upper < tolerance::thin_overlap * scale);
   const bool apart = r.end == GjkResult::End::near && r.upper > 0 &&
                      (r.lower > core.distance ? r.lower >= 0 : polytopes && core.distance > 0);
   if (apart) {

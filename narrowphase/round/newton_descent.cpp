@@ -1,5 +1,8 @@
 #include "round/newton_descent.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "round/nearest_flat.h"
 #include "tolerances.h"
 
@@ -16,17 +19,32 @@ void tangents(const Vec3& n, Vec3& u, Vec3& v) {
   v = {b, sign + n[1] * n[1] * a, -n[1]};
 }
 
+/// Where two circles meet, on n's side, for a small one or nearly parallel axes. Told from the smaller: its radius says
+/// how far from its axis that is, which what its height leaves of 1 says to rounding over the radius only.
+Vec3 meet_on(const Circle& small, const Circle& other, const Vec3& n) {
+  const Vec3 c = small.axis.cross(other.axis);
+  // The product of nearly parallel axes, as of a needle's edges, is off by rounding over its length, along them, too.
+  const Vec3 across = (c - c.dot(small.axis) * small.axis).normalized(), along = across.cross(small.axis);
+  const double away = (other.height - small.axis.dot(other.axis) * small.height) / c.norm(), r = small.radius;
+  const double x = std::clamp(away, -r, r), y = std::copysign(std::sqrt((r - x) * (r + x)), across.dot(n));
+  return (small.height * small.axis + x * along + y * across).normalized();
+}
+
 /// Where two circles meet, on n's side; false where they are (nearly) the same.
 bool meet(const Circle& a, const Circle& b, Vec3& n) {
   const Vec3 c = a.axis.cross(b.axis);
   const double det = c.squaredNorm();
   if (det < tolerance::parallel_lines2) return false;
+  const bool b_smaller = b.radius < a.radius;
+  const double radius = b_smaller ? b.radius : a.radius;
+  if (std::min(det, radius * radius) < tolerance::crossing2) {
+    n = b_smaller ? meet_on(b, a, n) : meet_on(a, b, n);
+    return true;
+  }
   const double d = a.axis.dot(b.axis);
   const double x = (a.height - d * b.height) / det, y = (b.height - d * a.height) / det;
   const double rest = std::max(0.0, 1 - x * a.height - y * b.height);
   n = (x * a.axis + y * b.axis + std::copysign(std::sqrt(rest / det), c.dot(n)) * c).normalized();
-  // Nearly parallel axes, as of a needle's edges: their product is off by rounding over its length, along them, too.
-  if (det < tolerance::crossing2) n = (n - (n.dot(a.axis) - a.height) * a.axis).normalized();
   return true;
 }
 

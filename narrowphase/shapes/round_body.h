@@ -1,5 +1,6 @@
 #pragma once
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "shapes/hull.h"
@@ -236,10 +237,7 @@ class RoundBody {
     if (kind() == ShapeKind::ellipsoid || kind() == ShapeKind::sphere) return;
     const auto cross = [&](int from, int other, const Vec3& axis, double height) {
       const double a = arc.p.dot(axis) - height, b = arc.q.dot(axis), c = arc.s.dot(axis) - height;
-      if (!(a + end * (b + end * c) > 0)) return;
-      if (a >= 0) return report(0.0, from, other);
-      const double root = b + std::sqrt(std::max(0.0, b * b - 4 * a * c));
-      report(root > 0 ? std::min(end, -2 * a / root) : end, from, other);
+      if (const double t = first_positive(a, b, c, end); t <= end) report(t, from, other);
     };
     if (kind() == ShapeKind::capsule || kind() == ShapeKind::cylinder || kind() == ShapeKind::cone) {
       if (count > 1) return;
@@ -266,10 +264,7 @@ class RoundBody {
       if (is_active(other)) return;
       const Vec3 e = corner(other) - corner(from);
       const double a = local.p.dot(e), b = local.q.dot(e), c = local.s.dot(e);
-      if (!(a + end * (b + end * c) > 0)) return;
-      if (a >= 0) return report(0.0, from, other);
-      const double root = b + std::sqrt(std::max(0.0, b * b - 4 * a * c));
-      report(root > 0 ? std::min(end, -2 * a / root) : end, from, other);
+      if (const double t = first_positive(a, b, c, end); t <= end) report(t, from, other);
     };
     for (int k = 0; k < count; ++k) {
       const auto i = static_cast<std::size_t>(active[k]);
@@ -314,6 +309,17 @@ class RoundBody {
   }
 
  private:
+  /// The first t in [0, end] from which a + b t + c t^2 is positive, to rounding; beyond `end` where there is none. An
+  /// arc past a small circle, as that of a flat cone's side, may enter and leave it.
+  static double first_positive(double a, double b, double c, double end) {
+    const double square = b * b - 4 * a * c;
+    const bool passes = a < 0 && b > 0 && b + 2 * end * c < 0 && square > 0;
+    if (!passes && !(a + end * (b + end * c) > 0)) return std::numeric_limits<double>::infinity();
+    if (a >= 0) return 0;
+    const double root = b + std::sqrt(std::max(0.0, square));
+    return root > 0 ? std::min(end, -2 * a / root) : end;
+  }
+
   /// Is a cone's apex farther along m, in its frame, than its circle? Flat cones need the ratio, not the cosine.
   bool to_apex(const Vec3& m) const {
     return m[2] > 0 && m[2] * m[2] * cosine_ * cosine_ > (m[0] * m[0] + m[1] * m[1]) * sine_ * sine_;

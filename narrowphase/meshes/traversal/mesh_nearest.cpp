@@ -24,6 +24,10 @@ void ends_nearest(const Vec3& p, const Vec3& d, const Vec3& q, const Vec3& e, Ne
   const auto along = [](double over, double under) { return under > 0 ? std::clamp(over / under, 0.0, 1.0) : 0.0; };
   const auto take = [&](double s, double t) { best.take(p + s * d, q + t * e); };
   for (const double end : {0.0, 1.0}) take(end, along(b * end + f, ee)), take(along(b * end - c, dd), end);
+  // Where they cross, from products that do not cancel as their squares do: else off by epsilon over the sine.
+  const Vec3 x = e.cross(d.cross(e));
+  const double crossing = along(-r.dot(x), d.dot(x));
+  take(crossing, along(b * crossing + f, ee));
 }
 
 // The foot of v on the plane of a triangle, where it lies inside. Edges are the segments' business.

@@ -50,8 +50,6 @@ inline double world_rounding(const PosedPair& p) {
 /// `verdicts`: also those that rounding could change, the number of contacts and their features.
 std::string difference(const Answers& x, const Answers& y, double factor, double unit, bool verdicts, double margin);
 
-Answers answer(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin);
-
 inline bool is_mesh(const Shape& s) { return s.kind() == ShapeKind::mesh; }
 
 }  // namespace tandem::relations

@@ -8,9 +8,13 @@
 #include "shapes/hull.h"
 #include "shapes/shape_insides.h"
 #include "tandem/narrowphase/narrow_phase.h"
+#include "unusual.h"
 
 namespace tandem::relations {
 namespace {
+
+// Numbers that draw more than one are drawn in statements of their own: in which order the terms of an expression are
+// evaluated differs between compilers and processors, and a seed is one pair on all.
 
 /// 10^-u, u even in [0, most].
 double small(Random& r, double most) { return std::pow(10.0, -r.in(0, most)); }
@@ -24,7 +28,8 @@ enum class Build { plump, degenerate, dyadic };
 
 double length(Random& r, Build build) {
   if (build == Build::dyadic) return (1 + r.below(16)) / 8.0;
-  return r.in(0.1, 1.5) * (build == Build::degenerate && r.once_in(2) ? small(r, 8) : 1.0);
+  const double plump = r.in(0.1, 1.5);
+  return plump * (build == Build::degenerate && r.once_in(2) ? small(r, 8) : 1.0);
 }
 
 Vec3 lengths(Random& r, Build build) {
@@ -33,8 +38,19 @@ Vec3 lengths(Random& r, Build build) {
 }
 
 Vec3 point(Random& r, Build build) {
-  if (build == Build::dyadic) return Vec3(r.below(17) - 8, r.below(17) - 8, r.below(17) - 8) / 8.0;
+  if (build == Build::dyadic) {
+    const int z = r.below(17) - 8, y = r.below(17) - 8, x = r.below(17) - 8;
+    return Vec3(x, y, z) / 8.0;
+  }
   return rounded(r.vec(-1, 1));
+}
+
+/// Somewhere on the line through p and q, but for `off` in any direction.
+template <class Off>
+Vec3 near_line(Random& r, const Vec3& p, const Vec3& q, Off&& off) {
+  const Vec3 aside = r.direction();
+  const Vec3 by = off() * aside;
+  return p + r.in(-0.5, 1.5) * (q - p) + by;
 }
 
 /// A third point that makes a triangle without area, a sliver, or any.
@@ -47,7 +63,7 @@ std::array<Vec3, 3> corners(Random& r, Build build) {
     case 1:
       return {p, q, r.once_in(2) ? p : q};
     case 2:
-      return {p, q, Vec3(p + r.in(-0.5, 1.5) * (q - p) + small(r, 16) * r.direction())};
+      return {p, q, near_line(r, p, q, [&] { return small(r, 16); })};
     default:
       return {p, q, point(r, build)};
   }
@@ -57,10 +73,11 @@ std::array<Vec3, 3> corners(Random& r, Build build) {
 ShapeData needle(Random& r) {
   if (r.once_in(2)) {
     const Vec3 p = point(r, Build::degenerate), q = point(r, Build::degenerate);
-    return Triangle{{p, q, Vec3(p + r.in(-0.5, 1.5) * (q - p) + std::pow(10.0, -r.in(5, 16)) * r.direction())}};
+    return Triangle{{p, q, near_line(r, p, q, [&] { return std::pow(10.0, -r.in(5, 16)); })}};
   }
   Convex c;
-  const Vec3 stretch(std::pow(10.0, -r.in(4, 8)), r.once_in(3) ? 1 : std::pow(10.0, -r.in(4, 8)), 1);
+  const double broad = r.once_in(3) ? 1 : std::pow(10.0, -r.in(4, 8));
+  const Vec3 stretch(std::pow(10.0, -r.in(4, 8)), broad, 1);
   for (int n = 3 + r.below(12); n > 0; --n) c.vertices.push_back(point(r, Build::degenerate).cwiseProduct(stretch));
   return c;
 }
@@ -68,9 +85,11 @@ ShapeData needle(Random& r) {
 Convex cloud(Random& r, Build build) {
   Convex c;
   const int n = 1 + r.below(r.once_in(4) ? 60 : 12);
-  const Vec3 stretch = build == Build::degenerate
-                           ? Vec3(r.once_in(2) ? small(r, 8) : 1, r.once_in(3) ? small(r, 8) : 1, 1)
-                           : Vec3(1, 1, 1);
+  Vec3 stretch(1, 1, 1);
+  if (build == Build::degenerate) {
+    stretch.y() = r.once_in(3) ? small(r, 8) : 1;
+    stretch.x() = r.once_in(2) ? small(r, 8) : 1;
+  }
   for (int i = 0; i < n; ++i) c.vertices.push_back(point(r, build).cwiseProduct(stretch));
   if (build == Build::degenerate && r.once_in(2)) c.vertices.push_back(c.vertices[0]);
   return c;
@@ -159,18 +178,22 @@ Mesh draw_mesh(Random& r, Build build, const std::vector<NamedMesh>& real) {
     case 1:
       m = bumpy_grid(r, build);
       break;
-    case 2:
-      m = test::box_mesh(lengths(r, build), 1 + r.below(3));
+    case 2: {
+      const int cuts = 1 + r.below(3);
+      m = test::box_mesh(lengths(r, build), cuts);
       break;
+    }
     case 3:
       m = l_prism(r);
       break;
     case 4:
       m = u_prism(r);
       break;
-    case 5:
-      m = test::torus(1, r.in(0.15, 0.6), 5 + r.below(8), 4 + r.below(5));
+    case 5: {
+      const int sides = 4 + r.below(5), segments = 5 + r.below(8);
+      m = test::torus(1, r.in(0.15, 0.6), segments, sides);
       break;
+    }
     case 6:
       m = hull_mesh(r);
       break;
@@ -238,12 +261,14 @@ Mat3 rotation(Random& r, Build build) {
   if (r.once_in(8)) {
     // Nearly an exact one.
     const Vec3 axis = r.direction();
-    return Eigen::AngleAxisd(small(r, 16), axis).toRotationMatrix() * exact_rotation(r);
+    const Mat3 exact = exact_rotation(r);
+    return Eigen::AngleAxisd(small(r, 16), axis).toRotationMatrix() * exact;
   }
   return r.rotation();
 }
 
-/// Moves B along the separating direction until the signed distance is about `gap`.
+}  // namespace
+
 void place(PosedPair& p, double gap) {
   const Shape a = make_shape(p.a), b = make_shape(p.b);
   const NarrowPhase solver;
@@ -255,11 +280,11 @@ void place(PosedPair& p, double gap) {
   }
 }
 
-}  // namespace
-
 PosedPair draw_pair(std::uint64_t seed, const DrawOptions& options) {
   Random r(seed * 0x9e3779b97f4a7c15u + 17);
-  const auto any_kind = [&] { return static_cast<ShapeKind>(r.below(static_cast<int>(ShapeKind::plane))); };  // planes are asked for
+  const auto any_kind = [&] {
+    return static_cast<ShapeKind>(r.below(static_cast<int>(ShapeKind::plane)));
+  };  // planes are asked for
   ShapeKind ka = options.a.value_or(any_kind()), kb = options.b.value_or(any_kind());
   const auto is_bounded = [](ShapeKind k) { return k != ShapeKind::halfspace && k != ShapeKind::plane; };
   if (!is_bounded(ka) && !is_bounded(kb)) (options.a ? kb : ka) = ShapeKind::box;
@@ -278,24 +303,32 @@ PosedPair draw_pair(std::uint64_t seed, const DrawOptions& options) {
   if (options.rounded) {
     const int which = r.below(3);
     for (PosedShape* s : {which != 1 ? &p.a : nullptr, which != 0 ? &p.b : nullptr})
-      if (s != nullptr) s->rounding = exact ? std::ldexp(1.0, -r.below(8)) : r.in(0.1, 1) * small(r, 8);
+      if (s != nullptr) {
+        const double most = exact ? std::ldexp(1.0, -r.below(8)) : r.in(0.1, 1);
+        s->rounding = exact ? most : most * small(r, 8);
+      }
   }
   const auto translation = [&]() -> Vec3 {
     if (exact) return point(r, build) + point(r, build);
-    return r.in(0.1, 1.0) * (reach(p.a) + reach(p.b)) * r.direction();
+    const Vec3 along = r.direction();
+    return r.in(0.1, 1.0) * (reach(p.a) + reach(p.b)) * along;
   };
   p.a.pose = {rotation(r, build), Vec3::Zero()};
   p.b.pose = {rotation(r, build), r.once_in(12) ? Vec3(Vec3::Zero()) : translation()};
   const double size = reach(p.a) + reach(p.b);
-  if (!exact && r.once_in(2))
-    place(p, r.once_in(8) ? 0.0 : r.sign() * (r.once_in(2) ? small(r, 16) : 0.02 * small(r, 2)) * size);
+  if (!exact && r.once_in(2)) {
+    const double side = r.once_in(8) ? 0 : r.sign();
+    place(p, side == 0 ? 0 : side * (r.once_in(2) ? small(r, 16) : 0.02 * small(r, 2)) * size);
+  }
   if (r.once_in(4)) {
-    const Vec3 far = rounded(r.vec(-1, 1)) * std::ldexp(1.0, r.below(28));
+    const double how_far = std::ldexp(1.0, r.below(28));
+    const Vec3 far = rounded(r.vec(-1, 1)) * how_far;
     p.a.pose.translation += far;
     p.b.pose.translation += far;
   }
   p.margin = (r.once_in(2) ? 0.1 : small(r, 9)) * size;
   if (p.margin == 0) p.margin = 0.1;
+  if (options.unusual) make_unusual(p, r);
   return p;
 }
 

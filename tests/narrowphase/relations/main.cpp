@@ -41,7 +41,9 @@ struct Options {
   std::size_t show = 1;             // failures printed for a relation and two kinds
   bool needles = false;             // A a sliver or a long thin hull, B much smaller
   bool rounded = false;             // a ball about each point of one or both
+  bool unusual = false;             // what draws seldom or never make
   bool raw = false;                 // as they are drawn
+  bool list = false;                // prints the pairs, judges none
   bool table = false;               // counts by kinds and relation, too
   int threads = 0;                  // 0: one a core
 };
@@ -98,7 +100,7 @@ std::string kinds_of(const PosedPair& pair) {
 Judged judge(const Options& options, const std::string& id, const PosedPair& pair) {
   Judged judged{id, pair};
   const Shape a = make_shape(pair.a), b = make_shape(pair.b);
-  const Answers answers = answer(pair);
+  const Answers answers = answer(a, pair.a.pose, b, pair.b.pose, pair.margin);
   judged.inexact_distance = answers.distance.status == Status::inexact;
   judged.inexact_contacts = !answers.touching.empty() && answers.contacts.status == Status::inexact;
   for (std::size_t k = 0; k < relations::relations().size(); ++k) {
@@ -246,7 +248,12 @@ int run_records(const Options& options) {
 
 int run_random(const Options& options) {
   const DrawOptions draw{kind_of(options.a), kind_of(options.b), read_meshes(options.meshes, options.largest_mesh),
-                         options.needles, options.rounded};
+                         options.needles,    options.rounded,    options.unusual};
+  if (options.list) {
+    for (std::uint64_t seed = options.seed; seed < options.seed + options.pairs; ++seed)
+      std::puts(record(draw_pair(seed, draw), std::to_string(seed)).c_str());
+    return 0;
+  }
   std::uint64_t drawn = 0;
   return run(options, [&]() -> std::shared_ptr<Draft> {
     if (drawn == options.pairs) return nullptr;
@@ -274,9 +281,14 @@ int main(int argc, char** argv) {
   app.add_flag("--needles", options.needles,
                "only slivers and long thin hulls with something 1e3 to 1e8 times smaller");
   app.add_flag("--rounded", options.rounded, "only shapes with a ball about each point, one of two or both");
+  app.add_flag(
+      "--unusual", options.unusual,
+      "only triangles given twice, hulls of thousands of points, stacks, one in another, thin walls, shapes far "
+      "from their own origin, one shape twice, exact touches turned");
   app.add_option("--threads", options.threads, "0: one a core; results do not depend on it")
       ->check(CLI::NonNegativeNumber);
   app.add_flag("--table", options.table, "failures by kinds and relation as a table (Markdown), too");
+  app.add_flag("--list", options.list, "prints the pairs of the seeds as records and judges none");
   app.add_flag("--raw", options.raw, "prints pairs as they were drawn, not minimal ones");
   CLI11_PARSE(app, argc, argv);
   try {

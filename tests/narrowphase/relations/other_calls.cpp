@@ -33,7 +33,7 @@ Motion any_motion(const Pose& from, const Vec3& step, Random& random) {
   m.to.translation += step;
   if (!random.once_in(4)) {
     const Vec3 axis = random.direction();
-    const double angle = random.in(0, 0.95 * std::numbers::pi) * (random.once_in(3) ? 0.01 : 1.0);
+    const double most = random.in(0, 0.95 * std::numbers::pi), angle = most * (random.once_in(3) ? 0.01 : 1.0);
     m.to.rotation = orthonormalized({Eigen::AngleAxisd(angle, axis).toRotationMatrix() * from.rotation}).rotation;
   }
   if (random.once_in(3)) m.straight_of = Vec3(Vec3::Zero());
@@ -47,11 +47,13 @@ std::string motions(const Case& c, Random& random) {
   const Vec3 origin = c.pair.a.pose.translation;
   const PairAnswer& now = c.answers.distance;
   const double length = std::abs(now.signed_distance) + 0.3 * c.unit;
-  const Motion a = random.once_in(2) ? any_motion(seen_from(c.pair.a.pose, origin),
-                                                  random.in(0, 0.3) * length * random.direction(), random)
-                                     : Motion{seen_from(c.pair.a.pose, origin), seen_from(c.pair.a.pose, origin)};
-  const Motion b = any_motion(seen_from(c.pair.b.pose, origin),
-                              random.in(0.3, 2) * length * (-now.normal + 0.5 * random.direction()), random);
+  Motion a{seen_from(c.pair.a.pose, origin), seen_from(c.pair.a.pose, origin)};
+  if (random.once_in(2)) {
+    const Vec3 along = random.direction();
+    a = any_motion(a.from, random.in(0, 0.3) * length * along, random);
+  }
+  const Vec3 towards = -now.normal + 0.5 * random.direction();
+  const Motion b = any_motion(seen_from(c.pair.b.pose, origin), random.in(0.3, 2) * length * towards, random);
   const auto touch = plain().time_of_impact(c.a, a, c.b, b);
   const auto at = [&](double t) { return distance(c.a, pose_at(a, t), c.b, pose_at(b, t)); };
   const double path = (a.to.translation - a.from.translation).norm() + (b.to.translation - b.from.translation).norm() +
@@ -247,7 +249,10 @@ std::string lanes(const Case& c, Random& random) {
   const int count = 2 + random.below(11);
   for (int k = 0; k < count; ++k) {
     Placed p{&c.a, c.pair.a.pose, &c.b, c.pair.b.pose};
-    if (k > 1) p.pose_b.translation += std::pow(10.0, -random.in(0, 12)) * c.unit * random.direction();
+    if (k > 1) {
+      const Vec3 along = random.direction();
+      p.pose_b.translation += std::pow(10.0, -random.in(0, 12)) * c.unit * along;
+    }
     if (random.once_in(6)) p.pose_b.rotation = p.pose_a.rotation;
     if (random.once_in(8) && c.a.is_bounded()) p.b = &c.a;
     if (k % 2 == 1) std::swap(p.a, p.b), std::swap(p.pose_a, p.pose_b);
@@ -330,7 +335,8 @@ std::string scene(const Case& c, Random& random) {
     if (contacts[hits.front().first + k].depth != c.answers.within[k].depth)
       return say("a scene's contacts are others");
   const double length = std::abs(d.signed_distance) + 0.3 * c.unit;
-  const Motion motion = any_motion(a, random.in(0.3, 2) * length * (d.normal + 0.3 * random.direction()), random);
+  const Vec3 towards = d.normal + 0.3 * random.direction();
+  const Motion motion = any_motion(a, random.in(0.3, 2) * length * towards, random);
   const auto cast = queries.cast(c.a, motion, {.admits = [](BodyId id) { return id.index() == 0; }});
   const auto alone = plain().time_of_impact(c.a, motion, c.b, {c.pair.b.pose, c.pair.b.pose});
   if (cast.has_value() != alone.has_value() || (cast && std::abs(cast->t - alone->t) > 2 * early))

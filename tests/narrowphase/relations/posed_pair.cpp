@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "shapes/shape_insides.h"
 
@@ -51,6 +52,18 @@ Json json(const PosedShape& posed) {
 Json json(const Pose& pose) {
   return {{"t", json(pose.translation)},
           {"R", Json::array({json(pose.rotation.row(0)), json(pose.rotation.row(1)), json(pose.rotation.row(2))})}};
+}
+
+/// The largest side of a box about the vertices; 0 of shapes that have none.
+double extent(const ShapeData& data) {
+  Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  const auto cover = [&](const auto& points) {
+    for (const Vec3& p : points) low = low.cwiseMin(p), high = high.cwiseMax(p);
+  };
+  std::visit(Overloaded{[&](const Convex& s) { cover(s.vertices); }, [&](const Triangle& s) { cover(s.vertices); },
+                        [&](const Mesh& s) { cover(s.vertices); }, [](const auto&) {}},
+             data);
+  return low.x() <= high.x() ? (high - low).maxCoeff() : 0;
 }
 
 /// Calls take(length) for every number of a shape that is a length.
@@ -159,14 +172,13 @@ bool can_scale(const PosedPair& pair, double factor) {
   for (const PosedShape* s : {&pair.a, &pair.b}) {
     ShapeData data = s->shape;
     each_length(data, [&](double& x) { check(x); });
+    check(extent(data));
     check(s->rounding);
     for (const double x : s->pose.translation) check(x);
   }
   check(pair.margin);
   return can;
 }
-
-PosedPair swapped(const PosedPair& p) { return {p.b, p.a, p.margin, p.seed}; }
 
 std::string record(const PosedPair& p, const std::string& id) {
   Json j{{"id", id},

@@ -45,8 +45,6 @@ void scale(PosedPair& pair, double factor);
 /// May every length be scaled by `factor` and stay within what shapes and poses admit, every bit kept?
 bool can_scale(const PosedPair& pair, double factor);
 
-PosedPair swapped(const PosedPair& pair);
-
 /// The pair as a record for `tandem query`, every number to its last bit, in one line.
 std::string record(const PosedPair& pair, const std::string& id);
 

@@ -38,6 +38,7 @@ struct Relation {
 std::span<const Relation> relations();
 
 Answers answer(const PosedPair& pair);
+Answers answer(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin);
 
 /// Empty, or what contradicts the relation. Throws std::invalid_argument where a shape of the pair is refused.
 std::string check(const Relation& relation, const PosedPair& pair);
