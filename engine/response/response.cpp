@@ -14,6 +14,7 @@
 #include "response/exact_sum.h"
 #include "response/parallel_blocks.h"
 #include "response/solver_bodies.h"
+#include "scene/scene_contacts.h"
 #include "tandem/engine/continuous_motion.h"
 
 namespace tandem {
@@ -132,6 +133,7 @@ ResponseReport Response::step(Scene& scene, const ContactList& contacts) {
   const auto start = std::chrono::steady_clock::now();
   require(is_positive(scene.dt), "dt", scene.dt, "finite, > 0 s");
   require(scene.gravity.allFinite(), "gravity", scene.gravity.norm(), "finite");
+  require_contacts_of(scene, contacts, "response");
   Impl& own = *impl_;
   const int threads = own.options.threads;
   ResponseReport report;

@@ -395,3 +395,16 @@ TEST_CASE("meshes: every triangle is in one leaf, within its box and its slab") 
     CHECK(all.size() == mesh.triangles.size());
   }
 }
+
+TEST_CASE("vertices that lie apart by less than numbers can tell are refused, also where their squares underflow") {
+  for (const double size : {1e-31, 1e-100, 1e-170, 1e-300, 5e-324}) {
+    CAPTURE(size);
+    const std::vector<Vec3> corners{{0, 0, 0}, {size, 0, 0}, {0, size, 0}, {0, 0, size}};
+    CHECK_THROWS_AS(Shape(Convex{corners}), std::invalid_argument);
+    CHECK_THROWS_AS(Shape(Triangle{{corners[0], corners[1], corners[2]}}), std::invalid_argument);
+    CHECK_THROWS_AS(Shape(Mesh{corners, {{0, 1, 2}, {0, 3, 1}}, false}), std::invalid_argument);
+  }
+  const std::vector<Vec3> point(4, Vec3(1, 2, 3));
+  CHECK_NOTHROW(Shape(Convex{point}));
+  CHECK_NOTHROW(Shape(Mesh{point, {{0, 1, 2}}, false}));
+}
