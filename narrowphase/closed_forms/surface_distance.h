@@ -26,4 +26,16 @@ Vec3 ellipsoid_normal(const Vec3& radii, const Vec3& p);
 /// are flat. Not of half-spaces and meshes.
 double exit_length(const ConvexView& shape, const Vec3& p, const Vec3& d);
 
+/// Ways out of a shape from a point inside.
+struct WaysOut {
+  Vec3 normal;      ///< unit, outward, at a point of the surface
+  double distance;  ///< metres to the plane through that point square to it: no less than the least way out
+  double exit;      ///< metres along a direction that was asked for, as exit_length
+};
+
+/// Of a point that is inside by more than `slack` (metres), along d (unit): what takes no iterations, so that of an
+/// ellipsoid the normal is not that of the nearest point. Empty for other points, and where surface_distance is.
+/// Of spheres, too.
+std::optional<WaysOut> ways_out(const ConvexView& shape, const Vec3& p, const Vec3& d, double slack);
+
 }  // namespace tandem

@@ -1,7 +1,6 @@
 #include "meshes/feature_pairs.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
@@ -10,6 +9,7 @@
 
 #include "closed_forms/closed_forms.h"
 #include "convex/triangle_height.h"
+#include "meshes/edges_met.h"
 #include "shapes/run_parts.h"
 #include "shapes/shape_insides.h"
 #include "shapes/work_meter.h"
@@ -53,33 +53,6 @@ double segment_segment(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& 
   return at > 0 && at < 1 && on > 0 && on < 1 ? std::min(least, (w + at * d - on * e).norm()) : least;
 }
 
-// Which edges have been met: a hash table with lists, as many as triangles.
-class EdgesMet {
- public:
-  explicit EdgesMet(const MeshModel& mesh) : last_(std::bit_ceil(mesh.triangles.size() + 1), no_index) {
-    met_.reserve(mesh.triangles.size() * 3 / 2 + 3);
-  }
-
-  bool is_new(const std::array<std::uint32_t, 2>& edge) {
-    // By both ends: a vertex may have as many edges as there are triangles (Knuth's multiplicative hash).
-    const std::uint64_t number = (std::uint64_t{edge[0]} << 32 | edge[1]) * 0x9e3779b97f4a7c15u;
-    std::uint32_t& last = last_[(number >> 32) & (last_.size() - 1)];
-    for (std::uint32_t e = last; e != no_index; e = met_[e].before)
-      if (met_[e].edge == edge) return false;
-    met_.push_back({edge, last});
-    last = static_cast<std::uint32_t>(met_.size() - 1);
-    return true;
-  }
-
- private:
-  struct Met {
-    std::array<std::uint32_t, 2> edge;
-    std::uint32_t before;
-  };
-  std::vector<std::uint32_t> last_;  // of each list
-  std::vector<Met> met_;
-};
-
 // A mesh's features: a vertex belongs to the first of its triangles, an edge to the first of those beside it.
 class NearFeatureRows {
  public:
@@ -89,7 +62,7 @@ class NearFeatureRows {
     const MeshModel::Neighbours& neighbours = mesh.neighbours(limit);
     std::vector<std::uint8_t> seen(mesh.vertices.size(), 0);
     own_.resize(mesh.triangles.size(), 0);
-    EdgesMet met(mesh);
+    EdgesMet met(mesh.triangles.size());
     for (std::uint32_t t = 0; t < own_.size(); ++t) {
       meter.spend();
       for (std::size_t k = 0; k < 3; ++k) {

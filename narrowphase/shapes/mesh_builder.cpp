@@ -272,6 +272,7 @@ ShapeMemory MeshModel::memory() const {
   if (const auto* made = component_numbers_.made()) memory.other += bytes(*made);
   if (const auto* made = components_.made()) memory.other += bytes(*made);
   if (const NormalCones* made = cones_.made()) memory.other += made->memory();
+  if (const KeptCosines* made = least_cosines_.made()) memory.other += made->memory();
   return memory;
 }
 

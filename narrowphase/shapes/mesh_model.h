@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "shapes/hull.h"
+#include "shapes/kept_cosines.h"
 #include "shapes/lazily.h"
 #include "shapes/normal_cones.h"
 #include "shapes/uninitialised.h"
@@ -98,6 +99,10 @@ struct MeshModel {
   bool is_hull_made() const { return hull_.made() != nullptr; }
   const std::vector<std::uint32_t>& extreme(const WorkLimit* limit = nullptr) const { return with_hull(limit).extreme; }
   const NormalCones& normal_cones(const WorkLimit* limit = nullptr) const;
+  /// Of the angle between each triangle's normal and the directions in which it may push (CornerNormals).
+  const KeptCosines& least_cosines() const {
+    return least_cosines_.get(nullptr, [&](const WorkLimit*) { return KeptCosines(triangles.size()); });
+  }
   /// Closed, and the surface of its hull, to 1e-13 of the size.
   bool own_hull(const WorkLimit* limit = nullptr) const;
   bool convex(const WorkLimit* limit = nullptr) const {
@@ -141,7 +146,9 @@ struct MeshModel {
   }
 
   /// After vertices have changed.
-  void forget_extremes() { hull_.clear(), own_hull_.clear(), components_.clear(), cones_.clear(); }
+  void forget_extremes() {
+    hull_.clear(), own_hull_.clear(), components_.clear(), cones_.clear(), least_cosines_.clear();
+  }
 
  private:
   const MeshHull& with_hull(const WorkLimit* limit) const;
@@ -151,6 +158,7 @@ struct MeshModel {
   Lazily<bool> own_hull_;
   Lazily<std::vector<std::uint32_t>> component_numbers_;  // of each vertex in use; stay as vertices move
   Lazily<NormalCones> cones_;
+  Lazily<KeptCosines> least_cosines_;
   Lazily<std::vector<Component>> components_;
 };
 

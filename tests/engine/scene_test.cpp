@@ -290,6 +290,19 @@ TEST_CASE("scene: the mesh of a shape and of its rounded one is counted once") {
   CHECK(two.memory().shapes < one.memory().shapes + mesh.memory() / 2);
 }
 
+TEST_CASE("scene: bodies and shapes that come one by one take little more room than they fill") {
+  Scene scene;
+  for (int i = 0; i < 4200; ++i) {  // shortly after lists that double have done so
+    BodyOptions body;
+    body.shape = scene.add_shape(Sphere{1 + 0.001 * i});
+    body.pose.translation.x() = 3.0 * i;
+    scene.add_body(body);
+  }
+  const Scene copy = scene;  // its lists are as long as what they hold
+  CHECK(static_cast<double>(scene.memory().bodies) < 1.3 * static_cast<double>(copy.memory().bodies));
+  CHECK(static_cast<double>(scene.memory().shapes) < 1.3 * static_cast<double>(copy.memory().shapes));
+}
+
 TEST_CASE("a body's density and whether it is a sensor may change") {
   Scene scene;
   const ShapeId ball = scene.add_shape(Sphere{1});

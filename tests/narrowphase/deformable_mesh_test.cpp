@@ -11,6 +11,7 @@
 
 #include "catch.h"
 #include "mesh_samples.h"
+#include "meshes/edges_met.h"
 #include "meshes/mesh_pair.h"
 #include "shapes/shape_insides.h"
 #include "tandem/narrowphase/narrow_phase.h"
@@ -597,3 +598,16 @@ TEST_CASE("near features: an edge that more than two triangles share is told onc
 }
 
 }  // namespace tandem
+
+TEST_CASE("edges are met once, and looked for among few, also where one vertex has them all") {
+  constexpr std::uint32_t count = 20000;
+  for (const bool lower : {true, false}) {
+    tandem::EdgesMet met(count);
+    const auto edge = [&](std::uint32_t i) {
+      return lower ? std::array<std::uint32_t, 2>{0, i + 1} : std::array<std::uint32_t, 2>{i, count};
+    };
+    for (std::uint32_t i = 0; i < count; ++i) CHECK(met.is_new(edge(i)));
+    for (std::uint32_t i = 0; i < count; i += 7) CHECK(!met.is_new(edge(i)));
+    CHECK(met.longest_list() < 16);
+  }
+}

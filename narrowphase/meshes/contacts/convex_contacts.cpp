@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "closed_forms/closed_forms.h"
+#include "closed_forms/surface_distance.h"
+#include "manifold/flat_feature.h"
 #include "meshes/contacts/normal_cone.h"
 #include "shapes/mesh_model.h"
 #include "shapes/work_meter.h"
@@ -141,15 +143,20 @@ bool ConvexContacts::depth_by_corner(const Corners& p, TriangleBound& bound, Pai
 
 // Is the least depth of a triangle that overlaps found for sure along no normal at which its neighbours let it push?
 // From a point of it inside the convex shape to where a line against its own normal leaves that, e away, both reach;
-// along a direction n these two need e cos(n, own normal) to come apart, more than what is known to suffice; else the
-// same is shown of its edges and corners each by itself. `along_plane`: the depth along its own normal.
-bool ConvexContacts::cannot_push(std::uint32_t t, double along_plane, const Corners& p,
+// along a direction n these two need e cos(n, own normal) to come apart, more than what is known to suffice.
+bool ConvexContacts::chord_forbids(std::uint32_t t, const Vec3& normal, const TriangleBound& bound) const {
+  if (!bound.overlaps) return false;
+  const std::optional<double> least_cosine = CornerNormals::kept_least_cosine(pair_.model(), t);
+  return least_cosine && exit_length(bound.point, normal) * *least_cosine > enough_for(bound);
+}
+
+// Else the same is shown of its edges and corners each by itself. `along_plane`: the depth along its own normal.
+bool ConvexContacts::cannot_push(std::uint32_t t, const TrianglePlane& plane, double along_plane, const Corners& p,
                                  const TriangleBound& bound) const {
+  if (chord_forbids(t, plane.normal, bound)) return true;
   CornerNormals cones;
-  if (!bound.overlaps || !cones.find(pair_.model(), t)) return false;
-  const double enough = -bound.gap + tolerance::flush * pair_.size();
-  if (exit_length(bound.point, cones.normal()) * cones.least_cosine() > enough) return true;
-  if (!(along_plane > enough)) return false;
+  const double enough = enough_for(bound);
+  if (!bound.overlaps || !(along_plane > enough) || !cones.find(pair_.model(), t)) return false;
   for (const double sign : {1.0, -1.0}) {
     for (std::size_t k = 0; k < 3; ++k)
       if (!needs_more(p[k], cones.around(k).first(2), cones.normals(k).first(2), sign, bound.normal, enough) ||
@@ -157,6 +164,63 @@ bool ConvexContacts::cannot_push(std::uint32_t t, double along_plane, const Corn
         return false;
     if (pair_.model().solid) break;
   }
+  return true;
+}
+
+// Off the triangle's plane, to the side of the convex shape's centre; whether that is the depth, which `r` tells then.
+bool ConvexContacts::depth_along_plane(const Corners& p, const TrianglePlane& plane, double& depth,
+                                       PairAnswer& r) const {
+  const Vec3 n = plane.normal.dot(pair_.centre() - p[0]) < 0 ? Vec3(-plane.normal) : plane.normal;
+  const Vec3 deepest = pair_.support(-n);
+  depth = n.dot(p[0] - deepest);
+  if (depth < -pair_.options().margin || pair_.convex().kind == ShapeKind::sphere ||
+      !depth_is_along(n, p, deepest, depth))
+    return false;
+  r.signed_distance = -depth;
+  r.normal = n;
+  r.point_a = deepest + depth * n;
+  r.point_b = deepest;
+  return true;
+}
+
+// Is a triangle of a solid so far inside the convex shape that it can push along no direction (chord_forbids), as its
+// middle tells, or with that the corner that is the last to come out? Then it has what lies along its own normal alone,
+// appended to `found`, and its depth is looked for where all others are less deep.
+bool ConvexContacts::is_swallowed(std::uint32_t t, const Corners& p, Seen& seen, std::vector<Contact>& found) const {
+  if (!pair_.model().solid) return false;
+  const Mat3& turn = pair_.turn();
+  const Corners own{turn.transpose() * p[0], turn.transpose() * p[1], turn.transpose() * p[2]};
+  const Vec3 area = area_vector(own), middle = (own[0] + own[1] + own[2]) / 3;
+  const double length = area.norm();
+  if (!(length > 0)) return false;
+  const Vec3 n = unit(area, length);
+  const ConvexView& convex = pair_.convex();
+  double depth = infinity, exit = 0, depth_there = 0;
+  Vec3 last;
+  const auto look_from = [&](const Vec3 from) {
+    const auto ways = ways_out(convex, from, -n, 10 * pair_.slack());
+    if (!ways) return false;
+    const auto is_deeper = [&](const Vec3& x, const Vec3& y) { return ways->normal.dot(x) < ways->normal.dot(y); };
+    last = *std::min_element(own.begin(), own.end(), is_deeper);
+    depth_there = ways->distance;
+    depth = std::min(depth, depth_there + std::max(0.0, ways->normal.dot(from - last)));
+    exit = std::max(exit, ways->exit);
+    return true;
+  };
+  if (!look_from(middle)) return false;
+  const std::optional<double> least_cosine = CornerNormals::kept_least_cosine(pair_.model(), t);
+  const auto forbids = [&] { return exit * *least_cosine > depth + tolerance::flush * pair_.size(); };
+  if (!least_cosine) return false;
+  // By the corner only where the middle alone is deep enough.
+  const bool may_help = exit * *least_cosine > depth_there;
+  if (!forbids() && !(may_help && look_from(last) && forbids())) return false;
+  if (!is_known_beside(own, n, core_support(convex, -n) - core_radius(convex) * n, seen)) {
+    const TrianglePlane plane = pair_.plane_of(p);
+    if (!plane.flat) return false;
+    const Vec3 low = pair_.support(-plane.normal);
+    append_over(p, plane.normal, low, plane.normal.dot(p[0] - low), found);
+  }
+  seen.leave(t, depth);
   return true;
 }
 
@@ -170,18 +234,8 @@ ConvexContacts::Apart ConvexContacts::find_contacts(std::uint32_t t, const Corne
   bool is_known = false;
   double along_plane = 0;
   if (plane.flat) {
-    const Vec3 n = plane.normal.dot(pair_.centre() - p[0]) < 0 ? Vec3(-plane.normal) : plane.normal;
-    const Vec3 deepest = pair_.support(-n);
-    const double depth = n.dot(p[0] - deepest);
-    if (depth < -margin) return {-depth};
-    along_plane = depth;
-    is_known = pair_.convex().kind != ShapeKind::sphere && depth_is_along(n, p, deepest, depth);
-    if (is_known) {
-      r.signed_distance = -depth;
-      r.normal = n;
-      r.point_a = deepest + depth * n;
-      r.point_b = deepest;
-    }
+    is_known = depth_along_plane(p, plane, along_plane, r);
+    if (along_plane < -margin) return {-along_plane};
   }
   if (!is_known) {
     TriangleBound bound = pair_.bound(p);
@@ -189,12 +243,12 @@ ConvexContacts::Apart ConvexContacts::find_contacts(std::uint32_t t, const Corne
     is_known = plane.flat && depth_by_corner(p, bound, r);
     if (is_known && !pushes(t, p, plane, r, {})) {
       if (r.signed_distance < seen.near.signed_distance) seen.near = r;
-      append_along_plane(p, plane, r.normal, found);
+      append_along_plane(p, plane, r.normal, seen, found);
       return {r.signed_distance, r.normal};
     }
-    if (!is_known && plane.flat && cannot_push(t, along_plane, p, bound)) {
-      seen.unsolved.push_back({t, -bound.gap});
-      append_along_plane(p, plane, bound.normal, found);
+    if (!is_known && plane.flat && cannot_push(t, plane, along_plane, p, bound)) {
+      seen.leave(t, -bound.gap);
+      append_along_plane(p, plane, bound.normal, seen, found);
       return {bound.gap, bound.normal};
     }
     if (!is_known) r = pair_.solve(p, Request::contacts);
@@ -205,20 +259,58 @@ ConvexContacts::Apart ConvexContacts::find_contacts(std::uint32_t t, const Corne
   if (found.size() == first || pushes(t, p, plane, r, std::span<const Contact>(found).subspan(first))) return apart;
   // Its neighbours lie there. What the face bears counts of what has gone through it.
   found.resize(first);
-  if (plane.flat && r.signed_distance < -tolerance::alike * pair_.size()) append_along_plane(p, plane, r.normal, found);
+  if (plane.flat && r.signed_distance < -tolerance::alike * pair_.size())
+    append_along_plane(p, plane, r.normal, seen, found);
   return apart;
 }
 
+// Does all that the convex shape shows against n (unit) lie beyond one side of a triangle, so that clipping would leave
+// nothing of it? All in the shape's frame; `low`: its point farthest against n.
+bool ConvexContacts::lies_beside(const Corners& p, const Vec3& n, const Vec3& low) const {
+  const double slack = 2 * std::max(tolerance::in_plane, tolerance::alike) * pair_.size();
+  const ConvexView& convex = pair_.convex();
+  const bool is_point = convex.kind == ShapeKind::sphere || convex.kind == ShapeKind::ellipsoid;
+  const double turn = n.dot(area_vector(p)) > 0 ? 1 : -1;
+  FlatFeature shown;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec3 out = turn * (p[(i + 1) % 3] - p[i]).cross(n);
+    const double beyond = slack * out.norm(), offset = out.dot(p[i]);
+    if (!(out.dot(low) - offset > beyond)) continue;
+    if (is_point) return true;
+    if (shown.count == 0) shown = best_face(convex, -n);
+    if (std::all_of(shown.corner, shown.corner + shown.count,
+                    [&](const Vec3& corner) { return out.dot(corner) - offset > beyond; }))
+      return true;
+  }
+  return false;
+}
+
+bool ConvexContacts::is_known_beside(const Corners& p, const Vec3& n, const Vec3& low, Seen& seen) const {
+  if (!seen.beside.is_due()) return false;
+  const bool is_beside = lies_beside(p, n, low);
+  seen.beside.tell(is_beside);
+  return is_beside;
+}
+
 // Those along the triangle's normal, to the outer side; of a surface to that of the convex shape's centre.
-void ConvexContacts::append_along_plane(const Corners& p, const TrianglePlane& plane, const Vec3& normal,
+void ConvexContacts::append_along_plane(const Corners& p, const TrianglePlane& plane, const Vec3& normal, Seen& seen,
                                         std::vector<Contact>& found) const {
-  const std::size_t first = found.size();
   const double side = plane.normal.dot(pair_.centre() - p[0]);
   const bool as_wound = pair_.model().solid || side > 0 || (side == 0 && plane.normal.dot(normal) >= 0);
   const Vec3 n = as_wound ? plane.normal : Vec3(-plane.normal);
   const Vec3 low = pair_.support(-n);
   const double depth = n.dot(p[0] - low);
   if (depth < -pair_.options().margin) return;
+  const Mat3& turn = pair_.turn();
+  const Corners own{turn.transpose() * p[0], turn.transpose() * p[1], turn.transpose() * p[2]};
+  if (is_known_beside(own, turn.transpose() * n, turn.transpose() * low, seen)) return;
+  append_over(p, n, low, depth, found);
+}
+
+// Those along n (unit), against which the convex shape reaches to `low`, `depth` below the triangle's plane.
+void ConvexContacts::append_over(const Corners& p, const Vec3& n, const Vec3& low, double depth,
+                                 std::vector<Contact>& found) const {
+  const std::size_t first = found.size();
   const LocalAnswer along{-depth, low + depth * n, low, n, 0};
   pair_.append_patch(p, along, found);
   if (!is_beyond_side(p, n, along.point_a, 2 * tolerance::in_plane * pair_.size()) &&
@@ -228,15 +320,30 @@ void ConvexContacts::append_along_plane(const Corners& p, const TrianglePlane& p
   found.erase(std::remove_if(found.begin() + static_cast<std::ptrdiff_t>(first), found.end(), is_made_up), found.end());
 }
 
+PairAnswer ConvexContacts::least_depth(const Corners& p) const {
+  PairAnswer r;
+  double along_plane = 0;
+  const TrianglePlane plane = pair_.plane_of(p);
+  if (plane.flat && depth_along_plane(p, plane, along_plane, r)) return r;
+  TriangleBound bound = pair_.bound(p);
+  if (plane.flat && depth_by_corner(p, bound, r)) return r;
+  return pair_.solve(p, pair_.convex().kind == ShapeKind::sphere ? Request::contacts : Request::distance);
+}
+
 // Of the triangles for which no answer was asked those that may be deeper than all others.
 void ConvexContacts::find_deepest(Seen& seen) const {
-  std::sort(seen.unsolved.begin(), seen.unsolved.end(),
-            [](const Unsolved& x, const Unsolved& y) { return x.depth != y.depth ? x.depth > y.depth : x.t < y.t; });
+  std::vector<Unsolved>& left = seen.unsolved;
   WorkMeter meter(pair_.options().limit, a_solve);
-  for (const Unsolved& u : seen.unsolved) {
+  SupportPlane clear;
+  while (!left.empty() && left.front().depth > -seen.near.signed_distance) {
+    const Corners p = pair_.corners(left.front().t);
+    std::pop_heap(left.begin(), left.end());
+    left.pop_back();
+    meter.spend();
+    if (-clear.beyond(p) <= -seen.near.signed_distance) continue;
     meter.spend(a_solve);
-    if (u.depth <= -seen.near.signed_distance) break;
-    const PairAnswer r = pair_.solve(pair_.corners(u.t), Request::distance);
+    const PairAnswer r = least_depth(p);
+    if (r.signed_distance < seen.near.signed_distance) clear = pair_.support_plane(r.normal);
     if (r.signed_distance < seen.near.signed_distance) seen.near = r;
   }
 }
@@ -252,6 +359,13 @@ void ConvexContacts::find(PairAnswer& near, PatchCollector& all, std::vector<Con
   pair_.each_near(margin, [&](std::uint32_t t) {
     meter.spend(of_hull);
     const Corners p = pair_.corners(t);
+    if (seen.swallowed.is_due()) {
+      const bool is_in = is_swallowed(t, p, seen, scratch);
+      seen.swallowed.tell(is_in);
+      all.add(t, std::span<const Contact>(scratch).subspan(first));
+      scratch.resize(first);
+      if (is_in) return false;
+    }
     if (clear.separate(p, margin + pair_.slack())) return false;
     const Apart apart = find_contacts(t, p, seen, scratch, first);
     all.add(t, std::span<const Contact>(scratch).subspan(first));

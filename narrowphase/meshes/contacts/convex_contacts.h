@@ -1,5 +1,6 @@
 // Contacts of a mesh and a bounded convex shape: those of each triangle that comes near, gathered into patches.
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -34,18 +35,45 @@ class ConvexContacts {
   struct Unsolved {
     std::uint32_t t;
     double depth;
+    /// The deepest is the greatest; of equals the one whose triangle comes first.
+    bool operator<(const Unsolved& other) const { return depth != other.depth ? depth < other.depth : t > other.t; }
   };
+  /// Of what mostly goes on as it was: after failures in a row it is tried less and less often, every seventh time at
+  /// least.
+  class Turns {
+   public:
+    bool is_due() { return left_ == 0 || --left_ == 0; }
+    void tell(bool success) { left_ = pass_ = success ? 0 : std::min(2 * pass_ + 1, 7); }
+
+   private:
+    int pass_ = 0, left_ = 0;
+  };
+
   /// What is known of the triangles so far: the answer of the nearest, and those of which it is not asked yet.
   struct Seen {
     PairAnswer& near;
-    std::vector<Unsolved> unsolved{};
+    std::vector<Unsolved> unsolved{};  ///< a heap: those that may be deeper than all that were asked before them
+    Turns swallowed{}, beside{};       ///< when is_swallowed and lies_beside are worth asking
+
+    void leave(std::uint32_t t, double depth) {
+      if (!(depth > -near.signed_distance)) return;
+      unsolved.push_back({t, depth});
+      std::push_heap(unsolved.begin(), unsolved.end());
+    }
   };
 
   Apart find_contacts(std::uint32_t t, const Corners& p, Seen& seen, std::vector<Contact>& found,
                       std::size_t first) const;
+  bool is_swallowed(std::uint32_t t, const Corners& p, Seen& seen, std::vector<Contact>& found) const;
+  PairAnswer least_depth(const Corners& p) const;
   void find_deepest(Seen& seen) const;
+  bool depth_along_plane(const Corners& p, const TrianglePlane& plane, double& depth, PairAnswer& r) const;
   bool depth_by_corner(const Corners& p, TriangleBound& bound, PairAnswer& r) const;
-  bool cannot_push(std::uint32_t t, double along_plane, const Corners& p, const TriangleBound& bound) const;
+  /// How deep it must be along a direction for that not to be the least; `bound` tells what suffices.
+  double enough_for(const TriangleBound& bound) const { return -bound.gap + tolerance::flush * pair_.size(); }
+  bool chord_forbids(std::uint32_t t, const Vec3& normal, const TriangleBound& bound) const;
+  bool cannot_push(std::uint32_t t, const TrianglePlane& plane, double along_plane, const Corners& p,
+                   const TriangleBound& bound) const;
   double exit_length(const Vec3& q, const Vec3& n) const;
   bool needs_more(const Vec3& corner, std::span<const std::uint32_t> around, std::span<const Vec3> normals, double sign,
                   const Vec3& towards, double enough) const;
@@ -54,8 +82,12 @@ class ConvexContacts {
               std::span<const Contact> points) const;
   bool neighbours_reach_farther(std::uint32_t t, const Corners& p, const Vec3& n,
                                 std::span<const Contact> points) const;
-  void append_along_plane(const Corners& p, const TrianglePlane& plane, const Vec3& normal,
+  bool lies_beside(const Corners& p, const Vec3& n, const Vec3& low) const;
+  bool is_known_beside(const Corners& p, const Vec3& n, const Vec3& low, Seen& seen) const;
+  void append_along_plane(const Corners& p, const TrianglePlane& plane, const Vec3& normal, Seen& seen,
                           std::vector<Contact>& found) const;
+
+  void append_over(const Corners& p, const Vec3& n, const Vec3& low, double depth, std::vector<Contact>& found) const;
 
   const MeshConvexPair& pair_;
   double margin_;

@@ -43,6 +43,14 @@ bool CornerNormals::find(const MeshModel& mesh, std::uint32_t t) {
   return true;
 }
 
+std::optional<double> CornerNormals::kept_least_cosine(const MeshModel& mesh, std::uint32_t t) {
+  return mesh.least_cosines().of(t, [&]() -> std::optional<double> {
+    CornerNormals cones;
+    if (!cones.find(mesh, t)) return std::nullopt;
+    return cones.least_cosine();
+  });
+}
+
 // From edge k of t about its first corner back to t.
 bool CornerNormals::go_around(const MeshModel& mesh, std::uint32_t t, std::size_t k) {
   std::array<Vec3, most_about_corner>& normals = normals_[k];

@@ -2,6 +2,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "shapes/triangle_fan.h"
@@ -23,6 +24,9 @@ class CornerNormals {
  public:
   /// False where they are not known: at borders and slivers.
   bool find(const MeshModel& mesh, std::uint32_t t);
+
+  /// least_cosine() alone (to 1e-6), kept with the mesh; none where it is not known.
+  static std::optional<double> kept_least_cosine(const MeshModel& mesh, std::uint32_t t);
 
   const Vec3& normal() const { return normal_; }  ///< the triangle's own, unit
   /// Of the angle between that and any direction in the cones, at most; with something to spare for rounding.

@@ -34,7 +34,8 @@ class ClearPlanes {
  public:
   void add(const SupportPlane& plane) { planes_[next_++ % planes_.size()] = plane; }
   bool separate(const Corners& p, double gap) const {
-    return std::any_of(planes_.begin(), planes_.end(), [&](const SupportPlane& s) { return s.beyond(p) > gap; });
+    const auto end = planes_.begin() + static_cast<std::ptrdiff_t>(std::min(next_, planes_.size()));
+    return std::any_of(planes_.begin(), end, [&](const SupportPlane& s) { return s.beyond(p) > gap; });
   }
 
  private:

@@ -1,0 +1,47 @@
+// A cosine for each triangle of a mesh, kept once somebody has asked for it.
+#pragma once
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <memory>
+#include <new>
+#include <optional>
+
+namespace tandem {
+
+/// Of how many triangles it is asked nobody knows beforehand: each is found when it is first asked for, from any
+/// thread; two who find it at once find the same. Pages that nobody asks for are never touched.
+class KeptCosines {
+ public:
+  explicit KeptCosines(std::size_t triangles)
+      : kept_(static_cast<float*>(std::calloc(triangles, sizeof(float)))), size_(triangles) {
+    if (kept_ == nullptr && triangles > 0) throw std::bad_alloc();
+  }
+
+  /// `find()` is the triangle's cosine, or empty if it has none.
+  template <class Find>
+  std::optional<double> of(std::uint32_t t, Find&& find) const {
+    const std::atomic_ref<float> place(kept_.get()[t]);
+    float stored = place.load(std::memory_order_relaxed);
+    if (stored == not_asked) {
+      const std::optional<double> found = find();
+      stored = found ? static_cast<float>(*found) + offset : none;
+      place.store(stored, std::memory_order_relaxed);
+    }
+    if (stored == none) return std::nullopt;
+    return static_cast<double>(stored - offset);
+  }
+  std::size_t memory() const { return size_ * sizeof(float); }
+
+ private:
+  static constexpr float not_asked = 0, none = 1, offset = 4;  // cosines are told apart from both
+
+  struct Free {
+    void operator()(float* p) const { std::free(p); }
+  };
+  std::unique_ptr<float[], Free> kept_;
+  std::size_t size_;
+};
+
+}  // namespace tandem
