@@ -28,6 +28,8 @@ void require(bool allowed, const char* field, double value, const char* range) {
   throw std::invalid_argument(message.str());
 }
 
+constexpr double longest_step = 1000;  // s; of more, bodies go where no pose may be
+
 bool is_positive(double x) { return std::isfinite(x) && x > 0; }
 bool is_not_negative(double x) { return std::isfinite(x) && x >= 0; }
 
@@ -131,7 +133,7 @@ ResponseReport Response::Impl::step(Scene& scene, const ContactList& contacts) {
 
 ResponseReport Response::step(Scene& scene, const ContactList& contacts) {
   const auto start = std::chrono::steady_clock::now();
-  require(is_positive(scene.dt), "dt", scene.dt, "finite, > 0 s");
+  require(scene.dt > 0 && scene.dt <= longest_step, "dt", scene.dt, "> 0, at most 1000 s");
   require(scene.gravity.allFinite(), "gravity", scene.gravity.norm(), "finite");
   require_contacts_of(scene, contacts, "response");
   Impl& own = *impl_;

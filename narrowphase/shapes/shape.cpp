@@ -65,6 +65,17 @@ void require_extent(std::string_view what, const Vec3& extent, double size) {
     refuse(std::string(what) + ": extent of the vertices", largest, "0, or at least 1e-30");
 }
 
+/// The hull of the points that are its vertices alone: so that a hull made of a hull's vertices is the same one, with
+/// its faces in the same order.
+Hull hull_of_its_vertices(std::span<const Vec3> points) {
+  Hull hull = build_hull(points);
+  for (std::size_t before = points.size(); hull.vertices.size() < before;) {
+    before = hull.vertices.size();
+    hull = build_hull(std::vector<Vec3>(hull.vertices));
+  }
+  return hull;
+}
+
 /// The unit normal and the offset of the plane normal . x = offset.
 std::array<double, 4> unit_plane(const std::string& what, const Vec3& normal, double offset) {
   for (int k = 0; k < 3; ++k) require_number(what + ": normal[" + std::to_string(k) + "]", normal[k]);
@@ -174,7 +185,7 @@ Shape::Shape(const Plane& s) : kind_(ShapeKind::plane), param_(unit_plane("plane
 Shape::Shape(const Convex& s) : kind_(ShapeKind::convex) {
   if (s.vertices.empty()) throw std::invalid_argument("convex: vertices is empty; at least one point is needed");
   require_vertices("convex", s.vertices);
-  auto hull = std::make_shared<const Hull>(build_hull(s.vertices));
+  auto hull = std::make_shared<const Hull>(hull_of_its_vertices(s.vertices));
   const Bounds b = bounds_of(hull->vertices);
   size_ = (b.hi - b.lo).norm();
   require_extent("convex", b.hi - b.lo, size_);

@@ -163,6 +163,20 @@ class Calls(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "response: contacts of body 1, which does not exist"):
             tandem.Response(threads=1).step(scene, pipeline)
 
+    def test_self_pairs_name_a_pair_either_way(self):
+        queries = tandem.SceneQueries(tandem.Scene())
+        both = np.stack([np.eye(4), np.eye(4)])[None]
+        for pair in ((0, 1), (1, 0)):
+            table = np.zeros((2, 2), bool)
+            table[pair] = True
+            self.assertEqual(queries.check([BALL, BALL], both, self_pairs=table).tolist(), [1])
+
+    def test_an_inspection_that_takes_too_long(self):
+        fan = np.vstack([[0, 0, 0], [[np.cos(x), np.sin(x), 0.1 * np.sin(9 * x)] for x in np.linspace(0, 6, 20000)]])
+        sides = [[0, i, i + 1] for i in range(1, 20000)]
+        with self.assertRaises(TimeoutError):
+            tandem.inspect(fan, sides, timeout=0.01)
+
     def test_a_scene_that_is_gone_leaves_its_queries(self):
         scene = tandem.Scene()
         body = scene.add_body(BALL)
