@@ -9,9 +9,9 @@
 
 #include "benches.h"
 #include "clocks.h"
-#include "torus_meshes.h"
 #include "tandem/narrowphase/build_options.h"
 #include "tandem/narrowphase/shape.h"
+#include "torus_meshes.h"
 #ifdef TANDEM_HAS_EMBREE
 #include <embree3/rtcore.h>
 #endif
@@ -141,10 +141,7 @@ void measure(const std::string& workload, const Mesh& mesh, int repeat, std::vec
 }  // namespace
 
 std::vector<Row> building_bench(const Settings& settings) {
-  std::vector<std::size_t> sizes = settings.sizes;
-  if (sizes.empty())
-    sizes = settings.quick ? std::vector<std::size_t>{1'000, 20'000}
-                           : std::vector<std::size_t>{1'000, 10'000, 100'000, 1'000'000, 5'000'000};
+  const std::vector<std::size_t> sizes = mesh_sizes(settings);
   std::vector<Row> rows;
   fmt::print(
       "Meshes made ready for queries. cpu: of all threads together; ratio: of that, to tandem's on one thread\n");

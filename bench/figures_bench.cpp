@@ -280,7 +280,7 @@ MeasuredScene measure(std::string_view scene_name, int threads, bool every_split
   return std::move(measurement).result();
 }
 
-/// The same contestants on virtual cores; of the strict splits all, if they are asked for. Each detects every step
+/// The contestants on virtual cores; of the strict splits all, if they are asked for. Each detects every step
 /// `rounds` times, as those that are measured do: what it tries out costs it a turn, not a step of the scene.
 Picture simulate(const MeasuredScene& measured, int threads, bool every_split, int rounds, MachineCosts costs) {
   costs.slowdown = measured.recording.slowdown;

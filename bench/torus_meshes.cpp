@@ -27,6 +27,12 @@ Mesh bumpy_torus(std::size_t triangles) {
   return mesh;
 }
 
+std::vector<std::size_t> mesh_sizes(const Settings& settings) {
+  if (!settings.sizes.empty()) return settings.sizes;
+  if (settings.quick) return {1'000, 20'000};
+  return {1'000, 10'000, 100'000, 1'000'000, 5'000'000};
+}
+
 Mesh soup_of(const Mesh& mesh) {
   Mesh out;
   out.solid = mesh.solid;

@@ -40,10 +40,10 @@ inline constexpr double outward = 1e-15;
 /// certain that is not. More: exact arithmetic is asked more often.
 inline constexpr double permanent_rounding = 2e-15;
 
-/// The same relative to the cube of the largest difference: 6 x 10 u, u = epsilon / 2, is 6.7e-15. As above.
+/// Of a determinant, relative to the cube of the largest difference: 6 x 10 u, u = epsilon / 2, is 6.7e-15. As above.
 inline constexpr double determinant_rounding = 1e-14;
 
-/// And in single precision, u = 2^-24: 6 x 10 u is 3.6e-6.
+/// Of a determinant in single precision, u = 2^-24: 6 x 10 u is 3.6e-6.
 inline constexpr double determinant_rounding_of_floats = 4e-6;
 
 /// Of a difference of coordinates, a product of two such and one of three, relative to the largest: a little above 1, 4
@@ -85,7 +85,7 @@ inline constexpr double place_rounding_of_nearest = 1e-14;
 /// mesh by a third of it (`place_rounding`). Less: moved by the depth, they still meet. More: two depths that are both
 /// within it of the true one differ by more than 1e-12.
 inline constexpr double translation_slack = 3e-13;
-/// The same for shapes with rounding, relative to the sizes and the translation between them: distances of round shapes
+/// `translation_slack` of shapes with rounding, relative to the sizes and the translation between them: their distances
 /// are right to this.
 inline constexpr double rounded_translation_slack = 1e-12;
 /// How much a direction leans to one that is square to it, to choose the same one of points that are as far: no more
@@ -115,13 +115,17 @@ inline constexpr double height_of_shorts = 0x1p-15;
 /// Coordinates of two hierarchies in one frame, relative to what is added: 6 units in the last place, 2^-24 each, and a
 /// few more for comparing. Less: boxes that meet are parted. More: more boxes are opened.
 inline constexpr double box_of_floats = 8e-7;
-/// The same of a query's box, relative to the largest coordinate and 2 units of the mesh.
+/// A query's box against a hierarchy, relative to the largest coordinate and 2 units of the mesh: as `box_of_floats`.
 inline constexpr double query_of_floats = 2e-6;
-/// And of a distance from a box or triangle of a hierarchy, in units of the mesh: 7 units in the last place.
+/// A distance from a box or triangle of a hierarchy, in units of the mesh: 7 units in the last place.
 inline constexpr double distance_of_floats = 4e-7;
 /// The height of a corner that was rounded to floats over a plane, in units of the mesh: 7 units in the last place.
 /// Less: a slab of a hierarchy lacks a corner, and a nearer triangle is missed. More: more boxes are opened.
 inline constexpr double height_of_floats = 4e-7;
+/// Of a sum of volumes that triangles and a point within their box enclose, each six times, relative to the sum of the
+/// squares of half the triangles' width, length and height added: 16 of 2^-24 for each product of two sides, which are
+/// twice as long. Less: a mesh that is inside out is taken for one that is not. More: doubles are asked more often.
+inline constexpr double volume_rounding_of_floats = 4e-6;
 /// A direction whose length is off from 1 by more is none: what an eigenvector of nothing is.
 inline constexpr double no_direction = 1e-3;
 
@@ -140,7 +144,7 @@ inline constexpr double skew_allowed = 2e-6;
 /// half shows. Less: a ball inside a body is not inside the body as it is turned.
 inline constexpr double askew = 2 * skew_allowed;
 
-/// The same with room for single precision, and where the inverse is taken for the transpose. An open question: it is
+/// `askew` with room for single precision, and where the inverse is taken for the transpose. An open question: it is
 /// one idea with `askew` but for that.
 inline constexpr double askew_in_floats = 1e-5;
 /// And about a place, relative to the size: less than the two above, without a reason that is known.
@@ -170,7 +174,7 @@ inline constexpr double parallel_planes2 = 1e-20;
 /// Edges and sides whose crossing from squares keeps half of its digits: below, products are summed without
 /// cancellation, or another method is taken. Less: digits are lost. More: slower methods more often, the same answers.
 inline constexpr double crossing2 = squared(1e-4);
-/// The same where the answer is not looked at again: a product of edges that is trusted, to 14 digits.
+/// `crossing2` where the answer is not looked at again: a product of edges that is trusted, to 14 digits.
 inline constexpr double clearly_crossing_edges2 = squared(1e-2);
 /// Sides of a triangle with an exact normal, and segments whose crossing is exact. Between the two above, as all three
 /// ask whether a formula is exact enough: an open question.
@@ -207,7 +211,7 @@ inline constexpr double stopped_turning2 = 1e-16;
 /// well-conditioned edges. Less: touching pairs have no witness point and are solved again. More: points off by it.
 inline constexpr double on_feature = 1e-12;
 inline constexpr double on_feature2 = squared(on_feature);
-/// The same of triangles, whose corners are not computed but given: 45 epsilon.
+/// `on_feature` of triangles, whose corners are not computed but given: 45 epsilon.
 inline constexpr double over_face = 1e-14;
 /// And of round bodies, whose points come from directions good to half the digits: squared.
 inline constexpr double on_round2 = 1e-16;
@@ -348,7 +352,7 @@ inline constexpr double near_features = 1e-6;
 inline constexpr double far_apart = 1e-4;
 inline constexpr double near_apart = 1e-7;
 inline constexpr double least_apart = 1e-9;
-/// The same for round bodies, after a hundredth.
+/// `least_apart` of round bodies, after a hundredth.
 inline constexpr double round_least_apart = 1e-6;
 
 /// A translation out that is shorter by less than this part is no shorter; a contact's depth within it is the depth.
@@ -381,7 +385,7 @@ inline constexpr double search_left = 1e-12;
 /// Time of impact: bodies that are no farther apart, relative to their sizes and coordinates, touch. Less: creeping
 /// towards a graze never ends, a point passes between two triangles. More: early by as much over the speed of closing.
 inline constexpr double touch = 1e-14;
-/// The same of bodies that turn, relative to the length of the path: advances halve what is left rather than square it.
+/// `touch` of bodies that turn, relative to the length of the path: advances halve what is left rather than square it.
 /// Less: more of them. More: early by as much over the speed of closing; 1e-9 is promised.
 inline constexpr double motion_touch = 1e-10;
 /// The last bits of the end of a motion belong to it, relative to its length.

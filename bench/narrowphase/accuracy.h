@@ -34,7 +34,7 @@ Accuracy judge(const Workload& work, Request request, std::span<const Found> fou
 /// A record for `tandem query` with the truth beside it.
 nlohmann::json query_record(const Workload& work, Request request, std::size_t pair);
 
-/// The same without the truth for the pair of such a record's id, in a row of `n` queries; empty for an id that is of
+/// A record without the truth for the pair of such a record's id, in a row of `n` queries; empty for an id that is of
 /// no convex pair.
 std::optional<nlohmann::json> named_query_record(std::string_view id, std::string_view request, std::size_t n);
 

@@ -24,7 +24,7 @@ constexpr std::array<PeersScene, 7> table{{
     {"500-screws-meshes", "bolts and nuts as meshes in a mesh bowl", "screws-in-bowl", 500, false, 96},
 }};
 
-/// The same bodies; meshes that move become the hulls of their vertices.
+/// A scene with its bodies, where meshes that move are the hulls of their vertices.
 Scene with_hulls(const Scene& from) {
   Scene out;
   out.name = from.name;

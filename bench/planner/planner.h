@@ -19,7 +19,7 @@ class Planner {
   virtual int threads() const { return 1; }
   /// Whether each configuration is free (0) or hits (1). Poses: configurations x links.
   virtual void check(std::span<const Pose> poses, std::span<std::uint8_t> hits) = 0;
-  /// The same of motions, each so many configurations that follow one another: is all of it free?
+  /// Checks motions, each so many configurations that follow one another: is all of it free?
   virtual void check_motions(std::span<const Pose> poses, std::span<std::uint8_t> hits) = 0;
   /// The least distance of each configuration, 0 where it hits. Not asked of Bullet, which has none.
   virtual void clearance(std::span<const Pose> poses, std::span<double> distances) = 0;

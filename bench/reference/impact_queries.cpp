@@ -45,7 +45,7 @@ ImpactQuery step(Random& random) {
   return q;
 }
 
-// The same, but from features that nearly touch, at gaps of all sizes.
+// Features that nearly touch, at gaps of all sizes.
 ImpactQuery resting(Random& random) {
   ImpactQuery q = filled(random, [&] { return random.vec(0, 1); });
   const double shift_by = random.power_of_two(-12, -3), gap = random.power_of_two(-34, -5);

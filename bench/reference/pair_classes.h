@@ -61,7 +61,7 @@ struct PosedPair {
 
 /// The index-th pair of a kind and class: the same bits on every machine. Takes 0.1 to 10 ms where it must be placed.
 PosedPair make_pair(PairKind kind, PairClass pair_class, std::uint64_t index);
-/// The same for any two convex kinds, not both half-spaces (throws std::invalid_argument).
+/// The index-th pair of any two convex kinds, not both half-spaces (throws std::invalid_argument).
 PosedPair make_pair(const ShapeRecipe& a, const ShapeRecipe& b, PairClass pair_class, std::uint64_t index);
 
 /// The unit of relative errors: the larger shape's size.

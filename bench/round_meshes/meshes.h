@@ -24,7 +24,7 @@ std::vector<NamedShape> convex_shapes(double radius);
 /// triangles. Put anywhere in a cube, so that each overlaps three others or so.
 Scene mixed_scene(std::size_t bodies);
 
-/// The same bodies over a floor, with room between them.
+/// The bodies of `mixed_scene` over a floor, with room between them.
 Scene falling_mixed_scene(std::size_t bodies);
 
 }  // namespace tandem::bench

@@ -56,8 +56,8 @@ class TileMaker final : public PairSink {
   void start(const PairFilter& filter, CandidateTiles& tiles);
   void finish();
 
-  /// The same for pairs of rows, each of which stands for a body: index[row]. The rows until the next start are the
-  /// same, `count` of them.
+  /// Takes pairs of rows, each of which stands for a body: index[row]. The rows until the next start are the same,
+  /// `count` of them.
   void start_rows(std::size_t count) { number_of_row_.assign(count, no_number); }
   void put_rows(const std::uint32_t* index, std::span<const RowPair> pairs);
   std::size_t memory() const { return bytes_of(number_of_row_); }

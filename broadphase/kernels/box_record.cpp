@@ -35,7 +35,7 @@ struct Rows {
       hn::Store(hn::Load(quad, hi + 4 * k + axis), quad, record.hi() + axis);
     }
   }
-  /// The same past the caches.
+  /// Stores a box's record past the caches.
   HWY_INLINE void stream(std::size_t k, BoxRecord& record) const {
     const hn::CappedTag<float, 4> quad;
     for (std::size_t axis = 0; axis < 4; axis += hn::Lanes(quad)) {

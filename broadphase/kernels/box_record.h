@@ -39,7 +39,7 @@ void copy_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, BoxRe
 std::size_t copy_boxes_that_left(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxArray& within,
                                  BoxRecord* records, std::uint32_t* outside, BoxRecord* before);
 
-/// Of boxes [begin, end), how many are not inside the box of the same index in `within`.
+/// How many of the boxes [begin, end) are not inside the box of the same index in `within`.
 std::size_t count_boxes_that_left(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxArray& within);
 
 /// How many of some bytes are not 0.
@@ -69,7 +69,7 @@ inline void prefetch_box(const BoxArray& boxes, std::size_t i) {
 
 /// Copies records[bodies[k]] to out[k], for all k < count.
 void gather_records(const BoxRecord* records, const std::uint32_t* bodies, std::size_t count, BoxRecord* out);
-/// The same from the boxes themselves: six cache lines a box instead of one.
+/// Copies the boxes of bodies[k] to out[k] from the boxes themselves: six cache lines a box instead of one.
 void gather_boxes(const BoxArray& boxes, const std::uint32_t* bodies, std::size_t count, BoxRecord* out);
 
 /// Two of some 65536 records.

@@ -169,7 +169,7 @@ class VerletList {
   void renew_block(std::size_t block, Scratch& scratch, PairSink& sink);
   /// Tests the candidates and returns how many overlap. `all_copied`: there are records of all boxes.
   std::size_t test(const CandidateTiles& tiles, bool all_copied, Scratch& scratch, PairSink& sink);
-  /// The same for the candidates of a tile of which a body has changed; false, and nothing is done, where many have.
+  /// Tests the candidates of a tile of which a body has changed; false, and nothing is done, where many have.
   bool test_changed(std::span<const std::uint32_t> bodies, std::span<const LocalPair> candidates, bool all_copied,
                     Scratch& scratch, PairSink& sink) const;
   bool overlap_now(std::uint32_t a, std::uint32_t b, bool all_copied) const {
@@ -179,7 +179,7 @@ class VerletList {
   bool left_out(std::uint32_t a, std::uint32_t b) const { return only_changes_ && (changed_[a] | changed_[b]) == 0; }
   /// Hands on the pairs of a tile.
   static void put_all(std::span<const LocalPair> pairs, const std::uint32_t* bodies, bool allowed, PairSink& sink);
-  /// The same without the early ones.
+  /// Hands on the pairs of a tile but for the early ones.
   void put_later(std::span<const LocalPair> pairs, const std::uint32_t* bodies, const BoxRecord* boxes,
                  PairSink& sink) const;
   void test(const ReturnedCandidates& list, bool all_copied, PairSink& sink) const;

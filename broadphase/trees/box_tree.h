@@ -62,9 +62,9 @@ class BoxTree {
   Node root() const { return {height_ - 1, 0}; }
   const BoxArray& level(std::size_t level) const { return levels_[level]; }
   Aabb box(const Node& node) const { return levels_[node.level][node.place]; }
-  /// Of a node above level 0, in the level below it.
+  /// The children of a node above level 0, in the level below it.
   Range children(const Node& node) const { return {node.place * width, children_end(node.level, node.place)}; }
-  /// Of the body in a place of level 0.
+  /// The index of the body in a place of level 0.
   std::uint32_t index(std::size_t place) const { return index_[place]; }
   std::size_t memory() const;  ///< bytes held
 

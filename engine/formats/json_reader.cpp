@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 #include <ostream>
 #include <streambuf>
 #include <vector>
@@ -172,6 +173,8 @@ Json parse_json(std::string_view text, Json* before_error, std::size_t* values_l
   }
   return builder.take();
 }
+
+std::size_t JsonRef::size() const { return value_->size(); }
 
 std::string JsonRef::pointer() const {
   if (parent_ == nullptr) return {};

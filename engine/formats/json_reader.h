@@ -1,7 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <initializer_list>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -31,7 +31,7 @@ class JsonRef {
   std::string pointer() const;
   /// Throws InputError "POINTER: VALUE, allowed: ALLOWED", the value shortened.
   [[noreturn]] void refuse(std::string_view allowed) const;
-  /// The same with what is wrong in words.
+  /// Throws InputError, with what is wrong in words.
   [[noreturn]] void refuse(std::string_view found, std::string_view allowed) const;
 
   /// Objects: the member of that name, which must be there.
@@ -46,7 +46,7 @@ class JsonRef {
   /// Refuses what is no object or has any other key.
   void require_keys(std::initializer_list<std::string_view> allowed) const;
   /// Members of an object, elements of an array.
-  std::size_t size() const { return value_->size(); }
+  std::size_t size() const;
 
   /// Arrays: element `index` < size().
   JsonRef at(std::size_t index) const&;

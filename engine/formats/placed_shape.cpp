@@ -273,7 +273,7 @@ PairAnswer solve_loose(const NarrowPhase& narrow_phase, const PlacedShape& a, co
   return best;
 }
 
-/// The same points transformed: corners of a box, or a convex's vertices.
+/// The hull of points that are transformed: corners of a box, or a convex's vertices.
 Shape hull_of(std::vector<Vec3> vertices, const Mat3& rest) {
   for (Vec3& v : vertices) v = rest * v;
   return Shape(Convex{std::move(vertices)});

@@ -1,5 +1,7 @@
 #include "tandem/formats/scene_file.h"
 
+#include <nlohmann/json.hpp>
+
 #include "formats/output_file.h"
 #include "formats/scene_json.h"
 #include "formats/text_file.h"

@@ -189,7 +189,7 @@ void KeptContacts::end_step(ContactList& contacts) {
   std::swap(last_, contacts);
 }
 
-/// Of what stands, in the last step's list.
+/// Where an answer that stands is in the last step's list.
 void KeptContacts::find_places() {
   results_.resize(listed_.size());
   std::uint32_t place = 0;

@@ -58,7 +58,7 @@ class KeptContacts {
   void end_step(ContactList& contacts);
 
   // For a scene that several have in parts. Between two steps:
-  /// Of a body that the last step saw.
+  /// What is known of a body that the last step saw.
   std::optional<KeptRest> rest(const Scene& scene, std::uint32_t body) const;
   /// The last step's candidates of which `leaves` is true. `contacts`: the last step's answer.
   std::vector<KeptRecord> leaving(const ContactList& contacts, const std::function<bool(Pair)>& leaves) const;

@@ -20,7 +20,7 @@ class detail::KeptHandover {
 
   /// False: nothing is kept, and nothing else here is to be called but begin_anew().
   bool keeps() const;
-  /// Of a body that the last step saw.
+  /// What is known of a body that the last step saw.
   std::optional<KeptRest> rest(const Scene& scene, std::uint32_t body) const;
   /// The last step's candidates of which `leaves` is true.
   std::vector<KeptRecord> leaving(const std::function<bool(Pair)>& leaves) const;

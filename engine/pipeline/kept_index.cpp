@@ -29,7 +29,7 @@ void count_rows(std::size_t rows, const RowOf& row_of, const std::vector<T>& val
   for (std::size_t row = 1; row < begins.size(); ++row) begins[row] += begins[row - 1];
 }
 
-/// The same once further ones, by rows, have come.
+/// The rows' begins once further values, by rows, have come.
 template <class T, class RowOf>
 void add_to_rows(const std::vector<T>& values, const RowOf& row_of, std::vector<std::uint32_t>& begins) {
   std::uint32_t before = 0;

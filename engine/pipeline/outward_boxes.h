@@ -10,7 +10,7 @@ struct BoundsRows {
   alignas(64) double hi[3][bodies];
 };
 
-/// The same in floats.
+/// Boxes of bodies in rows, in single precision.
 struct FloatRows {
   alignas(64) float lo[3][BoundsRows::bodies];
   alignas(64) float hi[3][BoundsRows::bodies];

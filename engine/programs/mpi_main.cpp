@@ -1,7 +1,5 @@
 // The program tandem-mpi: `tandem run` on the ranks of MPI. Rank 0 writes; all others are silent but for a failure.
 #include <mpi.h>
-#include <oneapi/tbb/global_control.h>
-#include <oneapi/tbb/info.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -12,6 +10,7 @@
 #include <cstring>
 #include <iostream>
 #include <optional>
+#include <span>
 #include <sstream>
 #include <vector>
 
@@ -143,7 +142,7 @@ void write_step(JsonWriter& out, const Options& options, const mpi::Report& repo
       .member("split", std::string_view(written(execution.split)))
       .member("max_depth", report.max_depth)
       .member("kinetic_energy", response.response.kinetic_energy);
-  // Of rank 0, but for the loads; so is what the response sends.
+  // Times of rank 0, but for the loads; so is what the response sends.
   out.key("ms")
       .begin_object()
       .member("exchange", report.rank.exchange_ms)
@@ -187,14 +186,6 @@ void write_step(JsonWriter& out, const Options& options, const mpi::Report& repo
   out.end_object();
 }
 
-void write_contacts(JsonWriter& out, std::uint64_t step, const mpi::GatheredContacts& all, bool gaps) {
-  out.begin_object().member("step", step).key("contacts").begin_array();
-  for (const mpi::GatheredPair& pair : all.pairs)
-    for (std::uint64_t k = pair.first_contact; k < pair.first_contact + pair.contact_count; ++k)
-      if (all.contacts[k].depth >= 0 || gaps) write_contact(out, pair.a, pair.b, all.contacts[k]);
-  out.end_array().end_object();
-}
-
 // What the table at the end is made from; of rank 0 but for what all ranks know.
 class Summary {
  public:
@@ -236,21 +227,14 @@ class Summary {
 };
 
 // Rank 0's files; the others have none.
-struct Outputs {
-  std::optional<OutputFile> json, contacts, trace;
-
+struct Outputs : RunFiles {
   Outputs(const Options& options, int rank) {
     std::string fault;
     try {
-      require_different({{"SCENE", options.scene},
-                         {"--json", options.json},
-                         {"--contacts", options.contacts},
-                         {"--trace", options.trace},
-                         {"--record", options.record},
-                         {"--checkpoint", options.checkpoint}});
-      if (rank == 0 && !options.json.empty()) json.emplace("--json", options.json);
-      if (rank == 0 && !options.contacts.empty()) contacts.emplace("--contacts", options.contacts);
-      if (rank == 0 && !options.trace.empty()) trace.emplace("--trace", options.trace);
+      auto files = files_of(options);
+      files.emplace_back("--checkpoint", options.checkpoint);
+      require_different(files);
+      if (rank == 0) open(options);
     } catch (const std::exception& error) {
       fault = error.what();
     }
@@ -264,7 +248,9 @@ struct Outputs {
     const mpi::GatheredContacts all = pipeline.gather(0);
     if (!contacts) return;
     JsonWriter line;
-    write_contacts(line, step, all, gaps);
+    write_contacts(line, step, all.pairs, gaps, [&](const mpi::GatheredPair& pair) {
+      return std::span(all.contacts).subspan(pair.first_contact, pair.contact_count);
+    });
     append_line(*contacts, line);
   }
   void commit() { commit_all({&json, &contacts, &trace}); }
@@ -282,9 +268,7 @@ void run(const Options& options) {
   mpi::Options how = pipeline_options(options);
   Scene scene = load_scene(options, how.rank.answer);
   const std::string scene_name = scene.name;
-  const tbb::global_control limit(
-      tbb::global_control::max_allowed_parallelism,
-      static_cast<std::size_t>(std::max(how.rank.threads, tbb::info::default_concurrency())));
+  const tbb::global_control limit = allowed_threads(how.rank.threads);
   mpi::Pipeline pipeline(MPI_COMM_WORLD, how);
   add_bodies(pipeline, scene, options.restart.empty());
   Outputs outputs(options, pipeline.rank());

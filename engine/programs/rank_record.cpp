@@ -99,7 +99,7 @@ bool RankRecord::can_write(const mpi::Pipeline& pipeline) const {
   return std::max<std::uint64_t>(owned, ids_a_rank_) * record::pose_bytes <= std::uint64_t{INT_MAX};
 }
 
-/// Of the bodies of this rank's range of ids that are not static, from their owners.
+/// The poses of the bodies of this rank's range of ids that are not static, from their owners.
 std::string RankRecord::poses(const mpi::Pipeline& pipeline) const {
   const Scene& scene = pipeline.scene();
   std::vector<std::string> own(static_cast<std::size_t>(ranks_));

@@ -1,6 +1,3 @@
-#include <oneapi/tbb/global_control.h>
-#include <oneapi/tbb/info.h>
-
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -211,27 +208,13 @@ void write_step(JsonWriter& out, const PipelineOptions& options, const StepRepor
   out.end_object();
 }
 
-void write_contacts(JsonWriter& out, std::uint64_t step, const ContactList& list, bool gaps) {
-  out.begin_object().member("step", step).key("contacts").begin_array();
-  for (const PairResult& pair : list.pairs)
-    for (const Contact& contact : list.of(pair))
-      if (contact.depth >= 0 || gaps) write_contact(out, pair.a, pair.b, contact);
-  out.end_array().end_object();
-}
-
 // The files of a run; all are opened before the first step, and get their names when the last is done.
-struct Outputs {
-  std::optional<OutputFile> json, contacts, trace, record;
+struct Outputs : RunFiles {
+  std::optional<OutputFile> record;
 
   explicit Outputs(const Options& options) {
-    require_different({{"SCENE", options.scene},
-                       {"--json", options.json},
-                       {"--contacts", options.contacts},
-                       {"--trace", options.trace},
-                       {"--record", options.record}});
-    if (!options.json.empty()) json.emplace("--json", options.json);
-    if (!options.contacts.empty()) contacts.emplace("--contacts", options.contacts);
-    if (!options.trace.empty()) trace.emplace("--trace", options.trace);
+    require_different(files_of(options));
+    open(options);
     if (!options.record.empty()) record.emplace("--record", options.record);
   }
   void commit() { commit_all({&json, &contacts, &trace, &record}); }
@@ -339,7 +322,7 @@ class Simulation {
     const ContactList& found = pipeline_.contacts();
     if (record_) record_->step(report.step, report.contact_hash, scene_, found);
     if (outputs_.contacts) {
-      write_contacts(line_, report.step, found, writes_gaps_);
+      write_contacts(line_, report.step, found.pairs, writes_gaps_, [&](const PairResult& p) { return found.of(p); });
       append_line(*outputs_.contacts, line_);
     }
     const auto response_begin = std::chrono::steady_clock::now();
@@ -370,9 +353,7 @@ int run(const Options& options, DescriptorBuffer& out) {
   const std::uint64_t steps = steps_of(options);
   PipelineOptions how = pipeline_options(options);
   Scene scene = load_scene(options, how.answer);
-  // The threads that were asked for, also where that is more than there are cores.
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
-                                  static_cast<std::size_t>(std::max(how.threads, tbb::info::default_concurrency())));
+  const tbb::global_control limit = allowed_threads(how.threads);
   Outputs outputs(options);
   Simulation simulation(options, how, scene, outputs);
   simulation.run(steps);

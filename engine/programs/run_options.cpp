@@ -1,6 +1,8 @@
 #include "run_options.h"
 
-#include <optional>
+#include <oneapi/tbb/info.h>
+
+#include <algorithm>
 
 #include "formats/scene_json.h"
 #include "option_text.h"
@@ -68,6 +70,25 @@ Scene load_scene(const RunOptions& options, AnswerOptions& answer) {
     refuse_option("--contacts", options.contacts,
                   "with the request 'contacts'; this one is '" + std::string(name(scene.request)) + "'");
   return scene;
+}
+
+tbb::global_control allowed_threads(int threads) {
+  const int most = std::max(threads, tbb::info::default_concurrency());
+  return {tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(most)};
+}
+
+std::vector<std::pair<std::string_view, std::filesystem::path>> files_of(const RunOptions& options) {
+  return {{"SCENE", options.scene},
+          {"--json", options.json},
+          {"--contacts", options.contacts},
+          {"--trace", options.trace},
+          {"--record", options.record}};
+}
+
+void RunFiles::open(const RunOptions& options) {
+  if (!options.json.empty()) json.emplace("--json", options.json);
+  if (!options.contacts.empty()) contacts.emplace("--contacts", options.contacts);
+  if (!options.trace.empty()) trace.emplace("--trace", options.trace);
 }
 
 }  // namespace tandem

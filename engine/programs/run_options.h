@@ -1,8 +1,16 @@
 // What `tandem run` and `tandem-mpi run` are asked alike.
 #pragma once
-#include <CLI/CLI.hpp>
-#include <string>
+#include <oneapi/tbb/global_control.h>
 
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "formats/output_file.h"
 #include "tandem/engine/pipeline.h"
 #include "tandem/engine/scene.h"
 
@@ -33,5 +41,19 @@ void read_run_options(const RunOptions& options, PipelineOptions& how);
 
 /// The scene, with the request that was asked for; sets what of the answers depends on it.
 Scene load_scene(const RunOptions& options, AnswerOptions& answer);
+
+/// As many threads as were asked for, also where that is more than there are cores, as long as it lives.
+tbb::global_control allowed_threads(int threads);
+
+/// The files that are asked for, by option; no two may be one (require_different).
+std::vector<std::pair<std::string_view, std::filesystem::path>> files_of(const RunOptions& options);
+
+/// Files that both programs write: opened before the first step, they get their names when the last is done.
+struct RunFiles {
+  std::optional<OutputFile> json, contacts, trace;
+
+  /// Those that are asked for.
+  void open(const RunOptions& options);
+};
 
 }  // namespace tandem

@@ -25,8 +25,19 @@ double median(std::vector<double> values);
 
 double ms_since(std::chrono::steady_clock::time_point begin);
 
-/// Of the pair of bodies a and b: an object of --contacts.
+/// A contact of bodies a and b as an object of --contacts.
 void write_contact(JsonWriter& out, std::uint64_t a, std::uint64_t b, const Contact& contact);
+
+/// A line of --contacts: of a step all contacts, gaps among them only where they are asked for. `contacts_of` names
+/// those of a pair, which has bodies a and b.
+template <class Pairs, class ContactsOf>
+void write_contacts(JsonWriter& out, std::uint64_t step, const Pairs& pairs, bool gaps, ContactsOf&& contacts_of) {
+  out.begin_object().member("step", step).key("contacts").begin_array();
+  for (const auto& pair : pairs)
+    for (const Contact& contact : contacts_of(pair))
+      if (contact.depth >= 0 || gaps) write_contact(out, pair.a, pair.b, contact);
+  out.end_array().end_object();
+}
 
 /// Appends what was written and a line's end, and empties the writer.
 void append_line(OutputFile& file, JsonWriter& line);

@@ -104,15 +104,15 @@ UpdateReport QueryWorld::update(const Scene& scene) {
   const auto start = std::chrono::steady_clock::now();
   UpdateReport report;
   const auto versions = SceneChanges::versions(scene);
-  if (!(history_ == SceneChanges::HistoryName(scene)) || ids_.size() != scene.indices()) {
+  // Unknown until all is done: after an exception the next update copies all.
+  SceneChanges::HistoryName history = std::exchange(history_, {});
+  if (!(history == SceneChanges::HistoryName(scene)) || ids_.size() != scene.indices()) {
     copy_all(scene);
     build();
-    history_ = SceneChanges::HistoryName(scene);
+    history = SceneChanges::HistoryName(scene);
     report.changed = ids_.size();
     report.rebuilt = true;
   } else {
-    // Unknown until all is done: after an exception the next update copies all.
-    SceneChanges::HistoryName history = std::exchange(history_, {});
     changed_.clear();
     for (std::uint32_t i = 0; i < versions.size(); ++i)
       if (versions[i] != versions_[i]) changed_.push_back(i);
@@ -128,8 +128,8 @@ UpdateReport QueryWorld::update(const Scene& scene) {
         report.rebuilt = true;
       }
     }
-    history_ = std::move(history);
   }
+  history_ = std::move(history);
   report.ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   return report;
 }

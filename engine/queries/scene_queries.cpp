@@ -7,6 +7,7 @@
 
 #include "queries/configuration_check.h"
 #include "queries/limit_watch.h"
+#include "queries/query_memory.h"
 #include "queries/query_world.h"
 #include "scene/swept_boxes.h"
 #include "scene/tolerances.h"
@@ -42,7 +43,19 @@ struct SceneQueries::Impl {
   static NarrowPhaseOptions without_bounds(NarrowPhaseOptions options) {
     options.margin = 0;
     options.cutoff = infinity;
+    options.memory = nullptr;  // not for several threads
     return options;
+  }
+
+  UpdateReport update(const Scene& scene) {
+    torn = true;
+    const UpdateReport report = bodies.update(scene);
+    torn = false;
+    return report;
+  }
+  const QueryWorld& world() const {
+    if (torn) throw std::logic_error("queries: the last update threw, allowed: queries after one that did not");
+    return bodies;
   }
 
   Aabb box_of(const Shape& shape, const Pose& pose, double margin) const {
@@ -56,31 +69,33 @@ struct SceneQueries::Impl {
     LimitWatch watch(options.limit);
     const auto is_last = [&](std::uint32_t index) {
       watch.spend(LimitWatch::a_candidate);
-      return world.admits(filter, index) && enough(index, watch);
+      return world().admits(filter, index) && enough(index, watch);
     };
-    for (const std::uint32_t index : world.unbounded())
+    for (const std::uint32_t index : world().unbounded())
       if (is_last(index)) return false;
     Until until(is_last);
-    return world.tree().visit_overlapping(box, until);
+    return world().tree().visit_overlapping(box, until);
   }
 
   PairAnswer solve(const Shape& shape, const Pose& pose, std::uint32_t index, Request request,
                    LimitWatch& watch) const {
-    watch.spend(LimitWatch::of_pair(shape, world.shape(index)));
-    return unless_stopped(narrow.solve(shape, pose, world.shape(index), world.pose(index), request));
+    watch.spend(LimitWatch::of_pair(shape, world().shape(index)));
+    return unless_stopped(narrow.solve(shape, pose, world().shape(index), world().pose(index), request));
   }
 
   PairAnswer distance(const Shape& shape, const Pose& pose, std::uint32_t index, double cutoff,
                       LimitWatch& watch) const {
-    watch.spend(LimitWatch::of_pair(shape, world.shape(index)));
-    return unless_stopped(narrow.distance_within(shape, pose, world.shape(index), world.pose(index), cutoff));
+    watch.spend(LimitWatch::of_pair(shape, world().shape(index)));
+    return unless_stopped(narrow.distance_within(shape, pose, world().shape(index), world().pose(index), cutoff));
   }
 
   NarrowPhaseOptions options;
   NarrowPhase narrow;
-  QueryWorld world;
+  QueryWorld bodies;
+  bool torn = false;  // an update ended before it was done
   CheckMemory memory;
   detail::ScratchPool<std::vector<std::uint32_t>> tried;
+  detail::ScratchPool<QueryMemory> lent;  // to contacts of meshes
 };
 
 SceneQueries::SceneQueries(const Scene& scene, const NarrowPhaseOptions& options)
@@ -91,11 +106,12 @@ SceneQueries::~SceneQueries() = default;
 SceneQueries::SceneQueries(SceneQueries&&) noexcept = default;
 SceneQueries& SceneQueries::operator=(SceneQueries&&) noexcept = default;
 
-UpdateReport SceneQueries::update(const Scene& scene) { return impl_->world.update(scene); }
+UpdateReport SceneQueries::update(const Scene& scene) { return impl_->update(scene); }
 
 std::size_t SceneQueries::memory() const {
   const auto bytes = [](const auto& list) { return list.capacity() * sizeof(list[0]); };
-  return sizeof(Impl) + impl_->world.memory() + impl_->memory.memory() + impl_->tried.memory(bytes);
+  return sizeof(Impl) + impl_->bodies.memory() + impl_->memory.memory() + impl_->tried.memory(bytes) +
+         impl_->lent.memory();
 }
 
 bool SceneQueries::collides(const Shape& shape, const Pose& pose, double margin, const QueryFilter& filter) const {
@@ -113,7 +129,7 @@ void SceneQueries::hits(const Shape& shape, const Pose& pose, std::vector<BodyId
   require_valid(pose, "query");
   const auto first = static_cast<std::ptrdiff_t>(bodies.size());
   impl_->each_candidate(impl_->box_of(shape, pose, 0), filter, [&](std::uint32_t index, LimitWatch& watch) {
-    if (impl_->solve(shape, pose, index, Request::collide, watch).collide) bodies.push_back(impl_->world.id(index));
+    if (impl_->solve(shape, pose, index, Request::collide, watch).collide) bodies.push_back(impl_->world().id(index));
     return false;
   });
   std::sort(bodies.begin() + first, bodies.end(), [](BodyId a, BodyId b) { return a.index() < b.index(); });
@@ -138,14 +154,14 @@ std::optional<Hit> SceneQueries::nearest(const Shape& shape, const Pose& pose, d
 
     double visit(std::uint32_t index, double) override {
       watch.spend(LimitWatch::a_candidate);
-      if (impl.world.admits(filter, index)) {
+      if (impl.world().admits(filter, index)) {
         const PairAnswer answer = impl.distance(shape, pose, index, farthest_wanted(), watch);
         if (answer.farther) return farthest_wanted();
         const double d = answer.signed_distance;
         const bool nearer =
             best ? d < best->answer.signed_distance || (d == best->answer.signed_distance && index < best->body.index())
                  : d <= limit;
-        if (nearer) best = Hit{impl.world.id(index), answer};
+        if (nearer) best = Hit{impl.world().id(index), answer};
       }
       return farthest_wanted();
     }
@@ -155,8 +171,8 @@ std::optional<Hit> SceneQueries::nearest(const Shape& shape, const Pose& pose, d
     }
   } nearest(*impl_, shape, pose, filter, cutoff);
 
-  for (const std::uint32_t index : impl_->world.unbounded()) nearest.visit(index, 0);
-  impl_->world.tree().visit_near(impl_->box_of(shape, pose, 0), nearest.farthest_wanted(), nearest);
+  for (const std::uint32_t index : impl_->world().unbounded()) nearest.visit(index, 0);
+  impl_->world().tree().visit_near(impl_->box_of(shape, pose, 0), nearest.farthest_wanted(), nearest);
   return nearest.best;
 }
 
@@ -167,7 +183,7 @@ void SceneQueries::within(const Shape& shape, const Pose& pose, double margin, s
   const auto first = static_cast<std::ptrdiff_t>(hits.size());
   impl_->each_candidate(impl_->box_of(shape, pose, margin), filter, [&](std::uint32_t index, LimitWatch& watch) {
     const PairAnswer answer = impl_->distance(shape, pose, index, margin, watch);
-    if (!answer.farther) hits.push_back({impl_->world.id(index), answer});
+    if (!answer.farther) hits.push_back({impl_->world().id(index), answer});
     return false;
   });
   std::sort(hits.begin() + first, hits.end(),
@@ -179,13 +195,16 @@ void SceneQueries::contacts(const Shape& shape, const Pose& pose, double margin,
   require_valid(pose, "query");
   NarrowPhaseOptions options = impl_->options;
   options.margin = margin;
-  options.mesh_gaps = false;          // those without contacts are left out
+  options.mesh_gaps = false;  // those without contacts are left out
+  const detail::ScratchPool<QueryMemory>::Lease lent(impl_->lent);
+  if (shape.kind() == ShapeKind::mesh) lent->reserve(QueryMemory::usual(shape.triangles().size()));
+  options.memory = &*lent;
   const NarrowPhase narrow(options);  // refuses a bad margin
   // Those that may touch, then those that do: in the caller's list, so that nothing is allocated once it is large
   // enough.
   const auto first = static_cast<std::ptrdiff_t>(hits.size());
   impl_->each_candidate(impl_->box_of(shape, pose, margin), filter, [&](std::uint32_t index, LimitWatch&) {
-    hits.push_back({impl_->world.id(index), {}, 0, 0});
+    hits.push_back({impl_->world().id(index), {}, 0, 0});
     return false;
   });
   std::sort(hits.begin() + first, hits.end(),
@@ -193,10 +212,10 @@ void SceneQueries::contacts(const Shape& shape, const Pose& pose, double margin,
   LimitWatch watch(impl_->options.limit);
   for (auto hit = hits.begin() + first; hit != hits.end(); ++hit) {
     const std::uint32_t index = hit->body.index();
-    watch.spend(LimitWatch::of_pair(shape, impl_->world.shape(index)));
+    watch.spend(LimitWatch::of_pair(shape, impl_->world().shape(index)));
     hit->first = contacts.size();
-    hit->answer = unless_stopped(
-        narrow.solve(shape, pose, impl_->world.shape(index), impl_->world.pose(index), Request::contacts, &contacts));
+    hit->answer = unless_stopped(narrow.solve(shape, pose, impl_->world().shape(index), impl_->world().pose(index),
+                                              Request::contacts, &contacts));
     hit->count = contacts.size() - hit->first;
   }
   hits.erase(std::remove_if(hits.begin() + first, hits.end(), [](const ContactHit& hit) { return hit.count == 0; }),
@@ -213,9 +232,9 @@ std::optional<Impact> SceneQueries::cast(const Shape& shape, const Motion& motio
     const auto place = std::lower_bound(tried.begin(), tried.end(), index);
     if (place != tried.end() && *place == index) return false;
     tried.insert(place, index);
-    const Pose& at = impl_->world.pose(index);
-    const auto touch = impl_->narrow.time_of_impact(shape, motion, impl_->world.shape(index), Motion{at, at});
-    const BodyId body = impl_->world.id(index);
+    const Pose& at = impl_->world().pose(index);
+    const auto touch = impl_->narrow.time_of_impact(shape, motion, impl_->world().shape(index), Motion{at, at});
+    const BodyId body = impl_->world().id(index);
     if (touch && (!best || touch->t < best->t || (touch->t == best->t && index < best->body.index())))
       best = Impact{body, touch->t, touch->point, touch->normal, touch->feature};
     return false;
@@ -259,41 +278,41 @@ class AskingBody {
 }  // namespace
 
 bool SceneQueries::collides(BodyId body, double margin) const {
-  const AskingBody asking(impl_->world, body);
+  const AskingBody asking(impl_->world(), body);
   return collides(asking.shape(), asking.pose(), margin, asking.filter());
 }
 
 void SceneQueries::hits(BodyId body, std::vector<BodyId>& bodies) const {
-  const AskingBody asking(impl_->world, body);
+  const AskingBody asking(impl_->world(), body);
   hits(asking.shape(), asking.pose(), bodies, asking.filter());
 }
 
 std::optional<Hit> SceneQueries::nearest(BodyId body, double cutoff) const {
-  const AskingBody asking(impl_->world, body);
+  const AskingBody asking(impl_->world(), body);
   return nearest(asking.shape(), asking.pose(), cutoff, asking.filter());
 }
 
 void SceneQueries::within(BodyId body, double margin, std::vector<Hit>& hits) const {
-  const AskingBody asking(impl_->world, body);
+  const AskingBody asking(impl_->world(), body);
   within(asking.shape(), asking.pose(), margin, hits, asking.filter());
 }
 
 void SceneQueries::check(std::span<const Shape> links, const BatchPoses& poses, const PairTable& self,
                          std::span<Verdict> verdicts, const BatchOptions& options) const {
   require_margin(options.margin);
-  ConfigurationCheck(impl_->world, impl_->options, links, poses, self, options, impl_->memory).verdicts(verdicts);
+  ConfigurationCheck(impl_->world(), impl_->options, links, poses, self, options, impl_->memory).verdicts(verdicts);
 }
 
 void SceneQueries::first_hits(std::span<const Shape> links, const BatchPoses& poses, const PairTable& self,
                               std::span<FirstHit> hits, const BatchOptions& options) const {
   require_margin(options.margin);
-  ConfigurationCheck(impl_->world, impl_->options, links, poses, self, options, impl_->memory).first_hits(hits);
+  ConfigurationCheck(impl_->world(), impl_->options, links, poses, self, options, impl_->memory).first_hits(hits);
 }
 
 void SceneQueries::clearance(std::span<const Shape> links, const BatchPoses& poses, const PairTable& self,
                              std::span<double> distances, double cutoff, const BatchOptions& options) const {
   if (!(cutoff >= 0)) throw std::invalid_argument("cutoff: " + std::to_string(cutoff) + " is not >= 0");
-  ConfigurationCheck(impl_->world, impl_->options, links, poses, self, options, impl_->memory)
+  ConfigurationCheck(impl_->world(), impl_->options, links, poses, self, options, impl_->memory)
       .clearances(distances, cutoff);
 }
 

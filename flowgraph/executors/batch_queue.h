@@ -20,7 +20,7 @@ inline std::size_t usual_queue_capacity(int threads) {
 /// The bounded queue between the phases. The costliest batches leave first, then other heavy ones, then the rest.
 class BatchQueue {
  public:
-  /// Of each kind. Not while threads use it.
+  /// How many batches of each kind it holds at most. Not while threads use it.
   void set_capacity(std::size_t batches) {
     for (Queue& queue : queues_) queue.set_capacity(static_cast<std::ptrdiff_t>(batches));
   }

@@ -15,6 +15,12 @@
 namespace tandem {
 namespace {
 
+constexpr int most_threads = 1024;
+constexpr std::size_t most_pairs = 65536, longest_queue = std::size_t{1} << 20;
+constexpr double longest_short_step = 1e6;  // ms
+
+std::string whole(double x) { return std::to_string(static_cast<long>(x)); }
+
 void require(bool good, const std::string& message) {
   if (!good) throw std::invalid_argument(message);
 }
@@ -22,26 +28,29 @@ void require(bool good, const std::string& message) {
 }  // namespace
 
 std::unique_ptr<Executor> make_executor(const ExecutorOptions& options) {
-  require(options.threads >= 0 && options.threads <= 1024,
-          "threads: " + std::to_string(options.threads) + ", allowed: 0 (ask the runtime) to 1024");
+  require(options.threads >= 0 && options.threads <= most_threads, "threads: " + std::to_string(options.threads) +
+                                                                       ", allowed: 0 (ask the runtime) to " +
+                                                                       std::to_string(most_threads));
   if (const Split split = options.balance.split; !split.dynamic()) {
     require(split.broad >= 1 && split.narrow >= 1,
             "balance.split: " + text(split) + ", allowed: at least one thread for each phase");
     require(options.threads == 0 || split.broad + split.narrow == options.threads,
             "balance.split: " + text(split) + ", allowed: two numbers that add up to the threads, " +
                 std::to_string(options.threads));
-    require(split.broad + split.narrow <= 1024,
-            "balance.split: " + text(split) + ", allowed: at most 1024 threads in all");
+    require(split.broad + split.narrow <= most_threads,
+            "balance.split: " + text(split) + ", allowed: at most " + std::to_string(most_threads) + " threads in all");
   }
-  require(options.batches.pairs >= 1 && options.batches.pairs <= 65536,
-          "batches.pairs: " + std::to_string(options.batches.pairs) + ", allowed: 1 to 65536");
-  require(
-      options.batches.queue_capacity <= 1u << 20,
-      "batches.queue_capacity: " + std::to_string(options.batches.queue_capacity) + ", allowed: 0 (chosen) to 1048576");
-  require(options.sharing.short_step_ms >= 0 && options.sharing.short_step_ms <= 1e6,
-          "sharing.short_step_ms: " + std::to_string(options.sharing.short_step_ms) + ", allowed: 0 (never) to 1e6");
+  require(options.batches.pairs >= 1 && options.batches.pairs <= most_pairs,
+          "batches.pairs: " + std::to_string(options.batches.pairs) + ", allowed: 1 to " + std::to_string(most_pairs));
+  require(options.batches.queue_capacity <= longest_queue,
+          "batches.queue_capacity: " + std::to_string(options.batches.queue_capacity) + ", allowed: 0 (chosen) to " +
+              std::to_string(longest_queue));
+  require(options.sharing.short_step_ms >= 0 && options.sharing.short_step_ms <= longest_short_step,
+          "sharing.short_step_ms: " + std::to_string(options.sharing.short_step_ms) + ", allowed: 0 (never) to " +
+              whole(longest_short_step));
   require(options.stay_awake >= 0 && options.stay_awake <= longest_awake,
-          "stay_awake: " + std::to_string(options.stay_awake) + ", allowed: 0 (never) to 1e5 microseconds");
+          "stay_awake: " + std::to_string(options.stay_awake) + ", allowed: 0 (never) to " + whole(longest_awake) +
+              " microseconds");
   switch (options.kind) {
     case ExecutorKind::sequential:
       return make_sequential_executor(options);
@@ -60,7 +69,7 @@ int tbb_threads(int wished) {
   // Counts processors from the affinity mask on first use; asking early keeps a later pinned caller from hiding them.
   tbb::info::default_concurrency();
   const auto limit = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
-  const int most = static_cast<int>(std::min<std::size_t>(limit, 1024));
+  const int most = static_cast<int>(std::min<std::size_t>(limit, most_threads));
   return std::max(1, std::min(wished == 0 ? tbb::this_task_arena::max_concurrency() : wished, most));
 }
 

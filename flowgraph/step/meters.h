@@ -20,7 +20,7 @@ class Meters {
 
   /// Busy time of one thread.
   void add(Phase phase, Clock::duration time) { busy_[phase].ns.fetch_add(to_ns(time), std::memory_order_relaxed); }
-  /// Of the narrow phase, heavy pairs.
+  /// Time of the narrow phase that went to heavy pairs.
   void add_heavy(Clock::duration time, std::size_t pairs);
   /// What only one thread could do, in a phase or before the first; by one thread at a time. `opening`: it is no block.
   void add_serial(Phase phase, Clock::duration time, bool opening);

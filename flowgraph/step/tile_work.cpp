@@ -40,8 +40,8 @@ void spend(double ns) {
 
 void require_time(const char* field, double ns) {
   if (!(ns >= 0 && ns <= TileWork::longest_ns))
-    throw std::invalid_argument("tile_work: " + std::string(field) + " is " + std::to_string(ns) +
-                                ", allowed: 0 to 1e12 ns");
+    throw std::invalid_argument("tile_work: " + std::string(field) + " is " + std::to_string(ns) + ", allowed: 0 to " +
+                                std::to_string(static_cast<std::int64_t>(TileWork::longest_ns)) + " ns");
 }
 
 }  // namespace

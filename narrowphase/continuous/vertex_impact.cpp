@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "continuous/impact_search.h"
+#include "shapes/written.h"
 #include "tolerances.h"
 
 namespace tandem {
@@ -20,10 +20,7 @@ constexpr std::size_t part_size = 512;
 bool in_range(const Vec3& v) { return v.cwiseAbs().maxCoeff() <= tolerance::longest_length && v == v; }
 
 [[noreturn]] void refuse_place(const std::string& what, const Vec3& v) {
-  std::ostringstream out;
-  out << what << ": coordinates (" << v.x() << ", " << v.y() << ", " << v.z()
-      << ") must be finite and at most 1e30 in size";
-  throw std::invalid_argument(out.str());
+  throw std::invalid_argument(what + ": coordinates " + written(v) + " must be " + allowed_coordinate());
 }
 
 template <std::size_t Count>
@@ -33,14 +30,13 @@ void require(const std::array<Vec3, Count>& corners, const char* what) {
 }
 
 void require(const ImpactOptions& options) {
-  const auto check = [](const char* field, double value, double most, const char* allowed) {
+  const auto check = [](const char* field, double value, double most) {
     if (value >= 0 && value <= most) return;
-    std::ostringstream out;
-    out << "impact options: " << field << " " << value << " must be " << allowed;
-    throw std::invalid_argument(out.str());
+    throw std::invalid_argument(std::string("impact options: ") + field + ' ' + written(value) + " must be from 0 to " +
+                                written(most));
   };
-  check("tolerance", options.tolerance, 0.1, "from 0 to 0.1");
-  check("separation", options.separation, tolerance::longest_length, "from 0 to 1e30");
+  check("tolerance", options.tolerance, 0.1);
+  check("separation", options.separation, tolerance::longest_length);
 }
 
 void require(const MovingVertices& vertices, const char* what) {

@@ -63,7 +63,7 @@ HWY_INLINE std::uint64_t farthest_of(const SupportMap::Block* b, float x, float 
   return near;
 }
 
-/// The same of up to 32 vertices.
+/// Of up to 32 vertices those within the slack of the farthest along (x, y, z), a bit each.
 HWY_INLINE std::uint64_t farthest_of(const SupportMap::Block* b, std::size_t vertices, float x, float y, float z,
                                      float slack) {
   const auto search = [&]() HWY_ATTR {

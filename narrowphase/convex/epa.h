@@ -19,7 +19,7 @@ bool is_solid(const MinkowskiDifference& d, const Simplex& s);
 /// have depth 0. Bounded work; stops when upper - lower <= tolerance. Allocates only beyond 128 vertices.
 EpaResult expand(const MinkowskiDifference& d, const Simplex& start, double tolerance);
 
-/// The same of two polytopes that overlap by balls inside both, to rounding: from supports all around, which wait for
+/// The depth to rounding of two polytopes that overlap by balls inside both: from supports all around, which wait for
 /// nothing but memory, side by side. Cheaper than from GJK's simplex where many vertices are needed.
 EpaResult expand_all_around(const MinkowskiDifference& d);
 

@@ -11,7 +11,7 @@ namespace tandem {
 GjkResult gjk(const MinkowskiDifference& d, double tolerance, double beyond, double within,
               const Vec3* start = nullptr);
 
-/// The same without the weights of the simplex's points. `at_once`: where the first direction does not show two
+/// `gjk` without the weights of the simplex's points. `at_once`: where the first direction does not show two
 /// polytopes to be farther apart than this, it stops there.
 GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond, double within, const Vec3* start,
                   double at_once = -std::numeric_limits<double>::infinity());

@@ -9,7 +9,7 @@
 namespace tandem {
 namespace {
 
-// Of the least instruction set: what a step costs is the supports.
+// For the least instruction set: what a step costs is the supports.
 using HWY_NAMESPACE::PortalAim;
 using HWY_NAMESPACE::PortalEnd;
 

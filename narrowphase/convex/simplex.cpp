@@ -65,7 +65,7 @@ void nearest_on_triangle(const Simplex& s, int i, int j, int k, NearestOnSimplex
   nearest_on_segment(s, j, k, best);
 }
 
-/// Of a flat one, which side of a face the origin is on is noise: all faces are tried.
+/// Which side of a face of a flat tetrahedron the origin is on is noise: all faces are tried.
 void nearest_on_tetrahedron(const Simplex& s, NearestOnSimplex& best) {
   constexpr int face[4][4] = {{0, 1, 3, 2}, {0, 2, 3, 1}, {1, 2, 3, 0}, {0, 1, 2, 3}};  // the last: opposite
   bool outside[4], flat = false;

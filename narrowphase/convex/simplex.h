@@ -31,7 +31,7 @@ struct NearestOnSimplex {
 };
 
 NearestOnSimplex nearest_to_origin(const Simplex& s);
-/// Of a tetrahedron the point of its surface.
+/// The point of a tetrahedron's surface that is nearest the origin.
 NearestOnSimplex nearest_on_sides(const Simplex& s);
 /// Leaves of the simplex the points that carry it, with their weights.
 void keep_nearest(Simplex& s, const NearestOnSimplex& n);

@@ -64,7 +64,7 @@ bool visit_meeting(const Posed& a, const Posed& b, const NearTrianglesVisitor& v
   return each_meeting_pair(in_order ? a : b, in_order ? b : a, options.limit, take, options.progress);
 }
 
-// The same of those at most a clearance apart.
+// Tells the pairs of triangles that are at most a clearance apart.
 bool visit_near(const Posed& a, const Posed& b, const NearTrianglesVisitor& visitor, const NearOptions& options) {
   const MeshModel &ma = mesh_of(a.shape), &mb = mesh_of(b.shape);
   TriangleTest test(a.pose, b.pose, reach(mb));

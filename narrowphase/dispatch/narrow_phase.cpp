@@ -217,7 +217,7 @@ PairAnswer solve_any(const Shape& a, const Pose& pose_a, const Shape& b, const P
   return solve_cores(a, pose_a, b, pose_b, request, options, contacts, warm);
 }
 
-/// The same, which the limit may end. Kept apart so that others do not pay for it.
+/// A query that a work limit may end. Kept apart so that others do not pay for it.
 [[gnu::noinline]] PairAnswer solve_limited(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
                                            Request request, const NarrowPhaseOptions& options,
                                            std::vector<Contact>* contacts, WarmStart* warm) {

@@ -22,8 +22,8 @@ bool append_parallel_capsules(const SegmentDistance& axes, double radius_a, doub
                               double radius_b, double length_b, const Pose& pose_b, double margin,
                               std::vector<Contact>& contacts);
 
-/// The same for a half-space with (unit) normal and offset given in the shape's frame; the contact normals are
-/// the half-space's.
+/// Contact points of a convex shape and a half-space, whose (unit) normal and offset are given in the shape's frame;
+/// the contact normals are the half-space's.
 void append_halfspace_manifold(const ConvexView& shape, const Pose& pose, const Vec3& normal, double offset,
                                double margin, std::vector<Contact>& contacts);
 

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "shapes/lent_memory.h"
 #include "shapes/work_meter.h"
 #include "tandem/narrowphase/answer.h"
 #include "tolerances.h"
@@ -25,8 +26,9 @@ void keep_widest(std::vector<Contact>& contacts, std::size_t first, double size,
 /// four, that span the patch.
 class PatchCollector {
  public:
-  /// `limit` ends the work of `finish` (WorkStopped).
-  explicit PatchCollector(double size, const WorkLimit* limit) : size_(size), meter_(limit) {}
+  /// Of the options: `limit`, which ends the work of `finish` (WorkStopped), and `memory`.
+  PatchCollector(double size, const NarrowPhaseOptions& options)
+      : size_(size), meter_(options.limit), memory_(usual_.data(), usual_.size(), lent_memory(options)) {}
   PatchCollector(const PatchCollector&) = delete;
   PatchCollector& operator=(const PatchCollector&) = delete;
 
@@ -64,7 +66,7 @@ class PatchCollector {
   double size_;
   WorkMeter meter_;
   alignas(std::max_align_t) std::array<std::byte, 24576> usual_;  // enough but for very many triangles
-  std::pmr::monotonic_buffer_resource memory_{usual_.data(), usual_.size()};
+  std::pmr::monotonic_buffer_resource memory_;
   List<Run> runs_{&memory_};
   List<Point> points_{&memory_};
 };

@@ -22,11 +22,17 @@ namespace {
 [[noreturn]] void refuse_vertices(const std::string& why) { throw std::invalid_argument("deformable mesh: " + why); }
 
 // Of what is no number no comparison is true.
-bool is_place(const Vec3& v) { return (v.array().abs() <= tolerance::longest_length).all(); }
+bool is_place(const Vec3& v) {
+  const auto fits = [](double x) { return std::abs(x) <= tolerance::longest_length; };
+  return fits(v.x()) && fits(v.y()) && fits(v.z());
+}
 
 [[noreturn]] void refuse_place(std::size_t v, const Vec3& place) {
-  refuse_vertices("vertices[" + std::to_string(v) + "] is " + written(place) +
-                  "; it must be finite and at most 1e30 in size");
+  refuse_vertices("vertices[" + std::to_string(v) + "] is " + written(place) + "; it must be " + allowed_coordinate());
+}
+
+void set_frame(MeshModel& mesh, const MeshFrame& frame) {
+  mesh.centre = frame.centre, mesh.half = frame.half, mesh.unit = frame.unit;
 }
 
 std::shared_ptr<MeshModel> model_of(Mesh mesh, const PartRunner& parts, std::vector<std::uint32_t>& first) {
@@ -57,8 +63,8 @@ struct DeformableMesh::Impl {
 
   Extent checked_extent(std::span<const Vec3> vertices, const PartRunner& parts) const;
   void require_seams(std::span<const Vec3> vertices, const MeshFrame& frame) const;
-  void require_outward(std::span<const Vec3> vertices, const MeshFrame& frame, const PartRunner& parts) const;
-  void take_free_buffer();
+  Buffer take_free_buffer();
+  void go_back(const Buffer& before, const MeshFrame& frame, const PartRunner& parts);
 
   std::vector<std::uint32_t> first;  ///< of each vertex, the one that stands for it
   std::vector<std::uint32_t> seams;  ///< vertices that another one stands for
@@ -75,10 +81,13 @@ Extent DeformableMesh::Impl::checked_extent(std::span<const Vec3> vertices, cons
   std::vector<Extent> extents(count);
   std::vector<std::uint8_t> faulty(count, 0);
   run_stretches(parts, vertices.size(), elements_a_stretch, [&](std::size_t k, std::size_t begin, std::size_t end) {
+    Extent own;  // in registers
+    bool fault = false;
     for (std::size_t v = begin; v < end; ++v) {
-      if (!is_place(vertices[v])) faulty[k] = 1;
-      if (used[v] != 0) extents[k].add(vertices[v]);
+      fault |= !is_place(vertices[v]);
+      if (used[v] != 0) own.add(vertices[v]);
     }
+    extents[k] = own, faulty[k] = fault ? 1 : 0;
   });
   if (const auto part = std::find(faulty.begin(), faulty.end(), 1); part != faulty.end())
     for (auto v = static_cast<std::size_t>(part - faulty.begin()) * elements_a_stretch;; ++v)
@@ -99,25 +108,17 @@ void DeformableMesh::Impl::require_seams(std::span<const Vec3> vertices, const M
                       "; they were one when the mesh was built and must stay so");
 }
 
-void DeformableMesh::Impl::require_outward(std::span<const Vec3> vertices, const MeshFrame& frame,
-                                           const PartRunner& parts) const {
-  if (!current.model->closed) return;
-  if (const auto volume = inside_out(*current.model, vertices, frame, parts))
-    refuse_vertices("the mesh is closed, but its volume is " + std::to_string(*volume) +
-                    "; it must not be negative: it was turned inside out");
-}
-
 // The current one where no Shape holds it; else an earlier one; else a copy. All but the vertices and boxes is then as
-// in the one before.
-void DeformableMesh::Impl::take_free_buffer() {
+// in the one before, which is answered if it is another one.
+DeformableMesh::Impl::Buffer DeformableMesh::Impl::take_free_buffer() {
   const auto is_free = [](const Buffer& buffer) {
     if (buffer.model.use_count() > 1) return false;
     std::atomic_thread_fence(std::memory_order_acquire);  // whoever let go of it has read it
     return true;
   };
   if (current.model.use_count() <= 2) shape.reset();  // the shape here and the buffer itself
-  if (is_free(current)) return;
-  Buffer next;
+  if (is_free(current)) return {};
+  Buffer before = current, next;
   const auto free = std::find_if(others.begin(), others.end(), is_free);
   if (free != others.end()) {
     next = std::move(*free);
@@ -132,6 +133,20 @@ void DeformableMesh::Impl::take_free_buffer() {
   // Of those that nobody holds one is enough.
   std::size_t spare = 0;
   std::erase_if(others, [&](const Buffer& buffer) { return is_free(buffer) && spare++ > 0; });
+  return before;
+}
+
+// From a refit for vertices that are refused: to the buffer before, which was not written to, or to the boxes of the
+// vertices that are still there.
+void DeformableMesh::Impl::go_back(const Buffer& before, const MeshFrame& frame, const PartRunner& parts) {
+  if (before.model != nullptr) {
+    std::swap(current, *std::find_if(others.begin(), others.end(),
+                                     [&](const Buffer& buffer) { return buffer.model == before.model; }));
+  } else {
+    set_frame(*current.model, frame);
+    refit.refit(*current.model, current.model->vertices, parts);
+  }
+  if (!shape) shape.emplace(detail::ShapeInsides::shape(current.model));
 }
 
 DeformableMesh::DeformableMesh(Mesh mesh, const PartRunner& parts)
@@ -149,18 +164,26 @@ DeformReport DeformableMesh::update(std::span<const Vec3> vertices, const PartRu
   const MeshFrame frame(impl.checked_extent(vertices, parts));
   const double size = 2 * frame.half.norm();
   if (size > 0 && size < tolerance::shortest_length)
-    refuse_vertices("the extent of the vertices is " + written(2 * frame.half) + "; it must be 0 or at least 1e-30");
+    refuse_vertices("the extent of the vertices is " + written(2 * frame.half) + "; it must be 0 or at least " +
+                    written(tolerance::shortest_length));
   impl.require_seams(vertices, frame);
-  impl.require_outward(vertices, frame, parts);
 
-  impl.take_free_buffer();
+  const Impl::Buffer before = impl.take_free_buffer();
   MeshModel& mesh = *impl.current.model;
   mesh.forget_extremes();
+  const MeshFrame frame_before(mesh.centre, mesh.half, mesh.unit);
+  set_frame(mesh, frame);
+  impl.refit.refit(mesh, vertices, parts);
+  if (mesh.closed && !impl.refit.surely_outward())
+    if (const auto volume = inside_out(mesh, vertices, frame, parts)) {
+      impl.go_back(before, frame_before, parts);
+      refuse_vertices("the mesh is closed, but its volume is " + std::to_string(*volume) +
+                      "; it must not be negative: it was turned inside out");
+    }
   run_stretches(parts, vertices.size(), elements_a_stretch, [&](std::size_t, std::size_t begin, std::size_t end) {
     std::copy(vertices.data() + begin, vertices.data() + end, mesh.vertices.data() + begin);
   });
-  mesh.centre = frame.centre, mesh.half = frame.half, mesh.unit = frame.unit;
-  const MeshRefit::Report report = impl.refit.refit(mesh, parts);
+  const MeshRefit::Report report = impl.refit.rebuild_worn(mesh, parts);
   if (report.rebuilt != 0) impl.current.structure = ++impl.structure;
   impl.shape.emplace(detail::ShapeInsides::shape(impl.current.model));
   return {report.rebuilt, report.worn};

@@ -17,6 +17,7 @@
 #include "shapes/mesh_builder.h"
 #include "shapes/mesh_hierarchy.h"
 #include "shapes/vertex_weld.h"
+#include "shapes/written.h"
 #include "tolerances.h"
 #include "triangles/predicates.h"
 
@@ -26,12 +27,11 @@ namespace {
 using Corners = std::array<Vec3, 3>;
 
 void require(const Mesh& mesh) {
-  constexpr double longest = 1 / tolerance::shortest_length;
   if (mesh.triangles.empty()) throw std::invalid_argument("mesh: no triangles; there must be at least one");
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
-    if (!(mesh.vertices[v].array().abs() <= longest).all())
-      throw std::invalid_argument("mesh: vertex " + std::to_string(v) +
-                                  ": coordinates must be finite and at most 1e30 in size");
+    if (!(mesh.vertices[v].array().abs() <= tolerance::longest_length).all())
+      throw std::invalid_argument("mesh: vertex " + std::to_string(v) + ": coordinates must be " +
+                                  allowed_coordinate());
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
     for (const std::uint32_t v : mesh.triangles[i])
       if (v >= mesh.vertices.size())

@@ -14,7 +14,7 @@ bool bounds_convex(const Posed& s, const WorkLimit* limit);
 PairAnswer solve_as_convex(const Posed& a, const Posed& b, Request request, const NarrowPhaseOptions& options,
                            std::vector<Contact>* contacts);
 
-/// The same of two that are known to collide, however little.
+/// As `solve_as_convex`, of two that are known to collide, however little.
 PairAnswer overlap_as_convex(const Posed& a, const Posed& b, Request request, const NarrowPhaseOptions& options,
                              std::vector<Contact>* contacts);
 

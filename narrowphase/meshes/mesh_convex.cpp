@@ -36,7 +36,7 @@ class MeshConvex {
     const std::size_t first = out.size();
     PairAnswer near;
     near.signed_distance = infinity;
-    PatchCollector all(pair_.size(), pair_.options().limit);
+    PatchCollector all(pair_.size(), pair_.options());
     contacts_.find(near, all, out);
     contacts_.append_patches(all, infinity, out);
     pair_.decide(near);

@@ -8,6 +8,7 @@
 #include "shapes/mesh_hierarchy.h"
 #include "shapes/mesh_model.h"
 #include "shapes/shape_insides.h"
+#include "shapes/without_hull.h"
 #include "shapes/work_meter.h"
 #include "tolerances.h"
 
@@ -60,8 +61,8 @@ PairAnswer solve_vertices_halfspace(const Posed& mesh, const PlaneInMesh& half, 
 PairAnswer solve_mesh_halfspace(const Posed& mesh, const PlaneInMesh& half, Request request,
                                 const NarrowPhaseOptions& options, std::vector<Contact>* contacts) {
   const MeshModel& m = mesh_of(mesh.shape);
-  // One that bends is asked for its hull only where there is something to tell of it.
-  if (m.bends && request != Request::distance) {
+  // A mesh that bends or is large is asked for its hull only where there is something to tell of it.
+  if (does_without_hull(m) && request != Request::distance) {
     const double height = -farthest_along(m, -half.local) - half.level;
     if (request == Request::collide || !(height <= options.margin)) {
       PairAnswer answer;

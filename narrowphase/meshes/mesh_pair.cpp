@@ -16,6 +16,7 @@
 #include "meshes/traversal/mesh_nearest.h"
 #include "pairs/centre_test.h"
 #include "pairs/convex_pair.h"
+#include "shapes/lent_memory.h"
 #include "shapes/mesh_model.h"
 #include "shapes/metered_sort.h"
 #include "shapes/pair_order.h"
@@ -75,7 +76,7 @@ PairAnswer distance_apart(const Posed& a, const Posed& b, const NarrowPhaseOptio
   return answer;
 }
 
-// Of two that do not meet; `gap` is null where nothing is asked of it.
+// The contacts of two meshes that do not meet; `gap` is null where nothing is asked of it.
 PairAnswer contacts_apart(const Posed& a, const Posed& b, const TriangleTest& test, const GapBound* gap,
                           const NarrowPhaseOptions& options, std::vector<Contact>& contacts) {
   const std::size_t first = contacts.size();
@@ -94,7 +95,7 @@ PairAnswer contacts_apart(const Posed& a, const Posed& b, const TriangleTest& te
   return answer;
 }
 
-// Of their hulls, unless these hardly touch and miss each other by rounding; false, and no contacts.
+// The contacts of their hulls, unless these hardly touch and miss each other by rounding: false, and no contacts.
 bool contacts_of_hulls(const Collision& c, PairAnswer& answer, std::vector<Contact>& contacts) {
   if (!c.mesh_a().own_hull(c.options.limit) || !c.mesh_b().own_hull(c.options.limit)) return false;
   const std::size_t first = contacts.size();
@@ -138,7 +139,7 @@ PairAnswer contacts_of_collision(const Collision& c, std::vector<Contact>& conta
     contacts.resize(first);
     if (contacts_as_convex(c, answer, sides, contacts)) return answer;
   }
-  if (!sides.sure) touching_contacts(c.mesh_a(), c.mesh_b(), c.test, c.pairs, c.options.limit, first, contacts);
+  if (!sides.sure) touching_contacts(c.mesh_a(), c.mesh_b(), c.test, c.pairs, c.options, first, contacts);
   for (Contact& contact : std::span(contacts).subspan(first)) {
     contact.point = c.a.pose * contact.point;
     contact.normal = (c.a.pose.rotation * contact.normal).normalized();
@@ -210,7 +211,7 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
     return answer;
   }
   TriangleTest test(a.pose, b.pose, reach(mesh_of(b.shape)));
-  PairMemory memory;
+  PairMemory memory(lent_memory(options));
   GapBound bound;
   GapBound* gap = request == Request::contacts && (options.mesh_gaps || (options.mesh_margin && options.margin > 0))
                       ? &bound
@@ -230,7 +231,7 @@ std::vector<std::array<std::uint32_t, 2>> mesh_triangle_pairs(const Shape& a, co
   const bool in_order = goes_first(first, second);
   const Posed &p = in_order ? first : second, &q = in_order ? second : first;
   TriangleTest test(p.pose, q.pose, reach(mesh_of(q.shape)));
-  PairMemory memory;
+  PairMemory memory(lent_memory(options));
   const TrianglePairs found = meeting_pairs(p, q, test, options, memory, nullptr);
   std::vector<std::array<std::uint32_t, 2>> pairs;
   pairs.reserve(found.size());

@@ -35,7 +35,7 @@ PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const N
                         std::vector<Contact>* contacts);  ///< both have triangles, goes_first(a, b)
 PairAnswer solve_mesh_halfspace(const Posed& mesh, const PlaneInMesh& half, Request request,
                                 const NarrowPhaseOptions& options, std::vector<Contact>* contacts);
-/// Of these vertices alone, and of them those at least `floor` above the plane.
+/// Of a mesh's vertices these alone, and of them those at least `floor` above the plane, with a half-space.
 PairAnswer solve_vertices_halfspace(const Posed& mesh, const PlaneInMesh& half, std::span<const std::uint32_t> vertices,
                                     double floor, Request request, const NarrowPhaseOptions& options,
                                     std::vector<Contact>* contacts);

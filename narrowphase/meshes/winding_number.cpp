@@ -13,6 +13,7 @@
 #include "meshes/traversal/hierarchy.h"
 #include "shapes/shape_insides.h"
 #include "shapes/work_meter.h"
+#include "shapes/written.h"
 #include "tandem/narrowphase/build_options.h"
 #include "tandem/narrowphase/shape_makers.h"
 #include "tolerances.h"
@@ -147,7 +148,7 @@ Shape voxel_solid(const Mesh& mesh, const VoxelSolidOptions& options) {
   const Vec3 high = ((winding.mesh.centre + half) / options.size).array().ceil();
   constexpr double farthest = 1 << 20;  // cells from the origin, as voxels has them
   const double far = std::max(low.cwiseAbs().maxCoeff(), high.cwiseAbs().maxCoeff());
-  if (!(far < farthest)) refuse("cells from the origin,", far, "less than 2^20");
+  if (!(far < farthest)) refuse("cells from the origin,", far, ("less than " + written(farthest)).c_str());
   const double cells = (high - low).prod();
   if (!(cells <= static_cast<double>(options.most_cells)))
     refuse("cells of the mesh's box,", cells, ("at most most_cells, " + std::to_string(options.most_cells)).c_str());

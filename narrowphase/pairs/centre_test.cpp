@@ -9,6 +9,7 @@
 #include "shapes/shape_insides.h"
 #include "shapes/support_kernel.h"
 #include "shapes/unit_vector.h"
+#include "shapes/without_hull.h"
 #include "tolerances.h"
 
 namespace tandem {
@@ -125,7 +126,7 @@ double separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose
 }
 
 MeshGap test_hulls(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, const WorkLimit* limit) {
-  if (mesh_of(a).bends || mesh_of(b).bends) return {};
+  if (does_without_hull(mesh_of(a)) || does_without_hull(mesh_of(b))) return {};
   const Hull &hull_a = mesh_of(a).hull(limit), &hull_b = mesh_of(b).hull(limit);
   const Vec3 between = from_to(hull_a.inside, pose_a, hull_b.inside, pose_b);
   const double length2 = between.squaredNorm(), inner = hull_a.inner_radius + hull_b.inner_radius;
@@ -142,7 +143,7 @@ MeshGap test_hulls(const Shape& a, const Pose& pose_a, const Shape& b, const Pos
 
 double test_hull(const Shape& mesh, const Pose& pose_mesh, const Shape& convex, const Pose& pose_convex,
                  const WorkLimit* limit) {
-  if (mesh_of(mesh).bends) return 0;
+  if (does_without_hull(mesh_of(mesh))) return 0;
   const Hull& hull = mesh_of(mesh).hull(limit);
   const Vec3 middle = inner_centre(convex), between = from_to(hull.inside, pose_mesh, middle, pose_convex);
   const double length2 = between.squaredNorm(), inner = hull.inner_radius + inner_radius(convex);

@@ -24,7 +24,7 @@ struct RoundPair {
 
   /// A point of A - B farthest along n.
   Vec3 support(const Vec3& n) const { return body[0].support(n) + body[1].support(n); }
-  /// The same along -n, where `along` supports n.
+  /// A point of A - B farthest along -n, where `along` is one along n.
   Vec3 opposite(const Vec3& n, const Vec3& along) const {
     if (body[0].symmetric() && body[1].symmetric()) return 2 * (body[0].centre() + body[1].centre()) - along;
     return support(-n);

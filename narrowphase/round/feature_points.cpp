@@ -21,7 +21,7 @@ void turn(double& c, double& s, double angle) {
 
 bool within(const Feature& f, double t, double rounding) { return t >= f.low - rounding && t <= f.high + rounding; }
 
-/// The same of v or -v, not against n.
+/// The unit vector along v or -v, whichever is not against n.
 Vec3 unit_along(const Vec3& v, const Vec3& n) { return unit_or(v.dot(n) < 0 ? Vec3(-v) : v, n); }
 
 /// The line of a cone's side where its normal is `out`.

@@ -50,7 +50,7 @@ inline Vec3 unit_or(const Vec3& v, const Vec3& otherwise) {
   return length2 > tolerance::shortest_squared ? Vec3(v / std::sqrt(length2)) : otherwise;
 }
 
-/// Of two features that are no faces; w.n tells about where to. False where what is found leaves them.
+/// The nearest points of two features that are no faces; w.n tells about where to. False where they lie beyond them.
 bool nearest_points(const Feature& a, const Feature& b, double rounding, NearestPoints& w);
 
 }  // namespace tandem

@@ -18,7 +18,7 @@ double doubt(const Support& s);
 /// found, settle() goes on.
 Support minimize(const RoundPair& pair, const Vec3& n, double below);
 
-/// The same by a sequence of convex problems, slower, but nothing can mislead it: A - B is moved away from the origin
+/// A minimum of h by a sequence of convex problems, slower, but certain to descend: A - B is moved away from the origin
 /// against n, GJK finds the direction to its nearest point, and n turns there, until it turns no more. h never
 /// increases (the concave part of h(n) - c |n| linearised at n: Yuille and Rangarajan 2003).
 Support settle(const RoundPair& pair, const Vec3& n, double below);

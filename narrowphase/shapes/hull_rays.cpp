@@ -35,7 +35,7 @@ class FaceDescent {
   std::uint32_t at_ = 0;
 };
 
-/// Of the triangles of the face about its first corner the one that the ray goes through.
+/// The triangle that the ray goes through, of those of the face about its first corner.
 RayMap::Corners corners_hit(const Hull& hull, const Hull::Face& face, const Vec3& ray) {
   const std::uint32_t* const loop = &hull.loop[face.first];
   std::uint32_t k = 2;

@@ -1,4 +1,7 @@
 #pragma once
+#include <algorithm>
+#include <bit>
+#include <cstddef>
 #include <cstdint>
 #include <memory_resource>
 #include <utility>
@@ -13,8 +16,10 @@ namespace tandem {
 template <class Value>
 class IndexMap {
  public:
-  explicit IndexMap(std::pmr::memory_resource* memory) : entries_(memory), slots_(2 * usual, no_index, memory) {
-    entries_.reserve(usual);
+  /// `expected`: entries that it holds before it grows.
+  explicit IndexMap(std::pmr::memory_resource* memory, std::size_t expected = 0)
+      : entries_(memory), slots_(2 * std::bit_ceil(std::max(expected, usual)), no_index, memory) {
+    entries_.reserve(std::max(expected, usual));
   }
 
   /// The value of `key`, made from `value` if it is new, and whether it was.
@@ -38,7 +43,7 @@ class IndexMap {
   auto end() const { return entries_.end(); }
 
  private:
-  static constexpr std::size_t usual = 32;  // entries, before it grows
+  static constexpr std::size_t usual = 32;  // entries
 
   std::size_t slot(std::uint32_t key) const {
     const std::size_t mask = slots_.size() - 1;

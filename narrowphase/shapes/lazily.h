@@ -78,7 +78,7 @@ class Lazily {
   mutable std::atomic<std::thread::id> maker_{};
 };
 
-/// The same for what takes little room and time to make: nobody waits, and of two who make it at once the second throws
+/// A value made once, small and quickly made: nobody waits, and of two threads that make it at once the second throws
 /// its own away.
 template <class Value>
 class MadeOnce {

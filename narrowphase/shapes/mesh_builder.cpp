@@ -144,14 +144,26 @@ bool covers_hull(const MeshModel& mesh, const WorkLimit* limit) {
   return true;
 }
 
+// Their number where all are finite.
+std::size_t first_not_finite(const std::vector<Vec3>& vertices, const PartRunner& parts) {
+  std::vector<std::size_t> first(stretches(vertices.size(), elements_a_stretch), vertices.size());
+  run_stretches(parts, vertices.size(), elements_a_stretch, [&](std::size_t k, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end && first[k] == vertices.size(); ++i)
+      if (!vertices[i].allFinite()) first[k] = i;
+  });
+  return std::accumulate(first.begin(), first.end(), vertices.size(),
+                         [](std::size_t a, std::size_t b) { return std::min(a, b); });
+}
+
 // Refuses the first fault; else the box about the vertices in use.
 Extent checked_extent(const Mesh& mesh, const PartRunner& parts) {
   if (mesh.triangles.empty()) refuse("triangles is empty; at least one is needed");
-  if (mesh.triangles.size() > 0x0fffffff)
-    refuse("triangles holds " + std::to_string(mesh.triangles.size()) + "; at most 2^28 - 1 are allowed");
-  for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
-    if (!mesh.vertices[i].allFinite())
-      refuse("vertices[" + std::to_string(i) + "] is " + written(mesh.vertices[i]) + "; it must be finite");
+  constexpr std::size_t most = 0x0fffffff;
+  if (mesh.triangles.size() > most)
+    refuse("triangles holds " + std::to_string(mesh.triangles.size()) + "; at most " + std::to_string(most) +
+           " are allowed");
+  if (const std::size_t i = first_not_finite(mesh.vertices, parts); i < mesh.vertices.size())
+    refuse("vertices[" + std::to_string(i) + "] is " + written(mesh.vertices[i]) + "; it must be finite");
   struct Some {
     Extent extent{};
     std::size_t faulty = no_index;  // the first triangle that is

@@ -19,7 +19,7 @@ namespace tandem {
 /// surface's borders.
 MeshModel build_mesh(Mesh mesh, const BuildOptions& options = {}, std::vector<std::uint32_t>* first = nullptr);
 
-/// Of each vertex: whether a triangle has it.
+/// Whether a triangle has a vertex, of each.
 std::vector<std::uint8_t> vertices_in_use(const MeshModel& mesh);
 
 /// The volume of the closed mesh with these vertices, where that is less than none: it is inside out.

@@ -20,6 +20,8 @@ struct MeshFrame {
   Vec3 centre, half;
   double unit = 1;
   explicit MeshFrame(const Extent& box);
+  MeshFrame(const Vec3& its_centre, const Vec3& its_half, double its_unit)
+      : centre(its_centre), half(its_half), unit(its_unit) {}
 };
 
 /// How far apart, along an axis, the corners of a surface's borders may be that are one; metres.

@@ -246,17 +246,18 @@ void MeshModel::boxes_of_triangles(const MeshNode& bottom, LaneBoxes& out) const
 
 CornersInUnits corners_in_units(const MeshModel& mesh, const PartRunner& parts) {
   CornersInUnits corners;
-  place_corners(mesh, parts, corners);
+  place_corners(mesh, mesh.vertices, parts, corners);
   return corners;
 }
 
-void place_corners(const MeshModel& mesh, const PartRunner& parts, CornersInUnits& corners) {
-  const std::size_t count = mesh.vertices.size();
+void place_corners(const MeshModel& mesh, std::span<const Vec3> vertices, const PartRunner& parts,
+                   CornersInUnits& corners) {
+  const std::size_t count = vertices.size();
   const double scale = 1 / mesh.unit;
   corners.resize(count);
   run_stretches(parts, count, corners_a_stretch, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) {
-      const Vec3 p = (mesh.vertices[v] - mesh.centre) * scale;
+      const Vec3 p = (vertices[v] - mesh.centre) * scale;
       corners[v] = Lanes{static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z()), 0};
     }
   });

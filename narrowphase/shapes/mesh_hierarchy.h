@@ -13,7 +13,7 @@
 namespace tandem {
 
 /// Fills nodes, blocks, boxes, slabs, order and depth of a mesh that has vertices, triangles, centre, half and unit.
-/// The same on any number of threads; `parts` (may be empty: the caller) shares the subtrees.
+/// Any number of threads makes the same hierarchy; `parts` (may be empty: the caller) shares the subtrees.
 void build_hierarchy(MeshModel& mesh, const PartRunner& parts);
 void build_hierarchy(MeshModel& mesh, const PartRunner& parts, BuildMeter& meter);
 
@@ -23,7 +23,9 @@ constexpr std::size_t hierarchy_work(std::size_t triangles) { return 2 * triangl
 /// Vertices in units of the mesh about its centre, as hierarchies hold them: x, y, z, 0.
 using CornersInUnits = UninitialisedList<FourFloats>;
 CornersInUnits corners_in_units(const MeshModel& mesh, const PartRunner& parts);
-void place_corners(const MeshModel& mesh, const PartRunner& parts, CornersInUnits& corners);
+/// The same of other vertices, in the mesh's centre and unit.
+void place_corners(const MeshModel& mesh, std::span<const Vec3> vertices, const PartRunner& parts,
+                   CornersInUnits& corners);
 
 /// A hierarchy, or a subtree of one, by itself: the root is nodes[0], children come after their parents and those of a
 /// subtree one after another.

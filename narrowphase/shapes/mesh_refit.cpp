@@ -22,38 +22,62 @@ constexpr double worn_from = 1.5;
 constexpr std::size_t most_subtrees = 256;
 constexpr std::uint32_t least_subtree = 1024;  // triangles
 
-struct LaneBox {
-  Lanes low = all_four(std::numeric_limits<float>::infinity()), high = -low;
-  void add(Lanes l, Lanes h) { low = min_of(low, l), high = max_of(high, h); }
-};
-
-// Rows of four to columns.
-void transpose(const Lanes* rows, Lanes* columns) {
-  const Lanes a = __builtin_shufflevector(rows[0], rows[1], 0, 4, 1, 5);
-  const Lanes b = __builtin_shufflevector(rows[0], rows[1], 2, 6, 3, 7);
-  const Lanes c = __builtin_shufflevector(rows[2], rows[3], 0, 4, 1, 5);
-  const Lanes d = __builtin_shufflevector(rows[2], rows[3], 2, 6, 3, 7);
-  columns[0] = __builtin_shufflevector(a, c, 0, 1, 4, 5);
-  columns[1] = __builtin_shufflevector(a, c, 2, 3, 6, 7);
-  columns[2] = __builtin_shufflevector(b, d, 0, 1, 4, 5);
+// Columns of x, y, z, 0 to rows.
+void transpose(const Lanes* columns, Lanes* rows) {
+  const Lanes a = __builtin_shufflevector(columns[0], columns[1], 0, 4, 1, 5);
+  const Lanes b = __builtin_shufflevector(columns[0], columns[1], 2, 6, 3, 7);
+  const Lanes c = __builtin_shufflevector(columns[2], columns[3], 0, 4, 1, 5);
+  const Lanes d = __builtin_shufflevector(columns[2], columns[3], 2, 6, 3, 7);
+  rows[0] = __builtin_shufflevector(a, c, 0, 1, 4, 5);
+  rows[1] = __builtin_shufflevector(a, c, 2, 3, 6, 7);
+  rows[2] = __builtin_shufflevector(b, d, 0, 1, 4, 5);
 }
 
-// Eight of x, y, z, ... as three rows of eight.
+// Eight of x, y, z, 0 as three rows of eight.
 void store_rows(const Lanes* eight, float (*rows)[mesh_lanes]) {
   for (std::size_t l = 0; l < mesh_lanes; l += 4) {
-    Lanes column[3];
-    transpose(eight + l, column);
-    for (int axis = 0; axis < 3; ++axis) std::memcpy(rows[axis] + l, &column[axis], sizeof(Lanes));
+    Lanes row[3];
+    transpose(eight + l, row);
+    for (int axis = 0; axis < 3; ++axis) store_four(row[axis], rows[axis] + l);
   }
 }
 
-Lanes cross(Lanes u, Lanes v) {
-  const Lanes u_next = __builtin_shufflevector(u, u, 1, 2, 0, 3), v_next = __builtin_shufflevector(v, v, 1, 2, 0, 3);
-  const Lanes w = u * v_next - u_next * v;
-  return __builtin_shufflevector(w, w, 1, 2, 0, 3);
+// Of three rows of four, the four columns; the fourth of each is the third.
+std::array<Lanes, 4> columns_of(const Lanes* rows) {
+  const Lanes a = __builtin_shufflevector(rows[0], rows[1], 0, 4, 1, 5);
+  const Lanes b = __builtin_shufflevector(rows[0], rows[1], 2, 6, 3, 7);
+  return {__builtin_shufflevector(a, rows[2], 0, 1, 4, 4), __builtin_shufflevector(a, rows[2], 2, 3, 5, 5),
+          __builtin_shufflevector(b, rows[2], 0, 1, 6, 6), __builtin_shufflevector(b, rows[2], 2, 3, 7, 7)};
 }
 
-// Of the boxes of a node's first lanes.
+Lanes sums_of(const Lanes* rows) {
+  const auto c = columns_of(rows);
+  return (c[0] + c[1]) + (c[2] + c[3]);
+}
+Lanes least_of_rows(const Lanes* rows) {
+  const auto c = columns_of(rows);
+  return min_of(min_of(c[0], c[1]), min_of(c[2], c[3]));
+}
+Lanes most_of_rows(const Lanes* rows) {
+  const auto c = columns_of(rows);
+  return max_of(max_of(c[0], c[1]), max_of(c[2], c[3]));
+}
+float least_of(Lanes v) { return std::min(std::min(v[0], v[2]), std::min(v[1], v[3])); }
+float most_of(Lanes v) { return std::max(std::max(v[0], v[2]), std::max(v[1], v[3])); }
+
+// Of the four that begin at lane l those below `lanes`, the others 0.
+Lanes only_in_use(Lanes v, std::size_t l, std::uint32_t lanes) {
+  using Bits = std::int32_t __attribute__((vector_size(16)));
+  const auto first = static_cast<std::int32_t>(l), count = static_cast<std::int32_t>(lanes);
+  const Bits at{first, first + 1, first + 2, first + 3}, used = at < Bits{count, count, count, count};
+  Bits bits;
+  std::memcpy(&bits, &v, sizeof bits);
+  bits &= used;
+  std::memcpy(&v, &bits, sizeof bits);
+  return v;
+}
+
+// Half the areas of the boxes of a node's first lanes, summed.
 double half_areas(const LaneBoxes& boxes, std::uint32_t lanes) {
   double sum = 0;
   for (std::size_t l = 0; l < mesh_lanes; l += 4) {
@@ -74,12 +98,16 @@ double half_areas(const MeshModel& mesh, const MeshNode& node) {
 
 MeshRefit::MeshRefit(const MeshModel& mesh) {
   cut(mesh);
+  leaves_.resize(mesh.blocks.size());
+  for (const MeshNode& node : mesh.nodes)
+    for (std::uint32_t k = 0; k < mesh_lanes && node.bottom(); ++k)
+      leaves_[node.block][k] = mesh.triangles[mesh.triangle_of(node, std::min(k, node.lanes() - 1))];
   for (Subtree& s : subtrees_) {
     for (std::uint32_t n = s.node; n < s.end_node; ++n)
-      (mesh.nodes[n].bottom() ? s.areas.leaves : s.areas.inner) += half_areas(mesh, mesh.nodes[n]);
-    s.built = s.areas.ratio();
+      (mesh.nodes[n].bottom() ? s.sums.leaves : s.sums.inner) += half_areas(mesh, mesh.nodes[n]);
+    s.built = s.sums.ratio();
   }
-  for (const std::uint32_t n : top_) top_areas_.inner += half_areas(mesh, mesh.nodes[n]);
+  for (const std::uint32_t n : top_) top_sums_.inner += half_areas(mesh, mesh.nodes[n]);
   top_built_ = sum_of_all().ratio();
 }
 
@@ -89,11 +117,11 @@ void MeshRefit::cut(const MeshModel& mesh) {
   std::vector<Subtree> all(size);
   for (std::uint32_t n = size; n-- > 0;) {
     const MeshNode& node = mesh.nodes[n];
-    all[n] = {n, n + 1, node.first(), node.first() + node.lanes(), 0, 0, {}};
+    all[n] = {n, n + 1, node.first(), node.first() + node.lanes(), 0, 0, {}, {}};
     if (node.bottom()) continue;
     const std::span child = std::span(mesh.boxes_of(node).child).first(node.lanes());
     // Nodes lie in the order of the lanes; triangles need not.
-    all[n] = {n, all[child.back()].end_node, all[child[0]].begin, all[child[0]].end, 0, 0, {}};
+    all[n] = {n, all[child.back()].end_node, all[child[0]].begin, all[child[0]].end, 0, 0, {}, {}};
     for (const std::uint32_t c : child) {
       all[n].begin = std::min(all[n].begin, all[c].begin);
       all[n].end = std::max(all[n].end, all[c].end);
@@ -117,104 +145,143 @@ void MeshRefit::cut(const MeshModel& mesh) {
   }
 }
 
-void MeshRefit::refit_bottom(MeshModel& mesh, MeshNode& node, Lanes& normal, Areas& areas) const {
-  Lanes corner[3][mesh_lanes];
-  LaneBox all;
-  Lanes leaves = all_four(0);  // half areas
-  normal = all_four(0);
-  for (std::uint32_t k = 0; k < mesh_lanes; ++k) {
-    if (k >= node.lanes()) {  // repeats the last
-      for (auto& c : corner) c[k] = c[k - 1];
-      continue;
-    }
-    const auto& t = mesh.triangles[mesh.triangle_of(node, k)];
-    const Lanes p = corners_[t[0]], q = corners_[t[1]], r = corners_[t[2]];
-    corner[0][k] = p, corner[1][k] = q, corner[2][k] = r;
-    const Lanes low = min_of(p, min_of(q, r)), high = max_of(p, max_of(q, r));
-    all.add(low, high);
-    const Lanes half = (high - low) * all_four(0.5f) + all_four(pad_);
-    leaves += half * __builtin_shufflevector(half, half, 1, 2, 0, 3);
-    normal += cross(q - p, r - p);
-  }
-  TriangleBlock& block = mesh.blocks[node.block];
-  for (std::size_t c = 0; c < 3; ++c) store_rows(corner[c], block.corner[c]);
-  const Lanes middle = (all.low + all.high) * all_four(0.5f);
-  const Lanes reach = max_of(all.high - middle, middle - all.low) + all_four(pad_);
-  for (int axis = 0; axis < 3; ++axis) node.box_mid[axis] = middle[axis], node.box_half[axis] = reach[axis];
-  areas.leaves += static_cast<double>(leaves[0]) + static_cast<double>(leaves[1]) + static_cast<double>(leaves[2]);
-}
-
-void MeshRefit::refit_inner(MeshModel& mesh, MeshNode& node, Lanes& normal, Areas& areas) const {
-  ChildBoxes& boxes = mesh.boxes[node.block];
-  ChildSlabs& slabs = mesh.slabs[node.block];
-  normal = all_four(0);
-  double low[3], high[3];
-  for (int axis = 0; axis < 3; ++axis) low[axis] = infinity, high[axis] = -infinity;
-  for (std::uint32_t k = 0; k < node.lanes(); ++k) {
-    const MeshNode& child = mesh.nodes[boxes.child[k]];
-    for (int axis = 0; axis < 3; ++axis) {
-      boxes.mid[axis][k] = child.box_mid[axis], boxes.half[axis][k] = child.box_half[axis];
-      const double mid = static_cast<double>(child.box_mid[axis]), half = static_cast<double>(child.box_half[axis]);
-      low[axis] = std::min(low[axis], mid - half), high[axis] = std::max(high[axis], mid + half);
-    }
-    normal += normals_[boxes.child[k]];
-    refit_slab(mesh, boxes.child[k], slabs, k);
-  }
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto mid = static_cast<float>((low[axis] + high[axis]) / 2);
-    const double exact = std::max(high[axis] - static_cast<double>(mid), static_cast<double>(mid) - low[axis]);
-    node.box_mid[axis] = mid;
-    node.box_half[axis] = std::nextafter(static_cast<float>(exact), std::numeric_limits<float>::infinity());
-  }
-  areas.inner += half_areas(boxes, node.lanes());
-}
+namespace {
 
 // Between two planes across the sum of the triangles' area vectors: what a surface that bends little is thin along.
-void MeshRefit::refit_slab(const MeshModel& mesh, std::uint32_t child, ChildSlabs& slabs, std::size_t lane) const {
-  const Lanes area = normals_[child];
-  const float length = std::sqrt(area[0] * area[0] + area[1] * area[1] + area[2] * area[2]);
-  Lanes n = area / all_four(length);
-  if (!(std::abs(static_cast<double>(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) - 1) < tolerance::no_direction))
-    n = Lanes{1, 0, 0, 0};
-  const Lanes x = all_four(n[0]), y = all_four(n[1]), z = all_four(n[2]);
-  LaneBox heights;
-  const MeshNode& below = mesh.nodes[child];
-  if (below.bottom()) {
-    for (const auto& corner : mesh.blocks[below.block].corner)
-      for (std::size_t l = 0; l < mesh_lanes; l += 4) {
-        const Lanes at = x * load_four(corner[0] + l) + y * load_four(corner[1] + l) + z * load_four(corner[2] + l);
-        heights.add(at, at);
-      }
-  } else {
-    const ChildBoxes& boxes = mesh.boxes_of(below);
-    for (std::size_t l = 0; l < mesh_lanes; l += 4) {
-      const auto sum = [l](Lanes u, Lanes v, Lanes w, const float(&rows)[3][mesh_lanes]) {
-        return u * load_four(rows[0] + l) + v * load_four(rows[1] + l) + w * load_four(rows[2] + l);
-      };
-      const Lanes at = sum(x, y, z, boxes.mid), reach = sum(absolute(x), absolute(y), absolute(z), boxes.half);
-      heights.add(at - reach, at + reach);
-    }
-  }
-  const float low = std::min({heights.low[0], heights.low[1], heights.low[2], heights.low[3]});
-  const float high = std::max({heights.high[0], heights.high[1], heights.high[2], heights.high[3]});
-  for (int axis = 0; axis < 3; ++axis) slabs.normal[axis][lane] = n[axis];
-  slabs.mid[lane] = (low + high) / 2;
+Lanes direction_of(Lanes area) {
+  const Lanes squares = area * area;
+  const float length = std::sqrt(squares[0] + squares[1] + squares[2]);
+  const Lanes n = area / all_four(length), square = n * n;
+  if (!(std::abs(static_cast<double>(square[0] + square[1] + square[2]) - 1) < tolerance::no_direction))
+    return Lanes{1, 0, 0, 0};
+  return n;
+}
+
+using Rows = const float (&)[3][mesh_lanes];
+
+// Of the four columns from l on.
+Lanes along(Lanes x, Lanes y, Lanes z, Rows rows, std::size_t l) {
+  return x * load_four(rows[0] + l) + y * load_four(rows[1] + l) + z * load_four(rows[2] + l);
+}
+
+}  // namespace
+
+void MeshRefit::Held::set_slab(Lanes low, Lanes high) {
+  const float least = least_of(low), most = most_of(high);
+  slab_mid = (least + most) / 2;
   // Twice: of boxes the height of the middle and the reach are off by as much each.
-  slabs.half[lane] =
-      std::max(high - slabs.mid[lane], slabs.mid[lane] - low) + static_cast<float>(2 * tolerance::height_of_floats);
+  slab_half = std::max(most - slab_mid, slab_mid - least) + static_cast<float>(2 * tolerance::height_of_floats);
 }
 
-void MeshRefit::refit_node(MeshModel& mesh, std::uint32_t n, Areas& areas) {
+MeshRefit::Box MeshRefit::box_of(const Held& held) const {
+  const Lanes mid = (held.low + held.high) * all_four(0.5f);
+  return {mid, max_of(held.high - mid, mid - held.low) + all_four(pad_)};
+}
+
+void MeshRefit::store_box(MeshNode& node, const Held& held) const {
+  const Box box = box_of(held);
+  for (int axis = 0; axis < 3; ++axis) node.box_mid[axis] = box.mid[axis], node.box_half[axis] = box.half[axis];
+}
+
+MeshRefit::Held MeshRefit::refit_bottom(MeshModel& mesh, MeshNode& node, Sums& sums) const {
+  TriangleBlock& block = mesh.blocks[node.block];
+  for (std::size_t c = 0; c < 3; ++c) {
+    Lanes corner[mesh_lanes];
+    for (std::size_t k = 0; k < mesh_lanes; ++k) corner[k] = corners_[leaves_[node.block][k][c]];
+    store_rows(corner, block.corner[c]);
+  }
+  Lanes low[3], high[3], area[3], of_all[3] = {all_four(0), all_four(0), all_four(0)};
+  for (int axis = 0; axis < 3; ++axis)
+    low[axis] = all_four(std::numeric_limits<float>::infinity()), high[axis] = -low[axis], area[axis] = all_four(0);
+  for (std::size_t l = 0; l < mesh_lanes; l += 4) {
+    Lanes p[3], u[3], v[3], half[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      const Lanes q = load_four(block.corner[1][axis] + l), r = load_four(block.corner[2][axis] + l);
+      p[axis] = load_four(block.corner[0][axis] + l), u[axis] = q - p[axis], v[axis] = r - p[axis];
+      const Lanes least = min_of(p[axis], min_of(q, r)), most = max_of(p[axis], max_of(q, r));
+      low[axis] = min_of(low[axis], least), high[axis] = max_of(high[axis], most);
+      half[axis] = (most - least) * all_four(0.5f) + all_four(pad_);
+    }
+    Lanes n[3];
+    for (int i = 0, j = 1, k = 2; i < 3; j = k, k = i, ++i) {
+      n[i] = only_in_use(u[j] * v[k] - u[k] * v[j], l, node.lanes());
+      area[i] += n[i];
+    }
+    of_all[0] += p[0] * n[0] + p[1] * n[1] + p[2] * n[2];
+    of_all[1] += only_in_use(half[0] * half[1] + half[1] * half[2] + half[2] * half[0], l, node.lanes());
+    const Lanes reach = half[0] + half[1] + half[2];
+    of_all[2] += reach * reach;
+  }
+  const Lanes sum = sums_of(of_all);
+  sums.volumes += static_cast<double>(sum[0]);
+  sums.leaves += static_cast<double>(sum[1]);
+  sums.reaches += static_cast<double>(sum[2]);
+  Held held;
+  held.low = least_of_rows(low), held.high = most_of_rows(high), held.area = sums_of(area);
+  store_box(node, held);
+  held.normal = direction_of(held.area);
+  const Lanes x = all_four(held.normal[0]), y = all_four(held.normal[1]), z = all_four(held.normal[2]);
+  Lanes least = all_four(std::numeric_limits<float>::infinity()), most = -least;
+  for (const auto& corner : block.corner)
+    for (std::size_t l = 0; l < mesh_lanes; l += 4) {
+      const Lanes at = along(x, y, z, corner, l);
+      least = min_of(least, at), most = max_of(most, at);
+    }
+  held.set_slab(least, most);
+  return held;
+}
+
+template <class Child>
+MeshRefit::Held MeshRefit::refit_inner(MeshModel& mesh, MeshNode& node, Sums& sums, const Child& child) const {
+  ChildBoxes& boxes = mesh.boxes[node.block];
+  ChildSlabs& slabs = mesh.slabs[node.block];
+  Held all;
+  Lanes mid[mesh_lanes], half[mesh_lanes], normal[mesh_lanes], areas = all_four(0);
+  for (std::uint32_t k = 0; k < mesh_lanes; ++k) {
+    mid[k] = all_four(0), half[k] = all_four(-1e30f), normal[k] = all_four(0);  // touches nothing
+    if (k >= node.lanes()) continue;
+    const Held held = child(boxes.child[k]);
+    const Box box = box_of(held);
+    mid[k] = box.mid, half[k] = box.half, normal[k] = held.normal;
+    slabs.mid[k] = held.slab_mid, slabs.half[k] = held.slab_half;
+    areas += box.half * __builtin_shufflevector(box.half, box.half, 1, 2, 0, 3);
+    all.low = min_of(all.low, held.low), all.high = max_of(all.high, held.high), all.area += held.area;
+  }
+  sums.inner += static_cast<double>(areas[0]) + static_cast<double>(areas[1]) + static_cast<double>(areas[2]);
+  store_rows(mid, boxes.mid);
+  store_rows(half, boxes.half);
+  store_rows(normal, slabs.normal);
+  store_box(node, all);
+  all.normal = direction_of(all.area);
+  const Lanes x = all_four(all.normal[0]), y = all_four(all.normal[1]), z = all_four(all.normal[2]);
+  Lanes least = all_four(std::numeric_limits<float>::infinity()), most = -least;
+  for (std::size_t l = 0; l < mesh_lanes; l += 4) {
+    const Lanes at = along(x, y, z, boxes.mid, l), reach = along(absolute(x), absolute(y), absolute(z), boxes.half, l);
+    least = min_of(least, at - reach), most = max_of(most, at + reach);
+  }
+  all.set_slab(least, most);
+  return all;
+}
+
+MeshRefit::Held MeshRefit::refit_subtree(MeshModel& mesh, std::uint32_t n, Sums& sums) const {
   MeshNode& node = mesh.nodes[n];
-  if (node.bottom())
-    refit_bottom(mesh, node, normals_[n], areas);
-  else
-    refit_inner(mesh, node, normals_[n], areas);
+  if (node.bottom()) return refit_bottom(mesh, node, sums);
+  return refit_inner(mesh, node, sums, [&](std::uint32_t child) { return refit_subtree(mesh, child, sums); });
 }
 
-MeshRefit::Areas MeshRefit::sum_of_all() const {
-  Areas all = top_areas_;
-  for (const Subtree& s : subtrees_) all.leaves += s.areas.leaves;
+// Above the subtrees, which come in the order in which `cut` has found them.
+MeshRefit::Held MeshRefit::refit_top(MeshModel& mesh, std::uint32_t n, std::size_t& next) {
+  if (subtrees_[next].node == n) return subtrees_[next++].held;
+  return refit_inner(mesh, mesh.nodes[n], top_sums_, [&](std::uint32_t child) { return refit_top(mesh, child, next); });
+}
+
+MeshRefit::Sums MeshRefit::sum_of_all() const {
+  Sums all = top_sums_;
+  for (const Subtree& s : subtrees_) {
+    all.leaves += s.sums.leaves;
+    all.volumes += s.sums.volumes;
+    all.reaches += s.sums.reaches;
+  }
   return all;
 }
 
@@ -224,24 +291,31 @@ double MeshRefit::wear(double ratio, double& built) const {
   return built > 0 ? ratio / built : 1;
 }
 
-MeshRefit::Report MeshRefit::refit(MeshModel& mesh, const PartRunner& parts) {
-  place_corners(mesh, parts, corners_);
+void MeshRefit::refit(MeshModel& mesh, std::span<const Vec3> vertices, const PartRunner& parts) {
+  place_corners(mesh, vertices, parts, corners_);
   pad_ = mesh.corner_pad();
-  normals_.resize(mesh.nodes.size());
   run_parts(parts, subtrees_.size(), [&](std::size_t k) {
     Subtree& s = subtrees_[k];
-    s.areas = {};
-    for (std::uint32_t n = s.end_node; n-- > s.node;) refit_node(mesh, n, s.areas);  // children first
+    s.sums = {};
+    s.held = refit_subtree(mesh, s.node, s.sums);
   });
-  top_areas_ = {};
-  for (auto n = top_.rbegin(); n != top_.rend(); ++n) refit_node(mesh, *n, top_areas_);
+  top_sums_ = {};
+  std::size_t first = 0;
+  refit_top(mesh, 0, first);
+}
 
+bool MeshRefit::surely_outward() const {
+  const Sums all = sum_of_all();
+  return all.volumes > tolerance::volume_rounding_of_floats * all.reaches;
+}
+
+MeshRefit::Report MeshRefit::rebuild_worn(MeshModel& mesh, const PartRunner& parts) {
   Report report;
   report.worn = wear(sum_of_all().ratio(), top_built_);
   std::vector<std::uint8_t> worn(subtrees_.size(), report.worn > worn_from ? 1 : 0);
   const bool all = report.worn > worn_from;
   for (std::size_t k = 0; k < subtrees_.size(); ++k) {
-    const double its = wear(subtrees_[k].areas.ratio(), subtrees_[k].built);
+    const double its = wear(subtrees_[k].sums.ratio(), subtrees_[k].built);
     if (its > worn_from) worn[k] = 1;
     if (worn[k] != 0) report.rebuilt += subtrees_[k].end - subtrees_[k].begin;
     report.worn = std::max(report.worn, its);
@@ -326,7 +400,7 @@ void MeshRefit::measure_anew(const MeshModel& mesh, const std::vector<std::uint8
 
 std::size_t MeshRefit::memory() const {
   return subtrees_.capacity() * sizeof(Subtree) + top_.capacity() * sizeof(top_[0]) +
-         (corners_.capacity() + normals_.capacity()) * sizeof(Lanes);
+         corners_.capacity() * sizeof(Lanes) + leaves_.capacity() * sizeof(leaves_[0]);
 }
 
 }  // namespace tandem

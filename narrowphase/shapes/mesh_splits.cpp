@@ -6,10 +6,10 @@
 #include <array>
 #include <bit>
 #include <limits>
-#include <memory>
 #include <utility>
 
 #include "shapes/run_parts.h"
+#include "shapes/uninitialised.h"
 #include "tolerances.h"
 
 namespace tandem {
@@ -172,7 +172,7 @@ class Splitter {
   Splitter(const MeshModel& mesh, std::span<const FourFloats> corners, std::span<std::uint32_t> triangles,
            const PartRunner& parts, BuildMeter& meter)
       : size_(static_cast<std::uint32_t>(triangles.size())),
-        references_(new Reference[triangles.size()]),
+        references_(triangles.size()),
         runner_(parts),
         meter_(meter) {
     whole_.end = size_;
@@ -302,7 +302,7 @@ class Splitter {
     }
   }
 
-  // The same by several threads: the first on the wrong side on the left changes place with the last on the right.
+  // `part` by several threads: the first on the wrong side on the left changes place with the last on the right.
   void part_at_once(const Grid& grid, const Split& split, Range& left, Range& right) {
     const auto goes_left = [&](const Reference& r) { return grid.bins_of(r)[split.axis] < split.bin; };
     struct Some {
@@ -347,7 +347,7 @@ class Splitter {
   }
 
   const std::uint32_t size_;
-  const std::unique_ptr<Reference[]> references_;
+  UninitialisedList<Reference> references_;
   const PartRunner& runner_;
   BuildMeter& meter_;
   Range whole_;

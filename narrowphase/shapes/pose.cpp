@@ -32,8 +32,8 @@ void require_valid(const Pose& pose, std::string_view what) {
   for (int i = 0; i < 3; ++i) {
     // Written so that NaN fails too.
     if (!(std::abs(pose.translation[i]) <= tolerance::longest_length))
-      refuse("translation[" + std::to_string(i) + "] is " + written(pose.translation[i]) +
-             "; it must be finite and at most 1e30 in size");
+      refuse("translation[" + std::to_string(i) + "] is " + written(pose.translation[i]) + "; it must be " +
+             allowed_coordinate());
     for (int j = 0; j < 3; ++j)
       if (!std::isfinite(pose.rotation(i, j)))
         refuse("rotation(" + std::to_string(i) + ", " + std::to_string(j) + ") is " + written(pose.rotation(i, j)) +
@@ -41,7 +41,8 @@ void require_valid(const Pose& pose, std::string_view what) {
   }
   const double off = skewness(pose.rotation);
   if (!(off <= tolerance::skew_allowed))
-    refuse("rotation is off from orthonormal by " + written(off) + "; at most 2e-6 is allowed");
+    refuse("rotation is off from orthonormal by " + written(off) + "; at most " + written(tolerance::skew_allowed) +
+           " is allowed");
   if (!(pose.rotation.determinant() > 0)) refuse("rotation has determinant -1; it must be +1, not a reflection");
 }
 

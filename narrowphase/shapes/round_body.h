@@ -88,7 +88,7 @@ class RoundBody {
     const Vec3 m = axes_.transpose() * n;
     return centre_ + axes_ * (has_circle() ? circle_support(m) : core_support(*view_, m));
   }
-  /// The same of a body with a circle, in its own frame: m is along its axes.
+  /// The support of a body with a circle, in its own frame: m is along its axes.
   Vec3 circle_support(const Vec3& m) const {
     if (kind() == ShapeKind::cone && to_apex(m)) return {0, 0, half_};
     const double k = onto_circle(radius_, std::sqrt(m[0] * m[0] + m[1] * m[1]));

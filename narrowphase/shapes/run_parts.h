@@ -11,7 +11,7 @@ inline void run_parts(const PartRunner& runner, std::size_t parts, const std::fu
   for (std::size_t k = 0; k < parts; ++k) part(k);
 }
 
-/// Of a row of `count` that is worked on in stretches of at most so many: their number.
+/// The number of stretches of at most so many in which a row of `count` is worked on.
 inline std::size_t stretches(std::size_t count, std::size_t most) { return (count + most - 1) / most; }
 
 /// Vertices or triangles that a thread takes at a time: some tens of microseconds of work.

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <span>
-#include <sstream>
 #include <stdexcept>
 
 #include "shapes/hull.h"
@@ -15,6 +14,8 @@
 #include "shapes/mesh_hierarchy.h"
 #include "shapes/shape_insides.h"
 #include "shapes/support_kernel.h"
+#include "shapes/without_hull.h"
+#include "shapes/written.h"
 #include "tandem/narrowphase/build_options.h"
 #include "tandem/narrowphase/shape_memory.h"
 #include "tolerances.h"
@@ -28,25 +29,27 @@ using detail::SharedParts;
 // A length may be 0 where the kind allows it.
 constexpr double open_side = 1e300;
 
-[[noreturn]] void refuse(std::string_view field, double value, std::string_view allowed) {
-  std::ostringstream text;
-  text.precision(17);
-  text << field << " is " << value << "; it must be " << allowed;
-  throw std::invalid_argument(text.str());
+[[noreturn]] void refuse(std::string_view field, double value, const std::string& allowed) {
+  throw std::invalid_argument(std::string(field) + " is " + written(value) + "; it must be " + allowed);
+}
+
+// From the shortest length to the longest.
+std::string allowed_lengths() {
+  return "from " + written(tolerance::shortest_length) + " to " + written(tolerance::longest_length);
 }
 
 void require_positive(std::string_view field, double value) {
   if (!(value >= tolerance::shortest_length && value <= tolerance::longest_length))
-    refuse(field, value, "> 0, from 1e-30 to 1e30");
+    refuse(field, value, "> 0, " + allowed_lengths());
 }
 
 void require_not_negative(std::string_view field, double value) {
   if (!(value == 0 || (value >= tolerance::shortest_length && value <= tolerance::longest_length)))
-    refuse(field, value, "0, or from 1e-30 to 1e30");
+    refuse(field, value, "0, or " + allowed_lengths());
 }
 
 void require_number(std::string_view field, double value) {
-  if (!(std::abs(value) <= tolerance::longest_length)) refuse(field, value, "finite and at most 1e30 in size");
+  if (!(std::abs(value) <= tolerance::longest_length)) refuse(field, value, allowed_coordinate());
 }
 
 void require_vertices(std::string_view what, std::span<const Vec3> vertices) {
@@ -57,12 +60,13 @@ void require_vertices(std::string_view what, std::span<const Vec3> vertices) {
                        vertices[i][k]);
 }
 
-/// Points may coincide, but not lie apart by less than can be reckoned with. `extent`: along the axes; the squares of its
-/// length, `size`, may underflow.
+/// Points may coincide, but not lie apart by less than can be reckoned with. `extent`: along the axes; the squares of
+/// its length, `size`, may underflow.
 void require_extent(std::string_view what, const Vec3& extent, double size) {
   const double largest = extent.maxCoeff();
   if (largest > 0 && size < tolerance::shortest_length)
-    refuse(std::string(what) + ": extent of the vertices", largest, "0, or at least 1e-30");
+    refuse(std::string(what) + ": extent of the vertices", largest,
+           "0, or at least " + written(tolerance::shortest_length));
 }
 
 /// The hull of the points that are its vertices alone: so that a hull made of a hull's vertices is the same one, with
@@ -81,7 +85,8 @@ std::array<double, 4> unit_plane(const std::string& what, const Vec3& normal, do
   for (int k = 0; k < 3; ++k) require_number(what + ": normal[" + std::to_string(k) + "]", normal[k]);
   require_number(what + ": offset", offset);
   const double length = normal.stableNorm();
-  if (!(length >= tolerance::shortest_normal)) refuse(what + ": length of normal", length, "at least 1e-100");
+  if (!(length >= tolerance::shortest_normal))
+    refuse(what + ": length of normal", length, "at least " + written(tolerance::shortest_normal));
   // One that is unit to rounding stays as it is: what was written is read back as the same bits.
   if (std::abs(length - 1) <= 4 * epsilon) return {normal.x(), normal.y(), normal.z(), offset};
   const Vec3 n = (normal / length).normalized();
@@ -185,10 +190,10 @@ Shape::Shape(const Plane& s) : kind_(ShapeKind::plane), param_(unit_plane("plane
 Shape::Shape(const Convex& s) : kind_(ShapeKind::convex) {
   if (s.vertices.empty()) throw std::invalid_argument("convex: vertices is empty; at least one point is needed");
   require_vertices("convex", s.vertices);
-  auto hull = std::make_shared<const Hull>(hull_of_its_vertices(s.vertices));
-  const Bounds b = bounds_of(hull->vertices);
+  const Bounds b = bounds_of(s.vertices);
   size_ = (b.hi - b.lo).norm();
   require_extent("convex", b.hi - b.lo, size_);
+  auto hull = std::make_shared<const Hull>(hull_of_its_vertices(s.vertices));
   parts_ = std::make_shared<BuiltParts>(std::move(hull), nullptr);
 }
 
@@ -325,7 +330,7 @@ Bounds Shape::core_bounds(const Pose& pose, const WorkLimit* limit) const {
       return posed_bounds(hull_of(*this), pose);
     case ShapeKind::mesh: {
       const MeshModel& mesh = mesh_of(*this);
-      return mesh.bends ? posed_bounds(mesh, pose) : posed_bounds(mesh.hull(limit), pose);
+      return does_without_hull(mesh) ? posed_bounds(mesh, pose) : posed_bounds(mesh.hull(limit), pose);
     }
   }
   return {t, t};

@@ -15,7 +15,7 @@ struct detail::SharedParts {
 
 namespace detail {
 
-/// The same of the kinds that something is built of.
+/// What shapes share that a hull or a mesh is built for.
 struct BuiltParts : SharedParts {
   BuiltParts(std::shared_ptr<const Hull> of_hull, std::shared_ptr<const MeshModel> of_mesh)
       : hull(std::move(of_hull)), mesh(std::move(of_mesh)) {}
@@ -51,9 +51,9 @@ struct detail::ShapeInsides {
 inline bool has_hull(const Shape& shape) { return detail::ShapeInsides::has_hull(shape); }
 /// Is it a mesh or a triangle?
 inline bool has_mesh(const Shape& shape) { return detail::ShapeInsides::has_mesh(shape); }
-/// Of a convex or a triangle.
+/// The hull of a convex or a triangle.
 inline const Hull& hull_of(const Shape& shape) { return detail::ShapeInsides::hull(shape); }
-/// Of a mesh or a triangle.
+/// The model of a mesh or a triangle.
 inline const MeshModel& mesh_of(const Shape& shape) { return detail::ShapeInsides::mesh(shape); }
 
 /// The box of a shape without its rounding.

@@ -95,7 +95,8 @@ std::vector<GridKey> sorted_cells(std::span<const std::array<std::int32_t, 3>> c
   for (std::size_t i = 0; i < cells.size(); ++i) {
     for (const std::int32_t v : cells[i])
       if (v < -grid_reach || v >= grid_reach - 1)
-        refuse_number("voxels: cell " + std::to_string(i), v, "-2^20 to 2^20 - 2");
+        refuse_number("voxels: cell " + std::to_string(i), v,
+                      std::to_string(-grid_reach) + " to " + std::to_string(grid_reach - 2));
     keys.push_back(grid_key(cells[i][0], cells[i][1], cells[i][2]));
   }
   std::sort(keys.begin(), keys.end());

@@ -15,7 +15,7 @@ class WorkMeter;
 /// between them, in a unit in which the longest coordinate is between 1 and 2. What that leaves open is decided among
 /// the few vertices within `slack` of the farthest, in double.
 ///
-/// Of up to 64 vertices all are searched. Of more, those that can be the farthest at all, by the direction's chamber:
+/// Up to 64 vertices are all searched. Of more, those that can be the farthest at all, by the direction's chamber:
 /// the 48 cones into which the planes x = 0, y = 0, z = 0, |x| = |y|, |y| = |z|, |z| = |x| divide space. Over a cone a
 /// vertex is beaten everywhere by another one that beats it along the three edges of the cone, so few are left in
 /// each: about 14 of 256 on a ball.

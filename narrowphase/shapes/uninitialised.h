@@ -1,10 +1,25 @@
 // Lists whose elements are written once, by the threads that make them, and not before.
 #pragma once
+#include <cstddef>
 #include <memory>
+#include <new>
 #include <utility>
 #include <vector>
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
 
 namespace tandem {
+
+/// Memory for so many bytes, a few pages or more, by huge pages where the system has them: writing to memory for the
+/// first time costs as much as the work on it, page by page, and threads wait for one another there.
+inline void* allocate_large(std::size_t bytes, std::size_t page) {
+  void* const at = ::operator new(bytes, std::align_val_t(page));
+#ifdef __linux__
+  madvise(at, bytes / page * page, MADV_HUGEPAGE);  // what it answers changes nothing
+#endif
+  return at;
+}
 
 /// Leaves new elements without a value where none is given: who resizes a list writes all of it.
 template <class T>
@@ -17,6 +32,15 @@ struct UninitialisedAllocator : std::allocator<T> {
   template <class U>
   UninitialisedAllocator(const UninitialisedAllocator<U>&) noexcept {}
 
+  T* allocate(std::size_t count) {
+    if (!is_large(count)) return std::allocator<T>::allocate(count);
+    return static_cast<T*>(allocate_large(count * sizeof(T), huge_page));
+  }
+  void deallocate(T* at, std::size_t count) noexcept {
+    if (!is_large(count)) return std::allocator<T>::deallocate(at, count);
+    ::operator delete(at, std::align_val_t(huge_page));
+  }
+
   template <class U>
   void construct(U* at) noexcept {
     ::new (static_cast<void*>(at)) U;
@@ -25,6 +49,10 @@ struct UninitialisedAllocator : std::allocator<T> {
   void construct(U* at, Values&&... values) {
     ::new (static_cast<void*>(at)) U(std::forward<Values>(values)...);
   }
+
+ private:
+  static constexpr std::size_t huge_page = std::size_t{1} << 21;  // bytes, of x86 and of most others
+  static bool is_large(std::size_t count) { return count >= 2 * huge_page / sizeof(T); }
 };
 
 template <class T>

@@ -94,7 +94,7 @@ class WideInt {
   std::array<std::uint64_t, Limbs> limb_{};
 };
 
-/// The same without a limit.
+/// A whole number of any length.
 class UnboundedInt {
  public:
   UnboundedInt() = default;

@@ -62,7 +62,7 @@ int orient(const Point<N>& a, const Point<N>& b, const Point<N>& c, const Point<
   return dot_sign(cross(b - d, c - d), a - d);
 }
 
-// The same points without coordinate `drop`.
+// The orientation of three points in the plane that is left without coordinate `drop`.
 template <class N>
 int orient2(const Point<N>& a, const Point<N>& b, const Point<N>& c, std::size_t drop) {
   return minor(b - a, c - a, drop).sign();

@@ -31,7 +31,7 @@ class TriangleTest {
   /// Triangle `a` in A's frame, `b` in B's, and the same corners of B through in_a().
   bool operator()(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b, const std::array<Vec3, 3>& b_in_a);
 
-  /// The same by exact arithmetic alone.
+  /// Do they meet, by exact arithmetic alone?
   bool exact(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b);
 
   const ExactPlaces& places();

@@ -12,7 +12,7 @@ namespace tandem {
 std::optional<bool> triangles_collide(std::span<const Vec3, 3> a, const Pose& pose_a, std::span<const Vec3, 3> b,
                                       const Pose& pose_b);
 
-/// The same for a box and a triangle (Akenine-Moeller 2001).
+/// Do a box (half sizes) and a triangle meet, by the axes that can separate them (Akenine-Moeller 2001)?
 std::optional<bool> box_triangle_collide(const std::array<double, 4>& half, const Pose& pose_a,
                                          std::span<const Vec3, 3> b, const Pose& pose_b);
 

@@ -16,9 +16,9 @@ struct alignas(32) EdgeProducts {
   unsigned doubtful;
 };
 
-/// Of two triangles as A sees them.
+/// The products of the edges of two triangles as A sees them.
 void triangle_products(const TriangleParts& a, const TriangleParts& b, EdgeProducts& out);
-/// Of a box (half sizes, at the origin; its edges are the axes) and a triangle.
+/// The products of the edges of a box (half sizes, at the origin, along the axes) and a triangle.
 void box_triangle_products(const double (&half)[3], const TriangleParts& b, EdgeProducts& out);
 
 /// Squared distances of corner i of one from edge j of the other, in row i and column j: of A's corners, then of B's.

@@ -1,9 +1,13 @@
+#include <oneapi/tbb/task_arena.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <new>
+#include <stdexcept>
+#include <vector>
 
 #include "catch.h"
 #include "narrowphase/mesh_samples.h"
@@ -11,30 +15,39 @@
 #include "tandem/engine/pipeline.h"
 #include "tandem/engine/response.h"
 #include "tandem/engine/scene_queries.h"
+#include "tandem/narrowphase/prepare.h"
 #include "tandem/narrowphase/shape_makers.h"
 
 namespace {
 
 std::atomic<std::uint64_t> allocations{0};
 std::atomic<std::uint64_t> aligned_allocations{0};  // also what contacts of large patches of two meshes take as they go
+std::atomic<std::int64_t> until_refused{-1};        // allocations; negative: none is refused
+
+void refuse_in_turn() {
+  if (until_refused.load(std::memory_order_relaxed) >= 0 && until_refused.fetch_sub(1) == 0) throw std::bad_alloc();
+}
 
 }  // namespace
 
 void* operator new(std::size_t size) {
   allocations.fetch_add(1, std::memory_order_relaxed);
+  refuse_in_turn();
   if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
   throw std::bad_alloc();
 }
 void* operator new(std::size_t size, std::align_val_t alignment) {
   aligned_allocations.fetch_add(1, std::memory_order_relaxed);
+  refuse_in_turn();
   const auto unit = static_cast<std::size_t>(alignment);
   if (void* memory = std::aligned_alloc(unit, (size + unit - 1) / unit * unit)) return memory;
   throw std::bad_alloc();
 }
-void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+// Not inlined: g++ would hold free against the operator new that it does not see into.
+[[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
 using namespace tandem;
 
@@ -118,6 +131,48 @@ TEST_CASE("queries: a tool that glides over ground, near and touching, allocates
   }
 }
 
+TEST_CASE("queries: ten thousand of a tool of ten thousand triangles allocate nothing after the first, in the air") {
+  constexpr std::size_t columns = 241;
+  const auto height = [](double x, double y) { return 0.03 * std::sin(9 * x) * std::cos(7 * y); };
+  std::vector<double> heights;
+  for (std::size_t j = 0; j < columns; ++j)
+    for (std::size_t i = 0; i < columns; ++i)
+      heights.push_back(height(static_cast<double>(i) / 240 - 0.5, static_cast<double>(j) / 240 - 0.5));
+  Scene scene;
+  BodyOptions ground;
+  ground.shape = scene.add_shape(height_field(heights, columns, columns, 1.0 / 240, -0.1));
+  ground.is_static = true;
+  scene.add_body(ground);
+  NarrowPhaseOptions options;
+  options.mesh_bounds = false;
+  const SceneQueries queries(scene, options);
+  const Shape tool(test::torus(0.03, 0.01, 100, 50));
+  prepare(tool);
+  std::vector<ContactHit> hits;
+  std::vector<Contact> contacts;
+  hits.reserve(1);
+  contacts.reserve(4096);
+  std::size_t in_contact = 0;
+  const auto ask = [&](const Pose& pose) {
+    hits.clear();
+    contacts.clear();
+    if (!queries.collides(tool, pose)) queries.nearest(tool, pose, 0.001);
+    queries.contacts(tool, pose, 0, hits, contacts);
+    in_contact += hits.size();
+  };
+  ask({Mat3::Identity(), {0, 0, 1}});
+  REQUIRE(in_contact == 0);
+  const std::uint64_t before = allocations.load() + aligned_allocations.load();
+  for (int ms = 0; ms < 10'000; ++ms) {
+    const double t = 0.001 * ms, x = 0.4 * std::sin(0.5 * t), y = 0.4 * std::sin(0.37 * t + 1);
+    const Quat turn = Quat(Eigen::AngleAxisd(0.8 * t, Vec3(1, 2, 3).normalized()));
+    ask({turn.toRotationMatrix(), {x, y, height(x, y) + 0.03 + 0.012 * std::sin(2.3 * t)}});
+  }
+  CHECK(in_contact > 2000);
+  CHECK(in_contact < 8000);
+  CHECK(allocations.load() + aligned_allocations.load() == before);
+}
+
 TEST_CASE("queries: batches of configurations, motions and casts allocate nothing after the first round") {
   Scene scene;
   const Shape torus(test::torus(0.3, 0.1, 24, 12));
@@ -173,4 +228,57 @@ TEST_CASE("queries: batches of configurations, motions and casts allocate nothin
     least = std::min(least, allocations.load() + aligned_allocations.load() - before);
   }
   CHECK(least == 0);
+}
+
+TEST_CASE("queries: after an update that ran out of memory they refuse, and the next one makes up for it") {
+  const std::vector<Shape> asked{Sphere{0.5}, Box{{0.3, 0.2, 1}}, Capsule{0.2, 2}};
+  enum class Change { moves, comes, goes };
+  for (const Change change : {Change::moves, Change::comes, Change::goes}) {
+    std::size_t refused = 0;
+    // Of those that make a mesh ready some, of the rest all.
+    const bool ready = change == Change::comes;
+    for (std::int64_t turn = 0;; turn += ready ? 1 : 1 + turn / 8) {
+      CAPTURE(static_cast<int>(change), turn);
+      Scene scene;
+      std::vector<BodyId> bodies;
+      for (int i = 0; i < 20; ++i)
+        bodies.push_back(
+            scene.add_body({.shape = scene.add_shape(Box{{0.4, 0.3, 0.2}}), .pose = Pose::at(i % 5, i / 5, 0)}));
+      SceneQueries queries(scene);
+      const Shape torus(test::torus(0.3, 0.1, 24, 12));
+      if (ready) prepare(torus);
+      const BodyOptions ring{.shape = scene.add_shape(torus), .pose = Pose::at(2, 2, 0.5)};
+      if (change == Change::moves) scene.set_pose(bodies[7], Pose::at(0, 0, 0.7));
+      if (change == Change::goes) scene.remove_body(bodies[7]);
+      if (change != Change::moves) scene.add_body(ring);
+      bool threw = false;
+      until_refused = turn;
+      try {
+        tbb::task_arena(1).execute([&] { queries.update(scene); });
+      } catch (const std::bad_alloc&) {
+        threw = true;
+      }
+      until_refused = -1;
+      if (!threw) break;
+      ++refused;
+      std::vector<Hit> near;
+      CHECK_THROWS_AS(queries.collides(asked[0], Pose{}), std::logic_error);
+      CHECK_THROWS_AS(queries.nearest(bodies[3]), std::logic_error);
+      CHECK_THROWS_AS(queries.within(asked[0], Pose::at(100, 0, 0), 1, near), std::logic_error);
+      CHECK_THROWS_AS(queries.cast(asked[0], {Pose{}, Pose::at(100, 0, 0)}), std::logic_error);
+      std::vector<Verdict> verdict(1);
+      CHECK_THROWS_AS(queries.check({asked.data(), 1}, std::vector<Pose>(1), PairTable(), verdict), std::logic_error);
+      queries.update(scene);
+      const SceneQueries others(scene);
+      for (const Shape& shape : asked)
+        for (int i = 0; i < 10; ++i) {
+          const auto found = queries.nearest(shape, Pose::at(0.5 * i, 0.4 * i, 1)),
+                     expected = others.nearest(shape, Pose::at(0.5 * i, 0.4 * i, 1));
+          REQUIRE(found);
+          CHECK(found->body == expected->body);
+          CHECK(found->answer.signed_distance == expected->answer.signed_distance);
+        }
+    }
+    CHECK(refused > 3);
+  }
 }

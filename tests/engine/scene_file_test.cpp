@@ -244,8 +244,8 @@ TEST_CASE("a record numbers the bodies that there are, and takes no others") {
   {
     OutputFile file("test", folder / "r.record");
     RecordWriter writer(file, scene);
-    const StepReport report = pipeline.step(scene);
-    writer.step(0, report.contact_hash, scene, pipeline.contacts());
+    pipeline.step(scene);
+    writer.step(0, hash(pipeline.contacts()), scene, pipeline.contacts());
     const BodyId added = scene.add_body({.shape = ball});
     CHECK_THAT(message_of([&] { writer.step(1, 0, scene, {}); }), Catch::Contains("other bodies"));
     scene.remove_body(added);
@@ -263,6 +263,8 @@ TEST_CASE("a record numbers the bodies that there are, and takes no others") {
   REQUIRE(step.contacts.size() == 1);
   CHECK(step.contacts[0].a == 0);
   CHECK(step.contacts[0].b == 1);
-  CHECK(Pipeline(sequential()).step(replay).contact_hash == step.contact_hash);
+  Pipeline again(sequential());
+  again.step(replay);
+  CHECK(hash(again.contacts()) == step.contact_hash);
   CHECK(!reader.next(step));
 }

@@ -180,6 +180,35 @@ TEST_CASE("queries of a scene: a few that move are refitted, and a copy is asked
   CHECK(queries.memory() > 200 * sizeof(Pose));
 }
 
+TEST_CASE("queries of a scene: a body that asks stands where the last update saw it, whatever it did since") {
+  Scene scene;
+  const ShapeId ball = scene.add_shape(Sphere{0.5});
+  const BodyId asks = scene.add_body({.shape = ball}),
+               other = scene.add_body({.shape = ball, .pose = Pose::at(3, 0, 0)});
+  SceneQueries queries(scene);
+  const auto distance = [&] { return queries.nearest(asks)->answer.signed_distance; };
+  CHECK(distance() == 2);
+  scene.set_pose(asks, Pose::at(1, 0, 0));
+  CHECK(distance() == 2);
+  queries.update(scene);
+  CHECK(distance() == 1);
+  scene.set_pose(asks, Pose::at(2.5, 0, 0));
+  std::vector<BodyId> touched;
+  queries.hits(asks, touched);
+  CHECK_FALSE(queries.collides(asks));
+  CHECK(touched.empty());
+  queries.update(scene);
+  queries.hits(asks, touched);
+  CHECK(queries.collides(asks));
+  CHECK(touched == std::vector{other});
+  // One that has gone asks as long as the copy has it.
+  scene.remove_body(asks);
+  CHECK(queries.collides(asks));
+  queries.update(scene);
+  CHECK_THROWS_AS(queries.collides(asks), std::invalid_argument);
+  CHECK_THROWS_AS(queries.nearest(asks), std::invalid_argument);
+}
+
 TEST_CASE("queries of a scene: memory that batches leave for the next ones is counted, and stays") {
   World world(11, 40);
   const SceneQueries queries(world.scene);

@@ -1,6 +1,7 @@
 #include "formats/shape_json.h"
 
 #include <bit>
+#include <nlohmann/json.hpp>
 #include <random>
 
 #include "catch.h"

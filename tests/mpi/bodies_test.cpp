@@ -7,7 +7,7 @@
 using namespace tandem;
 using mpi::GlobalId;
 
-TEST_CASE("letters that were let go of before they were sent are written anew") {
+TEST_CASE("messages that were let go of before they were sent are written anew") {
   if (world::ranks() == 1) return;
   mpi::Communicator communicator(MPI_COMM_WORLD, 60);
   mpi::Regions regions(communicator);

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <thread>
 #include <tuple>
 
@@ -216,6 +217,7 @@ TEST_CASE("deformable meshes: boxes and slabs hold their triangles, on any numbe
       CHECK(std::memcmp(other->nodes.data(), first.nodes.data(), first.nodes.size() * sizeof(MeshNode)) == 0);
       CHECK(std::memcmp(other->boxes.data(), first.boxes.data(), first.boxes.size() * sizeof(ChildBoxes)) == 0);
       CHECK(std::memcmp(other->blocks.data(), first.blocks.data(), first.blocks.size() * sizeof(TriangleBlock)) == 0);
+      CHECK(std::memcmp(other->slabs.data(), first.slabs.data(), first.slabs.size() * sizeof(ChildSlabs)) == 0);
       CHECK(other->order == first.order);
     }
   }
@@ -308,6 +310,38 @@ TEST_CASE("deformable meshes: what is refused, and that nothing has changed then
   for (Vec3& v : box.vertices) v.x() = -v.x();
   refuses(solid, box.vertices, "inside out");
   CHECK_THROWS_AS(DeformableMesh(Mesh{{{0, 0, 0}}, {{0, 0, 1}}, false}), std::invalid_argument);
+}
+
+TEST_CASE("deformable meshes: turned inside out and refused, the mesh answers as before") {
+  const auto with_size = [](const Vec3& size) {
+    std::vector<Vec3> vertices = test::box_mesh({1, 1, 1}, 3).vertices;
+    for (Vec3& v : vertices) v = v.cwiseProduct(size);
+    return vertices;
+  };
+  const auto triangles_met = [](const Shape& shape) {
+    const Shape ball(Mesh{test::box_mesh({0.3, 0.3, 0.3}, 1)});
+    return mesh_triangle_pairs(shape, Pose{}, ball, Pose::at(1, 0.1, 0.2), {});
+  };
+  DeformableMesh mesh(test::box_mesh({1, 1, 1}, 3));
+  // In the memory of the last update, of a new one and of that before.
+  std::optional<Shape> held;
+  for (const double width : {1.2, 1.3, 1.4, 1.5}) {
+    const Vec3 size(2, width, 1);
+    mesh.update(with_size(size));
+    if (width > 1.2) held = mesh.shape();
+    const auto before = triangles_met(mesh.shape());
+    CHECK(!before.empty());
+    // Of so thin a one floats cannot tell the volume.
+    for (const double thickness : {1.0, 1e-9}) {
+      CHECK_THROWS_AS(mesh.update(with_size({3, -1, thickness})), std::invalid_argument);
+      CHECK(std::ranges::equal(mesh.vertices(), with_size(size)));
+      CHECK(triangles_met(mesh.shape()) == before);
+      CHECK(mesh.shape().bounds(Pose{}).hi.isApprox(size / 2));
+    }
+    if (held) CHECK(triangles_met(*held) == before);
+    mesh.update(with_size({3, 1, 1e-9}));
+    CHECK(triangles_met(mesh.shape()) != before);
+  }
 }
 
 TEST_CASE("deformable meshes: pairs of triangles that share no vertex and meet, as every pair by itself says") {

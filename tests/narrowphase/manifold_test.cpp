@@ -428,7 +428,7 @@ TEST_CASE("contacts lie midway between the surfaces along the normal, on faces a
 
 TEST_CASE("patches: contacts of about one normal are one, found by the deepest, numbered by triangle and place") {
   const Vec3 up(0, 0, 1), leaning = Vec3(0.2, 0, 1).normalized(), down(0, 0, -1);
-  PatchCollector patches(1, nullptr);
+  PatchCollector patches(1, {});
   patches.add(3, square({0, 0, 0}, up, 0.5));
   patches.add(9, square({5, 0, 0}, leaning, 0.6));
   patches.add(4, square({0, 0, 9}, down, 0.4));
@@ -468,7 +468,7 @@ TEST_CASE("patches: contacts of about one normal are one, found by the deepest, 
 
 TEST_CASE("patches: of a solid the far side of a wall does not push, of a sheet that only touches both are one") {
   const Vec3 up(0, 0, 1);
-  PatchCollector wall(1, nullptr);
+  PatchCollector wall(1, {});
   wall.add(1, square({0, 0, 0}, up, 0.5));
   wall.add(2, square({0, 0, -1}, -up, 0.3));
   for (const bool solid : {true, false}) {
@@ -476,7 +476,7 @@ TEST_CASE("patches: of a solid the far side of a wall does not push, of a sheet 
     wall.finish({0, 0, 2}, solid, out);
     CHECK(out.size() == (solid ? 4 : 8));
   }
-  PatchCollector sheet(1, nullptr);
+  PatchCollector sheet(1, {});
   for (const double sign : {1.0, -1.0}) {
     std::vector<Contact> corners = square(Vec3::Zero(), sign * up, 0);
     for (Contact& c : corners) c.depth = 0;

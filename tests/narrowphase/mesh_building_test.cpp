@@ -17,7 +17,9 @@
 #include "shapes/mesh_builder.h"
 #include "shapes/shape_insides.h"
 #include "shapes/vertex_weld.h"
+#include "shapes/without_hull.h"
 #include "tandem/narrowphase/build_options.h"
+#include "tandem/narrowphase/narrow_phase.h"
 #include "tandem/narrowphase/shape.h"
 
 using namespace tandem;
@@ -109,6 +111,26 @@ TEST_CASE("building: which triangles lie side by side is the same on any number 
       CHECK(shared.closed);
     }
   }
+}
+
+TEST_CASE("mesh building: of large meshes what needs no hull makes none, and answers as with one") {
+  const Mesh large = test::torus(1, 0.3, 768, 192), small = test::torus(1, 0.3, 384, 96);
+  REQUIRE(large.triangles.size() >= triangles_without_hull);
+  REQUIRE(small.triangles.size() < triangles_without_hull);
+  const Shape of_large(large), of_small(small);
+  const Pose home{};
+  const NarrowPhase narrow_phase;
+  for (const bool meet : {false, true}) {
+    const Pose pose = meet ? Pose::at(1.2, 0.3, 0.1) : Pose::at(2.7, 0, 0);
+    CHECK(narrow_phase.solve(of_large, home, of_small, pose, Request::collide).collide == meet);
+    CHECK(narrow_phase.intersecting_triangles(of_large, home, of_small, pose).empty() != meet);
+    CHECK(narrow_phase.solve(of_large, home, Sphere{0.31}, pose, Request::collide).collide == meet);
+  }
+  const Bounds box = of_large.bounds(home), same = of_small.bounds(home);
+  CHECK((box.lo - same.lo).norm() < 1e-3);
+  CHECK((box.hi - same.hi).norm() < 1e-3);
+  CHECK(!mesh_of(of_large).is_hull_made());
+  CHECK(mesh_of(of_small).is_hull_made());
 }
 
 TEST_CASE("building: of vertices with equal coordinates the first stands for all") {

@@ -1,5 +1,6 @@
 #include "meshes/traversal/mesh_nearest.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "shapes/mesh_builder.h"
 #include "shapes/shape_insides.h"
 #include "tandem/narrowphase/narrow_phase.h"
+#include "tolerances.h"
 
 using namespace tandem;
 using namespace tandem::test;
@@ -124,6 +126,39 @@ TEST_CASE("bounds between parts of two meshes hold for all triangles in them, an
   }
   CHECK(held > 1000);
   CHECK(bounds > 0.975 * distances);
+}
+
+TEST_CASE("edges of two triangles in lanes are those of one pair at a time, bit for bit") {
+  reference::Random random(5);
+  const auto share = [](double over, double under) { return under > 0 ? std::clamp(over / under, 0.0, 1.0) : 0.0; };
+  int parallel = 0, inner = 0;
+  for (int n = 0; n < 3000; ++n) {
+    Corners p, q;
+    for (std::size_t k = 0; k < 3; ++k) p[k] = random.vec(-1, 1), q[k] = random.vec(-1, 1);
+    if (n % 5 == 0) q[1] = q[0] + 2 * (p[1] - p[0]);  // one edge along another
+    if (n % 7 == 0) q[2] = q[1];                      // one without length
+    const PlacedTriangle a(p), b(q);
+    EdgePairs found;
+    nearest_on_edges(a.edges, b.edges, found);
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t j = 0; j < 3; ++j) {
+        CAPTURE(n, i, j);
+        const Vec3 d = a.edge(i), e = b.edge(j), r = p[i] - q[j];
+        const double dd = d.squaredNorm(), ee = e.squaredNorm(), f = e.dot(r), c = d.dot(r), along = d.dot(e);
+        const double det = dd * ee - along * along;
+        double s = share(along * f - c * ee, det);
+        const double t = share(along * s + f, ee);
+        if (!(t > 0 && t < 1)) s = share(along * t - c, dd);
+        CHECK(found.on_a[i][j] == s);
+        CHECK(found.on_b[i][j] == t);
+        CHECK(found.squared[i][j] == ((p[i] + s * d) - (q[j] + t * e)).squaredNorm());
+        const bool crosses = det > tolerance::slanting2 * dd * ee;
+        CHECK((found.parallel >> (4 * i + j) & 1u) == (crosses ? 0u : 1u));
+        parallel += !crosses, inner += s > 0 && s < 1 && t > 0 && t < 1;
+      }
+  }
+  CHECK(parallel > 500);
+  CHECK(inner > 500);
 }
 
 TEST_CASE("distance of meshes of many kinds, sizes and places is the least of all their triangles") {

@@ -86,7 +86,7 @@ TEST_CASE("search for a separating translation: two meshes") {
   const Posed a{block, at_block}, b{cube, sunk};
   const NarrowPhaseOptions none;
   TriangleTest test(a.pose, b.pose, reach(mesh_of(b.shape)));
-  PairMemory memory;
+  PairMemory memory(std::pmr::get_default_resource());
   const TrianglePairs pairs = meeting_pairs(a, b, test, none, memory, nullptr);
   OverlappingMeshes pair(a, b, pairs, none);
   check_methods(pair);

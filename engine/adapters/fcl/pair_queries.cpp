@@ -14,6 +14,12 @@ namespace {
 
 using detail::GeometryPair;
 
+/// Without options: made once, which takes as long as the distance of two spheres.
+const NarrowPhase& plain_narrow_phase() {
+  static const NarrowPhase narrow_phase;
+  return narrow_phase;
+}
+
 /// A contact of which nothing is asked but who touches. FCL leaves the rest unset.
 template <class S>
 ::fcl::Contact<S> touch(const GeometryPair<S>& q, int b1 = ::fcl::Contact<S>::NONE, int b2 = ::fcl::Contact<S>::NONE) {
@@ -55,7 +61,7 @@ std::size_t answer_collide(const GeometryPair<S>& q, const ::fcl::CollisionReque
 
   const std::size_t room = request.num_max_contacts - result.numContacts();
   const Pose pose_a = to_pose(q.tf1), pose_b = to_pose(q.tf2);
-  const NarrowPhase narrow_phase;
+  const NarrowPhase& narrow_phase = plain_narrow_phase();
   if (request.enable_contact) {
     std::vector<Contact> contacts;
     if (narrow_phase.solve(*q.a, pose_a, *q.b, pose_b, Request::contacts, &contacts).collide)
@@ -77,7 +83,7 @@ S answer_distance(const GeometryPair<S>& q, const ::fcl::DistanceRequest<S>& req
   if (request.isSatisfied(result)) return result.min_distance;
 
   const Pose pose_a = to_pose(q.tf1), pose_b = to_pose(q.tf2);
-  const NarrowPhase narrow_phase;
+  const NarrowPhase& narrow_phase = plain_narrow_phase();
   constexpr int none = ::fcl::DistanceResult<S>::NONE;
   // A depth of meshes takes far longer than to find that there is one.
   const bool only_overlap = !request.enable_signed_distance && !(q.a->is_convex() && q.b->is_convex()) &&

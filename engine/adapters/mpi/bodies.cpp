@@ -85,7 +85,7 @@ Bodies::Bodies(Communicator& communicator, const Regions& regions, double margin
       alone_(threads == 1),
       directory_(communicator) {
   if (threads > 1) arena_ = std::make_unique<tbb::task_arena>(threads);
-  letter_of_.assign(static_cast<std::size_t>(communicator.ranks()), -1);
+  message_of_.assign(static_cast<std::size_t>(communicator.ranks()), -1);
   is_neighbour_.assign(static_cast<std::size_t>(communicator.ranks()), 0);
   calm_ = calm_within(regions_.own());
 }
@@ -279,14 +279,14 @@ Vec3 Bodies::centre(std::uint32_t index) const {
 
 Message& Bodies::to(int rank) {
   expected_ = expected_ && is_neighbour_[static_cast<std::size_t>(rank)] != 0;
-  int& place = letter_of_[static_cast<std::size_t>(rank)];
+  int& place = message_of_[static_cast<std::size_t>(rank)];
   if (place < 0) {
     place = static_cast<int>(used_++);
-    if (used_ > letters_.size()) letters_.emplace_back();
-    letters_[used_ - 1].rank = rank;
-    letters_[used_ - 1].message.clear();
+    if (used_ > outgoing_.size()) outgoing_.emplace_back();
+    outgoing_[used_ - 1].rank = rank;
+    outgoing_[used_ - 1].content.clear();
   }
-  return letters_[static_cast<std::size_t>(place)].message;
+  return outgoing_[static_cast<std::size_t>(place)].content;
 }
 
 template <class Body>
@@ -421,9 +421,9 @@ void Bodies::check_moved() {
     if (one.copies.empty()) continue;
     const MotionRecord motion = MotionRecord::of(ids_[i], scene_, i);
     for (const int rank : one.copies) {
-      Message& letter = to(rank);
-      letter.put(Item::moved);
-      letter.put(motion);
+      Message& message = to(rank);
+      message.put(Item::moved);
+      message.put(motion);
     }
   }
   if (unchecked_.empty()) return;
@@ -457,7 +457,8 @@ bool Bodies::check_ahead() {
 }
 
 void Bodies::check_again() noexcept {
-  for (const Letter& letter : std::span(letters_).first(used_)) letter_of_[static_cast<std::size_t>(letter.rank)] = -1;
+  for (const RankMessage& message : std::span(outgoing_).first(used_))
+    message_of_[static_cast<std::size_t>(message.rank)] = -1;
   used_ = 0;
   todo_.clear();
   std::fill(queued_.begin(), queued_.end(), std::uint8_t{0});
@@ -517,28 +518,28 @@ void Bodies::write_copies(const Edge& edge, int owner, std::span<const int> want
   }
 }
 
-void Bodies::put_body(Message& letter, Item item, std::uint32_t index) const {
-  letter.put(item);
-  letter.put(BodyRecord::of(ids_[index], scene_, index));
-  if (kept_ != nullptr) letter.put(is_new_[index] != 0 ? RestRecord{} : RestRecord::of(kept_->rest(scene_, index)));
+void Bodies::put_body(Message& message, Item item, std::uint32_t index) const {
+  message.put(item);
+  message.put(BodyRecord::of(ids_[index], scene_, index));
+  if (kept_ != nullptr) message.put(is_new_[index] != 0 ? RestRecord{} : RestRecord::of(kept_->rest(scene_, index)));
 }
 
-std::uint32_t Bodies::take_body(Message& letter, bool owned) {
-  const auto record = letter.take<BodyRecord>();
+std::uint32_t Bodies::take_body(Message& message, bool owned) {
+  const auto record = message.take<BodyRecord>();
   const bool is_known = has(record.motion.id);
   const std::uint32_t index = put(record, owned);
   if (kept_ == nullptr) return index;
-  const auto rest = letter.take<RestRecord>();
+  const auto rest = message.take<RestRecord>();
   if (!is_known) arrivals_.back().rest = rest.rest();  // who has had a copy knows it
   return index;
 }
 
 /// To another owner; `stays`: a copy of it is needed here.
 void Bodies::give_to(int owner, std::uint32_t index, std::span<const int> wanted, bool stays) {
-  Message& letter = to(owner);
-  put_body(letter, Item::owned, index);
-  letter.put(static_cast<std::uint32_t>(wanted.size()));
-  for (const int rank : wanted) letter.put(rank);
+  Message& message = to(owner);
+  put_body(message, Item::owned, index);
+  message.put(static_cast<std::uint32_t>(wanted.size()));
+  for (const int rank : wanted) message.put(rank);
   ++moved_away_;
   if (!stays) return drop(index);
   edge(index).copies.clear();
@@ -552,7 +553,7 @@ bool Bodies::has_copy(std::uint32_t index, int rank) const {
   return place != no_edge && std::binary_search(edges_[place].copies.begin(), edges_[place].copies.end(), rank);
 }
 
-void Bodies::lend(std::uint32_t index, int rank, Message& letter) {
+void Bodies::lend(std::uint32_t index, int rank, Message& message) {
   const bool is_calm = edge_of_[index] == no_edge;
   Edge& one = edge(index);
   if (is_calm) one.box = box_now(index, 0);
@@ -561,28 +562,28 @@ void Bodies::lend(std::uint32_t index, int rank, Message& letter) {
   one.skin.lo.fill(std::numeric_limits<float>::infinity());
   one.skin.hi.fill(-std::numeric_limits<float>::infinity());
   one.copies.insert(std::upper_bound(one.copies.begin(), one.copies.end(), rank), rank);
-  put_body(letter, Item::body, index);
+  put_body(message, Item::body, index);
 }
 
-void Bodies::borrow(Letter& letter) {
-  while (!letter.message.done()) {
-    if (letter.message.take<Item>() != Item::body) throw std::logic_error("something else came among lent bodies");
-    const std::uint32_t index = take_body(letter.message, false);
+void Bodies::borrow(RankMessage& message) {
+  while (!message.content.done()) {
+    if (message.content.take<Item>() != Item::body) throw std::logic_error("something else came among lent bodies");
+    const std::uint32_t index = take_body(message.content, false);
     Edge& one = edge(index);
     take_box(one, box_now(index, 0));
-    one.owner = letter.rank;
+    one.owner = message.rank;
     inside_[index] = 0;  // of the last exchange, in which it was not here
   }
 }
 
-void Bodies::take(Letter& letter) {
-  Message& message = letter.message;
+void Bodies::take(RankMessage& received) {
+  Message& message = received.content;
   while (!message.done()) {
     switch (message.take<Item>()) {
       case Item::body: {
         const std::uint32_t index = take_body(message, false);
         take_box(edge(index), box_now(index, 0));
-        edge(index).owner = letter.rank;
+        edge(index).owner = received.rank;
         break;
       }
       case Item::owned: {
@@ -601,7 +602,7 @@ void Bodies::take(Letter& letter) {
         const std::uint32_t index = places_.at(motion.id);
         scene_.move(index, motion.pose(), motion.speed(), motion.spin());
         take_box(edge(index), box_now(index, 0));
-        edge(index).owner = letter.rank;
+        edge(index).owner = received.rank;
         break;
       }
       case Item::owner: {
@@ -648,18 +649,18 @@ void Bodies::forget_past() {
   std::fill(departure_of_.begin(), departure_of_.end(), no_edge);
 }
 
-/// Whoever has sent this rank a letter has got none from it perhaps, but it will send one back from now on.
+/// Whoever has sent this rank a message has got none from it perhaps, but it will send one back from now on.
 void Bodies::know_neighbours(bool recut) {
   if (recut) {
     neighbours_.clear();
     std::fill(is_neighbour_.begin(), is_neighbour_.end(), std::uint8_t{0});
   }
-  const auto know = [&](std::span<const Letter> letters) {
-    for (const Letter& letter : letters)
-      if (std::exchange(is_neighbour_[static_cast<std::size_t>(letter.rank)], std::uint8_t{1}) == 0)
-        neighbours_.push_back(letter.rank);
+  const auto know = [&](std::span<const RankMessage> messages) {
+    for (const RankMessage& message : messages)
+      if (std::exchange(is_neighbour_[static_cast<std::size_t>(message.rank)], std::uint8_t{1}) == 0)
+        neighbours_.push_back(message.rank);
   };
-  know(std::span(letters_).first(used_));
+  know(std::span(outgoing_).first(used_));
   know(received_);
   std::sort(neighbours_.begin(), neighbours_.end());
 }
@@ -675,25 +676,25 @@ Bodies::Sent Bodies::exchange(bool recut, bool expected) {
     if (std::exchange(queued_[index], std::uint8_t{0}) != 0 && owned_[index] != 0) renew(index);
   todo_.clear();
   if (expected)
-    for (const int rank : neighbours_) to(rank);  // an empty letter is one, too
+    for (const int rank : neighbours_) to(rank);  // an empty message is one, too
   sent.moved_away = moved_away_;
   sent.messages = used_;
-  const auto letters = std::span(letters_).first(used_);
-  for (const Letter& letter : letters) {
-    sent.bytes += letter.message.size();
-    letter_of_[static_cast<std::size_t>(letter.rank)] = -1;
+  const auto messages = std::span(outgoing_).first(used_);
+  for (const RankMessage& message : messages) {
+    sent.bytes += message.content.size();
+    message_of_[static_cast<std::size_t>(message.rank)] = -1;
   }
   sent.packed = Clock::now();
   sent.cpu_ms = cpu_ms() - cpu;
   if (expected)
-    communicator_.exchange_expected(letters, received_);
+    communicator_.exchange_expected(messages, received_);
   else
-    communicator_.exchange(letters, received_);
+    communicator_.exchange(messages, received_);
   sent.got = Clock::now();
   cpu = cpu_ms();
   if (!expected) know_neighbours(recut);
   used_ = 0;
-  for (Letter& letter : received_) take(letter);
+  for (RankMessage& message : received_) take(message);
   sent.end = Clock::now();
   sent.cpu_ms += cpu_ms() - cpu;
   return sent;

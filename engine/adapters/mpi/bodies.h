@@ -72,11 +72,11 @@ class Bodies {
   void note_removed() { notes_removed_ = true; }
   std::vector<GlobalId> take_removed() { return std::exchange(removed_, {}); }
 
-  /// Checks what has moved since the last exchange, and writes the letters for those whose copies stay the same ones.
-  /// False if a rank would get a letter that does not expect one.
+  /// Checks what has moved since the last exchange, and writes the messages for those whose copies stay the same ones.
+  /// False if a rank would get a message that does not expect one.
   bool check_ahead();
-  /// After what check_ahead() threw, in which no message is under way yet: lets go of its letters, so that the exchange
-  /// checks all bodies near other regions again.
+  /// After what check_ahead() threw, in which no message is under way yet: lets go of its messages, so that the
+  /// exchange checks all bodies near other regions again.
   void check_again() noexcept;
 
   struct Sent {
@@ -113,9 +113,9 @@ class Bodies {
   // Between two exchanges a rank may need a body that it does not have:
   bool has_copy(std::uint32_t index, int rank) const;
   /// Writes an owned body to a rank that has no copy; the next exchange decides anew who needs one, if it moves.
-  void lend(std::uint32_t index, int rank, Message& letter);
+  void lend(std::uint32_t index, int rank, Message& message);
   /// Takes what others have lent.
-  void borrow(Letter& letter);
+  void borrow(RankMessage& message);
 
   /// The rank that owns a body that is here.
   int owner(std::uint32_t index) const {
@@ -175,8 +175,8 @@ class Bodies {
   bool is_in_skin(const Edge& edge) const;
   double skin(std::uint32_t index) const;
   FloatBox box_now(std::uint32_t index, double skin) const;
-  void put_body(Message& letter, Item item, std::uint32_t index) const;
-  std::uint32_t take_body(Message& letter, bool owned);
+  void put_body(Message& message, Item item, std::uint32_t index) const;
+  std::uint32_t take_body(Message& message, bool owned);
   void update(std::uint32_t index, const BodyRecord& record);
   Edge& edge(std::uint32_t index);
   void give_back_edge(std::uint32_t index);
@@ -189,7 +189,7 @@ class Bodies {
   void write_copies(const Edge& edge, int owner, std::span<const int> wanted);
   void give_to(int owner, std::uint32_t index, std::span<const int> wanted, bool stays);
   void know_neighbours(bool recut);
-  void take(Letter& letter);
+  void take(RankMessage& message);
   Message& to(int rank);
   template <class Body>
   void for_each_index(const Body& body) const;
@@ -213,11 +213,11 @@ class Bodies {
   // One an index of the scene:
   std::vector<GlobalId> ids_;
   std::vector<std::uint8_t> owned_;
-  std::vector<std::uint8_t> resend_;    // more of it has changed than its pose
-  std::vector<std::uint8_t> inside_;    // its box lies in the rank's region
-  std::vector<std::uint8_t> unchecked_;  // an owned one without an edge that must be checked
-  std::vector<std::uint8_t> queued_;    // in todo_
-  std::vector<std::uint8_t> is_new_;    // has come since the last step
+  std::vector<std::uint8_t> resend_;         // more of it has changed than its pose
+  std::vector<std::uint8_t> inside_;         // its box lies in the rank's region
+  std::vector<std::uint8_t> unchecked_;      // an owned one without an edge that must be checked
+  std::vector<std::uint8_t> queued_;         // in todo_
+  std::vector<std::uint8_t> is_new_;         // has come since the last step
   std::vector<std::uint32_t> departure_of_;  // where the body is that had this index in the last step, in departures_
   std::vector<std::uint32_t> edge_of_;
   std::vector<Edge> edges_;
@@ -231,13 +231,13 @@ class Bodies {
   bool notes_removed_ = false;
   std::vector<GlobalId> removed_;
 
-  std::vector<Letter> letters_, received_;
-  std::vector<int> letter_of_;  // a rank's place in letters_, -1: none
+  std::vector<RankMessage> outgoing_, received_;
+  std::vector<int> message_of_;  // a rank's place in outgoing_, -1: none
   std::size_t used_ = 0;
-  // Ranks with which this one has exchanged letters since the last cut, and they with it: in most steps these alone.
+  // Ranks with which this one has exchanged messages since the last cut, and they with it: in most steps these alone.
   std::vector<int> neighbours_;
   std::vector<std::uint8_t> is_neighbour_;  // one a rank
-  bool expected_ = true;                    // no letter goes to another one
+  bool expected_ = true;                    // no message goes to another one
   std::uint64_t moved_away_ = 0;
 };
 

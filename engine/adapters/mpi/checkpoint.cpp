@@ -53,7 +53,7 @@ std::uint64_t sum_of(std::span<const BodyRecord> records) {
 class SharedFile {
  public:
   SharedFile(MPI_Comm communicator, const std::string& path, int mode)
-      // Open MPI's files do not open one whose path is one letter.
+      // Open MPI's files do not open one whose path is one message.
       : status_(MPI_File_open(communicator, std::filesystem::absolute(path).c_str(), mode, MPI_INFO_NULL, &file_)) {}
   ~SharedFile() { close(); }
   SharedFile(const SharedFile&) = delete;

@@ -102,45 +102,45 @@ std::size_t Communicator::receive(Message& into, const MPI_Status& status) const
   return static_cast<std::size_t>(bytes);
 }
 
-void Communicator::receive_one(std::vector<Letter>& received, std::size_t& count, const MPI_Status& status) {
-  // Pieces of one letter come in the order in which they were sent.
+void Communicator::receive_one(std::vector<RankMessage>& received, std::size_t& count, const MPI_Status& status) {
+  // Pieces of one message come in the order in which they were sent.
   const auto known = std::find_if(received.begin(), received.begin() + static_cast<std::ptrdiff_t>(count),
-                                  [&](const Letter& letter) { return letter.rank == status.MPI_SOURCE; });
+                                  [&](const RankMessage& message) { return message.rank == status.MPI_SOURCE; });
   const auto at = static_cast<std::size_t>(known - received.begin());
   if (at == count) {
     if (count == received.size()) received.emplace_back();
     received[count].rank = status.MPI_SOURCE;
-    received[count++].message.clear();
+    received[count++].content.clear();
   }
-  receive(received[at].message, status);
+  receive(received[at].content, status);
 }
 
-/// Pieces; the last one of an expected letter is shorter than the others, so that the receiver knows it.
-void Communicator::send(Letter& letter, int tag, bool expected) {
-  const auto& bytes = letter.message.bytes();
+/// Pieces; the last one of an expected message is shorter than the others, so that the receiver knows it.
+void Communicator::send(RankMessage& message, int tag, bool expected) {
+  const auto& bytes = message.content.bytes();
   for (std::size_t at = 0;; at += most_bytes) {
     if (at >= bytes.size() && !expected) return;
     const std::size_t count = std::min(most_bytes, bytes.size() - at);
     const auto piece = static_cast<int>(count);
     MPI_Request& request = requests_.emplace_back();
     if (expected)
-      MPI_Isend(bytes.data() + at, piece, MPI_BYTE, letter.rank, tag, comm_, &request);
+      MPI_Isend(bytes.data() + at, piece, MPI_BYTE, message.rank, tag, comm_, &request);
     else
-      MPI_Issend(bytes.data() + at, piece, MPI_BYTE, letter.rank, tag, comm_, &request);
+      MPI_Issend(bytes.data() + at, piece, MPI_BYTE, message.rank, tag, comm_, &request);
     if (count < most_bytes) return;
   }
 }
 
-void Communicator::exchange_expected(std::span<Letter> letters, std::vector<Letter>& received) {
+void Communicator::exchange_expected(std::span<RankMessage> messages, std::vector<RankMessage>& received) {
   expected_round_ = (expected_round_ + 1) % rounds;
   const int tag = rounds + expected_round_;
   requests_.clear();
-  received.resize(letters.size());
+  received.resize(messages.size());
   waiting_.clear();
-  for (std::size_t i = 0; i < letters.size(); ++i) {
-    send(letters[i], tag, true);
-    received[i].rank = letters[i].rank;
-    received[i].message.clear();
+  for (std::size_t i = 0; i < messages.size(); ++i) {
+    send(messages[i], tag, true);
+    received[i].rank = messages[i].rank;
+    received[i].content.clear();
     waiting_.push_back(i);
   }
   const auto has_come = [&](std::size_t i) {
@@ -149,7 +149,7 @@ void Communicator::exchange_expected(std::span<Letter> letters, std::vector<Lett
     while (true) {
       MPI_Iprobe(received[i].rank, tag, comm_, &flag, &status);
       if (flag == 0) return false;
-      if (receive(received[i].message, status) < most_bytes) return true;
+      if (receive(received[i].content, status) < most_bytes) return true;
     }
   };
   until(
@@ -160,13 +160,14 @@ void Communicator::exchange_expected(std::span<Letter> letters, std::vector<Lett
         return done != 0 && waiting_.empty();
       },
       "the exchange of bodies");
-  std::sort(received.begin(), received.end(), [](const Letter& x, const Letter& y) { return x.rank < y.rank; });
+  std::sort(received.begin(), received.end(),
+            [](const RankMessage& x, const RankMessage& y) { return x.rank < y.rank; });
 }
 
-void Communicator::exchange(std::span<Letter> letters, std::vector<Letter>& received) {
+void Communicator::exchange(std::span<RankMessage> messages, std::vector<RankMessage>& received) {
   round_ = (round_ + 1) % rounds;
   requests_.clear();
-  for (Letter& letter : letters) send(letter, round_, false);
+  for (RankMessage& message : messages) send(message, round_, false);
   std::size_t count = 0;
   MPI_Request barrier = MPI_REQUEST_NULL;
   bool at_barrier = false;
@@ -189,35 +190,37 @@ void Communicator::exchange(std::span<Letter> letters, std::vector<Letter>& rece
       },
       "the exchange of bodies");
   received.resize(count);
-  std::sort(received.begin(), received.end(), [](const Letter& x, const Letter& y) { return x.rank < y.rank; });
+  std::sort(received.begin(), received.end(),
+            [](const RankMessage& x, const RankMessage& y) { return x.rank < y.rank; });
 }
 
-std::vector<Letter> Communicator::exchange(Outbox& outbox) {
+std::vector<RankMessage> Communicator::exchange(Outbox& outbox) {
   std::uint64_t unused = 0;
   return exchange(outbox, unused, unused);
 }
 
-std::vector<Letter> Communicator::exchange(Outbox& outbox, std::uint64_t& bytes, std::uint64_t& count) {
-  std::vector<Letter> letters, received;
+std::vector<RankMessage> Communicator::exchange(Outbox& outbox, std::uint64_t& bytes, std::uint64_t& count) {
+  std::vector<RankMessage> messages, received;
   for (int rank = 0; rank < ranks_; ++rank)
     if (Message& message = outbox.to(rank); rank != rank_ && !message.empty()) {
       bytes += message.size();
       ++count;
-      letters.push_back({rank, std::move(message)});
+      messages.push_back({rank, std::move(message)});
     }
-  if (ranks_ > 1) exchange(letters, received);
+  if (ranks_ > 1) exchange(messages, received);
   if (!outbox.to(rank_).empty()) received.push_back({rank_, std::move(outbox.to(rank_))});
   return received;
 }
 
 void Communicator::post(Topic topic, Message message, int rank) {
   const auto& bytes = posted_.emplace_back(std::move(message)).bytes();
-  if (bytes.size() > most_bytes) throw std::length_error("a message to another rank is longer than 256 MiB");
+  if (bytes.size() > most_bytes)
+    throw std::length_error("a message to another rank is longer than " + std::to_string(most_bytes >> 20) + " MiB");
   MPI_Isend(bytes.data(), static_cast<int>(bytes.size()), MPI_BYTE, rank, tag_of(topic), comm_, &posts_.emplace_back());
 }
 
-Letter Communicator::await(Topic topic, int rank) const {
-  Letter letter;
+RankMessage Communicator::await(Topic topic, int rank) const {
+  RankMessage message;
   MPI_Status status;
   until(
       [&] {
@@ -226,9 +229,9 @@ Letter Communicator::await(Topic topic, int rank) const {
         return flag != 0;
       },
       topic == Topic::colours ? "the colours of pairs" : "velocities");
-  letter.rank = status.MPI_SOURCE;
-  receive(letter.message, status);
-  return letter;
+  message.rank = status.MPI_SOURCE;
+  receive(message.content, status);
+  return message;
 }
 
 void Communicator::settle() {
@@ -300,7 +303,7 @@ std::vector<Message> Communicator::to_all(Message& own) const {
 
 std::vector<std::string> Communicator::texts(const std::string& own) const {
   Message message;
-  for (const char letter : own) message.put(letter);
+  for (const char character : own) message.put(character);
   std::vector<std::string> out;
   for (Message& one : to_all(message)) {
     std::string& text = out.emplace_back();

@@ -48,10 +48,10 @@ class Message {
   std::size_t read_ = 0;
 };
 
-/// From or to one rank.
-struct Letter {
+/// A message from or to one rank.
+struct RankMessage {
   int rank = 0;
-  Message message;
+  Message content;
 };
 
 /// Messages to ranks, oneself among them.
@@ -79,18 +79,18 @@ class Communicator {
   void at_step(std::uint64_t step) { step_ = step; }
   std::uint64_t step() const { return step_; }
 
-  /// Collective. Sends letters to a few ranks, oneself not among them, who do not know of them, and returns those that
+  /// Collective. Sends messages to a few ranks, oneself not among them, who do not know of them, and returns those that
   /// came, by rank (Hoefler, Siebert, Lumsdaine, "Scalable communication protocols for dynamic sparse data exchange",
   /// PPoPP 2010). What is sent is left as it is; `received` keeps its memory from call to call.
-  void exchange(std::span<Letter> letters, std::vector<Letter>& received);
+  void exchange(std::span<RankMessage> messages, std::vector<RankMessage>& received);
 
   /// Collective. The same for whatever an outbox holds; what is for oneself comes, too.
-  std::vector<Letter> exchange(Outbox& outbox);
+  std::vector<RankMessage> exchange(Outbox& outbox);
   /// Counts what is sent to others.
-  std::vector<Letter> exchange(Outbox& outbox, std::uint64_t& bytes, std::uint64_t& messages);
+  std::vector<RankMessage> exchange(Outbox& outbox, std::uint64_t& bytes, std::uint64_t& messages);
 
-  /// One letter to each of some ranks, and one from each of the same; they name this rank, too.
-  void exchange_expected(std::span<Letter> letters, std::vector<Letter>& received);
+  /// One message to each of some ranks, and one from each of the same; they name this rank, too.
+  void exchange_expected(std::span<RankMessage> messages, std::vector<RankMessage>& received);
 
   /// What combine() makes of the values of all ranks: the sums of the first, the largest of the others, which are >= 0.
   struct Totals {
@@ -117,8 +117,8 @@ class Communicator {
   /// A message to one rank, which awaits it; on its way until settle().
   void post(Topic topic, Message message, int rank);
   /// The next one that a rank has posted, or any of them.
-  Letter await(Topic topic, int rank) const;
-  Letter await_any(Topic topic) const { return await(topic, MPI_ANY_SOURCE); }
+  RankMessage await(Topic topic, int rank) const;
+  RankMessage await_any(Topic topic) const { return await(topic, MPI_ANY_SOURCE); }
   /// Completes what was posted.
   void settle();
 
@@ -131,7 +131,7 @@ class Communicator {
 
   /// One line on stderr that names rank, step and cause, then MPI_Abort.
   [[noreturn]] void abort(const std::string& cause) const;
-  /// The same for the exception at hand.
+  /// `abort` with the text of the exception at hand.
   [[noreturn]] void abort_for_exception() const;
 
  private:
@@ -139,10 +139,10 @@ class Communicator {
   /// Calls done() until it is true.
   template <class Done>
   void until(const Done& done, const char* what) const;
-  void send(Letter& letter, int tag, bool expected);
+  void send(RankMessage& message, int tag, bool expected);
   /// Returns the bytes of the piece.
   std::size_t receive(Message& into, const MPI_Status& status) const;
-  void receive_one(std::vector<Letter>& received, std::size_t& count, const MPI_Status& status);
+  void receive_one(std::vector<RankMessage>& received, std::size_t& count, const MPI_Status& status);
 
   MPI_Comm comm_ = MPI_COMM_NULL;
   int rank_ = 0, ranks_ = 1;

@@ -43,13 +43,13 @@ void ContactEvents::update(const Pipeline& pipeline) {
       message.put(pair);
       message.put(begins);
     }
-  std::vector<Letter> received = communicator.exchange(outbox);
+  std::vector<RankMessage> received = communicator.exchange(outbox);
   began_.clear();
   ended_.clear();
-  for (Letter& letter : received)
-    while (!letter.message.done()) {
-      const auto pair = letter.message.take<IdPair>();
-      (letter.message.take<bool>() ? began_ : ended_).push_back(pair);
+  for (RankMessage& message : received)
+    while (!message.content.done()) {
+      const auto pair = message.content.take<IdPair>();
+      (message.content.take<bool>() ? began_ : ended_).push_back(pair);
     }
   cancel(began_, ended_);
 }

@@ -34,7 +34,7 @@ std::uint64_t hash(const GatheredContacts& all) {
   return sum;
 }
 
-/// Orders the pairs that letters tell, and their contacts behind them.
+/// Orders the pairs that messages tell, and their contacts behind them.
 GatheredContacts Pipeline::Impl::gather(const std::function<int(GlobalId)>& to) const {
   Outbox outbox(communicator.ranks());
   const ContactList& list = contacts();
@@ -46,19 +46,19 @@ GatheredContacts Pipeline::Impl::gather(const std::function<int(GlobalId)>& to) 
     message.put(AnswerRecord::of(pair.answer));
     for (const Contact& contact : list.of(pair)) message.put(ContactRecord::of(contact));
   }
-  std::vector<Letter> received = communicator.exchange(outbox);
+  std::vector<RankMessage> received = communicator.exchange(outbox);
   GatheredContacts all;
   std::vector<Contact> points;
-  for (Letter& letter : received)
-    while (!letter.message.done()) {
+  for (RankMessage& message : received)
+    while (!message.content.done()) {
       GatheredPair& pair = all.pairs.emplace_back();
-      pair.a = letter.message.take<GlobalId>();
-      pair.b = letter.message.take<GlobalId>();
-      pair.contact_count = letter.message.take<std::uint32_t>();
+      pair.a = message.content.take<GlobalId>();
+      pair.b = message.content.take<GlobalId>();
+      pair.contact_count = message.content.take<std::uint32_t>();
       pair.first_contact = points.size();
-      pair.answer = letter.message.take<AnswerRecord>().answer();
+      pair.answer = message.content.take<AnswerRecord>().answer();
       for (std::uint32_t i = 0; i < pair.contact_count; ++i)
-        points.push_back(letter.message.take<ContactRecord>().contact());
+        points.push_back(message.content.take<ContactRecord>().contact());
     }
   std::sort(all.pairs.begin(), all.pairs.end(),
             [](const GatheredPair& x, const GatheredPair& y) { return std::pair(x.a, x.b) < std::pair(y.a, y.b); });

@@ -114,8 +114,8 @@ void MotionStops::send_near(std::span<const Pose> ends) {
           Near{BodyRecord::of(id, scene, i), MotionRecord::of(id, ends[i], Vec3::Zero(), Vec3::Zero())});
   }
   std::vector<std::pair<int, Near>> came;
-  for (Letter& letter : communicator_.exchange(outbox, bytes_, messages_))
-    while (!letter.message.done()) came.emplace_back(letter.rank, letter.message.take<Near>());
+  for (RankMessage& message : communicator_.exchange(outbox, bytes_, messages_))
+    while (!message.content.done()) came.emplace_back(message.rank, message.content.take<Near>());
   std::sort(came.begin(), came.end(),
             [](const auto& x, const auto& y) { return x.second.body.motion.id < y.second.body.motion.id; });
   owners_.clear();
@@ -170,9 +170,9 @@ void MotionStops::answer(std::span<Pose> ends) {
   for (const std::uint32_t i : shared_.watched())
     if (shared_.is_stopped(i))
       outbox.to(owners_[i]).put(MotionRecord::of(ids_[i], shared_.end(i), Vec3::Zero(), Vec3::Zero()));
-  for (Letter& letter : communicator_.exchange(outbox, bytes_, messages_))
-    while (!letter.message.done()) {
-      const auto end = letter.message.take<MotionRecord>();
+  for (RankMessage& message : communicator_.exchange(outbox, bytes_, messages_))
+    while (!message.content.done()) {
+      const auto end = message.content.take<MotionRecord>();
       ends[bodies_.place(end.id).value()] = end.pose();
     }
 }
@@ -253,7 +253,7 @@ void MotionStops::lend(std::span<const std::uint64_t> who) {
     if (!bodies_.has_copy(index, to)) bodies_.lend(index, to, outbox.to(to));
   }
   if (!any) return;
-  for (Letter& letter : communicator_.exchange(outbox, bytes_, messages_)) bodies_.borrow(letter);
+  for (RankMessage& message : communicator_.exchange(outbox, bytes_, messages_)) bodies_.borrow(message);
 }
 
 const ContactList& MotionStops::with_contacts(const ContactList& found) {

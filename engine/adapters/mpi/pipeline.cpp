@@ -13,7 +13,7 @@
 #include "communicator.h"
 #include "costs.h"
 #include "cpu_time.h"
-#include "kept_letters.h"
+#include "kept_messages.h"
 #include "mixed.h"
 #include "pipeline_impl.h"
 #include "rebalancer.h"
@@ -200,7 +200,7 @@ void Pipeline::Impl::send_changes(std::span<const Change> own) {
   for (const Change& change : own)
     if (change.kind != Change::Kind::add) ids.push_back(change.id());
   const std::vector<int> owners = bodies.directory().owners(ids);
-  std::vector<Letter> letters, received;
+  std::vector<RankMessage> messages, received;
   std::vector<Change> here;
   std::size_t k = 0;
   for (const Change& change : own) {
@@ -211,19 +211,20 @@ void Pipeline::Impl::send_changes(std::span<const Change> own) {
     } else if (owner == communicator.rank()) {
       here.push_back(change);
     } else {
-      auto to =
-          std::find_if(letters.begin(), letters.end(), [&](const Letter& letter) { return letter.rank == owner; });
-      if (to == letters.end()) to = letters.insert(letters.end(), Letter{owner, {}});
-      to->message.put(change);
+      auto to = std::find_if(messages.begin(), messages.end(),
+                             [&](const RankMessage& message) { return message.rank == owner; });
+      if (to == messages.end()) to = messages.insert(messages.end(), RankMessage{owner, {}});
+      to->content.put(change);
     }
   }
-  communicator.exchange(letters, received);
-  Letter& mine = received.emplace_back();
+  communicator.exchange(messages, received);
+  RankMessage& mine = received.emplace_back();
   mine.rank = communicator.rank();
-  for (const Change& change : here) mine.message.put(change);
-  std::sort(received.begin(), received.end(), [](const Letter& x, const Letter& y) { return x.rank < y.rank; });
-  for (Letter& letter : received)
-    while (!letter.message.done()) apply(letter.message.take<Change>());
+  for (const Change& change : here) mine.content.put(change);
+  std::sort(received.begin(), received.end(),
+            [](const RankMessage& x, const RankMessage& y) { return x.rank < y.rank; });
+  for (RankMessage& message : received)
+    while (!message.content.done()) apply(message.content.take<Change>());
 }
 
 /// Collective: regions of equal weight.
@@ -280,14 +281,15 @@ void Pipeline::Impl::hand_over(Report& report) {
                  {bodies.last_id(record.pair.a), bodies.last_id(record.pair.b)}, record);
     report.rank.exchange_cpu_ms += cpu_ms() - cpu;
     const auto packed = Clock::now();
-    std::vector<Letter> received = communicator.exchange(outbox, report.rank.bytes_sent, report.rank.messages_sent);
+    std::vector<RankMessage> received =
+        communicator.exchange(outbox, report.rank.bytes_sent, report.rank.messages_sent);
     report.rank.exchange_wait_ms += ms_since(packed);
     record("exchange", begin, packed);
     record("wait", packed, Clock::now());
     cpu = cpu_ms();
-    for (Letter& letter : received)
-      while (!letter.message.done()) {
-        const auto [ids, taken] = take_kept(letter.message);
+    for (RankMessage& message : received)
+      while (!message.content.done()) {
+        const auto [ids, taken] = take_kept(message.content);
         const auto a = bodies.place(ids.a), b = bodies.place(ids.b);
         if (!a || !b) continue;  // one was removed
         arrived.push_back(taken);
@@ -445,9 +447,7 @@ ShapeId Pipeline::add_shape(Shape shape, std::string name) {
 void Pipeline::add_body(GlobalId id, const BodyOptions& body) {
   impl_->changes.push_back({Change::Kind::add, 0, impl_->bodies.checked(id, body)});
 }
-void Pipeline::remove_body(GlobalId id) {
-  impl_->changes.push_back(change_of(Change::Kind::remove, id));
-}
+void Pipeline::remove_body(GlobalId id) { impl_->changes.push_back(change_of(Change::Kind::remove, id)); }
 void Pipeline::set_pose(GlobalId id, const Pose& pose) {
   require_valid(pose, "body " + std::to_string(id));
   Change change{Change::Kind::pose, 0, {}};

@@ -62,7 +62,7 @@ struct Pipeline::Impl {
   std::vector<Change> changes;
   std::string failure;    // of the step at hand, on this rank
   bool found = false;     // contacts() are those of the last step
-  bool expected = false;  // no rank gets a letter that it does not expect, in the step at hand
+  bool expected = false;  // no rank gets a message that it does not expect, in the step at hand
   bool recut = false;     // regions are not those of the last exchange
   bool learns_cost = false;
   double cut_ms = 0;

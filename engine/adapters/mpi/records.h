@@ -194,7 +194,7 @@ struct KeptPairRecord {
   }
 };
 
-/// What a letter of the exchange holds, item after item: one of these, then what it says.
+/// What a message of the exchange holds, item after item: one of these, then what it says.
 enum class Item : std::uint8_t {
   body,   ///< BodyRecord, with RestRecord where answers are kept, as in `owned`: a copy, or one that takes the place of
           ///< the copy that is there
@@ -207,7 +207,7 @@ enum class Item : std::uint8_t {
   change,  ///< Change: of a body that the receiver owns
 };
 
-/// What a letter of the response holds, item after item: one of these, then what it says.
+/// What a message of the response holds, item after item: one of these, then what it says.
 enum class ResponseItem : std::uint8_t {
   moved,   ///< MotionRecord: of a copy, by a host's hand after the step
   use,     ///< GlobalId, IdPair: of a body that the receiver owns, moved by a pair that the sender reports

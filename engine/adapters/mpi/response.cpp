@@ -69,8 +69,8 @@ struct Response::Impl {
   void list_pairs();
   void find_before();
   void write_before(Outbox& outbox);
-  void read_first(Letter& letter, Outbox& answers);
-  void read_second(Letter& letter);
+  void read_first(RankMessage& message, Outbox& answers);
+  void read_second(RankMessage& message);
   void agree(RankResponseReport& report);
   void note_places();
   void solve();
@@ -176,32 +176,32 @@ void Response::Impl::write_before(Outbox& outbox) {
   }
 }
 
-void Response::Impl::read_first(Letter& letter, Outbox& answers) {
+void Response::Impl::read_first(RankMessage& message, Outbox& answers) {
   const auto answer = [&](const IdPair& ids, const Left& pair) {
     Message& message = answers.to(pair.rank);
     message.put(ResponseItem::kept);
     message.put(ids);
     pair.impulses->write(message);
   };
-  while (!letter.message.done()) switch (letter.message.take<ResponseItem>()) {
+  while (!message.content.done()) switch (message.content.take<ResponseItem>()) {
       case ResponseItem::moved:
-        pipeline.bodies.move_copy(letter.message.take<MotionRecord>());
+        pipeline.bodies.move_copy(message.content.take<MotionRecord>());
         moved_after = true;
         break;
       case ResponseItem::use:
-        shared.read_use(letter.message, letter.rank);
+        shared.read_use(message.content, message.rank);
         break;
       case ResponseItem::left: {
-        const auto ids = letter.message.take<IdPair>();
+        const auto ids = message.content.take<IdPair>();
         const auto [pair, first] = left.try_emplace(ids);
-        pair->second.impulses = Impulses::read(letter.message);
+        pair->second.impulses = Impulses::read(message.content);
         if (!first) answer(ids, pair->second);
         break;
       }
       case ResponseItem::wanted: {
-        const auto ids = letter.message.take<IdPair>();
+        const auto ids = message.content.take<IdPair>();
         const auto [pair, first] = left.try_emplace(ids);
-        pair->second.rank = letter.rank;
+        pair->second.rank = message.rank;
         if (!first) answer(ids, pair->second);
         break;
       }
@@ -210,14 +210,14 @@ void Response::Impl::read_first(Letter& letter, Outbox& answers) {
     }
 }
 
-void Response::Impl::read_second(Letter& letter) {
-  while (!letter.message.done()) switch (letter.message.take<ResponseItem>()) {
+void Response::Impl::read_second(RankMessage& message) {
+  while (!message.content.done()) switch (message.content.take<ResponseItem>()) {
       case ResponseItem::order:
-        shared.read_order(letter.message, letter.rank);
+        shared.read_order(message.content, message.rank);
         break;
       case ResponseItem::kept: {
-        const auto ids = letter.message.take<IdPair>();
-        const Impulses impulses = Impulses::read(letter.message);
+        const auto ids = message.content.take<IdPair>();
+        const Impulses impulses = Impulses::read(message.content);
         const auto pair = std::lower_bound(pairs.begin(), pairs.end(), ids,
                                            [](const OwnPair& x, const IdPair& y) { return x.ids < y; });
         if (pair == pairs.end() || pair->ids != ids)
@@ -245,11 +245,11 @@ void Response::Impl::take_stops(RankResponseReport& report) {
   if (!stops.any()) return;
   Outbox outbox(pipeline.communicator.ranks());
   write_untold(outbox);
-  for (Letter& letter : pipeline.communicator.exchange(outbox, report.bytes_sent, report.messages_sent))
-    while (!letter.message.done()) {
-      if (letter.message.take<ResponseItem>() != ResponseItem::moved)
+  for (RankMessage& message : pipeline.communicator.exchange(outbox, report.bytes_sent, report.messages_sent))
+    while (!message.content.done()) {
+      if (message.content.take<ResponseItem>() != ResponseItem::moved)
         throw std::logic_error("something else came among bodies that were moved");
-      pipeline.bodies.move_copy(letter.message.take<MotionRecord>());
+      pipeline.bodies.move_copy(message.content.take<MotionRecord>());
     }
   list = &stops.with_contacts(*list);
 }
@@ -266,11 +266,11 @@ void Response::Impl::agree(RankResponseReport& report) {
     write_untold(questions);
     shared.write_uses(questions);
     write_before(questions);
-    for (Letter& letter : pipeline.communicator.exchange(questions, report.bytes_sent, report.messages_sent))
-      read_first(letter, answers);
+    for (RankMessage& message : pipeline.communicator.exchange(questions, report.bytes_sent, report.messages_sent))
+      read_first(message, answers);
     shared.write_orders(answers);
-    for (Letter& letter : pipeline.communicator.exchange(answers, report.bytes_sent, report.messages_sent))
-      read_second(letter);
+    for (RankMessage& message : pipeline.communicator.exchange(answers, report.bytes_sent, report.messages_sent))
+      read_second(message);
     if (moved_after) bodies.begin_step(pipeline.bodies.scene(), options.max_speed);
   }
   colours.assign(list->pairs.size(), ContactSolver::none);

@@ -119,10 +119,10 @@ void SharedBodies::pass_on(SharedBody& body) {
     told.push_back(body.ranks[known]);
   }
   for (const int rank : told) {
-    Message& letter = letters_[static_cast<std::size_t>(rank)];
-    letter.put(body.id);
-    letter.put(static_cast<std::uint32_t>(known));
-    for (const std::uint32_t colour : body.colours) letter.put(colour);
+    Message& message = outgoing_[static_cast<std::size_t>(rank)];
+    message.put(body.id);
+    message.put(static_cast<std::uint32_t>(known));
+    for (const std::uint32_t colour : body.colours) message.put(colour);
   }
 }
 
@@ -173,19 +173,19 @@ void SharedBodies::give_colours(std::vector<std::uint32_t>& colours) {
   link_pairs();
   taken_.assign(bodies_.scene().indices(), {});
   coloured_ = complete_ = 0;
-  letters_.resize(static_cast<std::size_t>(communicator_.ranks()));
+  outgoing_.resize(static_cast<std::size_t>(communicator_.ranks()));
   while (true) {
     colour_ready(colours);
     for (int rank = 0; rank < communicator_.ranks(); ++rank) {
-      Message& letter = letters_[static_cast<std::size_t>(rank)];
-      if (letter.empty()) continue;
-      bytes_ += letter.size();
+      Message& message = outgoing_[static_cast<std::size_t>(rank)];
+      if (message.empty()) continue;
+      bytes_ += message.size();
       ++messages_;
-      communicator_.post(Communicator::Topic::colours, std::exchange(letter, {}), rank);
+      communicator_.post(Communicator::Topic::colours, std::exchange(message, {}), rank);
     }
     if (coloured_ == pairs_.size() && complete_ == shared_.size()) break;
-    Letter letter = communicator_.await_any(Communicator::Topic::colours);
-    take(letter.message);
+    RankMessage message = communicator_.await_any(Communicator::Topic::colours);
+    take(message.content);
   }
   communicator_.settle();
 }

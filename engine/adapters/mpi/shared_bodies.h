@@ -41,7 +41,7 @@ class SharedBodies {
   /// To the owners: which pairs move copies here.
   void write_uses(Outbox& outbox) const;
   void read_use(Message& message, int rank);
-  /// Once all owners know: whose pairs move their bodies, to those who asked. One's own do not go through a letter.
+  /// Once all owners know: whose pairs move their bodies, to those who asked. One's own do not go through a message.
   void write_orders(Outbox& outbox);
   void read_order(Message& message, int owner);
   /// Collective. `colours`: one a pair of the rank's list.
@@ -79,7 +79,7 @@ class SharedBodies {
   std::vector<std::uint8_t> waits_;       // a pair: for how many bodies
   std::vector<std::uint32_t> ready_;
   std::vector<TakenColours> taken_;  // an index
-  std::vector<Message> letters_;     // a rank
+  std::vector<Message> outgoing_;    // a rank
   std::size_t coloured_ = 0, complete_ = 0;
   std::uint64_t bytes_ = 0, messages_ = 0;
 };

@@ -72,11 +72,11 @@ void VelocityExchange::send(const Parcel& parcel, const std::vector<SolverBody>&
 void VelocityExchange::receive(const Parcel& parcel, std::vector<SolverBody>& bodies) {
   using Clock = std::chrono::steady_clock;
   const auto begin = Clock::now();
-  Letter letter = communicator_.await(Communicator::Topic::velocities, parcel.rank);
+  RankMessage message = communicator_.await(Communicator::Topic::velocities, parcel.rank);
   wait_ms_ += std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
   for (std::uint32_t k = parcel.first; k < parcel.end; ++k) {
     SolverBody& body = bodies[received_.bodies[k]];
-    const auto velocity = letter.message.take<Numbers>(), angular_velocity = letter.message.take<Numbers>();
+    const auto velocity = message.content.take<Numbers>(), angular_velocity = message.content.take<Numbers>();
     body.velocity = Eigen::Map<const Vec3>(velocity.data());
     body.angular_velocity = Eigen::Map<const Vec3>(angular_velocity.data());
   }

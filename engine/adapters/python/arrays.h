@@ -22,7 +22,7 @@ using Doubles = py::array_t<double, py::array::c_style>;
 /// What was passed as contiguous doubles: itself where it is such an array, else a copy of any array or sequence of
 /// real numbers. Throws std::invalid_argument "WHAT: ..." for anything else.
 Doubles doubles(const py::handle& value, std::string_view what);
-/// The same of a shape; -1 in it allows any length.
+/// As above for an array of a shape; -1 in it allows any length.
 Doubles doubles(const py::handle& value, std::string_view what, std::initializer_list<py::ssize_t> shape);
 
 Vec3 vec3(const py::handle& value, std::string_view what);

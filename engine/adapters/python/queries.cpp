@@ -212,7 +212,7 @@ Doubles clearance(const SharedQueries& queries, const std::vector<Shape>& links,
   return out;
 }
 
-// The same asked by a body of the scene, where it is.
+// The queries asked by a body of the scene, where it is.
 void bind_of_bodies(py::class_<SharedQueries>& queries) {
   const auto body = py::arg("body"), margin = py::arg("margin");
   queries

@@ -6,6 +6,7 @@
 #include <bit>
 #include <cerrno>
 #include <cstring>
+#include <nlohmann/json.hpp>
 
 #include "formats/json_reader.h"
 #include "formats/text_file.h"

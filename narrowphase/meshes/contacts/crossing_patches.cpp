@@ -120,7 +120,9 @@ class PatchFinder {
   };
   /// What the curves cross of a mesh: triangles, and the ends of their crossed edges, each with its nearest piercing.
   struct CrossedMesh {
-    explicit CrossedMesh(Memory memory) : triangles(memory), vertices(memory) {}
+    // Most triangles and vertices have two crossings each.
+    CrossedMesh(Memory memory, std::size_t crossings)
+        : triangles(memory, crossings / 2), vertices(memory, crossings / 2) {}
     IndexMap<Crossed> triangles;
     IndexMap<Inner> vertices;
   };
@@ -128,7 +130,7 @@ class PatchFinder {
   // Curves that share a triangle bound one patch, and so do curves between which the surface lies inside.
   void join_and_flood(bool of_a, DisjointSets& sets, List<Found>& inside, List<Found>& touched, Memory memory) const {
     WorkMeter meter(m_.limit);
-    CrossedMesh crossed(memory);
+    CrossedMesh crossed(memory, crossings_.size());
     join(of_a, sets, crossed, meter);
     for (const auto& [vertex, n] : crossed.vertices) {
       meter.spend();
@@ -163,6 +165,7 @@ class PatchFinder {
   List<std::pair<std::uint32_t, std::uint32_t>> flood(bool of_a, DisjointSets& sets, CrossedMesh& crossed,
                                                       List<Found>& inside, Memory memory, WorkMeter& meter) const {
     const MeshModel& mesh = m_.mesh(of_a);
+    const auto& neighbours = mesh.neighbours();
     IndexMap<std::uint32_t> reached(memory);
     List<std::pair<std::uint32_t, std::uint32_t>> stack(memory), all(memory);
     const auto visit = [&](std::uint32_t t, std::uint32_t c) {
@@ -180,7 +183,7 @@ class PatchFinder {
         if (hit.edges >> k & 1u) continue;
         const Inner* from = crossed.vertices.find(mesh.triangles[t][k]);
         const Inner* to = crossed.vertices.find(mesh.triangles[t][(k + 1) % 3]);
-        if (from && to && from->inside && to->inside) visit(mesh.neighbours()[t][k], hit.crossing);
+        if (from && to && from->inside && to->inside) visit(neighbours[t][k], hit.crossing);
       }
       while (!stack.empty()) {
         meter.spend(6);
@@ -189,7 +192,7 @@ class PatchFinder {
         for (std::uint32_t k = 0; k < 3; ++k) {
           if (crossed.vertices.emplace(mesh.triangles[next][k], {0, true, origin}).second)
             inside.push_back({mesh.triangles[next][k], of_a, origin});
-          visit(mesh.neighbours()[next][k], origin);
+          visit(neighbours[next][k], origin);
         }
       }
     }

@@ -1,6 +1,7 @@
 #include "meshes/contacts/face_overlaps.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -17,10 +18,11 @@ struct CoplanarFacets {
   double level, area;
   List<Facet> facets;
 
-  bool contains(const Facet& f, double slack) const {
-    return n.dot(f.n) > 0.5 &&
-           std::all_of(f.p.begin(), f.p.end(), [&](const Vec3& v) { return std::abs(n.dot(v) - level) <= slack; });
+  bool is_level(const std::array<Vec3, 3>& p, double slack) const {
+    return std::all_of(p.begin(), p.end(), [&](const Vec3& v) { return std::abs(n.dot(v) - level) <= slack; });
   }
+  // The corners first: most facets lie elsewhere, and few are turned.
+  bool contains(const Facet& f, double slack) const { return is_level(f.p, slack) && n.dot(f.n) > 0.5; }
 };
 
 // That of one of the facets: those of the patch, and what goes on from there as far as the other mesh's box. Where
@@ -28,7 +30,7 @@ struct CoplanarFacets {
 CoplanarFacets coplanar_facets(const PosedMeshes& m, std::span<const Facet> facets, const Facet& seed, bool of_a,
                                double slack, Memory memory) {
   constexpr std::size_t most = 512;
-  const MeshModel& mesh = m.mesh(of_a);
+  const auto& neighbours = m.mesh(of_a).neighbours();
   const Vec3 centre = of_a ? m.frame.in_a(m.b.centre) : m.a.centre,
              half = of_a ? Vec3(m.frame.map().cwiseAbs() * m.b.half) : m.a.half;
   CoplanarFacets face{seed.n, seed.n.dot(seed.p[0]), 0, List<Facet>(memory)};
@@ -37,15 +39,18 @@ CoplanarFacets coplanar_facets(const PosedMeshes& m, std::span<const Facet> face
     if (face.contains(f, slack)) face.facets.push_back(f);
   for (std::size_t i = 0; i < face.facets.size() && face.facets.size() < most; ++i) {
     meter.spend(8);
-    for (const std::uint32_t next : mesh.neighbours()[face.facets[i].triangle]) {
-      const bool is_known =
-          std::any_of(face.facets.begin(), face.facets.end(), [&](const Facet& f) { return f.triangle == next; });
-      if (next == no_index || is_known) continue;
-      const Facet f = facet_of(m, of_a, next);
-      const Vec3 lo = f.p[0].cwiseMin(f.p[1]).cwiseMin(f.p[2]), hi = f.p[0].cwiseMax(f.p[1]).cwiseMax(f.p[2]);
+    for (const std::uint32_t next : neighbours[face.facets[i].triangle]) {
+      if (next == no_index) continue;
+      const std::array<Vec3, 3> p = m.corners(of_a, next);
+      const Vec3 lo = p[0].cwiseMin(p[1]).cwiseMin(p[2]), hi = p[0].cwiseMax(p[1]).cwiseMax(p[2]);
       const bool is_near =
           ((lo - centre - half).array() <= slack).all() && ((centre - half - hi).array() <= slack).all();
-      if (is_near && face.contains(f, slack)) face.facets.push_back(f);
+      if (!is_near || !face.is_level(p, slack)) continue;
+      const bool is_known =
+          std::any_of(face.facets.begin(), face.facets.end(), [&](const Facet& f) { return f.triangle == next; });
+      if (is_known) continue;
+      const Facet f = facet_of(m, of_a, next);
+      if (face.contains(f, slack)) face.facets.push_back(f);
     }
   }
   std::sort(face.facets.begin(), face.facets.end(),

@@ -58,7 +58,8 @@ class ApartByNormals {
 /// In world axes about A's translation.
 class GapContacts {
  public:
-  GapContacts(const Posed& a, const Posed& b, const NarrowPhaseOptions& options)
+  /// `scratch`: what is added to it meanwhile goes again.
+  GapContacts(const Posed& a, const Posed& b, const NarrowPhaseOptions& options, std::vector<Contact>& scratch)
       : a_(a),
         b_(b),
         mesh_a_(mesh_of(a.shape)),
@@ -66,7 +67,8 @@ class GapContacts {
         between_(b.pose.translation - a.pose.translation),
         size_(a.shape.size() + b.shape.size()),
         options_(options),
-        patches_(size_, options.limit) {}
+        patches_(size_, options),
+        scratch_(scratch) {}
 
   /// Two triangles that do not meet.
   void add(const TrianglePair& pair, const Nearest& near) {
@@ -128,10 +130,11 @@ class GapContacts {
     const Corners p = corners_of_a(near.pair[0]), q = corners_of_b(near.pair[1]);
     const LocalAnswer answer{near.points.distance, near.points.on_a, near.points.on_b, near.normal, 0};
     constexpr bool whole = true;
-    scratch_.clear();
+    const std::size_t first = scratch_.size();
     append_manifold(TriangleView(p), TriangleView(q), {Mat3::Identity(), Vec3::Zero()}, answer, options_.margin, Pose{},
                     scratch_, whole);
-    patches_.add(near.pair[0], scratch_);
+    patches_.add(near.pair[0], std::span(scratch_).subspan(first));
+    scratch_.resize(first);
   }
 
   const Posed &a_, &b_;
@@ -141,7 +144,7 @@ class GapContacts {
   const NarrowPhaseOptions& options_;
   PatchCollector patches_;
   Near nearest_;
-  std::vector<Contact> scratch_;
+  std::vector<Contact>& scratch_;
 };
 
 }  // namespace
@@ -151,7 +154,7 @@ PairAnswer gap_contacts(const Posed& a, const Posed& b, std::span<const Triangle
   const std::size_t first = contacts.size();
   // Made here, where a limit is known.
   for (const Posed& posed : {a, b}) mesh_of(posed.shape).neighbours(options.limit);
-  GapContacts gaps(a, b, options);
+  GapContacts gaps(a, b, options, contacts);
   const auto meet = [&](std::uint32_t i, std::uint32_t j) {
     return std::binary_search(meeting.begin(), meeting.end(), TrianglePair{i, j});
   };

@@ -10,6 +10,7 @@
 #include "meshes/contacts/crossing_patches.h"
 #include "meshes/contacts/face_overlaps.h"
 #include "meshes/contacts/patch_points.h"
+#include "shapes/lent_memory.h"
 #include "tolerances.h"
 
 namespace tandem {
@@ -75,11 +76,11 @@ struct Sides : PatchSides {
 Sides add_patches(const PosedMeshes& m, std::span<const TrianglePair> pairs, const NarrowPhaseOptions& options,
                   std::vector<Contact>& contacts) {
   alignas(std::max_align_t) std::array<std::byte, usual_memory> usual;
-  std::pmr::monotonic_buffer_resource memory(usual.data(), usual.size());
+  std::pmr::monotonic_buffer_resource memory(usual.data(), usual.size(), lent_memory(options));
   const std::size_t first = contacts.size();
   const CrossingPatches found(m, pairs, options.parts, &memory);
-  PatchCollector overlaps((m.a.half + m.b.half).norm(),
-                          options.limit);  // those along one normal are one patch, as with a convex shape
+  // Those along one normal are one patch, as with a convex shape.
+  PatchCollector overlaps((m.a.half + m.b.half).norm(), options);
   Sides sides;
   sides.sure = true;
   WorkMeter meter(options.limit);
@@ -105,21 +106,22 @@ PatchSides patch_contacts(const MeshModel& a, const MeshModel& b, const Triangle
   const std::size_t first = contacts.size();
   const double slack = tolerance::alike * (a.half + b.half).norm();
   Sides taken;  // those in `contacts`
-  std::vector<Contact> found;
   for (const bool turned_a : {false, true})
     for (const bool turned_b : {false, true}) {
       if ((turned_a && a.closed) || (turned_b && b.closed)) continue;
       const bool is_first = !turned_a && !turned_b;
-      std::vector<Contact>& here = is_first ? contacts : found;
-      if (!is_first) found.clear();
-      const Sides sides = add_patches({a, b, frame, turned_a, turned_b, options.limit}, pairs, options, here);
+      const std::size_t known = contacts.size();
+      const Sides sides = add_patches({a, b, frame, turned_a, turned_b, options.limit}, pairs, options, contacts);
       if (!is_first) {
         // The shorter translation, if any.
-        const bool better = contacts.size() == first || sides.sure > taken.sure ||
+        const bool better = known == first || sides.sure > taken.sure ||
                             (sides.sure == taken.sure && sides.deepest < taken.deepest - slack);
-        if (found.empty() || !better) continue;
-        contacts.resize(first);
-        contacts.insert(contacts.end(), found.begin(), found.end());
+        if (contacts.size() == known || !better) {
+          contacts.resize(known);
+          continue;
+        }
+        contacts.erase(contacts.begin() + static_cast<std::ptrdiff_t>(first),
+                       contacts.begin() + static_cast<std::ptrdiff_t>(known));
       }
       taken = sides;
     }

@@ -24,15 +24,16 @@ struct PatchSides {
 /// sides with the shorter translation. Where a curve goes round a corner of one mesh, two planes and up to four that
 /// each lie in front of the others, there is a patch for each of them. Where flat faces have sunk into each other there
 /// is a patch for each of their normals instead. Normals from A to B. Of the options: `parts` shares the work
-/// where many triangles meet, and changes no bit, and `limit`.
+/// where many triangles meet, and changes no bit, `limit` and `memory`.
 PatchSides patch_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
                           std::span<const TrianglePair> pairs, const NarrowPhaseOptions& options,
                           std::vector<Contact>& contacts);
 
 /// For those: if all triangles that meet only touch along some direction, their contacts along it take the place of
-/// those from `first` on; if there are none of these, there is at least one afterwards.
+/// those from `first` on; if there are none of these, there is at least one afterwards. Of the options: `limit` and
+/// `memory`.
 void touching_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
-                       std::span<const TrianglePair> pairs, const WorkLimit* limit, std::size_t first,
+                       std::span<const TrianglePair> pairs, const NarrowPhaseOptions& options, std::size_t first,
                        std::vector<Contact>& contacts);
 
 }  // namespace tandem

@@ -106,11 +106,12 @@ List<const RidgeSpan*> farthest_spans(std::span<const RidgeSpan> spans, const Ve
 class DepthProbe {
  public:
   DepthProbe(const Facets& facets, const Vec3& n, const WorkLimit* limit, Memory memory)
-      : n_(n), flats_{List<Flat>(memory), List<Flat>(memory)} {
+      : n_(n), boxes_{List<Box>(memory), List<Box>(memory)}, flats_{List<Flat>(memory), List<Flat>(memory)} {
     u_ = uncommon(n).normalized();
     v_ = n.cross(u_);
     WorkMeter meter(limit);
     for (const std::size_t of_a : {std::size_t{1}, std::size_t{0}}) {
+      boxes_[of_a].reserve(std::min(facets[of_a].size(), usual_flats));
       flats_[of_a].reserve(std::min(facets[of_a].size(), usual_flats));
       for (const Facet& facet : facets[of_a]) {
         meter.spend();
@@ -123,7 +124,7 @@ class DepthProbe {
         const auto [low_y, high_y] = std::minmax({f.y[0], f.y[1], f.y[2]});
         const double slack = 4 * edge * (high_x - low_x + high_y - low_y) +
                              tolerance::place_rounding_of_nearest * (std::abs(f.x[0]) + std::abs(f.y[0]));
-        f.low_x = low_x - slack, f.high_x = high_x + slack, f.low_y = low_y - slack, f.high_y = high_y + slack;
+        boxes_[of_a].push_back({low_x - slack, high_x + slack, low_y - slack, high_y + slack});
         flats_[of_a].push_back(f);
       }
     }
@@ -132,10 +133,13 @@ class DepthProbe {
   double operator()(const Candidate& c, WorkMeter& meter) const {
     const double x = u_.dot(c.point), y = v_.dot(c.point), z = n_.dot(c.point);
     double nearest = std::numeric_limits<double>::infinity();
-    std::size_t tried = 0;
-    for (const Flat& f : flats_[c.of_a ? 0 : 1]) {
-      if (tried++ % 32 == 0) meter.spend();
-      if (!(x >= f.low_x && x <= f.high_x && y >= f.low_y && y <= f.high_y)) continue;
+    const std::span<const Box> boxes = boxes_[c.of_a ? 0 : 1];
+    for (std::size_t k = 0; k < boxes.size(); ++k) {
+      if (k % 32 == 0) meter.spend();
+      // `&`: which of them tells is as good as random.
+      const Box& box = boxes[k];
+      if (((x >= box.low_x) & (x <= box.high_x) & (y >= box.low_y) & (y <= box.high_y)) == 0) continue;
+      const Flat& f = flats_[c.of_a ? 0 : 1][k];
       const double ax = f.x[1] - f.x[0], ay = f.y[1] - f.y[0], bx = f.x[2] - f.x[0], by = f.y[2] - f.y[0];
       const double det = ax * by - ay * bx;
       if (det == 0) continue;
@@ -155,11 +159,14 @@ class DepthProbe {
  private:
   static constexpr double edge = tolerance::on_edge;  // a point on an edge belongs to both sides
   static constexpr std::size_t usual_flats = 64;
-  struct Flat {
+  struct Box {
     double low_x, high_x, low_y, high_y;  // wide enough for that
+  };
+  struct Flat {
     std::array<double, 3> x, y, z;
   };
   Vec3 n_, u_, v_;
+  std::array<List<Box>, 2> boxes_;  // of `flats_`
   std::array<List<Flat>, 2> flats_;
 };
 
@@ -219,7 +226,7 @@ Vec3 normal_of_face(const PosedMeshes& m, const PatchPoints& points, const Vec3&
   const double slack = tolerance::in_plane * (m.a.half + m.b.half).norm();
   const Facet *of_a = sole_face(points.facets[1], n, slack), *of_b = sole_face(points.facets[0], n, slack);
   if (of_a != nullptr && of_b != nullptr) {
-    // Of two that which less has come through.
+    // The face of the two which less of the other mesh has come through.
     double beyond_a = 0, beyond_b = 0;
     const auto include = [&](std::span<const Candidate> some) {
       for (const Candidate& c : some) {
@@ -237,9 +244,10 @@ Vec3 normal_of_face(const PosedMeshes& m, const PatchPoints& points, const Vec3&
 void find_spans(const PosedMeshes& m, const Patch& patch, std::span<const Crossing> crossings, bool of_a, Memory memory,
                 List<RidgeSpan>& spans) {
   const MeshModel& mesh = m.mesh(of_a);
+  const auto& neighbours = mesh.neighbours();
   // Each edge is seen from both of its triangles.
   const auto is_first = [&](std::uint32_t t, std::uint32_t corner) {
-    const std::uint32_t next = mesh.neighbours()[t][corner];
+    const std::uint32_t next = neighbours[t][corner];
     return next == no_index || t < next;
   };
   const auto add = [&](std::uint32_t edge, const Vec3& p, const Vec3& q) {

@@ -15,7 +15,7 @@ struct RidgeSpan {
 void find_spans(const PosedMeshes& m, const Patch& patch, std::span<const Crossing> crossings, bool of_a, Memory memory,
                 List<RidgeSpan>& spans);
 
-/// Of a patch, what does not depend on the direction along which it is measured; of B, of A.
+/// What of a patch does not depend on the direction along which it is measured; of B, of A.
 struct PatchPoints {
   std::array<std::span<const Candidate>, 2> vertices, edges;
   std::array<std::span<const RidgeSpan>, 2> spans;

@@ -10,6 +10,7 @@
 #include "meshes/contacts/mesh_contacts.h"
 #include "meshes/contacts/posed_meshes.h"
 #include "pairs/convex_pair.h"
+#include "shapes/lent_memory.h"
 #include "shapes/support.h"
 #include "tolerances.h"
 
@@ -228,11 +229,11 @@ void sort_contacts(std::span<Contact> contacts) {
 }
 
 void touching_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
-                       std::span<const TrianglePair> pairs, const WorkLimit* limit, std::size_t first,
+                       std::span<const TrianglePair> pairs, const NarrowPhaseOptions& options, std::size_t first,
                        std::vector<Contact>& contacts) {
-  const PosedMeshes m{a, b, frame, false, false, limit};
+  const PosedMeshes m{a, b, frame, false, false, options.limit};
   alignas(std::max_align_t) std::array<std::byte, usual_memory> usual;
-  std::pmr::monotonic_buffer_resource memory(usual.data(), usual.size());
+  std::pmr::monotonic_buffer_resource memory(usual.data(), usual.size(), lent_memory(options));
   Touching touching(m, pairs, &memory);
   if (!touching.separable() && contacts.size() > first) return;
   contacts.resize(first);

@@ -120,7 +120,7 @@ double OverlappingMeshes::free_length(const Vec3& direction, const Separation& k
 bool OverlappingMeshes::add_constraints(const Vec3& at, LocalConstraints& constraints) const {
   constexpr std::size_t most_pairs = 512;
   constexpr std::size_t at_once = 16;  // many that oppose each other show early
-  PairMemory memory;
+  PairMemory memory(std::pmr::get_default_resource());
   TrianglePairs there(&memory.resource);
   if (!at.isZero(0)) {
     const Pose pose = moved_b(at);

@@ -19,10 +19,11 @@ namespace tandem {
 using TrianglePair = std::array<std::uint32_t, 2>;  ///< of A, of B
 using TrianglePairs = std::pmr::vector<TrianglePair>;
 
-/// What a query usually needs for pairs lies on the stack.
+/// What a query usually needs for pairs lies on the stack; `more` is where the rest comes from.
 struct PairMemory {
+  explicit PairMemory(std::pmr::memory_resource* more) : resource(usual.data(), usual.size(), more) {}
   alignas(std::max_align_t) std::array<std::byte, std::size_t{16} << 10> usual;
-  std::pmr::monotonic_buffer_resource resource{usual.data(), usual.size()};
+  std::pmr::monotonic_buffer_resource resource;
 };
 
 /// What is known of how far apart two meshes are that do not meet.
@@ -51,8 +52,8 @@ TrianglePairs meeting_pairs(const Posed& a, const Posed& b, TriangleTest& test, 
 /// Takes one; false ends the search.
 using TakePair = std::function<bool(const TrianglePair&)>;
 
-/// The same pairs one after the other, in an order that depends on the arguments only; a.unit >= b.unit. False if it
-/// was ended. `progress`, if not empty, is told the part that is done, rising to 1 where the boxes overlap.
+/// Hands on the pairs that meet one by one, in an order that depends on the arguments only; a.unit >= b.unit. False if
+/// it was ended. `progress`, if not empty, is told the part that is done, rising to 1 where the boxes overlap.
 bool each_meeting_pair(const Posed& a, const Posed& b, const WorkLimit* limit, const TakePair& take,
                        const std::function<void(double)>& progress);
 

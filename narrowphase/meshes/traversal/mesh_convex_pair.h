@@ -70,7 +70,7 @@ class MeshConvexPair {
   /// Options are those of a triangle and the convex shape; all arguments must outlive this.
   MeshConvexPair(const Posed& mesh, const Posed& convex, const NarrowPhaseOptions& options);
 
-  /// The same with the convex shape moved (mesh's axes), or elsewhere (world).
+  /// This pair with the convex shape moved (mesh's axes), or elsewhere (world).
   MeshConvexPair moved(const Vec3& by) const {
     return placed({convex_pose_.rotation, convex_pose_.translation + mesh_.pose.rotation * by});
   }

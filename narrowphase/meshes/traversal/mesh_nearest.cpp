@@ -17,42 +17,14 @@
 namespace tandem {
 namespace {
 
-// Squared sine below which what two segments cross at is rounding's doing.
-constexpr double nearly_parallel = tolerance::slanting2;
-
-void segments_nearest(const Vec3& p, const Vec3& d, const Vec3& q, const Vec3& e, Nearest& best) {
-  // Ericson, Real-Time Collision Detection, 5.1.9.
+// Of two edges that are nearly parallel: what they cross at is rounding's doing.
+void ends_nearest(const Vec3& p, const Vec3& d, const Vec3& q, const Vec3& e, Nearest& best) {
   const Vec3 r = p - q;
   const double dd = d.squaredNorm(), ee = e.squaredNorm(), f = e.dot(r), c = d.dot(r), b = d.dot(e);
   const auto along = [](double over, double under) { return under > 0 ? std::clamp(over / under, 0.0, 1.0) : 0.0; };
-  const auto take = [&](double s, double t) {
-    const Vec3 x = p + s * d, y = q + t * e;
-    best.take(x, y);
-  };
-  const double det = dd * ee - b * b;
-  const double s = along(b * f - c * ee, det), t = along(b * s + f, ee);
-  take(t > 0 && t < 1 ? s : along(b * t - c, dd), t);
-  if (det > nearly_parallel * dd * ee) return;
+  const auto take = [&](double s, double t) { best.take(p + s * d, q + t * e); };
   for (const double end : {0.0, 1.0}) take(end, along(b * end + f, ee)), take(along(b * end - c, dd), end);
 }
-
-// A triangle by its longest side and what is square to that: the foot of a point on its plane keeps its place along the
-// side, and a sliver's normal, which rounding may turn anywhere, is not asked for.
-struct TriangleFrame {
-  Vec3 from, side, slant, height;
-  double side2, height2;
-
-  explicit TriangleFrame(const Corners& t) {
-    const double length2[3] = {(t[1] - t[0]).squaredNorm(), (t[2] - t[1]).squaredNorm(), (t[0] - t[2]).squaredNorm()};
-    const std::size_t i = length2[0] >= length2[1] && length2[0] >= length2[2] ? 0 : length2[1] >= length2[2] ? 1 : 2;
-    from = t[i];
-    side = t[(i + 1) % 3] - from;
-    slant = t[(i + 2) % 3] - from;
-    side2 = length2[i];
-    height = Height(side, slant).height;
-    height2 = height.squaredNorm();
-  }
-};
 
 // The foot of v on the plane of a triangle, where it lies inside. Edges are the segments' business.
 void vertex_nearest(const Vec3& v, const TriangleFrame& t, bool v_of_a, Nearest& best) {
@@ -80,6 +52,16 @@ Vec3 middle_of(const MeshModel& mesh, const MeshNode& node, std::uint32_t lane) 
   return middle;
 }
 
+// Half a box's diagonal, squared; not of a triangle.
+double half_square(const MeshModel& mesh, std::uint32_t ref) {
+  if (lane_of(ref) == whole) return mesh.half.squaredNorm();
+  const ChildBoxes& boxes = mesh.boxes_of(mesh.nodes[node_of(ref)]);
+  double sum = 0;
+  for (const auto& half : boxes.half)
+    sum += static_cast<double>(half[lane_of(ref)]) * static_cast<double>(half[lane_of(ref)]);
+  return mesh.unit * mesh.unit * sum;
+}
+
 // A mesh as the other sees it: about the other's centre, in its units.
 MeshView view_of(const MeshModel& mesh, const MeshModel& by, const Mat3& turn, const Vec3& shift) {
   return {mesh, turn, (turn * mesh.centre + shift - by.centre) / by.unit, by.unit};
@@ -87,14 +69,41 @@ MeshView view_of(const MeshModel& mesh, const MeshModel& by, const Mat3& turn, c
 
 }  // namespace
 
-void triangles_nearest(const Corners& p, const Corners& q, Nearest& best) {
-  const TriangleFrame of_p(p), of_q(q);
-  for (std::size_t i = 0; i < 3; ++i) {
-    vertex_nearest(p[i], of_q, true, best);
-    vertex_nearest(q[i], of_p, false, best);
-    for (std::size_t j = 0; j < 3; ++j)
-      segments_nearest(p[i], p[(i + 1) % 3] - p[i], q[j], q[(j + 1) % 3] - q[j], best);
+TriangleFrame::TriangleFrame(const Corners& t) {
+  const double length2[3] = {(t[1] - t[0]).squaredNorm(), (t[2] - t[1]).squaredNorm(), (t[0] - t[2]).squaredNorm()};
+  const std::size_t i = length2[0] >= length2[1] && length2[0] >= length2[2] ? 0 : length2[1] >= length2[2] ? 1 : 2;
+  from = t[i];
+  side = t[(i + 1) % 3] - from;
+  slant = t[(i + 2) % 3] - from;
+  side2 = length2[i];
+  height = Height(side, slant).height;
+  height2 = height.squaredNorm();
+}
+
+PlacedTriangle::PlacedTriangle(const Corners& t) : corner(t), frame(t) {
+  for (std::size_t j = 0; j < 4; ++j) {
+    const Vec3 edge = t[(j + 1) % 3] - t[j % 3];
+    for (int k = 0; k < 3; ++k) edges.corner[k][j] = t[j % 3][k], edges.edge[k][j] = edge[k];
+    edges.length2[j] = edge.squaredNorm();
   }
+}
+
+void triangles_nearest(const PlacedTriangle& p, const PlacedTriangle& q, Nearest& best) {
+  EdgePairs pairs;
+  nearest_on_edges(p.edges, q.edges, pairs);
+  for (std::size_t i = 0; i < 3; ++i) {
+    vertex_nearest(p.corner[i], q.frame, true, best);
+    vertex_nearest(q.corner[i], p.frame, false, best);
+    for (std::size_t j = 0; j < 3; ++j) {
+      if (best.may_take(pairs.squared[i][j]))
+        best.take(p.corner[i] + pairs.on_a[i][j] * p.edge(i), q.corner[j] + pairs.on_b[i][j] * q.edge(j));
+      if ((pairs.parallel >> (4 * i + j) & 1u) != 0) ends_nearest(p.corner[i], p.edge(i), q.corner[j], q.edge(j), best);
+    }
+  }
+}
+
+void triangles_nearest(const Corners& p, const Corners& q, Nearest& best) {
+  triangles_nearest(PlacedTriangle(p), PlacedTriangle(q), best);
 }
 
 NearestSearch::NearestSearch(const Posed& a, const Posed& b, const WorkLimit* limit)
@@ -130,20 +139,23 @@ Nearest NearestSearch::operator()(double cutoff) {
     const MeshModel& mesh = down_a ? a_ : b_;
     const MeshNode& node = mesh.nodes[children.node];
     const std::size_t first = top;
-    std::array<double, mesh_lanes> away;  // of those on the stack
+    // Of equals, as of boxes that overlap, the one whose middle is nearest.
+    const auto away = [&](const Item& item) {
+      return (middle_of(mesh, node, lane_of(down_a ? item.a : item.b)) - children.aligned_mid).squaredNorm();
+    };
     for (std::uint32_t k = 0; k < node.lanes(); ++k) {
       const double bound = std::max(at.bound, children.bound[k]);
       if (!(bound <= best_.distance)) continue;
       const std::uint32_t child = child_ref(children.node, k);
-      const double own = (middle_of(mesh, node, k) - children.aligned_mid).squaredNorm();
-      // The nearest on top; of equals, as of boxes that overlap, the one whose middle is, else the first.
+      const Item item = down_a ? Item{bound, child, at.b} : Item{bound, at.a, child};
+      // The nearest on top.
       std::size_t place = top++;
-      for (; place > first &&
-             (stack[place - 1].bound < bound || (stack[place - 1].bound == bound && away[place - 1 - first] <= own));
-           --place)
-        stack[place] = stack[place - 1], away[place - first] = away[place - 1 - first];
-      stack[place] = down_a ? Item{bound, child, at.b} : Item{bound, at.a, child};
-      away[place - first] = own;
+      for (; place > first; --place) {
+        const Item& below = stack[place - 1];
+        if (below.bound > bound || (below.bound == bound && away(below) > away(item))) break;
+        stack[place] = below;
+      }
+      stack[place] = item;
     }
   }
   if (!(best_.distance < within)) best_.distance = infinity;
@@ -151,8 +163,7 @@ Nearest NearestSearch::operator()(double cutoff) {
 }
 
 bool NearestSearch::goes_down_a(const Item& at) const {
-  return is_leaf(b_, at.b) ||
-         (!is_leaf(a_, at.a) && BoxOf(a_, at.a).half.squaredNorm() >= BoxOf(b_, at.b).half.squaredNorm());
+  return is_leaf(b_, at.b) || (!is_leaf(a_, at.a) && half_square(a_, at.a) >= half_square(b_, at.b));
 }
 
 NearestSearch::Children NearestSearch::bounds_of_children(const Item& at, double within) {
@@ -168,10 +179,22 @@ NearestSearch::Children NearestSearch::bounds_of_children(const Item& at, double
   return children;
 }
 
-std::array<Corners, 2> NearestSearch::placed(std::uint32_t i, std::uint32_t j) const {
-  Corners p = a_.corners(i), q = b_.corners(j);
-  for (std::size_t k = 0; k < 3; ++k) p[k] = turn_a_ * p[k], q[k] = turn_b_ * q[k] + between_;
-  return {p, q};
+const PlacedTriangle& NearestSearch::placed_of_a(std::uint32_t triangle) {
+  if (triangle != last_a_.triangle) {
+    Corners p = a_.corners(triangle);
+    for (Vec3& corner : p) corner = turn_a_ * corner;
+    last_a_ = {triangle, PlacedTriangle(p)};
+  }
+  return last_a_.placed;
+}
+
+const PlacedTriangle& NearestSearch::placed_of_b(std::uint32_t triangle) {
+  if (triangle != last_b_.triangle) {
+    Corners q = b_.corners(triangle);
+    for (Vec3& corner : q) corner = turn_b_ * corner + between_;
+    last_b_ = {triangle, PlacedTriangle(q)};
+  }
+  return last_b_.placed;
 }
 
 bool NearestSearch::each_within(double within, const Meet& meet, const Visit& visit,
@@ -203,8 +226,7 @@ bool NearestSearch::each_within(double within, const Meet& meet, const Visit& vi
       if (meet(pair[0], pair[1])) {
         nearest.distance = 0;
       } else {
-        const auto [p, q] = placed(pair[0], pair[1]);
-        triangles_nearest(p, q, nearest);
+        triangles_nearest(placed_of_a(pair[0]), placed_of_b(pair[1]), nearest);
         nearest.distance = std::max(nearest.distance, std::numeric_limits<double>::min());
       }
       if (nearest.distance <= within && !visit(pair, nearest)) return false;
@@ -226,11 +248,12 @@ bool NearestSearch::each_within(double within, const Meet& meet, const Visit& vi
 }
 
 void NearestSearch::solve(std::uint32_t i, std::uint32_t j) {
-  const auto [p, q] = placed(i, j);
+  const PlacedTriangle &p = placed_of_a(i), &q = placed_of_b(j);
   const auto least = [](const Corners& t, const Vec3& d) { return std::min({d.dot(t[0]), d.dot(t[1]), d.dot(t[2])}); };
-  if (least(q, normal_) + least(p, -normal_) > best_.distance + slack_) return;
+  if (least(q.corner, normal_) + least(p.corner, -normal_) > best_.distance + slack_) return;
   // Of pairs equally near the first by index: whatever order they are found in, it is the same one.
   Nearest found;
+  found.leave_out_beyond(best_.distance);
   triangles_nearest(p, q, found);
   const std::array<std::uint32_t, 2> pair{i, j};
   if (!(found.distance < best_.distance || (found.distance == best_.distance && pair < nearest_))) return;

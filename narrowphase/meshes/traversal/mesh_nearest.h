@@ -1,8 +1,11 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <new>
+#include <type_traits>
 
 #include "meshes/traversal/hierarchy.h"
 #include "meshes/traversal/nearest_kernel.h"
@@ -10,6 +13,7 @@
 #include "shapes/work_meter.h"
 #include "tandem/narrowphase/options.h"
 #include "tolerances.h"
+#include "triangles/edge_pairs.h"
 
 namespace tandem {
 
@@ -20,16 +24,41 @@ struct Nearest {
   /// Roots are taken of what may be nearer alone: squares are rounded, by less than what they are widened by.
   void take(const Vec3& p, const Vec3& q) {
     const double square = (p - q).squaredNorm();
-    if (square > square_) return;
-    if (const double d = std::sqrt(square); d < distance)
-      distance = d, square_ = d * d * (1 + 8 * epsilon), on_a = p, on_b = q;
+    if (!may_take(square)) return;
+    if (const double d = std::sqrt(square); d < distance) distance = d, square_ = square_within(d), on_a = p, on_b = q;
   }
+  bool may_take(double square) const { return !(square > square_); }
+  /// Leaves out what is farther than that, where it was found already.
+  void leave_out_beyond(double known) { square_ = std::min(square_, square_within(known)); }
 
  private:
+  static double square_within(double d) { return d * d * (1 + 8 * epsilon); }
   double square_ = infinity;
 };
 
+/// A triangle by its longest side and what is square to that: the foot of a point on its plane keeps its place along
+/// the side, and a sliver's normal, which rounding may turn anywhere, is not asked for.
+struct TriangleFrame {
+  Vec3 from, side, slant, height;
+  double side2 = 0, height2 = 0;
+
+  TriangleFrame() = default;
+  explicit TriangleFrame(const Corners& t);
+};
+
+/// A triangle, and what its nearest points to others are found by.
+struct PlacedTriangle {
+  Corners corner;
+  EdgeColumns edges;
+  TriangleFrame frame;
+
+  PlacedTriangle() = default;
+  explicit PlacedTriangle(const Corners& t);
+  Vec3 edge(std::size_t i) const { return {edges.edge[0][i], edges.edge[1][i], edges.edge[2][i]}; }
+};
+
 /// Takes the nearest points of two triangles that do not meet.
+void triangles_nearest(const PlacedTriangle& p, const PlacedTriangle& q, Nearest& best);
 void triangles_nearest(const Corners& p, const Corners& q, Nearest& best);
 
 /// The nearest points of surfaces that do not meet, by branch and bound; relative to A's translation, in world axes.
@@ -57,8 +86,13 @@ class NearestSearch {
  private:
   bool goes_down_a(const Item& at) const;
   void solve(std::uint32_t triangle_a, std::uint32_t triangle_b);
-  /// The triangles in world axes about A's translation.
-  std::array<Corners, 2> placed(std::uint32_t triangle_a, std::uint32_t triangle_b) const;
+  /// A triangle in world axes about A's translation. Most pairs have one in common with the pair before.
+  struct LastTriangle {
+    std::uint32_t triangle = 0xffffffffu;
+    PlacedTriangle placed;
+  };
+  const PlacedTriangle& placed_of_a(std::uint32_t triangle);
+  const PlacedTriangle& placed_of_b(std::uint32_t triangle);
   /// Lower bounds (metres) for the children of the larger of two places; which of the two it is, and its node. Of those
   /// beyond `within` (metres) that is all that is known.
   struct Children {
@@ -75,9 +109,10 @@ class NearestSearch {
     NearVolume volume;
     explicit SeenVolume(const MeshView& v) : view(v), ref(whole), volume(v.volume(whole)) {}
     const NearVolume& at(std::uint32_t place) {
-      if (place != ref) volume = view.volume(place), ref = place;
+      if (place != ref) ::new (&volume) NearVolume(view.volume(place)), ref = place;  // made where it stays
       return volume;
     }
+    static_assert(std::is_trivially_destructible_v<NearVolume>);
   };
 
   const MeshModel &a_, &b_;
@@ -85,6 +120,7 @@ class NearestSearch {
   const Vec3 between_;
   const MeshView a_by_b_, b_by_a_;
   SeenVolume seen_a_{a_by_b_}, seen_b_{b_by_a_};
+  LastTriangle last_a_, last_b_;
   const double slack_;  ///< of the bounds, metres
   WorkMeter meter_;
   Nearest best_;

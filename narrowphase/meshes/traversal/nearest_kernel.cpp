@@ -207,16 +207,17 @@ double NearVolume::reach(const Vec3& n) const {
 }
 
 NearVolume MeshView::volume(std::uint32_t ref) const {
+  const double per_unit = 1 / unit;  // a power of two
   if (is_leaf(mesh, ref)) {
     std::array<Vec3, 3> p = mesh.corners(leaf_triangle(mesh, ref));
-    for (Vec3& corner : p) corner = turn * ((corner - mesh.centre) / unit) + shift;
+    for (Vec3& corner : p) corner = turn * ((corner - mesh.centre) * per_unit) + shift;
     return NearVolume(p);
   }
   const BoxOf own(mesh, ref);
-  NearBox box{turn * ((own.mid - mesh.centre) / unit) + shift, own.half / unit, turn};
+  NearBox box{turn * ((own.mid - mesh.centre) * per_unit) + shift, own.half * per_unit, turn};
   if (const std::uint32_t k = lane_of(ref); k != whole) {
     const ChildSlabs& slabs = mesh.slabs[mesh.nodes[node_of(ref)].block];
-    const double scale = mesh.unit / unit;
+    const double scale = mesh.unit * per_unit;
     box.thin = turn * Vec3(slabs.normal[0][k], slabs.normal[1][k], slabs.normal[2][k]);
     box.thin_mid = scale * slabs.mid[k] + box.thin.dot(shift);
     box.thin_half = scale * slabs.half[k];

@@ -9,7 +9,7 @@ namespace tandem {
 bool is_inside(const MeshModel& mesh, const Pose& pose, const Vec3& p, const Pose& pose_p,
                const WorkLimit* limit = nullptr);
 
-/// The same for a point in the mesh's frame.
+/// Is a point in the mesh's frame inside it or on it?
 bool is_inside(const MeshModel& mesh, const Vec3& p, const WorkLimit* limit = nullptr);
 
 }  // namespace tandem

@@ -17,7 +17,7 @@ std::vector<std::array<std::uint32_t, 2>> self_intersections(const MeshModel& me
                                                              std::span<const std::uint32_t> first,
                                                              const PartRunner& parts);
 
-/// The same, told one after the other until `visitor` returns false.
+/// Tells a mesh's crossings with itself one after the other until `visitor` returns false.
 SearchEnd visit_self_intersections(const MeshModel& mesh, std::span<const std::uint32_t> first,
                                    const std::function<bool(const std::array<std::uint32_t, 2>&)>& visitor,
                                    const SearchOptions& options);

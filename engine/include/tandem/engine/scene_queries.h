@@ -156,6 +156,7 @@ class SceneQueries {
   /// Takes over what changed in the scene, or another scene. Some that moved: a pass over all bodies' versions and a
   /// refit, k log n; those that come where none was, and another scene: n log n. Meshes that came are made ready
   /// (prepare.h), so that no query waits for it; so may be what asks, by its owner.
+  /// Where it throws (memory that there is not), queries throw std::logic_error until an update has not.
   UpdateReport update(const Scene& scene);
   std::size_t memory() const;  ///< bytes held, shapes not counted
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <limits>
+#include <memory_resource>
 #include <string>
 
 #include "tandem/narrowphase/part_runner.h"
@@ -36,6 +37,10 @@ struct NarrowPhaseOptions {
   /// Ends work on a pair before it is done (work_limit.h), from this thread or another; must outlive the queries. Null:
   /// none. Without it, and as long as it is not reached, it changes no bit.
   const WorkLimit* limit = nullptr;
+  /// Where contacts with meshes take memory that what is on the stack does not suffice for; given back before the call
+  /// returns. Used by one call at a time: calls from several threads need options each. Must outlive the queries. It
+  /// changes no bit. Null: std::pmr::get_default_resource().
+  std::pmr::memory_resource* memory = nullptr;
 };
 
 }  // namespace tandem

@@ -21,14 +21,15 @@ namespace tandem::fcl {
 /// cells.
 template <class S>
 std::optional<Shape> to_voxels(const ::fcl::OcTree<S>& octree) {
-  constexpr double most = 1 << 24;
+  constexpr std::size_t most = std::size_t{1} << 24;
   const auto boxes = octree.toBoxes();  // centre, size
   if (boxes.empty()) return std::nullopt;
   double size = std::numeric_limits<double>::infinity(), count = 0;
   for (const auto& box : boxes) size = std::min(size, double{box[3]});
   for (const auto& box : boxes) count += std::pow(std::round(box[3] / size), 3);
-  if (count > most)
-    throw std::invalid_argument("octree: the number of cells is " + std::to_string(count) + ", allowed: <= 2^24");
+  if (count > static_cast<double>(most))
+    throw std::invalid_argument("octree: the number of cells is " + std::to_string(count) +
+                                ", allowed: <= " + std::to_string(most));
   std::vector<std::array<std::int32_t, 3>> cells;
   for (const auto& box : boxes) {
     const auto edge = static_cast<std::int32_t>(std::lround(box[3] / size));

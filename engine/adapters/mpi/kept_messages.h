@@ -8,8 +8,8 @@
 namespace tandem::mpi {
 
 /// What is kept of a pair, from the rank that reported it in the last step to the one that does in this one.
-void write_kept(Message& letter, const IdPair& ids, const KeptRecord& record);
+void write_kept(Message& message, const IdPair& ids, const KeptRecord& record);
 /// In the record the pair is not set.
-std::pair<IdPair, KeptRecord> take_kept(Message& letter);
+std::pair<IdPair, KeptRecord> take_kept(Message& message);
 
 }  // namespace tandem::mpi
