@@ -5,8 +5,10 @@
 #include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
 #include "formats/scene_json.h"
+#include "scene/scene_contacts.h"
 
 namespace tandem {
 namespace {
@@ -82,18 +84,42 @@ void record::append_contact(std::string& out, std::uint32_t a, std::uint32_t b, 
   put(out, static_cast<float>(contact.depth));
 }
 
-RecordWriter::RecordWriter(OutputFile& file, const Scene& scene) : file_(file) { file_.append(record::header(scene)); }
+RecordWriter::RecordWriter(OutputFile& file, const Scene& scene) : file_(file) {
+  for (std::uint32_t i = 0; i < scene.indices(); ++i)
+    if (scene.alive(i)) bodies_.push_back(scene.id(i));
+  number_of_.assign(bodies_.empty() ? 0 : bodies_.back().index() + 1, 0);
+  for (std::uint32_t k = 0; k < bodies_.size(); ++k) number_of_[bodies_[k].index()] = k;
+  file_.append(record::header(scene));
+}
+
+void RecordWriter::require_bodies(const Scene& scene) const {
+  const bool same = scene.bodies() == bodies_.size() && std::ranges::all_of(bodies_, [&](BodyId body) {
+                      const std::uint32_t i = body.index();
+                      return i < scene.indices() && scene.alive(i) && scene.id(i) == body;
+                    });
+  if (!same)
+    throw std::invalid_argument(
+        "record: the scene has other bodies than when the record began, allowed: the same ones in each step");
+}
 
 void RecordWriter::step(std::uint64_t step, std::uint64_t contact_hash, const Scene& scene,
                         const ContactList& contacts) {
+  require_bodies(scene);
+  require_contacts_of(scene, contacts, "record");
+  if (number_of_.size() != bodies_.size()) {  // the hash is that of the bodies' numbers
+    ContactList numbered = contacts;
+    for (PairResult& pair : numbered.pairs) pair.a = number_of_[pair.a], pair.b = number_of_[pair.b];
+    contact_hash = hash(numbered);
+  }
   block_.clear();
   std::uint32_t moving = 0;
   for (std::uint32_t i = 0; i < scene.indices(); ++i) moving += moves(scene, i);
   record::append_step_head(block_, step, contact_hash, moving, static_cast<std::uint32_t>(contacts.contacts.size()));
   for (std::uint32_t i = 0; i < scene.indices(); ++i)
-    if (moves(scene, i)) record::append_pose(block_, i, scene.poses()[i]);
+    if (moves(scene, i)) record::append_pose(block_, number_of_[i], scene.poses()[i]);
   for (const PairResult& pair : contacts.pairs)
-    for (const Contact& contact : contacts.of(pair)) record::append_contact(block_, pair.a, pair.b, contact);
+    for (const Contact& contact : contacts.of(pair))
+      record::append_contact(block_, number_of_[pair.a], number_of_[pair.b], contact);
   file_.append(block_);
 }
 

@@ -44,11 +44,16 @@ void append_contact(std::string& out, std::uint32_t a, std::uint32_t b, const Co
 class RecordWriter {
  public:
   RecordWriter(OutputFile& file, const Scene& scene);
-  /// The scene as detection saw it. Throws OutputError.
+  /// The scene as detection saw it, with the bodies that it had when the record began. Throws OutputError, and
+  /// std::invalid_argument for other bodies and for contacts that are not the scene's.
   void step(std::uint64_t step, std::uint64_t contact_hash, const Scene& scene, const ContactList& contacts);
 
  private:
+  void require_bodies(const Scene& scene) const;
+
   OutputFile& file_;
+  std::vector<BodyId> bodies_;            // by their numbers in the record
+  std::vector<std::uint32_t> number_of_;  // of a body's index
   std::string block_;
 };
 

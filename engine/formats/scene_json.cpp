@@ -1,14 +1,18 @@
 #include "formats/scene_json.h"
 
+#include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <sstream>
+#include <stdexcept>
 
 namespace tandem {
 namespace {
 
 // What a file may say so that a simulation's numbers stay numbers: m/s (and rad/s, m/s^2), kg/m^3.
 constexpr double fastest = 1e9;
+constexpr double longest_step = 1e3;  // s
 constexpr double densest = 1e15;
 
 using ShapeIds = std::map<std::string, ShapeId, std::less<>>;
@@ -39,6 +43,32 @@ BodyOptions read_body(const JsonRef& json, const ShapeIds& shapes) {
   return body;
 }
 
+void require_readable(const std::string& field, double value, bool allowed, const char* range) {
+  if (allowed) return;
+  std::ostringstream message;
+  message << "scene: " << field << " is " << value << ", allowed in a file: " << range;
+  throw std::invalid_argument(message.str());
+}
+
+void require_readable(const std::string& field, const Vec3& v) {
+  for (int i = 0; i < 3; ++i)
+    require_readable(field + "[" + std::to_string(i) + "]", v[i], std::abs(v[i]) <= fastest, "at most 1e9 in size");
+}
+
+/// What is written can be read again.
+void require_readable(const Scene& scene) {
+  require_readable("gravity", scene.gravity);
+  require_readable("dt", scene.dt, scene.dt > 0 && scene.dt <= longest_step, "> 0, at most 1000 s");
+  for (std::uint32_t i = 0; i < scene.indices(); ++i) {
+    if (!scene.alive(i)) continue;
+    const std::string body = "body " + std::to_string(i) + ": ";
+    require_readable(body + "velocity", scene.velocities()[i]);
+    require_readable(body + "angular_velocity", scene.angular_velocities()[i]);
+    const double density = scene.densities()[i];
+    require_readable(body + "density", density, scene.is_static()[i] || density <= densest, "at most 1e15 kg/m^3");
+  }
+}
+
 }  // namespace
 
 Scene read_scene(const JsonRef& json, ShapeReader& shape_reader) {
@@ -48,7 +78,7 @@ Scene read_scene(const JsonRef& json, ShapeReader& shape_reader) {
   if (const auto gravity = json.find("gravity")) scene.gravity = gravity->vec3_up_to(fastest);
   if (const auto dt = json.find("dt")) {
     scene.dt = dt->number_above(0);
-    if (scene.dt > 1e3) dt->refuse("> 0, at most 1000 s");
+    if (scene.dt > longest_step) dt->refuse("> 0, at most 1000 s");
   }
   if (const auto request = json.find("request")) {
     const auto known = by_name(request->text(), requests);
@@ -79,6 +109,7 @@ Scene read_scene(const JsonRef& json, ShapeReader& shape_reader) {
 }
 
 void write_scene(JsonWriter& out, const Scene& scene) {
+  require_readable(scene);
   out.begin_object();
   out.new_line(" ").member("name", std::string_view(scene.name));
   out.new_line(" ").member("gravity", scene.gravity);

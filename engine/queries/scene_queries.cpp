@@ -223,8 +223,7 @@ void SceneQueries::contacts(const Shape& shape, const Pose& pose, double margin,
 }
 
 std::optional<Impact> SceneQueries::cast(const Shape& shape, const Motion& motion, const QueryFilter& filter) const {
-  require_valid(motion.from, "motion: from");
-  require_valid(motion.to, "motion: to");
+  require_valid(motion, "motion");
   std::optional<Impact> best;
   const detail::ScratchPool<std::vector<std::uint32_t>>::Lease lease(impl_->tried);
   std::vector<std::uint32_t>& tried = *lease;  // sorted

@@ -4,12 +4,13 @@
 #include <numbers>
 #include <span>
 
+#include "scene/tolerances.h"
 #include "tandem/engine/continuous_motion.h"
 
 namespace tandem {
 namespace {
 
-bool is_mass(double x) { return std::isfinite(x) && x > 0; }
+bool is_mass(double x) { return x >= tolerance::lightest_mass && x <= tolerance::heaviest_mass; }
 
 void limit(Vec3& v, double most) {
   if (!(v.squaredNorm() <= most * most)) v = most * v.stableNormalized();
@@ -87,6 +88,7 @@ void SolverBodies::begin_body(const Scene& scene, std::uint32_t i) {
   body.inverse_mass = 1 / mass;
   body.inverse_inertia = inverse_inertia;
   body.velocity = scene.velocities()[i];
+  limit(body.velocity, max_speed_);
   const Vec3 own_momentum = shape.inertia * (pose.rotation.transpose() * spin);
   const Vec3 momentum = pose.rotation * own_momentum;
   body.angular_velocity = to_world * (shape.inverse_inertia * (to_world.transpose() * momentum));

@@ -61,7 +61,7 @@ class Inspector {
     flat_triangles();
     edges();
     components();
-    crossings(options.parts);
+    crossings(options);
   }
   MeshInspection take() { return std::move(found_); }
 
@@ -220,18 +220,21 @@ class Inspector {
     return std::round(sum / (4 * std::numbers::pi));
   }
 
-  void crossings(const PartRunner& parts) {
+  void crossings(const InspectionOptions& options) {
     MeshModel model;
     model.vertices = mesh_.vertices;
-    model.triangles = mesh_.triangles;
+    std::vector<std::uint32_t> number;  // of a triangle of the model
+    for (std::uint32_t i = 0; i < mesh_.triangles.size(); ++i)
+      if (!left_out_[i]) model.triangles.push_back(mesh_.triangles[i]), number.push_back(i);
+    if (number.empty()) return;
     Vec3 lo = Vec3::Constant(infinity), hi = -lo;
-    for (const auto& t : mesh_.triangles)
+    for (const auto& t : model.triangles)
       for (const std::uint32_t v : t) lo = lo.cwiseMin(mesh_.vertices[v]), hi = hi.cwiseMax(mesh_.vertices[v]);
     model.centre = lo + (hi - lo) / 2;
     model.half = (hi - model.centre).cwiseMax(model.centre - lo);
     if (const double most = model.half.maxCoeff(); most > 0) model.unit = std::exp2(std::ceil(std::log2(most)) + 1);
-    build_hierarchy(model, parts);
-    CrossingPairs visitor(*this);
+    build_hierarchy(model, options.parts);
+    CrossingPairs visitor(*this, number, options.limit);
     traverse(model, model, exact_, false, visitor);
     found_.self_intersections.count = visitor.count();
     for (const auto& pair : visitor.first())
@@ -241,9 +244,13 @@ class Inspector {
   // Counts pairs and keeps the first.
   class CrossingPairs : public PairVisitor {
    public:
-    explicit CrossingPairs(Inspector& all) : PairVisitor(nullptr), all_(all) {}
-    bool visit(std::uint32_t i, std::uint32_t j) override {
-      if (i >= j || !all_.cross(i, j)) return false;
+    CrossingPairs(Inspector& all, std::span<const std::uint32_t> number, const WorkLimit* limit)
+        : PairVisitor(limit), all_(all), number_(number) {}
+    bool visit(std::uint32_t first, std::uint32_t second) override {
+      const std::uint32_t i = number_[first], j = number_[second];
+      if (i >= j) return false;
+      meter.spend(pair_work);
+      if (!all_.cross(i, j)) return false;
       ++count_;
       pairs_.push_back({i, j});
       if (pairs_.size() > 2 * all_.most_ + 64) keep_first();
@@ -260,7 +267,9 @@ class Inspector {
       std::sort(pairs_.begin(), pairs_.end());
       pairs_.resize(std::min(pairs_.size(), all_.most_));
     }
+    static constexpr int pair_work = 2;  // units of WorkMeter
     Inspector& all_;
+    std::span<const std::uint32_t> number_;
     std::size_t count_ = 0;
     std::vector<std::array<std::uint32_t, 2>> pairs_;
   };
@@ -277,7 +286,6 @@ class Inspector {
   // Turned so that shared corners come first: of one, what both share goes on from it to where it leaves one of them,
   // over the side opposite. Of two, they overlap only when folded flat.
   bool cross(std::uint32_t i, std::uint32_t j) {
-    if (left_out_[i] || left_out_[j]) return false;
     const auto vi = welded(i), vj = welded(j);
     std::vector<std::array<std::size_t, 2>> shared;
     for (std::size_t k = 0; k < 3; ++k)

@@ -1,6 +1,10 @@
 #include "shapes/screw_path.h"
 
 #include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "tolerances.h"
 
 namespace tandem {
 
@@ -55,6 +59,19 @@ double ScrewPath::speed_along(const Vec3& n, const Pose& pose, double t, const V
 
 double ScrewPath::acceleration(const Vec3& mid, const Vec3& half) const {
   return angle_ == 0 ? 0 : angle_ * (chord_speed_ + angle_ * ((mid - centre_).norm() + half.norm()));
+}
+
+void require_valid(const Motion& motion, std::string_view what) {
+  const std::string name(what);
+  require_valid(motion.from, name + ": from");
+  require_valid(motion.to, name + ": to");
+  if (!motion.straight_of) return;
+  for (int i = 0; i < 3; ++i) {
+    const double x = (*motion.straight_of)[i];
+    if (!(std::abs(x) <= tolerance::longest_length))
+      throw std::invalid_argument(name + ": straight_of[" + std::to_string(i) + "] is " + std::to_string(x) +
+                                  "; it must be finite and at most 1e30 in size");
+  }
 }
 
 Pose pose_at(const Motion& motion, double t) { return ScrewPath(motion).at(t); }

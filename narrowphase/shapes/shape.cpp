@@ -60,11 +60,24 @@ void require_vertices(std::string_view what, std::span<const Vec3> vertices) {
                        vertices[i][k]);
 }
 
-/// Points may coincide, but not lie apart by less than can be reckoned with.
-void require_extent(std::string_view what, double size) {
-  if (size > 0 && size < tolerance::shortest_length)
-    refuse(std::string(what) + ": extent of the vertices", size,
+/// Points may coincide, but not lie apart by less than can be reckoned with. `extent`: along the axes; the squares of
+/// its length, `size`, may underflow.
+void require_extent(std::string_view what, const Vec3& extent, double size) {
+  const double largest = extent.maxCoeff();
+  if (largest > 0 && size < tolerance::shortest_length)
+    refuse(std::string(what) + ": extent of the vertices", largest,
            "0, or at least " + written(tolerance::shortest_length));
+}
+
+/// The hull of the points that are its vertices alone: so that a hull made of a hull's vertices is the same one, with
+/// its faces in the same order.
+Hull hull_of_its_vertices(std::span<const Vec3> points) {
+  Hull hull = build_hull(points);
+  for (std::size_t before = points.size(); hull.vertices.size() < before;) {
+    before = hull.vertices.size();
+    hull = build_hull(std::vector<Vec3>(hull.vertices));
+  }
+  return hull;
 }
 
 /// The unit normal and the offset of the plane normal . x = offset.
@@ -177,10 +190,10 @@ Shape::Shape(const Plane& s) : kind_(ShapeKind::plane), param_(unit_plane("plane
 Shape::Shape(const Convex& s) : kind_(ShapeKind::convex) {
   if (s.vertices.empty()) throw std::invalid_argument("convex: vertices is empty; at least one point is needed");
   require_vertices("convex", s.vertices);
-  auto hull = std::make_shared<const Hull>(build_hull(s.vertices));
-  const Bounds b = bounds_of(hull->vertices);
+  const Bounds b = bounds_of(s.vertices);
   size_ = (b.hi - b.lo).norm();
-  require_extent("convex", size_);
+  require_extent("convex", b.hi - b.lo, size_);
+  auto hull = std::make_shared<const Hull>(hull_of_its_vertices(s.vertices));
   parts_ = std::make_shared<BuiltParts>(std::move(hull), nullptr);
 }
 
@@ -190,7 +203,7 @@ Shape::Shape(const Triangle& s) : kind_(ShapeKind::triangle) {
   auto mesh =
       std::make_shared<const MeshModel>(build_mesh({{s.vertices.begin(), s.vertices.end()}, {{0, 1, 2}}, false}, {}));
   size_ = 2 * mesh->half.norm();
-  require_extent("triangle", size_);
+  require_extent("triangle", 2 * mesh->half, size_);
   parts_ = std::make_shared<BuiltParts>(std::make_shared<const Hull>(build_hull(s.vertices)), std::move(mesh));
 }
 
@@ -207,7 +220,7 @@ Shape detail::ShapeInsides::shape(std::shared_ptr<const MeshModel> model) {
   Shape s = Sphere{0};
   s.kind_ = ShapeKind::mesh;
   s.size_ = 2 * model->half.norm();
-  require_extent("mesh", s.size_);
+  require_extent("mesh", 2 * model->half, s.size_);
   s.parts_ = std::make_shared<BuiltParts>(nullptr, std::move(model));
   return s;
 }

@@ -483,3 +483,43 @@ TEST_CASE("a sum of energies does not depend on their order, and is exact") {
   CHECK(sum(std::vector<double>(1000, 0x1p1000)).value() == 1000 * 0x1p1000);
   CHECK(std::isinf(sum(std::array{1.0, std::numeric_limits<double>::quiet_NaN()}).value()));
 }
+
+TEST_CASE("contacts of bodies that the scene does not have are refused, and nothing moves") {
+  Scene scene;
+  const ShapeId ball = scene.add_shape(Sphere{1});
+  std::vector<BodyId> bodies;
+  for (const double x : {0.0, 1.5, 3.0})
+    bodies.push_back(scene.add_body({.shape = ball, .pose = {Mat3::Identity(), {x, 0, 0}}}));
+  const ContactList contacts = detect(scene, 0);
+  REQUIRE(contacts.pairs.size() == 2);
+  Scene other;
+  other.add_body({.shape = other.add_shape(Sphere{1})});
+  CHECK_THAT(message_of([&] { Response().step(other, contacts); }), Contains("body 1, which does not exist"));
+  CHECK(other.velocities()[0].isZero(0));
+  ContactList cut = contacts;
+  cut.contacts.pop_back();
+  CHECK_THAT(message_of([&] { Response().step(scene, cut); }), Contains("contacts that the list does not have"));
+  scene.remove_body(bodies[2]);
+  CHECK_THAT(message_of([&] { Response().step(scene, contacts); }), Contains("body 2, which does not exist"));
+}
+
+TEST_CASE("whatever bodies a scene takes, the response leaves poses that it takes") {
+  for (const double density : {1e-300, 1e-200, 1e-100, 1e100, 1e300})
+    for (const double speed : {0.0, 1e308}) {
+      CAPTURE(density, speed);
+      Scene scene;
+      const ShapeId box = scene.add_shape(Box{{1, 1, 1}}), ball = scene.add_shape(Sphere{1});
+      scene.add_body(
+          {.shape = box, .velocity = {speed, speed, 0}, .angular_velocity = {speed, 0, speed}, .density = density});
+      scene.add_body({.shape = ball, .pose = {Mat3::Identity(), {1.2, 0, 0}}});
+      Response response;
+      for (int step = 0; step < 3; ++step) response.step(scene, detect(scene, 0));
+      for (std::uint32_t i = 0; i < scene.indices(); ++i) {
+        CHECK(is_valid(scene.poses()[i]));
+        CHECK(scene.velocities()[i].allFinite());
+      }
+    }
+  Scene scene;
+  scene.dt = 1e4;
+  CHECK_THAT(message_of([&] { Response().step(scene, {}); }), Contains("dt is 10000, allowed: > 0, at most 1000 s"));
+}

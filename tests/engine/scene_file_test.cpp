@@ -215,3 +215,56 @@ TEST_CASE("record: the poses replay to the recorded contact hashes") {
                Catch::Contains("cut.record: "));
   }
 }
+
+TEST_CASE("scenes with numbers that no reader takes are not written") {
+  const TemporaryFolder folder;
+  const auto refusal = [&](auto&& change) {
+    Scene scene;
+    const BodyId body = scene.add_body({.shape = scene.add_shape(Sphere{1})});
+    change(scene, body);
+    return message_of([&] { write_scene_file(folder / "s.json", scene); });
+  };
+  CHECK(refusal([](Scene&, BodyId) {}).empty());
+  CHECK_THAT(refusal([](Scene& s, BodyId) { s.dt = 0; }), Catch::Contains("dt is 0"));
+  CHECK_THAT(refusal([](Scene& s, BodyId) { s.dt = 2e3; }), Catch::Contains("dt is 2000"));
+  CHECK_THAT(refusal([](Scene& s, BodyId) { s.gravity.y() = std::nan(""); }), Catch::Contains("gravity[1] is nan"));
+  CHECK_THAT(refusal([](Scene& s, BodyId body) { s.set_velocity(body, {2e9, 0, 0}, Vec3::Zero()); }),
+             Catch::Contains("body 0: velocity[0] is 2e+09"));
+}
+
+TEST_CASE("a record numbers the bodies that there are, and takes no others") {
+  const TemporaryFolder folder;
+  Scene scene;
+  const ShapeId ball = scene.add_shape(Sphere{1});
+  std::vector<BodyId> bodies;
+  for (const double x : {50.0, 0.0, 1.5})
+    bodies.push_back(scene.add_body({.shape = ball, .pose = {Mat3::Identity(), {x, 0, 0}}}));
+  scene.remove_body(bodies[0]);
+  Pipeline pipeline(sequential());
+  {
+    OutputFile file("test", folder / "r.record");
+    RecordWriter writer(file, scene);
+    pipeline.step(scene);
+    writer.step(0, hash(pipeline.contacts()), scene, pipeline.contacts());
+    const BodyId added = scene.add_body({.shape = ball});
+    CHECK_THAT(message_of([&] { writer.step(1, 0, scene, {}); }), Catch::Contains("other bodies"));
+    scene.remove_body(added);
+    scene.remove_body(bodies[1]);
+    CHECK_THAT(message_of([&] { writer.step(1, 0, scene, {}); }), Catch::Contains("other bodies"));
+    file.commit();
+  }
+  RecordReader reader(folder / "r.record");
+  Scene replay = reader.scene();
+  RecordedStep step;
+  REQUIRE(reader.next(step));
+  REQUIRE(step.poses.size() == 2);
+  CHECK(step.poses[1].first == 1);
+  CHECK(step.poses[1].second.translation.x() == 1.5);
+  REQUIRE(step.contacts.size() == 1);
+  CHECK(step.contacts[0].a == 0);
+  CHECK(step.contacts[0].b == 1);
+  Pipeline again(sequential());
+  again.step(replay);
+  CHECK(hash(again.contacts()) == step.contact_hash);
+  CHECK(!reader.next(step));
+}

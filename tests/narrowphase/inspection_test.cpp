@@ -1,6 +1,7 @@
 #include "tandem/narrowphase/inspection.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "catch.h"
@@ -169,4 +170,28 @@ TEST_CASE("inspection: what is no mesh is refused") {
   CHECK_THROWS_WITH(inspect(Mesh{{Vec3(0, 0, 0)}, {{0, 0, 1}}, false}), Catch::Contains("vertex 1, must be below 1"));
   const double nan = std::numeric_limits<double>::quiet_NaN();
   CHECK_THROWS_WITH(inspect(Mesh{{Vec3(0, nan, 0)}, {{0, 0, 0}}, false}), Catch::Contains("vertex 0"));
+}
+
+TEST_CASE("a mesh's inspection: its crossings end at a limit, and equal triangles are not paired with each other") {
+  Mesh fan;
+  fan.vertices.emplace_back(0, 0, 0);
+  constexpr std::uint32_t n = 400;
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const double at = 6.28 * i / n;
+    fan.vertices.emplace_back(std::cos(at), std::sin(at), 0.001 * (i % 2));
+    if (i > 0) fan.triangles.push_back({0, i, i + 1});
+  }
+  int asked = 0;
+  const WorkLimit limit{.ended = [&] { return ++asked > 3; }};
+  CHECK_THROWS_AS(inspect(fan, {.limit = &limit}), WorkStopped);
+  CHECK(asked == 4);
+  CHECK(inspect(fan).self_intersections.count == 0);
+
+  Mesh equal;
+  for (const Vec3& v : {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)}) equal.vertices.push_back(v);
+  equal.triangles.assign(20000, {0, 1, 2});
+  asked = 0;
+  const WorkLimit counting{.ended = [&] { return ++asked > 1000; }};
+  CHECK(inspect(equal, {.limit = &counting}).duplicate_triangles.count == 19999);
+  CHECK(asked < 10);
 }

@@ -108,3 +108,21 @@ TEST_CASE("first touch on motions: a mesh's triangle is named") {
   CHECK(n.solve(Sphere{0}, pose_at({Pose::at(0, 0, 3), Pose::at(4, 0, -3)}, touch->t), Triangle{vertices}, still,
                 Request::distance).signed_distance < 1e-8);
 }
+
+TEST_CASE("motions whose numbers no time of impact can use are refused by name") {
+  const auto refusal = [](const Motion& motion) {
+    try {
+      require_valid(motion, "motion");
+    } catch (const std::invalid_argument& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  const Pose nowhere{Mat3::Identity(), {std::nan(""), 0, 0}};
+  CHECK(refusal({}).empty());
+  CHECK(refusal({{}, {}, Vec3(1, 2, 1e30)}).empty());
+  CHECK(refusal({nowhere, {}}).starts_with("motion: from: translation[0] is nan"));
+  CHECK(refusal({{}, nowhere}).starts_with("motion: to: translation[0] is nan"));
+  CHECK(refusal({{}, {}, Vec3(0, 0, std::nan(""))}).starts_with("motion: straight_of[2] is nan"));
+  CHECK(refusal({{}, {}, Vec3(0, -2e30, 0)}).starts_with("motion: straight_of[1] is -2"));
+}

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstring>
 #include <functional>
+#include <random>
 #include <thread>
 #include <type_traits>
 #include <vector>
@@ -394,4 +395,37 @@ TEST_CASE("meshes: every triangle is in one leaf, within its box and its slab") 
     gather(0, all);
     CHECK(all.size() == mesh.triangles.size());
   }
+}
+
+TEST_CASE("vertices that lie apart by less than numbers can tell are refused, also where their squares underflow") {
+  for (const double size : {1e-31, 1e-100, 1e-170, 1e-300, 5e-324}) {
+    CAPTURE(size);
+    const std::vector<Vec3> corners{{0, 0, 0}, {size, 0, 0}, {0, size, 0}, {0, 0, size}};
+    CHECK_THROWS_AS(Shape(Convex{corners}), std::invalid_argument);
+    CHECK_THROWS_AS(Shape(Triangle{{corners[0], corners[1], corners[2]}}), std::invalid_argument);
+    CHECK_THROWS_AS(Shape(Mesh{corners, {{0, 1, 2}, {0, 3, 1}}, false}), std::invalid_argument);
+  }
+  const std::vector<Vec3> point(4, Vec3(1, 2, 3));
+  CHECK_NOTHROW(Shape(Convex{point}));
+  CHECK_NOTHROW(Shape(Mesh{point, {{0, 1, 2}}, false}));
+}
+
+TEST_CASE("a convex shape made of another one's vertices is the same one, face by face") {
+  std::mt19937_64 random(11);
+  int with_inner_points = 0;
+  for (int k = 0; k < 300; ++k) {
+    std::vector<Vec3> points;
+    std::normal_distribution<double> number;
+    for (int i = 0; i < 4 + k % 20; ++i) points.emplace_back(number(random), number(random), number(random));
+    const Shape first(Convex{points});
+    const auto& hull = detail::ShapeInsides::hull(first);
+    with_inner_points += hull.vertices.size() < points.size();
+    const Shape again(Convex{hull.vertices});
+    const auto& same = detail::ShapeInsides::hull(again);
+    REQUIRE(same.vertices == hull.vertices);
+    REQUIRE(same.loop == hull.loop);
+    REQUIRE(same.faces.size() == hull.faces.size());
+    for (std::size_t f = 0; f < hull.faces.size(); ++f) REQUIRE(same.faces[f].normal == hull.faces[f].normal);
+  }
+  CHECK(with_inner_points > 100);
 }

@@ -135,6 +135,48 @@ class Calls(unittest.TestCase):
                 call()
         self.assertEqual(len(scene), 1)
 
+    def test_motions_times_and_ids(self):
+        motion = (BALL, None, [4, 0, 0, 0, 0, 1, 0], BALL, None, None)
+        for bad in ([np.nan, 0, 0], [np.inf, 0, 0], [0, 2e30, 0]):
+            with self.assertRaisesRegex(ValueError, r"motion of A: straight_of\[\d\] is .*finite"):
+                tandem.time_of_impact(*motion, straight_of_a=bad)
+            with self.assertRaisesRegex(ValueError, r"straight_of\[\d\] is .*finite"):
+                tandem.pose_at(None, None, 0.5, straight_of=bad)
+        scene = tandem.Scene()
+        scene.add_body(BALL)
+        for bad in (np.nan, np.inf, 0.0, -1.0):
+            with self.assertRaisesRegex(ValueError, "dt: .*allowed: finite, > 0 s"):
+                scene.dt = bad
+        with self.assertRaisesRegex(ValueError, "gravity: not finite"):
+            scene.gravity = [0, np.nan, 0]
+        for bad in (-1, 2**64):
+            with self.assertRaisesRegex(ValueError, "shape: .*allowed: an id"):
+                scene.add_body(bad)
+
+    def test_contacts_of_another_scene(self):
+        scene, pipeline = tandem.Scene(), tandem.Pipeline(threads=1)
+        ids = scene.add_bodies(BALL, [[1.5 * i, 0, 0, 1, 0, 0, 0] for i in range(3)])
+        pipeline.step(scene)
+        with self.assertRaisesRegex(ValueError, "response: contacts of body 0, which does not exist"):
+            tandem.Response(threads=1).step(tandem.Scene(), pipeline)
+        scene.remove_body(ids[1])
+        with self.assertRaisesRegex(ValueError, "response: contacts of body 1, which does not exist"):
+            tandem.Response(threads=1).step(scene, pipeline)
+
+    def test_self_pairs_name_a_pair_either_way(self):
+        queries = tandem.SceneQueries(tandem.Scene())
+        both = np.stack([np.eye(4), np.eye(4)])[None]
+        for pair in ((0, 1), (1, 0)):
+            table = np.zeros((2, 2), bool)
+            table[pair] = True
+            self.assertEqual(queries.check([BALL, BALL], both, self_pairs=table).tolist(), [1])
+
+    def test_an_inspection_that_takes_too_long(self):
+        fan = np.vstack([[0, 0, 0], [[np.cos(x), np.sin(x), 0.1 * np.sin(9 * x)] for x in np.linspace(0, 6, 20000)]])
+        sides = [[0, i, i + 1] for i in range(1, 20000)]
+        with self.assertRaises(TimeoutError):
+            tandem.inspect(fan, sides, timeout=0.01)
+
     def test_a_scene_that_is_gone_leaves_its_queries(self):
         scene = tandem.Scene()
         body = scene.add_body(BALL)

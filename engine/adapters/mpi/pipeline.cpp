@@ -93,7 +93,8 @@ std::size_t Pipeline::Impl::take_own(std::span<Pair> candidates) {
   std::size_t kept = 0;
   const bool alone = communicator.ranks() == 1;
   for (Pair pair : candidates) {
-    const bool turned = bodies.id(pair.a) > bodies.id(pair.b);  // by selects: half the branches would be mispredicted
+    // By selects: half of the branches would be mispredicted.
+    const bool turned = bodies.id(pair.a) > bodies.id(pair.b);
     pair = {turned ? pair.b : pair.a, turned ? pair.a : pair.b};
     candidates[kept] = pair;
     const bool is_own = alone || bodies.reports(pair.a, pair.b);

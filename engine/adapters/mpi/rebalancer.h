@@ -7,8 +7,8 @@
 namespace tandem::mpi {
 
 /// Decides when regions are cut anew, at the ends of its control steps. A cut that did not make loads more even is
-/// taken back. One is made only if what equal loads would save until the longest control step is over is more than what
-/// the last cut cost, with its taking back where that was needed.
+/// taken back. One is made only if what equal loads would save until the longest control step is over is more than
+/// what the last cut cost, with its taking back where that was needed.
 ///
 /// What each body costs is counted in the step before a cut alone, as counting takes 20 ns a pair: a decision for a
 /// cut is carried out a step after loads have shown the need.

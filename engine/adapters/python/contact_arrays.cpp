@@ -28,6 +28,7 @@ struct StepPair {
   bool collide;
   double signed_distance, error_bound;
   std::uint32_t first_contact, contact_count;
+  std::uint8_t status;
 };
 
 namespace {
@@ -37,7 +38,8 @@ void describe_rows() {
   static const bool described = [] {
     PYBIND11_NUMPY_DTYPE(PairContact, point, normal, depth, feature);
     PYBIND11_NUMPY_DTYPE(StepContact, a, b, point, normal, depth, feature);
-    PYBIND11_NUMPY_DTYPE(StepPair, a, b, collide, signed_distance, error_bound, first_contact, contact_count);
+    PYBIND11_NUMPY_DTYPE(StepPair, a, b, collide, signed_distance, error_bound, first_contact, contact_count,
+                         status);
     return true;
   }();
   static_cast<void>(described);
@@ -86,8 +88,8 @@ py::array pair_array(const ContactList& list) {
   auto out = rows<StepPair>(list.pairs.size());
   StepPair* row = out.mutable_data();
   for (const PairResult& p : list.pairs)
-    *row++ = {
-        p.a, p.b, p.answer.collide, p.answer.signed_distance, p.answer.error_bound, p.first_contact, p.contact_count};
+    *row++ = {p.a, p.b, p.answer.collide, p.answer.signed_distance, p.answer.error_bound, p.first_contact,
+              p.contact_count, static_cast<std::uint8_t>(p.answer.status)};
   return out;
 }
 

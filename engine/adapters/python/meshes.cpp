@@ -203,10 +203,12 @@ py::tuple features(const Shape& a, const py::object& at_a, const Shape& b, const
   return arrays_of(found);
 }
 
-MeshInspection inspected(const py::object& vertices, const py::object& indices, std::size_t most) {
+MeshInspection inspected(const py::object& vertices, const py::object& indices, std::size_t most,
+                         std::optional<double> timeout) {
   const Mesh mesh{points(vertices, "vertices"), index_rows<std::uint32_t, 3>(indices, "triangles"), false};
   const py::gil_scoped_release released;
-  return inspect(mesh, {.most = most, .parts = on_all_threads});
+  const WorkLimit limit = limit_after(timeout);
+  return inspect(mesh, {.most = most, .parts = on_all_threads, .limit = timeout ? &limit : nullptr});
 }
 
 // How many there are, and an array of the first.
@@ -289,7 +291,9 @@ void bind_inspection(py::module_& m) {
   bind_counts(inspection);
   bind_faults(inspection);
   m.def("inspect", &inspected, py::arg("vertices"), py::arg("triangles"), py::kw_only(), py::arg("most") = 100,
-        "What is wrong with a mesh, with places. most: faults listed of each kind; all are counted.");
+        py::arg("timeout") = py::none(),
+        "What is wrong with a mesh, with places. most: faults listed of each kind; all are counted. timeout: s, of the "
+        "search for\ntriangles that cross, whose pairs grow with the square of those about one vertex; TimeoutError.");
 }
 
 using SharedDeformable = SharedUse<DeformableMesh>;

@@ -92,6 +92,8 @@ std::optional<FirstTouch> time_of_impact(const Shape& a, const py::object& from_
                                          std::optional<double> timeout) {
   const Motion motion_a{pose(from_a, "from_a"), pose(to_a, "to_a"), point(straight_of_a, "straight_of_a")},
       motion_b{pose(from_b, "from_b"), pose(to_b, "to_b"), point(straight_of_b, "straight_of_b")};
+  require_valid(motion_a, "motion of A");
+  require_valid(motion_b, "motion of B");
   const WorkLimit limit = limit_after(timeout);
   NarrowPhaseOptions options;
   if (timeout) options.limit = &limit;
@@ -101,6 +103,7 @@ std::optional<FirstTouch> time_of_impact(const Shape& a, const py::object& from_
 
 Doubles place_at(const py::object& from, const py::object& to, double t, const py::object& straight_of) {
   const Motion motion{pose(from, "from_pose"), pose(to, "to_pose"), point(straight_of, "straight_of")};
+  require_valid(motion, "motion");
   if (!(t >= 0 && t <= 1)) throw std::invalid_argument("t: " + std::to_string(t) + ", allowed: [0, 1]");
   return to_array(pose_at(motion, t));
 }

@@ -121,6 +121,14 @@ PairTable pair_table(const py::object& value, const char* what) {
   return table;
 }
 
+// A pair of links is one, whichever of the two is named first.
+PairTable either_way(PairTable table) {
+  for (std::size_t i = 0; i < std::min(table.rows(), table.columns()); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (table.checked(i, j)) table.set(j, i, true);
+  return table;
+}
+
 // What a batch is asked with: links, their poses, and which pairs of them are checked.
 struct Batch {
   Batch(const SharedQueries& queries, const std::vector<Shape>& links, const py::object& at,
@@ -131,7 +139,7 @@ struct Batch {
         placed(rows.matrices().empty()
                    ? BatchPoses(rows.size(), [this](std::size_t first, std::span<Pose> out) { rows.read(first, out); })
                    : BatchPoses::of_matrices(rows.matrices())),
-        self(pair_table(self_pairs, "self_pairs")),
+        self(either_way(pair_table(self_pairs, "self_pairs"))),
         world(pair_table(world_pairs, "world_pairs")) {
     if (links.empty()) throw std::invalid_argument("links: none, allowed: at least one");
     if (placed.size() % links.size() != 0)
@@ -252,7 +260,7 @@ void bind_batches(py::class_<SharedQueries>& queries) {
            "Configurations of links, on all threads: (configurations,) uint8, 0 free, 1 hit, 2 unknown (the timeout "
            "passed).\n"
            "links: Shapes. poses: (configurations, links, 4, 4) or (configurations, links, 7). self_pairs: (links, "
-           "links) bool, i < j:\n"
+           "links) bool, i < j or j < i:\n"
            "which links are checked with one another. world_pairs: (links, indices) bool: which with which bodies. "
            "margin: m, gaps up\n"
            "to it count. configurations_a_motion: that many in a row are one motion, of which one verdict is told; "

@@ -4,6 +4,8 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <cmath>
+
 #include "arrays.h"
 #include "bindings.h"
 #include "names.h"
@@ -39,6 +41,14 @@ Request request(std::string_view text) {
 
 namespace {
 
+IdNumber id_number(const py::object& value, const char* what) {
+  try {
+    return value.cast<IdNumber>();
+  } catch (const py::cast_error&) {
+    throw std::invalid_argument(std::string(what) + ": " + std::string(py::str(value)) + ", allowed: an id, [0, 2^64)");
+  }
+}
+
 // What add_body and add_bodies are told alike. The shape: one of the scene, or a new one.
 struct BodyArguments {
   BodyOptions options;
@@ -52,7 +62,7 @@ BodyArguments arguments(const py::object& shape, const py::object& velocity, con
   if (py::isinstance<Shape>(shape)) {
     body.shape = shape.cast<Shape>();
   } else if (py::isinstance<py::int_>(shape)) {
-    body.options.shape = shape_id(shape.cast<IdNumber>());
+    body.options.shape = shape_id(id_number(shape, "shape"));
   } else {
     throw std::invalid_argument("shape: " + std::string(py::str(py::type::of(shape))) +
                                 ", allowed: a Shape, or the id of one of the scene");
@@ -288,12 +298,18 @@ void bind_settings(py::class_<SharedScene>& scene) {
           "gravity", [](const SharedScene& s) { return to_array(s.read([](const Scene& x) { return x.gravity; })); },
           [](SharedScene& s, const py::object& to) {
             const Vec3 v = vec3(to, "gravity");
+            if (!v.allFinite()) throw std::invalid_argument("gravity: not finite, allowed: finite numbers, m/s^2");
             s.change([&](Scene& x) { x.gravity = v; });
           },
           "(3,), m/s^2")
       .def_property(
           "dt", [](const SharedScene& s) { return s.read([](const Scene& x) { return x.dt; }); },
-          [](SharedScene& s, double to) { s.change([&](Scene& x) { x.dt = to; }); }, "s, of one step")
+          [](SharedScene& s, double to) {
+            if (!(std::isfinite(to) && to > 0))
+              throw std::invalid_argument("dt: " + std::to_string(to) + ", allowed: finite, > 0 s");
+            s.change([&](Scene& x) { x.dt = to; });
+          },
+          "s, of one step")
       .def("__repr__", [](const SharedScene& s) {
         return s.read([](const Scene& x) {
           return "<tandem.Scene '" + x.name + "', " + std::to_string(x.bodies()) + " bodies>";

@@ -228,7 +228,8 @@ class Pipeline:
     def contacts(self) -> NDArray[np.void]:
         """Of the last step: a structured array a, b (body indices), point, normal (unit, a to b), depth (m), feature."""
     def pairs(self) -> NDArray[np.void]:
-        """Of the last step: a structured array a, b, collide, signed_distance (m), error_bound, first_contact, contact_count."""
+        """Of the last step: a structured array a, b, collide, signed_distance (m), error_bound, first_contact, contact_count,
+        status (0 ok, 1 inexact, 2 unproven: a mesh's depth is its deepest contact's, without a bound)."""
     @property
     def memory(self) -> int:
         """Bytes held between steps."""
@@ -827,8 +828,9 @@ def hausdorff_distance(
 def height_field(heights: ArrayLike, spacing: float, bottom: float) -> Shape:
     """The solid between `bottom` and (rows, columns) heights, m, `spacing` (m, > 0) apart; centred in x and y."""
 
-def inspect(vertices: ArrayLike, triangles: ArrayLike, *, most: int = 100) -> Inspection:
-    """What is wrong with a mesh, with places. most: faults listed of each kind; all are counted."""
+def inspect(vertices: ArrayLike, triangles: ArrayLike, *, most: int = 100, timeout: Optional[float] = None) -> Inspection:
+    """What is wrong with a mesh, with places. most: faults listed of each kind; all are counted. timeout: s, of the search for
+    triangles that cross, whose pairs grow with the square of those about one vertex; TimeoutError."""
 
 def intersecting_triangles(
     a: Shape, pose_a: PoseLike, b: Shape, pose_b: PoseLike, *, timeout: Optional[float] = None

@@ -36,8 +36,8 @@ double recommended_margin(const Scene& scene);
 /// sequential impulses with sub-steps (Catto, "Soft Step", 2024; Macklin et al., "Small Steps", SCA 2019), warm started
 /// from the step before. One response a scene. Contacts of bodies that have nothing to do with each other are solved in
 /// parallel; the order of the others follows the contact list, so the motion is the same bits for any executor and any
-/// number of threads. Continuous bodies go as far as ContinuousMotion lets them. A body without weight (a point) or too
-/// heavy for a number stays where it is.
+/// number of threads. Continuous bodies go as far as ContinuousMotion lets them. A body without weight (a point),
+/// or of less than 1e-100 kg or more than 1e100, stays where it is.
 class Response {
  public:
   /// Throws std::invalid_argument that names the option, its value and what is allowed.
@@ -46,7 +46,8 @@ class Response {
   Response(Response&&) noexcept;
   Response& operator=(Response&&) noexcept;
   /// Detection must have run on these poses; contacts with negative depth (gaps) are used to stop in time.
-  /// Throws std::invalid_argument if the scene's dt is not finite and > 0 or its gravity is not finite.
+  /// Throws std::invalid_argument if the scene's dt is not > 0 or more than 1000 s, its gravity is not finite, or the contacts are
+  /// of bodies that it does not have.
   ResponseReport step(Scene& scene, const ContactList& contacts);
 
  private:

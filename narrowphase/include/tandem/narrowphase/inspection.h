@@ -7,6 +7,7 @@
 
 #include "tandem/narrowphase/part_runner.h"
 #include "tandem/narrowphase/shape.h"
+#include "tandem/narrowphase/work_limit.h"
 
 namespace tandem {
 
@@ -82,10 +83,13 @@ struct MeshInspection {
 struct InspectionOptions {
   std::size_t most = 100;  ///< faults kept in each list
   PartRunner parts{};      ///< shares the work of building a hierarchy; the answer does not depend on it
+  /// Ends the search for triangles that cross, by WorkStopped. n triangles about one vertex are n^2 / 2 pairs.
+  const WorkLimit* limit = nullptr;
 };
 
 /// Throws std::invalid_argument, as Shape does, for a mesh that is none: no triangles, a vertex that is not finite or
 /// is larger than 1e30, an index out of range.
+/// Throws WorkStopped once the limit is reached.
 MeshInspection inspect(const Mesh& mesh, const InspectionOptions& options = {});
 
 }  // namespace tandem

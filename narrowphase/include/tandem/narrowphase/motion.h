@@ -2,6 +2,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <string_view>
 
 #include "tandem/narrowphase/pose.h"
 
@@ -15,6 +16,10 @@ struct Motion {
   /// it. So does the centre of mass of a body in free flight.
   std::optional<Vec3> straight_of{};
 };
+
+/// Throws std::invalid_argument that names `what`, where a pose is not valid (pose.h) or straight_of is not finite or
+/// beyond 1e30 m.
+void require_valid(const Motion& motion, std::string_view what);
 
 /// Where the body is at a time in [0, 1]; `from` and `to` at the ends, with the rotations nearest to theirs. Of valid
 /// poses.
