@@ -37,7 +37,7 @@ TEST_CASE("contacts with a convex shape: of triangles deep inside none that push
         const Pose home;
         const MeshConvexPair pair({mesh, home}, {convex, at}, options);
         const ConvexContacts contacts(pair, 0);
-        PatchCollector all(pair.size(), nullptr);
+        PatchCollector all(pair.size(), {});
         PairAnswer near;
         near.signed_distance = std::numeric_limits<double>::infinity();
         std::vector<Contact> found;
