@@ -59,8 +59,8 @@ inline constexpr double distance_rounding = 4e-15;
 /// rotations that are off by 2e-6 make of it. Less: such rotations hide a touch. More: more pairs are looked at.
 inline constexpr double gap_left = 1e-5;
 
-/// kg: bodies beyond stay where they are. Products of two such, and their inverses, are numbers. Ten times less or more:
-/// nothing changes for any body of this world.
+/// kg: bodies beyond stay where they are. Products of two such, and their inverses, are numbers. Ten times less or
+/// more: nothing changes for any body of this world.
 inline constexpr double lightest_mass = 1e-100, heaviest_mass = 1e100;
 
 }  // namespace tandem::tolerance

@@ -205,7 +205,8 @@ void bind_pipeline(py::module_& m) {
       .def(
           "pairs", [](const SharedPipeline& p) { return pair_array(list_of(p)); },
           "Of the last step: a structured array a, b, collide, signed_distance (m), error_bound, first_contact, "
-          "contact_count,\nstatus (0 ok, 1 inexact, 2 unproven: a mesh's depth is its deepest contact's, without a bound).")
+          "contact_count,\nstatus (0 ok, 1 inexact, 2 unproven: a mesh's depth is its deepest contact's, without a "
+          "bound).")
       .def_property_readonly(
           "memory", [](const SharedPipeline& p) { return memory_of(p).total(); }, "Bytes held between steps.")
       .def_property_readonly(

@@ -46,8 +46,8 @@ class Response {
   Response(Response&&) noexcept;
   Response& operator=(Response&&) noexcept;
   /// Detection must have run on these poses; contacts with negative depth (gaps) are used to stop in time.
-  /// Throws std::invalid_argument if the scene's dt is not > 0 or more than 1000 s, its gravity is not finite, or the contacts are
-  /// of bodies that it does not have.
+  /// Throws std::invalid_argument if the scene's dt is not > 0 or more than 1000 s, its gravity is not finite, or the
+  /// contacts are of bodies that it does not have.
   ResponseReport step(Scene& scene, const ContactList& contacts);
 
  private:
