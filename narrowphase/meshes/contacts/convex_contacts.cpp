@@ -332,7 +332,7 @@ PairAnswer ConvexContacts::least_depth(const Corners& p) const {
 
 // Of the triangles for which no answer was asked those that may be deeper than all others.
 void ConvexContacts::find_deepest(Seen& seen) const {
-  std::vector<Unsolved>& left = seen.unsolved;
+  std::pmr::vector<Unsolved>& left = seen.unsolved;
   WorkMeter meter(pair_.options().limit, a_solve);
   SupportPlane clear;
   while (!left.empty() && left.front().depth > -seen.near.signed_distance) {

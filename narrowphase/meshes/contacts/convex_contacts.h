@@ -1,8 +1,10 @@
 // Contacts of a mesh and a bounded convex shape: those of each triangle that comes near, gathered into patches.
 #pragma once
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory_resource>
 #include <span>
 #include <vector>
 
@@ -51,9 +53,14 @@ class ConvexContacts {
 
   /// What is known of the triangles so far: the answer of the nearest, and those of which it is not asked yet.
   struct Seen {
+    explicit Seen(PairAnswer& nearest) : near(nearest) {}
+
     PairAnswer& near;
-    std::vector<Unsolved> unsolved{};  ///< a heap: those that may be deeper than all that were asked before them
-    Turns swallowed{}, beside{};       ///< when is_swallowed and lies_beside are worth asking
+    alignas(std::max_align_t) std::array<std::byte, 4096> usual;
+    std::pmr::monotonic_buffer_resource memory{usual.data(), usual.size()};
+    std::pmr::vector<Unsolved> unsolved{
+        &memory};                 ///< a heap: those that may be deeper than all that were asked before them
+    Turns swallowed{}, beside{};  ///< when is_swallowed and lies_beside are worth asking
 
     void leave(std::uint32_t t, double depth) {
       if (!(depth > -near.signed_distance)) return;
