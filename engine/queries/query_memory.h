@@ -54,7 +54,7 @@ class QueryMemory final : public std::pmr::memory_resource {
     const auto at = reinterpret_cast<std::uintptr_t>(place), first = reinterpret_cast<std::uintptr_t>(block_.get());
     if (at < first || at >= first + size_) {
       spilled_ -= bytes + alignment;
-      return ::operator delete(place, bytes, std::align_val_t(alignment));
+      return ::operator delete(place, std::align_val_t(alignment));
     }
     if (--pieces_ == 0) used_ = 0;
   }

@@ -48,6 +48,7 @@ RENAMED = {
 OPTIONS_OF_CPP_ALONE = {
     "NarrowPhaseOptions.parts": THREADS,
     "NarrowPhaseOptions.limit": TIMEOUT,
+    "InspectionOptions.limit": TIMEOUT,
     "NarrowPhaseOptions.memory": IN_C,
     "NarrowPhaseOptions.mesh_gaps": "tells of an answer that tandem.contacts does not return",
     "BuildOptions.parts": THREADS,
