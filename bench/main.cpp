@@ -141,7 +141,7 @@ void add_peers(CLI::App& program) {
 }
 
 void add_planner(CLI::App& program) {
-  const auto [app, o] = add(program, "planner", "robot arms among obstacles, beside FCL's manager", planner_bench);
+  const auto [app, o] = add(program, "planner", "robot arms among obstacles, beside FCL and Bullet", planner_bench);
   app->add_option("--threads", o->threads, "tandem's numbers of threads, a comma between them; default: 1,2");
   app->add_option("--poses", o->poses, "configurations of each world; default: 96000");
 }

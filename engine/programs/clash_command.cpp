@@ -206,7 +206,7 @@ void add_clash_command(CLI::App& program, DescriptorBuffer& out, int& status) {
   command->footer(
       "All pairs of parts, on all cores. A closed mesh is a solid: a part inside it intersects. Meshes stay in memory, "
       "some\n"
-      "300 bytes a triangle. Of files that are not moved to their place in the whole, nothing can be said.\n"
+      "200 bytes a triangle. Of files that are not moved to their place in the whole, nothing can be said.\n"
       "Exit status: 0 done, 1 the work failed, 2 the request was wrong.");
   command->callback([options, &out, &status] { status = run(*options, out); });
 }

@@ -19,6 +19,7 @@
 #include "shapes/pair_order.h"
 #include "shapes/shape_insides.h"
 #include "shapes/unit_vector.h"
+#include "shapes/without_hull.h"
 #include "shapes/work_meter.h"
 #include "tolerances.h"
 #include "triangles/triangle_axes.h"
@@ -174,8 +175,8 @@ PairAnswer solve_by_kinds(const Shape& a, const Pose& pose_a, const Shape& b, co
 /// by more than what is near lies apart.
 double distance_of_bounds(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
                           const WorkLimit* limit) {
-  const Bounds p = a.bounds({pose_a.rotation, Vec3::Zero()}, limit),
-               q = b.bounds({pose_b.rotation, pose_b.translation - pose_a.translation}, limit);
+  const Bounds p = quick_bounds(a, {pose_a.rotation, Vec3::Zero()}, limit),
+               q = quick_bounds(b, {pose_b.rotation, pose_b.translation - pose_a.translation}, limit);
   return (q.lo - p.hi).cwiseMax(p.lo - q.hi).cwiseMax(0.0).norm();
 }
 

@@ -11,6 +11,7 @@
 #include "shapes/posed_mesh.h"
 #include "shapes/shape_insides.h"
 #include "shapes/support.h"
+#include "shapes/without_hull.h"
 #include "shapes/work_meter.h"
 #include "tandem/narrowphase/options.h"
 
@@ -36,7 +37,7 @@ struct SweptBody {
   Vec3 mid, half;     // of its box, in its frame
 
   SweptBody(const Shape& shape, const WorkLimit* limit) {
-    const Bounds box = shape.bounds(Pose{}, limit);
+    const Bounds box = quick_bounds(shape, Pose{}, limit);
     mid = (box.lo + box.hi) / 2;
     half = (box.hi - box.lo) / 2;
     if (shape.is_convex())

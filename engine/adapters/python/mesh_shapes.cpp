@@ -81,8 +81,8 @@ void bind_mesh_shapes(py::module_& m) {
              timeout = py::arg("timeout") = py::none();
   m.def(
       "Mesh", &mesh, vertices, triangles, solid, py::kw_only(), progress, timeout,
-      "vertices (n, 3), m; triangles (k, 3) indices. solid: the inside counts; every edge must then join two "
-      "triangles.\n"
+      "vertices (n, 3), m; triangles (k, 3) indices. solid: the inside counts; each edge must then have as many\n"
+      "triangles along it one way as the other.\n"
       "Made ready on all threads. progress: a function that is told how much is done, (0, 1], from any thread; what it "
       "raises\n"
       "ends the work. timeout: s; then TimeoutError.");

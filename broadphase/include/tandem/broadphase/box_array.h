@@ -14,8 +14,9 @@ struct Aabb {
   std::array<float, 3> hi;
 };
 
-/// The smallest float that is not below `x`, and the largest not above it. Finite in, finite out (clamped to the
-/// largest float), so a box in floats always holds the box in doubles.
+/// The smallest float that is not below `x`, and the largest not above it. Finite in, finite out: clamped to the
+/// largest float, 3.4e38, which is beyond all that shapes and poses may have but the open sides of half-spaces and
+/// planes. A box in floats holds the box in doubles.
 float round_up(double x);
 float round_down(double x);
 

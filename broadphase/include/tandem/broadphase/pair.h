@@ -20,7 +20,7 @@ struct Pair {
 struct PairFilter {
   std::span<const std::uint32_t> group;     ///< bits of the groups a body is in
   std::span<const std::uint32_t> mask;      ///< bits of the groups it may meet; a pair needs both directions
-  std::span<const std::uint8_t> is_static;  ///< two static bodies make no pair: two that have a bit in common
+  std::span<const std::uint8_t> is_static;  ///< bits, 1: static; two bodies that have a bit in common make no pair
 
   bool allows(std::uint32_t a, std::uint32_t b) const {
     if (!is_static.empty() && (is_static[a] & is_static[b]) != 0) return false;

@@ -718,7 +718,8 @@ def Mesh(
     progress: Progress = None,
     timeout: Optional[float] = None
 ) -> Shape:
-    """vertices (n, 3), m; triangles (k, 3) indices. solid: the inside counts; every edge must then join two triangles.
+    """vertices (n, 3), m; triangles (k, 3) indices. solid: the inside counts; each edge must then have as many
+    triangles along it one way as the other.
     Made ready on all threads. progress: a function that is told how much is done, (0, 1], from any thread; what it raises
     ends the work. timeout: s; then TimeoutError.
     """

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -131,7 +132,10 @@ class PairMap {
 template <class Value>
 class ContactMap {
  public:
-  explicit ContactMap(double reach) : reach_(reach) {}  ///< metres, > 0
+  /// `reach`: metres, > 0. Throws std::invalid_argument for others.
+  explicit ContactMap(double reach) : reach_(reach) {
+    if (!(reach > 0)) throw std::invalid_argument("ContactMap: reach is not > 0, allowed: metres, > 0");
+  }
 
   /// As ContactEvents::update; points that nothing is carried to get Value{}, as new pairs of PairMap do. O(contacts)
   /// times the points of a pair.

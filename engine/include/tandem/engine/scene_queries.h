@@ -133,7 +133,7 @@ struct FirstHit {
 struct UpdateReport {
   std::size_t changed = 0;  ///< bodies that came, went or moved
   bool rebuilt = false;     ///< the hierarchy was built anew, not refitted
-  double ms = 0;
+  double ms = 0;            ///< wall
 };
 
 /// Asks a scene: which of its bodies does a shape meet, which is nearest, which does it meet first on its way, and that
@@ -141,8 +141,8 @@ struct UpdateReport {
 /// itself may change meanwhile.
 ///
 /// Const calls are safe from any number of threads at once and answer the same bits on any number; each runs on the
-/// calling thread, but for `check` and `clearance`, which use the oneTBB arena they are called in. Shapes are tested
-/// themselves, never their boxes. All refuse with std::invalid_argument, naming it, a pose that is none, a margin or
+/// calling thread, but for `check`, `first_hits` and `clearance`, which use the oneTBB arena they are called in. Shapes
+/// are tested themselves, never their boxes. All refuse with std::invalid_argument, naming it, a pose that is none, a margin or
 /// cut-off that is negative or NaN, and pairs that NarrowPhase refuses.
 class SceneQueries {
  public:
@@ -155,8 +155,8 @@ class SceneQueries {
 
   /// Takes over what changed in the scene, or another scene. Some that moved: a pass over all bodies' versions and a
   /// refit, k log n; those that come where none was, and another scene: n log n. Meshes that came are made ready
-  /// (prepare.h), so that no query waits for it; so may be what asks, by its owner.
-  /// Where it throws (memory that there is not), queries throw std::logic_error until an update has not.
+  /// (prepare.h), so that no query waits for it; the owner of a mesh that asks may make it ready in the same way.
+  /// Where it throws (memory that there is not), queries throw std::logic_error until an update succeeds.
   UpdateReport update(const Scene& scene);
   std::size_t memory() const;  ///< bytes held, shapes not counted
 

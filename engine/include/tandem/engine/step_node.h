@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <stdexcept>
 #include <stop_token>
 #include <tuple>
 #include <utility>
@@ -16,7 +17,7 @@ namespace tandem::flow {
 
 /// Starts a step. The scene stays as it is until the step's StepAnswer is there.
 struct StepRequest {
-  const Scene* scene = nullptr;
+  const Scene* scene = nullptr;  ///< must be there; else the step throws std::invalid_argument
   std::stop_token stop{};
   /// As of Pipeline::step: what is finished then is the answer (StepIssue::incomplete).
   std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
@@ -68,6 +69,7 @@ class StepNode : public tbb::flow::composite_node<std::tuple<StepRequest>, std::
 
   void run(const StepRequest& request) {
     batches_ = 0;
+    if (request.scene == nullptr) throw std::invalid_argument("StepRequest: scene is null, allowed: a scene");
     const StepReport report = pipeline_.step(*request.scene, request.stop, request.deadline);
     number_ = report.step + 1;
     tbb::flow::output_port<1>(step_).try_put(

@@ -56,6 +56,7 @@ class SeveralPairs {
 
   /// Answers come in the order of the pairs; some that are farther apart than the margin are passed over. Contacts are
   /// appended.
+  /// Throws std::invalid_argument for a pair that NarrowPhase::refuses names.
   /// `spheres`: none, or one element a pair; what is given there is read instead of the pair's shape and pose.
   void solve(std::span<const PlacedPair> pairs, std::vector<Contact>& contacts, AnswerSink& answers,
              std::span<const PlacedSpheres> spheres = {}) const;

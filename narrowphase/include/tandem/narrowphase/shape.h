@@ -28,7 +28,8 @@ struct Triangle { std::array<Vec3, 3> vertices; };         ///< may have no area
 struct Mesh {
   std::vector<Vec3> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;
-  bool solid = false;  ///< true: the inside counts too; every edge must then join two triangles in opposite sense
+  /// true: the inside counts too; each edge must then have as many triangles that run along it one way as the other.
+  bool solid = false;
 };
 
 enum class ShapeKind : std::uint8_t {

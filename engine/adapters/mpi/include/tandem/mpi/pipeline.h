@@ -13,7 +13,7 @@
 #include "tandem/engine/scene.h"
 
 /// Collision detection by any number of MPI ranks, each with threads of its own: the same contacts as on one. Space is
-/// cut into one region a rank; a body is owned by the rank whose region holds its centre (or did before it moved by a
+/// cut into one region a rank; a body is owned by the rank whose region holds the middle of its box (or did before it moved by a
 /// tenth of its radius), and copied to those whose regions its box reaches into. See docs/mpi.md.
 namespace tandem::mpi {
 
