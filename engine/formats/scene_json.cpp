@@ -7,12 +7,13 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "scene/tolerances.h"
+
 namespace tandem {
 namespace {
 
 // What a file may say so that a simulation's numbers stay numbers: m/s (and rad/s, m/s^2), kg/m^3.
 constexpr double fastest = 1e9;
-constexpr double longest_step = 1e3;  // s
 constexpr double densest = 1e15;
 
 using ShapeIds = std::map<std::string, ShapeId, std::less<>>;
@@ -58,7 +59,7 @@ void require_readable(const std::string& field, const Vec3& v) {
 /// What is written can be read again.
 void require_readable(const Scene& scene) {
   require_readable("gravity", scene.gravity);
-  require_readable("dt", scene.dt, scene.dt > 0 && scene.dt <= longest_step, "> 0, at most 1000 s");
+  require_readable("dt", scene.dt, scene.dt > 0 && scene.dt <= tolerance::longest_time_step, "> 0, at most 1000 s");
   for (std::uint32_t i = 0; i < scene.indices(); ++i) {
     if (!scene.alive(i)) continue;
     const std::string body = "body " + std::to_string(i) + ": ";
@@ -78,7 +79,7 @@ Scene read_scene(const JsonRef& json, ShapeReader& shape_reader) {
   if (const auto gravity = json.find("gravity")) scene.gravity = gravity->vec3_up_to(fastest);
   if (const auto dt = json.find("dt")) {
     scene.dt = dt->number_above(0);
-    if (scene.dt > longest_step) dt->refuse("> 0, at most 1000 s");
+    if (scene.dt > tolerance::longest_time_step) dt->refuse("> 0, at most 1000 s");
   }
   if (const auto request = json.find("request")) {
     const auto known = by_name(request->text(), requests);

@@ -7,6 +7,7 @@
 #include <memory>
 #include <memory_resource>
 #include <new>
+#include <utility>
 
 namespace tandem {
 
@@ -31,20 +32,19 @@ class QueryMemory final : public std::pmr::memory_resource {
 
   void reserve() {
     if (wanted_ <= size_) return;
-    block_.reset();
-    size_ = 0;
-    const std::size_t size = std::bit_ceil(wanted_);
+    const std::size_t size = std::bit_ceil(std::exchange(wanted_, size_));  // refused, it is not asked for again
     block_ = std::make_unique<std::byte[]>(size);
-    size_ = size;
+    wanted_ = size_ = size;
   }
   void* do_allocate(std::size_t bytes, std::size_t alignment) override {
     if (pieces_ == 0 && spilled_ == 0) reserve();
     void* place = block_.get() + used_;
     std::size_t room = size_ - used_;
     if (std::align(alignment, bytes, place, room) == nullptr) {
+      void* const spilled = ::operator new(bytes, std::align_val_t(alignment));
       spilled_ += bytes + alignment;
       wanted_ = std::max(wanted_, used_ + spilled_);
-      return ::operator new(bytes, std::align_val_t(alignment));
+      return spilled;
     }
     used_ = size_ - room + bytes;
     ++pieces_;

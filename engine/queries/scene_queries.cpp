@@ -197,6 +197,7 @@ void SceneQueries::contacts(const Shape& shape, const Pose& pose, double margin,
   options.margin = margin;
   options.mesh_gaps = false;  // those without contacts are left out
   const detail::ScratchPool<QueryMemory>::Lease lent(impl_->lent);
+  // Also where nothing is near: the first query alone may take memory.
   if (shape.kind() == ShapeKind::mesh) lent->reserve(QueryMemory::usual(shape.triangles().size()));
   options.memory = &*lent;
   const NarrowPhase narrow(options);  // refuses a bad margin

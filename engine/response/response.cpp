@@ -15,6 +15,7 @@
 #include "response/parallel_blocks.h"
 #include "response/solver_bodies.h"
 #include "scene/scene_contacts.h"
+#include "scene/tolerances.h"
 #include "tandem/engine/continuous_motion.h"
 
 namespace tandem {
@@ -27,8 +28,6 @@ void require(bool allowed, const char* field, double value, const char* range) {
   message << "response: " << field << " is " << value << ", allowed: " << range;
   throw std::invalid_argument(message.str());
 }
-
-constexpr double longest_step = 1000;  // s; of more, bodies go where no pose may be
 
 bool is_positive(double x) { return std::isfinite(x) && x > 0; }
 bool is_not_negative(double x) { return std::isfinite(x) && x >= 0; }
@@ -133,7 +132,7 @@ ResponseReport Response::Impl::step(Scene& scene, const ContactList& contacts) {
 
 ResponseReport Response::step(Scene& scene, const ContactList& contacts) {
   const auto start = std::chrono::steady_clock::now();
-  require(scene.dt > 0 && scene.dt <= longest_step, "dt", scene.dt, "> 0, at most 1000 s");
+  require(scene.dt > 0 && scene.dt <= tolerance::longest_time_step, "dt", scene.dt, "> 0, at most 1000 s");
   require(scene.gravity.allFinite(), "gravity", scene.gravity.norm(), "finite");
   require_contacts_of(scene, contacts, "response");
   Impl& own = *impl_;

@@ -63,4 +63,7 @@ inline constexpr double gap_left = 1e-5;
 /// more: nothing changes for any body of this world.
 inline constexpr double lightest_mass = 1e-100, heaviest_mass = 1e100;
 
+/// s: the longest time step of a response and of a scene file. Of more, bodies go where no pose may be.
+inline constexpr double longest_time_step = 1000;
+
 }  // namespace tandem::tolerance

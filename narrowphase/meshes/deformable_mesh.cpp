@@ -162,8 +162,8 @@ DeformReport DeformableMesh::update(std::span<const Vec3> vertices, const PartRu
     refuse_vertices("vertices holds " + std::to_string(vertices.size()) + "; it must hold " + std::to_string(wanted) +
                     ", as many as the mesh has");
   const MeshFrame frame(impl.checked_extent(vertices, parts));
-  const double size = 2 * frame.half.norm();
-  if (size > 0 && size < tolerance::shortest_length)
+  // Squares of less underflow.
+  if (frame.half.maxCoeff() > 0 && 2 * frame.half.norm() < tolerance::shortest_length)
     refuse_vertices("the extent of the vertices is " + written(2 * frame.half) + "; it must be 0 or at least " +
                     written(tolerance::shortest_length));
   impl.require_seams(vertices, frame);
@@ -172,21 +172,28 @@ DeformReport DeformableMesh::update(std::span<const Vec3> vertices, const PartRu
   MeshModel& mesh = *impl.current.model;
   mesh.forget_extremes();
   const MeshFrame frame_before(mesh.centre, mesh.half, mesh.unit);
-  set_frame(mesh, frame);
-  impl.refit.refit(mesh, vertices, parts);
-  if (mesh.closed && !impl.refit.surely_outward())
-    if (const auto volume = inside_out(mesh, vertices, frame, parts)) {
-      impl.go_back(before, frame_before, parts);
-      refuse_vertices("the mesh is closed, but its volume is " + std::to_string(*volume) +
-                      "; it must not be negative: it was turned inside out");
-    }
-  run_stretches(parts, vertices.size(), elements_a_stretch, [&](std::size_t, std::size_t begin, std::size_t end) {
-    std::copy(vertices.data() + begin, vertices.data() + end, mesh.vertices.data() + begin);
-  });
-  const MeshRefit::Report report = impl.refit.rebuild_worn(mesh, parts);
-  if (report.rebuilt != 0) impl.current.structure = ++impl.structure;
-  impl.shape.emplace(detail::ShapeInsides::shape(impl.current.model));
-  return {report.rebuilt, report.worn};
+  bool copies = false;
+  try {
+    set_frame(mesh, frame);
+    impl.refit.refit(mesh, vertices, parts);
+    if (mesh.closed && !impl.refit.surely_outward())
+      if (const auto volume = inside_out(mesh, vertices, frame, parts))
+        refuse_vertices("the mesh is closed, but its volume is " + std::to_string(*volume) +
+                        "; it must not be negative: it was turned inside out");
+    copies = true;
+    run_stretches(parts, vertices.size(), elements_a_stretch, [&](std::size_t, std::size_t begin, std::size_t end) {
+      std::copy(vertices.data() + begin, vertices.data() + end, mesh.vertices.data() + begin);
+    });
+    const MeshRefit::Report report = impl.refit.rebuild_worn(mesh, parts);
+    if (report.rebuilt != 0) impl.current.structure = ++impl.structure;
+    impl.shape.emplace(detail::ShapeInsides::shape(impl.current.model));
+    return {report.rebuilt, report.worn};
+  } catch (...) {  // refused, or `parts` or the memory failed: by the calling thread alone, to what was or is to be
+    const bool in_place = before.model == nullptr;
+    if (copies && in_place) std::copy(vertices.begin(), vertices.end(), mesh.vertices.begin());
+    impl.go_back(before, copies && in_place ? frame : frame_before, {});
+    throw;
+  }
 }
 
 Shape DeformableMesh::shape() const { return *impl_->shape; }

@@ -1,6 +1,7 @@
 // A cosine for each triangle of a mesh, kept once somebody has asked for it.
 #pragma once
 #include <atomic>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -26,7 +27,8 @@ class KeptCosines {
     float stored = place.load(std::memory_order_relaxed);
     if (stored == not_asked) {
       const std::optional<double> found = find();
-      stored = found ? static_cast<float>(*found) + offset : none;
+      // Down: a bound must not grow.
+      stored = found ? std::nextafter(static_cast<float>(*found) + offset, 0.0f) : none;
       place.store(stored, std::memory_order_relaxed);
     }
     if (stored == none) return std::nullopt;

@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "shapes/written.h"
 #include "tolerances.h"
 
 namespace tandem {
@@ -69,8 +70,8 @@ void require_valid(const Motion& motion, std::string_view what) {
   for (int i = 0; i < 3; ++i) {
     const double x = (*motion.straight_of)[i];
     if (!(std::abs(x) <= tolerance::longest_length))
-      throw std::invalid_argument(name + ": straight_of[" + std::to_string(i) + "] is " + std::to_string(x) +
-                                  "; it must be finite and at most 1e30 in size");
+      throw std::invalid_argument(name + ": straight_of[" + std::to_string(i) + "] is " + written(x) +
+                                  "; it must be " + allowed_coordinate());
   }
 }
 

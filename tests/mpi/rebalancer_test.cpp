@@ -38,6 +38,12 @@ TEST_CASE("regions are cut after a step that counted costs, and a cut that did n
     CHECK(next_action(rebalancer, 14, 10, steps) == BalanceAction::keep);
     CHECK(rebalancer.after_step(14, 10).migration_ms == 70);
   }
+  SECTION("what a host's own cut costs is not added to it") {
+    rebalancer.note_cut();
+    rebalancer.learn_cost(8);
+    CHECK(rebalancer.after_step(1000, 10).migration_ms == 8);  // a cold step
+    CHECK(next_action(rebalancer, 14, 10, steps) == BalanceAction::change);
+  }
   SECTION("a cold step does not count against a cut") {
     CHECK(next_action(rebalancer, 20, 10, steps) == BalanceAction::change);
     rebalancer.after_step(1000, 10);

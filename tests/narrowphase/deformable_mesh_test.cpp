@@ -312,6 +312,49 @@ TEST_CASE("deformable meshes: what is refused, and that nothing has changed then
   CHECK_THROWS_AS(DeformableMesh(Mesh{{{0, 0, 0}}, {{0, 0, 1}}, false}), std::invalid_argument);
 }
 
+TEST_CASE("deformable meshes: an update that shrinks to nothing or whose helpers fail leaves a mesh that answers") {
+  Mesh flat = sheet(3);
+  DeformableMesh cloth(flat);
+  for (const double size : {1e-31, 1e-170, 1e-300}) {
+    std::vector<Vec3> vertices = flat.vertices;
+    for (Vec3& v : vertices) v *= size;
+    CHECK_THROWS_AS(cloth.update(vertices), std::invalid_argument);
+    CHECK(std::ranges::equal(cloth.vertices(), flat.vertices));
+    CHECK(cloth.shape().size() > 1);
+  }
+  // Each call of the helpers fails once, with a shape handed out and without.
+  for (const bool is_held : {false, true}) {
+    int failing = 0;
+    for (bool failed = true; failed; ++failing) {
+      CAPTURE(is_held, failing);
+      DeformableMesh mesh(sheet(150));  // two stretches of vertices
+      std::optional<Shape> held;
+      if (is_held) held = mesh.shape();
+      std::vector<Vec3> vertices(mesh.vertices().begin(), mesh.vertices().end());
+      const std::vector<Vec3> before = vertices;
+      for (Vec3& v : vertices) v.z() += 2;
+      int calls = 0;
+      const auto parts = [&](std::size_t count, const std::function<void(std::size_t)>& part) {
+        if (calls++ == failing) throw std::runtime_error("a helper failed");
+        for (std::size_t i = 0; i < count; ++i) part(i);
+      };
+      failed = false;
+      try {
+        mesh.update(vertices, parts);
+      } catch (const std::runtime_error&) {
+        failed = true;
+      }
+      const bool is_new = std::ranges::equal(mesh.vertices(), vertices);
+      CHECK((is_new || (failed && std::ranges::equal(mesh.vertices(), before))));
+      CHECK(mesh.shape().bounds(Pose{}).hi.z() == (is_new ? 2 : 0));
+      CHECK(mesh.shape().bounds(Pose{}).lo.z() == (is_new ? 2 : 0));
+      mesh.update(before);
+      CHECK(mesh.shape().bounds(Pose{}).hi.z() == 0);
+    }
+    CHECK(failing > 3);
+  }
+}
+
 TEST_CASE("deformable meshes: turned inside out and refused, the mesh answers as before") {
   const auto with_size = [](const Vec3& size) {
     std::vector<Vec3> vertices = test::box_mesh({1, 1, 1}, 3).vertices;

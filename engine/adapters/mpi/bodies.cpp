@@ -150,6 +150,7 @@ void Bodies::prepare(std::uint32_t index) {
 
 /// Adds a body to the scene with the very bits that it has elsewhere, or gives them to the one that is there.
 std::uint32_t Bodies::put(const BodyRecord& record, bool owned) {
+  ++changes_;
   const GlobalId id = record.motion.id;
   if (const auto before = place(id)) {
     give_back_edge(*before);
@@ -195,6 +196,7 @@ void Bodies::update(std::uint32_t index, const BodyRecord& record) {
 }
 
 void Bodies::drop(std::uint32_t index) {
+  ++changes_;
   if (kept_ != nullptr && is_new_[index] == 0) {
     departure_of_[index] = static_cast<std::uint32_t>(departures_.size());
     departures_.push_back({ids_[index], box_now(index, 0)});
@@ -544,6 +546,7 @@ void Bodies::give_to(int owner, std::uint32_t index, std::span<const int> wanted
   if (!stays) return drop(index);
   edge(index).copies.clear();
   edge(index).owner = owner;
+  ++changes_;
   owned_[index] = 0;
   --count_;
 }

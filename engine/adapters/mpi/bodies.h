@@ -52,6 +52,8 @@ class Bodies {
   }
   GlobalId id(std::uint32_t index) const { return ids_[index]; }
   std::size_t owned() const { return count_; }
+  /// Grows whenever a body comes, goes or gets another owner.
+  std::uint64_t changes() const { return changes_; }
   std::size_t copies() const { return places_.size() - count_; }
 
   /// Moves a body, as Scene::move does, and notes whether it leaves the places where no other rank need know of it.
@@ -210,6 +212,7 @@ class Bodies {
 
   std::unordered_map<GlobalId, std::uint32_t> places_;
   std::size_t count_ = 0;
+  std::uint64_t changes_ = 0;
   // One an index of the scene:
   std::vector<GlobalId> ids_;
   std::vector<std::uint8_t> owned_;

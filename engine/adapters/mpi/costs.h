@@ -14,11 +14,12 @@ namespace tandem::mpi {
 class Costs {
  public:
   void begin(const Bodies& bodies) {
+    changes_ = bodies.changes();
     light_.assign(bodies.scene().indices(), 0);
     heavy_.assign(bodies.scene().indices(), 0);
   }
   /// Counted for the bodies that are there now.
-  bool known(const Bodies& bodies) const { return !light_.empty() && light_.size() == bodies.scene().indices(); }
+  bool known(const Bodies& bodies) const { return !light_.empty() && changes_ == bodies.changes(); }
   /// A pair that is narrowed here. From many threads at once.
   void count(const Bodies& bodies, Pair pair) {
     const Scene& scene = bodies.scene();
@@ -54,6 +55,7 @@ class Costs {
 
  private:
   std::vector<std::uint32_t> light_, heavy_;  // pairs a body
+  std::uint64_t changes_ = 0;
 };
 
 }  // namespace tandem::mpi

@@ -400,6 +400,7 @@ void Pipeline::Impl::recut_now() {
   std::uint64_t all_known[] = {known ? 0u : 1u};
   communicator.largest(std::span<std::uint64_t>(all_known));
   cut(all_known[0] == 0 ? costs.weights(bodies, last) : std::vector<float>{});
+  rebalancer.note_cut();
 }
 
 Report Pipeline::Impl::step() {
@@ -522,7 +523,7 @@ void Pipeline::set_gravity(const Vec3& gravity) {
   impl_->bodies.scene().gravity = gravity;
 }
 void Pipeline::set_dt(double dt) {
-  require(std::isfinite(dt) && dt > 0, "dt", dt, "finite, > 0 s");
+  require(dt > 0 && dt <= tolerance::longest_time_step, "dt", dt, "> 0, at most 1000 s");
   impl_->bodies.scene().dt = dt;
 }
 

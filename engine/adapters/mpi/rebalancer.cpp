@@ -5,8 +5,7 @@
 namespace tandem::mpi {
 namespace {
 
-constexpr int cold_steps = 1;
-constexpr int verified_steps = cold_steps + 2;  // from a cut to its verification
+constexpr int measured_steps = 2;  // of those from a cut to its verification
 
 }  // namespace
 
@@ -32,7 +31,7 @@ RebalanceDecision Rebalancer::after_step(double slowest_ms, double mean_ms) {
   if (std::exchange(wants_cut_, false)) {
     decision.action = BalanceAction::change;
     decision.reason = "one rank is slower than the mean";
-    control_.change(decision.imbalance, verified_steps);
+    control_.change(decision.imbalance, cold_steps + measured_steps);
     taken_back_ = false;
     cold_steps_ = cold_steps;
   } else if (steps_ < control_.steps()) {

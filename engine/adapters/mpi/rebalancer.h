@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <utility>
 
 #include "tandem/flowgraph/control_step.h"
 #include "tandem/mpi/pipeline.h"
@@ -24,9 +25,13 @@ class Rebalancer {
   RebalanceDecision after_step(double slowest_ms, double mean_ms);
 
   /// What the cut that was made or taken back cost, slowest rank.
-  void learn_cost(double ms) { migration_ms_ = taken_back_ ? migration_ms_ + ms : ms; }
+  void learn_cost(double ms) { migration_ms_ = std::exchange(taken_back_, false) ? migration_ms_ + ms : ms; }
+  /// Regions were cut by the host's wish: the next step pays for it.
+  void note_cut() { cold_steps_ = cold_steps; }
 
  private:
+  static constexpr int cold_steps = 1;
+
   void decide(RebalanceDecision& decision);
   void verify(RebalanceDecision& decision);
 
@@ -38,7 +43,7 @@ class Rebalancer {
   ControlStep control_;
   bool is_first_ = true;
   bool wants_cut_ = false;
-  bool taken_back_ = false;  // the last cut
+  bool taken_back_ = false;  // the last cut, at a cost that is to be learnt
   double migration_ms_ = 0;
 };
 

@@ -9,6 +9,7 @@
 #include "arrays.h"
 #include "bindings.h"
 #include "names.h"
+#include "scene/tolerances.h"
 #include "scene_objects.h"
 #include "tandem/engine/builtin_scenes.h"
 #include "tandem/formats/scene_file.h"
@@ -305,8 +306,8 @@ void bind_settings(py::class_<SharedScene>& scene) {
       .def_property(
           "dt", [](const SharedScene& s) { return s.read([](const Scene& x) { return x.dt; }); },
           [](SharedScene& s, double to) {
-            if (!(std::isfinite(to) && to > 0))
-              throw std::invalid_argument("dt: " + std::to_string(to) + ", allowed: finite, > 0 s");
+            if (!(to > 0 && to <= tolerance::longest_time_step))
+              throw std::invalid_argument("dt: " + std::to_string(to) + ", allowed: > 0, at most 1000 s");
             s.change([&](Scene& x) { x.dt = to; });
           },
           "s, of one step")

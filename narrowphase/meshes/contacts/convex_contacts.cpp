@@ -8,6 +8,7 @@
 #include "closed_forms/surface_distance.h"
 #include "manifold/flat_feature.h"
 #include "meshes/contacts/normal_cone.h"
+#include "shapes/lent_memory.h"
 #include "shapes/mesh_model.h"
 #include "shapes/work_meter.h"
 
@@ -352,7 +353,7 @@ void ConvexContacts::find(PairAnswer& near, PatchCollector& all, std::vector<Con
   pair_.model().neighbours(pair_.options().limit);  // what follows asks for it
   const double margin = pair_.options().margin;
   ClearPlanes clear;
-  Seen seen{near};
+  Seen seen(near, lent_memory(pair_.options()));
   const std::size_t first = scratch.size();
   WorkMeter meter(pair_.options().limit, a_solve);
   const auto of_hull = static_cast<int>(pair_.convex().vertices.size() / 16);  // beside what each visit spends

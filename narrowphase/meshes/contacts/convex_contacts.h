@@ -53,11 +53,14 @@ class ConvexContacts {
 
   /// What is known of the triangles so far: the answer of the nearest, and those of which it is not asked yet.
   struct Seen {
-    explicit Seen(PairAnswer& nearest) : near(nearest) {}
+    Seen(PairAnswer& nearest, std::pmr::memory_resource* lent)
+        : near(nearest), memory(usual.data(), usual.size(), lent) {
+      unsolved.reserve(usual.size() / sizeof(Unsolved));
+    }
 
     PairAnswer& near;
     alignas(std::max_align_t) std::array<std::byte, 4096> usual;
-    std::pmr::monotonic_buffer_resource memory{usual.data(), usual.size()};
+    std::pmr::monotonic_buffer_resource memory;
     std::pmr::vector<Unsolved> unsolved{
         &memory};                 ///< a heap: those that may be deeper than all that were asked before them
     Turns swallowed{}, beside{};  ///< when is_swallowed and lies_beside are worth asking

@@ -142,8 +142,8 @@ struct UpdateReport {
 ///
 /// Const calls are safe from any number of threads at once and answer the same bits on any number; each runs on the
 /// calling thread, but for `check`, `first_hits` and `clearance`, which use the oneTBB arena they are called in. Shapes
-/// are tested themselves, never their boxes. All refuse with std::invalid_argument, naming it, a pose that is none, a margin or
-/// cut-off that is negative or NaN, and pairs that NarrowPhase refuses.
+/// are tested themselves, never their boxes. All refuse with std::invalid_argument, naming it, a pose that is none, a
+/// margin or cut-off that is negative or NaN, and pairs that NarrowPhase refuses.
 class SceneQueries {
  public:
   /// `options`: the tolerance, solver and limit of all queries; its margin and cut-off are not used. Where the limit is

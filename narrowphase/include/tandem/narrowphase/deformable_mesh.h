@@ -39,10 +39,11 @@ class DeformableMesh {
   DeformableMesh& operator=(DeformableMesh&&) noexcept;
 
   /// Moves the vertices, metres: as many as the mesh has, in its order. Boxes are made anew where they are; subtrees
-  /// that have become slow by a measure of their boxes are built anew. The answer of no query depends on that, nor on
-  /// `parts`, which shares the work. Throws std::invalid_argument, and nothing has changed, if a vertex is not finite
-  /// or beyond 1e30, the number is another one, vertices that were one have parted, or a closed mesh would be inside
-  /// out.
+  /// that have become slow by a measure of their boxes are built anew. No answer depends on that but depths that are
+  /// `inexact`, whose bound holds either way, and none on `parts`, which shares the work. Throws std::invalid_argument,
+  /// and nothing has changed, if a vertex is not finite or beyond 1e30, the number is another one, the extent is not 0
+  /// and below 1e-30, vertices that were one have parted, or a closed mesh would be inside out. Where `parts` or the
+  /// memory fails, the mesh is as before or as after the update.
   DeformReport update(std::span<const Vec3> vertices, const PartRunner& parts = {});
 
   /// As of the last update. Shapes of one update share what they hold; where none but the last one is left, the next

@@ -13,8 +13,8 @@
 #include "tandem/engine/scene.h"
 
 /// Collision detection by any number of MPI ranks, each with threads of its own: the same contacts as on one. Space is
-/// cut into one region a rank; a body is owned by the rank whose region holds the middle of its box (or did before it moved by a
-/// tenth of its radius), and copied to those whose regions its box reaches into. See docs/mpi.md.
+/// cut into one region a rank; a body is owned by the rank whose region holds the middle of its box (or did before it
+/// moved by a tenth of its radius), and copied to those whose regions its box reaches into. See docs/mpi.md.
 namespace tandem::mpi {
 
 /// Names a body on all ranks. Chosen by whoever adds it; a removed body's may be used again from the next step on.
@@ -162,7 +162,7 @@ class Pipeline {
   bool has(GlobalId id) const;
   /// Moves a body that this rank owns, at once, as Scene::move does; the next step tells those who have copies.
   void move(std::uint32_t index, const Pose& pose, const Vec3& velocity, const Vec3& angular_velocity);
-  /// For a response, all ranks alike: m/s^2, finite; s, finite, > 0. Other values throw std::invalid_argument.
+  /// For a response, all ranks alike: m/s^2, finite; s, > 0, at most 1000. Other values throw std::invalid_argument.
   void set_gravity(const Vec3& gravity);
   void set_dt(double dt);
 
