@@ -342,9 +342,9 @@ inline constexpr double ends_at_standstill = 1e-15;
 /// simplex may be a flat one that only seems to. Root of epsilon, with room: such are noise in squares. Less: wrong
 /// verdicts of flat simplices; more: more pairs are solved twice.
 inline constexpr double near_surface = 1e-7;
-/// Two polytopes whose overlap is thinner than this, relative to the scale: planes of faces that narrow are off by
-/// rounding over the width times the length (at 1e-6 some 1e-12 of the scale), so the features of both are asked. Less:
-/// depths of needles off by that, other ones with a warm start. More: more depths are searched twice.
+/// Two polytopes whose difference, and so their overlap, is thinner than this, relative to the scale: planes of faces
+/// that narrow are off by rounding over the width times the length (at 1e-6 some 1e-12), so the features of both are
+/// asked. Less: depths of needles off by that, other ones with a warm start. More: more depths are searched twice.
 inline constexpr double thin_overlap = 1e-4;
 /// Two polytopes hardly touch: the vector between them is noise (`near_surface` is the same idea: two values).
 inline constexpr double hardly_touching = 1e-9;

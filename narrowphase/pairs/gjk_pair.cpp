@@ -94,6 +94,11 @@ bool answer_on_surface(const MinkowskiDifference& d, double beyond, double reach
   return face.end == SurfaceFace::End::reached && answer_by_face(d, face, answer);
 }
 
+/// Is no ball known in the difference that is as wide as a thin overlap? That of both shapes' inner balls is in it.
+bool may_be_thin(const MinkowskiDifference& d) {
+  return core_inner_radius(d.a) + core_inner_radius(d.b) < tolerance::thin_overlap * d.scale();
+}
+
 /// Of cores that a descent left inside each other or nearly so: by an expanding polytope, to `exact`.
 CoreDistance expand_from(const MinkowskiDifference& d, const GjkResult& r, bool polytopes, bool deep, double exact,
                          LocalAnswer& answer) {
@@ -112,8 +117,9 @@ CoreDistance expand_from(const MinkowskiDifference& d, const GjkResult& r, bool 
                                                                      : 0.0;
   // Of faces of the difference that are slivers planes are off by rounding over the width, along all of the length: a
   // thin difference's polytope may end at another face than the nearest.
+  const double shallow = may_be_thin(d) ? tolerance::thin_overlap : tolerance::near_surface;
   core.doubtful = polytopes && (reached > 16 * epsilon * scale || answer.gap > 16 * epsilon * scale ||
-                                e.upper < tolerance::thin_overlap * scale);
+                                e.upper < shallow * scale);
   const bool apart = r.end == GjkResult::End::near && r.upper > 0 &&
                      (r.lower > core.distance ? r.lower >= 0 : polytopes && core.distance > 0);
   if (apart) {

@@ -25,7 +25,7 @@ class CornerNormals {
   /// False where they are not known: at borders and slivers.
   bool find(const MeshModel& mesh, std::uint32_t t);
 
-  /// least_cosine() alone (to 1e-6), kept with the mesh; none where it is not known.
+  /// least_cosine() alone, less by at most 1e-6, kept with the mesh; none where it is not known.
   static std::optional<double> kept_least_cosine(const MeshModel& mesh, std::uint32_t t);
 
   const Vec3& normal() const { return normal_; }  ///< the triangle's own, unit
