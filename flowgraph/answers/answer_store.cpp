@@ -1,3 +1,4 @@
+// Stores of a step's answers: one chunk a thread, found by a hash of the thread's mark.
 #include "answers/answer_store.h"
 
 #include <algorithm>
@@ -10,7 +11,8 @@
 
 namespace tandem {
 
-// Four times the cores, so that one finds its slot soon, and where a host has more threads than cores, too.
+// Slots: four times the number of cores, so that a thread finds a free slot soon even where a host has more threads
+// than cores.
 AnswerStore::AnswerStore() : slots_(std::bit_ceil(4 * std::max(4u, std::thread::hardware_concurrency()))) {}
 
 void AnswerStore::begin() {
@@ -25,7 +27,7 @@ void AnswerStore::begin() {
 
 AnswerStore::Slot* AnswerStore::own_slot() {
   const void* const mark = this_thread_mark();
-  // Marks lie pages apart: what differs between them is in the middle.
+  // The marks of threads lie memory pages apart, so they differ in their middle bits: those make the hash.
   std::size_t at = std::bit_cast<std::uintptr_t>(mark) * 0x9e3779b97f4a7c15u >> 40;
   for (std::size_t tries = 0; tries < slots_.size(); ++tries, ++at) {
     Slot& slot = slots_[at & (slots_.size() - 1)];

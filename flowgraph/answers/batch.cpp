@@ -1,3 +1,4 @@
+// A batch of candidate pairs and the room for its answers.
 #include "tandem/flowgraph/batch.h"
 
 namespace tandem {

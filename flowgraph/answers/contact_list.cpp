@@ -1,3 +1,4 @@
+// The hash of a step's contacts.
 #include "tandem/flowgraph/contact_list.h"
 
 #include "answers/word_hash.h"

@@ -1,3 +1,4 @@
+// Puts the answers of all threads into canonical order: a bucket for each first body, buckets sorted in parallel.
 #include "tandem/flowgraph/joiner.h"
 
 #include <algorithm>
@@ -7,7 +8,8 @@ namespace tandem {
 
 namespace {
 
-/// By `key`, a byte at a time from the lowest: linear, where one body (the ground) meets all others. `spare`: as many.
+/// Radix sort by `key`, a byte at a time from the lowest: linear time, for the bucket of one body (the ground) that
+/// meets all others. `spare`: room for as many.
 template <class Item, class Key>
 void radix_sort(std::span<Item> items, std::span<Item> spare, std::uint32_t most, Key key) {
   std::span<Item> from = items, to = spare;
@@ -54,7 +56,8 @@ void Joiner::begin(std::size_t bodies, ContactList& out) {
 
 void Joiner::count(std::span<const PairResult> results) {
   for (std::size_t i = 0; i < results.size();) {
-    // Pairs of one a mostly come together: one addition for all of them keeps threads off each other's counters.
+    // Pairs with the same a mostly come one after the other: one addition for all of them keeps threads from contending
+    // for the counters.
     std::uint32_t run = 0;
     const std::uint32_t a = results[i].a;
     for (; i < results.size() && results[i].a == a; ++i) ++run;
@@ -138,7 +141,7 @@ Joiner::Range Joiner::buckets(std::size_t block) const {
   return {first_from(block * pairs_a_block), first_from(std::min(total_, (block + 1) * pairs_a_block))};
 }
 
-// Within one a each b occurs once, so that the order in which threads filled a bucket leaves no trace here.
+// For one a each b occurs once, so the sorted order does not depend on the order in which threads filled the bucket.
 void Joiner::sort(std::size_t block) {
   constexpr std::size_t few = 32;
   const auto b = [](const Ref& ref) { return ref.b; };
@@ -172,7 +175,8 @@ void Joiner::prefix_contacts() {
 
 void Joiner::copy(std::size_t block) {
   std::uint32_t next_contact = block_contacts_[block];
-  // What is copied was written by other threads, in the order in which they found it: each would be waited for.
+  // The results were written by other threads' cores, so each copy would wait for its cache line: prefetch in the order
+  // of reading.
   constexpr std::size_t ahead = 8;
   for (std::size_t i = block * pairs_a_block, end = std::min(total_, i + pairs_a_block); i < end; ++i) {
     const Ref& from = refs_[i];

@@ -1,3 +1,5 @@
+// Answers of sorted pairs: cuts the pairs into batches and runs of batches, and copies each run's answers to their
+// place in the list.
 #include "answers/ordered_answers.h"
 
 #include <algorithm>
@@ -11,13 +13,13 @@
 namespace tandem {
 namespace {
 
-/// The run of a buffer that the step has not taken.
+/// The run of a buffer whose answers the step has not taken yet.
 constexpr std::size_t unused = std::numeric_limits<std::size_t>::max();
 
-/// Asks for the lines that are about to be written: stores alone wait for one after the other.
+/// Prefetches the cache lines that are about to be written: plain stores would wait for one after the other.
 void prefetch_to_write(const void* data, std::size_t bytes) {
 #if defined(__GNUC__) && defined(__x86_64__)
-  // By hand: unless told of the processor the compiler emits a prefetch for reading.
+  // Inline assembly, since the compiler emits a prefetch for reading unless it is told the processor.
   for (std::size_t at = 0; at < bytes; at += 64)
     asm volatile("prefetchw %0" : : "m"(static_cast<const char*>(data)[at]));
 #else
@@ -38,7 +40,7 @@ void OrderedAnswers::begin(std::span<const std::uint64_t> pairs, BatchPairs batc
   places_.resize(runs() + 1);
   counts_.assign(runs(), {});
   placed_ = 0;
-  // As many as runs are filled where the list has no room yet; a step with room uses few of them.
+  // Buffers: as many as runs are filled at once where the list has no room yet; a step with room uses few of them.
   std::erase_if(buffers_, [](const auto& buffer) { return std::exchange(buffer->run, unused) == unused; });
   for (auto* list : {&waiting_, &rest_, &free_}) {
     list->clear();

@@ -1,3 +1,4 @@
+// The paper's shared array of pairs: segments of doubling size, filled and emptied without locks.
 #include "answers/pair_array.h"
 
 #include <algorithm>
@@ -54,7 +55,7 @@ void PairArray::begin() {
 void PairArray::put(Batch& batch) {
   std::size_t index = tail_.load(std::memory_order_relaxed);
   Slot* place = nullptr;
-  do place = &slot(index);  // may throw: no index is taken that is not filled
+  do place = &slot(index);  // Makes the segment first, which may throw: an index that is taken is always filled.
   while (!tail_.compare_exchange_weak(index, index + 1, std::memory_order_relaxed));
   place->store(&batch, std::memory_order_release);
   changes_.fetch_add(1, std::memory_order_release);
@@ -74,14 +75,15 @@ Batch* PairArray::try_take() {
   do {
     if (index >= tail_.load(std::memory_order_relaxed)) return nullptr;
   } while (!head_.compare_exchange_weak(index, index + 1, std::memory_order_relaxed));
-  return wait_for(index);  // at most until the one who puts it has done so
+  return wait_for(index);  // Waits at most until the thread that is putting this batch has done so.
 }
 
 Batch* PairArray::wait_for(std::size_t index) {
   constexpr int spins = 200;
   for (int i = 0;; ++i) {
     const std::uint32_t changes = changes_.load(std::memory_order_acquire);
-    const bool closed = closed_.load(std::memory_order_acquire);  // before the slot: all puts come before the close
+    // Read before the slot: all puts come before the close.
+    const bool closed = closed_.load(std::memory_order_acquire);
     if (Slot* mine = existing(index))
       if (Batch* batch = mine->load(std::memory_order_acquire)) return batch;
     if (closed) return nullptr;

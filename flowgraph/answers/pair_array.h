@@ -9,18 +9,18 @@
 
 namespace tandem {
 
-/// The paper's shared structure of pairs (section 4.1): an array into which the broad phase only puts and from which
-/// the narrow phase only takes, so that neither ever waits for the other's lock. It holds batches and never gets
-/// full: segments of doubling size are added as needed and kept from step to step.
+/// The shared array of pairs of Avril, Gouranton and Arnaldi (ICAT 2010, section 4.1): the broad phase only puts and
+/// the narrow phase only takes, so neither waits for the other's lock. It holds batches and never gets full: segments
+/// of doubling size are added as needed and kept from step to step.
 class PairArray {
  public:
   ~PairArray();
 
-  /// Empties it; not while threads put or take.
+  /// Removes all batches; not while threads put or take.
   void begin();
-  /// Throws std::bad_alloc; the batch is not in it then.
+  /// Puts a batch. Throws std::bad_alloc, and then the batch is not in the array.
   void put(Batch& batch);
-  /// Nothing more will be put. After the last put; more than once does no harm.
+  /// Declares that nothing more will be put. After the last put; more than once does no harm.
   void close();
   /// The next batch, or null when all are taken and it is closed. Sleeps while there is none.
   Batch* take();

@@ -1,3 +1,4 @@
+// Sorts a step's candidate pairs in parallel: a counting sort into ranges of the first body, then each range by itself.
 #include "answers/pair_order.h"
 
 #include <algorithm>
@@ -7,7 +8,7 @@
 namespace tandem {
 namespace {
 
-constexpr std::size_t few = 48;  // keys, sorted by insertion
+constexpr std::size_t few = 48;  // keys: so many or fewer are sorted by insertion
 
 void insertion_sort(std::span<std::uint64_t> keys) {
   for (std::size_t i = 1; i < keys.size(); ++i) {
@@ -18,7 +19,8 @@ void insertion_sort(std::span<std::uint64_t> keys) {
   }
 }
 
-/// A byte at a time from the lowest, only those that differ: linear, where one body (the ground) meets all others.
+/// Radix sort, a byte at a time from the lowest, only the bytes that differ: linear time, for one body (the ground)
+/// that meets all others.
 void radix_sort(std::span<std::uint64_t> keys, std::span<std::uint64_t> other) {
   std::uint64_t differ = 0;
   for (const std::uint64_t key : keys) differ |= key ^ keys.front();
@@ -46,14 +48,14 @@ void PairOrder::prepare(std::span<Batch* const> batches, std::size_t bodies, std
   std::size_t total = 0;
   for (const Batch* batch : batches) total += batch->count;
   groups_ = std::clamp(total / pairs_a_group, std::size_t{1}, groups);
-  // Ranges of some eight pairs, which are sorted by insertion. One group has one row of counts, so it can afford ranges
-  // of some two pairs: fewer comparisons, whose outcome no branch predictor foresees.
+  // Pairs a range: about eight, which are sorted by insertion. A single group has only one row of counts, so it can
+  // afford ranges of about two pairs: fewer comparisons, whose outcome no branch predictor foresees.
   const std::size_t wanted = groups_ == 1 ? std::bit_ceil(std::clamp(total / 2, std::size_t{1}, std::size_t{65536}))
                                           : std::bit_ceil(std::clamp(total / 8, std::size_t{1}, std::size_t{4096}));
   shift_ = 0;
   while (bodies >> shift_ > wanted) ++shift_;
   ranges_ = (bodies >> shift_) + 1;
-  row_ = (ranges_ + 15) / 16 * 16;  // whole cache lines
+  row_ = (ranges_ + 15) / 16 * 16;  // a group's row fills whole cache lines
   next_.resize(groups_ * row_);
   first_.resize(ranges_ + 1);
   keys_.resize(total);
@@ -61,7 +63,7 @@ void PairOrder::prepare(std::span<Batch* const> batches, std::size_t bodies, std
 
 std::size_t PairOrder::open(std::size_t stage) {
   if (keys_.empty()) return 0;
-  if (stage < 2 && groups_ == 1) return 0;  // too few to share: the last stage does it all
+  if (stage < 2 && groups_ == 1) return 0;  // too few pairs to share: the last stage sorts them all
   if (stage == 0) return groups_;
   if (stage == 1) {
     to_places();
@@ -135,7 +137,7 @@ void PairOrder::to_places() {
   std::size_t longest = 0;
   for (std::size_t range = 0; range < ranges_; ++range)
     longest = std::max<std::size_t>(longest, first_[range + 1] - first_[range]);
-  // One group is one thread's, which sorts a range after the other.
+  // A single group is sorted by a single thread, range after range.
   const std::size_t room = longest <= few ? 0 : groups_ == 1 ? longest : keys_.size();
   if (other_.size() < room) other_.resize(room);
 }

@@ -14,22 +14,24 @@ inline Pair pair_of(std::uint64_t key) {
   return {static_cast<std::uint32_t>(key >> 32), static_cast<std::uint32_t>(key)};
 }
 
-/// Sorts candidate pairs by (a, b), each pair given once, in stages of independent blocks: groups of batches are
-/// counted by ranges of a, then scattered into these ranges, which are sorted one by one. Serial are sums over groups
-/// times ranges, at most 32 times an eighth of the pairs or 4096; of one group half of the pairs or 65536.
+/// Sorts candidate pairs by (a, b), each pair given once, in stages of independent blocks: groups of batches count
+/// their pairs by ranges of a, scatter them into these ranges, and the ranges are sorted one by one. The serial part is
+/// a sum over groups times ranges: at most 32 times the smaller of 4096 and an eighth of the pairs; with a single
+/// group, the larger of 65536 and half of the pairs.
 class PairOrder {
  public:
   static constexpr std::size_t stages = 3;
 
-  /// Bodies are below `bodies`. The batches stay as they are until the second stage is over.
+  /// Begins a sort. Body indices are below `bodies`. The batches must stay as they are until the second stage is over.
   void begin(std::span<Batch* const> batches, std::size_t bodies);
-  /// What is serial before a stage; returns its blocks.
+  /// The serial work before a stage; returns the number of its blocks.
   std::size_t open(std::size_t stage);
   void run(std::size_t stage, std::size_t block);
-  /// All stages on the calling thread. The same pairs as the last time, in the same order, are not sorted again.
+  /// Runs all stages on the calling thread. If the pairs and their order are those of the last call, the sorted pairs
+  /// are kept.
   void sort(std::span<Batch* const> batches, std::size_t bodies);
 
-  /// After the last stage: a << 32 | b, ascending, see pair_of().
+  /// The sorted pairs, after the last stage: a << 32 | b, ascending; pair_of() reads one.
   std::span<const std::uint64_t> sorted() const { return keys_; }
   std::size_t memory() const {
     return (next_.capacity() + first_.capacity()) * sizeof(std::uint32_t) +
@@ -49,18 +51,18 @@ class PairOrder {
   void to_places();
   void scatter(std::size_t group);
   void sort_ranges(std::size_t block);
-  /// The ranges of a that begin among a block's pairs.
+  /// The ranges of a whose first pairs lie in a block.
   Range ranges(std::size_t block) const;
 
   std::span<Batch* const> batches_;
   std::size_t groups_ = 1, ranges_ = 1, row_ = 1;
-  int shift_ = 0;                     // of a, to the number of its range
+  int shift_ = 0;                     // maps a to the number of its range
   std::vector<std::uint32_t> next_;   // a row a group: where its next pair of a range goes
-  std::vector<std::uint32_t> first_;  // a range: its first pair
+  std::vector<std::uint32_t> first_;  // the first pair of each range
   std::vector<std::uint64_t> keys_;
-  std::vector<std::uint64_t> other_;  // to sort long ranges with
-  std::vector<Pair> given_;           // to the last sort()
-  bool is_sorted_ = false;            // keys_ are those of given_
+  std::vector<std::uint64_t> other_;  // scratch to sort long ranges with
+  std::vector<Pair> given_;           // the pairs given to the last sort()
+  bool is_sorted_ = false;            // keys_ are those of given_, sorted
 };
 
 }  // namespace tandem

@@ -1,4 +1,4 @@
-// Hashes of answers: equal hashes are equal bits, but that -0 counts as +0.
+// A hash of answers: equal hashes mean equal bits, except that -0 counts as +0.
 #pragma once
 #include <bit>
 #include <cstdint>
@@ -11,13 +11,13 @@ namespace tandem {
 class WordHash {
  public:
   WordHash() = default;
-  /// Goes on where another one stopped.
+  /// Continues from the state of another hash.
   explicit WordHash(std::uint64_t value) : value_(value) {}
   void add(std::uint64_t word) {
     value_ = (value_ ^ word) * 0x100000001b3u;
     value_ ^= value_ >> 32;
   }
-  // Adding zero makes -0 and +0, which are equal, hash alike.
+  // Adding zero turns -0 into +0, so that the two, which are equal, hash alike.
   void add(double x) { add(std::bit_cast<std::uint64_t>(x + 0.0)); }
   void add(const Vec3& v) {
     add(v.x());

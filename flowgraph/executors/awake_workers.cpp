@@ -1,3 +1,4 @@
+// Workers of oneTBB that spin between two steps, so that the next step finds them awake.
 #include "executors/awake_workers.h"
 
 #include <algorithm>
@@ -29,17 +30,17 @@ void AwakeWorkers::keep(tbb::task_arena& arena, int workers) noexcept {
     arena.execute([&] {
       for (int i = 0; i < workers; ++i) group.tasks.run([this, step, end] { stay(step, end); });
     });
-  } catch (...) {  // no memory for a task: workers fall asleep, and the step's answer is there
+  } catch (...) {  // Without memory for a task workers fall asleep, and the step's answer is there.
   }
 }
 
 void AwakeWorkers::stay(std::uint64_t step, Clock::time_point end) noexcept {
-  constexpr int pauses = 32;  // a microsecond or two between looks at the clock
+  constexpr int pauses = 32;  // A microsecond or two between readings of the clock.
   const Clock::time_point begin = Clock::now();
   Clock::time_point now = begin;
   for (; step_.load(std::memory_order_acquire) == step && now < end; now = Clock::now()) {
     for (int i = 0; i < pauses && step_.load(std::memory_order_relaxed) == step; ++i) pause();
-    std::this_thread::yield();  // to threads of the host that wait for this core
+    std::this_thread::yield();  // Yields to threads of the host that wait for this core.
   }
   spun_ns_.fetch_add(to_ns(now - begin), std::memory_order_relaxed);
 }

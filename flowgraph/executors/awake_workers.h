@@ -10,32 +10,33 @@
 
 namespace tandem {
 
-/// Workers of oneTBB that stay awake between two steps: tasks in the step's arenas, which spin until the next step has
-/// work or their time is over. A worker without a task falls asleep soon, and to wake it takes as long as a short step.
-/// Threads are the scheduler's as ever: where it grants an arena no worker, the caller ends the tasks.
+/// Keeps workers of oneTBB awake between two steps: tasks in the step's arenas spin until the next step has work or
+/// their time is over. A worker without a task falls asleep soon, and to wake it takes as long as a short step. Threads
+/// remain the scheduler's: where it grants an arena no worker, the caller ends the tasks.
 class AwakeWorkers {
  public:
-  /// `microseconds`: how long they stay awake at most after a step; 0: none does.
+  /// `microseconds`: the longest time that workers stay awake after a step; 0: they do not.
   explicit AwakeWorkers(double microseconds);
   ~AwakeWorkers() { end(); }
   AwakeWorkers(const AwakeWorkers&) = delete;
   AwakeWorkers& operator=(const AwakeWorkers&) = delete;
 
-  /// After a step: so many workers of the arena, which must outlive this, stay awake from now on.
+  /// After a step: keeps so many workers of the arena, which must outlive this object, awake from now on.
   void keep(tbb::task_arena& arena, int workers) noexcept;
-  /// Those awake look for other tasks of their arena, which the next step has put there.
+  /// Sends the workers that are awake to the other tasks of their arena, which the next step has put there.
   void dismiss() { step_.fetch_add(1, std::memory_order_release); }
-  /// Ends them all, before an arena of theirs is made anew: nobody would take what was left there.
+  /// Ends all spinning tasks; before an arena of theirs is made anew, since nobody would run the tasks left in the old
+  /// one.
   void end();
-  /// Milliseconds that workers spent awake since the last call, of those that have ended.
+  /// Milliseconds that workers spent awake since the last call, by the tasks that have ended.
   double take_ms() { return to_ms(spun_ns_.exchange(0, std::memory_order_relaxed)); }
 
  private:
-  /// The tasks of one arena; they are waited for in it.
+  /// The spinning tasks of one arena; they are waited for in it.
   struct Group {
     explicit Group(tbb::task_arena& own) : arena(own) {}
     tbb::task_arena& arena;
-    // Not bound to the caller's: that one may end before, and what is cancelled with it would be this, too.
+    // An isolated context: the caller's may be cancelled, or end, before these tasks do.
     tbb::task_group_context context{tbb::task_group_context::isolated};
     tbb::task_group tasks{context};
   };
@@ -46,7 +47,7 @@ class AwakeWorkers {
   Clock::duration time_;
   std::atomic<std::uint64_t> step_{0};
   alignas(64) std::atomic<std::int64_t> spun_ns_{0};
-  std::list<Group> groups_;  // one an arena
+  std::list<Group> groups_;  // one for each arena
 };
 
 }  // namespace tandem

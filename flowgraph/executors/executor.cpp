@@ -1,3 +1,4 @@
+// Makes the executor that the options ask for, after checking them.
 #include "tandem/flowgraph/executor.h"
 
 #include <oneapi/tbb/global_control.h>
@@ -66,7 +67,8 @@ std::unique_ptr<Executor> make_executor(const ExecutorOptions& options) {
 }
 
 int tbb_threads(int wished) {
-  // Counts processors from the affinity mask on first use; asking early keeps a later pinned caller from hiding them.
+  // oneTBB counts processors from the affinity mask on first use; asking here keeps a caller that is pinned later from
+  // hiding them.
   tbb::info::default_concurrency();
   const auto limit = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
   const int most = static_cast<int>(std::min<std::size_t>(limit, most_threads));

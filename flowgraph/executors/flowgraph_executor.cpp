@@ -22,17 +22,18 @@ using tbb::flow::function_node;
 using tbb::flow::make_edge;
 using tbb::flow::unlimited;
 
-/// A message: a thread's turn, which goes along the edges through all stages of a step.
+/// The message that travels the edges: one for each thread, which takes it through all stages of a step.
 struct Turn {};
 
-/// What a thread looks for first.
+/// The phase whose work a thread looks for first.
 enum class Phase { broad, narrow };
 
-/// The nodes of a step, in an arena whose limit is the number of threads of one phase. The executor makes the edges.
+/// The graph of one phase: the nodes of a step, in an arena limited to the phase's number of threads. The executor
+/// makes the edges.
 struct PhaseGraph {
   using Node = function_node<Turn, Turn>;
 
-  /// `stages`: has a member for each node.
+  /// `stages`: the object that has a member function for each node.
   template <class Stages>
   PhaseGraph(Phase phase, int threads, Stages& stages)
       : arena(threads, 1),
@@ -46,7 +47,7 @@ struct PhaseGraph {
     attach();
   }
 
-  /// Between steps.
+  /// Changes the number of threads; only between steps.
   void resize(int threads) {
     if (threads == arena.max_concurrency()) return;
     arena.terminate();
@@ -57,20 +58,21 @@ struct PhaseGraph {
   void put(int turns) {
     for (int i = 0; i < turns; ++i) update.try_put({});
   }
-  /// The caller takes turns, too, until all are at their end.
+  /// Waits for all messages; the calling thread works on them, too.
   void wait() {
     arena.execute([this] { graph.wait_for_all(); });
   }
 
   tbb::task_arena arena;
-  // Not bound to the caller's: that one may end before this graph does, and a step that lost turns would hang.
+  // An isolated context: the caller's may be cancelled, or end, before this graph does, and a step that lost messages
+  // would hang.
   tbb::task_group_context context;
   tbb::flow::graph graph;
   Node update, prepare, tiles, narrow, join;
 
  private:
-  /// A user's callback may wait for tasks of its own. It must not be given another turn meanwhile, which would wait for
-  /// the tile that this one holds.
+  /// A node's body, isolated: a user's callback may wait for tasks of its own, and must not be given another message
+  /// meanwhile, which would wait for the tile that this thread holds.
   template <class Stage>
   static auto body(Stage stage) {
     return [stage](Turn turn) noexcept {
@@ -78,15 +80,15 @@ struct PhaseGraph {
       return turn;
     };
   }
-  /// A graph's messages go to the arena in which it was reset last, whoever sends them.
+  /// Ties the graph to the arena: messages go to the arena in which the graph was reset last, whoever sends them.
   void attach() {
     arena.execute([this] { graph.reset(); });
   }
 };
 
-/// The product. Each phase has an arena, of X and Y threads for the split X-Y, and in it a graph of the step's stages.
-/// Each thread has a turn, which takes blocks of a stage until none is left and goes on when the stage is over:
-///
+/// The default executor. Each phase has an arena, of X and Y threads for the split X-Y, and in it a graph of the step's
+/// stages. Each thread carries a message along the edges: at a node it takes blocks of the stage until none is left,
+/// and goes on when the stage is over:
 ///   broad arena:    update -> prepare -> tiles -> narrow -> join
 ///                                          | batches
 ///                                    bounded queue
@@ -94,10 +96,10 @@ struct PhaseGraph {
 ///   narrow arena:   update -> prepare -> tiles -> narrow -> join
 ///
 /// Both arenas have all nodes, so that threads without work of their own phase go on with the other's at once, where a
-/// worker needs 100 us to change arenas: in the narrow arena a turn takes tiles only while no batch waits, in the broad
-/// one it takes batches when no tile is left. A strict split, as the paper's, leaves these nodes out:
-///
-///   broad arena:    update -> prepare -> tiles -> join
+/// Both arenas have all nodes, so that a thread without work of its own phase goes on with the other's at once; a
+/// worker would need 100 us to change arenas. In the narrow arena a thread takes tiles only while no batch waits, in
+/// the broad arena it takes batches when no tile is left. A strict split, as in the paper, leaves out the nodes of the
+/// other phase:
 ///   narrow arena:   update -> narrow -> join
 class FlowGraphExecutor final : public Executor, private Delivery {
  public:
@@ -130,20 +132,22 @@ class FlowGraphExecutor final : public Executor, private Delivery {
  private:
   friend PhaseGraph;
 
-  /// Workers that are awake take a tenth of the time to come of those that must wake: a shorter step may be shared.
+  /// The shortest step that is shared, in milliseconds: workers that are awake arrive in a tenth of the time that
+  /// waking takes, so shorter steps are worth sharing.
   static ExecutorOptions with_short_steps(ExecutorOptions options) {
     constexpr double of_asleep = 0.1;
     if (options.stay_awake > 0) options.sharing.short_step_ms *= of_asleep;
     return options;
   }
 
-  /// The next step, if it is to be shared, finds awake those that work on it beside the caller.
+  /// Keeps the workers of the next step awake, if that step is to be shared.
   void stay_awake(ExecutionReport& report, Timeline* timeline) {
     if (options_.stay_awake == 0) return;
     report.awake_ms = awake_.take_ms();
     if (timeline != nullptr) timeline->count("awake between steps, ms", report.awake_ms);
     awake_.dismiss();
-    // What one thread does alone is never shared: nobody would take the tasks, and more would wait with each step.
+    // A step that one thread does alone is never shared: nobody would take the spinning tasks, and more would wait
+    // after each step.
     if (!broad_ || report.threads == 1 || !frame_.shares_next()) return;
     awake_.keep(broad_->arena, split_.broad - 1);
     awake_.keep(narrow_->arena, split_.narrow);
@@ -223,7 +227,7 @@ class FlowGraphExecutor final : public Executor, private Delivery {
     if (strict_) watch_narrow();
   }
 
-  /// A full batch from a writer goes into the queue, or, when that is full, another one out of it.
+  /// Puts a full batch into the queue; while that is full, narrows a batch out of it.
   void deliver(Batch& batch) override {
     while (!queue_.try_push(batch)) narrow_one();
     state_.count_queue(queue_.size());
@@ -247,8 +251,8 @@ class FlowGraphExecutor final : public Executor, private Delivery {
 
   void join() { run_stages(state_, state_.end_stage()); }
 
-  /// A strict broad thread without tiles does nothing more. But where the scheduler grants the narrow arena no worker,
-  /// as under a limit of one thread, the step must still end: then it takes the batches after all.
+  /// For a strict split: a broad thread without tiles does nothing more, unless the scheduler grants the narrow arena
+  /// no worker, as under a limit of one thread. The step must end, so it then takes the batches after all.
   void watch_narrow() {
     constexpr auto patience = std::chrono::microseconds(500);
     for (auto check = Clock::now() + patience; state_.stage() == state_.shared_stage(); std::this_thread::yield()) {
@@ -266,9 +270,9 @@ class FlowGraphExecutor final : public Executor, private Delivery {
   int threads_ = 0;
   Split split_;
   BatchQueue queue_;
-  std::atomic<int> at_batches_{0};            // turns in the nodes `narrow`
-  std::optional<PhaseGraph> broad_, narrow_;  // their bodies use what is above
-  AwakeWorkers awake_;                        // last: in the arenas
+  std::atomic<int> at_batches_{0};            // threads in the nodes `narrow`
+  std::optional<PhaseGraph> broad_, narrow_;  // after what the nodes' bodies use
+  AwakeWorkers awake_;                        // last: its tasks are in the arenas
 };
 
 }  // namespace

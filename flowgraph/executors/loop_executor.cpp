@@ -1,3 +1,4 @@
+// Executors by parallel loops of oneTBB: barrier (one phase after the other) and fused (tile by tile).
 #include <oneapi/tbb/enumerable_thread_specific.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
@@ -27,7 +28,8 @@ class LoopExecutor final : public Executor {
       report.split = {threads, threads};
       report.decision.reason = "both phases have all threads";
       if (threads == tbb::this_task_arena::max_concurrency()) {
-        tbb::this_task_arena::isolate([this] { run_stages(); });  // while it waits, no other task of the host
+        // Isolated: no other task of the host runs in this thread while it waits
+        tbb::this_task_arena::isolate([this] { run_stages(); });
       } else {
         if (!arena_ || arena_->max_concurrency() != threads) arena_ = std::make_unique<tbb::task_arena>(threads);
         arena_->execute([this] { run_stages(); });
@@ -39,7 +41,7 @@ class LoopExecutor final : public Executor {
 
  private:
   struct Shelf final : Delivery {
-    void deliver(Batch&) override {}  // the pool knows all batches; they are processed after the barrier
+    void deliver(Batch&) override {}  // the pool holds all batches; they are narrowed after the barrier
   };
   struct AtOnce final : Delivery {
     explicit AtOnce(StepState& state) : state(state) {}
@@ -47,12 +49,12 @@ class LoopExecutor final : public Executor {
     StepState& state;
   };
 
-  // Every block is one task: they are made about 10 us long. The context is not bound to the caller's, whose
-  // cancellation would leave blocks undone.
+  // Every block is one task, since blocks are made about 10 us long. The context is isolated: a cancellation of the
+  // caller's would leave blocks undone.
   template <class Body>
   static void for_each(std::size_t n, const Body& body) {
     tbb::task_group_context context(tbb::task_group_context::isolated);
-    // Nor may a user's callback that waits for tasks of its own be given another block of this loop.
+    // Isolated: a user's callback that waits for tasks of its own must not be given another block of this loop.
     const auto alone = [&](std::size_t i) { tbb::this_task_arena::isolate([&] { body(i); }); };
     tbb::parallel_for(std::size_t{0}, n, alone, tbb::simple_partitioner(), context);
   }
@@ -88,7 +90,7 @@ class LoopExecutor final : public Executor {
     for_each(state_.blocks(stage), [&](std::size_t) {
       if (std::size_t tile; state_.take(stage, tile)) state_.run_tile(tile, writers.local());
     });
-    // Counting each filled batch as open keeps the stage open until the last one is processed.
+    // Each filled batch counts as open work, which keeps the stage open until the last one is narrowed.
     for (BatchWriter& writer : writers) writer.flush();
     if (state_.stage() != stage) return;
     ready_.clear();
@@ -96,7 +98,9 @@ class LoopExecutor final : public Executor {
       if (batch->count != 0) ready_.push_back(batch);
     const auto rest = std::stable_partition(ready_.begin(), ready_.end(), [](const Batch* b) { return b->heavy; });
     std::stable_partition(ready_.begin(), rest, [](const Batch* batch) { return batch->costliest; });
-    std::atomic<std::size_t> next{0};  // threads are given ranges: by these the costliest would be one thread's
+    // Tasks take batches by a counter: oneTBB gives threads ranges of indices, and the costliest batches are
+    // neighbours.
+    std::atomic<std::size_t> next{0};
     for_each(ready_.size(),
              [&](std::size_t) { state_.process(*ready_[next.fetch_add(1, std::memory_order_relaxed)]); });
   }

@@ -1,11 +1,12 @@
+// The sequential executor: a step on the calling thread.
 #include "executors/executors.h"
 #include "executors/step_frame.h"
 
 namespace tandem {
 namespace {
 
-/// Broad, then narrow, on the calling thread; on request in the form of a step that several threads share, to measure
-/// what that costs.
+/// The broad phase, then the narrow phase, on the calling thread. On request the step takes the stages of a shared step
+/// (StepForm::overlapped or ordered), to measure what these stages cost.
 class SequentialExecutor final : public Executor {
  public:
   explicit SequentialExecutor(const ExecutorOptions& options)

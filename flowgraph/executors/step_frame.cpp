@@ -1,3 +1,4 @@
+// What all executors of several threads do before and after a step: its form, its batch size, the balance of threads.
 #include "executors/step_frame.h"
 
 #include <string>
@@ -48,7 +49,7 @@ void StepFrame::end(const StepWork& work, ExecutionReport& report) {
   ++steps_;
   state_.end(report);
   batch_size_.learn(report);
-  // What a step's time goes with.
+  // The load that a step's time is proportional to.
   const auto load = static_cast<double>(work.bodies() + report.candidate_pairs);
   if (report.threads > 1) form_.learn(report, state_.work_ms(), load);
 }

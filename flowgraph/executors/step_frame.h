@@ -12,7 +12,7 @@
 
 namespace tandem {
 
-/// What Executor::run() is given.
+/// The arguments of Executor::run().
 struct StepCall {
   StepWork& work;
   ContactList& contacts;
@@ -21,8 +21,8 @@ struct StepCall {
   Timeline* timeline;
 };
 
-/// Whole steps on the calling thread: broad, then narrow; in order, unless the step was begun as one of several
-/// threads, whose answers are joined.
+/// Runs whole steps on the calling thread: the broad phase, then the narrow phase, the answers in order at once; or, if
+/// the step was begun in a shared form, with that form's stages, which join the answers.
 class CallerAlone {
  public:
   void run(StepState& state);
@@ -31,23 +31,23 @@ class CallerAlone {
   std::vector<Batch*> waiting_;  // kept from step to step
 };
 
-/// What executors with several threads do around each step: its form and the size of its batches are chosen by the
-/// steps before it, and a step whose form says so stays on the caller.
+/// What executors of several threads do around each step. The form of the step and the size of its batches are chosen
+/// from measurements of earlier steps, and a step of too little work is run on the caller alone.
 class StepFrame {
  public:
-  /// `strict`: both phases at once, threads apart. `can_order`: whether StepForm::ordered may be chosen.
+  /// `strict`: the two phases at once, no thread changes phase. `can_order`: StepForm::ordered may be chosen.
   StepFrame(const ExecutorOptions& options, bool strict, bool can_order);
 
-  /// Begins a step. True if threads are to share it, whose executor then tells its split and reason; else the caller
+  /// Begins a step. True if threads are to share it: the executor then runs it and reports its split; else the caller
   /// has run it.
   bool begin(StepCall call, int threads, std::function<bool()> host_cancelled);
-  /// Ends it and learns from what was measured; throws what the step threw.
+  /// Ends the step and learns from its measurements; throws what the step threw.
   void end(const StepWork& work, ExecutionReport& report);
-  /// After a step that was shared: moves threads, and writes what was decided into the report and the timeline.
+  /// After a shared step: moves threads between the phases, and writes the decision into the report and the timeline.
   void balance(Balancer& balancer, ExecutionReport& report, Timeline* timeline) const;
   StepState& state() { return state_; }
   std::size_t memory() const { return state_.memory(); }
-  /// Whether the next step is one to share, as far as the threads are there.
+  /// True if the next step has enough work to be shared, provided that threads are available.
   bool shares_next() const { return form_.next() != StepForm::caller; }
 
  private:

@@ -77,8 +77,8 @@ class ThreadsExecutor final : public Executor {
     }
   }
 
-  // Threads [0, X) are the broad phase's, the others the narrow phase's. Poses to boxes and the joining of results
-  // belong to neither: all of them take part.
+  // Threads [0, X) belong to the broad phase, the others to the narrow phase. All of them compute boxes and join
+  // results, stages which belong to neither.
   void take_part_as(int index) {
     const bool broad = index < split_.broad;
     take_part(
@@ -90,8 +90,8 @@ class ThreadsExecutor final : public Executor {
         });
   }
 
-  // Until no tile is left. The array is closed by the last writer to leave then; a thread that the system held up until
-  // then is not waited for.
+  // Takes tiles until none is left. The last writer to leave closes the array then; a thread that the system has
+  // suspended is not waited for.
   void emit(bool tiles_first) {
     writers_.fetch_add(1);
     ArrayDelivery delivery(array_);
@@ -120,7 +120,7 @@ class ThreadsExecutor final : public Executor {
   alignas(64) std::atomic<int> running_{0};
   alignas(64) std::atomic<int> writers_{0};
   std::atomic<bool> leaving_{false};
-  std::vector<std::jthread> workers_;  // last: they join before what they use goes
+  std::vector<std::jthread> workers_;  // last: threads join before the members that they use are destroyed
 };
 
 }  // namespace

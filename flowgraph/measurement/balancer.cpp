@@ -1,3 +1,4 @@
+// Chooses how many threads each phase has, from measured times.
 #include "measurement/balancer.h"
 
 #include <algorithm>
@@ -8,7 +9,7 @@ namespace tandem {
 namespace {
 
 constexpr int longest_control_step = 64;
-// Phases closer than this are in balance: one thread more or less would overshoot (paper rule).
+// Phases whose times differ by less than this are in balance: moving one thread would overshoot (rule of the paper).
 constexpr double balanced = 1.05;
 
 }  // namespace
@@ -39,7 +40,7 @@ int Balancer::wanted_broad() const {
   return best_broad(broad_, narrow_);
 }
 
-// A split lasts as long as the phase that it serves worse. Less than 3 % to gain is within the noise of a step.
+// A split lasts as long as the phase that it serves worse. A gain below 3 % is within the noise of a step.
 int Balancer::best_broad(double broad, double narrow) const {
   const auto lasts = [&](int x) { return std::max(broad / x, narrow / (threads_ - x)); };
   int best = split_.broad;
@@ -64,7 +65,8 @@ void Balancer::ask_own_rule(const ExecutionReport& report, BalanceDecision& deci
 
 bool Balancer::add_to_window(const ExecutionReport& report, BalanceDecision& decision) {
   const bool paper = rule_ == BalanceRule::paper;
-  // A load that turned round between two measurements is not waited out, nor averaged with what was before.
+  // Where the load changed sides between two measurements, the rule acts at once and without averaging over the earlier
+  // steps.
   const bool urgent =
       !paper && !control_.verifies() && steps_ + 1 < control_.steps() &&
       std::abs(best_broad(report.broad_ms, report.narrow_ms) - split_.broad) >= std::max(2, threads_ / 4);

@@ -6,29 +6,29 @@
 
 namespace tandem {
 
-/// Moves threads between the two phases from measured times (paper, section 4), at the ends of its control steps. A
-/// change that did not make the step faster is taken back.
+/// Moves threads between the two phases from measured times (Avril, Gouranton and Arnaldi, ICAT 2010, section 4), at
+/// the ends of its control steps. A change that did not make the step faster is taken back.
 ///
 /// BalanceRule::paper compares the phases' times (computing time a thread of the phase) and moves one thread to the
-/// longer one; verified on the step's time. BalanceRule::busy goes at once to the split that serves the busy times
-/// best, at once too when they turn round between decisions, and verifies on time per unit of work, so that a rising
+/// longer one; it verifies on the step's time. BalanceRule::busy goes at once to the split that serves the busy times
+/// best, also between decisions when the load changes sides, and verifies on time per unit of work, so that a rising
 /// load does not count against a good change.
 class Balancer {
  public:
-  /// `fixed` dynamic: starts at half of `threads` each. threads >= 2.
+  /// `fixed` dynamic: starts with half of `threads` for each phase. threads >= 2.
   Balancer(int threads, Split fixed, BalanceRule rule, BalanceFunction own_rule = {});
 
   Split split() const { return split_; }
-  /// Takes one step's measurements; the split it returns in `after` is in force from the next step on.
+  /// Takes the measurements of one step; the split it returns in `after` is in force from the next step on.
   BalanceDecision after_step(std::uint64_t step, const ExecutionReport& report);
 
  private:
   void ask_own_rule(const ExecutionReport& report, BalanceDecision& decision);
-  /// Adds a step to the sums. Whether they are to be judged now.
+  /// Adds a step to the sums. True if the sums are to be judged now.
   bool add_to_window(const ExecutionReport& report, BalanceDecision& decision);
-  /// Whether the change before was one for the better; else it is taken back.
+  /// True if the previous change improved the step; else it is to be taken back.
   void verify(BalanceDecision& decision);
-  /// Another split, if one is wanted.
+  /// The split wanted in place of the present one, if any.
   void choose(BalanceDecision& decision);
   int wanted_broad() const;
   int best_broad(double broad, double narrow) const;
@@ -37,7 +37,7 @@ class Balancer {
   int threads_;
   bool fixed_;
   BalanceRule rule_;
-  BalanceFunction own_rule_;  // asked after every step, and believed
+  BalanceFunction own_rule_;  // a user's rule: asked after every step, never taken back
   Split split_;
 
   // Sums over the steps since the last measurement.

@@ -1,3 +1,4 @@
+// The cost of every piece of a step, read from the slices of a timeline: medians over several runs.
 #include "tandem/flowgraph/measured_step.h"
 
 #include <algorithm>
@@ -10,7 +11,7 @@
 namespace tandem {
 namespace {
 
-/// As of the times that it is compared with: of an even number between the middle two.
+/// The median, as the benches compute it: of an even number, the mean of the two in the middle.
 double median(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -23,7 +24,7 @@ double total(const std::vector<double*>& times) {
   return sum;
 }
 
-/// Sorts a step's slices into its stages.
+/// Sorts the slices of a step into its stages.
 class Reader {
  public:
   explicit Reader(MeasuredStep& step) : step_(step) {}
@@ -33,7 +34,7 @@ class Reader {
     if (slice.name == "begin") {
       step_.begin_ns = ns;
     } else if (slice.name == "open") {
-      open_ns_ += ns;  // with those of stages that have no blocks
+      open_ns_ += ns;  // includes the opening of stages without blocks
       opened_ = true;
     } else if (slice.name == "broad") {
       if (opened_) step_.open_tiles_ns = opening();
@@ -60,12 +61,13 @@ class Reader {
     return std::exchange(open_ns_, 0);
   }
 
-  // Batches of StepForm::ordered come heavy ones first; each is taken and its answers put away, too.
+  // Batches of StepForm::ordered come with the heavy ones first; the time of each includes taking it and putting its
+  // answers away.
   void narrow(const Timeline::Slice& slice, double ns) {
     const bool ordered = step_.form == StepForm::ordered;
     if (ordered && !in_narrow_) {
       if (step_.order.empty()) throw std::invalid_argument("slices of a step whose pairs were not put in order first");
-      copied_ns_ = step_.order.back().blocks.back();  // the first one was taken for a stage
+      copied_ns_ = step_.order.back().blocks.back();  // its slices so far were read as a stage
       step_.open_narrow_ns = step_.order.back().open_ns;
       step_.order.pop_back();
       in_narrow_ = true;
@@ -151,7 +153,7 @@ std::vector<double*> MeasuredStep::times() {
 
 MeasuredStep typical_step(std::vector<MeasuredStep> runs) {
   if (runs.empty()) throw std::invalid_argument("no run of the step was recorded");
-  // Stages whose blocks depend on what there was room for are those of the first run.
+  // Runs with other numbers of blocks than the first, which depend on the room in buffers, are left out.
   std::vector<std::vector<double*>> times;
   for (MeasuredStep& run : runs) {
     if (run.first_pairs_ != runs.front().first_pairs_ || run.tiles.size() != runs.front().tiles.size())
@@ -166,7 +168,8 @@ MeasuredStep typical_step(std::vector<MeasuredStep> runs) {
     for (std::size_t run = 0; run < times.size(); ++run) values[run] = *times[run][i];
     *times.front()[i] = median(values);
   }
-  // Times are skewed: medians of the pieces add up to less than the median of the whole, which is what is measured.
+  // Times are skewed, so the medians of the pieces add up to less than the median of the whole step: scale them to
+  // that.
   const double sum = total(times.front()), scale = sum > 0 ? whole / sum : 1;
   for (double* time : times.front()) *time *= scale;
   MeasuredStep step = std::move(runs.front());

@@ -1,3 +1,4 @@
+// The names of the balancer's actions and of a step's issues.
 #include "tandem/flowgraph/report.h"
 
 #include <array>

@@ -1,3 +1,4 @@
+// Slices and counters of steps, written in Chrome's trace-event format.
 #include "tandem/flowgraph/timeline.h"
 
 #include <nlohmann/json.hpp>

@@ -1,3 +1,4 @@
+// Stages that follow the tiles, by the form of the step: join the answers, or sort the pairs, narrow and copy.
 #include "step/answer_stages.h"
 
 #include <functional>
@@ -6,7 +7,7 @@
 namespace tandem {
 namespace {
 
-/// While it lives, a batch appends its answers to these lists.
+/// Lends these lists to a batch for as long as the object lives, so that the batch appends its answers to them.
 class Appending {
  public:
   Appending(Batch& batch, std::vector<PairResult>& results, std::vector<Contact>& contacts)
@@ -35,7 +36,7 @@ void AnswerStages::begin(StepWork& work, StepForm form, BatchPairs batch_pairs, 
   form_ = form;
   batch_pairs_ = batch_pairs;
   has_heavy_.store(false, std::memory_order_relaxed);
-  if (form == StepForm::caller) clear();  // where there are no tiles, nobody comes to write
+  if (form == StepForm::caller) clear();  // without tiles no thread comes to write
   if (form == StepForm::overlapped) {
     store_.begin();
     joiner_.begin(work.bodies(), contacts);

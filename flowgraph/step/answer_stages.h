@@ -12,28 +12,29 @@
 
 namespace tandem {
 
-/// Where a step's answers go, by its form, and the stages that follow the tiles. Overlapped: batches are answered while
-/// there are tiles, each thread's answers into a store, and joined by stages at last. Ordered: stages put the pairs in
-/// order, narrow them in runs of batches, and copy the answers that are not in their places yet. On the caller alone:
-/// the pairs are put in order at once, the answers go straight to the list, and no stage follows.
+/// The stages that follow the tiles, and where a step's answers go, by the form of the step. Overlapped: batches are
+/// answered while there are tiles, each thread's answers go to a store of its own, and stages join them at the end.
+/// Ordered: stages sort the pairs, narrow them in runs of batches, and copy the answers that are not in their places
+/// yet. On the caller alone: the pairs are sorted at once, the answers go straight to the list, and no stage follows.
 class AnswerStages {
  public:
   void begin(StepWork& work, StepForm form, BatchPairs batch_pairs, ContactList& contacts);
   StepForm form() const { return form_; }
 
   std::size_t stages() const;
-  /// The stage whose blocks are runs of batches to narrow, or stages() if they are narrowed before.
+  /// The stage whose blocks are runs of batches to narrow, or stages() if pairs are narrowed before.
   std::size_t narrow_stage() const { return form_ == StepForm::ordered ? PairOrder::stages : stages(); }
-  /// What is serial before a stage, `batches` being all of the step; returns its blocks.
+  /// The serial work before a stage, given all batches of the step; returns the number of its blocks.
   std::size_t open(std::size_t stage, std::span<Batch* const> batches);
-  /// A block of a stage other than the narrow stage.
+  /// Runs a block of a stage other than the narrow stage.
   void run(std::size_t stage, std::size_t block);
 
-  /// Narrows a batch, its answers going where they belong. Any thread; on the caller alone in the batches' order.
+  /// Narrows a batch and puts its answers where they belong. Any thread; on the caller alone in the batches' order.
   void narrow(Batch& batch);
   /// On the caller alone, before the first batch is narrowed.
   void sort(std::span<Batch* const> batches);
-  /// Some pair costs far more than others: narrow it first. Any thread, before the narrow stage.
+  /// Notes that some pair costs far more than others, so that it is narrowed first. Any thread, before the narrow
+  /// stage.
   void saw_heavy() { has_heavy_.store(true, std::memory_order_relaxed); }
   /// The runs of the narrow stage.
   OrderedAnswers& runs() { return runs_; }

@@ -1,3 +1,4 @@
+// The batches of a step, reused from step to step.
 #include "step/batch_pool.h"
 
 #include <algorithm>
@@ -7,7 +8,7 @@ namespace tandem {
 
 void BatchPool::begin(std::size_t batch_pairs) {
   std::move(grown_.begin(), grown_.end(), std::back_inserter(batches_));
-  if (!grown_.empty())  // some to spare: a load that rises would else grow the pool at every step
+  if (!grown_.empty())  // Some to spare: with a rising load the pool would otherwise grow at every step.
     for (std::size_t more = batches_.size() / 2 + 8; more > 0; --more) batches_.push_back(std::make_unique<Batch>());
   grown_.clear();
   batch_pairs_ = batch_pairs;

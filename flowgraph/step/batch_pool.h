@@ -10,7 +10,7 @@
 
 namespace tandem {
 
-/// Batches, kept from step to step. Taking one is an atomic increment unless the pool has to grow.
+/// A pool of batches, kept from step to step. Taking a batch is an atomic increment unless the pool has to grow.
 class BatchPool {
  public:
   void begin(std::size_t batch_pairs);

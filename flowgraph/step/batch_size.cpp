@@ -1,3 +1,4 @@
+// The number of pairs of a batch, from the cost of a pair in the last step.
 #include "step/batch_size.h"
 
 #include <algorithm>
@@ -7,8 +8,8 @@
 namespace tandem {
 
 void BatchSize::learn(const ExecutionReport& report) {
-  // A batch costs half a microsecond where another thread narrows it than found its pairs: in long steps they are
-  // larger, as long as the last of them is a small part of a thread's share.
+  // A batch costs half a microsecond if another thread narrows it than found its pairs. Long steps have larger batches,
+  // as long as the last of them is a small fraction of a thread's share.
   constexpr double least_ms = std::chrono::duration<double, std::milli>(shortest_batch).count();
   const double target_ms = std::clamp(report.narrow_ms / (100.0 * report.threads), least_ms, 8 * least_ms);
   size_.threads = static_cast<std::size_t>(report.threads);

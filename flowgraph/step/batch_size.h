@@ -6,8 +6,8 @@
 
 namespace tandem {
 
-/// Chooses the batch size by the last step's cost of a pair: 15 us of narrow work, up to 120 in long steps, at most
-/// what the user allows. On the caller alone, where none is handed on, that is what they hold.
+/// Chooses the batch size from the last step's cost of a pair: 15 us of narrow work, up to 120 us in long steps, at
+/// most what the user allows. On the caller alone, where no batch is handed on, the user's limit.
 class BatchSize {
  public:
   explicit BatchSize(std::size_t most) : most_(most), size_{.most = most, .heavy = 1} {}

@@ -1,3 +1,4 @@
+// Fills batches with the candidates of tiles and hands them on.
 #include "step/batch_writer.h"
 
 #include <algorithm>
@@ -21,14 +22,15 @@ void BatchWriter::hand_on() {
   const std::size_t count = std::exchange(count_, 0);
   try {
     batch.count = step_.work().keep({buffer_, count});
-    if (step_.form() == StepForm::ordered) {  // it stays in the pool until the pairs are put in order
+    // A batch of an ordered step stays in the pool until the pairs are sorted.
+    if (step_.form() == StepForm::ordered) {
       const auto pairs = std::span(batch.pairs).first(batch.count);
       if (step_.work().heavy_first(pairs, step_.batch_pairs().time).all != 0) step_.saw_heavy();
       return step_.close_work();
     }
     if (step_.form() == StepForm::overlapped && step_.batch_pairs().heavy != 0) split_off_heavy(batch);
   } catch (...) {
-    step_.close_work();  // nobody has it
+    step_.close_work();  // Nobody has the batch.
     throw;
   }
   if (batch.count == 0) return step_.close_work();
@@ -52,7 +54,7 @@ void BatchWriter::split_off_heavy(Batch& batch) {
     return;
   }
   for (std::size_t first = 0, count = 0; first < heavy; first += count) {
-    // The costliest one by one: they are begun first so that the last to end is as short as can be.
+    // The costliest pairs travel one by one: they are begun first, so that the step does not end with a long batch.
     count = first < costliest ? 1 : std::min(step_.batch_pairs().heavy, heavy - first);
     const std::span<const Pair> own = pairs.subspan(first, count);
     Batch& other = step_.open_batch();

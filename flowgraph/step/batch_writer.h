@@ -10,7 +10,7 @@
 
 namespace tandem {
 
-/// The step that batches belong to.
+/// The step that batches belong to, as writers see it.
 class BatchOwner {
  public:
   virtual ~BatchOwner() = default;
@@ -20,39 +20,39 @@ class BatchOwner {
 
   /// Keeps the shared stage open until close_work(); may throw.
   virtual Batch& open_batch() = 0;
-  /// A batch is done, or nobody has it.
+  /// Counts off a batch that is narrowed or dropped.
   virtual void close_work() = 0;
   virtual void count_candidates(std::size_t pairs) = 0;
-  /// Some pair costs far more than others.
+  /// Notes that some pair costs far more than others.
   virtual void saw_heavy() = 0;
 
-  /// Whether the rest of the step is only counted off.
+  /// True if the rest of the step is only counted off, not run.
   virtual bool failed() const = 0;
-  /// Notes the exception being handled, if it is the first.
+  /// Keeps the exception being handled, if it is the first of the step.
   virtual void capture() noexcept = 0;
 };
 
-/// Where a filled batch goes; what differs between executors.
+/// The destination of a filled batch, which differs between executors.
 class Delivery {
  public:
   virtual ~Delivery() = default;
   virtual void deliver(Batch& batch) = 0;
 };
 
-/// One thread's end of the broad phase: fills a batch, over several tiles if need be, and hands it on when full.
+/// A thread's output of candidate pairs: fills a batch, over several tiles if need be, and hands it on when full.
 class BatchWriter final : public PairSink {
  public:
   BatchWriter(BatchOwner& step, Delivery& delivery) : step_(step), delivery_(delivery) {}
   BatchWriter(const BatchWriter&) = delete;
   BatchWriter& operator=(const BatchWriter&) = delete;
 
-  /// Ready to take pairs. The batch in hand keeps the stage open until it is delivered and processed, or dropped.
+  /// Gets ready to take pairs. The batch in hand keeps the stage open until it is delivered and narrowed, or dropped.
   void open();
-  /// Hands on what is there; a no-op with nothing in hand.
+  /// Hands on the batch in hand; does nothing without one.
   void flush();
-  /// Forgets the pairs in hand.
+  /// Drops the pairs in hand.
   void drop();
-  /// Candidates put so far.
+  /// The number of candidates put so far.
   std::uint64_t taken() const { return handed_on_ + count_; }
 
  private:

@@ -1,3 +1,4 @@
+// Reasons to end a step early.
 #include "step/early_end.h"
 
 #include <utility>

@@ -7,16 +7,16 @@
 
 namespace tandem {
 
-/// Why the rest of a step is counted off without being run: the first exception, a stop request, or the host's
-/// cancellation.
+/// The reason why the rest of a step is counted off without being run: the first exception, a stop request, or the
+/// host's cancellation.
 class EarlyEnd {
  public:
   /// `host_cancelled` may be empty.
   void begin(std::stop_token stop, std::function<bool()> host_cancelled);
 
-  /// Whether a reason was found so far.
+  /// True if a reason was found so far.
   bool found() const { return found_.load(std::memory_order_relaxed); }
-  /// Checks for one, too; by whatever thread is about to run a block.
+  /// The same, after polling the stop request and the host; called by the thread that is about to run a block.
   bool check() {
     if (!found() && (stop_.stop_requested() || (host_cancelled_ && host_cancelled_())))
       found_.store(true, std::memory_order_relaxed);
@@ -35,7 +35,7 @@ class EarlyEnd {
       return false;
     }
   }
-  /// At the step's end, by one thread: throws the exception, once.
+  /// Throws the kept exception, once; at the step's end, by one thread.
   void rethrow();
 
  private:

@@ -1,3 +1,4 @@
+// Times and counts of a step, gathered from its threads.
 #include "step/meters.h"
 
 namespace tandem {

@@ -10,7 +10,7 @@
 
 namespace tandem {
 
-/// What a step measures: busy times of its phases, when they ended, what was serial, and counts; slices for the
+/// Measurements of a step: busy times of its phases, when they ended, serial times, and counts; slices for the
 /// timeline.
 class Meters {
  public:
@@ -18,11 +18,12 @@ class Meters {
 
   void begin(Timeline* timeline);
 
-  /// Busy time of one thread.
+  /// Adds to the busy time of a phase, for one thread.
   void add(Phase phase, Clock::duration time) { busy_[phase].ns.fetch_add(to_ns(time), std::memory_order_relaxed); }
-  /// Time of the narrow phase that went to heavy pairs.
+  /// Adds to the time of the narrow phase that went to heavy pairs.
   void add_heavy(Clock::duration time, std::size_t pairs);
-  /// What only one thread could do, in a phase or before the first; by one thread at a time. `opening`: it is no block.
+  /// Adds to the serial time of a phase, or of what precedes the first; by one thread at a time. `opening`: the time
+  /// opened a stage and is no block's.
   void add_serial(Phase phase, Clock::duration time, bool opening);
   void add_begin(Clock::duration time);
 
@@ -33,19 +34,20 @@ class Meters {
 
   void count_candidates(std::size_t pairs) { candidates_.fetch_add(pairs, std::memory_order_relaxed); }
   void saw_inexact() { inexact_.store(true, std::memory_order_relaxed); }
-  /// Batches that wait; may throw.
+  /// Counts the batches that wait; may throw.
   void count_queue(std::size_t length);
-  /// Into the timeline, if there is one; may throw.
+  /// Writes a slice into the timeline, if there is one; may throw.
   void slice(std::string_view name, Clock::time_point begin, Clock::time_point end, std::uint64_t id,
              std::uint64_t pairs = 0, bool heavy = false);
 
-  /// Time that the calling thread has spent on batches: taken out of a tile in which a full queue made it help.
+  /// Time that the calling thread has spent on batches, to be subtracted from a tile in which a full queue made it
+  /// narrow some.
   static Clock::duration& narrowed_by_this_thread();
 
   Clock::time_point start() const { return start_; }
-  /// Busy time so far, all phases.
+  /// The busy time so far, all phases.
   double work_ms() const;
-  /// At the step's end.
+  /// Writes the report, at the step's end.
   void write(ExecutionReport& report) const;
   void end() { ++step_; }
 
@@ -58,7 +60,7 @@ class Meters {
   Timeline* timeline_ = nullptr;
   std::uint64_t step_ = 0;
   Clock::time_point start_, shared_start_;
-  // Written by the one thread that opens a stage or has its only block, or that finishes the last tile.
+  // Written only by the thread that opens a stage, has its only block, or finishes the last tile.
   std::array<Clock::duration, 4> serial_{};
   Clock::duration begin_{}, opening_{}, update_end_{}, broad_end_{}, narrow_end_{};
 

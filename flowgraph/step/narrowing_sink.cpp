@@ -1,3 +1,4 @@
+// Narrows the pairs of tiles batch by batch, for executors of users.
 #include "tandem/flowgraph/narrowing_sink.h"
 
 #include <stdexcept>
@@ -18,7 +19,7 @@ void NarrowingSink::flush() {
   narrowed_ += count;
   batch_.count = work_.keep({buffer_, count});
   if (batch_.count == 0) return;
-  // A batch appends to its lists: for so long they are those of all batches before.
+  // A batch appends to its own lists, so the lists of all earlier batches are lent to it meanwhile.
   const auto exchange = [this] {
     batch_.results.swap(answers_.results);
     batch_.contacts.swap(answers_.contacts);

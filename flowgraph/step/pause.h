@@ -7,7 +7,7 @@
 
 namespace tandem {
 
-/// A turn of a loop that waits for another thread's write: the core's other thread goes first meanwhile.
+/// The body of a loop that waits for another thread's write: lets the core's other hardware thread go first.
 inline void pause() {
 #if defined(__x86_64__) || defined(__i386__)
   _mm_pause();

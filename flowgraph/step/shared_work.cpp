@@ -1,3 +1,4 @@
+// Work within a batch that several threads share, part by part.
 #include "step/shared_work.h"
 
 #include <algorithm>
@@ -7,13 +8,13 @@
 
 namespace tandem {
 
-/// The parts of one batch: threads take the next one until there is none.
+/// The parts of one batch's work: each thread takes the next one until there is none.
 class SharedParts {
  public:
   SharedParts(std::size_t parts, const SharedWork::Part& part) : parts_(parts), part_(part) {}
   bool all_taken() const { return next_.load(std::memory_order_relaxed) >= parts_; }
 
-  /// What a part throws is kept, and the rest is not run.
+  /// Runs a part; keeps its exception, after which the remaining parts are not run.
   void work() noexcept {
     for (std::size_t part; (part = next_.fetch_add(1, std::memory_order_relaxed)) < parts_;) {
       try {
@@ -26,12 +27,12 @@ class SharedParts {
     }
   }
 
-  /// After the last helper has left.
+  /// Returns after the last helper has left.
   void rethrow() const {
     if (error_) std::rethrow_exception(error_);
   }
 
-  std::atomic<int> helpers{0};  ///< that have not left yet
+  std::atomic<int> helpers{0};  ///< helpers that have not left yet
 
  private:
   std::size_t parts_;

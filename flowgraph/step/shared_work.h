@@ -9,22 +9,22 @@ namespace tandem {
 
 class SharedParts;
 
-/// Work within a batch that its thread shares part by part with threads that have nothing else to do.
+/// Work within a batch that its thread shares, part by part, with threads that have nothing else to do.
 class SharedWork {
  public:
   using Part = std::function<void(std::size_t)>;
 
-  /// Runs part(0) ... part(parts - 1) on the calling thread and those that help; throws what a part threw, after the
-  /// last one. call() tells the others.
+  /// Runs part(0) ... part(parts - 1) on the calling thread and those that help; throws the first exception of a part,
+  /// after the last one has ended. call() wakes the helpers.
   void share(std::size_t parts, const Part& part, const std::function<void()>& call);
   bool any() const { return count_.load(std::memory_order_relaxed) != 0; }
-  /// Runs parts of what some thread shares; false if there are none.
+  /// Runs parts of some thread's shared work; false if there are none.
   bool help();
 
  private:
   alignas(64) std::atomic<int> count_{0};
   std::mutex mutex_;
-  std::vector<SharedParts*> all_;  // of batches at work
+  std::vector<SharedParts*> all_;  // batches with shared work in progress
 };
 
 }  // namespace tandem

@@ -1,3 +1,4 @@
+// Chooses the form of the next step from the times of the steps before it.
 #include "step/step_form.h"
 
 #include <algorithm>
@@ -5,16 +6,16 @@
 namespace tandem {
 namespace {
 
-constexpr double most_on_caller_ms = 2;   // of work: with more another thread always pays
-constexpr double little_shared = 1.5;     // work over time: where more is done at once one thread will not be faster
-constexpr double joining_to_gain = 0.03;  // of a step: what putting pairs in order first can save
-constexpr double mostly_heavy = 0.5;      // of the narrow phase: few answers then for the time they take
-constexpr double better = 0.97;           // less to gain is within the noise of a step, or not worth another core
-constexpr double hopeless = 1.5;          // times what the current form took: a second step would not save the trial
-constexpr double most_lost = 0.01;        // of all steps' time: what trials that did not help may have cost
-constexpr int gains_to_change = 2;        // in a row: one alone is often the noise of short steps
+constexpr double most_on_caller_ms = 2;   // of work: above it sharing with another thread always pays
+constexpr double little_shared = 1.5;     // work over time: a step with more will not be faster on one thread
+constexpr double joining_to_gain = 0.03;  // fraction of a step: what joining must take for sorting first to pay
+constexpr double mostly_heavy = 0.5;      // fraction of the narrow phase: beyond it answers are few, little is joined
+constexpr double better = 0.97;           // a smaller gain is within the noise of a step, or not worth another core
+constexpr double hopeless = 1.5;          // times the current form's: such a trial ends without its second step
+constexpr double most_lost = 0.01;        // fraction of all steps' time that trials of slower forms may cost
+constexpr int gains_to_change = 2;        // steps in a row: one alone is often the noise of short steps
 constexpr int longest_period = 512;
-constexpr int longest_off_caller = 64;  // a core that does not help is given back soon
+constexpr int longest_off_caller = 64;  // short, so that a core that does not help is given back soon
 
 }  // namespace
 
@@ -24,14 +25,14 @@ FormChooser::FormChooser(StepForm wanted, double small_step_ms, bool can_order)
 }
 
 bool FormChooser::may_be(StepForm form, const ExecutionReport& report, double work_ms) const {
-  // What several threads do is more than the caller would have to: by about as much as a small step takes.
+  // The work of a shared step exceeds that of the caller alone, by about as much as a small step takes.
   if (form == StepForm::caller)
     return small_.ever() && work_ms < most_on_caller_ms &&
            work_ms < std::max(little_shared * report.detect_ms, report.detect_ms + small_.limit_ms());
   return form == StepForm::overlapped || (form == StepForm::ordered && can_order_);
 }
 
-/// Once the current form has run, only steps of its own tell, unless there is much more to do.
+/// Once the current form has run twice, only its own steps tell whether it stays, unless there is much more to do.
 bool FormChooser::may_stay(const ExecutionReport& report, double work_ms) {
   const bool has_told = report.form != current_ && of(current_).has_two();
   return has_told ? current_ != StepForm::caller || work_ms < most_on_caller_ms : may_be(current_, report, work_ms);
@@ -79,10 +80,10 @@ void FormChooser::learn(const ExecutionReport& report, double work_ms, double lo
   plan_trial(report, work_ms, load);
 }
 
-/// The form tried and the current one have run for two steps each, one of the two just now.
+/// The tried form and the current form have run for two steps each, one of the two just now.
 void FormChooser::go_on_trying() {
   if (next_ == tried_) {
-    // Sharing must be worth it: of equals the caller is taken.
+    // Sharing must be worth it: at equal times the caller alone is chosen.
     const double at_least = tried_ == StepForm::caller ? 1 / better : better;
     const bool gained = of(tried_).cost() < at_least * of(current_).cost();
     if (!gained || ++gains_ == gains_to_change) {
@@ -106,7 +107,7 @@ void FormChooser::end_trial(bool gained) {
 }
 
 void FormChooser::plan_trial(const ExecutionReport& report, double work_ms, double load) {
-  // A step's worth may be lost beyond: of two other forms each is tried soon where they take about as long.
+  // Beyond that fraction one step's time may be lost, so that a form of about equal time is tried soon.
   if (!of(current_).has_two() || lost_ms_ > most_lost * total_ms_ + report.detect_ms) return;
   for (const StepForm form : {StepForm::ordered, StepForm::overlapped, StepForm::caller}) {
     Form& other = of(form);

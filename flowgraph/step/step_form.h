@@ -7,7 +7,7 @@
 
 namespace tandem {
 
-/// Tells whether a step has too little work to be shared: decided from the step before it.
+/// Tells from the step before whether a step has too little work to be shared.
 class SmallStep {
  public:
   explicit SmallStep(double limit_ms) : limit_ms_(limit_ms) {}
@@ -21,27 +21,28 @@ class SmallStep {
   double work_ms_ = std::numeric_limits<double>::infinity();  // the first step is shared
 };
 
-/// Chooses the form of the next step by what the steps before it took. Another form is tried for two steps now and
-/// then, and kept if it was faster than the two steps before, and is so once more after two steps of the old form: a
-/// verified change, as the balance of threads is, of a gain that the noise of steps does not repeat. What did not help
-/// is tried again after twice as many steps, or when the load has changed, and not before what trials cost is a small
-/// part of all steps' time.
+/// Chooses the form of the next step from the times of the steps before it. Another form is tried for two steps now and
+/// then, and kept if it was faster than the two steps before it, and once more faster after two further steps of the
+/// old form: a verified change, like the balance of threads, by a gain that noise does not repeat. A form that did not
+/// help is tried again after twice as many steps, or when the load has changed, and only while the cost of trials is a
+/// small fraction of all steps' time.
 class FormChooser {
  public:
-  /// `wanted`: automatic, or the form of all steps that are not too small for it. `can_order`: whether
-  /// StepForm::ordered may be chosen.
+  /// `wanted`: automatic, or the form of all steps that are not too small for it. `can_order`: StepForm::ordered may be
+  /// chosen.
   FormChooser(StepForm wanted, double small_step_ms, bool can_order);
   StepForm next() const { return next_; }
-  /// `work_ms`: busy time of the step, all threads; `load`: what its time goes with, such as pairs.
+  /// `work_ms`: busy time of the step, all threads; `load`: what its time is proportional to, such as the number of
+  /// pairs.
   void learn(const ExecutionReport& report, double work_ms, double load);
 
  private:
   static constexpr std::size_t forms = 4;
   static constexpr double unknown = std::numeric_limits<double>::infinity();
   struct Form {
-    std::array<double, 2> costs{unknown, unknown};  // of the last two steps of this form: time over load
-    int wait = 0, period = 8;                       // steps to the next trial, and from one to the next
-    double load = 0;                                // at the last trial
+    std::array<double, 2> costs{unknown, unknown};  // time over load in the last two steps of this form
+    int wait = 0, period = 8;                       // steps to the next trial, and between two trials
+    double load = 0;                                // the load at the last trial
     void forget() { costs = {unknown, unknown}; }
     double cost() const { return costs[0] < costs[1] ? costs[0] : costs[1]; }
     double most() const { return costs[0] < costs[1] ? costs[1] : costs[0]; }
@@ -57,11 +58,12 @@ class FormChooser {
   void end_trial(bool gained);
   void plan_trial(const ExecutionReport& report, double work_ms, double load);
 
-  // The first step is shared, as nothing is known of it; then none is that may be the caller's until that helps.
+  // The first step is shared, as nothing is known of it; afterwards a step that the caller could run alone is shared
+  // only once sharing has helped.
   StepForm wanted_, current_ = StepForm::caller, next_ = StepForm::overlapped;
-  StepForm tried_ = StepForm::caller;  // in turn with the current one, if it is another
-  int gains_ = 0;                      // of the one that is tried, one after the other
-  double total_ms_ = 0, lost_ms_ = 0;  // of all steps; by trials of a form that was slower
+  StepForm tried_ = StepForm::caller;  // the form on trial, if another than the current one
+  int gains_ = 0;                      // comparisons in a row that the form on trial has won
+  double total_ms_ = 0, lost_ms_ = 0;  // time of all steps, and of trials of a form that was slower
   bool can_order_;
   SmallStep small_;
   std::array<Form, forms> all_;

@@ -1,3 +1,4 @@
+// One step that several threads share: opens its stages, runs their blocks, narrows batches, measures.
 #include "step/step_state.h"
 
 #include <utility>
@@ -31,9 +32,10 @@ std::size_t StepState::open_blocks(std::size_t stage) {
   return stage <= shared_ ? work_->blocks(stage) : answers_.open(stage - shared_ - 1, pool_.taken());
 }
 
-// Called by one thread at a time: the one that finished the stage before.
+// Opens the next stage; called by one thread at a time, which finished the stage before.
 void StepState::open_stage(std::size_t stage) {
-  // Pairs are narrowed in the shared stage, or in a later one, of which the next begins when all are.
+  // Pairs are narrowed either in the shared stage or in a later one; the stage after it begins when all pairs are
+  // narrowed.
   const std::size_t narrow_end = form() == StepForm::ordered ? shared_ + answers_.narrow_stage() + 2 : shared_ + 1;
   Clock::time_point now = Clock::now();
   std::size_t blocks = 0;
@@ -42,7 +44,7 @@ void StepState::open_stage(std::size_t stage) {
     if (stage == shared_) meters_.shared_stage_began(now);
     if (stage == narrow_end) meters_.narrow_ended(now);
     if (stage == end_) break;
-    // After an error what earlier stages should have prepared may be missing: nothing more is asked of the work.
+    // After an error the results of earlier stages may be missing: no more calls of the work.
     if (early_end_.check() || !guard([&] { blocks = open_blocks(stage); })) continue;
     const Clock::time_point opened = Clock::now();
     slice("open", now, opened, stage);
@@ -121,7 +123,7 @@ void StepState::run_tile(std::size_t tile, BatchWriter& writer) {
 }
 
 Batch& StepState::open_batch() {
-  Batch& batch = pool_.take();  // may throw: counted only once it is there
+  Batch& batch = pool_.take();  // May throw, so the batch is counted only afterwards.
   tickets_.add();
   return batch;
 }

@@ -21,22 +21,23 @@
 
 namespace tandem {
 
-/// One step that the threads working on it share: the stages of its work (the last one, the shared stage, has tiles
-/// that emit pairs and batches of them that are narrowed), then those of its answers. No thread waits for another to
-/// arrive, only for blocks that are being worked on, so any number of threads gets the step done, one included.
+/// One step that the threads working on it share. Its stages are those of its work, of which the last one, the shared
+/// stage, has tiles that emit pairs, and batches of these pairs that are narrowed; then those that put its answers in
+/// order. No thread waits for another to arrive, only for blocks that are being run, so any number of threads completes
+/// the step, one included.
 ///
-/// Its parts: Tickets say which block is next, AnswerStages where answers go, Meters what is measured, EarlyEnd why the
-/// rest is not run, SharedWork what a batch shares with other threads; BatchPool has the batches.
+/// Members: Tickets tell which block is next, AnswerStages where answers go, Meters what is measured, EarlyEnd why the
+/// rest is not run, SharedWork what a batch shares with other threads; BatchPool holds the batches.
 class StepState final : public Crew, public BatchOwner {
  public:
-  /// `form`: not automatic. `host_cancelled` is polled between blocks, like `stop`, by whatever thread is about to run
-  /// one.
+  /// `form`: any but automatic. `host_cancelled` and `stop` are polled between blocks, by the thread that is about to
+  /// run one.
   void begin(StepWork& work, ContactList& contacts, BatchPairs batch_pairs, StepForm form, std::stop_token stop,
              Timeline* timeline, std::function<bool()> host_cancelled = {});
-  /// Collects what was measured; throws the first error of the step.
+  /// Collects the measurements; throws the first error of the step.
   void end(ExecutionReport& report);
-  double work_ms() const { return meters_.work_ms(); }                       ///< busy time so far, all threads
-  std::size_t memory() const { return pool_.memory() + answers_.memory(); }  ///< bytes held between steps
+  double work_ms() const { return meters_.work_ms(); }                       ///< Busy time so far, all threads.
+  std::size_t memory() const { return pool_.memory() + answers_.memory(); }  ///< Bytes held between steps.
 
   std::size_t stage() const { return tickets_.stage(); }
   bool finished() const { return stage() == end_; }
@@ -53,13 +54,13 @@ class StepState final : public Crew, public BatchOwner {
   /// Runs a taken tile.
   void run_tile(std::size_t tile, BatchWriter& writer);
   bool tiles_left() const { return tiles_left_.load(std::memory_order_acquire) != 0; }
-  /// Narrow phase of a batch.
+  /// Narrows a batch.
   void process(Batch& batch);
-  /// Narrow phase of all batches of a step whose shared stage is on one thread alone, all tiles done: their pairs are
-  /// put in order first, so that answers go to their places at once and nothing is left to join.
+  /// Narrows all batches of a step whose shared stage is run by one thread alone, all tiles done: their pairs are
+  /// sorted first, so that answers go straight to their places and need no joining.
   void process_in_order(std::span<Batch* const> batches);
-  /// Returns when the stage is over. Until then it helps, or else calls more(), which returns whether there was
-  /// something to do; sleeps if there is nothing for long.
+  /// Returns when the stage is over. Until then it runs what there is to help with, or else calls more(), which returns
+  /// whether it found something to do; sleeps if there is nothing for long.
   template <class More>
   void wait_while(std::size_t stage, More&& more) {
     tickets_.wait_while(stage, [&] { return help() || more(); });
@@ -67,10 +68,10 @@ class StepState final : public Crew, public BatchOwner {
   void wait_while(std::size_t stage) {
     wait_while(stage, [] { return false; });
   }
-  /// To those who sleep: there is more to do.
+  /// Wakes the threads that sleep: there is more to do.
   void wake() { tickets_.wake(); }
 
-  /// Works within a batch of another thread, if it has parts to share; false if there is none. To be looked for before
+  /// Works within a batch of another thread, if it has work to share; false if there is none. To be called before
   /// anything else: such a batch may be the longest of all.
   bool help();
   void share(std::size_t parts, const std::function<void(std::size_t)>& part) override;
@@ -88,7 +89,7 @@ class StepState final : public Crew, public BatchOwner {
 
   bool failed() const override { return early_end_.found(); }
   void capture() noexcept override { early_end_.capture(); }
-  /// Runs the body and notes what it throws; false if it threw.
+  /// Runs the body and keeps what it throws; false if it threw.
   template <class Body>
   bool guard(Body&& body) noexcept {
     return early_end_.guard(std::forward<Body>(body));
@@ -101,9 +102,9 @@ class StepState final : public Crew, public BatchOwner {
   bool is_run_of_batches(std::size_t stage) const { return stage == shared_ + 1 + answers_.narrow_stage(); }
   void run_block(std::size_t stage, std::size_t block);
   void run_batches(std::size_t block);
-  /// What it took, to be added to the sum of all.
+  /// The time it took, to be added to the sum of all.
   Clock::duration narrow(Batch& batch);
-  /// Runs the body into the timeline; what it throws ends the step.
+  /// Runs the body as a slice of the timeline; an exception ends the step.
   template <class Body>
   Clock::duration timed(std::string_view name, std::uint64_t id, Body&& body) noexcept;
   void slice(std::string_view name, Clock::time_point begin, Clock::time_point end, std::uint64_t id = 0,
@@ -121,8 +122,8 @@ class StepState final : public Crew, public BatchOwner {
   SharedWork shared_work_;
 };
 
-/// Takes blocks of the stages from the open one to before `end`, and returns when they are over. The shared one must
-/// have no tile left.
+/// Takes blocks of the stages from the open one up to, not including, `end`, and returns when they are over. No tile of
+/// the shared stage may be left.
 inline void run_stages(StepState& state, std::size_t end) {
   for (std::size_t stage = state.stage(); stage < end; stage = state.stage()) {
     for (std::size_t block; state.take(stage, block); state.run(stage, block))
@@ -131,8 +132,8 @@ inline void run_stages(StepState& state, std::size_t end) {
   }
 }
 
-/// Takes part in the whole step. `may_run(stage)` tells which stages this thread helps with; `shared()` is its part in
-/// the shared stage.
+/// Takes part in the whole step. `may_run(stage)`: this thread helps with the stage; `shared()`: its work in the shared
+/// stage.
 template <class MayRun, class Shared>
 void take_part(StepState& state, MayRun&& may_run, Shared&& shared) {
   for (std::size_t stage = state.stage(); stage != state.end_stage(); stage = state.stage()) {

@@ -1,3 +1,4 @@
+// Hands out the blocks of a step's stages to threads.
 #include "step/tickets.h"
 
 namespace tandem {

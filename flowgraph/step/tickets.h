@@ -8,29 +8,29 @@
 
 namespace tandem {
 
-/// Which block of which stage is next, and what is left of the stage: threads take blocks of the open stage until it is
-/// used up, and whoever finishes what was left opens the next one.
+/// Which block of which stage is next, and how many are not done yet: threads take blocks of the open stage until none
+/// is left, and the thread that finishes the last one opens the next stage.
 class Tickets {
  public:
-  /// A step of `stages` stages, none open; the last one that is opened is `stages` itself, without blocks.
+  /// Begins a step of `stages` stages, none open; the last that is opened is `stages` itself, without blocks.
   void begin(std::size_t stages) { blocks_.assign(stages + 1, 0); }
-  /// By one thread at a time: the one that finished the stage before.
+  /// Opens a stage; by one thread at a time, which finished the stage before.
   void open(std::size_t stage, std::size_t blocks);
 
   std::size_t stage() const { return next_.load(std::memory_order_acquire) >> 32; }
   std::size_t blocks(std::size_t stage) const { return blocks_[stage]; }
-  /// No block of the stage is left to take.
+  /// True if no block of the stage is left to take.
   bool all_taken(std::size_t stage) const;
   /// Takes a block; false when the stage has none left or is not open.
   bool take(std::size_t stage, std::size_t& block);
 
-  /// The open stage may not end before one thing more, such as a batch, is done. The calling thread holds a block of
-  /// it, or such a thing.
+  /// Adds one thing, such as a batch, that must be done before the open stage may end. The calling thread holds a block
+  /// of it, or such a thing.
   void add() { left_.fetch_add(1, std::memory_order_relaxed); }
-  /// A block, or what was added, is done: true for the last one.
+  /// Counts off a block, or a thing that was added: true for the last one.
   bool finish() { return left_.fetch_sub(1, std::memory_order_acq_rel) == 1; }
 
-  /// Returns when the stage is over and calls help() until then, which returns whether there was something to do: spins
+  /// Returns when the stage is over. Until then it calls help(), which returns whether it found something to do; spins
   /// for about as long as a short block lasts, then sleeps until a stage opens or wake() is called.
   template <class Help>
   void wait_while(std::size_t stage, Help&& help);
@@ -46,7 +46,7 @@ class Tickets {
 
 template <class Help>
 void Tickets::wait_while(std::size_t stage, Help&& help) {
-  constexpr int spins = 1000;  // about 20-50 us: what a sleeping thread would need to wake
+  constexpr int spins = 1000;  // about 20 to 50 us: the time that a sleeping thread needs to wake
   for (int i = 0; i < spins; ++i) {
     if (this->stage() != stage) return;
     if (!help()) pause();

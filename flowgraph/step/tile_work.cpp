@@ -1,3 +1,4 @@
+// Synthetic tiles and pairs that take given times.
 #include "tandem/flowgraph/tile_work.h"
 
 #include <algorithm>
@@ -14,11 +15,11 @@ std::uint64_t chain(std::uint64_t links) {
   return x;
 }
 
-/// The compiler may not leave out what makes `value`. Stored nowhere: a line that all threads write would be what is
-/// measured.
+/// Keeps the compiler from leaving out the computation of `value`. It is stored nowhere: a cache line that all threads
+/// write would distort the measurement.
 void use(std::uint64_t value) { asm volatile("" : : "r"(value)); }
 
-/// Links of a chain that take a nanosecond, measured once.
+/// Links of the chain of multiplications that take a nanosecond, measured once.
 double links_a_ns() {
   static const double rate = [] {
     constexpr std::uint64_t links = 200'000;
@@ -50,7 +51,7 @@ TileWork::TileWork(const Size& size) : size_(size) {
   require_time("tile_ns", size.tile_ns);
   require_time("pair_ns", size.pair_ns);
   require_time("big_ns", size.big_ns);
-  constexpr std::size_t most = 0xfffffffeu;  // bodies are named by 32 bits
+  constexpr std::size_t most = 0xfffffffeu;  // body indices have 32 bits
   if (size.tiles > most || size.pairs_a_tile > most - size.tiles)
     throw std::invalid_argument("tile_work: tiles and pairs_a_tile are " + std::to_string(size.tiles) + " and " +
                                 std::to_string(size.pairs_a_tile) + ", allowed: fewer than 4294967295 together");

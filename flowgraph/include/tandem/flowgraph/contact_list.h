@@ -7,8 +7,9 @@
 
 namespace tandem {
 
-/// A pair of bodies whose answer is worth telling: it collides, or (Request::contacts with a margin) it nearly does,
-/// or (Request::distance) every candidate. Its contacts are contacts[first_contact, first_contact + contact_count).
+/// The answer for one pair of bodies that a step reports: a pair that collides, or (Request::contacts with a margin) is
+/// closer than the margin, or (Request::distance) every candidate. Its contacts are contacts[first_contact,
+/// first_contact + contact_count).
 struct PairResult {
   std::uint32_t a = 0;  ///< body index, a < b
   std::uint32_t b = 0;

@@ -1,29 +1,30 @@
-// The steps from one check of measured costs to the next (Avril, Gouranton, Arnaldi, ICAT 2010, section 4).
+// Control steps, at which measured costs are checked: how many steps lie between two checks (Avril, Gouranton, Arnaldi,
+// ICAT 2010, section 4).
 #pragma once
 #include <algorithm>
 
 namespace tandem {
 
-/// Checks are frequent at first, become rare while nothing changes, and frequent again after a change. Every change is
-/// verified at the next check: if what is measured did not become less, it is to be taken back.
+/// The interval between checks: short at first, longer while nothing changes, short again after a change. Every change
+/// is verified at the next check: if the measured cost has not become less, the change is to be taken back.
 class ControlStep {
  public:
   explicit ControlStep(int longest) : longest_(longest) {}
 
-  int steps() const { return steps_; }                ///< from the last check to the next
-  bool verifies() const { return verifies_; }         ///< the next check verifies a change
+  int steps() const { return steps_; }                ///< steps from the last check to the next
+  bool verifies() const { return verifies_; }         ///< true: the next check verifies a change
   double measured_before() const { return before_; }  ///< the last change
 
-  /// A check changes nothing.
+  /// Notes that a check changed nothing.
   void keep() { steps_ = std::min(2 * steps_, longest_); }
-  /// A check that measured so much changes something, which is verified after so many steps.
+  /// Notes that a check, at this measured cost, changed something, which is verified after so many steps.
   void change(double measured, int next = 1) {
     steps_before_ = steps_;
     before_ = measured;
     verifies_ = true;
     steps_ = next;
   }
-  /// Whether the change stays, by what is measured with it.
+  /// True if the change stays, given the cost measured with it.
   bool confirm(double measured) {
     verifies_ = false;
     const bool stays = measured < before_;

@@ -8,35 +8,35 @@
 
 namespace tandem {
 
-/// Answers of one thread, one after the other.
+/// A chunk of answers of one thread, one after the other.
 struct AnswerChunk {
   std::vector<PairResult> results;  ///< first_contact counts within the chunk
   std::vector<Contact> contacts;
-  const void* thread = nullptr;  ///< the last one that filled it, by a mark of the executor's own
+  const void* thread = nullptr;  ///< the thread that filled it last, by a mark of the executor
 };
 
 /// Puts the answers of all threads into canonical order: pairs by (a, b). Results go into a bucket for each a, and each
-/// bucket is put in order by itself, in stages of independent blocks like the rest of a step; the order in which they
-/// were found does not matter, since a pair occurs once. Serial are only sums over bodies and over blocks.
+/// bucket is sorted by itself, in stages of independent blocks like the rest of a step. The order in which answers were
+/// found does not matter, since a pair occurs once. The serial part is only sums over bodies and over blocks.
 class Joiner {
  public:
   static constexpr std::size_t stages = 6;
 
-  /// Does all that follows, on the calling thread. `bodies`: one past the largest body index (StepWork::bodies()); no
-  /// result may name another.
+  /// Runs all that follows, on the calling thread. `bodies`: one past the largest body index (StepWork::bodies()),
+  /// which no result may exceed.
   void join(std::span<AnswerChunk* const> answers, std::size_t bodies, ContactList& out);
 
   /// Starts a step: its threads count, then its stages run one after the other, each one's blocks on any threads.
   void begin(std::size_t bodies, ContactList& out);
-  /// Counts results while they are still in the cache of the thread that made them. Any thread, any order; all of them
+  /// Counts results, best while they are in the cache of the thread that made them. Any thread, any order; all of them
   /// before stage 0.
   void count(std::span<const PairResult> results);
-  /// Takes all answers of the step; known before stage 0.
+  /// Takes all answers of the step, before stage 0.
   void take(std::span<AnswerChunk* const> answers) { answers_ = answers; }
-  /// Number of a stage's blocks; known once the stages before it are done.
+  /// The number of a stage's blocks; known once the stages before it are done.
   std::size_t blocks(std::size_t stage) const;
   void run(std::size_t stage, std::size_t block);
-  std::size_t memory() const;  ///< bytes held between steps
+  std::size_t memory() const;  ///< Bytes held between steps.
 
  private:
   struct Ref {
@@ -55,14 +55,15 @@ class Joiner {
   void count_contacts(std::size_t block);
   void prefix_contacts();
   void copy(std::size_t block);
-  /// The buckets that begin among the block's 256 results, as bodies; known once the results are scattered.
+  /// The bodies whose buckets begin among a block's 256 results; known once the results are scattered.
   Range buckets(std::size_t block) const;
   std::size_t bucket_end(std::size_t a) const { return cursor_[a].load(std::memory_order_relaxed); }
   std::size_t bucket_begin(std::size_t a) const { return a == 0 ? 0 : bucket_end(a - 1); }
 
   ContactList* out_ = nullptr;
   std::span<AnswerChunk* const> answers_;
-  std::vector<std::atomic<std::uint32_t>> cursor_;  // a body: first counts, then where its bucket goes on
+  // For each body: first its count, then the next free place of its bucket
+  std::vector<std::atomic<std::uint32_t>> cursor_;
   std::size_t total_ = 0;
   std::vector<Ref> refs_, spare_;
   std::vector<std::uint32_t> block_contacts_;

@@ -6,7 +6,7 @@
 
 namespace tandem {
 
-/// What the balancer did after a step.
+/// The balancer's action after a step.
 enum class BalanceAction : std::uint8_t {
   none,     ///< between two control steps, or the split is fixed
   keep,     ///< measured and changed nothing
@@ -22,14 +22,16 @@ struct BalanceDecision {
   BalanceAction action = BalanceAction::none;
   Split before, after;
   int control_step = 0;  ///< steps until the next measurement
-  double broad_ms = 0;   ///< what the rule compared: computing time a thread of the phase (paper), busy times (busy)
+  /// The times that the rule compared: computing time a thread of the phase (paper), busy times (busy)
+  double broad_ms = 0;
   double narrow_ms = 0;
-  double measure = 0;  ///< detect time (paper) or detect time per unit of work (busy): what verification compares
-  double measure_before = 0;  ///< the same before the change, when one is being verified
+  /// The cost that verification compares: detect time (paper) or detect time per unit of work (busy)
+  double measure = 0;
+  double measure_before = 0;  ///< the cost before the change, when a change is being verified
   std::string_view reason;
 };
 
-/// Bits: what went short in a step.
+/// Bits that tell what a step could not do as asked.
 enum class StepIssue : std::uint32_t {
   none = 0,
   inexact = 1u << 0,        ///< the tolerance was not reached for some pair: see PairAnswer::error_bound
@@ -40,7 +42,8 @@ enum class StepIssue : std::uint32_t {
 };
 constexpr std::uint32_t bit(StepIssue issue) { return static_cast<std::uint32_t>(issue); }
 
-/// What one thread did while no other could (ms, wall), by phase: opening stages, and stages of a single block.
+/// Serial time (ms, wall) by phase: what one thread did while no other could, which is opening stages and running
+/// stages of a single block.
 struct SerialTimes {
   double begin = 0;   ///< before the first stage
   double update = 0;  ///< poses to boxes
@@ -49,26 +52,27 @@ struct SerialTimes {
   double sum() const { return begin + update + broad + join; }
 };
 
-/// What one step measured (ms; busy times are summed over threads, waiting excluded).
+/// Measurements of one step (ms; busy times are summed over threads, waiting excluded).
 struct ExecutionReport {
   std::uint64_t candidate_pairs = 0;
-  std::uint64_t heavy_pairs = 0;  ///< of them, in batches of their own
+  std::uint64_t heavy_pairs = 0;  ///< candidates that were in batches of heavy pairs
   std::uint64_t batches = 0;
-  std::uint64_t queue_high_water = 0;  ///< batches waiting at most
+  std::uint64_t queue_high_water = 0;  ///< most batches that waited at once
   double update_ms = 0;                ///< wall: poses to boxes
   double broad_ms = 0;                 ///< busy: the broad phase's stages
-  double narrow_ms = 0;                ///< busy
-  double heavy_ms = 0;                 ///< busy: of the narrow phase, the heavy pairs
+  double narrow_ms = 0;                ///< busy: the narrow phase
+  double heavy_ms = 0;                 ///< busy: the heavy pairs of the narrow phase
   double broad_end_ms = 0;             ///< wall, from the start of the shared phase to the last broad block
   double narrow_end_ms = 0;            ///< wall, to the last narrow batch
   double join_ms = 0;                  ///< wall: putting the results in order
   double detect_ms = 0;                ///< wall, all of the above
   double busy_ms = 0;                  ///< busy: all of the above
-  double awake_ms = 0;                 ///< workers that stayed awake (stay_awake), summed, from the step before to this
-  SerialTimes serial;                  ///< of it; 0 on the caller alone, where nothing is shared
-  int threads = 1;                     ///< in all, the caller counted
-  Split split;                         ///< in force in this step; 1-0 when one thread did both
-  StepForm form = StepForm::caller;    ///< how it was run
+  /// Time that workers stayed awake (stay_awake), summed, from the step before to this one
+  double awake_ms = 0;
+  SerialTimes serial;                  ///< serial part of the step; 0 on the caller alone, where nothing is shared
+  int threads = 1;                     ///< threads in all, the caller counted
+  Split split;                         ///< split in force in this step; 1-0 when one thread did both phases
+  StepForm form = StepForm::caller;    ///< the form in which the step was run
   std::uint32_t issues = 0;            ///< StepIssue bits
   BalanceDecision decision;            ///< taken after this step
 };

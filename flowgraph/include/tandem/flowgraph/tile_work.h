@@ -6,25 +6,25 @@
 
 namespace tandem {
 
-/// Made-up work for an executor or a balancing rule: tiles and pairs that each take a given time, spent in a dependent
-/// chain of multiplications. Two thirds of the pairs have an answer, of one contact.
+/// Synthetic work to test an executor or a balancing rule with: tiles and pairs that each take a given time, spent in a
+/// dependent chain of multiplications. Two thirds of the pairs have an answer, of one contact.
 class TileWork final : public StepWork {
  public:
   struct Size {
     std::size_t tiles = 0;
     std::size_t pairs_a_tile = 0;
     double tile_ns = 0;
-    double pair_ns = 0;  ///< of most pairs
+    double pair_ns = 0;  ///< time of a pair, but for the big ones
     /// One pair in `big_every` takes `big_ns` instead; 0: none does.
     std::size_t big_every = 0;
     double big_ns = 0;
-    std::size_t big_from = SIZE_MAX;  ///< so do all from this one on
+    std::size_t big_from = SIZE_MAX;  ///< all pairs from this one on take big_ns, too
   };
-  /// Times are finite, from 0 to longest_ns; fewer than 2^32 - 1 tiles and pairs a tile together. Throws
+  /// Times must be finite, from 0 to longest_ns, and tiles and pairs a tile together fewer than 2^32 - 1. Throws
   /// std::invalid_argument that names the field, its value and what is allowed.
   explicit TileWork(const Size& size);
   static constexpr double longest_ns = 1e12;
-  /// Costs of the following steps, checked as those; the number of tiles and pairs stays.
+  /// Sets the costs of the following steps, checked as in the constructor; the number of tiles and pairs stays.
   void set_costs(double tile_ns, double pair_ns);
 
   std::size_t begin() override { return 2; }

@@ -11,8 +11,8 @@
 
 namespace tandem {
 
-/// Slices and counters of steps, for a trace viewer: a lane a thread. Recording a slice looks the thread's lane up
-/// under a lock (some 50 ns, beside tasks of 10 us) and then appends to memory that is the thread's own.
+/// Slices and counters of steps for a trace viewer, a lane a thread. Recording a slice looks the thread's lane up under
+/// a lock (some 50 ns, against tasks of 10 us) and appends to memory that is the thread's own.
 class Timeline {
  public:
   using Clock = std::chrono::steady_clock;
@@ -40,7 +40,7 @@ class Timeline {
   };
 
   Timeline() : start_(Clock::now()) {}
-  /// The calling thread's lane; stays valid.
+  /// The lane of the calling thread; the reference stays valid.
   Lane& lane();
   /// Not while a step runs, like write().
   template <class Visit>
@@ -48,12 +48,12 @@ class Timeline {
     for (const auto& lane : lanes_)
       for (const Slice& slice : lane->slices) visit(slice);
   }
-  /// How many were recorded. Not while a step runs.
+  /// The number of slices recorded. Not while a step runs.
   std::size_t slices() const;
   void count(std::string_view name, double value);
   void note(std::string text);
 
-  /// Chrome's trace-event format, one JSON object (opens in Perfetto). Not while a step runs.
+  /// Writes Chrome's trace-event format, one JSON object (opens in Perfetto). Not while a step runs.
   void write(std::ostream& out) const;
 
  private:
