@@ -1,3 +1,4 @@
+// Sorts candidate pairs into tiles of few bodies, which a pair refers to by two bytes each.
 #include "kept_candidates/candidate_tiles.h"
 
 namespace tandem {
@@ -70,8 +71,8 @@ void TileMaker::close_tile(std::size_t candidates_end) {
   tiles_->tiles.push_back({tiles_->bodies.size(), candidates_end});
 }
 
-// Whether a body is in the tile already is not to be foreseen: so only the rare case is left to a branch, that another
-// one has its place.
+// The number of a body within the open tile. Whether the body has one already is unpredictable, so that is decided
+// without a branch; the only branch is for the rare case that another body occupies its entry of the table.
 std::uint16_t TileMaker::number(std::uint32_t body) {
   const std::size_t place = (body * 2654435769u) >> (32 - table_bits);
   const Entry entry = table_[place];

@@ -12,10 +12,10 @@
 
 namespace tandem {
 
-/// Candidates in tiles of few bodies, which are numbered within their tile: the boxes of a tile are fetched once and
-/// fit into the first caches, and a candidate takes four bytes.
+/// Candidate pairs in tiles of few bodies, which are numbered within their tile: the boxes of a tile are fetched once
+/// and stay in the first-level caches, and a pair takes four bytes.
 struct CandidateTiles {
-  static constexpr std::size_t most_bodies = 2048;  ///< of a tile
+  static constexpr std::size_t most_bodies = 2048;  ///< bodies of a tile
 
   struct Tile {
     std::size_t bodies_end, candidates_end;
@@ -29,7 +29,7 @@ struct CandidateTiles {
     candidates.clear();
     tiles.clear();
   }
-  /// Takes what `other` has, and gives back memory that a much larger list has left.
+  /// Copies `other`, and releases memory if this list's is far too large for it.
   void assign(const CandidateTiles& other) {
     const auto take = [](auto& values, const auto& from) {
       values.assign(from.begin(), from.end());
@@ -48,16 +48,16 @@ struct CandidateTiles {
   std::size_t memory() const { return bytes_of(bodies) + bytes_of(candidates) + bytes_of(tiles); }
 };
 
-/// Takes candidates, in any order, and makes tiles of them: a tile has what was put one after the other.
+/// Takes candidate pairs, in any order, and makes tiles of them: pairs that are put one after the other share a tile.
 class TileMaker final : public PairSink {
  public:
   TileMaker();
-  /// Takes what `filter` allows from now on, and adds it to `tiles` until `finish`. Both must live as long.
+  /// From now on takes the pairs that `filter` allows and adds them to `tiles`, until `finish`. Both must live as long.
   void start(const PairFilter& filter, CandidateTiles& tiles);
   void finish();
 
-  /// Takes pairs of rows, each of which stands for a body: index[row]. The rows until the next start are the same,
-  /// `count` of them.
+  /// Takes pairs of rows, each of which stands for a body: index[row]. Until the next start there are `count` rows,
+  /// always the same.
   void start_rows(std::size_t count) { number_of_row_.assign(count, no_number); }
   void put_rows(const std::uint32_t* index, std::span<const RowPair> pairs);
   std::size_t memory() const { return bytes_of(number_of_row_); }
@@ -66,7 +66,7 @@ class TileMaker final : public PairSink {
   static constexpr std::uint16_t no_number = 0xffff;
   static constexpr int table_bits = 12;  // twice as many places as a tile has bodies
 
-  /// A body that has a number in a tile; one of another tile is no longer there.
+  /// An entry of the hash table: a body with its number in a tile; stale if the tile is not the open one.
   struct Entry {
     std::uint32_t body;
     std::uint16_t tile, number;
@@ -75,14 +75,14 @@ class TileMaker final : public PairSink {
   void full() override;
   void open_tile();
   void close_tile(std::size_t candidates_end);
-  /// Whether another pair has no room.
+  /// True if the tile has no room for another pair.
   bool filled() const { return size_ + 2 > CandidateTiles::most_bodies; }
   std::uint16_t number(std::uint32_t body);
   std::uint16_t number_beside(std::size_t place, std::uint32_t body);
 
   CandidateTiles* tiles_ = nullptr;
-  std::size_t size_ = 0;    // bodies of the tile
-  std::uint16_t tile_ = 0;  // not 0 while one is open
+  std::size_t size_ = 0;    // bodies of the open tile
+  std::uint16_t tile_ = 0;  // number of the open tile, never 0
   std::array<Pair, 256> room_;
   std::vector<std::uint16_t> number_of_row_;
   std::array<std::uint32_t, CandidateTiles::most_bodies + 1> bodies_;

@@ -1,3 +1,4 @@
+// Finds the pairs of a thin slab first, so that the narrow phase can begin before the broad phase is prepared.
 #include "kept_candidates/early_slab.h"
 
 #include <span>
@@ -9,11 +10,11 @@
 namespace tandem {
 namespace {
 
-// Below, a step is short enough.
+// With fewer boxes a step is short enough without early pairs.
 constexpr std::size_t least_boxes = 16384;
 constexpr std::size_t boxes_a_wanted = 112, most_wanted = 1024;
-// A layer of a pile is as thin as it is and may hold more than is wanted; a step takes some 50 ns a box, eight tests
-// one.
+// Limits of the boxes found in the slab: a layer of a pile cannot be cut thinner and may hold more boxes than wanted.
+// For scale: a step takes about 50 ns a box, the time of some 400 tests.
 constexpr std::size_t most_a_wanted = 16, boxes_a_found = 40, most_tests_a_box = 20;
 
 }  // namespace
@@ -34,7 +35,8 @@ void EarlySlab::choose(const BoxArray& boxes, const std::vector<Aabb>& sample) {
   axis_ = axes[0];
   along_ = axes[1];
 
-  // From the middle on, as far as boxes lie there as dense as in the next sixteenth of all.
+  // The slab begins at the median of the lower bounds. Its width is that which would hold the wanted number of boxes,
+  // if they are as dense as in the next sixteenth of the sample.
   const std::size_t wanted = std::min(boxes.size() / boxes_a_wanted, most_wanted);
   std::vector<float> lower(sample.size());
   for (std::size_t i = 0; i < sample.size(); ++i) lower[i] = sample[i].lo[axis_];
@@ -60,7 +62,7 @@ void EarlySlab::choose(const BoxArray& boxes, const std::vector<Aabb>& sample) {
 bool EarlySlab::taken() {
   State state = state_.load(std::memory_order_acquire);
   if (state == State::chosen && state_.compare_exchange_strong(state, State::searching, std::memory_order_acquire)) {
-    // A thread that waits must not wait for ever when memory is out.
+    // The destructor sets the state also when memory runs out, so that no thread waits forever.
     struct Done {
       std::atomic<State>& state;
       bool taken = false;
@@ -80,7 +82,8 @@ bool EarlySlab::search() {
   constexpr std::size_t ahead = 16;
   for (std::size_t k = 0; k < count; ++k) {
     if (k + ahead < count) prefetch_box(*boxes_, found_[k + ahead]);
-    // A pair is early if it overlaps and one of the two begins in the slab: as if this were their column.
+    // A pair is early if its boxes overlap and the later of the two lower bounds lies in the slab: the rule by which a
+    // pair belongs to a column of the grid.
     const Aabb box = (*boxes_)[found_[k]];
     records_[k] = {box, found_[k], box.lo[axis_] >= begin_ ? 3u : 2u};
   }

@@ -12,23 +12,24 @@
 
 namespace tandem {
 
-/// Pairs of a step that are found before the rest of it is prepared, so that the first batches leave early: those whose
-/// intersection begins, on one axis, within a thin slab. Their boxes are found by one scan along two arrays.
+/// The early pairs of a step, found before the rest of the broad phase is prepared so that the first batches can leave:
+/// pairs whose intersection begins, on one axis, within a thin slab. Their boxes are found by one scan along two
+/// arrays.
 class EarlySlab {
  public:
   /// Starts a step without a slab.
   void leave_out() { state_.store(State::none, std::memory_order_relaxed); }
-  /// Starts a step: chooses a slab of some hundred boxes from a sample of them, or none where there are few in all or
-  /// where a thin slab would hold many. `boxes` must outlive the step. By one thread, as `leave_out`.
+  /// Starts a step: chooses a slab of some hundred boxes from a sample of them, or none where there are few boxes in
+  /// all or a thin slab would hold many. `boxes` must outlive the step. By one thread, as `leave_out`.
   void choose(const BoxArray& boxes, const std::vector<Aabb>& sample);
 
-  /// Whether pairs are found early; searches for their boxes if nobody has. Depends on the boxes only. Threads may ask
-  /// at the same time, one of them searches while the others wait.
+  /// True if there are early pairs; the first call searches for their boxes. Depends on the boxes only. Threads may
+  /// call it at the same time: one searches, the others wait.
   bool taken();
-  /// Hands on the early pairs, each once.
+  /// Puts the early pairs into the sink, each once.
   void emit(PairSink& sink);
 
-  /// Once it is taken: whether a pair of boxes with these lower bounds on the axis is an early one.
+  /// After taken(): true if a pair of boxes with these lower bounds on the axis is an early one.
   bool holds(float lo_a, float lo_b) const {
     const float lo = std::max(lo_a, lo_b);
     return begin_ <= lo && lo < end_;
@@ -52,7 +53,7 @@ class EarlySlab {
   ColumnScratch scratch_;
 };
 
-/// Hands on the pairs that are not early ones.
+/// A sink that passes on all pairs but the early ones.
 class LaterPairs final : public PairSink {
  public:
   LaterPairs(const EarlySlab& slab, const BoxArray& boxes, PairSink& sink)

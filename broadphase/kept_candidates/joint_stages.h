@@ -8,14 +8,15 @@
 
 namespace tandem {
 
-/// Stages of blocks within one stage of a broad phase: whoever needs their end helps, and waits for what others have
-/// begun. So those who can do without may go on meanwhile, and the pairs that they find leave at once.
+/// Stages of blocks within one stage of a broad phase. A thread that needs their results helps with them, and waits for
+/// the blocks that others have begun; threads that do not need them can go on, and the pairs that these find leave at
+/// once.
 ///
-/// Threads begin far from each other and take blocks in a row: who writes next to what another one is just writing
-/// waits for its cache lines.
+/// Threads begin at blocks far from each other and take consecutive ones: writing next to memory that another thread is
+/// writing would wait for its cache lines.
 class JointStages {
  public:
-  /// Before a step, by one thread: `blocks` of stage 0, at least 1.
+  /// Before a step, by one thread: begins with `blocks` blocks of stage 0, at least 1.
   void start(std::size_t stages, std::size_t blocks) {
     blocks_.assign(stages, 0);
     blocks_[0] = blocks;
@@ -24,8 +25,8 @@ class JointStages {
     open(0);
   }
 
-  /// Returns when all stages are done, and whether they are: not when a block threw, here or elsewhere. run(stage,
-  /// block) runs a block, blocks(stage) is asked for by one thread when the stages before are done; neither may wait.
+  /// Works until all stages are done and returns true; false if a block threw, here or on another thread. run(stage,
+  /// block) runs a block; blocks(stage) is called by one thread when the earlier stages are done. Neither may wait.
   template <class Blocks, class Run>
   bool join(const Blocks& blocks, const Run& run) {
     std::size_t stage = stage_.load(std::memory_order_acquire), block = 0;
@@ -40,7 +41,7 @@ class JointStages {
         std::this_thread::yield();
         continue;
       }
-      // Who waits must not wait for ever when memory is out.
+      // The destructor marks the end also when memory runs out, so that no thread waits forever.
       struct Done {
         JointStages& stages;
         const Blocks& blocks;
@@ -56,7 +57,7 @@ class JointStages {
  private:
   static constexpr std::size_t lanes = 16;
 
-  /// 0, 8, 4, 12, 2 and so on.
+  /// The lane where a thread begins: 0, 8, 4, 12, 2 and so on, far from the earlier threads'.
   static std::size_t first_lane(std::size_t joined) {
     std::size_t lane = 0;
     for (std::size_t bit = 1; bit < lanes; bit *= 2) lane = 2 * lane + ((joined & bit) != 0 ? 1 : 0);
@@ -64,7 +65,7 @@ class JointStages {
   }
   std::size_t lane_begin(std::size_t stage, std::size_t lane) const { return lane * blocks_[stage] / lanes; }
 
-  /// Searches from `lane` on, and leaves it where a block was.
+  /// Searches the lanes from `lane` on for a block; sets `lane` to where it found one.
   bool take(std::size_t stage, std::size_t& lane, std::size_t& block) {
     for (std::size_t tried = 0; tried < lanes; ++tried, lane = (lane + 1) % lanes) {
       const std::size_t end = lane_begin(stage, lane + 1);
@@ -98,12 +99,12 @@ class JointStages {
 
   alignas(64) std::atomic<std::size_t> stage_{0};
   alignas(64) std::atomic<std::size_t> done_{0};
-  // Of each lane: stage in the high half, next block in the low half. A block can only be taken of the stage it belongs
-  // to.
+  // The next block of each lane: stage in the high half, block in the low half, so that a block can only be taken of
+  // the stage it belongs to.
   alignas(64) std::array<std::atomic<std::uint64_t>, lanes> next_{};
   std::atomic<std::size_t> joined_{0};
   std::atomic<bool> failed_{false};
-  std::vector<std::size_t> blocks_;  // of each stage that was reached
+  std::vector<std::size_t> blocks_;  // blocks of each stage reached so far
 };
 
 }  // namespace tandem

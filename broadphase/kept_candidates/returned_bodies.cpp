@@ -1,3 +1,4 @@
+// Bodies that left their enlarged boxes and were put back with new ones, sorted for overlap queries.
 #include "kept_candidates/returned_bodies.h"
 
 #include <algorithm>

@@ -9,17 +9,17 @@
 
 namespace tandem {
 
-/// Bodies that left the boxes with which a list of candidates was made, and were put back with others.
+/// Bodies that left the enlarged boxes of a list of candidates, and were put back with new ones.
 class ReturnedBodies {
  public:
-  /// Forgets all; bodies are below `count` from now on.
+  /// Removes all; body indices are below `count` from now on.
   void clear(std::size_t count);
 
   struct Return {
     std::uint32_t body;
-    Aabb box;  ///< the new one
+    Aabb box;  ///< its new enlarged box
   };
-  /// Puts some back, each body at most once; those of a later call are later. `now(body)` is the box before.
+  /// Puts bodies back, each at most once in a call. `now(body)` is the enlarged box that it has had so far.
   template <class BoxNow>
   void put(std::span<const Return> returns, const BoxNow& now) {
     if (returns.empty()) return;
@@ -34,17 +34,17 @@ class ReturnedBodies {
     }
     sort();
   }
-  /// Calls of `put` that had something.
+  /// The number of calls of `put` with at least one body.
   std::uint32_t turn() const { return turn_; }
 
   bool has(std::uint32_t body) const { return turn_of_[body] != 0; }
-  /// The call of `put` in which it was put back last, counted from 1; 0: it never was.
+  /// The number of the last call of `put` that had this body, counted from 1; 0: none had.
   std::uint32_t turn(std::uint32_t body) const { return turn_of_[body]; }
   void prefetch(std::uint32_t body) const { __builtin_prefetch(&turn_of_[body]); }
-  /// The box with which the list was made; only of one that was put back.
+  /// The box with which the list was made; only for a body that was put back.
   const Aabb& first(std::uint32_t body) const { return first_[place_[body]]; }
 
-  /// Appends those whose boxes overlap `box`, each once.
+  /// Appends the bodies that were put back whose boxes overlap `box`, each once.
   void overlapping(const Aabb& box, std::vector<std::uint32_t>& row, std::vector<std::uint32_t>& out) const;
 
   std::size_t memory() const {
@@ -56,11 +56,11 @@ class ReturnedBodies {
     std::uint32_t body, turn;
     Aabb box;
   };
-  /// By lower bound on the first axis.
+  /// Boxes sorted by their lower bound on the first axis.
   struct Sorted {
     std::vector<Item> items;
     BoxArray boxes;
-    std::vector<float> reach;  // the highest bound on that axis of all up to here
+    std::vector<float> reach;  // the highest upper bound on that axis of all boxes up to here
     std::size_t memory() const { return bytes_of(items) + boxes.memory() + bytes_of(reach); }
   };
 
@@ -71,9 +71,9 @@ class ReturnedBodies {
               std::vector<std::uint32_t>& out) const;
 
   std::vector<std::uint32_t> turn_of_;  // one a body
-  std::vector<std::uint32_t> place_;    // one a body, in first_, of those that were put back
+  std::vector<std::uint32_t> place_;    // one a body: its place in first_, if it was put back
   std::vector<Aabb> first_;
-  Sorted sorted_, recent_;  // the recent ones apart, so that few are sorted in a step
+  Sorted sorted_, recent_;  // recent ones apart, so that a step sorts few
   std::uint32_t turn_ = 0;
 };
 

@@ -1,3 +1,4 @@
+// Candidate pairs of bodies that were put back; drops those that later entries replace.
 #include "kept_candidates/returned_candidates.h"
 
 #include <utility>

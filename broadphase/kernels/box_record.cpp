@@ -1,3 +1,4 @@
+// Vector kernels over boxes and box records, compiled once for each instruction set (Highway).
 #include "kernels/box_record.h"
 
 #include <hwy/cache_control.h>
@@ -15,10 +16,11 @@ HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Records of as many boxes would hardly be in a cache when they are read: so their lines are not fetched to be written.
+// From so many boxes on, records are hardly in a cache any more when they are read, so they are written past the
+// caches.
 constexpr std::size_t least_streamed = 500'000;
 
-// Boxes as rows of four: a vector of them.
+// The four boxes of a vector as rows, transposed from one array a bound.
 struct Rows {
   HWY_ALIGN float lo[4 * hn::MaxLanes(hn::ScalableTag<float>())], hi[4 * hn::MaxLanes(hn::ScalableTag<float>())];
 
@@ -65,8 +67,8 @@ void copy_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, BoxRe
   if (streams) hwy::FlushStream();
 }
 
-// Axis by axis, some boxes at a time: twelve arrays read side by side are more than the prefetchers follow.
-// NOLINTNEXTLINE(misc-definitions-in-headers)
+// Goes axis by axis over some boxes at a time: twelve arrays read side by side are more than the hardware prefetchers
+// follow. NOLINTNEXTLINE(misc-definitions-in-headers)
 std::size_t copy_boxes_that_left(const BoxArray& boxes, std::size_t begin, std::size_t end, const BoxArray& within,
                                  BoxRecord* records, std::uint32_t* outside, BoxRecord* before) {
   const hn::CappedTag<float, 16> df;
@@ -94,7 +96,7 @@ std::size_t copy_boxes_that_left(const BoxArray& boxes, std::size_t begin, std::
       for (std::size_t i = first; i < last; i += lanes) {
         std::uint32_t bits = out[(i - first) / lanes];
         if (last - i < lanes) bits &= (1u << (last - i)) - 1;
-        // Not CompressStore, of which g++ 12 makes a copy of a table of 1 KiB a call.
+        // Not by CompressStore, for which g++ 12 copies a table of 1 KiB at each call.
         for (; bits != 0; bits &= bits - 1) {
           const std::size_t left = i + static_cast<std::size_t>(std::countr_zero(bits));
           if (records != nullptr) before[count] = records[left];
@@ -180,7 +182,7 @@ std::size_t overlapping(const BoxRecord* records, const LocalPair* pairs, std::s
       const auto above = hn::Le(hn::Load(d, b.lo() + axis), hn::Load(d, a.hi() + axis));
       hit = hit & hn::AllTrue(d, hn::And(below, above));
     }
-    out[hits] = pair;  // without a branch: which pairs overlap is not to be foreseen
+    out[hits] = pair;  // without a branch, since which pairs overlap is unpredictable
     hits += hit ? 1 : 0;
   }
   return hits;
@@ -189,22 +191,22 @@ std::size_t overlapping(const BoxRecord* records, const LocalPair* pairs, std::s
 using Floats = hn::ScalableTag<float>;
 using V = hn::Vec<Floats>;
 
-// A larger box is at least so much of its edge larger on each side: less, and bodies that shake leave it; more, and
-// lists have more candidates.
+// Fraction of its edge by which a box is enlarged on each side: with less, bodies that shake leave their boxes; with
+// more, lists have more candidates.
 constexpr float enlarged_share = 0.02f;
 
-// Boxes of some lanes, and how they are enlarged.
+// The parameters of enlarging, for the boxes of a vector.
 struct BoxEnlarging {
   V share, most_grown, ahead, sweep;
   hn::Mask<Floats> goes_on, bounded;
 
-  /// Bounds on one axis, in this step and the one before; they become those of the enlarged boxes.
+  /// Replaces the bounds on one axis by those of the enlarged boxes, given the bounds in the step before.
   HWY_INLINE void enlarge(V& lo, V& hi, V past_lo, V past_hi) const {
     const Floats df;
     const V zero = hn::Zero(df), most = hn::Set(df, std::numeric_limits<float>::max());
     const V lo_step = hn::IfThenElseZero(goes_on, hn::Sub(lo, past_lo));
     const V hi_step = hn::IfThenElseZero(goes_on, hn::Sub(hi, past_hi));
-    // Far from the origin rounding alone moves a box by its last bit.
+    // Far from the origin rounding alone moves a box by its last bit, so the box grows at least by that.
     const V last_bit = hn::Mul(hn::Set(df, std::numeric_limits<float>::epsilon()), hn::Max(hn::Abs(lo), hn::Abs(hi)));
     const V grow = hn::Add(hn::Add(hn::Min(hn::Mul(share, hn::Sub(hi, lo)), most_grown),
                                    hn::Mul(hn::Set(df, 0.25f), hn::Max(hn::Abs(lo_step), hn::Abs(hi_step)))),
@@ -216,7 +218,7 @@ struct BoxEnlarging {
   }
 };
 
-// Records, at most as many as there are lanes, read axis by axis.
+// A vector of records, read as one vector for each bound.
 struct RecordColumns {
   HWY_ALIGN float all_lo[4 * hn::MaxLanes(Floats())] = {}, all_hi[4 * hn::MaxLanes(Floats())] = {};
 
@@ -247,7 +249,7 @@ void enlarge_boxes(const BoxArray& boxes, std::size_t begin, std::size_t end, co
   x.most_grown = hn::Set(df, std::max(enlarged_share * usual.edge, usual.motion));
   x.ahead = hn::Set(df, steps);
 
-  // Past the end may be another block's boxes: the last vector is stored by parts.
+  // Behind the end may be another block's boxes, so only the used lanes of the last vector are stored.
   HWY_ALIGN float part[hn::MaxLanes(df)];
   RecordColumns records;
   for (std::size_t i = begin; i < end; i += lanes) {

@@ -1,3 +1,4 @@
+// Vector kernels of the grid: sort the boxes of a column and test its rows, compiled once for each instruction set.
 #include "kernels/column_kernel.h"
 
 #include <bit>
@@ -43,8 +44,8 @@ void scatter_records(const BoxArray& boxes, std::size_t begin, const ColumnEntry
   }
 }
 
-// A counting sort of the records by their lower bounds into about as many thin cells as there are rows: which cell each
-// is in, and where each cell begins.
+// A counting sort of the records by their lower bounds into about as many thin cells as there are rows: computes the
+// cell of each record, and where each cell begins.
 HWY_INLINE void count_cells(const ColumnRecord* records, std::size_t size, std::size_t axis, Column& column) {
   float lo = records[0].box.lo[axis], hi = lo;
   for (std::size_t i = 1; i < size; ++i) {
@@ -67,7 +68,7 @@ HWY_INLINE void count_cells(const ColumnRecord* records, std::size_t size, std::
   }
 }
 
-// The sorted rows' bounds side by side, and the cell in which each ends.
+// Fills the sorted rows: bounds in arrays, and the cell in which each row ends.
 HWY_INLINE void fill_rows(Column& column, std::size_t axis) {
   const Floats df;
   const hn::RebindToUnsigned<decltype(df)> du;
@@ -123,7 +124,7 @@ void sort_column(const ColumnRecord* records, std::size_t size, std::size_t axis
   std::fill(front + 4 * size, front + 4 * (size + lanes), 0.0f);
   std::fill(back + 4 * size, back + 4 * (size + lanes), 0.0f);
   for (std::size_t i = 0; i < size; ++i) {
-    const std::size_t row = place[cell[i]]++;  // in the end each begin is the end of its cell
+    const std::size_t row = place[cell[i]]++;  // after the loop each begin is the end of its cell
     hwy::CopyBytes<16>(&records[i], front + 4 * row);
     hwy::CopyBytes<16>(reinterpret_cast<const float*>(&records[i]) + 4, back + 4 * row);
   }
@@ -240,7 +241,7 @@ void copy_records(const Column& column, ColumnRecord* records) {
 
 namespace {
 
-/// The places of the bits of a byte, ascending; zeros behind.
+/// The positions of the set bits of a byte, ascending; zeros behind them.
 constexpr auto places_of_bits = [] {
   std::array<std::array<std::uint8_t, 8>, 256> places{};
   for (std::size_t byte = 0; byte < 256; ++byte)
@@ -251,8 +252,8 @@ constexpr auto places_of_bits = [] {
 
 }  // namespace
 
-// All eight places are written, how many of them count decides where the next go: a loop over the bits is left by a
-// branch that is not to be foreseen.
+// Writes all eight positions; the number of set bits tells where the next go. A loop over the bits would end by an
+// unpredictable branch.
 std::size_t pairs_of_hits(const RowHits* hits, std::size_t count, RowPair* out) {
   std::size_t found = 0;
   for (std::size_t k = 0; k < count; ++k) {

@@ -9,7 +9,7 @@
 
 namespace tandem {
 
-/// Working memory for the pairs of a column.
+/// Working memory for finding the pairs of a column.
 struct ColumnScratch {
   Column column;
   std::vector<RowHits> hits;
@@ -17,7 +17,7 @@ struct ColumnScratch {
   std::size_t memory() const { return column.memory() + bytes_of(hits) + bytes_of(pairs); }
 };
 
-/// Calls take(pairs) for the pairs of the sorted scratch.column, some at a time.
+/// Calls take(pairs) with the pairs of the sorted scratch.column, a few at a time.
 template <class Take>
 void each_pair(ColumnScratch& scratch, const Take& take) {
   constexpr std::size_t hits_at_once = 256, pairs_a_hit = 16;

@@ -1,3 +1,4 @@
+// Vector kernels that test one box against a row of boxes, compiled once for each instruction set.
 #include "kernels/row_kernel.h"
 
 #include <algorithm>
@@ -33,9 +34,9 @@ std::size_t overlap_row(const BoxArray& boxes, std::size_t begin, std::size_t en
     const auto z = hn::And(hn::Le(hn::LoadU(df, blo2 + j), hi2), hn::Le(lo2, hn::LoadU(df, bhi2 + j)));
     auto hit = hn::And(x, hn::And(y, z));
     if (hn::AllFalse(df, hit)) continue;
-    // The last vector may reach into boxes that are not asked for.
+    // The last vector may reach beyond `end`.
     if (j + lanes > end) hit = hn::And(hit, hn::FirstN(df, end - j));
-    // Not CompressStore, of which g++ 12 makes a copy of a table of 1 KiB a call.
+    // Not by CompressStore, for which g++ 12 copies a table of 1 KiB at each call.
     std::uint64_t bits = 0;
     hn::StoreMaskBits(df, hit, reinterpret_cast<std::uint8_t*>(&bits));
     for (; bits != 0; bits &= bits - 1)

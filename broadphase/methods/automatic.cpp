@@ -1,3 +1,4 @@
+// Chooses the broad phase of each step.
 #include "methods/automatic.h"
 
 #include <initializer_list>
@@ -6,7 +7,7 @@
 namespace tandem {
 namespace {
 
-/// Into storage that is kept from step to step.
+/// Writes text into a string whose storage is kept from step to step.
 void write(std::string& text, std::initializer_list<std::string_view> parts) {
   text.clear();
   for (const std::string_view part : parts) text.append(part);

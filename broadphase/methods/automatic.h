@@ -10,9 +10,9 @@
 
 namespace tandem {
 
-/// Picks a method a step: by the number of boxes, then by how well the grid took the boxes of the step before; and
-/// keeps what it found as long as boxes move little or as foreseen. The choice depends on the boxes of this object's
-/// steps only, and the pairs do not depend on the choice.
+/// Picks a method for each step, by the number of boxes, then by how well the grid suited the boxes of the step before;
+/// keeps the candidates as long as boxes move little or predictably (VerletList). The choice depends only on the boxes
+/// of this object's steps, and the pairs do not depend on the choice.
 class Automatic final : public BroadPhase {
  public:
   void expect(const PairFilter& filter) override { list_.expect(filter); }
@@ -32,15 +32,15 @@ class Automatic final : public BroadPhase {
 
  private:
   // Measured on one core with AVX2, ms a step, brute | sweep | grid | bvh, for 500, 1000 and 2000 unit boxes that
-  // overlap about one other each: .041 | .030 | .050 | .048, .137 | .090 | .093 | .152, .394 | .183 | .131 | .272; a
-  // pile of them: .075 | .051 | .061 | .111, .265 | .207 | .184 | .317, .660 | .455 | .313 | .576. From there on the
-  // grid is ahead, or level with the tree (a flat world on a ground), but in worlds that it leaves to the tree. Brute
-  // force has one stage to schedule, the sweep five, the grid twelve: where times are near, few stages win.
+  // overlap about one other each: .041 | .030 | .050 | .048, .137 | .090 | .093 | .152, .394 | .183 | .131 | .272; for
+  // a pile of them: .075 | .051 | .061 | .111, .265 | .207 | .184 | .317, .660 | .455 | .313 | .576. For more boxes the
+  // grid is fastest, or level with the tree (a flat world on a ground), except in worlds that it leaves to the tree.
+  // Brute force has one stage to schedule, the sweep five, the grid twelve: at similar times, few stages win.
   static constexpr std::size_t brute_below = 256;
   static constexpr std::size_t sweep_below = 1024;
-  // 2000 boxes that all overlap all: brute 7 to 8 ms, tree 11 to 12; that hardly do: .39, .27.
+  // 2000 boxes that all overlap each other: brute 7 to 8 ms, tree 11 to 12 ms; that hardly overlap: .39 and .27 ms.
   static constexpr std::size_t brute_in_crowds_below = 2048;
-  // How long to stay with the tree before the grid is asked again. Asking costs about a tenth of a step.
+  // Steps with the tree before the grid is tried again. A trial costs about a tenth of a step.
   static constexpr int tree_steps = 32;
 
   ListedMethod& choose(std::size_t n);

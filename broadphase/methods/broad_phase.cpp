@@ -1,3 +1,4 @@
+// Makes the built-in methods; all pairs of a method on the calling thread.
 #include "tandem/broadphase/broad_phase.h"
 
 #include <algorithm>
@@ -67,7 +68,7 @@ std::vector<Pair> find_pairs(BroadPhase& method, const BoxArray& boxes, const Pa
     for (std::size_t block = 0; block < method.blocks(stage); ++block) method.run(stage, block);
   for (std::size_t block = 0; block < method.blocks(stages - 1); ++block) method.emit(block, sink);
   std::vector<Pair> pairs = sink.take();
-  method.expect({});  // the filter's arrays may go now
+  method.expect({});  // the arrays of the filter may be destroyed after this call
   std::sort(pairs.begin(), pairs.end());
   return pairs;
 }

@@ -1,3 +1,4 @@
+// The broad phase that tests all pairs of boxes.
 #include "methods/brute_force.h"
 
 #include <algorithm>

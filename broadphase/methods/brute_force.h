@@ -5,13 +5,14 @@
 
 namespace tandem {
 
-/// The paper's broad phase (section 3.2): all n(n-1)/2 pairs of boxes, every step from scratch. The upper triangle
-/// of the pair matrix is cut into tiles that are independent of each other. Cost n^2; the oracle of the others.
+/// The broad phase of Avril, Gouranton and Arnaldi (ICAT 2010, section 3.2): all n(n-1)/2 pairs of boxes, in every step
+/// from scratch. The upper triangle of the pair matrix is cut into independent tiles. Cost n^2; the reference for the
+/// other methods.
 class BruteForce final : public ListedMethod {
  public:
   std::size_t begin(const BoxArray& boxes) override;
   std::size_t blocks(std::size_t) const override { return tiles_.size(); }
-  void run(std::size_t, std::size_t) override {}  // there is no stage before the last
+  void run(std::size_t, std::size_t) override {}  // not called: the only stage is the last
   void emit(std::size_t block, PairSink& sink) override;
   BroadPhaseKind kind() const override { return BroadPhaseKind::brute; }
   std::size_t memory() const override { return bytes_of(tiles_); }

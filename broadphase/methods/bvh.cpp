@@ -1,3 +1,4 @@
+// The broad phase by a bounding volume hierarchy.
 #include "methods/bvh.h"
 
 namespace tandem {

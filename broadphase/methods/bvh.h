@@ -8,8 +8,8 @@
 
 namespace tandem {
 
-/// A tree over all boxes, built anew each step and joined with itself. Slower than the grid where boxes are alike and
-/// spread evenly, but its cost depends little on how sizes and density spread.
+/// A bounding volume hierarchy over all boxes (BoxTree), built anew each step and joined with itself. Slower than the
+/// grid where boxes are alike and spread evenly, but its cost depends little on the distribution of sizes and density.
 class Bvh final : public ListedMethod, public BoxSearch {
  public:
   std::size_t begin(const BoxArray& boxes) override;

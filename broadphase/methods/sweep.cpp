@@ -1,3 +1,4 @@
+// The broad phase by sweep and prune along one axis.
 #include "methods/sweep.h"
 
 #include <algorithm>
@@ -81,8 +82,8 @@ void Sweep::sort_chunk(std::size_t block) {
   std::sort(keys_.begin() + static_cast<std::ptrdiff_t>(first), keys_.begin() + static_cast<std::ptrdiff_t>(last));
 }
 
-// One block makes `chunk` elements of the merged runs. Where its part begins in either run is found by bisection
-// along the merge path (Odeh et al., "Merge Path", 2012), so that the blocks of a round need nothing of each other.
+// One block makes `chunk` elements of the merged runs. It finds where its elements begin in either run by bisection
+// along the merge path (Odeh et al., "Merge Path", 2012), so that the blocks of a round are independent.
 void Sweep::merge(std::size_t round, std::size_t block) {
   const std::vector<std::uint64_t>& in = round % 2 == 0 ? keys_ : merged_;
   std::vector<std::uint64_t>& out = round % 2 == 0 ? merged_ : keys_;
@@ -92,7 +93,8 @@ void Sweep::merge(std::size_t round, std::size_t block) {
   const std::uint64_t *left = in.data() + base, *right = in.data() + middle;
   const std::size_t left_size = middle - base, right_size = end - middle;
 
-  const auto from_left = [&](std::size_t taken) {  // how many of the first `taken` come from the left run
+  // The number of the first `taken` elements that come from the left run.
+  const auto from_left = [&](std::size_t taken) {
     std::size_t low = taken > right_size ? taken - right_size : 0, high = std::min(taken, left_size);
     while (low < high) {
       const std::size_t guess = (low + high) / 2;
@@ -117,7 +119,7 @@ void Sweep::gather(std::size_t block) {
 }
 
 void Sweep::emit(std::size_t block, PairSink& sink) {
-  constexpr std::size_t piece = 1024;  // of a row: bounds the buffer
+  constexpr std::size_t piece = 1024;  // boxes of a row: bounds the buffer
   std::array<std::uint32_t, piece + BoxArray::padding> hits;
   const float* lower = sorted_.lo(axis());
   const auto along = static_cast<std::size_t>(axis());

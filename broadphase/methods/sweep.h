@@ -5,9 +5,9 @@
 
 namespace tandem {
 
-/// Sweep and prune along one axis, from scratch each step (Baraff 1992; Cohen et al., I-COLLIDE, 1995): boxes sorted
-/// by their lower bound on the axis along which they are spread most; each is tested against the followers that
-/// begin before it ends. Sorting is a parallel merge sort of fixed chunks, ties broken by index.
+/// Sweep and prune along one axis, from scratch in each step (Baraff 1992; Cohen et al., I-COLLIDE, 1995): boxes are
+/// sorted by their lower bound on the axis along which they are spread most, and each is tested against the following
+/// boxes that begin before it ends. Sorting is a parallel merge sort of fixed chunks, ties broken by index.
 class Sweep final : public ListedMethod {
  public:
   std::size_t begin(const BoxArray& boxes) override;
@@ -24,7 +24,7 @@ class Sweep final : public ListedMethod {
   }
 
  private:
-  static constexpr std::size_t chunk = 2048;  // boxes a statistics, sort, merge or gather block
+  static constexpr std::size_t chunk = 2048;  // boxes of a block that measures the spread, sorts, merges or gathers
   static constexpr std::size_t rows_a_block = 64;
   struct Spread {
     std::array<double, 3> sum{}, sum_of_squares{};

@@ -1,5 +1,5 @@
-// The boxes of a step that reuses a Verlet list: those that left their larger ones are found, searched for and put
-// back.
+// The boxes of a step that reuses a Verlet list: finds boxes that left their enlarged boxes, searches for their
+// partners, and puts them back with new enlarged boxes.
 #include <algorithm>
 #include <cassert>
 #include <thread>
@@ -9,8 +9,8 @@
 
 namespace tandem {
 
-/// Takes what a search found for the larger box that a box outside gets: hands on what overlaps the box itself, and
-/// keeps what may come to; neither when the pair is on the list already, or the other one is outside, too.
+/// Takes the results of a search with the new enlarged box of a box that left: passes on pairs that overlap now, and
+/// keeps those that may overlap later, except pairs that are on the list already and pairs with another box that left.
 class VerletList::Found final : public PairSink {
  public:
   Found(const VerletList& owner, std::vector<std::uint32_t>& kept, PairSink& sink)
@@ -31,7 +31,7 @@ class VerletList::Found final : public PairSink {
     const auto other = [this](std::size_t k) { return buffer_[k].a == index_ ? buffer_[k].b : buffer_[k].a; };
     for (std::size_t k = 0; k < count_; ++k) prefetch_box(*owner_.boxes_, other(k));
     for (std::size_t k = 0; k < count_; ++k)
-      if (!owner_.returned_.has(other(k))) take(other(k));  // else its box is not the one that was found
+      if (!owner_.returned_.has(other(k))) take(other(k));  // otherwise the box found is not its present enlarged one
     count_ = 0;
   }
 
@@ -134,7 +134,7 @@ bool VerletList::help_check() {
   while (next_part_.load(std::memory_order_relaxed) < part_count_) {
     const std::size_t part = next_part_.fetch_add(1, std::memory_order_relaxed);
     if (part >= part_count_) break;
-    // Who waits for it must not wait for ever when memory is out.
+    // The destructor counts the part also when memory runs out, so that no thread waits forever.
     struct Done {
       std::uint8_t& flag;
       ~Done() { std::atomic_ref(flag).store(1, std::memory_order_release); }
@@ -153,7 +153,7 @@ void VerletList::check_part(std::size_t index) {
   part.outside.clear();
   std::size_t count = find_outside(index, scratch);
   if (!changes_known() && !last_filter_.same(filter_, first, last)) {
-    // One by one: rare.
+    // A changed filter is rare: check the boxes one by one.
     filter_holds_.store(false, std::memory_order_relaxed);
     count = 0;
     for (std::size_t i = first; i < last; ++i)
@@ -170,7 +170,7 @@ void VerletList::check_part(std::size_t index) {
     part.boxes.set(k, (*boxes_)[part.outside[k]]);
     if (!has_past_ || !copies_) scratch.past[k].set(part.boxes[k]);
   }
-  // Further than all others: each costs a search of its own.
+  // Swept twice as far as the other boxes, since each box that leaves costs a search of its own.
   enlarge_boxes(part.boxes, 0, count, scratch.past.data(), 2 * static_cast<float>(steps_ahead_), usual_, part.larger);
   part.filter.take(filter_, part.outside);
 }
@@ -185,7 +185,7 @@ std::size_t VerletList::find_outside(std::size_t index, CheckScratch& scratch) {
     for (std::size_t i = first; i < last; ++i) assert(changed_[i] != 0 || is_as_before(i));
 
   if (4 * changed > 3 * (last - first) && last_filter_.same(filter_, first, last)) {
-    // All in a row is faster than these one by one. What has not changed is outside of nothing.
+    // Where most boxes have changed, going over all in a row is faster. An unchanged box is inside its enlarged one.
     const std::size_t left =
         copy_boxes_that_left(*boxes_, first, last, larger_, records, scratch.outside.data(), scratch.past.data());
     std::size_t count = 0;
@@ -197,7 +197,7 @@ std::size_t VerletList::find_outside(std::size_t index, CheckScratch& scratch) {
     return count;
   }
 
-  // Whose groups or mask changed is not searched for.
+  // Boxes whose groups or mask may have changed: the list must be filtered again.
   if (changed != 0) filter_holds_.store(false, std::memory_order_relaxed);
   constexpr std::size_t ahead = 8;
   Part& part = parts_[index];
@@ -266,7 +266,7 @@ void VerletList::search_outside(Part& part, Scratch& scratch, PairSink& sink) {
   }
 }
 
-// A sweep along the first axis, so that time does not grow with the square of what is outside.
+// A sweep along the first axis, so that the time does not grow with the square of the number of boxes outside.
 void VerletList::test_outside(Scratch& scratch, PairSink& sink) {
   struct Outside {
     std::uint32_t body;

@@ -1,4 +1,4 @@
-// Which steps use the list, which make it anew, and how far ahead it is made.
+// Decides which steps reuse the Verlet list, which make it anew, and for how many steps it is made.
 #include "methods/verlet_list.h"
 
 #include <algorithm>
@@ -12,19 +12,20 @@ namespace tandem {
 
 namespace {
 
-// Nanoseconds, of a candidate tested, of a box searched for and of a box when a list is made: their ratios count.
+// Estimated times in nanoseconds, of which only ratios matter: to test a candidate, to search for a box that left, and
+// to make a list, per box.
 constexpr double candidate_cost = 6, search_cost = 1200, renewal_cost = 120;
 constexpr double least_steps_ahead = 4, most_steps_ahead = 64;
 
-/// Candidates that are kept at most.
+/// The most candidates that are kept.
 std::size_t most_candidates(std::size_t boxes) { return 1024 + 24 * boxes; }
 
-/// Boxes outside that are searched for one by one at most; they are also tested against each other.
+/// The most boxes outside that are searched for one by one; they are also tested against each other.
 std::size_t most_outside(std::size_t boxes) {
   return std::max<std::size_t>(32, std::min<std::size_t>(boxes / 16, 4096));
 }
 
-/// The farthest that a bound of the box moved; NaN or infinite when it was not there.
+/// The largest change of a bound of the box; NaN or infinite where the box was or is empty.
 float motion(const Aabb& box, const BoxRecord& past) {
   float most = 0;
   for (std::size_t k = 0; k < 3; ++k)
@@ -32,12 +33,13 @@ float motion(const Aabb& box, const BoxRecord& past) {
   return most;
 }
 
-/// Negative for an empty box.
+/// The longest edge; negative for an empty box.
 float longest_edge(const Aabb& box) {
   return std::max({box.hi[0] - box.lo[0], box.hi[1] - box.lo[1], box.hi[2] - box.lo[2]});
 }
 
-/// The first of each of `strata` equal parts of `size`, at pseudo-random places: always the same.
+/// A stratified sample: calls visit with one pseudo-random index of each of `strata` equal ranges; always the same
+/// indices.
 template <class Visit>
 void sample(std::size_t size, std::size_t strata, const Visit& visit) {
   std::uint64_t state = 1;
@@ -50,8 +52,8 @@ void sample(std::size_t size, std::size_t strata, const Visit& visit) {
 
 }  // namespace
 
-// Stages: decide, the method's but its last when it works from scratch, emit. Joint stages of a renewal within the
-// last: prepare, the method's but its last.
+// Stages: decide, those of the method but its last (in a step from scratch), emit. Joint stages of a renewal within the
+// last one: prepare, those of the method but its last.
 std::size_t VerletList::begin(const BoxArray& boxes, ListedMethod& method) {
   const bool complete = !bare_ && boxes_ != nullptr && parts_done_.load(std::memory_order_relaxed) == part_count_ &&
                         (mode_ != Mode::reuse || blocks_done_.load(std::memory_order_relaxed) == part_count_ + 1);
@@ -102,11 +104,11 @@ std::size_t VerletList::blocks(std::size_t stage) const {
   if (stage - first_method_stage + 1 < method_stages_)
     return mode_ == Mode::scratch ? method_->blocks(stage - first_method_stage) : 0;
   switch (mode_) {
-    case Mode::scratch:  // and copies of the boxes
+    case Mode::scratch:  // and the blocks that copy the boxes
       return method_->blocks(method_stages_ - 1) + part_count_;
     case Mode::renew:
       return 1 + list_count_;
-    default:  // of a list: its tiles, the boxes put back or outside of a part, those outside against each other
+    default:  // reuse: tiles of the list; boxes put back or outside, by parts; boxes outside against each other
       return is_resting_ ? 0 : list_count_ + part_count_ + 1;
   }
 }
@@ -129,7 +131,7 @@ std::size_t VerletList::outside() const {
 void VerletList::pack() {
   constexpr std::size_t few = 512, most_together = 1024;  // bodies
   const std::size_t listed = listed_bodies_.load(std::memory_order_relaxed);
-  // What is read where the boxes are takes long, but must do until the others' boxes are copied.
+  // Boxes read from the box array take longer, but the first tiles must do with them until all boxes are copied.
   const std::size_t most_first = std::clamp<std::size_t>(listed / 64, 256, most_together);
   is_packed_ = listed < few * list_count_;
   if (is_packed_) put_together(most_first, most_together);
@@ -161,7 +163,7 @@ std::size_t VerletList::returned_candidates() const {
 }
 
 std::size_t VerletList::count_outside(std::size_t first, std::size_t last) const {
-  // Those that have not changed are not outside.
+  // Boxes whose filter has not changed can only be outside by their bounds.
   if (last_filter_.same(filter_, first, last)) return count_boxes_that_left(*boxes_, first, last, larger_);
   std::size_t count = 0;
   for (std::size_t i = first; i < last; ++i) count += is_outside(i) ? 1 : 0;
@@ -171,7 +173,7 @@ std::size_t VerletList::count_outside(std::size_t first, std::size_t last) const
 std::size_t VerletList::guess_outside() const {
   if (size() <= boxes_a_part / 2) return count_outside(0, size());
   std::size_t count = 0;
-  // A cache line's worth of boxes at each place.
+  // The boxes of one cache line at each sampled place.
   constexpr std::size_t boxes_a_place = 16;
   const std::size_t places = std::clamp<std::size_t>(size() / 4096, 32, 128);
   for (const bool fetched : {false, true}) {
@@ -197,17 +199,18 @@ bool VerletList::keeps_list(std::size_t changed, bool& foreseen) {
   const auto listed = listed_.load(std::memory_order_relaxed), hits = hits_.load(std::memory_order_relaxed);
   const auto age = static_cast<double>(age_), extra = static_cast<double>(listed - std::min(listed, hits));
   const bool wasteful = age >= std::max(4 * steps_ahead_, 32.0) && candidate_cost * extra * age > renewal_cost * n;
-  // Those that leave an old list would leave a new one as often.
+  // Bodies that leave an old list would leave a new one as often.
   const double leaving = static_cast<double>(outside_since_) * std::min(1.0, 2 * steps_ahead_ / age);
   const bool worn = search_cost * leaving > renewal_cost * n || returned_candidates() > most_candidates(size()) / 4;
   copies_ = wasteful || worn;
-  return !has_past_ || !copies_;  // a step more shows how all move
+  return !has_past_ || !copies_;  // one step more shows how all boxes move
 }
 
 void VerletList::reuse(std::size_t changed) {
   mode_ = Mode::reuse;
   blocks_done_.store(0, std::memory_order_relaxed);
-  // Where few boxes are on the list, they are read where they are. For a list the last motion must be known.
+  // With few boxes on the list, they are read from the box array instead of records. A new list needs the last motion
+  // of all.
   copies_ = copies_ || 4 * listed_bodies_.load(std::memory_order_relaxed) > size() || 8 * changed < size() ||
             static_cast<double>(age_ + 1) >= steps_ahead_ || outside_last_ != 0;
 }
@@ -222,8 +225,8 @@ bool VerletList::may_renew(bool foreseen) {
     ++failures_;
   else if (list_made_)
     failures_ = 0;
-  // Lists do not last, or would be too long: 8 steps without one, then 16, up to 128, each time with a trial after
-  // them.
+  // Lists that do not last, or would be too long, are suspended: for 8 steps, then 16, up to 128, each time followed by
+  // a trial.
   if (failed && (failures_ > 1 || too_long_)) bare_steps_left_ = std::size_t{4} << std::min<std::size_t>(failures_, 5);
   if (!(has_past_ && foreseen && !method_begun_ && bare_steps_left_ == 0)) return false;
   usual_ = usual();
@@ -300,7 +303,8 @@ UsualBox VerletList::usual() const {
   return {2 * most(motions), most(edges)};
 }
 
-// Boxes of edges a and b overlap in a share of places that goes with the product of a + b over the axes.
+// For evenly spread boxes, the number of overlapping pairs is proportional to the product over the axes of the sums of
+// their edges: compares that of the swept boxes with that of the boxes.
 bool VerletList::jolted() const {
   double now = 0, then = 0;
   std::array<double, 3> edge_before{}, swept_before{};
@@ -333,8 +337,8 @@ bool VerletList::jolted() const {
   return then * pairs > 16 * now;
 }
 
-// Looking further ahead makes lists rarer and longer, and they are left by more. The best is near where both cost the
-// same.
+// Looking further ahead makes renewals rarer, lists longer and boxes that leave more frequent. The total is near its
+// minimum where renewal and use cost the same.
 void VerletList::adapt() {
   const auto extra =
       static_cast<double>(listed_.load(std::memory_order_relaxed) - hits_.load(std::memory_order_relaxed));
@@ -353,7 +357,8 @@ bool VerletList::paid() const {
   const double renewal = costs.listed_box * n + costs.candidate * candidates, reuse = 12 * n + 4 * candidates;
   const auto reused = static_cast<double>(age_ - 1);
   const double searches = search_cost * static_cast<double>(outside_since_);
-  return renewal + reused * reuse + searches <= 0.8 * (1 + reused) * scratch;  // else spikes for next to nothing
+  // A smaller gain is not worth the long steps of renewals.
+  return renewal + reused * reuse + searches <= 0.8 * (1 + reused) * scratch;
 }
 
 }  // namespace tandem

@@ -1,4 +1,4 @@
-// The pairs of a step with a Verlet list: candidates are tested, and listed where the list is made anew.
+// The pairs of a step with a Verlet list: tests the candidates, and stores them in a step that makes the list anew.
 #include <algorithm>
 #include <utility>
 
@@ -6,7 +6,7 @@
 
 namespace tandem {
 
-/// Takes candidates and hands on those whose boxes overlap, without the early ones.
+/// A sink that takes candidates and passes on those whose boxes overlap, without the early ones.
 class VerletList::Tested final : public PairSink {
  public:
   Tested(const BoxArray& boxes, EarlySlab& early, PairSink& sink)
@@ -15,7 +15,7 @@ class VerletList::Tested final : public PairSink {
     buffer_ = room_.data();
     capacity_ = room_.size();
   }
-  /// Tests what is left, and returns how many overlapped in all.
+  /// Tests the remaining candidates, and returns how many overlapped in all.
   std::size_t finish() {
     full();
     return found_;
@@ -42,7 +42,7 @@ class VerletList::Tested final : public PairSink {
 
 namespace {
 
-/// Some of it at most.
+/// Prefetches the first cache lines of a vector.
 template <class T>
 void prefetch(const std::vector<T>& values) {
   constexpr std::size_t values_a_line = 64 / sizeof(T), most_lines = 128;
@@ -90,7 +90,7 @@ void VerletList::renew_block(std::size_t block, Scratch& scratch, PairSink& sink
   if (!prepare_renewal()) return;
   const std::size_t blocks = method_->blocks(method_stages_ - 1);
   const std::size_t first = block * blocks / list_count_, last = (block + 1) * blocks / list_count_;
-  if (too_long()) {  // it will not be used
+  if (too_long()) {  // the list will not be used
     Tested tested(*boxes_, early_, sink);
     for (std::size_t b = first; b < last; ++b) method_->emit(b, tested);
     hits_.fetch_add(tested.finish(), std::memory_order_relaxed);
@@ -110,12 +110,12 @@ void VerletList::renew_block(std::size_t block, Scratch& scratch, PairSink& sink
 }
 
 std::size_t VerletList::test(const CandidateTiles& tiles, bool all_copied, Scratch& scratch, PairSink& sink) {
-  // Lists are short and lie anywhere: what follows the first lines is not fetched ahead by itself.
+  // Short lists lie anywhere in memory: the hardware does not prefetch beyond their first lines.
   prefetch(tiles.bodies);
   prefetch(tiles.candidates);
   BoxRecord* boxes = scratch.boxes.data();
   const bool early = mode_ == Mode::renew && early_.taken();
-  // As long as not all are checked, it is not known whether the filter is as it was.
+  // Until all boxes are checked, it is not known whether the filter is unchanged.
   const bool allowed =
       !filtered_further_ && (all_copied || mode_ == Mode::renew) && filter_holds_.load(std::memory_order_relaxed);
   std::size_t found = 0, first_body = 0, first = 0;
@@ -179,7 +179,8 @@ void VerletList::put_all(std::span<const LocalPair> pairs, const std::uint32_t* 
   }
   for (const LocalPair pair : pairs) {
     const std::uint32_t a = bodies[pair.a], b = bodies[pair.b];
-    const std::uint32_t exchanged = (a ^ b) & (0u - std::uint32_t{b < a});  // no branch: nothing foresees which is less
+    // Without a branch, since which is smaller is unpredictable.
+    const std::uint32_t exchanged = (a ^ b) & (0u - std::uint32_t{b < a});
     sink.put_allowed({a ^ exchanged, b ^ exchanged});
   }
 }
@@ -191,7 +192,7 @@ void VerletList::put_later(std::span<const LocalPair> pairs, const std::uint32_t
     if (!early_.holds(boxes[pair.a].lo()[axis], boxes[pair.b].lo()[axis])) sink.put(bodies[pair.a], bodies[pair.b]);
 }
 
-// A pair is held by the one that was put back last.
+// A pair of two bodies that were put back is held by the one that was put back last.
 void VerletList::test(const ReturnedCandidates& list, bool all_copied, PairSink& sink) const {
   constexpr std::size_t ahead = 16;
   std::array<std::array<std::uint32_t, 2>, 64> room;

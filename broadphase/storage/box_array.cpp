@@ -1,3 +1,4 @@
+// Boxes in floats, rounded outwards, as one array for each bound.
 #include "tandem/broadphase/box_array.h"
 
 #include <algorithm>
@@ -11,8 +12,8 @@ float round_up(double x) {
   constexpr double largest = std::numeric_limits<float>::max();
   const double finite = std::clamp(x, -largest, largest);
   const auto nearest = static_cast<float>(finite);
-  // The next float above where that is below, by its bits: half of all numbers take each branch, which no processor
-  // foresees, and std::nextafter is a call into the C library. A zero that is below is not negative.
+  // Steps to the next float where rounding went down, by its bits: half of all numbers take each case, which no branch
+  // predictor foresees, and std::nextafter is a call into the C library. A zero that was rounded down is not negative.
   const auto bits = std::bit_cast<std::int32_t>(nearest);
   return std::bit_cast<float>(bits + (nearest < finite ? 1 : 0) * ((bits >> 31) | 1));
 }

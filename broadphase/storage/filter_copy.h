@@ -10,7 +10,7 @@
 
 namespace tandem {
 
-/// What a filter was.
+/// A copy of a filter's contents, to see later whether they changed.
 class FilterCopy {
  public:
   void take(const PairFilter& filter) {
@@ -18,7 +18,7 @@ class FilterCopy {
     mask_.assign(filter.mask.begin(), filter.mask.end());
     is_static_.assign(filter.is_static.begin(), filter.is_static.end());
   }
-  /// Only the parts of some bodies: element k is of bodies[k].
+  /// Copies only the entries of some bodies: element k is that of bodies[k].
   void take(const PairFilter& filter, std::span<const std::uint32_t> bodies) {
     const auto some = [&](auto& mine, const auto& from) {
       mine.clear();
@@ -29,7 +29,7 @@ class FilterCopy {
     some(mask_, filter.mask);
     some(is_static_, filter.is_static);
   }
-  /// Sets the part of a body to element k of one that has some.
+  /// Sets the entry of a body to element k of a copy for some bodies.
   void set(std::uint32_t body, const FilterCopy& some, std::size_t k) {
     if (!group_.empty()) group_[body] = some.group_[k];
     if (!mask_.empty()) mask_[body] = some.mask_[k];
@@ -40,7 +40,7 @@ class FilterCopy {
     return group_.size() == filter.group.size() && mask_.size() == filter.mask.size() &&
            is_static_.size() == filter.is_static.size();
   }
-  /// Whether `filter` is the same for boxes [first, last); its arrays must be.
+  /// True if `filter` has the same entries for boxes [first, last); it must have the same arrays.
   bool same(const PairFilter& filter, std::size_t first, std::size_t last) const {
     const auto equal = [&](const auto& mine, const auto& now) {
       const auto from = static_cast<std::ptrdiff_t>(first), to = static_cast<std::ptrdiff_t>(last);

@@ -10,13 +10,13 @@
 
 namespace tandem {
 
-/// Memory of large arrays that are read and written at random: asks for pages of 2 MiB, of which the processor can
-/// keep the addresses of all. What is new in an array is left as it comes.
+/// Memory of large arrays with random access: asks for pages of 2 MiB, so that the processor can cache the addresses of
+/// all. New elements are left uninitialised.
 template <class T>
 struct PageAllocator {
   using value_type = T;
   static constexpr std::size_t page = std::size_t{1} << 21;
-  static constexpr std::size_t least = page;  // bytes; less than half may be lost
+  static constexpr std::size_t least = page;  // bytes; smaller arrays could waste half a page
 
   PageAllocator() = default;
   template <class U>
@@ -29,7 +29,7 @@ struct PageAllocator {
     void* memory = std::aligned_alloc(page, whole);
     if (memory == nullptr) throw std::bad_alloc();
 #ifdef MADV_HUGEPAGE
-    (void)::madvise(memory, whole, MADV_HUGEPAGE);  // a wish: without it all is as right, and slower
+    (void)::madvise(memory, whole, MADV_HUGEPAGE);  // a hint: without it all works, but slower
 #endif
     return static_cast<T*>(memory);
   }

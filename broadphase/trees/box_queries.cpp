@@ -1,3 +1,4 @@
+// Queries of a set of boxes by the hierarchy: overlap, rays, nearest boxes.
 #include "tandem/broadphase/box_queries.h"
 
 #include <algorithm>
@@ -23,8 +24,8 @@ void run_blocks(const BlockRunner& runner, std::size_t blocks, const std::functi
   for (std::size_t i = 0; i < blocks; ++i) block(i);
 }
 
-/// A ray made ready for slab tests (Kay and Kajiya, "Ray tracing complex scenes", 1986). Each step of the test rounds
-/// monotonically, so whatever meets a box meets every box around it.
+/// A ray prepared for slab tests (Kay and Kajiya, "Ray tracing complex scenes", 1986). Each operation of the test
+/// rounds monotonically, so a ray that hits a box hits every box that contains it.
 class Slabs {
  public:
   explicit Slabs(const Ray& ray) : origin_(ray.origin), t_max_(ray.t_max) {
@@ -40,7 +41,7 @@ class Slabs {
     require(ray.t_max >= 0, "t_max", ray.t_max, ">= 0");
   }
 
-  /// The t of entry; negative where the ray does not meet the box.
+  /// The t of entry; negative if the ray misses the box.
   double enter(const Aabb& box) const {
     double from = 0, to = t_max_;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -70,7 +71,7 @@ double squared_distance(const std::array<double, 3>& point, const Aabb& box) {
   return sum;
 }
 
-/// Answers of each query to lists of its block, then joined.
+/// Answers the queries by blocks, each into lists of its own, then joins the lists.
 template <class Item, class Answer>
 QueryAnswers<Item> answer_all(std::size_t queries, const BlockRunner& runner, const Answer& answer) {
   constexpr std::size_t queries_a_block = 64;
@@ -140,13 +141,14 @@ std::size_t BoxQueries::memory() const { return impl_->tree.memory(); }
 
 namespace {
 
-/// The most nodes that wait on a stack that is worked off depth first: all children but one of a node a level, and
-/// there are fewer than 2^32 boxes, so at most 11 levels.
+/// The most nodes on the stack of a depth-first traversal: at each level all children but one of a node, and there are
+/// fewer than 2^32 boxes, so at most 11 levels.
 constexpr std::size_t most_waiting = 12 * BoxTree::width;
-/// Boxes that a visit begins with at most.
+/// The most boxes of the level at which a visit begins.
 constexpr std::size_t first_row = 64;
 
-/// The kernel compares a few dozen boxes in the time of two calls: a visit begins with the lowest level so short.
+/// The level at which a visit begins, the lowest that is short: the kernel compares a few dozen boxes in the time of
+/// two calls.
 std::size_t first_level(const BoxTree& tree) {
   std::size_t level = tree.height() - 1;
   while (level > 0 && tree.level(level - 1).size() <= first_row) --level;
@@ -183,11 +185,11 @@ bool BoxQueries::visit_overlapping(const Aabb& box, BoxVisitor& visitor) const {
 
 namespace {
 
-/// Squares of distances and of limits are rounded: a limit's square is larger by more than that.
+/// The squares of distances and limits are rounded: the square of a limit is enlarged by more than the rounding.
 constexpr double above_rounding = 1 + 4 * std::numeric_limits<double>::epsilon();
 
-/// Shows boxes near a box: nodes that wait are opened by their distance (best first: Hjaltason and Samet, "Distance
-/// browsing in spatial databases", 1999), the boxes of a lowest node one after the other.
+/// Finds boxes near a box: waiting nodes are opened by their distance (best first: Hjaltason and Samet, "Distance
+/// browsing in spatial databases", 1999), the boxes of a lowest node are shown one after the other.
 class NearSearch {
  public:
   NearSearch(const BoxTree& tree, const Aabb& box, double limit, NearVisitor& visitor)
@@ -231,7 +233,7 @@ class NearSearch {
     count_ += near;
   }
 
-  /// Where the nearest node waits, the first of several, or none; those that are too far by now are dropped on the way.
+  /// The place of the nearest waiting node, the first of several, or none; drops the nodes that have become too far.
   std::size_t take_out_nearest() {
     std::size_t kept = 0, nearest = none;
     double least = std::numeric_limits<double>::infinity();
@@ -251,7 +253,7 @@ class NearSearch {
     if (distance <= limit_) set_limit(visitor_.visit(tree_.index(place), distance));
   }
 
-  /// All boxes below a node, of each node's children the nearer ones first.
+  /// Shows all boxes below a node, of each node's children the nearer ones first.
   void show_below(const BoxTree::Node& node) {
     std::array<double, BoxTree::width + BoxArray::padding> squared;
     std::array<std::uint32_t, BoxTree::width + BoxArray::padding> children;
@@ -275,9 +277,9 @@ class NearSearch {
   const BoxTree& tree_;
   const Aabb& box_;
   NearVisitor& visitor_;
-  double limit_ = 0, most_ = 0;  // most: its square, not rounded down
+  double limit_ = 0, most_ = 0;  // most_: the square of the limit, rounded up
   std::size_t count_ = 0;
-  // Of the nodes that wait.
+  // The squared distances of the waiting nodes.
   std::array<double, most_nodes + BoxArray::padding> squared_;
   std::array<std::uint32_t, most_nodes + BoxArray::padding> places_;
   std::array<std::uint32_t, most_nodes + BoxArray::padding> levels_;
@@ -332,8 +334,8 @@ void BoxQueries::along(const Ray& ray, std::vector<RayHit>& out) const {
             [](const RayHit& a, const RayHit& b) { return a.t != b.t ? a.t < b.t : a.index < b.index; });
 }
 
-// Best first (Hjaltason and Samet, "Distance browsing in spatial databases", 1999): what is on the heap is opened by
-// its distance, and nothing is left out but what is farther than the k best known.
+// Best-first search (Hjaltason and Samet, "Distance browsing in spatial databases", 1999): the heap's nearest node or
+// box is opened next, and only what is farther than the k best known is left out.
 void BoxQueries::nearest(const std::array<double, 3>& point, std::size_t k, std::vector<Neighbour>& out) const {
   for (const double x : point) require(std::isfinite(x), "point", x, "finite numbers");
   const BoxTree& tree = impl_->tree;

@@ -1,3 +1,4 @@
+// Builds the hierarchy of boxes along a space-filling curve, and joins it with itself.
 #include "trees/box_tree.h"
 
 #include <algorithm>
@@ -24,7 +25,7 @@ Cube cube_around(const std::array<Extent, 3>& extents) {
   return cube;
 }
 
-/// Stable sort by the high half of the keys, of which `bits` low bits are used; a radix sort when it pays.
+/// Sorts stably by the high half of the keys, of which `bits` low bits are used; by radix where that is faster.
 void sort_keys(std::span<std::uint64_t> keys, std::vector<std::uint64_t>& spare, int bits) {
   constexpr int digit_bits = 8;
   if (keys.size() < 200) return std::sort(keys.begin(), keys.end());
@@ -41,9 +42,9 @@ void sort_keys(std::span<std::uint64_t> keys, std::vector<std::uint64_t>& spare,
   if (from != keys.data()) std::copy(from, from + keys.size(), keys.data());
 }
 
-/// Orders keys, whose low halves are positions in `records`, along the curve. Ties are left in the order of positions.
-/// A run of equal codes spans at most 1/256 of what it came from and lacks at least one of its ends, so that the
-/// refinement ends: after 36 rounds at most for floats.
+/// Orders keys, whose low halves are positions in `records`, along the curve; equal codes by position. A run of equal
+/// codes spans at most 1/256 of the range that it came from and lacks at least one of its ends, so the refinement
+/// terminates: after 36 rounds at most for floats.
 template <class Record>
 void sort_along_curve(const Record* records, std::span<std::uint64_t> keys, std::vector<std::uint64_t>& spare) {
   constexpr int bits = 8;            // an axis
@@ -64,7 +65,7 @@ void sort_along_curve(const Record* records, std::span<std::uint64_t> keys, std:
       extents[k] = {lo, hi};
     }
     const Cube cube = cube_around(extents);
-    if (cube.inverse_side == 0) continue;  // all in one point
+    if (cube.inverse_side == 0) continue;  // all centres coincide
     for (std::uint64_t& key : run) {
       const auto position = static_cast<std::uint32_t>(key);
       key = std::uint64_t{cube.morton(records[position].box, bits)} << 32 | position;
@@ -79,7 +80,7 @@ void sort_along_curve(const Record* records, std::span<std::uint64_t> keys, std:
   }
 }
 
-/// A box's centre, finite where a bound is infinite, and its place along the curve.
+/// A box's centre, finite even where a bound is infinite, and its position along the curve.
 struct Centre {
   std::array<float, 3> at;
   std::uint32_t place;
@@ -278,7 +279,7 @@ void BoxTree::raise(std::size_t level, std::size_t first, std::size_t last) {
 
 void BoxTree::find_places() {
   if (!place_.empty()) return;
-  place_.assign(index_.size(), nowhere);  // the array of the build may be gone
+  place_.assign(index_.size(), nowhere);  // the array of an earlier build may be gone
   for (std::size_t place = 0; place < index_.size(); ++place) {
     if (index_[place] >= place_.size()) place_.resize(index_[place] + 1, nowhere);
     place_[index_[place]] = static_cast<std::uint32_t>(place);
@@ -329,7 +330,7 @@ double BoxTree::surface() const {
 
 namespace {
 
-/// Blocks of the self join are the nodes of this level: 512 boxes, or 64 in small worlds.
+/// The level whose nodes are the blocks of the self join: nodes of 512 boxes, or 64 in small worlds.
 std::size_t block_level(std::size_t height, std::size_t boxes) {
   return std::min<std::size_t>(height - 1, boxes > 16384 ? 3 : 2);
 }
@@ -342,11 +343,11 @@ std::size_t BoxTree::self_blocks() const {
 
 void BoxTree::self_pairs(std::size_t block, PairSink& sink) const { pairs_from(height_ - 1, 0, block, sink); }
 
-// Finds the nodes from `from` on, at the level of blocks, that overlap node `from`.
+// Finds the nodes, from `from` on and at the level of blocks, that overlap node `from`.
 void BoxTree::pairs_from(std::size_t level, std::size_t node, std::size_t from, PairSink& sink) const {
   const std::size_t target = block_level(height_, levels_[0].size());
   if (level == target) return cross(level, from, node, sink);
-  const std::size_t own = from >> 3 * (level - 1 - target);  // what lies before is another block's
+  const std::size_t own = from >> 3 * (level - 1 - target);  // nodes before it are another block's
   const std::size_t first = std::max(node * width, own), end = children_end(level, node);
   if (first >= end) return;
   Hits hits;

@@ -30,34 +30,36 @@ class BoxTree {
   struct Range {
     std::size_t begin, end;
   };
-  /// Level 0 are the boxes.
+  /// A node by its level and its place in the level; the nodes of level 0 are the boxes.
   struct Node {
     std::size_t level, place;
   };
 
-  /// What a build spends on the order of the boxes: one that is built for each step, or one that is asked many times.
+  /// How much a build spends on the order of the boxes: little for a tree that is built for each step, more for one
+  /// that answers many queries.
   enum class Order { curve, halves };
 
-  /// Starts a build over boxes `subset` of `boxes`, or all for nullptr. Bounds may be written until stage 0 runs.
+  /// Starts a build over the boxes `subset` of `boxes`, or all for nullptr. Bounds may be written until stage 0 runs.
   void begin(const BoxArray& boxes, const std::vector<std::uint32_t>* subset, Order order = Order::curve);
   std::size_t blocks(std::size_t stage) const;
   void run(std::size_t stage, std::size_t block);
 
-  /// Pairs within the tree, in independent blocks.
+  /// The number of independent blocks of the self join, which finds the pairs within the tree.
   std::size_t self_blocks() const;
   void self_pairs(std::size_t block, PairSink& sink) const;
-  /// Pairs of box `index`, which is not in the tree, with the boxes in it.
+  /// Puts the pairs of box `index`, which is not in the tree, with the boxes in it.
   void query(const Aabb& box, std::uint32_t index, PairSink& sink) const;
 
-  /// Gives bodies `changed` of a finished tree their new boxes, which may be empty, in the places where they are: the
-  /// tree stays right, and gets slower the farther they move from where it was built. False, and nothing is changed, if
-  /// one of them had no box then.
+  /// Gives the bodies `changed` of a finished tree new boxes, which may be empty, without changing the tree's
+  /// structure: it stays right, and gets slower the farther boxes move. Returns false, and changes nothing, if one of
+  /// the bodies had an empty box at the build.
   bool refit(const BoxArray& boxes, std::span<const std::uint32_t> changed);
   bool refit(std::span<const Aabb> boxes, std::span<const std::uint32_t> changed);
-  /// Sum of the half surfaces of the nodes just above the boxes: what a query meets grows with it.
+  /// The sum of the half surface areas of the nodes just above the boxes: the cost of a query is roughly proportional
+  /// to it.
   double surface() const;
 
-  /// The finished tree. Its root is at level height() - 1; no boxes, no levels.
+  /// The number of levels of the finished tree. Its root is at level height() - 1; without boxes there are no levels.
   std::size_t height() const { return height_; }
   Node root() const { return {height_ - 1, 0}; }
   const BoxArray& level(std::size_t level) const { return levels_[level]; }
@@ -71,7 +73,7 @@ class BoxTree {
  private:
   static constexpr std::uint32_t nowhere = 0xffffffffu;
   static constexpr std::size_t levels_a_block = 4;
-  static constexpr std::size_t all_at_once = 4;  // a refit of more boxes than one in so many goes through all nodes
+  static constexpr std::size_t all_at_once = 4;  // a refit of more than 1 in 4 boxes updates all nodes
   static constexpr std::size_t boxes_a_level_block = width * width * width * width;
   struct Record {
     Aabb box;
@@ -102,13 +104,13 @@ class BoxTree {
   int cell_bits_ = 0;  // an axis
   Cube cube_;
   std::vector<std::uint32_t> offsets_;  // one a block and cell: counts, then where the block writes
-  std::vector<std::uint16_t> cell_;     // one an item
+  std::vector<std::uint16_t> cell_;     // the cell of each item
   std::vector<std::size_t> cell_begin_;
   std::vector<Range> group_cells_;
   std::vector<Record> records_;       // cell by cell
-  std::vector<std::uint32_t> index_;  // of the sorted boxes
-  std::vector<std::uint32_t> place_;  // of each body among them; made by the first refit after a build
-  std::vector<std::uint32_t> moved_;  // of a refit: places, then nodes
+  std::vector<std::uint32_t> index_;  // body indices of the sorted boxes
+  std::vector<std::uint32_t> place_;  // each body's place among them; made by the first refit after a build
+  std::vector<std::uint32_t> moved_;  // scratch of a refit: places, then nodes
   std::vector<BoxArray> levels_;      // levels_[0] are the sorted boxes
   std::size_t height_ = 0;            // levels in use; the last has one node
 };

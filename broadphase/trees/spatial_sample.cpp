@@ -1,3 +1,4 @@
+// A sample of the boxes, their extent without outliers, and Morton codes.
 #include "trees/spatial_sample.h"
 
 #include <algorithm>
@@ -5,7 +6,7 @@
 namespace tandem {
 namespace {
 
-/// Puts two zeros before each of the low 10 bits.
+/// Inserts two zeros before each of the low 10 bits.
 std::uint32_t spread_bits(std::uint32_t x) {
   x = (x | x << 16) & 0x030000ffu;
   x = (x | x << 8) & 0x0300f00fu;
@@ -24,8 +25,8 @@ std::vector<Aabb> sample_boxes(const BoxArray& boxes, const std::vector<std::uin
   const std::size_t strata = std::min(n, wanted);
   std::uint64_t state = 1;
   for (std::size_t s = 0; s < strata; ++s) {
-    // One box from each of equal parts of the range, at a pseudo-random place: a fixed stride would resonate with
-    // scenes that are made row by row.
+    // Takes one box of each of equal index ranges, at a pseudo-random place: a fixed stride would resonate with scenes
+    // that are made row by row.
     const std::size_t first = s * n / strata, last = (s + 1) * n / strata;
     state = state * 6364136223846793005u + 1442695040888963407u;
     const std::size_t i = first + (state >> 33) % (last - first);

@@ -89,17 +89,19 @@ struct PhaseGraph {
 /// The default executor. Each phase has an arena, of X and Y threads for the split X-Y, and in it a graph of the step's
 /// stages. Each thread carries a message along the edges: at a node it takes blocks of the stage until none is left,
 /// and goes on when the stage is over:
+///
 ///   broad arena:    update -> prepare -> tiles -> narrow -> join
 ///                                          | batches
 ///                                    bounded queue
 ///                                          v
 ///   narrow arena:   update -> prepare -> tiles -> narrow -> join
 ///
-/// Both arenas have all nodes, so that threads without work of their own phase go on with the other's at once, where a
 /// Both arenas have all nodes, so that a thread without work of its own phase goes on with the other's at once; a
 /// worker would need 100 us to change arenas. In the narrow arena a thread takes tiles only while no batch waits, in
 /// the broad arena it takes batches when no tile is left. A strict split, as in the paper, leaves out the nodes of the
 /// other phase:
+///
+///   broad arena:    update -> prepare -> tiles -> join
 ///   narrow arena:   update -> narrow -> join
 class FlowGraphExecutor final : public Executor, private Delivery {
  public:

@@ -14,9 +14,9 @@ struct Aabb {
   std::array<float, 3> hi;
 };
 
-/// The smallest float that is not below `x`, and the largest not above it. Finite in, finite out: clamped to the
-/// largest float, 3.4e38, which is beyond all that shapes and poses may have but the open sides of half-spaces and
-/// planes. A box in floats holds the box in doubles.
+/// Rounding to float: the smallest float that is not below `x`, and the largest not above it, so that a box in floats
+/// holds the box in doubles. Finite in, finite out: clamped to the largest float, 3.4e38, which exceeds all bounds of
+/// shapes and poses but the open sides of half-spaces and planes.
 float round_up(double x);
 float round_down(double x);
 
@@ -32,7 +32,7 @@ class BoxArray {
 
   std::size_t memory() const;  ///< bytes held
 
-  /// Bounds of axis 0, 1, 2; size() + padding elements.
+  /// Lower bounds on axis 0, 1 or 2: size() + padding elements.
   const float* lo(int axis) const { return bounds_[static_cast<std::size_t>(axis)].data(); }
   const float* hi(int axis) const { return bounds_[static_cast<std::size_t>(axis) + 3].data(); }
 
@@ -48,7 +48,7 @@ class BoxArray {
       bounds_[axis + 3][i] = box.hi[axis];
     }
   }
-  /// Takes the body out of every pair until it is set again.
+  /// Makes the box of body i empty: the body is in no pair until its box is set again.
   void set_empty(std::size_t i) {
     constexpr float inf = std::numeric_limits<float>::infinity();
     set(i, {{inf, inf, inf}, {-inf, -inf, -inf}});

@@ -36,11 +36,11 @@ struct Neighbour {
   friend bool operator==(const Neighbour&, const Neighbour&) = default;
 };
 
-/// Answers of a batch, in the order of its queries.
+/// The answers to a batch of queries, in the order of the queries.
 template <class Item>
 struct QueryAnswers {
   std::vector<Item> items;
-  std::vector<std::size_t> begin{0};  ///< of each query's items, and the end of the last
+  std::vector<std::size_t> begin{0};  ///< the first item of each query, and the end of the last
 
   std::size_t size() const { return begin.size() - 1; }
   std::span<const Item> of(std::size_t query) const {
@@ -48,7 +48,7 @@ struct QueryAnswers {
   }
 };
 
-/// Is given boxes one after the other.
+/// A callback that receives boxes one after the other.
 class BoxVisitor {
  public:
   virtual ~BoxVisitor() = default;
@@ -56,17 +56,19 @@ class BoxVisitor {
   virtual bool visit(std::uint32_t index) = 0;
 };
 
-/// Is given boxes that are near, and says how near the next ones must be.
+/// A callback that receives boxes near a query, and says how near the next ones must be.
 class NearVisitor {
  public:
   virtual ~NearVisitor() = default;
-  /// Takes a box and returns the distance beyond which no further one is wanted; negative: none at all.
+  /// Takes a box at this distance; returns the distance beyond which no further box is wanted; negative: no more at
+  /// all.
   virtual double visit(std::uint32_t index, double distance) = 0;
 };
 
-/// Questions to a set of boxes, answered by the hierarchy of the `bvh` method. Answers are those of a loop over all
-/// boxes, in one order for any number of threads; empty boxes are in none. Const queries may run from any number of
-/// threads at once. Refuses what is NaN or out of range with std::invalid_argument that names it.
+/// Queries of a set of boxes (overlap, rays, nearest), answered by the hierarchy of the `bvh` method. The answers are
+/// those of a loop over all boxes, in one order for any number of threads; empty boxes are in no answer. Const queries
+/// may run from any number of threads at once. Arguments that are NaN or out of range throw std::invalid_argument,
+/// which names them.
 class BoxQueries {
  public:
   BoxQueries();
@@ -76,32 +78,32 @@ class BoxQueries {
 
   /// Builds the hierarchy; the boxes are copied. n log n; memory is kept for the next build.
   void build(const BoxArray& boxes, const BlockRunner& runner = {});
-  /// Gives boxes `changed` their new bounds in the hierarchy as it is: k log n. `boxes` has as many as those built
-  /// from, and those that have not changed as they are: where many have, all are read. It stays right whatever moves;
-  /// `worn` says how much slower it has become. A box may become empty; one that was empty at the build is refused, as
-  /// it has no place: build anew.
+  /// Sets new bounds of the boxes `changed` without changing the hierarchy's structure: k log n. `boxes` must have as
+  /// many boxes as at the build, those not in `changed` with unchanged bounds; where many have changed, all are read.
+  /// Answers stay right however far boxes move; `worn` tells how much slower queries have become. A box may become
+  /// empty; a box that was empty at the build has no place in the hierarchy and is refused: build anew.
   void refit(const BoxArray& boxes, std::span<const std::uint32_t> changed);
   void refit(std::span<const Aabb> boxes, std::span<const std::uint32_t> changed);
-  /// How much larger the lowest nodes have become by refits, by surface: 1 after a build.
+  /// The surface of the lowest nodes over that after the build: 1 after a build, larger after refits.
   double worn() const;
   std::size_t memory() const;  ///< bytes held
 
-  /// Shows `visitor` the boxes that overlap `box` (closed), in the order of the hierarchy, until it has enough; false
-  /// if it had. Allocates nothing.
+  /// Calls `visitor` for the boxes that overlap `box` (closed), in the order of the hierarchy, until it returns false;
+  /// returns false then. Allocates nothing.
   bool visit_overlapping(const Aabb& box, BoxVisitor& visitor) const;
-  /// Shows `visitor` the boxes within `limit` (>= 0, infinity is allowed) of `box`, nearer ones about first; none is
-  /// left out that is within what the visitor said last. Distances are at most rounding larger than exact. Allocates
-  /// nothing.
+  /// Calls `visitor` for the boxes within `limit` (>= 0, infinity is allowed) of `box`, roughly by distance; every box
+  /// within the distance that the visitor returned last is shown. Distances exceed the exact ones at most by rounding.
+  /// Allocates nothing.
   void visit_near(const Aabb& box, double limit, NearVisitor& visitor) const;
 
-  /// Boxes that overlap `box` (closed), ascending by index; none for an empty box. Appends to `out`.
+  /// The boxes that overlap `box` (closed), ascending by index; none for an empty box. Appends to `out`.
   void overlapping(const Aabb& box, std::vector<std::uint32_t>& out) const;
-  /// Boxes that the ray meets, by (t, index). Appends to `out`.
+  /// The boxes that the ray hits, by (t, index). Appends to `out`.
   void along(const Ray& ray, std::vector<RayHit>& out) const;
   /// The k boxes nearest to a finite point, fewer if there are fewer, by (distance, index). Appends to `out`.
   void nearest(const std::array<double, 3>& point, std::size_t k, std::vector<Neighbour>& out) const;
 
-  /// Answer many such queries at once.
+  /// The same queries, many at once.
   QueryAnswers<std::uint32_t> overlapping(std::span<const Aabb> boxes, const BlockRunner& runner = {}) const;
   QueryAnswers<RayHit> along(std::span<const Ray> rays, const BlockRunner& runner = {}) const;
   QueryAnswers<Neighbour> nearest(std::span<const std::array<double, 3>> points, std::size_t k,

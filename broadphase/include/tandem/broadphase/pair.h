@@ -15,11 +15,11 @@ struct Pair {
   friend auto operator<=>(const Pair&, const Pair&) = default;
 };
 
-/// Which pairs exist at all. Applied before a pair is made, so that what is filtered costs no narrow phase.
-/// Arrays are empty (no filter of that sort) or one element a body.
+/// The filter that decides which pairs exist. It is applied before a pair is made, so that a filtered pair costs no
+/// narrow phase. Each array is empty (no such filter) or has one element a body.
 struct PairFilter {
   std::span<const std::uint32_t> group;     ///< bits of the groups a body is in
-  std::span<const std::uint32_t> mask;      ///< bits of the groups it may meet; a pair needs both directions
+  std::span<const std::uint32_t> mask;      ///< bits of the groups it may collide with; a pair needs both directions
   std::span<const std::uint8_t> is_static;  ///< bits, 1: static; two bodies that have a bit in common make no pair
 
   bool allows(std::uint32_t a, std::uint32_t b) const {
@@ -28,19 +28,19 @@ struct PairFilter {
   }
 };
 
-/// A user's own filter, called for whole batches: moves the pairs to keep to the front, in their order, and returns
-/// how many there are. Called from several threads at once. May throw; the step then ends with that exception.
+/// A user's own filter, called for whole batches: moves the pairs to keep to the front, in their order, and returns how
+/// many these are. Called from several threads at once. It may throw; the step then ends with that exception.
 using PairPredicate = std::function<std::size_t(std::span<Pair>)>;
 
-/// Where a broad phase puts the pairs it finds: a fixed buffer that is handed on when it is full.
+/// The output of a broad phase: a fixed buffer of pairs, which is handed on when it is full.
 class PairSink {
  public:
   virtual ~PairSink() = default;
-  /// Takes one candidate, in any order of the two; a != b.
+  /// Takes a candidate pair, in either order, and filters it; a != b.
   void put(std::uint32_t a, std::uint32_t b) {
     if (filter_->allows(a, b)) put_allowed(a < b ? Pair{a, b} : Pair{b, a});
   }
-  /// Takes one that is not to be filtered.
+  /// Takes a pair that needs no filtering.
   void put_allowed(Pair pair) {
     buffer_[count_++] = pair;
     if (count_ == capacity_) full();

@@ -7,13 +7,13 @@
 
 namespace tandem::detail {
 
-/// Working memory for what may run at the same time, for tandem's libraries: as many objects as were ever in use at
-/// once, kept for the next calls. Each is lent to one call at a time: also to one that a callback of another begins on
-/// the same thread, which memory of the thread would not stand.
+/// A pool of working memory for calls that may run at the same time: as many objects as were ever in use at once, kept
+/// for later calls. An object is lent to one call at a time, also where a callback of a call begins another one on the
+/// same thread, which thread-local memory would not allow.
 template <class T>
 class ScratchPool {
  public:
-  /// Gives its object back when it goes.
+  /// A loan of an object, given back by the destructor.
   class Lease {
    public:
     explicit Lease(ScratchPool& pool) : pool_(pool), object_(pool.take()) {}
@@ -29,7 +29,7 @@ class ScratchPool {
     std::unique_ptr<T> object_;
   };
 
-  /// Bytes held by objects that are not in use; `bytes(object)` is what one holds beside itself.
+  /// Bytes held by objects that are not in use; `bytes(object)` returns an object's own heap memory.
   template <class Bytes>
   std::size_t memory(const Bytes& bytes) const {
     const std::lock_guard lock(mutex_);
@@ -37,7 +37,7 @@ class ScratchPool {
     for (const std::unique_ptr<T>& object : free_) total += sizeof(T) + bytes(*object);
     return total;
   }
-  /// Bytes held by objects that are not in use, where T::memory() tells those of each.
+  /// The same, where T::memory() returns an object's heap memory.
   std::size_t memory() const {
     return memory([](const T& object) { return object.memory(); });
   }
@@ -46,7 +46,7 @@ class ScratchPool {
   std::unique_ptr<T> take() {
     const std::lock_guard lock(mutex_);
     if (free_.empty()) {
-      free_.reserve(++made_);  // so that giving back needs no memory
+      free_.reserve(++made_);  // so that giving back allocates nothing
       return std::make_unique<T>();
     }
     std::unique_ptr<T> object = std::move(free_.back());
